@@ -1,0 +1,167 @@
+//! Frames and rotations: the only place that builds a rotation.
+//!
+//! Frames: **NED** (north, east, down; local, inertial, flat Earth) and **body** (FRD: x forward, y right, z
+//! down). A quaternion is Hamilton's, scalar first, and turns body components into NED components:
+//! `v_ned = rotate_ned_from_body(q, v_body)`. In files and on the wire it is `[w, x, y, z]`.
+//!
+//! The rotation matrix is the paper's (7), which is a rotation only for a unit quaternion. Nothing here
+//! normalises: the planner optimises over all four numbers, and its derivatives must see the same function that
+//! the simulator integrates (the simulator normalises after each step, outside the dynamics).
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::real::Real;
+
+/// A quaternion `[w, x, y, z]`, body to NED; not necessarily of unit length.
+pub type Quaternion<S = f64> = [S; 4];
+
+/// The identity: body axes along north, east, down.
+pub const LEVEL: Quaternion = [1.0, 0.0, 0.0, 0.0];
+
+/// The matrix in (7): `v_body = C(q) v_ned`. For a non-unit `q` it is `|q|^2` times a rotation.
+#[inline(always)]
+pub fn dcm_body_from_ned<S: Real>(q: Quaternion<S>) -> Matrix3<S> {
+    let [q0, q1, q2, q3] = q;
+    let two = S::from_f64(2.0);
+    Matrix3::new(
+        q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3,
+        two * (q1 * q2 + q0 * q3),
+        two * (q1 * q3 - q0 * q2),
+        two * (q1 * q2 - q0 * q3),
+        q0 * q0 - q1 * q1 + q2 * q2 - q3 * q3,
+        two * (q2 * q3 + q0 * q1),
+        two * (q1 * q3 + q0 * q2),
+        two * (q2 * q3 - q0 * q1),
+        q0 * q0 - q1 * q1 - q2 * q2 + q3 * q3,
+    )
+}
+
+/// Body components of a vector given in NED: `C(q) v`, (7).
+#[inline(always)]
+pub fn rotate_body_from_ned<S: Real>(q: Quaternion<S>, v_ned: Vector3<S>) -> Vector3<S> {
+    dcm_body_from_ned(q) * v_ned
+}
+
+/// NED components of a vector given in body axes: `C(q)^T v`. Differs from the paper: (7) writes the inverse,
+/// which is the same for a unit quaternion and has no business in the derivatives of a non-unit one.
+#[inline(always)]
+pub fn rotate_ned_from_body<S: Real>(q: Quaternion<S>, v_body: Vector3<S>) -> Vector3<S> {
+    dcm_body_from_ned(q).transpose() * v_body
+}
+
+/// Time derivative of the attitude quaternion, (2): `1/2 Omega(omega) q`, body rates in rad/s.
+#[inline(always)]
+pub fn quaternion_rate<S: Real>(q: Quaternion<S>, omega_body: Vector3<S>) -> Quaternion<S> {
+    let [q0, q1, q2, q3] = q;
+    let (p, r_q, r) = (omega_body.x, omega_body.y, omega_body.z);
+    let half = S::from_f64(0.5);
+    [
+        half * (-(p * q1) - r_q * q2 - r * q3),
+        half * (p * q0 + r * q2 - r_q * q3),
+        half * (r_q * q0 - r * q1 + p * q3),
+        half * (r * q0 + r_q * q1 - p * q2),
+    ]
+}
+
+/// `q` scaled to unit length.
+pub fn normalized(q: Quaternion) -> Quaternion {
+    let n = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]).sqrt();
+    q.map(|c| c / n)
+}
+
+/// Roll, pitch, yaw [rad] to a quaternion (rotations in the order yaw, pitch, roll).
+pub fn quaternion_from_euler(roll: f64, pitch: f64, yaw: f64) -> Quaternion {
+    let (sr, cr) = (0.5 * roll).sin_cos();
+    let (sp, cp) = (0.5 * pitch).sin_cos();
+    let (sy, cy) = (0.5 * yaw).sin_cos();
+    [
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    ]
+}
+
+/// Roll [rad], in (-pi, pi].
+pub fn roll(q: Quaternion) -> f64 {
+    (2.0 * (q[0] * q[1] + q[2] * q[3])).atan2(1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2]))
+}
+
+/// Pitch [rad]. Without lateral motion (`q1 = q3 = 0`) it is `2 atan2(q2, q0)`, which counts through the
+/// vertical and beyond, as the paper's planar angle does; otherwise Euler's, within +-pi/2.
+pub fn pitch(q: Quaternion) -> f64 {
+    if q[1] == 0.0 && q[3] == 0.0 {
+        2.0 * q[2].atan2(q[0])
+    } else {
+        (2.0 * (q[0] * q[2] - q[3] * q[1])).clamp(-1.0, 1.0).asin()
+    }
+}
+
+/// Yaw (heading) [rad], in (-pi, pi], north to east positive.
+pub fn yaw(q: Quaternion) -> f64 {
+    (2.0 * (q[0] * q[3] + q[1] * q[2])).atan2(1.0 - 2.0 * (q[2] * q[2] + q[3] * q[3]))
+}
+
+/// An angle folded into [-pi, pi).
+pub fn wrap_pi(angle: f64) -> f64 {
+    use std::f64::consts::PI;
+    (angle + PI).rem_euclid(2.0 * PI) - PI
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use proptest::prelude::*;
+
+    #[test]
+    fn closed_form_pitch_up_turns_the_nose_above_the_horizon() {
+        let q = quaternion_from_euler(0.0, 0.3, 0.0);
+        let nose_ned = rotate_ned_from_body(q, Vector3::x());
+        assert_relative_eq!(nose_ned, Vector3::new(0.3f64.cos(), 0.0, -(0.3f64.sin())), epsilon = 1e-15);
+    }
+
+    #[test]
+    fn closed_form_positive_yaw_turns_the_nose_east() {
+        let q = quaternion_from_euler(0.0, 0.0, 0.5);
+        let nose_ned = rotate_ned_from_body(q, Vector3::x());
+        assert!(nose_ned.y > 0.0);
+    }
+
+    #[test]
+    fn closed_form_planar_pitch_counts_through_the_vertical() {
+        let q = [(2.0f64 / 2.0).cos(), 0.0, (2.0f64 / 2.0).sin(), 0.0];
+        assert_relative_eq!(pitch(q), 2.0, epsilon = 1e-15);
+    }
+
+    proptest! {
+        #[test]
+        fn prop_euler_angles_come_back(r in -3.0f64..3.0, p in -1.5f64..1.5, y in -3.0f64..3.0) {
+            let q = quaternion_from_euler(r, p, y);
+            prop_assert!((roll(q) - r).abs() < 1e-9 && (pitch(q) - p).abs() < 1e-9 && (yaw(q) - y).abs() < 1e-9);
+        }
+
+        #[test]
+        fn prop_rotation_round_trip(r in -3.0f64..3.0, p in -1.5f64..1.5, y in -3.0f64..3.0,
+                                    a in -9.0f64..9.0, b in -9.0f64..9.0, c in -9.0f64..9.0) {
+            let q = quaternion_from_euler(r, p, y);
+            let v = Vector3::new(a, b, c);
+            let back = rotate_body_from_ned(q, rotate_ned_from_body(q, v));
+            prop_assert!((back - v).norm() < 1e-13);
+        }
+
+        /// (2) is the derivative of the attitude: d/dt (C^T b) = C^T (omega x b) for a body-fixed b.
+        #[test]
+        fn prop_quaternion_rate_turns_body_vectors(r in -3.0f64..3.0, p in -1.4f64..1.4, y in -3.0f64..3.0,
+                                                   wx in -2.0f64..2.0, wy in -2.0f64..2.0, wz in -2.0f64..2.0) {
+            let q = quaternion_from_euler(r, p, y);
+            let omega = Vector3::new(wx, wy, wz);
+            let rate = quaternion_rate(q, omega);
+            let h = 1e-6;
+            let step = |s: f64| std::array::from_fn(|i| q[i] + s * h * rate[i]);
+            let b = Vector3::new(0.3, -0.7, 0.2);
+            let numeric = (rotate_ned_from_body(step(1.0), b) - rotate_ned_from_body(step(-1.0), b)) / (2.0 * h);
+            prop_assert!((numeric - rotate_ned_from_body(q, omega.cross(&b))).norm() < 1e-8);
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! samara plans, tunes, proves and flies the drop of a multirotor from a parachute.
+
+pub mod frames;
+pub mod model;
+pub mod real;
+pub mod trajectory;
+pub mod units;

@@ -1,0 +1,163 @@
+//! Body aerodynamics (13)-(18): drag, lift and pitching moment from tables over the angle of attack.
+//!
+//! With the air-relative body velocity `[U V W]`, `alpha = atan2(W, U)` and `qbar = rho (U^2+V^2+W^2)/2`:
+//!
+//! ```text
+//! F_x = qbar S (-C_D cos a + C_L sin a)      F_z = qbar S (-C_D sin a - C_L cos a)      M_y = qbar S b C_M
+//! ```
+//!
+//! Differs from the paper: element (3,3) of (16) is printed 1; it is cos alpha. Airspeed is relative to the air (the
+//! paper has no wind). Assumptions: side force, rolling and yawing moments are zero and the coefficients do not depend on
+//! sideslip, as in the paper; no rate damping.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::ModelError;
+use super::spline::PeriodicSpline;
+use crate::real::Real;
+
+/// The body's coefficient tables and reference dimensions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyAero {
+    area_m2: f64,
+    span_m: f64,
+    c_drag: PeriodicSpline,
+    c_lift: PeriodicSpline,
+    c_pitch: PeriodicSpline,
+}
+
+/// Force and moment of the air on the body, body axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AeroLoad<S = f64> {
+    /// Force [N], body axes.
+    pub force_body: Vector3<S>,
+    /// Moment about the centre of mass [N m], body axes.
+    pub moment_body: Vector3<S>,
+}
+
+/// [`BodyAero`]'s three non-zero components (force x, force z, moment y) with derivatives with respect to the
+/// air-relative body velocity.
+#[derive(Clone, Copy, Debug)]
+pub struct AeroJet {
+    /// `F_x` [N], `F_z` [N], `M_y` [N m].
+    pub value: [f64; 3],
+    /// Gradient of each with respect to `[U V W]`.
+    pub gradient: [Vector3<f64>; 3],
+    /// Hessian of each with respect to `[U V W]`.
+    pub hessian: [Matrix3<f64>; 3],
+}
+
+impl BodyAero {
+    /// Tables over `alpha_rad`, which runs from -pi to pi.
+    ///
+    /// # Errors
+    /// [`ModelError`] for a reference dimension that is not positive, or for a table that [`PeriodicSpline::new`] refuses
+    /// or that does not span the whole turn.
+    pub fn new(
+        area_m2: f64,
+        span_m: f64,
+        alpha_rad: &[f64],
+        c_drag: &[f64],
+        c_lift: &[f64],
+        c_pitch: &[f64],
+    ) -> Result<Self, ModelError> {
+        super::check_positive("reference area", area_m2)?;
+        super::check_positive("reference span", span_m)?;
+        let spline = |name: &str, values: &[f64]| {
+            PeriodicSpline::new(alpha_rad, values).map_err(|e| ModelError::Table(format!("{name}: {e}")))
+        };
+        let aero = Self {
+            area_m2,
+            span_m,
+            c_drag: spline("drag coefficient", c_drag)?,
+            c_lift: spline("lift coefficient", c_lift)?,
+            c_pitch: spline("pitching moment coefficient", c_pitch)?,
+        };
+        let ends = (alpha_rad[0], alpha_rad[alpha_rad.len() - 1]);
+        let pi = std::f64::consts::PI;
+        if (ends.0 + pi).abs() > 1e-9 || (ends.1 - pi).abs() > 1e-9 {
+            return Err(ModelError::Table("the angle of attack must run from -180 to 180 deg".into()));
+        }
+        Ok(aero)
+    }
+
+    /// Force and moment at the air-relative body velocity [m/s] and density [kg/m^3].
+    #[inline(always)]
+    pub fn load<S: Real>(&self, v_air_body: Vector3<S>, density: f64) -> AeroLoad<S> {
+        let (u, v, w) = (v_air_body.x, v_air_body.y, v_air_body.z);
+        let in_plane = u * u + w * w;
+        let zero = S::zero();
+        if in_plane.value() <= 0.0 {
+            // No flow in the plane of symmetry: alpha is undefined. At rest all loads vanish; in a purely lateral flow
+            // the model has nothing to say (it has no side force).
+            return AeroLoad { force_body: Vector3::zeros(), moment_body: Vector3::zeros() };
+        }
+        let alpha = w.atan2(u);
+        let inverse = S::one() / in_plane.sqrt();
+        let (cos, sin) = (u * inverse, w * inverse);
+        let qs = S::from_f64(0.5 * density * self.area_m2) * (in_plane + v * v);
+        let (cd, cl, cm) = (self.c_drag.eval(alpha), self.c_lift.eval(alpha), self.c_pitch.eval(alpha));
+        AeroLoad {
+            force_body: Vector3::new(qs * (cl * sin - cd * cos), zero, -(qs * (cd * sin + cl * cos))),
+            moment_body: Vector3::new(zero, qs * S::from_f64(self.span_m) * cm, zero),
+        }
+    }
+
+    /// The load with exact first and second derivatives with respect to the air-relative body velocity.
+    ///
+    /// Each component is `qbar(U, V, W) G(alpha)`: products of a quadratic and a function of one angle, so the
+    /// Hessian is `G qbar'' + G' (qbar' alpha'^T + alpha' qbar'^T) + qbar (G'' alpha' alpha'^T + G' alpha'')`.
+    #[inline(always)]
+    pub fn jet(&self, v_air_body: &Vector3<f64>, density: f64) -> AeroJet {
+        let (u, w) = (v_air_body.x, v_air_body.z);
+        let r2 = u * u + w * w;
+        if r2 <= 0.0 {
+            return AeroJet {
+                value: [0.0; 3],
+                gradient: [Vector3::zeros(); 3],
+                hessian: [Matrix3::zeros(); 3],
+            };
+        }
+        let alpha = w.atan2(u);
+        let r = r2.sqrt();
+        let (cos, sin) = (u / r, w / r);
+        let (d, l, m) = (self.c_drag.jet(alpha), self.c_lift.jet(alpha), self.c_pitch.jet(alpha));
+        // Functions of alpha alone and their first two derivatives.
+        let g = [
+            [
+                l.value * sin - d.value * cos,
+                (l.first + d.value) * sin + (l.value - d.first) * cos,
+                (l.second + 2.0 * d.first - l.value) * sin + (2.0 * l.first + d.value - d.second) * cos,
+            ],
+            [
+                -d.value * sin - l.value * cos,
+                (l.value - d.first) * sin - (d.value + l.first) * cos,
+                (2.0 * l.first + d.value - d.second) * sin + (l.value - 2.0 * d.first - l.second) * cos,
+            ],
+            [self.span_m * m.value, self.span_m * m.first, self.span_m * m.second],
+        ];
+        let rs = density * self.area_m2;
+        let q = 0.5 * rs * v_air_body.norm_squared();
+        let dq = v_air_body * rs;
+        let (r4, r2i) = (1.0 / (r2 * r2), 1.0 / r2);
+        let da = Vector3::new(-w * r2i, 0.0, u * r2i);
+        let (auu, auw) = (2.0 * u * w * r4, (w * w - u * u) * r4);
+        let dda = Matrix3::new(auu, 0.0, auw, 0.0, 0.0, 0.0, auw, 0.0, -auu);
+        let dq_da = dq * da.transpose();
+        let cross = dq_da + dq_da.transpose();
+        let da_da = da * da.transpose();
+        let term = |g: &[f64; 3]| {
+            let hessian = Matrix3::from_diagonal_element(rs * g[0])
+                + cross * g[1]
+                + da_da * (q * g[2])
+                + dda * (q * g[1]);
+            (q * g[0], dq * g[0] + da * (q * g[1]), hessian)
+        };
+        let parts = [term(&g[0]), term(&g[1]), term(&g[2])];
+        AeroJet {
+            value: [parts[0].0, parts[1].0, parts[2].0],
+            gradient: [parts[0].1, parts[1].1, parts[2].1],
+            hessian: [parts[0].2, parts[1].2, parts[2].2],
+        }
+    }
+}

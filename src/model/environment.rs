@@ -1,0 +1,78 @@
+//! Where it flies: gravity, air and the anchor of the local frame. Uniform and constant over the flight (a drop of
+//! half a minute): flat, non-rotating Earth or Titan.
+
+use nalgebra::Vector3;
+
+use super::ModelError;
+use crate::units::{DEG_PER_RAD, EARTH_RADIUS_M, RAD_PER_DEG};
+
+/// Gravity, density, wind, and the place of the local NED frame's origin on the globe.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Environment {
+    /// Gravity, along +down [m/s^2].
+    pub gravity_m_s2: f64,
+    /// Density of the air [kg/m^3].
+    pub density_kg_m3: f64,
+    /// Velocity of the air over the ground, NED [m/s].
+    pub wind_ned_m_s: Vector3<f64>,
+    /// Latitude [deg], longitude [deg] and altitude above mean sea level [m] of the local origin: the point of release.
+    pub anchor: GeoPoint,
+}
+
+/// A point on the globe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GeoPoint {
+    /// Latitude [deg].
+    pub latitude_deg: f64,
+    /// Longitude [deg].
+    pub longitude_deg: f64,
+    /// Altitude above mean sea level [m].
+    pub altitude_m: f64,
+}
+
+impl Environment {
+    /// Checks and builds.
+    ///
+    /// # Errors
+    /// [`ModelError`] when gravity or density is not positive, or a number is out of range.
+    pub fn new(
+        gravity_m_s2: f64,
+        density_kg_m3: f64,
+        wind_ned_m_s: Vector3<f64>,
+        anchor: GeoPoint,
+    ) -> Result<Self, ModelError> {
+        super::check_positive("gravity", gravity_m_s2)?;
+        super::check_positive("density", density_kg_m3)?;
+        if !wind_ned_m_s.iter().all(|w| w.is_finite()) {
+            return Err(ModelError::OutOfRange {
+                what: "wind".into(),
+                expected: "finite",
+                value: wind_ned_m_s.norm(),
+            });
+        }
+        if !(anchor.latitude_deg.abs() < 90.0) {
+            return Err(ModelError::OutOfRange {
+                what: "latitude".into(),
+                expected: "between -90 and 90 deg, poles excluded",
+                value: anchor.latitude_deg,
+            });
+        }
+        Ok(Self { gravity_m_s2, density_kg_m3, wind_ned_m_s, anchor })
+    }
+
+    /// Gravity as an acceleration in NED [m/s^2].
+    pub fn gravity_ned(&self) -> Vector3<f64> {
+        Vector3::new(0.0, 0.0, self.gravity_m_s2)
+    }
+
+    /// The point of the globe at `p_ned` [m] from the anchor: an equirectangular chart on a sphere of Earth's mean
+    /// radius, good to millimetres over the kilometre of a drop. (Ground stations draw every site on Earth's map.)
+    pub fn geo_point(&self, p_ned: &Vector3<f64>) -> GeoPoint {
+        let cos_lat = (self.anchor.latitude_deg * RAD_PER_DEG).cos();
+        GeoPoint {
+            latitude_deg: self.anchor.latitude_deg + p_ned.x / EARTH_RADIUS_M * DEG_PER_RAD,
+            longitude_deg: self.anchor.longitude_deg + p_ned.y / (EARTH_RADIUS_M * cos_lat) * DEG_PER_RAD,
+            altitude_m: self.anchor.altitude_m - p_ned.z,
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! What flies: the vehicle's physics, as pure functions and data.
+//!
+//! | file | holds | paper |
+//! |---|---|---|
+//! | [`rigid_body`] | translation and rotation of the body | (1)-(8) |
+//! | [`body_aero`] | body forces and moment from coefficient tables | (13)-(18) |
+//! | [`rotor`] | thrust and torque of one rotor, inflow at the hub | (10)-(12), III.A |
+//! | [`motor`] | speed controller and motor: rotor speed from throttle | III.B, (23)-(24) |
+//! | [`vehicle`] | the vehicle: all of the above with its geometry; force balance | (5)-(9), (19)-(22) |
+//! | [`environment`] | gravity, density, wind, the site's place on the globe | |
+//! | [`parachute`] | descent and swing before the release | (40)-(44) |
+//! | [`trim`](mod@trim) | the steady state at a commanded velocity | (31) |
+
+pub mod body_aero;
+pub mod environment;
+pub mod motor;
+pub mod parachute;
+pub mod rigid_body;
+pub mod rotor;
+pub mod spline;
+pub mod trim;
+pub mod vehicle;
+
+pub use body_aero::BodyAero;
+pub use environment::Environment;
+pub use motor::Motor;
+pub use parachute::Parachute;
+pub use rotor::{Rotor, RotorTable};
+pub use trim::{Trim, TrimError, trim};
+pub use vehicle::{ForceBalance, RotorMount, Spin, Vehicle, VehicleOptions};
+
+/// Most rotors that a vehicle may have; per-rotor arrays have this length, so that nothing allocates in flight.
+pub const MAX_ROTORS: usize = 8;
+
+/// One number per rotor; entries beyond the vehicle's rotor count are zero.
+pub type PerRotor = [f64; MAX_ROTORS];
+
+/// Why a part of the vehicle or its surroundings cannot be built.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ModelError {
+    /// A quantity that must be positive and finite is not.
+    #[error("{what} must be positive, found {value}")]
+    NotPositive {
+        /// The quantity.
+        what: String,
+        /// Its value.
+        value: f64,
+    },
+    /// A quantity is not finite or outside its range.
+    #[error("{what} must be {expected}, found {value}")]
+    OutOfRange {
+        /// The quantity.
+        what: String,
+        /// What was expected.
+        expected: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// Principal inertias of a rigid body satisfy `a + b >= c` in every order; these do not.
+    #[error(
+        "inertia {0:?} kg m^2 breaks the triangle inequality: each must be at most the sum of the others"
+    )]
+    InertiaTriangle([f64; 3]),
+    /// A table has the wrong shape, is not increasing or is not finite.
+    #[error("{0}")]
+    Table(String),
+    /// The rotor set cannot carry or steer the vehicle.
+    #[error("{0}")]
+    Rotors(String),
+}
+
+fn check_positive(what: &str, value: f64) -> Result<(), ModelError> {
+    if value.is_finite() && value > 0.0 {
+        Ok(())
+    } else {
+        Err(ModelError::NotPositive { what: what.to_owned(), value })
+    }
+}
+
+fn check_increasing(knots: &[f64]) -> Result<(), ModelError> {
+    match knots.windows(2).position(|w| w[1].partial_cmp(&w[0]) != Some(std::cmp::Ordering::Greater)) {
+        None => Ok(()),
+        Some(i) => Err(ModelError::Table(format!(
+            "the grid must increase, but entry {} ({}) follows {}",
+            i + 1,
+            knots[i + 1],
+            knots[i]
+        ))),
+    }
+}

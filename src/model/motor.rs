@@ -1,0 +1,97 @@
+//! Speed controller and motor: how a throttle command becomes rotor speed.
+//!
+//! The control channel is `delta = omega_c / omega_max` in 0..1. Two models: **ESC + DC motor** (Titan; voltage and
+//! current limits, the paper's figure 5) and **first order** with separate time constants up and down.
+
+/// A motor with its speed controller.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Motor {
+    /// Speed controller with voltage feed-forward and proportional gain on a DC motor:
+    ///
+    /// ```text
+    /// V = clip(K_e omega_c + K_esc (omega_c - omega), 0, V_max)
+    /// I = clip((V - K_e omega)/R, I_min, I_max)
+    /// omega_dot = (K_t I - Q_aero)/J_r
+    /// ```
+    EscDc {
+        /// Speed at full throttle [rad/s].
+        omega_max_rad_s: f64,
+        /// K_t [N m/A].
+        torque_constant_nm_a: f64,
+        /// K_e [V s/rad].
+        back_emf_constant_v_s_rad: f64,
+        /// R [ohm].
+        resistance_ohm: f64,
+        /// V_max [V].
+        voltage_max_v: f64,
+        /// I_max [A].
+        current_max_a: f64,
+        /// I_min [A]; 0: no active braking.
+        current_min_a: f64,
+        /// K_esc [V s/rad].
+        esc_gain_v_s_rad: f64,
+        /// J_r, rotor and motor [kg m^2].
+        rotor_inertia_kg_m2: f64,
+    },
+    /// `omega_dot = (omega_c - omega)/tau`, with tau by the sign of the difference.
+    FirstOrder {
+        /// Speed at full throttle [rad/s].
+        omega_max_rad_s: f64,
+        /// Time constant speeding up [s].
+        tau_up_s: f64,
+        /// Time constant slowing down [s].
+        tau_down_s: f64,
+        /// J_r [kg m^2], for the gyroscopic terms only.
+        rotor_inertia_kg_m2: f64,
+    },
+}
+
+impl Motor {
+    /// Speed at full throttle [rad/s].
+    pub fn omega_max_rad_s(&self) -> f64 {
+        match self {
+            Self::EscDc { omega_max_rad_s, .. } | Self::FirstOrder { omega_max_rad_s, .. } => {
+                *omega_max_rad_s
+            }
+        }
+    }
+
+    /// Moment of inertia of rotor and motor about the shaft [kg m^2].
+    pub fn rotor_inertia_kg_m2(&self) -> f64 {
+        match self {
+            Self::EscDc { rotor_inertia_kg_m2, .. } | Self::FirstOrder { rotor_inertia_kg_m2, .. } => {
+                *rotor_inertia_kg_m2
+            }
+        }
+    }
+
+    /// Angular acceleration of the rotor [rad/s^2] at the throttle in 0..1, its speed [rad/s] and the aerodynamic torque
+    /// that brakes it [N m]. A rotor at rest is never driven backwards.
+    #[inline(always)]
+    pub fn acceleration(&self, throttle: f64, omega: f64, torque_aero: f64) -> f64 {
+        let rate = match *self {
+            Self::EscDc {
+                omega_max_rad_s,
+                torque_constant_nm_a,
+                back_emf_constant_v_s_rad: k_e,
+                resistance_ohm,
+                voltage_max_v,
+                current_max_a,
+                current_min_a,
+                esc_gain_v_s_rad,
+                rotor_inertia_kg_m2,
+            } => {
+                let omega_c = throttle * omega_max_rad_s;
+                let voltage =
+                    (k_e * omega_c + esc_gain_v_s_rad * (omega_c - omega)).clamp(0.0, voltage_max_v);
+                let current = ((voltage - k_e * omega) / resistance_ohm).clamp(current_min_a, current_max_a);
+                (torque_constant_nm_a * current - torque_aero) / rotor_inertia_kg_m2
+            }
+            Self::FirstOrder { omega_max_rad_s, tau_up_s, tau_down_s, .. } => {
+                let difference = throttle * omega_max_rad_s - omega;
+                difference / if difference > 0.0 { tau_up_s } else { tau_down_s }
+            }
+        };
+        if omega <= 0.0 && rate < 0.0 { 0.0 } else { rate }
+    }
+}

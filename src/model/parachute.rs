@@ -1,0 +1,160 @@
+//! Before the release: steady descent under the canopy, and the swing of (40)-(44).
+//!
+//! Assumptions, the paper's: the canopy descends at a constant rate, the vehicle swings as a prescribed pendulum about
+//! its attachment ("wrist motion"), nose perpendicular to the line, so that pitch equals the swing angle. The motion is
+//! kinematic: the canopy force is whatever it takes.
+
+use nalgebra::Vector3;
+
+use super::ModelError;
+use super::rigid_body::BodyState;
+use crate::frames::quaternion_from_euler;
+
+/// Swing under the canopy: `theta(t) = theta_0 sin(omega t + phi)`, (40).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pendulum {
+    /// Amplitude theta_0 [rad].
+    pub amplitude_rad: f64,
+    /// Phase phi at the nominal release [rad].
+    pub phase_rad: f64,
+    /// omega [rad/s].
+    pub omega_rad_s: f64,
+    /// Length r from the pivot to the centre of mass [m].
+    pub length_m: f64,
+}
+
+impl Pendulum {
+    /// Swing angle [rad], rate [rad/s] and acceleration [rad/s^2] at `t` [s] from the nominal release, (40)-(41).
+    pub fn swing(&self, t: f64) -> (f64, f64, f64) {
+        let (sin, cos) = (self.omega_rad_s * t + self.phase_rad).sin_cos();
+        let theta = self.amplitude_rad * sin;
+        (theta, self.omega_rad_s * self.amplitude_rad * cos, -self.omega_rad_s * self.omega_rad_s * theta)
+    }
+}
+
+/// The parachute: descent rate, swing, and the delay before the rotors may turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parachute {
+    /// Rate of descent, relative to the ground [m/s].
+    pub descent_m_s: f64,
+    /// Delay t_d between release and rotor start [s].
+    pub delay_s: f64,
+    /// The swing.
+    pub pendulum: Pendulum,
+}
+
+impl Parachute {
+    /// Checks and builds.
+    ///
+    /// # Errors
+    /// [`ModelError`] when a number is negative or not finite.
+    pub fn new(descent_m_s: f64, delay_s: f64, pendulum: Pendulum) -> Result<Self, ModelError> {
+        for (what, value) in [
+            ("descent rate", descent_m_s),
+            ("release delay", delay_s),
+            ("pendulum length", pendulum.length_m),
+            ("pendulum frequency", pendulum.omega_rad_s),
+        ] {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(ModelError::OutOfRange { what: what.into(), expected: "at least zero", value });
+            }
+        }
+        if !(pendulum.amplitude_rad.is_finite() && pendulum.phase_rad.is_finite()) {
+            return Err(ModelError::OutOfRange {
+                what: "pendulum amplitude and phase".into(),
+                expected: "finite",
+                value: pendulum.amplitude_rad,
+            });
+        }
+        Ok(Self { descent_m_s, delay_s, pendulum })
+    }
+
+    /// Speed of descent at the end of the delay with the air left out: `v_0 = descent + g t_d`, (44).
+    pub fn v0_m_s(&self, gravity_m_s2: f64) -> f64 {
+        self.descent_m_s + gravity_m_s2 * self.delay_s
+    }
+
+    /// The vehicle under the canopy at `t` [s] from the nominal release (negative before), and its acceleration in NED
+    /// [m/s^2]. Position is zero at the nominal release.
+    pub fn hanging(&self, t: f64) -> (BodyState, Vector3<f64>) {
+        let r = self.pendulum.length_m;
+        let (theta, rate, acceleration) = self.pendulum.swing(t);
+        let (sin, cos) = theta.sin_cos();
+        let (theta_0, ..) = self.pendulum.swing(0.0);
+        let state = BodyState {
+            p_ned: Vector3::new(
+                r * (sin - theta_0.sin()),
+                0.0,
+                self.descent_m_s * t + r * (cos - theta_0.cos()),
+            ),
+            q_ned_from_body: quaternion_from_euler(0.0, theta, 0.0),
+            v_ned: Vector3::new(rate * r * cos, 0.0, self.descent_m_s - rate * r * sin),
+            omega_body: Vector3::new(0.0, rate, 0.0),
+        };
+        let a_ned = Vector3::new(
+            r * (acceleration * cos - rate * rate * sin),
+            0.0,
+            -r * (acceleration * sin + rate * rate * cos),
+        );
+        (state, a_ned)
+    }
+
+    /// The paper's state at t = 0, (40)-(44): the swing at the release with `v_0` in place of the descent rate; pitch and
+    /// rate are not propagated through the delay.
+    pub fn state_at_t0(&self, gravity_m_s2: f64) -> BodyState {
+        let (mut state, _) = self.hanging(0.0);
+        state.v_ned.z += gravity_m_s2 * self.delay_s;
+        state.p_ned = Vector3::zeros();
+        state
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::RAD_PER_DEG;
+
+    fn titan(phase_deg: f64) -> Parachute {
+        let pendulum = Pendulum {
+            amplitude_rad: 9.4 * RAD_PER_DEG,
+            phase_rad: phase_deg * RAD_PER_DEG,
+            omega_rad_s: 2.0,
+            length_m: 1.0,
+        };
+        Parachute::new(3.0, 0.5, pendulum).unwrap()
+    }
+
+    /// Table 3, digits truncated as printed: r = 1.0 m reproduces it (the text's 0.34 m does not).
+    #[test]
+    fn paper_table_3_is_the_pendulum_of_one_metre() {
+        let rows = [
+            (0.0, 0.32, 3.67, 0.0, 18.8),
+            (36.0, 0.26, 3.64, 5.5, 15.2),
+            (72.0, 0.10, 3.65, 8.9, 5.8),
+            (108.0, -0.10, 3.69, 8.9, -5.8),
+            (144.0, -0.26, 3.70, 5.5, -15.2),
+            (180.0, -0.32, 3.67, 0.0, -18.8),
+        ];
+        let truncated = |x: f64, digits: f64| ((x * digits).abs() + 1e-9).floor() / digits * x.signum();
+        for (phase, vn, vd, pitch, rate) in rows {
+            let s = titan(phase).state_at_t0(1.35);
+            let pitch_deg = crate::frames::pitch(s.q_ned_from_body) / RAD_PER_DEG;
+            assert!((truncated(s.v_ned.x, 100.0) - vn).abs() < 1e-9, "phase {phase}: vn {}", s.v_ned.x);
+            assert!((truncated(s.v_ned.z, 100.0) - vd).abs() < 1e-9, "phase {phase}: vd {}", s.v_ned.z);
+            assert!((truncated(pitch_deg, 10.0) - pitch).abs() < 1e-9, "phase {phase}: pitch {pitch_deg}");
+            assert!((truncated(s.omega_body.y / RAD_PER_DEG, 10.0) - rate).abs() < 1e-9, "phase {phase}");
+        }
+    }
+
+    #[test]
+    fn closed_form_hanging_velocity_and_acceleration_are_derivatives() {
+        let p = titan(50.0);
+        let h = 1e-5;
+        for t in [-3.0, -0.4, 0.0] {
+            let (s, a) = p.hanging(t);
+            let (before, after) = (p.hanging(t - h).0, p.hanging(t + h).0);
+            assert!(((after.p_ned - before.p_ned) / (2.0 * h) - s.v_ned).norm() < 1e-9);
+            assert!(((after.v_ned - before.v_ned) / (2.0 * h) - a).norm() < 1e-8);
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! The rigid body, (1)-(8): how forces and moments move it.
+//!
+//! Assumptions: flat, non-rotating planet; constant mass and inertia; one rigid body. Rotors enter as forces and
+//! moments, with their angular momentum in `M_rot` (22) when it is switched on.
+//!
+//! Differs from the paper: its gravity term below (9) lacks the mass; here gravity is an acceleration, [0 0 g].
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::frames::{Quaternion, quaternion_rate, rotate_ned_from_body};
+use crate::real::Real;
+
+/// Position, attitude, velocity and body rates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyState<S = f64> {
+    /// Position from the point of release, NED [m].
+    pub p_ned: Vector3<S>,
+    /// Attitude, body to NED, scalar first.
+    pub q_ned_from_body: Quaternion<S>,
+    /// Velocity over ground, NED [m/s].
+    pub v_ned: Vector3<S>,
+    /// Body rates [P Q R] [rad/s].
+    pub omega_body: Vector3<S>,
+}
+
+/// Time derivative of a [`BodyState`], field by field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyRate<S = f64> {
+    /// Velocity, NED [m/s], (1).
+    pub p_dot_ned: Vector3<S>,
+    /// Quaternion rate [1/s], (2).
+    pub q_dot: Quaternion<S>,
+    /// Acceleration, NED [m/s^2], (3).
+    pub v_dot_ned: Vector3<S>,
+    /// Angular acceleration, body [rad/s^2], (4).
+    pub omega_dot_body: Vector3<S>,
+}
+
+/// Mass and inertia with the inverse at hand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MassProperties {
+    /// Mass [kg].
+    pub mass_kg: f64,
+    /// Inertia about the centre of mass, body axes [kg m^2].
+    pub inertia_kg_m2: Matrix3<f64>,
+    /// Its inverse.
+    pub inertia_inverse: Matrix3<f64>,
+}
+
+impl MassProperties {
+    /// Checks and builds from the mass and the inertia matrix.
+    ///
+    /// # Errors
+    /// [`super::ModelError`] when the mass is not positive, the matrix is not symmetric positive definite, or the
+    /// principal inertias break the triangle inequality.
+    pub fn new(mass_kg: f64, inertia_kg_m2: Matrix3<f64>) -> Result<Self, super::ModelError> {
+        super::check_positive("mass", mass_kg)?;
+        let asymmetry = (inertia_kg_m2 - inertia_kg_m2.transpose()).amax();
+        if !(asymmetry <= 1e-9 * inertia_kg_m2.amax()) {
+            return Err(super::ModelError::OutOfRange {
+                what: "inertia".into(),
+                expected: "a symmetric matrix",
+                value: asymmetry,
+            });
+        }
+        let principal = inertia_kg_m2.symmetric_eigenvalues();
+        for p in principal.iter() {
+            super::check_positive("principal inertia", *p)?;
+        }
+        let sum: f64 = principal.iter().sum();
+        if principal.iter().any(|p| 2.0 * p > sum * (1.0 + 1e-12)) {
+            return Err(super::ModelError::InertiaTriangle([principal[0], principal[1], principal[2]]));
+        }
+        let inertia_inverse = inertia_kg_m2.try_inverse().ok_or(super::ModelError::NotPositive {
+            what: "determinant of the inertia".into(),
+            value: 0.0,
+        })?;
+        Ok(Self { mass_kg, inertia_kg_m2, inertia_inverse })
+    }
+}
+
+fn lift<S: Real>(m: &Matrix3<f64>) -> Matrix3<S> {
+    m.map(S::from_f64)
+}
+
+/// Derivative of the state under a body force [N] and moment [N m] (body axes, gravity excluded):
+/// (1)-(4) with `v_dot = C^T F/m + [0 0 g]` and `omega_dot = J^-1 (M - omega x J omega)`.
+#[inline(always)]
+pub fn derivative<S: Real>(
+    mass: &MassProperties,
+    gravity_m_s2: f64,
+    state: &BodyState<S>,
+    force_body: Vector3<S>,
+    moment_body: Vector3<S>,
+) -> BodyRate<S> {
+    let omega = state.omega_body;
+    let mut v_dot = rotate_ned_from_body(state.q_ned_from_body, force_body * S::from_f64(1.0 / mass.mass_kg));
+    v_dot.z += S::from_f64(gravity_m_s2);
+    let momentum = lift::<S>(&mass.inertia_kg_m2) * omega;
+    BodyRate {
+        p_dot_ned: state.v_ned,
+        q_dot: quaternion_rate(state.q_ned_from_body, omega),
+        v_dot_ned: v_dot,
+        omega_dot_body: lift::<S>(&mass.inertia_inverse) * (moment_body - omega.cross(&momentum)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inertia_must_be_possible() {
+        let bad = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 2.5));
+        assert!(matches!(MassProperties::new(1.0, bad), Err(super::super::ModelError::InertiaTriangle(_))));
+        let flat = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 2.0));
+        assert!(MassProperties::new(1.0, flat).is_ok(), "a flat plate is the limit and allowed");
+        assert!(MassProperties::new(-1.0, flat).is_err());
+        assert!(MassProperties::new(f64::NAN, flat).is_err());
+    }
+
+    /// Torque-free motion conserves kinetic energy and angular momentum in NED.
+    #[test]
+    fn closed_form_torque_free_rotation_conserves_momentum_and_energy() {
+        let mass = MassProperties::new(1.0, Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 2.5))).unwrap();
+        let mut s = BodyState {
+            p_ned: Vector3::zeros(),
+            q_ned_from_body: crate::frames::LEVEL,
+            v_ned: Vector3::zeros(),
+            omega_body: Vector3::new(0.4, 1.0, -0.3),
+        };
+        let invariants = |s: &BodyState| {
+            let h = mass.inertia_kg_m2 * s.omega_body;
+            (rotate_ned_from_body(s.q_ned_from_body, h), s.omega_body.dot(&h))
+        };
+        let before = invariants(&s);
+        for _ in 0..20_000 {
+            let dt = 1e-3;
+            let f = |s: &BodyState| derivative(&mass, 0.0, s, Vector3::zeros(), Vector3::zeros());
+            let at = |k: &BodyRate, h: f64| BodyState {
+                q_ned_from_body: std::array::from_fn(|i| s.q_ned_from_body[i] + h * k.q_dot[i]),
+                omega_body: s.omega_body + k.omega_dot_body * h,
+                ..s
+            };
+            let k1 = f(&s);
+            let k2 = f(&at(&k1, dt / 2.0));
+            let k3 = f(&at(&k2, dt / 2.0));
+            let k4 = f(&at(&k3, dt));
+            let w = dt / 6.0;
+            s.q_ned_from_body = std::array::from_fn(|i| {
+                s.q_ned_from_body[i] + w * (k1.q_dot[i] + 2.0 * k2.q_dot[i] + 2.0 * k3.q_dot[i] + k4.q_dot[i])
+            });
+            s.omega_body +=
+                (k1.omega_dot_body + k2.omega_dot_body * 2.0 + k3.omega_dot_body * 2.0 + k4.omega_dot_body)
+                    * w;
+        }
+        let after = invariants(&s);
+        assert!((after.0 - before.0).norm() < 1e-10 && (after.1 - before.1).abs() < 1e-11);
+    }
+}

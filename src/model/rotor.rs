@@ -1,0 +1,209 @@
+//! One rotor: thrust and aerodynamic torque from its speed and the flow through it.
+//!
+//! Two models. The **table** rotor carries computed thrust and torque over (speed, airspeed, angle of the flow), so
+//! windmill, vortex-ring and turbulent-wake states are in the data. The **quadratic** rotor is `T = k omega^2`,
+//! `Q = c T`, which knows no inflow. Assumptions: quasi-static (III.B.1 of the paper), no forces in the rotor's plane.
+
+use nalgebra::Vector3;
+
+use super::ModelError;
+
+/// Flow at a rotor hub.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inflow {
+    /// Airspeed of the hub [m/s].
+    pub airspeed_m_s: f64,
+    /// Angle of the flow against the rotor disk [rad]: `atan2(W_i, hypot(U_i, V_i))`; +pi/2 is flow from below, a
+    /// vertical descent. Differs from the paper's (12), `atan2(W_i, U_i)`, for sideways flow only: the disk is round.
+    pub angle_rad: f64,
+}
+
+impl Inflow {
+    /// Inflow of a hub that moves with `v_body` [m/s] through the air, thrust along the unit vector `axis_body`, (10)-(12).
+    #[inline(always)]
+    pub fn at_hub(v_body: &Vector3<f64>, axis_body: &Vector3<f64>) -> Self {
+        let along = v_body.dot(axis_body);
+        let in_disk = v_body - axis_body * along;
+        Self { airspeed_m_s: v_body.norm(), angle_rad: (-along).atan2(in_disk.norm()) }
+    }
+}
+
+/// Thrust and torque of a rotor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RotorLoad {
+    /// Thrust along the rotor's axis [N].
+    pub thrust_n: f64,
+    /// Aerodynamic torque that brakes the rotor [N m].
+    pub torque_nm: f64,
+}
+
+/// A rotor model.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Rotor {
+    /// Thrust and torque by table.
+    Table(RotorTable),
+    /// `T = k omega^2`, `Q = c T`, both scaled with density over `density_kg_m3`.
+    Quadratic {
+        /// Thrust coefficient k [N/(rad/s)^2] at `density_kg_m3`.
+        thrust_n_per_rad2_s2: f64,
+        /// Torque per thrust c [m].
+        torque_per_thrust_m: f64,
+        /// Density that k holds for [kg/m^3].
+        density_kg_m3: f64,
+    },
+}
+
+impl Rotor {
+    /// Thrust and torque at the rotor speed [rad/s], inflow and density [kg/m^3].
+    #[inline(always)]
+    pub fn load(&self, omega_rad_s: f64, inflow: Inflow, density_kg_m3: f64) -> RotorLoad {
+        match self {
+            Self::Table(table) => table.load(omega_rad_s, inflow, density_kg_m3),
+            Self::Quadratic { thrust_n_per_rad2_s2, torque_per_thrust_m, density_kg_m3: reference } => {
+                let thrust_n = thrust_n_per_rad2_s2 * (density_kg_m3 / reference) * omega_rad_s * omega_rad_s;
+                RotorLoad { thrust_n, torque_nm: torque_per_thrust_m * thrust_n }
+            }
+        }
+    }
+
+    /// Thrust and torque in still air.
+    pub fn static_load(&self, omega_rad_s: f64, density_kg_m3: f64) -> RotorLoad {
+        self.load(omega_rad_s, Inflow { airspeed_m_s: 0.0, angle_rad: 0.0 }, density_kg_m3)
+    }
+}
+
+/// Thrust and torque over a grid of speed, airspeed and flow angle; trilinear, clamped at the edges.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RotorTable {
+    omega: Axis,
+    airspeed: Axis,
+    angle: Axis,
+    /// `[thrust, torque]` with the angle running fastest, then the airspeed.
+    cells: Vec<[f64; 2]>,
+    density_kg_m3: f64,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Axis {
+    knots: Vec<f64>,
+    inverse_spacing: Option<f64>,
+}
+
+impl Axis {
+    fn new(name: &str, knots: &[f64]) -> Result<Self, ModelError> {
+        if knots.len() < 2 || knots.iter().any(|k| !k.is_finite()) {
+            return Err(ModelError::Table(format!("{name}: at least 2 finite entries expected")));
+        }
+        super::check_increasing(knots).map_err(|e| ModelError::Table(format!("{name}: {e}")))?;
+        let n = knots.len() - 1;
+        let spacing = (knots[n] - knots[0]) / n as f64;
+        let even = knots.windows(2).all(|w| (w[1] - w[0] - spacing).abs() < 1e-9 * spacing);
+        Ok(Self { knots: knots.to_vec(), inverse_spacing: even.then(|| 1.0 / spacing) })
+    }
+
+    /// Left knot and fraction of the interval; clamped.
+    #[inline(always)]
+    fn locate(&self, x: f64) -> (usize, f64) {
+        let last = self.knots.len() - 2;
+        let i = match self.inverse_spacing {
+            // `as usize` saturates: NaN and negatives give 0.
+            Some(inv) => (((x - self.knots[0]) * inv) as usize).min(last),
+            None => self.knots[1..=last].partition_point(|&k| k <= x),
+        };
+        let fraction = (x - self.knots[i]) / (self.knots[i + 1] - self.knots[i]);
+        (i, fraction.clamp(0.0, 1.0))
+    }
+}
+
+impl RotorTable {
+    /// A table over `omega_rad_s`, `airspeed_m_s`, `angle_rad`, valid at `density_kg_m3` and scaled with density
+    /// elsewhere. `thrust_torque` holds `[N, N m]` with the angle running fastest, then the airspeed.
+    ///
+    /// # Errors
+    /// [`ModelError::Table`] when an axis does not increase, or the cells are not finite or not as many as the grid has.
+    pub fn new(
+        omega_rad_s: &[f64],
+        airspeed_m_s: &[f64],
+        angle_rad: &[f64],
+        thrust_torque: Vec<[f64; 2]>,
+        density_kg_m3: f64,
+    ) -> Result<Self, ModelError> {
+        let (omega, airspeed, angle) = (
+            Axis::new("rotor speed", omega_rad_s)?,
+            Axis::new("airspeed", airspeed_m_s)?,
+            Axis::new("flow angle", angle_rad)?,
+        );
+        super::check_positive("the table's density", density_kg_m3)?;
+        let expected = omega_rad_s.len() * airspeed_m_s.len() * angle_rad.len();
+        if thrust_torque.len() != expected {
+            return Err(ModelError::Table(format!(
+                "a grid of {} speeds x {} airspeeds x {} angles has {expected} cells, found {}",
+                omega_rad_s.len(),
+                airspeed_m_s.len(),
+                angle_rad.len(),
+                thrust_torque.len()
+            )));
+        }
+        if thrust_torque.iter().flatten().any(|x| !x.is_finite()) {
+            return Err(ModelError::Table("thrust and torque must be finite".into()));
+        }
+        Ok(Self { omega, airspeed, angle, cells: thrust_torque, density_kg_m3 })
+    }
+
+    /// Thrust and torque; the density scales both.
+    #[inline(always)]
+    pub fn load(&self, omega_rad_s: f64, inflow: Inflow, density_kg_m3: f64) -> RotorLoad {
+        let (i, a) = self.omega.locate(omega_rad_s);
+        let (j, b) = self.airspeed.locate(inflow.airspeed_m_s);
+        let (k, c) = self.angle.locate(inflow.angle_rad);
+        let (nj, nk) = (self.airspeed.knots.len(), self.angle.knots.len());
+        let mix = |x: [f64; 2], y: [f64; 2], s: f64| [x[0] + s * (y[0] - x[0]), x[1] + s * (y[1] - x[1])];
+        let along_angle = |i: usize, j: usize| {
+            let at = (i * nj + j) * nk + k;
+            mix(self.cells[at], self.cells[at + 1], c)
+        };
+        let along_airspeed = |i: usize| mix(along_angle(i, j), along_angle(i, j + 1), b);
+        let [thrust, torque] = mix(along_airspeed(i), along_airspeed(i + 1), a);
+        let scale = density_kg_m3 / self.density_kg_m3;
+        RotorLoad { thrust_n: scale * thrust, torque_nm: scale * torque }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table() -> RotorTable {
+        let axis = [0.0, 1.0, 3.0];
+        let mut cells = Vec::new();
+        for w in axis {
+            for v in axis {
+                for a in axis {
+                    cells.push([w + 2.0 * v + 3.0 * a, w * v]);
+                }
+            }
+        }
+        RotorTable::new(&axis, &axis, &axis, cells, 2.0).unwrap()
+    }
+
+    #[test]
+    fn closed_form_trilinear_reproduces_a_multilinear_function_and_scales_with_density() {
+        let load = table().load(0.5, Inflow { airspeed_m_s: 2.0, angle_rad: 2.5 }, 4.0);
+        assert!((load.thrust_n - 2.0 * (0.5 + 4.0 + 7.5)).abs() < 1e-14);
+        assert!((load.torque_nm - 2.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn closed_form_outside_the_grid_the_edge_holds() {
+        let t = table();
+        let inside = t.load(3.0, Inflow { airspeed_m_s: 3.0, angle_rad: 0.0 }, 2.0);
+        assert_eq!(t.load(9.0, Inflow { airspeed_m_s: 8.0, angle_rad: -4.0 }, 2.0), inside);
+    }
+
+    #[test]
+    fn bad_grids_are_refused() {
+        assert!(RotorTable::new(&[0.0, 0.0], &[0.0, 1.0], &[0.0, 1.0], vec![[0.0; 2]; 8], 1.0).is_err());
+        assert!(RotorTable::new(&[0.0, 1.0], &[0.0, 1.0], &[0.0, 1.0], vec![[0.0; 2]; 7], 1.0).is_err());
+        assert!(RotorTable::new(&[0.0, 1.0], &[0.0, 1.0], &[0.0, 1.0], vec![[f64::NAN; 2]; 8], 1.0).is_err());
+    }
+}

@@ -1,0 +1,287 @@
+//! The vehicle: body, rotors and motors put together, and the balance of every force on it.
+//!
+//! Rotors sit at `position_body` and push along `axis_body` (up, `-z`, for a flat quadrotor). Seen from above, a rotor turns
+//! counter-clockwise when its rotation vector points along its thrust. Rotor order is PX4's: for the quad-X, 1 front
+//! right, 2 rear left, 3 front left, 4 rear right.
+//!
+//! Two switches, both off in the paper's study ("cancellation of torque between rotors is assumed"): the **reaction
+//! torque** of each rotor on the body, and the **rotors' angular momentum** (19)-(22).
+
+use nalgebra::Vector3;
+
+use super::body_aero::AeroLoad;
+use super::rigid_body::{BodyRate, BodyState, MassProperties, derivative};
+use super::rotor::{Inflow, Rotor, RotorLoad};
+use super::{BodyAero, Environment, MAX_ROTORS, ModelError, Motor, PerRotor};
+use crate::frames::rotate_body_from_ned;
+use crate::real::Real;
+
+/// Sense of rotation, seen from above.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Spin {
+    /// Clockwise.
+    Cw,
+    /// Counter-clockwise.
+    Ccw,
+}
+
+impl Spin {
+    /// +1 when the rotation vector points along the thrust (counter-clockwise), -1 otherwise.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Ccw => 1.0,
+            Self::Cw => -1.0,
+        }
+    }
+}
+
+/// Where a rotor sits, which way it pushes and turns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RotorMount {
+    /// Hub, from the centre of mass, body axes [m].
+    pub position_body_m: Vector3<f64>,
+    /// Unit vector of the thrust, body axes.
+    pub axis_body: Vector3<f64>,
+    /// Sense of rotation.
+    pub spin: Spin,
+}
+
+/// What of the rotors' reaction on the body is modelled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct VehicleOptions {
+    /// The torque that turns a rotor turns the body the other way.
+    pub reaction_torque: bool,
+    /// `M_rot = H_dot + omega x H`, (22).
+    pub rotor_momentum: bool,
+}
+
+/// A multirotor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Vehicle {
+    /// Mass and inertia.
+    pub mass: MassProperties,
+    /// The rotors, in PX4's order.
+    pub rotors: Vec<RotorMount>,
+    /// Body aerodynamics.
+    pub aero: BodyAero,
+    /// The rotor model, the same for all rotors.
+    pub rotor: Rotor,
+    /// The motor model, the same for all rotors.
+    pub motor: Motor,
+    /// Reaction torque and rotor momentum on or off.
+    pub options: VehicleOptions,
+}
+
+/// Every term of the balance of forces and moments at an instant.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ForceBalance {
+    /// Rotor forces (9) [N], body.
+    pub rotor_force_body: Vector3<f64>,
+    /// Air on the body (17) [N], body.
+    pub aero_force_body: Vector3<f64>,
+    /// Weight [N], NED.
+    pub gravity_force_ned: Vector3<f64>,
+    /// Parachute (while hanging) [N], NED.
+    pub canopy_force_ned: Vector3<f64>,
+    /// Moment of the rotor thrusts (6) [N m], body.
+    pub rotor_moment_body: Vector3<f64>,
+    /// Air on the body (18) [N m], body.
+    pub aero_moment_body: Vector3<f64>,
+    /// Torque that turns the rotors, back on the body [N m], body; zero when switched off.
+    pub reaction_moment_body: Vector3<f64>,
+    /// `-(H_dot + omega x H)` of the rotors (22) [N m], body; zero when switched off.
+    pub gyro_moment_body: Vector3<f64>,
+    /// Thrust of each rotor [N].
+    pub thrust_n: PerRotor,
+    /// Aerodynamic torque of each rotor [N m].
+    pub torque_nm: PerRotor,
+}
+
+impl ForceBalance {
+    /// Forces that act in body axes: rotors and air [N].
+    pub fn force_body(&self) -> Vector3<f64> {
+        self.rotor_force_body + self.aero_force_body
+    }
+
+    /// All moments [N m], body.
+    pub fn moment_body(&self) -> Vector3<f64> {
+        self.rotor_moment_body + self.aero_moment_body + self.reaction_moment_body + self.gyro_moment_body
+    }
+}
+
+/// Derivative of body and rotors, with the balance that made it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VehicleRate {
+    /// The body's derivative.
+    pub body: BodyRate,
+    /// Angular acceleration of each rotor [rad/s^2].
+    pub rotor_acceleration: PerRotor,
+    /// Forces and moments.
+    pub balance: ForceBalance,
+}
+
+impl Vehicle {
+    /// Checks the rotor set and builds.
+    ///
+    /// # Errors
+    /// [`ModelError::Rotors`] when there are no rotors or more than [`MAX_ROTORS`], or an axis is not a unit vector.
+    pub fn new(
+        mass: MassProperties,
+        rotors: Vec<RotorMount>,
+        aero: BodyAero,
+        rotor: Rotor,
+        motor: Motor,
+        options: VehicleOptions,
+    ) -> Result<Self, ModelError> {
+        if rotors.is_empty() || rotors.len() > MAX_ROTORS {
+            return Err(ModelError::Rotors(format!(
+                "1 to {MAX_ROTORS} rotors expected, found {}",
+                rotors.len()
+            )));
+        }
+        for (i, r) in rotors.iter().enumerate() {
+            if !((r.axis_body.norm() - 1.0).abs() < 1e-6 && r.position_body_m.iter().all(|x| x.is_finite())) {
+                return Err(ModelError::Rotors(format!(
+                    "rotor {}: the axis must be a unit vector and the position finite",
+                    i + 1
+                )));
+            }
+        }
+        super::check_positive("omega_max", motor.omega_max_rad_s())?;
+        Ok(Self { mass, rotors, aero, rotor, motor, options })
+    }
+
+    /// Thrust of one rotor at full throttle in still air [N]: `T_static`, the scale of the control channel.
+    pub fn static_thrust_n(&self, density_kg_m3: f64) -> f64 {
+        self.rotor.static_load(self.motor.omega_max_rad_s(), density_kg_m3).thrust_n
+    }
+
+    /// Torque per thrust [m] in still air at full throttle: what the reaction torque of a commanded thrust is taken to be
+    /// where only thrusts are known (planner, ideal plant, mixer).
+    pub fn torque_per_thrust_m(&self, density_kg_m3: f64) -> f64 {
+        let load = self.rotor.static_load(self.motor.omega_max_rad_s(), density_kg_m3);
+        load.torque_nm / load.thrust_n
+    }
+
+    /// Body moment per newton of thrust of rotor `i` [N m/N]: `g_i x axis`, and the reaction torque if it is on.
+    pub fn moment_per_thrust(&self, i: usize, density_kg_m3: f64) -> Vector3<f64> {
+        let r = &self.rotors[i];
+        let mut moment = r.position_body_m.cross(&r.axis_body);
+        if self.options.reaction_torque {
+            moment -= r.axis_body * (r.spin.sign() * self.torque_per_thrust_m(density_kg_m3));
+        }
+        moment
+    }
+
+    /// Force of the air on the body at a state.
+    #[inline(always)]
+    pub fn aero_load<S: Real>(&self, environment: &Environment, state: &BodyState<S>) -> AeroLoad<S> {
+        let v_air_ned = state.v_ned - environment.wind_ned_m_s.map(S::from_f64);
+        self.aero.load(rotate_body_from_ned(state.q_ned_from_body, v_air_ned), environment.density_kg_m3)
+    }
+
+    /// Derivative of the body under given thrusts [N] (one per rotor), actuators left out: the planner's and the ideal
+    /// plant's dynamics, `f(x, u)` of (25).
+    #[inline(always)]
+    pub fn thrust_derivative<S: Real>(
+        &self,
+        environment: &Environment,
+        state: &BodyState<S>,
+        thrust_n: &[S],
+    ) -> BodyRate<S> {
+        let aero = self.aero_load(environment, state);
+        let (mut force, mut moment) = (aero.force_body, aero.moment_body);
+        for (i, (rotor, &thrust)) in self.rotors.iter().zip(thrust_n).enumerate() {
+            force += rotor.axis_body.map(S::from_f64) * thrust;
+            moment += self.moment_per_thrust(i, environment.density_kg_m3).map(S::from_f64) * thrust;
+        }
+        derivative(&self.mass, environment.gravity_m_s2, state, force, moment)
+    }
+
+    /// Balance of forces under given thrusts [N], actuators left out (rotor momentum too: the speeds are not known).
+    pub fn thrust_balance(
+        &self,
+        environment: &Environment,
+        state: &BodyState,
+        thrust_n: &PerRotor,
+    ) -> ForceBalance {
+        let aero = self.aero_load(environment, state);
+        let mut balance = self.unpowered_balance(environment, &aero);
+        balance.thrust_n = *thrust_n;
+        for (i, rotor) in self.rotors.iter().enumerate() {
+            balance.add_thrust(rotor, thrust_n[i]);
+            if self.options.reaction_torque {
+                balance.torque_nm[i] = thrust_n[i] * self.torque_per_thrust_m(environment.density_kg_m3);
+                balance.reaction_moment_body -= rotor.axis_body * (rotor.spin.sign() * balance.torque_nm[i]);
+            }
+        }
+        balance
+    }
+
+    fn unpowered_balance(&self, environment: &Environment, aero: &AeroLoad) -> ForceBalance {
+        ForceBalance {
+            aero_force_body: aero.force_body,
+            aero_moment_body: aero.moment_body,
+            gravity_force_ned: environment.gravity_ned() * self.mass.mass_kg,
+            ..ForceBalance::default()
+        }
+    }
+
+    /// Derivative of body and rotors under throttle commands in 0..1, rotors at `rotor_speed` [rad/s]. With `locked`
+    /// rotors (before the end of the release delay) they are held, whatever the command.
+    pub fn powered_derivative(
+        &self,
+        environment: &Environment,
+        state: &BodyState,
+        rotor_speed: &PerRotor,
+        throttle: &PerRotor,
+        locked: bool,
+    ) -> VehicleRate {
+        let v_air_ned = state.v_ned - environment.wind_ned_m_s;
+        let v_air_body = rotate_body_from_ned(state.q_ned_from_body, v_air_ned);
+        let aero = self.aero.load(v_air_body, environment.density_kg_m3);
+        let mut balance = self.unpowered_balance(environment, &aero);
+        let mut rotor_acceleration = [0.0; MAX_ROTORS];
+        let inertia = self.motor.rotor_inertia_kg_m2();
+        for (i, rotor) in self.rotors.iter().enumerate() {
+            let hub = v_air_body + state.omega_body.cross(&rotor.position_body_m);
+            let load = self.rotor_load(rotor, &hub, rotor_speed[i], environment.density_kg_m3);
+            if !locked {
+                rotor_acceleration[i] = self.motor.acceleration(throttle[i], rotor_speed[i], load.torque_nm);
+            }
+            balance.thrust_n[i] = load.thrust_n;
+            balance.torque_nm[i] = load.torque_nm;
+            balance.add_thrust(rotor, load.thrust_n);
+            let spin_axis = rotor.axis_body * rotor.spin.sign();
+            if self.options.reaction_torque {
+                balance.reaction_moment_body -= spin_axis * load.torque_nm;
+            }
+            if self.options.rotor_momentum {
+                let h_dot = spin_axis * (inertia * rotor_acceleration[i]);
+                let h = spin_axis * (inertia * rotor_speed[i]);
+                balance.gyro_moment_body -= h_dot + state.omega_body.cross(&h);
+            }
+        }
+        let (force, moment) = (balance.force_body(), balance.moment_body());
+        let body = derivative(&self.mass, environment.gravity_m_s2, state, force, moment);
+        VehicleRate { body, rotor_acceleration, balance }
+    }
+
+    fn rotor_load(
+        &self,
+        rotor: &RotorMount,
+        hub_body: &Vector3<f64>,
+        omega: f64,
+        density_kg_m3: f64,
+    ) -> RotorLoad {
+        self.rotor.load(omega, Inflow::at_hub(hub_body, &rotor.axis_body), density_kg_m3)
+    }
+}
+
+impl ForceBalance {
+    fn add_thrust(&mut self, rotor: &RotorMount, thrust_n: f64) {
+        let force = rotor.axis_body * thrust_n;
+        self.rotor_force_body += force;
+        self.rotor_moment_body += rotor.position_body_m.cross(&force);
+    }
+}

@@ -1,0 +1,19 @@
+//! Conversion factors: the only place that holds one. Everything inside samara is SI and radians; other units
+//! appear at the borders (files, wire, terminal), always by these names.
+
+/// Radians per degree.
+pub const RAD_PER_DEG: f64 = std::f64::consts::PI / 180.0;
+/// Degrees per radian.
+pub const DEG_PER_RAD: f64 = 180.0 / std::f64::consts::PI;
+/// Standard gravity [m/s^2]; compiled into PX4 as its `CONSTANTS_ONE_G`.
+pub const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
+/// Metres of arc per degree of latitude on a sphere of 6371 km, for the local-to-global anchor.
+pub const EARTH_RADIUS_M: f64 = 6_371_000.0;
+/// Pascal per hectopascal.
+pub const PA_PER_HPA: f64 = 100.0;
+/// Microseconds per second.
+pub const US_PER_S: f64 = 1e6;
+/// Milliseconds per second.
+pub const MS_PER_S: f64 = 1e3;
+/// Gauss per tesla.
+pub const GAUSS_PER_TESLA: f64 = 1e4;
