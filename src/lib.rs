@@ -1,9 +1,13 @@
 //! samara plans, tunes, proves and flies the drop of a multirotor from a parachute.
 
+pub mod assess;
 #[cfg(feature = "files")]
 pub mod config;
+pub mod control;
 pub mod frames;
 pub mod model;
 pub mod real;
+pub mod sim;
 pub mod trajectory;
+pub mod tune;
 pub mod units;
