@@ -35,12 +35,17 @@ pub use trajectory_csv::{Stamp, read_trajectory_csv, write_trajectory_csv};
 pub use vehicle_file::{VehicleFile, load_vehicle};
 
 #[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
 mod mission_tests;
 #[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
 mod prop_tests;
 #[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
 mod spoil;
 #[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
 mod trajectory_tests;
 #[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
 mod vehicle_tests;

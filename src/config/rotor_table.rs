@@ -61,9 +61,8 @@ impl Grid {
             if i > 0 {
                 place = grid.next(place, &mut complete, &row.values);
             }
-            for c in 0..3 {
-                grid.check(c, place[c], row.values[c])
-                    .map_err(|message| table::refuse(source, row.line, 1, message))?;
+            for (c, (&place, &found)) in place.iter().zip(&row.values).enumerate() {
+                grid.check(c, place, found).map_err(|message| table::refuse(source, row.line, 1, message))?;
             }
         }
         Ok(grid)

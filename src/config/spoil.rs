@@ -65,7 +65,7 @@ pub(super) fn spoil<T>(
 impl<T> Spoilt<T> {
     /// A JSON error at the place `skip` bytes after `needle`, for the value at `path`, that says `says`.
     #[track_caller]
-    pub(super) fn is_refused_at(self, (needle, skip): (&str, usize), path: &str, says: &str) {
+    pub(super) fn refused_at(self, (needle, skip): (&str, usize), path: &str, says: &str) {
         let error = self.loaded.err().expect("it was accepted");
         let shown = error.to_string();
         match error {

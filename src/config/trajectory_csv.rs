@@ -54,7 +54,7 @@ impl Stamp {
 /// What `out` returns.
 pub fn write_trajectory_csv(out: &mut impl Write, trajectory: &Trajectory, stamp: &Stamp) -> io::Result<()> {
     let n = trajectory.n_rotors().min(MAX_ROTORS);
-    write!(out, "{}{}\n", stamp.csv_comment(), columns(n).join(","))?;
+    writeln!(out, "{}{}", stamp.csv_comment(), columns(n).join(","))?;
     for node in trajectory.nodes() {
         let mut values = vec![node.t_s];
         values.extend(node.q_ned_from_body);

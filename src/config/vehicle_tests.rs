@@ -2,8 +2,14 @@
 
 use std::path::Path;
 
+use nalgebra::Vector3;
+
 use super::spoil::{Spoilt, copy, shipped, spoil};
-use super::{ConfigError, VehicleFile, load_vehicle};
+use super::{ConfigError, VehicleFile, load_mission, load_vehicle};
+use crate::frames::quaternion_from_euler;
+use crate::model::rigid_body::BodyState;
+use crate::model::trim;
+use crate::units::RAD_PER_DEG;
 
 fn titan(from: &str, to: &str) -> Spoilt<VehicleFile> {
     spoil(load_vehicle, "params/vehicles/titan.json", "params/vehicles/titan.json", from, to)
@@ -38,6 +44,7 @@ fn reference_titan_loads_with_its_static_thrust() {
 
 /// Values of the table between its nodes, as an independent implementation interpolates them.
 #[test]
+#[expect(clippy::approx_constant, reason = "1.5708 rad is the reference's input")]
 fn reference_titan_rotor_table_between_its_nodes() {
     use crate::model::rotor::Inflow;
     let titan = load_vehicle(&shipped("params/vehicles/titan.json")).unwrap().vehicle;
@@ -56,6 +63,65 @@ fn reference_titan_rotor_table_between_its_nodes() {
 }
 
 #[test]
+fn reference_titan_trim_at_4_0_4() {
+    let mission = load_mission(&shipped("mission/titan_drop.json")).unwrap();
+    let trim = trim(&mission.vehicle, &mission.environment, mission.target_v_ned, 0.0).unwrap();
+    assert!(
+        (trim.pitch_rad / RAD_PER_DEG + 0.2979368855193513).abs() < 1e-9,
+        "{}",
+        trim.pitch_rad / RAD_PER_DEG
+    );
+    for (i, thrust_n) in
+        [244.24582151172154, 260.9785700676843, 244.24582151172154, 260.9785700676843].iter().enumerate()
+    {
+        assert!((trim.thrust_n[i] - thrust_n).abs() < 1e-7, "{:?}", trim.thrust_n);
+    }
+}
+
+/// Planar derivatives of (vn, vd, pitch, pitch rate) under thrusts per front and rear rotor.
+#[test]
+fn reference_titan_spot_dynamics() {
+    let mission = load_mission(&shipped("mission/titan_drop.json")).unwrap();
+    let rows = [
+        (
+            [0.0, 3.675, 0.0, 0.0],
+            [100.0, 120.0],
+            [-2.5529300265959957e-19, 0.7598038797468355, 0.0, -0.04269662921348315],
+        ),
+        (
+            [4.0, 4.0, -0.0052, 0.0],
+            [100.0, 120.0],
+            [-0.0037548084546900917, 0.7220773055272409, 0.0, -0.006975031187733052],
+        ),
+        (
+            [1.0, 5.0, -0.4, 0.2],
+            [100.0, 120.0],
+            [0.23695451924077174, 0.7779612221659727, 0.2, -0.015698980084020205],
+        ),
+        (
+            [6.0, -2.0, 0.7, -0.5],
+            [100.0, 120.0],
+            [-0.4022329162634548, 0.8902655423529802, -0.5, -0.01204604498596631],
+        ),
+    ];
+    for ([vn, vd, theta, q], [front, rear], expected) in rows {
+        let state = BodyState {
+            p_ned: Vector3::zeros(),
+            q_ned_from_body: quaternion_from_euler(0.0, theta, 0.0),
+            v_ned: Vector3::new(vn, 0.0, vd),
+            omega_body: Vector3::new(0.0, q, 0.0),
+        };
+        // PX4's order: front right, rear left, front left, rear right.
+        let rate =
+            mission.vehicle.thrust_derivative(&mission.environment, &state, &[front, rear, front, rear]);
+        let found = [rate.v_dot_ned.x, rate.v_dot_ned.z, q, rate.omega_dot_body.y];
+        for (f, e) in found.iter().zip(expected) {
+            assert!((f - e).abs() < 1e-12, "{found:?} {expected:?}");
+        }
+    }
+}
+
+#[test]
 fn reference_x500_loads() {
     let x500 = load_vehicle(&shipped("params/vehicles/x500.json")).unwrap().vehicle;
     assert!((x500.static_thrust_n(1.225) - 8.54858).abs() < 1e-14);
@@ -65,95 +131,91 @@ fn reference_x500_loads() {
 #[test]
 fn an_unknown_key_is_refused_where_it_stands() {
     let spoilt = x500("\"mass_kg\"", "\"mas_kg\": 1, \"mass_kg\"");
-    spoilt.is_refused_at(("\"mas_kg\"", 0), "mas_kg", "unknown field `mas_kg`, expected one of");
+    spoilt.refused_at(("\"mas_kg\"", 0), "mas_kg", "unknown field `mas_kg`, expected one of");
     let spoilt = x500("\"tau_up_s\"", "\"tau_s\": 1, \"tau_up_s\"");
-    spoilt.is_refused_at(("\"tau_s\"", 0), "motor.first_order.tau_s", "unknown field `tau_s`");
+    spoilt.refused_at(("\"tau_s\"", 0), "motor.first_order.tau_s", "unknown field `tau_s`");
 }
 
 #[test]
 fn a_repeated_key_is_refused_where_it_comes_again() {
     let spoilt = x500("\"rotors\"", "\"mass_kg\" : 3, \"rotors\"");
-    spoilt.is_refused_at(("\"mass_kg\" :", 0), "mass_kg", "duplicate field `mass_kg`");
+    spoilt.refused_at(("\"mass_kg\" :", 0), "mass_kg", "duplicate field `mass_kg`");
 }
 
 #[test]
-fn a_missing_key_is_refused_at_the_object_that_lacks_it() {
+fn a_missing_key_refused_at_the_object_that_lacks_it() {
     let spoilt = x500("  \"mass_kg\": 2.064,\n", "");
-    spoilt.is_refused_at(("{", 0), "", "missing field `mass_kg`");
+    spoilt.refused_at(("{", 0), "", "missing field `mass_kg`");
     let spoilt = x500("\"tau_up_s\": 0.0125,", "");
-    spoilt.is_refused_at(("\"first_order\": {", 15), "motor.first_order", "missing field `tau_up_s`");
+    spoilt.refused_at(("\"first_order\": {", 15), "motor.first_order", "missing field `tau_up_s`");
 }
 
 #[test]
 fn a_wrong_type_is_refused_with_what_was_expected() {
     let spoilt = x500("2.064", "\"heavy\"");
-    spoilt.is_refused_at(("\"heavy\"", 0), "mass_kg", "expected a number greater than 0");
+    spoilt.refused_at(("\"heavy\"", 0), "mass_kg", "expected a number greater than 0");
     let spoilt = x500("2.064", "null");
-    spoilt.is_refused_at(("null", 0), "mass_kg", "expected a number greater than 0");
+    spoilt.refused_at(("null", 0), "mass_kg", "expected a number greater than 0");
     let spoilt = x500("[0.174, 0.174, 0]", "[0.174, 0.174, 0, 0]");
-    spoilt.is_refused_at(("[0.174, 0.174, 0, 0]", 0), "rotors[0].position_body_m", "exactly 3");
+    spoilt.refused_at(("[0.174, 0.174, 0, 0]", 0), "rotors[0].position_body_m", "exactly 3");
     let spoilt = x500("[0.174, 0.174, 0]", "[0.174, 0.174]");
-    spoilt.is_refused_at(("[0.174, 0.174]", 0), "rotors[0].position_body_m", "exactly 3");
+    spoilt.refused_at(("[0.174, 0.174]", 0), "rotors[0].position_body_m", "exactly 3");
     let spoilt = x500("\"first_order\"", "\"second_order\"");
-    spoilt.is_refused_at(
-        ("\"motor\": {", 9),
-        "motor",
-        "unknown variant `second_order`, expected `esc_dc` or",
-    );
+    spoilt.refused_at(("\"motor\": {", 9), "motor", "unknown variant `second_order`, expected `esc_dc` or");
 }
 
 #[test]
 fn numbers_that_are_not_finite_are_refused() {
     let spoilt = x500("2.064", "NaN");
-    spoilt.is_refused_at(("NaN", 0), "mass_kg", "expected a finite number");
+    spoilt.refused_at(("NaN", 0), "mass_kg", "expected a finite number");
     let spoilt = x500("2.064", "-Infinity");
-    spoilt.is_refused_at(("-Infinity", 1), "mass_kg", "expected a finite number");
+    spoilt.refused_at(("-Infinity", 1), "mass_kg", "expected a finite number");
     let spoilt = x500("2.064", "1e999");
-    spoilt.is_refused_at(("1e999", 4), "mass_kg", "number out of range; expected a finite number");
+    spoilt.refused_at(("1e999", 4), "mass_kg", "number out of range; expected a finite number");
 }
 
 #[test]
 fn numbers_out_of_range_are_refused() {
     let spoilt = x500("2.064", "-2.064");
-    spoilt.is_refused_at(("-2.064", 0), "mass_kg", "`-2.064`, expected a number greater than 0");
+    spoilt.refused_at(("-2.064", 0), "mass_kg", "`-2.064`, expected a number greater than 0");
     let spoilt = x500("2.064", "0");
-    spoilt.is_refused_at(("0,\n  \"inertia", 0), "mass_kg", "expected a number greater than 0");
+    spoilt.refused_at(("0,\n  \"inertia", 0), "mass_kg", "expected a number greater than 0");
     let spoilt = x500("[0, 0, -1]", "[0, 0, -0.5]");
-    spoilt.is_refused_at(("[0, 0, -0.5]", 0), "rotors[0].axis_body", "found length 0.5");
+    spoilt.refused_at(("[0, 0, -0.5]", 0), "rotors[0].axis_body", "found length 0.5");
     let spoilt = titan("\"current_min_a\": 0.0", "\"current_min_a\": 31.0");
-    spoilt.is_refused_at(("31.0", 0), "motor.esc_dc.current_min_a", "expected at most current_max_a, 30");
+    spoilt.refused_at(("31.0", 0), "motor.esc_dc.current_min_a", "expected at most current_max_a, 30");
 }
 
 #[test]
 fn an_inertia_that_no_body_has_is_refused() {
     let spoilt = titan("1160.0]", "1600.0]");
-    spoilt.is_refused_at(("[620.0", 0), "inertia_kg_m2", "triangle inequality");
+    spoilt.refused_at(("[620.0", 0), "inertia_kg_m2", "triangle inequality");
 }
 
 #[test]
 fn rotors_must_be_one_to_eight() {
     let rotor =
         "{ \"position_body_m\": [0.174, 0.174, 0], \"axis_body\": [0, 0, -1], \"spin_from_above\": \"ccw\" }";
-    let spoilt = x500(rotor, &vec![rotor; 6].join(","));
-    spoilt.is_refused_at(("\"rotors\": [", 10), "rotors", "expected 1 to 8 rotors, found 9");
+    let spoilt = x500(rotor, &[rotor; 6].join(","));
+    spoilt.refused_at(("\"rotors\": [", 10), "rotors", "expected 1 to 8 rotors, found 9");
 }
 
 #[test]
 fn coefficient_tables_that_do_not_fit_are_refused() {
     let spoilt = x500("-150.0,", "-160.0,");
-    spoilt.is_refused_at(("-160.0, -160.0", 8), "body_aero.alpha_deg[3]", "-160 follows -160");
+    spoilt.refused_at(("-160.0, -160.0", 8), "body_aero.alpha_deg[3]", "-160 follows -160");
     let spoilt = x500("-150.0,", "-15.0.0,");
     assert!(spoilt.loaded.is_err());
     let spoilt = x500("-150.0, ", "");
-    spoilt.is_refused_at(("\"c_drag\": [", 10), "body_aero.c_drag", "expected 36 entries");
+    spoilt.refused_at(("\"c_drag\": [", 10), "body_aero.c_drag", "expected 36 entries");
     let spoilt = x500("-180.0,", "-179.0,");
-    spoilt.is_refused_at(("\"body_aero\": {", 13), "body_aero", "from -180 to 180 deg");
+    spoilt.refused_at(("\"body_aero\": {", 13), "body_aero", "from -180 to 180 deg");
 }
 
 #[test]
 fn text_after_the_document_is_refused() {
     let spoilt = x500("aerodynamics: notional\"\n  ]\n}\n", "\"\n  ]\n}\n {}");
-    spoilt.is_refused_at(("\n {}", 2), "", "text after the end of the document");
+    spoilt.refused_at(("\n {}", 2), "", "text after the end of the document");
 }
 
 #[test]
