@@ -1,6 +1,8 @@
 //! samara plans, tunes, proves and flies the drop of a multirotor from a parachute.
 
 pub mod assess;
+#[cfg(feature = "files")]
+pub mod config;
 pub mod control;
 pub mod frames;
 pub mod model;
