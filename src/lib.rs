@@ -5,3 +5,4 @@ pub mod model;
 pub mod real;
 pub mod trajectory;
 pub mod units;
+pub mod plan;
