@@ -34,8 +34,10 @@ pub struct PlanProblem<'a> {
     pub vehicle: &'a Vehicle,
     /// Where it flies.
     pub environment: &'a Environment,
-    /// State when the rotors are freed; they are at rest.
+    /// State at the first node: for a drop, when the rotors are freed.
     pub initial: PlanState,
+    /// Thrust of each rotor at the first node [N]; zero for a drop (rotors at rest).
+    pub initial_thrust_n: PerRotor,
     /// Commanded steady velocity, NED [m/s].
     pub target_v_ned: Vector3<f64>,
     /// x_ss; `None`: the solved trim at the target.
@@ -264,7 +266,7 @@ pub fn transcribe<const NU: usize>(
     Ok(Problem {
         dynamics,
         x_initial: SVector::from(problem.initial),
-        u_initial: SVector::zeros(),
+        u_initial: SVector::from_fn(|i, _| problem.initial_thrust_n[i]),
         intervals,
         dt_s: problem.horizon_s / intervals.max(1) as f64,
         cost: QuadraticCost {
