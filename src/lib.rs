@@ -4,7 +4,7 @@
 pub mod config;
 pub mod frames;
 pub mod model;
+pub mod plan;
 pub mod real;
 pub mod trajectory;
 pub mod units;
-pub mod plan;

@@ -30,7 +30,11 @@ pub fn x500() -> (Vehicle, Environment) {
 /// Weights as printed, (27).
 const WEIGHTS: [f64; 10] = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 10.0, 10.0, 10.0];
 
-pub fn titan_problem<'a>(vehicle: &'a Vehicle, environment: &'a Environment, nodes: usize) -> PlanProblem<'a> {
+pub fn titan_problem<'a>(
+    vehicle: &'a Vehicle,
+    environment: &'a Environment,
+    nodes: usize,
+) -> PlanProblem<'a> {
     PlanProblem {
         vehicle,
         environment,
@@ -52,13 +56,19 @@ pub fn titan_problem<'a>(vehicle: &'a Vehicle, environment: &'a Environment, nod
 pub fn solve(problem: &PlanProblem) -> Plan {
     let options = SolverOptions::default();
     plan(problem, &Guess::StraightLine, &options, &mut |p| {
-        if std::env::var("SAMARA_TRACE").is_ok() { println!("{p:?}"); }
+        if std::env::var("SAMARA_TRACE").is_ok() {
+            println!("{p:?}");
+        }
         ControlFlow::Continue(())
-    }).unwrap()
+    })
+    .unwrap()
 }
 
 fn assert_optimum(plan: &Plan, objective: f64) {
-    println!("{:?} {} vs {objective} {:?} kkt {:e} defect {:e} compl {:e}", plan.status, plan.objective, plan.work, plan.kkt_residual, plan.defect_max, plan.complementarity);
+    println!(
+        "{:?} {} vs {objective} {:?} kkt {:e} defect {:e} compl {:e}",
+        plan.status, plan.objective, plan.work, plan.kkt_residual, plan.defect_max, plan.complementarity
+    );
     assert_eq!(plan.status, Status::Converged, "{:?}", plan.diagnosis);
     assert!(plan.kkt_residual <= 1e-8 && plan.defect_max <= 1e-8 && plan.complementarity <= 1e-8);
     let error = (plan.objective / objective - 1.0).abs();

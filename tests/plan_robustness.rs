@@ -34,7 +34,9 @@ fn prop_random_releases_converge() {
         if plan.status != Status::Converged || plan.kkt_residual > 1e-8 || plan.defect_max > 1e-8 {
             failures.push(format!("{i}: {:?} {:?}", plan.status, plan.diagnosis));
         }
-        if plan.work.iterations > 40 { println!("{i} {:?} {}", plan.work, plan.objective); }
+        if plan.work.iterations > 40 {
+            println!("{i} {:?} {}", plan.work, plan.objective);
+        }
     }
     iterations.sort_unstable();
     println!("iterations: median {}, 95 % {}, worst {}", iterations[150], iterations[285], iterations[299]);

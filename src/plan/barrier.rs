@@ -145,7 +145,9 @@ impl<const N: usize> Limits<N> {
     pub fn tame(&self, x: &SVector<f64, N>, z: &mut BoundDuals<N>, mu: f64) {
         const KAPPA: f64 = 1e10;
         for i in 0..N {
-            let tame = |z: f64, s: f64| if s.is_finite() { z.min(KAPPA * mu / s).max(mu / (KAPPA * s)) } else { 0.0 };
+            let tame = |z: f64, s: f64| {
+                if s.is_finite() { z.min(KAPPA * mu / s).max(mu / (KAPPA * s)) } else { 0.0 }
+            };
             z.lo[i] = tame(z.lo[i], x[i] - self.lo[i]);
             z.hi[i] = tame(z.hi[i], self.hi[i] - x[i]);
         }

@@ -51,15 +51,7 @@ impl<const NX: usize, const NU: usize> Bounds<NX, NU> {
     pub fn on_input(u_min: SVector<f64, NU>, u_max: SVector<f64, NU>, u_rate: SVector<f64, NU>) -> Self {
         let (least, greatest) =
             (SVector::from_element(f64::NEG_INFINITY), SVector::from_element(f64::INFINITY));
-        Self {
-            u_min,
-            u_max,
-            u_rate,
-            x_min: least,
-            x_max: greatest,
-            x_end_min: least,
-            x_end_max: greatest,
-        }
+        Self { u_min, u_max, u_rate, x_min: least, x_max: greatest, x_end_min: least, x_end_max: greatest }
     }
 
     /// Bounds on the state at node `k` of `last`.

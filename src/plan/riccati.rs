@@ -142,7 +142,11 @@ impl<const NX: usize, const NU: usize> Stage<NX, NU> {
     /// Minimises the stage over `dw`: `value` comes in as the value function's Hessian at node k+1 and leaves as that at
     /// node k, to which the node's own terms are still to be added. Returns `None` when the stage is indefinite.
     #[inline(always)]
-    fn reduce(&mut self, value: &Curvature<NX, NU>, move_barrier: &SVector<f64, NU>) -> Option<Curvature<NX, NU>> {
+    fn reduce(
+        &mut self,
+        value: &Curvature<NX, NU>,
+        move_barrier: &SVector<f64, NU>,
+    ) -> Option<Curvature<NX, NU>> {
         let mut q = Curvature::<NX, NU>::zero();
         let mut q_wx = SMatrix::<f64, NU, NX>::zeros();
         let mut q_wu = SMatrix::<f64, NU, NU>::zeros();
@@ -240,8 +244,7 @@ impl<const NX: usize, const NU: usize> Sweep<NX, NU> {
             let (h_x, h_u) = (mul(&s.middle.xx, &x_c), mul(&s.middle.ux, &x_c));
             let g_x = tr_mul(&s.a, &v_x) + tr_mul(&s.mid_x, &h_x);
             let g_u = tr_mul(&s.b, &v_x) + v_u + tr_mul(&s.mid_u, &h_x) + h_u;
-            let g_w =
-                tr_mul(&s.c, &v_x) + v_u + tr_mul(&s.mid_w, &h_x) + h_u * 0.5 + gradients[k].w;
+            let g_w = tr_mul(&s.c, &v_x) + v_u + tr_mul(&s.mid_w, &h_x) + h_u * 0.5 + gradients[k].w;
             let mut w = -g_w;
             s.q_ww.solve(&mut w);
             moves[k] = w;
@@ -261,10 +264,8 @@ impl<const NX: usize, const NU: usize> Sweep<NX, NU> {
             let dw = step.w[k];
             let (u_next, u_c) = (du + dw, du + dw * 0.5);
             let x_next = mul(&s.a, &dx) + mul(&s.b, &du) + mul(&s.c, &dw) + offsets[k];
-            let x_c = mul(&s.mid_x, &dx)
-                + mul(&s.mid_u, &du)
-                + mul(&s.mid_w, &dw)
-                + mul(&s.mid_next, &offsets[k]);
+            let x_c =
+                mul(&s.mid_x, &dx) + mul(&s.mid_u, &du) + mul(&s.mid_w, &dw) + mul(&s.mid_next, &offsets[k]);
             let curvature = mul(&s.middle.xx, &x_c) + tr_mul(&s.middle.ux, &u_c);
             let slope = p_next[k]
                 + mul(&s.p_xx, &x_next)

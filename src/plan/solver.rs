@@ -24,7 +24,8 @@ pub struct SolverOptions {
     pub tolerance: f64,
     /// Iterations, restoration included.
     pub max_iterations: usize,
-    /// First barrier parameter of a cold start.
+    /// First barrier parameter of a cold start, in units of the cost. Large enough to hold the first iterates off the bounds:
+    /// with IPOPT's 0.1 the median over 300 random releases is 24 iterations, with 30 it is 17.
     pub mu_initial: f64,
     /// First barrier parameter of a warm start.
     pub mu_warm: f64,
@@ -32,7 +33,7 @@ pub struct SolverOptions {
 
 impl Default for SolverOptions {
     fn default() -> Self {
-        Self { tolerance: 1e-8, max_iterations: 300, mu_initial: 0.1, mu_warm: 1e-5 }
+        Self { tolerance: 1e-8, max_iterations: 300, mu_initial: 30.0, mu_warm: 1e-2 }
     }
 }
 
@@ -130,7 +131,10 @@ pub struct Solution<const NX: usize, const NU: usize> {
 
 /// Move of the inputs out of node `k`.
 #[inline(always)]
-pub(super) fn move_out<const NX: usize, const NU: usize>(nodes: &Nodes<NX, NU>, k: usize) -> SVector<f64, NU> {
+pub(super) fn move_out<const NX: usize, const NU: usize>(
+    nodes: &Nodes<NX, NU>,
+    k: usize,
+) -> SVector<f64, NU> {
     nodes.u[k + 1] - nodes.u[k]
 }
 
@@ -155,7 +159,13 @@ impl<const NX: usize, const NU: usize> Fences<NX, NU> {
             Limits { lo, hi }
         };
         let (x, x_end) = (limits(last - 1), limits(last));
-        let on_state = x_end.lo.iter().chain(x_end.hi.iter()).chain(x.lo.iter()).chain(x.hi.iter()).any(|b| b.is_finite());
+        let on_state = x_end
+            .lo
+            .iter()
+            .chain(x_end.hi.iter())
+            .chain(x.lo.iter())
+            .chain(x.hi.iter())
+            .any(|b| b.is_finite());
         let move_max = b.u_rate * problem.dt_s;
         Self {
             x,
@@ -243,7 +253,7 @@ impl<const NX: usize, const NU: usize> Iterate<NX, NU> {
     }
 
     fn warm(mut self, fences: &Fences<NX, NU>, mu: f64) -> Self {
-        fences.interior(&mut self.nodes, 1e-5);
+        fences.interior(&mut self.nodes, 0.01);
         for k in 1..=fences.last {
             // The larger of the old multiplier and the central one: an active bound stays active, none is forgotten.
             let keep = |old: f64, centre: f64| if old.is_finite() { old.max(centre) } else { centre };
@@ -373,7 +383,8 @@ pub fn solve<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
             *x = problem.x_initial;
         }
     }
-    Ok(Run { problem, fences, options, iterate, mu, work: Work::default(), best: None, step_length: 0.0 }.run(observer))
+    Ok(Run { problem, fences, options, iterate, mu, work: Work::default(), best: None, step_length: 0.0 }
+        .run(observer))
 }
 
 /// The best point seen.
@@ -393,6 +404,10 @@ struct Run<'a, D, const NX: usize, const NU: usize> {
     best: Option<Best<NX, NU>>,
     step_length: f64,
 }
+
+/// A barrier problem is solved well enough for the next when its residual is below this multiple of `mu`. (IPOPT's 10 costs
+/// a fifth more iterations on this problem.)
+const BARRIER_TOLERANCE: f64 = 100.0;
 
 /// What a line search found.
 enum Search {
@@ -431,7 +446,9 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
                 return self.finish_with_best(Status::IterationLimit);
             }
             self.work.iterations += 1;
-            while self.mu > mu_least && self.residuals(&gradient, &now, self.mu).worst() <= 10.0 * self.mu {
+            while self.mu > mu_least
+                && self.residuals(&gradient, &now, self.mu).worst() <= BARRIER_TOLERANCE * self.mu
+            {
                 self.mu = (0.2 * self.mu).min(self.mu.powf(1.5)).max(mu_least);
                 filter.clear();
             }
@@ -444,7 +461,13 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
                 Search::Failed => {
                     self.work.restorations += 1;
                     filter.add(self.merit(&now));
-                    match restoration::restore(self.problem, &self.fences, &self.iterate.nodes, self.mu, &filter) {
+                    match restoration::restore(
+                        self.problem,
+                        &self.fences,
+                        &self.iterate.nodes,
+                        self.mu,
+                        &filter,
+                    ) {
                         Restored::Found { nodes, iterations } => {
                             self.work.iterations += iterations;
                             self.iterate.nodes = nodes;
@@ -461,7 +484,10 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
     }
 
     /// Gradient of the Lagrangian by states and inputs, node by node (the first node is fixed).
-    fn lagrangian_gradient(&self, linearised: &Linearised<NX, NU>) -> (Vec<SVector<f64, NX>>, Vec<SVector<f64, NU>>) {
+    fn lagrangian_gradient(
+        &self,
+        linearised: &Linearised<NX, NU>,
+    ) -> (Vec<SVector<f64, NX>>, Vec<SVector<f64, NU>>) {
         let (p, it) = (self.problem, &self.iterate);
         let n = p.intervals;
         let mut x = vec![SVector::zeros(); n + 1];
@@ -525,7 +551,10 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
     }
 
     /// Factors the Newton system, with the exact Hessian if that is convex enough, else with Gauss-Newton's.
-    fn factor(&mut self, linearised: &Linearised<NX, NU>) -> Option<(Sweep<NX, NU>, Vec<NodeGradient<NX, NU>>)> {
+    fn factor(
+        &mut self,
+        linearised: &Linearised<NX, NU>,
+    ) -> Option<(Sweep<NX, NU>, Vec<NodeGradient<NX, NU>>)> {
         let (terms, gradients) = self.first_order_terms();
         self.work.factorisations += 1;
         let (exact, middles) = self.with_curvature(linearised, &terms);
@@ -565,7 +594,8 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
             }
             let mut move_barrier = SVector::zeros();
             if k < n {
-                (gradient.w, move_barrier) = self.fences.w.terms(&move_out(&it.nodes, k), &it.z_w[k], self.mu);
+                (gradient.w, move_barrier) =
+                    self.fences.w.terms(&move_out(&it.nodes, k), &it.z_w[k], self.mu);
             }
             terms.push(NodeTerms { hessian, move_barrier });
             gradients.push(gradient);
@@ -672,7 +702,8 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
         filter: &mut Filter,
     ) -> Option<(Nodes<NX, NU>, Step<NX, NU>, f64)> {
         let tau = (1.0 - self.mu).max(0.99);
-        let mut defects: Vec<_> = now.defects.iter().zip(&trial.defects).map(|(c, t)| c * alpha + t).collect();
+        let mut defects: Vec<_> =
+            now.defects.iter().zip(&trial.defects).map(|(c, t)| c * alpha + t).collect();
         let mut violation = trial.defect_sum;
         for _ in 0..4 {
             let step = sweep.solve(gradients, &defects);
@@ -785,7 +816,10 @@ fn diagonal<const N: usize>(d: &SVector<f64, N>) -> SMatrix<f64, N, N> {
     SMatrix::from_fn(|i, j| if i == j { d[i] } else { 0.0 })
 }
 
-fn slope_of<const NX: usize, const NU: usize>(gradients: &[NodeGradient<NX, NU>], step: &Step<NX, NU>) -> f64 {
+fn slope_of<const NX: usize, const NU: usize>(
+    gradients: &[NodeGradient<NX, NU>],
+    step: &Step<NX, NU>,
+) -> f64 {
     let nodes = gradients.iter().zip(step.x.iter().zip(&step.u));
     let by_nodes = nodes.fold(0.0, |sum, (g, (x, u))| sum + g.x.dot(x) + g.u.dot(u));
     gradients.iter().zip(&step.w).fold(by_nodes, |sum, (g, w)| sum + g.w.dot(w))

@@ -10,7 +10,9 @@ use nalgebra::{SVector, Vector3};
 
 use super::dynamics::{BODY_STATES, Dynamics, VehicleDynamics};
 use super::problem::{Bounds, Nodes, Problem, QuadraticCost};
-use super::solver::{Iterate, ProblemError, Progress, Solution, SolverOptions, StartFrom, Status, Work, solve};
+use super::solver::{
+    Iterate, ProblemError, Progress, Solution, SolverOptions, StartFrom, Status, Work, solve,
+};
 use crate::frames::Quaternion;
 use crate::model::{Environment, MAX_ROTORS, PerRotor, TrimError, Vehicle, trim};
 use crate::trajectory::{Node, Trajectory, TrajectoryError};
@@ -243,9 +245,8 @@ pub fn transcribe<const NU: usize>(
     let dynamics = VehicleDynamics::<NU>::new(problem.vehicle, problem.environment)
         .ok_or(PlanError::Rotors(problem.vehicle.rotors.len()))?;
     let v = &problem.target_v_ned;
-    let x_ss = problem.x_ss.unwrap_or([
-        q_trim[0], q_trim[1], q_trim[2], q_trim[3], v.x, v.y, v.z, 0.0, 0.0, 0.0,
-    ]);
+    let x_ss =
+        problem.x_ss.unwrap_or([q_trim[0], q_trim[1], q_trim[2], q_trim[3], v.x, v.y, v.z, 0.0, 0.0, 0.0]);
     let q = SVector::from(problem.cost_state);
     let mut bounds = Bounds::on_input(
         SVector::zeros(),
@@ -331,18 +332,29 @@ fn flown_state(flight: &Trajectory, t_s: f64) -> SVector<f64, BODY_STATES> {
     SVector::from([q[0], q[1], q[2], q[3], v.x, v.y, v.z, w.x, w.y, w.z])
 }
 
-/// The iterate `shift` nodes later; the end is repeated.
+/// The iterate `shift` nodes later. The horizon moves along, and what is special about its end (the thrust falls off before
+/// t_f) stays with the end: not the last node is repeated but, each time, the one at which least happens.
 fn shifted<const NU: usize>(iterate: &Iterate<BODY_STATES, NU>, shift: usize) -> Iterate<BODY_STATES, NU> {
-    fn moved<T: Clone>(items: &[T], shift: usize) -> Vec<T> {
-        (0..items.len()).map(|k| items[(k + shift).min(items.len() - 1)].clone()).collect()
+    let mut moved = iterate.clone();
+    for _ in 0..shift.min(iterate.lambda.len()) {
+        let nodes = &moved.nodes;
+        let change = |k: &usize| {
+            (nodes.x[k + 1] - nodes.x[*k]).norm_squared()
+                + (nodes.u[k + 1] - nodes.u[*k]).norm_squared() / nodes.u[*k].norm_squared().max(1e-12)
+        };
+        let calm = (1..moved.lambda.len()).min_by(|a, b| change(a).total_cmp(&change(b))).unwrap_or(1);
+        fn repeat<T: Clone>(items: &mut Vec<T>, calm: usize) {
+            items.insert(calm, items[calm].clone());
+            items.remove(0);
+        }
+        repeat(&mut moved.nodes.x, calm);
+        repeat(&mut moved.nodes.u, calm);
+        repeat(&mut moved.lambda, calm);
+        repeat(&mut moved.z_x, calm);
+        repeat(&mut moved.z_u, calm);
+        repeat(&mut moved.z_w, calm);
     }
-    Iterate {
-        nodes: Nodes { x: moved(&iterate.nodes.x, shift), u: moved(&iterate.nodes.u, shift) },
-        lambda: moved(&iterate.lambda, shift),
-        z_x: moved(&iterate.z_x, shift),
-        z_u: moved(&iterate.z_u, shift),
-        z_w: moved(&iterate.z_w, shift),
-    }
+    moved
 }
 
 fn trajectory_of<const NU: usize>(
