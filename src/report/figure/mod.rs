@@ -3,7 +3,7 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `canvas` | the sheet: lines, shapes, text; the only file that knows plotters |
+//! | `canvas`, `polyline` | the sheet: lines, shapes, text; `canvas` alone knows plotters |
 //! | `color` | the map of J_state, the palette |
 //! | `axis` | scales, ticks, grids |
 //! | `label` | room for labels |
@@ -17,6 +17,7 @@ mod color;
 mod flight_path;
 mod glyph;
 mod label;
+mod polyline;
 mod time_panels;
 mod track;
 

@@ -106,7 +106,9 @@ impl TimePanels<'_> {
 
     /// Draws between the corners.
     pub(crate) fn draw(&self, pen: &mut Pen<'_>, (x0, y0): Point, (x1, y1): Point) {
-        let Some((from_s, to_s)) = self.track.span_s() else { return };
+        // A flight that was broken off is shorter than its plan.
+        let spans = [Some(self.track), self.plan].into_iter().flatten().filter_map(Track::span_s);
+        let Some((from_s, to_s)) = spans.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else { return };
         let time = Axis { low: from_s, high: to_s.max(from_s + 1e-3), low_px: x0, high_px: x1 };
         let height = (y1 - y0 - 4.0 * PANEL_GAP_PX) / 5.0;
         let top = |row: usize| y0 + row as f64 * (height + PANEL_GAP_PX);
@@ -166,24 +168,54 @@ impl TimePanels<'_> {
             _ => format!("{} [{}]", q.title, q.unit),
         };
         self.frame(pen, &panel, &title, false);
-        let mut room = Room::new((time.low_px, y0), (time.high_px, y1));
+        let mut room = self.room(&panel);
         let px = |curve: &[(f64, f64)]| -> Vec<Point> { curve.iter().map(|p| panel.px(p.0, p.1)).collect() };
         for (line, curve) in q.lines.iter().zip(&flown) {
             if let Some(target) = line.target {
-                let from = time.low.max(0.0);
-                pen.line(&[panel.px(from, target), panel.px(time.high, target)], TARGET);
+                let steady = [panel.px(time.low.max(0.0), target), panel.px(time.high, target)];
+                pen.line(&steady, TARGET);
+                room.take_line(&steady);
             }
             pen.line(&px(curve), Stroke::solid(line.color, line.width));
             room.take_line(&px(curve));
         }
         for curve in &planned {
             pen.line(&px(curve), PLAN);
+            room.take_line(&px(curve));
         }
         for limit in above.iter().chain(&below) {
             limit_line(pen, &panel, *limit, q.limit_name, &mut room);
         }
         for (line, curve) in q.lines.iter().zip(&flown) {
             name_line(pen, &px(curve), line, &mut room);
+        }
+        if q.limit.is_none() {
+            self.name_plan_end(pen, &panel, &mut room);
+        }
+    }
+
+    /// Room for labels in a panel, and a little above it.
+    fn room(&self, panel: &Panel) -> Room {
+        let ((x0, y0), corner) = panel.corners();
+        let mut room = Room::new((x0, y0 - 9.0), corner);
+        if let Some((_, end_s)) = self.plan.and_then(Track::span_s) {
+            room.take_line(&[(panel.x.px(end_s), y0), (panel.x.px(end_s), corner.1)]);
+        }
+        room
+    }
+
+    /// Says once, in the panel without a limit, what the upright line is.
+    fn name_plan_end(&self, pen: &mut Pen<'_>, panel: &Panel, room: &mut Room) {
+        let Some((_, end_s)) = self.plan.and_then(Track::span_s) else { return };
+        let ((_, y0), (_, y1)) = panel.corners();
+        let (x, w) = (panel.x.px(end_s), text_width("plan ends", SMALL.size));
+        let aside = 0.5 * w + 5.0;
+        let candidates = [0.12, 0.3, 0.5, 0.7, 0.88].map(|f| y0 + f * (y1 - y0));
+        let candidates = candidates
+            .into_iter()
+            .flat_map(|y| [-aside, aside].map(|dx| Place::around((x + dx, y), w, 13.0)));
+        if let Some(place) = room.best(candidates) {
+            pen.text("plan ends", place.centre(), Anchor::Middle, SMALL);
         }
     }
 
@@ -197,12 +229,13 @@ impl TimePanels<'_> {
         let line: Vec<Point> = points.iter().map(|p| p.0).collect();
         pen.line(&line, Stroke::solid((0x66, 0x66, 0x66), 3.4));
         colored(pen, &points, 2.4);
-        let mut room = Room::new((time.low_px, y0), (time.high_px, y1));
+        let mut room = self.room(&panel);
         room.take_line(&line);
         limit_line(pen, &panel, 1.0, "limit", &mut room);
         if let Some(plan) = self.plan {
             let line: Vec<Point> = plan.curve(|i| i.j_state).iter().map(|p| panel.px(p.0, p.1)).collect();
             pen.line(&line, PLAN);
+            room.take_line(&line);
         }
         if let (Some(worst), Some(j_tpf)) = (self.track.riskiest(), self.j_tpf) {
             let at = panel.px(worst.t_s, worst.j_state);
