@@ -134,12 +134,22 @@ fn reference_j_tpf_of_all_cases_and_controllers() {
 }
 
 fn safety_flight(start: BodyState, then_v_ned: Option<Vector3<f64>>, duration_s: f64) -> Verdict {
+    safety_flight_at(start, then_v_ned, duration_s, 0.01, None)
+}
+
+fn safety_flight_at(
+    start: BodyState,
+    then_v_ned: Option<Vector3<f64>>,
+    duration_s: f64,
+    control_period_s: f64,
+    setpoint_period_s: Option<f64>,
+) -> Verdict {
     let plan = flight_reference();
     let flight = FlightPlan {
         reference: Reference::Plan { trajectory: &plan, then_v_ned, feed_forward: false },
         yaw_sp_rad: 0.0,
-        control_period_s: 0.01,
-        setpoint_period_s: None,
+        control_period_s,
+        setpoint_period_s,
         duration_s,
     };
     let mut sim = DropSimulation::at_t0(TITAN.clone(), site(), start, PlantKind::Actuator);
@@ -172,6 +182,14 @@ fn reference_safety_gains_settle_when_the_target_follows_the_plan() {
     assert!((v.final_v_ned - target_ned()).norm() < 0.01 * target_ned().norm());
     // Without it the plan's own sag at the end stays.
     assert_eq!(safety_flight(nominal.state(), None, 34.5).steady_after_s, None);
+}
+
+/// As a stream of messages flies it, 250 Hz with setpoints held at 50 Hz: J_TPF moves by a tenth of a percent.
+#[test]
+fn reference_safety_gains_with_the_rates_of_the_wire() {
+    let nominal = ReleaseCase { v_down_m_s: 3.675, ..TABLE_3[0] }.state();
+    let v = safety_flight_at(nominal, Some(target_ned()), 34.5, 0.004, Some(0.02));
+    assert!((v.j_tpf / 0.5551 - 1.0).abs() < 2e-3, "{}", v.j_tpf);
 }
 
 /// The drop from 3 m/s under the canopy: the air takes 14 mm/s off the 3.675 m/s of the fall in a vacuum.
