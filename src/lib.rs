@@ -6,6 +6,7 @@ pub mod config;
 pub mod control;
 pub mod frames;
 pub mod model;
+pub mod plan;
 pub mod real;
 pub mod sim;
 pub mod trajectory;
