@@ -15,12 +15,12 @@ use samara::tune::release_cases::{ReleaseCase, TABLE_3};
 use samara::units::RAD_PER_DEG;
 
 use crate::data::{
-    NUMBERS, TITAN, cascade, flight_reference, limits, numbers, rows, safety_gains, site, target_ned,
+    NUMBERS, TITAN, cascade, flight_reference, gains, limits, numbers, rows, site, target_ned,
 };
 
 /// Gains and reference of a flight by the reference's name for it.
 fn controller<'a>(name: &str, plan: &'a Trajectory) -> (Gains, Reference<'a>) {
-    let gains = if name.starts_with("PSO") { Gains::paper_pso() } else { Gains::near_hover() };
+    let gains = gains(if name.starts_with("PSO") { "paper_pso" } else { "near_hover" });
     if name.contains("step") {
         (gains, Reference::Step(target_ned()))
     } else {
@@ -89,6 +89,12 @@ fn reference_flights_second_by_second() {
     }
 }
 
+#[test]
+fn paper_table_4_is_the_same_in_the_files() {
+    assert_eq!(gains("near_hover"), Gains::near_hover());
+    assert_eq!(gains("paper_pso"), Gains::paper_pso());
+}
+
 fn judged(name: &str, case: usize, dt: f64) -> Verdict {
     let plan = flight_reference();
     let (gains, reference) = controller(name, &plan);
@@ -154,7 +160,7 @@ fn safety_flight_at(
     };
     let mut sim = DropSimulation::at_t0(TITAN.clone(), site(), start, PlantKind::Actuator);
     let mut builder = VerdictBuilder::new(limits(), target_ned());
-    let _ = fly(&mut sim, &mut cascade(safety_gains()), &flight, &mut |s| {
+    let _ = fly(&mut sim, &mut cascade(gains("safety")), &flight, &mut |s| {
         builder.observe(s);
         ControlFlow::Continue(())
     });
