@@ -98,7 +98,10 @@ fn problems_that_cannot_be_posed_are_errors() {
     assert!(matches!(attempt(&|p| p.nodes = 2), Err(PlanError::Problem(_))));
     assert!(matches!(attempt(&|p| p.thrust_max_n = 0.0), Err(PlanError::Problem(_) | PlanError::Target(_))));
     assert!(matches!(attempt(&|p| p.initial[4] = f64::NAN), Err(PlanError::Problem(_))));
-    assert!(matches!(attempt(&|p| p.target_v_ned = Vector3::new(400.0, 0.0, 0.0)), Err(PlanError::Target(_))));
+    assert!(matches!(
+        attempt(&|p| p.target_v_ned = Vector3::new(400.0, 0.0, 0.0)),
+        Err(PlanError::Target(_))
+    ));
 }
 
 /// Six and eight rotors: the same body with its thrust spread over more rotors flies the same plan.

@@ -49,11 +49,7 @@ pub fn titan_problem<'a>(
     }
 }
 
-pub fn x500_problem<'a>(
-    vehicle: &'a Vehicle,
-    environment: &'a Environment,
-    nodes: usize,
-) -> PlanProblem<'a> {
+pub fn x500_problem<'a>(vehicle: &'a Vehicle, environment: &'a Environment, nodes: usize) -> PlanProblem<'a> {
     PlanProblem {
         initial: [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 9.903324999999999, 0.0, 0.0, 0.0],
         target_v_ned: Vector3::new(2.0, 0.0, 1.0),

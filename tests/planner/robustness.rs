@@ -23,8 +23,7 @@ fn prop_random_releases_converge() {
     for i in 0..300 {
         let (pitch, rate) = (uniform(&mut rng, 25.0 * RAD_PER_DEG), uniform(&mut rng, 45.0 * RAD_PER_DEG));
         let (vn, vd) = (uniform(&mut rng, 1.5), 3.675 + uniform(&mut rng, 1.5));
-        let lateral =
-            [uniform(&mut rng, 15.0 * RAD_PER_DEG), uniform(&mut rng, 1.0), uniform(&mut rng, 0.3)];
+        let lateral = [uniform(&mut rng, 15.0 * RAD_PER_DEG), uniform(&mut rng, 1.0), uniform(&mut rng, 0.3)];
         let [roll, ve, p] = if i % 2 == 1 { lateral } else { [0.0; 3] };
         let mut problem = titan_problem(&vehicle, &environment, 38);
         problem.initial = state([roll, pitch, 0.0], [vn, ve, vd], [p, rate, 0.0]);
