@@ -1,6 +1,8 @@
 //! samara plans, tunes, proves and flies the drop of a multirotor from a parachute.
 
 pub mod frames;
+#[cfg(feature = "link")]
+pub mod link;
 pub mod model;
 pub mod real;
 pub mod trajectory;
