@@ -63,6 +63,21 @@ pub fn quaternion_rate<S: Real>(q: Quaternion<S>, omega_body: Vector3<S>) -> Qua
     ]
 }
 
+/// Hamilton's product: `q_a_from_c = product(q_a_from_b, q_b_from_c)`.
+pub fn product(a: Quaternion, b: Quaternion) -> Quaternion {
+    [
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    ]
+}
+
+/// The conjugate: the opposite rotation.
+pub fn conjugate(q: Quaternion) -> Quaternion {
+    [q[0], -q[1], -q[2], -q[3]]
+}
+
 /// `q` scaled to unit length.
 pub fn normalized(q: Quaternion) -> Quaternion {
     let n = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]).sqrt();
@@ -87,10 +102,14 @@ pub fn roll(q: Quaternion) -> f64 {
     (2.0 * (q[0] * q[1] + q[2] * q[3])).atan2(1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2]))
 }
 
-/// Pitch [rad]. Without lateral motion (`q1 = q3 = 0`) it is `2 atan2(q2, q0)`, which counts through the
-/// vertical and beyond, as the paper's planar angle does; otherwise Euler's, within +-pi/2.
+/// Lateral parts of a quaternion below this are the rounding of planar flight: sums over the rotors cancel to 1e-16 only.
+/// The two formulas of [`pitch`] differ by its square.
+const PLANAR_TOLERANCE: f64 = 1e-9;
+
+/// Pitch [rad]. Without lateral motion (`q1 = q3 = 0` but for rounding) it is `2 atan2(q2, q0)`, which counts through
+/// the vertical and beyond, as the paper's planar angle does; otherwise Euler's, within +-pi/2.
 pub fn pitch(q: Quaternion) -> f64 {
-    if q[1] == 0.0 && q[3] == 0.0 {
+    if q[1].abs().max(q[3].abs()) < PLANAR_TOLERANCE {
         2.0 * q[2].atan2(q[0])
     } else {
         (2.0 * (q[0] * q[2] - q[3] * q[1])).clamp(-1.0, 1.0).asin()
