@@ -3,16 +3,22 @@
 //! | file | holds |
 //! |---|---|
 //! | [`frame`] | a frame as received; what a strict message enum refuses stays readable |
-//! | [`codec`] | bytes to frames (stream and datagram, MAVLink 1 and 2) and messages to bytes |
+//! | [`decoder`] | bytes to frames: stream and datagram, MAVLink 1 and 2 |
+//! | [`encoder`] | messages to bytes |
 //!
 //! A session owns no socket and no clock. Simulated time comes as an argument, frames go in by `handle_input`, time
 //! alone by `handle_time`, and what it wants sent is fetched by `poll_output` until that returns `None`. The sockets
 //! and the only clock are in `shell`.
 
-pub mod codec;
+pub mod decoder;
+pub mod encoder;
 pub mod frame;
 
-pub use codec::{CommandAck, Decoder, Encoder, Faults};
+#[cfg(test)]
+mod codec_tests;
+
+pub use decoder::{Decoder, Faults};
+pub use encoder::{CommandAck, Encoder};
 pub use frame::{Command, Frame, Message, Payload, SetMode};
 
 /// Simulated time since the simulation began [us].
