@@ -5,6 +5,9 @@
 //! | [`frame`] | a frame as received; what a strict message enum refuses stays readable |
 //! | [`decoder`] | bytes to frames: stream and datagram, MAVLink 1 and 2 |
 //! | [`encoder`] | messages to bytes |
+//! | [`tlog`] | the record of what went over the wire |
+//! | [`hil`] | sensors and truth as HIL messages |
+//! | [`parachute`] | the parachute component: release by command |
 //!
 //! A session owns no socket and no clock. Simulated time comes as an argument, frames go in by `handle_input`, time
 //! alone by `handle_time`, and what it wants sent is fetched by `poll_output` until that returns `None`. The sockets
@@ -13,13 +16,20 @@
 pub mod decoder;
 pub mod encoder;
 pub mod frame;
+pub mod hil;
+pub mod parachute;
+pub mod tlog;
 
 #[cfg(test)]
 mod codec_tests;
+#[cfg(test)]
+mod test_site;
 
 pub use decoder::{Decoder, Faults};
 pub use encoder::{CommandAck, Encoder};
 pub use frame::{Command, Frame, Message, Payload, SetMode};
+pub use parachute::ParachuteComponent;
+pub use tlog::Tlog;
 
 /// Simulated time since the simulation began [us].
 pub type TimeUs = u64;
@@ -44,4 +54,16 @@ pub struct Transmit {
     pub link: Link,
     /// The frame.
     pub bytes: Vec<u8>,
+}
+
+/// A party on the wire, without socket and clock.
+pub trait Session {
+    /// Takes a frame that came by `link` at simulated time `now`.
+    fn handle_input(&mut self, now: TimeUs, link: Link, frame: &Frame);
+
+    /// Does what falls due by `now` without a frame.
+    fn handle_time(&mut self, now: TimeUs);
+
+    /// The next frame to send; call until `None` after each of the two above.
+    fn poll_output(&mut self) -> Option<Transmit>;
 }
