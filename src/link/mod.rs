@@ -6,10 +6,9 @@
 //! | [`decoder`] | bytes to frames: stream and datagram, MAVLink 1 and 2 |
 //! | [`encoder`] | messages to bytes |
 //! | [`tlog`] | the record of what went over the wire |
-//! | [`hil`] | sensors and truth as HIL messages |
 //! | [`parachute`] | the parachute component: release by command |
-//! | [`simulator`] | the simulator's session: lockstep, release triggers, flight log |
-//! | [`simulator_event`] | what it has to tell |
+//! | [`simulator`] | the simulator: lockstep, release triggers, sensors, flight log |
+//! | [`streamer`] | the offboard streamer: arms, releases, streams the plan |
 //!
 //! A session owns no socket and no clock. Simulated time comes as an argument, frames go in by `handle_input`, time
 //! alone by `handle_time`, and what it wants sent is fetched by `poll_output` until that returns `None`. The sockets
@@ -18,11 +17,9 @@
 pub mod decoder;
 pub mod encoder;
 pub mod frame;
-pub mod hil;
-mod hil_rates;
 pub mod parachute;
 pub mod simulator;
-pub mod simulator_event;
+pub mod streamer;
 pub mod tlog;
 
 #[cfg(test)]
@@ -34,8 +31,8 @@ pub use decoder::{Decoder, Faults};
 pub use encoder::{CommandAck, Encoder};
 pub use frame::{Command, Frame, Message, Payload, SetMode};
 pub use parachute::ParachuteComponent;
-pub use simulator::{Pace, ReleaseTrigger, Silence, SimulatorConfig, SimulatorSession};
-pub use simulator_event::SimulatorEvent;
+pub use simulator::{Pace, ReleaseTrigger, Silence, SimulatorConfig, SimulatorEvent, SimulatorSession};
+pub use streamer::{StreamerConfig, StreamerEvent, StreamerSession};
 pub use tlog::Tlog;
 
 /// Simulated time since the simulation began [us].

@@ -3,7 +3,7 @@
 //! HIL_STATE_QUATERNION goes out with every step unless asked otherwise; ODOMETRY only to a peer that asks for it, since
 //! PX4, which does not, would take it for vision. HIL_SENSOR is the clock and its rate is not for sale.
 
-use super::{Command, TimeUs};
+use super::super::{Command, TimeUs};
 
 const HIL_STATE_QUATERNION_ID: f32 = 115.0;
 const ODOMETRY_ID: f32 = 331.0;

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::Duration;
 
-use super::TimeUs;
+use super::super::TimeUs;
 
 /// Why the vehicle was cut loose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

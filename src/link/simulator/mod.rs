@@ -13,110 +13,35 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use mavlink::dialects::common::{HIL_ACTUATOR_CONTROLS_DATA, MavCmd, MavMessage, MavModeFlag, MavResult};
+use mavlink::dialects::common::MavMessage;
 use nalgebra::Vector3;
 
-use super::hil::{HilSensors, Truth};
-use super::hil_rates::{HilRates, SetInterval};
-use super::simulator_event::{Missing, ReleaseCause, SimulatorEvent};
-use super::{Command, CommandAck, Encoder, Frame, Link, ParachuteComponent, Session, TimeUs, Transmit};
+use self::peer::Peer;
+use self::rates::HilRates;
+use self::sensors::{HilSensors, Truth};
+use super::{Encoder, Frame, Link, ParachuteComponent, Session, TimeUs, Transmit};
 use crate::model::{MAX_ROTORS, PerRotor};
 use crate::sim::{DropSimulation, Phase, Sample};
 use crate::units::US_PER_S;
 
+mod config;
+mod event;
+mod peer;
+mod rates;
+pub mod sensors;
+
+#[cfg(test)]
+mod tests;
+
+pub use config::{Pace, ReleaseTrigger, Silence, SimulatorConfig, SimulatorCounts};
+pub use event::{Missing, ReleaseCause, SimulatorEvent};
+
 /// The simulator's component: the number that PX4's Gazebo bridge uses.
 pub const SIMULATOR_COMPONENT: u8 = 200;
-/// Main mode OFFBOARD in PX4's custom mode.
-pub const PX4_MAIN_MODE_OFFBOARD: u32 = 6;
 /// Longest free run before the first answer.
 const FREE_RUN_LIMIT_US: TimeUs = 5_000_000;
 /// After such a silence the first report is made, the next after twice as long, and so on.
 const FIRST_REPORT: Duration = Duration::from_secs(1);
-
-/// What cuts the vehicle loose, besides a command to the parachute, which always does.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ReleaseTrigger {
-    /// Nothing else.
-    Command,
-    /// A time of the simulation [s].
-    Time(f64),
-    /// Sinking to an altitude above mean sea level [m].
-    Altitude(f64),
-    /// The autopilot being armed and in OFFBOARD, as its HEARTBEAT on this link (and the flag of HIL_ACTUATOR_CONTROLS) say.
-    ArmedOffboard,
-}
-
-/// What happens when an answer stays out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Silence {
-    /// Waits for ever, and says so.
-    KeepWaiting,
-    /// After this long the step is made under the old commands.
-    FreeRunAfter(Duration),
-}
-
-/// How a session runs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SimulatorConfig {
-    /// System of the vehicle; the simulator and the parachute are components of it.
-    pub system_id: u8,
-    /// Step of the simulation and period of HIL_SENSOR.
-    pub step_us: TimeUs,
-    /// Period of HIL_GPS.
-    pub gps_period_us: TimeUs,
-    /// Length of the mission.
-    pub duration_us: TimeUs,
-    /// What cuts the vehicle loose.
-    pub trigger: ReleaseTrigger,
-    /// Draws the sensor noise.
-    pub seed: u64,
-    /// What happens when an answer stays out.
-    pub silence: Silence,
-}
-
-impl Default for SimulatorConfig {
-    fn default() -> Self {
-        Self {
-            system_id: 1,
-            step_us: 4_000,
-            gps_period_us: 100_000,
-            duration_us: 45_000_000,
-            trigger: ReleaseTrigger::Command,
-            seed: 1,
-            silence: Silence::KeepWaiting,
-        }
-    }
-}
-
-/// What the caller may do next.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pace {
-    /// No autopilot is connected.
-    NoPeer,
-    /// The autopilot has not answered yet: [`SimulatorSession::advance`] in real time, or the speed asked for.
-    Free,
-    /// The autopilot's answer is missing.
-    AwaitingControls,
-    /// The answer is there: [`SimulatorSession::advance`] when the next step is due.
-    Ready,
-    /// The mission is over.
-    Done,
-}
-
-/// What has been counted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct SimulatorCounts {
-    /// Steps made.
-    pub steps: u64,
-    /// Steps made without an answer, the free run included.
-    pub unanswered: u64,
-    /// Commands to motors that were not numbers, taken as zero.
-    pub not_finite: u64,
-    /// Commands to motors outside 0..1 while armed, clamped.
-    pub clamped: u64,
-    /// HIL_ACTUATOR_CONTROLS whose time is not that of the HIL_SENSOR to be answered.
-    pub mistimed: u64,
-}
 
 /// The simulator: see the head of this file. Cloneable state is kept of the drop's beginning, so that a new autopilot
 /// finds the vehicle under its canopy again.
@@ -140,15 +65,6 @@ pub struct SimulatorSession {
     v_sp_ned: Option<Vector3<f64>>,
     phase_told: Phase,
     next_report: Duration,
-}
-
-/// What is known of the autopilot.
-#[derive(Clone, Copy, Debug, Default)]
-struct Peer {
-    heard: bool,
-    answered: bool,
-    armed: bool,
-    offboard: bool,
 }
 
 impl SimulatorSession {
@@ -362,86 +278,6 @@ impl SimulatorSession {
         }
         let message = MavMessage::HIL_SENSOR(self.sensors.sensor(&truth));
         self.outbox.push_back(self.encoder.encode(&message));
-    }
-
-    fn take_controls(&mut self, m: &HIL_ACTUATOR_CONTROLS_DATA) {
-        if self.now == 0 || m.time_usec > self.now {
-            self.counts.mistimed += 1;
-            self.events.push_back(SimulatorEvent::Mistimed { at: self.now, stamp: m.time_usec });
-            return;
-        }
-        let armed = m.mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
-        self.set_armed(armed);
-        let n_rotors = self.sim.vehicle().rotors.len();
-        for (command, control) in self.throttle.iter_mut().zip(m.controls).take(n_rotors) {
-            let control = f64::from(control);
-            self.counts.not_finite += u64::from(!control.is_finite());
-            self.counts.clamped += u64::from(control.is_finite() && armed && !(0.0..=1.0).contains(&control));
-            *command = if control.is_finite() { control.clamp(0.0, 1.0) } else { 0.0 };
-        }
-        if !self.peer.answered {
-            self.peer.answered = true;
-            self.events.push_back(SimulatorEvent::Lockstep { at: self.now });
-        }
-        if m.time_usec == self.now {
-            if matches!(self.pace, Pace::Free | Pace::AwaitingControls) {
-                self.pace = Pace::Ready;
-            }
-        } else {
-            self.counts.mistimed += 1;
-            if self.pace == Pace::Free {
-                self.pace = Pace::AwaitingControls;
-            }
-        }
-    }
-
-    fn set_armed(&mut self, armed: bool) {
-        if armed != self.peer.armed {
-            self.peer.armed = armed;
-            self.events.push_back(SimulatorEvent::Armed { at: self.now, armed });
-        }
-    }
-
-    fn take_command(&mut self, command: &Command, from: (u8, u8)) {
-        let ours = [0, self.config.system_id].contains(&command.target_system)
-            && [0, SIMULATOR_COMPONENT].contains(&command.target_component);
-        if !ours {
-            return;
-        }
-        let result = if command.command == MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL as u16 {
-            match self.rates.set(command, self.now) {
-                SetInterval::Done => MavResult::MAV_RESULT_ACCEPTED,
-                SetInterval::Refused => MavResult::MAV_RESULT_DENIED,
-            }
-        } else {
-            MavResult::MAV_RESULT_UNSUPPORTED
-        };
-        let ack = CommandAck {
-            command: command.command,
-            result: result as u8,
-            target_system: from.0,
-            target_component: from.1,
-            ..CommandAck::default()
-        };
-        self.outbox.push_back(self.encoder.encode_command_ack(&ack));
-    }
-
-    fn take_from_autopilot(&mut self, frame: &Frame) {
-        self.peer.heard = true;
-        match frame.known() {
-            Some(MavMessage::HIL_ACTUATOR_CONTROLS(m)) => self.take_controls(m),
-            Some(MavMessage::HEARTBEAT(m)) => {
-                self.peer.offboard = m.custom_mode >> 16 & 0xFF == PX4_MAIN_MODE_OFFBOARD;
-                if m.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED) {
-                    self.set_armed(true);
-                }
-            }
-            _ => {
-                if let Some(command) = frame.command() {
-                    self.take_command(&command, (frame.system_id, frame.component_id));
-                }
-            }
-        }
     }
 }
 

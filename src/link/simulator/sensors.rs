@@ -12,7 +12,7 @@ use mavlink::dialects::common::{
 };
 use nalgebra::Vector3;
 
-use super::TimeUs;
+use super::super::TimeUs;
 use crate::frames::rotate_body_from_ned;
 use crate::model::Environment;
 use crate::sim::DropSimulation;
@@ -207,7 +207,7 @@ fn single(v: Vector3<f64>) -> [f32; 3] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_site;
+    use super::super::super::test_site;
     use super::*;
     use crate::model::MAX_ROTORS;
 
