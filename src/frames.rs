@@ -63,6 +63,21 @@ pub fn quaternion_rate<S: Real>(q: Quaternion<S>, omega_body: Vector3<S>) -> Qua
     ]
 }
 
+/// Hamilton's product: `q_a_from_c = product(q_a_from_b, q_b_from_c)`.
+pub fn product(a: Quaternion, b: Quaternion) -> Quaternion {
+    [
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    ]
+}
+
+/// The conjugate: the opposite rotation.
+pub fn conjugate(q: Quaternion) -> Quaternion {
+    [q[0], -q[1], -q[2], -q[3]]
+}
+
 /// `q` scaled to unit length.
 pub fn normalized(q: Quaternion) -> Quaternion {
     let n = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]).sqrt();

@@ -207,7 +207,8 @@ impl Autopilot {
     fn enter(&mut self, mode: FlightMode) {
         if mode != self.mode {
             self.mode = mode;
-            let text = if mode == FlightMode::Offboard { "mode OFFBOARD" } else { "mode HOLD: zero velocity" };
+            let text =
+                if mode == FlightMode::Offboard { "mode OFFBOARD" } else { "mode HOLD: zero velocity" };
             self.say(Severity::Info, text);
         }
         self.engaged |= self.armed && mode == FlightMode::Offboard;
@@ -326,7 +327,9 @@ impl Autopilot {
                 match heading {
                     YawSetpoint::Keep => {}
                     YawSetpoint::Angle(angle) => self.heading_sp_rad = angle,
-                    YawSetpoint::Rate(rate) => self.heading_sp_rad = wrap_pi(self.heading_sp_rad + rate * dt_s),
+                    YawSetpoint::Rate(rate) => {
+                        self.heading_sp_rad = wrap_pi(self.heading_sp_rad + rate * dt_s)
+                    }
                 }
                 let yaw_rad = self.heading_sp_rad;
                 self.velocity_target = Some(VelocityTarget { v_ned: v, a_ff_ned: a_ff, yaw_rad });

@@ -90,11 +90,9 @@ impl Setpoint {
                 check_finite(v.iter().chain(a_ff.iter()).chain([&yaw_number]))?;
                 let turn = match frame {
                     VelocityFrame::Ned => None,
-                    VelocityFrame::Heading => Some(quaternion_from_euler(
-                        0.0,
-                        0.0,
-                        yaw(q_now.ok_or(SetpointRefusal::NoHeading)?),
-                    )),
+                    VelocityFrame::Heading => {
+                        Some(quaternion_from_euler(0.0, 0.0, yaw(q_now.ok_or(SetpointRefusal::NoHeading)?)))
+                    }
                 };
                 let ned = |x: Vector3<f64>| turn.map_or(x, |q| rotate_ned_from_body(q, x));
                 Ok(Self::Velocity { frame: VelocityFrame::Ned, v: ned(v), a_ff: ned(a_ff), yaw: heading })
@@ -139,7 +137,9 @@ mod tests {
     fn closed_form_heading_frame_turns_with_the_nose_and_not_with_the_tilt() {
         let q = quaternion_from_euler(0.2, -0.4, std::f64::consts::FRAC_PI_2);
         let forward_down = velocity(VelocityFrame::Heading, Vector3::new(3.0, 0.0, 1.0));
-        let Ok(Setpoint::Velocity { frame, v, .. }) = forward_down.checked(Some(q)) else { panic!("refused") };
+        let Ok(Setpoint::Velocity { frame, v, .. }) = forward_down.checked(Some(q)) else {
+            panic!("refused")
+        };
         assert_eq!(frame, VelocityFrame::Ned);
         assert_relative_eq!(v, Vector3::new(0.0, 3.0, 1.0), epsilon = 1e-12);
         assert_eq!(forward_down.checked(None), Err(SetpointRefusal::NoHeading));
@@ -153,7 +153,8 @@ mod tests {
         assert_eq!(attitude([0.0; 4], 0.0), Err(SetpointRefusal::QuaternionLength));
         assert_eq!(attitude([1.0, 0.0, 0.0, 0.0], 1.01), Err(SetpointRefusal::ThrustRange));
         assert_eq!(attitude([1.0, 0.0, 0.0, 0.0], f64::NAN), Err(SetpointRefusal::NotFinite));
-        assert!(attitude([1.001, 0.0, 0.0, 0.0], 0.5).is_ok_and(|s| s
-            == Setpoint::Attitude { q_ned_from_body: [1.0, 0.0, 0.0, 0.0], collective: 0.5 }));
+        assert!(attitude([1.001, 0.0, 0.0, 0.0], 0.5).is_ok_and(
+            |s| s == Setpoint::Attitude { q_ned_from_body: [1.0, 0.0, 0.0, 0.0], collective: 0.5 }
+        ));
     }
 }

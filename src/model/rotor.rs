@@ -150,6 +150,11 @@ impl RotorTable {
         Ok(Self { omega, airspeed, angle, cells: thrust_torque, density_kg_m3 })
     }
 
+    /// Density that the table holds for [kg/m^3].
+    pub fn density_kg_m3(&self) -> f64 {
+        self.density_kg_m3
+    }
+
     /// Thrust and torque; the density scales both.
     #[inline(always)]
     pub fn load(&self, omega_rad_s: f64, inflow: Inflow, density_kg_m3: f64) -> RotorLoad {

@@ -1,0 +1,12 @@
+//! How safe: what a flight cost, and whether it stayed within its limits.
+//!
+//! | file | holds | paper |
+//! |---|---|---|
+//! | [`safety`] | J_state, J_TPF, the verdict on a drop | (47)-(51), Table 1 |
+//! | [`tracking`] | RMS distance of a flight from its plan | (45)-(46) |
+
+pub mod safety;
+pub mod tracking;
+
+pub use safety::{SafetyLimits, StateCost, Verdict, VerdictBuilder};
+pub use tracking::TrackingError;

@@ -1,0 +1,172 @@
+//! Safety of a flight: the state's cost (47)-(50), its peak J_TPF (51), and the verdict on a drop.
+//!
+//! ```text
+//! J_state = max(|v|/V_max, |theta|/theta_max, |Q|/Q_max)        J_TPF = max over all steps, ends included
+//! ```
+//!
+//! Differs from the paper: (49) and (50) are signed there, so that a nose-down dive would cost nothing; here they are
+//! absolute. (48) uses the speed over ground, as the paper does. Table 1's vertical acceleration is reported, not judged: free
+//! fall alone passes it on Earth.
+
+use nalgebra::Vector3;
+
+use crate::frames::pitch;
+use crate::model::rigid_body::BodyState;
+use crate::sim::{Phase, Sample};
+
+/// Table 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SafetyLimits {
+    /// Speed [m/s].
+    pub speed_m_s: f64,
+    /// Pitch, either way [rad].
+    pub pitch_rad: f64,
+    /// Pitch rate, either way [rad/s].
+    pub pitch_rate_rad_s: f64,
+    /// Vertical acceleration [m/s^2]; reported, not judged.
+    pub vertical_acceleration_m_s2: f64,
+}
+
+/// The parts of J_state, each 1 at its limit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StateCost {
+    /// J_v, (48).
+    pub speed: f64,
+    /// J_theta, (49).
+    pub pitch: f64,
+    /// J_Q, (50).
+    pub pitch_rate: f64,
+}
+
+impl StateCost {
+    /// The cost of a state.
+    pub fn of(body: &BodyState, limits: &SafetyLimits) -> Self {
+        Self {
+            speed: body.v_ned.norm() / limits.speed_m_s,
+            pitch: pitch(body.q_ned_from_body).abs() / limits.pitch_rad,
+            pitch_rate: body.omega_body.y.abs() / limits.pitch_rate_rad_s,
+        }
+    }
+
+    /// J_state, (47). A cost that is not a number is infinite.
+    pub fn max(&self) -> f64 {
+        let all = [self.speed, self.pitch, self.pitch_rate];
+        if all.iter().any(|c| c.is_nan()) {
+            return f64::INFINITY;
+        }
+        all.into_iter().fold(0.0, f64::max)
+    }
+}
+
+/// What a drop came to, from the release to the end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// J_TPF, (51).
+    pub j_tpf: f64,
+    /// Largest speed [m/s].
+    pub peak_speed_m_s: f64,
+    /// Largest pitch, either way, with its sign [rad].
+    pub peak_pitch_rad: f64,
+    /// Largest pitch rate, either way, with its sign [rad/s].
+    pub peak_pitch_rate_rad_s: f64,
+    /// Largest vertical acceleration, either way, with its sign (down is positive) [m/s^2].
+    pub peak_vertical_acceleration_m_s2: f64,
+    /// Way down from the release to the end [m].
+    pub altitude_lost_m: f64,
+    /// Time after the rotors were freed [s] from which `|v - v_cmd| <= 1 % |v_cmd|` holds to the end.
+    pub steady_after_s: Option<f64>,
+    /// Names of the limits that were passed: "speed", "pitch", "pitch_rate".
+    pub limits_passed: Vec<&'static str>,
+    /// Velocity at the end, NED [m/s].
+    pub final_v_ned: Vector3<f64>,
+}
+
+/// Steady within this fraction of the commanded velocity.
+const STEADY_FRACTION: f64 = 0.01;
+
+/// Makes a [`Verdict`] of a flight's samples, given one by one in order of time.
+#[derive(Clone, Debug)]
+pub struct VerdictBuilder {
+    limits: SafetyLimits,
+    v_cmd_ned: Vector3<f64>,
+    peak: StateCost,
+    infinite: bool,
+    pitch_rad: f64,
+    pitch_rate_rad_s: f64,
+    vertical_acceleration_m_s2: f64,
+    steady_since_s: Option<f64>,
+    first_down_m: Option<f64>,
+    last: Option<BodyState>,
+}
+
+impl VerdictBuilder {
+    /// Judges against `limits`; steady means close to `v_cmd_ned` [m/s].
+    pub fn new(limits: SafetyLimits, v_cmd_ned: Vector3<f64>) -> Self {
+        Self {
+            limits,
+            v_cmd_ned,
+            peak: StateCost::default(),
+            infinite: false,
+            pitch_rad: 0.0,
+            pitch_rate_rad_s: 0.0,
+            vertical_acceleration_m_s2: 0.0,
+            steady_since_s: None,
+            first_down_m: None,
+            last: None,
+        }
+    }
+
+    /// Takes the next sample; what happens under the canopy does not count.
+    pub fn observe(&mut self, sample: &Sample) {
+        if sample.phase == Phase::Hanging {
+            return;
+        }
+        let body = &sample.state.body;
+        let cost = StateCost::of(body, &self.limits);
+        self.infinite |= cost.max() == f64::INFINITY;
+        self.peak.speed = self.peak.speed.max(cost.speed);
+        self.peak.pitch = self.peak.pitch.max(cost.pitch);
+        self.peak.pitch_rate = self.peak.pitch_rate.max(cost.pitch_rate);
+        for (peak, now) in [
+            (&mut self.pitch_rad, pitch(body.q_ned_from_body)),
+            (&mut self.pitch_rate_rad_s, body.omega_body.y),
+            (&mut self.vertical_acceleration_m_s2, sample.a_ned.z),
+        ] {
+            if now.abs() > peak.abs() {
+                *peak = now;
+            }
+        }
+        let near = (body.v_ned - self.v_cmd_ned).norm() <= STEADY_FRACTION * self.v_cmd_ned.norm();
+        match sample.t_powered_s {
+            Some(t) if near && sample.phase == Phase::Powered => {
+                self.steady_since_s.get_or_insert(t);
+            }
+            _ => self.steady_since_s = None,
+        }
+        self.first_down_m.get_or_insert(body.p_ned.z);
+        self.last = Some(*body);
+    }
+
+    /// J_TPF of what was observed so far.
+    pub fn j_tpf(&self) -> f64 {
+        if self.infinite { f64::INFINITY } else { self.peak.max() }
+    }
+
+    /// The verdict; `None` when nothing was observed from the release on.
+    pub fn finish(self) -> Option<Verdict> {
+        let (last, first_down_m) = (self.last?, self.first_down_m?);
+        let parts =
+            [("speed", self.peak.speed), ("pitch", self.peak.pitch), ("pitch_rate", self.peak.pitch_rate)];
+        Some(Verdict {
+            j_tpf: self.j_tpf(),
+            peak_speed_m_s: self.peak.speed * self.limits.speed_m_s,
+            peak_pitch_rad: self.pitch_rad,
+            peak_pitch_rate_rad_s: self.pitch_rate_rad_s,
+            peak_vertical_acceleration_m_s2: self.vertical_acceleration_m_s2,
+            altitude_lost_m: last.p_ned.z - first_down_m,
+            steady_after_s: self.steady_since_s,
+            limits_passed: parts.iter().filter(|(_, cost)| *cost > 1.0).map(|(name, _)| *name).collect(),
+            final_v_ned: last.v_ned,
+        })
+    }
+}

@@ -1,0 +1,63 @@
+//! Why a file was refused: where it is wrong and what was expected there.
+
+use std::path::PathBuf;
+
+/// A file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// The file cannot be read.
+    #[error("cannot read {role} {}: {reason}{}", path.display(), whence(path, named_in.as_ref()))]
+    Read {
+        /// What the file was to be ("mission file").
+        role: &'static str,
+        /// The path that was tried.
+        path: PathBuf,
+        /// The file that names it; `None` when it was given on the command line.
+        named_in: Option<PathBuf>,
+        /// What the system said.
+        reason: String,
+    },
+    /// The text is not the JSON that was expected.
+    #[error("{}:{line}:{column}: {}{message}", file.display(), at(json_path))]
+    Json {
+        /// The file.
+        file: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Column in characters, from 1.
+        column: usize,
+        /// Where in the document: `rotors[2].axis_body`; empty for the document itself.
+        json_path: String,
+        /// What is wrong and what was expected.
+        message: String,
+    },
+    /// A CSV table is not what was expected.
+    #[error("{}:{line}:{column}: {message}", file.display())]
+    Table {
+        /// The file.
+        file: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Column in characters, from 1.
+        column: usize,
+        /// What is wrong and what was expected.
+        message: String,
+    },
+}
+
+fn at(json_path: &str) -> String {
+    if json_path.is_empty() { String::new() } else { format!("{json_path}: ") }
+}
+
+fn whence(path: &std::path::Path, named_in: Option<&PathBuf>) -> String {
+    match (named_in, path.is_relative()) {
+        (Some(file), _) => {
+            format!(" (named in {}; paths in a file are relative to that file)", file.display())
+        }
+        (None, true) => match std::env::current_dir() {
+            Ok(here) => format!(" (relative to the current directory, {})", here.display()),
+            Err(_) => " (relative to the current directory)".to_owned(),
+        },
+        (None, false) => String::new(),
+    }
+}

@@ -1,0 +1,248 @@
+//! A file's text and the places in it: reading with a size limit, strict JSON, and the line and column of anything that
+//! is refused.
+//!
+//! A place is where the refused thing *starts*: the value for a wrong value, the key for one that is unknown or given
+//! twice, the object for one that lacks a key. Syntax errors are where the parser stopped.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use serde::de::DeserializeOwned;
+use sha2::{Digest, Sha256};
+
+use super::ConfigError;
+
+/// Larger files are refused: no mission, table or trajectory comes near, and a device file would never end.
+const LIMIT_BYTES: u64 = 64 << 20;
+
+/// A file that was read.
+pub(super) struct Source {
+    pub(super) file: PathBuf,
+    pub(super) text: String,
+}
+
+impl Source {
+    /// Reads `path`, named in `named_in` or on the command line. `role` is for the message: "vehicle file".
+    pub(super) fn read(
+        path: &Path,
+        role: &'static str,
+        named_in: Option<&Path>,
+    ) -> Result<Self, ConfigError> {
+        let refuse = |reason: String| ConfigError::Read {
+            role,
+            path: path.to_owned(),
+            named_in: named_in.map(Path::to_owned),
+            reason,
+        };
+        let mut bytes = Vec::new();
+        #[expect(clippy::disallowed_methods, reason = "this is where config/ reads files")]
+        let file = std::fs::File::open(path).map_err(|e| refuse(e.to_string()))?;
+        file.take(LIMIT_BYTES + 1).read_to_end(&mut bytes).map_err(|e| refuse(e.to_string()))?;
+        if bytes.len() as u64 > LIMIT_BYTES {
+            return Err(refuse(format!("it is larger than {} MiB", LIMIT_BYTES >> 20)));
+        }
+        let text = String::from_utf8(bytes).map_err(|e| {
+            refuse(format!("it is not text: byte {} is not UTF-8", e.utf8_error().valid_up_to() + 1))
+        })?;
+        Ok(Self { file: path.to_owned(), text })
+    }
+
+    /// A path that this file names: relative to this file's directory.
+    pub(super) fn resolve(&self, path: &str) -> PathBuf {
+        self.file.parent().unwrap_or(Path::new("")).join(path)
+    }
+
+    /// The document as a `T`; unknown and repeated keys are refused by `T`, text after the document here.
+    pub(super) fn parse<T: DeserializeOwned>(&self) -> Result<T, ConfigError> {
+        let mut json = serde_json::Deserializer::from_str(&self.text);
+        let mut track = serde_path_to_error::Track::new();
+        let value = T::deserialize(serde_path_to_error::Deserializer::new(&mut json, &mut track));
+        match value {
+            Ok(value) => match json.end() {
+                Ok(()) => Ok(value),
+                Err(e) => {
+                    let message = "text after the end of the document; expected nothing more".to_owned();
+                    Err(self.error(self.offset(e.line(), e.column()), String::new(), message))
+                }
+            },
+            Err(e) => Err(self.explain(&e, track.path().to_string())),
+        }
+    }
+
+    /// A parser's error with its place and the path of the value that it was in.
+    fn explain(&self, error: &serde_json::Error, path: String) -> ConfigError {
+        let path = if path == "." { String::new() } else { path };
+        let stop = self.offset(error.line(), error.column());
+        let full = error.to_string();
+        let suffix = format!(" at line {} column {}", error.line(), error.column());
+        let mut message = full.strip_suffix(&suffix).unwrap_or(&full).to_owned();
+        // serde's derive reports a repeated key for the object that holds it; the key comes second where it stands now.
+        let repeated = message.strip_prefix("duplicate field `").and_then(|m| m.split('`').next());
+        let path = match repeated {
+            Some(key) if path.is_empty() => key.to_owned(),
+            Some(key) => format!("{path}.{key}"),
+            None => path,
+        };
+        let place = match error.classify() {
+            serde_json::error::Category::Data => locate(&self.text, &path, stop).unwrap_or(stop),
+            _ => {
+                if ["N", "I", "-I", "nan", "inf"].iter().any(|s| self.text[stop..].starts_with(s))
+                    || self.text[..stop].ends_with('-')
+                {
+                    message += " (NaN and infinity are not numbers here; expected a finite number)";
+                } else if message == "number out of range" {
+                    message += "; expected a finite number";
+                }
+                stop
+            }
+        };
+        self.error(place, path, message)
+    }
+
+    /// Refuses the value at `path` in a document that parsed: what was found, what was expected.
+    pub(super) fn refuse(&self, path: &str, message: impl Into<String>) -> ConfigError {
+        let place = locate(&self.text, path, self.text.len()).unwrap_or(0);
+        self.error(place, path.to_owned(), message.into())
+    }
+
+    fn error(&self, place: usize, json_path: String, message: String) -> ConfigError {
+        let (line, column) = line_column(&self.text, place);
+        ConfigError::Json { file: self.file.clone(), line, column, json_path, message }
+    }
+
+    /// Offset in bytes of the parser's line and column (which counts bytes), on a character's border.
+    fn offset(&self, line: usize, column: usize) -> usize {
+        let start: usize = self.text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
+        let mut at = (start + column.saturating_sub(1)).min(self.text.len());
+        while !self.text.is_char_boundary(at) {
+            at -= 1;
+        }
+        at
+    }
+}
+
+/// Hash of the inputs, in the order in which they are absorbed.
+#[derive(Clone, Default)]
+pub(super) struct InputHash(Sha256);
+
+impl InputHash {
+    /// Takes a file in: its role, its length, its bytes - so that no two sets of files look alike.
+    pub(super) fn absorb(&mut self, role: &str, source: &Source) {
+        self.0.update(format!("{role} {}\n", source.text.len()));
+        self.0.update(&source.text);
+    }
+
+    /// SHA-256 in hexadecimal.
+    pub(super) fn hex(&self) -> String {
+        self.0.clone().finalize().iter().map(|b| format!("{b:02x}")).collect()
+    }
+}
+
+/// Line and column (characters), both from 1, of the byte at `offset`.
+fn line_column(text: &str, offset: usize) -> (usize, usize) {
+    let before = &text[..offset];
+    let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+    (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+}
+
+/// The last start of `path` - of its key or its value, whichever was reached - at or before the byte `stop`. `None` when
+/// the text does not get there.
+fn locate(text: &str, path: &str, stop: usize) -> Option<usize> {
+    let mut scan = Scan { text, at: 0, path, stop, found: None };
+    let _ = scan.value("", 0);
+    scan.found
+}
+
+/// A walk over a JSON text that was or is being parsed by serde_json; on anything unexpected it just ends.
+struct Scan<'a> {
+    text: &'a str,
+    at: usize,
+    path: &'a str,
+    stop: usize,
+    found: Option<usize>,
+}
+
+impl Scan<'_> {
+    fn peek(&mut self) -> Option<u8> {
+        let bytes = self.text.as_bytes();
+        while bytes.get(self.at).is_some_and(u8::is_ascii_whitespace) {
+            self.at += 1;
+        }
+        bytes.get(self.at).copied()
+    }
+
+    fn take(&mut self, expected: u8) -> Option<()> {
+        (self.peek()? == expected).then(|| self.at += 1)
+    }
+
+    /// Notes that `path` starts here; ends the walk beyond the stop.
+    fn note(&mut self, path: &str) -> Option<()> {
+        self.peek()?;
+        if self.at > self.stop {
+            return None;
+        }
+        if path == self.path {
+            self.found = Some(self.at);
+        }
+        Some(())
+    }
+
+    fn value(&mut self, path: &str, depth: usize) -> Option<()> {
+        self.note(path)?;
+        match self.peek()? {
+            _ if depth > 128 => None,
+            b'{' => self.object(path, depth),
+            b'[' => self.array(path, depth),
+            b'"' => self.string().map(|_| ()),
+            _ => {
+                let rest = &self.text.as_bytes()[self.at..];
+                self.at += rest.iter().position(|b| b",]} \t\r\n".contains(b)).unwrap_or(rest.len());
+                Some(())
+            }
+        }
+    }
+
+    fn object(&mut self, path: &str, depth: usize) -> Option<()> {
+        self.take(b'{')?;
+        while self.peek()? != b'}' {
+            self.peek()?;
+            let start = self.at;
+            let key = self.string()?;
+            let child = if path.is_empty() { key } else { format!("{path}.{key}") };
+            let after = std::mem::replace(&mut self.at, start);
+            self.note(&child)?;
+            self.at = after;
+            self.take(b':')?;
+            self.value(&child, depth + 1)?;
+            if self.peek()? == b',' {
+                self.at += 1;
+            }
+        }
+        self.take(b'}')
+    }
+
+    fn array(&mut self, path: &str, depth: usize) -> Option<()> {
+        self.take(b'[')?;
+        let mut index = 0;
+        while self.peek()? != b']' {
+            self.value(&format!("{path}[{index}]"), depth + 1)?;
+            index += 1;
+            if self.peek()? == b',' {
+                self.at += 1;
+            }
+        }
+        self.take(b']')
+    }
+
+    /// A string, unescaped.
+    fn string(&mut self) -> Option<String> {
+        let start = self.at;
+        self.take(b'"')?;
+        let bytes = self.text.as_bytes();
+        while *bytes.get(self.at)? != b'"' {
+            self.at += if bytes[self.at] == b'\\' { 2 } else { 1 };
+        }
+        self.at += 1;
+        serde_json::from_str(self.text.get(start..self.at)?).ok()
+    }
+}

@@ -1,0 +1,57 @@
+//! Tables of numbers in CSV, read strictly: an exact header, as many fields in every line as the header has, finite
+//! numbers only. Nothing is quoted.
+
+use super::ConfigError;
+use super::source::Source;
+
+/// A line of numbers and the number of the line in its file, from 1.
+pub(super) struct Row {
+    pub(super) line: usize,
+    pub(super) values: Vec<f64>,
+}
+
+/// The lines that hold something, with their numbers, comment lines (`#`) at the top left out.
+pub(super) fn lines(source: &Source) -> impl Iterator<Item = (usize, &str)> {
+    source
+        .text
+        .lines()
+        .enumerate()
+        .map(|(i, text)| (i + 1, text))
+        .skip_while(|(_, text)| text.starts_with('#'))
+}
+
+/// Refuses a place in a table.
+pub(super) fn refuse(source: &Source, line: usize, column: usize, message: String) -> ConfigError {
+    ConfigError::Table { file: source.file.clone(), line, column, message }
+}
+
+/// The numbers of a line; `columns` are the header's names.
+pub(super) fn row(source: &Source, line: usize, text: &str, columns: &[&str]) -> Result<Row, ConfigError> {
+    let found = text.split(',').count();
+    if found != columns.len() {
+        let message = format!("expected {} numbers separated by commas, found {found}", columns.len());
+        return Err(refuse(source, line, 1, message));
+    }
+    let mut values = Vec::with_capacity(columns.len());
+    let mut column = 1;
+    for (field, name) in text.split(',').zip(columns) {
+        match field.trim().parse::<f64>() {
+            Ok(x) if x.is_finite() => values.push(x),
+            _ => {
+                let message = format!("{name}: expected a finite number, found `{}`", shortened(field));
+                return Err(refuse(source, line, column, message));
+            }
+        }
+        column += field.chars().count() + 1;
+    }
+    Ok(Row { line, values })
+}
+
+/// A field as a message may quote it.
+fn shortened(field: &str) -> String {
+    if field.chars().count() <= 40 {
+        field.to_owned()
+    } else {
+        field.chars().take(40).chain("...".chars()).collect()
+    }
+}

@@ -1,0 +1,366 @@
+//! The vehicle file: `params/vehicles/*.json`, with the rotor table in a CSV beside it.
+//!
+//! The structs here are the file as it is written; [`load_vehicle`] checks what serde cannot (relations between numbers)
+//! and builds the model. Angles are in degrees in the file and in radians inside.
+
+use std::path::Path;
+
+use nalgebra::{Matrix3, Vector3};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::number::{AngleDeg, Exactly, Finite, Name, NonNegative, Positive, UnitComponent};
+use super::source::{InputHash, Source};
+use super::{ConfigError, rotor_table};
+use crate::model::rigid_body::MassProperties;
+use crate::model::{BodyAero, MAX_ROTORS, Motor, Rotor, RotorMount, Spin, Vehicle, VehicleOptions};
+use crate::units::RAD_PER_DEG;
+
+/// A vehicle as its file describes it.
+#[derive(Clone, Debug)]
+pub struct VehicleFile {
+    /// The vehicle's name.
+    pub name: String,
+    /// The model.
+    pub vehicle: Vehicle,
+    /// Radius of a rotor [m], for drawings; the models do not use it.
+    pub rotor_radius_m: Option<f64>,
+    /// SHA-256 of the file and its tables, hexadecimal.
+    pub input_hash: String,
+}
+
+/// A multirotor: mass, rotors, body aerodynamics, rotor and motor models. Body axes: x forward, y right, z down.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct VehicleJson {
+    /// What this vehicle is.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// Name of the vehicle.
+    name: Name,
+    /// Mass [kg].
+    mass_kg: Positive,
+    /// Moments of inertia about the centre of mass, Jxx, Jyy, Jzz [kg m^2]. Each is at most the sum of the others.
+    inertia_kg_m2: Exactly<Positive, 3>,
+    /// Off-diagonal entries Jxy, Jxz, Jyz of the inertia matrix [kg m^2], with the sign that they have in the matrix;
+    /// 0 when left out.
+    inertia_off_diagonal_kg_m2: Option<Exactly<Finite, 3>>,
+    /// The rotors, 1 to 8, in PX4's order (quad-X: front right, rear left, front left, rear right).
+    #[schemars(length(min = 1, max = 8))]
+    rotors: Vec<RotorJson>,
+    /// Which reactions of the rotors on the body are modelled.
+    effects: EffectsJson,
+    /// Body aerodynamics, (13)-(18).
+    body_aero: BodyAeroJson,
+    /// The rotor model, the same for all rotors.
+    rotor: RotorModelJson,
+    /// The motor model, the same for all rotors.
+    motor: MotorJson,
+    /// Where the numbers come from.
+    #[serde(rename = "provenance")]
+    _provenance: Option<Vec<String>>,
+}
+
+/// Where a rotor sits, which way it pushes and turns.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct RotorJson {
+    /// Hub, from the centre of mass, body axes [m].
+    position_body_m: Exactly<Finite, 3>,
+    /// Unit vector of the thrust, body axes; [0, 0, -1] pushes up.
+    axis_body: Exactly<UnitComponent, 3>,
+    /// Sense of rotation, seen from above.
+    spin_from_above: SpinJson,
+}
+
+/// Sense of rotation.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum SpinJson {
+    /// Clockwise.
+    Cw,
+    /// Counter-clockwise.
+    Ccw,
+}
+
+/// Which reactions of the rotors on the body are modelled.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct EffectsJson {
+    /// Why.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// The torque that turns a rotor turns the body the other way.
+    reaction_torque: bool,
+    /// The rotors' angular momentum acts on the body, (19)-(22).
+    rotor_momentum: bool,
+}
+
+/// Coefficients over the angle of attack; a periodic cubic spline runs through them.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct BodyAeroJson {
+    /// Where the coefficients come from.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// Reference area S [m^2].
+    reference_area_m2: Positive,
+    /// Reference span b [m].
+    reference_span_m: Positive,
+    /// Angles of attack, increasing from -180 to 180 [deg].
+    alpha_deg: Vec<AngleDeg>,
+    /// Drag coefficient at each angle, (13).
+    c_drag: Vec<Finite>,
+    /// Lift coefficient at each angle, (14).
+    c_lift: Vec<Finite>,
+    /// Pitching moment coefficient at each angle, (15).
+    c_pitch: Vec<Finite>,
+}
+
+/// The rotor model.
+#[derive(Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum RotorModelJson {
+    /// Thrust and torque by table over rotor speed, airspeed and flow angle.
+    Table(RotorTableJson),
+    /// Thrust = k omega^2, torque = c thrust.
+    Quadratic(QuadraticJson),
+}
+
+/// A table of thrust and torque, in a CSV file.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct RotorTableJson {
+    /// How the table was made.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// CSV file, relative to this file; columns omega_rad_s, airspeed_m_s, angle_deg, thrust_n, torque_nm, a full grid with
+    /// the angle running fastest, then the airspeed.
+    file: String,
+    /// Density that the table holds for; thrust and torque scale with density [kg/m^3].
+    density_kg_m3: Positive,
+    /// Radius [m].
+    radius_m: Option<Positive>,
+}
+
+/// Thrust = k omega^2, torque = c thrust.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct QuadraticJson {
+    /// Where the coefficients come from.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// k [N/(rad/s)^2].
+    thrust_n_per_rad2_s2: Positive,
+    /// c [m].
+    torque_per_thrust_m: NonNegative,
+    /// Density that k holds for [kg/m^3].
+    density_kg_m3: Positive,
+    /// Radius [m].
+    radius_m: Option<Positive>,
+}
+
+/// The motor with its speed controller.
+#[derive(Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum MotorJson {
+    /// Speed controller and DC motor with limits of voltage and current.
+    EscDc(EscDcJson),
+    /// First-order lag with separate time constants up and down.
+    FirstOrder(FirstOrderJson),
+}
+
+/// Speed controller and DC motor.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct EscDcJson {
+    /// Rotor speed at full throttle [rad/s].
+    omega_max_rad_s: Positive,
+    /// Torque per current [N m/A].
+    torque_constant_nm_a: Positive,
+    /// Voltage per speed [V s/rad].
+    back_emf_constant_v_s_rad: Positive,
+    /// Resistance of the winding [ohm].
+    resistance_ohm: Positive,
+    /// Largest voltage [V].
+    voltage_max_v: Positive,
+    /// Largest current [A].
+    current_max_a: Positive,
+    /// Smallest current [A]; 0: no active braking, negative: braking.
+    current_min_a: Finite,
+    /// Voltage per speed error [V s/rad].
+    esc_gain_v_s_rad: NonNegative,
+    /// Moment of inertia of rotor and motor about the shaft [kg m^2].
+    rotor_inertia_kg_m2: Positive,
+}
+
+/// First-order lag of the rotor speed.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct FirstOrderJson {
+    /// Rotor speed at full throttle [rad/s].
+    omega_max_rad_s: Positive,
+    /// Time constant speeding up [s].
+    tau_up_s: Positive,
+    /// Time constant slowing down [s].
+    tau_down_s: Positive,
+    /// Moment of inertia of rotor and motor about the shaft [kg m^2], for the gyroscopic moment.
+    rotor_inertia_kg_m2: NonNegative,
+}
+
+/// Reads a vehicle file and its tables.
+///
+/// # Errors
+/// [`ConfigError`] with the place in the file, when it cannot be read or is not a vehicle.
+pub fn load_vehicle(path: &Path) -> Result<VehicleFile, ConfigError> {
+    load_named_vehicle(path, None, &mut InputHash::default())
+}
+
+/// As [`load_vehicle`], for a vehicle that another file names; the bytes read go into `hash` too.
+pub(super) fn load_named_vehicle(
+    path: &Path,
+    named_in: Option<&Path>,
+    hash: &mut InputHash,
+) -> Result<VehicleFile, ConfigError> {
+    let source = Source::read(path, "vehicle file", named_in)?;
+    let json: VehicleJson = source.parse()?;
+    let mut own = InputHash::default();
+    for h in [&mut *hash, &mut own] {
+        h.absorb("vehicle", &source);
+    }
+    let (rotor, rotor_radius_m, table) = build_rotor(&source, &json.rotor)?;
+    if let Some(table) = table {
+        for h in [hash, &mut own] {
+            h.absorb("rotor table", &table);
+        }
+    }
+    let motor = build_motor(&source, &json.motor)?;
+    let options = VehicleOptions {
+        reaction_torque: json.effects.reaction_torque,
+        rotor_momentum: json.effects.rotor_momentum,
+    };
+    let mass = build_mass(&source, &json)?;
+    let mounts = build_mounts(&source, &json.rotors)?;
+    let aero = build_aero(&source, &json.body_aero)?;
+    let vehicle = Vehicle::new(mass, mounts, aero, rotor, motor, options)
+        .map_err(|e| source.refuse("rotors", e.to_string()))?;
+    check_static_thrust(&source, &vehicle)?;
+    Ok(VehicleFile { name: json.name.0, vehicle, rotor_radius_m, input_hash: own.hex() })
+}
+
+fn build_mass(source: &Source, json: &VehicleJson) -> Result<MassProperties, ConfigError> {
+    let [xx, yy, zz] = json.inertia_kg_m2.0.map(Positive::get);
+    let [xy, xz, yz] = json.inertia_off_diagonal_kg_m2.map_or([0.0; 3], Exactly::get);
+    let inertia = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+    MassProperties::new(json.mass_kg.get(), inertia)
+        .map_err(|e| source.refuse("inertia_kg_m2", e.to_string()))
+}
+
+fn build_mounts(source: &Source, rotors: &[RotorJson]) -> Result<Vec<RotorMount>, ConfigError> {
+    if !(1..=MAX_ROTORS).contains(&rotors.len()) {
+        let message = format!("expected 1 to {MAX_ROTORS} rotors, found {}", rotors.len());
+        return Err(source.refuse("rotors", message));
+    }
+    let mount = |(i, r): (usize, &RotorJson)| {
+        let axis = Vector3::from(r.axis_body.0.map(UnitComponent::get));
+        if (axis.norm() - 1.0).abs() >= 1e-6 {
+            let message = format!("expected a vector of length 1, found length {}", axis.norm());
+            return Err(source.refuse(&format!("rotors[{i}].axis_body"), message));
+        }
+        let spin = match r.spin_from_above {
+            SpinJson::Cw => Spin::Cw,
+            SpinJson::Ccw => Spin::Ccw,
+        };
+        Ok(RotorMount { position_body_m: r.position_body_m.get().into(), axis_body: axis, spin })
+    };
+    rotors.iter().enumerate().map(mount).collect()
+}
+
+fn build_aero(source: &Source, json: &BodyAeroJson) -> Result<BodyAero, ConfigError> {
+    let alpha_deg: Vec<f64> = json.alpha_deg.iter().map(|a| a.get()).collect();
+    let n = alpha_deg.len();
+    if let Some(i) = alpha_deg.windows(2).position(|w| w[1] <= w[0]) {
+        let message = format!("the angles must increase, but {} follows {}", alpha_deg[i + 1], alpha_deg[i]);
+        return Err(source.refuse(&format!("body_aero.alpha_deg[{}]", i + 1), message));
+    }
+    let columns = [("c_drag", &json.c_drag), ("c_lift", &json.c_lift), ("c_pitch", &json.c_pitch)];
+    for (name, column) in columns {
+        if column.len() != n {
+            let message = format!("expected {n} entries, one per angle of alpha_deg, found {}", column.len());
+            return Err(source.refuse(&format!("body_aero.{name}"), message));
+        }
+    }
+    let alpha: Vec<f64> = alpha_deg.iter().map(|a| a * RAD_PER_DEG).collect();
+    let [drag, lift, pitch] = columns.map(|(_, c)| c.iter().map(|x| x.get()).collect::<Vec<_>>());
+    BodyAero::new(json.reference_area_m2.get(), json.reference_span_m.get(), &alpha, &drag, &lift, &pitch)
+        .map_err(|e| source.refuse("body_aero", e.to_string()))
+}
+
+type BuiltRotor = (Rotor, Option<f64>, Option<Source>);
+
+fn build_rotor(source: &Source, json: &RotorModelJson) -> Result<BuiltRotor, ConfigError> {
+    match json {
+        RotorModelJson::Table(t) => {
+            let file = Source::read(&source.resolve(&t.file), "rotor table", Some(&source.file))?;
+            let table = rotor_table::parse(&file, t.density_kg_m3.get())?;
+            Ok((Rotor::Table(table), t.radius_m.map(Positive::get), Some(file)))
+        }
+        RotorModelJson::Quadratic(q) => {
+            let rotor = Rotor::Quadratic {
+                thrust_n_per_rad2_s2: q.thrust_n_per_rad2_s2.get(),
+                torque_per_thrust_m: q.torque_per_thrust_m.get(),
+                density_kg_m3: q.density_kg_m3.get(),
+            };
+            Ok((rotor, q.radius_m.map(Positive::get), None))
+        }
+    }
+}
+
+fn build_motor(source: &Source, json: &MotorJson) -> Result<Motor, ConfigError> {
+    match json {
+        MotorJson::EscDc(m) => {
+            if m.current_min_a.get() > m.current_max_a.get() {
+                let message = format!(
+                    "expected at most current_max_a, {}, found {}",
+                    m.current_max_a.get(),
+                    m.current_min_a.get()
+                );
+                return Err(source.refuse("motor.esc_dc.current_min_a", message));
+            }
+            Ok(Motor::EscDc {
+                omega_max_rad_s: m.omega_max_rad_s.get(),
+                torque_constant_nm_a: m.torque_constant_nm_a.get(),
+                back_emf_constant_v_s_rad: m.back_emf_constant_v_s_rad.get(),
+                resistance_ohm: m.resistance_ohm.get(),
+                voltage_max_v: m.voltage_max_v.get(),
+                current_max_a: m.current_max_a.get(),
+                current_min_a: m.current_min_a.get(),
+                esc_gain_v_s_rad: m.esc_gain_v_s_rad.get(),
+                rotor_inertia_kg_m2: m.rotor_inertia_kg_m2.get(),
+            })
+        }
+        MotorJson::FirstOrder(m) => Ok(Motor::FirstOrder {
+            omega_max_rad_s: m.omega_max_rad_s.get(),
+            tau_up_s: m.tau_up_s.get(),
+            tau_down_s: m.tau_down_s.get(),
+            rotor_inertia_kg_m2: m.rotor_inertia_kg_m2.get(),
+        }),
+    }
+}
+
+/// The thrust at full throttle in still air scales the control channel: a rotor that gives none cannot be commanded.
+fn check_static_thrust(source: &Source, vehicle: &Vehicle) -> Result<(), ConfigError> {
+    let density = match &vehicle.rotor {
+        Rotor::Table(table) => table.density_kg_m3(),
+        Rotor::Quadratic { density_kg_m3, .. } => *density_kg_m3,
+    };
+    let thrust_n = vehicle.static_thrust_n(density);
+    if thrust_n.is_finite() && thrust_n > 0.0 {
+        return Ok(());
+    }
+    let message = format!(
+        "expected a rotor that lifts at full throttle ({} rad/s) in still air, found a thrust of {thrust_n} N",
+        vehicle.motor.omega_max_rad_s()
+    );
+    Err(source.refuse("rotor", message))
+}

@@ -1,0 +1,130 @@
+//! Gains (Table 4 of the paper, and yaw) and limits of the cascade.
+
+use super::ControlError;
+use crate::units::RAD_PER_DEG;
+
+/// Gains of the cascade, in SI; `K_P` and `K_I` of Table 4 with the loop they belong to. Roll uses pitch's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gains {
+    /// Pitch (and roll) rate, proportional [1/s].
+    pub k_pq: f64,
+    /// Pitch (and roll) rate, integral [1/s^2].
+    pub k_iq: f64,
+    /// Pitch (and roll) angle, proportional [1/s].
+    pub k_ptheta: f64,
+    /// Vertical velocity, proportional [1/s].
+    pub k_pvz: f64,
+    /// Vertical velocity, integral [1/s^2].
+    pub k_ivz: f64,
+    /// Horizontal velocity, proportional [1/s].
+    pub k_pvx: f64,
+    /// Horizontal velocity, integral [1/s^2].
+    pub k_ivx: f64,
+    /// Heading, proportional [1/s].
+    pub k_ppsi: f64,
+    /// Yaw rate, proportional [1/s].
+    pub k_pr: f64,
+}
+
+impl Gains {
+    /// Heading gain of the study [1/s]: the paper gives none.
+    pub const K_PPSI: f64 = 0.5;
+    /// Yaw rate gain of the study [1/s]: the paper gives none.
+    pub const K_PR: f64 = 1.0;
+
+    /// The seven longitudinal gains in Table 4's order, `[K_pq, K_iq, K_ptheta, K_pvz, K_ivz, K_pvx, K_ivx]`, with the
+    /// study's yaw gains.
+    pub fn longitudinal(k: [f64; 7]) -> Self {
+        let [k_pq, k_iq, k_ptheta, k_pvz, k_ivz, k_pvx, k_ivx] = k;
+        Self { k_pq, k_iq, k_ptheta, k_pvz, k_ivz, k_pvx, k_ivx, k_ppsi: Self::K_PPSI, k_pr: Self::K_PR }
+    }
+
+    /// The seven longitudinal gains, as [`Self::longitudinal`] takes them.
+    pub fn as_longitudinal(&self) -> [f64; 7] {
+        [self.k_pq, self.k_iq, self.k_ptheta, self.k_pvz, self.k_ivz, self.k_pvx, self.k_ivx]
+    }
+
+    /// Table 4, first row: the near-hover controller.
+    pub fn near_hover() -> Self {
+        Self::longitudinal([2.0, 0.001, 0.621, 0.675, 0.0675, 1.1, 0.0016])
+    }
+
+    /// Table 4, second row: the paper's PSO controller.
+    pub fn paper_pso() -> Self {
+        Self::longitudinal([2.0794, 0.0001, 0.8463, 5.0, 0.4338, 1.2171, 0.0188])
+    }
+
+    /// Checks that every gain is finite and not negative.
+    ///
+    /// # Errors
+    /// [`ControlError::OutOfRange`] with the first gain that is not.
+    pub fn validate(&self) -> Result<(), ControlError> {
+        let all = [
+            ("k_pq", self.k_pq),
+            ("k_iq", self.k_iq),
+            ("k_ptheta", self.k_ptheta),
+            ("k_pvz", self.k_pvz),
+            ("k_ivz", self.k_ivz),
+            ("k_pvx", self.k_pvx),
+            ("k_ivx", self.k_ivx),
+            ("k_ppsi", self.k_ppsi),
+            ("k_pr", self.k_pr),
+        ];
+        match all.into_iter().find(|(_, k)| !(k.is_finite() && *k >= 0.0)) {
+            None => Ok(()),
+            Some((what, value)) => {
+                Err(ControlError::OutOfRange { what, expected: "finite and at least zero", value })
+            }
+        }
+    }
+}
+
+/// Limits of the cascade.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControlLimits {
+    /// Largest commanded tilt against the vertical [rad], below pi/2.
+    pub tilt_rad: f64,
+    /// Largest commanded roll and pitch rate [rad/s].
+    pub rate_command_rad_s: f64,
+    /// Largest commanded yaw rate [rad/s].
+    pub yaw_rate_command_rad_s: f64,
+    /// Bound of the rate loops' integrals [rad/s^2].
+    pub rate_integral_rad_s2: f64,
+}
+
+impl Default for ControlLimits {
+    fn default() -> Self {
+        Self {
+            tilt_rad: 37.5 * RAD_PER_DEG,
+            rate_command_rad_s: 220.0 * RAD_PER_DEG,
+            yaw_rate_command_rad_s: 45.0 * RAD_PER_DEG,
+            rate_integral_rad_s2: 10.0,
+        }
+    }
+}
+
+impl ControlLimits {
+    /// Checks that every limit is positive and finite and the tilt below a quarter turn.
+    ///
+    /// # Errors
+    /// [`ControlError::OutOfRange`] with the first limit that is not.
+    pub fn validate(&self) -> Result<(), ControlError> {
+        let all = [
+            ("tilt limit", self.tilt_rad),
+            ("rate command limit", self.rate_command_rad_s),
+            ("yaw rate command limit", self.yaw_rate_command_rad_s),
+            ("rate integral limit", self.rate_integral_rad_s2),
+        ];
+        if let Some((what, value)) = all.into_iter().find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
+            return Err(ControlError::OutOfRange { what, expected: "positive and finite", value });
+        }
+        if self.tilt_rad >= std::f64::consts::FRAC_PI_2 {
+            return Err(ControlError::OutOfRange {
+                what: "tilt limit",
+                expected: "below a quarter turn",
+                value: self.tilt_rad,
+            });
+        }
+        Ok(())
+    }
+}

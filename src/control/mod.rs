@@ -1,0 +1,62 @@
+//! How it is flown: the PID cascade from a velocity setpoint to rotor thrusts.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`gains`] | the gains of Table 4, yaw gains, limits |
+//! | [`airframe`] | what the control law knows of the vehicle |
+//! | [`velocity`] | velocity error to wanted acceleration, collective and tilt |
+//! | [`attitude`] | attitude error to wanted body rates |
+//! | [`rate`] | body rate error to wanted angular acceleration |
+//! | [`mixer`] | moments and collective to rotor thrusts |
+//! | [`cascade`] | the four in a row, and what survives a broken input |
+//!
+//! Acceleration-normalised: gains are in SI and carry neither mass nor inertia. The same code flies in tuning, in
+//! campaigns and behind MAVLink. It is pure: no clock, no allocation after construction, no panic on any input.
+//!
+//! In the vertical plane (no lateral motion, heading north) the cascade gives the numbers of the planar law that the
+//! paper's study uses; each file says its part of that law.
+
+pub mod airframe;
+pub mod attitude;
+pub mod cascade;
+pub mod gains;
+pub mod mixer;
+pub mod rate;
+pub mod velocity;
+
+pub use airframe::Airframe;
+pub use cascade::{Cascade, ControlOutput, Measurement};
+pub use gains::{ControlLimits, Gains};
+
+/// Why a controller cannot be built.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ControlError {
+    /// The rotors give no thrust along the body's up axis at full throttle.
+    #[error("the rotors give no lift at full throttle ({lift_n} N)")]
+    NoLift {
+        /// Sum of thrusts along the body's up axis at full throttle [N].
+        lift_n: f64,
+    },
+    /// Rotor `rotor` would have to pull down for the others to push up: no collective for this mixer.
+    #[error("rotor {rotor} takes no positive share of the lift; the mixer needs every rotor to carry")]
+    RotorWithoutLift {
+        /// Number of the rotor, from 1.
+        rotor: usize,
+    },
+    /// The rotors cannot make a moment about an axis that the attitude needs.
+    #[error("the rotors cannot make a {axis} moment without disturbing lift or the other axes")]
+    NotSteerable {
+        /// "roll" or "pitch".
+        axis: &'static str,
+    },
+    /// A gain or limit that is negative or not finite.
+    #[error("{what} must be {expected}, found {value}")]
+    OutOfRange {
+        /// Name of the gain or limit.
+        what: &'static str,
+        /// What was expected.
+        expected: &'static str,
+        /// Its value.
+        value: f64,
+    },
+}

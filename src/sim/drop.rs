@@ -1,0 +1,312 @@
+//! The drop: hang under the canopy, release, fall with the rotors locked at rest, powered flight.
+//!
+//! The hang is kinematic (steady descent and prescribed swing, (40)-(43)); the canopy's force is what the motion
+//! takes. How the vehicle comes from the release to t = 0, the end of the delay t_d, is one of two [`Start`]s. A change of
+//! phase inside a step is met exactly by splitting the step.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use super::plant::{Instant, Plant, PlantKind, PlantState};
+use super::record::{Moment, Sample};
+use crate::frames::{rotate_body_from_ned, rotate_ned_from_body};
+use crate::model::parachute::Pendulum;
+use crate::model::rigid_body::BodyState;
+use crate::model::{Environment, ForceBalance, MAX_ROTORS, Parachute, PerRotor, Vehicle};
+
+/// Where in the drop the vehicle is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Under the canopy.
+    Hanging,
+    /// Released, rotors locked.
+    Falling,
+    /// Rotors free.
+    Powered,
+}
+
+/// How the vehicle comes from the release to t = 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// The drop: the body falls for t_d under gravity and the air, and turns as it was turning.
+    Release,
+    /// The paper's study: at t = 0 the vehicle has the attitude and rates of the release and `v_d` is larger by `g t_d`,
+    /// (44). In between it falls in a vacuum without turning (the rate is carried along, not propagated).
+    T0,
+}
+
+/// A phase boundary closer than this to the end of a step [s] is taken to be there.
+const BOUNDARY_TOLERANCE_S: f64 = 1e-9;
+
+/// A vehicle under its parachute and what becomes of it.
+#[derive(Clone, Debug)]
+pub struct DropSimulation {
+    plant: Plant,
+    parachute: Parachute,
+    nominal_release_s: f64,
+    start: Start,
+    clock: Clock,
+    phase: Phase,
+    state: PlantState,
+    throttle: PerRotor,
+    release_at_s: Option<f64>,
+    released: Option<Released>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Released {
+    time_s: f64,
+    state: BodyState,
+}
+
+/// Simulated time as a compensated sum, so that 10 000 steps of 4 ms end at 40 s.
+#[derive(Clone, Copy, Debug, Default)]
+struct Clock {
+    time_s: f64,
+    lost_s: f64,
+}
+
+impl Clock {
+    fn advance(&mut self, dt_s: f64) {
+        let term = dt_s - self.lost_s;
+        let sum = self.time_s + term;
+        self.lost_s = (sum - self.time_s) - term;
+        self.time_s = sum;
+    }
+}
+
+impl DropSimulation {
+    /// A vehicle with real actuators under its canopy at time 0. The swing has its phase phi at `hang_s`, the nominal
+    /// release; the release itself comes by [`Self::release`] or [`Self::schedule_release`].
+    pub fn new(
+        vehicle: Arc<Vehicle>,
+        environment: Environment,
+        parachute: Parachute,
+        hang_s: f64,
+        start: Start,
+    ) -> Self {
+        let (body, _) = parachute.hanging(-hang_s);
+        Self {
+            plant: Plant::new(vehicle, environment, PlantKind::Actuator),
+            parachute,
+            nominal_release_s: hang_s,
+            start,
+            clock: Clock::default(),
+            phase: Phase::Hanging,
+            state: PlantState::rotors_at_rest(body),
+            throttle: [0.0; MAX_ROTORS],
+            release_at_s: None,
+            released: None,
+        }
+    }
+
+    /// A vehicle at t = 0 of the study: in the given state, rotors at rest and free.
+    pub fn at_t0(vehicle: Arc<Vehicle>, environment: Environment, state: BodyState, kind: PlantKind) -> Self {
+        let still = Pendulum { amplitude_rad: 0.0, phase_rad: 0.0, omega_rad_s: 0.0, length_m: 0.0 };
+        Self {
+            plant: Plant::new(vehicle, environment, kind),
+            parachute: Parachute { descent_m_s: 0.0, delay_s: 0.0, pendulum: still },
+            nominal_release_s: 0.0,
+            start: Start::T0,
+            clock: Clock::default(),
+            phase: Phase::Powered,
+            state: PlantState::rotors_at_rest(state),
+            throttle: [0.0; MAX_ROTORS],
+            release_at_s: None,
+            released: Some(Released { time_s: 0.0, state }),
+        }
+    }
+
+    /// Time since the simulation began [s].
+    pub fn time_s(&self) -> f64 {
+        self.clock.time_s
+    }
+
+    /// Phase of the drop.
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// State of body and rotors.
+    pub fn state(&self) -> &PlantState {
+        &self.state
+    }
+
+    /// The vehicle.
+    pub fn vehicle(&self) -> &Arc<Vehicle> {
+        self.plant.vehicle()
+    }
+
+    /// The site.
+    pub fn environment(&self) -> &Environment {
+        self.plant.environment()
+    }
+
+    /// The parachute.
+    pub fn parachute(&self) -> &Parachute {
+        &self.parachute
+    }
+
+    /// Cuts the vehicle loose now. Once it is loose, nothing more happens.
+    pub fn release(&mut self) {
+        if self.released.is_none() {
+            self.released = Some(Released { time_s: self.clock.time_s, state: self.state.body });
+            self.phase = Phase::Falling;
+            self.cross_boundary();
+        }
+    }
+
+    /// Cuts the vehicle loose at a time of the simulation [s], between steps or within one; a time in the past is now.
+    pub fn schedule_release(&mut self, time_s: f64) {
+        self.release_at_s = Some(time_s);
+        self.cross_boundary();
+    }
+
+    /// Time of the release [s], once it has happened.
+    pub fn release_time_s(&self) -> Option<f64> {
+        self.released.map(|r| r.time_s)
+    }
+
+    /// Time from which the rotors are free [s], once the release has happened: release + t_d.
+    pub fn powered_from_s(&self) -> Option<f64> {
+        self.released.map(|r| r.time_s + self.parachute.delay_s)
+    }
+
+    /// Time since the rotors were freed [s], negative before; `None` while the release has not happened.
+    pub fn time_powered_s(&self) -> Option<f64> {
+        self.powered_from_s().map(|t| self.clock.time_s - t)
+    }
+
+    /// Advances by `dt_s` [s] under throttle commands that are held. Commands that are not numbers count as zero; a time that
+    /// is not positive does nothing.
+    pub fn step(&mut self, throttle: &PerRotor, dt_s: f64) {
+        self.advance(throttle, dt_s);
+    }
+
+    /// [`Self::step`], and what acted on the vehicle at the step's beginning.
+    pub fn advance(&mut self, throttle: &PerRotor, dt_s: f64) -> Instant {
+        self.throttle = throttle.map(|d| if d.is_nan() { 0.0 } else { d.clamp(0.0, 1.0) });
+        let mut remaining = if dt_s.is_finite() { dt_s } else { 0.0 };
+        let mut first = None;
+        while remaining > 0.0 {
+            let h = match self.boundary_s() {
+                Some(b) if b - self.clock.time_s < remaining - BOUNDARY_TOLERANCE_S => {
+                    (b - self.clock.time_s).max(0.0)
+                }
+                _ => remaining,
+            };
+            let instant = self.advance_phase(h);
+            first.get_or_insert(instant);
+            remaining = if h < remaining { remaining - h } else { 0.0 };
+            self.cross_boundary();
+        }
+        first.unwrap_or_else(|| self.instant())
+    }
+
+    /// Time at which the present phase ends [s], if that is known.
+    fn boundary_s(&self) -> Option<f64> {
+        match self.phase {
+            Phase::Hanging => self.release_at_s,
+            Phase::Falling => self.powered_from_s(),
+            Phase::Powered => None,
+        }
+    }
+
+    /// Enters the next phase when its time has come.
+    fn cross_boundary(&mut self) {
+        if self.boundary_s().is_some_and(|b| self.clock.time_s >= b - BOUNDARY_TOLERANCE_S) {
+            match self.phase {
+                Phase::Hanging => self.release(),
+                Phase::Falling | Phase::Powered => self.phase = Phase::Powered,
+            }
+        }
+    }
+
+    fn advance_phase(&mut self, h: f64) -> Instant {
+        if self.phase == Phase::Powered || self.dynamic_fall() {
+            let locked = self.phase != Phase::Powered;
+            self.clock.advance(h);
+            return self.plant.step(&mut self.state, &self.throttle, locked, h);
+        }
+        let instant = self.instant();
+        self.clock.advance(h);
+        self.state.body = match self.released {
+            None => self.parachute.hanging(self.clock.time_s - self.nominal_release_s).0,
+            Some(r) => self.vacuum_fall(&r),
+        };
+        instant
+    }
+
+    fn dynamic_fall(&self) -> bool {
+        self.phase == Phase::Falling && self.start == Start::Release
+    }
+
+    /// The fall of [`Start::T0`].
+    fn vacuum_fall(&self, r: &Released) -> BodyState {
+        let t = self.clock.time_s - r.time_s;
+        let g = self.environment().gravity_ned();
+        BodyState {
+            p_ned: r.state.p_ned + r.state.v_ned * t + g * (0.5 * t * t),
+            v_ned: r.state.v_ned + g * t,
+            ..r.state
+        }
+    }
+
+    /// What acts on the vehicle now, under the last commands.
+    fn instant(&self) -> Instant {
+        self.instant_under(&self.throttle)
+    }
+
+    fn instant_under(&self, throttle: &PerRotor) -> Instant {
+        let gravity = self.environment().gravity_ned();
+        let mass = self.vehicle().mass.mass_kg;
+        match self.phase {
+            Phase::Falling if !self.dynamic_fall() => {
+                let balance = ForceBalance { gravity_force_ned: gravity * mass, ..ForceBalance::default() };
+                Instant { a_ned: gravity, balance }
+            }
+            Phase::Hanging => {
+                let (body, a_ned) = self.parachute.hanging(self.clock.time_s - self.nominal_release_s);
+                let mut balance = self.plant.instant(&self.state, throttle, true).balance;
+                let others =
+                    rotate_ned_from_body(body.q_ned_from_body, balance.force_body()) + gravity * mass;
+                balance.canopy_force_ned = a_ned * mass - others;
+                Instant { a_ned, balance }
+            }
+            Phase::Falling => self.plant.instant(&self.state, throttle, true),
+            Phase::Powered => self.plant.instant(&self.state, throttle, false),
+        }
+    }
+
+    /// Every force and moment on the vehicle now, under the given commands.
+    pub fn balance(&self, throttle: &PerRotor) -> ForceBalance {
+        self.instant_under(throttle).balance
+    }
+
+    /// Acceleration now, NED [m/s^2].
+    pub fn acceleration_ned(&self) -> Vector3<f64> {
+        self.instant().a_ned
+    }
+
+    /// What an accelerometer at the centre of mass reads, body [m/s^2]: acceleration without gravity.
+    pub fn specific_force_body(&self) -> Vector3<f64> {
+        let a = self.acceleration_ned() - self.environment().gravity_ned();
+        rotate_body_from_ned(self.state.body.q_ned_from_body, a)
+    }
+
+    /// A row of the record: the state now under the given commands and setpoint.
+    pub fn sample(&self, throttle: &PerRotor, v_sp_ned: Option<Vector3<f64>>) -> Sample {
+        self.moment().sample(self.instant_under(throttle), throttle, v_sp_ned)
+    }
+
+    /// The state now, for a record whose forces come with the next step.
+    pub(super) fn moment(&self) -> Moment {
+        Moment {
+            t_s: self.clock.time_s,
+            t_powered_s: self.time_powered_s(),
+            phase: self.phase,
+            state: self.state,
+        }
+    }
+}

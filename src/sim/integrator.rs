@@ -1,0 +1,74 @@
+//! Classical fourth-order Runge-Kutta step of the vehicle's state: body and rotor speeds together.
+//!
+//! Assumes commands that are held, or that the right-hand side varies smoothly, over the step. Allocates nothing.
+
+use crate::model::PerRotor;
+use crate::model::rigid_body::{BodyRate, BodyState};
+
+use super::plant::PlantState;
+
+/// Time derivative of a [`PlantState`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlantRate {
+    /// Of the body.
+    pub body: BodyRate,
+    /// Of each rotor's speed [rad/s^2].
+    pub rotor_acceleration: PerRotor,
+}
+
+/// One step of `dt_s` from `x` under `x_dot = f(fraction of the step, x)`; the stages sit at 0, 1/2, 1/2 and 1.
+#[inline]
+pub fn runge_kutta_4(
+    x: &PlantState,
+    dt_s: f64,
+    mut f: impl FnMut(f64, &PlantState) -> PlantRate,
+) -> PlantState {
+    let k1 = f(0.0, x);
+    let k2 = f(0.5, &advanced(x, &k1, 0.5 * dt_s));
+    let k3 = f(0.5, &advanced(x, &k2, 0.5 * dt_s));
+    let k4 = f(1.0, &advanced(x, &k3, dt_s));
+    advanced(x, &average(&k1, &k2, &k3, &k4), dt_s)
+}
+
+#[inline(always)]
+fn advanced(x: &PlantState, rate: &PlantRate, h: f64) -> PlantState {
+    let (b, r) = (&x.body, &rate.body);
+    PlantState {
+        body: BodyState {
+            p_ned: b.p_ned + r.p_dot_ned * h,
+            q_ned_from_body: std::array::from_fn(|i| b.q_ned_from_body[i] + h * r.q_dot[i]),
+            v_ned: b.v_ned + r.v_dot_ned * h,
+            omega_body: b.omega_body + r.omega_dot_body * h,
+        },
+        rotor_speed: std::array::from_fn(|i| x.rotor_speed[i] + h * rate.rotor_acceleration[i]),
+    }
+}
+
+/// `(k1 + 2 k2 + 2 k3 + k4)/6`.
+#[inline(always)]
+fn average(k1: &PlantRate, k2: &PlantRate, k3: &PlantRate, k4: &PlantRate) -> PlantRate {
+    let scalar = |a: f64, b: f64, c: f64, d: f64| (a + 2.0 * (b + c) + d) / 6.0;
+    macro_rules! vector {
+        ($field:ident) => {
+            (k1.body.$field + (k2.body.$field + k3.body.$field) * 2.0 + k4.body.$field) / 6.0
+        };
+    }
+    PlantRate {
+        body: BodyRate {
+            p_dot_ned: vector!(p_dot_ned),
+            q_dot: std::array::from_fn(|i| {
+                scalar(k1.body.q_dot[i], k2.body.q_dot[i], k3.body.q_dot[i], k4.body.q_dot[i])
+            }),
+            v_dot_ned: vector!(v_dot_ned),
+            omega_dot_body: vector!(omega_dot_body),
+        },
+        rotor_acceleration: std::array::from_fn(|i| {
+            scalar(
+                k1.rotor_acceleration[i],
+                k2.rotor_acceleration[i],
+                k3.rotor_acceleration[i],
+                k4.rotor_acceleration[i],
+            )
+        }),
+    }
+}

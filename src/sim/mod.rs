@@ -1,0 +1,20 @@
+//! When: the closed loop in simulated time. No IO, no clock.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`integrator`] | classical Runge-Kutta step |
+//! | [`plant`] | the vehicle as the controller meets it: ideal thrusts or real actuators |
+//! | [`drop`](mod@drop) | hang, release, fall, powered flight |
+//! | [`flight`] | a whole flight, controller and vehicle, without MAVLink frames |
+//! | [`record`] | one row of a flight's record |
+
+pub mod drop;
+pub mod flight;
+pub mod integrator;
+pub mod plant;
+pub mod record;
+
+pub use drop::{DropSimulation, Phase, Start};
+pub use flight::{FlightPlan, Reference, fly};
+pub use plant::{PlantKind, PlantState};
+pub use record::Sample;

@@ -1,0 +1,149 @@
+//! The vehicle as the controller meets it.
+//!
+//! Two plants. **Actuator**: throttle commands drive speed controllers and motors, rotors load them; the paper's safety
+//! evaluation, and every drop. **Ideal**: "the actuator dynamics are removed" as in the paper's tuning: within each control
+//! period the thrust runs linearly from the last command to the new one, from zero at the start.
+//!
+//! Rotor speeds stay at zero or above; the quaternion is normalised after each step (not inside the dynamics).
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use super::integrator::{PlantRate, runge_kutta_4};
+use crate::frames::normalized;
+use crate::model::rigid_body::BodyState;
+use crate::model::{Environment, ForceBalance, MAX_ROTORS, PerRotor, Vehicle};
+
+/// Which actuators the plant has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PlantKind {
+    /// Thrusts follow the commands within one control period.
+    Ideal,
+    /// Speed controllers, motors and rotors.
+    #[default]
+    Actuator,
+}
+
+/// State of the vehicle with its rotors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlantState {
+    /// Position, attitude, velocity, rates.
+    pub body: BodyState,
+    /// Speed of each rotor [rad/s]; zero throughout on the ideal plant.
+    pub rotor_speed: PerRotor,
+}
+
+impl PlantState {
+    /// The body with its rotors at rest.
+    pub fn rotors_at_rest(body: BodyState) -> Self {
+        Self { body, rotor_speed: [0.0; MAX_ROTORS] }
+    }
+}
+
+/// What acts on the vehicle at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instant {
+    /// Acceleration, NED [m/s^2].
+    pub a_ned: Vector3<f64>,
+    /// Forces and moments.
+    pub balance: ForceBalance,
+}
+
+/// A vehicle at a site with one kind of actuators.
+#[derive(Clone, Debug)]
+pub struct Plant {
+    vehicle: Arc<Vehicle>,
+    environment: Environment,
+    kind: PlantKind,
+    static_thrust_n: f64,
+    /// The ideal plant's thrusts, as last commanded [N].
+    thrust_n: PerRotor,
+}
+
+impl Plant {
+    /// A plant whose rotors rest.
+    pub fn new(vehicle: Arc<Vehicle>, environment: Environment, kind: PlantKind) -> Self {
+        let static_thrust_n = vehicle.static_thrust_n(environment.density_kg_m3);
+        Self { vehicle, environment, kind, static_thrust_n, thrust_n: [0.0; MAX_ROTORS] }
+    }
+
+    /// The vehicle.
+    pub fn vehicle(&self) -> &Arc<Vehicle> {
+        &self.vehicle
+    }
+
+    /// The site.
+    pub fn environment(&self) -> &Environment {
+        &self.environment
+    }
+
+    /// Which actuators it has.
+    pub fn kind(&self) -> PlantKind {
+        self.kind
+    }
+
+    /// What acts on the vehicle under the throttle commands, rotors free or locked.
+    pub fn instant(&self, state: &PlantState, throttle: &PerRotor, locked: bool) -> Instant {
+        if self.kind == PlantKind::Ideal && !locked {
+            let balance = self.vehicle.thrust_balance(&self.environment, &state.body, &self.thrust_n);
+            let n = self.vehicle.rotors.len();
+            let rate = self.vehicle.thrust_derivative(&self.environment, &state.body, &self.thrust_n[..n]);
+            return Instant { a_ned: rate.v_dot_ned, balance };
+        }
+        let rate = self.derivative(state, throttle, locked);
+        Instant { a_ned: rate.body.v_dot_ned, balance: rate.balance }
+    }
+
+    #[inline]
+    fn derivative(
+        &self,
+        state: &PlantState,
+        throttle: &PerRotor,
+        locked: bool,
+    ) -> crate::model::vehicle::VehicleRate {
+        self.vehicle.powered_derivative(&self.environment, &state.body, &state.rotor_speed, throttle, locked)
+    }
+
+    /// Advances the state by `dt_s` under held throttle commands in 0..1 and returns what acted at its beginning.
+    pub fn step(&mut self, state: &mut PlantState, throttle: &PerRotor, locked: bool, dt_s: f64) -> Instant {
+        match self.kind {
+            PlantKind::Ideal if !locked => self.step_ideal(state, throttle, dt_s),
+            _ => self.step_actuator(state, throttle, locked, dt_s),
+        }
+    }
+
+    fn step_actuator(&self, state: &mut PlantState, throttle: &PerRotor, locked: bool, dt_s: f64) -> Instant {
+        let mut first = None;
+        let mut next = runge_kutta_4(state, dt_s, |_, x| {
+            let rate = self.derivative(x, throttle, locked);
+            if first.is_none() {
+                first = Some(Instant { a_ned: rate.body.v_dot_ned, balance: rate.balance });
+            }
+            PlantRate { body: rate.body, rotor_acceleration: rate.rotor_acceleration }
+        });
+        next.body.q_ned_from_body = normalized(next.body.q_ned_from_body);
+        for speed in &mut next.rotor_speed {
+            *speed = speed.max(0.0);
+        }
+        let instant = first.unwrap_or_else(|| self.instant(state, throttle, locked));
+        *state = next;
+        instant
+    }
+
+    fn step_ideal(&mut self, state: &mut PlantState, throttle: &PerRotor, dt_s: f64) -> Instant {
+        let instant = self.instant(state, throttle, false);
+        let n = self.vehicle.rotors.len();
+        let from = self.thrust_n;
+        let to: PerRotor = throttle.map(|d| self.static_thrust_n * d * d);
+        let mut next = runge_kutta_4(state, dt_s, |fraction, x| {
+            let thrust: PerRotor = std::array::from_fn(|i| from[i] + fraction * (to[i] - from[i]));
+            let body = self.vehicle.thrust_derivative(&self.environment, &x.body, &thrust[..n]);
+            PlantRate { body, rotor_acceleration: [0.0; MAX_ROTORS] }
+        });
+        next.body.q_ned_from_body = normalized(next.body.q_ned_from_body);
+        self.thrust_n = to;
+        *state = next;
+        instant
+    }
+}

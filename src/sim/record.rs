@@ -1,0 +1,57 @@
+//! One row of a flight's record: state, setpoint, commands and every term of the balance of forces.
+
+use nalgebra::Vector3;
+
+use super::drop::Phase;
+use super::plant::{Instant, PlantState};
+use crate::model::{ForceBalance, PerRotor};
+
+/// The vehicle at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Time since the simulation began [s].
+    pub t_s: f64,
+    /// Time since the rotors were freed, the plan's time [s]; negative before; `None` while the release is not known.
+    pub t_powered_s: Option<f64>,
+    /// Phase of the drop.
+    pub phase: Phase,
+    /// State of body and rotors.
+    pub state: PlantState,
+    /// Velocity setpoint, NED [m/s], when there is one.
+    pub v_sp_ned: Option<Vector3<f64>>,
+    /// Throttle commands, 0..1.
+    pub throttle: PerRotor,
+    /// Every force and moment.
+    pub balance: ForceBalance,
+    /// Acceleration, NED [m/s^2]: the sum of the balance's forces over the mass.
+    pub a_ned: Vector3<f64>,
+}
+
+/// The part of a [`Sample`] that is known before the forces are.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moment {
+    pub(super) t_s: f64,
+    pub(super) t_powered_s: Option<f64>,
+    pub(super) phase: Phase,
+    pub(super) state: PlantState,
+}
+
+impl Moment {
+    pub(super) fn sample(
+        self,
+        instant: Instant,
+        throttle: &PerRotor,
+        v_sp_ned: Option<Vector3<f64>>,
+    ) -> Sample {
+        Sample {
+            t_s: self.t_s,
+            t_powered_s: self.t_powered_s,
+            phase: self.phase,
+            state: self.state,
+            v_sp_ned,
+            throttle: *throttle,
+            balance: instant.balance,
+            a_ned: instant.a_ned,
+        }
+    }
+}
