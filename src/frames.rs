@@ -102,10 +102,14 @@ pub fn roll(q: Quaternion) -> f64 {
     (2.0 * (q[0] * q[1] + q[2] * q[3])).atan2(1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2]))
 }
 
-/// Pitch [rad]. Without lateral motion (`q1 = q3 = 0`) it is `2 atan2(q2, q0)`, which counts through the
-/// vertical and beyond, as the paper's planar angle does; otherwise Euler's, within +-pi/2.
+/// Lateral parts of a quaternion below this are the rounding of planar flight: sums over the rotors cancel to 1e-16 only.
+/// The two formulas of [`pitch`] differ by its square.
+const PLANAR_TOLERANCE: f64 = 1e-9;
+
+/// Pitch [rad]. Without lateral motion (`q1 = q3 = 0` but for rounding) it is `2 atan2(q2, q0)`, which counts through
+/// the vertical and beyond, as the paper's planar angle does; otherwise Euler's, within +-pi/2.
 pub fn pitch(q: Quaternion) -> f64 {
-    if q[1] == 0.0 && q[3] == 0.0 {
+    if q[1].abs().max(q[3].abs()) < PLANAR_TOLERANCE {
         2.0 * q[2].atan2(q[0])
     } else {
         (2.0 * (q[0] * q[2] - q[3] * q[1])).clamp(-1.0, 1.0).asin()

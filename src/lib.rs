@@ -6,6 +6,8 @@ pub mod autopilot;
 pub mod config;
 pub mod control;
 pub mod frames;
+#[cfg(feature = "link")]
+pub mod link;
 pub mod model;
 pub mod real;
 pub mod sim;

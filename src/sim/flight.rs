@@ -24,7 +24,7 @@ pub enum Reference<'a> {
     Plan {
         /// The plan.
         trajectory: &'a Trajectory,
-        /// The velocity after the plan's end, NED [m/s]; `None` holds its last node.
+        /// The velocity from the plan's end on, NED [m/s]; `None` holds its last node.
         then_v_ned: Option<Vector3<f64>>,
         /// Whether the plan's acceleration is fed forward.
         feed_forward: bool,
@@ -38,7 +38,7 @@ impl Reference<'_> {
             Self::Step(v_ned) => (v_ned, Vector3::zeros()),
             Self::Plan { trajectory, then_v_ned, feed_forward } => {
                 if let Some(v_ned) = then_v_ned
-                    && t_s > trajectory.end_s() + 1e-9
+                    && t_s > trajectory.end_s() - 1e-9
                 {
                     return (v_ned, Vector3::zeros());
                 }

@@ -1,0 +1,103 @@
+//! The reference's numbers, and the vehicle, site and flights that they are about.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, LazyLock};
+
+use nalgebra::Vector3;
+use samara::assess::SafetyLimits;
+use samara::config::load_vehicle;
+use samara::control::{Airframe, Cascade, ControlLimits, Gains};
+use samara::frames::quaternion_from_euler;
+use samara::model::environment::GeoPoint;
+use samara::model::{Environment, Vehicle};
+use samara::trajectory::{Node, Trajectory};
+use samara::units::RAD_PER_DEG;
+use serde_json::Value;
+
+pub static NUMBERS: LazyLock<Value> =
+    LazyLock::new(|| serde_json::from_str(include_str!("../data/reference_flights.json")).unwrap());
+
+pub static TITAN: LazyLock<Arc<Vehicle>> = LazyLock::new(|| {
+    let path: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("params/vehicles/titan.json");
+    Arc::new(load_vehicle(&path).unwrap().vehicle)
+});
+
+/// The reference's target velocity, NED [m/s].
+pub fn target_ned() -> Vector3<f64> {
+    Vector3::new(4.0, 0.0, 4.0)
+}
+
+pub fn site() -> Environment {
+    let anchor = GeoPoint { latitude_deg: 0.0, longitude_deg: 0.0, altitude_m: 0.0 };
+    Environment::new(1.35, 5.4, Vector3::zeros(), anchor).unwrap()
+}
+
+pub fn limits() -> SafetyLimits {
+    SafetyLimits {
+        speed_m_s: 12.0,
+        pitch_rad: 45.0 * RAD_PER_DEG,
+        pitch_rate_rad_s: 90.0 * RAD_PER_DEG,
+        vertical_acceleration_m_s2: 3.0,
+    }
+}
+
+pub fn cascade(gains: Gains) -> Cascade {
+    Cascade::new(Airframe::new(&TITAN, &site()).unwrap(), gains, ControlLimits::default())
+}
+
+pub fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+}
+
+pub fn rows(value: &Value) -> Vec<Vec<f64>> {
+    value.as_array().unwrap().iter().map(numbers).collect()
+}
+
+pub fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap()
+}
+
+/// The velocity reference that the reference's flights track.
+pub fn flight_reference() -> Trajectory {
+    let table = &NUMBERS["flight_reference"];
+    let dt = number(&table["dt_s"]);
+    let nodes = rows(&table["vn_vd_dvn_dvd"]);
+    let node = |(k, r): (usize, &Vec<f64>)| Node {
+        t_s: k as f64 * dt,
+        q_ned_from_body: samara::frames::LEVEL,
+        v_ned: Vector3::new(r[0], 0.0, r[1]),
+        omega_body: Vector3::zeros(),
+        thrust_n: [0.0; 8],
+        a_ned: Vector3::new(r[2], 0.0, r[3]),
+    };
+    Trajectory::new(nodes.iter().enumerate().map(node).collect(), 4).unwrap()
+}
+
+/// The nominal plan: [`flight_reference`]'s velocities, attitude and rate from the same plan solved further (they differ by
+/// less than 3e-6).
+pub fn plan() -> Trajectory {
+    let states = rows(&NUMBERS["plan_q0_q2_vn_vd_q"]);
+    let mut nodes = flight_reference().nodes().to_vec();
+    for (node, s) in nodes.iter_mut().zip(&states) {
+        node.q_ned_from_body = [s[0], 0.0, s[1], 0.0];
+        node.omega_body.y = s[4];
+    }
+    Trajectory::new(nodes, 4).unwrap()
+}
+
+pub fn pitched(theta_rad: f64) -> [f64; 4] {
+    quaternion_from_euler(0.0, theta_rad, 0.0)
+}
+
+/// Gains tuned for J_TPF over many releases on the actuator plant.
+pub fn safety_gains() -> Gains {
+    Gains::longitudinal([
+        2.6705704863526423,
+        0.6256374018010151,
+        0.646760621178437,
+        3.572742167331805,
+        0.6909790248326226,
+        0.8169101319268854,
+        0.0012420688819972559,
+    ])
+}
