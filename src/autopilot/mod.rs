@@ -353,3 +353,6 @@ impl Autopilot {
         self.output = ControlOutput::ZERO;
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,9 +4,10 @@
 //! | file | holds |
 //! |---|---|
 //! | `hil` | the simulator's messages read as a state |
+//! | `step` | the control step, its answer, the telemetry that is due |
 //! | `commands` | COMMAND_LONG, COMMAND_INT, SET_MODE |
 //! | [`setpoints`] | SET_ATTITUDE_TARGET, SET_POSITION_TARGET_LOCAL_NED |
-//! | `telemetry` | the messages it sends |
+//! | `telemetry`, `motion`, `statustext` | the messages it sends |
 //! | `streams` | how often, on which link |
 //! | `services` | clocks, parameters, missions, files |
 //!
@@ -17,20 +18,24 @@
 
 mod commands;
 mod hil;
+mod motion;
 mod services;
 pub mod setpoints;
+mod statustext;
+mod step;
 mod streams;
 mod telemetry;
 
 use std::collections::VecDeque;
 
+use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 
 use super::frame::PARAM_SET_ID;
 use super::{CommandAck, Encoder, Frame, Link, TimeUs, Transmit};
-use crate::autopilot::{Autopilot, Event, Setpoint};
+use crate::autopilot::{Autopilot, Setpoint, Severity};
 use crate::control::Cascade;
-use crate::model::{Environment, PerRotor};
+use crate::model::Environment;
 use hil::HilInput;
 use setpoints::{FaultLog, SetpointFault};
 use streams::{Schedule, id};
@@ -231,92 +236,7 @@ impl AutopilotSession {
         if let Err(fault) = taken
             && self.faults.is_news(self.clock, fault)
         {
-            self.autopilot.say(crate::autopilot::Severity::Error, fault.to_string());
-        }
-    }
-
-    /// One control step at the time of a HIL_SENSOR, its answer, and the telemetry that is due.
-    fn control_step(&mut self, sensor: &HIL_SENSOR_DATA) {
-        let now = sensor.time_usec;
-        if self.running && now < self.clock {
-            self.autopilot.restart();
-            self.hil = HilInput::default();
-            self.ports.iter_mut().for_each(|port| port.schedule.restart());
-        }
-        (self.clock, self.running) = (now, true);
-        self.hil.sensor = Some(sensor.clone());
-        let throttle = match self.hil.state(now) {
-            Some(state) => {
-                self.without_state = false;
-                self.autopilot.step(now, &state.measurement)
-            }
-            None => self.step_without_state(now),
-        };
-        self.send_actuators(now, &throttle);
-        self.say_events();
-        self.send_due();
-    }
-
-    fn step_without_state(&mut self, now: TimeUs) -> PerRotor {
-        if !self.without_state && self.autopilot.is_armed() {
-            self.without_state = true;
-            let text = "no ODOMETRY or HIL_STATE_QUATERNION: flying blind";
-            self.autopilot.say(crate::autopilot::Severity::Emergency, text);
-        }
-        self.autopilot.coast(now)
-    }
-
-    fn send_actuators(&mut self, now: TimeUs, throttle: &PerRotor) {
-        let mut controls = [0.0; 16];
-        for (channel, &throttle) in controls.iter_mut().zip(&throttle[..self.rotors.min(throttle.len())]) {
-            *channel = throttle as f32;
-        }
-        let mut mode = MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;
-        if self.autopilot.is_armed() {
-            mode |= MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED;
-        }
-        let answer = HIL_ACTUATOR_CONTROLS_DATA {
-            time_usec: now,
-            flags: HilActuatorControlsFlags::HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP,
-            controls,
-            mode,
-        };
-        self.send(Link::Simulator, &MavMessage::HIL_ACTUATOR_CONTROLS(answer));
-    }
-
-    fn send_due(&mut self) {
-        for link in LINKS {
-            while let Some(message_id) = self.port(link).schedule.take_due(self.clock) {
-                if let Some(message) = self.telemetry().message(message_id) {
-                    self.send(link, &message);
-                }
-            }
-        }
-    }
-
-    /// STATUSTEXT to ground stations and companions.
-    fn say_events(&mut self) {
-        while let Some(Event { severity, text }) = self.autopilot.take_event() {
-            // Longer texts go in pieces that share a number; 0 marks a text in one piece.
-            let pieces = text.as_bytes().chunks(50).collect::<Vec<_>>();
-            let text_id = if pieces.len() > 1 {
-                self.long_texts = self.long_texts.wrapping_add(1).max(1);
-                self.long_texts
-            } else {
-                0
-            };
-            for (chunk_seq, piece) in pieces.iter().enumerate() {
-                let mut bytes = [0; 50];
-                bytes[..piece.len()].copy_from_slice(piece);
-                let message = MavMessage::STATUSTEXT(STATUSTEXT_DATA {
-                    severity: mav_severity(severity),
-                    text: bytes.into(),
-                    id: text_id,
-                    chunk_seq: chunk_seq as u8,
-                });
-                self.send(Link::GroundStation, &message);
-                self.send(Link::Api, &message);
-            }
+            self.autopilot.say(Severity::Error, fault.to_string());
         }
     }
 
@@ -357,18 +277,5 @@ impl AutopilotSession {
     fn send_message_interval(&mut self, link: Link, message_id: u16, interval_us: i32) {
         let message = MESSAGE_INTERVAL_DATA { interval_us, message_id };
         self.send(link, &MavMessage::MESSAGE_INTERVAL(message));
-    }
-}
-
-fn mav_severity(severity: crate::autopilot::Severity) -> MavSeverity {
-    use crate::autopilot::Severity;
-    match severity {
-        Severity::Emergency => MavSeverity::MAV_SEVERITY_EMERGENCY,
-        Severity::Alert => MavSeverity::MAV_SEVERITY_ALERT,
-        Severity::Critical => MavSeverity::MAV_SEVERITY_CRITICAL,
-        Severity::Error => MavSeverity::MAV_SEVERITY_ERROR,
-        Severity::Warning => MavSeverity::MAV_SEVERITY_WARNING,
-        Severity::Notice => MavSeverity::MAV_SEVERITY_NOTICE,
-        Severity::Info => MavSeverity::MAV_SEVERITY_INFO,
     }
 }

@@ -4,11 +4,13 @@
 //! |---|---|
 //! | [`frame`] | a frame as received; what a strict message enum refuses stays readable |
 //! | [`codec`] | bytes to frames (stream and datagram, MAVLink 1 and 2) and messages to bytes |
+//! | [`autopilot`] | the reference autopilot: HIL client, vehicle for ground stations and companions |
 //!
 //! A session owns no socket and no clock. Simulated time comes as an argument, frames go in by `handle_input`, time
 //! alone by `handle_time`, and what it wants sent is fetched by `poll_output` until that returns `None`. The sockets
 //! and the only clock are in `shell`.
 
+pub mod autopilot;
 pub mod codec;
 pub mod frame;
 

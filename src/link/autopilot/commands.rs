@@ -34,7 +34,6 @@ mod cmd {
     pub const GET_MESSAGE_INTERVAL: u16 = 510;
     pub const SET_MESSAGE_INTERVAL: u16 = 511;
     pub const REQUEST_MESSAGE: u16 = 512;
-    pub const REQUEST_PROTOCOL_VERSION: u16 = 519;
     pub const REQUEST_AUTOPILOT_CAPABILITIES: u16 = 520;
 }
 
@@ -70,7 +69,6 @@ impl AutopilotSession {
             cmd::REQUEST_MESSAGE => self.obey_request(link, command.param(1).and_then(whole)),
             cmd::GET_HOME_POSITION => self.obey_request(link, Some(id::HOME_POSITION)),
             cmd::REQUEST_AUTOPILOT_CAPABILITIES => self.obey_request(link, Some(id::AUTOPILOT_VERSION)),
-            cmd::REQUEST_PROTOCOL_VERSION => self.obey_request(link, Some(id::PROTOCOL_VERSION)),
             cmd::SET_MESSAGE_INTERVAL => self.obey_set_interval(link, command),
             cmd::GET_MESSAGE_INTERVAL => self.obey_get_interval(link, command),
             cmd::NAV_TAKEOFF => self.not_flown("TAKEOFF is not flown here, only OFFBOARD and HOLD"),

@@ -4,9 +4,7 @@
 //! There is no estimator here: the state is the simulator's truth, as fine as the message that carries it. What is not
 //! finite, or has a quaternion that is none, is not taken.
 
-use mavlink::dialects::common::{
-    HIL_GPS_DATA, HIL_SENSOR_DATA, HIL_STATE_QUATERNION_DATA, ODOMETRY_DATA,
-};
+use mavlink::dialects::common::{HIL_GPS_DATA, HIL_SENSOR_DATA, HIL_STATE_QUATERNION_DATA, ODOMETRY_DATA};
 use nalgebra::Vector3;
 
 use super::super::TimeUs;

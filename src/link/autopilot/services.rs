@@ -69,6 +69,7 @@ impl AutopilotSession {
         }
     }
 
+    #[expect(deprecated, reason = "deprecated in MAVLink, still sent by ground stations")]
     fn answer_ping(&mut self, link: Link, frame: &Frame, m: &PING_DATA) {
         // Target 0, 0 asks; a target answers.
         if m.target_system == 0 && m.target_component == 0 {
@@ -78,7 +79,6 @@ impl AutopilotSession {
                 target_system: frame.system_id,
                 target_component: frame.component_id,
             };
-            #[expect(deprecated, reason = "deprecated in MAVLink, still sent by ground stations")]
             self.send(link, &MavMessage::PING(answer));
         }
     }
@@ -137,7 +137,8 @@ impl AutopilotSession {
         let error = match parameters.index_of(&name) {
             Some(index) => {
                 self.send_parameter(link, &parameters, index);
-                self.autopilot.say(Severity::Warning, "parameters are read-only: gains come from the mission");
+                self.autopilot
+                    .say(Severity::Warning, "parameters are read-only: gains come from the mission");
                 MavParamError::MAV_PARAM_ERROR_READ_ONLY
             }
             None => MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST,

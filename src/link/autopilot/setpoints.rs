@@ -201,12 +201,8 @@ mod tests {
             (0x0807, a, YawSetpoint::Angle(0.5)),
             (0x0407, a, YawSetpoint::Rate(0.25)),
         ] {
-            let expected = Setpoint::Velocity {
-                frame: VelocityFrame::Ned,
-                v: Vector3::new(1.0, 2.0, 3.0),
-                a_ff,
-                yaw,
-            };
+            let expected =
+                Setpoint::Velocity { frame: VelocityFrame::Ned, v: Vector3::new(1.0, 2.0, 3.0), a_ff, yaw };
             assert_eq!(velocity_setpoint(&velocity(mask)), Ok(expected), "{mask:#06x}");
         }
         for (mask, fault) in [

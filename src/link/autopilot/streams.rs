@@ -33,7 +33,6 @@ pub(super) struct Schedule {
 
 /// Message ids by the names of the table below.
 pub(super) mod id {
-    #![expect(missing_docs, reason = "the names are MAVLink's")]
     pub const HEARTBEAT: u32 = 0;
     pub const SYS_STATUS: u32 = 1;
     pub const SYSTEM_TIME: u32 = 2;
@@ -54,7 +53,6 @@ pub(super) mod id {
     pub const ESTIMATOR_STATUS: u32 = 230;
     pub const HOME_POSITION: u32 = 242;
     pub const EXTENDED_SYS_STATE: u32 = 245;
-    pub const PROTOCOL_VERSION: u32 = 300;
     pub const ODOMETRY: u32 = 331;
 }
 

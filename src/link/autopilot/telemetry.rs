@@ -1,15 +1,13 @@
-//! The telemetry messages, each built from what is known when it is due. A message that needs a state is not sent
+//! The telemetry messages about the vehicle's condition (`motion` has those about its movement), each built from what is known when it is due. A message that needs a state is not sent
 //! before there is one. `time_boot_ms` is simulated time.
 
 use mavlink::dialects::common::*;
 
 use super::super::TimeUs;
-use super::hil::{HilInput, VehicleState};
+use super::hil::HilInput;
 use super::streams::id;
 use crate::autopilot::Autopilot;
-use crate::frames::{pitch, roll, yaw};
 use crate::model::Environment;
-use crate::units::DEG_PER_RAD;
 
 /// gyroscope, accelerometer, magnetometer, barometer, satellites, ready to arm: what MAVSDK's health looks at.
 const SENSORS: u32 = 0x1000_002F;
@@ -43,12 +41,6 @@ impl Telemetry<'_> {
                 target_component: 0,
             }),
             id::AUTOPILOT_VERSION => autopilot_version(),
-            id::PROTOCOL_VERSION => MavMessage::PROTOCOL_VERSION(PROTOCOL_VERSION_DATA {
-                version: 200,
-                min_version: 100,
-                max_version: 200,
-                ..PROTOCOL_VERSION_DATA::DEFAULT
-            }),
             id::HOME_POSITION => self.home_position(),
             id::BATTERY_STATUS => battery_status(),
             id::EXTENDED_SYS_STATE => self.extended_sys_state()?,
@@ -62,85 +54,7 @@ impl Telemetry<'_> {
         })
     }
 
-    /// The messages about where the vehicle is and how it moves.
-    fn motion(&self, message_id: u32) -> Option<MavMessage> {
-        let s = self.hil.latest()?;
-        let m = &s.measurement;
-        let (q, w) = (m.q_ned_from_body, m.omega_body.map(|x| x as f32));
-        let (v, p) = (m.v_ned.map(|x| x as f32), s.p_ned.map(|x| x as f32));
-        let time_boot_ms = self.boot_ms();
-        Some(match message_id {
-            id::ATTITUDE => MavMessage::ATTITUDE(ATTITUDE_DATA {
-                time_boot_ms,
-                roll: roll(q) as f32,
-                pitch: pitch(q) as f32,
-                yaw: yaw(q) as f32,
-                rollspeed: w.x,
-                pitchspeed: w.y,
-                yawspeed: w.z,
-            }),
-            id::ATTITUDE_QUATERNION => MavMessage::ATTITUDE_QUATERNION(ATTITUDE_QUATERNION_DATA {
-                time_boot_ms,
-                q1: q[0] as f32,
-                q2: q[1] as f32,
-                q3: q[2] as f32,
-                q4: q[3] as f32,
-                rollspeed: w.x,
-                pitchspeed: w.y,
-                yawspeed: w.z,
-                repr_offset_q: [0.0; 4],
-            }),
-            id::LOCAL_POSITION_NED => MavMessage::LOCAL_POSITION_NED(LOCAL_POSITION_NED_DATA {
-                time_boot_ms,
-                x: p.x,
-                y: p.y,
-                z: p.z,
-                vx: v.x,
-                vy: v.y,
-                vz: v.z,
-            }),
-            id::ODOMETRY => {
-                let v_body = crate::frames::rotate_body_from_ned(q, m.v_ned).map(|x| x as f32);
-                MavMessage::ODOMETRY(ODOMETRY_DATA {
-                    time_usec: s.at,
-                    x: p.x,
-                    y: p.y,
-                    z: p.z,
-                    q: q.map(|c| c as f32),
-                    vx: v_body.x,
-                    vy: v_body.y,
-                    vz: v_body.z,
-                    rollspeed: w.x,
-                    pitchspeed: w.y,
-                    yawspeed: w.z,
-                    pose_covariance: [f32::NAN; 21],
-                    velocity_covariance: [f32::NAN; 21],
-                    frame_id: MavFrame::MAV_FRAME_LOCAL_NED,
-                    child_frame_id: MavFrame::MAV_FRAME_BODY_FRD,
-                    reset_counter: 0,
-                    estimator_type: MavEstimatorType::MAV_ESTIMATOR_TYPE_AUTOPILOT,
-                    quality: 100,
-                })
-            }
-            id::GLOBAL_POSITION_INT => self.global_position_int(&s),
-            id::VFR_HUD => self.vfr_hud(&s),
-            id::ALTITUDE => {
-                let above_home = -p.z;
-                MavMessage::ALTITUDE(ALTITUDE_DATA {
-                    time_usec: self.now,
-                    altitude_monotonic: above_home,
-                    altitude_amsl: self.environment.geo_point(&s.p_ned).altitude_m as f32,
-                    altitude_local: above_home,
-                    altitude_relative: above_home,
-                    altitude_terrain: f32::NAN,
-                    bottom_clearance: f32::NAN,
-                })
-            }
-            _ => return None,
-        })
-    }
-
-    fn boot_ms(&self) -> u32 {
+    pub(super) fn boot_ms(&self) -> u32 {
         // Wraps after 49 days, as the wire's number does.
         (self.now / 1000) as u32
     }
@@ -225,35 +139,6 @@ impl Telemetry<'_> {
         })
     }
 
-    fn global_position_int(&self, s: &VehicleState) -> MavMessage {
-        let point = self.environment.geo_point(&s.p_ned);
-        let v_cm_s = s.measurement.v_ned * 100.0;
-        MavMessage::GLOBAL_POSITION_INT(GLOBAL_POSITION_INT_DATA {
-            time_boot_ms: self.boot_ms(),
-            lat: deg_e7(point.latitude_deg),
-            lon: deg_e7(point.longitude_deg),
-            alt: millimetres(point.altitude_m),
-            relative_alt: millimetres(-s.p_ned.z),
-            vx: v_cm_s.x.round() as i16,
-            vy: v_cm_s.y.round() as i16,
-            vz: v_cm_s.z.round() as i16,
-            hdg: (heading_deg(s) * 100.0) as u16,
-        })
-    }
-
-    fn vfr_hud(&self, s: &VehicleState) -> MavMessage {
-        let v = s.measurement.v_ned;
-        let lift_max_n = self.autopilot.cascade().airframe().lift_max_n;
-        MavMessage::VFR_HUD(VFR_HUD_DATA {
-            airspeed: (v - self.environment.wind_ned_m_s).norm() as f32,
-            groundspeed: v.xy().norm() as f32,
-            alt: self.environment.geo_point(&s.p_ned).altitude_m as f32,
-            climb: -v.z as f32,
-            heading: heading_deg(s) as i16,
-            throttle: (100.0 * self.autopilot.output().collective_n / lift_max_n).round() as u16,
-        })
-    }
-
     /// The simulator's fix; without HIL_GPS there is none to tell.
     fn gps_raw_int(&self) -> Option<MavMessage> {
         let gps = self.hil.gps.as_ref()?;
@@ -296,7 +181,9 @@ impl Telemetry<'_> {
             pressure_alt: s.pressure_alt,
             temperature: s.temperature,
             // The bits mean the same in both messages, up to the temperature's.
-            fields_updated: HighresImuUpdatedFlags::from_bits_retain((s.fields_updated.bits() & 0x1FFF) as u16),
+            fields_updated: HighresImuUpdatedFlags::from_bits_retain(
+                (s.fields_updated.bits() & 0x1FFF) as u16,
+            ),
             id: s.id,
         }))
     }
@@ -331,7 +218,7 @@ impl Telemetry<'_> {
         let lift_max_n = self.autopilot.cascade().airframe().lift_max_n;
         Some(MavMessage::ATTITUDE_TARGET(ATTITUDE_TARGET_DATA {
             time_boot_ms: self.boot_ms(),
-            q: out.q_sp_ned_from_body.map(|c| c as f32),
+            q: out.q_sp.map(|c| c as f32),
             body_roll_rate: rates.x,
             body_pitch_rate: rates.y,
             body_yaw_rate: rates.z,
@@ -400,15 +287,10 @@ fn autopilot_version() -> MavMessage {
     })
 }
 
-fn deg_e7(degrees: f64) -> i32 {
+pub(super) fn deg_e7(degrees: f64) -> i32 {
     (degrees * 1e7).round() as i32
 }
 
-fn millimetres(metres: f64) -> i32 {
+pub(super) fn millimetres(metres: f64) -> i32 {
     (metres * 1e3).round() as i32
-}
-
-/// Heading in [0, 360) deg.
-fn heading_deg(s: &VehicleState) -> f64 {
-    (yaw(s.measurement.q_ned_from_body) * DEG_PER_RAD).rem_euclid(360.0)
 }
