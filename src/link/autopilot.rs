@@ -157,7 +157,9 @@ impl AutopilotSession {
         if !self.running {
             self.clock = now;
         }
-        let is_echo = frame.system_id == self.system_id && frame.component_id == AUTOPILOT_COMPONENT;
+        let is_echo = link != Link::Simulator
+            && frame.system_id == self.system_id
+            && frame.component_id == AUTOPILOT_COMPONENT;
         if is_echo || !LINKS.contains(&link) {
             return;
         }

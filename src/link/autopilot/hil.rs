@@ -2,7 +2,7 @@
 //! time, and the sensors kept for telemetry.
 //!
 //! There is no estimator here: the state is the simulator's truth, as fine as the message that carries it. What is not
-//! finite, or has a quaternion that is none, is not taken.
+//! finite is not taken; quaternions are scaled to unit length.
 
 use mavlink::dialects::common::{HIL_GPS_DATA, HIL_SENSOR_DATA, HIL_STATE_QUATERNION_DATA, ODOMETRY_DATA};
 use nalgebra::Vector3;
@@ -42,7 +42,7 @@ impl HilInput {
     /// Takes an ODOMETRY.
     pub(super) fn take_odometry(&mut self, message: &ODOMETRY_DATA) {
         let linear = vector([message.vx, message.vy, message.vz]);
-        let q = message.q.map(f64::from);
+        let q = normalized(message.q.map(f64::from));
         // Velocities are in the child frame: LOCAL_NED, or the body's (BODY_NED, BODY_FRD).
         let v_ned = match message.child_frame_id as u32 {
             1 => linear,
@@ -65,7 +65,7 @@ impl HilInput {
         });
         let v_ned = vector([message.vx, message.vy, message.vz].map(f32::from)) / 100.0;
         let omega_body = vector([message.rollspeed, message.pitchspeed, message.yawspeed]);
-        let q = message.attitude_quaternion.map(f64::from);
+        let q = normalized(message.attitude_quaternion.map(f64::from));
         if let Some(state) = checked(message.time_usec, p_ned, q, v_ned, omega_body) {
             self.coarse = Some(state);
         }
@@ -78,6 +78,14 @@ impl HilInput {
             .filter(of_now)
             .or(self.coarse.filter(of_now))
             .or_else(|| self.latest().filter(|s| now.saturating_sub(s.at) <= STATE_LIFETIME_US))
+    }
+
+    /// Forgets what is from after `now`: simulated time has started over, and what came ahead of the HIL_SENSOR that
+    /// shows it is already of the new time.
+    pub(super) fn start_over(&mut self, now: TimeUs) {
+        self.odometry = self.odometry.filter(|s| s.at <= now);
+        self.coarse = self.coarse.filter(|s| s.at <= now);
+        self.gps.take_if(|gps| gps.time_usec > now);
     }
 
     /// The newest state, however old.
@@ -100,14 +108,13 @@ fn checked(
     v_ned: Vector3<f64>,
     omega_body: Vector3<f64>,
 ) -> Option<VehicleState> {
-    let length_squared: f64 = q.iter().map(|c| c * c).sum();
-    let finite = p_ned.iter().chain(v_ned.iter()).chain(omega_body.iter()).all(|x| x.is_finite());
-    // A NaN fails the comparison as well.
-    let sound = finite && (length_squared - 1.0).abs() < 0.1;
-    sound.then(|| VehicleState {
+    let vectors = p_ned.iter().chain(v_ned.iter()).chain(omega_body.iter());
+    // A zero quaternion has become NaN in `normalized`.
+    let sound = vectors.chain(&q).all(|x| x.is_finite());
+    sound.then_some(VehicleState {
         at,
         p_ned,
-        measurement: Measurement { q_ned_from_body: normalized(q), v_ned, omega_body },
+        measurement: Measurement { q_ned_from_body: q, v_ned, omega_body },
     })
 }
 

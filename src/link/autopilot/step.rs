@@ -3,7 +3,6 @@
 use mavlink::dialects::common::*;
 
 use super::super::{Link, TimeUs};
-use super::hil::HilInput;
 use super::{AutopilotSession, LINKS};
 use crate::autopilot::Severity;
 use crate::model::PerRotor;
@@ -14,7 +13,7 @@ impl AutopilotSession {
         let now = sensor.time_usec;
         if self.running && now < self.clock {
             self.autopilot.restart();
-            self.hil = HilInput::default();
+            self.hil.start_over(now);
             self.ports.iter_mut().for_each(|port| port.schedule.restart());
         }
         (self.clock, self.running) = (now, true);

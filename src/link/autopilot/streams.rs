@@ -106,7 +106,7 @@ impl Schedule {
         let due = self.streams.iter_mut().find(|s| s.interval_us.is_some() && s.next_us <= now);
         if let Some(stream) = due {
             let interval = stream.interval_us.unwrap_or(1);
-            stream.next_us = (now / interval + 1) * interval;
+            stream.next_us = (now / interval + 1).saturating_mul(interval);
             return Some(stream.message_id);
         }
         self.earliest_us = self
