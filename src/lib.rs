@@ -1,6 +1,7 @@
 //! samara plans, tunes, proves and flies the drop of a multirotor from a parachute.
 
 pub mod assess;
+pub mod autopilot;
 #[cfg(feature = "files")]
 pub mod config;
 pub mod control;

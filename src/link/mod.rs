@@ -9,11 +9,13 @@
 //! | [`parachute`] | the parachute component: release by command |
 //! | [`simulator`] | the simulator: lockstep, release triggers, sensors, flight log |
 //! | [`streamer`] | the offboard streamer: arms, releases, streams the plan |
+//! | [`autopilot`] | the reference autopilot: HIL client, vehicle for ground stations and companions |
 //!
 //! A session owns no socket and no clock. Simulated time comes as an argument, frames go in by `handle_input`, time
 //! alone by `handle_time`, and what it wants sent is fetched by `poll_output` until that returns `None`. The sockets
 //! and the only clock are in `shell`.
 
+pub mod autopilot;
 pub mod decoder;
 pub mod encoder;
 pub mod frame;
