@@ -10,6 +10,7 @@
 //! | [`simulator`] | the simulator: lockstep, release triggers, sensors, flight log |
 //! | [`streamer`] | the offboard streamer: arms, releases, streams the plan |
 //! | [`autopilot`] | the reference autopilot: HIL client, vehicle for ground stations and companions |
+//! | [`lockstep`] | all of them on a wire in memory |
 //!
 //! A session owns no socket and no clock. Simulated time comes as an argument, frames go in by `handle_input`, time
 //! alone by `handle_time`, and what it wants sent is fetched by `poll_output` until that returns `None`. The sockets
@@ -19,6 +20,7 @@ pub mod autopilot;
 pub mod decoder;
 pub mod encoder;
 pub mod frame;
+pub mod lockstep;
 pub mod parachute;
 pub mod simulator;
 pub mod streamer;
@@ -29,9 +31,11 @@ mod codec_tests;
 #[cfg(test)]
 mod test_site;
 
+pub use autopilot::{AutopilotSession, AutopilotSetup};
 pub use decoder::{Decoder, Faults};
 pub use encoder::{CommandAck, Encoder};
 pub use frame::{Command, Frame, Message, Payload, SetMode};
+pub use lockstep::{Lockstep, LockstepError};
 pub use parachute::ParachuteComponent;
 pub use simulator::{Pace, ReleaseTrigger, Silence, SimulatorConfig, SimulatorEvent, SimulatorSession};
 pub use streamer::{StreamerConfig, StreamerEvent, StreamerSession};
@@ -72,4 +76,18 @@ pub trait Session {
 
     /// The next frame to send; call until `None` after each of the two above.
     fn poll_output(&mut self) -> Option<Transmit>;
+}
+
+impl Session for AutopilotSession {
+    fn handle_input(&mut self, now: TimeUs, link: Link, frame: &Frame) {
+        Self::handle_input(self, now, link, frame);
+    }
+
+    fn handle_time(&mut self, now: TimeUs) {
+        Self::handle_time(self, now);
+    }
+
+    fn poll_output(&mut self) -> Option<Transmit> {
+        Self::poll_output(self)
+    }
 }
