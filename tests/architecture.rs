@@ -1,5 +1,10 @@
 //! The architecture's rules, read off the sources: floors, purity of the core, one place for sockets.
-#![expect(clippy::unwrap_used, clippy::panic, clippy::disallowed_methods, reason = "a test that reads the sources")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a test that reads the sources"
+)]
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -42,10 +47,9 @@ fn module_of(path: &Path) -> String {
 }
 
 fn floor_of(module: &str) -> usize {
-    FLOORS
-        .iter()
-        .position(|floor| floor.contains(&module))
-        .unwrap_or_else(|| panic!("module `{module}` stands on no floor: add it to FLOORS and ARCHITECTURE.md"))
+    FLOORS.iter().position(|floor| floor.contains(&module)).unwrap_or_else(|| {
+        panic!("module `{module}` stands on no floor: add it to FLOORS and ARCHITECTURE.md")
+    })
 }
 
 /// Top-level modules that a source names as `crate::module`, outside comments.
@@ -99,12 +103,22 @@ fn the_core_is_pure() {
             continue;
         }
         let text = fs::read_to_string(&path).unwrap();
-        for word in
-            ["std::net", "tokio::", "std::thread", "std::time::", "Instant::now", "println!", "thread_local!", "static mut"]
-        {
+        for word in [
+            "std::net",
+            "tokio::",
+            "std::thread",
+            "std::time::",
+            "Instant::now",
+            "println!",
+            "thread_local!",
+            "static mut",
+        ] {
             for (i, line) in text.lines().enumerate() {
                 let code = line.split("//").next().unwrap_or_default();
-                if code.contains(word) && !path.ends_with("tests.rs") && !text[..text.find(line).unwrap_or(0)].contains("mod tests") {
+                if code.contains(word)
+                    && !path.ends_with("tests.rs")
+                    && !text[..text.find(line).unwrap_or(0)].contains("mod tests")
+                {
                     faults.push(format!("{}:{}: {word}", path.display(), i + 1));
                 }
             }
