@@ -60,7 +60,7 @@ pub struct Frame {
 
 impl Frame {
     /// Cuts a frame, header to checksum or signature, that the decoder has checked.
-    pub(super) fn from_checked(bytes: &[u8], header: super::codec::Header, message: Message) -> Self {
+    pub(super) fn from_checked(bytes: &[u8], header: super::decoder::Header, message: Message) -> Self {
         let mut copy = [0; MAX_FRAME_LEN];
         let len = bytes.len().min(MAX_FRAME_LEN);
         copy[..len].copy_from_slice(&bytes[..len]);

@@ -3,7 +3,13 @@
 //! | file | holds |
 //! |---|---|
 //! | [`frame`] | a frame as received; what a strict message enum refuses stays readable |
-//! | [`codec`] | bytes to frames (stream and datagram, MAVLink 1 and 2) and messages to bytes |
+//! | [`decoder`] | bytes to frames: stream and datagram, MAVLink 1 and 2 |
+//! | [`encoder`] | messages to bytes |
+//! | [`tlog`] | the record of what went over the wire |
+//! | [`hil`] | sensors and truth as HIL messages |
+//! | [`parachute`] | the parachute component: release by command |
+//! | [`simulator`] | the simulator's session: lockstep, release triggers, flight log |
+//! | [`simulator_event`] | what it has to tell |
 //! | [`autopilot`] | the reference autopilot: HIL client, vehicle for ground stations and companions |
 //!
 //! A session owns no socket and no clock. Simulated time comes as an argument, frames go in by `handle_input`, time
@@ -11,11 +17,29 @@
 //! and the only clock are in `shell`.
 
 pub mod autopilot;
-pub mod codec;
+pub mod decoder;
+pub mod encoder;
 pub mod frame;
+pub mod hil;
+mod hil_rates;
+pub mod parachute;
+pub mod simulator;
+pub mod simulator_event;
+pub mod tlog;
 
-pub use codec::{CommandAck, Decoder, Encoder, Faults};
+#[cfg(test)]
+mod codec_tests;
+#[cfg(test)]
+mod test_site;
+
+pub use autopilot::{AutopilotSession, AutopilotSetup};
+pub use decoder::{Decoder, Faults};
+pub use encoder::{CommandAck, Encoder};
 pub use frame::{Command, Frame, Message, Payload, SetMode};
+pub use parachute::ParachuteComponent;
+pub use simulator::{Pace, ReleaseTrigger, Silence, SimulatorConfig, SimulatorSession};
+pub use simulator_event::SimulatorEvent;
+pub use tlog::Tlog;
 
 /// Simulated time since the simulation began [us].
 pub type TimeUs = u64;
@@ -40,4 +64,16 @@ pub struct Transmit {
     pub link: Link,
     /// The frame.
     pub bytes: Vec<u8>,
+}
+
+/// A party on the wire, without socket and clock.
+pub trait Session {
+    /// Takes a frame that came by `link` at simulated time `now`.
+    fn handle_input(&mut self, now: TimeUs, link: Link, frame: &Frame);
+
+    /// Does what falls due by `now` without a frame.
+    fn handle_time(&mut self, now: TimeUs);
+
+    /// The next frame to send; call until `None` after each of the two above.
+    fn poll_output(&mut self) -> Option<Transmit>;
 }

@@ -1,8 +1,8 @@
 //! Commands: obeyed or refused, and acknowledged exactly once, to their sender.
 #![expect(deprecated, reason = "deprecated commands are still sent and owed an answer")]
 
-use mavlink::{Message as _, MessageData as _};
 use mavlink::dialects::common::*;
+use mavlink::{Message as _, MessageData as _};
 use samara::autopilot::FlightMode;
 use samara::link::{CommandAck, Link};
 
@@ -151,7 +151,8 @@ fn regress_modes_by_command_and_by_message() {
         let mut payload = [0; 6];
         payload[..4].copy_from_slice(&u32::to_le_bytes(custom_mode));
         (payload[4], payload[5]) = (target, 1);
-        let bytes = bench.encoder(Link::GroundStation).encode_payload(11, MavMessage::extra_crc(11), &payload);
+        let bytes =
+            bench.encoder(Link::GroundStation).encode_payload(11, MavMessage::extra_crc(11), &payload);
         let sent = bench.send_bytes(Link::GroundStation, &bytes);
         assert_eq!(bench.session.autopilot().mode(), expected, "{custom_mode:#x}");
         assert!(acks(&sent).is_empty());
