@@ -152,6 +152,14 @@ impl Trajectory {
         }
     }
 
+    /// Body rates [rad/s] at `t_s`: linear; ends held.
+    pub fn body_rates(&self, t_s: f64) -> Vector3<f64> {
+        match self.locate(t_s) {
+            Some((a, b, _, s)) => a.omega_body + (b.omega_body - a.omega_body) * s,
+            None => self.end_node(t_s).omega_body,
+        }
+    }
+
     /// Attitude at `t_s` by cubic Hermite with slopes (2), not normalised; ends held.
     pub fn attitude(&self, t_s: f64) -> Quaternion {
         let Some((a, b, h, s)) = self.locate(t_s) else { return self.end_node(t_s).q_ned_from_body };

@@ -2,7 +2,11 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `vehicle_file` | `params/vehicles/*.json` and the rotor table beside it |
+//! | `mission`, `mission_parts`, `mission_json` | `mission/*.json`: checked, with model objects; as written |
+//! | `gains_file` | `params/gains/*.json` |
+//! | `vehicle_file`, `vehicle_json` | `params/vehicles/*.json` and the rotor table beside it |
+//! | [`schema`] | JSON schemas of these files |
+//! | `trajectory_csv` | `trajectory.csv`, read and written |
 //! | `source` | a file's text, strict JSON, the place of anything refused, the hash of the inputs |
 //! | `number` | numbers with a range |
 //! | `table`, `rotor_table` | CSV |
@@ -11,13 +15,37 @@
 //! Unknown and repeated keys, numbers out of their range, NaN and text after the document are all refused.
 
 mod error;
+mod gains_file;
+mod mission;
+mod mission_json;
+mod mission_parts;
 mod number;
 mod rotor_table;
+pub mod schema;
 mod source;
 mod table;
+mod trajectory_csv;
 mod vehicle_file;
-#[cfg(test)]
-mod vehicle_tests;
+mod vehicle_json;
 
 pub use error::ConfigError;
+pub use gains_file::{GainsFile, gains_json, gains_path, load_gains};
+pub use mission::{Mission, MonteCarlo, ReleaseCase, ReleaseTrigger, load_mission};
+pub use trajectory_csv::{Stamp, read_trajectory_csv, write_trajectory_csv};
 pub use vehicle_file::{VehicleFile, load_vehicle};
+
+#[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
+mod mission_tests;
+#[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
+mod prop_tests;
+#[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
+mod spoil;
+#[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
+mod trajectory_tests;
+#[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
+mod vehicle_tests;

@@ -30,50 +30,79 @@ pub(super) fn parse(source: &Source, density_kg_m3: f64) -> Result<RotorTable, C
     let rows =
         lines.map(|(line, text)| table::row(source, line, text, &COLUMNS)).collect::<Result<Vec<_>, _>>()?;
     let after = rows.last().map_or(2, |r| r.line + 1);
-
-    // The first block shows the axes; every other line must then stand where the grid has it.
-    let n_angle = rows.iter().take_while(|r| r.values[..2] == rows[0].values[..2]).count();
-    let n_block = rows.iter().take_while(|r| r.values[0] == rows[0].values[0]).count();
-    let axes: [Vec<&Row>; 3] = [
-        rows.iter().step_by(n_block.max(1)).collect(),
-        rows.iter().take(n_block).step_by(n_angle.max(1)).collect(),
-        rows.iter().take(n_angle).collect(),
-    ];
-    for (axis, column) in axes.iter().zip(0..) {
-        check_axis(source, axis, column, after)?;
-    }
-    for (i, row) in rows.iter().enumerate() {
-        let place = [i / n_block, i % n_block / n_angle, i % n_angle];
-        for c in 0..3 {
-            let expected = axes[c].get(place[c]).map(|r| r.values[c]);
-            if expected != Some(row.values[c]) {
-                let expected = expected.map_or("the end of the table".to_owned(), |x| x.to_string());
-                let message = format!(
-                    "{}: the grid must be full, the angle running fastest: expected {expected}, found {}",
-                    COLUMNS[c], row.values[c]
-                );
-                return Err(table::refuse(source, row.line, 1, message));
-            }
+    let grid = Grid::of(source, &rows)?;
+    for (axis, name) in grid.axes.iter().zip(COLUMNS) {
+        if axis.len() < 2 {
+            let message = format!("{name}: expected at least 2 different values, found {}", axis.len());
+            return Err(table::refuse(source, after, 1, message));
         }
     }
-    let knots = |c: usize, scale: f64| axes[c].iter().map(|r| r.values[c] * scale).collect::<Vec<_>>();
+    let [omega, airspeed, mut angle] = grid.axes;
+    angle.iter_mut().for_each(|a| *a *= RAD_PER_DEG);
     let cells = rows.iter().map(|r| [r.values[3], r.values[4]]).collect();
-    RotorTable::new(&knots(0, 1.0), &knots(1, 1.0), &knots(2, RAD_PER_DEG), cells, density_kg_m3)
-        .map_err(|e| table::refuse(source, after, 1, e.to_string()))
+    RotorTable::new(&omega, &airspeed, &angle, cells, density_kg_m3)
+        .map_err(|e| table::refuse(source, after, 1, format!("the table ends early or late: {e}")))
 }
 
-fn check_axis(source: &Source, axis: &[&Row], column: usize, after: usize) -> Result<(), ConfigError> {
-    if axis.len() < 2 {
-        let message =
-            format!("{}: expected at least 2 different values, found {}", COLUMNS[column], axis.len());
-        return Err(table::refuse(source, after, 1, message));
+/// The axes, as they show themselves line by line: the first line of a new block may bring a new, greater value, every
+/// other line stands where the grid has it.
+#[derive(Default)]
+struct Grid {
+    axes: [Vec<f64>; 3],
+}
+
+impl Grid {
+    fn of(source: &Source, rows: &[Row]) -> Result<Self, ConfigError> {
+        let mut grid = Self::default();
+        // Whether an axis has come to its end once, and the place in each axis.
+        let mut complete = [false; 3];
+        let mut place = [0usize; 3];
+        for (i, row) in rows.iter().enumerate() {
+            if i > 0 {
+                place = grid.next(place, &mut complete, &row.values);
+            }
+            for (c, (&place, &found)) in place.iter().zip(&row.values).enumerate() {
+                grid.check(c, place, found).map_err(|message| table::refuse(source, row.line, 1, message))?;
+            }
+        }
+        Ok(grid)
     }
-    for pair in axis.windows(2) {
-        let (a, b) = (pair[0].values[column], pair[1].values[column]);
-        if b <= a {
-            let message = format!("{} must increase, but {b} follows {a}", COLUMNS[column]);
-            return Err(table::refuse(source, pair[1].line, 1, message));
+
+    /// The place of the line after `place`: one further in the angle, or at its start and one further in the airspeed, and
+    /// so on. An axis that has not come to its end yet ends where a slower column changes.
+    fn next(&self, place: [usize; 3], complete: &mut [bool; 3], values: &[f64]) -> [usize; 3] {
+        let mut next = place;
+        for c in [2, 1] {
+            let slower_changes = (0..c).any(|s| values[s] != self.axes[s][place[s]]);
+            complete[c] |= slower_changes;
+            next[c] += 1;
+            if !complete[c] || next[c] < self.axes[c].len() {
+                return next;
+            }
+            next[c] = 0;
+        }
+        next[0] += 1;
+        next
+    }
+
+    fn check(&mut self, c: usize, place: usize, found: f64) -> Result<(), String> {
+        let axis = &mut self.axes[c];
+        match axis.get(place) {
+            Some(&expected) if found == expected => Ok(()),
+            Some(expected) => Err(format!(
+                "{}: the grid must be full, the angle running fastest, then the airspeed: expected {expected}, \
+                 found {found}",
+                COLUMNS[c]
+            )),
+            None => match axis.last() {
+                Some(&last) if found <= last => {
+                    Err(format!("{} must increase, but {found} follows {last}", COLUMNS[c]))
+                }
+                _ => {
+                    axis.push(found);
+                    Ok(())
+                }
+            },
         }
     }
-    Ok(())
 }

@@ -48,7 +48,7 @@ pub(super) fn row(source: &Source, line: usize, text: &str, columns: &[&str]) ->
 }
 
 /// A field as a message may quote it.
-fn shortened(field: &str) -> String {
+pub(super) fn shortened(field: &str) -> String {
     if field.chars().count() <= 40 {
         field.to_owned()
     } else {

@@ -1,0 +1,261 @@
+//! The mission file as it is written: `mission/*.json`. What serde cannot check, and the model objects, are
+//! [`super::mission`]'s.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::number::{
+    AngleDeg, Count, DelayS, Exactly, Finite, LatitudeDeg, Name, NonNegative, Positive, SpanS, TiltDeg,
+};
+
+/// A drop: what falls, where, how it is released, where it shall fly to, and how that is planned, judged and tuned. Paths
+/// are relative to this file. NED: north, east, down.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MissionJson {
+    /// What this mission is.
+    #[serde(rename = "about")]
+    pub(super) _about: Option<String>,
+    /// Name of the mission; results go to out/<name>/.
+    pub(super) name: Name,
+    /// Vehicle file.
+    pub(super) vehicle: String,
+    /// Gains file.
+    pub(super) gains: String,
+    /// Seed of everything random.
+    pub(super) seed: u64,
+    /// Time of the simulation's start for stamps in logs [us since 1970-01-01 UTC].
+    pub(super) epoch_unix_us: u64,
+    /// How long the simulation runs, from the start of the hang [s].
+    pub(super) duration_s: SpanS,
+    /// Steady velocity to reach, v_cmd, NED [m/s].
+    pub(super) target_v_ned_m_s: Exactly<Finite, 3>,
+    /// Gravity, air and place.
+    pub(super) site: SiteJson,
+    /// Descent and swing before the release, and the delay after it.
+    pub(super) parachute: ParachuteJson,
+    /// When and how the vehicle is cut loose.
+    pub(super) release: ReleaseJson,
+    /// The optimal control problem, (25)-(32).
+    pub(super) plan: PlanJson,
+    /// Safety limits, Table 1.
+    pub(super) limits: LimitsJson,
+    /// Limits of the cascade.
+    pub(super) control: ControlJson,
+    /// What the gains are tuned on.
+    pub(super) tuning: TuningJson,
+    /// Random releases, (40)-(44).
+    pub(super) monte_carlo: MonteCarloJson,
+}
+
+/// Gravity, air and place, uniform over the flight.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SiteJson {
+    /// Where this is.
+    #[serde(rename = "about")]
+    pub(super) _about: Option<String>,
+    /// Gravity [m/s^2].
+    pub(super) gravity_m_s2: Positive,
+    /// Density of the air [kg/m^3].
+    pub(super) density_kg_m3: Positive,
+    /// Velocity of the air over ground, NED [m/s].
+    pub(super) wind_ned_m_s: Exactly<Finite, 3>,
+    /// Latitude of the local frame's origin, the point of release at the end of the hang [deg].
+    pub(super) latitude_deg: LatitudeDeg,
+    /// Its longitude [deg].
+    pub(super) longitude_deg: AngleDeg,
+    /// Its altitude above mean sea level [m].
+    pub(super) altitude_m: Finite,
+}
+
+/// Descent and swing under the canopy.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ParachuteJson {
+    /// Why so.
+    #[serde(rename = "about")]
+    pub(super) _about: Option<String>,
+    /// Rate of descent over ground [m/s].
+    pub(super) descent_m_s: NonNegative,
+    /// Delay t_d between release and rotor start [s].
+    pub(super) delay_s: DelayS,
+    /// The swing in the north-down plane, (40).
+    pub(super) pendulum: PendulumJson,
+}
+
+/// The swing theta_0 sin(omega t + phi), t from the end of the hang.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PendulumJson {
+    /// Amplitude theta_0 [deg].
+    pub(super) amplitude_deg: AngleDeg,
+    /// Phase phi at the end of the hang [deg].
+    pub(super) phase_deg: AngleDeg,
+    /// omega [rad/s].
+    pub(super) omega_rad_s: NonNegative,
+    /// Length r from the pivot to the centre of mass [m].
+    pub(super) length_m: NonNegative,
+}
+
+/// When and how the vehicle is cut loose.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ReleaseJson {
+    /// How it comes from the release to t = 0.
+    pub(super) start: StartJson,
+    /// Time under the canopy until the nominal release [s].
+    pub(super) hang_s: DelayS,
+    /// What cuts it loose.
+    pub(super) trigger: TriggerJson,
+}
+
+/// How the vehicle comes from the release to t = 0.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum StartJson {
+    /// A drop: it falls for t_d through the air.
+    Release,
+    /// The paper's study: (44) holds at t = 0, attitude and rates as at the release.
+    T0,
+}
+
+/// What cuts the vehicle loose.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub(super) enum TriggerJson {
+    /// The command MAV_CMD_DO_GRIPPER to the parachute component.
+    Command,
+    /// The end of the hang.
+    Time,
+    /// An altitude, passed on the way down.
+    Altitude {
+        /// Above mean sea level [m].
+        altitude_m: Finite,
+    },
+    /// Armed and in OFFBOARD.
+    ArmedOffboard,
+}
+
+/// The optimal control problem, (25)-(32).
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PlanJson {
+    /// Why so.
+    #[serde(rename = "about")]
+    pub(super) _about: Option<String>,
+    /// Horizon t_f from the start of the rotors [s].
+    pub(super) horizon_s: SpanS,
+    /// Number of nodes N; N - 1 intervals fill the horizon.
+    pub(super) nodes: Count<3, 10_000>,
+    /// Greatest thrust of a rotor [N].
+    pub(super) thrust_max_n: Positive,
+    /// Greatest rate of change of a rotor's thrust [N/s].
+    pub(super) thrust_slew_n_s: Positive,
+    /// Diagonal of Q and S over the state [q0, q1, q2, q3, vn, ve, vd, p, q, r] in SI.
+    pub(super) cost_state: Exactly<NonNegative, 10>,
+    /// Diagonal of R [1/N^2].
+    pub(super) cost_input_per_n2: NonNegative,
+    /// Thrust that costs nothing.
+    pub(super) cost_input_reference: InputReferenceJson,
+    /// Reference state x_ss of the cost, (31); the solved trim at the target velocity when left out.
+    pub(super) x_ss: Option<StateJson>,
+}
+
+/// Thrust that costs nothing.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum InputReferenceJson {
+    /// Zero, as in the paper.
+    Zero,
+    /// The thrusts of the trim.
+    Trim,
+}
+
+/// A state of the vehicle.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StateJson {
+    /// Attitude, body to NED, scalar first.
+    pub(super) q_ned_from_body: Exactly<Finite, 4>,
+    /// Velocity, NED [m/s].
+    pub(super) v_ned_m_s: Exactly<Finite, 3>,
+    /// Body rates [rad/s].
+    pub(super) omega_body_rad_s: Exactly<Finite, 3>,
+}
+
+/// Safety limits, Table 1: where J_state is 1.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LimitsJson {
+    /// Why so.
+    #[serde(rename = "about")]
+    pub(super) _about: Option<String>,
+    /// Speed [m/s].
+    pub(super) speed_m_s: Positive,
+    /// Pitch, either way [deg].
+    pub(super) pitch_deg: Positive,
+    /// Pitch rate, either way [deg/s].
+    pub(super) pitch_rate_deg_s: Positive,
+    /// Vertical acceleration [m/s^2]; reported, not judged.
+    pub(super) vertical_acceleration_m_s2: Positive,
+}
+
+/// Limits of the cascade.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ControlJson {
+    /// Why so.
+    #[serde(rename = "about")]
+    pub(super) _about: Option<String>,
+    /// Largest commanded tilt [deg].
+    pub(super) tilt_limit_deg: TiltDeg,
+    /// Largest commanded roll and pitch rate [deg/s].
+    pub(super) rate_command_limit_deg_s: Positive,
+    /// Largest commanded yaw rate [deg/s].
+    pub(super) yaw_rate_command_limit_deg_s: Positive,
+    /// Bound of the rate loops' integrals [rad/s^2].
+    pub(super) rate_integral_limit_rad_s2: Positive,
+}
+
+/// What the gains are tuned on.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TuningJson {
+    /// Where the cases come from.
+    #[serde(rename = "about")]
+    pub(super) _about: Option<String>,
+    /// Releases, Table 3.
+    pub(super) cases: Vec<CaseJson>,
+}
+
+/// A state at t = 0, rotors at rest.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CaseJson {
+    /// Name of the case.
+    pub(super) name: Name,
+    /// Velocity, NED [m/s].
+    pub(super) v_ned_m_s: Exactly<Finite, 3>,
+    /// Pitch [deg].
+    pub(super) pitch_deg: AngleDeg,
+    /// Pitch rate [deg/s].
+    pub(super) pitch_rate_deg_s: Finite,
+}
+
+/// Random releases: amplitude theta_0 normal about 0, phase uniform over the turn.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MonteCarloJson {
+    /// Where the distribution comes from.
+    #[serde(rename = "about")]
+    pub(super) _about: Option<String>,
+    /// Releases in a campaign.
+    pub(super) trials: Count<1, 1_000_000>,
+    /// Standard deviation of the amplitude [deg].
+    pub(super) amplitude_sigma_deg: NonNegative,
+    /// Frequency of the swing [rad/s].
+    pub(super) omega_rad_s: NonNegative,
+    /// Length of the pendulum [m].
+    pub(super) length_m: NonNegative,
+}

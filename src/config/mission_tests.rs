@@ -1,0 +1,319 @@
+//! The shipped missions and gains, and every way in which they are refused, with the exact place.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+
+use super::spoil::{Spoilt, copy, shipped, shipped_files, spoil};
+use super::*;
+use crate::control::{ControlLimits, Gains};
+use crate::sim::Start;
+use crate::units::RAD_PER_DEG;
+
+const TITAN: &str = "mission/titan_drop.json";
+
+fn titan(from: &str, to: &str) -> Spoilt<Mission> {
+    spoil(load_mission, TITAN, TITAN, from, to)
+}
+
+fn safety(from: &str, to: &str) -> Spoilt<Mission> {
+    spoil(load_mission, TITAN, "params/gains/safety.json", from, to)
+}
+
+/// Every shipped file goes through its loader; a directory that gains a file of another kind fails here.
+#[test]
+fn every_shipped_file_loads() {
+    for file in shipped_files() {
+        let path = shipped(&file);
+        let stem = path.file_stem().unwrap().to_str().unwrap().to_owned();
+        let name = match file.split('/').nth(file.split('/').count() - 2).unwrap() {
+            "mission" => load_mission(&path).unwrap().name,
+            "gains" => load_gains(&path).unwrap().name,
+            _ if file.ends_with(".csv") => continue,
+            _ => load_vehicle(&path).unwrap().name,
+        };
+        assert_eq!(name, stem, "a file is named after what it holds");
+    }
+}
+
+#[test]
+fn paper_titan_mission_holds_tables_1_and_2_and_31() {
+    let m = load_mission(&shipped(TITAN)).unwrap();
+    assert_eq!((m.limits.speed_m_s, m.limits.vertical_acceleration_m_s2), (12.0, 3.0));
+    assert_eq!((m.limits.pitch_rad, m.limits.pitch_rate_rad_s), (45.0 * RAD_PER_DEG, 90.0 * RAD_PER_DEG));
+    assert_eq!((m.thrust_max_n, m.thrust_slew_n_s, m.horizon_s, m.nodes), (300.0, 60.0, 30.0, 38));
+    assert_eq!(m.x_ss, Some([1.0, 0.0, -0.0026, 0.0, 4.0, 0.0, 4.0, 0.0, 0.0, 0.0]));
+    assert_eq!(m.cost_state, [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 10.0, 10.0, 10.0]);
+    assert_eq!((m.cost_input, m.cost_input_reference), (1e-5, InputReference::Zero));
+    assert_eq!(m.target_v_ned, Vector3::new(4.0, 0.0, 4.0));
+    assert_eq!(m.parachute.v0_m_s(m.environment.gravity_m_s2), 3.675);
+    assert_eq!((m.start, m.hang_s, m.duration_s), (Start::Release, 10.0, 45.0));
+    assert_eq!(m.release_trigger, ReleaseTrigger::Command);
+    assert_eq!(m.control_limits, ControlLimits::default());
+    assert_eq!((m.monte_carlo.trials, m.monte_carlo.length_m), (100, 0.34));
+}
+
+#[test]
+fn paper_titan_tuning_cases_are_table_3() {
+    let m = load_mission(&shipped(TITAN)).unwrap();
+    let table_3 = [
+        (0.0, 3.67, 0.0, 0.0),
+        (0.32, 3.67, 0.0, 18.8),
+        (0.26, 3.64, 5.5, 15.2),
+        (0.10, 3.65, 8.9, 5.8),
+        (-0.10, 3.69, 8.9, -5.8),
+        (-0.26, 3.70, 5.5, -15.2),
+        (-0.32, 3.67, 0.0, -18.8),
+    ];
+    assert_eq!(m.tuning_cases.len(), table_3.len());
+    for (i, (case, (vn, vd, pitch, rate))) in m.tuning_cases.iter().zip(table_3).enumerate() {
+        assert_eq!(case.name, format!("case_{i}"));
+        assert_eq!(case.v_ned, Vector3::new(vn, 0.0, vd));
+        assert_eq!((case.pitch_rad, case.pitch_rate_rad_s), (pitch * RAD_PER_DEG, rate * RAD_PER_DEG));
+    }
+}
+
+#[test]
+fn paper_gains_are_table_4() {
+    let load = |name: &str| load_gains(&shipped(&format!("params/gains/{name}.json"))).unwrap().gains;
+    assert_eq!(load("near_hover"), Gains::near_hover());
+    assert_eq!(load("paper_pso"), Gains::paper_pso());
+}
+
+#[test]
+fn reference_x500_mission() {
+    let m = load_mission(&shipped("mission/x500_drop.json")).unwrap();
+    assert!((m.parachute.v0_m_s(m.environment.gravity_m_s2) - 9.903325).abs() < 1e-14);
+    assert!((m.cost_input - 1e-5 * (300.0f64 / 8.54858).powi(2)).abs() < 1e-16);
+    assert_eq!((m.x_ss, m.target_v_ned), (None, Vector3::new(2.0, 0.0, 1.0)));
+    assert_eq!(m.vehicle_name, "x500");
+    let case_1 = &m.tuning_cases[1];
+    let swing = 9.4 * RAD_PER_DEG * 3.1316;
+    assert!((case_1.v_ned.x - swing).abs() < 5e-3 && (case_1.pitch_rate_rad_s - swing).abs() < 1e-3);
+}
+
+#[test]
+fn gains_are_found_by_name_and_by_path_and_change_the_hash() {
+    let mut m = load_mission(&shipped(TITAN)).unwrap();
+    let (safety, hash) = (m.gains, m.input_hash.clone());
+    m.use_gains("paper_pso").unwrap();
+    assert_eq!((m.gains, m.gains_name.as_str()), (Gains::paper_pso(), "paper_pso"));
+    assert_ne!(m.input_hash, hash);
+    m.use_gains(shipped("params/gains/safety.json").to_str().unwrap()).unwrap();
+    assert_eq!((m.gains, &m.input_hash), (safety, &hash));
+    let shown = m.use_gains("no_such").unwrap_err().to_string();
+    assert!(shown.contains("gains file") && shown.contains("no_such.json"), "{shown}");
+    assert_eq!(m.gains, safety);
+}
+
+#[test]
+fn the_hash_follows_every_file() {
+    let hash = |m: Result<Mission, ConfigError>| m.unwrap().input_hash;
+    let shipped_hash = hash(load_mission(&shipped(TITAN)));
+    assert_eq!(
+        hash(titan("\"about\"", "\"about\"").loaded),
+        shipped_hash,
+        "a copy elsewhere has the same hash"
+    );
+    let spoilt = [
+        titan("\"seed\": 1,", "\"seed\": 2,").loaded,
+        safety("\"k_pr_per_s\": 1.0", "\"k_pr_per_s\": 1.5").loaded,
+        spoil(load_mission, TITAN, "params/vehicles/titan.json", "790.0", "791.0").loaded,
+        spoil(load_mission, TITAN, "params/vehicles/titan_rotor.csv", "180.0,0.0,0.0", "180.0,0.0,0.5")
+            .loaded,
+    ];
+    let mut hashes: Vec<String> = spoilt.into_iter().map(hash).chain([shipped_hash]).collect();
+    hashes.sort();
+    hashes.dedup();
+    assert_eq!(hashes.len(), 5);
+}
+
+#[test]
+fn written_gains_read_back_to_the_last_bit() {
+    let dir = copy();
+    let path = dir.path().join("mine.json");
+    let gains =
+        Gains::longitudinal([1.0 / 3.0, 1e-20, 0.1 + 0.2, 5.0, 0.0, f64::MAX, 2.2250738585072014e-308]);
+    std::fs::write(&path, gains_json("mine", "a \"quoted\" \n about", &gains)).unwrap();
+    assert_eq!(load_gains(&path).unwrap(), GainsFile { name: "mine".into(), gains });
+}
+
+#[test]
+fn unknown_missing_and_repeated_keys_are_refused() {
+    titan("\"hang_s\"", "\"hang\"").refused_at(
+        ("\"hang\"", 0),
+        "release.hang",
+        "expected one of `start`, `hang_s`",
+    );
+    titan("\"hang_s\": 10,", "").refused_at(("\"release\": {", 11), "release", "missing field `hang_s`");
+    titan("\"hang_s\"", "\"hang_s\": 1, \"hang_s\"").refused_at(
+        ("\"hang_s\": 10", 0),
+        "release.hang_s",
+        "duplicate field",
+    );
+    safety("\"k_pr_per_s\"", "\"k_pr\"").refused_at(("\"k_pr\"", 0), "k_pr", "unknown field `k_pr`");
+}
+
+#[test]
+fn numbers_out_of_range_are_refused() {
+    let nodes = "a whole number from 3 to 10000";
+    titan("\"nodes\": 38", "\"nodes\": 2").refused_at(("\"nodes\": 2", 9), "plan.nodes", nodes);
+    titan("\"nodes\": 38", "\"nodes\": 38.5").refused_at(("38.5", 0), "plan.nodes", nodes);
+    titan("\"nodes\": 38", "\"nodes\": -38").refused_at(("-38", 0), "plan.nodes", nodes);
+    titan("\"latitude_deg\": 7.0", "\"latitude_deg\": 90").refused_at(
+        ("90,\n    \"lon", 0),
+        "site.latitude_deg",
+        "a latitude between -90 and 90 deg",
+    );
+    titan("37.5", "90").refused_at(("90,\n    \"rate", 0), "control.tilt_limit_deg", "between 0 and 90 deg");
+    titan("[0, 0, 0],\n    \"lat", "[0, 0, 1e400],\n    \"lat").refused_at(
+        ("1e400", 4),
+        "site.wind_ned_m_s[2]",
+        "number out of range; expected a finite number",
+    );
+    titan("\"seed\": 1", "\"seed\": -1").refused_at(("-1,\n", 0), "seed", "expected u64");
+    titan("\"name\": \"titan_drop\"", "\"name\": \"../x\"").refused_at(
+        ("\"../x\"", 0),
+        "name",
+        "letters, digits",
+    );
+    titan("\"pitch_rate_deg_s\": 18.8", "\"pitch_rate_deg_s\": \"18.8\"").refused_at(
+        ("\"18.8\"", 0),
+        "tuning.cases[1].pitch_rate_deg_s",
+        "expected a finite number",
+    );
+}
+
+#[test]
+fn numbers_that_do_not_fit_each_other_are_refused() {
+    titan("\"duration_s\": 45", "\"duration_s\": 10.5").refused_at(
+        ("10.5", 0),
+        "duration_s",
+        "expected more than 10.5 s",
+    );
+    titan("[1, 0, -0.0026, 0]", "[1, 0, -0.26, 0]").refused_at(
+        ("[1, 0, -0.26, 0]", 0),
+        "plan.x_ss.q_ned_from_body",
+        "length 1",
+    );
+    let trigger = |altitude: &str| {
+        titan(
+            "\"trigger\": \"command\"",
+            &format!("\"trigger\": {{ \"altitude\": {{ \"altitude_m\": {altitude} }} }}"),
+        )
+    };
+    let path = "release.trigger.altitude.altitude_m";
+    trigger("1030").refused_at(("1030", 0), path, "expected less than 1030 m");
+    assert_eq!(trigger("990.5").loaded.unwrap().release_trigger, ReleaseTrigger::Altitude(990.5));
+    titan("\"command\"", "\"comand\"").refused_at(
+        ("\"comand\"", 0),
+        "release.trigger",
+        "expected one of `command`, `time`, `altitude`, `armed_offboard`",
+    );
+}
+
+#[test]
+fn a_fault_in_a_named_file_is_reported_there() {
+    let in_vehicle =
+        |from: &str, to: &str| spoil(load_mission, TITAN, "params/vehicles/titan.json", from, to);
+    in_vehicle("790.0", "-790.0").refused_at(("-790.0", 0), "mass_kg", "greater than 0");
+    let shown = titan("vehicles/titan.json", "vehicles/none.json").loaded.unwrap_err().to_string();
+    assert!(
+        shown.contains("none.json") && shown.contains("named in") && shown.contains("titan_drop.json"),
+        "{shown}"
+    );
+    let shown = load_mission(Path::new("none.json")).unwrap_err().to_string();
+    assert!(shown.starts_with("cannot read mission file none.json: "), "{shown}");
+    assert!(shown.contains("relative to the current directory"), "{shown}");
+    let shown = load_mission(&shipped("mission")).unwrap_err().to_string();
+    assert!(shown.contains("directory"), "{shown}");
+}
+
+#[test]
+fn regress_schemas_are_current_and_show_the_ranges() {
+    for (name, text) in schema::schemas() {
+        let path = shipped("params/schema").join(name);
+        let committed = std::fs::read_to_string(&path).unwrap_or_default();
+        assert!(committed == text, "{name} is stale: run `samara schema`");
+        assert!(
+            !text.contains("\"additionalProperties\": true")
+                && text.contains("\"additionalProperties\": false")
+        );
+    }
+    let [_, (_, vehicle), _] = schema::schemas();
+    let vehicle: serde_json::Value = serde_json::from_str(&vehicle).unwrap();
+    assert_eq!(vehicle["properties"]["mass_kg"]["exclusiveMinimum"], 0);
+    assert_eq!(vehicle["properties"]["inertia_kg_m2"]["maxItems"], 3);
+}
+
+/// Every number's key ends in its unit, or the number has none.
+#[test]
+fn every_number_in_a_schema_names_its_unit() {
+    const UNITS: [&str; 34] = [
+        "_kg",
+        "_m",
+        "_m2",
+        "_kg_m2",
+        "_deg",
+        "_deg_s",
+        "_rad_s",
+        "_s",
+        "_m_s",
+        "_m_s2",
+        "_n",
+        "_n_s",
+        "_per_n2",
+        "_kg_m3",
+        "_per_s",
+        "_per_s2",
+        "_n_per_rad2_s2",
+        "_nm_a",
+        "_v_s_rad",
+        "_ohm",
+        "_v",
+        "_a",
+        "_us",
+        "_rad_s2",
+        // Without a unit.
+        "nodes",
+        "trials",
+        "seed",
+        "cost_state",
+        "axis_body",
+        "q_ned_from_body",
+        "c_drag",
+        "c_lift",
+        "c_pitch",
+        "thrust_m",
+    ];
+    fn is_number(schema: &serde_json::Value) -> bool {
+        let is = |kind: &serde_json::Value| kind == "number" || kind == "integer";
+        let kind = &schema["type"];
+        is(kind)
+            || kind.as_array().is_some_and(|k| k.iter().any(is))
+            || schema.get("items").is_some_and(is_number)
+    }
+    fn walk(schema: &serde_json::Value, seen: &mut usize) {
+        if let Some(properties) = schema["properties"].as_object() {
+            for (key, value) in properties {
+                if is_number(value) {
+                    *seen += 1;
+                    assert!(UNITS.iter().any(|unit| key.ends_with(unit)), "{key}");
+                }
+            }
+        }
+        for child in schema
+            .as_object()
+            .into_iter()
+            .flat_map(|o| o.values())
+            .chain(schema.as_array().into_iter().flatten())
+        {
+            walk(child, seen);
+        }
+    }
+    let mut seen = 0;
+    for (_, text) in schema::schemas() {
+        walk(&serde_json::from_str(&text).unwrap(), &mut seen);
+    }
+    assert!(seen > 60, "{seen}");
+}

@@ -1,0 +1,32 @@
+//! JSON schemas of the mission, vehicle and gains files, made from the structs that read them, so that an editor can
+//! complete and check. What they cannot say (relations between numbers, the tables' contents) the loader checks.
+
+use schemars::JsonSchema;
+use schemars::generate::SchemaSettings;
+use serde_json::{Map, Value};
+
+use super::gains_file::GainsJson;
+use super::mission_json::MissionJson;
+use super::vehicle_json::VehicleJson;
+
+/// File name under `params/schema/` and text of each schema.
+pub fn schemas() -> [(&'static str, String); 3] {
+    [
+        ("mission.schema.json", text::<MissionJson>("mission")),
+        ("vehicle.schema.json", text::<VehicleJson>("vehicle")),
+        ("gains.schema.json", text::<GainsJson>("gains")),
+    ]
+}
+
+fn text<T: JsonSchema>(title: &str) -> String {
+    let generated = SchemaSettings::draft2020_12().into_generator().into_root_schema_for::<T>();
+    let mut schema =
+        Map::from_iter([("$schema".to_owned(), Value::Null), ("title".to_owned(), title.into())]);
+    for key in ["$schema", "description"] {
+        schema.insert(key.to_owned(), generated.get(key).cloned().unwrap_or_default());
+    }
+    for (key, value) in generated.as_object().into_iter().flatten() {
+        schema.entry(key).or_insert_with(|| value.clone());
+    }
+    format!("{:#}\n", Value::Object(schema))
+}

@@ -1,0 +1,95 @@
+//! The filter of the line search: pairs (constraint violation, barrier objective) that new points must improve on.
+//!
+//! A. Waechter, L. T. Biegler, "On the implementation of an interior-point filter line-search algorithm for large-scale
+//! nonlinear programming", Math. Program. 106 (2006), section 2.3; its constants.
+
+/// Constraint violation and barrier objective of a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Merit {
+    /// Sum of the absolute defects, theta.
+    pub violation: f64,
+    /// Barrier objective, phi.
+    pub objective: f64,
+}
+
+/// Points that were left behind.
+#[derive(Clone, Debug)]
+pub struct Filter {
+    corners: Vec<Merit>,
+    violation_max: f64,
+    violation_min: f64,
+}
+
+const GAMMA_THETA: f64 = 1e-5;
+const GAMMA_PHI: f64 = 1e-8;
+const ARMIJO: f64 = 1e-8;
+
+/// What a trial point is taken for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Not acceptable.
+    Rejected,
+    /// Accepted for a decrease of the objective (Armijo): the filter stays.
+    Objective,
+    /// Accepted otherwise: the point left behind enters the filter.
+    Violation,
+}
+
+impl Filter {
+    /// A filter for a problem that starts at the given violation.
+    pub fn new(violation: f64) -> Self {
+        let scale = violation.max(1.0);
+        Self { corners: Vec::new(), violation_max: 1e4 * scale, violation_min: 1e-4 * scale }
+    }
+
+    /// Forgets all corners (the barrier parameter has changed).
+    pub fn clear(&mut self) {
+        self.corners.clear();
+    }
+
+    /// Puts a point that is left behind into the filter.
+    pub fn add(&mut self, from: Merit) {
+        self.corners.push(Merit {
+            violation: (1.0 - GAMMA_THETA) * from.violation,
+            objective: from.objective - GAMMA_PHI * from.violation,
+        });
+    }
+
+    /// Whether no corner dominates the point.
+    pub fn accepts(&self, trial: Merit) -> bool {
+        trial.violation.is_finite()
+            && trial.objective.is_finite()
+            && trial.violation <= self.violation_max
+            && self.corners.iter().all(|c| trial.violation < c.violation || trial.objective < c.objective)
+    }
+
+    /// Judges a trial point at step length `alpha`; `slope` is the directional derivative of the objective.
+    pub fn judge(&self, from: Merit, trial: Merit, alpha: f64, slope: f64) -> Verdict {
+        if !self.accepts(trial) {
+            return Verdict::Rejected;
+        }
+        let noise = 10.0 * f64::EPSILON * from.objective.abs();
+        let switching = slope < 0.0
+            && alpha * (-slope).powf(2.3) > from.violation.powf(1.1)
+            && from.violation <= self.violation_min;
+        if switching {
+            let armijo = trial.objective <= from.objective + ARMIJO * alpha * slope + noise;
+            return if armijo { Verdict::Objective } else { Verdict::Rejected };
+        }
+        let better = trial.violation <= (1.0 - GAMMA_THETA) * from.violation
+            || trial.objective <= from.objective - GAMMA_PHI * from.violation + noise;
+        if better { Verdict::Violation } else { Verdict::Rejected }
+    }
+
+    /// Step length below which the line search gives up and restores feasibility.
+    pub fn least_step(&self, from: Merit, slope: f64) -> f64 {
+        let mut alpha = GAMMA_THETA;
+        if slope < 0.0 {
+            alpha = alpha.min(GAMMA_PHI * from.violation / -slope);
+            if from.violation <= self.violation_min {
+                alpha = alpha.min(from.violation.powf(1.1) / (-slope).powf(2.3));
+            }
+        }
+        (0.05 * alpha).max(1e-12)
+    }
+}

@@ -1,0 +1,9 @@
+//! The planner: against an independent implementation's optima, closed forms, differences and hard problems.
+#![cfg(feature = "files")]
+
+mod convergence;
+mod derivatives;
+mod limits;
+mod problems;
+mod reference;
+mod robustness;
