@@ -231,10 +231,11 @@ impl StreamerSession {
         }
         self.next_report = waited * 2;
         let missing = match (self.flight.state, self.flight.heartbeat_heard) {
-            (StreamerState::WaitingForVehicle, false) => "HEARTBEAT from the vehicle's autopilot",
-            _ => "ATTITUDE, whose time_boot_ms is the clock, from the vehicle's autopilot",
+            (StreamerState::WaitingForVehicle, false) => "HEARTBEAT",
+            _ => "ATTITUDE (the clock)",
         };
-        self.events.push_back(StreamerEvent::Waiting { at: self.flight.now, missing, waited });
+        let system_id = self.config.vehicle_system;
+        self.events.push_back(StreamerEvent::Waiting { at: self.flight.now, missing, system_id, waited });
     }
 
     fn enter(&mut self, state: StreamerState) {
