@@ -1,10 +1,34 @@
-//! samara plans, tunes, proves and flies the drop of a multirotor from a parachute.
+//! samara plans, tunes, proves and flies the drop of a multirotor from a parachute: from the release, through free fall with
+//! stopped rotors, to steady powered flight.
+//!
+//! It implements T. I. Opazo and J. W. Langelaan, "Longitudinal control of transition to powered flight for a
+//! parachute-dropped multirotor" ("the paper"; its equations are cited as "(33)"). The modules stand on floors: each imports
+//! only what is listed above it.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`frames`], [`units`], [`real`] | rotations, conversion factors, the scalar of the dynamics |
+//! | [`model`] | what flies: vehicle, air, parachute |
+//! | [`trajectory`] | a planned trajectory |
+//! | [`control`], [`plan`] | how it is flown; how it should fly (neither knows the other) |
+//! | [`sim`] | the drop in simulated time |
+//! | [`assess`] | how safe it was |
+//! | [`tune`] | the releases that gains are tuned on |
+#![cfg_attr(feature = "files", doc = "| [`config`] | files in |")]
+//! | [`autopilot`] | modes, arming, OFFBOARD: PX4's manners around the control law |
+#![cfg_attr(feature = "link", doc = "| [`link`] | MAVLink: the sessions on the wire |")]
+#![cfg_attr(feature = "cli", doc = "| [`cli`] | the program |")]
 
 pub mod assess;
+pub mod autopilot;
+#[cfg(feature = "cli")]
+pub mod cli;
 #[cfg(feature = "files")]
 pub mod config;
 pub mod control;
 pub mod frames;
+#[cfg(feature = "link")]
+pub mod link;
 pub mod model;
 pub mod plan;
 pub mod real;

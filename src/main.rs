@@ -1,1 +1,5 @@
-fn main() {}
+//! The program: see [`samara::cli`].
+
+fn main() -> std::process::ExitCode {
+    samara::cli::run()
+}

@@ -91,7 +91,7 @@ pub struct Verdict {
     pub altitude_lost_m: f64,
     /// Time after the rotors were freed [s] from which `|v - v_cmd| <= 1 % |v_cmd|` holds to the end.
     pub steady_after_s: Option<f64>,
-    /// Names of the limits that were passed: "speed", "pitch", "pitch_rate".
+    /// Names of the limits that were passed: "speed", "pitch", "pitch_rate"; "state is not finite" when a state was no number.
     pub limits_passed: Vec<&'static str>,
     /// Velocity at the end, NED [m/s].
     pub final_v_ned: Vector3<f64>,
@@ -171,8 +171,12 @@ impl VerdictBuilder {
     /// The verdict; `None` when nothing was observed from the release on.
     pub fn finish(self) -> Option<Verdict> {
         let (last, first_down_m) = (self.last?, self.first_down_m?);
-        let parts =
-            [("speed", self.peak.speed), ("pitch", self.peak.pitch), ("pitch_rate", self.peak.pitch_rate)];
+        let parts = [
+            ("speed", self.peak.speed > 1.0),
+            ("pitch", self.peak.pitch > 1.0),
+            ("pitch_rate", self.peak.pitch_rate > 1.0),
+            ("state is not finite", self.infinite),
+        ];
         Some(Verdict {
             j_tpf: self.j_tpf(),
             peak_speed_m_s: self.peak.speed * self.limits.speed_m_s,
@@ -181,8 +185,82 @@ impl VerdictBuilder {
             peak_vertical_acceleration_m_s2: self.vertical_acceleration_m_s2,
             altitude_lost_m: last.p_ned.z - first_down_m,
             steady_after_s: self.steady_since_s,
-            limits_passed: parts.iter().filter(|(_, cost)| *cost > 1.0).map(|(name, _)| *name).collect(),
+            limits_passed: parts.iter().filter(|(_, passed)| *passed).map(|(name, _)| *name).collect(),
             final_v_ned: last.v_ned,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::quaternion_from_euler;
+    use crate::model::ForceBalance;
+    use crate::sim::PlantState;
+
+    const LIMITS: SafetyLimits = SafetyLimits {
+        speed_m_s: 12.0,
+        pitch_rad: 0.8,
+        pitch_rate_rad_s: 1.6,
+        vertical_acceleration_m_s2: 3.0,
+    };
+
+    fn sample(t_s: f64, phase: Phase, v_ned: [f64; 3], pitch_rad: f64, rate: f64, a_down: f64) -> Sample {
+        let body = BodyState {
+            p_ned: Vector3::new(0.0, 0.0, 10.0 * t_s),
+            q_ned_from_body: quaternion_from_euler(0.0, pitch_rad, 0.0),
+            v_ned: v_ned.into(),
+            omega_body: Vector3::new(0.0, rate, 0.0),
+        };
+        Sample {
+            t_s,
+            t_powered_s: Some(t_s - 1.0),
+            phase,
+            state: PlantState::rotors_at_rest(body),
+            v_sp_ned: None,
+            throttle: [0.0; 8],
+            balance: ForceBalance::default(),
+            a_ned: Vector3::new(0.0, 0.0, a_down),
+        }
+    }
+
+    #[test]
+    fn paper_state_cost_is_the_largest_share_of_a_limit_either_way() {
+        let s = sample(0.0, Phase::Powered, [0.0, 3.0, 4.0], -0.4, 0.4, 0.0);
+        let cost = StateCost::of(&s.state.body, &LIMITS);
+        assert!((cost.speed - 5.0 / 12.0).abs() < 1e-15);
+        assert!((cost.pitch - 0.5).abs() < 1e-15 && (cost.pitch_rate - 0.25).abs() < 1e-15);
+        assert_eq!(cost.max(), cost.pitch);
+        assert_eq!(StateCost { speed: f64::NAN, ..cost }.max(), f64::INFINITY);
+    }
+
+    #[test]
+    fn verdict_counts_from_the_release_to_the_end() {
+        let mut b = VerdictBuilder::new(LIMITS, Vector3::new(4.0, 0.0, 4.0));
+        b.observe(&sample(0.0, Phase::Hanging, [0.0, 0.0, 90.0], 0.7, 1.0, 9.0));
+        b.observe(&sample(1.0, Phase::Falling, [0.0, 0.0, 3.0], 0.0, 0.0, 1.3));
+        b.observe(&sample(2.0, Phase::Powered, [4.0, 0.0, 4.0], -0.9, 0.3, -0.5));
+        b.observe(&sample(3.0, Phase::Powered, [3.0, 0.0, 4.0], 0.2, -0.8, 0.0));
+        b.observe(&sample(4.0, Phase::Powered, [4.0, 0.0, 4.05], 0.0, 0.0, 0.0));
+        b.observe(&sample(5.0, Phase::Powered, [4.0, 0.0, 4.0], 0.0, 0.0, 0.0));
+        let v = b.finish().unwrap();
+        assert!((v.j_tpf - 0.9 / 0.8).abs() < 1e-12);
+        assert_eq!(v.limits_passed, ["pitch"]);
+        assert!((v.peak_pitch_rad + 0.9).abs() < 1e-12 && v.peak_pitch_rate_rad_s == -0.8);
+        assert_eq!(v.peak_vertical_acceleration_m_s2, 1.3);
+        assert_eq!(v.altitude_lost_m, 40.0);
+        assert_eq!(v.steady_after_s, Some(3.0), "near at 1 s too, but it did not last");
+        assert_eq!(v.final_v_ned, Vector3::new(4.0, 0.0, 4.0));
+    }
+
+    #[test]
+    fn nothing_observed_gives_no_verdict_and_a_broken_state_the_worst_one() {
+        let mut b = VerdictBuilder::new(LIMITS, Vector3::new(4.0, 0.0, 4.0));
+        b.observe(&sample(0.0, Phase::Hanging, [0.0; 3], 0.0, 0.0, 0.0));
+        assert_eq!(b.clone().finish(), None);
+        b.observe(&sample(1.0, Phase::Powered, [f64::NAN, 0.0, 0.0], 0.0, 0.0, 0.0));
+        let v = b.finish().unwrap();
+        assert_eq!(v.j_tpf, f64::INFINITY);
+        assert_eq!(v.limits_passed, ["state is not finite"]);
     }
 }

@@ -78,3 +78,71 @@ impl<'a> TrackingError<'a> {
         (self.sum_of_squares / n as f64).sqrt()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::{LEVEL, quaternion_from_euler};
+    use crate::model::ForceBalance;
+    use crate::model::rigid_body::BodyState;
+    use crate::sim::{Phase, PlantState};
+    use crate::trajectory::Node;
+    use nalgebra::Vector3;
+
+    fn plan() -> Trajectory {
+        let node = |t_s| Node {
+            t_s,
+            q_ned_from_body: LEVEL,
+            v_ned: Vector3::new(0.0, 0.0, 4.0),
+            omega_body: Vector3::zeros(),
+            thrust_n: [0.0; 8],
+            a_ned: Vector3::zeros(),
+        };
+        Trajectory::new(vec![node(0.0), node(0.81), node(1.62)], 4).unwrap()
+    }
+
+    fn sample(t_s: f64, v_down: f64, pitch_rad: f64) -> Sample {
+        let body = BodyState {
+            p_ned: Vector3::zeros(),
+            q_ned_from_body: quaternion_from_euler(0.0, pitch_rad, 0.0),
+            v_ned: Vector3::new(0.0, 0.0, v_down),
+            omega_body: Vector3::zeros(),
+        };
+        Sample {
+            t_s,
+            t_powered_s: Some(t_s),
+            phase: Phase::Powered,
+            state: PlantState::rotors_at_rest(body),
+            v_sp_ned: None,
+            throttle: [0.0; 8],
+            balance: ForceBalance::default(),
+            a_ned: Vector3::zeros(),
+        }
+    }
+
+    #[test]
+    fn closed_form_constant_error_is_its_own_rms() {
+        let plan = plan();
+        assert!((control_period_s(&plan) - 0.01).abs() < 1e-17);
+        let mut error = TrackingError::new(&plan);
+        for step in 0..=162 {
+            // Between the nodes the flight is elsewhere; only nodes count.
+            let v = if step % 81 == 0 { 4.5 } else { 30.0 };
+            assert!(error.observe(&sample(f64::from(step) * 0.01, v, 0.0)).is_continue());
+        }
+        assert!((error.rms() - 0.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn diverged_and_unfinished_flights_cost_a_thousand() {
+        let plan = plan();
+        for (v, pitch_rad) in [(60.1, 0.0), (4.0, 6.1), (f64::NAN, 0.0)] {
+            let mut error = TrackingError::new(&plan);
+            assert!(error.observe(&sample(0.0, v, pitch_rad)).is_break(), "{v} {pitch_rad}");
+            assert_eq!(error.rms(), DIVERGED);
+        }
+        let mut error = TrackingError::new(&plan);
+        let _ = error.observe(&sample(0.0, 4.0, 0.0));
+        assert_eq!(error.rms(), DIVERGED, "two nodes are missing");
+    }
+}

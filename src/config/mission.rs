@@ -14,18 +14,10 @@ use super::vehicle_file::load_named_vehicle;
 use super::{ConfigError, GainsFile, VehicleFile};
 use crate::assess::SafetyLimits;
 use crate::control::{ControlLimits, Gains};
-use crate::model::{Environment, Parachute, Vehicle};
+use crate::model::{Environment, MAX_ROTORS, Parachute, Vehicle};
+use crate::plan::{InputReference, PlanProblem};
 use crate::sim::Start;
 use crate::units::RAD_PER_DEG;
-
-/// The thrust that costs nothing in the plan.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum InputReference {
-    /// Zero, as in the paper.
-    Zero,
-    /// The thrusts of the trim at the target velocity.
-    Trim,
-}
 
 /// What cuts the vehicle from its parachute.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -181,6 +173,28 @@ impl Mission {
         self.gains_name = gains.name;
         self.input_hash = input_hash;
         Ok(())
+    }
+
+    /// The planner's problem: from the nominal state at t = 0, rotors at rest, to the target. The nominal state is the
+    /// paper's (40)-(44) without the swing: level, at rest, descending at `v_0`.
+    pub fn plan_problem(&self) -> PlanProblem<'_> {
+        let v0 = self.parachute.v0_m_s(self.environment.gravity_m_s2);
+        PlanProblem {
+            vehicle: &self.vehicle,
+            environment: &self.environment,
+            initial: [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, v0, 0.0, 0.0, 0.0],
+            initial_thrust_n: [0.0; MAX_ROTORS],
+            target_v_ned: self.target_v_ned,
+            x_ss: self.x_ss,
+            horizon_s: self.horizon_s,
+            nodes: self.nodes,
+            thrust_max_n: self.thrust_max_n,
+            thrust_rate_n_s: self.thrust_slew_n_s,
+            cost_state: self.cost_state,
+            cost_input: self.cost_input,
+            input_reference: self.cost_input_reference,
+            terminal_velocity_tolerance_m_s: None,
+        }
     }
 }
 

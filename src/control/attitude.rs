@@ -39,3 +39,60 @@ pub fn tilt_and_twist(q_ned_from_body: Quaternion, q_sp_ned_from_body: Quaternio
         wrap_pi(2.0 * sin.atan2(cos)),
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::{LEVEL, quaternion_from_euler, rotate_ned_from_body};
+    use proptest::prelude::*;
+
+    fn about(axis: Vector3<f64>, angle: f64) -> Quaternion {
+        let (sin, cos) = (0.5 * angle).sin_cos();
+        [cos, sin * axis.x, sin * axis.y, sin * axis.z]
+    }
+
+    #[test]
+    fn closed_form_in_the_plane_the_error_is_the_difference_of_angles() {
+        for (theta, theta_c) in [(0.0, 0.3), (-0.6, 0.6), (1.2, -1.4), (2.9, 0.1)] {
+            let e = tilt_and_twist(about(Vector3::y(), theta), about(Vector3::y(), theta_c));
+            assert!((e - Vector3::new(0.0, theta_c - theta, 0.0)).norm() < 1e-15, "{e}");
+        }
+    }
+
+    /// The heading error does not leak into the tilt error.
+    #[test]
+    fn closed_form_pure_heading_error_is_all_twist() {
+        let e = tilt_and_twist(quaternion_from_euler(0.3, -0.2, 0.1), quaternion_from_euler(0.3, -0.2, 0.1));
+        assert!(e.norm() < 1e-15);
+        let e = tilt_and_twist(LEVEL, about(Vector3::z(), 2.0));
+        assert!((e - Vector3::new(0.0, 0.0, 2.0)).norm() < 1e-15);
+    }
+
+    #[test]
+    fn upside_down_and_zero_quaternions_give_numbers() {
+        let e = tilt_and_twist(LEVEL, about(Vector3::x(), std::f64::consts::PI));
+        assert!((e - Vector3::new(std::f64::consts::PI, 0.0, 0.0)).norm() < 1e-15);
+        assert_eq!(tilt_and_twist([0.0; 4], LEVEL), Vector3::zeros());
+    }
+
+    proptest! {
+        /// Turning by the tilt, then by the twist, arrives at the setpoint; the tilt alone brings the thrust axis there.
+        #[test]
+        fn prop_tilt_then_twist_is_the_whole_error(
+            a in -3.0f64..3.0, b in -1.5f64..1.5, c in -3.0f64..3.0,
+            d in -3.0f64..3.0, e in -1.5f64..1.5, f in -3.0f64..3.0, sign in prop::bool::ANY,
+        ) {
+            let q = quaternion_from_euler(a, b, c);
+            let q_sp = quaternion_from_euler(d, e, f).map(|x| if sign { x } else { -x });
+            let error = tilt_and_twist(q, q_sp);
+            let tilt = Vector3::new(error.x, error.y, 0.0);
+            let swing = about(tilt.try_normalize(1e-12).unwrap_or_else(Vector3::x), tilt.norm());
+            let down = rotate_ned_from_body(product(q, swing), Vector3::z());
+            prop_assert!((down - rotate_ned_from_body(q_sp, Vector3::z())).norm() < 1e-12);
+            let all = product(product(q, swing), about(Vector3::z(), error.z));
+            let dot: f64 = all.iter().zip(&q_sp).map(|(x, y)| x * y).sum();
+            prop_assert!((dot.abs() - 1.0).abs() < 1e-12);
+            prop_assert!(tilt.norm() <= std::f64::consts::PI + 1e-12);
+        }
+    }
+}

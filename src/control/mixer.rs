@@ -119,3 +119,129 @@ impl Mixer {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::specimen::{THRUST_LIMIT_N, airframe, lander};
+    use crate::control::{Airframe, ControlError};
+    use crate::model::{RotorMount, Spin, Vehicle, VehicleOptions};
+    use proptest::prelude::*;
+
+    /// `n` rotors on a circle, some higher than others, axes leaning by `lean`, turning by turns.
+    fn ring(n: u32, lean: f64) -> Vehicle {
+        let mut vehicle = lander(true);
+        vehicle.rotors = (0..n)
+            .map(|i| {
+                let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(n)).sin_cos();
+                let spin = if i % 2 == 0 { Spin::Cw } else { Spin::Ccw };
+                // Leaning helps the reaction torque along.
+                let lean = -lean * spin.sign();
+                RotorMount {
+                    position_body_m: Vector3::new(cos, 1.2 * sin, 0.1 * cos),
+                    axis_body: Vector3::new(-lean * sin, lean * cos, -1.0).normalize(),
+                    spin,
+                }
+            })
+            .collect();
+        vehicle
+    }
+
+    fn vehicles() -> [Vehicle; 5] {
+        let mut five = ring(5, 0.0);
+        five.options = VehicleOptions::default();
+        [lander(true), lander(false), ring(6, 0.0), ring(8, 0.1), five]
+    }
+
+    fn lift_and_moment(vehicle: &Vehicle, thrust: &PerRotor) -> (f64, Vector3<f64>) {
+        let mut sum = (0.0, Vector3::zeros());
+        for (i, r) in vehicle.rotors.iter().enumerate() {
+            sum.0 -= r.axis_body.z * thrust[i];
+            sum.1 += vehicle.moment_per_thrust(i, 5.4) * thrust[i];
+        }
+        sum
+    }
+
+    #[test]
+    fn small_demands_are_met_exactly() {
+        for vehicle in vehicles() {
+            let mixer = airframe(&vehicle).mixer;
+            let yaw = if mixer.yaws() { 3.0 } else { 0.0 };
+            let wanted = Vector3::new(20.0, -30.0, yaw);
+            let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(800.0, &wanted));
+            assert!((lift - 800.0).abs() < 1e-9 && (moment - wanted).norm() < 1e-9, "{lift} {moment}");
+        }
+        assert!(
+            !airframe(&lander(false)).mixer.yaws(),
+            "without reaction torque nothing yaws a flat quadrotor"
+        );
+    }
+
+    #[test]
+    fn moment_comes_before_collective_and_collective_before_yaw() {
+        let vehicle = lander(true);
+        let mixer = airframe(&vehicle).mixer;
+        // Full collective gives way to the pitch moment; no room is left for yaw.
+        let wanted = Vector3::new(0.0, 600.0, 400.0);
+        let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(4.0 * THRUST_LIMIT_N, &wanted));
+        assert!((moment - Vector3::new(0.0, 600.0, 0.0)).norm() < 1e-9 && lift < 4.0 * THRUST_LIMIT_N);
+        // No collective: it comes up to make room.
+        let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(0.0, &wanted));
+        assert!((moment - Vector3::new(0.0, 600.0, 0.0)).norm() < 1e-9 && lift > 0.0);
+        // More moment than there is: its direction is kept.
+        let (_, moment) = lift_and_moment(&vehicle, &mixer.thrusts(800.0, &Vector3::new(5e4, -8e4, 0.0)));
+        assert!(moment.xy().perp(&nalgebra::Vector2::new(5.0, -8.0)).abs() < 1e-6 && moment.x > 200.0);
+        // Yaw takes what room there is.
+        let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(800.0, &Vector3::new(0.0, 0.0, 1e4)));
+        assert!((lift - 800.0).abs() < 1e-9 && moment.xy().norm() < 1e-9);
+        assert!((moment.z - 0.05 * 800.0).abs() < 1e-9, "two rotors stop: {moment}");
+    }
+
+    #[test]
+    fn rotor_sets_that_cannot_fly_are_refused() {
+        let site = crate::control::specimen::site();
+        let mut line = lander(false);
+        for r in &mut line.rotors {
+            r.position_body_m.y = 0.0;
+        }
+        assert_eq!(Airframe::new(&line, &site), Err(ControlError::NotSteerable { axis: "roll" }));
+        let mut down = lander(false);
+        for r in &mut down.rotors {
+            r.axis_body = Vector3::z();
+        }
+        assert!(matches!(Airframe::new(&down, &site), Err(ControlError::NoLift { .. })));
+        let mut tilted = ring(6, 0.0);
+        tilted.options = VehicleOptions::default();
+        tilted.rotors[2].axis_body = Vector3::z();
+        assert_eq!(Airframe::new(&tilted, &site), Err(ControlError::RotorWithoutLift { rotor: 3 }));
+    }
+
+    proptest! {
+        #[test]
+        fn prop_thrusts_stay_in_range(
+            lift in prop::num::f64::ANY, x in prop::num::f64::ANY, y in prop::num::f64::ANY,
+            z in prop::num::f64::ANY, scale in -1.0f64..1.0,
+        ) {
+            for vehicle in vehicles() {
+                let mixer = airframe(&vehicle).mixer;
+                for demand in [Vector3::new(x, y, z), Vector3::new(x % 1e4, scale * 1e3, z % 300.0)] {
+                    let thrust = mixer.thrusts(if scale > 0.0 { lift } else { lift % 2e3 }, &demand);
+                    for (i, t) in thrust.iter().enumerate() {
+                        let top = if i < vehicle.rotors.len() { mixer.thrust_limit_n() } else { 0.0 };
+                        prop_assert!((0.0..=top).contains(t), "{thrust:?}");
+                    }
+                }
+            }
+        }
+
+        /// The roll and pitch moment is met whenever the rotors can make it at any collective.
+        #[test]
+        fn prop_possible_moments_are_met(lift in 0.0f64..1700.0, x in -200.0f64..200.0, y in -200.0f64..200.0) {
+            for vehicle in vehicles() {
+                let thrust = airframe(&vehicle).mixer.thrusts(lift, &Vector3::new(x, y, 0.0));
+                let (_, moment) = lift_and_moment(&vehicle, &thrust);
+                prop_assert!((moment - Vector3::new(x, y, 0.0)).xy().norm() < 1e-9);
+            }
+        }
+    }
+}

@@ -24,6 +24,13 @@ pub mod mixer;
 pub mod rate;
 pub mod velocity;
 
+#[cfg(test)]
+mod cascade_tests;
+#[cfg(test)]
+mod planar_tests;
+#[cfg(test)]
+pub(crate) mod specimen;
+
 pub use airframe::Airframe;
 pub use cascade::{Cascade, ControlOutput, Measurement};
 pub use gains::{ControlLimits, Gains};

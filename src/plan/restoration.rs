@@ -2,7 +2,7 @@
 //!
 //! Minimises `1/2 sum |e_k|^2 + zeta/2 |s - s_R|^2 - mu' sum log(distance)` by Gauss-Newton steps (Levenberg's zeta keeps them
 //! near the point where the line search failed), until the point is acceptable to the filter and has lost a tenth of its
-//! violation, or no further decrease can be had: then the problem has no feasible point nearby. Rare, so the linear algebra
+//! violation, or the decrease peters out: then the problem has no feasible point nearby. Rare, so the linear algebra
 //! is general-purpose: the same stage recursion, with the next state as a free control.
 
 use nalgebra::{DMatrix, DVector, SVector};
@@ -30,6 +30,8 @@ pub enum Restored<const NX: usize, const NU: usize> {
 }
 
 const ITERATIONS: usize = 100;
+/// The violation has a minimum when this many iterations together gain less than a hundredth.
+const PATIENCE: usize = 10;
 
 /// Restores feasibility from `from`; the barrier keeps the parameter `mu`.
 pub(super) fn restore<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
@@ -44,6 +46,7 @@ pub(super) fn restore<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
     let goal = 0.9 * now.defect_sum;
     let barrier = mu.clamp(1e-9, 1e-4);
     let mut zeta = 1e-4;
+    let mut history = Vec::with_capacity(ITERATIONS);
     for iteration in 0..ITERATIONS {
         if now.defect_sum <= goal {
             let objective = now.objective - mu * fences.log_distance(&nodes).unwrap_or(f64::NEG_INFINITY);
@@ -52,6 +55,10 @@ pub(super) fn restore<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
             }
         }
         let value = merit(&now, fences, &nodes, barrier);
+        if iteration >= PATIENCE && value > 0.99 * history[iteration - PATIENCE] && value > 1e-10 {
+            return Restored::Infeasible;
+        }
+        history.push(value);
         // Raise zeta until the step decreases the merit.
         let mut moved = false;
         for _ in 0..12 {

@@ -14,6 +14,11 @@ pub mod integrator;
 pub mod plant;
 pub mod record;
 
+#[cfg(test)]
+mod drop_tests;
+#[cfg(test)]
+mod flight_tests;
+
 pub use drop::{DropSimulation, Phase, Start};
 pub use flight::{FlightPlan, Reference, fly};
 pub use plant::{PlantKind, PlantState};

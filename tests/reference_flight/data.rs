@@ -5,7 +5,7 @@ use std::sync::{Arc, LazyLock};
 
 use nalgebra::Vector3;
 use samara::assess::SafetyLimits;
-use samara::config::load_vehicle;
+use samara::config::{load_gains, load_vehicle};
 use samara::control::{Airframe, Cascade, ControlLimits, Gains};
 use samara::frames::quaternion_from_euler;
 use samara::model::environment::GeoPoint;
@@ -89,15 +89,8 @@ pub fn pitched(theta_rad: f64) -> [f64; 4] {
     quaternion_from_euler(0.0, theta_rad, 0.0)
 }
 
-/// Gains tuned for J_TPF over many releases on the actuator plant.
-pub fn safety_gains() -> Gains {
-    Gains::longitudinal([
-        2.6705704863526423,
-        0.6256374018010151,
-        0.646760621178437,
-        3.572742167331805,
-        0.6909790248326226,
-        0.8169101319268854,
-        0.0012420688819972559,
-    ])
+/// Gains by the name of their file.
+pub fn gains(name: &str) -> Gains {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("params/gains/{name}.json"));
+    load_gains(&path).unwrap().gains
 }

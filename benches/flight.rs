@@ -1,0 +1,74 @@
+//! Cost of flying: a control step, a step of the plant, a whole flight of 34.5 s at 250 Hz.
+#![expect(clippy::unwrap_used, reason = "a bench without its vehicle has nothing to measure")]
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use divan::{Bencher, black_box};
+use nalgebra::Vector3;
+use samara::config::load_vehicle;
+use samara::control::{Airframe, Cascade, ControlLimits, Gains, Measurement};
+use samara::model::environment::GeoPoint;
+use samara::model::{Environment, Vehicle};
+use samara::sim::{DropSimulation, FlightPlan, PlantKind, Reference, fly};
+use samara::tune::release_cases::TABLE_3;
+
+fn main() {
+    divan::main();
+}
+
+fn titan() -> Arc<Vehicle> {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("params/vehicles/titan.json");
+    Arc::new(load_vehicle(&path).unwrap().vehicle)
+}
+
+fn site() -> Environment {
+    Environment {
+        gravity_m_s2: 1.35,
+        density_kg_m3: 5.4,
+        wind_ned_m_s: Vector3::zeros(),
+        anchor: GeoPoint { latitude_deg: 0.0, longitude_deg: 0.0, altitude_m: 0.0 },
+    }
+}
+
+fn cascade(vehicle: &Vehicle) -> Cascade {
+    Cascade::new(Airframe::new(vehicle, &site()).unwrap(), Gains::near_hover(), ControlLimits::default())
+}
+
+#[divan::bench]
+fn control_step(bencher: Bencher<'_, '_>) {
+    let mut law = cascade(&titan());
+    let body = TABLE_3[2].state();
+    let m =
+        Measurement { q_ned_from_body: body.q_ned_from_body, v_ned: body.v_ned, omega_body: body.omega_body };
+    let target = Vector3::new(4.0, 0.0, 4.0);
+    bencher.bench_local(|| law.track_velocity(black_box(&m), target, Vector3::zeros(), 0.0, 0.004));
+}
+
+#[divan::bench(args = [PlantKind::Ideal, PlantKind::Actuator])]
+fn plant_step(bencher: Bencher<'_, '_>, kind: PlantKind) {
+    let mut sim = DropSimulation::at_t0(titan(), site(), TABLE_3[0].state(), kind);
+    bencher.bench_local(|| sim.step(black_box(&[0.786; 8]), 1e-7));
+}
+
+#[divan::bench(args = [PlantKind::Ideal, PlantKind::Actuator])]
+fn flight_of_8625_steps(bencher: Bencher<'_, '_>, kind: PlantKind) {
+    let vehicle = titan();
+    let mut law = cascade(&vehicle);
+    let flight = FlightPlan {
+        reference: Reference::Step(Vector3::new(4.0, 0.0, 4.0)),
+        yaw_sp_rad: 0.0,
+        control_period_s: 0.004,
+        setpoint_period_s: None,
+        duration_s: 34.5,
+    };
+    bencher.bench_local(|| {
+        let mut sim = DropSimulation::at_t0(vehicle.clone(), site(), TABLE_3[0].state(), kind);
+        let mut peak = 0.0f64;
+        let _ = fly(&mut sim, &mut law, &flight, &mut |s| {
+            peak = peak.max(s.state.body.v_ned.norm_squared());
+            ControlFlow::Continue(())
+        });
+        peak
+    });
+}

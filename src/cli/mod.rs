@@ -1,0 +1,33 @@
+//! The command line: what was typed, then what to do. The only place that prints, reads the clock and sets exit codes.
+//!
+//! Results go to stdout, everything else to stderr. Exit codes: 0 yes, 1 the result says no, 2 bad input, 3 internal error.
+
+mod args;
+mod clock;
+mod drop;
+mod flight_files;
+mod mission;
+mod narrative;
+mod outcome;
+mod output;
+mod plan;
+mod schema;
+mod sessions;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+pub use args::Cli;
+use args::Verb;
+use outcome::report;
+
+/// Parses the command line and runs the verb.
+pub fn run() -> ExitCode {
+    let cli = Cli::parse();
+    report(match &cli.verb {
+        Verb::Drop(args) => drop::run(args),
+        Verb::Plan(args) => plan::run(args),
+        Verb::Schema(args) => schema::run(args),
+    })
+}

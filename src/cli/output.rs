@@ -1,0 +1,68 @@
+//! Where results go: the output folder and stdout.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+
+use super::outcome::{BadInput, Failure};
+
+/// The folder that a run writes to.
+#[derive(Clone, Debug)]
+pub struct OutputFolder {
+    path: PathBuf,
+}
+
+impl OutputFolder {
+    /// Makes the folder: `out`, or `out/<mission name>` by default.
+    ///
+    /// # Errors
+    /// [`Failure::BadInput`] when it cannot be made.
+    pub fn create(out: Option<&Path>, mission_name: &str) -> Result<Self, Failure> {
+        let path = out.map_or_else(|| Path::new("out").join(mission_name), Path::to_owned);
+        fs::create_dir_all(&path)
+            .with_context(|| format!("cannot make the output folder {}", path.display()))
+            .bad_input()?;
+        Ok(Self { path })
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes a file whole: under a temporary name first, so that a reader never sees half of it.
+    ///
+    /// # Errors
+    /// [`Failure::BadInput`] when it cannot be written (full disk, no permission).
+    pub fn write(
+        &self,
+        name: &str,
+        content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+    ) -> Result<PathBuf, Failure> {
+        let path = self.path.join(name);
+        let partial = self.path.join(format!("{name}.partial"));
+        #[expect(clippy::disallowed_methods, reason = "the one place that makes result files")]
+        let made = File::create(&partial).and_then(|file| {
+            let mut writer = BufWriter::new(file);
+            content(&mut writer)?;
+            writer.flush()
+        });
+        made.and_then(|()| fs::rename(&partial, &path))
+            .with_context(|| format!("cannot write {}", path.display()))
+            .bad_input()?;
+        Ok(path)
+    }
+}
+
+/// Prints to stdout; a reader that has gone away (`samara plan | head`) is no error.
+pub fn print(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
+            Err(anyhow::Error::from(e).context("stdout").into())
+        }
+        _ => Ok(()),
+    }
+}

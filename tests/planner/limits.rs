@@ -1,0 +1,122 @@
+//! Problems without a solution, budgets, and what the problem's form has room for.
+
+use std::ops::ControlFlow;
+
+use nalgebra::Vector3;
+use samara::plan::{Guess, InputReference, PlanError, SolverOptions, Status, plan};
+
+use super::problems::{solve, titan, titan_problem, x500, x500_problem};
+
+#[test]
+fn closed_form_a_vehicle_too_weak_to_fly_is_infeasible() {
+    let (vehicle, environment) = titan();
+    let mut problem = titan_problem(&vehicle, &environment, 38);
+    problem.thrust_max_n = 250.0; // trim needs 261 N of the rear rotors
+    let plan = solve(&problem);
+    assert_eq!(plan.status, Status::Infeasible);
+    assert!(plan.diagnosis.unwrap().contains("too weak"), "says why");
+}
+
+#[test]
+fn closed_form_a_terminal_set_out_of_reach_is_infeasible() {
+    let (vehicle, environment) = titan();
+    let mut problem = titan_problem(&vehicle, &environment, 8);
+    problem.horizon_s = 1.0; // from 0 to 4 m/s forward in a second, at less than 0.4 m/s^2
+    problem.terminal_velocity_tolerance_m_s = Some(0.05);
+    let plan = solve(&problem);
+    assert_eq!(plan.status, Status::Infeasible, "{:?}", plan.diagnosis);
+}
+
+#[test]
+fn closed_form_a_terminal_set_within_reach_is_met() {
+    let (vehicle, environment) = titan();
+    let mut problem = titan_problem(&vehicle, &environment, 38);
+    problem.terminal_velocity_tolerance_m_s = Some(0.03);
+    let plan = solve(&problem);
+    assert_eq!(plan.status, Status::Converged, "{:?}", plan.diagnosis);
+    let end = plan.trajectory.nodes().last().unwrap().v_ned;
+    assert!((end - problem.target_v_ned).amax() <= 0.03);
+}
+
+/// With the input cost about the trim, the target is the minimum of the cost: the plan comes to rest there.
+#[test]
+fn closed_form_an_input_cost_about_the_trim_ends_at_the_target() {
+    let (vehicle, environment) = titan();
+    let mut problem = titan_problem(&vehicle, &environment, 38);
+    (problem.input_reference, problem.x_ss) = (InputReference::Trim, None);
+    let plan = solve(&problem);
+    assert_eq!(plan.status, Status::Converged);
+    let end = plan.trajectory.nodes().last().unwrap();
+    assert!((end.v_ned - problem.target_v_ned).norm() < 1e-3, "{}", end.v_ned);
+}
+
+#[test]
+fn closed_form_bounds_hold_at_every_node() {
+    let (vehicle, environment) = titan();
+    let problem = titan_problem(&vehicle, &environment, 75);
+    let plan = solve(&problem);
+    for pair in plan.trajectory.nodes().windows(2) {
+        let dt = pair[1].t_s - pair[0].t_s;
+        for i in 0..4 {
+            assert!((0.0..=300.0).contains(&pair[1].thrust_n[i]));
+            assert!((pair[1].thrust_n[i] - pair[0].thrust_n[i]).abs() <= 60.0 * dt);
+        }
+    }
+    assert_eq!(plan.trajectory.nodes()[0].thrust_n, [0.0; 8], "rotors start from rest");
+}
+
+#[test]
+fn budgets_return_the_best_point() {
+    let (vehicle, environment) = titan();
+    let problem = titan_problem(&vehicle, &environment, 38);
+    let options = SolverOptions { max_iterations: 6, ..SolverOptions::default() };
+    let mut seen = Vec::new();
+    let stopped = plan(&problem, &Guess::StraightLine, &options, &mut |p| {
+        seen.push((p.defect_max, p.objective));
+        ControlFlow::Continue(())
+    })
+    .unwrap();
+    assert_eq!(stopped.status, Status::IterationLimit);
+    assert_eq!(stopped.work.iterations, 6);
+    let least = seen.iter().fold(f64::INFINITY, |m, s| m.min(s.0));
+    assert_eq!(stopped.defect_max, least, "of {seen:?}");
+    let by_observer = plan(&problem, &Guess::StraightLine, &SolverOptions::default(), &mut |p| {
+        if p.iteration == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })
+    .unwrap();
+    assert_eq!((by_observer.status, by_observer.work.iterations), (Status::Stopped, 3));
+}
+
+#[test]
+fn problems_that_cannot_be_posed_are_errors() {
+    let (vehicle, environment) = titan();
+    let attempt = |change: &dyn Fn(&mut samara::plan::PlanProblem)| {
+        let mut problem = titan_problem(&vehicle, &environment, 38);
+        change(&mut problem);
+        plan(&problem, &Guess::StraightLine, &SolverOptions::default(), &mut |_| ControlFlow::Continue(()))
+    };
+    assert!(matches!(attempt(&|p| p.nodes = 2), Err(PlanError::Problem(_))));
+    assert!(matches!(attempt(&|p| p.thrust_max_n = 0.0), Err(PlanError::Problem(_) | PlanError::Target(_))));
+    assert!(matches!(attempt(&|p| p.initial[4] = f64::NAN), Err(PlanError::Problem(_))));
+    assert!(matches!(
+        attempt(&|p| p.target_v_ned = Vector3::new(400.0, 0.0, 0.0)),
+        Err(PlanError::Target(_))
+    ));
+}
+
+/// Six and eight rotors: the same body with its thrust spread over more rotors flies the same plan.
+#[test]
+fn closed_form_more_rotors_of_the_same_total_fly_the_same_plan() {
+    let (vehicle, environment) = x500();
+    let four = solve(&x500_problem(&vehicle, &environment, 38));
+    let mut eight_rotors = vehicle.clone();
+    eight_rotors.rotors.extend(vehicle.rotors.clone());
+    let mut problem = x500_problem(&eight_rotors, &environment, 38);
+    problem.thrust_max_n *= 0.5;
+    problem.thrust_rate_n_s *= 0.5;
+    // Each rotor carries half, so a sum of squares over twice as many is half: the weight doubles.
+    problem.cost_input *= 2.0;
+    let eight = solve(&problem);
+    assert_eq!(eight.status, Status::Converged, "{:?}", eight.diagnosis);
+    assert!((eight.objective / four.objective - 1.0).abs() < 1e-7, "{} {}", eight.objective, four.objective);
+}
