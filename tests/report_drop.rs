@@ -1,5 +1,6 @@
 //! What a drop leaves: log, verdict, JSON and figures, of the nominal drop and of flights that went wrong.
 #![cfg(feature = "files")]
+#![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -56,8 +57,7 @@ fn dropped(path: &str) -> Drop {
     let (vehicle, environment) = (mission.vehicle.clone(), mission.environment.clone());
     let airframe = Airframe::new(&vehicle, &environment).unwrap();
     let mut cascade = Cascade::new(airframe, mission.gains, mission.control_limits);
-    let mut sim =
-        DropSimulation::new(vehicle, environment, mission.parachute.clone(), mission.hang_s, mission.start);
+    let mut sim = DropSimulation::new(vehicle, environment, mission.parachute, mission.hang_s, mission.start);
     sim.schedule_release(mission.hang_s);
     let flight = FlightPlan {
         reference: Reference::Plan {
