@@ -77,6 +77,9 @@ pub fn drop_figure(
     }
     if let Some(verdict) = verdict {
         sheet.peak(verdict.j_tpf);
+        if !(verdict.j_tpf <= 1.0) {
+            sheet.headline += ", over the limit";
+        }
         match verdict.steady_after_s {
             Some(t_s) => {
                 sheet.event(t_s, &format!("steady from {} s", number(t_s, 1)), false);

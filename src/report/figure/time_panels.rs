@@ -123,7 +123,8 @@ impl TimePanels<'_> {
 
     /// What the kinds of line mean, ending at `right`.
     fn key(&self, pen: &mut Pen<'_>, (right, y): Point) {
-        let main = if self.plan.is_some() { "flown" } else { "planned" };
+        let flown = self.plan.is_some() || self.track.release_s.is_some() || !self.track.since_free;
+        let main = if flown { "flown" } else { "planned" };
         let kinds = [(main, Stroke::solid(SOFT_INK, 2.0)), ("plan", PLAN), ("target", TARGET)];
         let mut x = right;
         for (name, stroke) in kinds.iter().rev().filter(|k| k.0 != "plan" || self.plan.is_some()) {
@@ -157,7 +158,9 @@ impl TimePanels<'_> {
         let above = q.limit.filter(|limit| high >= NEAR_LIMIT * limit);
         let below = q.limit.filter(|limit| q.both_ways && low <= -NEAR_LIMIT * limit).map(|limit| -limit);
         let (low, high) = (below.map_or(low, |l| low.min(l)), above.map_or(high, |l| high.max(l)));
-        let margin = 0.08 * (high - low).max(1e-6);
+        // What rests is drawn as resting: its rounding is not blown up.
+        let least = 0.02 * q.limit.unwrap_or(10.0);
+        let margin = (0.08 * (high - low)).max(0.5 * (least - (high - low)));
         let y = Axis { low: low - margin, high: high + margin, low_px: y1, high_px: y0 };
         let panel = Panel { x: time, y };
         let title = match q.limit {
@@ -243,14 +246,12 @@ impl TimePanels<'_> {
             pen.disc(at, 2.8, self.scale.color(worst.j_state));
             let text = format!("{} {:.3}", sub("J", "TPF"), j_tpf);
             let w = text_width(&text, TITLE.size);
-            let around = [
-                (8.0 + 0.5 * w, -11.0),
-                (8.0 + 0.5 * w, 12.0),
-                (-8.0 - 0.5 * w, -11.0),
-                (0.0, -16.0),
-                (0.0, 18.0),
-            ]
-            .map(|(dx, dy)| Place::around((at.0 + dx, at.1 + dy), w, 15.0));
+            let aside = 0.5 * w + 9.0;
+            let around =
+                [(aside, -11.0), (aside, 12.0), (aside, 0.0), (-aside, -11.0), (0.0, -16.0), (0.0, 18.0)]
+                    .into_iter()
+                    .chain((1..6).map(|k| (aside + 8.0 * f64::from(k), 0.0)))
+                    .map(|(dx, dy)| Place::around((at.0 + dx, at.1 + dy), w, 15.0));
             if let Some(place) = room.best(around) {
                 pen.text(&text, place.centre(), Anchor::Middle, Font { bold: true, ..TITLE });
             }
