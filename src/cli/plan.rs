@@ -7,8 +7,8 @@ use anyhow::Context;
 
 use super::args::{InputCost, PlanArgs};
 use super::clock::Stopwatch;
-use super::outcome::{Answer, BadInput, Failure};
 use super::mission::stamp_of;
+use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use crate::config::{Mission, load_mission, write_trajectory_csv};
 use crate::plan::{Guess, InputReference, Plan, Progress, SolverOptions, Status, plan};
