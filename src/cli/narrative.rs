@@ -37,7 +37,7 @@ impl Narrator {
         match event {
             SimulatorEvent::RotorsFree { at } => self.at(
                 seconds(*at),
-                &format!("rotors free after {} s of fall: t = 0 of the plan", mission.parachute.delay_s),
+                &format!("rotors free after {} s of fall, the plan begins", mission.parachute.delay_s),
             ),
             // Told by the streamer or in the verdict, or of no interest in lockstep.
             SimulatorEvent::Connected { .. }
@@ -53,6 +53,7 @@ impl Narrator {
         match event {
             // The simulator has told, or the vehicle repeats what an acknowledgement has said.
             StreamerEvent::ReleaseAsked { .. }
+            | StreamerEvent::Tracking { .. }
             | StreamerEvent::Released { told: true, .. }
             | StreamerEvent::Text { severity: 5.., .. }
             | StreamerEvent::Done { .. } => Ok(()),
