@@ -2,27 +2,24 @@
 
 use std::io::Write as _;
 
-use anyhow::Context;
-
 use super::args::DropArgs;
 use super::clock::Stopwatch;
 use super::flight_files::write_flight;
 use super::mission::{chosen_mission, read_trajectory};
 use super::narrative::Narrator;
+use super::net::{Reporter, block_on, interrupted, open_tlog, ports_of, speed_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::plan::{plan_mission, write_plan};
 use super::sessions;
 use crate::assess::{Verdict, VerdictBuilder, plan_j_tpf};
 use crate::config::Mission;
-use crate::link::{Link, Lockstep, TimeUs, Tlog};
+use crate::link::shell::{Notice, Observer, Speed, run_watched_drop};
+use crate::link::{AutopilotSession, Lockstep};
 use crate::plan::Status;
 use crate::report::{DropRun, drop_json, plan_text, verdict_text};
 use crate::sim::Sample;
 use crate::trajectory::Trajectory;
-
-/// MAVLink system of the vehicle.
-const SYSTEM: u8 = 1;
 
 /// The plan to fly, and how long it took to find (nothing, when it was read).
 struct Planned {
@@ -47,7 +44,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
             None => return Ok(Answer::No),
         },
     };
-    let flown = fly(&mission, &planned.trajectory, &narrator)?;
+    let flown = fly(args, &mission, &planned.trajectory, &folder, &narrator)?;
     finish(args, &mission, &planned, &flown, &folder, &narrator)
 }
 
@@ -66,48 +63,52 @@ fn plan(mission: &Mission, folder: &OutputFolder, narrator: &Narrator) -> Result
 /// A flown drop.
 struct Flown {
     log: Vec<Sample>,
-    vehicle_tlog: Vec<u8>,
-    hil_tlog: Vec<u8>,
-    wall_ms: f64,
+    real_time_factor: f64,
 }
 
-/// Flies the drop over the wire in memory.
-fn fly(mission: &Mission, trajectory: &Trajectory, narrator: &Narrator) -> Result<Flown, Failure> {
-    let watch = Stopwatch::start();
+/// Flies the drop over the wire in memory: as fast as it goes, or at a speed to watch with the ground links open.
+fn fly(
+    args: &DropArgs,
+    mission: &Mission,
+    trajectory: &Trajectory,
+    folder: &OutputFolder,
+    narrator: &Narrator,
+) -> Result<Flown, Failure> {
+    let system = system_of(&args.net);
+    let ports = ports_of(&args.net)?;
     let mut wire = Lockstep::new(
-        sessions::simulator(mission, SYSTEM),
-        sessions::autopilot(mission, SYSTEM)?,
-        sessions::streamer(mission, trajectory.clone(), SYSTEM),
+        sessions::simulator(mission, system),
+        sessions::autopilot(mission, system)?,
+        sessions::streamer(mission, trajectory.clone(), system, false),
     );
-    let mut vehicle = Tlog::new(Vec::new(), mission.epoch_unix_us);
-    let mut hil = Tlog::new(Vec::new(), mission.epoch_unix_us);
-    let mut written = Ok(());
+    let (hil, vehicle) = (open_tlog(folder, "hil.tlog", mission)?, open_tlog(folder, "vehicle.tlog", mission)?);
+    let mut reporter = Reporter::new(*narrator, mission, Some(hil), Some(vehicle));
+    let watch = Stopwatch::start();
     narrator.hanging(mission)?;
-    loop {
-        let mut tap = |now: TimeUs, link: Link, bytes: &[u8]| {
-            let tlog = if link == Link::Simulator { &mut hil } else { &mut vehicle };
-            if let Err(e) = tlog.write(now, bytes) {
-                written = Err(e);
+    match speed_of(args.speed) {
+        Speed::Max => {
+            while wire.step(&mut |now, link, bytes| reporter.frame(now, link, bytes)).map_err(anyhow::Error::from)? {
+                tell_events(&mut wire, &mut reporter);
             }
-        };
-        let goes_on = wire.step(&mut tap).map_err(anyhow::Error::from)?;
-        while let Some(event) = wire.simulator.poll_event() {
-            narrator.simulator(&event, mission)?;
+            tell_events(&mut wire, &mut reporter);
         }
-        while let Some(event) = wire.streamer.poll_event() {
-            narrator.streamer(&event)?;
-        }
-        if !goes_on {
-            break;
+        speed => {
+            let flight = run_watched_drop(wire, &ports, speed, &mut reporter, interrupted());
+            wire = block_on(flight)?.bad_input()?;
         }
     }
-    written.context("the tlog in memory")?;
-    Ok(Flown {
-        log: wire.simulator.into_log(),
-        vehicle_tlog: vehicle.finish().context("the tlog in memory")?,
-        hil_tlog: hil.finish().context("the tlog in memory")?,
-        wall_ms: watch.ms(),
-    })
+    let flown_s = wire.simulator.sim().time_s();
+    reporter.finish()?;
+    Ok(Flown { log: wire.simulator.into_log(), real_time_factor: 1e3 * flown_s / watch.ms() })
+}
+
+fn tell_events(wire: &mut Lockstep<AutopilotSession>, reporter: &mut Reporter<'_>) {
+    while let Some(event) = wire.simulator.poll_event() {
+        reporter.notice(Notice::Simulator(event));
+    }
+    while let Some(event) = wire.streamer.poll_event() {
+        reporter.notice(Notice::Streamer(event));
+    }
 }
 
 /// The verdict of a flight log; `None` when the vehicle was never released.
@@ -127,9 +128,6 @@ fn finish(
 ) -> Result<Answer, Failure> {
     let verdict = judge(mission, &flown.log);
     write_flight(folder, mission, &flown.log, Some(&planned.trajectory), verdict.as_ref())?;
-    folder.write("vehicle.tlog", |out| out.write_all(&flown.vehicle_tlog))?;
-    folder.write("hil.tlog", |out| out.write_all(&flown.hil_tlog))?;
-    let real_time_factor = 1e3 * mission.duration_s / flown.wall_ms;
     let Some(verdict) = verdict else {
         narrator.say("the vehicle was never released\n")?;
         return Err(anyhow::anyhow!(
@@ -138,14 +136,8 @@ fn finish(
         ))
         .bad_input();
     };
-    narrator.steady(&verdict, mission)?;
-    narrator.say(&format!(
-        "{:8.3} s  end of the flight, {:.0} times real time\n\n{}\nresults in {}\n",
-        mission.duration_s,
-        real_time_factor,
-        verdict_text(&verdict, &mission.limits),
-        folder.path().display()
-    ))?;
+    narrator.say(&format!("flown at {:.0} times real time\n", flown.real_time_factor))?;
+    tell_verdict(narrator, mission, &verdict, folder)?;
     let run = DropRun {
         plan_j_tpf: Some(plan_j_tpf(&planned.trajectory, &mission.limits)),
         plan_solve_ms: None,
@@ -154,8 +146,23 @@ fn finish(
     folder.write("drop.json", |out| out.write_all(drop_json(mission, &verdict, &run).as_bytes()))?;
     if args.mission.json {
         let run =
-            DropRun { plan_solve_ms: planned.solve_ms, real_time_factor: Some(real_time_factor), ..run };
+            DropRun { plan_solve_ms: planned.solve_ms, real_time_factor: Some(flown.real_time_factor), ..run };
         print(&drop_json(mission, &verdict, &run))?;
     }
     Ok(if verdict.limits_passed.is_empty() { Answer::Yes } else { Answer::No })
+}
+
+/// Prints when steady flight was reached, the verdict and where the files are.
+///
+/// # Errors
+/// [`Failure::Internal`] when stdout fails.
+pub fn tell_verdict(
+    narrator: &Narrator,
+    mission: &Mission,
+    verdict: &Verdict,
+    folder: &OutputFolder,
+) -> Result<(), Failure> {
+    narrator.steady(verdict, mission)?;
+    let text = verdict_text(verdict, &mission.limits);
+    narrator.say(&format!("\n{text}\nresults in {}\n", folder.path().display()))
 }
