@@ -15,6 +15,8 @@
 //! | [`assess`] | how safe it was |
 //! | [`tune`] | the releases that gains are tuned on |
 #![cfg_attr(feature = "files", doc = "| [`config`] | files in |")]
+//! | [`autopilot`] | modes, arming, OFFBOARD: PX4's manners around the control law |
+#![cfg_attr(feature = "link", doc = "| [`link`] | MAVLink: the sessions on the wire |")]
 #![cfg_attr(feature = "cli", doc = "| [`cli`] | the program |")]
 
 pub mod assess;

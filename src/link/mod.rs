@@ -77,17 +77,3 @@ pub trait Session {
     /// The next frame to send; call until `None` after each of the two above.
     fn poll_output(&mut self) -> Option<Transmit>;
 }
-
-impl Session for AutopilotSession {
-    fn handle_input(&mut self, now: TimeUs, link: Link, frame: &Frame) {
-        Self::handle_input(self, now, link, frame);
-    }
-
-    fn handle_time(&mut self, now: TimeUs) {
-        Self::handle_time(self, now);
-    }
-
-    fn poll_output(&mut self) -> Option<Transmit> {
-        Self::poll_output(self)
-    }
-}
