@@ -3,6 +3,8 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod bench;
+#[cfg(feature = "cli")]
+mod sockets;
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
