@@ -32,6 +32,8 @@ pub mod link;
 pub mod model;
 pub mod plan;
 pub mod real;
+#[cfg(feature = "files")]
+pub mod report;
 pub mod sim;
 pub mod trajectory;
 pub mod tune;

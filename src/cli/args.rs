@@ -19,6 +19,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Verb {
     /// Plan, drop and fly a vehicle over MAVLink, and judge the flight.
+    #[command(after_long_help = DROP_HELP)]
     Drop(DropArgs),
     /// Solve the optimal control problem of the drop by direct collocation.
     #[command(after_long_help = PLAN_HELP)]
@@ -45,8 +46,10 @@ pub struct MissionArgs {
 const PLAN_HELP: &str = "\
 Writes trajectory.csv, plan.json and plan.svg to the folder of --out.
 
-JSON (--json): status (converged, iteration_limit, stopped, infeasible, diverged), diagnosis (null when converged),
-objective (J_d), iterations, solve_ms, j_tpf, defect_max, kkt_residual, nodes, final_v_ned_m_s.
+JSON (--json): see plan.json, which holds the same keys but solve_ms: status (converged, iteration_limit, stopped, infeasible,
+diverged), diagnosis, objective (J_d), iterations, j_tpf, defect_max, kkt_residual and more.
+
+Exit code 1 when the plan did not converge.
 
 Examples:
   samara plan
@@ -82,15 +85,45 @@ pub struct PlanArgs {
     pub verbose: bool,
 }
 
+const DROP_HELP: &str = "\
+Writes to the folder of --out: flight.csv (every term of the force balance at 250 Hz), trajectory.csv and plan.json (the plan),
+drop.json (the verdict), drop.svg, vehicle.tlog (what ground stations see) and hil.tlog (simulator and autopilot).
+
+JSON (--json): mission, version, seed, input_hash, gains, j_tpf, peak_speed_m_s, peak_pitch_deg, peak_pitch_rate_deg_s,
+peak_vertical_acceleration_m_s2, altitude_lost_m, steady_after_s (null if never), final_v_ned_m_s, limits_passed (list),
+plan_j_tpf, plan_solve_ms, real_time_factor.
+
+Exit code 1 when a limit was passed, the plan did not converge or the vehicle was never released.
+
+Examples:
+  samara drop
+  samara drop --gains paper_pso
+  samara drop mission/x500_drop.json --out /tmp/x500
+  samara drop --trajectory out/titan_drop/trajectory.csv --json";
+
 /// `samara drop`.
 #[derive(Args, Debug)]
 pub struct DropArgs {
     /// Mission, folder, output form.
     #[command(flatten)]
     pub mission: MissionArgs,
+    /// What the mission leaves to choose.
+    #[command(flatten)]
+    pub choice: ChoiceArgs,
+    /// Fly this trajectory instead of planning one.
+    #[arg(long, value_name = "FILE")]
+    pub trajectory: Option<PathBuf>,
+}
+
+/// What can be chosen in place of the mission's own.
+#[derive(Args, Debug)]
+pub struct ChoiceArgs {
     /// Gains: a name beside the mission's own gains (safety, near_hover, paper_pso), or a file.
     #[arg(long, value_name = "NAME|FILE")]
     pub gains: Option<String>,
+    /// Seed of the sensor noise, instead of the mission's.
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
 }
 
 /// What an input costs nothing at.

@@ -5,6 +5,9 @@
 mod args;
 mod clock;
 mod drop;
+mod flight_files;
+mod mission;
+mod narrative;
 mod outcome;
 mod output;
 mod plan;
