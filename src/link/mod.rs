@@ -22,6 +22,8 @@ pub mod encoder;
 pub mod frame;
 pub mod lockstep;
 pub mod parachute;
+#[cfg(feature = "cli")]
+pub mod shell;
 pub mod simulator;
 pub mod streamer;
 pub mod tlog;

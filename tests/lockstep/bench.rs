@@ -55,32 +55,36 @@ pub struct Flown {
     pub events: Vec<StreamerEvent>,
 }
 
-pub fn lockstep() -> Lockstep<AutopilotSession> {
+pub fn simulator() -> SimulatorSession {
+    let config = SimulatorConfig { seed: mission().seed, ..SimulatorConfig::default() };
+    SimulatorSession::new(simulation(), config)
+}
+
+pub fn autopilot() -> AutopilotSession {
     let m = mission();
-    let config = SimulatorConfig { seed: m.seed, ..SimulatorConfig::default() };
-    let simulator = SimulatorSession::new(simulation(), config);
-    let autopilot = AutopilotSession::new(AutopilotSetup {
+    AutopilotSession::new(AutopilotSetup {
         system_id: 1,
         cascade: cascade(),
         environment: m.environment.clone(),
         rotors: m.vehicle.rotors.len(),
         epoch_unix_us: m.epoch_unix_us,
-    });
-    let streamer = StreamerSession::new(
-        StreamerConfig {
-            hang_s: m.hang_s,
-            delay_s: m.parachute.delay_s,
-            target_v_ned: m.target_v_ned,
-            ..StreamerConfig::default()
-        },
-        plan(),
-    );
-    Lockstep::new(simulator, autopilot, streamer)
+    })
+}
+
+pub fn streamer() -> StreamerSession {
+    let m = mission();
+    let config = StreamerConfig {
+        hang_s: m.hang_s,
+        delay_s: m.parachute.delay_s,
+        target_v_ned: m.target_v_ned,
+        ..StreamerConfig::default()
+    };
+    StreamerSession::new(config, plan())
 }
 
 /// Flies the whole mission; every frame goes by `tap`.
 pub fn drop_on_the_wire(mut tap: impl FnMut(TimeUs, Link, &[u8])) -> Flown {
-    let mut wire = lockstep();
+    let mut wire = Lockstep::new(simulator(), autopilot(), streamer());
     wire.run(&mut tap).unwrap();
     assert_eq!(wire.faults().dropped(), 0);
     let events = std::iter::from_fn(|| wire.streamer.poll_event()).collect();

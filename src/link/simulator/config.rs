@@ -1,6 +1,6 @@
 //! How a simulator session runs, what its caller may do next, and what it counts.
 
-use std::time::Duration;
+use core::time::Duration;
 
 use super::super::TimeUs;
 

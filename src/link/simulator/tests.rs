@@ -1,6 +1,6 @@
 //! The simulator's session against a hand that plays the autopilot.
 
-use std::time::Duration;
+use core::time::Duration;
 
 use mavlink::dialects::common::*;
 

@@ -1,7 +1,7 @@
 //! What the streamer has to tell, with simulated times (the vehicle's `time_boot_ms`).
 
+use core::time::Duration;
 use std::fmt;
-use std::time::Duration;
 
 use super::super::TimeUs;
 
