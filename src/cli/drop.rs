@@ -81,13 +81,17 @@ fn fly(
         sessions::autopilot(mission, system)?,
         sessions::streamer(mission, trajectory.clone(), system, false),
     );
-    let (hil, vehicle) = (open_tlog(folder, "hil.tlog", mission)?, open_tlog(folder, "vehicle.tlog", mission)?);
+    let (hil, vehicle) =
+        (open_tlog(folder, "hil.tlog", mission)?, open_tlog(folder, "vehicle.tlog", mission)?);
     let mut reporter = Reporter::new(*narrator, mission, Some(hil), Some(vehicle));
     let watch = Stopwatch::start();
     narrator.hanging(mission)?;
     match speed_of(args.speed) {
         Speed::Max => {
-            while wire.step(&mut |now, link, bytes| reporter.frame(now, link, bytes)).map_err(anyhow::Error::from)? {
+            while wire
+                .step(&mut |now, link, bytes| reporter.frame(now, link, bytes))
+                .map_err(anyhow::Error::from)?
+            {
                 tell_events(&mut wire, &mut reporter);
             }
             tell_events(&mut wire, &mut reporter);
@@ -145,8 +149,11 @@ fn finish(
     };
     folder.write("drop.json", |out| out.write_all(drop_json(mission, &verdict, &run).as_bytes()))?;
     if args.mission.json {
-        let run =
-            DropRun { plan_solve_ms: planned.solve_ms, real_time_factor: Some(flown.real_time_factor), ..run };
+        let run = DropRun {
+            plan_solve_ms: planned.solve_ms,
+            real_time_factor: Some(flown.real_time_factor),
+            ..run
+        };
         print(&drop_json(mission, &verdict, &run))?;
     }
     Ok(if verdict.limits_passed.is_empty() { Answer::Yes } else { Answer::No })

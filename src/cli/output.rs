@@ -39,7 +39,8 @@ impl OutputFolder {
     pub fn open(&self, name: &str) -> Result<BufWriter<File>, Failure> {
         let path = self.path.join(name);
         #[expect(clippy::disallowed_methods, reason = "one of two places that make result files")]
-        let file = File::create(&path).with_context(|| format!("cannot write {}", path.display())).bad_input()?;
+        let file =
+            File::create(&path).with_context(|| format!("cannot write {}", path.display())).bad_input()?;
         Ok(BufWriter::new(file))
     }
 

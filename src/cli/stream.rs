@@ -7,8 +7,8 @@ use super::net::{Reporter, block_on, interrupted, ports_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::plan::plan_mission;
 use super::sessions;
-use crate::link::streamer::StreamerState;
 use crate::link::shell::run_streamer;
+use crate::link::streamer::StreamerState;
 use crate::plan::Status;
 use crate::report::plan_text;
 

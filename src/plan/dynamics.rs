@@ -333,10 +333,20 @@ mod tests {
         };
         Vehicle::new(
             MassProperties::new(20.0, inertia).unwrap(),
-            vec![at(0.9, 1.1, Spin::Ccw), at(-0.9, -1.0, Spin::Ccw), at(1.0, -1.1, Spin::Cw), at(-0.8, 1.0, Spin::Cw)],
+            vec![
+                at(0.9, 1.1, Spin::Ccw),
+                at(-0.9, -1.0, Spin::Ccw),
+                at(1.0, -1.1, Spin::Cw),
+                at(-0.8, 1.0, Spin::Cw),
+            ],
             aero.unwrap(),
             Rotor::Quadratic { thrust_n_per_rad2_s2: 1e-4, torque_per_thrust_m: 0.02, density_kg_m3: 1.2 },
-            Motor::FirstOrder { omega_max_rad_s: 900.0, tau_up_s: 0.05, tau_down_s: 0.05, rotor_inertia_kg_m2: 0.0 },
+            Motor::FirstOrder {
+                omega_max_rad_s: 900.0,
+                tau_up_s: 0.05,
+                tau_down_s: 0.05,
+                rotor_inertia_kg_m2: 0.0,
+            },
             VehicleOptions { reaction_torque: true, rotor_momentum: false },
         )
         .unwrap()

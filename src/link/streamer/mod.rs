@@ -45,6 +45,8 @@ pub const AUTOPILOT_COMPONENT: u8 = 1;
 const HEARTBEAT_PERIOD_US: TimeUs = 1_000_000;
 /// A silence of this length is told, then the next after twice as long, and so on.
 const FIRST_REPORT: Duration = Duration::from_secs(2);
+/// A silence of this length after the plan is the end of the mission.
+const END_OF_MISSION: Duration = Duration::from_secs(4);
 
 /// Where the streamer is in the drop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -173,8 +175,14 @@ impl StreamerSession {
     }
 
     /// Nothing has come for `waited`, by the caller's measure; may be called as often as one likes.
+    /// A vehicle that falls silent after the plan has been flown is at the end of its mission, and so is the stream.
     pub fn handle_silence(&mut self, waited: Duration) {
         if self.is_over() || waited < self.next_report {
+            return;
+        }
+        if self.flight.state == StreamerState::Target && waited >= END_OF_MISSION {
+            self.flight.state = StreamerState::Done;
+            self.events.push_back(StreamerEvent::Done { at: self.flight.now });
             return;
         }
         self.next_report = waited * 2;
