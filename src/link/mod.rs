@@ -31,6 +31,8 @@ pub mod tlog;
 #[cfg(test)]
 mod codec_tests;
 #[cfg(test)]
+mod junk_tests;
+#[cfg(test)]
 mod test_site;
 
 pub use autopilot::{AutopilotSession, AutopilotSetup};

@@ -54,7 +54,9 @@ impl Pacer {
         let now = Instant::now();
         let (start, from) = *self.anchor.get_or_insert((now, at));
         let simulated_s = at.saturating_sub(from) as f64 / US_PER_S;
-        let due = start + Duration::from_secs_f64(simulated_s / self.factor);
+        let real = Duration::try_from_secs_f64(simulated_s / self.factor).unwrap_or(Duration::MAX);
+        // A moment beyond the clock's range is an hour away for all that matters.
+        let due = start.checked_add(real).unwrap_or(now + Duration::from_secs(3_600));
         if now.saturating_duration_since(due) > LATE {
             self.anchor = Some((now, at));
             return Duration::ZERO;

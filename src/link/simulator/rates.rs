@@ -42,7 +42,8 @@ impl Rate {
             return false;
         }
         // Keep the phase, unless behind by more than a period.
-        self.next = if self.next + period_us > now { self.next } else { now } + period_us;
+        let start = if self.next.saturating_add(period_us) > now { self.next } else { now };
+        self.next = start.saturating_add(period_us);
         true
     }
 }
@@ -150,5 +151,6 @@ mod tests {
             assert_eq!(set(&mut rates, message, interval), SetInterval::Refused);
         }
         assert_eq!(set(&mut rates, 331.0, f32::MAX), SetInterval::Done);
+        assert_eq!(count(&mut rates, |d| d.odometry), 0);
     }
 }
