@@ -16,7 +16,7 @@ use crate::report::plan_text;
 pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
     let mission = chosen_mission(&args.mission, &args.choice)?;
     let ports = ports_of(&args.net)?;
-    let narrator = Narrator::new(true);
+    let narrator = Narrator::alone(false);
     let trajectory = match &args.trajectory {
         Some(path) => read_trajectory(path, &mission)?,
         None => {
