@@ -7,7 +7,7 @@ use super::clock::Stopwatch;
 use super::flight_files::write_flight;
 use super::mission::{chosen_mission, read_trajectory};
 use super::narrative::Narrator;
-use super::net::{Reporter, block_on, interrupted, open_tlog, ports_of, speed_of, system_of};
+use super::net::{Reporter, block_on, open_tlog, ports_of, speed_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::plan::{plan_mission, write_plan};
@@ -100,8 +100,8 @@ fn fly(
             tell_events(&mut wire, &mut reporter);
         }
         speed => {
-            let flight = run_watched_drop(wire, &ports, speed, &mut reporter, interrupted());
-            wire = block_on(flight)?.bad_input()?;
+            let observer = &mut reporter;
+            wire = block_on(|stop| run_watched_drop(wire, &ports, speed, observer, stop))?.bad_input()?;
         }
     }
     let flown_s = wire.simulator.sim().time_s();

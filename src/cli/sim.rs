@@ -5,7 +5,7 @@ use super::drop::{judge, tell_if_stopped, tell_verdict};
 use super::flight_files::write_flight;
 use super::mission::chosen_mission;
 use super::narrative::Narrator;
-use super::net::{Reporter, block_on, interrupted, open_tlog, ports_of, speed_of, system_of};
+use super::net::{Reporter, block_on, open_tlog, ports_of, speed_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::sessions;
@@ -22,8 +22,7 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let mut reporter = Reporter::new(narrator, &mission, Some(hil), None);
     let session = sessions::simulator(&mission, system_of(&args.net));
     let speed = speed_of(args.speed);
-    let session =
-        block_on(run_simulator(session, &ports, speed, &mut reporter, interrupted()))?.bad_input()?;
+    let session = block_on(|stop| run_simulator(session, &ports, speed, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
     let log = session.into_log();
     let verdict = judge(&mission, &log);

@@ -122,11 +122,13 @@ class Vehicle:
         raise DropError(f"no such {kind} within {within_s} s (at {self.now_s} s); said: {self.texts}")
 
     def connect(self):
-        """Waits for autopilot and parachute; asks for the state at the rate of the setpoints."""
+        """Waits for autopilot and parachute; asks for the state at the rate of the setpoints, and for less of the rest."""
         for component in (AUTOPILOT, PARACHUTE):
             self.wait("HEARTBEAT", lambda m, c=component: m.get_srcComponent() == c)
         for message in (mavlink.MAVLINK_MSG_ID_ATTITUDE, mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED):
             self.command(AUTOPILOT, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, message, SETPOINT_PERIOD_S * 1e6)
+        for message in (mavlink.MAVLINK_MSG_ID_HIGHRES_IMU, mavlink.MAVLINK_MSG_ID_ODOMETRY):
+            self.command(AUTOPILOT, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, message, -1)
 
     def until(self, time_s):
         """Streams on until simulated time has come to `time_s`."""

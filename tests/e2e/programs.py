@@ -140,6 +140,10 @@ class Program:
         """Ctrl-C."""
         self.process.send_signal(signal.SIGINT)
 
+    def pause(self):
+        """Stops it where it is, its sockets open."""
+        self.process.send_signal(signal.SIGSTOP)
+
     def kill(self):
         """No chance to say goodbye."""
         self.process.kill()

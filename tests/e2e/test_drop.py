@@ -17,7 +17,7 @@ def test_nominal_drop(samara, vehicle, reference):
     vehicle.stream(vehicle.flies(reference.plan, free_s))
     vehicle.until(reference.mission["duration_s"] - 0.1)
 
-    assert released_s == pytest.approx(10.0, abs=0.5)
+    assert 10.0 <= released_s < 11.0
     assert any(text.startswith("Released at 1") for text in vehicle.texts)
     assert sim.ends() == 0
     assert autopilot.ends() == 0
@@ -29,7 +29,7 @@ def test_nominal_drop(samara, vehicle, reference):
 
 
 def test_the_parachute_tells_late_comers_when_it_cut(samara, vehicle):
-    samara.sim("--speed", 20)
+    samara.sim("--speed", 10)
     samara.autopilot()
     vehicle.connect()
     released_s = vehicle.release()

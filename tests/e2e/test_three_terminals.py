@@ -9,7 +9,7 @@ def test_three_terminals(samara, reference):
 
     stream.says("OFFBOARD accepted")
     stream.says("armed")
-    stream.says("released at 10.0")
+    stream.says("released at 10.")
     sim.says("rotors free")
     stream.says("plan at its end")
     assert sim.ends() == 0
