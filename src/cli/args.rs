@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-/// Plan, prove and fly the drop of a multirotor from a parachute.
+/// Plan and fly the drop of a multirotor from a parachute.
 #[derive(Debug, Parser)]
 #[command(version, about, propagate_version = true, max_term_width = 100)]
 #[command(after_help = "Exit codes: 0 ok, 1 the result says no, 2 bad input, 3 internal error.\n\

@@ -409,8 +409,8 @@ mod tests {
                         (false, false) => c.uu[(i - 10, j - 10)],
                     };
                     prop_assert!((ours - exact).abs() < 1e-10 * (1.0 + exact.abs()), "({i}, {j}): {ours} {exact}");
-                    for row in 0..10 {
-                        let first = dual[row].eps1;
+                    for (row, f) in dual.iter().enumerate() {
+                        let first = f.eps1;
                         let ours = if i < 10 { l.a[(row, i)] } else { l.b[(row, i - 10)] };
                         prop_assert!((ours - first).abs() < 1e-11 * (1.0 + first.abs()), "row {row} by {i}");
                     }
