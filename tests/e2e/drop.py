@@ -6,9 +6,12 @@ program prints), and the setpoints go on while one waits, in answer to ATTITUDE.
 
 import csv
 import math
+import os
 from dataclasses import dataclass, field
 
-from pymavlink import mavutil
+os.environ["MAVLINK20"] = "1"  # pymavlink reads it when it is imported
+
+from pymavlink import mavutil  # noqa: E402
 
 mavlink = mavutil.mavlink
 
