@@ -57,7 +57,7 @@ fn prop_warm_starts_converge_in_fewer_iterations() {
                 next.initial[i] += uniform(&mut rng, if i < 7 { 0.05 } else { 0.02 });
             }
             next.initial_thrust_n = node.thrust_n;
-            let mut attempt = |guess: &Guess| {
+            let attempt = |guess: &Guess| {
                 let plan = plan(&next, guess, &options, &mut |_| ControlFlow::Continue(())).unwrap();
                 assert_eq!(plan.status, Status::Converged, "{:?}", plan.diagnosis);
                 plan
