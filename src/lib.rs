@@ -18,12 +18,15 @@
 #![cfg_attr(feature = "cli", doc = "| [`cli`] | the program |")]
 
 pub mod assess;
+pub mod autopilot;
 #[cfg(feature = "cli")]
 pub mod cli;
 #[cfg(feature = "files")]
 pub mod config;
 pub mod control;
 pub mod frames;
+#[cfg(feature = "link")]
+pub mod link;
 pub mod model;
 pub mod plan;
 pub mod real;

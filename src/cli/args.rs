@@ -18,6 +18,8 @@ pub struct Cli {
 /// The verbs.
 #[derive(Debug, Subcommand)]
 pub enum Verb {
+    /// Plan, drop and fly a vehicle over MAVLink, and judge the flight.
+    Drop(DropArgs),
     /// Solve the optimal control problem of the drop by direct collocation.
     #[command(after_long_help = PLAN_HELP)]
     Plan(PlanArgs),
@@ -78,6 +80,17 @@ pub struct PlanArgs {
     /// Show each iteration on stderr.
     #[arg(short, long)]
     pub verbose: bool,
+}
+
+/// `samara drop`.
+#[derive(Args, Debug)]
+pub struct DropArgs {
+    /// Mission, folder, output form.
+    #[command(flatten)]
+    pub mission: MissionArgs,
+    /// Gains: a name beside the mission's own gains (safety, near_hover, paper_pso), or a file.
+    #[arg(long, value_name = "NAME|FILE")]
+    pub gains: Option<String>,
 }
 
 /// What an input costs nothing at.

@@ -4,10 +4,12 @@
 
 mod args;
 mod clock;
+mod drop;
 mod outcome;
 mod output;
 mod plan;
 mod schema;
+mod sessions;
 
 use std::process::ExitCode;
 
@@ -21,6 +23,7 @@ use outcome::report;
 pub fn run() -> ExitCode {
     let cli = Cli::parse();
     report(match &cli.verb {
+        Verb::Drop(args) => drop::run(args),
         Verb::Plan(args) => plan::run(args),
         Verb::Schema(args) => schema::run(args),
     })

@@ -1,5 +1,6 @@
 //! The shipped missions and gains, and every way in which they are refused, with the exact place.
 
+use crate::plan::InputReference;
 use std::path::Path;
 
 use nalgebra::Vector3;

@@ -75,4 +75,14 @@ impl Environment {
             altitude_m: self.anchor.altitude_m - p_ned.z,
         }
     }
+
+    /// The local position [m] of a point of the globe: the inverse of [`Environment::geo_point`].
+    pub fn local_ned(&self, point: &GeoPoint) -> Vector3<f64> {
+        let cos_lat = (self.anchor.latitude_deg * RAD_PER_DEG).cos();
+        Vector3::new(
+            (point.latitude_deg - self.anchor.latitude_deg) * RAD_PER_DEG * EARTH_RADIUS_M,
+            (point.longitude_deg - self.anchor.longitude_deg) * RAD_PER_DEG * EARTH_RADIUS_M * cos_lat,
+            self.anchor.altitude_m - point.altitude_m,
+        )
+    }
 }

@@ -1,0 +1,70 @@
+//! When the motors may be armed and disarmed, and the reason when not.
+
+use nalgebra::Vector3;
+
+use crate::control::Measurement;
+use crate::frames::rotate_ned_from_body;
+use crate::units::RAD_PER_DEG;
+
+/// The state must be younger than this to arm [us].
+pub const STATE_TIMEOUT_US: u64 = 500_000;
+
+/// Steepest attitude in which the motors may be armed [rad]: PX4 locks them beyond it as well.
+pub const ARMING_TILT_RAD: f64 = 60.0 * RAD_PER_DEG;
+
+/// Why the motors stay off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ArmingRefusal {
+    /// No state has come from the simulator yet.
+    #[error("Arming denied: no attitude and velocity yet")]
+    NoState,
+    /// The state is old.
+    #[error("Arming denied: attitude and velocity are stale")]
+    StaleState,
+    /// The vehicle lies on its side.
+    #[error("Arming denied: tilted by more than 60 deg")]
+    Tilted,
+}
+
+/// Why the motors stay on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DisarmingRefusal {
+    /// The motors carry the vehicle.
+    #[error("Disarming denied: flying (force with 21196)")]
+    Flying,
+}
+
+/// The checks before arming; a forced arming skips them.
+///
+/// # Errors
+/// The first check that fails.
+pub fn check_arming(now_us: u64, state: Option<(u64, Measurement)>) -> Result<(), ArmingRefusal> {
+    let (at, measurement) = state.ok_or(ArmingRefusal::NoState)?;
+    if now_us.saturating_sub(at) > STATE_TIMEOUT_US {
+        return Err(ArmingRefusal::StaleState);
+    }
+    let up_ned = rotate_ned_from_body(measurement.q_ned_from_body, -Vector3::z());
+    if -up_ned.z < ARMING_TILT_RAD.cos() { Err(ArmingRefusal::Tilted) } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::{LEVEL, quaternion_from_euler};
+
+    fn at_attitude(q_ned_from_body: [f64; 4]) -> Measurement {
+        Measurement { q_ned_from_body, v_ned: Vector3::zeros(), omega_body: Vector3::zeros() }
+    }
+
+    #[test]
+    fn closed_form_arming_needs_a_fresh_upright_state() {
+        let state = Some((1_000, at_attitude(LEVEL)));
+        assert_eq!(check_arming(0, None), Err(ArmingRefusal::NoState));
+        assert_eq!(check_arming(1_000 + STATE_TIMEOUT_US, state), Ok(()));
+        assert_eq!(check_arming(1_001 + STATE_TIMEOUT_US, state), Err(ArmingRefusal::StaleState));
+        for (pitch_deg, allowed) in [(59.0, true), (-59.0, true), (61.0, false), (180.0, false)] {
+            let tilted = at_attitude(quaternion_from_euler(0.0, pitch_deg * RAD_PER_DEG, 1.0));
+            assert_eq!(check_arming(0, Some((0, tilted))).is_ok(), allowed, "{pitch_deg} deg");
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! Flight modes by PX4's numbers: `custom_mode = main << 16 | sub << 24`.
+//!
+//! All of PX4's modes are known by name, so that a refusal can say what was asked; two are flown: **OFFBOARD** (setpoints
+//! from a companion) and **HOLD** (AUTO.LOITER), which here is zero velocity at the present heading, not a position:
+//! there is no position loop. HOLD is also where the vehicle wakes up and where a loss of setpoints leads.
+
+/// One of PX4's flight modes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum FlightMode {
+    /// Sticks straight to attitude.
+    Manual,
+    /// Altitude held, sticks to attitude.
+    Altctl,
+    /// Sticks to velocity.
+    Posctl,
+    /// Waiting on the ground.
+    AutoReady,
+    /// Automatic takeoff.
+    AutoTakeoff,
+    /// Hold: flown, as zero velocity.
+    AutoLoiter,
+    /// Mission from waypoints.
+    AutoMission,
+    /// Return to launch.
+    AutoRtl,
+    /// Automatic landing.
+    AutoLand,
+    /// Sticks to body rates.
+    Acro,
+    /// Setpoints from a companion: flown.
+    Offboard,
+    /// Sticks to attitude, stabilised.
+    Stabilized,
+}
+
+/// Every mode with its main number, its sub-mode number and its name.
+const MODES: [(FlightMode, u8, u8, &str); 12] = [
+    (FlightMode::Manual, 1, 0, "MANUAL"),
+    (FlightMode::Altctl, 2, 0, "ALTCTL"),
+    (FlightMode::Posctl, 3, 0, "POSCTL"),
+    (FlightMode::AutoReady, 4, 1, "AUTO.READY"),
+    (FlightMode::AutoTakeoff, 4, 2, "AUTO.TAKEOFF"),
+    (FlightMode::AutoLoiter, 4, 3, "HOLD"),
+    (FlightMode::AutoMission, 4, 4, "AUTO.MISSION"),
+    (FlightMode::AutoRtl, 4, 5, "AUTO.RTL"),
+    (FlightMode::AutoLand, 4, 6, "AUTO.LAND"),
+    (FlightMode::Acro, 5, 0, "ACRO"),
+    (FlightMode::Offboard, 6, 0, "OFFBOARD"),
+    (FlightMode::Stabilized, 7, 0, "STABILIZED"),
+];
+
+impl FlightMode {
+    /// All modes, in PX4's order.
+    pub fn all() -> impl Iterator<Item = Self> {
+        MODES.into_iter().map(|(mode, ..)| mode)
+    }
+
+    fn row(self) -> (Self, u8, u8, &'static str) {
+        // `MODES` lists the variants in the order of their declaration (a test sees to it).
+        MODES[self as usize]
+    }
+
+    /// PX4's main mode number.
+    pub fn main_number(self) -> u8 {
+        self.row().1
+    }
+
+    /// PX4's sub-mode number; 0 outside AUTO.
+    pub fn sub_number(self) -> u8 {
+        self.row().2
+    }
+
+    /// The name ground stations know it by.
+    pub fn name(self) -> &'static str {
+        self.row().3
+    }
+
+    /// HEARTBEAT's `custom_mode`.
+    pub fn custom_mode(self) -> u32 {
+        u32::from(self.main_number()) << 16 | u32::from(self.sub_number()) << 24
+    }
+
+    /// The mode with these numbers. The sub-mode counts in AUTO only, as in PX4.
+    pub fn from_numbers(main: u8, sub: u8) -> Option<Self> {
+        MODES.iter().find(|&&(_, m, s, _)| m == main && (m != 4 || s == sub)).map(|&(mode, ..)| mode)
+    }
+
+    /// The mode of a `custom_mode`; `None` when no mode has it or bits outside the two numbers are set.
+    pub fn from_custom_mode(custom_mode: u32) -> Option<Self> {
+        let [low, middle, main, sub] = custom_mode.to_le_bytes();
+        if low != 0 || middle != 0 { None } else { Self::from_numbers(main, sub) }
+    }
+
+    /// Whether this autopilot flies it.
+    pub fn is_flown(self) -> bool {
+        matches!(self, Self::Offboard | Self::AutoLoiter)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_modes_carry_px4_numbers() {
+        assert_eq!(FlightMode::Offboard.custom_mode(), 0x0006_0000);
+        assert_eq!(FlightMode::AutoLoiter.custom_mode(), 0x0304_0000);
+        assert_eq!(FlightMode::AutoLand.custom_mode(), 0x0604_0000);
+        assert_eq!(FlightMode::Stabilized.custom_mode(), 0x0007_0000);
+    }
+
+    #[test]
+    fn closed_form_numbers_and_modes_map_one_to_one() {
+        for mode in FlightMode::all() {
+            assert_eq!(mode.row().0, mode, "the table's order is the declaration's");
+            assert_eq!(FlightMode::from_custom_mode(mode.custom_mode()), Some(mode));
+            assert_eq!(FlightMode::from_numbers(mode.main_number(), mode.sub_number()), Some(mode));
+        }
+        for (main, sub) in [(0, 0), (8, 0), (4, 0), (4, 7), (255, 255)] {
+            assert_eq!(FlightMode::from_numbers(main, sub), None);
+        }
+        assert_eq!(FlightMode::from_custom_mode(1), None);
+    }
+}

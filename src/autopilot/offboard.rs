@@ -1,0 +1,47 @@
+//! OFFBOARD's rule: it may begin, and go on, only with a setpoint younger than [`SETPOINT_TIMEOUT_US`] (PX4's
+//! COM_OF_LOSS_T) of simulated time.
+
+use super::setpoint::Setpoint;
+
+/// PX4's COM_OF_LOSS_T, default 1 s [us].
+pub const SETPOINT_TIMEOUT_US: u64 = 1_000_000;
+
+/// The latest setpoint and when it came.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SetpointStore {
+    latest: Option<(u64, Setpoint)>,
+}
+
+impl SetpointStore {
+    /// Keeps a setpoint that came at `now_us`.
+    pub fn put(&mut self, now_us: u64, setpoint: Setpoint) {
+        self.latest = Some((now_us, setpoint));
+    }
+
+    /// Forgets it.
+    pub fn clear(&mut self) {
+        self.latest = None;
+    }
+
+    /// The latest setpoint, if it is young enough at `now_us`.
+    pub fn fresh(&self, now_us: u64) -> Option<Setpoint> {
+        self.latest.filter(|&(at, _)| now_us.saturating_sub(at) <= SETPOINT_TIMEOUT_US).map(|(_, s)| s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closed_form_a_setpoint_lives_for_one_second() {
+        let setpoint = Setpoint::Attitude { q_ned_from_body: [1.0, 0.0, 0.0, 0.0], collective: 0.0 };
+        let mut store = SetpointStore::default();
+        assert_eq!(store.fresh(0), None);
+        store.put(500, setpoint);
+        assert_eq!(store.fresh(500 + SETPOINT_TIMEOUT_US), Some(setpoint));
+        assert_eq!(store.fresh(501 + SETPOINT_TIMEOUT_US), None);
+        store.clear();
+        assert_eq!(store.fresh(500), None);
+    }
+}

@@ -1,0 +1,160 @@
+//! What a companion may ask for in OFFBOARD: a velocity, an attitude, or body rates.
+//!
+//! What the wire's type masks mean is the business of `link`; here a setpoint is already one of the kinds that are
+//! flown, and its numbers are checked: finite, quaternion near unit length, thrust within 0..1.
+
+use nalgebra::Vector3;
+
+use crate::frames::{Quaternion, normalized, quaternion_from_euler, rotate_ned_from_body, yaw};
+
+/// The frame that a velocity setpoint is given in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VelocityFrame {
+    /// North, east, down.
+    Ned,
+    /// Forward, right, down, level whatever the tilt: NED turned by the vehicle's heading at the setpoint's arrival.
+    Heading,
+}
+
+/// What the nose shall do under a velocity setpoint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum YawSetpoint {
+    /// Keep the heading that was last commanded, or the one at which velocity control began.
+    Keep,
+    /// Turn to this heading [rad].
+    Angle(f64),
+    /// Turn at this rate [rad/s].
+    Rate(f64),
+}
+
+/// A setpoint as the control loops take it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Setpoint {
+    /// Velocity with acceleration feed-forward.
+    Velocity {
+        /// Frame of both vectors.
+        frame: VelocityFrame,
+        /// Velocity [m/s].
+        v: Vector3<f64>,
+        /// Acceleration feed-forward [m/s^2]; zero when none is given.
+        a_ff: Vector3<f64>,
+        /// Heading.
+        yaw: YawSetpoint,
+    },
+    /// Attitude and collective thrust.
+    Attitude {
+        /// Attitude, body to NED.
+        q_ned_from_body: Quaternion,
+        /// 0..1 of all rotors' static thrust.
+        collective: f64,
+    },
+    /// Body rates and collective thrust.
+    Rates {
+        /// Body rates [rad/s].
+        omega_body: Vector3<f64>,
+        /// 0..1 of all rotors' static thrust.
+        collective: f64,
+    },
+}
+
+/// Why a setpoint cannot be flown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SetpointRefusal {
+    /// A number that counts is NaN or infinite.
+    #[error("setpoint refused: NaN or infinite")]
+    NotFinite,
+    /// The quaternion is not of unit length.
+    #[error("setpoint refused: quaternion not of unit length")]
+    QuaternionLength,
+    /// The thrust is outside 0..1.
+    #[error("setpoint refused: thrust must be within 0..1")]
+    ThrustRange,
+    /// The heading frame needs a heading.
+    #[error("setpoint refused: no heading known yet")]
+    NoHeading,
+}
+
+impl Setpoint {
+    /// Checks the numbers, scales the quaternion to unit length, turns the heading frame into NED with the vehicle's
+    /// present attitude.
+    ///
+    /// # Errors
+    /// [`SetpointRefusal`] names what is wrong.
+    pub(super) fn checked(self, q_now: Option<Quaternion>) -> Result<Self, SetpointRefusal> {
+        match self {
+            Self::Velocity { frame, v, a_ff, yaw: heading } => {
+                let yaw_number = match heading {
+                    YawSetpoint::Keep => 0.0,
+                    YawSetpoint::Angle(x) | YawSetpoint::Rate(x) => x,
+                };
+                check_finite(v.iter().chain(a_ff.iter()).chain([&yaw_number]))?;
+                let turn = match frame {
+                    VelocityFrame::Ned => None,
+                    VelocityFrame::Heading => {
+                        Some(quaternion_from_euler(0.0, 0.0, yaw(q_now.ok_or(SetpointRefusal::NoHeading)?)))
+                    }
+                };
+                let ned = |x: Vector3<f64>| turn.map_or(x, |q| rotate_ned_from_body(q, x));
+                Ok(Self::Velocity { frame: VelocityFrame::Ned, v: ned(v), a_ff: ned(a_ff), yaw: heading })
+            }
+            Self::Attitude { q_ned_from_body: q, collective } => {
+                check_finite(&q)?;
+                check_thrust(collective)?;
+                let length = q.iter().map(|c| c * c).sum::<f64>().sqrt();
+                if (length - 1.0).abs() > 0.1 {
+                    return Err(SetpointRefusal::QuaternionLength);
+                }
+                Ok(Self::Attitude { q_ned_from_body: normalized(q), collective })
+            }
+            Self::Rates { omega_body, collective } => {
+                check_finite(omega_body.iter())?;
+                check_thrust(collective)?;
+                Ok(self)
+            }
+        }
+    }
+}
+
+fn check_finite<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> Result<(), SetpointRefusal> {
+    if numbers.into_iter().all(|x| x.is_finite()) { Ok(()) } else { Err(SetpointRefusal::NotFinite) }
+}
+
+fn check_thrust(collective: f64) -> Result<(), SetpointRefusal> {
+    check_finite([&collective])?;
+    if (0.0..=1.0).contains(&collective) { Ok(()) } else { Err(SetpointRefusal::ThrustRange) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn velocity(frame: VelocityFrame, v: Vector3<f64>) -> Setpoint {
+        Setpoint::Velocity { frame, v, a_ff: Vector3::zeros(), yaw: YawSetpoint::Keep }
+    }
+
+    #[test]
+    fn closed_form_heading_frame_turns_with_the_nose_and_not_with_the_tilt() {
+        let q = quaternion_from_euler(0.2, -0.4, std::f64::consts::FRAC_PI_2);
+        let forward_down = velocity(VelocityFrame::Heading, Vector3::new(3.0, 0.0, 1.0));
+        let Ok(Setpoint::Velocity { frame, v, .. }) = forward_down.checked(Some(q)) else {
+            panic!("refused")
+        };
+        assert_eq!(frame, VelocityFrame::Ned);
+        assert_relative_eq!(v, Vector3::new(0.0, 3.0, 1.0), epsilon = 1e-12);
+        assert_eq!(forward_down.checked(None), Err(SetpointRefusal::NoHeading));
+    }
+
+    #[test]
+    fn closed_form_nonsense_is_refused_with_its_reason() {
+        let nan = velocity(VelocityFrame::Ned, Vector3::new(0.0, f64::NAN, 0.0));
+        assert_eq!(nan.checked(None), Err(SetpointRefusal::NotFinite));
+        let attitude = |q, collective| Setpoint::Attitude { q_ned_from_body: q, collective }.checked(None);
+        assert_eq!(attitude([0.0; 4], 0.0), Err(SetpointRefusal::QuaternionLength));
+        assert_eq!(attitude([1.0, 0.0, 0.0, 0.0], 1.01), Err(SetpointRefusal::ThrustRange));
+        assert_eq!(attitude([1.0, 0.0, 0.0, 0.0], f64::NAN), Err(SetpointRefusal::NotFinite));
+        assert!(attitude([1.001, 0.0, 0.0, 0.0], 0.5).is_ok_and(
+            |s| s == Setpoint::Attitude { q_ned_from_body: [1.0, 0.0, 0.0, 0.0], collective: 0.5 }
+        ));
+    }
+}

@@ -1,0 +1,69 @@
+//! The parties of a drop, built from a mission.
+
+use super::outcome::{BadInput, Failure};
+use crate::config::{Mission, ReleaseTrigger};
+use crate::control::{Airframe, Cascade};
+use crate::link::{
+    AutopilotSession, AutopilotSetup, SimulatorConfig, SimulatorSession, StreamerConfig, StreamerSession,
+};
+use crate::sim::DropSimulation;
+use crate::trajectory::Trajectory;
+use crate::units::US_PER_S;
+
+/// Simulated seconds as the wire counts them.
+fn microseconds(seconds: f64) -> u64 {
+    (seconds * US_PER_S).round() as u64
+}
+
+/// The simulator with its parachute.
+pub fn simulator(mission: &Mission, system_id: u8) -> SimulatorSession {
+    let sim = DropSimulation::new(
+        mission.vehicle.clone(),
+        mission.environment.clone(),
+        mission.parachute,
+        mission.hang_s,
+        mission.start,
+    );
+    let trigger = match mission.release_trigger {
+        ReleaseTrigger::Command => crate::link::ReleaseTrigger::Command,
+        ReleaseTrigger::Time => crate::link::ReleaseTrigger::Time(mission.hang_s),
+        ReleaseTrigger::Altitude(altitude_m) => crate::link::ReleaseTrigger::Altitude(altitude_m),
+        ReleaseTrigger::ArmedOffboard => crate::link::ReleaseTrigger::ArmedOffboard,
+    };
+    let config = SimulatorConfig {
+        system_id,
+        duration_us: microseconds(mission.duration_s),
+        trigger,
+        seed: mission.seed,
+        ..SimulatorConfig::default()
+    };
+    SimulatorSession::new(sim, config)
+}
+
+/// The reference autopilot with the mission's gains.
+///
+/// # Errors
+/// [`Failure::BadInput`] when the vehicle cannot be controlled or the gains are out of range.
+pub fn autopilot(mission: &Mission, system_id: u8) -> Result<AutopilotSession, Failure> {
+    let airframe = Airframe::new(&mission.vehicle, &mission.environment).bad_input()?;
+    Ok(AutopilotSession::new(AutopilotSetup {
+        system_id,
+        cascade: Cascade::new(airframe, mission.gains, mission.control_limits),
+        environment: mission.environment.clone(),
+        rotors: mission.vehicle.rotors.len(),
+        epoch_unix_us: mission.epoch_unix_us,
+    }))
+}
+
+/// The offboard streamer of a plan.
+pub fn streamer(mission: &Mission, trajectory: Trajectory, vehicle_system: u8) -> StreamerSession {
+    let config = StreamerConfig {
+        vehicle_system,
+        hang_s: mission.hang_s,
+        commands_release: mission.release_trigger == ReleaseTrigger::Command,
+        delay_s: mission.parachute.delay_s,
+        target_v_ned: mission.target_v_ned,
+        ..StreamerConfig::default()
+    };
+    StreamerSession::new(config, trajectory)
+}

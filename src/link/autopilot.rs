@@ -1,0 +1,283 @@
+//! The MAVLink face of the reference autopilot: a HIL client towards the simulator, a PX4-like vehicle towards ground
+//! stations and companions.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `hil` | the simulator's messages read as a state |
+//! | `step` | the control step, its answer, the telemetry that is due |
+//! | `commands` | COMMAND_LONG, COMMAND_INT, SET_MODE |
+//! | [`setpoints`] | SET_ATTITUDE_TARGET, SET_POSITION_TARGET_LOCAL_NED |
+//! | `telemetry`, `motion`, `statustext` | the messages it sends |
+//! | `streams` | how often, on which link |
+//! | `services` | clocks, parameters, missions, files |
+//!
+//! **Time** is the simulator's: the `time_usec` of the latest HIL_SENSOR, so that nothing here runs while the simulator
+//! stands still. On each HIL_SENSOR the autopilot makes one control step with the state of that time (ODOMETRY, else
+//! HIL_STATE_QUATERNION) and answers HIL_ACTUATOR_CONTROLS with the same stamp; then it sends what telemetry is due.
+//! If stamps run backwards the simulator has started over, and so does the autopilot.
+
+mod commands;
+mod hil;
+mod motion;
+mod services;
+pub mod setpoints;
+mod statustext;
+mod step;
+mod streams;
+mod telemetry;
+
+use std::collections::VecDeque;
+
+use mavlink::MessageData as _;
+use mavlink::dialects::common::*;
+
+use super::frame::PARAM_SET_ID;
+use super::{CommandAck, Encoder, Frame, Link, TimeUs, Transmit};
+use crate::autopilot::{Autopilot, Setpoint, Severity};
+use crate::control::Cascade;
+use crate::model::Environment;
+use hil::HilInput;
+use setpoints::{FaultLog, SetpointFault};
+use streams::{Schedule, id};
+use telemetry::Telemetry;
+
+/// Component of an autopilot (`MAV_COMP_ID_AUTOPILOT1`).
+pub const AUTOPILOT_COMPONENT: u8 = 1;
+
+/// Links that an autopilot serves.
+const LINKS: [Link; 3] = [Link::Simulator, Link::GroundStation, Link::Api];
+
+/// What an autopilot session is built from.
+#[derive(Clone, Debug)]
+pub struct AutopilotSetup {
+    /// MAVLink system id of the vehicle.
+    pub system_id: u8,
+    /// The controller.
+    pub cascade: Cascade,
+    /// Site: the local origin on the globe, and the wind that airspeed is told against.
+    pub environment: Environment,
+    /// Number of rotors.
+    pub rotors: usize,
+    /// Unix time of simulated time 0 [us], for SYSTEM_TIME.
+    pub epoch_unix_us: u64,
+}
+
+/// One of the session's links: its sequence numbers and its streams.
+#[derive(Clone, Debug)]
+struct Port {
+    encoder: Encoder,
+    schedule: Schedule,
+}
+
+/// The reference autopilot as a sans-IO session on the links Simulator, GroundStation and Api.
+#[derive(Clone, Debug)]
+pub struct AutopilotSession {
+    autopilot: Autopilot,
+    system_id: u8,
+    environment: Environment,
+    rotors: usize,
+    epoch_unix_us: u64,
+    hil: HilInput,
+    /// Simulated time: stamp of the latest HIL_SENSOR.
+    clock: TimeUs,
+    /// A HIL_SENSOR has come: `clock` counts.
+    running: bool,
+    last_beat: Option<TimeUs>,
+    without_state: bool,
+    ports: [Port; LINKS.len()],
+    faults: FaultLog,
+    long_texts: u16,
+    out: VecDeque<Transmit>,
+}
+
+impl AutopilotSession {
+    /// An autopilot that waits for its simulator; the greeting to it is ready to be sent.
+    pub fn new(setup: AutopilotSetup) -> Self {
+        let port = |link| Port {
+            encoder: Encoder::new(setup.system_id, AUTOPILOT_COMPONENT),
+            schedule: Schedule::new(link),
+        };
+        let mut session = Self {
+            autopilot: Autopilot::new(setup.cascade),
+            system_id: setup.system_id,
+            environment: setup.environment,
+            rotors: setup.rotors,
+            epoch_unix_us: setup.epoch_unix_us,
+            hil: HilInput::default(),
+            clock: 0,
+            running: false,
+            last_beat: None,
+            without_state: false,
+            ports: LINKS.map(port),
+            faults: FaultLog::default(),
+            long_texts: 0,
+            out: VecDeque::new(),
+        };
+        session.greet_simulator();
+        session
+    }
+
+    /// The state machine and controller behind the wire.
+    pub fn autopilot(&self) -> &Autopilot {
+        &self.autopilot
+    }
+
+    /// Simulated time by the latest HIL_SENSOR; `None` before the first.
+    pub fn time(&self) -> Option<TimeUs> {
+        self.running.then_some(self.clock)
+    }
+
+    /// A new connection to a simulator stands: drops what was meant for the old one and greets anew.
+    pub fn simulator_connected(&mut self) {
+        self.out.retain(|transmit| transmit.link != Link::Simulator);
+        self.greet_simulator();
+    }
+
+    /// As PX4 does: a HEARTBEAT and a request for HIL_STATE_QUATERNION at 200 Hz; beyond PX4, one for ODOMETRY, the same
+    /// in float32.
+    fn greet_simulator(&mut self) {
+        let heartbeat = self.telemetry().message(id::HEARTBEAT);
+        if let Some(heartbeat) = heartbeat {
+            self.send(Link::Simulator, &heartbeat);
+        }
+        for (message_id, interval_us) in [(115.0, 5000.0), (331.0, 4000.0)] {
+            let request = COMMAND_LONG_DATA {
+                command: MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL,
+                param1: message_id,
+                param2: interval_us,
+                target_system: self.system_id,
+                ..COMMAND_LONG_DATA::DEFAULT
+            };
+            self.send(Link::Simulator, &MavMessage::COMMAND_LONG(request));
+        }
+    }
+
+    /// A frame came by `link`. `now` counts only until the first HIL_SENSOR brings the simulator's time.
+    pub fn handle_input(&mut self, now: TimeUs, link: Link, frame: &Frame) {
+        if !self.running {
+            self.clock = now;
+        }
+        let is_echo = link != Link::Simulator
+            && frame.system_id == self.system_id
+            && frame.component_id == AUTOPILOT_COMPONENT;
+        if is_echo || !LINKS.contains(&link) {
+            return;
+        }
+        if let Some(command) = frame.command() {
+            self.handle_command(link, frame, &command);
+        } else if let Some(set_mode) = frame.set_mode() {
+            self.handle_set_mode(set_mode.target_system, set_mode.custom_mode);
+        } else if frame.message_id == PARAM_SET_ID {
+            self.refuse_param_set(link, frame);
+        } else if let Some(message) = frame.known() {
+            self.handle_message(link, frame, message);
+        } else {
+            self.handle_unparsed(frame);
+        }
+        self.say_events();
+    }
+
+    /// Time alone has passed: before the simulator's time runs, a HEARTBEAT a second.
+    pub fn handle_time(&mut self, now: TimeUs) {
+        if self.running || self.last_beat.is_some_and(|at| now.saturating_sub(at) < 1_000_000) {
+            return;
+        }
+        self.last_beat = Some(now);
+        self.clock = now;
+        if let Some(heartbeat) = self.telemetry().message(id::HEARTBEAT) {
+            self.send(Link::GroundStation, &heartbeat);
+            self.send(Link::Api, &heartbeat);
+        }
+    }
+
+    /// The next frame to send; to be called until there is none.
+    pub fn poll_output(&mut self) -> Option<Transmit> {
+        self.out.pop_front()
+    }
+
+    fn handle_message(&mut self, link: Link, frame: &Frame, message: &MavMessage) {
+        match message {
+            MavMessage::HIL_SENSOR(m) if link == Link::Simulator => self.control_step(m),
+            MavMessage::ODOMETRY(m) if link == Link::Simulator => self.hil.take_odometry(m),
+            MavMessage::HIL_STATE_QUATERNION(m) if link == Link::Simulator => {
+                self.hil.take_coarse(m, &self.environment);
+            }
+            MavMessage::HIL_GPS(m) if link == Link::Simulator => self.hil.gps = Some(m.clone()),
+            MavMessage::SET_POSITION_TARGET_LOCAL_NED(m) => {
+                if self.is_for_us(m.target_system, m.target_component) {
+                    self.take_setpoint(setpoints::velocity_setpoint(m));
+                }
+            }
+            MavMessage::SET_ATTITUDE_TARGET(m) => {
+                if self.is_for_us(m.target_system, m.target_component) {
+                    self.take_setpoint(setpoints::attitude_setpoint(m));
+                }
+            }
+            MavMessage::SET_POSITION_TARGET_GLOBAL_INT(m) => {
+                if self.is_for_us(m.target_system, m.target_component) {
+                    self.take_setpoint(Err(SetpointFault::Global));
+                }
+            }
+            _ => self.handle_service(link, frame, message),
+        }
+    }
+
+    /// A setpoint whose frame number no enum knows: it is owed the same refusal as one in a frame that is not flown.
+    fn handle_unparsed(&mut self, frame: &Frame) {
+        const TARGET_AT: usize = 50;
+        if frame.message_id == SET_POSITION_TARGET_LOCAL_NED_DATA::ID {
+            let p = frame.payload();
+            if self.is_for_us(p.u8(TARGET_AT), p.u8(TARGET_AT + 1)) {
+                self.take_setpoint(Err(SetpointFault::Frame));
+            }
+        }
+    }
+
+    fn take_setpoint(&mut self, setpoint: Result<Setpoint, SetpointFault>) {
+        let taken = setpoint.and_then(|s| Ok(self.autopilot.offer_setpoint(self.clock, s)?));
+        if let Err(fault) = taken
+            && self.faults.is_news(self.clock, fault)
+        {
+            self.autopilot.say(Severity::Error, fault.to_string());
+        }
+    }
+
+    /// Whether a target is this autopilot, or everybody.
+    fn is_for_us(&self, system: u8, component: u8) -> bool {
+        (system == 0 || system == self.system_id) && (component == 0 || component == AUTOPILOT_COMPONENT)
+    }
+
+    fn telemetry(&self) -> Telemetry<'_> {
+        Telemetry {
+            now: self.clock,
+            autopilot: &self.autopilot,
+            environment: &self.environment,
+            hil: &self.hil,
+            rotors: self.rotors,
+            epoch_unix_us: self.epoch_unix_us,
+        }
+    }
+
+    fn port(&mut self, link: Link) -> &mut Port {
+        match link {
+            Link::Simulator => &mut self.ports[0],
+            Link::GroundStation => &mut self.ports[1],
+            Link::Api | Link::Parachute => &mut self.ports[2],
+        }
+    }
+
+    fn send(&mut self, link: Link, message: &MavMessage) {
+        let bytes = self.port(link).encoder.encode(message);
+        self.out.push_back(Transmit { link, bytes });
+    }
+
+    fn send_command_ack(&mut self, link: Link, ack: &CommandAck) {
+        let bytes = self.port(link).encoder.encode_command_ack(ack);
+        self.out.push_back(Transmit { link, bytes });
+    }
+
+    fn send_message_interval(&mut self, link: Link, message_id: u16, interval_us: i32) {
+        let message = MESSAGE_INTERVAL_DATA { interval_us, message_id };
+        self.send(link, &MavMessage::MESSAGE_INTERVAL(message));
+    }
+}

@@ -1,0 +1,186 @@
+//! The simulator's messages read as a state: ODOMETRY (float32, preferred) or HIL_STATE_QUATERNION of the HIL_SENSOR's
+//! time, and the sensors kept for telemetry.
+//!
+//! There is no estimator here: the state is the simulator's truth, as fine as the message that carries it. What is not
+//! finite is not taken; quaternions are scaled to unit length.
+
+use mavlink::dialects::common::{HIL_GPS_DATA, HIL_SENSOR_DATA, HIL_STATE_QUATERNION_DATA, ODOMETRY_DATA};
+use nalgebra::Vector3;
+
+use super::super::TimeUs;
+use crate::control::Measurement;
+use crate::frames::{Quaternion, normalized, rotate_ned_from_body};
+use crate::model::Environment;
+use crate::model::environment::GeoPoint;
+
+/// A state older than this is no state to fly by [us].
+pub(super) const STATE_LIFETIME_US: TimeUs = 100_000;
+
+/// Where the vehicle is and how it moves, at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct VehicleState {
+    /// Simulated time.
+    pub at: TimeUs,
+    /// Position from the local origin, NED [m].
+    pub p_ned: Vector3<f64>,
+    /// Attitude, velocity, rates.
+    pub measurement: Measurement,
+}
+
+/// What the simulator said last.
+#[derive(Clone, Debug, Default)]
+pub(super) struct HilInput {
+    odometry: Option<VehicleState>,
+    coarse: Option<VehicleState>,
+    /// Latest sensors.
+    pub sensor: Option<HIL_SENSOR_DATA>,
+    /// Latest satellite fix.
+    pub gps: Option<HIL_GPS_DATA>,
+}
+
+impl HilInput {
+    /// Takes an ODOMETRY.
+    pub(super) fn take_odometry(&mut self, message: &ODOMETRY_DATA) {
+        let linear = vector([message.vx, message.vy, message.vz]);
+        let q = normalized(message.q.map(f64::from));
+        // Velocities are in the child frame: LOCAL_NED, or the body's (BODY_NED, BODY_FRD).
+        let v_ned = match message.child_frame_id as u32 {
+            1 => linear,
+            8 | 12 => rotate_ned_from_body(q, linear),
+            _ => return,
+        };
+        let omega_body = vector([message.rollspeed, message.pitchspeed, message.yawspeed]);
+        let p_ned = vector([message.x, message.y, message.z]);
+        if let Some(state) = checked(message.time_usec, p_ned, q, v_ned, omega_body) {
+            self.odometry = Some(state);
+        }
+    }
+
+    /// Takes a HIL_STATE_QUATERNION.
+    pub(super) fn take_coarse(&mut self, message: &HIL_STATE_QUATERNION_DATA, environment: &Environment) {
+        let p_ned = environment.local_ned(&GeoPoint {
+            latitude_deg: f64::from(message.lat) / 1e7,
+            longitude_deg: f64::from(message.lon) / 1e7,
+            altitude_m: f64::from(message.alt) / 1e3,
+        });
+        let v_ned = vector([message.vx, message.vy, message.vz].map(f32::from)) / 100.0;
+        let omega_body = vector([message.rollspeed, message.pitchspeed, message.yawspeed]);
+        let q = normalized(message.attitude_quaternion.map(f64::from));
+        if let Some(state) = checked(message.time_usec, p_ned, q, v_ned, omega_body) {
+            self.coarse = Some(state);
+        }
+    }
+
+    /// The state to fly by at `now`: the finer of those of this very time, else the newest that is young enough.
+    pub(super) fn state(&self, now: TimeUs) -> Option<VehicleState> {
+        let of_now = |s: &VehicleState| s.at == now;
+        self.odometry
+            .filter(of_now)
+            .or(self.coarse.filter(of_now))
+            .or_else(|| self.latest().filter(|s| now.saturating_sub(s.at) <= STATE_LIFETIME_US))
+    }
+
+    /// Forgets what is from after `now`: simulated time has started over, and what came ahead of the HIL_SENSOR that
+    /// shows it is already of the new time.
+    pub(super) fn start_over(&mut self, now: TimeUs) {
+        self.odometry = self.odometry.filter(|s| s.at <= now);
+        self.coarse = self.coarse.filter(|s| s.at <= now);
+        self.gps.take_if(|gps| gps.time_usec > now);
+    }
+
+    /// The newest state, however old.
+    pub(super) fn latest(&self) -> Option<VehicleState> {
+        match (self.odometry, self.coarse) {
+            (Some(fine), Some(coarse)) if coarse.at > fine.at => Some(coarse),
+            (fine, coarse) => fine.or(coarse),
+        }
+    }
+}
+
+fn vector(v: [f32; 3]) -> Vector3<f64> {
+    Vector3::from(v.map(f64::from))
+}
+
+fn checked(
+    at: TimeUs,
+    p_ned: Vector3<f64>,
+    q: Quaternion,
+    v_ned: Vector3<f64>,
+    omega_body: Vector3<f64>,
+) -> Option<VehicleState> {
+    let vectors = p_ned.iter().chain(v_ned.iter()).chain(omega_body.iter());
+    // A zero quaternion has become NaN in `normalized`.
+    let sound = vectors.chain(&q).all(|x| x.is_finite());
+    sound.then_some(VehicleState {
+        at,
+        p_ned,
+        measurement: Measurement { q_ned_from_body: q, v_ned, omega_body },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::quaternion_from_euler;
+    use approx::assert_relative_eq;
+    use mavlink::dialects::common::MavFrame;
+
+    fn odometry(at: TimeUs) -> ODOMETRY_DATA {
+        ODOMETRY_DATA {
+            time_usec: at,
+            q: quaternion_from_euler(0.0, 0.0, 0.5).map(|c| c as f32),
+            vx: 2.0,
+            frame_id: MavFrame::MAV_FRAME_LOCAL_NED,
+            child_frame_id: MavFrame::MAV_FRAME_BODY_FRD,
+            ..Default::default()
+        }
+    }
+
+    fn coarse(at: TimeUs) -> HIL_STATE_QUATERNION_DATA {
+        HIL_STATE_QUATERNION_DATA {
+            time_usec: at,
+            attitude_quaternion: [1.0, 0.0, 0.0, 0.0],
+            vz: 366,
+            ..Default::default()
+        }
+    }
+
+    fn somewhere() -> Environment {
+        let anchor = GeoPoint { latitude_deg: 0.0, longitude_deg: 0.0, altitude_m: 0.0 };
+        Environment::new(9.8, 1.2, Vector3::zeros(), anchor).unwrap()
+    }
+
+    #[test]
+    fn closed_form_body_velocities_of_odometry_are_turned_into_ned() {
+        let mut input = HilInput::default();
+        input.take_odometry(&odometry(4_000));
+        let v = input.state(4_000).unwrap().measurement.v_ned;
+        assert_relative_eq!(v, Vector3::new(2.0 * 0.5f64.cos(), 2.0 * 0.5f64.sin(), 0.0), epsilon = 1e-6);
+        let ned = ODOMETRY_DATA { child_frame_id: MavFrame::MAV_FRAME_LOCAL_NED, ..odometry(8_000) };
+        input.take_odometry(&ned);
+        assert_eq!(input.state(8_000).unwrap().measurement.v_ned, Vector3::new(2.0, 0.0, 0.0));
+    }
+
+    #[test]
+    fn closed_form_the_finest_state_of_the_time_is_flown_by() {
+        let mut input = HilInput::default();
+        input.take_coarse(&coarse(4_000), &somewhere());
+        assert_eq!(input.state(4_000).unwrap().measurement.v_ned.z, 3.66);
+        input.take_odometry(&odometry(4_000));
+        assert_eq!(input.state(4_000).unwrap().measurement.v_ned.z, 0.0);
+        input.take_coarse(&coarse(8_000), &somewhere());
+        assert_eq!(input.state(8_000).unwrap().measurement.v_ned.z, 3.66);
+        assert!(input.state(8_000 + STATE_LIFETIME_US).is_some());
+        assert!(input.state(8_001 + STATE_LIFETIME_US).is_none());
+    }
+
+    #[test]
+    fn closed_form_what_is_no_state_is_not_taken() {
+        let mut input = HilInput::default();
+        input.take_odometry(&ODOMETRY_DATA { vx: f32::NAN, ..odometry(1) });
+        input.take_odometry(&ODOMETRY_DATA { q: [0.0; 4], ..odometry(1) });
+        input.take_odometry(&ODOMETRY_DATA { q: [f32::NAN; 4], ..odometry(1) });
+        input.take_odometry(&ODOMETRY_DATA { child_frame_id: MavFrame::MAV_FRAME_GLOBAL, ..odometry(1) });
+        assert!(input.latest().is_none());
+    }
+}

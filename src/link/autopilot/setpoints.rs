@@ -1,0 +1,250 @@
+//! SET_ATTITUDE_TARGET and SET_POSITION_TARGET_LOCAL_NED read as setpoints: what the type masks mean.
+//!
+//! A bit that is set means "ignore". Flown are, as PX4 names them:
+//!
+//! | message | type mask | what |
+//! |---|---|---|
+//! | SET_POSITION_TARGET_LOCAL_NED | 0x0DC7 | velocity |
+//! | | 0x09C7, 0x05C7 | velocity and yaw, or yaw rate |
+//! | | 0x0C07, 0x0807, 0x0407 | the same with acceleration feed-forward |
+//! | SET_ATTITUDE_TARGET | 0x07 | attitude and thrust |
+//! | | 0x80 | body rates and thrust |
+//!
+//! in frame LOCAL_NED (1) or BODY_NED (8: turned by the heading; the yaw stays absolute, as in PX4). Three ignored axes
+//! may come as three or not at all. What is not flown is refused with its reason, never flown in part.
+
+use mavlink::dialects::common::{SET_ATTITUDE_TARGET_DATA, SET_POSITION_TARGET_LOCAL_NED_DATA};
+use nalgebra::Vector3;
+
+use crate::autopilot::{Setpoint, SetpointRefusal, VelocityFrame, YawSetpoint};
+
+/// Why a setpoint message is not flown; the text for the crew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SetpointFault {
+    /// Position is not flown.
+    #[error("setpoint refused: position is not flown")]
+    Position,
+    /// Global positions are not flown.
+    #[error("setpoint refused: GLOBAL_INT is not flown")]
+    Global,
+    /// Force instead of acceleration.
+    #[error("setpoint refused: force is not flown")]
+    Force,
+    /// Some of three axes.
+    #[error("setpoint refused: give three axes or none")]
+    PartialAxes,
+    /// No velocity.
+    #[error("setpoint refused: needs a velocity")]
+    NoVelocity,
+    /// A heading and a rate of turn together.
+    #[error("setpoint refused: yaw or yaw rate, not both")]
+    YawAndRate,
+    /// A frame other than LOCAL_NED and BODY_NED.
+    #[error("setpoint refused: frame must be 1 or 8")]
+    Frame,
+    /// Body rates that are not zero beside an attitude.
+    #[error("setpoint refused: attitude or rates, not both")]
+    AttitudeAndRates,
+    /// Neither attitude nor rates.
+    #[error("setpoint refused: needs attitude or rates")]
+    NoAttitude,
+    /// No thrust.
+    #[error("setpoint refused: needs thrust")]
+    NoThrust,
+    /// Thrust along three axes.
+    #[error("setpoint refused: thrust vector is not flown")]
+    ThrustVector,
+    /// Numbers that cannot be flown.
+    #[error(transparent)]
+    Value(#[from] SetpointRefusal),
+}
+
+/// Reads three axes out of a mask: `Some(true)` all given, `Some(false)` all ignored, `None` mixed.
+fn three_axes(mask: u16, shift: u32) -> Option<bool> {
+    match mask >> shift & 0b111 {
+        0b000 => Some(true),
+        0b111 => Some(false),
+        _ => None,
+    }
+}
+
+fn vector(x: f32, y: f32, z: f32) -> Vector3<f64> {
+    Vector3::new(f64::from(x), f64::from(y), f64::from(z))
+}
+
+/// Reads SET_POSITION_TARGET_LOCAL_NED.
+///
+/// # Errors
+/// [`SetpointFault`] for what is not flown; numbers are checked by the autopilot.
+pub fn velocity_setpoint(message: &SET_POSITION_TARGET_LOCAL_NED_DATA) -> Result<Setpoint, SetpointFault> {
+    const FORCE: u16 = 0x200;
+    const YAW_IGNORE: u16 = 0x400;
+    const YAW_RATE_IGNORE: u16 = 0x800;
+    let frame = match message.coordinate_frame as u32 {
+        1 => VelocityFrame::Ned,
+        8 => VelocityFrame::Heading,
+        _ => return Err(SetpointFault::Frame),
+    };
+    let mask = message.type_mask.bits();
+    if mask & FORCE != 0 {
+        return Err(SetpointFault::Force);
+    }
+    if mask & 0b111 != 0b111 {
+        return Err(SetpointFault::Position);
+    }
+    match three_axes(mask, 3) {
+        Some(true) => {}
+        Some(false) => return Err(SetpointFault::NoVelocity),
+        None => return Err(SetpointFault::PartialAxes),
+    }
+    let a_ff = match three_axes(mask, 6).ok_or(SetpointFault::PartialAxes)? {
+        true => vector(message.afx, message.afy, message.afz),
+        false => Vector3::zeros(),
+    };
+    let yaw = match (mask & YAW_IGNORE == 0, mask & YAW_RATE_IGNORE == 0) {
+        (false, false) => YawSetpoint::Keep,
+        (true, false) => YawSetpoint::Angle(f64::from(message.yaw)),
+        (false, true) => YawSetpoint::Rate(f64::from(message.yaw_rate)),
+        (true, true) => return Err(SetpointFault::YawAndRate),
+    };
+    Ok(Setpoint::Velocity { frame, v: vector(message.vx, message.vy, message.vz), a_ff, yaw })
+}
+
+/// Reads SET_ATTITUDE_TARGET.
+///
+/// # Errors
+/// [`SetpointFault`] for what is not flown; numbers are checked by the autopilot.
+pub fn attitude_setpoint(message: &SET_ATTITUDE_TARGET_DATA) -> Result<Setpoint, SetpointFault> {
+    const THRUST_VECTOR: u8 = 0x20;
+    const THRUST_IGNORE: u8 = 0x40;
+    const ATTITUDE_IGNORE: u8 = 0x80;
+    let mask = message.type_mask.bits();
+    if mask & THRUST_VECTOR != 0 {
+        return Err(SetpointFault::ThrustVector);
+    }
+    if mask & THRUST_IGNORE != 0 {
+        return Err(SetpointFault::NoThrust);
+    }
+    let collective = f64::from(message.thrust);
+    let rates = [message.body_roll_rate, message.body_pitch_rate, message.body_yaw_rate];
+    if mask & ATTITUDE_IGNORE == 0 {
+        // Zero rates beside an attitude say nothing: scripts that leave the mask at 0 send them.
+        let rates_count = (0..3).any(|i| mask & 1 << i == 0 && rates[i] != 0.0);
+        if rates_count {
+            return Err(SetpointFault::AttitudeAndRates);
+        }
+        return Ok(Setpoint::Attitude { q_ned_from_body: message.q.map(f64::from), collective });
+    }
+    match three_axes(u16::from(mask), 0) {
+        Some(true) => Ok(Setpoint::Rates { omega_body: vector(rates[0], rates[1], rates[2]), collective }),
+        Some(false) => Err(SetpointFault::NoAttitude),
+        None => Err(SetpointFault::PartialAxes),
+    }
+}
+
+/// Remembers what was refused lately, so that a stream of bad setpoints says its fault once in ten seconds instead of
+/// fifty times a second.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FaultLog {
+    said: Vec<(SetpointFault, u64)>,
+}
+
+impl FaultLog {
+    const QUIET_US: u64 = 10_000_000;
+
+    /// Whether this fault is to be said at `now_us`.
+    pub(super) fn is_news(&mut self, now_us: u64, fault: SetpointFault) -> bool {
+        match self.said.iter_mut().find(|(f, _)| *f == fault) {
+            None => {
+                self.said.push((fault, now_us));
+                true
+            }
+            Some((_, at)) if now_us.saturating_sub(*at) >= Self::QUIET_US => {
+                *at = now_us;
+                true
+            }
+            Some(_) => false,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mavlink::dialects::common::{AttitudeTargetTypemask, MavFrame, PositionTargetTypemask};
+
+    fn velocity(mask: u16) -> SET_POSITION_TARGET_LOCAL_NED_DATA {
+        SET_POSITION_TARGET_LOCAL_NED_DATA {
+            coordinate_frame: MavFrame::MAV_FRAME_LOCAL_NED,
+            type_mask: PositionTargetTypemask::from_bits_retain(mask),
+            vx: 1.0,
+            vy: 2.0,
+            vz: 3.0,
+            afx: 4.0,
+            afy: 5.0,
+            afz: 6.0,
+            yaw: 0.5,
+            yaw_rate: 0.25,
+            ..Default::default()
+        }
+    }
+
+    #[test]
+    fn regress_px4_type_masks_of_velocity() {
+        let none = Vector3::zeros();
+        let a = Vector3::new(4.0, 5.0, 6.0);
+        for (mask, a_ff, yaw) in [
+            (0x0DC7, none, YawSetpoint::Keep),
+            (0x09C7, none, YawSetpoint::Angle(0.5)),
+            (0x05C7, none, YawSetpoint::Rate(0.25)),
+            (0x0C07, a, YawSetpoint::Keep),
+            (0x0807, a, YawSetpoint::Angle(0.5)),
+            (0x0407, a, YawSetpoint::Rate(0.25)),
+        ] {
+            let expected =
+                Setpoint::Velocity { frame: VelocityFrame::Ned, v: Vector3::new(1.0, 2.0, 3.0), a_ff, yaw };
+            assert_eq!(velocity_setpoint(&velocity(mask)), Ok(expected), "{mask:#06x}");
+        }
+        for (mask, fault) in [
+            (0x0DF8, SetpointFault::Position),
+            (0x0DC6, SetpointFault::Position),
+            (0x0FC7, SetpointFault::Force),
+            (0x0DCF, SetpointFault::PartialAxes),
+            (0x0D47, SetpointFault::PartialAxes),
+            (0x0C3F, SetpointFault::NoVelocity),
+            (0x01C7, SetpointFault::YawAndRate),
+        ] {
+            assert_eq!(velocity_setpoint(&velocity(mask)), Err(fault), "{mask:#06x}");
+        }
+        for (frame, fault) in [
+            (MavFrame::MAV_FRAME_GLOBAL, SetpointFault::Frame),
+            (MavFrame::MAV_FRAME_BODY_FRD, SetpointFault::Frame),
+        ] {
+            let message = SET_POSITION_TARGET_LOCAL_NED_DATA { coordinate_frame: frame, ..velocity(0x0DC7) };
+            assert_eq!(velocity_setpoint(&message), Err(fault));
+        }
+    }
+
+    #[test]
+    fn regress_px4_type_masks_of_attitude() {
+        let attitude = |mask: u8, rate: f32| {
+            attitude_setpoint(&SET_ATTITUDE_TARGET_DATA {
+                q: [1.0, 0.0, 0.0, 0.0],
+                body_pitch_rate: rate,
+                thrust: 0.25,
+                type_mask: AttitudeTargetTypemask::from_bits_retain(mask),
+                ..Default::default()
+            })
+        };
+        let level = Setpoint::Attitude { q_ned_from_body: [1.0, 0.0, 0.0, 0.0], collective: 0.25 };
+        assert_eq!(attitude(0x07, 1.0), Ok(level));
+        assert_eq!(attitude(0x00, 0.0), Ok(level));
+        assert_eq!(attitude(0x00, 0.1), Err(SetpointFault::AttitudeAndRates));
+        let rates = Setpoint::Rates { omega_body: Vector3::new(0.0, 0.5, 0.0), collective: 0.25 };
+        assert_eq!(attitude(0x80, 0.5), Ok(rates));
+        assert_eq!(attitude(0x81, 0.5), Err(SetpointFault::PartialAxes));
+        assert_eq!(attitude(0x87, 0.5), Err(SetpointFault::NoAttitude));
+        assert_eq!(attitude(0x47, 0.0), Err(SetpointFault::NoThrust));
+        assert_eq!(attitude(0x27, 0.0), Err(SetpointFault::ThrustVector));
+    }
+}

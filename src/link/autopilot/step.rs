@@ -1,0 +1,70 @@
+//! What a HIL_SENSOR sets off: one control step, its answer, and the telemetry that is due.
+
+use mavlink::dialects::common::*;
+
+use super::super::{Link, TimeUs};
+use super::{AutopilotSession, LINKS};
+use crate::autopilot::Severity;
+use crate::model::PerRotor;
+
+impl AutopilotSession {
+    /// One control step at the time of a HIL_SENSOR, its answer, and the telemetry that is due.
+    pub(super) fn control_step(&mut self, sensor: &HIL_SENSOR_DATA) {
+        let now = sensor.time_usec;
+        if self.running && now < self.clock {
+            self.autopilot.restart();
+            self.hil.start_over(now);
+            self.ports.iter_mut().for_each(|port| port.schedule.restart());
+        }
+        (self.clock, self.running) = (now, true);
+        self.hil.sensor = Some(sensor.clone());
+        let throttle = match self.hil.state(now) {
+            Some(state) => {
+                self.without_state = false;
+                self.autopilot.step(now, &state.measurement)
+            }
+            None => self.step_without_state(now),
+        };
+        self.send_actuators(now, &throttle);
+        self.say_events();
+        self.send_due();
+    }
+
+    fn step_without_state(&mut self, now: TimeUs) -> PerRotor {
+        if !self.without_state && self.autopilot.is_armed() {
+            self.without_state = true;
+            let text = "no ODOMETRY or HIL_STATE_QUATERNION: flying blind";
+            self.autopilot.say(Severity::Emergency, text);
+        }
+        self.autopilot.coast(now)
+    }
+
+    fn send_actuators(&mut self, now: TimeUs, throttle: &PerRotor) {
+        let mut controls = [0.0; 16];
+        for (channel, &throttle) in controls.iter_mut().zip(&throttle[..self.rotors.min(throttle.len())]) {
+            *channel = throttle as f32;
+        }
+        let mut mode = MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;
+        if self.autopilot.is_armed() {
+            mode |= MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED;
+        }
+        let answer = HIL_ACTUATOR_CONTROLS_DATA {
+            time_usec: now,
+            flags: HilActuatorControlsFlags::HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP,
+            controls,
+            mode,
+        };
+        self.send(Link::Simulator, &MavMessage::HIL_ACTUATOR_CONTROLS(answer));
+    }
+
+    fn send_due(&mut self) {
+        for link in LINKS {
+            let now = self.clock;
+            while let Some(message_id) = self.port(link).schedule.take_due(now) {
+                if let Some(message) = self.telemetry().message(message_id) {
+                    self.send(link, &message);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,253 @@
+//! Bytes to frames.
+//!
+//! Parsing the messages is the mavlink crate's; the framing is ours, because a session must resync in a
+//! damaged stream, count what it drops by kind, and keep frames whose message does not parse.
+//!
+//! Signatures are not checked: there is no key, and a library without one accepts signed frames; they are counted.
+
+use mavlink::dialects::common::MavMessage;
+use mavlink::error::ParserError;
+use mavlink::{MAV_STX, MAV_STX_V2, MavlinkVersion, Message as _, calculate_crc};
+
+use super::frame::{Frame, Message};
+
+/// MAVLink 2: a signature of 13 bytes follows the checksum.
+const INCOMPATIBLE_SIGNED: u8 = 0x01;
+const SIGNATURE_LEN: usize = 13;
+pub(super) const CHECKSUM_LEN: usize = 2;
+const HEADER_LEN_V1: usize = 6;
+pub(super) const HEADER_LEN_V2: usize = 10;
+/// Most bytes that a stream keeps while it waits for the rest of a frame; any frame is far shorter.
+const MAX_BUFFERED: usize = 1 << 16;
+
+/// What a decoder has seen, by kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Faults {
+    /// Frames whose checksum was right.
+    pub frames: u64,
+    /// Bytes that belong to no frame.
+    pub skipped_bytes: u64,
+    /// Candidates with a wrong checksum.
+    pub bad_crc: u64,
+    /// Frames that a datagram (or a stream given up) ended inside of.
+    pub truncated: u64,
+    /// Frames of a message that the dialect does not have; their checksum cannot be checked.
+    pub unknown_id: u64,
+    /// Frames with MAVLink 2 incompatibility flags other than "signed"; a receiver must drop them.
+    pub incompatible: u64,
+    /// Sound frames with a value that the parser refuses, given out as [`Message::Unparsed`].
+    pub unparsed: u64,
+    /// Sound frames that were signed; the signature was not checked.
+    pub signed: u64,
+}
+
+impl Faults {
+    /// Everything that was dropped: candidates and stray bytes that gave no frame.
+    pub fn dropped(&self) -> u64 {
+        self.bad_crc + self.truncated + self.unknown_id + self.incompatible
+    }
+}
+
+/// A frame's header and where its parts lie.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Header {
+    pub system_id: u8,
+    pub component_id: u8,
+    pub sequence: u8,
+    pub message_id: u32,
+    pub payload_at: usize,
+    pub payload_len: usize,
+    version: MavlinkVersion,
+    signed: bool,
+    incompatible: bool,
+}
+
+impl Header {
+    /// Reads a header at the start of `bytes`; `None` when there are too few.
+    fn read(bytes: &[u8]) -> Option<Self> {
+        match *bytes {
+            [MAV_STX, len, sequence, system_id, component_id, id, ..] => Some(Self {
+                system_id,
+                component_id,
+                sequence,
+                message_id: u32::from(id),
+                payload_at: HEADER_LEN_V1,
+                payload_len: usize::from(len),
+                version: MavlinkVersion::V1,
+                signed: false,
+                incompatible: false,
+            }),
+            [MAV_STX_V2, len, incompatible, _, sequence, system_id, component_id, a, b, c, ..] => {
+                Some(Self {
+                    system_id,
+                    component_id,
+                    sequence,
+                    message_id: u32::from_le_bytes([a, b, c, 0]),
+                    payload_at: HEADER_LEN_V2,
+                    payload_len: usize::from(len),
+                    version: MavlinkVersion::V2,
+                    signed: incompatible & INCOMPATIBLE_SIGNED != 0,
+                    incompatible: incompatible & !INCOMPATIBLE_SIGNED != 0,
+                })
+            }
+            _ => None,
+        }
+    }
+
+    fn checksum_at(&self) -> usize {
+        self.payload_at + self.payload_len
+    }
+
+    fn frame_len(&self) -> usize {
+        self.checksum_at() + CHECKSUM_LEN + if self.signed { SIGNATURE_LEN } else { 0 }
+    }
+}
+
+/// What stands at the start of some bytes.
+#[expect(clippy::large_enum_variant, reason = "lives for one call; boxing it would allocate per frame")]
+enum Found {
+    /// A frame of this length.
+    Frame(Frame, usize),
+    /// Nothing usable: skip so many bytes.
+    Skip(usize),
+    /// The beginning of a frame; the rest is missing.
+    Incomplete,
+}
+
+/// Finds frames in bytes: in a stream (by [`Decoder::push`] and [`Decoder::next_frame`]) or in datagrams
+/// ([`Decoder::datagram`]). After damage it looks for the next start marker inside what it held for a frame, so that
+/// nothing sound is lost.
+#[derive(Clone, Debug, Default)]
+pub struct Decoder {
+    buffer: Vec<u8>,
+    start: usize,
+    faults: Faults,
+}
+
+impl Decoder {
+    /// With nothing seen yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// What has been seen so far.
+    pub fn faults(&self) -> &Faults {
+        &self.faults
+    }
+
+    /// Appends bytes of a stream. Call [`Self::next_frame`] until `None` afterwards.
+    pub fn push(&mut self, bytes: &[u8]) {
+        self.buffer.drain(..self.start);
+        self.start = 0;
+        let excess = (self.buffer.len() + bytes.len()).saturating_sub(MAX_BUFFERED);
+        let excess = excess.min(self.buffer.len());
+        self.faults.skipped_bytes += excess as u64;
+        self.buffer.drain(..excess);
+        self.buffer.extend_from_slice(bytes);
+    }
+
+    /// The next frame of the stream, `None` when more bytes are needed.
+    pub fn next_frame(&mut self) -> Option<Frame> {
+        loop {
+            match examine(&self.buffer[self.start..], &mut self.faults) {
+                Found::Frame(frame, len) => {
+                    self.start += len;
+                    return Some(frame);
+                }
+                Found::Skip(len) => self.start += len,
+                Found::Incomplete => return None,
+            }
+        }
+    }
+
+    /// Bytes of the stream that wait for the rest of their frame.
+    pub fn pending(&self) -> usize {
+        self.buffer.len() - self.start
+    }
+
+    /// Declares that the rest of the frame at the start will not come (the peer fell silent): it counts as truncated,
+    /// and what stands behind its start marker is examined by the next [`Self::next_frame`]. A stray start marker
+    /// cannot hold back the frames that follow it for longer than the caller is willing to wait.
+    pub fn give_up(&mut self) {
+        if self.pending() > 0 {
+            self.faults.truncated += 1;
+            self.faults.skipped_bytes += 1;
+            self.start += 1;
+        }
+    }
+
+    /// The frames of one datagram, in order; a frame does not continue in the next datagram.
+    pub fn datagram(&mut self, bytes: &[u8], mut each: impl FnMut(Frame)) {
+        let mut at = 0;
+        while at < bytes.len() {
+            match examine(&bytes[at..], &mut self.faults) {
+                Found::Frame(frame, len) => {
+                    at += len;
+                    each(frame);
+                }
+                Found::Skip(len) => at += len,
+                Found::Incomplete => {
+                    self.faults.truncated += 1;
+                    self.faults.skipped_bytes += 1;
+                    at += 1;
+                }
+            }
+        }
+    }
+}
+
+fn examine(bytes: &[u8], faults: &mut Faults) -> Found {
+    let Some(marker) = bytes.iter().position(|b| *b == MAV_STX || *b == MAV_STX_V2) else {
+        faults.skipped_bytes += bytes.len() as u64;
+        return if bytes.is_empty() { Found::Incomplete } else { Found::Skip(bytes.len()) };
+    };
+    if marker > 0 {
+        faults.skipped_bytes += marker as u64;
+        return Found::Skip(marker);
+    }
+    let Some(header) = Header::read(bytes) else { return Found::Incomplete };
+    if header.incompatible {
+        faults.incompatible += 1;
+        faults.skipped_bytes += 1;
+        return Found::Skip(1);
+    }
+    let Some(bytes) = bytes.get(..header.frame_len()).map(|frame| (frame, bytes.get(header.frame_len())))
+    else {
+        return Found::Incomplete;
+    };
+    examine_whole(bytes.0, bytes.1.copied(), header, faults)
+}
+
+/// Checks a candidate of full length; `next` is the byte behind it.
+fn examine_whole(bytes: &[u8], next: Option<u8>, header: Header, faults: &mut Faults) -> Found {
+    let crc_extra = MavMessage::extra_crc(header.message_id);
+    if crc_extra == 0 && MavMessage::default_message_from_id(header.message_id).is_none() {
+        faults.unknown_id += 1;
+        // Without its checksum the only evidence for a frame is that another one begins right behind it.
+        let len = if next.is_none_or(|b| b == MAV_STX || b == MAV_STX_V2) { bytes.len() } else { 1 };
+        faults.skipped_bytes += len as u64;
+        return Found::Skip(len);
+    }
+    let at = header.checksum_at();
+    let crc = u16::from_le_bytes([bytes[at], bytes[at + 1]]);
+    if crc != calculate_crc(&bytes[1..at], crc_extra) {
+        faults.bad_crc += 1;
+        faults.skipped_bytes += 1;
+        return Found::Skip(1);
+    }
+    faults.frames += 1;
+    faults.signed += u64::from(header.signed);
+    let message = match MavMessage::parse(header.version, header.message_id, &bytes[header.payload_at..at]) {
+        Ok(message) => Message::Known(message),
+        Err(
+            ParserError::InvalidEnum { .. }
+            | ParserError::UnknownMessage { .. }
+            | ParserError::InvalidPayloadSize { .. }
+            | ParserError::BytesError(_),
+        ) => {
+            faults.unparsed += 1;
+            Message::Unparsed
+        }
+    };
+    Found::Frame(Frame::from_checked(bytes, header, message), bytes.len())
+}

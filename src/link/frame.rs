@@ -1,0 +1,269 @@
+//! One MAVLink frame as received.
+//!
+//! The mavlink crate's enums are strict: a COMMAND_LONG with a command number it does not know, or a parameter type out
+//! of range, does not parse, though the frame is sound and an autopilot owes its sender an answer. Such a frame is
+//! [`Message::Unparsed`]; the raw payload of every frame can be read by offset ([`Payload`]), and the messages that must
+//! be answered whatever they hold have accessors that read the payload itself ([`Frame::command`],
+//! [`Frame::set_mode`]).
+//!
+//! Offsets are those of the wire (fields sorted by size), beyond the end of a trimmed payload everything is zero.
+
+use mavlink::Message as _;
+use mavlink::dialects::common::MavMessage;
+
+/// Longest frame: MAVLink 2, 255 bytes of payload, signed.
+pub const MAX_FRAME_LEN: usize = 280;
+
+/// COMMAND_INT.
+pub const COMMAND_INT_ID: u32 = 75;
+/// COMMAND_LONG.
+pub const COMMAND_LONG_ID: u32 = 76;
+/// COMMAND_ACK.
+pub const COMMAND_ACK_ID: u32 = 77;
+/// SET_MODE.
+pub const SET_MODE_ID: u32 = 11;
+/// PARAM_SET.
+pub const PARAM_SET_ID: u32 = 23;
+
+/// A message: parsed, or sound on the wire but with a value that the crate's enums do not know.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "nearly every message is Known; boxing it would allocate per frame"
+)]
+pub enum Message {
+    /// Parsed.
+    Known(MavMessage),
+    /// The checksum is right and the message is one of the dialect, but a field holds a value that the parser refuses.
+    /// Read it through [`Frame::payload`].
+    Unparsed,
+}
+
+/// A received frame whose checksum was right.
+#[derive(Clone, PartialEq)]
+pub struct Frame {
+    /// System of the sender.
+    pub system_id: u8,
+    /// Component of the sender.
+    pub component_id: u8,
+    /// The sender's sequence number.
+    pub sequence: u8,
+    /// Number of the message.
+    pub message_id: u32,
+    /// The message.
+    pub message: Message,
+    bytes: [u8; MAX_FRAME_LEN],
+    len: u16,
+    payload_at: u8,
+    payload_len: u8,
+}
+
+impl Frame {
+    /// Cuts a frame, header to checksum or signature, that the decoder has checked.
+    pub(super) fn from_checked(bytes: &[u8], header: super::decoder::Header, message: Message) -> Self {
+        let mut copy = [0; MAX_FRAME_LEN];
+        let len = bytes.len().min(MAX_FRAME_LEN);
+        copy[..len].copy_from_slice(&bytes[..len]);
+        Self {
+            system_id: header.system_id,
+            component_id: header.component_id,
+            sequence: header.sequence,
+            message_id: header.message_id,
+            message,
+            bytes: copy,
+            len: len as u16,
+            payload_at: header.payload_at as u8,
+            payload_len: header.payload_len as u8,
+        }
+    }
+
+    /// The whole frame as it was on the wire.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes[..usize::from(self.len)]
+    }
+
+    /// The payload as it was on the wire.
+    pub fn payload(&self) -> Payload<'_> {
+        let at = usize::from(self.payload_at);
+        Payload(&self.bytes[at..at + usize::from(self.payload_len)])
+    }
+
+    /// The parsed message, if it parsed.
+    pub fn known(&self) -> Option<&MavMessage> {
+        match &self.message {
+            Message::Known(message) => Some(message),
+            Message::Unparsed => None,
+        }
+    }
+
+    /// COMMAND_LONG or COMMAND_INT, whatever its command number and frame.
+    pub fn command(&self) -> Option<Command> {
+        Command::read(self.message_id, self.payload())
+    }
+
+    /// SET_MODE, whatever its base mode.
+    pub fn set_mode(&self) -> Option<SetMode> {
+        let p = self.payload();
+        (self.message_id == SET_MODE_ID).then(|| SetMode {
+            target_system: p.u8(4),
+            base_mode: p.u8(5),
+            custom_mode: p.u32(0),
+        })
+    }
+
+    /// COMMAND_ACK, whatever its command number and result.
+    pub fn command_ack(&self) -> Option<super::CommandAck> {
+        let p = self.payload();
+        (self.message_id == COMMAND_ACK_ID).then(|| super::CommandAck {
+            command: p.u16(0),
+            result: p.u8(2),
+            progress: p.u8(3),
+            result_param2: p.i32(4),
+            target_system: p.u8(8),
+            target_component: p.u8(9),
+        })
+    }
+
+    /// The system that the message is addressed to; `None` for a message without target. 0 means every system.
+    pub fn target_system(&self) -> Option<u8> {
+        match (&self.message, self.message_id) {
+            (Message::Known(message), _) => message.target_system_id(),
+            (_, COMMAND_INT_ID | COMMAND_LONG_ID) => Some(self.payload().u8(30)),
+            (_, SET_MODE_ID | PARAM_SET_ID) => Some(self.payload().u8(4)),
+            (_, COMMAND_ACK_ID) => Some(self.payload().u8(8)),
+            _ => None,
+        }
+    }
+
+    /// The component that the message is addressed to; `None` for a message without one. 0 means every component.
+    pub fn target_component(&self) -> Option<u8> {
+        match (&self.message, self.message_id) {
+            (Message::Known(message), _) => message.target_component_id(),
+            (_, COMMAND_INT_ID | COMMAND_LONG_ID) => Some(self.payload().u8(31)),
+            (_, PARAM_SET_ID) => Some(self.payload().u8(5)),
+            (_, COMMAND_ACK_ID) => Some(self.payload().u8(9)),
+            _ => None,
+        }
+    }
+}
+
+impl std::fmt::Debug for Frame {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "#{} from {}/{} seq {}: {:?}",
+            self.message_id, self.system_id, self.component_id, self.sequence, self.message
+        )
+    }
+}
+
+/// A payload read by wire offset, little-endian; zero beyond its end, as MAVLink 2 trims trailing zeros.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Payload<'a>(&'a [u8]);
+
+impl<'a> Payload<'a> {
+    /// The bytes as received.
+    pub fn as_slice(self) -> &'a [u8] {
+        self.0
+    }
+
+    fn array<const N: usize>(self, at: usize) -> [u8; N] {
+        std::array::from_fn(|i| self.0.get(at + i).copied().unwrap_or(0))
+    }
+
+    /// Byte at `at`.
+    pub fn u8(self, at: usize) -> u8 {
+        self.0.get(at).copied().unwrap_or(0)
+    }
+
+    /// 16-bit unsigned number at `at`.
+    pub fn u16(self, at: usize) -> u16 {
+        u16::from_le_bytes(self.array(at))
+    }
+
+    /// 32-bit unsigned number at `at`.
+    pub fn u32(self, at: usize) -> u32 {
+        u32::from_le_bytes(self.array(at))
+    }
+
+    /// 32-bit signed number at `at`.
+    pub fn i32(self, at: usize) -> i32 {
+        i32::from_le_bytes(self.array(at))
+    }
+
+    /// 64-bit unsigned number at `at`.
+    pub fn u64(self, at: usize) -> u64 {
+        u64::from_le_bytes(self.array(at))
+    }
+
+    /// Single-precision number at `at`.
+    pub fn f32(self, at: usize) -> f32 {
+        f32::from_le_bytes(self.array(at))
+    }
+
+    /// Text of at most `N` bytes at `at`, up to its first zero; bytes that are not UTF-8 are replaced.
+    pub fn text<const N: usize>(self, at: usize) -> String {
+        let bytes: [u8; N] = self.array(at);
+        let end = bytes.iter().position(|b| *b == 0).unwrap_or(N);
+        String::from_utf8_lossy(&bytes[..end]).into_owned()
+    }
+}
+
+/// A COMMAND_LONG or COMMAND_INT.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Command {
+    /// The command's number (`MAV_CMD`), known or not.
+    pub command: u16,
+    /// The seven parameters; of a COMMAND_INT, 5 and 6 are its integers x and y as they are on the wire.
+    pub params: [f32; 7],
+    /// x and y of a COMMAND_INT (degE7 or 1e4 m); `None` for a COMMAND_LONG.
+    pub xy: Option<[i32; 2]>,
+    /// Frame of a COMMAND_INT (`MAV_FRAME`); 0 for a COMMAND_LONG.
+    pub frame: u8,
+    /// Addressed system.
+    pub target_system: u8,
+    /// Addressed component.
+    pub target_component: u8,
+    /// 0 at the first transmission of a COMMAND_LONG, counted up with each repetition.
+    pub confirmation: u8,
+}
+
+impl Command {
+    fn read(message_id: u32, p: Payload<'_>) -> Option<Self> {
+        if message_id != COMMAND_LONG_ID && message_id != COMMAND_INT_ID {
+            return None;
+        }
+        let mut params: [f32; 7] = std::array::from_fn(|i| p.f32(4 * i));
+        let mut xy = None;
+        if message_id == COMMAND_INT_ID {
+            let [x, y] = [p.i32(16), p.i32(20)];
+            (params[4], params[5], xy) = (x as f32, y as f32, Some([x, y]));
+        }
+        Some(Self {
+            command: p.u16(28),
+            params,
+            xy,
+            frame: if xy.is_some() { p.u8(32) } else { 0 },
+            target_system: p.u8(30),
+            target_component: p.u8(31),
+            confirmation: if xy.is_some() { 0 } else { p.u8(32) },
+        })
+    }
+
+    /// Parameter `number` (1 to 7); `None` when it is NaN, which means "not given", or there is no such number.
+    pub fn param(&self, number: usize) -> Option<f32> {
+        let value = *self.params.get(number.checked_sub(1)?)?;
+        (!value.is_nan()).then_some(value)
+    }
+}
+
+/// A SET_MODE.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SetMode {
+    /// Addressed system.
+    pub target_system: u8,
+    /// `MAV_MODE_FLAG` bits; ground stations send the bare 1 (custom mode) that names no `MAV_MODE`.
+    pub base_mode: u8,
+    /// The autopilot's own mode.
+    pub custom_mode: u32,
+}

@@ -1,0 +1,140 @@
+//! The wire in memory: simulator with parachute, autopilot and streamer in one thread, in lockstep.
+//!
+//! Everything they say to each other is encoded to MAVLink 2 frames and decoded on the other side, as on sockets, but
+//! simulated time stands still until all has been delivered. Within a step at time t the order is: the simulator's
+//! messages of t, the autopilot's answer and telemetry of t, what the streamer and the parachute make of them, and their
+//! answers; so a setpoint sent at t is with the autopilot before its step at t + 4 ms, and a release commanded at t is a
+//! release at t. Same sessions, same bytes, every time.
+//!
+//! Frames of the ground station's link leave by the tap; what a ground station sends is put in by [`Lockstep::deliver`].
+
+use super::simulator::Missing;
+use super::{Decoder, Faults, Frame, Link, Pace, Session, SimulatorSession, StreamerSession, TimeUs};
+
+/// Rounds of answers to answers within one step; what is still in flight then is delivered in the next step.
+const MAX_ROUNDS: usize = 32;
+
+/// Why the lockstep stands still.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LockstepError {
+    /// The autopilot has not answered.
+    #[error("at {:.3} s the simulator misses {missing}", *at as f64 * 1e-6)]
+    NoAnswer {
+        /// Simulated time.
+        at: TimeUs,
+        /// What is missing.
+        missing: Missing,
+    },
+}
+
+/// The parties and the wires between them. See the head of this file.
+#[derive(Clone, Debug)]
+pub struct Lockstep<A> {
+    /// The simulator, which hosts the parachute.
+    pub simulator: SimulatorSession,
+    /// The autopilot.
+    pub autopilot: A,
+    /// The streamer.
+    pub streamer: StreamerSession,
+    decoder: Decoder,
+}
+
+impl<A: Session> Lockstep<A> {
+    /// Connects the three; the simulator has its peer.
+    pub fn new(mut simulator: SimulatorSession, autopilot: A, streamer: StreamerSession) -> Self {
+        simulator.peer_connected();
+        Self { simulator, autopilot, streamer, decoder: Decoder::new() }
+    }
+
+    /// Makes one step of the simulation and delivers all that follows from it. Every frame goes by `tap`, once, with its
+    /// simulated time and its link. Returns whether the mission goes on.
+    ///
+    /// # Errors
+    /// [`LockstepError::NoAnswer`] when the autopilot has not answered the step before.
+    pub fn step(&mut self, tap: &mut impl FnMut(TimeUs, Link, &[u8])) -> Result<bool, LockstepError> {
+        match self.simulator.pace() {
+            Pace::Done => return Ok(false),
+            Pace::Free | Pace::Ready => self.simulator.advance(),
+            Pace::NoPeer | Pace::AwaitingControls => {
+                let missing = self.simulator.missing().unwrap_or(Missing::AnyFrame);
+                return Err(LockstepError::NoAnswer { at: self.simulator.now(), missing });
+            }
+        }
+        let now = self.simulator.now();
+        // The setpoint that the autopilot's step at this time flies by is the one sent before it.
+        self.simulator.note_setpoint(self.streamer.velocity_setpoint_ned());
+        self.autopilot.handle_time(now);
+        self.streamer.handle_time(now);
+        for _ in 0..MAX_ROUNDS {
+            if !self.round(now, tap) {
+                break;
+            }
+        }
+        Ok(self.simulator.pace() != Pace::Done)
+    }
+
+    /// Steps until the mission is over.
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub fn run(&mut self, tap: &mut impl FnMut(TimeUs, Link, &[u8])) -> Result<(), LockstepError> {
+        while self.step(tap)? {}
+        Ok(())
+    }
+
+    /// Puts in what came from outside: a ground station's datagram for the autopilot or for the parachute.
+    pub fn deliver(&mut self, link: Link, datagram: &[u8]) {
+        let now = self.simulator.now();
+        let Self { simulator, autopilot, decoder, .. } = self;
+        match link {
+            Link::GroundStation | Link::Api => {
+                decoder.datagram(datagram, |frame| autopilot.handle_input(now, link, &frame));
+            }
+            Link::Parachute | Link::Simulator => {
+                decoder.datagram(datagram, |frame| simulator.handle_input(now, Link::Parachute, &frame));
+            }
+        }
+    }
+
+    /// What the receivers have seen of damage: none, but for what [`Self::deliver`] brought.
+    pub fn faults(&self) -> &Faults {
+        self.decoder.faults()
+    }
+
+    /// Everyone's output once; whether there was any.
+    fn round(&mut self, now: TimeUs, tap: &mut impl FnMut(TimeUs, Link, &[u8])) -> bool {
+        let Self { simulator, autopilot, streamer, decoder } = self;
+        let mut any = false;
+        while let Some(sent) = simulator.poll_output() {
+            any = true;
+            tap(now, sent.link, &sent.bytes);
+            match sent.link {
+                Link::Simulator => pass(decoder, &sent.bytes, now, autopilot, Link::Simulator),
+                _ => pass(decoder, &sent.bytes, now, streamer, Link::Parachute),
+            }
+        }
+        while let Some(sent) = autopilot.poll_output() {
+            any = true;
+            tap(now, sent.link, &sent.bytes);
+            match sent.link {
+                Link::Simulator => pass(decoder, &sent.bytes, now, simulator, Link::Simulator),
+                Link::Api => pass(decoder, &sent.bytes, now, streamer, Link::Api),
+                Link::GroundStation | Link::Parachute => {}
+            }
+        }
+        while let Some(sent) = streamer.poll_output() {
+            any = true;
+            tap(now, sent.link, &sent.bytes);
+            // One socket, two peers, as on UDP: both get it, and each knows what is meant for it.
+            decoder.datagram(&sent.bytes, |frame: Frame| {
+                autopilot.handle_input(now, Link::Api, &frame);
+                simulator.handle_input(now, Link::Parachute, &frame);
+            });
+        }
+        any
+    }
+}
+
+fn pass(decoder: &mut Decoder, bytes: &[u8], now: TimeUs, to: &mut impl Session, link: Link) {
+    decoder.datagram(bytes, |frame| to.handle_input(now, link, &frame));
+}

@@ -1,0 +1,93 @@
+//! The wire: MAVLink frames, and the sans-IO sessions that speak them.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`frame`] | a frame as received; what a strict message enum refuses stays readable |
+//! | [`decoder`] | bytes to frames: stream and datagram, MAVLink 1 and 2 |
+//! | [`encoder`] | messages to bytes |
+//! | [`tlog`] | the record of what went over the wire |
+//! | [`parachute`] | the parachute component: release by command |
+//! | [`simulator`] | the simulator: lockstep, release triggers, sensors, flight log |
+//! | [`streamer`] | the offboard streamer: arms, releases, streams the plan |
+//! | [`autopilot`] | the reference autopilot: HIL client, vehicle for ground stations and companions |
+//! | [`lockstep`] | all of them on a wire in memory |
+//!
+//! A session owns no socket and no clock. Simulated time comes as an argument, frames go in by `handle_input`, time
+//! alone by `handle_time`, and what it wants sent is fetched by `poll_output` until that returns `None`. The sockets
+//! and the only clock are in `shell`.
+
+pub mod autopilot;
+pub mod decoder;
+pub mod encoder;
+pub mod frame;
+pub mod lockstep;
+pub mod parachute;
+pub mod simulator;
+pub mod streamer;
+pub mod tlog;
+
+#[cfg(test)]
+mod codec_tests;
+#[cfg(test)]
+mod test_site;
+
+pub use autopilot::{AutopilotSession, AutopilotSetup};
+pub use decoder::{Decoder, Faults};
+pub use encoder::{CommandAck, Encoder};
+pub use frame::{Command, Frame, Message, Payload, SetMode};
+pub use lockstep::{Lockstep, LockstepError};
+pub use parachute::ParachuteComponent;
+pub use simulator::{Pace, ReleaseTrigger, Silence, SimulatorConfig, SimulatorEvent, SimulatorSession};
+pub use streamer::{StreamerConfig, StreamerEvent, StreamerSession};
+pub use tlog::Tlog;
+
+/// Simulated time since the simulation began [us].
+pub type TimeUs = u64;
+
+/// Which of a session's connections a frame came by or goes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Link {
+    /// Simulator and autopilot: HIL messages, TCP 4560 + instance.
+    Simulator,
+    /// Ground stations: UDP, the autopilot's 18570 + instance to 14550.
+    GroundStation,
+    /// Companions and scripts: UDP, the autopilot's 14580 + instance to 14540 + instance.
+    Api,
+    /// The parachute's own socket: UDP 14600 + instance to 14550 and 14540 + instance.
+    Parachute,
+}
+
+/// An encoded frame that a session wants sent.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Transmit {
+    /// By which connection.
+    pub link: Link,
+    /// The frame.
+    pub bytes: Vec<u8>,
+}
+
+/// A party on the wire, without socket and clock.
+pub trait Session {
+    /// Takes a frame that came by `link` at simulated time `now`.
+    fn handle_input(&mut self, now: TimeUs, link: Link, frame: &Frame);
+
+    /// Does what falls due by `now` without a frame.
+    fn handle_time(&mut self, now: TimeUs);
+
+    /// The next frame to send; call until `None` after each of the two above.
+    fn poll_output(&mut self) -> Option<Transmit>;
+}
+
+impl Session for AutopilotSession {
+    fn handle_input(&mut self, now: TimeUs, link: Link, frame: &Frame) {
+        Self::handle_input(self, now, link, frame);
+    }
+
+    fn handle_time(&mut self, now: TimeUs) {
+        Self::handle_time(self, now);
+    }
+
+    fn poll_output(&mut self) -> Option<Transmit> {
+        Self::poll_output(self)
+    }
+}

@@ -1,0 +1,90 @@
+//! How a simulator session runs, what its caller may do next, and what it counts.
+
+use std::time::Duration;
+
+use super::super::TimeUs;
+
+/// What cuts the vehicle loose, besides a command to the parachute, which always does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ReleaseTrigger {
+    /// Nothing else.
+    Command,
+    /// A time of the simulation [s].
+    Time(f64),
+    /// Sinking to an altitude above mean sea level [m].
+    Altitude(f64),
+    /// The autopilot being armed and in OFFBOARD, as its HEARTBEAT on this link (and the flag of HIL_ACTUATOR_CONTROLS) say.
+    ArmedOffboard,
+}
+
+/// What happens when an answer stays out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Silence {
+    /// Waits for ever, and says so.
+    KeepWaiting,
+    /// After this long the step is made under the old commands.
+    FreeRunAfter(Duration),
+}
+
+/// How a session runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SimulatorConfig {
+    /// System of the vehicle; the simulator and the parachute are components of it.
+    pub system_id: u8,
+    /// Step of the simulation and period of HIL_SENSOR.
+    pub step_us: TimeUs,
+    /// Period of HIL_GPS.
+    pub gps_period_us: TimeUs,
+    /// Length of the mission.
+    pub duration_us: TimeUs,
+    /// What cuts the vehicle loose.
+    pub trigger: ReleaseTrigger,
+    /// Draws the sensor noise.
+    pub seed: u64,
+    /// What happens when an answer stays out.
+    pub silence: Silence,
+}
+
+impl Default for SimulatorConfig {
+    fn default() -> Self {
+        Self {
+            system_id: 1,
+            step_us: 4_000,
+            gps_period_us: 100_000,
+            duration_us: 45_000_000,
+            trigger: ReleaseTrigger::Command,
+            seed: 1,
+            silence: Silence::KeepWaiting,
+        }
+    }
+}
+
+/// What the caller may do next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// No autopilot is connected.
+    NoPeer,
+    /// The autopilot has not answered yet: [`SimulatorSession::advance`] in real time, or the speed asked for.
+    Free,
+    /// The autopilot's answer is missing.
+    AwaitingControls,
+    /// The answer is there: [`SimulatorSession::advance`] when the next step is due.
+    Ready,
+    /// The mission is over.
+    Done,
+}
+
+/// What has been counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SimulatorCounts {
+    /// Steps made.
+    pub steps: u64,
+    /// Steps made without an answer, the free run included.
+    pub unanswered: u64,
+    /// Commands to motors that were not numbers, taken as zero.
+    pub not_finite: u64,
+    /// Commands to motors outside 0..1 while armed, clamped.
+    pub clamped: u64,
+    /// HIL_ACTUATOR_CONTROLS whose time is not that of the HIL_SENSOR to be answered.
+    pub mistimed: u64,
+}

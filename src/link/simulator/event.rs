@@ -1,0 +1,146 @@
+//! What the simulator has to tell, with simulated times.
+
+use std::fmt;
+use std::time::Duration;
+
+use super::super::TimeUs;
+
+/// Why the vehicle was cut loose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReleaseCause {
+    /// A command to the parachute.
+    Command,
+    /// The mission's time.
+    Time,
+    /// The mission's altitude.
+    Altitude,
+    /// Armed and in OFFBOARD.
+    ArmedOffboard,
+}
+
+impl ReleaseCause {
+    /// A few words.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Command => "by command",
+            Self::Time => "at the mission's time",
+            Self::Altitude => "at the altitude",
+            Self::ArmedOffboard => "armed in OFFBOARD",
+        }
+    }
+}
+
+/// What a wait is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Missing {
+    /// The autopilot has connected and not sent a single frame.
+    AnyFrame,
+    /// The autopilot owes the answer to a HIL_SENSOR.
+    ActuatorControls,
+}
+
+impl fmt::Display for Missing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::AnyFrame => "any message from the autopilot, which has connected but sent nothing",
+            Self::ActuatorControls => "HIL_ACTUATOR_CONTROLS from the autopilot, the answer to HIL_SENSOR",
+        })
+    }
+}
+
+/// An event.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SimulatorEvent {
+    /// An autopilot has connected; `again`: the drop has started over for it.
+    Connected {
+        /// The drop had begun with an earlier one.
+        again: bool,
+    },
+    /// The first answer has come; from here on, simulator and autopilot run in lockstep.
+    Lockstep {
+        /// Simulated time.
+        at: TimeUs,
+    },
+    /// The autopilot has been armed or disarmed.
+    Armed {
+        /// Simulated time.
+        at: TimeUs,
+        /// Which of the two.
+        armed: bool,
+    },
+    /// The vehicle has been cut loose.
+    Released {
+        /// Simulated time.
+        at: TimeUs,
+        /// Why.
+        cause: ReleaseCause,
+    },
+    /// The delay is over, the rotors may turn.
+    RotorsFree {
+        /// Simulated time.
+        at: TimeUs,
+    },
+    /// An answer is missing.
+    Waiting {
+        /// Simulated time, which stands still.
+        at: TimeUs,
+        /// What is missing.
+        missing: Missing,
+        /// For how long, as the caller measures.
+        waited: Duration,
+    },
+    /// The step has been made without the answer.
+    GoingOnWithout {
+        /// Simulated time.
+        at: TimeUs,
+        /// What was missing.
+        missing: Missing,
+    },
+    /// HIL_ACTUATOR_CONTROLS with a time that no HIL_SENSOR had; not used.
+    Mistimed {
+        /// Simulated time.
+        at: TimeUs,
+        /// The message's time.
+        stamp: TimeUs,
+    },
+    /// The autopilot has gone.
+    PeerLeft {
+        /// Simulated time, which stands still.
+        at: TimeUs,
+    },
+    /// The mission is over.
+    Finished {
+        /// Simulated time.
+        at: TimeUs,
+    },
+}
+
+impl fmt::Display for SimulatorEvent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let s = |at: &TimeUs| *at as f64 * 1e-6;
+        match self {
+            Self::Connected { again: false } => f.write_str("autopilot connected"),
+            Self::Connected { again: true } => f.write_str("autopilot connected; the drop starts over"),
+            Self::Lockstep { at } => {
+                write!(f, "{:8.3} s  first answer from the autopilot, lockstep from here", s(at))
+            }
+            Self::Armed { at, armed: true } => write!(f, "{:8.3} s  autopilot armed", s(at)),
+            Self::Armed { at, armed: false } => write!(f, "{:8.3} s  autopilot disarmed", s(at)),
+            Self::Released { at, cause } => write!(f, "{:8.3} s  released {}", s(at), cause.text()),
+            Self::RotorsFree { at } => write!(f, "{:8.3} s  rotors free", s(at)),
+            Self::Waiting { at, missing, waited } => {
+                write!(f, "{:8.3} s  waiting since {:.1} s for {missing}", s(at), waited.as_secs_f64())
+            }
+            Self::GoingOnWithout { at, missing } => write!(f, "{:8.3} s  going on without {missing}", s(at)),
+            Self::Mistimed { at, stamp } => write!(
+                f,
+                "{:8.3} s  ignored HIL_ACTUATOR_CONTROLS stamped {stamp} us: no HIL_SENSOR had that time",
+                s(at)
+            ),
+            Self::PeerLeft { at } => {
+                write!(f, "{:8.3} s  autopilot disconnected; waiting for a new one", s(at))
+            }
+            Self::Finished { at } => write!(f, "{:8.3} s  end of the mission", s(at)),
+        }
+    }
+}

@@ -1,0 +1,308 @@
+//! The simulator's side of the HIL link, and the drop that it simulates.
+//!
+//! Lockstep, as PX4's simulator link has it. At each time t, every [`SimulatorConfig::step_us`], the session sends
+//! HIL_STATE_QUATERNION, ODOMETRY (to a peer that asked for it), HIL_GPS when due, and HIL_SENSOR last, all stamped t. The
+//! autopilot answers with HIL_ACTUATOR_CONTROLS of the same stamp, whose commands hold over [t, t + step). Until the first
+//! answer the session runs free, at the caller's pace and for a limited time; from then on each step waits for its answer.
+//! The first message is that of the first step, not of time 0, because a time stamp of 0 does not start PX4's clock.
+//!
+//! The caller asks [`SimulatorSession::pace`] what is to be done and calls [`SimulatorSession::advance`] when a step may
+//! be made; how fast that is, is the caller's business. How long an answer has been missing is measured by the caller
+//! ([`SimulatorSession::handle_silence`]) and told in events that name the message and the side.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use mavlink::dialects::common::MavMessage;
+use nalgebra::Vector3;
+
+use self::peer::Peer;
+use self::rates::HilRates;
+use self::sensors::{HilSensors, Truth};
+use super::{Encoder, Frame, Link, ParachuteComponent, Session, TimeUs, Transmit};
+use crate::model::{MAX_ROTORS, PerRotor};
+use crate::sim::{DropSimulation, Phase, Sample};
+use crate::units::US_PER_S;
+
+mod config;
+mod event;
+mod peer;
+mod rates;
+pub mod sensors;
+
+#[cfg(test)]
+mod tests;
+
+pub use config::{Pace, ReleaseTrigger, Silence, SimulatorConfig, SimulatorCounts};
+pub use event::{Missing, ReleaseCause, SimulatorEvent};
+
+/// The simulator's component: the number that PX4's Gazebo bridge uses.
+pub const SIMULATOR_COMPONENT: u8 = 200;
+/// Longest free run before the first answer.
+const FREE_RUN_LIMIT_US: TimeUs = 5_000_000;
+/// After such a silence the first report is made, the next after twice as long, and so on.
+const FIRST_REPORT: Duration = Duration::from_secs(1);
+
+/// The simulator: see the head of this file. Cloneable state is kept of the drop's beginning, so that a new autopilot
+/// finds the vehicle under its canopy again.
+#[derive(Clone, Debug)]
+pub struct SimulatorSession {
+    config: SimulatorConfig,
+    initial: DropSimulation,
+    sim: DropSimulation,
+    sensors: HilSensors,
+    rates: HilRates,
+    encoder: Encoder,
+    parachute: ParachuteComponent,
+    outbox: VecDeque<Vec<u8>>,
+    events: VecDeque<SimulatorEvent>,
+    log: Vec<Sample>,
+    counts: SimulatorCounts,
+    now: TimeUs,
+    pace: Pace,
+    peer: Peer,
+    throttle: PerRotor,
+    v_sp_ned: Option<Vector3<f64>>,
+    phase_told: Phase,
+    next_report: Duration,
+}
+
+impl SimulatorSession {
+    /// A session about a drop that has not begun. No autopilot is connected.
+    pub fn new(sim: DropSimulation, config: SimulatorConfig) -> Self {
+        let mut initial = sim;
+        if let ReleaseTrigger::Time(t_s) = config.trigger {
+            initial.schedule_release(t_s);
+        }
+        Self {
+            sensors: HilSensors::new(initial.environment(), config.seed),
+            rates: HilRates::new(config.step_us, config.gps_period_us),
+            encoder: Encoder::new(config.system_id, SIMULATOR_COMPONENT),
+            parachute: ParachuteComponent::new(config.system_id),
+            outbox: VecDeque::new(),
+            events: VecDeque::new(),
+            log: Vec::new(),
+            counts: SimulatorCounts::default(),
+            now: 0,
+            pace: Pace::NoPeer,
+            peer: Peer::default(),
+            throttle: [0.0; MAX_ROTORS],
+            v_sp_ned: None,
+            phase_told: Phase::Hanging,
+            next_report: FIRST_REPORT,
+            sim: initial.clone(),
+            initial,
+            config,
+        }
+    }
+
+    /// An autopilot has connected. The drop starts over, unless it has not begun.
+    pub fn peer_connected(&mut self) {
+        let again = self.now > 0;
+        if again {
+            let (encoder, mut parachute) = (self.encoder.clone(), self.parachute.clone());
+            parachute.restart();
+            let events = std::mem::take(&mut self.events);
+            *self = Self { encoder, parachute, events, ..Self::new(self.initial.clone(), self.config) };
+        }
+        self.pace = Pace::Free;
+        self.events.push_back(SimulatorEvent::Connected { again });
+    }
+
+    /// The autopilot has gone. The drop stands still; a finished one stays finished.
+    pub fn peer_left(&mut self) {
+        if !matches!(self.pace, Pace::NoPeer | Pace::Done) {
+            self.pace = Pace::NoPeer;
+            self.events.push_back(SimulatorEvent::PeerLeft { at: self.now });
+        }
+    }
+
+    /// What the caller may do next.
+    pub fn pace(&self) -> Pace {
+        self.pace
+    }
+
+    /// Simulated time.
+    pub fn now(&self) -> TimeUs {
+        self.now
+    }
+
+    /// The drop.
+    pub fn sim(&self) -> &DropSimulation {
+        &self.sim
+    }
+
+    /// How the session runs.
+    pub fn config(&self) -> &SimulatorConfig {
+        &self.config
+    }
+
+    /// What has been counted.
+    pub fn counts(&self) -> &SimulatorCounts {
+        &self.counts
+    }
+
+    /// The flight log: the state at each step with the commands that then held; the last row is the end.
+    pub fn log(&self) -> &[Sample] {
+        &self.log
+    }
+
+    /// The flight log, for keeps.
+    pub fn into_log(self) -> Vec<Sample> {
+        self.log
+    }
+
+    /// The next event.
+    pub fn poll_event(&mut self) -> Option<SimulatorEvent> {
+        self.events.pop_front()
+    }
+
+    /// Notes the velocity setpoint that the autopilot flies by, NED [m/s], for the flight log; the link does not carry it.
+    pub fn note_setpoint(&mut self, v_sp_ned: Option<Vector3<f64>>) {
+        self.v_sp_ned = v_sp_ned;
+    }
+
+    /// What the session waits for.
+    pub fn missing(&self) -> Option<Missing> {
+        (self.pace == Pace::AwaitingControls).then_some(if self.peer.heard {
+            Missing::ActuatorControls
+        } else {
+            Missing::AnyFrame
+        })
+    }
+
+    /// Makes one step, if [`Self::pace`] is free or ready, and sends the messages of the new time; elsewhere does nothing.
+    pub fn advance(&mut self) {
+        if !matches!(self.pace, Pace::Free | Pace::Ready) {
+            return;
+        }
+        self.counts.steps += 1;
+        self.counts.unanswered += u64::from(self.pace == Pace::Free);
+        self.log.push(self.sim.sample(&self.throttle, self.v_sp_ned));
+        self.sim.step(&self.throttle, self.config.step_us as f64 / US_PER_S);
+        self.now += self.config.step_us;
+        self.check_triggers();
+        self.tell_phase();
+        self.send_hil();
+        self.parachute.handle_time(self.now);
+        self.next_report = FIRST_REPORT;
+        self.pace = if self.now >= self.config.duration_us {
+            self.log.push(self.sim.sample(&self.throttle, self.v_sp_ned));
+            self.events.push_back(SimulatorEvent::Finished { at: self.now });
+            Pace::Done
+        } else if self.peer.answered || self.now >= FREE_RUN_LIMIT_US {
+            Pace::AwaitingControls
+        } else {
+            Pace::Free
+        };
+    }
+
+    /// An answer has been missing for `waited`, by the caller's measure; may be called as often as one likes.
+    pub fn handle_silence(&mut self, waited: Duration) {
+        let Some(missing) = self.missing() else { return };
+        if waited >= self.next_report {
+            self.next_report = waited * 2;
+            self.events.push_back(SimulatorEvent::Waiting { at: self.now, missing, waited });
+        }
+        if let Silence::FreeRunAfter(patience) = self.config.silence
+            && waited >= patience
+        {
+            self.counts.unanswered += 1;
+            self.events.push_back(SimulatorEvent::GoingOnWithout { at: self.now, missing });
+            self.pace = Pace::Ready;
+        }
+    }
+
+    fn check_triggers(&mut self) {
+        let cause = match self.config.trigger {
+            ReleaseTrigger::Time(_) => ReleaseCause::Time,
+            ReleaseTrigger::Altitude(altitude_m) => {
+                let point = self.sim.environment().geo_point(&self.sim.state().body.p_ned);
+                if point.altitude_m <= altitude_m {
+                    self.release(ReleaseCause::Altitude);
+                }
+                return;
+            }
+            ReleaseTrigger::ArmedOffboard if self.peer.armed && self.peer.offboard => {
+                return self.release(ReleaseCause::ArmedOffboard);
+            }
+            ReleaseTrigger::ArmedOffboard | ReleaseTrigger::Command => return,
+        };
+        // The simulation itself has cut at the time set; it remains to be told.
+        if self.sim.phase() != Phase::Hanging {
+            self.tell_release(cause);
+        }
+    }
+
+    /// Cuts the vehicle loose now.
+    pub fn release(&mut self, cause: ReleaseCause) {
+        if self.sim.phase() == Phase::Hanging {
+            self.sim.release();
+            self.tell_release(cause);
+            self.tell_phase();
+        }
+    }
+
+    fn tell_release(&mut self, cause: ReleaseCause) {
+        if let (Phase::Hanging, Some(t_s)) = (self.phase_told, self.sim.release_time_s()) {
+            let at = (t_s * US_PER_S).round() as TimeUs;
+            self.phase_told = Phase::Falling;
+            self.parachute.note_release(self.now, at, cause.text());
+            self.events.push_back(SimulatorEvent::Released { at, cause });
+        }
+    }
+
+    fn tell_phase(&mut self) {
+        if let (Phase::Falling, Phase::Powered) = (self.phase_told, self.sim.phase()) {
+            self.phase_told = Phase::Powered;
+            let at = self.sim.powered_from_s().map_or(self.now, |t_s| (t_s * US_PER_S).round() as TimeUs);
+            self.events.push_back(SimulatorEvent::RotorsFree { at });
+        }
+    }
+
+    fn send_hil(&mut self) {
+        let truth =
+            Truth { at: self.now, sim: &self.sim, specific_force_body: self.sim.specific_force_body() };
+        let due = self.rates.due(self.now);
+        if due.state_quaternion {
+            let message = MavMessage::HIL_STATE_QUATERNION(self.sensors.state_quaternion(&truth));
+            self.outbox.push_back(self.encoder.encode(&message));
+        }
+        if due.odometry {
+            let message = MavMessage::ODOMETRY(self.sensors.odometry(&truth));
+            self.outbox.push_back(self.encoder.encode(&message));
+        }
+        if due.gps {
+            let message = MavMessage::HIL_GPS(self.sensors.gps(&truth));
+            self.outbox.push_back(self.encoder.encode(&message));
+        }
+        let message = MavMessage::HIL_SENSOR(self.sensors.sensor(&truth));
+        self.outbox.push_back(self.encoder.encode(&message));
+    }
+}
+
+impl Session for SimulatorSession {
+    /// The session's own time counts; `_now` is not looked at.
+    fn handle_input(&mut self, _now: TimeUs, link: Link, frame: &Frame) {
+        match link {
+            Link::Simulator => self.take_from_autopilot(frame),
+            Link::Parachute => {
+                self.parachute.handle_input(self.now, link, frame);
+                if self.parachute.take_release() {
+                    self.release(ReleaseCause::Command);
+                }
+            }
+            Link::GroundStation | Link::Api => {}
+        }
+    }
+
+    /// Time is made here, by [`SimulatorSession::advance`].
+    fn handle_time(&mut self, _now: TimeUs) {}
+
+    fn poll_output(&mut self) -> Option<Transmit> {
+        match self.outbox.pop_front() {
+            Some(bytes) => Some(Transmit { link: Link::Simulator, bytes }),
+            None => self.parachute.poll_output(),
+        }
+    }
+}

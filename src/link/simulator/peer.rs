@@ -1,0 +1,104 @@
+//! What comes from the autopilot on the simulator link.
+
+use mavlink::dialects::common::{HIL_ACTUATOR_CONTROLS_DATA, MavCmd, MavMessage, MavModeFlag, MavResult};
+
+use super::super::{Command, CommandAck, Frame};
+use super::rates::SetInterval;
+use super::{Pace, SIMULATOR_COMPONENT, SimulatorEvent, SimulatorSession};
+
+/// Main mode OFFBOARD in PX4's custom mode.
+const PX4_MAIN_MODE_OFFBOARD: u32 = 6;
+
+/// What is known of the autopilot.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Peer {
+    pub(super) heard: bool,
+    pub(super) answered: bool,
+    pub(super) armed: bool,
+    pub(super) offboard: bool,
+}
+
+impl SimulatorSession {
+    fn take_controls(&mut self, m: &HIL_ACTUATOR_CONTROLS_DATA) {
+        if self.now == 0 || m.time_usec > self.now {
+            self.counts.mistimed += 1;
+            // One word at the 1st, 2nd, 4th, 8th .. of them.
+            if self.counts.mistimed.is_power_of_two() {
+                self.events.push_back(SimulatorEvent::Mistimed { at: self.now, stamp: m.time_usec });
+            }
+            return;
+        }
+        let armed = m.mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
+        self.set_armed(armed);
+        let n_rotors = self.sim.vehicle().rotors.len();
+        for (command, control) in self.throttle.iter_mut().zip(m.controls).take(n_rotors) {
+            let control = f64::from(control);
+            self.counts.not_finite += u64::from(!control.is_finite());
+            self.counts.clamped += u64::from(control.is_finite() && armed && !(0.0..=1.0).contains(&control));
+            *command = if control.is_finite() { control.clamp(0.0, 1.0) } else { 0.0 };
+        }
+        if !self.peer.answered {
+            self.peer.answered = true;
+            self.events.push_back(SimulatorEvent::Lockstep { at: self.now });
+        }
+        if m.time_usec == self.now {
+            if matches!(self.pace, Pace::Free | Pace::AwaitingControls) {
+                self.pace = Pace::Ready;
+            }
+        } else {
+            self.counts.mistimed += 1;
+            if self.pace == Pace::Free {
+                self.pace = Pace::AwaitingControls;
+            }
+        }
+    }
+
+    fn set_armed(&mut self, armed: bool) {
+        if armed != self.peer.armed {
+            self.peer.armed = armed;
+            self.events.push_back(SimulatorEvent::Armed { at: self.now, armed });
+        }
+    }
+
+    fn take_command(&mut self, command: &Command, from: (u8, u8)) {
+        let ours = [0, self.config.system_id].contains(&command.target_system)
+            && [0, SIMULATOR_COMPONENT].contains(&command.target_component);
+        if !ours {
+            return;
+        }
+        let result = if command.command == MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL as u16 {
+            match self.rates.set(command, self.now) {
+                SetInterval::Done => MavResult::MAV_RESULT_ACCEPTED,
+                SetInterval::Refused => MavResult::MAV_RESULT_DENIED,
+            }
+        } else {
+            MavResult::MAV_RESULT_UNSUPPORTED
+        };
+        let ack = CommandAck {
+            command: command.command,
+            result: result as u8,
+            target_system: from.0,
+            target_component: from.1,
+            ..CommandAck::default()
+        };
+        self.outbox.push_back(self.encoder.encode_command_ack(&ack));
+    }
+
+    pub(super) fn take_from_autopilot(&mut self, frame: &Frame) {
+        self.peer.heard = true;
+        match frame.known() {
+            Some(MavMessage::HIL_ACTUATOR_CONTROLS(m)) => self.take_controls(m),
+            Some(MavMessage::HEARTBEAT(m)) => {
+                self.peer.offboard = m.custom_mode >> 16 & 0xFF == PX4_MAIN_MODE_OFFBOARD;
+                if m.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED) {
+                    self.set_armed(true);
+                }
+            }
+            _ => {
+                if let Some(command) = frame.command() {
+                    self.take_command(&command, (frame.system_id, frame.component_id));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! Which HIL messages are due, and SET_MESSAGE_INTERVAL about them.
+//!
+//! HIL_STATE_QUATERNION goes out with every step unless asked otherwise; ODOMETRY only to a peer that asks for it, since
+//! PX4, which does not, would take it for vision. HIL_SENSOR is the clock and its rate is not for sale.
+
+use super::super::{Command, TimeUs};
+
+const HIL_STATE_QUATERNION_ID: f32 = 115.0;
+const ODOMETRY_ID: f32 = 331.0;
+
+/// What is due at a step, besides HIL_SENSOR.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Due {
+    pub(super) state_quaternion: bool,
+    pub(super) odometry: bool,
+    pub(super) gps: bool,
+}
+
+/// What becomes of a SET_MESSAGE_INTERVAL.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum SetInterval {
+    Done,
+    Refused,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Rate {
+    /// `None`: off.
+    period_us: Option<TimeUs>,
+    next: TimeUs,
+}
+
+impl Rate {
+    fn every(period_us: TimeUs) -> Self {
+        Self { period_us: Some(period_us), next: 0 }
+    }
+
+    /// Whether the message is due at the step `now`: the one nearest to its time.
+    fn due(&mut self, now: TimeUs, step_us: TimeUs) -> bool {
+        let Some(period_us) = self.period_us else { return false };
+        if now + step_us / 2 < self.next {
+            return false;
+        }
+        // Keep the phase, unless behind by more than a period.
+        self.next = if self.next + period_us > now { self.next } else { now } + period_us;
+        true
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct HilRates {
+    step_us: TimeUs,
+    state_quaternion: Rate,
+    odometry: Rate,
+    gps: Rate,
+}
+
+impl HilRates {
+    pub(super) fn new(step_us: TimeUs, gps_period_us: TimeUs) -> Self {
+        Self {
+            step_us,
+            state_quaternion: Rate::every(step_us),
+            odometry: Rate { period_us: None, next: 0 },
+            gps: Rate::every(gps_period_us),
+        }
+    }
+
+    pub(super) fn due(&mut self, now: TimeUs) -> Due {
+        Due {
+            state_quaternion: self.state_quaternion.due(now, self.step_us),
+            odometry: self.odometry.due(now, self.step_us),
+            gps: self.gps.due(now, self.step_us),
+        }
+    }
+
+    /// MAV_CMD_SET_MESSAGE_INTERVAL: param1 the message, param2 the interval [us], 0 the default, -1 off. An interval shorter
+    /// than the step is as good as the step.
+    pub(super) fn set(&mut self, command: &Command, now: TimeUs) -> SetInterval {
+        let (rate, default) = match command.param(1) {
+            Some(HIL_STATE_QUATERNION_ID) => (&mut self.state_quaternion, Some(self.step_us)),
+            Some(ODOMETRY_ID) => (&mut self.odometry, None),
+            _ => return SetInterval::Refused,
+        };
+        let period_us = match command.param(2) {
+            Some(0.0) => default,
+            Some(-1.0) => None,
+            Some(us) if us > 0.0 && us.is_finite() => Some(round_to_step(us, self.step_us)),
+            _ => return SetInterval::Refused,
+        };
+        *rate = Rate { period_us, next: now };
+        SetInterval::Done
+    }
+}
+
+/// PX4 asks for 5000 us and a step has 4000: the nearest whole number of steps is meant.
+fn round_to_step(us: f32, step_us: TimeUs) -> TimeUs {
+    let steps = (f64::from(us) / step_us as f64).round().max(1.0);
+    (steps as TimeUs).saturating_mul(step_us)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn set(rates: &mut HilRates, message: f32, interval: f32) -> SetInterval {
+        let mut params = [0.0; 7];
+        (params[0], params[1]) = (message, interval);
+        let command = Command {
+            command: 511,
+            params,
+            xy: None,
+            frame: 0,
+            target_system: 0,
+            target_component: 0,
+            confirmation: 0,
+        };
+        rates.set(&command, 0)
+    }
+
+    fn count(rates: &mut HilRates, pick: impl Fn(Due) -> bool) -> usize {
+        (1..=250).filter(|i| pick(rates.due(i * 4_000))).count()
+    }
+
+    #[test]
+    fn defaults_are_truth_at_every_step_fixes_at_10_hz_and_no_odometry() {
+        assert_eq!(count(&mut HilRates::new(4_000, 100_000), |d| d.state_quaternion), 250);
+        assert_eq!(count(&mut HilRates::new(4_000, 100_000), |d| d.gps), 10);
+        assert_eq!(count(&mut HilRates::new(4_000, 100_000), |d| d.odometry), 0);
+    }
+
+    #[test]
+    fn intervals_are_obeyed_to_the_nearest_step() {
+        for (interval, expected) in
+            [(5_000.0, 250), (1.0, 250), (20_000.0, 50), (1e6, 1), (-1.0, 0), (0.0, 0)]
+        {
+            let mut rates = HilRates::new(4_000, 100_000);
+            assert_eq!(set(&mut rates, 331.0, interval), SetInterval::Done);
+            assert_eq!(count(&mut rates, |d| d.odometry), expected, "{interval}");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused() {
+        let mut rates = HilRates::new(4_000, 100_000);
+        for (message, interval) in
+            [(107.0, 4e3), (331.0, f32::NAN), (331.0, -2.0), (f32::NAN, 4e3), (331.5, 1.0)]
+        {
+            assert_eq!(set(&mut rates, message, interval), SetInterval::Refused);
+        }
+        assert_eq!(set(&mut rates, 331.0, f32::MAX), SetInterval::Done);
+    }
+}

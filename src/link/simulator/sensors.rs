@@ -1,0 +1,266 @@
+//! What the simulator says about the vehicle: sensors and truth as HIL messages.
+//!
+//! **The one place for sensor models.** They are plain here: ideal inertial sensors and magnetometer, a barometer that
+//! follows PX4's atmosphere with a little noise (one that repeats itself bit by bit is taken for dead), a satellite fix
+//! without errors. The noise is a function of the seed and the time alone, so that it does not matter who asks first.
+//!
+//! The magnetic field is that of a dipole along the axis of rotation, 31.2 uT at the equator, in place of a field map:
+//! north and down from the latitude, no declination. Titan has no field of its own; its missions borrow this one.
+
+use mavlink::dialects::common::{
+    HIL_GPS_DATA, HIL_SENSOR_DATA, HIL_STATE_QUATERNION_DATA, HilSensorUpdatedFlags, MavFrame, ODOMETRY_DATA,
+};
+use nalgebra::Vector3;
+
+use super::super::TimeUs;
+use crate::frames::rotate_body_from_ned;
+use crate::model::Environment;
+use crate::sim::DropSimulation;
+use crate::units::{DEG_PER_RAD, RAD_PER_DEG, STANDARD_GRAVITY_M_S2};
+
+/// Field of the dipole at the equator [gauss].
+const EQUATOR_FIELD_GAUSS: f64 = 0.312;
+/// Standard deviation of the pressure noise [hPa], about 8 cm.
+const PRESSURE_NOISE_HPA: f64 = 0.01;
+/// Accelerometer, gyroscope, magnetometer, and of the barometer pressure, pressure altitude and temperature. A
+/// multirotor has no airspeed sensor: the differential pressure (0x400) is left out.
+const FIELDS_UPDATED: u32 = 0x007 | 0x038 | 0x1C0 | 0x1A00;
+/// Below this ground speed [m/s] there is no course.
+const COURSE_SPEED_M_S: f64 = 0.1;
+
+/// The vehicle's state at an instant as the messages need it.
+#[derive(Clone, Copy, Debug)]
+pub struct Truth<'a> {
+    /// Simulated time.
+    pub at: TimeUs,
+    /// The simulation, standing at that time.
+    pub sim: &'a DropSimulation,
+    /// What the accelerometer reads, body [m/s^2]; [`DropSimulation::specific_force_body`], once for all messages.
+    pub specific_force_body: Vector3<f64>,
+}
+
+/// The sensors of one vehicle at its site.
+#[derive(Clone, Debug)]
+pub struct HilSensors {
+    seed: u64,
+    field_ned_gauss: Vector3<f64>,
+}
+
+impl HilSensors {
+    /// Sensors at the site; `seed` draws the noise.
+    pub fn new(environment: &Environment, seed: u64) -> Self {
+        let (sin, cos) = (environment.anchor.latitude_deg * RAD_PER_DEG).sin_cos();
+        let field_ned_gauss = Vector3::new(cos, 0.0, 2.0 * sin) * EQUATOR_FIELD_GAUSS;
+        Self { seed, field_ned_gauss }
+    }
+
+    /// HIL_SENSOR: all sensors, body FRD, `id` 0, which drives PX4's clock.
+    pub fn sensor(&self, truth: &Truth<'_>) -> HIL_SENSOR_DATA {
+        let body = &truth.sim.state().body;
+        let altitude_m = truth.sim.environment().geo_point(&body.p_ned).altitude_m;
+        let pressure_hpa = pressure_hpa(altitude_m) + PRESSURE_NOISE_HPA * self.normal(truth.at);
+        let mag = rotate_body_from_ned(body.q_ned_from_body, self.field_ned_gauss);
+        let [xacc, yacc, zacc] = single(truth.specific_force_body);
+        let [xgyro, ygyro, zgyro] = single(body.omega_body);
+        let [xmag, ymag, zmag] = single(mag);
+        HIL_SENSOR_DATA {
+            time_usec: truth.at,
+            xacc,
+            yacc,
+            zacc,
+            xgyro,
+            ygyro,
+            zgyro,
+            xmag,
+            ymag,
+            zmag,
+            abs_pressure: pressure_hpa as f32,
+            diff_pressure: 0.0,
+            pressure_alt: pressure_altitude_m(pressure_hpa) as f32,
+            temperature: (15.0 - 0.0065 * altitude_m.clamp(-1_000.0, 11_000.0)) as f32,
+            fields_updated: HilSensorUpdatedFlags::from_bits_retain(FIELDS_UPDATED),
+            id: 0,
+        }
+    }
+
+    /// HIL_GPS: a 3D fix without errors.
+    pub fn gps(&self, truth: &Truth<'_>) -> HIL_GPS_DATA {
+        let body = &truth.sim.state().body;
+        let point = truth.sim.environment().geo_point(&body.p_ned);
+        let v_cm_s = body.v_ned * 100.0;
+        let ground_speed = body.v_ned.xy().norm();
+        let course_deg = body.v_ned.y.atan2(body.v_ned.x) * DEG_PER_RAD;
+        HIL_GPS_DATA {
+            time_usec: truth.at,
+            lat: (point.latitude_deg * 1e7).round() as i32,
+            lon: (point.longitude_deg * 1e7).round() as i32,
+            alt: (point.altitude_m * 1e3).round() as i32,
+            eph: 90,
+            epv: 120,
+            vel: (ground_speed * 100.0).round() as u16,
+            vn: v_cm_s.x.round() as i16,
+            ve: v_cm_s.y.round() as i16,
+            vd: v_cm_s.z.round() as i16,
+            cog: if ground_speed < COURSE_SPEED_M_S {
+                u16::MAX
+            } else {
+                // 360.00 deg would be 36000, which the field does not have.
+                ((course_deg.rem_euclid(360.0) * 100.0).round() as u16) % 36_000
+            },
+            fix_type: 3,
+            satellites_visible: 12,
+            id: 0,
+            yaw: 0,
+        }
+    }
+
+    /// HIL_STATE_QUATERNION: the truth, velocities and accelerations in coarse integers, for logs and viewers.
+    pub fn state_quaternion(&self, truth: &Truth<'_>) -> HIL_STATE_QUATERNION_DATA {
+        let body = &truth.sim.state().body;
+        let environment = truth.sim.environment();
+        let point = environment.geo_point(&body.p_ned);
+        let airspeed_cm_s = ((body.v_ned - environment.wind_ned_m_s).norm() * 100.0).round() as u16;
+        let [rollspeed, pitchspeed, yawspeed] = single(body.omega_body);
+        let [vx, vy, vz] = (body.v_ned * 100.0).map(|v| v.round() as i16).into();
+        let milli_g = truth.specific_force_body * (1e3 / STANDARD_GRAVITY_M_S2);
+        let [xacc, yacc, zacc] = milli_g.map(|a| a.round() as i16).into();
+        HIL_STATE_QUATERNION_DATA {
+            time_usec: truth.at,
+            attitude_quaternion: body.q_ned_from_body.map(|c| c as f32),
+            rollspeed,
+            pitchspeed,
+            yawspeed,
+            lat: (point.latitude_deg * 1e7).round() as i32,
+            lon: (point.longitude_deg * 1e7).round() as i32,
+            alt: (point.altitude_m * 1e3).round() as i32,
+            vx,
+            vy,
+            vz,
+            ind_airspeed: airspeed_cm_s,
+            true_airspeed: airspeed_cm_s,
+            xacc,
+            yacc,
+            zacc,
+        }
+    }
+
+    /// ODOMETRY: the truth in single precision; position in the local NED frame, velocities in body FRD.
+    pub fn odometry(&self, truth: &Truth<'_>) -> ODOMETRY_DATA {
+        let body = &truth.sim.state().body;
+        let [x, y, z] = single(body.p_ned);
+        let [vx, vy, vz] = single(rotate_body_from_ned(body.q_ned_from_body, body.v_ned));
+        let [rollspeed, pitchspeed, yawspeed] = single(body.omega_body);
+        ODOMETRY_DATA {
+            time_usec: truth.at,
+            frame_id: MavFrame::MAV_FRAME_LOCAL_NED,
+            child_frame_id: MavFrame::MAV_FRAME_BODY_FRD,
+            x,
+            y,
+            z,
+            q: body.q_ned_from_body.map(|c| c as f32),
+            vx,
+            vy,
+            vz,
+            rollspeed,
+            pitchspeed,
+            yawspeed,
+            // NaN in the first element: covariance unknown.
+            pose_covariance: std::array::from_fn(|i| if i == 0 { f32::NAN } else { 0.0 }),
+            velocity_covariance: std::array::from_fn(|i| if i == 0 { f32::NAN } else { 0.0 }),
+            ..ODOMETRY_DATA::default()
+        }
+    }
+
+    /// A number of about normal distribution, drawn by seed and time: the sum of twelve uniform ones.
+    fn normal(&self, at: TimeUs) -> f64 {
+        let mut state = self.seed ^ at.wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let mut sum = 0.0;
+        for _ in 0..12 {
+            sum += (splitmix64(&mut state) >> 11) as f64 / (1u64 << 53) as f64;
+        }
+        sum - 6.0
+    }
+}
+
+/// Steele, Lea, Flood (2014): SplitMix64.
+fn splitmix64(state: &mut u64) -> u64 {
+    *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
+}
+
+/// The pressure from which PX4 recovers an altitude [m]: `p = 1013.25 (1 - 2.25577e-5 h)^5.25588` hPa.
+fn pressure_hpa(altitude_m: f64) -> f64 {
+    1013.25 * (1.0 - 2.25577e-5 * altitude_m).max(0.0).powf(5.25588)
+}
+
+/// The inverse of [`pressure_hpa`].
+fn pressure_altitude_m(pressure_hpa: f64) -> f64 {
+    (1.0 - (pressure_hpa.max(0.0) / 1013.25).powf(1.0 / 5.25588)) / 2.25577e-5
+}
+
+fn single(v: Vector3<f64>) -> [f32; 3] {
+    v.map(|x| x as f32).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::test_site;
+    use super::*;
+    use crate::model::MAX_ROTORS;
+
+    fn hanging(at: TimeUs) -> (HilSensors, DropSimulation, Vector3<f64>) {
+        let mut sim = test_site::drop_simulation();
+        sim.step(&[0.0; MAX_ROTORS], at as f64 * 1e-6);
+        let f = sim.specific_force_body();
+        (HilSensors::new(sim.environment(), 1), sim, f)
+    }
+
+    #[test]
+    fn closed_form_a_hanging_vehicle_feels_its_weight_upwards() {
+        let (sensors, sim, specific_force_body) = hanging(8_000);
+        let m = sensors.sensor(&Truth { at: 8_000, sim: &sim, specific_force_body });
+        assert!((m.zacc + 9.80665).abs() < 1e-6 && m.xacc.abs() < 1e-6, "{m:?}");
+        assert_eq!((m.time_usec, m.id, m.fields_updated.bits()), (8_000, 0, 0x1BFF));
+        // 47.4 deg north: the field points down and north.
+        assert!((f64::from(m.xmag) - 0.312 * 47.4f64.to_radians().cos()).abs() < 1e-7 && m.zmag > 0.4);
+    }
+
+    /// US standard atmosphere, as the formula is meant: 954.61 hPa at 500 m, 898.76 at 1000 m.
+    #[test]
+    fn reference_pressure_is_the_standard_atmospheres() {
+        for (h, p) in [(0.0, 1013.25), (500.0, 954.61), (1000.0, 898.76)] {
+            assert!((pressure_hpa(h) - p).abs() < 0.02, "{h} m: {}", pressure_hpa(h));
+            assert!((pressure_altitude_m(pressure_hpa(h)) - h).abs() < 1e-9);
+        }
+        assert_eq!(pressure_hpa(1e6), 0.0);
+    }
+
+    #[test]
+    fn the_barometer_never_repeats_itself_and_its_noise_is_small_and_repeatable() {
+        let (sensors, sim, specific_force_body) = hanging(8_000);
+        let at = |t| sensors.sensor(&Truth { at: t, sim: &sim, specific_force_body }).abs_pressure;
+        let p: Vec<f64> = (1..2_000).map(|i| f64::from(at(i * 4_000))).collect();
+        assert!(p.windows(20).all(|w| w.iter().any(|x| *x != w[0])));
+        let mean = p.iter().sum::<f64>() / p.len() as f64;
+        let std = (p.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / p.len() as f64).sqrt();
+        assert!((0.008..0.012).contains(&std), "{std}");
+        assert_eq!(at(4_000), at(4_000));
+    }
+
+    #[test]
+    fn closed_form_scaled_integers_hold_the_descent() {
+        let (sensors, sim, specific_force_body) = hanging(500_000);
+        let truth = Truth { at: 500_000, sim: &sim, specific_force_body };
+        let gps = sensors.gps(&truth);
+        // 5 m/s down from 10 m above the point of release, at 600 m.
+        assert_eq!((gps.lat, gps.lon, gps.alt), (474_000_000, 85_000_000, 607_500));
+        assert_eq!((gps.vn, gps.ve, gps.vd, gps.cog, gps.fix_type), (0, 0, 500, u16::MAX, 3));
+        let state = sensors.state_quaternion(&truth);
+        assert_eq!((state.vz, state.zacc, state.true_airspeed), (500, -1000, 500));
+        let odometry = sensors.odometry(&truth);
+        assert_eq!((odometry.vz, odometry.z, odometry.q), (5.0, -7.5, [1.0, 0.0, 0.0, 0.0]));
+    }
+}

@@ -1,0 +1,92 @@
+//! What the streamer hears: the vehicle's clock, heartbeat and words, answers, and the instant of the release.
+
+use mavlink::dialects::common::{HEARTBEAT_DATA, MavMessage, MavModeFlag};
+
+use super::super::parachute::{PARACHUTE_COMPONENT, T_RELEASE};
+use super::super::{Frame, TimeUs};
+use super::{
+    AUTOPILOT_COMPONENT, Flight, STREAMER_COMPONENT, STREAMER_SYSTEM, Shown, StreamerEvent, StreamerSession,
+    StreamerState,
+};
+
+/// The clock may go back by less than this [us] without meaning a new start (messages that overtake each other).
+const CLOCK_JITTER_US: TimeUs = 1_000_000;
+/// How many of the vehicle's words are remembered.
+const WORDS: usize = 8;
+/// Main mode OFFBOARD in PX4's custom mode.
+const PX4_MAIN_MODE_OFFBOARD: u32 = 6;
+
+impl StreamerSession {
+    pub(super) fn take(&mut self, frame: &Frame) {
+        if frame.system_id != self.config.vehicle_system {
+            return;
+        }
+        if let (Some(ack), Some(request)) = (frame.command_ack(), &mut self.flight.request) {
+            let from = (frame.system_id, frame.component_id);
+            request.take_ack(&ack, from, (STREAMER_SYSTEM, STREAMER_COMPONENT));
+            return;
+        }
+        match (frame.component_id, frame.known()) {
+            (AUTOPILOT_COMPONENT, Some(MavMessage::ATTITUDE(m))) => self.take_clock(m.time_boot_ms),
+            (AUTOPILOT_COMPONENT, Some(MavMessage::HEARTBEAT(m))) => self.take_heartbeat(m),
+            (AUTOPILOT_COMPONENT | PARACHUTE_COMPONENT, Some(MavMessage::STATUSTEXT(m))) => {
+                let text = m.text.to_str().unwrap_or("(text that is not UTF-8)").to_owned();
+                if self.flight.said.len() == WORDS {
+                    self.flight.said.pop_front();
+                }
+                self.flight.said.push_back((self.flight.now, text.clone()));
+                let at = self.flight.now;
+                self.events.push_back(StreamerEvent::Text { at, severity: m.severity as u8, text });
+            }
+            (PARACHUTE_COMPONENT, Some(MavMessage::NAMED_VALUE_INT(m))) => {
+                if let (Ok(T_RELEASE), Ok(ms)) = (m.name.to_str(), TimeUs::try_from(m.value)) {
+                    self.note_release(ms * 1_000, true);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn take_clock(&mut self, time_boot_ms: u32) {
+        let now = TimeUs::from(time_boot_ms) * 1_000;
+        if now + CLOCK_JITTER_US < self.flight.now {
+            self.events.push_back(StreamerEvent::VehicleRestarted { at: now });
+            self.flight = Flight { heartbeat_heard: true, ..Flight::new() };
+        }
+        if now > self.flight.now || self.flight.state == StreamerState::WaitingForVehicle {
+            self.tick(now);
+        }
+    }
+
+    fn take_heartbeat(&mut self, m: &HEARTBEAT_DATA) {
+        self.flight.heartbeat_heard = true;
+        let before = self.flight.shown;
+        self.flight.shown = Shown {
+            armed: m.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED),
+            offboard: m.custom_mode >> 16 & 0xFF == PX4_MAIN_MODE_OFFBOARD,
+        };
+        let flying = matches!(
+            self.flight.state,
+            StreamerState::Hanging
+                | StreamerState::Releasing
+                | StreamerState::Falling
+                | StreamerState::Tracking
+                | StreamerState::Target
+        );
+        let at = self.flight.now;
+        for (what, was, is) in [
+            ("armed", before.armed, self.flight.shown.armed),
+            ("in OFFBOARD", before.offboard, self.flight.shown.offboard),
+        ] {
+            if flying && was && !is {
+                let said = self.said_since(at.saturating_sub(2_000_000));
+                self.events.push_back(StreamerEvent::Lost { at, what, said });
+            }
+        }
+    }
+
+    /// The words since `at`, oldest first.
+    pub(super) fn said_since(&self, at: TimeUs) -> Vec<String> {
+        self.flight.said.iter().filter(|(t, _)| *t >= at).map(|(_, text)| text.clone()).collect()
+    }
+}

@@ -1,0 +1,125 @@
+//! A command that wants an answer: sent, answered or sent again, given up.
+
+use mavlink::dialects::common::{COMMAND_LONG_DATA, MavCmd};
+
+use super::super::{CommandAck, TimeUs};
+
+/// An unanswered or refused command is repeated after this simulated time. A refusal is told only then, so that the
+/// STATUSTEXT that explains it, which may come after it, is told with it.
+const RETRY_US: TimeUs = 1_000_000;
+
+const ACCEPTED: u8 = 0;
+const UNSUPPORTED: u8 = 3;
+const IN_PROGRESS: u8 = 5;
+
+/// One command on its way.
+#[derive(Clone, Debug)]
+pub(super) struct Request {
+    message: COMMAND_LONG_DATA,
+    /// In words, for the messages.
+    pub(super) what: &'static str,
+    /// Who is to answer, in words.
+    pub(super) by: &'static str,
+    attempts_left: u32,
+    sent_at: Option<TimeUs>,
+    result: Option<u8>,
+}
+
+/// What is to be done about a request.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Progress {
+    /// Wait.
+    Pending,
+    /// Send this.
+    Send(COMMAND_LONG_DATA),
+    /// It has been accepted.
+    Accepted,
+    /// It was refused (`Some`: the result) or not answered, and is worth another try.
+    Again(Option<u8>),
+    /// The same, but it is not to be tried again.
+    GaveUp(Option<u8>),
+}
+
+impl Request {
+    pub(super) fn new(
+        message: COMMAND_LONG_DATA,
+        what: &'static str,
+        by: &'static str,
+        attempts: u32,
+    ) -> Self {
+        Self { message, what, by, attempts_left: attempts, sent_at: None, result: None }
+    }
+
+    /// Arms or switches mode: commands to the autopilot.
+    pub(super) fn to_autopilot(
+        system_id: u8,
+        command: MavCmd,
+        params: [f32; 3],
+        what: &'static str,
+        attempts: u32,
+    ) -> Self {
+        let message = COMMAND_LONG_DATA {
+            command,
+            param1: params[0],
+            param2: params[1],
+            param3: params[2],
+            target_system: system_id,
+            target_component: super::AUTOPILOT_COMPONENT,
+            ..COMMAND_LONG_DATA::default()
+        };
+        Self::new(message, what, "autopilot", attempts)
+    }
+
+    /// Takes an acknowledgement that came from `from`, if it is one for this request and for `us`.
+    pub(super) fn take_ack(&mut self, ack: &CommandAck, from: (u8, u8), us: (u8, u8)) {
+        let m = &self.message;
+        // An old autopilot leaves the target empty.
+        let for_us = [(0, 0), us].contains(&(ack.target_system, ack.target_component));
+        if for_us && from == (m.target_system, m.target_component) && ack.command == m.command as u16 {
+            self.result = (ack.result != IN_PROGRESS).then_some(ack.result);
+        }
+    }
+
+    /// When it was last sent.
+    pub(super) fn sent_at(&self) -> Option<TimeUs> {
+        self.sent_at
+    }
+
+    pub(super) fn poll(&mut self, now: TimeUs) -> Progress {
+        if self.result == Some(ACCEPTED) {
+            return Progress::Accepted;
+        }
+        let Some(sent_at) = self.sent_at else {
+            self.sent_at = Some(now);
+            self.attempts_left = self.attempts_left.saturating_sub(1);
+            return Progress::Send(self.message.clone());
+        };
+        if now < sent_at + RETRY_US {
+            return Progress::Pending;
+        }
+        let result = self.result.take();
+        if self.attempts_left == 0 || result == Some(UNSUPPORTED) {
+            return Progress::GaveUp(result);
+        }
+        self.sent_at = None;
+        self.message.confirmation = self.message.confirmation.wrapping_add(1);
+        Progress::Again(result)
+    }
+}
+
+/// The name of a `MAV_RESULT`.
+pub(super) fn result_name(result: u8) -> String {
+    match result {
+        0 => "ACCEPTED".into(),
+        1 => "TEMPORARILY_REJECTED".into(),
+        2 => "DENIED".into(),
+        UNSUPPORTED => "UNSUPPORTED".into(),
+        4 => "FAILED".into(),
+        IN_PROGRESS => "IN_PROGRESS".into(),
+        6 => "CANCELLED".into(),
+        7 => "COMMAND_LONG_ONLY".into(),
+        8 => "COMMAND_INT_ONLY".into(),
+        9 => "COMMAND_UNSUPPORTED_MAV_FRAME".into(),
+        other => format!("result {other}"),
+    }
+}

@@ -1,0 +1,152 @@
+//! The architecture's rules, read off the sources: floors, purity of the core, one place for sockets.
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a test that reads the sources"
+)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The floors, lowest first; modules on one floor do not know each other.
+const FLOORS: &[&[&str]] = &[
+    &["real", "units"],
+    &["frames"],
+    &["model"],
+    &["trajectory"],
+    &["control", "plan"],
+    &["sim"],
+    &["assess"],
+    &["tune"],
+    &["config"],
+    &["report"],
+    &["autopilot"],
+    &["link"],
+    &["cli"],
+];
+
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut found: Vec<PathBuf> = fs::read_dir(folder)
+        .unwrap()
+        .flat_map(|entry| {
+            let path = entry.unwrap().path();
+            if path.is_dir() { sources(&path) } else { vec![path] }
+        })
+        .filter(|p| p.extension().is_some_and(|e| e == "rs"))
+        .collect();
+    found.sort();
+    found
+}
+
+/// The top-level module that a file belongs to.
+fn module_of(path: &Path) -> String {
+    let inside = path.strip_prefix("src").unwrap();
+    let first = inside.components().next().unwrap().as_os_str().to_str().unwrap();
+    first.trim_end_matches(".rs").to_owned()
+}
+
+fn floor_of(module: &str) -> usize {
+    FLOORS.iter().position(|floor| floor.contains(&module)).unwrap_or_else(|| {
+        panic!("module `{module}` stands on no floor: add it to FLOORS and ARCHITECTURE.md")
+    })
+}
+
+/// Top-level modules that a source names as `crate::module`, outside comments.
+fn imports(text: &str) -> Vec<String> {
+    let code: String = text
+        .lines()
+        .map(|line| line.split("//").next().unwrap_or_default())
+        .flat_map(|line| [line, "\n"])
+        .collect();
+    code.split("crate::")
+        .skip(1)
+        .flat_map(|rest| {
+            // `crate::{a::X, b}` and `crate::a::X`.
+            let names: Vec<&str> = match rest.strip_prefix('{') {
+                Some(list) => list.split('}').next().unwrap_or_default().split(',').collect(),
+                None => vec![rest],
+            };
+            names.into_iter().map(|name| {
+                name.trim().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>()
+            })
+        })
+        .filter(|name| !name.is_empty())
+        .collect()
+}
+
+#[test]
+fn a_module_imports_only_what_stands_below_it() {
+    let mut faults = Vec::new();
+    for path in sources(Path::new("src")) {
+        let module = module_of(&path);
+        if module == "lib" || module == "main" {
+            continue;
+        }
+        for import in imports(&fs::read_to_string(&path).unwrap()) {
+            if import != module && floor_of(&import) >= floor_of(&module) {
+                faults.push(format!("{}: `{module}` imports `{import}`", path.display()));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "imports that go up a floor:\n{}", faults.join("\n"));
+}
+
+/// No clock, socket, thread or printing below the shell.
+#[test]
+fn the_core_is_pure() {
+    let mut faults = Vec::new();
+    for path in sources(Path::new("src")) {
+        let module = module_of(&path);
+        let shell = module == "cli" || path.starts_with("src/link/shell") || module == "main";
+        if shell {
+            continue;
+        }
+        let text = fs::read_to_string(&path).unwrap();
+        for word in [
+            "std::net",
+            "tokio::",
+            "std::thread",
+            "std::time::",
+            "Instant::now",
+            "println!",
+            "thread_local!",
+            "static mut",
+        ] {
+            for (i, line) in text.lines().enumerate() {
+                let code = line.split("//").next().unwrap_or_default();
+                if code.contains(word)
+                    && !path.ends_with("tests.rs")
+                    && !text[..text.find(line).unwrap_or(0)].contains("mod tests")
+                {
+                    faults.push(format!("{}:{}: {word}", path.display(), i + 1));
+                }
+            }
+        }
+    }
+    assert!(faults.is_empty(), "not pure:\n{}", faults.join("\n"));
+}
+
+/// `unsafe` may stand in one module only.
+#[test]
+fn unsafe_code_stands_in_one_place() {
+    let with_unsafe: Vec<PathBuf> = sources(Path::new("src"))
+        .into_iter()
+        .filter(|path| {
+            let text = fs::read_to_string(path).unwrap();
+            text.lines().any(|line| line.split("//").next().unwrap_or_default().contains("unsafe {"))
+        })
+        .collect();
+    assert!(with_unsafe.iter().all(|p| p == Path::new("src/simd.rs")), "{with_unsafe:?}");
+}
+
+/// Each module stands in ARCHITECTURE.md's map.
+#[test]
+fn the_map_names_every_module() {
+    let map = fs::read_to_string("ARCHITECTURE.md").unwrap();
+    for module in FLOORS.iter().flat_map(|floor| floor.iter()) {
+        if Path::new("src").join(module).exists() || Path::new("src").join(format!("{module}.rs")).exists() {
+            assert!(map.contains(&format!("`{module}")), "ARCHITECTURE.md does not mention `{module}`");
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Telemetry: rates, contents, sequence numbers.
+
+use mavlink::dialects::common::*;
+use samara::link::Link;
+
+use crate::bench::{Bench, Sent, VEHICLE, last, level_no_thrust};
+
+#[test]
+fn regress_the_simulator_is_greeted_as_px4_does() {
+    let mut bench = Bench::new();
+    let greeting = bench.drain();
+    assert!(greeting.iter().all(|(link, _)| *link == Link::Simulator));
+    let ids: Vec<u32> = greeting.iter().map(|(_, f)| f.message_id).collect();
+    assert_eq!(ids, [0, 76, 76]);
+    let asked: Vec<f32> = greeting.iter().filter_map(|(_, f)| f.command()).map(|c| c.params[0]).collect();
+    assert_eq!(asked, [115.0, 331.0]);
+    bench.session.simulator_connected();
+    assert_eq!(bench.drain().len(), 3, "and again after a reconnect");
+}
+
+#[test]
+fn regress_heartbeats_run_before_the_simulator_does() {
+    let mut bench = Bench::new();
+    bench.drain();
+    for now in (0..3_000_000).step_by(10_000) {
+        bench.session.handle_time(now);
+    }
+    let sent = bench.drain();
+    assert_eq!(sent.iter().filter(|(link, f)| *link == Link::Api && f.message_id == 0).count(), 3);
+    assert!(sent.iter().all(|(link, _)| *link != Link::Simulator));
+}
+
+#[test]
+fn regress_rates_are_px4s() {
+    let mut bench = Bench::running();
+    let mut sent = Vec::new();
+    for _ in 0..500 {
+        bench.send(Link::Api, &level_no_thrust());
+        sent.extend(bench.run(0.02));
+    }
+    let count =
+        |link, message_id| sent.iter().filter(|(l, f)| *l == link && f.message_id == message_id).count();
+    for (message_id, ground, api) in [
+        (0, 10, 10),
+        (1, 10, 50),
+        (30, 150, 1000),
+        (32, 50, 300),
+        (33, 50, 50),
+        (74, 40, 40),
+        (105, 0, 500),
+        (331, 0, 300),
+    ] {
+        assert!(count(Link::GroundStation, message_id).abs_diff(ground) <= 1, "{message_id}");
+        assert!(count(Link::Api, message_id).abs_diff(api) <= 1, "{message_id}");
+    }
+    assert_eq!(count(Link::Simulator, 0), 10, "the simulator is told the mode");
+}
+
+#[test]
+fn regress_sequence_numbers_have_no_gaps_on_any_link() {
+    let mut bench = Bench::new();
+    let mut sent = bench.drain();
+    sent.extend(bench.run(5.0));
+    for link in [Link::Simulator, Link::GroundStation, Link::Api] {
+        let frames: Vec<_> = sent.iter().filter(|(l, _)| *l == link).map(|(_, f)| f).collect();
+        assert!(frames.len() > 10);
+        for (n, frame) in frames.iter().enumerate() {
+            assert_eq!(usize::from(frame.sequence), n % 256);
+            assert_eq!((frame.system_id, frame.component_id), (VEHICLE, 1));
+        }
+    }
+}
+
+#[test]
+fn regress_heartbeat_shows_type_mode_and_arming() {
+    let mut bench = Bench::engaged();
+    bench.send(Link::Api, &level_no_thrust());
+    let heartbeat = |sent: Vec<Sent>| last(&sent, Link::GroundStation, 0);
+    let Some(MavMessage::HEARTBEAT(m)) = heartbeat(bench.run(1.0)) else { panic!() };
+    assert_eq!((m.custom_mode, m.system_status), (0x0006_0000, MavState::MAV_STATE_ACTIVE));
+    let Some(MavMessage::HEARTBEAT(m)) = heartbeat(bench.run(1.0)) else { panic!() };
+    assert_eq!(m.mavtype, MavType::MAV_TYPE_QUADROTOR);
+    assert_eq!(m.autopilot, MavAutopilot::MAV_AUTOPILOT_PX4);
+    assert_eq!((m.base_mode.bits(), m.mavlink_version), (129, 3));
+    // The last setpoint is over a second old by now.
+    assert_eq!((m.custom_mode, m.system_status), (0x0304_0000, MavState::MAV_STATE_CRITICAL));
+}
+
+#[test]
+fn closed_form_position_attitude_and_time_are_the_simulators() {
+    let mut bench = Bench::new();
+    let (half_sin, half_cos) = 0.1f32.sin_cos();
+    bench.state.q = [half_cos, 0.0, half_sin, 0.0];
+    (bench.state.x, bench.state.y, bench.state.z) = (1000.0, -500.0, 250.0);
+    bench.state.vx = 2.0;
+    let sent = bench.run(1.0);
+    let Some(MavMessage::ATTITUDE(attitude)) = last(&sent, Link::Api, 30) else { panic!() };
+    assert!((attitude.pitch - 0.2).abs() < 1e-6);
+    assert_eq!(attitude.time_boot_ms, 1000);
+    let Some(MavMessage::LOCAL_POSITION_NED(local)) = last(&sent, Link::Api, 32) else { panic!() };
+    assert_eq!((local.x, local.y, local.z), (1000.0, -500.0, 250.0));
+    assert!((local.vx - 2.0 * 0.2f32.cos()).abs() < 1e-6 && (local.vz + 2.0 * 0.2f32.sin()).abs() < 1e-6);
+    let Some(MavMessage::GLOBAL_POSITION_INT(global)) = last(&sent, Link::Api, 33) else { panic!() };
+    // A metre north is 8.9932e-6 deg.
+    assert!((f64::from(global.lat) - (12.5 + 1000.0 * 8.993_216e-6) * 1e7).abs() < 2.0, "{}", global.lat);
+    assert_eq!((global.alt, global.relative_alt), (1_250_000, -250_000));
+    let Some(MavMessage::HOME_POSITION(home)) = last(&sent, Link::Api, 242) else { panic!() };
+    assert_eq!((home.latitude, home.longitude, home.altitude), (125_000_000, -342_500_000, 1_500_000));
+    let Some(MavMessage::SYSTEM_TIME(time)) = last(&sent, Link::Api, 2) else { panic!() };
+    assert_eq!(time.time_unix_usec - 1_600_000_000_000_000, u64::from(time.time_boot_ms) * 1000);
+}
+
+#[test]
+fn regress_health_and_landed_state_tell_what_mavsdk_waits_for() {
+    let mut bench = Bench::new();
+    let landed = |sent: &[Sent]| match last(sent, Link::Api, 245) {
+        Some(MavMessage::EXTENDED_SYS_STATE(m)) => m.landed_state,
+        other => panic!("{other:?}"),
+    };
+    let sent = bench.run(1.0);
+    let Some(MavMessage::SYS_STATUS(status)) = last(&sent, Link::Api, 1) else { panic!() };
+    for bits in [
+        status.onboard_control_sensors_present,
+        status.onboard_control_sensors_enabled,
+        status.onboard_control_sensors_health,
+    ] {
+        assert_eq!(bits.bits(), 0x1000_002F);
+    }
+    assert_eq!(landed(&sent), MavLandedState::MAV_LANDED_STATE_ON_GROUND);
+    bench.state.vz = 3.0;
+    assert_eq!(landed(&bench.run(1.0)), MavLandedState::MAV_LANDED_STATE_IN_AIR, "under the canopy");
+}
