@@ -420,6 +420,7 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
         let tolerance = self.options.tolerance;
         let (mut linearised, mut now) = self.problem.linearise(&self.iterate.nodes);
         let mut filter = Filter::new(now.defect_sum);
+        let mut sweep = Sweep::new(self.problem.intervals);
         let mu_least = tolerance * 0.05;
         loop {
             let gradient = self.lagrangian_gradient(&linearised);
@@ -452,7 +453,7 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
                 self.mu = (0.2 * self.mu).min(self.mu.powf(1.5)).max(mu_least);
                 filter.clear();
             }
-            let Some((sweep, gradients)) = self.factor(&linearised) else {
+            let Some(gradients) = self.factor(&mut sweep, &linearised) else {
                 return self.finish_with_best(Status::Diverged);
             };
             let step = sweep.solve(&gradients, &now.defects);
@@ -553,20 +554,21 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
     /// Factors the Newton system, with the exact Hessian if that is convex enough, else with Gauss-Newton's.
     fn factor(
         &mut self,
+        sweep: &mut Sweep<NX, NU>,
         linearised: &Linearised<NX, NU>,
-    ) -> Option<(Sweep<NX, NU>, Vec<NodeGradient<NX, NU>>)> {
+    ) -> Option<Vec<NodeGradient<NX, NU>>> {
         let (terms, gradients) = self.first_order_terms();
         self.work.factorisations += 1;
         let (exact, middles) = self.with_curvature(linearised, &terms);
         let dt_s = self.problem.dt_s;
-        if let Ok(sweep) = Sweep::factor(linearised, dt_s, &exact, &middles) {
-            return Some((sweep, gradients));
+        if sweep.factor(linearised, dt_s, &exact, &middles).is_ok() {
+            return Some(gradients);
         }
         self.work.gauss_newton += 1;
         self.work.factorisations += 1;
         let none = Curvature::zero();
-        let sweep = Sweep::factor(linearised, dt_s, &terms, &vec![none; middles.len()]).ok()?;
-        Some((sweep, gradients))
+        sweep.factor(linearised, dt_s, &terms, &vec![none; middles.len()]).ok()?;
+        Some(gradients)
     }
 
     /// Hessian and gradient of cost and barrier.
