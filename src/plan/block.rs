@@ -44,9 +44,9 @@ pub fn add_scaled<const M: usize, const N: usize>(
 #[inline(always)]
 pub fn scaled<const M: usize, const N: usize>(a: &SMatrix<f64, M, N>, scale: f64) -> SMatrix<f64, M, N> {
     let mut out = *a;
-    for out in &mut out.data.0 {
-        for i in 0..M {
-            out[i] *= scale;
+    for column in &mut out.data.0 {
+        for x in column {
+            *x *= scale;
         }
     }
     out

@@ -27,13 +27,15 @@ pub struct SolverOptions {
     /// First barrier parameter of a cold start, in units of the cost. Large enough to hold the first iterates off the bounds:
     /// with IPOPT's 0.1 the median over 300 random releases is 24 iterations, with 30 it is 17.
     pub mu_initial: f64,
-    /// First barrier parameter of a warm start.
+    /// First barrier parameter of a warm start, in units of the cost. Over 720 plans renewed in flight, each off a little,
+    /// the mean is 5.8 iterations with 1e-4 and 6.9 with 1e-2 (and a wider margin to the bounds). Off in yaw too, which the
+    /// Titan lander cannot steer and which adds up, it is 11.7 against 11.0.
     pub mu_warm: f64,
 }
 
 impl Default for SolverOptions {
     fn default() -> Self {
-        Self { tolerance: 1e-8, max_iterations: 300, mu_initial: 30.0, mu_warm: 1e-2 }
+        Self { tolerance: 1e-8, max_iterations: 300, mu_initial: 30.0, mu_warm: 1e-4 }
     }
 }
 
@@ -253,7 +255,8 @@ impl<const NX: usize, const NU: usize> Iterate<NX, NU> {
     }
 
     fn warm(mut self, fences: &Fences<NX, NU>, mu: f64) -> Self {
-        fences.interior(&mut self.nodes, 0.01);
+        // Closer to the bounds than a cold start: the neighbouring solution lies on them.
+        fences.interior(&mut self.nodes, 1e-3);
         for k in 1..=fences.last {
             // The larger of the old multiplier and the central one: an active bound stays active, none is forgotten.
             let keep = |old: f64, centre: f64| if old.is_finite() { old.max(centre) } else { centre };
