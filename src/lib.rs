@@ -15,6 +15,8 @@
 //! | [`assess`] | how safe it was |
 //! | [`tune`] | the releases that gains are tuned on |
 #![cfg_attr(feature = "files", doc = "| [`config`] | files in |")]
+//! | [`autopilot`] | modes, arming, OFFBOARD: PX4's manners around the control law |
+#![cfg_attr(feature = "link", doc = "| [`link`] | MAVLink: the sessions on the wire |")]
 #![cfg_attr(feature = "cli", doc = "| [`cli`] | the program |")]
 
 pub mod assess;
@@ -30,6 +32,8 @@ pub mod link;
 pub mod model;
 pub mod plan;
 pub mod real;
+#[cfg(feature = "files")]
+pub mod report;
 pub mod sim;
 pub mod simd;
 pub mod trajectory;

@@ -8,5 +8,5 @@
 pub mod safety;
 pub mod tracking;
 
-pub use safety::{SafetyLimits, StateCost, Verdict, VerdictBuilder};
+pub use safety::{SafetyLimits, StateCost, Verdict, VerdictBuilder, plan_j_tpf};
 pub use tracking::TrackingError;

@@ -13,6 +13,7 @@ use nalgebra::Vector3;
 use crate::frames::pitch;
 use crate::model::rigid_body::BodyState;
 use crate::sim::{Phase, Sample};
+use crate::trajectory::{Node, Trajectory};
 
 /// Table 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,6 +57,21 @@ impl StateCost {
         }
         all.into_iter().fold(0.0, f64::max)
     }
+}
+
+/// J_TPF of a plan, (51): the largest J_state of its nodes, as the paper evaluates its optimum. The velocity between nodes is
+/// not looked at: a coarse plan may pass a limit there.
+pub fn plan_j_tpf(plan: &Trajectory, limits: &SafetyLimits) -> f64 {
+    let cost = |node: &Node| {
+        let body = BodyState {
+            p_ned: Vector3::zeros(),
+            q_ned_from_body: node.q_ned_from_body,
+            v_ned: node.v_ned,
+            omega_body: node.omega_body,
+        };
+        StateCost::of(&body, limits).max()
+    };
+    plan.nodes().iter().map(cost).fold(0.0, f64::max)
 }
 
 /// What a drop came to, from the release to the end.

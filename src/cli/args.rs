@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-/// Plan, prove and fly the drop of a multirotor from a parachute.
+/// Plan and fly the drop of a multirotor from a parachute.
 #[derive(Debug, Parser)]
 #[command(version, about, propagate_version = true, max_term_width = 100)]
 #[command(after_help = "Exit codes: 0 ok, 1 the result says no, 2 bad input, 3 internal error.\n\
@@ -19,10 +19,20 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Verb {
     /// Plan, drop and fly a vehicle over MAVLink, and judge the flight.
+    #[command(after_long_help = DROP_HELP)]
     Drop(DropArgs),
     /// Solve the optimal control problem of the drop by direct collocation.
     #[command(after_long_help = PLAN_HELP)]
     Plan(PlanArgs),
+    /// Run the simulator alone: a HIL server for the reference autopilot or PX4.
+    #[command(after_long_help = SIM_HELP)]
+    Sim(SimArgs),
+    /// Run the reference autopilot alone: HIL client, links for ground stations and companions.
+    #[command(after_long_help = AUTOPILOT_HELP)]
+    Autopilot(AutopilotArgs),
+    /// Run the offboard streamer alone: plans, arms, commands the release, streams the velocity.
+    #[command(after_long_help = STREAM_HELP)]
+    Stream(StreamArgs),
     /// Write the JSON schemas of mission, vehicle and gains files.
     #[command(after_long_help = "Examples:\n  samara schema\n  samara schema --out /tmp/schema")]
     Schema(SchemaArgs),
@@ -45,8 +55,10 @@ pub struct MissionArgs {
 const PLAN_HELP: &str = "\
 Writes trajectory.csv, plan.json and plan.svg to the folder of --out.
 
-JSON (--json): status (converged, iteration_limit, stopped, infeasible, diverged), diagnosis (null when converged),
-objective (J_d), iterations, solve_ms, j_tpf, defect_max, kkt_residual, nodes, final_v_ned_m_s.
+JSON (--json): see plan.json, which holds the same keys but solve_ms: status (converged, iteration_limit, stopped, infeasible,
+diverged), diagnosis, objective (J_d), iterations, j_tpf, defect_max, kkt_residual and more.
+
+Exit code 1 when the plan did not converge.
 
 Examples:
   samara plan
@@ -82,15 +94,159 @@ pub struct PlanArgs {
     pub verbose: bool,
 }
 
+const DROP_HELP: &str = "\
+Writes to the folder of --out: flight.csv (every term of the force balance at 250 Hz), trajectory.csv and plan.json (the plan),
+drop.json (the verdict), drop.svg, vehicle.tlog (what ground stations see) and hil.tlog (simulator and autopilot).
+
+JSON (--json): mission, version, seed, input_hash, gains, j_tpf, peak_speed_m_s, peak_pitch_deg, peak_pitch_rate_deg_s,
+peak_vertical_acceleration_m_s2, altitude_lost_m, steady_after_s (null if never), final_v_ned_m_s, limits_passed (list),
+plan_j_tpf, plan_solve_ms, real_time_factor.
+
+Exit code 1 when a limit was passed, the plan did not converge or the vehicle was never released.
+
+Examples:
+  samara drop
+  samara drop --gains paper_pso
+  samara drop --speed 1          (watch it in QGroundControl)
+  samara drop mission/x500_drop.json --out /tmp/x500
+  samara drop --trajectory out/titan_drop/trajectory.csv --json";
+
 /// `samara drop`.
 #[derive(Args, Debug)]
 pub struct DropArgs {
     /// Mission, folder, output form.
     #[command(flatten)]
     pub mission: MissionArgs,
+    /// What the mission leaves to choose.
+    #[command(flatten)]
+    pub choice: ChoiceArgs,
+    /// Fly this trajectory instead of planning one.
+    #[arg(long, value_name = "FILE")]
+    pub trajectory: Option<PathBuf>,
+    /// Simulated seconds per second, or `max`. With a factor the drop can be watched: the links for ground stations (UDP 14550),
+    /// companions (14540 + instance) and the parachute are open.
+    #[arg(long, value_name = "FACTOR|max", default_value = "max", value_parser = speed)]
+    pub speed: SpeedArg,
+    /// Ports.
+    #[command(flatten)]
+    pub net: NetArgs,
+}
+
+const SIM_HELP: &str = "\
+Listens on TCP 4560 + instance for an autopilot and waits for it; serves the parachute on UDP 14600 + instance. Ends with the
+mission and prints the verdict. Writes flight.csv, drop.json, drop.svg and hil.tlog to the folder of --out.
+
+Exit code 1 when a limit was passed or the vehicle was never released.
+
+Examples:
+  samara sim
+  samara sim --speed 10 mission/x500_drop.json
+  samara sim --instance 1 --out out/second --json";
+
+/// `samara sim`.
+#[derive(Args, Debug)]
+pub struct SimArgs {
+    /// Mission, folder, output form.
+    #[command(flatten)]
+    pub mission: MissionArgs,
+    /// What the mission leaves to choose.
+    #[command(flatten)]
+    pub choice: ChoiceArgs,
+    /// Ports.
+    #[command(flatten)]
+    pub net: NetArgs,
+    /// Simulated seconds per second, or `max` (as fast as the answers come).
+    #[arg(long, value_name = "FACTOR|max", default_value = "1", value_parser = speed)]
+    pub speed: SpeedArg,
+}
+
+const AUTOPILOT_HELP: &str = "\
+Connects to the simulator at TCP 4560 + instance and tries until it is there. Binds UDP 18570 + instance (ground stations, sends to
+14550) and 14580 + instance (companions and scripts, sends to 14540 + instance). Writes vehicle.tlog to the folder of --out.
+
+Examples:
+  samara autopilot
+  samara autopilot --gains paper_pso
+  samara autopilot --once --instance 1 --out out/second";
+
+/// `samara autopilot`.
+#[derive(Args, Debug)]
+pub struct AutopilotArgs {
+    /// The mission file.
+    #[arg(default_value = "mission/titan_drop.json")]
+    pub mission: PathBuf,
+    /// Folder for the results [default: out/<mission name>].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// What the mission leaves to choose.
+    #[command(flatten)]
+    pub choice: ChoiceArgs,
+    /// Ports.
+    #[command(flatten)]
+    pub net: NetArgs,
+    /// End when the simulator leaves, instead of waiting for the next one.
+    #[arg(long)]
+    pub once: bool,
+}
+
+const STREAM_HELP: &str = "\
+Binds UDP 14540 + instance. Plans, waits for the vehicle, streams a level attitude without thrust, asks for OFFBOARD, arms, commands
+the release after the mission's hang (if the mission leaves the release to a command), streams the plan's velocity at 50 Hz from the
+moment the rotors are free, then the target velocity, until Ctrl-C or the vehicle is gone.
+
+Exit code 1 when no plan was found or the vehicle refused.
+
+Examples:
+  samara stream
+  samara stream --trajectory out/titan_drop/trajectory.csv
+  samara stream --feed-forward";
+
+/// `samara stream`.
+#[derive(Args, Debug)]
+pub struct StreamArgs {
+    /// The mission file.
+    #[arg(default_value = "mission/titan_drop.json")]
+    pub mission: PathBuf,
+    /// What the mission leaves to choose.
+    #[command(flatten)]
+    pub choice: ChoiceArgs,
+    /// Ports.
+    #[command(flatten)]
+    pub net: NetArgs,
+    /// Stream this trajectory instead of planning one.
+    #[arg(long, value_name = "FILE")]
+    pub trajectory: Option<PathBuf>,
+    /// Send the plan's acceleration with its velocity.
+    #[arg(long)]
+    pub feed_forward: bool,
+}
+
+/// Which of several vehicles side by side.
+#[derive(Args, Debug)]
+pub struct NetArgs {
+    /// Number of the vehicle: shifts its ports as PX4 does, and its MAVLink system id.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub instance: u16,
+}
+
+/// How fast simulated time shall run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SpeedArg {
+    /// Simulated seconds per second.
+    Factor(f64),
+    /// As fast as it goes.
+    Max,
+}
+
+/// What can be chosen in place of the mission's own.
+#[derive(Args, Debug)]
+pub struct ChoiceArgs {
     /// Gains: a name beside the mission's own gains (safety, near_hover, paper_pso), or a file.
     #[arg(long, value_name = "NAME|FILE")]
     pub gains: Option<String>,
+    /// Seed of the sensor noise, instead of the mission's.
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
 }
 
 /// What an input costs nothing at.
@@ -108,6 +264,16 @@ pub struct SchemaArgs {
     /// Folder to write to.
     #[arg(long, value_name = "DIR", default_value = "params/schema")]
     pub out: PathBuf,
+}
+
+fn speed(text: &str) -> Result<SpeedArg, String> {
+    if text == "max" {
+        return Ok(SpeedArg::Max);
+    }
+    match text.parse::<f64>() {
+        Ok(x) if (0.001..=10_000.0).contains(&x) => Ok(SpeedArg::Factor(x)),
+        _ => Err("a factor from 0.001 to 10000, or `max`, is expected".to_owned()),
+    }
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -1,72 +1,175 @@
 //! `samara drop`: plan, drop, fly, judge.
 
-use std::fmt::Write as _;
+use std::io::Write as _;
 
 use super::args::DropArgs;
 use super::clock::Stopwatch;
+use super::flight_files::write_flight;
+use super::mission::{chosen_mission, read_trajectory};
+use super::narrative::Narrator;
+use super::net::{Reporter, block_on, interrupted, open_tlog, ports_of, speed_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
-use super::plan::{TimedPlan, plan_mission};
+use super::plan::{plan_mission, write_plan};
 use super::sessions;
-use crate::assess::{Verdict, VerdictBuilder};
-use crate::config::{Mission, load_mission};
-use crate::link::{Link, Lockstep, SimulatorEvent, StreamerEvent, Tlog};
+use crate::assess::{Verdict, VerdictBuilder, plan_j_tpf};
+use crate::config::Mission;
+use crate::link::shell::{Notice, Observer, Speed, run_watched_drop};
+use crate::link::{AutopilotSession, Lockstep};
 use crate::plan::Status;
+use crate::report::{DropRun, drop_json, plan_text, verdict_text};
+use crate::sim::Sample;
+use crate::trajectory::Trajectory;
 
-/// MAVLink system of the vehicle.
-const SYSTEM: u8 = 1;
+/// The plan to fly, and how long it took to find (nothing, when it was read).
+struct Planned {
+    trajectory: Trajectory,
+    solve_ms: Option<f64>,
+}
 
 /// `samara drop`.
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
-    let mut mission = load_mission(&args.mission.mission).bad_input()?;
-    if let Some(gains) = &args.gains {
-        mission.use_gains(gains).bad_input()?;
-    }
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
-    let timed = plan_mission(&mission)?;
-    print(&format!("planned in {:.1} ms {:?}\n", timed.solve_ms, timed.plan.status))?;
-    if timed.plan.status != Status::Converged {
-        return Ok(Answer::No);
-    }
-    let watch = Stopwatch::start();
-    let mut wire = Lockstep::new(
-        sessions::simulator(&mission, SYSTEM),
-        sessions::autopilot(&mission, SYSTEM)?,
-        sessions::streamer(&mission, timed.plan.trajectory.clone(), SYSTEM),
-    );
-    let mut tlog = Tlog::new(Vec::new(), mission.epoch_unix_us);
-    let mut lines = String::new();
-    loop {
-        let goes_on = wire
-            .step(&mut |now, link, bytes| {
-                if link != Link::Simulator {
-                    let _ = tlog.write(now, bytes);
-                }
-            })
-            .map_err(anyhow::Error::from)?;
-        while let Some(e) = wire.simulator.poll_event() {
-            let _ = writeln!(lines, "S {e}");
-        }
-        while let Some(e) = wire.streamer.poll_event() {
-            let _ = writeln!(lines, "C {e}");
-        }
-        if !goes_on {
-            break;
-        }
-    }
-    let wall_ms = watch.ms();
-    print(&lines)?;
-    let mut verdict = VerdictBuilder::new(mission.limits, mission.target_v_ned);
-    for sample in wire.simulator.log() {
-        verdict.observe(sample);
-    }
-    let verdict = verdict.finish();
-    print(&format!(
-        "{verdict:#?}\n{:.1} ms wall, {:.0} x real time\n",
-        wall_ms,
-        1e3 * mission.duration_s / wall_ms
+    let mission = chosen_mission(&args.mission.mission, &args.choice)?;
+    let narrator = Narrator::new(!args.mission.json);
+    narrator.say(&format!(
+        "samara drop: {}, vehicle {}, gains {}\n",
+        mission.name, mission.vehicle_name, mission.gains_name
     ))?;
-    let bytes = tlog.finish().map_err(anyhow::Error::from)?;
-    folder.write("drop.tlog", |out| std::io::Write::write_all(out, &bytes))?;
-    Ok(Answer::Yes)
+    let given = args.trajectory.as_deref().map(|path| read_trajectory(path, &mission)).transpose()?;
+    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let planned = match given {
+        Some(trajectory) => Planned { trajectory, solve_ms: None },
+        None => match plan(&mission, &folder, &narrator)? {
+            Some(planned) => planned,
+            None => return Ok(Answer::No),
+        },
+    };
+    let flown = fly(args, &mission, &planned.trajectory, &folder, &narrator)?;
+    finish(args, &mission, &planned, &flown, &folder, &narrator)
+}
+
+/// Plans and says so; `None` when no plan was found.
+fn plan(mission: &Mission, folder: &OutputFolder, narrator: &Narrator) -> Result<Option<Planned>, Failure> {
+    let timed = plan_mission(mission)?;
+    let text = plan_text(&timed.plan, &mission.limits, None);
+    narrator.say(&format!("planned in {:.1} ms: {text}", timed.solve_ms))?;
+    write_plan(folder, mission, &timed.plan)?;
+    if timed.plan.status != Status::Converged {
+        return Ok(None);
+    }
+    Ok(Some(Planned { trajectory: timed.plan.trajectory, solve_ms: Some(timed.solve_ms) }))
+}
+
+/// A flown drop.
+struct Flown {
+    log: Vec<Sample>,
+    real_time_factor: f64,
+}
+
+/// Flies the drop over the wire in memory: as fast as it goes, or at a speed to watch with the ground links open.
+fn fly(
+    args: &DropArgs,
+    mission: &Mission,
+    trajectory: &Trajectory,
+    folder: &OutputFolder,
+    narrator: &Narrator,
+) -> Result<Flown, Failure> {
+    let system = system_of(&args.net);
+    let ports = ports_of(&args.net)?;
+    let mut wire = Lockstep::new(
+        sessions::simulator(mission, system),
+        sessions::autopilot(mission, system)?,
+        sessions::streamer(mission, trajectory.clone(), system, false),
+    );
+    let (hil, vehicle) =
+        (open_tlog(folder, "hil.tlog", mission)?, open_tlog(folder, "vehicle.tlog", mission)?);
+    let mut reporter = Reporter::new(*narrator, mission, Some(hil), Some(vehicle));
+    let watch = Stopwatch::start();
+    narrator.hanging(mission)?;
+    match speed_of(args.speed) {
+        Speed::Max => {
+            while wire
+                .step(&mut |now, link, bytes| reporter.frame(now, link, bytes))
+                .map_err(anyhow::Error::from)?
+            {
+                tell_events(&mut wire, &mut reporter);
+            }
+            tell_events(&mut wire, &mut reporter);
+        }
+        speed => {
+            let flight = run_watched_drop(wire, &ports, speed, &mut reporter, interrupted());
+            wire = block_on(flight)?.bad_input()?;
+        }
+    }
+    let flown_s = wire.simulator.sim().time_s();
+    reporter.finish()?;
+    Ok(Flown { log: wire.simulator.into_log(), real_time_factor: 1e3 * flown_s / watch.ms() })
+}
+
+fn tell_events(wire: &mut Lockstep<AutopilotSession>, reporter: &mut Reporter<'_>) {
+    while let Some(event) = wire.simulator.poll_event() {
+        reporter.notice(Notice::Simulator(event));
+    }
+    while let Some(event) = wire.streamer.poll_event() {
+        reporter.notice(Notice::Streamer(event));
+    }
+}
+
+/// The verdict of a flight log; `None` when the vehicle was never released.
+pub fn judge(mission: &Mission, log: &[Sample]) -> Option<Verdict> {
+    let mut verdict = VerdictBuilder::new(mission.limits, mission.target_v_ned);
+    log.iter().for_each(|sample| verdict.observe(sample));
+    verdict.finish()
+}
+
+fn finish(
+    args: &DropArgs,
+    mission: &Mission,
+    planned: &Planned,
+    flown: &Flown,
+    folder: &OutputFolder,
+    narrator: &Narrator,
+) -> Result<Answer, Failure> {
+    let verdict = judge(mission, &flown.log);
+    write_flight(folder, mission, &flown.log, Some(&planned.trajectory), verdict.as_ref())?;
+    let Some(verdict) = verdict else {
+        narrator.say("the vehicle was never released\n")?;
+        return Err(anyhow::anyhow!(
+            "the vehicle was never released within the mission's {} s: check the release trigger, hang_s and what the vehicle said above",
+            mission.duration_s
+        ))
+        .bad_input();
+    };
+    narrator.say(&format!("flown at {:.0} times real time\n", flown.real_time_factor))?;
+    tell_verdict(narrator, mission, &verdict, folder)?;
+    let run = DropRun {
+        plan_j_tpf: Some(plan_j_tpf(&planned.trajectory, &mission.limits)),
+        plan_solve_ms: None,
+        real_time_factor: None,
+    };
+    folder.write("drop.json", |out| out.write_all(drop_json(mission, &verdict, &run).as_bytes()))?;
+    if args.mission.json {
+        let run = DropRun {
+            plan_solve_ms: planned.solve_ms,
+            real_time_factor: Some(flown.real_time_factor),
+            ..run
+        };
+        print(&drop_json(mission, &verdict, &run))?;
+    }
+    Ok(if verdict.limits_passed.is_empty() { Answer::Yes } else { Answer::No })
+}
+
+/// Prints when steady flight was reached, the verdict and where the files are.
+///
+/// # Errors
+/// [`Failure::Internal`] when stdout fails.
+pub fn tell_verdict(
+    narrator: &Narrator,
+    mission: &Mission,
+    verdict: &Verdict,
+    folder: &OutputFolder,
+) -> Result<(), Failure> {
+    narrator.steady(verdict, mission)?;
+    let text = verdict_text(verdict, &mission.limits);
+    narrator.say(&format!("\n{text}\nresults in {}\n", folder.path().display()))
 }

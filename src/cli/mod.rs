@@ -3,13 +3,20 @@
 //! Results go to stdout, everything else to stderr. Exit codes: 0 yes, 1 the result says no, 2 bad input, 3 internal error.
 
 mod args;
+mod autopilot;
 mod clock;
 mod drop;
+mod flight_files;
+mod mission;
+mod narrative;
+mod net;
 mod outcome;
 mod output;
 mod plan;
 mod schema;
 mod sessions;
+mod sim;
+mod stream;
 
 use std::process::ExitCode;
 
@@ -25,6 +32,9 @@ pub fn run() -> ExitCode {
     report(match &cli.verb {
         Verb::Drop(args) => drop::run(args),
         Verb::Plan(args) => plan::run(args),
+        Verb::Sim(args) => sim::run(args),
+        Verb::Autopilot(args) => autopilot::run(args),
+        Verb::Stream(args) => stream::run(args),
         Verb::Schema(args) => schema::run(args),
     })
 }

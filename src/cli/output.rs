@@ -32,6 +32,18 @@ impl OutputFolder {
         &self.path
     }
 
+    /// Opens a file that is written while a run goes on.
+    ///
+    /// # Errors
+    /// [`Failure::BadInput`] when it cannot be made.
+    pub fn open(&self, name: &str) -> Result<BufWriter<File>, Failure> {
+        let path = self.path.join(name);
+        #[expect(clippy::disallowed_methods, reason = "one of two places that make result files")]
+        let file =
+            File::create(&path).with_context(|| format!("cannot write {}", path.display())).bad_input()?;
+        Ok(BufWriter::new(file))
+    }
+
     /// Writes a file whole: under a temporary name first, so that a reader never sees half of it.
     ///
     /// # Errors
@@ -43,7 +55,7 @@ impl OutputFolder {
     ) -> Result<PathBuf, Failure> {
         let path = self.path.join(name);
         let partial = self.path.join(format!("{name}.partial"));
-        #[expect(clippy::disallowed_methods, reason = "the one place that makes result files")]
+        #[expect(clippy::disallowed_methods, reason = "one of two places that make result files")]
         let made = File::create(&partial).and_then(|file| {
             let mut writer = BufWriter::new(file);
             content(&mut writer)?;

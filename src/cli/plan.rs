@@ -1,13 +1,18 @@
 //! `samara plan`, and the planning that the other verbs begin with.
 
+use std::io::Write as _;
 use std::ops::ControlFlow;
+
+use anyhow::Context;
 
 use super::args::{InputCost, PlanArgs};
 use super::clock::Stopwatch;
+use super::mission::stamp_of;
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
-use crate::config::{Mission, Stamp, load_mission, write_trajectory_csv};
+use crate::config::{Mission, load_mission, write_trajectory_csv};
 use crate::plan::{Guess, InputReference, Plan, Progress, SolverOptions, Status, plan};
+use crate::report::{plan_figure, plan_json, plan_text};
 
 /// A plan and what it took.
 pub struct TimedPlan {
@@ -61,11 +66,27 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
         }
     })
     .bad_input()?;
-    let timed = TimedPlan { plan, solve_ms: watch.ms() };
-    let stamp = Stamp { seed: mission.seed, input_hash: mission.input_hash.clone() };
-    folder.write("trajectory.csv", |out| write_trajectory_csv(out, &timed.plan.trajectory, &stamp))?;
-    print(&format!("{:?} {}\n", timed.plan.status, timed.plan.objective))?;
-    Ok(if timed.plan.status == Status::Converged { Answer::Yes } else { Answer::No })
+    let solve_ms = watch.ms();
+    write_plan(&folder, &mission, &plan)?;
+    if args.mission.json {
+        print(&plan_json(&mission, &plan, Some(solve_ms)))?;
+    } else {
+        print(&plan_text(&plan, &mission.limits, Some(solve_ms)))?;
+        print(&format!("results in {}\n", folder.path().display()))?;
+    }
+    Ok(if plan.status == Status::Converged { Answer::Yes } else { Answer::No })
+}
+
+/// Writes `trajectory.csv`, `plan.json` and `plan.svg`.
+///
+/// # Errors
+/// [`Failure::BadInput`] when a file cannot be written.
+pub fn write_plan(folder: &OutputFolder, mission: &Mission, plan: &Plan) -> Result<(), Failure> {
+    folder.write("trajectory.csv", |out| write_trajectory_csv(out, &plan.trajectory, &stamp_of(mission)))?;
+    folder.write("plan.json", |out| out.write_all(plan_json(mission, plan, None).as_bytes()))?;
+    let figure = plan_figure(mission, &plan.trajectory).context("the figure of the plan")?;
+    folder.write("plan.svg", |out| out.write_all(figure.as_bytes()))?;
+    Ok(())
 }
 
 #[expect(clippy::print_stderr, reason = "progress of a verbose run")]

@@ -56,13 +56,19 @@ pub fn autopilot(mission: &Mission, system_id: u8) -> Result<AutopilotSession, F
 }
 
 /// The offboard streamer of a plan.
-pub fn streamer(mission: &Mission, trajectory: Trajectory, vehicle_system: u8) -> StreamerSession {
+pub fn streamer(
+    mission: &Mission,
+    trajectory: Trajectory,
+    vehicle_system: u8,
+    feed_forward: bool,
+) -> StreamerSession {
     let config = StreamerConfig {
         vehicle_system,
         hang_s: mission.hang_s,
         commands_release: mission.release_trigger == ReleaseTrigger::Command,
         delay_s: mission.parachute.delay_s,
         target_v_ned: mission.target_v_ned,
+        feed_forward,
         ..StreamerConfig::default()
     };
     StreamerSession::new(config, trajectory)

@@ -32,8 +32,8 @@ use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 
 use super::frame::PARAM_SET_ID;
-use super::{CommandAck, Encoder, Frame, Link, TimeUs, Transmit};
-use crate::autopilot::{Autopilot, Setpoint, Severity};
+use super::{CommandAck, Encoder, Frame, Link, Session, TimeUs, Transmit};
+use crate::autopilot::{Autopilot, FlightMode, Setpoint, Severity};
 use crate::control::Cascade;
 use crate::model::Environment;
 use hil::HilInput;
@@ -83,6 +83,8 @@ pub struct AutopilotSession {
     /// A HIL_SENSOR has come: `clock` counts.
     running: bool,
     last_beat: Option<TimeUs>,
+    /// Mode and arming as the simulator last heard them.
+    told_simulator: Option<(FlightMode, bool)>,
     without_state: bool,
     ports: [Port; LINKS.len()],
     faults: FaultLog,
@@ -107,6 +109,7 @@ impl AutopilotSession {
             clock: 0,
             running: false,
             last_beat: None,
+            told_simulator: None,
             without_state: false,
             ports: LINKS.map(port),
             faults: FaultLog::default(),
@@ -150,49 +153,6 @@ impl AutopilotSession {
             };
             self.send(Link::Simulator, &MavMessage::COMMAND_LONG(request));
         }
-    }
-
-    /// A frame came by `link`. `now` counts only until the first HIL_SENSOR brings the simulator's time.
-    pub fn handle_input(&mut self, now: TimeUs, link: Link, frame: &Frame) {
-        if !self.running {
-            self.clock = now;
-        }
-        let is_echo = link != Link::Simulator
-            && frame.system_id == self.system_id
-            && frame.component_id == AUTOPILOT_COMPONENT;
-        if is_echo || !LINKS.contains(&link) {
-            return;
-        }
-        if let Some(command) = frame.command() {
-            self.handle_command(link, frame, &command);
-        } else if let Some(set_mode) = frame.set_mode() {
-            self.handle_set_mode(set_mode.target_system, set_mode.custom_mode);
-        } else if frame.message_id == PARAM_SET_ID {
-            self.refuse_param_set(link, frame);
-        } else if let Some(message) = frame.known() {
-            self.handle_message(link, frame, message);
-        } else {
-            self.handle_unparsed(frame);
-        }
-        self.say_events();
-    }
-
-    /// Time alone has passed: before the simulator's time runs, a HEARTBEAT a second.
-    pub fn handle_time(&mut self, now: TimeUs) {
-        if self.running || self.last_beat.is_some_and(|at| now.saturating_sub(at) < 1_000_000) {
-            return;
-        }
-        self.last_beat = Some(now);
-        self.clock = now;
-        if let Some(heartbeat) = self.telemetry().message(id::HEARTBEAT) {
-            self.send(Link::GroundStation, &heartbeat);
-            self.send(Link::Api, &heartbeat);
-        }
-    }
-
-    /// The next frame to send; to be called until there is none.
-    pub fn poll_output(&mut self) -> Option<Transmit> {
-        self.out.pop_front()
     }
 
     fn handle_message(&mut self, link: Link, frame: &Frame, message: &MavMessage) {
@@ -279,5 +239,49 @@ impl AutopilotSession {
     fn send_message_interval(&mut self, link: Link, message_id: u16, interval_us: i32) {
         let message = MESSAGE_INTERVAL_DATA { interval_us, message_id };
         self.send(link, &MavMessage::MESSAGE_INTERVAL(message));
+    }
+}
+
+impl Session for AutopilotSession {
+    /// `now` counts only until the first HIL_SENSOR brings the simulator's time.
+    fn handle_input(&mut self, now: TimeUs, link: Link, frame: &Frame) {
+        if !self.running {
+            self.clock = now;
+        }
+        let is_echo = link != Link::Simulator
+            && frame.system_id == self.system_id
+            && frame.component_id == AUTOPILOT_COMPONENT;
+        if is_echo || !LINKS.contains(&link) {
+            return;
+        }
+        if let Some(command) = frame.command() {
+            self.handle_command(link, frame, &command);
+        } else if let Some(set_mode) = frame.set_mode() {
+            self.handle_set_mode(set_mode.target_system, set_mode.custom_mode);
+        } else if frame.message_id == PARAM_SET_ID {
+            self.refuse_param_set(link, frame);
+        } else if let Some(message) = frame.known() {
+            self.handle_message(link, frame, message);
+        } else {
+            self.handle_unparsed(frame);
+        }
+        self.say_events();
+    }
+
+    /// Before the simulator's time runs, a HEARTBEAT a second; from then on nothing.
+    fn handle_time(&mut self, now: TimeUs) {
+        if self.running || self.last_beat.is_some_and(|at| now.saturating_sub(at) < 1_000_000) {
+            return;
+        }
+        self.last_beat = Some(now);
+        self.clock = now;
+        if let Some(heartbeat) = self.telemetry().message(id::HEARTBEAT) {
+            self.send(Link::GroundStation, &heartbeat);
+            self.send(Link::Api, &heartbeat);
+        }
+    }
+
+    fn poll_output(&mut self) -> Option<Transmit> {
+        self.out.pop_front()
     }
 }

@@ -22,12 +22,16 @@ pub mod encoder;
 pub mod frame;
 pub mod lockstep;
 pub mod parachute;
+#[cfg(feature = "cli")]
+pub mod shell;
 pub mod simulator;
 pub mod streamer;
 pub mod tlog;
 
 #[cfg(test)]
 mod codec_tests;
+#[cfg(test)]
+mod junk_tests;
 #[cfg(test)]
 mod test_site;
 
@@ -76,18 +80,4 @@ pub trait Session {
 
     /// The next frame to send; call until `None` after each of the two above.
     fn poll_output(&mut self) -> Option<Transmit>;
-}
-
-impl Session for AutopilotSession {
-    fn handle_input(&mut self, now: TimeUs, link: Link, frame: &Frame) {
-        Self::handle_input(self, now, link, frame);
-    }
-
-    fn handle_time(&mut self, now: TimeUs) {
-        Self::handle_time(self, now);
-    }
-
-    fn poll_output(&mut self) -> Option<Transmit> {
-        Self::poll_output(self)
-    }
 }

@@ -184,3 +184,95 @@ fn step<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
     }
     s.iter().all(|x| x.is_finite()).then_some(step)
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::SMatrix;
+
+    use super::super::dynamics::{Curvature, Linearisation};
+    use super::super::problem::{Bounds, QuadraticCost};
+    use super::*;
+
+    /// A driven pendulum: `x_1' = x_2`, `x_2' = u - sin x_1`.
+    struct Pendulum;
+
+    impl Dynamics<2, 1> for Pendulum {
+        fn value(&self, x: &SVector<f64, 2>, u: &SVector<f64, 1>) -> SVector<f64, 2> {
+            SVector::from([x[1], u[0] - x[0].sin()])
+        }
+        fn linearise(&self, x: &SVector<f64, 2>, u: &SVector<f64, 1>) -> Linearisation<2, 1> {
+            let a = SMatrix::<f64, 2, 2>::new(0.0, 1.0, -x[0].cos(), 0.0);
+            Linearisation { f: self.value(x, u), a, b: SVector::from([0.0, 1.0]) }
+        }
+        fn curvature(
+            &self,
+            x: &SVector<f64, 2>,
+            _: &SVector<f64, 1>,
+            weights: &SVector<f64, 2>,
+        ) -> Curvature<2, 1> {
+            let mut c = Curvature::zero();
+            c.xx[(0, 0)] = weights[1] * x[0].sin();
+            c
+        }
+    }
+
+    fn problem() -> Problem<Pendulum, 2, 1> {
+        Problem {
+            dynamics: Pendulum,
+            x_initial: SVector::zeros(),
+            u_initial: SVector::zeros(),
+            intervals: 20,
+            dt_s: 0.2,
+            cost: QuadraticCost {
+                x_ref: SVector::zeros(),
+                u_ref: SVector::zeros(),
+                q: SVector::from([1.0, 1.0]),
+                r: SVector::from([1.0]),
+                s: SVector::from([1.0, 1.0]),
+            },
+            bounds: Bounds::on_input(SVector::from([-1.0]), SVector::from([1.0]), SVector::from([2.0])),
+        }
+    }
+
+    /// Node values that have nothing to do with the dynamics, inputs inside their bounds.
+    fn far_off() -> Nodes<2, 1> {
+        let mut nodes = Nodes {
+            x: (0..=20).map(|k| SVector::from([f64::from(k * k % 7) - 3.0, f64::from(k % 5)])).collect(),
+            u: (0..=20).map(|k| SVector::from([0.3 * (0.2 * f64::from(k)).sin()])).collect(),
+        };
+        nodes.x[0] = SVector::zeros();
+        nodes
+    }
+
+    #[test]
+    fn closed_form_a_point_far_off_is_brought_back() {
+        let problem = problem();
+        let fences = Fences::new(&problem);
+        let before = problem.evaluate(&far_off());
+        let filter = Filter::new(before.defect_sum);
+        let Restored::Found { nodes, .. } = restore(&problem, &fences, &far_off(), 1e-3, &filter) else {
+            unreachable!("every input has a flow")
+        };
+        let after = problem.evaluate(&nodes);
+        assert!(after.defect_sum <= 0.9 * before.defect_sum);
+        assert!(fences.log_distance(&nodes).is_some(), "inside the bounds");
+    }
+
+    #[test]
+    fn closed_form_an_end_out_of_reach_is_told() {
+        let mut problem = problem();
+        // From rest with |u| <= 1 in 4 s: never at ten turns.
+        (problem.bounds.x_end_min[0], problem.bounds.x_end_max[0]) = (60.0, 61.0);
+        let fences = Fences::new(&problem);
+        let mut from = far_off();
+        from.x[20][0] = 60.5;
+        // Each restoration may gain its tenth; the last one finds that no more is to be had.
+        let filter = Filter::new(problem.evaluate(&from).defect_sum);
+        let mut last = restore(&problem, &fences, &from, 1e-3, &filter);
+        for _ in 0..50 {
+            let Restored::Found { nodes, .. } = &last else { break };
+            last = restore(&problem, &fences, nodes, 1e-3, &filter);
+        }
+        assert!(matches!(last, Restored::Infeasible));
+    }
+}

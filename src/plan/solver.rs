@@ -153,7 +153,7 @@ pub(super) struct Fences<const NX: usize, const NU: usize> {
 }
 
 impl<const NX: usize, const NU: usize> Fences<NX, NU> {
-    fn new<D>(problem: &Problem<D, NX, NU>) -> Self {
+    pub(super) fn new<D>(problem: &Problem<D, NX, NU>) -> Self {
         let b = &problem.bounds;
         let last = problem.intervals;
         let limits = |k| {

@@ -7,8 +7,9 @@ use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 use samara::config::load_vehicle;
 use samara::control::{Airframe, Cascade, ControlLimits, Gains};
-use samara::link::autopilot::{AutopilotSession, AutopilotSetup};
-use samara::link::{CommandAck, Decoder, Encoder, Frame, Link};
+use samara::link::{
+    AutopilotSession, AutopilotSetup, CommandAck, Decoder, Encoder, Frame, Link, Session as _,
+};
 use samara::model::environment::GeoPoint;
 use samara::model::{Environment, Vehicle};
 

@@ -1,7 +1,7 @@
 //! Telemetry: rates, contents, sequence numbers.
 
 use mavlink::dialects::common::*;
-use samara::link::Link;
+use samara::link::{Link, Session as _};
 
 use crate::bench::{Bench, Sent, VEHICLE, last, level_no_thrust};
 
@@ -54,6 +54,14 @@ fn regress_rates_are_px4s() {
         assert!(count(Link::Api, message_id).abs_diff(api) <= 1, "{message_id}");
     }
     assert_eq!(count(Link::Simulator, 0), 10, "the simulator is told the mode");
+}
+
+#[test]
+fn regress_the_simulator_hears_of_a_change_of_mode_at_once() {
+    let mut bench = Bench::engaged();
+    let Some(MavMessage::HEARTBEAT(m)) = last(&bench.step(), Link::Simulator, 0) else { panic!() };
+    assert_eq!((m.custom_mode, m.base_mode.bits()), (0x0006_0000, 129));
+    assert_eq!(last(&bench.step(), Link::Simulator, 0), None);
 }
 
 #[test]

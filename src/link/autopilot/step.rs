@@ -3,6 +3,7 @@
 use mavlink::dialects::common::*;
 
 use super::super::{Link, TimeUs};
+use super::streams::id;
 use super::{AutopilotSession, LINKS};
 use crate::autopilot::Severity;
 use crate::model::PerRotor;
@@ -57,7 +58,14 @@ impl AutopilotSession {
         self.send(Link::Simulator, &MavMessage::HIL_ACTUATOR_CONTROLS(answer));
     }
 
+    /// Streams that are due; and the simulator, which may release on "armed in OFFBOARD", hears of a change at once.
     fn send_due(&mut self) {
+        let condition = (self.autopilot.mode(), self.autopilot.is_armed());
+        if self.told_simulator.replace(condition).is_some_and(|told| told != condition)
+            && let Some(heartbeat) = self.telemetry().message(id::HEARTBEAT)
+        {
+            self.send(Link::Simulator, &heartbeat);
+        }
         for link in LINKS {
             let now = self.clock;
             while let Some(message_id) = self.port(link).schedule.take_due(now) {

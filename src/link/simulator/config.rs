@@ -1,6 +1,6 @@
 //! How a simulator session runs, what its caller may do next, and what it counts.
 
-use std::time::Duration;
+use core::time::Duration;
 
 use super::super::TimeUs;
 
@@ -64,11 +64,11 @@ impl Default for SimulatorConfig {
 pub enum Pace {
     /// No autopilot is connected.
     NoPeer,
-    /// The autopilot has not answered yet: [`SimulatorSession::advance`] in real time, or the speed asked for.
+    /// The autopilot has not answered yet: [`advance`](super::SimulatorSession::advance) in real time, or the speed asked for.
     Free,
     /// The autopilot's answer is missing.
     AwaitingControls,
-    /// The answer is there: [`SimulatorSession::advance`] when the next step is due.
+    /// The answer is there: [`advance`](super::SimulatorSession::advance) when the next step is due.
     Ready,
     /// The mission is over.
     Done,

@@ -1,7 +1,7 @@
 //! What the simulator has to tell, with simulated times.
 
+use core::time::Duration;
 use std::fmt;
-use std::time::Duration;
 
 use super::super::TimeUs;
 

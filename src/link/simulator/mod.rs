@@ -10,8 +10,8 @@
 //! be made; how fast that is, is the caller's business. How long an answer has been missing is measured by the caller
 //! ([`SimulatorSession::handle_silence`]) and told in events that name the message and the side.
 
+use core::time::Duration;
 use std::collections::VecDeque;
-use std::time::Duration;
 
 use mavlink::dialects::common::MavMessage;
 use nalgebra::Vector3;

@@ -42,7 +42,8 @@ impl Rate {
             return false;
         }
         // Keep the phase, unless behind by more than a period.
-        self.next = if self.next + period_us > now { self.next } else { now } + period_us;
+        let start = if self.next.saturating_add(period_us) > now { self.next } else { now };
+        self.next = start.saturating_add(period_us);
         true
     }
 }
@@ -117,8 +118,10 @@ mod tests {
         rates.set(&command, 0)
     }
 
+    /// How many in the second second; the first one begins with one of each kind.
     fn count(rates: &mut HilRates, pick: impl Fn(Due) -> bool) -> usize {
-        (1..=250).filter(|i| pick(rates.due(i * 4_000))).count()
+        (1..=250).for_each(|i| _ = rates.due(i * 4_000));
+        (251..=500).filter(|i| pick(rates.due(i * 4_000))).count()
     }
 
     #[test]
@@ -148,5 +151,6 @@ mod tests {
             assert_eq!(set(&mut rates, message, interval), SetInterval::Refused);
         }
         assert_eq!(set(&mut rates, 331.0, f32::MAX), SetInterval::Done);
+        assert_eq!(count(&mut rates, |d| d.odometry), 0);
     }
 }

@@ -1,1 +1,287 @@
+//! The simulator's session against a hand that plays the autopilot.
 
+use core::time::Duration;
+
+use mavlink::dialects::common::*;
+
+use super::super::{Decoder, Encoder, Frame, Link, Session, TimeUs, test_site};
+use super::*;
+
+struct Hand {
+    session: SimulatorSession,
+    encoder: Encoder,
+    script: Encoder,
+    decoder: Decoder,
+}
+
+impl Hand {
+    fn new(config: SimulatorConfig) -> Self {
+        Self {
+            session: SimulatorSession::new(test_site::drop_simulation(), config),
+            encoder: Encoder::new(1, 1),
+            script: Encoder::new(255, 190),
+            decoder: Decoder::new(),
+        }
+    }
+
+    fn connected(config: SimulatorConfig) -> Self {
+        let mut hand = Self::new(config);
+        hand.session.peer_connected();
+        hand
+    }
+
+    fn say(&mut self, message: &MavMessage) {
+        self.decoder.push(&self.encoder.encode(message));
+        let frame = self.decoder.next_frame().unwrap();
+        self.session.handle_input(0, Link::Simulator, &frame);
+    }
+
+    /// HIL_ACTUATOR_CONTROLS with the same command on all motors.
+    fn answer(&mut self, time_usec: TimeUs, control: f32, armed: bool) {
+        let armed = if armed { 128 } else { 0 };
+        self.say(&MavMessage::HIL_ACTUATOR_CONTROLS(HIL_ACTUATOR_CONTROLS_DATA {
+            time_usec,
+            controls: [control; 16],
+            mode: MavModeFlag::from_bits_retain(1 | armed),
+            ..Default::default()
+        }));
+    }
+
+    fn command(&mut self, link: Link, command: MavCmd, params: [f32; 2], target: (u8, u8)) {
+        let message = MavMessage::COMMAND_LONG(COMMAND_LONG_DATA {
+            command,
+            param1: params[0],
+            param2: params[1],
+            target_system: target.0,
+            target_component: target.1,
+            ..Default::default()
+        });
+        let encoder = if link == Link::Parachute { &mut self.script } else { &mut self.encoder };
+        self.decoder.push(&encoder.encode(&message));
+        let frame = self.decoder.next_frame().unwrap();
+        self.session.handle_input(0, link, &frame);
+    }
+
+    fn drain(&mut self, link: Link) -> Vec<Frame> {
+        let mut frames = Vec::new();
+        while let Some(sent) = self.session.poll_output() {
+            if sent.link == link {
+                self.decoder.push(&sent.bytes);
+                frames.push(self.decoder.next_frame().unwrap());
+            }
+        }
+        frames
+    }
+
+    fn ids(&mut self) -> Vec<u32> {
+        self.drain(Link::Simulator).iter().map(|f| f.message_id).collect()
+    }
+
+    fn events(&mut self) -> Vec<SimulatorEvent> {
+        std::iter::from_fn(|| self.session.poll_event()).collect()
+    }
+
+    /// Answers every step with `control` until `until`.
+    fn fly(&mut self, until: TimeUs, control: f32, armed: bool) {
+        while self.session.now() < until && self.session.pace() != Pace::Done {
+            self.session.advance();
+            self.drain(Link::Simulator);
+            self.answer(self.session.now(), control, armed);
+        }
+    }
+}
+
+fn config() -> SimulatorConfig {
+    SimulatorConfig { duration_us: 8_000_000, ..SimulatorConfig::default() }
+}
+
+#[test]
+fn nothing_moves_without_a_peer() {
+    let mut hand = Hand::new(config());
+    hand.session.advance();
+    assert_eq!((hand.session.now(), hand.session.pace()), (0, Pace::NoPeer));
+    assert!(hand.ids().is_empty());
+}
+
+#[test]
+fn a_step_sends_truth_fix_and_sensors_in_this_order_with_its_stamp() {
+    let mut hand = Hand::connected(config());
+    hand.session.advance();
+    let frames = hand.drain(Link::Simulator);
+    assert_eq!(frames.iter().map(|f| f.message_id).collect::<Vec<_>>(), [115, 113, 107]);
+    assert!(frames.iter().all(|f| f.payload().u64(0) == 4_000 && (f.system_id, f.component_id) == (1, 200)));
+    hand.session.advance();
+    assert_eq!(hand.ids(), [115, 107]);
+}
+
+#[test]
+fn free_run_until_the_first_answer_then_one_step_per_answer() {
+    let mut hand = Hand::connected(config());
+    for _ in 0..40 {
+        assert_eq!(hand.session.pace(), Pace::Free);
+        hand.session.advance();
+    }
+    // The first answer is late, as PX4's is: it starts the lockstep, but the present step is still owed one.
+    hand.answer(100_000, 0.0, false);
+    assert_eq!(hand.session.pace(), Pace::AwaitingControls);
+    hand.session.advance();
+    assert_eq!(hand.session.now(), 160_000);
+    hand.answer(160_000, 0.0, false);
+    assert_eq!(hand.session.pace(), Pace::Ready);
+    hand.session.advance();
+    assert_eq!((hand.session.now(), hand.session.pace()), (164_000, Pace::AwaitingControls));
+    assert_eq!((hand.session.counts().steps, hand.session.counts().unanswered), (41, 40));
+    assert!(hand.events().contains(&SimulatorEvent::Lockstep { at: 160_000 }));
+}
+
+#[test]
+fn a_peer_that_never_answers_stops_the_free_run_and_is_named() {
+    let mut hand = Hand::connected(config());
+    for _ in 0..10_000 {
+        hand.session.advance();
+    }
+    assert_eq!((hand.session.now(), hand.session.pace()), (5_000_000, Pace::AwaitingControls));
+    hand.events();
+    for tenths in 0..100 {
+        hand.session.handle_silence(Duration::from_millis(100 * tenths));
+    }
+    let told: Vec<String> = hand.events().iter().map(ToString::to_string).collect();
+    assert_eq!(told.len(), 4, "{told:?}");
+    assert_eq!(
+        told[0],
+        "   5.000 s  waiting since 1.0 s for any message from the autopilot, which has connected but sent nothing"
+    );
+    hand.say(&MavMessage::HEARTBEAT(HEARTBEAT_DATA::default()));
+    assert_eq!(hand.session.missing(), Some(Missing::ActuatorControls));
+}
+
+#[test]
+fn silence_can_end_in_going_on_without() {
+    let silence = Silence::FreeRunAfter(Duration::from_millis(500));
+    let mut hand = Hand::connected(SimulatorConfig { silence, ..config() });
+    hand.fly(40_000, 0.0, false);
+    hand.session.advance();
+    hand.session.handle_silence(Duration::from_millis(400));
+    assert_eq!(hand.session.pace(), Pace::AwaitingControls);
+    hand.session.handle_silence(Duration::from_millis(500));
+    assert_eq!(hand.session.pace(), Pace::Ready);
+    let event = SimulatorEvent::GoingOnWithout { at: 44_000, missing: Missing::ActuatorControls };
+    assert!(hand.events().contains(&event));
+}
+
+#[test]
+fn answers_from_the_future_are_not_used() {
+    let mut hand = Hand::connected(config());
+    hand.fly(40_000, 0.0, false);
+    hand.session.advance();
+    hand.answer(1_000_000, 0.9, true);
+    assert_eq!(hand.session.pace(), Pace::AwaitingControls);
+    assert_eq!(hand.session.counts().mistimed, 1);
+    assert!(hand.events().contains(&SimulatorEvent::Mistimed { at: 44_000, stamp: 1_000_000 }));
+}
+
+#[test]
+fn controls_that_are_no_commands_are_tamed_and_counted() {
+    let mut hand = Hand::connected(config());
+    hand.session.release(ReleaseCause::Command);
+    for control in [f32::NAN, f32::INFINITY, -3.0, 1e30] {
+        hand.session.advance();
+        hand.answer(hand.session.now(), control, true);
+        assert!(hand.session.throttle[..4].iter().all(|t| (0.0..=1.0).contains(t)));
+    }
+    hand.fly(2_000_000, f32::NAN, true);
+    assert!(hand.session.sim().state().body.v_ned.iter().all(|v| v.is_finite()));
+    assert_eq!(hand.session.counts().clamped, 8);
+    assert!(hand.session.counts().not_finite > 8);
+    // Motors that are off may say -1.
+    hand.session.advance();
+    hand.answer(hand.session.now(), -1.0, false);
+    assert_eq!(hand.session.counts().clamped, 8);
+}
+
+#[test]
+fn message_intervals_are_answered_exactly_once_and_odometry_follows() {
+    let mut hand = Hand::connected(config());
+    let interval = MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL;
+    for (params, result) in [([115.0, 5_000.0], 0), ([331.0, 4_000.0], 0), ([107.0, 4_000.0], 2)] {
+        hand.command(Link::Simulator, interval, params, (0, 0));
+        let acks = hand.drain(Link::Simulator);
+        let ack = acks[0].command_ack().unwrap();
+        assert_eq!((acks.len(), ack.command, ack.result), (1, 511, result));
+        assert_eq!((ack.target_system, ack.target_component), (1, 1));
+    }
+    hand.command(Link::Simulator, MavCmd::MAV_CMD_DO_SET_MODE, [0.0; 2], (0, 0));
+    assert_eq!(hand.drain(Link::Simulator)[0].command_ack().unwrap().result, 3);
+    hand.command(Link::Simulator, interval, [331.0, -1.0], (9, 0));
+    assert!(hand.ids().is_empty());
+    hand.session.advance();
+    assert_eq!(hand.ids(), [115, 331, 113, 107]);
+}
+
+#[test]
+fn a_gripper_command_cuts_now() {
+    let mut hand = Hand::connected(config());
+    hand.fly(1_000_000, 0.0, true);
+    hand.command(Link::Parachute, MavCmd::MAV_CMD_DO_GRIPPER, [0.0, 0.0], (1, 161));
+    assert_eq!(hand.session.sim().release_time_s(), Some(1.0));
+    let ids: Vec<u32> = hand.drain(Link::Parachute).iter().map(|f| f.message_id).collect();
+    assert!(ids.ends_with(&[77, 253, 252]), "{ids:?}");
+    hand.fly(2_000_000, 0.0, true);
+    let events = hand.events();
+    assert!(events.contains(&SimulatorEvent::Released { at: 1_000_000, cause: ReleaseCause::Command }));
+    assert!(events.contains(&SimulatorEvent::RotorsFree { at: 1_500_000 }));
+}
+
+#[test]
+fn the_other_triggers_cut_as_well() {
+    for (trigger, cause, at) in [
+        (ReleaseTrigger::Time(1.001), ReleaseCause::Time, 1_001_000),
+        // The hang begins 2 s times 5 m/s above 600 m.
+        (ReleaseTrigger::Altitude(605.01), ReleaseCause::Altitude, 1_000_000),
+        (ReleaseTrigger::ArmedOffboard, ReleaseCause::ArmedOffboard, 804_000),
+    ] {
+        let mut hand = Hand::connected(SimulatorConfig { trigger, ..config() });
+        hand.fly(400_000, 0.0, false);
+        // The crate's default has the armed bit set.
+        let base_mode = MavModeFlag::empty();
+        let offboard = HEARTBEAT_DATA { custom_mode: 6 << 16, base_mode, ..Default::default() };
+        hand.say(&MavMessage::HEARTBEAT(offboard));
+        hand.fly(800_000, 0.0, false);
+        assert_eq!(hand.session.sim().release_time_s(), None);
+        hand.answer(800_000, 0.0, true);
+        hand.fly(2_000_000, 0.0, true);
+        assert!(hand.events().contains(&SimulatorEvent::Released { at, cause }), "{trigger:?}");
+    }
+}
+
+#[test]
+fn a_new_peer_finds_the_drop_at_its_beginning() {
+    let mut hand = Hand::connected(config());
+    hand.fly(1_000_000, 0.0, true);
+    hand.session.release(ReleaseCause::Command);
+    hand.fly(3_000_000, 0.5, true);
+    let sequence = hand.session.encoder.clone();
+    hand.session.peer_left();
+    hand.session.advance();
+    assert_eq!((hand.session.now(), hand.session.pace()), (3_000_000, Pace::NoPeer));
+    hand.session.peer_connected();
+    assert_eq!((hand.session.now(), hand.session.pace()), (0, Pace::Free));
+    assert_eq!((hand.session.sim().phase(), hand.session.log().len()), (Phase::Hanging, 0));
+    assert_eq!(hand.session.encoder, sequence);
+    let events = hand.events();
+    assert!(events.contains(&SimulatorEvent::PeerLeft { at: 3_000_000 }));
+    assert!(events.contains(&SimulatorEvent::Connected { again: true }));
+    hand.session.advance();
+    assert_eq!(hand.drain(Link::Simulator)[0].payload().u64(0), 4_000);
+}
+
+#[test]
+fn the_mission_ends_and_its_log_is_whole() {
+    let mut hand = Hand::connected(config());
+    hand.fly(20_000_000, 0.0, false);
+    assert_eq!((hand.session.now(), hand.session.pace()), (8_000_000, Pace::Done));
+    assert_eq!(hand.events().last(), Some(&SimulatorEvent::Finished { at: 8_000_000 }));
+    let log = hand.session.into_log();
+    assert_eq!(log.len(), 2_001);
+    assert!((log[0].t_s, log[2_000].t_s) == (0.0, 8.0));
+}

@@ -1,7 +1,7 @@
 //! What the streamer has to tell, with simulated times (the vehicle's `time_boot_ms`).
 
+use core::time::Duration;
 use std::fmt;
-use std::time::Duration;
 
 use super::super::TimeUs;
 
@@ -98,6 +98,8 @@ pub enum StreamerEvent {
         at: TimeUs,
         /// What is missing.
         missing: &'static str,
+        /// From which system.
+        system_id: u8,
         /// For how long, as the caller measures.
         waited: Duration,
     },
@@ -155,9 +157,12 @@ impl fmt::Display for StreamerEvent {
             Self::VehicleRestarted { at } => {
                 write!(f, "{:8.3} s  the vehicle's clock went back: starting over", s(at))
             }
-            Self::Waiting { at, missing, waited } => {
-                write!(f, "{:8.3} s  waiting since {:.1} s for {missing}", s(at), waited.as_secs_f64())
-            }
+            Self::Waiting { at, missing, system_id, waited } => write!(
+                f,
+                "{:8.3} s  waiting since {:.1} s for {missing} from the autopilot of system {system_id}",
+                s(at),
+                waited.as_secs_f64()
+            ),
             Self::Failed { at, reason } => write!(f, "{:8.3} s  gave up: {reason}", s(at)),
             Self::Done { at } => write!(f, "{:8.3} s  stream ended", s(at)),
         }

@@ -5,9 +5,12 @@ use mavlink::dialects::common::{
     MavType, PositionTargetTypemask, SET_ATTITUDE_TARGET_DATA, SET_POSITION_TARGET_LOCAL_NED_DATA,
 };
 
+use nalgebra::Vector3;
+
 use super::super::TimeUs;
 use super::{AUTOPILOT_COMPONENT, StreamerSession, StreamerState};
 use crate::frames::quaternion_from_euler;
+use crate::sim::Reference;
 use crate::units::US_PER_S;
 
 /// Attitude and thrust, no body rates.
@@ -68,6 +71,16 @@ impl StreamerSession {
             coordinate_frame: MavFrame::MAV_FRAME_LOCAL_NED,
             ..SET_POSITION_TARGET_LOCAL_NED_DATA::default()
         }));
+    }
+
+    /// What the plan wants at `t_s` from its start.
+    fn reference_at(&self, t_s: f64) -> (Vector3<f64>, Vector3<f64>) {
+        let reference = Reference::Plan {
+            trajectory: &self.trajectory,
+            then_v_ned: Some(self.config.target_v_ned),
+            feed_forward: self.config.feed_forward,
+        };
+        reference.at(t_s)
     }
 
     pub(super) fn send_heartbeat(&mut self) {

@@ -1,0 +1,24 @@
+//! `samara autopilot`: the reference autopilot behind its sockets.
+
+use super::args::AutopilotArgs;
+use super::mission::chosen_mission;
+use super::narrative::Narrator;
+use super::net::{Reporter, block_on, interrupted, open_tlog, ports_of, system_of};
+use super::outcome::{Answer, BadInput, Failure};
+use super::output::OutputFolder;
+use super::sessions;
+use crate::link::shell::{AfterSimulator, run_autopilot};
+
+/// `samara autopilot`.
+pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
+    let mission = chosen_mission(&args.mission, &args.choice)?;
+    let ports = ports_of(&args.net)?;
+    let folder = OutputFolder::create(args.out.as_deref(), &mission.name)?;
+    let vehicle = open_tlog(&folder, "vehicle.tlog", &mission)?;
+    let mut reporter = Reporter::new(Narrator::new(true), &mission, None, Some(vehicle));
+    let session = sessions::autopilot(&mission, system_of(&args.net))?;
+    let after = if args.once { AfterSimulator::Return } else { AfterSimulator::Wait };
+    block_on(run_autopilot(session, &ports, after, &mut reporter, interrupted()))?.bad_input()?;
+    reporter.finish()?;
+    Ok(Answer::Yes)
+}

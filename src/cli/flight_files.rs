@@ -1,0 +1,35 @@
+//! The files of a flight: log and figure.
+
+use std::io::Write as _;
+
+use anyhow::Context;
+
+use super::mission::stamp_of;
+use super::outcome::Failure;
+use super::output::OutputFolder;
+use crate::assess::Verdict;
+use crate::config::Mission;
+use crate::report::{FlightCsv, drop_figure};
+use crate::sim::Sample;
+use crate::trajectory::Trajectory;
+
+/// Writes `flight.csv` and `drop.svg`.
+///
+/// # Errors
+/// [`Failure::BadInput`] when a file cannot be written.
+pub fn write_flight(
+    folder: &OutputFolder,
+    mission: &Mission,
+    log: &[Sample],
+    plan: Option<&Trajectory>,
+    verdict: Option<&Verdict>,
+) -> Result<(), Failure> {
+    folder.write("flight.csv", |out| {
+        let mut csv = FlightCsv::new(out, mission.vehicle.rotors.len(), mission.limits, &stamp_of(mission))?;
+        log.iter().try_for_each(|sample| csv.write(sample))?;
+        csv.finish().map(|_| ())
+    })?;
+    let figure = drop_figure(mission, log, plan, verdict).context("the figure of the drop")?;
+    folder.write("drop.svg", |out| out.write_all(figure.as_bytes()))?;
+    Ok(())
+}

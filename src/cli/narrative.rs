@@ -1,0 +1,80 @@
+//! What a drop tells while it happens, in its order, with simulated times.
+
+use super::outcome::Failure;
+use super::output::print;
+use crate::assess::Verdict;
+use crate::config::Mission;
+use crate::link::{SimulatorEvent, StreamerEvent};
+
+/// Tells, or is silent (when stdout belongs to a JSON object).
+#[derive(Clone, Copy, Debug)]
+pub struct Narrator {
+    aloud: bool,
+}
+
+impl Narrator {
+    /// A narrator; not `aloud`, it says nothing.
+    pub fn new(aloud: bool) -> Self {
+        Self { aloud }
+    }
+
+    /// Says it.
+    pub fn say(&self, text: &str) -> Result<(), Failure> {
+        if self.aloud { print(text) } else { Ok(()) }
+    }
+
+    fn at(&self, t_s: f64, text: &str) -> Result<(), Failure> {
+        self.say(&format!("{t_s:8.3} s  {text}\n"))
+    }
+
+    /// The start of the hang.
+    pub fn hanging(&self, mission: &Mission) -> Result<(), Failure> {
+        self.at(0.0, &format!("hanging under the parachute, {} m/s down", mission.parachute.descent_m_s))
+    }
+
+    /// An event of the simulator.
+    pub fn simulator(&self, event: &SimulatorEvent, mission: &Mission) -> Result<(), Failure> {
+        match event {
+            SimulatorEvent::RotorsFree { at } => self.at(
+                seconds(*at),
+                &format!("rotors free after {} s of fall, the plan begins", mission.parachute.delay_s),
+            ),
+            // Told by the streamer or in the verdict, or of no interest in lockstep.
+            SimulatorEvent::Connected { .. }
+            | SimulatorEvent::Lockstep { .. }
+            | SimulatorEvent::Armed { .. }
+            | SimulatorEvent::Finished { .. } => Ok(()),
+            other => self.say(&format!("{other}\n")),
+        }
+    }
+
+    /// An event of the streamer.
+    pub fn streamer(&self, event: &StreamerEvent) -> Result<(), Failure> {
+        match event {
+            // The simulator has told, or the vehicle repeats what an acknowledgement has said.
+            StreamerEvent::ReleaseAsked { .. }
+            | StreamerEvent::Tracking { .. }
+            | StreamerEvent::Released { told: true, .. }
+            | StreamerEvent::Text { severity: 5.., .. }
+            | StreamerEvent::Done { .. } => Ok(()),
+            other => self.say(&format!("{other}\n")),
+        }
+    }
+
+    /// When steady flight was reached.
+    pub fn steady(&self, verdict: &Verdict, mission: &Mission) -> Result<(), Failure> {
+        let v = mission.target_v_ned;
+        let target = format!("[{} {} {}] m/s", v.x, v.y, v.z);
+        match verdict.steady_after_s {
+            Some(t) => {
+                let since = mission.hang_s + mission.parachute.delay_s;
+                self.at(since + t, &format!("steady after {t:.2} s: within 1 % of {target} to the end"))
+            }
+            None => self.say(&format!("never steady within 1 % of {target}\n")),
+        }
+    }
+}
+
+fn seconds(at: u64) -> f64 {
+    at as f64 * 1e-6
+}

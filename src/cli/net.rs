@@ -1,0 +1,129 @@
+//! What the verbs with sockets share: the runtime, Ctrl-C, and an observer that tells and records.
+
+use std::fs::File;
+use std::future::Future;
+use std::io::BufWriter;
+
+use anyhow::Context;
+
+use super::args::{NetArgs, SpeedArg};
+use super::narrative::Narrator;
+use super::outcome::{BadInput, Failure};
+use super::output::OutputFolder;
+use crate::config::Mission;
+use crate::link::shell::{Notice, Observer, Ports, Speed};
+use crate::link::{Link, TimeUs, Tlog};
+
+/// MAVLink system of the vehicle of an instance, as PX4 counts: instance 0 is system 1.
+pub fn system_of(net: &NetArgs) -> u8 {
+    u8::try_from(net.instance.saturating_add(1)).unwrap_or(u8::MAX)
+}
+
+/// The ports of the instance.
+///
+/// # Errors
+/// [`Failure::BadInput`] when there is no such instance.
+pub fn ports_of(net: &NetArgs) -> Result<Ports, Failure> {
+    Ports::of_instance(net.instance).bad_input()
+}
+
+/// The speed as the shell wants it.
+pub fn speed_of(speed: SpeedArg) -> Speed {
+    match speed {
+        SpeedArg::Factor(factor) => Speed::Factor(factor),
+        SpeedArg::Max => Speed::Max,
+    }
+}
+
+/// Completes on Ctrl-C (or a termination signal, where there is one).
+pub async fn interrupted() {
+    #[cfg(unix)]
+    {
+        use tokio::signal::unix::{SignalKind, signal};
+        if let Ok(mut terminate) = signal(SignalKind::terminate()) {
+            tokio::select! {
+                _ = tokio::signal::ctrl_c() => return,
+                _ = terminate.recv() => return,
+            }
+        }
+    }
+    let _ = tokio::signal::ctrl_c().await;
+}
+
+/// Runs a future to its end on a runtime of one thread.
+///
+/// # Errors
+/// [`Failure::Internal`] when the system gives no runtime.
+pub fn block_on<T>(future: impl Future<Output = T>) -> Result<T, Failure> {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .context("the runtime for sockets")?;
+    Ok(runtime.block_on(future))
+}
+
+/// A `.tlog` in a result folder, written as frames come.
+pub type TlogFile = Tlog<BufWriter<File>>;
+
+/// Opens a `.tlog` of a mission.
+///
+/// # Errors
+/// [`Failure::BadInput`] when the file cannot be made.
+pub fn open_tlog(folder: &OutputFolder, name: &str, mission: &Mission) -> Result<TlogFile, Failure> {
+    Ok(Tlog::new(folder.open(name)?, mission.epoch_unix_us))
+}
+
+/// Tells notices, records frames.
+pub struct Reporter<'a> {
+    narrator: Narrator,
+    mission: &'a Mission,
+    hil: Option<TlogFile>,
+    vehicle: Option<TlogFile>,
+    failed: Option<std::io::Error>,
+}
+
+impl<'a> Reporter<'a> {
+    /// A reporter with the logs that it shall write: simulator's link, and all others.
+    pub fn new(
+        narrator: Narrator,
+        mission: &'a Mission,
+        hil: Option<TlogFile>,
+        vehicle: Option<TlogFile>,
+    ) -> Self {
+        Self { narrator, mission, hil, vehicle, failed: None }
+    }
+
+    /// Closes the logs.
+    ///
+    /// # Errors
+    /// [`Failure::BadInput`] when something could not be written, now or before.
+    pub fn finish(self) -> Result<(), Failure> {
+        if let Some(error) = self.failed {
+            return Err(anyhow::Error::from(error).context("cannot write the .tlog")).bad_input();
+        }
+        for tlog in [self.hil, self.vehicle].into_iter().flatten() {
+            tlog.finish().context("cannot write the .tlog").bad_input()?;
+        }
+        Ok(())
+    }
+}
+
+impl Observer for Reporter<'_> {
+    fn notice(&mut self, notice: Notice) {
+        let told = match &notice {
+            Notice::Simulator(event) => self.narrator.simulator(event, self.mission),
+            Notice::Streamer(event) => self.narrator.streamer(event),
+            other => self.narrator.say(&format!("{other}\n")),
+        };
+        // A terminal that is gone is no reason to stop flying.
+        let _ = told;
+    }
+
+    fn frame(&mut self, now: TimeUs, link: Link, bytes: &[u8]) {
+        let tlog = if link == Link::Simulator { &mut self.hil } else { &mut self.vehicle };
+        if let Some(Err(error)) = tlog.as_mut().map(|tlog| tlog.write(now, bytes)) {
+            *tlog = None;
+            self.failed.get_or_insert(error);
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! `samara sim`: the simulator behind its sockets.
+
+use super::args::SimArgs;
+use super::drop::{judge, tell_verdict};
+use super::flight_files::write_flight;
+use super::mission::chosen_mission;
+use super::narrative::Narrator;
+use super::net::{Reporter, block_on, interrupted, open_tlog, ports_of, speed_of, system_of};
+use super::outcome::{Answer, BadInput, Failure};
+use super::output::{OutputFolder, print};
+use super::sessions;
+use crate::link::shell::run_simulator;
+use crate::report::{DropRun, drop_json};
+
+/// `samara sim`.
+pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
+    let mission = chosen_mission(&args.mission.mission, &args.choice)?;
+    let ports = ports_of(&args.net)?;
+    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let narrator = Narrator::new(!args.mission.json);
+    let hil = open_tlog(&folder, "hil.tlog", &mission)?;
+    let mut reporter = Reporter::new(narrator, &mission, Some(hil), None);
+    let session = sessions::simulator(&mission, system_of(&args.net));
+    let speed = speed_of(args.speed);
+    let session =
+        block_on(run_simulator(session, &ports, speed, &mut reporter, interrupted()))?.bad_input()?;
+    reporter.finish()?;
+    let log = session.into_log();
+    let verdict = judge(&mission, &log);
+    if !log.is_empty() {
+        write_flight(&folder, &mission, &log, None, verdict.as_ref())?;
+    }
+    let Some(verdict) = verdict else {
+        narrator.say("the vehicle was never released\n")?;
+        return Ok(Answer::No);
+    };
+    let text = drop_json(&mission, &verdict, &DropRun::default());
+    folder.write("drop.json", |out| std::io::Write::write_all(out, text.as_bytes()))?;
+    tell_verdict(&narrator, &mission, &verdict, &folder)?;
+    if args.mission.json {
+        print(&text)?;
+    }
+    Ok(if verdict.limits_passed.is_empty() { Answer::Yes } else { Answer::No })
+}

@@ -1,0 +1,37 @@
+//! `samara stream`: the offboard streamer behind its socket.
+
+use super::args::StreamArgs;
+use super::mission::{chosen_mission, read_trajectory};
+use super::narrative::Narrator;
+use super::net::{Reporter, block_on, interrupted, ports_of, system_of};
+use super::outcome::{Answer, BadInput, Failure};
+use super::plan::plan_mission;
+use super::sessions;
+use crate::link::shell::run_streamer;
+use crate::link::streamer::StreamerState;
+use crate::plan::Status;
+use crate::report::plan_text;
+
+/// `samara stream`.
+pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
+    let mission = chosen_mission(&args.mission, &args.choice)?;
+    let ports = ports_of(&args.net)?;
+    let narrator = Narrator::new(true);
+    let trajectory = match &args.trajectory {
+        Some(path) => read_trajectory(path, &mission)?,
+        None => {
+            let timed = plan_mission(&mission)?;
+            let text = plan_text(&timed.plan, &mission.limits, None);
+            narrator.say(&format!("planned in {:.1} ms: {text}", timed.solve_ms))?;
+            if timed.plan.status != Status::Converged {
+                return Ok(Answer::No);
+            }
+            timed.plan.trajectory
+        }
+    };
+    let session = sessions::streamer(&mission, trajectory, system_of(&args.net), args.feed_forward);
+    let mut reporter = Reporter::new(narrator, &mission, None, None);
+    let session = block_on(run_streamer(session, &ports, &mut reporter, interrupted()))?.bad_input()?;
+    reporter.finish()?;
+    Ok(if session.state() == StreamerState::Failed { Answer::No } else { Answer::Yes })
+}

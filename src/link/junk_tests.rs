@@ -1,0 +1,71 @@
+//! Sound frames with any content: no session panics, and no number that is none gets into the flight.
+
+use mavlink::Message as _;
+use mavlink::dialects::common::MavMessage;
+use proptest::prelude::*;
+
+use super::simulator::{Pace, SimulatorConfig, SimulatorSession};
+use super::streamer::{StreamerConfig, StreamerSession};
+use super::{Decoder, Encoder, Link, Session, test_site};
+use crate::frames::LEVEL;
+use crate::trajectory::{Node, Trajectory};
+
+/// Messages that a session looks at: HEARTBEAT, SET_MODE, ATTITUDE, COMMAND_INT, _LONG, _ACK, HIL_ACTUATOR_CONTROLS,
+/// NAMED_VALUE_INT, STATUSTEXT.
+const IDS: [u32; 9] = [0, 11, 30, 75, 76, 77, 93, 252, 253];
+/// Commands that a session knows, and what they are about.
+const COMMANDS: [u16; 6] = [208, 211, 400, 511, 512, 65_000];
+
+fn streamer() -> StreamerSession {
+    let node = |t_s| Node {
+        t_s,
+        q_ned_from_body: LEVEL,
+        v_ned: nalgebra::Vector3::zeros(),
+        omega_body: nalgebra::Vector3::zeros(),
+        thrust_n: [0.0; 8],
+        a_ned: nalgebra::Vector3::zeros(),
+    };
+    let plan = Trajectory::new(vec![node(0.0), node(1.0)], 4).unwrap();
+    StreamerSession::new(StreamerConfig::default(), plan)
+}
+
+proptest! {
+    #[test]
+    fn prop_any_content_is_survived(
+        frames in proptest::collection::vec(
+            (0usize..9, proptest::collection::vec(any::<u8>(), 0..80), any::<bool>(), 0usize..6, 0u8..3), 1..60),
+    ) {
+        let mut simulator = SimulatorSession::new(test_site::drop_simulation(), SimulatorConfig::default());
+        let mut streamer = streamer();
+        simulator.peer_connected();
+        let mut decoder = Decoder::new();
+        for (id, mut payload, ours, command, sender) in frames {
+            let id = IDS[id];
+            payload.resize(80, 0);
+            if ours && (id == 75 || id == 76) {
+                payload[28..30].copy_from_slice(&COMMANDS[command].to_le_bytes());
+                (payload[30], payload[31]) = (1, [0, 161, 200][command % 3]);
+            }
+            if ours && id == 93 {
+                payload[..8].copy_from_slice(&simulator.now().to_le_bytes());
+            }
+            let mut encoder = Encoder::new(1, [1, 161, 200][usize::from(sender)]);
+            let bytes = encoder.encode_payload(id, MavMessage::extra_crc(id), &payload);
+            decoder.datagram(&bytes, |frame| {
+                for link in [Link::Simulator, Link::Parachute] {
+                    simulator.handle_input(0, link, &frame);
+                }
+                streamer.handle_input(0, Link::Api, &frame);
+            });
+            if simulator.pace() != Pace::AwaitingControls {
+                simulator.advance();
+            }
+            while simulator.poll_output().is_some() {}
+            while streamer.poll_output().is_some() {}
+            while let Some(event) = simulator.poll_event() { let _ = event.to_string(); }
+            while let Some(event) = streamer.poll_event() { let _ = event.to_string(); }
+        }
+        let body = &simulator.sim().state().body;
+        prop_assert!(body.v_ned.iter().chain(body.omega_body.iter()).all(|x| x.is_finite()));
+    }
+}

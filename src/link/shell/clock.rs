@@ -1,0 +1,85 @@
+//! The wall clock: how fast simulated time runs.
+#![expect(
+    clippy::disallowed_types,
+    clippy::disallowed_methods,
+    reason = "the shell's clock; nothing else reads one"
+)]
+
+use std::time::{Duration, Instant};
+
+use super::super::TimeUs;
+use crate::units::US_PER_S;
+
+/// A step that is late by more than this is not made up for: the clock starts anew from there.
+const LATE: Duration = Duration::from_millis(100);
+
+/// How fast simulated time runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Speed {
+    /// So many simulated seconds per second.
+    Factor(f64),
+    /// As fast as the answers come.
+    Max,
+}
+
+impl Speed {
+    /// The factor; real time where there is none, that is where nothing else paces.
+    pub(super) fn factor(self) -> f64 {
+        match self {
+            Self::Factor(f) if f.is_finite() && f > 0.0 => f,
+            Self::Factor(_) | Self::Max => 1.0,
+        }
+    }
+}
+
+/// Turns simulated times into moments of the wall clock.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pacer {
+    factor: f64,
+    anchor: Option<(Instant, TimeUs)>,
+}
+
+impl Pacer {
+    pub(super) fn new(speed: Speed) -> Self {
+        Self { factor: speed.factor(), anchor: None }
+    }
+
+    /// Begins anew with the next step: after a wait or a restart.
+    pub(super) fn reset(&mut self) {
+        self.anchor = None;
+    }
+
+    /// How long until simulated time `at` is due; zero when it is.
+    pub(super) fn until(&mut self, at: TimeUs) -> Duration {
+        let now = Instant::now();
+        let (start, from) = *self.anchor.get_or_insert((now, at));
+        let simulated_s = at.saturating_sub(from) as f64 / US_PER_S;
+        let real = Duration::try_from_secs_f64(simulated_s / self.factor).unwrap_or(Duration::MAX);
+        // A moment beyond the clock's range is an hour away for all that matters.
+        let due = start.checked_add(real).unwrap_or(now + Duration::from_secs(3_600));
+        if now.saturating_duration_since(due) > LATE {
+            self.anchor = Some((now, at));
+            return Duration::ZERO;
+        }
+        due.saturating_duration_since(now)
+    }
+}
+
+/// Time since something happened.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Since(Instant);
+
+impl Since {
+    pub(super) fn now() -> Self {
+        Self(Instant::now())
+    }
+
+    pub(super) fn elapsed(&self) -> Duration {
+        self.0.elapsed()
+    }
+
+    /// In microseconds, as a stand-in for simulated time before there is one.
+    pub(super) fn elapsed_us(&self) -> TimeUs {
+        TimeUs::try_from(self.0.elapsed().as_micros()).unwrap_or(TimeUs::MAX)
+    }
+}

@@ -1,0 +1,101 @@
+//! One TCP connection as frames.
+
+use std::io;
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use tokio::io::AsyncWriteExt as _;
+use tokio::net::TcpStream;
+
+use super::super::{Decoder, Frame};
+use super::notice::{GarbageWatch, Observer};
+
+/// A peer that does not read for this long is gone.
+const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// The connection.
+#[derive(Debug)]
+pub(super) struct Connection {
+    stream: TcpStream,
+    pub(super) peer: SocketAddr,
+    what: &'static str,
+    decoder: Decoder,
+    garbage: GarbageWatch,
+    outgoing: Vec<u8>,
+}
+
+impl Connection {
+    pub(super) fn new(stream: TcpStream, peer: SocketAddr, what: &'static str) -> Self {
+        Self {
+            stream,
+            peer,
+            what,
+            decoder: Decoder::new(),
+            garbage: GarbageWatch::default(),
+            outgoing: Vec::new(),
+        }
+    }
+
+    /// Waits until there is something to read; for ever without a connection. Safe to cancel.
+    pub(super) async fn readable(connection: Option<&Self>) {
+        match connection {
+            // An error shows at the next receive.
+            Some(connection) => _ = connection.stream.readable().await,
+            None => std::future::pending().await,
+        }
+    }
+
+    /// Reads what has come, without waiting; the reason when the connection has ended.
+    pub(super) fn receive<O: Observer>(
+        &mut self,
+        observer: &mut O,
+        mut each: impl FnMut(&mut O, &Frame),
+    ) -> Result<(), String> {
+        let mut buffer = [0; 4096];
+        match self.stream.try_read(&mut buffer) {
+            Ok(0) => return Err("closed by the peer".to_owned()),
+            Ok(len) => self.decoder.push(&buffer[..len]),
+            Err(e) if e.kind() == io::ErrorKind::WouldBlock => return Ok(()),
+            Err(e) => return Err(e.to_string()),
+        }
+        while let Some(frame) = self.decoder.next_frame() {
+            each(observer, &frame);
+        }
+        self.garbage.look(self.what, self.decoder.faults(), observer);
+        Ok(())
+    }
+
+    /// The peer is silent: a half frame that waits for its rest is not going to get it.
+    pub(super) fn give_up_half_frames<O: Observer>(
+        &mut self,
+        observer: &mut O,
+        mut each: impl FnMut(&mut O, &Frame),
+    ) {
+        while self.decoder.pending() > 0 {
+            self.decoder.give_up();
+            while let Some(frame) = self.decoder.next_frame() {
+                each(observer, &frame);
+            }
+        }
+        self.garbage.look(self.what, self.decoder.faults(), observer);
+    }
+
+    /// Collects a frame to be sent.
+    pub(super) fn queue(&mut self, bytes: &[u8]) {
+        self.outgoing.extend_from_slice(bytes);
+    }
+
+    /// Sends what has been collected, in one piece; the reason when that cannot be done. Not safe to cancel.
+    pub(super) async fn flush(&mut self) -> Result<(), String> {
+        if self.outgoing.is_empty() {
+            return Ok(());
+        }
+        let sent = tokio::time::timeout(WRITE_TIMEOUT, self.stream.write_all(&self.outgoing)).await;
+        self.outgoing.clear();
+        match sent {
+            Ok(Ok(())) => Ok(()),
+            Ok(Err(e)) => Err(e.to_string()),
+            Err(_) => Err(format!("the peer has not read for {} s", WRITE_TIMEOUT.as_secs())),
+        }
+    }
+}

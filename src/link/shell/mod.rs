@@ -1,0 +1,38 @@
+//! Sockets around the sessions: the only place of the wire with a clock, a socket and `async`.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`ports`] | which ports an instance has |
+//! | [`clock`] | the wall clock: pacing by a speed factor |
+//! | [`tcp_server`], [`tcp_client`], [`udp`] | one kind of endpoint each |
+//! | [`notice`] | what is told to the caller; errors |
+//! | [`simulator`] | [`run_simulator`]: TCP server for the autopilot, UDP for the parachute |
+//! | [`autopilot`] | [`run_autopilot`]: TCP client of the simulator, UDP for ground stations and companions |
+//! | [`streamer`] | [`run_streamer`]: UDP |
+//! | [`watched`] | [`run_watched_drop`]: the drop in memory at a speed to watch, with ground stations on UDP |
+//!
+//! Loopback only: nothing here authenticates anybody. Each `run_*` returns when its session is over or `stop` completes,
+//! and gives its session back, so that what has been flown can be written. A single-threaded runtime is enough.
+
+pub mod autopilot;
+pub mod clock;
+mod connection;
+pub mod notice;
+pub mod ports;
+pub mod simulator;
+pub mod streamer;
+pub mod tcp_client;
+pub mod tcp_server;
+pub mod udp;
+pub mod watched;
+
+#[cfg(test)]
+mod tests;
+
+pub use autopilot::{AfterSimulator, run_autopilot};
+pub use clock::Speed;
+pub use notice::{Notice, Observer, ShellError};
+pub use ports::Ports;
+pub use simulator::run_simulator;
+pub use streamer::run_streamer;
+pub use watched::run_watched_drop;

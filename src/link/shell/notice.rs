@@ -1,0 +1,181 @@
+//! What the shell tells its caller, and why it cannot go on.
+
+use std::fmt;
+use std::io;
+use std::net::SocketAddr;
+
+use super::super::{Faults, Link, SimulatorEvent, StreamerEvent, TimeUs};
+
+/// Why sockets cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ShellError {
+    /// Somebody else has the port.
+    #[error(
+        "{protocol} port {port} ({what}) is in use: is another instance running? --instance shifts the ports"
+    )]
+    PortBusy {
+        /// "TCP" or "UDP".
+        protocol: &'static str,
+        /// The port.
+        port: u16,
+        /// What it is for.
+        what: &'static str,
+    },
+    /// The port cannot be had for another reason.
+    #[error("{protocol} port {port} ({what}): {source}")]
+    Bind {
+        /// "TCP" or "UDP".
+        protocol: &'static str,
+        /// The port.
+        port: u16,
+        /// What it is for.
+        what: &'static str,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// No such instance.
+    #[error("instance {instance}: at most {max} expected")]
+    Instance {
+        /// The instance.
+        instance: u16,
+        /// The highest.
+        max: u16,
+    },
+}
+
+impl ShellError {
+    pub(super) fn bind(protocol: &'static str, port: u16, what: &'static str, source: io::Error) -> Self {
+        if source.kind() == io::ErrorKind::AddrInUse {
+            Self::PortBusy { protocol, port, what }
+        } else {
+            Self::Bind { protocol, port, what, source }
+        }
+    }
+}
+
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Notice {
+    /// A socket is open.
+    Open {
+        /// "TCP" or "UDP".
+        protocol: &'static str,
+        /// Where.
+        at: SocketAddr,
+        /// What for.
+        what: &'static str,
+    },
+    /// A connection stands.
+    Connected {
+        /// To whom.
+        peer: SocketAddr,
+        /// What for.
+        what: &'static str,
+    },
+    /// A connection has ended.
+    Disconnected {
+        /// Whose.
+        peer: SocketAddr,
+        /// Why.
+        reason: String,
+    },
+    /// A second autopilot has tried to connect and has been sent away.
+    TurnedAway {
+        /// Who.
+        peer: SocketAddr,
+    },
+    /// Nobody listens there yet; it is tried again and again.
+    NobodyThere {
+        /// Where.
+        at: SocketAddr,
+        /// What should be there.
+        what: &'static str,
+    },
+    /// A peer has spoken on a UDP socket for the first time, or after a silence.
+    Heard {
+        /// Who.
+        peer: SocketAddr,
+        /// On which socket.
+        what: &'static str,
+    },
+    /// Bytes have come that are no frames; told at the 1st, 2nd, 4th, .. time.
+    Garbage {
+        /// On which socket.
+        what: &'static str,
+        /// All that this socket has dropped so far.
+        faults: Faults,
+    },
+    /// Of the simulator.
+    Simulator(SimulatorEvent),
+    /// Of the streamer.
+    Streamer(StreamerEvent),
+    /// The autopilot's STATUSTEXT.
+    Autopilot {
+        /// Simulated time.
+        at: TimeUs,
+        /// `MAV_SEVERITY`, 0 the worst, 7 debug.
+        severity: u8,
+        /// The text.
+        text: String,
+    },
+}
+
+impl fmt::Display for Notice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Open { protocol, at, what } => write!(f, "{protocol} {at} open ({what})"),
+            Self::Connected { peer, what } => write!(f, "connected to {what} {peer}"),
+            Self::Disconnected { peer, reason } => write!(f, "connection to {peer} ended: {reason}"),
+            Self::TurnedAway { peer } => {
+                write!(f, "turned {peer} away: an autopilot is connected already")
+            }
+            Self::NobodyThere { at, what } => write!(f, "no {what} at {at} yet; trying on"),
+            Self::Heard { peer, what } => write!(f, "heard {peer} ({what})"),
+            Self::Garbage { what, faults } => write!(
+                f,
+                "{what}: dropped {} bytes that are no frames (bad checksum {}, cut off {}, unknown message {}, \
+                 unknown flags {})",
+                faults.skipped_bytes,
+                faults.bad_crc,
+                faults.truncated,
+                faults.unknown_id,
+                faults.incompatible
+            ),
+            Self::Simulator(event) => event.fmt(f),
+            Self::Streamer(event) => event.fmt(f),
+            Self::Autopilot { at, text, .. } => write!(f, "{:8.3} s  > {text}", *at as f64 * 1e-6),
+        }
+    }
+}
+
+/// Who wants to know.
+pub trait Observer {
+    /// Something happened.
+    fn notice(&mut self, notice: Notice);
+
+    /// A frame has come or gone by `link` at simulated time `now`, for a `.tlog`.
+    fn frame(&mut self, now: TimeUs, link: Link, bytes: &[u8]) {
+        let _ = (now, link, bytes);
+    }
+}
+
+impl<F: FnMut(Notice)> Observer for F {
+    fn notice(&mut self, notice: Notice) {
+        self(notice);
+    }
+}
+
+/// Tells of a decoder's faults at the 1st, 2nd, 4th, .. of them.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct GarbageWatch {
+    tell_from: u64,
+}
+
+impl GarbageWatch {
+    pub(super) fn look(&mut self, what: &'static str, faults: &Faults, observer: &mut impl Observer) {
+        if faults.skipped_bytes > self.tell_from {
+            self.tell_from = faults.skipped_bytes.saturating_mul(2);
+            observer.notice(Notice::Garbage { what, faults: *faults });
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! The offboard streamer on a socket: UDP 14540 + N, where autopilot and parachute speak first.
+
+use std::future::Future;
+use std::time::Duration;
+
+use super::super::{Link, Session as _, StreamerSession};
+use super::clock::Since;
+use super::notice::{Notice, Observer, ShellError};
+use super::ports::Ports;
+use super::udp::UdpEndpoint;
+
+const TICK: Duration = Duration::from_millis(100);
+/// The parachute speaks once per simulated second only, and time may run slowly.
+const PEER_MEMORY: Duration = Duration::from_secs(600);
+
+/// Runs the streamer until its stream has ended, it has given up, or `stop` completes.
+///
+/// # Errors
+/// [`ShellError`] when the port cannot be had.
+pub async fn run_streamer<O: Observer>(
+    mut session: StreamerSession,
+    ports: &Ports,
+    observer: &mut O,
+    stop: impl Future<Output = ()>,
+) -> Result<StreamerSession, ShellError> {
+    let what = "streamer, for autopilot and parachute";
+    let mut socket = UdpEndpoint::bind(ports.api, what, &[], PEER_MEMORY, observer).await?;
+    let mut heard = Since::now();
+    let mut stop = std::pin::pin!(stop);
+    while !session.is_over() {
+        tokio::select! {
+            () = &mut stop => break,
+            () = socket.readable() => {}
+            () = tokio::time::sleep(TICK) => {}
+        }
+        let before = session.now();
+        socket.receive(observer, |observer, frame| {
+            observer.frame(session.now(), Link::Api, frame.bytes());
+            session.handle_input(session.now(), Link::Api, frame);
+        });
+        if session.now() == before {
+            session.handle_silence(heard.elapsed());
+        } else {
+            heard = Since::now();
+        }
+        while let Some(event) = session.poll_event() {
+            observer.notice(Notice::Streamer(event));
+        }
+        while let Some(sent) = session.poll_output() {
+            observer.frame(session.now(), sent.link, &sent.bytes);
+            socket.send(&sent.bytes);
+        }
+    }
+    Ok(session)
+}

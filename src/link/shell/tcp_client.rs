@@ -1,0 +1,49 @@
+//! The autopilot's TCP client: tries until the simulator is there, as PX4 does.
+
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use tokio::net::TcpStream;
+
+use super::clock::Since;
+use super::notice::{Notice, Observer};
+use super::ports::loopback;
+
+/// Between two tries.
+const RETRY: Duration = Duration::from_millis(250);
+
+/// Tries to connect to a loopback port.
+#[derive(Debug)]
+pub struct TcpClient {
+    at: SocketAddr,
+    what: &'static str,
+    tried: Option<Since>,
+    told: bool,
+}
+
+impl TcpClient {
+    /// For the port on which `what` should listen.
+    pub fn new(port: u16, what: &'static str) -> Self {
+        Self { at: loopback(port), what, tried: None, told: false }
+    }
+
+    /// Tries once, if it is time to; the connection has no Nagle's delay. That nobody is there is told once.
+    pub async fn try_connect(&mut self, observer: &mut impl Observer) -> Option<(TcpStream, SocketAddr)> {
+        if self.tried.is_some_and(|tried| tried.elapsed() < RETRY) {
+            return None;
+        }
+        self.tried = Some(Since::now());
+        // On the loopback interface this is decided at once.
+        if let Ok(stream) = TcpStream::connect(self.at).await {
+            let _ = stream.set_nodelay(true);
+            self.told = false;
+            observer.notice(Notice::Connected { peer: self.at, what: self.what });
+            return Some((stream, self.at));
+        }
+        if !self.told {
+            self.told = true;
+            observer.notice(Notice::NobodyThere { at: self.at, what: self.what });
+        }
+        None
+    }
+}

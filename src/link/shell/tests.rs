@@ -1,0 +1,301 @@
+//! The shell on real loopback sockets.
+
+use std::net::UdpSocket;
+use std::time::Duration;
+
+use nalgebra::Vector3;
+use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
+use tokio::net::TcpStream;
+use tokio::sync::oneshot;
+
+use mavlink::dialects::common::{HIL_ACTUATOR_CONTROLS_DATA, MavMessage};
+
+use super::super::simulator::Missing;
+use super::super::{
+    AutopilotSession, AutopilotSetup, Decoder, Encoder, Frame, SimulatorConfig, SimulatorEvent,
+    SimulatorSession, StreamerConfig, StreamerEvent, StreamerSession, test_site,
+};
+use super::ports::loopback;
+use super::*;
+use crate::control::{Airframe, Cascade, ControlLimits, Gains};
+use crate::frames::LEVEL;
+use crate::trajectory::{Node, Trajectory};
+
+/// Collects notices and completes its signal at the first one that the test waits for.
+struct Ears<W> {
+    notices: Vec<Notice>,
+    wanted: W,
+    heard: Option<oneshot::Sender<()>>,
+}
+
+impl<W: FnMut(&Notice) -> bool> Observer for Ears<W> {
+    fn notice(&mut self, notice: Notice) {
+        if (self.wanted)(&notice)
+            && let Some(heard) = self.heard.take()
+        {
+            let _ = heard.send(());
+        }
+        self.notices.push(notice);
+    }
+}
+
+/// Ears, and the future that completes when they have heard what they want, or after 20 s.
+fn ears<W: FnMut(&Notice) -> bool>(wanted: W) -> (Ears<W>, impl Future<Output = ()>) {
+    let (heard, signal) = oneshot::channel();
+    let patience = Duration::from_secs(20);
+    let stop = async move { _ = tokio::time::timeout(patience, signal).await };
+    (Ears { notices: Vec::new(), wanted, heard: Some(heard) }, stop)
+}
+
+fn block_on<F: Future>(future: F) -> F::Output {
+    tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap().block_on(future)
+}
+
+/// Ports that nobody has.
+fn free_ports() -> Ports {
+    let sockets: Vec<UdpSocket> = (0..6).map(|_| UdpSocket::bind(loopback(0)).unwrap()).collect();
+    let port = |i: usize| sockets[i].local_addr().unwrap().port();
+    Ports {
+        simulator: port(0),
+        autopilot_ground: port(1),
+        ground_station: port(2),
+        autopilot_api: port(3),
+        api: port(4),
+        parachute: port(5),
+    }
+}
+
+fn simulator(duration_us: u64) -> SimulatorSession {
+    SimulatorSession::new(
+        test_site::drop_simulation(),
+        SimulatorConfig { duration_us, ..SimulatorConfig::default() },
+    )
+}
+
+fn autopilot() -> AutopilotSession {
+    let airframe = Airframe::new(&test_site::vehicle(), &test_site::environment()).unwrap();
+    let gains = Gains::longitudinal([8.0, 2.0, 4.0, 3.0, 1.0, 1.5, 0.2]);
+    AutopilotSession::new(AutopilotSetup {
+        system_id: 1,
+        cascade: Cascade::new(airframe, gains, ControlLimits::default()),
+        environment: test_site::environment(),
+        rotors: 4,
+        epoch_unix_us: 0,
+    })
+}
+
+fn streamer() -> StreamerSession {
+    let node = |t_s, v_ned| Node {
+        t_s,
+        q_ned_from_body: LEVEL,
+        v_ned,
+        omega_body: Vector3::zeros(),
+        thrust_n: [0.0; 8],
+        a_ned: Vector3::zeros(),
+    };
+    let slow = Vector3::new(0.0, 0.0, 1.0);
+    let plan = Trajectory::new(vec![node(0.0, Vector3::new(0.0, 0.0, 9.0)), node(2.0, slow)], 4).unwrap();
+    let config = StreamerConfig {
+        hang_s: test_site::HANG_S,
+        delay_s: test_site::DELAY_S,
+        target_v_ned: slow,
+        end_s: Some(4.0),
+        ..StreamerConfig::default()
+    };
+    StreamerSession::new(config, plan)
+}
+
+fn heard(notices: &[Notice], wanted: impl Fn(&Notice) -> bool) -> bool {
+    notices.iter().any(wanted)
+}
+
+#[test]
+fn three_parties_on_sockets_fly_the_drop() {
+    let ports = free_ports();
+    let nothing = |_: &Notice| false;
+    let (mut a, stop_a) = ears(nothing);
+    let (mut b, stop_b) = ears(nothing);
+    let (mut c, stop_c) = ears(nothing);
+    let (flown, _, streamed) = block_on(async {
+        tokio::join!(
+            run_simulator(simulator(9_000_000), &ports, Speed::Factor(8.0), &mut a, stop_a),
+            run_autopilot(autopilot(), &ports, AfterSimulator::Return, &mut b, stop_b),
+            run_streamer(streamer(), &ports, &mut c, stop_c),
+        )
+    });
+    let flown = flown.unwrap();
+    assert!(streamed.unwrap().is_over(), "{:#?}", c.notices);
+    assert!(heard(&a.notices, |n| matches!(n, Notice::Simulator(SimulatorEvent::Released { .. }))));
+    assert!(heard(&b.notices, |n| matches!(n, Notice::Autopilot { .. })));
+    assert!(heard(&c.notices, |n| matches!(n, Notice::Streamer(StreamerEvent::Target { .. }))));
+    // As on the wire in memory; what is sent by UDP may come a step or two later.
+    let mut wire = super::super::Lockstep::new(simulator(9_000_000), autopilot(), streamer());
+    wire.run(&mut |_, _, _| {}).unwrap();
+    let end = |session: &SimulatorSession| session.log().last().unwrap().state.body.v_ned;
+    assert!((end(&flown) - end(&wire.simulator)).norm() < 0.05, "{} {}", end(&flown), end(&wire.simulator));
+    assert!(flown.counts().unanswered < 250, "{:?}", flown.counts());
+}
+
+#[test]
+fn a_busy_port_is_named() {
+    let ports = free_ports();
+    let _tcp = std::net::TcpListener::bind(loopback(ports.simulator)).unwrap();
+    let (mut a, stop) = ears(|_| false);
+    let error = block_on(run_simulator(simulator(1), &ports, Speed::Max, &mut a, stop)).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        format!(
+            "TCP port {} (simulator, for the autopilot) is in use: is another instance running? --instance shifts \
+             the ports",
+            ports.simulator
+        )
+    );
+    let _udp = UdpSocket::bind(loopback(ports.api)).unwrap();
+    let (mut a, stop) = ears(|_| false);
+    let error = block_on(run_streamer(streamer(), &ports, &mut a, stop)).unwrap_err();
+    assert!(error.to_string().starts_with(&format!("UDP port {} (streamer", ports.api)), "{error}");
+}
+
+#[test]
+fn a_peer_that_says_nothing_is_named_and_time_stops() {
+    let ports = free_ports();
+    let is_wait = |n: &Notice| {
+        matches!(
+            n,
+            Notice::Simulator(SimulatorEvent::Waiting { at: 5_000_000, missing: Missing::AnyFrame, .. })
+        )
+    };
+    let (mut a, stop) = ears(is_wait);
+    let session = block_on(async {
+        let run = run_simulator(simulator(45_000_000), &ports, Speed::Factor(50.0), &mut a, stop);
+        let (session, _stream) = tokio::join!(run, connect(&ports));
+        session.unwrap()
+    });
+    assert_eq!(session.now(), 5_000_000);
+    assert!(heard(&a.notices, |n| n.to_string().contains("connected but sent nothing")), "{:#?}", a.notices);
+}
+
+/// Connects to the simulator as soon as it listens.
+async fn connect(ports: &Ports) -> TcpStream {
+    loop {
+        if let Ok(stream) = TcpStream::connect(loopback(ports.simulator)).await {
+            return stream;
+        }
+        tokio::time::sleep(Duration::from_millis(5)).await;
+    }
+}
+
+/// Reads HIL_SENSORs and answers `n` of them; returns their stamps.
+async fn answer(stream: &mut TcpStream, n: usize) -> Vec<u64> {
+    let (mut decoder, mut encoder) = (Decoder::new(), Encoder::new(1, 1));
+    let mut stamps = Vec::new();
+    let mut buffer = [0; 4096];
+    while stamps.len() < n {
+        let len = stream.read(&mut buffer).await.unwrap();
+        assert!(len > 0, "the simulator has hung up");
+        decoder.push(&buffer[..len]);
+        while let Some(frame) = decoder.next_frame() {
+            if let Some(MavMessage::HIL_SENSOR(m)) = frame.known() {
+                stamps.push(m.time_usec);
+                let answer = HIL_ACTUATOR_CONTROLS_DATA { time_usec: m.time_usec, ..Default::default() };
+                let bytes = encoder.encode(&MavMessage::HIL_ACTUATOR_CONTROLS(answer));
+                stream.write_all(&bytes).await.unwrap();
+            }
+        }
+    }
+    stamps
+}
+
+#[test]
+fn a_peer_that_leaves_is_waited_for_and_the_drop_starts_over() {
+    let ports = free_ports();
+    let (mut a, _) = ears(|_| false);
+    let (done, stop) = oneshot::channel::<()>();
+    let script = async {
+        let mut first = connect(&ports).await;
+        let stamps = answer(&mut first, 50).await;
+        assert!(stamps.windows(2).all(|w| w[1] == w[0] + 4_000));
+        // A second one is sent away while the first is there.
+        let mut second = connect(&ports).await;
+        assert_eq!(second.read(&mut [0; 16]).await.unwrap(), 0);
+        drop(first);
+        tokio::time::sleep(Duration::from_millis(50)).await;
+        let mut third = connect(&ports).await;
+        assert_eq!(answer(&mut third, 3).await[0], 4_000);
+        done.send(()).unwrap();
+    };
+    let stop = async { _ = stop.await };
+    let (session, ()) = block_on(async {
+        tokio::join!(run_simulator(simulator(45_000_000), &ports, Speed::Max, &mut a, stop), script)
+    });
+    assert!(session.unwrap().now() >= 12_000);
+    assert!(heard(&a.notices, |n| matches!(n, Notice::TurnedAway { .. })));
+    assert!(heard(&a.notices, |n| matches!(n, Notice::Simulator(SimulatorEvent::PeerLeft { .. }))));
+    assert!(heard(&a.notices, |n| matches!(n, Notice::Simulator(SimulatorEvent::Connected { again: true }))));
+}
+
+#[test]
+fn garbage_on_every_socket_is_told_and_does_no_harm() {
+    let ports = free_ports();
+    let (mut a, _) = ears(|_| false);
+    let (done, stop) = oneshot::channel::<()>();
+    let script = async {
+        let mut stream = connect(&ports).await;
+        // Not MAVLink, then the beginning of a frame that never ends, then an answer that must come through.
+        stream.write_all(b"GET / HTTP/1.1\r\n\r\n").await.unwrap();
+        stream.write_all(&[0xFD, 0xFF, 0, 0, 1, 2, 3]).await.unwrap();
+        let udp = UdpSocket::bind(loopback(0)).unwrap();
+        udp.send_to(&[0xFD; 400], loopback(ports.parachute)).unwrap();
+        udp.send_to(&[], loopback(ports.parachute)).unwrap();
+        // 5 s free run, then 1 s until the half frame is given up.
+        assert!(answer(&mut stream, 1_260).await.len() >= 1_260);
+        done.send(()).unwrap();
+    };
+    let stop = async { _ = stop.await };
+    let (session, ()) = block_on(async {
+        tokio::join!(run_simulator(simulator(45_000_000), &ports, Speed::Factor(50.0), &mut a, stop), script)
+    });
+    assert!(session.unwrap().counts().steps >= 1_260);
+    for what in ["simulator link", "parachute"] {
+        assert!(heard(&a.notices, |n| matches!(n, Notice::Garbage { what: w, .. } if *w == what)), "{what}");
+    }
+    assert!(!heard(&a.notices, |n| matches!(n, Notice::Heard { .. })), "garbage makes nobody a peer");
+}
+
+#[test]
+fn a_streamer_alone_says_what_it_misses() {
+    let ports = free_ports();
+    let (mut a, stop) = ears(|n| matches!(n, Notice::Streamer(StreamerEvent::Waiting { .. })));
+    let session = block_on(run_streamer(streamer(), &ports, &mut a, stop)).unwrap();
+    assert!(!session.is_over());
+    assert!(heard(&a.notices, |n| n.to_string().contains("HEARTBEAT from the autopilot of system 1")));
+}
+
+#[test]
+fn ports_are_px4s_and_end_somewhere() {
+    let ports = Ports::of_instance(2).unwrap();
+    assert_eq!((ports.simulator, ports.autopilot_ground, ports.ground_station), (4562, 18572, 14550));
+    assert_eq!((ports.autopilot_api, ports.api, ports.parachute), (14582, 14542, 14602));
+    assert!(Ports::of_instance(60_000).is_err());
+}
+
+/// What a watcher on UDP does does not change the flight.
+#[test]
+fn a_watched_drop_reaches_the_ground_station() {
+    let ports = free_ports();
+    let watcher = UdpSocket::bind(loopback(ports.ground_station)).unwrap();
+    watcher.set_nonblocking(true).unwrap();
+    let (mut a, stop) = ears(|_| false);
+    let wire = super::super::Lockstep::new(simulator(9_000_000), autopilot(), streamer());
+    let mut alone = wire.clone();
+    let watched = block_on(run_watched_drop(wire, &ports, Speed::Factor(40.0), &mut a, stop)).unwrap();
+    alone.run(&mut |_, _, _| {}).unwrap();
+    assert!(watched.simulator.log() == alone.simulator.log());
+    let (mut decoder, mut buffer) = (Decoder::new(), [0; 2048]);
+    let mut senders: Vec<(u8, u8)> = Vec::new();
+    while let Ok(len) = watcher.recv(&mut buffer) {
+        decoder.datagram(&buffer[..len], |f: Frame| senders.push((f.system_id, f.component_id)));
+    }
+    assert!(senders.contains(&(1, 1)) && senders.contains(&(1, 161)));
+    assert!(senders.iter().all(|s| s.0 == 1));
+}

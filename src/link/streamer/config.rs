@@ -1,0 +1,53 @@
+//! What is to be streamed, and when.
+
+use nalgebra::Vector3;
+
+use super::super::TimeUs;
+
+/// What is to be streamed, and when.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StreamerConfig {
+    /// System of the vehicle.
+    pub vehicle_system: u8,
+    /// Simulated time of the release [s].
+    pub hang_s: f64,
+    /// Whether the streamer commands the release; otherwise it waits for whatever triggers it.
+    pub commands_release: bool,
+    /// Delay t_d from the release to t = 0 [s].
+    pub delay_s: f64,
+    /// Velocity after the plan, NED [m/s].
+    pub target_v_ned: Vector3<f64>,
+    /// Heading of the level attitude before t = 0 [rad].
+    pub yaw_rad: f64,
+    /// Whether the plan's acceleration is sent with its velocity.
+    pub feed_forward: bool,
+    /// Period of the setpoints.
+    pub setpoint_period_us: TimeUs,
+    /// How far ahead of its time a setpoint is sent.
+    pub lead_us: TimeUs,
+    /// Shortest time between arming and release; PX4 wants 0.6 s at the least.
+    pub settle_us: TimeUs,
+    /// End of the stream, from t = 0 [s]; `None`: never.
+    pub end_s: Option<f64>,
+    /// How often a command is tried.
+    pub attempts: u32,
+}
+
+impl Default for StreamerConfig {
+    fn default() -> Self {
+        Self {
+            vehicle_system: 1,
+            hang_s: 10.0,
+            commands_release: true,
+            delay_s: 0.5,
+            target_v_ned: Vector3::zeros(),
+            yaw_rad: 0.0,
+            feed_forward: false,
+            setpoint_period_us: 20_000,
+            lead_us: 4_000,
+            settle_us: 3_000_000,
+            end_s: None,
+            attempts: 20,
+        }
+    }
+}

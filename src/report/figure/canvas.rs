@@ -1,0 +1,261 @@
+//! The sheet that figures are drawn on: lines, shapes and text in pixels, an SVG text in the end.
+//!
+//! The only file that knows plotters. Its SVG backend takes whole pixels and knows neither dashes nor subscripts, so the
+//! sheet is ten times as fine as its pixels, dashes are cut here, and subscripts and the document's head are put in at
+//! the end. No font is measured: the viewer brings its own, and widths are estimates on the wide side.
+
+use plotters::backend::{DrawingBackend, SVGBackend};
+use plotters::prelude::{Color, FontTransform, IntoFont, RGBColor, ShapeStyle, TextStyle};
+use plotters::style::FontStyle;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::FigureError;
+use super::color::{Rgb, WHITE};
+use super::polyline::{dashes, thinned};
+
+/// A place on the sheet [px], x to the right, y down.
+pub(crate) type Point = (f64, f64);
+
+/// Grid steps per pixel.
+const FINENESS: f64 = 10.0;
+/// plotters takes sizes of 1.24 em.
+const SIZE_PER_EM: f64 = 1.24;
+/// Curves are thinned to what is visible [px].
+const VISIBLE_PX: f64 = 0.12;
+/// Begin and end of a subscript, end of the text after it: characters of Unicode's private use, which no text holds.
+const SUBSCRIPT: [char; 3] = ['\u{E000}', '\u{E001}', '\u{E002}'];
+
+/// How a line is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stroke {
+    pub(crate) color: Rgb,
+    pub(crate) width: f64,
+    /// Lengths of dash and gap [px].
+    pub(crate) dash: Option<(f64, f64)>,
+}
+
+impl Stroke {
+    pub(crate) fn solid(color: Rgb, width: f64) -> Self {
+        Self { color, width, dash: None }
+    }
+
+    pub(crate) fn dashed(color: Rgb, width: f64, dash: f64, gap: f64) -> Self {
+        Self { color, width, dash: Some((dash, gap)) }
+    }
+}
+
+/// Which point of the text its place is; vertically always the middle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+/// How text is set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Font {
+    pub(crate) size: f64,
+    pub(crate) color: Rgb,
+    pub(crate) bold: bool,
+}
+
+/// A sheet of paper.
+pub(crate) struct Canvas {
+    size: (u32, u32),
+    svg: String,
+}
+
+impl Canvas {
+    /// A white sheet of `size` pixels.
+    pub(crate) fn new(size: (u32, u32)) -> Self {
+        Self { size, svg: String::new() }
+    }
+
+    /// Draws on the sheet and returns the document. `about` goes into its head: title, then description.
+    ///
+    /// # Errors
+    /// [`FigureError`] when plotters fails.
+    pub(crate) fn finish(
+        mut self,
+        about: (&str, &str),
+        draw: impl FnOnce(&mut Pen<'_>),
+    ) -> Result<String, FigureError> {
+        let fine = |x: u32| (f64::from(x) * FINENESS) as u32;
+        let (width, height) = self.size;
+        let mut pen = Pen {
+            backend: SVGBackend::with_string(&mut self.svg, (fine(width), fine(height))),
+            failure: None,
+        };
+        let (w, h) = (f64::from(width), f64::from(height));
+        pen.polygon(&[(0.0, 0.0), (w, 0.0), (w, h), (0.0, h)], WHITE);
+        draw(&mut pen);
+        pen.attempt(|backend| backend.present());
+        let failure = pen.failure.take();
+        drop(pen);
+        match failure {
+            Some(reason) => Err(FigureError::Backend(reason)),
+            None => Ok(document(&self.svg, self.size, about)),
+        }
+    }
+}
+
+/// plotters's text with our head, subscripts, and without what goes without saying.
+fn document(svg: &str, (width, height): (u32, u32), (title, description): (&str, &str)) -> String {
+    let body = svg.split_once('\n').map_or("", |(_, body)| body);
+    let head = format!(
+        "<svg width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {} {}\" xmlns=\"http://www.w3.org/2000/svg\" \
+         stroke-linejoin=\"round\" stroke-linecap=\"round\">\n<title>{}</title>\n<desc>{}</desc>\n",
+        f64::from(width) * FINENESS,
+        f64::from(height) * FINENESS,
+        escape(title),
+        escape(description),
+    );
+    let body = body
+        .replace(" opacity=\"1\"", "")
+        .replace(" \"/>", "\"/>")
+        .replace(SUBSCRIPT[0], "<tspan font-size=\"75%\" dy=\"0.3em\">")
+        // Some viewers drop a space that begins a tspan.
+        .replace(&format!("{} ", SUBSCRIPT[1]), "</tspan><tspan dx=\"0.28em\" dy=\"-0.225em\">")
+        .replace(SUBSCRIPT[1], "</tspan><tspan dy=\"-0.225em\">")
+        .replace(SUBSCRIPT[2], "</tspan>");
+    head + &body
+}
+
+fn escape(text: &str) -> String {
+    plain(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+/// The text with its subscript set low: `sub("J", "TPF")`.
+pub(crate) fn sub(base: &str, subscript: &str) -> String {
+    format!("{base}{}{subscript}{}", SUBSCRIPT[0], SUBSCRIPT[1])
+}
+
+/// The text without marks of subscripts.
+fn plain(text: &str) -> String {
+    text.replace(SUBSCRIPT[0], "_").replace(SUBSCRIPT[1], "")
+}
+
+/// Width of a text [px], estimated for a wide sans-serif.
+pub(crate) fn text_width(text: &str, size: f64) -> f64 {
+    let em: f64 = text
+        .chars()
+        .map(|c| match c {
+            ' ' | '.' | ',' | ':' | 'i' | 'l' | 'j' | 't' | 'f' | '[' | ']' | '/' => 0.34,
+            'm' | 'w' | 'M' | 'W' => 0.9,
+            c if SUBSCRIPT.contains(&c) => 0.0,
+            _ => 0.6,
+        })
+        .sum();
+    em * size
+}
+
+/// Draws on a sheet. What plotters refuses is kept and told at the end.
+pub(crate) struct Pen<'a> {
+    backend: SVGBackend<'a>,
+    failure: Option<String>,
+}
+
+impl<'a> Pen<'a> {
+    fn attempt<E: std::fmt::Display>(&mut self, draw: impl FnOnce(&mut SVGBackend<'a>) -> Result<(), E>) {
+        if let Err(e) = draw(&mut self.backend) {
+            self.failure.get_or_insert(e.to_string());
+        }
+    }
+
+    /// A line through the points; a point that is not finite parts it. Thinned to what is visible.
+    pub(crate) fn line(&mut self, points: &[Point], stroke: Stroke) {
+        for run in points.split(|p| !(p.0.is_finite() && p.1.is_finite())) {
+            let run = thinned(run, VISIBLE_PX);
+            match stroke.dash {
+                _ if run.len() < 2 => {}
+                None => self.polyline(&run, stroke),
+                Some((dash, gap)) => {
+                    for piece in dashes(&run, dash, gap) {
+                        self.polyline(&piece, stroke);
+                    }
+                }
+            }
+        }
+    }
+
+    fn polyline(&mut self, points: &[Point], stroke: Stroke) {
+        let style = shape(stroke.color, fine_width(stroke.width), false);
+        let mut fine: Vec<_> = points.iter().map(|p| fine_point(*p)).collect();
+        fine.dedup();
+        self.attempt(|b| b.draw_path(fine, &style));
+    }
+
+    /// A filled polygon.
+    pub(crate) fn polygon(&mut self, points: &[Point], color: Rgb) {
+        let fine: Vec<_> = points.iter().map(|p| fine_point(*p)).collect();
+        self.attempt(|b| b.fill_polygon(fine, &shape(color, 0, true)));
+    }
+
+    /// A filled rectangle between two corners.
+    pub(crate) fn rectangle(&mut self, (x0, y0): Point, (x1, y1): Point, color: Rgb) {
+        self.polygon(&[(x0, y0), (x1, y0), (x1, y1), (x0, y1)], color);
+    }
+
+    /// A filled disc.
+    pub(crate) fn disc(&mut self, centre: Point, radius: f64, color: Rgb) {
+        let style = shape(color, 0, true);
+        self.attempt(|b| b.draw_circle(fine_point(centre), fine_width(radius), &style, true));
+    }
+
+    /// A text, its middle line at the place.
+    pub(crate) fn text(&mut self, text: &str, at: Point, anchor: Anchor, font: Font) {
+        let h_pos = match anchor {
+            Anchor::Start => HPos::Left,
+            Anchor::Middle => HPos::Center,
+            Anchor::End => HPos::Right,
+        };
+        let weight = if font.bold { FontStyle::Bold } else { FontStyle::Normal };
+        let color = rgb(font.color);
+        let style = TextStyle::from(
+            ("sans-serif", font.size * FINENESS * SIZE_PER_EM)
+                .into_font()
+                .style(weight)
+                .transform(FontTransform::None),
+        )
+        .color(&color)
+        .pos(Pos::new(h_pos, VPos::Center));
+        let open = text.matches(SUBSCRIPT[1]).count();
+        let text = format!("{text}{}", SUBSCRIPT[2].to_string().repeat(open));
+        self.attempt(|b| b.draw_text(&text, &style, fine_point(at)));
+    }
+}
+
+fn rgb((r, g, b): Rgb) -> RGBColor {
+    RGBColor(r, g, b)
+}
+
+fn shape(color: Rgb, stroke_width: u32, filled: bool) -> ShapeStyle {
+    ShapeStyle { color: rgb(color).to_rgba(), filled, stroke_width }
+}
+
+fn fine_point(p: Point) -> (i32, i32) {
+    // `as` saturates.
+    ((p.0 * FINENESS).round() as i32, (p.1 * FINENESS).round() as i32)
+}
+
+fn fine_width(width: f64) -> u32 {
+    (width * FINENESS).round() as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_is_escaped_and_subscripts_are_set() {
+        let svg = Canvas::new((20, 10))
+            .finish(("a < b", "c & d"), |pen| {
+                let font = Font { size: 10.0, color: WHITE, bold: false };
+                pen.text(&format!("1 < {}", sub("J", "TPF")), (1.0, 5.0), Anchor::Start, font);
+            })
+            .unwrap();
+        assert!(svg.contains("<title>a &lt; b</title>") && svg.contains("1 &lt; J<tspan"), "{svg}");
+        assert!(svg.contains("viewBox=\"0 0 200 100\"") && svg.trim_end().ends_with("</svg>"), "{svg}");
+    }
+}

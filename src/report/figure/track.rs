@@ -1,0 +1,167 @@
+//! What a figure shows of a flight or of a plan: the longitudinal motion over time since the rotors were freed.
+
+use nalgebra::Vector3;
+
+use crate::assess::{SafetyLimits, StateCost};
+use crate::frames::pitch;
+use crate::model::rigid_body::BodyState;
+use crate::model::{PerRotor, Vehicle};
+use crate::sim::{Phase, Sample};
+use crate::trajectory::Trajectory;
+
+/// Before the release, this fraction of the flight after it is shown.
+const BEFORE_RELEASE: f64 = 0.06;
+/// A plan is drawn in steps of this [s], or finer when it is short.
+const PLAN_STEP_S: f64 = 0.02;
+
+/// An instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Instant {
+    /// Since the rotors were freed [s]; negative before.
+    pub(crate) t_s: f64,
+    /// From the release [m]; of a plan, from where it begins.
+    pub(crate) north_m: f64,
+    pub(crate) down_m: f64,
+    pub(crate) v_ned: Vector3<f64>,
+    pub(crate) pitch_rad: f64,
+    pub(crate) pitch_rate_rad_s: f64,
+    /// Mean over the rotors ahead of and behind the centre of mass [N]; NaN where there are none.
+    pub(crate) front_n: f64,
+    pub(crate) rear_n: f64,
+    pub(crate) j_state: f64,
+}
+
+/// Instants in order of time.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Track {
+    pub(crate) instants: Vec<Instant>,
+    /// Time of the release [s], if it happened.
+    pub(crate) release_s: Option<f64>,
+    /// Whether time counts from when the rotors were freed.
+    pub(crate) since_free: bool,
+}
+
+/// Which rotors are ahead, which behind.
+struct Rotors(Vec<f64>);
+
+impl Rotors {
+    fn of(vehicle: &Vehicle) -> Self {
+        Self(vehicle.rotors.iter().map(|r| r.position_body_m.x).collect())
+    }
+
+    fn mean(&self, thrust_n: &PerRotor, wanted: impl Fn(f64) -> bool) -> f64 {
+        let chosen = || self.0.iter().zip(thrust_n).filter(|(x, _)| wanted(**x)).map(|(_, t)| *t);
+        chosen().sum::<f64>() / chosen().count() as f64
+    }
+
+    fn front_rear(&self, thrust_n: &PerRotor) -> (f64, f64) {
+        (self.mean(thrust_n, |x| x > 0.0), self.mean(thrust_n, |x| x < 0.0))
+    }
+}
+
+impl Track {
+    /// A flight, from shortly before its release; all of it when it was not released. Time then counts from the start of
+    /// the simulation.
+    pub(crate) fn of_flight(samples: &[Sample], vehicle: &Vehicle, limits: &SafetyLimits) -> Self {
+        let rotors = Rotors::of(vehicle);
+        let free_s = samples.iter().rev().find_map(|s| s.t_powered_s.map(|t| s.t_s - t));
+        let zero_s = free_s.unwrap_or(0.0);
+        let end_s = samples.last().map_or(0.0, |s| s.t_s - zero_s);
+        let released = samples.iter().find(|s| s.phase != Phase::Hanging);
+        let origin = released.map_or(Vector3::zeros(), |s| s.state.body.p_ned);
+        let release_s = released.map(|s| s.t_s - zero_s);
+        let from_s = release_s.map_or(f64::NEG_INFINITY, |t| t - BEFORE_RELEASE * (end_s - t));
+        let instant = |s: &Sample| {
+            let body = &s.state.body;
+            let (front_n, rear_n) = rotors.front_rear(&s.balance.thrust_n);
+            Instant {
+                t_s: s.t_s - zero_s,
+                north_m: body.p_ned.x - origin.x,
+                down_m: body.p_ned.z - origin.z,
+                v_ned: body.v_ned,
+                pitch_rad: pitch(body.q_ned_from_body),
+                pitch_rate_rad_s: body.omega_body.y,
+                front_n,
+                rear_n,
+                j_state: StateCost::of(body, limits).max(),
+            }
+        };
+        let instants = samples.iter().map(instant).filter(|i| i.t_s >= from_s).collect();
+        Self { instants, release_s, since_free: free_s.is_some() }
+    }
+
+    /// A plan that begins at (north, down) [m]: its velocity, integrated exactly (Simpson's rule on a cubic).
+    pub(crate) fn of_plan(
+        plan: &Trajectory,
+        (mut north_m, mut down_m): (f64, f64),
+        vehicle: &Vehicle,
+        limits: &SafetyLimits,
+    ) -> Self {
+        let rotors = Rotors::of(vehicle);
+        let mut instants = Vec::new();
+        for pair in plan.nodes().windows(2) {
+            let (from_s, to_s) = (pair[0].t_s, pair[1].t_s);
+            let steps = (((to_s - from_s) / PLAN_STEP_S).ceil() as usize).clamp(4, 1000);
+            let h = (to_s - from_s) / steps as f64;
+            for i in 0..steps {
+                let t_s = from_s + i as f64 * h;
+                instants.push(planned(plan, t_s, (north_m, down_m), &rotors, limits));
+                let v = |t: f64| plan.velocity_ned(t);
+                let way = (v(t_s) + v(t_s + 0.5 * h) * 4.0 + v(t_s + h)) * (h / 6.0);
+                north_m += way.x;
+                down_m += way.z;
+            }
+        }
+        instants.push(planned(plan, plan.end_s(), (north_m, down_m), &rotors, limits));
+        Self { instants, release_s: None, since_free: true }
+    }
+
+    /// A quantity over time.
+    pub(crate) fn curve(&self, quantity: impl Fn(&Instant) -> f64) -> Vec<(f64, f64)> {
+        self.instants.iter().map(|i| (i.t_s, quantity(i))).collect()
+    }
+
+    /// First and last time [s].
+    pub(crate) fn span_s(&self) -> Option<(f64, f64)> {
+        Some((self.instants.first()?.t_s, self.instants.last()?.t_s))
+    }
+
+    /// The first instant at or after `t_s`.
+    pub(crate) fn at(&self, t_s: f64) -> Option<&Instant> {
+        self.instants.get(self.instants.partition_point(|i| i.t_s < t_s - 1e-9))
+    }
+
+    /// The instant of the largest J_state from the release on, the first of equals.
+    pub(crate) fn riskiest(&self) -> Option<&Instant> {
+        let from_s = self.release_s.unwrap_or(f64::NEG_INFINITY);
+        let falling = self.instants.iter().filter(|i| i.t_s >= from_s - 1e-9);
+        falling.reduce(|worst, i| if i.j_state > worst.j_state { i } else { worst })
+    }
+}
+
+fn planned(
+    plan: &Trajectory,
+    t_s: f64,
+    (north_m, down_m): (f64, f64),
+    rotors: &Rotors,
+    limits: &SafetyLimits,
+) -> Instant {
+    let body = BodyState {
+        p_ned: Vector3::zeros(),
+        q_ned_from_body: plan.attitude(t_s),
+        v_ned: plan.velocity_ned(t_s),
+        omega_body: plan.body_rates(t_s),
+    };
+    let (front_n, rear_n) = rotors.front_rear(&plan.thrust_n(t_s));
+    Instant {
+        t_s,
+        north_m,
+        down_m,
+        v_ned: body.v_ned,
+        pitch_rad: pitch(body.q_ned_from_body),
+        pitch_rate_rad_s: body.omega_body.y,
+        front_n,
+        rear_n,
+        j_state: StateCost::of(&body, limits).max(),
+    }
+}

@@ -1,0 +1,21 @@
+//! What a run leaves: the flight log, the verdict in words and as JSON, the figures.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`flight_csv`] | the flight log: every sample, every term of the balance of forces |
+//! | [`verdict`] | the verdict and the plan for the terminal |
+//! | [`json`] | the objects of `--json` and of `plan.json` |
+//! | [`figure`] | SVG figures |
+//!
+//! Everything here is text made of its arguments: the same arguments give the same bytes. Wall-clock times are the caller's
+//! and go to the terminal and to `--json` only, never into a file.
+
+pub mod figure;
+pub mod flight_csv;
+pub mod json;
+pub mod verdict;
+
+pub use figure::{FigureError, drop_figure, plan_figure};
+pub use flight_csv::FlightCsv;
+pub use json::{DropRun, drop_json, plan_json};
+pub use verdict::{plan_text, verdict_text};

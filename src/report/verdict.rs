@@ -1,0 +1,110 @@
+//! The verdict on a drop and the outcome of a plan, as text for the terminal.
+
+use super::json::status_name;
+use crate::assess::{SafetyLimits, Verdict, plan_j_tpf};
+use crate::plan::Plan;
+use crate::units::DEG_PER_RAD;
+
+/// A line of the table: quantity, value and unit, limit, mark.
+struct Line {
+    quantity: &'static str,
+    value: String,
+    unit: &'static str,
+    limit: String,
+    mark: &'static str,
+}
+
+/// The verdict as an aligned table: quantity, value, limit, and whether the limit held. Ends with a line's end.
+pub fn verdict_text(verdict: &Verdict, limits: &SafetyLimits) -> String {
+    let passed = |name: &str| verdict.limits_passed.contains(&name);
+    let judged = |quantity, name, value: f64, digits, unit, limit: String| Line {
+        quantity,
+        value: fixed(value, digits),
+        unit,
+        limit,
+        mark: if passed(name) { "EXCEEDED" } else { "ok" },
+    };
+    let told = |quantity, value: String, unit| Line { quantity, value, unit, limit: String::new(), mark: "" };
+    let speed = short(limits.speed_m_s);
+    let pitch = format!("+-{}", short(limits.pitch_rad * DEG_PER_RAD));
+    let rate = format!("+-{}", short(limits.pitch_rate_rad_s * DEG_PER_RAD));
+    let acceleration = format!("+-{}", short(limits.vertical_acceleration_m_s2));
+    let steady = verdict.steady_after_s.map_or("never".to_owned(), |t| fixed(t, 2));
+    let v = verdict.final_v_ned;
+    let velocity = format!("{} {} {}", fixed(v.x, 2), fixed(v.y, 2), fixed(v.z, 2));
+    let mut j_tpf = judged("J_TPF", "", verdict.j_tpf, 4, "", "1".to_owned());
+    if !verdict.limits_passed.is_empty() || !(verdict.j_tpf <= 1.0) {
+        j_tpf.mark = "EXCEEDED";
+    }
+    let (theta, q) = (verdict.peak_pitch_rad * DEG_PER_RAD, verdict.peak_pitch_rate_rad_s * DEG_PER_RAD);
+    table(&[
+        j_tpf,
+        judged("peak speed", "speed", verdict.peak_speed_m_s, 2, "m/s", speed),
+        judged("peak pitch", "pitch", theta, 2, "deg", pitch),
+        judged("peak pitch rate", "pitch_rate", q, 2, "deg/s", rate),
+        Line {
+            mark: "not judged",
+            ..judged(
+                "peak vertical acceleration",
+                "",
+                verdict.peak_vertical_acceleration_m_s2,
+                2,
+                "m/s^2",
+                acceleration,
+            )
+        },
+        told("altitude lost", fixed(verdict.altitude_lost_m, 1), "m"),
+        told("steady after", steady, if verdict.steady_after_s.is_some() { "s" } else { "" }),
+        told("final velocity, NED", velocity, "m/s"),
+    ])
+}
+
+fn table(lines: &[Line]) -> String {
+    let width = |of: fn(&Line) -> usize| lines.iter().map(of).max().unwrap_or(0);
+    let (quantity, unit) = (width(|l| l.quantity.len()), width(|l| l.unit.len()));
+    let (value, limit) = (width(|l| l.value.len()), width(|l| l.limit.len()).max("limit".len()));
+    let mut text = format!("{:quantity$}  {:>value$} {:unit$}  {:>limit$}\n", "", "value", "", "limit");
+    for l in lines {
+        let row = format!(
+            "{:quantity$}  {:>value$} {:unit$}  {:>limit$}  {}",
+            l.quantity, l.value, l.unit, l.limit, l.mark
+        );
+        text += row.trim_end();
+        text.push('\n');
+    }
+    text
+}
+
+/// A plan in one line: how the solve ended, its cost, its safety, the work. `solve_ms` is the caller's.
+pub fn plan_text(plan: &Plan, limits: &SafetyLimits, solve_ms: Option<f64>) -> String {
+    let within = solve_ms.map_or(String::new(), |ms| format!(" in {ms:.1} ms"));
+    let mut text = format!(
+        "{}{within}, {} iterations: objective {:.6}, J_TPF {:.4}, {} nodes over {} s\n",
+        status_name(plan.status).replace('_', " "),
+        plan.work.iterations,
+        plan.objective,
+        plan_j_tpf(&plan.trajectory, limits),
+        plan.trajectory.nodes().len(),
+        short(plan.trajectory.end_s()),
+    );
+    if let Some(diagnosis) = &plan.diagnosis {
+        text += diagnosis;
+        text.push('\n');
+    }
+    text
+}
+
+/// With that many decimals; no "-0.00".
+fn fixed(x: f64, digits: usize) -> String {
+    let text = format!("{x:.digits$}");
+    match text.strip_prefix('-') {
+        Some(rest) if rest.chars().all(|c| c == '0' || c == '.') => rest.to_owned(),
+        _ => text,
+    }
+}
+
+/// A given number as it was given: up to six decimals (degrees come back from radians), none that are zero.
+fn short(x: f64) -> String {
+    let text = fixed(x, 6);
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}

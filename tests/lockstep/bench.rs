@@ -1,0 +1,92 @@
+//! The Titan mission on the wire in memory.
+
+use std::path::Path;
+use std::sync::LazyLock;
+
+use nalgebra::Vector3;
+use samara::config::{Mission, load_mission};
+use samara::control::{Airframe, Cascade};
+use samara::link::{
+    AutopilotSession, AutopilotSetup, Link, Lockstep, SimulatorConfig, SimulatorSession, StreamerConfig,
+    StreamerEvent, StreamerSession, TimeUs,
+};
+use samara::sim::{DropSimulation, Sample};
+use samara::trajectory::{Node, Trajectory};
+use serde_json::Value;
+
+static MISSION: LazyLock<Mission> = LazyLock::new(|| {
+    load_mission(&Path::new(env!("CARGO_MANIFEST_DIR")).join("mission/titan_drop.json")).unwrap()
+});
+
+pub fn mission() -> &'static Mission {
+    &MISSION
+}
+
+pub fn cascade() -> Cascade {
+    let m = mission();
+    Cascade::new(Airframe::new(&m.vehicle, &m.environment).unwrap(), m.gains, m.control_limits)
+}
+
+pub fn simulation() -> DropSimulation {
+    let m = mission();
+    DropSimulation::new(m.vehicle.clone(), m.environment.clone(), m.parachute, m.hang_s, m.start)
+}
+
+/// The velocities of the reference's optimal plan.
+pub fn plan() -> Trajectory {
+    let numbers: Value = serde_json::from_str(include_str!("../data/reference_flights.json")).unwrap();
+    let table = &numbers["flight_reference"];
+    let dt = table["dt_s"].as_f64().unwrap();
+    let number = |row: &Value, i: usize| row[i].as_f64().unwrap();
+    let node = |(k, r): (usize, &Value)| Node {
+        t_s: k as f64 * dt,
+        q_ned_from_body: samara::frames::LEVEL,
+        v_ned: Vector3::new(number(r, 0), 0.0, number(r, 1)),
+        omega_body: Vector3::zeros(),
+        thrust_n: [0.0; 8],
+        a_ned: Vector3::new(number(r, 2), 0.0, number(r, 3)),
+    };
+    let rows = table["vn_vd_dvn_dvd"].as_array().unwrap();
+    Trajectory::new(rows.iter().enumerate().map(node).collect(), 4).unwrap()
+}
+
+pub struct Flown {
+    pub log: Vec<Sample>,
+    pub events: Vec<StreamerEvent>,
+}
+
+pub fn simulator() -> SimulatorSession {
+    let config = SimulatorConfig { seed: mission().seed, ..SimulatorConfig::default() };
+    SimulatorSession::new(simulation(), config)
+}
+
+pub fn autopilot() -> AutopilotSession {
+    let m = mission();
+    AutopilotSession::new(AutopilotSetup {
+        system_id: 1,
+        cascade: cascade(),
+        environment: m.environment.clone(),
+        rotors: m.vehicle.rotors.len(),
+        epoch_unix_us: m.epoch_unix_us,
+    })
+}
+
+pub fn streamer() -> StreamerSession {
+    let m = mission();
+    let config = StreamerConfig {
+        hang_s: m.hang_s,
+        delay_s: m.parachute.delay_s,
+        target_v_ned: m.target_v_ned,
+        ..StreamerConfig::default()
+    };
+    StreamerSession::new(config, plan())
+}
+
+/// Flies the whole mission; every frame goes by `tap`.
+pub fn drop_on_the_wire(mut tap: impl FnMut(TimeUs, Link, &[u8])) -> Flown {
+    let mut wire = Lockstep::new(simulator(), autopilot(), streamer());
+    wire.run(&mut tap).unwrap();
+    assert_eq!(wire.faults().dropped(), 0);
+    let events = std::iter::from_fn(|| wire.streamer.poll_event()).collect();
+    Flown { log: wire.simulator.into_log(), events }
+}

@@ -1,0 +1,135 @@
+//! Whole drops on the wire in memory: against the same flight without frames, and against themselves.
+#![cfg(all(feature = "files", feature = "link"))]
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+mod bench;
+#[cfg(feature = "cli")]
+mod sockets;
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+
+use samara::assess::{Verdict, VerdictBuilder};
+use samara::link::{Link, StreamerEvent, TimeUs};
+use samara::sim::{FlightPlan, Phase, Reference, Sample, fly};
+
+use bench::{drop_on_the_wire, mission, plan, simulation};
+
+fn verdict(log: &[Sample]) -> Verdict {
+    let mission = mission();
+    let mut builder = VerdictBuilder::new(mission.limits, mission.target_v_ned);
+    log.iter().for_each(|s| builder.observe(s));
+    builder.finish().unwrap()
+}
+
+/// The flight that the wire should give: 250 Hz, setpoints held at 50 Hz, true state.
+fn without_frames() -> Vec<Sample> {
+    let mission = mission();
+    let trajectory = plan();
+    let mut sim = simulation();
+    sim.schedule_release(mission.hang_s);
+    let flight = FlightPlan {
+        reference: Reference::Plan {
+            trajectory: &trajectory,
+            then_v_ned: Some(mission.target_v_ned),
+            feed_forward: false,
+        },
+        yaw_sp_rad: 0.0,
+        control_period_s: 0.004,
+        setpoint_period_s: Some(0.02),
+        duration_s: mission.duration_s,
+    };
+    let mut log = Vec::new();
+    let _ = fly(&mut sim, &mut bench::cascade(), &flight, &mut |s| {
+        log.push(*s);
+        ControlFlow::Continue(())
+    });
+    log
+}
+
+#[test]
+fn reference_the_wire_gives_the_flight_without_frames() {
+    let wire = drop_on_the_wire(|_, _, _| {});
+    let bare = without_frames();
+    assert_eq!(wire.log.len(), bare.len());
+    let mut worst: f64 = 0.0;
+    for (a, b) in wire.log.iter().zip(&bare) {
+        assert!((a.t_s - b.t_s).abs() < 1e-12);
+        assert_eq!(a.phase, b.phase, "at {} s", a.t_s);
+        worst = worst.max((a.state.body.v_ned - b.state.body.v_ned).norm());
+    }
+    let (a, b) = (verdict(&wire.log), verdict(&bare));
+    // float32 on the wire: 1e-7 of the state in the loop.
+    assert!(worst < 2e-6, "{worst}");
+    assert!((a.j_tpf / b.j_tpf - 1.0).abs() < 1e-7, "{} {}", a.j_tpf, b.j_tpf);
+    assert!(a.limits_passed.is_empty());
+}
+
+#[test]
+fn the_release_comes_at_the_missions_time_and_the_rotors_half_a_second_later() {
+    let wire = drop_on_the_wire(|_, _, _| {});
+    let first = |phase| wire.log.iter().find(|s| s.phase == phase).map(|s| s.t_s).unwrap();
+    assert!((first(Phase::Falling) - 10.0).abs() < 1e-9 && (first(Phase::Powered) - 10.5).abs() < 1e-9);
+    let at = |pick: &dyn Fn(&StreamerEvent) -> Option<TimeUs>| wire.events.iter().find_map(pick).unwrap();
+    let released = at(&|e| match e {
+        StreamerEvent::Released { released_at, told: true, .. } => Some(*released_at),
+        _ => None,
+    });
+    let tracking = at(&|e| match e {
+        StreamerEvent::Tracking { at } => Some(*at),
+        _ => None,
+    });
+    let target = at(&|e| match e {
+        StreamerEvent::Target { at } => Some(*at),
+        _ => None,
+    });
+    // Setpoints are sent one step ahead of their time.
+    assert_eq!((released, tracking, target), (10_000_000, 10_496_000, 40_496_000));
+    assert!(
+        wire.events
+            .iter()
+            .all(|e| !matches!(e, StreamerEvent::Refused { .. } | StreamerEvent::Failed { .. }))
+    );
+}
+
+#[test]
+fn a_replayed_drop_gives_the_same_bytes() {
+    let record = || {
+        let mut bytes = Vec::new();
+        let wire = drop_on_the_wire(|now, link, frame| {
+            bytes.extend_from_slice(&now.to_be_bytes());
+            bytes.push(link as u8);
+            bytes.extend_from_slice(frame);
+        });
+        (bytes, wire.log)
+    };
+    let (first, second) = (record(), record());
+    assert!(first.0 == second.0 && first.1 == second.1);
+}
+
+#[test]
+fn every_step_has_its_messages_in_order_and_sequences_have_no_gaps() {
+    let mut decoder = samara::link::Decoder::new();
+    let mut last: BTreeMap<(Link, u8, u8), u8> = BTreeMap::new();
+    let mut hil: Vec<(TimeUs, u32)> = Vec::new();
+    drop_on_the_wire(|now, link, bytes| {
+        decoder.datagram(bytes, |frame| {
+            let sender = (link, frame.system_id, frame.component_id);
+            if let Some(before) = last.insert(sender, frame.sequence) {
+                assert_eq!(frame.sequence, before.wrapping_add(1), "{sender:?} at {now}");
+            }
+            if link == Link::Simulator && [93, 107, 113, 115, 331].contains(&frame.message_id) {
+                assert_eq!(frame.payload().u64(0), now);
+                hil.push((now, frame.message_id));
+            }
+        });
+    });
+    assert_eq!(decoder.faults().dropped(), 0);
+    for (i, step) in hil.chunk_by(|a, b| a.0 == b.0).enumerate() {
+        assert_eq!(step[0].0, (i as TimeUs + 1) * 4_000);
+        let ids: Vec<u32> = step.iter().map(|m| m.1).filter(|id| *id != 113).collect();
+        let expected: &[u32] = if i == 0 { &[115, 107, 93] } else { &[115, 331, 107, 93] };
+        // The mission is over before its last answer counts, but that comes as well.
+        assert_eq!(ids, expected, "step {i}");
+    }
+}

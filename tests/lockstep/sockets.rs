@@ -1,0 +1,35 @@
+//! The same drop with every party behind its sockets, as in three terminals.
+
+use std::time::Duration;
+
+use samara::link::shell::{AfterSimulator, Notice, Ports, Speed, run_autopilot, run_simulator, run_streamer};
+
+use super::bench::{autopilot, drop_on_the_wire, simulator, streamer};
+use super::verdict;
+
+/// UDP is outside the lockstep: what the streamer sends may come a step or two later.
+#[test]
+fn closed_form_three_terminals_fly_the_drop_of_the_wire_in_memory() {
+    let ports = Ports::of_instance(777).unwrap();
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    let quiet = || |_: Notice| ();
+    let (mut a, mut b, mut c) = (quiet(), quiet(), quiet());
+    let never = std::future::pending;
+    let flown = runtime.block_on(async {
+        let drop = async {
+            let (flown, _, _) = tokio::join!(
+                run_simulator(simulator(), &ports, Speed::Factor(10.0), &mut a, never()),
+                run_autopilot(autopilot(), &ports, AfterSimulator::Return, &mut b, never()),
+                async {
+                    let patience = tokio::time::sleep(Duration::from_secs(6));
+                    run_streamer(streamer(), &ports, &mut c, patience).await
+                },
+            );
+            flown.unwrap()
+        };
+        tokio::time::timeout(Duration::from_secs(60), drop).await.unwrap()
+    });
+    let (sockets, memory) = (verdict(flown.log()), verdict(&drop_on_the_wire(|_, _, _| {}).log));
+    assert!((sockets.j_tpf / memory.j_tpf - 1.0).abs() < 0.02, "{} {}", sockets.j_tpf, memory.j_tpf);
+    assert!((sockets.final_v_ned - memory.final_v_ned).norm() < 0.01);
+}

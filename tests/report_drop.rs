@@ -1,0 +1,302 @@
+//! What a drop leaves: log, verdict, JSON and figures, of the nominal drop and of flights that went wrong.
+#![cfg(feature = "files")]
+#![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::LazyLock;
+
+use nalgebra::Vector3;
+use samara::assess::{Verdict, VerdictBuilder, plan_j_tpf};
+use samara::config::{Mission, Stamp, load_mission};
+use samara::control::{Airframe, Cascade};
+use samara::frames::rotate_ned_from_body;
+use samara::model::MAX_ROTORS;
+use samara::plan::{Guess, InputReference, Plan, PlanProblem, SolverOptions, plan};
+use samara::report::{DropRun, FigureError, FlightCsv};
+use samara::report::{drop_figure, drop_json, plan_figure, plan_json, plan_text, verdict_text};
+use samara::sim::{DropSimulation, FlightPlan, Phase, Reference, Sample, fly};
+
+struct Drop {
+    mission: Mission,
+    plan: Plan,
+    samples: Vec<Sample>,
+    verdict: Verdict,
+}
+
+static DROP: LazyLock<Drop> = LazyLock::new(|| dropped("mission/titan_drop.json"));
+
+fn planned(mission: &Mission) -> Plan {
+    let (body, _) = mission.parachute.hanging(0.0);
+    let v = body.v_ned + mission.environment.gravity_ned() * mission.parachute.delay_s;
+    let q = body.q_ned_from_body;
+    let w = body.omega_body;
+    let problem = PlanProblem {
+        vehicle: &mission.vehicle,
+        environment: &mission.environment,
+        initial: [q[0], q[1], q[2], q[3], v.x, v.y, v.z, w.x, w.y, w.z],
+        initial_thrust_n: [0.0; MAX_ROTORS],
+        target_v_ned: mission.target_v_ned,
+        x_ss: mission.x_ss,
+        horizon_s: mission.horizon_s,
+        nodes: mission.nodes,
+        thrust_max_n: mission.thrust_max_n,
+        thrust_rate_n_s: mission.thrust_slew_n_s,
+        cost_state: mission.cost_state,
+        cost_input: mission.cost_input,
+        input_reference: InputReference::Zero,
+        terminal_velocity_tolerance_m_s: None,
+    };
+    let go_on = &mut |_: &_| ControlFlow::Continue(());
+    plan(&problem, &Guess::StraightLine, &SolverOptions::default(), go_on).unwrap()
+}
+
+fn dropped(path: &str) -> Drop {
+    let mission = load_mission(Path::new(path)).unwrap();
+    let plan = planned(&mission);
+    let (vehicle, environment) = (mission.vehicle.clone(), mission.environment.clone());
+    let airframe = Airframe::new(&vehicle, &environment).unwrap();
+    let mut cascade = Cascade::new(airframe, mission.gains, mission.control_limits);
+    let mut sim = DropSimulation::new(vehicle, environment, mission.parachute, mission.hang_s, mission.start);
+    sim.schedule_release(mission.hang_s);
+    let flight = FlightPlan {
+        reference: Reference::Plan {
+            trajectory: &plan.trajectory,
+            then_v_ned: Some(mission.target_v_ned),
+            feed_forward: false,
+        },
+        yaw_sp_rad: 0.0,
+        control_period_s: 0.004,
+        setpoint_period_s: Some(0.02),
+        duration_s: mission.duration_s,
+    };
+    let mut samples = Vec::new();
+    let mut builder = VerdictBuilder::new(mission.limits, mission.target_v_ned);
+    let _ = fly(&mut sim, &mut cascade, &flight, &mut |s| {
+        builder.observe(s);
+        samples.push(*s);
+        ControlFlow::Continue(())
+    });
+    Drop { mission, plan, samples, verdict: builder.finish().unwrap() }
+}
+
+fn stamp(mission: &Mission) -> Stamp {
+    Stamp { seed: mission.seed, input_hash: mission.input_hash.clone() }
+}
+
+impl Drop {
+    fn figure(&self) -> String {
+        drop_figure(&self.mission, &self.samples, Some(&self.plan.trajectory), Some(&self.verdict)).unwrap()
+    }
+
+    fn plan_figure(&self) -> String {
+        plan_figure(&self.mission, &self.plan.trajectory).unwrap()
+    }
+
+    fn csv(&self) -> Vec<u8> {
+        let n = self.mission.vehicle.rotors.len();
+        let mut csv = FlightCsv::new(Vec::new(), n, self.mission.limits, &stamp(&self.mission)).unwrap();
+        for sample in &self.samples {
+            csv.write(sample).unwrap();
+        }
+        csv.finish().unwrap()
+    }
+}
+
+/// Opening and closing tags pair up, nothing stands outside the root, and every ampersand begins an entity.
+fn assert_well_formed(svg: &str) {
+    let mut open: Vec<&str> = Vec::new();
+    let mut rest = svg.trim();
+    while let Some(start) = rest.find('<') {
+        assert!(start == 0 || !open.is_empty(), "text outside the root");
+        let end = start + rest[start..].find('>').expect("a tag ends");
+        let tag = &rest[start + 1..end];
+        assert_eq!(tag.matches('"').count() % 2, 0, "{tag}");
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name));
+        } else if !tag.ends_with('/') {
+            open.push(tag.split_whitespace().next().unwrap());
+        }
+        rest = &rest[end + 1..];
+        assert!(!open.is_empty() || rest.is_empty(), "a second root");
+    }
+    assert!(open.is_empty() && rest.is_empty());
+    for (i, _) in svg.match_indices('&') {
+        assert!(["&lt;", "&gt;", "&amp;", "&quot;", "&apos;"].iter().any(|e| svg[i..].starts_with(e)));
+    }
+    assert!(!svg.contains("NaN") && !svg.contains("inf"));
+}
+
+/// Every point of every line lies on the sheet.
+fn assert_on_the_sheet(svg: &str) {
+    let size = svg.split("viewBox=\"0 0 ").nth(1).unwrap().split('"').next().unwrap();
+    let (width, height) = size.split_once(' ').unwrap();
+    let (width, height): (f64, f64) = (width.parse().unwrap(), height.parse().unwrap());
+    for points in svg.split("points=\"").skip(1) {
+        for point in points.split('"').next().unwrap().split_whitespace() {
+            let (x, y) = point.split_once(',').unwrap();
+            let (x, y): (f64, f64) = (x.parse().unwrap(), y.parse().unwrap());
+            assert!((0.0..=width).contains(&x) && (0.0..=height).contains(&y), "{point}");
+        }
+    }
+}
+
+#[test]
+fn the_figures_are_small_well_formed_and_the_same_each_time() {
+    for svg in [DROP.figure(), DROP.plan_figure()] {
+        assert_well_formed(&svg);
+        assert_on_the_sheet(&svg);
+        assert!(svg.len() < 300_000, "{}", svg.len());
+        assert!(svg.contains(&DROP.mission.input_hash) && svg.contains("seed 1"));
+    }
+    assert_eq!(DROP.figure(), DROP.figure());
+    let figure = DROP.figure();
+    for text in
+        ["released", "rotors free, t = 0", "steady from 31.2 s", "planned path", "north [m]", "[deg/s]"]
+    {
+        assert!(figure.contains(text), "{text}");
+    }
+    // The same flight, planned and flown anew.
+    assert!(dropped("mission/titan_drop.json").figure() == figure);
+}
+
+#[test]
+fn a_figure_of_an_awkward_flight_is_drawn_or_refused() {
+    let draw = |samples: &[Sample]| {
+        drop_figure(&DROP.mission, samples, Some(&DROP.plan.trajectory), Some(&DROP.verdict))
+    };
+    assert_eq!(draw(&[]), Err(FigureError::Empty));
+    let mut samples: Vec<Sample> = DROP.samples.iter().step_by(50).copied().collect();
+    let powered = samples.iter().position(|s| s.phase == Phase::Powered).unwrap();
+    // Not released; an instant only.
+    assert_well_formed(&drop_figure(&DROP.mission, &samples[..20], None, None).unwrap());
+    assert_well_formed(&draw(&samples[powered..powered + 1]).unwrap());
+    // Broken off: the plan goes on, within the sheet.
+    assert_on_the_sheet(&draw(&samples[..powered + 20]).unwrap());
+    // Diverged: beyond every limit, then out of bounds, then no numbers.
+    for (k, sample) in samples[powered + 20..].iter_mut().enumerate() {
+        let x = [40.0, 1e200, f64::INFINITY, f64::NAN][k.min(3)];
+        sample.state.body.v_ned.x = x;
+        sample.state.body.p_ned.z = x;
+        sample.balance.thrust_n[0] = x;
+    }
+    assert_well_formed(&draw(&samples[..powered + 21]).unwrap());
+    assert_well_formed(&draw(&samples).unwrap());
+    for sample in &mut samples {
+        sample.state.body.p_ned.z = f64::NAN;
+    }
+    assert_eq!(draw(&samples), Err(FigureError::Empty));
+}
+
+#[test]
+fn the_log_reads_back_to_the_bit_and_its_balance_closes() {
+    let bytes = DROP.csv();
+    let text = std::str::from_utf8(&bytes).unwrap();
+    assert!(text.starts_with(&stamp(&DROP.mission).csv_comment()));
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(&bytes[..]);
+    let header: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
+    let column = |name: &str| header.iter().position(|h| h == name).unwrap_or_else(|| panic!("no {name}"));
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), 11_251);
+    assert_eq!(rows.len(), DROP.samples.len());
+    let columns: Vec<[usize; 3]> =
+        [["rotor_fx_n", "rotor_fy_n", "rotor_fz_n"], ["aero_fx_n", "aero_fy_n", "aero_fz_n"]]
+            .iter()
+            .chain(&[
+                ["gravity_fn_n", "gravity_fe_n", "gravity_fd_n"],
+                ["canopy_fn_n", "canopy_fe_n", "canopy_fd_n"],
+            ])
+            .chain(&[["an_m_s2", "ae_m_s2", "ad_m_s2"], ["vn_m_s", "ve_m_s", "vd_m_s"]])
+            .map(|names| names.map(column))
+            .collect();
+    for (row, sample) in rows.iter().zip(&DROP.samples) {
+        let number = |i: usize| row[i].parse::<f64>().unwrap();
+        let vector = |k: usize| Vector3::from(columns[k].map(number));
+        assert_eq!(number(column("t_s")), sample.t_s);
+        assert_eq!(row[column("t_powered_s")].parse().ok(), sample.t_powered_s);
+        assert_eq!(row[column("vd_sp_m_s")].parse().ok(), sample.v_sp_ned.map(|v| v.z));
+        assert_eq!(number(column("q2")), sample.state.body.q_ned_from_body[2]);
+        assert_eq!(number(column("rotor_speed_4_rad_s")), sample.state.rotor_speed[3]);
+        assert_eq!(number(column("thrust_2_n")), sample.balance.thrust_n[1]);
+        assert_eq!(number(column("gyro_mz_nm")), sample.balance.gyro_moment_body.z);
+        assert_eq!(vector(5), sample.state.body.v_ned);
+        let q = sample.state.body.q_ned_from_body;
+        let force_ned = rotate_ned_from_body(q, vector(0) + vector(1)) + vector(2) + vector(3);
+        let mass = DROP.mission.vehicle.mass.mass_kg;
+        assert!((force_ned - vector(4) * mass).norm() < 1e-9 * mass, "at {} s", sample.t_s);
+    }
+    assert_eq!(&rows[0][column("phase")], "hanging");
+    let highest = rows.iter().filter(|r| &r[column("phase")] != "hanging");
+    let highest = highest.map(|r| r[column("j_state")].parse().unwrap()).fold(0.0, f64::max);
+    assert_eq!(highest, DROP.verdict.j_tpf);
+}
+
+#[test]
+fn reference_j_tpf_of_the_plan() {
+    let reference: serde_json::Value =
+        serde_json::from_str(include_str!("data/reference_plans.json")).unwrap();
+    let expected = reference["titan_nominal_j_tpf"].as_f64().unwrap();
+    let found = plan_j_tpf(&DROP.plan.trajectory, &DROP.mission.limits);
+    assert!((found - expected).abs() < 1e-9, "{found} against {expected}");
+}
+
+fn bad_verdict() -> Verdict {
+    Verdict {
+        j_tpf: 1.25,
+        peak_speed_m_s: 15.0,
+        peak_pitch_rad: -0.5,
+        peak_pitch_rate_rad_s: 1.0,
+        peak_vertical_acceleration_m_s2: -4.0,
+        altitude_lost_m: 1234.56,
+        steady_after_s: None,
+        limits_passed: vec!["speed"],
+        final_v_ned: Vector3::new(4.001, -0.0001, 12.0),
+    }
+}
+
+#[test]
+fn regress_the_verdict_in_words() {
+    let expected = "\
+                                value         limit
+J_TPF                          1.2500             1  EXCEEDED
+peak speed                      15.00 m/s        12  EXCEEDED
+peak pitch                     -28.65 deg      +-45  ok
+peak pitch rate                 57.30 deg/s    +-90  ok
+peak vertical acceleration      -4.00 m/s^2     +-3  not judged
+altitude lost                  1234.6 m
+steady after                    never
+final velocity, NED  4.00 0.00 12.00 m/s
+";
+    let found = verdict_text(&bad_verdict(), &DROP.mission.limits);
+    let squeezed = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert_eq!(squeezed(&found), squeezed(expected), "{found}");
+    let ends: Vec<usize> = found.lines().take(6).filter_map(|l| l.find("  ok").or(l.find("  EXC"))).collect();
+    assert!(ends.windows(2).all(|e| e[0] == e[1]), "{found}");
+}
+
+#[test]
+fn json_objects_have_their_keys_and_files_hold_no_durations() {
+    let parse = |text: String| serde_json::from_str::<serde_json::Value>(&text).unwrap();
+    let mission = &DROP.mission;
+    let run = DropRun { plan_j_tpf: Some(0.5), plan_solve_ms: Some(4.0), real_time_factor: Some(120.0) };
+    let drop = parse(drop_json(mission, &bad_verdict(), &run));
+    assert_eq!(drop["j_tpf"], 1.25);
+    assert_eq!(drop["peak_speed_m_s"], 15.0);
+    assert!((drop["peak_pitch_deg"].as_f64().unwrap() - 28.6478897565).abs() < 1e-9);
+    assert!((drop["peak_pitch_rate_deg_s"].as_f64().unwrap() - 57.295779513).abs() < 1e-9);
+    assert_eq!(drop["altitude_lost_m"], 1234.56);
+    assert!(drop["steady_after_s"].is_null());
+    assert_eq!(drop["limits_passed"], serde_json::json!(["speed"]));
+    assert_eq!(drop["real_time_factor"], 120.0);
+    let diverged = Verdict { j_tpf: f64::INFINITY, ..bad_verdict() };
+    let file = parse(drop_json(mission, &diverged, &DropRun::default()));
+    assert!(file["j_tpf"].is_null() && file.get("real_time_factor").is_none());
+
+    let plan = parse(plan_json(mission, &DROP.plan, Some(4.5)));
+    assert_eq!((&plan["status"], &plan["solve_ms"]), (&"converged".into(), &4.5.into()));
+    assert_eq!(plan["iterations"], DROP.plan.work.iterations);
+    assert_eq!(plan["objective"], DROP.plan.objective);
+    assert_eq!(plan["input_hash"], mission.input_hash.as_str());
+    assert!(parse(plan_json(mission, &DROP.plan, None)).get("solve_ms").is_none());
+    assert!(plan_text(&DROP.plan, &mission.limits, None).starts_with("converged, "));
+}
