@@ -27,13 +27,15 @@ pub struct SolverOptions {
     /// First barrier parameter of a cold start, in units of the cost. Large enough to hold the first iterates off the bounds:
     /// with IPOPT's 0.1 the median over 300 random releases is 24 iterations, with 30 it is 17.
     pub mu_initial: f64,
-    /// First barrier parameter of a warm start.
+    /// First barrier parameter of a warm start, in units of the cost. Over 720 plans renewed in flight, each off a little,
+    /// the mean is 5.8 iterations with 1e-4 and 6.9 with 1e-2 (and a wider margin to the bounds). Off in yaw too, which the
+    /// Titan lander cannot steer and which adds up, it is 11.7 against 11.0.
     pub mu_warm: f64,
 }
 
 impl Default for SolverOptions {
     fn default() -> Self {
-        Self { tolerance: 1e-8, max_iterations: 300, mu_initial: 30.0, mu_warm: 1e-2 }
+        Self { tolerance: 1e-8, max_iterations: 300, mu_initial: 30.0, mu_warm: 1e-4 }
     }
 }
 
@@ -253,7 +255,8 @@ impl<const NX: usize, const NU: usize> Iterate<NX, NU> {
     }
 
     fn warm(mut self, fences: &Fences<NX, NU>, mu: f64) -> Self {
-        fences.interior(&mut self.nodes, 0.01);
+        // Closer to the bounds than a cold start: the neighbouring solution lies on them.
+        fences.interior(&mut self.nodes, 1e-3);
         for k in 1..=fences.last {
             // The larger of the old multiplier and the central one: an active bound stays active, none is forgotten.
             let keep = |old: f64, centre: f64| if old.is_finite() { old.max(centre) } else { centre };
@@ -420,6 +423,7 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
         let tolerance = self.options.tolerance;
         let (mut linearised, mut now) = self.problem.linearise(&self.iterate.nodes);
         let mut filter = Filter::new(now.defect_sum);
+        let mut sweep = Sweep::new(self.problem.intervals);
         let mu_least = tolerance * 0.05;
         loop {
             let gradient = self.lagrangian_gradient(&linearised);
@@ -452,7 +456,7 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
                 self.mu = (0.2 * self.mu).min(self.mu.powf(1.5)).max(mu_least);
                 filter.clear();
             }
-            let Some((sweep, gradients)) = self.factor(&linearised) else {
+            let Some(gradients) = self.factor(&mut sweep, &linearised) else {
                 return self.finish_with_best(Status::Diverged);
             };
             let step = sweep.solve(&gradients, &now.defects);
@@ -553,20 +557,21 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
     /// Factors the Newton system, with the exact Hessian if that is convex enough, else with Gauss-Newton's.
     fn factor(
         &mut self,
+        sweep: &mut Sweep<NX, NU>,
         linearised: &Linearised<NX, NU>,
-    ) -> Option<(Sweep<NX, NU>, Vec<NodeGradient<NX, NU>>)> {
+    ) -> Option<Vec<NodeGradient<NX, NU>>> {
         let (terms, gradients) = self.first_order_terms();
         self.work.factorisations += 1;
         let (exact, middles) = self.with_curvature(linearised, &terms);
         let dt_s = self.problem.dt_s;
-        if let Ok(sweep) = Sweep::factor(linearised, dt_s, &exact, &middles) {
-            return Some((sweep, gradients));
+        if sweep.factor(linearised, dt_s, &exact, &middles).is_ok() {
+            return Some(gradients);
         }
         self.work.gauss_newton += 1;
         self.work.factorisations += 1;
         let none = Curvature::zero();
-        let sweep = Sweep::factor(linearised, dt_s, &terms, &vec![none; middles.len()]).ok()?;
-        Some((sweep, gradients))
+        sweep.factor(linearised, dt_s, &terms, &vec![none; middles.len()]).ok()?;
+        Some(gradients)
     }
 
     /// Hessian and gradient of cost and barrier.
