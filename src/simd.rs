@@ -2,8 +2,8 @@
 //!
 //! The planner's small matrix products are plain loops; compiled for any x86-64 they fill registers of two numbers.
 //! [`vectorised`] compiles its argument a second time for AVX2, with four, and picks by what the processor has. Fused
-//! multiply-add stays off: each number is then the outcome of the same operations in the same order, and the bits are the
-//! same on every machine.
+//! multiply-add stays off: each number is then the outcome of the same operations in the same order, and wide registers
+//! change no bit.
 //!
 //! This is the only place with `unsafe` code.
 
