@@ -15,8 +15,8 @@ use crate::report::params as report;
 
 /// The help of `samara params`.
 pub const PARAMS_HELP: &str = "\
-A file says in its header what it is for, and is refused elsewhere: samara's own autopilot, unmodified PX4, PX4 by Froude
-scaling. Under standard gravity the three are the same.
+A file says in its header what it is for, and is refused elsewhere: samara's own autopilot,
+unmodified PX4, PX4 by Froude scaling. Under standard gravity the three are the same.
 
 Examples:
   samara params export
@@ -25,11 +25,13 @@ Examples:
   samara drop --params params/px4/titan_samara.params";
 
 const EXPORT_HELP: &str = "\
-Writes gains, limits, hover thrust and rotors of a mission as a parameter file of QGroundControl. A gain outside PX4's range is
-moved between P and K of its rate loop, which is the same law, or else written and told.
+Writes gains, limits, hover thrust and rotors of a mission as a parameter file of QGroundControl.
+A gain outside PX4's range is moved between P and K of its rate loop, which is the same law, or
+else written and told.
 
-JSON (--json): mission, version, seed, input_hash, gains, file, for, gravity_m_s2, parameters (by name), findings (name, value,
-class: needed, outside, wrong_type or older; range, unit, text), remarks.
+JSON (--json): mission, version, seed, input_hash, gains, file, for, gravity_m_s2, parameters (by
+name), findings (name, value, class: needed, outside, wrong_type or older; range, unit, text),
+remarks.
 
 Examples:
   samara params export
@@ -38,19 +40,20 @@ Examples:
   samara params export --out -        (to stdout)";
 
 const CHECK_HELP: &str = "\
-Reads a parameter file of any origin and holds it against PX4's types and ranges. A value that a drop needs and PX4 takes although
-it lies outside the stated range is told and does no harm.
+Reads a parameter file of any origin and holds it against PX4's types and ranges. A value that a
+drop needs and PX4 takes although it lies outside the stated range is told and does no harm.
 
-JSON (--json): file, for (null if the file does not say), ok, parameters, checked, not_in_table, does_not_belong (null if it
-does), findings (name, value, class, range, unit, text), remarks.
+JSON (--json): file, for (null if the file does not say), ok, parameters, checked, not_in_table,
+does_not_belong (null if it does), findings (name, value, class, range, unit, text), remarks.
 
-Exit code 1 when a value is outside its range without need or of the wrong type (PX4's ranges do not bind a file for samara's own
-autopilot), or the file does not belong where it was to be used; 2 when it is no parameter file.
+Exit code 1 when a value is outside its range without need or of the wrong type (PX4's ranges do
+not bind a file for samara's own autopilot), or the file does not belong where it was to be used;
+2 when it is no parameter file.
 
 Examples:
   samara params check vehicle.params
   samara params check params/px4/x500_px4.params --for px4
-  samara params check vehicle.params --mission mission/x500_drop.json    (would samara drop --params take it?)";
+  samara params check vehicle.params --mission mission/x500_drop.json    (would a drop take it?)";
 
 const DIFF_HELP: &str = "\
 Numbers that agree in six digits, as many as some programs write, count as equal.

@@ -120,19 +120,19 @@ pub fn check<'a>(
             None => result.unknown += 1,
             Some(known) => {
                 result.known += 1;
-                result.findings.extend(finding(known, name, value));
+                result.findings.extend(finding(metadata, known, name, value));
             }
         }
     }
     result
 }
 
-fn finding(known: &Parameter, name: &str, value: Value) -> Option<Finding> {
-    let (class, advice) = judge(known, name, value)?;
+fn finding(metadata: &Metadata, known: &Parameter, name: &str, value: Value) -> Option<Finding> {
+    let (class, advice) = judge(metadata, known, name, value)?;
     Some(Finding { name: name.to_owned(), value, class, range: known.range(), unit: known.unit, advice })
 }
 
-fn judge(known: &Parameter, name: &str, value: Value) -> Option<(Class, String)> {
+fn judge(metadata: &Metadata, known: &Parameter, name: &str, value: Value) -> Option<(Class, String)> {
     let number = value.as_f64();
     match (known.kind, value) {
         (Kind::Int, Value::Real(_)) => {
@@ -149,15 +149,29 @@ fn judge(known: &Parameter, name: &str, value: Value) -> Option<(Class, String)>
     if let Some((_, _, reason)) = NEEDED.iter().find(|(n, allowed, _)| *n == name && allowed(known, number)) {
         return Some((Class::Needed, (*reason).to_owned()));
     }
-    Some((Class::Outside, split_advice(known, name, number)))
+    Some((Class::Outside, split_advice(metadata, name, number)))
 }
 
-/// A rate loop's P that is too large may stand in K instead.
-fn split_advice(known: &Parameter, name: &str, value: f64) -> String {
-    let Some(loop_name) = name.strip_suffix("RATE_P").filter(|_| above(known, value)) else {
-        return String::new();
-    };
-    format!("the same law with {loop_name}RATE_K doubled and P and I halved: P = {:.4}", value / 2.0)
+/// A rate loop's P outside its range may stand in K instead.
+fn split_advice(metadata: &Metadata, name: &str, value: f64) -> String {
+    let Some(rate_loop) = name.strip_suffix("RATE_P") else { return String::new() };
+    let k_name = format!("{rate_loop}RATE_K");
+    match overall_gain(metadata, &k_name, name, value) {
+        Some(k) => {
+            format!("the same law: {k_name} times {k}, P, I and D divided by it ({name} = {:.4})", value / k)
+        }
+        None => format!("no {k_name} in its range brings it in"),
+    }
+}
+
+/// The overall gain K that brings `P = p/K` of a rate loop into its range: 1 when it is there, else the power of two nearest to 1 (which
+/// costs no digit), else an end of K's own range; `None` when nothing helps.
+pub(super) fn overall_gain(metadata: &Metadata, k_name: &str, p_name: &str, p: f64) -> Option<f64> {
+    let (of_p, of_k) = (metadata.get(p_name)?, metadata.get(k_name)?);
+    let fits = |k: f64| of_k.contains(k) && of_p.contains(f64::from((p / k) as f32));
+    let powers = (1..=8).flat_map(|n| [2f64.powi(n), 2f64.powi(-n)]);
+    let ends = [of_k.max, of_k.min].into_iter().flatten().map(f64::from);
+    std::iter::once(1.0).chain(powers).chain(ends).find(|k| fits(*k))
 }
 
 #[cfg(test)]
@@ -202,7 +216,10 @@ mod tests {
         );
         assert_eq!((result.known, result.unknown), (9, 1));
         let text = result.findings[1].text();
-        assert!(text.contains("0.01 to 0.6") && text.contains("MC_PITCHRATE_K"), "{text}");
+        assert!(text.contains("0.01 to 0.6") && text.contains("MC_PITCHRATE_K times 2"), "{text}");
+        assert!(text.contains("MC_PITCHRATE_P = 0.3535"), "{text}");
+        let hopeless = findings(None, &[("MC_YAWRATE_P", Real(11.0))]).findings[0].text();
+        assert!(hopeless.contains("no MC_YAWRATE_K"), "{hopeless}");
     }
 
     #[test]

@@ -8,6 +8,7 @@
 
 use std::collections::BTreeMap;
 
+use super::check::overall_gain;
 use super::file::Value;
 use super::metadata::Metadata;
 use super::normalised::{NormalisedUnits, THRUST_COEFFICIENT};
@@ -156,7 +157,7 @@ impl Rows {
             };
             let name = |term: &str| format!("MC_{axis}RATE_{term}");
             let p = k_p * j / g * f.torque_per_rate;
-            let k = overall_gain(metadata, &name("K"), &name("P"), p);
+            let k = overall_gain(metadata, &name("K"), &name("P"), p).unwrap_or(1.0);
             self.real(&name("K"), k);
             self.real(&name("P"), p / k);
             if let Some(limit) = limit {
@@ -193,16 +194,6 @@ pub(super) fn rotor_columns(rotor: &crate::model::RotorMount) -> [(char, f64, f6
 /// Normalised collective that carries the weight.
 pub(super) fn hover_thrust(vehicle: &Vehicle, environment: &Environment, units: &NormalisedUnits) -> f64 {
     vehicle.mass.mass_kg * environment.gravity_m_s2 / units.thrust_n
-}
-
-/// The overall gain K that brings `P = p/K` into its range: 1 when it is there, else the power of two nearest to 1 (which costs no
-/// digit), else the end of K's own range; 1 when nothing helps.
-fn overall_gain(metadata: &Metadata, k_name: &str, p_name: &str, p: f64) -> f64 {
-    let (Some(of_p), Some(of_k)) = (metadata.get(p_name), metadata.get(k_name)) else { return 1.0 };
-    let fits = |k: f64| of_k.contains(k) && of_p.contains(f64::from((p / k) as f32));
-    let powers = (1..=8).flat_map(|n| [2f64.powi(n), 2f64.powi(-n)]);
-    let ends = [of_k.max, of_k.min].into_iter().flatten().map(f64::from);
-    std::iter::once(1.0).chain(powers).chain(ends).find(|k| fits(*k)).unwrap_or(1.0)
 }
 
 #[cfg(test)]
