@@ -14,6 +14,7 @@
 //! | [`sim`] | the drop in simulated time |
 //! | [`assess`] | how safe it was |
 //! | [`tune`] | the releases that gains are tuned on |
+//! | [`params`] | PX4 parameter files, and gains in PX4's terms |
 #![cfg_attr(feature = "files", doc = "| [`config`] | files in |")]
 //! | [`autopilot`] | modes, arming, OFFBOARD: PX4's manners around the control law |
 #![cfg_attr(feature = "link", doc = "| [`link`] | MAVLink: the sessions on the wire |")]
@@ -30,6 +31,7 @@ pub mod frames;
 #[cfg(feature = "link")]
 pub mod link;
 pub mod model;
+pub mod params;
 pub mod plan;
 pub mod real;
 #[cfg(feature = "files")]

@@ -19,6 +19,7 @@ const FLOORS: &[&[&str]] = &[
     &["sim"],
     &["assess"],
     &["tune"],
+    &["params"],
     &["config"],
     &["report"],
     &["autopilot"],

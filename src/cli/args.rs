@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use super::params::{PARAMS_HELP, ParamsArgs};
+
 /// Plan and fly the drop of a multirotor from a parachute.
 #[derive(Debug, Parser)]
 #[command(version, about, propagate_version = true, max_term_width = 100)]
@@ -33,6 +35,9 @@ pub enum Verb {
     /// Run the offboard streamer alone: plans, arms, commands the release, streams the velocity.
     #[command(after_long_help = STREAM_HELP)]
     Stream(StreamArgs),
+    /// Write, check and compare PX4 parameter files.
+    #[command(after_long_help = PARAMS_HELP)]
+    Params(ParamsArgs),
     /// Write the JSON schemas of mission, vehicle and gains files.
     #[command(after_long_help = "Examples:\n  samara schema\n  samara schema --out /tmp/schema")]
     Schema(SchemaArgs),
@@ -108,6 +113,7 @@ Exit code 1 when a limit was passed, the plan did not converge, the vehicle was 
 Examples:
   samara drop
   samara drop --gains paper_pso
+  samara drop --params params/px4/titan_samara.params
   samara drop --speed 1          (watch it in QGroundControl)
   samara drop mission/x500_drop.json --out /tmp/x500
   samara drop --trajectory out/titan_drop/trajectory.csv --json";
@@ -246,6 +252,9 @@ pub struct ChoiceArgs {
     /// Gains: a name beside the mission's own gains (safety, near_hover, paper_pso), or a file.
     #[arg(long, value_name = "NAME|FILE")]
     pub gains: Option<String>,
+    /// Gains and limits of samara's autopilot from a PX4 parameter file that is for it, or for any autopilot under standard gravity.
+    #[arg(long, value_name = "FILE", conflicts_with = "gains")]
+    pub params: Option<PathBuf>,
     /// Seed of the sensor noise, instead of the mission's.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,

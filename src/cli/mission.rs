@@ -16,10 +16,20 @@ pub fn chosen_mission(path: &Path, choice: &ChoiceArgs) -> Result<Mission, Failu
     if let Some(gains) = &choice.gains {
         mission.use_gains(gains).bad_input()?;
     }
+    if let Some(path) = &choice.params {
+        for remark in mission.use_parameters(path).bad_input()? {
+            tell(&format!("{}: {remark}", path.display()));
+        }
+    }
     if let Some(seed) = choice.seed {
         mission.seed = seed;
     }
     Ok(mission)
+}
+
+#[expect(clippy::print_stderr, reason = "what is odd about an input, beside the results")]
+fn tell(remark: &str) {
+    eprintln!("samara: {remark}");
 }
 
 /// A trajectory from a file, for the mission's vehicle.

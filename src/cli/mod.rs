@@ -12,6 +12,7 @@ mod narrative;
 mod net;
 mod outcome;
 mod output;
+mod params;
 mod plan;
 mod schema;
 mod sessions;
@@ -35,6 +36,7 @@ pub fn run() -> ExitCode {
         Verb::Sim(args) => sim::run(args),
         Verb::Autopilot(args) => autopilot::run(args),
         Verb::Stream(args) => stream::run(args),
+        Verb::Params(args) => params::run(args),
         Verb::Schema(args) => schema::run(args),
     })
 }

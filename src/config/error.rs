@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::params::ParamsError;
+
 /// A file that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
@@ -43,6 +45,27 @@ pub enum ConfigError {
         /// What is wrong and what was expected.
         message: String,
     },
+    /// A parameter file is not what was expected, or is not for the mission's vehicle and site.
+    #[error("{}:{}{error}", file.display(), if starts_with_line(error) { "" } else { " " })]
+    Parameters {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong; begins with the line, if it is one line's fault.
+        error: ParamsError,
+    },
+}
+
+fn starts_with_line(error: &ParamsError) -> bool {
+    match error {
+        ParamsError::Columns { .. }
+        | ParamsError::Field { .. }
+        | ParamsError::Twice { .. }
+        | ParamsError::UnknownPurpose { .. } => true,
+        ParamsError::DoesNotBelong(_)
+        | ParamsError::NoGains
+        | ParamsError::Control(_)
+        | ParamsError::NoUnit { .. } => false,
+    }
 }
 
 fn at(json_path: &str) -> String {

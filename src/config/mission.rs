@@ -175,6 +175,14 @@ impl Mission {
         Ok(())
     }
 
+    /// The input hash with one more file in it.
+    pub(super) fn hash_with(&self, role: &str, source: &Source) -> String {
+        let mut hash = self.gains_shelf.hash_without_gains.clone();
+        hash.follow(&self.input_hash);
+        hash.absorb(role, source);
+        hash.hex()
+    }
+
     /// The planner's problem: from the nominal state at t = 0, rotors at rest, to the target. The nominal state is the
     /// paper's (40)-(44) without the swing: level, at rest, descending at `v_0`.
     pub fn plan_problem(&self) -> PlanProblem<'_> {

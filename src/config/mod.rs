@@ -1,9 +1,10 @@
-//! Files in: vehicles, missions, gains and trajectories, read strictly.
+//! Files in: vehicles, missions, gains, parameters and trajectories, read strictly.
 //!
 //! | file | holds |
 //! |---|---|
 //! | `mission`, `mission_parts`, `mission_json` | `mission/*.json`: checked, with model objects; as written |
 //! | `gains_file` | `params/gains/*.json` |
+//! | `params_file` | PX4 parameter files, and their gains for a mission |
 //! | `vehicle_file`, `vehicle_json` | `params/vehicles/*.json` and the rotor table beside it |
 //! | [`schema`] | JSON schemas of these files |
 //! | `trajectory_csv` | `trajectory.csv`, read and written |
@@ -20,6 +21,7 @@ mod mission;
 mod mission_json;
 mod mission_parts;
 mod number;
+mod params_file;
 mod rotor_table;
 pub mod schema;
 mod source;
@@ -31,6 +33,7 @@ mod vehicle_json;
 pub use error::ConfigError;
 pub use gains_file::{GainsFile, gains_json, gains_path, load_gains};
 pub use mission::{Mission, MonteCarlo, ReleaseCase, ReleaseTrigger, load_mission};
+pub use params_file::load_parameters;
 pub use trajectory_csv::{Stamp, read_trajectory_csv, write_trajectory_csv};
 pub use vehicle_file::{VehicleFile, load_vehicle};
 

@@ -132,6 +132,11 @@ impl InputHash {
         self.0.update(&source.text);
     }
 
+    /// Takes another hash in.
+    pub(super) fn follow(&mut self, hex: &str) {
+        self.0.update(hex);
+    }
+
     /// SHA-256 in hexadecimal.
     pub(super) fn hex(&self) -> String {
         self.0.clone().finalize().iter().map(|b| format!("{b:02x}")).collect()

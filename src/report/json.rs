@@ -10,7 +10,7 @@ use crate::config::Mission;
 use crate::plan::{Plan, Status};
 use crate::units::DEG_PER_RAD;
 
-const VERSION: &str = env!("CARGO_PKG_VERSION");
+pub(super) const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 #[derive(Serialize)]
 struct DropObject<'a> {
@@ -133,7 +133,7 @@ pub fn status_name(status: Status) -> &'static str {
 }
 
 /// One object, a key per line, and a line's end.
-fn text(object: &impl Serialize) -> String {
+pub(super) fn text(object: &impl Serialize) -> String {
     // Structs of strings, numbers and lists of them always serialise.
     serde_json::to_string_pretty(object).map(|t| t + "\n").unwrap_or_default()
 }

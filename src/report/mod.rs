@@ -5,6 +5,7 @@
 //! | [`flight_csv`] | the flight log: every sample, every term of the balance of forces |
 //! | [`verdict`] | the verdict and the plan for the terminal |
 //! | [`json`] | the objects of `--json` and of `plan.json` |
+//! | [`params`] | exports, checks and differences of parameter files |
 //! | [`figure`] | SVG figures |
 //!
 //! Everything here is text made of its arguments: the same arguments give the same bytes. Wall-clock times are the caller's
@@ -13,6 +14,7 @@
 pub mod figure;
 pub mod flight_csv;
 pub mod json;
+pub mod params;
 pub mod verdict;
 
 pub use figure::{FigureError, drop_figure, plan_figure};

@@ -1,0 +1,238 @@
+//! `samara params`: PX4 parameter files written, checked and compared.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand, ValueEnum};
+
+use super::args::ChoiceArgs;
+use super::mission::chosen_mission;
+use super::outcome::{Answer, BadInput, Failure};
+use super::output::{OutputFolder, print};
+use crate::config::{load_mission, load_parameters};
+use crate::params::{Metadata, ParameterFile, Purpose, check, diff, export, import};
+use crate::report::params as report;
+
+/// The help of `samara params`.
+pub const PARAMS_HELP: &str = "\
+A file says in its header what it is for, and is refused elsewhere: samara's own autopilot,
+unmodified PX4, PX4 by Froude scaling. Under standard gravity the three are the same.
+
+Examples:
+  samara params export
+  samara params check params/px4/titan_px4.params
+  samara params diff params/px4/titan_samara.params vehicle.params
+  samara drop --params params/px4/titan_samara.params";
+
+const EXPORT_HELP: &str = "\
+Writes gains, limits, hover thrust and rotors of a mission as a parameter file of QGroundControl.
+A gain outside PX4's range is moved between P and K of its rate loop, which is the same law, or
+else written and told.
+
+JSON (--json): mission, version, seed, input_hash, gains, file, for, gravity_m_s2, parameters (by
+name), findings (name, value, class: needed, outside, wrong_type or older; range, unit, text),
+remarks.
+
+Examples:
+  samara params export
+  samara params export --gains near_hover --for px4 --out titan_px4.params
+  samara params export mission/x500_drop.json --for px4 --json
+  samara params export --out -        (to stdout)";
+
+const CHECK_HELP: &str = "\
+Reads a parameter file of any origin and holds it against PX4's types and ranges. A value that a
+drop needs and PX4 takes although it lies outside the stated range is told and does no harm.
+
+JSON (--json): file, for (null if the file does not say), ok, parameters, checked, not_in_table,
+does_not_belong (null if it does), findings (name, value, class, range, unit, text), remarks.
+
+Exit code 1 when a value is outside its range without need or of the wrong type (PX4's ranges do
+not bind a file for samara's own autopilot), or the file does not belong where it was to be used;
+2 when it is no parameter file.
+
+Examples:
+  samara params check vehicle.params
+  samara params check params/px4/x500_px4.params --for px4
+  samara params check vehicle.params --mission mission/x500_drop.json    (would a drop take it?)";
+
+const DIFF_HELP: &str = "\
+Numbers that agree in six digits, as many as some programs write, count as equal.
+
+JSON (--json): a, b, for_a, for_b, same, differences and rounding (component, name, a, b; null where missing).
+
+Exit code 1 when they differ.
+
+Examples:
+  samara params diff before.params after.params
+  samara params diff params/px4/titan_samara.params params/px4/titan_px4.params --json";
+
+/// `samara params`.
+#[derive(Args, Debug)]
+pub struct ParamsArgs {
+    /// What to do.
+    #[command(subcommand)]
+    verb: ParamsVerb,
+}
+
+#[derive(Debug, Subcommand)]
+enum ParamsVerb {
+    /// Write a mission's gains and vehicle as PX4 parameters.
+    #[command(after_long_help = EXPORT_HELP)]
+    Export(ExportArgs),
+    /// Hold a file against PX4's types and ranges.
+    #[command(after_long_help = CHECK_HELP)]
+    Check(CheckArgs),
+    /// Compare two files.
+    #[command(after_long_help = DIFF_HELP)]
+    Diff(DiffArgs),
+}
+
+#[derive(Args, Debug)]
+struct ExportArgs {
+    /// The mission file.
+    #[arg(default_value = "mission/titan_drop.json")]
+    mission: PathBuf,
+    /// Gains: a name beside the mission's own gains (safety, near_hover, paper_pso), or a file.
+    #[arg(long, value_name = "NAME|FILE")]
+    gains: Option<String>,
+    /// What the file shall be for.
+    #[arg(long = "for", value_enum, default_value_t = PurposeArg::Samara)]
+    purpose: PurposeArg,
+    /// The file; `-` for stdout [default: out/<mission name>/<vehicle>_<for>.params].
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Print one JSON object on stdout instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Args, Debug)]
+struct CheckArgs {
+    /// The parameter file.
+    file: PathBuf,
+    /// What it is to be for.
+    #[arg(long = "for", value_enum)]
+    purpose: Option<PurposeArg>,
+    /// A mission whose vehicle samara is to fly with it.
+    #[arg(long, value_name = "MISSION")]
+    mission: Option<PathBuf>,
+    /// Print one JSON object on stdout instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Args, Debug)]
+struct DiffArgs {
+    /// A parameter file.
+    a: PathBuf,
+    /// Another one.
+    b: PathBuf,
+    /// Print one JSON object on stdout instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum PurposeArg {
+    /// samara's own autopilot: SI gains under the site's gravity.
+    Samara,
+    /// Unmodified PX4, which takes 9.80665 m/s^2 for gravity.
+    Px4,
+    /// PX4 with clock, velocities and rates scaled to 9.80665 m/s^2.
+    Px4Froude,
+}
+
+impl PurposeArg {
+    fn purpose(self) -> Purpose {
+        match self {
+            Self::Samara => Purpose::Samara,
+            Self::Px4 => Purpose::Px4,
+            Self::Px4Froude => Purpose::Px4Froude,
+        }
+    }
+}
+
+/// `samara params`.
+pub fn run(args: &ParamsArgs) -> Result<Answer, Failure> {
+    match &args.verb {
+        ParamsVerb::Export(args) => run_export(args),
+        ParamsVerb::Check(args) => run_check(args),
+        ParamsVerb::Diff(args) => run_diff(args),
+    }
+}
+
+fn run_export(args: &ExportArgs) -> Result<Answer, Failure> {
+    let choice = ChoiceArgs { gains: args.gains.clone(), params: None, seed: None };
+    let mission = chosen_mission(&args.mission, &choice)?;
+    let export = export(&mission.parameter_subject(), args.purpose.purpose()).bad_input()?;
+    let text = report::params_file(&mission, &export);
+    let to_stdout = args.out.as_deref() == Some(Path::new("-"));
+    if to_stdout && !args.json {
+        print(&text)?;
+        return Ok(Answer::Yes);
+    }
+    let path = match args.out.as_deref() {
+        Some(_) if to_stdout => PathBuf::from("-"),
+        Some(path) => {
+            let name = path
+                .file_name()
+                .ok_or_else(|| anyhow::anyhow!("--out {}: a file is expected", path.display()));
+            let name = name.bad_input()?.to_string_lossy().into_owned();
+            let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            write(&OutputFolder::create(Some(parent), &mission.name)?, &name, &text)?;
+            path.to_owned()
+        }
+        None => {
+            let name = format!("{}_{}.params", mission.vehicle_name, export.purpose.name().replace('-', "_"));
+            write(&OutputFolder::create(None, &mission.name)?, &name, &text)?
+        }
+    };
+    if args.json {
+        print(&report::export_json(&mission, &path.display().to_string(), &export))?;
+    } else {
+        print(&format!("{}: {}", path.display(), report::export_text(&export)))?;
+    }
+    Ok(Answer::Yes)
+}
+
+fn write(folder: &OutputFolder, name: &str, text: &str) -> Result<PathBuf, Failure> {
+    folder.write(name, |out| out.write_all(text.as_bytes()))
+}
+
+fn run_check(args: &CheckArgs) -> Result<Answer, Failure> {
+    let file = load_parameters(&args.file).bad_input()?;
+    let rows = file.entries().map(|(_, name, entry)| (name, entry.value));
+    let check = check(&Metadata::px4(), file.purpose(), rows);
+    let refusal = refusal(args, &file)?;
+    let name = args.file.display().to_string();
+    if args.json {
+        print(&report::check_json(&name, &file, &check, refusal.as_deref()))?;
+    } else {
+        print(&report::check_text(&name, &file, &check, refusal.as_deref()))?;
+    }
+    Ok(if check.passes() && refusal.is_none() { Answer::Yes } else { Answer::No })
+}
+
+/// Why the file does not belong where it is to be used.
+fn refusal(args: &CheckArgs, file: &ParameterFile) -> Result<Option<String>, Failure> {
+    if let Some(wanted) = args.purpose.map(PurposeArg::purpose).filter(|p| file.purpose() != Some(*p)) {
+        let is = file.purpose().map_or("does not say what it is for", Purpose::words);
+        return Ok(Some(format!("for {} is wanted, the file: {is}", wanted.name())));
+    }
+    let Some(mission) = &args.mission else { return Ok(None) };
+    let mission = load_mission(mission).bad_input()?;
+    Ok(import(file, &mission.parameter_subject()).err().map(|e| e.to_string()))
+}
+
+fn run_diff(args: &DiffArgs) -> Result<Answer, Failure> {
+    let (a, b) = (load_parameters(&args.a).bad_input()?, load_parameters(&args.b).bad_input()?);
+    let differences = diff(&a, &b);
+    let names = [args.a.display().to_string(), args.b.display().to_string()];
+    let names = [names[0].as_str(), names[1].as_str()];
+    if args.json {
+        print(&report::diff_json(names, [&a, &b], &differences))?;
+    } else {
+        print(&report::diff_text(names, [&a, &b], &differences))?;
+    }
+    Ok(if differences.iter().all(|d| d.rounding) { Answer::Yes } else { Answer::No })
+}

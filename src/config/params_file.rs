@@ -1,0 +1,53 @@
+//! PX4 parameter files for missions: read from disk, and their gains put in.
+
+use std::path::Path;
+
+use super::source::Source;
+use super::{ConfigError, Mission};
+use crate::params::{ParameterFile, ParamsError, Subject, import};
+
+/// Reads a parameter file of any origin.
+///
+/// # Errors
+/// [`ConfigError`] with the line in the file, when it cannot be read or does not hold parameters.
+pub fn load_parameters(path: &Path) -> Result<ParameterFile, ConfigError> {
+    Ok(read(path)?.1)
+}
+
+fn read(path: &Path) -> Result<(Source, ParameterFile), ConfigError> {
+    let source = Source::read(path, "parameter file", None)?;
+    let file = ParameterFile::parse(&source.text).map_err(|error| refuse(path, error))?;
+    Ok((source, file))
+}
+
+fn refuse(path: &Path, error: ParamsError) -> ConfigError {
+    ConfigError::Parameters { file: path.to_owned(), error }
+}
+
+impl Mission {
+    /// What a parameter file of this mission is about.
+    pub fn parameter_subject(&self) -> Subject<'_> {
+        Subject {
+            vehicle: &self.vehicle,
+            environment: &self.environment,
+            gains: &self.gains,
+            limits: &self.control_limits,
+            speed_m_s: self.limits.speed_m_s,
+        }
+    }
+
+    /// Puts the gains and limits of a parameter file in; what the file leaves out stays. The input hash follows. Gives remarks on the
+    /// file.
+    ///
+    /// # Errors
+    /// [`ConfigError`] when the file cannot be read or does not belong to the mission's vehicle and site; the mission is
+    /// unchanged then.
+    pub fn use_parameters(&mut self, path: &Path) -> Result<Vec<String>, ConfigError> {
+        let (source, file) = read(path)?;
+        let import = import(&file, &self.parameter_subject()).map_err(|error| refuse(path, error))?;
+        (self.gains, self.control_limits) = (import.gains, import.limits);
+        self.gains_name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        self.input_hash = self.hash_with("parameters", &source);
+        Ok(file.remarks().iter().cloned().chain(import.remarks).collect())
+    }
+}

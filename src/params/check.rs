@@ -1,0 +1,234 @@
+//! Parameters against PX4's types and ranges.
+
+use super::file::Value;
+use super::metadata::{Kind, Metadata, Parameter};
+use super::purpose::Purpose;
+
+/// What is to say of a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Class {
+    /// Outside the stated range; a drop needs it, and PX4 takes it.
+    Needed,
+    /// Outside the stated range.
+    Outside,
+    /// An integer where PX4 has a float, or the other way round: it is not loaded.
+    WrongType,
+    /// Only older releases of PX4 know it.
+    Older,
+}
+
+impl Class {
+    /// The name in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Needed => "needed",
+            Self::Outside => "outside",
+            Self::WrongType => "wrong_type",
+            Self::Older => "older",
+        }
+    }
+}
+
+/// Something to say of a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// The parameter.
+    pub name: String,
+    /// Its value.
+    pub value: Value,
+    /// What kind of finding.
+    pub class: Class,
+    /// PX4's range in words.
+    pub range: String,
+    /// PX4's unit; empty for none.
+    pub unit: &'static str,
+    /// The reason, or what to do.
+    pub advice: String,
+}
+
+impl Finding {
+    /// In words, with name, value and range.
+    pub fn text(&self) -> String {
+        let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
+        let (name, value, range) = (&self.name, self.value, &self.range);
+        let advice = if self.advice.is_empty() { String::new() } else { format!("; {}", self.advice) };
+        match self.class {
+            Class::Needed => format!("{name} = {value}{unit} is needed, PX4's range is {range}{advice}"),
+            Class::Outside => format!("{name} = {value}{unit} is outside PX4's range, {range}{advice}"),
+            Class::WrongType => format!("{name} = {value} has the wrong type{advice}"),
+            Class::Older => format!("{name} is known to older releases of PX4 only{advice}"),
+        }
+    }
+}
+
+/// The result of a check.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Check {
+    /// What the file is for, if it says so.
+    pub purpose: Option<Purpose>,
+    /// Parameters that PX4's table knows.
+    pub known: usize,
+    /// Parameters that it does not know: not checked.
+    pub unknown: usize,
+    /// What is to say, in the parameters' order.
+    pub findings: Vec<Finding>,
+}
+
+impl Check {
+    /// Whether the file may be loaded where it belongs: types are right and no value is outside its range without need. PX4's ranges
+    /// do not bind samara's autopilot.
+    pub fn passes(&self) -> bool {
+        !self.findings.iter().any(|f| match f.class {
+            Class::WrongType => true,
+            Class::Outside => self.purpose != Some(Purpose::Samara),
+            Class::Needed | Class::Older => false,
+        })
+    }
+
+    /// How many findings are of a class.
+    pub fn count(&self, class: Class) -> usize {
+        self.findings.iter().filter(|f| f.class == class).count()
+    }
+}
+
+/// Values that a drop needs and PX4 takes (it clips to them or multiplies with them as they are) though they are outside the stated
+/// range: name, whether the value may be so, reason.
+type Need = (&'static str, fn(&Parameter, f64) -> bool, &'static str);
+const NEEDED: [Need; 3] = [
+    ("MPC_Z_VEL_MAX_DN", above, "PX4 clips the descent setpoint to it and takes it as it is"),
+    ("MPC_XY_VEL_MAX", above, "PX4 clips horizontal velocity setpoints to it and takes it as it is"),
+    ("MPC_XY_VEL_D_ACC", zero, "the law that the gains are for has no derivative term"),
+];
+
+fn above(parameter: &Parameter, value: f64) -> bool {
+    parameter.max.is_some_and(|max| value > f64::from(max))
+}
+
+fn zero(_: &Parameter, value: f64) -> bool {
+    value == 0.0
+}
+
+/// Checks parameters (names in ascending order give findings in that order).
+pub fn check<'a>(
+    metadata: &Metadata,
+    purpose: Option<Purpose>,
+    parameters: impl Iterator<Item = (&'a str, Value)>,
+) -> Check {
+    let mut result = Check { purpose, known: 0, unknown: 0, findings: Vec::new() };
+    for (name, value) in parameters {
+        match metadata.get(name) {
+            None => result.unknown += 1,
+            Some(known) => {
+                result.known += 1;
+                result.findings.extend(finding(metadata, known, name, value));
+            }
+        }
+    }
+    result
+}
+
+fn finding(metadata: &Metadata, known: &Parameter, name: &str, value: Value) -> Option<Finding> {
+    let (class, advice) = judge(metadata, known, name, value)?;
+    Some(Finding { name: name.to_owned(), value, class, range: known.range(), unit: known.unit, advice })
+}
+
+fn judge(metadata: &Metadata, known: &Parameter, name: &str, value: Value) -> Option<(Class, String)> {
+    let number = value.as_f64();
+    match (known.kind, value) {
+        (Kind::Int, Value::Real(_)) => {
+            return Some((Class::WrongType, "type 6 (INT32) is expected".to_owned()));
+        }
+        (Kind::Float, Value::Int(_)) => {
+            return Some((Class::WrongType, "type 9 (REAL32) is expected".to_owned()));
+        }
+        _ => {}
+    }
+    if known.contains(number) {
+        return (known.release == "older").then(|| (Class::Older, String::new()));
+    }
+    if let Some((_, _, reason)) = NEEDED.iter().find(|(n, allowed, _)| *n == name && allowed(known, number)) {
+        return Some((Class::Needed, (*reason).to_owned()));
+    }
+    Some((Class::Outside, split_advice(metadata, name, number)))
+}
+
+/// A rate loop's P outside its range may stand in K instead.
+fn split_advice(metadata: &Metadata, name: &str, value: f64) -> String {
+    let Some(rate_loop) = name.strip_suffix("RATE_P") else { return String::new() };
+    let k_name = format!("{rate_loop}RATE_K");
+    match overall_gain(metadata, &k_name, name, value) {
+        Some(k) => {
+            format!("the same law: {k_name} times {k}, P, I and D divided by it ({name} = {:.4})", value / k)
+        }
+        None => format!("no {k_name} in its range brings it in"),
+    }
+}
+
+/// The overall gain K that brings `P = p/K` of a rate loop into its range: 1 when it is there, else the power of two nearest to 1 (which
+/// costs no digit), else an end of K's own range; `None` when nothing helps.
+pub(super) fn overall_gain(metadata: &Metadata, k_name: &str, p_name: &str, p: f64) -> Option<f64> {
+    let (of_p, of_k) = (metadata.get(p_name)?, metadata.get(k_name)?);
+    let fits = |k: f64| of_k.contains(k) && of_p.contains(f64::from((p / k) as f32));
+    let powers = (1..=8).flat_map(|n| [2f64.powi(n), 2f64.powi(-n)]);
+    let ends = [of_k.max, of_k.min].into_iter().flatten().map(f64::from);
+    std::iter::once(1.0).chain(powers).chain(ends).find(|k| fits(*k))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn findings(purpose: Option<Purpose>, rows: &[(&str, Value)]) -> Check {
+        check(&Metadata::px4(), purpose, rows.iter().copied())
+    }
+
+    #[test]
+    fn the_classes() {
+        use Value::{Int, Real};
+        let result = findings(
+            None,
+            &[
+                ("MC_AIRMODE", Int(0)),
+                ("MC_PITCHRATE_P", Real(0.707)),
+                ("MC_PITCH_P", Int(4)),
+                ("MC_PR_INT_LIM", Real(30.0)),
+                ("MC_ROLLRATE_P", Real(0.5)),
+                ("MPC_XY_VEL_D_ACC", Real(0.0)),
+                ("MPC_Z_VEL_MAX_DN", Real(5.0)),
+                ("MPC_Z_VEL_MAX_UP", Real(9.0)),
+                ("SYS_AUTOSTART", Real(4001.0)),
+                ("UAVCAN_ENABLE", Int(0)),
+            ],
+        );
+        let classes: Vec<(&str, Class)> =
+            result.findings.iter().map(|f| (f.name.as_str(), f.class)).collect();
+        assert_eq!(
+            classes,
+            [
+                ("MC_AIRMODE", Class::Older),
+                ("MC_PITCHRATE_P", Class::Outside),
+                ("MC_PITCH_P", Class::WrongType),
+                ("MPC_XY_VEL_D_ACC", Class::Needed),
+                ("MPC_Z_VEL_MAX_DN", Class::Needed),
+                ("MPC_Z_VEL_MAX_UP", Class::Outside),
+                ("SYS_AUTOSTART", Class::WrongType),
+            ]
+        );
+        assert_eq!((result.known, result.unknown), (9, 1));
+        let text = result.findings[1].text();
+        assert!(text.contains("0.01 to 0.6") && text.contains("MC_PITCHRATE_K times 2"), "{text}");
+        assert!(text.contains("MC_PITCHRATE_P = 0.3535"), "{text}");
+        let hopeless = findings(None, &[("MC_YAWRATE_P", Real(11.0))]).findings[0].text();
+        assert!(hopeless.contains("no MC_YAWRATE_K"), "{hopeless}");
+    }
+
+    #[test]
+    fn needed_values_pass_and_others_do_not() {
+        let passes = |purpose, name, x| findings(purpose, &[(name, Value::Real(x))]).passes();
+        assert!(passes(None, "MPC_Z_VEL_MAX_DN", 5.0));
+        assert!(!passes(None, "MPC_Z_VEL_MAX_DN", 0.1), "too small is not needed");
+        assert!(!passes(None, "MPC_Z_VEL_MAX_UP", 9.0));
+        assert!(!passes(Some(Purpose::Px4), "MPC_XY_VEL_P_ACC", 0.8));
+        assert!(passes(Some(Purpose::Samara), "MPC_XY_VEL_P_ACC", 0.8));
+    }
+}

@@ -1,0 +1,276 @@
+//! samara's gains, limits and vehicle as PX4 parameters.
+//!
+//! The velocity and attitude loops are acceleration-normalised in PX4 as here; only the gravity that they believe in may differ
+//! ([`Purpose`]). The rate loop's `tau = K (P e + I-term - D dw/dt)` is in normalised torque, so a gain of `k` [1/s] is
+//! `K P = k J/G` with the unit G of [`NormalisedUnits`], axis by axis; a P outside PX4's range is moved to K, which is the same law. The
+//! integral's limit is in normalised torque, after K. samara's law has no derivative terms and no yaw rate integral, and PX4's
+//! defaults for those are not zero, so they are written as zero.
+
+use std::collections::BTreeMap;
+
+use super::check::overall_gain;
+use super::file::Value;
+use super::metadata::Metadata;
+use super::normalised::{NormalisedUnits, THRUST_COEFFICIENT};
+use super::purpose::{Factors, Purpose};
+use super::{Check, ParamsError, check};
+use crate::control::{Airframe, ControlLimits, Gains};
+use crate::model::{Environment, Vehicle};
+use crate::units::{DEG_PER_RAD, STANDARD_GRAVITY_M_S2};
+
+/// What is exported.
+#[derive(Clone, Copy, Debug)]
+pub struct Subject<'a> {
+    /// The vehicle.
+    pub vehicle: &'a Vehicle,
+    /// Gravity and density.
+    pub environment: &'a Environment,
+    /// The gains.
+    pub gains: &'a Gains,
+    /// Limits of the cascade.
+    pub limits: &'a ControlLimits,
+    /// No velocity setpoint is larger [m/s]: the safe speed.
+    pub speed_m_s: f64,
+}
+
+/// Parameters for a purpose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Export {
+    /// What they are for.
+    pub purpose: Purpose,
+    /// Gravity of the site [m/s^2].
+    pub gravity_m_s2: f64,
+    /// By name.
+    pub parameters: BTreeMap<String, Value>,
+    /// What PX4's ranges say of them.
+    pub check: Check,
+    /// What else there is to know.
+    pub remarks: Vec<String>,
+}
+
+/// PX4's estimator aligns when the accelerometer shows between these, in g0.
+const ALIGNS_G0: std::ops::RangeInclusive<f64> = 0.8..=1.2;
+
+/// Exports a vehicle with its gains.
+///
+/// # Errors
+/// [`ParamsError::Control`] when a gain or limit is out of range or the rotors cannot be controlled, [`ParamsError::NoUnit`] when PX4's
+/// mixer finds no unit for them.
+pub fn export(subject: &Subject, purpose: Purpose) -> Result<Export, ParamsError> {
+    subject.gains.validate()?;
+    subject.limits.validate()?;
+    Airframe::new(subject.vehicle, subject.environment)?;
+    let gravity = subject.environment.gravity_m_s2;
+    let metadata = Metadata::px4();
+    let mut rows =
+        Rows { factors: purpose.factors(gravity), parameters: BTreeMap::new(), remarks: Vec::new() };
+    let units = NormalisedUnits::of(subject.vehicle, subject.environment.density_kg_m3)?;
+    rows.velocity_and_attitude(subject);
+    rows.rates(subject, &units, &metadata);
+    rows.vehicle(subject, &units);
+    let Rows { parameters, mut remarks, .. } = rows;
+    if purpose == Purpose::Px4 && !ALIGNS_G0.contains(&(gravity / STANDARD_GRAVITY_M_S2)) {
+        remarks.push(format!(
+            "PX4's estimator aligns between 0.8 and 1.2 g0 only; under {gravity} m/s^2 it needs its state from outside, or px4-froude"
+        ));
+    }
+    let check =
+        check(&metadata, Some(purpose), parameters.iter().map(|(name, value)| (name.as_str(), *value)));
+    Ok(Export { purpose, gravity_m_s2: gravity, parameters, check, remarks })
+}
+
+impl Export {
+    /// The header's notes: what the file is for and where it comes from (`origin`: lines of `Key: value`).
+    pub fn notes(&self, origin: &[String]) -> Vec<String> {
+        let mut notes = vec![
+            format!("{}: {}", Purpose::KEY, self.purpose.name()),
+            self.purpose.words().to_owned(),
+            format!("{}: {} m/s^2", GRAVITY_KEY, self.gravity_m_s2),
+        ];
+        if self.purpose == Purpose::Px4Froude {
+            let k = self.purpose.factors(self.gravity_m_s2).velocity;
+            notes.push(format!(
+                "k = {k:.6}; dt_px4 = dt/k, v_px4 = k v, a_px4 = k^2 a; motor commands as they are"
+            ));
+        }
+        notes.extend_from_slice(origin);
+        notes.extend(self.check.findings.iter().map(|f| format!("Note: {}", f.text())));
+        notes.extend(self.remarks.iter().map(|r| format!("Note: {r}")));
+        notes
+    }
+}
+
+/// The header's key for the gravity of the site.
+pub const GRAVITY_KEY: &str = "Gravity";
+
+struct Rows {
+    factors: Factors,
+    parameters: BTreeMap<String, Value>,
+    remarks: Vec<String>,
+}
+
+impl Rows {
+    fn real(&mut self, name: &str, x: f64) {
+        self.parameters.insert(name.to_owned(), Value::Real(x as f32));
+    }
+
+    fn int(&mut self, name: &str, i: i32) {
+        self.parameters.insert(name.to_owned(), Value::Int(i));
+    }
+
+    fn velocity_and_attitude(&mut self, subject: &Subject) {
+        let (f, gains, limits) = (self.factors, subject.gains, subject.limits);
+        self.real("MPC_XY_VEL_P_ACC", gains.k_pvx * f.acceleration_per_velocity);
+        self.real("MPC_XY_VEL_I_ACC", gains.k_ivx * f.acceleration_per_distance);
+        self.real("MPC_Z_VEL_P_ACC", gains.k_pvz * f.acceleration_per_velocity);
+        self.real("MPC_Z_VEL_I_ACC", gains.k_ivz * f.acceleration_per_distance);
+        self.real("MC_PITCH_P", gains.k_ptheta * f.rate_per_angle);
+        self.real("MC_ROLL_P", gains.k_ptheta * f.rate_per_angle);
+        self.real("MC_YAW_P", gains.k_ppsi * f.rate_per_angle);
+        let rate_deg_s = limits.rate_command_rad_s * DEG_PER_RAD * f.rate;
+        self.real("MC_PITCHRATE_MAX", rate_deg_s);
+        self.real("MC_ROLLRATE_MAX", rate_deg_s);
+        self.real("MC_YAWRATE_MAX", limits.yaw_rate_command_rad_s * DEG_PER_RAD * f.rate);
+        self.real("MPC_TILTMAX_AIR", limits.tilt_rad * DEG_PER_RAD);
+        // PX4 clips velocity setpoints; no setpoint of a safe plan is faster than the safe speed.
+        self.real("MPC_Z_VEL_MAX_DN", subject.speed_m_s * f.velocity);
+        self.real("MPC_XY_VEL_MAX", subject.speed_m_s * f.velocity);
+        for name in super::import::WITHOUT_COUNTERPART {
+            self.real(name, 0.0);
+        }
+    }
+
+    fn rates(&mut self, subject: &Subject, units: &NormalisedUnits, metadata: &Metadata) {
+        let inertia = &subject.vehicle.mass.inertia_kg_m2;
+        if (0..3).any(|i| (0..3).any(|j| i != j && inertia[(i, j)].abs() > 1e-6 * inertia[(i, i)])) {
+            self.remarks.push("products of inertia are left out: PX4's rate loops know none".to_owned());
+        }
+        let (f, gains, limits) = (self.factors, subject.gains, subject.limits);
+        for (axis, j, g, k_p, limit) in [
+            ("PITCH", inertia[(1, 1)], Some(units.pitch_nm), gains.k_pq, Some("MC_PR_INT_LIM")),
+            ("ROLL", inertia[(0, 0)], Some(units.roll_nm), gains.k_pq, Some("MC_RR_INT_LIM")),
+            ("YAW", inertia[(2, 2)], units.yaw_nm, gains.k_pr, None),
+        ] {
+            let Some(g) = g else {
+                self.remarks.push(format!("MC_{axis}RATE_* is left out: the rotors have no torque"));
+                continue;
+            };
+            let name = |term: &str| format!("MC_{axis}RATE_{term}");
+            let p = k_p * j / g * f.torque_per_rate;
+            let k = overall_gain(metadata, &name("K"), &name("P"), p).unwrap_or(1.0);
+            self.real(&name("K"), k);
+            self.real(&name("P"), p / k);
+            if let Some(limit) = limit {
+                self.real(&name("I"), gains.k_iq * j / g * f.torque_per_angle / k);
+                self.real(limit, limits.rate_integral_rad_s2 * j / g);
+            }
+        }
+    }
+
+    fn vehicle(&mut self, subject: &Subject, units: &NormalisedUnits) {
+        let (vehicle, environment) = (subject.vehicle, subject.environment);
+        self.real("MPC_THR_HOVER", hover_thrust(vehicle, environment, units));
+        self.real("THR_MDL_FAC", 1.0);
+        self.int("CA_AIRFRAME", 0);
+        self.int("CA_ROTOR_COUNT", vehicle.rotors.len() as i32);
+        let torque_per_thrust = vehicle.torque_per_thrust_m(environment.density_kg_m3);
+        for (i, rotor) in vehicle.rotors.iter().enumerate() {
+            for (axis, position, direction) in rotor_columns(rotor) {
+                self.real(&format!("CA_ROTOR{i}_P{axis}"), position);
+                self.real(&format!("CA_ROTOR{i}_A{axis}"), direction);
+            }
+            self.real(&format!("CA_ROTOR{i}_CT"), THRUST_COEFFICIENT);
+            self.real(&format!("CA_ROTOR{i}_KM"), rotor.spin.sign() * torque_per_thrust);
+        }
+    }
+}
+
+/// Axis letter, position [m] and direction of a rotor, body axes.
+pub(super) fn rotor_columns(rotor: &crate::model::RotorMount) -> [(char, f64, f64); 3] {
+    let (p, a) = (&rotor.position_body_m, &rotor.axis_body);
+    [('X', p.x, a.x), ('Y', p.y, a.y), ('Z', p.z, a.z)]
+}
+
+/// Normalised collective that carries the weight.
+pub(super) fn hover_thrust(vehicle: &Vehicle, environment: &Environment, units: &NormalisedUnits) -> f64 {
+    vehicle.mass.mass_kg * environment.gravity_m_s2 / units.thrust_n
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::specimen::{THRUST_LIMIT_N, quadrotor, site};
+    use crate::model::VehicleOptions;
+
+    fn exported(arm_m: f64, j: f64, k_pq: f64, purpose: Purpose) -> BTreeMap<String, Value> {
+        let vehicle = quadrotor([arm_m; 2], [j; 3], [0.0; 3], VehicleOptions::default());
+        let gains = Gains { k_pq, ..Gains::near_hover() };
+        let limits = ControlLimits::default();
+        let subject = Subject {
+            vehicle: &vehicle,
+            environment: &site(),
+            gains: &gains,
+            limits: &limits,
+            speed_m_s: 12.0,
+        };
+        export(&subject, purpose).unwrap().parameters
+    }
+
+    fn number(parameters: &BTreeMap<String, Value>, name: &str) -> f64 {
+        parameters[name].as_f64()
+    }
+
+    /// 1.5 kg class: J 0.02, arm 0.17678 m, T_max 7.355 N, K 15 1/s gives 0.0816. Inertia scales with thrust here.
+    #[test]
+    fn closed_form_the_rate_gain_of_a_small_quadrotor() {
+        let rows = exported(0.17678, 0.02 * THRUST_LIMIT_N / 7.355, 15.0, Purpose::Samara);
+        assert!((number(&rows, "MC_PITCHRATE_P") - 0.0816).abs() < 5e-5, "{rows:?}");
+        assert_eq!((number(&rows, "MC_PITCHRATE_K"), rows["MC_ROLLRATE_P"]), (1.0, rows["MC_PITCHRATE_P"]));
+    }
+
+    /// T_max 300 N, arm 1 m, J 300, K 2: 0.707 is above the range and goes to K 2, P 0.354; P above 3 has no place.
+    #[test]
+    fn closed_form_a_large_rate_gain_goes_to_the_overall_gain() {
+        let j = 300.0 * THRUST_LIMIT_N / 300.0;
+        let rows = exported(1.0, j, 2.0, Purpose::Samara);
+        assert_eq!(number(&rows, "MC_PITCHRATE_K"), 2.0);
+        assert!((number(&rows, "MC_PITCHRATE_P") - 0.5 / 2f64.sqrt()).abs() < 1e-7);
+        let i = number(&rows, "MC_PITCHRATE_I") * 2.0;
+        assert!((i - 0.001 * 0.5 / 2f64.sqrt()).abs() < 1e-9);
+        for (k_pq, k) in [(0.01, 0.25), (7.0, 5.0), (20.0, 1.0)] {
+            assert_eq!(number(&exported(1.0, j, k_pq, Purpose::Samara), "MC_PITCHRATE_K"), k, "{k_pq}");
+        }
+    }
+
+    #[test]
+    fn closed_form_the_three_purposes() {
+        let [samara, px4, froude] = Purpose::ALL.map(|p| exported(1.0, 300.0, 2.0, p));
+        let k = (STANDARD_GRAVITY_M_S2 / 1.35).sqrt();
+        assert!((k - 2.695).abs() < 5e-4);
+        for (name, for_px4, for_froude) in [
+            ("MPC_XY_VEL_P_ACC", k * k, k),
+            ("MPC_XY_VEL_I_ACC", k * k, k * k),
+            ("MPC_Z_VEL_P_ACC", k * k, k),
+            ("MPC_Z_VEL_I_ACC", k * k, k * k),
+            ("MC_PITCH_P", 1.0, k),
+            ("MC_ROLL_P", 1.0, k),
+            ("MC_YAW_P", 1.0, k),
+            ("MC_PITCHRATE_I", 1.0, 1.0),
+            ("MC_PR_INT_LIM", 1.0, 1.0),
+            ("MC_PITCHRATE_MAX", 1.0, k),
+            ("MPC_Z_VEL_MAX_DN", 1.0, k),
+            ("MPC_TILTMAX_AIR", 1.0, 1.0),
+            ("MPC_THR_HOVER", 1.0, 1.0),
+            ("CA_ROTOR2_PX", 1.0, 1.0),
+        ] {
+            let one = number(&samara, name);
+            assert!((number(&px4, name) / one - for_px4).abs() < 1e-6, "{name}");
+            assert!((number(&froude, name) / one - for_froude).abs() < 1e-6, "{name}");
+        }
+        let product = |rows| {
+            number(rows, "MC_PITCHRATE_P") * number(rows, "MC_PITCHRATE_K")
+                / number(&samara, "MC_PITCHRATE_P")
+        };
+        assert!((product(&froude) * k - 1.0).abs() < 1e-6 && (product(&px4) - 1.0).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,363 @@
+//! QGroundControl's parameter file.
+//!
+//! A `#` header, then rows `vehicle id <tab> component id <tab> name <tab> value <tab> type`, sorted by name; type 6 is
+//! a 32-bit integer, 9 single precision. QGroundControl writes a float as the double that equals it, with 18 decimals.
+//! The reader takes any origin: LF or CRLF, any vehicle id, `%g` values, no header. Header lines `# Key: value` are kept:
+//! [`crate::params::purpose`] says which ones samara writes.
+
+use std::collections::BTreeMap;
+
+use super::ParamsError;
+use super::purpose::Purpose;
+
+/// A parameter's value in one of PX4's two types.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    /// 32-bit integer, MAVLink type 6.
+    Int(i32),
+    /// Single precision, MAVLink type 9.
+    Real(f32),
+}
+
+impl Value {
+    /// The number, exactly.
+    pub fn as_f64(self) -> f64 {
+        match self {
+            Self::Int(i) => f64::from(i),
+            Self::Real(x) => f64::from(x),
+        }
+    }
+
+    /// MAVLink's number for the type.
+    pub fn mavlink_type(self) -> u8 {
+        match self {
+            Self::Int(_) => 6,
+            Self::Real(_) => 9,
+        }
+    }
+}
+
+/// As short as it can be said.
+impl std::fmt::Display for Value {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::Int(i) => i.fmt(f),
+            Self::Real(x) => x.fmt(f),
+        }
+    }
+}
+
+/// The autopilot's own component; others (a gimbal, a radio) keep parameters under the same names.
+pub const AUTOPILOT_COMPONENT: u8 = 1;
+
+/// A parameter as it stands in a file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Entry {
+    /// Its value.
+    pub value: Value,
+    /// Its line, from 1.
+    pub line: usize,
+}
+
+/// A parameter file that was read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ParameterFile {
+    entries: BTreeMap<(u8, String), Entry>,
+    header: BTreeMap<String, String>,
+    purpose: Option<Purpose>,
+    remarks: Vec<String>,
+}
+
+impl ParameterFile {
+    /// Reads a file's text.
+    ///
+    /// # Errors
+    /// [`ParamsError`] with the line that is wrong.
+    pub fn parse(text: &str) -> Result<Self, ParamsError> {
+        let mut file = Self::default();
+        let (mut vehicles, mut spaced) = (BTreeMap::<u8, usize>::new(), None);
+        for (i, line) in text.strip_prefix('\u{feff}').unwrap_or(text).lines().enumerate() {
+            let (number, line) = (i + 1, line.trim());
+            if let Some(comment) = line.strip_prefix('#') {
+                file.take_comment(number, comment.trim())?;
+            } else if !line.is_empty() {
+                let row = Row::parse(number, line)?;
+                vehicles.entry(row.vehicle).or_insert(number);
+                if line.matches('\t').count() != 4 {
+                    spaced.get_or_insert(number);
+                }
+                let name = row.name.clone();
+                let entry = Entry { value: row.value, line: number };
+                if let Some(first) = file.entries.insert((row.component, row.name), entry) {
+                    return Err(ParamsError::Twice { line: number, name, first: first.line });
+                }
+            }
+        }
+        file.remark_on(&vehicles, spaced);
+        Ok(file)
+    }
+
+    fn take_comment(&mut self, line: usize, comment: &str) -> Result<(), ParamsError> {
+        // Notes after the first row belong to nobody.
+        let Some((key, value)) = comment.split_once(':').filter(|_| self.entries.is_empty()) else {
+            return Ok(());
+        };
+        let (key, value) = (key.trim(), value.trim());
+        if key == Purpose::KEY {
+            let unknown = || ParamsError::UnknownPurpose { line, found: shortened(value) };
+            self.purpose = Some(Purpose::from_name(value).ok_or_else(unknown)?);
+        }
+        self.header.entry(key.to_owned()).or_insert_with(|| value.to_owned());
+        Ok(())
+    }
+
+    fn remark_on(&mut self, vehicles: &BTreeMap<u8, usize>, spaced: Option<usize>) {
+        for (id, line) in vehicles.iter().filter(|(id, _)| **id != 1) {
+            self.remarks
+                .push(format!("line {line}: vehicle id {id}; QGroundControl loads it into any vehicle"));
+        }
+        if let Some(line) = spaced {
+            self.remarks.push(format!(
+                "line {line}: columns are not separated by single tabs; QGroundControl skips such a row"
+            ));
+        }
+        let others: Vec<String> =
+            self.components().filter(|c| *c != AUTOPILOT_COMPONENT).map(|c| c.to_string()).collect();
+        if !others.is_empty() {
+            self.remarks
+                .push(format!("parameters of component {} are not the autopilot's", others.join(", ")));
+        }
+    }
+
+    fn components(&self) -> impl Iterator<Item = u8> {
+        let mut all: Vec<u8> = self.entries.keys().map(|(component, _)| *component).collect();
+        all.dedup();
+        all.into_iter()
+    }
+
+    /// What the header says the file is for.
+    pub fn purpose(&self) -> Option<Purpose> {
+        self.purpose
+    }
+
+    /// What the header says under a key: `# Key: value`.
+    pub fn header(&self, key: &str) -> Option<&str> {
+        self.header.get(key).map(String::as_str)
+    }
+
+    /// What is odd, but no reason to refuse the file.
+    pub fn remarks(&self) -> &[String] {
+        &self.remarks
+    }
+
+    /// The autopilot's parameter of that name.
+    pub fn get(&self, name: &str) -> Option<Value> {
+        self.entry(AUTOPILOT_COMPONENT, name).map(|e| e.value)
+    }
+
+    /// A component's parameter of that name.
+    pub fn entry(&self, component: u8, name: &str) -> Option<&Entry> {
+        self.entries.get(&(component, name.to_owned()))
+    }
+
+    /// Every parameter: component, name, entry; by component, then name.
+    pub fn entries(&self) -> impl Iterator<Item = (u8, &str, &Entry)> {
+        self.entries.iter().map(|((component, name), entry)| (*component, name.as_str(), entry))
+    }
+
+    /// Number of parameters.
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Whether the file holds no parameter.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+}
+
+/// A row's columns.
+struct Row {
+    vehicle: u8,
+    component: u8,
+    name: String,
+    value: Value,
+}
+
+impl Row {
+    fn parse(line: usize, text: &str) -> Result<Self, ParamsError> {
+        let columns: Vec<&str> = text.split_whitespace().collect();
+        let &[vehicle, component, name, value, kind] = columns.as_slice() else {
+            return Err(ParamsError::Columns { line, found: columns.len() });
+        };
+        let refuse = |column, expected, found: &str| ParamsError::Field {
+            line,
+            column,
+            expected,
+            found: shortened(found),
+        };
+        let id = |column, text: &str| {
+            text.parse::<u8>().map_err(|_| refuse(column, "a whole number from 0 to 255", text))
+        };
+        let named = name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_') && name.len() <= 16;
+        if !named {
+            return Err(refuse("name", "at most 16 letters, digits and `_`", name));
+        }
+        let value = match kind {
+            "6" => Value::Int(
+                whole(value).ok_or_else(|| refuse("value", "a 32-bit whole number (type 6)", value))?,
+            ),
+            "9" => match value.parse::<f32>() {
+                Ok(x) if x.is_finite() => Value::Real(x),
+                _ => return Err(refuse("value", "a finite number in single precision (type 9)", value)),
+            },
+            _ => return Err(refuse("type", "6 (32-bit integer) or 9 (single precision)", kind)),
+        };
+        Ok(Self {
+            vehicle: id("vehicle id", vehicle)?,
+            component: id("component id", component)?,
+            name: name.to_owned(),
+            value,
+        })
+    }
+}
+
+/// A whole number, also when written as `4.0` or `4e3`.
+fn whole(text: &str) -> Option<i32> {
+    text.parse::<i32>().ok().or_else(|| {
+        let x = text.parse::<f64>().ok()?;
+        let fits = x.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&x);
+        fits.then_some(x as i32)
+    })
+}
+
+fn shortened(text: &str) -> String {
+    let mut short: String = text.chars().take(40).collect();
+    if short.len() < text.len() {
+        short.push_str("...");
+    }
+    short
+}
+
+/// The text of a file for vehicle 1: QGroundControl's header with `notes` in it, then the autopilot's parameters by name.
+pub fn write(version: &str, notes: &[String], parameters: &BTreeMap<String, Value>) -> String {
+    let mut text = format!(
+        "# Onboard parameters for Vehicle 1\n#\n# Stack: PX4 Pro\n# Vehicle: Multi-Rotor\n# Version: {version}\n\
+         # Git Revision: none\n#\n"
+    );
+    for note in notes {
+        text += &format!("# {note}\n");
+    }
+    if !notes.is_empty() {
+        text += "#\n";
+    }
+    text += "# Vehicle-Id Component-Id Name Value Type\n";
+    for (name, value) in parameters {
+        let number = match value {
+            Value::Int(i) => i.to_string(),
+            // Adding 0 turns -0 into 0.
+            Value::Real(x) => format!("{:.18}", f64::from(*x) + 0.0),
+        };
+        text += &format!("1\t{AUTOPILOT_COMPONENT}\t{name}\t{number}\t{}\n", value.mavlink_type());
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn two() -> BTreeMap<String, Value> {
+        BTreeMap::from([("SYS_AUTOSTART".into(), Value::Int(4001)), ("MC_PITCH_P".into(), Value::Real(0.1))])
+    }
+
+    #[test]
+    fn closed_form_the_bytes_of_a_file() {
+        let text = write("samara 1.2.3", &["For: samara".to_owned()], &two());
+        let expected = "# Onboard parameters for Vehicle 1\n#\n# Stack: PX4 Pro\n# Vehicle: Multi-Rotor\n\
+            # Version: samara 1.2.3\n# Git Revision: none\n#\n# For: samara\n#\n\
+            # Vehicle-Id Component-Id Name Value Type\n\
+            1\t1\tMC_PITCH_P\t0.100000001490116119\t9\n1\t1\tSYS_AUTOSTART\t4001\t6\n";
+        assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn files_of_any_origin_are_read() {
+        let lf = write("1.15.0", &[], &two());
+        let good = ParameterFile::parse(&lf).unwrap();
+        assert_eq!(good.get("MC_PITCH_P"), Some(Value::Real(0.1)));
+        assert_eq!((good.purpose(), good.remarks().len()), (None, 0));
+        assert_eq!(good.header("Stack"), Some("PX4 Pro"));
+        for other in [
+            lf.replace('\n', "\r\n"),
+            lf.lines().filter(|l| !l.starts_with('#')).collect::<Vec<_>>().join("\n"),
+            lf.replace("0.100000001490116119", "0.1"),
+            lf.replace("0.100000001490116119", "1e-01").replace("4001", "4.001e3"),
+            format!("\u{feff}{lf}"),
+        ] {
+            let read = ParameterFile::parse(&other).unwrap();
+            assert_eq!(read.get("MC_PITCH_P"), Some(Value::Real(0.1)), "{other}");
+            assert_eq!(read.get("SYS_AUTOSTART"), Some(Value::Int(4001)));
+            assert!(read.remarks().is_empty(), "{:?}", read.remarks());
+        }
+        let remark = |text: &str| ParameterFile::parse(text).unwrap().remarks().join("; ");
+        assert!(remark("7\t1\tMC_PITCH_P\t4\t9").contains("vehicle id 7"));
+        assert!(remark("1 1 MC_PITCH_P 4 9").contains("tabs"));
+        assert!(remark("1\t154\tMC_PITCH_P\t4\t9").contains("154"));
+        assert_eq!(ParameterFile::parse("1\t154\tMC_PITCH_P\t4\t9").unwrap().get("MC_PITCH_P"), None);
+    }
+
+    #[test]
+    fn what_is_wrong_is_refused_with_its_line() {
+        for (text, expected) in [
+            ("1\t1\tMC_PITCH_P\t4.0", "1: expected five columns"),
+            ("\n# x\n1\t1\tMC_PITCH_P\t4,0\t9", "3: value: expected a finite number"),
+            ("1\t1\tMC_PITCH_P\tnan\t9", "1: value: expected a finite number"),
+            ("1\t1\tMC_PITCH_P\t1e39\t9", "1: value: expected a finite number"),
+            ("1\t1\tSYS_AUTOSTART\t4001.5\t6", "1: value: expected a 32-bit whole number"),
+            ("1\t1\tSYS_AUTOSTART\t2147483648\t6", "1: value: expected a 32-bit whole number"),
+            ("1\t1\tMC_PITCH_P\t4\t10", "1: type: expected 6"),
+            ("1\t1\tMC_PITCH_PROPORTIONAL\t4\t9", "1: name: expected"),
+            ("256\t1\tMC_PITCH_P\t4\t9", "1: vehicle id: expected"),
+            ("1\tx\tMC_PITCH_P\t4\t9", "1: component id: expected"),
+            ("1\t1\tA\t4\t9\r\n1\t1\tA\t4\t9", "2: A stands on line 1 already"),
+            ("# For: ardupilot", "1: `For:` must be"),
+            ("{\"json\": true}", "1: expected five columns"),
+        ] {
+            let error = ParameterFile::parse(text).unwrap_err().to_string();
+            assert!(error.starts_with(expected), "{text:?}: {error}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn prop_the_reader_never_panics(text in "\\PC*") {
+            let _ = ParameterFile::parse(&text);
+        }
+
+        #[test]
+        fn prop_nor_on_what_looks_like_rows(
+            rows in prop::collection::vec(("[0-9#x ]{0,3}", "[0-9]{0,4}", "\\PC{0,18}", "[-+.0-9eEnaif]{0,25}", "[0-9]{0,2}"), 0..6),
+            end in prop::sample::select(vec!["\n", "\r\n", "\r"]),
+        ) {
+            let text: Vec<String> = rows.iter().map(|(a, b, c, d, e)| format!("{a}\t{b}\t{c}\t{d}\t{e}")).collect();
+            let _ = ParameterFile::parse(&text.join(end));
+        }
+
+        /// Every float down to 1e-10 comes back to the bit.
+        #[test]
+        fn prop_what_is_written_is_read(
+            values in prop::collection::btree_map("[A-Z][A-Z0-9_]{0,15}", prop_oneof![
+                any::<i32>().prop_map(Value::Int),
+                any::<f32>().prop_filter("18 decimals", |x| x.abs() > 1e-10 && x.is_finite() || *x == 0.0).prop_map(Value::Real),
+            ], 0..20),
+        ) {
+            let file = ParameterFile::parse(&write("x", &[], &values)).unwrap();
+            prop_assert_eq!(file.len(), values.len());
+            for (name, value) in &values {
+                prop_assert_eq!(file.get(name), Some(*value));
+            }
+        }
+    }
+}

@@ -1,0 +1,357 @@
+//! PX4 parameters as samara's gains and limits: the inverse of [`crate::params::export`].
+//!
+//! A file is taken only where it means what samara's autopilot does: written for samara under the site's gravity, or - for PX4 or of
+//! unknown origin - under standard gravity, where all purposes agree. Its rotors and its hover thrust, if it names them, must be the
+//! vehicle's. What does not stand in the file stays as it was.
+
+use super::export::{GRAVITY_KEY, hover_thrust, rotor_columns};
+use super::file::{ParameterFile, Value};
+use super::normalised::NormalisedUnits;
+use super::purpose::Purpose;
+use super::{ParamsError, Subject};
+use crate::control::{ControlLimits, Gains};
+use crate::model::Vehicle;
+use crate::units::{RAD_PER_DEG, STANDARD_GRAVITY_M_S2};
+
+/// Terms of PX4's law that samara's has not; exported as zero.
+pub(super) const WITHOUT_COUNTERPART: [&str; 9] = [
+    "MC_PITCHRATE_D",
+    "MC_PITCHRATE_FF",
+    "MC_ROLLRATE_D",
+    "MC_ROLLRATE_FF",
+    "MC_YAWRATE_D",
+    "MC_YAWRATE_FF",
+    "MC_YAWRATE_I",
+    "MPC_XY_VEL_D_ACC",
+    "MPC_Z_VEL_D_ACC",
+];
+
+/// Gains and limits from a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Import {
+    /// The gains.
+    pub gains: Gains,
+    /// The limits.
+    pub limits: ControlLimits,
+    /// What the file leaves out or says that samara's law cannot follow.
+    pub remarks: Vec<String>,
+}
+
+/// Gravity differs from another when it does so by more than this, relatively.
+const SAME_GRAVITY: f64 = 1e-3;
+/// Hover thrust of another vehicle, relatively.
+const SAME_HOVER: f64 = 0.02;
+/// Rotor of another vehicle, in parts of its arm.
+const SAME_PLACE: f64 = 0.01;
+/// Roll and pitch differ beyond the rounding to single precision.
+const SAME_GAIN: f64 = 1e-5;
+
+/// Gains and limits of a file for the subject, whose own fill what the file leaves out.
+///
+/// # Errors
+/// [`ParamsError::DoesNotBelong`] when the file is for another autopilot, gravity or vehicle, [`ParamsError::NoGains`] when there is
+/// nothing to take, [`ParamsError::Control`] when a gain or limit is out of range.
+pub fn import(file: &ParameterFile, subject: &Subject) -> Result<Import, ParamsError> {
+    let gravity = subject.environment.gravity_m_s2;
+    let purpose = belongs(file, gravity)?;
+    let units = NormalisedUnits::of(subject.vehicle, subject.environment.density_kg_m3)?;
+    same_vehicle(file, subject, &units)?;
+    let mut reader = Reader { file, missing: Vec::new(), taken: 0, remarks: Vec::new() };
+    let f = purpose.factors(gravity);
+    let inertia = &subject.vehicle.mass.inertia_kg_m2;
+    let (old, old_limits) = (subject.gains, subject.limits);
+    let pitch = units.pitch_nm / inertia[(1, 1)];
+    let mut gains = Gains {
+        k_pvx: reader.gain("MPC_XY_VEL_P_ACC", 1.0 / f.acceleration_per_velocity, old.k_pvx),
+        k_ivx: reader.gain("MPC_XY_VEL_I_ACC", 1.0 / f.acceleration_per_distance, old.k_ivx),
+        k_pvz: reader.gain("MPC_Z_VEL_P_ACC", 1.0 / f.acceleration_per_velocity, old.k_pvz),
+        k_ivz: reader.gain("MPC_Z_VEL_I_ACC", 1.0 / f.acceleration_per_distance, old.k_ivz),
+        k_ptheta: reader.gain("MC_PITCH_P", 1.0 / f.rate_per_angle, old.k_ptheta),
+        k_ppsi: reader.gain("MC_YAW_P", 1.0 / f.rate_per_angle, old.k_ppsi),
+        k_pq: reader.rate_gain("PITCH", 'P', pitch / f.torque_per_rate, old.k_pq),
+        k_iq: reader.rate_gain("PITCH", 'I', pitch / f.torque_per_angle, old.k_iq),
+        k_pr: old.k_pr,
+    };
+    if let Some(yaw_nm) = units.yaw_nm {
+        let yaw = yaw_nm / inertia[(2, 2)] / f.torque_per_rate;
+        gains.k_pr = reader.rate_gain("YAW", 'P', yaw, old.k_pr);
+    }
+    if reader.taken == 0 {
+        return Err(ParamsError::NoGains);
+    }
+    let rate = RAD_PER_DEG / f.rate;
+    let limits = ControlLimits {
+        tilt_rad: reader.limit("MPC_TILTMAX_AIR", RAD_PER_DEG, old_limits.tilt_rad),
+        rate_command_rad_s: reader.limit("MC_PITCHRATE_MAX", rate, old_limits.rate_command_rad_s),
+        yaw_rate_command_rad_s: reader.limit("MC_YAWRATE_MAX", rate, old_limits.yaw_rate_command_rad_s),
+        rate_integral_rad_s2: reader.limit("MC_PR_INT_LIM", pitch, old_limits.rate_integral_rad_s2),
+    };
+    gains.validate()?;
+    limits.validate()?;
+    let roll = units.roll_nm / inertia[(0, 0)];
+    reader.compare_roll(&gains, roll / f.torque_per_rate, 1.0 / f.rate_per_angle);
+    Ok(Import { gains, limits, remarks: reader.finish() })
+}
+
+/// The purpose by which the file's numbers are to be read at the site.
+fn belongs(file: &ParameterFile, gravity: f64) -> Result<Purpose, ParamsError> {
+    let same = |g: f64| (g / gravity - 1.0).abs() < SAME_GRAVITY;
+    let standard = same(STANDARD_GRAVITY_M_S2);
+    let refuse = |why: String| Err(ParamsError::DoesNotBelong(why));
+    let again = "; write one for here with: samara params export --for samara";
+    let written_for = match file.header(GRAVITY_KEY) {
+        None => None,
+        Some(text) => match text.split_whitespace().next().and_then(|x| x.parse::<f64>().ok()) {
+            Some(g) if g > 0.0 && g.is_finite() => Some(g),
+            _ => return refuse(format!("its header's `{GRAVITY_KEY}:` must be a positive number of m/s^2")),
+        },
+    };
+    if let Some(g) = written_for.filter(|g| !same(*g)) {
+        return refuse(format!(
+            "it was written for a gravity of {g} m/s^2, the mission's is {gravity} m/s^2{again}"
+        ));
+    }
+    match file.purpose() {
+        Some(Purpose::Samara) => Ok(Purpose::Samara),
+        Some(purpose) if standard => Ok(purpose),
+        Some(purpose) => refuse(format!(
+            "it is for {} ({}), not for samara's autopilot under {gravity} m/s^2{again}",
+            purpose.name(),
+            purpose.words()
+        )),
+        None if standard => Ok(Purpose::Samara),
+        None => refuse(format!(
+            "it does not say what it is for, and under {gravity} m/s^2 that matters; if its gains are samara's own, put the line \
+             `# {}: samara` at its top",
+            Purpose::KEY
+        )),
+    }
+}
+
+fn same_vehicle(file: &ParameterFile, subject: &Subject, units: &NormalisedUnits) -> Result<(), ParamsError> {
+    let refuse = |name: &str, found: f64, expected: f64| {
+        Err(ParamsError::DoesNotBelong(format!(
+            "it is for another vehicle: {name} is {found}, the mission's vehicle has {expected:.4}"
+        )))
+    };
+    let vehicle = subject.vehicle;
+    let n = vehicle.rotors.len();
+    if let Some(count) = file.get("CA_ROTOR_COUNT").map(Value::as_f64).filter(|c| *c != n as f64) {
+        return refuse("CA_ROTOR_COUNT", count, n as f64);
+    }
+    let arm = arm_m(vehicle);
+    for (i, rotor) in vehicle.rotors.iter().enumerate() {
+        for (axis, position, direction) in rotor_columns(rotor) {
+            for (name, expected, scale) in [
+                (format!("CA_ROTOR{i}_P{axis}"), position, arm),
+                (format!("CA_ROTOR{i}_A{axis}"), direction, 1.0),
+            ] {
+                let found = file.get(&name).map(Value::as_f64);
+                if let Some(found) = found.filter(|x| !((x - expected).abs() <= SAME_PLACE * scale)) {
+                    return refuse(&name, found, expected);
+                }
+            }
+        }
+    }
+    let hover = hover_thrust(vehicle, subject.environment, units);
+    match file.get("MPC_THR_HOVER").map(Value::as_f64) {
+        Some(found) if !((found / hover - 1.0).abs() <= SAME_HOVER) => refuse("MPC_THR_HOVER", found, hover),
+        _ => Ok(()),
+    }
+}
+
+fn arm_m(vehicle: &Vehicle) -> f64 {
+    vehicle.rotors.iter().map(|r| r.position_body_m.norm()).fold(0.0, f64::max)
+}
+
+struct Reader<'a> {
+    file: &'a ParameterFile,
+    missing: Vec<String>,
+    taken: usize,
+    remarks: Vec<String>,
+}
+
+impl Reader<'_> {
+    fn number(&self, name: &str) -> Option<f64> {
+        self.file.get(name).map(Value::as_f64)
+    }
+
+    fn gain(&mut self, name: &str, factor: f64, otherwise: f64) -> f64 {
+        match self.number(name) {
+            Some(x) => {
+                self.taken += 1;
+                x * factor
+            }
+            None => {
+                self.missing.push(name.to_owned());
+                otherwise
+            }
+        }
+    }
+
+    /// K times a term of a rate loop; PX4's K is 1 where it is not set.
+    fn rate_gain(&mut self, axis: &str, term: char, factor: f64, otherwise: f64) -> f64 {
+        let k = self.number(&format!("MC_{axis}RATE_K")).unwrap_or(1.0);
+        self.gain(&format!("MC_{axis}RATE_{term}"), k * factor, otherwise)
+    }
+
+    fn limit(&mut self, name: &str, factor: f64, otherwise: f64) -> f64 {
+        self.number(name).map_or(otherwise, |x| x * factor)
+    }
+
+    /// samara's roll loops have pitch's gains.
+    fn compare_roll(&mut self, gains: &Gains, rate_factor: f64, angle_factor: f64) {
+        let k = self.number("MC_ROLLRATE_K").unwrap_or(1.0);
+        for (name, factor, pitch) in
+            [("MC_ROLLRATE_P", k * rate_factor, gains.k_pq), ("MC_ROLL_P", angle_factor, gains.k_ptheta)]
+        {
+            if let Some(roll) = self.number(name).map(|x| x * factor)
+                && !((roll - pitch).abs() <= SAME_GAIN * pitch.abs())
+            {
+                self.remarks.push(format!(
+                    "{name} means {roll:.6} 1/s; samara's roll loops have pitch's gain, {pitch:.6} 1/s"
+                ));
+            }
+        }
+    }
+
+    fn finish(mut self) -> Vec<String> {
+        if !self.missing.is_empty() {
+            self.remarks.push(format!("not in the file, left as they were: {}", self.missing.join(", ")));
+        }
+        let ignored: Vec<&str> = WITHOUT_COUNTERPART
+            .into_iter()
+            .filter(|name| self.number(name).is_some_and(|x| x != 0.0))
+            .collect();
+        if !ignored.is_empty() {
+            self.remarks.push(format!("not in samara's law, ignored: {}", ignored.join(", ")));
+        }
+        if let Some(f) = self.number("THR_MDL_FAC").filter(|f| *f != 1.0) {
+            self.remarks.push(format!("THR_MDL_FAC is {f}; samara's thrust is quadratic in the command, 1"));
+        }
+        self.remarks
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::specimen::{lander, site};
+    use crate::model::Environment;
+    use crate::params::export::export;
+    use crate::params::file::write;
+    use proptest::prelude::*;
+
+    fn at(gravity_m_s2: f64) -> Environment {
+        Environment { gravity_m_s2, ..site() }
+    }
+
+    /// The file that samara writes, read back with other gains as its ground.
+    fn round_trip(gains: &Gains, purpose: Purpose, environment: &Environment) -> Result<Import, ParamsError> {
+        let (vehicle, limits) = (lander(true), ControlLimits::default());
+        let subject = Subject { vehicle: &vehicle, environment, gains, limits: &limits, speed_m_s: 12.0 };
+        let written = export(&subject, purpose).unwrap();
+        let file = ParameterFile::parse(&write("x", &written.notes(&[]), &written.parameters)).unwrap();
+        assert_eq!(file.purpose(), Some(purpose));
+        let other = ControlLimits { tilt_rad: 0.1, rate_integral_rad_s2: 1.0, ..limits };
+        import(&file, &Subject { gains: &Gains::near_hover(), limits: &other, ..subject })
+    }
+
+    fn all(import: &Import) -> [f64; 13] {
+        let (g, l) = (&import.gains, &import.limits);
+        let [a, b, c, d, e, f, h] = g.as_longitudinal();
+        [
+            a,
+            b,
+            c,
+            d,
+            e,
+            f,
+            h,
+            g.k_ppsi,
+            g.k_pr,
+            l.tilt_rad,
+            l.rate_command_rad_s,
+            l.yaw_rate_command_rad_s,
+            l.rate_integral_rad_s2,
+        ]
+    }
+
+    proptest! {
+        /// Exported gains come back to the rounding of single precision, for every purpose where it belongs.
+        #[test]
+        fn prop_what_is_exported_is_imported(k in prop::array::uniform9(1e-4f64..5.0), which in 0usize..4) {
+            let [a, b, c, d, e, f, g, k_ppsi, k_pr] = k;
+            let gains = Gains { k_ppsi, k_pr, ..Gains::longitudinal([a, b, c, d, e, f, g]) };
+            let gravity = if which == 3 { 1.35 } else { STANDARD_GRAVITY_M_S2 };
+            let purpose = Purpose::ALL[which % 3];
+            let back = round_trip(&gains, purpose, &at(gravity)).unwrap();
+            prop_assert!(back.remarks.is_empty(), "{:?}", back.remarks);
+            let expected = Import { gains, limits: ControlLimits::default(), remarks: Vec::new() };
+            for (found, expected) in all(&back).into_iter().zip(all(&expected)) {
+                // A product of two rounded numbers.
+                prop_assert!((found / expected - 1.0).abs() < 1.3e-7, "{found} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_file_is_refused_where_it_does_not_belong() {
+        let gains = Gains::paper_pso();
+        for purpose in [Purpose::Px4, Purpose::Px4Froude] {
+            let error = round_trip(&gains, purpose, &at(1.35)).unwrap_err().to_string();
+            assert!(error.contains(purpose.name()) && error.contains("1.35"), "{error}");
+        }
+        let (vehicle, limits, titan, earth) =
+            (lander(true), ControlLimits::default(), at(1.35), at(STANDARD_GRAVITY_M_S2));
+        let on = |environment| Subject {
+            vehicle: &vehicle,
+            environment,
+            gains: &gains,
+            limits: &limits,
+            speed_m_s: 12.0,
+        };
+        let refused = |text: &str, environment, expected: &str| {
+            let error =
+                import(&ParameterFile::parse(text).unwrap(), &on(environment)).unwrap_err().to_string();
+            assert!(error.contains(expected), "{text}: {error}");
+        };
+        let gain = "1\t1\tMC_PITCH_P\t4\t9";
+        refused(gain, &titan, "does not say what it is for");
+        refused(&format!("# For: samara\n# Gravity: 1.35 m/s^2\n{gain}"), &earth, "gravity of 1.35");
+        refused(&format!("# For: samara\n# Gravity: Titan\n{gain}"), &titan, "positive number");
+        let row = |name: &str, value: &str, kind: u8| {
+            format!("# For: samara\n{gain}\n1\t1\t{name}\t{value}\t{kind}")
+        };
+        refused(&row("CA_ROTOR_COUNT", "6", 6), &titan, "CA_ROTOR_COUNT is 6");
+        refused(&row("CA_ROTOR1_PX", "0.95", 9), &titan, "CA_ROTOR1_PX is 0.95");
+        refused(&row("MPC_THR_HOVER", "0.5", 9), &titan, "MPC_THR_HOVER is 0.5");
+        refused(&row("MPC_XY_VEL_P_ACC", "-1", 9), &titan, "k_pvx must be finite and at least zero");
+        refused(&row("MPC_TILTMAX_AIR", "95", 9), &titan, "quarter turn");
+        refused("# For: samara\n1\t1\tSYS_AUTOSTART\t4001\t6", &titan, "none of the gains");
+    }
+
+    #[test]
+    fn what_the_file_leaves_out_stays_and_what_cannot_be_followed_is_told() {
+        let (vehicle, gains, limits, earth) =
+            (lander(true), Gains::paper_pso(), ControlLimits::default(), at(STANDARD_GRAVITY_M_S2));
+        let subject = Subject {
+            vehicle: &vehicle,
+            environment: &earth,
+            gains: &gains,
+            limits: &limits,
+            speed_m_s: 12.0,
+        };
+        let text = "1\t1\tMC_PITCH_P\t4\t9\n1\t1\tMC_ROLL_P\t5\t9\n1\t1\tMC_PITCHRATE_D\t0.003\t9\n\
+                    1\t1\tTHR_MDL_FAC\t0.3\t9\n";
+        let read = import(&ParameterFile::parse(text).unwrap(), &subject).unwrap();
+        assert_eq!(read.gains, Gains { k_ptheta: 4.0, ..gains });
+        assert_eq!(read.limits, limits);
+        let remarks = read.remarks.join("; ");
+        for expected in
+            ["MC_ROLL_P means 5", "MPC_Z_VEL_I_ACC", "ignored: MC_PITCHRATE_D", "THR_MDL_FAC is 0.3"]
+        {
+            assert!(remarks.contains(expected), "{expected} not in {remarks}");
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! PX4 parameters: files of QGroundControl, PX4's own ranges, and what samara's gains are in PX4's terms.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`file`] | QGroundControl's `.params`, read and written |
+//! | [`metadata`] | type, default, unit, range of PX4's parameters (`params/px4/parameters.csv`) |
+//! | [`purpose`] | what a file is for, and the factors between samara's gains and that purpose's |
+//! | [`normalised`] | PX4's normalised torque and thrust in N m and N, for any rotor set |
+//! | [`export`] | gains, limits and vehicle to parameters |
+//! | [`import`] | parameters to gains and limits |
+//! | [`check`] | a file against PX4's ranges |
+//! | [`diff`] | two files against each other |
+//!
+//! Text in, text out: files are opened elsewhere.
+
+pub mod check;
+pub mod diff;
+pub mod export;
+pub mod file;
+pub mod import;
+pub mod metadata;
+pub mod normalised;
+pub mod purpose;
+
+pub use check::{Check, Class, Finding, check};
+pub use diff::{Difference, diff};
+pub use export::{Export, Subject, export};
+pub use file::{ParameterFile, Value};
+pub use import::{Import, import};
+pub use metadata::Metadata;
+pub use normalised::NormalisedUnits;
+pub use purpose::Purpose;
+
+/// Why a parameter file is refused. Errors of a line start with its number, so that `file:` before them makes a place.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ParamsError {
+    /// A row has not five columns.
+    #[error(
+        "{line}: expected five columns separated by tabs (vehicle id, component id, name, value, type), found {found}"
+    )]
+    Columns {
+        /// Line of the file, from 1.
+        line: usize,
+        /// Number of columns.
+        found: usize,
+    },
+    /// A column does not hold what it should.
+    #[error("{line}: {column}: expected {expected}, found `{found}`")]
+    Field {
+        /// Line of the file, from 1.
+        line: usize,
+        /// Name of the column.
+        column: &'static str,
+        /// What was expected.
+        expected: &'static str,
+        /// What stands there, shortened.
+        found: String,
+    },
+    /// The same parameter of the same component stands there twice.
+    #[error("{line}: {name} stands on line {first} already")]
+    Twice {
+        /// Line of the file, from 1.
+        line: usize,
+        /// The parameter.
+        name: String,
+        /// Where it stands first.
+        first: usize,
+    },
+    /// The header says what the file is for in words that mean nothing here.
+    #[error("{line}: `For:` must be samara, px4 or px4-froude, found `{found}`")]
+    UnknownPurpose {
+        /// Line of the file, from 1.
+        line: usize,
+        /// What stands there, shortened.
+        found: String,
+    },
+    /// The file is for something else than samara's autopilot here.
+    #[error("{0}")]
+    DoesNotBelong(String),
+    /// The file holds none of the gains.
+    #[error(
+        "none of the gains of samara's autopilot stands in it (MPC_XY_VEL_P_ACC, MC_PITCH_P, MC_PITCHRATE_P, ...)"
+    )]
+    NoGains,
+    /// Gains or limits that the autopilot does not take, or rotors that cannot be controlled.
+    #[error(transparent)]
+    Control(#[from] crate::control::ControlError),
+    /// PX4's mixer has no unit for this axis.
+    #[error("PX4's mixer finds no {axis} for this rotor set")]
+    NoUnit {
+        /// "roll moment", "pitch moment" or "thrust".
+        axis: &'static str,
+    },
+}

@@ -1,0 +1,224 @@
+//! PX4's normalised torque and thrust in N m and N.
+//!
+//! PX4's allocator takes `M = pinv(E)` of the effectiveness `E` (moments and forces per rotor command, from CA_ROTORn_*), divides the
+//! roll and pitch columns by `s = max over both of sqrt(sum M_i^2/(n/2))`, the yaw column by its largest entry and the thrust
+//! column by its mean. Motor commands become thrusts `T_max u` (THR_MDL_FAC = 1). One unit is then
+//!
+//! ```text
+//! G_j = (T_max/C_T) (E M)_jj / s_j
+//! ```
+//!
+//! with `(E M)_jj = 1` for what the rotors can make. An X-quad of half-spans lx, ly has `G_roll = G_pitch = 2 sqrt(2) T_max
+//! min(lx, ly)` and `G_yaw = 4 T_max K_M`.
+
+use nalgebra::{Matrix6, SVector, Vector6};
+
+use super::ParamsError;
+use crate::model::{MAX_ROTORS, Vehicle};
+
+/// CA_ROTORn_CT of every rotor: only ratios matter, but the allocator takes entries of M below [`NEGLIGIBLE`] for zero, so that a
+/// thrust in newton would make it drop rotors. This is PX4's default.
+pub const THRUST_COEFFICIENT: f64 = 6.5;
+
+/// Below this PX4 takes an entry of M for zero when it counts rotors.
+const NEGLIGIBLE: f64 = 1e-3;
+
+/// A rotor's column or row.
+type PerRotorVector = SVector<f64, MAX_ROTORS>;
+
+/// One unit of PX4's normalised torques and thrust.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NormalisedUnits {
+    /// Roll [N m].
+    pub roll_nm: f64,
+    /// Pitch [N m].
+    pub pitch_nm: f64,
+    /// Yaw [N m]; `None` when the rotors have no torque.
+    pub yaw_nm: Option<f64>,
+    /// Collective thrust along the body's up axis [N].
+    pub thrust_n: f64,
+}
+
+impl NormalisedUnits {
+    /// The units of a vehicle in air of a density [kg/m^3], rotors as CA_ROTORn_* would describe them.
+    ///
+    /// # Errors
+    /// [`ParamsError::NoUnit`] when the rotors cannot make roll, pitch or thrust.
+    pub fn of(vehicle: &Vehicle, density_kg_m3: f64) -> Result<Self, ParamsError> {
+        let inverse = PseudoInverse::of(&effectiveness(vehicle, density_kg_m3));
+        let newton = vehicle.static_thrust_n(density_kg_m3) / THRUST_COEFFICIENT;
+        let [roll, pitch, yaw, thrust] = [0, 1, 2, 5].map(|axis| inverse.column(axis));
+        let spread = |m: &PerRotorVector| {
+            let counted = m.iter().filter(|x| x.abs() > NEGLIGIBLE).count();
+            if counted == 0 { 0.0 } else { (m.norm_squared() / (counted as f64 / 2.0)).sqrt() }
+        };
+        let tilt_scale = spread(&roll.m).max(spread(&pitch.m));
+        let counted = thrust.m.iter().filter(|x| x.abs() > f64::from(f32::EPSILON)).count();
+        let thrust_scale = thrust.m.iter().map(|x| x.abs()).sum::<f64>() / counted as f64;
+        let unit = |axis, made: f64, scale: f64| {
+            let g = newton * made / scale;
+            if g.is_finite() && g > 0.0 { Ok(g) } else { Err(ParamsError::NoUnit { axis }) }
+        };
+        Ok(Self {
+            roll_nm: unit("roll moment", roll.made, tilt_scale)?,
+            pitch_nm: unit("pitch moment", pitch.made, tilt_scale)?,
+            yaw_nm: unit("yaw moment", yaw.made, yaw.m.max()).ok(),
+            thrust_n: unit("thrust", thrust.made, thrust_scale)?,
+        })
+    }
+}
+
+/// Rows Mx, My, Mz, Fx, Fy, Fz per rotor, in PX4's units.
+fn effectiveness(vehicle: &Vehicle, density_kg_m3: f64) -> [PerRotorVector; 6] {
+    let mut rows = [PerRotorVector::zeros(); 6];
+    let torque_per_thrust = vehicle.torque_per_thrust_m(density_kg_m3);
+    for (i, rotor) in vehicle.rotors.iter().enumerate().take(MAX_ROTORS) {
+        let moment = rotor.position_body_m.cross(&rotor.axis_body)
+            - rotor.axis_body * (rotor.spin.sign() * torque_per_thrust);
+        for axis in 0..3 {
+            rows[axis][i] = THRUST_COEFFICIENT * moment[axis];
+            rows[3 + axis][i] = THRUST_COEFFICIENT * rotor.axis_body[axis];
+        }
+    }
+    rows
+}
+
+/// `pinv(E) = B^T (F^T F)^-1 F^T` with `E = F B`, rows of B orthonormal.
+struct PseudoInverse {
+    basis: Vec<PerRotorVector>,
+    /// Rows of F, padded with zeros.
+    factor: [Vector6<f64>; 6],
+    gram: Matrix6<f64>,
+}
+
+/// A column of the pseudo-inverse and how much of its own axis it makes.
+struct Column {
+    m: PerRotorVector,
+    made: f64,
+}
+
+impl PseudoInverse {
+    fn of(rows: &[PerRotorVector; 6]) -> Self {
+        let largest = rows.iter().map(|r| r.norm()).fold(0.0, f64::max);
+        let mut basis: Vec<PerRotorVector> = Vec::with_capacity(6);
+        for row in rows {
+            let mut rest = *row;
+            // Twice is enough.
+            for _ in 0..2 {
+                for b in &basis {
+                    rest -= b * b.dot(&rest);
+                }
+            }
+            if rest.norm() > 1e-6 * row.norm() && row.norm() > 1e-9 * largest {
+                basis.push(rest.normalize());
+            }
+        }
+        let mut factor = [Vector6::zeros(); 6];
+        for (f, row) in factor.iter_mut().zip(rows) {
+            for (k, b) in basis.iter().enumerate() {
+                f[k] = b.dot(row);
+            }
+        }
+        let mut gram = Matrix6::identity();
+        for i in 0..basis.len() {
+            for j in 0..basis.len() {
+                gram[(i, j)] = factor.iter().map(|f| f[i] * f[j]).sum();
+            }
+        }
+        Self { basis, factor, gram }
+    }
+
+    fn column(&self, axis: usize) -> Column {
+        let f = &self.factor[axis];
+        let weights = self.gram.cholesky().map_or_else(Vector6::zeros, |c| c.solve(f));
+        let mut m = PerRotorVector::zeros();
+        for (b, w) in self.basis.iter().zip(weights.iter()) {
+            m += b * *w;
+        }
+        Column { m, made: f.dot(&weights) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::specimen::{THRUST_LIMIT_N, lander, quadrotor};
+    use crate::model::{RotorMount, Spin, VehicleOptions};
+    use nalgebra::{DMatrix, Vector3};
+
+    const DENSITY: f64 = 5.4;
+
+    fn close(a: f64, b: f64) -> bool {
+        (a - b).abs() < 1e-9 * b.abs()
+    }
+
+    #[test]
+    fn closed_form_of_the_x_quad() {
+        for (lx, ly) in [(0.95, 1.1), (1.1, 0.95), (0.17678, 0.17678), (0.3, 0.05)] {
+            let vehicle = quadrotor([lx, ly], [0.02; 3], [0.0; 3], VehicleOptions::default());
+            let units = NormalisedUnits::of(&vehicle, DENSITY).unwrap();
+            let g = 2.0 * 2f64.sqrt() * THRUST_LIMIT_N * lx.min(ly);
+            assert!(close(units.roll_nm, g) && close(units.pitch_nm, g), "{units:?}, {g}");
+            assert!(close(units.yaw_nm.unwrap(), 4.0 * THRUST_LIMIT_N * 0.05), "{units:?}");
+            assert!(close(units.thrust_n, 4.0 * THRUST_LIMIT_N), "{units:?}");
+        }
+    }
+
+    /// A hexagon of arm r: M = 1/(3 C_T r) times sines and cosines; the roll column has two zeros when a rotor is ahead.
+    #[test]
+    fn closed_form_of_the_hexagon() {
+        let r = 1.4;
+        let units = NormalisedUnits::of(&ring(6, r, 0.0), DENSITY).unwrap();
+        // sum of squares 3/(3 C_T r)^2 in both; 4 rotors count for roll, 6 for pitch.
+        let s = (3.0 / (4.0 / 2.0f64)).sqrt() / (3.0 * THRUST_COEFFICIENT * r);
+        let g = THRUST_LIMIT_N / THRUST_COEFFICIENT / s;
+        assert!(close(units.roll_nm, g) && close(units.pitch_nm, g), "{units:?}, {g}");
+        assert!(close(units.yaw_nm.unwrap(), 6.0 * THRUST_LIMIT_N * 0.05), "{units:?}");
+    }
+
+    fn ring(n: u32, r: f64, lean: f64) -> Vehicle {
+        let mut vehicle = lander(true);
+        vehicle.rotors = (0..n)
+            .map(|i| {
+                let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(n)).sin_cos();
+                let spin = if i % 2 == 0 { Spin::Cw } else { Spin::Ccw };
+                let lean = -lean * spin.sign();
+                RotorMount {
+                    position_body_m: Vector3::new(r * cos, r * sin, 0.1 * cos),
+                    axis_body: Vector3::new(-lean * sin, lean * cos, -1.0).normalize(),
+                    spin,
+                }
+            })
+            .collect();
+        vehicle
+    }
+
+    /// The pseudo-inverse by rank factorisation is the one by singular values, also for leaning and for few rotors.
+    #[test]
+    fn reference_pseudo_inverse_by_singular_values() {
+        for vehicle in
+            [lander(true), ring(6, 1.0, 0.0), ring(6, 1.3, 0.3), ring(8, 1.0, 0.2), ring(3, 0.7, 0.1)]
+        {
+            let rows = effectiveness(&vehicle, DENSITY);
+            let e = DMatrix::from_fn(6, vehicle.rotors.len(), |i, j| rows[i][j]);
+            let reference = e.clone().pseudo_inverse(1e-9).unwrap();
+            let inverse = PseudoInverse::of(&rows);
+            for axis in 0..6 {
+                let column = inverse.column(axis);
+                for rotor in 0..vehicle.rotors.len() {
+                    assert!((column.m[rotor] - reference[(rotor, axis)]).abs() < 1e-9, "axis {axis}");
+                }
+                assert!((column.made - (&e * &reference)[(axis, axis)]).abs() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn rotors_that_cannot_steer_are_refused() {
+        let mut line = lander(true);
+        for rotor in &mut line.rotors {
+            rotor.position_body_m.y = 0.0;
+        }
+        assert_eq!(NormalisedUnits::of(&line, DENSITY), Err(ParamsError::NoUnit { axis: "roll moment" }));
+    }
+}

@@ -1,0 +1,105 @@
+//! What a parameter file is for. PX4 has 9.80665 m/s^2 compiled in, so under another gravity the same names hold different
+//! numbers for different autopilots, and a file must say which it means (`# For: ...` in its header):
+//!
+//! - **samara**: samara's own autopilot. SI gains; an acceleration command is met in full under the site's gravity.
+//! - **px4**: unmodified PX4. It turns an acceleration command into tilt and thrust with `g0`, so under `g` it is met with
+//!   `g/g0` of it: the velocity loop's gains carry the factor `g0/g`.
+//! - **px4-froude**: PX4 by dynamic similarity. With `k = sqrt(g0/g)` PX4's clock runs k times slower than the site's
+//!   (`dt_px4 = dt/k`), velocities and body rates reach it times k, accelerations times k^2; lengths, attitude and motor
+//!   commands stay. A gain in 1/s^n carries `k^n`: k for 1/s, k^2 for 1/s^2, and the rate loop's, in normalised torque
+//!   (which is a motor command and stays) per rad/s or rad, `1/k` and 1.
+//!
+//! Under standard gravity the three are the same.
+
+use crate::units::STANDARD_GRAVITY_M_S2;
+
+/// What a file is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// samara's own autopilot.
+    Samara,
+    /// Unmodified PX4.
+    Px4,
+    /// PX4 by Froude scaling.
+    Px4Froude,
+}
+
+/// What a number of samara's is multiplied with for a purpose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Factors {
+    /// Acceleration per velocity [1/s].
+    pub acceleration_per_velocity: f64,
+    /// Acceleration per distance [1/s^2].
+    pub acceleration_per_distance: f64,
+    /// Body rate per angle [1/s].
+    pub rate_per_angle: f64,
+    /// Normalised torque per body rate [s].
+    pub torque_per_rate: f64,
+    /// Normalised torque per angle [-].
+    pub torque_per_angle: f64,
+    /// Velocity [m/s].
+    pub velocity: f64,
+    /// Body rate [rad/s].
+    pub rate: f64,
+}
+
+impl Purpose {
+    /// The header's key.
+    pub const KEY: &'static str = "For";
+
+    /// All three.
+    pub const ALL: [Self; 3] = [Self::Samara, Self::Px4, Self::Px4Froude];
+
+    /// The name in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Samara => "samara",
+            Self::Px4 => "px4",
+            Self::Px4Froude => "px4-froude",
+        }
+    }
+
+    /// The purpose of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|p| p.name() == name)
+    }
+
+    /// The purpose in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Samara => "samara's own autopilot: SI gains under the site's gravity",
+            Self::Px4 => "unmodified PX4, which takes 9.80665 m/s^2 for gravity",
+            Self::Px4Froude => {
+                "PX4 by Froude scaling: its clock, velocities and rates are scaled to 9.80665 m/s^2"
+            }
+        }
+    }
+
+    /// The factors at a site's gravity [m/s^2].
+    pub fn factors(self, gravity_m_s2: f64) -> Factors {
+        let k2 = STANDARD_GRAVITY_M_S2 / gravity_m_s2;
+        let k = k2.sqrt();
+        let none = Factors {
+            acceleration_per_velocity: 1.0,
+            acceleration_per_distance: 1.0,
+            rate_per_angle: 1.0,
+            torque_per_rate: 1.0,
+            torque_per_angle: 1.0,
+            velocity: 1.0,
+            rate: 1.0,
+        };
+        match self {
+            Self::Samara => none,
+            Self::Px4 => Factors { acceleration_per_velocity: k2, acceleration_per_distance: k2, ..none },
+            Self::Px4Froude => Factors {
+                acceleration_per_velocity: k,
+                acceleration_per_distance: k2,
+                rate_per_angle: k,
+                torque_per_rate: 1.0 / k,
+                torque_per_angle: 1.0,
+                velocity: k,
+                rate: k,
+            },
+        }
+    }
+}

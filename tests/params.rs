@@ -1,0 +1,201 @@
+//! `samara params` and `--params` as a user meets them.
+#![cfg(feature = "cli")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::disallowed_methods,
+    reason = "a test that drives a program and reads its files"
+)]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn samara(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_samara")).args(args).output().unwrap()
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().unwrap()
+}
+
+fn out(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn err(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn json(output: &Output) -> serde_json::Value {
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// A file in a folder, by its path.
+fn file(folder: &Path, name: &str, text: &str) -> String {
+    let path = folder.join(name);
+    fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+const TITAN: &str = "mission/titan_drop.json";
+const X500: &str = "mission/x500_drop.json";
+
+/// What stands in `params/px4/`; `scripts/regenerate` makes it.
+const WRITTEN: [(&str, &str, &str); 5] = [
+    (TITAN, "samara", "titan_samara.params"),
+    (TITAN, "px4", "titan_px4.params"),
+    (TITAN, "px4-froude", "titan_px4_froude.params"),
+    (X500, "samara", "x500_samara.params"),
+    (X500, "px4", "x500_px4.params"),
+];
+
+#[test]
+fn regress_the_parameter_files_are_current() {
+    for (mission, purpose, name) in WRITTEN {
+        let written = samara(&["params", "export", mission, "--for", purpose, "--out", "-"]);
+        assert_eq!(code(&written), 0, "{}", err(&written));
+        let kept = fs::read_to_string(format!("params/px4/{name}")).unwrap();
+        assert!(out(&written) == kept, "params/px4/{name} is stale: run scripts/regenerate");
+    }
+    let kept = fs::read_dir("params/px4").unwrap();
+    let kept = kept.filter(|e| e.as_ref().unwrap().path().extension().is_some_and(|x| x == "params")).count();
+    assert_eq!(kept, WRITTEN.len(), "a file in params/px4 that nothing makes");
+}
+
+/// The header of a file; its rows have five columns, names in ascending order.
+#[test]
+fn closed_form_header_and_rows() {
+    let text = out(&samara(&["params", "export", "--out", "-"]));
+    let version = env!("CARGO_PKG_VERSION");
+    let head = format!(
+        "# Onboard parameters for Vehicle 1\n#\n# Stack: PX4 Pro\n# Vehicle: Multi-Rotor\n# Version: samara {version}\n\
+         # Git Revision: none\n#\n# For: samara\n"
+    );
+    assert!(text.starts_with(&head), "{text}");
+    assert!(!text.contains('\r') && text.ends_with("\t9\n"));
+    let (notes, rows): (Vec<&str>, Vec<&str>) = text.lines().partition(|l| l.starts_with('#'));
+    assert_eq!(notes.last(), Some(&"# Vehicle-Id Component-Id Name Value Type"));
+    let names: Vec<&str> = rows.iter().map(|r| r.split('\t').nth(2).unwrap()).collect();
+    assert!(names.is_sorted() && rows.iter().all(|r| r.split('\t').count() == 5));
+    assert!(rows.contains(&"1\t1\tCA_ROTOR_COUNT\t4\t6"));
+    assert!(rows.contains(&"1\t1\tCA_ROTOR0_PY\t1.100000023841857910\t9"));
+    // 790 kg 1.35 m/s^2 on four rotors; T_static from the rotor's table.
+    let hover = rows.iter().find(|r| r.contains("MPC_THR_HOVER")).unwrap().split('\t').nth(3).unwrap();
+    assert!((hover.parse::<f64>().unwrap() - 0.6172).abs() < 1e-3, "{hover}");
+}
+
+/// Exported gains loaded back give the same flight.
+#[test]
+fn exported_gains_fly_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let results = folder.path().join("results");
+    let results = results.to_str().unwrap();
+    for (mission, gains) in [(TITAN, "near_hover"), (TITAN, "paper_pso"), (TITAN, "safety"), (X500, "safety")]
+    {
+        let path = folder.path().join(format!("{gains}.params"));
+        let path = path.to_str().unwrap();
+        let export = samara(&["params", "export", mission, "--gains", gains, "--out", path]);
+        assert_eq!(code(&export), 0, "{}", err(&export));
+        let direct = json(&samara(&["drop", mission, "--gains", gains, "--json", "--out", results]));
+        let loaded = samara(&["drop", mission, "--params", path, "--json", "--out", results]);
+        assert_eq!(err(&loaded), "");
+        let loaded = json(&loaded);
+        let number = |v: &serde_json::Value, key: &str| v[key].as_f64().unwrap();
+        for (key, bar) in [("j_tpf", 1e-6), ("peak_speed_m_s", 1e-5), ("altitude_lost_m", 1e-4)] {
+            let difference = (number(&direct, key) - number(&loaded, key)).abs();
+            assert!(difference < bar, "{mission} {gains} {key}: {difference:e}");
+        }
+        assert_eq!(direct["steady_after_s"], loaded["steady_after_s"]);
+        assert_ne!(direct["input_hash"], loaded["input_hash"]);
+    }
+}
+
+#[test]
+fn a_file_is_refused_where_it_does_not_belong() {
+    let folder = tempfile::tempdir().unwrap();
+    let results = folder.path().join("results");
+    let refused = |mission: &str, path: &str, expected: &str| {
+        let output = samara(&["drop", mission, "--params", path, "--out", results.to_str().unwrap()]);
+        assert_eq!(code(&output), 2, "{}", err(&output));
+        assert!(err(&output).contains(path) && err(&output).contains(expected), "{}", err(&output));
+        assert!(!results.exists(), "nothing is written");
+    };
+    refused(TITAN, "params/px4/titan_px4.params", "it is for px4");
+    refused(TITAN, "params/px4/titan_px4_froude.params", "it is for px4-froude");
+    refused(TITAN, "params/px4/x500_samara.params", "gravity of 9.80665");
+    refused(X500, "params/px4/titan_samara.params", "gravity of 1.35");
+    let broken = file(folder.path(), "broken.params", "# x\r\n1\t1\tMC_PITCH_P\tfour\t9\r\n");
+    refused(TITAN, &broken, "broken.params:2: value: expected a finite number");
+    refused(TITAN, "nowhere.params", "cannot read parameter file");
+    // Under standard gravity a file for PX4 says the same as one for samara.
+    let output =
+        samara(&["drop", X500, "--params", "params/px4/x500_px4.params", "--out", results.to_str().unwrap()]);
+    assert_eq!(code(&output), 0, "{}", err(&output));
+    let both = ["drop", TITAN, "--params", "params/px4/titan_samara.params", "--gains", "safety"];
+    assert_eq!(code(&samara(&both)), 2, "one source of gains");
+}
+
+#[test]
+fn check_says_what_is_outside_and_what_is_needed() {
+    let folder = tempfile::tempdir().unwrap();
+    let check = |text: &str, more: &[&str]| {
+        let path = file(folder.path(), "some.params", text);
+        samara(&[&["params", "check", &path, "--json"], more].concat())
+    };
+    let row = |name: &str, value: &str| format!("7\t1\t{name}\t{value}\t9\r\n");
+    let good = check(&(row("MC_PITCH_P", "6.5") + &row("MPC_Z_VEL_MAX_DN", "5")), &[]);
+    assert_eq!(code(&good), 0, "{}", out(&good));
+    let told = json(&good);
+    assert_eq!((&told["ok"], &told["for"]), (&true.into(), &serde_json::Value::Null));
+    assert_eq!(told["findings"][0]["class"], "needed");
+    assert_eq!(told["findings"][0]["range"], "0.5 to 4");
+    assert!(told["remarks"][0].as_str().unwrap().contains("vehicle id 7"));
+    let bad = check(&row("MC_PITCHRATE_P", "0.707"), &[]);
+    assert_eq!((code(&bad), &json(&bad)["findings"][0]["class"]), (1, &"outside".into()));
+    assert_eq!(code(&check(&row("SYS_AUTOSTART", "4001"), &[])), 1, "a float for an integer");
+    assert_eq!(code(&check(&row("MC_PITCH_P", "inf"), &[])), 2);
+    assert_eq!(code(&check(&row("MC_PITCH_P", "6.5"), &["--for", "px4"])), 1, "it does not say so");
+    assert_eq!(code(&check(&row("MC_PITCH_P", "6.5"), &["--mission", TITAN])), 1);
+    assert_eq!(code(&check(&row("MC_PITCH_P", "6.5"), &["--mission", X500])), 0);
+    let own =
+        samara(&["params", "check", "params/px4/titan_samara.params", "--for", "samara", "--mission", TITAN]);
+    assert_eq!(code(&own), 0, "{}", out(&own));
+    assert!(out(&own).contains("needed"), "{}", out(&own));
+}
+
+#[test]
+fn diff_compares_numbers_not_texts() {
+    let folder = tempfile::tempdir().unwrap();
+    let ours = "params/px4/titan_samara.params";
+    // As another program writes it: CRLF, six digits, no header.
+    let other: String = fs::read_to_string(ours)
+        .unwrap()
+        .lines()
+        .filter(|l| !l.starts_with('#'))
+        .map(|line| {
+            let columns: Vec<&str> = line.split('\t').collect();
+            let value: f64 = columns[3].parse().unwrap();
+            let value = if columns[4] == "9" { format!("{value:.5e}") } else { columns[3].to_owned() };
+            format!("1\t1\t{}\t{value}\t{}\r\n", columns[2], columns[4])
+        })
+        .collect();
+    let same = file(folder.path(), "same.params", &other);
+    let output = samara(&["params", "diff", ours, &same]);
+    assert_eq!(code(&output), 0, "{}", out(&output));
+    let output = samara(&["params", "diff", ours, "params/px4/titan_px4.params", "--json"]);
+    assert_eq!(code(&output), 1);
+    let told = json(&output);
+    let names: Vec<&str> =
+        told["differences"].as_array().unwrap().iter().map(|d| d["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["MPC_XY_VEL_I_ACC", "MPC_XY_VEL_P_ACC", "MPC_Z_VEL_I_ACC", "MPC_Z_VEL_P_ACC"]);
+    assert_eq!((&told["for_a"], &told["for_b"]), (&"samara".into(), &"px4".into()));
+    assert_eq!(code(&samara(&["params", "diff", ours, "Cargo.toml"])), 2);
+}
+
+#[test]
+fn every_part_has_help_with_examples() {
+    for verb in ["export", "check", "diff"] {
+        let help = out(&samara(&["params", verb, "--help"]));
+        assert!(help.contains("Examples:") && help.contains("--json"), "{verb}: {help}");
+    }
+}
