@@ -131,7 +131,8 @@ fn belongs(file: &ParameterFile, gravity: f64) -> Result<Purpose, ParamsError> {
 fn same_vehicle(file: &ParameterFile, subject: &Subject, units: &NormalisedUnits) -> Result<(), ParamsError> {
     let refuse = |name: &str, found: f64, expected: f64| {
         Err(ParamsError::DoesNotBelong(format!(
-            "it is for another vehicle: {name} is {found}, the mission's vehicle has {expected:.4}"
+            "it is for another vehicle: {name} is {}, the mission's vehicle has {}",
+            found as f32, expected as f32
         )))
     };
     let vehicle = subject.vehicle;
