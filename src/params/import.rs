@@ -206,12 +206,12 @@ impl Reader<'_> {
         for (name, factor, pitch) in
             [("MC_ROLLRATE_P", k * rate_factor, gains.k_pq), ("MC_ROLL_P", angle_factor, gains.k_ptheta)]
         {
-            if let Some(roll) = self.number(name).map(|x| x * factor) {
-                if !((roll - pitch).abs() <= SAME_GAIN * pitch.abs()) {
-                    self.remarks.push(format!(
-                        "{name} means {roll:.6} 1/s; samara's roll loops have pitch's gain, {pitch:.6} 1/s"
-                    ));
-                }
+            if let Some(roll) = self.number(name).map(|x| x * factor)
+                && !((roll - pitch).abs() <= SAME_GAIN * pitch.abs())
+            {
+                self.remarks.push(format!(
+                    "{name} means {roll:.6} 1/s; samara's roll loops have pitch's gain, {pitch:.6} 1/s"
+                ));
             }
         }
     }
