@@ -7,7 +7,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`frames`], [`units`], [`real`] | rotations, conversion factors, the scalar of the dynamics |
+//! | [`frames`], [`units`], [`real`], [`simd`] | rotations, conversion factors, the scalar of the dynamics, wider registers |
 //! | [`model`] | what flies: vehicle, air, parachute |
 //! | [`trajectory`] | a planned trajectory |
 //! | [`control`], [`plan`] | how it is flown; how it should fly (neither knows the other) |
@@ -37,6 +37,7 @@ pub mod real;
 #[cfg(feature = "files")]
 pub mod report;
 pub mod sim;
+pub mod simd;
 pub mod trajectory;
 pub mod tune;
 pub mod units;

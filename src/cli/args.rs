@@ -107,7 +107,8 @@ JSON (--json): mission, version, seed, input_hash, gains, j_tpf, peak_speed_m_s,
 peak_vertical_acceleration_m_s2, altitude_lost_m, steady_after_s (null if never), final_v_ned_m_s, limits_passed (list),
 plan_j_tpf, plan_solve_ms, real_time_factor.
 
-Exit code 1 when a limit was passed, the plan did not converge or the vehicle was never released.
+Exit code 1 when a limit was passed, the plan did not converge, the vehicle was never released or the mission was stopped
+(Ctrl-C) before its end.
 
 Examples:
   samara drop
@@ -140,9 +141,10 @@ pub struct DropArgs {
 
 const SIM_HELP: &str = "\
 Listens on TCP 4560 + instance for an autopilot and waits for it; serves the parachute on UDP 14600 + instance. Ends with the
-mission and prints the verdict. Writes flight.csv, drop.json, drop.svg and hil.tlog to the folder of --out.
+mission and prints the verdict. Writes flight.csv, drop.json, drop.svg and hil.tlog to the folder of --out. With --json, what
+happens meanwhile is told on stderr.
 
-Exit code 1 when a limit was passed or the vehicle was never released.
+Exit code 1 when a limit was passed, the vehicle was never released or the mission was stopped (Ctrl-C) before its end.
 
 Examples:
   samara sim

@@ -3,7 +3,7 @@
 use super::args::AutopilotArgs;
 use super::mission::chosen_mission;
 use super::narrative::Narrator;
-use super::net::{Reporter, block_on, interrupted, open_tlog, ports_of, system_of};
+use super::net::{Reporter, block_on, open_tlog, ports_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::OutputFolder;
 use super::sessions;
@@ -15,10 +15,10 @@ pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
     let ports = ports_of(&args.net)?;
     let folder = OutputFolder::create(args.out.as_deref(), &mission.name)?;
     let vehicle = open_tlog(&folder, "vehicle.tlog", &mission)?;
-    let mut reporter = Reporter::new(Narrator::new(true), &mission, None, Some(vehicle));
+    let mut reporter = Reporter::new(Narrator::alone(false), &mission, None, Some(vehicle));
     let session = sessions::autopilot(&mission, system_of(&args.net))?;
     let after = if args.once { AfterSimulator::Return } else { AfterSimulator::Wait };
-    block_on(run_autopilot(session, &ports, after, &mut reporter, interrupted()))?.bad_input()?;
+    block_on(|stop| run_autopilot(session, &ports, after, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
     Ok(Answer::Yes)
 }

@@ -7,7 +7,7 @@ use super::clock::Stopwatch;
 use super::flight_files::write_flight;
 use super::mission::{chosen_mission, read_trajectory};
 use super::narrative::Narrator;
-use super::net::{Reporter, block_on, interrupted, open_tlog, ports_of, speed_of, system_of};
+use super::net::{Reporter, block_on, open_tlog, ports_of, speed_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::plan::{plan_mission, write_plan};
@@ -21,6 +21,9 @@ use crate::report::{DropRun, drop_json, plan_text, verdict_text};
 use crate::sim::Sample;
 use crate::trajectory::Trajectory;
 
+/// A log whose last row is closer to the mission's end than this [s] is complete.
+const STEP_AT_MOST_S: f64 = 0.02;
+
 /// The plan to fly, and how long it took to find (nothing, when it was read).
 struct Planned {
     trajectory: Trajectory,
@@ -30,7 +33,7 @@ struct Planned {
 /// `samara drop`.
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
-    let narrator = Narrator::new(!args.mission.json);
+    let narrator = Narrator::together(args.mission.json);
     narrator.say(&format!(
         "samara drop: {}, vehicle {}, gains {}\n",
         mission.name, mission.vehicle_name, mission.gains_name
@@ -97,8 +100,8 @@ fn fly(
             tell_events(&mut wire, &mut reporter);
         }
         speed => {
-            let flight = run_watched_drop(wire, &ports, speed, &mut reporter, interrupted());
-            wire = block_on(flight)?.bad_input()?;
+            let observer = &mut reporter;
+            wire = block_on(|stop| run_watched_drop(wire, &ports, speed, observer, stop))?.bad_input()?;
         }
     }
     let flown_s = wire.simulator.sim().time_s();
@@ -122,6 +125,22 @@ pub fn judge(mission: &Mission, log: &[Sample]) -> Option<Verdict> {
     verdict.finish()
 }
 
+/// Says so when a flight has been stopped before the mission's end; whether it has been.
+///
+/// # Errors
+/// [`Failure::Internal`] when stdout fails.
+pub fn tell_if_stopped(narrator: &Narrator, mission: &Mission, log: &[Sample]) -> Result<bool, Failure> {
+    let flown_s = log.last().map_or(0.0, |sample| sample.t_s);
+    let stopped = flown_s + STEP_AT_MOST_S < mission.duration_s;
+    if stopped {
+        let duration_s = mission.duration_s;
+        narrator.say(&format!(
+            "stopped at {flown_s:.3} s of {duration_s} s: files and verdict are of what was flown\n"
+        ))?;
+    }
+    Ok(stopped)
+}
+
 fn finish(
     args: &DropArgs,
     mission: &Mission,
@@ -132,8 +151,12 @@ fn finish(
 ) -> Result<Answer, Failure> {
     let verdict = judge(mission, &flown.log);
     write_flight(folder, mission, &flown.log, Some(&planned.trajectory), verdict.as_ref())?;
+    let stopped = tell_if_stopped(narrator, mission, &flown.log)?;
     let Some(verdict) = verdict else {
         narrator.say("the vehicle was never released\n")?;
+        if stopped {
+            return Ok(Answer::No);
+        }
         return Err(anyhow::anyhow!(
             "the vehicle was never released within the mission's {} s: check the release trigger, hang_s and what the vehicle said above",
             mission.duration_s
@@ -156,7 +179,7 @@ fn finish(
         };
         print(&drop_json(mission, &verdict, &run))?;
     }
-    Ok(if verdict.limits_passed.is_empty() { Answer::Yes } else { Answer::No })
+    Ok(if verdict.limits_passed.is_empty() && !stopped { Answer::Yes } else { Answer::No })
 }
 
 /// Prints when steady flight was reached, the verdict and where the files are.

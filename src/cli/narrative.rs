@@ -1,26 +1,46 @@
 //! What a drop tells while it happens, in its order, with simulated times.
 
 use super::outcome::Failure;
-use super::output::print;
+use super::output::{print, tell};
 use crate::assess::Verdict;
 use crate::config::Mission;
 use crate::link::{SimulatorEvent, StreamerEvent};
 
-/// Tells, or is silent (when stdout belongs to a JSON object).
+/// Where a narrator's words go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Voice {
+    Stdout,
+    Stderr,
+    Silent,
+}
+
+/// Tells, or is silent.
 #[derive(Clone, Copy, Debug)]
 pub struct Narrator {
-    aloud: bool,
+    voice: Voice,
+    /// Whether one process holds all parties, so that what one of them tells the others need not.
+    together: bool,
 }
 
 impl Narrator {
-    /// A narrator; not `aloud`, it says nothing.
-    pub fn new(aloud: bool) -> Self {
-        Self { aloud }
+    /// For all parties in one process: on stdout, or silent when that belongs to a JSON object.
+    pub fn together(json: bool) -> Self {
+        Self { voice: if json { Voice::Silent } else { Voice::Stdout }, together: true }
+    }
+
+    /// For one party in a process of its own: on stdout, or on stderr when that belongs to a JSON object. Who waits for others
+    /// must not be silent.
+    pub fn alone(json: bool) -> Self {
+        Self { voice: if json { Voice::Stderr } else { Voice::Stdout }, together: false }
     }
 
     /// Says it.
     pub fn say(&self, text: &str) -> Result<(), Failure> {
-        if self.aloud { print(text) } else { Ok(()) }
+        match self.voice {
+            Voice::Stdout => print(text),
+            Voice::Stderr => tell(text),
+            Voice::Silent => Ok(()),
+        }
     }
 
     fn at(&self, t_s: f64, text: &str) -> Result<(), Failure> {
@@ -39,11 +59,17 @@ impl Narrator {
                 seconds(*at),
                 &format!("rotors free after {} s of fall, the plan begins", mission.parachute.delay_s),
             ),
+            // The shell has told.
+            SimulatorEvent::Connected { again: false } => Ok(()),
             // Told by the streamer or in the verdict, or of no interest in lockstep.
             SimulatorEvent::Connected { .. }
             | SimulatorEvent::Lockstep { .. }
             | SimulatorEvent::Armed { .. }
-            | SimulatorEvent::Finished { .. } => Ok(()),
+            | SimulatorEvent::Finished { .. }
+                if self.together =>
+            {
+                Ok(())
+            }
             other => self.say(&format!("{other}\n")),
         }
     }
@@ -51,12 +77,18 @@ impl Narrator {
     /// An event of the streamer.
     pub fn streamer(&self, event: &StreamerEvent) -> Result<(), Failure> {
         match event {
-            // The simulator has told, or the vehicle repeats what an acknowledgement has said.
+            // The simulator has told, or an acknowledgement has.
             StreamerEvent::ReleaseAsked { .. }
             | StreamerEvent::Tracking { .. }
             | StreamerEvent::Released { told: true, .. }
             | StreamerEvent::Text { severity: 5.., .. }
-            | StreamerEvent::Done { .. } => Ok(()),
+            | StreamerEvent::Done { .. }
+                if self.together =>
+            {
+                Ok(())
+            }
+            // Repeats what an acknowledgement has said.
+            StreamerEvent::Text { severity: 6.., .. } => Ok(()),
             other => self.say(&format!("{other}\n")),
         }
     }

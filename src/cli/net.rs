@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::future::Future;
 use std::io::BufWriter;
+use std::pin::Pin;
 
 use anyhow::Context;
 
@@ -35,31 +36,42 @@ pub fn speed_of(speed: SpeedArg) -> Speed {
     }
 }
 
-/// Completes on Ctrl-C (or a termination signal, where there is one).
-pub async fn interrupted() {
-    #[cfg(unix)]
-    {
-        use tokio::signal::unix::{SignalKind, signal};
-        if let Ok(mut terminate) = signal(SignalKind::terminate()) {
-            tokio::select! {
-                _ = tokio::signal::ctrl_c() => return,
-                _ = terminate.recv() => return,
-            }
+/// Completes on Ctrl-C (or a termination signal, where there is one). From the call on, not only once it is awaited, these do
+/// not kill the program any more.
+#[cfg(unix)]
+fn interrupted() -> std::io::Result<impl Future<Output = ()>> {
+    use tokio::signal::unix::{SignalKind, signal};
+    let (mut interrupt, mut terminate) = (signal(SignalKind::interrupt())?, signal(SignalKind::terminate())?);
+    Ok(async move {
+        tokio::select! {
+            _ = interrupt.recv() => {}
+            _ = terminate.recv() => {}
         }
-    }
-    let _ = tokio::signal::ctrl_c().await;
+    })
 }
 
-/// Runs a future to its end on a runtime of one thread.
+/// Completes on Ctrl-C.
+#[cfg(windows)]
+fn interrupted() -> std::io::Result<impl Future<Output = ()>> {
+    let mut interrupt = tokio::signal::windows::ctrl_c()?;
+    Ok(async move { _ = interrupt.recv().await })
+}
+
+/// Runs something with sockets to its end on a runtime of one thread; it is given the future that completes on Ctrl-C.
 ///
 /// # Errors
 /// [`Failure::Internal`] when the system gives no runtime.
-pub fn block_on<T>(future: impl Future<Output = T>) -> Result<T, Failure> {
+pub fn block_on<F: Future>(
+    run: impl FnOnce(Pin<Box<dyn Future<Output = ()>>>) -> F,
+) -> Result<F::Output, Failure> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
         .context("the runtime for sockets")?;
-    Ok(runtime.block_on(future))
+    runtime.block_on(async {
+        let stop = interrupted().context("the signal of Ctrl-C")?;
+        Ok(run(Box::pin(stop)).await)
+    })
 }
 
 /// A `.tlog` in a result folder, written as frames come.

@@ -68,6 +68,17 @@ impl OutputFolder {
     }
 }
 
+/// Tells on stderr, for when stdout belongs to a JSON object; as [`print`] otherwise.
+pub fn tell(text: &str) -> Result<(), Failure> {
+    let mut out = io::stderr().lock();
+    match out.write_all(text.as_bytes()) {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
+            Err(anyhow::Error::from(e).context("stderr").into())
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Prints to stdout; a reader that has gone away (`samara plan | head`) is no error.
 pub fn print(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();

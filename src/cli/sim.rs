@@ -1,11 +1,11 @@
 //! `samara sim`: the simulator behind its sockets.
 
 use super::args::SimArgs;
-use super::drop::{judge, tell_verdict};
+use super::drop::{judge, tell_if_stopped, tell_verdict};
 use super::flight_files::write_flight;
 use super::mission::chosen_mission;
 use super::narrative::Narrator;
-use super::net::{Reporter, block_on, interrupted, open_tlog, ports_of, speed_of, system_of};
+use super::net::{Reporter, block_on, open_tlog, ports_of, speed_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::sessions;
@@ -17,19 +17,19 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
     let ports = ports_of(&args.net)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
-    let narrator = Narrator::new(!args.mission.json);
+    let narrator = Narrator::alone(args.mission.json);
     let hil = open_tlog(&folder, "hil.tlog", &mission)?;
     let mut reporter = Reporter::new(narrator, &mission, Some(hil), None);
     let session = sessions::simulator(&mission, system_of(&args.net));
     let speed = speed_of(args.speed);
-    let session =
-        block_on(run_simulator(session, &ports, speed, &mut reporter, interrupted()))?.bad_input()?;
+    let session = block_on(|stop| run_simulator(session, &ports, speed, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
     let log = session.into_log();
     let verdict = judge(&mission, &log);
     if !log.is_empty() {
         write_flight(&folder, &mission, &log, None, verdict.as_ref())?;
     }
+    let stopped = tell_if_stopped(&narrator, &mission, &log)?;
     let Some(verdict) = verdict else {
         narrator.say("the vehicle was never released\n")?;
         return Ok(Answer::No);
@@ -40,5 +40,5 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     if args.mission.json {
         print(&text)?;
     }
-    Ok(if verdict.limits_passed.is_empty() { Answer::Yes } else { Answer::No })
+    Ok(if verdict.limits_passed.is_empty() && !stopped { Answer::Yes } else { Answer::No })
 }

@@ -4,7 +4,7 @@
 //! kernel that picks fused multiply-add where it finds it would not be), and the compiler unrolls and vectorises them,
 //! since every size is known.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 
 /// `out += a b`.
 #[inline(always)]
@@ -24,6 +24,38 @@ pub fn add_mul<const M: usize, const K: usize, const N: usize>(
         }
         out[j] = column;
     }
+}
+
+/// `out += scale a`. (With nalgebra's operators the compiler sees an iterator instead of a loop over known sizes.)
+#[inline(always)]
+pub fn add_scaled<const M: usize, const N: usize>(
+    out: &mut SMatrix<f64, M, N>,
+    a: &SMatrix<f64, M, N>,
+    scale: f64,
+) {
+    for (out, a) in out.data.0.iter_mut().zip(&a.data.0) {
+        for i in 0..M {
+            out[i] += scale * a[i];
+        }
+    }
+}
+
+/// `scale a`.
+#[inline(always)]
+pub fn scaled<const M: usize, const N: usize>(a: &SMatrix<f64, M, N>, scale: f64) -> SMatrix<f64, M, N> {
+    let mut out = *a;
+    for column in &mut out.data.0 {
+        for x in column {
+            *x *= scale;
+        }
+    }
+    out
+}
+
+/// `(a + a^T) / 2`.
+#[inline(always)]
+pub fn symmetric_part<const N: usize>(a: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+    scaled(&(a + a.transpose()), 0.5)
 }
 
 /// `a b`.
@@ -59,93 +91,35 @@ pub fn tr_mul<const M: usize, const K: usize, const N: usize>(
     out
 }
 
-/// LU factors of a square matrix with partial pivoting.
-#[derive(Clone, Copy, Debug)]
-pub struct Lu<const N: usize> {
-    lu: SMatrix<f64, N, N>,
-    swaps: [usize; N],
-}
-
-impl<const N: usize> Lu<N> {
-    /// Factors `a`; `None` when a pivot vanishes or is not finite.
-    #[inline(always)]
-    pub fn new(mut a: SMatrix<f64, N, N>) -> Option<Self> {
-        let mut swaps = [0; N];
-        for k in 0..N {
-            let mut pivot = k;
-            for i in k + 1..N {
-                if a[(i, k)].abs() > a[(pivot, k)].abs() {
-                    pivot = i;
-                }
-            }
-            swaps[k] = pivot;
-            if pivot != k {
-                a.swap_rows(pivot, k);
-            }
-            let diagonal = a[(k, k)];
-            if !(diagonal.abs() > 1e-300 && diagonal.is_finite()) {
-                return None;
-            }
-            let inverse = 1.0 / diagonal;
-            for i in k + 1..N {
-                a[(i, k)] *= inverse;
-            }
-            let data = &mut a.data.0;
-            let pivot_column = data[k];
-            for column in data.iter_mut().skip(k + 1) {
-                let x = column[k];
-                for i in k + 1..N {
-                    column[i] -= pivot_column[i] * x;
-                }
-            }
+/// The inverse of `a`; `None` when it is singular or not finite.
+///
+/// Gauss-Jordan elimination in place without a search for pivots: made for matrices near plus or minus the identity, such as
+/// the Jacobian of a defect. Where a pivot turns out small, nalgebra's inverse with pivoting takes over.
+#[inline(always)]
+pub fn inverse<const N: usize>(a: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
+    const SMALL: f64 = 1e-2;
+    let unit = SMatrix::<f64, N, N>::identity().data.0;
+    let mut inverse = *a;
+    let columns = &mut inverse.data.0;
+    for k in 0..N {
+        let diagonal = columns[k][k];
+        if !(diagonal.abs() > SMALL && diagonal.is_finite()) {
+            return a.try_inverse().filter(|x| x.iter().all(|x| x.is_finite()));
         }
-        Some(Self { lu: a, swaps })
-    }
-
-    /// Solves `a x = b` for each column of `b`, in place.
-    #[inline(always)]
-    pub fn solve<const C: usize>(&self, b: &mut SMatrix<f64, N, C>) {
-        let lu = &self.lu.data.0;
-        for column in &mut b.data.0 {
-            for k in 0..N {
-                column.swap(k, self.swaps[k]);
-            }
-            for k in 0..N {
-                let x = column[k];
-                for i in k + 1..N {
-                    column[i] -= lu[k][i] * x;
-                }
-            }
-            for k in (0..N).rev() {
-                column[k] /= lu[k][k];
-                let x = column[k];
-                for i in 0..k {
-                    column[i] -= lu[k][i] * x;
-                }
+        let scale = 1.0 / diagonal;
+        // What the scaled row k takes off each row (off itself, all but the scaled value). No single entry is written: the
+        // processor would have to wait for it before it could load the column again.
+        let mut factors = columns[k];
+        factors[k] = diagonal - 1.0;
+        columns[k] = unit[k];
+        for column in columns.iter_mut() {
+            let x = column[k] * scale;
+            for i in 0..N {
+                column[i] -= factors[i] * x;
             }
         }
     }
-
-    /// Solves `a^T x = b`.
-    #[inline(always)]
-    pub fn solve_transposed(&self, b: &SVector<f64, N>) -> SVector<f64, N> {
-        let mut x = *b;
-        for k in 0..N {
-            for i in 0..k {
-                x[k] -= self.lu[(i, k)] * x[i];
-            }
-            x[k] /= self.lu[(k, k)];
-        }
-        for k in (0..N).rev() {
-            for i in k + 1..N {
-                x[k] -= self.lu[(i, k)] * x[i];
-            }
-        }
-        for k in (0..N).rev() {
-            x.swap_rows(k, self.swaps[k]);
-        }
-        x
-    }
+    Some(inverse)
 }
 
 /// Cholesky factor of a symmetric positive definite matrix.
@@ -205,23 +179,28 @@ impl<const N: usize> Cholesky<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::SVector;
     use proptest::prelude::*;
 
     fn matrix<const R: usize, const C: usize>(values: &[f64]) -> SMatrix<f64, R, C> {
         SMatrix::from_iterator(values.iter().copied())
     }
 
+    #[test]
+    fn closed_form_singular_matrices_have_no_inverse() {
+        assert!(inverse(&SMatrix::<f64, 2, 2>::new(1.0, 2.0, 2.0, 4.0)).is_none());
+        assert!(inverse(&SMatrix::<f64, 2, 2>::new(f64::NAN, 2.0, 2.0, 4.0)).is_none());
+        let swap = SMatrix::<f64, 3, 3>::new(0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0);
+        assert_eq!(inverse(&swap), Some(swap.transpose()));
+    }
+
     proptest! {
         #[test]
-        fn prop_lu_solves(values in proptest::collection::vec(-3.0f64..3.0, 25), b in proptest::collection::vec(-3.0f64..3.0, 5)) {
+        fn prop_inverse_inverts(values in proptest::collection::vec(-3.0f64..3.0, 25)) {
             let a: SMatrix<f64, 5, 5> = matrix(&values);
             prop_assume!(a.determinant().abs() > 1e-3);
-            let b: SVector<f64, 5> = matrix(&b);
-            let lu = Lu::new(a).unwrap();
-            let mut x = b;
-            lu.solve(&mut x);
-            prop_assert!((a * x - b).amax() < 1e-9);
-            prop_assert!((a.transpose() * lu.solve_transposed(&b) - b).amax() < 1e-9);
+            let inverse = inverse(&a).unwrap();
+            prop_assert!((a * inverse - SMatrix::identity()).amax() < 1e-9 * (1.0 + inverse.amax()));
         }
 
         #[test]

@@ -15,9 +15,10 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::block::{Cholesky, Lu, add_mul, add_tr_mul, mul, tr_mul};
+use super::block::{Cholesky, add_mul, add_scaled, add_tr_mul, inverse, mul, scaled, symmetric_part, tr_mul};
 use super::dynamics::Curvature;
 use super::transcription::Linearised;
+use crate::simd::{Work, vectorised};
 
 /// Quadratic terms of node `k`: Hessian of cost, barrier and (weighted) dynamics.
 #[derive(Clone, Copy, Debug)]
@@ -42,8 +43,8 @@ pub struct NodeGradient<const NX: usize, const NU: usize> {
 /// What the sweep keeps of an interval.
 #[derive(Clone, Copy, Debug)]
 struct Stage<const NX: usize, const NU: usize> {
-    /// Factors of the defect's Jacobian by the next state.
-    lu: Lu<NX>,
+    /// Inverse of the defect's Jacobian by the next state.
+    by_defect: SMatrix<f64, NX, NX>,
     a: SMatrix<f64, NX, NX>,
     b: SMatrix<f64, NX, NU>,
     c: SMatrix<f64, NX, NU>,
@@ -94,41 +95,17 @@ pub struct Step<const NX: usize, const NU: usize> {
 }
 
 impl<const NX: usize, const NU: usize> Stage<NX, NU> {
-    /// Solves the linearised defect for the next state and expresses the midpoint.
-    #[inline(always)]
-    fn condense(
-        linearised: &Linearised<NX, NU>,
-        k: usize,
-        dt_s: f64,
-        middle: &Curvature<NX, NU>,
-    ) -> Option<Self> {
-        let jacobian = linearised.defect_jacobian(k, dt_s);
-        let lu = Lu::new(jacobian.x_right)?;
-        let (mut a, mut b, mut c) =
-            (-jacobian.x_left, -(jacobian.u_left + jacobian.u_right), -jacobian.u_right);
-        lu.solve(&mut a);
-        lu.solve(&mut b);
-        lu.solve(&mut c);
-        let (left, right, eighth) = (&linearised.nodes[k], &linearised.nodes[k + 1], dt_s / 8.0);
-        let half = SMatrix::<f64, NX, NX>::from_diagonal_element(0.5);
-        let mid_next = half - right.a * eighth;
-        let mut mid_x = half + left.a * eighth;
-        add_mul(&mut mid_x, &mid_next, &a);
-        let right_b = right.b * eighth;
-        let mut mid_u = left.b * eighth - right_b;
-        add_mul(&mut mid_u, &mid_next, &b);
-        let mut mid_w = -right_b;
-        add_mul(&mut mid_w, &mid_next, &c);
-        Some(Self {
-            lu,
-            a,
-            b,
-            c,
-            mid_x,
-            mid_u,
-            mid_w,
-            mid_next,
-            middle: *middle,
+    fn empty() -> Self {
+        Self {
+            by_defect: SMatrix::zeros(),
+            a: SMatrix::zeros(),
+            b: SMatrix::zeros(),
+            c: SMatrix::zeros(),
+            mid_x: SMatrix::zeros(),
+            mid_u: SMatrix::zeros(),
+            mid_w: SMatrix::zeros(),
+            mid_next: SMatrix::zeros(),
+            middle: Curvature::zero(),
             p_xx: SMatrix::zeros(),
             p_ux: SMatrix::zeros(),
             q_ww: Cholesky::identity(),
@@ -136,7 +113,31 @@ impl<const NX: usize, const NU: usize> Stage<NX, NU> {
             q_wu: SMatrix::zeros(),
             gain_x: SMatrix::zeros(),
             gain_u: SMatrix::zeros(),
-        })
+        }
+    }
+
+    /// Solves the linearised defect for the next state and expresses the midpoint. `None` when it cannot be solved.
+    #[inline(always)]
+    fn condense(&mut self, linearised: &Linearised<NX, NU>, k: usize, dt_s: f64) -> Option<()> {
+        let jacobian = linearised.defect_jacobian(k, dt_s);
+        self.by_defect = inverse(&jacobian.x_right)?;
+        let solve = scaled(&self.by_defect, -1.0);
+        self.a = mul(&solve, &jacobian.x_left);
+        self.b = mul(&solve, &(jacobian.u_left + jacobian.u_right));
+        self.c = mul(&solve, &jacobian.u_right);
+        let (left, right, eighth) = (&linearised.nodes[k], &linearised.nodes[k + 1], dt_s / 8.0);
+        let half = SMatrix::<f64, NX, NX>::from_diagonal_element(0.5);
+        self.mid_next = half;
+        add_scaled(&mut self.mid_next, &right.a, -eighth);
+        self.mid_x = half;
+        add_scaled(&mut self.mid_x, &left.a, eighth);
+        add_mul(&mut self.mid_x, &self.mid_next, &self.a);
+        self.mid_w = scaled(&right.b, -eighth);
+        self.mid_u = self.mid_w;
+        add_scaled(&mut self.mid_u, &left.b, eighth);
+        add_mul(&mut self.mid_u, &self.mid_next, &self.b);
+        add_mul(&mut self.mid_w, &self.mid_next, &self.c);
+        Some(())
     }
 
     /// Minimises the stage over `dw`: `value` comes in as the value function's Hessian at node k+1 and leaves as that at
@@ -145,8 +146,10 @@ impl<const NX: usize, const NU: usize> Stage<NX, NU> {
     fn reduce(
         &mut self,
         value: &Curvature<NX, NU>,
+        middle: &Curvature<NX, NU>,
         move_barrier: &SVector<f64, NU>,
     ) -> Option<Curvature<NX, NU>> {
+        self.middle = *middle;
         let mut q = Curvature::<NX, NU>::zero();
         let mut q_wx = SMatrix::<f64, NU, NX>::zeros();
         let mut q_wu = SMatrix::<f64, NU, NU>::zeros();
@@ -161,79 +164,118 @@ impl<const NX: usize, const NU: usize> Stage<NX, NU> {
         for (h, by_x, by_u, by_w, share) in parts {
             let hx = mul(&h.xx, by_x);
             let ux = mul(&h.ux, by_x);
-            let mut hu = h.ux.transpose();
+            let ux_transposed = h.ux.transpose();
+            let mut hu = ux_transposed;
             add_mul(&mut hu, &h.xx, by_u);
             let mut uu = h.uu;
             add_mul(&mut uu, &h.ux, by_u);
-            let mut hw = h.ux.transpose() * share;
+            let mut hw = scaled(&ux_transposed, share);
             add_mul(&mut hw, &h.xx, by_w);
-            let mut uw = h.uu * share;
+            let mut uw = scaled(&h.uu, share);
             add_mul(&mut uw, &h.ux, by_w);
+            let (by_u, by_w) = (by_u.transpose(), by_w.transpose());
             add_tr_mul(&mut q.xx, by_x, &hx);
             q.ux += ux;
-            add_tr_mul(&mut q.ux, by_u, &hx);
+            add_mul(&mut q.ux, &by_u, &hx);
             q.uu += uu;
-            add_tr_mul(&mut q.uu, by_u, &hu);
-            q_wx += ux * share;
-            add_tr_mul(&mut q_wx, by_w, &hx);
-            q_wu += uu * share;
-            add_tr_mul(&mut q_wu, by_w, &hu);
-            q_ww += uw * share;
-            add_tr_mul(&mut q_ww, by_w, &hw);
+            add_mul(&mut q.uu, &by_u, &hu);
+            add_scaled(&mut q_wx, &ux, share);
+            add_mul(&mut q_wx, &by_w, &hx);
+            add_scaled(&mut q_wu, &uu, share);
+            add_mul(&mut q_wu, &by_w, &hu);
+            add_scaled(&mut q_ww, &uw, share);
+            add_mul(&mut q_ww, &by_w, &hw);
         }
         let factor = Cholesky::new(q_ww)?;
-        let (mut gain_x, mut gain_u) = (-q_wx, -q_wu);
+        let (mut gain_x, mut gain_u) = (scaled(&q_wx, -1.0), scaled(&q_wu, -1.0));
         factor.solve(&mut gain_x);
         factor.solve(&mut gain_u);
         add_tr_mul(&mut q.xx, &q_wx, &gain_x);
         add_tr_mul(&mut q.ux, &q_wu, &gain_x);
         add_tr_mul(&mut q.uu, &q_wu, &gain_u);
-        q.xx = (q.xx + q.xx.transpose()) * 0.5;
-        q.uu = (q.uu + q.uu.transpose()) * 0.5;
+        q.xx = symmetric_part(&q.xx);
+        q.uu = symmetric_part(&q.uu);
         (self.q_ww, self.q_wx, self.q_wu, self.gain_x, self.gain_u) = (factor, q_wx, q_wu, gain_x, gain_u);
         Some(q)
     }
 }
 
 impl<const NX: usize, const NU: usize> Sweep<NX, NU> {
+    /// Room for a system of so many intervals.
+    pub fn new(intervals: usize) -> Self {
+        Self { stages: vec![Stage::empty(); intervals] }
+    }
+
     /// Factors the system: `terms` per node (the first node is fixed: only its move counts), `middles` per interval.
     ///
     /// # Errors
-    /// [`FactorError`] names the interval at which it failed.
+    /// [`FactorError`] names the interval at which it failed; nothing can be solved then.
     pub fn factor(
+        &mut self,
         linearised: &Linearised<NX, NU>,
         dt_s: f64,
         terms: &[NodeTerms<NX, NU>],
         middles: &[Curvature<NX, NU>],
-    ) -> Result<Self, FactorError> {
-        let intervals = middles.len();
-        let mut stages = Vec::with_capacity(intervals);
-        for (k, middle) in middles.iter().enumerate() {
-            let stage = Stage::condense(linearised, k, dt_s, middle).ok_or(FactorError::SingularDefect(k))?;
-            stages.push(stage);
-        }
-        let mut value = terms[intervals].hessian;
-        for k in (0..intervals).rev() {
-            value = stages[k].reduce(&value, &terms[k].move_barrier).ok_or(FactorError::Indefinite(k))?;
-            let own = &terms[k].hessian;
-            value.xx += own.xx;
-            value.ux += own.ux;
-            value.uu += own.uu;
-        }
-        Ok(Self { stages })
+    ) -> Result<(), FactorError> {
+        vectorised(Factoring { sweep: self, linearised, dt_s, terms, middles })
     }
 
     /// The step for the given gradients and defects.
     pub fn solve(&self, gradients: &[NodeGradient<NX, NU>], defects: &[SVector<f64, NX>]) -> Step<NX, NU> {
-        let intervals = self.stages.len();
+        vectorised(Substitution { sweep: self, gradients, defects })
+    }
+}
+
+/// [`Sweep::factor`] with its arguments.
+struct Factoring<'a, const NX: usize, const NU: usize> {
+    sweep: &'a mut Sweep<NX, NU>,
+    linearised: &'a Linearised<NX, NU>,
+    dt_s: f64,
+    terms: &'a [NodeTerms<NX, NU>],
+    middles: &'a [Curvature<NX, NU>],
+}
+
+impl<const NX: usize, const NU: usize> Work for Factoring<'_, NX, NU> {
+    type Output = Result<(), FactorError>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let mut value = self.terms[self.middles.len()].hessian;
+        for (k, stage) in self.sweep.stages.iter_mut().enumerate().rev() {
+            stage.condense(self.linearised, k, self.dt_s).ok_or(FactorError::SingularDefect(k))?;
+            let own = &self.terms[k];
+            value = stage
+                .reduce(&value, &self.middles[k], &own.move_barrier)
+                .ok_or(FactorError::Indefinite(k))?;
+            value.xx += own.hessian.xx;
+            value.ux += own.hessian.ux;
+            value.uu += own.hessian.uu;
+        }
+        Ok(())
+    }
+}
+
+/// [`Sweep::solve`] with its arguments.
+struct Substitution<'a, const NX: usize, const NU: usize> {
+    sweep: &'a Sweep<NX, NU>,
+    gradients: &'a [NodeGradient<NX, NU>],
+    defects: &'a [SVector<f64, NX>],
+}
+
+impl<const NX: usize, const NU: usize> Work for Substitution<'_, NX, NU> {
+    type Output = Step<NX, NU>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { sweep, gradients, defects } = self;
+        let intervals = sweep.stages.len();
         let mut offsets = vec![SVector::<f64, NX>::zeros(); intervals];
         let mut moves = vec![SVector::<f64, NU>::zeros(); intervals];
         let mut p_next = vec![SVector::<f64, NX>::zeros(); intervals];
         let (mut p_x, mut p_u) = (gradients[intervals].x, gradients[intervals].u);
         for k in (0..intervals).rev() {
-            let s = &self.stages[k];
-            let mut c = -defects[k];
-            s.lu.solve(&mut c);
+            let s = &sweep.stages[k];
+            let c = -mul(&s.by_defect, &defects[k]);
             offsets[k] = c;
             p_next[k] = p_x;
             let mut v_x = p_x;
@@ -258,7 +300,7 @@ impl<const NX: usize, const NU: usize> Sweep<NX, NU> {
             lambda: vec![SVector::zeros(); intervals],
         };
         for k in 0..intervals {
-            let s = &self.stages[k];
+            let s = &sweep.stages[k];
             let (dx, du) = (step.x[k], step.u[k]);
             step.w[k] += mul(&s.gain_x, &dx) + mul(&s.gain_u, &du);
             let dw = step.w[k];
@@ -271,7 +313,7 @@ impl<const NX: usize, const NU: usize> Sweep<NX, NU> {
                 + mul(&s.p_xx, &x_next)
                 + tr_mul(&s.p_ux, &u_next)
                 + tr_mul(&s.mid_next, &curvature);
-            step.lambda[k] = -s.lu.solve_transposed(&slope);
+            step.lambda[k] = -tr_mul(&s.by_defect, &slope);
             step.x[k + 1] = x_next;
             step.u[k + 1] = u_next;
         }

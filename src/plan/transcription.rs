@@ -7,7 +7,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::block::{add_mul, mul};
+use super::block::{add_mul, add_scaled, scaled};
 use super::dynamics::{Dynamics, Linearisation};
 use super::problem::{Nodes, Problem};
 
@@ -151,22 +151,34 @@ impl<const NX: usize, const NU: usize> Linearised<NX, NU> {
     #[inline(always)]
     pub fn defect_jacobian(&self, k: usize, dt_s: f64) -> DefectJacobian<NX, NU> {
         let (left, middle, right) = (&self.nodes[k], &self.middles[k], &self.nodes[k + 1]);
-        let (w, eighth) = (dt_s / 6.0, dt_s / 8.0);
-        let twice = middle.a * 2.0;
-        let mut x_left = left.a + twice;
-        let mut x_right = right.a + twice;
-        let scaled = middle.a * (4.0 * eighth);
-        add_mul(&mut x_left, &scaled, &left.a);
-        add_mul(&mut x_right, &scaled, &(-right.a));
-        x_left *= w;
-        x_right *= w;
-        for i in 0..NX {
-            x_left[(i, i)] += 1.0;
-            x_right[(i, i)] -= 1.0;
-        }
-        let half_b = middle.b * 2.0;
-        let u_left = (left.b + half_b + mul(&scaled, &left.b)) * w;
-        let u_right = (right.b + half_b - mul(&scaled, &right.b)) * w;
-        DefectJacobian { x_left, u_left, x_right, u_right }
+        let (w, h12) = (dt_s / 6.0, dt_s * dt_s / 12.0);
+        // By the left state: I + dt/6 (A_k + 2 A_c) + dt^2/12 A_c A_k; by the right: -I + dt/6 (..) - dt^2/12 ..
+        let by_f = scaled(&middle.a, h12);
+        let mut jacobian = DefectJacobian {
+            x_left: SMatrix::from_diagonal_element(1.0),
+            u_left: SMatrix::zeros(),
+            x_right: SMatrix::from_diagonal_element(-1.0),
+            u_right: SMatrix::zeros(),
+        };
+        add_end(&mut jacobian.x_left, &left.a, &middle.a, &by_f, w);
+        add_end(&mut jacobian.u_left, &left.b, &middle.b, &by_f, w);
+        let by_f = scaled(&by_f, -1.0);
+        add_end(&mut jacobian.x_right, &right.a, &middle.a, &by_f, w);
+        add_end(&mut jacobian.u_right, &right.b, &middle.b, &by_f, w);
+        jacobian
     }
+}
+
+/// `out += w (end + 2 middle) + by_f end`.
+#[inline(always)]
+fn add_end<const NX: usize, const C: usize>(
+    out: &mut SMatrix<f64, NX, C>,
+    end: &SMatrix<f64, NX, C>,
+    middle: &SMatrix<f64, NX, C>,
+    by_f: &SMatrix<f64, NX, NX>,
+    w: f64,
+) {
+    add_scaled(out, end, w);
+    add_scaled(out, middle, 2.0 * w);
+    add_mul(out, by_f, end);
 }

@@ -34,11 +34,12 @@ fn prop_random_releases_converge() {
     }
     iterations.sort_unstable();
     let [median, most] = [150, 285].map(|i| iterations[i]);
-    println!("iterations: median {median}, 95 % {most}, worst {}", iterations[299]);
-    assert!(median < 20, "median {median}");
+    assert!(median < 20 && most < 40, "iterations: median {median}, 95 % {most}, worst {}", iterations[299]);
 }
 
 /// Plans renewed in flight, node by node: moved on, disturbed by up to 0.05 m/s and 0.02 rad/s, primal and dual kept, to 1e-6.
+/// (The yaw rate is left alone: without reaction torques nothing on this vehicle can take a yaw rate away again, and it would
+/// add up from plan to plan.)
 #[test]
 fn prop_warm_starts_converge_in_fewer_iterations() {
     let (vehicle, environment) = titan();
@@ -53,7 +54,7 @@ fn prop_warm_starts_converge_in_fewer_iterations() {
             let mut next = problem.clone();
             let (q, v, w) = (node.q_ned_from_body, node.v_ned, node.omega_body);
             next.initial = [q[0], q[1], q[2], q[3], v.x, v.y, v.z, w.x, w.y, w.z];
-            for i in 4..10 {
+            for i in 4..9 {
                 next.initial[i] += uniform(&mut rng, if i < 7 { 0.05 } else { 0.02 });
             }
             next.initial_thrust_n = node.thrust_n;
@@ -71,6 +72,5 @@ fn prop_warm_starts_converge_in_fewer_iterations() {
     warm.sort_unstable();
     cold.sort_unstable();
     let (w, c) = (warm[warm.len() / 2], cold[cold.len() / 2]);
-    println!("median iterations: warm {w}, cold {c}");
-    assert!(w <= 9 && w < c, "warm {w}, cold {c}");
+    assert!(w <= 6 && 2 * w <= c, "median iterations: warm {w}, cold {c}");
 }

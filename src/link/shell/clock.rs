@@ -10,8 +10,11 @@ use std::time::{Duration, Instant};
 use super::super::TimeUs;
 use crate::units::US_PER_S;
 
-/// A step that is late by more than this is not made up for: the clock starts anew from there.
-const LATE: Duration = Duration::from_millis(100);
+/// A step that is late by more than this is not made up for: the clock starts anew from there. In simulated time, because what
+/// is made up for passes in a burst, in which those who are not in lockstep cannot get a word in.
+const LATE_SIMULATED_S: f64 = 0.1;
+/// Less than this cannot be kept: timers wake to the millisecond.
+const LATE_LEAST: Duration = Duration::from_millis(5);
 
 /// How fast simulated time runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,7 +60,8 @@ impl Pacer {
         let real = Duration::try_from_secs_f64(simulated_s / self.factor).unwrap_or(Duration::MAX);
         // A moment beyond the clock's range is an hour away for all that matters.
         let due = start.checked_add(real).unwrap_or(now + Duration::from_secs(3_600));
-        if now.saturating_duration_since(due) > LATE {
+        let late = Duration::try_from_secs_f64(LATE_SIMULATED_S / self.factor).unwrap_or(Duration::MAX);
+        if now.saturating_duration_since(due) > late.max(LATE_LEAST) {
             self.anchor = Some((now, at));
             return Duration::ZERO;
         }

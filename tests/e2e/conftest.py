@@ -1,0 +1,56 @@
+"""What the tests share."""
+
+import json
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from drop import Plan, Vehicle
+from programs import MISSION, SAMARA, REPOSITORY, Programs
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The drop in one process, in lockstep: what the drops over sockets are compared with."""
+
+    out: Path
+    verdict: dict
+    mission: dict
+    plan: Plan
+
+    def agrees_with(self, verdict):
+        """The bar: J_TPF within 2 %, because what goes by UDP is outside the lockstep; and the same velocity at the end."""
+        assert verdict["j_tpf"] == pytest.approx(self.verdict["j_tpf"], rel=0.02)
+        assert verdict["final_v_ned_m_s"] == pytest.approx(self.verdict["final_v_ned_m_s"], abs=0.02)
+        assert verdict["limits_passed"] == []
+
+
+@pytest.fixture(scope="session")
+def reference(tmp_path_factory):
+    """`samara drop` of the nominal mission."""
+    assert SAMARA.exists(), f"{SAMARA} is missing: cargo build --release"
+    out = tmp_path_factory.mktemp("reference")
+    run = subprocess.run(
+        [SAMARA, "drop", MISSION, "--json", "--out", out], cwd=REPOSITORY, capture_output=True, text=True, check=True
+    )
+    mission = json.loads(MISSION.read_text(encoding="utf-8"))
+    plan = Plan(out / "trajectory.csv", mission["target_v_ned_m_s"])
+    return Reference(out, json.loads(run.stdout), mission, plan)
+
+
+@pytest.fixture
+def samara(tmp_path):
+    """Starts `samara` on ports that nobody else uses; ends what still runs."""
+    programs = Programs(tmp_path)
+    yield programs
+    programs.stop()
+
+
+@pytest.fixture
+def vehicle(samara):
+    """A script's connection at UDP 14540 + N."""
+    vehicle = Vehicle(f"udpin:127.0.0.1:{samara.ports.api}", samara.ports.system)
+    yield vehicle
+    vehicle.close()

@@ -1,0 +1,99 @@
+"""`samara drop` at a speed to watch, and its recordings, with the tools of those who watch."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from drop import PARACHUTE, Vehicle
+from programs import GROUND_STATION_PORT, lock
+
+MAVLOGDUMP = Path(sys.executable).parent / "mavlogdump.py"
+
+
+@pytest.fixture
+def ground_station(samara):
+    """A ground station where everybody looks for one. No instance shifts that port, so it is had by one test at a time;
+    pymavlink binds it beside a ground station that may be open on this machine."""
+    with lock("ground-station", wait=True):
+        ground = Vehicle(f"udpin:127.0.0.1:{GROUND_STATION_PORT}", samara.ports.system)
+        yield ground
+        ground.close()
+
+
+def test_a_watched_drop(samara, ground_station, reference):
+    drop = samara.drop("--speed", 20)
+    seen = set()
+    armed = offboard = False
+    while ground_station.now_s < 44.0:
+        m = ground_station.hear()
+        seen.add((m.get_srcComponent(), m.get_type()))
+        if m.get_type() == "HEARTBEAT" and m.get_srcComponent() == 1:
+            armed |= m.base_mode & 128 != 0
+            offboard |= ground_station.is_offboard(m)
+    assert armed and offboard
+    vehicle_says = (
+        "HEARTBEAT", "ATTITUDE", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "GPS_RAW_INT", "VFR_HUD", "SYS_STATUS",
+        "EXTENDED_SYS_STATE", "HOME_POSITION", "BATTERY_STATUS", "STATUSTEXT",
+    )
+    assert {(1, kind) for kind in vehicle_says} <= seen
+    assert {(PARACHUTE, kind) for kind in ("HEARTBEAT", "STATUSTEXT", "NAMED_VALUE_INT")} <= seen
+    assert {component for component, _ in seen} == {1, PARACHUTE}
+    assert any(text.startswith("Released at 10.0") for text in ground_station.texts)
+    assert drop.ends() == 0
+    # Watched or not, the same flight.
+    for file in ("flight.csv", "drop.json"):
+        assert (drop.out / file).read_bytes() == (reference.out / file).read_bytes(), file
+
+
+def test_ctrl_c_ends_a_watched_drop(samara):
+    drop = samara.drop("--speed", 20)
+    drop.says("rotors free")
+    drop.interrupt()
+    assert drop.ends() == 1
+    assert drop.has_said("stopped at")
+    assert (drop.out / "flight.csv").stat().st_size > 100_000
+
+
+def dump(tlog):
+    """Type, time and data of each message, as mavlogdump.py reads them."""
+    run = subprocess.run(
+        [sys.executable, MAVLOGDUMP, "--format", "json", tlog], capture_output=True, text=True, check=True
+    )
+    messages = [json.loads(line) for line in run.stdout.splitlines()]
+    return [(m["meta"]["type"], m["meta"]["timestamp"], m["data"]) for m in messages]
+
+
+@pytest.mark.parametrize(
+    ("name", "kinds"),
+    [
+        (
+            "vehicle.tlog",
+            {
+                "HEARTBEAT", "ATTITUDE", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "COMMAND_LONG", "COMMAND_ACK",
+                "SET_ATTITUDE_TARGET", "SET_POSITION_TARGET_LOCAL_NED", "STATUSTEXT", "NAMED_VALUE_INT",
+            },
+        ),
+        (
+            "hil.tlog",
+            {"HIL_SENSOR", "HIL_GPS", "HIL_STATE_QUATERNION", "ODOMETRY", "HIL_ACTUATOR_CONTROLS", "HEARTBEAT"},
+        ),
+    ],
+)
+def test_mavlogdump_reads_the_recordings(reference, name, kinds):
+    messages = dump(reference.out / name)
+    assert kinds <= {kind for kind, _, _ in messages}
+    assert "BAD_DATA" not in {kind for kind, _, _ in messages}
+    times = [time for _, time, _ in messages]
+    epoch_s, duration_s = reference.mission["epoch_unix_us"] * 1e-6, reference.mission["duration_s"]
+    assert times == sorted(times)
+    assert times[0] == pytest.approx(epoch_s, abs=0.1)
+    assert times[-1] == pytest.approx(epoch_s + duration_s, abs=0.1)
+    # Simulated time in the messages is the recording's.
+    for kind, time, data in messages:
+        if kind in ("ATTITUDE", "LOCAL_POSITION_NED"):
+            assert data["time_boot_ms"] * 1e-3 == pytest.approx(time - epoch_s, abs=0.005)
+        elif kind == "HIL_SENSOR":
+            assert data["time_usec"] * 1e-6 == pytest.approx(time - epoch_s, abs=0.005)
