@@ -22,6 +22,11 @@ pub mod metadata;
 pub mod normalised;
 pub mod purpose;
 
+#[cfg(test)]
+mod file_tests;
+#[cfg(test)]
+mod import_tests;
+
 pub use check::{Check, Class, Finding, check};
 pub use diff::{Difference, diff};
 pub use export::{Export, Subject, export};
