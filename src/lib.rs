@@ -1,4 +1,4 @@
-//! samara plans, tunes, proves and flies the drop of a multirotor from a parachute: from the release, through free fall with
+//! samara plans and flies the drop of a multirotor from a parachute: from the release, through free fall with
 //! stopped rotors, to steady powered flight.
 //!
 //! It implements T. I. Opazo and J. W. Langelaan, "Longitudinal control of transition to powered flight for a

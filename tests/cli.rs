@@ -136,14 +136,70 @@ fn bad_missions_are_refused_with_the_place() {
     );
 }
 
+/// A mission with another target; x_ss, the steady state at the target, goes with it.
+fn with_target(folder: &Path, target: &str) -> String {
+    let path =
+        spoilt_mission(folder, "\"target_v_ned_m_s\": [4, 0, 4]", &format!("\"target_v_ned_m_s\": {target}"));
+    let text = fs::read_to_string(&path).unwrap();
+    let moved = text.replace("\"v_ned_m_s\": [4, 0, 4]", &format!("\"v_ned_m_s\": {target}"));
+    assert_ne!(text, moved);
+    fs::write(&path, moved).unwrap();
+    path
+}
+
 #[test]
 fn an_unreachable_target_velocity_is_refused() {
     let out = tempfile::tempdir().unwrap();
+    for target in ["[300, 0, 4]", "[1e160, 0, 0]"] {
+        let mission = with_target(out.path(), target);
+        let output = samara(&["plan", &mission, "--out", out.path().join("results").to_str().unwrap()]);
+        assert_eq!(code(&output), 2, "{target}: {}", stderr(&output));
+        assert!(stderr(&output).contains("target velocity cannot be reached"), "{}", stderr(&output));
+    }
+}
+
+/// Faster down than the body falls (23 m/s): rotors would have to pull.
+#[test]
+fn a_target_beyond_terminal_velocity_is_infeasible() {
+    let out = tempfile::tempdir().unwrap();
+    let mission = with_target(out.path(), "[0, 0, 45]");
+    let output = samara(&["plan", &mission, "--json", "--out", out.path().to_str().unwrap()]);
+    assert_eq!(code(&output), 1, "{}", stderr(&output));
+    assert_eq!(json(&output)["status"], "infeasible");
+}
+
+#[test]
+fn a_target_that_x_ss_contradicts_is_refused() {
+    let out = tempfile::tempdir().unwrap();
     let mission =
-        spoilt_mission(out.path(), "\"target_v_ned_m_s\": [4, 0, 4]", "\"target_v_ned_m_s\": [300, 0, 4]");
-    let output = samara(&["plan", &mission, "--out", out.path().join("results").to_str().unwrap()]);
+        spoilt_mission(out.path(), "\"target_v_ned_m_s\": [4, 0, 4]", "\"target_v_ned_m_s\": [0, 4, 4]");
+    let output = samara(&["plan", &mission, "--out", out.path().to_str().unwrap()]);
     assert_eq!(code(&output), 2);
-    assert!(stderr(&output).contains("target velocity cannot be reached"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("plan.x_ss.v_ned_m_s"), "{}", stderr(&output));
+}
+
+/// Released at once by the mission's time, with a delay that is no multiple of the setpoints' period: the plan is flown.
+#[test]
+fn a_release_at_the_very_start_is_flown() {
+    let out = tempfile::tempdir().unwrap();
+    let path = spoilt_mission(out.path(), "\"trigger\": \"command\"", "\"trigger\": \"armed_offboard\"");
+    let text = fs::read_to_string(&path).unwrap().replace("\"hang_s\": 10", "\"hang_s\": 1");
+    fs::write(&path, text.replace("\"delay_s\": 0.5", "\"delay_s\": 0.515")).unwrap();
+    let output = samara(&["drop", &path, "--json", "--out", out.path().to_str().unwrap()]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!((json(&output)["j_tpf"].as_f64().unwrap() / 0.5551 - 1.0).abs() < 0.02, "{}", json(&output));
+}
+
+#[test]
+fn a_drop_that_never_happens_says_no() {
+    let out = tempfile::tempdir().unwrap();
+    let mission = spoilt_mission(out.path(), "\"duration_s\": 45", "\"duration_s\": 10.6");
+    let text = fs::read_to_string(&mission).unwrap();
+    fs::write(&mission, text.replace("\"trigger\": \"command\"", "\"trigger\": { \"altitude_m\": -500 }"))
+        .unwrap();
+    let output = samara(&["drop", &mission, "--out", out.path().to_str().unwrap()]);
+    // Either the trigger's form is refused, or the vehicle is never released; never a verdict.
+    assert!([1, 2].contains(&code(&output)), "{}", stderr(&output));
 }
 
 #[test]

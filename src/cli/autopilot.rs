@@ -3,7 +3,7 @@
 use super::args::AutopilotArgs;
 use super::mission::chosen_mission;
 use super::narrative::Narrator;
-use super::net::{Reporter, block_on, open_tlog, ports_of, system_of};
+use super::net::{Reporter, block_on, ports_of, system_of, tlog};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::OutputFolder;
 use super::sessions;
@@ -14,7 +14,7 @@ pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
     let mission = chosen_mission(&args.mission, &args.choice)?;
     let ports = ports_of(&args.net)?;
     let folder = OutputFolder::create(args.out.as_deref(), &mission.name)?;
-    let vehicle = open_tlog(&folder, "vehicle.tlog", &mission)?;
+    let vehicle = tlog(&folder, "vehicle.tlog", &mission);
     let mut reporter = Reporter::new(Narrator::alone(false), &mission, None, Some(vehicle));
     let session = sessions::autopilot(&mission, system_of(&args.net))?;
     let after = if args.once { AfterSimulator::Return } else { AfterSimulator::Wait };

@@ -7,7 +7,7 @@ use super::clock::Stopwatch;
 use super::flight_files::write_flight;
 use super::mission::{chosen_mission, read_trajectory};
 use super::narrative::Narrator;
-use super::net::{Reporter, block_on, open_tlog, ports_of, speed_of, system_of};
+use super::net::{Reporter, block_on, ports_of, speed_of, system_of, tlog};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::plan::{plan_mission, write_plan};
@@ -17,7 +17,7 @@ use crate::config::Mission;
 use crate::link::shell::{Notice, Observer, Speed, run_watched_drop};
 use crate::link::{AutopilotSession, Lockstep};
 use crate::plan::Status;
-use crate::report::{DropRun, drop_json, plan_text, verdict_text};
+use crate::report::{DropRun, drop_json, plan_json, plan_text, verdict_text};
 use crate::sim::Sample;
 use crate::trajectory::Trajectory;
 
@@ -42,7 +42,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let planned = match given {
         Some(trajectory) => Planned { trajectory, solve_ms: None },
-        None => match plan(&mission, &folder, &narrator)? {
+        None => match plan(args, &mission, &folder, &narrator)? {
             Some(planned) => planned,
             None => return Ok(Answer::No),
         },
@@ -51,13 +51,21 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     finish(args, &mission, &planned, &flown, &folder, &narrator)
 }
 
-/// Plans and says so; `None` when no plan was found.
-fn plan(mission: &Mission, folder: &OutputFolder, narrator: &Narrator) -> Result<Option<Planned>, Failure> {
+/// Plans and says so; `None` when no plan was found (with --json, the plan's object says why).
+fn plan(
+    args: &DropArgs,
+    mission: &Mission,
+    folder: &OutputFolder,
+    narrator: &Narrator,
+) -> Result<Option<Planned>, Failure> {
     let timed = plan_mission(mission)?;
     let text = plan_text(&timed.plan, &mission.limits, None);
     narrator.say(&format!("planned in {:.1} ms: {text}", timed.solve_ms))?;
     write_plan(folder, mission, &timed.plan)?;
     if timed.plan.status != Status::Converged {
+        if args.mission.json {
+            print(&plan_json(mission, &timed.plan, Some(timed.solve_ms)))?;
+        }
         return Ok(None);
     }
     Ok(Some(Planned { trajectory: timed.plan.trajectory, solve_ms: Some(timed.solve_ms) }))
@@ -84,8 +92,7 @@ fn fly(
         sessions::autopilot(mission, system)?,
         sessions::streamer(mission, trajectory.clone(), system, false),
     );
-    let (hil, vehicle) =
-        (open_tlog(folder, "hil.tlog", mission)?, open_tlog(folder, "vehicle.tlog", mission)?);
+    let (hil, vehicle) = (tlog(folder, "hil.tlog", mission), tlog(folder, "vehicle.tlog", mission));
     let mut reporter = Reporter::new(*narrator, mission, Some(hil), Some(vehicle));
     let watch = Stopwatch::start();
     narrator.hanging(mission)?;
@@ -153,18 +160,11 @@ fn finish(
     write_flight(folder, mission, &flown.log, Some(&planned.trajectory), verdict.as_ref())?;
     let stopped = tell_if_stopped(narrator, mission, &flown.log)?;
     let Some(verdict) = verdict else {
-        narrator.say("the vehicle was never released\n")?;
-        if stopped {
-            return Ok(Answer::No);
-        }
-        return Err(anyhow::anyhow!(
-            "the vehicle was never released within the mission's {} s: check the release trigger, hang_s and what the vehicle said above",
-            mission.duration_s
-        ))
-        .bad_input();
+        never_released(narrator, mission, stopped)?;
+        return Ok(Answer::No);
     };
+    tell_verdict(narrator, mission, &verdict, &flown.log, folder)?;
     narrator.say(&format!("flown at {:.0} times real time\n", flown.real_time_factor))?;
-    tell_verdict(narrator, mission, &verdict, folder)?;
     let run = DropRun {
         plan_j_tpf: Some(plan_j_tpf(&planned.trajectory, &mission.limits)),
         plan_solve_ms: None,
@@ -182,6 +182,22 @@ fn finish(
     Ok(if verdict.limits_passed.is_empty() && !stopped { Answer::Yes } else { Answer::No })
 }
 
+/// Says that the vehicle was never released, and where to look for the reason.
+///
+/// # Errors
+/// [`Failure::Internal`] when stdout fails.
+pub fn never_released(narrator: &Narrator, mission: &Mission, stopped: bool) -> Result<(), Failure> {
+    let duration_s = mission.duration_s;
+    narrator.say(&if stopped {
+        "the vehicle had not been released\n".to_owned()
+    } else {
+        format!(
+            "the vehicle was never released within the mission's {duration_s} s: check the release trigger, hang_s and what the \
+             vehicle said above\n"
+        )
+    })
+}
+
 /// Prints when steady flight was reached, the verdict and where the files are.
 ///
 /// # Errors
@@ -190,9 +206,11 @@ pub fn tell_verdict(
     narrator: &Narrator,
     mission: &Mission,
     verdict: &Verdict,
+    log: &[Sample],
     folder: &OutputFolder,
 ) -> Result<(), Failure> {
-    narrator.steady(verdict, mission)?;
+    let powered_from_s = log.last().and_then(|sample| Some(sample.t_s - sample.t_powered_s?));
+    narrator.steady(verdict, mission, powered_from_s)?;
     let text = verdict_text(verdict, &mission.limits);
     narrator.say(&format!("\n{text}\nresults in {}\n", folder.path().display()))
 }

@@ -94,12 +94,18 @@ impl Narrator {
     }
 
     /// When steady flight was reached.
-    pub fn steady(&self, verdict: &Verdict, mission: &Mission) -> Result<(), Failure> {
+    /// `powered_from_s` is the time at which the rotors were freed.
+    pub fn steady(
+        &self,
+        verdict: &Verdict,
+        mission: &Mission,
+        powered_from_s: Option<f64>,
+    ) -> Result<(), Failure> {
         let v = mission.target_v_ned;
         let target = format!("[{} {} {}] m/s", v.x, v.y, v.z);
         match verdict.steady_after_s {
             Some(t) => {
-                let since = mission.hang_s + mission.parachute.delay_s;
+                let since = powered_from_s.unwrap_or(0.0);
                 self.at(since + t, &format!("steady after {t:.2} s: within 1 % of {target} to the end"))
             }
             None => self.say(&format!("never steady within 1 % of {target}\n")),

@@ -1,8 +1,6 @@
 //! What the verbs with sockets share: the runtime, Ctrl-C, and an observer that tells and records.
 
-use std::fs::File;
 use std::future::Future;
-use std::io::BufWriter;
 use std::pin::Pin;
 
 use anyhow::Context;
@@ -10,7 +8,7 @@ use anyhow::Context;
 use super::args::{NetArgs, SpeedArg};
 use super::narrative::Narrator;
 use super::outcome::{BadInput, Failure};
-use super::output::OutputFolder;
+use super::output::{LateFile, OutputFolder};
 use crate::config::Mission;
 use crate::link::shell::{Notice, Observer, Ports, Speed};
 use crate::link::{Link, TimeUs, Tlog};
@@ -75,14 +73,11 @@ pub fn block_on<F: Future>(
 }
 
 /// A `.tlog` in a result folder, written as frames come.
-pub type TlogFile = Tlog<BufWriter<File>>;
+pub type TlogFile = Tlog<LateFile>;
 
-/// Opens a `.tlog` of a mission.
-///
-/// # Errors
-/// [`Failure::BadInput`] when the file cannot be made.
-pub fn open_tlog(folder: &OutputFolder, name: &str, mission: &Mission) -> Result<TlogFile, Failure> {
-    Ok(Tlog::new(folder.open(name)?, mission.epoch_unix_us))
+/// A `.tlog` of a mission; the file is made with the first frame.
+pub fn tlog(folder: &OutputFolder, name: &str, mission: &Mission) -> TlogFile {
+    Tlog::new(folder.late(name), mission.epoch_unix_us)
 }
 
 /// Tells notices, records frames.

@@ -32,16 +32,10 @@ impl OutputFolder {
         &self.path
     }
 
-    /// Opens a file that is written while a run goes on.
-    ///
-    /// # Errors
-    /// [`Failure::BadInput`] when it cannot be made.
-    pub fn open(&self, name: &str) -> Result<BufWriter<File>, Failure> {
-        let path = self.path.join(name);
-        #[expect(clippy::disallowed_methods, reason = "one of two places that make result files")]
-        let file =
-            File::create(&path).with_context(|| format!("cannot write {}", path.display())).bad_input()?;
-        Ok(BufWriter::new(file))
+    /// A file that is written while a run goes on; it is made with the first byte, so that a run that does not get that far
+    /// (a busy port) leaves the file of another one alone.
+    pub fn late(&self, name: &str) -> LateFile {
+        LateFile { path: self.path.join(name), file: None }
     }
 
     /// Writes a file whole: under a temporary name first, so that a reader never sees half of it.
@@ -76,6 +70,28 @@ pub fn tell(text: &str) -> Result<(), Failure> {
             Err(anyhow::Error::from(e).context("stderr").into())
         }
         _ => Ok(()),
+    }
+}
+
+/// See [`OutputFolder::late`].
+#[derive(Debug)]
+pub struct LateFile {
+    path: PathBuf,
+    file: Option<BufWriter<File>>,
+}
+
+impl Write for LateFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.file.is_none() {
+            #[expect(clippy::disallowed_methods, reason = "one of two places that make result files")]
+            let file = File::create(&self.path)?;
+            self.file = Some(BufWriter::new(file));
+        }
+        self.file.as_mut().map_or(Ok(0), |file| file.write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.as_mut().map_or(Ok(()), Write::flush)
     }
 }
 

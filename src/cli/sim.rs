@@ -1,11 +1,11 @@
 //! `samara sim`: the simulator behind its sockets.
 
 use super::args::SimArgs;
-use super::drop::{judge, tell_if_stopped, tell_verdict};
+use super::drop::{judge, never_released, tell_if_stopped, tell_verdict};
 use super::flight_files::write_flight;
 use super::mission::chosen_mission;
 use super::narrative::Narrator;
-use super::net::{Reporter, block_on, open_tlog, ports_of, speed_of, system_of};
+use super::net::{Reporter, block_on, ports_of, speed_of, system_of, tlog};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::sessions;
@@ -18,7 +18,7 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let ports = ports_of(&args.net)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let narrator = Narrator::alone(args.mission.json);
-    let hil = open_tlog(&folder, "hil.tlog", &mission)?;
+    let hil = tlog(&folder, "hil.tlog", &mission);
     let mut reporter = Reporter::new(narrator, &mission, Some(hil), None);
     let session = sessions::simulator(&mission, system_of(&args.net));
     let speed = speed_of(args.speed);
@@ -31,12 +31,12 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     }
     let stopped = tell_if_stopped(&narrator, &mission, &log)?;
     let Some(verdict) = verdict else {
-        narrator.say("the vehicle was never released\n")?;
+        never_released(&narrator, &mission, stopped)?;
         return Ok(Answer::No);
     };
     let text = drop_json(&mission, &verdict, &DropRun::default());
     folder.write("drop.json", |out| std::io::Write::write_all(out, text.as_bytes()))?;
-    tell_verdict(&narrator, &mission, &verdict, &folder)?;
+    tell_verdict(&narrator, &mission, &verdict, &log, &folder)?;
     if args.mission.json {
         print(&text)?;
     }

@@ -156,7 +156,7 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
     let gains_shelf = GainsShelf { directory, hash_without_gains: hash };
     let (gains, input_hash) = gains_shelf.take(&gains_file, Some(path))?;
     parts::check_times(&source, &json)?;
-    parts::check_x_ss(&source, json.plan.x_ss.as_ref())?;
+    parts::check_x_ss(&source, json.plan.x_ss.as_ref(), json.target_v_ned_m_s.get())?;
     build(&source, &json, vehicle, gains, input_hash, gains_shelf)
 }
 

@@ -50,8 +50,19 @@ pub(super) fn check_times(source: &Source, json: &MissionJson) -> Result<(), Con
     Err(source.refuse("duration_s", message))
 }
 
-pub(super) fn check_x_ss(source: &Source, x_ss: Option<&StateJson>) -> Result<(), ConfigError> {
+pub(super) fn check_x_ss(
+    source: &Source,
+    x_ss: Option<&StateJson>,
+    target_v_ned: [f64; 3],
+) -> Result<(), ConfigError> {
     let Some(x_ss) = x_ss else { return Ok(()) };
+    let v = x_ss.v_ned_m_s.get();
+    if v != target_v_ned {
+        let message = format!(
+            "expected the target velocity {target_v_ned:?} (x_ss is the steady state there; left out, it is solved for), found {v:?}"
+        );
+        return Err(source.refuse("plan.x_ss.v_ned_m_s", message));
+    }
     let length = x_ss.q_ned_from_body.get().iter().map(|q| q * q).sum::<f64>().sqrt();
     if (length - 1.0).abs() < 1e-3 {
         return Ok(());

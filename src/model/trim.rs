@@ -96,7 +96,11 @@ pub fn trim(
             let column = (probe(h) - probe(-h)) / (2.0 * h);
             jacobian.set_column(j, &column);
         }
-        let Ok(step) = jacobian.svd(true, true).solve(&r, 1e-9) else { break };
+        if !jacobian.iter().chain(r.iter()).all(|x| x.is_finite()) {
+            break;
+        }
+        let Some(svd) = jacobian.try_svd(true, true, f64::EPSILON, 500) else { break };
+        let Ok(step) = svd.solve(&r, 1e-9) else { break };
         // Attitude moves by at most a quarter turn, thrust by a few hover thrusts a step.
         let scale = (1.0 / step.amax()).min(1.0);
         let next = &unknowns - step * scale;

@@ -202,9 +202,16 @@ where
     })
 }
 
-/// Why steady flight at the target is beyond the thrust limits, if it is.
+/// Why steady flight at the target is beyond what the rotors can give, if it is.
 fn weakness(problem: &PlanProblem<'_>, trim_thrust_n: &PerRotor) -> Option<String> {
     let n = problem.vehicle.rotors.len();
+    if let Some(i) = trim_thrust_n[..n].iter().position(|&thrust| thrust < 0.0) {
+        return Some(format!(
+            "steady flight at the target needs {:.1} N of rotor {}: the air carries more than the weight, and rotors cannot pull down",
+            trim_thrust_n[i],
+            i + 1
+        ));
+    }
     let (i, most) = trim_thrust_n[..n].iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
     (most > problem.thrust_max_n).then(|| {
         format!(

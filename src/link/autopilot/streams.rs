@@ -106,7 +106,11 @@ impl Schedule {
         let due = self.streams.iter_mut().find(|s| s.interval_us.is_some() && s.next_us <= now);
         if let Some(stream) = due {
             let interval = stream.interval_us.unwrap_or(1);
-            stream.next_us = (now / interval + 1).saturating_mul(interval);
+            // At the end of time there is no next one.
+            match (now / interval + 1).checked_mul(interval) {
+                Some(next_us) => stream.next_us = next_us,
+                None => stream.interval_us = None,
+            }
             return Some(stream.message_id);
         }
         self.earliest_us = self
@@ -162,6 +166,13 @@ mod tests {
             }
         }
         n
+    }
+
+    #[test]
+    fn prop_the_end_of_time_ends_the_streams() {
+        let mut schedule = Schedule::new(Link::Api);
+        let sent = std::iter::from_fn(|| schedule.take_due(TimeUs::MAX)).take(1000).count();
+        assert!(sent < 100, "{sent}");
     }
 
     #[test]

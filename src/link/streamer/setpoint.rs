@@ -27,7 +27,7 @@ impl StreamerSession {
         let ahead = now + self.config.lead_us;
         let start = self.plan_start().unwrap_or(0);
         // The newest grid point that is not in the future; the grid reaches back before t = 0.
-        let grid = ahead - (ahead + period - start % period) % period;
+        let Some(grid) = ahead.checked_sub((ahead + period - start % period) % period) else { return };
         if grid < self.flight.next_setpoint {
             return;
         }
