@@ -14,6 +14,7 @@ mod outcome;
 mod output;
 mod params;
 mod plan;
+mod pool;
 mod schema;
 mod sessions;
 mod sim;
