@@ -10,6 +10,7 @@
 use std::ops::ControlFlow;
 
 use crate::frames::pitch;
+use crate::model::rigid_body::BodyState;
 use crate::sim::Sample;
 use crate::trajectory::Trajectory;
 
@@ -45,16 +46,20 @@ impl<'a> TrackingError<'a> {
     /// Takes the next sample; breaks when the flight has diverged. Samples must fall on the nodes: the control
     /// period divides the plan's intervals.
     pub fn observe(&mut self, sample: &Sample) -> ControlFlow<()> {
-        let body = &sample.state.body;
+        self.observe_state(sample.t_powered_s.unwrap_or(f64::NAN), &sample.state.body)
+    }
+
+    /// As [`Self::observe`], for the state at `t_s` from the start of powered flight.
+    pub fn observe_state(&mut self, t_s: f64, body: &BodyState) -> ControlFlow<()> {
         let theta = pitch(body.q_ned_from_body);
         if !(body.v_ned.norm() <= SPEED_MAX_M_S && theta.abs() <= PITCH_MAX_RAD) {
             self.diverged = true;
             return ControlFlow::Break(());
         }
-        let (Some(t), Some(node)) = (sample.t_powered_s, self.plan.nodes().get(self.next_node)) else {
+        let Some(node) = self.plan.nodes().get(self.next_node) else {
             return ControlFlow::Continue(());
         };
-        if (t - node.t_s).abs() < 1e-6 {
+        if (t_s - node.t_s).abs() < 1e-6 {
             let (q, q_opt) = (&body.q_ned_from_body, &node.q_ned_from_body);
             let error = [
                 q[0] - q_opt[0],
@@ -84,7 +89,6 @@ mod tests {
     use super::*;
     use crate::frames::{LEVEL, quaternion_from_euler};
     use crate::model::ForceBalance;
-    use crate::model::rigid_body::BodyState;
     use crate::sim::{Phase, PlantState};
     use crate::trajectory::Node;
     use nalgebra::Vector3;

@@ -17,6 +17,7 @@ use crate::control::{ControlLimits, Gains};
 use crate::model::{Environment, MAX_ROTORS, Parachute, Vehicle};
 use crate::plan::{InputReference, PlanProblem};
 use crate::sim::Start;
+use crate::tune::ReleaseCase;
 use crate::units::RAD_PER_DEG;
 
 /// What cuts the vehicle from its parachute.
@@ -30,19 +31,6 @@ pub enum ReleaseTrigger {
     Altitude(f64),
     /// Armed and in OFFBOARD.
     ArmedOffboard,
-}
-
-/// A state at t = 0 that the gains are tuned on; rotors at rest.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ReleaseCase {
-    /// Name of the case.
-    pub name: String,
-    /// Velocity, NED [m/s].
-    pub v_ned: Vector3<f64>,
-    /// Pitch [rad].
-    pub pitch_rad: f64,
-    /// Pitch rate [rad/s].
-    pub pitch_rate_rad_s: f64,
 }
 
 /// Random releases, (40)-(44): the swing's amplitude is normal about 0, its phase uniform over the turn.

@@ -1,3 +1,57 @@
-//! Tuning: the releases that gains are tuned on.
+//! Tuning: gains by search, on the flights that they shall be good at.
+//!
+//! | file | holds | paper |
+//! |---|---|---|
+//! | [`release_cases`] | states at t = 0: the mission's cases, a swing sampled all around | Table 3, (40)-(44) |
+//! | [`bench`](mod@bench) | what a set of gains costs: its flights | (45)-(46), (51) |
+//! | [`objective`] | the number to be made small | (46) |
+//! | [`swarm`] | particle swarm | IV.C |
+//! | [`cma_es`] | evolution strategy that learns the shape of the valley | |
+//! | [`search`] | an optimiser on an objective, with the best and the front of all that was tried | |
+//! | [`near_hover`] | Ziegler and Nichols on the vehicle's own loops | IV.D |
+//!
+//! Optimisers are asked for candidates and told their costs. They own no threads, no clock and nothing to print; random numbers
+//! come from ChaCha8, one stream for each particle, so that a search is its seed and the costs it was told: a search that is
+//! told the same costs again is where it was.
 
+pub mod bench;
+pub mod cma_es;
+pub mod near_hover;
+pub mod objective;
+mod random;
 pub mod release_cases;
+pub mod search;
+pub mod swarm;
+
+pub use bench::{Bench, Evaluation};
+pub use cma_es::CmaEs;
+pub use objective::Objective;
+pub use release_cases::ReleaseCase;
+pub use search::{Method, Search, SearchSettings};
+pub use swarm::ParticleSwarm;
+
+/// The seven longitudinal gains in Table 4's order, as [`crate::control::Gains::longitudinal`] takes them.
+pub type Longitudinal = [f64; 7];
+
+/// The space Y of (46): every gain from 0.0001 to 5.
+pub const BOUNDS: (f64, f64) = (0.0001, 5.0);
+
+/// An optimiser in `N` dimensions: asked for candidates, told what they cost. A cost that is not a number counts as infinite.
+pub trait Optimiser<const N: usize> {
+    /// The candidates to be judged next; the same until [`Self::tell`] is called.
+    fn ask(&self) -> &[[f64; N]];
+
+    /// Takes the costs of the candidates, in their order, and makes new ones.
+    fn tell(&mut self, costs: &[f64]);
+
+    /// Whether more of it is of no use.
+    fn has_converged(&self) -> bool;
+}
+
+/// What an optimiser makes of a cost: infinite when it is not a number.
+fn usable(cost: f64) -> f64 {
+    if cost.is_nan() { f64::INFINITY } else { cost }
+}
+
+#[cfg(test)]
+mod optimiser_tests;

@@ -1,40 +1,28 @@
-//! The releases under study: Table 3 of the paper, as printed.
+//! Releases that gains are tuned on and tried on: states at t = 0, the end of the release delay, rotors at rest.
 //!
-//! Six phases of a 9.4 deg swing, (40)-(44), and the nominal release. The printed digits are the tuning set, truncated
-//! as they are: the nominal case descends at 3.67 m/s here, where (44) gives 3.675.
+//! A mission names its cases (Table 3 of the paper, as printed: truncated digits, the nominal case at 3.67 m/s where (44)
+//! gives 3.675). Around them, [`swing_releases`] samples the swing (40)-(44) in amplitude and phase, and [`random_releases`]
+//! draws from its distribution.
 
 use nalgebra::Vector3;
 
+use super::random::Stream;
 use crate::frames::quaternion_from_euler;
+use crate::model::Parachute;
+use crate::model::parachute::Pendulum;
 use crate::model::rigid_body::BodyState;
-use crate::units::RAD_PER_DEG;
 
-/// State at t = 0, the end of the release delay.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A state at t = 0; rotors at rest.
+#[derive(Clone, Debug, PartialEq)]
 pub struct ReleaseCase {
-    /// Velocity north [m/s].
-    pub v_north_m_s: f64,
-    /// Velocity down [m/s].
-    pub v_down_m_s: f64,
-    /// Pitch [deg].
-    pub pitch_deg: f64,
-    /// Pitch rate [deg/s].
-    pub pitch_rate_deg_s: f64,
-}
-
-/// Table 3; the index is the case's number.
-pub const TABLE_3: [ReleaseCase; 7] = [
-    case(0.0, 3.67, 0.0, 0.0),
-    case(0.32, 3.67, 0.0, 18.8),
-    case(0.26, 3.64, 5.5, 15.2),
-    case(0.10, 3.65, 8.9, 5.8),
-    case(-0.10, 3.69, 8.9, -5.8),
-    case(-0.26, 3.70, 5.5, -15.2),
-    case(-0.32, 3.67, 0.0, -18.8),
-];
-
-const fn case(v_north_m_s: f64, v_down_m_s: f64, pitch_deg: f64, pitch_rate_deg_s: f64) -> ReleaseCase {
-    ReleaseCase { v_north_m_s, v_down_m_s, pitch_deg, pitch_rate_deg_s }
+    /// Name of the case.
+    pub name: String,
+    /// Velocity, NED [m/s].
+    pub v_ned: Vector3<f64>,
+    /// Pitch [rad].
+    pub pitch_rad: f64,
+    /// Pitch rate [rad/s].
+    pub pitch_rate_rad_s: f64,
 }
 
 impl ReleaseCase {
@@ -42,9 +30,95 @@ impl ReleaseCase {
     pub fn state(&self) -> BodyState {
         BodyState {
             p_ned: Vector3::zeros(),
-            q_ned_from_body: quaternion_from_euler(0.0, self.pitch_deg * RAD_PER_DEG, 0.0),
-            v_ned: Vector3::new(self.v_north_m_s, 0.0, self.v_down_m_s),
-            omega_body: Vector3::new(0.0, self.pitch_rate_deg_s * RAD_PER_DEG, 0.0),
+            q_ned_from_body: quaternion_from_euler(0.0, self.pitch_rad, 0.0),
+            v_ned: self.v_ned,
+            omega_body: Vector3::new(0.0, self.pitch_rate_rad_s, 0.0),
         }
+    }
+}
+
+/// A swing under a parachute whose amplitude is normal about 0 and whose phase is uniform over the turn, (40)-(44).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Swing {
+    /// Rate of descent under the canopy [m/s].
+    pub descent_m_s: f64,
+    /// Delay t_d between release and rotor start [s].
+    pub delay_s: f64,
+    /// Gravity [m/s^2].
+    pub gravity_m_s2: f64,
+    /// Standard deviation of the amplitude theta_0 [rad].
+    pub amplitude_sigma_rad: f64,
+    /// Frequency of the swing [rad/s].
+    pub omega_rad_s: f64,
+    /// Length r of the pendulum [m].
+    pub length_m: f64,
+}
+
+impl Swing {
+    /// The state at t = 0 after a release at this amplitude and phase [rad].
+    pub fn state(&self, amplitude_rad: f64, phase_rad: f64) -> BodyState {
+        let pendulum =
+            Pendulum { amplitude_rad, phase_rad, omega_rad_s: self.omega_rad_s, length_m: self.length_m };
+        Parachute { descent_m_s: self.descent_m_s, delay_s: self.delay_s, pendulum }
+            .state_at_t0(self.gravity_m_s2)
+    }
+}
+
+/// Amplitudes of [`swing_releases`] in standard deviations: usual, rare, and the largest of some two thousand.
+const AMPLITUDES: [f64; 3] = [1.0, 7.0 / 3.0, 3.5];
+/// Phases of [`swing_releases`], evenly over the turn.
+const PHASES: usize = 12;
+
+/// The swing in three amplitudes (3, 7 and 10.5 deg with the paper's 3 deg) and twelve phases.
+pub fn swing_releases(swing: &Swing) -> Vec<BodyState> {
+    let phase = |k: usize| std::f64::consts::TAU * k as f64 / PHASES as f64;
+    let at = |a: f64| (0..PHASES).map(move |k| swing.state(a * swing.amplitude_sigma_rad, phase(k)));
+    AMPLITUDES.into_iter().flat_map(at).collect()
+}
+
+/// `count` random releases of a seed; the first ones are the same whatever the count.
+pub fn random_releases(swing: &Swing, seed: u64, count: usize) -> Vec<BodyState> {
+    let draw = |i: usize| {
+        let mut stream = Stream::new(seed, i);
+        let amplitude_rad = swing.amplitude_sigma_rad * stream.normal();
+        swing.state(amplitude_rad, stream.between(-std::f64::consts::PI, std::f64::consts::PI))
+    };
+    (0..count).map(draw).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::pitch;
+    use crate::units::RAD_PER_DEG;
+
+    const PAPER: Swing = Swing {
+        descent_m_s: 3.0,
+        delay_s: 0.5,
+        gravity_m_s2: 1.35,
+        amplitude_sigma_rad: 3.0 * RAD_PER_DEG,
+        omega_rad_s: 2.0,
+        length_m: 0.34,
+    };
+
+    #[test]
+    fn closed_form_amplitudes_and_phases_of_the_sampled_swing() {
+        let states = swing_releases(&PAPER);
+        assert_eq!(states.len(), 36);
+        let widest = states.iter().map(|s| pitch(s.q_ned_from_body)).fold(0.0, f64::max);
+        assert!((widest - 10.5 * RAD_PER_DEG).abs() < 1e-12);
+        assert!((states[0].omega_body.y - 6.0 * RAD_PER_DEG).abs() < 1e-15, "phase 0: fastest");
+    }
+
+    /// (40)-(41): the rate has standard deviation omega sigma sqrt(1/2); draws do not depend on how many there are.
+    #[test]
+    fn prop_random_releases_have_their_distribution() {
+        let states = random_releases(&PAPER, 7, 4000);
+        assert_eq!(states[..10], random_releases(&PAPER, 7, 10));
+        assert_ne!(states[..10], random_releases(&PAPER, 8, 10));
+        let rates: Vec<f64> = states.iter().map(|s| s.omega_body.y / RAD_PER_DEG).collect();
+        let mean = rates.iter().sum::<f64>() / 4000.0;
+        let sigma = (rates.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / 3999.0).sqrt();
+        assert!(mean.abs() < 0.25 && (sigma / (6.0 / 2f64.sqrt()) - 1.0).abs() < 0.05, "{mean} {sigma}");
     }
 }

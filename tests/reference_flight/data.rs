@@ -5,12 +5,13 @@ use std::sync::{Arc, LazyLock};
 
 use nalgebra::Vector3;
 use samara::assess::SafetyLimits;
-use samara::config::{load_gains, load_vehicle};
+use samara::config::{load_gains, load_mission, load_vehicle};
 use samara::control::{Airframe, Cascade, ControlLimits, Gains};
 use samara::frames::quaternion_from_euler;
 use samara::model::environment::GeoPoint;
 use samara::model::{Environment, Vehicle};
 use samara::trajectory::{Node, Trajectory};
+use samara::tune::ReleaseCase;
 use samara::units::RAD_PER_DEG;
 use serde_json::Value;
 
@@ -20,6 +21,12 @@ pub static NUMBERS: LazyLock<Value> =
 pub static TITAN: LazyLock<Arc<Vehicle>> = LazyLock::new(|| {
     let path: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("params/vehicles/titan.json");
     Arc::new(load_vehicle(&path).unwrap().vehicle)
+});
+
+/// Table 3, as the mission has it.
+pub static TABLE_3: LazyLock<Vec<ReleaseCase>> = LazyLock::new(|| {
+    let path: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("mission/titan_drop.json");
+    load_mission(&path).unwrap().tuning_cases
 });
 
 /// The reference's target velocity, NED [m/s].

@@ -4,9 +4,8 @@ use samara::assess::TrackingError;
 use samara::assess::tracking::control_period_s;
 use samara::control::Gains;
 use samara::sim::{DropSimulation, FlightPlan, PlantKind, Reference, fly};
-use samara::tune::release_cases::TABLE_3;
 
-use crate::data::{NUMBERS, TITAN, cascade, flight_reference, gains, number, numbers, plan, site};
+use crate::data::{NUMBERS, TABLE_3, TITAN, cascade, flight_reference, gains, number, numbers, plan, site};
 
 fn rms(gains: Gains, kind: PlantKind, case: usize) -> f64 {
     let (velocity, plan) = (flight_reference(), plan());

@@ -1,0 +1,62 @@
+//! The number that a search makes small.
+
+use super::Evaluation;
+
+/// What counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Objective {
+    /// The paper's (46): the worst tracking RMS of the mission's cases.
+    Rms,
+    /// The worst J_TPF. Ill-posed alone: gains that never accelerate are safe and useless.
+    JTpf,
+    /// The worst J_TPF of gains that track as well as `rms_bound` and come to rest at the target.
+    Safety {
+        /// Largest worst RMS.
+        rms_bound: f64,
+    },
+}
+
+/// What a fraction over a bound costs: a hundredth as much as a tenth of J_TPF, more than it can gain.
+const PENALTY: f64 = 10.0;
+/// How far from the target, as a fraction of it, gains at rest may be: half of what counts as steady.
+const REST: f64 = 0.005;
+
+impl Objective {
+    /// The cost: infinite for gains with a flight that diverged.
+    pub fn cost(&self, e: &Evaluation) -> f64 {
+        if !e.is_finite() {
+            return f64::INFINITY;
+        }
+        match self {
+            Self::Rms => e.rms,
+            Self::JTpf => e.j_tpf,
+            Self::Safety { rms_bound } => {
+                e.j_tpf + PENALTY * ((e.rms / rms_bound - 1.0).max(0.0) + (e.unsteady - REST).max(0.0))
+            }
+        }
+    }
+
+    /// Whether the bounds hold.
+    pub fn allows(&self, e: &Evaluation) -> bool {
+        match self {
+            Self::Safety { rms_bound } => e.rms <= *rms_bound && e.unsteady <= REST,
+            Self::Rms | Self::JTpf => e.is_finite(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closed_form_costs() {
+        let e = Evaluation { rms: 0.4, j_tpf: 0.6, unsteady: 0.015 };
+        assert_eq!((Objective::Rms.cost(&e), Objective::JTpf.cost(&e)), (0.4, 0.6));
+        let cost = |rms_bound| Objective::Safety { rms_bound }.cost(&e);
+        assert!((cost(0.4) - 0.7).abs() < 1e-12 && (cost(0.32) - 3.2).abs() < 1e-12);
+        assert!(!Objective::Safety { rms_bound: 0.5 }.allows(&e));
+        let lost = Evaluation { rms: f64::NAN, ..e };
+        assert_eq!(Objective::JTpf.cost(&lost), f64::INFINITY);
+    }
+}

@@ -1,0 +1,168 @@
+//! Both optimisers on functions whose minimum is known, and what makes a search repeatable.
+
+use super::cma_es::{CmaSettings, Scale};
+use super::search::{Method, Search, SearchSettings};
+use super::swarm::SwarmSettings;
+use super::{CmaEs, Evaluation, Objective, Optimiser, ParticleSwarm};
+
+type Point = [f64; 5];
+
+fn sphere(x: &Point) -> f64 {
+    x.iter().map(|x| (x - 0.3) * (x - 0.3)).sum()
+}
+
+/// Minimum 0 at (1, .., 1), at the end of a bent valley.
+fn rosenbrock(x: &Point) -> f64 {
+    x.windows(2).map(|w| 100.0 * (w[1] - w[0] * w[0]).powi(2) + (1.0 - w[0]).powi(2)).sum()
+}
+
+/// Many minima; within -2..2 moved by 2.5 the best is where every coordinate is at its upper bound.
+fn rastrigin_at_bound(x: &Point) -> f64 {
+    x.iter().map(|x| (x - 2.0).powi(2) + 4.0 * (1.0 - (std::f64::consts::TAU * (x - 2.0)).cos())).sum()
+}
+
+const BOUNDS: [(f64, f64); 5] = [(-2.0, 2.0); 5];
+
+/// Least cost found, where, and the evaluations that it took.
+fn run(mut optimiser: impl Optimiser<5>, f: fn(&Point) -> f64, iterations: usize) -> (f64, Point, usize) {
+    let mut best = (f64::INFINITY, [f64::NAN; 5], 0);
+    for _ in 0..iterations {
+        let costs: Vec<f64> = optimiser.ask().iter().map(f).collect();
+        for (x, cost) in optimiser.ask().iter().zip(&costs) {
+            assert!(x.iter().all(|x| (-2.0..=2.0).contains(x)), "{x:?}");
+            best = if *cost < best.0 { (*cost, *x, best.2) } else { best };
+        }
+        best.2 += costs.len();
+        optimiser.tell(&costs);
+        if optimiser.has_converged() {
+            break;
+        }
+    }
+    best
+}
+
+fn swarm(seed: u64) -> ParticleSwarm<5> {
+    ParticleSwarm::new(BOUNDS, SwarmSettings { particles: 50, ..SwarmSettings::default() }, seed)
+}
+
+fn cma(seed: u64) -> CmaEs<5> {
+    let settings = CmaSettings { samples: 16, sigma: 0.3, scale: Scale::Linear, tolerance: 1e-8 };
+    CmaEs::new(BOUNDS, [-1.0, 1.0, -1.0, 1.0, 0.0], settings, seed)
+}
+
+/// The work is bounded too: a slower optimiser fails.
+#[test]
+fn closed_form_sphere() {
+    for seed in 0..3 {
+        let (cost, _, work) = run(swarm(seed), sphere, 1000);
+        assert!(cost < 1e-6 && work < 8000, "swarm {cost:e} {work}");
+        let (cost, _, work) = run(cma(seed), sphere, 1000);
+        assert!(cost < 1e-14 && work < 3000, "cma {cost:e} {work}");
+    }
+}
+
+#[test]
+fn closed_form_rosenbrock() {
+    for seed in 0..3 {
+        let (cost, ..) = run(cma(seed), rosenbrock, 1000);
+        assert!(cost < 1e-12, "cma {cost:e}");
+        let patient = SwarmSettings { stall_iterations: 60, ..SwarmSettings::default() };
+        let (cost, ..) = run(ParticleSwarm::new(BOUNDS, patient, seed), rosenbrock, 1500);
+        assert!(cost < 0.05, "swarm {cost:e}");
+    }
+}
+
+#[test]
+fn closed_form_the_best_of_many_minima_on_a_bound() {
+    for seed in 0..3 {
+        let (cost, x, _) = run(swarm(seed), rastrigin_at_bound, 1000);
+        assert!(cost == 0.0 && x == [2.0; 5], "swarm {cost:e} {x:?}");
+    }
+    // The strategy is a local search: begun in the right basin it goes to the bound.
+    let settings = CmaSettings { samples: 16, sigma: 0.05, scale: Scale::Linear, tolerance: 1e-9 };
+    let (cost, ..) = run(CmaEs::new(BOUNDS, [1.8; 5], settings, 1), rastrigin_at_bound, 1000);
+    assert!(cost < 1e-12, "cma {cost:e}");
+}
+
+/// Costs that are no numbers lose against every number and harm nothing.
+#[test]
+fn a_cost_that_is_no_number_counts_as_infinite() {
+    fn holes(x: &Point) -> f64 {
+        if x[0] < -0.5 { f64::NAN } else { sphere(x) }
+    }
+    let (cost, ..) = run(swarm(3), holes, 1000);
+    assert!(cost < 1e-6, "{cost:e}");
+    let (cost, ..) = run(cma(3), holes, 1000);
+    assert!(cost < 1e-12, "{cost:e}");
+    let (cost, ..) = run(cma(3), |_| f64::NAN, 5);
+    assert_eq!(cost, f64::INFINITY);
+}
+
+fn settings(method: Method) -> SearchSettings {
+    let bounds = [0.5, 0.3].map(|rms_bound| Objective::Safety { rms_bound });
+    SearchSettings { method, objectives: bounds.to_vec(), iterations: 12, start: None, seed: 5 }
+}
+
+/// RMS falls and J_TPF rises with the first gain; a sixth of the space diverges.
+fn judged(k: &[f64; 7]) -> Evaluation {
+    let rest: f64 = k[1..].iter().map(|x| (x - 1.0).abs()).sum();
+    let rms = if k[6] > 4.0 { f64::INFINITY } else { 0.2 + 1.0 / (1.0 + k[0]) + 0.01 * rest };
+    Evaluation { rms, j_tpf: 0.5 + 0.1 * k[0] + 0.01 * rest, unsteady: 0.0 }
+}
+
+const METHODS: [Method; 2] = [
+    Method::Swarm(SwarmSettings {
+        particles: 20,
+        inertia: (0.1, 1.1),
+        weights: (1.49, 1.49),
+        neighbours: 0.25,
+        stall_iterations: 20,
+        tolerance: 1e-6,
+    }),
+    Method::CmaEs(CmaSettings { samples: 12, sigma: 0.1, scale: Scale::Logarithmic, tolerance: 1e-5 }),
+];
+
+/// However the candidates are parted for judging, and when a search is told its past again, it goes on to the same bits.
+#[test]
+fn prop_a_search_is_its_seed_and_the_costs_it_was_told() {
+    for method in METHODS {
+        let mut whole = Search::new(settings(method));
+        while let Some(candidates) = whole.ask() {
+            let evaluations: Vec<Evaluation> = candidates.iter().map(judged).collect();
+            whole.tell(&evaluations);
+        }
+        let mut resumed = Search::new(settings(method));
+        let mut past = whole.tried().iter().take(7 * resumed.ask().unwrap().len()).map(|t| t.evaluation);
+        while let Some(n) = resumed.ask().map(<[_]>::len) {
+            let mut evaluations: Vec<Evaluation> = past.by_ref().take(n).collect();
+            if evaluations.is_empty() {
+                let chunks = resumed.ask().unwrap().chunks(3);
+                evaluations = chunks.flat_map(|c| c.iter().map(judged).collect::<Vec<_>>()).collect();
+            }
+            resumed.tell(&evaluations);
+        }
+        assert_eq!(resumed.tried(), whole.tried());
+        assert_eq!(resumed.history(), whole.history());
+        let other = Search::new(SearchSettings { seed: 6, ..settings(method) });
+        assert_ne!(other.ask().unwrap()[0], whole.tried()[0].k);
+    }
+}
+
+#[test]
+fn closed_form_the_front_holds_what_nothing_beats() {
+    let mut search = Search::new(settings(METHODS[0]));
+    while let Some(candidates) = search.ask() {
+        let evaluations: Vec<Evaluation> = candidates.iter().map(judged).collect();
+        search.tell(&evaluations);
+    }
+    let front = search.front();
+    assert!(front.len() > 3);
+    for t in search.tried() {
+        let beats = |f: &super::search::Tried| {
+            t.evaluation.rms < f.evaluation.rms && t.evaluation.j_tpf < f.evaluation.j_tpf
+        };
+        assert!(!front.iter().any(beats), "{t:?}");
+    }
+    let last = search.history().last().unwrap();
+    assert!(last.diverged > 0 && last.evaluations == 480 && last.objective == 1);
+}

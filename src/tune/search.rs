@@ -1,0 +1,181 @@
+//! A search: an optimiser on an objective, or on several one after the other, with all that was tried.
+//!
+//! Several objectives make a **front**: each bounds the tracking RMS tighter or wider (the epsilon-constraint method), begins at
+//! the best that was tried before, and whatever was tried on the way belongs to the front if nothing beats it in both numbers.
+
+use super::cma_es::{CmaEs, CmaSettings};
+use super::swarm::{ParticleSwarm, SwarmSettings};
+use super::{BOUNDS, Evaluation, Longitudinal, Objective, Optimiser};
+
+/// Which optimiser.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// Particle swarm.
+    Swarm(SwarmSettings),
+    /// Evolution strategy.
+    CmaEs(CmaSettings),
+}
+
+/// What to search, and how.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SearchSettings {
+    /// The optimiser.
+    pub method: Method,
+    /// One objective, or those of a front in their order; at least one.
+    pub objectives: Vec<Objective>,
+    /// Most iterations for each.
+    pub iterations: usize,
+    /// Where the evolution strategy begins, and one particle of the swarm if it is given one.
+    pub start: Option<Longitudinal>,
+    /// Seed.
+    pub seed: u64,
+}
+
+/// A candidate that was judged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tried {
+    /// Its gains.
+    pub k: Longitudinal,
+    /// What its flights came to.
+    pub evaluation: Evaluation,
+}
+
+/// State of a search after an iteration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Which objective, from 0.
+    pub objective: usize,
+    /// Candidates judged so far.
+    pub evaluations: usize,
+    /// Candidates so far with a flight that diverged.
+    pub diverged: usize,
+    /// Median cost of this iteration's candidates.
+    pub median_cost: f64,
+    /// Least cost under this objective so far.
+    pub cost: f64,
+    /// The evaluation of that candidate.
+    pub best: Evaluation,
+}
+
+/// A search under way.
+pub struct Search {
+    settings: SearchSettings,
+    objective: usize,
+    iteration: usize,
+    optimiser: Box<dyn Optimiser<7> + Send>,
+    tried: Vec<Tried>,
+    history: Vec<Progress>,
+}
+
+impl std::fmt::Debug for Search {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Search").field("settings", &self.settings).field("tried", &self.tried.len()).finish()
+    }
+}
+
+impl Search {
+    /// Begins.
+    pub fn new(settings: SearchSettings) -> Self {
+        let optimiser = optimiser(&settings, 0, settings.start);
+        Self { settings, objective: 0, iteration: 0, optimiser, tried: Vec::new(), history: Vec::new() }
+    }
+
+    /// The candidates to be judged next; `None` when the search is over.
+    pub fn ask(&self) -> Option<&[Longitudinal]> {
+        (self.objective < self.settings.objectives.len()).then(|| self.optimiser.ask())
+    }
+
+    /// Takes the evaluations of the candidates, in their order.
+    pub fn tell(&mut self, evaluations: &[Evaluation]) {
+        let Some(&objective) = self.settings.objectives.get(self.objective) else { return };
+        let costs: Vec<f64> = evaluations.iter().map(|e| objective.cost(e)).collect();
+        let candidates = self.optimiser.ask().iter().zip(evaluations);
+        self.tried.extend(candidates.map(|(k, evaluation)| Tried { k: *k, evaluation: *evaluation }));
+        self.optimiser.tell(&costs);
+        self.note(&objective, costs);
+        self.iteration += 1;
+        if self.iteration < self.settings.iterations && !self.optimiser.has_converged() {
+            return;
+        }
+        self.objective += 1;
+        self.iteration = 0;
+        if let Some(next) = self.settings.objectives.get(self.objective) {
+            let start = best_of(&self.tried, next).map(|t| t.k);
+            self.optimiser = optimiser(&self.settings, self.objective, start);
+        }
+    }
+
+    fn note(&mut self, objective: &Objective, mut costs: Vec<f64>) {
+        let diverged = costs.iter().filter(|c| c.is_infinite()).count();
+        let before = self.history.last().map_or(0, |p| p.diverged);
+        costs.sort_by(f64::total_cmp);
+        if let Some(best) = best_of(&self.tried, objective) {
+            self.history.push(Progress {
+                objective: self.objective,
+                evaluations: self.tried.len(),
+                diverged: before + diverged,
+                median_cost: costs[costs.len() / 2],
+                cost: objective.cost(&best.evaluation),
+                best: best.evaluation,
+            });
+        }
+    }
+
+    /// The best candidate under an objective so far, the first of equals; `None` before the first costs.
+    pub fn best(&self, objective: &Objective) -> Option<Tried> {
+        best_of(&self.tried, objective)
+    }
+
+    /// Everything that was tried, in order.
+    pub fn tried(&self) -> &[Tried] {
+        &self.tried
+    }
+
+    /// State after each iteration.
+    pub fn history(&self) -> &[Progress] {
+        &self.history
+    }
+
+    /// What nothing that was tried beats in both tracking RMS and J_TPF; RMS ascends.
+    pub fn front(&self) -> Vec<Tried> {
+        let mut by_rms: Vec<Tried> =
+            self.tried.iter().filter(|t| t.evaluation.is_finite()).copied().collect();
+        let order = |t: &Tried| (t.evaluation.rms, t.evaluation.j_tpf);
+        by_rms.sort_by(|a, b| {
+            let (a, b) = (order(a), order(b));
+            a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+        let mut least = f64::INFINITY;
+        by_rms.retain(|t| {
+            let better = t.evaluation.j_tpf < least;
+            least = least.min(t.evaluation.j_tpf);
+            better
+        });
+        by_rms
+    }
+}
+
+fn best_of(tried: &[Tried], objective: &Objective) -> Option<Tried> {
+    let cost = |t: &Tried| objective.cost(&t.evaluation);
+    tried.iter().copied().reduce(|best, t| if cost(&t) < cost(&best) { t } else { best })
+}
+
+fn optimiser(
+    settings: &SearchSettings,
+    objective: usize,
+    start: Option<Longitudinal>,
+) -> Box<dyn Optimiser<7> + Send> {
+    let bounds = [BOUNDS; 7];
+    // Each objective of a front has random numbers of its own.
+    let seed = settings.seed.wrapping_add(objective as u64);
+    match settings.method {
+        Method::Swarm(swarm) => {
+            let mut swarm = ParticleSwarm::new(bounds, swarm, seed);
+            if let Some(start) = start {
+                swarm.place(0, start);
+            }
+            Box::new(swarm)
+        }
+        Method::CmaEs(cma) => Box::new(CmaEs::new(bounds, start.unwrap_or([1.0; 7]), cma, seed)),
+    }
+}
