@@ -18,6 +18,7 @@ use crate::model::{Environment, MAX_ROTORS, Parachute, Vehicle};
 use crate::plan::{InputReference, PlanProblem};
 use crate::sim::Start;
 use crate::tune::ReleaseCase;
+use crate::tune::release_cases::Swing;
 use crate::units::RAD_PER_DEG;
 
 /// What cuts the vehicle from its parachute.
@@ -161,6 +162,23 @@ impl Mission {
         self.gains_name = gains.name;
         self.input_hash = input_hash;
         Ok(())
+    }
+
+    /// Hash of mission, vehicle and tables without the gains: the inputs of a search for gains.
+    pub fn hash_without_gains(&self) -> String {
+        self.gains_shelf.hash_without_gains.hex()
+    }
+
+    /// The swing of the random releases, (40)-(44).
+    pub fn swing(&self) -> Swing {
+        Swing {
+            descent_m_s: self.parachute.descent_m_s,
+            delay_s: self.parachute.delay_s,
+            gravity_m_s2: self.environment.gravity_m_s2,
+            amplitude_sigma_rad: self.monte_carlo.amplitude_sigma_rad,
+            omega_rad_s: self.monte_carlo.omega_rad_s,
+            length_m: self.monte_carlo.length_m,
+        }
     }
 
     /// The input hash with one more file in it.

@@ -5,6 +5,7 @@
 //! | `mission`, `mission_parts`, `mission_json` | `mission/*.json`: checked, with model objects; as written |
 //! | `gains_file` | `params/gains/*.json` |
 //! | `params_file` | PX4 parameter files, and their gains for a mission |
+//! | `checkpoint` | what a search of gains was told so far |
 //! | `vehicle_file`, `vehicle_json` | `params/vehicles/*.json` and the rotor table beside it |
 //! | [`schema`] | JSON schemas of these files |
 //! | `trajectory_csv` | `trajectory.csv`, read and written |
@@ -15,6 +16,7 @@
 //! A file is refused with `file:line:column`, the path of the value in the document, and what was expected there.
 //! Unknown and repeated keys, numbers out of their range, NaN and text after the document are all refused.
 
+mod checkpoint;
 mod error;
 mod gains_file;
 mod mission;
@@ -30,6 +32,7 @@ mod trajectory_csv;
 mod vehicle_file;
 mod vehicle_json;
 
+pub use checkpoint::{checkpoint_json, load_checkpoint};
 pub use error::ConfigError;
 pub use gains_file::{GainsFile, gains_json, gains_path, load_gains};
 pub use mission::{Mission, MonteCarlo, ReleaseTrigger, load_mission};

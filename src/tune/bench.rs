@@ -1,25 +1,26 @@
 //! What a set of gains costs: its flights along the plan, judged in tracking (45)-(46), safety (51) and steadiness.
 //!
-//! Flights begin at t = 0 of the study with the rotors at rest and are flown by the cascade at the study's control period. The
-//! first one is the nominal case: it goes on after the plan's end with the target velocity commanded, and shows whether the
-//! gains come to rest. The others end with the plan. What is scattered in a robust bench the controller does not know of.
+//! Flights begin at t = 0 of the study with the rotors at rest, are flown by the cascade at the study's control period and go on
+//! after the plan's end with the target velocity commanded. Vehicles that are symmetric about their x-z plane are flown eight
+//! at a time in that plane ([`crate::sim::planar`]), others one by one in six degrees of freedom. What is varied in a robust bench
+//! the controller does not know of.
 
-use std::collections::VecDeque;
 use std::sync::Arc;
-
-use nalgebra::Vector3;
 
 use super::{Longitudinal, ReleaseCase};
 use crate::assess::tracking::control_period_s;
-use crate::assess::{SafetyLimits, StateCost, TrackingError};
-use crate::control::{Airframe, Cascade, ControlLimits, Gains, Measurement};
+use crate::assess::{Outcome, SafetyLimits, StateCost, Study, TrackingError, judge_flights};
+use crate::control::{Airframe, Cascade, ControlError, ControlLimits, Gains, Measurement};
 use crate::model::rigid_body::{BodyState, MassProperties};
-use crate::model::{Environment, ModelError, Vehicle};
-use crate::sim::{DropSimulation, PlantKind, Reference};
+use crate::model::{Environment, Vehicle};
+use crate::sim::planar::{Flight, Model, NotPlanar, Release, Variation};
+use crate::sim::{DropSimulation, FlightPlan, PlantKind, Reference};
 use crate::trajectory::Trajectory;
 
-/// The last part of the nominal flight that must be steady [s].
+/// A flight is at rest when it is steady from so long before its end [s].
 const STEADY_FOR_S: f64 = 1.0;
+/// Steady within this fraction of the commanded velocity.
+const STEADY_FRACTION: f64 = 0.01;
 
 /// What the flights are flown with.
 #[derive(Clone, Debug)]
@@ -30,63 +31,62 @@ pub struct Setting<'a> {
     pub environment: Environment,
     /// Limits of the cascade.
     pub control_limits: ControlLimits,
-    /// The controller's model of the vehicle.
-    pub airframe: Airframe,
+    /// The actuators.
+    pub plant: PlantKind,
     /// Gains whose yaw part is used.
     pub yaw: Gains,
     /// The plan to follow.
     pub plan: &'a Trajectory,
     /// Velocity after the plan's end, NED [m/s].
-    pub target_v_ned: Vector3<f64>,
+    pub target_v_ned: nalgebra::Vector3<f64>,
+    /// How long a flight goes on after the plan's end [s].
+    pub settle_s: f64,
     /// Limits that J_state is measured by.
     pub safety: SafetyLimits,
-    /// The actuators.
-    pub plant: PlantKind,
-    /// How long the nominal flight goes on after the plan's end [s].
-    pub settle_s: f64,
 }
 
 /// One flight of a bench.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 struct Trial {
     start: BodyState,
-    vehicle: Arc<Vehicle>,
-    environment: Environment,
-    /// Control periods by which the measurement is late.
-    late: usize,
-    /// Whether the target follows the plan.
-    settles: bool,
+    variation: Variation,
+    /// Whether it is judged by tracking and steadiness too.
     tracked: bool,
 }
 
-/// The worst of a candidate's flights, or one flight. Infinite where a flight diverged.
+/// What one flight came to, or the worst of several. Infinite throughout when a flight diverged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Evaluation {
-    /// J_RMS, (45), over the flights of the mission's cases.
+    /// J_RMS, (45); 0 where tracking is not judged.
     pub rms: f64,
-    /// J_TPF, (51), over all flights.
+    /// J_TPF, (51).
     pub j_tpf: f64,
-    /// Largest `|v - v_cmd|/|v_cmd|` in the last second of the nominal flight.
-    pub unsteady: f64,
+    /// 0 for a flight that has come to rest at the target a second before its end. Otherwise the distance of its velocity
+    /// from the target at the end, as a fraction of it, at least 0.01.
+    pub unrest: f64,
 }
 
 impl Evaluation {
-    /// The best there is.
-    pub const PERFECT: Self = Self { rms: 0.0, j_tpf: 0.0, unsteady: 0.0 };
-    const DIVERGED: Self = Self { rms: f64::INFINITY, j_tpf: f64::INFINITY, unsteady: f64::INFINITY };
+    /// Nothing amiss.
+    pub const PERFECT: Self = Self { rms: 0.0, j_tpf: 0.0, unrest: 0.0 };
+    /// A flight that was lost.
+    pub const DIVERGED: Self = Self { rms: f64::INFINITY, j_tpf: f64::INFINITY, unrest: f64::INFINITY };
 
     /// The worse of two in each number.
     pub fn worse(self, other: Self) -> Self {
+        if !(self.is_finite() && other.is_finite()) {
+            return Self::DIVERGED;
+        }
         Self {
             rms: self.rms.max(other.rms),
             j_tpf: self.j_tpf.max(other.j_tpf),
-            unsteady: self.unsteady.max(other.unsteady),
+            unrest: self.unrest.max(other.unrest),
         }
     }
 
     /// Whether every flight came to its end.
     pub fn is_finite(&self) -> bool {
-        self.rms.is_finite() && self.j_tpf.is_finite() && self.unsteady.is_finite()
+        self.rms.is_finite() && self.j_tpf.is_finite() && self.unrest.is_finite()
     }
 }
 
@@ -94,64 +94,65 @@ impl Evaluation {
 #[derive(Clone, Debug)]
 pub struct Bench<'a> {
     setting: Setting<'a>,
+    airframe: Airframe,
+    /// `None` for a vehicle or site that leaves the plane.
+    planar: Option<(Model, Study)>,
     trials: Vec<Trial>,
 }
 
 impl<'a> Bench<'a> {
-    /// The flights of (46): the mission's cases, the first one nominal.
-    pub fn of_cases(setting: Setting<'a>, cases: &[ReleaseCase]) -> Self {
-        let trial = |(i, case): (usize, &ReleaseCase)| Trial {
-            settles: i == 0,
-            tracked: true,
-            ..nominal(&setting, case.state())
-        };
-        let trials = cases.iter().enumerate().map(trial).collect();
-        Self { setting, trials }
+    /// A bench without flights.
+    ///
+    /// # Errors
+    /// [`ControlError`] when the rotors cannot be flown.
+    pub fn new(setting: Setting<'a>) -> Result<Self, ControlError> {
+        let airframe = Airframe::new(&setting.vehicle, &setting.environment)?;
+        let planar = planar(&setting).ok();
+        Ok(Self { setting, airframe, planar, trials: Vec::new() })
     }
 
-    /// Only J_TPF of flights from these states.
-    pub fn of_states(setting: Setting<'a>, states: &[BodyState]) -> Self {
-        let trials = states.iter().map(|s| nominal(&setting, *s)).collect();
-        Self { setting, trials }
-    }
-
-    /// Adds flights from these states, judged by J_TPF.
-    pub fn and_states(mut self, states: &[BodyState]) -> Self {
-        self.trials.extend(states.iter().map(|s| nominal(&self.setting, *s)));
+    /// Adds the flights of (46), judged in everything.
+    pub fn with_cases(mut self, cases: &[ReleaseCase]) -> Self {
+        let trial = |c: &ReleaseCase| Trial { start: c.state(), variation: Variation::NONE, tracked: true };
+        self.trials.extend(cases.iter().map(trial));
         self
     }
 
-    /// Adds the mission's cases with what the controller does not know of: mass and inertia, the air's density, a wind that
-    /// blows from t = 0, a release delay that is longer or shorter, measurements that are a period late. Judged by J_TPF.
-    ///
-    /// # Errors
-    /// [`ModelError`] when a scattered vehicle cannot be.
-    pub fn and_scattered(mut self, cases: &[ReleaseCase]) -> Result<Self, ModelError> {
-        let setting = &self.setting;
-        let mut scattered = Vec::new();
-        for case in cases {
-            let plain = nominal(setting, case.state());
-            for (mass, inertia) in [(0.95, 1.0), (1.05, 1.0), (1.0, 0.8), (1.0, 1.2)] {
-                let mut vehicle = (*setting.vehicle).clone();
-                let of = &vehicle.mass;
-                vehicle.mass = MassProperties::new(mass * of.mass_kg, inertia * of.inertia_kg_m2)?;
-                scattered.push(Trial { vehicle: Arc::new(vehicle), ..plain.clone() });
+    /// Adds flights from these states, judged by J_TPF.
+    pub fn with_states(mut self, states: &[BodyState]) -> Self {
+        let trial = |s: &BodyState| Trial { start: *s, variation: Variation::NONE, tracked: false };
+        self.trials.extend(states.iter().map(trial));
+        self
+    }
+
+    /// Adds the cases with what the controller does not know of, one at a time, judged by J_TPF: mass 5 % off, inertia, drag or
+    /// pitching moment 20 %, the air's density 10 %; a wind of a quarter of the target speed from ahead and from behind from
+    /// t = 0 on; a release delay 0.1 s longer or shorter; measurements that are a control period late.
+    pub fn with_variations(mut self, cases: &[ReleaseCase]) -> Self {
+        let none = Variation::NONE;
+        let wind = 0.25 * self.setting.target_v_ned.norm();
+        let two = |of: fn(f64) -> Variation, by: f64| [of(1.0 - by), of(1.0 + by)];
+        let mut variations = vec![
+            Variation { wind_m_s: [wind, 0.0], ..none },
+            Variation { wind_m_s: [-wind, 0.0], ..none },
+            Variation { delayed: true, ..none },
+        ];
+        variations.extend(two(|x| Variation { mass: x, ..Variation::NONE }, 0.05));
+        variations.extend(two(|x| Variation { inertia: x, ..Variation::NONE }, 0.2));
+        variations.extend(two(|x| Variation { aero: [x, 1.0, 1.0], ..Variation::NONE }, 0.2));
+        variations.extend(two(|x| Variation { aero: [1.0, 1.0, x], ..Variation::NONE }, 0.2));
+        variations.extend(two(|x| Variation { density: x, ..Variation::NONE }, 0.1));
+        let fall_m_s = 0.1 * self.setting.environment.gravity_m_s2;
+        for start in cases.iter().map(ReleaseCase::state) {
+            let varied = |v: &Variation| Trial { start, variation: *v, tracked: false };
+            self.trials.extend(variations.iter().map(varied));
+            for more in [-fall_m_s, fall_m_s] {
+                let mut trial = varied(&none);
+                trial.start.v_ned.z += more;
+                self.trials.push(trial);
             }
-            for (density, wind) in [(0.9, 0.0), (1.1, 0.0), (1.0, 0.25), (1.0, -0.25)] {
-                let mut environment = setting.environment.clone();
-                environment.density_kg_m3 *= density;
-                environment.wind_ned_m_s.x += wind * setting.target_v_ned.norm();
-                scattered.push(Trial { environment, ..plain.clone() });
-            }
-            for delay_s in [-0.1, 0.1] {
-                let mut late = plain.clone();
-                late.start.v_ned.z += setting.environment.gravity_m_s2 * delay_s;
-                scattered.push(late);
-            }
-            scattered.push(Trial { late: 1, ..plain });
         }
-        self.trials.extend(scattered);
-        Ok(self)
+        self
     }
 
     /// How many flights a candidate is judged by.
@@ -161,74 +162,129 @@ impl<'a> Bench<'a> {
 
     /// The worst of a candidate's flights.
     pub fn evaluate(&self, k: &Longitudinal) -> Evaluation {
-        let mut worst = Evaluation::PERFECT;
-        for i in 0..self.trials.len() {
-            worst = worst.worse(self.fly(k, i));
-            if !worst.is_finite() {
-                return Evaluation::DIVERGED;
-            }
-        }
-        worst
+        self.fly(k).into_iter().fold(Evaluation::PERFECT, Evaluation::worse)
     }
 
-    /// One flight of a candidate.
-    pub fn fly(&self, k: &Longitudinal, flight: usize) -> Evaluation {
-        let (setting, trial) = (&self.setting, &self.trials[flight]);
-        let plan = setting.plan;
-        let gains = Gains { k_ppsi: setting.yaw.k_ppsi, k_pr: setting.yaw.k_pr, ..Gains::longitudinal(*k) };
-        let mut cascade = Cascade::new(setting.airframe.clone(), gains, setting.control_limits);
-        let then_v_ned = trial.settles.then_some(setting.target_v_ned);
-        let reference = Reference::Plan { trajectory: plan, then_v_ned, feed_forward: false };
-        let duration_s = plan.end_s() + if trial.settles { setting.settle_s } else { 0.0 };
-        let dt_s = control_period_s(plan);
-        let mut sim = DropSimulation::at_t0(
-            trial.vehicle.clone(),
-            trial.environment.clone(),
-            trial.start,
-            setting.plant,
-        );
-        let mut tracking = TrackingError::new(plan);
-        let mut result = Evaluation::PERFECT;
-        let mut seen: VecDeque<BodyState> = VecDeque::with_capacity(trial.late + 1);
-        let steps = (duration_s / dt_s).round() as u64;
-        for step in 0..=steps {
+    /// A candidate's flights, in the order in which they were added.
+    pub fn fly(&self, k: &Longitudinal) -> Vec<Evaluation> {
+        let yaw = &self.setting.yaw;
+        let gains = Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(*k) };
+        let flight = |t: &Trial| Some(Flight { gains, release: Release::of(&t.start).ok()?, variation: t.variation });
+        let flights: Option<Vec<Flight>> = self.trials.iter().map(flight).collect();
+        match (&self.planar, flights) {
+            (Some((model, study)), Some(flights)) => {
+                let mut outcomes = vec![Outcome::default(); flights.len()];
+                judge_flights(model, study, &flights, &mut outcomes);
+                self.trials.iter().zip(&outcomes).map(|(t, o)| self.judged(t, o)).collect()
+            }
+            _ => self.trials.iter().map(|t| self.fly_alone(&gains, t)).collect(),
+        }
+    }
+
+    fn judged(&self, trial: &Trial, outcome: &Outcome) -> Evaluation {
+        if outcome.given_up || !outcome.j_tpf.is_finite() {
+            return Evaluation::DIVERGED;
+        }
+        let [v_n, v_d] = outcome.final_v_m_s;
+        let v_ned = nalgebra::Vector3::new(v_n, 0.0, v_d);
+        self.evaluation(trial, outcome.rms, outcome.j_tpf, outcome.steady_after_s, &v_ned)
+    }
+
+    fn evaluation(
+        &self,
+        trial: &Trial,
+        rms: f64,
+        j_tpf: f64,
+        steady_after_s: Option<f64>,
+        final_v_ned: &nalgebra::Vector3<f64>,
+    ) -> Evaluation {
+        if !trial.tracked {
+            return Evaluation { rms: 0.0, j_tpf, unrest: 0.0 };
+        }
+        let target = &self.setting.target_v_ned;
+        let at_rest = steady_after_s.is_some_and(|t| t <= duration_s(&self.setting) - STEADY_FOR_S);
+        let away = (final_v_ned - target).norm() / target.norm();
+        Evaluation { rms, j_tpf, unrest: if at_rest { 0.0 } else { away.max(STEADY_FRACTION) } }
+    }
+
+    /// One flight in six degrees of freedom.
+    fn fly_alone(&self, gains: &Gains, trial: &Trial) -> Evaluation {
+        let setting = &self.setting;
+        let flight = flight_plan(setting);
+        let Some((vehicle, environment)) = varied(setting, &trial.variation) else {
+            return Evaluation::DIVERGED;
+        };
+        let mut sim = DropSimulation::at_t0(vehicle, environment, trial.start, setting.plant);
+        let mut cascade = Cascade::new(self.airframe.clone(), *gains, setting.control_limits);
+        let mut tracking = TrackingError::new(setting.plan);
+        let (mut j_tpf, mut steady_after_s) = (0.0f64, None);
+        let mut before = sim.state().body;
+        let dt_s = flight.control_period_s;
+        for step in 0..=flight.steps() {
             let t_s = step as f64 * dt_s;
             let body = sim.state().body;
             if tracking.observe_state(t_s, &body).is_break() {
                 return Evaluation::DIVERGED;
             }
-            result.j_tpf = result.j_tpf.max(StateCost::of(&body, &setting.safety).max());
-            if trial.settles && t_s > duration_s - STEADY_FOR_S {
-                let error = (body.v_ned - setting.target_v_ned).norm() / setting.target_v_ned.norm();
-                result.unsteady = result.unsteady.max(error);
+            j_tpf = j_tpf.max(StateCost::of(&body, &setting.safety).max());
+            let away = (body.v_ned - setting.target_v_ned).norm();
+            steady_after_s = (away <= STEADY_FRACTION * setting.target_v_ned.norm())
+                .then(|| steady_after_s.unwrap_or(t_s));
+            if step == flight.steps() {
+                break;
             }
-            if seen.len() > trial.late {
-                seen.pop_front();
-            }
-            seen.push_back(body);
-            let known = seen.front().unwrap_or(&body);
+            let known = if trial.variation.delayed { &before } else { &body };
             let m = Measurement {
                 q_ned_from_body: known.q_ned_from_body,
                 v_ned: known.v_ned,
                 omega_body: known.omega_body,
             };
-            let (v_sp, a_ff) = reference.at(t_s);
-            sim.step(&cascade.track_velocity(&m, v_sp, a_ff, 0.0, dt_s).throttle, dt_s);
+            let (v_sp, a_ff) = flight.setpoint_at(t_s);
+            let throttle = cascade.track_velocity(&m, v_sp, a_ff, flight.yaw_sp_rad, dt_s).throttle;
+            before = body;
+            sim.step(&throttle, dt_s);
         }
-        if trial.tracked {
-            result.rms = tracking.rms();
-        }
-        result
+        self.evaluation(trial, tracking.rms(), j_tpf, steady_after_s, &sim.state().body.v_ned)
     }
 }
 
-fn nominal(setting: &Setting<'_>, start: BodyState) -> Trial {
-    Trial {
-        start,
-        vehicle: setting.vehicle.clone(),
-        environment: setting.environment.clone(),
-        late: 0,
-        settles: false,
-        tracked: false,
+fn duration_s(setting: &Setting<'_>) -> f64 {
+    setting.plan.end_s() + setting.settle_s
+}
+
+fn flight_plan<'a>(setting: &Setting<'a>) -> FlightPlan<'a> {
+    FlightPlan {
+        reference: Reference::Plan {
+            trajectory: setting.plan,
+            then_v_ned: Some(setting.target_v_ned),
+            feed_forward: false,
+        },
+        yaw_sp_rad: 0.0,
+        control_period_s: control_period_s(setting.plan),
+        setpoint_period_s: None,
+        duration_s: duration_s(setting),
     }
+}
+
+fn planar(setting: &Setting<'_>) -> Result<(Model, Study), NotPlanar> {
+    let Setting { vehicle, environment, control_limits, plant, target_v_ned: v, .. } = setting;
+    if v.y != 0.0 {
+        return Err(NotPlanar::Sideways { what: "the target velocity" });
+    }
+    let model = Model::new(vehicle, environment, control_limits, *plant)?;
+    let study = Study::new(&flight_plan(setting), Some(setting.plan), setting.safety, [v.x, v.z])?;
+    Ok((model, study))
+}
+
+/// The vehicle and the site as they are flown; `None` when there is no such vehicle.
+fn varied(setting: &Setting<'_>, by: &Variation) -> Option<(Arc<Vehicle>, Environment)> {
+    let mut environment = setting.environment.clone();
+    environment.density_kg_m3 *= by.density;
+    environment.wind_ned_m_s.x += by.wind_m_s[0];
+    environment.wind_ned_m_s.z += by.wind_m_s[1];
+    let mut vehicle = (*setting.vehicle).clone();
+    vehicle.aero = vehicle.aero.scaled(by.aero);
+    let of = &vehicle.mass;
+    vehicle.mass = MassProperties::new(by.mass * of.mass_kg, by.inertia * of.inertia_kg_m2).ok()?;
+    Some((Arc::new(vehicle), environment))
 }

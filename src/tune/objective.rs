@@ -18,9 +18,6 @@ pub enum Objective {
 
 /// What a fraction over a bound costs: a hundredth as much as a tenth of J_TPF, more than it can gain.
 const PENALTY: f64 = 10.0;
-/// How far from the target, as a fraction of it, gains at rest may be: half of what counts as steady.
-const REST: f64 = 0.005;
-
 impl Objective {
     /// The cost: infinite for gains with a flight that diverged.
     pub fn cost(&self, e: &Evaluation) -> f64 {
@@ -31,7 +28,7 @@ impl Objective {
             Self::Rms => e.rms,
             Self::JTpf => e.j_tpf,
             Self::Safety { rms_bound } => {
-                e.j_tpf + PENALTY * ((e.rms / rms_bound - 1.0).max(0.0) + (e.unsteady - REST).max(0.0))
+                e.j_tpf + PENALTY * ((e.rms / rms_bound - 1.0).max(0.0) + e.unrest)
             }
         }
     }
@@ -39,7 +36,7 @@ impl Objective {
     /// Whether the bounds hold.
     pub fn allows(&self, e: &Evaluation) -> bool {
         match self {
-            Self::Safety { rms_bound } => e.rms <= *rms_bound && e.unsteady <= REST,
+            Self::Safety { rms_bound } => e.rms <= *rms_bound && e.unrest == 0.0,
             Self::Rms | Self::JTpf => e.is_finite(),
         }
     }
@@ -51,7 +48,7 @@ mod tests {
 
     #[test]
     fn closed_form_costs() {
-        let e = Evaluation { rms: 0.4, j_tpf: 0.6, unsteady: 0.015 };
+        let e = Evaluation { rms: 0.4, j_tpf: 0.6, unrest: 0.01 };
         assert_eq!((Objective::Rms.cost(&e), Objective::JTpf.cost(&e)), (0.4, 0.6));
         let cost = |rms_bound| Objective::Safety { rms_bound }.cost(&e);
         assert!((cost(0.4) - 0.7).abs() < 1e-12 && (cost(0.32) - 3.2).abs() < 1e-12);

@@ -107,7 +107,7 @@ fn settings(method: Method) -> SearchSettings {
 fn judged(k: &[f64; 7]) -> Evaluation {
     let rest: f64 = k[1..].iter().map(|x| (x - 1.0).abs()).sum();
     let rms = if k[6] > 4.0 { f64::INFINITY } else { 0.2 + 1.0 / (1.0 + k[0]) + 0.01 * rest };
-    Evaluation { rms, j_tpf: 0.5 + 0.1 * k[0] + 0.01 * rest, unsteady: 0.0 }
+    Evaluation { rms, j_tpf: 0.5 + 0.1 * k[0] + 0.01 * rest, unrest: 0.0 }
 }
 
 const METHODS: [Method; 2] = [
