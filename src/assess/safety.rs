@@ -98,7 +98,7 @@ pub struct Verdict {
 }
 
 /// Steady within this fraction of the commanded velocity.
-const STEADY_FRACTION: f64 = 0.01;
+pub(super) const STEADY_FRACTION: f64 = 0.01;
 
 /// Makes a [`Verdict`] of a flight's samples, given one by one in order of time.
 #[derive(Clone, Debug)]

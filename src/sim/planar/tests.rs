@@ -1,0 +1,1 @@
+//! Planar flights against the code for flight in space.
