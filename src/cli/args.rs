@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 use super::params::{PARAMS_HELP, ParamsArgs};
+use super::tune::{TUNE_HELP, TuneArgs};
 
 /// Plan and fly the drop of a multirotor from a parachute.
 #[derive(Debug, Parser)]
@@ -26,6 +27,9 @@ pub enum Verb {
     /// Solve the optimal control problem of the drop by direct collocation.
     #[command(after_long_help = PLAN_HELP)]
     Plan(PlanArgs),
+    /// Search the gains of the cascade.
+    #[command(after_long_help = TUNE_HELP)]
+    Tune(TuneArgs),
     /// Run the simulator alone: a HIL server for the reference autopilot or PX4.
     #[command(after_long_help = SIM_HELP)]
     Sim(SimArgs),
@@ -287,7 +291,7 @@ fn speed(text: &str) -> Result<SpeedArg, String> {
     }
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub(super) fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(x) if x.is_finite() && x > 0.0 => Ok(x),
         _ => Err("a positive number is expected".to_owned()),

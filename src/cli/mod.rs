@@ -9,6 +9,7 @@ mod drop;
 mod flight_files;
 mod mission;
 mod narrative;
+mod near_hover;
 mod net;
 mod outcome;
 mod output;
@@ -19,6 +20,7 @@ mod schema;
 mod sessions;
 mod sim;
 mod stream;
+mod tune;
 
 use std::process::ExitCode;
 
@@ -34,6 +36,7 @@ pub fn run() -> ExitCode {
     report(match &cli.verb {
         Verb::Drop(args) => drop::run(args),
         Verb::Plan(args) => plan::run(args),
+        Verb::Tune(args) => tune::run(args),
         Verb::Sim(args) => sim::run(args),
         Verb::Autopilot(args) => autopilot::run(args),
         Verb::Stream(args) => stream::run(args),

@@ -2,6 +2,8 @@
 
 use std::future::Future;
 use std::pin::Pin;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
 
@@ -70,6 +72,27 @@ pub fn block_on<F: Future>(
         let stop = interrupted().context("the signal of Ctrl-C")?;
         Ok(run(Box::pin(stop)).await)
     })
+}
+
+/// A flag that Ctrl-C raises, for work without sockets. From the call on Ctrl-C does not kill the program any more.
+///
+/// # Errors
+/// [`Failure::Internal`] when the system gives no thread to listen on.
+pub fn stop_flag() -> Result<Arc<AtomicBool>, Failure> {
+    let flag = Arc::new(AtomicBool::new(false));
+    let (raised, (heard, listening)) = (flag.clone(), std::sync::mpsc::channel());
+    let listen = move || {
+        let listened = block_on(|stop| async move {
+            // The handler stands from here on.
+            _ = heard.send(());
+            stop.await;
+        });
+        raised.store(listened.is_ok(), Ordering::Relaxed);
+    };
+    std::thread::Builder::new().name("ctrl-c".to_owned()).spawn(listen).context("a thread for Ctrl-C")?;
+    // The sender is dropped without a word when listening failed: Ctrl-C then ends the program.
+    _ = listening.recv();
+    Ok(flag)
 }
 
 /// A `.tlog` in a result folder, written as frames come.

@@ -27,7 +27,8 @@ pub fn load_checkpoint(path: &Path, search: &str) -> Result<Vec<Evaluation>, Con
     let source = Source::read(path, "checkpoint", None)?;
     let json: CheckpointJson = source.parse()?;
     if json.search != search {
-        let message = format!("expected a checkpoint of this search ({search}), found one of another: {}", json.search);
+        let message =
+            format!("expected a checkpoint of this search ({search}), found one of another: {}", json.search);
         return Err(source.refuse("search", message));
     }
     let evaluation = |numbers: Option<[Finite; 3]>| {
@@ -65,7 +66,10 @@ mod tests {
         std::fs::write(&path, checkpoint_json("a \"b\"", told.into_iter())).unwrap();
         assert_eq!(load_checkpoint(&path, "a \"b\"").unwrap(), told);
         let refused = load_checkpoint(&path, "c").unwrap_err().to_string();
-        assert!(refused.contains("checkpoint.json:2:13: search: expected a checkpoint of this search (c)"), "{refused}");
+        assert!(
+            refused.contains("checkpoint.json:2:13: search: expected a checkpoint of this search (c)"),
+            "{refused}"
+        );
         std::fs::write(&path, "{\"search\": \"c\", \"evaluations\": [[1, 2]]}").unwrap();
         assert!(load_checkpoint(&path, "c").is_err());
     }

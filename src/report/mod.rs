@@ -6,6 +6,7 @@
 //! | [`verdict`] | the verdict and the plan for the terminal |
 //! | [`json`] | the objects of `--json` and of `plan.json` |
 //! | [`params`] | exports, checks and differences of parameter files |
+//! | [`tune`] | searches of gains |
 //! | [`figure`] | SVG figures |
 //!
 //! Everything here is text made of its arguments: the same arguments give the same bytes. Wall-clock times are the caller's
@@ -15,9 +16,10 @@ pub mod figure;
 pub mod flight_csv;
 pub mod json;
 pub mod params;
+pub mod tune;
 pub mod verdict;
 
-pub use figure::{FigureError, drop_figure, plan_figure};
+pub use figure::{FigureError, convergence_figure, drop_figure, plan_figure};
 pub use flight_csv::FlightCsv;
 pub use json::{DropRun, drop_json, plan_json};
 pub use verdict::{plan_text, verdict_text};

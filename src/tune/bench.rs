@@ -169,7 +169,8 @@ impl<'a> Bench<'a> {
     pub fn fly(&self, k: &Longitudinal) -> Vec<Evaluation> {
         let yaw = &self.setting.yaw;
         let gains = Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(*k) };
-        let flight = |t: &Trial| Some(Flight { gains, release: Release::of(&t.start).ok()?, variation: t.variation });
+        let flight =
+            |t: &Trial| Some(Flight { gains, release: Release::of(&t.start).ok()?, variation: t.variation });
         let flights: Option<Vec<Flight>> = self.trials.iter().map(flight).collect();
         match (&self.planar, flights) {
             (Some((model, study)), Some(flights)) => {

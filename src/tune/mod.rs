@@ -8,6 +8,7 @@
 //! | [`swarm`] | particle swarm | IV.C |
 //! | [`cma_es`] | evolution strategy that learns the shape of the valley | |
 //! | [`search`] | an optimiser on an objective, with the best and the front of all that was tried | |
+//! | [`near_hover`](mod@near_hover) | Ziegler and Nichols on the vehicle's own loops | IV.D |
 //!
 //! Optimisers are asked for candidates and told their costs. They own no threads, no clock and nothing to print; random numbers
 //! come from ChaCha8, one stream for each particle, so that a search is its seed and the costs it was told: a search that is
@@ -15,6 +16,7 @@
 
 pub mod bench;
 pub mod cma_es;
+pub mod near_hover;
 
 pub mod objective;
 mod random;

@@ -27,9 +27,7 @@ impl Objective {
         match self {
             Self::Rms => e.rms,
             Self::JTpf => e.j_tpf,
-            Self::Safety { rms_bound } => {
-                e.j_tpf + PENALTY * ((e.rms / rms_bound - 1.0).max(0.0) + e.unrest)
-            }
+            Self::Safety { rms_bound } => e.j_tpf + PENALTY * ((e.rms / rms_bound - 1.0).max(0.0) + e.unrest),
         }
     }
 

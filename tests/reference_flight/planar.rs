@@ -12,7 +12,9 @@ use samara::trajectory::Trajectory;
 use samara::tune::release_cases::TABLE_3;
 use samara::units::RAD_PER_DEG;
 
-use crate::data::{NUMBERS, TITAN, cascade, flight_reference, gains, limits, numbers, plan, site, target_ned};
+use crate::data::{
+    NUMBERS, TITAN, cascade, flight_reference, gains, limits, numbers, plan, site, target_ned,
+};
 
 fn model(kind: PlantKind) -> Model {
     Model::new(&TITAN, &site(), &ControlLimits::default(), kind).unwrap()
@@ -35,7 +37,13 @@ fn judged(kind: PlantKind, gains: Gains, plan: &FlightPlan<'_>, nodes: &Trajecto
     outcomes
 }
 
-fn in_space(kind: PlantKind, gains: Gains, plan: &FlightPlan<'_>, nodes: &Trajectory, case: usize) -> (f64, Verdict) {
+fn in_space(
+    kind: PlantKind,
+    gains: Gains,
+    plan: &FlightPlan<'_>,
+    nodes: &Trajectory,
+    case: usize,
+) -> (f64, Verdict) {
     let mut sim = DropSimulation::at_t0(TITAN.clone(), site(), TABLE_3[case].state(), kind);
     let (mut error, mut verdict) = (TrackingError::new(nodes), VerdictBuilder::new(limits(), target_ned()));
     let _ = fly(&mut sim, &mut cascade(gains), plan, &mut |s| {
@@ -56,7 +64,11 @@ fn prop_batch_flights_are_the_flights_in_space() {
                 let reference = if step {
                     Reference::Step(target_ned())
                 } else {
-                    Reference::Plan { trajectory: &velocity, then_v_ned: Some(target_ned()), feed_forward: false }
+                    Reference::Plan {
+                        trajectory: &velocity,
+                        then_v_ned: Some(target_ned()),
+                        feed_forward: false,
+                    }
                 };
                 let flight = FlightPlan {
                     reference,

@@ -9,17 +9,21 @@
 //! | `label` | room for labels |
 //! | `track` | what is shown of a flight or a plan |
 //! | `flight_path`, `glyph` | the path as in the paper's figure 7, with small vehicles |
+//! | `convergence` | the cost of a search over its evaluations |
 //! | `time_panels` | velocities, pitch, thrusts, J_state over time |
 
 mod axis;
 mod canvas;
 mod color;
+mod convergence;
 mod flight_path;
 mod glyph;
 mod label;
 mod polyline;
 mod time_panels;
 mod track;
+
+pub use convergence::convergence_figure;
 
 use axis::{SMALL, number};
 use canvas::{Anchor, Canvas, Font, Pen, sub};

@@ -176,7 +176,13 @@ impl Body {
 
     /// Derivative of `[v_n, v_d, q0, q2, Q]` under the thrusts of a front and a rear rotor [N], of which there are two each.
     #[inline(always)]
-    fn derivative(&self, x: &[Lanes; 5], load: &super::air::AirLoad, turn: &Turn, thrust: &[Lanes; 2]) -> [Lanes; 5] {
+    fn derivative(
+        &self,
+        x: &[Lanes; 5],
+        load: &super::air::AirLoad,
+        turn: &Turn,
+        thrust: &[Lanes; 2],
+    ) -> [Lanes; 5] {
         let [_, _, q0, q2, rate] = x;
         let mut out = [[0.0; LANES]; 5];
         for i in 0..LANES {
@@ -226,11 +232,7 @@ const STAGES: [(f64, f64); 4] = [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)]
 
 /// One step of `x' = f(fraction of the step, x)`.
 #[inline(always)]
-fn runge_kutta_4<const N: usize>(
-    x: &mut [Lanes; N],
-    dt_s: f64,
-    f: impl Fn(f64, &[Lanes; N]) -> [Lanes; N],
-) {
+fn runge_kutta_4<const N: usize>(x: &mut [Lanes; N], dt_s: f64, f: impl Fn(f64, &[Lanes; N]) -> [Lanes; N]) {
     let mut rate = [[0.0; LANES]; N];
     let mut sum = [[0.0; LANES]; N];
     for (fraction, weight) in STAGES {
@@ -293,7 +295,8 @@ fn step_actuator(model: &Model, body: &Body, air: &Air, state: &mut State, comma
     let mut omega_c = [[0.0; LANES]; 2];
     for pair in 0..2 {
         for i in 0..LANES {
-            omega_c[pair][i] = model.rotors.omega_max_rad_s * (command[pair][i] / model.law.thrust_max_n).sqrt();
+            omega_c[pair][i] =
+                model.rotors.omega_max_rad_s * (command[pair][i] / model.law.thrust_max_n).sqrt();
         }
     }
     let [front, rear] = state.rotor_speed;

@@ -1,0 +1,90 @@
+//! How a search came down: the best cost and the middle of each iteration over the evaluations.
+
+use super::axis::{Axis, Panel, SMALL, number, range};
+use super::canvas::{Anchor, Canvas, Font, Point, Stroke, sub, text_width};
+use super::color::{FIRST, INK, LIMIT, SECOND};
+use super::label::{Place, Room};
+use super::{FigureError, WIDTH_PX};
+use crate::config::{Mission, Stamp};
+use crate::report::tune::TuneRun;
+use crate::tune::{Objective, Search};
+
+const HEIGHT_PX: u32 = 420;
+const CORNERS: (Point, Point) = ((70.0, 92.0), (936.0, 360.0));
+/// Costs up to this multiple of the last best are shown.
+const TALLEST: f64 = 2.0;
+
+/// Draws a search. Costs far above the last best, infinite ones too, leave the panel at its top.
+///
+/// # Errors
+/// [`FigureError`] when no cost is finite or the backend fails.
+pub fn convergence_figure(mission: &Mission, search: &Search, run: &TuneRun) -> Result<String, FigureError> {
+    let history = search.history();
+    let least = range(history.iter().map(|p| p.cost)).ok_or(FigureError::Empty)?.0;
+    let tallest = range(history.iter().flat_map(|p| [p.cost, p.median_cost])).map_or(least, |r| r.1);
+    let ((x0, y0), (x1, y1)) = CORNERS;
+    let last = history.last().map_or(1, |p| p.evaluations) as f64;
+    let high = tallest.min(TALLEST * least).max(1.05 * least);
+    let panel = Panel {
+        x: Axis { low: 0.0, high: last, low_px: x0, high_px: x1 },
+        y: Axis { low: least - 0.08 * (high - least), high, low_px: y1, high_px: y0 },
+    };
+    let curve = |of: &dyn Fn(&crate::tune::search::Progress) -> f64| -> Vec<Point> {
+        history.iter().map(|p| panel.px(p.evaluations as f64, of(p).min(high))).collect()
+    };
+    let (best, median) = (curve(&|p| p.cost), curve(&|p| p.median_cost));
+    let e = run.gains.evaluation;
+    let headline = format!(
+        "{}: {} by {}, cost {} after {} evaluations",
+        mission.name,
+        run.objective,
+        run.method,
+        number(run.bounds.cost(&e), 4),
+        search.tried().len()
+    );
+    let j_tpf = sub("J", "TPF");
+    let remark = match run.bounds {
+        Objective::Rms => "The cost is the worst tracking RMS (46).".to_owned(),
+        Objective::JTpf => format!("The cost is the worst {j_tpf} of {} flights.", run.flights),
+        Objective::Safety { rms_bound } => format!(
+            "The cost is the worst {j_tpf} of {} flights, and more where the tracking RMS passes {} or a flight does not come to rest. \
+             Found: {j_tpf} {}, RMS {}.",
+            run.flights,
+            number(rms_bound, 3),
+            number(e.j_tpf, 4),
+            number(e.rms, 4)
+        ),
+    };
+    let stamp = Stamp { seed: mission.seed, input_hash: mission.hash_without_gains() };
+    let about = stamp.csv_comment().replace("# ", "");
+    Canvas::new((WIDTH_PX, HEIGHT_PX)).finish((&headline, about.trim_end()), |pen| {
+        pen.text(&headline, (16.0, 28.0), Anchor::Start, Font { size: 19.0, color: INK, bold: true });
+        pen.text(&remark, (16.0, 54.0), Anchor::Start, SMALL);
+        panel.grid(pen, 8, 5, true);
+        let title = Font { size: 12.5, color: INK, bold: false };
+        pen.text("cost", (x0, y0 - 14.0), Anchor::Middle, title);
+        pen.text("evaluations", (0.5 * (x0 + x1), y1 + 38.0), Anchor::Middle, title);
+        // A front's bounds change on the way.
+        for pair in history.windows(2).filter(|w| w[0].objective != w[1].objective) {
+            let x = panel.x.px(pair[0].evaluations as f64);
+            pen.line(&[(x, y0), (x, y1)], Stroke::dashed(LIMIT, 1.0, 3.0, 3.0));
+        }
+        let mut room = Room::new((x0, y0), (x1, y1));
+        pen.line(&median, Stroke::solid(SECOND, 1.2));
+        pen.line(&best, Stroke::solid(FIRST, 2.2));
+        room.take_line(&median);
+        room.take_line(&best);
+        for (name, points, color) in
+            [("median of the iteration", &median, SECOND), ("best so far", &best, FIRST)]
+        {
+            let (w, n) = (text_width(name, 12.5) + 4.0, points.len());
+            let stations = (1..16).map(|k| points[k * (n - 1) / 16]);
+            let places = stations.flat_map(|(x, y)| {
+                [-12.0, 12.0, -26.0].map(|dy| Place::around((x + 0.5 * w, y + dy), w, 14.0))
+            });
+            if let Some(place) = room.best(places) {
+                pen.text(name, place.centre(), Anchor::Middle, Font { color, bold: true, ..title });
+            }
+        }
+    })
+}
