@@ -85,7 +85,8 @@ fn gains(particle: usize) -> Gains {
 fn plan() -> Trajectory {
     let numbers: serde_json::Value =
         serde_json::from_str(include_str!("../../tests/data/reference_flights.json")).unwrap();
-    let rows = |value: &serde_json::Value| -> Vec<Vec<f64>> { serde_json::from_value(value.clone()).unwrap() };
+    let rows =
+        |value: &serde_json::Value| -> Vec<Vec<f64>> { serde_json::from_value(value.clone()).unwrap() };
     let reference = &numbers["flight_reference"];
     let dt_s = reference["dt_s"].as_f64().unwrap();
     let velocities = rows(&reference["vn_vd_dvn_dvd"]);

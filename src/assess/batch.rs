@@ -4,7 +4,10 @@
 //! A flight is given up at the first control step at which it is faster than 60 m/s, turned by more than 6 rad, or no number; its
 //! peaks are those up to then. So a flight's outcome does not depend on the flights beside it.
 
-#![expect(clippy::needless_range_loop, reason = "a loop over lanes indexes many arrays at once, the same way throughout")]
+#![expect(
+    clippy::needless_range_loop,
+    reason = "a loop over lanes indexes many arrays at once, the same way throughout"
+)]
 
 use std::ops::ControlFlow;
 

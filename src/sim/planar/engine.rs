@@ -176,7 +176,13 @@ impl Body {
 
     /// Derivative of `[v_n, v_d, q0, q2, Q]` under the thrusts of a front and a rear rotor [N], of which there are two each.
     #[inline(always)]
-    fn derivative(&self, x: &[Lanes; 5], load: &super::air::AirLoad, turn: &Turn, thrust: &[Lanes; 2]) -> [Lanes; 5] {
+    fn derivative(
+        &self,
+        x: &[Lanes; 5],
+        load: &super::air::AirLoad,
+        turn: &Turn,
+        thrust: &[Lanes; 2],
+    ) -> [Lanes; 5] {
         let [_, _, q0, q2, rate] = x;
         let mut out = [[0.0; LANES]; 5];
         for i in 0..LANES {
@@ -226,11 +232,7 @@ const STAGES: [(f64, f64, f64); 4] = [(0.0, 1.0, 0.5), (0.5, 2.0, 0.5), (0.5, 2.
 
 /// One step of `x' = f(fraction of the step, x)`.
 #[inline(always)]
-fn runge_kutta_4<const N: usize>(
-    x: &mut [Lanes; N],
-    dt_s: f64,
-    f: impl Fn(f64, &[Lanes; N]) -> [Lanes; N],
-) {
+fn runge_kutta_4<const N: usize>(x: &mut [Lanes; N], dt_s: f64, f: impl Fn(f64, &[Lanes; N]) -> [Lanes; N]) {
     let mut sum = [[0.0; LANES]; N];
     let mut at = *x;
     // One loop and not four calls: `f` is long.
@@ -269,17 +271,22 @@ fn step_ideal(
     }
     let to = thrust;
     let mut x = [state.v_n, state.v_d, state.q0, state.q2, state.rate];
-    runge_kutta_4(&mut x, dt_s, #[inline(always)] |fraction, x| {
-        let turn = Turn::of(&x[2], &x[3]);
-        let flow = flow_about(air, &turn, &x[0], &x[1]);
-        let mut now = from;
-        for pair in 0..2 {
-            for i in 0..LANES {
-                now[pair][i] += fraction * (to[pair][i] - from[pair][i]);
+    runge_kutta_4(
+        &mut x,
+        dt_s,
+        #[inline(always)]
+        |fraction, x| {
+            let turn = Turn::of(&x[2], &x[3]);
+            let flow = flow_about(air, &turn, &x[0], &x[1]);
+            let mut now = from;
+            for pair in 0..2 {
+                for i in 0..LANES {
+                    now[pair][i] += fraction * (to[pair][i] - from[pair][i]);
+                }
             }
-        }
-        body.derivative(x, &model.aero.load(&body.scale, &flow), &turn, &now)
-    });
+            body.derivative(x, &model.aero.load(&body.scale, &flow), &turn, &now)
+        },
+    );
     state.take_body(x);
 }
 
@@ -289,30 +296,36 @@ fn step_actuator(model: &Model, body: &Body, air: &Air, state: &mut State, comma
     let mut omega_c = [[0.0; LANES]; 2];
     for pair in 0..2 {
         for i in 0..LANES {
-            omega_c[pair][i] = model.rotors.omega_max_rad_s * (command[pair][i] / model.law.thrust_max_n).sqrt();
+            omega_c[pair][i] =
+                model.rotors.omega_max_rad_s * (command[pair][i] / model.law.thrust_max_n).sqrt();
         }
     }
     let [front, rear] = state.rotor_speed;
     let mut x = [state.v_n, state.v_d, state.q0, state.q2, state.rate, front, rear];
-    runge_kutta_4(&mut x, dt_s, #[inline(always)] |_, x| {
-        let [v_n, v_d, q0, q2, rate, front, rear] = x;
-        let turn = Turn::of(q0, q2);
-        let flow = flow_about(air, &turn, v_n, v_d);
-        let through = [&flow.u, &flow.w];
-        let front_load = model.rotors.load(0, front, through, rate, &air.density_kg_m3);
-        let rear_load = model.rotors.load(1, rear, through, rate, &air.density_kg_m3);
-        let thrust = [front_load.thrust, rear_load.thrust];
-        let body_rate = body.derivative(
-            &[*v_n, *v_d, *q0, *q2, *rate],
-            &model.aero.load(&body.scale, &flow),
-            &turn,
-            &thrust,
-        );
-        let [a, b, c, d, e] = body_rate;
-        let front_rate = model.rotors.acceleration(&omega_c[0], front, &front_load.torque);
-        let rear_rate = model.rotors.acceleration(&omega_c[1], rear, &rear_load.torque);
-        [a, b, c, d, e, front_rate, rear_rate]
-    });
+    runge_kutta_4(
+        &mut x,
+        dt_s,
+        #[inline(always)]
+        |_, x| {
+            let [v_n, v_d, q0, q2, rate, front, rear] = x;
+            let turn = Turn::of(q0, q2);
+            let flow = flow_about(air, &turn, v_n, v_d);
+            let through = [&flow.u, &flow.w];
+            let front_load = model.rotors.load(0, front, through, rate, &air.density_kg_m3);
+            let rear_load = model.rotors.load(1, rear, through, rate, &air.density_kg_m3);
+            let thrust = [front_load.thrust, rear_load.thrust];
+            let body_rate = body.derivative(
+                &[*v_n, *v_d, *q0, *q2, *rate],
+                &model.aero.load(&body.scale, &flow),
+                &turn,
+                &thrust,
+            );
+            let [a, b, c, d, e] = body_rate;
+            let front_rate = model.rotors.acceleration(&omega_c[0], front, &front_load.torque);
+            let rear_rate = model.rotors.acceleration(&omega_c[1], rear, &rear_load.torque);
+            [a, b, c, d, e, front_rate, rear_rate]
+        },
+    );
     let [v_n, v_d, q0, q2, rate, front, rear] = x;
     state.take_body([v_n, v_d, q0, q2, rate]);
     for i in 0..LANES {

@@ -96,7 +96,9 @@ mod tests {
 
     #[test]
     fn closed_form_interval_of_a_number() {
-        for (x, wanted) in [(-3.0, 0), (0.3, 0), (0.999, 0), (1.001, 1), (6.5, 6), (8.9, 7), (1e9, 7), (f64::NAN, 0)] {
+        for (x, wanted) in
+            [(-3.0, 0), (0.3, 0), (0.999, 0), (1.001, 1), (6.5, 6), (8.9, 7), (1e9, 7), (f64::NAN, 0)]
+        {
             assert_eq!(interval(x, 7.0), wanted, "{x}");
         }
     }

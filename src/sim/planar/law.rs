@@ -75,7 +75,14 @@ impl Law {
 
     /// Thrust of a front and a rear rotor [N].
     #[inline(always)]
-    pub(super) fn step(&self, k: &LaneGains, m: &Measured, r: &Setpoint, dt_s: f64, held: &mut Integrals) -> [Lanes; 2] {
+    pub(super) fn step(
+        &self,
+        k: &LaneGains,
+        m: &Measured,
+        r: &Setpoint,
+        dt_s: f64,
+        held: &mut Integrals,
+    ) -> [Lanes; 2] {
         let (mut up_s, mut level) = ([0.0; LANES], [0.0; LANES]);
         let up_max = self.up_max_m_s2;
         let bound = self.velocity_integral_max;
@@ -91,8 +98,10 @@ impl Law {
             let a_ns = clip(a_n, -m_n, m_n);
             let stopped_d = ((up > up_max) & (e_d < 0.0)) | ((up < 0.0) & (e_d > 0.0));
             let stopped_n = (a_n != a_ns) & (a_n * e_n > 0.0);
-            held.d[i] = clip(held.d[i] + if stopped_d { 0.0 } else { k.k_ivz[i] * e_d * dt_s }, -bound, bound);
-            held.n[i] = clip(held.n[i] + if stopped_n { 0.0 } else { k.k_ivx[i] * e_n * dt_s }, -bound, bound);
+            held.d[i] =
+                clip(held.d[i] + if stopped_d { 0.0 } else { k.k_ivz[i] * e_d * dt_s }, -bound, bound);
+            held.n[i] =
+                clip(held.n[i] + if stopped_n { 0.0 } else { k.k_ivx[i] * e_n * dt_s }, -bound, bound);
             up_s[i] = up_i;
             level[i] = a_ns;
         }
@@ -101,7 +110,15 @@ impl Law {
 
     /// From the wanted acceleration to thrusts: attitude, rate and mixer.
     #[inline(always)]
-    fn turn(&self, k: &LaneGains, m: &Measured, up_s: &Lanes, level: &Lanes, dt_s: f64, held: &mut Integrals) -> [Lanes; 2] {
+    fn turn(
+        &self,
+        k: &LaneGains,
+        m: &Measured,
+        up_s: &Lanes,
+        level: &Lanes,
+        dt_s: f64,
+        held: &mut Integrals,
+    ) -> [Lanes; 2] {
         let (mut front, mut rear) = ([0.0; LANES], [0.0; LANES]);
         let limit = self.thrust_max_n;
         for i in 0..LANES {

@@ -21,7 +21,10 @@
 //!
 //! and tests hold it to that code. Angles beyond the vertical are therefore no special case, and no sine is needed. What a vehicle
 //! must be for this is in [`Model::new`]; one that is not is refused, not approximated.
-#![expect(clippy::needless_range_loop, reason = "a loop over lanes indexes many arrays at once, the same way throughout")]
+#![expect(
+    clippy::needless_range_loop,
+    reason = "a loop over lanes indexes many arrays at once, the same way throughout"
+)]
 
 mod air;
 pub mod course;

@@ -19,7 +19,11 @@ pub(super) struct Rotors {
 enum LaneRotor {
     Table(Table),
     /// `T = k omega^2`, `Q = c T` at a density.
-    Quadratic { k: f64, c: f64, density_kg_m3: f64 },
+    Quadratic {
+        k: f64,
+        c: f64,
+        density_kg_m3: f64,
+    },
 }
 
 #[derive(Clone, Debug)]
@@ -49,7 +53,11 @@ impl Rotors {
         let rotor = match rotor {
             Rotor::Table(table) => LaneRotor::Table(Table::new(table)),
             Rotor::Quadratic { thrust_n_per_rad2_s2, torque_per_thrust_m, density_kg_m3 } => {
-                LaneRotor::Quadratic { k: *thrust_n_per_rad2_s2, c: *torque_per_thrust_m, density_kg_m3: *density_kg_m3 }
+                LaneRotor::Quadratic {
+                    k: *thrust_n_per_rad2_s2,
+                    c: *torque_per_thrust_m,
+                    density_kg_m3: *density_kg_m3,
+                }
             }
         };
         Self { hubs_m, rotor, omega_max_rad_s: motor.omega_max_rad_s(), motor: motor.clone() }
@@ -179,7 +187,14 @@ impl Table {
     }
 
     #[inline(always)]
-    fn load(&self, omega: &Lanes, airspeed: &Lanes, angle: &Lanes, density_kg_m3: &Lanes, load: &mut LaneLoad) {
+    fn load(
+        &self,
+        omega: &Lanes,
+        airspeed: &Lanes,
+        angle: &Lanes,
+        density_kg_m3: &Lanes,
+        load: &mut LaneLoad,
+    ) {
         let (i_omega, a) = self.axes[0].locate(omega);
         let (i_airspeed, b) = self.axes[1].locate(airspeed);
         let (i_angle, c) = self.axes[2].locate(angle);
