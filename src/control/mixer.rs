@@ -29,6 +29,9 @@ pub struct Mixer {
 /// A demand larger than this [N or N m] says nothing more than its sign; keeps every product finite.
 const DEMAND_LIMIT: f64 = 1e12;
 
+/// A thrust below this share of the largest is the rounding of a zero. Its square root would be a throttle, and turn the rotor.
+const ROUNDING: f64 = 1e-12;
+
 impl Mixer {
     /// From columns lift, roll, pitch, yaw of thrust per unit of demand.
     ///
@@ -97,6 +100,9 @@ impl Mixer {
         self.add_yaw(&mut thrust, m_yaw);
         for t in &mut thrust[..n] {
             *t = t.min(limit).max(0.0);
+            if *t < ROUNDING * limit {
+                *t = 0.0;
+            }
         }
         thrust
     }

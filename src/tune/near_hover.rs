@@ -10,7 +10,7 @@
 //!
 //! The rules are made for loops that stand alone and let each swing with a quarter of the amplitude left after a period. In a cascade
 //! every loop is a delay for the next one, and the swings meet. As the paper says of its own gains, they were then tuned by
-//! hand; here that is two stated steps, [`ADJUSTMENTS`].
+//! hand; here that is three stated steps, [`ADJUSTMENTS`].
 
 use nalgebra::Vector3;
 
@@ -23,12 +23,15 @@ use crate::model::{MAX_ROTORS, PerRotor};
 use crate::sim::{DropSimulation, PlantKind};
 
 /// What is done to the rules' gains, and why.
-pub const ADJUSTMENTS: [&str; 2] = [
-    "proportional gains halved: a quarter-decay swing in each of three nested loops adds up to one that hardly decays",
-    "integral gains a tenth: the setpoint is far away at first, and what an integral collects on the way must be flown off again",
+pub const ADJUSTMENTS: [&str; 3] = [
+    "K_P of pitch rate and vertical velocity a tenth: a relay shows how fast the rotors follow small commands; the errors of a release \
+     would drive them from one stop to the other",
+    "K_P of pitch and horizontal velocity halved: a quarter-decay swing in each of nested loops adds up to one that hardly decays",
+    "K_I a hundredth: the setpoint is far away at first, and what an integral collects on the way must be flown off again",
 ];
-const PROPORTIONAL: f64 = 0.5;
-const INTEGRAL: f64 = 0.1;
+/// Of pitch rate, pitch, vertical and horizontal velocity.
+const PROPORTIONAL: [f64; 4] = [0.1, 0.5, 0.1, 0.5];
+const INTEGRAL: f64 = 0.01;
 
 /// Control period [s].
 const DT_S: f64 = 0.01;
@@ -105,10 +108,10 @@ pub fn near_hover(setting: &Setting<'_>) -> Result<NearHover, NearHoverError> {
         (Stage::Horizontal, "horizontal velocity", 0.1 * g, 5, Some(6)),
     ];
     let mut loops = Vec::with_capacity(stages.len());
-    for (stage, name, relay, p, i) in stages {
+    for ((stage, name, relay, p, i), share) in stages.into_iter().zip(PROPORTIONAL) {
         let found = swing(setting, &airframe, &k, stage, name, relay)?;
         rules[p] = if i.is_some() { 0.45 } else { 0.5 } * found.gain_per_s;
-        adjusted[p] = PROPORTIONAL * rules[p];
+        adjusted[p] = share * rules[p];
         if let Some(i) = i {
             rules[i] = 0.54 * found.gain_per_s / found.period_s;
             adjusted[i] = INTEGRAL * rules[i];

@@ -10,3 +10,4 @@ mod dynamics;
 mod flights;
 mod planar;
 mod tracking;
+mod variations;

@@ -3,6 +3,9 @@
 use super::NotPlanar;
 use crate::sim::FlightPlan;
 
+/// Less than this sideways is rounding [m/s, m/s^2].
+const SIDEWAYS: f64 = 1e-9;
+
 /// More control steps than any study has; keeps a table's size within reason.
 const MOST_STEPS: u64 = 10_000_000;
 
@@ -50,7 +53,8 @@ impl Course {
         }
         let setpoint = |step: u64| {
             let (v_ned, a_ned) = plan.setpoint_at(step as f64 * period_s);
-            if v_ned.y != 0.0 || a_ned.y != 0.0 {
+            // A plan solved in space is in the plane to rounding.
+            if !(v_ned.y.abs() < SIDEWAYS && a_ned.y.abs() < SIDEWAYS) {
                 return Err(NotPlanar::Sideways { what: "the reference" });
             }
             Ok(Setpoint { v_n: v_ned.x, v_d: v_ned.z, a_n: a_ned.x, a_d: a_ned.z })

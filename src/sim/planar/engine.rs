@@ -227,25 +227,21 @@ fn flow_about(air: &Air, turn: &Turn, v_n: &Lanes, v_d: &Lanes) -> Flow {
     Flow::new(&turn.cos, &turn.sin, &n, &d)
 }
 
-/// Stages of the classical Runge-Kutta method: fraction of the step, weight in sixths.
-const STAGES: [(f64, f64); 4] = [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)];
+/// Stages of the classical Runge-Kutta method: fraction of the step, weight in sixths, fraction at which the stage is followed up.
+const STAGES: [(f64, f64, f64); 4] = [(0.0, 1.0, 0.5), (0.5, 2.0, 0.5), (0.5, 2.0, 1.0), (1.0, 1.0, 0.0)];
 
 /// One step of `x' = f(fraction of the step, x)`.
 #[inline(always)]
 fn runge_kutta_4<const N: usize>(x: &mut [Lanes; N], dt_s: f64, f: impl Fn(f64, &[Lanes; N]) -> [Lanes; N]) {
-    let mut rate = [[0.0; LANES]; N];
     let mut sum = [[0.0; LANES]; N];
-    for (fraction, weight) in STAGES {
-        let mut at = *x;
-        for k in 0..N {
-            for i in 0..LANES {
-                at[k][i] += (fraction * dt_s) * rate[k][i];
-            }
-        }
-        rate = f(fraction, &at);
+    let mut at = *x;
+    // One loop and not four calls: `f` is long.
+    for (fraction, weight, next) in STAGES {
+        let rate = f(fraction, &at);
         for k in 0..N {
             for i in 0..LANES {
                 sum[k][i] += weight * rate[k][i];
+                at[k][i] = x[k][i] + (next * dt_s) * rate[k][i];
             }
         }
     }
@@ -275,17 +271,22 @@ fn step_ideal(
     }
     let to = thrust;
     let mut x = [state.v_n, state.v_d, state.q0, state.q2, state.rate];
-    runge_kutta_4(&mut x, dt_s, |fraction, x| {
-        let turn = Turn::of(&x[2], &x[3]);
-        let flow = flow_about(air, &turn, &x[0], &x[1]);
-        let mut now = from;
-        for pair in 0..2 {
-            for i in 0..LANES {
-                now[pair][i] += fraction * (to[pair][i] - from[pair][i]);
+    runge_kutta_4(
+        &mut x,
+        dt_s,
+        #[inline(always)]
+        |fraction, x| {
+            let turn = Turn::of(&x[2], &x[3]);
+            let flow = flow_about(air, &turn, &x[0], &x[1]);
+            let mut now = from;
+            for pair in 0..2 {
+                for i in 0..LANES {
+                    now[pair][i] += fraction * (to[pair][i] - from[pair][i]);
+                }
             }
-        }
-        body.derivative(x, &model.aero.load(&body.scale, &flow), &turn, &now)
-    });
+            body.derivative(x, &model.aero.load(&body.scale, &flow), &turn, &now)
+        },
+    );
     state.take_body(x);
 }
 
@@ -301,25 +302,30 @@ fn step_actuator(model: &Model, body: &Body, air: &Air, state: &mut State, comma
     }
     let [front, rear] = state.rotor_speed;
     let mut x = [state.v_n, state.v_d, state.q0, state.q2, state.rate, front, rear];
-    runge_kutta_4(&mut x, dt_s, |_, x| {
-        let [v_n, v_d, q0, q2, rate, front, rear] = x;
-        let turn = Turn::of(q0, q2);
-        let flow = flow_about(air, &turn, v_n, v_d);
-        let through = [&flow.u, &flow.w];
-        let front_load = model.rotors.load(0, front, through, rate, &air.density_kg_m3);
-        let rear_load = model.rotors.load(1, rear, through, rate, &air.density_kg_m3);
-        let thrust = [front_load.thrust, rear_load.thrust];
-        let body_rate = body.derivative(
-            &[*v_n, *v_d, *q0, *q2, *rate],
-            &model.aero.load(&body.scale, &flow),
-            &turn,
-            &thrust,
-        );
-        let [a, b, c, d, e] = body_rate;
-        let front_rate = model.rotors.acceleration(&omega_c[0], front, &front_load.torque);
-        let rear_rate = model.rotors.acceleration(&omega_c[1], rear, &rear_load.torque);
-        [a, b, c, d, e, front_rate, rear_rate]
-    });
+    runge_kutta_4(
+        &mut x,
+        dt_s,
+        #[inline(always)]
+        |_, x| {
+            let [v_n, v_d, q0, q2, rate, front, rear] = x;
+            let turn = Turn::of(q0, q2);
+            let flow = flow_about(air, &turn, v_n, v_d);
+            let through = [&flow.u, &flow.w];
+            let front_load = model.rotors.load(0, front, through, rate, &air.density_kg_m3);
+            let rear_load = model.rotors.load(1, rear, through, rate, &air.density_kg_m3);
+            let thrust = [front_load.thrust, rear_load.thrust];
+            let body_rate = body.derivative(
+                &[*v_n, *v_d, *q0, *q2, *rate],
+                &model.aero.load(&body.scale, &flow),
+                &turn,
+                &thrust,
+            );
+            let [a, b, c, d, e] = body_rate;
+            let front_rate = model.rotors.acceleration(&omega_c[0], front, &front_load.torque);
+            let rear_rate = model.rotors.acceleration(&omega_c[1], rear, &rear_load.torque);
+            [a, b, c, d, e, front_rate, rear_rate]
+        },
+    );
     let [v_n, v_d, q0, q2, rate, front, rear] = x;
     state.take_body([v_n, v_d, q0, q2, rate]);
     for i in 0..LANES {
