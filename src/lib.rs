@@ -13,7 +13,7 @@
 //! | [`control`], [`plan`] | how it is flown; how it should fly (neither knows the other) |
 //! | [`sim`] | the drop in simulated time |
 //! | [`assess`] | how safe it was |
-//! | [`tune`] | the releases that gains are tuned on |
+//! | [`tune`] | gains by search |
 //! | [`params`] | PX4 parameter files, and gains in PX4's terms |
 #![cfg_attr(feature = "files", doc = "| [`config`] | files in |")]
 //! | [`autopilot`] | modes, arming, OFFBOARD: PX4's manners around the control law |

@@ -26,12 +26,12 @@ use crate::sim::{DropSimulation, PlantKind};
 pub const ADJUSTMENTS: [&str; 3] = [
     "K_P of pitch rate and vertical velocity a tenth: a relay shows how fast the rotors follow small commands; the errors of a release \
      would drive them from one stop to the other",
-    "K_P of pitch and horizontal velocity halved: a quarter-decay swing in each of nested loops adds up to one that hardly decays",
-    "K_I a hundredth: the setpoint is far away at first, and what an integral collects on the way must be flown off again",
+    "K_P of pitch a quarter, of horizontal velocity a half: a quarter-decay swing in each of nested loops adds up to one that does not decay",
+    "K_I a five hundredth: the setpoint is far away at first, and what an integral collects on the way must be flown off again",
 ];
 /// Of pitch rate, pitch, vertical and horizontal velocity.
-const PROPORTIONAL: [f64; 4] = [0.1, 0.5, 0.1, 0.5];
-const INTEGRAL: f64 = 0.01;
+const PROPORTIONAL: [f64; 4] = [0.1, 0.25, 0.1, 0.5];
+const INTEGRAL: f64 = 0.002;
 
 /// Control period [s].
 const DT_S: f64 = 0.01;

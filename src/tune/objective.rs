@@ -16,8 +16,11 @@ pub enum Objective {
     },
 }
 
-/// What a fraction over a bound costs: a hundredth as much as a tenth of J_TPF, more than it can gain.
+/// What it costs to be over a bound: one percent costs 0.1 of J_TPF, more than it can gain.
 const PENALTY: f64 = 10.0;
+/// What tracking costs beside J_TPF: it decides where the release alone sets J_TPF, as on Earth.
+const TIE: f64 = 0.01;
+
 impl Objective {
     /// The cost: infinite for gains with a flight that diverged.
     pub fn cost(&self, e: &Evaluation) -> f64 {
@@ -27,7 +30,10 @@ impl Objective {
         match self {
             Self::Rms => e.rms,
             Self::JTpf => e.j_tpf,
-            Self::Safety { rms_bound } => e.j_tpf + PENALTY * ((e.rms / rms_bound - 1.0).max(0.0) + e.unrest),
+            Self::Safety { rms_bound } => {
+                let over = (e.rms / rms_bound - 1.0).max(0.0) + e.unrest;
+                e.j_tpf + TIE * e.rms + PENALTY * over
+            }
         }
     }
 
@@ -49,7 +55,7 @@ mod tests {
         let e = Evaluation { rms: 0.4, j_tpf: 0.6, unrest: 0.01 };
         assert_eq!((Objective::Rms.cost(&e), Objective::JTpf.cost(&e)), (0.4, 0.6));
         let cost = |rms_bound| Objective::Safety { rms_bound }.cost(&e);
-        assert!((cost(0.4) - 0.7).abs() < 1e-12 && (cost(0.32) - 3.2).abs() < 1e-12);
+        assert!((cost(0.4) - 0.704).abs() < 1e-12 && (cost(0.32) - 3.204).abs() < 1e-12);
         assert!(!Objective::Safety { rms_bound: 0.5 }.allows(&e));
         let lost = Evaluation { rms: f64::NAN, ..e };
         assert_eq!(Objective::JTpf.cost(&lost), f64::INFINITY);

@@ -10,4 +10,5 @@ mod dynamics;
 mod flights;
 mod planar;
 mod tracking;
+mod tuning;
 mod variations;

@@ -7,11 +7,12 @@ use samara::control::{ControlLimits, Gains};
 use samara::sim::planar::{Flight, Model, Release, Variation};
 use samara::sim::{DropSimulation, FlightPlan, PlantKind, Reference, fly};
 use samara::trajectory::Trajectory;
-use samara::tune::release_cases::{ReleaseCase, TABLE_3};
+use samara::tune::ReleaseCase;
 use samara::units::RAD_PER_DEG;
 
 use crate::data::{
-    NUMBERS, TITAN, cascade, flight_reference, gains, limits, number, numbers, plan, site, target_ned,
+    NUMBERS, TABLE_3, TITAN, cascade, flight_reference, gains, limits, number, numbers, plan, site,
+    target_ned,
 };
 
 fn flight_of(case: &ReleaseCase, gains: Gains) -> Flight {
@@ -69,7 +70,7 @@ fn prop_batch_costs_are_those_of_flights_in_space() {
         for (kind, bar) in [(PlantKind::Ideal, 1e-12), (PlantKind::Actuator, 1e-9)] {
             let flight = along(reference, dt_s, nodes.end_s() + 405.0 * dt_s);
             let outcomes = judged(kind, gains(name), &flight, Some(&nodes));
-            for (found, case) in outcomes.iter().zip(&TABLE_3) {
+            for (found, case) in outcomes.iter().zip(TABLE_3.iter()) {
                 let (rms, v) = in_space(kind, gains(name), &flight, &nodes, case);
                 let pairs = [
                     (found.rms, rms),
@@ -170,7 +171,7 @@ fn lost_flights_cost_a_thousand_and_leave_the_others_alone() {
         assert_eq!(outcomes[lost].rms, 1000.0);
         assert!(outcomes[lost].given_up && outcomes[lost].j_tpf > 1.0, "{lost}");
     }
-    assert_eq!(outcomes[0].peak_speed_m_s, 80.0f64.hypot(TABLE_3[2].v_down_m_s));
+    assert_eq!(outcomes[0].peak_speed_m_s, 80.0f64.hypot(TABLE_3[2].v_ned.z));
     assert_eq!(outcomes[2].j_tpf, f64::INFINITY);
     let off_grid =
         judged(PlantKind::Ideal, gains("safety"), &along(hermite(&velocity, None), 0.01, 30.0), Some(&nodes));

@@ -1,0 +1,78 @@
+//! The bench that gains are tuned on, on the Titan vehicle: the reference's numbers, and its engine in space beside the planar one.
+
+use nalgebra::Vector3;
+use samara::control::{ControlLimits, Gains};
+use samara::sim::PlantKind;
+use samara::trajectory::Trajectory;
+use samara::tune::bench::Setting;
+use samara::tune::near_hover::near_hover;
+use samara::tune::{Bench, Evaluation};
+
+use crate::data::{NUMBERS, TABLE_3, TITAN, gains, limits, number, numbers, plan, site, target_ned};
+
+fn setting(plan: &Trajectory, plant: PlantKind, settle_s: f64) -> Setting<'_> {
+    Setting {
+        vehicle: TITAN.clone(),
+        environment: site(),
+        control_limits: ControlLimits::default(),
+        plant,
+        yaw: Gains::near_hover(),
+        plan,
+        target_v_ned: target_ned(),
+        settle_s,
+        safety: limits(),
+    }
+}
+
+/// (46) of the reference's gains. The bench's plan is 3e-6 from the one that the reference tracks.
+#[test]
+fn reference_worst_rms() {
+    let plan = plan();
+    for (key, plant) in [("ideal_plant", PlantKind::Ideal), ("actuator_plant", PlantKind::Actuator)] {
+        let bench = Bench::new(setting(&plan, plant, 0.0)).unwrap().with_cases(&TABLE_3);
+        for (name, file) in [("NH", "near_hover"), ("PSO", "paper_pso")] {
+            let wanted = numbers(&NUMBERS["tracking_rms"][key][name]).into_iter().fold(0.0, f64::max);
+            let found = bench.evaluate(&gains(file).as_longitudinal()).rms;
+            assert!((found - wanted).abs() < 2e-5, "{key} {name}: {:.2e}", found - wanted);
+        }
+    }
+    let bench = Bench::new(setting(&plan, PlantKind::Actuator, 4.5)).unwrap().with_cases(&TABLE_3);
+    let safety = bench.evaluate(&gains("safety").as_longitudinal());
+    let wanted = number(&NUMBERS["safety_gains_rms_worst_actuator_plant"]);
+    assert!((safety.rms - wanted).abs() < 2e-5 && safety.unrest == 0.0, "{safety:?}");
+    // The paper's gains make a limit cycle.
+    assert!(bench.evaluate(&gains("paper_pso").as_longitudinal()).unrest >= 0.01);
+}
+
+/// A breath of wind from the side, which the planar engine refuses, puts the flights in space.
+#[test]
+fn prop_the_bench_in_space_is_the_planar_one() {
+    let plan = plan();
+    let planar = setting(&plan, PlantKind::Actuator, 4.5);
+    let mut in_space = planar.clone();
+    in_space.environment.wind_ned_m_s = Vector3::new(0.0, 1e-12, 0.0);
+    let case = [TABLE_3[2].clone()];
+    let [planar, in_space] =
+        [planar, in_space].map(|s| Bench::new(s).unwrap().with_cases(&case).with_variations(&case));
+    let k = gains("safety").as_longitudinal();
+    assert_eq!(planar.flights(), 16);
+    for (i, (p, s)) in planar.fly(&k).iter().zip(in_space.fly(&k)).enumerate() {
+        let apart = (p.rms - s.rms).abs().max((p.j_tpf - s.j_tpf).abs()).max((p.unrest - s.unrest).abs());
+        assert!(apart < 1e-6, "flight {i}: {p:?} {s:?}");
+    }
+    let lost = [50.0, 0.0, 50.0, 0.0, 0.0, 0.0, 0.0];
+    assert_eq!(planar.evaluate(&lost), Evaluation::DIVERGED);
+    assert_eq!(in_space.evaluate(&lost), Evaluation::DIVERGED);
+}
+
+/// The relays find the limits of stability: outer loops are slower than inner ones, and the gains made of them fly the drop.
+#[test]
+fn regress_near_hover_gains_fly() {
+    let plan = plan();
+    let setting = setting(&plan, PlantKind::Actuator, 4.5);
+    let found = near_hover(&setting).unwrap();
+    let [rate, pitch, vertical, horizontal] = found.loops.map(|l| l.period_s);
+    assert!(rate < pitch && pitch < horizontal && vertical < horizontal, "{found:?}");
+    let flown = Bench::new(setting).unwrap().with_cases(&TABLE_3).evaluate(&found.adjusted);
+    assert!(flown.j_tpf < 1.0 && flown.rms < 1.0, "{flown:?}");
+}

@@ -1,0 +1,122 @@
+//! `samara tune` as a user meets it: the same gains whatever happens on the way.
+#![cfg(all(feature = "cli", unix))]
+#![expect(
+    clippy::unwrap_used,
+    clippy::disallowed_methods,
+    reason = "a test that drives a program, waits for its files and reads them"
+)]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::Duration;
+
+/// A quick search: seven flights of 9.5 s for each candidate.
+const QUICK: [&str; 11] = [
+    "tune",
+    "mission/x500_drop.json",
+    "--objective",
+    "rms",
+    "--particles",
+    "8",
+    "--unseen",
+    "8",
+    "--stall",
+    "100000",
+    "--json",
+];
+
+fn tune(out: &Path, more: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_samara"));
+    command.args(QUICK).args(more).arg("--out").arg(out).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+fn run(out: &Path, more: &[&str]) -> Output {
+    tune(out, more).output().unwrap()
+}
+
+fn json(output: &Output) -> serde_json::Value {
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.stdout.is_empty(), "{error}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Starts a search and waits until it has kept its first iterations.
+fn under_way(out: &Path, more: &[&str]) -> Child {
+    let child = tune(out, more).spawn().unwrap();
+    for _ in 0..6000 {
+        if out.join("checkpoint.json").exists() {
+            return child;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    child
+}
+
+const FILES: [&str; 6] =
+    ["gains.json", "gains.params", "convergence.csv", "convergence.svg", "front.csv", "checkpoint.json"];
+
+#[test]
+fn prop_killed_and_resumed_is_as_if_nothing_had_happened() {
+    let folder = tempfile::tempdir().unwrap();
+    let (whole, parts) = (folder.path().join("whole"), folder.path().join("parts"));
+    let search = ["--iterations", "15", "--threads"];
+    let first = run(&whole, &[&search[..], &["1"]].concat());
+    assert_eq!(first.status.code(), Some(0), "{}", String::from_utf8_lossy(&first.stderr));
+    let told = json(&first);
+    assert_eq!((&told["evaluations"], &told["iterations"]), (&120.into(), &15.into()));
+    assert!(told["gains"]["k_pq_per_s"].as_f64().unwrap() > 0.0 && told["cost"] == told["rms"]);
+    // Killed without a word, then resumed with another number of threads.
+    let mut child = under_way(&parts, &[&search[..], &["2"]].concat());
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let resumed = run(&parts, &[&search[..], &["2", "--resume"]].concat());
+    assert_eq!(resumed.status.code(), Some(0), "{}", String::from_utf8_lossy(&resumed.stderr));
+    for file in FILES {
+        let [a, b] = [&whole, &parts].map(|folder| fs::read(folder.join(file)).unwrap());
+        assert!(a == b, "{file} differs");
+    }
+    // A checkpoint of another search is refused with its place.
+    let other = run(&parts, &["--iterations", "16", "--resume"]);
+    let error = String::from_utf8_lossy(&other.stderr).into_owned();
+    assert_eq!(other.status.code(), Some(2), "{error}");
+    assert!(
+        error.contains("checkpoint.json:2:") && error.contains("expected a checkpoint of this search"),
+        "{error}"
+    );
+    let none = run(&folder.path().join("nothing"), &["--resume"]);
+    assert_eq!(none.status.code(), Some(2));
+}
+
+#[test]
+fn ctrl_c_keeps_the_best_so_far() {
+    let folder = tempfile::tempdir().unwrap();
+    let child = under_way(folder.path(), &["--iterations", "100000"]);
+    let stopped = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(stopped.success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
+    let told = json(&output);
+    assert_eq!(told["stopped"], true);
+    assert!(told["evaluations"].as_u64().unwrap() >= 8);
+    for file in FILES {
+        assert!(folder.path().join(file).exists(), "{file}");
+    }
+}
+
+#[test]
+fn bad_options_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for (wrong, expected) in [
+        (vec!["--start", "nowhere"], "nowhere"),
+        (vec!["--name", "a b"], "letters, digits"),
+        (vec!["--rms-bound", "-1"], "positive"),
+        (vec!["--method", "luck"], "near-hover"),
+    ] {
+        let output = run(folder.path(), &wrong);
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{wrong:?}: {error}");
+        assert!(error.contains(expected), "{wrong:?}: {error}");
+    }
+}
