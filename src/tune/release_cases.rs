@@ -64,16 +64,19 @@ impl Swing {
     }
 }
 
-/// Amplitudes of [`swing_releases`] in standard deviations: usual, rare, the largest of two thousand, and one in a hundred thousand.
-const AMPLITUDES: [f64; 4] = [1.0, 7.0 / 3.0, 3.5, 4.5];
-/// Phases of [`swing_releases`], evenly over the turn.
+/// Amplitudes of [`swing_releases`] in standard deviations. J_TPF has narrow peaks between them: a coarser sample misses some.
+const AMPLITUDES: [f64; 7] = [1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0];
+/// Phases of [`swing_releases`], evenly over the turn; those of every other amplitude lie between.
 const PHASES: usize = 12;
 
-/// The swing in four amplitudes (3, 7, 10.5 and 13.5 deg with the paper's 3 deg) and twelve phases.
+/// The swing in seven amplitudes (3 to 12 deg with the paper's 3 deg) and twelve phases.
 pub fn swing_releases(swing: &Swing) -> Vec<BodyState> {
-    let phase = |k: usize| std::f64::consts::TAU * k as f64 / PHASES as f64;
-    let at = |a: f64| (0..PHASES).map(move |k| swing.state(a * swing.amplitude_sigma_rad, phase(k)));
-    AMPLITUDES.into_iter().flat_map(at).collect()
+    let at = |(row, a): (usize, f64)| {
+        let shift = if row % 2 == 0 { 0.0 } else { 0.5 };
+        let phase = move |k: usize| std::f64::consts::TAU * (k as f64 + shift) / PHASES as f64;
+        (0..PHASES).map(move |k| swing.state(a * swing.amplitude_sigma_rad, phase(k)))
+    };
+    AMPLITUDES.into_iter().enumerate().flat_map(at).collect()
 }
 
 /// `count` random releases of a seed; the first ones are the same whatever the count.
@@ -104,9 +107,9 @@ mod tests {
     #[test]
     fn closed_form_amplitudes_and_phases_of_the_sampled_swing() {
         let states = swing_releases(&PAPER);
-        assert_eq!(states.len(), 48);
+        assert_eq!(states.len(), 84);
         let widest = states.iter().map(|s| pitch(s.q_ned_from_body)).fold(0.0, f64::max);
-        assert!((widest - 13.5 * RAD_PER_DEG).abs() < 1e-12);
+        assert!((widest - 12.0 * RAD_PER_DEG).abs() < 1e-12);
         assert!((states[0].omega_body.y - 6.0 * RAD_PER_DEG).abs() < 1e-15, "phase 0: fastest");
     }
 

@@ -6,12 +6,13 @@
 //! S = N random others ;  g = the best position that any of S has found
 //! v = W v + y1 u1 (p - x) + y2 u2 (g - x),  u1, u2 uniform in (0,1), component by component ;  x = x + v
 //! x outside a bound: x = the bound, and v = 0 where it points out
-//! best improved: c = max(c - 1, 0), N = N_min, W = 2 W if c < 2, W = W/2 if c > 5, kept in the range of inertia
-//! otherwise: c = c + 1, N = min(N + N_min, all)
+//! best improved: c = max(c - 1, 0), N = N_min;  otherwise: c = c + 1, N = min(N + N_min, all)
+//! then W = 2 W if c < 2, W = W/2 if c > 5, kept in the range of inertia
 //! ```
 //!
 //! N_min = max(2, a quarter of the swarm). It has converged when the best cost has fallen by less than 1e-6, as a fraction, over
-//! the stall iterations. Rules as documented in "Particle Swarm Optimization Algorithm", Global Optimization Toolbox; random
+//! the stall iterations. Rules as documented (whether W changes without an improvement is left open there; without it a swarm that
+//! begins with W = 1.1 stalls) in "Particle Swarm Optimization Algorithm", Global Optimization Toolbox; random
 //! numbers are our own, so that runs of MATLAB are not repeated digit by digit.
 
 use super::random::Stream;
@@ -108,13 +109,13 @@ impl<const N: usize> ParticleSwarm<N> {
 
     fn adapt(&mut self, improved: bool) {
         let least = least_neighbours(&self.settings);
-        if !improved {
+        if improved {
+            self.stalled = self.stalled.saturating_sub(1);
+            self.neighbours = least;
+        } else {
             self.stalled += 1;
             self.neighbours = (self.neighbours + least).min(self.settings.particles - 1);
-            return;
         }
-        self.stalled = self.stalled.saturating_sub(1);
-        self.neighbours = least;
         if self.stalled < 2 {
             self.inertia *= 2.0;
         } else if self.stalled > 5 {
