@@ -47,7 +47,7 @@ fn spoilt_mission(folder: &Path, from: &str, to: &str) -> String {
 #[test]
 fn reference_drop_of_titan() {
     let out = tempfile::tempdir().unwrap();
-    let output = samara(&["drop", "--json", "--out", out.path().to_str().unwrap()]);
+    let output = samara(&["drop", "--gains", "safety", "--json", "--out", out.path().to_str().unwrap()]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let verdict = json(&output);
     let number = |key: &str| verdict[key].as_f64().unwrap();
@@ -63,6 +63,17 @@ fn reference_drop_of_titan() {
 }
 
 /// The same bytes in every file on every run.
+/// Both missions become steady with the gains they ship, within their limits.
+#[test]
+fn shipped_missions_come_to_rest() {
+    let out = tempfile::tempdir().unwrap();
+    for mission in ["mission/titan_drop.json", "mission/x500_drop.json"] {
+        let output = samara(&["drop", mission, "--json", "--out", out.path().to_str().unwrap()]);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        assert!(json(&output)["steady_after_s"].as_f64().is_some(), "{mission}: {}", json(&output));
+    }
+}
+
 #[test]
 fn prop_two_drops_write_the_same_bytes() {
     let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];

@@ -111,7 +111,7 @@ fn bad_options_are_refused() {
     for (wrong, expected) in [
         (vec!["--start", "nowhere"], "nowhere"),
         (vec!["--name", "a b"], "letters, digits"),
-        (vec!["--rms-bound", "-1"], "positive"),
+        (vec!["--rms-bound", "0"], "positive"),
         (vec!["--method", "luck"], "near-hover"),
     ] {
         let output = run(folder.path(), &wrong);
