@@ -6,14 +6,13 @@ use std::path::Path;
 use nalgebra::Vector3;
 use samara::assess::tracking::control_period_s;
 use samara::assess::{Outcome, SafetyLimits, Study, judge_flights};
-use samara::config::load_vehicle;
+use samara::config::{load_mission, load_vehicle};
 use samara::control::{ControlLimits, Gains};
 use samara::model::Environment;
 use samara::model::environment::GeoPoint;
 use samara::sim::planar::{Flight, LANES, Model, Release, Variation};
 use samara::sim::{FlightPlan, PlantKind, Reference};
 use samara::trajectory::{Node, Trajectory};
-use samara::tune::release_cases::TABLE_3;
 use samara::units::RAD_PER_DEG;
 
 /// Particles of the swarm.
@@ -62,9 +61,11 @@ impl Swarm {
 
 /// `n` flights: each particle's gains on each release.
 pub fn flights(n: usize) -> Vec<Flight> {
+    let mission = Path::new(env!("CARGO_MANIFEST_DIR")).join("mission/titan_drop.json");
+    let cases = load_mission(&mission).unwrap().tuning_cases;
     let flight = |k: usize| Flight {
-        gains: gains(k / TABLE_3.len() % PARTICLES),
-        release: Release::of(&TABLE_3[k % TABLE_3.len()].state()).unwrap(),
+        gains: gains(k / cases.len() % PARTICLES),
+        release: Release::of(&cases[k % cases.len()].state()).unwrap(),
         variation: Variation::NONE,
     };
     (0..n).map(flight).collect()
