@@ -27,7 +27,7 @@ struct Drop {
 static DROP: LazyLock<Drop> = LazyLock::new(|| dropped("mission/titan_drop.json"));
 
 fn planned(mission: &Mission) -> Plan {
-    let (body, _) = mission.parachute.hanging(0.0);
+    let (body, _) = mission.parachute.hanging(0.0, &mission.environment);
     let v = body.v_ned + mission.environment.gravity_ned() * mission.parachute.delay_s;
     let q = body.q_ned_from_body;
     let w = body.omega_body;

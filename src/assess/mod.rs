@@ -8,5 +8,5 @@
 pub mod safety;
 pub mod tracking;
 
-pub use safety::{SafetyLimits, StateCost, Verdict, VerdictBuilder, plan_j_tpf};
+pub use safety::{SafetyLimits, StateCost, Verdict, VerdictBuilder, plan_j_tpf, steady_within_m_s};
 pub use tracking::TrackingError;

@@ -66,16 +66,16 @@ pub struct PlanProblem<'a> {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlanError {
     /// There is no steady flight at the target.
-    #[error("the target velocity cannot be reached: {0}")]
+    #[error("the target velocity cannot be reached")]
     Target(#[from] TrimError),
     /// The planner has no code for this number of rotors.
     #[error("plans are made for 4, 6 or 8 rotors; this vehicle has {0}")]
     Rotors(usize),
     /// The problem is ill-posed.
-    #[error("{0}")]
+    #[error(transparent)]
     Problem(#[from] ProblemError),
     /// The solver's result is no trajectory (not finite).
-    #[error("the result is no trajectory: {0}")]
+    #[error("the result is no trajectory")]
     Trajectory(#[from] TrajectoryError),
 }
 
@@ -236,6 +236,9 @@ fn diagnose<const NX: usize, const NU: usize>(solution: &Solution<NX, NU>) -> Op
         Status::IterationLimit => Some(format!("the iteration budget is used up; {at}")),
         Status::Stopped => Some(format!("stopped; {at}")),
         Status::Infeasible => Some(format!("no trajectory satisfies dynamics and bounds; {at}")),
+        Status::Stalled => Some(format!(
+            "the constraints hold, but no step gets nearer to the optimum: the tolerance asks for more than rounding leaves; {at}"
+        )),
         Status::Diverged => Some(format!("the iterates left the model's range; {at}")),
     }
 }

@@ -128,6 +128,7 @@ pub fn status_name(status: Status) -> &'static str {
         Status::IterationLimit => "iteration_limit",
         Status::Stopped => "stopped",
         Status::Infeasible => "infeasible",
+        Status::Stalled => "stalled",
         Status::Diverged => "diverged",
     }
 }

@@ -39,6 +39,9 @@ pub enum Start {
 /// A phase boundary closer than this to the end of a step [s] is taken to be there.
 const BOUNDARY_TOLERANCE_S: f64 = 1e-9;
 
+/// Step of a fall that nobody watches [s].
+const FALL_STEP_S: f64 = 0.004;
+
 /// A vehicle under its parachute and what becomes of it.
 #[derive(Clone, Debug)]
 pub struct DropSimulation {
@@ -86,7 +89,7 @@ impl DropSimulation {
         hang_s: f64,
         start: Start,
     ) -> Self {
-        let (body, _) = parachute.hanging(-hang_s);
+        let (body, _) = parachute.hanging(-hang_s, &environment);
         Self {
             plant: Plant::new(vehicle, environment, PlantKind::Actuator),
             parachute,
@@ -116,6 +119,24 @@ impl DropSimulation {
             release_at_s: None,
             released: Some(Released { time_s: 0.0, state }),
         }
+    }
+
+    /// The state at the moment when the rotors are freed after a release at the nominal time: what a plan starts from that is made
+    /// before the drop.
+    pub fn nominal_state_at_t0(
+        vehicle: Arc<Vehicle>,
+        environment: Environment,
+        parachute: Parachute,
+        start: Start,
+    ) -> BodyState {
+        let mut sim = Self::new(vehicle, environment, parachute, 0.0, start);
+        sim.release();
+        // Whole steps to the end of the delay; the last one ends there, since it is a boundary between phases.
+        while sim.phase != Phase::Powered {
+            let remaining_s = sim.powered_from_s().unwrap_or(0.0) - sim.clock.time_s;
+            sim.step(&[0.0; MAX_ROTORS], FALL_STEP_S.min(remaining_s));
+        }
+        sim.state.body
     }
 
     /// Time since the simulation began [s].
@@ -232,7 +253,7 @@ impl DropSimulation {
         let instant = self.instant();
         self.clock.advance(h);
         self.state.body = match self.released {
-            None => self.parachute.hanging(self.clock.time_s - self.nominal_release_s).0,
+            None => self.hanging().0,
             Some(r) => self.vacuum_fall(&r),
         };
         instant
@@ -240,6 +261,11 @@ impl DropSimulation {
 
     fn dynamic_fall(&self) -> bool {
         self.phase == Phase::Falling && self.start == Start::Release
+    }
+
+    /// The motion under the canopy now, and its acceleration.
+    fn hanging(&self) -> (BodyState, Vector3<f64>) {
+        self.parachute.hanging(self.clock.time_s - self.nominal_release_s, self.environment())
     }
 
     /// The fall of [`Start::T0`].
@@ -267,7 +293,7 @@ impl DropSimulation {
                 Instant { a_ned: gravity, balance }
             }
             Phase::Hanging => {
-                let (body, a_ned) = self.parachute.hanging(self.clock.time_s - self.nominal_release_s);
+                let (body, a_ned) = self.hanging();
                 let mut balance = self.plant.instant(&self.state, throttle, true).balance;
                 let others =
                     rotate_ned_from_body(body.q_ned_from_body, balance.force_body()) + gravity * mass;

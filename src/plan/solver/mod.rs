@@ -65,6 +65,8 @@ pub enum Status {
     Stopped,
     /// No point near this one satisfies the constraints.
     Infeasible,
+    /// The constraints hold, but no step gets nearer to the optimum: the tolerance asks for more digits than the numbers have.
+    Stalled,
     /// The iterates left the region where the model can be evaluated.
     Diverged,
 }
@@ -132,7 +134,7 @@ pub struct Solution<const NX: usize, const NU: usize> {
 }
 
 /// A problem that cannot be posed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ProblemError {
     /// Fewer than two intervals.
     #[error("at least 3 nodes are needed")]
@@ -140,6 +142,18 @@ pub enum ProblemError {
     /// Bounds that leave no interior.
     #[error("lower bounds must lie below upper bounds, and rate limits above zero")]
     EmptyBounds,
+    /// The input at the first node, which is given, lies outside its bounds.
+    #[error("input {} of the first node must lie from {least} to {greatest}, found {found}", index + 1)]
+    InitialInput {
+        /// Which input, from 0.
+        index: usize,
+        /// Its least value.
+        least: f64,
+        /// Its greatest value.
+        greatest: f64,
+        /// The given value.
+        found: f64,
+    },
     /// The start has another number of nodes than the problem.
     #[error("the guess has another number of nodes than the problem")]
     GuessLength,
@@ -165,7 +179,20 @@ fn check<D, const NX: usize, const NU: usize>(problem: &Problem<D, NX, NU>) -> R
     let finite = problem.dt_s.is_finite()
         && [&problem.x_initial, &c.x_ref, &c.q, &c.s].iter().all(|v| v.iter().all(|x| x.is_finite()))
         && [&problem.u_initial, &c.u_ref, &c.r].iter().all(|v| v.iter().all(|x| x.is_finite()));
-    if finite { Ok(()) } else { Err(ProblemError::NotFinite) }
+    if !finite {
+        return Err(ProblemError::NotFinite);
+    }
+    // A drop starts on its bound, with the rotors at rest. (Bounds on the states hold from the second node on.)
+    let (u, b) = (&problem.u_initial, &problem.bounds);
+    match (0..NU).find(|&i| !(b.u_min[i]..=b.u_max[i]).contains(&u[i])) {
+        Some(i) => Err(ProblemError::InitialInput {
+            index: i,
+            least: b.u_min[i],
+            greatest: b.u_max[i],
+            found: u[i],
+        }),
+        None => Ok(()),
+    }
 }
 
 /// Solves the problem. After each iteration `observer` sees how it stands and may stop it: budgets of time, which the
@@ -290,6 +317,10 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
                             self.iterate.centre(&self.fences, self.mu);
                             self.iterate.lambda.fill(SVector::zeros());
                         }
+                        // There was nothing to restore: it is the search for a lower cost that has come to its end.
+                        _ if now.defect_max <= self.feasible() => {
+                            return self.finish_with_best(Status::Stalled);
+                        }
                         Restored::Infeasible => return self.finish_with_best(Status::Infeasible),
                         Restored::Failed => return self.finish_with_best(Status::Diverged),
                     }
@@ -299,12 +330,17 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
         }
     }
 
+    /// Largest defect of a point that counts as feasible.
+    fn feasible(&self) -> f64 {
+        1e-6f64.max(self.options.tolerance)
+    }
+
     /// Keeps the point if it is the best so far: feasible with the least cost, else the least infeasible.
     fn remember(&mut self, now: &Evaluation<NX>) {
         if !now.is_finite() {
             return;
         }
-        let feasible = 1e-6f64.max(self.options.tolerance);
+        let feasible = self.feasible();
         let better = self.best.as_ref().is_none_or(|best| {
             if now.defect_max <= feasible && best.defect_max <= feasible {
                 now.objective < best.objective
