@@ -121,7 +121,8 @@ fn parse(source: &Source) -> Result<Trajectory, ConfigError> {
             return Err(table::refuse(source, line, 1, message));
         }
         if let Some(i) = node.thrust_n.iter().position(|&thrust| thrust < 0.0) {
-            let message = format!("{}: expected a thrust of at least 0, found {:?}", THRUSTS[i], node.thrust_n[i]);
+            let message =
+                format!("{}: expected a thrust of at least 0, found {:?}", THRUSTS[i], node.thrust_n[i]);
             return Err(table::refuse(source, line, 1, message));
         }
         if let Some(before) = nodes.last().filter(|before| node.t_s <= before.t_s) {

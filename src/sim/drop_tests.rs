@@ -91,7 +91,9 @@ fn closed_form_a_drop_in_wind_is_the_calm_drop_carried_along() {
             let t = calm.time_s() - 2.0;
             assert!((b.v_ned - a.v_ned - drift).norm() < 1e-10, "{start:?} at {t} s");
             assert!((b.p_ned - a.p_ned - drift * t).norm() < 1e-9, "{start:?} at {t} s");
-            assert!((calm.balance(&OFF).canopy_force_ned - wind.balance(&OFF).canopy_force_ned).norm() < 1e-8);
+            assert!(
+                (calm.balance(&OFF).canopy_force_ned - wind.balance(&OFF).canopy_force_ned).norm() < 1e-8
+            );
         }
         assert_eq!(wind.phase(), Phase::Powered);
     }

@@ -185,12 +185,9 @@ fn check<D, const NX: usize, const NU: usize>(problem: &Problem<D, NX, NU>) -> R
     // A drop starts on its bound, with the rotors at rest. (Bounds on the states hold from the second node on.)
     let (u, b) = (&problem.u_initial, &problem.bounds);
     match (0..NU).find(|&i| !(b.u_min[i]..=b.u_max[i]).contains(&u[i])) {
-        Some(i) => Err(ProblemError::InitialInput {
-            index: i,
-            least: b.u_min[i],
-            greatest: b.u_max[i],
-            found: u[i],
-        }),
+        Some(i) => {
+            Err(ProblemError::InitialInput { index: i, least: b.u_min[i], greatest: b.u_max[i], found: u[i] })
+        }
         None => Ok(()),
     }
 }
