@@ -9,11 +9,11 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::plant::{Instant, Plant, PlantKind, PlantState};
-use super::record::{Moment, Sample};
-use crate::frames::{rotate_body_from_ned, rotate_ned_from_body};
 use crate::model::parachute::Pendulum;
 use crate::model::rigid_body::BodyState;
-use crate::model::{Environment, ForceBalance, MAX_ROTORS, Parachute, PerRotor, Vehicle};
+use crate::model::{Environment, MAX_ROTORS, Parachute, PerRotor, Vehicle};
+
+mod forces;
 
 /// Where in the drop the vehicle is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -276,63 +276,6 @@ impl DropSimulation {
             p_ned: r.state.p_ned + r.state.v_ned * t + g * (0.5 * t * t),
             v_ned: r.state.v_ned + g * t,
             ..r.state
-        }
-    }
-
-    /// What acts on the vehicle now, under the last commands.
-    fn instant(&self) -> Instant {
-        self.instant_under(&self.throttle)
-    }
-
-    fn instant_under(&self, throttle: &PerRotor) -> Instant {
-        let gravity = self.environment().gravity_ned();
-        let mass = self.vehicle().mass.mass_kg;
-        match self.phase {
-            Phase::Falling if !self.dynamic_fall() => {
-                let balance = ForceBalance { gravity_force_ned: gravity * mass, ..ForceBalance::default() };
-                Instant { a_ned: gravity, balance }
-            }
-            Phase::Hanging => {
-                let (body, a_ned) = self.hanging();
-                let mut balance = self.plant.instant(&self.state, throttle, true).balance;
-                let others =
-                    rotate_ned_from_body(body.q_ned_from_body, balance.force_body()) + gravity * mass;
-                balance.canopy_force_ned = a_ned * mass - others;
-                Instant { a_ned, balance }
-            }
-            Phase::Falling => self.plant.instant(&self.state, throttle, true),
-            Phase::Powered => self.plant.instant(&self.state, throttle, false),
-        }
-    }
-
-    /// Every force and moment on the vehicle now, under the given commands.
-    pub fn balance(&self, throttle: &PerRotor) -> ForceBalance {
-        self.instant_under(throttle).balance
-    }
-
-    /// Acceleration now, NED [m/s^2].
-    pub fn acceleration_ned(&self) -> Vector3<f64> {
-        self.instant().a_ned
-    }
-
-    /// What an accelerometer at the centre of mass reads, body [m/s^2]: acceleration without gravity.
-    pub fn specific_force_body(&self) -> Vector3<f64> {
-        let a = self.acceleration_ned() - self.environment().gravity_ned();
-        rotate_body_from_ned(self.state.body.q_ned_from_body, a)
-    }
-
-    /// A row of the record: the state now under the given commands and setpoint.
-    pub fn sample(&self, throttle: &PerRotor, v_sp_ned: Option<Vector3<f64>>) -> Sample {
-        self.moment().sample(self.instant_under(throttle), throttle, v_sp_ned)
-    }
-
-    /// The state now, for a record whose forces come with the next step.
-    pub(super) fn moment(&self) -> Moment {
-        Moment {
-            t_s: self.clock.time_s,
-            t_powered_s: self.time_powered_s(),
-            phase: self.phase,
-            state: self.state,
         }
     }
 }

@@ -24,7 +24,10 @@ fn a_vehicle_that_is_never_released_has_an_object_without_a_verdict() {
     let output = samara(&["drop", &mission, "--json", "--out", folder.to_str().unwrap()]);
     assert_eq!(code(&output), 1, "{}", stderr(&output));
     let told = json(&output);
-    assert_eq!((&told["reason"], &told["completed"]), (&"the vehicle was never released".into(), &true.into()));
+    assert_eq!(
+        (&told["reason"], &told["completed"]),
+        (&"the vehicle was never released".into(), &true.into())
+    );
     assert!((told["ended_at_s"].as_f64().unwrap() - 10.6).abs() < 1e-9);
     for key in ["j_tpf", "peak_speed_m_s", "limits_passed", "steady_after_s", "final_v_ned_m_s"] {
         assert!(told[key].is_null() && told.as_object().unwrap().contains_key(key), "{key}");
@@ -86,7 +89,8 @@ fn no_message_says_the_same_twice() {
     let (below, wrong) = (file.join("x"), file.to_str().unwrap().to_owned());
     let fast =
         spoilt_mission(out.path(), "\"target_v_ned_m_s\": [4, 0, 4]", "\"target_v_ned_m_s\": [300, 0, 4]");
-    let text = fs::read_to_string(&fast).unwrap().replace("\"v_ned_m_s\": [4, 0, 4]", "\"v_ned_m_s\": [300, 0, 4]");
+    let text =
+        fs::read_to_string(&fast).unwrap().replace("\"v_ned_m_s\": [4, 0, 4]", "\"v_ned_m_s\": [300, 0, 4]");
     fs::write(&fast, text).unwrap();
     let cases: [&[&str]; 7] = [
         &["plan", &fast],
@@ -98,7 +102,10 @@ fn no_message_says_the_same_twice() {
         &["drop", "--instance", "60000"],
     ];
     for arguments in cases {
-        let output = samara(&[arguments, &["--out", below.to_str().unwrap()][..usize::from(arguments.len() < 3) * 2]].concat());
+        let output = samara(
+            &[arguments, &["--out", below.to_str().unwrap()][..usize::from(arguments.len() < 3) * 2]]
+                .concat(),
+        );
         assert_eq!(code(&output), 2, "{arguments:?}: {}", stderr(&output));
         let message = stderr(&output);
         let parts: Vec<&str> = message.trim().split(": ").collect();
@@ -142,7 +149,11 @@ fn a_full_device_is_told_and_a_closed_pipe_is_not() {
     for arguments in [&["plan"][..], &["plan", "--json"], &["drop", "--json"]] {
         let output = run(arguments).stdout(full()).output().unwrap();
         assert_eq!(code(&output), 2, "{}", stderr(&output));
-        assert!(stderr(&output).starts_with("samara: cannot write to stdout: No space left"), "{}", stderr(&output));
+        assert!(
+            stderr(&output).starts_with("samara: cannot write to stdout: No space left"),
+            "{}",
+            stderr(&output)
+        );
     }
     // Nobody reads what is told of a bad mission: the exit code still is 2.
     let status = run(&["plan", "mission/nowhere.json"]).stderr(full()).status().unwrap();
