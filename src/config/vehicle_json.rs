@@ -85,6 +85,7 @@ pub(super) struct BodyAeroJson {
     /// Reference span b [m].
     pub(super) reference_span_m: Positive<1000>,
     /// Angles of attack, increasing from -180 to 180 [deg].
+    #[schemars(length(max = 721))]
     pub(super) alpha_deg: Vec<AngleDeg>,
     /// Drag coefficient at each angle, (13).
     pub(super) c_drag: Vec<Within<1000>>,

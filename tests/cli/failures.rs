@@ -171,7 +171,7 @@ fn an_interrupted_drop_says_so_in_its_files() {
     use std::io::{BufRead as _, BufReader};
     let out = tempfile::tempdir().unwrap();
     let mut child = Command::new(env!("CARGO_BIN_EXE_samara"))
-        .args(["drop", "--speed", "1", "--instance", "41", "--out", out.path().to_str().unwrap()])
+        .args(["drop", "--speed", "1", "--instance", "8", "--out", out.path().to_str().unwrap()])
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
