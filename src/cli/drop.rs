@@ -39,13 +39,6 @@ const OF_THE_FLIGHT: [&str; 5] = ["flight.csv", "drop.json", "drop.svg", "hil.tl
 /// `samara drop`.
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     let mut mission = chosen_mission(&args.mission.mission, &args.choice)?;
-    if args.net.instance != 0 {
-        mission.note_choice("instance", &args.net.instance.to_string());
-    }
-    if let SpeedArg::Factor(factor) = args.speed {
-        // The links are open then: what others send stands in the logs, too.
-        mission.note_choice("speed", &format!("{factor:?}"));
-    }
     let narrator = Narrator::together(args.mission.json);
     narrator.say(&format!(
         "samara drop: {}, vehicle {}, gains {}\n",
@@ -60,13 +53,22 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
             Some(planned) => planned,
             None => {
                 folder.remove(&OF_THE_FLIGHT)?;
-                folder.write_manifest("drop", &mission)?;
+                folder.write_manifest("drop", &mission, &circumstances(args))?;
                 return Ok(Answer::No);
             }
         },
     };
     let flown = fly(args, &mission, &planned.trajectory, &folder, &narrator)?;
     finish(args, &mission, &planned, &flown, &folder, &narrator)
+}
+
+/// What does not touch the flight but shows in the .tlog files: the vehicle's number, and that others may have taken part.
+fn circumstances(args: &DropArgs) -> Vec<(&'static str, String)> {
+    let mut told = vec![("instance", args.net.instance.to_string())];
+    if let SpeedArg::Factor(factor) = args.speed {
+        told.push(("speed", format!("{factor:?}")));
+    }
+    told
 }
 
 /// Keeps a trajectory that was given with the results, as it was given.
@@ -194,7 +196,7 @@ fn finish(
     };
     let text = drop_json(mission, verdict.as_ref(), &run);
     folder.write("drop.json", |out| out.write_all(text.as_bytes()))?;
-    folder.write_manifest("drop", mission)?;
+    folder.write_manifest("drop", mission, &circumstances(args))?;
     match &verdict {
         Some(verdict) => {
             tell_verdict(narrator, mission, verdict, &flown.log, folder)?;

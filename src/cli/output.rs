@@ -120,18 +120,23 @@ impl OutputFolder {
         Ok(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
     }
 
-    /// Writes `<verb>_manifest.json`: version, seed and hash of the inputs of this run, and the SHA-256 of each file that it has
-    /// written. What else lies in the folder is not this run's.
+    /// Writes `<verb>_manifest.json`: version, seed and hash of the inputs of this run, its circumstances (which are no inputs), and
+    /// the SHA-256 of each file that it has written. What else lies in the folder is not this run's.
     ///
     /// # Errors
     /// [`Failure::BadInput`] when it cannot be written.
-    pub fn write_manifest(&self, verb: &str, mission: &Mission) -> Result<(), Failure> {
+    pub fn write_manifest(
+        &self,
+        verb: &str,
+        mission: &Mission,
+        circumstances: &[(&str, String)],
+    ) -> Result<(), Failure> {
         let names = self.written.borrow().clone();
         let files = names
             .into_iter()
             .map(|name| Ok((name.clone(), self.sha256(&name)?)))
             .collect::<Result<BTreeMap<_, _>, Failure>>()?;
-        let text = manifest_json(mission, verb, &files);
+        let text = manifest_json(mission, verb, circumstances, &files);
         self.write(&format!("{verb}_manifest.json"), |out| out.write_all(text.as_bytes())).map(|_| ())
     }
 }

@@ -62,7 +62,7 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
     .bad_input()?;
     let solve_ms = watch.ms();
     write_plan(&folder, &mission, &plan)?;
-    folder.write_manifest("plan", &mission)?;
+    folder.write_manifest("plan", &mission, &[])?;
     if args.mission.json {
         print(&plan_json(&mission, &plan, Some(solve_ms)))?;
     } else {

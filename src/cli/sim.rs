@@ -35,7 +35,8 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let text = drop_json(&mission, verdict.as_ref(), &run);
     if !log.is_empty() {
         folder.write("drop.json", |out| std::io::Write::write_all(out, text.as_bytes()))?;
-        folder.write_manifest("sim", &mission)?;
+        let circumstances = [("instance", args.net.instance.to_string())];
+        folder.write_manifest("sim", &mission, &circumstances)?;
     }
     match &verdict {
         Some(verdict) => tell_verdict(&narrator, &mission, verdict, &log, &folder)?,

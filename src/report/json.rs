@@ -174,12 +174,19 @@ struct ManifestObject<'a> {
     seed: u64,
     input_hash: &'a str,
     choices: BTreeMap<&'a str, &'a str>,
+    circumstances: BTreeMap<&'a str, &'a str>,
     files: &'a BTreeMap<String, String>,
 }
 
-/// The object of `<verb>_manifest.json`: what a run of `verb` had for input, what was chosen beside the files, and the SHA-256 of
-/// each file that it wrote, by name.
-pub fn manifest_json(mission: &Mission, verb: &str, files: &BTreeMap<String, String>) -> String {
+/// The object of `<verb>_manifest.json`: what a run of `verb` had for input, what was chosen beside the files, circumstances
+/// that are no inputs (the vehicle's number, the speed of a watched run: they show in the .tlog files only), and the SHA-256 of each
+/// file that it wrote, by name.
+pub fn manifest_json(
+    mission: &Mission,
+    verb: &str,
+    circumstances: &[(&str, String)],
+    files: &BTreeMap<String, String>,
+) -> String {
     text(&ManifestObject {
         verb,
         version: VERSION,
@@ -188,6 +195,7 @@ pub fn manifest_json(mission: &Mission, verb: &str, files: &BTreeMap<String, Str
         gains: &mission.gains_name,
         seed: mission.seed,
         input_hash: &mission.input_hash,
+        circumstances: circumstances.iter().map(|(name, value)| (*name, value.as_str())).collect(),
         choices: mission.choices.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect(),
         files,
     })

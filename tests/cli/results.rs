@@ -85,14 +85,17 @@ fn the_hash_covers_the_options() {
         hash("plan", &["--max-iterations", "4"]),
         hash("drop", &["--seed", "2"]),
         hash("drop", &["--gains", "near_hover"]),
-        hash("drop", &["--instance", "3"]),
-        plain,
+        plain.clone(),
     ];
     hashes.sort();
     hashes.dedup();
-    assert_eq!(hashes.len(), 9);
+    assert_eq!(hashes.len(), 8);
     let manifest = object(&out.path().join("plan_manifest.json"));
     assert_eq!(manifest["choices"], serde_json::json!({ "max iterations": "4" }));
+    // Another vehicle number makes other .tlog files of the same flight.
+    assert_eq!(hash("drop", &["--instance", "3"]), plain);
+    let drop = object(&out.path().join("drop_manifest.json"));
+    assert_eq!(drop["circumstances"], serde_json::json!({ "instance": "3" }));
     let names: Vec<String> = listed(&manifest).into_keys().collect();
     assert_eq!(names, ["plan.json", "plan.svg", "trajectory.csv"]);
 }
