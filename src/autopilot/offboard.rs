@@ -18,11 +18,6 @@ impl SetpointStore {
         self.latest = Some((now_us, setpoint));
     }
 
-    /// Forgets it.
-    pub fn clear(&mut self) {
-        self.latest = None;
-    }
-
     /// The latest setpoint, if it is young enough at `now_us`.
     pub fn fresh(&self, now_us: u64) -> Option<Setpoint> {
         self.latest.filter(|&(at, _)| now_us.saturating_sub(at) <= SETPOINT_TIMEOUT_US).map(|(_, s)| s)
@@ -41,7 +36,5 @@ mod tests {
         store.put(500, setpoint);
         assert_eq!(store.fresh(500 + SETPOINT_TIMEOUT_US), Some(setpoint));
         assert_eq!(store.fresh(501 + SETPOINT_TIMEOUT_US), None);
-        store.clear();
-        assert_eq!(store.fresh(500), None);
     }
 }
