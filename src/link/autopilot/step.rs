@@ -22,10 +22,7 @@ impl AutopilotSession {
     pub(super) fn control_step(&mut self, sensor: &HIL_SENSOR_DATA) {
         let now = sensor.time_usec;
         if self.running && now < self.clock {
-            self.autopilot.restart();
-            self.hil.start_over(now);
-            self.home = Home::default();
-            self.ports.iter_mut().for_each(|port| port.schedule.restart());
+            self.start_over(now);
         }
         (self.clock, self.running) = (now, true);
         self.hil.sensor = Some(sensor.clone());
@@ -40,6 +37,14 @@ impl AutopilotSession {
         self.send_actuators(now, &throttle);
         self.say_events();
         self.send_due();
+    }
+
+    /// Simulated time has started over and is at `now`.
+    pub(super) fn start_over(&mut self, now: TimeUs) {
+        self.autopilot.restart();
+        self.hil.start_over(now);
+        self.home = Home::default();
+        self.ports.iter_mut().for_each(|port| port.schedule.restart());
     }
 
     fn step_without_state(&mut self, now: TimeUs) -> PerRotor {
