@@ -13,7 +13,7 @@ use samara::control::{Airframe, Cascade};
 use samara::frames::rotate_ned_from_body;
 use samara::model::MAX_ROTORS;
 use samara::plan::{Guess, InputReference, Plan, PlanProblem, SolverOptions, plan};
-use samara::report::{DropRun, FigureError, FlightCsv};
+use samara::report::{DropEvent, DropRun, FigureError, FlightCsv};
 use samara::report::{drop_figure, drop_json, plan_figure, plan_json, plan_text, verdict_text};
 use samara::sim::{DropSimulation, FlightPlan, Phase, Reference, Sample, fly};
 
@@ -293,6 +293,8 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
         ended_at_s: 45.0,
         completed: true,
         trajectory: None,
+        failsafe: true,
+        events: vec![DropEvent { t_s: 10.5, text: "rotors free".to_owned() }],
     };
     let drop = parse(drop_json(mission, Some(&bad_verdict()), &run));
     assert_eq!((&drop["completed"], &drop["ended_at_s"]), (&true.into(), &45.0.into()));
@@ -314,6 +316,8 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
     assert!(drop["steady_after_s"].is_null());
     assert_eq!(drop["limits_passed"], serde_json::json!(["speed"]));
     assert_eq!(drop["real_time_factor"], 120.0);
+    assert_eq!(drop["failsafe"], true);
+    assert_eq!(drop["events"], serde_json::json!([{ "t_s": 10.5, "text": "rotors free" }]));
     let diverged = Verdict { j_tpf: f64::INFINITY, ..bad_verdict() };
     let file = parse(drop_json(mission, Some(&diverged), &DropRun::default()));
     assert!(file["j_tpf"].is_null() && file.get("real_time_factor").is_none());

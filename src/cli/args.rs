@@ -118,12 +118,13 @@ plan.svg (unless --trajectory was given), drop.json (the verdict), drop.svg, veh
 JSON (--json): mission, version, seed, input_hash, gains, trajectory (source: planned or file; sha256 of trajectory.csv), completed,
 ended_at_s, reason (why there is no verdict on the whole mission, or null), j_tpf, peak_speed_m_s, peak_pitch_deg,
 peak_pitch_rate_deg_s, peak_roll_deg, peak_roll_rate_deg_s, peak_vertical_acceleration_m_s2, altitude_lost_m, steady_after_s (null if
-never), final_v_ned_m_s, limits_passed (list), plan_j_tpf, plan_solve_ms, real_time_factor. Peaks are magnitudes here; the table on
-the terminal gives them their signs. When the vehicle was never released the verdict's keys are null; when no plan was found the
-object is that of `samara plan --json`. Roll and roll rate are judged against the limits of pitch and pitch rate.
+never), final_v_ned_m_s, limits_passed (list), failsafe (whether one flew part of the manoeuvre), events (list of t_s, text),
+plan_j_tpf, plan_solve_ms, real_time_factor. Peaks are magnitudes here; the table on the terminal gives them their signs. When the
+vehicle was never released the verdict's keys are null; when no plan was found the object is that of `samara plan --json`. Roll and
+roll rate are judged against the limits of pitch and pitch rate.
 
-Exit code 1 when a limit was passed, the plan did not converge, the vehicle was never released or the mission was stopped
-(Ctrl-C) before its end.
+Exit code 1 when a limit was passed, a failsafe flew, the plan did not converge, the vehicle was never released or the mission
+was stopped (Ctrl-C) before its end.
 
 Examples:
   samara drop
@@ -159,12 +160,13 @@ pub struct DropArgs {
 
 const SIM_HELP: &str = "\
 Listens on TCP 4560 + instance for an autopilot and waits for it; serves the parachute on UDP 14600 + instance. Ends with the
-mission and prints the verdict. Writes flight.csv, drop.json, drop.svg, hil.tlog and sim_manifest.json to the folder of --out.
+mission and prints the verdict. Writes flight.csv, drop.json, drop.svg, hil.tlog and sim_manifest.json to the folder of --out. When an
+autopilot is replaced in flight, the new flight is recorded to hil.2.tlog.
 
 JSON (--json): the object of `samara drop --json`; trajectory and plan_j_tpf are null, since the simulator does not know the plan.
 What happens meanwhile is told on stderr.
 
-Exit code 1 when a limit was passed, the vehicle was never released or the mission was stopped (Ctrl-C) before its end.
+Exit code 1 when a limit was passed, a failsafe flew, the vehicle was never released or the mission was stopped (Ctrl-C) before its end.
 
 Examples:
   samara sim
@@ -190,8 +192,8 @@ pub struct SimArgs {
 
 const AUTOPILOT_HELP: &str = "\
 Connects to the simulator at TCP 4560 + instance and tries until it is there. Binds UDP 18570 + instance (ground stations, sends to
-14550) and 14580 + instance (companions and scripts, sends to 14540 + instance). Writes vehicle.tlog and autopilot_manifest.json to
-the folder of --out.
+14550) and 14580 + instance (companions and scripts, sends to 14540 + instance). Writes vehicle.tlog (vehicle.2.tlog, ..
+when the simulator starts over) and autopilot_manifest.json to the folder of --out.
 
 Examples:
   samara autopilot
@@ -223,7 +225,7 @@ Binds UDP 14540 + instance. Plans, waits for the vehicle, streams a level attitu
 the release after the mission's hang (if the mission leaves the release to a command), streams the plan's velocity at 50 Hz from the
 moment the rotors are free, then the target velocity, until Ctrl-C or the vehicle is gone.
 
-Exit code 1 when no plan was found or the vehicle refused.
+Exit code 1 when no plan was found, the vehicle refused, or the stream ended before the plan did.
 
 Examples:
   samara stream
@@ -257,7 +259,7 @@ pub struct StreamArgs {
 #[derive(Args, Debug)]
 pub struct NetArgs {
     /// Number of the vehicle: shifts its ports as PX4 does, and its MAVLink system id.
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "0..9", default_value_t = 0, value_parser = super::net::instance)]
     pub instance: u16,
 }
 

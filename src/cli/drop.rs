@@ -7,17 +7,18 @@ use super::clock::Stopwatch;
 use super::flight_files::write_flight;
 use super::mission::chosen_mission;
 use super::narrative::Narrator;
-use super::net::{Reporter, block_on, ports_of, speed_of, system_of, tlog};
+use super::net::{Reporter, block_on, ports_of, speed_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::plan::{plan_mission, write_plan};
+use super::recording::Recording;
 use super::sessions;
 use crate::assess::{Verdict, VerdictBuilder, plan_j_tpf};
 use crate::config::{Mission, TrajectoryFile};
 use crate::link::shell::{Notice, Observer, Speed, run_watched_drop};
-use crate::link::{AutopilotSession, Lockstep};
+use crate::link::{AutopilotSession, FlightRecord, Lockstep, seconds};
 use crate::plan::Status;
-use crate::report::{DropRun, FlownTrajectory, drop_json, plan_json, plan_text, verdict_text};
+use crate::report::{DropEvent, DropRun, FlownTrajectory, drop_json, plan_json, plan_text, verdict_text};
 use crate::sim::Sample;
 use crate::trajectory::Trajectory;
 
@@ -101,6 +102,7 @@ fn plan(
 /// A flown drop.
 struct Flown {
     log: Vec<Sample>,
+    record: FlightRecord,
     real_time_factor: f64,
 }
 
@@ -112,14 +114,15 @@ fn fly(
     folder: &OutputFolder,
     narrator: &Narrator,
 ) -> Result<Flown, Failure> {
-    let system = system_of(&args.net);
+    let system = system_of(&args.net)?;
     let ports = ports_of(&args.net)?;
     let mut wire = Lockstep::new(
         sessions::simulator(mission, system),
         sessions::autopilot(mission, system)?,
         sessions::streamer(mission, trajectory.clone(), system, false),
     );
-    let (hil, vehicle) = (tlog(folder, "hil.tlog", mission), tlog(folder, "vehicle.tlog", mission));
+    let record = |stem| Recording::new(folder, stem, mission);
+    let (hil, vehicle) = (record("hil"), record("vehicle"));
     let mut reporter = Reporter::new(*narrator, mission, Some(hil), Some(vehicle));
     let watch = Stopwatch::start();
     narrator.hanging(mission)?;
@@ -140,7 +143,8 @@ fn fly(
     }
     let flown_s = wire.simulator.sim().time_s();
     reporter.finish()?;
-    Ok(Flown { log: wire.simulator.into_log(), real_time_factor: 1e3 * flown_s / watch.ms() })
+    let record = wire.simulator.record().clone();
+    Ok(Flown { log: wire.simulator.into_log(), record, real_time_factor: 1e3 * flown_s / watch.ms() })
 }
 
 fn tell_events(wire: &mut Lockstep<AutopilotSession>, reporter: &mut Reporter<'_>) {
@@ -192,7 +196,7 @@ fn finish(
         ended_at_s: flown.log.last().map_or(0.0, |sample| sample.t_s),
         completed: !stopped,
         plan_j_tpf: Some(plan_j_tpf(&planned.trajectory, &mission.limits)),
-        ..DropRun::default()
+        ..drop_run(&flown.record)
     };
     let text = drop_json(mission, verdict.as_ref(), &run);
     folder.write("drop.json", |out| out.write_all(text.as_bytes()))?;
@@ -204,6 +208,7 @@ fn finish(
         }
         None => never_released(narrator, mission, stopped)?,
     }
+    tell_failsafe(narrator, &flown.record)?;
     if args.mission.json {
         let run = DropRun {
             plan_solve_ms: planned.solve_ms,
@@ -212,13 +217,32 @@ fn finish(
         };
         print(&drop_json(mission, verdict.as_ref(), &run))?;
     }
-    Ok(answer_of(verdict.as_ref(), stopped))
+    Ok(answer_of(verdict.as_ref(), stopped, &flown.record))
 }
 
-/// Yes: judged, within the limits, to the end.
-pub fn answer_of(verdict: Option<&Verdict>, stopped: bool) -> Answer {
+/// Yes: judged, within the limits, to the end, by the plan alone.
+pub fn answer_of(verdict: Option<&Verdict>, stopped: bool, record: &FlightRecord) -> Answer {
     let safe = verdict.is_some_and(|v| v.limits_passed.is_empty());
-    if safe && !stopped { Answer::Yes } else { Answer::No }
+    if safe && !stopped && !record.failsafe { Answer::Yes } else { Answer::No }
+}
+
+/// What the drop's object tells of a flight's record.
+pub fn drop_run(record: &FlightRecord) -> DropRun {
+    let event = |e: &crate::link::FlightEvent| DropEvent { t_s: seconds(e.at), text: e.text.clone() };
+    let events = record.events.iter().map(event).collect();
+    DropRun { failsafe: record.failsafe, events, ..DropRun::default() }
+}
+
+/// Says so when it was not only the plan that was flown.
+///
+/// # Errors
+/// [`Failure::Internal`] when stdout fails.
+pub fn tell_failsafe(narrator: &Narrator, record: &FlightRecord) -> Result<(), Failure> {
+    if record.failsafe {
+        narrator
+            .say("a failsafe of the autopilot flew part of the manoeuvre: this is no drop by the plan\n")?;
+    }
+    Ok(())
 }
 
 /// Says that the vehicle was never released, and where to look for the reason.

@@ -4,7 +4,7 @@ use super::outcome::Failure;
 use super::output::{print, tell};
 use crate::assess::{Verdict, steady_within_m_s};
 use crate::config::Mission;
-use crate::link::{SimulatorEvent, StreamerEvent};
+use crate::link::{SimulatorEvent, StreamerEvent, seconds};
 
 /// Where a narrator's words go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,8 +116,4 @@ impl Narrator {
             None => self.say(&format!("never steady within {within} of {target}\n")),
         }
     }
-}
-
-fn seconds(at: u64) -> f64 {
-    at as f64 * 1e-6
 }

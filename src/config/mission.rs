@@ -17,21 +17,8 @@ use crate::assess::SafetyLimits;
 use crate::control::{ControlLimits, Gains};
 use crate::model::{Environment, MAX_ROTORS, Parachute, Vehicle};
 use crate::plan::{InputReference, PlanProblem, PlanState};
-use crate::sim::{DropSimulation, Start};
+use crate::sim::{DropSimulation, ReleaseTrigger, Start};
 use crate::units::RAD_PER_DEG;
-
-/// What cuts the vehicle from its parachute.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ReleaseTrigger {
-    /// A command to the parachute component.
-    Command,
-    /// The end of the hang.
-    Time,
-    /// This altitude above mean sea level [m], passed on the way down.
-    Altitude(f64),
-    /// Armed and in OFFBOARD.
-    ArmedOffboard,
-}
 
 /// State that a plan starts from, rotors at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

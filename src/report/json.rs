@@ -36,6 +36,8 @@ struct DropObject<'a> {
     steady_after_s: Option<f64>,
     final_v_ned_m_s: Option<[f64; 3]>,
     limits_passed: Option<&'a [&'static str]>,
+    failsafe: bool,
+    events: &'a [DropEvent],
     plan_j_tpf: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     plan_solve_ms: Option<f64>,
@@ -52,6 +54,15 @@ pub struct FlownTrajectory {
     pub sha256: String,
 }
 
+/// Something that happened in a drop.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DropEvent {
+    /// Simulated time [s].
+    pub t_s: f64,
+    /// What.
+    pub text: String,
+}
+
 /// What a drop's object tells beside the verdict.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DropRun {
@@ -61,6 +72,10 @@ pub struct DropRun {
     pub ended_at_s: f64,
     /// Whether the flight went on to the mission's end.
     pub completed: bool,
+    /// Whether a failsafe of the autopilot flew part of the manoeuvre.
+    pub failsafe: bool,
+    /// What happened, in its order.
+    pub events: Vec<DropEvent>,
     /// J_TPF of the plan that was flown.
     pub plan_j_tpf: Option<f64>,
     /// Time that planning took [ms].
@@ -106,6 +121,8 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         steady_after_s: verdict.and_then(|v| v.steady_after_s),
         final_v_ned_m_s: verdict.map(|v| v.final_v_ned.into()),
         limits_passed: verdict.map(|v| v.limits_passed.as_slice()),
+        failsafe: run.failsafe,
+        events: &run.events,
         plan_j_tpf: run.plan_j_tpf,
         plan_solve_ms: run.plan_solve_ms,
         real_time_factor: run.real_time_factor,
