@@ -209,12 +209,19 @@ impl Axis {
                     fraction[i] = clip(along - left[i], 0.0, 1.0);
                 }
             }
+            // Past each knot in turn: the axes are short, and a search would go lane by lane.
             None => {
+                let (mut from, mut to) = ([self.knots[0]; LANES], [self.knots[1]; LANES]);
+                for (k, w) in self.knots.windows(2).enumerate().skip(1) {
+                    for i in 0..LANES {
+                        let past = w[0] <= x[i];
+                        left[i] = if past { k as f64 } else { left[i] };
+                        from[i] = if past { w[0] } else { from[i] };
+                        to[i] = if past { w[1] } else { to[i] };
+                    }
+                }
                 for i in 0..LANES {
-                    let at = self.knots[1..=last].partition_point(|&k| k <= x[i]);
-                    let (from, to) = (self.knots[at], self.knots[at + 1]);
-                    left[i] = at as f64;
-                    fraction[i] = clip((x[i] - from) / (to - from), 0.0, 1.0);
+                    fraction[i] = clip((x[i] - from[i]) / (to[i] - from[i]), 0.0, 1.0);
                 }
             }
         }
