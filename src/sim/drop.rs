@@ -182,6 +182,11 @@ impl DropSimulation {
         self.plant.environment()
     }
 
+    /// Changes the wind from now on, NED [m/s]: a gust.
+    pub fn set_wind_ned(&mut self, wind_ned_m_s: Vector3<f64>) {
+        self.plant.set_wind_ned(wind_ned_m_s);
+    }
+
     /// The parachute.
     pub fn parachute(&self) -> &Parachute {
         &self.parachute

@@ -7,10 +7,12 @@
 //! | [`drop`](mod@drop), `drop/forces` | hang, release, fall, powered flight; what acts in each phase |
 //! | [`flight`] | a whole flight, controller and vehicle, without MAVLink frames |
 //! | [`record`] | one row of a flight's record |
+//! | [`planar`] | many flights at once, side by side in the vertical plane |
 
 pub mod drop;
 pub mod flight;
 pub mod integrator;
+pub mod planar;
 pub mod plant;
 pub mod record;
 
