@@ -4,9 +4,21 @@
 //! |---|---|---|
 //! | [`safety`] | J_state, J_TPF, the verdict on a drop | (47)-(51), Table 1 |
 //! | [`tracking`] | RMS distance of a flight from its plan | (45)-(46) |
+//! | [`releases`] | random releases | (40)-(44), IV.B |
+//! | [`study`] | controllers flown from many releases | V |
+//! | [`statistics`], [`beta`] | mean, deviation, extremes, confidence intervals | V.A |
+//! | [`paper`] | what the paper prints of its study | Table 5, V.A |
 
+pub mod beta;
+pub mod paper;
+pub mod releases;
 pub mod safety;
+pub mod statistics;
+pub mod study;
 pub mod tracking;
 
+pub use releases::{RandomRelease, ReleaseDistribution};
 pub use safety::{SafetyLimits, StateCost, Verdict, VerdictBuilder, plan_j_tpf};
+pub use statistics::{CONFIDENCE, Share, Summary};
+pub use study::{Command, Controller, Outcome, Study, TraceInstant};
 pub use tracking::TrackingError;
