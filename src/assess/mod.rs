@@ -19,6 +19,6 @@ pub mod tracking;
 
 pub use releases::{RandomRelease, ReleaseDistribution};
 pub use safety::{SafetyLimits, StateCost, Verdict, VerdictBuilder, plan_j_tpf};
-pub use statistics::{CONFIDENCE, Share, Summary};
+pub use statistics::{CONFIDENCE, Share, Summary, Tally};
 pub use study::{Command, Controller, Outcome, Study, TraceInstant};
 pub use tracking::TrackingError;

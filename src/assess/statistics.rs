@@ -114,6 +114,23 @@ impl Share {
     }
 }
 
+/// What is kept of a campaign's trials.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// J_TPF.
+    pub j_tpf: Summary,
+    /// Trials that stayed below the bound.
+    pub safe: Share,
+}
+
+impl Tally {
+    /// Takes the next trial; it is safe when J_TPF is below `bound`.
+    pub fn push(&mut self, j_tpf: f64, bound: f64) {
+        self.j_tpf.push(j_tpf);
+        self.safe.push(j_tpf < bound);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -164,7 +164,7 @@ impl Study {
         period_s: f64,
         observe: &mut impl FnMut(&Sample) -> ControlFlow<()>,
     ) {
-        let (vehicle, environment) = (self.vehicle.clone(), self.environment);
+        let (vehicle, environment) = (self.vehicle.clone(), self.environment.clone());
         let mut sim = DropSimulation::at_t0(vehicle, environment, *start, PlantKind::Actuator);
         let mut cascade = Cascade::new(self.airframe.clone(), controller.gains, self.control_limits);
         let reference = match controller.command {

@@ -1,7 +1,7 @@
 //! Where results go: the output folder and stdout.
 
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufReader, BufWriter, Seek as _, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -36,6 +36,35 @@ impl OutputFolder {
     /// (a busy port) leaves the file of another one alone.
     pub fn late(&self, name: &str) -> LateFile {
         LateFile { path: self.path.join(name), file: None }
+    }
+
+    /// A file that grows while a run goes on, cut to its first `kept` bytes and continued there; 0 begins it anew. Writes go
+    /// straight to the system, so that nothing is lost when the program is killed.
+    ///
+    /// # Errors
+    /// [`Failure::BadInput`] when it cannot be written.
+    pub fn continued(&self, name: &str, kept: u64) -> Result<File, Failure> {
+        let path = self.path.join(name);
+        let open = || {
+            let mut file = File::options().create(true).truncate(false).write(true).open(&path)?;
+            file.set_len(kept)?;
+            file.seek(io::SeekFrom::End(0))?;
+            Ok::<_, io::Error>(file)
+        };
+        open().with_context(|| format!("cannot write {}", path.display())).bad_input()
+    }
+
+    /// A file of an earlier run, to be read; `None` when there is none.
+    ///
+    /// # Errors
+    /// [`Failure::BadInput`] when it cannot be read.
+    pub fn open(&self, name: &str) -> Result<Option<BufReader<File>>, Failure> {
+        let path = self.path.join(name);
+        match File::options().read(true).open(&path) {
+            Ok(file) => Ok(Some(BufReader::new(file))),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(e) => Err(e).with_context(|| format!("cannot read {}", path.display())).bad_input(),
+        }
     }
 
     /// Writes a file whole: under a temporary name first, so that a reader never sees half of it.
