@@ -8,4 +8,5 @@
 mod data;
 mod dynamics;
 mod flights;
+mod monte_carlo;
 mod tracking;

@@ -31,6 +31,8 @@ pub struct TrialPoint {
 pub struct StudyStyle {
     pub(super) about: String,
     pub(super) target_v_ned: [f64; 3],
+    /// End of the flights [s].
+    pub(super) end_s: f64,
     pub(super) j_state: ColorScale,
     pub(super) j_tpf: ColorScale,
     /// Lowest and highest J_TPF.
@@ -58,6 +60,7 @@ impl StudyStyle {
         Ok(Self {
             about: stamp.csv_comment().replace("# ", "").trim_end().to_owned(),
             target_v_ned: mission.target_v_ned.into(),
+            end_s: mission.horizon_s,
             j_state: ColorScale::around(instants().map(|i| i.j_state)),
             j_tpf: ColorScale::around(trials.clone().map(|t| t.j_tpf)),
             j_tpf_range: among(|t| t.j_tpf)?,

@@ -4,7 +4,7 @@
 use super::FigureError;
 use super::axis::{Axis, Panel, SMALL, range};
 use super::canvas::{Anchor, Font, Pen, Point, Stroke, sub, text_width};
-use super::color::{ColorScale, INK, WHITE};
+use super::color::{ColorScale, INK, SOFT_INK, WHITE};
 use super::flight_path::{MARK_INTERVAL_S, color_bar};
 use super::label::{Place, Room};
 use super::study::{AXIS, StudyStyle, with_margin};
@@ -42,7 +42,8 @@ pub fn paths_figure(
     until_s: f64,
 ) -> Result<String, FigureError> {
     let remark = format!(
-        "First-named controller dashed, second dash-dotted; one path per release case, marks every {MARK_INTERVAL_S} s.",
+        "One path per release case, marks every {MARK_INTERVAL_S} s.{}",
+        if until_s < style.end_s - 1e-9 { " The axis to the north is stretched." } else { "" }
     );
     let shown = |flight: &'_ [TraceInstant]| -> Vec<TraceInstant> {
         flight.iter().filter(|i| i.t_s <= until_s + 1e-9).copied().collect()
@@ -55,9 +56,9 @@ pub fn paths_figure(
         color_bar(pen, &style.j_state, "state", (LEFT_PX[1] + PANEL_PX, 40.0));
         for (groups, left) in panels.iter().zip(LEFT_PX) {
             let panel = panel(left, north, down);
-            pen.text("altitude lost [m]", (left - 44.0, TOP_PX - 34.0), Anchor::Start, AXIS);
+            pen.text("altitude lost [m]", (left - 44.0, TOP_PX - 14.0), Anchor::Start, AXIS);
             pen.text("north [m]", (left + 0.5 * PANEL_PX, BOTTOM_PX + 34.0), Anchor::Middle, AXIS);
-            panel.grid(pen, 5, 6, true);
+            panel.grid(pen, 6, 8, true);
             let mut room = Room::new(panel.corners().0, panel.corners().1);
             for (group, pattern) in groups.iter().zip(PATTERNS) {
                 for flight in group.flights.iter().map(|f| shown(f)) {
@@ -166,9 +167,14 @@ fn name(
     });
     let Some(place) = room.best(candidates) else { return };
     let (left, centre) = (place.x0, place.centre());
-    let sample: Vec<(Point, usize)> =
-        (0..=34).map(|k| ((left + f64::from(k), centre.1 - 8.0), 0)).collect();
-    broken(pen, &sample, pattern, 2.0);
+    let mut x = left;
+    for (i, length) in pattern.iter().chain(&pattern).enumerate() {
+        let end = (x + length).min(left + 34.0);
+        if i % 2 == 0 && end > x {
+            pen.line(&[(x, centre.1 - 8.0), (end, centre.1 - 8.0)], Stroke::solid(SOFT_INK, 2.0));
+        }
+        x = end;
+    }
     pen.text(group.name, (left + 40.0, centre.1 - 8.0), Anchor::Start, bold);
     pen.text(&costs, (left + 40.0, centre.1 + 9.0), Anchor::Start, SMALL);
 }

@@ -18,6 +18,7 @@ const TOP_PX: f64 = 112.0;
 const BOTTOM_PX: f64 = 506.0;
 const LEFT_PX: [f64; 2] = [62.0, 540.0];
 const PANEL_PX: f64 = 404.0;
+const SPARSE_PX: f64 = 1.5;
 const PLAN_POINTS: u32 = 600;
 
 /// Draws the velocities of `flights`; the plan, if it was followed, as a dashed line.
@@ -32,7 +33,7 @@ pub fn velocities_figure(
 ) -> Result<String, FigureError> {
     let followed = if plan.is_some() { "dashed: the optimal trajectory; " } else { "" };
     let remark =
-        format!("{} trials; {followed}ring: where they begin; cross: the target.", flights.len());
+        format!("{} trials; {followed}dots: where they begin; cross: the target.", flights.len());
     style.sheet(HEIGHT_PX, title, &remark, |pen| {
         color_bar(pen, &style.j_state, "state", (LEFT_PX[1] + PANEL_PX, 40.0));
         let sides: [(&str, &str, &str, fn(&TraceInstant) -> Vector3<f64>); 2] = [
@@ -51,8 +52,9 @@ pub fn velocities_figure(
                 let points: Vec<(Point, usize)> = flight
                     .iter()
                     .map(|i| (i, velocity(i)))
-                    .map(|(i, v)| (panel.px(v.x, v.z), style.j_state.step(i.j_state)))
+                    .map(|(i, v)| (panel.px(v.x, v.z), even(style.j_state.step(i.j_state))))
                     .collect();
+                let points = sparse(&points);
                 let line: Vec<Point> = points.iter().map(|p| p.0).collect();
                 room.take_line(&line);
                 colored(pen, &points, 0.9);
@@ -69,6 +71,23 @@ pub fn velocities_figure(
             }
         }
     })
+}
+
+/// Every second colour is enough for a line among a hundred.
+fn even(step: usize) -> usize {
+    step - step % 2
+}
+
+/// The points that are a pixel and more from the one before, and the last.
+fn sparse(points: &[(Point, usize)]) -> Vec<(Point, usize)> {
+    let mut kept: Vec<(Point, usize)> = Vec::new();
+    for (i, p) in points.iter().enumerate() {
+        let far = |q: &(Point, usize)| (p.0.0 - q.0.0).hypot(p.0.1 - q.0.1) >= SPARSE_PX;
+        if i + 1 == points.len() || kept.last().is_none_or(far) {
+            kept.push(*p);
+        }
+    }
+    kept
 }
 
 fn panel(style: &StudyStyle, side: usize) -> Panel {
