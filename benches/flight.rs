@@ -80,7 +80,8 @@ fn campaign_trial(bencher: Bencher<'_, '_>) {
         plan: Trajectory::new(vec![node(0.0), node(30.0)], 4).unwrap(),
     };
     let gains = Gains::near_hover();
-    let controller = Controller { name: "bench", gains_name: String::new(), gains, command: Command::Optimal };
+    let controller =
+        Controller { name: "bench", gains_name: String::new(), gains, command: Command::Optimal };
     bencher.bench_local(|| study.outcome(&controller, black_box(&TABLE_3[2].state())));
 }
 

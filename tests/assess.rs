@@ -37,7 +37,11 @@ fn json(output: &Output) -> serde_json::Value {
 
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let name = |e: &fs::DirEntry| e.file_name().to_str().unwrap().to_owned();
-    fs::read_dir(folder).unwrap().map(|e| e.unwrap()).map(|e| (name(&e), fs::read(e.path()).unwrap())).collect()
+    fs::read_dir(folder)
+        .unwrap()
+        .map(|e| e.unwrap())
+        .map(|e| (name(&e), fs::read(e.path()).unwrap()))
+        .collect()
 }
 
 fn assert_same(a: &Path, b: &Path) {
@@ -72,12 +76,7 @@ fn paper_study_of_titan() {
     assert!((rms - 0.36684).abs() < 1e-4, "{rms}");
     let text = fs::read_to_string(out.path().join("assess.txt")).unwrap();
     let page = fs::read_to_string(out.path().join("assess.html")).unwrap();
-    for said in [
-        "the PSO gains beat the near-hover gains",
-        "NOT reproduced",
-        "limit cycle",
-        "Clopper",
-    ] {
+    for said in ["the PSO gains beat the near-hover gains", "NOT reproduced", "limit cycle", "Clopper"] {
         assert!(text.contains(said), "{said} is not in the text");
         assert!(page.contains(said), "{said} is not on the page");
     }
@@ -202,7 +201,10 @@ fn an_unsafe_trial_says_no() {
     let output = samara(&["--trials", "2", "--bound", "0.5", "--json"], out.path());
     assert_eq!(code(&output), 1, "{}", stderr(&output));
     let study = json(&output);
-    assert_eq!((study["safe"].as_bool(), study["campaigns"][3]["unsafe_trials"].as_u64()), (Some(false), Some(2)));
+    assert_eq!(
+        (study["safe"].as_bool(), study["campaigns"][3]["unsafe_trials"].as_u64()),
+        (Some(false), Some(2))
+    );
     let output = samara(&["--only", "0", "--bound", "0.5"], out.path());
     assert_eq!(code(&output), 1);
     for bad in [&["--trials", "1"][..], &["--bound", "-1"], &["--only", "1", "--resume"], &["nowhere.json"]] {

@@ -1,7 +1,8 @@
 //! Statistics of a campaign, one trial at a time: mean, standard deviation, extremes, and how sure they are.
 //!
 //! Nothing is kept of the trials, so a campaign may be of any length. The mean and the sum of squares follow Welford's
-//! recurrence, in order of the trials: the result depends on the trials alone. Intervals hold with [`CONFIDENCE`]:
+//! recurrence, in order of the trials, the mean with what rounding takes from it kept beside it: the result depends on the
+//! trials alone, and its error does not grow with their number. Intervals hold with [`CONFIDENCE`]:
 //! Student's t for a mean, Clopper and Pearson's exact one for a probability.
 
 use super::beta::beta_quantile;
@@ -10,11 +11,13 @@ use super::beta::beta_quantile;
 pub const CONFIDENCE: f64 = 0.95;
 
 /// Mean, standard deviation and extremes of a quantity. A value that is not finite (a flight that diverged) makes mean and
-/// deviation so too.
+/// deviation no number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Summary {
     count: u64,
     mean: f64,
+    /// What `mean` lacks to the mean.
+    mean_rest: f64,
     sum_of_squares: f64,
     min: f64,
     max: f64,
@@ -22,7 +25,8 @@ pub struct Summary {
 
 impl Default for Summary {
     fn default() -> Self {
-        Self { count: 0, mean: 0.0, sum_of_squares: 0.0, min: f64::INFINITY, max: f64::NEG_INFINITY }
+        let (min, max) = (f64::INFINITY, f64::NEG_INFINITY);
+        Self { count: 0, mean: 0.0, mean_rest: 0.0, sum_of_squares: 0.0, min, max }
     }
 }
 
@@ -30,9 +34,13 @@ impl Summary {
     /// Takes the next value.
     pub fn push(&mut self, x: f64) {
         self.count += 1;
-        let before = x - self.mean;
-        self.mean += before / self.count as f64;
-        self.sum_of_squares += before * (x - self.mean);
+        let before = (x - self.mean) - self.mean_rest;
+        let change = before / self.count as f64 + self.mean_rest;
+        let mean = self.mean + change;
+        // Exact when the change is the smaller one, as it is but for the first few values.
+        self.mean_rest = change - (mean - self.mean);
+        self.mean = mean;
+        self.sum_of_squares += before * ((x - self.mean) - self.mean_rest);
         self.min = self.min.min(x);
         self.max = self.max.max(x);
     }
@@ -44,7 +52,7 @@ impl Summary {
 
     /// Mean; NaN without values.
     pub fn mean(&self) -> f64 {
-        if self.count == 0 { f64::NAN } else { self.mean }
+        if self.count == 0 { f64::NAN } else { self.mean + self.mean_rest }
     }
 
     /// Standard deviation, with n - 1; NaN with fewer than two values.
@@ -69,7 +77,7 @@ impl Summary {
         }
         let n = self.count as f64;
         let half = student_t(n - 1.0) * self.std() / n.sqrt();
-        (self.mean - half, self.mean + half)
+        (self.mean() - half, self.mean() + half)
     }
 }
 

@@ -20,11 +20,14 @@ pub fn flag() -> Result<Arc<AtomicBool>, Failure> {
     std::thread::Builder::new()
         .name("interrupt".to_owned())
         .spawn(move || {
-            // Without a handler the signal ends the program, as it does by default.
-            let _ = block_on(|stop| async {
+            let listened = block_on(|stop| async {
                 let _ = ready.send(());
                 stop.await;
             });
+            if listened.is_err() {
+                // Without a handler the signal ends the program, as it does by default.
+                return;
+            }
             heard.store(true, Ordering::Relaxed);
             // The handler stays in place: a second signal would be swallowed for ever.
             let _ = block_on(|stop| stop);

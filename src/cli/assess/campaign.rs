@@ -102,7 +102,8 @@ pub fn run_all(
     for (campaign, kept) in campaigns.iter_mut().zip(&mut kept) {
         let head = header(mission, &campaign.controller);
         let name = file_name(&campaign.controller);
-        *kept = if args.resume { read(folder, &name, &head, campaign, bench, trials, args.bound)? } else { 0 };
+        *kept =
+            if args.resume { read(folder, &name, &head, campaign, bench, trials, args.bound)? } else { 0 };
         if *kept == 0 {
             folder.continued(&name, 0)?.write_all(head.as_bytes()).context(name).bad_input()?;
             *kept = head.len() as u64;

@@ -9,7 +9,9 @@ use crate::cli::outcome::Failure;
 use crate::config::ReleaseCase;
 use crate::frames::{pitch, quaternion_from_euler};
 use crate::model::rigid_body::BodyState;
-use crate::report::figure::{PathGroup, StudyStyle, TrialPoint, costs_figure, paths_figure, velocities_figure};
+use crate::report::figure::{
+    PathGroup, StudyStyle, TrialPoint, costs_figure, paths_figure, velocities_figure,
+};
 use crate::report::study::page::Figure;
 use crate::report::study::{Assessment, label};
 
@@ -46,7 +48,8 @@ pub fn draw(
     let cases: Vec<BodyState> = assessment.mission.tuning_cases.iter().map(start_of).collect();
     let shown = campaigns.each_ref().map(|campaign| {
         let trials = &campaign.shown[..campaign.shown.len().min(VELOCITY_TRIALS)];
-        let flights = bench.in_order(trials, |(release, _)| bench.study.trace(&campaign.controller, &release.state));
+        let flights =
+            bench.in_order(trials, |(release, _)| bench.study.trace(&campaign.controller, &release.state));
         let points = campaign.shown.iter().map(|(release, outcome)| TrialPoint {
             pitch_rad: pitch(release.state.q_ned_from_body),
             pitch_rate_rad_s: release.state.omega_body.y,
@@ -76,11 +79,9 @@ fn paths(
     style: &StudyStyle,
     flights: &[Vec<Vec<TraceInstant>>; 4],
 ) -> Result<Vec<Figure>, Failure> {
-    let costs = assessment
-        .assessed
-        .each_ref()
-        .map(|x| x.cases.iter().map(|c| c.j_tpf).collect::<Vec<f64>>());
-    let names = assessment.assessed.each_ref().map(|x| label(&x.controller).replace(", optimal trajectory", ""));
+    let costs = assessment.assessed.each_ref().map(|x| x.cases.iter().map(|c| c.j_tpf).collect::<Vec<f64>>());
+    let names =
+        assessment.assessed.each_ref().map(|x| label(&x.controller).replace(", optimal trajectory", ""));
     let group = |i: usize| PathGroup { name: &names[i], flights: &flights[i], j_tpf: &costs[i] };
     let end_s = bench.study.plan.end_s();
     [("fig07_flight_paths.svg", end_s), ("fig08_first_seconds.svg", (FIRST_SECONDS * end_s).ceil())]
@@ -116,7 +117,8 @@ fn of_campaign(
     let title = format!("Figure {number}. Velocities: {label}");
     let velocities = Figure {
         file: format!("fig{number:02}_velocities_{name}.svg"),
-        svg: velocities_figure(style, &title, &shown.flights, plan).with_context(|| format!("figure {number}"))?,
+        svg: velocities_figure(style, &title, &shown.flights, plan)
+            .with_context(|| format!("figure {number}"))?,
         caption: format!(
             "{title}. Each line is a trial of the campaign, over ground (left) and in body axes (right), coloured by J_state."
         ),

@@ -83,7 +83,7 @@ pub struct AssessArgs {
 pub fn run(args: &AssessArgs) -> Result<Answer, Failure> {
     let stop = interrupt::flag()?;
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
-    let narrator = Narrator::together(args.mission.json);
+    let narrator = Narrator::alone(args.mission.json);
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let Some(plan) = planned(args, &mission, &folder, &narrator)? else { return Ok(Answer::No) };
     let study = study_of(&mission, &plan)?;
@@ -100,7 +100,9 @@ pub fn run(args: &AssessArgs) -> Result<Answer, Failure> {
     }
     let trials = args.trials.unwrap_or(mission.monte_carlo.trials as u64);
     let watch = Stopwatch::start();
-    let Some(campaigns) = campaign::run_all(args, &mission, &bench, &controllers, trials, &folder, &narrator)? else {
+    let Some(campaigns) =
+        campaign::run_all(args, &mission, &bench, &controllers, trials, &folder, &narrator)?
+    else {
         return Ok(Answer::No);
     };
     let flown: u64 = campaigns.iter().map(|c| c.flown_now).sum();
@@ -131,7 +133,10 @@ fn planned(
     if timed.plan.status == Status::Converged {
         return Ok(Some(timed.plan));
     }
-    narrator.say(&format!("no optimal trajectory to assess: {}", plan_text(&timed.plan, &mission.limits, None)))?;
+    narrator.say(&format!(
+        "no optimal trajectory to assess: {}",
+        plan_text(&timed.plan, &mission.limits, None)
+    ))?;
     if args.mission.json {
         print(&crate::report::plan_json(mission, &timed.plan, Some(timed.solve_ms)))?;
     }

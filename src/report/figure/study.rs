@@ -2,10 +2,10 @@
 //! colour or a length means the same in each.
 
 use super::FigureError;
+use super::SMALL;
 use super::axis::range;
 use super::canvas::{Anchor, Canvas, Font, Pen, Point, Stroke};
 use super::color::{ColorScale, INK, LIMIT};
-use super::SMALL;
 use crate::assess::TraceInstant;
 use crate::config::{Mission, Stamp};
 

@@ -28,7 +28,9 @@ pub fn costs_figure(
     flown: u64,
 ) -> Result<String, FigureError> {
     let remark = match trials.len() as u64 {
-        n if n < flown => format!("The first {n} of {flown} trials, each a point; the origin is the nominal release."),
+        n if n < flown => {
+            format!("The first {n} of {flown} trials, each a point; the origin is the nominal release.")
+        }
         n => format!("{n} trials, each a point; the origin is the nominal release."),
     };
     let [pitch, rate] = style.release.map(|r| with_margin((r.0 * DEG_PER_RAD, r.1 * DEG_PER_RAD), 0.05));
@@ -41,10 +43,9 @@ pub fn costs_figure(
         };
         names(pen, &map, "pitch at release [deg]", "pitch rate at release [deg/s]");
         map.grid(pen, 6, 6, true);
-        for (from, to) in [
-            (map.px(0.0, rate.0), map.px(0.0, rate.1)),
-            (map.px(pitch.0, 0.0), map.px(pitch.1, 0.0)),
-        ] {
+        for (from, to) in
+            [(map.px(0.0, rate.0), map.px(0.0, rate.1)), (map.px(pitch.0, 0.0), map.px(pitch.1, 0.0))]
+        {
             pen.line(&[from, to], Stroke::solid(SOFT_INK, 0.8));
         }
         for t in trials {

@@ -105,7 +105,9 @@ fn path(
     let end_s = flight.last().map_or(0.0, |i| i.t_s);
     for k in 0..1000 {
         let t_s = f64::from(k) * MARK_INTERVAL_S;
-        let Some(i) = flight.iter().find(|i| i.t_s >= t_s - 1e-9).filter(|_| t_s <= end_s + 1e-9) else { break };
+        let Some(i) = flight.iter().find(|i| i.t_s >= t_s - 1e-9).filter(|_| t_s <= end_s + 1e-9) else {
+            break;
+        };
         pen.disc(at(i), 2.4, INK);
         pen.disc(at(i), 1.5, WHITE);
     }
@@ -161,9 +163,8 @@ fn name(
     let w = text_width(group.name, bold.size).max(text_width(&costs, SMALL.size)) + 40.0;
     let (low_x, high_x) = (panel.x.low_px + 0.5 * w + 4.0, panel.x.high_px - 0.5 * w - 4.0);
     let candidates = [0.0, 0.8, -0.8, 1.2, -1.2].into_iter().flat_map(|side| {
-        [26.0, 0.0, -40.0, -80.0, -120.0].map(|dy| {
-            Place::around(((x + side * 0.6 * w).clamp(low_x, high_x.max(low_x)), y + dy), w, 36.0)
-        })
+        [26.0, 0.0, -40.0, -80.0, -120.0]
+            .map(|dy| Place::around(((x + side * 0.6 * w).clamp(low_x, high_x.max(low_x)), y + dy), w, 36.0))
     });
     let Some(place) = room.best(candidates) else { return };
     let (left, centre) = (place.x0, place.centre());

@@ -32,13 +32,14 @@ pub fn velocities_figure(
     plan: Option<&Trajectory>,
 ) -> Result<String, FigureError> {
     let followed = if plan.is_some() { "dashed: the optimal trajectory; " } else { "" };
-    let remark =
-        format!("{} trials; {followed}dots: where they begin; cross: the target.", flights.len());
+    let remark = format!("{} trials; {followed}dots: where they begin; cross: the target.", flights.len());
     style.sheet(HEIGHT_PX, title, &remark, |pen| {
         color_bar(pen, &style.j_state, "state", (LEFT_PX[1] + PANEL_PX, 40.0));
         let sides: [(&str, &str, &str, fn(&TraceInstant) -> Vector3<f64>); 2] = [
             ("over ground, north and down", "north velocity [m/s]", "down velocity [m/s]", |i| i.v_ned),
-            ("in body axes", "forward velocity, body x [m/s]", "downward velocity, body z [m/s]", |i| i.v_body),
+            ("in body axes", "forward velocity, body x [m/s]", "downward velocity, body z [m/s]", |i| {
+                i.v_body
+            }),
         ];
         for (side, (name, x_name, y_name, velocity)) in sides.into_iter().enumerate() {
             let panel = panel(style, side);

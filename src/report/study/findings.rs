@@ -22,7 +22,8 @@ const WHY_TIE: &str = "On this vehicle the paper's PSO gains keep a limit cycle,
 const WHY_SPREAD: &str = "Step: the velocity error of the step saturates the tilt command at once, whatever the release, which hides the release \
                           pitch that makes the paper's spread. Optimal trajectory: a release against the plan's first motion costs more here. \
                           The paper's own two sources disagree: its Table 5 has values below the lowest of its Monte Carlo simulation.";
-const WHY_STEP_CASES: &str = "The saturated tilt command makes all releases alike; the tilt limit is fitted to case 0.";
+const WHY_STEP_CASES: &str =
+    "The saturated tilt command makes all releases alike; the tilt limit is fitted to case 0.";
 const WHY_OTHER: &str = "Not so with the shipped mission and 100 trials or more: vehicle or mission have been changed, or the trials are few.";
 
 /// A claim of the paper and what became of it.
@@ -96,7 +97,13 @@ pub fn findings(a: &Assessment<'_>) -> Vec<Finding> {
             WHY_OTHER,
         ),
         table_5(a, 2, "Table 5, PSO controller, case by case", paper::TABLE_5_PSO, WHY_OTHER),
-        table_5(a, 0, "Table 5, near-hover controller, case by case", paper::TABLE_5_NEAR_HOVER, WHY_STEP_CASES),
+        table_5(
+            a,
+            0,
+            "Table 5, near-hover controller, case by case",
+            paper::TABLE_5_NEAR_HOVER,
+            WHY_STEP_CASES,
+        ),
         Finding::new(
             "on the optimal trajectory the PSO gains beat the near-hover gains",
             "0.62 against 0.65".to_owned(),
@@ -119,9 +126,8 @@ pub fn findings(a: &Assessment<'_>) -> Vec<Finding> {
 fn table_5(a: &Assessment<'_>, row: usize, claim: &str, printed: [f64; 7], why: &'static str) -> Finding {
     let off = a.assessed[row].cases.iter().zip(printed).map(|(c, p)| (c.j_tpf / p - 1.0).abs());
     let worst = off.fold(0.0, f64::max);
-        let ends = |values: &[f64]| {
-        values.iter().fold((f64::INFINITY, 0.0f64), |r, x| (r.0.min(*x), r.1.max(*x)))
-    };
+    let ends =
+        |values: &[f64]| values.iter().fold((f64::INFINITY, 0.0f64), |r, x| (r.0.min(*x), r.1.max(*x)));
     let (low, high) = ends(&printed);
     let ours: Vec<f64> = a.assessed[row].cases.iter().map(|c| c.j_tpf).collect();
     let (our_low, our_high) = ends(&ours);

@@ -74,7 +74,10 @@ impl Grid {
 
     /// As an HTML table with a caption.
     pub fn html(&self) -> String {
-        let mut html = format!("<figure class=\"table\"><table>\n<caption>{}</caption>\n<thead><tr>", escape(&self.title));
+        let mut html = format!(
+            "<figure class=\"table\"><table>\n<caption>{}</caption>\n<thead><tr>",
+            escape(&self.title)
+        );
         for cell in &self.head {
             html += &format!("<th scope=\"col\">{}</th>", escape(cell));
         }
@@ -83,7 +86,11 @@ impl Grid {
             html += if row.aside { "<tr class=\"aside\">" } else { "<tr>" };
             for (i, cell) in row.cells.iter().enumerate() {
                 let cell = escape(cell);
-                html += &if i == 0 { format!("<th scope=\"row\">{cell}</th>") } else { format!("<td>{cell}</td>") };
+                html += &if i == 0 {
+                    format!("<th scope=\"row\">{cell}</th>")
+                } else {
+                    format!("<td>{cell}</td>")
+                };
             }
             html += "</tr>\n";
         }
@@ -107,6 +114,9 @@ mod tests {
         grid.aside("paper", ["10".to_owned(), String::new()]);
         assert_eq!(grid.text(), "a < b\ncase      J  long head\nfirst     1          2\n  paper  10\n");
         let html = grid.html();
-        assert!(html.contains("<caption>a &lt; b</caption>") && html.contains("<tr class=\"aside\"><th"), "{html}");
+        assert!(
+            html.contains("<caption>a &lt; b</caption>") && html.contains("<tr class=\"aside\"><th"),
+            "{html}"
+        );
     }
 }

@@ -29,7 +29,15 @@ pub fn only_text(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]
         pitch(state.q_ned_from_body) * DEG_PER_RAD,
         state.omega_body.y * DEG_PER_RAD,
     );
-    let head = ["controller", "J_TPF", "at [s]", "speed [m/s]", "pitch [deg]", "pitch rate [deg/s]", "north, down at the end [m/s]"];
+    let head = [
+        "controller",
+        "J_TPF",
+        "at [s]",
+        "speed [m/s]",
+        "pitch [deg]",
+        "pitch rate [deg/s]",
+        "north, down at the end [m/s]",
+    ];
     let mut grid = Grid::new("Peaks", head);
     for (controller, o, _) in flown {
         grid.row(

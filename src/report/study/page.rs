@@ -96,7 +96,8 @@ fn reproduced(a: &Assessment<'_>) -> String {
         return html
             + "<p>This is not the paper's vehicle or mission: there is nothing of the paper's to stand beside it.</p>\n";
     }
-    html += &reproduction(&found).html().replace("<figure class=\"table\">", "<figure class=\"table words\">");
+    html +=
+        &reproduction(&found).html().replace("<figure class=\"table\">", "<figure class=\"table words\">");
     for f in found.iter().filter(|f| !f.reproduced) {
         html += &format!(
             "<p><strong>Not reproduced: {}.</strong> {}</p>\n",
@@ -114,14 +115,26 @@ fn origin(a: &Assessment<'_>) -> String {
         ("inputs, SHA-256", m.input_hash.clone()),
         ("seed", m.seed.to_string()),
         ("gains", m.gains_name.clone()),
-        ("optimal trajectory", format!("objective {:.6}, J_TPF {:.4}, {} nodes over {} s", a.plan_objective, a.plan_j_tpf, m.nodes, m.horizon_s)),
-        ("releases", format!(
-            "theta_0 normal with {:.1} deg, phase uniform, omega {} rad/s, pendulum {} m; ChaCha8, stream k for trial k",
-            m.monte_carlo.amplitude_sigma_rad * crate::units::DEG_PER_RAD,
-            m.monte_carlo.omega_rad_s,
-            m.monte_carlo.length_m
-        )),
-        ("every trial", a.assessed.iter().map(|x| campaign_csv::file_name(&x.controller)).collect::<Vec<_>>().join(", ")),
+        (
+            "optimal trajectory",
+            format!(
+                "objective {:.6}, J_TPF {:.4}, {} nodes over {} s",
+                a.plan_objective, a.plan_j_tpf, m.nodes, m.horizon_s
+            ),
+        ),
+        (
+            "releases",
+            format!(
+                "theta_0 normal with {:.1} deg, phase uniform, omega {} rad/s, pendulum {} m; ChaCha8, stream k for trial k",
+                m.monte_carlo.amplitude_sigma_rad * crate::units::DEG_PER_RAD,
+                m.monte_carlo.omega_rad_s,
+                m.monte_carlo.length_m
+            ),
+        ),
+        (
+            "every trial",
+            a.assessed.iter().map(|x| campaign_csv::file_name(&x.controller)).collect::<Vec<_>>().join(", "),
+        ),
     ];
     let mut html = "<h2>How this was made</h2>\n<dl>\n".to_owned();
     for (name, value) in facts {

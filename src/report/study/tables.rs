@@ -33,7 +33,11 @@ fn probability_digits(trials: u64) -> usize {
 pub fn table_4(a: &Assessment<'_>) -> Grid {
     let head = ["gains", "K_pq", "K_iq", "K_ptheta", "K_pvz", "K_ivz", "K_pvx", "K_ivx"];
     let mut grid = Grid::new("Table 4. Longitudinal gains: proportional [1/s], integral [1/s^2]", head);
-    let names = ["near-hover (paper)".to_owned(), "PSO (paper)".to_owned(), format!("ours ({})", a.mission.gains_name)];
+    let names = [
+        "near-hover (paper)".to_owned(),
+        "PSO (paper)".to_owned(),
+        format!("ours ({})", a.mission.gains_name),
+    ];
     for (x, name) in a.assessed[1..].iter().zip(names) {
         grid.row(&name, x.controller.gains.as_longitudinal().map(|k| digits(k, 4)));
     }
@@ -137,7 +141,12 @@ pub fn assess_text(a: &Assessment<'_>) -> String {
 pub fn verdict(a: &Assessment<'_>) -> String {
     let (unsafe_trials, ours) = (a.ours().tally.safe.misses(), label(&a.ours().controller));
     if unsafe_trials == 0 {
-        format!("{ours}: safe, J_TPF below {} in all {} trials, {:.3} at most", a.bound, a.trials, a.ours().tally.j_tpf.max())
+        format!(
+            "{ours}: safe, J_TPF below {} in all {} trials, {:.3} at most",
+            a.bound,
+            a.trials,
+            a.ours().tally.j_tpf.max()
+        )
     } else {
         format!("{ours}: NOT safe, J_TPF at or above {} in {unsafe_trials} of {} trials", a.bound, a.trials)
     }
