@@ -35,43 +35,67 @@ pub fn velocities_figure(
     let remark = format!("{} trials; {followed}dots: where they begin; cross: the target.", flights.len());
     style.sheet(HEIGHT_PX, title, &remark, |pen| {
         color_bar(pen, &style.j_state, "state", (LEFT_PX[1] + PANEL_PX, 40.0));
-        let sides: [(&str, &str, &str, fn(&TraceInstant) -> Vector3<f64>); 2] = [
-            ("over ground, north and down", "north velocity [m/s]", "down velocity [m/s]", |i| i.v_ned),
-            ("in body axes", "forward velocity, body x [m/s]", "downward velocity, body z [m/s]", |i| {
-                i.v_body
-            }),
-        ];
-        for (side, (name, x_name, y_name, velocity)) in sides.into_iter().enumerate() {
-            let panel = panel(style, side);
-            pen.text(name, (LEFT_PX[side] + PANEL_PX, TOP_PX - 12.0), Anchor::End, SMALL);
-            pen.text(y_name, (LEFT_PX[side] - 44.0, TOP_PX - 12.0), Anchor::Start, AXIS);
-            let below = (LEFT_PX[side] + 0.5 * PANEL_PX, BOTTOM_PX + 34.0);
-            pen.text(x_name, below, Anchor::Middle, AXIS);
-            panel.grid(pen, 6, 6, true);
-            let mut room = Room::new(panel.corners().0, panel.corners().1);
-            for flight in flights {
-                let points: Vec<(Point, usize)> = flight
-                    .iter()
-                    .map(|i| (i, velocity(i)))
-                    .map(|(i, v)| (panel.px(v.x, v.z), even(style.j_state.step(i.j_state))))
-                    .collect();
-                let points = sparse(&points);
-                let line: Vec<Point> = points.iter().map(|p| p.0).collect();
-                room.take_line(&line);
-                colored(pen, &points, 0.9);
-            }
-            for first in flights.iter().filter_map(|f| f.first()) {
-                let v = velocity(first);
-                pen.disc(panel.px(v.x, v.z), 1.8, INK);
-            }
-            if let Some(plan) = plan {
-                pen.line(&plan_line(plan, &panel, side == 1), Stroke::dashed(INK, 1.2, 5.0, 4.0));
-            }
-            if side == 0 {
-                target(pen, &panel, style, &mut room);
-            }
+        for (side, axes) in [OVER_GROUND, IN_BODY_AXES].iter().enumerate() {
+            draw_side(pen, style, (side, axes), flights, plan);
         }
     })
+}
+
+/// What a panel shows.
+struct Axes {
+    name: &'static str,
+    x: &'static str,
+    y: &'static str,
+    velocity: fn(&TraceInstant) -> Vector3<f64>,
+}
+
+const OVER_GROUND: Axes = Axes {
+    name: "over ground, north and down",
+    x: "north velocity [m/s]",
+    y: "down velocity [m/s]",
+    velocity: |i| i.v_ned,
+};
+const IN_BODY_AXES: Axes = Axes {
+    name: "in body axes",
+    x: "forward velocity, body x [m/s]",
+    y: "downward velocity, body z [m/s]",
+    velocity: |i| i.v_body,
+};
+
+fn draw_side(
+    pen: &mut Pen<'_>,
+    style: &StudyStyle,
+    (side, axes): (usize, &Axes),
+    flights: &[Vec<TraceInstant>],
+    plan: Option<&Trajectory>,
+) {
+    let (panel, left) = (panel(style, side), LEFT_PX[side]);
+    pen.text(axes.name, (left + PANEL_PX, TOP_PX - 12.0), Anchor::End, SMALL);
+    pen.text(axes.y, (left - 44.0, TOP_PX - 12.0), Anchor::Start, AXIS);
+    pen.text(axes.x, (left + 0.5 * PANEL_PX, BOTTOM_PX + 34.0), Anchor::Middle, AXIS);
+    panel.grid(pen, 6, 6, true);
+    let mut room = Room::new(panel.corners().0, panel.corners().1);
+    let px = |i: &TraceInstant| {
+        let v = (axes.velocity)(i);
+        panel.px(v.x, v.z)
+    };
+    for flight in flights {
+        let points: Vec<(Point, usize)> =
+            flight.iter().map(|i| (px(i), even(style.j_state.step(i.j_state)))).collect();
+        let points = sparse(&points);
+        let line: Vec<Point> = points.iter().map(|p| p.0).collect();
+        room.take_line(&line);
+        colored(pen, &points, 0.9);
+    }
+    for first in flights.iter().filter_map(|f| f.first()) {
+        pen.disc(px(first), 1.8, INK);
+    }
+    if let Some(plan) = plan {
+        pen.line(&plan_line(plan, &panel, side == 1), Stroke::dashed(INK, 1.2, 5.0, 4.0));
+    }
+    if side == 0 {
+        target(pen, &panel, style, &mut room);
+    }
 }
 
 /// Every second colour is enough for a line among a hundred.

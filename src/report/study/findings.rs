@@ -69,7 +69,7 @@ pub fn findings(a: &Assessment<'_>) -> Vec<Finding> {
     let reduction = |i: usize| (mean(0) - mean(i)) / mean(0);
     let spreads = (0..3).all(|i| {
         let ratio = std(i) / printed[i].std;
-        ratio <= SPREAD_FACTOR && ratio >= 1.0 / SPREAD_FACTOR
+        (1.0 / SPREAD_FACTOR..=SPREAD_FACTOR).contains(&ratio)
     });
     vec![
         Finding::new(

@@ -74,18 +74,16 @@ impl Grid {
 
     /// As an HTML table with a caption.
     pub fn html(&self) -> String {
-        let mut html = format!(
-            "<figure class=\"table\"><table>\n<caption>{}</caption>\n<thead><tr>",
-            escape(&self.title)
-        );
+        let mut html =
+            format!("<figure class=\"table\"><table>\n<caption>{}</caption>\n<thead><tr>", rich(&self.title));
         for cell in &self.head {
-            html += &format!("<th scope=\"col\">{}</th>", escape(cell));
+            html += &format!("<th scope=\"col\">{}</th>", rich(cell));
         }
         html += "</tr></thead>\n<tbody>\n";
         for row in &self.rows {
             html += if row.aside { "<tr class=\"aside\">" } else { "<tr>" };
             for (i, cell) in row.cells.iter().enumerate() {
-                let cell = escape(cell);
+                let cell = rich(cell);
                 html += &if i == 0 {
                     format!("<th scope=\"row\">{cell}</th>")
                 } else {
@@ -103,12 +101,28 @@ pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
+/// Text as HTML, the symbols of the study (J_TPF, K_pvz) with their subscripts set low.
+pub fn rich(text: &str) -> String {
+    let mut html = escape(text);
+    for base in ["J", "K"] {
+        let mark = format!("{base}_");
+        let mut parts = html.split(mark.as_str()).map(str::to_owned);
+        let first = parts.next().unwrap_or_default();
+        html = parts.fold(first, |done, part| {
+            let end = part.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(part.len());
+            format!("{done}{base}<sub>{}</sub>{}", &part[..end], &part[end..])
+        });
+    }
+    html
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn columns_are_aligned_and_text_is_escaped() {
+        assert_eq!(rich("J_TPF < 1, K_pvz"), "J<sub>TPF</sub> &lt; 1, K<sub>pvz</sub>");
         let mut grid = Grid::new("a < b", ["case", "J", "long head"]);
         grid.row("first", ["1".to_owned(), "2".to_owned()]);
         grid.aside("paper", ["10".to_owned(), String::new()]);

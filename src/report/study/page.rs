@@ -2,7 +2,7 @@
 //! Everything is inside: no script, no font, no image from elsewhere.
 
 use super::findings::findings;
-use super::grid::escape;
+use super::grid::{escape, rich};
 use super::tables::{INTERVALS, campaigns, reproduction, table_4, table_5, verdict};
 use super::{Assessment, OURS, campaign_csv};
 use crate::report::json::VERSION;
@@ -41,7 +41,10 @@ tr.aside th{padding-left:1.5rem;font-weight:400}
 .words td{text-align:left;white-space:normal}
 .words th:first-child{white-space:normal;min-width:13rem}
 .words thead th{text-align:left}
-svg{width:100%;height:auto;display:block}
+.words td:last-child{white-space:nowrap}
+sub{font-size:.75em;line-height:0}
+.drawing{overflow-x:auto}
+svg{width:100%;min-width:44rem;height:auto;display:block}
 figcaption{font-size:.92rem;color:#333;max-width:46rem;margin-top:.3rem}
 code,pre{font:13px/1.5 ui-monospace,SFMono-Regular,Menlo,Consolas,monospace}
 pre{background:#f6f6f6;padding:.7rem .9rem;overflow-x:auto}
@@ -49,7 +52,7 @@ dl{display:grid;grid-template-columns:max-content 1fr;gap:.1rem 1rem;font-size:.
 dt{color:#555}
 dd{margin:0;overflow-wrap:anywhere}
 @media(max-width:40rem){dl{grid-template-columns:1fr}dd{margin-bottom:.4rem}body{padding:1rem .7rem 3rem}}
-@media print{body{max-width:none;padding:0;font-size:10.5pt}figure{break-inside:avoid}h2{break-after:avoid}table{font-size:8.5pt}th,td{padding:.15rem .35rem}.verdict{-webkit-print-color-adjust:exact;print-color-adjust:exact}}
+@media print{svg{min-width:0}body{max-width:none;padding:0;font-size:10.5pt}figure{break-inside:avoid}h2{break-after:avoid}table{font-size:8.5pt}th,td{padding:.15rem .35rem}.verdict{-webkit-print-color-adjust:exact;print-color-adjust:exact}}
 ";
 
 /// The page.
@@ -66,7 +69,7 @@ pub fn page(a: &Assessment<'_>, figures: &[Figure]) -> String {
          <i>Longitudinal control of transition to powered flight for a parachute-dropped multirotor</i>.</p>\n\
          <p class=\"{class}\">{}.</p>\n",
         escape(&m.vehicle_name),
-        escape(&verdict(a)),
+        rich(&verdict(a)),
     );
     html += &format!(
         "<p>J<sub>state</sub> is the largest share of a safety limit - speed, pitch or pitch rate - at an instant (47)-(50), \
@@ -80,9 +83,9 @@ pub fn page(a: &Assessment<'_>, figures: &[Figure]) -> String {
     html += "<h2>Figures</h2>\n";
     for figure in figures {
         html += &format!(
-            "<figure>\n{}<figcaption>{} <span class=\"soft\">({})</span></figcaption>\n</figure>\n",
+            "<figure>\n<div class=\"drawing\">{}</div>\n<figcaption>{} <span class=\"soft\">({})</span></figcaption>\n</figure>\n",
             figure.svg.trim_start(),
-            escape(&figure.caption),
+            rich(&figure.caption),
             escape(&figure.file)
         );
     }
@@ -101,8 +104,8 @@ fn reproduced(a: &Assessment<'_>) -> String {
     for f in found.iter().filter(|f| !f.reproduced) {
         html += &format!(
             "<p><strong>Not reproduced: {}.</strong> {}</p>\n",
-            escape(&f.claim),
-            escape(f.why.unwrap_or_default())
+            rich(&f.claim),
+            rich(f.why.unwrap_or_default())
         );
     }
     html
@@ -138,7 +141,7 @@ fn origin(a: &Assessment<'_>) -> String {
     ];
     let mut html = "<h2>How this was made</h2>\n<dl>\n".to_owned();
     for (name, value) in facts {
-        html += &format!("<dt>{}</dt><dd>{}</dd>\n", escape(name), escape(&value));
+        html += &format!("<dt>{}</dt><dd>{}</dd>\n", escape(name), rich(&value));
     }
     let command = escape(&a.command);
     html + &format!(

@@ -128,9 +128,18 @@ pub fn assess_text(a: &Assessment<'_>) -> String {
     text += "\n\n";
     let found = findings(a);
     if !found.is_empty() {
-        text += &reproduction(&found).text();
-        for f in found.iter().filter(|f| !f.reproduced) {
-            text += &wrapped(&format!("NOT reproduced: {}. {}", f.claim, f.why.unwrap_or_default()), 118);
+        text += "The paper's findings\n";
+        for f in &found {
+            let why = f.why.map_or(String::new(), |why| format!(". {why}"));
+            let told = format!(
+                "{}: {}: {} here, {} in the paper ({}){why}",
+                f.verdict(),
+                f.claim,
+                f.here,
+                f.paper,
+                f.bar
+            );
+            text += &wrapped(&told, 118);
         }
         text.push('\n');
     }
