@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use divan::{Bencher, black_box};
 use nalgebra::Vector3;
-use samara::assess::{Command, Controller, SafetyLimits, Study};
+use samara::assess::{Command, Controller, SafetyLimits, SafetyStudy};
 use samara::config::load_vehicle;
 use samara::control::{Airframe, Cascade, ControlLimits, Gains, Measurement};
 use samara::model::environment::GeoPoint;
@@ -65,7 +65,7 @@ fn campaign_trial(bencher: Bencher<'_, '_>) {
         thrust_n: [0.0; 8],
         a_ned: Vector3::zeros(),
     };
-    let study = Study {
+    let study = SafetyStudy {
         airframe: Airframe::new(&vehicle, &site()).unwrap(),
         vehicle,
         environment: site(),

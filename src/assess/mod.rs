@@ -20,5 +20,5 @@ pub mod tracking;
 pub use releases::{RandomRelease, ReleaseDistribution};
 pub use safety::{SafetyLimits, StateCost, Verdict, VerdictBuilder, plan_j_tpf};
 pub use statistics::{CONFIDENCE, Share, Summary, Tally};
-pub use study::{Command, Controller, Outcome, Study, TraceInstant};
+pub use study::{Command, Controller, SafetyStudy, TraceInstant, TrialOutcome};
 pub use tracking::TrackingError;

@@ -1,7 +1,7 @@
 //! The paper's safety study, section V: controllers flown from many releases on the plant with actuators.
 //!
 //! A flight begins at t = 0 of the study (rotors at rest and free), is commanded at 100 Hz, and lasts as long as the plan;
-//! its cost is J_TPF, (51). [`Study::fly_releases`] is where another engine for many flights at once goes in.
+//! its cost is J_TPF, (51). [`SafetyStudy::fly_releases`] is where another engine for many flights at once goes in.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -47,7 +47,7 @@ pub struct Controller {
 
 /// What all flights share.
 #[derive(Clone, Debug)]
-pub struct Study {
+pub struct SafetyStudy {
     /// The vehicle.
     pub vehicle: Arc<Vehicle>,
     /// The site.
@@ -66,11 +66,9 @@ pub struct Study {
 
 /// What a flight came to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outcome {
+pub struct TrialOutcome {
     /// J_TPF, (51); infinite when a state was no number.
     pub j_tpf: f64,
-    /// Time of the (first) highest J_state [s].
-    pub t_peak_s: f64,
     /// Largest speed [m/s].
     pub peak_speed_m_s: f64,
     /// Largest pitch, either way, with its sign [rad].
@@ -96,15 +94,15 @@ pub struct TraceInstant {
     pub j_state: f64,
 }
 
-impl Study {
+impl SafetyStudy {
     /// Flies one trial after the other. The place to put an engine that flies many at once: the outcome of a release may not
     /// depend on the others in the slice.
-    pub fn fly_releases(&self, controller: &Controller, releases: &[RandomRelease]) -> Vec<Outcome> {
+    pub fn fly_releases(&self, controller: &Controller, releases: &[RandomRelease]) -> Vec<TrialOutcome> {
         releases.iter().map(|release| self.outcome(controller, &release.state)).collect()
     }
 
     /// Flies from a state at t = 0.
-    pub fn outcome(&self, controller: &Controller, start: &BodyState) -> Outcome {
+    pub fn outcome(&self, controller: &Controller, start: &BodyState) -> TrialOutcome {
         let mut peaks = Peaks::new(self.limits);
         self.fly(controller, start, CONTROL_PERIOD_S, &mut |sample| {
             peaks.observe(sample);
@@ -185,17 +183,16 @@ impl Study {
     }
 }
 
-/// Gathers an [`Outcome`].
+/// Gathers an [`TrialOutcome`].
 struct Peaks {
     limits: SafetyLimits,
-    outcome: Outcome,
+    outcome: TrialOutcome,
 }
 
 impl Peaks {
     fn new(limits: SafetyLimits) -> Self {
-        let outcome = Outcome {
+        let outcome = TrialOutcome {
             j_tpf: 0.0,
-            t_peak_s: 0.0,
             peak_speed_m_s: 0.0,
             peak_pitch_rad: 0.0,
             peak_pitch_rate_rad_s: 0.0,
@@ -207,9 +204,7 @@ impl Peaks {
     fn observe(&mut self, sample: &Sample) {
         let (body, o) = (&sample.state.body, &mut self.outcome);
         let cost = StateCost::of(body, &self.limits);
-        if cost.max() > o.j_tpf {
-            (o.j_tpf, o.t_peak_s) = (cost.max(), sample.t_s);
-        }
+        o.j_tpf = o.j_tpf.max(cost.max());
         o.peak_speed_m_s = o.peak_speed_m_s.max(body.v_ned.norm());
         for (peak, now) in [
             (&mut o.peak_pitch_rad, pitch(body.q_ned_from_body)),

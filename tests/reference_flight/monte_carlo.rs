@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use samara::assess::{Command, Controller, ReleaseDistribution, Study, Summary, paper};
+use samara::assess::{Command, Controller, ReleaseDistribution, SafetyStudy, Summary, paper};
 use samara::control::{Airframe, ControlLimits, Gains};
 use samara::frames::pitch;
 use samara::model::Parachute;
@@ -15,8 +15,8 @@ use crate::data::{TITAN, flight_reference, limits, number, numbers, rows, site, 
 static NUMBERS: LazyLock<Value> =
     LazyLock::new(|| serde_json::from_str(include_str!("../data/reference_monte_carlo.json")).unwrap());
 
-fn study() -> Study {
-    Study {
+fn study() -> SafetyStudy {
+    SafetyStudy {
         vehicle: TITAN.clone(),
         environment: site(),
         airframe: Airframe::new(&TITAN, &site()).unwrap(),

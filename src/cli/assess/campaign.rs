@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
 use super::AssessArgs;
-use crate::assess::{Controller, Outcome, RandomRelease, ReleaseDistribution, Study, Tally};
+use crate::assess::{Controller, RandomRelease, ReleaseDistribution, SafetyStudy, Tally, TrialOutcome};
 use crate::cli::narrative::Narrator;
 use crate::cli::outcome::{BadInput, Failure};
 use crate::cli::output::OutputFolder;
@@ -27,7 +27,7 @@ const PORTION: usize = 8;
 /// What trials are flown with.
 pub struct Bench<'a> {
     /// Vehicle, site, plan.
-    pub study: &'a Study,
+    pub study: &'a SafetyStudy,
     /// What releases are drawn from.
     pub distribution: ReleaseDistribution,
     /// Seed of the draws.
@@ -49,8 +49,8 @@ impl Bench<'_> {
         self.pool.install(|| items.par_iter().map(f).collect())
     }
 
-    fn fly(&self, controller: &Controller, releases: &[RandomRelease]) -> Vec<Outcome> {
-        let portions: Vec<Vec<Outcome>> = self.pool.install(|| {
+    fn fly(&self, controller: &Controller, releases: &[RandomRelease]) -> Vec<TrialOutcome> {
+        let portions: Vec<Vec<TrialOutcome>> = self.pool.install(|| {
             releases.par_chunks(PORTION).map(|some| self.study.fly_releases(controller, some)).collect()
         });
         portions.into_iter().flatten().collect()
@@ -64,13 +64,13 @@ pub struct Campaign {
     /// Its statistics.
     pub tally: Tally,
     /// Its first trials.
-    pub shown: Vec<(RandomRelease, Outcome)>,
+    pub shown: Vec<(RandomRelease, TrialOutcome)>,
     /// Trials that were flown now, not read.
     pub flown_now: u64,
 }
 
 impl Campaign {
-    fn take(&mut self, release: RandomRelease, outcome: Outcome, bound: f64) {
+    fn take(&mut self, release: RandomRelease, outcome: TrialOutcome, bound: f64) {
         self.tally.push(outcome.j_tpf, bound);
         if self.shown.len() < SHOWN {
             self.shown.push((release, outcome));

@@ -17,7 +17,7 @@ use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::plan::{plan_mission, write_plan};
 use super::pool::pool;
-use crate::assess::{Command, Controller, ReleaseDistribution, Study, plan_j_tpf};
+use crate::assess::{Command, Controller, ReleaseDistribution, SafetyStudy, plan_j_tpf};
 use crate::config::Mission;
 use crate::control::{Airframe, Gains};
 use crate::model::parachute::Pendulum;
@@ -143,8 +143,8 @@ fn planned(
     Ok(None)
 }
 
-fn study_of(mission: &Mission, plan: &Plan) -> Result<Study, Failure> {
-    Ok(Study {
+fn study_of(mission: &Mission, plan: &Plan) -> Result<SafetyStudy, Failure> {
+    Ok(SafetyStudy {
         vehicle: mission.vehicle.clone(),
         environment: mission.environment.clone(),
         airframe: Airframe::new(&mission.vehicle, &mission.environment).bad_input()?,

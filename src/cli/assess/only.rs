@@ -6,7 +6,7 @@ use anyhow::Context;
 
 use super::AssessArgs;
 use super::campaign::Bench;
-use crate::assess::{Controller, Outcome, RandomRelease, VerdictBuilder};
+use crate::assess::{Controller, RandomRelease, TrialOutcome, VerdictBuilder};
 use crate::cli::mission::stamp_of;
 use crate::cli::outcome::{Answer, Failure};
 use crate::cli::output::{OutputFolder, print};
@@ -32,12 +32,12 @@ pub fn run(
     let results = bench.in_order(controllers, |c| {
         bench.study.fly_releases(c, std::slice::from_ref(&release)).into_iter().next()
     });
-    let flown: Vec<(&Controller, Outcome)> =
+    let flown: Vec<(&Controller, TrialOutcome)> =
         controllers.iter().zip(results).filter_map(|(c, outcome)| Some((c, outcome?))).collect();
     for (controller, _) in &flown {
         write(mission, bench, controller, &release, folder)?;
     }
-    let rows: Vec<(&Controller, Outcome, String)> = flown
+    let rows: Vec<(&Controller, TrialOutcome, String)> = flown
         .iter()
         .map(|(c, outcome)| {
             let mut row = String::new();

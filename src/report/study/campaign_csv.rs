@@ -8,13 +8,13 @@ use std::fmt::Write as _;
 
 use nalgebra::Vector3;
 
-use crate::assess::{Command, Controller, Outcome, RandomRelease};
+use crate::assess::{Command, Controller, RandomRelease, TrialOutcome};
 use crate::config::{Mission, Stamp};
 use crate::frames::pitch;
 
-const COLUMNS: &str = "trial,theta_0_rad,phi_rad,vn_m_s,vd_m_s,pitch_rad,pitch_rate_rad_s,j_tpf,t_peak_s,peak_speed_m_s,\
+const COLUMNS: &str = "trial,theta_0_rad,phi_rad,vn_m_s,vd_m_s,pitch_rad,pitch_rate_rad_s,j_tpf,peak_speed_m_s,\
                        peak_pitch_rad,peak_pitch_rate_rad_s,vn_end_m_s,ve_end_m_s,vd_end_m_s";
-const COLUMN_COUNT: usize = 15;
+const COLUMN_COUNT: usize = 14;
 
 /// Name of a campaign's file.
 pub fn file_name(controller: &Controller) -> String {
@@ -38,7 +38,7 @@ pub fn header(mission: &Mission, controller: &Controller) -> String {
 }
 
 /// Appends a trial's line.
-pub fn write_row(text: &mut String, release: &RandomRelease, outcome: &Outcome) {
+pub fn write_row(text: &mut String, release: &RandomRelease, outcome: &TrialOutcome) {
     let state = &release.state;
     let end = &outcome.final_v_ned;
     // Writing to a String cannot fail. `{:?}` is the shortest text that reads back to the same number.
@@ -51,7 +51,6 @@ pub fn write_row(text: &mut String, release: &RandomRelease, outcome: &Outcome) 
         pitch(state.q_ned_from_body),
         state.omega_body.y,
         outcome.j_tpf,
-        outcome.t_peak_s,
         outcome.peak_speed_m_s,
         outcome.peak_pitch_rad,
         outcome.peak_pitch_rate_rad_s,
@@ -79,7 +78,7 @@ pub enum RowError {
 ///
 /// # Errors
 /// [`RowError`] when it is not.
-pub fn parse_row(line: &str, expected: &RandomRelease) -> Result<Outcome, RowError> {
+pub fn parse_row(line: &str, expected: &RandomRelease) -> Result<TrialOutcome, RowError> {
     let (trial, rest) = line.split_once(',').ok_or(RowError::NotNumbers)?;
     let mut numbers = [0.0; COLUMN_COUNT - 1];
     let mut fields = rest.split(',');
@@ -89,14 +88,13 @@ pub fn parse_row(line: &str, expected: &RandomRelease) -> Result<Outcome, RowErr
     if fields.next().is_some() {
         return Err(RowError::NotNumbers);
     }
-    let [amplitude, phase, _, _, _, _, j_tpf, t_peak_s, speed, pitch, rate, vn, ve, vd] = numbers;
+    let [amplitude, phase, _, _, _, _, j_tpf, speed, pitch, rate, vn, ve, vd] = numbers;
     let drawn = (expected.amplitude_rad, expected.phase_rad);
     if trial.parse() != Ok(expected.trial) || (amplitude, phase) != drawn {
         return Err(RowError::OtherTrial(expected.trial));
     }
-    Ok(Outcome {
+    Ok(TrialOutcome {
         j_tpf,
-        t_peak_s,
         peak_speed_m_s: speed,
         peak_pitch_rad: pitch,
         peak_pitch_rate_rad_s: rate,
@@ -110,7 +108,7 @@ mod tests {
     use crate::frames::quaternion_from_euler;
     use crate::model::rigid_body::BodyState;
 
-    fn trial() -> (RandomRelease, Outcome) {
+    fn trial() -> (RandomRelease, TrialOutcome) {
         let state = BodyState {
             p_ned: Vector3::zeros(),
             q_ned_from_body: quaternion_from_euler(0.0, 0.1, 0.0),
@@ -118,9 +116,8 @@ mod tests {
             omega_body: Vector3::new(0.0, -0.2, 0.0),
         };
         let release = RandomRelease { trial: 41, amplitude_rad: 0.1 + 0.2, phase_rad: -3.0, state };
-        let outcome = Outcome {
+        let outcome = TrialOutcome {
             j_tpf: 0.55 + 1e-16,
-            t_peak_s: 3.0,
             peak_speed_m_s: 6.6,
             peak_pitch_rad: -0.4,
             peak_pitch_rate_rad_s: -0.0,

@@ -4,14 +4,14 @@ use serde::Serialize;
 
 use super::grid::Grid;
 use super::label;
-use crate::assess::{Controller, Outcome, RandomRelease};
+use crate::assess::{Controller, RandomRelease, TrialOutcome};
 use crate::config::Mission;
 use crate::frames::pitch;
 use crate::report::json::{VERSION, text};
 use crate::units::DEG_PER_RAD;
 
 /// A controller, what became of it, and its line of the campaign's CSV file.
-pub type Flown<'a> = (&'a Controller, Outcome, String);
+pub type Flown<'a> = (&'a Controller, TrialOutcome, String);
 
 /// The trial as text.
 pub fn only_text(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]) -> String {
@@ -32,7 +32,6 @@ pub fn only_text(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]
     let head = [
         "controller",
         "J_TPF",
-        "at [s]",
         "speed [m/s]",
         "pitch [deg]",
         "pitch rate [deg/s]",
@@ -44,7 +43,6 @@ pub fn only_text(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]
             &label(controller),
             [
                 format!("{:.6}", o.j_tpf),
-                format!("{:.2}", o.t_peak_s),
                 format!("{:.3}", o.peak_speed_m_s),
                 format!("{:.2}", o.peak_pitch_rad * DEG_PER_RAD),
                 format!("{:.2}", o.peak_pitch_rate_rad_s * DEG_PER_RAD),
@@ -81,7 +79,6 @@ struct OnlyFlight<'a> {
     name: &'static str,
     gains: &'a str,
     j_tpf: f64,
-    t_peak_s: f64,
     peak_speed_m_s: f64,
     peak_pitch_rad: f64,
     peak_pitch_rate_rad_s: f64,
@@ -109,7 +106,6 @@ pub fn only_json(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]
                 name: c.name,
                 gains: &c.gains_name,
                 j_tpf: o.j_tpf,
-                t_peak_s: o.t_peak_s,
                 peak_speed_m_s: o.peak_speed_m_s,
                 peak_pitch_rad: o.peak_pitch_rad,
                 peak_pitch_rate_rad_s: o.peak_pitch_rate_rad_s,
