@@ -96,7 +96,7 @@ fn paths(
             let svg = paths_figure(style, &title, [[group(0), group(2)], [group(0), group(3)]], until_s)
                 .with_context(|| format!("figure {number}"))?;
             let caption = format!(
-                "{title}: near-hover gains with a step command beside the paper's PSO gains on the optimal trajectory (left; the paper's \
+                "{title}: near-hover gains with a step command beside the paper's PSO gains on the optimal trajectory (left; as in the paper's \
                  figure {number}) and beside ours (right), coloured by J_state, with the lowest and highest J_TPF of each group."
             );
             Ok(Figure { file: file.to_owned(), caption, svg })

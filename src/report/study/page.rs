@@ -38,7 +38,7 @@ tbody th{font-weight:500}
 tbody tr{border-top:1px solid #eee}
 tr.aside{border-top:0;color:#555}
 tr.aside th{padding-left:1.5rem;font-weight:400}
-.words td{text-align:left;white-space:normal}
+.words td{text-align:left;white-space:normal;min-width:6.5rem}
 .words th:first-child{white-space:normal;min-width:13rem}
 .words thead th{text-align:left}
 .words td:last-child{white-space:nowrap}

@@ -61,9 +61,14 @@ pub fn table_5(a: &Assessment<'_>) -> Grid {
         grid.aside("tracking RMS (45)", rms.iter().copied().chain([worst(&rms)]).map(three));
     }
     let first = costs(&a.assessed[0]);
-    for (name, row) in [("reduction, first to third row", 2), ("reduction, first row to ours", 3)] {
+    let compared = if a.is_the_papers() {
+        &[("reduction, first to third row", 2), ("reduction, first row to ours", 3)][..]
+    } else {
+        &[]
+    };
+    for &(name, row) in compared {
         let reduction = first.iter().zip(costs(&a.assessed[row])).map(|(one, two)| 100.0 * (one - two) / one);
-        grid.row(name, reduction.map(|r| format!("{r:.0} %")).chain([String::new()]));
+        grid.row(name, reduction.map(|r| format!("{:.0} %", r.round() + 0.0)).chain([String::new()]));
     }
     grid
 }
@@ -166,7 +171,8 @@ fn wrapped(paragraph: &str, width: usize) -> String {
     let (mut text, mut length) = (String::new(), 0);
     for word in paragraph.split_whitespace() {
         let n = word.chars().count();
-        if length > 0 && length + 1 + n > width {
+        // A unit stays with its number.
+        if length > 0 && length + 1 + n > width && !word.starts_with('%') {
             text += "\n  ";
             length = 2;
         } else if length > 0 {
