@@ -4,6 +4,7 @@
 //! from them, the rotors are at rest. Trial k draws from stream k of one ChaCha8 generator: it is the same whichever trials
 //! are flown beside it, in whatever order.
 
+use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
@@ -17,6 +18,8 @@ pub struct ReleaseDistribution {
     pub parachute: Parachute,
     /// Gravity [m/s^2], for the speed gained in the delay, (44).
     pub gravity_m_s2: f64,
+    /// Velocity over ground of what hangs in the wind, NED [m/s]; the paper's air is still.
+    pub drift_ned_m_s: Vector3<f64>,
     /// Standard deviation of the amplitude theta_0 [rad].
     pub amplitude_sigma_rad: f64,
 }
@@ -49,7 +52,9 @@ impl ReleaseDistribution {
         let mut parachute = self.parachute;
         parachute.pendulum.amplitude_rad = amplitude_rad;
         parachute.pendulum.phase_rad = phase_rad;
-        parachute.state_at_t0(self.gravity_m_s2)
+        let mut state = parachute.state_at_t0(self.gravity_m_s2);
+        state.v_ned += self.drift_ned_m_s;
+        state
     }
 }
 
@@ -76,6 +81,7 @@ mod tests {
         ReleaseDistribution {
             parachute: Parachute::new(3.0, 0.5, pendulum).unwrap(),
             gravity_m_s2: 1.35,
+            drift_ned_m_s: Vector3::zeros(),
             amplitude_sigma_rad: 3.0 * RAD_PER_DEG,
         }
     }

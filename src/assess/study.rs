@@ -1,13 +1,15 @@
 //! The paper's safety study, section V: controllers flown from many releases on the plant with actuators.
 //!
 //! A flight begins at t = 0 of the study (rotors at rest and free), is commanded at 100 Hz, and lasts as long as the plan;
-//! its cost is J_TPF, (51). [`SafetyStudy::fly_releases`] is where another engine for many flights at once goes in.
+//! its cost is J_TPF, (51). Trials fly side by side on the planar engine ([`crate::sim::planar`]) where it can hold them, else
+//! one by one in space; the two agree to 1e-9.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use super::batch::{Outcome, Study, judge_flights};
 use super::releases::RandomRelease;
 use super::safety::{SafetyLimits, StateCost};
 use super::tracking::{self, TrackingError};
@@ -15,6 +17,7 @@ use crate::control::{Airframe, Cascade, ControlLimits, Gains};
 use crate::frames::{pitch, rotate_body_from_ned};
 use crate::model::rigid_body::BodyState;
 use crate::model::{Environment, Vehicle};
+use crate::sim::planar::{Flight, Model, NotPlanar, Release, Variation};
 use crate::sim::{DropSimulation, FlightPlan, PlantKind, Reference, Sample, fly};
 use crate::trajectory::Trajectory;
 
@@ -94,11 +97,73 @@ pub struct TraceInstant {
     pub j_state: f64,
 }
 
+impl From<&Outcome> for TrialOutcome {
+    fn from(outcome: &Outcome) -> Self {
+        let [v_north_m_s, v_down_m_s] = outcome.final_v_m_s;
+        Self {
+            j_tpf: outcome.j_tpf,
+            peak_speed_m_s: outcome.peak_speed_m_s,
+            peak_pitch_rad: outcome.peak_pitch_rad,
+            peak_pitch_rate_rad_s: outcome.peak_pitch_rate_rad_s,
+            final_v_ned: Vector3::new(v_north_m_s, 0.0, v_down_m_s),
+        }
+    }
+}
+
 impl SafetyStudy {
-    /// Flies one trial after the other. The place to put an engine that flies many at once: the outcome of a release may not
-    /// depend on the others in the slice.
+    /// Flies a trial from each release, side by side where the vehicle and the releases are of the plane. The outcome of a
+    /// release does not depend on the others in the slice.
     pub fn fly_releases(&self, controller: &Controller, releases: &[RandomRelease]) -> Vec<TrialOutcome> {
-        releases.iter().map(|release| self.outcome(controller, &release.state)).collect()
+        let alone = |release: &RandomRelease| self.outcome(controller, &release.state);
+        match self.side_by_side(controller, releases) {
+            // A flight that the batch engine gave up on still has its peaks before it.
+            Ok(outcomes) => outcomes
+                .iter()
+                .zip(releases)
+                .map(|(outcome, release)| if outcome.given_up { alone(release) } else { outcome.into() })
+                .collect(),
+            Err(_) => releases.iter().map(alone).collect(),
+        }
+    }
+
+    fn side_by_side(
+        &self,
+        controller: &Controller,
+        releases: &[RandomRelease],
+    ) -> Result<Vec<Outcome>, NotPlanar> {
+        let model = Model::new(&self.vehicle, &self.environment, &self.control_limits, PlantKind::Actuator)?;
+        let target_m_s = [self.target_v_ned.x, self.target_v_ned.z];
+        let plan = self.flight_plan(controller, CONTROL_PERIOD_S);
+        let study = Study::new(&plan, None, self.limits, target_m_s)?;
+        let flights = releases
+            .iter()
+            .map(|release| {
+                Ok(Flight {
+                    gains: controller.gains,
+                    release: Release::of(&release.state)?,
+                    variation: Variation::NONE,
+                })
+            })
+            .collect::<Result<Vec<_>, NotPlanar>>()?;
+        let mut outcomes = vec![Outcome::default(); flights.len()];
+        judge_flights(&model, &study, &flights, &mut outcomes);
+        Ok(outcomes)
+    }
+
+    fn flight_plan(&self, controller: &Controller, period_s: f64) -> FlightPlan<'_> {
+        let reference = match controller.command {
+            Command::Step => Reference::Step(self.target_v_ned),
+            Command::Optimal => {
+                Reference::Plan { trajectory: &self.plan, then_v_ned: None, feed_forward: false }
+            }
+        };
+        FlightPlan {
+            reference,
+            yaw_sp_rad: 0.0,
+            control_period_s: period_s,
+            setpoint_period_s: None,
+            duration_s: self.plan.end_s(),
+        }
     }
 
     /// Flies from a state at t = 0.
@@ -165,19 +230,7 @@ impl SafetyStudy {
         let (vehicle, environment) = (self.vehicle.clone(), self.environment.clone());
         let mut sim = DropSimulation::at_t0(vehicle, environment, *start, PlantKind::Actuator);
         let mut cascade = Cascade::new(self.airframe.clone(), controller.gains, self.control_limits);
-        let reference = match controller.command {
-            Command::Step => Reference::Step(self.target_v_ned),
-            Command::Optimal => {
-                Reference::Plan { trajectory: &self.plan, then_v_ned: None, feed_forward: false }
-            }
-        };
-        let flight = FlightPlan {
-            reference,
-            yaw_sp_rad: 0.0,
-            control_period_s: period_s,
-            setpoint_period_s: None,
-            duration_s: self.plan.end_s(),
-        };
+        let flight = self.flight_plan(controller, period_s);
         // Whether it was broken off is the observer's to know.
         let _ = fly(&mut sim, &mut cascade, &flight, observe);
     }

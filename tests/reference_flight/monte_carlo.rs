@@ -32,6 +32,7 @@ fn distribution(length_m: f64) -> ReleaseDistribution {
     ReleaseDistribution {
         parachute: Parachute::new(3.0, 0.5, pendulum).unwrap(),
         gravity_m_s2: 1.35,
+        drift_ned_m_s: nalgebra::Vector3::zeros(),
         amplitude_sigma_rad: 3.0 * RAD_PER_DEG,
     }
 }

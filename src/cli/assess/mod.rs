@@ -109,6 +109,11 @@ pub fn run(args: &AssessArgs) -> Result<Answer, Failure> {
     let flights_per_s = 1e3 * flown as f64 / watch.ms();
     let assessment = assessment(args, &mission, &plan, &bench, &campaigns, trials);
     write(&assessment, &bench, &campaigns, &folder)?;
+    folder.write_manifest(
+        "assess",
+        &mission,
+        &[("trials", trials.to_string()), ("bound", args.bound.to_string())],
+    )?;
     if args.mission.json {
         print(&records::assess_json(&assessment, (flown > 0).then_some(flights_per_s)))?;
     } else {
@@ -163,6 +168,7 @@ fn distribution_of(mission: &Mission) -> ReleaseDistribution {
     ReleaseDistribution {
         parachute,
         gravity_m_s2: mission.environment.gravity_m_s2,
+        drift_ned_m_s: mission.environment.drift_ned_m_s(),
         amplitude_sigma_rad: mc.amplitude_sigma_rad,
     }
 }
