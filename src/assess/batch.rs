@@ -11,8 +11,10 @@
 
 use std::ops::ControlFlow;
 
+use nalgebra::Vector3;
+
 use super::SafetyLimits;
-use super::safety::STEADY_FRACTION;
+use super::safety::steady_within_m_s;
 use super::tracking::{DIVERGED, PITCH_MAX_RAD, SPEED_MAX_M_S};
 use crate::sim::planar::{Course, Flight, LANES, Lanes, Model, NotPlanar, Observer, State, fly};
 use crate::sim::{FlightPlan, Reference};
@@ -25,6 +27,8 @@ pub struct Study {
     limits: SafetyLimits,
     /// Velocity of the steady state, north and down [m/s].
     target_m_s: [f64; 2],
+    /// Square of the speed error within which the flight is steady [m^2/s^2].
+    steady_within2: f64,
     nodes: Vec<PlanNode>,
     /// Nodes that fall on no control step.
     missed: usize,
@@ -85,7 +89,9 @@ impl Study {
             })
             .collect();
         let missed = nodes.len() - on_grid.len();
-        Ok(Self { course, limits, target_m_s, nodes: on_grid, missed })
+        let steady_within = steady_within_m_s(&Vector3::new(target_m_s[0], 0.0, target_m_s[1]));
+        let steady_within2 = steady_within * steady_within;
+        Ok(Self { course, limits, target_m_s, steady_within2, nodes: on_grid, missed })
     }
 
     /// A study along the trajectory of the plan's own reference, if it has one.
@@ -227,7 +233,7 @@ impl Observer for Judge<'_> {
     #[inline(always)]
     fn observe(&mut self, step: usize, state: &State) -> ControlFlow<()> {
         let [target_n, target_d] = self.study.target_m_s;
-        let near2 = STEADY_FRACTION * STEADY_FRACTION * (target_n * target_n + target_d * target_d);
+        let near2 = self.study.steady_within2;
         let mut lost = false;
         for i in 0..LANES {
             let going = self.going[i] > 0.0;

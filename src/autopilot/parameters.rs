@@ -8,30 +8,22 @@ use std::collections::BTreeMap;
 
 use super::Autopilot;
 use super::offboard::SETPOINT_TIMEOUT_US;
+use crate::params::Value;
 use crate::units::{DEG_PER_RAD, US_PER_S};
-
-/// A parameter's value in one of PX4's two types.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ParameterValue {
-    /// 32-bit integer.
-    Int(i32),
-    /// Single precision.
-    Real(f32),
-}
 
 /// Parameters by name, in name order; a parameter's index is its place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameters {
-    sorted: Vec<(&'static str, ParameterValue)>,
+    sorted: Vec<(&'static str, Value)>,
 }
 
 impl Parameters {
     /// The parameters of an autopilot with this MAVLink system id.
     pub fn of(autopilot: &Autopilot, system_id: u8) -> Self {
-        use ParameterValue::{Int, Real};
+        use Value::{Int, Real};
         let (gains, limits) = (autopilot.cascade().gains(), autopilot.cascade().limits());
         let real = |x: f64| Real(x as f32);
-        let by_name: BTreeMap<&'static str, ParameterValue> = [
+        let by_name: BTreeMap<&'static str, Value> = [
             ("COM_OF_LOSS_T", real(SETPOINT_TIMEOUT_US as f64 / US_PER_S)),
             ("MAV_SYS_ID", Int(i32::from(system_id))),
             ("MC_PITCHRATE_MAX", real(limits.rate_command_rad_s * DEG_PER_RAD)),
@@ -63,7 +55,7 @@ impl Parameters {
     }
 
     /// Name and value at an index.
-    pub fn at(&self, index: usize) -> Option<(&'static str, ParameterValue)> {
+    pub fn at(&self, index: usize) -> Option<(&'static str, Value)> {
         self.sorted.get(index).copied()
     }
 

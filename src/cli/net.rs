@@ -10,14 +10,28 @@ use anyhow::Context;
 use super::args::{NetArgs, SpeedArg};
 use super::narrative::Narrator;
 use super::outcome::{BadInput, Failure};
-use super::output::{LateFile, OutputFolder};
+use super::recording::Recording;
 use crate::config::Mission;
-use crate::link::shell::{Notice, Observer, Ports, Speed};
-use crate::link::{Link, TimeUs, Tlog};
+use crate::link::shell::ports::MAX_INSTANCE;
+use crate::link::shell::{Notice, Observer, Ports, Speed, system_of_instance};
+use crate::link::{Link, TimeUs};
 
-/// MAVLink system of the vehicle of an instance, as PX4 counts: instance 0 is system 1.
-pub fn system_of(net: &NetArgs) -> u8 {
-    u8::try_from(net.instance.saturating_add(1)).unwrap_or(u8::MAX)
+/// An instance that has ports, from what was typed.
+///
+/// # Errors
+/// What was expected, in words.
+pub fn instance(text: &str) -> Result<u16, String> {
+    let instance =
+        text.parse::<u16>().map_err(|_| format!("a number from 0 to {MAX_INSTANCE} is expected"))?;
+    Ports::of_instance(instance).map(|_| instance).map_err(|e| e.to_string())
+}
+
+/// MAVLink system of the vehicle of an instance.
+///
+/// # Errors
+/// [`Failure::BadInput`] when there is no such instance.
+pub fn system_of(net: &NetArgs) -> Result<u8, Failure> {
+    system_of_instance(net.instance).bad_input()
 }
 
 /// The ports of the instance.
@@ -74,41 +88,12 @@ pub fn block_on<F: Future>(
     })
 }
 
-/// A flag that Ctrl-C raises, for work without sockets. From the call on Ctrl-C does not kill the program any more.
-///
-/// # Errors
-/// [`Failure::Internal`] when the system gives no thread to listen on.
-pub fn stop_flag() -> Result<Arc<AtomicBool>, Failure> {
-    let flag = Arc::new(AtomicBool::new(false));
-    let (raised, (heard, listening)) = (flag.clone(), std::sync::mpsc::channel());
-    let listen = move || {
-        let listened = block_on(|stop| async move {
-            // The handler stands from here on.
-            _ = heard.send(());
-            stop.await;
-        });
-        raised.store(listened.is_ok(), Ordering::Relaxed);
-    };
-    std::thread::Builder::new().name("ctrl-c".to_owned()).spawn(listen).context("a thread for Ctrl-C")?;
-    // The sender is dropped without a word when listening failed: Ctrl-C then ends the program.
-    _ = listening.recv();
-    Ok(flag)
-}
-
-/// A `.tlog` in a result folder, written as frames come.
-pub type TlogFile = Tlog<LateFile>;
-
-/// A `.tlog` of a mission; the file is made with the first frame.
-pub fn tlog(folder: &OutputFolder, name: &str, mission: &Mission) -> TlogFile {
-    Tlog::new(folder.late(name), mission.epoch_unix_us)
-}
-
 /// Tells notices, records frames.
 pub struct Reporter<'a> {
     narrator: Narrator,
     mission: &'a Mission,
-    hil: Option<TlogFile>,
-    vehicle: Option<TlogFile>,
+    hil: Option<Recording>,
+    vehicle: Option<Recording>,
     failed: Option<std::io::Error>,
 }
 
@@ -117,8 +102,8 @@ impl<'a> Reporter<'a> {
     pub fn new(
         narrator: Narrator,
         mission: &'a Mission,
-        hil: Option<TlogFile>,
-        vehicle: Option<TlogFile>,
+        hil: Option<Recording>,
+        vehicle: Option<Recording>,
     ) -> Self {
         Self { narrator, mission, hil, vehicle, failed: None }
     }
@@ -131,8 +116,8 @@ impl<'a> Reporter<'a> {
         if let Some(error) = self.failed {
             return Err(anyhow::Error::from(error).context("cannot write the .tlog")).bad_input();
         }
-        for tlog in [self.hil, self.vehicle].into_iter().flatten() {
-            tlog.finish().context("cannot write the .tlog").bad_input()?;
+        for recording in [self.hil, self.vehicle].into_iter().flatten() {
+            recording.finish().context("cannot write the .tlog").bad_input()?;
         }
         Ok(())
     }
@@ -150,10 +135,16 @@ impl Observer for Reporter<'_> {
     }
 
     fn frame(&mut self, now: TimeUs, link: Link, bytes: &[u8]) {
-        let tlog = if link == Link::Simulator { &mut self.hil } else { &mut self.vehicle };
-        if let Some(Err(error)) = tlog.as_mut().map(|tlog| tlog.write(now, bytes)) {
-            *tlog = None;
-            self.failed.get_or_insert(error);
+        let recording = if link == Link::Simulator { &mut self.hil } else { &mut self.vehicle };
+        match recording.as_mut().map(|recording| recording.write(now, bytes)) {
+            None | Some(Ok(None)) => {}
+            Some(Ok(Some(name))) => {
+                _ = self.narrator.say(&format!("simulated time has started over: recording to {name}\n"));
+            }
+            Some(Err(error)) => {
+                *recording = None;
+                self.failed.get_or_insert(error);
+            }
         }
     }
 }

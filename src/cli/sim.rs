@@ -1,13 +1,14 @@
 //! `samara sim`: the simulator behind its sockets.
 
 use super::args::SimArgs;
-use super::drop::{judge, never_released, tell_if_stopped, tell_verdict};
+use super::drop::{answer_of, drop_run, judge, never_released, tell_failsafe, tell_if_stopped, tell_verdict};
 use super::flight_files::write_flight;
 use super::mission::chosen_mission;
 use super::narrative::Narrator;
-use super::net::{Reporter, block_on, ports_of, speed_of, system_of, tlog};
+use super::net::{Reporter, block_on, ports_of, speed_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
+use super::recording::Recording;
 use super::sessions;
 use crate::link::shell::run_simulator;
 use crate::report::{DropRun, drop_json};
@@ -18,27 +19,34 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let ports = ports_of(&args.net)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let narrator = Narrator::alone(args.mission.json);
-    let hil = tlog(&folder, "hil.tlog", &mission);
+    let hil = Recording::new(&folder, "hil", &mission);
     let mut reporter = Reporter::new(narrator, &mission, Some(hil), None);
-    let session = sessions::simulator(&mission, system_of(&args.net));
+    let session = sessions::simulator(&mission, system_of(&args.net)?);
     let speed = speed_of(args.speed);
     let session = block_on(|stop| run_simulator(session, &ports, speed, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
+    let record = session.record().clone();
     let log = session.into_log();
     let verdict = judge(&mission, &log);
     if !log.is_empty() {
         write_flight(&folder, &mission, &log, None, verdict.as_ref())?;
     }
     let stopped = tell_if_stopped(&narrator, &mission, &log)?;
-    let Some(verdict) = verdict else {
-        never_released(&narrator, &mission, stopped)?;
-        return Ok(Answer::No);
-    };
-    let text = drop_json(&mission, &verdict, &DropRun::default());
-    folder.write("drop.json", |out| std::io::Write::write_all(out, text.as_bytes()))?;
-    tell_verdict(&narrator, &mission, &verdict, &log, &folder)?;
+    let run =
+        DropRun { ended_at_s: log.last().map_or(0.0, |s| s.t_s), completed: !stopped, ..drop_run(&record) };
+    let text = drop_json(&mission, verdict.as_ref(), &run);
+    if !log.is_empty() {
+        folder.write("drop.json", |out| std::io::Write::write_all(out, text.as_bytes()))?;
+        let circumstances = [("instance", args.net.instance.to_string())];
+        folder.write_manifest("sim", &mission, &circumstances)?;
+    }
+    match &verdict {
+        Some(verdict) => tell_verdict(&narrator, &mission, verdict, &log, &folder)?,
+        None => never_released(&narrator, &mission, stopped)?,
+    }
+    tell_failsafe(&narrator, &record)?;
     if args.mission.json {
         print(&text)?;
     }
-    Ok(if verdict.limits_passed.is_empty() && !stopped { Answer::Yes } else { Answer::No })
+    Ok(answer_of(verdict.as_ref(), stopped, &record))
 }

@@ -3,7 +3,7 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `hil` | the simulator's messages read as a state |
+//! | `hil`, `home` | the simulator's messages read as a state; where home is |
 //! | `step` | the control step, its answer, the telemetry that is due |
 //! | `commands` | COMMAND_LONG, COMMAND_INT, SET_MODE |
 //! | [`setpoints`] | SET_ATTITUDE_TARGET, SET_POSITION_TARGET_LOCAL_NED |
@@ -18,6 +18,7 @@
 
 mod commands;
 mod hil;
+mod home;
 mod motion;
 mod services;
 pub mod setpoints;
@@ -32,12 +33,15 @@ use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 
 use super::frame::PARAM_SET_ID;
+use super::statustext::TextWriter;
 use super::{CommandAck, Encoder, Frame, Link, Session, TimeUs, Transmit};
-use crate::autopilot::{Autopilot, FlightMode, Setpoint, Severity};
+use crate::autopilot::{Autopilot, Setpoint, Severity};
 use crate::control::Cascade;
 use crate::model::Environment;
 use hil::HilInput;
+use home::Home;
 use setpoints::{FaultLog, SetpointFault};
+use step::Condition;
 use streams::{Schedule, id};
 use telemetry::Telemetry;
 
@@ -78,17 +82,18 @@ pub struct AutopilotSession {
     rotors: usize,
     epoch_unix_us: u64,
     hil: HilInput,
+    home: Home,
     /// Simulated time: stamp of the latest HIL_SENSOR.
     clock: TimeUs,
     /// A HIL_SENSOR has come: `clock` counts.
     running: bool,
     last_beat: Option<TimeUs>,
-    /// Mode and arming as the simulator last heard them.
-    told_simulator: Option<(FlightMode, bool)>,
+    /// What the simulator last heard.
+    told_simulator: Option<Condition>,
     without_state: bool,
     ports: [Port; LINKS.len()],
     faults: FaultLog,
-    long_texts: u16,
+    texts: TextWriter,
     out: VecDeque<Transmit>,
 }
 
@@ -106,6 +111,7 @@ impl AutopilotSession {
             rotors: setup.rotors,
             epoch_unix_us: setup.epoch_unix_us,
             hil: HilInput::default(),
+            home: Home::default(),
             clock: 0,
             running: false,
             last_beat: None,
@@ -113,7 +119,7 @@ impl AutopilotSession {
             without_state: false,
             ports: LINKS.map(port),
             faults: FaultLog::default(),
-            long_texts: 0,
+            texts: TextWriter::default(),
             out: VecDeque::new(),
         };
         session.greet_simulator();
@@ -130,9 +136,14 @@ impl AutopilotSession {
         self.running.then_some(self.clock)
     }
 
-    /// A new connection to a simulator stands: drops what was meant for the old one and greets anew.
+    /// A new connection to a simulator stands: drops what was meant for the old one, forgets the flight there, and greets anew.
+    /// A vehicle that was armed and flying is not what hangs under the new canopy.
     pub fn simulator_connected(&mut self) {
         self.out.retain(|transmit| transmit.link != Link::Simulator);
+        if self.running {
+            self.running = false;
+            self.start_over(0);
+        }
         self.greet_simulator();
     }
 
@@ -213,6 +224,7 @@ impl AutopilotSession {
             autopilot: &self.autopilot,
             environment: &self.environment,
             hil: &self.hil,
+            home: &self.home,
             rotors: self.rotors,
             epoch_unix_us: self.epoch_unix_us,
         }

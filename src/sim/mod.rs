@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`integrator`] | classical Runge-Kutta step |
 //! | [`plant`] | the vehicle as the controller meets it: ideal thrusts or real actuators |
-//! | [`drop`](mod@drop) | hang, release, fall, powered flight |
+//! | [`drop`](mod@drop), `drop/forces` | hang, release, fall, powered flight; what acts in each phase |
 //! | [`flight`] | a whole flight, controller and vehicle, without MAVLink frames |
 //! | [`record`] | one row of a flight's record |
 //! | [`planar`] | many flights at once, side by side in the vertical plane |
@@ -21,7 +21,7 @@ mod drop_tests;
 #[cfg(test)]
 mod flight_tests;
 
-pub use drop::{DropSimulation, Phase, Start};
+pub use drop::{DropSimulation, Phase, ReleaseTrigger, Start};
 pub use flight::{FlightPlan, Reference, fly};
 pub use plant::{PlantKind, PlantState};
 pub use record::Sample;

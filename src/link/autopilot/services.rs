@@ -6,7 +6,8 @@ use mavlink::dialects::common::*;
 use super::super::{Frame, Link};
 use super::AutopilotSession;
 use crate::autopilot::Severity;
-use crate::autopilot::parameters::{ParameterValue, Parameters};
+use crate::autopilot::parameters::Parameters;
+use crate::params::Value;
 
 impl AutopilotSession {
     /// Answers a service message; false when it is none.
@@ -98,8 +99,8 @@ impl AutopilotSession {
         let Some((name, value)) = parameters.at(index) else { return };
         let (param_value, param_type) = match value {
             // Integers travel as their bytes.
-            ParameterValue::Int(x) => (f32::from_bits(x as u32), MavParamType::MAV_PARAM_TYPE_INT32),
-            ParameterValue::Real(x) => (x, MavParamType::MAV_PARAM_TYPE_REAL32),
+            Value::Int(x) => (f32::from_bits(x as u32), MavParamType::MAV_PARAM_TYPE_INT32),
+            Value::Real(x) => (x, MavParamType::MAV_PARAM_TYPE_REAL32),
         };
         let message = PARAM_VALUE_DATA {
             param_value,

@@ -1,10 +1,11 @@
-//! The telemetry messages about the vehicle's condition (`motion` has those about its movement), each built from what is known when it is due. A message that needs a state is not sent
-//! before there is one. `time_boot_ms` is simulated time.
+//! The telemetry messages about the vehicle's condition (`motion` has those about its movement), each built from what is known
+//! when it is due. A message that needs a state is not sent before there is one. `time_boot_ms` is simulated time.
 
 use mavlink::dialects::common::*;
 
 use super::super::TimeUs;
 use super::hil::HilInput;
+use super::home::Home;
 use super::streams::id;
 use crate::autopilot::Autopilot;
 use crate::model::Environment;
@@ -20,6 +21,7 @@ pub(super) struct Telemetry<'a> {
     pub autopilot: &'a Autopilot,
     pub environment: &'a Environment,
     pub hil: &'a HilInput,
+    pub home: &'a Home,
     pub rotors: usize,
     pub epoch_unix_us: u64,
 }
@@ -41,7 +43,7 @@ impl Telemetry<'_> {
                 target_component: 0,
             }),
             id::AUTOPILOT_VERSION => autopilot_version(),
-            id::HOME_POSITION => self.home_position(),
+            id::HOME_POSITION => self.home.message(self.environment)?,
             id::BATTERY_STATUS => battery_status(),
             id::EXTENDED_SYS_STATE => self.extended_sys_state()?,
             id::GPS_RAW_INT => self.gps_raw_int()?,
@@ -124,19 +126,6 @@ impl Telemetry<'_> {
                 MavLandedState::MAV_LANDED_STATE_ON_GROUND
             },
         }))
-    }
-
-    /// Home is the local origin.
-    fn home_position(&self) -> MavMessage {
-        let anchor = &self.environment.anchor;
-        MavMessage::HOME_POSITION(HOME_POSITION_DATA {
-            latitude: deg_e7(anchor.latitude_deg),
-            longitude: deg_e7(anchor.longitude_deg),
-            altitude: millimetres(anchor.altitude_m),
-            q: [1.0, 0.0, 0.0, 0.0],
-            time_usec: self.now,
-            ..HOME_POSITION_DATA::DEFAULT
-        })
     }
 
     /// The simulator's fix; without HIL_GPS there is none to tell.

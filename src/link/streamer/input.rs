@@ -2,7 +2,7 @@
 
 use mavlink::dialects::common::{HEARTBEAT_DATA, MavMessage, MavModeFlag};
 
-use super::super::parachute::{PARACHUTE_COMPONENT, T_RELEASE};
+use super::super::parachute::{PARACHUTE_COMPONENT, T_END, T_RELEASE};
 use super::super::{Frame, TimeUs};
 use super::{
     AUTOPILOT_COMPONENT, Flight, STREAMER_COMPONENT, STREAMER_SYSTEM, Shown, StreamerEvent, StreamerSession,
@@ -30,21 +30,28 @@ impl StreamerSession {
             (AUTOPILOT_COMPONENT, Some(MavMessage::ATTITUDE(m))) => self.take_clock(m.time_boot_ms),
             (AUTOPILOT_COMPONENT, Some(MavMessage::HEARTBEAT(m))) => self.take_heartbeat(m),
             (AUTOPILOT_COMPONENT | PARACHUTE_COMPONENT, Some(MavMessage::STATUSTEXT(m))) => {
-                let text = m.text.to_str().unwrap_or("(text that is not UTF-8)").to_owned();
-                if self.flight.said.len() == WORDS {
-                    self.flight.said.pop_front();
+                for text in self.texts.take((frame.system_id, frame.component_id), m) {
+                    self.take_text(m.severity as u8, text);
                 }
-                self.flight.said.push_back((self.flight.now, text.clone()));
-                let at = self.flight.now;
-                self.events.push_back(StreamerEvent::Text { at, severity: m.severity as u8, text });
             }
             (PARACHUTE_COMPONENT, Some(MavMessage::NAMED_VALUE_INT(m))) => {
-                if let (Ok(T_RELEASE), Ok(ms)) = (m.name.to_str(), TimeUs::try_from(m.value)) {
-                    self.note_release(ms * 1_000, true);
+                match (m.name.to_str(), TimeUs::try_from(m.value)) {
+                    (Ok(T_RELEASE), Ok(ms)) => self.note_release(ms * 1_000, true),
+                    (Ok(T_END), Ok(ms)) => self.note_end(ms * 1_000),
+                    _ => {}
                 }
             }
             _ => {}
         }
+    }
+
+    fn take_text(&mut self, severity: u8, text: String) {
+        if self.flight.said.len() == WORDS {
+            self.flight.said.pop_front();
+        }
+        let at = self.flight.now;
+        self.flight.said.push_back((at, text.clone()));
+        self.events.push_back(StreamerEvent::Text { at, severity, text });
     }
 
     fn take_clock(&mut self, time_boot_ms: u32) {

@@ -6,7 +6,7 @@
 //! F_x = rho S r (C_L W - C_D U)/2      F_z = -rho S r (C_D W + C_L U)/2      M_y = rho S b r^2 C_M/2
 //! ```
 
-use super::lanes::{LANES, Lanes, atan2, interval};
+use super::lanes::{LANES, Lanes, atan2, index, interval};
 use crate::model::BodyAero;
 
 /// The three splines, interleaved so that an interval's coefficients lie together.
@@ -79,7 +79,7 @@ impl AeroTable {
         match self.inverse_spacing {
             Some(inverse) => {
                 for i in 0..LANES {
-                    at[i] = interval((alpha[i] - self.knots[0]) * inverse, last as f64);
+                    at[i] = index(interval((alpha[i] - self.knots[0]) * inverse, last as f64));
                 }
             }
             None => {

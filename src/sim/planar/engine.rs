@@ -93,6 +93,8 @@ impl<O: Observer> Work for Batch<'_, O> {
 /// The air of each lane.
 struct Air {
     density_kg_m3: Lanes,
+    /// What the density makes of the rotors' thrust and torque.
+    rotor_scale: Lanes,
     steady_n: Lanes,
     steady_d: Lanes,
     /// With the gust.
@@ -104,8 +106,10 @@ struct Air {
 impl Air {
     fn new(model: &Model, flights: &[Flight; LANES]) -> Self {
         let wind = |k: usize| flights.map(|f| model.wind_m_s[k] + f.variation.wind_m_s[k]);
+        let density_kg_m3 = flights.map(|f| f.variation.density * model.density_kg_m3);
         Self {
-            density_kg_m3: flights.map(|f| f.variation.density * model.density_kg_m3),
+            density_kg_m3,
+            rotor_scale: model.rotors.scale(&density_kg_m3),
             steady_n: wind(0),
             steady_d: wind(1),
             wind_n: wind(0),
@@ -311,8 +315,8 @@ fn step_actuator(model: &Model, body: &Body, air: &Air, state: &mut State, comma
             let turn = Turn::of(q0, q2);
             let flow = flow_about(air, &turn, v_n, v_d);
             let through = [&flow.u, &flow.w];
-            let front_load = model.rotors.load(0, front, through, rate, &air.density_kg_m3);
-            let rear_load = model.rotors.load(1, rear, through, rate, &air.density_kg_m3);
+            let front_load = model.rotors.load(0, front, through, rate, &air.rotor_scale);
+            let rear_load = model.rotors.load(1, rear, through, rate, &air.rotor_scale);
             let thrust = [front_load.thrust, rear_load.thrust];
             let body_rate = body.derivative(
                 &[*v_n, *v_d, *q0, *q2, *rate],
