@@ -112,7 +112,7 @@ impl AutopilotSession {
         match self.autopilot.request_mode(self.clock, mode) {
             Ok(()) => Outcome::Accepted,
             Err(ModeRefusal::NotFlown(_)) => Outcome::Denied,
-            Err(ModeRefusal::NoSetpoint) => Outcome::TemporarilyRejected,
+            Err(ModeRefusal::NoSetpoint { .. }) => Outcome::TemporarilyRejected,
         }
     }
 
