@@ -89,11 +89,12 @@ fn fly(
     let ports = ports_of(&args.net)?;
     let mut wire = Lockstep::new(
         sessions::simulator(mission, system),
-        sessions::autopilot(mission, system)?,
+        sessions::autopilot(mission, &args.choice, system, true)?,
         sessions::streamer(mission, trajectory.clone(), system, false),
     );
     let (hil, vehicle) = (tlog(folder, "hil.tlog", mission), tlog(folder, "vehicle.tlog", mission));
-    let mut reporter = Reporter::new(*narrator, mission, Some(hil), Some(vehicle));
+    let mut reporter =
+        Reporter::new(*narrator, mission, Some(hil), Some(vehicle)).keeping_parameters_in(folder);
     let watch = Stopwatch::start();
     narrator.hanging(mission)?;
     match speed_of(args.speed) {

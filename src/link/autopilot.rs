@@ -9,7 +9,11 @@
 //! | [`setpoints`] | SET_ATTITUDE_TARGET, SET_POSITION_TARGET_LOCAL_NED |
 //! | `telemetry`, `motion`, `statustext` | the messages it sends |
 //! | `streams` | how often, on which link |
-//! | `services` | clocks, parameters, missions, files |
+//! | `services` | who is asked, clocks |
+//! | `parameters` | listed, read, set, saved |
+//! | `missions` | missions, fences, rally points: kept, not flown |
+//! | `files` | the file server: what the parameters mean |
+//! | `modes` | which modes there are |
 //!
 //! **Time** is the simulator's: the `time_usec` of the latest HIL_SENSOR, so that nothing here runs while the simulator
 //! stands still. On each HIL_SENSOR the autopilot makes one control step with the state of that time (ODOMETRY, else
@@ -17,8 +21,12 @@
 //! If stamps run backwards the simulator has started over, and so does the autopilot.
 
 mod commands;
+mod files;
 mod hil;
+mod missions;
+mod modes;
 mod motion;
+mod parameters;
 mod services;
 pub mod setpoints;
 mod statustext;
@@ -28,15 +36,20 @@ mod telemetry;
 
 use std::collections::VecDeque;
 
-use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
+use mavlink::{Message as _, MessageData as _};
 
-use super::frame::PARAM_SET_ID;
 use super::{CommandAck, Encoder, Frame, Link, Session, TimeUs, Transmit};
+use crate::autopilot::parameters::Parameters;
 use crate::autopilot::{Autopilot, FlightMode, Setpoint, Severity};
 use crate::control::Cascade;
 use crate::model::Environment;
+use crate::params::ParameterFile;
+use files::FileServer;
 use hil::HilInput;
+use missions::Missions;
+use parameters::Listing;
+use services::Peer;
 use setpoints::{FaultLog, SetpointFault};
 use streams::{Schedule, id};
 use telemetry::Telemetry;
@@ -60,6 +73,10 @@ pub struct AutopilotSetup {
     pub rotors: usize,
     /// Unix time of simulated time 0 [us], for SYSTEM_TIME.
     pub epoch_unix_us: u64,
+    /// What ground stations may read and set.
+    pub parameters: Parameters,
+    /// Whether the caller keeps the parameter file of [`AutopilotSession::take_saved_parameters`].
+    pub keeps_parameters: bool,
 }
 
 /// One of the session's links: its sequence numbers and its streams.
@@ -67,6 +84,7 @@ pub struct AutopilotSetup {
 struct Port {
     encoder: Encoder,
     schedule: Schedule,
+    listing: Listing,
 }
 
 /// The reference autopilot as a sans-IO session on the links Simulator, GroundStation and Api.
@@ -89,6 +107,11 @@ pub struct AutopilotSession {
     ports: [Port; LINKS.len()],
     faults: FaultLog,
     long_texts: u16,
+    parameters: Parameters,
+    keeps_parameters: bool,
+    saved_parameters: Option<String>,
+    missions: Missions,
+    files: FileServer,
     out: VecDeque<Transmit>,
 }
 
@@ -98,6 +121,7 @@ impl AutopilotSession {
         let port = |link| Port {
             encoder: Encoder::new(setup.system_id, AUTOPILOT_COMPONENT),
             schedule: Schedule::new(link),
+            listing: Listing::None,
         };
         let mut session = Self {
             autopilot: Autopilot::new(setup.cascade),
@@ -114,6 +138,11 @@ impl AutopilotSession {
             ports: LINKS.map(port),
             faults: FaultLog::default(),
             long_texts: 0,
+            files: FileServer::new(&setup.parameters),
+            parameters: setup.parameters,
+            keeps_parameters: setup.keeps_parameters,
+            saved_parameters: None,
+            missions: Missions::default(),
             out: VecDeque::new(),
         };
         session.greet_simulator();
@@ -128,6 +157,21 @@ impl AutopilotSession {
     /// Simulated time by the latest HIL_SENSOR; `None` before the first.
     pub fn time(&self) -> Option<TimeUs> {
         self.running.then_some(self.clock)
+    }
+
+    /// What is in effect, under PX4's names.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// Puts in what a parameter file holds beyond gains and limits; gives remarks on the file.
+    pub fn load_parameters(&mut self, file: &ParameterFile) -> Vec<String> {
+        self.parameters.load(file, &mut self.autopilot)
+    }
+
+    /// The text of a parameter file that a ground station wants kept.
+    pub fn take_saved_parameters(&mut self) -> Option<String> {
+        self.saved_parameters.take()
     }
 
     /// A new connection to a simulator stands: drops what was meant for the old one and greets anew.
@@ -215,6 +259,8 @@ impl AutopilotSession {
             hil: &self.hil,
             rotors: self.rotors,
             epoch_unix_us: self.epoch_unix_us,
+            missions: &self.missions,
+            files: &self.files,
         }
     }
 
@@ -228,6 +274,13 @@ impl AutopilotSession {
 
     fn send(&mut self, link: Link, message: &MavMessage) {
         let bytes = self.port(link).encoder.encode(message);
+        self.out.push_back(Transmit { link, bytes });
+    }
+
+    /// A message given by its number and payload in wire order.
+    fn send_payload(&mut self, link: Link, message_id: u32, payload: &[u8]) {
+        let extra_crc = MavMessage::extra_crc(message_id);
+        let bytes = self.port(link).encoder.encode_payload(message_id, extra_crc, payload);
         self.out.push_back(Transmit { link, bytes });
     }
 
@@ -258,8 +311,7 @@ impl Session for AutopilotSession {
             self.handle_command(link, frame, &command);
         } else if let Some(set_mode) = frame.set_mode() {
             self.handle_set_mode(set_mode.target_system, set_mode.custom_mode);
-        } else if frame.message_id == PARAM_SET_ID {
-            self.refuse_param_set(link, frame);
+        } else if self.handle_raw_service(link, frame) {
         } else if let Some(message) = frame.known() {
             self.handle_message(link, frame, message);
         } else {
@@ -268,17 +320,21 @@ impl Session for AutopilotSession {
         self.say_events();
     }
 
-    /// Before the simulator's time runs, a HEARTBEAT a second; from then on nothing.
+    /// Before the simulator's time runs, a HEARTBEAT a second; and always what services have under way, also while the
+    /// simulator stands still.
     fn handle_time(&mut self, now: TimeUs) {
-        if self.running || self.last_beat.is_some_and(|at| now.saturating_sub(at) < 1_000_000) {
-            return;
+        let beats = !self.running && !self.last_beat.is_some_and(|at| now.saturating_sub(at) < 1_000_000);
+        if !self.running {
+            self.clock = now;
         }
-        self.last_beat = Some(now);
-        self.clock = now;
-        if let Some(heartbeat) = self.telemetry().message(id::HEARTBEAT) {
-            self.send(Link::GroundStation, &heartbeat);
-            self.send(Link::Api, &heartbeat);
+        if beats {
+            self.last_beat = Some(now);
+            if let Some(heartbeat) = self.telemetry().message(id::HEARTBEAT) {
+                self.send(Link::GroundStation, &heartbeat);
+                self.send(Link::Api, &heartbeat);
+            }
         }
+        self.serve();
     }
 
     fn poll_output(&mut self) -> Option<Transmit> {

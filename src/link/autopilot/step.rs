@@ -15,6 +15,7 @@ impl AutopilotSession {
         if self.running && now < self.clock {
             self.autopilot.restart();
             self.hil.start_over(now);
+            self.restart_services();
             self.ports.iter_mut().for_each(|port| port.schedule.restart());
         }
         (self.clock, self.running) = (now, true);

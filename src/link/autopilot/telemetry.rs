@@ -4,7 +4,10 @@
 use mavlink::dialects::common::*;
 
 use super::super::TimeUs;
+use super::files::{FileServer, GENERAL};
 use super::hil::HilInput;
+use super::missions::{Kind, Missions};
+use super::modes;
 use super::streams::id;
 use crate::autopilot::Autopilot;
 use crate::model::Environment;
@@ -22,6 +25,8 @@ pub(super) struct Telemetry<'a> {
     pub hil: &'a HilInput,
     pub rotors: usize,
     pub epoch_unix_us: u64,
+    pub missions: &'a Missions,
+    pub files: &'a FileServer,
 }
 
 impl Telemetry<'_> {
@@ -50,6 +55,14 @@ impl Telemetry<'_> {
             id::ATTITUDE_TARGET => self.attitude_target()?,
             id::POSITION_TARGET_LOCAL_NED => self.position_target()?,
             id::ESTIMATOR_STATUS => self.estimator_status()?,
+            id::MISSION_CURRENT => self.mission_current(),
+            id::COMPONENT_METADATA => self.component_metadata()?,
+            id::CURRENT_MODE => modes::current_mode(self.autopilot.mode()),
+            id::AVAILABLE_MODES_MONITOR => {
+                MavMessage::AVAILABLE_MODES_MONITOR(AVAILABLE_MODES_MONITOR_DATA {
+                    seq: modes::MODES_VERSION,
+                })
+            }
             _ => return self.motion(message_id),
         })
     }
@@ -111,6 +124,35 @@ impl Telemetry<'_> {
             onboard_control_sensors_health_extended: MavSysStatusSensorExtended::empty(),
             ..SYS_STATUS_DATA::DEFAULT
         })
+    }
+
+    /// Which item would be next; missions are kept and not flown.
+    fn mission_current(&self) -> MavMessage {
+        let plan = |kind| self.missions.plan(kind);
+        let mission = plan(Kind::Mission);
+        MavMessage::MISSION_CURRENT(MISSION_CURRENT_DATA {
+            seq: self.missions.current(),
+            total: mission.len(),
+            mission_state: if mission.len() == 0 {
+                MissionState::MISSION_STATE_NO_MISSION
+            } else {
+                MissionState::MISSION_STATE_NOT_STARTED
+            },
+            // 2: not in mission mode.
+            mission_mode: 2,
+            mission_id: mission.opaque_id,
+            fence_id: plan(Kind::Fence).opaque_id,
+            rally_points_id: plan(Kind::Rally).opaque_id,
+        })
+    }
+
+    /// Where the description of this component is to be had.
+    fn component_metadata(&self) -> Option<MavMessage> {
+        Some(MavMessage::COMPONENT_METADATA(COMPONENT_METADATA_DATA {
+            time_boot_ms: self.boot_ms(),
+            file_crc: self.files.crc(GENERAL)?,
+            uri: format!("mftp://{GENERAL}").as_str().into(),
+        }))
     }
 
     fn extended_sys_state(&self) -> Option<MavMessage> {
@@ -278,9 +320,12 @@ fn autopilot_version() -> MavMessage {
         capabilities: Capability::MAV_PROTOCOL_CAPABILITY_MISSION_INT
             | Capability::MAV_PROTOCOL_CAPABILITY_COMMAND_INT
             | Capability::MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
+            | Capability::MAV_PROTOCOL_CAPABILITY_FTP
             | Capability::MAV_PROTOCOL_CAPABILITY_SET_ATTITUDE_TARGET
             | Capability::MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
-            | Capability::MAV_PROTOCOL_CAPABILITY_MAVLINK2,
+            | Capability::MAV_PROTOCOL_CAPABILITY_MAVLINK2
+            | Capability::MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
+            | Capability::MAV_PROTOCOL_CAPABILITY_MISSION_RALLY,
         flight_sw_version: 0x010E_00FF,
         flight_custom_version: *b"samara\0\0",
         ..AUTOPILOT_VERSION_DATA::DEFAULT
