@@ -34,11 +34,6 @@ impl SetpointStore {
         self.latest = Some((now_us, setpoint));
     }
 
-    /// Forgets it.
-    pub fn clear(&mut self) {
-        self.latest = None;
-    }
-
     /// The latest setpoint, if it is young enough at `now_us`.
     pub fn fresh(&self, now_us: u64) -> Option<Setpoint> {
         self.latest.filter(|&(at, _)| now_us.saturating_sub(at) <= self.timeout_us).map(|(_, s)| s)
@@ -59,7 +54,5 @@ mod tests {
         assert_eq!(store.fresh(501 + SETPOINT_TIMEOUT_US), None);
         store.set_timeout_us(20);
         assert_eq!((store.fresh(520), store.fresh(521)), (Some(setpoint), None));
-        store.clear();
-        assert_eq!(store.fresh(500), None);
     }
 }

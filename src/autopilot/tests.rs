@@ -7,7 +7,9 @@ use crate::control::{Airframe, ControlLimits, Gains};
 use crate::frames::{LEVEL, quaternion_from_euler};
 use crate::model::environment::GeoPoint;
 use crate::model::rigid_body::MassProperties;
-use crate::model::{BodyAero, Environment, Motor, Rotor, RotorMount, Spin, Vehicle, VehicleOptions};
+use crate::model::{
+    BodyAero, Environment, MAX_ROTORS, Motor, PerRotor, Rotor, RotorMount, Spin, Vehicle, VehicleOptions,
+};
 
 const STEP_US: u64 = 4_000;
 

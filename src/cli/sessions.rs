@@ -4,19 +4,14 @@ use super::args::ChoiceArgs;
 use super::mission::tell;
 use super::outcome::{BadInput, Failure};
 use crate::autopilot::parameters::Parameters;
-use crate::config::{Mission, ReleaseTrigger, load_parameters};
+use crate::config::{Mission, load_parameters};
 use crate::control::{Airframe, Cascade};
 use crate::link::{
     AutopilotSession, AutopilotSetup, SimulatorConfig, SimulatorSession, StreamerConfig, StreamerSession,
+    microseconds,
 };
-use crate::sim::DropSimulation;
+use crate::sim::{DropSimulation, ReleaseTrigger};
 use crate::trajectory::Trajectory;
-use crate::units::US_PER_S;
-
-/// Simulated seconds as the wire counts them.
-fn microseconds(seconds: f64) -> u64 {
-    (seconds * US_PER_S).round() as u64
-}
 
 /// The simulator with its parachute.
 pub fn simulator(mission: &Mission, system_id: u8) -> SimulatorSession {
@@ -27,16 +22,10 @@ pub fn simulator(mission: &Mission, system_id: u8) -> SimulatorSession {
         mission.hang_s,
         mission.start,
     );
-    let trigger = match mission.release_trigger {
-        ReleaseTrigger::Command => crate::link::ReleaseTrigger::Command,
-        ReleaseTrigger::Time => crate::link::ReleaseTrigger::Time(mission.hang_s),
-        ReleaseTrigger::Altitude(altitude_m) => crate::link::ReleaseTrigger::Altitude(altitude_m),
-        ReleaseTrigger::ArmedOffboard => crate::link::ReleaseTrigger::ArmedOffboard,
-    };
     let config = SimulatorConfig {
         system_id,
         duration_us: microseconds(mission.duration_s),
-        trigger,
+        trigger: mission.release_trigger,
         seed: mission.seed,
         ..SimulatorConfig::default()
     };

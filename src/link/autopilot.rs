@@ -3,7 +3,7 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `hil` | the simulator's messages read as a state |
+//! | `hil`, `home` | the simulator's messages read as a state; where home is |
 //! | `step` | the control step, its answer, the telemetry that is due |
 //! | `commands` | COMMAND_LONG, COMMAND_INT, SET_MODE |
 //! | [`setpoints`] | SET_ATTITUDE_TARGET, SET_POSITION_TARGET_LOCAL_NED |
@@ -23,6 +23,7 @@
 mod commands;
 mod files;
 mod hil;
+mod home;
 mod missions;
 mod modes;
 mod motion;
@@ -39,18 +40,21 @@ use std::collections::VecDeque;
 use mavlink::dialects::common::*;
 use mavlink::{Message as _, MessageData as _};
 
+use super::statustext::TextWriter;
 use super::{CommandAck, Encoder, Frame, Link, Session, TimeUs, Transmit};
 use crate::autopilot::parameters::Parameters;
-use crate::autopilot::{Autopilot, FlightMode, Setpoint, Severity};
+use crate::autopilot::{Autopilot, Setpoint, Severity};
 use crate::control::Cascade;
 use crate::model::Environment;
 use crate::params::ParameterFile;
 use files::FileServer;
 use hil::HilInput;
+use home::Home;
 use missions::Missions;
 use parameters::Listing;
 use services::Peer;
 use setpoints::{FaultLog, SetpointFault};
+use step::Condition;
 use streams::{Schedule, id};
 use telemetry::Telemetry;
 
@@ -96,17 +100,18 @@ pub struct AutopilotSession {
     rotors: usize,
     epoch_unix_us: u64,
     hil: HilInput,
+    home: Home,
     /// Simulated time: stamp of the latest HIL_SENSOR.
     clock: TimeUs,
     /// A HIL_SENSOR has come: `clock` counts.
     running: bool,
     last_beat: Option<TimeUs>,
-    /// Mode and arming as the simulator last heard them.
-    told_simulator: Option<(FlightMode, bool)>,
+    /// What the simulator last heard.
+    told_simulator: Option<Condition>,
     without_state: bool,
     ports: [Port; LINKS.len()],
     faults: FaultLog,
-    long_texts: u16,
+    texts: TextWriter,
     parameters: Parameters,
     keeps_parameters: bool,
     saved_parameters: Option<String>,
@@ -130,6 +135,7 @@ impl AutopilotSession {
             rotors: setup.rotors,
             epoch_unix_us: setup.epoch_unix_us,
             hil: HilInput::default(),
+            home: Home::default(),
             clock: 0,
             running: false,
             last_beat: None,
@@ -137,7 +143,7 @@ impl AutopilotSession {
             without_state: false,
             ports: LINKS.map(port),
             faults: FaultLog::default(),
-            long_texts: 0,
+            texts: TextWriter::default(),
             files: FileServer::new(&setup.parameters),
             parameters: setup.parameters,
             keeps_parameters: setup.keeps_parameters,
@@ -257,6 +263,7 @@ impl AutopilotSession {
             autopilot: &self.autopilot,
             environment: &self.environment,
             hil: &self.hil,
+            home: &self.home,
             rotors: self.rotors,
             epoch_unix_us: self.epoch_unix_us,
             missions: &self.missions,

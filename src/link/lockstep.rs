@@ -9,7 +9,9 @@
 //! Frames of the ground station's link leave by the tap; what a ground station sends is put in by [`Lockstep::deliver`].
 
 use super::simulator::Missing;
-use super::{Decoder, Faults, Frame, Link, Pace, Session, SimulatorSession, StreamerSession, TimeUs};
+use super::{
+    Decoder, Faults, Frame, Link, Pace, Session, SimulatorSession, StreamerSession, TimeUs, seconds,
+};
 
 /// Rounds of answers to answers within one step; what is still in flight then is delivered in the next step.
 const MAX_ROUNDS: usize = 32;
@@ -18,7 +20,7 @@ const MAX_ROUNDS: usize = 32;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LockstepError {
     /// The autopilot has not answered.
-    #[error("at {:.3} s the simulator misses {missing}", *at as f64 * 1e-6)]
+    #[error("at {:.3} s the simulator misses {missing}", seconds(*at))]
     NoAnswer {
         /// Simulated time.
         at: TimeUs,
@@ -82,7 +84,8 @@ impl<A: Session> Lockstep<A> {
         Ok(())
     }
 
-    /// Puts in what came from outside: a ground station's datagram for the autopilot or for the parachute.
+    /// Puts in what came from outside by `link`: for the autopilot what comes from ground stations and companions, for the
+    /// parachute what comes to its own socket, for the simulator what comes from an autopilot.
     pub fn deliver(&mut self, link: Link, datagram: &[u8]) {
         let now = self.simulator.now();
         let Self { simulator, autopilot, decoder, .. } = self;
@@ -91,7 +94,7 @@ impl<A: Session> Lockstep<A> {
                 decoder.datagram(datagram, |frame| autopilot.handle_input(now, link, &frame));
             }
             Link::Parachute | Link::Simulator => {
-                decoder.datagram(datagram, |frame| simulator.handle_input(now, Link::Parachute, &frame));
+                decoder.datagram(datagram, |frame| simulator.handle_input(now, link, &frame));
             }
         }
     }

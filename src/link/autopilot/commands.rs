@@ -1,14 +1,16 @@
 //! COMMAND_LONG and COMMAND_INT: what each does, and the one COMMAND_ACK it gets.
 //!
-//! A NaN in a parameter means "not given". What this autopilot does not know is UNSUPPORTED; what it knows and will not
-//! do now is TEMPORARILY_REJECTED, and never DENIED or ACCEPTED instead.
+//! A NaN in a parameter means "not given". A command that this autopilot does not have is UNSUPPORTED, numbers that mean nothing
+//! are DENIED. A mode that PX4 knows but that is not entered is TEMPORARILY_REJECTED, for whatever reason, and the reason is
+//! said: that is PX4's answer to each DO_SET_MODE that it does not follow, an unknown kind of AUTO included. (A main mode that it
+//! does not know it accepts and ignores; that is not copied.)
 
 use super::super::frame::Command;
 use super::super::{CommandAck, Frame, Link};
 use super::AutopilotSession;
 use super::missions::Kind;
 use super::streams::{Interval, id};
-use crate::autopilot::{FlightMode, ModeRefusal, Severity};
+use crate::autopilot::{FlightMode, Severity};
 
 /// Result of a command (`MAV_RESULT`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,30 +97,40 @@ impl AutopilotSession {
         let base_mode = command.param(1).and_then(whole).unwrap_or(1);
         let main = command.param(2).and_then(whole).and_then(|x| u8::try_from(x).ok());
         let sub = u8::try_from(command.param(3).and_then(whole).unwrap_or(0)).ok();
-        let mode = match (main, sub) {
-            (Some(main), Some(sub)) if base_mode & 1 == 1 => FlightMode::from_numbers(main, sub),
-            _ => None,
-        };
-        self.enter_mode(mode)
+        match (main, sub) {
+            (Some(main), Some(sub)) if base_mode & 1 == 1 => self.enter_mode(main, sub),
+            _ => self.no_such_mode(),
+        }
     }
 
     /// SET_MODE, the message; it gets no acknowledgement, a refusal is said.
     pub(super) fn handle_set_mode(&mut self, target_system: u8, custom_mode: u32) {
         if self.is_for_us(target_system, 0) {
-            self.enter_mode(FlightMode::from_custom_mode(custom_mode));
+            match custom_mode.to_le_bytes() {
+                [0, 0, main, sub] => self.enter_mode(main, sub),
+                _ => self.no_such_mode(),
+            };
         }
     }
 
-    fn enter_mode(&mut self, mode: Option<FlightMode>) -> Outcome {
-        let Some(mode) = mode else {
-            self.autopilot.say(Severity::Error, "mode refused: no such mode");
-            return Outcome::Denied;
-        };
-        match self.autopilot.request_mode(self.clock, mode) {
-            Ok(()) => Outcome::Accepted,
-            Err(ModeRefusal::NotFlown(_)) => Outcome::Denied,
-            Err(ModeRefusal::NoSetpoint { .. }) => Outcome::TemporarilyRejected,
+    fn enter_mode(&mut self, main: u8, sub: u8) -> Outcome {
+        match FlightMode::from_numbers(main, sub) {
+            Some(mode) => match self.autopilot.request_mode(self.clock, mode) {
+                Ok(()) => Outcome::Accepted,
+                // It has said why.
+                Err(_) => Outcome::TemporarilyRejected,
+            },
+            None if main == FlightMode::AutoLoiter.main_number() => {
+                self.autopilot.say(Severity::Error, "mode refused: unsupported auto mode");
+                Outcome::TemporarilyRejected
+            }
+            None => self.no_such_mode(),
         }
+    }
+
+    fn no_such_mode(&mut self) -> Outcome {
+        self.autopilot.say(Severity::Error, "mode refused: no such mode");
+        Outcome::Denied
     }
 
     fn obey_arm(&mut self, command: &Command) -> Outcome {

@@ -3,7 +3,7 @@
 //! Times are simulated. A message is due on its own grid of multiples of its interval, so that rates hold on average
 //! though the control step does not divide the interval.
 
-use super::super::{Link, TimeUs};
+use super::super::{Link, TimeUs, microseconds};
 
 /// What a peer may ask of a stream (SET_MESSAGE_INTERVAL, its parameter 2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,7 +99,7 @@ impl Schedule {
                     Link::Api => api_hz,
                     Link::Simulator | Link::Parachute => f64::from(u8::from(message_id == id::HEARTBEAT)),
                 };
-                let default_us = (hz > 0.0).then(|| (crate::units::US_PER_S / hz).round() as TimeUs);
+                let default_us = (hz > 0.0).then(|| microseconds(1.0 / hz));
                 Stream { message_id, default_us, interval_us: default_us, next_us: 0 }
             })
             .collect();

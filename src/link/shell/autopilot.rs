@@ -105,7 +105,7 @@ impl<O: Observer> Shell<'_, O> {
         let Self { session, connection, ground, api, observer, .. } = self;
         let take = |link: Link| {
             move |session: &mut AutopilotSession, observer: &mut O, frame: &Frame| {
-                observer.frame(session.time().unwrap_or(now), link, frame.bytes());
+                observer.frame(session.time().unwrap_or(0), link, frame.bytes());
                 session.handle_input(now, link, frame);
             }
         };
@@ -140,7 +140,8 @@ impl<O: Observer> Shell<'_, O> {
                 }
                 (Link::Api | Link::Parachute, _) => self.api.send(&sent.bytes),
             }
-            self.observer.frame(now, sent.link, &sent.bytes);
+            // The record begins with simulated time; what comes before, comes at its start.
+            self.observer.frame(self.session.time().unwrap_or(0), sent.link, &sent.bytes);
         }
         let flushed = match &mut self.connection {
             Some(connection) => connection.flush().await,

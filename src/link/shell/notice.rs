@@ -4,7 +4,7 @@ use std::fmt;
 use std::io;
 use std::net::SocketAddr;
 
-use super::super::{Faults, Link, SimulatorEvent, StreamerEvent, TimeUs};
+use super::super::{Faults, Link, SimulatorEvent, StreamerEvent, TimeUs, seconds};
 
 /// Why sockets cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -34,7 +34,7 @@ pub enum ShellError {
         source: io::Error,
     },
     /// No such instance.
-    #[error("instance {instance}: at most {max} expected")]
+    #[error("instance {instance}: 0 to {max} expected; beyond that, vehicles would share ports")]
     Instance {
         /// The instance.
         instance: u16,
@@ -143,7 +143,7 @@ impl fmt::Display for Notice {
             ),
             Self::Simulator(event) => event.fmt(f),
             Self::Streamer(event) => event.fmt(f),
-            Self::Autopilot { at, text, .. } => write!(f, "{:8.3} s  > {text}", *at as f64 * 1e-6),
+            Self::Autopilot { at, text, .. } => write!(f, "{:8.3} s  > {text}", seconds(*at)),
         }
     }
 }

@@ -285,11 +285,10 @@ fn a_streamer_alone_says_what_it_misses() {
 }
 
 #[test]
-fn ports_are_px4s_and_end_somewhere() {
+fn ports_are_px4s() {
     let ports = Ports::of_instance(2).unwrap();
     assert_eq!((ports.simulator, ports.autopilot_ground, ports.ground_station), (4562, 18572, 14550));
     assert_eq!((ports.autopilot_api, ports.api, ports.parachute), (14582, 14542, 14602));
-    assert!(Ports::of_instance(60_000).is_err());
 }
 
 /// What a watcher on UDP does does not change the flight.

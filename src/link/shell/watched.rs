@@ -7,7 +7,7 @@ use std::future::Future;
 use std::time::Duration;
 
 use super::super::streamer::STREAMER_SYSTEM;
-use super::super::{AutopilotSession, Link, Lockstep, LockstepError, TimeUs};
+use super::super::{AutopilotSession, Link, Lockstep, LockstepError, Session as _, TimeUs};
 use super::clock::{Pacer, Speed};
 use super::notice::{Notice, Observer, ShellError};
 use super::ports::Ports;
@@ -60,7 +60,14 @@ pub async fn run_watched_drop<O: Observer>(
         };
         tokio::select! {
             biased;
-            () = &mut stop => break,
+            () = &mut stop => {
+                wire.simulator.stop();
+                while let Some(sent) = wire.simulator.poll_output() {
+                    sockets.send(sent.link, &sent.bytes);
+                    observer.frame(wire.simulator.now(), sent.link, &sent.bytes);
+                }
+                break;
+            }
             () = sockets.ground.readable(), if !pause.is_zero() => {}
             () = sockets.api.readable(), if !pause.is_zero() => {}
             () = sockets.parachute.readable(), if !pause.is_zero() => {}

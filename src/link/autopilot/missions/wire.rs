@@ -28,7 +28,6 @@ pub(in crate::link::autopilot) enum MissionResult {
     UnsupportedFrame = 2,
     Unsupported = 3,
     NoSpace = 4,
-    Invalid = 5,
     InvalidParam1 = 6,
     InvalidLatitude = 10,
     InvalidLongitude = 11,
