@@ -9,11 +9,12 @@
 //! | [`setpoints`] | SET_ATTITUDE_TARGET, SET_POSITION_TARGET_LOCAL_NED |
 //! | `telemetry`, `motion`, `statustext` | the messages it sends |
 //! | `streams` | how often, on which link |
+//! | `port` | its links |
 //! | `services` | who is asked, clocks |
 //! | `parameters` | listed, read, set, saved |
 //! | `missions` | missions, fences, rally points: kept, not flown |
 //! | `files` | the file server: what the parameters mean |
-//! | `modes` | which modes there are |
+//! | `identity` | what the vehicle says it is: version, modes, plans |
 //!
 //! **Time** is the simulator's: the `time_usec` of the latest HIL_SENSOR, so that nothing here runs while the simulator
 //! stands still. On each HIL_SENSOR the autopilot makes one control step with the state of that time (ODOMETRY, else
@@ -24,10 +25,11 @@ mod commands;
 mod files;
 mod hil;
 mod home;
+mod identity;
 mod missions;
-mod modes;
 mod motion;
 mod parameters;
+mod port;
 mod services;
 pub mod setpoints;
 mod statustext;
@@ -37,21 +39,21 @@ mod telemetry;
 
 use std::collections::VecDeque;
 
+use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
-use mavlink::{Message as _, MessageData as _};
 
 use super::statustext::TextWriter;
-use super::{CommandAck, Encoder, Frame, Link, Session, TimeUs, Transmit};
+use super::{Encoder, Frame, Link, Session, TimeUs, Transmit};
 use crate::autopilot::parameters::Parameters;
 use crate::autopilot::{Autopilot, Setpoint, Severity};
 use crate::control::Cascade;
 use crate::model::Environment;
-use crate::params::ParameterFile;
 use files::FileServer;
 use hil::HilInput;
 use home::Home;
 use missions::Missions;
 use parameters::Listing;
+use port::Port;
 use services::Peer;
 use setpoints::{FaultLog, SetpointFault};
 use step::Condition;
@@ -81,14 +83,6 @@ pub struct AutopilotSetup {
     pub parameters: Parameters,
     /// Whether the caller keeps the parameter file of [`AutopilotSession::take_saved_parameters`].
     pub keeps_parameters: bool,
-}
-
-/// One of the session's links: its sequence numbers and its streams.
-#[derive(Clone, Debug)]
-struct Port {
-    encoder: Encoder,
-    schedule: Schedule,
-    listing: Listing,
 }
 
 /// The reference autopilot as a sans-IO session on the links Simulator, GroundStation and Api.
@@ -163,21 +157,6 @@ impl AutopilotSession {
     /// Simulated time by the latest HIL_SENSOR; `None` before the first.
     pub fn time(&self) -> Option<TimeUs> {
         self.running.then_some(self.clock)
-    }
-
-    /// What is in effect, under PX4's names.
-    pub fn parameters(&self) -> &Parameters {
-        &self.parameters
-    }
-
-    /// Puts in what a parameter file holds beyond gains and limits; gives remarks on the file.
-    pub fn load_parameters(&mut self, file: &ParameterFile) -> Vec<String> {
-        self.parameters.load(file, &mut self.autopilot)
-    }
-
-    /// The text of a parameter file that a ground station wants kept.
-    pub fn take_saved_parameters(&mut self) -> Option<String> {
-        self.saved_parameters.take()
     }
 
     /// A new connection to a simulator stands: drops what was meant for the old one and greets anew.
@@ -270,36 +249,6 @@ impl AutopilotSession {
             files: &self.files,
         }
     }
-
-    fn port(&mut self, link: Link) -> &mut Port {
-        match link {
-            Link::Simulator => &mut self.ports[0],
-            Link::GroundStation => &mut self.ports[1],
-            Link::Api | Link::Parachute => &mut self.ports[2],
-        }
-    }
-
-    fn send(&mut self, link: Link, message: &MavMessage) {
-        let bytes = self.port(link).encoder.encode(message);
-        self.out.push_back(Transmit { link, bytes });
-    }
-
-    /// A message given by its number and payload in wire order.
-    fn send_payload(&mut self, link: Link, message_id: u32, payload: &[u8]) {
-        let extra_crc = MavMessage::extra_crc(message_id);
-        let bytes = self.port(link).encoder.encode_payload(message_id, extra_crc, payload);
-        self.out.push_back(Transmit { link, bytes });
-    }
-
-    fn send_command_ack(&mut self, link: Link, ack: &CommandAck) {
-        let bytes = self.port(link).encoder.encode_command_ack(ack);
-        self.out.push_back(Transmit { link, bytes });
-    }
-
-    fn send_message_interval(&mut self, link: Link, message_id: u16, interval_us: i32) {
-        let message = MESSAGE_INTERVAL_DATA { interval_us, message_id };
-        self.send(link, &MavMessage::MESSAGE_INTERVAL(message));
-    }
 }
 
 impl Session for AutopilotSession {
@@ -319,6 +268,7 @@ impl Session for AutopilotSession {
         } else if let Some(set_mode) = frame.set_mode() {
             self.handle_set_mode(set_mode.target_system, set_mode.custom_mode);
         } else if self.handle_raw_service(link, frame) {
+            // It has been answered.
         } else if let Some(message) = frame.known() {
             self.handle_message(link, frame, message);
         } else {

@@ -10,9 +10,9 @@ use mavlink::dialects::common::*;
 use super::super::{Frame, Link};
 use super::{AutopilotSession, Peer};
 use crate::autopilot::Severity;
-use crate::autopilot::parameters::Refusal;
+use crate::autopilot::parameters::{Parameters, Refusal};
 use crate::params::export::GRAVITY_KEY;
-use crate::params::{Purpose, Value, file};
+use crate::params::{ParameterFile, Purpose, Value, file};
 
 /// PX4's name for the checksum.
 const HASH: &str = "_HASH_CHECK";
@@ -35,6 +35,21 @@ pub(super) enum Listing {
 }
 
 impl AutopilotSession {
+    /// What is in effect, under PX4's names.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// Puts in what a parameter file holds beyond gains and limits; gives remarks on the file.
+    pub fn load_parameters(&mut self, file: &ParameterFile) -> Vec<String> {
+        self.parameters.load(file, &mut self.autopilot)
+    }
+
+    /// The text of a parameter file that a ground station wants kept.
+    pub fn take_saved_parameters(&mut self) -> Option<String> {
+        self.saved_parameters.take()
+    }
+
     /// PARAM_REQUEST_LIST: one list at a time on a link; asked for again, it starts over, without the checksum.
     pub(super) fn begin_listing(&mut self, link: Link) {
         let listing = &mut self.port(link).listing;

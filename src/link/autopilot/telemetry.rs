@@ -4,11 +4,11 @@
 use mavlink::dialects::common::*;
 
 use super::super::TimeUs;
-use super::files::{FileServer, GENERAL};
+use super::files::FileServer;
 use super::hil::HilInput;
 use super::home::Home;
-use super::missions::{Kind, Missions};
-use super::modes;
+use super::identity;
+use super::missions::Missions;
 use super::streams::id;
 use crate::autopilot::Autopilot;
 use crate::frames::{quaternion_from_euler, yaw};
@@ -48,7 +48,7 @@ impl Telemetry<'_> {
                 target_system: 0,
                 target_component: 0,
             }),
-            id::AUTOPILOT_VERSION => autopilot_version(),
+            id::AUTOPILOT_VERSION => identity::autopilot_version(),
             id::HOME_POSITION => self.home_position()?,
             id::BATTERY_STATUS => battery_status(),
             id::EXTENDED_SYS_STATE => self.extended_sys_state()?,
@@ -60,10 +60,10 @@ impl Telemetry<'_> {
             id::ESTIMATOR_STATUS => self.estimator_status()?,
             id::MISSION_CURRENT => self.mission_current(),
             id::COMPONENT_METADATA => self.component_metadata()?,
-            id::CURRENT_MODE => modes::current_mode(self.autopilot.mode()),
+            id::CURRENT_MODE => identity::current_mode(self.autopilot.mode()),
             id::AVAILABLE_MODES_MONITOR => {
                 MavMessage::AVAILABLE_MODES_MONITOR(AVAILABLE_MODES_MONITOR_DATA {
-                    seq: modes::MODES_VERSION,
+                    seq: identity::MODES_VERSION,
                 })
             }
             _ => return self.motion(message_id),
@@ -127,35 +127,6 @@ impl Telemetry<'_> {
             onboard_control_sensors_health_extended: MavSysStatusSensorExtended::empty(),
             ..SYS_STATUS_DATA::DEFAULT
         })
-    }
-
-    /// Which item would be next; missions are kept and not flown.
-    fn mission_current(&self) -> MavMessage {
-        let plan = |kind| self.missions.plan(kind);
-        let mission = plan(Kind::Mission);
-        MavMessage::MISSION_CURRENT(MISSION_CURRENT_DATA {
-            seq: self.missions.current(),
-            total: mission.len(),
-            mission_state: if mission.len() == 0 {
-                MissionState::MISSION_STATE_NO_MISSION
-            } else {
-                MissionState::MISSION_STATE_NOT_STARTED
-            },
-            // 2: not in mission mode.
-            mission_mode: 2,
-            mission_id: mission.opaque_id,
-            fence_id: plan(Kind::Fence).opaque_id,
-            rally_points_id: plan(Kind::Rally).opaque_id,
-        })
-    }
-
-    /// Where the description of this component is to be had.
-    fn component_metadata(&self) -> Option<MavMessage> {
-        Some(MavMessage::COMPONENT_METADATA(COMPONENT_METADATA_DATA {
-            time_boot_ms: self.boot_ms(),
-            file_crc: self.files.crc(GENERAL)?,
-            uri: format!("mftp://{GENERAL}").as_str().into(),
-        }))
     }
 
     fn extended_sys_state(&self) -> Option<MavMessage> {
@@ -319,25 +290,6 @@ fn battery_status() -> MavMessage {
         battery_remaining: -1,
         fault_bitmask: MavBatteryFault::empty(),
         ..BATTERY_STATUS_DATA::DEFAULT
-    })
-}
-
-/// Version 1.14.0, "official": the PX4 release whose wire behaviour this follows; the custom version says who it is.
-fn autopilot_version() -> MavMessage {
-    use MavProtocolCapability as Capability;
-    MavMessage::AUTOPILOT_VERSION(AUTOPILOT_VERSION_DATA {
-        capabilities: Capability::MAV_PROTOCOL_CAPABILITY_MISSION_INT
-            | Capability::MAV_PROTOCOL_CAPABILITY_COMMAND_INT
-            | Capability::MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
-            | Capability::MAV_PROTOCOL_CAPABILITY_FTP
-            | Capability::MAV_PROTOCOL_CAPABILITY_SET_ATTITUDE_TARGET
-            | Capability::MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
-            | Capability::MAV_PROTOCOL_CAPABILITY_MAVLINK2
-            | Capability::MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
-            | Capability::MAV_PROTOCOL_CAPABILITY_MISSION_RALLY,
-        flight_sw_version: 0x010E_00FF,
-        flight_custom_version: *b"samara\0\0",
-        ..AUTOPILOT_VERSION_DATA::DEFAULT
     })
 }
 
