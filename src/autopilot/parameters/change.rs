@@ -3,6 +3,7 @@
 use super::table::Role;
 use super::{Entry, Parameters};
 use crate::autopilot::Autopilot;
+use crate::params::file::AUTOPILOT_COMPONENT;
 use crate::params::metadata::Kind;
 use crate::params::{ParameterFile, Value, adopt};
 use crate::units::US_PER_S;
@@ -77,20 +78,22 @@ impl Parameters {
         Ok(changed)
     }
 
-    /// Puts in what a file holds beyond gains, limits and the vehicle: those have come with the mission. What the autopilot has not or does not
-    /// take is told.
+    /// Puts in what a file holds; what the autopilot has not or does not take is told. Gains that a mission has taken from the same
+    /// file stay what they are, to the bit.
     pub fn load(&mut self, file: &ParameterFile, autopilot: &mut Autopilot) -> Vec<String> {
         let mut remarks = Vec::new();
         let mut unknown = Vec::new();
-        for (_, name, entry) in file.entries().filter(|(component, ..)| *component == 1) {
-            if self.index_of(name).is_some_and(|i| self.entries[i].role.comes_with_the_mission()) {
-                continue;
+        // K of a rate loop is 1 where a file has its P and no K.
+        for (k, p) in [("MC_PITCHRATE_K", "MC_PITCHRATE_P"), ("MC_YAWRATE_K", "MC_YAWRATE_P")] {
+            if file.get(p).is_some() && file.get(k).is_none() && self.index_of(k).is_some() {
+                remarks.extend(self.start_from(k, Value::Real(1.0), autopilot).err().map(|e| e.to_string()));
             }
-            match self.set(name, entry.value, autopilot) {
-                Ok(changed) => {
-                    changed.into_iter().for_each(|i| self.entries[i].start = self.entries[i].value)
-                }
+        }
+        for (_, name, entry) in file.entries().filter(|(component, ..)| *component == AUTOPILOT_COMPONENT) {
+            match self.start_from(name, entry.value, autopilot) {
+                Ok(()) => {}
                 Err(Refusal::Unknown(name)) => unknown.push(name),
+                Err(Refusal::ReadOnly { .. }) if self.is_judged_elsewhere(name) => {}
                 Err(refusal) => remarks.push(format!("line {}: {refusal}", entry.line)),
             }
         }
@@ -98,6 +101,26 @@ impl Parameters {
             remarks.push(format!("not parameters of samara's autopilot, ignored: {}", unknown.join(", ")));
         }
         remarks
+    }
+
+    /// Sets a parameter, and what follows from it, as if it had been so from the start.
+    fn start_from(&mut self, name: &str, value: Value, autopilot: &mut Autopilot) -> Result<(), Refusal> {
+        for index in self.set(name, value, autopilot)? {
+            let entry = &mut self.entries[index];
+            // The file's last digit.
+            if entry.name == name {
+                entry.value = value;
+            }
+            entry.start = entry.value;
+        }
+        Ok(())
+    }
+
+    /// Whether [`crate::params::import`] has something to say of it when it differs.
+    fn is_judged_elsewhere(&self, name: &str) -> bool {
+        self.index_of(name).is_some_and(|i| {
+            matches!(self.entries[i].role, Role::Follows(_) | Role::Vehicle | Role::Fact(Value::Real(_)))
+        })
     }
 
     /// Back to the values of the start; indices of all that have a new value by it.
@@ -183,17 +206,18 @@ fn touched(name: &str) -> Vec<&str> {
     }
 }
 
+fn check_type(entry: &Entry, value: Value) -> Result<(), Refusal> {
+    let expected = match (entry.known.kind, value) {
+        (Kind::Int, Value::Real(_)) => "type 6 (INT32)",
+        (Kind::Float, Value::Int(_)) => "type 9 (REAL32)",
+        _ => return Ok(()),
+    };
+    Err(Refusal::WrongType { name: entry.name.clone(), expected })
+}
+
 fn check(entry: &Entry, value: Value) -> Result<(), Refusal> {
     let name = || entry.name.clone();
-    match (entry.known.kind, value) {
-        (Kind::Int, Value::Real(_)) => {
-            return Err(Refusal::WrongType { name: name(), expected: "type 6 (INT32)" });
-        }
-        (Kind::Float, Value::Int(_)) => {
-            return Err(Refusal::WrongType { name: name(), expected: "type 9 (REAL32)" });
-        }
-        _ => {}
-    }
+    check_type(entry, value)?;
     if !value.as_f64().is_finite() {
         return Err(Refusal::OutOfRange { name: name(), value, range: entry.known.range() });
     }

@@ -163,12 +163,42 @@ fn regress_a_file_is_loaded_and_what_is_unknown_is_told() {
         (autopilot.setpoint_timeout_us(), parameters.get("RTL_RETURN_ALT")),
         (3_000_000, Some(real(40.0)))
     );
-    assert_eq!(autopilot.cascade().gains(), &Gains::near_hover(), "gains come with the mission");
+    assert_eq!(autopilot.cascade().gains(), &Gains { k_ptheta: 9.0, ..Gains::near_hover() });
     parameters.set("RTL_RETURN_ALT", real(50.0), &mut autopilot).unwrap();
     parameters.set("MC_PITCH_P", real(2.0), &mut autopilot).unwrap();
     assert_eq!(parameters.reset(&mut autopilot).len(), 3, "MC_PITCH_P, MC_ROLL_P, RTL_RETURN_ALT");
     assert_eq!(parameters.get("RTL_RETURN_ALT"), Some(real(40.0)));
-    assert!((autopilot.cascade().gains().k_ptheta / Gains::near_hover().k_ptheta - 1.0).abs() < 1e-7);
+    assert_eq!(autopilot.cascade().gains().k_ptheta, 9.0);
+}
+
+/// A file exported for the mission, imported by it and loaded: the gains of the import to the bit, and the file's digits.
+#[test]
+fn closed_form_the_gains_of_a_file_are_those_that_the_mission_took_from_it() {
+    let (from, _) = bench();
+    let rows: String = from
+        .values()
+        .iter()
+        .map(|(name, value)| format!("1\t1\t{name}\t{value}\t{}\n", value.mavlink_type()))
+        .collect();
+    let text = format!("# For: samara\n{}", rows.replace("MC_PITCHRATE_P\t", "MC_PITCHRATE_P\t1"));
+    let file = ParameterFile::parse(&text).unwrap();
+    let vehicle = quadrotor([0.9, 1.1], [250.0, 300.0, 400.0], [0.0; 3], VehicleOptions::default());
+    let (gains, limits) = (Gains::near_hover(), ControlLimits::default());
+    let subject =
+        Subject { vehicle: &vehicle, environment: &site(), gains: &gains, limits: &limits, speed_m_s: 8.0 };
+    let imported = crate::params::import(&file, &subject).unwrap();
+    let subject = Subject { gains: &imported.gains, limits: &imported.limits, ..subject };
+    let airframe = Airframe::new(&vehicle, &site()).unwrap();
+    let mut autopilot = Autopilot::new(Cascade::new(airframe, imported.gains, imported.limits));
+    let mut parameters = Parameters::of(&subject, 3).unwrap();
+    assert_eq!(parameters.load(&file, &mut autopilot), Vec::<String>::new());
+    assert_eq!(
+        (autopilot.cascade().gains(), autopilot.cascade().limits()),
+        (&imported.gains, &imported.limits)
+    );
+    for (_, name, entry) in file.entries().filter(|(_, name, _)| !name.starts_with("MC_ROLLRATE")) {
+        assert_eq!(parameters.get(name), Some(entry.value), "{name}");
+    }
 }
 
 proptest! {
