@@ -103,7 +103,7 @@ def test_a_ground_station_at_work_on_a_vehicle_in_flight(samara, vehicle, refere
     assert set_parameter(vehicle, "MPC_Z_VEL_P_ACC", changed) == changed
     assert set_parameter(vehicle, "MPC_Z_VEL_P_ACC", float("nan")) == changed
     assert set_parameter(vehicle, "MPC_Z_VEL_P_ACC", 1e9) == changed
-    assert "MPC_Z_VEL_P_ACC refused: NaN is not within 0 to 100" in "".join(vehicle.texts)
+    assert "MPC_Z_VEL_P_ACC refused: NaN where 0 to 100 is expected" in "".join(vehicle.texts)
     assert read_parameters(vehicle)[1] != told
     vehicle.until(vehicle.now_s + 2)
     speed_m_s = math.hypot(*vehicle.telemetry.velocity[-1][1:])

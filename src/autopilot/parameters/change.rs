@@ -1,7 +1,7 @@
 //! A new value of a parameter: checked against its type and range, put into effect, and what follows from it.
 
 use super::table::Role;
-use super::{Entry, Parameters};
+use super::{Entry, Parameters, range_in_words};
 use crate::autopilot::Autopilot;
 use crate::params::file::AUTOPILOT_COMPONENT;
 use crate::params::metadata::Kind;
@@ -23,7 +23,7 @@ pub enum Refusal {
         expected: &'static str,
     },
     /// A NaN, an infinity or a value outside the range.
-    #[error("{name} refused: {value} is not within {range}")]
+    #[error("{name} refused: {value} where {range} is expected")]
     OutOfRange {
         /// The parameter.
         name: String,
@@ -219,7 +219,7 @@ fn check(entry: &Entry, value: Value) -> Result<(), Refusal> {
     let name = || entry.name.clone();
     check_type(entry, value)?;
     if !value.as_f64().is_finite() {
-        return Err(Refusal::OutOfRange { name: name(), value, range: entry.known.range() });
+        return Err(Refusal::OutOfRange { name: name(), value, range: range_in_words(&entry.known) });
     }
     if same(value, entry.value) {
         return Ok(());
@@ -228,11 +228,7 @@ fn check(entry: &Entry, value: Value) -> Result<(), Refusal> {
         return Err(Refusal::ReadOnly { name: name(), why: entry.role.words() });
     }
     if !entry.known.contains(value.as_f64()) {
-        let range = match (entry.known.min, entry.known.max) {
-            (Some(min), Some(max)) if min == max => format!("{min} only: the rest is not flown here"),
-            _ => entry.known.range(),
-        };
-        return Err(Refusal::OutOfRange { name: name(), value, range });
+        return Err(Refusal::OutOfRange { name: name(), value, range: range_in_words(&entry.known) });
     }
     Ok(())
 }
