@@ -101,7 +101,8 @@ pub struct PlanArgs {
 
 const DROP_HELP: &str = "\
 Writes to the folder of --out: flight.csv (every term of the force balance at 250 Hz), trajectory.csv and plan.json (the plan),
-drop.json (the verdict), drop.svg, vehicle.tlog (what ground stations see) and hil.tlog (simulator and autopilot).
+drop.json (the verdict), drop.svg, flight.ulg (the autopilot's log, as PX4 writes it), vehicle.tlog (what ground stations see) and hil.tlog
+(simulator and autopilot).
 
 JSON (--json): mission, version, seed, input_hash, gains, j_tpf, peak_speed_m_s, peak_pitch_deg, peak_pitch_rate_deg_s,
 peak_vertical_acceleration_m_s2, altitude_lost_m, steady_after_s (null if never), final_v_ned_m_s, limits_passed (list),
@@ -170,7 +171,8 @@ pub struct SimArgs {
 
 const AUTOPILOT_HELP: &str = "\
 Connects to the simulator at TCP 4560 + instance and tries until it is there. Binds UDP 18570 + instance (ground stations, sends to
-14550) and 14580 + instance (companions and scripts, sends to 14540 + instance). Writes vehicle.tlog to the folder of --out.
+14550) and 14580 + instance (companions and scripts, sends to 14540 + instance). Writes vehicle.tlog and
+flight.ulg (flight_2.ulg when the simulator starts over) to the folder of --out.
 
 Examples:
   samara autopilot

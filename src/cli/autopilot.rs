@@ -15,7 +15,8 @@ pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
     let ports = ports_of(&args.net)?;
     let folder = OutputFolder::create(args.out.as_deref(), &mission.name)?;
     let vehicle = tlog(&folder, "vehicle.tlog", &mission);
-    let mut reporter = Reporter::new(Narrator::alone(false), &mission, None, Some(vehicle));
+    let mut reporter =
+        Reporter::new(Narrator::alone(false), &mission, None, Some(vehicle)).with_flight_logs(&folder);
     let session = sessions::autopilot(&mission, system_of(&args.net))?;
     let after = if args.once { AfterSimulator::Return } else { AfterSimulator::Wait };
     block_on(|stop| run_autopilot(session, &ports, after, &mut reporter, stop))?.bad_input()?;

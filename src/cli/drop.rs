@@ -93,7 +93,7 @@ fn fly(
         sessions::streamer(mission, trajectory.clone(), system, false),
     );
     let (hil, vehicle) = (tlog(folder, "hil.tlog", mission), tlog(folder, "vehicle.tlog", mission));
-    let mut reporter = Reporter::new(*narrator, mission, Some(hil), Some(vehicle));
+    let mut reporter = Reporter::new(*narrator, mission, Some(hil), Some(vehicle)).with_flight_logs(folder);
     let watch = Stopwatch::start();
     narrator.hanging(mission)?;
     match speed_of(args.speed) {
@@ -122,6 +122,9 @@ fn tell_events(wire: &mut Lockstep<AutopilotSession>, reporter: &mut Reporter<'_
     }
     while let Some(event) = wire.streamer.poll_event() {
         reporter.notice(Notice::Streamer(event));
+    }
+    while let Some(entry) = wire.autopilot.poll_log() {
+        reporter.log(entry);
     }
 }
 

@@ -11,7 +11,7 @@ use super::outcome::{BadInput, Failure};
 use super::output::{LateFile, OutputFolder};
 use crate::config::Mission;
 use crate::link::shell::{Notice, Observer, Ports, Speed};
-use crate::link::{Link, TimeUs, Tlog};
+use crate::link::{FlightLog, Link, LogEntry, TimeUs, Tlog};
 
 /// MAVLink system of the vehicle of an instance, as PX4 counts: instance 0 is system 1.
 pub fn system_of(net: &NetArgs) -> u8 {
@@ -80,12 +80,38 @@ pub fn tlog(folder: &OutputFolder, name: &str, mission: &Mission) -> TlogFile {
     Tlog::new(folder.late(name), mission.epoch_unix_us)
 }
 
-/// Tells notices, records frames.
+/// A log of the autopilot's, `flight.ulg` for the first flight, `flight_2.ulg` for the next one.
+type FlightLogFile = FlightLog<LateFile>;
+
+/// Where the autopilot's flight logs go.
+struct FlightLogs {
+    folder: OutputFolder,
+    begun: usize,
+    current: Option<FlightLogFile>,
+}
+
+impl FlightLogs {
+    fn write(&mut self, vehicle_name: &str, entry: &LogEntry) -> std::io::Result<()> {
+        if let LogEntry::Begin(at, parameters) = entry {
+            if let Some(log) = self.current.take() {
+                log.finish()?;
+            }
+            self.begun += 1;
+            let name =
+                if self.begun == 1 { "flight.ulg".to_owned() } else { format!("flight_{}.ulg", self.begun) };
+            self.current = Some(FlightLog::new(self.folder.late(&name), *at, vehicle_name, parameters)?);
+        }
+        self.current.as_mut().map_or(Ok(()), |log| log.write(entry))
+    }
+}
+
+/// Tells notices, records frames and the autopilot's flight.
 pub struct Reporter<'a> {
     narrator: Narrator,
     mission: &'a Mission,
     hil: Option<TlogFile>,
     vehicle: Option<TlogFile>,
+    flights: Option<FlightLogs>,
     failed: Option<std::io::Error>,
 }
 
@@ -97,7 +123,13 @@ impl<'a> Reporter<'a> {
         hil: Option<TlogFile>,
         vehicle: Option<TlogFile>,
     ) -> Self {
-        Self { narrator, mission, hil, vehicle, failed: None }
+        Self { narrator, mission, hil, vehicle, flights: None, failed: None }
+    }
+
+    /// Writes the autopilot's flight logs too.
+    pub fn with_flight_logs(mut self, folder: &OutputFolder) -> Self {
+        self.flights = Some(FlightLogs { folder: folder.clone(), begun: 0, current: None });
+        self
     }
 
     /// Closes the logs.
@@ -106,10 +138,13 @@ impl<'a> Reporter<'a> {
     /// [`Failure::BadInput`] when something could not be written, now or before.
     pub fn finish(self) -> Result<(), Failure> {
         if let Some(error) = self.failed {
-            return Err(anyhow::Error::from(error).context("cannot write the .tlog")).bad_input();
+            return Err(anyhow::Error::from(error).context("cannot write the .tlog or .ulg")).bad_input();
         }
         for tlog in [self.hil, self.vehicle].into_iter().flatten() {
             tlog.finish().context("cannot write the .tlog").bad_input()?;
+        }
+        if let Some(log) = self.flights.and_then(|flights| flights.current) {
+            log.finish().context("cannot write the .ulg").bad_input()?;
         }
         Ok(())
     }
@@ -130,6 +165,14 @@ impl Observer for Reporter<'_> {
         let tlog = if link == Link::Simulator { &mut self.hil } else { &mut self.vehicle };
         if let Some(Err(error)) = tlog.as_mut().map(|tlog| tlog.write(now, bytes)) {
             *tlog = None;
+            self.failed.get_or_insert(error);
+        }
+    }
+
+    fn log(&mut self, entry: LogEntry) {
+        let name = &self.mission.vehicle_name;
+        if let Some(Err(error)) = self.flights.as_mut().map(|flights| flights.write(name, &entry)) {
+            self.flights = None;
             self.failed.get_or_insert(error);
         }
     }

@@ -9,6 +9,7 @@
 //! | [`setpoints`] | SET_ATTITUDE_TARGET, SET_POSITION_TARGET_LOCAL_NED |
 //! | `telemetry`, `motion`, `statustext` | the messages it sends |
 //! | `streams` | how often, on which link |
+//! | `logging` | what goes into the flight log |
 //! | `services` | clocks, parameters, missions, files |
 //!
 //! **Time** is the simulator's: the `time_usec` of the latest HIL_SENSOR, so that nothing here runs while the simulator
@@ -18,6 +19,7 @@
 
 mod commands;
 mod hil;
+mod logging;
 mod motion;
 mod services;
 pub mod setpoints;
@@ -37,6 +39,7 @@ use crate::autopilot::{Autopilot, FlightMode, Setpoint, Severity};
 use crate::control::Cascade;
 use crate::model::Environment;
 use hil::HilInput;
+use logging::LogQueue;
 use setpoints::{FaultLog, SetpointFault};
 use streams::{Schedule, id};
 use telemetry::Telemetry;
@@ -89,6 +92,7 @@ pub struct AutopilotSession {
     ports: [Port; LINKS.len()],
     faults: FaultLog,
     long_texts: u16,
+    log: LogQueue,
     out: VecDeque<Transmit>,
 }
 
@@ -114,6 +118,7 @@ impl AutopilotSession {
             ports: LINKS.map(port),
             faults: FaultLog::default(),
             long_texts: 0,
+            log: LogQueue::default(),
             out: VecDeque::new(),
         };
         session.greet_simulator();

@@ -83,7 +83,7 @@ impl AutopilotSession {
         }
     }
 
-    fn parameters(&self) -> Parameters {
+    pub(super) fn parameters(&self) -> Parameters {
         Parameters::of(&self.autopilot, self.system_id)
     }
 

@@ -9,7 +9,9 @@ use crate::autopilot::{Event, Severity};
 impl AutopilotSession {
     /// STATUSTEXT to ground stations and companions.
     pub(super) fn say_events(&mut self) {
-        while let Some(Event { severity, text }) = self.autopilot.take_event() {
+        while let Some(event) = self.autopilot.take_event() {
+            self.log_said(event.clone());
+            let Event { severity, text } = event;
             // Longer texts go in pieces that share a number; 0 marks a text in one piece.
             let pieces = text.as_bytes().chunks(50).collect::<Vec<_>>();
             let text_id = if pieces.len() > 1 {

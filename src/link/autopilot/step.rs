@@ -12,17 +12,24 @@ impl AutopilotSession {
     /// One control step at the time of a HIL_SENSOR, its answer, and the telemetry that is due.
     pub(super) fn control_step(&mut self, sensor: &HIL_SENSOR_DATA) {
         let now = sensor.time_usec;
-        if self.running && now < self.clock {
+        let starts_over = self.running && now < self.clock;
+        let begins = starts_over || !self.running;
+        if starts_over {
             self.autopilot.restart();
             self.hil.start_over(now);
             self.ports.iter_mut().for_each(|port| port.schedule.restart());
         }
         (self.clock, self.running) = (now, true);
+        if begins {
+            self.log_begin();
+        }
         self.hil.sensor = Some(sensor.clone());
         let throttle = match self.hil.state(now) {
             Some(state) => {
                 self.without_state = false;
-                self.autopilot.step(now, &state.measurement)
+                let throttle = self.autopilot.step(now, &state.measurement);
+                self.log_step(&state, sensor);
+                throttle
             }
             None => self.step_without_state(now),
         };

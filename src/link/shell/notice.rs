@@ -4,7 +4,7 @@ use std::fmt;
 use std::io;
 use std::net::SocketAddr;
 
-use super::super::{Faults, Link, SimulatorEvent, StreamerEvent, TimeUs};
+use super::super::{Faults, Link, LogEntry, SimulatorEvent, StreamerEvent, TimeUs};
 
 /// Why sockets cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -156,6 +156,11 @@ pub trait Observer {
     /// A frame has come or gone by `link` at simulated time `now`, for a `.tlog`.
     fn frame(&mut self, now: TimeUs, link: Link, bytes: &[u8]) {
         let _ = (now, link, bytes);
+    }
+
+    /// The autopilot has an entry for its flight log.
+    fn log(&mut self, entry: LogEntry) {
+        let _ = entry;
     }
 }
 

@@ -81,6 +81,9 @@ pub async fn run_watched_drop<O: Observer>(
         while let Some(event) = wire.streamer.poll_event() {
             observer.notice(Notice::Streamer(event));
         }
+        while let Some(entry) = wire.autopilot.poll_log() {
+            observer.log(entry);
+        }
         if !goes_on {
             break;
         }
