@@ -116,7 +116,8 @@ pub struct PlanningArgs {
 
 const DROP_HELP: &str = "\
 Writes to the folder of --out: flight.csv (every term of the force balance at 250 Hz), trajectory.csv (what was flown), plan.json and
-plan.svg (unless --trajectory was given), drop.json (the verdict), drop.svg, vehicle.tlog (what ground stations see), hil.tlog
+plan.svg (unless --trajectory was given), drop.json (the verdict), drop.svg, flight.ulg (the autopilot's log, as PX4 writes it),
+vehicle.tlog (what ground stations see), hil.tlog
 (simulator and autopilot) and drop_manifest.json (inputs, options, SHA-256 of each file).
 
 JSON (--json): mission, version, seed, input_hash, gains, trajectory (source: planned or file; sha256 of trajectory.csv), completed,
@@ -196,8 +197,8 @@ pub struct SimArgs {
 
 const AUTOPILOT_HELP: &str = "\
 Connects to the simulator at TCP 4560 + instance and tries until it is there. Binds UDP 18570 + instance (ground stations, sends to
-14550) and 14580 + instance (companions and scripts, sends to 14540 + instance). Writes vehicle.tlog (vehicle.2.tlog, ..
-when the simulator starts over) and autopilot_manifest.json to the folder of --out.
+14550) and 14580 + instance (companions and scripts, sends to 14540 + instance). Writes vehicle.tlog and flight.ulg
+(vehicle.2.tlog, flight.2.ulg, .. when the simulator starts over) and autopilot_manifest.json to the folder of --out.
 
 Examples:
   samara autopilot

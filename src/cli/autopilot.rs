@@ -17,7 +17,7 @@ pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
     let folder = OutputFolder::create(args.out.as_deref(), &mission.name)?;
     let vehicle = Recording::new(&folder, "vehicle", &mission);
     let mut reporter =
-        Reporter::new(Narrator::alone(false), &mission, None, Some(vehicle)).keeping_parameters_in(&folder);
+        Reporter::new(Narrator::alone(false), &mission, None, Some(vehicle)).with_autopilot(&folder);
     let session = sessions::autopilot(&mission, &args.choice, system_of(&args.net)?, true)?;
     let after = if args.once { AfterSimulator::Return } else { AfterSimulator::Wait };
     block_on(|stop| run_autopilot(session, &ports, after, &mut reporter, stop))?.bad_input()?;

@@ -123,8 +123,7 @@ fn fly(
     );
     let record = |stem| Recording::new(folder, stem, mission);
     let (hil, vehicle) = (record("hil"), record("vehicle"));
-    let mut reporter =
-        Reporter::new(*narrator, mission, Some(hil), Some(vehicle)).keeping_parameters_in(folder);
+    let mut reporter = Reporter::new(*narrator, mission, Some(hil), Some(vehicle)).with_autopilot(folder);
     let watch = Stopwatch::start();
     narrator.hanging(mission)?;
     match speed_of(args.speed) {
@@ -154,6 +153,9 @@ fn tell_events(wire: &mut Lockstep<AutopilotSession>, reporter: &mut Reporter<'_
     }
     while let Some(event) = wire.streamer.poll_event() {
         reporter.notice(Notice::Streamer(event));
+    }
+    while let Some(entry) = wire.autopilot.poll_log() {
+        reporter.log(entry);
     }
 }
 

@@ -10,11 +10,11 @@ use super::args::{NetArgs, SpeedArg};
 use super::narrative::Narrator;
 use super::outcome::{BadInput, Failure};
 use super::output::OutputFolder;
-use super::recording::Recording;
+use super::recording::{FlightLogs, Recording};
 use crate::config::Mission;
 use crate::link::shell::ports::MAX_INSTANCE;
 use crate::link::shell::{Notice, Observer, Ports, Speed, system_of_instance};
-use crate::link::{Link, TimeUs};
+use crate::link::{Link, LogEntry, TimeUs};
 
 /// An instance that has ports, from what was typed.
 ///
@@ -88,12 +88,13 @@ pub fn block_on<F: Future>(
     })
 }
 
-/// Tells notices, records frames.
+/// Tells notices, records frames and the autopilot's flights.
 pub struct Reporter<'a> {
     narrator: Narrator,
     mission: &'a Mission,
     hil: Option<Recording>,
     vehicle: Option<Recording>,
+    flights: Option<FlightLogs>,
     failed: Option<std::io::Error>,
     parameters: Option<OutputFolder>,
 }
@@ -106,12 +107,14 @@ impl<'a> Reporter<'a> {
         hil: Option<Recording>,
         vehicle: Option<Recording>,
     ) -> Self {
-        Self { narrator, mission, hil, vehicle, failed: None, parameters: None }
+        Self { narrator, mission, hil, vehicle, flights: None, failed: None, parameters: None }
     }
 
-    /// Keeps parameters in a folder when a ground station asks for it.
-    pub fn keeping_parameters_in(self, folder: &OutputFolder) -> Self {
-        Self { parameters: Some(folder.clone()), ..self }
+    /// For one who runs the autopilot too: its flight logs go to the folder, and its parameters when a ground station asks for
+    /// that.
+    pub fn with_autopilot(self, folder: &OutputFolder) -> Self {
+        let flights = FlightLogs::new(folder, &self.mission.vehicle_name);
+        Self { parameters: Some(folder.clone()), flights: Some(flights), ..self }
     }
 
     /// Closes the logs.
@@ -120,10 +123,13 @@ impl<'a> Reporter<'a> {
     /// [`Failure::BadInput`] when something could not be written, now or before.
     pub fn finish(self) -> Result<(), Failure> {
         if let Some(error) = self.failed {
-            return Err(anyhow::Error::from(error).context("cannot write the .tlog")).bad_input();
+            return Err(anyhow::Error::from(error).context("cannot write the .tlog or .ulg")).bad_input();
         }
         for recording in [self.hil, self.vehicle].into_iter().flatten() {
             recording.finish().context("cannot write the .tlog").bad_input()?;
+        }
+        if let Some(flights) = self.flights {
+            flights.finish().context("cannot write the .ulg").bad_input()?;
         }
         Ok(())
     }
@@ -165,6 +171,13 @@ impl Observer for Reporter<'_> {
                 *recording = None;
                 self.failed.get_or_insert(error);
             }
+        }
+    }
+
+    fn log(&mut self, entry: LogEntry) {
+        if let Some(Err(error)) = self.flights.as_mut().map(|flights| flights.write(&entry)) {
+            self.flights = None;
+            self.failed.get_or_insert(error);
         }
     }
 }

@@ -10,6 +10,7 @@
 //! | `telemetry`, `motion`, `statustext` | the messages it sends |
 //! | `streams` | how often, on which link |
 //! | `port` | its links |
+//! | `logging` | what goes into the flight log |
 //! | `services` | who is asked, clocks |
 //! | `parameters` | listed, read, set, saved |
 //! | `missions` | missions, fences, rally points: kept, not flown |
@@ -26,6 +27,7 @@ mod files;
 mod hil;
 mod home;
 mod identity;
+mod logging;
 mod missions;
 mod motion;
 mod parameters;
@@ -51,6 +53,7 @@ use crate::model::Environment;
 use files::FileServer;
 use hil::HilInput;
 use home::Home;
+use logging::LogQueue;
 use missions::Missions;
 use parameters::Listing;
 use port::Port;
@@ -111,6 +114,7 @@ pub struct AutopilotSession {
     saved_parameters: Option<String>,
     missions: Missions,
     files: FileServer,
+    log: LogQueue,
     out: VecDeque<Transmit>,
 }
 
@@ -143,6 +147,7 @@ impl AutopilotSession {
             keeps_parameters: setup.keeps_parameters,
             saved_parameters: None,
             missions: Missions::default(),
+            log: LogQueue::default(),
             out: VecDeque::new(),
         };
         session.greet_simulator();

@@ -6,6 +6,7 @@
 //! | [`decoder`] | bytes to frames: stream and datagram, MAVLink 1 and 2 |
 //! | [`encoder`] | messages to bytes |
 //! | [`tlog`] | the record of what went over the wire |
+//! | [`flight_log`] | what the autopilot knew and commanded, as ULog |
 //! | [`parachute`] | the parachute component: release by command |
 //! | [`simulator`] | the simulator: lockstep, release triggers, sensors, flight log |
 //! | [`streamer`] | the offboard streamer: arms, releases, streams the plan |
@@ -20,6 +21,7 @@
 pub mod autopilot;
 pub mod decoder;
 pub mod encoder;
+pub mod flight_log;
 pub mod frame;
 pub mod lockstep;
 pub mod parachute;
@@ -43,6 +45,7 @@ mod test_site;
 pub use autopilot::{AutopilotSession, AutopilotSetup};
 pub use decoder::{Decoder, Faults};
 pub use encoder::{CommandAck, Encoder};
+pub use flight_log::{FlightLog, LogEntry};
 pub use frame::{Command, Frame, Message, Payload, SetMode};
 pub use lockstep::{Lockstep, LockstepError};
 pub use parachute::ParachuteComponent;

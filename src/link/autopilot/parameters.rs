@@ -185,6 +185,9 @@ impl AutopilotSession {
     /// Values that have changed, to everybody.
     fn tell_parameters(&mut self, changed: &[usize]) {
         for &index in changed {
+            if let Some((name, value)) = self.parameters.at(index).map(|e| (e.name.clone(), e.value)) {
+                self.log_parameter(&name, value);
+            }
             self.send_parameter(Link::GroundStation, index);
             self.send_parameter(Link::Api, index);
         }

@@ -21,6 +21,7 @@ impl AutopilotSession {
     /// One control step at the time of a HIL_SENSOR, its answer, and the telemetry that is due.
     pub(super) fn control_step(&mut self, sensor: &HIL_SENSOR_DATA) {
         let now = sensor.time_usec;
+        let begins = !self.running || now < self.clock;
         if now < self.clock {
             if self.running {
                 self.start_over(now);
@@ -30,12 +31,17 @@ impl AutopilotSession {
             }
         }
         (self.clock, self.running) = (now, true);
+        if begins {
+            self.log_begin();
+        }
         self.hil.sensor = Some(sensor.clone());
         let throttle = match self.hil.state(now) {
             Some(state) => {
                 self.without_state = false;
                 self.home.follow(&state, self.autopilot.is_armed());
-                self.autopilot.step(now, &state.measurement)
+                let throttle = self.autopilot.step(now, &state.measurement);
+                self.log_step(&state, sensor);
+                throttle
             }
             None => self.step_without_state(now),
         };

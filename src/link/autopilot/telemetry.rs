@@ -5,7 +5,7 @@ use mavlink::dialects::common::*;
 
 use super::super::TimeUs;
 use super::files::FileServer;
-use super::hil::HilInput;
+use super::hil::{HilInput, VehicleState};
 use super::home::Home;
 use super::identity;
 use super::missions::Missions;
@@ -129,8 +129,7 @@ impl Telemetry<'_> {
     }
 
     fn extended_sys_state(&self) -> Option<MavMessage> {
-        let speed_m_s = self.hil.latest()?.measurement.v_ned.norm();
-        let in_air = self.autopilot.is_flying() || speed_m_s > STANDING_SPEED_M_S;
+        let in_air = !is_standing(self.autopilot, &self.hil.latest()?);
         Some(MavMessage::EXTENDED_SYS_STATE(EXTENDED_SYS_STATE_DATA {
             vtol_state: MavVtolState::MAV_VTOL_STATE_UNDEFINED,
             landed_state: if in_air {
@@ -257,6 +256,11 @@ impl Telemetry<'_> {
             ..ESTIMATOR_STATUS_DATA::DEFAULT
         }))
     }
+}
+
+/// Whether the vehicle stands: no thrust, no speed.
+pub(super) fn is_standing(autopilot: &Autopilot, state: &VehicleState) -> bool {
+    !autopilot.is_flying() && state.measurement.v_ned.norm() <= STANDING_SPEED_M_S
 }
 
 /// No battery is modelled; the message says so, for ground stations that wait for it.

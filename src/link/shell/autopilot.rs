@@ -110,6 +110,9 @@ impl<O: Observer> Shell<'_, O> {
             move |session: &mut AutopilotSession, observer: &mut O, frame: &Frame| {
                 observer.frame(session.time().unwrap_or(0), link, frame.bytes());
                 session.handle_input(now, link, frame);
+                while let Some(entry) = session.poll_log() {
+                    observer.log(entry);
+                }
             }
         };
         let (from_simulator, from_ground, from_api) =

@@ -4,7 +4,7 @@ use std::fmt;
 use std::io;
 use std::net::SocketAddr;
 
-use super::super::{Faults, Link, SimulatorEvent, StreamerEvent, TimeUs, seconds};
+use super::super::{Faults, Link, LogEntry, SimulatorEvent, StreamerEvent, TimeUs, seconds};
 
 /// Why sockets cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -161,6 +161,11 @@ pub trait Observer {
     /// A ground station wants the parameters kept: the text of a parameter file.
     fn keep_parameters(&mut self, text: &str) {
         let _ = text;
+    }
+
+    /// The autopilot has an entry for its flight log.
+    fn log(&mut self, entry: LogEntry) {
+        let _ = entry;
     }
 }
 

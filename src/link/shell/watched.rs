@@ -91,6 +91,9 @@ pub async fn run_watched_drop<O: Observer>(
         if let Some(text) = wire.autopilot.take_saved_parameters() {
             observer.keep_parameters(&text);
         }
+        while let Some(entry) = wire.autopilot.poll_log() {
+            observer.log(entry);
+        }
         if !goes_on {
             break;
         }
