@@ -84,13 +84,14 @@ impl Autopilot {
         if self.mode != FlightMode::Offboard || self.setpoints.fresh(now_us).is_some() {
             return;
         }
+        let timeout_s = self.setpoints.timeout_us() as f64 / US_PER_S;
         self.failsafe = self.armed;
         self.mode = FlightMode::AutoLoiter;
         if self.armed {
-            self.say(Severity::Critical, "OFFBOARD lost: no setpoint for 1 s");
+            self.say(Severity::Critical, format!("OFFBOARD lost: no setpoint for {timeout_s} s"));
             self.say(Severity::Critical, "HOLD: zero velocity");
         } else {
-            self.say(Severity::Warning, "OFFBOARD left: no setpoint for 1 s");
+            self.say(Severity::Warning, format!("OFFBOARD left: no setpoint for {timeout_s} s"));
         }
     }
 

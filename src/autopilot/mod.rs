@@ -34,7 +34,8 @@ pub use flight::VelocityTarget;
 pub use modes::FlightMode;
 pub use setpoint::{Setpoint, SetpointRefusal, VelocityFrame, YawSetpoint};
 
-use crate::control::{Cascade, ControlOutput, Measurement};
+use crate::control::{Cascade, ControlLimits, ControlOutput, Gains, Measurement};
+use crate::units::US_PER_S;
 use event::EventQueue;
 use flight::Control;
 use offboard::SetpointStore;
@@ -45,9 +46,12 @@ pub enum ModeRefusal {
     /// This autopilot does not fly the mode.
     #[error("{} is not flown here, only OFFBOARD and HOLD", .0.name())]
     NotFlown(FlightMode),
-    /// OFFBOARD without a setpoint in the last second.
-    #[error("OFFBOARD refused: no setpoint in the last second")]
-    NoSetpoint,
+    /// OFFBOARD without a setpoint that is young enough.
+    #[error("OFFBOARD refused: no setpoint in the last {} s", *timeout_us as f64 / US_PER_S)]
+    NoSetpoint {
+        /// How young it has to be [us].
+        timeout_us: u64,
+    },
 }
 
 /// The autopilot's state machine with its controller.
@@ -98,7 +102,9 @@ impl Autopilot {
         let mut events = std::mem::take(&mut self.events);
         events.say(Event::new(Severity::Warning, "simulated time started over: disarmed"));
         self.cascade.reset();
+        let timeout_us = self.setpoints.timeout_us();
         *self = Self { events, ..Self::new(self.cascade.clone()) };
+        self.setpoints.set_timeout_us(timeout_us);
     }
 
     /// The mode.
@@ -124,6 +130,27 @@ impl Autopilot {
     /// The controller.
     pub fn cascade(&self) -> &Cascade {
         &self.cascade
+    }
+
+    /// Replaces gains and limits from the next step on; the integrals stay, so that nothing jumps but what the gains say.
+    pub fn tune(&mut self, gains: Gains, limits: ControlLimits) {
+        self.cascade.set_gains(gains);
+        self.cascade.set_limits(limits);
+    }
+
+    /// Replaces the mass that the controller believes in [kg].
+    pub fn set_mass_kg(&mut self, mass_kg: f64) {
+        self.cascade.set_mass_kg(mass_kg);
+    }
+
+    /// How long a setpoint lives in OFFBOARD [us].
+    pub fn setpoint_timeout_us(&self) -> u64 {
+        self.setpoints.timeout_us()
+    }
+
+    /// Changes how long a setpoint lives in OFFBOARD [us].
+    pub fn set_setpoint_timeout_us(&mut self, timeout_us: u64) {
+        self.setpoints.set_timeout_us(timeout_us);
     }
 
     /// What the last step commanded; zero while the motors are off.
@@ -164,7 +191,7 @@ impl Autopilot {
         let refusal = if !mode.is_flown() {
             Some(ModeRefusal::NotFlown(mode))
         } else if mode == FlightMode::Offboard && self.setpoints.fresh(now_us).is_none() {
-            Some(ModeRefusal::NoSetpoint)
+            Some(ModeRefusal::NoSetpoint { timeout_us: self.setpoints.timeout_us() })
         } else {
             None
         };

@@ -16,8 +16,9 @@ pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
     let ports = ports_of(&args.net)?;
     let folder = OutputFolder::create(args.out.as_deref(), &mission.name)?;
     let vehicle = Recording::new(&folder, "vehicle", &mission);
-    let mut reporter = Reporter::new(Narrator::alone(false), &mission, None, Some(vehicle));
-    let session = sessions::autopilot(&mission, system_of(&args.net)?)?;
+    let mut reporter =
+        Reporter::new(Narrator::alone(false), &mission, None, Some(vehicle)).keeping_parameters_in(&folder);
+    let session = sessions::autopilot(&mission, &args.choice, system_of(&args.net)?, true)?;
     let after = if args.once { AfterSimulator::Return } else { AfterSimulator::Wait };
     block_on(|stop| run_autopilot(session, &ports, after, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;

@@ -91,12 +91,13 @@ fn fly(
     let ports = ports_of(&args.net)?;
     let mut wire = Lockstep::new(
         sessions::simulator(mission, system),
-        sessions::autopilot(mission, system)?,
+        sessions::autopilot(mission, &args.choice, system, true)?,
         sessions::streamer(mission, trajectory.clone(), system, false),
     );
     let record = |stem| Recording::new(folder, stem, mission);
     let (hil, vehicle) = (record("hil"), record("vehicle"));
-    let mut reporter = Reporter::new(*narrator, mission, Some(hil), Some(vehicle));
+    let mut reporter =
+        Reporter::new(*narrator, mission, Some(hil), Some(vehicle)).keeping_parameters_in(folder);
     let watch = Stopwatch::start();
     narrator.hanging(mission)?;
     match speed_of(args.speed) {

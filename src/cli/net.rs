@@ -1,6 +1,7 @@
 //! What the verbs with sockets share: the runtime, Ctrl-C, and an observer that tells and records.
 
 use std::future::Future;
+use std::io::Write as _;
 use std::pin::Pin;
 
 use anyhow::Context;
@@ -8,6 +9,7 @@ use anyhow::Context;
 use super::args::{NetArgs, SpeedArg};
 use super::narrative::Narrator;
 use super::outcome::{BadInput, Failure};
+use super::output::OutputFolder;
 use super::recording::Recording;
 use crate::config::Mission;
 use crate::link::shell::ports::MAX_INSTANCE;
@@ -93,6 +95,7 @@ pub struct Reporter<'a> {
     hil: Option<Recording>,
     vehicle: Option<Recording>,
     failed: Option<std::io::Error>,
+    parameters: Option<OutputFolder>,
 }
 
 impl<'a> Reporter<'a> {
@@ -103,7 +106,12 @@ impl<'a> Reporter<'a> {
         hil: Option<Recording>,
         vehicle: Option<Recording>,
     ) -> Self {
-        Self { narrator, mission, hil, vehicle, failed: None }
+        Self { narrator, mission, hil, vehicle, failed: None, parameters: None }
+    }
+
+    /// Keeps parameters in a folder when a ground station asks for it.
+    pub fn keeping_parameters_in(self, folder: &OutputFolder) -> Self {
+        Self { parameters: Some(folder.clone()), ..self }
     }
 
     /// Closes the logs.
@@ -121,7 +129,21 @@ impl<'a> Reporter<'a> {
     }
 }
 
+/// The file in the results' folder that PREFLIGHT_STORAGE writes.
+const PARAMETERS: &str = "vehicle.params";
+
 impl Observer for Reporter<'_> {
+    fn keep_parameters(&mut self, text: &str) {
+        let Some(folder) = &self.parameters else { return };
+        // A terminal that is gone is no reason to stop flying, nor is a full disk.
+        let _ = match folder.write(PARAMETERS, |out| out.write_all(text.as_bytes())) {
+            Ok(path) => self.narrator.say(&format!("parameters kept in {}\n", path.display())),
+            Err(Failure::BadInput(error) | Failure::Internal(error)) => {
+                self.narrator.say(&format!("parameters NOT kept: {error:#}\n"))
+            }
+        };
+    }
+
     fn notice(&mut self, notice: Notice) {
         let told = match &notice {
             Notice::Simulator(event) => self.narrator.simulator(event, self.mission),

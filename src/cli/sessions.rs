@@ -1,7 +1,10 @@
 //! The parties of a drop, built from a mission.
 
+use super::args::ChoiceArgs;
+use super::mission::tell;
 use super::outcome::{BadInput, Failure};
-use crate::config::Mission;
+use crate::autopilot::parameters::Parameters;
+use crate::config::{Mission, load_parameters};
 use crate::control::{Airframe, Cascade};
 use crate::link::{
     AutopilotSession, AutopilotSetup, SimulatorConfig, SimulatorSession, StreamerConfig, StreamerSession,
@@ -29,19 +32,32 @@ pub fn simulator(mission: &Mission, system_id: u8) -> SimulatorSession {
     SimulatorSession::new(sim, config)
 }
 
-/// The reference autopilot with the mission's gains.
+/// The reference autopilot with the mission's gains, and with what else a chosen parameter file holds.
 ///
 /// # Errors
 /// [`Failure::BadInput`] when the vehicle cannot be controlled or the gains are out of range.
-pub fn autopilot(mission: &Mission, system_id: u8) -> Result<AutopilotSession, Failure> {
+pub fn autopilot(
+    mission: &Mission,
+    choice: &ChoiceArgs,
+    system_id: u8,
+    keeps_parameters: bool,
+) -> Result<AutopilotSession, Failure> {
     let airframe = Airframe::new(&mission.vehicle, &mission.environment).bad_input()?;
-    Ok(AutopilotSession::new(AutopilotSetup {
+    let mut session = AutopilotSession::new(AutopilotSetup {
         system_id,
         cascade: Cascade::new(airframe, mission.gains, mission.control_limits),
         environment: mission.environment.clone(),
         rotors: mission.vehicle.rotors.len(),
         epoch_unix_us: mission.epoch_unix_us,
-    }))
+        parameters: Parameters::of(&mission.parameter_subject(), system_id).bad_input()?,
+        keeps_parameters,
+    });
+    if let Some(path) = &choice.params {
+        for remark in session.load_parameters(&load_parameters(path).bad_input()?) {
+            tell(&format!("{}: {remark}", path.display()));
+        }
+    }
+    Ok(session)
 }
 
 /// The offboard streamer of a plan.

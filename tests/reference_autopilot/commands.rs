@@ -202,7 +202,7 @@ fn regress_requested_messages_come_or_are_denied() {
 fn regress_before_there_is_a_state_its_messages_are_denied() {
     let mut bench = Bench::new();
     bench.drain();
-    for (message_id, expected) in [(30.0, DENIED), (33.0, DENIED), (148.0, ACCEPTED), (242.0, ACCEPTED)] {
+    for (message_id, expected) in [(30.0, DENIED), (33.0, DENIED), (148.0, ACCEPTED), (242.0, DENIED)] {
         let message = command(MavCmd::MAV_CMD_REQUEST_MESSAGE, &[message_id]);
         assert_eq!(result(&mut bench, &message), expected, "{message_id}");
     }

@@ -8,6 +8,7 @@
 use super::super::frame::Command;
 use super::super::{CommandAck, Frame, Link};
 use super::AutopilotSession;
+use super::missions::Kind;
 use super::streams::{Interval, id};
 use crate::autopilot::{FlightMode, Severity};
 
@@ -30,6 +31,8 @@ mod cmd {
     pub const DO_REPOSITION: u16 = 192;
     pub const DO_PARACHUTE: u16 = 208;
     pub const DO_GRIPPER: u16 = 211;
+    pub const DO_SET_MISSION_CURRENT: u16 = 224;
+    pub const PREFLIGHT_STORAGE: u16 = 245;
     pub const MISSION_START: u16 = 300;
     pub const COMPONENT_ARM_DISARM: u16 = 400;
     pub const GET_HOME_POSITION: u16 = 410;
@@ -68,7 +71,7 @@ impl AutopilotSession {
         match command.command {
             cmd::DO_SET_MODE => self.obey_set_mode(command),
             cmd::COMPONENT_ARM_DISARM => self.obey_arm(command),
-            cmd::REQUEST_MESSAGE => self.obey_request(link, command.param(1).and_then(whole)),
+            cmd::REQUEST_MESSAGE => self.obey_request_message(link, command),
             cmd::GET_HOME_POSITION => self.obey_request(link, Some(id::HOME_POSITION)),
             cmd::REQUEST_AUTOPILOT_CAPABILITIES => self.obey_request(link, Some(id::AUTOPILOT_VERSION)),
             cmd::SET_MESSAGE_INTERVAL => self.obey_set_interval(link, command),
@@ -77,7 +80,9 @@ impl AutopilotSession {
             cmd::NAV_LAND => self.not_flown("LAND is not flown here, only OFFBOARD and HOLD"),
             cmd::NAV_RETURN_TO_LAUNCH => self.not_flown("RETURN is not flown here, only OFFBOARD and HOLD"),
             cmd::DO_REPOSITION => self.not_flown("REPOSITION is not flown: no position control"),
-            cmd::MISSION_START => self.not_flown("there is no mission to start"),
+            cmd::MISSION_START => self.refuse_mission_start(),
+            cmd::DO_SET_MISSION_CURRENT => self.obey_set_mission_current(command),
+            cmd::PREFLIGHT_STORAGE => self.obey_storage(command),
             _ => Outcome::Unsupported,
         }
     }
@@ -139,6 +144,57 @@ impl AutopilotSession {
             }
         };
         if done { Outcome::Accepted } else { Outcome::TemporarilyRejected }
+    }
+
+    fn refuse_mission_start(&mut self) -> Outcome {
+        let text = match self.missions.plan(Kind::Mission).len() {
+            0 => "there is no mission to start",
+            _ => "the mission is kept and not flown: only OFFBOARD and HOLD are",
+        };
+        self.autopilot.say(Severity::Error, text);
+        Outcome::Denied
+    }
+
+    fn obey_set_mission_current(&mut self, command: &Command) -> Outcome {
+        let seq = command.param(1).and_then(whole).and_then(|seq| u16::try_from(seq).ok());
+        match seq {
+            Some(seq) if self.missions.set_current(seq) => Outcome::Accepted,
+            _ => Outcome::Denied,
+        }
+    }
+
+    /// Parameter 1: 1 keep the parameters, 2 back to those of the start. Not in flight, as in PX4.
+    fn obey_storage(&mut self, command: &Command) -> Outcome {
+        if self.autopilot.is_armed() {
+            self.autopilot.say(Severity::Error, "parameters are stored and reset only while disarmed");
+            return Outcome::TemporarilyRejected;
+        }
+        match command.param(1) {
+            Some(1.0) if self.keeps_parameters => {
+                self.saved_parameters = Some(self.parameter_file());
+                Outcome::Accepted
+            }
+            Some(1.0) => {
+                self.autopilot
+                    .say(Severity::Error, "parameters are not stored: there is no folder for results");
+                Outcome::Denied
+            }
+            Some(2.0) => {
+                self.reset_parameters();
+                Outcome::Accepted
+            }
+            _ => Outcome::Unsupported,
+        }
+    }
+
+    fn obey_request_message(&mut self, link: Link, command: &Command) -> Outcome {
+        let message_id = command.param(1).and_then(whole);
+        if message_id != Some(id::AVAILABLE_MODES) {
+            return self.obey_request(link, message_id);
+        }
+        let sent =
+            command.param(2).map_or(Some(0), whole).is_some_and(|i| self.send_available_modes(link, i));
+        if sent { Outcome::Accepted } else { Outcome::Denied }
     }
 
     fn obey_request(&mut self, link: Link, message_id: Option<u32>) -> Outcome {

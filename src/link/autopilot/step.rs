@@ -24,6 +24,7 @@ impl AutopilotSession {
         if self.running && now < self.clock {
             self.autopilot.restart();
             self.hil.start_over(now);
+            self.restart_services();
             self.home = Home::default();
             self.ports.iter_mut().for_each(|port| port.schedule.restart());
         }

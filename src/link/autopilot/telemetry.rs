@@ -4,8 +4,11 @@
 use mavlink::dialects::common::*;
 
 use super::super::TimeUs;
+use super::files::FileServer;
 use super::hil::HilInput;
 use super::home::Home;
+use super::identity;
+use super::missions::Missions;
 use super::streams::id;
 use crate::autopilot::Autopilot;
 use crate::frames::{quaternion_from_euler, yaw};
@@ -25,6 +28,8 @@ pub(super) struct Telemetry<'a> {
     pub home: &'a Home,
     pub rotors: usize,
     pub epoch_unix_us: u64,
+    pub missions: &'a Missions,
+    pub files: &'a FileServer,
 }
 
 impl Telemetry<'_> {
@@ -43,7 +48,7 @@ impl Telemetry<'_> {
                 target_system: 0,
                 target_component: 0,
             }),
-            id::AUTOPILOT_VERSION => autopilot_version(),
+            id::AUTOPILOT_VERSION => identity::autopilot_version(),
             id::HOME_POSITION => self.home_position()?,
             id::BATTERY_STATUS => battery_status(),
             id::EXTENDED_SYS_STATE => self.extended_sys_state()?,
@@ -53,6 +58,14 @@ impl Telemetry<'_> {
             id::ATTITUDE_TARGET => self.attitude_target()?,
             id::POSITION_TARGET_LOCAL_NED => self.position_target()?,
             id::ESTIMATOR_STATUS => self.estimator_status()?,
+            id::MISSION_CURRENT => self.mission_current(),
+            id::COMPONENT_METADATA => self.component_metadata()?,
+            id::CURRENT_MODE => identity::current_mode(self.autopilot.mode()),
+            id::AVAILABLE_MODES_MONITOR => {
+                MavMessage::AVAILABLE_MODES_MONITOR(AVAILABLE_MODES_MONITOR_DATA {
+                    seq: identity::MODES_VERSION,
+                })
+            }
             _ => return self.motion(message_id),
         })
     }
@@ -277,22 +290,6 @@ fn battery_status() -> MavMessage {
         battery_remaining: -1,
         fault_bitmask: MavBatteryFault::empty(),
         ..BATTERY_STATUS_DATA::DEFAULT
-    })
-}
-
-/// Version 1.14.0, "official": the PX4 release whose wire behaviour this follows; the custom version says who it is.
-fn autopilot_version() -> MavMessage {
-    use MavProtocolCapability as Capability;
-    MavMessage::AUTOPILOT_VERSION(AUTOPILOT_VERSION_DATA {
-        capabilities: Capability::MAV_PROTOCOL_CAPABILITY_MISSION_INT
-            | Capability::MAV_PROTOCOL_CAPABILITY_COMMAND_INT
-            | Capability::MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
-            | Capability::MAV_PROTOCOL_CAPABILITY_SET_ATTITUDE_TARGET
-            | Capability::MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
-            | Capability::MAV_PROTOCOL_CAPABILITY_MAVLINK2,
-        flight_sw_version: 0x010E_00FF,
-        flight_custom_version: *b"samara\0\0",
-        ..AUTOPILOT_VERSION_DATA::DEFAULT
     })
 }
 

@@ -84,6 +84,9 @@ pub async fn run_autopilot<O: Observer>(
         shell.receive();
         shell.session.handle_time(shell.started.elapsed_us());
         shell.send().await;
+        if let Some(text) = shell.session.take_saved_parameters() {
+            shell.observer.keep_parameters(&text);
+        }
         if had && shell.connection.is_none() && after == AfterSimulator::Return {
             break;
         }

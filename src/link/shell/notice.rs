@@ -157,6 +157,11 @@ pub trait Observer {
     fn frame(&mut self, now: TimeUs, link: Link, bytes: &[u8]) {
         let _ = (now, link, bytes);
     }
+
+    /// A ground station wants the parameters kept: the text of a parameter file.
+    fn keep_parameters(&mut self, text: &str) {
+        let _ = text;
+    }
 }
 
 impl<F: FnMut(Notice)> Observer for F {

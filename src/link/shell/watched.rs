@@ -88,6 +88,9 @@ pub async fn run_watched_drop<O: Observer>(
         while let Some(event) = wire.streamer.poll_event() {
             observer.notice(Notice::Streamer(event));
         }
+        if let Some(text) = wire.autopilot.take_saved_parameters() {
+            observer.keep_parameters(&text);
+        }
         if !goes_on {
             break;
         }
