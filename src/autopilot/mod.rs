@@ -6,6 +6,10 @@
 //! | [`arming`] | checks before arming and disarming, with reasons |
 //! | [`setpoint`] | what a companion may ask for |
 //! | [`offboard`] | how long a setpoint lives |
+//! | [`navigator`] | where HOLD, TAKEOFF, LAND and RETURN go |
+//! | [`land_detector`] | whether it stands on something |
+//! | [`failsafe`], `guard` | when the autopilot acts on its own, and how |
+//! | [`settings`] | what all that goes by |
 //! | [`flight`] | the control step: from setpoint and state to throttles |
 //! | [`event`] | what is said to the crew |
 //! | [`parameters`] | what is in effect, under PX4's names |
@@ -13,38 +17,49 @@
 //! Time is simulated and comes as an argument, in microseconds; it does not run backwards (a restarted simulator is
 //! answered by [`Autopilot::restart`]). The state comes with each step: there is no estimator here.
 //!
-//! It wakes up disarmed, in HOLD. Motors turn only while armed, and only once OFFBOARD has been in effect since arming:
-//! before that an armed vehicle waits with its motors at zero, as one on the ground or under a canopy must. From then on
-//! HOLD flies: zero velocity at the present heading. That is also what a loss of setpoints leads to.
+//! It wakes up disarmed, in HOLD. Motors turn only while armed, and only once OFFBOARD or TAKEOFF has been in effect since arming:
+//! before that an armed vehicle waits with its motors at zero, as one on the ground or under a canopy must. From then on every
+//! mode flies. HOLD is also what a loss of setpoints leads to, unless COM_OBL_RC_ACT says otherwise.
 //!
 //! The cascade starts from zero integrals whenever the kind of control changes: with the first velocity setpoint, and
 //! with each switch between velocity, attitude and rates.
 
 pub mod arming;
 pub mod event;
+pub mod failsafe;
 pub mod flight;
+mod guard;
+pub mod land_detector;
 pub mod modes;
+pub mod navigator;
 pub mod offboard;
 pub mod parameters;
 pub mod setpoint;
+pub mod settings;
 
 pub use arming::{ArmingRefusal, DisarmingRefusal};
 pub use event::{Event, Severity};
 pub use flight::VelocityTarget;
 pub use modes::FlightMode;
+pub use navigator::Navigator;
 pub use setpoint::{Setpoint, SetpointRefusal, VelocityFrame, YawSetpoint};
+pub use settings::Settings;
+
+use nalgebra::Vector3;
 
 use crate::control::{Cascade, ControlLimits, ControlOutput, Gains, Measurement};
 use crate::units::US_PER_S;
 use event::EventQueue;
+use failsafe::Watch;
 use flight::Control;
+use land_detector::LandDetector;
 use offboard::SetpointStore;
 
 /// Why a mode is not entered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ModeRefusal {
     /// This autopilot does not fly the mode.
-    #[error("{} is not flown here, only OFFBOARD and HOLD", .0.name())]
+    #[error("{} is not flown here", .0.name())]
     NotFlown(FlightMode),
     /// OFFBOARD without a setpoint that is young enough.
     #[error("OFFBOARD refused: no setpoint in the last {} s", *timeout_us as f64 / US_PER_S)]
@@ -60,13 +75,23 @@ pub struct Autopilot {
     cascade: Cascade,
     mode: FlightMode,
     armed: bool,
-    /// OFFBOARD has been in effect since arming: HOLD flies.
+    /// OFFBOARD or TAKEOFF has been in effect since arming: every mode flies.
     engaged: bool,
     /// Thrust has been commanded since arming.
     flying: bool,
-    /// Setpoints were lost and nobody has chosen a mode since.
+    /// A failsafe has chosen the mode and nobody has chosen one since.
     failsafe: bool,
+    settings: Settings,
     setpoints: SetpointStore,
+    navigator: Navigator,
+    land_detector: LandDetector,
+    watch: Watch,
+    armed_at_us: u64,
+    ground_station_heard_us: Option<u64>,
+    /// Share of the battery's charge, 0..1.
+    charge: Option<f64>,
+    home_ned: Option<Vector3<f64>>,
+    p_ned: Vector3<f64>,
     state: Option<(u64, Measurement)>,
     last_step_us: Option<u64>,
     control: Control,
@@ -80,6 +105,7 @@ impl Autopilot {
     /// Disarmed, in HOLD, with a controller at rest.
     pub fn new(cascade: Cascade) -> Self {
         Self {
+            settings: Settings::beside(cascade.gains()),
             cascade,
             mode: FlightMode::AutoLoiter,
             armed: false,
@@ -87,6 +113,14 @@ impl Autopilot {
             flying: false,
             failsafe: false,
             setpoints: SetpointStore::default(),
+            navigator: Navigator::default(),
+            land_detector: LandDetector::default(),
+            watch: Watch::default(),
+            armed_at_us: 0,
+            ground_station_heard_us: None,
+            charge: None,
+            home_ned: None,
+            p_ned: Vector3::zeros(),
             state: None,
             last_step_us: None,
             control: Control::Off,
@@ -103,7 +137,7 @@ impl Autopilot {
         events.say(Event::new(Severity::Warning, "simulated time started over: disarmed"));
         self.cascade.reset();
         let timeout_us = self.setpoints.timeout_us();
-        *self = Self { events, ..Self::new(self.cascade.clone()) };
+        *self = Self { events, settings: self.settings, ..Self::new(self.cascade.clone()) };
         self.setpoints.set_timeout_us(timeout_us);
     }
 
@@ -122,7 +156,17 @@ impl Autopilot {
         self.flying
     }
 
-    /// Whether a loss of setpoints put the vehicle into HOLD.
+    /// Whether it flies and does not stand.
+    pub fn is_in_air(&self) -> bool {
+        self.flying && !self.land_detector.is_landed()
+    }
+
+    /// Whether the mode takes it to the ground.
+    pub fn is_landing(&self) -> bool {
+        matches!(self.mode, FlightMode::AutoLand | FlightMode::AutoRtl) && self.navigator.is_landing()
+    }
+
+    /// Whether a failsafe has chosen the mode.
     pub fn in_failsafe(&self) -> bool {
         self.failsafe
     }
@@ -151,6 +195,21 @@ impl Autopilot {
     /// Changes how long a setpoint lives in OFFBOARD [us].
     pub fn set_setpoint_timeout_us(&mut self, timeout_us: u64) {
         self.setpoints.set_timeout_us(timeout_us);
+    }
+
+    /// What the automatic modes and failsafes fly by.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The same, to be changed; in effect at the next step.
+    pub fn settings_mut(&mut self) -> &mut Settings {
+        &mut self.settings
+    }
+
+    /// Sets home, NED [m].
+    pub fn set_home(&mut self, home_ned: Vector3<f64>) {
+        self.home_ned = Some(home_ned);
     }
 
     /// What the last step commanded; zero while the motors are off.
@@ -200,18 +259,36 @@ impl Autopilot {
             return Err(refusal);
         }
         self.failsafe = false;
-        self.enter(mode);
+        if mode != self.mode {
+            self.say(Severity::Info, format!("mode {}", mode.name()));
+        }
+        self.enter(mode, Navigator::begin(mode));
         Ok(())
     }
 
-    fn enter(&mut self, mode: FlightMode) {
-        if mode != self.mode {
-            self.mode = mode;
-            let text =
-                if mode == FlightMode::Offboard { "mode OFFBOARD" } else { "mode HOLD: zero velocity" };
-            self.say(Severity::Info, text);
-        }
-        self.engaged |= self.armed && mode == FlightMode::Offboard;
+    /// HOLD at a place, NED [m], to which the vehicle goes first.
+    pub fn reposition(&mut self, place_ned: Vector3<f64>, yaw: YawSetpoint) {
+        self.failsafe = false;
+        self.say(Severity::Info, "mode HOLD: going there");
+        self.enter(FlightMode::AutoLoiter, Navigator::hold_at(place_ned, yaw));
+    }
+
+    /// TAKEOFF to a position down [m] instead of MIS_TAKEOFF_ALT above home.
+    pub fn take_off_to(&mut self, down_m: f64) {
+        self.failsafe = false;
+        self.say(Severity::Info, "mode AUTO.TAKEOFF");
+        self.enter(FlightMode::AutoTakeoff, Navigator::take_off_to(down_m));
+    }
+
+    /// Changes the horizontal speed of the automatic mode, until the next one [m/s]; `None` is MPC_XY_CRUISE.
+    pub fn set_speed(&mut self, speed_m_s: Option<f64>) {
+        self.navigator.set_speed(speed_m_s);
+    }
+
+    fn enter(&mut self, mode: FlightMode, navigator: Navigator) {
+        self.mode = mode;
+        self.navigator = navigator;
+        self.engaged |= self.armed && mode.lifts_off();
     }
 
     /// Arms; `force` skips the checks. Arming twice does nothing.
@@ -227,7 +304,12 @@ impl Autopilot {
             return Err(refusal);
         }
         self.armed = true;
-        self.engaged = self.mode == FlightMode::Offboard;
+        self.armed_at_us = now_us;
+        self.engaged = self.mode.lifts_off();
+        // What an automatic mode has seen before does not count.
+        if !matches!(self.mode, FlightMode::AutoTakeoff) {
+            self.navigator = Navigator::begin(self.mode);
+        }
         self.say(Severity::Info, if force { "armed (forced)" } else { "armed" });
         Ok(())
     }
@@ -240,12 +322,14 @@ impl Autopilot {
         if !self.armed {
             return Ok(());
         }
-        if self.flying && !force {
+        if self.is_in_air() && !force {
             self.say(Severity::Critical, DisarmingRefusal::Flying.to_string());
             return Err(DisarmingRefusal::Flying);
         }
-        let text = if self.flying { "disarmed in flight (forced)" } else { "disarmed" };
-        (self.armed, self.engaged, self.flying) = (false, false, false);
+        let text = if self.is_in_air() { "disarmed in flight (forced)" } else { "disarmed" };
+        (self.armed, self.engaged, self.flying, self.failsafe) = (false, false, false, false);
+        (self.land_detector, self.watch) = (LandDetector::default(), Watch::default());
+        self.navigator = Navigator::begin(self.mode);
         self.switch_off();
         self.say(Severity::Info, text);
         Ok(())

@@ -34,7 +34,7 @@ impl AutopilotSession {
             Some(state) => {
                 self.without_state = false;
                 self.home.follow(&state, self.autopilot.is_armed());
-                self.autopilot.step(now, &state.measurement)
+                self.autopilot.step(now, &state.p_ned, &state.measurement)
             }
             None => self.step_without_state(now),
         };
