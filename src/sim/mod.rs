@@ -6,10 +6,14 @@
 //! | [`plant`] | the vehicle as the controller meets it: ideal thrusts or real actuators |
 //! | [`drop`](mod@drop) | hang, release, fall, powered flight |
 //! | [`flight`] | a whole flight, controller and vehicle, without MAVLink frames |
+//! | [`ground`] | what a vehicle stands on |
+//! | [`battery`] | what the rotors take |
 //! | [`record`] | one row of a flight's record |
 
+pub mod battery;
 pub mod drop;
 pub mod flight;
+pub mod ground;
 pub mod integrator;
 pub mod plant;
 pub mod record;
@@ -18,8 +22,12 @@ pub mod record;
 mod drop_tests;
 #[cfg(test)]
 mod flight_tests;
+#[cfg(test)]
+mod ground_tests;
 
+pub use battery::Battery;
 pub use drop::{DropSimulation, Phase, ReleaseTrigger, Start};
 pub use flight::{FlightPlan, Reference, fly};
+pub use ground::Ground;
 pub use plant::{PlantKind, PlantState};
 pub use record::Sample;
