@@ -255,7 +255,7 @@ fn regress_a_mission_is_kept_told_and_not_flown() {
     let select = command(MavCmd::MAV_CMD_DO_SET_MISSION_CURRENT, &[1.0]);
     assert_eq!(acks(&bench.send(Link::Api, &select))[0].result, 0);
     let sent = bench.send(Link::GroundStation, &command(MavCmd::MAV_CMD_MISSION_START, &[0.0, 0.0]));
-    assert_eq!(acks(&sent)[0].result, 2);
+    assert_eq!(acks(&sent)[0].result, 3);
     assert!(texts(&sent, Link::GroundStation).concat().contains("kept and not flown"));
 }
 
