@@ -6,6 +6,7 @@
 //! | `hil`, `home` | the simulator's messages read as a state; where home is |
 //! | `step` | the control step, its answer, the telemetry that is due |
 //! | `commands` | COMMAND_LONG, COMMAND_INT, SET_MODE |
+//! | `navigation` | the commands about where to fly |
 //! | [`setpoints`] | SET_ATTITUDE_TARGET, SET_POSITION_TARGET_LOCAL_NED |
 //! | `telemetry`, `motion`, `statustext` | the messages it sends |
 //! | `streams` | how often, on which link |
@@ -28,6 +29,7 @@ mod home;
 mod identity;
 mod missions;
 mod motion;
+mod navigation;
 mod parameters;
 mod port;
 mod services;
@@ -111,6 +113,8 @@ pub struct AutopilotSession {
     saved_parameters: Option<String>,
     missions: Missions,
     files: FileServer,
+    /// What the simulator says of the battery.
+    battery: Option<BATTERY_STATUS_DATA>,
     out: VecDeque<Transmit>,
 }
 
@@ -143,8 +147,10 @@ impl AutopilotSession {
             keeps_parameters: setup.keeps_parameters,
             saved_parameters: None,
             missions: Missions::default(),
+            battery: None,
             out: VecDeque::new(),
         };
+        session.parameters.settle(&mut session.autopilot);
         session.greet_simulator();
         session
     }
@@ -191,10 +197,19 @@ impl AutopilotSession {
             MavMessage::HIL_STATE_QUATERNION(m) if link == Link::Simulator => {
                 self.hil.take_coarse(m, &self.environment);
             }
+            MavMessage::BATTERY_STATUS(m) if link == Link::Simulator && m.battery_remaining >= 0 => {
+                self.autopilot.set_charge(f64::from(m.battery_remaining) / 100.0);
+                self.battery = Some(m.clone());
+            }
+            MavMessage::HEARTBEAT(m) if link != Link::Simulator => {
+                if m.mavtype == MavType::MAV_TYPE_GCS {
+                    self.autopilot.hear_ground_station(self.clock);
+                }
+            }
             MavMessage::HIL_GPS(m) if link == Link::Simulator => self.hil.gps = Some(m.clone()),
             MavMessage::SET_POSITION_TARGET_LOCAL_NED(m) => {
                 if self.is_for_us(m.target_system, m.target_component) {
-                    self.take_setpoint(setpoints::velocity_setpoint(m));
+                    self.take_setpoint(setpoints::local_setpoint(m));
                 }
             }
             MavMessage::SET_ATTITUDE_TARGET(m) => {
@@ -247,6 +262,7 @@ impl AutopilotSession {
             epoch_unix_us: self.epoch_unix_us,
             missions: &self.missions,
             files: &self.files,
+            battery: self.battery.as_ref(),
         }
     }
 }

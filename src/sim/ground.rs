@@ -3,7 +3,7 @@
 //! Each foot below the plane, at depth `d`, is pushed up by a spring with a damper that never pull, and held by friction:
 //!
 //! ```text
-//! N_i = max(0, m/n (w^2 d + 2 w d_dot))                    w = 40 rad/s: critically damped, sags g/w^2
+//! N_i = max(0, m/n (w^2 d + 2 w d_dot))                    w = 40 rad/s: critically damped, sags g/w^2, leaves with e^-2 = 14 % of the speed it came with
 //! F_i = -min(mu N_i, m/n c |v_t|) v_t/|v_t|                mu = 0.8, c = 150 1/s
 //! ```
 //!

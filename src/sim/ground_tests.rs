@@ -51,10 +51,10 @@ fn closed_form_what_stands_weighs_its_weight_and_stays() {
     assert!((specific.z + sim.environment().gravity_m_s2).abs() < 1e-9, "an accelerometer at rest");
 }
 
-/// From a height h it arrives at sqrt(2 g h); critically damped it does not leave the ground again, and at such a speed it
-/// goes `v/(e w)` deep, gravity but a little more.
+/// From a height h it arrives at sqrt(2 g h) and goes `v/(e w)` deep; where the spring would begin to pull, 2/w later, it leaves
+/// with `v e^-2`; in the end it rests. (Gravity changes that but a little at such a speed.)
 #[test]
-fn closed_form_a_fall_arrives_at_its_speed_and_does_not_bounce() {
+fn closed_form_a_fall_arrives_at_its_speed_and_comes_to_rest() {
     let mut sim = falling(5.0, [0.0; 3], LEVEL);
     let g = sim.environment().gravity_m_s2;
     let mut fastest: f64 = 0.0;
@@ -64,15 +64,16 @@ fn closed_form_a_fall_arrives_at_its_speed_and_does_not_bounce() {
     }
     let arrives = (2.0 * g * 5.0).sqrt();
     assert!((fastest - arrives).abs() < 1.5 * g * STEP_S, "{fastest} {arrives}");
-    let (mut deepest, mut left) = (0.0f64, false);
-    for _ in 0..1000 {
+    let (mut deepest, mut leaves) = (0.0f64, 0.0f64);
+    for _ in 0..5000 {
         sim.step(&OFF, STEP_S);
         deepest = deepest.max(sim.state().body.p_ned.z - GROUND.down_m);
-        left |= !sim.on_ground();
+        leaves = leaves.max(-sim.state().body.v_ned.z);
     }
     let closed = arrives / (std::f64::consts::E * CONTACT_FREQUENCY_RAD_S);
     assert!((deepest / closed - 1.0).abs() < 0.1, "{deepest} {closed}");
-    assert!(!left && sim.state().body.v_ned.norm() < 1e-6);
+    assert!((leaves / (arrives * (-2.0f64).exp()) - 1.0).abs() < 0.1, "{leaves} {arrives}");
+    assert!(sim.state().body.v_ned.norm() < 1e-6);
 }
 
 /// Sliding at v it comes to rest after v^2/(2 mu g).
@@ -100,7 +101,7 @@ fn closed_form_what_lands_on_one_foot_comes_to_stand_level() {
     assert!((body.p_ned.z - GROUND.standing_down_m(site().gravity_m_s2)).abs() < 1e-6);
 }
 
-/// However it arrives, the numbers stay finite and it stays on the ground.
+/// However it arrives, it comes to lie or slides on.
 #[test]
 fn prop_hard_impacts_in_any_attitude_stay_bounded() {
     for (i, speed) in [5.0, 15.0, 40.0].into_iter().enumerate() {
@@ -110,7 +111,7 @@ fn prop_hard_impacts_in_any_attitude_stay_bounded() {
                 sim.step(&OFF, STEP_S);
             }
             let body = &sim.state().body;
-            assert!(body.v_ned.norm() < 0.1 * speed, "{speed} {angle}: {}", body.v_ned);
+            assert!(body.v_ned.z.abs() < 0.1 && body.v_ned.norm() < 0.5 * speed, "{speed} {angle}: {}", body.v_ned);
             assert!((body.p_ned.z - GROUND.down_m).abs() < 3.0);
         }
     }

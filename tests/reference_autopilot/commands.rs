@@ -240,8 +240,9 @@ fn regress_message_intervals_are_per_link() {
 fn regress_a_mode_that_is_not_entered_is_refused_with_the_reason() {
     let mut bench = Bench::running();
     for (params, reason) in [
-        (&[1.0, 7.0][..], "STABILIZED is not flown here, only OFFBOARD and HOLD"),
-        (&[1.0, 4.0, 6.0], "AUTO.LAND is not flown here, only OFFBOARD and HOLD"),
+        (&[1.0, 7.0][..], "STABILIZED is not flown here"),
+        (&[1.0, 4.0, 4.0], "AUTO.MISSION is not flown here"),
+        (&[1.0, 4.0, 1.0], "AUTO.READY is not flown here"),
         (&[1.0, 4.0, 9.0], "mode refused: unsupported auto mode"),
         (&[1.0, 9.0], "mode refused: no such mode"),
     ] {

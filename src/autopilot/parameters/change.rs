@@ -100,6 +100,13 @@ impl Parameters {
         remarks
     }
 
+    /// Puts the settings of the start into effect, in an autopilot that knows none of them.
+    pub fn settle(&self, autopilot: &mut Autopilot) {
+        for entry in self.entries.iter().filter(|entry| entry.role == Role::Setting) {
+            autopilot.settings_mut().set(&entry.name, entry.value.as_f64());
+        }
+    }
+
     /// Back to the values of the start; indices of all that have a new value by it.
     pub fn reset(&mut self, autopilot: &mut Autopilot) -> Vec<usize> {
         let mut changed = Vec::new();
@@ -135,6 +142,10 @@ impl Parameters {
                 autopilot.tune(gains, limits);
             }
             Role::Hover => autopilot.set_mass_kg(entry.value.as_f64() * self.mass_at_full_kg),
+            Role::Setting => {
+                // What its range lets through it takes.
+                autopilot.settings_mut().set(&entry.name, entry.value.as_f64());
+            }
             Role::SetpointLife => {
                 autopilot.set_setpoint_timeout_us((entry.value.as_f64() * US_PER_S).round() as u64);
             }

@@ -15,7 +15,7 @@ use crate::autopilot::{FlightMode, Severity};
 /// Result of a command (`MAV_RESULT`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-enum Outcome {
+pub(super) enum Outcome {
     Accepted = 0,
     TemporarilyRejected = 1,
     Denied = 2,
@@ -28,6 +28,8 @@ mod cmd {
     pub const NAV_LAND: u16 = 21;
     pub const NAV_TAKEOFF: u16 = 22;
     pub const DO_SET_MODE: u16 = 176;
+    pub const DO_CHANGE_SPEED: u16 = 178;
+    pub const DO_SET_HOME: u16 = 179;
     pub const DO_REPOSITION: u16 = 192;
     pub const DO_PARACHUTE: u16 = 208;
     pub const DO_GRIPPER: u16 = 211;
@@ -76,10 +78,12 @@ impl AutopilotSession {
             cmd::REQUEST_AUTOPILOT_CAPABILITIES => self.obey_request(link, Some(id::AUTOPILOT_VERSION)),
             cmd::SET_MESSAGE_INTERVAL => self.obey_set_interval(link, command),
             cmd::GET_MESSAGE_INTERVAL => self.obey_get_interval(link, command),
-            cmd::NAV_TAKEOFF => self.not_flown("TAKEOFF is not flown here, only OFFBOARD and HOLD"),
-            cmd::NAV_LAND => self.not_flown("LAND is not flown here, only OFFBOARD and HOLD"),
-            cmd::NAV_RETURN_TO_LAUNCH => self.not_flown("RETURN is not flown here, only OFFBOARD and HOLD"),
-            cmd::DO_REPOSITION => self.not_flown("REPOSITION is not flown: no position control"),
+            cmd::NAV_TAKEOFF => self.obey_takeoff(command),
+            cmd::NAV_LAND => self.enter(FlightMode::AutoLand),
+            cmd::NAV_RETURN_TO_LAUNCH => self.enter(FlightMode::AutoRtl),
+            cmd::DO_REPOSITION => self.obey_reposition(command),
+            cmd::DO_CHANGE_SPEED => self.obey_change_speed(command),
+            cmd::DO_SET_HOME => self.obey_set_home(command),
             cmd::MISSION_START => self.refuse_mission_start(),
             cmd::DO_SET_MISSION_CURRENT => self.obey_set_mission_current(command),
             cmd::PREFLIGHT_STORAGE => self.obey_storage(command),
@@ -115,11 +119,7 @@ impl AutopilotSession {
 
     fn enter_mode(&mut self, main: u8, sub: u8) -> Outcome {
         match FlightMode::from_numbers(main, sub) {
-            Some(mode) => match self.autopilot.request_mode(self.clock, mode) {
-                Ok(()) => Outcome::Accepted,
-                // It has said why.
-                Err(_) => Outcome::TemporarilyRejected,
-            },
+            Some(mode) => self.enter(mode),
             None if main == FlightMode::AutoLoiter.main_number() => {
                 self.autopilot.say(Severity::Error, "mode refused: unsupported auto mode");
                 Outcome::TemporarilyRejected
@@ -149,7 +149,7 @@ impl AutopilotSession {
     fn refuse_mission_start(&mut self) -> Outcome {
         let text = match self.missions.plan(Kind::Mission).len() {
             0 => "there is no mission to start",
-            _ => "the mission is kept and not flown: only OFFBOARD and HOLD are",
+            _ => "the mission is kept and not flown",
         };
         self.not_flown(text)
     }

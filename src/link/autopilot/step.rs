@@ -34,6 +34,9 @@ impl AutopilotSession {
             Some(state) => {
                 self.without_state = false;
                 self.home.follow(&state, self.autopilot.is_armed());
+                if let Some(home) = self.home.state() {
+                    self.autopilot.set_home(home.p_ned);
+                }
                 self.autopilot.step(now, &state.p_ned, &state.measurement)
             }
             None => self.step_without_state(now),
