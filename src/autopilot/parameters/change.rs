@@ -1,8 +1,9 @@
 //! A new value of a parameter: checked against its type and range, put into effect, and what follows from it.
 
 use super::table::Role;
-use super::{Entry, Parameters};
+use super::{Entry, Parameters, range_in_words};
 use crate::autopilot::Autopilot;
+use crate::params::file::AUTOPILOT_COMPONENT;
 use crate::params::metadata::Kind;
 use crate::params::{ParameterFile, Value, adopt};
 use crate::units::US_PER_S;
@@ -22,7 +23,7 @@ pub enum Refusal {
         expected: &'static str,
     },
     /// A NaN, an infinity or a value outside the range.
-    #[error("{name} refused: {value} is not within {range}")]
+    #[error("{name} refused: {value} where {range} is expected")]
     OutOfRange {
         /// The parameter.
         name: String,
@@ -77,20 +78,22 @@ impl Parameters {
         Ok(changed)
     }
 
-    /// Puts in what a file holds beyond gains, limits and the vehicle: those have come with the mission. What the autopilot has not or does not
-    /// take is told.
+    /// Puts in what a file holds; what the autopilot has not or does not take is told. Gains that a mission has taken from the same
+    /// file stay what they are, to the bit.
     pub fn load(&mut self, file: &ParameterFile, autopilot: &mut Autopilot) -> Vec<String> {
         let mut remarks = Vec::new();
         let mut unknown = Vec::new();
-        for (_, name, entry) in file.entries().filter(|(component, ..)| *component == 1) {
-            if self.index_of(name).is_some_and(|i| self.entries[i].role.comes_with_the_mission()) {
-                continue;
+        // K of a rate loop is 1 where a file has its P and no K.
+        for (k, p) in [("MC_PITCHRATE_K", "MC_PITCHRATE_P"), ("MC_YAWRATE_K", "MC_YAWRATE_P")] {
+            if file.get(p).is_some() && file.get(k).is_none() && self.index_of(k).is_some() {
+                remarks.extend(self.start_from(k, Value::Real(1.0), autopilot).err().map(|e| e.to_string()));
             }
-            match self.set(name, entry.value, autopilot) {
-                Ok(changed) => {
-                    changed.into_iter().for_each(|i| self.entries[i].start = self.entries[i].value)
-                }
+        }
+        for (_, name, entry) in file.entries().filter(|(component, ..)| *component == AUTOPILOT_COMPONENT) {
+            match self.start_from(name, entry.value, autopilot) {
+                Ok(()) => {}
                 Err(Refusal::Unknown(name)) => unknown.push(name),
+                Err(Refusal::ReadOnly { .. }) if self.is_judged_elsewhere(name) => {}
                 Err(refusal) => remarks.push(format!("line {}: {refusal}", entry.line)),
             }
         }
@@ -105,6 +108,26 @@ impl Parameters {
         for entry in self.entries.iter().filter(|entry| entry.role == Role::Setting) {
             autopilot.settings_mut().set(&entry.name, entry.value.as_f64());
         }
+    }
+
+    /// Sets a parameter, and what follows from it, as if it had been so from the start.
+    fn start_from(&mut self, name: &str, value: Value, autopilot: &mut Autopilot) -> Result<(), Refusal> {
+        for index in self.set(name, value, autopilot)? {
+            let entry = &mut self.entries[index];
+            // The file's last digit.
+            if entry.name == name {
+                entry.value = value;
+            }
+            entry.start = entry.value;
+        }
+        Ok(())
+    }
+
+    /// Whether [`crate::params::import`] has something to say of it when it differs.
+    fn is_judged_elsewhere(&self, name: &str) -> bool {
+        self.index_of(name).is_some_and(|i| {
+            matches!(self.entries[i].role, Role::Follows(_) | Role::Vehicle | Role::Fact(Value::Real(_)))
+        })
     }
 
     /// Back to the values of the start; indices of all that have a new value by it.
@@ -194,19 +217,20 @@ fn touched(name: &str) -> Vec<&str> {
     }
 }
 
+fn check_type(entry: &Entry, value: Value) -> Result<(), Refusal> {
+    let expected = match (entry.known.kind, value) {
+        (Kind::Int, Value::Real(_)) => "type 6 (INT32)",
+        (Kind::Float, Value::Int(_)) => "type 9 (REAL32)",
+        _ => return Ok(()),
+    };
+    Err(Refusal::WrongType { name: entry.name.clone(), expected })
+}
+
 fn check(entry: &Entry, value: Value) -> Result<(), Refusal> {
     let name = || entry.name.clone();
-    match (entry.known.kind, value) {
-        (Kind::Int, Value::Real(_)) => {
-            return Err(Refusal::WrongType { name: name(), expected: "type 6 (INT32)" });
-        }
-        (Kind::Float, Value::Int(_)) => {
-            return Err(Refusal::WrongType { name: name(), expected: "type 9 (REAL32)" });
-        }
-        _ => {}
-    }
+    check_type(entry, value)?;
     if !value.as_f64().is_finite() {
-        return Err(Refusal::OutOfRange { name: name(), value, range: entry.known.range() });
+        return Err(Refusal::OutOfRange { name: name(), value, range: range_in_words(&entry.known) });
     }
     if same(value, entry.value) {
         return Ok(());
@@ -215,11 +239,7 @@ fn check(entry: &Entry, value: Value) -> Result<(), Refusal> {
         return Err(Refusal::ReadOnly { name: name(), why: entry.role.words() });
     }
     if !entry.known.contains(value.as_f64()) {
-        let range = match (entry.known.min, entry.known.max) {
-            (Some(min), Some(max)) if min == max => format!("{min} only: the rest is not flown here"),
-            _ => entry.known.range(),
-        };
-        return Err(Refusal::OutOfRange { name: name(), value, range });
+        return Err(Refusal::OutOfRange { name: name(), value, range: range_in_words(&entry.known) });
     }
     Ok(())
 }

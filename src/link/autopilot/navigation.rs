@@ -113,7 +113,7 @@ impl AutopilotSession {
     fn down_of(&self, command: &Command) -> Option<f64> {
         let altitude_m = command.param(7).filter(|altitude| altitude.is_finite()).map(f64::from)?;
         Some(if RELATIVE_FRAMES.contains(&command.frame) {
-            self.home.state().map_or(0.0, |home| home.p_ned.z) - altitude_m
+            self.home.place_ned().map_or(0.0, |home| home.z) - altitude_m
         } else {
             self.environment.anchor.altitude_m - altitude_m
         })

@@ -85,6 +85,8 @@ pub async fn run_simulator<O: Observer>(
         shell.send().await;
     }
     shell.send().await;
+    // First, so that an autopilot whose connection ends does not find it open.
+    drop(server);
     Ok(shell.session)
 }
 
