@@ -3,6 +3,9 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod bench;
+mod failsafes;
+mod ground;
+mod ground_bench;
 mod releases;
 #[cfg(feature = "cli")]
 mod sockets;
