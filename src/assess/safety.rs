@@ -91,10 +91,13 @@ pub struct Verdict {
     pub altitude_lost_m: f64,
     /// Time after the rotors were freed [s] from which `|v - v_cmd| <= 1 % |v_cmd|` holds to the end.
     pub steady_after_s: Option<f64>,
-    /// Names of the limits that were passed: "speed", "pitch", "pitch_rate"; "state is not finite" when a state was no number.
+    /// Names of the limits that were passed: "speed", "pitch", "pitch_rate"; "state is not finite" when a state was no
+    /// number, "impact".
     pub limits_passed: Vec<&'static str>,
     /// Velocity at the end, NED [m/s].
     pub final_v_ned: Vector3<f64>,
+    /// Fastest that it came to the ground, if it did [m/s].
+    pub impact_speed_m_s: Option<f64>,
 }
 
 /// Steady within this fraction of the commanded velocity.
@@ -113,6 +116,9 @@ pub struct VerdictBuilder {
     steady_since_s: Option<f64>,
     first_down_m: Option<f64>,
     last: Option<BodyState>,
+    impact_limit_m_s: Option<f64>,
+    impact_speed_m_s: Option<f64>,
+    touching: bool,
 }
 
 impl VerdictBuilder {
@@ -129,7 +135,30 @@ impl VerdictBuilder {
             steady_since_s: None,
             first_down_m: None,
             last: None,
+            impact_limit_m_s: None,
+            impact_speed_m_s: None,
+            touching: false,
         }
+    }
+
+    /// Judges also how fast the vehicle comes to the ground [m/s]: a limit of its own, no part of J_TPF.
+    pub fn judging_impacts(mut self, limit_m_s: f64) -> Self {
+        self.impact_limit_m_s = Some(limit_m_s);
+        self
+    }
+
+    /// A touch counts with the speed of the sample before it; what stood there from the start has not come down.
+    fn observe_ground(&mut self, sample: &Sample) {
+        let touching = sample.balance.ground_force_ned.z < 0.0;
+        let sank_m_s = match self.last {
+            Some(last) => last.v_ned.z,
+            None if sample.phase == Phase::Falling => sample.state.body.v_ned.z,
+            None => 0.0,
+        };
+        if touching && !self.touching && sank_m_s > 0.0 {
+            self.impact_speed_m_s = Some(self.impact_speed_m_s.map_or(sank_m_s, |worst| worst.max(sank_m_s)));
+        }
+        self.touching = touching;
     }
 
     /// Takes the next sample; what happens under the canopy does not count.
@@ -159,6 +188,7 @@ impl VerdictBuilder {
             }
             _ => self.steady_since_s = None,
         }
+        self.observe_ground(sample);
         self.first_down_m.get_or_insert(body.p_ned.z);
         self.last = Some(*body);
     }
@@ -176,6 +206,7 @@ impl VerdictBuilder {
             ("pitch", self.peak.pitch > 1.0),
             ("pitch_rate", self.peak.pitch_rate > 1.0),
             ("state is not finite", self.infinite),
+            ("impact", self.impact_speed_m_s.zip(self.impact_limit_m_s).is_some_and(|(speed, limit)| speed > limit)),
         ];
         Some(Verdict {
             j_tpf: self.j_tpf(),
@@ -187,6 +218,7 @@ impl VerdictBuilder {
             steady_after_s: self.steady_since_s,
             limits_passed: parts.iter().filter(|(_, passed)| *passed).map(|(name, _)| *name).collect(),
             final_v_ned: last.v_ned,
+            impact_speed_m_s: self.impact_speed_m_s,
         })
     }
 }

@@ -75,7 +75,7 @@ fn regress_drop_hold_and_land() {
     assert_eq!(wire.command(MavCmd::MAV_CMD_DO_SET_MODE, &[1.0, 6.0]), 0);
     wire.simulator.release(ReleaseCause::Command);
     assert_eq!(wire.command(MavCmd::MAV_CMD_COMPONENT_ARM_DISARM, &[1.0]), 0);
-    for _ in 0..40 {
+    for _ in 0..80 {
         wire.setpoint([0.0; 3], [2.0, 0.0, 1.0], 0x0DC7);
         wire.fly(0.1);
     }

@@ -129,14 +129,14 @@ impl Wire {
         self.simulator.sim().ground().unwrap().down_m - self.body().p_ned.z
     }
 
-    /// Main and sub mode of the HEARTBEAT.
+    /// Main and sub mode.
     pub fn mode(&self) -> [u8; 2] {
-        let [_, _, main, sub] = self.heartbeat.custom_mode.to_le_bytes();
+        let [_, _, main, sub] = self.autopilot.autopilot().mode().custom_mode().to_le_bytes();
         [main, sub]
     }
 
     pub fn is_armed(&self) -> bool {
-        self.heartbeat.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED)
+        self.autopilot.autopilot().is_armed()
     }
 
     pub fn now_s(&self) -> f64 {

@@ -50,6 +50,10 @@ fn same(a: Value, b: Value) -> bool {
     (a - b).abs() <= SAME * a.abs().max(b.abs())
 }
 
+/// Each rate loop's overall gain, and the gains that it multiplies.
+const RATE_LOOPS: [(&str, &[&str]); 2] =
+    [("MC_PITCHRATE_K", &["MC_PITCHRATE_P", "MC_PITCHRATE_I"]), ("MC_YAWRATE_K", &["MC_YAWRATE_P"])];
+
 impl Parameters {
     /// Changes a parameter and what flies by it; indices of all that have a new value by it, its own first. A parameter that cannot
     /// be changed takes the value that it has.
@@ -83,11 +87,8 @@ impl Parameters {
     pub fn load(&mut self, file: &ParameterFile, autopilot: &mut Autopilot) -> Vec<String> {
         let mut remarks = Vec::new();
         let mut unknown = Vec::new();
-        // K of a rate loop is 1 where a file has its P and no K.
-        for (k, p) in [("MC_PITCHRATE_K", "MC_PITCHRATE_P"), ("MC_YAWRATE_K", "MC_YAWRATE_P")] {
-            if file.get(p).is_some() && file.get(k).is_none() && self.index_of(k).is_some() {
-                remarks.extend(self.start_from(k, Value::Real(1.0), autopilot).err().map(|e| e.to_string()));
-            }
+        for (k, terms) in RATE_LOOPS {
+            self.part_as_in(file, k, terms);
         }
         for (_, name, entry) in file.entries().filter(|(component, ..)| *component == AUTOPILOT_COMPONENT) {
             match self.start_from(name, entry.value, autopilot) {
@@ -107,6 +108,25 @@ impl Parameters {
     pub fn settle(&self, autopilot: &mut Autopilot) {
         for entry in self.entries.iter().filter(|entry| entry.role == Role::Setting) {
             autopilot.settings_mut().set(&entry.name, entry.value.as_f64());
+        }
+    }
+
+    /// Parts the gains of a rate loop between K and the rest as a file does, K being 1 where it has none; what the file leaves out
+    /// keeps its product with K.
+    fn part_as_in(&mut self, file: &ParameterFile, k: &str, terms: &[&str]) {
+        if !terms.iter().chain([&k]).any(|name| file.get(name).is_some()) {
+            return;
+        }
+        let new = file.get(k).map_or(1.0, Value::as_f64);
+        let Some(index) = self.index_of(k).filter(|_| new > 0.0 && new.is_finite()) else { return };
+        let old = self.entries[index].value.as_f64();
+        let factors = terms.iter().map(|term| (*term, old / new)).chain([(k, new / old)]);
+        for (name, factor) in factors {
+            if let Some(index) = self.index_of(name) {
+                let entry = &mut self.entries[index];
+                entry.value = Value::Real((entry.value.as_f64() * factor) as f32);
+                entry.start = entry.value;
+            }
         }
     }
 

@@ -167,6 +167,21 @@ fn regress_a_file_is_loaded_and_what_is_unknown_is_told() {
     assert_eq!(autopilot.cascade().gains().k_ptheta, 9.0);
 }
 
+/// A file that has P of a rate loop and no K means a K of 1; what it leaves out keeps its gain.
+#[test]
+fn closed_form_a_rate_loop_is_parted_as_in_the_file() {
+    let (mut parameters, mut autopilot) = bench();
+    parameters.set("MC_PITCHRATE_K", real(4.0), &mut autopilot).unwrap();
+    let before = *autopilot.cascade().gains();
+    let p = 2.0 * 4.0 * parameters.number("MC_PITCHRATE_P").unwrap();
+    let file = ParameterFile::parse(&format!("1\t1\tMC_PITCHRATE_P\t{p}\t9\n")).unwrap();
+    assert_eq!(parameters.load(&file, &mut autopilot), Vec::<String>::new());
+    let after = autopilot.cascade().gains();
+    assert!((after.k_pq / before.k_pq - 2.0).abs() < 1e-6, "{after:?}");
+    assert!((after.k_iq / before.k_iq - 1.0).abs() < 1e-6, "{after:?}");
+    assert_eq!(parameters.number("MC_PITCHRATE_K"), Some(1.0));
+}
+
 /// A file exported for the mission, imported by it and loaded: the gains of the import to the bit, and the file's digits.
 #[test]
 fn closed_form_the_gains_of_a_file_are_those_that_the_mission_took_from_it() {
