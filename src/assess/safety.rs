@@ -182,13 +182,15 @@ impl VerdictBuilder {
             }
         }
         let near = (body.v_ned - self.v_cmd_ned).norm() <= STEADY_FRACTION * self.v_cmd_ned.norm();
+        self.observe_ground(sample);
         match sample.t_powered_s {
+            // What was steady when it came to the ground stays so.
+            _ if self.impact_speed_m_s.is_some() => {}
             Some(t) if near && sample.phase == Phase::Powered => {
                 self.steady_since_s.get_or_insert(t);
             }
             _ => self.steady_since_s = None,
         }
-        self.observe_ground(sample);
         self.first_down_m.get_or_insert(body.p_ned.z);
         self.last = Some(*body);
     }
@@ -206,7 +208,10 @@ impl VerdictBuilder {
             ("pitch", self.peak.pitch > 1.0),
             ("pitch_rate", self.peak.pitch_rate > 1.0),
             ("state is not finite", self.infinite),
-            ("impact", self.impact_speed_m_s.zip(self.impact_limit_m_s).is_some_and(|(speed, limit)| speed > limit)),
+            (
+                "impact",
+                self.impact_speed_m_s.zip(self.impact_limit_m_s).is_some_and(|(speed, limit)| speed > limit),
+            ),
         ];
         Some(Verdict {
             j_tpf: self.j_tpf(),

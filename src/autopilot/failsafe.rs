@@ -169,7 +169,8 @@ mod tests {
 
     fn settings() -> Settings {
         let mut settings = Settings::beside(&Gains::near_hover());
-        for (name, value) in [("GF_MAX_HOR_DIST", 50.0), ("GF_MAX_VER_DIST", 20.0), ("COM_LOW_BAT_ACT", 3.0)] {
+        for (name, value) in [("GF_MAX_HOR_DIST", 50.0), ("GF_MAX_VER_DIST", 20.0), ("COM_LOW_BAT_ACT", 3.0)]
+        {
             assert!(settings.set(name, value));
         }
         settings

@@ -14,9 +14,9 @@ fn seconds(us: u64) -> f64 {
 impl Autopilot {
     /// A ground station was heard.
     pub fn hear_ground_station(&mut self, now_us: u64) {
-        let silent = self.ground_station_heard_us.is_some_and(|at| {
-            seconds(now_us.saturating_sub(at)) > self.settings.data_link_timeout_s
-        });
+        let silent = self
+            .ground_station_heard_us
+            .is_some_and(|at| seconds(now_us.saturating_sub(at)) > self.settings.data_link_timeout_s);
         if silent && self.settings.data_link_loss != Action::Nothing {
             self.say(Severity::Info, "Data link regained");
         }

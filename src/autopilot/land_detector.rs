@@ -97,7 +97,8 @@ mod tests {
         let output = ControlOutput { collective_n: lift, ..ControlOutput::ZERO };
         let mut detector = LandDetector::default();
         (0..30).find_map(|i| {
-            let look = Look { measurement: &measurement, target: Some(&target), output: &output, weight_n: 10.0 };
+            let look =
+                Look { measurement: &measurement, target: Some(&target), output: &output, weight_n: 10.0 };
             detector.look(i * 100_000, &look);
             detector.is_landed().then_some(i as f64 * 0.1)
         })

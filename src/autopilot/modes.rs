@@ -98,10 +98,7 @@ impl FlightMode {
 
     /// Whether this autopilot flies it.
     pub fn is_flown(self) -> bool {
-        matches!(
-            self,
-            Self::Offboard | Self::AutoLoiter | Self::AutoTakeoff | Self::AutoLand | Self::AutoRtl
-        )
+        matches!(self, Self::Offboard | Self::AutoLoiter | Self::AutoTakeoff | Self::AutoLand | Self::AutoRtl)
     }
 }
 

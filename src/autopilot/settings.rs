@@ -200,7 +200,9 @@ mod tests {
             assert_eq!(settings.get(name), Some(value), "{name}");
         }
         let before = settings;
-        for (name, value) in [("COM_OBL_RC_ACT", 0.0), ("NAV_DLL_ACT", 5.0), ("GF_ACTION", 1.5), ("NONE", 1.0)] {
+        for (name, value) in
+            [("COM_OBL_RC_ACT", 0.0), ("NAV_DLL_ACT", 5.0), ("GF_ACTION", 1.5), ("NONE", 1.0)]
+        {
             assert!(!settings.set(name, value));
         }
         assert_eq!((settings, settings.get("NONE")), (before, None));

@@ -34,6 +34,12 @@ struct Planned {
 /// `samara drop`.
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
+    if mission.starts_on_ground() {
+        let name = &mission.name;
+        return Err(Failure::BadInput(anyhow::anyhow!(
+            "{name} starts on the ground: there is no drop; fly it with `samara sim`, `samara autopilot` and a ground station"
+        )));
+    }
     let narrator = Narrator::together(args.mission.json);
     narrator.say(&format!(
         "samara drop: {}, vehicle {}, gains {}\n",
@@ -133,6 +139,9 @@ fn tell_events(wire: &mut Lockstep<AutopilotSession>, reporter: &mut Reporter<'_
 /// The verdict of a flight log; `None` when the vehicle was never released.
 pub fn judge(mission: &Mission, log: &[Sample]) -> Option<Verdict> {
     let mut verdict = VerdictBuilder::new(mission.limits, mission.target_v_ned);
+    if let Some(ground) = mission.ground {
+        verdict = verdict.judging_impacts(ground.impact_limit_m_s);
+    }
     log.iter().for_each(|sample| verdict.observe(sample));
     verdict.finish()
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::gains_file::{gains_path, load_named_gains};
+use super::mission_ground::{self, MissionGround};
 use super::mission_json::{InputReferenceJson, MissionJson, StartJson};
 use super::mission_parts as parts;
 use super::number::NonNegative;
@@ -16,7 +17,7 @@ use crate::assess::SafetyLimits;
 use crate::control::{ControlLimits, Gains};
 use crate::model::{Environment, MAX_ROTORS, Parachute, Vehicle};
 use crate::plan::{InputReference, PlanProblem};
-use crate::sim::{ReleaseTrigger, Start};
+use crate::sim::{Battery, ReleaseTrigger, Start};
 use crate::units::RAD_PER_DEG;
 
 /// A state at t = 0 that the gains are tuned on; rotors at rest.
@@ -92,6 +93,10 @@ pub struct Mission {
     pub duration_s: f64,
     /// Time of the simulation's start [us since 1970-01-01 UTC].
     pub epoch_unix_us: u64,
+    /// What is below, if it matters.
+    pub ground: Option<MissionGround>,
+    /// The battery, if it matters.
+    pub battery: Option<Battery>,
     /// What cuts the vehicle loose.
     pub release_trigger: ReleaseTrigger,
     /// What the gains are tuned on, Table 3.
@@ -238,10 +243,13 @@ fn build(
         start: match json.release.start {
             StartJson::Release => Start::Release,
             StartJson::T0 => Start::T0,
+            StartJson::Ground => Start::Release,
         },
         hang_s: json.release.hang_s.get(),
         duration_s: json.duration_s.get(),
         epoch_unix_us: json.epoch_unix_us,
+        ground: mission_ground::ground(source, json)?,
+        battery: mission_ground::battery(json),
         release_trigger: parts::trigger(source, json)?,
         tuning_cases: json.tuning.cases.iter().map(parts::release_case).collect(),
         monte_carlo: MonteCarlo {

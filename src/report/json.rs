@@ -30,6 +30,8 @@ struct DropObject<'a> {
     limits_passed: &'a [&'static str],
     failsafe: bool,
     events: &'a [DropEvent],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    impact_speed_m_s: Option<f64>,
     plan_j_tpf: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     plan_solve_ms: Option<f64>,
@@ -80,6 +82,7 @@ pub fn drop_json(mission: &Mission, verdict: &Verdict, run: &DropRun) -> String 
         limits_passed: &verdict.limits_passed,
         failsafe: run.failsafe,
         events: &run.events,
+        impact_speed_m_s: verdict.impact_speed_m_s,
         plan_j_tpf: run.plan_j_tpf,
         plan_solve_ms: run.plan_solve_ms,
         real_time_factor: run.real_time_factor,

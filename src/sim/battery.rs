@@ -23,7 +23,8 @@ impl Battery {
 
     /// Takes what the rotors take in `dt_s` [s] at the powers of a sample.
     pub fn discharge(&mut self, sample: &Sample, dt_s: f64) {
-        let power_w: f64 = sample.balance.torque_nm.iter().zip(sample.state.rotor_speed).map(|(q, w)| q.abs() * w).sum();
+        let power_w: f64 =
+            sample.balance.torque_nm.iter().zip(sample.state.rotor_speed).map(|(q, w)| q.abs() * w).sum();
         if power_w.is_finite() {
             self.left_j = (self.left_j - power_w * dt_s).max(0.0);
         }

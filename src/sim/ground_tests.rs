@@ -106,12 +106,17 @@ fn closed_form_what_lands_on_one_foot_comes_to_stand_level() {
 fn prop_hard_impacts_in_any_attitude_stay_bounded() {
     for (i, speed) in [5.0, 15.0, 40.0].into_iter().enumerate() {
         for angle in [0.0, 1.0, 2.0, 3.0] {
-            let mut sim = falling(1.0, [speed, 0.0, speed], quaternion_from_euler(angle, 0.3 * i as f64, 0.0));
+            let mut sim =
+                falling(1.0, [speed, 0.0, speed], quaternion_from_euler(angle, 0.3 * i as f64, 0.0));
             for _ in 0..2500 {
                 sim.step(&OFF, STEP_S);
             }
             let body = &sim.state().body;
-            assert!(body.v_ned.z.abs() < 0.1 && body.v_ned.norm() < 0.5 * speed, "{speed} {angle}: {}", body.v_ned);
+            assert!(
+                body.v_ned.z.abs() < 0.1 && body.v_ned.norm() < 0.5 * speed,
+                "{speed} {angle}: {}",
+                body.v_ned
+            );
             assert!((body.p_ned.z - GROUND.down_m).abs() < 3.0);
         }
     }

@@ -35,7 +35,11 @@ fn regress_takeoff_hover_return_and_land_from_the_ground() {
     let params = [-1.0, 1.0, 0.0, f32::NAN, place[0], place[1], place[2]];
     assert_eq!(wire.command(MavCmd::MAV_CMD_DO_REPOSITION, &params), 0);
     wire.fly(30.0);
-    assert!((wire.body().p_ned - Vector3::new(0.0, 40.0, home.z - 17.0)).norm() < 0.5, "{}", wire.body().p_ned);
+    assert!(
+        (wire.body().p_ned - Vector3::new(0.0, 40.0, home.z - 17.0)).norm() < 0.5,
+        "{}",
+        wire.body().p_ned
+    );
     let fastest = wire.simulator.log().iter().map(|s| s.state.body.v_ned.xy().norm()).fold(0.0, f64::max);
     assert!((4.5..5.6).contains(&fastest), "MPC_XY_CRUISE: {fastest}");
     // Home: up to 25 m, over, down to 8 m, 3 s there, down.
@@ -124,7 +128,8 @@ fn regress_the_canopy_ends_at_the_ground() {
     let mut wire = Wire::hanging(20.0);
     wire.fly(10.0);
     assert!(wire.height_m().abs() < 0.01 && wire.body().v_ned.norm() < 1e-3);
-    let texts: Vec<&str> = wire.simulator.record().events.iter().map(|e: &FlightEvent| e.text.as_str()).collect();
+    let texts: Vec<&str> =
+        wire.simulator.record().events.iter().map(|e: &FlightEvent| e.text.as_str()).collect();
     assert_eq!(texts[0], "released on the ground, which it reached under its canopy");
     assert!(texts.contains(&"on the ground at 5.00 m/s"), "{texts:?}");
 }

@@ -175,7 +175,8 @@ impl Wire {
         for _ in 0..8 {
             while let Some(sent) = self.simulator.poll_output() {
                 if sent.link == Link::Simulator {
-                    Decoder::new().datagram(&sent.bytes, |f| self.autopilot.handle_input(now, Link::Simulator, &f));
+                    Decoder::new()
+                        .datagram(&sent.bytes, |f| self.autopilot.handle_input(now, Link::Simulator, &f));
                 }
             }
             while let Some(sent) = self.autopilot.poll_output() {
@@ -298,4 +299,3 @@ impl Wire {
         (self.body().p_ned - to).xy().norm()
     }
 }
-

@@ -1,9 +1,9 @@
 //! The declaration as a page: `docs/parameters.md`.
 
-use crate::autopilot::Settings;
-use crate::control::Gains;
 use super::table::{Declaration, Role, TABLE};
 use super::{described, range_in_words};
+use crate::autopilot::Settings;
+use crate::control::Gains;
 use crate::params::metadata::Kind;
 use crate::params::{Metadata, Parameter};
 

@@ -62,7 +62,8 @@ impl AutopilotSession {
             Err(NoPlace) => return self.no_such_place(),
         };
         let yaw = command.param(4).filter(|yaw| yaw.is_finite());
-        self.autopilot.reposition(place, yaw.map_or(YawSetpoint::Keep, |yaw| YawSetpoint::Angle(f64::from(yaw))));
+        self.autopilot
+            .reposition(place, yaw.map_or(YawSetpoint::Keep, |yaw| YawSetpoint::Angle(f64::from(yaw))));
         if let Some(speed) = command.param(1).filter(|&speed| speed > 0.0 && speed.is_finite()) {
             self.autopilot.set_speed(Some(f64::from(speed)));
         }

@@ -246,7 +246,8 @@ mod tests {
 
     #[test]
     fn regress_px4_type_masks_of_position_and_acceleration() {
-        let position = |mask: u16| SET_POSITION_TARGET_LOCAL_NED_DATA { x: 7.0, y: 8.0, z: 9.0, ..velocity(mask) };
+        let position =
+            |mask: u16| SET_POSITION_TARGET_LOCAL_NED_DATA { x: 7.0, y: 8.0, z: 9.0, ..velocity(mask) };
         let (p, v, a) = ([7.0, 8.0, 9.0].map(Some), [1.0, 2.0, 3.0].map(Some), [4.0, 5.0, 6.0].map(Some));
         let none = [None; 3];
         for (mask, p, v, a, yaw) in [
