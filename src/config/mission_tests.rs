@@ -282,6 +282,8 @@ fn every_number_in_a_schema_names_its_unit() {
         "cost_state",
         "axis_body",
         "q_ned_from_body",
+        "_wh",
+        "_percent",
         "c_drag",
         "c_lift",
         "c_pitch",
