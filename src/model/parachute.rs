@@ -2,12 +2,13 @@
 //!
 //! Assumptions, the paper's: the canopy descends at a constant rate, the vehicle swings as a prescribed pendulum about
 //! its attachment ("wrist motion"), nose perpendicular to the line, so that pitch equals the swing angle. The motion is
-//! kinematic: the canopy force is whatever it takes.
+//! kinematic: the canopy force is whatever it takes. Canopy and load drift with the horizontal wind, as they do once their descent
+//! is steady; a wind that changes is not modelled.
 
 use nalgebra::Vector3;
 
-use super::ModelError;
 use super::rigid_body::BodyState;
+use super::{Environment, ModelError};
 use crate::frames::quaternion_from_euler;
 
 /// Swing under the canopy: `theta(t) = theta_0 sin(omega t + phi)`, (40).
@@ -74,9 +75,17 @@ impl Parachute {
         self.descent_m_s + gravity_m_s2 * self.delay_s
     }
 
-    /// The vehicle under the canopy at `t` [s] from the nominal release (negative before), and its acceleration in NED
-    /// [m/s^2]. Position is zero at the nominal release.
-    pub fn hanging(&self, t: f64) -> (BodyState, Vector3<f64>) {
+    /// The vehicle under the canopy, adrift at the site, at `t` [s] from the nominal release (negative before), and its acceleration
+    /// in NED [m/s^2]. Position is zero at the nominal release.
+    pub fn hanging(&self, t: f64, site: &Environment) -> (BodyState, Vector3<f64>) {
+        let (mut state, a_ned) = self.in_still_air(t);
+        let drift = site.drift_ned_m_s();
+        state.p_ned += drift * t;
+        state.v_ned += drift;
+        (state, a_ned)
+    }
+
+    fn in_still_air(&self, t: f64) -> (BodyState, Vector3<f64>) {
         let r = self.pendulum.length_m;
         let (theta, rate, acceleration) = self.pendulum.swing(t);
         let (sin, cos) = theta.sin_cos();
@@ -99,10 +108,10 @@ impl Parachute {
         (state, a_ned)
     }
 
-    /// The paper's state at t = 0, (40)-(44): the swing at the release with `v_0` in place of the descent rate; pitch and
+    /// The paper's state at t = 0 in still air, (40)-(44): the swing at the release with `v_0` in place of the descent rate; pitch and
     /// rate are not propagated through the delay.
     pub fn state_at_t0(&self, gravity_m_s2: f64) -> BodyState {
-        let (mut state, _) = self.hanging(0.0);
+        let (mut state, _) = self.in_still_air(0.0);
         state.v_ned.z += gravity_m_s2 * self.delay_s;
         state.p_ned = Vector3::zeros();
         state
@@ -112,7 +121,13 @@ impl Parachute {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::environment::GeoPoint;
     use crate::units::RAD_PER_DEG;
+
+    fn site(wind_ned_m_s: [f64; 3]) -> Environment {
+        let anchor = GeoPoint { latitude_deg: 7.0, longitude_deg: 0.0, altitude_m: 0.0 };
+        Environment::new(1.35, 5.4, wind_ned_m_s.into(), anchor).unwrap()
+    }
 
     fn titan(phase_deg: f64) -> Parachute {
         let pendulum = Pendulum {
@@ -151,10 +166,24 @@ mod tests {
         let p = titan(50.0);
         let h = 1e-5;
         for t in [-3.0, -0.4, 0.0] {
-            let (s, a) = p.hanging(t);
-            let (before, after) = (p.hanging(t - h).0, p.hanging(t + h).0);
+            let site = site([2.0, -1.0, 0.7]);
+            let (s, a) = p.hanging(t, &site);
+            let (before, after) = (p.hanging(t - h, &site).0, p.hanging(t + h, &site).0);
             assert!(((after.p_ned - before.p_ned) / (2.0 * h) - s.v_ned).norm() < 1e-9);
             assert!(((after.v_ned - before.v_ned) / (2.0 * h) - a).norm() < 1e-8);
         }
+    }
+
+    /// In steady descent the load has the wind's horizontal velocity and its own rate of descent over ground.
+    #[test]
+    fn closed_form_the_canopy_drifts_with_the_horizontal_wind() {
+        let still = Pendulum { amplitude_rad: 0.0, phase_rad: 0.0, omega_rad_s: 0.0, length_m: 1.0 };
+        let parachute = Parachute::new(3.0, 0.5, still).unwrap();
+        let site = site([6.0, -2.0, 0.4]);
+        let (body, a_ned) = parachute.hanging(-10.0, &site);
+        assert_eq!(body.v_ned, Vector3::new(6.0, -2.0, 3.0));
+        assert_eq!(body.p_ned, Vector3::new(-60.0, 20.0, -30.0));
+        assert_eq!(a_ned, Vector3::zeros());
+        assert_eq!(parachute.hanging(0.0, &site).0.p_ned, Vector3::zeros());
     }
 }

@@ -7,6 +7,7 @@
 //! | [`json`] | the objects of `--json` and of `plan.json` |
 //! | [`params`] | exports, checks and differences of parameter files |
 //! | [`figure`] | SVG figures |
+//! | [`study`] | the safety study: tables, trials, page |
 //!
 //! Everything here is text made of its arguments: the same arguments give the same bytes. Wall-clock times are the caller's
 //! and go to the terminal and to `--json` only, never into a file.
@@ -15,9 +16,10 @@ pub mod figure;
 pub mod flight_csv;
 pub mod json;
 pub mod params;
+pub mod study;
 pub mod verdict;
 
 pub use figure::{FigureError, drop_figure, plan_figure};
 pub use flight_csv::FlightCsv;
-pub use json::{DropEvent, DropRun, drop_json, plan_json};
+pub use json::{DropEvent, DropRun, FlownTrajectory, drop_json, manifest_json, plan_json};
 pub use verdict::{plan_text, verdict_text};

@@ -22,7 +22,7 @@ pub enum ShellError {
         what: &'static str,
     },
     /// The port cannot be had for another reason.
-    #[error("{protocol} port {port} ({what}): {source}")]
+    #[error("{protocol} port {port} ({what})")]
     Bind {
         /// "TCP" or "UDP".
         protocol: &'static str,
