@@ -371,4 +371,33 @@ mod tests {
         assert!(steady(0.0, 0.019) && !steady(0.0, 0.021));
         assert!(steady(4.0, 0.039) && !steady(4.0, 0.041));
     }
+
+    /// A touch counts with the speed before it, the worst of them; what stood there from the start has not come down; and what was
+    /// steady when it touched the ground stays so.
+    #[test]
+    fn closed_form_impacts_are_judged_by_their_speed() {
+        let with = |phase, v_down: f64, touching: bool| {
+            let mut s = sample(2.0, phase, [0.0, 0.0, v_down], 0.0, 0.0, 0.0);
+            s.balance.ground_force_ned.z = if touching { -9.0 } else { 0.0 };
+            s
+        };
+        let verdict = |limit: f64, flight: &[(f64, bool)]| {
+            let mut b = VerdictBuilder::new(LIMITS, Vector3::new(0.0, 0.0, 1.5)).judging_impacts(limit);
+            flight.iter().for_each(|&(v_down, touching)| b.observe(&with(Phase::Powered, v_down, touching)));
+            b.finish().unwrap()
+        };
+        let stood = verdict(1.0, &[(0.0, true), (-1.0, false), (-1.0, false)]);
+        assert_eq!((stood.impact_speed_m_s, stood.limits_passed.is_empty()), (None, true));
+        let flight =
+            [(0.0, false), (1.5, false), (0.2, true), (-0.5, false), (0.4, false), (0.0, true), (0.0, true)];
+        let soft = verdict(1.6, &flight);
+        assert_eq!((soft.impact_speed_m_s, soft.limits_passed.is_empty()), (Some(1.5), true));
+        assert_eq!(soft.steady_after_s, Some(1.0));
+        let hard = verdict(1.4, &flight);
+        assert_eq!(hard.limits_passed, ["impact"]);
+        assert!(hard.j_tpf < 1.0, "no part of J_TPF");
+        let mut b = VerdictBuilder::new(LIMITS, Vector3::zeros());
+        b.observe(&with(Phase::Falling, 3.0, true));
+        assert_eq!(b.finish().unwrap().impact_speed_m_s, Some(3.0), "under its canopy");
+    }
 }

@@ -8,6 +8,7 @@
 //! | [`offboard`] | how long a setpoint lives |
 //! | [`navigator`] | where HOLD, TAKEOFF, LAND and RETURN go |
 //! | [`land_detector`] | whether it stands on something |
+//! | [`orders`] | what a crew may order: modes, places, arming |
 //! | [`failsafe`], `guard` | when the autopilot acts on its own, and how |
 //! | [`settings`] | what all that goes by |
 //! | [`flight`] | the control step: from setpoint and state to throttles |
@@ -33,6 +34,7 @@ pub mod land_detector;
 pub mod modes;
 pub mod navigator;
 pub mod offboard;
+pub mod orders;
 pub mod parameters;
 pub mod setpoint;
 pub mod settings;
@@ -42,32 +44,18 @@ pub use event::{Event, Severity};
 pub use flight::VelocityTarget;
 pub use modes::FlightMode;
 pub use navigator::Navigator;
+pub use orders::ModeRefusal;
 pub use setpoint::{Setpoint, SetpointRefusal, VelocityFrame, YawSetpoint};
 pub use settings::Settings;
 
 use nalgebra::Vector3;
 
 use crate::control::{Cascade, ControlLimits, ControlOutput, Gains, Measurement};
-use crate::units::US_PER_S;
 use event::EventQueue;
 use failsafe::Watch;
 use flight::Control;
 use land_detector::LandDetector;
 use offboard::SetpointStore;
-
-/// Why a mode is not entered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ModeRefusal {
-    /// This autopilot does not fly the mode.
-    #[error("{} is not flown here", .0.name())]
-    NotFlown(FlightMode),
-    /// OFFBOARD without a setpoint that is young enough.
-    #[error("OFFBOARD refused: no setpoint in the last {} s", *timeout_us as f64 / US_PER_S)]
-    NoSetpoint {
-        /// How young it has to be [us].
-        timeout_us: u64,
-    },
-}
 
 /// The autopilot's state machine with its controller.
 #[derive(Clone, Debug)]
@@ -239,99 +227,6 @@ impl Autopilot {
     pub fn offer_setpoint(&mut self, now_us: u64, setpoint: Setpoint) -> Result<(), SetpointRefusal> {
         let q_now = self.state.map(|(_, m)| m.q_ned_from_body);
         self.setpoints.put(now_us, setpoint.checked(q_now)?);
-        Ok(())
-    }
-
-    /// Enters a mode.
-    ///
-    /// # Errors
-    /// [`ModeRefusal`], which is also said as an event; the mode stays.
-    pub fn request_mode(&mut self, now_us: u64, mode: FlightMode) -> Result<(), ModeRefusal> {
-        let refusal = if !mode.is_flown() {
-            Some(ModeRefusal::NotFlown(mode))
-        } else if mode == FlightMode::Offboard && self.setpoints.fresh(now_us).is_none() {
-            Some(ModeRefusal::NoSetpoint { timeout_us: self.setpoints.timeout_us() })
-        } else {
-            None
-        };
-        if let Some(refusal) = refusal {
-            self.say(Severity::Error, refusal.to_string());
-            return Err(refusal);
-        }
-        self.failsafe = false;
-        if mode != self.mode {
-            self.say(Severity::Info, format!("mode {}", mode.name()));
-        }
-        self.enter(mode, Navigator::begin(mode));
-        Ok(())
-    }
-
-    /// HOLD at a place, NED [m], to which the vehicle goes first.
-    pub fn reposition(&mut self, place_ned: Vector3<f64>, yaw: YawSetpoint) {
-        self.failsafe = false;
-        self.say(Severity::Info, "mode HOLD: going there");
-        self.enter(FlightMode::AutoLoiter, Navigator::hold_at(place_ned, yaw));
-    }
-
-    /// TAKEOFF to a position down [m] instead of MIS_TAKEOFF_ALT above home.
-    pub fn take_off_to(&mut self, down_m: f64) {
-        self.failsafe = false;
-        self.say(Severity::Info, "mode AUTO.TAKEOFF");
-        self.enter(FlightMode::AutoTakeoff, Navigator::take_off_to(down_m));
-    }
-
-    /// Changes the horizontal speed of the automatic mode, until the next one [m/s]; `None` is MPC_XY_CRUISE.
-    pub fn set_speed(&mut self, speed_m_s: Option<f64>) {
-        self.navigator.set_speed(speed_m_s);
-    }
-
-    fn enter(&mut self, mode: FlightMode, navigator: Navigator) {
-        self.mode = mode;
-        self.navigator = navigator;
-        self.engaged |= self.armed && mode.lifts_off();
-    }
-
-    /// Arms; `force` skips the checks. Arming twice does nothing.
-    ///
-    /// # Errors
-    /// [`ArmingRefusal`], which is also said as an event.
-    pub fn arm(&mut self, now_us: u64, force: bool) -> Result<(), ArmingRefusal> {
-        if self.armed {
-            return Ok(());
-        }
-        if !force && let Err(refusal) = arming::check_arming(now_us, self.state) {
-            self.say(Severity::Critical, refusal.to_string());
-            return Err(refusal);
-        }
-        self.armed = true;
-        self.armed_at_us = now_us;
-        self.engaged = self.mode.lifts_off();
-        // What an automatic mode has seen before does not count.
-        if !matches!(self.mode, FlightMode::AutoTakeoff) {
-            self.navigator = Navigator::begin(self.mode);
-        }
-        self.say(Severity::Info, if force { "armed (forced)" } else { "armed" });
-        Ok(())
-    }
-
-    /// Disarms; `force` does so in flight too. Disarming twice does nothing.
-    ///
-    /// # Errors
-    /// [`DisarmingRefusal`], which is also said as an event.
-    pub fn disarm(&mut self, force: bool) -> Result<(), DisarmingRefusal> {
-        if !self.armed {
-            return Ok(());
-        }
-        if self.is_in_air() && !force {
-            self.say(Severity::Critical, DisarmingRefusal::Flying.to_string());
-            return Err(DisarmingRefusal::Flying);
-        }
-        let text = if self.is_in_air() { "disarmed in flight (forced)" } else { "disarmed" };
-        (self.armed, self.engaged, self.flying, self.failsafe) = (false, false, false, false);
-        (self.land_detector, self.watch) = (LandDetector::default(), Watch::default());
-        self.navigator = Navigator::begin(self.mode);
-        self.switch_off();
-        self.say(Severity::Info, text);
         Ok(())
     }
 }

@@ -5,7 +5,7 @@ use std::io::Write as _;
 use super::args::{DropArgs, SpeedArg};
 use super::clock::Stopwatch;
 use super::flight_files::write_flight;
-use super::mission::chosen_mission;
+use super::mission::mission_with_a_drop;
 use super::narrative::Narrator;
 use super::net::{Reporter, block_on, ports_of, speed_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
@@ -39,13 +39,7 @@ const OF_THE_FLIGHT: [&str; 5] = ["flight.csv", "drop.json", "drop.svg", "hil.tl
 
 /// `samara drop`.
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
-    let mut mission = chosen_mission(&args.mission.mission, &args.choice)?;
-    if mission.starts_on_ground() {
-        let name = &mission.name;
-        return Err(Failure::BadInput(anyhow::anyhow!(
-            "{name} starts on the ground: there is no drop; fly it with `samara sim`, `samara autopilot` and a ground station"
-        )));
-    }
+    let mut mission = mission_with_a_drop(&args.mission.mission, &args.choice)?;
     let narrator = Narrator::together(args.mission.json);
     narrator.say(&format!(
         "samara drop: {}, vehicle {}, gains {}\n",

@@ -1,7 +1,7 @@
 //! `samara stream`: the offboard streamer behind its socket. Yes is a plan that was streamed to its end.
 
 use super::args::StreamArgs;
-use super::mission::chosen_mission;
+use super::mission::mission_with_a_drop;
 use super::narrative::Narrator;
 use super::net::{Reporter, block_on, ports_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
@@ -14,7 +14,7 @@ use crate::report::plan_text;
 
 /// `samara stream`.
 pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
-    let mut mission = chosen_mission(&args.mission, &args.choice)?;
+    let mut mission = mission_with_a_drop(&args.mission, &args.choice)?;
     let ports = ports_of(&args.net)?;
     let narrator = Narrator::alone(false);
     let trajectory = match &args.trajectory {

@@ -8,14 +8,13 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::ground::Ground;
 use super::plant::{Instant, Plant, PlantKind, PlantState};
-use crate::frames::LEVEL;
 use crate::model::parachute::Pendulum;
 use crate::model::rigid_body::BodyState;
 use crate::model::{Environment, MAX_ROTORS, Parachute, PerRotor, Vehicle};
 
 mod forces;
+mod landing;
 
 /// Where in the drop the vehicle is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -134,34 +133,6 @@ impl DropSimulation {
             release_at_s: None,
             released: Some(Released { time_s: 0.0, state }),
         }
-    }
-
-    /// A vehicle that stands level at rest, nose north, right below the local origin; without a parachute, rotors free.
-    pub fn standing(vehicle: Arc<Vehicle>, environment: Environment, ground: Ground) -> Self {
-        let down_m = ground.standing_down_m(environment.gravity_m_s2);
-        let state = BodyState {
-            p_ned: Vector3::new(0.0, 0.0, down_m),
-            q_ned_from_body: LEVEL,
-            v_ned: Vector3::zeros(),
-            omega_body: Vector3::zeros(),
-        };
-        Self::at_t0(vehicle, environment, state, PlantKind::Actuator).above(ground)
-    }
-
-    /// The same with a ground below. A vehicle that comes down to it under its canopy is cut loose there.
-    pub fn above(mut self, ground: Ground) -> Self {
-        self.plant.set_ground(ground);
-        self
-    }
-
-    /// What is below, if it matters.
-    pub fn ground(&self) -> Option<&Ground> {
-        self.plant.ground()
-    }
-
-    /// Whether it touches the ground.
-    pub fn on_ground(&self) -> bool {
-        self.ground().is_some_and(|ground| ground.touches(self.vehicle(), &self.state.body))
     }
 
     /// The state at the moment when the rotors are freed after a release at the nominal time: what a plan starts from that is made
@@ -295,17 +266,7 @@ impl DropSimulation {
                 Phase::Falling | Phase::Powered => self.phase = Phase::Powered,
             }
         }
-        // Motion that is prescribed does not feel the ground.
-        if let Some(&Ground { down_m }) = self.ground() {
-            let below = self.state.body.p_ned.z >= down_m;
-            if below && self.phase == Phase::Hanging {
-                self.release();
-            }
-            if below && self.start == Start::T0 && self.phase == Phase::Falling {
-                self.state.body.p_ned.z = down_m;
-                self.phase = Phase::Powered;
-            }
-        }
+        self.meet_ground();
     }
 
     fn advance_phase(&mut self, h: f64) -> Instant {

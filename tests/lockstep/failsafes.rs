@@ -91,7 +91,10 @@ fn regress_fence_terminates() {
     assert!(!wire.is_armed() && wire.said("Failsafe: TERMINATE"));
     wire.fly(5.0);
     let touch = wire.simulator.record().events.iter().find(|e| e.text.starts_with("on the ground")).unwrap();
-    assert!(touch.text > "on the ground at 10".to_owned(), "{}", touch.text);
+    let speed: f64 =
+        touch.text.trim_start_matches("on the ground at ").trim_end_matches(" m/s").parse().unwrap();
+    // sqrt(2 g h) from 10 m, less what the air takes.
+    assert!((10.0..14.0).contains(&speed), "{}", touch.text);
 }
 
 /// Energy for some seconds: warned at 15 %, home at 7 %, down at 5 %.

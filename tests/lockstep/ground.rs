@@ -2,9 +2,10 @@
 
 use mavlink::dialects::common::*;
 use nalgebra::Vector3;
-use samara::link::FlightEvent;
 use samara::link::simulator::ReleaseCause;
+use samara::link::{Encoder, FlightEvent, Link, Lockstep, SimulatorConfig, SimulatorSession};
 
+use super::bench::{autopilot, simulation, streamer};
 use super::ground_bench::Wire;
 
 const HOLD: [u8; 2] = [4, 3];
@@ -150,4 +151,32 @@ fn regress_commands_that_make_no_sense_are_refused() {
     ] {
         assert_eq!(wire.command(command, params), result, "{command:?} {params:?}");
     }
+}
+
+/// The lander turns slowly: its position loop is as slow as that, and still it holds its place, then sinks.
+#[test]
+fn regress_the_titan_lander_holds_its_place_and_sinks() {
+    let config = SimulatorConfig { duration_us: 240_000_000, ..SimulatorConfig::default() };
+    let mut wire = Lockstep::new(SimulatorSession::new(simulation(), config), autopilot(), streamer());
+    let mut station = Encoder::new(255, 190);
+    let mut command = |wire: &mut Lockstep<_>, command, params: [f32; 3]| {
+        let [param1, param2, param3] = params;
+        let data = COMMAND_LONG_DATA { command, param1, param2, param3, ..COMMAND_LONG_DATA::DEFAULT };
+        let message =
+            MavMessage::COMMAND_LONG(COMMAND_LONG_DATA { target_system: 1, target_component: 1, ..data });
+        wire.deliver(Link::GroundStation, &station.encode(&message));
+    };
+    let fly_to = |wire: &mut Lockstep<_>, t_s: f64| {
+        while wire.simulator.sim().time_s() < t_s && wire.step(&mut |_, _, _| {}).unwrap() {}
+        wire.simulator.sim().state().body
+    };
+    fly_to(&mut wire, 30.0);
+    command(&mut wire, MavCmd::MAV_CMD_DO_SET_MODE, [1.0, 4.0, 3.0]);
+    let stopped = fly_to(&mut wire, 120.0);
+    assert!(stopped.v_ned.norm() < 0.05, "{}", stopped.v_ned);
+    let later = fly_to(&mut wire, 180.0);
+    assert!((later.p_ned - stopped.p_ned).norm() < 0.2, "{}", later.p_ned - stopped.p_ned);
+    command(&mut wire, MavCmd::MAV_CMD_NAV_LAND, [0.0; 3]);
+    let sinking = fly_to(&mut wire, 235.0);
+    assert!((sinking.v_ned - Vector3::new(0.0, 0.0, 0.7)).norm() < 0.05, "{}", sinking.v_ned);
 }

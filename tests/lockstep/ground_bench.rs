@@ -247,8 +247,8 @@ impl Wire {
             target_component: 1,
             confirmation: 0,
         }));
-        let [ack] = self.acks[..] else { panic!("{:?}", self.acks) };
-        ack
+        assert_eq!(self.acks.len(), 1, "{:?}", self.acks);
+        self.acks[0]
     }
 
     pub fn set_real(&mut self, name: &str, value: f32) {

@@ -15,7 +15,7 @@
 //! | `peer` | what comes from the autopilot |
 //! | `release` | what cuts the vehicle loose |
 //! | `record` | what is remembered of a flight |
-//! | `rates`, [`sensors`] | which messages are due, and what is in them |
+//! | `hil`, `rates`, [`sensors`] | what a step sends: which messages are due, and what is in them |
 //!
 //! The caller asks [`SimulatorSession::pace`] what is to be done and calls [`SimulatorSession::advance`] when a step may
 //! be made; how fast that is, is the caller's business. How long an answer has been missing is measured by the caller
@@ -24,18 +24,18 @@
 use core::time::Duration;
 use std::collections::VecDeque;
 
-use mavlink::dialects::common::MavMessage;
 use nalgebra::Vector3;
 
 use self::peer::Peer;
 use self::rates::HilRates;
-use self::sensors::{HilSensors, Truth};
+use self::sensors::HilSensors;
 use super::{Encoder, Frame, Link, ParachuteComponent, Session, TimeUs, Transmit, seconds};
 use crate::model::{MAX_ROTORS, PerRotor};
 use crate::sim::{Battery, DropSimulation, Phase, ReleaseTrigger, Sample};
 
 mod config;
 mod event;
+mod hil;
 mod peer;
 mod rates;
 mod record;
@@ -256,30 +256,6 @@ impl SimulatorSession {
             self.tell(SimulatorEvent::GoingOnWithout { at: self.now, missing });
             self.pace = Pace::Ready;
         }
-    }
-
-    fn send_hil(&mut self) {
-        let truth =
-            Truth { at: self.now, sim: &self.sim, specific_force_body: self.sim.specific_force_body() };
-        let due = self.rates.due(self.now);
-        if due.state_quaternion {
-            let message = MavMessage::HIL_STATE_QUATERNION(self.sensors.state_quaternion(&truth));
-            self.outbox.push_back(self.encoder.encode(&message));
-        }
-        if due.odometry {
-            let message = MavMessage::ODOMETRY(self.sensors.odometry(&truth));
-            self.outbox.push_back(self.encoder.encode(&message));
-        }
-        if let Some(battery) = self.battery.filter(|_| due.battery) {
-            let message = MavMessage::BATTERY_STATUS(sensors::battery_status(&battery));
-            self.outbox.push_back(self.encoder.encode(&message));
-        }
-        if due.gps {
-            let message = MavMessage::HIL_GPS(self.sensors.gps(&truth));
-            self.outbox.push_back(self.encoder.encode(&message));
-        }
-        let message = MavMessage::HIL_SENSOR(self.sensors.sensor(&truth));
-        self.outbox.push_back(self.encoder.encode(&message));
     }
 }
 

@@ -9,8 +9,7 @@
 //! north and down from the latitude, no declination. Titan has no field of its own; its missions borrow this one.
 
 use mavlink::dialects::common::{
-    BATTERY_STATUS_DATA, HIL_GPS_DATA, HIL_SENSOR_DATA, HIL_STATE_QUATERNION_DATA, HilSensorUpdatedFlags,
-    MavBatteryFault, MavFrame, ODOMETRY_DATA,
+    HIL_GPS_DATA, HIL_SENSOR_DATA, HIL_STATE_QUATERNION_DATA, HilSensorUpdatedFlags, MavFrame, ODOMETRY_DATA,
 };
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
@@ -19,7 +18,7 @@ use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use super::super::TimeUs;
 use crate::frames::rotate_body_from_ned;
 use crate::model::Environment;
-use crate::sim::{Battery, DropSimulation};
+use crate::sim::DropSimulation;
 use crate::units::{DEG_PER_RAD, RAD_PER_DEG, SEA_LEVEL_DENSITY_KG_M3, STANDARD_GRAVITY_M_S2};
 
 /// Field of the dipole at the equator [gauss].
@@ -207,22 +206,6 @@ fn pressure_altitude_m(pressure_hpa: f64) -> f64 {
 
 fn single(v: Vector3<f64>) -> [f32; 3] {
     v.map(|x| x as f32).into()
-}
-
-/// BATTERY_STATUS: what is left and what has been taken; no volts, no amperes. PX4 does not listen to it here (it has a battery of
-/// its own, SIM_BAT_DRAIN); samara's autopilot does.
-pub(super) fn battery_status(battery: &Battery) -> BATTERY_STATUS_DATA {
-    BATTERY_STATUS_DATA {
-        current_consumed: -1,
-        // hJ
-        energy_consumed: (battery.consumed_j() / 100.0).round() as i32,
-        temperature: i16::MAX,
-        voltages: [u16::MAX; 10],
-        current_battery: -1,
-        battery_remaining: (battery.charge() * 100.0).ceil() as i8,
-        fault_bitmask: MavBatteryFault::empty(),
-        ..BATTERY_STATUS_DATA::DEFAULT
-    }
 }
 
 #[cfg(test)]
