@@ -215,7 +215,11 @@ fn regress_navigation_commands() {
     assert!((m.latitude - 125_000_100).abs() <= 1 && (m.altitude - 1_490_000).abs() <= 1);
     // 10 m below the local origin.
     assert!((m.z - 10.0).abs() < 1e-3 && (m.x - 1.112).abs() < 1e-2, "{} {}", m.x, m.z);
-    for (x, frame) in [(950_000_000, MavFrame::MAV_FRAME_GLOBAL), (1, MavFrame::MAV_FRAME_LOCAL_NED)] {
+    for (x, frame) in [
+        (950_000_000, MavFrame::MAV_FRAME_GLOBAL),
+        (1, MavFrame::MAV_FRAME_LOCAL_NED),
+        (i32::MAX, MavFrame::MAV_FRAME_LOCAL_NED),
+    ] {
         assert_eq!(result(&mut bench, &home(x, 0, 1.0, frame)), DENIED);
     }
 }

@@ -132,10 +132,13 @@ impl AutopilotSession {
         if degrees.is_none() && down_m.is_none() {
             return Ok(None);
         }
+        if !GLOBAL_FRAMES.contains(&command.frame) {
+            return Err(NoPlace);
+        }
         let level = match degrees {
             Some([latitude_deg, longitude_deg]) => {
                 let on_globe = latitude_deg.abs() < 90.0 && longitude_deg.abs() <= 180.0;
-                if !(on_globe && GLOBAL_FRAMES.contains(&command.frame)) {
+                if !on_globe {
                     return Err(NoPlace);
                 }
                 self.environment.local_ned(&GeoPoint { latitude_deg, longitude_deg, altitude_m: 0.0 })
