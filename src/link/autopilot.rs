@@ -32,7 +32,7 @@ use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 
 use super::frame::PARAM_SET_ID;
-use super::{CommandAck, Encoder, Frame, Link, Session, TimeUs, Transmit};
+use super::{CommandAck, Encoder, Frame, Link, PeerId, Recipient, Session, TimeUs, Transmit};
 use crate::autopilot::{Autopilot, FlightMode, Setpoint, Severity};
 use crate::control::Cascade;
 use crate::model::Environment;
@@ -46,6 +46,9 @@ pub const AUTOPILOT_COMPONENT: u8 = 1;
 
 /// Links that an autopilot serves.
 const LINKS: [Link; 3] = [Link::Simulator, Link::GroundStation, Link::Api];
+
+/// Most frames that wait to be fetched before further answers are dropped.
+const MAX_QUEUED: usize = 4096;
 
 /// What an autopilot session is built from.
 #[derive(Clone, Debug)]
@@ -90,6 +93,7 @@ pub struct AutopilotSession {
     faults: FaultLog,
     long_texts: u16,
     out: VecDeque<Transmit>,
+    unanswered: u64,
 }
 
 impl AutopilotSession {
@@ -115,6 +119,7 @@ impl AutopilotSession {
             faults: FaultLog::default(),
             long_texts: 0,
             out: VecDeque::new(),
+            unanswered: 0,
         };
         session.greet_simulator();
         session
@@ -226,19 +231,41 @@ impl AutopilotSession {
         }
     }
 
+    /// To every peer of a link.
     fn send(&mut self, link: Link, message: &MavMessage) {
-        let bytes = self.port(link).encoder.encode(message);
-        self.out.push_back(Transmit { link, bytes });
+        self.send_to(link, Recipient::All, message);
     }
 
-    fn send_command_ack(&mut self, link: Link, ack: &CommandAck) {
-        let bytes = self.port(link).encoder.encode_command_ack(ack);
-        self.out.push_back(Transmit { link, bytes });
+    /// To the peer that `asked` came from, and to nobody else.
+    fn reply(&mut self, link: Link, asked: &Frame, message: &MavMessage) {
+        self.send_to(link, Recipient::Peer(asked.peer), message);
     }
 
-    fn send_message_interval(&mut self, link: Link, message_id: u16, interval_us: i32) {
-        let message = MESSAGE_INTERVAL_DATA { interval_us, message_id };
-        self.send(link, &MavMessage::MESSAGE_INTERVAL(message));
+    fn send_to(&mut self, link: Link, to: Recipient, message: &MavMessage) {
+        if self.has_room_for(link, to) {
+            let bytes = self.port(link).encoder.encode(message);
+            self.out.push_back(Transmit { link, to, bytes });
+        }
+    }
+
+    fn send_command_ack(&mut self, link: Link, to: PeerId, ack: &CommandAck) {
+        if self.has_room_for(link, Recipient::Peer(to)) {
+            let bytes = self.port(link).encoder.encode_command_ack(ack);
+            self.out.push_back(Transmit::to_peer(link, to, bytes));
+        }
+    }
+
+    /// Answers that nobody fetches as fast as they are asked for are not kept without end; the simulator's and what is
+    /// for everybody always are.
+    fn has_room_for(&mut self, link: Link, to: Recipient) -> bool {
+        let room = link == Link::Simulator || to == Recipient::All || self.out.len() < MAX_QUEUED;
+        self.unanswered += u64::from(!room);
+        room
+    }
+
+    /// Answers that were not given because too many were asked for at once.
+    pub fn unanswered(&self) -> u64 {
+        self.unanswered
     }
 }
 

@@ -11,6 +11,8 @@
 use mavlink::Message as _;
 use mavlink::dialects::common::MavMessage;
 
+use super::PeerId;
+
 /// Longest frame: MAVLink 2, 255 bytes of payload, signed.
 pub const MAX_FRAME_LEN: usize = 280;
 
@@ -52,6 +54,8 @@ pub struct Frame {
     pub message_id: u32,
     /// The message.
     pub message: Message,
+    /// By whom it came; [`PeerId::ONLY`] unless the receiving side tells its peers apart.
+    pub peer: PeerId,
     bytes: [u8; MAX_FRAME_LEN],
     len: u16,
     payload_at: u8,
@@ -70,6 +74,7 @@ impl Frame {
             sequence: header.sequence,
             message_id: header.message_id,
             message,
+            peer: PeerId::ONLY,
             bytes: copy,
             len: len as u16,
             payload_at: header.payload_at as u8,

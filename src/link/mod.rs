@@ -5,6 +5,7 @@
 //! | [`frame`] | a frame as received; what a strict message enum refuses stays readable |
 //! | [`decoder`] | bytes to frames: stream and datagram, MAVLink 1 and 2 |
 //! | [`encoder`] | messages to bytes |
+//! | [`peer`] | who is at the other end of a link |
 //! | [`tlog`] | the record of what went over the wire |
 //! | [`parachute`] | the parachute component: release by command |
 //! | [`simulator`] | the simulator: lockstep, release triggers, sensors, flight log |
@@ -22,6 +23,7 @@ pub mod encoder;
 pub mod frame;
 pub mod lockstep;
 pub mod parachute;
+pub mod peer;
 #[cfg(feature = "cli")]
 pub mod shell;
 pub mod simulator;
@@ -41,6 +43,7 @@ pub use encoder::{CommandAck, Encoder};
 pub use frame::{Command, Frame, Message, Payload, SetMode};
 pub use lockstep::{Lockstep, LockstepError};
 pub use parachute::ParachuteComponent;
+pub use peer::{PeerId, Recipient};
 pub use simulator::{Pace, ReleaseTrigger, Silence, SimulatorConfig, SimulatorEvent, SimulatorSession};
 pub use streamer::{StreamerConfig, StreamerEvent, StreamerSession};
 pub use tlog::Tlog;
@@ -66,8 +69,22 @@ pub enum Link {
 pub struct Transmit {
     /// By which connection.
     pub link: Link,
+    /// To which of its peers.
+    pub to: Recipient,
     /// The frame.
     pub bytes: Vec<u8>,
+}
+
+impl Transmit {
+    /// To every peer of a link.
+    pub fn to_all(link: Link, bytes: Vec<u8>) -> Self {
+        Self { link, to: Recipient::All, bytes }
+    }
+
+    /// To one peer of a link.
+    pub fn to_peer(link: Link, peer: PeerId, bytes: Vec<u8>) -> Self {
+        Self { link, to: Recipient::Peer(peer), bytes }
+    }
 }
 
 /// A party on the wire, without socket and clock.

@@ -12,7 +12,7 @@ use mavlink::dialects::common::{
     NAMED_VALUE_INT_DATA, STATUSTEXT_DATA,
 };
 
-use super::{Command, CommandAck, Encoder, Frame, Link, Session, TimeUs, Transmit};
+use super::{Command, CommandAck, Encoder, Frame, Link, PeerId, Recipient, Session, TimeUs, Transmit};
 
 /// MAV_COMP_ID_PARACHUTE.
 pub const PARACHUTE_COMPONENT: u8 = 161;
@@ -34,7 +34,7 @@ pub struct ParachuteComponent {
     next_heartbeat: TimeUs,
     released_at: Option<TimeUs>,
     release_asked: bool,
-    outbox: VecDeque<Vec<u8>>,
+    outbox: VecDeque<(Recipient, Vec<u8>)>,
 }
 
 /// What a command comes to.
@@ -83,11 +83,11 @@ impl ParachuteComponent {
                 MavSeverity::MAV_SEVERITY_NOTICE,
                 &format!("Released at {:.3} s: {why}", at as f64 * 1e-6),
             );
-            self.send_t_release(now);
+            self.send_t_release(now, Recipient::All);
         }
     }
 
-    fn command(&mut self, now: TimeUs, command: &Command, from: (u8, u8)) {
+    fn command(&mut self, now: TimeUs, command: &Command, peer: PeerId, from: (u8, u8)) {
         let addressed = command.target_component == PARACHUTE_COMPONENT;
         // To all components: only what none but us can do; the rest is the autopilot's to answer.
         let for_all = command.target_component == 0 && command.command == MavCmd::MAV_CMD_DO_GRIPPER as u16;
@@ -95,7 +95,8 @@ impl ParachuteComponent {
         if !(our_system && (addressed || for_all)) {
             return;
         }
-        let answer = self.answer(now, command);
+        let to = Recipient::Peer(peer);
+        let answer = self.answer(now, command, to);
         let ack = CommandAck {
             command: command.command,
             result: answer.result as u8,
@@ -104,7 +105,7 @@ impl ParachuteComponent {
             ..CommandAck::default()
         };
         let bytes = self.encoder.encode_command_ack(&ack);
-        self.outbox.push_back(bytes);
+        self.outbox.push_back((to, bytes));
         if let Some(text) = answer.text {
             let refused = answer.result != MavResult::MAV_RESULT_ACCEPTED;
             let severity =
@@ -113,7 +114,7 @@ impl ParachuteComponent {
         }
     }
 
-    fn answer(&mut self, now: TimeUs, command: &Command) -> Answer {
+    fn answer(&mut self, now: TimeUs, command: &Command, to: Recipient) -> Answer {
         const GRIPPER: u16 = MavCmd::MAV_CMD_DO_GRIPPER as u16;
         const PARACHUTE: u16 = MavCmd::MAV_CMD_DO_PARACHUTE as u16;
         const REQUEST: u16 = MavCmd::MAV_CMD_REQUEST_MESSAGE as u16;
@@ -132,11 +133,11 @@ impl ParachuteComponent {
             (PARACHUTE, None) => Answer::denied("DO_PARACHUTE refused: hangs; DO_GRIPPER cuts"),
             (PARACHUTE, Some(_)) => Answer::denied("DO_PARACHUTE refused: no canopy any more"),
             (REQUEST, _) if command.param(1) == Some(HEARTBEAT_ID) => {
-                self.send_heartbeat();
+                self.send_heartbeat(to);
                 Answer::accepted(None)
             }
             (REQUEST, Some(_)) if command.param(1) == Some(NAMED_VALUE_INT_ID) => {
-                self.send_t_release(now);
+                self.send_t_release(now, to);
                 Answer::accepted(None)
             }
             (REQUEST, _) => Answer { result: MavResult::MAV_RESULT_DENIED, text: None },
@@ -144,37 +145,36 @@ impl ParachuteComponent {
         }
     }
 
-    fn send(&mut self, message: &MavMessage) {
+    fn send(&mut self, to: Recipient, message: &MavMessage) {
         let bytes = self.encoder.encode(message);
-        self.outbox.push_back(bytes);
+        self.outbox.push_back((to, bytes));
     }
 
     fn say(&mut self, severity: MavSeverity, text: &str) {
-        self.send(&MavMessage::STATUSTEXT(STATUSTEXT_DATA {
-            severity,
-            text: text.into(),
-            ..STATUSTEXT_DATA::default()
-        }));
+        let text = STATUSTEXT_DATA { severity, text: text.into(), ..STATUSTEXT_DATA::default() };
+        self.send(Recipient::All, &MavMessage::STATUSTEXT(text));
     }
 
-    fn send_heartbeat(&mut self) {
-        self.send(&MavMessage::HEARTBEAT(HEARTBEAT_DATA {
+    fn send_heartbeat(&mut self, to: Recipient) {
+        let heartbeat = HEARTBEAT_DATA {
             custom_mode: 0,
             mavtype: MavType::MAV_TYPE_PARACHUTE,
             autopilot: MavAutopilot::MAV_AUTOPILOT_INVALID,
             base_mode: MavModeFlag::empty(),
             system_status: MavState::MAV_STATE_ACTIVE,
             mavlink_version: 3,
-        }));
+        };
+        self.send(to, &MavMessage::HEARTBEAT(heartbeat));
     }
 
-    fn send_t_release(&mut self, now: TimeUs) {
+    fn send_t_release(&mut self, now: TimeUs, to: Recipient) {
         if let Some(at) = self.released_at {
-            self.send(&MavMessage::NAMED_VALUE_INT(NAMED_VALUE_INT_DATA {
+            let value = NAMED_VALUE_INT_DATA {
                 time_boot_ms: (now / 1_000) as u32,
                 value: ((at + 500) / 1_000) as i32,
                 name: T_RELEASE.into(),
-            }));
+            };
+            self.send(to, &MavMessage::NAMED_VALUE_INT(value));
         }
     }
 }
@@ -184,20 +184,21 @@ impl Session for ParachuteComponent {
         if link == Link::Parachute
             && let Some(command) = frame.command()
         {
-            self.command(now, &command, (frame.system_id, frame.component_id));
+            self.command(now, &command, frame.peer, (frame.system_id, frame.component_id));
         }
     }
 
     fn handle_time(&mut self, now: TimeUs) {
         if now >= self.next_heartbeat {
             self.next_heartbeat = now - now % HEARTBEAT_PERIOD_US + HEARTBEAT_PERIOD_US;
-            self.send_heartbeat();
-            self.send_t_release(now);
+            self.send_heartbeat(Recipient::All);
+            self.send_t_release(now, Recipient::All);
         }
     }
 
     fn poll_output(&mut self) -> Option<Transmit> {
-        self.outbox.pop_front().map(|bytes| Transmit { link: Link::Parachute, bytes })
+        let (to, bytes) = self.outbox.pop_front()?;
+        Some(Transmit { link: Link::Parachute, to, bytes })
     }
 }
 

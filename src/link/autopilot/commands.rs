@@ -3,6 +3,8 @@
 //! A NaN in a parameter means "not given". What this autopilot does not know is UNSUPPORTED; what it knows and will not
 //! do now is TEMPORARILY_REJECTED, and never DENIED or ACCEPTED instead.
 
+use mavlink::dialects::common::{MESSAGE_INTERVAL_DATA, MavMessage};
+
 use super::super::frame::Command;
 use super::super::{CommandAck, Frame, Link};
 use super::AutopilotSession;
@@ -51,7 +53,7 @@ impl AutopilotSession {
         if of_parachute && command.target_component == 0 {
             return;
         }
-        let outcome = self.obey(link, command);
+        let outcome = self.obey(link, frame, command);
         let ack = CommandAck {
             command: command.command,
             result: outcome as u8,
@@ -59,18 +61,20 @@ impl AutopilotSession {
             target_component: frame.component_id,
             ..CommandAck::default()
         };
-        self.send_command_ack(link, &ack);
+        self.send_command_ack(link, frame.peer, &ack);
     }
 
-    fn obey(&mut self, link: Link, command: &Command) -> Outcome {
+    fn obey(&mut self, link: Link, frame: &Frame, command: &Command) -> Outcome {
         match command.command {
             cmd::DO_SET_MODE => self.obey_set_mode(command),
             cmd::COMPONENT_ARM_DISARM => self.obey_arm(command),
-            cmd::REQUEST_MESSAGE => self.obey_request(link, command.param(1).and_then(whole)),
-            cmd::GET_HOME_POSITION => self.obey_request(link, Some(id::HOME_POSITION)),
-            cmd::REQUEST_AUTOPILOT_CAPABILITIES => self.obey_request(link, Some(id::AUTOPILOT_VERSION)),
+            cmd::REQUEST_MESSAGE => self.obey_request(link, frame, command.param(1).and_then(whole)),
+            cmd::GET_HOME_POSITION => self.obey_request(link, frame, Some(id::HOME_POSITION)),
+            cmd::REQUEST_AUTOPILOT_CAPABILITIES => {
+                self.obey_request(link, frame, Some(id::AUTOPILOT_VERSION))
+            }
             cmd::SET_MESSAGE_INTERVAL => self.obey_set_interval(link, command),
-            cmd::GET_MESSAGE_INTERVAL => self.obey_get_interval(link, command),
+            cmd::GET_MESSAGE_INTERVAL => self.obey_get_interval(link, frame, command),
             cmd::NAV_TAKEOFF => self.not_flown("TAKEOFF is not flown here, only OFFBOARD and HOLD"),
             cmd::NAV_LAND => self.not_flown("LAND is not flown here, only OFFBOARD and HOLD"),
             cmd::NAV_RETURN_TO_LAUNCH => self.not_flown("RETURN is not flown here, only OFFBOARD and HOLD"),
@@ -129,10 +133,10 @@ impl AutopilotSession {
         if done { Outcome::Accepted } else { Outcome::TemporarilyRejected }
     }
 
-    fn obey_request(&mut self, link: Link, message_id: Option<u32>) -> Outcome {
+    fn obey_request(&mut self, link: Link, frame: &Frame, message_id: Option<u32>) -> Outcome {
         match message_id.and_then(|message_id| self.telemetry().message(message_id)) {
             Some(message) => {
-                self.send(link, &message);
+                self.reply(link, frame, &message);
                 Outcome::Accepted
             }
             None => Outcome::Denied,
@@ -152,12 +156,13 @@ impl AutopilotSession {
         }
     }
 
-    fn obey_get_interval(&mut self, link: Link, command: &Command) -> Outcome {
+    fn obey_get_interval(&mut self, link: Link, frame: &Frame, command: &Command) -> Outcome {
         let Some(message_id) = command.param(1).and_then(whole).and_then(|x| u16::try_from(x).ok()) else {
             return Outcome::Denied;
         };
         let interval_us = self.port(link).schedule.interval_us(u32::from(message_id));
-        self.send_message_interval(link, message_id, interval_us);
+        let message = MESSAGE_INTERVAL_DATA { interval_us, message_id };
+        self.reply(link, frame, &MavMessage::MESSAGE_INTERVAL(message));
         Outcome::Accepted
     }
 }

@@ -21,7 +21,7 @@ impl AutopilotSession {
             MavMessage::TIMESYNC(m) => self.answer_timesync(link, frame, m),
             #[expect(deprecated, reason = "deprecated in MAVLink, still sent by ground stations")]
             MavMessage::PING(m) => self.answer_ping(link, frame, m),
-            MavMessage::PARAM_REQUEST_LIST(_) => self.send_all_parameters(link),
+            MavMessage::PARAM_REQUEST_LIST(_) => self.send_all_parameters(link, frame),
             MavMessage::PARAM_REQUEST_READ(m) => self.answer_param_read(link, frame, m),
             MavMessage::MISSION_REQUEST_LIST(m) => {
                 let count = MISSION_COUNT_DATA {
@@ -31,7 +31,7 @@ impl AutopilotSession {
                     mission_type: m.mission_type,
                     opaque_id: 0,
                 };
-                self.send(link, &MavMessage::MISSION_COUNT(count));
+                self.reply(link, frame, &MavMessage::MISSION_COUNT(count));
             }
             MavMessage::MISSION_COUNT(m) if m.count > 0 => {
                 self.autopilot.say(Severity::Error, "mission refused: missions are not flown");
@@ -65,7 +65,7 @@ impl AutopilotSession {
                 target_system: frame.system_id,
                 target_component: frame.component_id,
             };
-            self.send(link, &MavMessage::TIMESYNC(answer));
+            self.reply(link, frame, &MavMessage::TIMESYNC(answer));
         }
     }
 
@@ -79,7 +79,7 @@ impl AutopilotSession {
                 target_system: frame.system_id,
                 target_component: frame.component_id,
             };
-            self.send(link, &MavMessage::PING(answer));
+            self.reply(link, frame, &MavMessage::PING(answer));
         }
     }
 
@@ -87,14 +87,14 @@ impl AutopilotSession {
         Parameters::of(&self.autopilot, self.system_id)
     }
 
-    fn send_all_parameters(&mut self, link: Link) {
+    fn send_all_parameters(&mut self, link: Link, frame: &Frame) {
         let parameters = self.parameters();
         for index in 0..parameters.len() {
-            self.send_parameter(link, &parameters, index);
+            self.send_parameter(link, frame, &parameters, index);
         }
     }
 
-    fn send_parameter(&mut self, link: Link, parameters: &Parameters, index: usize) {
+    fn send_parameter(&mut self, link: Link, frame: &Frame, parameters: &Parameters, index: usize) {
         let Some((name, value)) = parameters.at(index) else { return };
         let (param_value, param_type) = match value {
             // Integers travel as their bytes.
@@ -108,7 +108,7 @@ impl AutopilotSession {
             param_id: name.into(),
             param_type,
         };
-        self.send(link, &MavMessage::PARAM_VALUE(message));
+        self.reply(link, frame, &MavMessage::PARAM_VALUE(message));
     }
 
     fn answer_param_read(&mut self, link: Link, frame: &Frame, m: &PARAM_REQUEST_READ_DATA) {
@@ -118,7 +118,7 @@ impl AutopilotSession {
             Err(_) => m.param_id.to_str().ok().and_then(|name| parameters.index_of(name)),
         };
         match index {
-            Some(index) => self.send_parameter(link, &parameters, index),
+            Some(index) => self.send_parameter(link, frame, &parameters, index),
             None => {
                 let error = MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST;
                 self.send_param_error(link, frame, m.param_id, m.param_index, error);
@@ -136,7 +136,7 @@ impl AutopilotSession {
         let parameters = self.parameters();
         let error = match parameters.index_of(&name) {
             Some(index) => {
-                self.send_parameter(link, &parameters, index);
+                self.send_parameter(link, frame, &parameters, index);
                 self.autopilot
                     .say(Severity::Warning, "parameters are read-only: gains come from the mission");
                 MavParamError::MAV_PARAM_ERROR_READ_ONLY
@@ -161,7 +161,7 @@ impl AutopilotSession {
             param_id,
             error,
         };
-        self.send(link, &MavMessage::PARAM_ERROR(message));
+        self.reply(link, frame, &MavMessage::PARAM_ERROR(message));
     }
 
     fn ack_mission(&mut self, link: Link, frame: &Frame, kind: MavMissionType, result: MavMissionResult) {
@@ -172,7 +172,7 @@ impl AutopilotSession {
             mission_type: kind,
             opaque_id: 0,
         };
-        self.send(link, &MavMessage::MISSION_ACK(ack));
+        self.reply(link, frame, &MavMessage::MISSION_ACK(ack));
     }
 
     /// There is no file server: a NAK, "unknown command", to each request. Payload: sequence (2 bytes), session, opcode,
@@ -196,6 +196,6 @@ impl AutopilotSession {
             target_component: frame.component_id,
             payload,
         };
-        self.send(link, &MavMessage::FILE_TRANSFER_PROTOCOL(answer));
+        self.reply(link, frame, &MavMessage::FILE_TRANSFER_PROTOCOL(answer));
     }
 }
