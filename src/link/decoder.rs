@@ -3,50 +3,23 @@
 //! Parsing the messages is the mavlink crate's; the framing is ours, because a session must resync in a
 //! damaged stream, count what it drops by kind, and keep frames whose message does not parse.
 //!
-//! Signatures are not checked: there is no key, and a library without one accepts signed frames; they are counted.
+//! Signatures are not looked at here: that takes a key ([`super::signing`]).
 
 use mavlink::dialects::common::MavMessage;
 use mavlink::error::ParserError;
 use mavlink::{MAV_STX, MAV_STX_V2, MavlinkVersion, Message as _, calculate_crc};
 
+use super::Faults;
 use super::frame::{Frame, Message};
 
 /// MAVLink 2: a signature of 13 bytes follows the checksum.
-const INCOMPATIBLE_SIGNED: u8 = 0x01;
-const SIGNATURE_LEN: usize = 13;
+pub(super) const INCOMPATIBLE_SIGNED: u8 = 0x01;
+pub(super) const SIGNATURE_LEN: usize = 13;
 pub(super) const CHECKSUM_LEN: usize = 2;
 const HEADER_LEN_V1: usize = 6;
 pub(super) const HEADER_LEN_V2: usize = 10;
 /// Most bytes that a stream keeps while it waits for the rest of a frame; any frame is far shorter.
 const MAX_BUFFERED: usize = 1 << 16;
-
-/// What a decoder has seen, by kind.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Faults {
-    /// Frames whose checksum was right.
-    pub frames: u64,
-    /// Bytes that belong to no frame.
-    pub skipped_bytes: u64,
-    /// Candidates with a wrong checksum.
-    pub bad_crc: u64,
-    /// Frames that a datagram (or a stream given up) ended inside of.
-    pub truncated: u64,
-    /// Frames of a message that the dialect does not have; their checksum cannot be checked.
-    pub unknown_id: u64,
-    /// Frames with MAVLink 2 incompatibility flags other than "signed"; a receiver must drop them.
-    pub incompatible: u64,
-    /// Sound frames with a value that the parser refuses, given out as [`Message::Unparsed`].
-    pub unparsed: u64,
-    /// Sound frames that were signed; the signature was not checked.
-    pub signed: u64,
-}
-
-impl Faults {
-    /// Everything that was dropped: candidates and stray bytes that gave no frame.
-    pub fn dropped(&self) -> u64 {
-        self.bad_crc + self.truncated + self.unknown_id + self.incompatible
-    }
-}
 
 /// A frame's header and where its parts lie.
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +31,7 @@ pub(super) struct Header {
     pub payload_at: usize,
     pub payload_len: usize,
     version: MavlinkVersion,
-    signed: bool,
+    pub signed: bool,
     incompatible: bool,
 }
 
@@ -133,6 +106,11 @@ impl Decoder {
     /// What has been seen so far.
     pub fn faults(&self) -> &Faults {
         &self.faults
+    }
+
+    /// What has been seen since the last call.
+    pub fn take_faults(&mut self) -> Faults {
+        std::mem::take(&mut self.faults)
     }
 
     /// Appends bytes of a stream. Call [`Self::next_frame`] until `None` afterwards.
@@ -237,6 +215,7 @@ fn examine_whole(bytes: &[u8], next: Option<u8>, header: Header, faults: &mut Fa
     }
     faults.frames += 1;
     faults.signed += u64::from(header.signed);
+    faults.mavlink1 += u64::from(matches!(header.version, MavlinkVersion::V1));
     let message = match MavMessage::parse(header.version, header.message_id, &bytes[header.payload_at..at]) {
         Ok(message) => Message::Known(message),
         Err(

@@ -5,6 +5,9 @@
 //! | [`frame`] | a frame as received; what a strict message enum refuses stays readable |
 //! | [`decoder`] | bytes to frames: stream and datagram, MAVLink 1 and 2 |
 //! | [`encoder`] | messages to bytes |
+//! | [`faults`] | what came and was not as it should be, by kind |
+//! | [`signing`] | MAVLink 2 signatures |
+//! | [`hub`] | many peers: who gets what, numbering, signing, forwarding, counts |
 //! | [`peer`] | who is at the other end of a link |
 //! | [`tlog`] | the record of what went over the wire |
 //! | [`parachute`] | the parachute component: release by command |
@@ -20,12 +23,15 @@
 pub mod autopilot;
 pub mod decoder;
 pub mod encoder;
+pub mod faults;
 pub mod frame;
+pub mod hub;
 pub mod lockstep;
 pub mod parachute;
 pub mod peer;
 #[cfg(feature = "cli")]
 pub mod shell;
+pub mod signing;
 pub mod simulator;
 pub mod streamer;
 pub mod tlog;
@@ -38,9 +44,11 @@ mod junk_tests;
 mod test_site;
 
 pub use autopilot::{AutopilotSession, AutopilotSetup};
-pub use decoder::{Decoder, Faults};
+pub use decoder::Decoder;
 pub use encoder::{CommandAck, Encoder};
+pub use faults::Faults;
 pub use frame::{Command, Frame, Message, Payload, SetMode};
+pub use hub::{EndpointId, Hub, HubConfig, HubEvent};
 pub use lockstep::{Lockstep, LockstepError};
 pub use parachute::ParachuteComponent;
 pub use peer::{PeerId, Recipient};
