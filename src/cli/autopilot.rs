@@ -3,7 +3,7 @@
 use super::args::AutopilotArgs;
 use super::mission::chosen_mission;
 use super::narrative::Narrator;
-use super::net::{Reporter, block_on, ports_of, system_of, tlog};
+use super::net::{Reporter, block_on, ports_of, system_of, tlog, wiring_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::OutputFolder;
 use super::sessions;
@@ -13,12 +13,13 @@ use crate::link::shell::{AfterSimulator, run_autopilot};
 pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
     let mission = chosen_mission(&args.mission, &args.choice)?;
     let ports = ports_of(&args.net)?;
+    let wiring = wiring_of(&args.net, &args.link)?;
     let folder = OutputFolder::create(args.out.as_deref(), &mission.name)?;
     let vehicle = tlog(&folder, "vehicle.tlog", &mission);
     let mut reporter = Reporter::new(Narrator::alone(false), &mission, None, Some(vehicle));
     let session = sessions::autopilot(&mission, system_of(&args.net))?;
     let after = if args.once { AfterSimulator::Return } else { AfterSimulator::Wait };
-    block_on(|stop| run_autopilot(session, &ports, after, &mut reporter, stop))?.bad_input()?;
+    block_on(|stop| run_autopilot(session, &ports, &wiring, after, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
     Ok(Answer::Yes)
 }

@@ -7,7 +7,7 @@ use super::clock::Stopwatch;
 use super::flight_files::write_flight;
 use super::mission::{chosen_mission, read_trajectory};
 use super::narrative::Narrator;
-use super::net::{Reporter, block_on, ports_of, speed_of, system_of, tlog};
+use super::net::{Reporter, block_on, ports_of, speed_of, system_of, tlog, wiring_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::plan::{plan_mission, write_plan};
@@ -87,6 +87,7 @@ fn fly(
 ) -> Result<Flown, Failure> {
     let system = system_of(&args.net);
     let ports = ports_of(&args.net)?;
+    let wiring = wiring_of(&args.net, &args.link)?;
     let mut wire = Lockstep::new(
         sessions::simulator(mission, system),
         sessions::autopilot(mission, system)?,
@@ -108,7 +109,8 @@ fn fly(
         }
         speed => {
             let observer = &mut reporter;
-            wire = block_on(|stop| run_watched_drop(wire, &ports, speed, observer, stop))?.bad_input()?;
+            wire = block_on(|stop| run_watched_drop(wire, &ports, &wiring, speed, observer, stop))?
+                .bad_input()?;
         }
     }
     let flown_s = wire.simulator.sim().time_s();

@@ -5,12 +5,13 @@ use std::pin::Pin;
 
 use anyhow::Context;
 
-use super::args::{NetArgs, SpeedArg};
+use super::args::{LinkArgs, NetArgs, SpeedArg};
 use super::narrative::Narrator;
 use super::outcome::{BadInput, Failure};
 use super::output::{LateFile, OutputFolder};
 use crate::config::Mission;
-use crate::link::shell::{Notice, Observer, Ports, Speed};
+use crate::link::shell::{Notice, Observer, Ports, Speed, Wiring};
+use crate::link::signing::Key;
 use crate::link::{Link, TimeUs, Tlog};
 
 /// MAVLink system of the vehicle of an instance, as PX4 counts: instance 0 is system 1.
@@ -24,6 +25,25 @@ pub fn system_of(net: &NetArgs) -> u8 {
 /// [`Failure::BadInput`] when there is no such instance.
 pub fn ports_of(net: &NetArgs) -> Result<Ports, Failure> {
     Ports::of_instance(net.instance).bad_input()
+}
+
+/// The key that frames are signed with, if there is one.
+///
+/// # Errors
+/// [`Failure::BadInput`] when its file cannot be read or holds none.
+pub fn key_of(net: &NetArgs) -> Result<Option<Key>, Failure> {
+    let Some(path) = &net.sign_key else { return Ok(None) };
+    let context = || format!("{}: no key to sign with", path.display());
+    let text = std::fs::read_to_string(path).with_context(context).bad_input()?;
+    Key::parse(&text).with_context(context).bad_input().map(Some)
+}
+
+/// Endpoints and key besides the instance's ports.
+///
+/// # Errors
+/// As [`key_of`].
+pub fn wiring_of(net: &NetArgs, link: &LinkArgs) -> Result<Wiring, Failure> {
+    Ok(Wiring { urls: link.links.clone(), key: key_of(net)? })
 }
 
 /// The speed as the shell wants it.
@@ -120,6 +140,8 @@ impl Observer for Reporter<'_> {
         let told = match &notice {
             Notice::Simulator(event) => self.narrator.simulator(event, self.mission),
             Notice::Streamer(event) => self.narrator.streamer(event),
+            // Not worth a word unless something was wrong.
+            Notice::Counts { faults, .. } if !faults.any() => Ok(()),
             other => self.narrator.say(&format!("{other}\n")),
         };
         // A terminal that is gone is no reason to stop flying.

@@ -130,6 +130,11 @@ impl AutopilotSession {
         &self.autopilot
     }
 
+    /// MAVLink system of the vehicle.
+    pub fn system_id(&self) -> u8 {
+        self.system_id
+    }
+
     /// Simulated time by the latest HIL_SENSOR; `None` before the first.
     pub fn time(&self) -> Option<TimeUs> {
         self.running.then_some(self.clock)

@@ -59,6 +59,13 @@ impl Faults {
         self.bad_signature + self.unsigned + self.replayed + self.own_name + self.crowded
     }
 
+    /// Whether anything was not as it should be.
+    pub fn any(&self) -> bool {
+        let sound =
+            Self { frames: self.frames, mavlink1: self.mavlink1, signed: self.signed, ..Self::default() };
+        *self != sound
+    }
+
     /// Adds what another has counted.
     pub fn add(&mut self, other: &Self) {
         for (sum, (_, count)) in self.all_mut().into_iter().zip(other.all()) {

@@ -8,7 +8,7 @@ use tokio::io::AsyncWriteExt as _;
 use tokio::net::TcpStream;
 
 use super::super::{Decoder, Frame};
-use super::notice::{GarbageWatch, Observer};
+use super::notice::{GarbageWatch, Observer, What};
 
 /// A peer that does not read for this long is gone.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
@@ -18,7 +18,7 @@ const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
 pub(super) struct Connection {
     stream: TcpStream,
     pub(super) peer: SocketAddr,
-    what: &'static str,
+    what: What,
     decoder: Decoder,
     garbage: GarbageWatch,
     outgoing: Vec<u8>,
@@ -29,7 +29,7 @@ impl Connection {
         Self {
             stream,
             peer,
-            what,
+            what: what.into(),
             decoder: Decoder::new(),
             garbage: GarbageWatch::default(),
             outgoing: Vec::new(),
@@ -61,7 +61,7 @@ impl Connection {
         while let Some(frame) = self.decoder.next_frame() {
             each(observer, &frame);
         }
-        self.garbage.look(self.what, self.decoder.faults(), observer);
+        self.garbage.look(&self.what, self.decoder.faults(), observer);
         Ok(())
     }
 
@@ -77,7 +77,7 @@ impl Connection {
                 each(observer, &frame);
             }
         }
-        self.garbage.look(self.what, self.decoder.faults(), observer);
+        self.garbage.look(&self.what, self.decoder.faults(), observer);
     }
 
     /// Collects a frame to be sent.
