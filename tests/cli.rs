@@ -55,6 +55,9 @@ fn reference_drop_of_titan() {
     assert!((number("steady_after_s") - 31.24).abs() < 0.1, "{verdict}");
     assert!((number("plan_j_tpf") - 0.5531828).abs() < 1e-6, "{verdict}");
     assert_eq!(verdict["limits_passed"].as_array().unwrap().len(), 0);
+    assert_eq!(verdict["failsafe"], false);
+    let released = &verdict["events"][1];
+    assert_eq!((&released["t_s"], &released["text"]), (&10.0.into(), &"released by command".into()));
     for key in
         ["peak_speed_m_s", "peak_pitch_deg", "peak_pitch_rate_deg_s", "altitude_lost_m", "real_time_factor"]
     {
@@ -267,5 +270,18 @@ fn every_verb_has_help_with_examples() {
     for verb in verbs {
         let help = String::from_utf8(samara(&[verb, "--help"]).stdout).unwrap();
         assert!(help.contains("Examples:"), "{verb} has no examples");
+    }
+}
+
+/// Port 14540 + 10 would be the ground station's.
+#[test]
+fn instances_that_would_share_ports_are_refused_with_the_range() {
+    for verb in ["drop", "sim", "autopilot", "stream"] {
+        for number in ["10", "254", "65535", "70000", "-1", "one"] {
+            let output = samara(&[verb, "--instance", number]);
+            assert_eq!(code(&output), 2, "{verb} {number}");
+            let said = stderr(&output);
+            assert!(said.contains("0 to 9") || said.contains("unexpected argument '-1'"), "{said}");
+        }
     }
 }

@@ -13,7 +13,7 @@ use samara::control::{Airframe, Cascade};
 use samara::frames::rotate_ned_from_body;
 use samara::model::MAX_ROTORS;
 use samara::plan::{Guess, InputReference, Plan, PlanProblem, SolverOptions, plan};
-use samara::report::{DropRun, FigureError, FlightCsv};
+use samara::report::{DropEvent, DropRun, FigureError, FlightCsv};
 use samara::report::{drop_figure, drop_json, plan_figure, plan_json, plan_text, verdict_text};
 use samara::sim::{DropSimulation, FlightPlan, Phase, Reference, Sample, fly};
 
@@ -278,7 +278,13 @@ final velocity, NED  4.00 0.00 12.00 m/s
 fn json_objects_have_their_keys_and_files_hold_no_durations() {
     let parse = |text: String| serde_json::from_str::<serde_json::Value>(&text).unwrap();
     let mission = &DROP.mission;
-    let run = DropRun { plan_j_tpf: Some(0.5), plan_solve_ms: Some(4.0), real_time_factor: Some(120.0) };
+    let run = DropRun {
+        failsafe: true,
+        events: vec![DropEvent { t_s: 10.5, text: "rotors free".to_owned() }],
+        plan_j_tpf: Some(0.5),
+        plan_solve_ms: Some(4.0),
+        real_time_factor: Some(120.0),
+    };
     let drop = parse(drop_json(mission, &bad_verdict(), &run));
     assert_eq!(drop["j_tpf"], 1.25);
     assert_eq!(drop["peak_speed_m_s"], 15.0);
@@ -288,6 +294,8 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
     assert!(drop["steady_after_s"].is_null());
     assert_eq!(drop["limits_passed"], serde_json::json!(["speed"]));
     assert_eq!(drop["real_time_factor"], 120.0);
+    assert_eq!(drop["failsafe"], true);
+    assert_eq!(drop["events"], serde_json::json!([{ "t_s": 10.5, "text": "rotors free" }]));
     let diverged = Verdict { j_tpf: f64::INFINITY, ..bad_verdict() };
     let file = parse(drop_json(mission, &diverged, &DropRun::default()));
     assert!(file["j_tpf"].is_null() && file.get("real_time_factor").is_none());

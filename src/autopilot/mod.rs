@@ -6,6 +6,7 @@
 //! | [`arming`] | checks before arming and disarming, with reasons |
 //! | [`setpoint`] | what a companion may ask for |
 //! | [`offboard`] | how long a setpoint lives |
+//! | [`flight`] | the control step: from setpoint and state to throttles |
 //! | [`event`] | what is said to the crew |
 //! | [`parameters`] | what is in effect, under PX4's names |
 //!
@@ -21,30 +22,23 @@
 
 pub mod arming;
 pub mod event;
+pub mod flight;
 pub mod modes;
 pub mod offboard;
 pub mod parameters;
 pub mod setpoint;
 
-use nalgebra::Vector3;
-
 pub use arming::{ArmingRefusal, DisarmingRefusal};
 pub use event::{Event, Severity};
+pub use flight::VelocityTarget;
 pub use modes::FlightMode;
 pub use setpoint::{Setpoint, SetpointRefusal, VelocityFrame, YawSetpoint};
 
-use crate::control::{Cascade, ControlOutput, Measurement};
-use crate::frames::{wrap_pi, yaw};
-use crate::model::{MAX_ROTORS, PerRotor};
+use crate::control::{Cascade, ControlLimits, ControlOutput, Gains, Measurement};
 use crate::units::US_PER_S;
 use event::EventQueue;
+use flight::Control;
 use offboard::SetpointStore;
-
-/// Control period of the first step, before two stamps tell [s]: 250 Hz.
-pub const NOMINAL_PERIOD_S: f64 = 0.004;
-
-/// Longest period that is integrated over [s]: a gap in the sensor stream does not wind the integrals up.
-pub const LONGEST_PERIOD_S: f64 = 0.05;
 
 /// Why a mode is not entered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -52,29 +46,12 @@ pub enum ModeRefusal {
     /// This autopilot does not fly the mode.
     #[error("{} is not flown here, only OFFBOARD and HOLD", .0.name())]
     NotFlown(FlightMode),
-    /// OFFBOARD without a setpoint in the last second.
-    #[error("OFFBOARD refused: no setpoint in the last second")]
-    NoSetpoint,
-}
-
-/// What the cascade is being asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Control {
-    Off,
-    Velocity,
-    Attitude,
-    Rates,
-}
-
-/// The target that the vehicle flies to at present, for telemetry.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct VelocityTarget {
-    /// Velocity, NED [m/s].
-    pub v_ned: Vector3<f64>,
-    /// Acceleration feed-forward, NED [m/s^2].
-    pub a_ff_ned: Vector3<f64>,
-    /// Heading [rad].
-    pub yaw_rad: f64,
+    /// OFFBOARD without a setpoint that is young enough.
+    #[error("OFFBOARD refused: no setpoint in the last {} s", *timeout_us as f64 / US_PER_S)]
+    NoSetpoint {
+        /// How young it has to be [us].
+        timeout_us: u64,
+    },
 }
 
 /// The autopilot's state machine with its controller.
@@ -125,7 +102,9 @@ impl Autopilot {
         let mut events = std::mem::take(&mut self.events);
         events.say(Event::new(Severity::Warning, "simulated time started over: disarmed"));
         self.cascade.reset();
+        let timeout_us = self.setpoints.timeout_us();
         *self = Self { events, ..Self::new(self.cascade.clone()) };
+        self.setpoints.set_timeout_us(timeout_us);
     }
 
     /// The mode.
@@ -151,6 +130,27 @@ impl Autopilot {
     /// The controller.
     pub fn cascade(&self) -> &Cascade {
         &self.cascade
+    }
+
+    /// Replaces gains and limits from the next step on; the integrals stay, so that nothing jumps but what the gains say.
+    pub fn tune(&mut self, gains: Gains, limits: ControlLimits) {
+        self.cascade.set_gains(gains);
+        self.cascade.set_limits(limits);
+    }
+
+    /// Replaces the mass that the controller believes in [kg].
+    pub fn set_mass_kg(&mut self, mass_kg: f64) {
+        self.cascade.set_mass_kg(mass_kg);
+    }
+
+    /// How long a setpoint lives in OFFBOARD [us].
+    pub fn setpoint_timeout_us(&self) -> u64 {
+        self.setpoints.timeout_us()
+    }
+
+    /// Changes how long a setpoint lives in OFFBOARD [us].
+    pub fn set_setpoint_timeout_us(&mut self, timeout_us: u64) {
+        self.setpoints.set_timeout_us(timeout_us);
     }
 
     /// What the last step commanded; zero while the motors are off.
@@ -191,7 +191,7 @@ impl Autopilot {
         let refusal = if !mode.is_flown() {
             Some(ModeRefusal::NotFlown(mode))
         } else if mode == FlightMode::Offboard && self.setpoints.fresh(now_us).is_none() {
-            Some(ModeRefusal::NoSetpoint)
+            Some(ModeRefusal::NoSetpoint { timeout_us: self.setpoints.timeout_us() })
         } else {
             None
         };
@@ -249,108 +249,6 @@ impl Autopilot {
         self.switch_off();
         self.say(Severity::Info, text);
         Ok(())
-    }
-
-    /// One control step at `now_us` with the state of that time: the throttle of each rotor, 0..1. All zero while
-    /// disarmed.
-    pub fn step(&mut self, now_us: u64, measurement: &Measurement) -> PerRotor {
-        let dt_s = self.period_s(now_us);
-        self.state = Some((now_us, *measurement));
-        self.watch_setpoints(now_us);
-        if !self.armed {
-            return [0.0; MAX_ROTORS];
-        }
-        match self.mode {
-            FlightMode::Offboard => {
-                if let Some(setpoint) = self.setpoints.fresh(now_us) {
-                    self.fly(measurement, &setpoint, dt_s);
-                }
-            }
-            _ if self.engaged => {
-                let hold = Setpoint::Velocity {
-                    frame: VelocityFrame::Ned,
-                    v: Vector3::zeros(),
-                    a_ff: Vector3::zeros(),
-                    yaw: YawSetpoint::Keep,
-                };
-                self.fly(measurement, &hold, dt_s);
-            }
-            _ => self.switch_off(),
-        }
-        self.flying |= self.output.collective_n > 0.0;
-        self.output.throttle
-    }
-
-    /// A step without a state: the motors keep their last commands.
-    pub fn coast(&mut self, now_us: u64) -> PerRotor {
-        self.last_step_us = Some(now_us);
-        self.watch_setpoints(now_us);
-        self.output.throttle
-    }
-
-    fn period_s(&mut self, now_us: u64) -> f64 {
-        let last = self.last_step_us.replace(now_us);
-        match last {
-            None => NOMINAL_PERIOD_S,
-            Some(last_us) => (now_us.saturating_sub(last_us) as f64 / US_PER_S).min(LONGEST_PERIOD_S),
-        }
-    }
-
-    fn watch_setpoints(&mut self, now_us: u64) {
-        if self.mode != FlightMode::Offboard || self.setpoints.fresh(now_us).is_some() {
-            return;
-        }
-        self.failsafe = self.armed;
-        self.mode = FlightMode::AutoLoiter;
-        if self.armed {
-            self.say(Severity::Critical, "OFFBOARD lost: no setpoint for 1 s");
-            self.say(Severity::Critical, "HOLD: zero velocity");
-        } else {
-            self.say(Severity::Warning, "OFFBOARD left: no setpoint for 1 s");
-        }
-    }
-
-    fn fly(&mut self, m: &Measurement, setpoint: &Setpoint, dt_s: f64) {
-        let control = match setpoint {
-            Setpoint::Velocity { .. } => Control::Velocity,
-            Setpoint::Attitude { .. } => Control::Attitude,
-            Setpoint::Rates { .. } => Control::Rates,
-        };
-        if control != self.control {
-            self.cascade.reset();
-            self.control = control;
-            self.velocity_target = None;
-            self.heading_sp_rad = yaw(m.q_ned_from_body);
-        }
-        self.output = match *setpoint {
-            Setpoint::Velocity { v, a_ff, yaw: heading, .. } => {
-                match heading {
-                    YawSetpoint::Keep => {}
-                    YawSetpoint::Angle(angle) => self.heading_sp_rad = angle,
-                    YawSetpoint::Rate(rate) => {
-                        self.heading_sp_rad = wrap_pi(self.heading_sp_rad + rate * dt_s)
-                    }
-                }
-                let yaw_rad = self.heading_sp_rad;
-                self.velocity_target = Some(VelocityTarget { v_ned: v, a_ff_ned: a_ff, yaw_rad });
-                self.cascade.track_velocity(m, v, a_ff, yaw_rad, dt_s)
-            }
-            Setpoint::Attitude { q_ned_from_body, collective } => {
-                self.cascade.hold_attitude(m, q_ned_from_body, collective, dt_s)
-            }
-            Setpoint::Rates { omega_body, collective } => {
-                self.cascade.hold_rates(m, omega_body, collective, dt_s)
-            }
-        };
-    }
-
-    fn switch_off(&mut self) {
-        if self.control != Control::Off {
-            self.cascade.reset();
-            self.control = Control::Off;
-        }
-        self.velocity_target = None;
-        self.output = ControlOutput::ZERO;
     }
 }
 

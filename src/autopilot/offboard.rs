@@ -1,31 +1,42 @@
-//! OFFBOARD's rule: it may begin, and go on, only with a setpoint younger than [`SETPOINT_TIMEOUT_US`] (PX4's
-//! COM_OF_LOSS_T) of simulated time.
+//! OFFBOARD's rule: it may begin, and go on, only with a setpoint younger than PX4's COM_OF_LOSS_T of simulated time.
 
 use super::setpoint::Setpoint;
 
-/// PX4's COM_OF_LOSS_T, default 1 s [us].
+/// How long a setpoint lives unless COM_OF_LOSS_T says otherwise: PX4's default, 1 s [us].
 pub const SETPOINT_TIMEOUT_US: u64 = 1_000_000;
 
 /// The latest setpoint and when it came.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SetpointStore {
     latest: Option<(u64, Setpoint)>,
+    timeout_us: u64,
+}
+
+impl Default for SetpointStore {
+    fn default() -> Self {
+        Self { latest: None, timeout_us: SETPOINT_TIMEOUT_US }
+    }
 }
 
 impl SetpointStore {
+    /// How long a setpoint lives [us].
+    pub fn timeout_us(&self) -> u64 {
+        self.timeout_us
+    }
+
+    /// Changes how long a setpoint lives [us].
+    pub fn set_timeout_us(&mut self, timeout_us: u64) {
+        self.timeout_us = timeout_us;
+    }
+
     /// Keeps a setpoint that came at `now_us`.
     pub fn put(&mut self, now_us: u64, setpoint: Setpoint) {
         self.latest = Some((now_us, setpoint));
     }
 
-    /// Forgets it.
-    pub fn clear(&mut self) {
-        self.latest = None;
-    }
-
     /// The latest setpoint, if it is young enough at `now_us`.
     pub fn fresh(&self, now_us: u64) -> Option<Setpoint> {
-        self.latest.filter(|&(at, _)| now_us.saturating_sub(at) <= SETPOINT_TIMEOUT_US).map(|(_, s)| s)
+        self.latest.filter(|&(at, _)| now_us.saturating_sub(at) <= self.timeout_us).map(|(_, s)| s)
     }
 }
 
@@ -41,7 +52,7 @@ mod tests {
         store.put(500, setpoint);
         assert_eq!(store.fresh(500 + SETPOINT_TIMEOUT_US), Some(setpoint));
         assert_eq!(store.fresh(501 + SETPOINT_TIMEOUT_US), None);
-        store.clear();
-        assert_eq!(store.fresh(500), None);
+        store.set_timeout_us(20);
+        assert_eq!((store.fresh(520), store.fresh(521)), (Some(setpoint), None));
     }
 }

@@ -7,7 +7,9 @@ use crate::control::{Airframe, ControlLimits, Gains};
 use crate::frames::{LEVEL, quaternion_from_euler};
 use crate::model::environment::GeoPoint;
 use crate::model::rigid_body::MassProperties;
-use crate::model::{BodyAero, Environment, Motor, Rotor, RotorMount, Spin, Vehicle, VehicleOptions};
+use crate::model::{
+    BodyAero, Environment, MAX_ROTORS, Motor, PerRotor, Rotor, RotorMount, Spin, Vehicle, VehicleOptions,
+};
 
 const STEP_US: u64 = 4_000;
 
@@ -112,7 +114,7 @@ fn regress_offboard_needs_a_setpoint_of_the_last_second() {
     bench.step();
     assert_eq!(
         bench.autopilot.request_mode(bench.now_us, FlightMode::Offboard),
-        Err(ModeRefusal::NoSetpoint)
+        Err(ModeRefusal::NoSetpoint { timeout_us: 1_000_000 })
     );
     assert_eq!(bench.said(), ["OFFBOARD refused: no setpoint in the last second"]);
     bench.offer(level(0.0));
@@ -123,7 +125,7 @@ fn regress_offboard_needs_a_setpoint_of_the_last_second() {
     assert_eq!(bench.autopilot.mode(), FlightMode::AutoLoiter, "a step later the setpoint is too old");
     assert_eq!(
         bench.autopilot.request_mode(bench.now_us, FlightMode::Offboard),
-        Err(ModeRefusal::NoSetpoint)
+        Err(ModeRefusal::NoSetpoint { timeout_us: 1_000_000 })
     );
 }
 

@@ -106,10 +106,10 @@ drop.json (the verdict), drop.svg, vehicle.tlog (what ground stations see) and h
 
 JSON (--json): mission, version, seed, input_hash, gains, j_tpf, peak_speed_m_s, peak_pitch_deg, peak_pitch_rate_deg_s,
 peak_vertical_acceleration_m_s2, altitude_lost_m, steady_after_s (null if never), final_v_ned_m_s, limits_passed (list),
-plan_j_tpf, plan_solve_ms, real_time_factor.
+failsafe (whether one flew part of the manoeuvre), events (list of t_s, text), plan_j_tpf, plan_solve_ms, real_time_factor.
 
-Exit code 1 when a limit was passed, the plan did not converge, the vehicle was never released or the mission was stopped
-(Ctrl-C) before its end.
+Exit code 1 when a limit was passed, a failsafe flew, the plan did not converge, the vehicle was never released or the mission
+was stopped (Ctrl-C) before its end.
 
 Examples:
   samara drop
@@ -146,9 +146,9 @@ pub struct DropArgs {
 const SIM_HELP: &str = "\
 Listens on TCP 4560 + instance for an autopilot and waits for it; serves the parachute on UDP 14600 + instance. Ends with the
 mission and prints the verdict. Writes flight.csv, drop.json, drop.svg and hil.tlog to the folder of --out. With --json, what
-happens meanwhile is told on stderr.
+happens meanwhile is told on stderr. When an autopilot is replaced in flight, the new flight is recorded to hil.2.tlog.
 
-Exit code 1 when a limit was passed, the vehicle was never released or the mission was stopped (Ctrl-C) before its end.
+Exit code 1 when a limit was passed, a failsafe flew, the vehicle was never released or the mission was stopped (Ctrl-C) before its end.
 
 Examples:
   samara sim
@@ -174,7 +174,8 @@ pub struct SimArgs {
 
 const AUTOPILOT_HELP: &str = "\
 Connects to the simulator at TCP 4560 + instance and tries until it is there. Binds UDP 18570 + instance (ground stations, sends to
-14550) and 14580 + instance (companions and scripts, sends to 14540 + instance). Writes vehicle.tlog to the folder of --out.
+14550) and 14580 + instance (companions and scripts, sends to 14540 + instance). Writes vehicle.tlog (vehicle.2.tlog, ..
+when the simulator starts over) to the folder of --out.
 
 Examples:
   samara autopilot
@@ -211,7 +212,7 @@ Binds UDP 14540 + instance. Plans, waits for the vehicle, streams a level attitu
 the release after the mission's hang (if the mission leaves the release to a command), streams the plan's velocity at 50 Hz from the
 moment the rotors are free, then the target velocity, until Ctrl-C or the vehicle is gone.
 
-Exit code 1 when no plan was found or the vehicle refused.
+Exit code 1 when no plan was found, the vehicle refused, or the stream ended before the plan did.
 
 Examples:
   samara stream
@@ -242,7 +243,7 @@ pub struct StreamArgs {
 #[derive(Args, Debug)]
 pub struct NetArgs {
     /// Number of the vehicle: shifts its ports as PX4 does, and its MAVLink system id.
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "0..9", default_value_t = 0, value_parser = super::net::instance)]
     pub instance: u16,
     /// Sign what is sent to ground stations, companions and parachute, and let in only what is signed: a file with 64 hexadecimal
     /// digits or a passphrase, as QGroundControl and MAVProxy take it.

@@ -7,17 +7,18 @@ use super::clock::Stopwatch;
 use super::flight_files::write_flight;
 use super::mission::{chosen_mission, read_trajectory};
 use super::narrative::Narrator;
-use super::net::{Reporter, block_on, ports_of, speed_of, system_of, tlog, wiring_of};
+use super::net::{Reporter, block_on, ports_of, speed_of, system_of, wiring_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::plan::{plan_mission, write_plan};
+use super::recording::Recording;
 use super::sessions;
 use crate::assess::{Verdict, VerdictBuilder, plan_j_tpf};
 use crate::config::Mission;
 use crate::link::shell::{Notice, Observer, Speed, run_watched_drop};
-use crate::link::{AutopilotSession, Lockstep};
+use crate::link::{AutopilotSession, FlightRecord, Lockstep, seconds};
 use crate::plan::Status;
-use crate::report::{DropRun, drop_json, plan_json, plan_text, verdict_text};
+use crate::report::{DropEvent, DropRun, drop_json, plan_json, plan_text, verdict_text};
 use crate::sim::Sample;
 use crate::trajectory::Trajectory;
 
@@ -74,6 +75,7 @@ fn plan(
 /// A flown drop.
 struct Flown {
     log: Vec<Sample>,
+    record: FlightRecord,
     real_time_factor: f64,
 }
 
@@ -85,16 +87,18 @@ fn fly(
     folder: &OutputFolder,
     narrator: &Narrator,
 ) -> Result<Flown, Failure> {
-    let system = system_of(&args.net);
+    let system = system_of(&args.net)?;
     let ports = ports_of(&args.net)?;
     let wiring = wiring_of(&args.net, &args.link)?;
     let mut wire = Lockstep::new(
         sessions::simulator(mission, system),
-        sessions::autopilot(mission, system)?,
+        sessions::autopilot(mission, &args.choice, system, true)?,
         sessions::streamer(mission, trajectory.clone(), system, false),
     );
-    let (hil, vehicle) = (tlog(folder, "hil.tlog", mission), tlog(folder, "vehicle.tlog", mission));
-    let mut reporter = Reporter::new(*narrator, mission, Some(hil), Some(vehicle));
+    let record = |stem| Recording::new(folder, stem, mission);
+    let (hil, vehicle) = (record("hil"), record("vehicle"));
+    let mut reporter =
+        Reporter::new(*narrator, mission, Some(hil), Some(vehicle)).keeping_parameters_in(folder);
     let watch = Stopwatch::start();
     narrator.hanging(mission)?;
     match speed_of(args.speed) {
@@ -115,7 +119,8 @@ fn fly(
     }
     let flown_s = wire.simulator.sim().time_s();
     reporter.finish()?;
-    Ok(Flown { log: wire.simulator.into_log(), real_time_factor: 1e3 * flown_s / watch.ms() })
+    let record = wire.simulator.record().clone();
+    Ok(Flown { log: wire.simulator.into_log(), record, real_time_factor: 1e3 * flown_s / watch.ms() })
 }
 
 fn tell_events(wire: &mut Lockstep<AutopilotSession>, reporter: &mut Reporter<'_>) {
@@ -167,10 +172,10 @@ fn finish(
     };
     tell_verdict(narrator, mission, &verdict, &flown.log, folder)?;
     narrator.say(&format!("flown at {:.0} times real time\n", flown.real_time_factor))?;
+    tell_failsafe(narrator, &flown.record)?;
     let run = DropRun {
         plan_j_tpf: Some(plan_j_tpf(&planned.trajectory, &mission.limits)),
-        plan_solve_ms: None,
-        real_time_factor: None,
+        ..drop_run(&flown.record)
     };
     folder.write("drop.json", |out| out.write_all(drop_json(mission, &verdict, &run).as_bytes()))?;
     if args.mission.json {
@@ -181,7 +186,30 @@ fn finish(
         };
         print(&drop_json(mission, &verdict, &run))?;
     }
-    Ok(if verdict.limits_passed.is_empty() && !stopped { Answer::Yes } else { Answer::No })
+    Ok(if verdict.limits_passed.is_empty() && !stopped && !flown.record.failsafe {
+        Answer::Yes
+    } else {
+        Answer::No
+    })
+}
+
+/// What the drop's object tells of a flight's record.
+pub fn drop_run(record: &FlightRecord) -> DropRun {
+    let event = |e: &crate::link::FlightEvent| DropEvent { t_s: seconds(e.at), text: e.text.clone() };
+    let events = record.events.iter().map(event).collect();
+    DropRun { failsafe: record.failsafe, events, ..DropRun::default() }
+}
+
+/// Says so when it was not only the plan that was flown.
+///
+/// # Errors
+/// [`Failure::Internal`] when stdout fails.
+pub fn tell_failsafe(narrator: &Narrator, record: &FlightRecord) -> Result<(), Failure> {
+    if record.failsafe {
+        narrator
+            .say("a failsafe of the autopilot flew part of the manoeuvre: this is no drop by the plan\n")?;
+    }
+    Ok(())
 }
 
 /// Says that the vehicle was never released, and where to look for the reason.

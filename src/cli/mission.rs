@@ -28,7 +28,8 @@ pub fn chosen_mission(path: &Path, choice: &ChoiceArgs) -> Result<Mission, Failu
 }
 
 #[expect(clippy::print_stderr, reason = "what is odd about an input, beside the results")]
-fn tell(remark: &str) {
+/// Tells what is odd about an input.
+pub fn tell(remark: &str) {
     eprintln!("samara: {remark}");
 }
 

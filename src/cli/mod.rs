@@ -15,6 +15,7 @@ mod output;
 mod params;
 mod plan;
 mod pool;
+mod recording;
 mod schema;
 mod sessions;
 mod sim;

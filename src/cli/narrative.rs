@@ -4,7 +4,7 @@ use super::outcome::Failure;
 use super::output::{print, tell};
 use crate::assess::Verdict;
 use crate::config::Mission;
-use crate::link::{SimulatorEvent, StreamerEvent};
+use crate::link::{SimulatorEvent, StreamerEvent, seconds};
 
 /// Where a narrator's words go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,8 +111,4 @@ impl Narrator {
             None => self.say(&format!("never steady within 1 % of {target}\n")),
         }
     }
-}
-
-fn seconds(at: u64) -> f64 {
-    at as f64 * 1e-6
 }

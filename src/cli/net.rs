@@ -1,6 +1,7 @@
 //! What the verbs with sockets share: the runtime, Ctrl-C, and an observer that tells and records.
 
 use std::future::Future;
+use std::io::Write as _;
 use std::pin::Pin;
 
 use anyhow::Context;
@@ -8,15 +9,30 @@ use anyhow::Context;
 use super::args::{LinkArgs, NetArgs, SpeedArg};
 use super::narrative::Narrator;
 use super::outcome::{BadInput, Failure};
-use super::output::{LateFile, OutputFolder};
+use super::output::OutputFolder;
+use super::recording::Recording;
 use crate::config::Mission;
-use crate::link::shell::{Notice, Observer, Ports, Speed, Wiring};
+use crate::link::shell::ports::MAX_INSTANCE;
+use crate::link::shell::{Notice, Observer, Ports, Speed, Wiring, system_of_instance};
 use crate::link::signing::Key;
-use crate::link::{Link, TimeUs, Tlog};
+use crate::link::{Link, TimeUs};
 
-/// MAVLink system of the vehicle of an instance, as PX4 counts: instance 0 is system 1.
-pub fn system_of(net: &NetArgs) -> u8 {
-    u8::try_from(net.instance.saturating_add(1)).unwrap_or(u8::MAX)
+/// An instance that has ports, from what was typed.
+///
+/// # Errors
+/// What was expected, in words.
+pub fn instance(text: &str) -> Result<u16, String> {
+    let instance =
+        text.parse::<u16>().map_err(|_| format!("a number from 0 to {MAX_INSTANCE} is expected"))?;
+    Ports::of_instance(instance).map(|_| instance).map_err(|e| e.to_string())
+}
+
+/// MAVLink system of the vehicle of an instance.
+///
+/// # Errors
+/// [`Failure::BadInput`] when there is no such instance.
+pub fn system_of(net: &NetArgs) -> Result<u8, Failure> {
+    system_of_instance(net.instance).bad_input()
 }
 
 /// The ports of the instance.
@@ -92,21 +108,14 @@ pub fn block_on<F: Future>(
     })
 }
 
-/// A `.tlog` in a result folder, written as frames come.
-pub type TlogFile = Tlog<LateFile>;
-
-/// A `.tlog` of a mission; the file is made with the first frame.
-pub fn tlog(folder: &OutputFolder, name: &str, mission: &Mission) -> TlogFile {
-    Tlog::new(folder.late(name), mission.epoch_unix_us)
-}
-
 /// Tells notices, records frames.
 pub struct Reporter<'a> {
     narrator: Narrator,
     mission: &'a Mission,
-    hil: Option<TlogFile>,
-    vehicle: Option<TlogFile>,
+    hil: Option<Recording>,
+    vehicle: Option<Recording>,
     failed: Option<std::io::Error>,
+    parameters: Option<OutputFolder>,
 }
 
 impl<'a> Reporter<'a> {
@@ -114,10 +123,15 @@ impl<'a> Reporter<'a> {
     pub fn new(
         narrator: Narrator,
         mission: &'a Mission,
-        hil: Option<TlogFile>,
-        vehicle: Option<TlogFile>,
+        hil: Option<Recording>,
+        vehicle: Option<Recording>,
     ) -> Self {
-        Self { narrator, mission, hil, vehicle, failed: None }
+        Self { narrator, mission, hil, vehicle, failed: None, parameters: None }
+    }
+
+    /// Keeps parameters in a folder when a ground station asks for it.
+    pub fn keeping_parameters_in(self, folder: &OutputFolder) -> Self {
+        Self { parameters: Some(folder.clone()), ..self }
     }
 
     /// Closes the logs.
@@ -128,14 +142,28 @@ impl<'a> Reporter<'a> {
         if let Some(error) = self.failed {
             return Err(anyhow::Error::from(error).context("cannot write the .tlog")).bad_input();
         }
-        for tlog in [self.hil, self.vehicle].into_iter().flatten() {
-            tlog.finish().context("cannot write the .tlog").bad_input()?;
+        for recording in [self.hil, self.vehicle].into_iter().flatten() {
+            recording.finish().context("cannot write the .tlog").bad_input()?;
         }
         Ok(())
     }
 }
 
+/// The file in the results' folder that PREFLIGHT_STORAGE writes.
+const PARAMETERS: &str = "vehicle.params";
+
 impl Observer for Reporter<'_> {
+    fn keep_parameters(&mut self, text: &str) {
+        let Some(folder) = &self.parameters else { return };
+        // A terminal that is gone is no reason to stop flying, nor is a full disk.
+        let _ = match folder.write(PARAMETERS, |out| out.write_all(text.as_bytes())) {
+            Ok(path) => self.narrator.say(&format!("parameters kept in {}\n", path.display())),
+            Err(Failure::BadInput(error) | Failure::Internal(error)) => {
+                self.narrator.say(&format!("parameters NOT kept: {error:#}\n"))
+            }
+        };
+    }
+
     fn notice(&mut self, notice: Notice) {
         let told = match &notice {
             Notice::Simulator(event) => self.narrator.simulator(event, self.mission),
@@ -149,10 +177,16 @@ impl Observer for Reporter<'_> {
     }
 
     fn frame(&mut self, now: TimeUs, link: Link, bytes: &[u8]) {
-        let tlog = if link == Link::Simulator { &mut self.hil } else { &mut self.vehicle };
-        if let Some(Err(error)) = tlog.as_mut().map(|tlog| tlog.write(now, bytes)) {
-            *tlog = None;
-            self.failed.get_or_insert(error);
+        let recording = if link == Link::Simulator { &mut self.hil } else { &mut self.vehicle };
+        match recording.as_mut().map(|recording| recording.write(now, bytes)) {
+            None | Some(Ok(None)) => {}
+            Some(Ok(Some(name))) => {
+                _ = self.narrator.say(&format!("simulated time has started over: recording to {name}\n"));
+            }
+            Some(Err(error)) => {
+                *recording = None;
+                self.failed.get_or_insert(error);
+            }
         }
     }
 }

@@ -1,19 +1,17 @@
 //! The parties of a drop, built from a mission.
 
+use super::args::ChoiceArgs;
+use super::mission::tell;
 use super::outcome::{BadInput, Failure};
-use crate::config::{Mission, ReleaseTrigger};
+use crate::autopilot::parameters::Parameters;
+use crate::config::{Mission, load_parameters};
 use crate::control::{Airframe, Cascade};
 use crate::link::{
     AutopilotSession, AutopilotSetup, SimulatorConfig, SimulatorSession, StreamerConfig, StreamerSession,
+    microseconds,
 };
-use crate::sim::DropSimulation;
+use crate::sim::{DropSimulation, ReleaseTrigger};
 use crate::trajectory::Trajectory;
-use crate::units::US_PER_S;
-
-/// Simulated seconds as the wire counts them.
-fn microseconds(seconds: f64) -> u64 {
-    (seconds * US_PER_S).round() as u64
-}
 
 /// The simulator with its parachute.
 pub fn simulator(mission: &Mission, system_id: u8) -> SimulatorSession {
@@ -24,35 +22,42 @@ pub fn simulator(mission: &Mission, system_id: u8) -> SimulatorSession {
         mission.hang_s,
         mission.start,
     );
-    let trigger = match mission.release_trigger {
-        ReleaseTrigger::Command => crate::link::ReleaseTrigger::Command,
-        ReleaseTrigger::Time => crate::link::ReleaseTrigger::Time(mission.hang_s),
-        ReleaseTrigger::Altitude(altitude_m) => crate::link::ReleaseTrigger::Altitude(altitude_m),
-        ReleaseTrigger::ArmedOffboard => crate::link::ReleaseTrigger::ArmedOffboard,
-    };
     let config = SimulatorConfig {
         system_id,
         duration_us: microseconds(mission.duration_s),
-        trigger,
+        trigger: mission.release_trigger,
         seed: mission.seed,
         ..SimulatorConfig::default()
     };
     SimulatorSession::new(sim, config)
 }
 
-/// The reference autopilot with the mission's gains.
+/// The reference autopilot with the mission's gains, and with what else a chosen parameter file holds.
 ///
 /// # Errors
 /// [`Failure::BadInput`] when the vehicle cannot be controlled or the gains are out of range.
-pub fn autopilot(mission: &Mission, system_id: u8) -> Result<AutopilotSession, Failure> {
+pub fn autopilot(
+    mission: &Mission,
+    choice: &ChoiceArgs,
+    system_id: u8,
+    keeps_parameters: bool,
+) -> Result<AutopilotSession, Failure> {
     let airframe = Airframe::new(&mission.vehicle, &mission.environment).bad_input()?;
-    Ok(AutopilotSession::new(AutopilotSetup {
+    let mut session = AutopilotSession::new(AutopilotSetup {
         system_id,
         cascade: Cascade::new(airframe, mission.gains, mission.control_limits),
         environment: mission.environment.clone(),
         rotors: mission.vehicle.rotors.len(),
         epoch_unix_us: mission.epoch_unix_us,
-    }))
+        parameters: Parameters::of(&mission.parameter_subject(), system_id).bad_input()?,
+        keeps_parameters,
+    });
+    if let Some(path) = &choice.params {
+        for remark in session.load_parameters(&load_parameters(path).bad_input()?) {
+            tell(&format!("{}: {remark}", path.display()));
+        }
+    }
+    Ok(session)
 }
 
 /// The offboard streamer of a plan.

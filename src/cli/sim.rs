@@ -1,16 +1,17 @@
 //! `samara sim`: the simulator behind its sockets.
 
 use super::args::SimArgs;
-use super::drop::{judge, never_released, tell_if_stopped, tell_verdict};
+use super::drop::{drop_run, judge, never_released, tell_failsafe, tell_if_stopped, tell_verdict};
 use super::flight_files::write_flight;
 use super::mission::chosen_mission;
 use super::narrative::Narrator;
-use super::net::{Reporter, block_on, key_of, ports_of, speed_of, system_of, tlog};
+use super::net::{Reporter, block_on, key_of, ports_of, speed_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
+use super::recording::Recording;
 use super::sessions;
 use crate::link::shell::run_simulator;
-use crate::report::{DropRun, drop_json};
+use crate::report::drop_json;
 
 /// `samara sim`.
 pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
@@ -19,13 +20,14 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let key = key_of(&args.net)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let narrator = Narrator::alone(args.mission.json);
-    let hil = tlog(&folder, "hil.tlog", &mission);
+    let hil = Recording::new(&folder, "hil", &mission);
     let mut reporter = Reporter::new(narrator, &mission, Some(hil), None);
-    let session = sessions::simulator(&mission, system_of(&args.net));
+    let session = sessions::simulator(&mission, system_of(&args.net)?);
     let speed = speed_of(args.speed);
     let session =
         block_on(|stop| run_simulator(session, &ports, speed, key, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
+    let record = session.record().clone();
     let log = session.into_log();
     let verdict = judge(&mission, &log);
     if !log.is_empty() {
@@ -36,11 +38,16 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
         never_released(&narrator, &mission, stopped)?;
         return Ok(Answer::No);
     };
-    let text = drop_json(&mission, &verdict, &DropRun::default());
+    let text = drop_json(&mission, &verdict, &drop_run(&record));
     folder.write("drop.json", |out| std::io::Write::write_all(out, text.as_bytes()))?;
     tell_verdict(&narrator, &mission, &verdict, &log, &folder)?;
+    tell_failsafe(&narrator, &record)?;
     if args.mission.json {
         print(&text)?;
     }
-    Ok(if verdict.limits_passed.is_empty() && !stopped { Answer::Yes } else { Answer::No })
+    Ok(if verdict.limits_passed.is_empty() && !stopped && !record.failsafe {
+        Answer::Yes
+    } else {
+        Answer::No
+    })
 }

@@ -1,4 +1,4 @@
-//! `samara stream`: the offboard streamer behind its socket.
+//! `samara stream`: the offboard streamer behind its socket. Yes is a plan that was streamed to its end.
 
 use super::args::StreamArgs;
 use super::mission::{chosen_mission, read_trajectory};
@@ -30,9 +30,17 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
             timed.plan.trajectory
         }
     };
-    let session = sessions::streamer(&mission, trajectory, system_of(&args.net), args.feed_forward);
+    let session = sessions::streamer(&mission, trajectory, system_of(&args.net)?, args.feed_forward);
     let mut reporter = Reporter::new(narrator, &mission, None, None);
     let session = block_on(|stop| run_streamer(session, &ports, key, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
-    Ok(if session.state() == StreamerState::Failed { Answer::No } else { Answer::Yes })
+    Ok(match session.state() {
+        StreamerState::Target | StreamerState::Done => Answer::Yes,
+        // It has said why.
+        StreamerState::Failed => Answer::No,
+        _ => {
+            narrator.say("stopped before the plan was at its end\n")?;
+            Answer::No
+        }
+    })
 }

@@ -16,21 +16,8 @@ use crate::assess::SafetyLimits;
 use crate::control::{ControlLimits, Gains};
 use crate::model::{Environment, MAX_ROTORS, Parachute, Vehicle};
 use crate::plan::{InputReference, PlanProblem};
-use crate::sim::Start;
+use crate::sim::{ReleaseTrigger, Start};
 use crate::units::RAD_PER_DEG;
-
-/// What cuts the vehicle from its parachute.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ReleaseTrigger {
-    /// A command to the parachute component.
-    Command,
-    /// The end of the hang.
-    Time,
-    /// This altitude above mean sea level [m], passed on the way down.
-    Altitude(f64),
-    /// Armed and in OFFBOARD.
-    ArmedOffboard,
-}
 
 /// A state at t = 0 that the gains are tuned on; rotors at rest.
 #[derive(Clone, Debug, PartialEq)]

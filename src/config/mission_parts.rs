@@ -1,12 +1,13 @@
 //! Parts of a mission: model objects from the file's numbers, and the checks of one number against another.
 
 use super::ConfigError;
-use super::mission::{ReleaseCase, ReleaseTrigger};
+use super::mission::ReleaseCase;
 use super::mission_json::{CaseJson, MissionJson, StateJson, TriggerJson};
 use super::source::Source;
 use crate::model::environment::GeoPoint;
 use crate::model::parachute::Pendulum;
 use crate::model::{Environment, Parachute};
+use crate::sim::ReleaseTrigger;
 use crate::units::RAD_PER_DEG;
 
 pub(super) fn environment(source: &Source, json: &MissionJson) -> Result<Environment, ConfigError> {

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::spoil::{Spoilt, copy, shipped, shipped_files, spoil};
 use super::*;
 use crate::control::{ControlLimits, Gains};
-use crate::sim::Start;
+use crate::sim::{ReleaseTrigger, Start};
 use crate::units::RAD_PER_DEG;
 
 const TITAN: &str = "mission/titan_drop.json";

@@ -3,13 +3,18 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `hil` | the simulator's messages read as a state |
+//! | `hil`, `home` | the simulator's messages read as a state; where home is |
 //! | `step` | the control step, its answer, the telemetry that is due |
 //! | `commands` | COMMAND_LONG, COMMAND_INT, SET_MODE |
 //! | [`setpoints`] | SET_ATTITUDE_TARGET, SET_POSITION_TARGET_LOCAL_NED |
 //! | `telemetry`, `motion`, `statustext` | the messages it sends |
 //! | `streams` | how often, on which link |
-//! | `services` | clocks, parameters, missions, files |
+//! | `port` | its links |
+//! | `services` | who is asked, clocks |
+//! | `parameters` | listed, read, set, saved |
+//! | `missions` | missions, fences, rally points: kept, not flown |
+//! | `files` | the file server: what the parameters mean |
+//! | `identity` | what the vehicle says it is: version, modes, plans |
 //!
 //! **Time** is the simulator's: the `time_usec` of the latest HIL_SENSOR, so that nothing here runs while the simulator
 //! stands still. On each HIL_SENSOR the autopilot makes one control step with the state of that time (ODOMETRY, else
@@ -17,8 +22,14 @@
 //! If stamps run backwards the simulator has started over, and so does the autopilot.
 
 mod commands;
+mod files;
 mod hil;
+mod home;
+mod identity;
+mod missions;
 mod motion;
+mod parameters;
+mod port;
 mod services;
 pub mod setpoints;
 mod statustext;
@@ -31,13 +42,21 @@ use std::collections::VecDeque;
 use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 
-use super::frame::PARAM_SET_ID;
-use super::{CommandAck, Encoder, Frame, Link, PeerId, Recipient, Session, TimeUs, Transmit};
-use crate::autopilot::{Autopilot, FlightMode, Setpoint, Severity};
+use super::statustext::TextWriter;
+use super::{Encoder, Frame, Link, Session, TimeUs, Transmit};
+use crate::autopilot::parameters::Parameters;
+use crate::autopilot::{Autopilot, Setpoint, Severity};
 use crate::control::Cascade;
 use crate::model::Environment;
+use files::FileServer;
 use hil::HilInput;
+use home::Home;
+use missions::Missions;
+use parameters::Listings;
+use port::Port;
+use services::Peer;
 use setpoints::{FaultLog, SetpointFault};
+use step::Condition;
 use streams::{Schedule, id};
 use telemetry::Telemetry;
 
@@ -46,9 +65,6 @@ pub const AUTOPILOT_COMPONENT: u8 = 1;
 
 /// Links that an autopilot serves.
 const LINKS: [Link; 3] = [Link::Simulator, Link::GroundStation, Link::Api];
-
-/// Most frames that wait to be fetched before further answers are dropped.
-const MAX_QUEUED: usize = 4096;
 
 /// What an autopilot session is built from.
 #[derive(Clone, Debug)]
@@ -63,13 +79,10 @@ pub struct AutopilotSetup {
     pub rotors: usize,
     /// Unix time of simulated time 0 [us], for SYSTEM_TIME.
     pub epoch_unix_us: u64,
-}
-
-/// One of the session's links: its sequence numbers and its streams.
-#[derive(Clone, Debug)]
-struct Port {
-    encoder: Encoder,
-    schedule: Schedule,
+    /// What ground stations may read and set.
+    pub parameters: Parameters,
+    /// Whether the caller keeps the parameter file of [`AutopilotSession::take_saved_parameters`].
+    pub keeps_parameters: bool,
 }
 
 /// The reference autopilot as a sans-IO session on the links Simulator, GroundStation and Api.
@@ -81,17 +94,23 @@ pub struct AutopilotSession {
     rotors: usize,
     epoch_unix_us: u64,
     hil: HilInput,
+    home: Home,
     /// Simulated time: stamp of the latest HIL_SENSOR.
     clock: TimeUs,
     /// A HIL_SENSOR has come: `clock` counts.
     running: bool,
     last_beat: Option<TimeUs>,
-    /// Mode and arming as the simulator last heard them.
-    told_simulator: Option<(FlightMode, bool)>,
+    /// What the simulator last heard.
+    told_simulator: Option<Condition>,
     without_state: bool,
     ports: [Port; LINKS.len()],
     faults: FaultLog,
-    long_texts: u16,
+    texts: TextWriter,
+    parameters: Parameters,
+    keeps_parameters: bool,
+    saved_parameters: Option<String>,
+    missions: Missions,
+    files: FileServer,
     out: VecDeque<Transmit>,
     unanswered: u64,
 }
@@ -102,6 +121,7 @@ impl AutopilotSession {
         let port = |link| Port {
             encoder: Encoder::new(setup.system_id, AUTOPILOT_COMPONENT),
             schedule: Schedule::new(link),
+            listings: Listings::default(),
         };
         let mut session = Self {
             autopilot: Autopilot::new(setup.cascade),
@@ -110,6 +130,7 @@ impl AutopilotSession {
             rotors: setup.rotors,
             epoch_unix_us: setup.epoch_unix_us,
             hil: HilInput::default(),
+            home: Home::default(),
             clock: 0,
             running: false,
             last_beat: None,
@@ -117,7 +138,12 @@ impl AutopilotSession {
             without_state: false,
             ports: LINKS.map(port),
             faults: FaultLog::default(),
-            long_texts: 0,
+            texts: TextWriter::default(),
+            files: FileServer::new(&setup.parameters),
+            parameters: setup.parameters,
+            keeps_parameters: setup.keeps_parameters,
+            saved_parameters: None,
+            missions: Missions::default(),
             out: VecDeque::new(),
             unanswered: 0,
         };
@@ -223,54 +249,12 @@ impl AutopilotSession {
             autopilot: &self.autopilot,
             environment: &self.environment,
             hil: &self.hil,
+            home: &self.home,
             rotors: self.rotors,
             epoch_unix_us: self.epoch_unix_us,
+            missions: &self.missions,
+            files: &self.files,
         }
-    }
-
-    fn port(&mut self, link: Link) -> &mut Port {
-        match link {
-            Link::Simulator => &mut self.ports[0],
-            Link::GroundStation => &mut self.ports[1],
-            Link::Api | Link::Parachute => &mut self.ports[2],
-        }
-    }
-
-    /// To every peer of a link.
-    fn send(&mut self, link: Link, message: &MavMessage) {
-        self.send_to(link, Recipient::All, message);
-    }
-
-    /// To the peer that `asked` came from, and to nobody else.
-    fn reply(&mut self, link: Link, asked: &Frame, message: &MavMessage) {
-        self.send_to(link, Recipient::Peer(asked.peer), message);
-    }
-
-    fn send_to(&mut self, link: Link, to: Recipient, message: &MavMessage) {
-        if self.has_room_for(link, to) {
-            let bytes = self.port(link).encoder.encode(message);
-            self.out.push_back(Transmit { link, to, bytes });
-        }
-    }
-
-    fn send_command_ack(&mut self, link: Link, to: PeerId, ack: &CommandAck) {
-        if self.has_room_for(link, Recipient::Peer(to)) {
-            let bytes = self.port(link).encoder.encode_command_ack(ack);
-            self.out.push_back(Transmit::to_peer(link, to, bytes));
-        }
-    }
-
-    /// Answers that nobody fetches as fast as they are asked for are not kept without end; the simulator's and what is
-    /// for everybody always are.
-    fn has_room_for(&mut self, link: Link, to: Recipient) -> bool {
-        let room = link == Link::Simulator || to == Recipient::All || self.out.len() < MAX_QUEUED;
-        self.unanswered += u64::from(!room);
-        room
-    }
-
-    /// Answers that were not given because too many were asked for at once.
-    pub fn unanswered(&self) -> u64 {
-        self.unanswered
     }
 }
 
@@ -290,8 +274,8 @@ impl Session for AutopilotSession {
             self.handle_command(link, frame, &command);
         } else if let Some(set_mode) = frame.set_mode() {
             self.handle_set_mode(set_mode.target_system, set_mode.custom_mode);
-        } else if frame.message_id == PARAM_SET_ID {
-            self.refuse_param_set(link, frame);
+        } else if self.handle_raw_service(link, frame) {
+            // It has been answered.
         } else if let Some(message) = frame.known() {
             self.handle_message(link, frame, message);
         } else {
@@ -300,17 +284,21 @@ impl Session for AutopilotSession {
         self.say_events();
     }
 
-    /// Before the simulator's time runs, a HEARTBEAT a second; from then on nothing.
+    /// Before the simulator's time runs, a HEARTBEAT a second; and always what services have under way, also while the
+    /// simulator stands still.
     fn handle_time(&mut self, now: TimeUs) {
-        if self.running || self.last_beat.is_some_and(|at| now.saturating_sub(at) < 1_000_000) {
-            return;
+        let beats = !self.running && !self.last_beat.is_some_and(|at| now.saturating_sub(at) < 1_000_000);
+        if !self.running {
+            self.clock = now;
         }
-        self.last_beat = Some(now);
-        self.clock = now;
-        if let Some(heartbeat) = self.telemetry().message(id::HEARTBEAT) {
-            self.send(Link::GroundStation, &heartbeat);
-            self.send(Link::Api, &heartbeat);
+        if beats {
+            self.last_beat = Some(now);
+            if let Some(heartbeat) = self.telemetry().message(id::HEARTBEAT) {
+                self.send(Link::GroundStation, &heartbeat);
+                self.send(Link::Api, &heartbeat);
+            }
         }
+        self.serve();
     }
 
     fn poll_output(&mut self) -> Option<Transmit> {

@@ -11,6 +11,7 @@
 use super::simulator::Missing;
 use super::{
     Decoder, Faults, Frame, Link, Pace, PeerId, Session, SimulatorSession, StreamerSession, TimeUs, Transmit,
+    seconds,
 };
 
 /// Rounds of answers to answers within one step; what is still in flight then is delivered in the next step.
@@ -20,7 +21,7 @@ const MAX_ROUNDS: usize = 32;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LockstepError {
     /// The autopilot has not answered.
-    #[error("at {:.3} s the simulator misses {missing}", *at as f64 * 1e-6)]
+    #[error("at {:.3} s the simulator misses {missing}", seconds(*at))]
     NoAnswer {
         /// Simulated time.
         at: TimeUs,
@@ -106,12 +107,13 @@ impl<A: Session> Lockstep<A> {
         Ok(())
     }
 
-    /// Puts in what came from outside: a ground station's frame for the autopilot or for the parachute.
+    /// Puts in what came from outside by `link`: for the autopilot what comes from ground stations and companions, for the
+    /// parachute what comes to its own socket, for the simulator what comes from an autopilot.
     pub fn deliver(&mut self, link: Link, frame: &Frame) {
         let now = self.simulator.now();
         match link {
             Link::GroundStation | Link::Api => self.autopilot.handle_input(now, link, frame),
-            Link::Parachute | Link::Simulator => self.simulator.handle_input(now, Link::Parachute, frame),
+            Link::Parachute | Link::Simulator => self.simulator.handle_input(now, link, frame),
         }
     }
 

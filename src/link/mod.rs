@@ -15,6 +15,7 @@
 //! | [`streamer`] | the offboard streamer: arms, releases, streams the plan |
 //! | [`autopilot`] | the reference autopilot: HIL client, vehicle for ground stations and companions |
 //! | [`lockstep`] | all of them on a wire in memory |
+//! | `time`, `statustext` | seconds and microseconds; long texts in pieces |
 //!
 //! A session owns no socket and no clock. Simulated time comes as an argument, frames go in by `handle_input`, time
 //! alone by `handle_time`, and what it wants sent is fetched by `poll_output` until that returns `None`. The sockets
@@ -33,13 +34,17 @@ pub mod peer;
 pub mod shell;
 pub mod signing;
 pub mod simulator;
+mod statustext;
 pub mod streamer;
+mod time;
 pub mod tlog;
 
 #[cfg(test)]
 mod codec_tests;
 #[cfg(test)]
 mod junk_tests;
+#[cfg(test)]
+mod parachute_tests;
 #[cfg(test)]
 mod test_site;
 
@@ -49,15 +54,15 @@ pub use encoder::{CommandAck, Encoder};
 pub use faults::Faults;
 pub use frame::{Command, Frame, Message, Payload, SetMode};
 pub use hub::{EndpointId, Hub, HubConfig, HubEvent};
-pub use lockstep::{Lockstep, LockstepError};
+pub use lockstep::{Lockstep, LockstepError, Party};
 pub use parachute::ParachuteComponent;
 pub use peer::{PeerId, Recipient};
-pub use simulator::{Pace, ReleaseTrigger, Silence, SimulatorConfig, SimulatorEvent, SimulatorSession};
+pub use simulator::{
+    FlightEvent, FlightRecord, Pace, Silence, SimulatorConfig, SimulatorEvent, SimulatorSession,
+};
 pub use streamer::{StreamerConfig, StreamerEvent, StreamerSession};
+pub use time::{TimeUs, microseconds, seconds};
 pub use tlog::Tlog;
-
-/// Simulated time since the simulation began [us].
-pub type TimeUs = u64;
 
 /// Which of a session's connections a frame came by or goes to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

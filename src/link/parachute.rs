@@ -3,21 +3,26 @@
 //! MAV_COMP_ID_PARACHUTE, with a heartbeat at 1 Hz. It cuts the vehicle loose on MAV_CMD_DO_GRIPPER (param2 = 0,
 //! release), answers every command addressed to it exactly once, tells everyone by STATUSTEXT, and puts the instant of
 //! the release on the wire as NAMED_VALUE_INT `t_release` (ms of simulated time), at once and then at 1 Hz for whoever
-//! joins later. MAV_CMD_DO_PARACHUTE, on a real vehicle "canopy out, motors dead", is refused with the reason.
+//! joins later; and, as `t_end`, that the simulation is over. MAV_CMD_DO_PARACHUTE, on a real vehicle "canopy out, motors dead", is refused with the reason.
 
 use std::collections::VecDeque;
 
 use mavlink::dialects::common::{
     HEARTBEAT_DATA, MavAutopilot, MavCmd, MavMessage, MavModeFlag, MavResult, MavSeverity, MavState, MavType,
-    NAMED_VALUE_INT_DATA, STATUSTEXT_DATA,
+    NAMED_VALUE_INT_DATA,
 };
 
-use super::{Command, CommandAck, Encoder, Frame, Link, PeerId, Recipient, Session, TimeUs, Transmit};
+use super::statustext::TextWriter;
+use super::{
+    Command, CommandAck, Encoder, Frame, Link, PeerId, Recipient, Session, TimeUs, Transmit, seconds,
+};
 
 /// MAV_COMP_ID_PARACHUTE.
 pub const PARACHUTE_COMPONENT: u8 = 161;
 /// Name of the NAMED_VALUE_INT that carries the instant of the release.
 pub const T_RELEASE: &str = "t_release";
+/// Name of the NAMED_VALUE_INT that carries the end of the simulation.
+pub const T_END: &str = "t_end";
 
 const HEARTBEAT_PERIOD_US: TimeUs = 1_000_000;
 /// `GRIPPER_ACTION_RELEASE` and `GRIPPER_ACTION_GRAB`.
@@ -34,6 +39,9 @@ pub struct ParachuteComponent {
     next_heartbeat: TimeUs,
     released_at: Option<TimeUs>,
     release_asked: bool,
+    /// Why a command to cut is not obeyed at present; `None`: it is.
+    refusal: Option<&'static str>,
+    texts: TextWriter,
     outbox: VecDeque<(Recipient, Vec<u8>)>,
 }
 
@@ -51,23 +59,42 @@ impl Answer {
     fn denied(text: &str) -> Self {
         Self { result: MavResult::MAV_RESULT_DENIED, text: Some(text.to_owned()) }
     }
+
+    fn not_now(text: String) -> Self {
+        Self { result: MavResult::MAV_RESULT_TEMPORARILY_REJECTED, text: Some(text) }
+    }
 }
 
 impl ParachuteComponent {
-    /// The parachute of system `system_id`, the vehicle hanging on it.
+    /// The parachute of system `system_id`, the vehicle hanging on it without an autopilot: it does not let go before
+    /// [`Self::allow_release`].
     pub fn new(system_id: u8) -> Self {
         Self {
             encoder: Encoder::new(system_id, PARACHUTE_COMPONENT),
             next_heartbeat: 0,
             released_at: None,
             release_asked: false,
+            refusal: Some("no autopilot is connected"),
+            texts: TextWriter::default(),
             outbox: VecDeque::new(),
         }
     }
 
-    /// Starts over with a vehicle hanging; sequence numbers run on.
+    /// Starts over with a vehicle hanging; sequence numbers run on, and what has been said is still sent.
     pub fn restart(&mut self) {
-        *self = Self { encoder: self.encoder.clone(), ..Self::new(self.encoder.system_id()) };
+        let outbox = std::mem::take(&mut self.outbox);
+        let fresh = Self::new(self.encoder.system_id());
+        *self = Self { encoder: self.encoder.clone(), texts: self.texts, outbox, ..fresh };
+    }
+
+    /// From now on a command to cut is obeyed.
+    pub fn allow_release(&mut self) {
+        self.refusal = None;
+    }
+
+    /// From now on a command to cut is answered TEMPORARILY_REJECTED, with this reason.
+    pub fn refuse_release(&mut self, reason: &'static str) {
+        self.refusal = Some(reason);
     }
 
     /// Whether a command to cut has come since the last call.
@@ -79,11 +106,22 @@ impl ParachuteComponent {
     pub fn note_release(&mut self, now: TimeUs, at: TimeUs, why: &str) {
         if self.released_at.is_none() {
             self.released_at = Some(at);
-            self.say(
-                MavSeverity::MAV_SEVERITY_NOTICE,
-                &format!("Released at {:.3} s: {why}", at as f64 * 1e-6),
-            );
+            self.say(MavSeverity::MAV_SEVERITY_NOTICE, &format!("Released at {:.3} s: {why}", seconds(at)));
             self.send_t_release(now, Recipient::All);
+        }
+    }
+
+    /// The simulation is over, at `now`; `why` is for the people who watch.
+    pub fn note_end(&mut self, now: TimeUs, why: &str) {
+        let text = format!("Simulation over at {:.3} s: {why}", seconds(now));
+        self.say(MavSeverity::MAV_SEVERITY_NOTICE, &text);
+        self.send_instant(now, Recipient::All, T_END, now);
+    }
+
+    /// Says something to everybody.
+    pub fn say(&mut self, severity: MavSeverity, text: &str) {
+        for message in self.texts.messages(severity, text) {
+            self.send(Recipient::All, &MavMessage::STATUSTEXT(message));
         }
     }
 
@@ -123,6 +161,9 @@ impl ParachuteComponent {
                 Answer::accepted(Some("Vehicle is loose already"))
             }
             (GRIPPER, None) if command.param(2) == Some(GRIPPER_RELEASE) => {
+                if let Some(reason) = self.refusal {
+                    return Answer::not_now(format!("Release refused: {reason}"));
+                }
                 self.release_asked = true;
                 Answer::accepted(None)
             }
@@ -150,11 +191,6 @@ impl ParachuteComponent {
         self.outbox.push_back((to, bytes));
     }
 
-    fn say(&mut self, severity: MavSeverity, text: &str) {
-        let text = STATUSTEXT_DATA { severity, text: text.into(), ..STATUSTEXT_DATA::default() };
-        self.send(Recipient::All, &MavMessage::STATUSTEXT(text));
-    }
-
     fn send_heartbeat(&mut self, to: Recipient) {
         let heartbeat = HEARTBEAT_DATA {
             custom_mode: 0,
@@ -169,13 +205,17 @@ impl ParachuteComponent {
 
     fn send_t_release(&mut self, now: TimeUs, to: Recipient) {
         if let Some(at) = self.released_at {
-            let value = NAMED_VALUE_INT_DATA {
-                time_boot_ms: (now / 1_000) as u32,
-                value: ((at + 500) / 1_000) as i32,
-                name: T_RELEASE.into(),
-            };
-            self.send(to, &MavMessage::NAMED_VALUE_INT(value));
+            self.send_instant(now, to, T_RELEASE, at);
         }
+    }
+
+    fn send_instant(&mut self, now: TimeUs, to: Recipient, name: &str, at: TimeUs) {
+        let instant = NAMED_VALUE_INT_DATA {
+            time_boot_ms: (now / 1_000) as u32,
+            value: ((at + 500) / 1_000) as i32,
+            name: name.into(),
+        };
+        self.send(to, &MavMessage::NAMED_VALUE_INT(instant));
     }
 }
 
@@ -199,135 +239,5 @@ impl Session for ParachuteComponent {
     fn poll_output(&mut self) -> Option<Transmit> {
         let (to, bytes) = self.outbox.pop_front()?;
         Some(Transmit { link: Link::Parachute, to, bytes })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::Decoder;
-    use super::*;
-    use mavlink::dialects::common::{COMMAND_INT_DATA, COMMAND_LONG_DATA};
-
-    fn command(command: MavCmd, param2: f32, target: (u8, u8)) -> MavMessage {
-        MavMessage::COMMAND_LONG(COMMAND_LONG_DATA {
-            command,
-            param2,
-            target_system: target.0,
-            target_component: target.1,
-            ..Default::default()
-        })
-    }
-
-    /// Sends from 255/190, returns everything that comes back.
-    fn ask(component: &mut ParachuteComponent, message: &MavMessage) -> Vec<Frame> {
-        let mut decoder = Decoder::new();
-        decoder.push(&Encoder::new(255, 190).encode(message));
-        component.handle_input(1_000, Link::Parachute, &decoder.next_frame().unwrap());
-        drain(component)
-    }
-
-    fn drain(component: &mut ParachuteComponent) -> Vec<Frame> {
-        let mut decoder = Decoder::new();
-        let mut frames = Vec::new();
-        while let Some(transmit) = component.poll_output() {
-            assert_eq!(transmit.link, Link::Parachute);
-            decoder.datagram(&transmit.bytes, |frame| frames.push(frame));
-        }
-        assert!(frames.iter().all(|f| (f.system_id, f.component_id) == (1, 161)));
-        frames
-    }
-
-    fn acks(frames: &[Frame]) -> Vec<(u16, u8, u8, u8)> {
-        let ack = |f: &Frame| f.command_ack();
-        let tuple = |a: CommandAck| (a.command, a.result, a.target_system, a.target_component);
-        frames.iter().filter_map(ack).map(tuple).collect()
-    }
-
-    fn texts(frames: &[Frame]) -> Vec<String> {
-        let text = |f: &Frame| match f.known() {
-            Some(MavMessage::STATUSTEXT(t)) => Some(t.text.to_str().unwrap().to_owned()),
-            _ => None,
-        };
-        frames.iter().filter_map(text).collect()
-    }
-
-    const GRIPPER: MavCmd = MavCmd::MAV_CMD_DO_GRIPPER;
-
-    #[test]
-    fn the_gripper_releases_and_says_when() {
-        let mut component = ParachuteComponent::new(1);
-        assert_eq!(acks(&ask(&mut component, &command(GRIPPER, 0.0, (1, 161)))), [(211, 0, 255, 190)]);
-        assert!(component.take_release());
-        assert!(!component.take_release());
-        component.note_release(10_000_000, 10_000_000, "by command");
-        let frames = drain(&mut component);
-        assert_eq!(texts(&frames), ["Released at 10.000 s: by command"]);
-        let t_release = |f: &Frame| match f.known() {
-            Some(MavMessage::NAMED_VALUE_INT(m)) => Some((m.name.to_str().unwrap().to_owned(), m.value)),
-            _ => None,
-        };
-        assert_eq!(frames.iter().find_map(t_release), Some(("t_release".to_owned(), 10_000)));
-        component.handle_time(12_300_000);
-        assert_eq!(drain(&mut component).iter().find_map(t_release), Some(("t_release".to_owned(), 10_000)));
-        // Once more: answered, but nothing is left to cut.
-        assert_eq!(acks(&ask(&mut component, &command(GRIPPER, 0.0, (1, 161)))), [(211, 0, 255, 190)]);
-        assert!(!component.take_release());
-    }
-
-    #[test]
-    fn a_command_int_releases_too() {
-        let mut component = ParachuteComponent::new(1);
-        let message = MavMessage::COMMAND_INT(COMMAND_INT_DATA {
-            command: GRIPPER,
-            target_system: 1,
-            target_component: 161,
-            ..Default::default()
-        });
-        assert_eq!(acks(&ask(&mut component, &message)), [(211, 0, 255, 190)]);
-        assert!(component.take_release());
-    }
-
-    #[test]
-    fn everything_else_is_refused_with_a_reason_and_once() {
-        let mut component = ParachuteComponent::new(1);
-        for (message, result, reason) in [
-            (command(GRIPPER, 1.0, (1, 161)), 2, Some("Gripper refused: it can only release")),
-            (command(GRIPPER, f32::NAN, (1, 161)), 2, Some("Gripper refused: param2 must be 0, release")),
-            (command(GRIPPER, 0.4, (1, 161)), 2, Some("Gripper refused: param2 must be 0, release")),
-            (
-                command(MavCmd::MAV_CMD_DO_PARACHUTE, 0.0, (1, 161)),
-                2,
-                Some("DO_PARACHUTE refused: hangs; DO_GRIPPER cuts"),
-            ),
-            (command(MavCmd::MAV_CMD_NAV_TAKEOFF, 0.0, (1, 161)), 3, None),
-        ] {
-            let frames = ask(&mut component, &message);
-            assert_eq!(acks(&frames).iter().map(|a| a.1).collect::<Vec<_>>(), [result]);
-            assert_eq!(texts(&frames), reason.into_iter().collect::<Vec<_>>());
-            assert!(!component.take_release());
-        }
-    }
-
-    #[test]
-    fn commands_to_others_are_neither_obeyed_nor_answered() {
-        let mut component = ParachuteComponent::new(1);
-        for (what, target) in
-            [(GRIPPER, (2, 161)), (GRIPPER, (1, 1)), (MavCmd::MAV_CMD_COMPONENT_ARM_DISARM, (1, 0))]
-        {
-            assert!(ask(&mut component, &command(what, 0.0, target)).is_empty());
-            assert!(!component.take_release());
-        }
-        assert_eq!(acks(&ask(&mut component, &command(GRIPPER, 0.0, (1, 0)))).len(), 1);
-    }
-
-    #[test]
-    fn heartbeats_come_once_a_second_and_sequence_numbers_survive_a_restart() {
-        let mut component = ParachuteComponent::new(1);
-        (0..=750).for_each(|i| component.handle_time(i * 4_000));
-        let frames = drain(&mut component);
-        assert_eq!(frames.iter().map(|f| f.sequence).collect::<Vec<_>>(), [0, 1, 2, 3]);
-        component.restart();
-        component.handle_time(0);
-        assert_eq!(drain(&mut component)[0].sequence, 4);
     }
 }

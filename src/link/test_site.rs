@@ -49,7 +49,11 @@ pub fn environment() -> Environment {
 }
 
 pub fn drop_simulation() -> DropSimulation {
+    drop_simulation_at(environment(), HANG_S)
+}
+
+pub fn drop_simulation_at(environment: Environment, hang_s: f64) -> DropSimulation {
     let pendulum = Pendulum { amplitude_rad: 0.0, phase_rad: 0.0, omega_rad_s: 2.0, length_m: 1.0 };
     let parachute = Parachute::new(5.0, DELAY_S, pendulum).unwrap();
-    DropSimulation::new(vehicle(), environment(), parachute, HANG_S, Start::Release)
+    DropSimulation::new(vehicle(), environment, parachute, hang_s, Start::Release)
 }

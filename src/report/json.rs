@@ -28,6 +28,8 @@ struct DropObject<'a> {
     steady_after_s: Option<f64>,
     final_v_ned_m_s: [f64; 3],
     limits_passed: &'a [&'static str],
+    failsafe: bool,
+    events: &'a [DropEvent],
     plan_j_tpf: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     plan_solve_ms: Option<f64>,
@@ -35,9 +37,22 @@ struct DropObject<'a> {
     real_time_factor: Option<f64>,
 }
 
+/// Something that happened in a drop.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DropEvent {
+    /// Simulated time [s].
+    pub t_s: f64,
+    /// What.
+    pub text: String,
+}
+
 /// What a drop's object tells beside the verdict.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct DropRun {
+    /// Whether a failsafe of the autopilot flew part of the manoeuvre.
+    pub failsafe: bool,
+    /// What happened, in its order.
+    pub events: Vec<DropEvent>,
     /// J_TPF of the plan that was flown.
     pub plan_j_tpf: Option<f64>,
     /// Time that planning took [ms].
@@ -63,6 +78,8 @@ pub fn drop_json(mission: &Mission, verdict: &Verdict, run: &DropRun) -> String 
         steady_after_s: verdict.steady_after_s,
         final_v_ned_m_s: verdict.final_v_ned.into(),
         limits_passed: &verdict.limits_passed,
+        failsafe: run.failsafe,
+        events: &run.events,
         plan_j_tpf: run.plan_j_tpf,
         plan_solve_ms: run.plan_solve_ms,
         real_time_factor: run.real_time_factor,

@@ -36,6 +36,19 @@ pub enum Start {
     T0,
 }
 
+/// What cuts the vehicle loose, besides a command to its parachute, which always does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ReleaseTrigger {
+    /// Nothing else.
+    Command,
+    /// The end of the hang.
+    Time,
+    /// Sinking to this altitude above mean sea level [m].
+    Altitude(f64),
+    /// The autopilot being armed and in OFFBOARD.
+    ArmedOffboard,
+}
+
 /// A phase boundary closer than this to the end of a step [s] is taken to be there.
 const BOUNDARY_TOLERANCE_S: f64 = 1e-9;
 
@@ -121,6 +134,11 @@ impl DropSimulation {
     /// Time since the simulation began [s].
     pub fn time_s(&self) -> f64 {
         self.clock.time_s
+    }
+
+    /// When the release is meant to be [s]: the end of the hang.
+    pub fn nominal_release_s(&self) -> f64 {
+        self.nominal_release_s
     }
 
     /// Phase of the drop.

@@ -19,7 +19,7 @@ mod drop_tests;
 #[cfg(test)]
 mod flight_tests;
 
-pub use drop::{DropSimulation, Phase, Start};
+pub use drop::{DropSimulation, Phase, ReleaseTrigger, Start};
 pub use flight::{FlightPlan, Reference, fly};
 pub use plant::{PlantKind, PlantState};
 pub use record::Sample;

@@ -2,11 +2,14 @@
 
 import json
 import random
+import signal
 import socket
 
 import pytest
 
-from drop import Vehicle, mavlink
+from drop import PARACHUTE, Vehicle, mavlink
+from programs import MISSION
+from tlog import dump, stamps_are_of_one_flight
 
 
 def tcp_peer(port):
@@ -75,6 +78,31 @@ def test_an_autopilot_killed_in_flight_is_replaced(samara, reference):
     rows = [line.split(",", 1)[0] for line in flight if line[0].isdigit()]
     assert float(rows[0]) == 0 and float(rows[-1]) == reference.mission["duration_s"], "one drop, the last"
     assert len(rows) == 1 + reference.mission["duration_s"] * 250
+    # One flight in each recording, none lost.
+    sim.says("recording to hil.2.tlog")
+    for tlog in (sim.out / "hil.tlog", sim.out / "hil.2.tlog"):
+        messages = dump(tlog)
+        stamps_are_of_one_flight(messages, reference.mission)
+        assert {"HIL_SENSOR", "HIL_ACTUATOR_CONTROLS"} <= {kind for kind, _, _ in messages}
+    assert messages[-1][1] == pytest.approx(reference.mission["epoch_unix_us"] * 1e-6 + 45.0, abs=0.1)
+
+
+def test_a_simulator_that_is_replaced_begins_a_new_recording(samara, vehicle, reference):
+    first = samara.sim("--speed", 10)
+    autopilot = samara.autopilot()
+    vehicle.connect()
+    vehicle.until(3.0)
+    first.kill()
+    autopilot.says("connection to", "ended")
+    second = samara.sim("--speed", 10)
+    autopilot.says("recording to vehicle.2.tlog")
+    second.says("lockstep from here")
+    vehicle.now_s = 0.0
+    vehicle.until(2.0)
+    autopilot.interrupt()
+    assert autopilot.ends() == 0
+    for tlog in (autopilot.out / "vehicle.tlog", autopilot.out / "vehicle.2.tlog"):
+        stamps_are_of_one_flight(dump(tlog), reference.mission)
 
 
 def garbage(dice):
@@ -143,10 +171,69 @@ def test_setpoints_that_stop_are_told(samara, vehicle, reference):
     # It holds where it is, and takes up the stream again when asked.
     vehicle.stream(lambda now_s: vehicle.velocity(now_s, [4, 0, 4]))
     vehicle.offboard()
-    assert sim.process.poll() is None
+    # But what was flown is not the plan.
+    assert sim.ends() == 1
+    assert sim.has_said("failsafe: the autopilot has taken over")
+    assert sim.has_said("failsafe", "part of the manoeuvre")
+    result = json.loads((sim.out / "drop.json").read_text(encoding="utf-8"))
+    assert result["failsafe"] is True
+    happened = [(event["t_s"], event["text"]) for event in result["events"]]
+    assert [text for _, text in happened][:5] == [
+        "armed", "released by command", "rotors free", "failsafe: the autopilot has taken over", "failsafe over",
+    ]
+    assert happened[3][0] == pytest.approx(stopped_s + 1.0, abs=0.3)
 
 
-def test_ctrl_c_keeps_what_was_flown(samara, vehicle):
+def test_nothing_is_released_without_an_autopilot(samara, vehicle, reference):
+    sim = samara.sim("--speed", 10, "--json")
+    sim.says("open (parachute")
+    script = Vehicle(f"udpout:127.0.0.1:{samara.ports.parachute}", samara.ports.system)
+    script.link.mav.command_long_send(
+        samara.ports.system, PARACHUTE, mavlink.MAV_CMD_DO_GRIPPER, 0, 1, mavlink.GRIPPER_ACTION_RELEASE, 0, 0, 0, 0, 0
+    )
+    acknowledged = script.wait("COMMAND_ACK")
+    assert acknowledged.result == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+    script.wait("STATUSTEXT", lambda m: m.text == "Release refused: no autopilot is connected")
+    script.close()
+    vehicle.close()
+
+    samara.stream()
+    samara.autopilot("--once")
+    assert sim.ends() == 0
+    reference.agrees_with(sim.json())
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_stream_ends_with_its_simulation(samara, number):
+    sim = samara.sim("--speed", 10)
+    autopilot = samara.autopilot("--once")
+    stream = samara.stream()
+    stream.says("streaming the plan")
+    sim.interrupt(number)
+    assert sim.ends() == 1
+    assert stream.ends() == 1
+    assert stream.has_said("gave up: the simulation ended at", "the plan is not at its end")
+    assert autopilot.ends() == 0
+
+
+def test_a_mission_that_is_shorter_than_its_plan_ends_the_stream(samara, tmp_path):
+    mission = json.loads(MISSION.read_text(encoding="utf-8"))
+    mission["duration_s"] = 20.0
+    for key in ("vehicle", "gains"):
+        if isinstance(mission.get(key), str):
+            mission[key] = str((MISSION.parent / mission[key]).resolve())
+    short = tmp_path / "short.json"
+    short.write_text(json.dumps(mission), encoding="utf-8")
+    sim = samara.sim("--speed", 10, short)
+    samara.autopilot("--once", short)
+    stream = samara.stream()
+    assert sim.ends() == 0
+    assert stream.ends() == 1
+    assert stream.has_said("gave up: the simulation ended at 20.000 s")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_keeps_what_was_flown(samara, vehicle, number):
     sim = samara.sim("--speed", 10, "--json")
     autopilot = samara.autopilot()
     vehicle.connect()
@@ -154,7 +241,7 @@ def test_ctrl_c_keeps_what_was_flown(samara, vehicle):
     vehicle.arm()
     vehicle.release()
     vehicle.until(vehicle.now_s + 2)
-    sim.interrupt()
+    sim.interrupt(number)
     assert sim.ends() == 1, "a mission that was stopped is no success"
     assert sim.has_said("stopped at", "of 45 s")
     verdict = sim.json()
@@ -164,18 +251,19 @@ def test_ctrl_c_keeps_what_was_flown(samara, vehicle):
     assert (sim.out / "hil.tlog").stat().st_size > 100_000
 
     autopilot.says("ended: closed by the peer")
-    autopilot.interrupt()
+    autopilot.interrupt(number)
     assert autopilot.ends() == 0
     assert (autopilot.out / "vehicle.tlog").stat().st_size > 10_000
 
 
-def test_ctrl_c_while_waiting(samara):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_while_waiting(samara, number):
     waiting = {
         samara.sim(): ("open (parachute", 1),
         samara.autopilot(): ("no simulator at", 0),
-        samara.stream(): ("open (streamer", 0),
+        samara.stream(): ("open (streamer", 1),
     }
     for program, (text, code) in waiting.items():
         program.says(text)
-        program.interrupt()
+        program.interrupt(number)
         assert program.ends() == code, program.transcript()

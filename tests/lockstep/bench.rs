@@ -4,13 +4,15 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use nalgebra::Vector3;
+use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, load_mission};
 use samara::control::{Airframe, Cascade};
 use samara::link::{
-    AutopilotSession, AutopilotSetup, Link, Lockstep, SimulatorConfig, SimulatorSession, StreamerConfig,
-    StreamerEvent, StreamerSession, TimeUs,
+    AutopilotSession, AutopilotSetup, FlightRecord, Link, Lockstep, SimulatorConfig, SimulatorSession,
+    StreamerConfig, StreamerEvent, StreamerSession, TimeUs,
 };
-use samara::sim::{DropSimulation, Sample};
+use samara::model::Parachute;
+use samara::sim::{DropSimulation, ReleaseTrigger, Sample, Start};
 use samara::trajectory::{Node, Trajectory};
 use serde_json::Value;
 
@@ -28,8 +30,12 @@ pub fn cascade() -> Cascade {
 }
 
 pub fn simulation() -> DropSimulation {
+    simulation_of(mission().parachute, mission().start)
+}
+
+pub fn simulation_of(parachute: Parachute, start: Start) -> DropSimulation {
     let m = mission();
-    DropSimulation::new(m.vehicle.clone(), m.environment.clone(), m.parachute, m.hang_s, m.start)
+    DropSimulation::new(m.vehicle.clone(), m.environment.clone(), parachute, m.hang_s, start)
 }
 
 /// The velocities of the reference's optimal plan.
@@ -53,11 +59,16 @@ pub fn plan() -> Trajectory {
 pub struct Flown {
     pub log: Vec<Sample>,
     pub events: Vec<StreamerEvent>,
+    pub record: FlightRecord,
 }
 
 pub fn simulator() -> SimulatorSession {
-    let config = SimulatorConfig { seed: mission().seed, ..SimulatorConfig::default() };
-    SimulatorSession::new(simulation(), config)
+    simulator_of(simulation(), ReleaseTrigger::Command)
+}
+
+pub fn simulator_of(sim: DropSimulation, trigger: ReleaseTrigger) -> SimulatorSession {
+    let config = SimulatorConfig { seed: mission().seed, trigger, ..SimulatorConfig::default() };
+    SimulatorSession::new(sim, config)
 }
 
 pub fn autopilot() -> AutopilotSession {
@@ -68,25 +79,42 @@ pub fn autopilot() -> AutopilotSession {
         environment: m.environment.clone(),
         rotors: m.vehicle.rotors.len(),
         epoch_unix_us: m.epoch_unix_us,
+        parameters: Parameters::of(&m.parameter_subject(), 1).unwrap(),
+        keeps_parameters: false,
     })
 }
 
 pub fn streamer() -> StreamerSession {
+    streamer_that(true)
+}
+
+/// One that commands the release, or that waits for whatever triggers it.
+pub fn streamer_that(commands_release: bool) -> StreamerSession {
     let m = mission();
     let config = StreamerConfig {
         hang_s: m.hang_s,
         delay_s: m.parachute.delay_s,
         target_v_ned: m.target_v_ned,
+        commands_release,
         ..StreamerConfig::default()
     };
     StreamerSession::new(config, plan())
 }
 
 /// Flies the whole mission; every frame goes by `tap`.
-pub fn drop_on_the_wire(mut tap: impl FnMut(TimeUs, Link, &[u8])) -> Flown {
-    let mut wire = Lockstep::new(simulator(), autopilot(), streamer());
+pub fn drop_on_the_wire(tap: impl FnMut(TimeUs, Link, &[u8])) -> Flown {
+    fly(simulator(), streamer(), tap)
+}
+
+pub fn fly(
+    simulator: SimulatorSession,
+    streamer: StreamerSession,
+    mut tap: impl FnMut(TimeUs, Link, &[u8]),
+) -> Flown {
+    let mut wire = Lockstep::new(simulator, autopilot(), streamer);
     wire.run(&mut tap).unwrap();
     assert_eq!(wire.faults().dropped(), 0);
     let events = std::iter::from_fn(|| wire.streamer.poll_event()).collect();
-    Flown { log: wire.simulator.into_log(), events }
+    let record = wire.simulator.record().clone();
+    Flown { log: wire.simulator.into_log(), events, record }
 }

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod bench;
+mod releases;
 #[cfg(feature = "cli")]
 mod sockets;
 
@@ -11,9 +12,11 @@ use std::ops::ControlFlow;
 
 use samara::assess::{Verdict, VerdictBuilder};
 use samara::link::{Link, StreamerEvent, TimeUs};
-use samara::sim::{FlightPlan, Phase, Reference, Sample, fly};
+use samara::model::Parachute;
+use samara::model::parachute::Pendulum;
+use samara::sim::{DropSimulation, FlightPlan, Phase, Reference, ReleaseTrigger, Sample, Start};
 
-use bench::{drop_on_the_wire, mission, plan, simulation};
+use bench::{drop_on_the_wire, fly, mission, plan, simulation, simulation_of, simulator_of, streamer};
 
 fn verdict(log: &[Sample]) -> Verdict {
     let mission = mission();
@@ -23,10 +26,9 @@ fn verdict(log: &[Sample]) -> Verdict {
 }
 
 /// The flight that the wire should give: 250 Hz, setpoints held at 50 Hz, true state.
-fn without_frames() -> Vec<Sample> {
+fn without_frames(mut sim: DropSimulation) -> Vec<Sample> {
     let mission = mission();
     let trajectory = plan();
-    let mut sim = simulation();
     sim.schedule_release(mission.hang_s);
     let flight = FlightPlan {
         reference: Reference::Plan {
@@ -40,29 +42,58 @@ fn without_frames() -> Vec<Sample> {
         duration_s: mission.duration_s,
     };
     let mut log = Vec::new();
-    let _ = fly(&mut sim, &mut bench::cascade(), &flight, &mut |s| {
+    let _ = samara::sim::fly(&mut sim, &mut bench::cascade(), &flight, &mut |s| {
         log.push(*s);
         ControlFlow::Continue(())
     });
     log
 }
 
-#[test]
-fn reference_the_wire_gives_the_flight_without_frames() {
-    let wire = drop_on_the_wire(|_, _, _| {});
-    let bare = without_frames();
-    assert_eq!(wire.log.len(), bare.len());
+/// Flies it both ways.
+fn the_wire_gives_the_flight_without_frames(sim: &DropSimulation) -> (Verdict, Verdict) {
+    let simulator = simulator_of(sim.clone(), ReleaseTrigger::Command);
+    let wire = fly(simulator, streamer(), |_, _, _| {}).log;
+    let bare = without_frames(sim.clone());
+    assert_eq!(wire.len(), bare.len());
     let mut worst: f64 = 0.0;
-    for (a, b) in wire.log.iter().zip(&bare) {
+    for (a, b) in wire.iter().zip(&bare) {
         assert!((a.t_s - b.t_s).abs() < 1e-12);
         assert_eq!(a.phase, b.phase, "at {} s", a.t_s);
         worst = worst.max((a.state.body.v_ned - b.state.body.v_ned).norm());
     }
-    let (a, b) = (verdict(&wire.log), verdict(&bare));
+    let (a, b) = (verdict(&wire), verdict(&bare));
     // float32 on the wire: 1e-7 of the state in the loop.
     assert!(worst < 2e-6, "{worst}");
+    assert!((a.j_tpf / b.j_tpf - 1.0).abs() < 1e-6, "{} {}", a.j_tpf, b.j_tpf);
+    (a, b)
+}
+
+#[test]
+fn reference_the_wire_gives_the_flight_without_frames() {
+    let (a, b) = the_wire_gives_the_flight_without_frames(&simulation());
     assert!((a.j_tpf / b.j_tpf - 1.0).abs() < 1e-7, "{} {}", a.j_tpf, b.j_tpf);
     assert!(a.limits_passed.is_empty());
+}
+
+/// A canopy that swings: the vehicle leaves it pitched, turning and with a speed over the ground.
+#[test]
+fn reference_a_swinging_release_is_the_same_on_the_wire() {
+    let pendulum = Pendulum { amplitude_rad: 0.35, phase_rad: 0.6, omega_rad_s: 0.4, length_m: 8.0 };
+    let sim = simulation_of(Parachute { pendulum, ..mission().parachute }, Start::Release);
+    let (swinging, _) = the_wire_gives_the_flight_without_frames(&sim);
+    assert!(
+        (swinging.j_tpf - verdict(&without_frames(simulation())).j_tpf).abs() > 1e-3,
+        "it does not matter"
+    );
+}
+
+/// The paper's study begins at t = 0, t_d after the cut; in between there is nothing to control.
+#[test]
+fn reference_a_study_from_t0_is_the_same_on_the_wire() {
+    let sim = simulation_of(mission().parachute, Start::T0);
+    let (study, _) = the_wire_gives_the_flight_without_frames(&sim);
+    // An independent implementation: J_TPF .5551 for this start.
+    assert!((study.j_tpf / 0.5551 - 1.0).abs() < 0.001, "{}", study.j_tpf);
 }
 
 #[test]

@@ -9,10 +9,18 @@ use samara::link::shell::{
 use super::bench::{autopilot, drop_on_the_wire, simulator, streamer};
 use super::verdict;
 
+/// Ports that nobody has.
+fn free_ports() -> Ports {
+    let sockets = [(); 6].map(|()| std::net::UdpSocket::bind("127.0.0.1:0").unwrap());
+    let [simulator, autopilot_ground, ground_station, autopilot_api, api, parachute] =
+        sockets.each_ref().map(|s| s.local_addr().unwrap().port());
+    Ports { simulator, autopilot_ground, ground_station, autopilot_api, api, parachute }
+}
+
 /// UDP is outside the lockstep: what the streamer sends may come a step or two later.
 #[test]
 fn closed_form_three_terminals_fly_the_drop_of_the_wire_in_memory() {
-    let ports = Ports::of_instance(777).unwrap();
+    let ports = free_ports();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     let quiet = || |_: Notice| ();
     let (mut a, mut b, mut c) = (quiet(), quiet(), quiet());

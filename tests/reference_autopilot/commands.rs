@@ -130,8 +130,11 @@ fn regress_modes_by_command_and_by_message() {
     for (params, expected) in [
         (&[1.0, 4.0, 3.0][..], ACCEPTED),
         (&[f32::NAN, 4.0, 3.0], ACCEPTED),
-        (&[1.0, 7.0], DENIED),
-        (&[1.0, 4.0, 9.0], DENIED),
+        // PX4 rejects for the time being what it knows and does not enter, and any AUTO that it does not know.
+        (&[1.0, 7.0], TEMPORARILY_REJECTED),
+        (&[1.0, 1.0], TEMPORARILY_REJECTED),
+        (&[1.0, 4.0, 5.0], TEMPORARILY_REJECTED),
+        (&[1.0, 4.0, 9.0], TEMPORARILY_REJECTED),
         (&[1.0, 99.0], DENIED),
         (&[1.0, f32::INFINITY], DENIED),
         (&[1.0], DENIED),
@@ -199,7 +202,7 @@ fn regress_requested_messages_come_or_are_denied() {
 fn regress_before_there_is_a_state_its_messages_are_denied() {
     let mut bench = Bench::new();
     bench.drain();
-    for (message_id, expected) in [(30.0, DENIED), (33.0, DENIED), (148.0, ACCEPTED), (242.0, ACCEPTED)] {
+    for (message_id, expected) in [(30.0, DENIED), (33.0, DENIED), (148.0, ACCEPTED), (242.0, DENIED)] {
         let message = command(MavCmd::MAV_CMD_REQUEST_MESSAGE, &[message_id]);
         assert_eq!(result(&mut bench, &message), expected, "{message_id}");
     }
@@ -228,5 +231,20 @@ fn regress_message_intervals_are_per_link() {
     {
         let message = command(MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL, &[message_id, interval_us]);
         assert_eq!(result(&mut bench, &message), DENIED, "{message_id} {interval_us}");
+    }
+}
+
+#[test]
+fn regress_a_mode_that_is_not_entered_is_refused_with_the_reason() {
+    let mut bench = Bench::running();
+    for (params, reason) in [
+        (&[1.0, 7.0][..], "STABILIZED is not flown here, only OFFBOARD and HOLD"),
+        (&[1.0, 4.0, 6.0], "AUTO.LAND is not flown here, only OFFBOARD and HOLD"),
+        (&[1.0, 4.0, 9.0], "mode refused: unsupported auto mode"),
+        (&[1.0, 9.0], "mode refused: no such mode"),
+    ] {
+        let sent = bench.send(Link::Api, &command(MavCmd::MAV_CMD_DO_SET_MODE, params));
+        // Long reasons come in pieces.
+        assert_eq!(texts(&sent, Link::Api).concat(), reason);
     }
 }

@@ -1,9 +1,9 @@
 //! Telemetry: rates, contents, sequence numbers.
 
 use mavlink::dialects::common::*;
-use samara::link::{Link, Session as _};
+use samara::link::{Frame, Link, Session as _};
 
-use crate::bench::{Bench, Sent, VEHICLE, last, level_no_thrust};
+use crate::bench::{Bench, Sent, VEHICLE, command, last, level_no_thrust};
 
 #[test]
 fn regress_the_simulator_is_greeted_as_px4_does() {
@@ -111,9 +111,11 @@ fn closed_form_position_attitude_and_time_are_the_simulators() {
     let Some(MavMessage::GLOBAL_POSITION_INT(global)) = last(&sent, Link::Api, 33) else { panic!() };
     // A metre north is 8.9932e-6 deg.
     assert!((f64::from(global.lat) - (12.5 + 1000.0 * 8.993_216e-6) * 1e7).abs() < 2.0, "{}", global.lat);
-    assert_eq!((global.alt, global.relative_alt), (1_250_000, -250_000));
+    // It has not been armed and has not moved: it is at home.
+    assert_eq!((global.alt, global.relative_alt), (1_250_000, 0));
     let Some(MavMessage::HOME_POSITION(home)) = last(&sent, Link::Api, 242) else { panic!() };
-    assert_eq!((home.latitude, home.longitude, home.altitude), (125_000_000, -342_500_000, 1_500_000));
+    assert_eq!((home.latitude, home.longitude, home.altitude), (global.lat, global.lon, global.alt));
+    assert_eq!((home.x, home.y, home.z), (1000.0, -500.0, 250.0));
     let Some(MavMessage::SYSTEM_TIME(time)) = last(&sent, Link::Api, 2) else { panic!() };
     assert_eq!(time.time_unix_usec - 1_600_000_000_000_000, u64::from(time.time_boot_ms) * 1000);
 }
@@ -137,4 +139,67 @@ fn regress_health_and_landed_state_tell_what_mavsdk_waits_for() {
     assert_eq!(landed(&sent), MavLandedState::MAV_LANDED_STATE_ON_GROUND);
     bench.state.vz = 3.0;
     assert_eq!(landed(&bench.run(1.0)), MavLandedState::MAV_LANDED_STATE_IN_AIR, "under the canopy");
+}
+
+/// PX4 sets home where it first knows its position and again at each arming, in mid-air too.
+#[test]
+fn reference_home_is_where_the_vehicle_was_first_seen_then_where_it_was_armed() {
+    let mut bench = Bench::new();
+    let ask = command(MavCmd::MAV_CMD_REQUEST_MESSAGE, &[242.0]);
+    let denied = bench.send(Link::Api, &ask);
+    assert!(last(&denied, Link::Api, 242).is_none(), "no state, no home");
+    let home = |bench: &mut Bench| match last(&bench.send(Link::Api, &ask), Link::Api, 242) {
+        Some(MavMessage::HOME_POSITION(m)) => m,
+        other => panic!("{other:?}"),
+    };
+    bench.state.z = -50.0;
+    bench.step();
+    assert_eq!((home(&mut bench).z, home(&mut bench).altitude), (-50.0, 1_550_000));
+    (bench.state.x, bench.state.z, bench.state.vz) = (3.0, -30.0, 5.0);
+    bench.step();
+    assert_eq!(home(&mut bench).z, -50.0, "a vehicle that hangs stands on nothing");
+    let (half_sin, half_cos) = 0.25f32.sin_cos();
+    bench.state.q = [half_cos, 0.0, 0.0, half_sin];
+    bench.send(Link::Api, &command(MavCmd::MAV_CMD_COMPONENT_ARM_DISARM, &[1.0]));
+    bench.step();
+    let armed = home(&mut bench);
+    assert_eq!((armed.x, armed.z, armed.altitude), (3.0, -30.0, 1_530_000));
+    assert!((armed.q[0] - half_cos).abs() < 1e-6 && (armed.q[3] - half_sin).abs() < 1e-6, "{:?}", armed.q);
+    assert_eq!(armed.time_usec, bench.now);
+    bench.state.z = -10.0;
+    let sent = bench.run(1.0);
+    let Some(MavMessage::GLOBAL_POSITION_INT(global)) = last(&sent, Link::Api, 33) else { panic!() };
+    let Some(MavMessage::ALTITUDE(altitude)) = last(&sent, Link::Api, 141) else { panic!() };
+    assert_eq!((global.alt, global.relative_alt), (1_510_000, -20_000));
+    assert_eq!((altitude.altitude_local, altitude.altitude_relative), (10.0, -20.0));
+    assert_eq!(home(&mut bench).z, -30.0);
+}
+
+/// Calibrated airspeed: TAS sqrt(rho / 1.225), in Titan's air of 5.4 kg/m^3.
+#[test]
+fn closed_form_airspeed_is_calibrated() {
+    let mut bench = Bench::new();
+    bench.state.vx = 2.0;
+    let sent = bench.run(1.0);
+    let Some(MavMessage::VFR_HUD(m)) = last(&sent, Link::Api, 74) else { panic!() };
+    assert!((f64::from(m.airspeed) - 2.0 * (5.4f64 / 1.225).sqrt()).abs() < 1e-6, "{}", m.airspeed);
+    assert_eq!(m.groundspeed, 2.0);
+}
+
+#[test]
+fn regress_the_simulator_hears_of_a_failsafe_and_of_its_end() {
+    let mut bench = Bench::engaged();
+    bench.step();
+    let beats = |sent: Vec<Sent>| -> Vec<MavState> {
+        let status = |f: &Frame| match f.known() {
+            Some(MavMessage::HEARTBEAT(m)) => Some(m.system_status),
+            _ => None,
+        };
+        let simulators = sent.iter().filter(|(link, _)| *link == Link::Simulator);
+        simulators.filter_map(|(_, f)| status(f)).collect()
+    };
+    assert!(beats(bench.run(1.1)).contains(&MavState::MAV_STATE_CRITICAL));
+    // HOLD is where it is already: only the failsafe ends.
+    bench.send(Link::Api, &command(MavCmd::MAV_CMD_DO_SET_MODE, &[1.0, 4.0, 3.0]));
+    assert_eq!(beats(bench.step()), [MavState::MAV_STATE_ACTIVE]);
 }

@@ -1,15 +1,16 @@
 //! COMMAND_LONG and COMMAND_INT: what each does, and the one COMMAND_ACK it gets.
 //!
-//! A NaN in a parameter means "not given". What this autopilot does not know is UNSUPPORTED; what it knows and will not
-//! do now is TEMPORARILY_REJECTED, and never DENIED or ACCEPTED instead.
-
-use mavlink::dialects::common::{MESSAGE_INTERVAL_DATA, MavMessage};
+//! A NaN in a parameter means "not given". A command that this autopilot does not have is UNSUPPORTED, numbers that mean nothing
+//! are DENIED. A mode that PX4 knows but that is not entered is TEMPORARILY_REJECTED, for whatever reason, and the reason is
+//! said: that is PX4's answer to each DO_SET_MODE that it does not follow, an unknown kind of AUTO included. (A main mode that it
+//! does not know it accepts and ignores; that is not copied.)
 
 use super::super::frame::Command;
 use super::super::{CommandAck, Frame, Link};
-use super::AutopilotSession;
+use super::missions::Kind;
 use super::streams::{Interval, id};
-use crate::autopilot::{FlightMode, ModeRefusal, Severity};
+use super::{AutopilotSession, Peer};
+use crate::autopilot::{FlightMode, Severity};
 
 /// Result of a command (`MAV_RESULT`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,6 +31,8 @@ mod cmd {
     pub const DO_REPOSITION: u16 = 192;
     pub const DO_PARACHUTE: u16 = 208;
     pub const DO_GRIPPER: u16 = 211;
+    pub const DO_SET_MISSION_CURRENT: u16 = 224;
+    pub const PREFLIGHT_STORAGE: u16 = 245;
     pub const MISSION_START: u16 = 300;
     pub const COMPONENT_ARM_DISARM: u16 = 400;
     pub const GET_HOME_POSITION: u16 = 410;
@@ -53,7 +56,8 @@ impl AutopilotSession {
         if of_parachute && command.target_component == 0 {
             return;
         }
-        let outcome = self.obey(link, frame, command);
+        let peer = Peer::of(link, frame);
+        let outcome = self.obey(peer, command);
         let ack = CommandAck {
             command: command.command,
             result: outcome as u8,
@@ -61,25 +65,25 @@ impl AutopilotSession {
             target_component: frame.component_id,
             ..CommandAck::default()
         };
-        self.send_command_ack(link, frame.peer, &ack);
+        self.reply_command_ack(peer, &ack);
     }
 
-    fn obey(&mut self, link: Link, frame: &Frame, command: &Command) -> Outcome {
+    fn obey(&mut self, peer: Peer, command: &Command) -> Outcome {
         match command.command {
             cmd::DO_SET_MODE => self.obey_set_mode(command),
             cmd::COMPONENT_ARM_DISARM => self.obey_arm(command),
-            cmd::REQUEST_MESSAGE => self.obey_request(link, frame, command.param(1).and_then(whole)),
-            cmd::GET_HOME_POSITION => self.obey_request(link, frame, Some(id::HOME_POSITION)),
-            cmd::REQUEST_AUTOPILOT_CAPABILITIES => {
-                self.obey_request(link, frame, Some(id::AUTOPILOT_VERSION))
-            }
-            cmd::SET_MESSAGE_INTERVAL => self.obey_set_interval(link, command),
-            cmd::GET_MESSAGE_INTERVAL => self.obey_get_interval(link, frame, command),
+            cmd::REQUEST_MESSAGE => self.obey_request_message(peer, command),
+            cmd::GET_HOME_POSITION => self.obey_request(peer, Some(id::HOME_POSITION)),
+            cmd::REQUEST_AUTOPILOT_CAPABILITIES => self.obey_request(peer, Some(id::AUTOPILOT_VERSION)),
+            cmd::SET_MESSAGE_INTERVAL => self.obey_set_interval(peer, command),
+            cmd::GET_MESSAGE_INTERVAL => self.obey_get_interval(peer, command),
             cmd::NAV_TAKEOFF => self.not_flown("TAKEOFF is not flown here, only OFFBOARD and HOLD"),
             cmd::NAV_LAND => self.not_flown("LAND is not flown here, only OFFBOARD and HOLD"),
             cmd::NAV_RETURN_TO_LAUNCH => self.not_flown("RETURN is not flown here, only OFFBOARD and HOLD"),
             cmd::DO_REPOSITION => self.not_flown("REPOSITION is not flown: no position control"),
-            cmd::MISSION_START => self.not_flown("there is no mission to start"),
+            cmd::MISSION_START => self.refuse_mission_start(),
+            cmd::DO_SET_MISSION_CURRENT => self.obey_set_mission_current(command),
+            cmd::PREFLIGHT_STORAGE => self.obey_storage(command),
             _ => Outcome::Unsupported,
         }
     }
@@ -94,30 +98,40 @@ impl AutopilotSession {
         let base_mode = command.param(1).and_then(whole).unwrap_or(1);
         let main = command.param(2).and_then(whole).and_then(|x| u8::try_from(x).ok());
         let sub = u8::try_from(command.param(3).and_then(whole).unwrap_or(0)).ok();
-        let mode = match (main, sub) {
-            (Some(main), Some(sub)) if base_mode & 1 == 1 => FlightMode::from_numbers(main, sub),
-            _ => None,
-        };
-        self.enter_mode(mode)
+        match (main, sub) {
+            (Some(main), Some(sub)) if base_mode & 1 == 1 => self.enter_mode(main, sub),
+            _ => self.no_such_mode(),
+        }
     }
 
     /// SET_MODE, the message; it gets no acknowledgement, a refusal is said.
     pub(super) fn handle_set_mode(&mut self, target_system: u8, custom_mode: u32) {
         if self.is_for_us(target_system, 0) {
-            self.enter_mode(FlightMode::from_custom_mode(custom_mode));
+            match custom_mode.to_le_bytes() {
+                [0, 0, main, sub] => self.enter_mode(main, sub),
+                _ => self.no_such_mode(),
+            };
         }
     }
 
-    fn enter_mode(&mut self, mode: Option<FlightMode>) -> Outcome {
-        let Some(mode) = mode else {
-            self.autopilot.say(Severity::Error, "mode refused: no such mode");
-            return Outcome::Denied;
-        };
-        match self.autopilot.request_mode(self.clock, mode) {
-            Ok(()) => Outcome::Accepted,
-            Err(ModeRefusal::NotFlown(_)) => Outcome::Denied,
-            Err(ModeRefusal::NoSetpoint) => Outcome::TemporarilyRejected,
+    fn enter_mode(&mut self, main: u8, sub: u8) -> Outcome {
+        match FlightMode::from_numbers(main, sub) {
+            Some(mode) => match self.autopilot.request_mode(self.clock, mode) {
+                Ok(()) => Outcome::Accepted,
+                // It has said why.
+                Err(_) => Outcome::TemporarilyRejected,
+            },
+            None if main == FlightMode::AutoLoiter.main_number() => {
+                self.autopilot.say(Severity::Error, "mode refused: unsupported auto mode");
+                Outcome::TemporarilyRejected
+            }
+            None => self.no_such_mode(),
         }
+    }
+
+    fn no_such_mode(&mut self) -> Outcome {
+        self.autopilot.say(Severity::Error, "mode refused: no such mode");
+        Outcome::Denied
     }
 
     fn obey_arm(&mut self, command: &Command) -> Outcome {
@@ -133,17 +147,68 @@ impl AutopilotSession {
         if done { Outcome::Accepted } else { Outcome::TemporarilyRejected }
     }
 
-    fn obey_request(&mut self, link: Link, frame: &Frame, message_id: Option<u32>) -> Outcome {
+    fn refuse_mission_start(&mut self) -> Outcome {
+        let text = match self.missions.plan(Kind::Mission).len() {
+            0 => "there is no mission to start",
+            _ => "the mission is kept and not flown: only OFFBOARD and HOLD are",
+        };
+        self.autopilot.say(Severity::Error, text);
+        Outcome::Denied
+    }
+
+    fn obey_set_mission_current(&mut self, command: &Command) -> Outcome {
+        let seq = command.param(1).and_then(whole).and_then(|seq| u16::try_from(seq).ok());
+        match seq {
+            Some(seq) if self.missions.set_current(seq) => Outcome::Accepted,
+            _ => Outcome::Denied,
+        }
+    }
+
+    /// Parameter 1: 1 keep the parameters, 2 back to those of the start. Not in flight, as in PX4.
+    fn obey_storage(&mut self, command: &Command) -> Outcome {
+        if self.autopilot.is_armed() {
+            self.autopilot.say(Severity::Error, "parameters are stored and reset only while disarmed");
+            return Outcome::TemporarilyRejected;
+        }
+        match command.param(1) {
+            Some(1.0) if self.keeps_parameters => {
+                self.saved_parameters = Some(self.parameter_file());
+                Outcome::Accepted
+            }
+            Some(1.0) => {
+                self.autopilot
+                    .say(Severity::Error, "parameters are not stored: there is no folder for results");
+                Outcome::Denied
+            }
+            Some(2.0) => {
+                self.reset_parameters();
+                Outcome::Accepted
+            }
+            _ => Outcome::Unsupported,
+        }
+    }
+
+    fn obey_request_message(&mut self, peer: Peer, command: &Command) -> Outcome {
+        let message_id = command.param(1).and_then(whole);
+        if message_id != Some(id::AVAILABLE_MODES) {
+            return self.obey_request(peer, message_id);
+        }
+        let sent =
+            command.param(2).map_or(Some(0), whole).is_some_and(|i| self.send_available_modes(peer, i));
+        if sent { Outcome::Accepted } else { Outcome::Denied }
+    }
+
+    fn obey_request(&mut self, peer: Peer, message_id: Option<u32>) -> Outcome {
         match message_id.and_then(|message_id| self.telemetry().message(message_id)) {
             Some(message) => {
-                self.reply(link, frame, &message);
+                self.reply(peer, &message);
                 Outcome::Accepted
             }
             None => Outcome::Denied,
         }
     }
 
-    fn obey_set_interval(&mut self, link: Link, command: &Command) -> Outcome {
+    fn obey_set_interval(&mut self, peer: Peer, command: &Command) -> Outcome {
         let interval = match command.param(2) {
             Some(0.0) => Interval::Default,
             Some(-1.0) => Interval::Off,
@@ -151,18 +216,17 @@ impl AutopilotSession {
             _ => return Outcome::Denied,
         };
         match command.param(1).and_then(whole) {
-            Some(message_id) if self.port(link).schedule.set(message_id, interval) => Outcome::Accepted,
+            Some(message_id) if self.port(peer.link).schedule.set(message_id, interval) => Outcome::Accepted,
             _ => Outcome::Denied,
         }
     }
 
-    fn obey_get_interval(&mut self, link: Link, frame: &Frame, command: &Command) -> Outcome {
+    fn obey_get_interval(&mut self, peer: Peer, command: &Command) -> Outcome {
         let Some(message_id) = command.param(1).and_then(whole).and_then(|x| u16::try_from(x).ok()) else {
             return Outcome::Denied;
         };
-        let interval_us = self.port(link).schedule.interval_us(u32::from(message_id));
-        let message = MESSAGE_INTERVAL_DATA { interval_us, message_id };
-        self.reply(link, frame, &MavMessage::MESSAGE_INTERVAL(message));
+        let interval_us = self.port(peer.link).schedule.interval_us(u32::from(message_id));
+        self.reply_message_interval(peer, message_id, interval_us);
         Outcome::Accepted
     }
 }

@@ -7,7 +7,7 @@ use super::hil::VehicleState;
 use super::streams::id;
 use super::telemetry::{Telemetry, deg_e7, millimetres};
 use crate::frames::{pitch, roll, rotate_body_from_ned, yaw};
-use crate::units::DEG_PER_RAD;
+use crate::units::{DEG_PER_RAD, SEA_LEVEL_DENSITY_KG_M3};
 
 impl Telemetry<'_> {
     /// The message with this number; `None` when it is none of these or there is no state.
@@ -56,13 +56,13 @@ impl Telemetry<'_> {
     }
 
     fn altitude(&self, s: &VehicleState) -> MavMessage {
-        let above_home = -s.p_ned.z as f32;
+        let above_origin = -s.p_ned.z as f32;
         MavMessage::ALTITUDE(ALTITUDE_DATA {
             time_usec: self.now,
-            altitude_monotonic: above_home,
+            altitude_monotonic: above_origin,
             altitude_amsl: self.environment.geo_point(&s.p_ned).altitude_m as f32,
-            altitude_local: above_home,
-            altitude_relative: above_home,
+            altitude_local: above_origin,
+            altitude_relative: self.home.height_m(s) as f32,
             altitude_terrain: f32::NAN,
             bottom_clearance: f32::NAN,
         })
@@ -76,7 +76,7 @@ impl Telemetry<'_> {
             lat: deg_e7(point.latitude_deg),
             lon: deg_e7(point.longitude_deg),
             alt: millimetres(point.altitude_m),
-            relative_alt: millimetres(-s.p_ned.z),
+            relative_alt: millimetres(self.home.height_m(s)),
             vx: v_cm_s.x.round() as i16,
             vy: v_cm_s.y.round() as i16,
             vz: v_cm_s.z.round() as i16,
@@ -87,8 +87,11 @@ impl Telemetry<'_> {
     fn vfr_hud(&self, s: &VehicleState) -> MavMessage {
         let v = s.measurement.v_ned;
         let lift_max_n = self.autopilot.cascade().airframe().lift_max_n;
+        // Calibrated airspeed, as PX4 sends: what a faultless pitot tube would show.
+        let density_ratio = self.environment.density_kg_m3 / SEA_LEVEL_DENSITY_KG_M3;
+        let true_airspeed_m_s = (v - self.environment.wind_ned_m_s).norm();
         MavMessage::VFR_HUD(VFR_HUD_DATA {
-            airspeed: (v - self.environment.wind_ned_m_s).norm() as f32,
+            airspeed: (true_airspeed_m_s * density_ratio.sqrt()) as f32,
             groundspeed: v.xy().norm() as f32,
             alt: self.environment.geo_point(&s.p_ned).altitude_m as f32,
             climb: -v.z as f32,

@@ -1,6 +1,6 @@
 //! What the autopilot says, as STATUSTEXT.
 
-use mavlink::dialects::common::{MavMessage, MavSeverity, STATUSTEXT_DATA};
+use mavlink::dialects::common::{MavMessage, MavSeverity};
 
 use super::super::Link;
 use super::AutopilotSession;
@@ -10,23 +10,8 @@ impl AutopilotSession {
     /// STATUSTEXT to ground stations and companions.
     pub(super) fn say_events(&mut self) {
         while let Some(Event { severity, text }) = self.autopilot.take_event() {
-            // Longer texts go in pieces that share a number; 0 marks a text in one piece.
-            let pieces = text.as_bytes().chunks(50).collect::<Vec<_>>();
-            let text_id = if pieces.len() > 1 {
-                self.long_texts = self.long_texts.wrapping_add(1).max(1);
-                self.long_texts
-            } else {
-                0
-            };
-            for (chunk_seq, piece) in pieces.iter().enumerate() {
-                let mut bytes = [0; 50];
-                bytes[..piece.len()].copy_from_slice(piece);
-                let message = MavMessage::STATUSTEXT(STATUSTEXT_DATA {
-                    severity: mav_severity(severity),
-                    text: bytes.into(),
-                    id: text_id,
-                    chunk_seq: chunk_seq as u8,
-                });
+            for message in self.texts.messages(mav_severity(severity), &text) {
+                let message = MavMessage::STATUSTEXT(message);
                 self.send(Link::GroundStation, &message);
                 self.send(Link::Api, &message);
             }

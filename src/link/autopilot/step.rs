@@ -3,10 +3,19 @@
 use mavlink::dialects::common::*;
 
 use super::super::{Link, TimeUs};
+use super::home::Home;
 use super::streams::id;
 use super::{AutopilotSession, LINKS};
-use crate::autopilot::Severity;
+use crate::autopilot::{FlightMode, Severity};
 use crate::model::PerRotor;
+
+/// What the simulator wants to know at once: it may release on "armed in OFFBOARD", and a failsafe spoils the drop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Condition {
+    mode: FlightMode,
+    armed: bool,
+    failsafe: bool,
+}
 
 impl AutopilotSession {
     /// One control step at the time of a HIL_SENSOR, its answer, and the telemetry that is due.
@@ -15,6 +24,8 @@ impl AutopilotSession {
         if self.running && now < self.clock {
             self.autopilot.restart();
             self.hil.start_over(now);
+            self.restart_services();
+            self.home = Home::default();
             self.ports.iter_mut().for_each(|port| port.schedule.restart());
         }
         (self.clock, self.running) = (now, true);
@@ -22,6 +33,7 @@ impl AutopilotSession {
         let throttle = match self.hil.state(now) {
             Some(state) => {
                 self.without_state = false;
+                self.home.follow(&state, self.autopilot.is_armed());
                 self.autopilot.step(now, &state.measurement)
             }
             None => self.step_without_state(now),
@@ -58,9 +70,13 @@ impl AutopilotSession {
         self.send(Link::Simulator, &MavMessage::HIL_ACTUATOR_CONTROLS(answer));
     }
 
-    /// Streams that are due; and the simulator, which may release on "armed in OFFBOARD", hears of a change at once.
+    /// Streams that are due; and the simulator hears of a change at once.
     fn send_due(&mut self) {
-        let condition = (self.autopilot.mode(), self.autopilot.is_armed());
+        let condition = Condition {
+            mode: self.autopilot.mode(),
+            armed: self.autopilot.is_armed(),
+            failsafe: self.autopilot.in_failsafe(),
+        };
         if self.told_simulator.replace(condition).is_some_and(|told| told != condition)
             && let Some(heartbeat) = self.telemetry().message(id::HEARTBEAT)
         {

@@ -1,12 +1,17 @@
-//! The telemetry messages about the vehicle's condition (`motion` has those about its movement), each built from what is known when it is due. A message that needs a state is not sent
-//! before there is one. `time_boot_ms` is simulated time.
+//! The telemetry messages about the vehicle's condition (`motion` has those about its movement), each built from what is known
+//! when it is due. A message that needs a state is not sent before there is one. `time_boot_ms` is simulated time.
 
 use mavlink::dialects::common::*;
 
 use super::super::TimeUs;
+use super::files::FileServer;
 use super::hil::HilInput;
+use super::home::Home;
+use super::identity;
+use super::missions::Missions;
 use super::streams::id;
 use crate::autopilot::Autopilot;
+use crate::frames::{quaternion_from_euler, yaw};
 use crate::model::Environment;
 
 /// gyroscope, accelerometer, magnetometer, barometer, satellites, ready to arm: what MAVSDK's health looks at.
@@ -20,8 +25,11 @@ pub(super) struct Telemetry<'a> {
     pub autopilot: &'a Autopilot,
     pub environment: &'a Environment,
     pub hil: &'a HilInput,
+    pub home: &'a Home,
     pub rotors: usize,
     pub epoch_unix_us: u64,
+    pub missions: &'a Missions,
+    pub files: &'a FileServer,
 }
 
 impl Telemetry<'_> {
@@ -40,8 +48,8 @@ impl Telemetry<'_> {
                 target_system: 0,
                 target_component: 0,
             }),
-            id::AUTOPILOT_VERSION => autopilot_version(),
-            id::HOME_POSITION => self.home_position(),
+            id::AUTOPILOT_VERSION => identity::autopilot_version(),
+            id::HOME_POSITION => self.home_position()?,
             id::BATTERY_STATUS => battery_status(),
             id::EXTENDED_SYS_STATE => self.extended_sys_state()?,
             id::GPS_RAW_INT => self.gps_raw_int()?,
@@ -50,6 +58,14 @@ impl Telemetry<'_> {
             id::ATTITUDE_TARGET => self.attitude_target()?,
             id::POSITION_TARGET_LOCAL_NED => self.position_target()?,
             id::ESTIMATOR_STATUS => self.estimator_status()?,
+            id::MISSION_CURRENT => self.mission_current(),
+            id::COMPONENT_METADATA => self.component_metadata()?,
+            id::CURRENT_MODE => identity::current_mode(self.autopilot.mode()),
+            id::AVAILABLE_MODES_MONITOR => {
+                MavMessage::AVAILABLE_MODES_MONITOR(AVAILABLE_MODES_MONITOR_DATA {
+                    seq: identity::MODES_VERSION,
+                })
+            }
             _ => return self.motion(message_id),
         })
     }
@@ -126,17 +142,23 @@ impl Telemetry<'_> {
         }))
     }
 
-    /// Home is the local origin.
-    fn home_position(&self) -> MavMessage {
-        let anchor = &self.environment.anchor;
-        MavMessage::HOME_POSITION(HOME_POSITION_DATA {
-            latitude: deg_e7(anchor.latitude_deg),
-            longitude: deg_e7(anchor.longitude_deg),
-            altitude: millimetres(anchor.altitude_m),
-            q: [1.0, 0.0, 0.0, 0.0],
-            time_usec: self.now,
+    /// Where home is on the globe and in the local frame; its attitude is the heading that the vehicle had there.
+    fn home_position(&self) -> Option<MavMessage> {
+        let home = self.home.state()?;
+        let point = self.environment.geo_point(&home.p_ned);
+        let p = home.p_ned.map(|x| x as f32);
+        let heading = yaw(home.measurement.q_ned_from_body);
+        Some(MavMessage::HOME_POSITION(HOME_POSITION_DATA {
+            latitude: deg_e7(point.latitude_deg),
+            longitude: deg_e7(point.longitude_deg),
+            altitude: millimetres(point.altitude_m),
+            x: p.x,
+            y: p.y,
+            z: p.z,
+            q: quaternion_from_euler(0.0, 0.0, heading).map(|c| c as f32),
+            time_usec: home.at,
             ..HOME_POSITION_DATA::DEFAULT
-        })
+        }))
     }
 
     /// The simulator's fix; without HIL_GPS there is none to tell.
@@ -268,22 +290,6 @@ fn battery_status() -> MavMessage {
         battery_remaining: -1,
         fault_bitmask: MavBatteryFault::empty(),
         ..BATTERY_STATUS_DATA::DEFAULT
-    })
-}
-
-/// Version 1.14.0, "official": the PX4 release whose wire behaviour this follows; the custom version says who it is.
-fn autopilot_version() -> MavMessage {
-    use MavProtocolCapability as Capability;
-    MavMessage::AUTOPILOT_VERSION(AUTOPILOT_VERSION_DATA {
-        capabilities: Capability::MAV_PROTOCOL_CAPABILITY_MISSION_INT
-            | Capability::MAV_PROTOCOL_CAPABILITY_COMMAND_INT
-            | Capability::MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
-            | Capability::MAV_PROTOCOL_CAPABILITY_SET_ATTITUDE_TARGET
-            | Capability::MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
-            | Capability::MAV_PROTOCOL_CAPABILITY_MAVLINK2,
-        flight_sw_version: 0x010E_00FF,
-        flight_custom_version: *b"samara\0\0",
-        ..AUTOPILOT_VERSION_DATA::DEFAULT
     })
 }
 

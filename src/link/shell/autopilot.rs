@@ -99,6 +99,9 @@ pub async fn run_autopilot<O: Observer>(
         shell.receive();
         shell.session.handle_time(shell.started.elapsed_us());
         shell.send().await;
+        if let Some(text) = shell.session.take_saved_parameters() {
+            shell.observer.keep_parameters(&text);
+        }
         if had && shell.connection.is_none() && after == AfterSimulator::Return {
             break;
         }
@@ -117,7 +120,7 @@ impl<O: Observer> Shell<'_, O> {
         let now = self.now();
         let Self { session, connection, links, observer, .. } = self;
         let mut take = |observer: &mut O, link: Link, frame: &Frame| {
-            observer.frame(session.time().unwrap_or(now), link, frame.bytes());
+            observer.frame(session.time().unwrap_or(0), link, frame.bytes());
             session.handle_input(now, link, frame);
         };
         let mut ended = None;
@@ -148,7 +151,8 @@ impl<O: Observer> Shell<'_, O> {
                 }
                 (Link::Api | Link::Parachute, _) => self.links.send(&sent),
             }
-            self.observer.frame(now, sent.link, &sent.bytes);
+            // The record begins with simulated time; what comes before, comes at its start.
+            self.observer.frame(self.session.time().unwrap_or(0), sent.link, &sent.bytes);
         }
         let flushed = match &mut self.connection {
             Some(connection) => connection.flush().await,

@@ -7,8 +7,7 @@
 
 use std::time::{Duration, Instant, SystemTime};
 
-use super::super::TimeUs;
-use crate::units::US_PER_S;
+use super::super::{TimeUs, seconds};
 
 /// A step that is late by more than this is not made up for: the clock starts anew from there. In simulated time, because what
 /// is made up for passes in a burst, in which those who are not in lockstep cannot get a word in.
@@ -56,7 +55,7 @@ impl Pacer {
     pub(super) fn until(&mut self, at: TimeUs) -> Duration {
         let now = Instant::now();
         let (start, from) = *self.anchor.get_or_insert((now, at));
-        let simulated_s = at.saturating_sub(from) as f64 / US_PER_S;
+        let simulated_s = seconds(at.saturating_sub(from));
         let real = Duration::try_from_secs_f64(simulated_s / self.factor).unwrap_or(Duration::MAX);
         // A moment beyond the clock's range is an hour away for all that matters.
         let due = start.checked_add(real).unwrap_or(now + Duration::from_secs(3_600));

@@ -39,7 +39,7 @@ mod tests;
 pub use autopilot::{AfterSimulator, Wiring, run_autopilot};
 pub use clock::Speed;
 pub use notice::{Notice, Observer, ShellError};
-pub use ports::Ports;
+pub use ports::{Ports, system_of_instance};
 pub use simulator::run_simulator;
 pub use streamer::run_streamer;
 pub use url::LinkUrl;

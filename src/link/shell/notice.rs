@@ -5,7 +5,7 @@ use std::fmt;
 use std::io;
 use std::net::SocketAddr;
 
-use super::super::{Faults, Link, SimulatorEvent, StreamerEvent, TimeUs};
+use super::super::{Faults, Link, SimulatorEvent, StreamerEvent, TimeUs, seconds};
 
 /// What a socket is for, or as which it was typed.
 pub type What = Cow<'static, str>;
@@ -46,7 +46,7 @@ pub enum ShellError {
         source: io::Error,
     },
     /// No such instance.
-    #[error("instance {instance}: at most {max} expected")]
+    #[error("instance {instance}: 0 to {max} expected; beyond that, vehicles would share ports")]
     Instance {
         /// The instance.
         instance: u16,
@@ -169,7 +169,7 @@ impl fmt::Display for Notice {
             }
             Self::Simulator(event) => event.fmt(f),
             Self::Streamer(event) => event.fmt(f),
-            Self::Autopilot { at, text, .. } => write!(f, "{:8.3} s  > {text}", *at as f64 * 1e-6),
+            Self::Autopilot { at, text, .. } => write!(f, "{:8.3} s  > {text}", seconds(*at)),
         }
     }
 }
@@ -182,6 +182,11 @@ pub trait Observer {
     /// A frame has come or gone by `link` at simulated time `now`, for a `.tlog`.
     fn frame(&mut self, now: TimeUs, link: Link, bytes: &[u8]) {
         let _ = (now, link, bytes);
+    }
+
+    /// A ground station wants the parameters kept: the text of a parameter file.
+    fn keep_parameters(&mut self, text: &str) {
+        let _ = text;
     }
 }
 

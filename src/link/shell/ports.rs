@@ -1,11 +1,15 @@
-//! Which ports an instance has: PX4's scheme.
+//! Which ports and which MAVLink system an instance has: PX4's scheme.
+//!
+//! Ten instances, as with PX4: the API port of the eleventh, 14540 + 10, would be the ground station's 14550 (PX4 lets those
+//! beyond share 14549, which serves no streamer). Within the range no two instances meet, in no port and no system, and none
+//! meets a ground station (system 255) or a streamer (245).
 
 use std::net::{Ipv4Addr, SocketAddr};
 
 use super::notice::ShellError;
 
-/// Highest instance whose ports all exist.
-pub const MAX_INSTANCE: u16 = 1_000;
+/// The highest instance.
+pub const MAX_INSTANCE: u16 = 9;
 
 /// The ports of one vehicle, all on the loopback interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,18 +37,77 @@ impl Ports {
         if instance > MAX_INSTANCE {
             return Err(ShellError::Instance { instance, max: MAX_INSTANCE });
         }
-        Ok(Self {
+        Ok(Self::shifted(instance))
+    }
+
+    fn shifted(instance: u16) -> Self {
+        Self {
             simulator: 4560 + instance,
             autopilot_ground: 18570 + instance,
             ground_station: 14550,
             autopilot_api: 14580 + instance,
             api: 14540 + instance,
             parachute: 14600 + instance,
-        })
+        }
+    }
+}
+
+/// MAVLink system of an instance's vehicle, as PX4 counts: instance 0 is system 1.
+///
+/// # Errors
+/// [`ShellError::Instance`] above [`MAX_INSTANCE`].
+pub fn system_of_instance(instance: u16) -> Result<u8, ShellError> {
+    match u8::try_from(instance) {
+        Ok(n) if instance <= MAX_INSTANCE => Ok(n + 1),
+        _ => Err(ShellError::Instance { instance, max: MAX_INSTANCE }),
     }
 }
 
 /// A port on the loopback interface.
 pub(super) fn loopback(port: u16) -> SocketAddr {
     SocketAddr::from((Ipv4Addr::LOCALHOST, port))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::super::super::streamer::STREAMER_SYSTEM;
+    use super::*;
+
+    const GROUND_STATION_SYSTEM: u8 = 255;
+
+    /// UDP ports that somebody binds, the ground station's included.
+    fn udp_of(instances: impl Iterator<Item = u16>) -> Vec<u16> {
+        let own = |i| {
+            let p = Ports::shifted(i);
+            [p.autopilot_ground, p.autopilot_api, p.api, p.parachute]
+        };
+        instances.flat_map(own).chain([14550]).collect()
+    }
+
+    fn all_differ<T: Ord + Copy>(things: &[T]) -> bool {
+        things.iter().copied().collect::<BTreeSet<T>>().len() == things.len()
+    }
+
+    #[test]
+    fn prop_no_two_instances_meet_nor_does_one_meet_a_ground_station() {
+        let ports: Vec<Ports> = (0..=MAX_INSTANCE).map(|i| Ports::of_instance(i).unwrap()).collect();
+        assert!(all_differ(&udp_of(0..=MAX_INSTANCE)));
+        assert!(all_differ(&ports.iter().map(|p| p.simulator).collect::<Vec<_>>()));
+        let systems = (0..=MAX_INSTANCE).map(|i| system_of_instance(i).unwrap());
+        let systems: Vec<u8> = systems.chain([STREAMER_SYSTEM, GROUND_STATION_SYSTEM, 0]).collect();
+        assert!(all_differ(&systems), "{systems:?}");
+        // The range is as long as it can be.
+        assert!(!all_differ(&udp_of(0..=MAX_INSTANCE + 1)));
+    }
+
+    #[test]
+    fn what_lies_beyond_is_refused_with_the_range() {
+        for instance in [MAX_INSTANCE + 1, 40, 60, 244, 254, 1_000, u16::MAX] {
+            let error = Ports::of_instance(instance).unwrap_err().to_string();
+            assert!(error.starts_with(&format!("instance {instance}: 0 to 9 expected")), "{error}");
+            assert!(system_of_instance(instance).is_err());
+        }
+    }
 }

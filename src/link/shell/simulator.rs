@@ -33,7 +33,8 @@ struct Shell<'a, O> {
 }
 
 /// Runs the simulator until the mission is over or `stop` completes. Before the first answer, and at [`Speed::Factor`], it
-/// keeps the pace of the clock; an autopilot that leaves is waited for, and the drop then starts over.
+/// keeps the pace of the clock; an autopilot that leaves is waited for, and the drop then starts over. The
+/// parachute tells everybody when it is over.
 ///
 /// # Errors
 /// [`ShellError`] when a port cannot be had.
@@ -71,7 +72,10 @@ pub async fn run_simulator<O: Observer>(
             shell.step().await;
         } else {
             tokio::select! {
-                () = &mut stop => break,
+                () = &mut stop => {
+                    shell.session.stop();
+                    break;
+                }
                 new = server.accept() => accepted = Some(new),
                 () = Connection::readable(shell.connection.as_ref()) => {}
                 () = shell.parachute.readable() => {}

@@ -9,7 +9,7 @@ use std::time::Duration;
 use super::super::autopilot::AUTOPILOT_COMPONENT;
 use super::super::lockstep::Party;
 use super::super::parachute::PARACHUTE_COMPONENT;
-use super::super::{AutopilotSession, Link, Lockstep, LockstepError, TimeUs, Transmit};
+use super::super::{AutopilotSession, Link, Lockstep, LockstepError, Session as _, TimeUs, Transmit};
 use super::autopilot::Wiring;
 use super::clock::{Pacer, Speed};
 use super::links::Links;
@@ -57,7 +57,14 @@ pub async fn run_watched_drop<O: Observer>(
         };
         tokio::select! {
             biased;
-            () = &mut stop => break,
+            () = &mut stop => {
+                wire.simulator.stop();
+                while let Some(sent) = wire.simulator.poll_output() {
+                    sockets.send(&sent, Party::Simulator);
+                    observer.frame(wire.simulator.now(), sent.link, &sent.bytes);
+                }
+                break;
+            }
             () = sockets.vehicle.readable(), if !pause.is_zero() => {}
             () = sockets.parachute.readable(), if !pause.is_zero() => {}
             () = tokio::time::sleep(pause), if !pause.is_zero() => {}
@@ -76,6 +83,9 @@ pub async fn run_watched_drop<O: Observer>(
         }
         while let Some(event) = wire.streamer.poll_event() {
             observer.notice(Notice::Streamer(event));
+        }
+        if let Some(text) = wire.autopilot.take_saved_parameters() {
+            observer.keep_parameters(&text);
         }
         if !goes_on {
             break;

@@ -3,19 +3,7 @@
 use core::time::Duration;
 
 use super::super::TimeUs;
-
-/// What cuts the vehicle loose, besides a command to the parachute, which always does.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ReleaseTrigger {
-    /// Nothing else.
-    Command,
-    /// A time of the simulation [s].
-    Time(f64),
-    /// Sinking to an altitude above mean sea level [m].
-    Altitude(f64),
-    /// The autopilot being armed and in OFFBOARD, as its HEARTBEAT on this link (and the flag of HIL_ACTUATOR_CONTROLS) say.
-    ArmedOffboard,
-}
+use crate::sim::ReleaseTrigger;
 
 /// What happens when an answer stays out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +25,8 @@ pub struct SimulatorConfig {
     pub gps_period_us: TimeUs,
     /// Length of the mission.
     pub duration_us: TimeUs,
-    /// What cuts the vehicle loose.
+    /// What cuts the vehicle loose. That an autopilot is armed, HIL_ACTUATOR_CONTROLS say; that it is in OFFBOARD, only its
+    /// HEARTBEAT does.
     pub trigger: ReleaseTrigger,
     /// Draws the sensor noise.
     pub seed: u64,

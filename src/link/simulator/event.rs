@@ -3,7 +3,7 @@
 use core::time::Duration;
 use std::fmt;
 
-use super::super::TimeUs;
+use super::super::{TimeUs, seconds};
 
 /// Why the vehicle was cut loose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,6 +68,18 @@ pub enum SimulatorEvent {
         /// Which of the two.
         armed: bool,
     },
+    /// The autopilot is armed but does not tell its mode, which the release waits for.
+    ModeUntold {
+        /// Simulated time.
+        at: TimeUs,
+    },
+    /// The autopilot, armed, has gone into a failsafe or left it.
+    Failsafe {
+        /// Simulated time.
+        at: TimeUs,
+        /// Which of the two.
+        active: bool,
+    },
     /// The vehicle has been cut loose.
     Released {
         /// Simulated time.
@@ -115,9 +127,37 @@ pub enum SimulatorEvent {
     },
 }
 
+impl SimulatorEvent {
+    /// What is wrong in [`Self::ModeUntold`].
+    pub(super) const MODE_UNTOLD: &'static str = "armed, but the release trigger armed_offboard waits for OFFBOARD in a HEARTBEAT, and no HEARTBEAT of the autopilot has \
+         named a mode (PX4 sends none on the simulator link: choose another trigger, or bring its HEARTBEAT to the parachute's \
+         UDP port 14600 + instance)";
+
+    /// Time and words of an event that belongs to the flight: not of what depends on waits and connections.
+    pub(super) fn of_flight(&self) -> Option<(TimeUs, String)> {
+        let (at, text) = match *self {
+            Self::Armed { at, armed: true } => (at, "armed".to_owned()),
+            Self::Armed { at, armed: false } => (at, "disarmed".to_owned()),
+            Self::ModeUntold { at } => (at, Self::MODE_UNTOLD.to_owned()),
+            Self::Failsafe { at, active: true } => (at, "failsafe: the autopilot has taken over".to_owned()),
+            Self::Failsafe { at, active: false } => (at, "failsafe over".to_owned()),
+            Self::Released { at, cause } => (at, format!("released {}", cause.text())),
+            Self::RotorsFree { at } => (at, "rotors free".to_owned()),
+            Self::Connected { .. }
+            | Self::Lockstep { .. }
+            | Self::Waiting { .. }
+            | Self::GoingOnWithout { .. }
+            | Self::Mistimed { .. }
+            | Self::PeerLeft { .. }
+            | Self::Finished { .. } => return None,
+        };
+        Some((at, text))
+    }
+}
+
 impl fmt::Display for SimulatorEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let s = |at: &TimeUs| *at as f64 * 1e-6;
+        let s = |at: &TimeUs| seconds(*at);
         match self {
             Self::Connected { again: false } => f.write_str("autopilot connected"),
             Self::Connected { again: true } => f.write_str("autopilot connected; the drop starts over"),
@@ -126,6 +166,11 @@ impl fmt::Display for SimulatorEvent {
             }
             Self::Armed { at, armed: true } => write!(f, "{:8.3} s  autopilot armed", s(at)),
             Self::Armed { at, armed: false } => write!(f, "{:8.3} s  autopilot disarmed", s(at)),
+            Self::ModeUntold { at } => write!(f, "{:8.3} s  {}", s(at), Self::MODE_UNTOLD),
+            Self::Failsafe { at, active: true } => {
+                write!(f, "{:8.3} s  failsafe: the autopilot has taken over", s(at))
+            }
+            Self::Failsafe { at, active: false } => write!(f, "{:8.3} s  failsafe over", s(at)),
             Self::Released { at, cause } => write!(f, "{:8.3} s  released {}", s(at), cause.text()),
             Self::RotorsFree { at } => write!(f, "{:8.3} s  rotors free", s(at)),
             Self::Waiting { at, missing, waited } => {

@@ -6,6 +6,17 @@
 //! answer the session runs free, at the caller's pace and for a limited time; from then on each step waits for its answer.
 //! The first message is that of the first step, not of time 0, because a time stamp of 0 does not start PX4's clock.
 //!
+//! **Time stands still without an autopilot**, and nothing is released then. Whenever one connects it finds the vehicle under
+//! its canopy at time 0, whatever an earlier one has done.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `config`, `event` | how a session runs; what it tells |
+//! | `peer` | what comes from the autopilot |
+//! | `release` | what cuts the vehicle loose |
+//! | `record` | what is remembered of a flight |
+//! | `rates`, [`sensors`] | which messages are due, and what is in them |
+//!
 //! The caller asks [`SimulatorSession::pace`] what is to be done and calls [`SimulatorSession::advance`] when a step may
 //! be made; how fast that is, is the caller's business. How long an answer has been missing is measured by the caller
 //! ([`SimulatorSession::handle_silence`]) and told in events that name the message and the side.
@@ -19,22 +30,26 @@ use nalgebra::Vector3;
 use self::peer::Peer;
 use self::rates::HilRates;
 use self::sensors::{HilSensors, Truth};
-use super::{Encoder, Frame, Link, ParachuteComponent, Session, TimeUs, Transmit};
+use super::{Encoder, Frame, Link, ParachuteComponent, Session, TimeUs, Transmit, seconds};
 use crate::model::{MAX_ROTORS, PerRotor};
-use crate::sim::{DropSimulation, Phase, Sample};
-use crate::units::US_PER_S;
+use crate::sim::{DropSimulation, Phase, ReleaseTrigger, Sample};
 
 mod config;
 mod event;
 mod peer;
 mod rates;
+mod record;
+mod release;
 pub mod sensors;
 
 #[cfg(test)]
+mod release_tests;
+#[cfg(test)]
 mod tests;
 
-pub use config::{Pace, ReleaseTrigger, Silence, SimulatorConfig, SimulatorCounts};
+pub use config::{Pace, Silence, SimulatorConfig, SimulatorCounts};
 pub use event::{Missing, ReleaseCause, SimulatorEvent};
+pub use record::{FlightEvent, FlightRecord};
 
 /// The simulator's component: the number that PX4's Gazebo bridge uses.
 pub const SIMULATOR_COMPONENT: u8 = 200;
@@ -57,6 +72,7 @@ pub struct SimulatorSession {
     outbox: VecDeque<Vec<u8>>,
     events: VecDeque<SimulatorEvent>,
     log: Vec<Sample>,
+    record: FlightRecord,
     counts: SimulatorCounts,
     now: TimeUs,
     pace: Pace,
@@ -71,8 +87,8 @@ impl SimulatorSession {
     /// A session about a drop that has not begun. No autopilot is connected.
     pub fn new(sim: DropSimulation, config: SimulatorConfig) -> Self {
         let mut initial = sim;
-        if let ReleaseTrigger::Time(t_s) = config.trigger {
-            initial.schedule_release(t_s);
+        if config.trigger == ReleaseTrigger::Time {
+            initial.schedule_release(initial.nominal_release_s());
         }
         Self {
             sensors: HilSensors::new(initial.environment(), config.seed),
@@ -82,6 +98,7 @@ impl SimulatorSession {
             outbox: VecDeque::new(),
             events: VecDeque::new(),
             log: Vec::new(),
+            record: FlightRecord::default(),
             counts: SimulatorCounts::default(),
             now: 0,
             pace: Pace::NoPeer,
@@ -96,25 +113,38 @@ impl SimulatorSession {
         }
     }
 
-    /// An autopilot has connected. The drop starts over, unless it has not begun.
+    /// An autopilot has connected. It finds the drop at its beginning.
     pub fn peer_connected(&mut self) {
-        let again = self.now > 0;
-        if again {
-            let (encoder, mut parachute) = (self.encoder.clone(), self.parachute.clone());
-            parachute.restart();
-            let events = std::mem::take(&mut self.events);
-            *self = Self { encoder, parachute, events, ..Self::new(self.initial.clone(), self.config) };
-        }
+        let again = self.now > 0 || self.sim.phase() != self.initial.phase();
+        let (encoder, mut parachute) = (self.encoder.clone(), self.parachute.clone());
+        parachute.restart();
+        parachute.allow_release();
+        let events = std::mem::take(&mut self.events);
+        *self = Self { encoder, parachute, events, ..Self::new(self.initial.clone(), self.config) };
         self.pace = Pace::Free;
-        self.events.push_back(SimulatorEvent::Connected { again });
+        self.tell(SimulatorEvent::Connected { again });
     }
 
     /// The autopilot has gone. The drop stands still; a finished one stays finished.
     pub fn peer_left(&mut self) {
         if !matches!(self.pace, Pace::NoPeer | Pace::Done) {
             self.pace = Pace::NoPeer;
-            self.events.push_back(SimulatorEvent::PeerLeft { at: self.now });
+            self.parachute.refuse_release("no autopilot is connected");
+            self.tell(SimulatorEvent::PeerLeft { at: self.now });
         }
+    }
+
+    /// The caller makes no further step: tells everybody, unless the mission has come to its end.
+    pub fn stop(&mut self) {
+        if self.pace != Pace::Done {
+            self.end("stopped");
+        }
+    }
+
+    fn end(&mut self, why: &'static str) {
+        self.pace = Pace::Done;
+        self.parachute.refuse_release("the mission is over");
+        self.parachute.note_end(self.now, why);
     }
 
     /// What the caller may do next.
@@ -179,22 +209,23 @@ impl SimulatorSession {
         self.counts.steps += 1;
         self.counts.unanswered += u64::from(self.pace == Pace::Free);
         self.log.push(self.sim.sample(&self.throttle, self.v_sp_ned));
-        self.sim.step(&self.throttle, self.config.step_us as f64 / US_PER_S);
+        self.sim.step(&self.throttle, seconds(self.config.step_us));
         self.now += self.config.step_us;
         self.check_triggers();
         self.tell_phase();
         self.send_hil();
         self.parachute.handle_time(self.now);
         self.next_report = FIRST_REPORT;
-        self.pace = if self.now >= self.config.duration_us {
+        self.record.failsafe |= self.peer.failsafe && self.sim.phase() != Phase::Hanging;
+        if self.now >= self.config.duration_us {
             self.log.push(self.sim.sample(&self.throttle, self.v_sp_ned));
-            self.events.push_back(SimulatorEvent::Finished { at: self.now });
-            Pace::Done
+            self.tell(SimulatorEvent::Finished { at: self.now });
+            self.end("end of the mission");
         } else if self.peer.answered || self.now >= FREE_RUN_LIMIT_US {
-            Pace::AwaitingControls
+            self.pace = Pace::AwaitingControls;
         } else {
-            Pace::Free
-        };
+            self.pace = Pace::Free;
+        }
     }
 
     /// An answer has been missing for `waited`, by the caller's measure; may be called as often as one likes.
@@ -202,61 +233,14 @@ impl SimulatorSession {
         let Some(missing) = self.missing() else { return };
         if waited >= self.next_report {
             self.next_report = waited * 2;
-            self.events.push_back(SimulatorEvent::Waiting { at: self.now, missing, waited });
+            self.tell(SimulatorEvent::Waiting { at: self.now, missing, waited });
         }
         if let Silence::FreeRunAfter(patience) = self.config.silence
             && waited >= patience
         {
             self.counts.unanswered += 1;
-            self.events.push_back(SimulatorEvent::GoingOnWithout { at: self.now, missing });
+            self.tell(SimulatorEvent::GoingOnWithout { at: self.now, missing });
             self.pace = Pace::Ready;
-        }
-    }
-
-    fn check_triggers(&mut self) {
-        let cause = match self.config.trigger {
-            ReleaseTrigger::Time(_) => ReleaseCause::Time,
-            ReleaseTrigger::Altitude(altitude_m) => {
-                let point = self.sim.environment().geo_point(&self.sim.state().body.p_ned);
-                if point.altitude_m <= altitude_m {
-                    self.release(ReleaseCause::Altitude);
-                }
-                return;
-            }
-            ReleaseTrigger::ArmedOffboard if self.peer.armed && self.peer.offboard => {
-                return self.release(ReleaseCause::ArmedOffboard);
-            }
-            ReleaseTrigger::ArmedOffboard | ReleaseTrigger::Command => return,
-        };
-        // The simulation itself has cut at the time set; it remains to be told.
-        if self.sim.phase() != Phase::Hanging {
-            self.tell_release(cause);
-        }
-    }
-
-    /// Cuts the vehicle loose now.
-    pub fn release(&mut self, cause: ReleaseCause) {
-        if self.sim.phase() == Phase::Hanging {
-            self.sim.release();
-            self.tell_release(cause);
-            self.tell_phase();
-        }
-    }
-
-    fn tell_release(&mut self, cause: ReleaseCause) {
-        if let (Phase::Hanging, Some(t_s)) = (self.phase_told, self.sim.release_time_s()) {
-            let at = (t_s * US_PER_S).round() as TimeUs;
-            self.phase_told = Phase::Falling;
-            self.parachute.note_release(self.now, at, cause.text());
-            self.events.push_back(SimulatorEvent::Released { at, cause });
-        }
-    }
-
-    fn tell_phase(&mut self) {
-        if let (Phase::Falling, Phase::Powered) = (self.phase_told, self.sim.phase()) {
-            self.phase_told = Phase::Powered;
-            let at = self.sim.powered_from_s().map_or(self.now, |t_s| (t_s * US_PER_S).round() as TimeUs);
-            self.events.push_back(SimulatorEvent::RotorsFree { at });
         }
     }
 
@@ -287,6 +271,7 @@ impl Session for SimulatorSession {
         match link {
             Link::Simulator => self.take_from_autopilot(frame),
             Link::Parachute => {
+                self.take_from_outside(frame);
                 self.parachute.handle_input(self.now, link, frame);
                 if self.parachute.take_release() {
                     self.release(ReleaseCause::Command);

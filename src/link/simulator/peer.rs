@@ -1,6 +1,11 @@
-//! What comes from the autopilot on the simulator link.
+//! What comes from the autopilot: on the simulator link, and its HEARTBEAT also where the parachute hears it.
+//!
+//! PX4 says on the simulator link that it is armed (HIL_ACTUATOR_CONTROLS) but not in which mode: it sends one HEARTBEAT there,
+//! at the start, with no mode in it. Whoever brings its HEARTBEAT to the parachute's socket makes up for that.
 
-use mavlink::dialects::common::{HIL_ACTUATOR_CONTROLS_DATA, MavCmd, MavMessage, MavModeFlag, MavResult};
+use mavlink::dialects::common::{
+    HEARTBEAT_DATA, HIL_ACTUATOR_CONTROLS_DATA, MavCmd, MavMessage, MavModeFlag, MavResult, MavState,
+};
 
 use super::super::{Command, CommandAck, Frame};
 use super::rates::SetInterval;
@@ -8,6 +13,8 @@ use super::{Pace, SIMULATOR_COMPONENT, SimulatorEvent, SimulatorSession};
 
 /// Main mode OFFBOARD in PX4's custom mode.
 const PX4_MAIN_MODE_OFFBOARD: u32 = 6;
+/// MAV_COMP_ID_AUTOPILOT1.
+const AUTOPILOT_COMPONENT: u8 = 1;
 
 /// What is known of the autopilot.
 #[derive(Clone, Copy, Debug, Default)]
@@ -15,7 +22,10 @@ pub(super) struct Peer {
     pub(super) heard: bool,
     pub(super) answered: bool,
     pub(super) armed: bool,
+    /// Its HEARTBEAT has named a mode.
+    pub(super) mode_told: bool,
     pub(super) offboard: bool,
+    pub(super) failsafe: bool,
 }
 
 impl SimulatorSession {
@@ -24,7 +34,7 @@ impl SimulatorSession {
             self.counts.mistimed += 1;
             // One word at the 1st, 2nd, 4th, 8th .. of them.
             if self.counts.mistimed.is_power_of_two() {
-                self.events.push_back(SimulatorEvent::Mistimed { at: self.now, stamp: m.time_usec });
+                self.tell(SimulatorEvent::Mistimed { at: self.now, stamp: m.time_usec });
             }
             return;
         }
@@ -39,7 +49,7 @@ impl SimulatorSession {
         }
         if !self.peer.answered {
             self.peer.answered = true;
-            self.events.push_back(SimulatorEvent::Lockstep { at: self.now });
+            self.tell(SimulatorEvent::Lockstep { at: self.now });
         }
         if m.time_usec == self.now {
             if matches!(self.pace, Pace::Free | Pace::AwaitingControls) {
@@ -56,7 +66,10 @@ impl SimulatorSession {
     fn set_armed(&mut self, armed: bool) {
         if armed != self.peer.armed {
             self.peer.armed = armed;
-            self.events.push_back(SimulatorEvent::Armed { at: self.now, armed });
+            self.tell(SimulatorEvent::Armed { at: self.now, armed });
+            if armed {
+                self.check_mode_is_told();
+            }
         }
     }
 
@@ -84,16 +97,33 @@ impl SimulatorSession {
         self.outbox.push_back(self.encoder.encode_command_ack(&ack));
     }
 
+    fn take_heartbeat(&mut self, m: &HEARTBEAT_DATA) {
+        self.peer.mode_told |= m.custom_mode != 0;
+        self.peer.offboard = m.custom_mode >> 16 & 0xFF == PX4_MAIN_MODE_OFFBOARD;
+        let armed = m.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
+        if armed {
+            self.set_armed(true);
+        }
+        self.set_failsafe(armed && m.system_status == MavState::MAV_STATE_CRITICAL);
+    }
+
+    /// The parachute's socket hears everybody; of the autopilot, while it is connected, its HEARTBEAT counts.
+    pub(super) fn take_from_outside(&mut self, frame: &Frame) {
+        let from_autopilot =
+            (frame.system_id, frame.component_id) == (self.config.system_id, AUTOPILOT_COMPONENT);
+        if from_autopilot
+            && !matches!(self.pace, Pace::NoPeer | Pace::Done)
+            && let Some(MavMessage::HEARTBEAT(m)) = frame.known()
+        {
+            self.take_heartbeat(m);
+        }
+    }
+
     pub(super) fn take_from_autopilot(&mut self, frame: &Frame) {
         self.peer.heard = true;
         match frame.known() {
             Some(MavMessage::HIL_ACTUATOR_CONTROLS(m)) => self.take_controls(m),
-            Some(MavMessage::HEARTBEAT(m)) => {
-                self.peer.offboard = m.custom_mode >> 16 & 0xFF == PX4_MAIN_MODE_OFFBOARD;
-                if m.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED) {
-                    self.set_armed(true);
-                }
-            }
+            Some(MavMessage::HEARTBEAT(m)) => self.take_heartbeat(m),
             _ => {
                 if let Some(command) = frame.command() {
                     self.take_command(&command, (frame.system_id, frame.component_id));

@@ -2,7 +2,8 @@
 //!
 //! **The one place for sensor models.** They are plain here: ideal inertial sensors and magnetometer, a barometer that
 //! follows PX4's atmosphere with a little noise (one that repeats itself bit by bit is taken for dead), a satellite fix
-//! without errors. The noise is a function of the seed and the time alone, so that it does not matter who asks first.
+//! without errors. The noise is ChaCha8 at a place that seed, sensor and
+//! time give, so that it does not matter who asks first or how often.
 //!
 //! The magnetic field is that of a dipole along the axis of rotation, 31.2 uT at the equator, in place of a field map:
 //! north and down from the latitude, no declination. Titan has no field of its own; its missions borrow this one.
@@ -11,12 +12,14 @@ use mavlink::dialects::common::{
     HIL_GPS_DATA, HIL_SENSOR_DATA, HIL_STATE_QUATERNION_DATA, HilSensorUpdatedFlags, MavFrame, ODOMETRY_DATA,
 };
 use nalgebra::Vector3;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 use super::super::TimeUs;
 use crate::frames::rotate_body_from_ned;
 use crate::model::Environment;
 use crate::sim::DropSimulation;
-use crate::units::{DEG_PER_RAD, RAD_PER_DEG, STANDARD_GRAVITY_M_S2};
+use crate::units::{DEG_PER_RAD, RAD_PER_DEG, SEA_LEVEL_DENSITY_KG_M3, STANDARD_GRAVITY_M_S2};
 
 /// Field of the dipole at the equator [gauss].
 const EQUATOR_FIELD_GAUSS: f64 = 0.312;
@@ -25,6 +28,10 @@ const PRESSURE_NOISE_HPA: f64 = 0.01;
 /// Accelerometer, gyroscope, magnetometer, and of the barometer pressure, pressure altitude and temperature. A
 /// multirotor has no airspeed sensor: the differential pressure (0x400) is left out.
 const FIELDS_UPDATED: u32 = 0x007 | 0x038 | 0x1C0 | 0x1A00;
+/// The barometer's stream of random numbers; each noisy sensor has its own.
+const BAROMETER_STREAM: u64 = 0;
+/// Random words that belong to a microsecond: room for one normal number, and whole blocks of ChaCha.
+const WORDS_PER_US: u128 = 32;
 /// Below this ground speed [m/s] there is no course.
 const COURSE_SPEED_M_S: f64 = 0.1;
 
@@ -58,7 +65,8 @@ impl HilSensors {
     pub fn sensor(&self, truth: &Truth<'_>) -> HIL_SENSOR_DATA {
         let body = &truth.sim.state().body;
         let altitude_m = truth.sim.environment().geo_point(&body.p_ned).altitude_m;
-        let pressure_hpa = pressure_hpa(altitude_m) + PRESSURE_NOISE_HPA * self.normal(truth.at);
+        let pressure_hpa =
+            pressure_hpa(altitude_m) + PRESSURE_NOISE_HPA * self.normal(BAROMETER_STREAM, truth.at);
         let mag = rotate_body_from_ned(body.q_ned_from_body, self.field_ned_gauss);
         let [xacc, yacc, zacc] = single(truth.specific_force_body);
         let [xgyro, ygyro, zgyro] = single(body.omega_body);
@@ -119,7 +127,11 @@ impl HilSensors {
         let body = &truth.sim.state().body;
         let environment = truth.sim.environment();
         let point = environment.geo_point(&body.p_ned);
-        let airspeed_cm_s = ((body.v_ned - environment.wind_ned_m_s).norm() * 100.0).round() as u16;
+        let true_airspeed_m_s = (body.v_ned - environment.wind_ned_m_s).norm();
+        // What a pitot tube shows: the speed that makes the same dynamic pressure in the standard air of sea level.
+        let indicated_airspeed_m_s =
+            true_airspeed_m_s * (environment.density_kg_m3 / SEA_LEVEL_DENSITY_KG_M3).sqrt();
+        let cm_s = |speed_m_s: f64| (speed_m_s * 100.0).round() as u16;
         let [rollspeed, pitchspeed, yawspeed] = single(body.omega_body);
         let [vx, vy, vz] = (body.v_ned * 100.0).map(|v| v.round() as i16).into();
         let milli_g = truth.specific_force_body * (1e3 / STANDARD_GRAVITY_M_S2);
@@ -136,8 +148,8 @@ impl HilSensors {
             vx,
             vy,
             vz,
-            ind_airspeed: airspeed_cm_s,
-            true_airspeed: airspeed_cm_s,
+            ind_airspeed: cm_s(indicated_airspeed_m_s),
+            true_airspeed: cm_s(true_airspeed_m_s),
             xacc,
             yacc,
             zacc,
@@ -171,24 +183,15 @@ impl HilSensors {
         }
     }
 
-    /// A number of about normal distribution, drawn by seed and time: the sum of twelve uniform ones.
-    fn normal(&self, at: TimeUs) -> f64 {
-        let mut state = self.seed ^ at.wrapping_mul(0x9E37_79B9_7F4A_7C15);
-        let mut sum = 0.0;
-        for _ in 0..12 {
-            sum += (splitmix64(&mut state) >> 11) as f64 / (1u64 << 53) as f64;
-        }
-        sum - 6.0
+    /// A number of about normal distribution, drawn by seed, stream and time: the sum of twelve uniform ones, which takes
+    /// nothing but additions and so is the same everywhere.
+    fn normal(&self, stream: u64, at: TimeUs) -> f64 {
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        random.set_stream(stream);
+        random.set_word_pos(u128::from(at) * WORDS_PER_US);
+        let uniform = |_| (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+        (0..12).map(uniform).sum::<f64>() - 6.0
     }
-}
-
-/// Steele, Lea, Flood (2014): SplitMix64.
-fn splitmix64(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ (z >> 31)
 }
 
 /// The pressure from which PX4 recovers an altitude [m]: `p = 1013.25 (1 - 2.25577e-5 h)^5.25588` hPa.
@@ -207,13 +210,13 @@ fn single(v: Vector3<f64>) -> [f32; 3] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::test_site;
+    use super::super::super::{seconds, test_site};
     use super::*;
     use crate::model::MAX_ROTORS;
 
     fn hanging(at: TimeUs) -> (HilSensors, DropSimulation, Vector3<f64>) {
         let mut sim = test_site::drop_simulation();
-        sim.step(&[0.0; MAX_ROTORS], at as f64 * 1e-6);
+        sim.step(&[0.0; MAX_ROTORS], seconds(at));
         let f = sim.specific_force_body();
         (HilSensors::new(sim.environment(), 1), sim, f)
     }
@@ -248,6 +251,19 @@ mod tests {
         let std = (p.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / p.len() as f64).sqrt();
         assert!((0.008..0.012).contains(&std), "{std}");
         assert_eq!(at(4_000), at(4_000));
+        let other = HilSensors::new(sim.environment(), 2);
+        let truth = Truth { at: 4_000, sim: &sim, specific_force_body };
+        assert_ne!(other.sensor(&truth).abs_pressure, at(4_000), "another seed, another noise");
+        // Neighbours in time, and streams, have nothing to do with each other.
+        let pairs = |f: &dyn Fn(u64) -> (f64, f64)| (1..2_000).map(|i| f(i * 4_000)).collect::<Vec<_>>();
+        for pairs in [
+            pairs(&|t| (sensors.normal(0, t), sensors.normal(0, t + 1))),
+            pairs(&|t| (sensors.normal(0, t), sensors.normal(0, t + 4_000))),
+            pairs(&|t| (sensors.normal(0, t), sensors.normal(1, t))),
+        ] {
+            let correlation = pairs.iter().map(|(a, b)| a * b).sum::<f64>() / pairs.len() as f64;
+            assert!(correlation.abs() < 0.1, "{correlation}");
+        }
     }
 
     #[test]
@@ -259,8 +275,21 @@ mod tests {
         assert_eq!((gps.lat, gps.lon, gps.alt), (474_000_000, 85_000_000, 607_500));
         assert_eq!((gps.vn, gps.ve, gps.vd, gps.cog, gps.fix_type), (0, 0, 500, u16::MAX, 3));
         let state = sensors.state_quaternion(&truth);
-        assert_eq!((state.vz, state.zacc, state.true_airspeed), (500, -1000, 500));
+        // The site has the density of the standard atmosphere at sea level.
+        assert_eq!((state.vz, state.zacc, state.true_airspeed, state.ind_airspeed), (500, -1000, 500, 500));
         let odometry = sensors.odometry(&truth);
         assert_eq!((odometry.vz, odometry.z, odometry.q), (5.0, -7.5, [1.0, 0.0, 0.0, 0.0]));
+    }
+
+    /// IAS = TAS sqrt(rho / 1.225): air four times as thick, as on Titan, pushes like twice the speed.
+    #[test]
+    fn closed_form_indicated_airspeed_is_that_of_the_dynamic_pressure() {
+        for (density_kg_m3, indicated) in [(4.9, 1000), (1.225, 500), (0.30625, 250)] {
+            let environment = Environment { density_kg_m3, ..test_site::environment() };
+            let sim = test_site::drop_simulation_at(environment, 2.0);
+            let truth = Truth { at: 4_000, sim: &sim, specific_force_body: Vector3::zeros() };
+            let state = HilSensors::new(sim.environment(), 1).state_quaternion(&truth);
+            assert_eq!((state.true_airspeed, state.ind_airspeed), (500, indicated), "{density_kg_m3}");
+        }
     }
 }

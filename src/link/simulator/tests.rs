@@ -7,37 +7,41 @@ use mavlink::dialects::common::*;
 use super::super::{Decoder, Encoder, Frame, Link, Session, TimeUs, test_site};
 use super::*;
 
-struct Hand {
-    session: SimulatorSession,
-    encoder: Encoder,
-    script: Encoder,
-    decoder: Decoder,
+pub(super) struct Hand {
+    pub(super) session: SimulatorSession,
+    pub(super) encoder: Encoder,
+    pub(super) script: Encoder,
+    pub(super) decoder: Decoder,
 }
 
 impl Hand {
-    fn new(config: SimulatorConfig) -> Self {
+    pub(super) fn new(config: SimulatorConfig) -> Self {
+        Self::with(test_site::drop_simulation(), config)
+    }
+
+    pub(super) fn with(sim: DropSimulation, config: SimulatorConfig) -> Self {
         Self {
-            session: SimulatorSession::new(test_site::drop_simulation(), config),
+            session: SimulatorSession::new(sim, config),
             encoder: Encoder::new(1, 1),
             script: Encoder::new(255, 190),
             decoder: Decoder::new(),
         }
     }
 
-    fn connected(config: SimulatorConfig) -> Self {
+    pub(super) fn connected(config: SimulatorConfig) -> Self {
         let mut hand = Self::new(config);
         hand.session.peer_connected();
         hand
     }
 
-    fn say(&mut self, message: &MavMessage) {
+    pub(super) fn say(&mut self, message: &MavMessage) {
         self.decoder.push(&self.encoder.encode(message));
         let frame = self.decoder.next_frame().unwrap();
         self.session.handle_input(0, Link::Simulator, &frame);
     }
 
     /// HIL_ACTUATOR_CONTROLS with the same command on all motors.
-    fn answer(&mut self, time_usec: TimeUs, control: f32, armed: bool) {
+    pub(super) fn answer(&mut self, time_usec: TimeUs, control: f32, armed: bool) {
         let armed = if armed { 128 } else { 0 };
         self.say(&MavMessage::HIL_ACTUATOR_CONTROLS(HIL_ACTUATOR_CONTROLS_DATA {
             time_usec,
@@ -47,7 +51,7 @@ impl Hand {
         }));
     }
 
-    fn command(&mut self, link: Link, command: MavCmd, params: [f32; 2], target: (u8, u8)) {
+    pub(super) fn command(&mut self, link: Link, command: MavCmd, params: [f32; 2], target: (u8, u8)) {
         let message = MavMessage::COMMAND_LONG(COMMAND_LONG_DATA {
             command,
             param1: params[0],
@@ -62,7 +66,7 @@ impl Hand {
         self.session.handle_input(0, link, &frame);
     }
 
-    fn drain(&mut self, link: Link) -> Vec<Frame> {
+    pub(super) fn drain(&mut self, link: Link) -> Vec<Frame> {
         let mut frames = Vec::new();
         while let Some(sent) = self.session.poll_output() {
             if sent.link == link {
@@ -73,16 +77,16 @@ impl Hand {
         frames
     }
 
-    fn ids(&mut self) -> Vec<u32> {
+    pub(super) fn ids(&mut self) -> Vec<u32> {
         self.drain(Link::Simulator).iter().map(|f| f.message_id).collect()
     }
 
-    fn events(&mut self) -> Vec<SimulatorEvent> {
+    pub(super) fn events(&mut self) -> Vec<SimulatorEvent> {
         std::iter::from_fn(|| self.session.poll_event()).collect()
     }
 
     /// Answers every step with `control` until `until`.
-    fn fly(&mut self, until: TimeUs, control: f32, armed: bool) {
+    pub(super) fn fly(&mut self, until: TimeUs, control: f32, armed: bool) {
         while self.session.now() < until && self.session.pace() != Pace::Done {
             self.session.advance();
             self.drain(Link::Simulator);
@@ -91,7 +95,7 @@ impl Hand {
     }
 }
 
-fn config() -> SimulatorConfig {
+pub(super) fn config() -> SimulatorConfig {
     SimulatorConfig { duration_us: 8_000_000, ..SimulatorConfig::default() }
 }
 
@@ -233,49 +237,6 @@ fn a_gripper_command_cuts_now() {
 }
 
 #[test]
-fn the_other_triggers_cut_as_well() {
-    for (trigger, cause, at) in [
-        (ReleaseTrigger::Time(1.001), ReleaseCause::Time, 1_001_000),
-        // The hang begins 2 s times 5 m/s above 600 m.
-        (ReleaseTrigger::Altitude(605.01), ReleaseCause::Altitude, 1_000_000),
-        (ReleaseTrigger::ArmedOffboard, ReleaseCause::ArmedOffboard, 804_000),
-    ] {
-        let mut hand = Hand::connected(SimulatorConfig { trigger, ..config() });
-        hand.fly(400_000, 0.0, false);
-        // The crate's default has the armed bit set.
-        let base_mode = MavModeFlag::empty();
-        let offboard = HEARTBEAT_DATA { custom_mode: 6 << 16, base_mode, ..Default::default() };
-        hand.say(&MavMessage::HEARTBEAT(offboard));
-        hand.fly(800_000, 0.0, false);
-        assert_eq!(hand.session.sim().release_time_s(), None);
-        hand.answer(800_000, 0.0, true);
-        hand.fly(2_000_000, 0.0, true);
-        assert!(hand.events().contains(&SimulatorEvent::Released { at, cause }), "{trigger:?}");
-    }
-}
-
-#[test]
-fn a_new_peer_finds_the_drop_at_its_beginning() {
-    let mut hand = Hand::connected(config());
-    hand.fly(1_000_000, 0.0, true);
-    hand.session.release(ReleaseCause::Command);
-    hand.fly(3_000_000, 0.5, true);
-    let sequence = hand.session.encoder.clone();
-    hand.session.peer_left();
-    hand.session.advance();
-    assert_eq!((hand.session.now(), hand.session.pace()), (3_000_000, Pace::NoPeer));
-    hand.session.peer_connected();
-    assert_eq!((hand.session.now(), hand.session.pace()), (0, Pace::Free));
-    assert_eq!((hand.session.sim().phase(), hand.session.log().len()), (Phase::Hanging, 0));
-    assert_eq!(hand.session.encoder, sequence);
-    let events = hand.events();
-    assert!(events.contains(&SimulatorEvent::PeerLeft { at: 3_000_000 }));
-    assert!(events.contains(&SimulatorEvent::Connected { again: true }));
-    hand.session.advance();
-    assert_eq!(hand.drain(Link::Simulator)[0].payload().u64(0), 4_000);
-}
-
-#[test]
 fn the_mission_ends_and_its_log_is_whole() {
     let mut hand = Hand::connected(config());
     hand.fly(20_000_000, 0.0, false);
@@ -284,4 +245,16 @@ fn the_mission_ends_and_its_log_is_whole() {
     let log = hand.session.into_log();
     assert_eq!(log.len(), 2_001);
     assert!((log[0].t_s, log[2_000].t_s) == (0.0, 8.0));
+}
+
+#[test]
+fn the_end_is_told_to_those_who_listen() {
+    let mut hand = Hand::connected(config());
+    hand.fly(4_000, 0.0, false);
+    hand.session.stop();
+    assert_eq!(hand.session.pace(), Pace::Done);
+    let ids: Vec<u32> = hand.drain(Link::Parachute).iter().map(|f| f.message_id).collect();
+    assert_eq!(ids, [253, 252]);
+    hand.session.stop();
+    assert!(hand.drain(Link::Parachute).is_empty(), "once");
 }

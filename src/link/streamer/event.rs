@@ -3,7 +3,7 @@
 use core::time::Duration;
 use std::fmt;
 
-use super::super::TimeUs;
+use super::super::{TimeUs, seconds};
 
 /// An event.
 #[derive(Clone, Debug, PartialEq)]
@@ -123,7 +123,7 @@ fn join(said: &[String]) -> String {
 
 impl fmt::Display for StreamerEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let s = |at: &TimeUs| *at as f64 * 1e-6;
+        let s = |at: &TimeUs| seconds(*at);
         match self {
             Self::VehicleHeard { at, system_id } => {
                 write!(f, "{:8.3} s  vehicle {system_id} heard, streaming level attitude, no thrust", s(at))

@@ -2,7 +2,7 @@
 
 use mavlink::dialects::common::{HEARTBEAT_DATA, MavMessage, MavModeFlag};
 
-use super::super::parachute::{PARACHUTE_COMPONENT, T_RELEASE};
+use super::super::parachute::{PARACHUTE_COMPONENT, T_END, T_RELEASE};
 use super::super::{Frame, TimeUs};
 use super::{
     AUTOPILOT_COMPONENT, Flight, STREAMER_COMPONENT, STREAMER_SYSTEM, Shown, StreamerEvent, StreamerSession,
@@ -39,8 +39,10 @@ impl StreamerSession {
                 self.events.push_back(StreamerEvent::Text { at, severity: m.severity as u8, text });
             }
             (PARACHUTE_COMPONENT, Some(MavMessage::NAMED_VALUE_INT(m))) => {
-                if let (Ok(T_RELEASE), Ok(ms)) = (m.name.to_str(), TimeUs::try_from(m.value)) {
-                    self.note_release(ms * 1_000, true);
+                match (m.name.to_str(), TimeUs::try_from(m.value)) {
+                    (Ok(T_RELEASE), Ok(ms)) => self.note_release(ms * 1_000, true),
+                    (Ok(T_END), Ok(ms)) => self.note_end(ms * 1_000),
+                    _ => {}
                 }
             }
             _ => {}

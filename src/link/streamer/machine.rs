@@ -2,11 +2,11 @@
 
 use mavlink::dialects::common::{COMMAND_LONG_DATA, MavCmd, MavMessage};
 
-use super::super::TimeUs;
 use super::super::parachute::PARACHUTE_COMPONENT;
+use super::super::{TimeUs, microseconds, seconds};
 use super::request::{Progress, Request, result_name};
 use super::{
-    FIRST_REPORT, HEARTBEAT_PERIOD_US, StreamerConfig, StreamerEvent, StreamerSession, StreamerState, seconds,
+    FIRST_REPORT, HEARTBEAT_PERIOD_US, StreamerConfig, StreamerEvent, StreamerSession, StreamerState,
 };
 
 /// Setpoints must have run for this long before OFFBOARD is asked for.
@@ -26,6 +26,23 @@ impl StreamerSession {
         self.events.push_back(StreamerEvent::Failed { at: self.flight.now, reason });
     }
 
+    /// The vehicle is gone; whether that is a success depends on how far the plan had come.
+    pub(super) fn end(&mut self, why: &str) {
+        if self.flight.state == StreamerState::Target {
+            self.enter(StreamerState::Done);
+            self.events.push_back(StreamerEvent::Done { at: self.flight.now });
+        } else {
+            self.fail(format!("{why}, and the plan is not at its end"));
+        }
+    }
+
+    /// The parachute has told the end of the simulation. Who waits for a vehicle waits for the next one.
+    pub(super) fn note_end(&mut self, at: TimeUs) {
+        if !self.is_over() && self.flight.state != StreamerState::WaitingForVehicle {
+            self.end(&format!("the simulation ended at {:.3} s", seconds(at)));
+        }
+    }
+
     pub(super) fn send(&mut self, message: &MavMessage) {
         let bytes = self.encoder.encode(message);
         self.outbox.push_back(bytes);
@@ -35,6 +52,7 @@ impl StreamerSession {
     pub(super) fn tick(&mut self, now: TimeUs) {
         self.flight.now = now;
         self.next_report = FIRST_REPORT;
+        self.longest_pause = self.longest_pause.max(std::mem::take(&mut self.silence));
         // A state may be left in the tick in which it was entered; there are few of them.
         while self.step_state() {}
         if self.is_over() || self.flight.state == StreamerState::WaitingForVehicle {
@@ -141,7 +159,7 @@ impl StreamerSession {
             return self.enter(StreamerState::Falling);
         }
         let settled = now >= self.flight.armed_at + self.config.settle_us;
-        if self.config.commands_release && settled && now >= seconds(self.config.hang_s) {
+        if self.config.commands_release && settled && now >= microseconds(self.config.hang_s) {
             self.events.push_back(StreamerEvent::ReleaseAsked { at: now });
             self.enter(StreamerState::Releasing);
         }
@@ -178,10 +196,10 @@ impl StreamerSession {
     fn follow_plan(&mut self) {
         let Some(start) = self.plan_start() else { return };
         let ahead = self.flight.now + self.config.lead_us;
-        let end = self.config.end_s.map(|s| start + seconds(s));
+        let end = self.config.end_s.map(|s| start + microseconds(s));
         let state = if end.is_some_and(|end| self.flight.now >= end) {
             StreamerState::Done
-        } else if ahead >= start + seconds(self.trajectory.end_s()) {
+        } else if ahead >= start + microseconds(self.trajectory.end_s()) {
             StreamerState::Target
         } else if ahead >= start {
             StreamerState::Tracking

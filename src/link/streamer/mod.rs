@@ -11,6 +11,9 @@
 //!
 //! t = 0 is the release, as the parachute tells it (NAMED_VALUE_INT `t_release`), plus t_d. A setpoint is sent `lead` ahead of
 //! its time, one period of the control loop, so that it is in force when that time comes.
+//!
+//! The stream is at its end when the parachute tells that the simulation is (NAMED_VALUE_INT `t_end`). Where nobody tells
+//! anything any more, a long silence says so: how long it is, the caller measures. An end before the plan's is a failure.
 
 use core::time::Duration;
 use std::collections::VecDeque;
@@ -18,9 +21,8 @@ use std::collections::VecDeque;
 use nalgebra::Vector3;
 
 use self::request::Request;
-use super::{Encoder, Frame, Link, Session, TimeUs, Transmit};
+use super::{Encoder, Frame, Link, Session, TimeUs, Transmit, microseconds};
 use crate::trajectory::Trajectory;
-use crate::units::US_PER_S;
 
 mod config;
 mod event;
@@ -30,7 +32,11 @@ mod request;
 mod setpoint;
 
 #[cfg(test)]
+mod scene;
+#[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod trouble_tests;
 
 pub use config::StreamerConfig;
 pub use event::StreamerEvent;
@@ -45,8 +51,12 @@ pub const AUTOPILOT_COMPONENT: u8 = 1;
 const HEARTBEAT_PERIOD_US: TimeUs = 1_000_000;
 /// A silence of this length is told, then the next after twice as long, and so on.
 const FIRST_REPORT: Duration = Duration::from_secs(2);
-/// A silence of this length after the plan is the end of the mission.
-const END_OF_MISSION: Duration = Duration::from_secs(4);
+/// A vehicle that is silent for this long after the plan has been flown is gone.
+const GONE_AFTER_PLAN: Duration = Duration::from_secs(4);
+/// Before, it is given the time for a new start.
+const GONE: Duration = Duration::from_secs(15);
+/// It is also given this many times its longest pause so far: simulated time may run very slowly.
+const PAUSES: u32 = 4;
 
 /// Where the streamer is in the drop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,6 +95,9 @@ pub struct StreamerSession {
     events: VecDeque<StreamerEvent>,
     flight: Flight,
     next_report: Duration,
+    /// How long nothing has come, and the longest that this was with a vehicle that then went on.
+    silence: Duration,
+    longest_pause: Duration,
 }
 
 /// Everything that starts over with the vehicle.
@@ -141,6 +154,8 @@ impl StreamerSession {
             events: VecDeque::new(),
             flight: Flight::new(),
             next_report: FIRST_REPORT,
+            silence: Duration::ZERO,
+            longest_pause: Duration::ZERO,
         }
     }
 
@@ -166,7 +181,7 @@ impl StreamerSession {
 
     /// Simulated time of t = 0 of the plan, once the release is known.
     pub fn plan_start(&self) -> Option<TimeUs> {
-        self.flight.released_at.map(|at| at + seconds(self.config.delay_s))
+        self.flight.released_at.map(|at| at + microseconds(self.config.delay_s))
     }
 
     /// The next event.
@@ -175,14 +190,19 @@ impl StreamerSession {
     }
 
     /// Nothing has come for `waited`, by the caller's measure; may be called as often as one likes.
-    /// A vehicle that falls silent after the plan has been flown is at the end of its mission, and so is the stream.
+    /// A vehicle that has been heard and then stays silent is gone, and the stream is at its end.
     pub fn handle_silence(&mut self, waited: Duration) {
-        if self.is_over() || waited < self.next_report {
+        if self.is_over() {
             return;
         }
-        if self.flight.state == StreamerState::Target && waited >= END_OF_MISSION {
-            self.flight.state = StreamerState::Done;
-            self.events.push_back(StreamerEvent::Done { at: self.flight.now });
+        if self.flight.state != StreamerState::WaitingForVehicle {
+            self.silence = waited;
+            let least = if self.flight.state == StreamerState::Target { GONE_AFTER_PLAN } else { GONE };
+            if waited >= least.max(PAUSES * self.longest_pause) {
+                return self.end(&format!("the vehicle has said nothing for {:.1} s", waited.as_secs_f64()));
+            }
+        }
+        if waited < self.next_report {
             return;
         }
         self.next_report = waited * 2;
@@ -193,11 +213,6 @@ impl StreamerSession {
         let system_id = self.config.vehicle_system;
         self.events.push_back(StreamerEvent::Waiting { at: self.flight.now, missing, system_id, waited });
     }
-}
-
-/// Microseconds of a time that is not negative [s].
-fn seconds(s: f64) -> TimeUs {
-    (s * US_PER_S).round() as TimeUs
 }
 
 impl Session for StreamerSession {

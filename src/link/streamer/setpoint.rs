@@ -7,11 +7,10 @@ use mavlink::dialects::common::{
 
 use nalgebra::Vector3;
 
-use super::super::TimeUs;
+use super::super::{TimeUs, seconds};
 use super::{AUTOPILOT_COMPONENT, StreamerSession, StreamerState};
 use crate::frames::quaternion_from_euler;
 use crate::sim::Reference;
-use crate::units::US_PER_S;
 
 /// Attitude and thrust, no body rates.
 const ATTITUDE_ONLY: u8 = 0x07;
@@ -52,7 +51,7 @@ impl StreamerSession {
     }
 
     fn send_velocity(&mut self, now: TimeUs, plan_time: TimeUs) {
-        let (v_ned, a_ned) = self.reference_at(plan_time as f64 / US_PER_S);
+        let (v_ned, a_ned) = self.reference_at(seconds(plan_time));
         self.flight.velocity_sp_ned = Some(v_ned);
         let mask = if self.config.feed_forward { VELOCITY_AND_ACCELERATION } else { VELOCITY_ONLY };
         let [vx, vy, vz] = v_ned.map(|v| v as f32).into();

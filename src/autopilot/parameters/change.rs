@@ -1,0 +1,214 @@
+//! A new value of a parameter: checked against its type and range, put into effect, and what follows from it.
+
+use super::table::Role;
+use super::{Entry, Parameters};
+use crate::autopilot::Autopilot;
+use crate::params::metadata::Kind;
+use crate::params::{ParameterFile, Value, adopt};
+use crate::units::US_PER_S;
+
+/// Why a parameter is not changed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Refusal {
+    /// There is no such parameter.
+    #[error("unknown parameter {0}")]
+    Unknown(String),
+    /// An integer where a float is expected, or the other way round.
+    #[error("{name} refused: {expected} expected")]
+    WrongType {
+        /// The parameter.
+        name: String,
+        /// The type.
+        expected: &'static str,
+    },
+    /// A NaN, an infinity or a value outside the range.
+    #[error("{name} refused: {value} is not within {range}")]
+    OutOfRange {
+        /// The parameter.
+        name: String,
+        /// The value.
+        value: Value,
+        /// The range in words.
+        range: String,
+    },
+    /// It cannot be changed here.
+    #[error("{name} refused: {why}")]
+    ReadOnly {
+        /// The parameter.
+        name: String,
+        /// What it is.
+        why: String,
+    },
+}
+
+/// A value that differs from one in effect by the rounding of a file's six digits is the same.
+const SAME: f64 = 5e-6;
+
+fn same(a: Value, b: Value) -> bool {
+    let (a, b) = (a.as_f64(), b.as_f64());
+    (a - b).abs() <= SAME * a.abs().max(b.abs())
+}
+
+impl Parameters {
+    /// Changes a parameter and what flies by it; indices of all that have a new value by it, its own first. A parameter that cannot
+    /// be changed takes the value that it has.
+    ///
+    /// # Errors
+    /// [`Refusal`]; nothing is changed then.
+    pub fn set(
+        &mut self,
+        name: &str,
+        value: Value,
+        autopilot: &mut Autopilot,
+    ) -> Result<Vec<usize>, Refusal> {
+        let index = self.index_of(name).ok_or_else(|| Refusal::Unknown(name.to_owned()))?;
+        let entry = &self.entries[index];
+        check(entry, value)?;
+        let mut changed = vec![index];
+        if !entry.role.is_settable() {
+            return Ok(changed);
+        }
+        let old = std::mem::replace(&mut self.entries[index].value, value);
+        if let Err(refusal) = self.put_into_effect(index, autopilot) {
+            self.entries[index].value = old;
+            return Err(refusal);
+        }
+        changed.extend(self.follow(index));
+        Ok(changed)
+    }
+
+    /// Puts in what a file holds beyond gains, limits and the vehicle: those have come with the mission. What the autopilot has not or does not
+    /// take is told.
+    pub fn load(&mut self, file: &ParameterFile, autopilot: &mut Autopilot) -> Vec<String> {
+        let mut remarks = Vec::new();
+        let mut unknown = Vec::new();
+        for (_, name, entry) in file.entries().filter(|(component, ..)| *component == 1) {
+            if self.index_of(name).is_some_and(|i| self.entries[i].role.comes_with_the_mission()) {
+                continue;
+            }
+            match self.set(name, entry.value, autopilot) {
+                Ok(changed) => {
+                    changed.into_iter().for_each(|i| self.entries[i].start = self.entries[i].value)
+                }
+                Err(Refusal::Unknown(name)) => unknown.push(name),
+                Err(refusal) => remarks.push(format!("line {}: {refusal}", entry.line)),
+            }
+        }
+        if !unknown.is_empty() {
+            remarks.push(format!("not parameters of samara's autopilot, ignored: {}", unknown.join(", ")));
+        }
+        remarks
+    }
+
+    /// Back to the values of the start; indices of all that have a new value by it.
+    pub fn reset(&mut self, autopilot: &mut Autopilot) -> Vec<usize> {
+        let mut changed = Vec::new();
+        for index in 0..self.entries.len() {
+            let Entry { value, start, role, .. } = self.entries[index];
+            if value != start && role.is_settable() {
+                self.entries[index].value = start;
+                // The value was in effect once.
+                if self.put_into_effect(index, autopilot).is_ok() {
+                    changed.push(index);
+                    changed.extend(self.follow(index));
+                } else {
+                    self.entries[index].value = value;
+                }
+            }
+        }
+        changed
+    }
+
+    fn put_into_effect(&self, index: usize, autopilot: &mut Autopilot) -> Result<(), Refusal> {
+        let entry = &self.entries[index];
+        match entry.role {
+            Role::Law => {
+                let touched = touched(&entry.name);
+                let number = |name: &str| touched.contains(&name).then(|| self.number(name)).flatten();
+                let cascade = autopilot.cascade();
+                let (gains, limits) = adopt(&self.scale, &number, (cascade.gains(), cascade.limits()))
+                    .map_err(|error| Refusal::OutOfRange {
+                        name: entry.name.clone(),
+                        value: entry.value,
+                        range: error.to_string(),
+                    })?;
+                autopilot.tune(gains, limits);
+            }
+            Role::Hover => autopilot.set_mass_kg(entry.value.as_f64() * self.mass_at_full_kg),
+            Role::SetpointLife => {
+                autopilot.set_setpoint_timeout_us((entry.value.as_f64() * US_PER_S).round() as u64);
+            }
+            Role::Kept(_) | Role::Vehicle | Role::Fact(_) | Role::Follows(_) | Role::SystemId => {}
+        }
+        Ok(())
+    }
+
+    /// Roll's parameters after a change of pitch's. Roll keeps its overall gain K; its P and I carry the difference.
+    fn follow(&mut self, leader: usize) -> Vec<usize> {
+        let leader = self.entries[leader].name.clone();
+        let per_torque = self.scale.pitch / self.scale.roll;
+        let of = |name: &str| self.number(name).unwrap_or(1.0);
+        let (k, roll_k) = (of("MC_PITCHRATE_K"), of("MC_ROLLRATE_K"));
+        let rate = |term: &str| of(term) * k * per_torque / roll_k;
+        let followers = match leader.as_str() {
+            "MC_PITCH_P" => vec![("MC_ROLL_P", of("MC_PITCH_P"))],
+            "MC_PITCHRATE_MAX" => vec![("MC_ROLLRATE_MAX", of("MC_PITCHRATE_MAX"))],
+            "MC_PR_INT_LIM" => vec![("MC_RR_INT_LIM", of("MC_PR_INT_LIM") * per_torque)],
+            "MC_PITCHRATE_P" => vec![("MC_ROLLRATE_P", rate("MC_PITCHRATE_P"))],
+            "MC_PITCHRATE_I" => vec![("MC_ROLLRATE_I", rate("MC_PITCHRATE_I"))],
+            "MC_PITCHRATE_K" => {
+                vec![("MC_ROLLRATE_P", rate("MC_PITCHRATE_P")), ("MC_ROLLRATE_I", rate("MC_PITCHRATE_I"))]
+            }
+            _ => Vec::new(),
+        };
+        let mut changed = Vec::new();
+        for (name, value) in followers {
+            if let Some(index) = self.index_of(name) {
+                self.entries[index].value = Value::Real(value as f32);
+                changed.push(index);
+            }
+        }
+        changed
+    }
+}
+
+/// The parameters that must be read together with one to know its gain: K of a rate loop multiplies its P and I.
+fn touched(name: &str) -> Vec<&str> {
+    match name {
+        "MC_PITCHRATE_P" => vec!["MC_PITCHRATE_K", "MC_PITCHRATE_P"],
+        "MC_PITCHRATE_I" => vec!["MC_PITCHRATE_K", "MC_PITCHRATE_I"],
+        "MC_PITCHRATE_K" => vec!["MC_PITCHRATE_K", "MC_PITCHRATE_P", "MC_PITCHRATE_I"],
+        "MC_YAWRATE_P" | "MC_YAWRATE_K" => vec!["MC_YAWRATE_K", "MC_YAWRATE_P"],
+        name => vec![name],
+    }
+}
+
+fn check(entry: &Entry, value: Value) -> Result<(), Refusal> {
+    let name = || entry.name.clone();
+    match (entry.known.kind, value) {
+        (Kind::Int, Value::Real(_)) => {
+            return Err(Refusal::WrongType { name: name(), expected: "type 6 (INT32)" });
+        }
+        (Kind::Float, Value::Int(_)) => {
+            return Err(Refusal::WrongType { name: name(), expected: "type 9 (REAL32)" });
+        }
+        _ => {}
+    }
+    if !value.as_f64().is_finite() {
+        return Err(Refusal::OutOfRange { name: name(), value, range: entry.known.range() });
+    }
+    if same(value, entry.value) {
+        return Ok(());
+    }
+    if !entry.role.is_settable() {
+        return Err(Refusal::ReadOnly { name: name(), why: entry.role.words() });
+    }
+    if !entry.known.contains(value.as_f64()) {
+        let range = match (entry.known.min, entry.known.max) {
+            (Some(min), Some(max)) if min == max => format!("{min} only: the rest is not flown here"),
+            _ => entry.known.range(),
+        };
+        return Err(Refusal::OutOfRange { name: name(), value, range });
+    }
+    Ok(())
+}

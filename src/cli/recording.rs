@@ -1,0 +1,116 @@
+//! The `.tlog` files of a run: one flight each.
+//!
+//! Simulated time starts over when an autopilot is replaced or a simulator is. Then a new file begins, `hil.2.tlog` after
+//! `hil.tlog`, so that in each the stamps are those of the messages. Later flights of an earlier run in the same folder go when
+//! its first file is overwritten: the folder holds one run.
+
+use std::fs;
+use std::io;
+
+use super::output::{LateFile, OutputFolder};
+use crate::config::Mission;
+use crate::link::{TimeUs, Tlog};
+
+/// Writes frames as they come; a file is made with its first frame.
+pub struct Recording {
+    folder: OutputFolder,
+    stem: &'static str,
+    epoch_unix_us: u64,
+    flights: u32,
+    last: Option<TimeUs>,
+    tlog: Tlog<LateFile>,
+}
+
+impl Recording {
+    /// A recording of a mission to `<stem>.tlog`, `<stem>.2.tlog`, ..
+    pub fn new(folder: &OutputFolder, stem: &'static str, mission: &Mission) -> Self {
+        let epoch_unix_us = mission.epoch_unix_us;
+        let tlog = Tlog::new(folder.late(&name(stem, 1)), epoch_unix_us);
+        Self { folder: folder.clone(), stem, epoch_unix_us, flights: 1, last: None, tlog }
+    }
+
+    /// Writes a frame; the name of the new file, if time has started over and one has been begun.
+    ///
+    /// # Errors
+    /// Those of the files.
+    pub fn write(&mut self, now: TimeUs, frame: &[u8]) -> io::Result<Option<String>> {
+        let mut begun = None;
+        if self.last.is_none() {
+            self.remove_leftovers()?;
+        }
+        if self.last.is_some_and(|last| now < last) {
+            self.flights += 1;
+            let name = name(self.stem, self.flights);
+            let next = Tlog::new(self.folder.late(&name), self.epoch_unix_us);
+            std::mem::replace(&mut self.tlog, next).finish()?;
+            begun = Some(name);
+        }
+        self.last = Some(now);
+        self.tlog.write(now, frame)?;
+        Ok(begun)
+    }
+
+    fn remove_leftovers(&self) -> io::Result<()> {
+        for flight in 2.. {
+            match fs::remove_file(self.folder.path().join(name(self.stem, flight))) {
+                Ok(()) => {}
+                Err(e) if e.kind() == io::ErrorKind::NotFound => break,
+                Err(e) => return Err(e),
+            }
+        }
+        Ok(())
+    }
+
+    /// Closes the file.
+    ///
+    /// # Errors
+    /// Those of the file.
+    pub fn finish(self) -> io::Result<()> {
+        self.tlog.finish().map(|_| ())
+    }
+}
+
+fn name(stem: &str, flight: u32) -> String {
+    if flight == 1 { format!("{stem}.tlog") } else { format!("{stem}.{flight}.tlog") }
+}
+
+#[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "a test that reads its files")]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::config::load_mission;
+
+    /// Stamps since the epoch of one-byte frames.
+    fn stamps(path: &Path, epoch: u64) -> Vec<u64> {
+        let stamp = |record: &[u8]| u64::from_be_bytes(record[..8].try_into().unwrap()) - epoch;
+        fs::read(path).unwrap().chunks(9).map(stamp).collect()
+    }
+
+    #[test]
+    fn each_flight_has_a_file_of_its_own_with_its_own_times() {
+        let mission = load_mission(Path::new("mission/titan_drop.json")).unwrap();
+        let place = tempfile::tempdir().unwrap();
+        let folder = OutputFolder::create(Some(place.path()), "").unwrap();
+        let mut recording = Recording::new(&folder, "hil", &mission);
+        let mut begun = Vec::new();
+        for now in [0, 0, 4, 8, 12, 4, 8, 8, 0] {
+            begun.extend(recording.write(now, &[0xFD]).unwrap());
+        }
+        recording.finish().unwrap();
+        assert_eq!(begun, ["hil.2.tlog", "hil.3.tlog"]);
+        let of = |name: &str| stamps(&place.path().join(name), mission.epoch_unix_us);
+        assert_eq!(of("hil.tlog"), [0, 0, 4, 8, 12]);
+        assert_eq!(of("hil.2.tlog"), [4, 8, 8]);
+        assert_eq!(of("hil.3.tlog"), [0]);
+
+        // Another run that has only one flight.
+        let mut recording = Recording::new(&folder, "hil", &mission);
+        assert!(place.path().join("hil.3.tlog").exists(), "a run that never begins leaves all alone");
+        recording.write(4, &[0xFD]).unwrap();
+        recording.finish().unwrap();
+        let left = fs::read_dir(place.path()).unwrap().count();
+        assert_eq!((of("hil.tlog"), left), (vec![4], 1));
+    }
+}
