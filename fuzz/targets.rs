@@ -11,9 +11,7 @@ use mavlink::dialects::common::{HIL_SENSOR_DATA, MavMessage};
 use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, load_gains, load_mission, load_parameters, load_vehicle, read_trajectory_csv};
 use samara::control::{Airframe, Cascade};
-use samara::link::{
-    AutopilotSession, AutopilotSetup, Decoder, Encoder, Hub, HubConfig, Link, Session as _,
-};
+use samara::link::{AutopilotSession, AutopilotSetup, Decoder, Encoder, Hub, HubConfig, Link, Session as _};
 
 /// The targets by name.
 pub const TARGETS: [(&str, fn(&[u8])); 7] = [

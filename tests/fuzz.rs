@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 /// Mutations of all inputs of a target together.
-const MUTATIONS: usize = 3_000;
+const MUTATIONS: usize = 1_000;
 
 fn kept(target: &str) -> Vec<Vec<u8>> {
     let folder = Path::new("fuzz/corpus").join(target);

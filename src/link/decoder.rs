@@ -127,7 +127,7 @@ impl Decoder {
     /// The next frame of the stream, `None` when more bytes are needed.
     pub fn next_frame(&mut self) -> Option<Frame> {
         loop {
-            match examine(&self.buffer[self.start..], &mut self.faults) {
+            match examine(&self.buffer[self.start..], End::MayGoOn, &mut self.faults) {
                 Found::Frame(frame, len) => {
                     self.start += len;
                     return Some(frame);
@@ -158,7 +158,7 @@ impl Decoder {
     pub fn datagram(&mut self, bytes: &[u8], mut each: impl FnMut(Frame)) {
         let mut at = 0;
         while at < bytes.len() {
-            match examine(&bytes[at..], &mut self.faults) {
+            match examine(&bytes[at..], End::IsFinal, &mut self.faults) {
                 Found::Frame(frame, len) => {
                     at += len;
                     each(frame);
@@ -174,7 +174,16 @@ impl Decoder {
     }
 }
 
-fn examine(bytes: &[u8], faults: &mut Faults) -> Found {
+/// What it means that bytes end.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum End {
+    /// More will come.
+    MayGoOn,
+    /// A datagram is over.
+    IsFinal,
+}
+
+fn examine(bytes: &[u8], end: End, faults: &mut Faults) -> Found {
     let Some(marker) = bytes.iter().position(|b| *b == MAV_STX || *b == MAV_STX_V2) else {
         faults.skipped_bytes += bytes.len() as u64;
         return if bytes.is_empty() { Found::Incomplete } else { Found::Skip(bytes.len()) };
@@ -193,15 +202,19 @@ fn examine(bytes: &[u8], faults: &mut Faults) -> Found {
     else {
         return Found::Incomplete;
     };
-    examine_whole(bytes.0, bytes.1.copied(), header, faults)
+    examine_whole(bytes.0, bytes.1.copied(), end, header, faults)
 }
 
 /// Checks a candidate of full length; `next` is the byte behind it.
-fn examine_whole(bytes: &[u8], next: Option<u8>, header: Header, faults: &mut Faults) -> Found {
+fn examine_whole(bytes: &[u8], next: Option<u8>, end: End, header: Header, faults: &mut Faults) -> Found {
     let crc_extra = MavMessage::extra_crc(header.message_id);
     if crc_extra == 0 && MavMessage::default_message_from_id(header.message_id).is_none() {
+        // Without its checksum the only evidence for a frame is that another one begins right behind it. In a stream one
+        // waits to see that, lest it depend on how the stream is cut.
+        if next.is_none() && end == End::MayGoOn {
+            return Found::Incomplete;
+        }
         faults.unknown_id += 1;
-        // Without its checksum the only evidence for a frame is that another one begins right behind it.
         let len = if next.is_none_or(|b| b == MAV_STX || b == MAV_STX_V2) { bytes.len() } else { 1 };
         faults.skipped_bytes += len as u64;
         return Found::Skip(len);

@@ -3,8 +3,8 @@
 
 use mavlink::dialects::common::*;
 
-use super::Peer;
 use super::AutopilotSession;
+use super::Peer;
 use super::files::GENERAL;
 use super::missions::Kind;
 use super::telemetry::Telemetry;
