@@ -36,7 +36,9 @@ impl SetpointStore {
 
     /// The latest setpoint, if it is young enough at `now_us`.
     pub fn fresh(&self, now_us: u64) -> Option<Setpoint> {
-        self.latest.filter(|&(at, _)| now_us.saturating_sub(at) <= self.timeout_us).map(|(_, s)| s)
+        // One from the future is from before simulated time began.
+        let age = |at| now_us.checked_sub(at);
+        self.latest.filter(|&(at, _)| age(at).is_some_and(|us| us <= self.timeout_us)).map(|(_, s)| s)
     }
 }
 
@@ -52,6 +54,7 @@ mod tests {
         store.put(500, setpoint);
         assert_eq!(store.fresh(500 + SETPOINT_TIMEOUT_US), Some(setpoint));
         assert_eq!(store.fresh(501 + SETPOINT_TIMEOUT_US), None);
+        assert_eq!(store.fresh(499), None, "a clock that has started over");
         store.set_timeout_us(20);
         assert_eq!((store.fresh(520), store.fresh(521)), (Some(setpoint), None));
     }

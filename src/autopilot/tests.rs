@@ -116,7 +116,7 @@ fn regress_offboard_needs_a_setpoint_of_the_last_second() {
         bench.autopilot.request_mode(bench.now_us, FlightMode::Offboard),
         Err(ModeRefusal::NoSetpoint { timeout_us: 1_000_000 })
     );
-    assert_eq!(bench.said(), ["OFFBOARD refused: no setpoint in the last second"]);
+    assert_eq!(bench.said(), ["OFFBOARD refused: no setpoint in the last 1 s"]);
     bench.offer(level(0.0));
     bench.run(1.0);
     assert_eq!(bench.autopilot.request_mode(bench.now_us, FlightMode::Offboard), Ok(()));

@@ -166,9 +166,14 @@ impl AutopilotSession {
         self.running.then_some(self.clock)
     }
 
-    /// A new connection to a simulator stands: drops what was meant for the old one and greets anew.
+    /// A new connection to a simulator stands: drops what was meant for the old one, forgets the flight there, and greets anew.
+    /// A vehicle that was armed and flying is not what hangs under the new canopy.
     pub fn simulator_connected(&mut self) {
         self.out.retain(|transmit| transmit.link != Link::Simulator);
+        if self.running {
+            self.running = false;
+            self.start_over(0);
+        }
         self.greet_simulator();
     }
 

@@ -1,9 +1,11 @@
-//! A text as STATUSTEXT messages, as MAVLink's description of that message has it.
+//! Texts as STATUSTEXT messages and back, as MAVLink's description of that message has it.
 //!
 //! One message holds 50 bytes. A longer text goes in pieces that share an `id` other than 0 and count up in `chunk_seq`; a
 //! receiver takes a piece with a zero byte in it for the last one. Hence every piece but the last is full, and a text whose
 //! last piece would be full as well is followed by an empty one. A character is never torn apart, since ground stations
 //! decode piece by piece: where one does not fit any more, spaces fill the piece.
+
+use std::collections::BTreeMap;
 
 use mavlink::dialects::common::{MavSeverity, STATUSTEXT_DATA};
 
@@ -58,6 +60,41 @@ fn pieces(text: &str) -> Vec<[u8; PIECE]> {
     }
 }
 
+/// Puts the pieces of several senders together.
+#[derive(Clone, Debug, Default)]
+pub(super) struct TextReader {
+    unfinished: BTreeMap<(u8, u8), (u16, Vec<u8>)>,
+}
+
+impl TextReader {
+    /// The texts that are known with this message of `sender` (system, component): mostly one, none while pieces are
+    /// missing. One whose end has not come (lost, or a full last piece without the empty one after it) is told with the next.
+    pub(super) fn take(&mut self, sender: (u8, u8), message: &STATUSTEXT_DATA) -> Vec<String> {
+        let readable = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        let length = message.text.iter().position(|&c| c == 0);
+        let piece = &message.text[..length.unwrap_or(PIECE)];
+        let mut texts = Vec::new();
+        if let Some((id, text)) = self.unfinished.remove(&sender) {
+            if id == message.id {
+                self.unfinished.insert(sender, (id, text));
+            } else {
+                texts.push(readable(&text));
+            }
+        }
+        if message.id == 0 {
+            texts.push(readable(piece));
+            return texts;
+        }
+        let (_, text) = self.unfinished.entry(sender).or_insert((message.id, Vec::new()));
+        text.extend_from_slice(piece);
+        if length.is_some() || message.chunk_seq == u8::MAX {
+            texts.push(readable(text));
+            self.unfinished.remove(&sender);
+        }
+        texts
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -91,6 +128,31 @@ mod tests {
             assert!(messages.iter().all(|m| (m.id == 0) == (length <= 50)), "{length}");
         }
         assert_eq!(sent(&"x".repeat(100)).len(), 3, "an empty piece ends it");
+    }
+
+    #[test]
+    fn prop_what_is_written_is_read() {
+        let (mut writer, mut reader) = (TextWriter::default(), TextReader::default());
+        for length in (0..130).chain([149, 150, 151, 2_000]) {
+            let text: String = ('a'..='z').cycle().take(length).collect();
+            let messages = writer.messages(MavSeverity::MAV_SEVERITY_INFO, &text);
+            // Somebody else speaks in between.
+            let read = messages.iter().flat_map(|m| {
+                assert_eq!(reader.take((1, 161), &sent("me too")[0]), ["me too"]);
+                reader.take((1, 1), m)
+            });
+            assert_eq!(read.collect::<Vec<_>>(), [text], "{length}");
+        }
+    }
+
+    /// PX4 numbers every text, and ends none that fills its last piece.
+    #[test]
+    fn reference_a_text_of_px4_that_never_ends_is_told_with_the_next() {
+        let mut reader = TextReader::default();
+        let numbered = |id, text: &str| STATUSTEXT_DATA { id, ..sent(text)[0].clone() };
+        assert!(reader.take((1, 1), &numbered(7, &"x".repeat(50))).is_empty());
+        assert_eq!(reader.take((1, 1), &numbered(8, "short")), ["x".repeat(50), "short".to_owned()]);
+        assert!(reader.unfinished.is_empty());
     }
 
     #[test]

@@ -11,13 +11,16 @@ mod sockets;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
+use mavlink::dialects::common::{COMMAND_LONG_DATA, MavCmd, MavMessage};
 use samara::assess::{Verdict, VerdictBuilder};
-use samara::link::{Link, StreamerEvent, TimeUs};
+use samara::link::{Encoder, Link, Lockstep, StreamerEvent, TimeUs};
 use samara::model::Parachute;
 use samara::model::parachute::Pendulum;
 use samara::sim::{DropSimulation, FlightPlan, Phase, Reference, ReleaseTrigger, Sample, Start};
 
-use bench::{drop_on_the_wire, fly, mission, plan, simulation, simulation_of, simulator_of, streamer};
+use bench::{
+    drop_on_the_wire, fly, mission, plan, simulation, simulation_of, simulator, simulator_of, streamer,
+};
 
 fn verdict(log: &[Sample]) -> Verdict {
     let mission = mission();
@@ -163,5 +166,28 @@ fn every_step_has_its_messages_in_order_and_sequences_have_no_gaps() {
         let expected: &[u32] = if i == 0 { &[115, 107, 93] } else { &[115, 331, 107, 93] };
         // The mission is over before its last answer counts, but that comes as well.
         assert_eq!(ids, expected, "step {i}");
+    }
+}
+
+/// A command is for who is at the other end: the simulator's link does not lead to the parachute.
+#[test]
+fn what_is_delivered_goes_by_its_link() {
+    let gripper = MavMessage::COMMAND_LONG(COMMAND_LONG_DATA {
+        command: MavCmd::MAV_CMD_DO_GRIPPER,
+        target_system: 1,
+        target_component: 161,
+        ..Default::default()
+    });
+    let datagram = Encoder::new(255, 190).encode(&gripper);
+    let mut wire = Lockstep::new(simulator(), bench::autopilot(), streamer());
+    for (link, phase) in [
+        (Link::Simulator, Phase::Hanging),
+        (Link::GroundStation, Phase::Hanging),
+        (Link::Api, Phase::Hanging),
+        (Link::Parachute, Phase::Falling),
+    ] {
+        wire.step(&mut |_, _, _| {}).unwrap();
+        wire.deliver(link, &datagram);
+        assert_eq!(wire.simulator.sim().phase(), phase, "{link:?}");
     }
 }

@@ -105,7 +105,7 @@ fn regress_offboard_and_arming_as_px4_has_them() {
     bench.step();
     let sent = bench.send(Link::Api, &offboard);
     assert_eq!(acks(&sent)[0].result, TEMPORARILY_REJECTED);
-    assert_eq!(texts(&sent, Link::Api), ["OFFBOARD refused: no setpoint in the last second"]);
+    assert_eq!(texts(&sent, Link::Api), ["OFFBOARD refused: no setpoint in the last 1 s"]);
     bench.send(Link::Api, &level_no_thrust());
     assert_eq!(result(&mut bench, &offboard), ACCEPTED);
     assert_eq!(result(&mut bench, &arm), ACCEPTED);
@@ -182,14 +182,16 @@ fn regress_what_is_not_flown_is_refused_with_a_reason() {
 fn regress_requested_messages_come_or_are_denied() {
     let mut bench = Bench::running();
     let request = |message_id: f32| command(MavCmd::MAV_CMD_REQUEST_MESSAGE, &[message_id]);
-    for message_id in [0u32, 1, 2, 30, 31, 32, 33, 36, 74, 105, 141, 147, 148, 230, 242, 245, 331] {
+    for message_id in
+        [0u32, 1, 2, 30, 31, 32, 33, 36, 74, 42, 105, 141, 147, 148, 230, 242, 245, 331, 397, 435, 436, 437]
+    {
         let sent = bench.send(Link::GroundStation, &request(message_id as f32));
         assert_eq!(acks(&sent)[0].result, ACCEPTED, "{message_id}");
         assert!(last(&sent, Link::GroundStation, message_id).is_some(), "{message_id}");
         assert!(sent.iter().all(|(link, _)| *link == Link::GroundStation));
     }
     // Not ours, nothing to tell yet (24: no HIL_GPS came), nonsense.
-    for message_id in [24.0, 85.0, 280.0, 395.0, 397.0, 435.0, 70_000.0, -1.0, 0.5, f32::NAN, f32::INFINITY] {
+    for message_id in [24.0, 85.0, 280.0, 395.0, 411.0, 70_000.0, -1.0, 0.5, f32::NAN, f32::INFINITY] {
         let sent = bench.send(Link::GroundStation, &request(message_id));
         assert_eq!((sent.len(), acks(&sent)[0].result), (1, DENIED), "{message_id}");
     }

@@ -157,8 +157,20 @@ fn regress_refused_parameters_are_said_with_the_value_in_effect() {
     let uint8 = MavParamType::MAV_PARAM_TYPE_UINT8;
     let int32 = MavParamType::MAV_PARAM_TYPE_INT32;
     for (name, value, kind, error, words) in [
-        ("MPC_Z_VEL_P_ACC", f32::NAN, REAL, MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE, "NaN is not within 0 to 100"),
-        ("MPC_Z_VEL_P_ACC", 1e6, REAL, MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE, "1000000 is not within 0 to 100"),
+        (
+            "MPC_Z_VEL_P_ACC",
+            f32::NAN,
+            REAL,
+            MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE,
+            "NaN where 0 to 100 is expected",
+        ),
+        (
+            "MPC_Z_VEL_P_ACC",
+            1e6,
+            REAL,
+            MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE,
+            "1000000 where 0 to 100 is expected",
+        ),
         ("MPC_Z_VEL_P_ACC", 2.0, int32, MAV_PARAM_ERROR_TYPE_MISMATCH, "type 9 (REAL32) expected"),
         ("MPC_Z_VEL_P_ACC", 2.0, uint8, MAV_PARAM_ERROR_TYPE_MISMATCH, "only 6 (INT32) and 9 (REAL32)"),
         ("MC_ROLL_P", 2.0, REAL, MAV_PARAM_ERROR_READ_ONLY, "follows MC_PITCH_P"),
@@ -255,7 +267,7 @@ fn regress_a_mission_is_kept_told_and_not_flown() {
     let select = command(MavCmd::MAV_CMD_DO_SET_MISSION_CURRENT, &[1.0]);
     assert_eq!(acks(&bench.send(Link::Api, &select))[0].result, 0);
     let sent = bench.send(Link::GroundStation, &command(MavCmd::MAV_CMD_MISSION_START, &[0.0, 0.0]));
-    assert_eq!(acks(&sent)[0].result, 2);
+    assert_eq!(acks(&sent)[0].result, 3);
     assert!(texts(&sent, Link::GroundStation).concat().contains("kept and not flown"));
 }
 

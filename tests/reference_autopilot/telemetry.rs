@@ -203,3 +203,18 @@ fn regress_the_simulator_hears_of_a_failsafe_and_of_its_end() {
     bench.send(Link::Api, &command(MavCmd::MAV_CMD_DO_SET_MODE, &[1.0, 4.0, 3.0]));
     assert_eq!(beats(bench.step()), [MavState::MAV_STATE_ACTIVE]);
 }
+
+/// The simulator was killed in mid-flight; the next one has a vehicle hanging, and may release on "armed in OFFBOARD".
+#[test]
+fn regress_a_new_simulator_is_not_greeted_with_the_old_flight() {
+    let mut bench = Bench::engaged();
+    bench.step();
+    bench.session.simulator_connected();
+    let sent = bench.drain();
+    let Some(MavMessage::HEARTBEAT(m)) = last(&sent, Link::Simulator, 0) else { panic!() };
+    assert_eq!((m.custom_mode, m.base_mode.bits()), (0x0304_0000, 1));
+    assert_eq!(bench.session.time(), None);
+    bench.now = 0;
+    bench.step();
+    assert_eq!((bench.session.time(), bench.session.autopilot().is_armed()), (Some(4_000), false));
+}

@@ -1,8 +1,9 @@
 //! A new value of a parameter: checked against its type and range, put into effect, and what follows from it.
 
 use super::table::Role;
-use super::{Entry, Parameters};
+use super::{Entry, Parameters, range_in_words};
 use crate::autopilot::Autopilot;
+use crate::params::file::AUTOPILOT_COMPONENT;
 use crate::params::metadata::Kind;
 use crate::params::{ParameterFile, Value, adopt};
 use crate::units::US_PER_S;
@@ -22,7 +23,7 @@ pub enum Refusal {
         expected: &'static str,
     },
     /// A NaN, an infinity or a value outside the range.
-    #[error("{name} refused: {value} is not within {range}")]
+    #[error("{name} refused: {value} where {range} is expected")]
     OutOfRange {
         /// The parameter.
         name: String,
@@ -48,6 +49,10 @@ fn same(a: Value, b: Value) -> bool {
     let (a, b) = (a.as_f64(), b.as_f64());
     (a - b).abs() <= SAME * a.abs().max(b.abs())
 }
+
+/// Each rate loop's overall gain, and the gains that it multiplies.
+const RATE_LOOPS: [(&str, &[&str]); 2] =
+    [("MC_PITCHRATE_K", &["MC_PITCHRATE_P", "MC_PITCHRATE_I"]), ("MC_YAWRATE_K", &["MC_YAWRATE_P"])];
 
 impl Parameters {
     /// Changes a parameter and what flies by it; indices of all that have a new value by it, its own first. A parameter that cannot
@@ -77,20 +82,19 @@ impl Parameters {
         Ok(changed)
     }
 
-    /// Puts in what a file holds beyond gains, limits and the vehicle: those have come with the mission. What the autopilot has not or does not
-    /// take is told.
+    /// Puts in what a file holds; what the autopilot has not or does not take is told. Gains that a mission has taken from the same
+    /// file stay what they are, to the bit.
     pub fn load(&mut self, file: &ParameterFile, autopilot: &mut Autopilot) -> Vec<String> {
         let mut remarks = Vec::new();
         let mut unknown = Vec::new();
-        for (_, name, entry) in file.entries().filter(|(component, ..)| *component == 1) {
-            if self.index_of(name).is_some_and(|i| self.entries[i].role.comes_with_the_mission()) {
-                continue;
-            }
-            match self.set(name, entry.value, autopilot) {
-                Ok(changed) => {
-                    changed.into_iter().for_each(|i| self.entries[i].start = self.entries[i].value)
-                }
+        for (k, terms) in RATE_LOOPS {
+            self.part_as_in(file, k, terms);
+        }
+        for (_, name, entry) in file.entries().filter(|(component, ..)| *component == AUTOPILOT_COMPONENT) {
+            match self.start_from(name, entry.value, autopilot) {
+                Ok(()) => {}
                 Err(Refusal::Unknown(name)) => unknown.push(name),
+                Err(Refusal::ReadOnly { .. }) if self.is_judged_elsewhere(name) => {}
                 Err(refusal) => remarks.push(format!("line {}: {refusal}", entry.line)),
             }
         }
@@ -98,6 +102,45 @@ impl Parameters {
             remarks.push(format!("not parameters of samara's autopilot, ignored: {}", unknown.join(", ")));
         }
         remarks
+    }
+
+    /// Parts the gains of a rate loop between K and the rest as a file does, K being 1 where it has none; what the file leaves out
+    /// keeps its product with K.
+    fn part_as_in(&mut self, file: &ParameterFile, k: &str, terms: &[&str]) {
+        if !terms.iter().chain([&k]).any(|name| file.get(name).is_some()) {
+            return;
+        }
+        let new = file.get(k).map_or(1.0, Value::as_f64);
+        let Some(index) = self.index_of(k).filter(|_| new > 0.0 && new.is_finite()) else { return };
+        let old = self.entries[index].value.as_f64();
+        let factors = terms.iter().map(|term| (*term, old / new)).chain([(k, new / old)]);
+        for (name, factor) in factors {
+            if let Some(index) = self.index_of(name) {
+                let entry = &mut self.entries[index];
+                entry.value = Value::Real((entry.value.as_f64() * factor) as f32);
+                entry.start = entry.value;
+            }
+        }
+    }
+
+    /// Sets a parameter, and what follows from it, as if it had been so from the start.
+    fn start_from(&mut self, name: &str, value: Value, autopilot: &mut Autopilot) -> Result<(), Refusal> {
+        for index in self.set(name, value, autopilot)? {
+            let entry = &mut self.entries[index];
+            // The file's last digit.
+            if entry.name == name {
+                entry.value = value;
+            }
+            entry.start = entry.value;
+        }
+        Ok(())
+    }
+
+    /// Whether [`crate::params::import`] has something to say of it when it differs.
+    fn is_judged_elsewhere(&self, name: &str) -> bool {
+        self.index_of(name).is_some_and(|i| {
+            matches!(self.entries[i].role, Role::Follows(_) | Role::Vehicle | Role::Fact(Value::Real(_)))
+        })
     }
 
     /// Back to the values of the start; indices of all that have a new value by it.
@@ -183,19 +226,20 @@ fn touched(name: &str) -> Vec<&str> {
     }
 }
 
+fn check_type(entry: &Entry, value: Value) -> Result<(), Refusal> {
+    let expected = match (entry.known.kind, value) {
+        (Kind::Int, Value::Real(_)) => "type 6 (INT32)",
+        (Kind::Float, Value::Int(_)) => "type 9 (REAL32)",
+        _ => return Ok(()),
+    };
+    Err(Refusal::WrongType { name: entry.name.clone(), expected })
+}
+
 fn check(entry: &Entry, value: Value) -> Result<(), Refusal> {
     let name = || entry.name.clone();
-    match (entry.known.kind, value) {
-        (Kind::Int, Value::Real(_)) => {
-            return Err(Refusal::WrongType { name: name(), expected: "type 6 (INT32)" });
-        }
-        (Kind::Float, Value::Int(_)) => {
-            return Err(Refusal::WrongType { name: name(), expected: "type 9 (REAL32)" });
-        }
-        _ => {}
-    }
+    check_type(entry, value)?;
     if !value.as_f64().is_finite() {
-        return Err(Refusal::OutOfRange { name: name(), value, range: entry.known.range() });
+        return Err(Refusal::OutOfRange { name: name(), value, range: range_in_words(&entry.known) });
     }
     if same(value, entry.value) {
         return Ok(());
@@ -204,11 +248,7 @@ fn check(entry: &Entry, value: Value) -> Result<(), Refusal> {
         return Err(Refusal::ReadOnly { name: name(), why: entry.role.words() });
     }
     if !entry.known.contains(value.as_f64()) {
-        let range = match (entry.known.min, entry.known.max) {
-            (Some(min), Some(max)) if min == max => format!("{min} only: the rest is not flown here"),
-            _ => entry.known.range(),
-        };
-        return Err(Refusal::OutOfRange { name: name(), value, range });
+        return Err(Refusal::OutOfRange { name: name(), value, range: range_in_words(&entry.known) });
     }
     Ok(())
 }

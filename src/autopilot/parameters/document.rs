@@ -1,7 +1,7 @@
 //! The declaration as a page: `docs/parameters.md`.
 
-use super::described;
 use super::table::{Declaration, Role, TABLE};
+use super::{described, range_in_words};
 use crate::params::metadata::Kind;
 use crate::params::{Metadata, Parameter};
 
@@ -32,7 +32,7 @@ fn row(declared: &Declaration, known: &Parameter) -> String {
         Role::SetpointLife => known.default.to_string(),
         Role::Law | Role::Follows(_) | Role::Hover | Role::Vehicle | Role::SystemId => "mission".to_owned(),
     };
-    let range = if declared.role.is_settable() { known.range() } else { String::new() };
+    let range = if declared.role.is_settable() { range_in_words(known) } else { String::new() };
     let (name, unit, about) = (declared.name, known.unit, known.description);
     format!("| `{name}` | {kind} | {unit} | {default} | {range} | {about} | {} |\n", declared.role.words())
 }

@@ -153,6 +153,14 @@ fn entry(
     Some(Entry { name, value, start: value, role: declared.role, known })
 }
 
+/// A parameter's range in words; an action of which there is one only says so.
+fn range_in_words(known: &Parameter) -> String {
+    match (known.min, known.max) {
+        (Some(min), Some(max)) if min == max => format!("{min} only"),
+        _ => known.range(),
+    }
+}
+
 /// PX4's metadata of a declared parameter, with the range that holds here.
 pub fn described(declared: &Declaration, metadata: &Metadata) -> Option<Parameter> {
     let mut known = *metadata.get(declared.name)?;

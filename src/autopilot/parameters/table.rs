@@ -41,11 +41,6 @@ impl Role {
         }
     }
 
-    /// Whether [`crate::params::import`] has judged it already where a mission was given a parameter file.
-    pub fn comes_with_the_mission(self) -> bool {
-        matches!(self, Self::Law | Self::Follows(_) | Self::Vehicle | Self::Fact(Value::Real(_)))
-    }
-
     /// Whether a ground station may change it.
     pub fn is_settable(self) -> bool {
         matches!(self, Self::Law | Self::Hover | Self::SetpointLife | Self::Kept(_))

@@ -99,13 +99,9 @@ fn regress_what_cannot_be_is_refused_in_words_and_changes_nothing() {
         ("NO_SUCH", real(1.0), "unknown parameter NO_SUCH"),
         ("MC_PITCH_P", Value::Int(4), "MC_PITCH_P refused: type 9 (REAL32) expected"),
         ("COM_DL_LOSS_T", real(20.0), "COM_DL_LOSS_T refused: type 6 (INT32) expected"),
-        ("MC_PITCH_P", real(f64::NAN), "MC_PITCH_P refused: NaN is not within 0 to 100"),
-        ("MC_PITCH_P", real(-1.0), "MC_PITCH_P refused: -1 is not within 0 to 100"),
-        (
-            "NAV_DLL_ACT",
-            Value::Int(3),
-            "NAV_DLL_ACT refused: 3 is not within 0 only: the rest is not flown here",
-        ),
+        ("MC_PITCH_P", real(f64::NAN), "MC_PITCH_P refused: NaN where 0 to 100 is expected"),
+        ("MC_PITCH_P", real(-1.0), "MC_PITCH_P refused: -1 where 0 to 100 is expected"),
+        ("NAV_DLL_ACT", Value::Int(3), "NAV_DLL_ACT refused: 3 where 0 only is expected"),
         ("MC_ROLL_P", real(4.0), "MC_ROLL_P refused: follows MC_PITCH_P: roll flies pitch's gains"),
         ("MAV_SYS_ID", Value::Int(9), "MAV_SYS_ID refused: read-only: from --instance"),
         ("CA_ROTOR2_PX", real(9.0), "CA_ROTOR2_PX refused: read-only: from the mission's vehicle"),
@@ -114,7 +110,7 @@ fn regress_what_cannot_be_is_refused_in_words_and_changes_nothing() {
         assert_eq!(refusal.to_string(), words);
     }
     let zero = parameters.set("MC_PR_INT_LIM", real(0.0), &mut autopilot).unwrap_err();
-    assert!(zero.to_string().starts_with("MC_PR_INT_LIM refused: 0 is not within"), "{zero}");
+    assert!(zero.to_string().starts_with("MC_PR_INT_LIM refused: 0 where"), "{zero}");
     assert_eq!((parameters, *autopilot.cascade().gains()), before);
 }
 
@@ -155,7 +151,7 @@ fn regress_a_file_is_loaded_and_what_is_unknown_is_told() {
     assert_eq!(
         remarks,
         [
-            "line 3: NAV_DLL_ACT refused: 2 is not within 0 only: the rest is not flown here",
+            "line 3: NAV_DLL_ACT refused: 2 where 0 only is expected",
             "not parameters of samara's autopilot, ignored: UAVCAN_ENABLE"
         ]
     );
@@ -163,12 +159,57 @@ fn regress_a_file_is_loaded_and_what_is_unknown_is_told() {
         (autopilot.setpoint_timeout_us(), parameters.get("RTL_RETURN_ALT")),
         (3_000_000, Some(real(40.0)))
     );
-    assert_eq!(autopilot.cascade().gains(), &Gains::near_hover(), "gains come with the mission");
+    assert_eq!(autopilot.cascade().gains(), &Gains { k_ptheta: 9.0, ..Gains::near_hover() });
     parameters.set("RTL_RETURN_ALT", real(50.0), &mut autopilot).unwrap();
     parameters.set("MC_PITCH_P", real(2.0), &mut autopilot).unwrap();
     assert_eq!(parameters.reset(&mut autopilot).len(), 3, "MC_PITCH_P, MC_ROLL_P, RTL_RETURN_ALT");
     assert_eq!(parameters.get("RTL_RETURN_ALT"), Some(real(40.0)));
-    assert!((autopilot.cascade().gains().k_ptheta / Gains::near_hover().k_ptheta - 1.0).abs() < 1e-7);
+    assert_eq!(autopilot.cascade().gains().k_ptheta, 9.0);
+}
+
+/// A file that has P of a rate loop and no K means a K of 1; what it leaves out keeps its gain.
+#[test]
+fn closed_form_a_rate_loop_is_parted_as_in_the_file() {
+    let (mut parameters, mut autopilot) = bench();
+    parameters.set("MC_PITCHRATE_K", real(4.0), &mut autopilot).unwrap();
+    let before = *autopilot.cascade().gains();
+    let p = 2.0 * 4.0 * parameters.number("MC_PITCHRATE_P").unwrap();
+    let file = ParameterFile::parse(&format!("1\t1\tMC_PITCHRATE_P\t{p}\t9\n")).unwrap();
+    assert_eq!(parameters.load(&file, &mut autopilot), Vec::<String>::new());
+    let after = autopilot.cascade().gains();
+    assert!((after.k_pq / before.k_pq - 2.0).abs() < 1e-6, "{after:?}");
+    assert!((after.k_iq / before.k_iq - 1.0).abs() < 1e-6, "{after:?}");
+    assert_eq!(parameters.number("MC_PITCHRATE_K"), Some(1.0));
+}
+
+/// A file exported for the mission, imported by it and loaded: the gains of the import to the bit, and the file's digits.
+#[test]
+fn closed_form_the_gains_of_a_file_are_those_that_the_mission_took_from_it() {
+    let (from, _) = bench();
+    let rows: String = from
+        .values()
+        .iter()
+        .map(|(name, value)| format!("1\t1\t{name}\t{value}\t{}\n", value.mavlink_type()))
+        .collect();
+    let text = format!("# For: samara\n{}", rows.replace("MC_PITCHRATE_P\t", "MC_PITCHRATE_P\t1"));
+    let file = ParameterFile::parse(&text).unwrap();
+    let vehicle = quadrotor([0.9, 1.1], [250.0, 300.0, 400.0], [0.0; 3], VehicleOptions::default());
+    let (gains, limits) = (Gains::near_hover(), ControlLimits::default());
+    let subject =
+        Subject { vehicle: &vehicle, environment: &site(), gains: &gains, limits: &limits, speed_m_s: 8.0 };
+    let imported = crate::params::import(&file, &subject).unwrap();
+    let subject = Subject { gains: &imported.gains, limits: &imported.limits, ..subject };
+    let airframe = Airframe::new(&vehicle, &site()).unwrap();
+    let mut autopilot = Autopilot::new(Cascade::new(airframe, imported.gains, imported.limits));
+    let mut parameters = Parameters::of(&subject, 3).unwrap();
+    assert_eq!(parameters.load(&file, &mut autopilot), Vec::<String>::new());
+    assert_eq!(
+        (autopilot.cascade().gains(), autopilot.cascade().limits()),
+        (&imported.gains, &imported.limits)
+    );
+    for (_, name, entry) in file.entries().filter(|(_, name, _)| !name.starts_with("MC_ROLLRATE")) {
+        assert_eq!(parameters.get(name), Some(entry.value), "{name}");
+    }
 }
 
 proptest! {

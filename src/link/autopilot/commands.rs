@@ -152,8 +152,7 @@ impl AutopilotSession {
             0 => "there is no mission to start",
             _ => "the mission is kept and not flown: only OFFBOARD and HOLD are",
         };
-        self.autopilot.say(Severity::Error, text);
-        Outcome::Denied
+        self.not_flown(text)
     }
 
     fn obey_set_mission_current(&mut self, command: &Command) -> Outcome {

@@ -5,7 +5,12 @@
 //! home is in mid-air here, where the vehicle was armed: not where it was released, and not the origin of the local frame.
 //! Altitudes "above home" count from there and turn negative as it sinks. (PX4: HomePosition, COM_HOME_EN.)
 
+use mavlink::dialects::common::{HOME_POSITION_DATA, MavMessage};
+
 use super::hil::VehicleState;
+use super::telemetry::{deg_e7, millimetres};
+use crate::frames::{quaternion_from_euler, yaw};
+use crate::model::Environment;
 
 /// Follows the vehicle's states.
 #[derive(Clone, Copy, Debug, Default)]
@@ -24,13 +29,27 @@ impl Home {
         }
     }
 
-    /// Where the vehicle was when home was set.
-    pub(super) fn state(&self) -> Option<&VehicleState> {
-        self.at.as_ref()
-    }
-
     /// Height above home of a state [m]; above the local origin while there is no home.
     pub(super) fn height_m(&self, state: &VehicleState) -> f64 {
         self.at.map_or(0.0, |home| home.p_ned.z) - state.p_ned.z
+    }
+
+    /// HOME_POSITION, once there is a home: on the globe and in the local frame; its attitude is the heading of that moment.
+    pub(super) fn message(&self, environment: &Environment) -> Option<MavMessage> {
+        let home = self.at?;
+        let point = environment.geo_point(&home.p_ned);
+        let [x, y, z] = home.p_ned.map(|x| x as f32).into();
+        let heading = yaw(home.measurement.q_ned_from_body);
+        Some(MavMessage::HOME_POSITION(HOME_POSITION_DATA {
+            latitude: deg_e7(point.latitude_deg),
+            longitude: deg_e7(point.longitude_deg),
+            altitude: millimetres(point.altitude_m),
+            x,
+            y,
+            z,
+            q: quaternion_from_euler(0.0, 0.0, heading).map(|c| c as f32),
+            time_usec: home.at,
+            ..HOME_POSITION_DATA::DEFAULT
+        }))
     }
 }

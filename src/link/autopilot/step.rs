@@ -21,12 +21,13 @@ impl AutopilotSession {
     /// One control step at the time of a HIL_SENSOR, its answer, and the telemetry that is due.
     pub(super) fn control_step(&mut self, sensor: &HIL_SENSOR_DATA) {
         let now = sensor.time_usec;
-        if self.running && now < self.clock {
-            self.autopilot.restart();
-            self.hil.start_over(now);
-            self.restart_services();
-            self.home = Home::default();
-            self.ports.iter_mut().for_each(|port| port.schedule.restart());
+        if now < self.clock {
+            if self.running {
+                self.start_over(now);
+            } else {
+                // What services wait for was by the clock before the simulator's.
+                self.restart_services();
+            }
         }
         (self.clock, self.running) = (now, true);
         self.hil.sensor = Some(sensor.clone());
@@ -41,6 +42,15 @@ impl AutopilotSession {
         self.send_actuators(now, &throttle);
         self.say_events();
         self.send_due();
+    }
+
+    /// Simulated time has started over and is at `now`.
+    pub(super) fn start_over(&mut self, now: TimeUs) {
+        self.autopilot.restart();
+        self.hil.start_over(now);
+        self.home = Home::default();
+        self.restart_services();
+        self.ports.iter_mut().for_each(|port| port.schedule.restart());
     }
 
     fn step_without_state(&mut self, now: TimeUs) -> PerRotor {

@@ -11,7 +11,6 @@ use super::identity;
 use super::missions::Missions;
 use super::streams::id;
 use crate::autopilot::Autopilot;
-use crate::frames::{quaternion_from_euler, yaw};
 use crate::model::Environment;
 
 /// gyroscope, accelerometer, magnetometer, barometer, satellites, ready to arm: what MAVSDK's health looks at.
@@ -49,7 +48,7 @@ impl Telemetry<'_> {
                 target_component: 0,
             }),
             id::AUTOPILOT_VERSION => identity::autopilot_version(),
-            id::HOME_POSITION => self.home_position()?,
+            id::HOME_POSITION => self.home.message(self.environment)?,
             id::BATTERY_STATUS => battery_status(),
             id::EXTENDED_SYS_STATE => self.extended_sys_state()?,
             id::GPS_RAW_INT => self.gps_raw_int()?,
@@ -139,25 +138,6 @@ impl Telemetry<'_> {
             } else {
                 MavLandedState::MAV_LANDED_STATE_ON_GROUND
             },
-        }))
-    }
-
-    /// Where home is on the globe and in the local frame; its attitude is the heading that the vehicle had there.
-    fn home_position(&self) -> Option<MavMessage> {
-        let home = self.home.state()?;
-        let point = self.environment.geo_point(&home.p_ned);
-        let p = home.p_ned.map(|x| x as f32);
-        let heading = yaw(home.measurement.q_ned_from_body);
-        Some(MavMessage::HOME_POSITION(HOME_POSITION_DATA {
-            latitude: deg_e7(point.latitude_deg),
-            longitude: deg_e7(point.longitude_deg),
-            altitude: millimetres(point.altitude_m),
-            x: p.x,
-            y: p.y,
-            z: p.z,
-            q: quaternion_from_euler(0.0, 0.0, heading).map(|c| c as f32),
-            time_usec: home.at,
-            ..HOME_POSITION_DATA::DEFAULT
         }))
     }
 

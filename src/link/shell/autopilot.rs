@@ -8,6 +8,7 @@ use mavlink::dialects::common::MavMessage;
 
 use super::super::autopilot::AUTOPILOT_COMPONENT;
 use super::super::signing::Key;
+use super::super::statustext::TextReader;
 use super::super::{AutopilotSession, Decoder, Frame, Link, Session as _, TimeUs};
 use super::clock::Since;
 use super::connection::Connection;
@@ -46,6 +47,7 @@ struct Shell<'a, O> {
     links: Links,
     started: Since,
     own_words: Decoder,
+    texts: TextReader,
     observer: &'a mut O,
 }
 
@@ -78,6 +80,7 @@ pub async fn run_autopilot<O: Observer>(
         links,
         started: Since::now(),
         own_words: Decoder::new(),
+        texts: TextReader::default(),
         observer,
     };
     let mut stop = std::pin::pin!(stop);
@@ -165,14 +168,15 @@ impl<O: Observer> Shell<'_, O> {
 
     /// The autopilot speaks to its operators by STATUSTEXT; ours reads it here.
     fn tell_words(&mut self, at: TimeUs, bytes: &[u8]) {
-        let Self { own_words, observer, .. } = self;
+        let Self { own_words, texts, observer, .. } = self;
         if bytes.get(7..10) != Some(&STATUSTEXT_ID.to_le_bytes()[..3]) {
             return;
         }
         own_words.datagram(bytes, |frame| {
             if let Some(MavMessage::STATUSTEXT(m)) = frame.known() {
-                let text = m.text.to_str().unwrap_or_default().to_owned();
-                observer.notice(Notice::Autopilot { at, severity: m.severity as u8, text });
+                for text in texts.take((frame.system_id, frame.component_id), m) {
+                    observer.notice(Notice::Autopilot { at, severity: m.severity as u8, text });
+                }
             }
         });
     }

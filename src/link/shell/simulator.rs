@@ -91,6 +91,8 @@ pub async fn run_simulator<O: Observer>(
     }
     shell.send().await;
     shell.parachute.tell_counts(shell.observer);
+    // First, so that an autopilot whose connection ends does not find it open.
+    drop(server);
     Ok(shell.session)
 }
 

@@ -30,13 +30,9 @@ impl StreamerSession {
             (AUTOPILOT_COMPONENT, Some(MavMessage::ATTITUDE(m))) => self.take_clock(m.time_boot_ms),
             (AUTOPILOT_COMPONENT, Some(MavMessage::HEARTBEAT(m))) => self.take_heartbeat(m),
             (AUTOPILOT_COMPONENT | PARACHUTE_COMPONENT, Some(MavMessage::STATUSTEXT(m))) => {
-                let text = m.text.to_str().unwrap_or("(text that is not UTF-8)").to_owned();
-                if self.flight.said.len() == WORDS {
-                    self.flight.said.pop_front();
+                for text in self.texts.take((frame.system_id, frame.component_id), m) {
+                    self.take_text(m.severity as u8, text);
                 }
-                self.flight.said.push_back((self.flight.now, text.clone()));
-                let at = self.flight.now;
-                self.events.push_back(StreamerEvent::Text { at, severity: m.severity as u8, text });
             }
             (PARACHUTE_COMPONENT, Some(MavMessage::NAMED_VALUE_INT(m))) => {
                 match (m.name.to_str(), TimeUs::try_from(m.value)) {
@@ -47,6 +43,15 @@ impl StreamerSession {
             }
             _ => {}
         }
+    }
+
+    fn take_text(&mut self, severity: u8, text: String) {
+        if self.flight.said.len() == WORDS {
+            self.flight.said.pop_front();
+        }
+        let at = self.flight.now;
+        self.flight.said.push_back((at, text.clone()));
+        self.events.push_back(StreamerEvent::Text { at, severity, text });
     }
 
     fn take_clock(&mut self, time_boot_ms: u32) {

@@ -21,6 +21,7 @@ use std::collections::VecDeque;
 use nalgebra::Vector3;
 
 use self::request::Request;
+use super::statustext::TextReader;
 use super::{Encoder, Frame, Link, Session, TimeUs, Transmit, microseconds};
 use crate::trajectory::Trajectory;
 
@@ -94,6 +95,7 @@ pub struct StreamerSession {
     outbox: VecDeque<Vec<u8>>,
     events: VecDeque<StreamerEvent>,
     flight: Flight,
+    texts: TextReader,
     next_report: Duration,
     /// How long nothing has come, and the longest that this was with a vehicle that then went on.
     silence: Duration,
@@ -153,6 +155,7 @@ impl StreamerSession {
             outbox: VecDeque::new(),
             events: VecDeque::new(),
             flight: Flight::new(),
+            texts: TextReader::default(),
             next_report: FIRST_REPORT,
             silence: Duration::ZERO,
             longest_pause: Duration::ZERO,

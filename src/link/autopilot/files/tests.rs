@@ -110,7 +110,7 @@ fn regress_a_burst_gives_the_same_bytes_a_few_packets_at_a_time() {
     let request = client.request(session, 15, 0, 80, &[]);
     client.server.handle(0, GROUND, &request);
     assert!(client.server.poll_answer().is_none());
-    let (mut bytes, mut sequence) = (Vec::<u8>::new(), 10);
+    let (mut bytes, mut sequence) = (Vec::<u8>::new(), 10u16);
     loop {
         client.server.handle_time();
         let packets: Vec<Packet> =
