@@ -4,7 +4,7 @@ use std::io;
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use tokio::io::AsyncWriteExt as _;
+use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::TcpStream;
 
 use super::super::{Decoder, Frame};
@@ -12,6 +12,9 @@ use super::notice::{GarbageWatch, Observer, What};
 
 /// A peer that does not read for this long is gone.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// How long a peer is given to close its side as well.
+const FAREWELL: Duration = Duration::from_millis(200);
 
 /// The connection.
 #[derive(Debug)]
@@ -78,6 +81,15 @@ impl Connection {
             }
         }
         self.garbage.look(&self.what, self.decoder.faults(), observer);
+    }
+
+    /// Ends it so that the peer reads all that was sent and then the end. (To close with something unread would be a reset, which
+    /// may overtake the last messages.)
+    pub(super) async fn close(mut self) {
+        let _ = self.stream.shutdown().await;
+        let mut unread = [0; 4096];
+        let drain = async { while self.stream.read(&mut unread).await.is_ok_and(|len| len > 0) {} };
+        let _ = tokio::time::timeout(FAREWELL, drain).await;
     }
 
     /// Collects a frame to be sent.

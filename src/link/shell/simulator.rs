@@ -93,6 +93,9 @@ pub async fn run_simulator<O: Observer>(
     shell.parachute.tell_counts(shell.observer);
     // First, so that an autopilot whose connection ends does not find it open.
     drop(server);
+    if let Some(connection) = shell.connection.take() {
+        connection.close().await;
+    }
     Ok(shell.session)
 }
 
