@@ -13,8 +13,11 @@ use samara::config::{Mission, load_gains, load_mission, load_parameters, load_ve
 use samara::control::{Airframe, Cascade};
 use samara::link::{AutopilotSession, AutopilotSetup, Decoder, Encoder, Hub, HubConfig, Link, Session as _};
 
+/// A target: takes any bytes, and panics where something is wrong.
+pub type Target = fn(&[u8]);
+
 /// The targets by name.
-pub const TARGETS: [(&str, fn(&[u8])); 7] = [
+pub const TARGETS: [(&str, Target); 7] = [
     ("decoder", decoder),
     ("services", services),
     ("mission", mission),

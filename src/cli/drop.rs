@@ -2,7 +2,7 @@
 
 use std::io::Write as _;
 
-use super::args::DropArgs;
+use super::args::{DropArgs, SpeedArg};
 use super::clock::Stopwatch;
 use super::flight_files::write_flight;
 use super::mission::{chosen_mission, read_trajectory};
@@ -33,6 +33,11 @@ struct Planned {
 
 /// `samara drop`.
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
+    if args.speed == SpeedArg::Max && (!args.link.links.is_empty() || args.net.sign_key.is_some()) {
+        let text =
+            "--link and --sign-key: --speed FACTOR is expected with them; at `max` no socket is opened";
+        return Err(anyhow::anyhow!(text)).bad_input();
+    }
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
     let narrator = Narrator::together(args.mission.json);
     narrator.say(&format!(

@@ -50,6 +50,7 @@ pub fn ports_of(net: &NetArgs) -> Result<Ports, Failure> {
 pub fn key_of(net: &NetArgs) -> Result<Option<Key>, Failure> {
     let Some(path) = &net.sign_key else { return Ok(None) };
     let context = || format!("{}: no key to sign with", path.display());
+    #[expect(clippy::disallowed_methods, reason = "the command line reads the key")]
     let text = std::fs::read_to_string(path).with_context(context).bad_input()?;
     Key::parse(&text).with_context(context).bad_input().map(Some)
 }

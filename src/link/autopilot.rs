@@ -292,7 +292,7 @@ impl Session for AutopilotSession {
     /// Before the simulator's time runs, a HEARTBEAT a second; and always what services have under way, also while the
     /// simulator stands still.
     fn handle_time(&mut self, now: TimeUs) {
-        let beats = !self.running && !self.last_beat.is_some_and(|at| now.saturating_sub(at) < 1_000_000);
+        let beats = !self.running && self.last_beat.is_none_or(|at| now.saturating_sub(at) >= 1_000_000);
         if !self.running {
             self.clock = now;
         }
