@@ -11,8 +11,9 @@ const PEERS: [PeerId; 2] = [PeerId(4), PeerId(9)];
 fn say(bench: &mut Bench, peer: PeerId, message: &MavMessage) {
     let bytes = bench.encoder(Link::GroundStation).encode(message);
     let now = bench.now;
-    Decoder::new().datagram(&bytes, |frame| {
-        bench.session.handle_input(now, Link::GroundStation, &Frame { peer, ..frame });
+    Decoder::new().datagram(&bytes, |mut frame| {
+        frame.peer = peer;
+        bench.session.handle_input(now, Link::GroundStation, &frame);
     });
 }
 
