@@ -31,6 +31,7 @@ fn sent(bench: &mut Bench, steps: usize) -> Vec<(Recipient, Frame)> {
             let sensor = HIL_SENSOR_DATA { time_usec: bench.now, zacc: -1.35, ..Default::default() };
             let bytes = bench.encoder(Link::Simulator).encode(&MavMessage::HIL_SENSOR(sensor));
             let now = bench.now;
+            bench.session.handle_time(now);
             Decoder::new().datagram(&bytes, |f| bench.session.handle_input(now, Link::Simulator, &f));
         }
     }
