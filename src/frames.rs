@@ -116,6 +116,11 @@ pub fn pitch(q: Quaternion) -> f64 {
     }
 }
 
+/// Roll [rad] as a companion of [`pitch`]: zero without lateral motion, also beyond the vertical; otherwise [`roll`].
+pub fn bank(q: Quaternion) -> f64 {
+    if q[1].abs().max(q[3].abs()) < PLANAR_TOLERANCE { 0.0 } else { roll(q) }
+}
+
 /// Yaw (heading) [rad], in (-pi, pi], north to east positive.
 pub fn yaw(q: Quaternion) -> f64 {
     (2.0 * (q[0] * q[3] + q[1] * q[2])).atan2(1.0 - 2.0 * (q[2] * q[2] + q[3] * q[3]))

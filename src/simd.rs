@@ -1,6 +1,7 @@
 //! Wider vector registers where the processor has them.
 //!
-//! The planner's small matrix products are plain loops; compiled for any x86-64 they fill registers of two numbers.
+//! The planner's small matrix products and the batch engine's lanes are plain loops; compiled for any x86-64 they fill registers of two
+//! numbers.
 //! [`vectorised`] compiles its argument a second time for AVX2, with four, and picks by what the processor has. Fused
 //! multiply-add stays off: each number is then the outcome of the same operations in the same order, and wide registers
 //! change no bit.

@@ -141,6 +141,25 @@ fn unsafe_code_stands_in_one_place() {
     assert!(with_unsafe.iter().all(|p| p == Path::new("src/simd.rs")), "{with_unsafe:?}");
 }
 
+/// An error that has a source does not tell it in its own text: whoever prints the chain would print it twice.
+#[test]
+fn no_error_tells_its_source_twice() {
+    let mut faults = Vec::new();
+    for path in sources(Path::new("src")) {
+        let source = fs::read_to_string(&path).unwrap();
+        for variant in source.split("#[error(").skip(1) {
+            let Some((text, rest)) = variant.split_once(")]\n") else { continue };
+            let body = rest.split("\n    /// ").next().unwrap_or_default();
+            let has_source = ["#[from]", "#[source]", " source:"].iter().any(|mark| body.contains(mark));
+            let told = ["{0", "{source", "{error"].iter().any(|field| text.contains(field));
+            if has_source && told {
+                faults.push(format!("{}: {text}", path.display()));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "told twice:\n{}", faults.join("\n"));
+}
+
 /// Each module stands in ARCHITECTURE.md's map.
 #[test]
 fn the_map_names_every_module() {

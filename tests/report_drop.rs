@@ -27,7 +27,7 @@ struct Drop {
 static DROP: LazyLock<Drop> = LazyLock::new(|| dropped("mission/titan_drop.json"));
 
 fn planned(mission: &Mission) -> Plan {
-    let (body, _) = mission.parachute.hanging(0.0);
+    let (body, _) = mission.parachute.hanging(0.0, &mission.environment);
     let v = body.v_ned + mission.environment.gravity_ned() * mission.parachute.delay_s;
     let q = body.q_ned_from_body;
     let w = body.omega_body;
@@ -246,6 +246,8 @@ fn bad_verdict() -> Verdict {
         peak_speed_m_s: 15.0,
         peak_pitch_rad: -0.5,
         peak_pitch_rate_rad_s: 1.0,
+        peak_roll_rad: 0.0,
+        peak_roll_rate_rad_s: 0.0,
         peak_vertical_acceleration_m_s2: -4.0,
         altitude_lost_m: 1234.56,
         steady_after_s: None,
@@ -270,6 +272,12 @@ final velocity, NED  4.00 0.00 12.00 m/s
     let found = verdict_text(&bad_verdict(), &DROP.mission.limits);
     let squeezed = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert_eq!(squeezed(&found), squeezed(expected), "{found}");
+    let rolled = Verdict { peak_roll_rad: -0.9, limits_passed: vec!["roll"], ..bad_verdict() };
+    let rolled = squeezed(&verdict_text(&rolled, &DROP.mission.limits));
+    assert!(
+        rolled.contains("peak roll -51.57 deg +-45 EXCEEDED peak roll rate 0.00 deg/s +-90 ok"),
+        "{rolled}"
+    );
     let ends: Vec<usize> = found.lines().take(6).filter_map(|l| l.find("  ok").or(l.find("  EXC"))).collect();
     assert!(ends.windows(2).all(|e| e[0] == e[1]), "{found}");
 }
@@ -279,13 +287,27 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
     let parse = |text: String| serde_json::from_str::<serde_json::Value>(&text).unwrap();
     let mission = &DROP.mission;
     let run = DropRun {
-        failsafe: true,
-        events: vec![DropEvent { t_s: 10.5, text: "rotors free".to_owned() }],
         plan_j_tpf: Some(0.5),
         plan_solve_ms: Some(4.0),
         real_time_factor: Some(120.0),
+        ended_at_s: 45.0,
+        completed: true,
+        trajectory: None,
+        failsafe: true,
+        events: vec![DropEvent { t_s: 10.5, text: "rotors free".to_owned() }],
     };
-    let drop = parse(drop_json(mission, &bad_verdict(), &run));
+    let drop = parse(drop_json(mission, Some(&bad_verdict()), &run));
+    assert_eq!((&drop["completed"], &drop["ended_at_s"]), (&true.into(), &45.0.into()));
+    assert!(drop["reason"].is_null());
+    let stopped = DropRun { ended_at_s: 12.0, completed: false, ..run.clone() };
+    let cut = parse(drop_json(mission, Some(&bad_verdict()), &stopped));
+    assert_eq!(
+        (&cut["completed"], &cut["reason"]),
+        (&false.into(), &"stopped before the mission's end".into())
+    );
+    let never = parse(drop_json(mission, None, &run));
+    assert_eq!(never["reason"], "the vehicle was never released");
+    assert!(never["j_tpf"].is_null() && never["limits_passed"].is_null());
     assert_eq!(drop["j_tpf"], 1.25);
     assert_eq!(drop["peak_speed_m_s"], 15.0);
     assert!((drop["peak_pitch_deg"].as_f64().unwrap() - 28.6478897565).abs() < 1e-9);
@@ -297,7 +319,7 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
     assert_eq!(drop["failsafe"], true);
     assert_eq!(drop["events"], serde_json::json!([{ "t_s": 10.5, "text": "rotors free" }]));
     let diverged = Verdict { j_tpf: f64::INFINITY, ..bad_verdict() };
-    let file = parse(drop_json(mission, &diverged, &DropRun::default()));
+    let file = parse(drop_json(mission, Some(&diverged), &DropRun::default()));
     assert!(file["j_tpf"].is_null() && file.get("real_time_factor").is_none());
 
     let plan = parse(plan_json(mission, &DROP.plan, Some(4.5)));

@@ -4,13 +4,14 @@
 //! J_state = max(|v|/V_max, |theta|/theta_max, |Q|/Q_max)        J_TPF = max over all steps, ends included
 //! ```
 //!
-//! Differs from the paper: (49) and (50) are signed there, so that a nose-down dive would cost nothing; here they are
+//! Differs from the paper: motion out of the plane, which the paper does not have, counts too - roll against the limit of pitch, roll
+//! rate against that of the pitch rate (in the plane both are zero and nothing changes). (49) and (50) are signed there, so that a nose-down dive would cost nothing; here they are
 //! absolute. (48) uses the speed over ground, as the paper does. Table 1's vertical acceleration is reported, not judged: free
 //! fall alone passes it on Earth.
 
 use nalgebra::Vector3;
 
-use crate::frames::pitch;
+use crate::frames::{bank, pitch};
 use crate::model::rigid_body::BodyState;
 use crate::sim::{Phase, Sample};
 use crate::trajectory::{Node, Trajectory};
@@ -20,9 +21,9 @@ use crate::trajectory::{Node, Trajectory};
 pub struct SafetyLimits {
     /// Speed [m/s].
     pub speed_m_s: f64,
-    /// Pitch, either way [rad].
+    /// Pitch, either way, and roll [rad].
     pub pitch_rad: f64,
-    /// Pitch rate, either way [rad/s].
+    /// Pitch rate, either way, and roll rate [rad/s].
     pub pitch_rate_rad_s: f64,
     /// Vertical acceleration [m/s^2]; reported, not judged.
     pub vertical_acceleration_m_s2: f64,
@@ -37,6 +38,10 @@ pub struct StateCost {
     pub pitch: f64,
     /// J_Q, (50).
     pub pitch_rate: f64,
+    /// As (49), for the roll.
+    pub roll: f64,
+    /// As (50), for the roll rate.
+    pub roll_rate: f64,
 }
 
 impl StateCost {
@@ -46,16 +51,29 @@ impl StateCost {
             speed: body.v_ned.norm() / limits.speed_m_s,
             pitch: pitch(body.q_ned_from_body).abs() / limits.pitch_rad,
             pitch_rate: body.omega_body.y.abs() / limits.pitch_rate_rad_s,
+            roll: bank(body.q_ned_from_body).abs() / limits.pitch_rad,
+            roll_rate: body.omega_body.x.abs() / limits.pitch_rate_rad_s,
         }
     }
 
     /// J_state, (47). A cost that is not a number is infinite.
     pub fn max(&self) -> f64 {
-        let all = [self.speed, self.pitch, self.pitch_rate];
+        let all = [self.speed, self.pitch, self.pitch_rate, self.roll, self.roll_rate];
         if all.iter().any(|c| c.is_nan()) {
             return f64::INFINITY;
         }
         all.into_iter().fold(0.0, f64::max)
+    }
+
+    /// Each part the larger of the two.
+    fn worse(&self, other: &Self) -> Self {
+        Self {
+            speed: self.speed.max(other.speed),
+            pitch: self.pitch.max(other.pitch),
+            pitch_rate: self.pitch_rate.max(other.pitch_rate),
+            roll: self.roll.max(other.roll),
+            roll_rate: self.roll_rate.max(other.roll_rate),
+        }
     }
 }
 
@@ -85,13 +103,17 @@ pub struct Verdict {
     pub peak_pitch_rad: f64,
     /// Largest pitch rate, either way, with its sign [rad/s].
     pub peak_pitch_rate_rad_s: f64,
+    /// Largest roll, either way, with its sign [rad].
+    pub peak_roll_rad: f64,
+    /// Largest roll rate, either way, with its sign [rad/s].
+    pub peak_roll_rate_rad_s: f64,
     /// Largest vertical acceleration, either way, with its sign (down is positive) [m/s^2].
     pub peak_vertical_acceleration_m_s2: f64,
     /// Way down from the release to the end [m].
     pub altitude_lost_m: f64,
-    /// Time after the rotors were freed [s] from which `|v - v_cmd| <= 1 % |v_cmd|` holds to the end.
+    /// Time after the rotors were freed [s] from which `|v - v_cmd| <=` [`steady_within_m_s`] holds to the end.
     pub steady_after_s: Option<f64>,
-    /// Names of the limits that were passed: "speed", "pitch", "pitch_rate"; "state is not finite" when a state was no number.
+    /// Names of the limits that were passed: "speed", "pitch", "pitch_rate", "roll", "roll_rate"; "state is not finite" when a state was no number.
     pub limits_passed: Vec<&'static str>,
     /// Velocity at the end, NED [m/s].
     pub final_v_ned: Vector3<f64>,
@@ -99,6 +121,14 @@ pub struct Verdict {
 
 /// Steady within this fraction of the commanded velocity.
 const STEADY_FRACTION: f64 = 0.01;
+
+/// Steady within this velocity [m/s] at the least: 1 % of a hover would be nothing.
+const STEADY_LEAST_M_S: f64 = 0.02;
+
+/// How close to a commanded velocity is steady [m/s]: 1 % of it, and 0.02 m/s at the least.
+pub fn steady_within_m_s(v_cmd_ned: &Vector3<f64>) -> f64 {
+    (STEADY_FRACTION * v_cmd_ned.norm()).max(STEADY_LEAST_M_S)
+}
 
 /// Makes a [`Verdict`] of a flight's samples, given one by one in order of time.
 #[derive(Clone, Debug)]
@@ -109,6 +139,8 @@ pub struct VerdictBuilder {
     infinite: bool,
     pitch_rad: f64,
     pitch_rate_rad_s: f64,
+    roll_rad: f64,
+    roll_rate_rad_s: f64,
     vertical_acceleration_m_s2: f64,
     steady_since_s: Option<f64>,
     first_down_m: Option<f64>,
@@ -125,6 +157,8 @@ impl VerdictBuilder {
             infinite: false,
             pitch_rad: 0.0,
             pitch_rate_rad_s: 0.0,
+            roll_rad: 0.0,
+            roll_rate_rad_s: 0.0,
             vertical_acceleration_m_s2: 0.0,
             steady_since_s: None,
             first_down_m: None,
@@ -140,19 +174,19 @@ impl VerdictBuilder {
         let body = &sample.state.body;
         let cost = StateCost::of(body, &self.limits);
         self.infinite |= cost.max() == f64::INFINITY;
-        self.peak.speed = self.peak.speed.max(cost.speed);
-        self.peak.pitch = self.peak.pitch.max(cost.pitch);
-        self.peak.pitch_rate = self.peak.pitch_rate.max(cost.pitch_rate);
+        self.peak = self.peak.worse(&cost);
         for (peak, now) in [
             (&mut self.pitch_rad, pitch(body.q_ned_from_body)),
             (&mut self.pitch_rate_rad_s, body.omega_body.y),
+            (&mut self.roll_rad, bank(body.q_ned_from_body)),
+            (&mut self.roll_rate_rad_s, body.omega_body.x),
             (&mut self.vertical_acceleration_m_s2, sample.a_ned.z),
         ] {
             if now.abs() > peak.abs() {
                 *peak = now;
             }
         }
-        let near = (body.v_ned - self.v_cmd_ned).norm() <= STEADY_FRACTION * self.v_cmd_ned.norm();
+        let near = (body.v_ned - self.v_cmd_ned).norm() <= steady_within_m_s(&self.v_cmd_ned);
         match sample.t_powered_s {
             Some(t) if near && sample.phase == Phase::Powered => {
                 self.steady_since_s.get_or_insert(t);
@@ -175,6 +209,8 @@ impl VerdictBuilder {
             ("speed", self.peak.speed > 1.0),
             ("pitch", self.peak.pitch > 1.0),
             ("pitch_rate", self.peak.pitch_rate > 1.0),
+            ("roll", self.peak.roll > 1.0),
+            ("roll_rate", self.peak.roll_rate > 1.0),
             ("state is not finite", self.infinite),
         ];
         Some(Verdict {
@@ -182,6 +218,8 @@ impl VerdictBuilder {
             peak_speed_m_s: self.peak.speed * self.limits.speed_m_s,
             peak_pitch_rad: self.pitch_rad,
             peak_pitch_rate_rad_s: self.pitch_rate_rad_s,
+            peak_roll_rad: self.roll_rad,
+            peak_roll_rate_rad_s: self.roll_rate_rad_s,
             peak_vertical_acceleration_m_s2: self.vertical_acceleration_m_s2,
             altitude_lost_m: last.p_ned.z - first_down_m,
             steady_after_s: self.steady_since_s,
@@ -262,5 +300,38 @@ mod tests {
         let v = b.finish().unwrap();
         assert_eq!(v.j_tpf, f64::INFINITY);
         assert_eq!(v.limits_passed, ["state is not finite"]);
+    }
+
+    /// The same motion turned out of the plane costs the same; beyond the vertical in the plane there is still no roll.
+    #[test]
+    fn closed_form_roll_is_judged_as_pitch_is() {
+        let verdict = |euler: [f64; 2], omega: [f64; 3]| {
+            let mut s = sample(1.0, Phase::Powered, [4.0, 0.0, 4.0], 0.0, 0.0, 0.0);
+            s.state.body.q_ned_from_body = quaternion_from_euler(euler[0], euler[1], 0.0);
+            s.state.body.omega_body = omega.into();
+            let mut b = VerdictBuilder::new(LIMITS, Vector3::new(4.0, 0.0, 4.0));
+            b.observe(&s);
+            b.finish().unwrap()
+        };
+        let (pitched, rolled) =
+            (verdict([0.0, -0.9], [0.0, 1.7, 0.0]), verdict([-0.9, 0.0], [1.7, 0.0, 0.0]));
+        assert!((pitched.j_tpf - 0.9 / 0.8).abs() < 1e-12 && (rolled.j_tpf - pitched.j_tpf).abs() < 1e-12);
+        assert_eq!(pitched.limits_passed, ["pitch", "pitch_rate"]);
+        assert_eq!(rolled.limits_passed, ["roll", "roll_rate"]);
+        assert!((rolled.peak_roll_rad + 0.9).abs() < 1e-12 && rolled.peak_roll_rate_rad_s == 1.7);
+        let over = verdict([0.0, 2.0], [0.0; 3]);
+        assert_eq!((over.peak_roll_rad, over.limits_passed.as_slice()), (0.0, ["pitch"].as_slice()));
+    }
+
+    /// 1 % of the target, but of a hover a fixed 0.02 m/s.
+    #[test]
+    fn closed_form_a_hover_can_be_steady() {
+        let steady = |target: f64, off: f64| {
+            let mut b = VerdictBuilder::new(LIMITS, Vector3::new(0.0, 0.0, target));
+            b.observe(&sample(1.0, Phase::Powered, [0.0, off, target], 0.0, 0.0, 0.0));
+            b.finish().unwrap().steady_after_s.is_some()
+        };
+        assert!(steady(0.0, 0.019) && !steady(0.0, 0.021));
+        assert!(steady(4.0, 0.039) && !steady(4.0, 0.041));
     }
 }

@@ -19,8 +19,8 @@ pub const DIVERGED: f64 = 1000.0;
 /// Control steps per interval of the plan in the study.
 pub const STEPS_PER_INTERVAL: u32 = 81;
 
-const SPEED_MAX_M_S: f64 = 60.0;
-const PITCH_MAX_RAD: f64 = 6.0;
+pub(super) const SPEED_MAX_M_S: f64 = 60.0;
+pub(super) const PITCH_MAX_RAD: f64 = 6.0;
 
 /// Control period [s] that makes every 81st step a node of an evenly spaced plan: 30/(37 x 81) s with 38 nodes.
 pub fn control_period_s(plan: &Trajectory) -> f64 {

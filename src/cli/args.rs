@@ -10,7 +10,8 @@ use crate::link::shell::LinkUrl;
 /// Plan and fly the drop of a multirotor from a parachute.
 #[derive(Debug, Parser)]
 #[command(version, about, propagate_version = true, max_term_width = 100)]
-#[command(after_help = "Exit codes: 0 ok, 1 the result says no, 2 bad input, 3 internal error.\n\
+#[command(after_help = "Exit codes: 0 ok, 1 the result says no, 2 bad input or nowhere to write to,\n\
+                        3 internal error.\n\
                         Start with: samara drop")]
 pub struct Cli {
     /// What to do.
@@ -59,10 +60,11 @@ pub struct MissionArgs {
 }
 
 const PLAN_HELP: &str = "\
-Writes trajectory.csv, plan.json and plan.svg to the folder of --out.
+Writes trajectory.csv, plan.json, plan.svg and plan_manifest.json (inputs, options, SHA-256 of each file) to the folder of --out.
+Gains and seed do not enter a plan.
 
 JSON (--json): see plan.json, which holds the same keys but solve_ms: status (converged, iteration_limit, stopped, infeasible,
-diverged), diagnosis, objective (J_d), iterations, j_tpf, defect_max, kkt_residual and more.
+stalled, diverged), diagnosis, objective (J_d), iterations, j_tpf, defect_max, kkt_residual and more.
 
 Exit code 1 when the plan did not converge.
 
@@ -86,8 +88,9 @@ pub struct PlanArgs {
     /// Let the velocity at the end lie within this of the target, axis by axis [m/s].
     #[arg(long, value_name = "M_S", value_parser = positive)]
     pub terminal_tolerance: Option<f64>,
-    /// Bound on KKT residual, complementarity and largest defect.
-    #[arg(long, default_value_t = 1e-8, value_parser = positive)]
+    /// Bound on KKT residual, complementarity and largest defect, from 1e-12 to 0.01. Rounding may not leave the last digits: then the
+    /// solve ends as `stalled`.
+    #[arg(long, default_value_t = 1e-8, value_parser = tolerance)]
     pub tolerance: f64,
     /// Budget of iterations; the best point found is returned when it is used up.
     #[arg(long, default_value_t = 300)]
@@ -95,18 +98,31 @@ pub struct PlanArgs {
     /// Budget of time [s]; the best point found is returned when it is used up.
     #[arg(long, value_name = "S", value_parser = positive)]
     pub time_limit: Option<f64>,
-    /// Show each iteration on stderr.
+    /// How much to tell of it.
+    #[command(flatten)]
+    pub planning: PlanningArgs,
+}
+
+/// What every verb that plans has.
+#[derive(Args, Debug)]
+pub struct PlanningArgs {
+    /// Show each iteration of the planner on stderr.
     #[arg(short, long)]
     pub verbose: bool,
 }
 
 const DROP_HELP: &str = "\
-Writes to the folder of --out: flight.csv (every term of the force balance at 250 Hz), trajectory.csv and plan.json (the plan),
-drop.json (the verdict), drop.svg, vehicle.tlog (what ground stations see) and hil.tlog (simulator and autopilot).
+Writes to the folder of --out: flight.csv (every term of the force balance at 250 Hz), trajectory.csv (what was flown), plan.json and
+plan.svg (unless --trajectory was given), drop.json (the verdict), drop.svg, vehicle.tlog (what ground stations see), hil.tlog
+(simulator and autopilot) and drop_manifest.json (inputs, options, SHA-256 of each file).
 
-JSON (--json): mission, version, seed, input_hash, gains, j_tpf, peak_speed_m_s, peak_pitch_deg, peak_pitch_rate_deg_s,
-peak_vertical_acceleration_m_s2, altitude_lost_m, steady_after_s (null if never), final_v_ned_m_s, limits_passed (list),
-failsafe (whether one flew part of the manoeuvre), events (list of t_s, text), plan_j_tpf, plan_solve_ms, real_time_factor.
+JSON (--json): mission, version, seed, input_hash, gains, trajectory (source: planned or file; sha256 of trajectory.csv), completed,
+ended_at_s, reason (why there is no verdict on the whole mission, or null), j_tpf, peak_speed_m_s, peak_pitch_deg,
+peak_pitch_rate_deg_s, peak_roll_deg, peak_roll_rate_deg_s, peak_vertical_acceleration_m_s2, altitude_lost_m, steady_after_s (null if
+never), final_v_ned_m_s, limits_passed (list), failsafe (whether one flew part of the manoeuvre), events (list of t_s, text),
+plan_j_tpf, plan_solve_ms, real_time_factor. Peaks are magnitudes here; the table on the terminal gives them their signs. When the
+vehicle was never released the verdict's keys are null; when no plan was found the object is that of `samara plan --json`. Roll and
+roll rate are judged against the limits of pitch and pitch rate.
 
 Exit code 1 when a limit was passed, a failsafe flew, the plan did not converge, the vehicle was never released or the mission
 was stopped (Ctrl-C) before its end.
@@ -131,6 +147,9 @@ pub struct DropArgs {
     /// Fly this trajectory instead of planning one.
     #[arg(long, value_name = "FILE")]
     pub trajectory: Option<PathBuf>,
+    /// How much to tell of the planning.
+    #[command(flatten)]
+    pub planning: PlanningArgs,
     /// Simulated seconds per second, or `max`. With a factor the drop can be watched: the links for ground stations (UDP 14550),
     /// companions (14540 + instance) and the parachute are open.
     #[arg(long, value_name = "FACTOR|max", default_value = "max", value_parser = speed)]
@@ -145,8 +164,11 @@ pub struct DropArgs {
 
 const SIM_HELP: &str = "\
 Listens on TCP 4560 + instance for an autopilot and waits for it; serves the parachute on UDP 14600 + instance. Ends with the
-mission and prints the verdict. Writes flight.csv, drop.json, drop.svg and hil.tlog to the folder of --out. With --json, what
-happens meanwhile is told on stderr. When an autopilot is replaced in flight, the new flight is recorded to hil.2.tlog.
+mission and prints the verdict. Writes flight.csv, drop.json, drop.svg, hil.tlog and sim_manifest.json to the folder of --out. When an
+autopilot is replaced in flight, the new flight is recorded to hil.2.tlog.
+
+JSON (--json): the object of `samara drop --json`; trajectory and plan_j_tpf are null, since the simulator does not know the plan.
+What happens meanwhile is told on stderr.
 
 Exit code 1 when a limit was passed, a failsafe flew, the vehicle was never released or the mission was stopped (Ctrl-C) before its end.
 
@@ -175,7 +197,7 @@ pub struct SimArgs {
 const AUTOPILOT_HELP: &str = "\
 Connects to the simulator at TCP 4560 + instance and tries until it is there. Binds UDP 18570 + instance (ground stations, sends to
 14550) and 14580 + instance (companions and scripts, sends to 14540 + instance). Writes vehicle.tlog (vehicle.2.tlog, ..
-when the simulator starts over) to the folder of --out.
+when the simulator starts over) and autopilot_manifest.json to the folder of --out.
 
 Examples:
   samara autopilot
@@ -234,6 +256,9 @@ pub struct StreamArgs {
     /// Stream this trajectory instead of planning one.
     #[arg(long, value_name = "FILE")]
     pub trajectory: Option<PathBuf>,
+    /// How much to tell of the planning.
+    #[command(flatten)]
+    pub planning: PlanningArgs,
     /// Send the plan's acceleration with its velocity.
     #[arg(long)]
     pub feed_forward: bool,
@@ -307,6 +332,13 @@ fn speed(text: &str) -> Result<SpeedArg, String> {
     match text.parse::<f64>() {
         Ok(x) if (0.001..=10_000.0).contains(&x) => Ok(SpeedArg::Factor(x)),
         _ => Err("a factor from 0.001 to 10000, or `max`, is expected".to_owned()),
+    }
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if (1e-12..=1e-2).contains(&x) => Ok(x),
+        _ => Err("a number from 1e-12 to 0.01 is expected".to_owned()),
     }
 }
 

@@ -23,5 +23,6 @@ pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
     let after = if args.once { AfterSimulator::Return } else { AfterSimulator::Wait };
     block_on(|stop| run_autopilot(session, &ports, &wiring, after, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
+    folder.write_manifest("autopilot", &mission, &[("instance", args.net.instance.to_string())])?;
     Ok(Answer::Yes)
 }

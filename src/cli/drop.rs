@@ -5,7 +5,7 @@ use std::io::Write as _;
 use super::args::{DropArgs, SpeedArg};
 use super::clock::Stopwatch;
 use super::flight_files::write_flight;
-use super::mission::{chosen_mission, read_trajectory};
+use super::mission::chosen_mission;
 use super::narrative::Narrator;
 use super::net::{Reporter, block_on, ports_of, speed_of, system_of, wiring_of};
 use super::outcome::{Answer, BadInput, Failure};
@@ -14,11 +14,11 @@ use super::plan::{plan_mission, write_plan};
 use super::recording::Recording;
 use super::sessions;
 use crate::assess::{Verdict, VerdictBuilder, plan_j_tpf};
-use crate::config::Mission;
+use crate::config::{Mission, TrajectoryFile};
 use crate::link::shell::{Notice, Observer, Speed, run_watched_drop};
 use crate::link::{AutopilotSession, FlightRecord, Lockstep, seconds};
 use crate::plan::Status;
-use crate::report::{DropEvent, DropRun, drop_json, plan_json, plan_text, verdict_text};
+use crate::report::{DropEvent, DropRun, FlownTrajectory, drop_json, plan_json, plan_text, verdict_text};
 use crate::sim::Sample;
 use crate::trajectory::Trajectory;
 
@@ -28,8 +28,14 @@ const STEP_AT_MOST_S: f64 = 0.02;
 /// The plan to fly, and how long it took to find (nothing, when it was read).
 struct Planned {
     trajectory: Trajectory,
+    source: &'static str,
     solve_ms: Option<f64>,
 }
+
+/// Files of the plan that was flown, where there is one.
+const OF_THE_PLAN: [&str; 2] = ["plan.json", "plan.svg"];
+/// Files of the flight.
+const OF_THE_FLIGHT: [&str; 5] = ["flight.csv", "drop.json", "drop.svg", "hil.tlog", "vehicle.tlog"];
 
 /// `samara drop`.
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
@@ -38,23 +44,44 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
             "--link and --sign-key: --speed FACTOR is expected with them; at `max` no socket is opened";
         return Err(anyhow::anyhow!(text)).bad_input();
     }
-    let mission = chosen_mission(&args.mission.mission, &args.choice)?;
+    let mut mission = chosen_mission(&args.mission.mission, &args.choice)?;
     let narrator = Narrator::together(args.mission.json);
     narrator.say(&format!(
         "samara drop: {}, vehicle {}, gains {}\n",
         mission.name, mission.vehicle_name, mission.gains_name
     ))?;
-    let given = args.trajectory.as_deref().map(|path| read_trajectory(path, &mission)).transpose()?;
+    let given =
+        args.trajectory.as_deref().map(|path| mission.use_trajectory(path).bad_input()).transpose()?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let planned = match given {
-        Some(trajectory) => Planned { trajectory, solve_ms: None },
+        Some(file) => keep(file, &folder)?,
         None => match plan(args, &mission, &folder, &narrator)? {
             Some(planned) => planned,
-            None => return Ok(Answer::No),
+            None => {
+                folder.remove(&OF_THE_FLIGHT)?;
+                folder.write_manifest("drop", &mission, &circumstances(args))?;
+                return Ok(Answer::No);
+            }
         },
     };
     let flown = fly(args, &mission, &planned.trajectory, &folder, &narrator)?;
     finish(args, &mission, &planned, &flown, &folder, &narrator)
+}
+
+/// What does not touch the flight but shows in the .tlog files: the vehicle's number, and that others may have taken part.
+fn circumstances(args: &DropArgs) -> Vec<(&'static str, String)> {
+    let mut told = vec![("instance", args.net.instance.to_string())];
+    if let SpeedArg::Factor(factor) = args.speed {
+        told.push(("speed", format!("{factor:?}")));
+    }
+    told
+}
+
+/// Keeps a trajectory that was given with the results, as it was given.
+fn keep(file: TrajectoryFile, folder: &OutputFolder) -> Result<Planned, Failure> {
+    folder.remove(&OF_THE_PLAN)?;
+    folder.write("trajectory.csv", |out| out.write_all(file.text.as_bytes()))?;
+    Ok(Planned { trajectory: file.trajectory, source: "file", solve_ms: None })
 }
 
 /// Plans and says so; `None` when no plan was found (with --json, the plan's object says why).
@@ -64,7 +91,7 @@ fn plan(
     folder: &OutputFolder,
     narrator: &Narrator,
 ) -> Result<Option<Planned>, Failure> {
-    let timed = plan_mission(mission)?;
+    let timed = plan_mission(mission, args.planning.verbose)?;
     let text = plan_text(&timed.plan, &mission.limits, None);
     narrator.say(&format!("planned in {:.1} ms: {text}", timed.solve_ms))?;
     write_plan(folder, mission, &timed.plan)?;
@@ -74,7 +101,7 @@ fn plan(
         }
         return Ok(None);
     }
-    Ok(Some(Planned { trajectory: timed.plan.trajectory, solve_ms: Some(timed.solve_ms) }))
+    Ok(Some(Planned { trajectory: timed.plan.trajectory, source: "planned", solve_ms: Some(timed.solve_ms) }))
 }
 
 /// A flown drop.
@@ -171,31 +198,40 @@ fn finish(
     let verdict = judge(mission, &flown.log);
     write_flight(folder, mission, &flown.log, Some(&planned.trajectory), verdict.as_ref())?;
     let stopped = tell_if_stopped(narrator, mission, &flown.log)?;
-    let Some(verdict) = verdict else {
-        never_released(narrator, mission, stopped)?;
-        return Ok(Answer::No);
-    };
-    tell_verdict(narrator, mission, &verdict, &flown.log, folder)?;
-    narrator.say(&format!("flown at {:.0} times real time\n", flown.real_time_factor))?;
-    tell_failsafe(narrator, &flown.record)?;
+    let sha256 = folder.sha256("trajectory.csv")?;
     let run = DropRun {
+        trajectory: Some(FlownTrajectory { source: planned.source, sha256 }),
+        ended_at_s: flown.log.last().map_or(0.0, |sample| sample.t_s),
+        completed: !stopped,
         plan_j_tpf: Some(plan_j_tpf(&planned.trajectory, &mission.limits)),
         ..drop_run(&flown.record)
     };
-    folder.write("drop.json", |out| out.write_all(drop_json(mission, &verdict, &run).as_bytes()))?;
+    let text = drop_json(mission, verdict.as_ref(), &run);
+    folder.write("drop.json", |out| out.write_all(text.as_bytes()))?;
+    folder.write_manifest("drop", mission, &circumstances(args))?;
+    match &verdict {
+        Some(verdict) => {
+            tell_verdict(narrator, mission, verdict, &flown.log, folder)?;
+            narrator.say(&format!("flown at {:.0} times real time\n", flown.real_time_factor))?;
+        }
+        None => never_released(narrator, mission, stopped)?,
+    }
+    tell_failsafe(narrator, &flown.record)?;
     if args.mission.json {
         let run = DropRun {
             plan_solve_ms: planned.solve_ms,
             real_time_factor: Some(flown.real_time_factor),
             ..run
         };
-        print(&drop_json(mission, &verdict, &run))?;
+        print(&drop_json(mission, verdict.as_ref(), &run))?;
     }
-    Ok(if verdict.limits_passed.is_empty() && !stopped && !flown.record.failsafe {
-        Answer::Yes
-    } else {
-        Answer::No
-    })
+    Ok(answer_of(verdict.as_ref(), stopped, &flown.record))
+}
+
+/// Yes: judged, within the limits, to the end, by the plan alone.
+pub fn answer_of(verdict: Option<&Verdict>, stopped: bool, record: &FlightRecord) -> Answer {
+    let safe = verdict.is_some_and(|v| v.limits_passed.is_empty());
+    if safe && !stopped && !record.failsafe { Answer::Yes } else { Answer::No }
 }
 
 /// What the drop's object tells of a flight's record.

@@ -2,7 +2,7 @@
 
 use super::outcome::Failure;
 use super::output::{print, tell};
-use crate::assess::Verdict;
+use crate::assess::{Verdict, steady_within_m_s};
 use crate::config::Mission;
 use crate::link::{SimulatorEvent, StreamerEvent, seconds};
 
@@ -38,7 +38,10 @@ impl Narrator {
     pub fn say(&self, text: &str) -> Result<(), Failure> {
         match self.voice {
             Voice::Stdout => print(text),
-            Voice::Stderr => tell(text),
+            Voice::Stderr => {
+                tell(text);
+                Ok(())
+            }
             Voice::Silent => Ok(()),
         }
     }
@@ -102,13 +105,15 @@ impl Narrator {
         powered_from_s: Option<f64>,
     ) -> Result<(), Failure> {
         let v = mission.target_v_ned;
-        let target = format!("[{} {} {}] m/s", v.x, v.y, v.z);
+        let (target, within_m_s) = (format!("[{} {} {}] m/s", v.x, v.y, v.z), steady_within_m_s(&v));
+        let within =
+            if within_m_s > 0.01 * v.norm() { format!("{within_m_s} m/s") } else { "1 %".to_owned() };
         match verdict.steady_after_s {
             Some(t) => {
                 let since = powered_from_s.unwrap_or(0.0);
-                self.at(since + t, &format!("steady after {t:.2} s: within 1 % of {target} to the end"))
+                self.at(since + t, &format!("steady after {t:.2} s: within {within} of {target} to the end"))
             }
-            None => self.say(&format!("never steady within 1 % of {target}\n")),
+            None => self.say(&format!("never steady within {within} of {target}\n")),
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use std::process::ExitCode;
 
+use super::output::tell;
+
 /// What a verb found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
@@ -14,7 +16,7 @@ pub enum Answer {
 /// Why a verb did not get to an answer.
 #[derive(Debug)]
 pub enum Failure {
-    /// A file, a flag or a peer is at fault: exit code 2.
+    /// A file, a flag, a peer or a place to write to is at fault: exit code 2.
     BadInput(anyhow::Error),
     /// We are: exit code 3.
     Internal(anyhow::Error),
@@ -39,17 +41,16 @@ impl From<anyhow::Error> for Failure {
 }
 
 /// Prints a failure and gives the exit code.
-#[expect(clippy::print_stderr, reason = "the end of the program")]
 pub fn report(result: Result<Answer, Failure>) -> ExitCode {
     match result {
         Ok(Answer::Yes) => ExitCode::SUCCESS,
         Ok(Answer::No) => ExitCode::from(1),
         Err(Failure::BadInput(e)) => {
-            eprintln!("samara: {e:#}");
+            tell(&format!("samara: {e:#}\n"));
             ExitCode::from(2)
         }
         Err(Failure::Internal(e)) => {
-            eprintln!("samara: internal error: {e:#}");
+            tell(&format!("samara: internal error: {e:#}\n"));
             ExitCode::from(3)
         }
     }

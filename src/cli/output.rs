@@ -1,17 +1,27 @@
 //! Where results go: the output folder and stdout.
 
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use anyhow::Context;
+use sha2::{Digest, Sha256};
 
 use super::outcome::{BadInput, Failure};
+use crate::config::Mission;
+use crate::report::manifest_json;
+
+/// Names of the files that a run has written.
+type Written = Rc<RefCell<BTreeSet<String>>>;
 
 /// The folder that a run writes to.
 #[derive(Clone, Debug)]
 pub struct OutputFolder {
     path: PathBuf,
+    written: Written,
 }
 
 impl OutputFolder {
@@ -24,7 +34,7 @@ impl OutputFolder {
         fs::create_dir_all(&path)
             .with_context(|| format!("cannot make the output folder {}", path.display()))
             .bad_input()?;
-        Ok(Self { path })
+        Ok(Self { path, written: Written::default() })
     }
 
     /// The folder.
@@ -35,7 +45,12 @@ impl OutputFolder {
     /// A file that is written while a run goes on; it is made with the first byte, so that a run that does not get that far
     /// (a busy port) leaves the file of another one alone.
     pub fn late(&self, name: &str) -> LateFile {
-        LateFile { path: self.path.join(name), file: None }
+        LateFile {
+            path: self.path.join(name),
+            name: name.to_owned(),
+            file: None,
+            written: self.written.clone(),
+        }
     }
 
     /// Writes a file whole: under a temporary name first, so that a reader never sees half of it.
@@ -55,29 +70,89 @@ impl OutputFolder {
             content(&mut writer)?;
             writer.flush()
         });
-        made.and_then(|()| fs::rename(&partial, &path))
-            .with_context(|| format!("cannot write {}", path.display()))
-            .bad_input()?;
+        if let Err(e) = made.and_then(|()| fs::rename(&partial, &path)) {
+            // Half a file is of no use to anybody; if it cannot be removed either, the error is the same.
+            let _ = fs::remove_file(&partial);
+            return Err(e).with_context(|| format!("cannot write {}", path.display())).bad_input();
+        }
+        self.written.borrow_mut().insert(name.to_owned());
         Ok(path)
+    }
+
+    /// Removes files that an earlier run has left and that would be taken for this one's.
+    ///
+    /// # Errors
+    /// [`Failure::BadInput`] when one is there and cannot be removed.
+    pub fn remove(&self, names: &[&str]) -> Result<(), Failure> {
+        for name in names {
+            let path = self.path.join(name);
+            match fs::remove_file(&path) {
+                Err(e) if e.kind() != io::ErrorKind::NotFound => {
+                    let context = format!("cannot remove {}, which is of an earlier run", path.display());
+                    return Err(anyhow::Error::from(e).context(context)).bad_input();
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// SHA-256 of a file of the folder, hexadecimal.
+    ///
+    /// # Errors
+    /// [`Failure::BadInput`] when it cannot be read.
+    pub fn sha256(&self, name: &str) -> Result<String, Failure> {
+        let path = self.path.join(name);
+        let read = || {
+            let mut hash = Sha256::new();
+            let mut piece = vec![0; 1 << 16];
+            #[expect(clippy::disallowed_methods, reason = "a result that was just written")]
+            let mut file = File::open(&path)?;
+            loop {
+                match file.read(&mut piece)? {
+                    0 => return Ok(hash),
+                    n => hash.update(&piece[..n]),
+                }
+            }
+        };
+        let hash: io::Result<Sha256> = read();
+        let hash = hash.with_context(|| format!("cannot read {} again", path.display())).bad_input()?;
+        Ok(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
+    }
+
+    /// Writes `<verb>_manifest.json`: version, seed and hash of the inputs of this run, its circumstances (which are no inputs), and
+    /// the SHA-256 of each file that it has written. What else lies in the folder is not this run's.
+    ///
+    /// # Errors
+    /// [`Failure::BadInput`] when it cannot be written.
+    pub fn write_manifest(
+        &self,
+        verb: &str,
+        mission: &Mission,
+        circumstances: &[(&str, String)],
+    ) -> Result<(), Failure> {
+        let names = self.written.borrow().clone();
+        let files = names
+            .into_iter()
+            .map(|name| Ok((name.clone(), self.sha256(&name)?)))
+            .collect::<Result<BTreeMap<_, _>, Failure>>()?;
+        let text = manifest_json(mission, verb, circumstances, &files);
+        self.write(&format!("{verb}_manifest.json"), |out| out.write_all(text.as_bytes())).map(|_| ())
     }
 }
 
-/// Tells on stderr, for when stdout belongs to a JSON object; as [`print`] otherwise.
-pub fn tell(text: &str) -> Result<(), Failure> {
-    let mut out = io::stderr().lock();
-    match out.write_all(text.as_bytes()) {
-        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
-            Err(anyhow::Error::from(e).context("stderr").into())
-        }
-        _ => Ok(()),
-    }
+/// Tells on stderr. When that is gone or full there is nobody left to tell, and no reason to end.
+pub fn tell(text: &str) {
+    let _ = io::stderr().lock().write_all(text.as_bytes());
 }
 
 /// See [`OutputFolder::late`].
 #[derive(Debug)]
 pub struct LateFile {
     path: PathBuf,
+    name: String,
     file: Option<BufWriter<File>>,
+    written: Written,
 }
 
 impl Write for LateFile {
@@ -86,6 +161,7 @@ impl Write for LateFile {
             #[expect(clippy::disallowed_methods, reason = "one of two places that make result files")]
             let file = File::create(&self.path)?;
             self.file = Some(BufWriter::new(file));
+            self.written.borrow_mut().insert(self.name.clone());
         }
         self.file.as_mut().map_or(Ok(0), |file| file.write(bytes))
     }
@@ -96,11 +172,14 @@ impl Write for LateFile {
 }
 
 /// Prints to stdout; a reader that has gone away (`samara plan | head`) is no error.
+///
+/// # Errors
+/// [`Failure::BadInput`] when stdout cannot be written (a full device): results that nobody gets are no success.
 pub fn print(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
-            Err(anyhow::Error::from(e).context("stdout").into())
+            Err(anyhow::Error::from(e).context("cannot write to stdout")).bad_input()
         }
         _ => Ok(()),
     }

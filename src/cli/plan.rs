@@ -9,7 +9,7 @@ use super::args::{InputCost, PlanArgs};
 use super::clock::Stopwatch;
 use super::mission::stamp_of;
 use super::outcome::{Answer, BadInput, Failure};
-use super::output::{OutputFolder, print};
+use super::output::{OutputFolder, print, tell};
 use crate::config::{Mission, load_mission, write_trajectory_csv};
 use crate::plan::{Guess, InputReference, Plan, Progress, SolverOptions, Status, plan};
 use crate::report::{plan_figure, plan_json, plan_text};
@@ -22,13 +22,16 @@ pub struct TimedPlan {
     pub solve_ms: f64,
 }
 
-/// Plans a mission with the solver's defaults.
+/// Plans a mission with the solver's defaults; shows the iterations on stderr if that is wanted.
 ///
 /// # Errors
 /// [`Failure::BadInput`] when the problem cannot be posed.
-pub fn plan_mission(mission: &Mission) -> Result<TimedPlan, Failure> {
+pub fn plan_mission(mission: &Mission, verbose: bool) -> Result<TimedPlan, Failure> {
     let watch = Stopwatch::start();
-    let plan = plan(&mission.plan_problem(), &Guess::StraightLine, &SolverOptions::default(), &mut |_| {
+    let plan = plan(&mission.plan_problem(), &Guess::StraightLine, &SolverOptions::default(), &mut |p| {
+        if verbose {
+            show(p);
+        }
         ControlFlow::Continue(())
     })
     .bad_input()?;
@@ -37,17 +40,8 @@ pub fn plan_mission(mission: &Mission) -> Result<TimedPlan, Failure> {
 
 /// `samara plan`.
 pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
-    let mission = load_mission(&args.mission.mission).bad_input()?;
+    let mission = chosen(args)?;
     let mut problem = mission.plan_problem();
-    if let Some(nodes) = args.nodes {
-        problem.nodes = nodes as usize;
-    }
-    if let Some(cost) = args.input_cost {
-        problem.input_reference = match cost {
-            InputCost::Zero => InputReference::Zero,
-            InputCost::Trim => InputReference::Trim,
-        };
-    }
     problem.terminal_velocity_tolerance_m_s = args.terminal_tolerance;
     let options = SolverOptions {
         tolerance: args.tolerance,
@@ -57,7 +51,7 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let watch = Stopwatch::start();
     let plan = plan(&problem, &Guess::StraightLine, &options, &mut |progress| {
-        if args.verbose {
+        if args.planning.verbose {
             show(progress);
         }
         match args.time_limit {
@@ -68,6 +62,7 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
     .bad_input()?;
     let solve_ms = watch.ms();
     write_plan(&folder, &mission, &plan)?;
+    folder.write_manifest("plan", &mission, &[])?;
     if args.mission.json {
         print(&plan_json(&mission, &plan, Some(solve_ms)))?;
     } else {
@@ -75,6 +70,38 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
         print(&format!("results in {}\n", folder.path().display()))?;
     }
     Ok(if plan.status == Status::Converged { Answer::Yes } else { Answer::No })
+}
+
+/// The mission with what the command line changes of its plan.
+fn chosen(args: &PlanArgs) -> Result<Mission, Failure> {
+    let mut mission = load_mission(&args.mission.mission).bad_input()?;
+    if let Some(nodes) = args.nodes.map(|n| n as usize).filter(|n| *n != mission.nodes) {
+        mission.nodes = nodes;
+        mission.note_choice("nodes", &nodes.to_string());
+    }
+    let (reference, name) = match args.input_cost {
+        Some(InputCost::Zero) => (InputReference::Zero, "zero"),
+        Some(InputCost::Trim) => (InputReference::Trim, "trim"),
+        None => (mission.cost_input_reference, ""),
+    };
+    if reference != mission.cost_input_reference {
+        mission.cost_input_reference = reference;
+        mission.note_choice("input cost", name);
+    }
+    if let Some(within_m_s) = args.terminal_tolerance {
+        mission.note_choice("terminal tolerance", &format!("{within_m_s:?}"));
+    }
+    let usual = SolverOptions::default();
+    if args.tolerance != usual.tolerance {
+        mission.note_choice("tolerance", &format!("{:?}", args.tolerance));
+    }
+    if args.max_iterations as usize != usual.max_iterations {
+        mission.note_choice("max iterations", &args.max_iterations.to_string());
+    }
+    if let Some(limit_s) = args.time_limit {
+        mission.note_choice("time limit", &format!("{limit_s:?}"));
+    }
+    Ok(mission)
 }
 
 /// Writes `trajectory.csv`, `plan.json` and `plan.svg`.
@@ -89,13 +116,12 @@ pub fn write_plan(folder: &OutputFolder, mission: &Mission, plan: &Plan) -> Resu
     Ok(())
 }
 
-#[expect(clippy::print_stderr, reason = "progress of a verbose run")]
 fn show(p: &Progress) {
     if p.iteration == 0 {
-        eprintln!("iter      objective     defect   gradient         mu     step");
+        tell("iter      objective     defect   gradient         mu     step\n");
     }
-    eprintln!(
-        "{:4} {:14.8} {:10.2e} {:10.2e} {:10.1e} {:8.4}",
+    tell(&format!(
+        "{:4} {:14.8} {:10.2e} {:10.2e} {:10.1e} {:8.4}\n",
         p.iteration, p.objective, p.defect_max, p.kkt_residual, p.mu, p.step_length
-    );
+    ));
 }

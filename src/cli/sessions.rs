@@ -1,8 +1,8 @@
 //! The parties of a drop, built from a mission.
 
 use super::args::ChoiceArgs;
-use super::mission::tell;
 use super::outcome::{BadInput, Failure};
+use super::output::tell;
 use crate::autopilot::parameters::Parameters;
 use crate::config::{Mission, load_parameters};
 use crate::control::{Airframe, Cascade};
@@ -54,7 +54,7 @@ pub fn autopilot(
     });
     if let Some(path) = &choice.params {
         for remark in session.load_parameters(&load_parameters(path).bad_input()?) {
-            tell(&format!("{}: {remark}", path.display()));
+            tell(&format!("samara: {}: {remark}\n", path.display()));
         }
     }
     Ok(session)

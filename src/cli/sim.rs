@@ -1,7 +1,7 @@
 //! `samara sim`: the simulator behind its sockets.
 
 use super::args::SimArgs;
-use super::drop::{drop_run, judge, never_released, tell_failsafe, tell_if_stopped, tell_verdict};
+use super::drop::{answer_of, drop_run, judge, never_released, tell_failsafe, tell_if_stopped, tell_verdict};
 use super::flight_files::write_flight;
 use super::mission::chosen_mission;
 use super::narrative::Narrator;
@@ -11,7 +11,7 @@ use super::output::{OutputFolder, print};
 use super::recording::Recording;
 use super::sessions;
 use crate::link::shell::run_simulator;
-use crate::report::drop_json;
+use crate::report::{DropRun, drop_json};
 
 /// `samara sim`.
 pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
@@ -34,20 +34,21 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
         write_flight(&folder, &mission, &log, None, verdict.as_ref())?;
     }
     let stopped = tell_if_stopped(&narrator, &mission, &log)?;
-    let Some(verdict) = verdict else {
-        never_released(&narrator, &mission, stopped)?;
-        return Ok(Answer::No);
-    };
-    let text = drop_json(&mission, &verdict, &drop_run(&record));
-    folder.write("drop.json", |out| std::io::Write::write_all(out, text.as_bytes()))?;
-    tell_verdict(&narrator, &mission, &verdict, &log, &folder)?;
+    let run =
+        DropRun { ended_at_s: log.last().map_or(0.0, |s| s.t_s), completed: !stopped, ..drop_run(&record) };
+    let text = drop_json(&mission, verdict.as_ref(), &run);
+    if !log.is_empty() {
+        folder.write("drop.json", |out| std::io::Write::write_all(out, text.as_bytes()))?;
+        let circumstances = [("instance", args.net.instance.to_string())];
+        folder.write_manifest("sim", &mission, &circumstances)?;
+    }
+    match &verdict {
+        Some(verdict) => tell_verdict(&narrator, &mission, verdict, &log, &folder)?,
+        None => never_released(&narrator, &mission, stopped)?,
+    }
     tell_failsafe(&narrator, &record)?;
     if args.mission.json {
         print(&text)?;
     }
-    Ok(if verdict.limits_passed.is_empty() && !stopped && !record.failsafe {
-        Answer::Yes
-    } else {
-        Answer::No
-    })
+    Ok(answer_of(verdict.as_ref(), stopped, &record))
 }

@@ -1,7 +1,7 @@
 //! `samara stream`: the offboard streamer behind its socket. Yes is a plan that was streamed to its end.
 
 use super::args::StreamArgs;
-use super::mission::{chosen_mission, read_trajectory};
+use super::mission::chosen_mission;
 use super::narrative::Narrator;
 use super::net::{Reporter, block_on, key_of, ports_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
@@ -14,14 +14,14 @@ use crate::report::plan_text;
 
 /// `samara stream`.
 pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
-    let mission = chosen_mission(&args.mission, &args.choice)?;
+    let mut mission = chosen_mission(&args.mission, &args.choice)?;
     let ports = ports_of(&args.net)?;
     let key = key_of(&args.net)?;
     let narrator = Narrator::alone(false);
     let trajectory = match &args.trajectory {
-        Some(path) => read_trajectory(path, &mission)?,
+        Some(path) => mission.use_trajectory(path).bad_input()?.trajectory,
         None => {
-            let timed = plan_mission(&mission)?;
+            let timed = plan_mission(&mission, args.planning.verbose)?;
             let text = plan_text(&timed.plan, &mission.limits, None);
             narrator.say(&format!("planned in {:.1} ms: {text}", timed.solve_ms))?;
             if timed.plan.status != Status::Converged {

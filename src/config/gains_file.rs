@@ -29,23 +29,23 @@ pub(super) struct GainsJson {
     /// Name of the set.
     name: Name,
     /// Pitch (and roll) rate, proportional [1/s].
-    k_pq_per_s: NonNegative,
+    k_pq_per_s: NonNegative<1_000_000>,
     /// Pitch (and roll) rate, integral [1/s^2].
-    k_iq_per_s2: NonNegative,
+    k_iq_per_s2: NonNegative<1_000_000>,
     /// Pitch (and roll) angle, proportional [1/s].
-    k_ptheta_per_s: NonNegative,
+    k_ptheta_per_s: NonNegative<1_000_000>,
     /// Vertical velocity, proportional [1/s].
-    k_pvz_per_s: NonNegative,
+    k_pvz_per_s: NonNegative<1_000_000>,
     /// Vertical velocity, integral [1/s^2].
-    k_ivz_per_s2: NonNegative,
+    k_ivz_per_s2: NonNegative<1_000_000>,
     /// Horizontal velocity, proportional [1/s].
-    k_pvx_per_s: NonNegative,
+    k_pvx_per_s: NonNegative<1_000_000>,
     /// Horizontal velocity, integral [1/s^2].
-    k_ivx_per_s2: NonNegative,
+    k_ivx_per_s2: NonNegative<1_000_000>,
     /// Heading, proportional [1/s].
-    k_ppsi_per_s: NonNegative,
+    k_ppsi_per_s: NonNegative<1_000_000>,
     /// Yaw rate, proportional [1/s].
-    k_pr_per_s: NonNegative,
+    k_pr_per_s: NonNegative<1_000_000>,
 }
 
 /// Reads a gains file.

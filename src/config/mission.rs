@@ -6,18 +6,28 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::gains_file::{gains_path, load_named_gains};
-use super::mission_json::{InputReferenceJson, MissionJson, StartJson};
+use super::mission_json::{InitialJson, InputReferenceJson, MissionJson, StartJson};
 use super::mission_parts as parts;
 use super::number::NonNegative;
 use super::source::{InputHash, Source};
+use super::trajectory_csv::{TrajectoryFile, load_trajectory};
 use super::vehicle_file::load_named_vehicle;
 use super::{ConfigError, GainsFile, VehicleFile};
 use crate::assess::SafetyLimits;
 use crate::control::{ControlLimits, Gains};
 use crate::model::{Environment, MAX_ROTORS, Parachute, Vehicle};
-use crate::plan::{InputReference, PlanProblem};
-use crate::sim::{ReleaseTrigger, Start};
+use crate::plan::{InputReference, PlanProblem, PlanState};
+use crate::sim::{DropSimulation, ReleaseTrigger, Start};
 use crate::units::RAD_PER_DEG;
+
+/// State that a plan starts from, rotors at rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlanInitial {
+    /// The paper's (44) without the swing: level and still, descending at `v_0 = descent + g t_d`.
+    Paper,
+    /// Where the drop comes to after a release at the end of the hang, with its swing and braked by the air.
+    Release,
+}
 
 /// A state at t = 0 that the gains are tuned on; rotors at rest.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,6 +72,8 @@ pub struct Mission {
     pub target_v_ned: Vector3<f64>,
     /// Horizon of the plan, t_f [s].
     pub horizon_s: f64,
+    /// What the plan starts from.
+    pub plan_initial: PlanInitial,
     /// Number of nodes of the plan; one more than its intervals.
     pub nodes: usize,
     /// Greatest thrust of a rotor in the plan [N].
@@ -100,8 +112,10 @@ pub struct Mission {
     pub monte_carlo: MonteCarlo,
     /// Seed of everything random.
     pub seed: u64,
-    /// SHA-256 of mission, vehicle, tables and gains, hexadecimal.
+    /// SHA-256 of mission, vehicle, tables and gains, and of what was chosen beside them, hexadecimal.
     pub input_hash: String,
+    /// What was chosen beside the files: name and value, in the order of choosing.
+    pub choices: Vec<(String, String)>,
     /// For putting other gains in.
     gains_shelf: GainsShelf,
 }
@@ -159,7 +173,42 @@ impl Mission {
         self.gains = gains.gains;
         self.gains_name = gains.name;
         self.input_hash = input_hash;
+        for (name, value) in self.choices.clone() {
+            self.absorb(&name, &value);
+        }
         Ok(())
+    }
+
+    /// Notes what was chosen beside the files and decides what results hold (an option of the command line, the hash of a
+    /// trajectory). The input hash follows.
+    pub fn note_choice(&mut self, name: &str, value: &str) {
+        self.choices.push((name.to_owned(), value.to_owned()));
+        self.absorb(name, value);
+    }
+
+    /// Puts another seed in. The input hash follows.
+    pub fn use_seed(&mut self, seed: u64) {
+        if seed != self.seed {
+            self.seed = seed;
+            self.note_choice("seed", &seed.to_string());
+        }
+    }
+
+    /// Reads a trajectory for the mission's vehicle, to be flown instead of a plan. The input hash follows.
+    ///
+    /// # Errors
+    /// [`ConfigError`] when the file is wrong or for another number of rotors; the mission is unchanged then.
+    pub fn use_trajectory(&mut self, path: &Path) -> Result<TrajectoryFile, ConfigError> {
+        let file = load_trajectory(path, self.vehicle.rotors.len())?;
+        self.note_choice("trajectory sha256", &file.sha256);
+        Ok(file)
+    }
+
+    fn absorb(&mut self, name: &str, value: &str) {
+        let mut hash = InputHash::default();
+        hash.follow(&self.input_hash);
+        hash.absorb_text(name, value);
+        self.input_hash = hash.hex();
     }
 
     /// The input hash with one more file in it.
@@ -170,14 +219,33 @@ impl Mission {
         hash.hex()
     }
 
-    /// The planner's problem: from the nominal state at t = 0, rotors at rest, to the target. The nominal state is the
-    /// paper's (40)-(44) without the swing: level, at rest, descending at `v_0`.
+    /// The state that a plan starts from, [`PlanInitial`]; adrift with the wind.
+    pub fn plan_initial_state(&self) -> PlanState {
+        match self.plan_initial {
+            PlanInitial::Paper => {
+                let drift = self.environment.drift_ned_m_s();
+                let v0 = self.parachute.v0_m_s(self.environment.gravity_m_s2);
+                [1.0, 0.0, 0.0, 0.0, drift.x, drift.y, v0, 0.0, 0.0, 0.0]
+            }
+            PlanInitial::Release => {
+                let body = DropSimulation::nominal_state_at_t0(
+                    self.vehicle.clone(),
+                    self.environment.clone(),
+                    self.parachute,
+                    self.start,
+                );
+                let (q, v, w) = (body.q_ned_from_body, body.v_ned, body.omega_body);
+                [q[0], q[1], q[2], q[3], v.x, v.y, v.z, w.x, w.y, w.z]
+            }
+        }
+    }
+
+    /// The planner's problem: from the nominal state at t = 0, rotors at rest, to the target.
     pub fn plan_problem(&self) -> PlanProblem<'_> {
-        let v0 = self.parachute.v0_m_s(self.environment.gravity_m_s2);
         PlanProblem {
             vehicle: &self.vehicle,
             environment: &self.environment,
-            initial: [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, v0, 0.0, 0.0, 0.0],
+            initial: self.plan_initial_state(),
             initial_thrust_n: [0.0; MAX_ROTORS],
             target_v_ned: self.target_v_ned,
             x_ss: self.x_ss,
@@ -211,6 +279,10 @@ fn build(
         parachute,
         target_v_ned: json.target_v_ned_m_s.get().into(),
         horizon_s: plan.horizon_s.get(),
+        plan_initial: match plan.initial {
+            Some(InitialJson::Release) => PlanInitial::Release,
+            Some(InitialJson::Paper) | None => PlanInitial::Paper,
+        },
         nodes: plan.nodes.get(),
         thrust_max_n: plan.thrust_max_n.get(),
         thrust_slew_n_s: plan.thrust_slew_n_s.get(),
@@ -241,7 +313,7 @@ fn build(
         },
         hang_s: json.release.hang_s.get(),
         duration_s: json.duration_s.get(),
-        epoch_unix_us: json.epoch_unix_us,
+        epoch_unix_us: json.epoch_unix_us.get() as u64,
         release_trigger: parts::trigger(source, json)?,
         tuning_cases: json.tuning.cases.iter().map(parts::release_case).collect(),
         monte_carlo: MonteCarlo {
@@ -252,6 +324,7 @@ fn build(
         },
         seed: json.seed,
         input_hash,
+        choices: Vec::new(),
         gains_shelf,
     })
 }

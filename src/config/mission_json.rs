@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::number::{
-    AngleDeg, Count, DelayS, Exactly, Finite, LatitudeDeg, Name, NonNegative, Positive, SpanS, TiltDeg,
+    AngleDeg, Count, DelayS, Exactly, LatitudeDeg, Name, NonNegative, Positive, SpanS, TiltDeg, Within,
 };
 
 /// A drop: what falls, where, how it is released, where it shall fly to, and how that is planned, judged and tuned. Paths
@@ -25,11 +25,11 @@ pub(super) struct MissionJson {
     /// Seed of everything random.
     pub(super) seed: u64,
     /// Time of the simulation's start for stamps in logs [us since 1970-01-01 UTC].
-    pub(super) epoch_unix_us: u64,
+    pub(super) epoch_unix_us: Count<0, 4_102_444_800_000_000>,
     /// How long the simulation runs, from the start of the hang [s].
     pub(super) duration_s: SpanS,
     /// Steady velocity to reach, v_cmd, NED [m/s].
-    pub(super) target_v_ned_m_s: Exactly<Finite, 3>,
+    pub(super) target_v_ned_m_s: Exactly<Within<1000>, 3>,
     /// Gravity, air and place.
     pub(super) site: SiteJson,
     /// Descent and swing before the release, and the delay after it.
@@ -56,17 +56,17 @@ pub(super) struct SiteJson {
     #[serde(rename = "about")]
     pub(super) _about: Option<String>,
     /// Gravity [m/s^2].
-    pub(super) gravity_m_s2: Positive,
+    pub(super) gravity_m_s2: Positive<100>,
     /// Density of the air [kg/m^3].
-    pub(super) density_kg_m3: Positive,
+    pub(super) density_kg_m3: Positive<1000>,
     /// Velocity of the air over ground, NED [m/s].
-    pub(super) wind_ned_m_s: Exactly<Finite, 3>,
+    pub(super) wind_ned_m_s: Exactly<Within<200>, 3>,
     /// Latitude of the local frame's origin, the point of release at the end of the hang [deg].
     pub(super) latitude_deg: LatitudeDeg,
     /// Its longitude [deg].
     pub(super) longitude_deg: AngleDeg,
     /// Its altitude above mean sea level [m].
-    pub(super) altitude_m: Finite,
+    pub(super) altitude_m: Within<100_000>,
 }
 
 /// Descent and swing under the canopy.
@@ -77,7 +77,7 @@ pub(super) struct ParachuteJson {
     #[serde(rename = "about")]
     pub(super) _about: Option<String>,
     /// Rate of descent over ground [m/s].
-    pub(super) descent_m_s: NonNegative,
+    pub(super) descent_m_s: NonNegative<200>,
     /// Delay t_d between release and rotor start [s].
     pub(super) delay_s: DelayS,
     /// The swing in the north-down plane, (40).
@@ -93,9 +93,9 @@ pub(super) struct PendulumJson {
     /// Phase phi at the end of the hang [deg].
     pub(super) phase_deg: AngleDeg,
     /// omega [rad/s].
-    pub(super) omega_rad_s: NonNegative,
+    pub(super) omega_rad_s: NonNegative<100>,
     /// Length r from the pivot to the centre of mass [m].
-    pub(super) length_m: NonNegative,
+    pub(super) length_m: NonNegative<1000>,
 }
 
 /// When and how the vehicle is cut loose.
@@ -131,7 +131,7 @@ pub(super) enum TriggerJson {
     /// An altitude, passed on the way down.
     Altitude {
         /// Above mean sea level [m].
-        altitude_m: Finite,
+        altitude_m: Within<1_000_000>,
     },
     /// Armed and in OFFBOARD.
     ArmedOffboard,
@@ -146,20 +146,32 @@ pub(super) struct PlanJson {
     pub(super) _about: Option<String>,
     /// Horizon t_f from the start of the rotors [s].
     pub(super) horizon_s: SpanS,
+    /// What the plan starts from; "paper" when left out.
+    pub(super) initial: Option<InitialJson>,
     /// Number of nodes N; N - 1 intervals fill the horizon.
     pub(super) nodes: Count<3, 10_000>,
     /// Greatest thrust of a rotor [N].
-    pub(super) thrust_max_n: Positive,
+    pub(super) thrust_max_n: Positive<1_000_000>,
     /// Greatest rate of change of a rotor's thrust [N/s].
-    pub(super) thrust_slew_n_s: Positive,
+    pub(super) thrust_slew_n_s: Positive<1_000_000_000>,
     /// Diagonal of Q and S over the state [q0, q1, q2, q3, vn, ve, vd, p, q, r] in SI.
-    pub(super) cost_state: Exactly<NonNegative, 10>,
+    pub(super) cost_state: Exactly<NonNegative<1_000_000_000>, 10>,
     /// Diagonal of R [1/N^2].
-    pub(super) cost_input_per_n2: NonNegative,
+    pub(super) cost_input_per_n2: NonNegative<1_000_000_000>,
     /// Thrust that costs nothing.
     pub(super) cost_input_reference: InputReferenceJson,
     /// Reference state x_ss of the cost, (31); the solved trim at the target velocity when left out.
     pub(super) x_ss: Option<StateJson>,
+}
+
+/// State that a plan starts from, rotors at rest.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum InitialJson {
+    /// (44): level and still, descending at v_0 = descent + g t_d.
+    Paper,
+    /// Where the drop comes to after a release at the end of the hang: with its swing, braked by the air.
+    Release,
 }
 
 /// Thrust that costs nothing.
@@ -177,11 +189,11 @@ pub(super) enum InputReferenceJson {
 #[serde(deny_unknown_fields)]
 pub(super) struct StateJson {
     /// Attitude, body to NED, scalar first.
-    pub(super) q_ned_from_body: Exactly<Finite, 4>,
+    pub(super) q_ned_from_body: Exactly<Within<2>, 4>,
     /// Velocity, NED [m/s].
-    pub(super) v_ned_m_s: Exactly<Finite, 3>,
+    pub(super) v_ned_m_s: Exactly<Within<1000>, 3>,
     /// Body rates [rad/s].
-    pub(super) omega_body_rad_s: Exactly<Finite, 3>,
+    pub(super) omega_body_rad_s: Exactly<Within<1000>, 3>,
 }
 
 /// Safety limits, Table 1: where J_state is 1.
@@ -192,13 +204,13 @@ pub(super) struct LimitsJson {
     #[serde(rename = "about")]
     pub(super) _about: Option<String>,
     /// Speed [m/s].
-    pub(super) speed_m_s: Positive,
+    pub(super) speed_m_s: Positive<1000>,
     /// Pitch, either way [deg].
-    pub(super) pitch_deg: Positive,
+    pub(super) pitch_deg: Positive<180>,
     /// Pitch rate, either way [deg/s].
-    pub(super) pitch_rate_deg_s: Positive,
+    pub(super) pitch_rate_deg_s: Positive<100_000>,
     /// Vertical acceleration [m/s^2]; reported, not judged.
-    pub(super) vertical_acceleration_m_s2: Positive,
+    pub(super) vertical_acceleration_m_s2: Positive<100_000>,
 }
 
 /// Limits of the cascade.
@@ -211,11 +223,11 @@ pub(super) struct ControlJson {
     /// Largest commanded tilt [deg].
     pub(super) tilt_limit_deg: TiltDeg,
     /// Largest commanded roll and pitch rate [deg/s].
-    pub(super) rate_command_limit_deg_s: Positive,
+    pub(super) rate_command_limit_deg_s: Positive<100_000>,
     /// Largest commanded yaw rate [deg/s].
-    pub(super) yaw_rate_command_limit_deg_s: Positive,
+    pub(super) yaw_rate_command_limit_deg_s: Positive<100_000>,
     /// Bound of the rate loops' integrals [rad/s^2].
-    pub(super) rate_integral_limit_rad_s2: Positive,
+    pub(super) rate_integral_limit_rad_s2: Positive<100_000>,
 }
 
 /// What the gains are tuned on.
@@ -236,11 +248,11 @@ pub(super) struct CaseJson {
     /// Name of the case.
     pub(super) name: Name,
     /// Velocity, NED [m/s].
-    pub(super) v_ned_m_s: Exactly<Finite, 3>,
+    pub(super) v_ned_m_s: Exactly<Within<1000>, 3>,
     /// Pitch [deg].
     pub(super) pitch_deg: AngleDeg,
     /// Pitch rate [deg/s].
-    pub(super) pitch_rate_deg_s: Finite,
+    pub(super) pitch_rate_deg_s: Within<100_000>,
 }
 
 /// Random releases: amplitude theta_0 normal about 0, phase uniform over the turn.
@@ -253,9 +265,9 @@ pub(super) struct MonteCarloJson {
     /// Releases in a campaign.
     pub(super) trials: Count<1, 1_000_000>,
     /// Standard deviation of the amplitude [deg].
-    pub(super) amplitude_sigma_deg: NonNegative,
+    pub(super) amplitude_sigma_deg: NonNegative<180>,
     /// Frequency of the swing [rad/s].
-    pub(super) omega_rad_s: NonNegative,
+    pub(super) omega_rad_s: NonNegative<100>,
     /// Length of the pendulum [m].
-    pub(super) length_m: NonNegative,
+    pub(super) length_m: NonNegative<1000>,
 }

@@ -130,11 +130,80 @@ fn the_hash_follows_every_file() {
 }
 
 #[test]
+fn the_hash_follows_what_is_chosen_beside_the_files() {
+    let mut m = load_mission(&shipped(TITAN)).unwrap();
+    let mut hashes = vec![m.input_hash.clone()];
+    m.use_seed(1);
+    assert_eq!((&m.input_hash, m.choices.len()), (&hashes[0], 0), "the mission's own seed is no choice");
+    m.use_seed(2);
+    hashes.push(m.input_hash.clone());
+    m.note_choice("nodes", "51");
+    hashes.push(m.input_hash.clone());
+    m.use_gains("paper_pso").unwrap();
+    hashes.push(m.input_hash.clone());
+    m.use_gains("safety").unwrap();
+    assert_eq!(m.input_hash, hashes[2], "gains put in later keep the choices");
+    hashes.sort();
+    hashes.dedup();
+    assert_eq!(hashes.len(), 4);
+}
+
+#[test]
+fn the_plan_starts_from_the_paper_s_state_or_from_the_release_adrift_with_the_wind() {
+    let m = load_mission(&shipped(TITAN)).unwrap();
+    assert_eq!(m.plan_initial, PlanInitial::Paper);
+    assert_eq!(m.plan_initial_state(), [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.675, 0.0, 0.0, 0.0]);
+    let windy = |from: &str| titan(from, "\"wind_ned_m_s\": [6, -2, 0]").loaded.unwrap();
+    let state = windy("\"wind_ned_m_s\": [0, 0, 0]").plan_initial_state();
+    assert_eq!(state, [1.0, 0.0, 0.0, 0.0, 6.0, -2.0, 3.675, 0.0, 0.0, 0.0]);
+    // An independent implementation: 3.661 m/s on Titan after the fall through the air.
+    let release = titan("\"initial\": \"paper\"", "\"initial\": \"release\"").loaded.unwrap();
+    assert!((release.plan_initial_state()[6] - 3.661).abs() < 5e-4, "{:?}", release.plan_initial_state());
+    let x500 = load_mission(&shipped("mission/x500_drop.json")).unwrap();
+    assert_eq!(x500.plan_initial, PlanInitial::Release);
+    let down = x500.plan_initial_state()[6];
+    // Closed form, quadratic drag of the flat body: v_t tanh(artanh(5/v_t) + g t_d/v_t) with v_t = 18.2 m/s, instead of 9.9.
+    assert!((down - 9.126639126).abs() < 1e-9, "{down}");
+    let left_out = titan("\"initial\": \"paper\",", "").loaded.unwrap();
+    assert_eq!(left_out.plan_initial, PlanInitial::Paper);
+}
+
+/// What would make arithmetic overflow, or memory or time explode, is refused where it stands.
+#[test]
+fn absurd_numbers_are_refused() {
+    let cases = [
+        ("\"duration_s\": 45", "\"duration_s\": ", "1e12", "duration_s", "at most 900 s"),
+        ("\"horizon_s\": 30.0", "\"horizon_s\": ", "901", "plan.horizon_s", "at most 900 s"),
+        ("\"density_kg_m3\": 5.4", "\"density_kg_m3\": ", "1e300", "site.density_kg_m3", "at most 1000"),
+        ("\"gravity_m_s2\": 1.35", "\"gravity_m_s2\": ", "1e9", "site.gravity_m_s2", "at most 100"),
+        ("\"thrust_max_n\": 300.0", "\"thrust_max_n\": ", "1e300", "plan.thrust_max_n", "at most 1000000"),
+        ("\"descent_m_s\": 3.0", "\"descent_m_s\": ", "300", "parachute.descent_m_s", "from 0 to 200"),
+        ("\"delay_s\": 0.5", "\"delay_s\": ", "1e5", "parachute.delay_s", "a time from 0 to 900 s"),
+        ("\"nodes\": 38", "\"nodes\": ", "10001", "plan.nodes", "from 3 to 10000"),
+    ];
+    for (from, key, value, path, says) in cases {
+        titan(from, &format!("{key}{value}")).refused_at((&format!("{key}{value}"), key.len()), path, says);
+    }
+    titan("[4, 0, 4],\n  \"site", "[1e160, 0, 4],\n  \"site").refused_at(
+        ("1e160", 0),
+        "target_v_ned_m_s[0]",
+        "expected a number from -1000 to 1000",
+    );
+    let vehicle = |from: &str, to: &str| spoil(load_mission, TITAN, "params/vehicles/titan.json", from, to);
+    vehicle("790.0", "1e300").refused_at(("1e300", 0), "mass_kg", "greater than 0 and at most 100000");
+    safety("\"k_pr_per_s\": 1.0", "\"k_pr_per_s\": 1e300").refused_at(
+        ("1e300", 0),
+        "k_pr_per_s",
+        "from 0 to 1000000",
+    );
+}
+
+#[test]
 fn written_gains_read_back_to_the_last_bit() {
     let dir = copy();
     let path = dir.path().join("mine.json");
     let gains =
-        Gains::longitudinal([1.0 / 3.0, 1e-20, 0.1 + 0.2, 5.0, 0.0, f64::MAX, 2.2250738585072014e-308]);
+        Gains::longitudinal([1.0 / 3.0, 1e-20, 0.1 + 0.2, 5.0, 0.0, 1e6 - 1e-10, 2.2250738585072014e-308]);
     std::fs::write(&path, gains_json("mine", "a \"quoted\" \n about", &gains)).unwrap();
     assert_eq!(load_gains(&path).unwrap(), GainsFile { name: "mine".into(), gains });
 }
@@ -181,7 +250,7 @@ fn numbers_out_of_range_are_refused() {
     titan("\"pitch_rate_deg_s\": 18.8", "\"pitch_rate_deg_s\": \"18.8\"").refused_at(
         ("\"18.8\"", 0),
         "tuning.cases[1].pitch_rate_deg_s",
-        "expected a finite number",
+        "expected a number from -100000 to 100000",
     );
 }
 
@@ -244,6 +313,7 @@ fn regress_schemas_are_current_and_show_the_ranges() {
     let [_, (_, vehicle), _] = schema::schemas();
     let vehicle: serde_json::Value = serde_json::from_str(&vehicle).unwrap();
     assert_eq!(vehicle["properties"]["mass_kg"]["exclusiveMinimum"], 0);
+    assert_eq!(vehicle["properties"]["mass_kg"]["maximum"], 100_000);
     assert_eq!(vehicle["properties"]["inertia_kg_m2"]["maxItems"], 3);
 }
 

@@ -32,9 +32,9 @@ mod vehicle_json;
 
 pub use error::ConfigError;
 pub use gains_file::{GainsFile, gains_json, gains_path, load_gains};
-pub use mission::{Mission, MonteCarlo, ReleaseCase, load_mission};
+pub use mission::{Mission, MonteCarlo, PlanInitial, ReleaseCase, load_mission};
 pub use params_file::load_parameters;
-pub use trajectory_csv::{Stamp, read_trajectory_csv, write_trajectory_csv};
+pub use trajectory_csv::{Stamp, TrajectoryFile, read_trajectory_csv, write_trajectory_csv};
 pub use vehicle_file::{VehicleFile, load_vehicle};
 
 #[cfg(test)]

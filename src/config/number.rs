@@ -6,26 +6,66 @@ use std::fmt;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Deserialize, Deserializer, SeqAccess, Unexpected, Visitor};
+use serde_json::Value;
 
-/// Reads a number and checks it where it stands.
-struct Checked {
-    expected: &'static str,
-    holds: fn(f64) -> bool,
+/// Where a number may lie.
+#[derive(Clone, Copy)]
+struct Range {
+    /// "a number", "an angle".
+    what: &'static str,
+    unit: &'static str,
+    low: f64,
+    low_excluded: bool,
+    high: f64,
+    high_excluded: bool,
 }
 
-impl Visitor<'_> for Checked {
+impl Range {
+    const fn from_to(low: f64, high: f64) -> Self {
+        Self { what: "a number", unit: "", low, low_excluded: false, high, high_excluded: false }
+    }
+
+    const fn of(self, what: &'static str, unit: &'static str) -> Self {
+        Self { what, unit, ..self }
+    }
+
+    fn contains(&self, x: f64) -> bool {
+        let above = if self.low_excluded { x > self.low } else { x >= self.low };
+        let below = if self.high_excluded { x < self.high } else { x <= self.high };
+        above && below
+    }
+
+    fn schema(&self) -> Schema {
+        // A whole number without a decimal point, as it is written in the file.
+        let bound = |x: f64| if x.fract() == 0.0 { Value::from(x as i64) } else { Value::from(x) };
+        let low = if self.low_excluded { "exclusiveMinimum" } else { "minimum" };
+        let high = if self.high_excluded { "exclusiveMaximum" } else { "maximum" };
+        json_schema!({ "type": "number", low: bound(self.low), high: bound(self.high) })
+    }
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self { what, unit, low, high, .. } = self;
+        match (self.low_excluded, self.high_excluded) {
+            (false, false) => write!(f, "{what} from {low} to {high}{unit}"),
+            (true, false) => write!(f, "{what} greater than {low} and at most {high}{unit}"),
+            (false, true) => write!(f, "{what} of at least {low} and less than {high}{unit}"),
+            (true, true) => write!(f, "{what} between {low} and {high}{unit}, both excluded"),
+        }
+    }
+}
+
+/// Reads a number and checks it where it stands.
+impl Visitor<'_> for Range {
     type Value = f64;
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(self.expected)
+        fmt::Display::fmt(self, f)
     }
 
     fn visit_f64<E: de::Error>(self, x: f64) -> Result<f64, E> {
-        if x.is_finite() && (self.holds)(x) {
-            Ok(x)
-        } else {
-            Err(E::invalid_value(Unexpected::Float(x), &self))
-        }
+        if self.contains(x) { Ok(x) } else { Err(E::invalid_value(Unexpected::Float(x), &self)) }
     }
 
     fn visit_u64<E: de::Error>(self, x: u64) -> Result<f64, E> {
@@ -38,75 +78,83 @@ impl Visitor<'_> for Checked {
 }
 
 macro_rules! number {
-    ($(#[$doc:meta])* $name:ident: $expected:literal, $holds:expr, { $($schema:tt)* }) => {
+    ($(#[$doc:meta])* $name:ident $(<$max:ident>)?: $range:expr) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq)]
-        pub(super) struct $name(f64);
+        pub(super) struct $name $(<const $max: u64>)? (f64);
 
-        impl $name {
+        impl $(<const $max: u64>)? $name $(<$max>)? {
+            const RANGE: Range = $range;
+
             pub(super) fn get(self) -> f64 {
                 self.0
             }
         }
 
-        impl<'de> Deserialize<'de> for $name {
+        impl<'de $(, const $max: u64)?> Deserialize<'de> for $name $(<$max>)? {
             fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-                d.deserialize_f64(Checked { expected: $expected, holds: $holds }).map(Self)
+                d.deserialize_f64(Self::RANGE).map(Self)
             }
         }
 
-        impl JsonSchema for $name {
+        impl $(<const $max: u64>)? JsonSchema for $name $(<$max>)? {
             fn inline_schema() -> bool {
                 true
             }
             fn schema_name() -> Cow<'static, str> {
-                stringify!($name).into()
+                format!("{} {}", stringify!($name), Self::RANGE).into()
             }
             fn json_schema(_: &mut SchemaGenerator) -> Schema {
-                json_schema!({ "type": "number", $($schema)* })
+                Self::RANGE.schema()
             }
         }
     };
 }
 
 number! {
-    /// Any finite number.
-    Finite: "a finite number", |_| true, {}
+    /// At most `MAX`, either way. Like the other bounds, `MAX` is far beyond anything that flies: it keeps out what would make
+    /// arithmetic overflow.
+    Within<MAX>: Range::from_to(-(MAX as f64), MAX as f64)
 }
 number! {
-    /// Greater than zero.
-    Positive: "a number greater than 0", |x| x > 0.0, { "exclusiveMinimum": 0 }
+    /// Greater than zero, at most `MAX`.
+    Positive<MAX>: Range { low_excluded: true, ..Range::from_to(0.0, MAX as f64) }
 }
 number! {
-    /// Zero or more.
-    NonNegative: "a number of at least 0", |x| x >= 0.0, { "minimum": 0 }
+    /// From zero to `MAX`.
+    NonNegative<MAX>: Range::from_to(0.0, MAX as f64)
 }
 number! {
     /// An angle of a full turn at the most, either way [deg].
-    AngleDeg: "an angle from -180 to 180 deg", |x| x.abs() <= 180.0, { "minimum": -180, "maximum": 180 }
+    AngleDeg: Range::from_to(-180.0, 180.0).of("an angle", " deg")
 }
 number! {
     /// An angle strictly between level and vertical [deg].
-    TiltDeg: "an angle between 0 and 90 deg, both excluded", |x| x > 0.0 && x < 90.0,
-    { "exclusiveMinimum": 0, "exclusiveMaximum": 90 }
+    TiltDeg: Range { low_excluded: true, high_excluded: true, ..Range::from_to(0.0, 90.0).of("an angle", " deg") }
 }
 number! {
     /// A latitude, poles excluded [deg].
-    LatitudeDeg: "a latitude between -90 and 90 deg, both excluded", |x| x.abs() < 90.0,
-    { "exclusiveMinimum": -90, "exclusiveMaximum": 90 }
+    LatitudeDeg: Range { low_excluded: true, high_excluded: true, ..Range::from_to(-90.0, 90.0).of("a latitude", " deg") }
 }
 number! {
     /// A component of a unit vector.
-    UnitComponent: "a number from -1 to 1", |x| x.abs() <= 1.0, { "minimum": -1, "maximum": 1 }
+    UnitComponent: Range::from_to(-1.0, 1.0)
 }
+number! {
+    /// A time constant [s]. The simulation steps by 4 ms, and the Runge-Kutta step is stable to 2.8 time constants.
+    TimeConstantS: Range::from_to(0.002, 100.0).of("a time", " s")
+}
+
+/// Longest simulation [s]: a flight's record is held in memory, at 250 Hz and some 700 bytes a sample.
+const LONGEST_S: f64 = 900.0;
+
 number! {
     /// A span of time that a run may take [s].
-    SpanS: "a time greater than 0 and at most 86400 s", |x| x > 0.0 && x <= 86_400.0,
-    { "exclusiveMinimum": 0, "maximum": 86400 }
+    SpanS: Range { low_excluded: true, ..Range::from_to(0.0, LONGEST_S).of("a time", " s") }
 }
 number! {
-    /// A time before something that comes within a day [s].
-    DelayS: "a time from 0 to 86400 s", |x| (0.0..=86_400.0).contains(&x), { "minimum": 0, "maximum": 86400 }
+    /// A time before something that comes within a run [s].
+    DelayS: Range::from_to(0.0, LONGEST_S).of("a time", " s")
 }
 
 /// A whole number from `LOW` to `HIGH`.
@@ -194,10 +242,10 @@ impl<T: JsonSchema, const N: usize> JsonSchema for Exactly<T, N> {
     }
 }
 
-impl<const N: usize> Exactly<Finite, N> {
+impl<const MAX: u64, const N: usize> Exactly<Within<MAX>, N> {
     /// The bare numbers.
     pub(super) fn get(self) -> [f64; N] {
-        self.0.map(Finite::get)
+        self.0.map(Within::get)
     }
 }
 

@@ -128,8 +128,13 @@ pub(super) struct InputHash(Sha256);
 impl InputHash {
     /// Takes a file in: its role, its length, its bytes - so that no two sets of files look alike.
     pub(super) fn absorb(&mut self, role: &str, source: &Source) {
-        self.0.update(format!("{role} {}\n", source.text.len()));
-        self.0.update(&source.text);
+        self.absorb_text(role, &source.text);
+    }
+
+    /// As [`Self::absorb`], for a text that is no file.
+    pub(super) fn absorb_text(&mut self, role: &str, text: &str) {
+        self.0.update(format!("{role} {}\n", text.len()));
+        self.0.update(text);
     }
 
     /// Takes another hash in.
@@ -141,6 +146,13 @@ impl InputHash {
     pub(super) fn hex(&self) -> String {
         self.0.clone().finalize().iter().map(|b| format!("{b:02x}")).collect()
     }
+}
+
+/// SHA-256 of a text in hexadecimal, as `sha256sum` prints it.
+pub(super) fn sha256(text: &str) -> String {
+    let mut hash = InputHash::default();
+    hash.follow(text);
+    hash.hex()
 }
 
 /// Line and column (characters), both from 1, of the byte at `offset`.

@@ -25,6 +25,9 @@ pub(super) fn refuse(source: &Source, line: usize, column: usize, message: Strin
     ConfigError::Table { file: source.file.clone(), line, column, message }
 }
 
+/// No quantity in SI that flies comes near; beyond, products of two numbers of a table might overflow.
+const MOST: f64 = 1e9;
+
 /// The numbers of a line; `columns` are the header's names.
 pub(super) fn row(source: &Source, line: usize, text: &str, columns: &[&str]) -> Result<Row, ConfigError> {
     let found = text.split(',').count();
@@ -36,7 +39,12 @@ pub(super) fn row(source: &Source, line: usize, text: &str, columns: &[&str]) ->
     let mut column = 1;
     for (field, name) in text.split(',').zip(columns) {
         match field.trim().parse::<f64>() {
-            Ok(x) if x.is_finite() => values.push(x),
+            Ok(x) if x.abs() <= MOST => values.push(x),
+            Ok(x) if x.is_finite() => {
+                let message =
+                    format!("{name}: expected a number from -1e9 to 1e9, found `{}`", shortened(field));
+                return Err(refuse(source, line, column, message));
+            }
             _ => {
                 let message = format!("{name}: expected a finite number, found `{}`", shortened(field));
                 return Err(refuse(source, line, column, message));

@@ -17,7 +17,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use super::ConfigError;
-use super::source::Source;
+use super::source::{Source, sha256};
 use super::table;
 use crate::model::MAX_ROTORS;
 use crate::trajectory::{Node, Trajectory};
@@ -71,9 +71,35 @@ pub fn write_trajectory_csv(out: &mut impl Write, trajectory: &Trajectory, stamp
 ///
 /// # Errors
 /// [`ConfigError`] with the place in the file: a column that is missing, a line with too few or too many numbers, a number
-/// that is not finite, time that does not increase, an attitude that is no rotation, fewer than two nodes.
+/// that is not finite, a first node that is not at t = 0, time that does not increase, a thrust below zero, an attitude that is no rotation, fewer than two nodes.
 pub fn read_trajectory_csv(path: &Path) -> Result<Trajectory, ConfigError> {
     parse(&Source::read(path, "trajectory file", None)?)
+}
+
+/// A trajectory with the file that it came from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrajectoryFile {
+    /// The trajectory.
+    pub trajectory: Trajectory,
+    /// The file's text.
+    pub text: String,
+    /// SHA-256 of the text, hexadecimal.
+    pub sha256: String,
+}
+
+/// As [`read_trajectory_csv`], for a vehicle with that many rotors.
+pub(super) fn load_trajectory(path: &Path, n_rotors: usize) -> Result<TrajectoryFile, ConfigError> {
+    let source = Source::read(path, "trajectory file", None)?;
+    let trajectory = parse(&source)?;
+    if trajectory.n_rotors() != n_rotors {
+        let header = table::lines(&source).next().map_or(1, |(line, _)| line);
+        let message = format!(
+            "expected a thrust column for each of the vehicle's {n_rotors} rotors, found {}",
+            trajectory.n_rotors()
+        );
+        return Err(table::refuse(&source, header, 1, message));
+    }
+    Ok(TrajectoryFile { trajectory, sha256: sha256(&source.text), text: source.text })
 }
 
 fn parse(source: &Source) -> Result<Trajectory, ConfigError> {
@@ -87,6 +113,18 @@ fn parse(source: &Source) -> Result<Trajectory, ConfigError> {
     for (line, text) in lines {
         let x = table::row(source, line, text, &columns)?.values;
         let node = node(&x, n_rotors);
+        if nodes.is_empty() && node.t_s != 0.0 {
+            let message = format!(
+                "t_s: expected the first node at t = 0, when the rotors are free, found {:?}",
+                node.t_s
+            );
+            return Err(table::refuse(source, line, 1, message));
+        }
+        if let Some(i) = node.thrust_n.iter().position(|&thrust| thrust < 0.0) {
+            let message =
+                format!("{}: expected a thrust of at least 0, found {:?}", THRUSTS[i], node.thrust_n[i]);
+            return Err(table::refuse(source, line, 1, message));
+        }
         if let Some(before) = nodes.last().filter(|before| node.t_s <= before.t_s) {
             let message = format!("t_s must increase, but {:?} follows {:?}", node.t_s, before.t_s);
             return Err(table::refuse(source, line, 1, message));

@@ -15,7 +15,7 @@ fn trajectory(n_rotors: usize, values: &[f64]) -> Trajectory {
         q_ned_from_body: [1.0, 1.5e-20, -0.0, 0.01 / 3.0],
         v_ned: Vector3::new(x(k), x(k + 1), x(k + 2)),
         omega_body: Vector3::new(x(k + 3), x(k + 4), x(k + 5)),
-        thrust_n: std::array::from_fn(|i| if i < n_rotors { x(k + 6 + i) } else { 0.0 }),
+        thrust_n: std::array::from_fn(|i| if i < n_rotors { x(k + 6 + i).abs() } else { 0.0 }),
         a_ned: Vector3::new(x(k + 20), x(k + 21), x(k + 22)),
     };
     Trajectory::new((0..5).map(node).collect(), n_rotors).unwrap()
@@ -54,6 +54,7 @@ proptest! {
     fn prop_a_trajectory_comes_back_to_the_last_bit(
         n_rotors in 1usize..=8, values in proptest::collection::vec(proptest::num::f64::NORMAL | proptest::num::f64::ZERO | proptest::num::f64::SUBNORMAL, 1..40)
     ) {
+        let values: Vec<f64> = values.iter().map(|x| if x.abs() <= 1e9 { *x } else { 1.0 / x }).collect();
         let there = trajectory(n_rotors, &values);
         let back = read(&text(&there)).unwrap();
         prop_assert_eq!(back.n_rotors(), n_rotors);
@@ -100,6 +101,7 @@ fn spoilt_trajectories_are_refused_where_they_are_wrong() {
         "q0: expected a finite number, found `NaN`",
     );
     refused(&with("1.5e-20", "1e999"), (5, 9), "q1: expected a finite number, found `1e999`");
+    refused(&with("1.5e-20", "1e300"), (5, 9), "q1: expected a number from -1e9 to 1e9, found `1e300`");
     refused(&with("1.5e-20", ""), (5, 9), "q1: expected a finite number, found ``");
     refused(
         &with("\n1.6216216216216217,", "\n0.5,"),
@@ -121,6 +123,19 @@ fn spoilt_trajectories_are_refused_where_they_are_wrong() {
         (5, 1),
         "at least 2 nodes, found 1",
     );
+    refused(&with("\n0.0,1.0,", "\n0.1,1.0,"), (5, 1), "expected the first node at t = 0");
+    let lifting: Vec<String> = good
+        .lines()
+        .enumerate()
+        .map(|(i, line)| {
+            let mut fields: Vec<&str> = line.split(',').collect();
+            if i == 6 {
+                fields[13] = "-0.5";
+            }
+            fields.join(",")
+        })
+        .collect();
+    refused(&lifting.join("\n"), (7, 1), "t3_n: expected a thrust of at least 0, found -0.5");
     refused("", (1, 1), "expected the column t_s, found");
     refused(&with("\n0.0,1.0,", "\n# late\n0.0,1.0,"), (5, 1), "expected 18 numbers");
 }

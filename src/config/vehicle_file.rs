@@ -27,6 +27,9 @@ pub struct VehicleFile {
     pub input_hash: String,
 }
 
+/// Entries of a coefficient table: the spline's equations are solved as a full matrix of this size.
+const MOST_ANGLES: usize = 721;
+
 /// Reads a vehicle file and its tables.
 ///
 /// # Errors
@@ -98,6 +101,10 @@ fn build_mounts(source: &Source, rotors: &[RotorJson]) -> Result<Vec<RotorMount>
 fn build_aero(source: &Source, json: &BodyAeroJson) -> Result<BodyAero, ConfigError> {
     let alpha_deg: Vec<f64> = json.alpha_deg.iter().map(|a| a.get()).collect();
     let n = alpha_deg.len();
+    if n > MOST_ANGLES {
+        let message = format!("expected at most {MOST_ANGLES} angles, one every half degree, found {n}");
+        return Err(source.refuse("body_aero.alpha_deg", message));
+    }
     if let Some(i) = alpha_deg.windows(2).position(|w| w[1] <= w[0]) {
         let message = format!("the angles must increase, but {} follows {}", alpha_deg[i + 1], alpha_deg[i]);
         return Err(source.refuse(&format!("body_aero.alpha_deg[{}]", i + 1), message));

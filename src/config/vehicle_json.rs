@@ -4,7 +4,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::number::{AngleDeg, Exactly, Finite, Name, NonNegative, Positive, UnitComponent};
+use super::number::{AngleDeg, Exactly, Name, NonNegative, Positive, TimeConstantS, UnitComponent, Within};
 
 /// A multirotor: mass, rotors, body aerodynamics, rotor and motor models. Body axes: x forward, y right, z down.
 #[derive(Deserialize, JsonSchema)]
@@ -16,12 +16,12 @@ pub(super) struct VehicleJson {
     /// Name of the vehicle.
     pub(super) name: Name,
     /// Mass [kg].
-    pub(super) mass_kg: Positive,
+    pub(super) mass_kg: Positive<100_000>,
     /// Moments of inertia about the centre of mass, Jxx, Jyy, Jzz [kg m^2]. Each is at most the sum of the others.
-    pub(super) inertia_kg_m2: Exactly<Positive, 3>,
+    pub(super) inertia_kg_m2: Exactly<Positive<10_000_000>, 3>,
     /// Off-diagonal entries Jxy, Jxz, Jyz of the inertia matrix [kg m^2], with the sign that they have in the matrix;
     /// 0 when left out.
-    pub(super) inertia_off_diagonal_kg_m2: Option<Exactly<Finite, 3>>,
+    pub(super) inertia_off_diagonal_kg_m2: Option<Exactly<Within<10_000_000>, 3>>,
     /// The rotors, 1 to 8, in PX4's order (quad-X: front right, rear left, front left, rear right).
     #[schemars(length(min = 1, max = 8))]
     pub(super) rotors: Vec<RotorJson>,
@@ -43,7 +43,7 @@ pub(super) struct VehicleJson {
 #[serde(deny_unknown_fields)]
 pub(super) struct RotorJson {
     /// Hub, from the centre of mass, body axes [m].
-    pub(super) position_body_m: Exactly<Finite, 3>,
+    pub(super) position_body_m: Exactly<Within<100>, 3>,
     /// Unit vector of the thrust, body axes; [0, 0, -1] pushes up.
     pub(super) axis_body: Exactly<UnitComponent, 3>,
     /// Sense of rotation, seen from above.
@@ -81,17 +81,18 @@ pub(super) struct BodyAeroJson {
     #[serde(rename = "about")]
     pub(super) _about: Option<String>,
     /// Reference area S [m^2].
-    pub(super) reference_area_m2: Positive,
+    pub(super) reference_area_m2: Positive<10_000>,
     /// Reference span b [m].
-    pub(super) reference_span_m: Positive,
+    pub(super) reference_span_m: Positive<1000>,
     /// Angles of attack, increasing from -180 to 180 [deg].
+    #[schemars(length(max = 721))]
     pub(super) alpha_deg: Vec<AngleDeg>,
     /// Drag coefficient at each angle, (13).
-    pub(super) c_drag: Vec<Finite>,
+    pub(super) c_drag: Vec<Within<1000>>,
     /// Lift coefficient at each angle, (14).
-    pub(super) c_lift: Vec<Finite>,
+    pub(super) c_lift: Vec<Within<1000>>,
     /// Pitching moment coefficient at each angle, (15).
-    pub(super) c_pitch: Vec<Finite>,
+    pub(super) c_pitch: Vec<Within<1000>>,
 }
 
 /// The rotor model.
@@ -115,9 +116,9 @@ pub(super) struct RotorTableJson {
     /// the angle running fastest, then the airspeed.
     pub(super) file: String,
     /// Density that the table holds for; thrust and torque scale with density [kg/m^3].
-    pub(super) density_kg_m3: Positive,
+    pub(super) density_kg_m3: Positive<1000>,
     /// Radius [m].
-    pub(super) radius_m: Option<Positive>,
+    pub(super) radius_m: Option<Positive<100>>,
 }
 
 /// Thrust = k omega^2, torque = c thrust.
@@ -128,13 +129,13 @@ pub(super) struct QuadraticJson {
     #[serde(rename = "about")]
     pub(super) _about: Option<String>,
     /// k [N/(rad/s)^2].
-    pub(super) thrust_n_per_rad2_s2: Positive,
+    pub(super) thrust_n_per_rad2_s2: Positive<1000>,
     /// c [m].
-    pub(super) torque_per_thrust_m: NonNegative,
+    pub(super) torque_per_thrust_m: NonNegative<100>,
     /// Density that k holds for [kg/m^3].
-    pub(super) density_kg_m3: Positive,
+    pub(super) density_kg_m3: Positive<1000>,
     /// Radius [m].
-    pub(super) radius_m: Option<Positive>,
+    pub(super) radius_m: Option<Positive<100>>,
 }
 
 /// The motor with its speed controller.
@@ -152,23 +153,23 @@ pub(super) enum MotorJson {
 #[serde(deny_unknown_fields)]
 pub(super) struct EscDcJson {
     /// Rotor speed at full throttle [rad/s].
-    pub(super) omega_max_rad_s: Positive,
+    pub(super) omega_max_rad_s: Positive<100_000>,
     /// Torque per current [N m/A].
-    pub(super) torque_constant_nm_a: Positive,
+    pub(super) torque_constant_nm_a: Positive<1000>,
     /// Voltage per speed [V s/rad].
-    pub(super) back_emf_constant_v_s_rad: Positive,
+    pub(super) back_emf_constant_v_s_rad: Positive<1000>,
     /// Resistance of the winding [ohm].
-    pub(super) resistance_ohm: Positive,
+    pub(super) resistance_ohm: Positive<1000>,
     /// Largest voltage [V].
-    pub(super) voltage_max_v: Positive,
+    pub(super) voltage_max_v: Positive<100_000>,
     /// Largest current [A].
-    pub(super) current_max_a: Positive,
+    pub(super) current_max_a: Positive<100_000>,
     /// Smallest current [A]; 0: no active braking, negative: braking.
-    pub(super) current_min_a: Finite,
+    pub(super) current_min_a: Within<100_000>,
     /// Voltage per speed error [V s/rad].
-    pub(super) esc_gain_v_s_rad: NonNegative,
+    pub(super) esc_gain_v_s_rad: NonNegative<1000>,
     /// Moment of inertia of rotor and motor about the shaft [kg m^2].
-    pub(super) rotor_inertia_kg_m2: Positive,
+    pub(super) rotor_inertia_kg_m2: Positive<10_000>,
 }
 
 /// First-order lag of the rotor speed.
@@ -176,11 +177,11 @@ pub(super) struct EscDcJson {
 #[serde(deny_unknown_fields)]
 pub(super) struct FirstOrderJson {
     /// Rotor speed at full throttle [rad/s].
-    pub(super) omega_max_rad_s: Positive,
+    pub(super) omega_max_rad_s: Positive<100_000>,
     /// Time constant speeding up [s].
-    pub(super) tau_up_s: Positive,
+    pub(super) tau_up_s: TimeConstantS,
     /// Time constant slowing down [s].
-    pub(super) tau_down_s: Positive,
+    pub(super) tau_down_s: TimeConstantS,
     /// Moment of inertia of rotor and motor about the shaft [kg m^2], for the gyroscopic moment.
-    pub(super) rotor_inertia_kg_m2: NonNegative,
+    pub(super) rotor_inertia_kg_m2: NonNegative<10_000>,
 }

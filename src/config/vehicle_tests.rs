@@ -213,6 +213,13 @@ fn coefficient_tables_that_do_not_fit_are_refused() {
 }
 
 #[test]
+fn a_coefficient_table_that_would_fill_the_memory_is_refused() {
+    let many: Vec<String> = (0..722).map(|i| format!("{}", -180.0 + f64::from(i) * 0.01)).collect();
+    let spoilt = x500("-180.0,", &format!("{},", many.join(", ")));
+    spoilt.refused_at(("\"alpha_deg\": [", 13), "body_aero.alpha_deg", "at most 721 angles");
+}
+
+#[test]
 fn text_after_the_document_is_refused() {
     let spoilt = x500("aerodynamics: notional\"\n  ]\n}\n", "\"\n  ]\n}\n {}");
     spoilt.refused_at(("\n {}", 2), "", "text after the end of the document");

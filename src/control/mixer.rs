@@ -29,6 +29,9 @@ pub struct Mixer {
 /// A demand larger than this [N or N m] says nothing more than its sign; keeps every product finite.
 const DEMAND_LIMIT: f64 = 1e12;
 
+/// A thrust below this share of the largest is the rounding of a zero. Its square root would be a throttle, and turn the rotor.
+const ROUNDING: f64 = 1e-12;
+
 impl Mixer {
     /// From columns lift, roll, pitch, yaw of thrust per unit of demand.
     ///
@@ -97,6 +100,9 @@ impl Mixer {
         self.add_yaw(&mut thrust, m_yaw);
         for t in &mut thrust[..n] {
             *t = t.min(limit).max(0.0);
+            if *t < ROUNDING * limit {
+                *t = 0.0;
+            }
         }
         thrust
     }
@@ -188,6 +194,9 @@ mod tests {
         // No collective: it comes up to make room.
         let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(0.0, &wanted));
         assert!((moment - Vector3::new(0.0, 600.0, 0.0)).norm() < 1e-9 && lift > 0.0);
+        // Just enough, and what is then nothing is exactly nothing: the root of its rounding would turn the rotors.
+        let thrust = mixer.thrusts(0.0, &Vector3::new(0.0, 600.0, 0.0));
+        assert!(thrust.iter().filter(|t| **t == 0.0).count() == 6 && thrust[0] > 100.0, "{thrust:?}");
         // More moment than there is: its direction is kept.
         let (_, moment) = lift_and_moment(&vehicle, &mixer.thrusts(800.0, &Vector3::new(5e4, -8e4, 0.0)));
         assert!(moment.xy().perp(&nalgebra::Vector2::new(5.0, -8.0)).abs() < 1e-6 && moment.x > 200.0);

@@ -40,7 +40,7 @@ pub struct ThrustVector {
 
 /// Bound of the integrals as a multiple of the rotors' largest acceleration. No flight comes near it (the anti-windup
 /// stops the integrals first); it lets the loop recover from a setpoint of absurd size.
-const INTEGRAL_BOUND: f64 = 10.0;
+pub(crate) const INTEGRAL_BOUND: f64 = 10.0;
 
 impl VelocityLoop {
     /// The integrals, NED [m/s^2].

@@ -81,6 +81,31 @@ impl BodyAero {
         Ok(aero)
     }
 
+    /// Reference area S [m^2].
+    pub fn area_m2(&self) -> f64 {
+        self.area_m2
+    }
+
+    /// Reference span b [m].
+    pub fn span_m(&self) -> f64 {
+        self.span_m
+    }
+
+    /// The splines of C_D, C_L and C_M over the angle of attack [rad]; they have the same knots.
+    pub fn coefficients(&self) -> [&PeriodicSpline; 3] {
+        [&self.c_drag, &self.c_lift, &self.c_pitch]
+    }
+
+    /// The same body with C_D, C_L and C_M multiplied by the factors.
+    pub fn scaled(&self, [drag, lift, pitch]: [f64; 3]) -> Self {
+        Self {
+            c_drag: self.c_drag.scaled(drag),
+            c_lift: self.c_lift.scaled(lift),
+            c_pitch: self.c_pitch.scaled(pitch),
+            ..self.clone()
+        }
+    }
+
     /// Force and moment at the air-relative body velocity [m/s] and density [kg/m^3].
     #[inline(always)]
     pub fn load<S: Real>(&self, v_air_body: Vector3<S>, density: f64) -> AeroLoad<S> {

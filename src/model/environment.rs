@@ -65,6 +65,12 @@ impl Environment {
         Vector3::new(0.0, 0.0, self.gravity_m_s2)
     }
 
+    /// Velocity over ground of what hangs in this air without power, NED [m/s]: the wind's horizontal part. (A rate of descent is
+    /// given over ground, so a vertical wind is in it.)
+    pub fn drift_ned_m_s(&self) -> Vector3<f64> {
+        Vector3::new(self.wind_ned_m_s.x, self.wind_ned_m_s.y, 0.0)
+    }
+
     /// The point of the globe at `p_ned` [m] from the anchor: an equirectangular chart on a sphere of Earth's mean
     /// radius, good to millimetres over the kilometre of a drop. (Ground stations draw every site on Earth's map.)
     pub fn geo_point(&self, p_ned: &Vector3<f64>) -> GeoPoint {

@@ -2,12 +2,13 @@
 //!
 //! Assumptions, the paper's: the canopy descends at a constant rate, the vehicle swings as a prescribed pendulum about
 //! its attachment ("wrist motion"), nose perpendicular to the line, so that pitch equals the swing angle. The motion is
-//! kinematic: the canopy force is whatever it takes.
+//! kinematic: the canopy force is whatever it takes. Canopy and load drift with the horizontal wind, as they do once their descent
+//! is steady; a wind that changes is not modelled.
 
 use nalgebra::Vector3;
 
-use super::ModelError;
 use super::rigid_body::BodyState;
+use super::{Environment, ModelError};
 use crate::frames::quaternion_from_euler;
 
 /// Swing under the canopy: `theta(t) = theta_0 sin(omega t + phi)`, (40).
@@ -74,9 +75,10 @@ impl Parachute {
         self.descent_m_s + gravity_m_s2 * self.delay_s
     }
 
-    /// The vehicle under the canopy at `t` [s] from the nominal release (negative before), and its acceleration in NED
-    /// [m/s^2]. Position is zero at the nominal release.
-    pub fn hanging(&self, t: f64) -> (BodyState, Vector3<f64>) {
+    /// The vehicle under the canopy, adrift at the site, at `t` [s] from the nominal release (negative before), and its acceleration
+    /// in NED [m/s^2]. Position is zero at the nominal release.
+    pub fn hanging(&self, t: f64, site: &Environment) -> (BodyState, Vector3<f64>) {
+        let drift = site.drift_ned_m_s();
         let r = self.pendulum.length_m;
         let (theta, rate, acceleration) = self.pendulum.swing(t);
         let (sin, cos) = theta.sin_cos();
@@ -86,9 +88,9 @@ impl Parachute {
                 r * (sin - theta_0.sin()),
                 0.0,
                 self.descent_m_s * t + r * (cos - theta_0.cos()),
-            ),
+            ) + drift * t,
             q_ned_from_body: quaternion_from_euler(0.0, theta, 0.0),
-            v_ned: Vector3::new(rate * r * cos, 0.0, self.descent_m_s - rate * r * sin),
+            v_ned: Vector3::new(rate * r * cos, 0.0, self.descent_m_s - rate * r * sin) + drift,
             omega_body: Vector3::new(0.0, rate, 0.0),
         };
         let a_ned = Vector3::new(
@@ -101,9 +103,9 @@ impl Parachute {
 
     /// The paper's state at t = 0, (40)-(44): the swing at the release with `v_0` in place of the descent rate; pitch and
     /// rate are not propagated through the delay.
-    pub fn state_at_t0(&self, gravity_m_s2: f64) -> BodyState {
-        let (mut state, _) = self.hanging(0.0);
-        state.v_ned.z += gravity_m_s2 * self.delay_s;
+    pub fn state_at_t0(&self, site: &Environment) -> BodyState {
+        let (mut state, _) = self.hanging(0.0, site);
+        state.v_ned.z += site.gravity_m_s2 * self.delay_s;
         state.p_ned = Vector3::zeros();
         state
     }
@@ -112,7 +114,13 @@ impl Parachute {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::environment::GeoPoint;
     use crate::units::RAD_PER_DEG;
+
+    fn site(wind_ned_m_s: [f64; 3]) -> Environment {
+        let anchor = GeoPoint { latitude_deg: 7.0, longitude_deg: 0.0, altitude_m: 0.0 };
+        Environment::new(1.35, 5.4, wind_ned_m_s.into(), anchor).unwrap()
+    }
 
     fn titan(phase_deg: f64) -> Parachute {
         let pendulum = Pendulum {
@@ -137,7 +145,7 @@ mod tests {
         ];
         let truncated = |x: f64, digits: f64| ((x * digits).abs() + 1e-9).floor() / digits * x.signum();
         for (phase, vn, vd, pitch, rate) in rows {
-            let s = titan(phase).state_at_t0(1.35);
+            let s = titan(phase).state_at_t0(&site([0.0; 3]));
             let pitch_deg = crate::frames::pitch(s.q_ned_from_body) / RAD_PER_DEG;
             assert!((truncated(s.v_ned.x, 100.0) - vn).abs() < 1e-9, "phase {phase}: vn {}", s.v_ned.x);
             assert!((truncated(s.v_ned.z, 100.0) - vd).abs() < 1e-9, "phase {phase}: vd {}", s.v_ned.z);
@@ -151,10 +159,25 @@ mod tests {
         let p = titan(50.0);
         let h = 1e-5;
         for t in [-3.0, -0.4, 0.0] {
-            let (s, a) = p.hanging(t);
-            let (before, after) = (p.hanging(t - h).0, p.hanging(t + h).0);
+            let site = site([2.0, -1.0, 0.7]);
+            let (s, a) = p.hanging(t, &site);
+            let (before, after) = (p.hanging(t - h, &site).0, p.hanging(t + h, &site).0);
             assert!(((after.p_ned - before.p_ned) / (2.0 * h) - s.v_ned).norm() < 1e-9);
             assert!(((after.v_ned - before.v_ned) / (2.0 * h) - a).norm() < 1e-8);
         }
+    }
+
+    /// In steady descent the load has the wind's horizontal velocity and its own rate of descent over ground.
+    #[test]
+    fn closed_form_the_canopy_drifts_with_the_horizontal_wind() {
+        let still = Pendulum { amplitude_rad: 0.0, phase_rad: 0.0, omega_rad_s: 0.0, length_m: 1.0 };
+        let parachute = Parachute::new(3.0, 0.5, still).unwrap();
+        let site = site([6.0, -2.0, 0.4]);
+        let (body, a_ned) = parachute.hanging(-10.0, &site);
+        assert_eq!(body.v_ned, Vector3::new(6.0, -2.0, 3.0));
+        assert_eq!(body.p_ned, Vector3::new(-60.0, 20.0, -30.0));
+        assert_eq!(a_ned, Vector3::zeros());
+        assert_eq!(parachute.hanging(0.0, &site).0.p_ned, Vector3::zeros());
+        assert_eq!(parachute.state_at_t0(&site).v_ned, Vector3::new(6.0, -2.0, 3.675));
     }
 }

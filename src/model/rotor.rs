@@ -150,6 +150,16 @@ impl RotorTable {
         Ok(Self { omega, airspeed, angle, cells: thrust_torque, density_kg_m3 })
     }
 
+    /// Knots of rotor speed [rad/s], airspeed [m/s] and flow angle [rad].
+    pub fn knots(&self) -> [&[f64]; 3] {
+        [&self.omega.knots, &self.airspeed.knots, &self.angle.knots]
+    }
+
+    /// `[N, N m]` at the knots, the angle running fastest, then the airspeed.
+    pub fn cells(&self) -> &[[f64; 2]] {
+        &self.cells
+    }
+
     /// Density that the table holds for [kg/m^3].
     pub fn density_kg_m3(&self) -> f64 {
         self.density_kg_m3

@@ -69,6 +69,21 @@ impl PeriodicSpline {
         Ok(Self { knots: knots.to_vec(), pieces, inverse_spacing: even.then(|| 1.0 / spacing) })
     }
 
+    /// The knots; the last one is the first one a period later.
+    pub fn knots(&self) -> &[f64] {
+        &self.knots
+    }
+
+    /// Per interval, the polynomial `c0 + c1 d + c2 d^2 + c3 d^3` in the distance `d` from its left knot.
+    pub fn pieces(&self) -> &[[f64; 4]] {
+        &self.pieces
+    }
+
+    /// The spline of the values multiplied by a factor.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self { pieces: self.pieces.iter().map(|p| p.map(|c| factor * c)).collect(), ..self.clone() }
+    }
+
     #[inline(always)]
     fn interval(&self, x: f64) -> usize {
         let last = self.pieces.len() - 1;

@@ -3,6 +3,7 @@
 //! | file | holds |
 //! |---|---|
 //! | [`vehicle`](mod@vehicle) | the planner's face: a drop in the vehicle's terms, a trajectory back |
+//! | `guess` | what the solver starts from |
 //! | [`problem`] | the problem: cost, bounds, nodes |
 //! | [`dynamics`] | `f(x, u)` with exact first and second derivatives |
 //! | [`transcription`] | Hermite-Simpson defects (33)-(37) and cost (38)-(39) |
@@ -17,6 +18,7 @@ pub mod barrier;
 pub mod block;
 pub mod dynamics;
 pub mod filter;
+mod guess;
 pub mod problem;
 pub mod restoration;
 pub mod riccati;
@@ -24,5 +26,9 @@ pub mod solver;
 pub mod transcription;
 pub mod vehicle;
 
+#[cfg(test)]
+mod dynamics_tests;
+
+pub use guess::Guess;
 pub use solver::{Progress, SolverOptions, Status, Work};
-pub use vehicle::{Guess, InputReference, Plan, PlanError, PlanProblem, PlanState, plan};
+pub use vehicle::{InputReference, Plan, PlanError, PlanProblem, PlanState, plan};

@@ -13,12 +13,15 @@
 //! the whole KKT matrix has the inertia of a minimum. The second derivatives of a defect couple its two ends through the
 //! midpoint; they are taken in as a quadratic in `(dx_c, du_c)`.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 
-use super::block::{Cholesky, add_mul, add_scaled, add_tr_mul, inverse, mul, scaled, symmetric_part, tr_mul};
+use self::stage::Stage;
+use super::block::{add_mul, mul, tr_mul};
 use super::dynamics::Curvature;
 use super::transcription::Linearised;
 use crate::simd::{Work, vectorised};
+
+mod stage;
 
 /// Quadratic terms of node `k`: Hessian of cost, barrier and (weighted) dynamics.
 #[derive(Clone, Copy, Debug)]
@@ -38,32 +41,6 @@ pub struct NodeGradient<const NX: usize, const NU: usize> {
     pub u: SVector<f64, NU>,
     /// By the move `w_k`.
     pub w: SVector<f64, NU>,
-}
-
-/// What the sweep keeps of an interval.
-#[derive(Clone, Copy, Debug)]
-struct Stage<const NX: usize, const NU: usize> {
-    /// Inverse of the defect's Jacobian by the next state.
-    by_defect: SMatrix<f64, NX, NX>,
-    a: SMatrix<f64, NX, NX>,
-    b: SMatrix<f64, NX, NU>,
-    c: SMatrix<f64, NX, NU>,
-    /// Midpoint by (dx, du, dw, next state).
-    mid_x: SMatrix<f64, NX, NX>,
-    mid_u: SMatrix<f64, NX, NU>,
-    mid_w: SMatrix<f64, NX, NU>,
-    mid_next: SMatrix<f64, NX, NX>,
-    /// Weighted curvature at the midpoint.
-    middle: Curvature<NX, NU>,
-    /// Value function behind this interval, at node k+1.
-    p_xx: SMatrix<f64, NX, NX>,
-    p_ux: SMatrix<f64, NU, NX>,
-    /// Reduced Hessian by `dw` and its coupling to (dx, du).
-    q_ww: Cholesky<NU>,
-    q_wx: SMatrix<f64, NU, NX>,
-    q_wu: SMatrix<f64, NU, NU>,
-    gain_x: SMatrix<f64, NU, NX>,
-    gain_u: SMatrix<f64, NU, NU>,
 }
 
 /// The factored Newton system.
@@ -92,112 +69,6 @@ pub struct Step<const NX: usize, const NU: usize> {
     pub w: Vec<SVector<f64, NU>>,
     /// New multipliers of the defects (not their change).
     pub lambda: Vec<SVector<f64, NX>>,
-}
-
-impl<const NX: usize, const NU: usize> Stage<NX, NU> {
-    fn empty() -> Self {
-        Self {
-            by_defect: SMatrix::zeros(),
-            a: SMatrix::zeros(),
-            b: SMatrix::zeros(),
-            c: SMatrix::zeros(),
-            mid_x: SMatrix::zeros(),
-            mid_u: SMatrix::zeros(),
-            mid_w: SMatrix::zeros(),
-            mid_next: SMatrix::zeros(),
-            middle: Curvature::zero(),
-            p_xx: SMatrix::zeros(),
-            p_ux: SMatrix::zeros(),
-            q_ww: Cholesky::identity(),
-            q_wx: SMatrix::zeros(),
-            q_wu: SMatrix::zeros(),
-            gain_x: SMatrix::zeros(),
-            gain_u: SMatrix::zeros(),
-        }
-    }
-
-    /// Solves the linearised defect for the next state and expresses the midpoint. `None` when it cannot be solved.
-    #[inline(always)]
-    fn condense(&mut self, linearised: &Linearised<NX, NU>, k: usize, dt_s: f64) -> Option<()> {
-        let jacobian = linearised.defect_jacobian(k, dt_s);
-        self.by_defect = inverse(&jacobian.x_right)?;
-        let solve = scaled(&self.by_defect, -1.0);
-        self.a = mul(&solve, &jacobian.x_left);
-        self.b = mul(&solve, &(jacobian.u_left + jacobian.u_right));
-        self.c = mul(&solve, &jacobian.u_right);
-        let (left, right, eighth) = (&linearised.nodes[k], &linearised.nodes[k + 1], dt_s / 8.0);
-        let half = SMatrix::<f64, NX, NX>::from_diagonal_element(0.5);
-        self.mid_next = half;
-        add_scaled(&mut self.mid_next, &right.a, -eighth);
-        self.mid_x = half;
-        add_scaled(&mut self.mid_x, &left.a, eighth);
-        add_mul(&mut self.mid_x, &self.mid_next, &self.a);
-        self.mid_w = scaled(&right.b, -eighth);
-        self.mid_u = self.mid_w;
-        add_scaled(&mut self.mid_u, &left.b, eighth);
-        add_mul(&mut self.mid_u, &self.mid_next, &self.b);
-        add_mul(&mut self.mid_w, &self.mid_next, &self.c);
-        Some(())
-    }
-
-    /// Minimises the stage over `dw`: `value` comes in as the value function's Hessian at node k+1 and leaves as that at
-    /// node k, to which the node's own terms are still to be added. Returns `None` when the stage is indefinite.
-    #[inline(always)]
-    fn reduce(
-        &mut self,
-        value: &Curvature<NX, NU>,
-        middle: &Curvature<NX, NU>,
-        move_barrier: &SVector<f64, NU>,
-    ) -> Option<Curvature<NX, NU>> {
-        self.middle = *middle;
-        let mut q = Curvature::<NX, NU>::zero();
-        let mut q_wx = SMatrix::<f64, NU, NX>::zeros();
-        let mut q_wu = SMatrix::<f64, NU, NU>::zeros();
-        let mut q_ww = SMatrix::<f64, NU, NU>::from_diagonal(move_barrier);
-        self.p_xx = value.xx;
-        self.p_ux = value.ux;
-        // Next node: x' = A dx + B du + C dw, u' = du + dw. Midpoint: x_c likewise, u_c = du + dw/2.
-        let parts = [
-            (value, &self.a, &self.b, &self.c, 1.0),
-            (&self.middle, &self.mid_x, &self.mid_u, &self.mid_w, 0.5),
-        ];
-        for (h, by_x, by_u, by_w, share) in parts {
-            let hx = mul(&h.xx, by_x);
-            let ux = mul(&h.ux, by_x);
-            let ux_transposed = h.ux.transpose();
-            let mut hu = ux_transposed;
-            add_mul(&mut hu, &h.xx, by_u);
-            let mut uu = h.uu;
-            add_mul(&mut uu, &h.ux, by_u);
-            let mut hw = scaled(&ux_transposed, share);
-            add_mul(&mut hw, &h.xx, by_w);
-            let mut uw = scaled(&h.uu, share);
-            add_mul(&mut uw, &h.ux, by_w);
-            let (by_u, by_w) = (by_u.transpose(), by_w.transpose());
-            add_tr_mul(&mut q.xx, by_x, &hx);
-            q.ux += ux;
-            add_mul(&mut q.ux, &by_u, &hx);
-            q.uu += uu;
-            add_mul(&mut q.uu, &by_u, &hu);
-            add_scaled(&mut q_wx, &ux, share);
-            add_mul(&mut q_wx, &by_w, &hx);
-            add_scaled(&mut q_wu, &uu, share);
-            add_mul(&mut q_wu, &by_w, &hu);
-            add_scaled(&mut q_ww, &uw, share);
-            add_mul(&mut q_ww, &by_w, &hw);
-        }
-        let factor = Cholesky::new(q_ww)?;
-        let (mut gain_x, mut gain_u) = (scaled(&q_wx, -1.0), scaled(&q_wu, -1.0));
-        factor.solve(&mut gain_x);
-        factor.solve(&mut gain_u);
-        add_tr_mul(&mut q.xx, &q_wx, &gain_x);
-        add_tr_mul(&mut q.ux, &q_wu, &gain_x);
-        add_tr_mul(&mut q.uu, &q_wu, &gain_u);
-        q.xx = symmetric_part(&q.xx);
-        q.uu = symmetric_part(&q.uu);
-        (self.q_ww, self.q_wx, self.q_wu, self.gain_x, self.gain_u) = (factor, q_wx, q_wu, gain_x, gain_u);
-        Some(q)
-    }
 }
 
 impl<const NX: usize, const NU: usize> Sweep<NX, NU> {

@@ -9,10 +9,9 @@ use std::ops::ControlFlow;
 use nalgebra::{SVector, Vector3};
 
 use super::dynamics::{BODY_STATES, Dynamics, VehicleDynamics};
+use super::guess::{AnyIterate, Guess, RotorCount, start_from};
 use super::problem::{Bounds, Nodes, Problem, QuadraticCost};
-use super::solver::{
-    Iterate, ProblemError, Progress, Solution, SolverOptions, StartFrom, Status, Work, solve,
-};
+use super::solver::{ProblemError, Progress, Solution, SolverOptions, Status, Work, solve};
 use crate::frames::Quaternion;
 use crate::model::{Environment, MAX_ROTORS, PerRotor, TrimError, Vehicle, trim};
 use crate::trajectory::{Node, Trajectory, TrajectoryError};
@@ -66,33 +65,17 @@ pub struct PlanProblem<'a> {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlanError {
     /// There is no steady flight at the target.
-    #[error("the target velocity cannot be reached: {0}")]
+    #[error("the target velocity cannot be reached")]
     Target(#[from] TrimError),
     /// The planner has no code for this number of rotors.
     #[error("plans are made for 4, 6 or 8 rotors; this vehicle has {0}")]
     Rotors(usize),
     /// The problem is ill-posed.
-    #[error("{0}")]
+    #[error(transparent)]
     Problem(#[from] ProblemError),
     /// The solver's result is no trajectory (not finite).
-    #[error("the result is no trajectory: {0}")]
+    #[error("the result is no trajectory")]
     Trajectory(#[from] TrajectoryError),
-}
-
-/// What to start the solver from.
-#[derive(Clone, Debug)]
-pub enum Guess<'a> {
-    /// A straight line from the initial state to x_ss over 8 s, thrusts ramped to 0.8 of the hover thrust.
-    StraightLine,
-    /// A flown trajectory, sampled at the nodes; its thrusts are clipped to the bounds.
-    Flown(&'a Trajectory),
-    /// An earlier plan, moved on by whole nodes: primal and dual variables are kept.
-    Warm {
-        /// The earlier plan.
-        plan: &'a Plan,
-        /// By how many nodes time has moved on.
-        shift: usize,
-    },
 }
 
 /// A solved (or given up) plan.
@@ -114,41 +97,8 @@ pub struct Plan {
     pub complementarity: f64,
     /// Work done.
     pub work: Work,
-    iterate: AnyIterate,
+    pub(super) iterate: AnyIterate,
 }
-
-/// The solver's variables, for a warm start.
-#[derive(Clone, Debug)]
-enum AnyIterate {
-    Four(Iterate<BODY_STATES, 4>),
-    Six(Iterate<BODY_STATES, 6>),
-    Eight(Iterate<BODY_STATES, 8>),
-}
-
-/// A number of rotors that plans are made for.
-trait RotorCount<const NU: usize> {
-    fn wrap(iterate: Iterate<BODY_STATES, NU>) -> AnyIterate;
-    fn unwrap(iterate: &AnyIterate) -> Option<&Iterate<BODY_STATES, NU>>;
-}
-
-macro_rules! rotor_count {
-    ($count:literal, $variant:ident) => {
-        impl RotorCount<$count> for () {
-            fn wrap(iterate: Iterate<BODY_STATES, $count>) -> AnyIterate {
-                AnyIterate::$variant(iterate)
-            }
-            fn unwrap(iterate: &AnyIterate) -> Option<&Iterate<BODY_STATES, $count>> {
-                match iterate {
-                    AnyIterate::$variant(iterate) => Some(iterate),
-                    _ => None,
-                }
-            }
-        }
-    };
-}
-rotor_count!(4, Four);
-rotor_count!(6, Six);
-rotor_count!(8, Eight);
 
 /// Plans the manoeuvre. `observer` sees the progress after each iteration and may stop it.
 ///
@@ -236,6 +186,9 @@ fn diagnose<const NX: usize, const NU: usize>(solution: &Solution<NX, NU>) -> Op
         Status::IterationLimit => Some(format!("the iteration budget is used up; {at}")),
         Status::Stopped => Some(format!("stopped; {at}")),
         Status::Infeasible => Some(format!("no trajectory satisfies dynamics and bounds; {at}")),
+        Status::Stalled => Some(format!(
+            "the constraints hold, but no step gets nearer to the optimum: the tolerance asks for more than rounding leaves; {at}"
+        )),
         Status::Diverged => Some(format!("the iterates left the model's range; {at}")),
     }
 }
@@ -286,82 +239,6 @@ pub fn transcribe<const NU: usize>(
         },
         bounds,
     })
-}
-
-fn start_from<const NU: usize>(
-    nlp: &Problem<VehicleDynamics<NU>, BODY_STATES, NU>,
-    guess: &Guess<'_>,
-    problem: &PlanProblem<'_>,
-) -> StartFrom<BODY_STATES, NU>
-where
-    (): RotorCount<NU>,
-{
-    let hover = problem.vehicle.mass.mass_kg * problem.environment.gravity_m_s2 / NU as f64;
-    match guess {
-        Guess::StraightLine => StartFrom::Guess(straight_line(nlp, hover)),
-        Guess::Flown(flight) => StartFrom::Guess(Nodes {
-            x: (0..=nlp.intervals).map(|k| flown_state(flight, k as f64 * nlp.dt_s)).collect(),
-            u: (0..=nlp.intervals)
-                .map(|k| {
-                    let thrust = flight.thrust_n(k as f64 * nlp.dt_s);
-                    SVector::from_fn(|i, _| thrust[i].clamp(0.0, problem.thrust_max_n))
-                })
-                .collect(),
-        }),
-        Guess::Warm { plan, shift } => match <() as RotorCount<NU>>::unwrap(&plan.iterate) {
-            Some(iterate) if iterate.nodes.fits(nlp.intervals) => StartFrom::Warm(shifted(iterate, *shift)),
-            _ => StartFrom::Guess(straight_line(nlp, hover)),
-        },
-    }
-}
-
-/// Straight line to x_ss over 8 s (or a quarter of a shorter horizon), thrust `min(0.8 hover, 0.6 of the greatest rate)`.
-fn straight_line<D, const NU: usize>(
-    nlp: &Problem<D, BODY_STATES, NU>,
-    hover_n: f64,
-) -> Nodes<BODY_STATES, NU> {
-    let over = 8.0f64.min(0.27 * nlp.dt_s * nlp.intervals as f64);
-    let at = |k: usize| k as f64 * nlp.dt_s;
-    Nodes {
-        x: (0..=nlp.intervals)
-            .map(|k| nlp.x_initial + (nlp.cost.x_ref - nlp.x_initial) * (at(k) / over).min(1.0))
-            .collect(),
-        u: (0..=nlp.intervals)
-            .map(|k| nlp.bounds.u_rate.map(|rate| (0.8 * hover_n).min(0.6 * rate * at(k))))
-            .collect(),
-    }
-}
-
-fn flown_state(flight: &Trajectory, t_s: f64) -> SVector<f64, BODY_STATES> {
-    let q = flight.attitude(t_s);
-    let v = flight.velocity_ned(t_s);
-    let w = flight.body_rates(t_s);
-    SVector::from([q[0], q[1], q[2], q[3], v.x, v.y, v.z, w.x, w.y, w.z])
-}
-
-/// The iterate `shift` nodes later. The horizon moves along, and what is special about its end (the thrust falls off before
-/// t_f) stays with the end: not the last node is repeated but, each time, the one at which least happens.
-fn shifted<const NU: usize>(iterate: &Iterate<BODY_STATES, NU>, shift: usize) -> Iterate<BODY_STATES, NU> {
-    let mut moved = iterate.clone();
-    for _ in 0..shift.min(iterate.lambda.len()) {
-        let nodes = &moved.nodes;
-        let change = |k: &usize| {
-            (nodes.x[k + 1] - nodes.x[*k]).norm_squared()
-                + (nodes.u[k + 1] - nodes.u[*k]).norm_squared() / nodes.u[*k].norm_squared().max(1e-12)
-        };
-        let calm = (1..moved.lambda.len()).min_by(|a, b| change(a).total_cmp(&change(b))).unwrap_or(1);
-        fn repeat<T: Clone>(items: &mut Vec<T>, calm: usize) {
-            items.insert(calm, items[calm].clone());
-            items.remove(0);
-        }
-        repeat(&mut moved.nodes.x, calm);
-        repeat(&mut moved.nodes.u, calm);
-        repeat(&mut moved.lambda, calm);
-        repeat(&mut moved.z_x, calm);
-        repeat(&mut moved.z_u, calm);
-        repeat(&mut moved.z_w, calm);
-    }
-    moved
 }
 
 fn trajectory_of<const NU: usize>(

@@ -3,6 +3,8 @@
 //! What is not finite (the J_TPF of a flight that diverged) is `null`. Wall-clock numbers stand only in objects that
 //! are given them; files are not.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use crate::assess::{Verdict, plan_j_tpf};
@@ -19,15 +21,21 @@ struct DropObject<'a> {
     seed: u64,
     input_hash: &'a str,
     gains: &'a str,
-    j_tpf: f64,
-    peak_speed_m_s: f64,
-    peak_pitch_deg: f64,
-    peak_pitch_rate_deg_s: f64,
-    peak_vertical_acceleration_m_s2: f64,
-    altitude_lost_m: f64,
+    trajectory: Option<&'a FlownTrajectory>,
+    completed: bool,
+    ended_at_s: f64,
+    reason: Option<&'static str>,
+    j_tpf: Option<f64>,
+    peak_speed_m_s: Option<f64>,
+    peak_pitch_deg: Option<f64>,
+    peak_pitch_rate_deg_s: Option<f64>,
+    peak_roll_deg: Option<f64>,
+    peak_roll_rate_deg_s: Option<f64>,
+    peak_vertical_acceleration_m_s2: Option<f64>,
+    altitude_lost_m: Option<f64>,
     steady_after_s: Option<f64>,
-    final_v_ned_m_s: [f64; 3],
-    limits_passed: &'a [&'static str],
+    final_v_ned_m_s: Option<[f64; 3]>,
+    limits_passed: Option<&'a [&'static str]>,
     failsafe: bool,
     events: &'a [DropEvent],
     plan_j_tpf: Option<f64>,
@@ -35,6 +43,15 @@ struct DropObject<'a> {
     plan_solve_ms: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     real_time_factor: Option<f64>,
+}
+
+/// Where a trajectory that was flown comes from.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FlownTrajectory {
+    /// "planned" or "file".
+    pub source: &'static str,
+    /// SHA-256 of the trajectory.csv among the results, hexadecimal.
+    pub sha256: String,
 }
 
 /// Something that happened in a drop.
@@ -49,6 +66,12 @@ pub struct DropEvent {
 /// What a drop's object tells beside the verdict.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DropRun {
+    /// What was flown, where that is known.
+    pub trajectory: Option<FlownTrajectory>,
+    /// Time of the last sample [s].
+    pub ended_at_s: f64,
+    /// Whether the flight went on to the mission's end.
+    pub completed: bool,
     /// Whether a failsafe of the autopilot flew part of the manoeuvre.
     pub failsafe: bool,
     /// What happened, in its order.
@@ -61,23 +84,43 @@ pub struct DropRun {
     pub real_time_factor: Option<f64>,
 }
 
-/// The object of `samara drop --json`. Peaks are magnitudes.
-pub fn drop_json(mission: &Mission, verdict: &Verdict, run: &DropRun) -> String {
+impl DropRun {
+    /// Why there is no verdict, or none of the whole mission.
+    fn reason(&self, judged: bool) -> Option<&'static str> {
+        match (judged, self.completed) {
+            (true, true) => None,
+            (true, false) => Some("stopped before the mission's end"),
+            (false, true) => Some("the vehicle was never released"),
+            (false, false) => Some("stopped before the release"),
+        }
+    }
+}
+
+/// The object of `samara drop --json`. Peaks are magnitudes. Without a verdict (the vehicle was never released) what it would tell
+/// is `null`.
+pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) -> String {
+    let told = |value: fn(&Verdict) -> f64| verdict.map(value);
     text(&DropObject {
         mission: &mission.name,
         version: VERSION,
         seed: mission.seed,
         input_hash: &mission.input_hash,
         gains: &mission.gains_name,
-        j_tpf: verdict.j_tpf,
-        peak_speed_m_s: verdict.peak_speed_m_s,
-        peak_pitch_deg: verdict.peak_pitch_rad.abs() * DEG_PER_RAD,
-        peak_pitch_rate_deg_s: verdict.peak_pitch_rate_rad_s.abs() * DEG_PER_RAD,
-        peak_vertical_acceleration_m_s2: verdict.peak_vertical_acceleration_m_s2.abs(),
-        altitude_lost_m: verdict.altitude_lost_m,
-        steady_after_s: verdict.steady_after_s,
-        final_v_ned_m_s: verdict.final_v_ned.into(),
-        limits_passed: &verdict.limits_passed,
+        trajectory: run.trajectory.as_ref(),
+        completed: run.completed,
+        ended_at_s: run.ended_at_s,
+        reason: run.reason(verdict.is_some()),
+        j_tpf: told(|v| v.j_tpf),
+        peak_speed_m_s: told(|v| v.peak_speed_m_s),
+        peak_pitch_deg: told(|v| v.peak_pitch_rad.abs() * DEG_PER_RAD),
+        peak_pitch_rate_deg_s: told(|v| v.peak_pitch_rate_rad_s.abs() * DEG_PER_RAD),
+        peak_roll_deg: told(|v| v.peak_roll_rad.abs() * DEG_PER_RAD),
+        peak_roll_rate_deg_s: told(|v| v.peak_roll_rate_rad_s.abs() * DEG_PER_RAD),
+        peak_vertical_acceleration_m_s2: told(|v| v.peak_vertical_acceleration_m_s2.abs()),
+        altitude_lost_m: told(|v| v.altitude_lost_m),
+        steady_after_s: verdict.and_then(|v| v.steady_after_s),
+        final_v_ned_m_s: verdict.map(|v| v.final_v_ned.into()),
+        limits_passed: verdict.map(|v| v.limits_passed.as_slice()),
         failsafe: run.failsafe,
         events: &run.events,
         plan_j_tpf: run.plan_j_tpf,
@@ -138,6 +181,43 @@ pub fn plan_json(mission: &Mission, plan: &Plan, solve_ms: Option<f64>) -> Strin
     })
 }
 
+#[derive(Serialize)]
+struct ManifestObject<'a> {
+    verb: &'a str,
+    version: &'static str,
+    mission: &'a str,
+    vehicle: &'a str,
+    gains: &'a str,
+    seed: u64,
+    input_hash: &'a str,
+    choices: BTreeMap<&'a str, &'a str>,
+    circumstances: BTreeMap<&'a str, &'a str>,
+    files: &'a BTreeMap<String, String>,
+}
+
+/// The object of `<verb>_manifest.json`: what a run of `verb` had for input, what was chosen beside the files, circumstances
+/// that are no inputs (the vehicle's number, the speed of a watched run: they show in the .tlog files only), and the SHA-256 of each
+/// file that it wrote, by name.
+pub fn manifest_json(
+    mission: &Mission,
+    verb: &str,
+    circumstances: &[(&str, String)],
+    files: &BTreeMap<String, String>,
+) -> String {
+    text(&ManifestObject {
+        verb,
+        version: VERSION,
+        mission: &mission.name,
+        vehicle: &mission.vehicle_name,
+        gains: &mission.gains_name,
+        seed: mission.seed,
+        input_hash: &mission.input_hash,
+        circumstances: circumstances.iter().map(|(name, value)| (*name, value.as_str())).collect(),
+        choices: mission.choices.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect(),
+        files,
+    })
+}
+
 /// The name of a status in files and on the terminal.
 pub fn status_name(status: Status) -> &'static str {
     match status {
@@ -145,6 +225,7 @@ pub fn status_name(status: Status) -> &'static str {
         Status::IterationLimit => "iteration_limit",
         Status::Stopped => "stopped",
         Status::Infeasible => "infeasible",
+        Status::Stalled => "stalled",
         Status::Diverged => "diverged",
     }
 }

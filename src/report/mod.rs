@@ -19,5 +19,5 @@ pub mod verdict;
 
 pub use figure::{FigureError, drop_figure, plan_figure};
 pub use flight_csv::FlightCsv;
-pub use json::{DropEvent, DropRun, drop_json, plan_json};
+pub use json::{DropEvent, DropRun, FlownTrajectory, drop_json, manifest_json, plan_json};
 pub use verdict::{plan_text, verdict_text};

@@ -37,11 +37,19 @@ pub fn verdict_text(verdict: &Verdict, limits: &SafetyLimits) -> String {
         j_tpf.mark = "EXCEEDED";
     }
     let (theta, q) = (verdict.peak_pitch_rad * DEG_PER_RAD, verdict.peak_pitch_rate_rad_s * DEG_PER_RAD);
-    table(&[
+    let (phi, p) = (verdict.peak_roll_rad * DEG_PER_RAD, verdict.peak_roll_rate_rad_s * DEG_PER_RAD);
+    let mut lines = vec![
         j_tpf,
         judged("peak speed", "speed", verdict.peak_speed_m_s, 2, "m/s", speed),
-        judged("peak pitch", "pitch", theta, 2, "deg", pitch),
-        judged("peak pitch rate", "pitch_rate", q, 2, "deg/s", rate),
+        judged("peak pitch", "pitch", theta, 2, "deg", pitch.clone()),
+        judged("peak pitch rate", "pitch_rate", q, 2, "deg/s", rate.clone()),
+    ];
+    // A flight in the plane has no roll to tell of.
+    if fixed(phi, 2) != "0.00" || fixed(p, 2) != "0.00" {
+        lines.push(judged("peak roll", "roll", phi, 2, "deg", pitch));
+        lines.push(judged("peak roll rate", "roll_rate", p, 2, "deg/s", rate));
+    }
+    lines.extend([
         Line {
             mark: "not judged",
             ..judged(
@@ -56,7 +64,8 @@ pub fn verdict_text(verdict: &Verdict, limits: &SafetyLimits) -> String {
         told("altitude lost", fixed(verdict.altitude_lost_m, 1), "m"),
         told("steady after", steady, if verdict.steady_after_s.is_some() { "s" } else { "" }),
         told("final velocity, NED", velocity, "m/s"),
-    ])
+    ]);
+    table(&lines)
 }
 
 fn table(lines: &[Line]) -> String {

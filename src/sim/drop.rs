@@ -9,11 +9,11 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::plant::{Instant, Plant, PlantKind, PlantState};
-use super::record::{Moment, Sample};
-use crate::frames::{rotate_body_from_ned, rotate_ned_from_body};
 use crate::model::parachute::Pendulum;
 use crate::model::rigid_body::BodyState;
-use crate::model::{Environment, ForceBalance, MAX_ROTORS, Parachute, PerRotor, Vehicle};
+use crate::model::{Environment, MAX_ROTORS, Parachute, PerRotor, Vehicle};
+
+mod forces;
 
 /// Where in the drop the vehicle is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,6 +51,9 @@ pub enum ReleaseTrigger {
 
 /// A phase boundary closer than this to the end of a step [s] is taken to be there.
 const BOUNDARY_TOLERANCE_S: f64 = 1e-9;
+
+/// Step of a fall that nobody watches [s].
+const FALL_STEP_S: f64 = 0.004;
 
 /// A vehicle under its parachute and what becomes of it.
 #[derive(Clone, Debug)]
@@ -99,7 +102,7 @@ impl DropSimulation {
         hang_s: f64,
         start: Start,
     ) -> Self {
-        let (body, _) = parachute.hanging(-hang_s);
+        let (body, _) = parachute.hanging(-hang_s, &environment);
         Self {
             plant: Plant::new(vehicle, environment, PlantKind::Actuator),
             parachute,
@@ -131,6 +134,24 @@ impl DropSimulation {
         }
     }
 
+    /// The state at the moment when the rotors are freed after a release at the nominal time: what a plan starts from that is made
+    /// before the drop.
+    pub fn nominal_state_at_t0(
+        vehicle: Arc<Vehicle>,
+        environment: Environment,
+        parachute: Parachute,
+        start: Start,
+    ) -> BodyState {
+        let mut sim = Self::new(vehicle, environment, parachute, 0.0, start);
+        sim.release();
+        // Whole steps to the end of the delay; the last one ends there, since it is a boundary between phases.
+        while sim.phase != Phase::Powered {
+            let remaining_s = sim.powered_from_s().unwrap_or(0.0) - sim.clock.time_s;
+            sim.step(&[0.0; MAX_ROTORS], FALL_STEP_S.min(remaining_s));
+        }
+        sim.state.body
+    }
+
     /// Time since the simulation began [s].
     pub fn time_s(&self) -> f64 {
         self.clock.time_s
@@ -159,6 +180,11 @@ impl DropSimulation {
     /// The site.
     pub fn environment(&self) -> &Environment {
         self.plant.environment()
+    }
+
+    /// Changes the wind from now on, NED [m/s]: a gust.
+    pub fn set_wind_ned(&mut self, wind_ned_m_s: Vector3<f64>) {
+        self.plant.set_wind_ned(wind_ned_m_s);
     }
 
     /// The parachute.
@@ -250,7 +276,7 @@ impl DropSimulation {
         let instant = self.instant();
         self.clock.advance(h);
         self.state.body = match self.released {
-            None => self.parachute.hanging(self.clock.time_s - self.nominal_release_s).0,
+            None => self.hanging().0,
             Some(r) => self.vacuum_fall(&r),
         };
         instant
@@ -258,6 +284,11 @@ impl DropSimulation {
 
     fn dynamic_fall(&self) -> bool {
         self.phase == Phase::Falling && self.start == Start::Release
+    }
+
+    /// The motion under the canopy now, and its acceleration.
+    fn hanging(&self) -> (BodyState, Vector3<f64>) {
+        self.parachute.hanging(self.clock.time_s - self.nominal_release_s, self.environment())
     }
 
     /// The fall of [`Start::T0`].
@@ -268,63 +299,6 @@ impl DropSimulation {
             p_ned: r.state.p_ned + r.state.v_ned * t + g * (0.5 * t * t),
             v_ned: r.state.v_ned + g * t,
             ..r.state
-        }
-    }
-
-    /// What acts on the vehicle now, under the last commands.
-    fn instant(&self) -> Instant {
-        self.instant_under(&self.throttle)
-    }
-
-    fn instant_under(&self, throttle: &PerRotor) -> Instant {
-        let gravity = self.environment().gravity_ned();
-        let mass = self.vehicle().mass.mass_kg;
-        match self.phase {
-            Phase::Falling if !self.dynamic_fall() => {
-                let balance = ForceBalance { gravity_force_ned: gravity * mass, ..ForceBalance::default() };
-                Instant { a_ned: gravity, balance }
-            }
-            Phase::Hanging => {
-                let (body, a_ned) = self.parachute.hanging(self.clock.time_s - self.nominal_release_s);
-                let mut balance = self.plant.instant(&self.state, throttle, true).balance;
-                let others =
-                    rotate_ned_from_body(body.q_ned_from_body, balance.force_body()) + gravity * mass;
-                balance.canopy_force_ned = a_ned * mass - others;
-                Instant { a_ned, balance }
-            }
-            Phase::Falling => self.plant.instant(&self.state, throttle, true),
-            Phase::Powered => self.plant.instant(&self.state, throttle, false),
-        }
-    }
-
-    /// Every force and moment on the vehicle now, under the given commands.
-    pub fn balance(&self, throttle: &PerRotor) -> ForceBalance {
-        self.instant_under(throttle).balance
-    }
-
-    /// Acceleration now, NED [m/s^2].
-    pub fn acceleration_ned(&self) -> Vector3<f64> {
-        self.instant().a_ned
-    }
-
-    /// What an accelerometer at the centre of mass reads, body [m/s^2]: acceleration without gravity.
-    pub fn specific_force_body(&self) -> Vector3<f64> {
-        let a = self.acceleration_ned() - self.environment().gravity_ned();
-        rotate_body_from_ned(self.state.body.q_ned_from_body, a)
-    }
-
-    /// A row of the record: the state now under the given commands and setpoint.
-    pub fn sample(&self, throttle: &PerRotor, v_sp_ned: Option<Vector3<f64>>) -> Sample {
-        self.moment().sample(self.instant_under(throttle), throttle, v_sp_ned)
-    }
-
-    /// The state now, for a record whose forces come with the next step.
-    pub(super) fn moment(&self) -> Moment {
-        Moment {
-            t_s: self.clock.time_s,
-            t_powered_s: self.time_powered_s(),
-            phase: self.phase,
-            state: self.state,
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::control::specimen::{GRAVITY_M_S2, MASS_KG, lander, quadrotor, site};
 use crate::frames::{quaternion_from_euler, rotate_ned_from_body};
 use crate::model::parachute::Pendulum;
 use crate::model::rigid_body::BodyState;
-use crate::model::{Parachute, Vehicle, VehicleOptions};
+use crate::model::{Environment, Parachute, Vehicle, VehicleOptions};
 
 const OFF: [f64; 8] = [0.0; 8];
 
@@ -63,10 +63,62 @@ fn paper_t0_start_has_the_state_of_44_when_the_rotors_are_freed() {
         sim.step(&OFF, 0.004);
     }
     assert!(sim.time_powered_s().unwrap().abs() < 1e-12);
-    let (found, wanted) = (sim.state().body, swinging().state_at_t0(GRAVITY_M_S2));
+    let (found, wanted) = (sim.state().body, swinging().state_at_t0(&site()));
     assert!((found.v_ned - wanted.v_ned).norm() < 1e-12);
     assert!((found.omega_body - wanted.omega_body).norm() < 1e-12);
     assert!((0..4).all(|i| (found.q_ned_from_body[i] - wanted.q_ned_from_body[i]).abs() < 1e-12));
+}
+
+fn windy() -> Environment {
+    Environment { wind_ned_m_s: Vector3::new(6.0, -2.0, 0.0), ..site() }
+}
+
+/// Adrift with the wind, the vehicle feels no wind: under the canopy and in the fall it is the calm day's drop, carried along.
+#[test]
+fn closed_form_a_drop_in_wind_is_the_calm_drop_carried_along() {
+    let drift = Vector3::new(6.0, -2.0, 0.0);
+    for start in [Start::Release, Start::T0] {
+        let [mut calm, mut wind] = [site(), windy()]
+            .map(|site| DropSimulation::new(Arc::new(lander(true)), site, swinging(), 2.0, start));
+        for sim in [&mut calm, &mut wind] {
+            sim.schedule_release(2.0);
+        }
+        for _ in 0..1000 {
+            for sim in [&mut calm, &mut wind] {
+                sim.step(&[0.7; 8], 0.004);
+            }
+            let (a, b) = (calm.state().body, wind.state().body);
+            let t = calm.time_s() - 2.0;
+            assert!((b.v_ned - a.v_ned - drift).norm() < 1e-10, "{start:?} at {t} s");
+            assert!((b.p_ned - a.p_ned - drift * t).norm() < 1e-9, "{start:?} at {t} s");
+            assert!(
+                (calm.balance(&OFF).canopy_force_ned - wind.balance(&OFF).canopy_force_ned).norm() < 1e-8
+            );
+        }
+        assert_eq!(wind.phase(), Phase::Powered);
+    }
+}
+
+/// What a plan starts from is what the drop comes to.
+#[test]
+fn closed_form_the_nominal_state_is_that_of_a_drop_released_in_time() {
+    for start in [Start::Release, Start::T0] {
+        let vehicle = Arc::new(lander(true));
+        let mut sim = DropSimulation::new(vehicle.clone(), windy(), swinging(), 10.0, start);
+        sim.schedule_release(10.0);
+        while sim.phase() != Phase::Powered {
+            sim.step(&OFF, 0.004);
+        }
+        let nominal = DropSimulation::nominal_state_at_t0(vehicle, windy(), swinging(), start);
+        let found = sim.state().body;
+        assert!((found.v_ned - nominal.v_ned).norm() < 1e-11, "{} {}", found.v_ned, nominal.v_ned);
+        assert!((found.omega_body - nominal.omega_body).norm() < 1e-11);
+        assert!((0..4).all(|i| (found.q_ned_from_body[i] - nominal.q_ned_from_body[i]).abs() < 1e-11));
+    }
+    let v0 = swinging().state_at_t0(&site()).v_ned.z;
+    let fallen =
+        DropSimulation::nominal_state_at_t0(Arc::new(lander(true)), site(), swinging(), Start::Release);
+    assert!(fallen.v_ned.z < v0, "the air brakes the fall");
 }
 
 /// Ten thousand steps of 4 ms end at 40 s; the release and its delay lie on the grid.
@@ -129,7 +181,7 @@ fn accelerometer_under_a_still_canopy_reads_gravity_upwards() {
 
 #[test]
 fn rotors_come_to_rest_and_never_turn_backwards() {
-    let body = swinging().state_at_t0(GRAVITY_M_S2);
+    let body = swinging().state_at_t0(&site());
     let mut sim = DropSimulation::at_t0(Arc::new(lander(true)), site(), body, PlantKind::Actuator);
     for k in 0..2000 {
         let throttle = if k < 100 { [0.8; 8] } else { [f64::NAN, 0.0, -3.0, 0.0, 0.0, 0.0, 0.0, 0.0] };
@@ -201,7 +253,7 @@ proptest! {
             sim.schedule_release(release);
             sim
         };
-        let mut body = swinging().state_at_t0(GRAVITY_M_S2);
+        let mut body = swinging().state_at_t0(&site());
         body.omega_body = rates.into();
         let kind = if ideal { PlantKind::Ideal } else { PlantKind::Actuator };
         let flying = DropSimulation::at_t0(Arc::new(lander(true)), site(), body, kind);

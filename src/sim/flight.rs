@@ -64,6 +64,19 @@ pub struct FlightPlan<'a> {
     pub duration_s: f64,
 }
 
+impl FlightPlan<'_> {
+    /// How many control periods the flight has.
+    pub fn steps(&self) -> u64 {
+        // `as u64` saturates: NaN and negatives give 0.
+        (self.duration_s / self.control_period_s).round() as u64
+    }
+
+    /// Velocity [m/s] and fed-forward acceleration [m/s^2], NED, in force at `t_s` from the start of powered flight.
+    pub fn setpoint_at(&self, t_s: f64) -> (Vector3<f64>, Vector3<f64>) {
+        self.reference.at(setpoint_time(t_s, self.setpoint_period_s))
+    }
+}
+
 /// Flies: `observe` gets the state at each control step with the command computed there, and the final state with the last
 /// command; it may break the flight off. Returns whether it did.
 pub fn fly(
@@ -73,14 +86,12 @@ pub fn fly(
     observe: &mut impl FnMut(&Sample) -> ControlFlow<()>,
 ) -> ControlFlow<()> {
     let dt = plan.control_period_s;
-    // `as u64` saturates: NaN and negatives give 0.
-    let steps = (plan.duration_s / dt).round() as u64;
     let mut throttle = [0.0; MAX_ROTORS];
     cascade.reset();
-    for _ in 0..steps {
+    for _ in 0..plan.steps() {
         let mut v_sp_ned = None;
         if let (Phase::Powered, Some(t)) = (sim.phase(), sim.time_powered_s()) {
-            let (v_sp, a_ff) = plan.reference.at(setpoint_time(t, plan.setpoint_period_s));
+            let (v_sp, a_ff) = plan.setpoint_at(t);
             let body = &sim.state().body;
             let m = Measurement {
                 q_ned_from_body: body.q_ned_from_body,
@@ -95,7 +106,7 @@ pub fn fly(
         observe(&before.sample(instant, &throttle, v_sp_ned))?;
     }
     let v_sp_ned = match (sim.phase(), sim.time_powered_s()) {
-        (Phase::Powered, Some(t)) => Some(plan.reference.at(setpoint_time(t, plan.setpoint_period_s)).0),
+        (Phase::Powered, Some(t)) => Some(plan.setpoint_at(t).0),
         _ => None,
     };
     observe(&sim.sample(&throttle, v_sp_ned))

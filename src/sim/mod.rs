@@ -4,13 +4,15 @@
 //! |---|---|
 //! | [`integrator`] | classical Runge-Kutta step |
 //! | [`plant`] | the vehicle as the controller meets it: ideal thrusts or real actuators |
-//! | [`drop`](mod@drop) | hang, release, fall, powered flight |
+//! | [`drop`](mod@drop), `drop/forces` | hang, release, fall, powered flight; what acts in each phase |
 //! | [`flight`] | a whole flight, controller and vehicle, without MAVLink frames |
 //! | [`record`] | one row of a flight's record |
+//! | [`planar`] | many flights at once, side by side in the vertical plane |
 
 pub mod drop;
 pub mod flight;
 pub mod integrator;
+pub mod planar;
 pub mod plant;
 pub mod record;
 

@@ -78,6 +78,11 @@ impl Plant {
         &self.environment
     }
 
+    /// Changes the wind from now on, NED [m/s].
+    pub fn set_wind_ned(&mut self, wind_ned_m_s: Vector3<f64>) {
+        self.environment.wind_ned_m_s = wind_ned_m_s;
+    }
+
     /// Which actuators it has.
     pub fn kind(&self) -> PlantKind {
         self.kind

@@ -104,6 +104,37 @@ fn problems_that_cannot_be_posed_are_errors() {
     ));
 }
 
+/// The first node's thrust is given: outside the bounds there is no plan, and that is the caller's mistake.
+#[test]
+fn an_initial_thrust_outside_its_bounds_is_refused() {
+    let (vehicle, environment) = titan();
+    for (thrust_n, says) in [(300.5, "found 300.5"), (-1.0, "found -1")] {
+        let mut problem = titan_problem(&vehicle, &environment, 38);
+        problem.initial_thrust_n[2] = thrust_n;
+        let refused = plan(&problem, &Guess::StraightLine, &SolverOptions::default(), &mut |_| {
+            ControlFlow::Continue(())
+        });
+        let text = refused.unwrap_err().to_string();
+        assert!(
+            text.contains("input 3 of the first node must lie from 0 to 300") && text.contains(says),
+            "{text}"
+        );
+    }
+}
+
+/// Beyond the digits that the numbers have: no "diverged", but the solution with what is wrong with the tolerance.
+#[test]
+fn a_tolerance_below_rounding_stalls_at_the_solution() {
+    let (vehicle, environment) = titan();
+    let problem = titan_problem(&vehicle, &environment, 38);
+    let options = SolverOptions { tolerance: 1e-16, ..SolverOptions::default() };
+    let stalled = plan(&problem, &Guess::StraightLine, &options, &mut |_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(stalled.status, Status::Stalled, "{:?}", stalled.diagnosis);
+    assert!(stalled.diagnosis.unwrap().contains("tolerance asks for more than rounding leaves"));
+    let solution = solve(&problem);
+    assert!((stalled.objective / solution.objective - 1.0).abs() < 1e-8, "{}", stalled.objective);
+}
+
 /// Six and eight rotors: the same body with its thrust spread over more rotors flies the same plan.
 #[test]
 fn closed_form_more_rotors_of_the_same_total_fly_the_same_plan() {

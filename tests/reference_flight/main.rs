@@ -8,4 +8,6 @@
 mod data;
 mod dynamics;
 mod flights;
+mod planar;
 mod tracking;
+mod variations;

@@ -26,7 +26,7 @@ pub enum ShellError {
         what: What,
     },
     /// The port cannot be had for another reason.
-    #[error("{protocol} port {port} ({what}): {source}")]
+    #[error("{protocol} port {port} ({what})")]
     Bind {
         /// "TCP" or "UDP".
         protocol: &'static str,

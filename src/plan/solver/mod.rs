@@ -7,7 +7,8 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | this one | options, status, the loop, the best point |
+//! | this one | the loop, the best point |
+//! | `terms` | options, status, solution |
 //! | `iterate` | variables and bounds; cold and warm starts |
 //! | `kkt` | gradients, residuals, the Newton system's terms |
 //! | `line_search` | how far to go; second-order correction |
@@ -20,7 +21,7 @@ use self::kkt::Residuals;
 use self::line_search::Search;
 use super::dynamics::Dynamics;
 use super::filter::Filter;
-use super::problem::{Nodes, Problem};
+use super::problem::Problem;
 use super::restoration::{self, Restored};
 use super::riccati::Sweep;
 use super::transcription::Evaluation;
@@ -28,125 +29,11 @@ use super::transcription::Evaluation;
 mod iterate;
 mod kkt;
 mod line_search;
+mod terms;
 
 pub use iterate::Iterate;
 pub(super) use iterate::{Fences, move_out};
-
-/// Settings of the solver.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SolverOptions {
-    /// Bound on the KKT residual, the complementarity and the largest defect, all unscaled.
-    pub tolerance: f64,
-    /// Iterations, restoration included.
-    pub max_iterations: usize,
-    /// First barrier parameter of a cold start, in units of the cost. Large enough to hold the first iterates off the bounds:
-    /// with IPOPT's 0.1 the median over 300 random releases is 24 iterations, with 30 it is 17.
-    pub mu_initial: f64,
-    /// First barrier parameter of a warm start, in units of the cost. Over 720 plans renewed in flight, each off a little,
-    /// the mean is 5.8 iterations with 1e-4 and 6.9 with 1e-2 (and a wider margin to the bounds). Off in yaw too, which the
-    /// Titan lander cannot steer and which adds up, it is 11.7 against 11.0.
-    pub mu_warm: f64,
-}
-
-impl Default for SolverOptions {
-    fn default() -> Self {
-        Self { tolerance: 1e-8, max_iterations: 300, mu_initial: 30.0, mu_warm: 1e-4 }
-    }
-}
-
-/// How a solve ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Status {
-    /// A point that satisfies the optimality conditions to tolerance.
-    Converged,
-    /// The iteration budget is used up; the best point found is returned.
-    IterationLimit,
-    /// The observer asked to stop; the best point found is returned.
-    Stopped,
-    /// No point near this one satisfies the constraints.
-    Infeasible,
-    /// The iterates left the region where the model can be evaluated.
-    Diverged,
-}
-
-/// How a solve stands after an iteration: what an observer sees.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
-    /// Iterations so far.
-    pub iteration: usize,
-    /// J_d.
-    pub objective: f64,
-    /// Largest defect.
-    pub defect_max: f64,
-    /// Largest entry of the Lagrangian's gradient.
-    pub kkt_residual: f64,
-    /// Barrier parameter.
-    pub mu: f64,
-    /// Length of the last step.
-    pub step_length: f64,
-}
-
-/// Work done.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Interior point iterations.
-    pub iterations: usize,
-    /// Evaluations of all defects without derivatives.
-    pub evaluations: usize,
-    /// Sweeps factored.
-    pub factorisations: usize,
-    /// Iterations that fell back on the Gauss-Newton Hessian.
-    pub gauss_newton: usize,
-    /// Second-order corrections taken.
-    pub corrections: usize,
-    /// Restoration phases entered.
-    pub restorations: usize,
-}
-
-/// What a solve starts from.
-#[derive(Clone, Debug)]
-pub enum StartFrom<const NX: usize, const NU: usize> {
-    /// Node values only.
-    Guess(Nodes<NX, NU>),
-    /// Primal and dual variables of a neighbouring problem.
-    Warm(Iterate<NX, NU>),
-}
-
-/// What a solve ends with.
-#[derive(Clone, Debug)]
-pub struct Solution<const NX: usize, const NU: usize> {
-    /// How it ended.
-    pub status: Status,
-    /// The solution, or the best point found (feasible with the least cost; else the least infeasible).
-    pub iterate: Iterate<NX, NU>,
-    /// J_d there.
-    pub objective: f64,
-    /// Largest defect there.
-    pub defect_max: f64,
-    /// Largest entry of the Lagrangian's gradient there.
-    pub kkt_residual: f64,
-    /// Largest product of a bound's multiplier and distance there.
-    pub complementarity: f64,
-    /// Work done.
-    pub work: Work,
-}
-
-/// A problem that cannot be posed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ProblemError {
-    /// Fewer than two intervals.
-    #[error("at least 3 nodes are needed")]
-    TooFewNodes,
-    /// Bounds that leave no interior.
-    #[error("lower bounds must lie below upper bounds, and rate limits above zero")]
-    EmptyBounds,
-    /// The start has another number of nodes than the problem.
-    #[error("the guess has another number of nodes than the problem")]
-    GuessLength,
-    /// A number that is not finite in the initial state, the weights or the guess.
-    #[error("the initial state, the weights and the step must be finite")]
-    NotFinite,
-}
+pub use terms::{ProblemError, Progress, Solution, SolverOptions, StartFrom, Status, Work};
 
 fn check<D, const NX: usize, const NU: usize>(problem: &Problem<D, NX, NU>) -> Result<(), ProblemError> {
     if problem.intervals < 2 {
@@ -165,7 +52,17 @@ fn check<D, const NX: usize, const NU: usize>(problem: &Problem<D, NX, NU>) -> R
     let finite = problem.dt_s.is_finite()
         && [&problem.x_initial, &c.x_ref, &c.q, &c.s].iter().all(|v| v.iter().all(|x| x.is_finite()))
         && [&problem.u_initial, &c.u_ref, &c.r].iter().all(|v| v.iter().all(|x| x.is_finite()));
-    if finite { Ok(()) } else { Err(ProblemError::NotFinite) }
+    if !finite {
+        return Err(ProblemError::NotFinite);
+    }
+    // A drop starts on its bound, with the rotors at rest. (Bounds on the states hold from the second node on.)
+    let (u, b) = (&problem.u_initial, &problem.bounds);
+    match (0..NU).find(|&i| !(b.u_min[i]..=b.u_max[i]).contains(&u[i])) {
+        Some(i) => {
+            Err(ProblemError::InitialInput { index: i, least: b.u_min[i], greatest: b.u_max[i], found: u[i] })
+        }
+        None => Ok(()),
+    }
 }
 
 /// Solves the problem. After each iteration `observer` sees how it stands and may stop it: budgets of time, which the
@@ -290,6 +187,10 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
                             self.iterate.centre(&self.fences, self.mu);
                             self.iterate.lambda.fill(SVector::zeros());
                         }
+                        // There was nothing to restore: it is the search for a lower cost that has come to its end.
+                        _ if now.defect_max <= self.feasible() => {
+                            return self.finish_with_best(Status::Stalled);
+                        }
                         Restored::Infeasible => return self.finish_with_best(Status::Infeasible),
                         Restored::Failed => return self.finish_with_best(Status::Diverged),
                     }
@@ -299,12 +200,17 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
         }
     }
 
+    /// Largest defect of a point that counts as feasible.
+    fn feasible(&self) -> f64 {
+        1e-6f64.max(self.options.tolerance)
+    }
+
     /// Keeps the point if it is the best so far: feasible with the least cost, else the least infeasible.
     fn remember(&mut self, now: &Evaluation<NX>) {
         if !now.is_finite() {
             return;
         }
-        let feasible = 1e-6f64.max(self.options.tolerance);
+        let feasible = self.feasible();
         let better = self.best.as_ref().is_none_or(|best| {
             if now.defect_max <= feasible && best.defect_max <= feasible {
                 now.objective < best.objective

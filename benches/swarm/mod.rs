@@ -1,0 +1,103 @@
+//! What the benches fly: the gains of a swarm of 70, uniform in the bounds of the tuning, on the seven releases of Table 3, along
+//! the reference's plan.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+use samara::assess::tracking::control_period_s;
+use samara::assess::{Outcome, SafetyLimits, Study, judge_flights};
+use samara::config::load_vehicle;
+use samara::control::{ControlLimits, Gains};
+use samara::model::Environment;
+use samara::model::environment::GeoPoint;
+use samara::sim::planar::{Flight, LANES, Model, Release, Variation};
+use samara::sim::{FlightPlan, PlantKind, Reference};
+use samara::trajectory::{Node, Trajectory};
+use samara::tune::release_cases::TABLE_3;
+use samara::units::RAD_PER_DEG;
+
+/// Particles of the swarm.
+pub const PARTICLES: usize = 70;
+
+/// The tuning problem.
+pub struct Swarm {
+    model: Model,
+    study: Study,
+}
+
+impl Swarm {
+    pub fn new(kind: PlantKind) -> Self {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let vehicle = load_vehicle(&root.join("params/vehicles/titan.json")).unwrap().vehicle;
+        let anchor = GeoPoint { latitude_deg: 0.0, longitude_deg: 0.0, altitude_m: 0.0 };
+        let site = Environment::new(1.35, 5.4, Vector3::zeros(), anchor).unwrap();
+        let model = Model::new(&vehicle, &site, &ControlLimits::default(), kind).unwrap();
+        let plan = plan();
+        let flight = FlightPlan {
+            reference: Reference::Plan { trajectory: &plan, then_v_ned: None, feed_forward: false },
+            yaw_sp_rad: 0.0,
+            control_period_s: control_period_s(&plan),
+            setpoint_period_s: None,
+            duration_s: plan.end_s(),
+        };
+        let limits = SafetyLimits {
+            speed_m_s: 12.0,
+            pitch_rad: 45.0 * RAD_PER_DEG,
+            pitch_rate_rad_s: 90.0 * RAD_PER_DEG,
+            vertical_acceleration_m_s2: 3.0,
+        };
+        Self { model, study: Study::of(&flight, limits, [4.0, 4.0]).unwrap() }
+    }
+
+    /// Flies on as many threads as told, in equal parts.
+    pub fn fly(&self, flights: &[Flight], outcomes: &mut [Outcome], threads: usize) {
+        let part = flights.len().div_ceil(LANES).div_ceil(threads) * LANES;
+        std::thread::scope(|scope| {
+            for (flights, outcomes) in flights.chunks(part).zip(outcomes.chunks_mut(part)) {
+                scope.spawn(|| judge_flights(&self.model, &self.study, flights, outcomes));
+            }
+        });
+    }
+}
+
+/// `n` flights: each particle's gains on each release.
+pub fn flights(n: usize) -> Vec<Flight> {
+    let flight = |k: usize| Flight {
+        gains: gains(k / TABLE_3.len() % PARTICLES),
+        release: Release::of(&TABLE_3[k % TABLE_3.len()].state()).unwrap(),
+        variation: Variation::NONE,
+    };
+    (0..n).map(flight).collect()
+}
+
+/// Gains of a particle: a golden-ratio sequence in the bounds of the tuning.
+fn gains(particle: usize) -> Gains {
+    let highest = [5.0, 0.5, 2.0, 5.0, 1.0, 3.0, 0.05];
+    let mut k = [0.0; 7];
+    for (j, k) in k.iter_mut().enumerate() {
+        let x = (particle as f64 + 1.0) * (2.0f64.powf(1.0 / (j as f64 + 2.0)));
+        *k = highest[j] * (0.02 + 0.98 * x.fract());
+    }
+    Gains::longitudinal(k)
+}
+
+/// The nominal plan of the flight tests.
+fn plan() -> Trajectory {
+    let numbers: serde_json::Value =
+        serde_json::from_str(include_str!("../../tests/data/reference_flights.json")).unwrap();
+    let rows =
+        |value: &serde_json::Value| -> Vec<Vec<f64>> { serde_json::from_value(value.clone()).unwrap() };
+    let reference = &numbers["flight_reference"];
+    let dt_s = reference["dt_s"].as_f64().unwrap();
+    let velocities = rows(&reference["vn_vd_dvn_dvd"]);
+    let states = rows(&numbers["plan_q0_q2_vn_vd_q"]);
+    let node = |(k, (v, s)): (usize, (&Vec<f64>, &Vec<f64>))| Node {
+        t_s: k as f64 * dt_s,
+        q_ned_from_body: [s[0], 0.0, s[1], 0.0],
+        v_ned: Vector3::new(v[0], 0.0, v[1]),
+        omega_body: Vector3::new(0.0, s[4], 0.0),
+        thrust_n: [0.0; 8],
+        a_ned: Vector3::new(v[2], 0.0, v[3]),
+    };
+    Trajectory::new(velocities.iter().zip(&states).enumerate().map(node).collect(), 4).unwrap()
+}

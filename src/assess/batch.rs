@@ -1,0 +1,282 @@
+//! Costs of many flights at once: what [`super::safety`] and [`super::tracking`] say of a flight, for the flights of
+//! [`crate::sim::planar`].
+//!
+//! A flight is given up at the first control step at which it is faster than 60 m/s, turned by more than 6 rad, or no number; its
+//! peaks are those up to then. So a flight's outcome does not depend on the flights beside it.
+
+#![expect(
+    clippy::needless_range_loop,
+    reason = "a loop over lanes indexes many arrays at once, the same way throughout"
+)]
+
+use std::ops::ControlFlow;
+
+use nalgebra::Vector3;
+
+use super::SafetyLimits;
+use super::safety::steady_within_m_s;
+use super::tracking::{DIVERGED, PITCH_MAX_RAD, SPEED_MAX_M_S};
+use crate::sim::planar::{Course, Flight, LANES, Lanes, Model, NotPlanar, Observer, State, fly};
+use crate::sim::{FlightPlan, Reference};
+use crate::trajectory::Trajectory;
+
+/// What flights are judged by.
+#[derive(Clone, Debug)]
+pub struct Study {
+    course: Course,
+    limits: SafetyLimits,
+    /// Velocity of the steady state, north and down [m/s].
+    target_m_s: [f64; 2],
+    /// Square of the speed error within which the flight is steady [m^2/s^2].
+    steady_within2: f64,
+    nodes: Vec<PlanNode>,
+    /// Nodes that fall on no control step.
+    missed: usize,
+}
+
+/// Longitudinal state of the plan at a control step.
+#[derive(Clone, Copy, Debug)]
+struct PlanNode {
+    step: usize,
+    /// `[q0, q2, vN, vD, Q]`.
+    state: [f64; 5],
+}
+
+/// What a flight came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// J_RMS (45) over the plan's nodes; 1000 for a flight that was given up or did not reach the last node; 0 without a plan.
+    pub rms: f64,
+    /// J_TPF (51); infinite when the state was no number.
+    pub j_tpf: f64,
+    /// Largest speed [m/s].
+    pub peak_speed_m_s: f64,
+    /// Largest pitch, either way, with its sign [rad].
+    pub peak_pitch_rad: f64,
+    /// Largest pitch rate, either way, with its sign [rad/s].
+    pub peak_pitch_rate_rad_s: f64,
+    /// Time [s] from which the velocity stays within 1 % of the target to the end.
+    pub steady_after_s: Option<f64>,
+    /// Whether the flight was given up.
+    pub given_up: bool,
+    /// Velocity at the end, or where the flight was given up, north and down [m/s].
+    pub final_v_m_s: [f64; 2],
+}
+
+impl Study {
+    /// Flights along `plan`; steady means close to `target_m_s`, north and down [m/s]. RMS is against the nodes of the
+    /// trajectory `tracked`, where there is one; the control period must divide its intervals.
+    ///
+    /// # Errors
+    /// [`NotPlanar`] as [`Course::new`].
+    pub fn new(
+        plan: &FlightPlan<'_>,
+        tracked: Option<&Trajectory>,
+        limits: SafetyLimits,
+        target_m_s: [f64; 2],
+    ) -> Result<Self, NotPlanar> {
+        let course = Course::new(plan)?;
+        let dt_s = course.period_s();
+        let nodes = tracked.map_or(&[][..], Trajectory::nodes);
+        let on_grid: Vec<PlanNode> = nodes
+            .iter()
+            .filter_map(|n| {
+                let step = (n.t_s / dt_s).round();
+                let state =
+                    [n.q_ned_from_body[0], n.q_ned_from_body[2], n.v_ned.x, n.v_ned.z, n.omega_body.y];
+                let reached = (step * dt_s - n.t_s).abs() < 1e-6 && step <= course.steps() as f64;
+                reached.then_some(PlanNode { step: step as usize, state })
+            })
+            .collect();
+        let missed = nodes.len() - on_grid.len();
+        let steady_within = steady_within_m_s(&Vector3::new(target_m_s[0], 0.0, target_m_s[1]));
+        let steady_within2 = steady_within * steady_within;
+        Ok(Self { course, limits, target_m_s, steady_within2, nodes: on_grid, missed })
+    }
+
+    /// A study along the trajectory of the plan's own reference, if it has one.
+    ///
+    /// # Errors
+    /// [`NotPlanar`] as [`Course::new`].
+    pub fn of(plan: &FlightPlan<'_>, limits: SafetyLimits, target_m_s: [f64; 2]) -> Result<Self, NotPlanar> {
+        let tracked = match plan.reference {
+            Reference::Plan { trajectory, .. } => Some(trajectory),
+            Reference::Step(_) => None,
+        };
+        Self::new(plan, tracked, limits, target_m_s)
+    }
+
+    /// The setpoints.
+    pub fn course(&self) -> &Course {
+        &self.course
+    }
+}
+
+/// Flies and judges each flight; `outcomes` takes as many as there are flights or places, whichever are fewer. Any number of
+/// flights, in groups of [`LANES`]; threads are the caller's affair: split at multiples of [`LANES`].
+pub fn judge_flights(model: &Model, study: &Study, flights: &[Flight], outcomes: &mut [Outcome]) {
+    for (flights, outcomes) in flights.chunks(LANES).zip(outcomes.chunks_mut(LANES)) {
+        // A last, smaller group fills its lanes with its first flight.
+        let lanes = std::array::from_fn(|i| *flights.get(i).unwrap_or(&flights[0]));
+        let mut judge = Judge::new(study);
+        fly(model, &study.course, &lanes, &mut judge);
+        for (i, outcome) in outcomes.iter_mut().enumerate().take(flights.len()) {
+            *outcome = judge.outcome(i);
+        }
+    }
+}
+
+/// Collects the costs of eight flights.
+struct Judge<'a> {
+    study: &'a Study,
+    next_node: usize,
+    sum_of_squares: Lanes,
+    /// Largest square of the speed.
+    speed2: Lanes,
+    /// Attitude at the largest pitch either way, where q0 is lowest.
+    q0: Lanes,
+    q2: Lanes,
+    /// Pitch rate of the largest size.
+    rate: Lanes,
+    /// Step since when it is steady; negative when it is not.
+    steady_since: Lanes,
+    final_v: [Lanes; 2],
+    /// 1 while a flight goes on, 0 once it is given up.
+    going: Lanes,
+    finite: [bool; LANES],
+}
+
+impl<'a> Judge<'a> {
+    fn new(study: &'a Study) -> Self {
+        Self {
+            study,
+            next_node: 0,
+            sum_of_squares: [0.0; LANES],
+            speed2: [0.0; LANES],
+            q0: [1.0; LANES],
+            q2: [0.0; LANES],
+            rate: [0.0; LANES],
+            steady_since: [-1.0; LANES],
+            final_v: [[0.0; LANES]; 2],
+            going: [1.0; LANES],
+            finite: [true; LANES],
+        }
+    }
+
+    /// Gives up the flights that are lost in this state.
+    #[cold]
+    fn give_up(&mut self, state: &State) -> ControlFlow<()> {
+        for i in 0..LANES {
+            if self.going[i] > 0.0 && !in_hand(state, i) {
+                self.going[i] = 0.0;
+                let numbers = [state.v_n[i], state.v_d[i], state.q0[i], state.q2[i], state.rate[i]];
+                self.finite[i] = numbers.iter().all(|x| x.is_finite());
+                self.final_v[0][i] = state.v_n[i];
+                self.final_v[1][i] = state.v_d[i];
+            }
+        }
+        if self.going.contains(&1.0) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    }
+
+    #[inline(always)]
+    fn track(&mut self, state: &State, node: &PlanNode) {
+        for i in 0..LANES {
+            let now = [state.q0[i], state.q2[i], state.v_n[i], state.v_d[i], state.rate[i]];
+            let mut sum = 0.0;
+            for k in 0..5 {
+                let e = now[k] - node.state[k];
+                sum += e * e;
+            }
+            self.sum_of_squares[i] += sum;
+        }
+    }
+
+    /// Takes the velocity at the end.
+    fn land(&mut self, state: &State) {
+        for i in 0..LANES {
+            if self.going[i] > 0.0 {
+                (self.final_v[0][i], self.final_v[1][i]) = (state.v_n[i], state.v_d[i]);
+            }
+        }
+    }
+
+    fn outcome(&self, i: usize) -> Outcome {
+        let limits = &self.study.limits;
+        let speed = self.speed2[i].sqrt();
+        let pitch = 2.0 * self.q2[i].atan2(self.q0[i]);
+        let shares = [
+            speed / limits.speed_m_s,
+            pitch.abs() / limits.pitch_rad,
+            self.rate[i].abs() / limits.pitch_rate_rad_s,
+        ];
+        let n = self.study.nodes.len();
+        let unfinished = self.going[i] == 0.0 || self.study.missed > 0 || self.next_node < n;
+        Outcome {
+            rms: match n {
+                _ if unfinished => DIVERGED,
+                0 => 0.0,
+                _ => (self.sum_of_squares[i] / n as f64).sqrt(),
+            },
+            j_tpf: if self.finite[i] { shares.into_iter().fold(0.0, f64::max) } else { f64::INFINITY },
+            peak_speed_m_s: speed,
+            peak_pitch_rad: pitch,
+            peak_pitch_rate_rad_s: self.rate[i],
+            steady_after_s: (self.steady_since[i] >= 0.0)
+                .then(|| self.steady_since[i] * self.study.course.period_s()),
+            given_up: self.going[i] == 0.0,
+            final_v_m_s: [self.final_v[0][i], self.final_v[1][i]],
+        }
+    }
+}
+
+impl Observer for Judge<'_> {
+    #[inline(always)]
+    fn observe(&mut self, step: usize, state: &State) -> ControlFlow<()> {
+        let [target_n, target_d] = self.study.target_m_s;
+        let near2 = self.study.steady_within2;
+        let mut lost = false;
+        for i in 0..LANES {
+            let going = self.going[i] > 0.0;
+            let (v_n, v_d) = (state.v_n[i], state.v_d[i]);
+            let speed2 = v_n * v_n + v_d * v_d;
+            let faster = going & (speed2 > self.speed2[i]);
+            self.speed2[i] = if faster { speed2 } else { self.speed2[i] };
+            let steeper = going & (state.q0[i] < self.q0[i]);
+            self.q0[i] = if steeper { state.q0[i] } else { self.q0[i] };
+            self.q2[i] = if steeper { state.q2[i] } else { self.q2[i] };
+            let quicker = going & (state.rate[i].abs() > self.rate[i].abs());
+            self.rate[i] = if quicker { state.rate[i] } else { self.rate[i] };
+            let (off_n, off_d) = (v_n - target_n, v_d - target_d);
+            let near = going & (off_n * off_n + off_d * off_d <= near2);
+            let since = if self.steady_since[i] >= 0.0 { self.steady_since[i] } else { step as f64 };
+            self.steady_since[i] = if near { since } else { -1.0 };
+            lost |= going & !in_hand(state, i);
+        }
+        if let Some(node) = self.study.nodes.get(self.next_node)
+            && node.step == step
+        {
+            self.track(state, node);
+            self.next_node += 1;
+        }
+        if lost {
+            self.give_up(state)?;
+        }
+        if step == self.study.course.steps() {
+            self.land(state);
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+/// `cos(PITCH_MAX_RAD/2)`: the pitch `2 atan2(q2, q0)` of a unit quaternion passes 6 rad where q0 passes this.
+const COS_HALF_PITCH_MAX: f64 = -0.989_992_496_600_445_4;
+const _: () = assert!(PITCH_MAX_RAD == 6.0);
+
+/// Whether a flight goes on.
+#[inline(always)]
+fn in_hand(state: &State, i: usize) -> bool {
+    let speed2 = state.v_n[i] * state.v_n[i] + state.v_d[i] * state.v_d[i];
+    (speed2 <= SPEED_MAX_M_S * SPEED_MAX_M_S)
+        & (state.q0[i] >= COS_HALF_PITCH_MAX)
+        & (state.rate[i].abs() < f64::INFINITY)
+}

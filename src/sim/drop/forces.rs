@@ -1,0 +1,71 @@
+//! What acts on a vehicle in each phase of its drop, and the rows of the record that hold it.
+//!
+//! Under the canopy the motion is prescribed and the canopy's force is what is missing from `m a`; in the study's fall,
+//! [`Start::T0`](super::super::Start), there is gravity alone.
+
+use nalgebra::Vector3;
+
+use super::super::plant::Instant;
+use super::super::record::{Moment, Sample};
+use super::{DropSimulation, Phase};
+use crate::frames::{rotate_body_from_ned, rotate_ned_from_body};
+use crate::model::{ForceBalance, PerRotor};
+
+impl DropSimulation {
+    /// What acts on the vehicle now, under the last commands.
+    pub(super) fn instant(&self) -> Instant {
+        self.instant_under(&self.throttle)
+    }
+
+    fn instant_under(&self, throttle: &PerRotor) -> Instant {
+        let gravity = self.environment().gravity_ned();
+        let mass = self.vehicle().mass.mass_kg;
+        match self.phase {
+            Phase::Falling if !self.dynamic_fall() => {
+                let balance = ForceBalance { gravity_force_ned: gravity * mass, ..ForceBalance::default() };
+                Instant { a_ned: gravity, balance }
+            }
+            Phase::Hanging => {
+                let (body, a_ned) = self.hanging();
+                let mut balance = self.plant.instant(&self.state, throttle, true).balance;
+                let others =
+                    rotate_ned_from_body(body.q_ned_from_body, balance.force_body()) + gravity * mass;
+                balance.canopy_force_ned = a_ned * mass - others;
+                Instant { a_ned, balance }
+            }
+            Phase::Falling => self.plant.instant(&self.state, throttle, true),
+            Phase::Powered => self.plant.instant(&self.state, throttle, false),
+        }
+    }
+
+    /// Every force and moment on the vehicle now, under the given commands.
+    pub fn balance(&self, throttle: &PerRotor) -> ForceBalance {
+        self.instant_under(throttle).balance
+    }
+
+    /// Acceleration now, NED [m/s^2].
+    pub fn acceleration_ned(&self) -> Vector3<f64> {
+        self.instant().a_ned
+    }
+
+    /// What an accelerometer at the centre of mass reads, body [m/s^2]: acceleration without gravity.
+    pub fn specific_force_body(&self) -> Vector3<f64> {
+        let a = self.acceleration_ned() - self.environment().gravity_ned();
+        rotate_body_from_ned(self.state.body.q_ned_from_body, a)
+    }
+
+    /// A row of the record: the state now under the given commands and setpoint.
+    pub fn sample(&self, throttle: &PerRotor, v_sp_ned: Option<Vector3<f64>>) -> Sample {
+        self.moment().sample(self.instant_under(throttle), throttle, v_sp_ned)
+    }
+
+    /// The state now, for a record whose forces come with the next step.
+    pub(in crate::sim) fn moment(&self) -> Moment {
+        Moment {
+            t_s: self.clock.time_s,
+            t_powered_s: self.time_powered_s(),
+            phase: self.phase,
+            state: self.state,
+        }
+    }
+}

@@ -1,0 +1,368 @@
+//! Eight flights from t = 0 to the end: control steps, and between them Runge-Kutta steps of the plant.
+
+use std::ops::ControlFlow;
+
+use super::air::{AirScale, Flow};
+use super::course::Course;
+use super::flight::{Flight, Gust};
+use super::lanes::{LANES, Lanes};
+use super::law::{Integrals, LaneGains, Measured};
+use super::model::Model;
+use crate::sim::PlantKind;
+use crate::simd::{Work, vectorised};
+
+/// The state of the flights at a control step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State {
+    /// Velocity north [m/s].
+    pub v_n: Lanes,
+    /// Velocity down [m/s].
+    pub v_d: Lanes,
+    /// Attitude quaternion, scalar part; pitch is `2 atan2(q2, q0)`.
+    pub q0: Lanes,
+    /// Attitude quaternion, part along body y.
+    pub q2: Lanes,
+    /// Pitch rate Q [rad/s].
+    pub rate: Lanes,
+    /// Speeds of a front and a rear rotor [rad/s]; zero throughout on the ideal plant.
+    pub rotor_speed: [Lanes; 2],
+}
+
+/// Sees eight flights go by.
+pub trait Observer {
+    /// Takes the states at a control step, counted from 0; the last one comes after the last step. A break ends the flights: only
+    /// once no lane matters any more, or a flight would depend on its neighbours. Implement it as `#[inline(always)]`.
+    fn observe(&mut self, step: usize, state: &State) -> ControlFlow<()>;
+}
+
+/// Flies eight flights side by side. Inputs that are not finite give states that are not; nothing panics. Allocates nothing.
+pub fn fly<O: Observer>(model: &Model, course: &Course, flights: &[Flight; LANES], observer: &mut O) {
+    vectorised(Batch { model, course, flights, observer });
+}
+
+/// [`fly`] as it is compiled for any processor, for comparison.
+#[cfg(test)]
+pub(super) fn fly_portably<O: Observer>(
+    model: &Model,
+    course: &Course,
+    flights: &[Flight; LANES],
+    observer: &mut O,
+) {
+    Batch { model, course, flights, observer }.run();
+}
+
+struct Batch<'a, O> {
+    model: &'a Model,
+    course: &'a Course,
+    flights: &'a [Flight; LANES],
+    observer: &'a mut O,
+}
+
+impl<O: Observer> Work for Batch<'_, O> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { model, course, flights, observer } = self;
+        let mut air = Air::new(model, flights);
+        let body = Body::new(model, flights, &air);
+        let gains = LaneGains::new(flights);
+        let dt_s = course.period_s();
+        let mut state = State::at_release(flights);
+        let mut seen = state.measured();
+        let mut integrals = Integrals::ZERO;
+        let mut thrust = [[0.0; LANES]; 2];
+        for (step, setpoint) in course.setpoints().iter().enumerate() {
+            if observer.observe(step, &state).is_break() {
+                return;
+            }
+            let measured = state.measured();
+            let told = body.told(&measured, &seen);
+            seen = measured;
+            let command = model.law.step(&gains, &told, setpoint, dt_s, &mut integrals);
+            air.blow(flights, (step as f64 + 0.5) * dt_s);
+            match model.kind {
+                PlantKind::Ideal => step_ideal(model, &body, &air, &mut state, &mut thrust, &command, dt_s),
+                PlantKind::Actuator => step_actuator(model, &body, &air, &mut state, &command, dt_s),
+            }
+        }
+        let _ = observer.observe(course.steps(), &state);
+    }
+}
+
+/// The air of each lane.
+struct Air {
+    density_kg_m3: Lanes,
+    /// What the density makes of the rotors' thrust and torque.
+    rotor_scale: Lanes,
+    steady_n: Lanes,
+    steady_d: Lanes,
+    /// With the gust.
+    wind_n: Lanes,
+    wind_d: Lanes,
+    gusty: bool,
+}
+
+impl Air {
+    fn new(model: &Model, flights: &[Flight; LANES]) -> Self {
+        let wind = |k: usize| flights.map(|f| model.wind_m_s[k] + f.variation.wind_m_s[k]);
+        let density_kg_m3 = flights.map(|f| f.variation.density * model.density_kg_m3);
+        Self {
+            density_kg_m3,
+            rotor_scale: model.rotors.scale(&density_kg_m3),
+            steady_n: wind(0),
+            steady_d: wind(1),
+            wind_n: wind(0),
+            wind_d: wind(1),
+            gusty: flights.iter().any(|f| f.variation.gust.is_some()),
+        }
+    }
+
+    /// The wind at `t_s`.
+    #[inline(always)]
+    fn blow(&mut self, flights: &[Flight; LANES], t_s: f64) {
+        if !self.gusty {
+            return;
+        }
+        for i in 0..LANES {
+            let [n, d] = flights[i].variation.gust.as_ref().map_or([0.0; 2], |g: &Gust| g.at(t_s));
+            self.wind_n[i] = self.steady_n[i] + n;
+            self.wind_d[i] = self.steady_d[i] + d;
+        }
+    }
+}
+
+/// The body of each lane.
+struct Body {
+    inverse_mass: Lanes,
+    inverse_inertia: Lanes,
+    gravity_m_s2: f64,
+    arm_m: f64,
+    scale: AirScale,
+    /// Thrust that a rotor of the ideal plant gives per thrust commanded: that of the air's density.
+    thrust_ratio: Lanes,
+    delayed: [bool; LANES],
+    any_delayed: bool,
+}
+
+impl Body {
+    fn new(model: &Model, flights: &[Flight; LANES], air: &Air) -> Self {
+        let scale = |i: usize| model.aero.scale_of(air.density_kg_m3[i], flights[i].variation.aero);
+        Self {
+            inverse_mass: flights.map(|f| 1.0 / (f.variation.mass * model.mass_kg)),
+            inverse_inertia: flights.map(|f| 1.0 / (f.variation.inertia * model.inertia_kg_m2)),
+            gravity_m_s2: model.gravity_m_s2,
+            arm_m: model.arm_m,
+            scale: AirScale::new(std::array::from_fn(scale)),
+            thrust_ratio: flights.map(|f| f.variation.density),
+            delayed: flights.map(|f| f.variation.delayed),
+            any_delayed: flights.iter().any(|f| f.variation.delayed),
+        }
+    }
+
+    /// What the control law is told: the present, or what was seen a control period ago.
+    #[inline(always)]
+    fn told(&self, now: &Measured, before: &Measured) -> Measured {
+        let mut told = *now;
+        if self.any_delayed {
+            for i in 0..LANES {
+                if self.delayed[i] {
+                    told.v_n[i] = before.v_n[i];
+                    told.v_d[i] = before.v_d[i];
+                    told.q0[i] = before.q0[i];
+                    told.q2[i] = before.q2[i];
+                    told.rate[i] = before.rate[i];
+                }
+            }
+        }
+        told
+    }
+
+    /// Derivative of `[v_n, v_d, q0, q2, Q]` under the thrusts of a front and a rear rotor [N], of which there are two each.
+    #[inline(always)]
+    fn derivative(
+        &self,
+        x: &[Lanes; 5],
+        load: &super::air::AirLoad,
+        turn: &Turn,
+        thrust: &[Lanes; 2],
+    ) -> [Lanes; 5] {
+        let [_, _, q0, q2, rate] = x;
+        let mut out = [[0.0; LANES]; 5];
+        for i in 0..LANES {
+            let (front, rear) = (2.0 * thrust[0][i], 2.0 * thrust[1][i]);
+            let f_x = load.f_x[i] * self.inverse_mass[i];
+            let f_z = (load.f_z[i] - (front + rear)) * self.inverse_mass[i];
+            out[0][i] = turn.cos[i] * f_x + turn.sin[i] * f_z;
+            out[1][i] = turn.cos[i] * f_z - turn.sin[i] * f_x + self.gravity_m_s2;
+            out[2][i] = -0.5 * rate[i] * q2[i];
+            out[3][i] = 0.5 * rate[i] * q0[i];
+            out[4][i] = (load.m_y[i] + self.arm_m * (front - rear)) * self.inverse_inertia[i];
+        }
+        out
+    }
+}
+
+/// `q0^2 - q2^2` and `2 q0 q2`: cosine and sine of the pitch for a unit quaternion.
+struct Turn {
+    cos: Lanes,
+    sin: Lanes,
+}
+
+impl Turn {
+    #[inline(always)]
+    fn of(q0: &Lanes, q2: &Lanes) -> Self {
+        let (mut cos, mut sin) = ([0.0; LANES], [0.0; LANES]);
+        for i in 0..LANES {
+            cos[i] = q0[i] * q0[i] - q2[i] * q2[i];
+            sin[i] = 2.0 * q0[i] * q2[i];
+        }
+        Self { cos, sin }
+    }
+}
+
+#[inline(always)]
+fn flow_about(air: &Air, turn: &Turn, v_n: &Lanes, v_d: &Lanes) -> Flow {
+    let (mut n, mut d) = ([0.0; LANES], [0.0; LANES]);
+    for i in 0..LANES {
+        n[i] = v_n[i] - air.wind_n[i];
+        d[i] = v_d[i] - air.wind_d[i];
+    }
+    Flow::new(&turn.cos, &turn.sin, &n, &d)
+}
+
+/// Stages of the classical Runge-Kutta method: fraction of the step, weight in sixths, fraction at which the stage is followed up.
+const STAGES: [(f64, f64, f64); 4] = [(0.0, 1.0, 0.5), (0.5, 2.0, 0.5), (0.5, 2.0, 1.0), (1.0, 1.0, 0.0)];
+
+/// One step of `x' = f(fraction of the step, x)`.
+#[inline(always)]
+fn runge_kutta_4<const N: usize>(x: &mut [Lanes; N], dt_s: f64, f: impl Fn(f64, &[Lanes; N]) -> [Lanes; N]) {
+    let mut sum = [[0.0; LANES]; N];
+    let mut at = *x;
+    // One loop and not four calls: `f` is long.
+    for (fraction, weight, next) in STAGES {
+        let rate = f(fraction, &at);
+        for k in 0..N {
+            for i in 0..LANES {
+                sum[k][i] += weight * rate[k][i];
+                at[k][i] = x[k][i] + (next * dt_s) * rate[k][i];
+            }
+        }
+    }
+    for k in 0..N {
+        for i in 0..LANES {
+            x[k][i] += (dt_s / 6.0) * sum[k][i];
+        }
+    }
+}
+
+/// The thrusts run linearly from the last command to the new one.
+#[inline(always)]
+fn step_ideal(
+    model: &Model,
+    body: &Body,
+    air: &Air,
+    state: &mut State,
+    thrust: &mut [Lanes; 2],
+    command: &[Lanes; 2],
+    dt_s: f64,
+) {
+    let from = *thrust;
+    for pair in 0..2 {
+        for i in 0..LANES {
+            thrust[pair][i] = command[pair][i] * body.thrust_ratio[i];
+        }
+    }
+    let to = thrust;
+    let mut x = [state.v_n, state.v_d, state.q0, state.q2, state.rate];
+    runge_kutta_4(
+        &mut x,
+        dt_s,
+        #[inline(always)]
+        |fraction, x| {
+            let turn = Turn::of(&x[2], &x[3]);
+            let flow = flow_about(air, &turn, &x[0], &x[1]);
+            let mut now = from;
+            for pair in 0..2 {
+                for i in 0..LANES {
+                    now[pair][i] += fraction * (to[pair][i] - from[pair][i]);
+                }
+            }
+            body.derivative(x, &model.aero.load(&body.scale, &flow), &turn, &now)
+        },
+    );
+    state.take_body(x);
+}
+
+/// Throttles are held; speed controllers and motors turn the rotors.
+#[inline(always)]
+fn step_actuator(model: &Model, body: &Body, air: &Air, state: &mut State, command: &[Lanes; 2], dt_s: f64) {
+    let mut omega_c = [[0.0; LANES]; 2];
+    for pair in 0..2 {
+        for i in 0..LANES {
+            omega_c[pair][i] =
+                model.rotors.omega_max_rad_s * (command[pair][i] / model.law.thrust_max_n).sqrt();
+        }
+    }
+    let [front, rear] = state.rotor_speed;
+    let mut x = [state.v_n, state.v_d, state.q0, state.q2, state.rate, front, rear];
+    runge_kutta_4(
+        &mut x,
+        dt_s,
+        #[inline(always)]
+        |_, x| {
+            let [v_n, v_d, q0, q2, rate, front, rear] = x;
+            let turn = Turn::of(q0, q2);
+            let flow = flow_about(air, &turn, v_n, v_d);
+            let through = [&flow.u, &flow.w];
+            let front_load = model.rotors.load(0, front, through, rate, &air.rotor_scale);
+            let rear_load = model.rotors.load(1, rear, through, rate, &air.rotor_scale);
+            let thrust = [front_load.thrust, rear_load.thrust];
+            let body_rate = body.derivative(
+                &[*v_n, *v_d, *q0, *q2, *rate],
+                &model.aero.load(&body.scale, &flow),
+                &turn,
+                &thrust,
+            );
+            let [a, b, c, d, e] = body_rate;
+            let front_rate = model.rotors.acceleration(&omega_c[0], front, &front_load.torque);
+            let rear_rate = model.rotors.acceleration(&omega_c[1], rear, &rear_load.torque);
+            [a, b, c, d, e, front_rate, rear_rate]
+        },
+    );
+    let [v_n, v_d, q0, q2, rate, front, rear] = x;
+    state.take_body([v_n, v_d, q0, q2, rate]);
+    for i in 0..LANES {
+        state.rotor_speed[0][i] = if front[i] < 0.0 { 0.0 } else { front[i] };
+        state.rotor_speed[1][i] = if rear[i] < 0.0 { 0.0 } else { rear[i] };
+    }
+}
+
+impl State {
+    fn at_release(flights: &[Flight; LANES]) -> Self {
+        Self {
+            v_n: flights.map(|f| f.release.v_north_m_s),
+            v_d: flights.map(|f| f.release.v_down_m_s),
+            q0: flights.map(|f| (0.5 * f.release.pitch_rad).cos()),
+            q2: flights.map(|f| (0.5 * f.release.pitch_rad).sin()),
+            rate: flights.map(|f| f.release.pitch_rate_rad_s),
+            rotor_speed: [[0.0; LANES]; 2],
+        }
+    }
+
+    #[inline(always)]
+    fn measured(&self) -> Measured {
+        Measured { v_n: self.v_n, v_d: self.v_d, q0: self.q0, q2: self.q2, rate: self.rate }
+    }
+
+    /// Takes over a body's state, its quaternion scaled to unit length.
+    #[inline(always)]
+    fn take_body(&mut self, [v_n, v_d, q0, q2, rate]: [Lanes; 5]) {
+        (self.v_n, self.v_d, self.rate) = (v_n, v_d, rate);
+        for i in 0..LANES {
+            let length = (q0[i] * q0[i] + q2[i] * q2[i]).sqrt();
+            self.q0[i] = q0[i] / length;
+            self.q2[i] = q2[i] / length;
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! The cascade in the plane: [`crate::control`] with `v_E = P = R = 0`, heading north.
+//!
+//! ```text
+//! a = K_p e + I + a_ff ;  up = g - a_D ;  up_s = clip(up, 0, up_max) ;  a_Ns = clip(a_N, +-m)
+//! theta_c - theta = atan2(-a_Ns c - up_s s, up_s c - a_Ns s)      (atan2(-a_Ns, up_s) less theta, within half a turn)
+//! Q_c = clip(K_ptheta (theta_c - theta)) ;  Q'_c = K_pq (Q_c - Q) + I_Q
+//! d = J_yy Q'_c/(4 l), |d| <= T_lim/2 ;  b = clip(m up_s/4, |d|, T_lim - |d|) ;  T = b +- d
+//! ```
+
+use super::flight::Flight;
+use super::lanes::{LANES, Lanes, atan2, clip};
+use crate::control::{Airframe, ControlLimits};
+
+use super::course::Setpoint;
+
+/// What the law knows of the vehicle, and its limits.
+#[derive(Clone, Debug)]
+pub(super) struct Law {
+    gravity_m_s2: f64,
+    up_max_m_s2: f64,
+    tan_tilt: f64,
+    rate_max_rad_s: f64,
+    rate_integral_max: f64,
+    velocity_integral_max: f64,
+    /// Thrust of a rotor per upward acceleration, m/4 [kg].
+    thrust_per_up: f64,
+    /// Thrust of a front rotor per angular acceleration, J_yy/(4 l) [kg m].
+    thrust_per_turn: f64,
+    pub(super) thrust_max_n: f64,
+}
+
+/// The seven gains of each lane.
+pub(super) struct LaneGains {
+    k_pq: Lanes,
+    k_iq: Lanes,
+    k_ptheta: Lanes,
+    k_pvz: Lanes,
+    k_ivz: Lanes,
+    k_pvx: Lanes,
+    k_ivx: Lanes,
+}
+
+/// Integrals of the law.
+pub(super) struct Integrals {
+    n: Lanes,
+    d: Lanes,
+    q: Lanes,
+}
+
+/// What the law is told.
+#[derive(Clone, Copy)]
+pub(super) struct Measured {
+    pub(super) v_n: Lanes,
+    pub(super) v_d: Lanes,
+    pub(super) q0: Lanes,
+    pub(super) q2: Lanes,
+    pub(super) rate: Lanes,
+}
+
+impl Law {
+    pub(super) fn new(airframe: &Airframe, limits: &ControlLimits, arm_m: f64) -> Self {
+        let up_max_m_s2 = airframe.up_max_m_s2();
+        Self {
+            gravity_m_s2: airframe.gravity_m_s2,
+            up_max_m_s2,
+            tan_tilt: limits.tilt_rad.tan(),
+            rate_max_rad_s: limits.rate_command_rad_s,
+            rate_integral_max: limits.rate_integral_rad_s2,
+            velocity_integral_max: crate::control::velocity::INTEGRAL_BOUND * up_max_m_s2,
+            thrust_per_up: airframe.mass_kg / 4.0,
+            thrust_per_turn: airframe.inertia_kg_m2[(1, 1)] / (4.0 * arm_m),
+            thrust_max_n: airframe.mixer.thrust_limit_n(),
+        }
+    }
+
+    /// Thrust of a front and a rear rotor [N].
+    #[inline(always)]
+    pub(super) fn step(
+        &self,
+        k: &LaneGains,
+        m: &Measured,
+        r: &Setpoint,
+        dt_s: f64,
+        held: &mut Integrals,
+    ) -> [Lanes; 2] {
+        let (mut up_s, mut level) = ([0.0; LANES], [0.0; LANES]);
+        let up_max = self.up_max_m_s2;
+        let bound = self.velocity_integral_max;
+        for i in 0..LANES {
+            let (e_n, e_d) = (r.v_n - m.v_n[i], r.v_d - m.v_d[i]);
+            let a_n = k.k_pvx[i] * e_n + held.n[i] + r.a_n;
+            let up = self.gravity_m_s2 - (k.k_pvz[i] * e_d + held.d[i] + r.a_d);
+            let up_i = clip(up, 0.0, up_max);
+            let room = up_max * up_max - up_i * up_i;
+            let room = if room > 0.0 { room } else { 0.0 }.sqrt();
+            let tilted = up_i * self.tan_tilt;
+            let m_n = if tilted < room { tilted } else { room };
+            let a_ns = clip(a_n, -m_n, m_n);
+            let stopped_d = ((up > up_max) & (e_d < 0.0)) | ((up < 0.0) & (e_d > 0.0));
+            let stopped_n = (a_n != a_ns) & (a_n * e_n > 0.0);
+            held.d[i] =
+                clip(held.d[i] + if stopped_d { 0.0 } else { k.k_ivz[i] * e_d * dt_s }, -bound, bound);
+            held.n[i] =
+                clip(held.n[i] + if stopped_n { 0.0 } else { k.k_ivx[i] * e_n * dt_s }, -bound, bound);
+            up_s[i] = up_i;
+            level[i] = a_ns;
+        }
+        self.turn(k, m, &up_s, &level, dt_s, held)
+    }
+
+    /// From the wanted acceleration to thrusts: attitude, rate and mixer.
+    #[inline(always)]
+    fn turn(
+        &self,
+        k: &LaneGains,
+        m: &Measured,
+        up_s: &Lanes,
+        level: &Lanes,
+        dt_s: f64,
+        held: &mut Integrals,
+    ) -> [Lanes; 2] {
+        let (mut front, mut rear) = ([0.0; LANES], [0.0; LANES]);
+        let limit = self.thrust_max_n;
+        for i in 0..LANES {
+            let (cos, sin) = (m.q0[i] * m.q0[i] - m.q2[i] * m.q2[i], 2.0 * m.q0[i] * m.q2[i]);
+            // Nothing wanted: level.
+            let idle = (up_s[i] <= 1e-9) & (level[i] == 0.0);
+            let (up, a) = (if idle { 1.0 } else { up_s[i] }, level[i]);
+            let error = atan2(-(a * cos + up * sin), up * cos - a * sin);
+            let e_q = clip(k.k_ptheta[i] * error, -self.rate_max_rad_s, self.rate_max_rad_s) - m.rate[i];
+            let wanted = k.k_pq[i] * e_q + held.q[i];
+            held.q[i] =
+                clip(held.q[i] + k.k_iq[i] * e_q * dt_s, -self.rate_integral_max, self.rate_integral_max);
+            let d = clip(self.thrust_per_turn * wanted, -0.5 * limit, 0.5 * limit);
+            let b = clip(self.thrust_per_up * up_s[i], d.abs(), limit - d.abs());
+            front[i] = clip(b + d, 0.0, limit);
+            rear[i] = clip(b - d, 0.0, limit);
+        }
+        [front, rear]
+    }
+}
+
+impl LaneGains {
+    pub(super) fn new(flights: &[Flight; LANES]) -> Self {
+        let k: [[f64; 7]; LANES] = flights.map(|f| f.gains.as_longitudinal());
+        let gain = |j: usize| std::array::from_fn(|i| k[i][j]);
+        Self {
+            k_pq: gain(0),
+            k_iq: gain(1),
+            k_ptheta: gain(2),
+            k_pvz: gain(3),
+            k_ivz: gain(4),
+            k_pvx: gain(5),
+            k_ivx: gain(6),
+        }
+    }
+}
+
+impl Integrals {
+    pub(super) const ZERO: Self = Self { n: [0.0; LANES], d: [0.0; LANES], q: [0.0; LANES] };
+}

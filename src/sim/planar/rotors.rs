@@ -1,0 +1,278 @@
+//! Thrust, torque and speed of a front and a rear rotor: [`crate::model::rotor`] and [`crate::model::motor`] in the plane.
+//!
+//! A hub at `(x, z)` sees `U + Q z` and `W - Q x`; the angle of the flow against the disk is `atan2(W_i, |U_i|)`.
+
+use super::lanes::{LANES, Lanes, atan2, clip, index, interval};
+use crate::model::{Motor, Rotor, RotorTable};
+
+/// Rotors and motors of the two pairs.
+#[derive(Clone, Debug)]
+pub(super) struct Rotors {
+    /// `(x, z)` of the front and the rear hubs [m].
+    hubs_m: [[f64; 2]; 2],
+    rotor: LaneRotor,
+    /// Density that the rotor's numbers hold for [kg/m^3].
+    density_kg_m3: f64,
+    motor: LaneMotor,
+    pub(super) omega_max_rad_s: f64,
+}
+
+#[derive(Clone, Debug)]
+enum LaneRotor {
+    Table(Table),
+    /// `T = k omega^2`, `Q = c T`.
+    Quadratic {
+        k: f64,
+        c: f64,
+    },
+}
+
+/// [`Motor`] with what divides as what multiplies.
+#[derive(Clone, Debug)]
+enum LaneMotor {
+    EscDc {
+        k_t: f64,
+        k_e: f64,
+        k_esc: f64,
+        conductance: f64,
+        voltage_max: f64,
+        current: [f64; 2],
+        per_inertia: f64,
+    },
+    FirstOrder {
+        per_tau_up: f64,
+        per_tau_down: f64,
+    },
+}
+
+#[derive(Clone, Debug)]
+struct Table {
+    /// Rotor speed, airspeed, angle.
+    axes: [Axis; 3],
+    /// `[T Q]` of a point and of its neighbour along the angle, the angle running fastest, then the airspeed.
+    edges: Vec<[f64; 4]>,
+    /// Points per step of speed and of airspeed.
+    strides: [usize; 2],
+}
+
+#[derive(Clone, Debug)]
+struct Axis {
+    knots: Vec<f64>,
+    inverse_spacing: Option<f64>,
+}
+
+/// Thrust [N], and torque of the air [N m], of one rotor.
+pub(super) struct LaneLoad {
+    pub(super) thrust: Lanes,
+    pub(super) torque: Lanes,
+}
+
+impl Rotors {
+    pub(super) fn new(rotor: &Rotor, motor: &Motor, hubs_m: [[f64; 2]; 2]) -> Self {
+        let (rotor, density_kg_m3) = match rotor {
+            Rotor::Table(table) => (LaneRotor::Table(Table::new(table)), table.density_kg_m3()),
+            Rotor::Quadratic { thrust_n_per_rad2_s2: k, torque_per_thrust_m: c, density_kg_m3 } => {
+                (LaneRotor::Quadratic { k: *k, c: *c }, *density_kg_m3)
+            }
+        };
+        let omega_max_rad_s = motor.omega_max_rad_s();
+        Self { hubs_m, rotor, density_kg_m3, motor: LaneMotor::new(motor), omega_max_rad_s }
+    }
+
+    /// What the air's density [kg/m^3] makes of thrust and torque.
+    pub(super) fn scale(&self, density_kg_m3: &Lanes) -> Lanes {
+        density_kg_m3.map(|density| density / self.density_kg_m3)
+    }
+
+    /// Load of a rotor of pair `pair` (0 front, 1 rear) on a body that moves with `[u, w]` through the air and turns with `rate`.
+    #[inline(always)]
+    pub(super) fn load(
+        &self,
+        pair: usize,
+        omega: &Lanes,
+        flow: [&Lanes; 2],
+        rate: &Lanes,
+        scale: &Lanes,
+    ) -> LaneLoad {
+        let mut load = LaneLoad { thrust: [0.0; LANES], torque: [0.0; LANES] };
+        match &self.rotor {
+            LaneRotor::Quadratic { k, c } => {
+                for i in 0..LANES {
+                    load.thrust[i] = k * omega[i] * omega[i];
+                    load.torque[i] = c * load.thrust[i];
+                }
+            }
+            LaneRotor::Table(table) => {
+                let [x, z] = self.hubs_m[pair];
+                let (mut airspeed, mut angle) = ([0.0; LANES], [0.0; LANES]);
+                for i in 0..LANES {
+                    let (u, w) = (flow[0][i] + rate[i] * z, flow[1][i] - rate[i] * x);
+                    airspeed[i] = (u * u + w * w).sqrt();
+                    angle[i] = atan2(w, u.abs());
+                }
+                load = table.load(omega, &airspeed, &angle);
+            }
+        }
+        for i in 0..LANES {
+            load.thrust[i] *= scale[i];
+            load.torque[i] *= scale[i];
+        }
+        load
+    }
+
+    /// Angular acceleration [rad/s^2] at a commanded speed, speed [rad/s] and torque of the air [N m].
+    #[inline(always)]
+    pub(super) fn acceleration(&self, omega_c: &Lanes, omega: &Lanes, torque: &Lanes) -> Lanes {
+        let mut out = [0.0; LANES];
+        match self.motor {
+            LaneMotor::EscDc {
+                k_t,
+                k_e,
+                k_esc,
+                conductance,
+                voltage_max,
+                current: [low, high],
+                per_inertia,
+            } => {
+                for i in 0..LANES {
+                    let voltage = k_e * omega_c[i] + k_esc * (omega_c[i] - omega[i]);
+                    let voltage = clip(voltage, 0.0, voltage_max);
+                    let current = clip((voltage - k_e * omega[i]) * conductance, low, high);
+                    out[i] = not_backwards((k_t * current - torque[i]) * per_inertia, omega[i]);
+                }
+            }
+            LaneMotor::FirstOrder { per_tau_up, per_tau_down } => {
+                for i in 0..LANES {
+                    let difference = omega_c[i] - omega[i];
+                    let per_tau = if difference > 0.0 { per_tau_up } else { per_tau_down };
+                    out[i] = not_backwards(difference * per_tau, omega[i]);
+                }
+            }
+        }
+        out
+    }
+}
+
+/// A rotor at rest is never driven backwards.
+#[inline(always)]
+fn not_backwards(rate: f64, omega: f64) -> f64 {
+    if (omega <= 0.0) & (rate < 0.0) { 0.0 } else { rate }
+}
+
+impl LaneMotor {
+    fn new(motor: &Motor) -> Self {
+        match *motor {
+            Motor::EscDc {
+                torque_constant_nm_a,
+                back_emf_constant_v_s_rad,
+                resistance_ohm,
+                voltage_max_v,
+                current_max_a,
+                current_min_a,
+                esc_gain_v_s_rad,
+                rotor_inertia_kg_m2,
+                ..
+            } => Self::EscDc {
+                k_t: torque_constant_nm_a,
+                k_e: back_emf_constant_v_s_rad,
+                k_esc: esc_gain_v_s_rad,
+                conductance: 1.0 / resistance_ohm,
+                voltage_max: voltage_max_v,
+                current: [current_min_a, current_max_a],
+                per_inertia: 1.0 / rotor_inertia_kg_m2,
+            },
+            Motor::FirstOrder { tau_up_s, tau_down_s, .. } => {
+                Self::FirstOrder { per_tau_up: 1.0 / tau_up_s, per_tau_down: 1.0 / tau_down_s }
+            }
+        }
+    }
+}
+
+impl Axis {
+    fn new(knots: &[f64]) -> Self {
+        let n = knots.len() - 1;
+        let spacing = (knots[n] - knots[0]) / n as f64;
+        let even = knots.windows(2).all(|w| (w[1] - w[0] - spacing).abs() < 1e-9 * spacing);
+        Self { knots: knots.to_vec(), inverse_spacing: even.then(|| 1.0 / spacing) }
+    }
+
+    /// Left knots, counted from 0, and fractions of the intervals; clamped.
+    #[inline(always)]
+    fn locate(&self, x: &Lanes) -> (Lanes, Lanes) {
+        let last = self.knots.len() - 2;
+        let (mut left, mut fraction) = ([0.0; LANES], [0.0; LANES]);
+        match self.inverse_spacing {
+            Some(inverse) => {
+                for i in 0..LANES {
+                    let along = (x[i] - self.knots[0]) * inverse;
+                    left[i] = interval(along, last as f64);
+                    fraction[i] = clip(along - left[i], 0.0, 1.0);
+                }
+            }
+            // Past each knot in turn: the axes are short, and a search would go lane by lane.
+            None => {
+                let (mut from, mut to) = ([self.knots[0]; LANES], [self.knots[1]; LANES]);
+                for (k, w) in self.knots.windows(2).enumerate().skip(1) {
+                    for i in 0..LANES {
+                        let past = w[0] <= x[i];
+                        left[i] = if past { k as f64 } else { left[i] };
+                        from[i] = if past { w[0] } else { from[i] };
+                        to[i] = if past { w[1] } else { to[i] };
+                    }
+                }
+                for i in 0..LANES {
+                    fraction[i] = clip((x[i] - from[i]) / (to[i] - from[i]), 0.0, 1.0);
+                }
+            }
+        }
+        (left, fraction)
+    }
+}
+
+impl Table {
+    fn new(table: &RotorTable) -> Self {
+        let knots = table.knots();
+        let edge = |w: &[[f64; 2]]| [w[0][0], w[0][1], w[1][0], w[1][1]];
+        Self {
+            axes: knots.map(Axis::new),
+            edges: table.cells().windows(2).map(edge).collect(),
+            strides: [knots[1].len() * knots[2].len(), knots[2].len()],
+        }
+    }
+
+    /// Thrust and torque at the table's density.
+    #[inline(always)]
+    fn load(&self, omega: &Lanes, airspeed: &Lanes, angle: &Lanes) -> LaneLoad {
+        let (i_omega, a) = self.axes[0].locate(omega);
+        let (i_airspeed, b) = self.axes[1].locate(airspeed);
+        let (i_angle, c) = self.axes[2].locate(angle);
+        let [per_omega, per_airspeed] = self.strides;
+        let mut at = [0; LANES];
+        for i in 0..LANES {
+            at[i] = index(i_omega[i] * per_omega as f64 + i_airspeed[i] * per_airspeed as f64 + i_angle[i]);
+        }
+        let mut mixed = [[0.0; 4]; LANES];
+        for i in 0..LANES {
+            let (low, high) = (at[i], at[i] + per_omega);
+            let low = mix(&self.edges[low], &self.edges[low + per_airspeed], b[i]);
+            let high = mix(&self.edges[high], &self.edges[high + per_airspeed], b[i]);
+            mixed[i] = mix(&low, &high, a[i]);
+        }
+        let mut load = LaneLoad { thrust: [0.0; LANES], torque: [0.0; LANES] };
+        for i in 0..LANES {
+            let [t0, q0, t1, q1] = mixed[i];
+            load.thrust[i] = t0 + c[i] * (t1 - t0);
+            load.torque[i] = q0 + c[i] * (q1 - q0);
+        }
+        load
+    }
+}
+
+#[inline(always)]
+fn mix(x: &[f64; 4], y: &[f64; 4], s: f64) -> [f64; 4] {
+    let mut out = [0.0; 4];
+    for k in 0..4 {
+        out[k] = x[k] + s * (y[k] - x[k]);
+    }
+    out
+}

@@ -1,0 +1,211 @@
+//! What goes wrong: exit codes, one message, and nothing on stdout that is not the result.
+
+use std::fs;
+use std::process::{Command, Stdio};
+
+use super::{code, json, samara, spoilt_mission, stderr};
+
+/// A mission that a drop never gets out of its parachute in.
+fn never_released(folder: &std::path::Path) -> String {
+    let path = spoilt_mission(
+        folder,
+        "\"trigger\": \"command\"",
+        "\"trigger\": { \"altitude\": { \"altitude_m\": -500 } }",
+    );
+    let text = fs::read_to_string(&path).unwrap().replace("\"duration_s\": 45", "\"duration_s\": 10.6");
+    fs::write(&path, text).unwrap();
+    path
+}
+
+#[test]
+fn a_vehicle_that_is_never_released_has_an_object_without_a_verdict() {
+    let out = tempfile::tempdir().unwrap();
+    let (mission, folder) = (never_released(out.path()), out.path().join("results"));
+    let output = samara(&["drop", &mission, "--json", "--out", folder.to_str().unwrap()]);
+    assert_eq!(code(&output), 1, "{}", stderr(&output));
+    let told = json(&output);
+    assert_eq!(
+        (&told["reason"], &told["completed"]),
+        (&"the vehicle was never released".into(), &true.into())
+    );
+    assert!((told["ended_at_s"].as_f64().unwrap() - 10.6).abs() < 1e-9);
+    for key in ["j_tpf", "peak_speed_m_s", "limits_passed", "steady_after_s", "final_v_ned_m_s"] {
+        assert!(told[key].is_null() && told.as_object().unwrap().contains_key(key), "{key}");
+    }
+    let kept: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(folder.join("drop.json")).unwrap()).unwrap();
+    assert_eq!(kept["reason"], told["reason"]);
+}
+
+#[test]
+fn a_passed_limit_says_no_and_names_it() {
+    let out = tempfile::tempdir().unwrap();
+    let mission = spoilt_mission(out.path(), "\"speed_m_s\": 12.0", "\"speed_m_s\": 5.0");
+    let folder = out.path().to_str().unwrap();
+    let output = samara(&["drop", &mission, "--json", "--out", folder]);
+    assert_eq!(code(&output), 1, "{}", stderr(&output));
+    assert_eq!(json(&output)["limits_passed"], serde_json::json!(["speed"]));
+    assert!(json(&output)["j_tpf"].as_f64().unwrap() > 1.0);
+    let text = samara(&["drop", &mission, "--out", folder]);
+    assert!(String::from_utf8_lossy(&text.stdout).contains("EXCEEDED"));
+}
+
+/// With --json, stdout holds exactly one object, or nothing when there is no result.
+#[test]
+fn stdout_holds_one_object_or_nothing() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().join("results");
+    let weak = out.path().join("weak");
+    fs::create_dir(&weak).unwrap();
+    let weak = spoilt_mission(&weak, "\"thrust_max_n\": 300.0", "\"thrust_max_n\": 200.0");
+    let never = never_released(out.path());
+    let cases: [(&[&str], i32, bool); 7] = [
+        (&["drop", &weak], 1, true),
+        (&["plan", &weak], 1, true),
+        (&["drop", &never], 1, true),
+        (&["plan", "--max-iterations", "2"], 1, true),
+        (&["drop", "mission/nowhere.json"], 2, false),
+        (&["drop", "--gains", "nobody"], 2, false),
+        (&["drop", "--trajectory", "nowhere.csv"], 2, false),
+    ];
+    for (arguments, expected, has_object) in cases {
+        let output = samara(&[arguments, &["--json", "--out", folder.to_str().unwrap()]].concat());
+        assert_eq!(code(&output), expected, "{arguments:?}: {}", stderr(&output));
+        if has_object {
+            assert!(json(&output).is_object(), "{arguments:?}");
+            assert!(stderr(&output).is_empty(), "{arguments:?}: {}", stderr(&output));
+        } else {
+            assert!(output.stdout.is_empty() && stderr(&output).starts_with("samara: "), "{arguments:?}");
+        }
+    }
+}
+
+/// A message and its causes, each told once.
+#[test]
+fn no_message_says_the_same_twice() {
+    let out = tempfile::tempdir().unwrap();
+    let file = out.path().join("file");
+    fs::write(&file, "").unwrap();
+    let (below, wrong) = (file.join("x"), file.to_str().unwrap().to_owned());
+    let fast =
+        spoilt_mission(out.path(), "\"target_v_ned_m_s\": [4, 0, 4]", "\"target_v_ned_m_s\": [300, 0, 4]");
+    let text =
+        fs::read_to_string(&fast).unwrap().replace("\"v_ned_m_s\": [4, 0, 4]", "\"v_ned_m_s\": [300, 0, 4]");
+    fs::write(&fast, text).unwrap();
+    let cases: [&[&str]; 7] = [
+        &["plan", &fast],
+        &["plan", "mission/nowhere.json"],
+        &["plan", &wrong],
+        &["plan", "--out", below.to_str().unwrap()],
+        &["drop", "--params", &wrong],
+        &["drop", "--trajectory", &wrong],
+        &["drop", "--instance", "60000"],
+    ];
+    for arguments in cases {
+        let output = samara(
+            &[arguments, &["--out", below.to_str().unwrap()][..usize::from(arguments.len() < 3) * 2]]
+                .concat(),
+        );
+        assert_eq!(code(&output), 2, "{arguments:?}: {}", stderr(&output));
+        let message = stderr(&output);
+        let parts: Vec<&str> = message.trim().split(": ").collect();
+        for (i, part) in parts.iter().enumerate() {
+            assert!(!parts[..i].contains(part), "{arguments:?}: {message}");
+        }
+    }
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_named() {
+    let out = tempfile::tempdir().unwrap();
+    let file = out.path().join("file");
+    fs::write(&file, "").unwrap();
+    let below = file.join("x");
+    for verb in ["plan", "drop"] {
+        let output = samara(&[verb, "--json", "--out", below.to_str().unwrap()]);
+        assert_eq!(code(&output), 2);
+        assert!(stderr(&output).contains("cannot make the output folder"), "{}", stderr(&output));
+        assert!(output.stdout.is_empty());
+    }
+    // A folder stands where a file is to be.
+    let taken = out.path().join("taken");
+    fs::create_dir_all(taken.join("plan.json")).unwrap();
+    let output = samara(&["plan", "--out", taken.to_str().unwrap()]);
+    assert_eq!(code(&output), 2);
+    assert!(stderr(&output).contains("cannot write") && stderr(&output).contains("plan.json"));
+    assert!(!taken.join("plan.json.partial").exists(), "no half of a file is left");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_device_is_told_and_a_closed_pipe_is_not() {
+    let out = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_samara"));
+        command.args(arguments).args(["--out", out.path().to_str().unwrap()]);
+        command
+    };
+    let full = || fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    for arguments in [&["plan"][..], &["plan", "--json"], &["drop", "--json"]] {
+        let output = run(arguments).stdout(full()).output().unwrap();
+        assert_eq!(code(&output), 2, "{}", stderr(&output));
+        assert!(
+            stderr(&output).starts_with("samara: cannot write to stdout: No space left"),
+            "{}",
+            stderr(&output)
+        );
+    }
+    // Nobody reads what is told of a bad mission: the exit code still is 2.
+    let status = run(&["plan", "mission/nowhere.json"]).stderr(full()).status().unwrap();
+    assert_eq!(status.code(), Some(2));
+    let mut child = run(&["plan"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!((code(&output), stderr(&output).as_str()), (0, ""));
+}
+
+/// Ctrl-C on a watched drop: what was flown is kept, and the files say that it is not all.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupted_drop_says_so_in_its_files() {
+    use std::io::{BufRead as _, BufReader};
+    let out = tempfile::tempdir().unwrap();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_samara"))
+        .args(["drop", "--speed", "1", "--instance", "8", "--out", out.path().to_str().unwrap()])
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    let mut lines = lines.map(Result::unwrap);
+    // Armed: it flies, and Ctrl-C is waited for.
+    assert!(lines.any(|line| line.contains("armed")));
+    let pid = child.id().to_string();
+    assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+    lines.for_each(drop);
+    assert_eq!(child.wait().unwrap().code(), Some(1));
+    let told: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(out.path().join("drop.json")).unwrap()).unwrap();
+    assert_eq!((&told["completed"], &told["reason"]), (&false.into(), &"stopped before the release".into()));
+    let ended_s = told["ended_at_s"].as_f64().unwrap();
+    assert!(ended_s > 0.4 && ended_s < 44.0, "{ended_s}");
+}
+
+#[test]
+fn options_out_of_range_are_refused() {
+    for tolerance in ["1e-13", "1", "nan", "-1e-8"] {
+        let output = samara(&["plan", &format!("--tolerance={tolerance}")]);
+        assert_eq!(code(&output), 2);
+        assert!(stderr(&output).contains("a number from 1e-12 to 0.01"), "{}", stderr(&output));
+    }
+}
+
+/// -v shows the planner at work, on stderr, wherever something is planned.
+#[test]
+fn verbose_shows_the_iterations() {
+    let out = tempfile::tempdir().unwrap();
+    for verb in ["plan", "drop"] {
+        let output = samara(&[verb, "-v", "--json", "--out", out.path().to_str().unwrap()]);
+        assert!(stderr(&output).starts_with("iter "), "{}", stderr(&output));
+        assert!(json(&output).is_object());
+    }
+}

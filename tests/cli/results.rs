@@ -1,0 +1,150 @@
+//! What a run leaves: every file says what made it, and none is of an earlier run.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use sha2::{Digest, Sha256};
+
+use super::{code, json, samara, spoilt_mission, stderr};
+
+fn sha256(path: &Path) -> String {
+    Sha256::digest(fs::read(path).unwrap()).iter().map(|b| format!("{b:02x}")).collect()
+}
+
+fn object(path: &Path) -> serde_json::Value {
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// Names and hashes of the files of a folder, without the manifest itself.
+fn files(folder: &Path) -> BTreeMap<String, String> {
+    fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| !path.to_str().unwrap().ends_with("_manifest.json"))
+        .map(|path| (path.file_name().unwrap().to_str().unwrap().to_owned(), sha256(&path)))
+        .collect()
+}
+
+fn listed(manifest: &serde_json::Value) -> BTreeMap<String, String> {
+    serde_json::from_value(manifest["files"].clone()).unwrap()
+}
+
+/// A drop of a plan, then one of a trajectory from a file into the same folder.
+#[test]
+fn results_say_what_was_flown_and_nothing_stale_remains() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().to_str().unwrap();
+    let planned = json(&samara(&["drop", "--json", "--out", folder]));
+    assert_eq!(planned["trajectory"]["source"], "planned");
+    assert_eq!(planned["trajectory"]["sha256"], sha256(&out.path().join("trajectory.csv")).as_str());
+    assert_eq!((&planned["completed"], &planned["reason"]), (&true.into(), &serde_json::Value::Null));
+    assert!((planned["ended_at_s"].as_f64().unwrap() - 45.0).abs() < 1e-9);
+    let manifest = object(&out.path().join("drop_manifest.json"));
+    assert_eq!(listed(&manifest), files(out.path()), "all files of the run, and no others");
+    for key in ["input_hash", "seed", "version", "mission", "gains"] {
+        assert_eq!(manifest[key], planned[key], "{key}");
+    }
+
+    let mine = out.path().join("mine.csv");
+    let text = fs::read_to_string(out.path().join("trajectory.csv")).unwrap();
+    fs::write(&mine, text.replace("# seed 1", "# seed of mine")).unwrap();
+    let flown = json(&samara(&["drop", "--trajectory", mine.to_str().unwrap(), "--json", "--out", folder]));
+    assert_eq!(flown["trajectory"]["source"], "file");
+    assert_eq!(flown["trajectory"]["sha256"], sha256(&mine).as_str());
+    assert_eq!(sha256(&out.path().join("trajectory.csv")), sha256(&mine), "the trajectory that was flown");
+    assert!(!out.path().join("plan.json").exists() && !out.path().join("plan.svg").exists());
+    assert_ne!(flown["input_hash"], planned["input_hash"]);
+    assert_eq!(flown["j_tpf"], planned["j_tpf"]);
+    let manifest = object(&out.path().join("drop_manifest.json"));
+    assert_eq!(manifest["choices"]["trajectory sha256"], flown["trajectory"]["sha256"]);
+
+    // No plan is found any more: the flight's files are of another run and go.
+    let mission = spoilt_mission(out.path(), "\"thrust_max_n\": 300.0", "\"thrust_max_n\": 200.0");
+    assert_eq!(code(&samara(&["drop", &mission, "--out", folder])), 1);
+    for name in ["drop.json", "flight.csv", "drop.svg", "hil.tlog", "vehicle.tlog"] {
+        assert!(!out.path().join(name).exists(), "{name}");
+    }
+}
+
+#[test]
+fn the_hash_covers_the_options() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().to_str().unwrap();
+    let hash = |verb: &str, options: &[&str]| {
+        let output = samara(&[&[verb, "--json", "--out", folder], options].concat());
+        json(&output)["input_hash"].as_str().unwrap().to_owned()
+    };
+    let plain = hash("plan", &[]);
+    assert_eq!(hash("plan", &["--nodes", "38", "--input-cost", "zero", "--tolerance", "1e-8"]), plain);
+    let mut hashes = vec![
+        hash("plan", &["--nodes", "51"]),
+        hash("plan", &["--input-cost", "trim"]),
+        hash("plan", &["--terminal-tolerance", "0.04"]),
+        hash("plan", &["--tolerance", "1e-6"]),
+        hash("plan", &["--max-iterations", "4"]),
+        hash("drop", &["--seed", "2"]),
+        hash("drop", &["--gains", "near_hover"]),
+        plain.clone(),
+    ];
+    hashes.sort();
+    hashes.dedup();
+    assert_eq!(hashes.len(), 8);
+    let manifest = object(&out.path().join("plan_manifest.json"));
+    assert_eq!(manifest["choices"], serde_json::json!({ "max iterations": "4" }));
+    // Another vehicle number makes other .tlog files of the same flight.
+    assert_eq!(hash("drop", &["--instance", "3"]), plain);
+    let drop = object(&out.path().join("drop_manifest.json"));
+    assert_eq!(drop["circumstances"], serde_json::json!({ "instance": "3" }));
+    let names: Vec<String> = listed(&manifest).into_keys().collect();
+    assert_eq!(names, ["plan.json", "plan.svg", "trajectory.csv"]);
+}
+
+/// The rows of a flight log: its header's names and the values.
+fn flight(folder: &Path) -> Vec<BTreeMap<String, String>> {
+    let text = fs::read_to_string(folder.join("flight.csv")).unwrap();
+    let mut lines = text.lines().skip_while(|l| l.starts_with('#'));
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    lines
+        .map(|l| header.iter().map(|h| (*h).to_owned()).zip(l.split(',').map(str::to_owned)).collect())
+        .collect()
+}
+
+/// Each trigger of the mission file, flown; and the time of the release that it makes.
+#[test]
+fn every_release_trigger_is_flown() {
+    let cases = [
+        ("\"time\"", 10.0),
+        // 1000 m is reached at the end of the hang, at 3 m/s.
+        ("{ \"altitude\": { \"altitude_m\": 1015 } }", 5.0),
+    ];
+    for (trigger, released_s) in cases {
+        let out = tempfile::tempdir().unwrap();
+        let mission =
+            spoilt_mission(out.path(), "\"trigger\": \"command\"", &format!("\"trigger\": {trigger}"));
+        let output = samara(&["drop", &mission, "--json", "--out", out.path().to_str().unwrap()]);
+        assert_eq!(code(&output), 0, "{trigger}: {}", stderr(&output));
+        assert!((json(&output)["j_tpf"].as_f64().unwrap() / 0.5551 - 1.0).abs() < 0.02, "{}", json(&output));
+        let rows = flight(out.path());
+        let falling = rows.iter().find(|row| row["phase"] == "falling").unwrap();
+        let t_s: f64 = falling["t_s"].parse().unwrap();
+        assert!((t_s - released_s).abs() < 0.01, "{trigger}: released at {t_s} s");
+    }
+}
+
+/// In wind the vehicle hangs adrift, and the plan starts from there.
+#[test]
+fn closed_form_a_drop_in_wind_starts_adrift() {
+    let out = tempfile::tempdir().unwrap();
+    let mission =
+        spoilt_mission(out.path(), "\"wind_ned_m_s\": [0, 0, 0]", "\"wind_ned_m_s\": [2.5, -1.5, 0]");
+    let output = samara(&["drop", &mission, "--json", "--out", out.path().to_str().unwrap()]);
+    assert!([0, 1].contains(&code(&output)), "{}", stderr(&output));
+    let first = &flight(out.path())[0];
+    let velocity = ["vn_m_s", "ve_m_s", "vd_m_s"].map(|name| first[name].parse::<f64>().unwrap());
+    assert_eq!(velocity, [2.5, -1.5, 3.0]);
+    let plan = fs::read_to_string(out.path().join("trajectory.csv")).unwrap();
+    let node: Vec<f64> = plan.lines().nth(4).unwrap().split(',').map(|x| x.parse().unwrap()).collect();
+    assert_eq!(node[5..8], [2.5, -1.5, 3.675]);
+    assert!(json(&output)["peak_roll_deg"].as_f64().unwrap() > 0.1, "it rolls to stop the drift");
+}

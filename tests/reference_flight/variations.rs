@@ -1,0 +1,192 @@
+//! The batch engine's states, step by step, against the code for flight in space with a vehicle and a site that are varied in the
+//! same way: Titan and the X500, random gains and releases, gusts and a delayed measurement.
+
+use std::ops::ControlFlow;
+use std::sync::{Arc, LazyLock};
+
+use nalgebra::{Matrix3, Vector3};
+use proptest::prelude::*;
+use samara::config::load_vehicle;
+use samara::control::{Airframe, Cascade, ControlLimits, Gains, Measurement};
+use samara::frames::quaternion_from_euler;
+use samara::model::rigid_body::{BodyState, MassProperties};
+use samara::model::{Environment, Vehicle};
+use samara::sim::planar::{
+    Course, Flight, Gust, GustShape, LANES, Model, Observer, Release, State, Variation, fly,
+};
+use samara::sim::{DropSimulation, FlightPlan, PlantKind, Reference};
+
+use crate::data::{TITAN, site};
+
+static X500: LazyLock<Arc<Vehicle>> = LazyLock::new(|| {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("params/vehicles/x500.json");
+    Arc::new(load_vehicle(&path).unwrap().vehicle)
+});
+
+const PERIOD_S: f64 = 0.01;
+
+/// `[v_N, v_D, q0, q2, Q, front, rear]` of one lane at each control step.
+struct Record {
+    lane: usize,
+    rows: Vec<[f64; 7]>,
+}
+
+impl Observer for Record {
+    fn observe(&mut self, _step: usize, s: &State) -> ControlFlow<()> {
+        let i = self.lane;
+        let [front, rear] = s.rotor_speed;
+        self.rows.push([s.v_n[i], s.v_d[i], s.q0[i], s.q2[i], s.rate[i], front[i], rear[i]]);
+        ControlFlow::Continue(())
+    }
+}
+
+fn earth() -> Environment {
+    Environment { gravity_m_s2: 9.80665, density_kg_m3: 1.225, ..site() }
+}
+
+/// The vehicle and site that a variation makes of the nominal ones.
+fn varied(vehicle: &Vehicle, site: &Environment, v: &Variation) -> (Vehicle, Environment) {
+    let (mut vehicle, mut site) = (vehicle.clone(), site.clone());
+    let inertia = Matrix3::from(vehicle.mass.inertia_kg_m2) * v.inertia;
+    vehicle.mass = MassProperties::new(vehicle.mass.mass_kg * v.mass, inertia).unwrap();
+    vehicle.aero = vehicle.aero.scaled(v.aero);
+    site.density_kg_m3 *= v.density;
+    site.wind_ned_m_s += Vector3::new(v.wind_m_s[0], 0.0, v.wind_m_s[1]);
+    (vehicle, site)
+}
+
+/// The flight in space: nominal control law, varied vehicle and site.
+fn in_space(
+    nominal: (&Vehicle, &Environment),
+    flight: &Flight,
+    plan: &FlightPlan<'_>,
+    kind: PlantKind,
+) -> Vec<[f64; 7]> {
+    let (vehicle, site) = varied(nominal.0, nominal.1, &flight.variation);
+    let airframe = Airframe::new(nominal.0, nominal.1).unwrap();
+    let mut law = Cascade::new(airframe, flight.gains, ControlLimits::default());
+    let r = &flight.release;
+    let body = BodyState {
+        p_ned: Vector3::zeros(),
+        q_ned_from_body: quaternion_from_euler(0.0, r.pitch_rad, 0.0),
+        v_ned: Vector3::new(r.v_north_m_s, 0.0, r.v_down_m_s),
+        omega_body: Vector3::new(0.0, r.pitch_rate_rad_s, 0.0),
+    };
+    let steady = site.wind_ned_m_s;
+    let mut sim = DropSimulation::at_t0(Arc::new(vehicle), site, body, kind);
+    let mut rows = Vec::new();
+    let mut before = None;
+    for step in 0..=plan.steps() {
+        let s = *sim.state();
+        let (b, w) = (&s.body, &s.rotor_speed);
+        rows.push([
+            b.v_ned.x,
+            b.v_ned.z,
+            b.q_ned_from_body[0],
+            b.q_ned_from_body[2],
+            b.omega_body.y,
+            w[0],
+            w[1],
+        ]);
+        let now =
+            Measurement { q_ned_from_body: b.q_ned_from_body, v_ned: b.v_ned, omega_body: b.omega_body };
+        let told = if flight.variation.delayed { before.unwrap_or(now) } else { now };
+        before = Some(now);
+        let t_s = step as f64 * PERIOD_S;
+        let (v_sp, a_ff) = plan.setpoint_at(t_s);
+        let throttle = law.track_velocity(&told, v_sp, a_ff, 0.0, PERIOD_S).throttle;
+        if let Some(gust) = flight.variation.gust {
+            let [n, d] = gust.at(t_s + 0.5 * PERIOD_S);
+            sim.set_wind_ned(steady + Vector3::new(n, 0.0, d));
+        }
+        sim.step(&throttle, PERIOD_S);
+    }
+    rows
+}
+
+/// Largest difference in velocity, attitude and rate of a flight that is flown in a lane among strangers.
+fn difference(
+    vehicle: &Vehicle,
+    site: &Environment,
+    lane: usize,
+    flight: &Flight,
+    target: [f64; 2],
+    kind: PlantKind,
+) -> f64 {
+    let plan = FlightPlan {
+        reference: Reference::Step(Vector3::new(target[0], 0.0, target[1])),
+        yaw_sp_rad: 0.0,
+        control_period_s: PERIOD_S,
+        setpoint_period_s: None,
+        duration_s: 4.0,
+    };
+    let model = Model::new(vehicle, site, &ControlLimits::default(), kind).unwrap();
+    let mut stranger = *flight;
+    stranger.release.v_north_m_s = 50.0;
+    let mut lanes = [stranger; LANES];
+    lanes[lane] = *flight;
+    let mut record = Record { lane, rows: Vec::new() };
+    fly(&model, &Course::new(&plan).unwrap(), &lanes, &mut record);
+    let wanted = in_space((vehicle, site), flight, &plan, kind);
+    assert_eq!(record.rows.len(), wanted.len());
+    let apart = |a: &[f64; 7], b: &[f64; 7]| (0..5).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max);
+    record.rows.iter().zip(&wanted).map(|(a, b)| apart(a, b)).fold(0.0, f64::max)
+}
+
+fn gust() -> impl Strategy<Value = Option<Gust>> {
+    let one = (prop::bool::ANY, 0.0f64..3.0, 0.3f64..3.0, -4.0f64..4.0, -2.0f64..2.0).prop_map(
+        |(step, start_s, length_s, n, d)| Gust {
+            shape: if step { GustShape::Step } else { GustShape::OneMinusCosine },
+            start_s,
+            length_s,
+            peak_m_s: [n, d],
+        },
+    );
+    prop::option::of(one)
+}
+
+fn variation() -> impl Strategy<Value = Variation> {
+    let aero = prop::array::uniform3(0.5f64..1.5);
+    let wind = prop::array::uniform2(-2.0f64..2.0);
+    (0.8f64..1.2, 0.8f64..1.2, aero, 0.8f64..1.2, wind, gust(), prop::bool::ANY).prop_map(
+        |(mass, inertia, aero, density, wind_m_s, gust, delayed)| Variation {
+            mass,
+            inertia,
+            aero,
+            density,
+            wind_m_s,
+            gust,
+            delayed,
+        },
+    )
+}
+
+fn flight() -> impl Strategy<Value = Flight> {
+    let gains = [0.5..5.0f64, 0.0..0.6, 0.1..2.0, 0.2..5.0, 0.0..1.0, 0.2..3.0, 0.0..0.05];
+    let release = (-1.5f64..1.5, 2.0f64..5.0, -0.5f64..0.5, -0.9f64..0.9).prop_map(
+        |(v_north_m_s, v_down_m_s, pitch_rad, pitch_rate_rad_s)| Release {
+            v_north_m_s,
+            v_down_m_s,
+            pitch_rad,
+            pitch_rate_rad_s,
+        },
+    );
+    (gains.prop_map(Gains::longitudinal), release, variation())
+        .prop_map(|(gains, release, variation)| Flight { gains, release, variation })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// Any gains, release and variation, in any lane.
+    #[test]
+    fn prop_varied_flights_are_the_flights_in_space(
+        flight in flight(), lane in 0..LANES, earthly in prop::bool::ANY, ideal in prop::bool::ANY,
+        target in prop::array::uniform2(-1.0f64..4.0),
+    ) {
+        let (vehicle, site) = if earthly { (&*X500, earth()) } else { (&*TITAN, site()) };
+        let kind = if ideal { PlantKind::Ideal } else { PlantKind::Actuator };
+        let apart = difference(vehicle, &site, lane, &flight, target, kind);
+        prop_assert!(apart < 1e-6, "{apart:e}");
+    }
+}
