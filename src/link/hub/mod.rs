@@ -11,7 +11,7 @@
 //!   several peers on a link and answers to one of them, all others would count losses;
 //! - with a key, everything is signed and only what is signed is let in. Without one, signed frames are taken like any
 //!   other, as the protocol's C library does; the link id is the endpoint's number;
-//! - what one peer says and others should hear is passed on ([`forward`]).
+//! - what one peer says and others should hear is passed on (`forward`).
 //!
 //! Everything is bounded: peers, components of a peer, frames to be passed on. Time is in Unix microseconds and
 //! must not run backwards.
