@@ -1,4 +1,4 @@
-//! Cost of flying: a control step, a step of the plant, a whole flight of 34.5 s at 250 Hz.
+//! Cost of flying: a control step, a step of the plant, a whole flight of 34.5 s at 250 Hz, a trial of a campaign.
 #![expect(clippy::unwrap_used, reason = "a bench without its vehicle has nothing to measure")]
 
 use std::ops::ControlFlow;
@@ -6,11 +6,13 @@ use std::sync::Arc;
 
 use divan::{Bencher, black_box};
 use nalgebra::Vector3;
+use samara::assess::{Command, Controller, SafetyLimits, SafetyStudy};
 use samara::config::load_vehicle;
 use samara::control::{Airframe, Cascade, ControlLimits, Gains, Measurement};
 use samara::model::environment::GeoPoint;
 use samara::model::{Environment, Vehicle};
 use samara::sim::{DropSimulation, FlightPlan, PlantKind, Reference, fly};
+use samara::trajectory::{Node, Trajectory};
 use samara::tune::release_cases::TABLE_3;
 
 fn main() {
@@ -49,6 +51,38 @@ fn control_step(bencher: Bencher<'_, '_>) {
 fn plant_step(bencher: Bencher<'_, '_>, kind: PlantKind) {
     let mut sim = DropSimulation::at_t0(titan(), site(), TABLE_3[0].state(), kind);
     bencher.bench_local(|| sim.step(black_box(&[0.786; 8]), 1e-7));
+}
+
+/// A trial of a campaign: 30 s at 100 Hz on the plant with actuators.
+#[divan::bench]
+fn campaign_trial(bencher: Bencher<'_, '_>) {
+    let vehicle = titan();
+    let node = |t_s| Node {
+        t_s,
+        q_ned_from_body: samara::frames::LEVEL,
+        v_ned: Vector3::new(4.0, 0.0, 4.0),
+        omega_body: Vector3::zeros(),
+        thrust_n: [0.0; 8],
+        a_ned: Vector3::zeros(),
+    };
+    let study = SafetyStudy {
+        airframe: Airframe::new(&vehicle, &site()).unwrap(),
+        vehicle,
+        environment: site(),
+        control_limits: ControlLimits::default(),
+        limits: SafetyLimits {
+            speed_m_s: 12.0,
+            pitch_rad: 0.785,
+            pitch_rate_rad_s: 1.57,
+            vertical_acceleration_m_s2: 3.0,
+        },
+        target_v_ned: Vector3::new(4.0, 0.0, 4.0),
+        plan: Trajectory::new(vec![node(0.0), node(30.0)], 4).unwrap(),
+    };
+    let gains = Gains::near_hover();
+    let controller =
+        Controller { name: "bench", gains_name: String::new(), gains, command: Command::Optimal };
+    bencher.bench_local(|| study.outcome(&controller, black_box(&TABLE_3[2].state())));
 }
 
 #[divan::bench(args = [PlantKind::Ideal, PlantKind::Actuator])]

@@ -5,11 +5,23 @@
 //! | [`safety`] | J_state, J_TPF, the verdict on a drop | (47)-(51), Table 1 |
 //! | [`tracking`] | RMS distance of a flight from its plan | (45)-(46) |
 //! | [`batch`] | both for many planar flights at once | |
+//! | [`releases`] | random releases | (40)-(44), IV.B |
+//! | [`study`] | controllers flown from many releases | V |
+//! | [`statistics`], [`beta`] | mean, deviation, extremes, confidence intervals | V.A |
+//! | [`paper`] | what the paper prints of its study | Table 5, V.A |
 
 pub mod batch;
+pub mod beta;
+pub mod paper;
+pub mod releases;
 pub mod safety;
+pub mod statistics;
+pub mod study;
 pub mod tracking;
 
 pub use batch::{Outcome, Study, judge_flights};
+pub use releases::{RandomRelease, ReleaseDistribution};
 pub use safety::{SafetyLimits, StateCost, Verdict, VerdictBuilder, plan_j_tpf, steady_within_m_s};
+pub use statistics::{CONFIDENCE, Share, Summary, Tally};
+pub use study::{Command, Controller, SafetyStudy, TraceInstant, TrialOutcome};
 pub use tracking::TrackingError;

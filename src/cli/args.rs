@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use super::assess::{ASSESS_HELP, AssessArgs};
 use super::params::{PARAMS_HELP, ParamsArgs};
 use crate::link::shell::LinkUrl;
 
@@ -28,6 +29,9 @@ pub enum Verb {
     /// Solve the optimal control problem of the drop by direct collocation.
     #[command(after_long_help = PLAN_HELP)]
     Plan(PlanArgs),
+    /// Fly the paper's safety study: release cases, Monte Carlo campaigns, figures, one page.
+    #[command(after_long_help = ASSESS_HELP)]
+    Assess(AssessArgs),
     /// Run the simulator alone: a HIL server for the reference autopilot or PX4.
     #[command(after_long_help = SIM_HELP)]
     Sim(SimArgs),
@@ -303,7 +307,7 @@ pub struct ChoiceArgs {
     /// Gains and limits of samara's autopilot from a PX4 parameter file that is for it, or for any autopilot under standard gravity.
     #[arg(long, value_name = "FILE", conflicts_with = "gains")]
     pub params: Option<PathBuf>,
-    /// Seed of the sensor noise, instead of the mission's.
+    /// Seed of everything random, instead of the mission's.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
 }
@@ -342,7 +346,8 @@ fn tolerance(text: &str) -> Result<f64, String> {
     }
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+/// A positive number.
+pub fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(x) if x.is_finite() && x > 0.0 => Ok(x),
         _ => Err("a positive number is expected".to_owned()),

@@ -3,10 +3,12 @@
 //! Results go to stdout, everything else to stderr. Exit codes: 0 yes, 1 the result says no, 2 bad input, 3 internal error.
 
 mod args;
+mod assess;
 mod autopilot;
 mod clock;
 mod drop;
 mod flight_files;
+mod interrupt;
 mod mission;
 mod narrative;
 mod net;
@@ -35,6 +37,7 @@ pub fn run() -> ExitCode {
     report(match &cli.verb {
         Verb::Drop(args) => drop::run(args),
         Verb::Plan(args) => plan::run(args),
+        Verb::Assess(args) => assess::run(args),
         Verb::Sim(args) => sim::run(args),
         Verb::Autopilot(args) => autopilot::run(args),
         Verb::Stream(args) => stream::run(args),

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Read, Write};
+use std::io::{self, BufReader, BufWriter, Read, Seek as _, Write};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -50,6 +50,36 @@ impl OutputFolder {
             name: name.to_owned(),
             file: None,
             written: self.written.clone(),
+        }
+    }
+
+    /// A file that grows while a run goes on, cut to its first `kept` bytes and continued there; 0 begins it anew. Writes go
+    /// straight to the system, so that nothing is lost when the program is killed.
+    ///
+    /// # Errors
+    /// [`Failure::BadInput`] when it cannot be written.
+    pub fn continued(&self, name: &str, kept: u64) -> Result<File, Failure> {
+        let path = self.path.join(name);
+        let open = || {
+            let mut file = File::options().create(true).truncate(false).write(true).open(&path)?;
+            file.set_len(kept)?;
+            file.seek(io::SeekFrom::End(0))?;
+            Ok::<_, io::Error>(file)
+        };
+        self.written.borrow_mut().insert(name.to_owned());
+        open().with_context(|| format!("cannot write {}", path.display())).bad_input()
+    }
+
+    /// A file of an earlier run, to be read; `None` when there is none.
+    ///
+    /// # Errors
+    /// [`Failure::BadInput`] when it cannot be read.
+    pub fn open(&self, name: &str) -> Result<Option<BufReader<File>>, Failure> {
+        let path = self.path.join(name);
+        match File::options().read(true).open(&path) {
+            Ok(file) => Ok(Some(BufReader::new(file))),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(e) => Err(e).with_context(|| format!("cannot read {}", path.display())).bad_input(),
         }
     }
 

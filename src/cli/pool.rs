@@ -6,7 +6,6 @@ use anyhow::Context;
 ///
 /// # Errors
 /// When the system gives no threads.
-#[expect(dead_code, reason = "campaigns and tuning follow")]
 pub fn pool(threads: Option<usize>) -> anyhow::Result<rayon::ThreadPool> {
     rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build().context("starting threads")
 }

@@ -7,6 +7,7 @@
 //! | [`json`] | the objects of `--json` and of `plan.json` |
 //! | [`params`] | exports, checks and differences of parameter files |
 //! | [`figure`] | SVG figures |
+//! | [`study`] | the safety study: tables, trials, page |
 //!
 //! Everything here is text made of its arguments: the same arguments give the same bytes. Wall-clock times are the caller's
 //! and go to the terminal and to `--json` only, never into a file.
@@ -15,6 +16,7 @@ pub mod figure;
 pub mod flight_csv;
 pub mod json;
 pub mod params;
+pub mod study;
 pub mod verdict;
 
 pub use figure::{FigureError, drop_figure, plan_figure};

@@ -63,7 +63,7 @@ fn paper_t0_start_has_the_state_of_44_when_the_rotors_are_freed() {
         sim.step(&OFF, 0.004);
     }
     assert!(sim.time_powered_s().unwrap().abs() < 1e-12);
-    let (found, wanted) = (sim.state().body, swinging().state_at_t0(&site()));
+    let (found, wanted) = (sim.state().body, swinging().state_at_t0(GRAVITY_M_S2));
     assert!((found.v_ned - wanted.v_ned).norm() < 1e-12);
     assert!((found.omega_body - wanted.omega_body).norm() < 1e-12);
     assert!((0..4).all(|i| (found.q_ned_from_body[i] - wanted.q_ned_from_body[i]).abs() < 1e-12));
@@ -115,7 +115,7 @@ fn closed_form_the_nominal_state_is_that_of_a_drop_released_in_time() {
         assert!((found.omega_body - nominal.omega_body).norm() < 1e-11);
         assert!((0..4).all(|i| (found.q_ned_from_body[i] - nominal.q_ned_from_body[i]).abs() < 1e-11));
     }
-    let v0 = swinging().state_at_t0(&site()).v_ned.z;
+    let v0 = swinging().state_at_t0(GRAVITY_M_S2).v_ned.z;
     let fallen =
         DropSimulation::nominal_state_at_t0(Arc::new(lander(true)), site(), swinging(), Start::Release);
     assert!(fallen.v_ned.z < v0, "the air brakes the fall");
@@ -181,7 +181,7 @@ fn accelerometer_under_a_still_canopy_reads_gravity_upwards() {
 
 #[test]
 fn rotors_come_to_rest_and_never_turn_backwards() {
-    let body = swinging().state_at_t0(&site());
+    let body = swinging().state_at_t0(GRAVITY_M_S2);
     let mut sim = DropSimulation::at_t0(Arc::new(lander(true)), site(), body, PlantKind::Actuator);
     for k in 0..2000 {
         let throttle = if k < 100 { [0.8; 8] } else { [f64::NAN, 0.0, -3.0, 0.0, 0.0, 0.0, 0.0, 0.0] };
@@ -253,7 +253,7 @@ proptest! {
             sim.schedule_release(release);
             sim
         };
-        let mut body = swinging().state_at_t0(&site());
+        let mut body = swinging().state_at_t0(GRAVITY_M_S2);
         body.omega_body = rates.into();
         let kind = if ideal { PlantKind::Ideal } else { PlantKind::Actuator };
         let flying = DropSimulation::at_t0(Arc::new(lander(true)), site(), body, kind);

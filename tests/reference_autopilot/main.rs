@@ -7,6 +7,7 @@ mod bench;
 mod closed_loop;
 mod commands;
 mod junk;
+mod parameters;
 mod peers;
 mod qgroundcontrol;
 mod services;

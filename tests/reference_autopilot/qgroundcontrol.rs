@@ -4,7 +4,7 @@ use mavlink::dialects::common::*;
 use samara::link::Link;
 
 use crate::bench::{Bench, VEHICLE, acks, command, last, texts};
-use crate::services::{all_parameters, read, values};
+use crate::parameters::{all_parameters, read, values};
 
 /// What QGroundControl looks for before it calls a vehicle set up; `true`: it must not be zero.
 const LOOKED_FOR: [(&str, bool); 34] = [

@@ -8,6 +8,7 @@
 mod data;
 mod dynamics;
 mod flights;
+mod monte_carlo;
 mod planar;
 mod tracking;
 mod variations;

@@ -198,8 +198,8 @@ pub(crate) fn colored(pen: &mut Pen<'_>, points: &[(Point, usize)], width: f64) 
     }
 }
 
-/// The bar that explains the colours, its right end at `right`.
-pub(crate) fn color_bar(pen: &mut Pen<'_>, scale: &ColorScale, (right, y): Point) {
+/// The bar that explains the colours of J with that subscript, its right end at `right`.
+pub(crate) fn color_bar(pen: &mut Pen<'_>, scale: &ColorScale, subscript: &str, (right, y): Point) {
     const WIDTH_PX: f64 = 150.0;
     let axis = Axis { low: scale.low, high: scale.high, low_px: right - WIDTH_PX, high_px: right };
     let mut colors = scale.colors().peekable();
@@ -212,5 +212,5 @@ pub(crate) fn color_bar(pen: &mut Pen<'_>, scale: &ColorScale, (right, y): Point
         pen.line(&[(axis.px(tick), y + 9.0), (axis.px(tick), y + 12.0)], Stroke::solid(SMALL.color, 1.0));
         pen.text(&text, (axis.px(tick), y + 20.0), Anchor::Middle, SMALL);
     }
-    pen.text(&sub("J", "state"), (axis.low_px - 8.0, y + 4.5), Anchor::End, EVENT);
+    pen.text(&sub("J", subscript), (axis.low_px - 8.0, y + 4.5), Anchor::End, EVENT);
 }

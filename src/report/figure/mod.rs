@@ -10,6 +10,7 @@
 //! | `track` | what is shown of a flight or a plan |
 //! | `flight_path`, `glyph` | the path as in the paper's figure 7, with small vehicles |
 //! | `time_panels` | velocities, pitch, thrusts, J_state over time |
+//! | `study`, `study_paths`, `study_velocities`, `study_costs` | the paper's figures 7 to 14 |
 
 mod axis;
 mod canvas;
@@ -18,6 +19,10 @@ mod flight_path;
 mod glyph;
 mod label;
 mod polyline;
+mod study;
+mod study_costs;
+mod study_paths;
+mod study_velocities;
 mod time_panels;
 mod track;
 
@@ -27,6 +32,11 @@ use color::{ColorScale, INK};
 use flight_path::{Event, FlightPath, color_bar};
 use time_panels::TimePanels;
 use track::Track;
+
+pub use study::{StudyStyle, TrialPoint};
+pub use study_costs::costs_figure;
+pub use study_paths::{PathGroup, paths_figure};
+pub use study_velocities::velocities_figure;
 
 use crate::assess::{Verdict, plan_j_tpf};
 use crate::config::{Mission, Stamp};
@@ -105,6 +115,11 @@ pub fn plan_figure(mission: &Mission, plan: &Trajectory) -> Result<String, Figur
     sheet.draw()
 }
 
+/// "J_TPF" as titles of figures have it, the subscript set low.
+pub fn j_tpf() -> String {
+    sub("J", "TPF")
+}
+
 /// A figure in the making.
 struct Sheet<'a> {
     mission: &'a Mission,
@@ -158,7 +173,7 @@ impl<'a> Sheet<'a> {
         Canvas::new((WIDTH_PX, HEIGHT_PX)).finish((&headline, about.trim_end()), |pen| {
             heading(pen, &headline);
             path.draw(pen, PATH_CORNERS.0, PATH_CORNERS.1);
-            color_bar(pen, &scale, (PATH_CORNERS.1.0, 78.0));
+            color_bar(pen, &scale, "state", (PATH_CORNERS.1.0, 78.0));
             panels.draw(pen, COLUMN_CORNERS.0, COLUMN_CORNERS.1);
         })
     }

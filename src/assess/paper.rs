@@ -1,0 +1,59 @@
+//! The figures that the paper prints of its safety study, for comparison. They hold for its lander on Titan alone.
+//!
+//! Source: T. I. Opazo and J. W. Langelaan, "Longitudinal control of transition to powered flight for a parachute-dropped
+//! multirotor", Table 5 and sections V and V.A. (The gains of Table 4 are [`crate::control::Gains`]' own.)
+
+/// Statistics of a campaign as the text of section V.A prints them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrintedCampaign {
+    /// Mean of J_TPF.
+    pub mean: f64,
+    /// Standard deviation.
+    pub std: f64,
+    /// Lowest.
+    pub min: f64,
+    /// Highest.
+    pub max: f64,
+}
+
+/// J_TPF of the optimal nominal trajectory, section V.
+pub const PLAN_J_TPF: f64 = 0.5475;
+
+/// Trials of each campaign.
+pub const TRIALS: u64 = 100;
+
+/// Table 5, near-hover controller (step command), cases 0 to 6.
+pub const TABLE_5_NEAR_HOVER: [f64; 7] = [0.77, 0.77, 0.90, 1.01, 0.98, 0.88, 0.80];
+
+/// Table 5, PSO controller (optimal trajectory), cases 0 to 6.
+pub const TABLE_5_PSO: [f64; 7] = [0.61, 0.78, 0.63, 0.55, 0.60, 0.67, 0.70];
+
+/// V.A.1: near-hover controller and step input.
+pub const NEAR_HOVER_STEP: PrintedCampaign =
+    PrintedCampaign { mean: 0.81, std: 0.04, min: 0.7744, max: 0.9110 };
+
+/// V.A.2: near-hover controller and optimal trajectory.
+pub const NEAR_HOVER_OPTIMAL: PrintedCampaign =
+    PrintedCampaign { mean: 0.65, std: 0.02, min: 0.6164, max: 0.7222 };
+
+/// V.A.3: PSO controller and optimal trajectory.
+pub const PSO_OPTIMAL: PrintedCampaign = PrintedCampaign { mean: 0.62, std: 0.01, min: 0.6069, max: 0.6358 };
+
+/// What the paper prints of a campaign, by the campaign's name.
+pub fn campaign(name: &str) -> Option<PrintedCampaign> {
+    match name {
+        "near_hover_step" => Some(NEAR_HOVER_STEP),
+        "near_hover_optimal" => Some(NEAR_HOVER_OPTIMAL),
+        "paper_pso_optimal" => Some(PSO_OPTIMAL),
+        _ => None,
+    }
+}
+
+/// What Table 5 prints of a controller, by the campaign's name.
+pub fn table_5(name: &str) -> Option<[f64; 7]> {
+    match name {
+        "near_hover_step" => Some(TABLE_5_NEAR_HOVER),
+        "paper_pso_optimal" => Some(TABLE_5_PSO),
+        _ => None,
+    }
+}

@@ -1,0 +1,196 @@
+//! Statistics of a campaign, one trial at a time: mean, standard deviation, extremes, and how sure they are.
+//!
+//! Nothing is kept of the trials, so a campaign may be of any length. The mean and the sum of squares follow Welford's
+//! recurrence, in order of the trials, the mean with what rounding takes from it kept beside it: the result depends on the
+//! trials alone, and its error does not grow with their number. Intervals hold with [`CONFIDENCE`]:
+//! Student's t for a mean, Clopper and Pearson's exact one for a probability.
+
+use super::beta::beta_quantile;
+
+/// Confidence of every interval.
+pub const CONFIDENCE: f64 = 0.95;
+
+/// Mean, standard deviation and extremes of a quantity. A value that is not finite (a flight that diverged) makes mean and
+/// deviation no number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Summary {
+    count: u64,
+    mean: f64,
+    /// What `mean` lacks to the mean.
+    mean_rest: f64,
+    sum_of_squares: f64,
+    min: f64,
+    max: f64,
+}
+
+impl Default for Summary {
+    fn default() -> Self {
+        let (min, max) = (f64::INFINITY, f64::NEG_INFINITY);
+        Self { count: 0, mean: 0.0, mean_rest: 0.0, sum_of_squares: 0.0, min, max }
+    }
+}
+
+impl Summary {
+    /// Takes the next value.
+    pub fn push(&mut self, x: f64) {
+        self.count += 1;
+        let before = (x - self.mean) - self.mean_rest;
+        let change = before / self.count as f64 + self.mean_rest;
+        let mean = self.mean + change;
+        // Exact when the change is the smaller one, as it is but for the first few values.
+        self.mean_rest = change - (mean - self.mean);
+        self.mean = mean;
+        self.sum_of_squares += before * ((x - self.mean) - self.mean_rest);
+        self.min = self.min.min(x);
+        self.max = self.max.max(x);
+    }
+
+    /// Number of values.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// Mean; NaN without values.
+    pub fn mean(&self) -> f64 {
+        if self.count == 0 { f64::NAN } else { self.mean + self.mean_rest }
+    }
+
+    /// Standard deviation, with n - 1; NaN with fewer than two values.
+    pub fn std(&self) -> f64 {
+        if self.count < 2 { f64::NAN } else { (self.sum_of_squares / (self.count - 1) as f64).sqrt() }
+    }
+
+    /// Least value.
+    pub fn min(&self) -> f64 {
+        self.min
+    }
+
+    /// Greatest value.
+    pub fn max(&self) -> f64 {
+        self.max
+    }
+
+    /// Student's interval of the mean: `mean +- t s/sqrt(n)`; NaN with fewer than two values.
+    pub fn mean_interval(&self) -> (f64, f64) {
+        if self.count < 2 {
+            return (f64::NAN, f64::NAN);
+        }
+        let n = self.count as f64;
+        let half = student_t(n - 1.0) * self.std() / n.sqrt();
+        (self.mean() - half, self.mean() + half)
+    }
+}
+
+/// The t with `P(|T| < t) = `[`CONFIDENCE`] for Student's distribution: `T^2/(nu + T^2)` is a beta variable.
+fn student_t(nu: f64) -> f64 {
+    let y = beta_quantile(CONFIDENCE, 0.5, 0.5 * nu);
+    (nu * y / (1.0 - y)).sqrt()
+}
+
+/// How often something holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Share {
+    hits: u64,
+    trials: u64,
+}
+
+impl Share {
+    /// Takes the next trial.
+    pub fn push(&mut self, hit: bool) {
+        self.trials += 1;
+        self.hits += u64::from(hit);
+    }
+
+    /// Trials in which it did not hold.
+    pub fn misses(&self) -> u64 {
+        self.trials - self.hits
+    }
+
+    /// Estimated probability; NaN without trials.
+    pub fn probability(&self) -> f64 {
+        self.hits as f64 / self.trials as f64
+    }
+
+    /// Clopper and Pearson's interval: the probabilities under which so few, or so many, hits are no rarer than half
+    /// of what [`CONFIDENCE`] leaves. It is exact: it covers the true probability at least that often.
+    pub fn interval(&self) -> (f64, f64) {
+        let tail = 0.5 * (1.0 - CONFIDENCE);
+        let (k, n) = (self.hits as f64, self.trials as f64);
+        let low = if self.hits == 0 { 0.0 } else { beta_quantile(tail, k, n - k + 1.0) };
+        let high = if self.hits == self.trials { 1.0 } else { beta_quantile(1.0 - tail, k + 1.0, n - k) };
+        (low, high)
+    }
+}
+
+/// What is kept of a campaign's trials.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// J_TPF.
+    pub j_tpf: Summary,
+    /// Trials that stayed below the bound.
+    pub safe: Share,
+}
+
+impl Tally {
+    /// Takes the next trial; it is safe when J_TPF is below `bound`.
+    pub fn push(&mut self, j_tpf: f64, bound: f64) {
+        self.j_tpf.push(j_tpf);
+        self.safe.push(j_tpf < bound);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn summary(values: impl IntoIterator<Item = f64>) -> Summary {
+        let mut s = Summary::default();
+        values.into_iter().for_each(|x| s.push(x));
+        s
+    }
+
+    /// n equal steps of h from a: mean a + h (n-1)/2, variance h^2 n (n+1)/12; far from zero, where sums of squares fail.
+    #[test]
+    fn closed_form_evenly_spaced_values() {
+        let (n, h, a) = (100_000, 1e-3, 1e6);
+        let s = summary((0..n).map(|i| a + h * f64::from(i)));
+        let (mean, n) = (a + h * f64::from(n - 1) / 2.0, f64::from(n));
+        assert!((s.mean() / mean - 1.0).abs() < 1e-14);
+        assert!((s.std() / (h * h * n * (n + 1.0) / 12.0).sqrt() - 1.0).abs() < 1e-9);
+        assert_eq!((s.min(), s.count()), (a, 100_000));
+    }
+
+    /// With one degree of freedom T is Cauchy's: t = tan(0.95 pi/2). With two: t = sqrt(2 c^2/(1 - c^2)), c = 0.95.
+    #[test]
+    fn closed_form_student() {
+        assert!((student_t(1.0) - (0.95 * std::f64::consts::FRAC_PI_2).tan()).abs() < 1e-9);
+        assert!((student_t(2.0) - (2.0 * 0.9025f64 / 0.0975).sqrt()).abs() < 1e-10);
+        // Printed tables.
+        assert!((student_t(99.0) - 1.984_216_951).abs() < 1e-8);
+        assert!((student_t(99_999.0) - 1.959_987_7).abs() < 1e-6);
+        let (low, high) = summary([1.0, 3.0]).mean_interval();
+        assert!((high - 2.0 - student_t(1.0)).abs() < 1e-12 && (low + high - 4.0).abs() < 1e-12);
+    }
+
+    /// All of n: from 0.025^(1/n) to 1.
+    #[test]
+    fn closed_form_all_safe() {
+        for n in [1u64, 100, 100_000] {
+            let share = Share { hits: n, trials: n };
+            let (low, high) = share.interval();
+            assert!((low - 0.025f64.powf(1.0 / n as f64)).abs() < 1e-12, "{n}: {low}");
+            assert_eq!((high, share.misses()), (1.0, 0));
+            assert_eq!(Share { hits: 0, trials: n }.interval().0, 0.0);
+        }
+        // 8 of 10, as printed in tables of the interval.
+        let (low, high) = Share { hits: 8, trials: 10 }.interval();
+        assert!((low - 0.443_904_5).abs() < 1e-6 && (high - 0.974_789_3).abs() < 1e-6, "{low} {high}");
+    }
+
+    #[test]
+    fn what_diverges_is_not_averaged_away() {
+        let s = summary([0.5, f64::INFINITY, 0.5]);
+        assert!(!s.mean().is_finite() && s.max() == f64::INFINITY && s.min() == 0.5);
+        assert!(summary([]).mean().is_nan() && summary([1.0]).std().is_nan());
+    }
+}

@@ -1,0 +1,226 @@
+//! The campaigns: trials flown on all threads, written as they come, in order, and continued where a file of them ends.
+//!
+//! Nothing but the statistics and the first [`SHOWN`] trials is kept, so a campaign of any length takes the same memory.
+
+use std::io::{BufRead as _, Write as _};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::{Context, anyhow};
+use indicatif::{ProgressBar, ProgressStyle};
+use rayon::prelude::*;
+
+use super::AssessArgs;
+use crate::assess::{Controller, RandomRelease, ReleaseDistribution, SafetyStudy, Tally, TrialOutcome};
+use crate::cli::narrative::Narrator;
+use crate::cli::outcome::{BadInput, Failure};
+use crate::cli::output::OutputFolder;
+use crate::config::Mission;
+use crate::report::study::campaign_csv::{file_name, header, parse_row, write_row};
+
+/// Trials that figures show as points.
+pub const SHOWN: usize = 1000;
+/// Trials between two looks at Ctrl-C and two writes to the disk.
+const BLOCK: u64 = 128;
+/// Trials that a thread takes at a time.
+const PORTION: usize = 8;
+
+/// What trials are flown with.
+pub struct Bench<'a> {
+    /// Vehicle, site, plan.
+    pub study: &'a SafetyStudy,
+    /// What releases are drawn from.
+    pub distribution: ReleaseDistribution,
+    /// Seed of the draws.
+    pub seed: u64,
+    /// Threads.
+    pub pool: rayon::ThreadPool,
+    /// Raised by Ctrl-C.
+    pub stop: &'a AtomicBool,
+}
+
+impl Bench<'_> {
+    /// The release of a trial.
+    pub fn draw(&self, trial: u64) -> RandomRelease {
+        self.distribution.draw(self.seed, trial)
+    }
+
+    /// Does something for each of `items` on all threads; the results are in the items' order.
+    pub fn in_order<T: Sync, R: Send>(&self, items: &[T], f: impl Fn(&T) -> R + Send + Sync) -> Vec<R> {
+        self.pool.install(|| items.par_iter().map(f).collect())
+    }
+
+    fn fly(&self, controller: &Controller, releases: &[RandomRelease]) -> Vec<TrialOutcome> {
+        let portions: Vec<Vec<TrialOutcome>> = self.pool.install(|| {
+            releases.par_chunks(PORTION).map(|some| self.study.fly_releases(controller, some)).collect()
+        });
+        portions.into_iter().flatten().collect()
+    }
+}
+
+/// A campaign that is done.
+pub struct Campaign {
+    /// Its controller.
+    pub controller: Controller,
+    /// Its statistics.
+    pub tally: Tally,
+    /// Its first trials.
+    pub shown: Vec<(RandomRelease, TrialOutcome)>,
+    /// Trials that were flown now, not read.
+    pub flown_now: u64,
+}
+
+impl Campaign {
+    fn take(&mut self, release: RandomRelease, outcome: TrialOutcome, bound: f64) {
+        self.tally.push(outcome.j_tpf, bound);
+        if self.shown.len() < SHOWN {
+            self.shown.push((release, outcome));
+        }
+    }
+}
+
+/// Runs the campaigns one after the other; `None` when Ctrl-C stopped them.
+///
+/// # Errors
+/// [`Failure::BadInput`] when a file cannot be written, or continued.
+pub fn run_all(
+    args: &AssessArgs,
+    mission: &Mission,
+    bench: &Bench<'_>,
+    controllers: &[Controller; 4],
+    trials: u64,
+    folder: &OutputFolder,
+    narrator: &Narrator,
+) -> Result<Option<[Campaign; 4]>, Failure> {
+    let mut campaigns = controllers.clone().map(|controller| Campaign {
+        controller,
+        tally: Tally::default(),
+        shown: Vec::new(),
+        flown_now: 0,
+    });
+    // All files first: what cannot be continued is told before anything is flown, and none is left of another run.
+    let mut kept = [0; 4];
+    for (campaign, kept) in campaigns.iter_mut().zip(&mut kept) {
+        let head = header(mission, &campaign.controller);
+        let name = file_name(&campaign.controller);
+        *kept =
+            if args.resume { read(folder, &name, &head, campaign, bench, trials, args.bound)? } else { 0 };
+        if *kept == 0 {
+            folder.continued(&name, 0)?.write_all(head.as_bytes()).context(name).bad_input()?;
+            *kept = head.len() as u64;
+        }
+    }
+    let progress = progress_bar(4 * trials);
+    for (campaign, kept) in campaigns.iter_mut().zip(kept) {
+        if !run(campaign, kept, args.bound, bench, trials, folder, &progress)? {
+            progress.abandon();
+            narrator.say(&format!(
+                "stopped after {} of {trials} trials of {}; the same command with --resume continues\n",
+                campaign.tally.j_tpf.count(),
+                campaign.controller.name
+            ))?;
+            return Ok(None);
+        }
+    }
+    progress.finish_and_clear();
+    Ok(Some(campaigns))
+}
+
+/// Flies what is missing of a campaign and appends it to its file; whether it came to the end.
+fn run(
+    campaign: &mut Campaign,
+    kept: u64,
+    bound: f64,
+    bench: &Bench<'_>,
+    trials: u64,
+    folder: &OutputFolder,
+    progress: &ProgressBar,
+) -> Result<bool, Failure> {
+    let name = file_name(&campaign.controller);
+    let mut file = folder.continued(&name, kept)?;
+    let mut next = campaign.tally.j_tpf.count();
+    progress.set_message(campaign.controller.name);
+    progress.inc(next);
+    while next < trials {
+        if bench.stop.load(Ordering::Relaxed) {
+            return Ok(false);
+        }
+        let releases: Vec<RandomRelease> = (next..trials.min(next + BLOCK)).map(|k| bench.draw(k)).collect();
+        let outcomes = bench.fly(&campaign.controller, &releases);
+        let mut text = String::new();
+        for (release, outcome) in releases.iter().zip(outcomes) {
+            write_row(&mut text, release, &outcome);
+            campaign.take(*release, outcome, bound);
+        }
+        file.write_all(text.as_bytes())
+            .with_context(|| format!("cannot write {}", folder.path().join(&name).display()))
+            .bad_input()?;
+        next += releases.len() as u64;
+        campaign.flown_now += releases.len() as u64;
+        progress.inc(releases.len() as u64);
+    }
+    Ok(true)
+}
+
+/// Reads the trials of a file that a run has left; how many bytes of it are whole: 0 when there is none, or not even its head.
+fn read(
+    folder: &OutputFolder,
+    name: &str,
+    head: &str,
+    campaign: &mut Campaign,
+    bench: &Bench<'_>,
+    trials: u64,
+    bound: f64,
+) -> Result<u64, Failure> {
+    let path = folder.path().join(name);
+    let place = |line: u64| format!("{}:{line}", path.display());
+    let Some(mut file) = folder.open(name)? else { return Ok(0) };
+    let (mut kept, mut number, mut line) = (0, 0, String::new());
+    let mut head_lines = head.split_inclusive('\n');
+    loop {
+        line.clear();
+        number += 1;
+        file.read_line(&mut line).with_context(|| place(number)).bad_input()?;
+        // The end, or a line that was being written when the run ended.
+        if !line.ends_with('\n') {
+            let whole_head = number > head.lines().count() as u64;
+            return Ok(if whole_head { kept } else { 0 });
+        }
+        match head_lines.next() {
+            Some(wanted) if wanted == line => {}
+            Some(wanted) => {
+                return Err(anyhow!(
+                    "{}: this campaign is of other inputs; expected {:?}, found {:?}: start it anew without --resume, \
+                     or in another folder with --out",
+                    place(number),
+                    wanted.trim_end(),
+                    line.trim_end()
+                ))
+                .bad_input();
+            }
+            None => {
+                let done = campaign.tally.j_tpf.count();
+                if done == trials {
+                    return Err(anyhow!(
+                        "{}: there are more than {trials} trials in this file; ask for as many with --trials",
+                        place(number)
+                    ))
+                    .bad_input();
+                }
+                let release = bench.draw(done);
+                let outcome =
+                    parse_row(line.trim_end(), &release).with_context(|| place(number)).bad_input()?;
+                campaign.take(release, outcome, bound);
+            }
+        }
+        kept += line.len() as u64;
+    }
+}
+
+/// A bar on stderr; nothing where that is no terminal.
+fn progress_bar(length: u64) -> ProgressBar {
+    let bar = ProgressBar::new(length);
+    if let Ok(style) = ProgressStyle::with_template("{msg:20} {bar:30} {pos}/{len} flights, {eta} left") {
+        bar.set_style(style);
+    }
+    bar
+}

@@ -1,0 +1,138 @@
+//! The figures of the study: the flights that they show, and their names and captions.
+
+use anyhow::Context;
+use nalgebra::Vector3;
+
+use super::campaign::{Bench, Campaign};
+use crate::assess::{Command, Controller, TraceInstant};
+use crate::cli::outcome::Failure;
+use crate::config::ReleaseCase;
+use crate::frames::{pitch, quaternion_from_euler};
+use crate::model::rigid_body::BodyState;
+use crate::report::figure::{
+    PathGroup, StudyStyle, TrialPoint, costs_figure, paths_figure, velocities_figure,
+};
+use crate::report::study::page::Figure;
+use crate::report::study::{Assessment, label};
+
+/// Trials whose velocities are drawn.
+const VELOCITY_TRIALS: usize = 100;
+/// End of "the first few seconds" as a share of the flight.
+const FIRST_SECONDS: f64 = 0.2;
+
+/// The state of a release case, rotors at rest.
+pub fn start_of(case: &ReleaseCase) -> BodyState {
+    BodyState {
+        p_ned: Vector3::zeros(),
+        q_ned_from_body: quaternion_from_euler(0.0, case.pitch_rad, 0.0),
+        v_ned: case.v_ned,
+        omega_body: Vector3::new(0.0, case.pitch_rate_rad_s, 0.0),
+    }
+}
+
+/// What a campaign shows.
+struct Shown {
+    flights: Vec<Vec<TraceInstant>>,
+    points: Vec<TrialPoint>,
+}
+
+/// Flies what is to be shown and draws figures 7 to 14 of the paper, and 15 and 16 for the chosen gains.
+///
+/// # Errors
+/// [`Failure::Internal`] when a figure cannot be drawn.
+pub fn draw(
+    assessment: &Assessment<'_>,
+    bench: &Bench<'_>,
+    campaigns: &[Campaign; 4],
+) -> Result<Vec<Figure>, Failure> {
+    let cases: Vec<BodyState> = assessment.mission.tuning_cases.iter().map(start_of).collect();
+    let shown = campaigns.each_ref().map(|campaign| {
+        let trials = &campaign.shown[..campaign.shown.len().min(VELOCITY_TRIALS)];
+        let flights =
+            bench.in_order(trials, |(release, _)| bench.study.trace(&campaign.controller, &release.state));
+        let points = campaign.shown.iter().map(|(release, outcome)| TrialPoint {
+            pitch_rad: pitch(release.state.q_ned_from_body),
+            pitch_rate_rad_s: release.state.omega_body.y,
+            j_tpf: outcome.j_tpf,
+        });
+        Shown { flights, points: points.collect() }
+    });
+    let case_flights = campaigns
+        .each_ref()
+        .map(|campaign| bench.in_order(&cases, |start| bench.study.trace(&campaign.controller, start)));
+    let style = StudyStyle::of(
+        assessment.mission,
+        shown.iter().flat_map(|s| &s.flights).chain(case_flights.iter().flatten()).map(Vec::as_slice),
+        shown.iter().flat_map(|s| &s.points),
+    )
+    .context("the figures' scales")?;
+    let mut figures = paths(assessment, bench, &style, &case_flights)?;
+    for ((campaign, shown), number) in campaigns.iter().zip(&shown).zip([9, 11, 13, 15]) {
+        figures.extend(of_campaign(bench, &style, campaign, shown, number)?);
+    }
+    Ok(figures)
+}
+
+fn paths(
+    assessment: &Assessment<'_>,
+    bench: &Bench<'_>,
+    style: &StudyStyle,
+    flights: &[Vec<Vec<TraceInstant>>; 4],
+) -> Result<Vec<Figure>, Failure> {
+    let costs = assessment.assessed.each_ref().map(|x| x.cases.iter().map(|c| c.j_tpf).collect::<Vec<f64>>());
+    let names =
+        assessment.assessed.each_ref().map(|x| label(&x.controller).replace(", optimal trajectory", ""));
+    let group = |i: usize| PathGroup { name: &names[i], flights: &flights[i], j_tpf: &costs[i] };
+    let end_s = bench.study.plan.end_s();
+    [("fig07_flight_paths.svg", end_s), ("fig08_first_seconds.svg", (FIRST_SECONDS * end_s).ceil())]
+        .into_iter()
+        .zip([7, 8])
+        .map(|((file, until_s), number)| {
+            let title = if until_s < end_s {
+                format!("Figure {number}. The first {until_s} s after t = 0")
+            } else {
+                format!("Figure {number}. Flight paths from the release cases")
+            };
+            let svg = paths_figure(style, &title, [[group(0), group(2)], [group(0), group(3)]], until_s)
+                .with_context(|| format!("figure {number}"))?;
+            let caption = format!(
+                "{title}: near-hover gains with a step command beside the paper's PSO gains on the optimal trajectory (left; as in the paper's \
+                 figure {number}) and beside ours (right), coloured by J_state, with the lowest and highest J_TPF of each group."
+            );
+            Ok(Figure { file: file.to_owned(), caption, svg })
+        })
+        .collect()
+}
+
+fn of_campaign(
+    bench: &Bench<'_>,
+    style: &StudyStyle,
+    campaign: &Campaign,
+    shown: &Shown,
+    number: usize,
+) -> Result<[Figure; 2], Failure> {
+    let Controller { name, command, .. } = campaign.controller;
+    let label = label(&campaign.controller);
+    let plan = (command == Command::Optimal).then_some(&bench.study.plan);
+    let title = format!("Figure {number}. Velocities: {label}");
+    let velocities = Figure {
+        file: format!("fig{number:02}_velocities_{name}.svg"),
+        svg: velocities_figure(style, &title, &shown.flights, plan)
+            .with_context(|| format!("figure {number}"))?,
+        caption: format!(
+            "{title}. Each line is a trial of the campaign, over ground (left) and in body axes (right), coloured by J_state."
+        ),
+    };
+    let number = number + 1;
+    let title = format!("Figure {number}. J_TPF by release: {label}");
+    let drawn_title = title.replace("J_TPF", &crate::report::figure::j_tpf());
+    let costs = Figure {
+        file: format!("fig{number:02}_costs_{name}.svg"),
+        svg: costs_figure(style, &drawn_title, &shown.points, campaign.tally.j_tpf.count())
+            .with_context(|| format!("figure {number}"))?,
+        caption: format!(
+            "{title}. Left: each trial by pitch and pitch rate at t = 0, coloured by J_TPF; right: J_TPF against each."
+        ),
+    };
+    Ok([velocities, costs])
+}

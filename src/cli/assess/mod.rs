@@ -1,0 +1,263 @@
+//! `samara assess`: the paper's safety study - release cases, campaigns, tables, figures, one page.
+
+mod campaign;
+mod figures;
+mod only;
+
+use std::io::Write as _;
+
+use clap::Args;
+
+use super::args::{ChoiceArgs, MissionArgs};
+use super::clock::Stopwatch;
+use super::interrupt;
+use super::mission::chosen_mission;
+use super::narrative::Narrator;
+use super::outcome::{Answer, BadInput, Failure};
+use super::output::{OutputFolder, print};
+use super::plan::{plan_mission, write_plan};
+use super::pool::pool;
+use crate::assess::{Command, Controller, ReleaseDistribution, SafetyStudy, plan_j_tpf};
+use crate::config::Mission;
+use crate::control::{Airframe, Gains};
+use crate::model::parachute::Pendulum;
+use crate::plan::{Plan, Status};
+use crate::report::plan_text;
+use crate::report::study::{Assessed, Assessment, CaseResult, OURS, page, records, tables};
+use campaign::{Bench, Campaign};
+
+/// The help of `samara assess`.
+pub const ASSESS_HELP: &str = "\
+Flies the paper's section V for four controllers - near-hover with the target as a step, near-hover and the paper's PSO gains on the
+optimal trajectory, and `ours`, the gains of the mission or --gains, on it too: the release cases of Table 5, and a Monte Carlo
+campaign each over the same random releases (40)-(44). Flights are at 100 Hz, on the plant with actuators, from t = 0 of the study.
+
+Writes to the folder of --out: assess.html (everything on one page), assess.txt, assess.json, table4.csv, table5.csv,
+campaigns.csv, campaign_<name>.csv (every trial: what was drawn, what came of it), fig07..fig16 (.svg: the paper's figures 7 to 14
+and two of ours), trajectory.csv, plan.json, plan.svg. The same command writes the same bytes on any number of threads.
+
+A campaign may be stopped (Ctrl-C) and continued with --resume, also to more --trials; its files are those of one that was not stopped.
+
+JSON (--json): mission, vehicle, version, seed, input_hash, command, gains, trials, bound, safe, confidence, plan_objective,
+plan_j_tpf, paper_plan_j_tpf, table4 (gains by name), table5 (per controller: name, gains, command, worst_j_tpf, cases: case, j_tpf,
+tracking_rms, paper_j_tpf), campaigns (name, gains, command, trials, mean, mean_low, mean_high, std, min, max, p_safe, p_safe_low,
+p_safe_high, unsafe_trials, paper_mean, paper_std, paper_min, paper_max), findings (claim, paper, here, bar, reproduced, why),
+flights_per_s. *_low and *_high are 95 % intervals (Student's t, Clopper-Pearson). What is the paper's is there for its own mission only.
+
+Exit code 1 when a trial of `ours` reaches the bound, the plan did not converge, or the campaigns were stopped.
+
+Examples:
+  samara assess
+  samara assess --gains near_hover --trials 1000 --seed 7
+  samara assess --trials 100000 --out out/long      (Ctrl-C; then the same with --resume)
+  samara assess --only 41                           (one trial again, with its flight log and figure)
+  samara assess mission/x500_drop.json --json";
+
+/// `samara assess`.
+#[derive(Args, Debug)]
+pub struct AssessArgs {
+    /// Mission, folder, output form.
+    #[command(flatten)]
+    pub mission: MissionArgs,
+    /// What the mission leaves to choose.
+    #[command(flatten)]
+    pub choice: ChoiceArgs,
+    /// Trials of each campaign, instead of the mission's.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=1_000_000_000))]
+    pub trials: Option<u64>,
+    /// J_TPF that a safe trial stays below.
+    #[arg(long, value_name = "B", default_value_t = 1.0, value_parser = super::args::positive)]
+    pub bound: f64,
+    /// Continue the campaigns whose files are in the folder; they must be of the same inputs and seed.
+    #[arg(long)]
+    pub resume: bool,
+    /// Fly trial K of each campaign alone: prints what was drawn and what came of it, writes flight logs and figures.
+    #[arg(long, value_name = "K", conflicts_with_all = ["trials", "resume"])]
+    pub only: Option<u64>,
+    /// Threads to fly on [default: one for each core]; the results are the same.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+}
+
+/// `samara assess`.
+pub fn run(args: &AssessArgs) -> Result<Answer, Failure> {
+    let stop = interrupt::flag()?;
+    let mission = chosen_mission(&args.mission.mission, &args.choice)?;
+    let narrator = Narrator::alone(args.mission.json);
+    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let Some(plan) = planned(args, &mission, &folder, &narrator)? else { return Ok(Answer::No) };
+    let study = study_of(&mission, &plan)?;
+    let bench = Bench {
+        study: &study,
+        distribution: distribution_of(&mission),
+        seed: mission.seed,
+        pool: pool(args.threads.map(usize::from))?,
+        stop: &stop,
+    };
+    let controllers = controllers_of(&mission);
+    if let Some(trial) = args.only {
+        return only::run(args, &mission, &bench, &controllers, trial, &folder);
+    }
+    let trials = args.trials.unwrap_or(mission.monte_carlo.trials as u64);
+    let watch = Stopwatch::start();
+    let Some(campaigns) =
+        campaign::run_all(args, &mission, &bench, &controllers, trials, &folder, &narrator)?
+    else {
+        return Ok(Answer::No);
+    };
+    let flown: u64 = campaigns.iter().map(|c| c.flown_now).sum();
+    let flights_per_s = 1e3 * flown as f64 / watch.ms();
+    let assessment = assessment(args, &mission, &plan, &bench, &campaigns, trials);
+    write(&assessment, &bench, &campaigns, &folder)?;
+    folder.write_manifest(
+        "assess",
+        &mission,
+        &[("trials", trials.to_string()), ("bound", args.bound.to_string())],
+    )?;
+    if args.mission.json {
+        print(&records::assess_json(&assessment, (flown > 0).then_some(flights_per_s)))?;
+    } else {
+        print(&tables::assess_text(&assessment))?;
+        print(&format!(
+            "{flown} campaign flights, {flights_per_s:.0} a second; results in {0}, start with {0}/assess.html\n",
+            folder.path().display()
+        ))?;
+    }
+    Ok(if assessment.safe() { Answer::Yes } else { Answer::No })
+}
+
+/// The plan that is flown; `None` when there is none.
+fn planned(
+    args: &AssessArgs,
+    mission: &Mission,
+    folder: &OutputFolder,
+    narrator: &Narrator,
+) -> Result<Option<Plan>, Failure> {
+    let timed = plan_mission(mission, false)?;
+    write_plan(folder, mission, &timed.plan)?;
+    if timed.plan.status == Status::Converged {
+        return Ok(Some(timed.plan));
+    }
+    narrator.say(&format!(
+        "no optimal trajectory to assess: {}",
+        plan_text(&timed.plan, &mission.limits, None)
+    ))?;
+    if args.mission.json {
+        print(&crate::report::plan_json(mission, &timed.plan, Some(timed.solve_ms)))?;
+    }
+    Ok(None)
+}
+
+fn study_of(mission: &Mission, plan: &Plan) -> Result<SafetyStudy, Failure> {
+    Ok(SafetyStudy {
+        vehicle: mission.vehicle.clone(),
+        environment: mission.environment.clone(),
+        airframe: Airframe::new(&mission.vehicle, &mission.environment).bad_input()?,
+        control_limits: mission.control_limits,
+        limits: mission.limits,
+        target_v_ned: mission.target_v_ned,
+        plan: plan.trajectory.clone(),
+    })
+}
+
+fn distribution_of(mission: &Mission) -> ReleaseDistribution {
+    let mc = &mission.monte_carlo;
+    let mut parachute = mission.parachute;
+    parachute.pendulum =
+        Pendulum { amplitude_rad: 0.0, phase_rad: 0.0, omega_rad_s: mc.omega_rad_s, length_m: mc.length_m };
+    ReleaseDistribution {
+        parachute,
+        gravity_m_s2: mission.environment.gravity_m_s2,
+        drift_ned_m_s: mission.environment.drift_ned_m_s(),
+        amplitude_sigma_rad: mc.amplitude_sigma_rad,
+    }
+}
+
+fn controllers_of(mission: &Mission) -> [Controller; 4] {
+    let of = |name, gains_name: &str, gains, command| Controller {
+        name,
+        gains_name: gains_name.to_owned(),
+        gains,
+        command,
+    };
+    [
+        of("near_hover_step", "near_hover", Gains::near_hover(), Command::Step),
+        of("near_hover_optimal", "near_hover", Gains::near_hover(), Command::Optimal),
+        of("paper_pso_optimal", "paper_pso", Gains::paper_pso(), Command::Optimal),
+        of(OURS, &mission.gains_name, mission.gains, Command::Optimal),
+    ]
+}
+
+/// Flies the release cases and puts the study together.
+fn assessment<'a>(
+    args: &AssessArgs,
+    mission: &'a Mission,
+    plan: &Plan,
+    bench: &Bench<'_>,
+    campaigns: &[Campaign; 4],
+    trials: u64,
+) -> Assessment<'a> {
+    let cases = |controller: &Controller| {
+        bench.in_order(&mission.tuning_cases, |case| {
+            let start = figures::start_of(case);
+            CaseResult {
+                case: case.name.clone(),
+                j_tpf: bench.study.outcome(controller, &start).j_tpf,
+                tracking_rms: bench.study.tracking_rms(controller, &start),
+            }
+        })
+    };
+    Assessment {
+        mission,
+        command: command_line(args, mission, trials),
+        plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits),
+        plan_objective: plan.objective,
+        bound: args.bound,
+        trials,
+        assessed: campaigns.each_ref().map(|c| Assessed {
+            controller: c.controller.clone(),
+            cases: cases(&c.controller),
+            tally: c.tally,
+        }),
+    }
+}
+
+/// The command that makes the study again, its choices spelt out; where its results go and on how many threads is not of it.
+fn command_line(args: &AssessArgs, mission: &Mission, trials: u64) -> String {
+    let mut command = format!("samara assess {}", args.mission.mission.display());
+    if let Some(gains) = &args.choice.gains {
+        command += &format!(" --gains {gains}");
+    }
+    if let Some(params) = &args.choice.params {
+        command += &format!(" --params {}", params.display());
+    }
+    command += &format!(" --seed {} --trials {trials}", mission.seed);
+    if args.bound != 1.0 {
+        command += &format!(" --bound {}", args.bound);
+    }
+    command
+}
+
+fn write(
+    assessment: &Assessment<'_>,
+    bench: &Bench<'_>,
+    campaigns: &[Campaign; 4],
+    folder: &OutputFolder,
+) -> Result<(), Failure> {
+    let drawn = figures::draw(assessment, bench, campaigns)?;
+    let files = [
+        ("assess.txt", tables::assess_text(assessment)),
+        ("assess.json", records::assess_json(assessment, None)),
+        ("table4.csv", records::table_4_csv(assessment)),
+        ("table5.csv", records::table_5_csv(assessment)),
+        ("campaigns.csv", records::campaigns_csv(assessment)),
+        ("assess.html", page::page(assessment, &drawn)),
+    ];
+    for (name, text) in &files {
+        folder.write(name, |out| out.write_all(text.as_bytes()))?;
+    }
+    for figure in &drawn {
+        folder.write(&figure.file, |out| out.write_all(figure.svg.as_bytes()))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,78 @@
+//! `samara assess --only K`: one trial of each campaign again.
+
+use std::io::Write as _;
+
+use anyhow::Context;
+
+use super::AssessArgs;
+use super::campaign::Bench;
+use crate::assess::{Controller, RandomRelease, TrialOutcome, VerdictBuilder};
+use crate::cli::mission::stamp_of;
+use crate::cli::outcome::{Answer, Failure};
+use crate::cli::output::{OutputFolder, print};
+use crate::config::Mission;
+use crate::report::study::campaign_csv::write_row;
+use crate::report::study::{OURS, only};
+use crate::report::{FlightCsv, drop_figure};
+
+/// Flies the trial with each controller: prints what was drawn and what came of it, writes `trial_<K>_<name>.csv` (the
+/// flight) and `.svg`.
+///
+/// # Errors
+/// [`Failure::BadInput`] when a file cannot be written.
+pub fn run(
+    args: &AssessArgs,
+    mission: &Mission,
+    bench: &Bench<'_>,
+    controllers: &[Controller; 4],
+    trial: u64,
+    folder: &OutputFolder,
+) -> Result<Answer, Failure> {
+    let release = bench.draw(trial);
+    let results = bench.in_order(controllers, |c| {
+        bench.study.fly_releases(c, std::slice::from_ref(&release)).into_iter().next()
+    });
+    let flown: Vec<(&Controller, TrialOutcome)> =
+        controllers.iter().zip(results).filter_map(|(c, outcome)| Some((c, outcome?))).collect();
+    for (controller, _) in &flown {
+        write(mission, bench, controller, &release, folder)?;
+    }
+    let rows: Vec<(&Controller, TrialOutcome, String)> = flown
+        .iter()
+        .map(|(c, outcome)| {
+            let mut row = String::new();
+            write_row(&mut row, &release, outcome);
+            (*c, *outcome, row)
+        })
+        .collect();
+    if args.mission.json {
+        print(&only::only_json(mission, &release, &rows))?;
+    } else {
+        print(&only::only_text(mission, &release, &rows))?;
+        print(&format!("flights and figures in {}/trial_{trial}_*\n", folder.path().display()))?;
+    }
+    let safe = flown.iter().all(|(c, o)| c.name != OURS || o.j_tpf < args.bound);
+    Ok(if safe { Answer::Yes } else { Answer::No })
+}
+
+fn write(
+    mission: &Mission,
+    bench: &Bench<'_>,
+    controller: &Controller,
+    release: &RandomRelease,
+    folder: &OutputFolder,
+) -> Result<(), Failure> {
+    let samples = bench.study.samples(controller, &release.state);
+    let name = format!("trial_{}_{}", release.trial, controller.name);
+    folder.write(&format!("{name}.csv"), |out| {
+        let mut csv = FlightCsv::new(out, mission.vehicle.rotors.len(), mission.limits, &stamp_of(mission))?;
+        samples.iter().try_for_each(|sample| csv.write(sample))?;
+        csv.finish().map(|_| ())
+    })?;
+    let mut verdict = VerdictBuilder::new(mission.limits, mission.target_v_ned);
+    samples.iter().for_each(|sample| verdict.observe(sample));
+    let figure = drop_figure(mission, &samples, Some(&bench.study.plan), verdict.finish().as_ref())
+        .context("the figure of the trial")?;
+    folder.write(&format!("{name}.svg"), |out| out.write_all(figure.as_bytes()))?;
+    Ok(())
+}

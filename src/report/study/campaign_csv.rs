@@ -1,0 +1,153 @@
+//! `campaign_<name>.csv`: every trial of a campaign, what was drawn and what came of it, a line each.
+//!
+//! Comment lines at the top tell version, seed, hash of the inputs, controller and gains; the header row names each column
+//! with its unit. They do not tell how many trials there are: a campaign that is broken off is the beginning of a longer one,
+//! and [`parse_row`] reads back, to the bit, what [`write_row`] wrote.
+
+use std::fmt::Write as _;
+
+use nalgebra::Vector3;
+
+use crate::assess::{Command, Controller, RandomRelease, TrialOutcome};
+use crate::config::{Mission, Stamp};
+use crate::frames::pitch;
+
+const COLUMNS: &str = "trial,theta_0_rad,phi_rad,vn_m_s,vd_m_s,pitch_rad,pitch_rate_rad_s,j_tpf,peak_speed_m_s,\
+                       peak_pitch_rad,peak_pitch_rate_rad_s,vn_end_m_s,ve_end_m_s,vd_end_m_s";
+const COLUMN_COUNT: usize = 14;
+
+/// Name of a campaign's file.
+pub fn file_name(controller: &Controller) -> String {
+    format!("campaign_{}.csv", controller.name)
+}
+
+/// The lines before the first trial.
+pub fn header(mission: &Mission, controller: &Controller) -> String {
+    let stamp = Stamp { seed: mission.seed, input_hash: mission.input_hash.clone() };
+    let command = match controller.command {
+        Command::Step => "target velocity as a step",
+        Command::Optimal => "velocity of the optimal trajectory",
+    };
+    format!(
+        "{}# campaign {}: gains {} {:?}, {command}\n{COLUMNS}\n",
+        stamp.csv_comment(),
+        controller.name,
+        controller.gains_name,
+        controller.gains.as_longitudinal(),
+    )
+}
+
+/// Appends a trial's line.
+pub fn write_row(text: &mut String, release: &RandomRelease, outcome: &TrialOutcome) {
+    let state = &release.state;
+    let end = &outcome.final_v_ned;
+    // Writing to a String cannot fail. `{:?}` is the shortest text that reads back to the same number.
+    let _ = write!(text, "{}", release.trial);
+    for x in [
+        release.amplitude_rad,
+        release.phase_rad,
+        state.v_ned.x,
+        state.v_ned.z,
+        pitch(state.q_ned_from_body),
+        state.omega_body.y,
+        outcome.j_tpf,
+        outcome.peak_speed_m_s,
+        outcome.peak_pitch_rad,
+        outcome.peak_pitch_rate_rad_s,
+        end.x,
+        end.y,
+        end.z,
+    ] {
+        let _ = write!(text, ",{x:?}");
+    }
+    text.push('\n');
+}
+
+/// Why a line is not the trial that belongs there.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RowError {
+    /// Not a line of numbers.
+    #[error("{COLUMN_COUNT} numbers are expected")]
+    NotNumbers,
+    /// A trial that another seed or distribution drew, or out of order.
+    #[error("this is not trial {0} of this mission and seed")]
+    OtherTrial(u64),
+}
+
+/// Reads a trial's line (without its end) back; it must be that of `expected`.
+///
+/// # Errors
+/// [`RowError`] when it is not.
+pub fn parse_row(line: &str, expected: &RandomRelease) -> Result<TrialOutcome, RowError> {
+    let (trial, rest) = line.split_once(',').ok_or(RowError::NotNumbers)?;
+    let mut numbers = [0.0; COLUMN_COUNT - 1];
+    let mut fields = rest.split(',');
+    for x in &mut numbers {
+        *x = fields.next().and_then(|f| f.parse().ok()).ok_or(RowError::NotNumbers)?;
+    }
+    if fields.next().is_some() {
+        return Err(RowError::NotNumbers);
+    }
+    let [amplitude, phase, _, _, _, _, j_tpf, speed, pitch, rate, vn, ve, vd] = numbers;
+    let drawn = (expected.amplitude_rad, expected.phase_rad);
+    if trial.parse() != Ok(expected.trial) || (amplitude, phase) != drawn {
+        return Err(RowError::OtherTrial(expected.trial));
+    }
+    Ok(TrialOutcome {
+        j_tpf,
+        peak_speed_m_s: speed,
+        peak_pitch_rad: pitch,
+        peak_pitch_rate_rad_s: rate,
+        final_v_ned: Vector3::new(vn, ve, vd),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::quaternion_from_euler;
+    use crate::model::rigid_body::BodyState;
+
+    fn trial() -> (RandomRelease, TrialOutcome) {
+        let state = BodyState {
+            p_ned: Vector3::zeros(),
+            q_ned_from_body: quaternion_from_euler(0.0, 0.1, 0.0),
+            v_ned: Vector3::new(1.0 / 3.0, 0.0, 3.675),
+            omega_body: Vector3::new(0.0, -0.2, 0.0),
+        };
+        let release = RandomRelease { trial: 41, amplitude_rad: 0.1 + 0.2, phase_rad: -3.0, state };
+        let outcome = TrialOutcome {
+            j_tpf: 0.55 + 1e-16,
+            peak_speed_m_s: 6.6,
+            peak_pitch_rad: -0.4,
+            peak_pitch_rate_rad_s: -0.0,
+            final_v_ned: Vector3::new(4.0, 1e-17, f64::INFINITY),
+        };
+        (release, outcome)
+    }
+
+    #[test]
+    fn prop_a_row_reads_back_to_the_bit() {
+        let (release, outcome) = trial();
+        let mut text = String::new();
+        write_row(&mut text, &release, &outcome);
+        assert_eq!(text.split(',').count(), COLUMN_COUNT);
+        assert_eq!(COLUMNS.split(',').count(), COLUMN_COUNT);
+        assert_eq!(parse_row(text.trim_end(), &release), Ok(outcome));
+    }
+
+    #[test]
+    fn a_row_of_another_trial_or_seed_is_refused() {
+        let (release, outcome) = trial();
+        let mut text = String::new();
+        write_row(&mut text, &release, &outcome);
+        let line = text.trim_end();
+        let other = RandomRelease { trial: 42, ..release };
+        assert_eq!(parse_row(line, &other), Err(RowError::OtherTrial(42)));
+        let other = RandomRelease { phase_rad: 3.0, ..release };
+        assert_eq!(parse_row(line, &other), Err(RowError::OtherTrial(41)));
+        for bad in ["", "41", &line[..line.len() - 20], &format!("{line},1"), &line.replace("6.6", "six")] {
+            assert_eq!(parse_row(bad, &release), Err(RowError::NotNumbers), "{bad}");
+        }
+    }
+}

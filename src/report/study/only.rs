@@ -1,0 +1,117 @@
+//! One trial alone: what was drawn and what came of it with each controller.
+
+use serde::Serialize;
+
+use super::grid::Grid;
+use super::label;
+use crate::assess::{Controller, RandomRelease, TrialOutcome};
+use crate::config::Mission;
+use crate::frames::pitch;
+use crate::report::json::{VERSION, text};
+use crate::units::DEG_PER_RAD;
+
+/// A controller, what became of it, and its line of the campaign's CSV file.
+pub type Flown<'a> = (&'a Controller, TrialOutcome, String);
+
+/// The trial as text.
+pub fn only_text(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]) -> String {
+    let state = &release.state;
+    let mut out = format!(
+        "trial {} of {}, seed {}: theta_0 {:.3} deg, phi {:.2} deg\n\
+         at t = 0: velocity {:.4} north, {:.4} down m/s, pitch {:.3} deg, pitch rate {:.3} deg/s\n\n",
+        release.trial,
+        mission.name,
+        mission.seed,
+        release.amplitude_rad * DEG_PER_RAD,
+        release.phase_rad * DEG_PER_RAD,
+        state.v_ned.x,
+        state.v_ned.z,
+        pitch(state.q_ned_from_body) * DEG_PER_RAD,
+        state.omega_body.y * DEG_PER_RAD,
+    );
+    let head = [
+        "controller",
+        "J_TPF",
+        "speed [m/s]",
+        "pitch [deg]",
+        "pitch rate [deg/s]",
+        "north, down at the end [m/s]",
+    ];
+    let mut grid = Grid::new("Peaks", head);
+    for (controller, o, _) in flown {
+        grid.row(
+            &label(controller),
+            [
+                format!("{:.6}", o.j_tpf),
+                format!("{:.3}", o.peak_speed_m_s),
+                format!("{:.2}", o.peak_pitch_rad * DEG_PER_RAD),
+                format!("{:.2}", o.peak_pitch_rate_rad_s * DEG_PER_RAD),
+                format!("{:.3}, {:.3}", o.final_v_ned.x, o.final_v_ned.z),
+            ],
+        );
+    }
+    out += &grid.text();
+    out += "\nlines of the campaigns' files:\n";
+    for (controller, _, row) in flown {
+        out += &format!("{}: {row}", controller.name);
+    }
+    out.push('\n');
+    out
+}
+
+#[derive(Serialize)]
+struct OnlyObject<'a> {
+    mission: &'a str,
+    version: &'static str,
+    seed: u64,
+    input_hash: &'a str,
+    trial: u64,
+    theta_0_rad: f64,
+    phi_rad: f64,
+    v_ned_m_s: [f64; 3],
+    pitch_rad: f64,
+    pitch_rate_rad_s: f64,
+    flights: Vec<OnlyFlight<'a>>,
+}
+
+#[derive(Serialize)]
+struct OnlyFlight<'a> {
+    name: &'static str,
+    gains: &'a str,
+    j_tpf: f64,
+    peak_speed_m_s: f64,
+    peak_pitch_rad: f64,
+    peak_pitch_rate_rad_s: f64,
+    final_v_ned_m_s: [f64; 3],
+    csv_row: &'a str,
+}
+
+/// The trial as one JSON object.
+pub fn only_json(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]) -> String {
+    let state = &release.state;
+    text(&OnlyObject {
+        mission: &mission.name,
+        version: VERSION,
+        seed: mission.seed,
+        input_hash: &mission.input_hash,
+        trial: release.trial,
+        theta_0_rad: release.amplitude_rad,
+        phi_rad: release.phase_rad,
+        v_ned_m_s: state.v_ned.into(),
+        pitch_rad: pitch(state.q_ned_from_body),
+        pitch_rate_rad_s: state.omega_body.y,
+        flights: flown
+            .iter()
+            .map(|(c, o, row)| OnlyFlight {
+                name: c.name,
+                gains: &c.gains_name,
+                j_tpf: o.j_tpf,
+                peak_speed_m_s: o.peak_speed_m_s,
+                peak_pitch_rad: o.peak_pitch_rad,
+                peak_pitch_rate_rad_s: o.peak_pitch_rate_rad_s,
+                final_v_ned_m_s: o.final_v_ned.into(),
+                csv_row: row.trim_end(),
+            })
+            .collect(),
+    })
+}

@@ -1,0 +1,151 @@
+//! `assess.html`: the study on one page - verdict, tables, figures, what is reproduced and what is not, and how to make it again.
+//! Everything is inside: no script, no font, no image from elsewhere.
+
+use super::findings::findings;
+use super::grid::{escape, rich};
+use super::tables::{INTERVALS, campaigns, reproduction, table_4, table_5, verdict};
+use super::{Assessment, OURS, campaign_csv};
+use crate::report::json::VERSION;
+
+/// A figure of the page.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// Name of its file.
+    pub file: String,
+    /// What it shows.
+    pub caption: String,
+    /// The drawing.
+    pub svg: String,
+}
+
+const STYLE: &str = "\
+:root{color-scheme:light}
+body{font:16px/1.5 system-ui,-apple-system,'Segoe UI',Roboto,'Helvetica Neue',Arial,sans-serif;color:#222;background:#fff;max-width:62rem;margin:0 auto;padding:1.5rem 1rem 4rem}
+h1{font-size:1.7rem;line-height:1.2;margin:0 0 .3rem}
+h2{font-size:1.25rem;margin:2.6rem 0 .6rem;border-bottom:1px solid #ddd;padding-bottom:.2rem}
+p{margin:.5rem 0;max-width:46rem}
+.soft{color:#555}
+.verdict{font-size:1.1rem;border-left:5px solid #1b7f5c;background:#f2f8f5;padding:.6rem .9rem;margin:1rem 0;max-width:none}
+.verdict.no{border-color:#c01f2e;background:#fbf2f3}
+figure{margin:1.2rem 0}
+figure.table{overflow-x:auto}
+table{border-collapse:collapse;font-size:.9rem;font-variant-numeric:tabular-nums}
+caption{text-align:left;font-weight:600;padding:0 0 .4rem}
+th,td{padding:.22rem .55rem;text-align:right;white-space:nowrap}
+th:first-child{text-align:left}
+thead th{border-bottom:1.5px solid #222;vertical-align:bottom}
+tbody th{font-weight:500}
+tbody tr{border-top:1px solid #eee}
+tr.aside{border-top:0;color:#555}
+tr.aside th{padding-left:1.5rem;font-weight:400}
+.words td{text-align:left;white-space:normal;min-width:6.5rem}
+.words th:first-child{white-space:normal;min-width:13rem}
+.words thead th{text-align:left}
+.words td:last-child{white-space:nowrap}
+sub{font-size:.75em;line-height:0}
+.drawing{overflow-x:auto}
+svg{width:100%;min-width:44rem;height:auto;display:block}
+figcaption{font-size:.92rem;color:#333;max-width:46rem;margin-top:.3rem}
+code,pre{font:13px/1.5 ui-monospace,SFMono-Regular,Menlo,Consolas,monospace}
+pre{background:#f6f6f6;padding:.7rem .9rem;overflow-x:auto}
+dl{display:grid;grid-template-columns:max-content 1fr;gap:.1rem 1rem;font-size:.92rem}
+dt{color:#555}
+dd{margin:0;overflow-wrap:anywhere}
+@media(max-width:40rem){dl{grid-template-columns:1fr}dd{margin-bottom:.4rem}body{padding:1rem .7rem 3rem}}
+@media print{svg{min-width:0}body{max-width:none;padding:0;font-size:10.5pt}figure{break-inside:avoid}h2{break-after:avoid}table{font-size:8.5pt}th,td{padding:.15rem .35rem}.verdict{-webkit-print-color-adjust:exact;print-color-adjust:exact}}
+";
+
+/// The page.
+pub fn page(a: &Assessment<'_>, figures: &[Figure]) -> String {
+    let m = a.mission;
+    let name = escape(&m.name);
+    let class = if a.safe() { "verdict" } else { "verdict no" };
+    let mut html = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n\
+         <title>Safety of {name}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
+         <h1>Safety of the transition to powered flight: {name}</h1>\n\
+         <p class=\"soft\">Vehicle {}, released from its parachute; the study of section V of T. I. Opazo and J. W. Langelaan, \
+         <i>Longitudinal control of transition to powered flight for a parachute-dropped multirotor</i>.</p>\n\
+         <p class=\"{class}\">{}.</p>\n",
+        escape(&m.vehicle_name),
+        rich(&verdict(a)),
+    );
+    html += &format!(
+        "<p>J<sub>state</sub> is the largest share of a safety limit - speed, pitch or pitch rate - at an instant (47)-(50), \
+         J<sub>TPF</sub> its maximum over a flight (51); at 1 a limit is reached. Flights start at the end of the release delay with \
+         the rotors at rest, on the plant with speed controllers, motors and rotors, controlled at 100 Hz, for {} s.</p>\n",
+        a.mission.horizon_s
+    );
+    html += &format!("<h2>Campaigns</h2>\n{}<p class=\"soft\">{INTERVALS}</p>\n", campaigns(a).html());
+    html += &format!("<h2>Release cases and gains</h2>\n{}{}", table_5(a).html(), table_4(a).html());
+    html += &reproduced(a);
+    html += "<h2>Figures</h2>\n";
+    for figure in figures {
+        html += &format!(
+            "<figure>\n<div class=\"drawing\">{}</div>\n<figcaption>{} <span class=\"soft\">({})</span></figcaption>\n</figure>\n",
+            figure.svg.trim_start(),
+            rich(&figure.caption),
+            escape(&figure.file)
+        );
+    }
+    html + &origin(a) + "</body>\n</html>\n"
+}
+
+fn reproduced(a: &Assessment<'_>) -> String {
+    let found = findings(a);
+    let mut html = "<h2>What of the paper is reproduced</h2>\n".to_owned();
+    if found.is_empty() {
+        return html
+            + "<p>This is not the paper's vehicle or mission: there is nothing of the paper's to stand beside it.</p>\n";
+    }
+    html +=
+        &reproduction(&found).html().replace("<figure class=\"table\">", "<figure class=\"table words\">");
+    for f in found.iter().filter(|f| !f.reproduced) {
+        html += &format!(
+            "<p><strong>Not reproduced: {}.</strong> {}</p>\n",
+            rich(&f.claim),
+            rich(f.why.unwrap_or_default())
+        );
+    }
+    html
+}
+
+fn origin(a: &Assessment<'_>) -> String {
+    let m = a.mission;
+    let facts = [
+        ("program", format!("samara {VERSION}")),
+        ("inputs, SHA-256", m.input_hash.clone()),
+        ("seed", m.seed.to_string()),
+        ("gains", m.gains_name.clone()),
+        (
+            "optimal trajectory",
+            format!(
+                "objective {:.6}, J_TPF {:.4}, {} nodes over {} s",
+                a.plan_objective, a.plan_j_tpf, m.nodes, m.horizon_s
+            ),
+        ),
+        (
+            "releases",
+            format!(
+                "theta_0 normal with {:.1} deg, phase uniform, omega {} rad/s, pendulum {} m; ChaCha8, stream k for trial k",
+                m.monte_carlo.amplitude_sigma_rad * crate::units::DEG_PER_RAD,
+                m.monte_carlo.omega_rad_s,
+                m.monte_carlo.length_m
+            ),
+        ),
+        (
+            "every trial",
+            a.assessed.iter().map(|x| campaign_csv::file_name(&x.controller)).collect::<Vec<_>>().join(", "),
+        ),
+    ];
+    let mut html = "<h2>How this was made</h2>\n<dl>\n".to_owned();
+    for (name, value) in facts {
+        html += &format!("<dt>{}</dt><dd>{}</dd>\n", escape(name), rich(&value));
+    }
+    let command = escape(&a.command);
+    html + &format!(
+        "</dl>\n<pre>{command}\n{command} --only 0     # trial 0 alone, with its flight log and figure</pre>\n\
+         <p class=\"soft\">The same command gives the same bytes, on any number of threads. Campaign \u{201c}{OURS}\u{201d} is flown with the gains named above.</p>\n"
+    )
+}

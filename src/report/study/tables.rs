@@ -1,0 +1,186 @@
+//! The study's tables - gains, release cases, campaigns, what is reproduced - and the text of the whole for the terminal.
+
+use super::findings::{Finding, findings};
+use super::grid::Grid;
+use super::{Assessed, Assessment, label};
+use crate::assess::paper;
+
+/// With three decimals; "-" for what is not a number, "inf" for what diverged.
+fn three(x: f64) -> String {
+    digits(x, 3)
+}
+
+fn digits(x: f64, n: usize) -> String {
+    if x.is_nan() {
+        "-".to_owned()
+    } else if x.is_infinite() {
+        "inf".to_owned()
+    } else {
+        format!("{x:.n$}")
+    }
+}
+
+fn interval((low, high): (f64, f64), n: usize) -> String {
+    format!("[{}, {}]", digits(low, n), digits(high, n))
+}
+
+/// A probability that is nearly one keeps the digits that tell it from one.
+fn probability_digits(trials: u64) -> usize {
+    (trials.max(1).ilog10() as usize + 1).clamp(3, 7)
+}
+
+/// Table 4: the gains.
+pub fn table_4(a: &Assessment<'_>) -> Grid {
+    let head = ["gains", "K_pq", "K_iq", "K_ptheta", "K_pvz", "K_ivz", "K_pvx", "K_ivx"];
+    let mut grid = Grid::new("Table 4. Longitudinal gains: proportional [1/s], integral [1/s^2]", head);
+    let names = [
+        "near-hover (paper)".to_owned(),
+        "PSO (paper)".to_owned(),
+        format!("ours ({})", a.mission.gains_name),
+    ];
+    for (x, name) in a.assessed[1..].iter().zip(names) {
+        grid.row(&name, x.controller.gains.as_longitudinal().map(|k| digits(k, 4)));
+    }
+    grid
+}
+
+/// Table 5: J_TPF case by case, and the distance from the optimal trajectory.
+pub fn table_5(a: &Assessment<'_>) -> Grid {
+    let cases = a.ours().cases.iter().map(|c| c.case.replace('_', "-"));
+    let head = std::iter::once("controller".to_owned()).chain(cases).chain(["worst".to_owned()]);
+    let mut grid = Grid::new("Table 5. J_TPF by release case", head);
+    let worst = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
+    let costs = |x: &Assessed| -> Vec<f64> { x.cases.iter().map(|c| c.j_tpf).collect() };
+    for x in &a.assessed {
+        let j = costs(x);
+        grid.row(&label(&x.controller), j.iter().copied().chain([worst(&j)]).map(three));
+        if let Some(printed) = paper::table_5(x.controller.name).filter(|_| a.is_the_papers()) {
+            grid.aside("the paper", printed.into_iter().chain([worst(&printed)]).map(|p| digits(p, 2)));
+        }
+        let rms: Vec<f64> = x.cases.iter().map(|c| c.tracking_rms).collect();
+        grid.aside("tracking RMS (45)", rms.iter().copied().chain([worst(&rms)]).map(three));
+    }
+    let first = costs(&a.assessed[0]);
+    let compared = if a.is_the_papers() {
+        &[("reduction, first to third row", 2), ("reduction, first row to ours", 3)][..]
+    } else {
+        &[]
+    };
+    for &(name, row) in compared {
+        let reduction = first.iter().zip(costs(&a.assessed[row])).map(|(one, two)| 100.0 * (one - two) / one);
+        grid.row(name, reduction.map(|r| format!("{:.0} %", r.round() + 0.0)).chain([String::new()]));
+    }
+    grid
+}
+
+/// The campaigns' statistics.
+pub fn campaigns(a: &Assessment<'_>) -> Grid {
+    let bound = a.bound;
+    let title =
+        format!("Monte Carlo campaigns: J_TPF of {} random releases each, seed {}", a.trials, a.mission.seed);
+    let probability = format!("P(J_TPF < {bound})");
+    let head = ["campaign", "mean", "95 % interval", "std", "min", "max", &probability, "95 % interval"];
+    let mut grid = Grid::new(&title, head);
+    for x in &a.assessed {
+        let (j, safe) = (&x.tally.j_tpf, &x.tally.safe);
+        let n = probability_digits(a.trials);
+        grid.row(
+            &label(&x.controller),
+            [
+                digits(j.mean(), 4),
+                interval(j.mean_interval(), 4),
+                digits(j.std(), 4),
+                digits(j.min(), 4),
+                digits(j.max(), 4),
+                digits(safe.probability(), n),
+                interval(safe.interval(), n),
+            ],
+        );
+        if let Some(p) = paper::campaign(x.controller.name).filter(|_| a.is_the_papers()) {
+            let empty = String::new;
+            let columns = [digits(p.mean, 2), empty(), digits(p.std, 2), digits(p.min, 4), digits(p.max, 4)];
+            grid.aside("the paper, 100 trials", columns.into_iter().chain([empty(), empty()]));
+        }
+    }
+    grid
+}
+
+/// What of the paper is reproduced.
+pub fn reproduction(all: &[Finding]) -> Grid {
+    let mut grid = Grid::new("The paper's findings", ["finding", "the paper", "here", "bar", "verdict"]);
+    for f in all {
+        grid.row(&f.claim, [f.paper.clone(), f.here.clone(), f.bar.clone(), f.verdict().to_owned()]);
+    }
+    grid
+}
+
+/// How intervals and probability are meant.
+pub const INTERVALS: &str = "Intervals: Student's t for the mean, Clopper and Pearson's exact one for the probability. Standard deviations with n - 1.";
+
+/// The whole study as text.
+pub fn assess_text(a: &Assessment<'_>) -> String {
+    let mut text = format!(
+        "optimal trajectory: objective {:.6}, J_TPF {:.4}{}\n\n",
+        a.plan_objective,
+        a.plan_j_tpf,
+        if a.is_the_papers() { format!(" (the paper: {})", paper::PLAN_J_TPF) } else { String::new() }
+    );
+    for grid in [table_4(a), table_5(a), campaigns(a)] {
+        text += &grid.text();
+        text.push('\n');
+    }
+    text += INTERVALS;
+    text += "\n\n";
+    let found = findings(a);
+    if !found.is_empty() {
+        text += "The paper's findings\n";
+        for f in &found {
+            let why = f.why.map_or(String::new(), |why| format!(". {why}"));
+            let told = format!(
+                "{}: {}: {} here, {} in the paper ({}){why}",
+                f.verdict(),
+                f.claim,
+                f.here,
+                f.paper,
+                f.bar
+            );
+            text += &wrapped(&told, 118);
+        }
+        text.push('\n');
+    }
+    text + &verdict(a) + "\n"
+}
+
+/// The study's answer in one sentence.
+pub fn verdict(a: &Assessment<'_>) -> String {
+    let (unsafe_trials, ours) = (a.ours().tally.safe.misses(), label(&a.ours().controller));
+    if unsafe_trials == 0 {
+        format!(
+            "{ours}: safe, J_TPF below {} in all {} trials, {:.3} at most",
+            a.bound,
+            a.trials,
+            a.ours().tally.j_tpf.max()
+        )
+    } else {
+        format!("{ours}: NOT safe, J_TPF at or above {} in {unsafe_trials} of {} trials", a.bound, a.trials)
+    }
+}
+
+/// A paragraph in lines of at most `width`, the first flush, the others indented.
+fn wrapped(paragraph: &str, width: usize) -> String {
+    let (mut text, mut length) = (String::new(), 0);
+    for word in paragraph.split_whitespace() {
+        let n = word.chars().count();
+        // A unit stays with its number.
+        if length > 0 && length + 1 + n > width && !word.starts_with('%') {
+            text += "\n  ";
+            length = 2;
+        } else if length > 0 {
+            text.push(' ');
+            length += 1;
+        }
+        text += word;
+        length += n;
+    }
+    text + "\n"
+}

@@ -1,0 +1,213 @@
+//! `samara assess` as a user meets it: tables, files, resuming, one trial again, exit codes.
+#![cfg(feature = "cli")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::disallowed_methods,
+    reason = "a test that drives a program and reads its files"
+)]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// Flights of 5 s: the quickest mission that there is.
+const QUICK: &str = "mission/x500_drop.json";
+
+fn samara(args: &[&str], out: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_samara"))
+        .arg("assess")
+        .args(args)
+        .args(["--out", out.to_str().unwrap()])
+        .output()
+        .unwrap()
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn json(output: &Output) -> serde_json::Value {
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let name = |e: &fs::DirEntry| e.file_name().to_str().unwrap().to_owned();
+    fs::read_dir(folder)
+        .unwrap()
+        .map(|e| e.unwrap())
+        .map(|e| (name(&e), fs::read(e.path()).unwrap()))
+        .collect()
+}
+
+fn assert_same(a: &Path, b: &Path) {
+    let (a, b) = (files(a), files(b));
+    assert_eq!(a.keys().collect::<Vec<_>>(), b.keys().collect::<Vec<_>>());
+    for (name, bytes) in &a {
+        assert!(*bytes == b[name], "{name} differs");
+    }
+}
+
+/// The paper's study: its figures stand beside ours, what is not reproduced is said, all in every form.
+#[test]
+fn paper_study_of_titan() {
+    let out = tempfile::tempdir().unwrap();
+    let output = samara(&["--trials", "3", "--json"], out.path());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let study = json(&output);
+    assert_eq!((study["gains"].as_str(), study["trials"].as_u64()), (Some("safety"), Some(3)));
+    let names: Vec<&str> =
+        study["campaigns"].as_array().unwrap().iter().map(|c| c["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["near_hover_step", "near_hover_optimal", "paper_pso_optimal", "ours"]);
+    assert_eq!(study["campaigns"][0]["paper_mean"], 0.81);
+    assert_eq!(study["campaigns"][3]["p_safe"], 1.0);
+    // MODEL figures of an independent implementation, case 3 of each controller.
+    for (row, j_tpf) in [(0, 0.8142), (1, 0.6219), (2, 0.6084)] {
+        let case = &study["table5"][row]["cases"][3];
+        assert_eq!(case["case"], "case_3");
+        assert!((case["j_tpf"].as_f64().unwrap() - j_tpf).abs() < 2e-4, "{case}");
+    }
+    assert_eq!(study["table5"][2]["cases"][3]["paper_j_tpf"], 0.55);
+    let rms = study["table5"][2]["cases"][1]["tracking_rms"].as_f64().unwrap();
+    assert!((rms - 0.36684).abs() < 1e-4, "{rms}");
+    let text = fs::read_to_string(out.path().join("assess.txt")).unwrap();
+    let page = fs::read_to_string(out.path().join("assess.html")).unwrap();
+    for said in ["the PSO gains beat the near-hover gains", "NOT reproduced", "limit cycle", "Clopper"] {
+        assert!(text.contains(said), "{said} is not in the text");
+        assert!(page.contains(said), "{said} is not on the page");
+    }
+    assert!(page.matches("<svg").count() == 10 && !page.contains("src="), "figures are inside the page");
+    for outside in ["http://", "https://"] {
+        let links = page.replace("http://www.w3.org/2000/svg", "");
+        assert!(!links.contains(outside), "the page needs nothing from elsewhere");
+    }
+    let table = fs::read_to_string(out.path().join("table5.csv")).unwrap();
+    assert_eq!(table.lines().filter(|l| !l.starts_with('#')).count(), 1 + 4 * 7);
+}
+
+/// Today's text of the tables for the seven cases: a change of a digit or of the layout is seen.
+#[test]
+fn regress_table_5_as_text() {
+    let out = tempfile::tempdir().unwrap();
+    let output = samara(&["--trials", "2"], out.path());
+    let text = String::from_utf8(output.stdout).unwrap();
+    let table = "\
+controller                         case-0  case-1  case-2  case-3  case-4  case-5  case-6  worst
+near-hover, step                    0.812   0.812   0.814   0.814   0.814   0.814   0.815  0.815
+  the paper                          0.77    0.77    0.90    1.01    0.98    0.88    0.80   1.01
+  tracking RMS (45)                 1.799   1.757   1.735   1.747   1.759   1.809   1.857  1.857
+near-hover, optimal trajectory      0.632   0.546   0.561   0.622   0.688   0.729   0.746  0.746
+  tracking RMS (45)                 0.424   0.446   0.464   0.468   0.479   0.507   0.529  0.529
+paper's PSO, optimal trajectory     0.564   0.702   0.704   0.608   0.566   0.697   0.715  0.715
+  the paper                          0.61    0.78    0.63    0.55    0.60    0.67    0.70   0.78
+  tracking RMS (45)                 0.274   0.367   0.362   0.326   0.300   0.339   0.338  0.367
+";
+    assert!(text.contains(table), "{text}");
+}
+
+#[test]
+fn a_mission_of_another_vehicle_has_nothing_of_the_papers() {
+    let out = tempfile::tempdir().unwrap();
+    let output = samara(&[QUICK, "--trials", "2", "--json"], out.path());
+    let study = json(&output);
+    assert_eq!(study["findings"].as_array().unwrap().len(), 0);
+    assert!(study.get("paper_plan_j_tpf").is_none() && study["campaigns"][0]["paper_mean"].is_null());
+    let text = fs::read_to_string(out.path().join("assess.txt")).unwrap();
+    assert!(!text.contains("the paper"), "{text}");
+}
+
+#[test]
+fn prop_the_same_bytes_on_one_thread_and_on_two() {
+    let [one, two] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+    for (threads, out) in [("1", &one), ("2", &two)] {
+        let output = samara(&[QUICK, "--trials", "20", "--threads", threads], out.path());
+        assert!(code(&output) <= 1, "{}", stderr(&output));
+    }
+    assert_same(one.path(), two.path());
+}
+
+/// Killed in the middle of a campaign, then continued; and continued again where a line was cut off, and to more trials.
+#[test]
+fn prop_a_resumed_study_has_the_bytes_of_an_uninterrupted_one() {
+    let [whole, broken] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+    assert!(code(&samara(&[QUICK, "--trials", "150"], whole.path())) <= 1);
+    let mut child = Command::new(env!("CARGO_BIN_EXE_samara"))
+        .args(["assess", QUICK, "--trials", "150", "--out", broken.path().to_str().unwrap()])
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let first = broken.path().join("campaign_near_hover_step.csv");
+    while child.try_wait().unwrap().is_none() && fs::metadata(&first).map_or(0, |m| m.len()) < 2_000 {
+        std::thread::yield_now();
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let output = samara(&[QUICK, "--trials", "150", "--resume"], broken.path());
+    assert!(code(&output) <= 1, "{}", stderr(&output));
+    assert_same(whole.path(), broken.path());
+
+    // A line half written, a head half written, a campaign that is not there.
+    let cut = |name: &str, bytes: usize| {
+        let path = broken.path().join(name);
+        let text = fs::read(&path).unwrap();
+        fs::write(&path, &text[..text.len().min(bytes)]).unwrap();
+    };
+    cut("campaign_near_hover_step.csv", 5_000);
+    cut("campaign_near_hover_optimal.csv", 30);
+    fs::remove_file(broken.path().join("campaign_ours.csv")).unwrap();
+    let output = samara(&[QUICK, "--trials", "150", "--resume", "--threads", "1"], broken.path());
+    assert!(code(&output) <= 1, "{}", stderr(&output));
+    assert_same(whole.path(), broken.path());
+
+    // Fewer than there are would throw trials away; another seed's are not ours.
+    for (args, said) in [(["--trials", "20"], "more than 20 trials"), (["--seed", "2"], "of other inputs")] {
+        let output = samara(&[&[QUICK, "--resume"][..], &args].concat(), broken.path());
+        assert_eq!(code(&output), 2);
+        assert!(stderr(&output).contains(said) && stderr(&output).contains("campaign_near_hover_step.csv:"));
+    }
+    let path = broken.path().join("campaign_near_hover_step.csv");
+    let spoilt = fs::read_to_string(&path).unwrap().replacen("\n1,", "\n7,", 1);
+    fs::write(&path, spoilt).unwrap();
+    let output = samara(&[QUICK, "--trials", "150", "--resume"], broken.path());
+    assert_eq!(code(&output), 2);
+    assert!(stderr(&output).contains("this is not trial 1"), "{}", stderr(&output));
+}
+
+#[test]
+fn prop_one_trial_alone_is_the_campaigns() {
+    let [all, one] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+    samara(&[QUICK, "--trials", "6"], all.path());
+    let output = samara(&[QUICK, "--only", "4", "--json"], one.path());
+    let trial = json(&output);
+    for flight in trial["flights"].as_array().unwrap() {
+        let name = flight["name"].as_str().unwrap();
+        let rows = fs::read_to_string(all.path().join(format!("campaign_{name}.csv"))).unwrap();
+        let row = rows.lines().find(|l| l.starts_with("4,")).unwrap();
+        assert_eq!(flight["csv_row"], row);
+        let log = fs::read_to_string(one.path().join(format!("trial_4_{name}.csv"))).unwrap();
+        assert_eq!(log.lines().filter(|l| l.starts_with(|c: char| c.is_ascii_digit())).count(), 501);
+        assert!(one.path().join(format!("trial_4_{name}.svg")).exists());
+    }
+    assert_eq!(trial["flights"].as_array().unwrap().len(), 4);
+}
+
+#[test]
+fn an_unsafe_trial_says_no() {
+    let out = tempfile::tempdir().unwrap();
+    let output = samara(&["--trials", "2", "--bound", "0.5", "--json"], out.path());
+    assert_eq!(code(&output), 1, "{}", stderr(&output));
+    let study = json(&output);
+    assert_eq!(
+        (study["safe"].as_bool(), study["campaigns"][3]["unsafe_trials"].as_u64()),
+        (Some(false), Some(2))
+    );
+    let output = samara(&["--only", "0", "--bound", "0.5"], out.path());
+    assert_eq!(code(&output), 1);
+    for bad in [&["--trials", "1"][..], &["--bound", "-1"], &["--only", "1", "--resume"], &["nowhere.json"]] {
+        assert_eq!(code(&samara(bad, out.path())), 2, "{bad:?}");
+    }
+}
