@@ -38,7 +38,7 @@ pub enum ShellError {
         source: io::Error,
     },
     /// A typed endpoint whose host has no address.
-    #[error("`{url}`: a host with an address is expected: {source}")]
+    #[error("`{url}`: a host with an address is expected")]
     Host {
         /// As typed.
         url: String,
