@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand};
 
 use super::assess::{ASSESS_HELP, AssessArgs};
 use super::params::{PARAMS_HELP, ParamsArgs};
+use crate::link::shell::LinkUrl;
 
 /// Plan and fly the drop of a multirotor from a parachute.
 #[derive(Debug, Parser)]
@@ -160,6 +161,9 @@ pub struct DropArgs {
     /// Ports.
     #[command(flatten)]
     pub net: NetArgs,
+    /// Further endpoints, where --speed is a factor.
+    #[command(flatten)]
+    pub link: LinkArgs,
 }
 
 const SIM_HELP: &str = "\
@@ -202,7 +206,9 @@ when the simulator starts over) and autopilot_manifest.json to the folder of --o
 Examples:
   samara autopilot
   samara autopilot --gains paper_pso
-  samara autopilot --once --instance 1 --out out/second";
+  samara autopilot --once --instance 1 --out out/second
+  samara autopilot --link tcpin:127.0.0.1:5760 --link udpout:192.0.2.7:14550
+  samara autopilot --sign-key key.txt";
 
 /// `samara autopilot`.
 #[derive(Args, Debug)]
@@ -219,6 +225,9 @@ pub struct AutopilotArgs {
     /// Ports.
     #[command(flatten)]
     pub net: NetArgs,
+    /// Further endpoints.
+    #[command(flatten)]
+    pub link: LinkArgs,
     /// End when the simulator leaves, instead of waiting for the next one.
     #[arg(long)]
     pub once: bool,
@@ -265,6 +274,19 @@ pub struct NetArgs {
     /// Number of the vehicle: shifts its ports as PX4 does, and its MAVLink system id.
     #[arg(long, value_name = "0..9", default_value_t = 0, value_parser = super::net::instance)]
     pub instance: u16,
+    /// Sign what is sent to ground stations, companions and parachute, and let in only what is signed: a file with 64 hexadecimal
+    /// digits or a passphrase, as QGroundControl and MAVProxy take it.
+    #[arg(long, value_name = "FILE")]
+    pub sign_key: Option<PathBuf>,
+}
+
+/// Endpoints besides an instance's own.
+#[derive(Args, Debug)]
+pub struct LinkArgs {
+    /// A further endpoint for ground stations: udpin, udpout, tcpin or tcpout, then :HOST:PORT (`in` binds and serves whoever
+    /// comes, `out` goes there). May be repeated.
+    #[arg(long = "link", value_name = "URL")]
+    pub links: Vec<LinkUrl>,
 }
 
 /// How fast simulated time shall run.

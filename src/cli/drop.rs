@@ -7,7 +7,7 @@ use super::clock::Stopwatch;
 use super::flight_files::write_flight;
 use super::mission::mission_with_a_drop;
 use super::narrative::Narrator;
-use super::net::{Reporter, block_on, ports_of, speed_of, system_of};
+use super::net::{Reporter, block_on, ports_of, speed_of, system_of, wiring_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::plan::{plan_mission, write_plan};
@@ -39,6 +39,11 @@ const OF_THE_FLIGHT: [&str; 5] = ["flight.csv", "drop.json", "drop.svg", "hil.tl
 
 /// `samara drop`.
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
+    if args.speed == SpeedArg::Max && (!args.link.links.is_empty() || args.net.sign_key.is_some()) {
+        let text =
+            "--link and --sign-key: --speed FACTOR is expected with them; at `max` no socket is opened";
+        return Err(anyhow::anyhow!(text)).bad_input();
+    }
     let mut mission = mission_with_a_drop(&args.mission.mission, &args.choice)?;
     let narrator = Narrator::together(args.mission.json);
     narrator.say(&format!(
@@ -116,6 +121,7 @@ fn fly(
 ) -> Result<Flown, Failure> {
     let system = system_of(&args.net)?;
     let ports = ports_of(&args.net)?;
+    let wiring = wiring_of(&args.net, &args.link)?;
     let mut wire = Lockstep::new(
         sessions::simulator(mission, system),
         sessions::autopilot(mission, &args.choice, system, true)?,
@@ -139,7 +145,8 @@ fn fly(
         }
         speed => {
             let observer = &mut reporter;
-            wire = block_on(|stop| run_watched_drop(wire, &ports, speed, observer, stop))?.bad_input()?;
+            wire = block_on(|stop| run_watched_drop(wire, &ports, &wiring, speed, observer, stop))?
+                .bad_input()?;
         }
     }
     let flown_s = wire.simulator.sim().time_s();

@@ -54,7 +54,7 @@ use files::FileServer;
 use hil::HilInput;
 use home::Home;
 use missions::Missions;
-use parameters::Listing;
+use parameters::Listings;
 use port::Port;
 use services::Peer;
 use setpoints::{FaultLog, SetpointFault};
@@ -116,6 +116,7 @@ pub struct AutopilotSession {
     /// What the simulator says of the battery.
     battery: Option<BATTERY_STATUS_DATA>,
     out: VecDeque<Transmit>,
+    unanswered: u64,
 }
 
 impl AutopilotSession {
@@ -124,7 +125,7 @@ impl AutopilotSession {
         let port = |link| Port {
             encoder: Encoder::new(setup.system_id, AUTOPILOT_COMPONENT),
             schedule: Schedule::new(link),
-            listing: Listing::None,
+            listings: Listings::default(),
         };
         let mut session = Self {
             autopilot: Autopilot::new(setup.cascade),
@@ -149,6 +150,7 @@ impl AutopilotSession {
             missions: Missions::default(),
             battery: None,
             out: VecDeque::new(),
+            unanswered: 0,
         };
         session.parameters.settle(&mut session.autopilot);
         session.greet_simulator();
@@ -158,6 +160,11 @@ impl AutopilotSession {
     /// The state machine and controller behind the wire.
     pub fn autopilot(&self) -> &Autopilot {
         &self.autopilot
+    }
+
+    /// MAVLink system of the vehicle.
+    pub fn system_id(&self) -> u8 {
+        self.system_id
     }
 
     /// Simulated time by the latest HIL_SENSOR; `None` before the first.

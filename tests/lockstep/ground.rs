@@ -3,7 +3,7 @@
 use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 use samara::link::simulator::ReleaseCause;
-use samara::link::{Encoder, FlightEvent, Link, Lockstep, SimulatorConfig, SimulatorSession};
+use samara::link::{Decoder, Encoder, FlightEvent, Link, Lockstep, SimulatorConfig, SimulatorSession};
 
 use super::bench::{autopilot, simulation, streamer};
 use super::ground_bench::Wire;
@@ -164,7 +164,7 @@ fn regress_the_titan_lander_holds_its_place_and_sinks() {
         let data = COMMAND_LONG_DATA { command, param1, param2, param3, ..COMMAND_LONG_DATA::DEFAULT };
         let message =
             MavMessage::COMMAND_LONG(COMMAND_LONG_DATA { target_system: 1, target_component: 1, ..data });
-        wire.deliver(Link::GroundStation, &station.encode(&message));
+        Decoder::new().datagram(&station.encode(&message), |frame| wire.deliver(Link::GroundStation, &frame));
     };
     let fly_to = |wire: &mut Lockstep<_>, t_s: f64| {
         while wire.simulator.sim().time_s() < t_s && wire.step(&mut |_, _, _| {}).unwrap() {}

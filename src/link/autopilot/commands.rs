@@ -7,9 +7,9 @@
 
 use super::super::frame::Command;
 use super::super::{CommandAck, Frame, Link};
-use super::AutopilotSession;
 use super::missions::Kind;
 use super::streams::{Interval, id};
+use super::{AutopilotSession, Peer};
 use crate::autopilot::{FlightMode, Severity};
 
 /// Result of a command (`MAV_RESULT`).
@@ -58,7 +58,8 @@ impl AutopilotSession {
         if of_parachute && command.target_component == 0 {
             return;
         }
-        let outcome = self.obey(link, command);
+        let peer = Peer::of(link, frame);
+        let outcome = self.obey(peer, command);
         let ack = CommandAck {
             command: command.command,
             result: outcome as u8,
@@ -66,18 +67,18 @@ impl AutopilotSession {
             target_component: frame.component_id,
             ..CommandAck::default()
         };
-        self.send_command_ack(link, &ack);
+        self.reply_command_ack(peer, &ack);
     }
 
-    fn obey(&mut self, link: Link, command: &Command) -> Outcome {
+    fn obey(&mut self, peer: Peer, command: &Command) -> Outcome {
         match command.command {
             cmd::DO_SET_MODE => self.obey_set_mode(command),
             cmd::COMPONENT_ARM_DISARM => self.obey_arm(command),
-            cmd::REQUEST_MESSAGE => self.obey_request_message(link, command),
-            cmd::GET_HOME_POSITION => self.obey_request(link, Some(id::HOME_POSITION)),
-            cmd::REQUEST_AUTOPILOT_CAPABILITIES => self.obey_request(link, Some(id::AUTOPILOT_VERSION)),
-            cmd::SET_MESSAGE_INTERVAL => self.obey_set_interval(link, command),
-            cmd::GET_MESSAGE_INTERVAL => self.obey_get_interval(link, command),
+            cmd::REQUEST_MESSAGE => self.obey_request_message(peer, command),
+            cmd::GET_HOME_POSITION => self.obey_request(peer, Some(id::HOME_POSITION)),
+            cmd::REQUEST_AUTOPILOT_CAPABILITIES => self.obey_request(peer, Some(id::AUTOPILOT_VERSION)),
+            cmd::SET_MESSAGE_INTERVAL => self.obey_set_interval(peer, command),
+            cmd::GET_MESSAGE_INTERVAL => self.obey_get_interval(peer, command),
             cmd::NAV_TAKEOFF => self.obey_takeoff(command),
             cmd::NAV_LAND => self.enter(FlightMode::AutoLand),
             cmd::NAV_RETURN_TO_LAUNCH => self.enter(FlightMode::AutoRtl),
@@ -186,27 +187,27 @@ impl AutopilotSession {
         }
     }
 
-    fn obey_request_message(&mut self, link: Link, command: &Command) -> Outcome {
+    fn obey_request_message(&mut self, peer: Peer, command: &Command) -> Outcome {
         let message_id = command.param(1).and_then(whole);
         if message_id != Some(id::AVAILABLE_MODES) {
-            return self.obey_request(link, message_id);
+            return self.obey_request(peer, message_id);
         }
         let sent =
-            command.param(2).map_or(Some(0), whole).is_some_and(|i| self.send_available_modes(link, i));
+            command.param(2).map_or(Some(0), whole).is_some_and(|i| self.send_available_modes(peer, i));
         if sent { Outcome::Accepted } else { Outcome::Denied }
     }
 
-    fn obey_request(&mut self, link: Link, message_id: Option<u32>) -> Outcome {
+    fn obey_request(&mut self, peer: Peer, message_id: Option<u32>) -> Outcome {
         match message_id.and_then(|message_id| self.telemetry().message(message_id)) {
             Some(message) => {
-                self.send(link, &message);
+                self.reply(peer, &message);
                 Outcome::Accepted
             }
             None => Outcome::Denied,
         }
     }
 
-    fn obey_set_interval(&mut self, link: Link, command: &Command) -> Outcome {
+    fn obey_set_interval(&mut self, peer: Peer, command: &Command) -> Outcome {
         let interval = match command.param(2) {
             Some(0.0) => Interval::Default,
             Some(-1.0) => Interval::Off,
@@ -214,17 +215,17 @@ impl AutopilotSession {
             _ => return Outcome::Denied,
         };
         match command.param(1).and_then(whole) {
-            Some(message_id) if self.port(link).schedule.set(message_id, interval) => Outcome::Accepted,
+            Some(message_id) if self.port(peer.link).schedule.set(message_id, interval) => Outcome::Accepted,
             _ => Outcome::Denied,
         }
     }
 
-    fn obey_get_interval(&mut self, link: Link, command: &Command) -> Outcome {
+    fn obey_get_interval(&mut self, peer: Peer, command: &Command) -> Outcome {
         let Some(message_id) = command.param(1).and_then(whole).and_then(|x| u16::try_from(x).ok()) else {
             return Outcome::Denied;
         };
-        let interval_us = self.port(link).schedule.interval_us(u32::from(message_id));
-        self.send_message_interval(link, message_id, interval_us);
+        let interval_us = self.port(peer.link).schedule.interval_us(u32::from(message_id));
+        self.reply_message_interval(peer, message_id, interval_us);
         Outcome::Accepted
     }
 }

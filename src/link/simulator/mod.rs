@@ -280,7 +280,7 @@ impl Session for SimulatorSession {
 
     fn poll_output(&mut self) -> Option<Transmit> {
         match self.outbox.pop_front() {
-            Some(bytes) => Some(Transmit { link: Link::Simulator, bytes }),
+            Some(bytes) => Some(Transmit::to_all(Link::Simulator, bytes)),
             None => self.parachute.poll_output(),
         }
     }
