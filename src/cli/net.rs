@@ -6,14 +6,15 @@ use std::pin::Pin;
 
 use anyhow::Context;
 
-use super::args::{NetArgs, SpeedArg};
+use super::args::{LinkArgs, NetArgs, SpeedArg};
 use super::narrative::Narrator;
 use super::outcome::{BadInput, Failure};
 use super::output::OutputFolder;
 use super::recording::{FlightLogs, Recording};
 use crate::config::Mission;
 use crate::link::shell::ports::MAX_INSTANCE;
-use crate::link::shell::{Notice, Observer, Ports, Speed, system_of_instance};
+use crate::link::shell::{Notice, Observer, Ports, Speed, Wiring, system_of_instance};
+use crate::link::signing::Key;
 use crate::link::{Link, LogEntry, TimeUs};
 
 /// An instance that has ports, from what was typed.
@@ -40,6 +41,26 @@ pub fn system_of(net: &NetArgs) -> Result<u8, Failure> {
 /// [`Failure::BadInput`] when there is no such instance.
 pub fn ports_of(net: &NetArgs) -> Result<Ports, Failure> {
     Ports::of_instance(net.instance).bad_input()
+}
+
+/// The key that frames are signed with, if there is one.
+///
+/// # Errors
+/// [`Failure::BadInput`] when its file cannot be read or holds none.
+pub fn key_of(net: &NetArgs) -> Result<Option<Key>, Failure> {
+    let Some(path) = &net.sign_key else { return Ok(None) };
+    let context = || format!("{}: no key to sign with", path.display());
+    #[expect(clippy::disallowed_methods, reason = "the command line reads the key")]
+    let text = std::fs::read_to_string(path).with_context(context).bad_input()?;
+    Key::parse(&text).with_context(context).bad_input().map(Some)
+}
+
+/// Endpoints and key besides the instance's ports.
+///
+/// # Errors
+/// As [`key_of`].
+pub fn wiring_of(net: &NetArgs, link: &LinkArgs) -> Result<Wiring, Failure> {
+    Ok(Wiring { urls: link.links.clone(), key: key_of(net)? })
 }
 
 /// The speed as the shell wants it.
@@ -154,6 +175,8 @@ impl Observer for Reporter<'_> {
         let told = match &notice {
             Notice::Simulator(event) => self.narrator.simulator(event, self.mission),
             Notice::Streamer(event) => self.narrator.streamer(event),
+            // Not worth a word unless something was wrong.
+            Notice::Counts { faults, .. } if !faults.any() => Ok(()),
             other => self.narrator.say(&format!("{other}\n")),
         };
         // A terminal that is gone is no reason to stop flying.

@@ -10,26 +10,20 @@ use crate::link::{
     AutopilotSession, AutopilotSetup, SimulatorConfig, SimulatorSession, StreamerConfig, StreamerSession,
     microseconds,
 };
-use crate::sim::{DropSimulation, ReleaseTrigger};
+use crate::sim::ReleaseTrigger;
 use crate::trajectory::Trajectory;
 
 /// The simulator with its parachute.
 pub fn simulator(mission: &Mission, system_id: u8) -> SimulatorSession {
-    let sim = DropSimulation::new(
-        mission.vehicle.clone(),
-        mission.environment.clone(),
-        mission.parachute,
-        mission.hang_s,
-        mission.start,
-    );
     let config = SimulatorConfig {
         system_id,
         duration_us: microseconds(mission.duration_s),
         trigger: mission.release_trigger,
         seed: mission.seed,
+        battery: mission.battery,
         ..SimulatorConfig::default()
     };
-    SimulatorSession::new(sim, config)
+    SimulatorSession::new(mission.simulation(), config)
 }
 
 /// The reference autopilot with the mission's gains, and with what else a chosen parameter file holds.

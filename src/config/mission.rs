@@ -6,6 +6,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::gains_file::{gains_path, load_named_gains};
+use super::mission_ground::{self, MissionGround};
 use super::mission_json::{InitialJson, InputReferenceJson, MissionJson, StartJson};
 use super::mission_parts as parts;
 use super::number::NonNegative;
@@ -17,7 +18,7 @@ use crate::assess::SafetyLimits;
 use crate::control::{ControlLimits, Gains};
 use crate::model::{Environment, MAX_ROTORS, Parachute, Vehicle};
 use crate::plan::{InputReference, PlanProblem, PlanState};
-use crate::sim::{DropSimulation, ReleaseTrigger, Start};
+use crate::sim::{Battery, DropSimulation, ReleaseTrigger, Start};
 use crate::units::RAD_PER_DEG;
 
 /// State that a plan starts from, rotors at rest.
@@ -104,6 +105,10 @@ pub struct Mission {
     pub duration_s: f64,
     /// Time of the simulation's start [us since 1970-01-01 UTC].
     pub epoch_unix_us: u64,
+    /// What is below, if it matters.
+    pub ground: Option<MissionGround>,
+    /// The battery, if it matters.
+    pub battery: Option<Battery>,
     /// What cuts the vehicle loose.
     pub release_trigger: ReleaseTrigger,
     /// What the gains are tuned on, Table 3.
@@ -310,10 +315,13 @@ fn build(
         start: match json.release.start {
             StartJson::Release => Start::Release,
             StartJson::T0 => Start::T0,
+            StartJson::Ground => Start::Release,
         },
         hang_s: json.release.hang_s.get(),
         duration_s: json.duration_s.get(),
         epoch_unix_us: json.epoch_unix_us.get() as u64,
+        ground: mission_ground::ground(source, json)?,
+        battery: mission_ground::battery(json),
         release_trigger: parts::trigger(source, json)?,
         tuning_cases: json.tuning.cases.iter().map(parts::release_case).collect(),
         monte_carlo: MonteCarlo {

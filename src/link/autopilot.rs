@@ -6,6 +6,7 @@
 //! | `hil`, `home` | the simulator's messages read as a state; where home is |
 //! | `step` | the control step, its answer, the telemetry that is due |
 //! | `commands` | COMMAND_LONG, COMMAND_INT, SET_MODE |
+//! | `navigation` | the commands about where to fly |
 //! | [`setpoints`] | SET_ATTITUDE_TARGET, SET_POSITION_TARGET_LOCAL_NED |
 //! | `telemetry`, `motion`, `statustext` | the messages it sends |
 //! | `streams` | how often, on which link |
@@ -30,6 +31,7 @@ mod identity;
 mod logging;
 mod missions;
 mod motion;
+mod navigation;
 mod parameters;
 mod port;
 mod services;
@@ -55,7 +57,7 @@ use hil::HilInput;
 use home::Home;
 use logging::LogQueue;
 use missions::Missions;
-use parameters::Listing;
+use parameters::Listings;
 use port::Port;
 use services::Peer;
 use setpoints::{FaultLog, SetpointFault};
@@ -115,7 +117,10 @@ pub struct AutopilotSession {
     missions: Missions,
     files: FileServer,
     log: LogQueue,
+    /// What the simulator says of the battery.
+    battery: Option<BATTERY_STATUS_DATA>,
     out: VecDeque<Transmit>,
+    unanswered: u64,
 }
 
 impl AutopilotSession {
@@ -124,7 +129,7 @@ impl AutopilotSession {
         let port = |link| Port {
             encoder: Encoder::new(setup.system_id, AUTOPILOT_COMPONENT),
             schedule: Schedule::new(link),
-            listing: Listing::None,
+            listings: Listings::default(),
         };
         let mut session = Self {
             autopilot: Autopilot::new(setup.cascade),
@@ -148,8 +153,11 @@ impl AutopilotSession {
             saved_parameters: None,
             missions: Missions::default(),
             log: LogQueue::default(),
+            battery: None,
             out: VecDeque::new(),
+            unanswered: 0,
         };
+        session.parameters.settle(&mut session.autopilot);
         session.greet_simulator();
         session
     }
@@ -157,6 +165,11 @@ impl AutopilotSession {
     /// The state machine and controller behind the wire.
     pub fn autopilot(&self) -> &Autopilot {
         &self.autopilot
+    }
+
+    /// MAVLink system of the vehicle.
+    pub fn system_id(&self) -> u8 {
+        self.system_id
     }
 
     /// Simulated time by the latest HIL_SENSOR; `None` before the first.
@@ -201,10 +214,19 @@ impl AutopilotSession {
             MavMessage::HIL_STATE_QUATERNION(m) if link == Link::Simulator => {
                 self.hil.take_coarse(m, &self.environment);
             }
+            MavMessage::BATTERY_STATUS(m) if link == Link::Simulator && m.battery_remaining >= 0 => {
+                self.autopilot.set_charge(f64::from(m.battery_remaining) / 100.0);
+                self.battery = Some(m.clone());
+            }
+            MavMessage::HEARTBEAT(m) if link != Link::Simulator => {
+                if m.mavtype == MavType::MAV_TYPE_GCS {
+                    self.autopilot.hear_ground_station(self.clock);
+                }
+            }
             MavMessage::HIL_GPS(m) if link == Link::Simulator => self.hil.gps = Some(m.clone()),
             MavMessage::SET_POSITION_TARGET_LOCAL_NED(m) => {
                 if self.is_for_us(m.target_system, m.target_component) {
-                    self.take_setpoint(setpoints::velocity_setpoint(m));
+                    self.take_setpoint(setpoints::local_setpoint(m));
                 }
             }
             MavMessage::SET_ATTITUDE_TARGET(m) => {
@@ -257,6 +279,7 @@ impl AutopilotSession {
             epoch_unix_us: self.epoch_unix_us,
             missions: &self.missions,
             files: &self.files,
+            battery: self.battery.as_ref(),
         }
     }
 }

@@ -8,6 +8,7 @@ mod closed_loop;
 mod commands;
 mod junk;
 mod parameters;
+mod peers;
 mod qgroundcontrol;
 mod services;
 mod setpoints;

@@ -104,6 +104,13 @@ impl Parameters {
         remarks
     }
 
+    /// Puts the settings of the start into effect, in an autopilot that knows none of them.
+    pub fn settle(&self, autopilot: &mut Autopilot) {
+        for entry in self.entries.iter().filter(|entry| entry.role == Role::Setting) {
+            autopilot.settings_mut().set(&entry.name, entry.value.as_f64());
+        }
+    }
+
     /// Parts the gains of a rate loop between K and the rest as a file does, K being 1 where it has none; what the file leaves out
     /// keeps its product with K.
     fn part_as_in(&mut self, file: &ParameterFile, k: &str, terms: &[&str]) {
@@ -178,6 +185,10 @@ impl Parameters {
                 autopilot.tune(gains, limits);
             }
             Role::Hover => autopilot.set_mass_kg(entry.value.as_f64() * self.mass_at_full_kg),
+            Role::Setting => {
+                // What its range lets through it takes.
+                autopilot.settings_mut().set(&entry.name, entry.value.as_f64());
+            }
             Role::SetpointLife => {
                 autopilot.set_setpoint_timeout_us((entry.value.as_f64() * US_PER_S).round() as u64);
             }

@@ -2,6 +2,8 @@
 
 use super::table::{Declaration, Role, TABLE};
 use super::{described, range_in_words};
+use crate::autopilot::Settings;
+use crate::control::Gains;
 use crate::params::metadata::Kind;
 use crate::params::{Metadata, Parameter};
 
@@ -25,10 +27,16 @@ pub fn markdown() -> String {
     std::iter::once(HEAD.to_owned()).chain(rows).collect()
 }
 
+const FOLLOWS: [&str; 4] = ["MPC_XY_P", "MPC_XY_VEL_MAX", "MPC_Z_P", "MPC_Z_VEL_MAX_DN"];
+
 fn row(declared: &Declaration, known: &Parameter) -> String {
+    let settings = Settings::beside(&Gains::near_hover());
     let kind = if known.kind == Kind::Int { "INT32" } else { "FLOAT" };
     let default = match declared.role {
         Role::Kept(value) | Role::Fact(value) => value.to_string(),
+        // Those that follow the gains or the mission's limits.
+        Role::Setting if FOLLOWS.contains(&declared.name) => "mission".to_owned(),
+        Role::Setting => settings.get(declared.name).map_or_else(String::new, |value| value.to_string()),
         Role::SetpointLife => known.default.to_string(),
         Role::Law | Role::Follows(_) | Role::Hover | Role::Vehicle | Role::SystemId => "mission".to_owned(),
     };

@@ -23,7 +23,9 @@ use std::collections::BTreeMap;
 pub use change::Refusal;
 use table::{Declaration, Role, TABLE};
 
+use super::Settings;
 use super::offboard::SETPOINT_TIMEOUT_US;
+use crate::params::metadata::Kind;
 use crate::params::{
     Metadata, NormalisedUnits, Parameter, ParamsError, Purpose, Scale, Subject, Value, export,
 };
@@ -62,10 +64,11 @@ impl Parameters {
         let exported = export(subject, Purpose::Samara)?.parameters;
         let metadata = Metadata::px4();
         let rotors = subject.vehicle.rotors.len();
+        let defaults = Settings::beside(subject.gains);
         let mut entries: Vec<Entry> = TABLE
             .iter()
             .flat_map(|declared| names(declared.name, rotors).map(move |name| (declared, name)))
-            .filter_map(|(declared, name)| entry(declared, name, &exported, &metadata, system_id))
+            .filter_map(|(declared, name)| entry(declared, name, &exported, &metadata, system_id, &defaults))
             .collect();
         entries.sort_by(|a, b| a.name.cmp(&b.name));
         let units = NormalisedUnits::of(subject.vehicle, subject.environment.density_kg_m3)?;
@@ -141,9 +144,20 @@ fn entry(
     exported: &BTreeMap<String, Value>,
     metadata: &Metadata,
     system_id: u8,
+    defaults: &Settings,
 ) -> Option<Entry> {
     let value = match declared.role {
         Role::Kept(value) | Role::Fact(value) => value,
+        Role::Setting => match exported.get(&name) {
+            Some(value) => *value,
+            None => {
+                let value = defaults.get(&name)?;
+                match metadata.get(&name)?.kind {
+                    Kind::Int => Value::Int(value as i32),
+                    Kind::Float => Value::Real(value as f32),
+                }
+            }
+        },
         Role::SetpointLife => Value::Real((SETPOINT_TIMEOUT_US as f64 / US_PER_S) as f32),
         Role::SystemId => Value::Int(i32::from(system_id)),
         Role::Law | Role::Follows(_) | Role::Hover | Role::Vehicle => *exported.get(&name)?,

@@ -14,6 +14,8 @@ pub enum Role {
     Hover,
     /// How long a setpoint lives in OFFBOARD.
     SetpointLife,
+    /// What the automatic modes and failsafes go by: in effect at the next control step.
+    Setting,
     /// Kept and told, and nothing flies by it yet.
     Kept(Value),
     /// What the mission's vehicle says: it cannot be changed here.
@@ -34,6 +36,7 @@ impl Role {
                 "acts at the next control step: the mass that the controller believes in".to_owned()
             }
             Self::SetpointLife => "acts at once".to_owned(),
+            Self::Setting => "acts at the next control step".to_owned(),
             Self::Kept(_) => "kept; nothing flies by it".to_owned(),
             Self::Vehicle => "read-only: from the mission's vehicle".to_owned(),
             Self::Fact(_) => "read-only".to_owned(),
@@ -43,7 +46,7 @@ impl Role {
 
     /// Whether a ground station may change it.
     pub fn is_settable(self) -> bool {
-        matches!(self, Self::Law | Self::Hover | Self::SetpointLife | Self::Kept(_))
+        matches!(self, Self::Law | Self::Hover | Self::SetpointLife | Self::Setting | Self::Kept(_))
     }
 }
 
@@ -70,9 +73,8 @@ const fn kept(name: &'static str, value: f32) -> Declaration {
     row(name, Role::Kept(Value::Real(value)))
 }
 
-/// An action of which this autopilot has one only.
-const fn only(name: &'static str, value: i32) -> Declaration {
-    within(name, Role::Kept(Value::Int(value)), value as f32, value as f32)
+const fn setting(name: &'static str) -> Declaration {
+    row(name, Role::Setting)
 }
 
 const fn fact(name: &'static str, value: i32) -> Declaration {
@@ -101,6 +103,9 @@ const LEAST_RATE: f32 = 1.0;
 /// Every parameter, by name.
 pub const TABLE: &[Declaration] = &[
     fact("BAT1_SOURCE", -1),
+    setting("BAT_CRIT_THR"),
+    setting("BAT_EMERGEN_THR"),
+    setting("BAT_LOW_THR"),
     fact("CAL_ACC0_ID", 1),
     fact("CAL_GYRO0_ID", 1),
     fact("CAL_MAG0_ID", 1),
@@ -116,21 +121,22 @@ pub const TABLE: &[Declaration] = &[
     row("CA_ROTOR#_PY", Role::Vehicle),
     row("CA_ROTOR#_PZ", Role::Vehicle),
     row("CA_ROTOR_COUNT", Role::Vehicle),
-    row("COM_DL_LOSS_T", Role::Kept(Value::Int(10))),
+    setting("COM_DISARM_LAND"),
+    setting("COM_DL_LOSS_T"),
     fact("COM_FLTMODE1", -1),
     fact("COM_FLTMODE2", -1),
     fact("COM_FLTMODE3", -1),
     fact("COM_FLTMODE4", -1),
     fact("COM_FLTMODE5", -1),
     fact("COM_FLTMODE6", -1),
-    only("COM_LOW_BAT_ACT", 0),
-    only("COM_OBL_RC_ACT", 5),
+    within("COM_LOW_BAT_ACT", Role::Setting, 0.0, 3.0),
+    within("COM_OBL_RC_ACT", Role::Setting, 3.0, 5.0),
     within("COM_OF_LOSS_T", Role::SetpointLife, 0.1, 60.0),
     fact("COM_RC_IN_MODE", 1),
     kept("COM_RC_LOSS_T", 0.5),
-    only("GF_ACTION", 0),
-    kept("GF_MAX_HOR_DIST", 0.0),
-    kept("GF_MAX_VER_DIST", 0.0),
+    setting("GF_ACTION"),
+    setting("GF_MAX_HOR_DIST"),
+    setting("GF_MAX_VER_DIST"),
     fact("GF_SOURCE", 0),
     fact("MAV_COMP_ID", 1),
     row("MAV_SYS_ID", Role::SystemId),
@@ -158,20 +164,26 @@ pub const TABLE: &[Declaration] = &[
     within("MC_YAWRATE_MAX", Role::Law, LEAST_RATE, 1800.0),
     gain("MC_YAWRATE_P"),
     gain("MC_YAW_P"),
-    kept("MIS_TAKEOFF_ALT", 2.5),
-    kept("MPC_LAND_SPEED", 0.7),
+    setting("MIS_TAKEOFF_ALT"),
+    within("MPC_LAND_SPEED", Role::Setting, 0.6, 5.0),
     within("MPC_THR_HOVER", Role::Hover, 0.01, 1.0),
     within("MPC_TILTMAX_AIR", Role::Law, 1.0, 89.0),
-    kept("MPC_TKO_SPEED", 1.5),
+    setting("MPC_TKO_SPEED"),
+    setting("MPC_XY_CRUISE"),
+    setting("MPC_XY_P"),
     absent("MPC_XY_VEL_D_ACC"),
     gain("MPC_XY_VEL_I_ACC"),
-    row("MPC_XY_VEL_MAX", Role::Vehicle),
+    setting("MPC_XY_VEL_MAX"),
     gain("MPC_XY_VEL_P_ACC"),
+    within("MPC_Z_P", Role::Setting, 0.0, 1.5),
     absent("MPC_Z_VEL_D_ACC"),
     gain("MPC_Z_VEL_I_ACC"),
-    row("MPC_Z_VEL_MAX_DN", Role::Vehicle),
+    setting("MPC_Z_VEL_MAX_DN"),
+    setting("MPC_Z_VEL_MAX_UP"),
     gain("MPC_Z_VEL_P_ACC"),
-    only("NAV_DLL_ACT", 0),
+    setting("MPC_Z_V_AUTO_DN"),
+    setting("MPC_Z_V_AUTO_UP"),
+    within("NAV_DLL_ACT", Role::Setting, 0.0, 3.0),
     fact("NAV_RCL_ACT", 1),
     fact("RC_MAP_AUX1", 0),
     fact("RC_MAP_AUX2", 0),
@@ -180,9 +192,9 @@ pub const TABLE: &[Declaration] = &[
     fact("RC_MAP_ROLL", 0),
     fact("RC_MAP_THROTTLE", 0),
     fact("RC_MAP_YAW", 0),
-    kept("RTL_DESCEND_ALT", 30.0),
-    kept("RTL_LAND_DELAY", 0.0),
-    kept("RTL_RETURN_ALT", 60.0),
+    setting("RTL_DESCEND_ALT"),
+    setting("RTL_LAND_DELAY"),
+    setting("RTL_RETURN_ALT"),
     fact("SYS_AUTOCONFIG", 0),
     fact("SYS_AUTOSTART", 4001),
     row("THR_MDL_FAC", Role::Vehicle),

@@ -3,8 +3,8 @@
 
 use mavlink::dialects::common::*;
 
-use super::super::Link;
 use super::AutopilotSession;
+use super::Peer;
 use super::files::GENERAL;
 use super::missions::Kind;
 use super::telemetry::Telemetry;
@@ -15,7 +15,7 @@ pub(super) const MODES_VERSION: u8 = 0;
 
 impl AutopilotSession {
     /// AVAILABLE_MODES: all with `index` 0, else the one with that index from 1; false when there is none.
-    pub(super) fn send_available_modes(&mut self, link: Link, index: u32) -> bool {
+    pub(super) fn send_available_modes(&mut self, peer: Peer, index: u32) -> bool {
         let modes: Vec<FlightMode> = FlightMode::all().filter(|mode| mode.is_flown()).collect();
         let asked = |i: &u8| index == 0 || index == u32::from(*i);
         let mut any = false;
@@ -29,7 +29,7 @@ impl AutopilotSession {
                 standard_mode: standard_mode(*mode),
                 mode_name: mode.name().into(),
             };
-            self.send(link, &MavMessage::AVAILABLE_MODES(message));
+            self.reply(peer, &MavMessage::AVAILABLE_MODES(message));
         }
         any
     }

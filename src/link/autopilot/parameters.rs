@@ -5,6 +5,8 @@
 //! reason (STATUSTEXT, PARAM_ERROR), and the value in effect; an accepted change is told on both links, and so are the parameters
 //! that follow from it.
 
+use std::collections::VecDeque;
+
 use mavlink::dialects::common::*;
 
 use super::super::{Frame, Link};
@@ -25,13 +27,33 @@ const TYPE_REAL32: u8 = 9;
 /// Highest `MAV_PARAM_TYPE`.
 const TYPE_LAST: u8 = 10;
 
-/// A list that goes out on a link: what comes next.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Listing {
-    #[default]
-    None,
+/// Most lists that go out on a link at the same time.
+const MAX_LISTS: usize = 32;
+
+/// What comes next of a list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Next {
     Hash,
-    From(usize),
+    Index(usize),
+}
+
+/// The lists that go out on a link, each to the peer that asked for it. They take turns.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Listings(VecDeque<(Peer, Next)>);
+
+impl Listings {
+    /// One list at a time for a peer; asked for again, it starts over, without the checksum.
+    fn begin(&mut self, peer: Peer) {
+        if let Some((_, next)) = self.0.iter_mut().find(|(p, _)| p.id == peer.id) {
+            *next = Next::Index(0);
+        } else if self.0.len() < MAX_LISTS {
+            self.0.push_back((peer, Next::Hash));
+        }
+    }
+
+    fn stop(&mut self, peer: Peer) {
+        self.0.retain(|(p, _)| p.id != peer.id);
+    }
 }
 
 impl AutopilotSession {
@@ -50,33 +72,34 @@ impl AutopilotSession {
         self.saved_parameters.take()
     }
 
-    /// PARAM_REQUEST_LIST: one list at a time on a link; asked for again, it starts over, without the checksum.
-    pub(super) fn begin_listing(&mut self, link: Link) {
-        let listing = &mut self.port(link).listing;
-        *listing = if *listing == Listing::None { Listing::Hash } else { Listing::From(0) };
+    /// PARAM_REQUEST_LIST.
+    pub(super) fn begin_listing(&mut self, peer: Peer) {
+        self.port(peer.link).listings.begin(peer);
     }
 
     /// Sends the next few values of the lists that are under way.
     pub(super) fn list_on(&mut self) {
         for link in super::LINKS {
+            let Some((peer, mut next)) = self.port(link).listings.0.pop_front() else { continue };
             for _ in 0..AT_A_TIME {
-                match self.port(link).listing {
-                    Listing::None => break,
-                    Listing::Hash => {
-                        self.send_hash(link);
-                        self.port(link).listing = Listing::From(0);
+                next = match next {
+                    Next::Hash => {
+                        self.send_hash(peer);
+                        Next::Index(0)
                     }
-                    Listing::From(index) => {
-                        self.send_parameter(link, index);
-                        let more = index + 1 < self.parameters.len();
-                        self.port(link).listing = if more { Listing::From(index + 1) } else { Listing::None };
+                    Next::Index(index) => {
+                        self.send_parameter(peer, index);
+                        Next::Index(index + 1)
                     }
-                }
+                };
+            }
+            if matches!(next, Next::Index(index) if index < self.parameters.len()) {
+                self.port(link).listings.0.push_back((peer, next));
             }
         }
     }
 
-    fn send_hash(&mut self, link: Link) {
+    fn send_hash(&mut self, peer: Peer) {
         let message = PARAM_VALUE_DATA {
             param_value: f32::from_bits(self.parameters.hash()),
             param_count: self.parameters.len() as u16,
@@ -84,24 +107,29 @@ impl AutopilotSession {
             param_id: HASH.into(),
             param_type: MavParamType::MAV_PARAM_TYPE_UINT32,
         };
-        self.send(link, &MavMessage::PARAM_VALUE(message));
+        self.reply(peer, &MavMessage::PARAM_VALUE(message));
     }
 
-    fn send_parameter(&mut self, link: Link, index: usize) {
-        let Some(entry) = self.parameters.at(index) else { return };
+    fn send_parameter(&mut self, peer: Peer, index: usize) {
+        if let Some(message) = self.parameter_message(index) {
+            self.reply(peer, &message);
+        }
+    }
+
+    fn parameter_message(&self, index: usize) -> Option<MavMessage> {
+        let entry = self.parameters.at(index)?;
         let (param_value, param_type) = match entry.value {
             // Integers travel as their bytes.
             Value::Int(x) => (f32::from_bits(x as u32), MavParamType::MAV_PARAM_TYPE_INT32),
             Value::Real(x) => (x, MavParamType::MAV_PARAM_TYPE_REAL32),
         };
-        let message = PARAM_VALUE_DATA {
+        Some(MavMessage::PARAM_VALUE(PARAM_VALUE_DATA {
             param_value,
             param_count: self.parameters.len() as u16,
             param_index: index as u16,
             param_id: entry.name.as_str().into(),
             param_type,
-        };
-        self.send(link, &MavMessage::PARAM_VALUE(message));
+        }))
     }
 
     /// PARAM_REQUEST_READ, by index or, with a negative one, by name.
@@ -111,11 +139,11 @@ impl AutopilotSession {
         let name = p.text::<16>(4);
         let index = match usize::try_from(asked) {
             Ok(index) => Some(index).filter(|&i| i < self.parameters.len()),
-            Err(_) if name == HASH => return self.send_hash(peer.link),
+            Err(_) if name == HASH => return self.send_hash(peer),
             Err(_) => self.parameters.index_of(&name),
         };
         match index {
-            Some(index) => self.send_parameter(peer.link, index),
+            Some(index) => self.send_parameter(peer, index),
             None => {
                 let error = MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST;
                 self.send_param_error(peer, &name, asked, error);
@@ -129,7 +157,7 @@ impl AutopilotSession {
         let (name, kind) = (p.text::<16>(6), p.u8(22));
         if name == HASH {
             // The ground station knows all values.
-            self.port(peer.link).listing = Listing::None;
+            self.port(peer.link).listings.stop(peer);
             return;
         }
         let value = match kind {
@@ -166,7 +194,7 @@ impl AutopilotSession {
     fn refuse_parameter(&mut self, peer: Peer, name: &str, text: String, error: MavParamError) {
         self.autopilot.say(Severity::Error, text);
         if let Some(index) = self.parameters.index_of(name) {
-            self.send_parameter(peer.link, index);
+            self.send_parameter(peer, index);
         }
         self.send_param_error(peer, name, -1, error);
     }
@@ -179,7 +207,7 @@ impl AutopilotSession {
             param_id: name.into(),
             error,
         };
-        self.send(peer.link, &MavMessage::PARAM_ERROR(message));
+        self.reply(peer, &MavMessage::PARAM_ERROR(message));
     }
 
     /// Values that have changed, to everybody.
@@ -188,8 +216,10 @@ impl AutopilotSession {
             if let Some((name, value)) = self.parameters.at(index).map(|e| (e.name.clone(), e.value)) {
                 self.log_parameter(&name, value);
             }
-            self.send_parameter(Link::GroundStation, index);
-            self.send_parameter(Link::Api, index);
+            if let Some(message) = self.parameter_message(index) {
+                self.send(Link::GroundStation, &message);
+                self.send(Link::Api, &message);
+            }
         }
     }
 

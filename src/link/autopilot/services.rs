@@ -1,14 +1,14 @@
 //! What ground stations ask for besides telemetry and commands, handed to those who know: clocks here, parameters, missions and
 //! files in files of their own. Each question gets its answer, so that nobody waits.
 //!
-//! An answer goes to the link that the question came by; peers on one link are told apart by system and component. Where MAVLink
-//! gives an answer no address (PARAM_VALUE), all peers of the link take it, as is meant.
+//! An answer goes to the peer that asked and to nobody else, also where MAVLink gives it no address (PARAM_VALUE); several
+//! components behind one peer are told apart by system and component.
 
 use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 
 use super::super::frame::PARAM_SET_ID;
-use super::super::{Frame, Link, TimeUs};
+use super::super::{Frame, Link, PeerId, TimeUs};
 use super::AutopilotSession;
 use super::missions::Request;
 
@@ -17,6 +17,8 @@ use super::missions::Request;
 pub(super) struct Peer {
     /// By which link.
     pub link: Link,
+    /// As which of the link's peers.
+    pub id: PeerId,
     /// MAVLink system.
     pub system: u8,
     /// MAVLink component.
@@ -24,8 +26,8 @@ pub(super) struct Peer {
 }
 
 impl Peer {
-    fn of(link: Link, frame: &Frame) -> Self {
-        Self { link, system: frame.system_id, component: frame.component_id }
+    pub(super) fn of(link: Link, frame: &Frame) -> Self {
+        Self { link, id: frame.peer, system: frame.system_id, component: frame.component_id }
     }
 }
 
@@ -57,13 +59,14 @@ impl AutopilotSession {
         if !self.is_for_us(system.unwrap_or(0), component.unwrap_or(0)) {
             return;
         }
+        let peer = Peer::of(link, frame);
         match message {
-            MavMessage::TIMESYNC(m) => self.answer_timesync(link, frame, m),
+            MavMessage::TIMESYNC(m) => self.answer_timesync(peer, m),
             #[expect(deprecated, reason = "deprecated in MAVLink, still sent by ground stations")]
-            MavMessage::PING(m) => self.answer_ping(link, frame, m),
-            MavMessage::PARAM_REQUEST_LIST(_) => self.begin_listing(link),
+            MavMessage::PING(m) => self.answer_ping(peer, m),
+            MavMessage::PARAM_REQUEST_LIST(_) => self.begin_listing(peer),
             MavMessage::FILE_TRANSFER_PROTOCOL(m) => {
-                self.files.handle(self.clock, Peer::of(link, frame), &m.payload);
+                self.files.handle(self.clock, peer, &m.payload);
                 self.send_answers();
             }
             _ => {}
@@ -90,7 +93,7 @@ impl AutopilotSession {
             self.autopilot.say(event.severity, event.text);
         }
         while let Some((peer, answer)) = self.missions.poll_answer() {
-            self.send_payload(peer.link, answer.message_id, &answer.payload);
+            self.reply_payload(peer, answer.message_id, &answer.payload);
         }
         while let Some((peer, payload)) = self.files.poll_answer() {
             let message = FILE_TRANSFER_PROTOCOL_DATA {
@@ -99,34 +102,34 @@ impl AutopilotSession {
                 target_component: peer.component,
                 payload,
             };
-            self.send(peer.link, &MavMessage::FILE_TRANSFER_PROTOCOL(message));
+            self.reply(peer, &MavMessage::FILE_TRANSFER_PROTOCOL(message));
         }
     }
 
-    fn answer_timesync(&mut self, link: Link, frame: &Frame, m: &TIMESYNC_DATA) {
+    fn answer_timesync(&mut self, peer: Peer, m: &TIMESYNC_DATA) {
         // tc1 = 0 asks; anything else answers a question of ours.
         if m.tc1 == 0 {
             let answer = TIMESYNC_DATA {
                 tc1: nanoseconds(self.clock).max(1),
                 ts1: m.ts1,
-                target_system: frame.system_id,
-                target_component: frame.component_id,
+                target_system: peer.system,
+                target_component: peer.component,
             };
-            self.send(link, &MavMessage::TIMESYNC(answer));
+            self.reply(peer, &MavMessage::TIMESYNC(answer));
         }
     }
 
     #[expect(deprecated, reason = "deprecated in MAVLink, still sent by ground stations")]
-    fn answer_ping(&mut self, link: Link, frame: &Frame, m: &PING_DATA) {
+    fn answer_ping(&mut self, peer: Peer, m: &PING_DATA) {
         // Target 0, 0 asks; a target answers.
         if m.target_system == 0 && m.target_component == 0 {
             let answer = PING_DATA {
                 time_usec: m.time_usec,
                 seq: m.seq,
-                target_system: frame.system_id,
-                target_component: frame.component_id,
+                target_system: peer.system,
+                target_component: peer.component,
             };
-            self.send(link, &MavMessage::PING(answer));
+            self.reply(peer, &MavMessage::PING(answer));
         }
     }
 }

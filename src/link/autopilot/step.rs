@@ -39,7 +39,10 @@ impl AutopilotSession {
             Some(state) => {
                 self.without_state = false;
                 self.home.follow(&state, self.autopilot.is_armed());
-                let throttle = self.autopilot.step(now, &state.measurement);
+                if let Some(home) = self.home.place_ned() {
+                    self.autopilot.set_home(home);
+                }
+                let throttle = self.autopilot.step(now, &state.p_ned, &state.measurement);
                 self.log_step(&state, sensor);
                 throttle
             }

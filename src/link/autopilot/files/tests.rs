@@ -3,12 +3,12 @@
 use super::*;
 use crate::control::specimen::{lander, site};
 use crate::control::{ControlLimits, Gains};
-use crate::link::Link;
+use crate::link::{Link, PeerId};
 use crate::params::Subject;
 use proptest::prelude::*;
 
-const GROUND: Peer = Peer { link: Link::GroundStation, system: 255, component: 190 };
-const SCRIPT: Peer = Peer { link: Link::Api, system: 245, component: 190 };
+const GROUND: Peer = Peer { link: Link::GroundStation, id: PeerId(1), system: 255, component: 190 };
+const SCRIPT: Peer = Peer { link: Link::Api, id: PeerId(2), system: 245, component: 190 };
 
 fn server() -> FileServer {
     let vehicle = lander(true);

@@ -2,13 +2,13 @@
 
 use super::plan::{Frame as ItemFrame, Item};
 use super::*;
-use crate::link::{Decoder, Encoder, Link};
+use crate::link::{Decoder, Encoder, Link, PeerId};
 use mavlink::Message as _;
 use mavlink::dialects::common::MavMessage;
 use proptest::prelude::*;
 
-const GROUND: Peer = Peer { link: Link::GroundStation, system: 255, component: 190 };
-const SCRIPT: Peer = Peer { link: Link::Api, system: 245, component: 190 };
+const GROUND: Peer = Peer { link: Link::GroundStation, id: PeerId(1), system: 255, component: 190 };
+const SCRIPT: Peer = Peer { link: Link::Api, id: PeerId(2), system: 245, component: 190 };
 
 fn waypoint(height_m: f32) -> Item {
     Item {
