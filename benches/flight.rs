@@ -94,7 +94,7 @@ fn campaign_trial(bencher: Bencher<'_, '_>) {
     let gains = Gains::near_hover();
     let controller =
         Controller { name: "bench", gains_name: String::new(), gains, command: Command::Optimal };
-    bencher.bench_local(|| study.outcome(&controller, black_box(&TABLE_3[2].state())));
+    bencher.bench_local(|| study.outcome(&controller, black_box(&release())));
 }
 
 #[divan::bench(args = [PlantKind::Ideal, PlantKind::Actuator])]

@@ -112,6 +112,18 @@ fn regress_the_figure_of_the_readme_is_current() {
 }
 
 #[test]
+fn links_without_sockets_are_refused_before_anything_is_flown() {
+    for args in [["drop", "--link", "tcpin:127.0.0.1:5760"], ["drop", "--sign-key", "key.txt"]] {
+        let output = samara(&args);
+        assert_eq!(code(&output), 2);
+        assert!(stderr(&output).contains("--speed FACTOR is expected"), "{}", stderr(&output));
+    }
+    let output = samara(&["autopilot", "--link", "udp:127.0.0.1:14550"]);
+    assert_eq!(code(&output), 2);
+    assert!(stderr(&output).contains("udpin, udpout, tcpin or tcpout is expected"), "{}", stderr(&output));
+}
+
+#[test]
 fn a_plan_that_is_not_found_says_no_and_leaves_the_best_point() {
     let out = tempfile::tempdir().unwrap();
     let folder = out.path().to_str().unwrap();

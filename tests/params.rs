@@ -50,6 +50,14 @@ const WRITTEN: [(&str, &str, &str); 5] = [
 ];
 
 #[test]
+fn regress_the_page_of_parameters_is_current() {
+    let written = samara(&["params", "list"]);
+    assert_eq!(code(&written), 0, "{}", err(&written));
+    let kept = fs::read_to_string("docs/parameters.md").unwrap();
+    assert!(out(&written) == kept, "docs/parameters.md is stale: run scripts/regenerate");
+}
+
+#[test]
 fn regress_the_parameter_files_are_current() {
     for (mission, purpose, name) in WRITTEN {
         let written = samara(&["params", "export", mission, "--for", purpose, "--out", "-"]);

@@ -253,6 +253,7 @@ fn bad_verdict() -> Verdict {
         steady_after_s: None,
         limits_passed: vec!["speed"],
         final_v_ned: Vector3::new(4.001, -0.0001, 12.0),
+        impact_speed_m_s: None,
     }
 }
 

@@ -8,6 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, SVector, Vector3};
+use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, load_mission};
 use samara::control::{Airframe, Cascade};
 use samara::link::{
@@ -214,6 +215,8 @@ fn another_transport_and_another_planner_fly_the_same_drop() {
             environment: mission.environment.clone(),
             rotors: 4,
             epoch_unix_us: mission.epoch_unix_us,
+            parameters: Parameters::of(&mission.parameter_subject(), 1).unwrap(),
+            keeps_parameters: false,
         })
     };
     let simulator = || SimulatorSession::new(drop_of(&mission), SimulatorConfig::default());

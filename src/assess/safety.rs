@@ -113,10 +113,13 @@ pub struct Verdict {
     pub altitude_lost_m: f64,
     /// Time after the rotors were freed [s] from which `|v - v_cmd| <=` [`steady_within_m_s`] holds to the end.
     pub steady_after_s: Option<f64>,
-    /// Names of the limits that were passed: "speed", "pitch", "pitch_rate", "roll", "roll_rate"; "state is not finite" when a state was no number.
+    /// Names of the limits that were passed: "speed", "pitch", "pitch_rate", "roll", "roll_rate"; "state is not finite" when a state was no number,
+    /// "impact".
     pub limits_passed: Vec<&'static str>,
     /// Velocity at the end, NED [m/s].
     pub final_v_ned: Vector3<f64>,
+    /// Fastest that it came to the ground, if it did [m/s].
+    pub impact_speed_m_s: Option<f64>,
 }
 
 /// Steady within this fraction of the commanded velocity.
@@ -145,6 +148,9 @@ pub struct VerdictBuilder {
     steady_since_s: Option<f64>,
     first_down_m: Option<f64>,
     last: Option<BodyState>,
+    impact_limit_m_s: Option<f64>,
+    impact_speed_m_s: Option<f64>,
+    touching: bool,
 }
 
 impl VerdictBuilder {
@@ -163,7 +169,30 @@ impl VerdictBuilder {
             steady_since_s: None,
             first_down_m: None,
             last: None,
+            impact_limit_m_s: None,
+            impact_speed_m_s: None,
+            touching: false,
         }
+    }
+
+    /// Judges also how fast the vehicle comes to the ground [m/s]: a limit of its own, no part of J_TPF.
+    pub fn judging_impacts(mut self, limit_m_s: f64) -> Self {
+        self.impact_limit_m_s = Some(limit_m_s);
+        self
+    }
+
+    /// A touch counts with the speed of the sample before it; what stood there from the start has not come down.
+    fn observe_ground(&mut self, sample: &Sample) {
+        let touching = sample.balance.ground_force_ned.z < 0.0;
+        let sank_m_s = match self.last {
+            Some(last) => last.v_ned.z,
+            None if sample.phase == Phase::Falling => sample.state.body.v_ned.z,
+            None => 0.0,
+        };
+        if touching && !self.touching && sank_m_s > 0.0 {
+            self.impact_speed_m_s = Some(self.impact_speed_m_s.map_or(sank_m_s, |worst| worst.max(sank_m_s)));
+        }
+        self.touching = touching;
     }
 
     /// Takes the next sample; what happens under the canopy does not count.
@@ -187,7 +216,10 @@ impl VerdictBuilder {
             }
         }
         let near = (body.v_ned - self.v_cmd_ned).norm() <= steady_within_m_s(&self.v_cmd_ned);
+        self.observe_ground(sample);
         match sample.t_powered_s {
+            // What was steady when it came to the ground stays so.
+            _ if self.impact_speed_m_s.is_some() => {}
             Some(t) if near && sample.phase == Phase::Powered => {
                 self.steady_since_s.get_or_insert(t);
             }
@@ -212,6 +244,10 @@ impl VerdictBuilder {
             ("roll", self.peak.roll > 1.0),
             ("roll_rate", self.peak.roll_rate > 1.0),
             ("state is not finite", self.infinite),
+            (
+                "impact",
+                self.impact_speed_m_s.zip(self.impact_limit_m_s).is_some_and(|(speed, limit)| speed > limit),
+            ),
         ];
         Some(Verdict {
             j_tpf: self.j_tpf(),
@@ -225,6 +261,7 @@ impl VerdictBuilder {
             steady_after_s: self.steady_since_s,
             limits_passed: parts.iter().filter(|(_, passed)| *passed).map(|(name, _)| *name).collect(),
             final_v_ned: last.v_ned,
+            impact_speed_m_s: self.impact_speed_m_s,
         })
     }
 }
@@ -333,5 +370,34 @@ mod tests {
         };
         assert!(steady(0.0, 0.019) && !steady(0.0, 0.021));
         assert!(steady(4.0, 0.039) && !steady(4.0, 0.041));
+    }
+
+    /// A touch counts with the speed before it, the worst of them; what stood there from the start has not come down; and what was
+    /// steady when it touched the ground stays so.
+    #[test]
+    fn closed_form_impacts_are_judged_by_their_speed() {
+        let with = |phase, v_down: f64, touching: bool| {
+            let mut s = sample(2.0, phase, [0.0, 0.0, v_down], 0.0, 0.0, 0.0);
+            s.balance.ground_force_ned.z = if touching { -9.0 } else { 0.0 };
+            s
+        };
+        let verdict = |limit: f64, flight: &[(f64, bool)]| {
+            let mut b = VerdictBuilder::new(LIMITS, Vector3::new(0.0, 0.0, 1.5)).judging_impacts(limit);
+            flight.iter().for_each(|&(v_down, touching)| b.observe(&with(Phase::Powered, v_down, touching)));
+            b.finish().unwrap()
+        };
+        let stood = verdict(1.0, &[(0.0, true), (-1.0, false), (-1.0, false)]);
+        assert_eq!((stood.impact_speed_m_s, stood.limits_passed.is_empty()), (None, true));
+        let flight =
+            [(0.0, false), (1.5, false), (0.2, true), (-0.5, false), (0.4, false), (0.0, true), (0.0, true)];
+        let soft = verdict(1.6, &flight);
+        assert_eq!((soft.impact_speed_m_s, soft.limits_passed.is_empty()), (Some(1.5), true));
+        assert_eq!(soft.steady_after_s, Some(1.0));
+        let hard = verdict(1.4, &flight);
+        assert_eq!(hard.limits_passed, ["impact"]);
+        assert!(hard.j_tpf < 1.0, "no part of J_TPF");
+        let mut b = VerdictBuilder::new(LIMITS, Vector3::zeros());
+        b.observe(&with(Phase::Falling, 3.0, true));
+        assert_eq!(b.finish().unwrap().impact_speed_m_s, Some(3.0), "under its canopy");
     }
 }

@@ -2,7 +2,9 @@
 
 use nalgebra::Vector3;
 
-use super::{Autopilot, FlightMode, Setpoint, Severity, VelocityFrame, YawSetpoint};
+use super::navigator::{Guidance, Situation};
+use super::{Autopilot, FlightMode, Setpoint, Settings, Severity, YawSetpoint};
+use crate::control::position::velocity_setpoint;
 use crate::control::{ControlOutput, Measurement};
 use crate::frames::{wrap_pi, yaw};
 use crate::model::{MAX_ROTORS, PerRotor};
@@ -26,7 +28,9 @@ pub(super) enum Control {
 /// The target that the vehicle flies to at present, for telemetry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VelocityTarget {
-    /// Velocity, NED [m/s].
+    /// Position, NED [m]; `None` for an axis without one.
+    pub p_ned: [Option<f64>; 3],
+    /// Velocity that the velocity loop flies to, NED [m/s].
     pub v_ned: Vector3<f64>,
     /// Acceleration feed-forward, NED [m/s^2].
     pub a_ff_ned: Vector3<f64>,
@@ -34,13 +38,25 @@ pub struct VelocityTarget {
     pub yaw_rad: f64,
 }
 
+impl VelocityTarget {
+    /// At rest, nose north.
+    pub const ZERO: Self = Self {
+        p_ned: [None; 3],
+        v_ned: Vector3::new(0.0, 0.0, 0.0),
+        a_ff_ned: Vector3::new(0.0, 0.0, 0.0),
+        yaw_rad: 0.0,
+    };
+}
+
 impl Autopilot {
-    /// One control step at `now_us` with the state of that time: the throttle of each rotor, 0..1. All zero while
-    /// disarmed.
-    pub fn step(&mut self, now_us: u64, measurement: &Measurement) -> PerRotor {
+    /// One control step at `now_us` with the position [m, NED] and state of that time: the throttle of each rotor, 0..1. All zero
+    /// while disarmed.
+    pub fn step(&mut self, now_us: u64, p_ned: &Vector3<f64>, measurement: &Measurement) -> PerRotor {
         let dt_s = self.period_s(now_us);
         self.state = Some((now_us, *measurement));
+        self.p_ned = *p_ned;
         self.watch_setpoints(now_us);
+        self.watch_conditions(now_us);
         if !self.armed {
             return [0.0; MAX_ROTORS];
         }
@@ -50,18 +66,13 @@ impl Autopilot {
                     self.fly(measurement, &setpoint, dt_s);
                 }
             }
-            _ if self.engaged => {
-                let hold = Setpoint::Velocity {
-                    frame: VelocityFrame::Ned,
-                    v: Vector3::zeros(),
-                    a_ff: Vector3::zeros(),
-                    yaw: YawSetpoint::Keep,
-                };
-                self.fly(measurement, &hold, dt_s);
-            }
+            // Down: nothing to carry any more.
+            _ if self.land_detector.is_landed() && self.is_landing() => self.switch_off(),
+            _ if self.engaged => self.navigate(now_us, measurement, dt_s),
             _ => self.switch_off(),
         }
         self.flying |= self.output.collective_n > 0.0;
+        self.watch_ground(now_us, measurement);
         self.output.throttle
     }
 
@@ -80,52 +91,91 @@ impl Autopilot {
         }
     }
 
-    fn watch_setpoints(&mut self, now_us: u64) {
-        if self.mode != FlightMode::Offboard || self.setpoints.fresh(now_us).is_some() {
-            return;
+    fn navigate(&mut self, now_us: u64, m: &Measurement, dt_s: f64) {
+        let situation = Situation {
+            now_us,
+            p_ned: self.p_ned,
+            v_ned: m.v_ned,
+            home_ned: *self.home_ned.get_or_insert(self.p_ned),
+            settings: &self.settings,
+        };
+        let (guidance, arrived) = self.navigator.step(&situation);
+        if arrived && self.mode == FlightMode::AutoTakeoff {
+            self.mode = FlightMode::AutoLoiter;
+            self.say(Severity::Info, "takeoff done: HOLD");
         }
-        self.failsafe = self.armed;
-        self.mode = FlightMode::AutoLoiter;
-        if self.armed {
-            self.say(Severity::Critical, "OFFBOARD lost: no setpoint for 1 s");
-            self.say(Severity::Critical, "HOLD: zero velocity");
-        } else {
-            self.say(Severity::Warning, "OFFBOARD left: no setpoint for 1 s");
-        }
+        self.begin_control(Control::Velocity, m);
+        let Guidance { p_ned: p_sp, v_ned: v_ff, limits, yaw } = guidance;
+        let v_sp = velocity_setpoint(&self.settings.position, &limits, &self.p_ned, &p_sp, &v_ff);
+        self.track(m, VelocityTarget { p_ned: p_sp, v_ned: v_sp, ..VelocityTarget::ZERO }, yaw, dt_s);
     }
 
     fn fly(&mut self, m: &Measurement, setpoint: &Setpoint, dt_s: f64) {
         let control = match setpoint {
-            Setpoint::Velocity { .. } => Control::Velocity,
+            Setpoint::Velocity { .. } | Setpoint::Place { .. } => Control::Velocity,
             Setpoint::Attitude { .. } => Control::Attitude,
             Setpoint::Rates { .. } => Control::Rates,
         };
+        self.begin_control(control, m);
+        match *setpoint {
+            Setpoint::Velocity { v, a_ff, yaw, .. } => {
+                let target = VelocityTarget { v_ned: v, a_ff_ned: a_ff, ..VelocityTarget::ZERO };
+                self.track(m, target, yaw, dt_s);
+            }
+            Setpoint::Place { p, v, a, yaw, .. } => {
+                let target = self.target_of_place(m, p, v, a);
+                self.track(m, target, yaw, dt_s);
+            }
+            Setpoint::Attitude { q_ned_from_body, collective } => {
+                self.output = self.cascade.hold_attitude(m, q_ned_from_body, collective, dt_s);
+            }
+            Setpoint::Rates { omega_body, collective } => {
+                self.output = self.cascade.hold_rates(m, omega_body, collective, dt_s);
+            }
+        }
+    }
+
+    /// The position loop above the velocity loop; an axis with an acceleration alone flies at the velocity that it has, so that
+    /// nothing but that acceleration is asked for.
+    fn target_of_place(
+        &self,
+        m: &Measurement,
+        p: [Option<f64>; 3],
+        v: [Option<f64>; 3],
+        a: [Option<f64>; 3],
+    ) -> VelocityTarget {
+        let v_ff = Vector3::from_fn(|i, _| v[i].unwrap_or(0.0));
+        let Settings { position, greatest, .. } = &self.settings;
+        let mut v_ned = velocity_setpoint(position, greatest, &self.p_ned, &p, &v_ff);
+        for i in 0..3 {
+            if p[i].is_none() && v[i].is_none() {
+                v_ned[i] = m.v_ned[i];
+            }
+        }
+        let a_ff_ned = Vector3::from_fn(|i, _| a[i].unwrap_or(0.0));
+        VelocityTarget { p_ned: p, v_ned, a_ff_ned, yaw_rad: 0.0 }
+    }
+
+    /// The cascade starts anew when the kind of control changes.
+    fn begin_control(&mut self, control: Control, m: &Measurement) {
         if control != self.control {
             self.cascade.reset();
             self.control = control;
             self.velocity_target = None;
             self.heading_sp_rad = yaw(m.q_ned_from_body);
         }
-        self.output = match *setpoint {
-            Setpoint::Velocity { v, a_ff, yaw: heading, .. } => {
-                match heading {
-                    YawSetpoint::Keep => {}
-                    YawSetpoint::Angle(angle) => self.heading_sp_rad = angle,
-                    YawSetpoint::Rate(rate) => {
-                        self.heading_sp_rad = wrap_pi(self.heading_sp_rad + rate * dt_s)
-                    }
-                }
-                let yaw_rad = self.heading_sp_rad;
-                self.velocity_target = Some(VelocityTarget { v_ned: v, a_ff_ned: a_ff, yaw_rad });
-                self.cascade.track_velocity(m, v, a_ff, yaw_rad, dt_s)
-            }
-            Setpoint::Attitude { q_ned_from_body, collective } => {
-                self.cascade.hold_attitude(m, q_ned_from_body, collective, dt_s)
-            }
-            Setpoint::Rates { omega_body, collective } => {
-                self.cascade.hold_rates(m, omega_body, collective, dt_s)
-            }
-        };
+    }
+
+    /// One step of the cascade to the target, whose heading the setpoint says.
+    fn track(&mut self, m: &Measurement, target: VelocityTarget, heading: YawSetpoint, dt_s: f64) {
+        match heading {
+            YawSetpoint::Keep => {}
+            YawSetpoint::Angle(angle) => self.heading_sp_rad = angle,
+            YawSetpoint::Rate(rate) => self.heading_sp_rad = wrap_pi(self.heading_sp_rad + rate * dt_s),
+        }
+        let yaw_rad = self.heading_sp_rad;
+        self.velocity_target = Some(VelocityTarget { yaw_rad, ..target });
+        self.output = self.cascade.track_velocity(m, target.v_ned, target.a_ff_ned, yaw_rad, dt_s);
     }
 
     pub(super) fn switch_off(&mut self) {

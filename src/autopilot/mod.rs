@@ -6,6 +6,11 @@
 //! | [`arming`] | checks before arming and disarming, with reasons |
 //! | [`setpoint`] | what a companion may ask for |
 //! | [`offboard`] | how long a setpoint lives |
+//! | [`navigator`] | where HOLD, TAKEOFF, LAND and RETURN go |
+//! | [`land_detector`] | whether it stands on something |
+//! | [`orders`] | what a crew may order: modes, places, arming |
+//! | [`failsafe`], `guard` | when the autopilot acts on its own, and how |
+//! | [`settings`] | what all that goes by |
 //! | [`flight`] | the control step: from setpoint and state to throttles |
 //! | [`event`] | what is said to the crew |
 //! | [`parameters`] | what is in effect, under PX4's names |
@@ -13,42 +18,44 @@
 //! Time is simulated and comes as an argument, in microseconds; it does not run backwards (a restarted simulator is
 //! answered by [`Autopilot::restart`]). The state comes with each step: there is no estimator here.
 //!
-//! It wakes up disarmed, in HOLD. Motors turn only while armed, and only once OFFBOARD has been in effect since arming:
-//! before that an armed vehicle waits with its motors at zero, as one on the ground or under a canopy must. From then on
-//! HOLD flies: zero velocity at the present heading. That is also what a loss of setpoints leads to.
+//! It wakes up disarmed, in HOLD. Motors turn only while armed, and only once OFFBOARD or TAKEOFF has been in effect since arming:
+//! before that an armed vehicle waits with its motors at zero, as one on the ground or under a canopy must. From then on every
+//! mode flies. HOLD is also what a loss of setpoints leads to, unless COM_OBL_RC_ACT says otherwise.
 //!
 //! The cascade starts from zero integrals whenever the kind of control changes: with the first velocity setpoint, and
 //! with each switch between velocity, attitude and rates.
 
 pub mod arming;
 pub mod event;
+pub mod failsafe;
 pub mod flight;
+mod guard;
+pub mod land_detector;
 pub mod modes;
+pub mod navigator;
 pub mod offboard;
+pub mod orders;
 pub mod parameters;
 pub mod setpoint;
+pub mod settings;
 
 pub use arming::{ArmingRefusal, DisarmingRefusal};
 pub use event::{Event, Severity};
 pub use flight::VelocityTarget;
 pub use modes::FlightMode;
+pub use navigator::Navigator;
+pub use orders::ModeRefusal;
 pub use setpoint::{Setpoint, SetpointRefusal, VelocityFrame, YawSetpoint};
+pub use settings::Settings;
 
-use crate::control::{Cascade, ControlOutput, Measurement};
+use nalgebra::Vector3;
+
+use crate::control::{Cascade, ControlLimits, ControlOutput, Gains, Measurement};
 use event::EventQueue;
+use failsafe::Watch;
 use flight::Control;
+use land_detector::LandDetector;
 use offboard::SetpointStore;
-
-/// Why a mode is not entered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ModeRefusal {
-    /// This autopilot does not fly the mode.
-    #[error("{} is not flown here, only OFFBOARD and HOLD", .0.name())]
-    NotFlown(FlightMode),
-    /// OFFBOARD without a setpoint in the last second.
-    #[error("OFFBOARD refused: no setpoint in the last second")]
-    NoSetpoint,
-}
 
 /// The autopilot's state machine with its controller.
 #[derive(Clone, Debug)]
@@ -56,13 +63,23 @@ pub struct Autopilot {
     cascade: Cascade,
     mode: FlightMode,
     armed: bool,
-    /// OFFBOARD has been in effect since arming: HOLD flies.
+    /// OFFBOARD or TAKEOFF has been in effect since arming: every mode flies.
     engaged: bool,
     /// Thrust has been commanded since arming.
     flying: bool,
-    /// Setpoints were lost and nobody has chosen a mode since.
+    /// A failsafe has chosen the mode and nobody has chosen one since.
     failsafe: bool,
+    settings: Settings,
     setpoints: SetpointStore,
+    navigator: Navigator,
+    land_detector: LandDetector,
+    watch: Watch,
+    armed_at_us: u64,
+    ground_station_heard_us: Option<u64>,
+    /// Share of the battery's charge, 0..1.
+    charge: Option<f64>,
+    home_ned: Option<Vector3<f64>>,
+    p_ned: Vector3<f64>,
     state: Option<(u64, Measurement)>,
     last_step_us: Option<u64>,
     control: Control,
@@ -76,6 +93,7 @@ impl Autopilot {
     /// Disarmed, in HOLD, with a controller at rest.
     pub fn new(cascade: Cascade) -> Self {
         Self {
+            settings: Settings::beside(cascade.gains()),
             cascade,
             mode: FlightMode::AutoLoiter,
             armed: false,
@@ -83,6 +101,14 @@ impl Autopilot {
             flying: false,
             failsafe: false,
             setpoints: SetpointStore::default(),
+            navigator: Navigator::default(),
+            land_detector: LandDetector::default(),
+            watch: Watch::default(),
+            armed_at_us: 0,
+            ground_station_heard_us: None,
+            charge: None,
+            home_ned: None,
+            p_ned: Vector3::zeros(),
             state: None,
             last_step_us: None,
             control: Control::Off,
@@ -98,7 +124,9 @@ impl Autopilot {
         let mut events = std::mem::take(&mut self.events);
         events.say(Event::new(Severity::Warning, "simulated time started over: disarmed"));
         self.cascade.reset();
-        *self = Self { events, ..Self::new(self.cascade.clone()) };
+        let timeout_us = self.setpoints.timeout_us();
+        *self = Self { events, settings: self.settings, ..Self::new(self.cascade.clone()) };
+        self.setpoints.set_timeout_us(timeout_us);
     }
 
     /// The mode.
@@ -116,7 +144,17 @@ impl Autopilot {
         self.flying
     }
 
-    /// Whether a loss of setpoints put the vehicle into HOLD.
+    /// Whether it flies and does not stand.
+    pub fn is_in_air(&self) -> bool {
+        self.flying && !self.land_detector.is_landed()
+    }
+
+    /// Whether the mode takes it to the ground.
+    pub fn is_landing(&self) -> bool {
+        matches!(self.mode, FlightMode::AutoLand | FlightMode::AutoRtl) && self.navigator.is_landing()
+    }
+
+    /// Whether a failsafe has chosen the mode.
     pub fn in_failsafe(&self) -> bool {
         self.failsafe
     }
@@ -124,6 +162,42 @@ impl Autopilot {
     /// The controller.
     pub fn cascade(&self) -> &Cascade {
         &self.cascade
+    }
+
+    /// Replaces gains and limits from the next step on; the integrals stay, so that nothing jumps but what the gains say.
+    pub fn tune(&mut self, gains: Gains, limits: ControlLimits) {
+        self.cascade.set_gains(gains);
+        self.cascade.set_limits(limits);
+    }
+
+    /// Replaces the mass that the controller believes in [kg].
+    pub fn set_mass_kg(&mut self, mass_kg: f64) {
+        self.cascade.set_mass_kg(mass_kg);
+    }
+
+    /// How long a setpoint lives in OFFBOARD [us].
+    pub fn setpoint_timeout_us(&self) -> u64 {
+        self.setpoints.timeout_us()
+    }
+
+    /// Changes how long a setpoint lives in OFFBOARD [us].
+    pub fn set_setpoint_timeout_us(&mut self, timeout_us: u64) {
+        self.setpoints.set_timeout_us(timeout_us);
+    }
+
+    /// What the automatic modes and failsafes fly by.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The same, to be changed; in effect at the next step.
+    pub fn settings_mut(&mut self) -> &mut Settings {
+        &mut self.settings
+    }
+
+    /// Sets home, NED [m].
+    pub fn set_home(&mut self, home_ned: Vector3<f64>) {
+        self.home_ned = Some(home_ned);
     }
 
     /// What the last step commanded; zero while the motors are off.
@@ -153,74 +227,6 @@ impl Autopilot {
     pub fn offer_setpoint(&mut self, now_us: u64, setpoint: Setpoint) -> Result<(), SetpointRefusal> {
         let q_now = self.state.map(|(_, m)| m.q_ned_from_body);
         self.setpoints.put(now_us, setpoint.checked(q_now)?);
-        Ok(())
-    }
-
-    /// Enters a mode.
-    ///
-    /// # Errors
-    /// [`ModeRefusal`], which is also said as an event; the mode stays.
-    pub fn request_mode(&mut self, now_us: u64, mode: FlightMode) -> Result<(), ModeRefusal> {
-        let refusal = if !mode.is_flown() {
-            Some(ModeRefusal::NotFlown(mode))
-        } else if mode == FlightMode::Offboard && self.setpoints.fresh(now_us).is_none() {
-            Some(ModeRefusal::NoSetpoint)
-        } else {
-            None
-        };
-        if let Some(refusal) = refusal {
-            self.say(Severity::Error, refusal.to_string());
-            return Err(refusal);
-        }
-        self.failsafe = false;
-        self.enter(mode);
-        Ok(())
-    }
-
-    fn enter(&mut self, mode: FlightMode) {
-        if mode != self.mode {
-            self.mode = mode;
-            let text =
-                if mode == FlightMode::Offboard { "mode OFFBOARD" } else { "mode HOLD: zero velocity" };
-            self.say(Severity::Info, text);
-        }
-        self.engaged |= self.armed && mode == FlightMode::Offboard;
-    }
-
-    /// Arms; `force` skips the checks. Arming twice does nothing.
-    ///
-    /// # Errors
-    /// [`ArmingRefusal`], which is also said as an event.
-    pub fn arm(&mut self, now_us: u64, force: bool) -> Result<(), ArmingRefusal> {
-        if self.armed {
-            return Ok(());
-        }
-        if !force && let Err(refusal) = arming::check_arming(now_us, self.state) {
-            self.say(Severity::Critical, refusal.to_string());
-            return Err(refusal);
-        }
-        self.armed = true;
-        self.engaged = self.mode == FlightMode::Offboard;
-        self.say(Severity::Info, if force { "armed (forced)" } else { "armed" });
-        Ok(())
-    }
-
-    /// Disarms; `force` does so in flight too. Disarming twice does nothing.
-    ///
-    /// # Errors
-    /// [`DisarmingRefusal`], which is also said as an event.
-    pub fn disarm(&mut self, force: bool) -> Result<(), DisarmingRefusal> {
-        if !self.armed {
-            return Ok(());
-        }
-        if self.flying && !force {
-            self.say(Severity::Critical, DisarmingRefusal::Flying.to_string());
-            return Err(DisarmingRefusal::Flying);
-        }
-        let text = if self.flying { "disarmed in flight (forced)" } else { "disarmed" };
-        (self.armed, self.engaged, self.flying) = (false, false, false);
-        self.switch_off();
-        self.say(Severity::Info, text);
         Ok(())
     }
 }

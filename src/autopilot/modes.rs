@@ -1,8 +1,8 @@
 //! Flight modes by PX4's numbers: `custom_mode = main << 16 | sub << 24`.
 //!
-//! All of PX4's modes are known by name, so that a refusal can say what was asked; two are flown: **OFFBOARD** (setpoints
-//! from a companion) and **HOLD** (AUTO.LOITER), which here is zero velocity at the present heading, not a position:
-//! there is no position loop. HOLD is also where the vehicle wakes up and where a loss of setpoints leads.
+//! All of PX4's modes are known by name, so that a refusal can say what was asked. Flown are **OFFBOARD** (setpoints from a
+//! companion) and the automatic modes HOLD, TAKEOFF, LAND and RETURN ([`super::navigator`]). HOLD is where the vehicle wakes up.
+//! The rest need sticks or a mission that is flown.
 
 /// One of PX4's flight modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -15,15 +15,15 @@ pub enum FlightMode {
     Posctl,
     /// Waiting on the ground.
     AutoReady,
-    /// Automatic takeoff.
+    /// Automatic takeoff: flown.
     AutoTakeoff,
-    /// Hold: flown, as zero velocity.
+    /// Hold: flown.
     AutoLoiter,
     /// Mission from waypoints.
     AutoMission,
-    /// Return to launch.
+    /// Return to launch: flown.
     AutoRtl,
-    /// Automatic landing.
+    /// Automatic landing: flown.
     AutoLand,
     /// Sticks to body rates.
     Acro,
@@ -91,9 +91,14 @@ impl FlightMode {
         if low != 0 || middle != 0 { None } else { Self::from_numbers(main, sub) }
     }
 
+    /// Whether arming in it, or entering it armed, sets the motors going.
+    pub fn lifts_off(self) -> bool {
+        matches!(self, Self::Offboard | Self::AutoTakeoff)
+    }
+
     /// Whether this autopilot flies it.
     pub fn is_flown(self) -> bool {
-        matches!(self, Self::Offboard | Self::AutoLoiter)
+        matches!(self, Self::Offboard | Self::AutoLoiter | Self::AutoTakeoff | Self::AutoLand | Self::AutoRtl)
     }
 }
 

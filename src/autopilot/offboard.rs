@@ -1,18 +1,34 @@
-//! OFFBOARD's rule: it may begin, and go on, only with a setpoint younger than [`SETPOINT_TIMEOUT_US`] (PX4's
-//! COM_OF_LOSS_T) of simulated time.
+//! OFFBOARD's rule: it may begin, and go on, only with a setpoint younger than PX4's COM_OF_LOSS_T of simulated time.
 
 use super::setpoint::Setpoint;
 
-/// PX4's COM_OF_LOSS_T, default 1 s [us].
+/// How long a setpoint lives unless COM_OF_LOSS_T says otherwise: PX4's default, 1 s [us].
 pub const SETPOINT_TIMEOUT_US: u64 = 1_000_000;
 
 /// The latest setpoint and when it came.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SetpointStore {
     latest: Option<(u64, Setpoint)>,
+    timeout_us: u64,
+}
+
+impl Default for SetpointStore {
+    fn default() -> Self {
+        Self { latest: None, timeout_us: SETPOINT_TIMEOUT_US }
+    }
 }
 
 impl SetpointStore {
+    /// How long a setpoint lives [us].
+    pub fn timeout_us(&self) -> u64 {
+        self.timeout_us
+    }
+
+    /// Changes how long a setpoint lives [us].
+    pub fn set_timeout_us(&mut self, timeout_us: u64) {
+        self.timeout_us = timeout_us;
+    }
+
     /// Keeps a setpoint that came at `now_us`.
     pub fn put(&mut self, now_us: u64, setpoint: Setpoint) {
         self.latest = Some((now_us, setpoint));
@@ -22,7 +38,7 @@ impl SetpointStore {
     pub fn fresh(&self, now_us: u64) -> Option<Setpoint> {
         // One from the future is from before simulated time began.
         let age = |at| now_us.checked_sub(at);
-        self.latest.filter(|&(at, _)| age(at).is_some_and(|us| us <= SETPOINT_TIMEOUT_US)).map(|(_, s)| s)
+        self.latest.filter(|&(at, _)| age(at).is_some_and(|us| us <= self.timeout_us)).map(|(_, s)| s)
     }
 }
 
@@ -39,5 +55,7 @@ mod tests {
         assert_eq!(store.fresh(500 + SETPOINT_TIMEOUT_US), Some(setpoint));
         assert_eq!(store.fresh(501 + SETPOINT_TIMEOUT_US), None);
         assert_eq!(store.fresh(499), None, "a clock that has started over");
+        store.set_timeout_us(20);
+        assert_eq!((store.fresh(520), store.fresh(521)), (Some(setpoint), None));
     }
 }

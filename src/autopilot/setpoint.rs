@@ -1,4 +1,4 @@
-//! What a companion may ask for in OFFBOARD: a velocity, an attitude, or body rates.
+//! What a companion may ask for in OFFBOARD: a velocity, a place, an acceleration, an attitude, or body rates.
 //!
 //! What the wire's type masks mean is the business of `link`; here a setpoint is already one of the kinds that are
 //! flown, and its numbers are checked: finite, quaternion near unit length, thrust within 0..1.
@@ -38,6 +38,19 @@ pub enum Setpoint {
         v: Vector3<f64>,
         /// Acceleration feed-forward [m/s^2]; zero when none is given.
         a_ff: Vector3<f64>,
+        /// Heading.
+        yaw: YawSetpoint,
+    },
+    /// Position, velocity and acceleration, mixed by axes; each axis has one of them at the least.
+    Place {
+        /// Frame of velocity and acceleration. A position is in NED, from the local origin, whatever that is.
+        frame: VelocityFrame,
+        /// Position [m].
+        p: [Option<f64>; 3],
+        /// Velocity [m/s]: fed forward beside a position, else to be flown.
+        v: [Option<f64>; 3],
+        /// Acceleration [m/s^2]: fed forward beside a velocity or position, else to be flown.
+        a: [Option<f64>; 3],
         /// Heading.
         yaw: YawSetpoint,
     },
@@ -83,19 +96,18 @@ impl Setpoint {
     pub(super) fn checked(self, q_now: Option<Quaternion>) -> Result<Self, SetpointRefusal> {
         match self {
             Self::Velocity { frame, v, a_ff, yaw: heading } => {
-                let yaw_number = match heading {
-                    YawSetpoint::Keep => 0.0,
-                    YawSetpoint::Angle(x) | YawSetpoint::Rate(x) => x,
-                };
-                check_finite(v.iter().chain(a_ff.iter()).chain([&yaw_number]))?;
-                let turn = match frame {
-                    VelocityFrame::Ned => None,
-                    VelocityFrame::Heading => {
-                        Some(quaternion_from_euler(0.0, 0.0, yaw(q_now.ok_or(SetpointRefusal::NoHeading)?)))
-                    }
-                };
-                let ned = |x: Vector3<f64>| turn.map_or(x, |q| rotate_ned_from_body(q, x));
+                check_finite(v.iter().chain(a_ff.iter()).chain([&heading.number()]))?;
+                let ned = turn_into_ned(frame, q_now)?;
                 Ok(Self::Velocity { frame: VelocityFrame::Ned, v: ned(v), a_ff: ned(a_ff), yaw: heading })
+            }
+            Self::Place { frame, p, v, a, yaw: heading } => {
+                check_finite(p.iter().chain(&v).chain(&a).flatten().chain([&heading.number()]))?;
+                let turn = turn_into_ned(frame, q_now)?;
+                let ned = |x: [Option<f64>; 3]| {
+                    let turned = turn(x.map(|x| x.unwrap_or(0.0)).into());
+                    std::array::from_fn(|i| x[i].map(|_| turned[i]))
+                };
+                Ok(Self::Place { frame: VelocityFrame::Ned, p, v: ned(v), a: ned(a), yaw: heading })
             }
             Self::Attitude { q_ned_from_body: q, collective } => {
                 check_finite(&q)?;
@@ -113,6 +125,29 @@ impl Setpoint {
             }
         }
     }
+}
+
+impl YawSetpoint {
+    fn number(self) -> f64 {
+        match self {
+            Self::Keep => 0.0,
+            Self::Angle(x) | Self::Rate(x) => x,
+        }
+    }
+}
+
+/// What turns the vectors of a frame into NED, with the vehicle's present attitude.
+fn turn_into_ned(
+    frame: VelocityFrame,
+    q_now: Option<Quaternion>,
+) -> Result<impl Fn(Vector3<f64>) -> Vector3<f64>, SetpointRefusal> {
+    let turn = match frame {
+        VelocityFrame::Ned => None,
+        VelocityFrame::Heading => {
+            Some(quaternion_from_euler(0.0, 0.0, yaw(q_now.ok_or(SetpointRefusal::NoHeading)?)))
+        }
+    };
+    Ok(move |x: Vector3<f64>| turn.map_or(x, |q| rotate_ned_from_body(q, x)))
 }
 
 fn check_finite<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> Result<(), SetpointRefusal> {

@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand};
 use super::assess::{ASSESS_HELP, AssessArgs};
 use super::params::{PARAMS_HELP, ParamsArgs};
 use super::tune::{TUNE_HELP, TuneArgs};
+use crate::link::shell::LinkUrl;
 
 /// Plan and fly the drop of a multirotor from a parachute.
 #[derive(Debug, Parser)]
@@ -120,14 +121,15 @@ pub struct PlanningArgs {
 
 const DROP_HELP: &str = "\
 Writes to the folder of --out: flight.csv (every term of the force balance at 250 Hz), trajectory.csv (what was flown), plan.json and
-plan.svg (unless --trajectory was given), drop.json (the verdict), drop.svg, vehicle.tlog (what ground stations see), hil.tlog
+plan.svg (unless --trajectory was given), drop.json (the verdict), drop.svg, flight.ulg (the autopilot's log, as PX4 writes it),
+vehicle.tlog (what ground stations see), hil.tlog
 (simulator and autopilot) and drop_manifest.json (inputs, options, SHA-256 of each file).
 
 JSON (--json): mission, version, seed, input_hash, gains, trajectory (source: planned or file; sha256 of trajectory.csv), completed,
 ended_at_s, reason (why there is no verdict on the whole mission, or null), j_tpf, peak_speed_m_s, peak_pitch_deg,
 peak_pitch_rate_deg_s, peak_roll_deg, peak_roll_rate_deg_s, peak_vertical_acceleration_m_s2, altitude_lost_m, steady_after_s (null if
 never), final_v_ned_m_s, limits_passed (list), failsafe (whether one flew part of the manoeuvre), events (list of t_s, text),
-plan_j_tpf, plan_solve_ms, real_time_factor. Peaks are magnitudes here; the table on the terminal gives them their signs. When the
+plan_j_tpf, plan_solve_ms, real_time_factor, and impact_speed_m_s if it came to the ground. Peaks are magnitudes here; the table on the terminal gives them their signs. When the
 vehicle was never released the verdict's keys are null; when no plan was found the object is that of `samara plan --json`. Roll and
 roll rate are judged against the limits of pitch and pitch rate.
 
@@ -164,6 +166,9 @@ pub struct DropArgs {
     /// Ports.
     #[command(flatten)]
     pub net: NetArgs,
+    /// Further endpoints, where --speed is a factor.
+    #[command(flatten)]
+    pub link: LinkArgs,
 }
 
 const SIM_HELP: &str = "\
@@ -200,13 +205,15 @@ pub struct SimArgs {
 
 const AUTOPILOT_HELP: &str = "\
 Connects to the simulator at TCP 4560 + instance and tries until it is there. Binds UDP 18570 + instance (ground stations, sends to
-14550) and 14580 + instance (companions and scripts, sends to 14540 + instance). Writes vehicle.tlog (vehicle.2.tlog, ..
-when the simulator starts over) and autopilot_manifest.json to the folder of --out.
+14550) and 14580 + instance (companions and scripts, sends to 14540 + instance). Writes vehicle.tlog and flight.ulg
+(vehicle.2.tlog, flight.2.ulg, .. when the simulator starts over) and autopilot_manifest.json to the folder of --out.
 
 Examples:
   samara autopilot
   samara autopilot --gains paper_pso
-  samara autopilot --once --instance 1 --out out/second";
+  samara autopilot --once --instance 1 --out out/second
+  samara autopilot --link tcpin:127.0.0.1:5760 --link udpout:192.0.2.7:14550
+  samara autopilot --sign-key key.txt";
 
 /// `samara autopilot`.
 #[derive(Args, Debug)]
@@ -223,6 +230,9 @@ pub struct AutopilotArgs {
     /// Ports.
     #[command(flatten)]
     pub net: NetArgs,
+    /// Further endpoints.
+    #[command(flatten)]
+    pub link: LinkArgs,
     /// End when the simulator leaves, instead of waiting for the next one.
     #[arg(long)]
     pub once: bool,
@@ -269,6 +279,19 @@ pub struct NetArgs {
     /// Number of the vehicle: shifts its ports as PX4 does, and its MAVLink system id.
     #[arg(long, value_name = "0..9", default_value_t = 0, value_parser = super::net::instance)]
     pub instance: u16,
+    /// Sign what is sent to ground stations, companions and parachute, and let in only what is signed: a file with 64 hexadecimal
+    /// digits or a passphrase, as QGroundControl and MAVProxy take it.
+    #[arg(long, value_name = "FILE")]
+    pub sign_key: Option<PathBuf>,
+}
+
+/// Endpoints besides an instance's own.
+#[derive(Args, Debug)]
+pub struct LinkArgs {
+    /// A further endpoint for ground stations: udpin, udpout, tcpin or tcpout, then :HOST:PORT (`in` binds and serves whoever
+    /// comes, `out` goes there). May be repeated.
+    #[arg(long = "link", value_name = "URL")]
+    pub links: Vec<LinkUrl>,
 }
 
 /// How fast simulated time shall run.

@@ -5,9 +5,9 @@ use std::io::Write as _;
 use super::args::{DropArgs, SpeedArg};
 use super::clock::Stopwatch;
 use super::flight_files::write_flight;
-use super::mission::chosen_mission;
+use super::mission::mission_with_a_drop;
 use super::narrative::Narrator;
-use super::net::{Reporter, block_on, ports_of, speed_of, system_of};
+use super::net::{Reporter, block_on, ports_of, speed_of, system_of, wiring_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::plan::{plan_mission, write_plan};
@@ -39,7 +39,12 @@ const OF_THE_FLIGHT: [&str; 5] = ["flight.csv", "drop.json", "drop.svg", "hil.tl
 
 /// `samara drop`.
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
-    let mut mission = chosen_mission(&args.mission.mission, &args.choice)?;
+    if args.speed == SpeedArg::Max && (!args.link.links.is_empty() || args.net.sign_key.is_some()) {
+        let text =
+            "--link and --sign-key: --speed FACTOR is expected with them; at `max` no socket is opened";
+        return Err(anyhow::anyhow!(text)).bad_input();
+    }
+    let mut mission = mission_with_a_drop(&args.mission.mission, &args.choice)?;
     let narrator = Narrator::together(args.mission.json);
     narrator.say(&format!(
         "samara drop: {}, vehicle {}, gains {}\n",
@@ -116,14 +121,15 @@ fn fly(
 ) -> Result<Flown, Failure> {
     let system = system_of(&args.net)?;
     let ports = ports_of(&args.net)?;
+    let wiring = wiring_of(&args.net, &args.link)?;
     let mut wire = Lockstep::new(
         sessions::simulator(mission, system),
-        sessions::autopilot(mission, system)?,
+        sessions::autopilot(mission, &args.choice, system, true)?,
         sessions::streamer(mission, trajectory.clone(), system, false),
     );
     let record = |stem| Recording::new(folder, stem, mission);
     let (hil, vehicle) = (record("hil"), record("vehicle"));
-    let mut reporter = Reporter::new(*narrator, mission, Some(hil), Some(vehicle));
+    let mut reporter = Reporter::new(*narrator, mission, Some(hil), Some(vehicle)).with_autopilot(folder);
     let watch = Stopwatch::start();
     narrator.hanging(mission)?;
     match speed_of(args.speed) {
@@ -138,7 +144,8 @@ fn fly(
         }
         speed => {
             let observer = &mut reporter;
-            wire = block_on(|stop| run_watched_drop(wire, &ports, speed, observer, stop))?.bad_input()?;
+            wire = block_on(|stop| run_watched_drop(wire, &ports, &wiring, speed, observer, stop))?
+                .bad_input()?;
         }
     }
     let flown_s = wire.simulator.sim().time_s();
@@ -154,11 +161,17 @@ fn tell_events(wire: &mut Lockstep<AutopilotSession>, reporter: &mut Reporter<'_
     while let Some(event) = wire.streamer.poll_event() {
         reporter.notice(Notice::Streamer(event));
     }
+    while let Some(entry) = wire.autopilot.poll_log() {
+        reporter.log(entry);
+    }
 }
 
 /// The verdict of a flight log; `None` when the vehicle was never released.
 pub fn judge(mission: &Mission, log: &[Sample]) -> Option<Verdict> {
     let mut verdict = VerdictBuilder::new(mission.limits, mission.target_v_ned);
+    if let Some(ground) = mission.ground {
+        verdict = verdict.judging_impacts(ground.impact_limit_m_s);
+    }
     log.iter().for_each(|sample| verdict.observe(sample));
     verdict.finish()
 }

@@ -25,7 +25,8 @@ pub fn write_flight(
     verdict: Option<&Verdict>,
 ) -> Result<(), Failure> {
     folder.write("flight.csv", |out| {
-        let mut csv = FlightCsv::new(out, mission.vehicle.rotors.len(), mission.limits, &stamp_of(mission))?;
+        let begin = if mission.ground.is_some() { FlightCsv::with_ground } else { FlightCsv::new };
+        let mut csv = begin(out, mission.vehicle.rotors.len(), mission.limits, &stamp_of(mission))?;
         log.iter().try_for_each(|sample| csv.write(sample))?;
         csv.finish().map(|_| ())
     })?;

@@ -27,6 +27,22 @@ pub fn chosen_mission(path: &Path, choice: &ChoiceArgs) -> Result<Mission, Failu
     Ok(mission)
 }
 
+/// The same for what flies a drop: a mission that starts on the ground has none.
+///
+/// # Errors
+/// [`Failure::BadInput`] for such a mission, and as [`chosen_mission`].
+pub fn mission_with_a_drop(path: &Path, choice: &ChoiceArgs) -> Result<Mission, Failure> {
+    let mission = chosen_mission(path, choice)?;
+    if mission.starts_on_ground() {
+        return Err(Failure::BadInput(anyhow::anyhow!(
+            "{}: the vehicle starts on the ground, there is no drop; fly it with `samara sim`, `samara autopilot` and a ground \
+             station",
+            path.display()
+        )));
+    }
+    Ok(mission)
+}
+
 /// What result files of the mission carry.
 pub fn stamp_of(mission: &Mission) -> Stamp {
     Stamp { seed: mission.seed, input_hash: mission.input_hash.clone() }

@@ -113,6 +113,9 @@ impl Narrator {
                 let since = powered_from_s.unwrap_or(0.0);
                 self.at(since + t, &format!("steady after {t:.2} s: within {within} of {target} to the end"))
             }
+            None if verdict.impact_speed_m_s.is_some() => {
+                self.say(&format!("on the ground, and not steady within {within} of {target} before\n"))
+            }
             None => self.say(&format!("never steady within {within} of {target}\n")),
         }
     }

@@ -1,20 +1,21 @@
 //! What the verbs with sockets share: the runtime, Ctrl-C, and an observer that tells and records.
 
 use std::future::Future;
+use std::io::Write as _;
 use std::pin::Pin;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
 
-use super::args::{NetArgs, SpeedArg};
+use super::args::{LinkArgs, NetArgs, SpeedArg};
 use super::narrative::Narrator;
 use super::outcome::{BadInput, Failure};
-use super::recording::Recording;
+use super::output::OutputFolder;
+use super::recording::{FlightLogs, Recording};
 use crate::config::Mission;
 use crate::link::shell::ports::MAX_INSTANCE;
-use crate::link::shell::{Notice, Observer, Ports, Speed, system_of_instance};
-use crate::link::{Link, TimeUs};
+use crate::link::shell::{Notice, Observer, Ports, Speed, Wiring, system_of_instance};
+use crate::link::signing::Key;
+use crate::link::{Link, LogEntry, TimeUs};
 
 /// An instance that has ports, from what was typed.
 ///
@@ -40,6 +41,26 @@ pub fn system_of(net: &NetArgs) -> Result<u8, Failure> {
 /// [`Failure::BadInput`] when there is no such instance.
 pub fn ports_of(net: &NetArgs) -> Result<Ports, Failure> {
     Ports::of_instance(net.instance).bad_input()
+}
+
+/// The key that frames are signed with, if there is one.
+///
+/// # Errors
+/// [`Failure::BadInput`] when its file cannot be read or holds none.
+pub fn key_of(net: &NetArgs) -> Result<Option<Key>, Failure> {
+    let Some(path) = &net.sign_key else { return Ok(None) };
+    let context = || format!("{}: no key to sign with", path.display());
+    #[expect(clippy::disallowed_methods, reason = "the command line reads the key")]
+    let text = std::fs::read_to_string(path).with_context(context).bad_input()?;
+    Key::parse(&text).with_context(context).bad_input().map(Some)
+}
+
+/// Endpoints and key besides the instance's ports.
+///
+/// # Errors
+/// As [`key_of`].
+pub fn wiring_of(net: &NetArgs, link: &LinkArgs) -> Result<Wiring, Failure> {
+    Ok(Wiring { urls: link.links.clone(), key: key_of(net)? })
 }
 
 /// The speed as the shell wants it.
@@ -88,13 +109,15 @@ pub fn block_on<F: Future>(
     })
 }
 
-/// Tells notices, records frames.
+/// Tells notices, records frames and the autopilot's flights.
 pub struct Reporter<'a> {
     narrator: Narrator,
     mission: &'a Mission,
     hil: Option<Recording>,
     vehicle: Option<Recording>,
+    flights: Option<FlightLogs>,
     failed: Option<std::io::Error>,
+    parameters: Option<OutputFolder>,
 }
 
 impl<'a> Reporter<'a> {
@@ -105,7 +128,14 @@ impl<'a> Reporter<'a> {
         hil: Option<Recording>,
         vehicle: Option<Recording>,
     ) -> Self {
-        Self { narrator, mission, hil, vehicle, failed: None }
+        Self { narrator, mission, hil, vehicle, flights: None, failed: None, parameters: None }
+    }
+
+    /// For one who runs the autopilot too: its flight logs go to the folder, and its parameters when a ground station asks for
+    /// that.
+    pub fn with_autopilot(self, folder: &OutputFolder) -> Self {
+        let flights = FlightLogs::new(folder, &self.mission.vehicle_name);
+        Self { parameters: Some(folder.clone()), flights: Some(flights), ..self }
     }
 
     /// Closes the logs.
@@ -114,20 +144,39 @@ impl<'a> Reporter<'a> {
     /// [`Failure::BadInput`] when something could not be written, now or before.
     pub fn finish(self) -> Result<(), Failure> {
         if let Some(error) = self.failed {
-            return Err(anyhow::Error::from(error).context("cannot write the .tlog")).bad_input();
+            return Err(anyhow::Error::from(error).context("cannot write the .tlog or .ulg")).bad_input();
         }
         for recording in [self.hil, self.vehicle].into_iter().flatten() {
             recording.finish().context("cannot write the .tlog").bad_input()?;
+        }
+        if let Some(flights) = self.flights {
+            flights.finish().context("cannot write the .ulg").bad_input()?;
         }
         Ok(())
     }
 }
 
+/// The file in the results' folder that PREFLIGHT_STORAGE writes.
+const PARAMETERS: &str = "vehicle.params";
+
 impl Observer for Reporter<'_> {
+    fn keep_parameters(&mut self, text: &str) {
+        let Some(folder) = &self.parameters else { return };
+        // A terminal that is gone is no reason to stop flying, nor is a full disk.
+        let _ = match folder.write(PARAMETERS, |out| out.write_all(text.as_bytes())) {
+            Ok(path) => self.narrator.say(&format!("parameters kept in {}\n", path.display())),
+            Err(Failure::BadInput(error) | Failure::Internal(error)) => {
+                self.narrator.say(&format!("parameters NOT kept: {error:#}\n"))
+            }
+        };
+    }
+
     fn notice(&mut self, notice: Notice) {
         let told = match &notice {
             Notice::Simulator(event) => self.narrator.simulator(event, self.mission),
             Notice::Streamer(event) => self.narrator.streamer(event),
+            // Not worth a word unless something was wrong.
+            Notice::Counts { faults, .. } if !faults.any() => Ok(()),
             other => self.narrator.say(&format!("{other}\n")),
         };
         // A terminal that is gone is no reason to stop flying.
@@ -145,6 +194,13 @@ impl Observer for Reporter<'_> {
                 *recording = None;
                 self.failed.get_or_insert(error);
             }
+        }
+    }
+
+    fn log(&mut self, entry: LogEntry) {
+        if let Some(Err(error)) = self.flights.as_mut().map(|flights| flights.write(&entry)) {
+            self.flights = None;
+            self.failed.get_or_insert(error);
         }
     }
 }

@@ -9,6 +9,7 @@ use super::args::ChoiceArgs;
 use super::mission::chosen_mission;
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
+use crate::autopilot::parameters::document::markdown;
 use crate::config::{load_mission, load_parameters};
 use crate::params::{Metadata, ParameterFile, Purpose, check, diff, export, import};
 use crate::report::params as report;
@@ -22,6 +23,7 @@ Examples:
   samara params export
   samara params check params/px4/titan_px4.params
   samara params diff params/px4/titan_samara.params vehicle.params
+  samara params list
   samara drop --params params/px4/titan_samara.params";
 
 const EXPORT_HELP: &str = "\
@@ -85,6 +87,8 @@ enum ParamsVerb {
     /// Compare two files.
     #[command(after_long_help = DIFF_HELP)]
     Diff(DiffArgs),
+    /// Print what samara's own autopilot has for parameters, and what each does, as Markdown.
+    List,
 }
 
 #[derive(Args, Debug)]
@@ -158,6 +162,10 @@ pub fn run(args: &ParamsArgs) -> Result<Answer, Failure> {
         ParamsVerb::Export(args) => run_export(args),
         ParamsVerb::Check(args) => run_check(args),
         ParamsVerb::Diff(args) => run_diff(args),
+        ParamsVerb::List => {
+            print(&markdown())?;
+            Ok(Answer::Yes)
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! The `.tlog` files of a run: one flight each.
+//! The `.tlog` and `.ulg` files of a run: one flight each.
 //!
 //! Simulated time starts over when an autopilot is replaced or a simulator is. Then a new file begins, `hil.2.tlog` after
 //! `hil.tlog`, so that in each the stamps are those of the messages. Later flights of an earlier run in the same folder go when
@@ -9,7 +9,7 @@ use std::io;
 
 use super::output::{LateFile, OutputFolder};
 use crate::config::Mission;
-use crate::link::{TimeUs, Tlog};
+use crate::link::{FlightLog, LogEntry, TimeUs, Tlog};
 
 /// Writes frames as they come; a file is made with its first frame.
 pub struct Recording {
@@ -25,7 +25,7 @@ impl Recording {
     /// A recording of a mission to `<stem>.tlog`, `<stem>.2.tlog`, ..
     pub fn new(folder: &OutputFolder, stem: &'static str, mission: &Mission) -> Self {
         let epoch_unix_us = mission.epoch_unix_us;
-        let tlog = Tlog::new(folder.late(&name(stem, 1)), epoch_unix_us);
+        let tlog = Tlog::new(folder.late(&name(stem, "tlog", 1)), epoch_unix_us);
         Self { folder: folder.clone(), stem, epoch_unix_us, flights: 1, last: None, tlog }
     }
 
@@ -36,11 +36,11 @@ impl Recording {
     pub fn write(&mut self, now: TimeUs, frame: &[u8]) -> io::Result<Option<String>> {
         let mut begun = None;
         if self.last.is_none() {
-            self.remove_leftovers()?;
+            remove_leftovers(&self.folder, self.stem, "tlog")?;
         }
         if self.last.is_some_and(|last| now < last) {
             self.flights += 1;
-            let name = name(self.stem, self.flights);
+            let name = name(self.stem, "tlog", self.flights);
             let next = Tlog::new(self.folder.late(&name), self.epoch_unix_us);
             std::mem::replace(&mut self.tlog, next).finish()?;
             begun = Some(name);
@@ -48,17 +48,6 @@ impl Recording {
         self.last = Some(now);
         self.tlog.write(now, frame)?;
         Ok(begun)
-    }
-
-    fn remove_leftovers(&self) -> io::Result<()> {
-        for flight in 2.. {
-            match fs::remove_file(self.folder.path().join(name(self.stem, flight))) {
-                Ok(()) => {}
-                Err(e) if e.kind() == io::ErrorKind::NotFound => break,
-                Err(e) => return Err(e),
-            }
-        }
-        Ok(())
     }
 
     /// Closes the file.
@@ -70,8 +59,61 @@ impl Recording {
     }
 }
 
-fn name(stem: &str, flight: u32) -> String {
-    if flight == 1 { format!("{stem}.tlog") } else { format!("{stem}.{flight}.tlog") }
+/// Writes the autopilot's flight logs, `flight.ulg`, `flight.2.ulg`, ..
+pub struct FlightLogs {
+    folder: OutputFolder,
+    vehicle_name: String,
+    flights: u32,
+    current: Option<FlightLog<LateFile>>,
+}
+
+impl FlightLogs {
+    /// The logs of a vehicle.
+    pub fn new(folder: &OutputFolder, vehicle_name: &str) -> Self {
+        Self { folder: folder.clone(), vehicle_name: vehicle_name.to_owned(), flights: 0, current: None }
+    }
+
+    /// Writes an entry; a flight that begins gets a file of its own.
+    ///
+    /// # Errors
+    /// Those of the files.
+    pub fn write(&mut self, entry: &LogEntry) -> io::Result<()> {
+        if let LogEntry::Begin(at, parameters) = entry {
+            if let Some(log) = self.current.take() {
+                log.finish()?;
+            }
+            self.flights += 1;
+            if self.flights == 1 {
+                remove_leftovers(&self.folder, "flight", "ulg")?;
+            }
+            let file = self.folder.late(&name("flight", "ulg", self.flights));
+            self.current = Some(FlightLog::new(file, *at, &self.vehicle_name, parameters)?);
+        }
+        self.current.as_mut().map_or(Ok(()), |log| log.write(entry))
+    }
+
+    /// Closes the file.
+    ///
+    /// # Errors
+    /// Those of the file.
+    pub fn finish(self) -> io::Result<()> {
+        self.current.map_or(Ok(()), |log| log.finish().map(|_| ()))
+    }
+}
+
+fn remove_leftovers(folder: &OutputFolder, stem: &str, extension: &str) -> io::Result<()> {
+    for flight in 2.. {
+        match fs::remove_file(folder.path().join(name(stem, extension, flight))) {
+            Ok(()) => {}
+            Err(e) if e.kind() == io::ErrorKind::NotFound => break,
+            Err(e) => return Err(e),
+        }
+    }
+    Ok(())
+}
+
+fn name(stem: &str, extension: &str, flight: u32) -> String {
+    if flight == 1 { format!("{stem}.{extension}") } else { format!("{stem}.{flight}.{extension}") }
 }
 
 #[cfg(test)]

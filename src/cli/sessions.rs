@@ -1,47 +1,57 @@
 //! The parties of a drop, built from a mission.
 
+use super::args::ChoiceArgs;
 use super::outcome::{BadInput, Failure};
-use crate::config::Mission;
+use super::output::tell;
+use crate::autopilot::parameters::Parameters;
+use crate::config::{Mission, load_parameters};
 use crate::control::{Airframe, Cascade};
 use crate::link::{
     AutopilotSession, AutopilotSetup, SimulatorConfig, SimulatorSession, StreamerConfig, StreamerSession,
     microseconds,
 };
-use crate::sim::{DropSimulation, ReleaseTrigger};
+use crate::sim::ReleaseTrigger;
 use crate::trajectory::Trajectory;
 
 /// The simulator with its parachute.
 pub fn simulator(mission: &Mission, system_id: u8) -> SimulatorSession {
-    let sim = DropSimulation::new(
-        mission.vehicle.clone(),
-        mission.environment.clone(),
-        mission.parachute,
-        mission.hang_s,
-        mission.start,
-    );
     let config = SimulatorConfig {
         system_id,
         duration_us: microseconds(mission.duration_s),
         trigger: mission.release_trigger,
         seed: mission.seed,
+        battery: mission.battery,
         ..SimulatorConfig::default()
     };
-    SimulatorSession::new(sim, config)
+    SimulatorSession::new(mission.simulation(), config)
 }
 
-/// The reference autopilot with the mission's gains.
+/// The reference autopilot with the mission's gains, and with what else a chosen parameter file holds.
 ///
 /// # Errors
 /// [`Failure::BadInput`] when the vehicle cannot be controlled or the gains are out of range.
-pub fn autopilot(mission: &Mission, system_id: u8) -> Result<AutopilotSession, Failure> {
+pub fn autopilot(
+    mission: &Mission,
+    choice: &ChoiceArgs,
+    system_id: u8,
+    keeps_parameters: bool,
+) -> Result<AutopilotSession, Failure> {
     let airframe = Airframe::new(&mission.vehicle, &mission.environment).bad_input()?;
-    Ok(AutopilotSession::new(AutopilotSetup {
+    let mut session = AutopilotSession::new(AutopilotSetup {
         system_id,
         cascade: Cascade::new(airframe, mission.gains, mission.control_limits),
         environment: mission.environment.clone(),
         rotors: mission.vehicle.rotors.len(),
         epoch_unix_us: mission.epoch_unix_us,
-    }))
+        parameters: Parameters::of(&mission.parameter_subject(), system_id).bad_input()?,
+        keeps_parameters,
+    });
+    if let Some(path) = &choice.params {
+        for remark in session.load_parameters(&load_parameters(path).bad_input()?) {
+            tell(&format!("samara: {}: {remark}\n", path.display()));
+        }
+    }
+    Ok(session)
 }
 
 /// The offboard streamer of a plan.

@@ -5,7 +5,7 @@ use super::drop::{answer_of, drop_run, judge, never_released, tell_failsafe, tel
 use super::flight_files::write_flight;
 use super::mission::chosen_mission;
 use super::narrative::Narrator;
-use super::net::{Reporter, block_on, ports_of, speed_of, system_of};
+use super::net::{Reporter, block_on, key_of, ports_of, speed_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::recording::Recording;
@@ -17,13 +17,15 @@ use crate::report::{DropRun, drop_json};
 pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
     let ports = ports_of(&args.net)?;
+    let key = key_of(&args.net)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let narrator = Narrator::alone(args.mission.json);
     let hil = Recording::new(&folder, "hil", &mission);
     let mut reporter = Reporter::new(narrator, &mission, Some(hil), None);
     let session = sessions::simulator(&mission, system_of(&args.net)?);
     let speed = speed_of(args.speed);
-    let session = block_on(|stop| run_simulator(session, &ports, speed, &mut reporter, stop))?.bad_input()?;
+    let session =
+        block_on(|stop| run_simulator(session, &ports, speed, key, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
     let record = session.record().clone();
     let log = session.into_log();

@@ -1,9 +1,9 @@
 //! `samara stream`: the offboard streamer behind its socket. Yes is a plan that was streamed to its end.
 
 use super::args::StreamArgs;
-use super::mission::chosen_mission;
+use super::mission::mission_with_a_drop;
 use super::narrative::Narrator;
-use super::net::{Reporter, block_on, ports_of, system_of};
+use super::net::{Reporter, block_on, key_of, ports_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::plan::plan_mission;
 use super::sessions;
@@ -14,8 +14,9 @@ use crate::report::plan_text;
 
 /// `samara stream`.
 pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
-    let mut mission = chosen_mission(&args.mission, &args.choice)?;
+    let mut mission = mission_with_a_drop(&args.mission, &args.choice)?;
     let ports = ports_of(&args.net)?;
+    let key = key_of(&args.net)?;
     let narrator = Narrator::alone(false);
     let trajectory = match &args.trajectory {
         Some(path) => mission.use_trajectory(path).bad_input()?.trajectory,
@@ -31,7 +32,7 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
     };
     let session = sessions::streamer(&mission, trajectory, system_of(&args.net)?, args.feed_forward);
     let mut reporter = Reporter::new(narrator, &mission, None, None);
-    let session = block_on(|stop| run_streamer(session, &ports, &mut reporter, stop))?.bad_input()?;
+    let session = block_on(|stop| run_streamer(session, &ports, key, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
     Ok(match session.state() {
         StreamerState::Target | StreamerState::Done => Answer::Yes,

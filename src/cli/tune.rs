@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::args::MissionArgs;
 use super::clock::Stopwatch;
-use super::net::stop_flag;
+use super::interrupt;
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print, tell};
 use super::plan::plan_mission;
@@ -26,7 +26,7 @@ use crate::sim::PlantKind;
 use crate::trajectory::Trajectory;
 use crate::tune::bench::Setting;
 use crate::tune::cma_es::CmaSettings;
-use crate::tune::release_cases::{random_releases, swing_releases};
+use crate::tune::release_cases::{AMPLITUDES, random_releases, swing_releases};
 use crate::tune::swarm::SwarmSettings;
 use crate::tune::{Bench, Evaluation, Longitudinal, Method, Objective, Search, SearchSettings};
 
@@ -78,6 +78,9 @@ pub struct TuneArgs {
     /// Largest worst tracking RMS for `safety` and `pareto` [default: that of the paper's PSO gains on this mission].
     #[arg(long, value_name = "X", value_parser = super::args::positive)]
     pub rms_bound: Option<f64>,
+    /// Amplitudes of the swing for `safety` and `pareto`, in standard deviations; twelve phases each.
+    #[arg(long, value_name = "A,B,..", value_delimiter = ',', default_values_t = AMPLITUDES, value_parser = super::args::positive)]
+    pub swing: Vec<f64>,
     /// Judge J_TPF also with mass, inertia, drag, density, wind, delay and measurements that the controller does not know of.
     #[arg(long)]
     pub robust: bool,
@@ -163,7 +166,7 @@ const FRONT: [f64; 5] = [1.5, 1.25, 0.85, 0.92, 1.0];
 pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
     let mut mission = load_mission(&args.mission.mission).bad_input()?;
     if let Some(seed) = args.seed {
-        mission.seed = seed;
+        mission.use_seed(seed);
     }
     if mission.tuning_cases.is_empty() {
         return Err(anyhow!(
@@ -172,12 +175,12 @@ pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
         ))
         .bad_input();
     }
-    let timed = plan_mission(&mission)?;
+    let timed = plan_mission(&mission, false)?;
     if timed.plan.status != Status::Converged {
         tell(&format!(
             "samara: no plan to tune on: {}\n",
             timed.plan.diagnosis.as_deref().unwrap_or("not converged")
-        ))?;
+        ));
         return Ok(Answer::No);
     }
     let plan = timed.plan.trajectory;
@@ -215,7 +218,7 @@ pub(super) fn bench<'a>(
     let cases = &mission.tuning_cases;
     let mut bench = Bench::new(setting(args, mission, plan)).bad_input()?.with_cases(cases);
     if matches!(args.objective, ObjectiveArg::Safety | ObjectiveArg::Pareto) {
-        bench = bench.with_states(&swing_releases(&mission.swing()));
+        bench = bench.with_states(&swing_releases(&mission.releases(), &args.swing));
     }
     if args.robust {
         bench = bench.with_variations(cases);
@@ -286,11 +289,12 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
     let objective = settings.objectives[settings.objectives.len() - 1];
     // Everything that the search depends on.
     let identity = format!(
-        "samara {} {} {:?} robust {} {settings:?}",
+        "samara {} {} {:?} robust {} swing {:?} {settings:?}",
         env!("CARGO_PKG_VERSION"),
         mission.hash_without_gains(),
         args.model,
-        args.robust
+        args.robust,
+        args.swing
     );
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let told = if args.resume {
@@ -299,14 +303,14 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
         Vec::new()
     };
     let mut search = Search::new(settings);
-    let stop = stop_flag()?;
+    let stop = interrupt::flag()?;
     let stopped = go_on(&mut search, &bench, &told, &stop, |search| {
         let evaluations = search.tried().iter().map(|t| t.evaluation);
         let text = checkpoint_json(&identity, evaluations);
         folder.write(CHECKPOINT, |out| out.write_all(text.as_bytes())).map(|_| ())
     })?;
     let Some(best) = search.best(&objective).filter(|b| b.evaluation.is_finite()) else {
-        tell("samara: no gains were found that fly every release\n")?;
+        tell("samara: no gains were found that fly every release\n");
         return Ok(Answer::No);
     };
     let wall_s = 1e-3 * watch.ms();
@@ -394,7 +398,7 @@ pub(super) fn contenders(
     named.push((args.name.clone(), *found));
     // Unseen flights have real actuators, whatever the tuning had.
     let real = Setting { plant: PlantKind::Actuator, ..setting(args, mission, plan) };
-    let states = random_releases(&mission.swing(), mission.seed, args.unseen as usize);
+    let states = random_releases(&mission.releases(), mission.seed, args.unseen as usize);
     let chunks: Result<Vec<Bench<'_>>, ControlError> =
         states.chunks(64).map(|s| Ok(Bench::new(real.clone())?.with_states(s))).collect();
     let chunks = chunks.bad_input()?;

@@ -6,7 +6,6 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::ConfigError;
-use super::number::Finite;
 use super::source::Source;
 use crate::tune::Evaluation;
 
@@ -16,7 +15,7 @@ struct CheckpointJson {
     /// Everything that the search depends on.
     search: String,
     /// `[rms, j_tpf, unrest]` of each candidate; null where a flight diverged.
-    evaluations: Vec<Option<[Finite; 3]>>,
+    evaluations: Vec<Option<[f64; 3]>>,
 }
 
 /// Reads a checkpoint of the search described by `search`.
@@ -31,12 +30,8 @@ pub fn load_checkpoint(path: &Path, search: &str) -> Result<Vec<Evaluation>, Con
             format!("expected a checkpoint of this search ({search}), found one of another: {}", json.search);
         return Err(source.refuse("search", message));
     }
-    let evaluation = |numbers: Option<[Finite; 3]>| {
-        numbers.map_or(Evaluation::DIVERGED, |[rms, j_tpf, unrest]| Evaluation {
-            rms: rms.get(),
-            j_tpf: j_tpf.get(),
-            unrest: unrest.get(),
-        })
+    let evaluation = |numbers: Option<[f64; 3]>| {
+        numbers.map_or(Evaluation::DIVERGED, |[rms, j_tpf, unrest]| Evaluation { rms, j_tpf, unrest })
     };
     Ok(json.evaluations.into_iter().map(evaluation).collect())
 }

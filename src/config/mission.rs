@@ -6,6 +6,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::gains_file::{gains_path, load_named_gains};
+use super::mission_ground::{self, MissionGround};
 use super::mission_json::{InitialJson, InputReferenceJson, MissionJson, StartJson};
 use super::mission_parts as parts;
 use super::number::NonNegative;
@@ -13,13 +14,13 @@ use super::source::{InputHash, Source};
 use super::trajectory_csv::{TrajectoryFile, load_trajectory};
 use super::vehicle_file::load_named_vehicle;
 use super::{ConfigError, GainsFile, VehicleFile};
-use crate::assess::SafetyLimits;
+use crate::assess::{ReleaseDistribution, SafetyLimits};
 use crate::control::{ControlLimits, Gains};
+use crate::model::parachute::Pendulum;
 use crate::model::{Environment, MAX_ROTORS, Parachute, Vehicle};
 use crate::plan::{InputReference, PlanProblem, PlanState};
-use crate::sim::{DropSimulation, ReleaseTrigger, Start};
+use crate::sim::{Battery, DropSimulation, ReleaseTrigger, Start};
 use crate::tune::ReleaseCase;
-use crate::tune::release_cases::Swing;
 use crate::units::RAD_PER_DEG;
 
 /// State that a plan starts from, rotors at rest.
@@ -93,6 +94,10 @@ pub struct Mission {
     pub duration_s: f64,
     /// Time of the simulation's start [us since 1970-01-01 UTC].
     pub epoch_unix_us: u64,
+    /// What is below, if it matters.
+    pub ground: Option<MissionGround>,
+    /// The battery, if it matters.
+    pub battery: Option<Battery>,
     /// What cuts the vehicle loose.
     pub release_trigger: ReleaseTrigger,
     /// What the gains are tuned on, Table 3.
@@ -173,15 +178,21 @@ impl Mission {
         self.gains_shelf.hash_without_gains.hex()
     }
 
-    /// The swing of the random releases, (40)-(44).
-    pub fn swing(&self) -> Swing {
-        Swing {
-            descent_m_s: self.parachute.descent_m_s,
-            delay_s: self.parachute.delay_s,
+    /// The random releases, (40)-(44).
+    pub fn releases(&self) -> ReleaseDistribution {
+        let mc = &self.monte_carlo;
+        let mut parachute = self.parachute;
+        parachute.pendulum = Pendulum {
+            amplitude_rad: 0.0,
+            phase_rad: 0.0,
+            omega_rad_s: mc.omega_rad_s,
+            length_m: mc.length_m,
+        };
+        ReleaseDistribution {
+            parachute,
             gravity_m_s2: self.environment.gravity_m_s2,
-            amplitude_sigma_rad: self.monte_carlo.amplitude_sigma_rad,
-            omega_rad_s: self.monte_carlo.omega_rad_s,
-            length_m: self.monte_carlo.length_m,
+            drift_ned_m_s: self.environment.drift_ned_m_s(),
+            amplitude_sigma_rad: mc.amplitude_sigma_rad,
         }
     }
 
@@ -316,10 +327,13 @@ fn build(
         start: match json.release.start {
             StartJson::Release => Start::Release,
             StartJson::T0 => Start::T0,
+            StartJson::Ground => Start::Release,
         },
         hang_s: json.release.hang_s.get(),
         duration_s: json.duration_s.get(),
         epoch_unix_us: json.epoch_unix_us.get() as u64,
+        ground: mission_ground::ground(source, json)?,
+        battery: mission_ground::battery(json),
         release_trigger: parts::trigger(source, json)?,
         tuning_cases: json.tuning.cases.iter().map(parts::release_case).collect(),
         monte_carlo: MonteCarlo {

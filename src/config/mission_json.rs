@@ -46,6 +46,21 @@ pub(super) struct MissionJson {
     pub(super) tuning: TuningJson,
     /// Random releases, (40)-(44).
     pub(super) monte_carlo: MonteCarloJson,
+    /// The battery; without it the vehicle flies for ever.
+    pub(super) battery: Option<BatteryJson>,
+}
+
+/// A store of energy that the rotors' shafts take from.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct BatteryJson {
+    /// Why so.
+    #[serde(rename = "about")]
+    pub(super) _about: Option<String>,
+    /// Energy at the shafts when full [Wh].
+    pub(super) capacity_wh: Positive<1_000_000>,
+    /// Charge at the start [%].
+    pub(super) charge_percent: Count<1, 100>,
 }
 
 /// Gravity, air and place, uniform over the flight.
@@ -67,6 +82,8 @@ pub(super) struct SiteJson {
     pub(super) longitude_deg: AngleDeg,
     /// Its altitude above mean sea level [m].
     pub(super) altitude_m: Within<100_000>,
+    /// Altitude of level ground above mean sea level [m]; without it there is none.
+    pub(super) ground_altitude_m: Option<Within<100_000>>,
 }
 
 /// Descent and swing under the canopy.
@@ -118,6 +135,9 @@ pub(super) enum StartJson {
     Release,
     /// The paper's study: (44) holds at t = 0, attitude and rates as at the release.
     T0,
+    /// No drop: it stands on the ground, right below the local origin, without a parachute. The rest of the release and the parachute
+    /// do not matter then.
+    Ground,
 }
 
 /// What cuts the vehicle loose.
@@ -211,6 +231,8 @@ pub(super) struct LimitsJson {
     pub(super) pitch_rate_deg_s: Positive<100_000>,
     /// Vertical acceleration [m/s^2]; reported, not judged.
     pub(super) vertical_acceleration_m_s2: Positive<100_000>,
+    /// Speed of a touch of the ground [m/s]; 2.1 where it is not given.
+    pub(super) impact_speed_m_s: Option<Positive<1000>>,
 }
 
 /// Limits of the cascade.

@@ -282,6 +282,42 @@ fn numbers_that_do_not_fit_each_other_are_refused() {
     );
 }
 
+/// The ground lies below the release and a battery has a charge; without either key there is none.
+#[test]
+fn ground_and_battery_are_read_and_refused() {
+    let m = load_mission(&shipped(TITAN)).unwrap();
+    assert_eq!((m.ground, m.battery, m.starts_on_ground()), (None, None, false));
+    let ground = |altitude: &str| {
+        let to = format!("\"altitude_m\": 1000, \"ground_altitude_m\": {altitude}");
+        titan("\"altitude_m\": 1000", &to)
+    };
+    let m = ground("700").loaded.unwrap();
+    assert_eq!(
+        m.ground.map(|g| (g.ground.down_m, g.standing, g.impact_limit_m_s)),
+        Some((300.0, false, 2.1))
+    );
+    assert!(!m.simulation().on_ground());
+    ground("1000").refused_at(
+        ("1000, \"ground_altitude_m\": 1000", 27),
+        "site.ground_altitude_m",
+        "expected less than 1000 m",
+    );
+    titan("\"start\": \"release\"", "\"start\": \"ground\"").refused_at(
+        ("\"ground\"", 0),
+        "release.start",
+        "site.ground_altitude_m",
+    );
+    let battery = |charge: &str| {
+        let to = format!("\"seed\": 1, \"battery\": {{ \"capacity_wh\": 2, \"charge_percent\": {charge} }},");
+        titan("\"seed\": 1,", &to)
+    };
+    let full = battery("50").loaded.unwrap().battery.unwrap();
+    assert_eq!((full.charge(), full.consumed_j()), (0.5, 3600.0));
+    assert!(battery("0").loaded.is_err() && battery("101").loaded.is_err());
+    let standing = load_mission(&shipped("mission/x500_ground.json")).unwrap();
+    assert!(standing.starts_on_ground() && standing.simulation().on_ground());
+}
+
 #[test]
 fn a_fault_in_a_named_file_is_reported_there() {
     let in_vehicle =
@@ -320,7 +356,7 @@ fn regress_schemas_are_current_and_show_the_ranges() {
 /// Every number's key ends in its unit, or the number has none.
 #[test]
 fn every_number_in_a_schema_names_its_unit() {
-    const UNITS: [&str; 34] = [
+    const UNITS: [&str; 36] = [
         "_kg",
         "_m",
         "_m2",
@@ -352,6 +388,8 @@ fn every_number_in_a_schema_names_its_unit() {
         "cost_state",
         "axis_body",
         "q_ned_from_body",
+        "_wh",
+        "_percent",
         "c_drag",
         "c_lift",
         "c_pitch",

@@ -2,7 +2,7 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `mission`, `mission_parts`, `mission_json` | `mission/*.json`: checked, with model objects; as written |
+//! | `mission`, `mission_parts`, `mission_ground`, `mission_json` | `mission/*.json`: checked, with model objects; as written |
 //! | `gains_file` | `params/gains/*.json` |
 //! | `params_file` | PX4 parameter files, and their gains for a mission |
 //! | `checkpoint` | what a search of gains was told so far |
@@ -20,6 +20,7 @@ mod checkpoint;
 mod error;
 mod gains_file;
 mod mission;
+mod mission_ground;
 mod mission_json;
 mod mission_parts;
 mod number;
@@ -36,6 +37,7 @@ pub use checkpoint::{checkpoint_json, load_checkpoint};
 pub use error::ConfigError;
 pub use gains_file::{GainsFile, gains_json, gains_path, load_gains};
 pub use mission::{Mission, MonteCarlo, PlanInitial, load_mission};
+pub use mission_ground::MissionGround;
 pub use params_file::load_parameters;
 pub use trajectory_csv::{Stamp, TrajectoryFile, read_trajectory_csv, write_trajectory_csv};
 pub use vehicle_file::{VehicleFile, load_vehicle};

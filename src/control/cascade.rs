@@ -131,6 +131,11 @@ impl Cascade {
         self.limits = limits;
     }
 
+    /// Replaces the mass [kg] that the control law believes in: the collective for a wanted acceleration scales with it.
+    pub fn set_mass_kg(&mut self, mass_kg: f64) {
+        self.airframe.mass_kg = mass_kg;
+    }
+
     /// The gains in use.
     pub fn gains(&self) -> &Gains {
         &self.gains

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`gains`] | the gains of Table 4, yaw gains, limits |
 //! | [`airframe`] | what the control law knows of the vehicle |
+//! | [`position`] | position error to wanted velocity |
 //! | [`velocity`] | velocity error to wanted acceleration, collective and tilt |
 //! | [`attitude`] | attitude error to wanted body rates |
 //! | [`rate`] | body rate error to wanted angular acceleration |
@@ -21,6 +22,7 @@ pub mod attitude;
 pub mod cascade;
 pub mod gains;
 pub mod mixer;
+pub mod position;
 pub mod rate;
 pub mod velocity;
 
@@ -34,6 +36,7 @@ pub(crate) mod specimen;
 pub use airframe::Airframe;
 pub use cascade::{Cascade, ControlOutput, Measurement};
 pub use gains::{ControlLimits, Gains};
+pub use position::{PositionGains, VelocityLimits};
 
 /// Why a controller cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

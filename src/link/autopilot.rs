@@ -6,10 +6,17 @@
 //! | `hil`, `home` | the simulator's messages read as a state; where home is |
 //! | `step` | the control step, its answer, the telemetry that is due |
 //! | `commands` | COMMAND_LONG, COMMAND_INT, SET_MODE |
+//! | `navigation` | the commands about where to fly |
 //! | [`setpoints`] | SET_ATTITUDE_TARGET, SET_POSITION_TARGET_LOCAL_NED |
 //! | `telemetry`, `motion`, `statustext` | the messages it sends |
 //! | `streams` | how often, on which link |
-//! | `services` | clocks, parameters, missions, files |
+//! | `port` | its links |
+//! | `logging` | what goes into the flight log |
+//! | `services` | who is asked, clocks |
+//! | `parameters` | listed, read, set, saved |
+//! | `missions` | missions, fences, rally points: kept, not flown |
+//! | `files` | the file server: what the parameters mean |
+//! | `identity` | what the vehicle says it is: version, modes, plans |
 //!
 //! **Time** is the simulator's: the `time_usec` of the latest HIL_SENSOR, so that nothing here runs while the simulator
 //! stands still. On each HIL_SENSOR the autopilot makes one control step with the state of that time (ODOMETRY, else
@@ -17,9 +24,16 @@
 //! If stamps run backwards the simulator has started over, and so does the autopilot.
 
 mod commands;
+mod files;
 mod hil;
 mod home;
+mod identity;
+mod logging;
+mod missions;
 mod motion;
+mod navigation;
+mod parameters;
+mod port;
 mod services;
 pub mod setpoints;
 mod statustext;
@@ -32,14 +46,20 @@ use std::collections::VecDeque;
 use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 
-use super::frame::PARAM_SET_ID;
 use super::statustext::TextWriter;
-use super::{CommandAck, Encoder, Frame, Link, Session, TimeUs, Transmit};
+use super::{Encoder, Frame, Link, Session, TimeUs, Transmit};
+use crate::autopilot::parameters::Parameters;
 use crate::autopilot::{Autopilot, Setpoint, Severity};
 use crate::control::Cascade;
 use crate::model::Environment;
+use files::FileServer;
 use hil::HilInput;
 use home::Home;
+use logging::LogQueue;
+use missions::Missions;
+use parameters::Listings;
+use port::Port;
+use services::Peer;
 use setpoints::{FaultLog, SetpointFault};
 use step::Condition;
 use streams::{Schedule, id};
@@ -64,13 +84,10 @@ pub struct AutopilotSetup {
     pub rotors: usize,
     /// Unix time of simulated time 0 [us], for SYSTEM_TIME.
     pub epoch_unix_us: u64,
-}
-
-/// One of the session's links: its sequence numbers and its streams.
-#[derive(Clone, Debug)]
-struct Port {
-    encoder: Encoder,
-    schedule: Schedule,
+    /// What ground stations may read and set.
+    pub parameters: Parameters,
+    /// Whether the caller keeps the parameter file of [`AutopilotSession::take_saved_parameters`].
+    pub keeps_parameters: bool,
 }
 
 /// The reference autopilot as a sans-IO session on the links Simulator, GroundStation and Api.
@@ -94,7 +111,16 @@ pub struct AutopilotSession {
     ports: [Port; LINKS.len()],
     faults: FaultLog,
     texts: TextWriter,
+    parameters: Parameters,
+    keeps_parameters: bool,
+    saved_parameters: Option<String>,
+    missions: Missions,
+    files: FileServer,
+    log: LogQueue,
+    /// What the simulator says of the battery.
+    battery: Option<BATTERY_STATUS_DATA>,
     out: VecDeque<Transmit>,
+    unanswered: u64,
 }
 
 impl AutopilotSession {
@@ -103,6 +129,7 @@ impl AutopilotSession {
         let port = |link| Port {
             encoder: Encoder::new(setup.system_id, AUTOPILOT_COMPONENT),
             schedule: Schedule::new(link),
+            listings: Listings::default(),
         };
         let mut session = Self {
             autopilot: Autopilot::new(setup.cascade),
@@ -120,8 +147,17 @@ impl AutopilotSession {
             ports: LINKS.map(port),
             faults: FaultLog::default(),
             texts: TextWriter::default(),
+            files: FileServer::new(&setup.parameters),
+            parameters: setup.parameters,
+            keeps_parameters: setup.keeps_parameters,
+            saved_parameters: None,
+            missions: Missions::default(),
+            log: LogQueue::default(),
+            battery: None,
             out: VecDeque::new(),
+            unanswered: 0,
         };
+        session.parameters.settle(&mut session.autopilot);
         session.greet_simulator();
         session
     }
@@ -129,6 +165,11 @@ impl AutopilotSession {
     /// The state machine and controller behind the wire.
     pub fn autopilot(&self) -> &Autopilot {
         &self.autopilot
+    }
+
+    /// MAVLink system of the vehicle.
+    pub fn system_id(&self) -> u8 {
+        self.system_id
     }
 
     /// Simulated time by the latest HIL_SENSOR; `None` before the first.
@@ -173,10 +214,19 @@ impl AutopilotSession {
             MavMessage::HIL_STATE_QUATERNION(m) if link == Link::Simulator => {
                 self.hil.take_coarse(m, &self.environment);
             }
+            MavMessage::BATTERY_STATUS(m) if link == Link::Simulator && m.battery_remaining >= 0 => {
+                self.autopilot.set_charge(f64::from(m.battery_remaining) / 100.0);
+                self.battery = Some(m.clone());
+            }
+            MavMessage::HEARTBEAT(m) if link != Link::Simulator => {
+                if m.mavtype == MavType::MAV_TYPE_GCS {
+                    self.autopilot.hear_ground_station(self.clock);
+                }
+            }
             MavMessage::HIL_GPS(m) if link == Link::Simulator => self.hil.gps = Some(m.clone()),
             MavMessage::SET_POSITION_TARGET_LOCAL_NED(m) => {
                 if self.is_for_us(m.target_system, m.target_component) {
-                    self.take_setpoint(setpoints::velocity_setpoint(m));
+                    self.take_setpoint(setpoints::local_setpoint(m));
                 }
             }
             MavMessage::SET_ATTITUDE_TARGET(m) => {
@@ -227,30 +277,10 @@ impl AutopilotSession {
             home: &self.home,
             rotors: self.rotors,
             epoch_unix_us: self.epoch_unix_us,
+            missions: &self.missions,
+            files: &self.files,
+            battery: self.battery.as_ref(),
         }
-    }
-
-    fn port(&mut self, link: Link) -> &mut Port {
-        match link {
-            Link::Simulator => &mut self.ports[0],
-            Link::GroundStation => &mut self.ports[1],
-            Link::Api | Link::Parachute => &mut self.ports[2],
-        }
-    }
-
-    fn send(&mut self, link: Link, message: &MavMessage) {
-        let bytes = self.port(link).encoder.encode(message);
-        self.out.push_back(Transmit { link, bytes });
-    }
-
-    fn send_command_ack(&mut self, link: Link, ack: &CommandAck) {
-        let bytes = self.port(link).encoder.encode_command_ack(ack);
-        self.out.push_back(Transmit { link, bytes });
-    }
-
-    fn send_message_interval(&mut self, link: Link, message_id: u16, interval_us: i32) {
-        let message = MESSAGE_INTERVAL_DATA { interval_us, message_id };
-        self.send(link, &MavMessage::MESSAGE_INTERVAL(message));
     }
 }
 
@@ -270,8 +300,8 @@ impl Session for AutopilotSession {
             self.handle_command(link, frame, &command);
         } else if let Some(set_mode) = frame.set_mode() {
             self.handle_set_mode(set_mode.target_system, set_mode.custom_mode);
-        } else if frame.message_id == PARAM_SET_ID {
-            self.refuse_param_set(link, frame);
+        } else if self.handle_raw_service(link, frame) {
+            // It has been answered.
         } else if let Some(message) = frame.known() {
             self.handle_message(link, frame, message);
         } else {
@@ -280,17 +310,21 @@ impl Session for AutopilotSession {
         self.say_events();
     }
 
-    /// Before the simulator's time runs, a HEARTBEAT a second; from then on nothing.
+    /// Before the simulator's time runs, a HEARTBEAT a second; and always what services have under way, also while the
+    /// simulator stands still.
     fn handle_time(&mut self, now: TimeUs) {
-        if self.running || self.last_beat.is_some_and(|at| now.saturating_sub(at) < 1_000_000) {
-            return;
+        let beats = !self.running && self.last_beat.is_none_or(|at| now.saturating_sub(at) >= 1_000_000);
+        if !self.running {
+            self.clock = now;
         }
-        self.last_beat = Some(now);
-        self.clock = now;
-        if let Some(heartbeat) = self.telemetry().message(id::HEARTBEAT) {
-            self.send(Link::GroundStation, &heartbeat);
-            self.send(Link::Api, &heartbeat);
+        if beats {
+            self.last_beat = Some(now);
+            if let Some(heartbeat) = self.telemetry().message(id::HEARTBEAT) {
+                self.send(Link::GroundStation, &heartbeat);
+                self.send(Link::Api, &heartbeat);
+            }
         }
+        self.serve();
     }
 
     fn poll_output(&mut self) -> Option<Transmit> {

@@ -3,50 +3,23 @@
 //! Parsing the messages is the mavlink crate's; the framing is ours, because a session must resync in a
 //! damaged stream, count what it drops by kind, and keep frames whose message does not parse.
 //!
-//! Signatures are not checked: there is no key, and a library without one accepts signed frames; they are counted.
+//! Signatures are not looked at here: that takes a key ([`super::signing`]).
 
 use mavlink::dialects::common::MavMessage;
 use mavlink::error::ParserError;
 use mavlink::{MAV_STX, MAV_STX_V2, MavlinkVersion, Message as _, calculate_crc};
 
+use super::Faults;
 use super::frame::{Frame, Message};
 
 /// MAVLink 2: a signature of 13 bytes follows the checksum.
-const INCOMPATIBLE_SIGNED: u8 = 0x01;
-const SIGNATURE_LEN: usize = 13;
+pub(super) const INCOMPATIBLE_SIGNED: u8 = 0x01;
+pub(super) const SIGNATURE_LEN: usize = 13;
 pub(super) const CHECKSUM_LEN: usize = 2;
 const HEADER_LEN_V1: usize = 6;
 pub(super) const HEADER_LEN_V2: usize = 10;
 /// Most bytes that a stream keeps while it waits for the rest of a frame; any frame is far shorter.
 const MAX_BUFFERED: usize = 1 << 16;
-
-/// What a decoder has seen, by kind.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Faults {
-    /// Frames whose checksum was right.
-    pub frames: u64,
-    /// Bytes that belong to no frame.
-    pub skipped_bytes: u64,
-    /// Candidates with a wrong checksum.
-    pub bad_crc: u64,
-    /// Frames that a datagram (or a stream given up) ended inside of.
-    pub truncated: u64,
-    /// Frames of a message that the dialect does not have; their checksum cannot be checked.
-    pub unknown_id: u64,
-    /// Frames with MAVLink 2 incompatibility flags other than "signed"; a receiver must drop them.
-    pub incompatible: u64,
-    /// Sound frames with a value that the parser refuses, given out as [`Message::Unparsed`].
-    pub unparsed: u64,
-    /// Sound frames that were signed; the signature was not checked.
-    pub signed: u64,
-}
-
-impl Faults {
-    /// Everything that was dropped: candidates and stray bytes that gave no frame.
-    pub fn dropped(&self) -> u64 {
-        self.bad_crc + self.truncated + self.unknown_id + self.incompatible
-    }
-}
 
 /// A frame's header and where its parts lie.
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +31,7 @@ pub(super) struct Header {
     pub payload_at: usize,
     pub payload_len: usize,
     version: MavlinkVersion,
-    signed: bool,
+    pub signed: bool,
     incompatible: bool,
 }
 
@@ -135,6 +108,11 @@ impl Decoder {
         &self.faults
     }
 
+    /// What has been seen since the last call.
+    pub fn take_faults(&mut self) -> Faults {
+        std::mem::take(&mut self.faults)
+    }
+
     /// Appends bytes of a stream. Call [`Self::next_frame`] until `None` afterwards.
     pub fn push(&mut self, bytes: &[u8]) {
         self.buffer.drain(..self.start);
@@ -149,7 +127,7 @@ impl Decoder {
     /// The next frame of the stream, `None` when more bytes are needed.
     pub fn next_frame(&mut self) -> Option<Frame> {
         loop {
-            match examine(&self.buffer[self.start..], &mut self.faults) {
+            match examine(&self.buffer[self.start..], End::MayGoOn, &mut self.faults) {
                 Found::Frame(frame, len) => {
                     self.start += len;
                     return Some(frame);
@@ -180,7 +158,7 @@ impl Decoder {
     pub fn datagram(&mut self, bytes: &[u8], mut each: impl FnMut(Frame)) {
         let mut at = 0;
         while at < bytes.len() {
-            match examine(&bytes[at..], &mut self.faults) {
+            match examine(&bytes[at..], End::IsFinal, &mut self.faults) {
                 Found::Frame(frame, len) => {
                     at += len;
                     each(frame);
@@ -196,7 +174,16 @@ impl Decoder {
     }
 }
 
-fn examine(bytes: &[u8], faults: &mut Faults) -> Found {
+/// What it means that bytes end.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum End {
+    /// More will come.
+    MayGoOn,
+    /// A datagram is over.
+    IsFinal,
+}
+
+fn examine(bytes: &[u8], end: End, faults: &mut Faults) -> Found {
     let Some(marker) = bytes.iter().position(|b| *b == MAV_STX || *b == MAV_STX_V2) else {
         faults.skipped_bytes += bytes.len() as u64;
         return if bytes.is_empty() { Found::Incomplete } else { Found::Skip(bytes.len()) };
@@ -215,15 +202,19 @@ fn examine(bytes: &[u8], faults: &mut Faults) -> Found {
     else {
         return Found::Incomplete;
     };
-    examine_whole(bytes.0, bytes.1.copied(), header, faults)
+    examine_whole(bytes.0, bytes.1.copied(), end, header, faults)
 }
 
 /// Checks a candidate of full length; `next` is the byte behind it.
-fn examine_whole(bytes: &[u8], next: Option<u8>, header: Header, faults: &mut Faults) -> Found {
+fn examine_whole(bytes: &[u8], next: Option<u8>, end: End, header: Header, faults: &mut Faults) -> Found {
     let crc_extra = MavMessage::extra_crc(header.message_id);
     if crc_extra == 0 && MavMessage::default_message_from_id(header.message_id).is_none() {
+        // Without its checksum the only evidence for a frame is that another one begins right behind it. In a stream one
+        // waits to see that, lest it depend on how the stream is cut.
+        if next.is_none() && end == End::MayGoOn {
+            return Found::Incomplete;
+        }
         faults.unknown_id += 1;
-        // Without its checksum the only evidence for a frame is that another one begins right behind it.
         let len = if next.is_none_or(|b| b == MAV_STX || b == MAV_STX_V2) { bytes.len() } else { 1 };
         faults.skipped_bytes += len as u64;
         return Found::Skip(len);
@@ -237,6 +228,7 @@ fn examine_whole(bytes: &[u8], next: Option<u8>, header: Header, faults: &mut Fa
     }
     faults.frames += 1;
     faults.signed += u64::from(header.signed);
+    faults.mavlink1 += u64::from(matches!(header.version, MavlinkVersion::V1));
     let message = match MavMessage::parse(header.version, header.message_id, &bytes[header.payload_at..at]) {
         Ok(message) => Message::Known(message),
         Err(

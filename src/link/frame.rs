@@ -8,8 +8,10 @@
 //!
 //! Offsets are those of the wire (fields sorted by size), beyond the end of a trimmed payload everything is zero.
 
-use mavlink::Message as _;
 use mavlink::dialects::common::MavMessage;
+use mavlink::{MavlinkVersion, Message as _};
+
+use super::PeerId;
 
 /// Longest frame: MAVLink 2, 255 bytes of payload, signed.
 pub const MAX_FRAME_LEN: usize = 280;
@@ -52,10 +54,13 @@ pub struct Frame {
     pub message_id: u32,
     /// The message.
     pub message: Message,
+    /// By whom it came; [`PeerId::ONLY`] unless the receiving side tells its peers apart.
+    pub peer: PeerId,
     bytes: [u8; MAX_FRAME_LEN],
     len: u16,
     payload_at: u8,
     payload_len: u8,
+    signed: bool,
 }
 
 impl Frame {
@@ -70,16 +75,31 @@ impl Frame {
             sequence: header.sequence,
             message_id: header.message_id,
             message,
+            peer: PeerId::ONLY,
             bytes: copy,
             len: len as u16,
             payload_at: header.payload_at as u8,
             payload_len: header.payload_len as u8,
+            signed: header.signed,
         }
     }
 
     /// The whole frame as it was on the wire.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes[..usize::from(self.len)]
+    }
+
+    /// Whether the frame ends in a signature.
+    pub fn is_signed(&self) -> bool {
+        self.signed
+    }
+
+    /// Whether the payload is longer than the message's fields: what a newer dialect has added is not read.
+    pub fn has_excess(&self) -> bool {
+        let Some(message) = self.known() else { return false };
+        let mut payload = [0; 255];
+        let read = message.ser(MavlinkVersion::V2, &mut payload);
+        mavlink::utils::remove_trailing_zeroes(self.payload().as_slice()) > read
     }
 
     /// The payload as it was on the wire.

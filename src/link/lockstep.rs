@@ -10,7 +10,8 @@
 
 use super::simulator::Missing;
 use super::{
-    Decoder, Faults, Frame, Link, Pace, Session, SimulatorSession, StreamerSession, TimeUs, seconds,
+    Decoder, Faults, Frame, Link, Pace, PeerId, Session, SimulatorSession, StreamerSession, TimeUs, Transmit,
+    seconds,
 };
 
 /// Rounds of answers to answers within one step; what is still in flight then is delivered in the next step.
@@ -27,6 +28,17 @@ pub enum LockstepError {
         /// What is missing.
         missing: Missing,
     },
+}
+
+/// Who of the three has sent a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Party {
+    /// The simulator, or its parachute.
+    Simulator,
+    /// The autopilot.
+    Autopilot,
+    /// The streamer.
+    Streamer,
 }
 
 /// The parties and the wires between them. See the head of this file.
@@ -54,6 +66,17 @@ impl<A: Session> Lockstep<A> {
     /// # Errors
     /// [`LockstepError::NoAnswer`] when the autopilot has not answered the step before.
     pub fn step(&mut self, tap: &mut impl FnMut(TimeUs, Link, &[u8])) -> Result<bool, LockstepError> {
+        self.step_sending(&mut |now, sent, _| tap(now, sent.link, &sent.bytes))
+    }
+
+    /// As [`Self::step`]; the tap learns whom each frame is for, and by which party it was sent.
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub fn step_sending(
+        &mut self,
+        tap: &mut impl FnMut(TimeUs, &Transmit, Party),
+    ) -> Result<bool, LockstepError> {
         match self.simulator.pace() {
             Pace::Done => return Ok(false),
             Pace::Free | Pace::Ready => self.simulator.advance(),
@@ -86,40 +109,37 @@ impl<A: Session> Lockstep<A> {
 
     /// Puts in what came from outside by `link`: for the autopilot what comes from ground stations and companions, for the
     /// parachute what comes to its own socket, for the simulator what comes from an autopilot.
-    pub fn deliver(&mut self, link: Link, datagram: &[u8]) {
+    pub fn deliver(&mut self, link: Link, frame: &Frame) {
         let now = self.simulator.now();
-        let Self { simulator, autopilot, decoder, .. } = self;
         match link {
-            Link::GroundStation | Link::Api => {
-                decoder.datagram(datagram, |frame| autopilot.handle_input(now, link, &frame));
-            }
-            Link::Parachute | Link::Simulator => {
-                decoder.datagram(datagram, |frame| simulator.handle_input(now, link, &frame));
-            }
+            Link::GroundStation | Link::Api => self.autopilot.handle_input(now, link, frame),
+            Link::Parachute | Link::Simulator => self.simulator.handle_input(now, link, frame),
         }
     }
 
-    /// What the receivers have seen of damage: none, but for what [`Self::deliver`] brought.
+    /// What the receivers on the wire have seen of damage: none.
     pub fn faults(&self) -> &Faults {
         self.decoder.faults()
     }
 
     /// Everyone's output once; whether there was any.
-    fn round(&mut self, now: TimeUs, tap: &mut impl FnMut(TimeUs, Link, &[u8])) -> bool {
+    fn round(&mut self, now: TimeUs, tap: &mut impl FnMut(TimeUs, &Transmit, Party)) -> bool {
         let Self { simulator, autopilot, streamer, decoder } = self;
         let mut any = false;
         while let Some(sent) = simulator.poll_output() {
             any = true;
-            tap(now, sent.link, &sent.bytes);
+            tap(now, &sent, Party::Simulator);
             match sent.link {
+                _ if !sent.to.includes(PeerId::ONLY) => {}
                 Link::Simulator => pass(decoder, &sent.bytes, now, autopilot, Link::Simulator),
                 _ => pass(decoder, &sent.bytes, now, streamer, Link::Parachute),
             }
         }
         while let Some(sent) = autopilot.poll_output() {
             any = true;
-            tap(now, sent.link, &sent.bytes);
+            tap(now, &sent, Party::Autopilot);
             match sent.link {
+                _ if !sent.to.includes(PeerId::ONLY) => {}
                 Link::Simulator => pass(decoder, &sent.bytes, now, simulator, Link::Simulator),
                 Link::Api => pass(decoder, &sent.bytes, now, streamer, Link::Api),
                 Link::GroundStation | Link::Parachute => {}
@@ -127,7 +147,7 @@ impl<A: Session> Lockstep<A> {
         }
         while let Some(sent) = streamer.poll_output() {
             any = true;
-            tap(now, sent.link, &sent.bytes);
+            tap(now, &sent, Party::Streamer);
             // One socket, two peers, as on UDP: both get it, and each knows what is meant for it.
             decoder.datagram(&sent.bytes, |frame: Frame| {
                 autopilot.handle_input(now, Link::Api, &frame);

@@ -5,7 +5,12 @@
 //! | [`frame`] | a frame as received; what a strict message enum refuses stays readable |
 //! | [`decoder`] | bytes to frames: stream and datagram, MAVLink 1 and 2 |
 //! | [`encoder`] | messages to bytes |
+//! | [`faults`] | what came and was not as it should be, by kind |
+//! | [`signing`] | MAVLink 2 signatures |
+//! | [`hub`] | many peers: who gets what, numbering, signing, forwarding, counts |
+//! | [`peer`] | who is at the other end of a link |
 //! | [`tlog`] | the record of what went over the wire |
+//! | [`flight_log`] | what the autopilot knew and commanded, as ULog |
 //! | [`parachute`] | the parachute component: release by command |
 //! | [`simulator`] | the simulator: lockstep, release triggers, sensors, flight log |
 //! | [`streamer`] | the offboard streamer: arms, releases, streams the plan |
@@ -20,11 +25,16 @@
 pub mod autopilot;
 pub mod decoder;
 pub mod encoder;
+pub mod faults;
+pub mod flight_log;
 pub mod frame;
+pub mod hub;
 pub mod lockstep;
 pub mod parachute;
+pub mod peer;
 #[cfg(feature = "cli")]
 pub mod shell;
+pub mod signing;
 pub mod simulator;
 mod statustext;
 pub mod streamer;
@@ -41,11 +51,15 @@ mod parachute_tests;
 mod test_site;
 
 pub use autopilot::{AutopilotSession, AutopilotSetup};
-pub use decoder::{Decoder, Faults};
+pub use decoder::Decoder;
 pub use encoder::{CommandAck, Encoder};
+pub use faults::Faults;
+pub use flight_log::{FlightLog, LogEntry};
 pub use frame::{Command, Frame, Message, Payload, SetMode};
-pub use lockstep::{Lockstep, LockstepError};
+pub use hub::{EndpointId, Hub, HubConfig, HubEvent};
+pub use lockstep::{Lockstep, LockstepError, Party};
 pub use parachute::ParachuteComponent;
+pub use peer::{PeerId, Recipient};
 pub use simulator::{
     FlightEvent, FlightRecord, Pace, Silence, SimulatorConfig, SimulatorEvent, SimulatorSession,
 };
@@ -71,8 +85,22 @@ pub enum Link {
 pub struct Transmit {
     /// By which connection.
     pub link: Link,
+    /// To which of its peers.
+    pub to: Recipient,
     /// The frame.
     pub bytes: Vec<u8>,
+}
+
+impl Transmit {
+    /// To every peer of a link.
+    pub fn to_all(link: Link, bytes: Vec<u8>) -> Self {
+        Self { link, to: Recipient::All, bytes }
+    }
+
+    /// To one peer of a link.
+    pub fn to_peer(link: Link, peer: PeerId, bytes: Vec<u8>) -> Self {
+        Self { link, to: Recipient::Peer(peer), bytes }
+    }
 }
 
 /// A party on the wire, without socket and clock.

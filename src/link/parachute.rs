@@ -13,7 +13,9 @@ use mavlink::dialects::common::{
 };
 
 use super::statustext::TextWriter;
-use super::{Command, CommandAck, Encoder, Frame, Link, Session, TimeUs, Transmit, seconds};
+use super::{
+    Command, CommandAck, Encoder, Frame, Link, PeerId, Recipient, Session, TimeUs, Transmit, seconds,
+};
 
 /// MAV_COMP_ID_PARACHUTE.
 pub const PARACHUTE_COMPONENT: u8 = 161;
@@ -40,7 +42,7 @@ pub struct ParachuteComponent {
     /// Why a command to cut is not obeyed at present; `None`: it is.
     refusal: Option<&'static str>,
     texts: TextWriter,
-    outbox: VecDeque<Vec<u8>>,
+    outbox: VecDeque<(Recipient, Vec<u8>)>,
 }
 
 /// What a command comes to.
@@ -105,7 +107,7 @@ impl ParachuteComponent {
         if self.released_at.is_none() {
             self.released_at = Some(at);
             self.say(MavSeverity::MAV_SEVERITY_NOTICE, &format!("Released at {:.3} s: {why}", seconds(at)));
-            self.send_t_release(now);
+            self.send_t_release(now, Recipient::All);
         }
     }
 
@@ -113,17 +115,17 @@ impl ParachuteComponent {
     pub fn note_end(&mut self, now: TimeUs, why: &str) {
         let text = format!("Simulation over at {:.3} s: {why}", seconds(now));
         self.say(MavSeverity::MAV_SEVERITY_NOTICE, &text);
-        self.send_instant(now, T_END, now);
+        self.send_instant(now, Recipient::All, T_END, now);
     }
 
     /// Says something to everybody.
     pub fn say(&mut self, severity: MavSeverity, text: &str) {
         for message in self.texts.messages(severity, text) {
-            self.send(&MavMessage::STATUSTEXT(message));
+            self.send(Recipient::All, &MavMessage::STATUSTEXT(message));
         }
     }
 
-    fn command(&mut self, now: TimeUs, command: &Command, from: (u8, u8)) {
+    fn command(&mut self, now: TimeUs, command: &Command, peer: PeerId, from: (u8, u8)) {
         let addressed = command.target_component == PARACHUTE_COMPONENT;
         // To all components: only what none but us can do; the rest is the autopilot's to answer.
         let for_all = command.target_component == 0 && command.command == MavCmd::MAV_CMD_DO_GRIPPER as u16;
@@ -131,7 +133,8 @@ impl ParachuteComponent {
         if !(our_system && (addressed || for_all)) {
             return;
         }
-        let answer = self.answer(now, command);
+        let to = Recipient::Peer(peer);
+        let answer = self.answer(now, command, to);
         let ack = CommandAck {
             command: command.command,
             result: answer.result as u8,
@@ -140,7 +143,7 @@ impl ParachuteComponent {
             ..CommandAck::default()
         };
         let bytes = self.encoder.encode_command_ack(&ack);
-        self.outbox.push_back(bytes);
+        self.outbox.push_back((to, bytes));
         if let Some(text) = answer.text {
             let refused = answer.result != MavResult::MAV_RESULT_ACCEPTED;
             let severity =
@@ -149,7 +152,7 @@ impl ParachuteComponent {
         }
     }
 
-    fn answer(&mut self, now: TimeUs, command: &Command) -> Answer {
+    fn answer(&mut self, now: TimeUs, command: &Command, to: Recipient) -> Answer {
         const GRIPPER: u16 = MavCmd::MAV_CMD_DO_GRIPPER as u16;
         const PARACHUTE: u16 = MavCmd::MAV_CMD_DO_PARACHUTE as u16;
         const REQUEST: u16 = MavCmd::MAV_CMD_REQUEST_MESSAGE as u16;
@@ -171,11 +174,11 @@ impl ParachuteComponent {
             (PARACHUTE, None) => Answer::denied("DO_PARACHUTE refused: hangs; DO_GRIPPER cuts"),
             (PARACHUTE, Some(_)) => Answer::denied("DO_PARACHUTE refused: no canopy any more"),
             (REQUEST, _) if command.param(1) == Some(HEARTBEAT_ID) => {
-                self.send_heartbeat();
+                self.send_heartbeat(to);
                 Answer::accepted(None)
             }
             (REQUEST, Some(_)) if command.param(1) == Some(NAMED_VALUE_INT_ID) => {
-                self.send_t_release(now);
+                self.send_t_release(now, to);
                 Answer::accepted(None)
             }
             (REQUEST, _) => Answer { result: MavResult::MAV_RESULT_DENIED, text: None },
@@ -183,34 +186,36 @@ impl ParachuteComponent {
         }
     }
 
-    fn send(&mut self, message: &MavMessage) {
+    fn send(&mut self, to: Recipient, message: &MavMessage) {
         let bytes = self.encoder.encode(message);
-        self.outbox.push_back(bytes);
+        self.outbox.push_back((to, bytes));
     }
 
-    fn send_heartbeat(&mut self) {
-        self.send(&MavMessage::HEARTBEAT(HEARTBEAT_DATA {
+    fn send_heartbeat(&mut self, to: Recipient) {
+        let heartbeat = HEARTBEAT_DATA {
             custom_mode: 0,
             mavtype: MavType::MAV_TYPE_PARACHUTE,
             autopilot: MavAutopilot::MAV_AUTOPILOT_INVALID,
             base_mode: MavModeFlag::empty(),
             system_status: MavState::MAV_STATE_ACTIVE,
             mavlink_version: 3,
-        }));
+        };
+        self.send(to, &MavMessage::HEARTBEAT(heartbeat));
     }
 
-    fn send_t_release(&mut self, now: TimeUs) {
+    fn send_t_release(&mut self, now: TimeUs, to: Recipient) {
         if let Some(at) = self.released_at {
-            self.send_instant(now, T_RELEASE, at);
+            self.send_instant(now, to, T_RELEASE, at);
         }
     }
 
-    fn send_instant(&mut self, now: TimeUs, name: &str, at: TimeUs) {
-        self.send(&MavMessage::NAMED_VALUE_INT(NAMED_VALUE_INT_DATA {
+    fn send_instant(&mut self, now: TimeUs, to: Recipient, name: &str, at: TimeUs) {
+        let instant = NAMED_VALUE_INT_DATA {
             time_boot_ms: (now / 1_000) as u32,
             value: ((at + 500) / 1_000) as i32,
             name: name.into(),
-        }));
+        };
+        self.send(to, &MavMessage::NAMED_VALUE_INT(instant));
     }
 }
 
@@ -219,19 +224,20 @@ impl Session for ParachuteComponent {
         if link == Link::Parachute
             && let Some(command) = frame.command()
         {
-            self.command(now, &command, (frame.system_id, frame.component_id));
+            self.command(now, &command, frame.peer, (frame.system_id, frame.component_id));
         }
     }
 
     fn handle_time(&mut self, now: TimeUs) {
         if now >= self.next_heartbeat {
             self.next_heartbeat = now - now % HEARTBEAT_PERIOD_US + HEARTBEAT_PERIOD_US;
-            self.send_heartbeat();
-            self.send_t_release(now);
+            self.send_heartbeat(Recipient::All);
+            self.send_t_release(now, Recipient::All);
         }
     }
 
     fn poll_output(&mut self) -> Option<Transmit> {
-        self.outbox.pop_front().map(|bytes| Transmit { link: Link::Parachute, bytes })
+        let (to, bytes) = self.outbox.pop_front()?;
+        Some(Transmit { link: Link::Parachute, to, bytes })
     }
 }

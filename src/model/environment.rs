@@ -30,6 +30,19 @@ pub struct GeoPoint {
     pub altitude_m: f64,
 }
 
+impl GeoPoint {
+    /// The point at `p_ned` [m] from this one: an equirectangular chart on a sphere of Earth's mean radius, good to
+    /// millimetres over the kilometre of a drop. (Ground stations draw every site on Earth's map.)
+    pub fn moved(&self, p_ned: &Vector3<f64>) -> Self {
+        let cos_lat = (self.latitude_deg * RAD_PER_DEG).cos();
+        Self {
+            latitude_deg: self.latitude_deg + p_ned.x / EARTH_RADIUS_M * DEG_PER_RAD,
+            longitude_deg: self.longitude_deg + p_ned.y / (EARTH_RADIUS_M * cos_lat) * DEG_PER_RAD,
+            altitude_m: self.altitude_m - p_ned.z,
+        }
+    }
+}
+
 impl Environment {
     /// Checks and builds.
     ///
@@ -71,15 +84,9 @@ impl Environment {
         Vector3::new(self.wind_ned_m_s.x, self.wind_ned_m_s.y, 0.0)
     }
 
-    /// The point of the globe at `p_ned` [m] from the anchor: an equirectangular chart on a sphere of Earth's mean
-    /// radius, good to millimetres over the kilometre of a drop. (Ground stations draw every site on Earth's map.)
+    /// The point of the globe at `p_ned` [m] from the anchor: [`GeoPoint::moved`].
     pub fn geo_point(&self, p_ned: &Vector3<f64>) -> GeoPoint {
-        let cos_lat = (self.anchor.latitude_deg * RAD_PER_DEG).cos();
-        GeoPoint {
-            latitude_deg: self.anchor.latitude_deg + p_ned.x / EARTH_RADIUS_M * DEG_PER_RAD,
-            longitude_deg: self.anchor.longitude_deg + p_ned.y / (EARTH_RADIUS_M * cos_lat) * DEG_PER_RAD,
-            altitude_m: self.anchor.altitude_m - p_ned.z,
-        }
+        self.anchor.moved(p_ned)
     }
 
     /// The local position [m] of a point of the globe: the inverse of [`Environment::geo_point`].

@@ -83,6 +83,8 @@ pub struct ForceBalance {
     pub gravity_force_ned: Vector3<f64>,
     /// Parachute (while hanging) [N], NED.
     pub canopy_force_ned: Vector3<f64>,
+    /// Ground (while touching it) [N], NED.
+    pub ground_force_ned: Vector3<f64>,
     /// Moment of the rotor thrusts (6) [N m], body.
     pub rotor_moment_body: Vector3<f64>,
     /// Air on the body (18) [N m], body.
@@ -91,6 +93,8 @@ pub struct ForceBalance {
     pub reaction_moment_body: Vector3<f64>,
     /// `-(H_dot + omega x H)` of the rotors (22) [N m], body; zero when switched off.
     pub gyro_moment_body: Vector3<f64>,
+    /// Ground (while touching it) [N m], body.
+    pub ground_moment_body: Vector3<f64>,
     /// Thrust of each rotor [N].
     pub thrust_n: PerRotor,
     /// Aerodynamic torque of each rotor [N m].

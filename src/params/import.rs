@@ -7,7 +7,7 @@
 use super::export::{GRAVITY_KEY, hover_thrust, rotor_columns};
 use super::file::{ParameterFile, Value};
 use super::normalised::NormalisedUnits;
-use super::purpose::Purpose;
+use super::purpose::{Factors, Purpose};
 use super::{ParamsError, Subject};
 use crate::control::{ControlLimits, Gains};
 use crate::model::Vehicle;
@@ -56,41 +56,35 @@ pub fn import(file: &ParameterFile, subject: &Subject) -> Result<Import, ParamsE
     let purpose = belongs(file, gravity)?;
     let units = NormalisedUnits::of(subject.vehicle, subject.environment.density_kg_m3)?;
     same_vehicle(file, subject, &units)?;
-    let mut reader = Reader { file, missing: Vec::new(), taken: 0, remarks: Vec::new() };
-    let f = purpose.factors(gravity);
-    let inertia = &subject.vehicle.mass.inertia_kg_m2;
-    let (old, old_limits) = (subject.gains, subject.limits);
-    let pitch = units.pitch_nm / inertia[(1, 1)];
-    let mut gains = Gains {
-        k_pvx: reader.gain("MPC_XY_VEL_P_ACC", 1.0 / f.acceleration_per_velocity, old.k_pvx),
-        k_ivx: reader.gain("MPC_XY_VEL_I_ACC", 1.0 / f.acceleration_per_distance, old.k_ivx),
-        k_pvz: reader.gain("MPC_Z_VEL_P_ACC", 1.0 / f.acceleration_per_velocity, old.k_pvz),
-        k_ivz: reader.gain("MPC_Z_VEL_I_ACC", 1.0 / f.acceleration_per_distance, old.k_ivz),
-        k_ptheta: reader.gain("MC_PITCH_P", 1.0 / f.rate_per_angle, old.k_ptheta),
-        k_ppsi: reader.gain("MC_YAW_P", 1.0 / f.rate_per_angle, old.k_ppsi),
-        k_pq: reader.rate_gain("PITCH", 'P', pitch / f.torque_per_rate, old.k_pq),
-        k_iq: reader.rate_gain("PITCH", 'I', pitch / f.torque_per_angle, old.k_iq),
-        k_pr: old.k_pr,
-    };
-    if let Some(yaw_nm) = units.yaw_nm {
-        let yaw = yaw_nm / inertia[(2, 2)] / f.torque_per_rate;
-        gains.k_pr = reader.rate_gain("YAW", 'P', yaw, old.k_pr);
-    }
+    let scale = Scale::new(&units, subject.vehicle, purpose.factors(gravity));
+    let number = |name: &str| file.get(name).map(Value::as_f64);
+    let mut reader = Reader { number: &number, missing: Vec::new(), taken: 0, remarks: Vec::new() };
+    let gains = reader.gains(&scale, subject.gains);
     if reader.taken == 0 {
         return Err(ParamsError::NoGains);
     }
-    let rate = RAD_PER_DEG / f.rate;
-    let limits = ControlLimits {
-        tilt_rad: reader.limit("MPC_TILTMAX_AIR", RAD_PER_DEG, old_limits.tilt_rad),
-        rate_command_rad_s: reader.limit("MC_PITCHRATE_MAX", rate, old_limits.rate_command_rad_s),
-        yaw_rate_command_rad_s: reader.limit("MC_YAWRATE_MAX", rate, old_limits.yaw_rate_command_rad_s),
-        rate_integral_rad_s2: reader.limit("MC_PR_INT_LIM", pitch, old_limits.rate_integral_rad_s2),
-    };
+    let limits = reader.limits(&scale, subject.limits);
     gains.validate()?;
     limits.validate()?;
-    let roll = units.roll_nm / inertia[(0, 0)];
-    reader.compare_roll(&gains, roll / f.torque_per_rate, 1.0 / f.rate_per_angle);
+    reader.compare_roll(&gains, &scale);
     Ok(Import { gains, limits, remarks: reader.finish() })
+}
+
+/// Gains and limits with those put in that `number` has under PX4's names; the others stay as they are, to the bit. For K of a
+/// rate loop to count, its P and I must be there as well.
+///
+/// # Errors
+/// [`ParamsError::Control`] when a gain or limit is out of range.
+pub fn adopt(
+    scale: &Scale,
+    number: &dyn Fn(&str) -> Option<f64>,
+    (gains, limits): (&Gains, &ControlLimits),
+) -> Result<(Gains, ControlLimits), ParamsError> {
+    let mut reader = Reader { number, missing: Vec::new(), taken: 0, remarks: Vec::new() };
+    let (gains, limits) = (reader.gains(scale, gains), reader.limits(scale, limits));
+    gains.validate()?;
+    limits.validate()?;
+    Ok((gains, limits))
 }
 
 /// The purpose by which the file's numbers are to be read at the site.
@@ -165,8 +159,33 @@ fn arm_m(vehicle: &Vehicle) -> f64 {
     vehicle.rotors.iter().map(|r| r.position_body_m.norm()).fold(0.0, f64::max)
 }
 
+/// What PX4's numbers mean for a vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    factors: Factors,
+    /// Angular acceleration per normalised torque [1/s^2].
+    pub roll: f64,
+    /// Angular acceleration per normalised torque [1/s^2].
+    pub pitch: f64,
+    /// Angular acceleration per normalised torque [1/s^2]; `None` when the rotors have no torque.
+    pub yaw: Option<f64>,
+}
+
+impl Scale {
+    /// The scale of a vehicle with its normalised units, for a purpose's factors.
+    pub fn new(units: &NormalisedUnits, vehicle: &Vehicle, factors: Factors) -> Self {
+        let inertia = &vehicle.mass.inertia_kg_m2;
+        Self {
+            factors,
+            roll: units.roll_nm / inertia[(0, 0)],
+            pitch: units.pitch_nm / inertia[(1, 1)],
+            yaw: units.yaw_nm.map(|yaw_nm| yaw_nm / inertia[(2, 2)]),
+        }
+    }
+}
+
 struct Reader<'a> {
-    file: &'a ParameterFile,
+    number: &'a dyn Fn(&str) -> Option<f64>,
     missing: Vec<String>,
     taken: usize,
     remarks: Vec<String>,
@@ -174,7 +193,36 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn number(&self, name: &str) -> Option<f64> {
-        self.file.get(name).map(Value::as_f64)
+        (self.number)(name)
+    }
+
+    fn gains(&mut self, scale: &Scale, old: &Gains) -> Gains {
+        let f = &scale.factors;
+        let mut gains = Gains {
+            k_pvx: self.gain("MPC_XY_VEL_P_ACC", 1.0 / f.acceleration_per_velocity, old.k_pvx),
+            k_ivx: self.gain("MPC_XY_VEL_I_ACC", 1.0 / f.acceleration_per_distance, old.k_ivx),
+            k_pvz: self.gain("MPC_Z_VEL_P_ACC", 1.0 / f.acceleration_per_velocity, old.k_pvz),
+            k_ivz: self.gain("MPC_Z_VEL_I_ACC", 1.0 / f.acceleration_per_distance, old.k_ivz),
+            k_ptheta: self.gain("MC_PITCH_P", 1.0 / f.rate_per_angle, old.k_ptheta),
+            k_ppsi: self.gain("MC_YAW_P", 1.0 / f.rate_per_angle, old.k_ppsi),
+            k_pq: self.rate_gain("PITCH", 'P', scale.pitch / f.torque_per_rate, old.k_pq),
+            k_iq: self.rate_gain("PITCH", 'I', scale.pitch / f.torque_per_angle, old.k_iq),
+            k_pr: old.k_pr,
+        };
+        if let Some(yaw) = scale.yaw {
+            gains.k_pr = self.rate_gain("YAW", 'P', yaw / f.torque_per_rate, old.k_pr);
+        }
+        gains
+    }
+
+    fn limits(&mut self, scale: &Scale, old: &ControlLimits) -> ControlLimits {
+        let rate = RAD_PER_DEG / scale.factors.rate;
+        ControlLimits {
+            tilt_rad: self.limit("MPC_TILTMAX_AIR", RAD_PER_DEG, old.tilt_rad),
+            rate_command_rad_s: self.limit("MC_PITCHRATE_MAX", rate, old.rate_command_rad_s),
+            yaw_rate_command_rad_s: self.limit("MC_YAWRATE_MAX", rate, old.yaw_rate_command_rad_s),
+            rate_integral_rad_s2: self.limit("MC_PR_INT_LIM", scale.pitch, old.rate_integral_rad_s2),
+        }
     }
 
     fn gain(&mut self, name: &str, factor: f64, otherwise: f64) -> f64 {
@@ -201,7 +249,9 @@ impl Reader<'_> {
     }
 
     /// samara's roll loops have pitch's gains.
-    fn compare_roll(&mut self, gains: &Gains, rate_factor: f64, angle_factor: f64) {
+    fn compare_roll(&mut self, gains: &Gains, scale: &Scale) {
+        let f = &scale.factors;
+        let (rate_factor, angle_factor) = (scale.roll / f.torque_per_rate, 1.0 / f.rate_per_angle);
         let k = self.number("MC_ROLLRATE_K").unwrap_or(1.0);
         for (name, factor, pitch) in
             [("MC_ROLLRATE_P", k * rate_factor, gains.k_pq), ("MC_ROLL_P", angle_factor, gains.k_ptheta)]

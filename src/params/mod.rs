@@ -31,8 +31,8 @@ pub use check::{Check, Class, Finding, check};
 pub use diff::{Difference, diff};
 pub use export::{Export, Subject, export};
 pub use file::{ParameterFile, Value};
-pub use import::{Import, import};
-pub use metadata::Metadata;
+pub use import::{Import, Scale, adopt, import};
+pub use metadata::{Metadata, Parameter};
 pub use normalised::NormalisedUnits;
 pub use purpose::Purpose;
 

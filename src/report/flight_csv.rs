@@ -5,8 +5,8 @@
 //! (attitude, throttle and J_state have none). A field is empty where there is nothing to tell: the plan's time before the
 //! release, the setpoint while there is none. Numbers are the shortest that read back to the same bits.
 //!
-//! The sums to check: `m a_ned = C^T (rotor + aero) + gravity + canopy` and
-//! `J omega_dot = rotor_m + aero_m + reaction_m + gyro_m - omega x J omega`.
+//! The sums to check: `m a_ned = C^T (rotor + aero) + gravity + canopy + ground` and
+//! `J omega_dot = rotor_m + aero_m + reaction_m + gyro_m + ground_m - omega x J omega`.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -26,12 +26,17 @@ const BALANCE: &str = "rotor_fx_n,rotor_fy_n,rotor_fz_n,aero_fx_n,aero_fy_n,aero
                        rotor_mx_nm,rotor_my_nm,rotor_mz_nm,aero_mx_nm,aero_my_nm,aero_mz_nm,\
                        reaction_mx_nm,reaction_my_nm,reaction_mz_nm,gyro_mx_nm,gyro_my_nm,gyro_mz_nm";
 
+/// Where there is ground.
+const GROUND: &str = ",ground_fn_n,ground_fe_n,ground_fd_n,ground_mx_nm,ground_my_nm,ground_mz_nm";
+
 /// Writes a flight log, row by row.
 #[derive(Debug)]
 pub struct FlightCsv<W: Write> {
     out: W,
     n_rotors: usize,
     limits: SafetyLimits,
+    /// Whether there are columns of the ground.
+    ground: bool,
     row: String,
 }
 
@@ -40,7 +45,25 @@ impl<W: Write> FlightCsv<W> {
     ///
     /// # Errors
     /// What `out` returns.
-    pub fn new(mut out: W, n_rotors: usize, limits: SafetyLimits, stamp: &Stamp) -> io::Result<Self> {
+    pub fn new(out: W, n_rotors: usize, limits: SafetyLimits, stamp: &Stamp) -> io::Result<Self> {
+        Self::begin(out, n_rotors, limits, stamp, false)
+    }
+
+    /// The same with columns of what the ground does, for a mission that has one.
+    ///
+    /// # Errors
+    /// What `out` returns.
+    pub fn with_ground(out: W, n_rotors: usize, limits: SafetyLimits, stamp: &Stamp) -> io::Result<Self> {
+        Self::begin(out, n_rotors, limits, stamp, true)
+    }
+
+    fn begin(
+        mut out: W,
+        n_rotors: usize,
+        limits: SafetyLimits,
+        stamp: &Stamp,
+        ground: bool,
+    ) -> io::Result<Self> {
         let n_rotors = n_rotors.min(MAX_ROTORS);
         let mut header = format!("{}{STATE}", stamp.csv_comment());
         for (name, unit) in PER_ROTOR {
@@ -48,8 +71,9 @@ impl<W: Write> FlightCsv<W> {
                 header += &format!(",{name}_{i}{unit}");
             }
         }
-        writeln!(out, "{header},{BALANCE}")?;
-        Ok(Self { out, n_rotors, limits, row: String::with_capacity(2048) })
+        let more = if ground { GROUND } else { "" };
+        writeln!(out, "{header},{BALANCE}{more}")?;
+        Ok(Self { out, n_rotors, limits, ground, row: String::with_capacity(2048) })
     }
 
     /// Writes a sample.
@@ -75,6 +99,10 @@ impl<W: Write> FlightCsv<W> {
             &b.gyro_moment_body,
         ] {
             self.numbers(vector.as_slice());
+        }
+        if self.ground {
+            self.numbers(b.ground_force_ned.as_slice());
+            self.numbers(b.ground_moment_body.as_slice());
         }
         self.row.pop();
         self.row.push('\n');

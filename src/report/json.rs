@@ -38,6 +38,8 @@ struct DropObject<'a> {
     limits_passed: Option<&'a [&'static str]>,
     failsafe: bool,
     events: &'a [DropEvent],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    impact_speed_m_s: Option<f64>,
     plan_j_tpf: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     plan_solve_ms: Option<f64>,
@@ -123,6 +125,7 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         limits_passed: verdict.map(|v| v.limits_passed.as_slice()),
         failsafe: run.failsafe,
         events: &run.events,
+        impact_speed_m_s: verdict.and_then(|v| v.impact_speed_m_s),
         plan_j_tpf: run.plan_j_tpf,
         plan_solve_ms: run.plan_solve_ms,
         real_time_factor: run.real_time_factor,

@@ -33,7 +33,7 @@ pub fn verdict_text(verdict: &Verdict, limits: &SafetyLimits) -> String {
     let v = verdict.final_v_ned;
     let velocity = format!("{} {} {}", fixed(v.x, 2), fixed(v.y, 2), fixed(v.z, 2));
     let mut j_tpf = judged("J_TPF", "", verdict.j_tpf, 4, "", "1".to_owned());
-    if !verdict.limits_passed.is_empty() || !(verdict.j_tpf <= 1.0) {
+    if verdict.limits_passed.iter().any(|&name| name != "impact") || !(verdict.j_tpf <= 1.0) {
         j_tpf.mark = "EXCEEDED";
     }
     let (theta, q) = (verdict.peak_pitch_rad * DEG_PER_RAD, verdict.peak_pitch_rate_rad_s * DEG_PER_RAD);
@@ -65,6 +65,9 @@ pub fn verdict_text(verdict: &Verdict, limits: &SafetyLimits) -> String {
         told("steady after", steady, if verdict.steady_after_s.is_some() { "s" } else { "" }),
         told("final velocity, NED", velocity, "m/s"),
     ]);
+    if let Some(speed) = verdict.impact_speed_m_s {
+        lines.push(judged("speed of impact", "impact", speed, 2, "m/s", String::new()));
+    }
     table(&lines)
 }
 

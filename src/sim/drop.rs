@@ -14,6 +14,7 @@ use crate::model::rigid_body::BodyState;
 use crate::model::{Environment, MAX_ROTORS, Parachute, PerRotor, Vehicle};
 
 mod forces;
+mod landing;
 
 /// Where in the drop the vehicle is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -265,6 +266,7 @@ impl DropSimulation {
                 Phase::Falling | Phase::Powered => self.phase = Phase::Powered,
             }
         }
+        self.meet_ground();
     }
 
     fn advance_phase(&mut self, h: f64) -> Instant {

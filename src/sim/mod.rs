@@ -6,11 +6,15 @@
 //! | [`plant`] | the vehicle as the controller meets it: ideal thrusts or real actuators |
 //! | [`drop`](mod@drop), `drop/forces` | hang, release, fall, powered flight; what acts in each phase |
 //! | [`flight`] | a whole flight, controller and vehicle, without MAVLink frames |
+//! | [`ground`] | what a vehicle stands on |
+//! | [`battery`] | what the rotors take |
 //! | [`record`] | one row of a flight's record |
 //! | [`planar`] | many flights at once, side by side in the vertical plane |
 
+pub mod battery;
 pub mod drop;
 pub mod flight;
+pub mod ground;
 pub mod integrator;
 pub mod planar;
 pub mod plant;
@@ -20,8 +24,12 @@ pub mod record;
 mod drop_tests;
 #[cfg(test)]
 mod flight_tests;
+#[cfg(test)]
+mod ground_tests;
 
+pub use battery::Battery;
 pub use drop::{DropSimulation, Phase, ReleaseTrigger, Start};
 pub use flight::{FlightPlan, Reference, fly};
+pub use ground::Ground;
 pub use plant::{PlantKind, PlantState};
 pub use record::Sample;

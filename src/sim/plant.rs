@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use super::ground::Ground;
 use super::integrator::{PlantRate, runge_kutta_4};
 use crate::frames::normalized;
 use crate::model::rigid_body::BodyState;
@@ -57,6 +58,8 @@ pub struct Plant {
     environment: Environment,
     kind: PlantKind,
     static_thrust_n: f64,
+    /// What it may land on; the ideal plant flies through it.
+    ground: Option<Ground>,
     /// The ideal plant's thrusts, as last commanded [N].
     thrust_n: PerRotor,
 }
@@ -65,7 +68,7 @@ impl Plant {
     /// A plant whose rotors rest.
     pub fn new(vehicle: Arc<Vehicle>, environment: Environment, kind: PlantKind) -> Self {
         let static_thrust_n = vehicle.static_thrust_n(environment.density_kg_m3);
-        Self { vehicle, environment, kind, static_thrust_n, thrust_n: [0.0; MAX_ROTORS] }
+        Self { vehicle, environment, kind, static_thrust_n, ground: None, thrust_n: [0.0; MAX_ROTORS] }
     }
 
     /// The vehicle.
@@ -76,6 +79,16 @@ impl Plant {
     /// The site.
     pub fn environment(&self) -> &Environment {
         &self.environment
+    }
+
+    /// What it may land on.
+    pub fn ground(&self) -> Option<&Ground> {
+        self.ground.as_ref()
+    }
+
+    /// Puts a ground below.
+    pub fn set_ground(&mut self, ground: Ground) {
+        self.ground = Some(ground);
     }
 
     /// Changes the wind from now on, NED [m/s].
@@ -107,7 +120,21 @@ impl Plant {
         throttle: &PerRotor,
         locked: bool,
     ) -> crate::model::vehicle::VehicleRate {
-        self.vehicle.powered_derivative(&self.environment, &state.body, &state.rotor_speed, throttle, locked)
+        let mut rate = self.vehicle.powered_derivative(
+            &self.environment,
+            &state.body,
+            &state.rotor_speed,
+            throttle,
+            locked,
+        );
+        if let Some(ground) = &self.ground {
+            let reaction = ground.reaction(&self.vehicle, &state.body);
+            rate.body.v_dot_ned += reaction.force_ned / self.vehicle.mass.mass_kg;
+            rate.body.omega_dot_body += self.vehicle.mass.inertia_inverse * reaction.moment_body;
+            rate.balance.ground_force_ned = reaction.force_ned;
+            rate.balance.ground_moment_body = reaction.moment_body;
+        }
+        rate
     }
 
     /// Advances the state by `dt_s` under held throttle commands in 0..1 and returns what acted at its beginning.

@@ -29,6 +29,8 @@ def tcp_peer(port):
 def test_a_busy_port_is_named(samara, verb, kind, name, what):
     port = getattr(samara.ports, name)
     with socket.socket(type=kind) as squatter:
+        # A connection of the test before may still be winding up.
+        squatter.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, kind == socket.SOCK_STREAM)
         squatter.bind(("127.0.0.1", port))
         if kind == socket.SOCK_STREAM:
             squatter.listen()

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use nalgebra::Vector3;
+use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, load_mission};
 use samara::control::{Airframe, Cascade};
 use samara::link::{
@@ -78,6 +79,8 @@ pub fn autopilot() -> AutopilotSession {
         environment: m.environment.clone(),
         rotors: m.vehicle.rotors.len(),
         epoch_unix_us: m.epoch_unix_us,
+        parameters: Parameters::of(&m.parameter_subject(), 1).unwrap(),
+        keeps_parameters: false,
     })
 }
 

@@ -3,6 +3,10 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod bench;
+mod failsafes;
+mod flood;
+mod ground;
+mod ground_bench;
 mod releases;
 #[cfg(feature = "cli")]
 mod sockets;
@@ -12,7 +16,7 @@ use std::ops::ControlFlow;
 
 use mavlink::dialects::common::{COMMAND_LONG_DATA, MavCmd, MavMessage};
 use samara::assess::{Verdict, VerdictBuilder};
-use samara::link::{Encoder, Link, Lockstep, StreamerEvent, TimeUs};
+use samara::link::{Decoder, Encoder, Link, Lockstep, StreamerEvent, TimeUs};
 use samara::model::Parachute;
 use samara::model::parachute::Pendulum;
 use samara::sim::{DropSimulation, FlightPlan, Phase, Reference, ReleaseTrigger, Sample, Start};
@@ -143,7 +147,7 @@ fn a_replayed_drop_gives_the_same_bytes() {
 
 #[test]
 fn every_step_has_its_messages_in_order_and_sequences_have_no_gaps() {
-    let mut decoder = samara::link::Decoder::new();
+    let mut decoder = Decoder::new();
     let mut last: BTreeMap<(Link, u8, u8), u8> = BTreeMap::new();
     let mut hil: Vec<(TimeUs, u32)> = Vec::new();
     drop_on_the_wire(|now, link, bytes| {
@@ -177,7 +181,8 @@ fn what_is_delivered_goes_by_its_link() {
         target_component: 161,
         ..Default::default()
     });
-    let datagram = Encoder::new(255, 190).encode(&gripper);
+    let mut frames = Vec::new();
+    Decoder::new().datagram(&Encoder::new(255, 190).encode(&gripper), |frame| frames.push(frame));
     let mut wire = Lockstep::new(simulator(), bench::autopilot(), streamer());
     for (link, phase) in [
         (Link::Simulator, Phase::Hanging),
@@ -186,7 +191,7 @@ fn what_is_delivered_goes_by_its_link() {
         (Link::Parachute, Phase::Falling),
     ] {
         wire.step(&mut |_, _, _| {}).unwrap();
-        wire.deliver(link, &datagram);
+        wire.deliver(link, &frames[0]);
         assert_eq!(wire.simulator.sim().phase(), phase, "{link:?}");
     }
 }

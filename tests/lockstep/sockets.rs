@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
-use samara::link::shell::{AfterSimulator, Notice, Ports, Speed, run_autopilot, run_simulator, run_streamer};
+use samara::link::shell::{
+    AfterSimulator, Notice, Ports, Speed, Wiring, run_autopilot, run_simulator, run_streamer,
+};
 
 use super::bench::{autopilot, drop_on_the_wire, simulator, streamer};
 use super::verdict;
@@ -22,15 +24,16 @@ fn closed_form_three_terminals_fly_the_drop_of_the_wire_in_memory() {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     let quiet = || |_: Notice| ();
     let (mut a, mut b, mut c) = (quiet(), quiet(), quiet());
+    let wiring = Wiring::default();
     let never = std::future::pending;
     let flown = runtime.block_on(async {
         let drop = async {
             let (flown, _, _) = tokio::join!(
-                run_simulator(simulator(), &ports, Speed::Factor(10.0), &mut a, never()),
-                run_autopilot(autopilot(), &ports, AfterSimulator::Return, &mut b, never()),
+                run_simulator(simulator(), &ports, Speed::Factor(10.0), None, &mut a, never()),
+                run_autopilot(autopilot(), &ports, &wiring, AfterSimulator::Return, &mut b, never()),
                 async {
                     let patience = tokio::time::sleep(Duration::from_secs(6));
-                    run_streamer(streamer(), &ports, &mut c, patience).await
+                    run_streamer(streamer(), &ports, None, &mut c, patience).await
                 },
             );
             flown.unwrap()

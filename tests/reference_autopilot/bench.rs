@@ -5,6 +5,7 @@ use std::sync::{Arc, LazyLock};
 
 use mavlink::dialects::common::*;
 use nalgebra::Vector3;
+use samara::autopilot::parameters::Parameters;
 use samara::config::load_vehicle;
 use samara::control::{Airframe, Cascade, ControlLimits, Gains};
 use samara::link::{
@@ -12,6 +13,7 @@ use samara::link::{
 };
 use samara::model::environment::GeoPoint;
 use samara::model::{Environment, Vehicle};
+use samara::params::Subject;
 
 pub const STEP_US: u64 = 4_000;
 /// The vehicle's system id; not 1, so that a session that takes every system for its own fails.
@@ -31,9 +33,19 @@ pub fn site() -> Environment {
 }
 
 /// The gains that the drop flies with by default.
+fn gains() -> Gains {
+    Gains::longitudinal([2.6706, 0.6256, 0.6468, 3.5727, 0.6910, 0.8169, 0.00124])
+}
+
 pub fn cascade() -> Cascade {
-    let gains = Gains::longitudinal([2.6706, 0.6256, 0.6468, 3.5727, 0.6910, 0.8169, 0.00124]);
-    Cascade::new(Airframe::new(&TITAN, &site()).unwrap(), gains, ControlLimits::default())
+    Cascade::new(Airframe::new(&TITAN, &site()).unwrap(), gains(), ControlLimits::default())
+}
+
+fn parameters() -> Parameters {
+    let limits = ControlLimits::default();
+    let subject =
+        Subject { vehicle: &TITAN, environment: &site(), gains: &gains(), limits: &limits, speed_m_s: 5.0 };
+    Parameters::of(&subject, VEHICLE).unwrap()
 }
 
 /// A frame that the session sent, and by which link.
@@ -56,6 +68,8 @@ impl Bench {
             environment: site(),
             rotors: 4,
             epoch_unix_us: 1_600_000_000_000_000,
+            parameters: parameters(),
+            keeps_parameters: true,
         });
         let state = ODOMETRY_DATA {
             q: [1.0, 0.0, 0.0, 0.0],
@@ -124,9 +138,16 @@ impl Bench {
         self.now += STEP_US;
         self.state.time_usec = self.now;
         let odometry = MavMessage::ODOMETRY(self.state.clone());
-        let mut sent = self.send(Link::Simulator, &odometry);
+        let mut sent = self.wait();
+        sent.extend(self.send(Link::Simulator, &odometry));
         sent.extend(self.sensor());
         sent
+    }
+
+    /// Time alone.
+    pub fn wait(&mut self) -> Vec<Sent> {
+        self.session.handle_time(self.now);
+        self.drain()
     }
 
     /// A HIL_SENSOR alone.

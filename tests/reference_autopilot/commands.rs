@@ -105,7 +105,7 @@ fn regress_offboard_and_arming_as_px4_has_them() {
     bench.step();
     let sent = bench.send(Link::Api, &offboard);
     assert_eq!(acks(&sent)[0].result, TEMPORARILY_REJECTED);
-    assert_eq!(texts(&sent, Link::Api), ["OFFBOARD refused: no setpoint in the last second"]);
+    assert_eq!(texts(&sent, Link::Api), ["OFFBOARD refused: no setpoint in the last 1 s"]);
     bench.send(Link::Api, &level_no_thrust());
     assert_eq!(result(&mut bench, &offboard), ACCEPTED);
     assert_eq!(result(&mut bench, &arm), ACCEPTED);
@@ -133,7 +133,11 @@ fn regress_modes_by_command_and_by_message() {
         // PX4 rejects for the time being what it knows and does not enter, and any AUTO that it does not know.
         (&[1.0, 7.0], TEMPORARILY_REJECTED),
         (&[1.0, 1.0], TEMPORARILY_REJECTED),
-        (&[1.0, 4.0, 5.0], TEMPORARILY_REJECTED),
+        (&[1.0, 4.0, 5.0], ACCEPTED),
+        (&[1.0, 4.0, 2.0], ACCEPTED),
+        (&[1.0, 4.0, 6.0], ACCEPTED),
+        (&[1.0, 4.0, 3.0], ACCEPTED),
+        (&[1.0, 4.0, 4.0], TEMPORARILY_REJECTED),
         (&[1.0, 4.0, 9.0], TEMPORARILY_REJECTED),
         (&[1.0, 99.0], DENIED),
         (&[1.0, f32::INFINITY], DENIED),
@@ -165,16 +169,58 @@ fn regress_modes_by_command_and_by_message() {
 #[test]
 fn regress_what_is_not_flown_is_refused_with_a_reason() {
     let mut bench = Bench::running();
-    for (number, word) in [
-        (MavCmd::MAV_CMD_NAV_TAKEOFF, "TAKEOFF"),
-        (MavCmd::MAV_CMD_NAV_LAND, "LAND"),
-        (MavCmd::MAV_CMD_NAV_RETURN_TO_LAUNCH, "RETURN"),
-        (MavCmd::MAV_CMD_DO_REPOSITION, "REPOSITION"),
-        (MavCmd::MAV_CMD_MISSION_START, "mission"),
+    for (number, word, expected) in [
+        (MavCmd::MAV_CMD_DO_REPOSITION, "REPOSITION", TEMPORARILY_REJECTED),
+        (MavCmd::MAV_CMD_MISSION_START, "mission", UNSUPPORTED),
     ] {
         let sent = bench.send(Link::GroundStation, &command(number, &[]));
-        assert_eq!(acks(&sent)[0].result, UNSUPPORTED);
+        assert_eq!(acks(&sent)[0].result, expected);
         assert!(texts(&sent, Link::GroundStation)[0].contains(word));
+    }
+}
+
+/// The buttons of a ground station enter their modes; a place in a COMMAND_INT is in degE7, its height by its frame.
+#[test]
+fn regress_navigation_commands() {
+    let mut bench = Bench::running();
+    for (number, mode) in [
+        (MavCmd::MAV_CMD_NAV_TAKEOFF, FlightMode::AutoTakeoff),
+        (MavCmd::MAV_CMD_NAV_LAND, FlightMode::AutoLand),
+        (MavCmd::MAV_CMD_NAV_RETURN_TO_LAUNCH, FlightMode::AutoRtl),
+    ] {
+        assert_eq!(result(&mut bench, &command(number, &[])), ACCEPTED);
+        assert_eq!(bench.session.autopilot().mode(), mode);
+    }
+    let home = |x: i32, y: i32, z: f32, frame: MavFrame| {
+        MavMessage::COMMAND_INT(COMMAND_INT_DATA {
+            param1: 0.0,
+            param2: 0.0,
+            param3: 0.0,
+            param4: f32::NAN,
+            x,
+            y,
+            z,
+            command: MavCmd::MAV_CMD_DO_SET_HOME,
+            target_system: VEHICLE,
+            target_component: 1,
+            frame,
+            current: 0,
+            autocontinue: 0,
+        })
+    };
+    let there = home(125_000_100, -342_500_000, 1490.0, MavFrame::MAV_FRAME_GLOBAL);
+    assert_eq!(result(&mut bench, &there), ACCEPTED);
+    let sent = bench.run(2.1);
+    let Some(MavMessage::HOME_POSITION(m)) = last(&sent, Link::GroundStation, 242) else { panic!() };
+    assert!((m.latitude - 125_000_100).abs() <= 1 && (m.altitude - 1_490_000).abs() <= 1);
+    // 10 m below the local origin.
+    assert!((m.z - 10.0).abs() < 1e-3 && (m.x - 1.112).abs() < 1e-2, "{} {}", m.x, m.z);
+    for (x, frame) in [
+        (950_000_000, MavFrame::MAV_FRAME_GLOBAL),
+        (1, MavFrame::MAV_FRAME_LOCAL_NED),
+        (i32::MAX, MavFrame::MAV_FRAME_LOCAL_NED),
+    ] {
+        assert_eq!(result(&mut bench, &home(x, 0, 1.0, frame)), DENIED);
     }
 }
 
@@ -182,14 +228,16 @@ fn regress_what_is_not_flown_is_refused_with_a_reason() {
 fn regress_requested_messages_come_or_are_denied() {
     let mut bench = Bench::running();
     let request = |message_id: f32| command(MavCmd::MAV_CMD_REQUEST_MESSAGE, &[message_id]);
-    for message_id in [0u32, 1, 2, 30, 31, 32, 33, 36, 74, 105, 141, 147, 148, 230, 242, 245, 331] {
+    for message_id in
+        [0u32, 1, 2, 30, 31, 32, 33, 36, 74, 42, 105, 141, 147, 148, 230, 242, 245, 331, 397, 435, 436, 437]
+    {
         let sent = bench.send(Link::GroundStation, &request(message_id as f32));
         assert_eq!(acks(&sent)[0].result, ACCEPTED, "{message_id}");
         assert!(last(&sent, Link::GroundStation, message_id).is_some(), "{message_id}");
         assert!(sent.iter().all(|(link, _)| *link == Link::GroundStation));
     }
     // Not ours, nothing to tell yet (24: no HIL_GPS came), nonsense.
-    for message_id in [24.0, 85.0, 280.0, 395.0, 397.0, 435.0, 70_000.0, -1.0, 0.5, f32::NAN, f32::INFINITY] {
+    for message_id in [24.0, 85.0, 280.0, 395.0, 411.0, 70_000.0, -1.0, 0.5, f32::NAN, f32::INFINITY] {
         let sent = bench.send(Link::GroundStation, &request(message_id));
         assert_eq!((sent.len(), acks(&sent)[0].result), (1, DENIED), "{message_id}");
     }
@@ -238,8 +286,9 @@ fn regress_message_intervals_are_per_link() {
 fn regress_a_mode_that_is_not_entered_is_refused_with_the_reason() {
     let mut bench = Bench::running();
     for (params, reason) in [
-        (&[1.0, 7.0][..], "STABILIZED is not flown here, only OFFBOARD and HOLD"),
-        (&[1.0, 4.0, 6.0], "AUTO.LAND is not flown here, only OFFBOARD and HOLD"),
+        (&[1.0, 7.0][..], "STABILIZED is not flown here"),
+        (&[1.0, 4.0, 4.0], "AUTO.MISSION is not flown here"),
+        (&[1.0, 4.0, 1.0], "AUTO.READY is not flown here"),
         (&[1.0, 4.0, 9.0], "mode refused: unsupported auto mode"),
         (&[1.0, 9.0], "mode refused: no such mode"),
     ] {

@@ -6,7 +6,7 @@ use mavlink::dialects::common::*;
 use proptest::prelude::*;
 use samara::link::Link;
 
-use crate::bench::{Bench, VEHICLE, acks, actuators};
+use crate::bench::{Bench, Sent, VEHICLE, acks, actuators};
 
 /// Every message of the dialect.
 fn ids() -> Vec<u32> {
@@ -31,6 +31,29 @@ fn payload() -> impl Strategy<Value = Vec<u8>> {
     proptest::collection::vec(word, 0..63)
         .prop_map(|words| words.iter().flat_map(|w| w.to_le_bytes()).collect())
 }
+
+fn ground_or_api() -> impl Strategy<Value = Link> {
+    prop_oneof![Just(Link::GroundStation), Just(Link::Api)]
+}
+
+/// Messages of parameters, missions and files, and where each has its target.
+const SERVICES: [(u32, usize); 15] = [
+    (20, 2),
+    (21, 0),
+    (23, 4),
+    (37, 4),
+    (38, 4),
+    (39, 32),
+    (40, 2),
+    (41, 2),
+    (43, 0),
+    (44, 2),
+    (45, 0),
+    (47, 0),
+    (51, 2),
+    (73, 32),
+    (110, 1),
+];
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
@@ -66,6 +89,32 @@ proptest! {
         let bytes = bench.encoder(link).encode_payload(id, crc_extra, &payload[..len]);
         let sent = bench.send_bytes(link, &bytes);
         prop_assert_eq!(acks(&sent).len(), 1);
+    }
+
+    #[test]
+    fn prop_random_service_messages_are_answered_on_their_link_and_the_loop_goes_on(
+        frames in proptest::collection::vec((0..SERVICES.len(), payload(), ground_or_api()), 1..60)
+    ) {
+        let mut bench = Bench::engaged();
+        for (which, mut payload, link) in frames {
+            let (id, target_at) = SERVICES[which];
+            payload.resize(252, 0);
+            (payload[target_at], payload[target_at + 1]) = (VEHICLE, 1);
+            let bytes = bench.encoder(link).encode_payload(id, MavMessage::extra_crc(id), &payload);
+            // A change of a parameter and a text are told to all.
+            let to_all = |sent: &Sent| matches!(sent.1.message_id, 22 | 253);
+            let answers = bench.send_bytes(link, &bytes);
+            prop_assert!(answers.iter().all(|sent| sent.0 == link || to_all(sent)));
+            prop_assert!(answers.len() < 12, "{id}: {}", answers.len());
+        }
+        let controls = actuators(&bench.step()).controls;
+        prop_assert!(controls.iter().all(|c| (0.0..=1.0).contains(c)));
+        // Lists and bursts end.
+        for _ in 0..400 {
+            bench.step();
+        }
+        let late: Vec<Sent> = (0..10).flat_map(|_| bench.step()).collect();
+        prop_assert!(late.iter().all(|(_, frame)| frame.message_id != 22 && frame.message_id != 110));
     }
 
     #[test]

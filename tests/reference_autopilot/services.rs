@@ -1,133 +1,139 @@
-//! Clocks, parameters, missions and files: every question gets its answer.
+//! Clocks, missions, modes and files: every question gets its answer.
 
 use mavlink::dialects::common::*;
+use samara::autopilot::parameters::hash::crc32;
 use samara::link::Link;
 
-use crate::bench::{Bench, COMPANION, GROUND, VEHICLE, last};
+use crate::bench::{Bench, GROUND, Sent, VEHICLE, acks, command, last, texts};
+
+fn mission_item(seq: u16, command: MavCmd) -> MavMessage {
+    MavMessage::MISSION_ITEM_INT(MISSION_ITEM_INT_DATA {
+        x: 125_000_000,
+        y: -342_500_000,
+        z: 20.0 + f32::from(seq),
+        seq,
+        command,
+        target_system: VEHICLE,
+        target_component: 1,
+        frame: MavFrame::MAV_FRAME_GLOBAL_RELATIVE_ALT,
+        autocontinue: 1,
+        ..Default::default()
+    })
+}
 
 #[test]
-fn regress_parameters_are_listed_densely_and_read_by_name_or_index() {
+fn regress_a_mission_is_kept_told_and_not_flown() {
     let mut bench = Bench::running();
-    // QGroundControl asks every component.
-    let list = MavMessage::PARAM_REQUEST_LIST(PARAM_REQUEST_LIST_DATA {
+    let count = MavMessage::MISSION_COUNT(MISSION_COUNT_DATA {
+        count: 2,
         target_system: VEHICLE,
-        target_component: 0,
+        target_component: 1,
+        ..Default::default()
     });
-    let sent = bench.send(Link::GroundStation, &list);
-    let values: Vec<PARAM_VALUE_DATA> = sent
-        .iter()
-        .map(|(_, f)| match f.known() {
-            Some(MavMessage::PARAM_VALUE(m)) => m.clone(),
-            other => panic!("{other:?}"),
-        })
-        .collect();
-    assert!(values.len() > 5);
-    for (i, value) in values.iter().enumerate() {
-        assert_eq!((usize::from(value.param_index), usize::from(value.param_count)), (i, values.len()));
-        let by_name = MavMessage::PARAM_REQUEST_READ(PARAM_REQUEST_READ_DATA {
-            param_index: -1,
-            target_system: VEHICLE,
-            target_component: 1,
-            param_id: value.param_id,
-        });
-        let by_index = MavMessage::PARAM_REQUEST_READ(PARAM_REQUEST_READ_DATA {
-            param_index: i as i16,
-            target_system: VEHICLE,
-            target_component: 1,
-            param_id: "".into(),
-        });
-        for request in [by_name, by_index] {
-            let sent = bench.send(Link::Api, &request);
-            let Some(MavMessage::PARAM_VALUE(got)) = last(&sent, Link::Api, 22) else { panic!() };
-            assert_eq!(
-                (got.param_id, got.param_value.to_bits()),
-                (value.param_id, value.param_value.to_bits())
-            );
+    let sent = bench.send(Link::GroundStation, &count);
+    let Some(MavMessage::MISSION_REQUEST_INT(asked)) = last(&sent, Link::GroundStation, 51) else { panic!() };
+    assert_eq!((asked.seq, asked.target_system, asked.target_component), (0, GROUND.0, GROUND.1));
+    // The first item is lost: asked for again after 250 ms of simulated time.
+    let again = bench.run(0.3).into_iter().filter(|(_, f)| f.message_id == 51).count();
+    assert_eq!(again, 1);
+    bench.send(Link::GroundStation, &mission_item(0, MavCmd::MAV_CMD_NAV_TAKEOFF));
+    let sent = bench.send(Link::GroundStation, &mission_item(1, MavCmd::MAV_CMD_NAV_WAYPOINT));
+    let Some(MavMessage::MISSION_ACK(ack)) = last(&sent, Link::GroundStation, 47) else { panic!() };
+    assert_eq!(ack.mavtype, MavMissionResult::MAV_MISSION_ACCEPTED);
+    assert!(last(&sent, Link::Api, 47).is_none(), "the asking link only");
+    let Some(MavMessage::MISSION_CURRENT(current)) = last(&bench.run(1.1), Link::Api, 42) else { panic!() };
+    assert_eq!((current.total, current.seq, current.mission_id), (2, 0, ack.opaque_id));
+    assert_eq!(current.mission_state, MissionState::MISSION_STATE_NOT_STARTED);
+    let select = command(MavCmd::MAV_CMD_DO_SET_MISSION_CURRENT, &[1.0]);
+    assert_eq!(acks(&bench.send(Link::Api, &select))[0].result, 0);
+    let sent = bench.send(Link::GroundStation, &command(MavCmd::MAV_CMD_MISSION_START, &[0.0, 0.0]));
+    assert_eq!(acks(&sent)[0].result, 3);
+    assert!(texts(&sent, Link::GroundStation).concat().contains("kept and not flown"));
+}
+
+#[test]
+fn regress_modes_are_told_by_name() {
+    let mut bench = Bench::running();
+    let request = |params: &[f32]| command(MavCmd::MAV_CMD_REQUEST_MESSAGE, params);
+    let names = |sent: &[Sent]| -> Vec<String> {
+        sent.iter()
+            .filter_map(|(_, f)| match f.known() {
+                Some(MavMessage::AVAILABLE_MODES(m)) => Some(m.mode_name.to_str().unwrap().to_owned()),
+                _ => None,
+            })
+            .collect()
+    };
+    let sent = bench.send(Link::GroundStation, &request(&[435.0, 0.0]));
+    let all = ["AUTO.TAKEOFF", "HOLD", "AUTO.RTL", "AUTO.LAND", "OFFBOARD"].map(str::to_owned);
+    assert_eq!((names(&sent), acks(&sent)[0].result), (all.to_vec(), 0));
+    let sent = bench.send(Link::GroundStation, &request(&[435.0, 5.0]));
+    assert_eq!(names(&sent), ["OFFBOARD"]);
+    let sent = bench.send(Link::GroundStation, &request(&[435.0, 6.0]));
+    assert_eq!((names(&sent).len(), acks(&sent)[0].result), (0, 2));
+    let sent = bench.run(5.0);
+    let Some(MavMessage::CURRENT_MODE(mode)) = last(&sent, Link::GroundStation, 436) else { panic!() };
+    assert_eq!(mode.custom_mode, 0x0304_0000);
+    assert!(last(&sent, Link::GroundStation, 437).is_some());
+}
+
+/// Read by a JSON parser that is not ours.
+#[test]
+fn regress_the_metadata_says_what_the_parameters_are() {
+    let mut bench = Bench::running();
+    let request = command(MavCmd::MAV_CMD_REQUEST_MESSAGE, &[397.0]);
+    let sent = bench.send(Link::GroundStation, &request);
+    let Some(MavMessage::COMPONENT_METADATA(meta)) = last(&sent, Link::GroundStation, 397) else { panic!() };
+    let path = meta.uri.to_str().unwrap().strip_prefix("mftp://").unwrap();
+    let general = download(&mut bench, path);
+    let general: serde_json::Value = serde_json::from_slice(&general).unwrap();
+    let kind = &general["metadataTypes"][0];
+    assert_eq!((general["version"].as_u64(), kind["type"].as_u64()), (Some(1), Some(1)));
+    let meanings = download(&mut bench, kind["uri"].as_str().unwrap().strip_prefix("mftp://").unwrap());
+    assert_eq!(kind["fileCrc"].as_u64(), Some(u64::from(crc32(0, &meanings))));
+    let meanings: serde_json::Value = serde_json::from_slice(&meanings).unwrap();
+    let rows = meanings["parameters"].as_array().unwrap();
+    assert_eq!(rows.len(), bench.session.parameters().len());
+    let gain = rows.iter().find(|row| row["name"] == "MC_PITCHRATE_P").unwrap();
+    assert_eq!((gain["type"].as_str(), gain["max"].as_f64()), (Some("Float"), Some(100.0)));
+    assert!(rows.iter().all(|row| !row["longDesc"].as_str().unwrap().is_empty()));
+}
+
+/// A file by bursts, as QGroundControl reads it.
+fn download(bench: &mut Bench, path: &str) -> Vec<u8> {
+    let mut sequence = 100 + bench.now as u16;
+    let mut ask = |bench: &mut Bench, session: u8, opcode: u8, data: &[u8]| {
+        let mut payload = [0; 251];
+        sequence += 100;
+        payload[..2].copy_from_slice(&sequence.to_le_bytes());
+        (payload[2], payload[3], payload[4]) = (session, opcode, data.len() as u8);
+        payload[12..12 + data.len()].copy_from_slice(data);
+        bench.send(
+            Link::GroundStation,
+            &MavMessage::FILE_TRANSFER_PROTOCOL(FILE_TRANSFER_PROTOCOL_DATA {
+                target_network: 0,
+                target_system: VEHICLE,
+                target_component: 1,
+                payload,
+            }),
+        )
+    };
+    let packet = |(_, frame): &Sent| match frame.known() {
+        Some(MavMessage::FILE_TRANSFER_PROTOCOL(m)) => Some(m.payload),
+        _ => None,
+    };
+    let opened = ask(bench, 0, 4, path.as_bytes()).iter().find_map(packet).unwrap();
+    assert_eq!(opened[3], 128, "{path}");
+    ask(bench, opened[2], 15, &[]);
+    let mut bytes = Vec::new();
+    loop {
+        for packet in bench.step().iter().filter_map(packet) {
+            bytes.extend_from_slice(&packet[12..12 + usize::from(packet[4])]);
+            if packet[6] == 1 {
+                ask(bench, opened[2], 1, &[]);
+                return bytes;
+            }
         }
     }
-    let named = |name: &str| values.iter().find(|v| v.param_id.to_str() == Ok(name)).unwrap();
-    assert_eq!(named("MPC_Z_VEL_P_ACC").param_value, 3.5727);
-    assert_eq!(named("MAV_SYS_ID").param_value.to_bits(), u32::from(VEHICLE), "integers travel as bytes");
-    assert!(values.is_sorted_by(|a, b| a.param_id.to_str().unwrap() < b.param_id.to_str().unwrap()));
-}
-
-#[test]
-fn regress_parameters_cannot_be_set_and_the_value_in_effect_is_told() {
-    let mut bench = Bench::running();
-    let set = |name: &str| {
-        MavMessage::PARAM_SET(PARAM_SET_DATA {
-            param_value: 99.0,
-            target_system: VEHICLE,
-            target_component: 1,
-            param_id: name.into(),
-            param_type: MavParamType::MAV_PARAM_TYPE_REAL32,
-        })
-    };
-    let sent = bench.send(Link::Api, &set("MPC_Z_VEL_P_ACC"));
-    let Some(MavMessage::PARAM_VALUE(value)) = last(&sent, Link::Api, 22) else { panic!() };
-    assert_eq!(value.param_value, 3.5727);
-    let Some(MavMessage::PARAM_ERROR(error)) = last(&sent, Link::Api, 345) else { panic!() };
-    assert_eq!(error.error, MavParamError::MAV_PARAM_ERROR_READ_ONLY);
-    assert_eq!((error.target_system, error.target_component), COMPANION);
-    let sent = bench.send(Link::Api, &set("NO_SUCH"));
-    let Some(MavMessage::PARAM_ERROR(error)) = last(&sent, Link::Api, 345) else { panic!() };
-    assert_eq!(error.error, MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST);
-}
-
-#[test]
-fn regress_missions_are_empty_and_uploads_refused() {
-    let mut bench = Bench::running();
-    for mission_type in [
-        MavMissionType::MAV_MISSION_TYPE_MISSION,
-        MavMissionType::MAV_MISSION_TYPE_FENCE,
-        MavMissionType::MAV_MISSION_TYPE_RALLY,
-    ] {
-        let list = MavMessage::MISSION_REQUEST_LIST(MISSION_REQUEST_LIST_DATA {
-            target_system: VEHICLE,
-            target_component: 1,
-            mission_type,
-        });
-        let sent = bench.send(Link::GroundStation, &list);
-        let Some(MavMessage::MISSION_COUNT(count)) = last(&sent, Link::GroundStation, 44) else { panic!() };
-        assert_eq!((count.count, count.mission_type), (0, mission_type));
-        assert_eq!((count.target_system, count.target_component), GROUND);
-    }
-    for (count, expected) in
-        [(3, MavMissionResult::MAV_MISSION_UNSUPPORTED), (0, MavMissionResult::MAV_MISSION_ACCEPTED)]
-    {
-        let upload = MavMessage::MISSION_COUNT(MISSION_COUNT_DATA {
-            count,
-            target_system: VEHICLE,
-            target_component: 1,
-            ..Default::default()
-        });
-        let sent = bench.send(Link::GroundStation, &upload);
-        let Some(MavMessage::MISSION_ACK(ack)) = last(&sent, Link::GroundStation, 47) else { panic!() };
-        assert_eq!(ack.mavtype, expected);
-    }
-}
-
-#[test]
-fn regress_file_requests_get_a_nak_at_once() {
-    let mut bench = Bench::running();
-    let mut payload = [0; 251];
-    (payload[0], payload[1], payload[2], payload[3]) = (0xFF, 0x01, 5, 4);
-    let request = |payload| {
-        MavMessage::FILE_TRANSFER_PROTOCOL(FILE_TRANSFER_PROTOCOL_DATA {
-            target_network: 0,
-            target_system: VEHICLE,
-            target_component: 1,
-            payload,
-        })
-    };
-    let sent = bench.send(Link::GroundStation, &request(payload));
-    let Some(MavMessage::FILE_TRANSFER_PROTOCOL(nak)) = last(&sent, Link::GroundStation, 110) else {
-        panic!()
-    };
-    assert_eq!(nak.payload[..6], [0x00, 0x02, 5, 129, 1, 4]);
-    assert_eq!(nak.payload[12], 7);
-    payload[3] = 129;
-    assert!(bench.send(Link::GroundStation, &request(payload)).is_empty(), "a NAK is not answered");
 }
 
 #[test]

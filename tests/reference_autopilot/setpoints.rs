@@ -68,7 +68,7 @@ fn regress_refused_setpoints_say_why_once_and_do_not_keep_offboard_alive() {
     let mut said = Vec::new();
     for _ in 0..75 {
         let nan = velocity([f32::NAN, 0.0, 0.0], 0x0DC7);
-        let position = velocity([0.0; 3], 0x0DF8);
+        let position = velocity([0.0; 3], 0x0DFC);
         for bad in [nan, position] {
             said.extend(texts(&bench.send(Link::Api, &message(bad)), Link::Api));
         }
@@ -78,9 +78,9 @@ fn regress_refused_setpoints_say_why_once_and_do_not_keep_offboard_alive() {
     }
     let expected = [
         "setpoint refused: NaN or infinite",
-        "setpoint refused: position is not flown",
+        "setpoint refused: an axis has no setpoint",
         "OFFBOARD lost: no setpoint for 1 s",
-        "HOLD: zero velocity",
+        "Failsafe: HOLD",
     ];
     assert_eq!(said, expected);
     assert_eq!(bench.session.autopilot().mode(), FlightMode::AutoLoiter);

@@ -1,12 +1,15 @@
 //! The bench that gains are tuned on, on the Titan vehicle: the reference's numbers, and its engine in space beside the planar one.
 
 use nalgebra::Vector3;
+use samara::assess::ReleaseDistribution;
 use samara::control::{ControlLimits, Gains};
+use samara::model::Parachute;
+use samara::model::parachute::Pendulum;
 use samara::sim::PlantKind;
 use samara::trajectory::Trajectory;
 use samara::tune::bench::Setting;
 use samara::tune::near_hover::near_hover;
-use samara::tune::release_cases::{Swing, random_releases};
+use samara::tune::release_cases::random_releases;
 use samara::tune::{Bench, Evaluation};
 use samara::units::RAD_PER_DEG;
 
@@ -88,13 +91,12 @@ fn regress_our_gains_on_unseen_flights() {
     let k = gains("ours").as_longitudinal();
     let cases = Bench::new(setting.clone()).unwrap().with_cases(&TABLE_3).evaluate(&k);
     assert!(cases.rms <= 0.3670 && cases.unrest == 0.0, "{cases:?}");
-    let swing = Swing {
-        descent_m_s: 3.0,
-        delay_s: 0.5,
+    let pendulum = Pendulum { amplitude_rad: 0.0, phase_rad: 0.0, omega_rad_s: 2.0, length_m: 0.34 };
+    let swing = ReleaseDistribution {
+        parachute: Parachute::new(3.0, 0.5, pendulum).unwrap(),
         gravity_m_s2: 1.35,
+        drift_ned_m_s: Vector3::zeros(),
         amplitude_sigma_rad: 3.0 * RAD_PER_DEG,
-        omega_rad_s: 2.0,
-        length_m: 0.34,
     };
     for seed in 1..=4 {
         let states = random_releases(&swing, seed, 250);

@@ -1,34 +1,23 @@
 //! The figures of the study: the flights that they show, and their names and captions.
 
 use anyhow::Context;
-use nalgebra::Vector3;
 
 use super::campaign::{Bench, Campaign};
 use crate::assess::{Command, Controller, TraceInstant};
 use crate::cli::outcome::Failure;
-use crate::config::ReleaseCase;
-use crate::frames::{pitch, quaternion_from_euler};
+use crate::frames::pitch;
 use crate::model::rigid_body::BodyState;
 use crate::report::figure::{
     PathGroup, StudyStyle, TrialPoint, costs_figure, paths_figure, velocities_figure,
 };
 use crate::report::study::page::Figure;
 use crate::report::study::{Assessment, label};
+use crate::tune::ReleaseCase;
 
 /// Trials whose velocities are drawn.
 const VELOCITY_TRIALS: usize = 100;
 /// End of "the first few seconds" as a share of the flight.
 const FIRST_SECONDS: f64 = 0.2;
-
-/// The state of a release case, rotors at rest.
-pub fn start_of(case: &ReleaseCase) -> BodyState {
-    BodyState {
-        p_ned: Vector3::zeros(),
-        q_ned_from_body: quaternion_from_euler(0.0, case.pitch_rad, 0.0),
-        v_ned: case.v_ned,
-        omega_body: Vector3::new(0.0, case.pitch_rate_rad_s, 0.0),
-    }
-}
 
 /// What a campaign shows.
 struct Shown {
@@ -45,7 +34,7 @@ pub fn draw(
     bench: &Bench<'_>,
     campaigns: &[Campaign; 4],
 ) -> Result<Vec<Figure>, Failure> {
-    let cases: Vec<BodyState> = assessment.mission.tuning_cases.iter().map(start_of).collect();
+    let cases: Vec<BodyState> = assessment.mission.tuning_cases.iter().map(ReleaseCase::state).collect();
     let shown = campaigns.each_ref().map(|campaign| {
         let trials = &campaign.shown[..campaign.shown.len().min(VELOCITY_TRIALS)];
         let flights =

@@ -17,10 +17,9 @@ use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::plan::{plan_mission, write_plan};
 use super::pool::pool;
-use crate::assess::{Command, Controller, ReleaseDistribution, SafetyStudy, plan_j_tpf};
+use crate::assess::{Command, Controller, SafetyStudy, plan_j_tpf};
 use crate::config::Mission;
 use crate::control::{Airframe, Gains};
-use crate::model::parachute::Pendulum;
 use crate::plan::{Plan, Status};
 use crate::report::plan_text;
 use crate::report::study::{Assessed, Assessment, CaseResult, OURS, page, records, tables};
@@ -89,7 +88,7 @@ pub fn run(args: &AssessArgs) -> Result<Answer, Failure> {
     let study = study_of(&mission, &plan)?;
     let bench = Bench {
         study: &study,
-        distribution: distribution_of(&mission),
+        distribution: mission.releases(),
         seed: mission.seed,
         pool: pool(args.threads.map(usize::from))?,
         stop: &stop,
@@ -160,19 +159,6 @@ fn study_of(mission: &Mission, plan: &Plan) -> Result<SafetyStudy, Failure> {
     })
 }
 
-fn distribution_of(mission: &Mission) -> ReleaseDistribution {
-    let mc = &mission.monte_carlo;
-    let mut parachute = mission.parachute;
-    parachute.pendulum =
-        Pendulum { amplitude_rad: 0.0, phase_rad: 0.0, omega_rad_s: mc.omega_rad_s, length_m: mc.length_m };
-    ReleaseDistribution {
-        parachute,
-        gravity_m_s2: mission.environment.gravity_m_s2,
-        drift_ned_m_s: mission.environment.drift_ned_m_s(),
-        amplitude_sigma_rad: mc.amplitude_sigma_rad,
-    }
-}
-
 fn controllers_of(mission: &Mission) -> [Controller; 4] {
     let of = |name, gains_name: &str, gains, command| Controller {
         name,
@@ -199,7 +185,7 @@ fn assessment<'a>(
 ) -> Assessment<'a> {
     let cases = |controller: &Controller| {
         bench.in_order(&mission.tuning_cases, |case| {
-            let start = figures::start_of(case);
+            let start = case.state();
             CaseResult {
                 case: case.name.clone(),
                 j_tpf: bench.study.outcome(controller, &start).j_tpf,

@@ -7,14 +7,15 @@
 
 use super::super::frame::Command;
 use super::super::{CommandAck, Frame, Link};
-use super::AutopilotSession;
+use super::missions::Kind;
 use super::streams::{Interval, id};
+use super::{AutopilotSession, Peer};
 use crate::autopilot::{FlightMode, Severity};
 
 /// Result of a command (`MAV_RESULT`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-enum Outcome {
+pub(super) enum Outcome {
     Accepted = 0,
     TemporarilyRejected = 1,
     Denied = 2,
@@ -27,9 +28,13 @@ mod cmd {
     pub const NAV_LAND: u16 = 21;
     pub const NAV_TAKEOFF: u16 = 22;
     pub const DO_SET_MODE: u16 = 176;
+    pub const DO_CHANGE_SPEED: u16 = 178;
+    pub const DO_SET_HOME: u16 = 179;
     pub const DO_REPOSITION: u16 = 192;
     pub const DO_PARACHUTE: u16 = 208;
     pub const DO_GRIPPER: u16 = 211;
+    pub const DO_SET_MISSION_CURRENT: u16 = 224;
+    pub const PREFLIGHT_STORAGE: u16 = 245;
     pub const MISSION_START: u16 = 300;
     pub const COMPONENT_ARM_DISARM: u16 = 400;
     pub const GET_HOME_POSITION: u16 = 410;
@@ -53,7 +58,8 @@ impl AutopilotSession {
         if of_parachute && command.target_component == 0 {
             return;
         }
-        let outcome = self.obey(link, command);
+        let peer = Peer::of(link, frame);
+        let outcome = self.obey(peer, command);
         let ack = CommandAck {
             command: command.command,
             result: outcome as u8,
@@ -61,23 +67,27 @@ impl AutopilotSession {
             target_component: frame.component_id,
             ..CommandAck::default()
         };
-        self.send_command_ack(link, &ack);
+        self.reply_command_ack(peer, &ack);
     }
 
-    fn obey(&mut self, link: Link, command: &Command) -> Outcome {
+    fn obey(&mut self, peer: Peer, command: &Command) -> Outcome {
         match command.command {
             cmd::DO_SET_MODE => self.obey_set_mode(command),
             cmd::COMPONENT_ARM_DISARM => self.obey_arm(command),
-            cmd::REQUEST_MESSAGE => self.obey_request(link, command.param(1).and_then(whole)),
-            cmd::GET_HOME_POSITION => self.obey_request(link, Some(id::HOME_POSITION)),
-            cmd::REQUEST_AUTOPILOT_CAPABILITIES => self.obey_request(link, Some(id::AUTOPILOT_VERSION)),
-            cmd::SET_MESSAGE_INTERVAL => self.obey_set_interval(link, command),
-            cmd::GET_MESSAGE_INTERVAL => self.obey_get_interval(link, command),
-            cmd::NAV_TAKEOFF => self.not_flown("TAKEOFF is not flown here, only OFFBOARD and HOLD"),
-            cmd::NAV_LAND => self.not_flown("LAND is not flown here, only OFFBOARD and HOLD"),
-            cmd::NAV_RETURN_TO_LAUNCH => self.not_flown("RETURN is not flown here, only OFFBOARD and HOLD"),
-            cmd::DO_REPOSITION => self.not_flown("REPOSITION is not flown: no position control"),
-            cmd::MISSION_START => self.not_flown("there is no mission to start"),
+            cmd::REQUEST_MESSAGE => self.obey_request_message(peer, command),
+            cmd::GET_HOME_POSITION => self.obey_request(peer, Some(id::HOME_POSITION)),
+            cmd::REQUEST_AUTOPILOT_CAPABILITIES => self.obey_request(peer, Some(id::AUTOPILOT_VERSION)),
+            cmd::SET_MESSAGE_INTERVAL => self.obey_set_interval(peer, command),
+            cmd::GET_MESSAGE_INTERVAL => self.obey_get_interval(peer, command),
+            cmd::NAV_TAKEOFF => self.obey_takeoff(command),
+            cmd::NAV_LAND => self.enter(FlightMode::AutoLand),
+            cmd::NAV_RETURN_TO_LAUNCH => self.enter(FlightMode::AutoRtl),
+            cmd::DO_REPOSITION => self.obey_reposition(command),
+            cmd::DO_CHANGE_SPEED => self.obey_change_speed(command),
+            cmd::DO_SET_HOME => self.obey_set_home(command),
+            cmd::MISSION_START => self.refuse_mission_start(),
+            cmd::DO_SET_MISSION_CURRENT => self.obey_set_mission_current(command),
+            cmd::PREFLIGHT_STORAGE => self.obey_storage(command),
             _ => Outcome::Unsupported,
         }
     }
@@ -110,11 +120,7 @@ impl AutopilotSession {
 
     fn enter_mode(&mut self, main: u8, sub: u8) -> Outcome {
         match FlightMode::from_numbers(main, sub) {
-            Some(mode) => match self.autopilot.request_mode(self.clock, mode) {
-                Ok(()) => Outcome::Accepted,
-                // It has said why.
-                Err(_) => Outcome::TemporarilyRejected,
-            },
+            Some(mode) => self.enter(mode),
             None if main == FlightMode::AutoLoiter.main_number() => {
                 self.autopilot.say(Severity::Error, "mode refused: unsupported auto mode");
                 Outcome::TemporarilyRejected
@@ -141,17 +147,67 @@ impl AutopilotSession {
         if done { Outcome::Accepted } else { Outcome::TemporarilyRejected }
     }
 
-    fn obey_request(&mut self, link: Link, message_id: Option<u32>) -> Outcome {
+    fn refuse_mission_start(&mut self) -> Outcome {
+        let text = match self.missions.plan(Kind::Mission).len() {
+            0 => "there is no mission to start",
+            _ => "the mission is kept and not flown",
+        };
+        self.not_flown(text)
+    }
+
+    fn obey_set_mission_current(&mut self, command: &Command) -> Outcome {
+        let seq = command.param(1).and_then(whole).and_then(|seq| u16::try_from(seq).ok());
+        match seq {
+            Some(seq) if self.missions.set_current(seq) => Outcome::Accepted,
+            _ => Outcome::Denied,
+        }
+    }
+
+    /// Parameter 1: 1 keep the parameters, 2 back to those of the start. Not in flight, as in PX4.
+    fn obey_storage(&mut self, command: &Command) -> Outcome {
+        if self.autopilot.is_armed() {
+            self.autopilot.say(Severity::Error, "parameters are stored and reset only while disarmed");
+            return Outcome::TemporarilyRejected;
+        }
+        match command.param(1) {
+            Some(1.0) if self.keeps_parameters => {
+                self.saved_parameters = Some(self.parameter_file());
+                Outcome::Accepted
+            }
+            Some(1.0) => {
+                self.autopilot
+                    .say(Severity::Error, "parameters are not stored: there is no folder for results");
+                Outcome::Denied
+            }
+            Some(2.0) => {
+                self.reset_parameters();
+                Outcome::Accepted
+            }
+            _ => Outcome::Unsupported,
+        }
+    }
+
+    fn obey_request_message(&mut self, peer: Peer, command: &Command) -> Outcome {
+        let message_id = command.param(1).and_then(whole);
+        if message_id != Some(id::AVAILABLE_MODES) {
+            return self.obey_request(peer, message_id);
+        }
+        let sent =
+            command.param(2).map_or(Some(0), whole).is_some_and(|i| self.send_available_modes(peer, i));
+        if sent { Outcome::Accepted } else { Outcome::Denied }
+    }
+
+    fn obey_request(&mut self, peer: Peer, message_id: Option<u32>) -> Outcome {
         match message_id.and_then(|message_id| self.telemetry().message(message_id)) {
             Some(message) => {
-                self.send(link, &message);
+                self.reply(peer, &message);
                 Outcome::Accepted
             }
             None => Outcome::Denied,
         }
     }
 
-    fn obey_set_interval(&mut self, link: Link, command: &Command) -> Outcome {
+    fn obey_set_interval(&mut self, peer: Peer, command: &Command) -> Outcome {
         let interval = match command.param(2) {
             Some(0.0) => Interval::Default,
             Some(-1.0) => Interval::Off,
@@ -159,17 +215,17 @@ impl AutopilotSession {
             _ => return Outcome::Denied,
         };
         match command.param(1).and_then(whole) {
-            Some(message_id) if self.port(link).schedule.set(message_id, interval) => Outcome::Accepted,
+            Some(message_id) if self.port(peer.link).schedule.set(message_id, interval) => Outcome::Accepted,
             _ => Outcome::Denied,
         }
     }
 
-    fn obey_get_interval(&mut self, link: Link, command: &Command) -> Outcome {
+    fn obey_get_interval(&mut self, peer: Peer, command: &Command) -> Outcome {
         let Some(message_id) = command.param(1).and_then(whole).and_then(|x| u16::try_from(x).ok()) else {
             return Outcome::Denied;
         };
-        let interval_us = self.port(link).schedule.interval_us(u32::from(message_id));
-        self.send_message_interval(link, message_id, interval_us);
+        let interval_us = self.port(peer.link).schedule.interval_us(u32::from(message_id));
+        self.reply_message_interval(peer, message_id, interval_us);
         Outcome::Accepted
     }
 }

@@ -3,7 +3,10 @@
 //! PX4's commander sets home where it first knows its position, and anew at each arming; before that home goes along with a
 //! vehicle that stands disarmed on something and is carried away. A vehicle that hangs under a canopy stands on nothing. So
 //! home is in mid-air here, where the vehicle was armed: not where it was released, and not the origin of the local frame.
-//! Altitudes "above home" count from there and turn negative as it sinks. (PX4: HomePosition, COM_HOME_EN.)
+//! Altitudes "above home" count from there and turn negative as it sinks. DO_SET_HOME puts it elsewhere.
+//! (PX4: HomePosition, COM_HOME_EN.)
+
+use nalgebra::Vector3;
 
 use mavlink::dialects::common::{HOME_POSITION_DATA, MavMessage};
 
@@ -27,6 +30,16 @@ impl Home {
         if arming || self.at.is_none() {
             self.at = Some(*state);
         }
+    }
+
+    /// Puts home to a place, NED [m], with the heading of a state.
+    pub(super) fn set(&mut self, state: &VehicleState, place_ned: Vector3<f64>) {
+        self.at = Some(VehicleState { p_ned: place_ned, ..*state });
+    }
+
+    /// Where home is, NED [m].
+    pub(super) fn place_ned(&self) -> Option<Vector3<f64>> {
+        self.at.map(|home| home.p_ned)
     }
 
     /// Height above home of a state [m]; above the local origin while there is no home.

@@ -4,14 +4,19 @@
 //!
 //! | message | type mask | what |
 //! |---|---|---|
-//! | SET_POSITION_TARGET_LOCAL_NED | 0x0DC7 | velocity |
+//! | SET_POSITION_TARGET_LOCAL_NED | 0x0DF8 | position |
+//! | | 0x0DC0 | position with velocity feed-forward |
+//! | | 0x0DE3 | height, horizontal velocity |
+//! | | 0x0C3F | acceleration |
+//! | | 0x0DC7 | velocity |
 //! | | 0x09C7, 0x05C7 | velocity and yaw, or yaw rate |
 //! | | 0x0C07, 0x0807, 0x0407 | the same with acceleration feed-forward |
 //! | SET_ATTITUDE_TARGET | 0x07 | attitude and thrust |
 //! | | 0x80 | body rates and thrust |
 //!
-//! in frame LOCAL_NED (1) or BODY_NED (8: turned by the heading; the yaw stays absolute, as in PX4). Three ignored axes
-//! may come as three or not at all. What is not flown is refused with its reason, never flown in part.
+//! in frame LOCAL_NED (1) or BODY_NED (8: turned by the heading; the yaw stays absolute, as in PX4; a position is not taken
+//! there). North and east of a kind come together or not at all; every axis needs one of the three kinds. Acceleration beside a
+//! position or velocity is fed forward. What is not flown is refused with its reason, never flown in part.
 
 use mavlink::dialects::common::{SET_ATTITUDE_TARGET_DATA, SET_POSITION_TARGET_LOCAL_NED_DATA};
 use nalgebra::Vector3;
@@ -21,21 +26,21 @@ use crate::autopilot::{Setpoint, SetpointRefusal, VelocityFrame, YawSetpoint};
 /// Why a setpoint message is not flown; the text for the crew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SetpointFault {
-    /// Position is not flown.
-    #[error("setpoint refused: position is not flown")]
-    Position,
+    /// A position in a frame that turns with the vehicle.
+    #[error("setpoint refused: no position in BODY_NED")]
+    BodyPosition,
     /// Global positions are not flown.
     #[error("setpoint refused: GLOBAL_INT is not flown")]
     Global,
     /// Force instead of acceleration.
     #[error("setpoint refused: force is not flown")]
     Force,
-    /// Some of three axes.
-    #[error("setpoint refused: give three axes or none")]
+    /// One of two axes.
+    #[error("setpoint refused: give north and east or neither")]
     PartialAxes,
-    /// No velocity.
-    #[error("setpoint refused: needs a velocity")]
-    NoVelocity,
+    /// An axis with neither position nor velocity nor acceleration.
+    #[error("setpoint refused: an axis has no setpoint")]
+    EmptyAxis,
     /// A heading and a rate of turn together.
     #[error("setpoint refused: yaw or yaw rate, not both")]
     YawAndRate,
@@ -76,7 +81,7 @@ fn vector(x: f32, y: f32, z: f32) -> Vector3<f64> {
 ///
 /// # Errors
 /// [`SetpointFault`] for what is not flown; numbers are checked by the autopilot.
-pub fn velocity_setpoint(message: &SET_POSITION_TARGET_LOCAL_NED_DATA) -> Result<Setpoint, SetpointFault> {
+pub fn local_setpoint(message: &SET_POSITION_TARGET_LOCAL_NED_DATA) -> Result<Setpoint, SetpointFault> {
     const FORCE: u16 = 0x200;
     const YAW_IGNORE: u16 = 0x400;
     const YAW_RATE_IGNORE: u16 = 0x800;
@@ -89,25 +94,38 @@ pub fn velocity_setpoint(message: &SET_POSITION_TARGET_LOCAL_NED_DATA) -> Result
     if mask & FORCE != 0 {
         return Err(SetpointFault::Force);
     }
-    if mask & 0b111 != 0b111 {
-        return Err(SetpointFault::Position);
+    let p = axes(mask, 0, [message.x, message.y, message.z])?;
+    let v = axes(mask, 3, [message.vx, message.vy, message.vz])?;
+    let a = axes(mask, 6, [message.afx, message.afy, message.afz])?;
+    if frame == VelocityFrame::Heading && p.iter().any(Option::is_some) {
+        return Err(SetpointFault::BodyPosition);
     }
-    match three_axes(mask, 3) {
-        Some(true) => {}
-        Some(false) => return Err(SetpointFault::NoVelocity),
-        None => return Err(SetpointFault::PartialAxes),
+    if (0..3).any(|i| p[i].is_none() && v[i].is_none() && a[i].is_none()) {
+        return Err(SetpointFault::EmptyAxis);
     }
-    let a_ff = match three_axes(mask, 6).ok_or(SetpointFault::PartialAxes)? {
-        true => vector(message.afx, message.afy, message.afz),
-        false => Vector3::zeros(),
-    };
     let yaw = match (mask & YAW_IGNORE == 0, mask & YAW_RATE_IGNORE == 0) {
         (false, false) => YawSetpoint::Keep,
         (true, false) => YawSetpoint::Angle(f64::from(message.yaw)),
         (false, true) => YawSetpoint::Rate(f64::from(message.yaw_rate)),
         (true, true) => return Err(SetpointFault::YawAndRate),
     };
-    Ok(Setpoint::Velocity { frame, v: vector(message.vx, message.vy, message.vz), a_ff, yaw })
+    // Velocity along three axes, with three accelerations or none.
+    if let ([None, None, None], [Some(north), Some(east), Some(down)]) = (p, v)
+        && (a.iter().all(Option::is_some) || a.iter().all(Option::is_none))
+    {
+        let a_ff = a.map(|a| a.unwrap_or(0.0)).into();
+        return Ok(Setpoint::Velocity { frame, v: Vector3::new(north, east, down), a_ff, yaw });
+    }
+    Ok(Setpoint::Place { frame, p, v, a, yaw })
+}
+
+/// The axes of one kind that a mask does not ignore.
+fn axes(mask: u16, shift: u32, values: [f32; 3]) -> Result<[Option<f64>; 3], SetpointFault> {
+    let given = |i: usize| mask >> shift & 1 << i == 0;
+    if given(0) != given(1) {
+        return Err(SetpointFault::PartialAxes);
+    }
+    Ok(std::array::from_fn(|i| given(i).then_some(f64::from(values[i]))))
 }
 
 /// Reads SET_ATTITUDE_TARGET.
@@ -203,26 +221,54 @@ mod tests {
         ] {
             let expected =
                 Setpoint::Velocity { frame: VelocityFrame::Ned, v: Vector3::new(1.0, 2.0, 3.0), a_ff, yaw };
-            assert_eq!(velocity_setpoint(&velocity(mask)), Ok(expected), "{mask:#06x}");
+            assert_eq!(local_setpoint(&velocity(mask)), Ok(expected), "{mask:#06x}");
         }
         for (mask, fault) in [
-            (0x0DF8, SetpointFault::Position),
-            (0x0DC6, SetpointFault::Position),
+            (0x0DC6, SetpointFault::PartialAxes),
             (0x0FC7, SetpointFault::Force),
             (0x0DCF, SetpointFault::PartialAxes),
             (0x0D47, SetpointFault::PartialAxes),
-            (0x0C3F, SetpointFault::NoVelocity),
+            (0x0DFF, SetpointFault::EmptyAxis),
+            (0x0DE7, SetpointFault::EmptyAxis),
+            (0x0DFC, SetpointFault::EmptyAxis),
             (0x01C7, SetpointFault::YawAndRate),
         ] {
-            assert_eq!(velocity_setpoint(&velocity(mask)), Err(fault), "{mask:#06x}");
+            assert_eq!(local_setpoint(&velocity(mask)), Err(fault), "{mask:#06x}");
         }
         for (frame, fault) in [
             (MavFrame::MAV_FRAME_GLOBAL, SetpointFault::Frame),
             (MavFrame::MAV_FRAME_BODY_FRD, SetpointFault::Frame),
         ] {
             let message = SET_POSITION_TARGET_LOCAL_NED_DATA { coordinate_frame: frame, ..velocity(0x0DC7) };
-            assert_eq!(velocity_setpoint(&message), Err(fault));
+            assert_eq!(local_setpoint(&message), Err(fault));
         }
+    }
+
+    #[test]
+    fn regress_px4_type_masks_of_position_and_acceleration() {
+        let position =
+            |mask: u16| SET_POSITION_TARGET_LOCAL_NED_DATA { x: 7.0, y: 8.0, z: 9.0, ..velocity(mask) };
+        let (p, v, a) = ([7.0, 8.0, 9.0].map(Some), [1.0, 2.0, 3.0].map(Some), [4.0, 5.0, 6.0].map(Some));
+        let none = [None; 3];
+        for (mask, p, v, a, yaw) in [
+            (0x0DF8, p, none, none, YawSetpoint::Keep),
+            (0x0DC0, p, v, none, YawSetpoint::Keep),
+            (0x0800, p, v, a, YawSetpoint::Angle(0.5)),
+            (0x0DE3, [None, None, p[2]], [v[0], v[1], None], none, YawSetpoint::Keep),
+            (0x05F8, p, none, none, YawSetpoint::Rate(0.25)),
+            (0x0C3F, none, none, a, YawSetpoint::Keep),
+            (0x0CC7, none, v, [None, None, a[2]], YawSetpoint::Keep),
+        ] {
+            let expected = Setpoint::Place { frame: VelocityFrame::Ned, p, v, a, yaw };
+            assert_eq!(local_setpoint(&position(mask)), Ok(expected), "{mask:#06x}");
+        }
+        let body = |mask: u16| {
+            #[expect(deprecated, reason = "PX4 takes it")]
+            let frame = MavFrame::MAV_FRAME_BODY_NED;
+            local_setpoint(&SET_POSITION_TARGET_LOCAL_NED_DATA { coordinate_frame: frame, ..position(mask) })
+        };
+        assert_eq!(body(0x0DF8), Err(SetpointFault::BodyPosition));
+        assert!(matches!(body(0x0C3F), Ok(Setpoint::Place { frame: VelocityFrame::Heading, .. })));
     }
 
     #[test]

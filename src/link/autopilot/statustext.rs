@@ -4,17 +4,18 @@ use mavlink::dialects::common::{MavMessage, MavSeverity};
 
 use super::super::Link;
 use super::AutopilotSession;
-use crate::autopilot::{Event, Severity};
+use crate::autopilot::Severity;
 
 impl AutopilotSession {
     /// STATUSTEXT to ground stations and companions.
     pub(super) fn say_events(&mut self) {
-        while let Some(Event { severity, text }) = self.autopilot.take_event() {
-            for message in self.texts.messages(mav_severity(severity), &text) {
+        while let Some(event) = self.autopilot.take_event() {
+            for message in self.texts.messages(mav_severity(event.severity), &event.text) {
                 let message = MavMessage::STATUSTEXT(message);
                 self.send(Link::GroundStation, &message);
                 self.send(Link::Api, &message);
             }
+            self.log_said(event);
         }
     }
 }

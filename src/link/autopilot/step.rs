@@ -21,16 +21,30 @@ impl AutopilotSession {
     /// One control step at the time of a HIL_SENSOR, its answer, and the telemetry that is due.
     pub(super) fn control_step(&mut self, sensor: &HIL_SENSOR_DATA) {
         let now = sensor.time_usec;
-        if self.running && now < self.clock {
-            self.start_over(now);
+        let begins = !self.running || now < self.clock;
+        if now < self.clock {
+            if self.running {
+                self.start_over(now);
+            } else {
+                // What services wait for was by the clock before the simulator's.
+                self.restart_services();
+            }
         }
         (self.clock, self.running) = (now, true);
+        if begins {
+            self.log_begin();
+        }
         self.hil.sensor = Some(sensor.clone());
         let throttle = match self.hil.state(now) {
             Some(state) => {
                 self.without_state = false;
                 self.home.follow(&state, self.autopilot.is_armed());
-                self.autopilot.step(now, &state.measurement)
+                if let Some(home) = self.home.place_ned() {
+                    self.autopilot.set_home(home);
+                }
+                let throttle = self.autopilot.step(now, &state.p_ned, &state.measurement);
+                self.log_step(&state, sensor);
+                throttle
             }
             None => self.step_without_state(now),
         };
@@ -44,6 +58,7 @@ impl AutopilotSession {
         self.autopilot.restart();
         self.hil.start_over(now);
         self.home = Home::default();
+        self.restart_services();
         self.ports.iter_mut().for_each(|port| port.schedule.restart());
     }
 

@@ -42,6 +42,7 @@ pub(super) mod id {
     pub const LOCAL_POSITION_NED: u32 = 32;
     pub const GLOBAL_POSITION_INT: u32 = 33;
     pub const SERVO_OUTPUT_RAW: u32 = 36;
+    pub const MISSION_CURRENT: u32 = 42;
     pub const VFR_HUD: u32 = 74;
     pub const ATTITUDE_TARGET: u32 = 83;
     pub const POSITION_TARGET_LOCAL_NED: u32 = 85;
@@ -54,10 +55,14 @@ pub(super) mod id {
     pub const HOME_POSITION: u32 = 242;
     pub const EXTENDED_SYS_STATE: u32 = 245;
     pub const ODOMETRY: u32 = 331;
+    pub const COMPONENT_METADATA: u32 = 397;
+    pub const AVAILABLE_MODES: u32 = 435;
+    pub const CURRENT_MODE: u32 = 436;
+    pub const AVAILABLE_MODES_MONITOR: u32 = 437;
 }
 
 /// Rates in Hz: message, ground station link, API link. 0: only on request.
-const RATES: [(u32, f64, f64); 20] = [
+const RATES: [(u32, f64, f64); 23] = [
     (id::HEARTBEAT, 1.0, 1.0),
     (id::SYS_STATUS, 1.0, 5.0),
     (id::SYSTEM_TIME, 1.0, 1.0),
@@ -67,6 +72,7 @@ const RATES: [(u32, f64, f64); 20] = [
     (id::LOCAL_POSITION_NED, 5.0, 30.0),
     (id::GLOBAL_POSITION_INT, 5.0, 5.0),
     (id::SERVO_OUTPUT_RAW, 1.0, 1.0),
+    (id::MISSION_CURRENT, 1.0, 1.0),
     (id::VFR_HUD, 4.0, 4.0),
     (id::ATTITUDE_TARGET, 2.0, 2.0),
     (id::POSITION_TARGET_LOCAL_NED, 1.5, 1.5),
@@ -78,6 +84,8 @@ const RATES: [(u32, f64, f64); 20] = [
     (id::HOME_POSITION, 0.5, 0.5),
     (id::EXTENDED_SYS_STATE, 1.0, 1.0),
     (id::ODOMETRY, 0.0, 30.0),
+    (id::CURRENT_MODE, 0.5, 0.5),
+    (id::AVAILABLE_MODES_MONITOR, 0.3, 0.3),
 ];
 
 impl Schedule {

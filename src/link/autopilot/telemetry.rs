@@ -4,10 +4,13 @@
 use mavlink::dialects::common::*;
 
 use super::super::TimeUs;
-use super::hil::HilInput;
+use super::files::FileServer;
+use super::hil::{HilInput, VehicleState};
 use super::home::Home;
+use super::identity;
+use super::missions::Missions;
 use super::streams::id;
-use crate::autopilot::Autopilot;
+use crate::autopilot::{Autopilot, FlightMode};
 use crate::model::Environment;
 
 /// gyroscope, accelerometer, magnetometer, barometer, satellites, ready to arm: what MAVSDK's health looks at.
@@ -24,6 +27,9 @@ pub(super) struct Telemetry<'a> {
     pub home: &'a Home,
     pub rotors: usize,
     pub epoch_unix_us: u64,
+    pub missions: &'a Missions,
+    pub files: &'a FileServer,
+    pub battery: Option<&'a BATTERY_STATUS_DATA>,
 }
 
 impl Telemetry<'_> {
@@ -42,9 +48,11 @@ impl Telemetry<'_> {
                 target_system: 0,
                 target_component: 0,
             }),
-            id::AUTOPILOT_VERSION => autopilot_version(),
+            id::AUTOPILOT_VERSION => identity::autopilot_version(),
             id::HOME_POSITION => self.home.message(self.environment)?,
-            id::BATTERY_STATUS => battery_status(),
+            id::BATTERY_STATUS => {
+                MavMessage::BATTERY_STATUS(self.battery.map_or_else(unknown_battery, Clone::clone))
+            }
             id::EXTENDED_SYS_STATE => self.extended_sys_state()?,
             id::GPS_RAW_INT => self.gps_raw_int()?,
             id::HIGHRES_IMU => self.highres_imu()?,
@@ -52,6 +60,14 @@ impl Telemetry<'_> {
             id::ATTITUDE_TARGET => self.attitude_target()?,
             id::POSITION_TARGET_LOCAL_NED => self.position_target()?,
             id::ESTIMATOR_STATUS => self.estimator_status()?,
+            id::MISSION_CURRENT => self.mission_current(),
+            id::COMPONENT_METADATA => self.component_metadata()?,
+            id::CURRENT_MODE => identity::current_mode(self.autopilot.mode()),
+            id::AVAILABLE_MODES_MONITOR => {
+                MavMessage::AVAILABLE_MODES_MONITOR(AVAILABLE_MODES_MONITOR_DATA {
+                    seq: identity::MODES_VERSION,
+                })
+            }
             _ => return self.motion(message_id),
         })
     }
@@ -104,10 +120,10 @@ impl Telemetry<'_> {
             onboard_control_sensors_present: sensors,
             onboard_control_sensors_enabled: sensors,
             onboard_control_sensors_health: health,
-            // No battery is modelled: "not known" in each field's own way.
+            // No volts and amperes are modelled: "not known" in each field's own way.
             voltage_battery: u16::MAX,
             current_battery: -1,
-            battery_remaining: -1,
+            battery_remaining: self.battery.map_or(-1, |battery| battery.battery_remaining),
             onboard_control_sensors_present_extended: MavSysStatusSensorExtended::empty(),
             onboard_control_sensors_enabled_extended: MavSysStatusSensorExtended::empty(),
             onboard_control_sensors_health_extended: MavSysStatusSensorExtended::empty(),
@@ -116,15 +132,16 @@ impl Telemetry<'_> {
     }
 
     fn extended_sys_state(&self) -> Option<MavMessage> {
-        let speed_m_s = self.hil.latest()?.measurement.v_ned.norm();
-        let in_air = self.autopilot.is_flying() || speed_m_s > STANDING_SPEED_M_S;
+        let autopilot = self.autopilot;
+        let landed_state = match autopilot.mode() {
+            _ if is_standing(autopilot, &self.hil.latest()?) => MavLandedState::MAV_LANDED_STATE_ON_GROUND,
+            FlightMode::AutoTakeoff if autopilot.is_flying() => MavLandedState::MAV_LANDED_STATE_TAKEOFF,
+            _ if autopilot.is_landing() => MavLandedState::MAV_LANDED_STATE_LANDING,
+            _ => MavLandedState::MAV_LANDED_STATE_IN_AIR,
+        };
         Some(MavMessage::EXTENDED_SYS_STATE(EXTENDED_SYS_STATE_DATA {
             vtol_state: MavVtolState::MAV_VTOL_STATE_UNDEFINED,
-            landed_state: if in_air {
-                MavLandedState::MAV_LANDED_STATE_IN_AIR
-            } else {
-                MavLandedState::MAV_LANDED_STATE_ON_GROUND
-            },
+            landed_state,
         }))
     }
 
@@ -219,8 +236,14 @@ impl Telemetry<'_> {
     fn position_target(&self) -> Option<MavMessage> {
         let target = self.autopilot.velocity_target()?;
         let (v, a) = (target.v_ned.map(|x| x as f32), target.a_ff_ned.map(|x| x as f32));
+        // Bits 0 to 2: an axis without a position.
+        let no_position = (0..3).filter(|&i| target.p_ned[i].is_none()).fold(0, |mask, i| mask | 1 << i);
+        let [x, y, z] = target.p_ned.map(|p| p.map_or(0.0, |p| p as f32));
         Some(MavMessage::POSITION_TARGET_LOCAL_NED(POSITION_TARGET_LOCAL_NED_DATA {
             time_boot_ms: self.boot_ms(),
+            x,
+            y,
+            z,
             vx: v.x,
             vy: v.y,
             vz: v.z,
@@ -228,7 +251,7 @@ impl Telemetry<'_> {
             afy: a.y,
             afz: a.z,
             yaw: target.yaw_rad as f32,
-            type_mask: PositionTargetTypemask::from_bits_retain(0x0807),
+            type_mask: PositionTargetTypemask::from_bits_retain(0x0800 | no_position),
             coordinate_frame: MavFrame::MAV_FRAME_LOCAL_NED,
             ..POSITION_TARGET_LOCAL_NED_DATA::DEFAULT
         }))
@@ -246,9 +269,14 @@ impl Telemetry<'_> {
     }
 }
 
-/// No battery is modelled; the message says so, for ground stations that wait for it.
-fn battery_status() -> MavMessage {
-    MavMessage::BATTERY_STATUS(BATTERY_STATUS_DATA {
+/// Whether the vehicle stands: not told to be in the air, and no speed.
+pub(super) fn is_standing(autopilot: &Autopilot, state: &VehicleState) -> bool {
+    !autopilot.is_in_air() && state.measurement.v_ned.norm() <= STANDING_SPEED_M_S
+}
+
+/// Without a battery in the mission; the message says so, for ground stations that wait for it.
+fn unknown_battery() -> BATTERY_STATUS_DATA {
+    BATTERY_STATUS_DATA {
         current_consumed: -1,
         energy_consumed: -1,
         temperature: i16::MAX,
@@ -257,23 +285,7 @@ fn battery_status() -> MavMessage {
         battery_remaining: -1,
         fault_bitmask: MavBatteryFault::empty(),
         ..BATTERY_STATUS_DATA::DEFAULT
-    })
-}
-
-/// Version 1.14.0, "official": the PX4 release whose wire behaviour this follows; the custom version says who it is.
-fn autopilot_version() -> MavMessage {
-    use MavProtocolCapability as Capability;
-    MavMessage::AUTOPILOT_VERSION(AUTOPILOT_VERSION_DATA {
-        capabilities: Capability::MAV_PROTOCOL_CAPABILITY_MISSION_INT
-            | Capability::MAV_PROTOCOL_CAPABILITY_COMMAND_INT
-            | Capability::MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
-            | Capability::MAV_PROTOCOL_CAPABILITY_SET_ATTITUDE_TARGET
-            | Capability::MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
-            | Capability::MAV_PROTOCOL_CAPABILITY_MAVLINK2,
-        flight_sw_version: 0x010E_00FF,
-        flight_custom_version: *b"samara\0\0",
-        ..AUTOPILOT_VERSION_DATA::DEFAULT
-    })
+    }
 }
 
 pub(super) fn deg_e7(degrees: f64) -> i32 {

@@ -6,15 +6,18 @@ use std::time::Duration;
 
 use mavlink::dialects::common::MavMessage;
 
+use super::super::autopilot::AUTOPILOT_COMPONENT;
+use super::super::signing::Key;
 use super::super::statustext::TextReader;
 use super::super::{AutopilotSession, Decoder, Frame, Link, Session as _, TimeUs};
 use super::clock::Since;
 use super::connection::Connection;
+use super::links::Links;
 use super::notice::{Notice, Observer, ShellError};
 use super::ports::Ports;
 use super::simulator::PEER_MEMORY;
 use super::tcp_client::TcpClient;
-use super::udp::UdpEndpoint;
+use super::url::LinkUrl;
 
 const TICK: Duration = Duration::from_millis(100);
 /// STATUSTEXT.
@@ -29,11 +32,19 @@ pub enum AfterSimulator {
     Return,
 }
 
+/// What is wired besides an instance's own ports.
+#[derive(Clone, Debug, Default)]
+pub struct Wiring {
+    /// Further endpoints for ground stations.
+    pub urls: Vec<LinkUrl>,
+    /// The key that everything but the simulator's link is signed with.
+    pub key: Option<Key>,
+}
+
 struct Shell<'a, O> {
     session: AutopilotSession,
     connection: Option<Connection>,
-    ground: UdpEndpoint,
-    api: UdpEndpoint,
+    links: Links,
     started: Since,
     own_words: Decoder,
     texts: TextReader,
@@ -47,21 +58,26 @@ struct Shell<'a, O> {
 pub async fn run_autopilot<O: Observer>(
     session: AutopilotSession,
     ports: &Ports,
+    wiring: &Wiring,
     after: AfterSimulator,
     observer: &mut O,
     stop: impl Future<Output = ()>,
 ) -> Result<AutopilotSession, ShellError> {
+    let own = (session.system_id(), AUTOPILOT_COMPONENT);
+    let mut links = Links::new(own, PEER_MEMORY, true, wiring.key);
     let (at, remotes) = (ports.autopilot_ground, [ports.ground_station]);
-    let ground =
-        UdpEndpoint::bind(at, "autopilot, for ground stations", &remotes, PEER_MEMORY, observer).await?;
+    let what = "autopilot, for ground stations";
+    links.bind_udp(Link::GroundStation, at, what, &remotes, observer).await?;
     let (at, remotes) = (ports.autopilot_api, [ports.api]);
-    let api = UdpEndpoint::bind(at, "autopilot, for companions", &remotes, PEER_MEMORY, observer).await?;
+    links.bind_udp(Link::Api, at, "autopilot, for companions", &remotes, observer).await?;
+    for url in &wiring.urls {
+        links.open(Link::GroundStation, url, observer).await?;
+    }
     let mut client = TcpClient::new(ports.simulator, "simulator");
     let mut shell = Shell {
         session,
         connection: None,
-        ground,
-        api,
+        links,
         started: Since::now(),
         own_words: Decoder::new(),
         texts: TextReader::default(),
@@ -79,18 +95,21 @@ pub async fn run_autopilot<O: Observer>(
         tokio::select! {
             () = &mut stop => break,
             () = Connection::readable(shell.connection.as_ref()) => {}
-            () = shell.ground.readable() => {}
-            () = shell.api.readable() => {}
+            () = shell.links.readable() => {}
             () = tokio::time::sleep(TICK) => {}
         }
         let had = shell.connection.is_some();
         shell.receive();
         shell.session.handle_time(shell.started.elapsed_us());
         shell.send().await;
+        if let Some(text) = shell.session.take_saved_parameters() {
+            shell.observer.keep_parameters(&text);
+        }
         if had && shell.connection.is_none() && after == AfterSimulator::Return {
             break;
         }
     }
+    shell.links.tell_counts(shell.observer);
     Ok(shell.session)
 }
 
@@ -102,21 +121,19 @@ impl<O: Observer> Shell<'_, O> {
 
     fn receive(&mut self) {
         let now = self.now();
-        let Self { session, connection, ground, api, observer, .. } = self;
-        let take = |link: Link| {
-            move |session: &mut AutopilotSession, observer: &mut O, frame: &Frame| {
-                observer.frame(session.time().unwrap_or(0), link, frame.bytes());
-                session.handle_input(now, link, frame);
+        let Self { session, connection, links, observer, .. } = self;
+        let mut take = |observer: &mut O, link: Link, frame: &Frame| {
+            observer.frame(session.time().unwrap_or(0), link, frame.bytes());
+            session.handle_input(now, link, frame);
+            while let Some(entry) = session.poll_log() {
+                observer.log(entry);
             }
         };
-        let (from_simulator, from_ground, from_api) =
-            (take(Link::Simulator), take(Link::GroundStation), take(Link::Api));
         let mut ended = None;
         if let Some(connection) = connection {
-            ended = connection.receive(*observer, |o, frame| from_simulator(session, o, frame)).err();
+            ended = connection.receive(*observer, |o, frame| take(o, Link::Simulator, frame)).err();
         }
-        ground.receive(*observer, |o, frame| from_ground(session, o, frame));
-        api.receive(*observer, |o, frame| from_api(session, o, frame));
+        links.receive(*observer, take);
         if let Some(reason) = ended {
             self.disconnect(reason);
         }
@@ -135,10 +152,10 @@ impl<O: Observer> Shell<'_, O> {
                 (Link::Simulator, Some(connection)) => connection.queue(&sent.bytes),
                 (Link::Simulator, None) => continue,
                 (Link::GroundStation, _) => {
-                    self.ground.send(&sent.bytes);
+                    self.links.send(&sent);
                     self.tell_words(now, &sent.bytes);
                 }
-                (Link::Api | Link::Parachute, _) => self.api.send(&sent.bytes),
+                (Link::Api | Link::Parachute, _) => self.links.send(&sent),
             }
             // The record begins with simulated time; what comes before, comes at its start.
             self.observer.frame(self.session.time().unwrap_or(0), sent.link, &sent.bytes);

@@ -5,7 +5,7 @@
     reason = "the shell's clock; nothing else reads one"
 )]
 
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use super::super::{TimeUs, seconds};
 
@@ -65,6 +65,26 @@ impl Pacer {
             return Duration::ZERO;
         }
         due.saturating_duration_since(now)
+    }
+}
+
+/// Unix time that never runs backwards, for peers and signatures: the system's at the start, from there on our own.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct UnixClock {
+    started: Instant,
+    started_unix_us: u64,
+}
+
+impl UnixClock {
+    pub(super) fn start() -> Self {
+        let unix = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+        Self { started: Instant::now(), started_unix_us: u64::try_from(unix.as_micros()).unwrap_or(u64::MAX) }
+    }
+
+    /// Microseconds.
+    pub(super) fn now_us(&self) -> u64 {
+        let elapsed = u64::try_from(self.started.elapsed().as_micros()).unwrap_or(u64::MAX);
+        self.started_unix_us.saturating_add(elapsed)
     }
 }
 

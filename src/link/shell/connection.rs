@@ -8,7 +8,7 @@ use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::TcpStream;
 
 use super::super::{Decoder, Frame};
-use super::notice::{GarbageWatch, Observer};
+use super::notice::{GarbageWatch, Observer, What};
 
 /// A peer that does not read for this long is gone.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
@@ -21,7 +21,7 @@ const FAREWELL: Duration = Duration::from_millis(200);
 pub(super) struct Connection {
     stream: TcpStream,
     pub(super) peer: SocketAddr,
-    what: &'static str,
+    what: What,
     decoder: Decoder,
     garbage: GarbageWatch,
     outgoing: Vec<u8>,
@@ -32,7 +32,7 @@ impl Connection {
         Self {
             stream,
             peer,
-            what,
+            what: what.into(),
             decoder: Decoder::new(),
             garbage: GarbageWatch::default(),
             outgoing: Vec::new(),
@@ -64,7 +64,7 @@ impl Connection {
         while let Some(frame) = self.decoder.next_frame() {
             each(observer, &frame);
         }
-        self.garbage.look(self.what, self.decoder.faults(), observer);
+        self.garbage.look(&self.what, self.decoder.faults(), observer);
         Ok(())
     }
 
@@ -80,7 +80,7 @@ impl Connection {
                 each(observer, &frame);
             }
         }
-        self.garbage.look(self.what, self.decoder.faults(), observer);
+        self.garbage.look(&self.what, self.decoder.faults(), observer);
     }
 
     /// Ends it so that the peer reads all that was sent and then the end. (To close with something unread would be a reset, which

@@ -4,35 +4,43 @@
 //! |---|---|
 //! | [`ports`] | which ports an instance has |
 //! | [`clock`] | the wall clock: pacing by a speed factor |
-//! | [`tcp_server`], [`tcp_client`], [`udp`] | one kind of endpoint each |
+//! | [`tcp_server`], [`tcp_client`] | the two ends of the simulator's link |
+//! | [`url`] | endpoints as they are typed |
+//! | `endpoint` | sockets for ground stations and companions, by kind |
+//! | `links` | a party's endpoints and the hub between them and its session |
 //! | [`notice`] | what is told to the caller; errors |
 //! | [`simulator`] | [`run_simulator`]: TCP server for the autopilot, UDP for the parachute |
 //! | [`autopilot`] | [`run_autopilot`]: TCP client of the simulator, UDP for ground stations and companions |
 //! | [`streamer`] | [`run_streamer`]: UDP |
 //! | [`watched`] | [`run_watched_drop`]: the drop in memory at a speed to watch, with ground stations on UDP |
 //!
-//! Loopback only: nothing here authenticates anybody. Each `run_*` returns when its session is over or `stop` completes,
+//! Loopback only, unless an endpoint is asked for by its URL; only a key keeps strangers out. Each `run_*` returns when its session is over or `stop` completes,
 //! and gives its session back, so that what has been flown can be written. A single-threaded runtime is enough.
 
 pub mod autopilot;
 pub mod clock;
 mod connection;
+mod endpoint;
+mod links;
 pub mod notice;
 pub mod ports;
 pub mod simulator;
 pub mod streamer;
 pub mod tcp_client;
 pub mod tcp_server;
-pub mod udp;
+pub mod url;
 pub mod watched;
 
 #[cfg(test)]
+mod link_tests;
+#[cfg(test)]
 mod tests;
 
-pub use autopilot::{AfterSimulator, run_autopilot};
+pub use autopilot::{AfterSimulator, Wiring, run_autopilot};
 pub use clock::Speed;
 pub use notice::{Notice, Observer, ShellError};
 pub use ports::{Ports, system_of_instance};
 pub use simulator::run_simulator;
 pub use streamer::run_streamer;
+pub use url::LinkUrl;
 pub use watched::run_watched_drop;

@@ -1,10 +1,14 @@
 //! What the shell tells its caller, and why it cannot go on.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::io;
 use std::net::SocketAddr;
 
-use super::super::{Faults, Link, SimulatorEvent, StreamerEvent, TimeUs, seconds};
+use super::super::{Faults, Link, LogEntry, SimulatorEvent, StreamerEvent, TimeUs, seconds};
+
+/// What a socket is for, or as which it was typed.
+pub type What = Cow<'static, str>;
 
 /// Why sockets cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -19,7 +23,7 @@ pub enum ShellError {
         /// The port.
         port: u16,
         /// What it is for.
-        what: &'static str,
+        what: What,
     },
     /// The port cannot be had for another reason.
     #[error("{protocol} port {port} ({what})")]
@@ -29,7 +33,15 @@ pub enum ShellError {
         /// The port.
         port: u16,
         /// What it is for.
-        what: &'static str,
+        what: What,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// A typed endpoint whose host has no address.
+    #[error("`{url}`: a host with an address is expected")]
+    Host {
+        /// As typed.
+        url: String,
         /// The system's reason.
         source: io::Error,
     },
@@ -44,7 +56,8 @@ pub enum ShellError {
 }
 
 impl ShellError {
-    pub(super) fn bind(protocol: &'static str, port: u16, what: &'static str, source: io::Error) -> Self {
+    pub(super) fn bind(protocol: &'static str, at: SocketAddr, what: &What, source: io::Error) -> Self {
+        let (port, what) = (at.port(), what.clone());
         if source.kind() == io::ErrorKind::AddrInUse {
             Self::PortBusy { protocol, port, what }
         } else {
@@ -63,14 +76,14 @@ pub enum Notice {
         /// Where.
         at: SocketAddr,
         /// What for.
-        what: &'static str,
+        what: What,
     },
     /// A connection stands.
     Connected {
         /// To whom.
         peer: SocketAddr,
         /// What for.
-        what: &'static str,
+        what: What,
     },
     /// A connection has ended.
     Disconnected {
@@ -89,19 +102,33 @@ pub enum Notice {
         /// Where.
         at: SocketAddr,
         /// What should be there.
-        what: &'static str,
+        what: What,
     },
     /// A peer has spoken on a UDP socket for the first time, or after a silence.
     Heard {
         /// Who.
         peer: SocketAddr,
         /// On which socket.
-        what: &'static str,
+        what: What,
     },
-    /// Bytes have come that are no frames; told at the 1st, 2nd, 4th, .. time.
+    /// There is no room for a further peer.
+    Crowded {
+        /// Who.
+        peer: SocketAddr,
+        /// On which socket.
+        what: What,
+    },
+    /// At the end: everything that came, by kind.
+    Counts {
+        /// On which socket.
+        what: What,
+        /// The counts.
+        faults: Faults,
+    },
+    /// Bytes have come that are no frames, or frames that are not let in; told at the 1st, 2nd, 4th, .. time.
     Garbage {
         /// On which socket.
-        what: &'static str,
+        what: What,
         /// All that this socket has dropped so far.
         faults: Faults,
     },
@@ -131,16 +158,15 @@ impl fmt::Display for Notice {
             }
             Self::NobodyThere { at, what } => write!(f, "no {what} at {at} yet; trying on"),
             Self::Heard { peer, what } => write!(f, "heard {peer} ({what})"),
-            Self::Garbage { what, faults } => write!(
-                f,
-                "{what}: dropped {} bytes that are no frames (bad checksum {}, cut off {}, unknown message {}, \
-                 unknown flags {})",
-                faults.skipped_bytes,
-                faults.bad_crc,
-                faults.truncated,
-                faults.unknown_id,
-                faults.incompatible
-            ),
+            Self::Crowded { peer, what } => write!(f, "no room for {peer} ({what}): too many peers"),
+            Self::Counts { what, faults } => write!(f, "{what}: {faults}"),
+            Self::Garbage { what, faults } => {
+                write!(f, "{what}: dropped {} bytes that are no frames", faults.skipped_bytes)?;
+                if faults.refused() > 0 {
+                    write!(f, ", refused {} frames", faults.refused())?;
+                }
+                write!(f, " ({faults})")
+            }
             Self::Simulator(event) => event.fmt(f),
             Self::Streamer(event) => event.fmt(f),
             Self::Autopilot { at, text, .. } => write!(f, "{:8.3} s  > {text}", seconds(*at)),
@@ -157,6 +183,16 @@ pub trait Observer {
     fn frame(&mut self, now: TimeUs, link: Link, bytes: &[u8]) {
         let _ = (now, link, bytes);
     }
+
+    /// A ground station wants the parameters kept: the text of a parameter file.
+    fn keep_parameters(&mut self, text: &str) {
+        let _ = text;
+    }
+
+    /// The autopilot has an entry for its flight log.
+    fn log(&mut self, entry: LogEntry) {
+        let _ = entry;
+    }
 }
 
 impl<F: FnMut(Notice)> Observer for F {
@@ -172,10 +208,11 @@ pub(super) struct GarbageWatch {
 }
 
 impl GarbageWatch {
-    pub(super) fn look(&mut self, what: &'static str, faults: &Faults, observer: &mut impl Observer) {
-        if faults.skipped_bytes > self.tell_from {
-            self.tell_from = faults.skipped_bytes.saturating_mul(2);
-            observer.notice(Notice::Garbage { what, faults: *faults });
+    pub(super) fn look(&mut self, what: &What, faults: &Faults, observer: &mut impl Observer) {
+        let bad = faults.skipped_bytes + faults.refused();
+        if bad > self.tell_from {
+            self.tell_from = bad.saturating_mul(2);
+            observer.notice(Notice::Garbage { what: what.clone(), faults: *faults });
         }
     }
 }

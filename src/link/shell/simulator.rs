@@ -6,13 +6,15 @@ use std::time::Duration;
 
 use tokio::net::TcpStream;
 
+use super::super::parachute::PARACHUTE_COMPONENT;
+use super::super::signing::Key;
 use super::super::{Frame, Link, Pace, Session as _, SimulatorSession};
 use super::clock::{Pacer, Since, Speed};
 use super::connection::Connection;
+use super::links::Links;
 use super::notice::{Notice, Observer, ShellError};
 use super::ports::Ports;
 use super::tcp_server::TcpServer;
-use super::udp::UdpEndpoint;
 
 /// How often a wait is looked at.
 const TICK: Duration = Duration::from_millis(100);
@@ -24,7 +26,7 @@ pub(super) const PEER_MEMORY: Duration = Duration::from_secs(10);
 struct Shell<'a, O> {
     session: SimulatorSession,
     connection: Option<Connection>,
-    parachute: UdpEndpoint,
+    parachute: Links,
     pacer: Pacer,
     waiting: Since,
     observer: &'a mut O,
@@ -40,12 +42,15 @@ pub async fn run_simulator<O: Observer>(
     session: SimulatorSession,
     ports: &Ports,
     speed: Speed,
+    key: Option<Key>,
     observer: &mut O,
     stop: impl Future<Output = ()>,
 ) -> Result<SimulatorSession, ShellError> {
     let server = TcpServer::bind(ports.simulator, "simulator, for the autopilot", observer).await?;
     let remotes = [ports.ground_station, ports.api];
-    let parachute = UdpEndpoint::bind(ports.parachute, "parachute", &remotes, PEER_MEMORY, observer).await?;
+    let own = (session.config().system_id, PARACHUTE_COMPONENT);
+    let mut parachute = Links::new(own, PEER_MEMORY, false, key);
+    parachute.bind_udp(Link::Parachute, ports.parachute, "parachute", &remotes, observer).await?;
     let mut shell = Shell {
         session,
         connection: None,
@@ -85,6 +90,7 @@ pub async fn run_simulator<O: Observer>(
         shell.send().await;
     }
     shell.send().await;
+    shell.parachute.tell_counts(shell.observer);
     // First, so that an autopilot whose connection ends does not find it open.
     drop(server);
     if let Some(connection) = shell.connection.take() {
@@ -118,9 +124,9 @@ impl<O: Observer> Shell<'_, O> {
             });
             ended = result.err();
         }
-        parachute.receive(*observer, |observer, frame: &Frame| {
-            observer.frame(session.now(), Link::Parachute, frame.bytes());
-            session.handle_input(session.now(), Link::Parachute, frame);
+        parachute.receive(*observer, |observer, link, frame: &Frame| {
+            observer.frame(session.now(), link, frame.bytes());
+            session.handle_input(session.now(), link, frame);
         });
         if let Some(reason) = ended {
             self.disconnect(reason);
@@ -132,7 +138,7 @@ impl<O: Observer> Shell<'_, O> {
             self.observer.notice(Notice::TurnedAway { peer });
             return;
         }
-        self.observer.notice(Notice::Connected { peer, what: "autopilot" });
+        self.observer.notice(Notice::Connected { peer, what: "autopilot".into() });
         self.connection = Some(Connection::new(stream, peer, "simulator link"));
         self.session.peer_connected();
         self.pacer.reset();
@@ -176,7 +182,7 @@ impl<O: Observer> Shell<'_, O> {
             match (sent.link, &mut self.connection) {
                 (Link::Simulator, Some(connection)) => connection.queue(&sent.bytes),
                 (Link::Simulator, None) => {}
-                _ => self.parachute.send(&sent.bytes),
+                _ => self.parachute.send(&sent),
             }
         }
         let flushed = match &mut self.connection {

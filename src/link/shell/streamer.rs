@@ -3,11 +3,13 @@
 use std::future::Future;
 use std::time::Duration;
 
+use super::super::signing::Key;
+use super::super::streamer::{STREAMER_COMPONENT, STREAMER_SYSTEM};
 use super::super::{Link, Session as _, StreamerSession};
 use super::clock::Since;
+use super::links::Links;
 use super::notice::{Notice, Observer, ShellError};
 use super::ports::Ports;
-use super::udp::UdpEndpoint;
 
 const TICK: Duration = Duration::from_millis(100);
 /// The parachute speaks once per simulated second only, and time may run slowly.
@@ -20,11 +22,14 @@ const PEER_MEMORY: Duration = Duration::from_secs(600);
 pub async fn run_streamer<O: Observer>(
     mut session: StreamerSession,
     ports: &Ports,
+    key: Option<Key>,
     observer: &mut O,
     stop: impl Future<Output = ()>,
 ) -> Result<StreamerSession, ShellError> {
     let what = "streamer, for autopilot and parachute";
-    let mut socket = UdpEndpoint::bind(ports.api, what, &[], PEER_MEMORY, observer).await?;
+    let own = (STREAMER_SYSTEM, STREAMER_COMPONENT);
+    let mut socket = Links::new(own, PEER_MEMORY, false, key);
+    socket.bind_udp(Link::Api, ports.api, what, &[], observer).await?;
     let mut heard = Since::now();
     let mut stop = std::pin::pin!(stop);
     while !session.is_over() {
@@ -34,9 +39,9 @@ pub async fn run_streamer<O: Observer>(
             () = tokio::time::sleep(TICK) => {}
         }
         let before = session.now();
-        socket.receive(observer, |observer, frame| {
-            observer.frame(session.now(), Link::Api, frame.bytes());
-            session.handle_input(session.now(), Link::Api, frame);
+        socket.receive(observer, |observer, link, frame| {
+            observer.frame(session.now(), link, frame.bytes());
+            session.handle_input(session.now(), link, frame);
         });
         if session.now() == before {
             session.handle_silence(heard.elapsed());
@@ -48,8 +53,9 @@ pub async fn run_streamer<O: Observer>(
         }
         while let Some(sent) = session.poll_output() {
             observer.frame(session.now(), sent.link, &sent.bytes);
-            socket.send(&sent.bytes);
+            socket.send(&sent);
         }
     }
+    socket.tell_counts(observer);
     Ok(session)
 }

@@ -37,12 +37,12 @@ impl TcpClient {
         if let Ok(stream) = TcpStream::connect(self.at).await {
             let _ = stream.set_nodelay(true);
             self.told = false;
-            observer.notice(Notice::Connected { peer: self.at, what: self.what });
+            observer.notice(Notice::Connected { peer: self.at, what: self.what.into() });
             return Some((stream, self.at));
         }
         if !self.told {
             self.told = true;
-            observer.notice(Notice::NobodyThere { at: self.at, what: self.what });
+            observer.notice(Notice::NobodyThere { at: self.at, what: self.what.into() });
         }
         None
     }

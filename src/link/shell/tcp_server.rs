@@ -24,8 +24,13 @@ impl TcpServer {
         observer: &mut impl Observer,
     ) -> Result<Self, ShellError> {
         let at = loopback(port);
-        let listener = TcpListener::bind(at).await.map_err(|e| ShellError::bind("TCP", port, what, e))?;
-        observer.notice(Notice::Open { protocol: "TCP", at: listener.local_addr().unwrap_or(at), what });
+        let listener =
+            TcpListener::bind(at).await.map_err(|e| ShellError::bind("TCP", at, &what.into(), e))?;
+        observer.notice(Notice::Open {
+            protocol: "TCP",
+            at: listener.local_addr().unwrap_or(at),
+            what: what.into(),
+        });
         Ok(Self { listener })
     }
 

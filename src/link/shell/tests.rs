@@ -17,13 +17,15 @@ use super::super::{
 };
 use super::ports::loopback;
 use super::*;
+use crate::autopilot::parameters::Parameters;
 use crate::control::{Airframe, Cascade, ControlLimits, Gains};
 use crate::frames::LEVEL;
+use crate::params::Subject;
 use crate::trajectory::{Node, Trajectory};
 
 /// Collects notices and completes its signal at the first one that the test waits for.
-struct Ears<W> {
-    notices: Vec<Notice>,
+pub(super) struct Ears<W> {
+    pub(super) notices: Vec<Notice>,
     wanted: W,
     heard: Option<oneshot::Sender<()>>,
 }
@@ -40,19 +42,19 @@ impl<W: FnMut(&Notice) -> bool> Observer for Ears<W> {
 }
 
 /// Ears, and the future that completes when they have heard what they want, or after 20 s.
-fn ears<W: FnMut(&Notice) -> bool>(wanted: W) -> (Ears<W>, impl Future<Output = ()>) {
+pub(super) fn ears<W: FnMut(&Notice) -> bool>(wanted: W) -> (Ears<W>, impl Future<Output = ()>) {
     let (heard, signal) = oneshot::channel();
     let patience = Duration::from_secs(20);
     let stop = async move { _ = tokio::time::timeout(patience, signal).await };
     (Ears { notices: Vec::new(), wanted, heard: Some(heard) }, stop)
 }
 
-fn block_on<F: Future>(future: F) -> F::Output {
+pub(super) fn block_on<F: Future>(future: F) -> F::Output {
     tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap().block_on(future)
 }
 
 /// Ports that nobody has.
-fn free_ports() -> Ports {
+pub(super) fn free_ports() -> Ports {
     let sockets: Vec<UdpSocket> = (0..6).map(|_| UdpSocket::bind(loopback(0)).unwrap()).collect();
     let port = |i: usize| sockets[i].local_addr().unwrap().port();
     Ports {
@@ -65,26 +67,37 @@ fn free_ports() -> Ports {
     }
 }
 
-fn simulator(duration_us: u64) -> SimulatorSession {
+pub(super) fn simulator(duration_us: u64) -> SimulatorSession {
     SimulatorSession::new(
         test_site::drop_simulation(),
         SimulatorConfig { duration_us, ..SimulatorConfig::default() },
     )
 }
 
-fn autopilot() -> AutopilotSession {
-    let airframe = Airframe::new(&test_site::vehicle(), &test_site::environment()).unwrap();
+pub(super) fn autopilot() -> AutopilotSession {
+    let (vehicle, environment) = (test_site::vehicle(), test_site::environment());
+    let airframe = Airframe::new(&vehicle, &environment).unwrap();
     let gains = Gains::longitudinal([8.0, 2.0, 4.0, 3.0, 1.0, 1.5, 0.2]);
+    let limits = ControlLimits::default();
+    let subject = Subject {
+        vehicle: &vehicle,
+        environment: &environment,
+        gains: &gains,
+        limits: &limits,
+        speed_m_s: 9.0,
+    };
     AutopilotSession::new(AutopilotSetup {
         system_id: 1,
         cascade: Cascade::new(airframe, gains, ControlLimits::default()),
         environment: test_site::environment(),
         rotors: 4,
         epoch_unix_us: 0,
+        parameters: Parameters::of(&subject, 1).unwrap(),
+        keeps_parameters: false,
     })
 }
 
-fn streamer() -> StreamerSession {
+pub(super) fn streamer() -> StreamerSession {
     let node = |t_s, v_ned| Node {
         t_s,
         q_ned_from_body: LEVEL,
@@ -105,7 +118,7 @@ fn streamer() -> StreamerSession {
     StreamerSession::new(config, plan)
 }
 
-fn heard(notices: &[Notice], wanted: impl Fn(&Notice) -> bool) -> bool {
+pub(super) fn heard(notices: &[Notice], wanted: impl Fn(&Notice) -> bool) -> bool {
     notices.iter().any(wanted)
 }
 
@@ -116,11 +129,12 @@ fn three_parties_on_sockets_fly_the_drop() {
     let (mut a, stop_a) = ears(nothing);
     let (mut b, stop_b) = ears(nothing);
     let (mut c, stop_c) = ears(nothing);
+    let wiring = Wiring::default();
     let (flown, _, streamed) = block_on(async {
         tokio::join!(
-            run_simulator(simulator(9_000_000), &ports, Speed::Factor(8.0), &mut a, stop_a),
-            run_autopilot(autopilot(), &ports, AfterSimulator::Return, &mut b, stop_b),
-            run_streamer(streamer(), &ports, &mut c, stop_c),
+            run_simulator(simulator(9_000_000), &ports, Speed::Factor(8.0), None, &mut a, stop_a),
+            run_autopilot(autopilot(), &ports, &wiring, AfterSimulator::Return, &mut b, stop_b),
+            run_streamer(streamer(), &ports, None, &mut c, stop_c),
         )
     });
     let flown = flown.unwrap();
@@ -141,7 +155,7 @@ fn a_busy_port_is_named() {
     let ports = free_ports();
     let _tcp = std::net::TcpListener::bind(loopback(ports.simulator)).unwrap();
     let (mut a, stop) = ears(|_| false);
-    let error = block_on(run_simulator(simulator(1), &ports, Speed::Max, &mut a, stop)).unwrap_err();
+    let error = block_on(run_simulator(simulator(1), &ports, Speed::Max, None, &mut a, stop)).unwrap_err();
     assert_eq!(
         error.to_string(),
         format!(
@@ -152,7 +166,7 @@ fn a_busy_port_is_named() {
     );
     let _udp = UdpSocket::bind(loopback(ports.api)).unwrap();
     let (mut a, stop) = ears(|_| false);
-    let error = block_on(run_streamer(streamer(), &ports, &mut a, stop)).unwrap_err();
+    let error = block_on(run_streamer(streamer(), &ports, None, &mut a, stop)).unwrap_err();
     assert!(error.to_string().starts_with(&format!("UDP port {} (streamer", ports.api)), "{error}");
 }
 
@@ -167,7 +181,7 @@ fn a_peer_that_says_nothing_is_named_and_time_stops() {
     };
     let (mut a, stop) = ears(is_wait);
     let session = block_on(async {
-        let run = run_simulator(simulator(45_000_000), &ports, Speed::Factor(50.0), &mut a, stop);
+        let run = run_simulator(simulator(45_000_000), &ports, Speed::Factor(50.0), None, &mut a, stop);
         let (session, _stream) = tokio::join!(run, connect(&ports));
         session.unwrap()
     });
@@ -226,7 +240,7 @@ fn a_peer_that_leaves_is_waited_for_and_the_drop_starts_over() {
     };
     let stop = async { _ = stop.await };
     let (session, ()) = block_on(async {
-        tokio::join!(run_simulator(simulator(45_000_000), &ports, Speed::Max, &mut a, stop), script)
+        tokio::join!(run_simulator(simulator(45_000_000), &ports, Speed::Max, None, &mut a, stop), script)
     });
     assert!(session.unwrap().now() >= 12_000);
     assert!(heard(&a.notices, |n| matches!(n, Notice::TurnedAway { .. })));
@@ -253,7 +267,10 @@ fn garbage_on_every_socket_is_told_and_does_no_harm() {
     };
     let stop = async { _ = stop.await };
     let (session, ()) = block_on(async {
-        tokio::join!(run_simulator(simulator(45_000_000), &ports, Speed::Factor(50.0), &mut a, stop), script)
+        tokio::join!(
+            run_simulator(simulator(45_000_000), &ports, Speed::Factor(50.0), None, &mut a, stop),
+            script
+        )
     });
     assert!(session.unwrap().counts().steps >= 1_260);
     for what in ["simulator link", "parachute"] {
@@ -266,7 +283,7 @@ fn garbage_on_every_socket_is_told_and_does_no_harm() {
 fn a_streamer_alone_says_what_it_misses() {
     let ports = free_ports();
     let (mut a, stop) = ears(|n| matches!(n, Notice::Streamer(StreamerEvent::Waiting { .. })));
-    let session = block_on(run_streamer(streamer(), &ports, &mut a, stop)).unwrap();
+    let session = block_on(run_streamer(streamer(), &ports, None, &mut a, stop)).unwrap();
     assert!(!session.is_over());
     assert!(heard(&a.notices, |n| n.to_string().contains("HEARTBEAT from the autopilot of system 1")));
 }
@@ -287,7 +304,9 @@ fn a_watched_drop_reaches_the_ground_station() {
     let (mut a, stop) = ears(|_| false);
     let wire = super::super::Lockstep::new(simulator(9_000_000), autopilot(), streamer());
     let mut alone = wire.clone();
-    let watched = block_on(run_watched_drop(wire, &ports, Speed::Factor(40.0), &mut a, stop)).unwrap();
+    let watched =
+        block_on(run_watched_drop(wire, &ports, &Wiring::default(), Speed::Factor(40.0), &mut a, stop))
+            .unwrap();
     alone.run(&mut |_, _, _| {}).unwrap();
     assert!(watched.simulator.log() == alone.simulator.log());
     let (mut decoder, mut buffer) = (Decoder::new(), [0; 2048]);

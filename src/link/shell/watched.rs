@@ -6,13 +6,16 @@
 use std::future::Future;
 use std::time::Duration;
 
-use super::super::streamer::STREAMER_SYSTEM;
-use super::super::{AutopilotSession, Link, Lockstep, LockstepError, Session as _, TimeUs};
+use super::super::autopilot::AUTOPILOT_COMPONENT;
+use super::super::lockstep::Party;
+use super::super::parachute::PARACHUTE_COMPONENT;
+use super::super::{AutopilotSession, Link, Lockstep, LockstepError, Session as _, TimeUs, Transmit};
+use super::autopilot::Wiring;
 use super::clock::{Pacer, Speed};
+use super::links::Links;
 use super::notice::{Notice, Observer, ShellError};
 use super::ports::Ports;
 use super::simulator::PEER_MEMORY;
-use super::udp::UdpEndpoint;
 
 /// Why a watched drop cannot go on.
 #[derive(Debug, thiserror::Error)]
@@ -25,10 +28,10 @@ pub enum WatchedError {
     Lockstep(#[from] LockstepError),
 }
 
+/// The autopilot's links and the parachute's.
 struct Sockets {
-    ground: UdpEndpoint,
-    api: UdpEndpoint,
-    parachute: UdpEndpoint,
+    vehicle: Links,
+    parachute: Links,
 }
 
 /// Flies the drop until its mission is over or `stop` completes.
@@ -38,18 +41,12 @@ struct Sockets {
 pub async fn run_watched_drop<O: Observer>(
     mut wire: Lockstep<AutopilotSession>,
     ports: &Ports,
+    wiring: &Wiring,
     speed: Speed,
     observer: &mut O,
     stop: impl Future<Output = ()>,
 ) -> Result<Lockstep<AutopilotSession>, WatchedError> {
-    let (ground, api) = ([ports.ground_station], [ports.api]);
-    let both = [ports.ground_station, ports.api];
-    let bind = UdpEndpoint::bind;
-    let mut sockets = Sockets {
-        ground: bind(ports.autopilot_ground, "for ground stations", &ground, PEER_MEMORY, observer).await?,
-        api: bind(ports.autopilot_api, "for companions", &api, PEER_MEMORY, observer).await?,
-        parachute: bind(ports.parachute, "parachute", &both, PEER_MEMORY, observer).await?,
-    };
+    let mut sockets = Sockets::open(&wire, ports, wiring, observer).await?;
     let mut pacer = Pacer::new(speed);
     let mut stop = std::pin::pin!(stop);
     let step_us = wire.simulator.config().step_us;
@@ -63,13 +60,12 @@ pub async fn run_watched_drop<O: Observer>(
             () = &mut stop => {
                 wire.simulator.stop();
                 while let Some(sent) = wire.simulator.poll_output() {
-                    sockets.send(sent.link, &sent.bytes);
+                    sockets.send(&sent, Party::Simulator);
                     observer.frame(wire.simulator.now(), sent.link, &sent.bytes);
                 }
                 break;
             }
-            () = sockets.ground.readable(), if !pause.is_zero() => {}
-            () = sockets.api.readable(), if !pause.is_zero() => {}
+            () = sockets.vehicle.readable(), if !pause.is_zero() => {}
             () = sockets.parachute.readable(), if !pause.is_zero() => {}
             () = tokio::time::sleep(pause), if !pause.is_zero() => {}
             () = tokio::task::yield_now(), if pause.is_zero() => {}
@@ -78,9 +74,9 @@ pub async fn run_watched_drop<O: Observer>(
         if !pause.is_zero() {
             continue;
         }
-        let goes_on = wire.step(&mut |now, link, bytes: &[u8]| {
-            sockets.send(link, bytes);
-            observer.frame(now, link, bytes);
+        let goes_on = wire.step_sending(&mut |now, sent: &Transmit, by| {
+            sockets.send(sent, by);
+            observer.frame(now, sent.link, &sent.bytes);
         })?;
         while let Some(event) = wire.simulator.poll_event() {
             observer.notice(Notice::Simulator(event));
@@ -88,36 +84,59 @@ pub async fn run_watched_drop<O: Observer>(
         while let Some(event) = wire.streamer.poll_event() {
             observer.notice(Notice::Streamer(event));
         }
+        if let Some(text) = wire.autopilot.take_saved_parameters() {
+            observer.keep_parameters(&text);
+        }
+        while let Some(entry) = wire.autopilot.poll_log() {
+            observer.log(entry);
+        }
         if !goes_on {
             break;
         }
     }
+    sockets.vehicle.tell_counts(observer);
+    sockets.parachute.tell_counts(observer);
     Ok(wire)
 }
 
 impl Sockets {
+    async fn open<O: Observer>(
+        wire: &Lockstep<AutopilotSession>,
+        ports: &Ports,
+        wiring: &Wiring,
+        observer: &mut O,
+    ) -> Result<Self, ShellError> {
+        let system = wire.autopilot.system_id();
+        let mut vehicle = Links::new((system, AUTOPILOT_COMPONENT), PEER_MEMORY, true, wiring.key);
+        let (ground, api) = ([ports.ground_station], [ports.api]);
+        let (at, what) = (ports.autopilot_ground, "for ground stations");
+        vehicle.bind_udp(Link::GroundStation, at, what, &ground, observer).await?;
+        vehicle.bind_udp(Link::Api, ports.autopilot_api, "for companions", &api, observer).await?;
+        for url in &wiring.urls {
+            vehicle.open(Link::GroundStation, url, observer).await?;
+        }
+        let mut parachute = Links::new((system, PARACHUTE_COMPONENT), PEER_MEMORY, false, wiring.key);
+        let both = [ports.ground_station, ports.api];
+        parachute.bind_udp(Link::Parachute, ports.parachute, "parachute", &both, observer).await?;
+        Ok(Self { vehicle, parachute })
+    }
+
     fn receive<O: Observer>(&mut self, wire: &mut Lockstep<AutopilotSession>, observer: &mut O) {
         let now: TimeUs = wire.simulator.now();
-        for (socket, link) in [
-            (&mut self.ground, Link::GroundStation),
-            (&mut self.api, Link::Api),
-            (&mut self.parachute, Link::Parachute),
-        ] {
-            socket.receive(observer, |observer, frame| {
+        for links in [&mut self.vehicle, &mut self.parachute] {
+            links.receive(observer, |observer, link, frame| {
                 observer.frame(now, link, frame.bytes());
-                wire.deliver(link, frame.bytes());
+                wire.deliver(link, frame);
             });
         }
     }
 
-    fn send(&mut self, link: Link, bytes: &[u8]) {
-        // The streamer's own frames are for the autopilot alone.
-        let from_streamer = bytes.get(5) == Some(&STREAMER_SYSTEM);
-        match link {
-            Link::GroundStation => self.ground.send(bytes),
-            Link::Api if !from_streamer => self.api.send(bytes),
-            Link::Parachute => self.parachute.send(bytes),
-            Link::Api | Link::Simulator => {}
+    fn send(&mut self, sent: &Transmit, by: Party) {
+        match (sent.link, by) {
+            // The streamer's own frames are for the autopilot alone.
+            (Link::Simulator, _) | (_, Party::Streamer) => {}
+            (Link::GroundStation | Link::Api, _) => self.vehicle.send(sent),
+            (Link::Parachute, _) => self.parachute.send(sent),
         }
     }
 }

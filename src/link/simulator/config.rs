@@ -3,7 +3,7 @@
 use core::time::Duration;
 
 use super::super::TimeUs;
-use crate::sim::ReleaseTrigger;
+use crate::sim::{Battery, ReleaseTrigger};
 
 /// What happens when an answer stays out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +32,8 @@ pub struct SimulatorConfig {
     pub seed: u64,
     /// What happens when an answer stays out.
     pub silence: Silence,
+    /// The battery; without one nothing is told of any.
+    pub battery: Option<Battery>,
 }
 
 impl Default for SimulatorConfig {
@@ -44,6 +46,7 @@ impl Default for SimulatorConfig {
             trigger: ReleaseTrigger::Command,
             seed: 1,
             silence: Silence::KeepWaiting,
+            battery: None,
         }
     }
 }

@@ -16,6 +16,8 @@ pub enum ReleaseCause {
     Altitude,
     /// Armed and in OFFBOARD.
     ArmedOffboard,
+    /// It came to the ground under its canopy.
+    Ground,
 }
 
 impl ReleaseCause {
@@ -26,6 +28,7 @@ impl ReleaseCause {
             Self::Time => "at the mission's time",
             Self::Altitude => "at the altitude",
             Self::ArmedOffboard => "armed in OFFBOARD",
+            Self::Ground => "on the ground, which it reached under its canopy",
         }
     }
 }
@@ -92,6 +95,13 @@ pub enum SimulatorEvent {
         /// Simulated time.
         at: TimeUs,
     },
+    /// The vehicle has come to the ground.
+    TouchedGround {
+        /// Simulated time.
+        at: TimeUs,
+        /// How fast it sank [m/s].
+        speed_m_s: f64,
+    },
     /// An answer is missing.
     Waiting {
         /// Simulated time, which stands still.
@@ -127,6 +137,10 @@ pub enum SimulatorEvent {
     },
 }
 
+fn touched(speed_m_s: f64) -> String {
+    format!("on the ground at {speed_m_s:.2} m/s")
+}
+
 impl SimulatorEvent {
     /// What is wrong in [`Self::ModeUntold`].
     pub(super) const MODE_UNTOLD: &'static str = "armed, but the release trigger armed_offboard waits for OFFBOARD in a HEARTBEAT, and no HEARTBEAT of the autopilot has \
@@ -143,6 +157,7 @@ impl SimulatorEvent {
             Self::Failsafe { at, active: false } => (at, "failsafe over".to_owned()),
             Self::Released { at, cause } => (at, format!("released {}", cause.text())),
             Self::RotorsFree { at } => (at, "rotors free".to_owned()),
+            Self::TouchedGround { at, speed_m_s } => (at, touched(speed_m_s)),
             Self::Connected { .. }
             | Self::Lockstep { .. }
             | Self::Waiting { .. }
@@ -173,6 +188,7 @@ impl fmt::Display for SimulatorEvent {
             Self::Failsafe { at, active: false } => write!(f, "{:8.3} s  failsafe over", s(at)),
             Self::Released { at, cause } => write!(f, "{:8.3} s  released {}", s(at), cause.text()),
             Self::RotorsFree { at } => write!(f, "{:8.3} s  rotors free", s(at)),
+            Self::TouchedGround { at, speed_m_s } => write!(f, "{:8.3} s  {}", s(at), touched(*speed_m_s)),
             Self::Waiting { at, missing, waited } => {
                 write!(f, "{:8.3} s  waiting since {:.1} s for {missing}", s(at), waited.as_secs_f64())
             }

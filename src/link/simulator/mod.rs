@@ -15,7 +15,7 @@
 //! | `peer` | what comes from the autopilot |
 //! | `release` | what cuts the vehicle loose |
 //! | `record` | what is remembered of a flight |
-//! | `rates`, [`sensors`] | which messages are due, and what is in them |
+//! | `hil`, `rates`, [`sensors`] | what a step sends: which messages are due, and what is in them |
 //!
 //! The caller asks [`SimulatorSession::pace`] what is to be done and calls [`SimulatorSession::advance`] when a step may
 //! be made; how fast that is, is the caller's business. How long an answer has been missing is measured by the caller
@@ -24,18 +24,18 @@
 use core::time::Duration;
 use std::collections::VecDeque;
 
-use mavlink::dialects::common::MavMessage;
 use nalgebra::Vector3;
 
 use self::peer::Peer;
 use self::rates::HilRates;
-use self::sensors::{HilSensors, Truth};
+use self::sensors::HilSensors;
 use super::{Encoder, Frame, Link, ParachuteComponent, Session, TimeUs, Transmit, seconds};
 use crate::model::{MAX_ROTORS, PerRotor};
-use crate::sim::{DropSimulation, Phase, ReleaseTrigger, Sample};
+use crate::sim::{Battery, DropSimulation, Phase, ReleaseTrigger, Sample};
 
 mod config;
 mod event;
+mod hil;
 mod peer;
 mod rates;
 mod record;
@@ -80,6 +80,9 @@ pub struct SimulatorSession {
     throttle: PerRotor,
     v_sp_ned: Option<Vector3<f64>>,
     phase_told: Phase,
+    /// The vehicle was on the ground at the last step.
+    touching: bool,
+    battery: Option<Battery>,
     next_report: Duration,
 }
 
@@ -105,7 +108,9 @@ impl SimulatorSession {
             peer: Peer::default(),
             throttle: [0.0; MAX_ROTORS],
             v_sp_ned: None,
-            phase_told: Phase::Hanging,
+            phase_told: initial.phase(),
+            touching: initial.on_ground(),
+            battery: config.battery,
             next_report: FIRST_REPORT,
             sim: initial.clone(),
             initial,
@@ -118,7 +123,11 @@ impl SimulatorSession {
         let again = self.now > 0 || self.sim.phase() != self.initial.phase();
         let (encoder, mut parachute) = (self.encoder.clone(), self.parachute.clone());
         parachute.restart();
-        parachute.allow_release();
+        if self.initial.phase() == Phase::Hanging {
+            parachute.allow_release();
+        } else {
+            parachute.refuse_release("the vehicle hangs from no parachute");
+        }
         let events = std::mem::take(&mut self.events);
         *self = Self { encoder, parachute, events, ..Self::new(self.initial.clone(), self.config) };
         self.pace = Pace::Free;
@@ -208,11 +217,16 @@ impl SimulatorSession {
         }
         self.counts.steps += 1;
         self.counts.unanswered += u64::from(self.pace == Pace::Free);
-        self.log.push(self.sim.sample(&self.throttle, self.v_sp_ned));
+        let before = self.sim.sample(&self.throttle, self.v_sp_ned);
+        self.log.push(before);
         self.sim.step(&self.throttle, seconds(self.config.step_us));
         self.now += self.config.step_us;
         self.check_triggers();
         self.tell_phase();
+        self.tell_touch(before.state.body.v_ned.z);
+        if let Some(battery) = &mut self.battery {
+            battery.discharge(&before, seconds(self.config.step_us));
+        }
         self.send_hil();
         self.parachute.handle_time(self.now);
         self.next_report = FIRST_REPORT;
@@ -243,26 +257,6 @@ impl SimulatorSession {
             self.pace = Pace::Ready;
         }
     }
-
-    fn send_hil(&mut self) {
-        let truth =
-            Truth { at: self.now, sim: &self.sim, specific_force_body: self.sim.specific_force_body() };
-        let due = self.rates.due(self.now);
-        if due.state_quaternion {
-            let message = MavMessage::HIL_STATE_QUATERNION(self.sensors.state_quaternion(&truth));
-            self.outbox.push_back(self.encoder.encode(&message));
-        }
-        if due.odometry {
-            let message = MavMessage::ODOMETRY(self.sensors.odometry(&truth));
-            self.outbox.push_back(self.encoder.encode(&message));
-        }
-        if due.gps {
-            let message = MavMessage::HIL_GPS(self.sensors.gps(&truth));
-            self.outbox.push_back(self.encoder.encode(&message));
-        }
-        let message = MavMessage::HIL_SENSOR(self.sensors.sensor(&truth));
-        self.outbox.push_back(self.encoder.encode(&message));
-    }
 }
 
 impl Session for SimulatorSession {
@@ -286,7 +280,7 @@ impl Session for SimulatorSession {
 
     fn poll_output(&mut self) -> Option<Transmit> {
         match self.outbox.pop_front() {
-            Some(bytes) => Some(Transmit { link: Link::Simulator, bytes }),
+            Some(bytes) => Some(Transmit::to_all(Link::Simulator, bytes)),
             None => self.parachute.poll_output(),
         }
     }

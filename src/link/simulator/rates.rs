@@ -7,6 +7,8 @@ use super::super::{Command, TimeUs};
 
 const HIL_STATE_QUATERNION_ID: f32 = 115.0;
 const ODOMETRY_ID: f32 = 331.0;
+/// Period of BATTERY_STATUS, where there is a battery.
+const BATTERY_PERIOD_US: TimeUs = 500_000;
 
 /// What is due at a step, besides HIL_SENSOR.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,6 +16,7 @@ pub(super) struct Due {
     pub(super) state_quaternion: bool,
     pub(super) odometry: bool,
     pub(super) gps: bool,
+    pub(super) battery: bool,
 }
 
 /// What becomes of a SET_MESSAGE_INTERVAL.
@@ -54,6 +57,7 @@ pub(super) struct HilRates {
     state_quaternion: Rate,
     odometry: Rate,
     gps: Rate,
+    battery: Rate,
 }
 
 impl HilRates {
@@ -63,6 +67,7 @@ impl HilRates {
             state_quaternion: Rate::every(step_us),
             odometry: Rate { period_us: None, next: 0 },
             gps: Rate::every(gps_period_us),
+            battery: Rate::every(BATTERY_PERIOD_US),
         }
     }
 
@@ -71,6 +76,7 @@ impl HilRates {
             state_quaternion: self.state_quaternion.due(now, self.step_us),
             odometry: self.odometry.due(now, self.step_us),
             gps: self.gps.due(now, self.step_us),
+            battery: self.battery.due(now, self.step_us),
         }
     }
 

@@ -9,6 +9,9 @@ use crate::sim::{Phase, ReleaseTrigger};
 impl SimulatorSession {
     /// Looks whether the mission's trigger has come.
     pub(super) fn check_triggers(&mut self) {
+        if self.sim.phase() != Phase::Hanging && self.sim.on_ground() {
+            self.tell_release(ReleaseCause::Ground);
+        }
         match self.config.trigger {
             ReleaseTrigger::Command => {}
             // The simulation itself has cut at the time set; it remains to be told.
@@ -55,6 +58,15 @@ impl SimulatorSession {
             let at = self.sim.powered_from_s().map_or(self.now, microseconds);
             self.tell(SimulatorEvent::RotorsFree { at });
         }
+    }
+
+    /// Tells that the vehicle has come to the ground, sinking at `v_down_m_s` the step before.
+    pub(super) fn tell_touch(&mut self, v_down_m_s: f64) {
+        let touching = self.sim.on_ground();
+        if touching && !self.touching {
+            self.tell(SimulatorEvent::TouchedGround { at: self.now, speed_m_s: v_down_m_s.max(0.0) });
+        }
+        self.touching = touching;
     }
 
     /// The autopilot has been armed: if the release waits for its mode and it does not tell any, nothing will come of that.

@@ -230,6 +230,6 @@ impl Session for StreamerSession {
     fn handle_time(&mut self, _now: TimeUs) {}
 
     fn poll_output(&mut self) -> Option<Transmit> {
-        self.outbox.pop_front().map(|bytes| Transmit { link: Link::Api, bytes })
+        self.outbox.pop_front().map(|bytes| Transmit::to_all(Link::Api, bytes))
     }
 }

@@ -1,0 +1,159 @@
+//! What is fuzzed, as plain functions: `fuzz/fuzz_targets/` hands them to libFuzzer, `tests/fuzz.rs` replays the kept inputs
+//! and some thousand mutations of them.
+//!
+//! Whatever the bytes are: no panic, no endless loop, and what is said to hold beside each target.
+
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+use mavlink::Message as _;
+use mavlink::dialects::common::{HIL_SENSOR_DATA, MavMessage};
+use samara::autopilot::parameters::Parameters;
+use samara::config::{Mission, load_gains, load_mission, load_parameters, load_vehicle, read_trajectory_csv};
+use samara::control::{Airframe, Cascade};
+use samara::link::{AutopilotSession, AutopilotSetup, Decoder, Encoder, Hub, HubConfig, Link, Session as _};
+
+/// A target: takes any bytes, and panics where something is wrong.
+pub type Target = fn(&[u8]);
+
+/// The targets by name.
+pub const TARGETS: [(&str, Target); 7] = [
+    ("decoder", decoder),
+    ("services", services),
+    ("mission", mission),
+    ("vehicle", vehicle),
+    ("gains", gains),
+    ("trajectory", trajectory),
+    ("params", params),
+];
+
+/// Bytes off a wire. However a stream is cut, the frames are the same; and what is counted adds up.
+pub fn decoder(data: &[u8]) {
+    let frames = |chunk: usize| {
+        let mut decoder = Decoder::new();
+        let mut frames = Vec::new();
+        for bytes in data.chunks(chunk.max(1)) {
+            decoder.push(bytes);
+            while let Some(frame) = decoder.next_frame() {
+                frames.push(frame.bytes().to_vec());
+            }
+        }
+        let held: usize = frames.iter().map(Vec::len).sum();
+        assert_eq!(held + decoder.faults().skipped_bytes as usize + decoder.pending(), data.len());
+        frames
+    };
+    assert!(frames(data.len()) == frames(1 + data.len() % 13), "depends on how it is cut");
+    let mut hub: Hub<u8> =
+        Hub::new(HubConfig { own: (1, 1), memory_us: 1_000_000, forwards: true, key: None });
+    let endpoint = hub.add_endpoint(Link::GroundStation);
+    for (i, bytes) in data.chunks(64).enumerate() {
+        hub.datagram(i as u64 * 1000, endpoint, i as u8, bytes, |frame| {
+            let _ = (frame.target_system(), frame.command(), frame.set_mode(), frame.command_ack());
+        });
+    }
+}
+
+/// Frames of any content, soundly framed, at the reference autopilot: link, message number, length, payload, and so on.
+/// Its motors stay in range.
+pub fn services(data: &[u8]) {
+    static WAITING: LazyLock<AutopilotSession> = LazyLock::new(autopilot);
+    let mut session = WAITING.clone();
+    let mut decoder = Decoder::new();
+    let mut encoders = [Encoder::new(255, 190), Encoder::new(245, 190), Encoder::new(1, 200)];
+    let mut rest = data;
+    let mut now = 0;
+    while let [link, low, high, len, tail @ ..] = rest {
+        let payload = &tail[..tail.len().min(usize::from(*len))];
+        rest = &tail[payload.len()..];
+        let id = u32::from(u16::from_le_bytes([*low, *high]));
+        let which = usize::from(*link % 3);
+        let by = [Link::GroundStation, Link::Api, Link::Simulator][which];
+        let bytes = encoders[which].encode_payload(id, MavMessage::extra_crc(id), payload);
+        decoder.datagram(&bytes, |frame| session.handle_input(now, by, &frame));
+        now = session.time().unwrap_or(now).saturating_add(4000);
+        let sensor = HIL_SENSOR_DATA { time_usec: now, zacc: -1.35, ..Default::default() };
+        let step = encoders[2].encode(&MavMessage::HIL_SENSOR(sensor));
+        decoder.datagram(&step, |frame| session.handle_input(now, Link::Simulator, &frame));
+        while let Some(sent) = session.poll_output() {
+            let check = |frame: samara::link::Frame| {
+                if let Some(MavMessage::HIL_ACTUATOR_CONTROLS(m)) = frame.known() {
+                    assert!(m.controls.iter().all(|c| (0.0..=1.0).contains(c)), "{:?}", m.controls);
+                }
+            };
+            decoder.datagram(&sent.bytes, check);
+        }
+    }
+}
+
+/// A mission file beside the project's vehicles and gains.
+pub fn mission(data: &[u8]) {
+    if let Ok(mission) = load_mission(&put("mission/fuzzed.json", data)) {
+        assert!(mission.hang_s.is_finite() && mission.duration_s.is_finite());
+    }
+}
+
+/// A vehicle file.
+pub fn vehicle(data: &[u8]) {
+    if let Ok(file) = load_vehicle(&put("params/vehicles/fuzzed.json", data)) {
+        assert!(!file.vehicle.rotors.is_empty());
+    }
+}
+
+/// A gains file.
+pub fn gains(data: &[u8]) {
+    let _ = load_gains(&put("params/gains/fuzzed.json", data));
+}
+
+/// A trajectory: what is taken has finite values wherever it is looked at.
+pub fn trajectory(data: &[u8]) {
+    if let Ok(trajectory) = read_trajectory_csv(&put("fuzzed.csv", data)) {
+        for i in 0..10 {
+            let v_ned = trajectory.velocity_ned(f64::from(i));
+            assert!(v_ned.iter().all(|x| x.is_finite()), "{v_ned}");
+        }
+    }
+}
+
+/// A PX4 parameter file: what is taken and written again is taken again.
+pub fn params(data: &[u8]) {
+    let _ = load_parameters(&put("fuzzed.params", data));
+}
+
+/// Writes what is fuzzed to where a file of its kind would be, in a copy of the project's folders.
+fn put(name: &str, data: &[u8]) -> PathBuf {
+    static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
+        let folder = std::env::temp_dir().join(format!("samara-fuzz-{}", std::process::id()));
+        for part in ["mission", "params/vehicles", "params/gains", "params/px4"] {
+            std::fs::create_dir_all(folder.join(part)).unwrap();
+            for entry in std::fs::read_dir(project().join(part)).into_iter().flatten() {
+                let path = entry.unwrap().path();
+                if path.is_file() {
+                    std::fs::copy(&path, folder.join(part).join(path.file_name().unwrap())).unwrap();
+                }
+            }
+        }
+        folder
+    });
+    let path = FOLDER.join(name);
+    std::fs::write(&path, data).unwrap();
+    path
+}
+
+fn project() -> &'static Path {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    if here.ends_with("fuzz") { here.parent().unwrap_or(here) } else { here }
+}
+
+fn autopilot() -> AutopilotSession {
+    let m: Mission = load_mission(&project().join("mission/titan_drop.json")).unwrap();
+    let airframe = Airframe::new(&m.vehicle, &m.environment).unwrap();
+    AutopilotSession::new(AutopilotSetup {
+        system_id: 1,
+        cascade: Cascade::new(airframe, m.gains, m.control_limits),
+        environment: m.environment.clone(),
+        rotors: m.vehicle.rotors.len(),
+        epoch_unix_us: m.epoch_unix_us,
+        parameters: Parameters::of(&m.parameter_subject(), 1).unwrap(),
+        keeps_parameters: false,
+    })
+}

@@ -1,0 +1,212 @@
+//! When the autopilot acts on its own: setpoints, ground stations, fence, battery. What it does is one of PX4's actions, chosen
+//! by PX4's parameters ([`Settings`](super::Settings)).
+//!
+//! A condition acts when it arises, not while it lasts: whoever chooses another mode then has it. It can arise again once it has
+//! been over. A failsafe never takes a vehicle that lands or returns to something milder. Only what flies is watched, so that an
+//! armed vehicle under its canopy or on the ground is left alone.
+
+use nalgebra::Vector3;
+
+use super::FlightMode;
+use super::settings::{BatteryPolicy, Settings};
+
+/// What a failsafe does, from mild to severe.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Action {
+    /// Nothing.
+    Nothing,
+    /// Says so.
+    Warn,
+    /// HOLD.
+    Hold,
+    /// RETURN.
+    Return,
+    /// LAND.
+    Land,
+    /// Stops the motors.
+    Terminate,
+}
+
+impl Action {
+    /// The mode that it leads to.
+    pub fn mode(self) -> Option<FlightMode> {
+        match self {
+            Self::Hold => Some(FlightMode::AutoLoiter),
+            Self::Return => Some(FlightMode::AutoRtl),
+            Self::Land => Some(FlightMode::AutoLand),
+            Self::Nothing | Self::Warn | Self::Terminate => None,
+        }
+    }
+
+    /// Its name, as crews know it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nothing => "no action",
+            Self::Warn => "warning",
+            Self::Hold => "HOLD",
+            Self::Return => "RETURN",
+            Self::Land => "LAND",
+            Self::Terminate => "TERMINATE",
+        }
+    }
+
+    /// What a mode amounts to: a failsafe milder than that does not take its place.
+    pub fn of_mode(mode: FlightMode) -> Self {
+        match mode {
+            FlightMode::AutoLoiter => Self::Hold,
+            FlightMode::AutoRtl => Self::Return,
+            FlightMode::AutoLand => Self::Land,
+            _ => Self::Nothing,
+        }
+    }
+}
+
+/// What is watched, besides the setpoints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Condition {
+    /// No ground station for too long.
+    DataLinkLost,
+    /// Too far from home.
+    FenceDistance,
+    /// Too high above home.
+    FenceHeight,
+    /// Battery low.
+    BatteryLow,
+    /// Battery critical.
+    BatteryCritical,
+    /// Battery about to be empty.
+    BatteryEmergency,
+}
+
+impl Condition {
+    const ALL: [Self; 6] = [
+        Self::DataLinkLost,
+        Self::FenceDistance,
+        Self::FenceHeight,
+        Self::BatteryLow,
+        Self::BatteryCritical,
+        Self::BatteryEmergency,
+    ];
+
+    /// Words for the crew.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::DataLinkLost => "Connection to ground station lost",
+            Self::FenceDistance => "Geofence: maximum distance exceeded",
+            Self::FenceHeight => "Geofence: maximum height exceeded",
+            Self::BatteryLow => "Low battery level",
+            Self::BatteryCritical => "Critical battery level",
+            Self::BatteryEmergency => "Dangerous battery level",
+        }
+    }
+
+    /// What the settings want done about it.
+    pub fn action(self, settings: &Settings) -> Action {
+        match self {
+            Self::DataLinkLost => settings.data_link_loss,
+            Self::FenceDistance | Self::FenceHeight => settings.fence,
+            Self::BatteryLow => Action::Warn,
+            Self::BatteryCritical => match settings.battery {
+                BatteryPolicy::Warn => Action::Warn,
+                BatteryPolicy::Return | BatteryPolicy::ReturnThenLand => Action::Return,
+                BatteryPolicy::Land => Action::Land,
+            },
+            Self::BatteryEmergency => match settings.battery {
+                BatteryPolicy::Warn => Action::Warn,
+                BatteryPolicy::Return => Action::Return,
+                BatteryPolicy::Land | BatteryPolicy::ReturnThenLand => Action::Land,
+            },
+        }
+    }
+
+    fn holds(self, settings: &Settings, seen: &Seen) -> bool {
+        let beyond = |distance_m: f64, limit_m: f64| limit_m > 0.0 && distance_m > limit_m;
+        let below = |threshold: f64| seen.charge.is_some_and(|charge| charge < threshold);
+        match self {
+            Self::DataLinkLost => seen.silence_s > settings.data_link_timeout_s,
+            Self::FenceDistance => beyond(seen.from_home_ned_m.xy().norm(), settings.fence_radius_m),
+            Self::FenceHeight => beyond(-seen.from_home_ned_m.z, settings.fence_height_m),
+            Self::BatteryLow => below(settings.battery_low),
+            Self::BatteryCritical => below(settings.battery_critical),
+            Self::BatteryEmergency => below(settings.battery_emergency),
+        }
+    }
+}
+
+/// What there is to judge by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// Time since a ground station was heard, or since arming if that is less [s].
+    pub silence_s: f64,
+    /// Position from home, NED [m].
+    pub from_home_ned_m: Vector3<f64>,
+    /// Share of the battery's charge, 0..1; `None` when no battery tells.
+    pub charge: Option<f64>,
+}
+
+/// Which conditions hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Watch {
+    holds: [bool; Condition::ALL.len()],
+}
+
+impl Watch {
+    /// Takes a look; the conditions that have arisen since the last one.
+    pub fn look(&mut self, settings: &Settings, seen: &Seen) -> impl Iterator<Item = Condition> + use<> {
+        let before = self.holds;
+        self.holds = Condition::ALL.map(|condition| condition.holds(settings, seen));
+        let now = self.holds;
+        (0..now.len()).filter(move |&i| now[i] && !before[i]).map(|i| Condition::ALL[i])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::Gains;
+
+    const CALM: Seen = Seen { silence_s: 0.0, from_home_ned_m: Vector3::new(0.0, 0.0, 0.0), charge: None };
+
+    fn settings() -> Settings {
+        let mut settings = Settings::beside(&Gains::near_hover());
+        for (name, value) in [("GF_MAX_HOR_DIST", 50.0), ("GF_MAX_VER_DIST", 20.0), ("COM_LOW_BAT_ACT", 3.0)]
+        {
+            assert!(settings.set(name, value));
+        }
+        settings
+    }
+
+    #[test]
+    fn closed_form_each_threshold_is_met_from_above_and_said_once() {
+        let settings = settings();
+        let mut watch = Watch::default();
+        let mut arisen = |seen: Seen| watch.look(&settings, &seen).collect::<Vec<_>>();
+        let at = |x: f64, y: f64, z: f64| Seen { from_home_ned_m: Vector3::new(x, y, z), ..CALM };
+        assert_eq!(arisen(at(30.0, 40.0, -20.0)), []);
+        assert_eq!(arisen(at(30.0, 40.1, -20.0)), [Condition::FenceDistance]);
+        assert_eq!(arisen(at(30.0, 40.1, -20.1)), [Condition::FenceHeight]);
+        assert_eq!(arisen(at(30.0, 40.1, -20.1)), []);
+        assert_eq!(arisen(CALM), []);
+        assert_eq!(arisen(at(0.0, 99.0, 99.0)), [Condition::FenceDistance], "again, since it was over");
+        assert_eq!(arisen(Seen { silence_s: 10.0, ..CALM }), []);
+        assert_eq!(arisen(Seen { silence_s: 10.1, ..CALM }), [Condition::DataLinkLost]);
+        let charge = |charge| Seen { charge: Some(charge), ..CALM };
+        assert_eq!(arisen(charge(0.15)), []);
+        assert_eq!(arisen(charge(0.14)), [Condition::BatteryLow]);
+        assert_eq!(arisen(charge(0.01)), [Condition::BatteryCritical, Condition::BatteryEmergency]);
+    }
+
+    #[test]
+    fn closed_form_battery_actions_are_px4s() {
+        let act = |code: f64| {
+            let mut settings = settings();
+            assert!(settings.set("COM_LOW_BAT_ACT", code));
+            [Condition::BatteryLow, Condition::BatteryCritical, Condition::BatteryEmergency]
+                .map(|condition| condition.action(&settings))
+        };
+        assert_eq!(act(0.0), [Action::Warn; 3]);
+        assert_eq!(act(1.0), [Action::Warn, Action::Return, Action::Return]);
+        assert_eq!(act(2.0), [Action::Warn, Action::Land, Action::Land]);
+        assert_eq!(act(3.0), [Action::Warn, Action::Return, Action::Land]);
+    }
+}

@@ -1,0 +1,117 @@
+//! What the autopilot does on its own: it leaves OFFBOARD when setpoints stop, acts on what [`super::failsafe`] sees, and disarms
+//! after a landing.
+
+use super::failsafe::{Action, Seen};
+use super::land_detector::Look;
+use super::{Autopilot, FlightMode, Navigator, Severity};
+use crate::control::Measurement;
+use crate::units::US_PER_S;
+
+fn seconds(us: u64) -> f64 {
+    us as f64 / US_PER_S
+}
+
+impl Autopilot {
+    /// A ground station was heard.
+    pub fn hear_ground_station(&mut self, now_us: u64) {
+        let silent = self
+            .ground_station_heard_us
+            .is_some_and(|at| seconds(now_us.saturating_sub(at)) > self.settings.data_link_timeout_s);
+        if silent && self.settings.data_link_loss != Action::Nothing {
+            self.say(Severity::Info, "Data link regained");
+        }
+        self.ground_station_heard_us = Some(now_us);
+    }
+
+    /// The battery tells its charge, as a share 0..1.
+    pub fn set_charge(&mut self, charge: f64) {
+        self.charge = charge.is_finite().then_some(charge);
+    }
+
+    /// What the battery has told.
+    pub fn charge(&self) -> Option<f64> {
+        self.charge
+    }
+
+    /// OFFBOARD goes on only while setpoints come.
+    pub(super) fn watch_setpoints(&mut self, now_us: u64) {
+        if self.mode != FlightMode::Offboard || self.setpoints.fresh(now_us).is_some() {
+            return;
+        }
+        let timeout_s = seconds(self.setpoints.timeout_us());
+        if self.armed {
+            self.say(Severity::Critical, format!("OFFBOARD lost: no setpoint for {timeout_s} s"));
+            self.act(self.settings.setpoint_loss);
+        } else {
+            self.say(Severity::Warning, format!("OFFBOARD left: no setpoint for {timeout_s} s"));
+            self.enter(FlightMode::AutoLoiter, Navigator::default());
+        }
+    }
+
+    /// Ground stations, fence and battery, in flight.
+    pub(super) fn watch_conditions(&mut self, now_us: u64) {
+        if !(self.armed && self.is_in_air()) {
+            return;
+        }
+        let home_ned = self.home_ned.unwrap_or(self.p_ned);
+        let heard_us = self.ground_station_heard_us.map_or(self.armed_at_us, |at| at.max(self.armed_at_us));
+        let seen = Seen {
+            silence_s: seconds(now_us.saturating_sub(heard_us)),
+            from_home_ned_m: self.p_ned - home_ned,
+            charge: self.charge,
+        };
+        for condition in self.watch.look(&self.settings, &seen) {
+            let action = condition.action(&self.settings);
+            match action {
+                Action::Nothing => {}
+                Action::Warn => self.say(Severity::Warning, condition.text()),
+                _ => {
+                    self.say(Severity::Critical, condition.text());
+                    self.act(action);
+                }
+            }
+        }
+    }
+
+    /// Does what a failsafe wants, unless the mode is already as severe.
+    fn act(&mut self, action: Action) {
+        if action == Action::Terminate {
+            self.say(Severity::Emergency, "Failsafe: TERMINATE");
+            // Forced, it is not refused.
+            let _ = self.disarm(true);
+        } else if let Some(mode) = action.mode()
+            && action > Action::of_mode(self.mode)
+        {
+            self.failsafe = true;
+            self.say(Severity::Critical, format!("Failsafe: {}", action.name()));
+            self.enter(mode, Navigator::begin(mode));
+        }
+    }
+
+    /// Looks whether the vehicle has landed; disarms some time after.
+    pub(super) fn watch_ground(&mut self, now_us: u64, measurement: &Measurement) {
+        if !self.flying {
+            return;
+        }
+        let airframe = self.cascade.airframe();
+        let look = Look {
+            measurement,
+            target: self.velocity_target.as_ref(),
+            output: &self.output,
+            weight_n: airframe.mass_kg * airframe.gravity_m_s2,
+        };
+        let landed = self.land_detector.is_landed();
+        self.land_detector.look(now_us, &look);
+        if self.land_detector.is_landed() && !landed {
+            self.say(Severity::Info, "Landing detected");
+        }
+        let since = self.land_detector.landed_for_us(now_us).map(seconds);
+        if let (Some(since_s), Some(delay_s)) = (since, self.settings.disarm_after_landing_s)
+            && since_s >= delay_s
+        {
+            self.say(Severity::Info, "Disarmed by landing");
+            // It stands: not refused.
+            let _ = self.disarm(false);
+        }
+    }
+}

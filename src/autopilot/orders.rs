@@ -1,0 +1,119 @@
+//! What a crew may order: a mode, a place to hold, a height to take off to, a speed, arming and disarming. What is refused is said.
+
+use nalgebra::Vector3;
+
+use super::failsafe::Watch;
+use super::land_detector::LandDetector;
+use super::{
+    ArmingRefusal, Autopilot, DisarmingRefusal, FlightMode, Navigator, Severity, YawSetpoint, arming,
+};
+use crate::units::US_PER_S;
+
+/// Why a mode is not entered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ModeRefusal {
+    /// This autopilot does not fly the mode.
+    #[error("{} is not flown here", .0.name())]
+    NotFlown(FlightMode),
+    /// OFFBOARD without a setpoint that is young enough.
+    #[error("OFFBOARD refused: no setpoint in the last {} s", *timeout_us as f64 / US_PER_S)]
+    NoSetpoint {
+        /// How young it has to be [us].
+        timeout_us: u64,
+    },
+}
+
+impl Autopilot {
+    /// Enters a mode.
+    ///
+    /// # Errors
+    /// [`ModeRefusal`], which is also said as an event; the mode stays.
+    pub fn request_mode(&mut self, now_us: u64, mode: FlightMode) -> Result<(), ModeRefusal> {
+        let refusal = if !mode.is_flown() {
+            Some(ModeRefusal::NotFlown(mode))
+        } else if mode == FlightMode::Offboard && self.setpoints.fresh(now_us).is_none() {
+            Some(ModeRefusal::NoSetpoint { timeout_us: self.setpoints.timeout_us() })
+        } else {
+            None
+        };
+        if let Some(refusal) = refusal {
+            self.say(Severity::Error, refusal.to_string());
+            return Err(refusal);
+        }
+        self.failsafe = false;
+        if mode != self.mode {
+            self.say(Severity::Info, format!("mode {}", mode.name()));
+        }
+        self.enter(mode, Navigator::begin(mode));
+        Ok(())
+    }
+
+    /// HOLD at a place, NED [m], to which the vehicle goes first.
+    pub fn reposition(&mut self, place_ned: Vector3<f64>, yaw: YawSetpoint) {
+        self.failsafe = false;
+        self.say(Severity::Info, "mode HOLD: going there");
+        self.enter(FlightMode::AutoLoiter, Navigator::hold_at(place_ned, yaw));
+    }
+
+    /// TAKEOFF to a position down [m] instead of MIS_TAKEOFF_ALT above home.
+    pub fn take_off_to(&mut self, down_m: f64) {
+        self.failsafe = false;
+        self.say(Severity::Info, "mode AUTO.TAKEOFF");
+        self.enter(FlightMode::AutoTakeoff, Navigator::take_off_to(down_m));
+    }
+
+    /// Changes the horizontal speed of the automatic mode, until the next one [m/s]; `None` is MPC_XY_CRUISE.
+    pub fn set_speed(&mut self, speed_m_s: Option<f64>) {
+        self.navigator.set_speed(speed_m_s);
+    }
+
+    pub(super) fn enter(&mut self, mode: FlightMode, navigator: Navigator) {
+        self.mode = mode;
+        self.navigator = navigator;
+        self.engaged |= self.armed && mode.lifts_off();
+    }
+
+    /// Arms; `force` skips the checks. Arming twice does nothing.
+    ///
+    /// # Errors
+    /// [`ArmingRefusal`], which is also said as an event.
+    pub fn arm(&mut self, now_us: u64, force: bool) -> Result<(), ArmingRefusal> {
+        if self.armed {
+            return Ok(());
+        }
+        if !force && let Err(refusal) = arming::check_arming(now_us, self.state) {
+            self.say(Severity::Critical, refusal.to_string());
+            return Err(refusal);
+        }
+        self.armed = true;
+        self.armed_at_us = now_us;
+        self.engaged = self.mode.lifts_off();
+        // What an automatic mode has seen before does not count.
+        if !matches!(self.mode, FlightMode::AutoTakeoff) {
+            self.navigator = Navigator::begin(self.mode);
+        }
+        self.say(Severity::Info, if force { "armed (forced)" } else { "armed" });
+        Ok(())
+    }
+
+    /// Disarms; `force` does so in flight too. Disarming twice does nothing.
+    ///
+    /// # Errors
+    /// [`DisarmingRefusal`], which is also said as an event.
+    pub fn disarm(&mut self, force: bool) -> Result<(), DisarmingRefusal> {
+        if !self.armed {
+            return Ok(());
+        }
+        if self.is_in_air() && !force {
+            self.say(Severity::Critical, DisarmingRefusal::Flying.to_string());
+            return Err(DisarmingRefusal::Flying);
+        }
+        let text = if self.is_in_air() { "disarmed in flight (forced)" } else { "disarmed" };
+        (self.armed, self.engaged, self.flying, self.failsafe) = (false, false, false, false);
+        (self.land_detector, self.watch) = (LandDetector::default(), Watch::default());
+        self.navigator = Navigator::begin(self.mode);
+        self.switch_off();
+        self.say(Severity::Info, text);
+        Ok(())
+    }
+}

@@ -1,0 +1,46 @@
+//! The declaration as a page: `docs/parameters.md`.
+
+use super::table::{Declaration, Role, TABLE};
+use super::{described, range_in_words};
+use crate::autopilot::Settings;
+use crate::control::Gains;
+use crate::params::metadata::Kind;
+use crate::params::{Metadata, Parameter};
+
+const HEAD: &str = "\
+# Parameters of the reference autopilot
+
+Made by `samara params list`; `scripts/regenerate` writes it.
+
+Names, types and units are PX4's. What ground stations set is checked (type, NaN, range), refused with the reason if it does not fit, \
+and in effect at the next control step if the parameter acts; integrals of the control loops stay. Values from the mission may lie \
+outside the range by which changes are judged. `#` stands for a rotor's number.
+
+| name | type | unit | default | range | what it does | here |
+|---|---|---|---|---|---|---|
+";
+
+/// The page, in Markdown.
+pub fn markdown() -> String {
+    let metadata = Metadata::px4();
+    let rows = TABLE.iter().filter_map(|declared| Some(row(declared, &described(declared, &metadata)?)));
+    std::iter::once(HEAD.to_owned()).chain(rows).collect()
+}
+
+const FOLLOWS: [&str; 4] = ["MPC_XY_P", "MPC_XY_VEL_MAX", "MPC_Z_P", "MPC_Z_VEL_MAX_DN"];
+
+fn row(declared: &Declaration, known: &Parameter) -> String {
+    let settings = Settings::beside(&Gains::near_hover());
+    let kind = if known.kind == Kind::Int { "INT32" } else { "FLOAT" };
+    let default = match declared.role {
+        Role::Kept(value) | Role::Fact(value) => value.to_string(),
+        // Those that follow the gains or the mission's limits.
+        Role::Setting if FOLLOWS.contains(&declared.name) => "mission".to_owned(),
+        Role::Setting => settings.get(declared.name).map_or_else(String::new, |value| value.to_string()),
+        Role::SetpointLife => known.default.to_string(),
+        Role::Law | Role::Follows(_) | Role::Hover | Role::Vehicle | Role::SystemId => "mission".to_owned(),
+    };
+    let range = if declared.role.is_settable() { range_in_words(known) } else { String::new() };
+    let (name, unit, about) = (declared.name, known.unit, known.description);
+    format!("| `{name}` | {kind} | {unit} | {default} | {range} | {about} | {} |\n", declared.role.words())
+}

@@ -1,0 +1,185 @@
+//! What is in effect, under PX4's parameter names, and how it is changed in flight.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`table`] | the declaration: every parameter and what it is to the autopilot |
+//! | `change` | a new value: checked, put into effect |
+//! | [`document`] | the declaration as a page |
+//! | [`hash`] | the checksum over names and values |
+//!
+//! Values are those that ground stations see, in single precision. The gains themselves are the mission's, in double precision,
+//! until one is set; the others stay to the bit then. Conversions are those of [`crate::params`] for samara's own autopilot.
+
+mod change;
+pub mod document;
+pub mod hash;
+pub mod table;
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+
+pub use change::Refusal;
+use table::{Declaration, Role, TABLE};
+
+use super::Settings;
+use super::offboard::SETPOINT_TIMEOUT_US;
+use crate::params::metadata::Kind;
+use crate::params::{
+    Metadata, NormalisedUnits, Parameter, ParamsError, Purpose, Scale, Subject, Value, export,
+};
+use crate::units::US_PER_S;
+
+/// A parameter of the autopilot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// Its name.
+    pub name: String,
+    /// Its value.
+    pub value: Value,
+    /// What it was at the start.
+    pub start: Value,
+    /// What it is to the autopilot.
+    pub role: Role,
+    /// PX4's metadata, with the range that holds here.
+    pub known: Parameter,
+}
+
+/// The parameters of an autopilot by name; an index is a place in that order and never changes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameters {
+    entries: Vec<Entry>,
+    scale: Scale,
+    /// Mass for a hover thrust of 1 [kg].
+    mass_at_full_kg: f64,
+}
+
+impl Parameters {
+    /// The parameters of an autopilot that flies the subject, with this MAVLink system id.
+    ///
+    /// # Errors
+    /// [`ParamsError`] when a gain or limit is out of range or PX4's mixer finds no unit for the rotors.
+    pub fn of(subject: &Subject, system_id: u8) -> Result<Self, ParamsError> {
+        let exported = export(subject, Purpose::Samara)?.parameters;
+        let metadata = Metadata::px4();
+        let rotors = subject.vehicle.rotors.len();
+        let defaults = Settings::beside(subject.gains);
+        let mut entries: Vec<Entry> = TABLE
+            .iter()
+            .flat_map(|declared| names(declared.name, rotors).map(move |name| (declared, name)))
+            .filter_map(|(declared, name)| entry(declared, name, &exported, &metadata, system_id, &defaults))
+            .collect();
+        entries.sort_by(|a, b| a.name.cmp(&b.name));
+        let units = NormalisedUnits::of(subject.vehicle, subject.environment.density_kg_m3)?;
+        let factors = Purpose::Samara.factors(subject.environment.gravity_m_s2);
+        Ok(Self {
+            entries,
+            scale: Scale::new(&units, subject.vehicle, factors),
+            mass_at_full_kg: units.thrust_n / subject.environment.gravity_m_s2,
+        })
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// The parameter at an index.
+    pub fn at(&self, index: usize) -> Option<&Entry> {
+        self.entries.get(index)
+    }
+
+    /// Index of a name.
+    pub fn index_of(&self, name: &str) -> Option<usize> {
+        self.entries.binary_search_by(|entry| entry.name.as_str().cmp(name)).ok()
+    }
+
+    /// The value of a name.
+    pub fn get(&self, name: &str) -> Option<Value> {
+        Some(self.entries[self.index_of(name)?].value)
+    }
+
+    /// All of them, in order.
+    pub fn iter(&self) -> impl Iterator<Item = &Entry> {
+        self.entries.iter()
+    }
+
+    /// PX4's `_HASH_CHECK`: the checksum over each name's bytes and its value's four, little-endian, in order.
+    pub fn hash(&self) -> u32 {
+        self.entries.iter().fold(0, |crc, entry| {
+            let value = match entry.value {
+                Value::Int(i) => i.to_le_bytes(),
+                Value::Real(x) => x.to_le_bytes(),
+            };
+            hash::crc32(hash::crc32(crc, entry.name.as_bytes()), &value)
+        })
+    }
+
+    /// Names and values, for a file.
+    pub fn values(&self) -> BTreeMap<String, Value> {
+        self.entries.iter().map(|entry| (entry.name.clone(), entry.value)).collect()
+    }
+
+    fn number(&self, name: &str) -> Option<f64> {
+        self.get(name).map(Value::as_f64)
+    }
+}
+
+/// The names that a declared one stands for.
+fn names(declared: &str, rotors: usize) -> impl Iterator<Item = String> {
+    let count = if declared.contains('#') { rotors } else { 1 };
+    (0..count).map(|rotor| declared.replace('#', &rotor.to_string()))
+}
+
+/// `None` for what this vehicle has not (the yaw rate gains of rotors without torque).
+fn entry(
+    declared: &Declaration,
+    name: String,
+    exported: &BTreeMap<String, Value>,
+    metadata: &Metadata,
+    system_id: u8,
+    defaults: &Settings,
+) -> Option<Entry> {
+    let value = match declared.role {
+        Role::Kept(value) | Role::Fact(value) => value,
+        Role::Setting => match exported.get(&name) {
+            Some(value) => *value,
+            None => {
+                let value = defaults.get(&name)?;
+                match metadata.get(&name)?.kind {
+                    Kind::Int => Value::Int(value as i32),
+                    Kind::Float => Value::Real(value as f32),
+                }
+            }
+        },
+        Role::SetpointLife => Value::Real((SETPOINT_TIMEOUT_US as f64 / US_PER_S) as f32),
+        Role::SystemId => Value::Int(i32::from(system_id)),
+        Role::Law | Role::Follows(_) | Role::Hover | Role::Vehicle => *exported.get(&name)?,
+    };
+    let known = described(declared, metadata)?;
+    // What the mission says may lie outside; it can be set again.
+    Some(Entry { name, value, start: value, role: declared.role, known })
+}
+
+/// A parameter's range in words; an action of which there is one only says so.
+fn range_in_words(known: &Parameter) -> String {
+    match (known.min, known.max) {
+        (Some(min), Some(max)) if min == max => format!("{min} only"),
+        _ => known.range(),
+    }
+}
+
+/// PX4's metadata of a declared parameter, with the range that holds here.
+pub fn described(declared: &Declaration, metadata: &Metadata) -> Option<Parameter> {
+    let mut known = *metadata.get(declared.name)?;
+    if let Some((least, most)) = declared.range {
+        (known.min, known.max) = (Some(least), Some(most));
+    }
+    Some(known)
+}

@@ -1,0 +1,210 @@
+//! What the automatic modes and failsafes fly by, under PX4's parameter names and with PX4's defaults, except the loss of
+//! setpoints, which leads to HOLD here, and the gains of the position loop, which follow the loops inside
+//! ([`PositionGains::beside`]).
+
+use super::failsafe::Action;
+use crate::control::{Gains, PositionGains, VelocityLimits};
+
+/// The settings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// MPC_XY_P, MPC_Z_P.
+    pub position: PositionGains,
+    /// MPC_XY_VEL_MAX, MPC_Z_VEL_MAX_UP, MPC_Z_VEL_MAX_DN: what the position loop may ask for in OFFBOARD.
+    pub greatest: VelocityLimits,
+    /// MPC_XY_CRUISE, MPC_Z_V_AUTO_UP, MPC_Z_V_AUTO_DN: what it may ask for in the automatic modes.
+    pub automatic: VelocityLimits,
+    /// MIS_TAKEOFF_ALT: height above home of a takeoff [m].
+    pub takeoff_height_m: f64,
+    /// MPC_TKO_SPEED [m/s].
+    pub takeoff_speed_m_s: f64,
+    /// MPC_LAND_SPEED [m/s].
+    pub land_speed_m_s: f64,
+    /// COM_DISARM_LAND: time from landing to disarming [s]; `None` never.
+    pub disarm_after_landing_s: Option<f64>,
+    /// RTL_RETURN_ALT: height above home of the way back [m].
+    pub return_height_m: f64,
+    /// RTL_DESCEND_ALT: height above home at which it waits before it lands [m].
+    pub descend_height_m: f64,
+    /// RTL_LAND_DELAY [s]; `None` for ever.
+    pub land_delay_s: Option<f64>,
+    /// COM_OBL_RC_ACT: what follows from a loss of setpoints.
+    pub setpoint_loss: Action,
+    /// NAV_DLL_ACT: what follows from silence of all ground stations.
+    pub data_link_loss: Action,
+    /// COM_DL_LOSS_T [s].
+    pub data_link_timeout_s: f64,
+    /// GF_ACTION: what follows from leaving the fence.
+    pub fence: Action,
+    /// GF_MAX_HOR_DIST [m]; 0 is no fence.
+    pub fence_radius_m: f64,
+    /// GF_MAX_VER_DIST [m]; 0 is no fence.
+    pub fence_height_m: f64,
+    /// COM_LOW_BAT_ACT: what follows from a battery that is critical, and from one that is about to be empty.
+    pub battery: BatteryPolicy,
+    /// BAT_LOW_THR: share of the charge below which there is a warning.
+    pub battery_low: f64,
+    /// BAT_CRIT_THR.
+    pub battery_critical: f64,
+    /// BAT_EMERGEN_THR.
+    pub battery_emergency: f64,
+}
+
+/// COM_LOW_BAT_ACT.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BatteryPolicy {
+    /// 0: warnings only.
+    Warn,
+    /// 1: return when critical.
+    Return,
+    /// 2: land when critical.
+    Land,
+    /// 3: return when critical, land when about to be empty.
+    ReturnThenLand,
+}
+
+impl Settings {
+    /// The defaults beside the gains of a cascade.
+    pub fn beside(gains: &Gains) -> Self {
+        Self {
+            position: PositionGains::beside(gains),
+            greatest: VelocityLimits { level_m_s: 12.0, up_m_s: 3.0, down_m_s: 1.5 },
+            automatic: VelocityLimits { level_m_s: 5.0, up_m_s: 3.0, down_m_s: 1.5 },
+            takeoff_height_m: 2.5,
+            takeoff_speed_m_s: 1.5,
+            land_speed_m_s: 0.7,
+            disarm_after_landing_s: Some(2.0),
+            return_height_m: 60.0,
+            descend_height_m: 30.0,
+            land_delay_s: Some(0.0),
+            setpoint_loss: Action::Hold,
+            data_link_loss: Action::Nothing,
+            data_link_timeout_s: 10.0,
+            fence: Action::Hold,
+            fence_radius_m: 0.0,
+            fence_height_m: 0.0,
+            battery: BatteryPolicy::Warn,
+            battery_low: 0.15,
+            battery_critical: 0.07,
+            battery_emergency: 0.05,
+        }
+    }
+
+    /// The value of a parameter in PX4's terms; `None` when no setting has that name.
+    pub fn get(&self, name: &str) -> Option<f64> {
+        // A copy is written to only where the code of an action must be found.
+        let code = |codes: &[(i32, Action)], action: Action| {
+            codes.iter().find(|(_, a)| *a == action).map_or(0.0, |(code, _)| f64::from(*code))
+        };
+        Some(match name {
+            "COM_OBL_RC_ACT" => code(&SETPOINT_LOSS, self.setpoint_loss),
+            "NAV_DLL_ACT" => code(&DATA_LINK_LOSS, self.data_link_loss),
+            "GF_ACTION" => code(&FENCE, self.fence),
+            "COM_LOW_BAT_ACT" => f64::from(self.battery as i32),
+            "COM_DISARM_LAND" => self.disarm_after_landing_s.unwrap_or(-1.0),
+            "RTL_LAND_DELAY" => self.land_delay_s.unwrap_or(-1.0),
+            _ => *self.clone().number(name)?,
+        })
+    }
+
+    /// Changes a setting to the value of a parameter, in PX4's terms; false when no setting has that name or that value.
+    pub fn set(&mut self, name: &str, value: f64) -> bool {
+        let action = |codes: &[(i32, Action)]| {
+            codes.iter().find(|(code, _)| f64::from(*code) == value).map(|(_, action)| *action)
+        };
+        let taken = match name {
+            "COM_OBL_RC_ACT" => action(&SETPOINT_LOSS).map(|a| self.setpoint_loss = a),
+            "NAV_DLL_ACT" => action(&DATA_LINK_LOSS).map(|a| self.data_link_loss = a),
+            "GF_ACTION" => action(&FENCE).map(|a| self.fence = a),
+            "COM_LOW_BAT_ACT" => battery_policy(value).map(|p| self.battery = p),
+            "COM_DISARM_LAND" => {
+                self.disarm_after_landing_s = (value > 0.0).then_some(value);
+                Some(())
+            }
+            "RTL_LAND_DELAY" => {
+                self.land_delay_s = (value >= 0.0).then_some(value);
+                Some(())
+            }
+            _ => self.number(name).map(|number| *number = value),
+        };
+        taken.is_some()
+    }
+
+    fn number(&mut self, name: &str) -> Option<&mut f64> {
+        Some(match name {
+            "MPC_XY_P" => &mut self.position.k_pxy,
+            "MPC_Z_P" => &mut self.position.k_pz,
+            "MPC_XY_VEL_MAX" => &mut self.greatest.level_m_s,
+            "MPC_Z_VEL_MAX_UP" => &mut self.greatest.up_m_s,
+            "MPC_Z_VEL_MAX_DN" => &mut self.greatest.down_m_s,
+            "MPC_XY_CRUISE" => &mut self.automatic.level_m_s,
+            "MPC_Z_V_AUTO_UP" => &mut self.automatic.up_m_s,
+            "MPC_Z_V_AUTO_DN" => &mut self.automatic.down_m_s,
+            "MIS_TAKEOFF_ALT" => &mut self.takeoff_height_m,
+            "MPC_TKO_SPEED" => &mut self.takeoff_speed_m_s,
+            "MPC_LAND_SPEED" => &mut self.land_speed_m_s,
+            "RTL_RETURN_ALT" => &mut self.return_height_m,
+            "RTL_DESCEND_ALT" => &mut self.descend_height_m,
+            "COM_DL_LOSS_T" => &mut self.data_link_timeout_s,
+            "GF_MAX_HOR_DIST" => &mut self.fence_radius_m,
+            "GF_MAX_VER_DIST" => &mut self.fence_height_m,
+            "BAT_LOW_THR" => &mut self.battery_low,
+            "BAT_CRIT_THR" => &mut self.battery_critical,
+            "BAT_EMERGEN_THR" => &mut self.battery_emergency,
+            _ => return None,
+        })
+    }
+}
+
+/// PX4's numbers of the actions that are flown.
+const SETPOINT_LOSS: [(i32, Action); 3] = [(3, Action::Return), (4, Action::Land), (5, Action::Hold)];
+const DATA_LINK_LOSS: [(i32, Action); 4] =
+    [(0, Action::Nothing), (1, Action::Hold), (2, Action::Return), (3, Action::Land)];
+const FENCE: [(i32, Action); 6] = [
+    (0, Action::Nothing),
+    (1, Action::Warn),
+    (2, Action::Hold),
+    (3, Action::Return),
+    (4, Action::Terminate),
+    (5, Action::Land),
+];
+
+fn battery_policy(value: f64) -> Option<BatteryPolicy> {
+    [BatteryPolicy::Warn, BatteryPolicy::Return, BatteryPolicy::Land, BatteryPolicy::ReturnThenLand]
+        .into_iter()
+        .find(|policy| f64::from(*policy as i32) == value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is set is what is read back; what is not a setting or has no such value changes nothing.
+    #[test]
+    fn closed_form_settings_are_read_back_in_px4s_terms() {
+        let mut settings = Settings::beside(&Gains::near_hover());
+        for (name, value) in [
+            ("MPC_XY_P", 0.5),
+            ("MPC_Z_VEL_MAX_DN", 1.0),
+            ("MPC_XY_CRUISE", 7.0),
+            ("COM_OBL_RC_ACT", 4.0),
+            ("NAV_DLL_ACT", 2.0),
+            ("GF_ACTION", 4.0),
+            ("COM_LOW_BAT_ACT", 3.0),
+            ("COM_DISARM_LAND", -1.0),
+            ("RTL_LAND_DELAY", -1.0),
+            ("RTL_LAND_DELAY", 0.0),
+            ("BAT_EMERGEN_THR", 0.04),
+        ] {
+            assert!(settings.set(name, value), "{name}");
+            assert_eq!(settings.get(name), Some(value), "{name}");
+        }
+        let before = settings;
+        for (name, value) in
+            [("COM_OBL_RC_ACT", 0.0), ("NAV_DLL_ACT", 5.0), ("GF_ACTION", 1.5), ("NONE", 1.0)]
+        {
+            assert!(!settings.set(name, value));
+        }
+        assert_eq!((settings, settings.get("NONE")), (before, None));
+    }
+}

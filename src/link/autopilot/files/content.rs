@@ -1,0 +1,92 @@
+//! The files that a ground station finds: what this component is made of, and what its parameters mean (MAVLink's component
+//! metadata, version 1), so that it need not guess from a PX4 release.
+
+use crate::autopilot::parameters::hash::crc32;
+use crate::autopilot::parameters::table::Role;
+use crate::autopilot::parameters::{Entry, Parameters};
+use crate::params::Value;
+use crate::params::metadata::Kind;
+
+/// The file that COMPONENT_METADATA names.
+pub(in crate::link::autopilot) const GENERAL: &str = "/etc/extras/component_general.json";
+/// The file that it names in turn.
+pub(super) const PARAMETERS: &str = "/etc/extras/parameters.json";
+/// `COMP_METADATA_TYPE_PARAMETER`.
+const PARAMETER_TYPE: u8 = 1;
+
+/// A file.
+#[derive(Clone, Debug)]
+pub(super) struct Content {
+    pub path: &'static str,
+    pub bytes: Vec<u8>,
+}
+
+/// Every file, by path.
+pub(super) fn contents(parameters: &Parameters) -> Vec<Content> {
+    let meanings = parameters_json(parameters).into_bytes();
+    let crc = crc32(0, &meanings);
+    let general = format!(
+        "{{\"version\":1,\"metadataTypes\":[{{\"type\":{PARAMETER_TYPE},\"uri\":\"mftp://{PARAMETERS}\",\"fileCrc\":{crc}}}]}}"
+    );
+    vec![
+        Content { path: GENERAL, bytes: general.into_bytes() },
+        Content { path: PARAMETERS, bytes: meanings },
+    ]
+}
+
+fn parameters_json(parameters: &Parameters) -> String {
+    let rows: Vec<String> = parameters.iter().map(parameter_json).collect();
+    format!("{{\"version\":1,\"parameters\":[\n{}\n]}}", rows.join(",\n"))
+}
+
+fn parameter_json(entry: &Entry) -> String {
+    let known = &entry.known;
+    let kind = if known.kind == Kind::Int { "Int32" } else { "Float" };
+    let mut fields = vec![
+        ("name", quoted(&entry.name)),
+        ("type", quoted(kind)),
+        ("group", quoted(group(&entry.name))),
+        ("category", quoted("Standard")),
+        ("shortDesc", quoted(known.description)),
+        ("longDesc", quoted(&entry.role.words())),
+        ("default", number(entry.start)),
+    ];
+    if !known.unit.is_empty() {
+        fields.push(("units", quoted(known.unit)));
+    }
+    if let Some(decimals) = known.decimals.filter(|_| known.kind == Kind::Float) {
+        fields.push(("decimalPlaces", decimals.to_string()));
+    }
+    // A value of the mission's may lie outside the range by which changes are judged.
+    let judged = !matches!(entry.role, Role::Vehicle);
+    fields.extend(known.min.filter(|_| judged).map(|min| ("min", min.to_string())));
+    fields.extend(known.max.filter(|_| judged).map(|max| ("max", max.to_string())));
+    let fields: Vec<String> = fields.into_iter().map(|(key, value)| format!("\"{key}\":{value}")).collect();
+    format!("{{{}}}", fields.join(","))
+}
+
+fn number(value: Value) -> String {
+    value.to_string()
+}
+
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
+}
+
+/// Where ground stations file it: PX4's groups.
+fn group(name: &str) -> &'static str {
+    match name.split('_').next() {
+        Some("CA" | "THR") => "Geometry",
+        Some("CAL") => "Sensor Calibration",
+        Some("COM" | "NAV") => "Commander",
+        Some("GF") => "Geofence",
+        Some("MAV") => "MAVLink",
+        Some("MC") => "Multicopter Attitude and Rate Control",
+        Some("MIS") => "Mission",
+        Some("MPC") => "Multicopter Position Control",
+        Some("RC") => "Radio Calibration",
+        Some("RTL") => "Return Mode",
+        Some("SYS") => "System",
+        _ => "Miscellaneous",
+    }
+}

@@ -1,0 +1,257 @@
+//! MAVLink FTP, read-only: component metadata, and nothing else.
+//!
+//! A request with the sequence of the last one is that one again,
+//! whose answer was lost: the same answer goes out. Bursts go out a few at a time, so that telemetry is not held up.
+
+mod content;
+mod packet;
+#[cfg(test)]
+mod tests;
+
+use std::collections::VecDeque;
+
+use super::Peer;
+use crate::autopilot::parameters::Parameters;
+use crate::autopilot::parameters::hash::crc32;
+use crate::link::TimeUs;
+use content::Content;
+pub(super) use content::GENERAL;
+pub(super) use packet::Packet;
+use packet::{Answer, DATA_LEN, HEADER_LEN, Nak, op, packet, path_of, piece};
+
+/// Most sessions of one peer.
+const MOST_OF_PEER: usize = 2;
+/// Most sessions.
+const MOST_SESSIONS: usize = 8;
+/// Most peers whose last answer is remembered.
+const MOST_PEERS: usize = 8;
+/// A session that nobody used for so long may be taken by another [us].
+const IDLE_US: TimeUs = 10_000_000;
+/// Packets of a burst that go out at a time.
+const BURST_AT_A_TIME: usize = 5;
+
+#[derive(Clone, Copy, Debug)]
+struct Session {
+    id: u8,
+    peer: Peer,
+    file: usize,
+    used_us: TimeUs,
+}
+
+/// A burst that is going out.
+#[derive(Clone, Copy, Debug)]
+struct Burst {
+    peer: Peer,
+    session: u8,
+    file: usize,
+    sequence: u16,
+    offset: usize,
+    size: usize,
+}
+
+/// The server.
+#[derive(Clone, Debug)]
+pub(super) struct FileServer {
+    files: Vec<Content>,
+    sessions: Vec<Session>,
+    bursts: Vec<Burst>,
+    last: VecDeque<(Peer, u16, Packet)>,
+    answers: VecDeque<(Peer, Packet)>,
+}
+
+impl FileServer {
+    /// Serves the metadata of these parameters.
+    pub(super) fn new(parameters: &Parameters) -> Self {
+        Self {
+            files: content::contents(parameters),
+            sessions: Vec::new(),
+            bursts: Vec::new(),
+            last: VecDeque::new(),
+            answers: VecDeque::new(),
+        }
+    }
+
+    /// Checksum of a file, PX4's CRC-32.
+    pub(super) fn crc(&self, path: &str) -> Option<u32> {
+        self.files.iter().find(|f| f.path == path).map(|f| crc32(0, &f.bytes))
+    }
+
+    /// The next packet to send.
+    pub(super) fn poll_answer(&mut self) -> Option<(Peer, Packet)> {
+        self.answers.pop_front()
+    }
+
+    /// All sessions end: the vehicle's time has started over.
+    pub(super) fn restart(&mut self) {
+        self.sessions.clear();
+        self.bursts.clear();
+        self.last.clear();
+    }
+
+    /// Takes a request.
+    pub(super) fn handle(&mut self, now: TimeUs, peer: Peer, request: &Packet) {
+        let [low, high, session, opcode, size, ..] = *request;
+        if opcode >= op::ACK {
+            return;
+        }
+        let sequence = u16::from_le_bytes([low, high]);
+        if let Some((_, _, answer)) = self.last.iter().find(|(p, s, _)| *p == peer && *s == sequence) {
+            let again = *answer;
+            self.answers.push_back((peer, again));
+            return;
+        }
+        let offset = u32::from_le_bytes([request[8], request[9], request[10], request[11]]) as usize;
+        let data = request.get(HEADER_LEN..HEADER_LEN + usize::from(size)).ok_or(Nak::InvalidDataSize);
+        let answer = match opcode {
+            op::NONE => Ok((session, Vec::new())),
+            op::TERMINATE_SESSION => self.terminate(peer, session),
+            op::RESET_SESSIONS => {
+                self.sessions.retain(|s| s.peer != peer);
+                self.bursts.retain(|b| b.peer != peer);
+                Ok((session, Vec::new()))
+            }
+            op::LIST_DIRECTORY => data.and_then(|data| self.list(session, data, offset)),
+            op::OPEN_FILE_RO => data.and_then(|data| self.open(now, peer, data)),
+            op::READ_FILE => self.read(now, peer, session, offset, usize::from(size)),
+            op::CALC_FILE_CRC32 => data.and_then(|data| {
+                let file = self.find(data)?;
+                Ok((session, crc32(0, &self.files[file].bytes).to_le_bytes().to_vec()))
+            }),
+            op::BURST_READ_FILE => {
+                match self.begin_burst(now, peer, session, sequence, offset, usize::from(size)) {
+                    Ok(()) => return,
+                    Err(nak) => Err(nak),
+                }
+            }
+            opcode if op::WRITING.contains(&opcode) => Err(Nak::FileProtected),
+            _ => Err(Nak::UnknownCommand),
+        };
+        let packet = packet(sequence.wrapping_add(1), session, opcode, offset, answer);
+        self.remember(peer, sequence, packet);
+        self.answers.push_back((peer, packet));
+    }
+
+    /// Sends on what is under way.
+    pub(super) fn handle_time(&mut self) {
+        for _ in 0..BURST_AT_A_TIME {
+            for i in (0..self.bursts.len()).rev() {
+                self.burst_on(i);
+            }
+        }
+    }
+
+    fn remember(&mut self, peer: Peer, sequence: u16, packet: Packet) {
+        self.last.retain(|(p, ..)| *p != peer);
+        if self.last.len() == MOST_PEERS {
+            self.last.pop_front();
+        }
+        self.last.push_back((peer, sequence, packet));
+    }
+
+    fn find(&self, path: &[u8]) -> Result<usize, Nak> {
+        let path = path_of(path);
+        self.files.iter().position(|f| f.path.trim_start_matches('/') == path).ok_or(Nak::FileNotFound)
+    }
+
+    fn open(&mut self, now: TimeUs, peer: Peer, path: &[u8]) -> Answer {
+        let file = self.find(path)?;
+        let own = self.sessions.iter().filter(|s| s.peer == peer).count();
+        if own >= MOST_OF_PEER {
+            return Err(Nak::NoSessionsAvailable);
+        }
+        if self.sessions.len() >= MOST_SESSIONS {
+            let idle = self.sessions.iter().position(|s| now.saturating_sub(s.used_us) > IDLE_US);
+            let id = self.sessions.remove(idle.ok_or(Nak::NoSessionsAvailable)?).id;
+            self.bursts.retain(|b| b.session != id);
+        }
+        let free = (0..=u8::MAX).find(|id| self.sessions.iter().all(|s| s.id != *id));
+        let id = free.ok_or(Nak::NoSessionsAvailable)?;
+        self.sessions.push(Session { id, peer, file, used_us: now });
+        Ok((id, (self.files[file].bytes.len() as u32).to_le_bytes().to_vec()))
+    }
+
+    fn session(&mut self, now: TimeUs, peer: Peer, id: u8) -> Result<Session, Nak> {
+        let found = self.sessions.iter_mut().find(|s| s.id == id && s.peer == peer);
+        let session = found.ok_or(Nak::InvalidSession)?;
+        session.used_us = now;
+        Ok(*session)
+    }
+
+    fn terminate(&mut self, peer: Peer, id: u8) -> Answer {
+        let at =
+            self.sessions.iter().position(|s| s.id == id && s.peer == peer).ok_or(Nak::InvalidSession)?;
+        self.sessions.remove(at);
+        self.bursts.retain(|b| b.session != id);
+        Ok((id, Vec::new()))
+    }
+
+    fn read(&mut self, now: TimeUs, peer: Peer, id: u8, offset: usize, size: usize) -> Answer {
+        let session = self.session(now, peer, id)?;
+        let rest = self.files[session.file].bytes.get(offset..).filter(|rest| !rest.is_empty());
+        let rest = rest.ok_or(Nak::EndOfFile)?;
+        Ok((id, rest[..rest.len().min(piece(size))].to_vec()))
+    }
+
+    fn begin_burst(
+        &mut self,
+        now: TimeUs,
+        peer: Peer,
+        id: u8,
+        sequence: u16,
+        offset: usize,
+        size: usize,
+    ) -> Result<(), Nak> {
+        let session = self.session(now, peer, id)?;
+        if offset >= self.files[session.file].bytes.len() {
+            return Err(Nak::EndOfFile);
+        }
+        self.bursts.retain(|b| b.session != id);
+        let size = piece(size);
+        self.bursts.push(Burst { peer, session: id, file: session.file, sequence, offset, size });
+        Ok(())
+    }
+
+    fn burst_on(&mut self, i: usize) {
+        let Some(burst) = self.bursts.get_mut(i) else { return };
+        let bytes = &self.files[burst.file].bytes;
+        let end = bytes.len().min(burst.offset + burst.size);
+        let data = bytes[burst.offset..end].to_vec();
+        burst.sequence = burst.sequence.wrapping_add(1);
+        let answer = Ok((burst.session, data));
+        let mut sent = packet(burst.sequence, burst.session, op::BURST_READ_FILE, burst.offset, answer);
+        // The last packet says that the burst is over.
+        sent[6] = u8::from(end == bytes.len());
+        burst.offset = end;
+        let (peer, over) = (burst.peer, end == bytes.len());
+        self.answers.push_back((peer, sent));
+        if over {
+            self.bursts.remove(i);
+        }
+    }
+
+    /// Entries from the `offset`th: `F` name, tab, size or `D` name, each with a zero after it.
+    fn list(&self, session: u8, path: &[u8], offset: usize) -> Answer {
+        let folder = path_of(path);
+        let prefix = if folder.is_empty() { String::new() } else { format!("{folder}/") };
+        let mut entries: Vec<String> = Vec::new();
+        for file in &self.files {
+            let Some(rest) = file.path.trim_start_matches('/').strip_prefix(&prefix) else { continue };
+            entries.push(match rest.split_once('/') {
+                Some((folder, _)) => format!("D{folder}\0"),
+                None => format!("F{rest}\t{}\0", file.bytes.len()),
+            });
+        }
+        entries.dedup();
+        if entries.is_empty() {
+            return Err(Nak::FileNotFound);
+        }
+        let mut data = Vec::new();
+        for entry in entries.get(offset..).filter(|rest| !rest.is_empty()).ok_or(Nak::EndOfFile)? {
+            if data.len() + entry.len() > DATA_LEN {
+                break;
+            }
+            data.extend_from_slice(entry.as_bytes());
+        }
+        Ok((session, data))
+    }
+}

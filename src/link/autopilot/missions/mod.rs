@@ -1,0 +1,304 @@
+//! Missions, fences and rally points: uploaded, kept, given back, cleared. None is flown.
+//!
+//! As PX4 does it: the vehicle asks for item after item and asks again after 250 ms; a peer that has been silent for 5 s has given
+//! up; a second peer that wants to upload meanwhile gets an error; a plan takes the place of the old one only once it is whole.
+//! Better than PX4: several peers may download at once, each what stood there when it began; a peer that starts its upload again is
+//! not told that it is busy with itself. Times are the vehicle's.
+
+mod plan;
+#[cfg(test)]
+mod tests;
+mod wire;
+
+use std::collections::VecDeque;
+
+use crate::autopilot::{Event, Severity};
+use crate::link::TimeUs;
+use plan::Item;
+pub(super) use plan::{Kind, Plan};
+use wire::{Address, CANCELLED, MissionResult};
+pub(super) use wire::{Answer, Request};
+
+use super::Peer;
+
+/// An item that has not come is asked for again after this [us].
+const RETRY_US: TimeUs = 250_000;
+/// A peer that has said nothing for this long has given up [us].
+const TIMEOUT_US: TimeUs = 5_000_000;
+/// Most peers that download at once; the one that was silent longest makes room.
+const MOST_DOWNLOADS: usize = 8;
+/// `MAV_MISSION_TYPE_ALL`.
+const ALL: u8 = 255;
+
+/// A plan on its way in.
+#[derive(Clone, Debug)]
+struct Upload {
+    peer: Peer,
+    kind: Kind,
+    count: usize,
+    items: Vec<Item>,
+    /// By MISSION_ITEM_INT, unless the peer knows only the old messages.
+    int: bool,
+    asked_us: TimeUs,
+    heard_us: TimeUs,
+}
+
+/// A plan on its way out, as it was when that began.
+#[derive(Clone, Debug)]
+struct Download {
+    peer: Peer,
+    kind: Kind,
+    plan: Plan,
+    heard_us: TimeUs,
+}
+
+/// The plans, and those that are on their way.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Missions {
+    plans: [Plan; 3],
+    current: u16,
+    upload: Option<Upload>,
+    downloads: Vec<Download>,
+    /// The upload that was completed last, whose acknowledgement may be lost.
+    completed: Option<(Peer, Kind)>,
+    answers: VecDeque<(Peer, Answer)>,
+    said: VecDeque<Event>,
+}
+
+impl Missions {
+    /// The plan of a kind.
+    pub(super) fn plan(&self, kind: Kind) -> &Plan {
+        &self.plans[kind as usize]
+    }
+
+    /// The mission item that would be next.
+    pub(super) fn current(&self) -> u16 {
+        self.current
+    }
+
+    /// The next message to send.
+    pub(super) fn poll_answer(&mut self) -> Option<(Peer, Answer)> {
+        self.answers.pop_front()
+    }
+
+    /// The next thing to say.
+    pub(super) fn poll_event(&mut self) -> Option<Event> {
+        self.said.pop_front()
+    }
+
+    /// Nobody is waited for any more: the vehicle's time has started over.
+    pub(super) fn restart(&mut self) {
+        (self.upload, self.completed) = (None, None);
+        self.downloads.clear();
+    }
+
+    /// Makes another mission item the next; false when there is no such item.
+    pub(super) fn set_current(&mut self, seq: u16) -> bool {
+        let known = seq < self.plan(Kind::Mission).len();
+        if known {
+            self.current = seq;
+        } else {
+            self.say(Severity::Error, format!("there is no mission item {seq}"));
+        }
+        known
+    }
+
+    /// Takes a request of a peer.
+    pub(super) fn handle(&mut self, now: TimeUs, peer: Peer, request: Request) {
+        match request {
+            Request::List { kind } => self.list(now, peer, kind),
+            Request::Item { kind, seq, int } => self.give(now, peer, kind, seq, int),
+            Request::Count { kind, count } => self.begin(now, peer, kind, usize::from(count)),
+            Request::Upload { kind, seq, int, item } => self.take(now, peer, kind, seq, int, item),
+            Request::Ack { kind, result } => self.acknowledged(now, peer, kind, result),
+            Request::Clear { kind } => self.clear(peer, kind),
+            Request::SetCurrent { seq } => {
+                self.set_current(seq);
+            }
+            Request::Partial { kind } => self.ack(peer, kind, MissionResult::Unsupported, 0),
+        }
+    }
+
+    /// Asks again for what has not come, and gives up on who has gone.
+    pub(super) fn handle_time(&mut self, now: TimeUs) {
+        self.downloads.retain(|d| now.saturating_sub(d.heard_us) <= TIMEOUT_US);
+        let Some(upload) = &mut self.upload else { return };
+        if now.saturating_sub(upload.heard_us) > TIMEOUT_US {
+            let text = format!("{} upload timed out, the old one stays", upload.kind.name());
+            self.upload = None;
+            self.say(Severity::Critical, text);
+        } else if now.saturating_sub(upload.asked_us) > RETRY_US {
+            self.ask(now);
+        }
+    }
+
+    fn list(&mut self, now: TimeUs, peer: Peer, number: u8) {
+        let Some(kind) = Kind::from_number(number) else {
+            return self.ack(peer, number, MissionResult::Unsupported, 0);
+        };
+        let plan = self.plan(kind).clone();
+        self.answer(peer, Answer::count(peer.address(), number, plan.len(), plan.opaque_id));
+        self.downloads.retain(|d| d.peer != peer);
+        if self.downloads.len() == MOST_DOWNLOADS {
+            self.downloads.remove(0);
+        }
+        self.downloads.push(Download { peer, kind, plan, heard_us: now });
+    }
+
+    fn give(&mut self, now: TimeUs, peer: Peer, number: u8, seq: u16, int: bool) {
+        let Some(kind) = Kind::from_number(number) else {
+            return self.ack(peer, number, MissionResult::Unsupported, 0);
+        };
+        let own = self.downloads.iter_mut().find(|d| d.peer == peer && d.kind == kind);
+        let plan = match own {
+            Some(download) => {
+                download.heard_us = now;
+                &download.plan
+            }
+            None => self.plan(kind),
+        };
+        match plan.items.get(usize::from(seq)) {
+            Some(item) => {
+                let current = kind == Kind::Mission && seq == self.current;
+                let answer = Answer::item(peer.address(), number, seq, int, item, current);
+                self.answer(peer, answer);
+            }
+            None => self.ack(peer, number, MissionResult::InvalidSequence, 0),
+        }
+    }
+
+    fn begin(&mut self, now: TimeUs, peer: Peer, number: u8, count: usize) {
+        let Some(kind) = Kind::from_number(number) else {
+            return self.ack(peer, number, MissionResult::Unsupported, 0);
+        };
+        if self.is_busy_with_another_than(peer) {
+            self.say(Severity::Error, "upload refused: another one is under way");
+            return self.ack(peer, number, MissionResult::Error, 0);
+        }
+        (self.upload, self.completed) = (None, None);
+        if count > kind.capacity() {
+            let (name, most) = (kind.name(), kind.capacity());
+            self.say(Severity::Error, format!("{name} refused: at most {most} items"));
+            return self.ack(peer, number, MissionResult::NoSpace, 0);
+        }
+        if count == 0 {
+            self.replace(kind, Vec::new());
+            return self.ack(peer, number, MissionResult::Accepted, 0);
+        }
+        let items = Vec::with_capacity(count);
+        self.upload = Some(Upload { peer, kind, count, items, int: true, asked_us: now, heard_us: now });
+        self.ask(now);
+    }
+
+    fn is_busy_with_another_than(&self, peer: Peer) -> bool {
+        self.upload.as_ref().is_some_and(|upload| upload.peer != peer)
+    }
+
+    /// Asks for the item that is due.
+    fn ask(&mut self, now: TimeUs) {
+        let Some(upload) = &mut self.upload else { return };
+        upload.asked_us = now;
+        let seq = upload.items.len() as u16;
+        let answer = Answer::request(upload.peer.address(), upload.kind as u8, seq, upload.int);
+        let peer = upload.peer;
+        self.answer(peer, answer);
+    }
+
+    fn take(&mut self, now: TimeUs, peer: Peer, number: u8, seq: u16, int: bool, item: Item) {
+        let Some(upload) = self.upload.as_mut().filter(|upload| upload.peer == peer) else {
+            return self.take_late(peer, number, seq);
+        };
+        upload.heard_us = now;
+        if upload.kind as u8 != number {
+            return self.ack(peer, number, MissionResult::Error, 0);
+        }
+        if usize::from(seq) != upload.items.len() {
+            // The right one is asked for again in time.
+            return;
+        }
+        upload.int = int;
+        if let Err(result) = item.check(upload.kind) {
+            let text = format!("{} refused: item {seq} (command {})", upload.kind.name(), item.command);
+            self.upload = None;
+            self.say(Severity::Error, text);
+            return self.ack(peer, number, result, 0);
+        }
+        upload.items.push(item);
+        if upload.items.len() < upload.count {
+            return self.ask(now);
+        }
+        let (kind, items) = (upload.kind, std::mem::take(&mut upload.items));
+        (self.upload, self.completed) = (None, Some((peer, kind)));
+        self.replace(kind, items);
+        self.ack(peer, number, MissionResult::Accepted, self.plan(kind).opaque_id);
+    }
+
+    /// An item that nobody waits for: the last one of a completed upload, whose acknowledgement was lost, is acknowledged again.
+    fn take_late(&mut self, peer: Peer, number: u8, seq: u16) {
+        let again = self.completed.filter(|&(by, kind)| {
+            by == peer && kind as u8 == number && self.plan(kind).len() == seq.wrapping_add(1)
+        });
+        match again {
+            Some((_, kind)) => {
+                self.ack(peer, number, MissionResult::Accepted, self.plan(kind).opaque_id);
+            }
+            None => self.ack(peer, number, MissionResult::Error, 0),
+        }
+    }
+
+    fn acknowledged(&mut self, now: TimeUs, peer: Peer, number: u8, result: u8) {
+        self.downloads.retain(|d| !(d.peer == peer && d.kind as u8 == number));
+        let Some(upload) = self.upload.as_mut().filter(|u| u.peer == peer && u.kind as u8 == number) else {
+            return;
+        };
+        if result == CANCELLED {
+            self.upload = None;
+        } else if result == MissionResult::Unsupported as u8 {
+            upload.int = !upload.int;
+            upload.heard_us = now;
+            self.ask(now);
+        }
+    }
+
+    fn clear(&mut self, peer: Peer, number: u8) {
+        let kinds = match Kind::from_number(number) {
+            Some(kind) => vec![kind],
+            None if number == ALL => Kind::ALL.to_vec(),
+            None => return self.ack(peer, number, MissionResult::Unsupported, 0),
+        };
+        if self.is_busy_with_another_than(peer) {
+            self.say(Severity::Error, "clearing refused: an upload is under way");
+            return self.ack(peer, number, MissionResult::Error, 0);
+        }
+        (self.upload, self.completed) = (None, None);
+        for kind in kinds {
+            self.replace(kind, Vec::new());
+        }
+        self.ack(peer, number, MissionResult::Accepted, 0);
+    }
+
+    fn replace(&mut self, kind: Kind, items: Vec<Item>) {
+        if kind == Kind::Mission {
+            self.current = items.iter().rposition(|item| item.current == 1).unwrap_or(0) as u16;
+        }
+        self.plans[kind as usize] = Plan::new(items);
+    }
+
+    fn ack(&mut self, peer: Peer, kind: u8, result: MissionResult, opaque_id: u32) {
+        self.answer(peer, Answer::ack(peer.address(), kind, result, opaque_id));
+    }
+
+    fn answer(&mut self, peer: Peer, answer: Answer) {
+        self.answers.push_back((peer, answer));
+    }
+
+    fn say(&mut self, severity: Severity, text: impl Into<std::borrow::Cow<'static, str>>) {
+        self.said.push_back(Event::new(severity, text));
+    }
+}
+
+impl Peer {
+    fn address(self) -> Address {
+        (self.system, self.component)
+    }
+}

@@ -1,0 +1,271 @@
+//! The mission protocol against PX4's behaviour, with hands on clock and messages.
+
+use super::plan::{Frame as ItemFrame, Item};
+use super::*;
+use crate::link::{Decoder, Encoder, Link, PeerId};
+use mavlink::Message as _;
+use mavlink::dialects::common::MavMessage;
+use proptest::prelude::*;
+
+const GROUND: Peer = Peer { link: Link::GroundStation, id: PeerId(1), system: 255, component: 190 };
+const SCRIPT: Peer = Peer { link: Link::Api, id: PeerId(2), system: 245, component: 190 };
+
+fn waypoint(height_m: f32) -> Item {
+    Item {
+        params: [0.0, 1.0, 0.0, f32::NAN],
+        x: 47e7,
+        y: 8e7,
+        z: height_m,
+        command: 16,
+        frame: ItemFrame(6),
+        current: 0,
+        autocontinue: 1,
+    }
+}
+
+fn vertex() -> Item {
+    Item { command: 5001, params: [3.0, 0.0, 0.0, 0.0], ..waypoint(0.0) }
+}
+
+fn send(missions: &mut Missions, now: TimeUs, peer: Peer, request: Request) -> Vec<(Peer, u32, Vec<u8>)> {
+    missions.handle(now, peer, request);
+    drain(missions)
+}
+
+fn drain(missions: &mut Missions) -> Vec<(Peer, u32, Vec<u8>)> {
+    std::iter::from_fn(|| missions.poll_answer()).map(|(p, a)| (p, a.message_id, a.payload)).collect()
+}
+
+fn texts(missions: &mut Missions) -> Vec<String> {
+    std::iter::from_fn(|| missions.poll_event()).map(|e| e.text.into_owned()).collect()
+}
+
+/// Result and opaque id of the one MISSION_ACK among answers.
+fn ack(answers: &[(Peer, u32, Vec<u8>)], peer: Peer, kind: u8) -> (u8, u32) {
+    let [(to, 47, payload)] = answers else { panic!("{answers:?}") };
+    assert_eq!((*to, payload[0], payload[1], payload[3]), (peer, peer.system, peer.component, kind));
+    (payload[2], u32::from_le_bytes(payload[4..8].try_into().unwrap()))
+}
+
+/// The item that is asked for.
+fn asked(answers: &[(Peer, u32, Vec<u8>)], peer: Peer) -> (u32, u16) {
+    let [(to, id, payload)] = answers else { panic!("{answers:?}") };
+    assert_eq!(*to, peer);
+    (*id, u16::from_le_bytes([payload[0], payload[1]]))
+}
+
+fn upload(kind: u8, seq: u16, item: Item) -> Request {
+    Request::Upload { kind, seq, int: true, item }
+}
+
+/// Uploads a whole plan; result and opaque id.
+fn upload_all(missions: &mut Missions, now: TimeUs, peer: Peer, kind: u8, items: &[Item]) -> (u8, u32) {
+    let mut answers = send(missions, now, peer, Request::Count { kind, count: items.len() as u16 });
+    for (seq, item) in items.iter().enumerate() {
+        assert_eq!(asked(&answers, peer), (51, seq as u16));
+        answers = send(missions, now, peer, upload(kind, seq as u16, *item));
+    }
+    ack(&answers, peer, kind)
+}
+
+#[test]
+fn regress_a_plan_comes_back_as_it_went() {
+    let mut missions = Missions::default();
+    let delay = Item { command: 93, frame: ItemFrame(2), x: 3.0, y: 4.0, ..waypoint(5.0) };
+    let items = [waypoint(10.0), Item { current: 1, ..waypoint(20.5) }, delay];
+    let (result, opaque_id) = upload_all(&mut missions, 0, GROUND, 0, &items);
+    assert_eq!(result, 0);
+    assert_ne!(opaque_id, 0);
+    assert_eq!(missions.current(), 1);
+    let rally = Item { command: 5100, ..waypoint(3.0) };
+    assert_eq!(upload_all(&mut missions, 0, GROUND, 1, &[vertex(); 3]).0, 0);
+    assert_eq!(upload_all(&mut missions, 0, GROUND, 2, &[rally]).0, 0);
+    let count = send(&mut missions, 0, SCRIPT, Request::List { kind: 0 });
+    assert_eq!(count[0].2[..5], [3, 0, 245, 190, 0]);
+    assert_eq!(count[0].2[5..], opaque_id.to_le_bytes());
+    for (seq, item) in (0..).zip(&items) {
+        for int in [true, false] {
+            let sent = send(&mut missions, 0, SCRIPT, Request::Item { kind: 0, seq, int });
+            let [(_, id, payload)] = sent.as_slice() else { panic!("{sent:?}") };
+            let bytes = Encoder::new(1, 1).encode_payload(*id, MavMessage::extra_crc(*id), payload);
+            let mut read = None;
+            Decoder::new().datagram(&bytes, |frame| read = Request::read(&frame));
+            let Some((245, 190, Request::Upload { kind: 0, seq: s, int: i, item: got })) = read else {
+                panic!("{read:?}")
+            };
+            assert_eq!((s, i, got.command, got.frame, got.z), (seq, int, item.command, item.frame, item.z));
+            // A float holds seven digits of a latitude.
+            let near = if int { 0.0 } else { 20.0 };
+            assert!((got.x - item.x).abs() <= near && (got.y - item.y).abs() <= near);
+            assert_eq!(got.params[..3], item.params[..3]);
+            assert_eq!(got.current, u8::from(seq == 1));
+        }
+    }
+    let beyond = send(&mut missions, 0, SCRIPT, Request::Item { kind: 0, seq: 3, int: true });
+    assert_eq!(ack(&beyond, SCRIPT, 0).0, 13);
+    assert_eq!(upload_all(&mut missions, 0, GROUND, 0, &items).1, opaque_id, "the same plan, the same id");
+    assert_eq!(ack(&send(&mut missions, 0, GROUND, Request::Clear { kind: 255 }), GROUND, 255), (0, 0));
+    assert!(Kind::ALL.iter().all(|kind| missions.plan(*kind).len() == 0));
+}
+
+#[test]
+fn regress_a_lost_item_is_asked_for_again_and_a_lost_peer_given_up() {
+    let mut missions = Missions::default();
+    send(&mut missions, 0, GROUND, Request::Count { kind: 0, count: 2 });
+    send(&mut missions, 1_000, GROUND, upload(0, 0, waypoint(1.0)));
+    missions.handle_time(251_000);
+    assert!(drain(&mut missions).is_empty());
+    missions.handle_time(251_001);
+    assert_eq!(asked(&drain(&mut missions), GROUND), (51, 1));
+    missions.handle_time(400_000);
+    assert!(drain(&mut missions).is_empty());
+    assert!(
+        send(&mut missions, 410_000, GROUND, upload(0, 0, waypoint(1.0))).is_empty(),
+        "the old one again"
+    );
+    missions.handle_time(5_410_000);
+    assert_eq!(drain(&mut missions).len(), 1);
+    missions.handle_time(5_410_001);
+    assert!(drain(&mut missions).is_empty());
+    assert_eq!(texts(&mut missions), ["mission upload timed out, the old one stays"]);
+    let late = send(&mut missions, 5_500_000, GROUND, upload(0, 1, waypoint(1.0)));
+    assert_eq!(ack(&late, GROUND, 0).0, 1);
+}
+
+#[test]
+fn regress_a_lost_acknowledgement_is_sent_again() {
+    let mut missions = Missions::default();
+    let first = upload_all(&mut missions, 0, GROUND, 0, &[waypoint(1.0), waypoint(2.0)]);
+    let again = send(&mut missions, 1, GROUND, upload(0, 1, waypoint(2.0)));
+    assert_eq!(ack(&again, GROUND, 0), first);
+    let other = send(&mut missions, 1, SCRIPT, upload(0, 1, waypoint(2.0)));
+    assert_eq!(ack(&other, SCRIPT, 0).0, 1);
+}
+
+#[test]
+fn regress_a_second_peer_is_refused_and_the_first_goes_on() {
+    let mut missions = Missions::default();
+    send(&mut missions, 0, GROUND, Request::Count { kind: 0, count: 2 });
+    for request in [Request::Count { kind: 1, count: 3 }, Request::Clear { kind: 0 }] {
+        let kind = if matches!(request, Request::Clear { .. }) { 0 } else { 1 };
+        assert_eq!(ack(&send(&mut missions, 1, SCRIPT, request), SCRIPT, kind).0, 1);
+    }
+    assert_eq!(texts(&mut missions).len(), 2);
+    assert_eq!(asked(&send(&mut missions, 2, GROUND, upload(0, 0, waypoint(1.0))), GROUND), (51, 1));
+    // The first one may start again.
+    assert_eq!(asked(&send(&mut missions, 3, GROUND, Request::Count { kind: 0, count: 1 }), GROUND), (51, 0));
+    assert_eq!(ack(&send(&mut missions, 4, GROUND, upload(0, 0, waypoint(1.0))), GROUND, 0).0, 0);
+    assert_eq!(upload_all(&mut missions, 5, SCRIPT, 1, &[vertex(); 3]).0, 0);
+}
+
+#[test]
+fn regress_a_download_is_of_the_plan_it_began_with() {
+    let mut missions = Missions::default();
+    upload_all(&mut missions, 0, GROUND, 0, &[waypoint(1.0), waypoint(2.0)]);
+    send(&mut missions, 0, SCRIPT, Request::List { kind: 0 });
+    upload_all(&mut missions, 0, GROUND, 0, &[waypoint(7.0)]);
+    let height =
+        |answers: &[(Peer, u32, Vec<u8>)]| f32::from_le_bytes(answers[0].2[24..28].try_into().unwrap());
+    let item = |seq| Request::Item { kind: 0, seq, int: true };
+    assert_eq!(height(&send(&mut missions, 1, SCRIPT, item(1))), 2.0);
+    send(&mut missions, 2, SCRIPT, Request::Ack { kind: 0, result: 0 });
+    assert_eq!(height(&send(&mut missions, 3, SCRIPT, item(0))), 7.0);
+}
+
+#[test]
+fn regress_an_upload_is_cancelled_and_falls_back_to_the_old_messages() {
+    let mut missions = Missions::default();
+    send(&mut missions, 0, GROUND, Request::Count { kind: 0, count: 2 });
+    let old = send(&mut missions, 1, GROUND, Request::Ack { kind: 0, result: 3 });
+    assert_eq!(asked(&old, GROUND), (40, 0));
+    assert!(send(&mut missions, 2, GROUND, Request::Ack { kind: 0, result: 15 }).is_empty());
+    missions.handle_time(1_000_000);
+    assert!(drain(&mut missions).is_empty());
+    assert_eq!(upload_all(&mut missions, 3, SCRIPT, 0, &[waypoint(1.0)]).0, 0);
+}
+
+#[test]
+fn regress_what_cannot_be_kept_is_refused_and_the_old_plan_stays() {
+    let mut missions = Missions::default();
+    upload_all(&mut missions, 0, GROUND, 0, &[waypoint(1.0)]);
+    let old = missions.plan(Kind::Mission).opaque_id;
+    for (kind, item, result) in [
+        (0, Item { command: 65_000, ..waypoint(1.0) }, 3),
+        (0, vertex(), 3),
+        (1, waypoint(1.0), 3),
+        (2, waypoint(1.0), 3),
+        (0, Item { frame: ItemFrame(1), ..waypoint(1.0) }, 2),
+        (0, Item { frame: ItemFrame(2), ..waypoint(1.0) }, 2),
+        (0, Item { x: 90.1e7, ..waypoint(1.0) }, 10),
+        (0, Item { x: f64::NAN, ..waypoint(1.0) }, 10),
+        (0, Item { y: -180.1e7, ..waypoint(1.0) }, 11),
+        (0, Item { z: f32::INFINITY, ..waypoint(1.0) }, 12),
+        (1, Item { params: [2.0, 0.0, 0.0, 0.0], ..vertex() }, 6),
+    ] {
+        assert_eq!(upload_all(&mut missions, 0, GROUND, kind, &[item]).0, result, "{item:?}");
+        assert!(texts(&mut missions)[0].contains("refused: item 0"));
+    }
+    for (kind, most) in [(0, 2000), (1, 64), (2, 32)] {
+        let many = send(&mut missions, 0, GROUND, Request::Count { kind, count: most + 1 });
+        assert_eq!(ack(&many, GROUND, kind).0, 4);
+        assert!(texts(&mut missions)[0].ends_with(&format!("refused: at most {most} items")));
+    }
+    for request in [
+        Request::List { kind: 7 },
+        Request::Count { kind: 7, count: 1 },
+        Request::Item { kind: 7, seq: 0, int: true },
+        Request::Clear { kind: 7 },
+        Request::Partial { kind: 7 },
+    ] {
+        assert_eq!(ack(&send(&mut missions, 0, GROUND, request), GROUND, 7).0, 3);
+    }
+    assert_eq!(missions.plan(Kind::Mission).opaque_id, old);
+    assert!(!missions.set_current(1));
+}
+
+fn request() -> impl Strategy<Value = Request> {
+    let kind = prop_oneof![0u8..3, any::<u8>()];
+    (0usize..8, kind, 0u16..4, any::<u8>(), any::<bool>(), 0u16..5).prop_map(
+        |(which, kind, seq, x, int, command)| {
+            let item =
+                Item { command: [16, 5001, 5100, 93, 9][usize::from(command)], ..waypoint(f32::from(x)) };
+            match which {
+                0 => Request::List { kind },
+                1 => Request::Item { kind, seq, int },
+                2 => Request::Count { kind, count: seq },
+                3 | 4 => Request::Upload { kind, seq, int, item },
+                5 => Request::Ack { kind, result: x % 17 },
+                6 => Request::Clear { kind },
+                _ => Request::SetCurrent { seq },
+            }
+        },
+    )
+}
+
+proptest! {
+    #[test]
+    fn prop_answers_go_to_who_asked_and_nothing_is_kept_for_ever(
+        steps in proptest::collection::vec((request(), 0usize..12, 0u64..400_000), 1..200)
+    ) {
+        let mut missions = Missions::default();
+        let (mut now, mut asking) = (0, None);
+        for (request, who, wait) in steps {
+            now += wait;
+            missions.handle_time(now);
+            // Who is asked again has asked for that.
+            for (peer, id, _) in drain(&mut missions) {
+                prop_assert!(matches!(id, 40 | 51));
+                prop_assert_eq!(Some(peer), asking);
+            }
+            let peer = Peer { system: who as u8, ..GROUND };
+            for (to, id, _) in send(&mut missions, now, peer, request) {
+                prop_assert_eq!(to, peer);
+                if matches!(id, 40 | 51) {
+                    asking = Some(peer);
+                }
+            }
+            prop_assert!(missions.downloads.len() <= MOST_DOWNLOADS);
+            prop_assert!(missions.said.len() < 1000);
+        }
+    }
+}

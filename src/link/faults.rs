@@ -1,0 +1,157 @@
+//! What has come by a link and was not as it should be, counted by kind.
+
+use std::fmt;
+
+/// Counts by kind. A decoder counts what concerns bytes and frames, a [`super::Hub`] what concerns peers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Faults {
+    /// Frames whose checksum was right.
+    pub frames: u64,
+    /// Bytes that belong to no frame.
+    pub skipped_bytes: u64,
+    /// Candidates with a wrong checksum.
+    pub bad_crc: u64,
+    /// Frames that a datagram (or a stream given up) ended inside of.
+    pub truncated: u64,
+    /// Frames of a message that the dialect does not have; their checksum cannot be checked.
+    pub unknown_id: u64,
+    /// Frames with MAVLink 2 incompatibility flags other than "signed"; a receiver must drop them.
+    pub incompatible: u64,
+    /// Sound frames with a value that the parser refuses, given out as [`super::Message::Unparsed`].
+    pub unparsed: u64,
+    /// Sound frames of MAVLink 1; taken like those of MAVLink 2.
+    pub mavlink1: u64,
+    /// Sound frames that were signed.
+    pub signed: u64,
+    /// Sound frames with more payload than their message has fields (a newer dialect's extension); the excess is not read.
+    pub oversize: u64,
+    /// Frames refused because their signature is not of our key.
+    pub bad_signature: u64,
+    /// Frames refused because they are not signed, while we have a key.
+    pub unsigned: u64,
+    /// Frames refused because their signature is not newer than the last of that sender, or a new sender's is more than a
+    /// minute old: somebody plays back what he has recorded.
+    pub replayed: u64,
+    /// Frames with the sequence number of the frame before them; taken.
+    pub repeated: u64,
+    /// Frames that were overtaken by later ones of their sender; taken.
+    pub late: u64,
+    /// Sequence numbers left out: frames that were lost on the way.
+    pub missed: u64,
+    /// Frames for a system or component that is neither ours nor known on any link.
+    pub wrong_target: u64,
+    /// Frames that claim to be sent by us; dropped.
+    pub own_name: u64,
+    /// Frames of peers for whom there is no room; dropped.
+    pub crowded: u64,
+    /// Frames that could not be forwarded, because too many waited already.
+    pub not_forwarded: u64,
+}
+
+impl Faults {
+    /// Candidates that gave no frame.
+    pub fn dropped(&self) -> u64 {
+        self.bad_crc + self.truncated + self.unknown_id + self.incompatible
+    }
+
+    /// Sound frames that were not let in.
+    pub fn refused(&self) -> u64 {
+        self.bad_signature + self.unsigned + self.replayed + self.own_name + self.crowded
+    }
+
+    /// Whether anything was not as it should be.
+    pub fn any(&self) -> bool {
+        let sound =
+            Self { frames: self.frames, mavlink1: self.mavlink1, signed: self.signed, ..Self::default() };
+        *self != sound
+    }
+
+    /// Adds what another has counted.
+    pub fn add(&mut self, other: &Self) {
+        for (sum, (_, count)) in self.all_mut().into_iter().zip(other.all()) {
+            *sum += count;
+        }
+    }
+
+    /// Every count with its name.
+    fn all(&self) -> [(&'static str, u64); 20] {
+        [
+            ("frames", self.frames),
+            ("skipped bytes", self.skipped_bytes),
+            ("bad checksum", self.bad_crc),
+            ("cut off", self.truncated),
+            ("unknown message", self.unknown_id),
+            ("unknown flags", self.incompatible),
+            ("odd values", self.unparsed),
+            ("MAVLink 1", self.mavlink1),
+            ("signed", self.signed),
+            ("oversize", self.oversize),
+            ("bad signature", self.bad_signature),
+            ("unsigned", self.unsigned),
+            ("replayed", self.replayed),
+            ("repeated", self.repeated),
+            ("late", self.late),
+            ("missed", self.missed),
+            ("wrong target", self.wrong_target),
+            ("in our name", self.own_name),
+            ("too many peers", self.crowded),
+            ("not forwarded", self.not_forwarded),
+        ]
+    }
+
+    fn all_mut(&mut self) -> [&mut u64; 20] {
+        [
+            &mut self.frames,
+            &mut self.skipped_bytes,
+            &mut self.bad_crc,
+            &mut self.truncated,
+            &mut self.unknown_id,
+            &mut self.incompatible,
+            &mut self.unparsed,
+            &mut self.mavlink1,
+            &mut self.signed,
+            &mut self.oversize,
+            &mut self.bad_signature,
+            &mut self.unsigned,
+            &mut self.replayed,
+            &mut self.repeated,
+            &mut self.late,
+            &mut self.missed,
+            &mut self.wrong_target,
+            &mut self.own_name,
+            &mut self.crowded,
+            &mut self.not_forwarded,
+        ]
+    }
+}
+
+/// The counts that are not zero, by name: `12 frames, bad checksum 3, unsigned 1`.
+impl fmt::Display for Faults {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} frames", self.frames)?;
+        for (name, count) in self.all().into_iter().skip(1).filter(|(_, count)| *count > 0) {
+            write!(f, ", {name} {count}")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closed_form_counts_add_kind_by_kind_and_are_told_by_name() {
+        let mut sum = Faults::default();
+        for (i, count) in sum.all_mut().into_iter().enumerate() {
+            *count = i as u64;
+        }
+        let once = sum;
+        sum.add(&once);
+        for (i, (_, count)) in sum.all().into_iter().enumerate() {
+            assert_eq!(count, 2 * i as u64);
+        }
+        let some = Faults { frames: 12, bad_crc: 3, unsigned: 1, ..Faults::default() };
+        assert_eq!(some.to_string(), "12 frames, bad checksum 3, unsigned 1");
+    }
+}

@@ -1,0 +1,148 @@
+//! What the autopilot knew and commanded at one control step: the material of the flight log's rows.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+
+use super::super::TimeUs;
+use crate::autopilot::{Event, FlightMode};
+use crate::control::ControlOutput;
+use crate::frames::{LEVEL, Quaternion};
+use crate::model::environment::GeoPoint;
+use crate::params::Value;
+
+/// Position, attitude and motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Position from the local origin, NED [m].
+    pub p_ned: Vector3<f64>,
+    /// Attitude, body to NED.
+    pub q_ned_from_body: Quaternion,
+    /// Velocity, NED [m/s].
+    pub v_ned: Vector3<f64>,
+    /// Body rates [rad/s].
+    pub omega_body: Vector3<f64>,
+}
+
+impl Pose {
+    /// At the origin, level, at rest.
+    pub const REST: Self = Self {
+        p_ned: Vector3::new(0.0, 0.0, 0.0),
+        q_ned_from_body: LEVEL,
+        v_ned: Vector3::new(0.0, 0.0, 0.0),
+        omega_body: Vector3::new(0.0, 0.0, 0.0),
+    };
+}
+
+/// What the sensors said last.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sensors {
+    /// Specific force, body [m/s^2].
+    pub specific_force_body: Vector3<f64>,
+    /// Body rates [rad/s].
+    pub gyro_body: Vector3<f64>,
+    /// Magnetic field, body [gauss].
+    pub magnetic_field_body: Vector3<f64>,
+    /// Static pressure [Pa].
+    pub pressure_pa: f64,
+    /// Altitude by the pressure [m].
+    pub pressure_altitude_m: f64,
+    /// Temperature [deg C].
+    pub temperature_c: f64,
+}
+
+/// A satellite fix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SatelliteFix {
+    /// Where.
+    pub point: GeoPoint,
+    /// Velocity, NED [m/s].
+    pub v_ned: Vector3<f64>,
+    /// Satellites used.
+    pub satellites: u8,
+}
+
+/// One control step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StepRecord {
+    /// Simulated time.
+    pub at: TimeUs,
+    /// Unix time of simulated time 0 [us].
+    pub epoch_unix_us: u64,
+    /// Where the local origin is.
+    pub origin: GeoPoint,
+    /// Gravity [m/s^2].
+    pub gravity_m_s2: f64,
+    /// Density of the air [kg/m^3].
+    pub density_kg_m3: f64,
+    /// The state that was flown by.
+    pub estimate: Pose,
+    /// Acceleration, NED [m/s^2].
+    pub a_ned: Vector3<f64>,
+    /// The simulator's truth.
+    pub truth: Pose,
+    /// Inertial sensors, magnetometer, barometer.
+    pub sensors: Sensors,
+    /// Satellites; `None` before the first fix.
+    pub fix: Option<SatelliteFix>,
+    /// What the controller commanded, and the setpoints in between.
+    pub output: ControlOutput,
+    /// Collective over the greatest thrust of all rotors, 0..1.
+    pub collective: f64,
+    /// Velocity [m/s], acceleration fed forward [m/s^2], both NED, and heading [rad] being flown to.
+    pub target: Option<(Vector3<f64>, Vector3<f64>, f64)>,
+    /// Number of rotors.
+    pub rotors: usize,
+    /// Mode.
+    pub mode: FlightMode,
+    /// Whether the motors are armed.
+    pub armed: bool,
+    /// Whether a failsafe flies.
+    pub failsafe: bool,
+    /// Whether the vehicle stands on the ground.
+    pub landed: bool,
+    /// MAVLink system id.
+    pub system_id: u8,
+}
+
+impl StepRecord {
+    /// A record of nothing, from which the topics' formats are made.
+    pub(super) fn specimen() -> Self {
+        Self {
+            at: 0,
+            epoch_unix_us: 0,
+            origin: GeoPoint { latitude_deg: 0.0, longitude_deg: 0.0, altitude_m: 0.0 },
+            gravity_m_s2: 1.0,
+            density_kg_m3: 0.0,
+            estimate: Pose::REST,
+            a_ned: Vector3::zeros(),
+            truth: Pose::REST,
+            sensors: Sensors::default(),
+            fix: None,
+            output: ControlOutput::ZERO,
+            collective: 0.0,
+            target: None,
+            rotors: 0,
+            mode: FlightMode::AutoLoiter,
+            armed: false,
+            failsafe: false,
+            landed: true,
+            system_id: 1,
+        }
+    }
+}
+
+/// An entry of the flight log.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LogEntry {
+    /// A flight begins, at this time and with these parameters: simulated time has started, or started over.
+    Begin(TimeUs, BTreeMap<String, Value>),
+    /// A control step.
+    Step(Box<StepRecord>),
+    /// Something that was said, and when.
+    Said(TimeUs, Event),
+    /// A parameter has this value from here on.
+    Parameter(String, Value),
+    /// Entries were lost here: nobody fetched them in time.
+    Gap,
+}

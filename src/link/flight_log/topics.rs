@@ -1,0 +1,209 @@
+//! The topics of the flight log under PX4's names and field names, so that pyulog, PlotJuggler and Flight Review find what they
+//! look for. Frames: local NED, body FRD; quaternions are Hamilton's, scalar first, body to NED.
+//!
+//! Names and meanings: PX4's `msg/` folder (v1.14 and later); fields that mean nothing here are left out.
+
+use nalgebra::Vector3;
+
+use super::record::{Pose, StepRecord};
+use super::ulog::{Row, Topic};
+use crate::autopilot::FlightMode;
+use crate::frames::yaw;
+use crate::model::MAX_ROTORS;
+
+/// PX4's `actuator_motors` has room for twelve.
+const MOTORS: usize = 12;
+/// Every control step.
+const EACH: u64 = 0;
+/// 50 Hz.
+const OFTEN: u64 = 20_000;
+/// 5 Hz.
+const SELDOM: u64 = 200_000;
+
+/// Everything that is logged.
+pub(super) const TOPICS: [Topic<StepRecord>; 18] = [
+    Topic { name: "vehicle_attitude", period_us: EACH, fields: |r, row| attitude(r, &r.estimate, row) },
+    Topic { name: "vehicle_attitude_setpoint", period_us: EACH, fields: attitude_setpoint },
+    Topic { name: "vehicle_angular_velocity", period_us: EACH, fields: |r, row| rates(r, &r.estimate, row) },
+    Topic { name: "vehicle_rates_setpoint", period_us: EACH, fields: rates_setpoint },
+    Topic { name: "actuator_motors", period_us: EACH, fields: motors },
+    Topic { name: "sensor_combined", period_us: EACH, fields: sensors },
+    Topic {
+        name: "vehicle_local_position",
+        period_us: OFTEN,
+        fields: |r, row| position(r, &r.estimate, row),
+    },
+    Topic { name: "vehicle_local_position_setpoint", period_us: OFTEN, fields: position_setpoint },
+    Topic { name: "vehicle_global_position", period_us: SELDOM, fields: |r, row| globe(r, &r.estimate, row) },
+    Topic { name: "vehicle_gps_position", period_us: SELDOM, fields: satellites },
+    Topic { name: "vehicle_air_data", period_us: OFTEN, fields: air },
+    Topic { name: "vehicle_magnetometer", period_us: OFTEN, fields: magnetometer },
+    Topic { name: "vehicle_status", period_us: SELDOM, fields: status },
+    Topic { name: "vehicle_land_detected", period_us: SELDOM, fields: land_detected },
+    Topic {
+        name: "vehicle_attitude_groundtruth",
+        period_us: EACH,
+        fields: |r, row| attitude(r, &r.truth, row),
+    },
+    Topic {
+        name: "vehicle_angular_velocity_groundtruth",
+        period_us: EACH,
+        fields: |r, row| rates(r, &r.truth, row),
+    },
+    Topic {
+        name: "vehicle_local_position_groundtruth",
+        period_us: OFTEN,
+        fields: |r, row| position(r, &r.truth, row),
+    },
+    Topic {
+        name: "vehicle_global_position_groundtruth",
+        period_us: SELDOM,
+        fields: |r, row| globe(r, &r.truth, row),
+    },
+];
+
+fn attitude(r: &StepRecord, pose: &Pose, row: &mut Row) {
+    row.u64("timestamp_sample", r.at);
+    row.f32s("q", &pose.q_ned_from_body);
+}
+
+fn attitude_setpoint(r: &StepRecord, row: &mut Row) {
+    row.f32s("q_d", &r.output.q_sp);
+    // Up is negative, in parts of the greatest thrust.
+    row.f32s("thrust_body", &[0.0, 0.0, -r.collective]);
+}
+
+fn rates(r: &StepRecord, pose: &Pose, row: &mut Row) {
+    row.u64("timestamp_sample", r.at);
+    row.f32s("xyz", pose.omega_body.as_slice());
+}
+
+fn rates_setpoint(r: &StepRecord, row: &mut Row) {
+    let rate = &r.output.rate_sp_body;
+    row.f32("roll", rate.x);
+    row.f32("pitch", rate.y);
+    row.f32("yaw", rate.z);
+    row.f32s("thrust_body", &[0.0, 0.0, -r.collective]);
+}
+
+fn motors(r: &StepRecord, row: &mut Row) {
+    let mut control = [f64::NAN; MOTORS];
+    let n = r.rotors.min(MAX_ROTORS);
+    control[..n].copy_from_slice(&r.output.throttle[..n]);
+    row.u64("timestamp_sample", r.at);
+    row.f32s("control", &control);
+}
+
+fn sensors(r: &StepRecord, row: &mut Row) {
+    row.f32s("gyro_rad", r.sensors.gyro_body.as_slice());
+    row.f32s("accelerometer_m_s2", r.sensors.specific_force_body.as_slice());
+}
+
+fn position(r: &StepRecord, pose: &Pose, row: &mut Row) {
+    row.u64("timestamp_sample", r.at);
+    row.f64("ref_lat", r.origin.latitude_deg);
+    row.f64("ref_lon", r.origin.longitude_deg);
+    row.f32("ref_alt", r.origin.altitude_m);
+    axes(row, ["x", "y", "z"], &pose.p_ned);
+    axes(row, ["vx", "vy", "vz"], &pose.v_ned);
+    axes(row, ["ax", "ay", "az"], &r.a_ned);
+    row.f32("heading", yaw(pose.q_ned_from_body));
+    for valid in ["xy_valid", "z_valid", "v_xy_valid", "v_z_valid", "xy_global", "z_global"] {
+        row.bool(valid, true);
+    }
+}
+
+fn position_setpoint(r: &StepRecord, row: &mut Row) {
+    let nothing = Vector3::repeat(f64::NAN);
+    let (v_ned, _, yaw_rad) = r.target.unwrap_or((nothing, nothing, f64::NAN));
+    let acceleration = if r.target.is_some() { r.output.acceleration_sp_ned } else { nothing };
+    axes(row, ["x", "y", "z"], &nothing);
+    axes(row, ["vx", "vy", "vz"], &v_ned);
+    row.f32s("acceleration", acceleration.as_slice());
+    row.f32("yaw", yaw_rad);
+}
+
+fn axes(row: &mut Row, names: [&str; 3], v: &Vector3<f64>) {
+    names.iter().zip(v.iter()).for_each(|(name, &x)| row.f32(name, x));
+}
+
+fn globe(r: &StepRecord, pose: &Pose, row: &mut Row) {
+    let point = r.origin.moved(&pose.p_ned);
+    row.u64("timestamp_sample", r.at);
+    row.f64("lat", point.latitude_deg);
+    row.f64("lon", point.longitude_deg);
+    row.f32("alt", point.altitude_m);
+}
+
+fn satellites(r: &StepRecord, row: &mut Row) {
+    let (point, v_ned, used, fix) = match &r.fix {
+        Some(fix) => (fix.point, fix.v_ned, fix.satellites, 3),
+        None => (r.origin, Vector3::zeros(), 0, 0),
+    };
+    row.u64("time_utc_usec", r.epoch_unix_us.saturating_add(r.at));
+    row.f64("latitude_deg", point.latitude_deg);
+    row.f64("longitude_deg", point.longitude_deg);
+    row.f64("altitude_msl_m", point.altitude_m);
+    row.f32("vel_m_s", v_ned.norm());
+    axes(row, ["vel_n_m_s", "vel_e_m_s", "vel_d_m_s"], &v_ned);
+    row.u8("fix_type", fix);
+    row.u8("satellites_used", used);
+}
+
+fn air(r: &StepRecord, row: &mut Row) {
+    row.u64("timestamp_sample", r.at);
+    row.f32("baro_alt_meter", r.sensors.pressure_altitude_m);
+    row.f32("baro_temp_celcius", r.sensors.temperature_c);
+    row.f32("baro_pressure_pa", r.sensors.pressure_pa);
+    row.f32("rho", r.density_kg_m3);
+}
+
+fn magnetometer(r: &StepRecord, row: &mut Row) {
+    row.u64("timestamp_sample", r.at);
+    row.f32s("magnetometer_ga", r.sensors.magnetic_field_body.as_slice());
+}
+
+fn status(r: &StepRecord, row: &mut Row) {
+    row.u8("arming_state", if r.armed { 2 } else { 1 });
+    row.u8("nav_state", nav_state(r.mode));
+    row.bool("failsafe", r.failsafe);
+    // HIL on; a rotary wing, MAV_TYPE_QUADROTOR or its kin by number of rotors.
+    row.u8("hil_state", 1);
+    row.u8("vehicle_type", 1);
+    row.u8(
+        "system_type",
+        match r.rotors {
+            6 => 13,
+            8 => 14,
+            _ => 2,
+        },
+    );
+    row.u8("system_id", r.system_id);
+    row.u8("component_id", 1);
+}
+
+/// `vehicle_status.nav_state`, NAVIGATION_STATE_*.
+fn nav_state(mode: FlightMode) -> u8 {
+    match mode {
+        FlightMode::Manual => 0,
+        FlightMode::Altctl => 1,
+        FlightMode::Posctl => 2,
+        FlightMode::AutoMission => 3,
+        FlightMode::AutoLoiter | FlightMode::AutoReady => 4,
+        FlightMode::AutoRtl => 5,
+        FlightMode::Acro => 10,
+        FlightMode::Offboard => 14,
+        FlightMode::Stabilized => 15,
+        FlightMode::AutoTakeoff => 17,
+        FlightMode::AutoLand => 18,
+    }
+}
+
+fn land_detected(r: &StepRecord, row: &mut Row) {
+    // As PX4 has it: less than 0.3 of the weight is felt.
+    let felt_m_s2 = r.sensors.specific_force_body.norm();
+    row.bool("freefall", !r.landed && felt_m_s2 < 0.3 * r.gravity_m_s2);
+    row.bool("ground_contact", r.landed);
+    row.bool("maybe_landed", r.landed);
+    row.bool("landed", r.landed);
+}

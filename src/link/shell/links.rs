@@ -1,0 +1,164 @@
+//! A party's endpoints and the hub between them and its session.
+
+use std::net::SocketAddr;
+use std::task::Poll;
+use std::time::Duration;
+
+use super::super::signing::Key;
+use super::super::{EndpointId, Frame, Hub, HubConfig, HubEvent, Link, Transmit};
+use super::clock::UnixClock;
+use super::endpoint::{Arrival, Endpoint};
+use super::notice::{GarbageWatch, Notice, Observer, ShellError, What};
+use super::ports::loopback;
+use super::url::LinkUrl;
+
+/// One endpoint, what it is called and what has been told of it.
+#[derive(Debug)]
+struct Named {
+    endpoint: Endpoint,
+    link: Link,
+    what: What,
+    garbage: GarbageWatch,
+}
+
+/// All of a party's endpoints.
+#[derive(Debug)]
+pub(super) struct Links {
+    hub: Hub<SocketAddr>,
+    endpoints: Vec<Named>,
+    clock: UnixClock,
+}
+
+impl Links {
+    /// For a party of system and component `own`, without endpoints yet; silent peers are served for `memory`.
+    pub(super) fn new(own: (u8, u8), memory: Duration, forwards: bool, key: Option<Key>) -> Self {
+        let memory_us = u64::try_from(memory.as_micros()).unwrap_or(u64::MAX);
+        let hub = Hub::new(HubConfig { own, memory_us, forwards, key });
+        Self { hub, endpoints: Vec::new(), clock: UnixClock::start() }
+    }
+
+    /// Binds a loopback UDP port; `defaults` are the loopback ports that are sent to unasked.
+    pub(super) async fn bind_udp(
+        &mut self,
+        link: Link,
+        port: u16,
+        what: &'static str,
+        defaults: &[u16],
+        observer: &mut impl Observer,
+    ) -> Result<(), ShellError> {
+        let what = What::from(what);
+        let endpoint = Endpoint::udp(loopback(port), &what, observer).await?;
+        let id = self.add(endpoint, link, what);
+        for remote in defaults {
+            self.hub.keep(self.clock.now_us(), id, loopback(*remote));
+        }
+        Ok(())
+    }
+
+    /// Opens what was typed.
+    pub(super) async fn open(
+        &mut self,
+        link: Link,
+        url: &LinkUrl,
+        observer: &mut impl Observer,
+    ) -> Result<(), ShellError> {
+        let what = What::from(url.to_string());
+        let endpoint = Endpoint::open(url, &what, observer).await?;
+        let remote = endpoint.default_remote();
+        let id = self.add(endpoint, link, what);
+        if let Some(remote) = remote {
+            self.hub.keep(self.clock.now_us(), id, remote);
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, endpoint: Endpoint, link: Link, what: What) -> EndpointId {
+        self.endpoints.push(Named { endpoint, link, what, garbage: GarbageWatch::default() });
+        self.hub.add_endpoint(link)
+    }
+
+    /// Waits until there may be something to be received. Safe to cancel.
+    pub(super) async fn readable(&mut self) {
+        std::future::poll_fn(|cx| {
+            let mut ready = false;
+            for named in &mut self.endpoints {
+                ready |= named.endpoint.poll_readable(cx).is_ready();
+            }
+            if ready { Poll::Ready(()) } else { Poll::Pending }
+        })
+        .await;
+    }
+
+    /// Takes what has come, without waiting, and passes on what is for others.
+    pub(super) fn receive<O: Observer>(
+        &mut self,
+        observer: &mut O,
+        mut each: impl FnMut(&mut O, Link, &Frame),
+    ) {
+        let Self { hub, endpoints, clock } = self;
+        let now = clock.now_us();
+        for (i, named) in endpoints.iter_mut().enumerate() {
+            let id = EndpointId(i as u8);
+            let (link, what) = (named.link, &named.what);
+            let mut told = Vec::new();
+            let mut frames = Vec::new();
+            named.endpoint.receive(observer, &mut |arrival| match arrival {
+                Arrival::Datagram(from, bytes) => {
+                    hub.datagram(now, id, from, bytes, |frame| frames.push(frame.clone()));
+                    true
+                }
+                Arrival::Stream(from, bytes) => {
+                    hub.stream(now, id, from, bytes, |frame| frames.push(frame.clone()));
+                    true
+                }
+                Arrival::Connected(peer) => {
+                    let room = hub.keep(now, id, peer);
+                    told.push(if room {
+                        Notice::Connected { peer, what: what.clone() }
+                    } else {
+                        Notice::Crowded { peer, what: what.clone() }
+                    });
+                    room
+                }
+                Arrival::Ended(peer, reason) => {
+                    hub.forget(id, peer);
+                    told.push(Notice::Disconnected { peer, reason });
+                    true
+                }
+            });
+            told.into_iter().for_each(|notice| observer.notice(notice));
+            frames.iter().for_each(|frame| each(observer, link, frame));
+            named.garbage.look(what, &hub.faults(id), observer);
+        }
+        self.tell_and_pass_on(observer);
+    }
+
+    fn tell_and_pass_on(&mut self, observer: &mut impl Observer) {
+        while let Some(event) = self.hub.poll_event() {
+            let what = |id: EndpointId| self.endpoints[usize::from(id.0)].what.clone();
+            observer.notice(match event {
+                HubEvent::Heard(id, peer) => Notice::Heard { peer, what: what(id) },
+                HubEvent::Crowded(id, peer) => Notice::Crowded { peer, what: what(id) },
+            });
+        }
+        while let Some((id, to, bytes)) = self.hub.poll_forward() {
+            self.endpoints[usize::from(id.0)].endpoint.send(to, &bytes);
+        }
+    }
+
+    /// Sends one of the party's frames to those it is for.
+    pub(super) fn send(&mut self, transmit: &Transmit) {
+        let Self { hub, endpoints, clock } = self;
+        hub.send(clock.now_us(), transmit, |id, to, bytes| {
+            endpoints[usize::from(id.0)].endpoint.send(to, bytes);
+        });
+    }
+
+    /// At the end: what came by each endpoint, if anything was wrong with it.
+    pub(super) fn tell_counts(&self, observer: &mut impl Observer) {
+        for (i, named) in self.endpoints.iter().enumerate() {
+            let faults = self.hub.faults(EndpointId(i as u8));
+            observer.notice(Notice::Counts { what: named.what.clone(), faults });
+        }
+    }
+}

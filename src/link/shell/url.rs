@@ -1,0 +1,140 @@
+//! Endpoints as they are typed: `udpin:HOST:PORT`, `udpout:HOST:PORT`, `tcpin:HOST:PORT`, `tcpout:HOST:PORT`.
+//!
+//! `in` binds HOST:PORT and serves whoever comes; `out` sends to, or connects to, HOST:PORT. The names are those of
+//! pymavlink and MAVSDK. HOST is a name, an IPv4 address, or an IPv6 address in brackets; only what is typed here is ever
+//! bound outside the loopback interface.
+
+use std::fmt;
+use std::io;
+use std::net::{SocketAddr, ToSocketAddrs as _};
+use std::str::FromStr;
+
+/// A kind of endpoint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A UDP socket that serves whoever speaks to it.
+    UdpIn,
+    /// A UDP socket that speaks to one remote.
+    UdpOut,
+    /// A TCP server.
+    TcpIn,
+    /// A TCP client that connects again and again.
+    TcpOut,
+}
+
+/// The kinds by name.
+const KINDS: [(&str, Kind); 4] =
+    [("udpin", Kind::UdpIn), ("udpout", Kind::UdpOut), ("tcpin", Kind::TcpIn), ("tcpout", Kind::TcpOut)];
+
+/// An endpoint as typed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LinkUrl {
+    /// What kind.
+    pub kind: Kind,
+    /// Name or address, without brackets.
+    pub host: String,
+    /// Port.
+    pub port: u16,
+}
+
+/// Why a text is no endpoint.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum UrlError {
+    /// Another scheme.
+    #[error("`{0}`: udpin, udpout, tcpin or tcpout is expected before the first colon")]
+    Kind(String),
+    /// No host.
+    #[error("`{0}`: a host is expected: KIND:HOST:PORT")]
+    Host(String),
+    /// No port, or none that exists.
+    #[error("`{0}`: a port from 1 to 65535 is expected after the last colon: KIND:HOST:PORT")]
+    Port(String),
+    /// Colons that are not part of a bracketed address.
+    #[error("`{0}`: an IPv6 address stands in brackets: KIND:[ADDRESS]:PORT")]
+    Brackets(String),
+}
+
+impl FromStr for LinkUrl {
+    type Err = UrlError;
+
+    fn from_str(text: &str) -> Result<Self, UrlError> {
+        let (kind, rest) = text.split_once(':').ok_or_else(|| UrlError::Kind(text.to_owned()))?;
+        let kind = KINDS.iter().find(|(name, _)| *name == kind).map(|(_, kind)| *kind);
+        let kind = kind.ok_or_else(|| UrlError::Kind(text.to_owned()))?;
+        // `udpin://host:port` is common, too.
+        let rest = rest.strip_prefix("//").unwrap_or(rest);
+        let (host, port) = rest.rsplit_once(':').ok_or_else(|| UrlError::Port(text.to_owned()))?;
+        let port = port.parse().ok().filter(|p| *p != 0).ok_or_else(|| UrlError::Port(text.to_owned()))?;
+        let bracketed = host.strip_prefix('[').and_then(|h| h.strip_suffix(']'));
+        let host = bracketed.unwrap_or(host);
+        if host.is_empty() {
+            return Err(UrlError::Host(text.to_owned()));
+        }
+        if bracketed.is_none() && host.contains([':', '[', ']']) {
+            return Err(UrlError::Brackets(text.to_owned()));
+        }
+        Ok(Self { kind, host: host.to_owned(), port })
+    }
+}
+
+impl LinkUrl {
+    /// The address behind host and port, the first if there are several.
+    ///
+    /// # Errors
+    /// The system's, if the host has none.
+    pub fn resolve(&self) -> io::Result<SocketAddr> {
+        let mut found = (self.host.as_str(), self.port).to_socket_addrs()?;
+        found.next().ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "the host has no address"))
+    }
+}
+
+impl fmt::Display for LinkUrl {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = KINDS.iter().find(|(_, kind)| *kind == self.kind).map_or("", |(name, _)| *name);
+        if self.host.contains(':') {
+            write!(f, "{name}:[{}]:{}", self.host, self.port)
+        } else {
+            write!(f, "{name}:{}:{}", self.host, self.port)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closed_form_what_is_typed_is_what_is_meant() {
+        for (text, kind, host, port) in [
+            ("udpin:127.0.0.1:14555", Kind::UdpIn, "127.0.0.1", 14555),
+            ("udpout:qgc.local:14550", Kind::UdpOut, "qgc.local", 14550),
+            ("tcpin:0.0.0.0:5760", Kind::TcpIn, "0.0.0.0", 5760),
+            ("tcpout:[::1]:5760", Kind::TcpOut, "::1", 5760),
+        ] {
+            let url: LinkUrl = text.parse().unwrap();
+            assert_eq!((url.kind, url.host.as_str(), url.port), (kind, host, port));
+            assert_eq!(url.to_string(), text);
+        }
+        assert_eq!("udpin://127.0.0.1:1".parse::<LinkUrl>().unwrap().to_string(), "udpin:127.0.0.1:1");
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_what_was_expected() {
+        for (text, reason) in [
+            ("", "udpin, udpout, tcpin or tcpout is expected"),
+            ("14550", "udpin, udpout, tcpin or tcpout is expected"),
+            ("serial:/dev/ttyACM0:57600", "udpin, udpout, tcpin or tcpout is expected"),
+            ("udpin:14550", "a port from 1 to 65535 is expected after the last colon"),
+            ("udpin:127.0.0.1:", "a port from 1 to 65535 is expected"),
+            ("udpin:127.0.0.1:0", "a port from 1 to 65535 is expected"),
+            ("udpin:127.0.0.1:70000", "a port from 1 to 65535 is expected"),
+            ("udpin::14550", "a host is expected"),
+            ("tcpout:::1:5760", "an IPv6 address stands in brackets"),
+        ] {
+            let error = text.parse::<LinkUrl>().unwrap_err().to_string();
+            assert!(error.contains(reason) && error.contains(&format!("`{text}`")), "{text}: {error}");
+        }
+        let nowhere = LinkUrl { kind: Kind::UdpOut, host: "no such host".to_owned(), port: 1 };
+        assert!(nowhere.resolve().is_err());
+    }
+}

@@ -1,0 +1,119 @@
+//! Against frames that pymavlink signed:
+//!
+//! ```text
+//! mav = MAVLink(None, srcSystem=255, srcComponent=190)          # pymavlink 2.4.50, dialect common, MAVLink 2
+//! mav.signing.secret_key = sha256(b"titan").digest()            # the last frame: bytes(range(32))
+//! mav.signing.sign_outgoing, mav.signing.link_id, mav.signing.timestamp = True, 3, 36_000_000_000_000
+//! mav.seq = 7; mav.heartbeat_encode(6, 8, 0, 0, 4).pack(mav)
+//! mav.seq = 8; mav.command_long_encode(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0).pack(mav)
+//! mav.seq = 9; mav.param_request_list_encode(1, 1).pack(mav)
+//! ```
+
+use super::super::{Decoder, Encoder};
+use super::*;
+use mavlink::dialects::common::{HEARTBEAT_DATA, MavMessage, RADIO_STATUS_DATA};
+
+const HEARTBEAT: &str = "fd09010007ffbe000000000000000608000403990203004036e7bd20e6927ae62a97";
+const COMMAND: &str = "fd20010008ffbe4c00000000803f00000000000000000000000000000000000000000000\
+                       0000900101011b9703014036e7bd203b3a408a3660";
+const WITH_RAW_KEY: &str = "fd02010009ffbe15000001012ea703024036e7bd20e107a75f9943";
+/// Unix time of the first frame's stamp [us].
+const NOW: u64 = EPOCH_UNIX_US + 36_000_000_000_000 * 10;
+
+fn bytes(hex: &str) -> Vec<u8> {
+    (0..hex.len() / 2).map(|i| u8::from_str_radix(&hex[2 * i..2 * i + 2], 16).unwrap()).collect()
+}
+
+fn frame(bytes: &[u8]) -> Frame {
+    let mut frames = Vec::new();
+    Decoder::new().datagram(bytes, |f| frames.push(f));
+    assert_eq!(frames.len(), 1);
+    frames.remove(0)
+}
+
+fn titan() -> Signing {
+    Signing::new(Key::from_passphrase("titan"))
+}
+
+#[test]
+fn reference_pymavlinks_signatures_are_believed() {
+    let mut signing = titan();
+    assert_eq!(signing.check(&frame(&bytes(HEARTBEAT)), NOW), Ok(()));
+    assert_eq!(signing.check(&frame(&bytes(COMMAND)), NOW), Ok(()));
+    let mut raw = Signing::new(Key::from_bytes(std::array::from_fn(|i| i as u8)));
+    assert_eq!(raw.check(&frame(&bytes(WITH_RAW_KEY)), NOW), Ok(()));
+    assert_eq!(raw.check(&frame(&bytes(COMMAND)), NOW), Err(Refusal::BadSignature));
+}
+
+#[test]
+fn reference_signed_as_pymavlink_signs() {
+    let theirs = bytes(HEARTBEAT);
+    let mut ours = theirs[..theirs.len() - SIGNATURE_LEN].to_vec();
+    titan().append(&mut ours, 3, NOW);
+    assert_eq!(ours, theirs);
+}
+
+#[test]
+fn any_changed_byte_breaks_the_signature() {
+    for at in [HEARTBEAT.len() / 2 - 13, HEARTBEAT.len() / 2 - 8, HEARTBEAT.len() / 2 - 1] {
+        let mut changed = bytes(HEARTBEAT);
+        changed[at] ^= 1;
+        assert_eq!(titan().check(&frame(&changed), NOW), Err(Refusal::BadSignature), "{at}");
+    }
+}
+
+#[test]
+fn what_was_recorded_cannot_be_played_back() {
+    let mut signing = titan();
+    let (first, second) = (frame(&bytes(HEARTBEAT)), frame(&bytes(COMMAND)));
+    assert_eq!(signing.check(&second, NOW), Ok(()));
+    assert_eq!(signing.check(&second, NOW), Err(Refusal::Replayed));
+    assert_eq!(signing.check(&first, NOW), Err(Refusal::Replayed), "overtaken");
+    // A sender that is not known yet: up to a minute old.
+    assert_eq!(titan().check(&first, NOW + 60_000_000), Ok(()));
+    assert_eq!(titan().check(&first, NOW + 60_000_020), Err(Refusal::Replayed));
+}
+
+#[test]
+fn unsigned_frames_are_refused_but_those_of_radios() {
+    let mut encoder = Encoder::new(51, 68);
+    let heartbeat = encoder.encode(&MavMessage::HEARTBEAT(HEARTBEAT_DATA::default()));
+    let radio =
+        encoder.encode(&MavMessage::RADIO_STATUS(RADIO_STATUS_DATA { rssi: 9, ..Default::default() }));
+    assert_eq!(titan().check(&frame(&heartbeat), NOW), Err(Refusal::Unsigned));
+    assert_eq!(titan().check(&frame(&radio), NOW), Ok(()));
+}
+
+#[test]
+fn stamps_only_grow_and_follow_the_peers_clock() {
+    let stamp = |frame: &[u8]| {
+        let at = frame.len() - 12;
+        let mut stamp = [0; 8];
+        stamp[..6].copy_from_slice(&frame[at..at + 6]);
+        u64::from_le_bytes(stamp)
+    };
+    let mut signing = titan();
+    let send = |signing: &mut Signing, now| {
+        let mut frame = vec![0; 12];
+        signing.append(&mut frame, 0, now);
+        stamp(&frame)
+    };
+    let first = send(&mut signing, NOW);
+    assert_eq!(send(&mut signing, NOW), first + 1);
+    assert_eq!(send(&mut signing, NOW - 1_000_000), first + 2, "a clock set back");
+    // A peer a day ahead of us.
+    let mut ahead = bytes(HEARTBEAT)[..21].to_vec();
+    titan().append(&mut ahead, 3, NOW + 86_400_000_000);
+    assert_eq!(signing.check(&frame(&ahead), NOW), Ok(()));
+    assert!(send(&mut signing, NOW) > first + 8_640_000_000 - 1);
+}
+
+#[test]
+fn keys_are_read_as_digits_or_passphrase() {
+    let digits: String = (0..32).map(|i| format!("{i:02x}")).collect();
+    assert!(Key::parse(&format!("{digits}\n")) == Ok(Key::from_bytes(std::array::from_fn(|i| i as u8))));
+    assert!(Key::parse("titan\r\n") == Ok(Key::from_passphrase("titan")));
+    assert!(Key::parse(&digits[..63]) == Ok(Key::from_passphrase(&digits[..63])));
+    assert_eq!(Key::parse("\n"), Err(KeyError::Empty));
+    assert_eq!(format!("{:?}", Key::from_passphrase("titan")), "Key(..)");
+}

@@ -1,0 +1,142 @@
+"""Links as users wire them: several ground stations, TCP, a key. Against pymavlink on real sockets."""
+
+import hashlib
+import socket
+import time
+
+import pytest
+
+from drop import AUTOPILOT, mavlink
+from pymavlink import mavutil
+from programs import PATIENCE_S
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Station:
+    """A ground station that says who it is once a second and notes what it hears from the vehicle."""
+
+    def __init__(self, url, key=None):
+        self.link = mavutil.mavlink_connection(url, source_system=255, source_component=190)
+        if key is not None:
+            self.link.setup_signing(key)
+        self.heard, self._said = [], 0.0
+
+    def beat(self):
+        if time.monotonic() - self._said > 0.5:
+            self._said = time.monotonic()
+            self.link.mav.heartbeat_send(mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 0)
+
+    def hear(self):
+        """Takes what has come."""
+        self.beat()
+        while (m := self.link.recv_msg()) is not None:
+            if m.get_type() != "BAD_DATA" and m.get_srcComponent() == AUTOPILOT:
+                self.heard.append(m)
+
+    def has_heard(self, kind):
+        return any(m.get_type() == kind for m in self.heard)
+
+    def close(self):
+        self.link.close()
+
+
+def until(stations, done):
+    deadline = time.monotonic() + PATIENCE_S
+    while not done():
+        assert time.monotonic() < deadline, [[m.get_type() for m in s.heard][-20:] for s in stations]
+        for station in stations:
+            station.hear()
+        time.sleep(0.005)
+
+
+@pytest.fixture
+def stations():
+    opened = []
+
+    def station(url, key=None):
+        opened.append(Station(url, key))
+        return opened[-1]
+
+    yield station
+    for each in opened:
+        each.close()
+
+
+def gaps(station):
+    numbers = [m.get_seq() for m in station.heard]
+    return sum((b - a) % 256 != 1 for a, b in zip(numbers, numbers[1:]))
+
+
+def test_two_ground_stations_each_with_its_own_answers(samara, stations):
+    samara.sim("--speed", 1)
+    samara.autopilot().says("connected to simulator")
+    url = f"udpout:127.0.0.1:{samara.ports.autopilot_ground}"
+    first, second = both = [stations(url), stations(url)]
+    until(both, lambda: all(s.has_heard("ATTITUDE") and s.has_heard("HEARTBEAT") for s in both))
+    second.link.mav.param_request_list_send(samara.ports.system, AUTOPILOT)
+    second.link.mav.command_long_send(
+        samara.ports.system, AUTOPILOT, mavlink.MAV_CMD_REQUEST_MESSAGE, 0, mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION,
+        0, 0, 0, 0, 0, 0,
+    )
+    until(both, lambda: second.has_heard("AUTOPILOT_VERSION") and second.has_heard("PARAM_VALUE"))
+    wanted = [m for m in second.heard if m.get_type() == "PARAM_VALUE"][0].param_count
+    until(both, lambda: sum(m.get_type() == "PARAM_VALUE" for m in second.heard) >= wanted)
+    assert second.has_heard("COMMAND_ACK")
+    assert not any(first.has_heard(kind) for kind in ("COMMAND_ACK", "PARAM_VALUE", "AUTOPILOT_VERSION"))
+    assert gaps(first) == 0 and gaps(second) == 0
+
+
+def test_tcp_clients_come_and_go(samara, stations):
+    server, out = free_port(), free_port()
+    samara.sim("--speed", 1)
+    autopilot = samara.autopilot("--link", f"tcpin:127.0.0.1:{server}", "--link", f"tcpout:127.0.0.1:{out}")
+    autopilot.says(f"tcpin:127.0.0.1:{server}")
+    url = f"tcp:127.0.0.1:{server}"
+    first, second = both = [stations(url), stations(url)]
+    until(both, lambda: all(s.has_heard("ATTITUDE") for s in both))
+    first.close()
+    autopilot.says("ended")
+    # It comes to us as soon as we listen.
+    with socket.create_server(("127.0.0.1", out)) as listener:
+        listener.settimeout(PATIENCE_S)
+        peer, _ = listener.accept()
+        with peer:
+            peer.settimeout(PATIENCE_S)
+            assert peer.recv(1) == b"\xfd"
+    second.heard.clear()
+    until([second], lambda: second.has_heard("ATTITUDE"))
+
+
+def test_a_key_keeps_strangers_out(samara, stations, tmp_path):
+    key_file = tmp_path / "key.txt"
+    key_file.write_text("titan\n", encoding="utf-8")
+    samara.sim("--speed", 1, "--sign-key", key_file)
+    autopilot = samara.autopilot("--sign-key", key_file)
+    autopilot.says("connected to simulator")
+    url = f"udpout:127.0.0.1:{samara.ports.autopilot_ground}"
+    friend, stranger = both = [stations(url, hashlib.sha256(b"titan").digest()), stations(url)]
+    until(both, lambda: friend.has_heard("ATTITUDE"))
+    friend.link.mav.command_long_send(
+        samara.ports.system, AUTOPILOT, mavlink.MAV_CMD_REQUEST_MESSAGE, 0, mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION,
+        0, 0, 0, 0, 0, 0,
+    )
+    until(both, lambda: friend.has_heard("COMMAND_ACK"))
+    assert all(m.get_signed() for m in friend.heard)
+    assert not stranger.heard
+    autopilot.says("refused", "unsigned")
+
+
+def test_what_cannot_be_opened_is_named(samara, tmp_path):
+    for args, expected in [
+        (["--link", "udp:127.0.0.1:14555"], "udpin, udpout, tcpin or tcpout is expected"),
+        (["--link", "tcpin:127.0.0.1"], "a port from 1 to 65535 is expected"),
+        (["--sign-key", tmp_path / "none"], "no key to sign with"),
+    ]:
+        program = samara.autopilot(*args)
+        assert program.ends() == 2
+        assert any(expected in line for line in program.lines), program.transcript()

@@ -1,0 +1,120 @@
+"""What a ground station's buttons do: take off, go there, return, land; and a drop that ends in HOLD and LAND."""
+
+import json
+import math
+
+import pytest
+
+from drop import AUTOPILOT, mavlink
+from programs import REPOSITORY
+from test_services import set_parameter
+
+HOLD, LAND = (4, 3), (4, 6)
+NAN = math.nan
+
+
+@pytest.fixture
+def mission(tmp_path):
+    """Writes a variant of a mission of the repository; its path."""
+
+    def write(name, change):
+        folder = REPOSITORY / "mission"
+        mission = json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
+        for key in ("vehicle", "gains"):
+            mission[key] = str((folder / mission[key]).resolve())
+        change(mission)
+        path = tmp_path / f"{name}.json"
+        path.write_text(json.dumps(mission), encoding="utf-8")
+        return path
+
+    return write
+
+
+def mode_of(heartbeat):
+    """Main and sub mode."""
+    return heartbeat.custom_mode >> 16 & 0xFF, heartbeat.custom_mode >> 24
+
+
+def sees(vehicle, mode, within_s=10.0):
+    """Waits for a mode in the autopilot's HEARTBEAT."""
+    vehicle.wait("HEARTBEAT", lambda m: m.get_srcComponent() == AUTOPILOT and mode_of(m) == mode, within_s)
+
+
+def lands(vehicle, within_s):
+    """Waits until it stands and is disarmed."""
+    vehicle.wait(
+        "EXTENDED_SYS_STATE", lambda m: m.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND, within_s
+    )
+    armed = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
+    vehicle.wait(
+        "HEARTBEAT", lambda m: m.get_srcComponent() == AUTOPILOT and not m.base_mode & armed, within_s
+    )
+
+
+def test_take_off_and_land_as_a_ground_station_does(samara, vehicle, mission):
+    def short(m):
+        m["duration_s"] = 75
+
+    path = mission("x500_ground", short)
+    sim = samara.sim("--speed", 10, "--json", path)
+    autopilot = samara.autopilot("--once", path)
+    vehicle.connect()
+    vehicle.wait("EXTENDED_SYS_STATE", lambda m: m.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND)
+    # QGroundControl: TAKEOFF with NaN, then arm.
+    assert set_parameter(vehicle, "MIS_TAKEOFF_ALT", 8.0) == 8.0
+    vehicle.command(AUTOPILOT, mavlink.MAV_CMD_NAV_TAKEOFF, NAN, NAN, NAN, NAN, NAN, NAN, NAN)
+    vehicle.arm()
+    vehicle.wait("EXTENDED_SYS_STATE", lambda m: m.landed_state == mavlink.MAV_LANDED_STATE_TAKEOFF)
+    sees(vehicle, HOLD, 20.0)
+    height = vehicle.wait("GLOBAL_POSITION_INT").relative_alt * 1e-3
+    assert height == pytest.approx(8.0, abs=0.9)
+    # The buttons for what is not flown say why.
+    vehicle.link.mav.command_long_send(
+        vehicle.system, AUTOPILOT, mavlink.MAV_CMD_DO_SET_MODE, 0, 1, 3, 0, 0, 0, 0, 0
+    )
+    ack = vehicle.wait("COMMAND_ACK", lambda m: m.command == mavlink.MAV_CMD_DO_SET_MODE)
+    assert ack.result == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+    vehicle.wait("STATUSTEXT", lambda m: "POSCTL is not flown" in m.text)
+    # SET_MODE AUTO.LAND, the message.
+    vehicle.link.mav.set_mode_send(vehicle.system, 1, LAND[0] << 16 | LAND[1] << 24)
+    sees(vehicle, LAND)
+    lands(vehicle, 30.0)
+    vehicle.until(74.0)
+    assert sim.ends() == 0
+    assert autopilot.ends() == 0
+    verdict = sim.json()
+    assert verdict["impact_speed_m_s"] == pytest.approx(0.7, abs=0.05)
+    assert verdict["limits_passed"] == []
+
+
+def test_a_drop_that_holds_and_lands(samara, vehicle, mission):
+    def over_ground(m):
+        m["gains"] = str(REPOSITORY / "params" / "gains" / "x500_hover.json")
+        m["site"]["ground_altitude_m"] = m["site"]["altitude_m"] - 40
+        m["duration_s"] = 75
+
+    path = mission("x500_drop", over_ground)
+    sim = samara.sim("--speed", 10, "--json", path)
+    samara.autopilot("--once", path)
+    vehicle.connect()
+    vehicle.offboard()
+    vehicle.arm()
+    vehicle.until(10.0)
+    released_s = vehicle.release()
+    vehicle.stream(lambda now_s: vehicle.velocity(now_s, [2, 0, 1]))
+    vehicle.until(released_s + 6)
+    # The script ends; the vehicle says so and holds.
+    vehicle.stream(None)
+    sees(vehicle, HOLD)
+    assert any("OFFBOARD lost" in text for text in vehicle.texts)
+    vehicle.until(vehicle.now_s + 8)
+    assert math.hypot(*vehicle.telemetry.velocity[-1][1:]) < 0.1
+    assert set_parameter(vehicle, "MPC_LAND_SPEED", 1.5) == 1.5
+    vehicle.command(AUTOPILOT, mavlink.MAV_CMD_NAV_LAND, NAN, NAN, NAN, NAN, NAN, NAN, NAN)
+    lands(vehicle, 40.0)
+    vehicle.until(74.0)
+    # The failsafe is on record: it was not the plan alone that was flown.
+    assert sim.ends() == 1
+    verdict = sim.json()
+    assert verdict["failsafe"] and verdict["limits_passed"] == []
+    assert verdict["impact_speed_m_s"] == pytest.approx(1.5, abs=0.1)

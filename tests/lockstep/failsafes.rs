@@ -1,0 +1,117 @@
+//! Each failsafe, provoked.
+
+use mavlink::dialects::common::*;
+use samara::sim::Battery;
+
+use super::ground_bench::Wire;
+
+const OFFBOARD: [f32; 2] = [1.0, 6.0];
+
+fn critical(wire: &Wire) -> bool {
+    wire.heartbeat.system_status == MavState::MAV_STATE_CRITICAL
+}
+
+/// COM_OF_LOSS_T, COM_OBL_RC_ACT: hold by default, else return or land.
+#[test]
+fn regress_setpoints_lost() {
+    for (action, mode, name) in [(5, 3, "HOLD"), (3, 5, "RETURN"), (4, 6, "LAND")] {
+        let mut wire = Wire::hovering(10.0, None);
+        wire.set_int("COM_OBL_RC_ACT", action);
+        wire.set_real("COM_OF_LOSS_T", 0.5);
+        wire.setpoint([0.0; 3], [3.0, 0.0, 0.0], 0x0DC7);
+        assert_eq!(wire.command(MavCmd::MAV_CMD_DO_SET_MODE, &OFFBOARD), 0);
+        wire.fly(0.4);
+        assert!(!wire.said("OFFBOARD lost"));
+        wire.fly(1.2);
+        assert_eq!(wire.mode(), [4, mode]);
+        assert!(critical(&wire) && wire.said("OFFBOARD lost: no setpoint for 0.5 s"));
+        assert!(wire.said(&format!("Failsafe: {name}")));
+        if action == 5 {
+            wire.fly(6.0);
+            let stopped = wire.body().p_ned;
+            wire.fly(5.0);
+            assert!((wire.body().p_ned - stopped).norm() < 0.1 && wire.body().v_ned.norm() < 0.05);
+        }
+    }
+}
+
+/// NAV_DLL_ACT, COM_DL_LOSS_T, in simulated time.
+#[test]
+fn regress_ground_station_lost() {
+    let mut wire = Wire::hovering(10.0, None);
+    wire.station_beats = false;
+    wire.fly(20.0);
+    assert_eq!(wire.mode(), [4, 3], "off by default");
+    wire.station_beats = true;
+    wire.fly(1.0);
+    wire.set_int("NAV_DLL_ACT", 3);
+    wire.set_int("COM_DL_LOSS_T", 5);
+    wire.station_beats = false;
+    wire.fly(4.0);
+    assert_eq!(wire.mode(), [4, 3]);
+    wire.fly(3.0);
+    assert_eq!(wire.mode(), [4, 6]);
+    assert!(critical(&wire) && wire.said("Connection to ground station lost") && wire.said("Failsafe: LAND"));
+    wire.station_beats = true;
+    wire.fly(1.0);
+    assert!(wire.said("Data link regained"));
+    wire.fly_until(60.0, |wire| !wire.is_armed());
+    assert!(wire.height_m().abs() < 0.01);
+}
+
+/// GF_MAX_HOR_DIST and GF_ACTION: return; a mode chosen by hand is left alone then.
+#[test]
+fn regress_fence() {
+    let mut wire = Wire::hovering(10.0, None);
+    wire.set_real("GF_MAX_HOR_DIST", 15.0);
+    wire.set_int("GF_ACTION", 3);
+    for i in 0..60 {
+        wire.setpoint([0.0; 3], [4.0, 0.0, 0.0], 0x0DC7);
+        if i == 0 {
+            assert_eq!(wire.command(MavCmd::MAV_CMD_DO_SET_MODE, &OFFBOARD), 0);
+        }
+        wire.fly(0.1);
+    }
+    wire.fly(1.0);
+    assert_eq!(wire.mode(), [4, 5]);
+    assert!(critical(&wire) && wire.said("Geofence: maximum distance exceeded"));
+    assert_eq!(wire.command(MavCmd::MAV_CMD_DO_SET_MODE, &[1.0, 4.0, 3.0]), 0);
+    wire.fly(2.0);
+    assert_eq!(wire.mode(), [4, 3]);
+    assert!(!critical(&wire));
+}
+
+/// GF_MAX_VER_DIST with GF_ACTION 4: the motors stop.
+#[test]
+fn regress_fence_terminates() {
+    let mut wire = Wire::hovering(10.0, None);
+    wire.set_real("GF_MAX_VER_DIST", 9.0);
+    wire.set_int("GF_ACTION", 4);
+    wire.fly(1.5);
+    assert!(!wire.is_armed() && wire.said("Failsafe: TERMINATE"));
+    wire.fly(5.0);
+    let touch = wire.simulator.record().events.iter().find(|e| e.text.starts_with("on the ground")).unwrap();
+    let speed: f64 =
+        touch.text.trim_start_matches("on the ground at ").trim_end_matches(" m/s").parse().unwrap();
+    // sqrt(2 g h) from 10 m, less what the air takes.
+    assert!((10.0..14.0).contains(&speed), "{}", touch.text);
+}
+
+/// Energy for some seconds: warned at 15 %, home at 7 %, down at 5 %.
+#[test]
+fn regress_battery() {
+    let full = 40_000.0;
+    let mut wire = Wire::hovering(8.0, Some(Battery::new(full, 0.25)));
+    assert!((1..=25).contains(&wire.battery_percent), "{}", wire.battery_percent);
+    wire.set_int("COM_LOW_BAT_ACT", 3);
+    wire.fly_until(120.0, |wire| wire.said("Low battery level"));
+    assert_eq!(wire.mode(), [4, 3]);
+    wire.fly_until(120.0, |wire| wire.said("Critical battery level"));
+    wire.fly(1.1);
+    assert_eq!(wire.mode(), [4, 5]);
+    assert!(critical(&wire));
+    wire.fly_until(120.0, |wire| wire.said("Dangerous battery level"));
+    wire.fly(1.1);
+    assert_eq!(wire.mode(), [4, 6]);
+    wire.fly_until(60.0, |wire| !wire.is_armed());
+}

@@ -1,0 +1,301 @@
+//! The x500 with the simulator and the autopilot on the wire in memory, and a ground station in one's hand.
+
+use std::path::Path;
+use std::sync::LazyLock;
+
+use mavlink::dialects::common::*;
+use nalgebra::Vector3;
+use samara::autopilot::parameters::Parameters;
+use samara::config::{Mission, load_mission};
+use samara::control::{Airframe, Cascade, Gains};
+use samara::link::{
+    AutopilotSession, AutopilotSetup, Decoder, Encoder, Link, Pace, Session as _, SimulatorConfig,
+    SimulatorSession,
+};
+use samara::model::rigid_body::BodyState;
+use samara::params::{Subject, Value};
+use samara::sim::{Battery, DropSimulation, Ground};
+
+static MISSION: LazyLock<Mission> = LazyLock::new(|| {
+    load_mission(&Path::new(env!("CARGO_MANIFEST_DIR")).join("mission/x500_drop.json")).unwrap()
+});
+
+/// Gains for a vehicle of 2 kg that turns quickly.
+const GAINS: Gains = Gains {
+    k_pq: 18.0,
+    k_iq: 10.0,
+    k_ptheta: 6.0,
+    k_pvz: 4.0,
+    k_ivz: 1.0,
+    k_pvx: 2.0,
+    k_ivx: 0.3,
+    k_ppsi: 2.0,
+    k_pr: 4.0,
+};
+
+/// The ground, below the local origin.
+pub const GROUND: Ground = Ground { down_m: 120.0 };
+
+pub struct Wire {
+    pub simulator: SimulatorSession,
+    pub autopilot: AutopilotSession,
+    station: Encoder,
+    /// Everything said on the ground station's link.
+    pub texts: Vec<String>,
+    /// HEARTBEAT, EXTENDED_SYS_STATE and BATTERY_STATUS of the vehicle, the latest.
+    pub heartbeat: HEARTBEAT_DATA,
+    pub landed: MavLandedState,
+    pub battery_percent: i8,
+    /// Landed states in the order of their coming.
+    pub landed_states: Vec<MavLandedState>,
+    acks: Vec<u8>,
+    pub station_beats: bool,
+    next_beat: u64,
+}
+
+fn wire(sim: DropSimulation, battery: Option<Battery>) -> Wire {
+    let m = &*MISSION;
+    let config = SimulatorConfig { duration_us: 600_000_000, battery, ..SimulatorConfig::default() };
+    let mut simulator = SimulatorSession::new(sim, config);
+    simulator.peer_connected();
+    let subject = Subject {
+        vehicle: &m.vehicle,
+        environment: &m.environment,
+        gains: &GAINS,
+        limits: &m.control_limits,
+        speed_m_s: 12.0,
+    };
+    let airframe = Airframe::new(&m.vehicle, &m.environment).unwrap();
+    let autopilot = AutopilotSession::new(AutopilotSetup {
+        system_id: 1,
+        cascade: Cascade::new(airframe, GAINS, m.control_limits),
+        environment: m.environment.clone(),
+        rotors: 4,
+        epoch_unix_us: m.epoch_unix_us,
+        parameters: Parameters::of(&subject, 1).unwrap(),
+        keeps_parameters: false,
+    });
+    let mut wire = Wire {
+        simulator,
+        autopilot,
+        station: Encoder::new(255, 190),
+        texts: Vec::new(),
+        heartbeat: HEARTBEAT_DATA::default(),
+        landed: MavLandedState::MAV_LANDED_STATE_UNDEFINED,
+        battery_percent: -1,
+        landed_states: Vec::new(),
+        acks: Vec::new(),
+        station_beats: true,
+        next_beat: 0,
+    };
+    wire.fly(1.0);
+    wire
+}
+
+impl Wire {
+    /// Standing.
+    pub fn on_ground(battery: Option<Battery>) -> Self {
+        let m = &*MISSION;
+        wire(DropSimulation::standing(m.vehicle.clone(), m.environment.clone(), GROUND), battery)
+    }
+
+    /// Under its canopy, `height_m` above the ground and sinking.
+    pub fn hanging(height_m: f64) -> Self {
+        let m = &*MISSION;
+        let mut parachute = m.parachute;
+        parachute.delay_s = 0.2;
+        let ground = Ground { down_m: height_m };
+        let sim = DropSimulation::new(m.vehicle.clone(), m.environment.clone(), parachute, 0.0, m.start);
+        wire(sim.above(ground), None)
+    }
+
+    /// Standing, armed, taken off to `height_m` and holding there.
+    pub fn hovering(height_m: f32, battery: Option<Battery>) -> Self {
+        let mut wire = Self::on_ground(battery);
+        wire.set_real("MIS_TAKEOFF_ALT", height_m);
+        assert_eq!(wire.command(MavCmd::MAV_CMD_COMPONENT_ARM_DISARM, &[1.0]), 0);
+        assert_eq!(wire.command(MavCmd::MAV_CMD_NAV_TAKEOFF, &[]), 0);
+        wire.fly_until(60.0, |wire| wire.mode() == [4, 3]);
+        wire.fly(3.0);
+        wire
+    }
+
+    pub fn body(&self) -> &BodyState {
+        &self.simulator.sim().state().body
+    }
+
+    /// Height above the ground.
+    pub fn height_m(&self) -> f64 {
+        self.simulator.sim().ground().unwrap().down_m - self.body().p_ned.z
+    }
+
+    /// Main and sub mode.
+    pub fn mode(&self) -> [u8; 2] {
+        let [_, _, main, sub] = self.autopilot.autopilot().mode().custom_mode().to_le_bytes();
+        [main, sub]
+    }
+
+    pub fn is_armed(&self) -> bool {
+        self.autopilot.autopilot().is_armed()
+    }
+
+    pub fn now_s(&self) -> f64 {
+        self.simulator.sim().time_s()
+    }
+
+    pub fn fly(&mut self, seconds: f64) {
+        for _ in 0..(seconds * 250.0).round() as usize {
+            self.step();
+        }
+    }
+
+    /// Flies until something is so; panics when it is not within `limit_s`.
+    pub fn fly_until(&mut self, limit_s: f64, done: impl Fn(&Self) -> bool) {
+        let end = self.now_s() + limit_s;
+        while !done(self) {
+            let (p, v) = (self.body().p_ned, self.body().v_ned);
+            assert!(self.now_s() < end, "not so after {limit_s} s: {p} {v} {:?}", self.texts);
+            self.step();
+        }
+    }
+
+    pub fn step(&mut self) {
+        if self.station_beats && self.simulator.now() >= self.next_beat {
+            self.next_beat += 1_000_000;
+            let heartbeat = HEARTBEAT_DATA { mavtype: MavType::MAV_TYPE_GCS, ..HEARTBEAT_DATA::default() };
+            self.send(&MavMessage::HEARTBEAT(heartbeat));
+        }
+        assert!(matches!(self.simulator.pace(), Pace::Free | Pace::Ready), "{:?}", self.simulator.pace());
+        self.simulator.advance();
+        self.pump();
+    }
+
+    fn pump(&mut self) {
+        let now = self.simulator.now();
+        for _ in 0..8 {
+            while let Some(sent) = self.simulator.poll_output() {
+                if sent.link == Link::Simulator {
+                    Decoder::new()
+                        .datagram(&sent.bytes, |f| self.autopilot.handle_input(now, Link::Simulator, &f));
+                }
+            }
+            while let Some(sent) = self.autopilot.poll_output() {
+                match sent.link {
+                    Link::Simulator => {
+                        Decoder::new()
+                            .datagram(&sent.bytes, |f| self.simulator.handle_input(now, Link::Simulator, &f));
+                    }
+                    Link::GroundStation => Decoder::new().datagram(&sent.bytes, |f| {
+                        self.acks.extend(f.command_ack().map(|ack| ack.result));
+                        if let Some(message) = f.known() {
+                            Self::hear(
+                                message,
+                                &mut self.texts,
+                                &mut self.heartbeat,
+                                &mut self.landed_states,
+                                &mut self.battery_percent,
+                            );
+                        }
+                    }),
+                    _ => {}
+                }
+            }
+        }
+        self.landed = self.landed_states.last().copied().unwrap_or(self.landed);
+    }
+
+    fn hear(
+        message: &MavMessage,
+        texts: &mut Vec<String>,
+        heartbeat: &mut HEARTBEAT_DATA,
+        landed_states: &mut Vec<MavLandedState>,
+        battery_percent: &mut i8,
+    ) {
+        match message {
+            MavMessage::STATUSTEXT(m) => texts.push(m.text.to_str().unwrap().to_owned()),
+            MavMessage::HEARTBEAT(m) => *heartbeat = m.clone(),
+            MavMessage::SYS_STATUS(m) => *battery_percent = m.battery_remaining,
+            MavMessage::EXTENDED_SYS_STATE(m) if landed_states.last() != Some(&m.landed_state) => {
+                landed_states.push(m.landed_state);
+            }
+            _ => {}
+        }
+    }
+
+    /// From the ground station.
+    pub fn send(&mut self, message: &MavMessage) {
+        let now = self.simulator.now();
+        let bytes = self.station.encode(message);
+        Decoder::new().datagram(&bytes, |f| self.autopilot.handle_input(now, Link::GroundStation, &f));
+        self.pump();
+    }
+
+    /// A COMMAND_LONG; the result. Parameters left out are NaN.
+    pub fn command(&mut self, command: MavCmd, params: &[f32]) -> u8 {
+        let param = |i: usize| params.get(i).copied().unwrap_or(f32::NAN);
+        self.acks.clear();
+        self.send(&MavMessage::COMMAND_LONG(COMMAND_LONG_DATA {
+            command,
+            param1: param(0),
+            param2: param(1),
+            param3: param(2),
+            param4: param(3),
+            param5: param(4),
+            param6: param(5),
+            param7: param(6),
+            target_system: 1,
+            target_component: 1,
+            confirmation: 0,
+        }));
+        assert_eq!(self.acks.len(), 1, "{:?}", self.acks);
+        self.acks[0]
+    }
+
+    pub fn set_real(&mut self, name: &str, value: f32) {
+        self.set(name, Value::Real(value));
+    }
+
+    pub fn set_int(&mut self, name: &str, value: i32) {
+        self.set(name, Value::Int(value));
+    }
+
+    fn set(&mut self, name: &str, value: Value) {
+        let (param_value, param_type) = match value {
+            Value::Real(x) => (x, MavParamType::MAV_PARAM_TYPE_REAL32),
+            Value::Int(x) => (f32::from_bits(x as u32), MavParamType::MAV_PARAM_TYPE_INT32),
+        };
+        self.send(&MavMessage::PARAM_SET(PARAM_SET_DATA {
+            param_value,
+            target_system: 1,
+            target_component: 1,
+            param_id: name.into(),
+            param_type,
+        }));
+        assert_eq!(self.autopilot.parameters().get(name), Some(value), "{:?}", self.texts);
+    }
+
+    /// A velocity or position setpoint.
+    pub fn setpoint(&mut self, p: [f32; 3], v: [f32; 3], type_mask: u16) {
+        self.send(&MavMessage::SET_POSITION_TARGET_LOCAL_NED(SET_POSITION_TARGET_LOCAL_NED_DATA {
+            x: p[0],
+            y: p[1],
+            z: p[2],
+            vx: v[0],
+            vy: v[1],
+            vz: v[2],
+            type_mask: PositionTargetTypemask::from_bits_retain(type_mask),
+            target_system: 1,
+            target_component: 1,
+            coordinate_frame: MavFrame::MAV_FRAME_LOCAL_NED,
+            ..Default::default()
+        }));
+    }
+
+    pub fn said(&self, text: &str) -> bool {
+        self.texts.concat().contains(text)
+    }
+
+    pub fn level_distance_m(&self, to: Vector3<f64>) -> f64 {
+        (self.body().p_ned - to).xy().norm()
+    }
+}
