@@ -19,9 +19,18 @@ fn with_autopilot<T: Send + 'static>(
     wiring: Wiring,
     script: impl FnOnce() -> T + Send + 'static,
 ) -> (T, Vec<Notice>) {
-    let (mut a, _) = ears(|_| false);
+    // The script speaks once the autopilot has its ports.
+    let (open, opened) = std::sync::mpsc::channel();
+    let api = ports.autopilot_api;
+    let (mut a, _) = ears(move |n| {
+        if matches!(n, Notice::Open { at, .. } if at.port() == api) {
+            open.send(()).unwrap();
+        }
+        false
+    });
     let (done, stop) = oneshot::channel();
     let script = std::thread::spawn(move || {
+        opened.recv().unwrap();
         let result = script();
         done.send(()).unwrap();
         result
