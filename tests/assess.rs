@@ -59,7 +59,7 @@ fn paper_study_of_titan() {
     let output = samara(&["--trials", "3", "--json"], out.path());
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let study = json(&output);
-    assert_eq!((study["gains"].as_str(), study["trials"].as_u64()), (Some("safety"), Some(3)));
+    assert_eq!((study["gains"].as_str(), study["trials"].as_u64()), (Some("ours"), Some(3)));
     let names: Vec<&str> =
         study["campaigns"].as_array().unwrap().iter().map(|c| c["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["near_hover_step", "near_hover_optimal", "paper_pso_optimal", "ours"]);

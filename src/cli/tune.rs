@@ -40,7 +40,7 @@ Methods: pso, the particle swarm of the paper (rules of MATLAB's particleswarm);
 --start, for polishing or where flights are dear; near-hover, Ziegler and Nichols on the vehicle's own loops.
 
 Objectives: safety, the least worst J_TPF of gains that track no worse than --rms-bound and come to rest at the target, over the
-mission's cases and a swing of 1 to 4 standard deviations in twelve phases; rms, the paper's (46), the least worst
+mission's cases and a swing of --swing standard deviations in twelve phases each; rms, the paper's (46), the least worst
 tracking RMS of the mission's cases; j-tpf, J_TPF alone (ill-posed: gains that never accelerate are safe); pareto, safety at
 five bounds on the RMS, for the front of both.
 

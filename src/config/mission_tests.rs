@@ -17,8 +17,8 @@ fn titan(from: &str, to: &str) -> Spoilt<Mission> {
     spoil(load_mission, TITAN, TITAN, from, to)
 }
 
-fn safety(from: &str, to: &str) -> Spoilt<Mission> {
-    spoil(load_mission, TITAN, "params/gains/safety.json", from, to)
+fn ours(from: &str, to: &str) -> Spoilt<Mission> {
+    spoil(load_mission, TITAN, "params/gains/ours.json", from, to)
 }
 
 /// Every shipped file goes through its loader; a directory that gains a file of another kind fails here.
@@ -96,15 +96,15 @@ fn reference_x500_mission() {
 #[test]
 fn gains_are_found_by_name_and_by_path_and_change_the_hash() {
     let mut m = load_mission(&shipped(TITAN)).unwrap();
-    let (safety, hash) = (m.gains, m.input_hash.clone());
+    let (ours, hash) = (m.gains, m.input_hash.clone());
     m.use_gains("paper_pso").unwrap();
     assert_eq!((m.gains, m.gains_name.as_str()), (Gains::paper_pso(), "paper_pso"));
     assert_ne!(m.input_hash, hash);
-    m.use_gains(shipped("params/gains/safety.json").to_str().unwrap()).unwrap();
-    assert_eq!((m.gains, &m.input_hash), (safety, &hash));
+    m.use_gains(shipped("params/gains/ours.json").to_str().unwrap()).unwrap();
+    assert_eq!((m.gains, &m.input_hash), (ours, &hash));
     let shown = m.use_gains("no_such").unwrap_err().to_string();
     assert!(shown.contains("gains file") && shown.contains("no_such.json"), "{shown}");
-    assert_eq!(m.gains, safety);
+    assert_eq!(m.gains, ours);
 }
 
 #[test]
@@ -118,7 +118,7 @@ fn the_hash_follows_every_file() {
     );
     let spoilt = [
         titan("\"seed\": 1,", "\"seed\": 2,").loaded,
-        safety("\"k_pr_per_s\": 1.0", "\"k_pr_per_s\": 1.5").loaded,
+        ours("\"k_pr_per_s\": 1.0", "\"k_pr_per_s\": 1.5").loaded,
         spoil(load_mission, TITAN, "params/vehicles/titan.json", "790.0", "791.0").loaded,
         spoil(load_mission, TITAN, "params/vehicles/titan_rotor.csv", "180.0,0.0,0.0", "180.0,0.0,0.5")
             .loaded,
@@ -141,7 +141,7 @@ fn the_hash_follows_what_is_chosen_beside_the_files() {
     hashes.push(m.input_hash.clone());
     m.use_gains("paper_pso").unwrap();
     hashes.push(m.input_hash.clone());
-    m.use_gains("safety").unwrap();
+    m.use_gains("ours").unwrap();
     assert_eq!(m.input_hash, hashes[2], "gains put in later keep the choices");
     hashes.sort();
     hashes.dedup();
@@ -191,7 +191,7 @@ fn absurd_numbers_are_refused() {
     );
     let vehicle = |from: &str, to: &str| spoil(load_mission, TITAN, "params/vehicles/titan.json", from, to);
     vehicle("790.0", "1e300").refused_at(("1e300", 0), "mass_kg", "greater than 0 and at most 100000");
-    safety("\"k_pr_per_s\": 1.0", "\"k_pr_per_s\": 1e300").refused_at(
+    ours("\"k_pr_per_s\": 1.0", "\"k_pr_per_s\": 1e300").refused_at(
         ("1e300", 0),
         "k_pr_per_s",
         "from 0 to 1000000",
@@ -221,7 +221,7 @@ fn unknown_missing_and_repeated_keys_are_refused() {
         "release.hang_s",
         "duplicate field",
     );
-    safety("\"k_pr_per_s\"", "\"k_pr\"").refused_at(("\"k_pr\"", 0), "k_pr", "unknown field `k_pr`");
+    ours("\"k_pr_per_s\"", "\"k_pr\"").refused_at(("\"k_pr\"", 0), "k_pr", "unknown field `k_pr`");
 }
 
 #[test]

@@ -36,7 +36,7 @@ impl ReleaseCase {
 }
 
 /// Amplitudes of [`swing_releases`] that are taken unless others are asked for, in standard deviations.
-pub const AMPLITUDES: [f64; 7] = [1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0];
+pub const AMPLITUDES: [f64; 4] = [0.8, 1.6, 2.4, 3.2];
 /// Phases of [`swing_releases`], evenly over the turn; those of every other amplitude lie between.
 const PHASES: usize = 12;
 
@@ -76,9 +76,11 @@ mod tests {
     #[test]
     fn closed_form_amplitudes_and_phases_of_the_sampled_swing() {
         let states = swing_releases(&paper(), &AMPLITUDES);
-        assert_eq!(states.len(), 84);
+        assert_eq!(states.len(), 48);
         let widest = states.iter().map(|s| pitch(s.q_ned_from_body)).fold(0.0, f64::max);
-        assert!((widest - 12.0 * RAD_PER_DEG).abs() < 1e-12);
-        assert!((states[0].omega_body.y - 6.0 * RAD_PER_DEG).abs() < 1e-15, "phase 0: fastest");
+        // The last amplitude's phases lie half a step, 15 deg, beside the peak.
+        let beside = (15.0 * RAD_PER_DEG).cos();
+        assert!((widest - 3.2 * 3.0 * RAD_PER_DEG * beside).abs() < 1e-12);
+        assert!((states[0].omega_body.y - 0.8 * 6.0 * RAD_PER_DEG).abs() < 1e-15, "phase 0: fastest");
     }
 }

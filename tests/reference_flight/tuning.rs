@@ -82,8 +82,7 @@ fn regress_near_hover_gains_fly() {
     assert!(flown.j_tpf < 1.0 && flown.rms < 1.0, "{flown:?}");
 }
 
-/// What was measured of `ours` on flights that its tuning never saw: mean .564, worst .603 to .677 of 1000 each with
-/// four seeds (here the first 250 of each, none of them the worst).
+/// The bars that `ours` was made for, on flights that its tuning never saw: mean at most 0.56, none of 4 x 1000 above 0.66.
 #[test]
 fn regress_our_gains_on_unseen_flights() {
     let plan = plan();
@@ -99,10 +98,10 @@ fn regress_our_gains_on_unseen_flights() {
         amplitude_sigma_rad: 3.0 * RAD_PER_DEG,
     };
     for seed in 1..=4 {
-        let states = random_releases(&swing, seed, 250);
+        let states = random_releases(&swing, seed, 1000);
         let flights = Bench::new(setting.clone()).unwrap().with_states(&states).fly(&k);
         let worst = flights.iter().map(|e| e.j_tpf).fold(0.0, f64::max);
-        let mean = flights.iter().map(|e| e.j_tpf).sum::<f64>() / 250.0;
-        assert!(mean <= 0.57 && worst <= 0.62, "seed {seed}: mean {mean} worst {worst}");
+        let mean = flights.iter().map(|e| e.j_tpf).sum::<f64>() / 1000.0;
+        assert!(mean <= 0.56 && worst <= 0.66, "seed {seed}: mean {mean} worst {worst}");
     }
 }
