@@ -92,6 +92,11 @@ pub fn label(controller: &Controller) -> String {
         "near_hover_step" => "near-hover, step".to_owned(),
         "near_hover_optimal" => "near-hover, optimal trajectory".to_owned(),
         "paper_pso_optimal" => "paper's PSO, optimal trajectory".to_owned(),
-        _ => format!("ours ({}), optimal trajectory", controller.gains_name),
+        _ => format!("{}, optimal trajectory", ours(&controller.gains_name)),
     }
+}
+
+/// The gains under assessment: `ours`, with their own name where it is another.
+pub fn ours(gains_name: &str) -> String {
+    if gains_name == OURS { OURS.to_owned() } else { format!("{OURS} ({gains_name})") }
 }

@@ -33,11 +33,8 @@ fn probability_digits(trials: u64) -> usize {
 pub fn table_4(a: &Assessment<'_>) -> Grid {
     let head = ["gains", "K_pq", "K_iq", "K_ptheta", "K_pvz", "K_ivz", "K_pvx", "K_ivx"];
     let mut grid = Grid::new("Table 4. Longitudinal gains: proportional [1/s], integral [1/s^2]", head);
-    let names = [
-        "near-hover (paper)".to_owned(),
-        "PSO (paper)".to_owned(),
-        format!("ours ({})", a.mission.gains_name),
-    ];
+    let names =
+        ["near-hover (paper)".to_owned(), "PSO (paper)".to_owned(), super::ours(&a.mission.gains_name)];
     for (x, name) in a.assessed[1..].iter().zip(names) {
         grid.row(&name, x.controller.gains.as_longitudinal().map(|k| digits(k, 4)));
     }
