@@ -306,7 +306,7 @@ pub enum SpeedArg {
 /// What can be chosen in place of the mission's own.
 #[derive(Args, Debug)]
 pub struct ChoiceArgs {
-    /// Gains: a name beside the mission's own gains (safety, near_hover, paper_pso), or a file.
+    /// Gains: a name beside the mission's own gains (ours, safety, near_hover, paper_pso), or a file.
     #[arg(long, value_name = "NAME|FILE")]
     pub gains: Option<String>,
     /// Gains and limits of samara's autopilot from a PX4 parameter file that is for it, or for any autopilot under standard gravity.

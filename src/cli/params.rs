@@ -96,7 +96,7 @@ struct ExportArgs {
     /// The mission file.
     #[arg(default_value = "mission/titan_drop.json")]
     mission: PathBuf,
-    /// Gains: a name beside the mission's own gains (safety, near_hover, paper_pso), or a file.
+    /// Gains: a name beside the mission's own gains (ours, safety, near_hover, paper_pso), or a file.
     #[arg(long, value_name = "NAME|FILE")]
     gains: Option<String>,
     /// What the file shall be for.

@@ -44,7 +44,7 @@ mission's cases and a swing of --swing standard deviations in twelve phases each
 tracking RMS of the mission's cases; j-tpf, J_TPF alone (ill-posed: gains that never accelerate are safe); pareto, safety at
 five bounds on the RMS, for the front of both.
 
-JSON (--json): mission, version, seed, input_hash, method, objective, model, gains (by name), cost, rms, j_tpf, allowed (whether the
+JSON (--json; when no gains were found mission, gains: null and reason): mission, version, seed, input_hash, method, objective, model, gains (by name), cost, rms, j_tpf, allowed (whether the
 objective's bounds hold), evaluations, diverged, iterations, flights_per_evaluation, stopped, wall_s, evaluations_per_s,
 contenders (name, gains, rms, tuning_j_tpf_worst, tuning_j_tpf_mean, unseen_trials, unseen_j_tpf_mean, unseen_j_tpf_std,
 unseen_j_tpf_worst, unseen_p_safe).
@@ -177,11 +177,8 @@ pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
     }
     let timed = plan_mission(&mission, false)?;
     if timed.plan.status != Status::Converged {
-        tell(&format!(
-            "samara: no plan to tune on: {}\n",
-            timed.plan.diagnosis.as_deref().unwrap_or("not converged")
-        ));
-        return Ok(Answer::No);
+        let diagnosis = timed.plan.diagnosis.as_deref().unwrap_or("not converged");
+        return nothing(args, &mission.name, &format!("no plan to tune on: {diagnosis}"));
     }
     let plan = timed.plan.trajectory;
     let pool = pool(args.threads.map(usize::from))?;
@@ -310,8 +307,12 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
         folder.write(CHECKPOINT, |out| out.write_all(text.as_bytes())).map(|_| ())
     })?;
     let Some(best) = search.best(&objective).filter(|b| b.evaluation.is_finite()) else {
-        tell("samara: no gains were found that fly every release\n");
-        return Ok(Answer::No);
+        let reason = if stopped {
+            "stopped before any gains were judged"
+        } else {
+            "no gains were found that fly every release"
+        };
+        return nothing(args, &mission.name, reason);
     };
     let wall_s = 1e-3 * watch.ms();
     let run = TuneRun {
@@ -319,6 +320,8 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
         objective: name_of(args.objective),
         model: name_of(args.model),
         robust: args.robust,
+        start: start_name(args, mission),
+        swing: args.swing.clone(),
         bounds: objective,
         gains: best,
         flights: bench.flights(),
@@ -328,6 +331,7 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
         contenders: contenders(args, mission, plan, &bench, &best.k)?,
     };
     write_files(args, &folder, mission, &search, &run)?;
+    write_tune_manifest(args, &folder, mission)?;
     if args.mission.json {
         print(&report::json(mission, &search, &run))?;
     } else {
@@ -352,7 +356,7 @@ fn go_on(
         told = &told[n..];
     }
     let bar = ProgressBar::no_length();
-    let style = ProgressStyle::with_template("{spinner} {elapsed} {msg}, {per_sec} evaluations");
+    let style = ProgressStyle::with_template("{spinner} {elapsed} {msg}, evaluations: {per_sec}");
     bar.set_style(style.context("the progress bar")?);
     while let Some(candidates) = search.ask() {
         let judge = |k: &Longitudinal| {
@@ -414,6 +418,67 @@ pub(super) fn contenders(
 /// Gains that are shown as a warning: the optimum of the paper's problem on the ideal plant.
 const IDEAL: &str = "ideal_rms";
 
+/// `gains.json` and `gains.params`.
+pub(super) fn write_gains(
+    args: &TuneArgs,
+    folder: &OutputFolder,
+    mission: &Mission,
+    k: &Longitudinal,
+    about: &str,
+) -> Result<(), Failure> {
+    let yaw = &mission.gains;
+    let gains = Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(*k) };
+    let text = gains_json(&args.name, about, &gains);
+    let path: PathBuf = folder.write("gains.json", |out| out.write_all(text.as_bytes()))?;
+    let mut with_gains = mission.clone();
+    with_gains.use_gains(&path.to_string_lossy()).context("the gains that were written")?;
+    let parameters = export(&with_gains.parameter_subject(), Purpose::Samara).bad_input()?;
+    folder.write("gains.params", |out| out.write_all(params_file(&with_gains, &parameters).as_bytes()))?;
+    Ok(())
+}
+
+/// The manifest of a tuning, with the options that made it.
+pub(super) fn write_tune_manifest(
+    args: &TuneArgs,
+    folder: &OutputFolder,
+    mission: &Mission,
+) -> Result<(), Failure> {
+    let optional = |n: Option<u32>| n.map_or_else(|| "default".to_owned(), |n| n.to_string());
+    let options = [
+        ("method", name_of(args.method)),
+        ("objective", name_of(args.objective)),
+        ("model", name_of(args.model)),
+        ("robust", args.robust.to_string()),
+        ("rms_bound", args.rms_bound.map_or_else(|| "default".to_owned(), |x| x.to_string())),
+        ("swing", format!("{:?}", args.swing)),
+        ("start", start_name(args, mission)),
+        ("particles", optional(args.particles)),
+        ("iterations", args.iterations.to_string()),
+        ("stall", args.stall.to_string()),
+        ("unseen", args.unseen.to_string()),
+    ];
+    folder.write_manifest("tune", mission, &options)
+}
+
+/// Name of the gains that a search begins at.
+fn start_name(args: &TuneArgs, mission: &Mission) -> String {
+    match (&args.start, args.method) {
+        (Some(name), _) => name.clone(),
+        (None, MethodArg::CmaEs) => mission.gains_name.clone(),
+        (None, MethodArg::Pso | MethodArg::NearHover) => "none".to_owned(),
+    }
+}
+
+/// Says why there are no gains.
+fn nothing(args: &TuneArgs, mission: &str, reason: &str) -> Result<Answer, Failure> {
+    tell(&format!("samara: {reason}\n"));
+    if args.mission.json {
+        let object = serde_json::json!({ "mission": mission, "gains": null, "reason": reason });
+        print(&format!("{object:#}\n"))?;
+    }
+    Ok(Answer::No)
+}
+
 fn write_files(
     args: &TuneArgs,
     folder: &OutputFolder,
@@ -421,14 +486,7 @@ fn write_files(
     search: &Search,
     run: &TuneRun,
 ) -> Result<(), Failure> {
-    let yaw = &mission.gains;
-    let gains = Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(run.gains.k) };
-    let text = gains_json(&args.name, &report::about(mission, search, run), &gains);
-    let path: PathBuf = folder.write("gains.json", |out| out.write_all(text.as_bytes()))?;
-    let mut with_gains = mission.clone();
-    with_gains.use_gains(&path.to_string_lossy()).context("the gains that were written")?;
-    let parameters = export(&with_gains.parameter_subject(), Purpose::Samara).bad_input()?;
-    folder.write("gains.params", |out| out.write_all(params_file(&with_gains, &parameters).as_bytes()))?;
+    write_gains(args, folder, mission, &run.gains.k, &report::about(mission, search, run))?;
     folder
         .write("convergence.csv", |out| out.write_all(report::convergence_csv(mission, search).as_bytes()))?;
     folder.write("front.csv", |out| out.write_all(report::front_csv(mission, search).as_bytes()))?;

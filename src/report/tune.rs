@@ -72,6 +72,10 @@ pub struct TuneRun {
     pub model: String,
     /// Whether the flights were varied.
     pub robust: bool,
+    /// Name of the gains that the search began at; "none" for a swarm of its own.
+    pub start: String,
+    /// Amplitudes of the swing in the tuning's flights, in standard deviations.
+    pub swing: Vec<f64>,
     /// The objective, with its bounds.
     pub bounds: Objective,
     /// The gains found.
@@ -102,13 +106,15 @@ pub fn about(mission: &Mission, search: &Search, run: &TuneRun) -> String {
         Objective::Rms | Objective::JTpf => String::new(),
     };
     format!(
-        "samara {VERSION} tune: mission {}, objective {}{bound}, {} plant{}, method {}, seed {}, {} evaluations of {} flights; worst \
-         tracking RMS {:.4}, worst J_TPF {:.4}. Inputs sha256 {}. The yaw gains are the mission's.",
+        "samara {VERSION} tune: mission {}, objective {}{bound}, {} plant{}, swing {:?}, method {} from {}, seed {}, {} evaluations of \
+         {} flights; worst tracking RMS {:.4}, worst J_TPF {:.4}. Inputs sha256 {}. The yaw gains are the mission's.",
         mission.name,
         run.objective,
         run.model,
         if run.robust { " with variations" } else { "" },
+        run.swing,
         run.method,
+        run.start,
         mission.seed,
         search.tried().len(),
         run.flights,

@@ -63,6 +63,9 @@ pub struct Search {
     objective: usize,
     iteration: usize,
     optimiser: Box<dyn Optimiser<7> + Send>,
+    /// Asked about before anything else: where the evolution strategy begins, which it does not try itself. What is found is never
+    /// worse.
+    first: Option<Longitudinal>,
     tried: Vec<Tried>,
     history: Vec<Progress>,
 }
@@ -77,18 +80,27 @@ impl Search {
     /// Begins.
     pub fn new(settings: SearchSettings) -> Self {
         let optimiser = optimiser(&settings, 0, settings.start);
-        Self { settings, objective: 0, iteration: 0, optimiser, tried: Vec::new(), history: Vec::new() }
+        let first = settings.start.filter(|_| matches!(settings.method, Method::CmaEs(_)));
+        let (tried, history) = (Vec::new(), Vec::new());
+        Self { settings, objective: 0, iteration: 0, optimiser, first, tried, history }
     }
 
     /// The candidates to be judged next; `None` when the search is over.
     pub fn ask(&self) -> Option<&[Longitudinal]> {
-        (self.objective < self.settings.objectives.len()).then(|| self.optimiser.ask())
+        let first = self.first.as_ref().map(std::slice::from_ref);
+        (self.objective < self.settings.objectives.len())
+            .then(|| first.unwrap_or_else(|| self.optimiser.ask()))
     }
 
     /// Takes the evaluations of the candidates, in their order.
     pub fn tell(&mut self, evaluations: &[Evaluation]) {
         let Some(&objective) = self.settings.objectives.get(self.objective) else { return };
         let costs: Vec<f64> = evaluations.iter().map(|e| objective.cost(e)).collect();
+        if let Some(k) = self.first.take() {
+            self.tried.extend(evaluations.first().map(|&evaluation| Tried { k, evaluation }));
+            self.note(&objective, costs);
+            return;
+        }
         let candidates = self.optimiser.ask().iter().zip(evaluations);
         self.tried.extend(candidates.map(|(k, evaluation)| Tried { k: *k, evaluation: *evaluation }));
         self.optimiser.tell(&costs);
@@ -136,10 +148,14 @@ impl Search {
         &self.history
     }
 
-    /// What nothing that was tried beats in both tracking RMS and J_TPF; RMS ascends.
+    /// What nothing that was tried and comes to rest beats in both tracking RMS and J_TPF; RMS ascends.
     pub fn front(&self) -> Vec<Tried> {
-        let mut by_rms: Vec<Tried> =
-            self.tried.iter().filter(|t| t.evaluation.is_finite()).copied().collect();
+        let mut by_rms: Vec<Tried> = self
+            .tried
+            .iter()
+            .filter(|t| t.evaluation.is_finite() && t.evaluation.unrest == 0.0)
+            .copied()
+            .collect();
         let order = |t: &Tried| (t.evaluation.rms, t.evaluation.j_tpf);
         by_rms.sort_by(|a, b| {
             let (a, b) = (order(a), order(b));

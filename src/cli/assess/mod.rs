@@ -6,6 +6,7 @@ mod only;
 
 use std::io::Write as _;
 
+use anyhow::anyhow;
 use clap::Args;
 
 use super::args::{ChoiceArgs, MissionArgs};
@@ -82,6 +83,11 @@ pub struct AssessArgs {
 pub fn run(args: &AssessArgs) -> Result<Answer, Failure> {
     let stop = interrupt::flag()?;
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
+    if mission.tuning_cases.is_empty() {
+        let file = args.mission.mission.display();
+        return Err(anyhow!("{file}: tuning.cases is empty; the release cases of Table 5 are expected"))
+            .bad_input();
+    }
     let narrator = Narrator::alone(args.mission.json);
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let Some(plan) = planned(args, &mission, &folder, &narrator)? else { return Ok(Answer::No) };
