@@ -247,6 +247,33 @@ mod tests {
         assert_eq!((odometry.vz, odometry.z, odometry.q), (5.0, -7.5, [1.0, 0.0, 0.0, 0.0]));
     }
 
+    /// The fix is that of two steps ago, under the stamp of now.
+    #[test]
+    fn closed_form_a_late_fix_bears_the_time_of_its_sending() {
+        let mut settings = SensorSettings::default();
+        settings.satellite.delay_us = 8_000;
+        let mut sim = test_site::drop_simulation();
+        let mut sensors = HilSensors::new(sim.environment(), settings, 1, 4_000);
+        let mut altitudes_mm = Vec::new();
+        for step in 1..=10 {
+            sim.step(&[0.0; MAX_ROTORS], 0.004);
+            let truth = Truth { at: step * 4_000, sim: &sim, specific_force_body: Vector3::zeros() };
+            sensors.note(&truth);
+            let gps = sensors.gps(&truth);
+            assert_eq!((gps.time_usec, gps.eph, gps.epv), (step * 4_000, 90, 120));
+            altitudes_mm.push((gps.alt, ideal(&sim, 1).gps(&truth).alt));
+        }
+        for (i, (told, _)) in altitudes_mm.iter().enumerate() {
+            assert_eq!(*told, altitudes_mm[i.saturating_sub(2)].1, "{i}");
+        }
+        // 2 m of noise are told as an accuracy of 2 m; the rest of the message's accuracy stays.
+        settings.satellite.horizontal_noise_m = 2.0;
+        let sensors = HilSensors::new(sim.environment(), settings, 1, 4_000);
+        let truth = Truth { at: 40_000, sim: &sim, specific_force_body: Vector3::zeros() };
+        let gps = sensors.gps(&truth);
+        assert_eq!((gps.eph, gps.epv), (200, 120));
+    }
+
     /// IAS = TAS sqrt(rho / 1.225): air four times as thick, as on Titan, pushes like twice the speed.
     #[test]
     fn closed_form_indicated_airspeed_is_that_of_the_dynamic_pressure() {
