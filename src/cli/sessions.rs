@@ -19,6 +19,7 @@ pub fn simulator(mission: &Mission, system_id: u8) -> SimulatorSession {
         system_id,
         duration_us: microseconds(mission.duration_s),
         trigger: mission.release_trigger,
+        sensors: mission.sensors,
         seed: mission.seed,
         battery: mission.battery,
         ..SimulatorConfig::default()

@@ -9,6 +9,7 @@ use super::gains_file::{gains_path, load_named_gains};
 use super::mission_ground::{self, MissionGround};
 use super::mission_json::{InitialJson, InputReferenceJson, MissionJson, StartJson};
 use super::mission_parts as parts;
+use super::mission_sensors;
 use super::number::NonNegative;
 use super::source::{InputHash, Source};
 use super::trajectory_csv::{TrajectoryFile, load_trajectory};
@@ -19,7 +20,7 @@ use crate::control::{ControlLimits, Gains};
 use crate::model::parachute::Pendulum;
 use crate::model::{Environment, MAX_ROTORS, Parachute, Vehicle};
 use crate::plan::{InputReference, PlanProblem, PlanState};
-use crate::sim::{Battery, DropSimulation, ReleaseTrigger, Start};
+use crate::sim::{Battery, DropSimulation, ReleaseTrigger, SensorSettings, Start};
 use crate::tune::ReleaseCase;
 use crate::units::RAD_PER_DEG;
 
@@ -98,6 +99,8 @@ pub struct Mission {
     pub ground: Option<MissionGround>,
     /// The battery, if it matters.
     pub battery: Option<Battery>,
+    /// Errors of the sensors.
+    pub sensors: SensorSettings,
     /// What cuts the vehicle loose.
     pub release_trigger: ReleaseTrigger,
     /// What the gains are tuned on, Table 3.
@@ -292,6 +295,7 @@ fn build(
         name: json.name.0.clone(),
         vehicle_name: vehicle.name,
         vehicle: Arc::new(vehicle.vehicle),
+        sensors: mission_sensors::sensors(source, json, &environment)?,
         environment,
         parachute,
         target_v_ned: json.target_v_ned_m_s.get().into(),

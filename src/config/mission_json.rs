@@ -4,6 +4,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::mission_sensors::SensorsJson;
 use super::number::{
     AngleDeg, Count, DelayS, Exactly, LatitudeDeg, Name, NonNegative, Positive, SpanS, TiltDeg, Within,
 };
@@ -48,6 +49,8 @@ pub(super) struct MissionJson {
     pub(super) monte_carlo: MonteCarloJson,
     /// The battery; without it the vehicle flies for ever.
     pub(super) battery: Option<BatteryJson>,
+    /// Errors of the sensors; without it they are ideal.
+    pub(super) sensors: Option<SensorsJson>,
 }
 
 /// A store of energy that the rotors' shafts take from.

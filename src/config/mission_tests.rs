@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::spoil::{Spoilt, copy, shipped, shipped_files, spoil};
 use super::*;
 use crate::control::{ControlLimits, Gains};
-use crate::sim::{ReleaseTrigger, Start};
+use crate::sim::{ReleaseTrigger, SensorSettings, Start};
 use crate::units::RAD_PER_DEG;
 
 const TITAN: &str = "mission/titan_drop.json";
@@ -166,6 +166,44 @@ fn the_plan_starts_from_the_paper_s_state_or_from_the_release_adrift_with_the_wi
     assert!((down - 9.126639126).abs() < 1e-9, "{down}");
     let left_out = titan("\"initial\": \"paper\",", "").loaded.unwrap();
     assert_eq!(left_out.plan_initial, PlanInitial::Paper);
+}
+
+/// Without the object the sensors are ideal; each of them stands for itself; what it says is bounded and strict.
+#[test]
+fn sensors_are_read_and_refused() {
+    let with = |mission: &str, sensors: &str| {
+        spoil(
+            load_mission,
+            mission,
+            mission,
+            "\"seed\": 1,",
+            &format!("\"seed\": 1, \"sensors\": {sensors},"),
+        )
+    };
+    let x500 = |sensors: &str| with("mission/x500_ground.json", sensors);
+    let ideal = SensorSettings::default();
+    assert_eq!(load_mission(&shipped(TITAN)).unwrap().sensors, ideal);
+    assert_eq!(x500("{}").loaded.unwrap().sensors, ideal);
+    let gps = |rate: &str, delay: &str| {
+        x500(&format!(
+            "{{ \"gps\": {{ \"rate_hz\": {rate}, \"horizontal_noise_m\": 0.5, \"vertical_noise_m\": 0.8, \"velocity_noise_m_s\": 0.1, \"delay_s\": {delay} }} }}"
+        ))
+    };
+    let sensors = gps("8", "0.11").loaded.unwrap().sensors;
+    assert_eq!((sensors.satellite.period_us, sensors.satellite.delay_us), (125_000, 110_000));
+    assert_eq!(SensorSettings { satellite: ideal.satellite, ..sensors }, ideal);
+    gps("4", "0").refused_at(("4, \"hor", 0), "sensors.gps.rate_hz", "a whole number from 5 to 20");
+    gps("5", "1.5").refused_at(("1.5 }", 0), "sensors.gps.delay_s", "a number from 0 to 1");
+    x500("{ \"gyro\": {} }").refused_at(("\"gyro\"", 0), "sensors.gyro", "expected one of");
+    let magnetometer = "{ \"magnetometer\": { \"field\": \"world_magnetic_model\", \"noise_gauss\": 0 } }";
+    // PX4's default home on 2026-01-01, by the same model: about 3.4 deg of declination, 0.48 gauss.
+    let field = x500(magnetometer).loaded.unwrap().sensors.magnetometer.field_ned_gauss.unwrap();
+    assert!((field.norm() - 0.48).abs() < 0.01 && (field.y.atan2(field.x) - 0.06).abs() < 0.01, "{field:?}");
+    with(TITAN, magnetometer).refused_at(
+        ("\"world_magnetic_model\"", 0),
+        "sensors.magnetometer.field",
+        "Earth's",
+    );
 }
 
 /// What would make arithmetic overflow, or memory or time explode, is refused where it stands.
@@ -356,7 +394,7 @@ fn regress_schemas_are_current_and_show_the_ranges() {
 /// Every number's key ends in its unit, or the number has none.
 #[test]
 fn every_number_in_a_schema_names_its_unit() {
-    const UNITS: [&str; 36] = [
+    const UNITS: [&str; 39] = [
         "_kg",
         "_m",
         "_m2",
@@ -394,6 +432,9 @@ fn every_number_in_a_schema_names_its_unit() {
         "c_lift",
         "c_pitch",
         "thrust_m",
+        "_hz",
+        "_gauss",
+        "_hpa",
     ];
     fn is_number(schema: &serde_json::Value) -> bool {
         let is = |kind: &serde_json::Value| kind == "number" || kind == "integer";

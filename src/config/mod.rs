@@ -23,6 +23,7 @@ mod mission;
 mod mission_ground;
 mod mission_json;
 mod mission_parts;
+mod mission_sensors;
 mod number;
 mod params_file;
 mod rotor_table;

@@ -8,11 +8,13 @@
 //! | [`motor`] | speed controller and motor: rotor speed from throttle | III.B, (23)-(24) |
 //! | [`vehicle`] | the vehicle: all of the above with its geometry; force balance | (5)-(9), (19)-(22) |
 //! | [`environment`] | gravity, density, wind, the site's place on the globe | |
+//! | [`magnetic_field`] | Earth's field from the World Magnetic Model; a dipole's | |
 //! | [`parachute`] | descent and swing before the release | (40)-(44) |
 //! | [`trim`](mod@trim) | the steady state at a commanded velocity | (31) |
 
 pub mod body_aero;
 pub mod environment;
+pub mod magnetic_field;
 pub mod motor;
 pub mod parachute;
 pub mod rigid_body;
@@ -67,6 +69,9 @@ pub enum ModelError {
     /// The rotor set cannot carry or steer the vehicle.
     #[error("{0}")]
     Rotors(String),
+    /// The magnetic field is not known there or then.
+    #[error("World Magnetic Model: {0}")]
+    MagneticField(String),
 }
 
 fn check_positive(what: &str, value: f64) -> Result<(), ModelError> {

@@ -9,6 +9,7 @@
 //! | [`ground`] | what a vehicle stands on |
 //! | [`battery`] | what the rotors take |
 //! | [`record`] | one row of a flight's record |
+//! | [`sensors`] | what the sensors read |
 //! | [`planar`] | many flights at once, side by side in the vertical plane |
 
 pub mod battery;
@@ -19,6 +20,7 @@ pub mod integrator;
 pub mod planar;
 pub mod plant;
 pub mod record;
+pub mod sensors;
 
 #[cfg(test)]
 mod drop_tests;
@@ -33,3 +35,4 @@ pub use flight::{FlightPlan, Reference, fly};
 pub use ground::Ground;
 pub use plant::{PlantKind, PlantState};
 pub use record::Sample;
+pub use sensors::SensorSettings;

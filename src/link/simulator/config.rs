@@ -3,7 +3,7 @@
 use core::time::Duration;
 
 use super::super::TimeUs;
-use crate::sim::{Battery, ReleaseTrigger};
+use crate::sim::{Battery, ReleaseTrigger, SensorSettings};
 
 /// What happens when an answer stays out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,14 +21,14 @@ pub struct SimulatorConfig {
     pub system_id: u8,
     /// Step of the simulation and period of HIL_SENSOR.
     pub step_us: TimeUs,
-    /// Period of HIL_GPS.
-    pub gps_period_us: TimeUs,
     /// Length of the mission.
     pub duration_us: TimeUs,
     /// What cuts the vehicle loose. That an autopilot is armed, HIL_ACTUATOR_CONTROLS say; that it is in OFFBOARD, only its
     /// HEARTBEAT does.
     pub trigger: ReleaseTrigger,
-    /// Draws the sensor noise.
+    /// Errors of the sensors, and the period of HIL_GPS.
+    pub sensors: SensorSettings,
+    /// Draws the sensors' errors.
     pub seed: u64,
     /// What happens when an answer stays out.
     pub silence: Silence,
@@ -41,9 +41,9 @@ impl Default for SimulatorConfig {
         Self {
             system_id: 1,
             step_us: 4_000,
-            gps_period_us: 100_000,
             duration_us: 45_000_000,
             trigger: ReleaseTrigger::Command,
+            sensors: SensorSettings::default(),
             seed: 1,
             silence: Silence::KeepWaiting,
             battery: None,

@@ -10,6 +10,7 @@ impl SimulatorSession {
     pub(super) fn send_hil(&mut self) {
         let truth =
             Truth { at: self.now, sim: &self.sim, specific_force_body: self.sim.specific_force_body() };
+        self.sensors.note(&truth);
         let due = self.rates.due(self.now);
         if due.state_quaternion {
             let message = MavMessage::HIL_STATE_QUATERNION(self.sensors.state_quaternion(&truth));

@@ -94,8 +94,8 @@ impl SimulatorSession {
             initial.schedule_release(initial.nominal_release_s());
         }
         Self {
-            sensors: HilSensors::new(initial.environment(), config.seed),
-            rates: HilRates::new(config.step_us, config.gps_period_us),
+            sensors: HilSensors::new(initial.environment(), config.sensors, config.seed, config.step_us),
+            rates: HilRates::new(config.step_us, config.sensors.satellite.period_us),
             encoder: Encoder::new(config.system_id, SIMULATOR_COMPONENT),
             parachute: ParachuteComponent::new(config.system_id),
             outbox: VecDeque::new(),

@@ -1,37 +1,26 @@
 //! What the simulator says about the vehicle: sensors and truth as HIL messages.
 //!
-//! **The one place for sensor models.** They are plain here: ideal inertial sensors and magnetometer, a barometer that
-//! follows PX4's atmosphere with a little noise (one that repeats itself bit by bit is taken for dead), a satellite fix
-//! without errors. The noise is ChaCha8 at a place that seed, sensor and
-//! time give, so that it does not matter who asks first or how often.
-//!
-//! The magnetic field is that of a dipole along the axis of rotation, 31.2 uT at the equator, in place of a field map:
-//! north and down from the latitude, no declination. Titan has no field of its own; its missions borrow this one.
+//! What sensors read is [`crate::sim::sensors`]'; here it becomes messages, in their units and integers. The truth
+//! (HIL_STATE_QUATERNION, ODOMETRY) has no errors.
 
 use mavlink::dialects::common::{
     HIL_GPS_DATA, HIL_SENSOR_DATA, HIL_STATE_QUATERNION_DATA, HilSensorUpdatedFlags, MavFrame, ODOMETRY_DATA,
 };
 use nalgebra::Vector3;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 use super::super::TimeUs;
 use crate::frames::rotate_body_from_ned;
 use crate::model::Environment;
-use crate::sim::DropSimulation;
-use crate::units::{DEG_PER_RAD, RAD_PER_DEG, SEA_LEVEL_DENSITY_KG_M3, STANDARD_GRAVITY_M_S2};
+use crate::sim::sensors::Sensors;
+use crate::sim::sensors::barometer::pressure_altitude_m;
+use crate::sim::{DropSimulation, SensorSettings};
+use crate::units::{DEG_PER_RAD, SEA_LEVEL_DENSITY_KG_M3, STANDARD_GRAVITY_M_S2};
 
-/// Field of the dipole at the equator [gauss].
-const EQUATOR_FIELD_GAUSS: f64 = 0.312;
-/// Standard deviation of the pressure noise [hPa], about 8 cm.
-const PRESSURE_NOISE_HPA: f64 = 0.01;
 /// Accelerometer, gyroscope, magnetometer, and of the barometer pressure, pressure altitude and temperature. A
 /// multirotor has no airspeed sensor: the differential pressure (0x400) is left out.
 const FIELDS_UPDATED: u32 = 0x007 | 0x038 | 0x1C0 | 0x1A00;
-/// The barometer's stream of random numbers; each noisy sensor has its own.
-const BAROMETER_STREAM: u64 = 0;
-/// Random words that belong to a microsecond: room for one normal number, and whole blocks of ChaCha.
-const WORDS_PER_US: u128 = 32;
+/// Accuracy of a fix that is told at the least [m], horizontal and vertical: nobody believes a receiver without errors.
+const LEAST_ACCURACY_M: [f64; 2] = [0.9, 1.2];
 /// Below this ground speed [m/s] there is no course.
 const COURSE_SPEED_M_S: f64 = 0.1;
 
@@ -49,28 +38,28 @@ pub struct Truth<'a> {
 /// The sensors of one vehicle at its site.
 #[derive(Clone, Debug)]
 pub struct HilSensors {
-    seed: u64,
-    field_ned_gauss: Vector3<f64>,
+    sensors: Sensors,
 }
 
 impl HilSensors {
-    /// Sensors at the site; `seed` draws the noise.
-    pub fn new(environment: &Environment, seed: u64) -> Self {
-        let (sin, cos) = (environment.anchor.latitude_deg * RAD_PER_DEG).sin_cos();
-        let field_ned_gauss = Vector3::new(cos, 0.0, 2.0 * sin) * EQUATOR_FIELD_GAUSS;
-        Self { seed, field_ned_gauss }
+    /// Sensors at the site, read every `step_us`; `seed` draws their errors.
+    pub fn new(environment: &Environment, settings: SensorSettings, seed: u64, step_us: TimeUs) -> Self {
+        Self { sensors: Sensors::new(environment, settings, seed, step_us) }
+    }
+
+    /// Notes the truth of a step, for what is told with a delay.
+    pub fn note(&mut self, truth: &Truth<'_>) {
+        self.sensors.note(truth.at, &truth.sim.state().body);
     }
 
     /// HIL_SENSOR: all sensors, body FRD, `id` 0, which drives PX4's clock.
     pub fn sensor(&self, truth: &Truth<'_>) -> HIL_SENSOR_DATA {
         let body = &truth.sim.state().body;
         let altitude_m = truth.sim.environment().geo_point(&body.p_ned).altitude_m;
-        let pressure_hpa =
-            pressure_hpa(altitude_m) + PRESSURE_NOISE_HPA * self.normal(BAROMETER_STREAM, truth.at);
-        let mag = rotate_body_from_ned(body.q_ned_from_body, self.field_ned_gauss);
-        let [xacc, yacc, zacc] = single(truth.specific_force_body);
-        let [xgyro, ygyro, zgyro] = single(body.omega_body);
-        let [xmag, ymag, zmag] = single(mag);
+        let pressure_hpa = self.sensors.barometer(altitude_m, truth.at);
+        let [xacc, yacc, zacc] = single(self.sensors.accelerometer(truth.specific_force_body, truth.at));
+        let [xgyro, ygyro, zgyro] = single(self.sensors.gyroscope(body.omega_body, truth.at));
+        let [xmag, ymag, zmag] = single(self.sensors.magnetometer(body.q_ned_from_body, truth.at));
         HIL_SENSOR_DATA {
             time_usec: truth.at,
             xacc,
@@ -91,20 +80,22 @@ impl HilSensors {
         }
     }
 
-    /// HIL_GPS: a 3D fix without errors.
+    /// HIL_GPS: a 3D fix, as old as the receiver's delay, stamped with the time of its sending.
     pub fn gps(&self, truth: &Truth<'_>) -> HIL_GPS_DATA {
-        let body = &truth.sim.state().body;
-        let point = truth.sim.environment().geo_point(&body.p_ned);
-        let v_cm_s = body.v_ned * 100.0;
-        let ground_speed = body.v_ned.xy().norm();
-        let course_deg = body.v_ned.y.atan2(body.v_ned.x) * DEG_PER_RAD;
+        let fix = self.sensors.satellite(&truth.sim.state().body, truth.at);
+        let point = truth.sim.environment().geo_point(&fix.p_ned);
+        let v_cm_s = fix.v_ned * 100.0;
+        let ground_speed = fix.v_ned.xy().norm();
+        let course_deg = fix.v_ned.y.atan2(fix.v_ned.x) * DEG_PER_RAD;
+        let receiver = &self.sensors.settings().satellite;
+        let accuracy_cm = |deviation_m: f64, least_m: f64| (deviation_m.max(least_m) * 100.0).round() as u16;
         HIL_GPS_DATA {
             time_usec: truth.at,
             lat: (point.latitude_deg * 1e7).round() as i32,
             lon: (point.longitude_deg * 1e7).round() as i32,
             alt: (point.altitude_m * 1e3).round() as i32,
-            eph: 90,
-            epv: 120,
+            eph: accuracy_cm(receiver.horizontal_noise_m, LEAST_ACCURACY_M[0]),
+            epv: accuracy_cm(receiver.vertical_noise_m, LEAST_ACCURACY_M[1]),
             vel: (ground_speed * 100.0).round() as u16,
             vn: v_cm_s.x.round() as i16,
             ve: v_cm_s.y.round() as i16,
@@ -182,26 +173,6 @@ impl HilSensors {
             ..ODOMETRY_DATA::default()
         }
     }
-
-    /// A number of about normal distribution, drawn by seed, stream and time: the sum of twelve uniform ones, which takes
-    /// nothing but additions and so is the same everywhere.
-    fn normal(&self, stream: u64, at: TimeUs) -> f64 {
-        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
-        random.set_stream(stream);
-        random.set_word_pos(u128::from(at) * WORDS_PER_US);
-        let uniform = |_| (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
-        (0..12).map(uniform).sum::<f64>() - 6.0
-    }
-}
-
-/// The pressure from which PX4 recovers an altitude [m]: `p = 1013.25 (1 - 2.25577e-5 h)^5.25588` hPa.
-fn pressure_hpa(altitude_m: f64) -> f64 {
-    1013.25 * (1.0 - 2.25577e-5 * altitude_m).max(0.0).powf(5.25588)
-}
-
-/// The inverse of [`pressure_hpa`].
-fn pressure_altitude_m(pressure_hpa: f64) -> f64 {
-    (1.0 - (pressure_hpa.max(0.0) / 1013.25).powf(1.0 / 5.25588)) / 2.25577e-5
 }
 
 fn single(v: Vector3<f64>) -> [f32; 3] {
@@ -214,11 +185,15 @@ mod tests {
     use super::*;
     use crate::model::MAX_ROTORS;
 
+    fn ideal(sim: &DropSimulation, seed: u64) -> HilSensors {
+        HilSensors::new(sim.environment(), SensorSettings::default(), seed, 4_000)
+    }
+
     fn hanging(at: TimeUs) -> (HilSensors, DropSimulation, Vector3<f64>) {
         let mut sim = test_site::drop_simulation();
         sim.step(&[0.0; MAX_ROTORS], seconds(at));
         let f = sim.specific_force_body();
-        (HilSensors::new(sim.environment(), 1), sim, f)
+        (ideal(&sim, 1), sim, f)
     }
 
     #[test]
@@ -231,16 +206,6 @@ mod tests {
         assert!((f64::from(m.xmag) - 0.312 * 47.4f64.to_radians().cos()).abs() < 1e-7 && m.zmag > 0.4);
     }
 
-    /// US standard atmosphere, as the formula is meant: 954.61 hPa at 500 m, 898.76 at 1000 m.
-    #[test]
-    fn reference_pressure_is_the_standard_atmospheres() {
-        for (h, p) in [(0.0, 1013.25), (500.0, 954.61), (1000.0, 898.76)] {
-            assert!((pressure_hpa(h) - p).abs() < 0.02, "{h} m: {}", pressure_hpa(h));
-            assert!((pressure_altitude_m(pressure_hpa(h)) - h).abs() < 1e-9);
-        }
-        assert_eq!(pressure_hpa(1e6), 0.0);
-    }
-
     #[test]
     fn the_barometer_never_repeats_itself_and_its_noise_is_small_and_repeatable() {
         let (sensors, sim, specific_force_body) = hanging(8_000);
@@ -251,15 +216,16 @@ mod tests {
         let std = (p.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / p.len() as f64).sqrt();
         assert!((0.008..0.012).contains(&std), "{std}");
         assert_eq!(at(4_000), at(4_000));
-        let other = HilSensors::new(sim.environment(), 2);
+        let other = ideal(&sim, 2);
         let truth = Truth { at: 4_000, sim: &sim, specific_force_body };
         assert_ne!(other.sensor(&truth).abs_pressure, at(4_000), "another seed, another noise");
+        let noise = crate::sim::sensors::Noise::new(1);
         // Neighbours in time, and streams, have nothing to do with each other.
         let pairs = |f: &dyn Fn(u64) -> (f64, f64)| (1..2_000).map(|i| f(i * 4_000)).collect::<Vec<_>>();
         for pairs in [
-            pairs(&|t| (sensors.normal(0, t), sensors.normal(0, t + 1))),
-            pairs(&|t| (sensors.normal(0, t), sensors.normal(0, t + 4_000))),
-            pairs(&|t| (sensors.normal(0, t), sensors.normal(1, t))),
+            pairs(&|t| (noise.normal(0, t), noise.normal(0, t + 1))),
+            pairs(&|t| (noise.normal(0, t), noise.normal(0, t + 4_000))),
+            pairs(&|t| (noise.normal(0, t), noise.normal(1, t))),
         ] {
             let correlation = pairs.iter().map(|(a, b)| a * b).sum::<f64>() / pairs.len() as f64;
             assert!(correlation.abs() < 0.1, "{correlation}");
@@ -281,6 +247,33 @@ mod tests {
         assert_eq!((odometry.vz, odometry.z, odometry.q), (5.0, -7.5, [1.0, 0.0, 0.0, 0.0]));
     }
 
+    /// The fix is that of two steps ago, under the stamp of now.
+    #[test]
+    fn closed_form_a_late_fix_bears_the_time_of_its_sending() {
+        let mut settings = SensorSettings::default();
+        settings.satellite.delay_us = 8_000;
+        let mut sim = test_site::drop_simulation();
+        let mut sensors = HilSensors::new(sim.environment(), settings, 1, 4_000);
+        let mut altitudes_mm = Vec::new();
+        for step in 1..=10 {
+            sim.step(&[0.0; MAX_ROTORS], 0.004);
+            let truth = Truth { at: step * 4_000, sim: &sim, specific_force_body: Vector3::zeros() };
+            sensors.note(&truth);
+            let gps = sensors.gps(&truth);
+            assert_eq!((gps.time_usec, gps.eph, gps.epv), (step * 4_000, 90, 120));
+            altitudes_mm.push((gps.alt, ideal(&sim, 1).gps(&truth).alt));
+        }
+        for (i, (told, _)) in altitudes_mm.iter().enumerate() {
+            assert_eq!(*told, altitudes_mm[i.saturating_sub(2)].1, "{i}");
+        }
+        // 2 m of noise are told as an accuracy of 2 m; the rest of the message's accuracy stays.
+        settings.satellite.horizontal_noise_m = 2.0;
+        let sensors = HilSensors::new(sim.environment(), settings, 1, 4_000);
+        let truth = Truth { at: 40_000, sim: &sim, specific_force_body: Vector3::zeros() };
+        let gps = sensors.gps(&truth);
+        assert_eq!((gps.eph, gps.epv), (200, 120));
+    }
+
     /// IAS = TAS sqrt(rho / 1.225): air four times as thick, as on Titan, pushes like twice the speed.
     #[test]
     fn closed_form_indicated_airspeed_is_that_of_the_dynamic_pressure() {
@@ -288,7 +281,7 @@ mod tests {
             let environment = Environment { density_kg_m3, ..test_site::environment() };
             let sim = test_site::drop_simulation_at(environment, 2.0);
             let truth = Truth { at: 4_000, sim: &sim, specific_force_body: Vector3::zeros() };
-            let state = HilSensors::new(sim.environment(), 1).state_quaternion(&truth);
+            let state = ideal(&sim, 1).state_quaternion(&truth);
             assert_eq!((state.true_airspeed, state.ind_airspeed), (500, indicated), "{density_kg_m3}");
         }
     }

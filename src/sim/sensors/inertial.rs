@@ -1,0 +1,139 @@
+//! Accelerometer and gyroscope: three axes with the same errors,
+//!
+//! `y = quantise(clip(x + b_0 + K W(t) + N / sqrt(dt) n))`,
+//!
+//! with the turn-on bias `b_0`, drawn once per axis, the bias's random walk `W` (variance 1 per second) and a white normal `n`. `N` is the
+//! noise density of Allan's deviation `sigma(tau) = N / sqrt(tau)`, `K` the coefficient of its rise `K sqrt(tau / 3)`.
+
+use nalgebra::Vector3;
+
+use super::Noise;
+
+/// Errors of a triad of sensors, in the unit u of what they measure (m/s^2, rad/s). All zero: the truth to the bit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Triad {
+    /// Noise density N [u/sqrt(Hz)].
+    pub noise_density: f64,
+    /// Random walk of the bias, K [u/sqrt(s)].
+    pub walk: f64,
+    /// Standard deviation of the bias at turn-on [u].
+    pub turn_on_bias: f64,
+    /// Smallest step of the reading [u]; 0: none.
+    pub resolution: f64,
+    /// Greatest reading, either way [u]; `None`: none.
+    pub range: Option<f64>,
+}
+
+impl Triad {
+    /// The reading of `truth` at a time, one of every `period_s` [s]. Draws from three streams, `stream` the first.
+    pub fn read(
+        &self,
+        truth: Vector3<f64>,
+        noise: &Noise,
+        stream: u64,
+        t_us: u64,
+        period_s: f64,
+    ) -> Vector3<f64> {
+        let mut reading = truth;
+        // What is off is left out: adding a zero would turn -0 into 0.
+        if self.turn_on_bias > 0.0 {
+            reading += noise.triple(stream, 0) * self.turn_on_bias;
+        }
+        if self.walk > 0.0 {
+            reading += noise.walk(stream + 1, t_us) * self.walk;
+        }
+        if self.noise_density > 0.0 {
+            reading += noise.triple(stream + 2, t_us) * (self.noise_density / period_s.sqrt());
+        }
+        if let Some(range) = self.range {
+            reading = reading.map(|x| x.clamp(-range, range));
+        }
+        if self.resolution > 0.0 {
+            reading = reading.map(|x| (x / self.resolution).round() * self.resolution);
+        }
+        reading
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DT_S: f64 = 0.004;
+
+    fn readings(triad: &Triad, truth: Vector3<f64>, n: u64) -> Vec<Vector3<f64>> {
+        let noise = Noise::new(3);
+        (1..=n).map(|i| triad.read(truth, &noise, 10, i * 4_000, DT_S)).collect()
+    }
+
+    /// Allan's variance over `m` samples: half the mean square of the differences of neighbouring means.
+    fn allan_variance(x: &[Vector3<f64>], m: usize) -> f64 {
+        let means: Vec<Vector3<f64>> =
+            x.chunks_exact(m).map(|c| c.iter().sum::<Vector3<f64>>() / m as f64).collect();
+        means.windows(2).map(|w| (w[1] - w[0]).norm_squared()).sum::<f64>() / (6.0 * (means.len() - 1) as f64)
+    }
+
+    /// `sigma^2(tau) = N^2 / tau` for white noise; with p pairs of three axes the estimate scatters by about sqrt(3 / (3 p)).
+    #[test]
+    fn closed_form_allan_variance_of_white_noise_falls_with_time() {
+        let triad = Triad { noise_density: 0.01, ..Triad::default() };
+        let x = readings(&triad, Vector3::zeros(), 50_000);
+        for m in [1, 10, 100] {
+            let expected = 0.01f64.powi(2) / (m as f64 * DT_S);
+            let bound = 5.0 / (50_000.0 / m as f64).sqrt();
+            let ratio = allan_variance(&x, m) / expected;
+            assert!((ratio - 1.0).abs() < bound, "{m}: {ratio}");
+        }
+    }
+
+    /// `sigma^2(tau) = K^2 tau / 3` for a random walk, at many samples to the mean.
+    #[test]
+    fn closed_form_allan_variance_of_a_walk_rises_with_time() {
+        let triad = Triad { walk: 0.02, ..Triad::default() };
+        let x = readings(&triad, Vector3::zeros(), 50_000);
+        for m in [25, 100] {
+            let expected = 0.02f64.powi(2) * m as f64 * DT_S / 3.0;
+            let bound = 5.0 / (50_000.0 / m as f64).sqrt();
+            let ratio = allan_variance(&x, m) / expected;
+            assert!((ratio - 1.0).abs() < bound, "{m}: {ratio}");
+        }
+    }
+
+    #[test]
+    fn closed_form_a_turn_on_bias_is_constant_and_has_its_deviation_over_seeds() {
+        let triad = Triad { turn_on_bias: 0.1, ..Triad::default() };
+        let truth = Vector3::new(1.0, -2.0, -9.8);
+        assert!(readings(&triad, truth, 100).windows(2).all(|w| w[0] == w[1]));
+        let n = 2_000;
+        let square = |seed| {
+            let bias = triad.read(Vector3::zeros(), &Noise::new(seed), 10, 0, DT_S);
+            bias.norm_squared() / 3.0
+        };
+        let deviation = ((0..n).map(square).sum::<f64>() / n as f64).sqrt();
+        assert!((deviation / 0.1 - 1.0).abs() < 5.0 / (2.0 * 3.0 * n as f64).sqrt(), "{deviation}");
+    }
+
+    #[test]
+    fn closed_form_readings_are_whole_steps_within_the_range() {
+        let step = 9.80665 / 2048.0;
+        let triad =
+            Triad { noise_density: 0.5, resolution: step, range: Some(16.0 * 9.80665), ..Triad::default() };
+        for x in readings(&triad, Vector3::new(0.0, 200.0, -9.8), 500) {
+            assert!(x.iter().all(|x| ((x / step) - (x / step).round()).abs() < 1e-9), "{x:?}");
+            assert!((x.y - 16.0 * 9.80665).abs() < 1e-9 && x.y > 150.0);
+        }
+        // Half a step either way, no more.
+        let fine = Triad { resolution: step, ..Triad::default() };
+        let truth = Vector3::new(0.1234, -5.4321, 3.0);
+        let off = readings(&fine, truth, 1)[0] - truth;
+        assert!(off.amax() <= step / 2.0 && off.amax() > 0.0);
+    }
+
+    /// To the bit: also a zero's sign.
+    #[test]
+    fn closed_form_without_errors_the_truth_is_read() {
+        let truth = Vector3::new(-0.0, 1e-300, 0.1 + 0.2);
+        let read = readings(&Triad::default(), truth, 1)[0];
+        assert_eq!(read.map(f64::to_bits), truth.map(f64::to_bits));
+    }
+}
