@@ -13,6 +13,8 @@ use crate::units::US_PER_S;
 
 /// Innovations beyond this many standard deviations are not believed.
 pub const GATE_SIGMAS: f64 = 5.0;
+/// A change of the specific force within a step beyond this many sigmas of its noise is a jump.
+const JUMP_SIGMAS: f64 = 8.0;
 /// Steps longer than this have a gap in them [s]: what happened there was not measured.
 const GAP_S: f64 = 0.02;
 /// How fast a vehicle may turn unseen, one sigma [rad/s].
@@ -101,10 +103,16 @@ impl Filter {
         self.believed_us
     }
 
-    /// One step of `dt_s` [s] under inertial measurements. Over a gap the vehicle may have done anything that it could.
-    pub fn predict(&mut self, settings: &EstimatorSettings, inertial: &Inertial, dt_s: f64) {
-        self.covariance.transform(&self.state.transition(inertial, dt_s));
+    /// One step of `dt_s` [s] between two inertial measurements. A jump of the force, as at the release, came at any time between
+    /// them; over a gap the vehicle may have done anything that it could.
+    pub fn predict(&mut self, settings: &EstimatorSettings, before: &Inertial, after: &Inertial, dt_s: f64) {
+        let inertial = Inertial::mean(before, after);
+        self.covariance.transform(&self.state.transition(&inertial, dt_s));
         let mut q = impulses(&settings.noise, dt_s);
+        let jump = (after.specific_force_body - before.specific_force_body).norm();
+        if jump * dt_s.sqrt() > JUMP_SIGMAS * settings.noise.accelerometer {
+            (0..3).for_each(|i| q[VELOCITY + i] += (0.5 * jump * dt_s).powi(2));
+        }
         if dt_s > GAP_S {
             let speed = settings.gravity_m_s2 * dt_s;
             for i in 0..3 {
@@ -114,7 +122,7 @@ impl Filter {
             }
         }
         self.covariance.add_variances(&q);
-        self.state.predict(inertial, settings.gravity_m_s2, dt_s);
+        self.state.predict(&inertial, settings.gravity_m_s2, dt_s);
     }
 
     /// Takes a satellite fix that is no older than a step at `now_us`.

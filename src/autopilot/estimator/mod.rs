@@ -193,7 +193,7 @@ impl Estimator {
         let before = self.behind.replace(sample);
         if let (Some(filter), Some(before)) = (&mut self.filter, &before) {
             let dt_s = (sample.at_us - before.at_us) as f64 / US_PER_S;
-            filter.predict(&self.settings, &Inertial::mean(&before.inertial, &sample.inertial), dt_s);
+            filter.predict(&self.settings, &before.inertial, &sample.inertial, dt_s);
         }
         let mut fix = None;
         while self.fixes.first().is_some_and(|f| f.at_us <= sample.at_us) {
