@@ -3,7 +3,7 @@
 //! A load on a line that swings is accelerated, so its accelerometer does not show where down is: on an ideal pendulum it shows the
 //! line, whatever the swing. Level from the accelerometer is therefore only a first guess, with the swing for its error; the
 //! satellite velocity then tells the real tilt, since `R f + g` must be the acceleration. Heading comes from the magnetometer by
-//! this guess; how a tilt falsifies it is in the row of that measurement, so the covariance learns it from there.
+//! this guess, and is as wrong as the tilt makes it through the field's dip.
 
 use nalgebra::Vector3;
 
@@ -19,7 +19,7 @@ use crate::frames::{product, quaternion_from_euler, rotate_ned_from_body};
 const SAMPLES: u32 = 62;
 /// The mean specific force lies between these, in parts of gravity: carried, not falling and not thrown.
 const CARRIED: [f64; 2] = [0.5, 1.5];
-/// Heading before the magnetometer [rad]: about a full turn.
+/// Heading where the field says nothing [rad]: any.
 const UNKNOWN_HEADING_RAD: f64 = 2.0;
 
 /// What is gathered before the filter begins.
@@ -76,9 +76,7 @@ impl Alignment {
             gyro_bias: Vector3::zeros(),
             baro_offset_m: altitude_m + fix.p_ned.z,
         };
-        let mut filter = Filter::new(fix.at_us, state, &variances(settings, fix));
-        filter.take_field(settings, &field_body);
-        Some(filter)
+        Some(Filter::new(fix.at_us, state, &variances(settings, fix)))
     }
 }
 
@@ -91,7 +89,11 @@ fn variances(settings: &EstimatorSettings, fix: &Fix) -> Column {
     sigma[POSITION..POSITION + 3].copy_from_slice(&[horizontal, horizontal, vertical]);
     sigma[VELOCITY..VELOCITY + 3].fill(noise.gps_speed_m_s);
     let tilt = settings.hang_tilt_rad;
-    sigma[ATTITUDE..ATTITUDE + 3].copy_from_slice(&[tilt, tilt, UNKNOWN_HEADING_RAD]);
+    let field = settings.field_ned_gauss;
+    let heading = (field.z * tilt).hypot(noise.magnetometer_gauss) / field.xy().norm();
+    // Also where it is no number.
+    let heading = if heading < UNKNOWN_HEADING_RAD { heading } else { UNKNOWN_HEADING_RAD };
+    sigma[ATTITUDE..ATTITUDE + 3].copy_from_slice(&[tilt, tilt, heading]);
     sigma[ACCELEROMETER_BIAS..ACCELEROMETER_BIAS + 3].fill(noise.accelerometer_bias);
     sigma[GYRO_BIAS..GYRO_BIAS + 3].fill(noise.gyro_bias);
     // The offset was read against the fix's own altitude and is as wrong as that at the least.

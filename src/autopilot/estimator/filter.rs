@@ -8,8 +8,8 @@ use nalgebra::Vector3;
 use super::covariance::{ATTITUDE, BARO_OFFSET, Column, Covariance, N, POSITION, VELOCITY};
 use super::nominal::{Inertial, NominalState, impulses, reset};
 use super::settings::EstimatorSettings;
-use crate::frames::{dcm_body_from_ned, rotate_ned_from_body, wrap_pi};
-use crate::units::US_PER_S;
+use crate::frames::{dcm_body_from_ned, rotate_body_from_ned, rotate_ned_from_body, wrap_pi};
+use crate::units::{RAD_PER_DEG, US_PER_S};
 
 /// Innovations beyond this many standard deviations are not believed.
 pub const GATE_SIGMAS: f64 = 5.0;
@@ -21,6 +21,8 @@ const GAP_S: f64 = 0.02;
 const UNSEEN_RATE_RAD_S: f64 = 1.0;
 /// Fixes that are refused for so long are right after all [us].
 pub const GPS_PATIENCE_US: u64 = 2_000_000;
+/// Tilt, one sigma, by which a field's horizontal direction may be read [rad]: 4 deg.
+const LEVEL_ENOUGH_RAD: f64 = 4.0 * RAD_PER_DEG;
 /// The field points nowhere when its horizontal part, as measured, is below this many sigmas.
 const LEAST_FIELD_SIGMAS: f64 = 3.0;
 
@@ -170,16 +172,36 @@ impl Filter {
         self.ratios.height = self.correct(&h, innovation, settings.noise.baro_m.powi(2));
     }
 
-    /// Takes the direction of the horizontal field, by the present attitude, for the heading.
+    /// Takes the direction of the horizontal field, by the present attitude, for the heading; not before it knows about how it
+    /// leans, since a row at a wrong tilt makes the filter believe that the field has told it the tilt.
     pub fn take_field(&mut self, settings: &EstimatorSettings, field_body: &Vector3<f64>) {
         let Some((angle, h, horizontal)) = self.field_direction(field_body) else { return };
         let sigma = settings.noise.magnetometer_gauss;
-        if horizontal.min(settings.field_ned_gauss.xy().norm()) < LEAST_FIELD_SIGMAS * sigma {
+        let (tilt, _) = self.attitude_variances();
+        if horizontal.min(settings.field_ned_gauss.xy().norm()) < LEAST_FIELD_SIGMAS * sigma
+            || !(tilt <= LEVEL_ENOUGH_RAD * LEVEL_ENOUGH_RAD)
+        {
             return;
         }
         let declination = settings.field_ned_gauss.y.atan2(settings.field_ned_gauss.x);
         let innovation = wrap_pi(declination - angle);
-        self.ratios.heading = self.correct(&h, innovation, (sigma / horizontal).powi(2));
+        // The second order of a tilt is noise too.
+        let curvature = field_body.norm() / horizontal * tilt;
+        let r = (sigma / horizontal).powi(2) + curvature * curvature;
+        self.ratios.heading = self.correct(&h, innovation, r);
+    }
+
+    /// Variances of tilt (both axes together) and of heading [rad^2]. The attitude's error is in body axes; heading is about down.
+    pub fn attitude_variances(&self) -> (f64, f64) {
+        let down_body = rotate_body_from_ned(self.state.q_ned_from_body, Vector3::z());
+        let (mut trace, mut about_down) = (0.0, 0.0);
+        for i in 0..3 {
+            trace += self.covariance.at(ATTITUDE + i, ATTITUDE + i);
+            for j in 0..3 {
+                about_down += down_body[i] * self.covariance.at(ATTITUDE + i, ATTITUDE + j) * down_body[j];
+            }
+        }
+        (trace - about_down, about_down)
     }
 
     /// Where the measured field points by the present attitude, north over east [rad], the row of its derivatives by the error

@@ -35,18 +35,17 @@ pub use settings::{EstimatorSettings, Noise};
 use nalgebra::Vector3;
 
 use crate::control::Measurement;
-use crate::frames::dcm_body_from_ned;
 use crate::units::{RAD_PER_DEG, US_PER_S};
 use alignment::Alignment;
-use covariance::{ATTITUDE, POSITION, VELOCITY};
+use covariance::{POSITION, VELOCITY};
 use history::Queue;
 
 /// Samples that may wait: a quarter of a second at 250 Hz. Where more would have to, the filter stands less far behind.
 const SAMPLES: usize = 64;
 /// Fixes that may wait.
 const FIXES: usize = 8;
-/// Barometer and magnetometer are taken at 50 Hz.
-const AIDING_PERIOD_US: u64 = 20_000;
+/// Barometer and magnetometer are taken at 10 Hz: what errs in them from sample to sample is not all new.
+const AIDING_PERIOD_US: u64 = 100_000;
 /// A fix older than this when its time comes was for a filter that was not there [us].
 const FIX_LIFETIME_US: u64 = 50_000;
 /// Aligned: one sigma of tilt, heading [rad] and velocity [m/s].
@@ -246,19 +245,10 @@ impl Estimator {
         let filter = self.filter.as_ref()?;
         let p = filter.covariance();
         let sigma = |i: usize| p.at(i, i).max(0.0).sqrt();
-        // The attitude's error is in body axes; heading is about down.
-        let down_body = dcm_body_from_ned(filter.state().q_ned_from_body) * Vector3::z();
-        let mut about_down = 0.0;
-        let mut trace = 0.0;
-        for i in 0..3 {
-            trace += p.at(ATTITUDE + i, ATTITUDE + i);
-            for j in 0..3 {
-                about_down += down_body[i] * p.at(ATTITUDE + i, ATTITUDE + j) * down_body[j];
-            }
-        }
+        let (tilt, heading) = filter.attitude_variances();
         Some(Accuracy {
-            tilt_rad: (trace - about_down).max(0.0).sqrt(),
-            heading_rad: about_down.max(0.0).sqrt(),
+            tilt_rad: tilt.max(0.0).sqrt(),
+            heading_rad: heading.max(0.0).sqrt(),
             speed_m_s: (0..3).map(|i| sigma(VELOCITY + i)).fold(0.0, f64::max),
             horizontal_m: sigma(POSITION).max(sigma(POSITION + 1)),
             vertical_m: sigma(POSITION + 2),
@@ -270,8 +260,7 @@ impl Estimator {
     /// # Errors
     /// [`NotAligned`]: the first thing that is wanting.
     pub fn check_aligned(&self) -> Result<(), NotAligned> {
-        let (Some(filter), Some(accuracy), Some(now_us)) =
-            (&self.filter, self.accuracy(), self.filter_us())
+        let (Some(filter), Some(accuracy), Some(now_us)) = (&self.filter, self.accuracy(), self.filter_us())
         else {
             return Err(NotAligned::NotStarted);
         };

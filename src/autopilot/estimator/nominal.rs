@@ -76,8 +76,7 @@ impl NominalState {
         let by_rate = ned_from_middle * force_body.cross_matrix() * (0.5 * dt_s * dt_s);
         let mut f = IDENTITY;
         put(&mut f, POSITION, VELOCITY, &(Matrix3::identity() * dt_s));
-        for (column, block) in
-            [(ATTITUDE, by_attitude), (ACCELEROMETER_BIAS, by_force), (GYRO_BIAS, by_rate)]
+        for (column, block) in [(ATTITUDE, by_attitude), (ACCELEROMETER_BIAS, by_force), (GYRO_BIAS, by_rate)]
         {
             put(&mut f, VELOCITY, column, &block);
             put(&mut f, POSITION, column, &(block * (0.5 * dt_s)));

@@ -22,7 +22,7 @@ pub const DELAY_S: f64 = 0.5;
 #[derive(Clone, Copy, Debug)]
 pub struct Site {
     pub gravity_m_s2: f64,
-    density_kg_m3: f64,
+    pub density_kg_m3: f64,
     pub field_ned_gauss: Vector3<f64>,
     pub descent_m_s: f64,
 }

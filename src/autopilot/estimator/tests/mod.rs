@@ -8,9 +8,9 @@ mod sensors;
 
 use nalgebra::SMatrix;
 
+use super::EstimatorSettings;
 use super::covariance::{Column, Covariance, N};
 use super::nominal::NominalState;
-use super::EstimatorSettings;
 use crate::frames::{conjugate, product, rotation_vector};
 use flight::Site;
 

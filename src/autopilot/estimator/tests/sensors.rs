@@ -67,9 +67,7 @@ impl Sensors {
                 specific_force_body: truth.specific_force_body
                     + self.accelerometer_bias
                     + self.random.vector(density(noise.accelerometer)),
-                omega_body: body.omega_body
-                    + self.gyro_bias
-                    + self.random.vector(density(noise.gyro)),
+                omega_body: body.omega_body + self.gyro_bias + self.random.vector(density(noise.gyro)),
             },
             field_body: Some(field + self.random.vector(noise.magnetometer_gauss)),
             altitude_m: Some(-body.p_ned.z + self.baro_offset_m + noise.baro_m * self.random.normal()),
