@@ -72,10 +72,10 @@ impl Covariance {
                 }
             }
         }
-        for i in 0..N {
-            for j in i..N {
+        for (i, fp_row) in fp.iter().enumerate() {
+            for (j, f_row) in f.iter().enumerate().skip(i) {
                 let mut sum = 0.0;
-                for (factor, x) in f[j].iter().zip(&fp[i]).filter(|(factor, _)| **factor != 0.0) {
+                for (factor, x) in f_row.iter().zip(fp_row).filter(|(factor, _)| **factor != 0.0) {
                     sum += factor * x;
                 }
                 self.0[i][j] = sum;

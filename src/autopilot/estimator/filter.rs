@@ -134,15 +134,15 @@ impl Filter {
         let p_ned = fix.p_ned + self.state.v_ned * (now_us.saturating_sub(fix.at_us) as f64 / US_PER_S);
         let mut believed = true;
         let (mut v_ratio, mut p_ratio) = ([0.0; 3], [0.0; 3]);
-        for i in 0..3 {
+        for (i, ratio) in v_ratio.iter_mut().enumerate() {
             let innovation = fix.v_ned[i] - self.state.v_ned[i];
-            v_ratio[i] = self.correct(&axis(VELOCITY + i), innovation, speed);
-            believed &= v_ratio[i] <= 1.0;
+            *ratio = self.correct(&axis(VELOCITY + i), innovation, speed);
+            believed &= *ratio <= 1.0;
         }
-        for i in 0..3 {
+        for (i, ratio) in p_ratio.iter_mut().enumerate() {
             let innovation = p_ned[i] - self.state.p_ned[i];
-            p_ratio[i] = self.correct(&axis(POSITION + i), innovation, position[i]);
-            believed &= p_ratio[i] <= 1.0;
+            *ratio = self.correct(&axis(POSITION + i), innovation, position[i]);
+            believed &= *ratio <= 1.0;
         }
         self.ratios.velocity = v_ratio[0].max(v_ratio[1]).max(v_ratio[2]);
         self.ratios.position = p_ratio[0].max(p_ratio[1]);

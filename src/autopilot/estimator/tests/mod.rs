@@ -1,5 +1,10 @@
 //! The estimator against true flights, chi-square bounds and central differences.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "indices are rows and columns, or samples and their neighbours"
+)]
+
 mod consistency;
 mod derivatives;
 mod flight;
