@@ -94,7 +94,7 @@ fn prop_what_is_no_number_does_no_harm() {
 #[test]
 fn closed_form_absurd_readings_are_gated() {
     let (estimator, errors) = fly_with(&EARTH, 11.0, |t, sample, fix| {
-        if t > 6.0 && (t * 10.0) as u64 % 3 == 0 {
+        if t > 6.0 && ((t * 10.0) as u64).is_multiple_of(3) {
             sample.altitude_m = Some(4_000.0);
             sample.field_body = sample.field_body.map(|m| -m);
             *fix =
