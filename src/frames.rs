@@ -97,6 +97,24 @@ pub fn quaternion_from_euler(roll: f64, pitch: f64, yaw: f64) -> Quaternion {
     ]
 }
 
+/// The rotation by `|rotation|` [rad] about its direction: the exponential map, Sola (2017), (101).
+pub fn quaternion_from_rotation_vector(rotation: Vector3<f64>) -> Quaternion {
+    let half = 0.5 * rotation.norm();
+    // sin(x) / x, which is 1 to the last bit where the division would fail.
+    let sinc = if half < 1e-9 { 1.0 } else { half.sin() / half };
+    let v = rotation * (0.5 * sinc);
+    [half.cos(), v.x, v.y, v.z]
+}
+
+/// The rotation vector [rad] of a unit quaternion, at most pi long: the inverse of [`quaternion_from_rotation_vector`].
+pub fn rotation_vector(q: Quaternion) -> Vector3<f64> {
+    // q and -q are one rotation: the shorter way round.
+    let [w, x, y, z] = if q[0] < 0.0 { q.map(|c| -c) } else { q };
+    let v = Vector3::new(x, y, z);
+    let sin = v.norm();
+    if sin < 1e-12 { v * 2.0 } else { v * (2.0 * sin.atan2(w) / sin) }
+}
+
 /// Roll [rad], in (-pi, pi].
 pub fn roll(q: Quaternion) -> f64 {
     (2.0 * (q[0] * q[1] + q[2] * q[3])).atan2(1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2]))
@@ -163,6 +181,15 @@ mod tests {
         fn prop_euler_angles_come_back(r in -3.0f64..3.0, p in -1.5f64..1.5, y in -3.0f64..3.0) {
             let q = quaternion_from_euler(r, p, y);
             prop_assert!((roll(q) - r).abs() < 1e-9 && (pitch(q) - p).abs() < 1e-9 && (yaw(q) - y).abs() < 1e-9);
+        }
+
+        #[test]
+        fn prop_rotation_vectors_come_back(x in -1.7f64..1.7, y in -1.7f64..1.7, z in -1.7f64..1.7) {
+            let v = Vector3::new(x, y, z);
+            let q = quaternion_from_rotation_vector(v);
+            prop_assert!((normalized(q)[0] - q[0]).abs() < 1e-15);
+            prop_assert!((rotation_vector(q) - v).norm() < 1e-12);
+            prop_assert!((rotation_vector(q.map(|c| -c)) - v).norm() < 1e-12);
         }
 
         #[test]

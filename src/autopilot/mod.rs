@@ -12,6 +12,7 @@
 //! | [`failsafe`], `guard` | when the autopilot acts on its own, and how |
 //! | [`settings`] | what all that goes by |
 //! | [`flight`] | the control step: from setpoint and state to throttles |
+//! | [`estimator`] | position, velocity and attitude from the sensors |
 //! | [`event`] | what is said to the crew |
 //! | [`parameters`] | what is in effect, under PX4's names |
 //!
@@ -26,6 +27,7 @@
 //! with each switch between velocity, attitude and rates.
 
 pub mod arming;
+pub mod estimator;
 pub mod event;
 pub mod failsafe;
 pub mod flight;

@@ -1,0 +1,102 @@
+//! Where the filter begins: hanging under a canopy, or standing.
+//!
+//! A load on a line that swings is accelerated, so its accelerometer does not show where down is: on an ideal pendulum it shows the
+//! line, whatever the swing. Level from the accelerometer is therefore only a first guess, with the swing for its error; the
+//! satellite velocity then tells the real tilt, since `R f + g` must be the acceleration. Heading comes from the magnetometer by
+//! this guess, and is as wrong as the tilt makes it through the field's dip.
+
+use nalgebra::Vector3;
+
+use super::covariance::{
+    ACCELEROMETER_BIAS, ATTITUDE, BARO_OFFSET, Column, GYRO_BIAS, N, POSITION, VELOCITY,
+};
+use super::filter::{Filter, Fix};
+use super::nominal::NominalState;
+use super::settings::EstimatorSettings;
+use crate::frames::{product, quaternion_from_euler, rotate_ned_from_body};
+
+/// Samples of the accelerometer that make a guess of level: a quarter of a second.
+const SAMPLES: u32 = 62;
+/// The mean specific force lies between these, in parts of gravity: carried, not falling and not thrown.
+const CARRIED: [f64; 2] = [0.5, 1.5];
+/// Heading where the field says nothing [rad]: any.
+const UNKNOWN_HEADING_RAD: f64 = 2.0;
+
+/// What is gathered before the filter begins.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Alignment {
+    force_sum_body: Vector3<f64>,
+    samples: u32,
+    field_body: Option<Vector3<f64>>,
+    altitude_m: Option<f64>,
+}
+
+impl Alignment {
+    /// Takes one sample's readings.
+    pub fn take(
+        &mut self,
+        force_body: &Vector3<f64>,
+        field_body: Option<Vector3<f64>>,
+        altitude_m: Option<f64>,
+    ) {
+        self.force_sum_body += force_body;
+        self.samples += 1;
+        self.field_body = field_body.or(self.field_body);
+        self.altitude_m = altitude_m.or(self.altitude_m);
+        if self.samples > 2 * SAMPLES {
+            // The older half counts less and less.
+            self.force_sum_body *= 0.5;
+            self.samples /= 2;
+        }
+    }
+
+    /// The filter at this fix's time, once there is enough to begin with.
+    pub fn begin(&self, settings: &EstimatorSettings, fix: &Fix) -> Option<Filter> {
+        let (field_body, altitude_m) = (self.field_body?, self.altitude_m?);
+        if self.samples < SAMPLES {
+            return None;
+        }
+        let force_body = self.force_sum_body / f64::from(self.samples);
+        let carried = force_body.norm() / settings.gravity_m_s2;
+        if !(CARRIED[0]..=CARRIED[1]).contains(&carried) {
+            return None;
+        }
+        let up = force_body.normalize();
+        let roll = (-up.y).atan2(-up.z);
+        let pitch = up.x.atan2(up.y.hypot(up.z));
+        let level = quaternion_from_euler(roll, pitch, 0.0);
+        let m = rotate_ned_from_body(level, field_body);
+        let field = settings.field_ned_gauss;
+        let heading = field.y.atan2(field.x) - m.y.atan2(m.x);
+        let state = NominalState {
+            p_ned: fix.p_ned,
+            v_ned: fix.v_ned,
+            q_ned_from_body: product(quaternion_from_euler(0.0, 0.0, heading), level),
+            accelerometer_bias: Vector3::zeros(),
+            gyro_bias: Vector3::zeros(),
+            baro_offset_m: altitude_m + fix.p_ned.z,
+        };
+        Some(Filter::new(fix.at_us, state, &variances(settings, fix)))
+    }
+}
+
+/// The variances to begin with; the vehicle is about upright, so that its own axes serve for tilt and heading.
+fn variances(settings: &EstimatorSettings, fix: &Fix) -> Column {
+    let noise = &settings.noise;
+    let mut sigma = [0.0; N];
+    let horizontal = fix.horizontal_m.max(noise.gps_horizontal_m);
+    let vertical = fix.vertical_m.max(noise.gps_vertical_m);
+    sigma[POSITION..POSITION + 3].copy_from_slice(&[horizontal, horizontal, vertical]);
+    sigma[VELOCITY..VELOCITY + 3].fill(noise.gps_speed_m_s);
+    let tilt = settings.hang_tilt_rad;
+    let field = settings.field_ned_gauss;
+    let heading = (field.z * tilt).hypot(noise.magnetometer_gauss) / field.xy().norm();
+    // Also where it is no number.
+    let heading = if heading < UNKNOWN_HEADING_RAD { heading } else { UNKNOWN_HEADING_RAD };
+    sigma[ATTITUDE..ATTITUDE + 3].copy_from_slice(&[tilt, tilt, heading]);
+    sigma[ACCELEROMETER_BIAS..ACCELEROMETER_BIAS + 3].fill(noise.accelerometer_bias);
+    sigma[GYRO_BIAS..GYRO_BIAS + 3].fill(noise.gyro_bias);
+    // The offset was read against the fix's own altitude and is as wrong as that at the least.
+    sigma[BARO_OFFSET] = noise.baro_offset_m.hypot(vertical);
+    sigma.map(|s| s * s)
+}
