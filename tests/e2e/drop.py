@@ -14,6 +14,7 @@ vehicle.hang()
 vehicle.arm()
 free_s = vehicle.release(at_s=10) + mission["parachute"]["delay_s"]
 vehicle.stream(vehicle.flies(plan, free_s))
+vehicle.until(free_s + plan.end_s)
 print("steady at", vehicle.wait_until_steady(plan.target_v_ned), "s")
 print("J_TPF", vehicle.assert_limits(mission["limits"], since_s=free_s))
 ```
@@ -140,6 +141,8 @@ class Vehicle:
         start_s = self.now_s
         while self.now_s <= start_s + within_s:
             m = self.hear()
+            # Who joins late begins to wait at the first time that it hears.
+            start_s = start_s or self.now_s
             if m.get_type() == kind and condition(m):
                 return m
         raise DropError(f"no such {kind} within {within_s} s (at {self.now_s} s); said: {self.texts}")
