@@ -40,10 +40,11 @@ def test_a_gap_in_the_setpoints_shorter_than_the_timeout_does_no_harm(samara, ve
     sim = samara.sim("--speed", 10, "--json")
     samara.autopilot("--once")
     free_s = drops(vehicle, reference, at_s=10.0)
+    assert set_parameter(vehicle, "COM_OF_LOSS_T", 3.0) == 3.0
     # Late in the manoeuvre, where the plan changes slowly.
     vehicle.until(free_s + 20)
     vehicle.stream(None)
-    vehicle.until(free_s + 20.6)
+    vehicle.until(free_s + 22)
     vehicle.stream(vehicle.flies(reference.plan, free_s))
     vehicle.until(reference.mission["duration_s"] - 0.1)
     assert sim.ends() == 0
