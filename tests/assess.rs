@@ -96,15 +96,15 @@ fn regress_table_5_as_text() {
     let output = samara(&["--trials", "2"], out.path());
     let text = String::from_utf8(output.stdout).unwrap();
     let table = "\
-controller                         case-0  case-1  case-2  case-3  case-4  case-5  case-6  worst
-near-hover, step                    0.812   0.812   0.814   0.814   0.814   0.814   0.815  0.815
-  the paper                          0.77    0.77    0.90    1.01    0.98    0.88    0.80   1.01
-  tracking RMS (45)                 1.799   1.757   1.735   1.747   1.759   1.809   1.857  1.857
-near-hover, optimal trajectory      0.632   0.546   0.561   0.622   0.688   0.729   0.746  0.746
-  tracking RMS (45)                 0.424   0.446   0.464   0.468   0.479   0.507   0.529  0.529
-paper's PSO, optimal trajectory     0.564   0.702   0.704   0.608   0.566   0.697   0.715  0.715
-  the paper                          0.61    0.78    0.63    0.55    0.60    0.67    0.70   0.78
-  tracking RMS (45)                 0.274   0.367   0.362   0.326   0.300   0.339   0.338  0.367
+controller                       case-0  case-1  case-2  case-3  case-4  case-5  case-6  worst
+near-hover, step                  0.812   0.812   0.814   0.814   0.814   0.814   0.815  0.815
+  the paper                        0.77    0.77    0.90    1.01    0.98    0.88    0.80   1.01
+  tracking RMS (45)               1.799   1.757   1.735   1.747   1.759   1.809   1.857  1.857
+near-hover, optimal trajectory    0.632   0.546   0.561   0.622   0.688   0.729   0.746  0.746
+  tracking RMS (45)               0.424   0.446   0.464   0.468   0.479   0.507   0.529  0.529
+paper's PSO, optimal trajectory   0.564   0.702   0.704   0.608   0.566   0.697   0.715  0.715
+  the paper                        0.61    0.78    0.63    0.55    0.60    0.67    0.70   0.78
+  tracking RMS (45)               0.274   0.367   0.362   0.326   0.300   0.339   0.338  0.367
 ";
     assert!(text.contains(table), "{text}");
 }

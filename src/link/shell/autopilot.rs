@@ -1,6 +1,7 @@
 //! The reference autopilot on sockets: TCP client of the simulator, UDP 18570 + N for ground stations, 14580 + N for
 //! companions.
 
+use std::collections::VecDeque;
 use std::future::Future;
 use std::time::Duration;
 
@@ -9,7 +10,7 @@ use mavlink::dialects::common::MavMessage;
 use super::super::autopilot::AUTOPILOT_COMPONENT;
 use super::super::signing::Key;
 use super::super::statustext::TextReader;
-use super::super::{AutopilotSession, Decoder, Frame, Link, Session as _, TimeUs};
+use super::super::{AutopilotSession, Decoder, Frame, Link, Session as _, TimeUs, Transmit};
 use super::clock::Since;
 use super::connection::Connection;
 use super::links::Links;
@@ -48,6 +49,8 @@ struct Shell<'a, O> {
     started: Since,
     own_words: Decoder,
     texts: TextReader,
+    /// Recorded, with the time it was made at, and to be sent.
+    outbox: VecDeque<(TimeUs, Transmit)>,
     observer: &'a mut O,
 }
 
@@ -81,6 +84,7 @@ pub async fn run_autopilot<O: Observer>(
         started: Since::now(),
         own_words: Decoder::new(),
         texts: TextReader::default(),
+        outbox: VecDeque::new(),
         observer,
     };
     let mut stop = std::pin::pin!(stop);
@@ -113,6 +117,21 @@ pub async fn run_autopilot<O: Observer>(
     Ok(shell.session)
 }
 
+/// Takes what the session wants sent; `now` stands in for simulated time before there is one.
+fn collect(
+    session: &mut AutopilotSession,
+    now: TimeUs,
+    outbox: &mut VecDeque<(TimeUs, Transmit)>,
+    observer: &mut impl Observer,
+) {
+    while let Some(sent) = session.poll_output() {
+        let time = session.time();
+        // The record begins with simulated time; what comes before, comes at its start.
+        observer.frame(time.unwrap_or(0), sent.link, &sent.bytes);
+        outbox.push_back((time.unwrap_or(now), sent));
+    }
+}
+
 impl<O: Observer> Shell<'_, O> {
     /// Simulated time; before there is one, the time since the start.
     fn now(&self) -> TimeUs {
@@ -121,10 +140,12 @@ impl<O: Observer> Shell<'_, O> {
 
     fn receive(&mut self) {
         let now = self.now();
-        let Self { session, connection, links, observer, .. } = self;
+        let Self { session, connection, links, outbox, observer, .. } = self;
         let mut take = |observer: &mut O, link: Link, frame: &Frame| {
             observer.frame(session.time().unwrap_or(0), link, frame.bytes());
             session.handle_input(now, link, frame);
+            // Several steps may come at once; each answer is recorded at its own.
+            collect(session, now, outbox, observer);
             while let Some(entry) = session.poll_log() {
                 observer.log(entry);
             }
@@ -147,18 +168,18 @@ impl<O: Observer> Shell<'_, O> {
 
     async fn send(&mut self) {
         let now = self.now();
-        while let Some(sent) = self.session.poll_output() {
+        let Self { session, outbox, observer, .. } = self;
+        collect(session, now, outbox, *observer);
+        while let Some((at, sent)) = self.outbox.pop_front() {
             match (sent.link, &mut self.connection) {
                 (Link::Simulator, Some(connection)) => connection.queue(&sent.bytes),
-                (Link::Simulator, None) => continue,
+                (Link::Simulator, None) => {}
                 (Link::GroundStation, _) => {
                     self.links.send(&sent);
-                    self.tell_words(now, &sent.bytes);
+                    self.tell_words(at, &sent.bytes);
                 }
                 (Link::Api | Link::Parachute, _) => self.links.send(&sent),
             }
-            // The record begins with simulated time; what comes before, comes at its start.
-            self.observer.frame(self.session.time().unwrap_or(0), sent.link, &sent.bytes);
         }
         let flushed = match &mut self.connection {
             Some(connection) => connection.flush().await,
