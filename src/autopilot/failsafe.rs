@@ -158,6 +158,12 @@ impl Watch {
         let now = self.holds;
         (0..now.len()).filter(move |&i| now[i] && !before[i]).map(|i| Condition::ALL[i])
     }
+
+    /// Whether the vehicle was outside the fence at the last look.
+    pub fn fence_is_breached(&self) -> bool {
+        let fence = |condition| matches!(condition, Condition::FenceDistance | Condition::FenceHeight);
+        Condition::ALL.into_iter().zip(self.holds).any(|(condition, holds)| holds && fence(condition))
+    }
 }
 
 #[cfg(test)]

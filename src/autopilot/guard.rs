@@ -33,6 +33,11 @@ impl Autopilot {
         self.charge
     }
 
+    /// Whether the vehicle is outside its fence, as last seen in the air.
+    pub fn fence_is_breached(&self) -> bool {
+        self.watch.fence_is_breached()
+    }
+
     /// OFFBOARD goes on only while setpoints come.
     pub(super) fn watch_setpoints(&mut self, now_us: u64) {
         if self.mode != FlightMode::Offboard || self.setpoints.fresh(now_us).is_some() {

@@ -64,6 +64,11 @@ pub enum BatteryPolicy {
 }
 
 impl Settings {
+    /// Whether there is a fence: a limit, and something that follows from passing it.
+    pub fn has_fence(&self) -> bool {
+        self.fence != Action::Nothing && (self.fence_radius_m > 0.0 || self.fence_height_m > 0.0)
+    }
+
     /// The defaults beside the gains of a cascade.
     pub fn beside(gains: &Gains) -> Self {
         Self {

@@ -363,15 +363,18 @@ fn closed_form_a_place_is_flown_axis_by_axis() {
 fn regress_failsafes_do_not_soften() {
     let mut bench = Bench::engaged(velocity(0.0, YawSetpoint::Keep));
     bench.step();
+    assert!(!bench.autopilot.settings().has_fence());
     assert!(bench.autopilot.settings_mut().set("GF_MAX_HOR_DIST", 10.0));
+    assert!(bench.autopilot.settings().has_fence() && !bench.autopilot.fence_is_breached());
     bench.autopilot.request_mode(bench.now_us, FlightMode::AutoLand).unwrap();
     bench.p_ned.x = 11.0;
     bench.autopilot.set_home(Vector3::zeros());
     bench.step();
     assert_eq!(bench.autopilot.mode(), FlightMode::AutoLand, "HOLD is milder than LAND");
-    assert!(!bench.autopilot.in_failsafe());
+    assert!(!bench.autopilot.in_failsafe() && bench.autopilot.fence_is_breached());
     bench.p_ned.x = 0.0;
     bench.step();
+    assert!(!bench.autopilot.fence_is_breached());
     assert!(bench.autopilot.settings_mut().set("GF_ACTION", 4.0));
     bench.p_ned.x = 11.0;
     bench.step();

@@ -1,7 +1,26 @@
-"""The verbs of a drop test: start the programs, arm, offboard, stream, release, and what came of it.
+"""The verbs of a drop test in simulated time: `hang`, `arm`, `stream`, `release`, `wait_until_steady`, `assert_limits`.
 
-Time is simulated time, `time_boot_ms` of ATTITUDE. Nothing here sleeps: a wait is a wait for a message (or for a line that a
-program prints), and the setpoints go on while one waits, in answer to ATTITUDE. Wall time only bounds a wait that has failed.
+Copy this file beside your own script; it needs pymavlink and nothing else. With `samara plan` done once, and `samara sim` and
+`samara autopilot` running, at any speed:
+
+```python
+import json
+from drop import Plan, Vehicle
+
+mission = json.load(open("mission/titan_drop.json"))
+plan = Plan("out/titan_drop/trajectory.csv", mission["target_v_ned_m_s"])
+vehicle = Vehicle("udpin:127.0.0.1:14540", system=1)
+vehicle.hang()
+vehicle.arm()
+free_s = vehicle.release(at_s=10) + mission["parachute"]["delay_s"]
+vehicle.stream(vehicle.flies(plan, free_s))
+vehicle.until(free_s + plan.end_s)
+print("steady at", vehicle.wait_until_steady(plan.target_v_ned), "s")
+print("J_TPF", vehicle.assert_limits(mission["limits"], since_s=free_s))
+```
+
+Time is simulated time, `time_boot_ms` of ATTITUDE. Nothing here sleeps: a wait is a wait for a message, and the setpoints go on
+while one waits, in answer to ATTITUDE. Wall time only bounds a wait that has failed. What goes wrong is a `DropError`.
 """
 
 import csv
@@ -64,23 +83,25 @@ class Plan:
 class Telemetry:
     """What the vehicle has sent of its state: rows that begin with simulated time [s]."""
 
-    attitude: list = field(default_factory=list)  # t, pitch [rad], pitch rate [rad/s]
+    attitude: list = field(default_factory=list)  # t, roll and pitch [rad], roll rate and pitch rate [rad/s]
     velocity: list = field(default_factory=list)  # t, north, east, down [m/s]
 
-    def j_tpf(self, limits, since_s):
-        """Peak of J_state, (47)-(51) of the paper, from `since_s` on."""
-        costs = [math.hypot(*v) / limits["speed_m_s"] for t, *v in self.velocity if t >= since_s]
-        for t, pitch, rate in self.attitude:
-            if t >= since_s:
-                costs.append(abs(math.degrees(pitch)) / limits["pitch_deg"])
-                costs.append(abs(math.degrees(rate)) / limits["pitch_rate_deg_s"])
-        return max(costs)
+    def peaks(self, limits, since_s):
+        """The greatest of each part of J_state, (47)-(51) of the paper, from `since_s` on: name, value, share of its limit, time."""
+        speeds = [(math.hypot(*v), t) for t, *v in self.velocity]
+        tilts = [(math.degrees(max(abs(roll), abs(pitch))), t) for t, roll, pitch, _, _ in self.attitude]
+        rates = [(math.degrees(max(abs(p), abs(q))), t) for t, _, _, p, q in self.attitude]
+        found = []
+        for name, values in {"speed_m_s": speeds, "pitch_deg": tilts, "pitch_rate_deg_s": rates}.items():
+            value, time_s = max(((value, t) for value, t in values if t >= since_s), default=(math.inf, since_s))
+            found.append((name, value, value / limits[name], time_s))
+        return found
 
 
 class Vehicle:
     """The vehicle as a script meets it: autopilot and parachute on one UDP socket."""
 
-    def __init__(self, address, system):
+    def __init__(self, address, system=1):
         self.link = mavutil.mavlink_connection(address, source_system=245, source_component=190)
         self.system = system
         self.now_s = 0.0
@@ -108,7 +129,7 @@ class Vehicle:
         kind = m.get_type()
         if kind == "ATTITUDE":
             self.now_s = m.time_boot_ms * 1e-3
-            self.telemetry.attitude.append((self.now_s, m.pitch, m.pitchspeed))
+            self.telemetry.attitude.append((self.now_s, m.roll, m.pitch, m.rollspeed, m.pitchspeed))
             self._send_what_is_due()
         elif kind == "LOCAL_POSITION_NED":
             self.telemetry.velocity.append((m.time_boot_ms * 1e-3, m.vx, m.vy, m.vz))
@@ -120,6 +141,8 @@ class Vehicle:
         start_s = self.now_s
         while self.now_s <= start_s + within_s:
             m = self.hear()
+            # Who joins late begins to wait at the first time that it hears.
+            start_s = start_s or self.now_s
             if m.get_type() == kind and condition(m):
                 return m
         raise DropError(f"no such {kind} within {within_s} s (at {self.now_s} s); said: {self.texts}")
@@ -181,9 +204,14 @@ class Vehicle:
 
     # What a drop consists of.
 
-    def offboard(self):
-        """Streams the level attitude and goes to OFFBOARD."""
+    def hang(self):
+        """Hangs under the canopy as it should before a drop: heard, level attitude and no thrust streamed, in OFFBOARD."""
+        self.connect()
         self.stream(self.level)
+        self.offboard()
+
+    def offboard(self):
+        """Goes to OFFBOARD with what is streamed."""
         self.until(self.now_s + 0.5)
         mode = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
         self.command(AUTOPILOT, mavlink.MAV_CMD_DO_SET_MODE, mode, PX4_OFFBOARD)
@@ -198,8 +226,9 @@ class Vehicle:
         """Arms."""
         self.command(AUTOPILOT, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1)
 
-    def release(self):
-        """Commands the release; simulated time of the cut [s], as the parachute tells it."""
+    def release(self, at_s=0.0):
+        """Commands the release, not before `at_s`; simulated time of the cut [s], as the parachute tells it."""
+        self.until(at_s)
         self.command(PARACHUTE, mavlink.MAV_CMD_DO_GRIPPER, 1, mavlink.GRIPPER_ACTION_RELEASE)
         return self.sees_the_release()
 
@@ -209,3 +238,27 @@ class Vehicle:
             "NAMED_VALUE_INT", lambda m: m.name == "t_release" and m.get_srcComponent() == PARACHUTE
         )
         return told.value * 1e-3
+
+    def wait_until_steady(self, v_ned, within_m_s=None, for_s=2.0, patience_s=60.0):
+        """Streams on until the velocity has been near `v_ned` [m/s] for so long; simulated time at which that began [s].
+
+        Near is `within_m_s`, or the verdict's 1 % of the speed where there is one to take a hundredth of (0.05 m/s at hover)."""
+        within_m_s = within_m_s or 0.01 * math.hypot(*v_ned) or 0.05
+        begun_s, end_s = None, self.now_s + patience_s
+        while self.now_s < end_s:
+            m = self.hear()
+            if m.get_type() == "LOCAL_POSITION_NED":
+                near = math.dist((m.vx, m.vy, m.vz), v_ned) <= within_m_s
+                begun_s = (m.time_boot_ms * 1e-3 if begun_s is None else begun_s) if near else None
+            if begun_s is not None and self.now_s >= begun_s + for_s:
+                return begun_s
+        last = self.telemetry.velocity[-1:] or "no velocity heard"
+        raise DropError(f"not within {within_m_s} m/s of {list(v_ned)} for {for_s} s (at {self.now_s} s): {last}")
+
+    def assert_limits(self, limits, since_s):
+        """Demands that no limit of a mission was passed from `since_s` on, as far as telemetry tells; J_TPF."""
+        peaks = self.telemetry.peaks(limits, since_s)
+        passed = [f"{name} {value:.4g} at {t:.3f} s, limit {limits[name]}" for name, value, share, t in peaks if share > 1]
+        if passed:
+            raise DropError("limits passed: " + "; ".join(passed))
+        return max(share for _, _, share, _ in peaks)

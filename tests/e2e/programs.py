@@ -78,12 +78,12 @@ def reserve_ports():
 
 
 class Program:
-    """A running `samara`. Threads read what it says, line by line."""
+    """A running program. Threads read what it says, line by line."""
 
-    def __init__(self, *args):
-        self.name = f"samara {args[0]}"
+    def __init__(self, name, *command, **environment):
+        self.name = name
         self.process = subprocess.Popen(
-            [SAMARA, *map(str, args)], cwd=REPOSITORY, stdin=subprocess.DEVNULL,
+            [*map(str, command)], cwd=REPOSITORY, env=os.environ | environment, stdin=subprocess.PIPE,
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         )
         self.lines, self.stdout = [], []
@@ -129,8 +129,14 @@ class Program:
     def transcript(self):
         return "\n".join(f"  {self.name}: {line}" for line in self.lines)
 
+    def type(self, line):
+        """What a user types."""
+        self.process.stdin.write(line + "\n")
+        self.process.stdin.flush()
+
     def ends(self):
-        """Waits for its end; the exit code (negative: the signal)."""
+        """Ends its input and waits for its end; the exit code (negative: the signal)."""
+        self.process.stdin.close()
         code = self.process.wait(PATIENCE_S)
         for reader in self._readers:
             reader.join()
@@ -169,8 +175,13 @@ class Programs:
         own = ["--instance", self.ports.instance]
         if verb != "stream":
             own += ["--out", self.folder / f"{verb}{len(self._running)}"]
-        program = Program(verb, *own, *args)
+        program = self.other(f"samara {verb}", SAMARA, verb, *own, *args)
         program.out = own[-1]
+        return program
+
+    def other(self, name, *command, **environment):
+        """A program that is not ours."""
+        program = Program(name, *command, **environment)
         self._running.append(program)
         return program
 

@@ -8,11 +8,9 @@ from drop import PARACHUTE
 def test_nominal_drop(samara, vehicle, reference):
     sim = samara.sim("--speed", 10, "--json")
     autopilot = samara.autopilot("--once")
-    vehicle.connect()
-    vehicle.offboard()
+    vehicle.hang()
     vehicle.arm()
-    vehicle.until(10.0)
-    released_s = vehicle.release()
+    released_s = vehicle.release(at_s=10.0)
     free_s = released_s + reference.mission["parachute"]["delay_s"]
     vehicle.stream(vehicle.flies(reference.plan, free_s))
     vehicle.until(reference.mission["duration_s"] - 0.1)
@@ -24,7 +22,7 @@ def test_nominal_drop(samara, vehicle, reference):
     reference.agrees_with(sim.json())
     # The same from what the vehicle says of itself.
     limits, expected = reference.mission["limits"], reference.verdict
-    assert vehicle.telemetry.j_tpf(limits, released_s) == pytest.approx(expected["j_tpf"], rel=0.02)
+    assert vehicle.assert_limits(limits, released_s) == pytest.approx(expected["j_tpf"], rel=0.02)
     assert vehicle.telemetry.velocity[-1][1:] == pytest.approx(expected["final_v_ned_m_s"], abs=0.05)
 
 

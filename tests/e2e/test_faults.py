@@ -156,8 +156,7 @@ def test_garbage_on_every_socket_does_no_harm(samara, reference):
 def test_setpoints_that_stop_are_told(samara, vehicle, reference):
     sim = samara.sim("--speed", 10)
     autopilot = samara.autopilot()
-    vehicle.connect()
-    vehicle.offboard()
+    vehicle.hang()
     vehicle.arm()
     vehicle.until(vehicle.now_s + 3)
     released_s = vehicle.release()
@@ -238,8 +237,7 @@ def test_a_mission_that_is_shorter_than_its_plan_ends_the_stream(samara, tmp_pat
 def test_ctrl_c_keeps_what_was_flown(samara, vehicle, number):
     sim = samara.sim("--speed", 10, "--json")
     autopilot = samara.autopilot()
-    vehicle.connect()
-    vehicle.offboard()
+    vehicle.hang()
     vehicle.arm()
     vehicle.release()
     vehicle.until(vehicle.now_s + 2)

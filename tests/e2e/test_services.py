@@ -80,8 +80,7 @@ def download(vehicle, kind):
 def test_a_ground_station_at_work_on_a_vehicle_in_flight(samara, vehicle, reference):
     samara.sim("--speed", 10)
     autopilot = samara.autopilot()
-    vehicle.connect()
-    vehicle.offboard()
+    vehicle.hang()
     vehicle.arm()
     released_s = vehicle.release()
     vehicle.stream(vehicle.flies(reference.plan, released_s + reference.mission["parachute"]["delay_s"]))

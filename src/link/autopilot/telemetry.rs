@@ -115,10 +115,15 @@ impl Telemetry<'_> {
 
     fn sys_status(&self) -> MavMessage {
         let sensors = MavSysStatusSensor::from_bits_retain(SENSORS);
-        let health = if self.ready() { sensors } else { MavSysStatusSensor::empty() };
+        let fence = MavSysStatusSensor::MAV_SYS_STATUS_GEOFENCE;
+        let mut present = sensors;
+        present.set(fence, self.autopilot.settings().has_fence());
+        let mut health = if self.ready() { sensors } else { MavSysStatusSensor::empty() };
+        // Ground stations take a fence that is not healthy for one that is breached, even where there is none.
+        health.set(fence, !self.autopilot.fence_is_breached());
         MavMessage::SYS_STATUS(SYS_STATUS_DATA {
-            onboard_control_sensors_present: sensors,
-            onboard_control_sensors_enabled: sensors,
+            onboard_control_sensors_present: present,
+            onboard_control_sensors_enabled: present,
             onboard_control_sensors_health: health,
             // No volts and amperes are modelled: "not known" in each field's own way.
             voltage_battery: u16::MAX,
