@@ -25,3 +25,6 @@ pub use safety::{SafetyLimits, StateCost, Verdict, VerdictBuilder, plan_j_tpf, s
 pub use statistics::{CONFIDENCE, Share, Summary, Tally};
 pub use study::{Command, Controller, SafetyStudy, TraceInstant, TrialOutcome};
 pub use tracking::TrackingError;
+
+#[cfg(test)]
+mod safety_tests;

@@ -11,7 +11,6 @@ mod flight_files;
 mod interrupt;
 mod mission;
 mod narrative;
-mod near_hover;
 mod net;
 mod outcome;
 mod output;

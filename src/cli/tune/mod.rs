@@ -1,163 +1,36 @@
 //! `samara tune`: gains by search, beside those that there are.
 
+mod args;
+mod files;
+mod near_hover;
+
 use std::io::Write as _;
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, anyhow};
-use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
-use super::args::MissionArgs;
 use super::clock::Stopwatch;
 use super::interrupt;
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print, tell};
 use super::plan::plan_mission;
 use super::pool::pool;
-use crate::config::{Mission, checkpoint_json, gains_json, load_checkpoint, load_mission};
+use crate::config::{Mission, checkpoint_json, load_checkpoint, load_mission};
 use crate::control::{ControlError, Gains};
-use crate::params::{Purpose, export};
 use crate::plan::Status;
-use crate::report::params::params_file;
 use crate::report::tune::{self as report, Contender, TuneRun};
 use crate::sim::PlantKind;
 use crate::trajectory::Trajectory;
 use crate::tune::bench::Setting;
 use crate::tune::cma_es::CmaSettings;
-use crate::tune::release_cases::{AMPLITUDES, random_releases, swing_releases};
+use crate::tune::release_cases::{random_releases, swing_releases};
 use crate::tune::swarm::SwarmSettings;
 use crate::tune::{Bench, Evaluation, Longitudinal, Method, Objective, Search, SearchSettings};
-
-/// The help of `samara tune`.
-pub const TUNE_HELP: &str = "\
-Searches the seven longitudinal gains within [0.0001, 5]. Writes to the folder of --out: gains.json (for --gains), gains.params
-(PX4's parameters, for samara's own autopilot), convergence.csv and convergence.svg, front.csv (tracking RMS against J_TPF) and
-checkpoint.json (for --resume; renewed after each iteration). Ctrl-C stops and keeps the best so far.
-
-Methods: pso, the particle swarm of the paper (rules of MATLAB's particleswarm); cma-es, an evolution strategy that begins at
---start, for polishing or where flights are dear; near-hover, Ziegler and Nichols on the vehicle's own loops.
-
-Objectives: safety, the least worst J_TPF of gains that track no worse than --rms-bound and come to rest at the target, over the
-mission's cases and a swing of --swing standard deviations in twelve phases each; rms, the paper's (46), the least worst
-tracking RMS of the mission's cases; j-tpf, J_TPF alone (ill-posed: gains that never accelerate are safe); pareto, safety at
-five bounds on the RMS, for the front of both.
-
-JSON (--json; when no gains were found mission, gains: null and reason): mission, version, seed, input_hash, method, objective, model, gains (by name), cost, rms, j_tpf, allowed (whether the
-objective's bounds hold), evaluations, diverged, iterations, flights_per_evaluation, stopped, wall_s, evaluations_per_s,
-contenders (name, gains, rms, tuning_j_tpf_worst, tuning_j_tpf_mean, unseen_trials, unseen_j_tpf_mean, unseen_j_tpf_std,
-unseen_j_tpf_worst, unseen_p_safe).
-
-Exit code 1 when the objective's bounds do not hold for the best gains found, or the search was stopped.
-
-Examples:
-  samara tune                                            (safe gains, by particle swarm)
-  samara tune --model ideal --objective rms              (the paper's problem)
-  samara tune --method cma-es --start safety --robust
-  samara tune --objective pareto --method cma-es --out /tmp/front
-  samara tune --method near-hover
-  samara tune mission/x500_drop.json --resume            (after Ctrl-C, a crash or a power cut)
-  samara drop --gains out/titan_drop/gains.json          (fly what was found)";
-
-/// `samara tune`.
-#[derive(Args, Debug)]
-pub struct TuneArgs {
-    /// Mission, folder, output form.
-    #[command(flatten)]
-    pub mission: MissionArgs,
-    /// How to search.
-    #[arg(long, value_enum, default_value_t = MethodArg::Pso)]
-    pub method: MethodArg,
-    /// What to make small.
-    #[arg(long, value_enum, default_value_t = ObjectiveArg::Safety)]
-    pub objective: ObjectiveArg,
-    /// The actuators of the flights: thrusts that follow at once, as in the paper's tuning, or speed controllers, motors and rotors.
-    #[arg(long, value_enum, default_value_t = ModelArg::Actuator)]
-    pub model: ModelArg,
-    /// Largest worst tracking RMS for `safety` and `pareto` [default: that of the paper's PSO gains on this mission].
-    #[arg(long, value_name = "X", value_parser = super::args::positive)]
-    pub rms_bound: Option<f64>,
-    /// Amplitudes of the swing for `safety` and `pareto`, in standard deviations; twelve phases each.
-    #[arg(long, value_name = "A,B,..", value_delimiter = ',', default_values_t = AMPLITUDES, value_parser = super::args::positive)]
-    pub swing: Vec<f64>,
-    /// Judge J_TPF also with mass, inertia, drag, density, wind, delay and measurements that the controller does not know of.
-    #[arg(long)]
-    pub robust: bool,
-    /// Gains to begin at: a name beside the mission's own gains, or a file [default: the mission's own for cma-es, none for pso].
-    #[arg(long, value_name = "NAME|FILE")]
-    pub start: Option<String>,
-    /// Candidates of an iteration [default: 70 for pso, 16 for cma-es].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=10_000))]
-    pub particles: Option<u32>,
-    /// Most iterations (for each of pareto's bounds).
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    pub iterations: u32,
-    /// Stop a swarm whose best cost has not fallen for so many iterations.
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    pub stall: u32,
-    /// Seed of the search and of the unseen flights, instead of the mission's.
-    #[arg(long, value_name = "N")]
-    pub seed: Option<u64>,
-    /// Random releases that the result and others are tried on afterwards.
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    pub unseen: u32,
-    /// Name of the gains found.
-    #[arg(long, value_name = "NAME", default_value = "tuned", value_parser = plain_name)]
-    pub name: String,
-    /// Threads [default: one for each core]. The result does not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub threads: Option<u16>,
-    /// Go on from the checkpoint in the folder of --out; the other options must be the same.
-    #[arg(long)]
-    pub resume: bool,
-}
-
-/// How to search.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum MethodArg {
-    /// Particle swarm.
-    Pso,
-    /// Evolution strategy.
-    CmaEs,
-    /// Ziegler and Nichols.
-    NearHover,
-}
-
-/// What to make small.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ObjectiveArg {
-    /// Worst J_TPF with a bound on tracking.
-    Safety,
-    /// Worst tracking RMS.
-    Rms,
-    /// Worst J_TPF.
-    JTpf,
-    /// J_TPF at several bounds on tracking.
-    Pareto,
-}
-
-/// The actuators.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ModelArg {
-    /// None.
-    Ideal,
-    /// The vehicle's.
-    Actuator,
-}
-
-fn plain_name(text: &str) -> Result<String, String> {
-    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    if !text.is_empty() && text.chars().all(plain) {
-        Ok(text.to_owned())
-    } else {
-        Err("letters, digits, _ and - are expected".to_owned())
-    }
-}
-
-fn name_of(value: impl ValueEnum) -> String {
-    value.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned())
-}
+use args::{MethodArg, ModelArg, ObjectiveArg, name_of};
+pub use args::{TUNE_HELP, TuneArgs};
+use files::{start_name, write_files, write_tune_manifest};
 
 /// Bounds on the RMS along the front, as multiples of the bound; the last one is the bound itself.
 const FRONT: [f64; 5] = [1.5, 1.25, 0.85, 0.92, 1.0];
@@ -183,12 +56,12 @@ pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
     let plan = timed.plan.trajectory;
     let pool = pool(args.threads.map(usize::from))?;
     pool.install(|| match args.method {
-        MethodArg::NearHover => super::near_hover::run(args, &mission, &plan),
+        MethodArg::NearHover => near_hover::run(args, &mission, &plan),
         MethodArg::Pso | MethodArg::CmaEs => search(args, &mission, &plan),
     })
 }
 
-pub(super) fn setting<'a>(args: &TuneArgs, mission: &Mission, plan: &'a Trajectory) -> Setting<'a> {
+fn setting<'a>(args: &TuneArgs, mission: &Mission, plan: &'a Trajectory) -> Setting<'a> {
     let plan_begins_s = mission.hang_s + mission.parachute.delay_s;
     Setting {
         vehicle: mission.vehicle.clone(),
@@ -207,11 +80,7 @@ pub(super) fn setting<'a>(args: &TuneArgs, mission: &Mission, plan: &'a Trajecto
 }
 
 /// The flights that the search is about.
-pub(super) fn bench<'a>(
-    args: &TuneArgs,
-    mission: &Mission,
-    plan: &'a Trajectory,
-) -> Result<Bench<'a>, Failure> {
+fn bench<'a>(args: &TuneArgs, mission: &Mission, plan: &'a Trajectory) -> Result<Bench<'a>, Failure> {
     let cases = &mission.tuning_cases;
     let mut bench = Bench::new(setting(args, mission, plan)).bad_input()?.with_cases(cases);
     if matches!(args.objective, ObjectiveArg::Safety | ObjectiveArg::Pareto) {
@@ -381,7 +250,7 @@ fn go_on(
 }
 
 /// The gains found, and those to compare them with.
-pub(super) fn contenders(
+fn contenders(
     args: &TuneArgs,
     mission: &Mission,
     plan: &Trajectory,
@@ -418,57 +287,6 @@ pub(super) fn contenders(
 /// Gains that are shown as a warning: the optimum of the paper's problem on the ideal plant.
 const IDEAL: &str = "ideal_rms";
 
-/// `gains.json` and `gains.params`.
-pub(super) fn write_gains(
-    args: &TuneArgs,
-    folder: &OutputFolder,
-    mission: &Mission,
-    k: &Longitudinal,
-    about: &str,
-) -> Result<(), Failure> {
-    let yaw = &mission.gains;
-    let gains = Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(*k) };
-    let text = gains_json(&args.name, about, &gains);
-    let path: PathBuf = folder.write("gains.json", |out| out.write_all(text.as_bytes()))?;
-    let mut with_gains = mission.clone();
-    with_gains.use_gains(&path.to_string_lossy()).context("the gains that were written")?;
-    let parameters = export(&with_gains.parameter_subject(), Purpose::Samara).bad_input()?;
-    folder.write("gains.params", |out| out.write_all(params_file(&with_gains, &parameters).as_bytes()))?;
-    Ok(())
-}
-
-/// The manifest of a tuning, with the options that made it.
-pub(super) fn write_tune_manifest(
-    args: &TuneArgs,
-    folder: &OutputFolder,
-    mission: &Mission,
-) -> Result<(), Failure> {
-    let optional = |n: Option<u32>| n.map_or_else(|| "default".to_owned(), |n| n.to_string());
-    let options = [
-        ("method", name_of(args.method)),
-        ("objective", name_of(args.objective)),
-        ("model", name_of(args.model)),
-        ("robust", args.robust.to_string()),
-        ("rms_bound", args.rms_bound.map_or_else(|| "default".to_owned(), |x| x.to_string())),
-        ("swing", format!("{:?}", args.swing)),
-        ("start", start_name(args, mission)),
-        ("particles", optional(args.particles)),
-        ("iterations", args.iterations.to_string()),
-        ("stall", args.stall.to_string()),
-        ("unseen", args.unseen.to_string()),
-    ];
-    folder.write_manifest("tune", mission, &options)
-}
-
-/// Name of the gains that a search begins at.
-fn start_name(args: &TuneArgs, mission: &Mission) -> String {
-    match (&args.start, args.method) {
-        (Some(name), _) => name.clone(),
-        (None, MethodArg::CmaEs) => mission.gains_name.clone(),
-        (None, MethodArg::Pso | MethodArg::NearHover) => "none".to_owned(),
-    }
-}
-
 /// Says why there are no gains.
 fn nothing(args: &TuneArgs, mission: &str, reason: &str) -> Result<Answer, Failure> {
     tell(&format!("samara: {reason}\n"));
@@ -477,21 +295,4 @@ fn nothing(args: &TuneArgs, mission: &str, reason: &str) -> Result<Answer, Failu
         print(&format!("{object:#}\n"))?;
     }
     Ok(Answer::No)
-}
-
-fn write_files(
-    args: &TuneArgs,
-    folder: &OutputFolder,
-    mission: &Mission,
-    search: &Search,
-    run: &TuneRun,
-) -> Result<(), Failure> {
-    write_gains(args, folder, mission, &run.gains.k, &report::about(mission, search, run))?;
-    folder
-        .write("convergence.csv", |out| out.write_all(report::convergence_csv(mission, search).as_bytes()))?;
-    folder.write("front.csv", |out| out.write_all(report::front_csv(mission, search).as_bytes()))?;
-    let figure =
-        crate::report::convergence_figure(mission, search, run).context("the figure of the search")?;
-    folder.write("convergence.svg", |out| out.write_all(figure.as_bytes()))?;
-    Ok(())
 }

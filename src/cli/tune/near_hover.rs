@@ -2,10 +2,12 @@
 
 use std::io::Write as _;
 
-use super::clock::Stopwatch;
-use super::outcome::{Answer, BadInput, Failure};
-use super::output::{OutputFolder, print};
-use super::tune::{TuneArgs, bench, contenders, setting, write_gains, write_tune_manifest};
+use super::args::TuneArgs;
+use super::files::{write_gains, write_tune_manifest};
+use super::{bench, contenders, setting};
+use crate::cli::clock::Stopwatch;
+use crate::cli::outcome::{Answer, BadInput, Failure};
+use crate::cli::output::{OutputFolder, print};
 use crate::config::Mission;
 use crate::report::tune as report;
 use crate::trajectory::Trajectory;

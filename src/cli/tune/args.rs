@@ -1,0 +1,136 @@
+//! What can be typed after `samara tune`.
+
+use clap::{Args, ValueEnum};
+
+use crate::cli::args::{MissionArgs, positive};
+use crate::tune::release_cases::AMPLITUDES;
+
+/// The help of `samara tune`.
+pub const TUNE_HELP: &str = "\
+Searches the seven longitudinal gains within [0.0001, 5]. Writes to the folder of --out: gains.json (for --gains), gains.params
+(PX4's parameters, for samara's own autopilot), convergence.csv and convergence.svg, front.csv (tracking RMS against J_TPF) and
+checkpoint.json (for --resume; renewed after each iteration). Ctrl-C stops and keeps the best so far.
+
+Methods: pso, the particle swarm of the paper (rules of MATLAB's particleswarm); cma-es, an evolution strategy that begins at
+--start, for polishing or where flights are dear; near-hover, Ziegler and Nichols on the vehicle's own loops.
+
+Objectives: safety, the least worst J_TPF of gains that track no worse than --rms-bound and come to rest at the target, over the
+mission's cases and a swing of --swing standard deviations in twelve phases each; rms, the paper's (46), the least worst
+tracking RMS of the mission's cases; j-tpf, J_TPF alone (ill-posed: gains that never accelerate are safe); pareto, safety at
+five bounds on the RMS, for the front of both.
+
+JSON (--json; when no gains were found mission, gains: null and reason): mission, version, seed, input_hash, method, objective, model, gains (by name), cost, rms, j_tpf, allowed (whether the
+objective's bounds hold), evaluations, diverged, iterations, flights_per_evaluation, stopped, wall_s, evaluations_per_s,
+contenders (name, gains, rms, tuning_j_tpf_worst, tuning_j_tpf_mean, unseen_trials, unseen_j_tpf_mean, unseen_j_tpf_std,
+unseen_j_tpf_worst, unseen_p_safe).
+
+Exit code 1 when the objective's bounds do not hold for the best gains found, or the search was stopped.
+
+Examples:
+  samara tune                                            (safe gains, by particle swarm)
+  samara tune --model ideal --objective rms              (the paper's problem)
+  samara tune --method cma-es --start safety --robust
+  samara tune --objective pareto --method cma-es --out /tmp/front
+  samara tune --method near-hover
+  samara tune mission/x500_drop.json --resume            (after Ctrl-C, a crash or a power cut)
+  samara drop --gains out/titan_drop/gains.json          (fly what was found)";
+
+/// `samara tune`.
+#[derive(Args, Debug)]
+pub struct TuneArgs {
+    /// Mission, folder, output form.
+    #[command(flatten)]
+    pub mission: MissionArgs,
+    /// How to search.
+    #[arg(long, value_enum, default_value_t = MethodArg::Pso)]
+    pub method: MethodArg,
+    /// What to make small.
+    #[arg(long, value_enum, default_value_t = ObjectiveArg::Safety)]
+    pub objective: ObjectiveArg,
+    /// The actuators of the flights: thrusts that follow at once, as in the paper's tuning, or speed controllers, motors and rotors.
+    #[arg(long, value_enum, default_value_t = ModelArg::Actuator)]
+    pub model: ModelArg,
+    /// Largest worst tracking RMS for `safety` and `pareto` [default: that of the paper's PSO gains on this mission].
+    #[arg(long, value_name = "X", value_parser = positive)]
+    pub rms_bound: Option<f64>,
+    /// Amplitudes of the swing for `safety` and `pareto`, in standard deviations; twelve phases each.
+    #[arg(long, value_name = "A,B,..", value_delimiter = ',', default_values_t = AMPLITUDES, value_parser = positive)]
+    pub swing: Vec<f64>,
+    /// Judge J_TPF also with mass, inertia, drag, density, wind, delay and measurements that the controller does not know of.
+    #[arg(long)]
+    pub robust: bool,
+    /// Gains to begin at: a name beside the mission's own gains, or a file [default: the mission's own for cma-es, none for pso].
+    #[arg(long, value_name = "NAME|FILE")]
+    pub start: Option<String>,
+    /// Candidates of an iteration [default: 70 for pso, 16 for cma-es].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=10_000))]
+    pub particles: Option<u32>,
+    /// Most iterations (for each of pareto's bounds).
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub iterations: u32,
+    /// Stop a swarm whose best cost has not fallen for so many iterations.
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub stall: u32,
+    /// Seed of the search and of the unseen flights, instead of the mission's.
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Random releases that the result and others are tried on afterwards.
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub unseen: u32,
+    /// Name of the gains found.
+    #[arg(long, value_name = "NAME", default_value = "tuned", value_parser = plain_name)]
+    pub name: String,
+    /// Threads [default: one for each core]. The result does not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Go on from the checkpoint in the folder of --out; the other options must be the same.
+    #[arg(long)]
+    pub resume: bool,
+}
+
+/// How to search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MethodArg {
+    /// Particle swarm.
+    Pso,
+    /// Evolution strategy.
+    CmaEs,
+    /// Ziegler and Nichols.
+    NearHover,
+}
+
+/// What to make small.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ObjectiveArg {
+    /// Worst J_TPF with a bound on tracking.
+    Safety,
+    /// Worst tracking RMS.
+    Rms,
+    /// Worst J_TPF.
+    JTpf,
+    /// J_TPF at several bounds on tracking.
+    Pareto,
+}
+
+/// The actuators.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ModelArg {
+    /// None.
+    Ideal,
+    /// The vehicle's.
+    Actuator,
+}
+
+fn plain_name(text: &str) -> Result<String, String> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if !text.is_empty() && text.chars().all(plain) {
+        Ok(text.to_owned())
+    } else {
+        Err("letters, digits, _ and - are expected".to_owned())
+    }
+}
+
+/// A choice as it is typed.
+pub fn name_of(value: impl ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned())
+}

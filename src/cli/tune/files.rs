@@ -1,0 +1,81 @@
+//! The files of a tuning: gains, parameters, the course of the search, the manifest.
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use anyhow::Context;
+
+use super::args::{MethodArg, TuneArgs, name_of};
+use crate::cli::outcome::{BadInput, Failure};
+use crate::cli::output::OutputFolder;
+use crate::config::{Mission, gains_json};
+use crate::control::Gains;
+use crate::params::{Purpose, export};
+use crate::report::params::params_file;
+use crate::report::tune::{self as report, TuneRun};
+use crate::tune::{Longitudinal, Search};
+
+/// `gains.json` and `gains.params`.
+pub fn write_gains(
+    args: &TuneArgs,
+    folder: &OutputFolder,
+    mission: &Mission,
+    k: &Longitudinal,
+    about: &str,
+) -> Result<(), Failure> {
+    let yaw = &mission.gains;
+    let gains = Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(*k) };
+    let text = gains_json(&args.name, about, &gains);
+    let path: PathBuf = folder.write("gains.json", |out| out.write_all(text.as_bytes()))?;
+    let mut with_gains = mission.clone();
+    with_gains.use_gains(&path.to_string_lossy()).context("the gains that were written")?;
+    let parameters = export(&with_gains.parameter_subject(), Purpose::Samara).bad_input()?;
+    folder.write("gains.params", |out| out.write_all(params_file(&with_gains, &parameters).as_bytes()))?;
+    Ok(())
+}
+
+/// The manifest of a tuning, with the options that made it.
+pub fn write_tune_manifest(args: &TuneArgs, folder: &OutputFolder, mission: &Mission) -> Result<(), Failure> {
+    let optional = |n: Option<u32>| n.map_or_else(|| "default".to_owned(), |n| n.to_string());
+    let options = [
+        ("method", name_of(args.method)),
+        ("objective", name_of(args.objective)),
+        ("model", name_of(args.model)),
+        ("robust", args.robust.to_string()),
+        ("rms_bound", args.rms_bound.map_or_else(|| "default".to_owned(), |x| x.to_string())),
+        ("swing", format!("{:?}", args.swing)),
+        ("start", start_name(args, mission)),
+        ("particles", optional(args.particles)),
+        ("iterations", args.iterations.to_string()),
+        ("stall", args.stall.to_string()),
+        ("unseen", args.unseen.to_string()),
+    ];
+    folder.write_manifest("tune", mission, &options)
+}
+
+/// Name of the gains that a search begins at.
+pub fn start_name(args: &TuneArgs, mission: &Mission) -> String {
+    match (&args.start, args.method) {
+        (Some(name), _) => name.clone(),
+        (None, MethodArg::CmaEs) => mission.gains_name.clone(),
+        (None, MethodArg::Pso | MethodArg::NearHover) => "none".to_owned(),
+    }
+}
+
+/// What a search leaves beside its checkpoint.
+pub fn write_files(
+    args: &TuneArgs,
+    folder: &OutputFolder,
+    mission: &Mission,
+    search: &Search,
+    run: &TuneRun,
+) -> Result<(), Failure> {
+    write_gains(args, folder, mission, &run.gains.k, &report::about(mission, search, run))?;
+    folder
+        .write("convergence.csv", |out| out.write_all(report::convergence_csv(mission, search).as_bytes()))?;
+    folder.write("front.csv", |out| out.write_all(report::front_csv(mission, search).as_bytes()))?;
+    let figure =
+        crate::report::convergence_figure(mission, search, run).context("the figure of the search")?;
+    folder.write("convergence.svg", |out| out.write_all(figure.as_bytes()))?;
+    Ok(())
+}
