@@ -70,6 +70,7 @@ fn wire(sim: DropSimulation, battery: Option<Battery>) -> Wire {
         system_id: 1,
         cascade: Cascade::new(airframe, GAINS, m.control_limits),
         environment: m.environment.clone(),
+        estimator: None,
         rotors: 4,
         epoch_unix_us: m.epoch_unix_us,
         parameters: Parameters::of(&subject, 1).unwrap(),

@@ -66,6 +66,7 @@ impl Bench {
             system_id: VEHICLE,
             cascade: cascade(),
             environment: site(),
+            estimator: None,
             rotors: 4,
             epoch_unix_us: 1_600_000_000_000_000,
             parameters: parameters(),
