@@ -37,7 +37,7 @@ impl Alignment {
             (Err(_), None) if waited_us < PATIENCE_US => return None,
             (Ok(()), _) => (Severity::Info, "estimator aligned".to_owned()),
             (Err(why), None) => {
-                (Severity::Warning, format!("not aligned for {} s: {why}", PATIENCE_US / 1_000_000))
+                (Severity::Warning, format!("{} s not aligned: {why}", PATIENCE_US / 1_000_000))
             }
             (Err(why), Some(true)) => (Severity::Critical, why.to_string()),
         };

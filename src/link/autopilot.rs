@@ -51,7 +51,7 @@ use mavlink::dialects::common::*;
 
 use super::statustext::TextWriter;
 use super::{Encoder, Frame, Link, Session, TimeUs, Transmit};
-use crate::autopilot::estimator::EstimatorSettings;
+use crate::autopilot::estimator::{Estimator, EstimatorSettings};
 use crate::autopilot::parameters::Parameters;
 use crate::autopilot::{Autopilot, Setpoint, Severity};
 use crate::control::Cascade;
@@ -176,6 +176,11 @@ impl AutopilotSession {
     /// The state machine and controller behind the wire.
     pub fn autopilot(&self) -> &Autopilot {
         &self.autopilot
+    }
+
+    /// The estimator that is flown on, if one is.
+    pub fn estimator(&self) -> Option<&Estimator> {
+        self.sensing.as_ref().map(Sensing::estimator)
     }
 
     /// MAVLink system of the vehicle.
@@ -304,7 +309,7 @@ impl AutopilotSession {
             hil: &self.hil,
             state: self.latest_state(),
             ready: self.state(self.clock).is_some(),
-            estimator: self.sensing.as_ref().map(Sensing::estimator),
+            estimator: self.estimator(),
             home: &self.home,
             rotors: self.rotors,
             epoch_unix_us: self.epoch_unix_us,

@@ -91,16 +91,16 @@ pub enum NotAligned {
     #[error("estimator is starting")]
     Starting,
     /// Roll and pitch are uncertain.
-    #[error("estimator not aligned: tilt uncertain")]
+    #[error("estimator: tilt uncertain")]
     Tilt,
     /// Yaw is uncertain.
-    #[error("estimator not aligned: heading uncertain")]
+    #[error("estimator: heading uncertain")]
     Heading,
     /// Velocity is uncertain.
-    #[error("estimator not aligned: velocity uncertain")]
+    #[error("estimator: velocity uncertain")]
     Velocity,
     /// No satellite fix has been believed for long.
-    #[error("estimator has no GPS fix it believes")]
+    #[error("estimator: no GPS fix it believes")]
     NoFix,
 }
 
