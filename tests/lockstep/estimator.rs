@@ -169,7 +169,7 @@ fn chi_square_bounds(seeds: u64) -> [f64; 2] {
 
 /// Hang, the fall, the rotors' start, pull-out, flight along the plan.
 const LOOKS_S: [f64; 7] = [6.0, 9.9, 10.4, 10.8, 11.5, 13.0, 16.0];
-const SEEDS: u64 = 100;
+const SEEDS: u64 = 48;
 
 #[test]
 fn closed_form_the_filter_knows_its_errors_while_it_is_flown_on() {
@@ -177,7 +177,6 @@ fn closed_form_the_filter_knows_its_errors_while_it_is_flown_on() {
     for name in ["titan_drop.json", "x500_drop.json"] {
         let mut drop = Drop::of(name);
         let means = consistency(&mut drop, as_the_filter_thinks(), SEEDS, LOOKS_S);
-        println!("{name}: {means:.2?} in {least:.2}..{most:.2}");
         assert!(
             means.iter().all(|m| (least..most).contains(m)),
             "{name}: {means:.2?} not in {least:.2}..{most:.2}"
@@ -188,33 +187,32 @@ fn closed_form_the_filter_knows_its_errors_while_it_is_flown_on() {
 /// Better sensors than the filter thinks: it is more careful than it need be, and never too sure.
 #[test]
 fn closed_form_the_filter_is_never_too_sure_with_the_missions_sensors() {
+    const SEEDS: u64 = 12;
     let [_, most] = chi_square_bounds(SEEDS);
     for name in ["titan_drop.json", "x500_drop.json"] {
         let mut drop = Drop::of(name);
         let sensors = drop.mission.sensors;
         let means = consistency(&mut drop, sensors, SEEDS, LOOKS_S);
-        println!("{name}: {means:.2?} below {most:.2}");
         assert!(means.iter().all(|m| *m < most), "{name}: {means:.2?} not below {most:.2}");
     }
 }
 
+/// J_TPF on the estimator beside that on the truth. Bounds are above what seeds 1 to 10 made: with the mission's ideal sensors
+/// 0.0005; with a small autopilot's on Titan 0.012, since the pitch is known to a degree or two only (0.05 m/s^2 of bias are 2 deg
+/// of weight there) and the velocity to some cm/s; on Earth 0.0002, since the peak is the speed of the fall, which nobody controls.
 #[test]
 fn regress_a_drop_on_the_estimator_is_the_drop_on_the_truth() {
     let [titan, x500] = ["titan_drop.json", "x500_drop.json"].map(Drop::of);
     let small_autopilot =
         SensorSettings { magnetometer: titan.mission.sensors.magnetometer, ..x500.mission.sensors };
     for (drop, sensors, within) in [
-        (&titan, titan.mission.sensors, 0.01),
+        (&titan, titan.mission.sensors, 0.002),
         (&titan, small_autopilot, 0.02),
-        (&x500, x500.mission.sensors, 0.02),
+        (&x500, x500.mission.sensors, 0.001),
     ] {
         let truth = drop.verdict(1, sensors, false);
         for seed in 1..=3 {
             let flown = drop.verdict(seed, sensors, true);
-            println!(
-                "{} {seed}: {:.4} {:.4} steady {:?} {:?}",
-                drop.mission.name, truth.j_tpf, flown.j_tpf, truth.steady_after_s, flown.steady_after_s
-            );
             assert!(
                 (flown.j_tpf - truth.j_tpf).abs() < within,
                 "{} {seed}: {} {}",
