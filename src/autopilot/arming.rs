@@ -18,7 +18,7 @@ pub const ARMING_TILT_RAD: f64 = 60.0 * RAD_PER_DEG;
 pub enum ArmingRefusal {
     /// The estimator does not know well enough.
     #[error("Arming denied: {0}")]
-    NotAligned(#[from] NotAligned),
+    NotAligned(NotAligned),
     /// No state has come from the simulator yet.
     #[error("Arming denied: no attitude and velocity yet")]
     NoState,
@@ -47,7 +47,7 @@ pub fn check_arming(
     aligned: Result<(), NotAligned>,
     state: Option<(u64, Measurement)>,
 ) -> Result<(), ArmingRefusal> {
-    aligned?;
+    aligned.map_err(ArmingRefusal::NotAligned)?;
     let (at, measurement) = state.ok_or(ArmingRefusal::NoState)?;
     if now_us.saturating_sub(at) > STATE_TIMEOUT_US {
         return Err(ArmingRefusal::StaleState);
