@@ -23,6 +23,7 @@ mod sessions;
 mod sim;
 mod stream;
 mod tune;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -44,6 +45,7 @@ pub fn run() -> ExitCode {
         Verb::Autopilot(args) => autopilot::run(args),
         Verb::Stream(args) => stream::run(args),
         Verb::Params(args) => params::run(args),
+        Verb::Verify(args) => verify::run(args),
         Verb::Schema(args) => schema::run(args),
     })
 }
