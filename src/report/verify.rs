@@ -70,7 +70,7 @@ pub fn verify_text(groups: &[Group]) -> String {
                 name(check),
                 significant(check.computed),
                 significant(check.exact),
-                format!("{:.1e}", check.error),
+                if check.error == 0.0 { "0".to_owned() } else { format!("{:.1e}", check.error) },
                 format!("{:.0e}", check.bar),
                 if check.holds() { "ok" } else { "FAILED" }
             );

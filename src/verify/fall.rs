@@ -63,7 +63,7 @@ pub fn under_drag(vehicle: &Vehicle, environment: &Environment) -> Group {
     let (soon, late) = (falls(0.01, 2000), falls(0.05, 8000));
     Group {
         title: "Lander falling level, rotors stopped",
-        source: "v_dot = g - k v^2: v = v_t tanh(g t/v_t + c), v_t^2 = 2 m g/(rho S C_D); C_D of (13)-(16) at 90 deg",
+        source: "v_dot = g - k v^2: v = v_t tanh(g t/v_t + c), v_t^2 = 2 m g/(rho S C_D(90 deg)), (13)-(16)",
         checks: vec![
             Check::new("speed after 20 s", "m/s", soon.v_ned.z, exact.speed_m_s(20.0), 1e-9),
             Check::new("distance after 20 s", "m", soon.p_ned.z, exact.distance_m(20.0), 1e-8),

@@ -29,14 +29,14 @@ fn observed(error: impl Fn(u32) -> f64, steps: u32) -> f64 {
 pub fn of_convergence(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Result<Group, VerifyError> {
     let top = SymmetricTop::flat()?;
     let precession = observed(|steps| top.attitude_error_rad(4.0 / f64::from(steps), steps), 64);
-    let finest = powered(quadrotor, 1024);
-    let powered_flight = observed(|steps| (powered(quadrotor, steps) - finest).norm(), 16);
+    let finest = powered(quadrotor, 4096);
+    let powered_flight = observed(|steps| (powered(quadrotor, steps) - finest).norm(), 64);
     let collocated = collocated_fall(lander)?;
     let exact = Fall::new(lander.vehicle, lander.environment, START_M_S).speed_m_s(FALL_S);
     let collocation = observed(|intervals| (collocated(intervals) - exact).abs(), 8);
     Ok(Group {
         title: "Orders of convergence",
-        source: "Runge-Kutta 4 and Hermite-Simpson: global error of order 4 (Hairer, Norsett, Wanner; Betts 4.5)",
+        source: "classical Runge-Kutta and Hermite-Simpson (Lobatto IIIA of three stages): global error of order 4",
         checks: vec![
             Check::new("integrator, precession (closed form)", "", precession, 4.0, 0.05),
             Check::new("integrator, quadrotor under power", "", powered_flight, 4.0, 0.2),
@@ -45,7 +45,7 @@ pub fn of_convergence(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> 
     })
 }
 
-/// Velocity of the quadrotor under power after 0.4 s, everything switched on, motors speeding up, NED [m/s].
+/// Velocity of the quadrotor under power after 0.1 s, everything switched on, motors speeding up, NED [m/s].
 fn powered(problem: &PlanProblem<'_>, steps: u32) -> Vector3<f64> {
     const THROTTLE: PerRotor = [0.8, 0.75, 0.79, 0.77, 0.78, 0.76, 0.77, 0.8];
     let start = BodyState {
@@ -55,7 +55,7 @@ fn powered(problem: &PlanProblem<'_>, steps: u32) -> Vector3<f64> {
     let vehicle = Arc::new(problem.vehicle.clone());
     let mut sim = DropSimulation::at_t0(vehicle, problem.environment.clone(), start, PlantKind::Actuator);
     for _ in 0..steps {
-        sim.step(&THROTTLE, 0.4 / f64::from(steps));
+        sim.step(&THROTTLE, 0.1 / f64::from(steps));
     }
     sim.state().body.v_ned
 }

@@ -14,7 +14,8 @@ use crate::sim::PlantState;
 use crate::sim::integrator::{PlantRate, runge_kutta_4};
 use crate::units::DEG_PER_RAD;
 
-const DT_S: f64 = 0.004;
+/// Steps of a motor's run-up, short against every time constant.
+const STEPS: u32 = 4000;
 
 /// Forces and moments at the trim, which was solved for zero accelerations, from the balance that the flight log tells.
 ///
@@ -38,7 +39,7 @@ pub fn trim_at_target(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> 
         let trim = trim(lander.vehicle, lander.environment, lander.target_v_ned, 0.0)?;
         // The paper prints two digits of q2.
         let printed = 2.0 * x_ss[2].asin() * DEG_PER_RAD;
-        checks.push(Check::new("lander: pitch", "deg", trim.pitch_rad * DEG_PER_RAD, printed, 6e-3));
+        checks.push(Check::new("lander: pitch", "deg", trim.pitch_rad * DEG_PER_RAD, printed, 1e-4));
     }
     Ok(Group {
         title: "Trim at the target velocity",
@@ -53,7 +54,7 @@ pub fn motors(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Group {
     checks.extend(of_motor("quadrotor", quadrotor));
     Group {
         title: "Motors in still air",
-        source: "speed controller and DC motor (23), (24): K_t I = Q where they are steady; first order: 1 - 1/e after tau",
+        source: "speed controller and DC motor, III.B: steady where K_t I = Q; first order: 1 - 1/e after tau",
         checks,
     }
 }
@@ -63,11 +64,10 @@ fn of_motor(name: &str, problem: &PlanProblem<'_>) -> Vec<Check> {
     let torque_nm = |omega: f64| rotor.static_load(omega, problem.environment.density_kg_m3).torque_nm;
     // The speed after a time under a held command, by the simulator's integrator.
     let turned = |from: f64, throttle: f64, time_s: f64| {
-        let steps = (time_s / DT_S).ceil();
         let mut state = PlantState::rotors_at_rest(level(Vector3::zeros(), Vector3::zeros()));
         state.rotor_speed[0] = from;
-        for _ in 0..steps as u32 {
-            state = runge_kutta_4(&state, time_s / steps, |_, x| {
+        for _ in 0..STEPS {
+            state = runge_kutta_4(&state, time_s / f64::from(STEPS), |_, x| {
                 let mut rotor_acceleration = [0.0; MAX_ROTORS];
                 let omega = x.rotor_speed[0];
                 rotor_acceleration[0] = motor.acceleration(throttle, omega, torque_nm(omega));
@@ -107,20 +107,20 @@ fn of_motor(name: &str, problem: &PlanProblem<'_>) -> Vec<Check> {
         Motor::FirstOrder { omega_max_rad_s, tau_up_s, tau_down_s, .. } => {
             let top = 0.8 * omega_max_rad_s;
             vec![
-                Check::new(said("steady speed"), "rad/s", turned(0.0, 0.8, 40.0 * tau_up_s), top, 1e-6),
+                Check::new(said("steady speed"), "rad/s", turned(0.0, 0.8, 40.0 * tau_up_s), top, 1e-9),
                 Check::new(
                     said("speed after tau, up"),
                     "rad/s",
                     turned(0.0, 0.8, tau_up_s),
                     top * (1.0 - 1.0 / E),
-                    1e-3,
+                    1e-9,
                 ),
                 Check::new(
                     said("speed after tau, down"),
                     "rad/s",
                     turned(top, 0.0, tau_down_s),
                     top / E,
-                    1e-3,
+                    1e-9,
                 ),
             ]
         }

@@ -26,7 +26,7 @@ impl Earth {
         rate_rad_s: 7.292_115e-5,
     };
     /// The sphere at rest, of case 4.
-    pub const SPHERE: Self = Self { radius_m: 6_371_007.1809, j2: 0.0, rate_rad_s: 0.0, ..Self::WGS_84 };
+    pub const SPHERE: Self = Self { radius_m: 6_371_007.180_9, j2: 0.0, rate_rad_s: 0.0, ..Self::WGS_84 };
 
     /// Gravitation less the centrifugal acceleration [m/s^2].
     pub fn apparent_gravity_m_s2(&self, altitude_m: f64) -> f64 {

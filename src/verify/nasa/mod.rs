@@ -1,9 +1,12 @@
-//! NASA's 6-DOF check cases, as far as they concern a core without runways and winds: 2, a tumbling brick; 3, the same with rotational damping; 4, a
-//! falling sphere.
+//! NASA's 6-DOF check cases, as far as they concern a core without runways and winds: 2, a tumbling brick; 3, the same with
+//! rotational damping; 4, a falling sphere.
 //!
-//! NASA states no tolerance: the spread between its own simulations is the yardstick, and each bar lies well below it. Source: D. G. Murri,
-//! E. B. Jackson, R. O. Shelton, *Check-Cases for Verification of 6-Degree-of-Freedom Flight Vehicle Simulations*, NASA/TM-2015-218675
-//! (NESC-RP-12-00770).
+//! NASA states no tolerance: the spread between its own simulations is the yardstick (case 2: 4.7e-3 deg/s), and each bar lies
+//! well below it. Source: D. G. Murri, E. B. Jackson, R. O. Shelton, *Check-Cases for Verification of 6-Degree-of-Freedom Flight
+//! Vehicle Simulations*, NASA/TM-2015-218675 (NESC-RP-12-00770).
+//!
+//! Simulation 5 damps the brick against the air, which turns with the Earth; in simulation 4 of case 3 the rates against inertial
+//! space vanish, and the two differ by the Earth's rate, 4.2e-3 deg/s.
 
 pub mod data;
 mod earth;
@@ -118,9 +121,10 @@ impl Brick {
     }
 }
 
-/// A state in the report's terms. NED turns with the Earth, about north at the equator.
+/// A state in the report's terms. NED turns about north: with the Earth, and with the way east along the equator.
 fn told(earth: &Earth, state: &BodyState, t_s: f64) -> Row {
-    let q_inertial_from_ned = quaternion_from_euler(earth.rate_rad_s * t_s, 0.0, 0.0);
+    let east_rad = state.p_ned.y / (earth.radius_m + ALTITUDE_FT * M_PER_FT);
+    let q_inertial_from_ned = quaternion_from_euler(earth.rate_rad_s * t_s + east_rad, 0.0, 0.0);
     let q = product(conjugate(q_inertial_from_ned), state.q_ned_from_body);
     let altitude_ft = ALTITUDE_FT - state.p_ned.z / M_PER_FT;
     Row {
@@ -171,9 +175,9 @@ fn path(ours: &[Row], nasa: &[Row], [bar_ft, bar_ft_s]: [f64; 2]) -> Vec<Check> 
 /// [`ModelError`] when the brick is impossible.
 pub fn case_2(earth: &Earth, brick: &Brick) -> Result<Group, ModelError> {
     let ours = brick.fall(earth, &CASE_2)?;
-    let mut checks = rates(&ours, &CASE_2, 1e-6);
-    checks.extend(attitude(&ours, &CASE_2, 1e-3));
-    checks.extend(path(&ours, &CASE_2, [1e-3, 1e-4]));
+    let mut checks = rates(&ours, &CASE_2, 1e-9);
+    checks.extend(attitude(&ours, &CASE_2, 1e-6));
+    checks.extend(path(&ours, &CASE_2, [1e-4, 1e-5]));
     let source = "NASA/TM-2015-218675, atmospheric case 2, simulation 4; worst of 0, 5, .. 30 s";
     Ok(Group { title: "NASA case 2: tumbling brick", source, checks })
 }
@@ -184,9 +188,9 @@ pub fn case_2(earth: &Earth, brick: &Brick) -> Result<Group, ModelError> {
 /// As [`case_2`].
 pub fn case_3(earth: &Earth, brick: &Brick) -> Result<Group, ModelError> {
     let ours = brick.fall(earth, &CASE_3)?;
-    let mut checks = rates(&ours, &CASE_3, 5e-4);
-    checks.extend(attitude(&ours, &CASE_3, 1e-2));
-    checks.extend(path(&ours, &CASE_3, [1e-3, 1e-4]));
+    let mut checks = rates(&ours, &CASE_3, 1e-4);
+    checks.extend(attitude(&ours, &CASE_3, 2e-3));
+    checks.extend(path(&ours, &CASE_3, [1e-4, 1e-5]));
     let source = "NASA/TM-2015-218675, atmospheric case 3, simulation 5; worst of 0, 5, .. 30 s";
     Ok(Group { title: "NASA case 3: tumbling brick with rotational damping", source, checks })
 }
@@ -197,13 +201,13 @@ pub fn case_3(earth: &Earth, brick: &Brick) -> Result<Group, ModelError> {
 /// As [`case_2`].
 pub fn case_4(earth: &Earth, sphere: &Brick) -> Result<Group, ModelError> {
     let ours = sphere.fall(earth, &CASE_4)?;
-    let mut checks = path(&ours, &CASE_4, [1e-3, 1e-4]);
-    checks.extend(attitude(&ours, &CASE_4, 1e-6));
+    let mut checks = path(&ours, &CASE_4, [2e-4, 5e-5]);
+    checks.extend(attitude(&ours, &CASE_4, 1e-7));
     checks.push(Check::worst(
         "density of the air",
         "slug/ft^3",
         series(&ours, &CASE_4, |r| r.density_slug_ft3),
-        1e-8,
+        2e-9,
     ));
     let source = "NASA/TM-2015-218675, atmospheric case 4, simulation 4; worst of 0, 5, .. 30 s";
     Ok(Group { title: "NASA case 4: falling sphere", source, checks })
