@@ -8,6 +8,7 @@ mod autopilot;
 mod clock;
 mod drop;
 mod flight_files;
+mod help;
 mod interrupt;
 mod mission;
 mod narrative;
@@ -27,7 +28,7 @@ mod verify;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 
 pub use args::Cli;
 use args::Verb;
@@ -35,7 +36,11 @@ use outcome::report;
 
 /// Parses the command line and runs the verb.
 pub fn run() -> ExitCode {
-    let cli = Cli::parse();
+    let typed = help::flowed(Cli::command()).get_matches();
+    let cli = match Cli::from_arg_matches(&typed) {
+        Ok(cli) => cli,
+        Err(e) => e.exit(),
+    };
     report(match &cli.verb {
         Verb::Drop(args) => drop::run(args),
         Verb::Plan(args) => plan::run(args),
