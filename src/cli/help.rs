@@ -37,7 +37,7 @@ mod tests {
         assert_eq!(joined(text), "One two.\n\nThree four.\n\nExamples:\n  a\n  b");
     }
 
-    /// Nothing is lost, and no line is broken in the middle of the width.
+    /// Each verb keeps its examples, line by line.
     #[test]
     fn every_verb_s_help_flows() {
         use clap::CommandFactory;
