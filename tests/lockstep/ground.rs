@@ -94,7 +94,7 @@ fn regress_takeoff_hover_and_land_on_the_estimator() {
     wire.fly_until(60.0, |wire| !wire.is_armed());
     assert!(wire.height_m().abs() < 0.01 && wire.said("Landing detected"));
     let touch = wire.simulator.record().events.iter().find(|e| e.text.starts_with("on the ground")).unwrap();
-    assert!(touch.text < "on the ground at 0.9".to_owned(), "{touch:?}");
+    assert!(touch.text.as_str() < "on the ground at 0.9", "{touch:?}");
 }
 
 #[test]
