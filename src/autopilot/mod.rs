@@ -10,6 +10,7 @@
 //! | [`land_detector`] | whether it stands on something |
 //! | [`orders`] | what a crew may order: modes, places, arming |
 //! | [`failsafe`], `guard` | when the autopilot acts on its own, and how |
+//! | [`fence`] | areas to stay in and to keep out of |
 //! | [`settings`] | what all that goes by |
 //! | [`flight`] | the control step: from setpoint and state to throttles |
 //! | [`estimator`] | position, velocity and attitude from the sensors |
@@ -30,6 +31,7 @@ pub mod arming;
 pub mod estimator;
 pub mod event;
 pub mod failsafe;
+pub mod fence;
 pub mod flight;
 mod guard;
 pub mod land_detector;
@@ -55,6 +57,7 @@ use nalgebra::Vector3;
 use crate::control::{Cascade, ControlLimits, ControlOutput, Gains, Measurement};
 use event::EventQueue;
 use failsafe::Watch;
+use fence::Fence;
 use flight::Control;
 use land_detector::LandDetector;
 use offboard::SetpointStore;
@@ -76,6 +79,7 @@ pub struct Autopilot {
     navigator: Navigator,
     land_detector: LandDetector,
     watch: Watch,
+    fence: Fence,
     armed_at_us: u64,
     ground_station_heard_us: Option<u64>,
     /// Share of the battery's charge, 0..1.
@@ -106,6 +110,7 @@ impl Autopilot {
             navigator: Navigator::default(),
             land_detector: LandDetector::default(),
             watch: Watch::default(),
+            fence: Fence::default(),
             armed_at_us: 0,
             ground_station_heard_us: None,
             charge: None,
@@ -127,7 +132,8 @@ impl Autopilot {
         events.say(Event::new(Severity::Warning, "simulated time started over: disarmed"));
         self.cascade.reset();
         let timeout_us = self.setpoints.timeout_us();
-        *self = Self { events, settings: self.settings, ..Self::new(self.cascade.clone()) };
+        let fence = self.fence.clone();
+        *self = Self { events, fence, settings: self.settings, ..Self::new(self.cascade.clone()) };
         self.setpoints.set_timeout_us(timeout_us);
     }
 
