@@ -133,8 +133,11 @@ mod tests {
         let at = |n: f64| Vector2::new(n, 0.0);
         let none = Fence::default();
         assert!(none.is_empty() && !none.is_left_at(at(1e6)) && !none.is_entered_at(at(0.0)));
-        let fence =
-            Fence::new(vec![circle(0.0, Rule::StayIn), circle(15.0, Rule::StayIn), circle(20.0, Rule::KeepOut)]);
+        let fence = Fence::new(vec![
+            circle(0.0, Rule::StayIn),
+            circle(15.0, Rule::StayIn),
+            circle(20.0, Rule::KeepOut),
+        ]);
         let judged = |n| (fence.is_left_at(at(n)), fence.is_entered_at(at(n)));
         assert_eq!([judged(0.0), judged(12.0), judged(26.0)], [(false, false), (false, true), (true, true)]);
         assert_eq!(judged(-11.0), (true, false));

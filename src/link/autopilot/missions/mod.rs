@@ -14,8 +14,8 @@ mod wire;
 
 use std::collections::VecDeque;
 
-use crate::autopilot::{Event, Severity};
 use crate::autopilot::fence::Fence;
+use crate::autopilot::{Event, Severity};
 use crate::link::TimeUs;
 use crate::model::Environment;
 use plan::Item;
@@ -241,7 +241,10 @@ impl Missions {
         let (kind, items) = (upload.kind, std::mem::take(&mut upload.items));
         if let (Kind::Fence, Err(seq)) = (kind, fence::areas_of(&items)) {
             self.upload = None;
-            self.say(Severity::Error, format!("fence refused: the polygon of item {seq} has too few corners"));
+            self.say(
+                Severity::Error,
+                format!("fence refused: the polygon of item {seq} has too few corners"),
+            );
             return self.ack(peer, number, MissionResult::InvalidParam1, 0);
         }
         (self.upload, self.completed) = (None, Some((peer, kind)));
