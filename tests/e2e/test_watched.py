@@ -65,7 +65,7 @@ def test_ctrl_c_ends_a_drop_at_full_speed(samara, mission):
     assert not verdict["completed"] and 10.5 <= verdict["ended_at_s"] < 900
     assert (drop.out / "drop_manifest.json").exists()
     # The parachute tells the end in the recording, too.
-    assert any(kind == "STATUSTEXT" and "stopped" in text for kind, _, text in dump(drop.out / "vehicle.tlog"))
+    assert any(kind == "STATUSTEXT" and "stopped" in data["text"] for kind, _, data in dump(drop.out / "vehicle.tlog"))
 
 
 @pytest.mark.parametrize(

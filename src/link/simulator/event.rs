@@ -100,6 +100,13 @@ pub enum SimulatorEvent {
         /// Simulated time.
         at: TimeUs,
     },
+    /// A limit of the mission has been passed, for the first time.
+    LimitPassed {
+        /// Simulated time.
+        at: TimeUs,
+        /// Which.
+        name: &'static str,
+    },
     /// The vehicle has come to the ground.
     TouchedGround {
         /// Simulated time.
@@ -166,6 +173,7 @@ impl SimulatorEvent {
             Self::Released { at, cause } => (at, format!("released {}", cause.text())),
             Self::ReleasedUnarmed { at } => (at, Self::NOT_ARMED.to_owned()),
             Self::RotorsFree { at } => (at, "rotors free".to_owned()),
+            Self::LimitPassed { at, name } => (at, format!("limit passed: {name}")),
             Self::TouchedGround { at, speed_m_s } => (at, touched(speed_m_s)),
             Self::Connected { .. }
             | Self::Lockstep { .. }
@@ -198,6 +206,7 @@ impl fmt::Display for SimulatorEvent {
             Self::Released { at, cause } => write!(f, "{:8.3} s  released {}", s(at), cause.text()),
             Self::ReleasedUnarmed { at } => write!(f, "{:8.3} s  {}", s(at), Self::NOT_ARMED),
             Self::RotorsFree { at } => write!(f, "{:8.3} s  rotors free", s(at)),
+            Self::LimitPassed { at, name } => write!(f, "{:8.3} s  limit passed: {name}", s(at)),
             Self::TouchedGround { at, speed_m_s } => write!(f, "{:8.3} s  {}", s(at), touched(*speed_m_s)),
             Self::Waiting { at, missing, waited } => {
                 write!(f, "{:8.3} s  waiting since {:.1} s for {missing}", s(at), waited.as_secs_f64())
