@@ -1,10 +1,12 @@
 //! `samara drop`: plan, drop, fly, judge.
 
 use std::io::Write as _;
+use std::sync::atomic::Ordering;
 
 use super::args::{DropArgs, EstimatorChoice, SpeedArg};
 use super::clock::Stopwatch;
 use super::flight_files::write_flight;
+use super::interrupt;
 use super::mission::{mission_with_a_drop, note_estimator};
 use super::narrative::Narrator;
 use super::net::{Reporter, block_on, ports_of, speed_of, system_of, wiring_of};
@@ -138,11 +140,16 @@ fn fly(
     narrator.hanging(mission)?;
     match speed_of(args.speed) {
         Speed::Max => {
+            let stop = interrupt::flag()?;
             while wire
                 .step(&mut |now, link, bytes| reporter.frame(now, link, bytes))
                 .map_err(anyhow::Error::from)?
             {
                 tell_events(&mut wire, &mut reporter);
+                if stop.load(Ordering::Relaxed) {
+                    wire.stop(&mut |now, sent| reporter.frame(now, sent.link, &sent.bytes));
+                    break;
+                }
             }
             tell_events(&mut wire, &mut reporter);
         }

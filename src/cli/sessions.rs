@@ -23,6 +23,7 @@ pub fn simulator(mission: &Mission, system_id: u8) -> SimulatorSession {
         sensors: mission.sensors,
         seed: mission.seed,
         battery: mission.battery,
+        limits: Some(mission.limits),
         ..SimulatorConfig::default()
     };
     SimulatorSession::new(mission.simulation(), config)

@@ -6,6 +6,7 @@ mod bench;
 mod estimator;
 mod failsafes;
 mod flood;
+mod flood_with_key;
 mod ground;
 mod ground_bench;
 mod releases;

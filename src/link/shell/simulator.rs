@@ -50,6 +50,7 @@ pub async fn run_simulator<O: Observer>(
     let remotes = [ports.ground_station, ports.api];
     let own = (session.config().system_id, PARACHUTE_COMPONENT);
     let mut parachute = Links::new(own, PEER_MEMORY, false, key);
+    parachute.expect_doubles();
     parachute.bind_udp(Link::Parachute, ports.parachute, "parachute", &remotes, observer).await?;
     let mut shell = Shell {
         session,

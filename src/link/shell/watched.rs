@@ -9,7 +9,7 @@ use std::time::Duration;
 use super::super::autopilot::AUTOPILOT_COMPONENT;
 use super::super::lockstep::Party;
 use super::super::parachute::PARACHUTE_COMPONENT;
-use super::super::{AutopilotSession, Link, Lockstep, LockstepError, Session as _, TimeUs, Transmit};
+use super::super::{AutopilotSession, Link, Lockstep, LockstepError, PeerId, TimeUs, Transmit};
 use super::autopilot::Wiring;
 use super::clock::{Pacer, Speed};
 use super::links::Links;
@@ -32,6 +32,10 @@ pub enum WatchedError {
 struct Sockets {
     vehicle: Links,
     parachute: Links,
+    /// System and component of the autopilot.
+    autopilot: (u8, u8),
+    /// As which of the parachute's peers it passes on what comes to it.
+    router: Option<PeerId>,
 }
 
 /// Flies the drop until its mission is over or `stop` completes.
@@ -58,11 +62,10 @@ pub async fn run_watched_drop<O: Observer>(
         tokio::select! {
             biased;
             () = &mut stop => {
-                wire.simulator.stop();
-                while let Some(sent) = wire.simulator.poll_output() {
-                    sockets.send(&sent, Party::Simulator);
-                    observer.frame(wire.simulator.now(), sent.link, &sent.bytes);
-                }
+                wire.stop(&mut |now, sent| {
+                    sockets.send(sent, Party::Simulator);
+                    observer.frame(now, sent.link, &sent.bytes);
+                });
                 break;
             }
             () = sockets.vehicle.readable(), if !pause.is_zero() => {}
@@ -112,23 +115,38 @@ impl Sockets {
         let (at, what) = (ports.autopilot_ground, "for ground stations");
         vehicle.bind_udp(Link::GroundStation, at, what, &ground, observer).await?;
         vehicle.bind_udp(Link::Api, ports.autopilot_api, "for companions", &api, observer).await?;
+        vehicle.route_to_parachute(ports, observer).await?;
         for url in &wiring.urls {
-            vehicle.open(Link::GroundStation, url, observer).await?;
+            vehicle.open(url, observer).await?;
         }
         let mut parachute = Links::new((system, PARACHUTE_COMPONENT), PEER_MEMORY, false, wiring.key);
         let both = [ports.ground_station, ports.api];
+        parachute.expect_doubles();
         parachute.bind_udp(Link::Parachute, ports.parachute, "parachute", &both, observer).await?;
-        Ok(Self { vehicle, parachute })
+        Ok(Self { vehicle, parachute, autopilot: (system, AUTOPILOT_COMPONENT), router: None })
     }
 
     fn receive<O: Observer>(&mut self, wire: &mut Lockstep<AutopilotSession>, observer: &mut O) {
         let now: TimeUs = wire.simulator.now();
-        for links in [&mut self.vehicle, &mut self.parachute] {
-            links.receive(observer, |observer, link, frame| {
+        self.vehicle.receive(observer, |observer, link, frame| {
+            // What the parachute says is known.
+            if link != Link::Parachute {
                 observer.frame(now, link, frame.bytes());
                 wire.deliver(link, frame);
-            });
-        }
+            }
+        });
+        let Self { parachute, router, autopilot, .. } = self;
+        parachute.receive(observer, |observer, link, frame| {
+            if (frame.system_id, frame.component_id) == *autopilot {
+                *router = Some(frame.peer);
+            } else if *router == Some(frame.peer) {
+                // Recorded as it came to the autopilot.
+                wire.deliver(link, frame);
+            } else {
+                observer.frame(now, link, frame.bytes());
+                wire.deliver(link, frame);
+            }
+        });
     }
 
     fn send(&mut self, sent: &Transmit, by: Party) {

@@ -3,6 +3,7 @@
 use core::time::Duration;
 
 use super::super::TimeUs;
+use crate::assess::SafetyLimits;
 use crate::sim::{Battery, ReleaseTrigger, SensorSettings};
 
 /// What happens when an answer stays out.
@@ -34,6 +35,8 @@ pub struct SimulatorConfig {
     pub silence: Silence,
     /// The battery; without one nothing is told of any.
     pub battery: Option<Battery>,
+    /// Limits whose passing is told.
+    pub limits: Option<SafetyLimits>,
 }
 
 impl Default for SimulatorConfig {
@@ -47,6 +50,7 @@ impl Default for SimulatorConfig {
             seed: 1,
             silence: Silence::KeepWaiting,
             battery: None,
+            limits: None,
         }
     }
 }

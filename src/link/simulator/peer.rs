@@ -24,6 +24,8 @@ pub(super) struct Peer {
     pub(super) armed: bool,
     /// Its HEARTBEAT has named a mode.
     pub(super) mode_told: bool,
+    /// So on the simulator link: what is heard elsewhere is older.
+    pub(super) mode_told_here: bool,
     pub(super) offboard: bool,
     pub(super) failsafe: bool,
 }
@@ -113,6 +115,7 @@ impl SimulatorSession {
             (frame.system_id, frame.component_id) == (self.config.system_id, AUTOPILOT_COMPONENT);
         if from_autopilot
             && !matches!(self.pace, Pace::NoPeer | Pace::Done)
+            && !self.peer.mode_told_here
             && let Some(MavMessage::HEARTBEAT(m)) = frame.known()
         {
             self.take_heartbeat(m);
@@ -123,7 +126,10 @@ impl SimulatorSession {
         self.peer.heard = true;
         match frame.known() {
             Some(MavMessage::HIL_ACTUATOR_CONTROLS(m)) => self.take_controls(m),
-            Some(MavMessage::HEARTBEAT(m)) => self.take_heartbeat(m),
+            Some(MavMessage::HEARTBEAT(m)) => {
+                self.peer.mode_told_here |= m.custom_mode != 0;
+                self.take_heartbeat(m);
+            }
             _ => {
                 if let Some(command) = frame.command() {
                     self.take_command(&command, (frame.system_id, frame.component_id));
