@@ -1,0 +1,96 @@
+//! What a controller does not know of: how far mass, air, wind and delays may be off, one at a time in a robust tuning
+//! ([`super::Bench::with_variations`]), all at once and at random in the flights that gains are tried on afterwards.
+
+use crate::model::rigid_body::BodyState;
+use crate::sim::planar::Variation;
+
+use super::random::Stream;
+
+/// Mass, either way, as a fraction.
+pub const MASS: f64 = 0.05;
+/// Moments of inertia, either way, as a fraction.
+pub const INERTIA: f64 = 0.2;
+/// Drag and pitching moment, either way, as a fraction.
+pub const AERO: f64 = 0.2;
+/// Density of the air, either way, as a fraction.
+pub const DENSITY: f64 = 0.1;
+/// Wind from ahead or behind, from t = 0 on, as a fraction of the target speed.
+pub const WIND: f64 = 0.25;
+/// Release delay, longer or shorter [s].
+pub const DELAY_S: f64 = 0.1;
+
+/// Random numbers of the unknowns are apart from those of the releases of the same seed.
+const APART: u64 = 0x7661_7269_6564;
+
+/// Each release with unknowns of its own, every one uniform between its ends; every other measurement chain, at random, is a
+/// control period late. Release `k` draws from stream `k` of the seed: it has the same ones whichever are flown beside it.
+pub fn varied_releases(
+    releases: &[BodyState],
+    seed: u64,
+    gravity_m_s2: f64,
+    target_m_s: f64,
+) -> Vec<(BodyState, Variation)> {
+    let vary = |(k, release): (usize, &BodyState)| {
+        let mut stream = Stream::new(seed ^ APART, k);
+        let mut off = |by: f64| stream.between(-by, by);
+        let variation = Variation {
+            mass: 1.0 + off(MASS),
+            inertia: 1.0 + off(INERTIA),
+            aero: [1.0 + off(AERO), 1.0, 1.0 + off(AERO)],
+            density: 1.0 + off(DENSITY),
+            wind_m_s: [target_m_s * off(WIND), 0.0],
+            delayed: off(1.0) > 0.0,
+            ..Variation::NONE
+        };
+        let mut release = *release;
+        release.v_ned.z += gravity_m_s2 * off(DELAY_S);
+        (release, variation)
+    };
+    releases.iter().enumerate().map(vary).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::LEVEL;
+    use nalgebra::Vector3;
+
+    /// Uniform numbers: none beyond its end, means in the middle within four standard errors, half of the chains late.
+    #[test]
+    fn closed_form_ends_and_means_of_the_unknowns() {
+        let n = 4000;
+        let still = BodyState {
+            p_ned: Vector3::zeros(),
+            q_ned_from_body: LEVEL,
+            v_ned: Vector3::zeros(),
+            omega_body: Vector3::zeros(),
+        };
+        let drawn = varied_releases(&vec![still; n], 3, 2.0, 8.0);
+        let numbers = |(s, v): &(BodyState, Variation)| {
+            let [drag, lift, moment] = v.aero;
+            assert_eq!((lift, v.wind_m_s[1]), (1.0, 0.0));
+            [
+                (v.mass - 1.0) / MASS,
+                (v.inertia - 1.0) / INERTIA,
+                (drag - 1.0) / AERO,
+                (moment - 1.0) / AERO,
+                (v.density - 1.0) / DENSITY,
+                v.wind_m_s[0] / (8.0 * WIND),
+                s.v_ned.z / (2.0 * DELAY_S),
+                if v.delayed { 1.0 } else { -1.0 },
+            ]
+        };
+        let mut sums = [0.0; 8];
+        for row in drawn.iter().map(numbers) {
+            for (sum, x) in sums.iter_mut().zip(row) {
+                assert!(x.abs() <= 1.0 + 1e-12, "{row:?}");
+                *sum += x;
+            }
+        }
+        // The standard error of a uniform number between -1 and 1 is 1/sqrt(3 n), that of a coin 1/sqrt(n).
+        for mean in sums.map(|s| s / n as f64) {
+            assert!(mean.abs() < 4.0 / (n as f64).sqrt(), "{sums:?}");
+        }
+        assert_eq!(drawn[..17], varied_releases(&vec![still; 17], 3, 2.0, 8.0));
+    }
+}
