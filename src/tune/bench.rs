@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use super::unknowns::{AERO, DELAY_S, DENSITY, INERTIA, MASS, WIND};
+use super::unknowns::one_at_a_time;
 use super::{Longitudinal, Objective, ReleaseCase};
 use crate::assess::tracking::control_period_s;
 use crate::assess::{Outcome, SafetyLimits, StateCost, Study, TrackingError, judge_flights};
@@ -126,33 +126,13 @@ impl<'a> Bench<'a> {
         self
     }
 
-    /// Adds the cases with what the controller does not know of, one at a time and as far as [`super::unknowns`] says, judged
-    /// by J_TPF.
-    pub fn with_variations(mut self, cases: &[ReleaseCase]) -> Self {
-        let none = Variation::NONE;
-        let wind = WIND * self.setting.target_v_ned.norm();
-        let two = |of: fn(f64) -> Variation, by: f64| [of(1.0 - by), of(1.0 + by)];
-        let mut variations = vec![
-            Variation { wind_m_s: [wind, 0.0], ..none },
-            Variation { wind_m_s: [-wind, 0.0], ..none },
-            Variation { delayed: true, ..none },
-        ];
-        variations.extend(two(|x| Variation { mass: x, ..Variation::NONE }, MASS));
-        variations.extend(two(|x| Variation { inertia: x, ..Variation::NONE }, INERTIA));
-        variations.extend(two(|x| Variation { aero: [x, 1.0, 1.0], ..Variation::NONE }, AERO));
-        variations.extend(two(|x| Variation { aero: [1.0, 1.0, x], ..Variation::NONE }, AERO));
-        variations.extend(two(|x| Variation { density: x, ..Variation::NONE }, DENSITY));
-        let fall_m_s = DELAY_S * self.setting.environment.gravity_m_s2;
-        for start in cases.iter().map(ReleaseCase::state) {
-            let varied = |v: &Variation| Trial { start, variation: *v, tracked: false };
-            self.trials.extend(variations.iter().map(varied));
-            for more in [-fall_m_s, fall_m_s] {
-                let mut trial = varied(&none);
-                trial.start.v_ned.z += more;
-                self.trials.push(trial);
-            }
-        }
-        self
+    /// Adds the cases with what the controller does not know of, one thing at a time ([`super::unknowns`]), judged by J_TPF.
+    pub fn with_variations(self, cases: &[ReleaseCase]) -> Self {
+        let setting = &self.setting;
+        let (g, target_m_s) = (setting.environment.gravity_m_s2, setting.target_v_ned.norm());
+        let states: Vec<BodyState> = cases.iter().map(ReleaseCase::state).collect();
+        let varied = one_at_a_time(&states, g, target_m_s);
+        self.with_varied_states(&varied)
     }
 
     /// Adds flights from these states, each with a variation of its own, judged by J_TPF.

@@ -1,5 +1,5 @@
-//! What a controller does not know of: how far mass, air, wind and delays may be off, one at a time in a robust tuning
-//! ([`super::Bench::with_variations`]), all at once and at random in the flights that gains are tried on afterwards.
+//! What a controller does not know of: how far mass, air, wind and delays may be off, one at a time in a robust tuning,
+//! all at once and at random in the flights that gains are tried on afterwards.
 
 use crate::model::rigid_body::BodyState;
 use crate::sim::planar::Variation;
@@ -19,11 +19,44 @@ pub const WIND: f64 = 0.25;
 /// Release delay, longer or shorter [s].
 pub const DELAY_S: f64 = 0.1;
 
+/// Each release with one thing off at a time, to either end; measurements a control period late.
+pub fn one_at_a_time(
+    releases: &[BodyState],
+    gravity_m_s2: f64,
+    target_m_s: f64,
+) -> Vec<(BodyState, Variation)> {
+    let none = Variation::NONE;
+    let wind = WIND * target_m_s;
+    let two = |of: fn(f64) -> Variation, by: f64| [of(1.0 - by), of(1.0 + by)];
+    let mut variations = vec![
+        Variation { wind_m_s: [wind, 0.0], ..none },
+        Variation { wind_m_s: [-wind, 0.0], ..none },
+        Variation { delayed: true, ..none },
+    ];
+    variations.extend(two(|x| Variation { mass: x, ..Variation::NONE }, MASS));
+    variations.extend(two(|x| Variation { inertia: x, ..Variation::NONE }, INERTIA));
+    variations.extend(two(|x| Variation { aero: [x, 1.0, 1.0], ..Variation::NONE }, AERO));
+    variations.extend(two(|x| Variation { aero: [1.0, 1.0, x], ..Variation::NONE }, AERO));
+    variations.extend(two(|x| Variation { density: x, ..Variation::NONE }, DENSITY));
+    let fall_m_s = DELAY_S * gravity_m_s2;
+    releases
+        .iter()
+        .flat_map(|release| {
+            let later = [-fall_m_s, fall_m_s].map(|more| {
+                let mut release = *release;
+                release.v_ned.z += more;
+                (release, none)
+            });
+            variations.iter().map(|v| (*release, *v)).chain(later).collect::<Vec<_>>()
+        })
+        .collect()
+}
+
 /// Random numbers of the unknowns are apart from those of the releases of the same seed.
 const APART: u64 = 0x7661_7269_6564;
 
-/// Each release with unknowns of its own, every one uniform between its ends; every other measurement chain, at random, is a
-/// control period late. Release `k` draws from stream `k` of the seed: it has the same ones whichever are flown beside it.
+/// Each release with unknowns of its own, every one uniform between its ends; measurements are a control period late in about
+/// every other flight. Release `k` draws from stream `k` of the seed: it has the same ones whichever are flown beside it.
 pub fn varied_releases(
     releases: &[BodyState],
     seed: u64,

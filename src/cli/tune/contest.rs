@@ -65,7 +65,7 @@ fn named(args: &TuneArgs, mission: &Mission, found: &Longitudinal) -> Vec<(Strin
         ("paper_pso".to_owned(), Gains::paper_pso().as_longitudinal()),
     ];
     let mut shelf = mission.clone();
-    if shelf.use_gains(IDEAL).is_ok() {
+    if args.name != IDEAL && shelf.use_gains(IDEAL).is_ok() {
         named.push((shelf.gains_name, shelf.gains.as_longitudinal()));
     }
     if !named.iter().any(|(name, _)| *name == mission.gains_name) && mission.gains_name != args.name {
