@@ -121,24 +121,17 @@ impl<'a> Bench<'a> {
 
     /// Adds flights from these states, judged by J_TPF.
     pub fn with_states(mut self, states: &[BodyState]) -> Self {
-        let trial = |s: &BodyState| Trial { start: *s, variation: Variation::NONE, tracked: false };
-        self.trials.extend(states.iter().map(trial));
+        self.trials.extend(states.iter().map(|s| untracked(&(*s, Variation::NONE))));
         self
     }
 
     /// Adds the cases with what the controller does not know of, one thing at a time ([`super::unknowns`]), judged by J_TPF.
-    pub fn with_variations(self, cases: &[ReleaseCase]) -> Self {
+    pub fn with_variations(mut self, cases: &[ReleaseCase]) -> Self {
         let setting = &self.setting;
         let (g, target_m_s) = (setting.environment.gravity_m_s2, setting.target_v_ned.norm());
         let states: Vec<BodyState> = cases.iter().map(ReleaseCase::state).collect();
-        let varied = one_at_a_time(&states, g, target_m_s);
-        self.with_varied_states(&varied)
-    }
-
-    /// Adds flights from these states, each with a variation of its own, judged by J_TPF.
-    pub fn with_varied_states(mut self, states: &[(BodyState, Variation)]) -> Self {
-        let trial = |&(start, variation): &(BodyState, Variation)| Trial { start, variation, tracked: false };
-        self.trials.extend(states.iter().map(trial));
+        let trials = one_at_a_time(&states, g, target_m_s);
+        self.trials.extend(trials.iter().map(untracked));
         self
     }
 
@@ -170,6 +163,11 @@ impl<'a> Bench<'a> {
     /// A candidate's flights, in the order in which they were added.
     pub fn fly(&self, k: &Longitudinal) -> Vec<Evaluation> {
         self.fly_trials(k, &self.trials)
+    }
+
+    /// Other flights than the bench's own, judged by J_TPF.
+    pub fn fly_others(&self, k: &Longitudinal, others: &[(BodyState, Variation)]) -> Vec<Evaluation> {
+        self.fly_trials(k, &others.iter().map(untracked).collect::<Vec<_>>())
     }
 
     fn fly_trials(&self, k: &Longitudinal, trials: &[Trial]) -> Vec<Evaluation> {
@@ -253,6 +251,10 @@ impl<'a> Bench<'a> {
         }
         self.evaluation(trial, tracking.rms(), j_tpf, steady_after_s, &sim.state().body.v_ned)
     }
+}
+
+fn untracked(&(start, variation): &(BodyState, Variation)) -> Trial {
+    Trial { start, variation, tracked: false }
 }
 
 fn duration_s(setting: &Setting<'_>) -> f64 {

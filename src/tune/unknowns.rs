@@ -55,31 +55,29 @@ pub fn one_at_a_time(
 /// Random numbers of the unknowns are apart from those of the releases of the same seed.
 const APART: u64 = 0x7661_7269_6564;
 
-/// Each release with unknowns of its own, every one uniform between its ends; measurements are a control period late in about
-/// every other flight. Release `k` draws from stream `k` of the seed: it has the same ones whichever are flown beside it.
-pub fn varied_releases(
-    releases: &[BodyState],
+/// A release with unknowns of its own, every one uniform between its ends; measurements are a control period late in about every other
+/// flight. Trial `k` draws from stream `k` of the seed: it is the same whichever are flown beside it.
+pub fn varied(
+    release: &BodyState,
     seed: u64,
+    k: u64,
     gravity_m_s2: f64,
     target_m_s: f64,
-) -> Vec<(BodyState, Variation)> {
-    let vary = |(k, release): (usize, &BodyState)| {
-        let mut stream = Stream::new(seed ^ APART, k);
-        let mut off = |by: f64| stream.between(-by, by);
-        let variation = Variation {
-            mass: 1.0 + off(MASS),
-            inertia: 1.0 + off(INERTIA),
-            aero: [1.0 + off(AERO), 1.0, 1.0 + off(AERO)],
-            density: 1.0 + off(DENSITY),
-            wind_m_s: [target_m_s * off(WIND), 0.0],
-            delayed: off(1.0) > 0.0,
-            ..Variation::NONE
-        };
-        let mut release = *release;
-        release.v_ned.z += gravity_m_s2 * off(DELAY_S);
-        (release, variation)
+) -> (BodyState, Variation) {
+    let mut stream = Stream::new(seed ^ APART, k as usize);
+    let mut off = |by: f64| stream.between(-by, by);
+    let variation = Variation {
+        mass: 1.0 + off(MASS),
+        inertia: 1.0 + off(INERTIA),
+        aero: [1.0 + off(AERO), 1.0, 1.0 + off(AERO)],
+        density: 1.0 + off(DENSITY),
+        wind_m_s: [target_m_s * off(WIND), 0.0],
+        delayed: off(1.0) > 0.0,
+        ..Variation::NONE
     };
-    releases.iter().enumerate().map(vary).collect()
+    let mut release = *release;
+    release.v_ned.z += gravity_m_s2 * off(DELAY_S);
+    (release, variation)
 }
 
 #[cfg(test)]
@@ -98,7 +96,7 @@ mod tests {
             v_ned: Vector3::zeros(),
             omega_body: Vector3::zeros(),
         };
-        let drawn = varied_releases(&vec![still; n], 3, 2.0, 8.0);
+        let drawn: Vec<_> = (0..n as u64).map(|k| varied(&still, 3, k, 2.0, 8.0)).collect();
         let numbers = |(s, v): &(BodyState, Variation)| {
             let [drag, lift, moment] = v.aero;
             assert_eq!((lift, v.wind_m_s[1]), (1.0, 0.0));
@@ -124,6 +122,6 @@ mod tests {
         for mean in sums.map(|s| s / n as f64) {
             assert!(mean.abs() < 4.0 / (n as f64).sqrt(), "{sums:?}");
         }
-        assert_eq!(drawn[..17], varied_releases(&vec![still; 17], 3, 2.0, 8.0));
+        assert_eq!(drawn[17], varied(&still, 3, 17, 2.0, 8.0));
     }
 }

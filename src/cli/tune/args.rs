@@ -23,7 +23,7 @@ five bounds on the RMS, for the front of both.
 
 JSON (--json; when no gains were found mission, gains: null and reason): mission, version, seed, input_hash, method, objective, model, gains (by name), cost, rms, j_tpf, allowed (whether the
 objective's bounds hold), evaluations, diverged, iterations, flights_per_evaluation, stopped, wall_s, evaluations_per_s,
-contenders (name, gains, rms, at_rest, allowed, tuning_j_tpf_worst, tuning_j_tpf_mean, unseen_trials, unseen_j_tpf_mean,
+contenders (name, gains, rms, at_rest, allowed, tuning_rms, tuning_j_tpf_worst, unseen_trials, unseen_j_tpf_mean,
 unseen_j_tpf_std, unseen_j_tpf_worst, unseen_p_safe, varied_j_tpf_mean, varied_j_tpf_std, varied_j_tpf_worst, varied_p_safe; empty when
 stopped), best (name; null when none is allowed or it was stopped).
 
@@ -34,7 +34,7 @@ coming to rest), the ones with the lowest worst J_TPF on the unseen flights; wit
 --resume goes on from a checkpoint of the same search. --iterations may be another (but for pareto), and what is not of the search
 (--unseen, --name, --threads) too; anything else is refused and named.
 
-Exit code 1 when the objective's bounds do not hold for the best gains found, or the search was stopped.
+Exit code 1 when the objective's bounds do not hold for the best gains found, or the search or the unseen flights were stopped.
 
 Examples:
   samara tune                                            (safe gains)

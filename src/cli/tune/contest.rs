@@ -8,14 +8,14 @@ use super::args::TuneArgs;
 use super::{setting, settings};
 use crate::cli::outcome::{BadInput, Failure};
 use crate::config::Mission;
-use crate::control::{ControlError, Gains};
+use crate::control::Gains;
 use crate::report::tune::contest::Sample;
 use crate::report::tune::{Contender, Contest};
 use crate::sim::PlantKind;
+use crate::sim::planar::Variation;
 use crate::trajectory::Trajectory;
 use crate::tune::bench::Setting;
-use crate::tune::release_cases::random_releases;
-use crate::tune::unknowns::varied_releases;
+use crate::tune::unknowns::varied;
 use crate::tune::{Bench, Evaluation, Longitudinal, Objective};
 
 /// Gains that are shown as a warning: the optimum of the paper's problem on the ideal plant.
@@ -34,24 +34,26 @@ pub fn contest(
 ) -> Result<Option<Contest>, Failure> {
     // Real actuators, whatever the tuning had.
     let real = Setting { plant: PlantKind::Actuator, ..setting(args, mission, plan) };
-    let cases = Bench::new(real.clone()).bad_input()?.with_cases(&mission.tuning_cases);
+    let cases = Bench::new(real).bad_input()?.with_cases(&mission.tuning_cases);
     let bounds = Objective::Safety { rms_bound: settings::rms_bound(args, &cases), penalty: args.penalty };
-    let releases = random_releases(&mission.releases(), mission.seed, args.unseen as usize);
-    let target_m_s = mission.target_v_ned.norm();
-    let varied = varied_releases(&releases, mission.seed, mission.environment.gravity_m_s2, target_m_s);
-    let empty = || Bench::new(real.clone());
-    let unseen: Result<Vec<Bench<'_>>, ControlError> =
-        releases.chunks(PORTION).map(|some| Ok(empty()?.with_states(some))).collect();
-    let varied: Result<Vec<Bench<'_>>, ControlError> =
-        varied.chunks(PORTION).map(|some| Ok(empty()?.with_varied_states(some))).collect();
-    let (unseen, varied) = (unseen.bad_input()?, varied.bad_input()?);
-    let sample = |k: &Longitudinal, portions: &[Bench<'_>]| -> Option<Sample> {
-        let fly = |b: &Bench<'_>| (!stop.load(Ordering::Relaxed)).then(|| b.fly(k));
+    let (distribution, seed) = (mission.releases(), mission.seed);
+    let (g, target_m_s) = (mission.environment.gravity_m_s2, mission.target_v_ned.norm());
+    let trial = |vary: bool, number: u64| {
+        let release = distribution.draw(seed, number).state;
+        if vary { varied(&release, seed, number, g, target_m_s) } else { (release, Variation::NONE) }
+    };
+    let unseen = u64::from(args.unseen);
+    let portions: Vec<u64> = (0..unseen).step_by(PORTION).collect();
+    let sample = |k: &Longitudinal, vary: bool| -> Option<Sample> {
+        let fly = |&first: &u64| {
+            let trials: Vec<_> = (first..unseen).take(PORTION).map(|number| trial(vary, number)).collect();
+            (!stop.load(Ordering::Relaxed)).then(|| cases.fly_others(k, &trials))
+        };
         let flown: Option<Vec<Vec<Evaluation>>> = portions.par_iter().with_max_len(1).map(fly).collect();
         flown.map(|f| Sample::of(&f.concat()))
     };
     let contender = |(name, k): (String, Longitudinal)| {
-        let (unseen, varied) = (sample(&k, &unseen)?, sample(&k, &varied)?);
+        let (unseen, varied) = (sample(&k, false)?, sample(&k, true)?);
         Some(Contender { name, k, tuning: tuning.evaluate(&k), cases: cases.evaluate(&k), unseen, varied })
     };
     let contenders: Option<Vec<Contender>> = named(args, mission, found).into_iter().map(contender).collect();
