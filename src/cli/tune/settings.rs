@@ -109,7 +109,7 @@ pub fn identity(
         ("method", name_of(args.method)),
         ("objective", name_of(args.objective)),
         ("model", name_of(args.model)),
-        ("rms_bound", bounds.join(" ")),
+        ("rms_bound", if bounds.is_empty() { "none".to_owned() } else { bounds.join(" ") }),
         ("penalty", args.penalty.to_string()),
         ("swing", format!("{:?}", args.swing)),
         ("robust", args.robust.to_string()),
