@@ -60,7 +60,7 @@ pub struct Progress {
     pub evaluations: usize,
     /// Candidates so far with a flight that diverged.
     pub diverged: usize,
-    /// Median cost of this iteration's candidates.
+    /// Median cost of this iteration's candidates; of those that were given up, what they cost up to then.
     pub median_cost: f64,
     /// Least cost under this objective so far.
     pub cost: f64,
