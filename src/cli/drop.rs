@@ -2,10 +2,10 @@
 
 use std::io::Write as _;
 
-use super::args::{DropArgs, SpeedArg};
+use super::args::{DropArgs, EstimatorChoice, SpeedArg};
 use super::clock::Stopwatch;
 use super::flight_files::write_flight;
-use super::mission::mission_with_a_drop;
+use super::mission::{mission_with_a_drop, note_estimator};
 use super::narrative::Narrator;
 use super::net::{Reporter, block_on, ports_of, speed_of, system_of, wiring_of};
 use super::outcome::{Answer, BadInput, Failure};
@@ -45,10 +45,14 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
         return Err(anyhow::anyhow!(text)).bad_input();
     }
     let mut mission = mission_with_a_drop(&args.mission.mission, &args.choice)?;
+    note_estimator(&mut mission, &args.state);
     let narrator = Narrator::together(args.mission.json);
     narrator.say(&format!(
-        "samara drop: {}, vehicle {}, gains {}\n",
-        mission.name, mission.vehicle_name, mission.gains_name
+        "samara drop: {}, vehicle {}, gains {}{}\n",
+        mission.name,
+        mission.vehicle_name,
+        mission.gains_name,
+        if args.state.estimator == EstimatorChoice::Ekf { ", on its own estimator" } else { "" }
     ))?;
     let given =
         args.trajectory.as_deref().map(|path| mission.use_trajectory(path).bad_input()).transpose()?;
@@ -124,7 +128,7 @@ fn fly(
     let wiring = wiring_of(&args.net, &args.link)?;
     let mut wire = Lockstep::new(
         sessions::simulator(mission, system),
-        sessions::autopilot(mission, &args.choice, system, true)?,
+        sessions::autopilot(mission, &args.choice, &args.state, system, true)?,
         sessions::streamer(mission, trajectory.clone(), system, false),
     );
     let record = |stem| Recording::new(folder, stem, mission);
