@@ -1,11 +1,12 @@
 //! `samara drop`: plan, drop, fly, judge.
 
 use std::io::Write as _;
+use std::path::Path;
 
-use super::args::{AutopilotArg, DropArgs, SpeedArg};
+use super::args::{AutopilotArg, ChoiceArgs, DropArgs, EstimatorChoice, SpeedArg, StateArgs};
 use super::clock::Stopwatch;
 use super::flight_files::write_flight;
-use super::mission::{mission_for_px4, mission_with_a_drop};
+use super::mission::{mission_for_px4, mission_with_a_drop, note_estimator};
 use super::narrative::Narrator;
 use super::net::{Reporter, block_on, ports_of, speed_of, system_of, wiring_of};
 use super::outcome::{Answer, BadInput, Failure};
@@ -19,6 +20,7 @@ use crate::assess::{Verdict, VerdictBuilder, plan_j_tpf};
 use crate::config::{Mission, TrajectoryFile};
 use crate::link::shell::{Notice, Observer, Speed, run_watched_drop};
 use crate::link::{AutopilotSession, FlightRecord, Lockstep, seconds};
+use crate::params::ParameterFile;
 use crate::plan::Status;
 use crate::report::{DropEvent, DropRun, FlownTrajectory, drop_json, plan_json, plan_text, verdict_text};
 use crate::sim::Sample;
@@ -46,18 +48,15 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
             "--link and --sign-key: --speed FACTOR is expected with them; at `max` no socket is opened";
         return Err(anyhow::anyhow!(text)).bad_input();
     }
-    let pilot = Pilot::of(&args.autopilot)?;
-    let (mut mission, parameters) = match pilot {
-        Pilot::Reference => (mission_with_a_drop(&args.mission.mission, &args.choice)?, None),
-        Pilot::Px4(_) => mission_for_px4(&args.mission.mission, &args.choice)?,
-    };
+    let pilot = Pilot::of(&args.autopilot, &args.state)?;
+    let (mut mission, parameters) = pilot.mission(&args.mission.mission, &args.choice, &args.state)?;
     let narrator = Narrator::together(args.mission.json);
     narrator.say(&format!(
         "samara drop: {}, vehicle {}, gains {}{}\n",
         mission.name,
         mission.vehicle_name,
         mission.gains_name,
-        pilot.words()
+        pilot.words(&args.state)
     ))?;
     let given =
         args.trajectory.as_deref().map(|path| mission.use_trajectory(path).bad_input()).transpose()?;
@@ -98,19 +97,45 @@ pub enum Pilot {
 }
 
 impl Pilot {
-    /// The pilot of `--autopilot`.
+    /// The pilot of `--autopilot`, which may have an estimator of its own.
     ///
     /// # Errors
-    /// [`Failure::BadInput`] when there is no PX4 where it should be.
-    pub fn of(argument: &AutopilotArg) -> Result<Self, Failure> {
-        Ok(match argument {
-            AutopilotArg::Reference => Self::Reference,
-            AutopilotArg::Px4(path) => Self::Px4(BuildFolder::open(path).bad_input()?),
-        })
+    /// [`Failure::BadInput`] when there is no PX4 where it should be, or it is told what to fly by.
+    pub fn of(argument: &AutopilotArg, state: &StateArgs) -> Result<Self, Failure> {
+        match argument {
+            AutopilotArg::Reference => Ok(Self::Reference),
+            AutopilotArg::Px4(_) if state.estimator == EstimatorChoice::Ekf => {
+                let text =
+                    "--estimator: --autopilot reference is expected with it; PX4 has an estimator of its own";
+                Err(anyhow::anyhow!(text)).bad_input()
+            }
+            AutopilotArg::Px4(path) => Ok(Self::Px4(BuildFolder::open(path).bad_input()?)),
+        }
     }
 
-    fn words(&self) -> &'static str {
+    /// The mission for it, and PX4's parameters where a file is chosen.
+    ///
+    /// # Errors
+    /// [`Failure::BadInput`] when a file is missing or wrong.
+    pub fn mission(
+        &self,
+        path: &Path,
+        choice: &ChoiceArgs,
+        state: &StateArgs,
+    ) -> Result<(Mission, Option<ParameterFile>), Failure> {
         match self {
+            Self::Reference => {
+                let mut mission = mission_with_a_drop(path, choice)?;
+                note_estimator(&mut mission, state);
+                Ok((mission, None))
+            }
+            Self::Px4(_) => mission_for_px4(path, choice),
+        }
+    }
+
+    fn words(&self, state: &StateArgs) -> &'static str {
+        match self {
+            Self::Reference if state.estimator == EstimatorChoice::Ekf => ", on its own estimator",
             Self::Reference => "",
             Self::Px4(_) => ", flown by PX4",
         }
@@ -181,7 +206,7 @@ fn fly(
     let wiring = wiring_of(&args.net, &args.link)?;
     let mut wire = Lockstep::new(
         sessions::simulator(mission, system),
-        sessions::autopilot(mission, &args.choice, system, true)?,
+        sessions::autopilot(mission, &args.choice, &args.state, system, true)?,
         sessions::streamer(mission, trajectory.clone(), system, StreamerChoice::default()),
     );
     let record = |stem| Recording::new(folder, stem, mission);

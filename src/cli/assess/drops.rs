@@ -10,10 +10,9 @@ use anyhow::Context;
 
 use super::AssessArgs;
 use crate::assess::{DropMeasure, RandomDrop};
-use crate::cli::args::{AutopilotArg, ChoiceArgs};
+use crate::cli::args::{AutopilotArg, ChoiceArgs, EstimatorChoice};
 use crate::cli::drop::{Flown, Pilot, tell_if_stopped, tell_verdict};
 use crate::cli::flight_files::write_flight;
-use crate::cli::mission::{mission_for_px4, mission_with_a_drop};
 use crate::cli::narrative::Narrator;
 use crate::cli::outcome::{Answer, BadInput, Failure};
 use crate::cli::output::{OutputFolder, print, tell};
@@ -48,12 +47,8 @@ struct Campaign<'a> {
 /// # Errors
 /// [`Failure::BadInput`] when PX4 is not there, the mission does not suit, or a file cannot be written.
 pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Result<Answer, Failure> {
-    let pilot = Pilot::of(autopilot)?;
-    let (path, choice) = (&args.mission.mission, &args.choice);
-    let (mission, parameters) = match pilot {
-        Pilot::Reference => (mission_with_a_drop(path, choice)?, None),
-        Pilot::Px4(_) => mission_for_px4(path, choice)?,
-    };
+    let pilot = Pilot::of(autopilot, &args.state)?;
+    let (mission, parameters) = pilot.mission(&args.mission.mission, &args.choice, &args.state)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let timed = plan_mission(&mission, false)?;
     write_plan(&folder, &mission, &timed.plan)?;
@@ -72,6 +67,7 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
 impl Campaign<'_> {
     fn autopilot(&self) -> &'static str {
         match self.pilot {
+            Pilot::Reference if self.args.state.estimator == EstimatorChoice::Ekf => "reference_ekf",
             Pilot::Reference => "reference",
             Pilot::Px4(_) => "px4",
         }
@@ -260,7 +256,7 @@ impl Campaign<'_> {
         let choice = ChoiceArgs { gains: None, params: self.args.choice.params.clone(), seed: None };
         let mut wire = Lockstep::new(
             sessions::simulator(mission, system),
-            sessions::autopilot(mission, &choice, system, false)?,
+            sessions::autopilot(mission, &choice, &self.args.state, system, false)?,
             sessions::streamer(mission, self.plan.clone(), system, sessions::StreamerChoice::default()),
         );
         while wire.step(&mut |_, _, _| {}).map_err(anyhow::Error::from)? {

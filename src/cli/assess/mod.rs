@@ -10,7 +10,7 @@ use std::io::Write as _;
 use anyhow::anyhow;
 use clap::Args;
 
-use super::args::{AutopilotArg, ChoiceArgs, MissionArgs};
+use super::args::{AutopilotArg, ChoiceArgs, EstimatorChoice, MissionArgs, StateArgs};
 use super::clock::Stopwatch;
 use super::interrupt;
 use super::mission::chosen_mission;
@@ -86,6 +86,9 @@ pub struct AssessArgs {
     /// Fly whole drops, from the canopy to the end, by samara's own autopilot or by PX4 from its build folder, instead of the study.
     #[arg(long, value_name = "reference|px4=DIR", value_parser = super::args::autopilot, conflicts_with_all = ["bound", "resume"])]
     pub autopilot: Option<AutopilotArg>,
+    /// What the autopilot flies by, with --autopilot.
+    #[command(flatten)]
+    pub state: StateArgs,
     /// Send the plan's acceleration with its velocity, to PX4.
     #[arg(long, requires = "autopilot")]
     pub feed_forward: bool,
@@ -102,6 +105,9 @@ pub fn run(args: &AssessArgs) -> Result<Answer, Failure> {
     let stop = interrupt::flag()?;
     if let Some(autopilot) = &args.autopilot {
         return drops::run(args, autopilot, &stop);
+    }
+    if args.state.estimator == EstimatorChoice::Ekf {
+        return Err(anyhow!("--estimator: --autopilot reference is expected with it")).bad_input();
     }
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
     if mission.tuning_cases.is_empty() {

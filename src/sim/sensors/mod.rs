@@ -52,6 +52,13 @@ pub struct Magnetometer {
     pub noise_gauss: f64,
 }
 
+impl Magnetometer {
+    /// The field that it is in at a site, NED [gauss].
+    pub fn field_at(&self, environment: &Environment) -> Vector3<f64> {
+        self.field_ned_gauss.unwrap_or_else(|| dipole_ned_gauss(environment.anchor.latitude_deg))
+    }
+}
+
 /// All sensors of a vehicle. The default is ideal, but for a barometer that is not quite silent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SensorSettings {
@@ -80,9 +87,8 @@ pub struct Sensors {
 impl Sensors {
     /// Sensors at the site that are read every `period_us`; `seed` draws their errors.
     pub fn new(environment: &Environment, settings: SensorSettings, seed: u64, period_us: u64) -> Self {
-        let dipole = || dipole_ned_gauss(environment.anchor.latitude_deg);
         Self {
-            field_ned_gauss: settings.magnetometer.field_ned_gauss.unwrap_or_else(dipole),
+            field_ned_gauss: settings.magnetometer.field_at(environment),
             noise: Noise::new(seed),
             settings,
             period_us,
@@ -101,16 +107,16 @@ impl Sensors {
     }
 
     /// Specific force, body [m/s^2].
-    pub fn accelerometer(&self, specific_force_body: Vector3<f64>, t_us: u64) -> Vector3<f64> {
+    pub fn accelerometer(&mut self, specific_force_body: Vector3<f64>, t_us: u64) -> Vector3<f64> {
         let period_s = self.period_us as f64 * 1e-6;
         let triad = &self.settings.accelerometer;
-        triad.read(specific_force_body, &self.noise, stream::ACCELEROMETER, t_us, period_s)
+        triad.read(specific_force_body, &mut self.noise, stream::ACCELEROMETER, t_us, period_s)
     }
 
     /// Body rates [rad/s].
-    pub fn gyroscope(&self, omega_body: Vector3<f64>, t_us: u64) -> Vector3<f64> {
+    pub fn gyroscope(&mut self, omega_body: Vector3<f64>, t_us: u64) -> Vector3<f64> {
         let period_s = self.period_us as f64 * 1e-6;
-        self.settings.gyroscope.read(omega_body, &self.noise, stream::GYROSCOPE, t_us, period_s)
+        self.settings.gyroscope.read(omega_body, &mut self.noise, stream::GYROSCOPE, t_us, period_s)
     }
 
     /// Magnetic field, body [gauss], at an attitude.
@@ -125,9 +131,9 @@ impl Sensors {
     }
 
     /// Pressure [hPa] at an altitude [m].
-    pub fn barometer(&self, altitude_m: f64, t_us: u64) -> f64 {
+    pub fn barometer(&mut self, altitude_m: f64, t_us: u64) -> f64 {
         let streams = [stream::BAROMETER_NOISE, stream::BAROMETER_DRIFT];
-        self.settings.barometer.read(altitude_m, &self.noise, streams, t_us)
+        self.settings.barometer.read(altitude_m, &mut self.noise, streams, t_us)
     }
 
     /// The satellite fix that is told at a time: of the delay before it, if that was [noted](Self::note), else of `body`.
