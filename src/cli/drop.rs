@@ -1,24 +1,28 @@
 //! `samara drop`: plan, drop, fly, judge.
 
 use std::io::Write as _;
+use std::path::Path;
 use std::sync::atomic::Ordering;
 
-use super::args::{DropArgs, EstimatorChoice, SpeedArg};
+use super::args::{AutopilotArg, ChoiceArgs, DropArgs, EstimatorChoice, SpeedArg, StateArgs};
 use super::clock::Stopwatch;
 use super::flight_files::write_flight;
 use super::interrupt;
-use super::mission::{mission_with_a_drop, note_estimator};
+use super::mission::{mission_for_px4, mission_with_a_drop, note_estimator};
 use super::narrative::Narrator;
 use super::net::{Reporter, block_on, ports_of, speed_of, system_of, wiring_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::plan::{plan_mission, write_plan};
+use super::px4::flight::Px4Drop;
+use super::px4::{self, BuildFolder};
 use super::recording::Recording;
-use super::sessions;
+use super::sessions::{self, StreamerChoice};
 use crate::assess::{Verdict, VerdictBuilder, plan_j_tpf};
 use crate::config::{Mission, TrajectoryFile};
 use crate::link::shell::{Notice, Observer, Speed, run_watched_drop};
 use crate::link::{AutopilotSession, FlightRecord, Lockstep, seconds};
+use crate::params::ParameterFile;
 use crate::plan::Status;
 use crate::report::{DropEvent, DropRun, FlownTrajectory, drop_json, plan_json, plan_text, verdict_text};
 use crate::sim::Sample;
@@ -46,15 +50,15 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
             "--link and --sign-key: --speed FACTOR is expected with them; at `max` no socket is opened";
         return Err(anyhow::anyhow!(text)).bad_input();
     }
-    let mut mission = mission_with_a_drop(&args.mission.mission, &args.choice)?;
-    note_estimator(&mut mission, &args.state);
+    let pilot = Pilot::of(&args.autopilot, &args.state)?;
+    let (mut mission, parameters) = pilot.mission(&args.mission.mission, &args.choice, &args.state)?;
     let narrator = Narrator::together(args.mission.json);
     narrator.say(&format!(
         "samara drop: {}, vehicle {}, gains {}{}\n",
         mission.name,
         mission.vehicle_name,
         mission.gains_name,
-        if args.state.estimator == EstimatorChoice::Ekf { ", on its own estimator" } else { "" }
+        pilot.words(&args.state)
     ))?;
     let given =
         args.trajectory.as_deref().map(|path| mission.use_trajectory(path).bad_input()).transpose()?;
@@ -70,13 +74,82 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
             }
         },
     };
-    let flown = fly(args, &mission, &planned.trajectory, &folder, &narrator)?;
+    let flown = match &pilot {
+        Pilot::Reference => fly(args, &mission, &planned.trajectory, &folder, &narrator)?,
+        Pilot::Px4(build) => {
+            let drop = Px4Drop {
+                build,
+                instance: args.net.instance,
+                speed: speed_of(args.speed),
+                parameters: parameters.as_ref(),
+                feed_forward: args.feed_forward,
+            };
+            px4::fly(&drop, &mission, &planned.trajectory, &folder, &narrator)?
+        }
+    };
     finish(args, &mission, &planned, &flown, &folder, &narrator)
+}
+
+/// Who flies.
+pub enum Pilot {
+    /// The reference autopilot.
+    Reference,
+    /// PX4.
+    Px4(BuildFolder),
+}
+
+impl Pilot {
+    /// The pilot of `--autopilot`, which may have an estimator of its own.
+    ///
+    /// # Errors
+    /// [`Failure::BadInput`] when there is no PX4 where it should be, or it is told what to fly by.
+    pub fn of(argument: &AutopilotArg, state: &StateArgs) -> Result<Self, Failure> {
+        match argument {
+            AutopilotArg::Reference => Ok(Self::Reference),
+            AutopilotArg::Px4(_) if state.estimator == EstimatorChoice::Ekf => {
+                let text =
+                    "--estimator: --autopilot reference is expected with it; PX4 has an estimator of its own";
+                Err(anyhow::anyhow!(text)).bad_input()
+            }
+            AutopilotArg::Px4(path) => Ok(Self::Px4(BuildFolder::open(path).bad_input()?)),
+        }
+    }
+
+    /// The mission for it, and PX4's parameters where a file is chosen.
+    ///
+    /// # Errors
+    /// [`Failure::BadInput`] when a file is missing or wrong.
+    pub fn mission(
+        &self,
+        path: &Path,
+        choice: &ChoiceArgs,
+        state: &StateArgs,
+    ) -> Result<(Mission, Option<ParameterFile>), Failure> {
+        match self {
+            Self::Reference => {
+                let mut mission = mission_with_a_drop(path, choice)?;
+                note_estimator(&mut mission, state);
+                Ok((mission, None))
+            }
+            Self::Px4(_) => mission_for_px4(path, choice),
+        }
+    }
+
+    fn words(&self, state: &StateArgs) -> &'static str {
+        match self {
+            Self::Reference if state.estimator == EstimatorChoice::Ekf => ", on its own estimator",
+            Self::Reference => "",
+            Self::Px4(_) => ", flown by PX4",
+        }
+    }
 }
 
 /// What does not touch the flight but shows in the .tlog files: the vehicle's number, and that others may have taken part.
 fn circumstances(args: &DropArgs) -> Vec<(&'static str, String)> {
     let mut told = vec![("instance", args.net.instance.to_string())];
+    if let AutopilotArg::Px4(_) = args.autopilot {
+        told.push(("autopilot", "px4".to_owned()));
+    }
     if let SpeedArg::Factor(factor) = args.speed {
         told.push(("speed", format!("{factor:?}")));
     }
@@ -111,10 +184,15 @@ fn plan(
 }
 
 /// A flown drop.
-struct Flown {
-    log: Vec<Sample>,
-    record: FlightRecord,
-    real_time_factor: f64,
+pub struct Flown {
+    /// The flight log.
+    pub log: Vec<Sample>,
+    /// What happened.
+    pub record: FlightRecord,
+    /// Simulated seconds per second.
+    pub real_time_factor: f64,
+    /// Why the autopilot did not fly to the end, if it left or refused.
+    pub trouble: Option<String>,
 }
 
 /// Flies the drop over the wire in memory: as fast as it goes, or at a speed to watch with the ground links open.
@@ -131,7 +209,7 @@ fn fly(
     let mut wire = Lockstep::new(
         sessions::simulator(mission, system),
         sessions::autopilot(mission, &args.choice, &args.state, system, true)?,
-        sessions::streamer(mission, trajectory.clone(), system, false),
+        sessions::streamer(mission, trajectory.clone(), system, StreamerChoice::default()),
     );
     let record = |stem| Recording::new(folder, stem, mission);
     let (hil, vehicle) = (record("hil"), record("vehicle"));
@@ -162,7 +240,8 @@ fn fly(
     let flown_s = wire.simulator.sim().time_s();
     reporter.finish()?;
     let record = wire.simulator.record().clone();
-    Ok(Flown { log: wire.simulator.into_log(), record, real_time_factor: 1e3 * flown_s / watch.ms() })
+    let real_time_factor = 1e3 * flown_s / watch.ms();
+    Ok(Flown { log: wire.simulator.into_log(), record, real_time_factor, trouble: None })
 }
 
 fn tell_events(wire: &mut Lockstep<AutopilotSession>, reporter: &mut Reporter<'_>) {
@@ -179,7 +258,8 @@ fn tell_events(wire: &mut Lockstep<AutopilotSession>, reporter: &mut Reporter<'_
 
 /// The verdict of a flight log; `None` when the vehicle was never released.
 pub fn judge(mission: &Mission, log: &[Sample]) -> Option<Verdict> {
-    let mut verdict = VerdictBuilder::new(mission.limits, mission.target_v_ned);
+    let mut verdict =
+        VerdictBuilder::new(mission.limits, mission.target_v_ned).steady_within(mission.steady_within_m_s);
     if let Some(ground) = mission.ground {
         verdict = verdict.judging_impacts(ground.impact_limit_m_s);
     }
@@ -241,7 +321,8 @@ fn finish(
         };
         print(&drop_json(mission, verdict.as_ref(), &run))?;
     }
-    Ok(answer_of(verdict.as_ref(), stopped, &flown.record))
+    let answer = answer_of(verdict.as_ref(), stopped, &flown.record);
+    Ok(if flown.trouble.is_some() { Answer::No } else { answer })
 }
 
 /// Yes: judged, within the limits, to the end, by the plan alone.

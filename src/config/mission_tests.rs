@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 use super::spoil::{Spoilt, copy, shipped, shipped_files, spoil};
 use super::*;
 use crate::control::{ControlLimits, Gains};
+use crate::model::parachute::Hook;
 use crate::sim::{ReleaseTrigger, SensorSettings, Start};
 use crate::units::RAD_PER_DEG;
 
@@ -88,6 +89,14 @@ fn reference_x500_mission() {
     assert!((m.cost_input - 1e-5 * (300.0f64 / 8.54858).powi(2)).abs() < 1e-16);
     assert_eq!((m.x_ss, m.target_v_ned), (None, Vector3::new(2.0, 0.0, 1.0)));
     assert_eq!(m.vehicle_name, "x500");
+    // Hangs still for 8 of 15 s; at the release the descent is complete: 1 - tanh(7 g/5) = 2e-12.
+    assert_eq!(m.parachute.hook, Some(Hook { lets_go_before_s: 7.0 }));
+    let (released, _) = m.parachute.hanging(0.0, &m.environment);
+    assert!((released.v_ned.z - 5.0).abs() < 1e-10 && released.v_ned.z < 5.0);
+    let (held, a_ned) = m.parachute.hanging(-7.5, &m.environment);
+    assert_eq!((held.v_ned, a_ned), (Vector3::zeros(), Vector3::zeros()));
+    // Three standard deviations of the receiver's velocity.
+    assert!((m.steady_within_m_s / m.sensors.satellite.speed_noise_m_s - 3.0).abs() < 1e-9);
     let case_1 = &m.tuning_cases[1];
     let swing = 9.4 * RAD_PER_DEG * 3.1316;
     assert!((case_1.v_ned.x - swing).abs() < 5e-3 && (case_1.pitch_rate_rad_s - swing).abs() < 1e-3);
@@ -244,6 +253,16 @@ fn written_gains_read_back_to_the_last_bit() {
         Gains::longitudinal([1.0 / 3.0, 1e-20, 0.1 + 0.2, 5.0, 0.0, 1e6 - 1e-10, 2.2250738585072014e-308]);
     std::fs::write(&path, gains_json("mine", "a \"quoted\" \n about", &gains)).unwrap();
     assert_eq!(load_gains(&path).unwrap(), GainsFile { name: "mine".into(), gains });
+}
+
+/// The hook is a part of the time to the release.
+#[test]
+fn a_hook_that_outlasts_the_hang_is_refused() {
+    titan("\"hang_s\": 10,", "\"hang_s\": 10, \"hook_s\": 10,").refused_at(
+        ("\"hook_s\"", 0),
+        "release.hook_s",
+        "expected less than 10 s, the time to the release (release.hang_s), of which it is a part, found 10 s",
+    );
 }
 
 #[test]

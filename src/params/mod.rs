@@ -8,6 +8,7 @@
 //! | [`normalised`] | PX4's normalised torque and thrust in N m and N, for any rotor set |
 //! | [`export`] | gains, limits and vehicle to parameters |
 //! | [`import`] | parameters to gains and limits |
+//! | [`procedure`] | what PX4 must be set to for a drop, and why |
 //! | [`check`] | a file against PX4's ranges |
 //! | [`diff`] | two files against each other |
 //!
@@ -20,6 +21,7 @@ pub mod file;
 pub mod import;
 pub mod metadata;
 pub mod normalised;
+pub mod procedure;
 pub mod purpose;
 
 #[cfg(test)]
@@ -29,11 +31,11 @@ mod import_tests;
 
 pub use check::{Check, Class, Finding, check};
 pub use diff::{Difference, diff};
-pub use export::{Export, Subject, export};
+pub use export::{Export, Subject, export, export_for_mixing};
 pub use file::{ParameterFile, Value};
 pub use import::{Import, Scale, adopt, import};
 pub use metadata::{Metadata, Parameter};
-pub use normalised::NormalisedUnits;
+pub use normalised::{Mixing, NormalisedUnits};
 pub use purpose::Purpose;
 
 /// Why a parameter file is refused. Errors of a line start with its number, so that `file:` before them makes a place.
