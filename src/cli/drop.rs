@@ -123,9 +123,9 @@ fn fly(
     let ports = ports_of(&args.net)?;
     let wiring = wiring_of(&args.net, &args.link)?;
     let mut wire = Lockstep::new(
-        sessions::simulator(mission, system),
+        sessions::simulator(mission, system, None),
         sessions::autopilot(mission, &args.choice, system, true)?,
-        sessions::streamer(mission, trajectory.clone(), system, false),
+        sessions::streamer(mission, trajectory.clone(), system, false, None),
     );
     let record = |stem| Recording::new(folder, stem, mission);
     let (hil, vehicle) = (record("hil"), record("vehicle"));

@@ -22,7 +22,7 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let narrator = Narrator::alone(args.mission.json);
     let hil = Recording::new(&folder, "hil", &mission);
     let mut reporter = Reporter::new(narrator, &mission, Some(hil), None);
-    let session = sessions::simulator(&mission, system_of(&args.net)?);
+    let session = sessions::simulator(&mission, system_of(&args.net)?, sessions::froude(&mission));
     let speed = speed_of(args.speed);
     let session =
         block_on(|stop| run_simulator(session, &ports, speed, key, &mut reporter, stop))?.bad_input()?;

@@ -30,7 +30,9 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
             timed.plan.trajectory
         }
     };
-    let session = sessions::streamer(&mission, trajectory, system_of(&args.net)?, args.feed_forward);
+    let system = system_of(&args.net)?;
+    let froude = sessions::froude(&mission);
+    let session = sessions::streamer(&mission, trajectory, system, args.feed_forward, froude);
     let mut reporter = Reporter::new(narrator, &mission, None, None);
     let session = block_on(|stop| run_streamer(session, &ports, key, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;

@@ -37,7 +37,7 @@ mod vehicle_json;
 pub use checkpoint::{checkpoint_json, load_checkpoint};
 pub use error::ConfigError;
 pub use gains_file::{GainsFile, gains_json, gains_path, load_gains};
-pub use mission::{Mission, MonteCarlo, PlanInitial, load_mission};
+pub use mission::{Mission, MonteCarlo, PlanInitial, Px4Clock, load_mission};
 pub use mission_ground::MissionGround;
 pub use params_file::load_parameters;
 pub use trajectory_csv::{Stamp, TrajectoryFile, read_trajectory_csv, write_trajectory_csv};

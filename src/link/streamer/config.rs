@@ -2,13 +2,15 @@
 
 use nalgebra::Vector3;
 
-use super::super::TimeUs;
+use super::super::{Froude, TimeUs};
 
 /// What is to be streamed, and when.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StreamerConfig {
     /// System of the vehicle.
     pub vehicle_system: u8,
+    /// Scale of the wire; `None`: the site's own units and time.
+    pub froude: Option<Froude>,
     /// Simulated time of the release [s].
     pub hang_s: f64,
     /// Whether the streamer commands the release; otherwise it waits for whatever triggers it.
@@ -37,6 +39,7 @@ impl Default for StreamerConfig {
     fn default() -> Self {
         Self {
             vehicle_system: 1,
+            froude: None,
             hang_s: 10.0,
             commands_release: true,
             delay_s: 0.5,

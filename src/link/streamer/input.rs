@@ -36,8 +36,8 @@ impl StreamerSession {
             }
             (PARACHUTE_COMPONENT, Some(MavMessage::NAMED_VALUE_INT(m))) => {
                 match (m.name.to_str(), TimeUs::try_from(m.value)) {
-                    (Ok(T_RELEASE), Ok(ms)) => self.note_release(ms * 1_000, true),
-                    (Ok(T_END), Ok(ms)) => self.note_end(ms * 1_000),
+                    (Ok(T_RELEASE), Ok(ms)) => self.note_release(self.site_us(ms), true),
+                    (Ok(T_END), Ok(ms)) => self.note_end(self.site_us(ms)),
                     _ => {}
                 }
             }
@@ -54,8 +54,14 @@ impl StreamerSession {
         self.events.push_back(StreamerEvent::Text { at, severity, text });
     }
 
+    /// The site's time of milliseconds on the wire.
+    fn site_us(&self, wire_ms: TimeUs) -> TimeUs {
+        let wire_us = wire_ms * 1_000;
+        self.config.froude.map_or(wire_us, |f| f.site_us(wire_us))
+    }
+
     fn take_clock(&mut self, time_boot_ms: u32) {
-        let now = TimeUs::from(time_boot_ms) * 1_000;
+        let now = self.site_us(TimeUs::from(time_boot_ms));
         if now + CLOCK_JITTER_US < self.flight.now {
             self.events.push_back(StreamerEvent::VehicleRestarted { at: now });
             self.flight = Flight { heartbeat_heard: true, ..Flight::new() };
