@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
+use super::Px4Clock;
 use super::source::Source;
 use super::{ConfigError, Mission};
-use crate::params::{ParameterFile, ParamsError, Subject, import};
+use crate::params::belongs::to_px4;
+use crate::params::{ParameterFile, ParamsError, Purpose, Subject, import};
 
 /// Reads a parameter file of any origin.
 ///
@@ -34,6 +36,25 @@ impl Mission {
             limits: &self.control_limits,
             speed_m_s: self.limits.speed_m_s,
         }
+    }
+
+    /// What a parameter file must be for that a PX4 flies this mission with.
+    pub fn px4_purpose(&self) -> Purpose {
+        match self.px4_clock {
+            Px4Clock::Real => Purpose::Px4,
+            Px4Clock::Froude => Purpose::Px4Froude,
+        }
+    }
+
+    /// Reads a parameter file that a PX4 is to be given for this mission.
+    ///
+    /// # Errors
+    /// [`ConfigError`] when the file cannot be read or is for something else.
+    pub fn load_px4_parameters(&self, path: &Path) -> Result<ParameterFile, ConfigError> {
+        let file = load_parameters(path)?;
+        to_px4(&file, self.environment.gravity_m_s2, self.px4_purpose())
+            .map_err(|error| refuse(path, error))?;
+        Ok(file)
     }
 
     /// Puts the gains and limits of a parameter file in; what the file leaves out stays. The input hash follows. Gives remarks on the

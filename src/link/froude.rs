@@ -133,3 +133,133 @@ fn scale_i16<const N: usize>(fields: [&mut i16; N], factor: f64) {
 fn scale_u16<const N: usize>(fields: [&mut u16; N], factor: f64) {
     fields.into_iter().for_each(|x| *x = (f64::from(*x) * factor).round() as u16);
 }
+
+#[cfg(test)]
+mod tests {
+    use mavlink::dialects::common::*;
+
+    use super::*;
+
+    const TITAN: f64 = 1.35;
+
+    #[test]
+    fn closed_form_titans_step_is_the_root_of_the_gravities_to_the_microsecond() {
+        let froude = Froude::under(TITAN);
+        assert_eq!((froude.step_us(), froude.k()), (10_781, 2.69525));
+        assert!((froude.k() / (STANDARD_GRAVITY_M_S2 / TITAN).sqrt() - 1.0).abs() < 0.5 / 10_781.0);
+        assert_eq!(Froude::under(STANDARD_GRAVITY_M_S2).k(), 1.0);
+        assert_eq!(Froude::under(STANDARD_GRAVITY_M_S2 * 4.0).k(), 0.5);
+    }
+
+    /// Whole steps are whole steps on both sides, also in milliseconds; in between, a time comes back to half a unit of the coarser side.
+    #[test]
+    fn prop_times_survive_the_wire() {
+        for gravity in [0.1, 1.35, 1.62, 3.71, 8.87, 9.80665, 24.8] {
+            let froude = Froude::under(gravity);
+            for n in [0, 1, 2, 3, 7, 250, 8_811, 83_000_000] {
+                let (site, wire) = (n * froude.step_us(), n * 4_000);
+                assert_eq!((froude.wire_us(site), froude.site_us(wire)), (wire, site), "{gravity} {n}");
+                if gravity <= 9.9 {
+                    assert_eq!(froude.wire_us(site / 1_000), n * 4, "{gravity} {n}");
+                }
+            }
+            for t in [1, 999, 10_123_457, 899_999_999] {
+                let back = froude.site_us(froude.wire_us(t));
+                assert!(
+                    back.abs_diff(t) as f64 <= (froude.k() / 2.0).max(0.5).ceil(),
+                    "{gravity} {t} {back}"
+                );
+            }
+        }
+    }
+
+    /// k = 2.5: every factor is exact.
+    fn froude() -> Froude {
+        let froude = Froude::under(STANDARD_GRAVITY_M_S2 / 6.25);
+        assert_eq!(froude.k(), 2.5);
+        froude
+    }
+
+    #[test]
+    fn closed_form_what_has_seconds_in_it_is_scaled_and_nothing_else() {
+        let sensor = HIL_SENSOR_DATA {
+            time_usec: 20_000,
+            zacc: -2.0,
+            ygyro: 0.5,
+            xmag: 0.25,
+            abs_pressure: 900.0,
+            pressure_alt: 988.0,
+            temperature: 8.5,
+            ..Default::default()
+        };
+        let expected = HIL_SENSOR_DATA { time_usec: 8_000, zacc: -12.5, ygyro: 1.25, ..sensor.clone() };
+        assert_eq!(froude().wire_message(&MavMessage::HIL_SENSOR(sensor)), MavMessage::HIL_SENSOR(expected));
+
+        let fix = HIL_GPS_DATA {
+            time_usec: 20_000,
+            lat: 70_000_000,
+            alt: 1_000_000,
+            eph: 90,
+            vel: 500,
+            vn: -300,
+            vd: 400,
+            cog: 18_000,
+            ..Default::default()
+        };
+        let expected = HIL_GPS_DATA { time_usec: 8_000, vel: 1_250, vn: -750, vd: 1_000, ..fix.clone() };
+        assert_eq!(froude().wire_message(&MavMessage::HIL_GPS(fix)), MavMessage::HIL_GPS(expected));
+
+        let setpoint = SET_POSITION_TARGET_LOCAL_NED_DATA {
+            time_boot_ms: 20,
+            x: 3.0,
+            vx: 4.0,
+            vz: 4.0,
+            afz: -1.0,
+            yaw: 0.5,
+            yaw_rate: 0.5,
+            ..Default::default()
+        };
+        let expected = SET_POSITION_TARGET_LOCAL_NED_DATA {
+            time_boot_ms: 8,
+            vx: 10.0,
+            vz: 10.0,
+            afz: -6.25,
+            yaw_rate: 1.25,
+            ..setpoint.clone()
+        };
+        assert_eq!(
+            froude().wire_message(&MavMessage::SET_POSITION_TARGET_LOCAL_NED(setpoint)),
+            MavMessage::SET_POSITION_TARGET_LOCAL_NED(expected)
+        );
+    }
+
+    #[test]
+    fn what_is_too_fast_for_an_integer_is_its_largest_value() {
+        let fix = HIL_GPS_DATA { vn: -20_000, vd: 20_000, vel: 40_000, ..Default::default() };
+        let MavMessage::HIL_GPS(m) = froude().wire_message(&MavMessage::HIL_GPS(fix)) else { unreachable!() };
+        assert_eq!((m.vn, m.vd, m.vel), (i16::MIN, i16::MAX, u16::MAX));
+    }
+
+    #[test]
+    fn instants_and_intervals_are_on_the_wires_clock() {
+        let named = |name: &str, value| {
+            let m = NAMED_VALUE_INT_DATA { time_boot_ms: 100, value, name: name.into() };
+            match froude().wire_message(&MavMessage::NAMED_VALUE_INT(m)) {
+                MavMessage::NAMED_VALUE_INT(m) => (m.time_boot_ms, m.value),
+                _ => unreachable!(),
+            }
+        };
+        assert_eq!(named(T_RELEASE, 10_000), (40, 4_000));
+        assert_eq!(named("answer", 42), (40, 42), "not an instant");
+        let interval = |command, param2| {
+            let m = COMMAND_LONG_DATA { command, param1: 30.0, param2, ..Default::default() };
+            match froude().wire_message(&MavMessage::COMMAND_LONG(m)) {
+                MavMessage::COMMAND_LONG(m) => (m.param1, m.param2),
+                _ => unreachable!(),
+            }
+        };
+        assert_eq!(interval(MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL, 10_000.0), (30.0, 4_000.0));
+        assert_eq!(interval(MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL, -1.0), (30.0, -1.0));
+        assert_eq!(interval(MavCmd::MAV_CMD_DO_SET_MODE, 6.0), (30.0, 6.0));
+    }
+}

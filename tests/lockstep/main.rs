@@ -5,6 +5,7 @@
 mod bench;
 mod failsafes;
 mod flood;
+mod froude;
 mod ground;
 mod ground_bench;
 mod releases;

@@ -3,6 +3,17 @@
 use nalgebra::Vector3;
 
 use super::super::{Froude, TimeUs};
+use super::Procedure;
+
+/// What tells the time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Clock {
+    /// `time_boot_ms` of the vehicle's ATTITUDE.
+    #[default]
+    Vehicle,
+    /// `Session::handle_time`: beside a simulator in the same process.
+    Caller,
+}
 
 /// What is to be streamed, and when.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,6 +44,17 @@ pub struct StreamerConfig {
     pub end_s: Option<f64>,
     /// How often a command is tried.
     pub attempts: u32,
+    /// What tells the time.
+    pub clock: Clock,
+    /// What the vehicle must be told and must show before it is released; `None`: nothing.
+    pub procedure: Option<Procedure>,
+}
+
+impl StreamerConfig {
+    /// The site's time of a span on the autopilot's clock.
+    pub(super) fn autopilots_us(&self, span_us: TimeUs) -> TimeUs {
+        self.froude.map_or(span_us, |f| f.site_us(span_us))
+    }
 }
 
 impl Default for StreamerConfig {
@@ -51,6 +73,8 @@ impl Default for StreamerConfig {
             settle_us: 3_000_000,
             end_s: None,
             attempts: 20,
+            clock: Clock::default(),
+            procedure: None,
         }
     }
 }
