@@ -315,6 +315,10 @@ pub struct ChoiceArgs {
     /// Seed of everything random, instead of the mission's.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
+    /// Let the vehicle swing under its canopy so that it comes to t = 0 with the pitch and pitch rate of this release case of the
+    /// mission (Table 3: case_0 to case_6).
+    #[arg(long, value_name = "NAME")]
+    pub case: Option<String>,
 }
 
 /// What an input costs nothing at.

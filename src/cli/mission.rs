@@ -24,6 +24,9 @@ pub fn chosen_mission(path: &Path, choice: &ChoiceArgs) -> Result<Mission, Failu
     if let Some(seed) = choice.seed {
         mission.use_seed(seed);
     }
+    if let Some(case) = &choice.case {
+        mission.use_release_case(case).bad_input()?;
+    }
     Ok(mission)
 }
 
