@@ -46,17 +46,6 @@ impl Mission {
         }
     }
 
-    /// Reads a parameter file that a PX4 is to be given for this mission.
-    ///
-    /// # Errors
-    /// [`ConfigError`] when the file cannot be read or is for something else.
-    pub fn load_px4_parameters(&self, path: &Path) -> Result<ParameterFile, ConfigError> {
-        let file = load_parameters(path)?;
-        to_px4(&file, self.environment.gravity_m_s2, self.px4_purpose())
-            .map_err(|error| refuse(path, error))?;
-        Ok(file)
-    }
-
     /// Puts the gains and limits of a parameter file in; what the file leaves out stays. The input hash follows. Gives remarks on the
     /// file.
     ///
@@ -70,5 +59,18 @@ impl Mission {
         self.gains_name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         self.input_hash = self.hash_with("parameters", &source);
         Ok(file.remarks().iter().cloned().chain(import.remarks).collect())
+    }
+
+    /// Notes that a parameter file is flown which is another autopilot's: name and input hash follow, the gains stay. Gives the file.
+    ///
+    /// # Errors
+    /// [`ConfigError`] when the file cannot be read or is not for a PX4 that flies this mission; the mission is unchanged then.
+    pub fn note_parameters(&mut self, path: &Path) -> Result<ParameterFile, ConfigError> {
+        let (source, file) = read(path)?;
+        to_px4(&file, self.environment.gravity_m_s2, self.px4_purpose())
+            .map_err(|error| refuse(path, error))?;
+        self.gains_name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        self.input_hash = self.hash_with("parameters", &source);
+        Ok(file)
     }
 }
