@@ -31,7 +31,7 @@ fn read(file: &ParameterFile, gravity: f64, wanted: Purpose) -> Result<Purpose, 
     let same = |g: f64| (g / gravity - 1.0).abs() < SAME_GRAVITY;
     let standard = same(STANDARD_GRAVITY_M_S2);
     let refuse = |why: String| Err(ParamsError::DoesNotBelong(why));
-    let again = format!("; write one for here with: samara params export --for {}", wanted.name());
+    let again = format!("; write one for here with: samara params export MISSION --for {}", wanted.name());
     let written_for = match file.header(GRAVITY_KEY) {
         None => None,
         Some(text) => match text.split_whitespace().next().and_then(|x| x.parse::<f64>().ok()) {
