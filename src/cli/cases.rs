@@ -47,7 +47,12 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
             let Concluded { verdict, answer, json } =
                 conclude(args, &swinging, &planned, &flown, &place, &quiet)?;
             all_well &= answer == Answer::Yes;
-            narrator.say(&row(case, name, verdict.as_ref(), answer))?;
+            narrator.say(&row(case, name, verdict.as_ref()))?;
+            if answer == Answer::No {
+                let place = place.path().display();
+                narrator
+                    .say(&format!("  NOT OK: see {place}; `--case {case}` tells what happens in it\n"))?;
+            }
             objects.push(format!(
                 "{{\"case\": \"{case}\", \"autopilot\": \"{name}\", \"drop\": {}}}",
                 json.trim_end()
@@ -62,16 +67,15 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     Ok(if all_well { Answer::Yes } else { Answer::No })
 }
 
-fn row(case: &str, pilot: &str, verdict: Option<&Verdict>, answer: Answer) -> String {
+fn row(case: &str, pilot: &str, verdict: Option<&Verdict>) -> String {
     let Some(v) = verdict else { return format!("{case:11} {pilot:9}  never released\n") };
     let steady = v.steady_after_s.map_or("never".to_owned(), |t| format!("{t:.2}"));
     format!(
-        "{case:11} {pilot:9} {:8.4} {:11.2} {:16.2} {:11.2} {:14.1} {steady:>13}{}\n",
+        "{case:11} {pilot:9} {:8.4} {:11.2} {:16.2} {:11.2} {:14.1} {steady:>13}\n",
         v.j_tpf,
         v.peak_pitch_rad * DEG_PER_RAD,
         v.peak_pitch_rate_rad_s * DEG_PER_RAD,
         v.peak_speed_m_s,
         v.altitude_lost_m,
-        if answer == Answer::Yes { "" } else { "  NOT OK" }
     )
 }

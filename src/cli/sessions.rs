@@ -105,6 +105,7 @@ pub fn streamer(
         for period in [&mut config.setpoint_period_us, &mut config.lead_us, &mut config.settle_us] {
             *period = froude.site_us(*period);
         }
+        config.attempts = (f64::from(config.attempts) * froude.k()).ceil() as u32;
     }
     StreamerSession::new(config, trajectory)
 }

@@ -88,7 +88,8 @@ impl StreamerSession {
             .readiness
             .exchange
             .get_or_insert_with(|| Exchange::new(&procedure.upload, RULES.iter().map(|rule| rule.name)));
-        let messages = exchange.poll(now, system);
+        // Its patience is measured on the autopilot's clock, which is slow to answer while it starts.
+        let messages = exchange.poll(self.config.froude.map_or(now, |f| f.wire_us(now)), system);
         let outcome = exchange.is_over().then(|| exchange.outcome());
         messages.iter().for_each(|message| self.send(message));
         if let Some(outcome) = outcome {
