@@ -22,7 +22,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
         mission.name,
         mission.vehicle_name,
         mission.gains_name,
-        pilot.words()
+        pilot.words(args)
     ))?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let Some(planned) = plan_or_keep(args, &mut mission, &folder, &narrator)? else { return Ok(Answer::No) };

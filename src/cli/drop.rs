@@ -2,11 +2,11 @@
 
 use std::io::Write as _;
 
-use super::args::{AutopilotArg, ChoiceArgs, DropArgs, SpeedArg};
+use super::args::{AutopilotArg, ChoiceArgs, DropArgs, EstimatorChoice, SpeedArg};
 use super::cases;
 use super::clock::Stopwatch;
 use super::flight_files::write_flight;
-use super::mission::{mission_for_px4, mission_with_a_drop, stamp_of};
+use super::mission::{mission_for_px4, mission_with_a_drop, note_estimator, stamp_of};
 use super::narrative::Narrator;
 use super::net::{Reporter, block_on, ports_of, speed_of, system_of, wiring_of};
 use super::outcome::{Answer, BadInput, Failure};
@@ -71,7 +71,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
         mission.name,
         mission.vehicle_name,
         mission.gains_name,
-        pilot.words()
+        pilot.words(args)
     ))?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let Some(planned) = plan_or_keep(args, &mut mission, &folder, &narrator)? else {
@@ -122,7 +122,11 @@ impl Pilot {
     pub fn of(args: &DropArgs) -> Result<(Self, Mission), Failure> {
         let (path, choice) = (&args.mission.mission, &args.choice);
         Ok(match &args.autopilot {
-            AutopilotArg::Reference => (Self::Reference(choice.clone()), mission_with_a_drop(path, choice)?),
+            AutopilotArg::Reference => {
+                let mut mission = mission_with_a_drop(path, choice)?;
+                note_estimator(&mut mission, &args.state);
+                (Self::Reference(choice.clone()), mission)
+            }
             AutopilotArg::Px4(build) => {
                 let build = BuildFolder::open(build).bad_input()?;
                 let (mission, parameters) = mission_for_px4(path, choice)?;
@@ -132,8 +136,9 @@ impl Pilot {
     }
 
     /// What is said of it at the start.
-    pub fn words(&self) -> &'static str {
+    pub fn words(&self, args: &DropArgs) -> &'static str {
         match self {
+            Self::Reference(_) if args.state.estimator == EstimatorChoice::Ekf => ", on its own estimator",
             Self::Reference(_) => "",
             Self::Px4(..) => ", flown by PX4",
         }
@@ -232,7 +237,7 @@ fn fly(
     let wiring = wiring_of(&args.net, &args.link)?;
     let mut wire = Lockstep::new(
         sessions::simulator(mission, system, None),
-        sessions::autopilot(mission, choice, system, true)?,
+        sessions::autopilot(mission, choice, &args.state, system, true)?,
         sessions::streamer(mission, trajectory.clone(), system, StreamerChoice::default()),
     );
     let record = |stem| Recording::new(folder, stem, mission);
