@@ -55,6 +55,7 @@ fn autopilot(site: &Environment, k: f64) -> AutopilotSession {
         cascade: Cascade::new(Airframe::new(&m.vehicle, &environment).unwrap(), gains, limits),
         parameters: Parameters::of(&subject, 1).unwrap(),
         environment,
+        estimator: None,
         rotors: m.vehicle.rotors.len(),
         epoch_unix_us: m.epoch_unix_us,
         keeps_parameters: false,
