@@ -137,6 +137,8 @@ plan_j_tpf, plan_solve_ms, real_time_factor, and impact_speed_m_s if it came to 
 vehicle was never released the verdict's keys are null; when no plan was found the object is that of `samara plan --json`. Roll and
 roll rate are judged against the limits of pitch and pitch rate.
 
+With --cases each drop's files are in <case>/px4 or <case>/reference; the JSON object has `cases`, a list of case, autopilot, drop.
+
 Exit code 1 when a limit was passed, a failsafe flew, the plan did not converge, the vehicle was never released or the mission
 was stopped (Ctrl-C) before its end.
 
@@ -148,6 +150,7 @@ Examples:
   samara drop --speed 1          (watch it in QGroundControl)
   samara drop mission/x500_drop.json --out /tmp/x500
   samara drop mission/x500_drop.json --autopilot px4=../PX4-Autopilot/build/px4_sitl_default
+  samara drop mission/titan_px4.json --cases --autopilot px4=../PX4-Autopilot/build/px4_sitl_default
   samara drop --trajectory out/titan_drop/trajectory.csv --json";
 
 /// `samara drop`.
@@ -168,6 +171,9 @@ pub struct DropArgs {
     /// Fly this trajectory instead of planning one.
     #[arg(long, value_name = "FILE")]
     pub trajectory: Option<PathBuf>,
+    /// Fly each release case of the mission (Table 3), into a folder of its own; beside PX4 the reference autopilot flies them too.
+    #[arg(long, conflicts_with = "case")]
+    pub cases: bool,
     /// Send the plan's acceleration with its velocity, to PX4.
     #[arg(long)]
     pub feed_forward: bool,
@@ -332,7 +338,7 @@ pub enum AutopilotArg {
 }
 
 /// What can be chosen in place of the mission's own.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct ChoiceArgs {
     /// Gains: a name beside the mission's own gains (ours, safety, near_hover, paper_pso), or a file; `px4_default`: PX4's own, where
     /// it flies.
@@ -344,6 +350,10 @@ pub struct ChoiceArgs {
     /// Seed of everything random, instead of the mission's.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
+    /// Let the vehicle swing under its canopy so that it comes to t = 0 with the pitch and pitch rate of this release case of the
+    /// mission (Table 3: case_0 to case_6).
+    #[arg(long, value_name = "NAME")]
+    pub case: Option<String>,
 }
 
 /// What the reference autopilot flies by.

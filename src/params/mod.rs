@@ -9,11 +9,13 @@
 //! | [`export`] | gains, limits and vehicle to parameters |
 //! | [`import`] | parameters to gains and limits |
 //! | [`procedure`] | what PX4 must be set to for a drop, and why |
+//! | [`belongs`] | whether a file may be used here |
 //! | [`check`] | a file against PX4's ranges |
 //! | [`diff`] | two files against each other |
 //!
 //! Text in, text out: files are opened elsewhere.
 
+pub mod belongs;
 pub mod check;
 pub mod diff;
 pub mod export;

@@ -7,6 +7,7 @@ mod estimator;
 mod failsafes;
 mod flood;
 mod flood_with_key;
+mod froude;
 mod ground;
 mod ground_bench;
 mod releases;

@@ -14,7 +14,7 @@ use crate::cli::outcome::{BadInput, Failure};
 use crate::cli::output::OutputFolder;
 use crate::cli::recording::Recording;
 use crate::cli::sessions;
-use crate::config::Mission;
+use crate::config::{Mission, Px4Clock};
 use crate::link::shell::{Ports, Speed, run_hosted_drop, system_of_instance};
 use crate::link::streamer::Clock;
 use crate::params::ParameterFile;
@@ -59,13 +59,15 @@ pub fn fly(
     let procedure = upload::procedure(mission, trajectory, drop.parameters, mixer.is_some())?;
     let ports = Ports::of_instance(drop.instance).bad_input()?;
     let system = system_of_instance(drop.instance).bad_input()?;
+    let froude = sessions::froude(mission);
     let streamer = sessions::StreamerChoice {
         clock: Clock::Caller,
         procedure: Some(procedure),
         feed_forward: drop.feed_forward,
+        froude,
     };
     let sessions = (
-        sessions::simulator(mission, system),
+        sessions::simulator(mission, system, froude),
         sessions::streamer(mission, trajectory.clone(), system, streamer),
     );
     let record = |stem| Some(Recording::new(folder, stem, mission));
@@ -103,7 +105,8 @@ pub fn fly(
 /// Whether PX4 can fly there at all.
 fn suits(mission: &Mission) -> Result<(), Px4Error> {
     let gravity_m_s2 = mission.environment.gravity_m_s2;
-    if !ALIGNS_G0.contains(&(gravity_m_s2 / STANDARD_GRAVITY_M_S2)) {
+    let scaled = mission.px4_clock == Px4Clock::Froude;
+    if !scaled && !ALIGNS_G0.contains(&(gravity_m_s2 / STANDARD_GRAVITY_M_S2)) {
         return Err(Px4Error::Gravity { gravity_m_s2 });
     }
     if mission.sensors.barometer.noise_hpa == 0.0 {

@@ -56,7 +56,7 @@ pub enum Px4Error {
     /// The site's gravity is not PX4's.
     #[error(
         "PX4 has 9.80665 m/s^2 compiled in and its estimator aligns between 0.8 and 1.2 of it; the mission's site has {gravity_m_s2} \
-         m/s^2"
+         m/s^2: scale the wire with \"px4_clock\": \"froude\", as mission/titan_px4.json does"
     )]
     Gravity {
         /// Of the site.

@@ -100,8 +100,8 @@ impl SimulatorSession {
         Self {
             sensors: HilSensors::new(initial.environment(), config.sensors, config.seed, config.step_us),
             rates: HilRates::new(config.step_us, config.sensors.satellite.period_us),
-            encoder: Encoder::new(config.system_id, SIMULATOR_COMPONENT),
-            parachute: ParachuteComponent::new(config.system_id),
+            encoder: Encoder::new(config.system_id, SIMULATOR_COMPONENT).scaled(config.froude),
+            parachute: ParachuteComponent::new(config.system_id).scaled(config.froude),
             outbox: VecDeque::new(),
             events: VecDeque::new(),
             log: Vec::new(),
