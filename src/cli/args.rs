@@ -142,6 +142,7 @@ Examples:
   samara drop --params params/px4/titan_samara.params
   samara drop --speed 1          (watch it in QGroundControl)
   samara drop mission/x500_drop.json --out /tmp/x500
+  samara drop mission/x500_drop.json --autopilot px4=../PX4-Autopilot/build/px4_sitl_default
   samara drop --trajectory out/titan_drop/trajectory.csv --json";
 
 /// `samara drop`.
@@ -153,9 +154,15 @@ pub struct DropArgs {
     /// What the mission leaves to choose.
     #[command(flatten)]
     pub choice: ChoiceArgs,
+    /// Who flies: samara's own autopilot, or PX4 from the build folder of its simulation.
+    #[arg(long, value_name = "reference|px4=DIR", default_value = "reference", value_parser = autopilot)]
+    pub autopilot: AutopilotArg,
     /// Fly this trajectory instead of planning one.
     #[arg(long, value_name = "FILE")]
     pub trajectory: Option<PathBuf>,
+    /// Send the plan's acceleration with its velocity, to PX4.
+    #[arg(long)]
+    pub feed_forward: bool,
     /// How much to tell of the planning.
     #[command(flatten)]
     pub planning: PlanningArgs,
@@ -303,6 +310,15 @@ pub enum SpeedArg {
     Max,
 }
 
+/// Who flies a drop.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AutopilotArg {
+    /// samara's own.
+    Reference,
+    /// PX4, from a build folder.
+    Px4(PathBuf),
+}
+
 /// What can be chosen in place of the mission's own.
 #[derive(Args, Debug)]
 pub struct ChoiceArgs {
@@ -341,6 +357,14 @@ fn speed(text: &str) -> Result<SpeedArg, String> {
     match text.parse::<f64>() {
         Ok(x) if (0.001..=10_000.0).contains(&x) => Ok(SpeedArg::Factor(x)),
         _ => Err("a factor from 0.001 to 10000, or `max`, is expected".to_owned()),
+    }
+}
+
+fn autopilot(text: &str) -> Result<AutopilotArg, String> {
+    match text.split_once('=') {
+        None if text == "reference" => Ok(AutopilotArg::Reference),
+        Some(("px4", folder)) if !folder.is_empty() => Ok(AutopilotArg::Px4(folder.into())),
+        _ => Err("`reference`, or `px4=` and a build folder of PX4's simulation is expected".to_owned()),
     }
 }
 

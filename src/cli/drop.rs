@@ -2,17 +2,19 @@
 
 use std::io::Write as _;
 
-use super::args::{DropArgs, SpeedArg};
+use super::args::{AutopilotArg, DropArgs, SpeedArg};
 use super::clock::Stopwatch;
 use super::flight_files::write_flight;
-use super::mission::mission_with_a_drop;
+use super::mission::{mission_for_px4, mission_with_a_drop};
 use super::narrative::Narrator;
 use super::net::{Reporter, block_on, ports_of, speed_of, system_of, wiring_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::plan::{plan_mission, write_plan};
 use super::recording::Recording;
-use super::sessions;
+use super::px4::flight::Px4Drop;
+use super::px4::{self, BuildFolder};
+use super::sessions::{self, StreamerChoice};
 use crate::assess::{Verdict, VerdictBuilder, plan_j_tpf};
 use crate::config::{Mission, TrajectoryFile};
 use crate::link::shell::{Notice, Observer, Speed, run_watched_drop};
@@ -44,11 +46,18 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
             "--link and --sign-key: --speed FACTOR is expected with them; at `max` no socket is opened";
         return Err(anyhow::anyhow!(text)).bad_input();
     }
-    let mut mission = mission_with_a_drop(&args.mission.mission, &args.choice)?;
+    let pilot = Pilot::of(&args.autopilot)?;
+    let (mut mission, parameters) = match pilot {
+        Pilot::Reference => (mission_with_a_drop(&args.mission.mission, &args.choice)?, None),
+        Pilot::Px4(_) => mission_for_px4(&args.mission.mission, &args.choice)?,
+    };
     let narrator = Narrator::together(args.mission.json);
     narrator.say(&format!(
-        "samara drop: {}, vehicle {}, gains {}\n",
-        mission.name, mission.vehicle_name, mission.gains_name
+        "samara drop: {}, vehicle {}, gains {}{}\n",
+        mission.name,
+        mission.vehicle_name,
+        mission.gains_name,
+        pilot.words()
     ))?;
     let given =
         args.trajectory.as_deref().map(|path| mission.use_trajectory(path).bad_input()).transpose()?;
@@ -64,13 +73,50 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
             }
         },
     };
-    let flown = fly(args, &mission, &planned.trajectory, &folder, &narrator)?;
+    let flown = match &pilot {
+        Pilot::Reference => fly(args, &mission, &planned.trajectory, &folder, &narrator)?,
+        Pilot::Px4(build) => {
+            let drop = Px4Drop {
+                build,
+                instance: args.net.instance,
+                speed: speed_of(args.speed),
+                parameters: parameters.as_ref(),
+                feed_forward: args.feed_forward,
+            };
+            px4::fly(&drop, &mission, &planned.trajectory, &folder, &narrator)?
+        }
+    };
     finish(args, &mission, &planned, &flown, &folder, &narrator)
+}
+
+/// Who flies.
+enum Pilot {
+    Reference,
+    Px4(BuildFolder),
+}
+
+impl Pilot {
+    fn of(argument: &AutopilotArg) -> Result<Self, Failure> {
+        Ok(match argument {
+            AutopilotArg::Reference => Self::Reference,
+            AutopilotArg::Px4(path) => Self::Px4(BuildFolder::open(path).bad_input()?),
+        })
+    }
+
+    fn words(&self) -> &'static str {
+        match self {
+            Self::Reference => "",
+            Self::Px4(_) => ", flown by PX4",
+        }
+    }
 }
 
 /// What does not touch the flight but shows in the .tlog files: the vehicle's number, and that others may have taken part.
 fn circumstances(args: &DropArgs) -> Vec<(&'static str, String)> {
     let mut told = vec![("instance", args.net.instance.to_string())];
+    if let AutopilotArg::Px4(_) = args.autopilot {
+        told.push(("autopilot", "px4".to_owned()));
+    }
     if let SpeedArg::Factor(factor) = args.speed {
         told.push(("speed", format!("{factor:?}")));
     }
@@ -105,10 +151,15 @@ fn plan(
 }
 
 /// A flown drop.
-struct Flown {
-    log: Vec<Sample>,
-    record: FlightRecord,
-    real_time_factor: f64,
+pub struct Flown {
+    /// The flight log.
+    pub log: Vec<Sample>,
+    /// What happened.
+    pub record: FlightRecord,
+    /// Simulated seconds per second.
+    pub real_time_factor: f64,
+    /// The autopilot left or refused.
+    pub trouble: bool,
 }
 
 /// Flies the drop over the wire in memory: as fast as it goes, or at a speed to watch with the ground links open.
@@ -125,7 +176,7 @@ fn fly(
     let mut wire = Lockstep::new(
         sessions::simulator(mission, system),
         sessions::autopilot(mission, &args.choice, system, true)?,
-        sessions::streamer(mission, trajectory.clone(), system, false),
+        sessions::streamer(mission, trajectory.clone(), system, StreamerChoice::default()),
     );
     let record = |stem| Recording::new(folder, stem, mission);
     let (hil, vehicle) = (record("hil"), record("vehicle"));
@@ -151,7 +202,8 @@ fn fly(
     let flown_s = wire.simulator.sim().time_s();
     reporter.finish()?;
     let record = wire.simulator.record().clone();
-    Ok(Flown { log: wire.simulator.into_log(), record, real_time_factor: 1e3 * flown_s / watch.ms() })
+    let real_time_factor = 1e3 * flown_s / watch.ms();
+    Ok(Flown { log: wire.simulator.into_log(), record, real_time_factor, trouble: false })
 }
 
 fn tell_events(wire: &mut Lockstep<AutopilotSession>, reporter: &mut Reporter<'_>) {
@@ -230,7 +282,8 @@ fn finish(
         };
         print(&drop_json(mission, verdict.as_ref(), &run))?;
     }
-    Ok(answer_of(verdict.as_ref(), stopped, &flown.record))
+    let answer = answer_of(verdict.as_ref(), stopped, &flown.record);
+    Ok(if flown.trouble { Answer::No } else { answer })
 }
 
 /// Yes: judged, within the limits, to the end, by the plan alone.

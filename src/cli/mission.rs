@@ -6,6 +6,7 @@ use super::args::ChoiceArgs;
 use super::outcome::{BadInput, Failure};
 use super::output::tell;
 use crate::config::{Mission, Stamp, load_mission};
+use crate::params::ParameterFile;
 
 /// The mission with the chosen gains and seed.
 ///
@@ -41,6 +42,21 @@ pub fn mission_with_a_drop(path: &Path, choice: &ChoiceArgs) -> Result<Mission, 
         )));
     }
     Ok(mission)
+}
+
+/// The mission for a flight by PX4: a chosen parameter file is PX4's and comes along unread, the mission's gains stay.
+///
+/// # Errors
+/// As [`mission_with_a_drop`].
+pub fn mission_for_px4(
+    path: &Path,
+    choice: &ChoiceArgs,
+) -> Result<(Mission, Option<ParameterFile>), Failure> {
+    let ChoiceArgs { gains, params, seed } = choice;
+    let others = ChoiceArgs { gains: gains.clone(), params: None, seed: *seed };
+    let mut mission = mission_with_a_drop(path, &others)?;
+    let file = params.as_deref().map(|path| mission.note_parameters(path).bad_input()).transpose()?;
+    Ok((mission, file))
 }
 
 /// What result files of the mission carry.

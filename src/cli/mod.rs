@@ -17,6 +17,7 @@ mod output;
 mod params;
 mod plan;
 mod pool;
+mod px4;
 mod recording;
 mod schema;
 mod sessions;

@@ -6,6 +6,7 @@ use super::output::tell;
 use crate::autopilot::parameters::Parameters;
 use crate::config::{Mission, load_parameters};
 use crate::control::{Airframe, Cascade};
+use crate::link::streamer::{Clock, Procedure};
 use crate::link::{
     AutopilotSession, AutopilotSetup, SimulatorConfig, SimulatorSession, StreamerConfig, StreamerSession,
     microseconds,
@@ -55,13 +56,25 @@ pub fn autopilot(
     Ok(session)
 }
 
+/// What a streamer is told beside the mission.
+#[derive(Clone, Debug, Default)]
+pub struct StreamerChoice {
+    /// What tells the time.
+    pub clock: Clock,
+    /// What the vehicle must be told and must show before it is released.
+    pub procedure: Option<Procedure>,
+    /// Whether the plan's acceleration is sent with its velocity.
+    pub feed_forward: bool,
+}
+
 /// The offboard streamer of a plan.
 pub fn streamer(
     mission: &Mission,
     trajectory: Trajectory,
     vehicle_system: u8,
-    feed_forward: bool,
+    choice: StreamerChoice,
 ) -> StreamerSession {
+    let StreamerChoice { clock, procedure, feed_forward } = choice;
     let config = StreamerConfig {
         vehicle_system,
         hang_s: mission.hang_s,
@@ -69,6 +82,8 @@ pub fn streamer(
         delay_s: mission.parachute.delay_s,
         target_v_ned: mission.target_v_ned,
         feed_forward,
+        clock,
+        procedure,
         ..StreamerConfig::default()
     };
     StreamerSession::new(config, trajectory)

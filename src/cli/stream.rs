@@ -6,9 +6,10 @@ use super::narrative::Narrator;
 use super::net::{Reporter, block_on, key_of, ports_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::plan::plan_mission;
-use super::sessions;
+use super::px4::upload::circumstances;
+use super::sessions::{self, StreamerChoice};
 use crate::link::shell::run_streamer;
-use crate::link::streamer::StreamerState;
+use crate::link::streamer::{Procedure, StreamerState};
 use crate::plan::Status;
 use crate::report::plan_text;
 
@@ -30,7 +31,15 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
             timed.plan.trajectory
         }
     };
-    let session = sessions::streamer(&mission, trajectory, system_of(&args.net)?, args.feed_forward);
+    let choice = StreamerChoice {
+        procedure: Some(Procedure {
+            circumstances: circumstances(&mission, &trajectory),
+            ..Procedure::default()
+        }),
+        feed_forward: args.feed_forward,
+        ..StreamerChoice::default()
+    };
+    let session = sessions::streamer(&mission, trajectory, system_of(&args.net)?, choice);
     let mut reporter = Reporter::new(narrator, &mission, None, None);
     let session = block_on(|stop| run_streamer(session, &ports, key, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;

@@ -50,4 +50,15 @@ impl Mission {
         self.input_hash = self.hash_with("parameters", &source);
         Ok(file.remarks().iter().cloned().chain(import.remarks).collect())
     }
+
+    /// Notes that a parameter file is flown which is another autopilot's: name and input hash follow, the gains stay. Gives the file.
+    ///
+    /// # Errors
+    /// [`ConfigError`] when the file cannot be read.
+    pub fn note_parameters(&mut self, path: &Path) -> Result<ParameterFile, ConfigError> {
+        let (source, file) = read(path)?;
+        self.gains_name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        self.input_hash = self.hash_with("parameters", &source);
+        Ok(file)
+    }
 }

@@ -8,6 +8,7 @@
 //! | [`normalised`] | PX4's normalised torque and thrust in N m and N, for any rotor set |
 //! | [`export`] | gains, limits and vehicle to parameters |
 //! | [`import`] | parameters to gains and limits |
+//! | [`procedure`] | what PX4 must be set to for a drop, and why |
 //! | [`check`] | a file against PX4's ranges |
 //! | [`diff`] | two files against each other |
 //!
@@ -20,6 +21,7 @@ pub mod file;
 pub mod import;
 pub mod metadata;
 pub mod normalised;
+pub mod procedure;
 pub mod purpose;
 
 #[cfg(test)]

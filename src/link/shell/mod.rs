@@ -10,6 +10,7 @@
 //! | `links` | a party's endpoints and the hub between them and its session |
 //! | [`notice`] | what is told to the caller; errors |
 //! | [`simulator`] | [`run_simulator`]: TCP server for the autopilot, UDP for the parachute |
+//! | `companion` | a streamer beside the simulator: what an autopilot in a process of its own must have taken before time goes on |
 //! | [`autopilot`] | [`run_autopilot`]: TCP client of the simulator, UDP for ground stations and companions |
 //! | [`streamer`] | [`run_streamer`]: UDP |
 //! | [`watched`] | [`run_watched_drop`]: the drop in memory at a speed to watch, with ground stations on UDP |
@@ -19,6 +20,7 @@
 
 pub mod autopilot;
 pub mod clock;
+mod companion;
 mod connection;
 mod endpoint;
 mod links;
@@ -40,7 +42,7 @@ pub use autopilot::{AfterSimulator, Wiring, run_autopilot};
 pub use clock::Speed;
 pub use notice::{Notice, Observer, ShellError};
 pub use ports::{Ports, system_of_instance};
-pub use simulator::run_simulator;
+pub use simulator::{Guest, HostedDrop, run_hosted_drop, run_simulator};
 pub use streamer::run_streamer;
 pub use url::LinkUrl;
 pub use watched::run_watched_drop;

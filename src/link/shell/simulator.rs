@@ -8,8 +8,10 @@ use tokio::net::TcpStream;
 
 use super::super::parachute::PARACHUTE_COMPONENT;
 use super::super::signing::Key;
-use super::super::{Frame, Link, Pace, Session as _, SimulatorSession};
+use super::super::streamer::StreamerState;
+use super::super::{Frame, Link, Pace, Session as _, SimulatorSession, StreamerSession};
 use super::clock::{Pacer, Since, Speed};
+use super::companion::Companion;
 use super::connection::Connection;
 use super::links::Links;
 use super::notice::{Notice, Observer, ShellError};
@@ -27,9 +29,31 @@ struct Shell<'a, O> {
     session: SimulatorSession,
     connection: Option<Connection>,
     parachute: Links,
+    companion: Option<&'a mut Companion>,
     pacer: Pacer,
+    /// While the autopilot's software is starting.
+    starting: Pacer,
     waiting: Since,
     observer: &'a mut O,
+}
+
+/// The autopilot as somebody knows it who has started it.
+pub trait Guest {
+    /// Why it is gone, if it is.
+    fn gone(&mut self) -> Option<String>;
+}
+
+/// A drop whose autopilot is a process of its own.
+#[derive(Debug)]
+pub struct HostedDrop {
+    /// The simulator.
+    pub simulator: SimulatorSession,
+    /// The streamer.
+    pub streamer: StreamerSession,
+    /// Why the autopilot is gone, if it left before the end.
+    pub gone: Option<String>,
+    /// How often simulated time went on although the autopilot had not yet taken what it was sent.
+    pub unfenced: u64,
 }
 
 /// Runs the simulator until the mission is over or `stop` completes. Before the first answer, and at [`Speed::Factor`], it
@@ -55,53 +79,156 @@ pub async fn run_simulator<O: Observer>(
         session,
         connection: None,
         parachute,
+        companion: None,
         pacer: Pacer::new(speed),
+        starting: Pacer::new(Speed::Factor(1.0)),
         waiting: Since::now(),
         observer,
     };
-    let mut stop = std::pin::pin!(stop);
-    while shell.session.pace() != Pace::Done {
-        let pause = match shell.session.pace() {
-            Pace::Free => shell.until_next_step(),
-            Pace::Ready if speed != Speed::Max => shell.until_next_step(),
-            Pace::Ready | Pace::Done => Duration::ZERO,
-            Pace::NoPeer | Pace::AwaitingControls => TICK,
-        };
-        let mut accepted = None;
-        if pause.is_zero() {
-            shell.step().await;
-        } else {
-            tokio::select! {
-                () = &mut stop => {
-                    shell.session.stop();
-                    break;
-                }
-                new = server.accept() => accepted = Some(new),
-                () = Connection::readable(shell.connection.as_ref()) => {}
-                () = shell.parachute.readable() => {}
-                () = tokio::time::sleep(pause.min(TICK)) => {}
-            }
-        }
-        shell.receive();
-        if let Some((stream, peer)) = accepted {
-            shell.admit(stream, peer);
-        }
-        shell.look_at_silence();
-        shell.send().await;
-    }
-    shell.send().await;
-    shell.parachute.tell_counts(shell.observer);
-    // First, so that an autopilot whose connection ends does not find it open.
-    drop(server);
-    if let Some(connection) = shell.connection.take() {
-        connection.close().await;
-    }
+    shell.run(server, speed, &mut Unknown, stop).await;
     Ok(shell.session)
 }
 
+/// Runs the simulator with a streamer beside it for an autopilot that `guest` watches, until the mission is over, the streamer has
+/// given up, the autopilot is gone for good or `stop` completes. Until the autopilot's first HEARTBEAT, simulated time runs no
+/// faster than the clock: its software starts in wall time. The streamer's clock must be the caller's.
+///
+/// # Errors
+/// [`ShellError`] when a port cannot be had.
+pub async fn run_hosted_drop<O: Observer>(
+    (session, streamer): (SimulatorSession, StreamerSession),
+    ports: &Ports,
+    speed: Speed,
+    guest: &mut impl Guest,
+    observer: &mut O,
+    stop: impl Future<Output = ()>,
+) -> Result<HostedDrop, ShellError> {
+    let server = TcpServer::bind(ports.simulator, "simulator, for the autopilot", observer).await?;
+    let mut companion = Companion::open(streamer, ports, observer).await?;
+    let own = (session.config().system_id, PARACHUTE_COMPONENT);
+    let mut parachute = Links::new(own, PEER_MEMORY, false, None);
+    let remotes = [ports.ground_station];
+    parachute.bind_udp(Link::Parachute, ports.parachute, "parachute", &remotes, observer).await?;
+    let slow = match speed {
+        Speed::Factor(factor) => Speed::Factor(factor.min(1.0)),
+        Speed::Max => Speed::Factor(1.0),
+    };
+    let mut shell = Shell {
+        session,
+        connection: None,
+        parachute,
+        companion: Some(&mut companion),
+        pacer: Pacer::new(speed),
+        starting: Pacer::new(slow),
+        waiting: Since::now(),
+        observer,
+    };
+    let gone = shell.run(server, speed, guest, stop).await;
+    let simulator = shell.session;
+    Ok(HostedDrop { simulator, unfenced: companion.unfenced, streamer: companion.session, gone })
+}
+
+/// An autopilot of which nothing is known but its connection.
+struct Unknown;
+
+impl Guest for Unknown {
+    fn gone(&mut self) -> Option<String> {
+        None
+    }
+}
+
 impl<O: Observer> Shell<'_, O> {
+    /// Why the guest is gone, if that ended it.
+    async fn run(
+        &mut self,
+        server: TcpServer,
+        speed: Speed,
+        guest: &mut impl Guest,
+        stop: impl Future<Output = ()>,
+    ) -> Option<String> {
+        let mut gone = None;
+        let mut stop = std::pin::pin!(stop);
+        while self.session.pace() != Pace::Done {
+            let pause = match self.session.pace() {
+                Pace::Ready | Pace::Free if self.is_fenced() => TICK,
+                Pace::Free => self.until_next_step(),
+                Pace::Ready if speed != Speed::Max || self.starts() => self.until_next_step(),
+                Pace::Ready | Pace::Done => Duration::ZERO,
+                Pace::NoPeer | Pace::AwaitingControls => TICK,
+            };
+            let mut accepted = None;
+            if pause.is_zero() {
+                self.step().await;
+            } else {
+                tokio::select! {
+                    () = &mut stop => {
+                        self.session.stop();
+                        break;
+                    }
+                    new = server.accept() => accepted = Some(new),
+                    () = Connection::readable(self.connection.as_ref()) => {}
+                    () = self.parachute.readable() => {}
+                    () = Self::heard(&mut self.companion) => {}
+                    () = tokio::time::sleep(pause.min(TICK)) => gone = guest.gone(),
+                }
+            }
+            self.receive();
+            if let Some((stream, peer)) = accepted {
+                self.admit(stream, peer);
+            }
+            self.look_at_silence();
+            self.act();
+            self.send().await;
+            if gone.is_some() || self.streamer_failed() {
+                self.session.stop();
+            }
+        }
+        self.act();
+        self.send().await;
+        self.parachute.tell_counts(self.observer);
+        if let Some(companion) = &self.companion {
+            companion.tell_counts(self.observer);
+        }
+        // First, so that an autopilot whose connection ends does not find it open.
+        drop(server);
+        if let Some(connection) = self.connection.take() {
+            connection.close().await;
+        }
+        gone
+    }
+
+    /// Waits for something from the companion's socket; for ever without one.
+    async fn heard(companion: &mut Option<&mut Companion>) {
+        match companion {
+            Some(companion) => companion.readable().await,
+            None => std::future::pending().await,
+        }
+    }
+
+    fn is_fenced(&self) -> bool {
+        self.companion.as_ref().is_some_and(|c| c.is_fenced())
+    }
+
+    fn starts(&self) -> bool {
+        self.companion.as_ref().is_some_and(|c| c.vehicle_starts())
+    }
+
+    fn streamer_failed(&self) -> bool {
+        self.companion.as_ref().is_some_and(|c| c.session.state() == StreamerState::Failed)
+    }
+
+    /// The companion's turn, once the autopilot has answered.
+    fn act(&mut self) {
+        if let Some(companion) = &mut self.companion
+            && matches!(self.session.pace(), Pace::Free | Pace::Ready | Pace::Done)
+        {
+            companion.act(&mut self.session, self.observer);
+        }
+    }
+
     fn until_next_step(&mut self) -> Duration {
-        self.pacer.until(self.session.now() + self.session.config().step_us)
+        let next = self.session.now() + self.session.config().step_us;
+        if self.starts() { self.starting.until(next) } else { self.pacer.until(next) }
     }
 
     async fn step(&mut self) {
@@ -115,7 +242,7 @@ impl<O: Observer> Shell<'_, O> {
     }
 
     fn receive(&mut self) {
-        let Self { session, connection, parachute, observer, .. } = self;
+        let Self { session, connection, parachute, companion, observer, .. } = self;
         let mut ended = None;
         if let Some(connection) = connection {
             let result = connection.receive(*observer, |observer, frame| {
@@ -128,6 +255,9 @@ impl<O: Observer> Shell<'_, O> {
             observer.frame(session.now(), link, frame.bytes());
             session.handle_input(session.now(), link, frame);
         });
+        if let Some(companion) = companion {
+            companion.receive(session, *observer);
+        }
         if let Some(reason) = ended {
             self.disconnect(reason);
         }
@@ -141,7 +271,11 @@ impl<O: Observer> Shell<'_, O> {
         self.observer.notice(Notice::Connected { peer, what: "autopilot".into() });
         self.connection = Some(Connection::new(stream, peer, "simulator link"));
         self.session.peer_connected();
+        if let Some(companion) = &mut self.companion {
+            companion.restart();
+        }
         self.pacer.reset();
+        self.starting.reset();
         self.waiting = Since::now();
     }
 
@@ -182,7 +316,12 @@ impl<O: Observer> Shell<'_, O> {
             match (sent.link, &mut self.connection) {
                 (Link::Simulator, Some(connection)) => connection.queue(&sent.bytes),
                 (Link::Simulator, None) => {}
-                _ => self.parachute.send(&sent),
+                _ => {
+                    self.parachute.send(&sent);
+                    if let Some(companion) = &mut self.companion {
+                        companion.hear_parachute(now, &sent);
+                    }
+                }
             }
         }
         let flushed = match &mut self.connection {

@@ -3,6 +3,17 @@
 use nalgebra::Vector3;
 
 use super::super::TimeUs;
+use super::Procedure;
+
+/// What tells the time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Clock {
+    /// `time_boot_ms` of the vehicle's ATTITUDE.
+    #[default]
+    Vehicle,
+    /// `Session::handle_time`: beside a simulator in the same process.
+    Caller,
+}
 
 /// What is to be streamed, and when.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +42,10 @@ pub struct StreamerConfig {
     pub end_s: Option<f64>,
     /// How often a command is tried.
     pub attempts: u32,
+    /// What tells the time.
+    pub clock: Clock,
+    /// What the vehicle must be told and must show before it is released; `None`: nothing.
+    pub procedure: Option<Procedure>,
 }
 
 impl Default for StreamerConfig {
@@ -48,6 +63,8 @@ impl Default for StreamerConfig {
             settle_us: 3_000_000,
             end_s: None,
             attempts: 20,
+            clock: Clock::default(),
+            procedure: None,
         }
     }
 }

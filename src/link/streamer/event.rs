@@ -15,6 +15,47 @@ pub enum StreamerEvent {
         /// The vehicle's system.
         system_id: u8,
     },
+    /// The parameters are with the vehicle.
+    Uploaded {
+        /// Simulated time.
+        at: TimeUs,
+        /// How many.
+        set: usize,
+        /// Those that it does not have.
+        absent: Vec<String>,
+    },
+    /// A parameter of the vehicle is not fit for a drop.
+    Trap {
+        /// Simulated time.
+        at: TimeUs,
+        /// The parameter.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What comes of it.
+        otherwise: &'static str,
+    },
+    /// The estimator has attitude and velocity.
+    Aligned {
+        /// Simulated time.
+        at: TimeUs,
+        /// Whether it has said so.
+        told: bool,
+    },
+    /// The estimator is not ready.
+    NotAligned {
+        /// Simulated time.
+        at: TimeUs,
+        /// What it lacks.
+        lacking: String,
+        /// What the vehicle said meanwhile.
+        said: Vec<String>,
+    },
+    /// Velocity setpoints wait: the vehicle believes to be on the ground.
+    HeldBack {
+        /// Simulated time.
+        at: TimeUs,
+    },
     /// OFFBOARD has been accepted.
     Offboard {
         /// Simulated time.
@@ -128,6 +169,31 @@ impl fmt::Display for StreamerEvent {
             Self::VehicleHeard { at, system_id } => {
                 write!(f, "{:8.3} s  vehicle {system_id} heard, streaming level attitude, no thrust", s(at))
             }
+            Self::Uploaded { at, set, absent } => {
+                write!(f, "{:8.3} s  {set} parameters set, each echoed", s(at))?;
+                if absent.is_empty() {
+                    return Ok(());
+                }
+                write!(f, "; unknown to this autopilot: {}", absent.join(" "))
+            }
+            Self::Trap { at, name, value, otherwise } => {
+                write!(f, "{:8.3} s  {name} = {value}: {otherwise}", s(at))
+            }
+            Self::Aligned { at, told: true } => {
+                write!(f, "{:8.3} s  the estimator has attitude and velocity", s(at))
+            }
+            Self::Aligned { at, told: false } => {
+                write!(f, "{:8.3} s  the estimator tells nothing (ESTIMATOR_STATUS); going on", s(at))
+            }
+            Self::NotAligned { at, lacking, said } => {
+                write!(f, "{:8.3} s  waiting for the estimator: no {lacking} yet{}", s(at), join(said))
+            }
+            Self::HeldBack { at } => write!(
+                f,
+                "{:8.3} s  the vehicle believes to be on the ground (EXTENDED_SYS_STATE): velocity setpoints wait, it would keep its \
+                 rotors at zero thrust",
+                s(at)
+            ),
             Self::Offboard { at } => write!(f, "{:8.3} s  OFFBOARD accepted", s(at)),
             Self::Armed { at } => write!(f, "{:8.3} s  armed", s(at)),
             Self::ReleaseAsked { at } => write!(f, "{:8.3} s  release commanded", s(at)),

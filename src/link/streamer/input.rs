@@ -4,8 +4,9 @@ use mavlink::dialects::common::{HEARTBEAT_DATA, MavMessage, MavModeFlag};
 
 use super::super::parachute::{PARACHUTE_COMPONENT, T_END, T_RELEASE};
 use super::super::{Frame, TimeUs};
+use super::machine::{ESTIMATOR_STATUS, EXTENDED_SYS_STATE};
 use super::{
-    AUTOPILOT_COMPONENT, Flight, STREAMER_COMPONENT, STREAMER_SYSTEM, Shown, StreamerEvent, StreamerSession,
+    AUTOPILOT_COMPONENT, Clock, Flight, STREAMER_COMPONENT, STREAMER_SYSTEM, Shown, StreamerEvent, StreamerSession,
     StreamerState,
 };
 
@@ -13,6 +14,8 @@ use super::{
 const CLOCK_JITTER_US: TimeUs = 1_000_000;
 /// How many of the vehicle's words are remembered.
 const WORDS: usize = 8;
+/// How PX4 says that it does not have a parameter.
+const PX4_UNKNOWN_PARAMETER: &str = "unknown param: ";
 /// Main mode OFFBOARD in PX4's custom mode.
 const PX4_MAIN_MODE_OFFBOARD: u32 = 6;
 
@@ -26,7 +29,27 @@ impl StreamerSession {
             request.take_ack(&ack, from, (STREAMER_SYSTEM, STREAMER_COMPONENT));
             return;
         }
+        if frame.component_id == AUTOPILOT_COMPONENT {
+            // By their bytes: flags that the crate does not know would hide those it knows.
+            match frame.message_id {
+                id if id == u32::from(ESTIMATOR_STATUS) => {
+                    self.flight.readiness.take_estimator(frame.payload().u16(40));
+                }
+                id if id == u32::from(EXTENDED_SYS_STATE) => {
+                    self.flight.readiness.take_landed_state(frame.payload().u8(1));
+                }
+                _ => {}
+            }
+        }
         match (frame.component_id, frame.known()) {
+            (AUTOPILOT_COMPONENT, Some(MavMessage::PARAM_VALUE(m))) => {
+                if let Some(exchange) = self.flight.readiness.exchange() {
+                    exchange.take(m);
+                }
+            }
+            (AUTOPILOT_COMPONENT, Some(MavMessage::PARAM_ERROR(m))) => {
+                self.take_absence(m.param_id.to_str().unwrap_or_default());
+            }
             (AUTOPILOT_COMPONENT, Some(MavMessage::ATTITUDE(m))) => self.take_clock(m.time_boot_ms),
             (AUTOPILOT_COMPONENT, Some(MavMessage::HEARTBEAT(m))) => self.take_heartbeat(m),
             (AUTOPILOT_COMPONENT | PARACHUTE_COMPONENT, Some(MavMessage::STATUSTEXT(m))) => {
@@ -49,12 +72,25 @@ impl StreamerSession {
         if self.flight.said.len() == WORDS {
             self.flight.said.pop_front();
         }
+        if let Some((_, name)) = text.split_once(PX4_UNKNOWN_PARAMETER) {
+            // PX4 says it once for each, and there may be dozens.
+            return self.take_absence(name);
+        }
         let at = self.flight.now;
         self.flight.said.push_back((at, text.clone()));
         self.events.push_back(StreamerEvent::Text { at, severity, text });
     }
 
+    fn take_absence(&mut self, name: &str) {
+        if let Some(exchange) = self.flight.readiness.exchange() {
+            exchange.take_absence(name);
+        }
+    }
+
     fn take_clock(&mut self, time_boot_ms: u32) {
+        if self.config.clock == Clock::Caller {
+            return;
+        }
         let now = TimeUs::from(time_boot_ms) * 1_000;
         if now + CLOCK_JITTER_US < self.flight.now {
             self.events.push_back(StreamerEvent::VehicleRestarted { at: now });
@@ -67,6 +103,7 @@ impl StreamerSession {
 
     fn take_heartbeat(&mut self, m: &HEARTBEAT_DATA) {
         self.flight.heartbeat_heard = true;
+        self.flight.shown_at = self.flight.now;
         let before = self.flight.shown;
         self.flight.shown = Shown {
             armed: m.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED),

@@ -6,22 +6,26 @@ use super::super::parachute::PARACHUTE_COMPONENT;
 use super::super::{TimeUs, microseconds, seconds};
 use super::request::{Progress, Request, result_name};
 use super::{
-    FIRST_REPORT, HEARTBEAT_PERIOD_US, StreamerConfig, StreamerEvent, StreamerSession, StreamerState,
+    Clock, FIRST_REPORT, HEARTBEAT_PERIOD_US, StreamerConfig, StreamerEvent, StreamerSession, StreamerState,
 };
 
+/// Ids of messages that are asked for.
+const ATTITUDE: u16 = 30;
+pub(super) const ESTIMATOR_STATUS: u16 = 230;
+pub(super) const EXTENDED_SYS_STATE: u16 = 245;
 /// Setpoints must have run for this long before OFFBOARD is asked for.
 const STREAM_FIRST_US: TimeUs = 500_000;
 /// How long after the acknowledgement the instant of the release is waited for.
 const T_RELEASE_PATIENCE_US: TimeUs = 1_000_000;
 
 impl StreamerSession {
-    fn enter(&mut self, state: StreamerState) {
+    pub(super) fn enter(&mut self, state: StreamerState) {
         self.flight.state = state;
         self.flight.since = self.flight.now;
         self.flight.request = None;
     }
 
-    fn fail(&mut self, reason: String) {
+    pub(super) fn fail(&mut self, reason: String) {
         self.enter(StreamerState::Failed);
         self.events.push_back(StreamerEvent::Failed { at: self.flight.now, reason });
     }
@@ -51,7 +55,9 @@ impl StreamerSession {
     /// The vehicle's clock has come to `now`.
     pub(super) fn tick(&mut self, now: TimeUs) {
         self.flight.now = now;
-        self.next_report = FIRST_REPORT;
+        if self.config.clock == Clock::Vehicle || self.flight.heartbeat_heard {
+            self.next_report = FIRST_REPORT;
+        }
         self.longest_pause = self.longest_pause.max(std::mem::take(&mut self.silence));
         // A state may be left in the tick in which it was entered; there are few of them.
         while self.step_state() {}
@@ -71,9 +77,16 @@ impl StreamerSession {
         let before = self.flight.state;
         match before {
             StreamerState::WaitingForVehicle => self.wait_for_vehicle(),
+            StreamerState::Parameters => self.exchange_parameters(),
             StreamerState::Streaming if now >= self.flight.since + STREAM_FIRST_US => {
-                self.enter(StreamerState::RequestingOffboard);
+                let careful = self.config.procedure.is_some();
+                self.enter(if careful {
+                    StreamerState::Aligning
+                } else {
+                    StreamerState::RequestingOffboard
+                });
             }
+            StreamerState::Aligning => self.align(),
             StreamerState::RequestingOffboard => {
                 if self.pursue(|c| {
                     let px4_offboard = [1.0, 6.0, 0.0];
@@ -108,15 +121,28 @@ impl StreamerSession {
         }
         let system_id = self.config.vehicle_system;
         self.events.push_back(StreamerEvent::VehicleHeard { at: self.flight.now, system_id });
-        // The clock, as fine as the control loop. What becomes of the wish does not matter.
-        let interval = [30.0, self.config.lead_us.max(1_000) as f32, 0.0];
+        if self.config.clock == Clock::Vehicle {
+            // As fine as the control loop.
+            self.wish_for(ATTITUDE, self.config.lead_us.max(1_000));
+        }
+        if self.config.procedure.is_none() {
+            return self.enter(StreamerState::Streaming);
+        }
+        self.wish_for(ESTIMATOR_STATUS, 100_000);
+        self.wish_for(EXTENDED_SYS_STATE, 20_000);
+        self.enter(StreamerState::Parameters);
+    }
+
+    /// Asks for a message; what becomes of the wish does not matter.
+    fn wish_for(&mut self, message_id: u16, interval_us: TimeUs) {
+        let interval = [f32::from(message_id), interval_us as f32, 0.0];
         let command = MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL;
+        let system_id = self.config.vehicle_system;
         if let Progress::Send(m) =
-            Request::to_autopilot(system_id, command, interval, "ATTITUDE rate", 1).poll(self.flight.now)
+            Request::to_autopilot(system_id, command, interval, "message interval", 1).poll(self.flight.now)
         {
             self.send(&MavMessage::COMMAND_LONG(m));
         }
-        self.enter(StreamerState::Streaming);
     }
 
     /// Works at the request of the present state; whether it has been accepted.
@@ -159,7 +185,11 @@ impl StreamerSession {
             return self.enter(StreamerState::Falling);
         }
         let settled = now >= self.flight.armed_at + self.config.settle_us;
-        if self.config.commands_release && settled && now >= microseconds(self.config.hang_s) {
+        if self.config.commands_release
+            && settled
+            && self.shows_itself_ready()
+            && now >= microseconds(self.config.hang_s)
+        {
             self.events.push_back(StreamerEvent::ReleaseAsked { at: now });
             self.enter(StreamerState::Releasing);
         }
@@ -199,9 +229,9 @@ impl StreamerSession {
         let end = self.config.end_s.map(|s| start + microseconds(s));
         let state = if end.is_some_and(|end| self.flight.now >= end) {
             StreamerState::Done
-        } else if ahead >= start + microseconds(self.trajectory.end_s()) {
+        } else if ahead >= start + microseconds(self.trajectory.end_s()) && !self.holds_back() {
             StreamerState::Target
-        } else if ahead >= start {
+        } else if ahead >= start && !self.holds_back() {
             StreamerState::Tracking
         } else {
             StreamerState::Falling

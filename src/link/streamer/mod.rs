@@ -1,13 +1,15 @@
 //! The offboard streamer: what a companion computer does in a drop.
 //!
 //! Its clock is `time_boot_ms` of the vehicle's ATTITUDE, that is, simulated time: it asks for that message at the
-//! simulator's rate and acts when one comes. What it sends before t = 0 of the plan is a level attitude without thrust (a
+//! simulator's rate and acts when one comes. Beside a simulator in the same process its clock is the caller's ([`Clock`]). What it sends before t = 0 of the plan is a level attitude without thrust (a
 //! vehicle that is armed with velocity setpoints under the canopy may hold its motors down to the ground), from t = 0 the
 //! plan's velocity, after t_f the target velocity.
 //!
 //! ```text
 //! WaitingForVehicle -> Streaming -> RequestingOffboard -> Arming -> Hanging -> Releasing -> Falling -> Tracking -> Target -> Done
 //! ```
+//!
+//! With a [`Procedure`], which a PX4 needs, parameters come before the stream and a wait for the estimator after its start.
 //!
 //! t = 0 is the release, as the parachute tells it (NAMED_VALUE_INT `t_release`), plus t_d. A setpoint is sent `lead` ahead of
 //! its time, one period of the control loop, so that it is in force when that time comes.
@@ -20,6 +22,7 @@ use std::collections::VecDeque;
 
 use nalgebra::Vector3;
 
+use self::procedure::Readiness;
 use self::request::Request;
 use super::statustext::TextReader;
 use super::{Encoder, Frame, Link, Session, TimeUs, Transmit, microseconds};
@@ -29,6 +32,8 @@ mod config;
 mod event;
 mod input;
 mod machine;
+mod parameters;
+mod procedure;
 mod request;
 mod setpoint;
 
@@ -39,8 +44,9 @@ mod tests;
 #[cfg(test)]
 mod trouble_tests;
 
-pub use config::StreamerConfig;
+pub use config::{Clock, StreamerConfig};
 pub use event::StreamerEvent;
+pub use procedure::Procedure;
 
 /// MAVSDK's ids of an offboard script: system 245, component MAV_COMP_ID_MISSIONPLANNER.
 pub const STREAMER_SYSTEM: u8 = 245;
@@ -64,8 +70,12 @@ const PAUSES: u32 = 4;
 pub enum StreamerState {
     /// Neither heartbeat nor clock of the vehicle yet.
     WaitingForVehicle,
-    /// Streaming the level attitude, before anything is asked.
+    /// Streaming the level attitude; parameters are given and asked for.
+    Parameters,
+    /// Streaming the level attitude, before anything else is asked.
     Streaming,
+    /// The estimator has no velocity yet.
+    Aligning,
     /// OFFBOARD asked for.
     RequestingOffboard,
     /// Arming asked for.
@@ -117,6 +127,8 @@ struct Flight {
     velocity_sp_ned: Option<Vector3<f64>>,
     said: VecDeque<(TimeUs, String)>,
     shown: Shown,
+    shown_at: TimeUs,
+    readiness: Readiness,
 }
 
 /// What the vehicle's heartbeat shows, and what has been told of it.
@@ -141,6 +153,8 @@ impl Flight {
             velocity_sp_ned: None,
             said: VecDeque::new(),
             shown: Shown::default(),
+            shown_at: 0,
+            readiness: Readiness::default(),
         }
     }
 }
@@ -219,15 +233,19 @@ impl StreamerSession {
 }
 
 impl Session for StreamerSession {
-    /// Its clock comes with the frames; `_now` is not looked at.
+    /// Its clock comes with the frames, or by [`Session::handle_time`]; `_now` is not looked at.
     fn handle_input(&mut self, _now: TimeUs, link: Link, frame: &Frame) {
         if matches!(link, Link::Api | Link::Parachute) {
             self.take(frame);
         }
     }
 
-    /// Nothing happens without a frame: see [`StreamerSession::handle_silence`].
-    fn handle_time(&mut self, _now: TimeUs) {}
+    /// With the vehicle's clock nothing happens without a frame: see [`StreamerSession::handle_silence`].
+    fn handle_time(&mut self, now: TimeUs) {
+        if self.config.clock == Clock::Caller {
+            self.tick(now);
+        }
+    }
 
     fn poll_output(&mut self) -> Option<Transmit> {
         self.outbox.pop_front().map(|bytes| Transmit::to_all(Link::Api, bytes))

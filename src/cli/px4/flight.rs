@@ -1,0 +1,133 @@
+//! A drop flown by PX4: simulator, parachute and streamer in this process, PX4 in its own.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::process::Px4Process;
+use super::{BuildFolder, Px4Error, upload};
+use crate::cli::clock::Stopwatch;
+use crate::cli::drop::Flown;
+use crate::cli::narrative::Narrator;
+use crate::cli::net::{Reporter, block_on};
+use crate::cli::outcome::{BadInput, Failure};
+use crate::cli::output::OutputFolder;
+use crate::cli::recording::Recording;
+use crate::cli::sessions;
+use crate::config::Mission;
+use crate::link::shell::{Ports, Speed, run_hosted_drop, system_of_instance};
+use crate::link::streamer::{Clock, Procedure, StreamerState};
+use crate::params::ParameterFile;
+use crate::trajectory::Trajectory;
+use crate::units::STANDARD_GRAVITY_M_S2;
+
+/// PX4's working directory in the folder of the results.
+const WORK: &str = "px4";
+/// PX4's log, beside the other files of the flight.
+pub const LOG: &str = "flight.ulg";
+/// Gravity under which its estimator aligns, in g0.
+const ALIGNS_G0: std::ops::RangeInclusive<f64> = 0.8..=1.2;
+
+/// A drop to be flown by PX4.
+#[derive(Clone, Copy, Debug)]
+pub struct Px4Drop<'a> {
+    /// Where PX4 is.
+    pub build: &'a BuildFolder,
+    /// Its number.
+    pub instance: u16,
+    /// How fast simulated time shall run.
+    pub speed: Speed,
+    /// Parameters to be given to it, in place of the mission's gains.
+    pub parameters: Option<&'a ParameterFile>,
+    /// Whether the plan's acceleration is sent with its velocity.
+    pub feed_forward: bool,
+}
+
+/// Flies it, to the end or until PX4 is gone or refuses; both are told.
+///
+/// # Errors
+/// [`Failure::BadInput`] when PX4 cannot be started, does not suit the mission, or a port or file cannot be had.
+pub fn fly(
+    drop: &Px4Drop<'_>,
+    mission: &Mission,
+    trajectory: &Trajectory,
+    folder: &OutputFolder,
+    narrator: &Narrator,
+) -> Result<Flown, Failure> {
+    suits(mission).bad_input()?;
+    let mixer = drop.build.mixer(&mission.vehicle_name, &mission.vehicle).bad_input()?;
+    let procedure = upload::procedure(mission, trajectory, drop.parameters, mixer.is_some())?;
+    let ports = Ports::of_instance(drop.instance).bad_input()?;
+    let system = system_of_instance(drop.instance).bad_input()?;
+    let streamer = sessions::StreamerChoice {
+        clock: Clock::Caller,
+        procedure: Some(Procedure { ..procedure }),
+        feed_forward: drop.feed_forward,
+    };
+    let sessions =
+        (sessions::simulator(mission, system), sessions::streamer(mission, trajectory.clone(), system, streamer));
+    let record = |stem| Some(Recording::new(folder, stem, mission));
+    let mut reporter = Reporter::new(*narrator, mission, record("hil"), record("vehicle"));
+    let mut px4 =
+        Px4Process::start(drop.build, drop.instance, mixer, &folder.path().join(WORK)).bad_input()?;
+    narrator.say(&format!("PX4 started in {}\n", px4.work().display()))?;
+    let watch = Stopwatch::start();
+    let flown = block_on(|stop| {
+        run_hosted_drop(sessions, &ports, drop.speed, &mut px4, &mut reporter, stop)
+    })?
+    .bad_input()?;
+    let wall_ms = watch.ms();
+    px4.stop();
+    reporter.finish()?;
+    if let Some(gone) = &flown.gone {
+        narrator.say(&format!("{gone}\n"))?;
+    }
+    if flown.unfenced > 0 {
+        let n = flown.unfenced;
+        narrator.say(&format!("{n} times PX4 did not answer a TIMESYNC within 1 s: setpoints may have been late\n"))?;
+    }
+    keep_log(px4.work(), folder)?;
+    let simulated_s = flown.simulator.sim().time_s();
+    let record = flown.simulator.record().clone();
+    Ok(Flown {
+        trouble: flown.gone.is_some() || flown.streamer.state() == StreamerState::Failed,
+        log: flown.simulator.into_log(),
+        record,
+        real_time_factor: 1e3 * simulated_s / wall_ms,
+    })
+}
+
+/// Whether PX4 can fly there at all.
+fn suits(mission: &Mission) -> Result<(), Px4Error> {
+    let gravity_m_s2 = mission.environment.gravity_m_s2;
+    if !ALIGNS_G0.contains(&(gravity_m_s2 / STANDARD_GRAVITY_M_S2)) {
+        return Err(Px4Error::Gravity { gravity_m_s2 });
+    }
+    if mission.sensors.barometer.noise_hpa == 0.0 {
+        return Err(Px4Error::Barometer);
+    }
+    Ok(())
+}
+
+/// Copies PX4's newest log to the results.
+fn keep_log(work: &Path, folder: &OutputFolder) -> Result<(), Failure> {
+    let Some(log) = newest(&work.join("log"), "ulg") else { return folder.remove(&[LOG]) };
+    folder
+        .write(LOG, |out| {
+            #[expect(clippy::disallowed_methods, reason = "the log of the process that was started here")]
+            let mut file = fs::File::open(&log)?;
+            io::copy(&mut file, out).map(|_| ())
+        })
+        .map(|_| ())
+}
+
+/// The last file by name with an extension in a folder or those in it: PX4 names them by date and time.
+fn newest(folder: &Path, extension: &str) -> Option<PathBuf> {
+    let entries = fs::read_dir(folder).ok()?.filter_map(|entry| Some(entry.ok()?.path()));
+    entries
+        .filter_map(|path| match path.is_dir() {
+            true => newest(&path, extension),
+            false => path.extension().is_some_and(|e| e == extension).then_some(path),
+        })
+        .max()
+}

@@ -1,0 +1,153 @@
+//! A build folder of PX4's simulation.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::Px4Error;
+use crate::model::Vehicle;
+
+/// What must be in it.
+const PROGRAM: &str = "bin/px4";
+const STARTUP: &str = "etc/init.d-posix/rcS";
+/// Where a source tree has it.
+const IN_SOURCES: &str = "build/px4_sitl_default";
+/// Models of a plain quadrotor that start no simulator of their own and set no gains, by release: up to 1.13, from 1.14 on.
+const MODELS: [&str; 2] = ["iris", "none_iris"];
+/// The mixer of an X-quad, in releases whose mixers are files.
+const QUAD_X: &str = "quad_x";
+
+/// A build folder.
+#[derive(Clone, Debug)]
+pub struct BuildFolder {
+    path: PathBuf,
+}
+
+impl BuildFolder {
+    /// The folder, or the one that a source tree has.
+    ///
+    /// # Errors
+    /// [`Px4Error::NotABuild`] with what is missing.
+    pub fn open(path: &Path) -> Result<Self, Px4Error> {
+        let inner = path.join(IN_SOURCES);
+        let folder = if !path.join(PROGRAM).exists() && inner.join(PROGRAM).exists() { &inner } else { path };
+        for missing in [PROGRAM, STARTUP] {
+            if !folder.join(missing).is_file() {
+                return Err(Px4Error::NotABuild { folder: path.to_owned(), missing });
+            }
+        }
+        let path = fs::canonicalize(folder).map_err(Px4Error::io(format!("{}", folder.display())))?;
+        Ok(Self { path })
+    }
+
+    /// The program.
+    pub fn program(&self) -> PathBuf {
+        self.path.join(PROGRAM)
+    }
+
+    /// Scripts, mixers, airframes.
+    pub fn etc(&self) -> PathBuf {
+        self.path.join("etc")
+    }
+
+    /// PX4_SIM_MODEL: whose airframe to start.
+    ///
+    /// # Errors
+    /// [`Px4Error::NoModel`] when none of those that are known is there.
+    pub fn model(&self) -> Result<&'static str, Px4Error> {
+        let folder = self.etc().join("init.d-posix/airframes");
+        let names = fs::read_dir(&folder).map_err(Px4Error::io(format!("{}", folder.display())))?;
+        let mut found: Vec<String> =
+            names.filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect();
+        found.sort();
+        // `10016_iris`: its number, its name.
+        let is_there =
+            |model: &&str| found.iter().any(|name| name.split_once('_').is_some_and(|(_, m)| m == *model));
+        MODELS.into_iter().find(is_there).ok_or_else(|| Px4Error::NoModel {
+            folder,
+            known: MODELS.join(", "),
+            found: found.join(" "),
+        })
+    }
+
+    /// The mixer to be asked for, in a release that has them as files; the model's own is for arms of another angle. `None`: PX4
+    /// allocates by its parameters CA_*.
+    ///
+    /// # Errors
+    /// [`Px4Error::Rotors`] when it is not for the vehicle's rotors.
+    pub fn mixer(&self, name: &str, vehicle: &Vehicle) -> Result<Option<&'static str>, Px4Error> {
+        if !self.etc().join(format!("mixers/{QUAD_X}.main.mix")).is_file() {
+            return Ok(None);
+        }
+        if is_quad_x(vehicle) {
+            Ok(Some(QUAD_X))
+        } else {
+            Err(Px4Error::Rotors { vehicle: name.to_owned(), mixer: QUAD_X })
+        }
+    }
+}
+
+/// Four rotors in PX4's order.
+fn is_quad_x(vehicle: &Vehicle) -> bool {
+    let signs = [(1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)];
+    vehicle.rotors.len() == signs.len()
+        && vehicle.rotors.iter().zip(signs).all(|(rotor, (x, y))| {
+            let at = rotor.position_body_m;
+            at.x * x > 0.0 && at.y * y > 0.0
+        })
+}
+
+#[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "a test that makes files")]
+mod tests {
+    use super::*;
+    use crate::config::load_mission;
+
+    /// A build folder with these files, all empty.
+    fn build(files: &[&str]) -> tempfile::TempDir {
+        let place = tempfile::tempdir().unwrap();
+        for file in files {
+            let path = place.path().join(file);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, "").unwrap();
+        }
+        place
+    }
+
+    #[test]
+    fn what_is_no_build_folder_is_refused_with_what_is_missing() {
+        for (files, missing) in [
+            (&["README"][..], "no `bin/px4` in it"),
+            (&["bin/px4"][..], "no `etc/init.d-posix/rcS` in it"),
+            (&["etc/init.d-posix/rcS", "bin/px4/x"][..], "no `bin/px4` in it"),
+        ] {
+            let place = build(files);
+            let error = BuildFolder::open(place.path()).unwrap_err().to_string();
+            assert!(error.contains(missing) && error.contains("make px4_sitl_default"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_source_tree_stands_for_its_build_folder() {
+        let inner = "build/px4_sitl_default";
+        let place = build(&[&format!("{inner}/bin/px4"), &format!("{inner}/etc/init.d-posix/rcS")]);
+        let folder = BuildFolder::open(place.path()).unwrap();
+        assert!(folder.program().ends_with(format!("{inner}/bin/px4")));
+    }
+
+    #[test]
+    fn the_model_and_the_mixer_are_those_of_the_release() {
+        let common = ["bin/px4", "etc/init.d-posix/rcS", "etc/init.d-posix/airframes/3010_quadrotor_x"];
+        let vehicle = load_mission(Path::new("mission/x500_drop.json")).unwrap().vehicle;
+        let old = build(
+            &[&common[..], &["etc/init.d-posix/airframes/10016_iris", "etc/mixers/quad_x.main.mix"]].concat(),
+        );
+        let folder = BuildFolder::open(old.path()).unwrap();
+        assert_eq!((folder.model().unwrap(), folder.mixer("x", &vehicle).unwrap()), ("iris", Some("quad_x")));
+        let new = build(&[&common[..], &["etc/init.d-posix/airframes/10016_none_iris"]].concat());
+        let folder = BuildFolder::open(new.path()).unwrap();
+        assert_eq!((folder.model().unwrap(), folder.mixer("x", &vehicle).unwrap()), ("none_iris", None));
+        let other = build(&common);
+        let error = BuildFolder::open(other.path()).unwrap().model().unwrap_err().to_string();
+        assert!(error.contains("iris, none_iris") && error.contains("3010_quadrotor_x"), "{error}");
+    }
+}

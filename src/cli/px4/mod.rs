@@ -1,0 +1,87 @@
+//! Real PX4 as the autopilot: started from its build folder, given its parameters, flown and stopped.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`folder`] | a build folder of PX4: what is in it, which model and mixer suit a vehicle |
+//! | [`process`] | the process: started in a working directory of its own, watched, stopped with all its children |
+//! | [`upload`] | the parameters that it is given |
+//! | [`flight`] | a drop: simulator and streamer here, PX4 there |
+
+pub mod flight;
+pub mod folder;
+pub mod process;
+pub mod upload;
+
+use std::io;
+use std::path::PathBuf;
+
+pub use flight::fly;
+pub use folder::BuildFolder;
+pub use process::Px4Process;
+
+/// Why PX4 cannot fly.
+#[derive(Debug, thiserror::Error)]
+pub enum Px4Error {
+    /// The folder is no build folder.
+    #[error(
+        "{}: no `{missing}` in it. A build folder of PX4's simulation is expected, as `make px4_sitl_default` leaves it in \
+         build/px4_sitl_default: it holds bin/px4 and etc/init.d-posix/rcS",
+        folder.display()
+    )]
+    NotABuild {
+        /// The folder.
+        folder: PathBuf,
+        /// What is not there.
+        missing: &'static str,
+    },
+    /// None of the models that are known to leave the simulator to others.
+    #[error("{}: none of the models {known} in it, found {found}", folder.display())]
+    NoModel {
+        /// The folder of airframes.
+        folder: PathBuf,
+        /// What was looked for.
+        known: String,
+        /// What is there.
+        found: String,
+    },
+    /// PX4 mixes for rotors that the vehicle has not got.
+    #[error(
+        "vehicle {vehicle}: this PX4 mixes by `{mixer}`, rotors front right, rear left, front left, rear right; the vehicle's are others"
+    )]
+    Rotors {
+        /// The vehicle.
+        vehicle: String,
+        /// The mixer.
+        mixer: &'static str,
+    },
+    /// The site's gravity is not PX4's.
+    #[error(
+        "PX4 has 9.80665 m/s^2 compiled in and its estimator aligns between 0.8 and 1.2 of it; the mission's site has {gravity_m_s2} \
+         m/s^2"
+    )]
+    Gravity {
+        /// Of the site.
+        gravity_m_s2: f64,
+    },
+    /// A barometer that never changes counts as broken.
+    #[error(
+        "the mission's barometer has no noise: PX4 takes a constant one for stale and its estimator never starts; set \
+         sensors.barometer.noise_hpa (0.01)"
+    )]
+    Barometer,
+    /// A file or folder, or the process itself.
+    #[error("{what}")]
+    Io {
+        /// What was to be done.
+        what: String,
+        /// The system's reason.
+        source: io::Error,
+    },
+}
+
+impl Px4Error {
+    fn io(what: impl Into<String>) -> impl FnOnce(io::Error) -> Self {
+        let what = what.into();
+        move |source| Self::Io { what, source }
+    }
+}

@@ -1,0 +1,186 @@
+//! PX4's process.
+//!
+//! It runs in a working directory of its own, where it keeps its parameters, its console and its log, and in a process group of its
+//! own: its start-up script has children. It ends with the value that stands for it, however that ends, and nothing of its group is left.
+
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::os::unix::process::{CommandExt as _, ExitStatusExt as _};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::Duration;
+
+use rustix::process::{Pid, Signal, kill_process_group, test_kill_process_group};
+
+use super::{BuildFolder, Px4Error};
+use crate::cli::clock::{Stopwatch, pause};
+use crate::link::shell::Guest;
+
+/// What it says, in its working directory.
+pub const CONSOLE: &str = "console.log";
+/// A folder in the working directory that stands first in its PATH: its start-up script takes `px4-rc.params` from there.
+const HOOKS: &str = "hooks";
+/// Variables that would change a run; what is wanted is set.
+const FOREIGN: [&str; 9] = [
+    "PX4_ESTIMATOR",
+    "PX4_HOME_ALT",
+    "PX4_HOME_LAT",
+    "PX4_HOME_LON",
+    "PX4_SIMULATOR",
+    "PX4_SIM_HOSTNAME",
+    "PX4_SIM_HOST_ADDR",
+    "PX4_SIM_SPEED_FACTOR",
+    "PX4_SYS_AUTOSTART",
+];
+/// How long it is given to close its log.
+const FAREWELL: Duration = Duration::from_secs(3);
+/// How often its end is looked for.
+const LOOK: Duration = Duration::from_millis(10);
+/// Lines of its console that are shown when it has ended by itself.
+const LAST_WORDS: usize = 5;
+
+/// A running PX4.
+#[derive(Debug)]
+pub struct Px4Process {
+    child: Child,
+    group: Option<Pid>,
+    work: PathBuf,
+    ended: Option<ExitStatus>,
+}
+
+impl Px4Process {
+    /// Starts instance `instance` in the folder `work`, which is made anew.
+    ///
+    /// # Errors
+    /// [`Px4Error`] when the folder cannot be made or the program not started.
+    pub fn start(
+        build: &BuildFolder,
+        instance: u16,
+        mixer: Option<&str>,
+        work: &Path,
+    ) -> Result<Self, Px4Error> {
+        let model = build.model()?;
+        prepare(work, mixer)
+            .map_err(Px4Error::io(format!("cannot make PX4's working directory {}", work.display())))?;
+        let work = fs::canonicalize(work).map_err(Px4Error::io(format!("{}", work.display())))?;
+        let console = |()| {
+            #[expect(clippy::disallowed_methods, reason = "the child's console")]
+            let file = File::create(work.join(CONSOLE))?;
+            Ok((file.try_clone()?, file))
+        };
+        let (out, err) = console(()).map_err(Px4Error::io(format!("cannot write {CONSOLE}")))?;
+        let mut command = Command::new(build.program());
+        FOREIGN.iter().for_each(|name| _ = command.env_remove(name));
+        let child = command
+            .args(["-i", &instance.to_string(), "-d"])
+            .arg(build.etc())
+            .args(["-s", "etc/init.d-posix/rcS", "-w"])
+            .arg(&work)
+            .current_dir(&work)
+            .env("PX4_SIM_MODEL", model)
+            .env("PATH", path_with(&work.join(HOOKS)))
+            .stdin(Stdio::null())
+            .stdout(out)
+            .stderr(err)
+            .process_group(0)
+            .spawn()
+            .map_err(Px4Error::io(format!("cannot start {}", build.program().display())))?;
+        let group = i32::try_from(child.id()).ok().and_then(Pid::from_raw);
+        Ok(Self { child, group, work, ended: None })
+    }
+
+    /// Its number.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Its working directory.
+    pub fn work(&self) -> &Path {
+        &self.work
+    }
+
+    /// Ends it: asked first, so that it closes its log, then without asking. Returns once nothing of its group is left.
+    pub fn stop(&mut self) {
+        if self.ended.is_none() {
+            self.signal(Signal::TERM);
+            self.wait(FAREWELL);
+        }
+        self.signal(Signal::KILL);
+        if self.ended.is_none() {
+            self.ended = self.child.wait().ok();
+        }
+        let since = Stopwatch::start();
+        let left = |group| test_kill_process_group(group).is_ok();
+        while self.group.is_some_and(left) && since.ms() < 1e3 * FAREWELL.as_secs_f64() {
+            pause(LOOK);
+        }
+    }
+
+    fn signal(&self, signal: Signal) {
+        // A group that is gone is what is wanted.
+        _ = self.group.map(|group| kill_process_group(group, signal));
+    }
+
+    fn wait(&mut self, patience: Duration) {
+        let since = Stopwatch::start();
+        while self.has_not_ended() && since.ms() < 1e3 * patience.as_secs_f64() {
+            pause(LOOK);
+        }
+    }
+
+    fn has_not_ended(&mut self) -> bool {
+        self.ended = self.ended.or_else(|| self.child.try_wait().ok().flatten());
+        self.ended.is_none()
+    }
+
+    fn last_words(&self) -> String {
+        #[expect(clippy::disallowed_methods, reason = "the child's console")]
+        let text = fs::read(self.work.join(CONSOLE)).unwrap_or_default();
+        let text = String::from_utf8_lossy(&text).into_owned();
+        let lines: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+        lines[lines.len().saturating_sub(LAST_WORDS)..].join("\n  ")
+    }
+}
+
+impl Guest for Px4Process {
+    fn gone(&mut self) -> Option<String> {
+        if self.has_not_ended() {
+            return None;
+        }
+        let how = match self.ended {
+            Some(status) => match (status.code(), status.signal()) {
+                (Some(code), _) => format!("exit code {code}"),
+                (_, Some(signal)) => format!("signal {signal}"),
+                _ => "unknown how".to_owned(),
+            },
+            None => "unknown how".to_owned(),
+        };
+        let console = self.work.join(CONSOLE);
+        Some(format!("PX4 has ended ({how}); the end of {}:\n  {}", console.display(), self.last_words()))
+    }
+}
+
+impl Drop for Px4Process {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}
+
+/// An empty working directory with the hooks in it.
+fn prepare(work: &Path, mixer: Option<&str>) -> std::io::Result<()> {
+    match fs::remove_dir_all(work) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(e),
+        _ => fs::create_dir_all(work.join(HOOKS))?,
+    }
+    let Some(mixer) = mixer else { return Ok(()) };
+    let text = format!("#!/bin/sh\n# Read by PX4's start-up script: the mixer of the vehicle.\nset MIXER {mixer}\n");
+    #[expect(clippy::disallowed_methods, reason = "a file for the child")]
+    fs::write(work.join(HOOKS).join("px4-rc.params"), text)
+}
+
+fn path_with(first: &Path) -> OsString {
+    let rest = std::env::var_os("PATH").unwrap_or_default();
+    let all = std::iter::once(first.to_owned()).chain(std::env::split_paths(&rest));
+    // Only a folder with a colon in its name cannot be in a PATH; then the rest must do.
+    std::env::join_paths(all).unwrap_or(rest)
+}

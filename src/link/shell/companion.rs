@@ -1,0 +1,163 @@
+//! A streamer beside the simulator, for an autopilot that is a process of its own.
+//!
+//! The autopilot's link for companions lives in wall time: a frame that has been handed to the socket is with the autopilot some time
+//! later, and a simulator that does not wait would be steps ahead by then. So each batch of frames is followed by a TIMESYNC, which
+//! the autopilot answers in the order of arrival: once the answer is there all before it has been taken, and the next HIL_SENSOR
+//! may go. Setpoints are thus in force at the same simulated time at any speed.
+
+use std::time::Duration;
+
+use mavlink::dialects::common::{MavMessage, TIMESYNC_DATA};
+
+use super::super::simulator::SimulatorSession;
+use super::super::streamer::{STREAMER_COMPONENT, STREAMER_SYSTEM, StreamerState};
+use super::super::{Decoder, Encoder, Frame, Link, Session as _, StreamerSession, TimeUs, Transmit};
+use super::clock::Since;
+use super::links::Links;
+use super::notice::{Notice, Observer, ShellError};
+use super::ports::Ports;
+
+/// An autopilot that has not answered a TIMESYNC for so long will not; time goes on without.
+const FENCE_PATIENCE: Duration = Duration::from_secs(1);
+/// The autopilot may be silent while simulated time stands still.
+const PEER_MEMORY: Duration = Duration::from_secs(600);
+
+/// A TIMESYNC that has not been answered.
+#[derive(Debug)]
+struct Fence {
+    stamp: i64,
+    since: Since,
+}
+
+/// See the head of this file.
+#[derive(Debug)]
+pub(super) struct Companion {
+    initial: StreamerSession,
+    pub(super) session: StreamerSession,
+    links: Links,
+    /// Frames of its own go out under the streamer's address.
+    encoder: Encoder,
+    decoder: Decoder,
+    fence: Option<Fence>,
+    stamp: i64,
+    /// Fences that were given up.
+    pub(super) unfenced: u64,
+    ticked: Option<TimeUs>,
+    since: Since,
+}
+
+impl Companion {
+    pub(super) async fn open<O: Observer>(
+        session: StreamerSession,
+        ports: &Ports,
+        observer: &mut O,
+    ) -> Result<Self, ShellError> {
+        let own = (STREAMER_SYSTEM, STREAMER_COMPONENT);
+        let mut links = Links::new(own, PEER_MEMORY, false, None);
+        let to = [ports.autopilot_api];
+        links.bind_udp(Link::Api, ports.api, "streamer, for the autopilot", &to, observer).await?;
+        Ok(Self {
+            initial: session.clone(),
+            session,
+            links,
+            encoder: Encoder::new(STREAMER_SYSTEM, STREAMER_COMPONENT),
+            decoder: Decoder::new(),
+            fence: None,
+            stamp: 0,
+            unfenced: 0,
+            ticked: None,
+            since: Since::now(),
+        })
+    }
+
+    /// Another autopilot, another flight.
+    pub(super) fn restart(&mut self) {
+        self.session = self.initial.clone();
+        self.fence = None;
+        self.ticked = None;
+        self.since = Since::now();
+    }
+
+    /// Whether the vehicle has not been heard yet: its software is still starting, in wall time.
+    pub(super) fn vehicle_starts(&self) -> bool {
+        self.session.state() == StreamerState::WaitingForVehicle
+    }
+
+    /// Whether the autopilot has yet to take what it was sent.
+    pub(super) fn is_fenced(&self) -> bool {
+        self.fence.is_some()
+    }
+
+    /// Waits until there may be something to be received. Safe to cancel.
+    pub(super) async fn readable(&mut self) {
+        self.links.readable().await;
+    }
+
+    /// Takes what has come. The simulator hears the autopilot's HEARTBEAT this way, which it does not get on its own link.
+    pub(super) fn receive<O: Observer>(&mut self, simulator: &mut SimulatorSession, observer: &mut O) {
+        let now = simulator.now();
+        let Self { session, links, fence, .. } = self;
+        links.receive(observer, |observer, link, frame: &Frame| {
+            if let Some(MavMessage::TIMESYNC(m)) = frame.known() {
+                if fence.as_ref().is_some_and(|f| f.stamp == m.ts1 && m.tc1 != 0) {
+                    *fence = None;
+                }
+                return;
+            }
+            observer.frame(now, link, frame.bytes());
+            session.handle_input(now, link, frame);
+            if matches!(frame.known(), Some(MavMessage::HEARTBEAT(_))) {
+                simulator.handle_input(now, Link::Parachute, frame);
+            }
+        });
+        if self.fence.as_ref().is_some_and(|f| f.since.elapsed() >= FENCE_PATIENCE) {
+            self.fence = None;
+            self.unfenced += 1;
+        }
+        if self.vehicle_starts() {
+            self.session.handle_silence(self.since.elapsed());
+        }
+    }
+
+    /// Takes what the parachute says, without a socket.
+    pub(super) fn hear_parachute(&mut self, now: TimeUs, sent: &Transmit) {
+        let Self { session, decoder, .. } = self;
+        decoder.datagram(&sent.bytes, |frame| session.handle_input(now, Link::Parachute, &frame));
+    }
+
+    /// Lets the session act at the simulator's time, once for each, and sends what it wants sent: to the autopilot and, without a
+    /// socket, to the parachute.
+    pub(super) fn act<O: Observer>(&mut self, simulator: &mut SimulatorSession, observer: &mut O) {
+        let now = simulator.now();
+        if self.ticked != Some(now) {
+            self.ticked = Some(now);
+            self.session.handle_time(now);
+        }
+        while let Some(event) = self.session.poll_event() {
+            observer.notice(Notice::Streamer(event));
+        }
+        let mut any = false;
+        while let Some(sent) = self.session.poll_output() {
+            any = true;
+            observer.frame(now, sent.link, &sent.bytes);
+            self.links.send(&sent);
+            self.decoder.datagram(&sent.bytes, |frame| simulator.handle_input(now, Link::Parachute, &frame));
+        }
+        if any {
+            self.put_fence();
+        }
+        simulator.note_setpoint(self.session.velocity_setpoint_ned());
+    }
+
+    fn put_fence(&mut self) {
+        self.stamp += 1;
+        let ping = TIMESYNC_DATA { tc1: 0, ts1: self.stamp, ..TIMESYNC_DATA::default() };
+        let bytes = self.encoder.encode(&MavMessage::TIMESYNC(ping));
+        self.links.send(&Transmit::to_all(Link::Api, bytes));
+        self.fence = Some(Fence { stamp: self.stamp, since: Since::now() });
+    }
+
+    pub(super) fn tell_counts(&self, observer: &mut impl Observer) {
+        self.links.tell_counts(observer);
+    }
+}

@@ -1,0 +1,170 @@
+//! Parameters given to the vehicle (PARAM_SET, its echo compared) and asked of it (PARAM_REQUEST_READ).
+
+use std::collections::BTreeMap;
+
+use mavlink::dialects::common::{
+    MavMessage, MavParamType, PARAM_REQUEST_READ_DATA, PARAM_SET_DATA, PARAM_VALUE_DATA,
+};
+
+use super::super::TimeUs;
+use crate::params::Value;
+
+/// What is not answered is sent again after this.
+const RETRY_US: TimeUs = 300_000;
+/// What has been sent so often is not there: PX4 answers in a hundredth of that time.
+pub(super) const TRIES: u32 = 4;
+/// How many go out at a time: a burst must fit into the receiver's socket.
+const AT_A_TIME: usize = 16;
+/// By name, not by index.
+const BY_NAME: i16 = -1;
+
+/// What is known of a parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Known {
+    /// No answer yet.
+    Nothing,
+    /// The vehicle has this value.
+    Has(Value),
+    /// The vehicle does not have the parameter.
+    Absent,
+}
+
+#[derive(Clone, Debug)]
+struct Item {
+    name: String,
+    set: Option<Value>,
+    sent_at: Option<TimeUs>,
+    tries: u32,
+    known: Known,
+}
+
+impl Item {
+    fn is_over(&self) -> bool {
+        match (self.known, self.set) {
+            (Known::Nothing, _) => false,
+            // An echo with another value: it is tried again.
+            (Known::Has(value), Some(set)) => value == set || self.tries >= TRIES,
+            _ => true,
+        }
+    }
+}
+
+/// Parameters under way.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Exchange(Vec<Item>);
+
+/// What has come of an exchange.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Outcome {
+    /// What the vehicle has.
+    pub(super) values: BTreeMap<String, Value>,
+    /// How many were set.
+    pub(super) set: usize,
+    /// Were to be set and do not exist there.
+    pub(super) absent: Vec<String>,
+    /// Were to be set to the first value and are the second.
+    pub(super) refused: Vec<(String, Value, Value)>,
+}
+
+impl Exchange {
+    /// Sets some parameters and reads others.
+    pub(super) fn new<'a>(set: &BTreeMap<String, Value>, read: impl Iterator<Item = &'a str>) -> Self {
+        let item = |name: &str, set| Item {
+            name: name.to_owned(),
+            set,
+            sent_at: None,
+            tries: 0,
+            known: Known::Nothing,
+        };
+        let reads = read.filter(|name| !set.contains_key(*name)).map(|name| item(name, None));
+        Self(set.iter().map(|(name, value)| item(name, Some(*value))).chain(reads).collect())
+    }
+
+    /// What is to be sent now to the autopilot of a system.
+    pub(super) fn poll(&mut self, now: TimeUs, system_id: u8) -> Vec<MavMessage> {
+        for item in &mut self.0 {
+            let unanswered = item.sent_at.is_some_and(|at| now >= at + RETRY_US) && item.tries >= TRIES;
+            if unanswered && item.known == Known::Nothing {
+                item.known = Known::Absent;
+            }
+        }
+        let due = |item: &&mut Item| {
+            !item.is_over() && item.tries < TRIES && item.sent_at.is_none_or(|at| now >= at + RETRY_US)
+        };
+        let send = |item: &mut Item| {
+            item.sent_at = Some(now);
+            item.tries += 1;
+            message(&item.name, item.set, system_id)
+        };
+        self.0.iter_mut().filter(due).take(AT_A_TIME).map(send).collect()
+    }
+
+    /// Takes the vehicle's word on a parameter.
+    pub(super) fn take(&mut self, m: &PARAM_VALUE_DATA) {
+        let value = match m.param_type {
+            MavParamType::MAV_PARAM_TYPE_INT32 => Value::Int(m.param_value.to_bits() as i32),
+            MavParamType::MAV_PARAM_TYPE_REAL32 => Value::Real(m.param_value),
+            _ => return,
+        };
+        let of_that_name = |item: &&mut Item| m.param_id.to_str() == Ok(item.name.as_str());
+        if let Some(item) = self.0.iter_mut().find(of_that_name) {
+            item.known = Known::Has(value);
+        }
+    }
+
+    /// Takes its word that it does not have a parameter.
+    pub(super) fn take_absence(&mut self, name: &str) {
+        if let Some(item) = self.0.iter_mut().find(|item| item.name == name && item.tries > 0) {
+            item.known = Known::Absent;
+        }
+    }
+
+    /// Whether each has been answered or given up.
+    pub(super) fn is_over(&self) -> bool {
+        self.0.iter().all(Item::is_over)
+    }
+
+    /// What has come of it.
+    pub(super) fn outcome(&self) -> Outcome {
+        let mut outcome = Outcome::default();
+        for item in &self.0 {
+            match (item.known, item.set) {
+                (Known::Has(value), set) => {
+                    outcome.values.insert(item.name.clone(), value);
+                    match set {
+                        Some(set) if set != value => outcome.refused.push((item.name.clone(), set, value)),
+                        Some(_) => outcome.set += 1,
+                        None => {}
+                    }
+                }
+                (_, Some(_)) => outcome.absent.push(item.name.clone()),
+                (_, None) => {}
+            }
+        }
+        outcome
+    }
+}
+
+fn message(name: &str, set: Option<Value>, system_id: u8) -> MavMessage {
+    let (target_system, target_component) = (system_id, super::AUTOPILOT_COMPONENT);
+    let Some(value) = set else {
+        return MavMessage::PARAM_REQUEST_READ(PARAM_REQUEST_READ_DATA {
+            param_index: BY_NAME,
+            target_system,
+            target_component,
+            param_id: name.into(),
+        });
+    };
+    let (param_value, param_type) = match value {
+        // Integers travel as their bytes.
+        Value::Int(i) => (f32::from_bits(i as u32), MavParamType::MAV_PARAM_TYPE_INT32),
+        Value::Real(x) => (x, MavParamType::MAV_PARAM_TYPE_REAL32),
+    };
+    MavMessage::PARAM_SET(PARAM_SET_DATA {
+        param_value,
+        target_system,
+        target_component,
+        param_id: name.into(),
+        param_type,
+    })
+}

@@ -1,0 +1,168 @@
+//! What a PX4 needs before it may be released, and what it would trip over.
+//!
+//! Parameters are uploaded and looked at ([`crate::params::procedure`] says which, and why), the estimator must have a velocity before
+//! OFFBOARD is asked for, the vehicle must show itself armed and in OFFBOARD before it is released, and velocity setpoints are held
+//! back while it believes to be on the ground: a PX4 that does would keep its rotors at zero thrust.
+
+use std::collections::BTreeMap;
+
+use super::super::TimeUs;
+use super::parameters::{Exchange, Outcome};
+use super::{StreamerEvent, StreamerSession, StreamerState};
+use crate::params::Value;
+use crate::params::procedure::{Circumstances, RULES, broken};
+
+/// The procedure of an autopilot that must not be trusted blindly.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Procedure {
+    /// What the rules depend on.
+    pub circumstances: Circumstances,
+    /// Parameters that the vehicle is given before anything else.
+    pub upload: BTreeMap<String, Value>,
+}
+
+/// Bits of ESTIMATOR_STATUS.flags: attitude, horizontal velocity, vertical velocity.
+const NEEDED: [(u16, &str); 3] = [(1, "attitude"), (2, "horizontal velocity"), (4, "vertical velocity")];
+/// These must hold for so long: PX4 believes in a velocity after a probation.
+const PROBATION_US: TimeUs = 1_000_000;
+/// An estimator that has not told anything for so long will not.
+const MUTE_US: TimeUs = 10_000_000;
+/// A wait is told after this, and again after each such time.
+const REPORT_US: TimeUs = 5_000_000;
+/// The heartbeat that shows the armed vehicle may come so much later than the acknowledgement.
+const SHOWN_AFTER_US: TimeUs = 1_200_000;
+/// MAV_LANDED_STATE_ON_GROUND.
+const ON_GROUND: u8 = 1;
+
+/// What is known of the vehicle's readiness.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Readiness {
+    exchange: Option<Exchange>,
+    /// Flags of ESTIMATOR_STATUS.
+    estimator: Option<u16>,
+    aligned_since: Option<TimeUs>,
+    landed_state: Option<u8>,
+    reported_at: Option<TimeUs>,
+    held_back: bool,
+}
+
+impl Readiness {
+    pub(super) fn exchange(&mut self) -> Option<&mut Exchange> {
+        self.exchange.as_mut()
+    }
+
+    pub(super) fn take_estimator(&mut self, flags: u16) {
+        self.estimator = Some(flags);
+    }
+
+    pub(super) fn take_landed_state(&mut self, landed_state: u8) {
+        self.landed_state = Some(landed_state);
+    }
+}
+
+impl StreamerSession {
+    /// Uploads and reads; on to the stream when all is answered.
+    pub(super) fn exchange_parameters(&mut self) {
+        let Some(procedure) = &self.config.procedure else { return self.enter(StreamerState::Streaming) };
+        let (now, system) = (self.flight.now, self.config.vehicle_system);
+        let exchange =
+            self.flight.readiness.exchange.get_or_insert_with(|| {
+                Exchange::new(&procedure.upload, RULES.iter().map(|rule| rule.name))
+            });
+        let messages = exchange.poll(now, system);
+        let outcome = exchange.is_over().then(|| exchange.outcome());
+        messages.iter().for_each(|message| self.send(message));
+        if let Some(outcome) = outcome {
+            self.judge_parameters(outcome);
+        }
+    }
+
+    fn judge_parameters(&mut self, outcome: Outcome) {
+        let at = self.flight.now;
+        let circumstances = self.config.procedure.as_ref().map(|p| p.circumstances).unwrap_or_default();
+        if outcome.set > 0 || !outcome.absent.is_empty() {
+            let Outcome { set, absent, .. } = &outcome;
+            self.events.push_back(StreamerEvent::Uploaded { at, set: *set, absent: absent.clone() });
+        }
+        if let Some((name, wanted, has)) = outcome.refused.first() {
+            let count = outcome.refused.len();
+            return self.fail(format!(
+                "{count} parameters were not taken: {name} = {has} after PARAM_SET {wanted}, {} times",
+                super::parameters::TRIES
+            ));
+        }
+        if outcome.values.is_empty() {
+            return self.fail("no PARAM_VALUE has come: the vehicle's parameters are not known".to_owned());
+        }
+        let mut grave = None;
+        for (name, value) in &outcome.values {
+            if let Some(rule) = broken(name, value.as_f64(), &circumstances) {
+                let (name, value, otherwise) = (rule.name, value.as_f64(), rule.otherwise);
+                self.events.push_back(StreamerEvent::Trap { at, name, value, otherwise });
+                grave = grave.or(rule.grave.then_some(name));
+            }
+        }
+        match grave {
+            Some(name) => self.fail(format!("with this {name} the vehicle would fall without thrust")),
+            None => self.enter(StreamerState::Streaming),
+        }
+    }
+
+    /// Waits until the estimator has what velocity setpoints need.
+    pub(super) fn align(&mut self) {
+        let now = self.flight.now;
+        let since = self.flight.since;
+        let ready = &mut self.flight.readiness;
+        let lacking: Vec<&str> = match ready.estimator {
+            Some(flags) => {
+                NEEDED.iter().filter(|(bit, _)| flags & bit == 0).map(|(_, name)| *name).collect()
+            }
+            None if now >= since + MUTE_US => Vec::new(),
+            None => vec!["ESTIMATOR_STATUS"],
+        };
+        if lacking.is_empty() {
+            let aligned = *ready.aligned_since.get_or_insert(now);
+            if now >= aligned + PROBATION_US {
+                let told = ready.estimator.is_some();
+                self.events.push_back(StreamerEvent::Aligned { at: now, told });
+                self.enter(StreamerState::RequestingOffboard);
+            }
+            return;
+        }
+        ready.aligned_since = None;
+        if now >= ready.reported_at.unwrap_or(since) + REPORT_US {
+            ready.reported_at = Some(now);
+            let said = self.said_since(now.saturating_sub(REPORT_US));
+            let lacking = lacking.join(", ");
+            self.events.push_back(StreamerEvent::NotAligned { at: now, lacking, said });
+        }
+    }
+
+    /// Whether the vehicle shows what the acknowledgements have promised; back to asking otherwise.
+    pub(super) fn shows_itself_ready(&mut self) -> bool {
+        if self.config.procedure.is_none() {
+            return true;
+        }
+        if self.flight.shown_at < self.flight.armed_at + SHOWN_AFTER_US {
+            return false;
+        }
+        if !self.flight.shown.offboard {
+            self.enter(StreamerState::RequestingOffboard);
+        } else if !self.flight.shown.armed {
+            self.enter(StreamerState::Arming);
+        }
+        self.flight.state == StreamerState::Hanging
+    }
+
+    /// Whether velocity setpoints must wait, because the vehicle believes to be on the ground.
+    pub(super) fn holds_back(&mut self) -> bool {
+        let ready = &mut self.flight.readiness;
+        let holds = self.config.procedure.is_some() && ready.landed_state == Some(ON_GROUND);
+        if holds && !ready.held_back {
+            let at = self.flight.now;
+            self.events.push_back(StreamerEvent::HeldBack { at });
+        }
+        ready.held_back |= holds;
+        holds
+    }
+}

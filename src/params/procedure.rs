@@ -1,0 +1,193 @@
+//! What PX4 must be set to for a drop from a parachute, and why: one table, for who uploads it and for who looks whether a vehicle
+//! is set so.
+//!
+//! PX4 waits for a takeoff from the ground, which a drop has not got; most of these parameters end an automatism that would stop the
+//! rotors, or spoil the flight, on that account. The gains are not here: they are [`super::export`]'s.
+
+use super::Value;
+
+/// What the table depends on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Circumstances {
+    /// Fastest descent in the setpoints, from t = 0 on [m/s].
+    pub fastest_descent_m_s: f64,
+    /// Fastest horizontal speed in the setpoints [m/s].
+    pub fastest_horizontal_m_s: f64,
+    /// Thrust to hover as a part of the greatest thrust, if it is known.
+    pub hover_thrust: Option<f64>,
+}
+
+/// One parameter of the table.
+#[derive(Clone, Copy, Debug)]
+pub struct Rule {
+    /// Its name.
+    pub name: &'static str,
+    /// What to set it to; `None`: nothing, it is only looked at.
+    pub wanted: fn(&Circumstances) -> Option<Value>,
+    /// Whether a value will do.
+    pub holds: fn(f64, &Circumstances) -> bool,
+    /// What happens otherwise, in a few words that follow "NAME = x: ".
+    pub otherwise: &'static str,
+    /// Otherwise the vehicle would fall without thrust: it must not be released.
+    pub grave: bool,
+}
+
+/// Hover thrust that is off by more than this factor is told.
+const HOVER_TOLERANCE: f64 = 0.2;
+
+fn int(i: i32) -> Option<Value> {
+    Some(Value::Int(i))
+}
+
+fn real(x: f64) -> Option<Value> {
+    Some(Value::Real(x as f32))
+}
+
+/// The table.
+pub const RULES: [Rule; 13] = [
+    Rule {
+        name: "COM_DISARM_PRFLT",
+        wanted: |_| real(-1.0),
+        holds: |x, _| x <= 0.0,
+        otherwise: "PX4 disarms itself so many seconds after arming when it has not seen a takeoff, and a hook or a slow canopy is none",
+        grave: false,
+    },
+    Rule {
+        name: "COM_DISARM_LAND",
+        wanted: |_| real(-1.0),
+        holds: |x, _| x <= 0.0,
+        otherwise: "PX4 disarms itself when it takes a slow descent under the canopy for a landing",
+        grave: false,
+    },
+    Rule {
+        name: "COM_LKDOWN_TKO",
+        wanted: |_| real(-1.0),
+        holds: |x, _| x < 0.0,
+        otherwise: "an attitude beyond FD_FAIL_R or FD_FAIL_P within so many seconds of the takeoff, which is the start of the descent, stops \
+                    the rotors for good",
+        grave: false,
+    },
+    Rule {
+        name: "FD_FAIL_R",
+        wanted: |_| int(180),
+        holds: |x, _| x == 0.0 || x >= 180.0,
+        otherwise: "a roll beyond it [deg] counts as a failure; under a canopy it may be a swing",
+        grave: false,
+    },
+    Rule {
+        name: "FD_FAIL_P",
+        wanted: |_| int(180),
+        holds: |x, _| x == 0.0 || x >= 180.0,
+        otherwise: "a pitch beyond it [deg] counts as a failure; under a canopy it may be a swing",
+        grave: false,
+    },
+    Rule {
+        name: "EKF2_GPS_CHECK",
+        wanted: |_| int(21),
+        // Bits 5 to 7: drift and speed, which are judged as at rest.
+        holds: |x, _| (x as i64) & 0xE0 == 0,
+        otherwise: "the checks of drift and speed (32, 64, 128) never pass while it descends: the estimator stays without a velocity, and \
+                    velocity setpoints are then refused",
+        grave: false,
+    },
+    Rule {
+        name: "MPC_USE_HTE",
+        wanted: |_| int(0),
+        holds: |x, _| x == 0.0,
+        otherwise: "the estimator of the hover thrust learns from the fall, and the flight depends on what it has learnt",
+        grave: false,
+    },
+    Rule {
+        name: "COM_RCL_EXCEPT",
+        wanted: |_| int(4),
+        holds: |x, _| (x as i64) & 4 != 0,
+        otherwise: "without a remote control PX4 may leave OFFBOARD (bit 2 excepts it)",
+        grave: false,
+    },
+    Rule {
+        name: "COM_OF_LOSS_T",
+        wanted: |_| real(1.0),
+        holds: |x, _| x >= 0.1,
+        otherwise: "OFFBOARD is lost after so many seconds without a setpoint, and they come every 0.02 s",
+        grave: false,
+    },
+    Rule {
+        name: "MPC_THR_HOVER",
+        wanted: |c| c.hover_thrust.and_then(real),
+        holds: |x, c| c.hover_thrust.is_none_or(|h| (x / h - 1.0).abs() <= HOVER_TOLERANCE),
+        otherwise: "the vehicle hovers at another thrust: vertical gains and thrust are off by that factor",
+        grave: false,
+    },
+    Rule {
+        name: "MPC_THR_MAX",
+        wanted: |_| None,
+        holds: |x, c| x > c.hover_thrust.unwrap_or(0.1),
+        otherwise: "the greatest thrust does not carry the vehicle",
+        grave: true,
+    },
+    Rule {
+        name: "MPC_Z_VEL_MAX_DN",
+        wanted: |c| real(c.fastest_descent_m_s.max(1.0)),
+        holds: |x, c| x + 1e-3 >= c.fastest_descent_m_s,
+        otherwise: "faster descents are clipped to it: the plan is not what will be flown",
+        grave: false,
+    },
+    Rule {
+        name: "MPC_XY_VEL_MAX",
+        wanted: |c| real(c.fastest_horizontal_m_s.max(12.0)),
+        holds: |x, c| x + 1e-3 >= c.fastest_horizontal_m_s,
+        otherwise: "faster horizontal flight is clipped to it: the plan is not what will be flown",
+        grave: false,
+    },
+];
+
+/// The table's wishes, by name.
+pub fn wanted(circumstances: &Circumstances) -> impl Iterator<Item = (&'static str, Value)> + '_ {
+    RULES.iter().filter_map(|rule| Some((rule.name, (rule.wanted)(circumstances)?)))
+}
+
+/// The rule of a parameter that a value breaks.
+pub fn broken(name: &str, value: f64, circumstances: &Circumstances) -> Option<&'static Rule> {
+    RULES.iter().find(|rule| rule.name == name && !(rule.holds)(value, circumstances))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::Metadata;
+
+    #[test]
+    fn prop_what_the_table_asks_for_is_what_it_accepts_and_px4_takes() {
+        let of = Circumstances {
+            fastest_descent_m_s: 9.1,
+            fastest_horizontal_m_s: 2.0,
+            hover_thrust: Some(0.59),
+        };
+        let metadata = Metadata::px4();
+        for (name, value) in wanted(&of) {
+            assert!(broken(name, value.as_f64(), &of).is_none(), "{name}");
+            assert!(metadata.get(name).is_none_or(|p| p.contains(value.as_f64()) || name == "MPC_Z_VEL_MAX_DN"), "{name}");
+        }
+    }
+
+    /// PX4 v1.12's defaults: the traps that are known from drops.
+    #[test]
+    fn px4s_defaults_break_the_rules_that_a_drop_needs() {
+        let of = Circumstances {
+            fastest_descent_m_s: 9.1,
+            fastest_horizontal_m_s: 2.0,
+            hover_thrust: Some(0.59),
+        };
+        for (name, default, breaks) in [
+            ("COM_DISARM_PRFLT", 10.0, true),
+            ("EKF2_GPS_CHECK", 245.0, true),
+            ("MPC_Z_VEL_MAX_DN", 1.0, true),
+            ("MPC_XY_VEL_MAX", 12.0, false),
+            ("MPC_THR_MAX", 1.0, false),
+            ("MPC_THR_HOVER", 0.5, false),
+        ] {
+            assert_eq!(broken(name, default, &of).is_some(), breaks, "{name}");
+        }
+        assert!(broken("MPC_THR_MAX", 0.5, &of).unwrap().grave);
+    }
+}
