@@ -11,9 +11,9 @@ use super::net::{Reporter, block_on, ports_of, speed_of, system_of, wiring_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::plan::{plan_mission, write_plan};
-use super::recording::Recording;
 use super::px4::flight::Px4Drop;
 use super::px4::{self, BuildFolder};
+use super::recording::Recording;
 use super::sessions::{self, StreamerChoice};
 use crate::assess::{Verdict, VerdictBuilder, plan_j_tpf};
 use crate::config::{Mission, TrajectoryFile};
@@ -39,6 +39,9 @@ const OF_THE_PLAN: [&str; 2] = ["plan.json", "plan.svg"];
 /// Files of the flight.
 const OF_THE_FLIGHT: [&str; 5] = ["flight.csv", "drop.json", "drop.svg", "hil.tlog", "vehicle.tlog"];
 
+/// What a flight without a wire does not leave.
+const OF_THE_WIRE: [&str; 3] = ["hil.tlog", "vehicle.tlog", "flight.ulg"];
+
 /// `samara drop`.
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     if args.speed == SpeedArg::Max && (!args.link.links.is_empty() || args.net.sign_key.is_some()) {
@@ -49,7 +52,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     let pilot = Pilot::of(&args.autopilot)?;
     let (mut mission, parameters) = match pilot {
         Pilot::Reference => (mission_with_a_drop(&args.mission.mission, &args.choice)?, None),
-        Pilot::Px4(_) => mission_for_px4(&args.mission.mission, &args.choice)?,
+        Pilot::Px4(_) | Pilot::Px4Model => mission_for_px4(&args.mission.mission, &args.choice)?,
     };
     let narrator = Narrator::together(args.mission.json);
     narrator.say(&format!(
@@ -85,6 +88,10 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
             };
             px4::fly(&drop, &mission, &planned.trajectory, &folder, &narrator)?
         }
+        Pilot::Px4Model => {
+            folder.remove(&OF_THE_WIRE)?;
+            px4::model::fly(&mission, &planned.trajectory, parameters.as_ref(), args.feed_forward)?
+        }
     };
     finish(args, &mission, &planned, &flown, &folder, &narrator)
 }
@@ -93,6 +100,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
 enum Pilot {
     Reference,
     Px4(BuildFolder),
+    Px4Model,
 }
 
 impl Pilot {
@@ -100,6 +108,7 @@ impl Pilot {
         Ok(match argument {
             AutopilotArg::Reference => Self::Reference,
             AutopilotArg::Px4(path) => Self::Px4(BuildFolder::open(path).bad_input()?),
+            AutopilotArg::Px4Model => Self::Px4Model,
         })
     }
 
@@ -107,6 +116,7 @@ impl Pilot {
         match self {
             Self::Reference => "",
             Self::Px4(_) => ", flown by PX4",
+            Self::Px4Model => ", flown by the model of PX4's control law",
         }
     }
 }
@@ -114,8 +124,10 @@ impl Pilot {
 /// What does not touch the flight but shows in the .tlog files: the vehicle's number, and that others may have taken part.
 fn circumstances(args: &DropArgs) -> Vec<(&'static str, String)> {
     let mut told = vec![("instance", args.net.instance.to_string())];
-    if let AutopilotArg::Px4(_) = args.autopilot {
-        told.push(("autopilot", "px4".to_owned()));
+    match args.autopilot {
+        AutopilotArg::Reference => (),
+        AutopilotArg::Px4(_) => told.push(("autopilot", "px4".to_owned())),
+        AutopilotArg::Px4Model => told.push(("autopilot", "px4-model".to_owned())),
     }
     if let SpeedArg::Factor(factor) = args.speed {
         told.push(("speed", format!("{factor:?}")));

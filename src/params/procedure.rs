@@ -158,26 +158,23 @@ mod tests {
 
     #[test]
     fn prop_what_the_table_asks_for_is_what_it_accepts_and_px4_takes() {
-        let of = Circumstances {
-            fastest_descent_m_s: 9.1,
-            fastest_horizontal_m_s: 2.0,
-            hover_thrust: Some(0.59),
-        };
+        let of =
+            Circumstances { fastest_descent_m_s: 9.1, fastest_horizontal_m_s: 2.0, hover_thrust: Some(0.59) };
         let metadata = Metadata::px4();
         for (name, value) in wanted(&of) {
             assert!(broken(name, value.as_f64(), &of).is_none(), "{name}");
-            assert!(metadata.get(name).is_none_or(|p| p.contains(value.as_f64()) || name == "MPC_Z_VEL_MAX_DN"), "{name}");
+            assert!(
+                metadata.get(name).is_none_or(|p| p.contains(value.as_f64()) || name == "MPC_Z_VEL_MAX_DN"),
+                "{name}"
+            );
         }
     }
 
     /// PX4 v1.12's defaults: the traps that are known from drops.
     #[test]
     fn px4s_defaults_break_the_rules_that_a_drop_needs() {
-        let of = Circumstances {
-            fastest_descent_m_s: 9.1,
-            fastest_horizontal_m_s: 2.0,
-            hover_thrust: Some(0.59),
-        };
+        let of =
+            Circumstances { fastest_descent_m_s: 9.1, fastest_horizontal_m_s: 2.0, hover_thrust: Some(0.59) };
         for (name, default, breaks) in [
             ("COM_DISARM_PRFLT", 10.0, true),
             ("EKF2_GPS_CHECK", 245.0, true),

@@ -64,18 +64,19 @@ pub fn fly(
         procedure: Some(Procedure { ..procedure }),
         feed_forward: drop.feed_forward,
     };
-    let sessions =
-        (sessions::simulator(mission, system), sessions::streamer(mission, trajectory.clone(), system, streamer));
+    let sessions = (
+        sessions::simulator(mission, system),
+        sessions::streamer(mission, trajectory.clone(), system, streamer),
+    );
     let record = |stem| Some(Recording::new(folder, stem, mission));
     let mut reporter = Reporter::new(*narrator, mission, record("hil"), record("vehicle"));
     let mut px4 =
         Px4Process::start(drop.build, drop.instance, mixer, &folder.path().join(WORK)).bad_input()?;
     narrator.say(&format!("PX4 started in {}\n", px4.work().display()))?;
     let watch = Stopwatch::start();
-    let flown = block_on(|stop| {
-        run_hosted_drop(sessions, &ports, drop.speed, &mut px4, &mut reporter, stop)
-    })?
-    .bad_input()?;
+    let flown =
+        block_on(|stop| run_hosted_drop(sessions, &ports, drop.speed, &mut px4, &mut reporter, stop))?
+            .bad_input()?;
     let wall_ms = watch.ms();
     px4.stop();
     reporter.finish()?;
@@ -84,7 +85,9 @@ pub fn fly(
     }
     if flown.unfenced > 0 {
         let n = flown.unfenced;
-        narrator.say(&format!("{n} times PX4 did not answer a TIMESYNC within 1 s: setpoints may have been late\n"))?;
+        narrator.say(&format!(
+            "{n} times PX4 did not answer a TIMESYNC within 1 s: setpoints may have been late\n"
+        ))?;
     }
     keep_log(px4.work(), folder)?;
     let simulated_s = flown.simulator.sim().time_s();

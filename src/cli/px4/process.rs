@@ -173,7 +173,8 @@ fn prepare(work: &Path, mixer: Option<&str>) -> std::io::Result<()> {
         _ => fs::create_dir_all(work.join(HOOKS))?,
     }
     let Some(mixer) = mixer else { return Ok(()) };
-    let text = format!("#!/bin/sh\n# Read by PX4's start-up script: the mixer of the vehicle.\nset MIXER {mixer}\n");
+    let text =
+        format!("#!/bin/sh\n# Read by PX4's start-up script: the mixer of the vehicle.\nset MIXER {mixer}\n");
     #[expect(clippy::disallowed_methods, reason = "a file for the child")]
     fs::write(work.join(HOOKS).join("px4-rc.params"), text)
 }

@@ -34,7 +34,8 @@ pub fn procedure(
     };
     let of_the_drop = wanted(&circumstances).map(|(name, value)| (name.to_owned(), value));
     let mut upload: BTreeMap<String, Value> = of_the_drop.collect();
-    let counts = |name: &str| given.is_none() || OF_THE_VEHICLE.contains(&name) || name.starts_with(OF_THE_ROTORS);
+    let counts =
+        |name: &str| given.is_none() || OF_THE_VEHICLE.contains(&name) || name.starts_with(OF_THE_ROTORS);
     upload.extend(exported.into_iter().filter(|(name, _)| counts(name)));
     if let Some(given) = given {
         let own = given.entries().filter(|(component, ..)| *component == AUTOPILOT_COMPONENT);

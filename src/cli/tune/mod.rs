@@ -3,6 +3,7 @@
 mod args;
 mod files;
 mod near_hover;
+mod px4;
 
 use std::io::Write as _;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -28,7 +29,7 @@ use crate::tune::cma_es::CmaSettings;
 use crate::tune::release_cases::{random_releases, swing_releases};
 use crate::tune::swarm::SwarmSettings;
 use crate::tune::{Bench, Evaluation, Longitudinal, Method, Objective, Search, SearchSettings};
-use args::{MethodArg, ModelArg, ObjectiveArg, name_of};
+use args::{ForArg, MethodArg, ModelArg, ObjectiveArg, name_of};
 pub use args::{TUNE_HELP, TuneArgs};
 use files::{start_name, write_files, write_tune_manifest};
 
@@ -40,6 +41,9 @@ pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
     let mut mission = load_mission(&args.mission.mission).bad_input()?;
     if let Some(seed) = args.seed {
         mission.use_seed(seed);
+    }
+    if args.target == ForArg::Px4 {
+        return px4::run(args, &mission);
     }
     if mission.tuning_cases.is_empty() {
         return Err(anyhow!(

@@ -23,6 +23,9 @@ pub mod parameters;
 pub mod rate;
 pub mod velocity;
 
+#[cfg(test)]
+mod replay_tests;
+
 pub use law::{Law, Setpoint, Trace};
 pub use parameters::Parameters;
 

@@ -6,8 +6,8 @@ use super::super::parachute::{PARACHUTE_COMPONENT, T_END, T_RELEASE};
 use super::super::{Frame, TimeUs};
 use super::machine::{ESTIMATOR_STATUS, EXTENDED_SYS_STATE};
 use super::{
-    AUTOPILOT_COMPONENT, Clock, Flight, STREAMER_COMPONENT, STREAMER_SYSTEM, Shown, StreamerEvent, StreamerSession,
-    StreamerState,
+    AUTOPILOT_COMPONENT, Clock, Flight, STREAMER_COMPONENT, STREAMER_SYSTEM, Shown, StreamerEvent,
+    StreamerSession, StreamerState,
 };
 
 /// The clock may go back by less than this [us] without meaning a new start (messages that overtake each other).

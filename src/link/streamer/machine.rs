@@ -80,11 +80,7 @@ impl StreamerSession {
             StreamerState::Parameters => self.exchange_parameters(),
             StreamerState::Streaming if now >= self.flight.since + STREAM_FIRST_US => {
                 let careful = self.config.procedure.is_some();
-                self.enter(if careful {
-                    StreamerState::Aligning
-                } else {
-                    StreamerState::RequestingOffboard
-                });
+                self.enter(if careful { StreamerState::Aligning } else { StreamerState::RequestingOffboard });
             }
             StreamerState::Aligning => self.align(),
             StreamerState::RequestingOffboard => {

@@ -65,10 +65,11 @@ impl StreamerSession {
     pub(super) fn exchange_parameters(&mut self) {
         let Some(procedure) = &self.config.procedure else { return self.enter(StreamerState::Streaming) };
         let (now, system) = (self.flight.now, self.config.vehicle_system);
-        let exchange =
-            self.flight.readiness.exchange.get_or_insert_with(|| {
-                Exchange::new(&procedure.upload, RULES.iter().map(|rule| rule.name))
-            });
+        let exchange = self
+            .flight
+            .readiness
+            .exchange
+            .get_or_insert_with(|| Exchange::new(&procedure.upload, RULES.iter().map(|rule| rule.name)));
         let messages = exchange.poll(now, system);
         let outcome = exchange.is_over().then(|| exchange.outcome());
         messages.iter().for_each(|message| self.send(message));
@@ -114,9 +115,7 @@ impl StreamerSession {
         let since = self.flight.since;
         let ready = &mut self.flight.readiness;
         let lacking: Vec<&str> = match ready.estimator {
-            Some(flags) => {
-                NEEDED.iter().filter(|(bit, _)| flags & bit == 0).map(|(_, name)| *name).collect()
-            }
+            Some(flags) => NEEDED.iter().filter(|(bit, _)| flags & bit == 0).map(|(_, name)| *name).collect(),
             None if now >= since + MUTE_US => Vec::new(),
             None => vec!["ESTIMATOR_STATUS"],
         };

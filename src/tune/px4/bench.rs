@@ -1,17 +1,17 @@
 //! The drops that PX4's gains are judged by: seeded swings under the canopy, the fall, the plan, the target velocity.
 
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
 
 use nalgebra::Vector3;
 
 use super::Measures;
+use super::measures::Tracking;
 use crate::assess::{ReleaseDistribution, SafetyLimits, VerdictBuilder};
 use crate::control::px4::{Law, Parameters};
-use crate::frames::dcm_body_from_ned;
 use crate::model::{Environment, Parachute, Vehicle};
 use crate::sim::px4_flight::{IMU_PERIOD_S, fly_px4};
-use crate::sim::{DropSimulation, FlightPlan, Phase, Reference, Sample, Start};
+use crate::sim::{DropSimulation, FlightPlan, Reference, Sample, Start};
 use crate::trajectory::Trajectory;
 use crate::units::STANDARD_GRAVITY_M_S2;
 
@@ -81,108 +81,88 @@ impl Px4Setting<'_> {
         };
         let mut law = Law::new(parameters.clone(), similarity);
         let mut verdict = VerdictBuilder::new(self.safety, self.target_v_ned);
-        let mut tracking = Tracking::default();
-        let end_s = self.plan.end_s();
+        let mut tracking = Tracking::new(self.target_v_ned, self.plan.end_s());
         let flown = fly_px4(&mut sim, &mut law, &plan, similarity, &mut |sample| {
             verdict.observe(sample);
-            tracking.observe(sample, end_s);
+            tracking.observe(sample);
             observe(sample);
             let lost = !(sample.state.body.v_ned.norm() <= LOST_M_S);
             if lost { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         match (flown, verdict.finish()) {
-            (ControlFlow::Continue(()), Some(verdict)) => {
-                Measures::of(&verdict, tracking.rms_m_s(), tracking.peak_tilt_rad, self.flight_s())
-            }
+            (ControlFlow::Continue(()), Some(verdict)) => Measures::of(&verdict, &tracking, self.flight_s()),
             _ => Measures::LOST,
         }
     }
 }
 
-/// Velocity error and tilt of a flight.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Tracking {
-    sum_of_squares: f64,
-    samples: u32,
-    peak_tilt_rad: f64,
+/// A drop to judge by.
+#[derive(Clone, Debug)]
+pub struct Px4Drop<'a> {
+    setting: Px4Setting<'a>,
+    parachute: Parachute,
 }
 
-impl Tracking {
-    /// Takes a sample; the velocity counts up to the plan's end [s].
-    pub fn observe(&mut self, sample: &Sample, end_s: f64) {
-        if sample.phase == Phase::Hanging {
-            return;
-        }
-        let tilt = dcm_body_from_ned(sample.state.body.q_ned_from_body)[(2, 2)].clamp(-1.0, 1.0).acos();
-        self.peak_tilt_rad = self.peak_tilt_rad.max(tilt);
-        if let (Some(t), Some(v_sp)) = (sample.t_powered_s, sample.v_sp_ned)
-            && t <= end_s
-        {
-            self.sum_of_squares += (sample.state.body.v_ned - v_sp).norm_squared();
-            self.samples += 1;
-        }
-    }
-
-    /// RMS of the velocity's distance from its setpoint [m/s].
-    pub fn rms_m_s(&self) -> f64 {
-        (self.sum_of_squares / f64::from(self.samples.max(1))).sqrt()
+impl Px4Drop<'_> {
+    /// Flies it.
+    pub fn fly(&self, parameters: &Parameters) -> Measures {
+        self.setting.fly(parameters, self.parachute, &mut |_| ())
     }
 }
 
 /// Drops to judge by.
 #[derive(Clone, Debug)]
 pub struct Px4Bench<'a> {
-    drops: Vec<(Px4Setting<'a>, Parachute)>,
+    drops: Vec<Px4Drop<'a>>,
     reference: Measures,
-    base: Parameters,
 }
 
 impl<'a> Px4Bench<'a> {
-    /// The first `count` releases of a seed. Of every four drops three are of the vehicle as it is known, one of a vehicle that
-    /// is not quite: mass, then inertia, a tenth more. What is not searched is `base`'s, whose own flights are the reference.
+    /// Releases of a seed, by their numbers. Of every four drops three are of the vehicle as it is known, one of a vehicle that
+    /// is not quite: mass, then inertia, a tenth more. The flights of `reference` are what others are measured by.
     pub fn new(
         setting: &Px4Setting<'a>,
         releases: &ReleaseDistribution,
         seed: u64,
-        count: usize,
-        base: Parameters,
+        trials: Range<u64>,
+        reference: &Parameters,
     ) -> Self {
-        let drops = (0..count)
+        let drops = trials
             .map(|trial| {
-                let drawn = releases.draw(seed, trial as u64);
+                let drawn = releases.draw(seed, trial);
                 let mut parachute = releases.parachute;
                 parachute.pendulum.amplitude_rad = drawn.amplitude_rad;
                 parachute.pendulum.phase_rad = drawn.phase_rad;
-                (varied(setting, trial), parachute)
+                Px4Drop { setting: varied(setting, trial), parachute }
             })
             .collect();
-        let mut made = Self { drops, reference: Measures::LOST, base };
-        made.reference = Measures::mean(&made.fly(&made.base.clone()));
+        let mut made = Self { drops, reference: Measures::LOST };
+        made.reference = Measures::mean(&made.fly(reference));
         made
     }
 
     /// Flies every drop.
     pub fn fly(&self, parameters: &Parameters) -> Vec<Measures> {
-        self.drops.iter().map(|(setting, from)| setting.fly(parameters, *from, &mut |_| ())).collect()
+        self.drops.iter().map(|drop| drop.fly(parameters)).collect()
     }
 
-    /// What the base's flights came to.
+    /// What parameters cost, [`Measures::cost`].
+    pub fn cost(&self, parameters: &Parameters) -> f64 {
+        Measures::mean(&self.fly(parameters)).cost(&self.reference)
+    }
+
+    /// What the reference's flights came to.
     pub fn reference(&self) -> &Measures {
         &self.reference
     }
 
-    /// The parameters that are not searched.
-    pub fn base(&self) -> &Parameters {
-        &self.base
-    }
-
-    /// How many drops there are.
-    pub fn drops(&self) -> usize {
-        self.drops.len()
+    /// The drops.
+    pub fn drops(&self) -> &[Px4Drop<'a>] {
+        &self.drops
     }
 }
 
-fn varied<'a>(setting: &Px4Setting<'a>, trial: usize) -> Px4Setting<'a> {
+fn varied<'a>(setting: &Px4Setting<'a>, trial: u64) -> Px4Setting<'a> {
     let mut setting = setting.clone();
     let vehicle = Arc::make_mut(&mut setting.vehicle);
     match trial % 8 {
