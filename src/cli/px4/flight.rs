@@ -16,7 +16,7 @@ use crate::cli::recording::Recording;
 use crate::cli::sessions;
 use crate::config::Mission;
 use crate::link::shell::{Ports, Speed, run_hosted_drop, system_of_instance};
-use crate::link::streamer::{Clock, Procedure, StreamerState};
+use crate::link::streamer::{Clock, StreamerState};
 use crate::params::ParameterFile;
 use crate::trajectory::Trajectory;
 use crate::units::STANDARD_GRAVITY_M_S2;
@@ -61,7 +61,7 @@ pub fn fly(
     let system = system_of_instance(drop.instance).bad_input()?;
     let streamer = sessions::StreamerChoice {
         clock: Clock::Caller,
-        procedure: Some(Procedure { ..procedure }),
+        procedure: Some(procedure),
         feed_forward: drop.feed_forward,
     };
     let sessions = (

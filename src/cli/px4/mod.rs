@@ -19,7 +19,6 @@ use std::path::PathBuf;
 
 pub use flight::fly;
 pub use folder::BuildFolder;
-pub use process::Px4Process;
 
 /// Why PX4 cannot fly.
 #[derive(Debug, thiserror::Error)]

@@ -89,11 +89,6 @@ impl Px4Process {
         Ok(Self { child, group, work, ended: None })
     }
 
-    /// Its number.
-    pub fn id(&self) -> u32 {
-        self.child.id()
-    }
-
     /// Its working directory.
     pub fn work(&self) -> &Path {
         &self.work

@@ -40,6 +40,8 @@ pub(super) struct Companion {
     decoder: Decoder,
     fence: Option<Fence>,
     stamp: i64,
+    /// The autopilot has answered a TIMESYNC. Before, nothing waits: its receiver may be asleep in simulated time.
+    answers: bool,
     /// Fences that were given up.
     pub(super) unfenced: u64,
     ticked: Option<TimeUs>,
@@ -64,6 +66,7 @@ impl Companion {
             decoder: Decoder::new(),
             fence: None,
             stamp: 0,
+            answers: false,
             unfenced: 0,
             ticked: None,
             since: Since::now(),
@@ -74,6 +77,7 @@ impl Companion {
     pub(super) fn restart(&mut self) {
         self.session = self.initial.clone();
         self.fence = None;
+        self.answers = false;
         self.ticked = None;
         self.since = Since::now();
     }
@@ -96,9 +100,10 @@ impl Companion {
     /// Takes what has come. The simulator hears the autopilot's HEARTBEAT this way, which it does not get on its own link.
     pub(super) fn receive<O: Observer>(&mut self, simulator: &mut SimulatorSession, observer: &mut O) {
         let now = simulator.now();
-        let Self { session, links, fence, .. } = self;
+        let Self { session, links, fence, stamp, answers, .. } = self;
         links.receive(observer, |observer, link, frame: &Frame| {
             if let Some(MavMessage::TIMESYNC(m)) = frame.known() {
+                *answers |= m.tc1 != 0 && (1..=*stamp).contains(&m.ts1);
                 if fence.as_ref().is_some_and(|f| f.stamp == m.ts1 && m.tc1 != 0) {
                     *fence = None;
                 }
@@ -154,7 +159,7 @@ impl Companion {
         let ping = TIMESYNC_DATA { tc1: 0, ts1: self.stamp, ..TIMESYNC_DATA::default() };
         let bytes = self.encoder.encode(&MavMessage::TIMESYNC(ping));
         self.links.send(&Transmit::to_all(Link::Api, bytes));
-        self.fence = Some(Fence { stamp: self.stamp, since: Since::now() });
+        self.fence = self.answers.then(|| Fence { stamp: self.stamp, since: Since::now() });
     }
 
     pub(super) fn tell_counts(&self, observer: &mut impl Observer) {
