@@ -4,6 +4,8 @@
 
 use std::ops::ControlFlow;
 
+use nalgebra::Vector3;
+
 use super::drop::{DropSimulation, Phase};
 use super::flight::FlightPlan;
 use super::record::Sample;
@@ -18,17 +20,18 @@ pub const SWITCH_S: f64 = 0.01;
 /// Period of PX4's IMU samples in lockstep, in PX4's time [s].
 pub const IMU_PERIOD_S: f64 = 0.004;
 
-/// Flies from the simulation's present time: `plan.control_period_s` is the period of the IMU samples in the vehicle's time,
-/// `similarity` Froude's k = sqrt(g0/g) by which PX4's clock runs slower. `observe` as in [`super::flight::fly`].
+/// Flies from the simulation's present time: `plan.control_period_s` is the period of the IMU samples in the vehicle's time, the
+/// law's similarity Froude's k = sqrt(g0/g) by which PX4's clock runs slower. PX4 takes its velocity for what it is plus
+/// `v_error_ned` [m/s]. `observe` as in [`super::flight::fly`].
 pub fn fly_px4(
     sim: &mut DropSimulation,
     law: &mut Law,
     plan: &FlightPlan<'_>,
-    similarity: f64,
+    v_error_ned: Vector3<f64>,
     observe: &mut impl FnMut(&Sample) -> ControlFlow<()>,
 ) -> ControlFlow<()> {
     let dt = plan.control_period_s;
-    let switch_s = SWITCH_S * similarity;
+    let switch_s = SWITCH_S * law.similarity();
     let mut throttle = [0.0; MAX_ROTORS];
     let mut v_sp_ned = None;
     for _ in 0..plan.steps() {
@@ -43,7 +46,7 @@ pub fn fly_px4(
         let body = &sim.state().body;
         let m = Measurement {
             q_ned_from_body: body.q_ned_from_body,
-            v_ned: body.v_ned,
+            v_ned: body.v_ned + v_error_ned,
             omega_body: body.omega_body,
         };
         throttle = law.step(&m, &setpoint, dt);

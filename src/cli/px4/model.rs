@@ -2,6 +2,8 @@
 
 use std::ops::ControlFlow;
 
+use nalgebra::Vector3;
+
 use crate::cli::clock::Stopwatch;
 use crate::cli::drop::Flown;
 use crate::cli::outcome::{BadInput, Failure};
@@ -70,7 +72,7 @@ pub fn fly(
     let watch = Stopwatch::start();
     let mut law = Law::new(parameters, similarity);
     let mut log = Vec::new();
-    let _ = fly_px4(&mut sim, &mut law, &plan, similarity, &mut |sample| {
+    let _ = fly_px4(&mut sim, &mut law, &plan, Vector3::zeros(), &mut |sample| {
         log.push(*sample);
         ControlFlow::Continue(())
     });

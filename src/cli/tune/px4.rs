@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::args::{MethodArg, ModelArg, ObjectiveArg, TuneArgs};
@@ -55,6 +56,7 @@ pub fn run(args: &TuneArgs, mission: &Mission) -> Result<Answer, Failure> {
         target_v_ned: mission.target_v_ned,
         settle_s: (mission.duration_s - mission.hang_s - mission.parachute.delay_s - plan.end_s()).max(0.0),
         start: mission.start,
+        v_error_ned: Vector3::zeros(),
     };
     let releases = mission.releases();
     let bench = |trials| Px4Bench::new(&setting, &releases, mission.seed, trials, &defaults);

@@ -103,6 +103,11 @@ impl Law {
         &self.parameters
     }
 
+    /// Froude's k.
+    pub fn similarity(&self) -> f64 {
+        self.similarity
+    }
+
     /// What the last step wanted.
     pub fn trace(&self) -> &Trace {
         &self.trace

@@ -1,0 +1,79 @@
+//! The model of PX4's control law beside PX4 itself, and as a user meets it. PX4's figures are those of v1.12.0, flown in lockstep
+//! with `samara drop mission/x500_drop.json --autopilot px4=DIR --params FILE`.
+#![cfg(feature = "cli")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::disallowed_methods,
+    reason = "a test that drives a program and reads its files"
+)]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+const X500: &str = "mission/x500_drop.json";
+
+fn samara(args: &[&str], out: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_samara")).args(args).arg("--out").arg(out).output().unwrap()
+}
+
+fn json(output: &Output) -> serde_json::Value {
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.stdout.is_empty(), "{error}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// PX4 as it comes, with its default gains: the velocities are not clipped, and the vehicle's own are added.
+const DEFAULTS: &str = "# For: px4\n1\t1\tMPC_XY_VEL_MAX\t12\t9\n";
+
+#[test]
+fn px4_flies_the_drop_as_predicted() {
+    let folder = tempfile::tempdir().unwrap();
+    let defaults = folder.path().join("defaults.params");
+    fs::write(&defaults, DEFAULTS).unwrap();
+    let file = defaults.to_str().unwrap();
+    let args = ["drop", X500, "--autopilot", "px4-model", "--params", file, "--json"];
+    let flown = json(&samara(&args, &folder.path().join("out")));
+    for (name, px4) in [
+        ("j_tpf", 0.7822),
+        ("peak_speed_m_s", 9.39),
+        ("peak_pitch_deg", 8.23),
+        ("peak_pitch_rate_deg_s", 37.71),
+        ("altitude_lost_m", 19.1),
+    ] {
+        let model = flown[name].as_f64().unwrap();
+        assert!((model / px4 - 1.0).abs() < 0.1, "{name}: {model}, PX4 {px4}");
+    }
+    assert_eq!(flown["limits_passed"], serde_json::json!([]));
+    assert!(!folder.path().join("out/hil.tlog").exists(), "there is no wire");
+}
+
+#[test]
+fn gains_for_px4_are_written_and_the_same_whatever_the_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let tune = |name: &str, threads: &str| {
+        let args = ["tune", X500, "--for", "px4", "--iterations", "2", "--particles", "4", "--unseen", "4"];
+        let out = folder.path().join(name);
+        let output = samara(&[&args[..], &["--threads", threads, "--json"]].concat(), &out);
+        (json(&output), fs::read_to_string(out.join("gains.params")).unwrap())
+    };
+    let (result, params) = tune("one", "1");
+    assert_eq!((&result, &params), (&tune("two", "3").0, &tune("three", "2").1));
+    assert_eq!(result["evaluations"], 10);
+    assert!(params.contains("# For: px4\n") && params.contains("\tMC_PITCHRATE_P\t"), "{params}");
+    let pitch_p = result["gains"]["MC_PITCH_P"].as_f64().unwrap();
+    assert!((2.0..=12.0).contains(&pitch_p), "{result}");
+    let checked = Command::new(env!("CARGO_BIN_EXE_samara"))
+        .args(["params", "check", folder.path().join("one/gains.params").to_str().unwrap()])
+        .output()
+        .unwrap();
+    assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stdout));
+}
+
+#[test]
+fn what_has_no_meaning_for_px4_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = samara(&["tune", X500, "--for", "px4", "--robust"], folder.path());
+    let error = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(2) && error.contains("--robust"), "{error}");
+}
