@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand};
 use super::assess::{ASSESS_HELP, AssessArgs};
 use super::params::{PARAMS_HELP, ParamsArgs};
 use super::tune::{TUNE_HELP, TuneArgs};
+use super::verify::{VERIFY_HELP, VerifyArgs};
 use crate::link::shell::LinkUrl;
 
 /// Plan and fly the drop of a multirotor from a parachute.
@@ -48,6 +49,9 @@ pub enum Verb {
     /// Write, check and compare PX4 parameter files.
     #[command(after_long_help = PARAMS_HELP)]
     Params(ParamsArgs),
+    /// Hold the code against NASA's check cases and closed forms, each error against its bar.
+    #[command(after_long_help = VERIFY_HELP)]
+    Verify(VerifyArgs),
     /// Write the JSON schemas of mission, vehicle and gains files.
     #[command(after_long_help = "Examples:\n  samara schema\n  samara schema --out /tmp/schema")]
     Schema(SchemaArgs),
