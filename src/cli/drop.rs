@@ -232,8 +232,8 @@ fn tell_events(wire: &mut Lockstep<AutopilotSession>, reporter: &mut Reporter<'_
 
 /// The verdict of a flight log; `None` when the vehicle was never released.
 pub fn judge(mission: &Mission, log: &[Sample]) -> Option<Verdict> {
-    let mut verdict = VerdictBuilder::new(mission.limits, mission.target_v_ned)
-        .steady_within(mission.steady_within_m_s);
+    let mut verdict =
+        VerdictBuilder::new(mission.limits, mission.target_v_ned).steady_within(mission.steady_within_m_s);
     if let Some(ground) = mission.ground {
         verdict = verdict.judging_impacts(ground.impact_limit_m_s);
     }

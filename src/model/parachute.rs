@@ -268,7 +268,10 @@ mod tests {
         let p = titan(50.0).on_hook(Hook { lets_go_before_s: 8.0 });
         let site = site([2.0, -1.0, 0.7]);
         let (held, a_ned) = p.hanging(-9.0, &site);
-        assert_eq!((held.v_ned, held.omega_body, a_ned), (Vector3::zeros(), Vector3::zeros(), Vector3::zeros()));
+        assert_eq!(
+            (held.v_ned, held.omega_body, a_ned),
+            (Vector3::zeros(), Vector3::zeros(), Vector3::zeros())
+        );
         assert_eq!(held, p.hanging(-8.0, &site).0);
         let h = 1e-5;
         for t in [-7.9, -6.0, -2.0, 0.0] {
@@ -276,7 +279,8 @@ mod tests {
             let (before, after) = (p.hanging(t - h, &site).0, p.hanging(t + h, &site).0);
             assert!(((after.p_ned - before.p_ned) / (2.0 * h) - s.v_ned).norm() < 1e-9, "{t}");
             assert!(((after.v_ned - before.v_ned) / (2.0 * h) - a).norm() < 1e-8, "{t}");
-            let turned = crate::frames::pitch(after.q_ned_from_body) - crate::frames::pitch(before.q_ned_from_body);
+            let turned =
+                crate::frames::pitch(after.q_ned_from_body) - crate::frames::pitch(before.q_ned_from_body);
             assert!((turned / (2.0 * h) - s.omega_body.y).abs() < 1e-8, "{t}");
         }
         let still = Parachute { pendulum: Pendulum { amplitude_rad: 0.0, ..p.pendulum }, ..p };

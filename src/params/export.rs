@@ -64,11 +64,7 @@ pub fn export(subject: &Subject, purpose: Purpose) -> Result<Export, ParamsError
 ///
 /// # Errors
 /// As [`export`].
-pub fn export_for_mixing(
-    subject: &Subject,
-    purpose: Purpose,
-    mixing: Mixing,
-) -> Result<Export, ParamsError> {
+pub fn export_for_mixing(subject: &Subject, purpose: Purpose, mixing: Mixing) -> Result<Export, ParamsError> {
     subject.gains.validate()?;
     subject.limits.validate()?;
     Airframe::new(subject.vehicle, subject.environment)?;

@@ -9,9 +9,7 @@ use crate::cli::outcome::{BadInput, Failure};
 use crate::config::Mission;
 use crate::link::streamer::Procedure;
 use crate::params::procedure::{Circumstances, wanted};
-use crate::params::{
-    Mixing, ParameterFile, Purpose, Value, export_for_mixing, file::AUTOPILOT_COMPONENT,
-};
+use crate::params::{Mixing, ParameterFile, Purpose, Value, export_for_mixing, file::AUTOPILOT_COMPONENT};
 use crate::trajectory::Trajectory;
 
 /// The vehicle's own; the rest of an export are gains, limits, and the rotors for a PX4 that allocates by them.

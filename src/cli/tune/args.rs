@@ -19,8 +19,8 @@ mission's cases and a swing of --swing standard deviations in twelve phases each
 tracking RMS of the mission's cases; j-tpf, J_TPF alone (ill-posed: gains that never accelerate are safe); pareto, safety at
 five bounds on the RMS, for the front of both.
 
-For PX4 (--for px4): twelve parameters of PX4 v1.12 within its ranges (MPC_XY_VEL_*_ACC, MPC_Z_VEL_*_ACC, MC_PITCH_P, MC_PITCHRATE_*
-and roll's, MPC_TILTMAX_AIR, MPC_TILTMAX_LND), by the evolution strategy, on seeded drops flown by the model of PX4's control law
+For PX4 (--for px4): eleven parameters of PX4 v1.12 within its ranges (MPC_XY_VEL_*_ACC, MPC_Z_VEL_*_ACC, MC_PITCH_P, MC_PITCHRATE_*
+and roll's, MPC_TILTMAX_AIR), by the evolution strategy, on seeded drops flown by the model of PX4's control law
 (docs/px4_model.md). Small is to be: altitude lost, time to steady flight, peak tilt and velocity error, as multiples of those
 under PX4's defaults, with J_TPF no worse and no limit passed. Writes gains.params (all that the law reads, for PX4 or, under another
 gravity, for PX4 by Froude scaling) and px4_gains.txt. Of the options below --particles, --iterations, --seed, --unseen, --name and --threads

@@ -54,6 +54,7 @@ pub fn run(args: &TuneArgs, mission: &Mission) -> Result<Answer, Failure> {
         safety: mission.limits,
         plan: &plan,
         target_v_ned: mission.target_v_ned,
+        steady_within_m_s: mission.steady_within_m_s,
         settle_s: (mission.duration_s - mission.hang_s - mission.parachute.delay_s - plan.end_s()).max(0.0),
         start: mission.start,
         v_error_ned: Vector3::zeros(),

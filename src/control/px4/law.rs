@@ -24,6 +24,10 @@ use crate::model::{MAX_ROTORS, PerRotor};
 /// Period of the estimator and the velocity loop, in PX4's time [s].
 pub const VELOCITY_PERIOD_S: f64 = 0.01;
 
+/// Time in HOLD before OFFBOARD [s]: 0.05 to 0.07 under the procedure of samara's streamer, which asks for OFFBOARD as soon as PX4's
+/// estimator has a velocity.
+pub const HOLD_S: f64 = 0.06;
+
 /// What OFFBOARD is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Setpoint {
@@ -80,7 +84,7 @@ impl Law {
     /// The law at rest, armed now. `similarity` is Froude's k = sqrt(g0/g), 1 on Earth.
     pub fn new(parameters: Parameters, similarity: f64) -> Self {
         Self {
-            velocity: VelocityLoop::new(&parameters),
+            velocity: VelocityLoop::new(&parameters, HOLD_S),
             rate: RateLoop::default(),
             parameters,
             similarity,

@@ -38,7 +38,7 @@ fn px4s_own_velocity_loop_gives_the_same_attitude_and_thrust() {
         z_vel_max_dn: 20.0,
         ..Parameters::default()
     };
-    let mut velocity = VelocityLoop::new(&p);
+    let mut velocity = VelocityLoop::new(&p, 10.0);
     for row in rows("watch") {
         velocity.watch(&p, vector(&row[1..]), row[0]);
     }

@@ -42,11 +42,13 @@ pub struct Wanted {
 }
 
 impl VelocityLoop {
-    /// At rest. The tilt limit of flight is come to from that before take-off, where the flight modes have left it.
-    pub fn new(p: &Parameters) -> Self {
+    /// At rest, after so long in HOLD before OFFBOARD [s]: there the tilt limit comes up from zero towards MPC_TILTMAX_LND, and while
+    /// an attitude is held it stays where it is.
+    pub fn new(p: &Parameters, hold_s: f64) -> Self {
+        let before_flight = p.tiltmax_lnd_deg.min(p.tiltmax_air_deg) * RAD_PER_DEG;
         Self {
             integral_ned: Vector3::zeros(),
-            tilt_limit_rad: p.tiltmax_lnd_deg.min(p.tiltmax_air_deg) * RAD_PER_DEG,
+            tilt_limit_rad: before_flight.min(TILT_LIMIT_SLEW_RAD_S * hold_s),
             derivative: Derivative::default(),
         }
     }
@@ -130,7 +132,7 @@ mod tests {
     const DT_S: f64 = 0.01;
 
     fn settled(p: &Parameters) -> VelocityLoop {
-        VelocityLoop { tilt_limit_rad: p.tiltmax_air_deg * RAD_PER_DEG, ..VelocityLoop::new(p) }
+        VelocityLoop { tilt_limit_rad: p.tiltmax_air_deg * RAD_PER_DEG, ..VelocityLoop::new(p, 0.0) }
     }
 
     /// Closed form: without an error the thrust is that of hover; an acceleration of g0/2 to the north tilts by atan(1/2).
@@ -145,11 +147,12 @@ mod tests {
         assert!((thrust - Vector3::new(0.25, 0.0, -0.5)).norm() < 1e-12, "{thrust}");
     }
 
-    /// Closed form: the tilt limit needs (45 - 12) deg / 0.2 rad/s = 2.88 s in flight.
+    /// Closed form: after a long HOLD the tilt limit needs (45 - 12) deg / 0.2 rad/s = 2.88 s in flight.
     #[test]
     fn closed_form_the_tilt_limit_comes_slowly() {
         let p = Parameters::default();
-        let mut velocity = VelocityLoop::new(&p);
+        assert_eq!(VelocityLoop::new(&p, 0.06).tilt_limit_rad, 0.012);
+        let mut velocity = VelocityLoop::new(&p, 60.0);
         let fast = Vector3::x() * 20.0;
         let mut steps = 0;
         while velocity.tilt_limit_rad < 45.0 * RAD_PER_DEG - 1e-9 {

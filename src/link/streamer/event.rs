@@ -202,10 +202,18 @@ impl fmt::Display for StreamerEvent {
                 s(at)
             ),
             Self::ChecksNotPassed { at, told: true } => {
-                write!(f, "{:8.3} s  the vehicle's checks before arming do not pass (SYS_STATUS); asking why", s(at))
+                write!(
+                    f,
+                    "{:8.3} s  the vehicle's checks before arming do not pass (SYS_STATUS); asking why",
+                    s(at)
+                )
             }
             Self::ChecksNotPassed { at, told: false } => {
-                write!(f, "{:8.3} s  the vehicle tells nothing of its checks before arming (SYS_STATUS); going on", s(at))
+                write!(
+                    f,
+                    "{:8.3} s  the vehicle tells nothing of its checks before arming (SYS_STATUS); going on",
+                    s(at)
+                )
             }
             Self::Offboard { at } => write!(f, "{:8.3} s  OFFBOARD accepted", s(at)),
             Self::Armed { at } => write!(f, "{:8.3} s  armed", s(at)),

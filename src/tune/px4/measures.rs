@@ -13,8 +13,8 @@ pub struct Measures {
     pub j_tpf: f64,
     /// Way down from the release to the end [m].
     pub altitude_lost_m: f64,
-    /// Time from the start of powered flight from which the velocity is within [`STEADY_FRACTION`] of the target's to the end [s];
-    /// the whole flight where it is not.
+    /// Time from the start of powered flight from which the velocity stays near the target's [s]; the whole flight where it does
+    /// not.
     pub steady_s: f64,
     /// Largest tilt, either way, from the release on [rad].
     pub peak_tilt_rad: f64,
@@ -104,6 +104,7 @@ impl Measures {
 #[derive(Clone, Copy, Debug)]
 pub struct Tracking {
     target_v_ned: Vector3<f64>,
+    steady_within_m_s: f64,
     plan_end_s: f64,
     sum_of_squares: f64,
     samples: u32,
@@ -112,10 +113,11 @@ pub struct Tracking {
 }
 
 impl Tracking {
-    /// Towards a target velocity [m/s], along a plan of some length [s].
-    pub fn new(target_v_ned: Vector3<f64>, plan_end_s: f64) -> Self {
+    /// Towards a target velocity and steady so near to it [m/s], along a plan of some length [s].
+    pub fn new(target_v_ned: Vector3<f64>, steady_within_m_s: f64, plan_end_s: f64) -> Self {
         Self {
             target_v_ned,
+            steady_within_m_s,
             plan_end_s,
             sum_of_squares: 0.0,
             samples: 0,
@@ -137,7 +139,7 @@ impl Tracking {
             self.sum_of_squares += (body.v_ned - v_sp).norm_squared();
             self.samples += 1;
         }
-        let near = (body.v_ned - self.target_v_ned).norm() <= STEADY_FRACTION * self.target_v_ned.norm();
+        let near = (body.v_ned - self.target_v_ned).norm() <= self.steady_within_m_s;
         self.steady_since_s = if near { self.steady_since_s.or(Some(t)) } else { None };
     }
 
@@ -149,9 +151,6 @@ impl Tracking {
 
 /// Weights of the ratios. Altitude and tilt are mostly the release's and the plan's own; on Earth so is J_TPF.
 const WEIGHTS: [f64; 5] = [0.2, 0.1, 0.2, 0.1, 0.4];
-
-/// Steady within this fraction of the target velocity. 1 % of 2 m/s is less than what PX4's estimate of its velocity is off by.
-pub const STEADY_FRACTION: f64 = 0.05;
 
 /// Cost of what is not to be.
 const HARD: f64 = 10.0;

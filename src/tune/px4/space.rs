@@ -6,7 +6,7 @@
 use crate::control::px4::Parameters;
 
 /// How many numbers are searched.
-pub const DIMENSIONS: usize = 12;
+pub const DIMENSIONS: usize = 11;
 
 /// A candidate, in the order of [`NAMES`].
 pub type Candidate = [f64; DIMENSIONS];
@@ -26,7 +26,6 @@ const SPACE: [Coordinate; DIMENSIONS] = [
     (&["MC_PITCHRATE_I", "MC_ROLLRATE_I"], 0.0, 1.0),
     (&["MC_PITCHRATE_D", "MC_ROLLRATE_D"], 0.0, 0.01),
     (&["MPC_TILTMAX_AIR"], 20.0, 89.0),
-    (&["MPC_TILTMAX_LND"], 10.0, 89.0),
 ];
 
 /// PX4's names of what is searched.
@@ -34,10 +33,10 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     SPACE.iter().flat_map(|(names, ..)| names.iter().copied())
 }
 
-/// The bounds within which a mission is searched: tilts up to its limit [deg].
+/// The bounds within which a mission is searched: the tilt up to its limit [deg].
 pub fn widest(tilt_limit_deg: f64) -> [(f64, f64); DIMENSIONS] {
     SPACE.map(|(names, low, high)| {
-        let tilt = names[0].starts_with("MPC_TILTMAX");
+        let tilt = names[0] == "MPC_TILTMAX_AIR";
         (low, if tilt { high.min(tilt_limit_deg.max(low)) } else { high })
     })
 }
@@ -51,8 +50,6 @@ pub fn parameters(base: &Parameters, candidate: &Candidate) -> Parameters {
             let _ = made.set(name, f64::from(*value as f32));
         }
     }
-    // PX4 lowers it so too (`MulticopterPositionControl::parameters_update`).
-    made.tiltmax_lnd_deg = made.tiltmax_lnd_deg.min(made.tiltmax_air_deg);
     made
 }
 
@@ -75,6 +72,6 @@ mod tests {
             let (a, b) = (back.get(name).unwrap(), defaults.get(name).unwrap());
             assert!((a - b).abs() <= 1e-7 * b.abs(), "{name}: {a}, {b}");
         }
-        assert_eq!((bounds[10], bounds[11]), ((20.0, 45.0), (10.0, 45.0)));
+        assert_eq!(bounds[10], (20.0, 45.0));
     }
 }
