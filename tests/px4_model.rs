@@ -26,25 +26,28 @@ fn json(output: &Output) -> serde_json::Value {
 /// PX4 as it comes, with its default gains; what the vehicle and the drop need is added.
 const DEFAULTS: &str = "# For: px4\n1\t1\tMPC_XY_VEL_MAX\t20\t9\n";
 
+/// J_TPF, peak speed [m/s], peak pitch [deg], altitude lost [m].
+const JUDGED: [&str; 4] = ["j_tpf", "peak_speed_m_s", "peak_pitch_deg", "altitude_lost_m"];
+
 #[test]
 fn px4_flies_the_drop_as_predicted() {
     let folder = tempfile::tempdir().unwrap();
     let defaults = folder.path().join("defaults.params");
     fs::write(&defaults, DEFAULTS).unwrap();
-    let file = defaults.to_str().unwrap();
-    let args = ["drop", X500, "--autopilot", "px4-model", "--params", file, "--json"];
-    let flown = json(&samara(&args, &folder.path().join("out")));
-    for (name, px4) in [
-        ("j_tpf", 0.4637),
-        ("peak_speed_m_s", 9.27),
-        ("peak_pitch_deg", 8.54),
-        ("altitude_lost_m", 24.4),
+    for (file, px4) in [
+        (defaults.to_str().unwrap(), [0.4637, 9.27, 8.54, 24.4]),
+        ("params/px4/x500_px4_tuned.params", [0.4649, 9.30, 7.09, 24.8]),
     ] {
-        let model = flown[name].as_f64().unwrap();
-        assert!((model / px4 - 1.0).abs() < 0.1, "{name}: {model}, PX4 {px4}");
+        let out = folder.path().join("out");
+        let flown =
+            json(&samara(&["drop", X500, "--autopilot", "px4-model", "--params", file, "--json"], &out));
+        for (name, px4) in JUDGED.into_iter().zip(px4) {
+            let model = flown[name].as_f64().unwrap();
+            assert!((model / px4 - 1.0).abs() < 0.1, "{file}: {name} {model}, PX4 {px4}");
+        }
+        assert_eq!(flown["limits_passed"], serde_json::json!([]));
+        assert!(!out.join("hil.tlog").exists(), "there is no wire");
     }
-    assert_eq!(flown["limits_passed"], serde_json::json!([]));
-    assert!(!folder.path().join("out/hil.tlog").exists(), "there is no wire");
 }
 
 #[test]
