@@ -28,6 +28,11 @@ impl Narrator {
         Self { voice: if json { Voice::Silent } else { Voice::Stdout }, together: true }
     }
 
+    /// Says nothing.
+    pub fn silent() -> Self {
+        Self { voice: Voice::Silent, together: true }
+    }
+
     /// For one party in a process of its own: on stdout, or on stderr when that belongs to a JSON object. Who waits for others
     /// must not be silent.
     pub fn alone(json: bool) -> Self {

@@ -15,7 +15,7 @@ use super::source::{InputHash, Source};
 use super::trajectory_csv::{TrajectoryFile, load_trajectory};
 use super::vehicle_file::load_named_vehicle;
 use super::{ConfigError, GainsFile, VehicleFile};
-use crate::assess::{ReleaseDistribution, SafetyLimits, steady_within_m_s};
+use crate::assess::{RandomDrop, ReleaseDistribution, SafetyLimits, steady_within_m_s};
 use crate::control::{ControlLimits, Gains};
 use crate::model::parachute::Pendulum;
 use crate::model::{Environment, MAX_ROTORS, Parachute, Vehicle};
@@ -201,6 +201,26 @@ impl Mission {
             drift_ned_m_s: self.environment.drift_ned_m_s(),
             amplitude_sigma_rad: mc.amplitude_sigma_rad,
         }
+    }
+
+    /// The drop of a trial of a campaign.
+    pub fn draw_drop(&self, trial: u64) -> RandomDrop {
+        self.releases().draw_drop(self.seed, trial, self.monte_carlo.wind_sigma_m_s)
+    }
+
+    /// The mission with what was drawn for a drop: swing, wind and noise. It keeps its name and the hash of its inputs; the plan's
+    /// start is not what was drawn, since nobody knows that beforehand.
+    pub fn with_drop(&self, drop: &RandomDrop) -> Self {
+        let mut mission = self.clone();
+        mission.parachute.pendulum = Pendulum {
+            amplitude_rad: drop.amplitude_rad,
+            phase_rad: drop.phase_rad,
+            omega_rad_s: self.monte_carlo.omega_rad_s,
+            length_m: self.monte_carlo.length_m,
+        };
+        mission.environment.wind_ned_m_s += drop.wind_ned_m_s;
+        mission.seed = drop.seed;
+        mission
     }
 
     /// Notes what was chosen beside the files and decides what results hold (an option of the command line, the hash of a

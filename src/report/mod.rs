@@ -10,11 +10,13 @@
 //! | [`tune`] | searches of gains |
 //! | [`px4_gains`] | gains for PX4 beside its defaults |
 //! | [`figure`] | SVG figures |
+//! | [`drops`] | campaigns of whole drops: lines and tables |
 //! | [`study`] | the safety study: tables, trials, page |
 //!
 //! Everything here is text made of its arguments: the same arguments give the same bytes. Wall-clock times are the caller's
 //! and go to the terminal and to `--json` only, never into a file.
 
+pub mod drops;
 pub mod figure;
 pub mod flight_csv;
 pub mod json;

@@ -28,6 +28,7 @@ impl StreamerSession {
 
     pub(super) fn fail(&mut self, reason: String) {
         self.enter(StreamerState::Failed);
+        self.flight.failure = Some(reason.clone());
         self.events.push_back(StreamerEvent::Failed { at: self.flight.now, reason });
     }
 
