@@ -102,6 +102,7 @@ pub enum Pilot {
     Reference,
     /// PX4.
     Px4(BuildFolder),
+    /// The model of PX4's control law.
     Px4Model,
 }
 

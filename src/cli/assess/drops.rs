@@ -52,7 +52,7 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
     let (path, choice) = (&args.mission.mission, &args.choice);
     let (mission, parameters) = match pilot {
         Pilot::Reference => (mission_with_a_drop(path, choice)?, None),
-        Pilot::Px4(_) => mission_for_px4(path, choice)?,
+        Pilot::Px4(_) | Pilot::Px4Model => mission_for_px4(path, choice)?,
     };
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let timed = plan_mission(&mission, false)?;
@@ -74,6 +74,7 @@ impl Campaign<'_> {
         match self.pilot {
             Pilot::Reference => "reference",
             Pilot::Px4(_) => "px4",
+            Pilot::Px4Model => "px4-model",
         }
     }
 
@@ -231,6 +232,9 @@ impl Campaign<'_> {
                     feed_forward: self.args.feed_forward,
                 };
                 px4::fly(&drop, mission, &self.plan, folder, narrator)?
+            }
+            Pilot::Px4Model => {
+                px4::model::fly(mission, &self.plan, self.parameters.as_ref(), self.args.feed_forward)?
             }
         };
         let measure = DropMeasure {

@@ -77,5 +77,5 @@ pub fn fly(
         ControlFlow::Continue(())
     });
     let real_time_factor = 1e3 * mission.duration_s / watch.ms();
-    Ok(Flown { log, record: FlightRecord::default(), real_time_factor, trouble: false })
+    Ok(Flown { log, record: FlightRecord::default(), real_time_factor, trouble: None })
 }

@@ -45,7 +45,7 @@ pub fn run(args: &TuneArgs, mission: &Mission) -> Result<Answer, Failure> {
     let plan = timed.plan.trajectory;
     let (purpose, _) = purpose_at(mission);
     // PX4 as it comes, told only of the vehicle; and with the mission's gains.
-    let untouched = ParameterFile::parse("").context("an empty parameter file")?;
+    let untouched = ParameterFile::default();
     let of = |given| law_parameters(&mission.parameter_subject(), purpose, given).bad_input();
     let (defaults, missions) = (of(Some(&untouched))?, of(None)?);
     let setting = Px4Setting {
