@@ -151,6 +151,7 @@ Examples:
   samara drop mission/x500_drop.json --out /tmp/x500
   samara drop mission/x500_drop.json --autopilot px4=../PX4-Autopilot/build/px4_sitl_default
   samara drop mission/titan_px4.json --cases --autopilot px4=../PX4-Autopilot/build/px4_sitl_default
+  samara drop mission/x500_drop.json --autopilot px4-model --params params/px4/x500_px4_tuned.params
   samara drop --trajectory out/titan_drop/trajectory.csv --json";
 
 /// `samara drop`.
@@ -162,8 +163,9 @@ pub struct DropArgs {
     /// What the mission leaves to choose.
     #[command(flatten)]
     pub choice: ChoiceArgs,
-    /// Who flies: samara's own autopilot, or PX4 from the build folder of its simulation.
-    #[arg(long, value_name = "reference|px4=DIR", default_value = "reference", value_parser = autopilot)]
+    /// Who flies: samara's own autopilot; PX4 from the build folder of its simulation; or the model of PX4's control law, which
+    /// predicts what PX4 will do.
+    #[arg(long, value_name = "reference|px4=DIR|px4-model", default_value = "reference", value_parser = autopilot)]
     pub autopilot: AutopilotArg,
     /// What the autopilot flies by.
     #[command(flatten)]
@@ -335,6 +337,8 @@ pub enum AutopilotArg {
     Reference,
     /// PX4, from a build folder.
     Px4(PathBuf),
+    /// The model of PX4's control law.
+    Px4Model,
 }
 
 /// What can be chosen in place of the mission's own.
@@ -407,8 +411,10 @@ fn speed(text: &str) -> Result<SpeedArg, String> {
 pub fn autopilot(text: &str) -> Result<AutopilotArg, String> {
     match text.split_once('=') {
         None if text == "reference" => Ok(AutopilotArg::Reference),
+        None if text == "px4-model" => Ok(AutopilotArg::Px4Model),
         Some(("px4", folder)) if !folder.is_empty() => Ok(AutopilotArg::Px4(folder.into())),
-        _ => Err("`reference`, or `px4=` and a build folder of PX4's simulation is expected".to_owned()),
+        _ => Err("`reference`, `px4-model`, or `px4=` and a build folder of PX4's simulation is expected"
+            .to_owned()),
     }
 }
 

@@ -28,9 +28,10 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     let Some(planned) = plan_or_keep(args, &mut mission, &folder, &narrator)? else { return Ok(Answer::No) };
     let pilots = match pilot {
         Pilot::Reference(_) => vec![("reference", pilot)],
-        Pilot::Px4(..) => {
+        Pilot::Px4(..) | Pilot::Px4Model(_) => {
+            let name = if matches!(pilot, Pilot::Px4(..)) { "px4" } else { "px4-model" };
             let own = ChoiceArgs { params: None, ..args.choice.clone() };
-            vec![("px4", pilot), ("reference", Pilot::Reference(own))]
+            vec![(name, pilot), ("reference", Pilot::Reference(own))]
         }
     };
     let quiet = Narrator::together(true);

@@ -57,6 +57,9 @@ const OF_THE_PLAN: [&str; 2] = ["plan.json", "plan.svg"];
 /// Files of the flight.
 const OF_THE_FLIGHT: [&str; 5] = ["flight.csv", "drop.json", "drop.svg", "hil.tlog", "vehicle.tlog"];
 
+/// What a flight without a wire does not leave.
+const OF_THE_WIRE: [&str; 3] = ["hil.tlog", "vehicle.tlog", "flight.ulg"];
+
 /// `samara drop`.
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     if args.speed == SpeedArg::Max && (!args.link.links.is_empty() || args.net.sign_key.is_some()) {
@@ -115,6 +118,8 @@ pub enum Pilot {
     Reference(ChoiceArgs),
     /// PX4, and the parameters it is given in place of the mission's gains.
     Px4(BuildFolder, Option<ParameterFile>),
+    /// The model of PX4's control law, and its parameters likewise.
+    Px4Model(Option<ParameterFile>),
 }
 
 impl Pilot {
@@ -143,6 +148,10 @@ impl Pilot {
                 let (mission, parameters) = mission_for_px4(path, choice)?;
                 (Self::Px4(build, parameters), mission)
             }
+            AutopilotArg::Px4Model => {
+                let (mission, parameters) = mission_for_px4(path, choice)?;
+                (Self::Px4Model(parameters), mission)
+            }
         })
     }
 
@@ -152,6 +161,7 @@ impl Pilot {
             Self::Reference(_) if state.estimator == EstimatorChoice::Ekf => ", on its own estimator",
             Self::Reference(_) => "",
             Self::Px4(..) => ", flown by PX4",
+            Self::Px4Model(_) => ", flown by the model of PX4's control law",
         }
     }
 
@@ -179,6 +189,10 @@ impl Pilot {
                 };
                 px4::fly(&drop, mission, trajectory, folder, narrator)
             }
+            Self::Px4Model(parameters) => {
+                folder.remove(&OF_THE_WIRE)?;
+                px4::model::fly(mission, trajectory, parameters.as_ref(), args.feed_forward)
+            }
         }
     }
 }
@@ -186,8 +200,10 @@ impl Pilot {
 /// What does not touch the flight but shows in the .tlog files: the vehicle's number, and that others may have taken part.
 fn circumstances(args: &DropArgs) -> Vec<(&'static str, String)> {
     let mut told = vec![("instance", args.net.instance.to_string())];
-    if let AutopilotArg::Px4(_) = args.autopilot {
-        told.push(("autopilot", "px4".to_owned()));
+    match args.autopilot {
+        AutopilotArg::Reference => (),
+        AutopilotArg::Px4(_) => told.push(("autopilot", "px4".to_owned())),
+        AutopilotArg::Px4Model => told.push(("autopilot", "px4-model".to_owned())),
     }
     if let SpeedArg::Factor(factor) = args.speed {
         told.push(("speed", format!("{factor:?}")));

@@ -9,6 +9,7 @@
 //! | [`swarm`] | particle swarm | IV.C |
 //! | [`cma_es`] | evolution strategy that learns the shape of the valley | |
 //! | [`search`] | an optimiser on an objective, with the best and the front of all that was tried | |
+//! | [`px4`] | gains for PX4, on the model of its own law | |
 //! | [`near_hover`](mod@near_hover) | Ziegler and Nichols on the vehicle's own loops | IV.D |
 //!
 //! Optimisers are asked for candidates and told their costs. They own no threads, no clock and nothing to print; random numbers
@@ -20,6 +21,7 @@ pub mod cma_es;
 pub mod near_hover;
 
 pub mod objective;
+pub mod px4;
 mod random;
 pub mod release_cases;
 pub mod search;

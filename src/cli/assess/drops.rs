@@ -67,6 +67,7 @@ impl Campaign<'_> {
             Pilot::Reference(_) if self.args.state.estimator == EstimatorChoice::Ekf => "reference_ekf",
             Pilot::Reference(_) => "reference",
             Pilot::Px4(..) => "px4",
+            Pilot::Px4Model(_) => "px4-model",
         }
     }
 
@@ -224,6 +225,9 @@ impl Campaign<'_> {
                     feed_forward: self.args.feed_forward,
                 };
                 px4::fly(&drop, mission, &self.plan, folder, narrator)?
+            }
+            Pilot::Px4Model(parameters) => {
+                px4::model::fly(mission, &self.plan, parameters.as_ref(), self.args.feed_forward)?
             }
         };
         let measure = DropMeasure {

@@ -6,9 +6,11 @@
 //! | [`process`] | the process: started in a working directory of its own, watched, stopped with all its children |
 //! | [`upload`] | the parameters that it is given |
 //! | [`flight`] | a drop: simulator and streamer here, PX4 there |
+//! | [`model`] | the same drop by the model of PX4's control law, without PX4 |
 
 pub mod flight;
 pub mod folder;
+pub mod model;
 pub mod process;
 pub mod upload;
 

@@ -21,6 +21,14 @@ mission's cases and a swing of --swing standard deviations in twelve phases each
 tracking RMS of the mission's cases; j-tpf, J_TPF alone (ill-posed: gains that never accelerate are safe); pareto, safety at
 five bounds on the RMS, for the front of both.
 
+For PX4 (--for px4): eleven parameters of PX4 v1.12 within its ranges (MPC_XY_VEL_*_ACC, MPC_Z_VEL_*_ACC, MC_PITCH_P, MC_PITCHRATE_*
+and roll's, MPC_TILTMAX_AIR), by the evolution strategy, on seeded drops flown by the model of PX4's control law
+(docs/px4_model.md). Small is to be: altitude lost, time to steady flight, peak tilt and velocity error, as multiples of those
+under PX4's defaults, with J_TPF no worse and no limit passed. Writes gains.params (all that the law reads, for PX4 or, under another
+gravity, for PX4 by Froude scaling) and px4_gains.txt. Of the options below --particles, --iterations, --seed, --unseen, --name and --threads
+count. Exit code 1 when the gains found do not beat the defaults on unseen drops (J_TPF no worse, no limit passed, two of the four
+measures a tenth better).
+
 JSON (--json; when no gains were found mission, gains: null and reason): mission, version, seed, input_hash, method, objective, model, gains (by name), cost, rms, j_tpf, allowed (whether the
 objective's bounds hold), evaluations, diverged, iterations, flights_per_evaluation, stopped, wall_s, evaluations_per_s,
 contenders (name, gains, rms, at_rest, allowed, tuning_rms, tuning_j_tpf_worst, unseen_trials, unseen_j_tpf_mean,
@@ -42,6 +50,7 @@ Examples:
   samara tune --method cma-es --start safety --robust
   samara tune --objective pareto --method cma-es --out /tmp/front
   samara tune --method near-hover
+  samara tune mission/x500_drop.json --for px4 --iterations 60
   samara tune --resume --iterations 500                  (after Ctrl-C, a crash or a power cut; or for longer)
   samara drop --gains out/titan_drop/gains.json          (fly what was found)";
 
@@ -51,6 +60,9 @@ pub struct TuneArgs {
     /// Mission, folder, output form.
     #[command(flatten)]
     pub mission: MissionArgs,
+    /// Whose gains: those of samara's cascade, or PX4's own parameters, on the model of PX4's control law.
+    #[arg(long = "for", value_enum, default_value_t = ForArg::Samara)]
+    pub target: ForArg,
     /// How to search.
     #[arg(long, value_enum, default_value_t = MethodArg::PsoCma)]
     pub method: MethodArg,
@@ -99,6 +111,15 @@ pub struct TuneArgs {
     /// Go on from the checkpoint in the folder of --out.
     #[arg(long)]
     pub resume: bool,
+}
+
+/// Whose gains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ForArg {
+    /// samara's.
+    Samara,
+    /// PX4's.
+    Px4,
 }
 
 /// How to search.

@@ -4,6 +4,7 @@ mod args;
 mod contest;
 mod files;
 mod near_hover;
+mod px4;
 mod settings;
 
 use std::io::Write as _;
@@ -27,7 +28,7 @@ use crate::trajectory::Trajectory;
 use crate::tune::bench::Setting;
 use crate::tune::release_cases::swing_releases;
 use crate::tune::{Bench, Evaluation, Longitudinal, Search};
-use args::{MethodArg, ModelArg, ObjectiveArg, name_of};
+use args::{ForArg, MethodArg, ModelArg, ObjectiveArg, name_of};
 pub use args::{TUNE_HELP, TuneArgs};
 use files::{start_name, write_course, write_gains, write_tune_manifest};
 
@@ -36,6 +37,9 @@ pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
     let mut mission = load_mission(&args.mission.mission).bad_input()?;
     if let Some(seed) = args.seed {
         mission.use_seed(seed);
+    }
+    if args.target == ForArg::Px4 {
+        return px4::run(args, &mission);
     }
     if mission.tuning_cases.is_empty() {
         return Err(anyhow!(
