@@ -53,7 +53,7 @@ impl HilSensors {
     }
 
     /// HIL_SENSOR: all sensors, body FRD, `id` 0, which drives PX4's clock.
-    pub fn sensor(&self, truth: &Truth<'_>) -> HIL_SENSOR_DATA {
+    pub fn sensor(&mut self, truth: &Truth<'_>) -> HIL_SENSOR_DATA {
         let body = &truth.sim.state().body;
         let altitude_m = truth.sim.environment().geo_point(&body.p_ned).altitude_m;
         let pressure_hpa = self.sensors.barometer(altitude_m, truth.at);
@@ -198,7 +198,7 @@ mod tests {
 
     #[test]
     fn closed_form_a_hanging_vehicle_feels_its_weight_upwards() {
-        let (sensors, sim, specific_force_body) = hanging(8_000);
+        let (mut sensors, sim, specific_force_body) = hanging(8_000);
         let m = sensors.sensor(&Truth { at: 8_000, sim: &sim, specific_force_body });
         assert!((m.zacc + 9.80665).abs() < 1e-6 && m.xacc.abs() < 1e-6, "{m:?}");
         assert_eq!((m.time_usec, m.id, m.fields_updated.bits()), (8_000, 0, 0x1BFF));
@@ -208,15 +208,15 @@ mod tests {
 
     #[test]
     fn the_barometer_never_repeats_itself_and_its_noise_is_small_and_repeatable() {
-        let (sensors, sim, specific_force_body) = hanging(8_000);
-        let at = |t| sensors.sensor(&Truth { at: t, sim: &sim, specific_force_body }).abs_pressure;
+        let (mut sensors, sim, specific_force_body) = hanging(8_000);
+        let mut at = |t| sensors.sensor(&Truth { at: t, sim: &sim, specific_force_body }).abs_pressure;
         let p: Vec<f64> = (1..2_000).map(|i| f64::from(at(i * 4_000))).collect();
         assert!(p.windows(20).all(|w| w.iter().any(|x| *x != w[0])));
         let mean = p.iter().sum::<f64>() / p.len() as f64;
         let std = (p.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / p.len() as f64).sqrt();
         assert!((0.008..0.012).contains(&std), "{std}");
         assert_eq!(at(4_000), at(4_000));
-        let other = ideal(&sim, 2);
+        let mut other = ideal(&sim, 2);
         let truth = Truth { at: 4_000, sim: &sim, specific_force_body };
         assert_ne!(other.sensor(&truth).abs_pressure, at(4_000), "another seed, another noise");
         let noise = crate::sim::sensors::Noise::new(1);
@@ -234,7 +234,7 @@ mod tests {
 
     #[test]
     fn closed_form_scaled_integers_hold_the_descent() {
-        let (sensors, sim, specific_force_body) = hanging(500_000);
+        let (mut sensors, sim, specific_force_body) = hanging(500_000);
         let truth = Truth { at: 500_000, sim: &sim, specific_force_body };
         let gps = sensors.gps(&truth);
         // 5 m/s down from 10 m above the point of release, at 600 m.

@@ -29,7 +29,7 @@ impl Triad {
     pub fn read(
         &self,
         truth: Vector3<f64>,
-        noise: &Noise,
+        noise: &mut Noise,
         stream: u64,
         t_us: u64,
         period_s: f64,
@@ -62,8 +62,8 @@ mod tests {
     const DT_S: f64 = 0.004;
 
     fn readings(triad: &Triad, truth: Vector3<f64>, n: u64) -> Vec<Vector3<f64>> {
-        let noise = Noise::new(3);
-        (1..=n).map(|i| triad.read(truth, &noise, 10, i * 4_000, DT_S)).collect()
+        let mut noise = Noise::new(3);
+        (1..=n).map(|i| triad.read(truth, &mut noise, 10, i * 4_000, DT_S)).collect()
     }
 
     /// Allan's variance over `m` samples: half the mean square of the differences of neighbouring means.
@@ -106,7 +106,7 @@ mod tests {
         assert!(readings(&triad, truth, 100).windows(2).all(|w| w[0] == w[1]));
         let n = 2_000;
         let square = |seed| {
-            let bias = triad.read(Vector3::zeros(), &Noise::new(seed), 10, 0, DT_S);
+            let bias = triad.read(Vector3::zeros(), &mut Noise::new(seed), 10, 0, DT_S);
             bias.norm_squared() / 3.0
         };
         let deviation = ((0..n).map(square).sum::<f64>() / n as f64).sqrt();

@@ -51,7 +51,7 @@ fn body(t_us: u64) -> BodyState {
 const FORCE: Vector3<f64> = Vector3::new(0.0, -0.0, -9.8);
 
 /// What sensor `which` reads at a time, in bits.
-fn read(sensors: &Sensors, which: usize, t_us: u64) -> Vec<u64> {
+fn read(sensors: &mut Sensors, which: usize, t_us: u64) -> Vec<u64> {
     let body = body(t_us);
     let values: Vec<f64> = match which {
         0 => sensors.accelerometer(FORCE, t_us).iter().copied().collect(),
@@ -77,44 +77,44 @@ fn noted(settings: SensorSettings, seed: u64, last: u64) -> Sensors {
 #[test]
 fn prop_the_order_of_asking_does_not_matter() {
     for seed in [0, 1, 77, u64::MAX] {
-        let (one, other) = (noted(noisy(), seed, 100), noted(noisy(), seed, 100));
+        let (mut one, mut other) = (noted(noisy(), seed, 100), noted(noisy(), seed, 100));
         let t_us = 100 * STEP_US;
-        let forwards: Vec<_> = (0..5).map(|which| read(&one, which, t_us)).collect();
+        let forwards: Vec<_> = (0..5).map(|which| read(&mut one, which, t_us)).collect();
         // Backwards, twice, and with questions about another time in between.
         let mut backwards: Vec<_> = (0..5)
             .rev()
             .map(|which| {
-                let _ = (read(&other, which, t_us), read(&other, which, 7 * STEP_US));
-                read(&other, which, t_us)
+                let _ = (read(&mut other, which, t_us), read(&mut other, which, 7 * STEP_US));
+                read(&mut other, which, t_us)
             })
             .collect();
         backwards.reverse();
         assert_eq!(forwards, backwards);
-        let reseeded = noted(noisy(), seed ^ 2, 100);
+        let mut reseeded = noted(noisy(), seed ^ 2, 100);
         for (which, reading) in forwards.iter().enumerate() {
-            assert_ne!(&read(&reseeded, which, t_us), reading, "sensor {which} does not follow the seed");
+            assert_ne!(&read(&mut reseeded, which, t_us), reading, "sensor {which} does not follow the seed");
         }
     }
 }
 
 #[test]
 fn closed_form_without_errors_every_sensor_reads_the_truth_to_the_bit() {
-    let sensors = noted(silent(), 1, 50);
+    let mut sensors = noted(silent(), 1, 50);
     let t_us = 50 * STEP_US;
     let bits = |v: &[f64]| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
     let body = body(t_us);
-    assert_eq!(read(&sensors, 0, t_us), bits(FORCE.as_slice()));
-    assert_eq!(read(&sensors, 1, t_us), bits(body.omega_body.as_slice()));
-    assert_eq!(read(&sensors, 2, t_us), bits(dipole_ned_gauss(47.4).as_slice()));
-    assert_eq!(read(&sensors, 3, t_us), bits(&[barometer::pressure_hpa(600.0 - body.p_ned.z)]));
-    assert_eq!(read(&sensors, 4, t_us), bits(&[body.p_ned.as_slice(), body.v_ned.as_slice()].concat()));
+    assert_eq!(read(&mut sensors, 0, t_us), bits(FORCE.as_slice()));
+    assert_eq!(read(&mut sensors, 1, t_us), bits(body.omega_body.as_slice()));
+    assert_eq!(read(&mut sensors, 2, t_us), bits(dipole_ned_gauss(47.4).as_slice()));
+    assert_eq!(read(&mut sensors, 3, t_us), bits(&[barometer::pressure_hpa(600.0 - body.p_ned.z)]));
+    assert_eq!(read(&mut sensors, 4, t_us), bits(&[body.p_ned.as_slice(), body.v_ned.as_slice()].concat()));
 }
 
 /// A sensor's errors change that sensor alone, and leave its neighbours' draws where they are.
 #[test]
 fn closed_form_errors_are_switched_on_one_by_one() {
     let t_us = 50 * STEP_US;
-    let (ideal, all) = (noted(silent(), 1, 50), noted(noisy(), 1, 50));
+    let (mut ideal, mut all) = (noted(silent(), 1, 50), noted(noisy(), 1, 50));
     let only = [
         SensorSettings { accelerometer: noisy().accelerometer, ..silent() },
         SensorSettings { gyroscope: noisy().gyroscope, ..silent() },
@@ -123,12 +123,12 @@ fn closed_form_errors_are_switched_on_one_by_one() {
         SensorSettings { satellite: noisy().satellite, ..silent() },
     ];
     for (on, settings) in only.into_iter().enumerate() {
-        let sensors = noted(settings, 1, 50);
+        let mut sensors = noted(settings, 1, 50);
         for which in 0..5 {
-            let expected = if which == on { &all } else { &ideal };
-            assert_eq!(read(&sensors, which, t_us), read(expected, which, t_us), "{on} {which}");
+            let expected = if which == on { &mut all } else { &mut ideal };
+            assert_eq!(read(&mut sensors, which, t_us), read(expected, which, t_us), "{on} {which}");
         }
-        assert_ne!(read(&all, on, t_us), read(&ideal, on, t_us), "{on}");
+        assert_ne!(read(&mut all, on, t_us), read(&mut ideal, on, t_us), "{on}");
     }
 }
 
