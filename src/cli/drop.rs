@@ -79,6 +79,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
             let drop = Px4Drop {
                 build,
                 instance: args.net.instance,
+                cpu: args.cpu,
                 speed: speed_of(args.speed),
                 parameters: parameters.as_ref(),
                 feed_forward: args.feed_forward,

@@ -16,6 +16,7 @@ use super::links::Links;
 use super::notice::{Notice, Observer, ShellError};
 use super::ports::Ports;
 use super::simulator::PEER_MEMORY;
+use super::viewer::Viewer;
 
 /// Why a watched drop cannot go on.
 #[derive(Debug, thiserror::Error)]
@@ -32,6 +33,7 @@ pub enum WatchedError {
 struct Sockets {
     vehicle: Links,
     parachute: Links,
+    viewer: Viewer,
 }
 
 /// Flies the drop until its mission is over or `stop` completes.
@@ -46,7 +48,7 @@ pub async fn run_watched_drop<O: Observer>(
     observer: &mut O,
     stop: impl Future<Output = ()>,
 ) -> Result<Lockstep<AutopilotSession>, WatchedError> {
-    let mut sockets = Sockets::open(&wire, ports, wiring, observer).await?;
+    let mut sockets = Sockets::open(&wire, ports, (wiring, speed), observer).await?;
     let mut pacer = Pacer::new(speed);
     let mut stop = std::pin::pin!(stop);
     let step_us = wire.simulator.config().step_us;
@@ -103,7 +105,7 @@ impl Sockets {
     async fn open<O: Observer>(
         wire: &Lockstep<AutopilotSession>,
         ports: &Ports,
-        wiring: &Wiring,
+        (wiring, speed): (&Wiring, Speed),
         observer: &mut O,
     ) -> Result<Self, ShellError> {
         let system = wire.autopilot.system_id();
@@ -118,7 +120,7 @@ impl Sockets {
         let mut parachute = Links::new((system, PARACHUTE_COMPONENT), PEER_MEMORY, false, wiring.key);
         let both = [ports.ground_station, ports.api];
         parachute.bind_udp(Link::Parachute, ports.parachute, "parachute", &both, observer).await?;
-        Ok(Self { vehicle, parachute })
+        Ok(Self { vehicle, parachute, viewer: Viewer::open(system, ports, speed) })
     }
 
     fn receive<O: Observer>(&mut self, wire: &mut Lockstep<AutopilotSession>, observer: &mut O) {
@@ -132,6 +134,7 @@ impl Sockets {
     }
 
     fn send(&mut self, sent: &Transmit, by: Party) {
+        self.viewer.show(sent);
         match (sent.link, by) {
             // The streamer's own frames are for the autopilot alone.
             (Link::Simulator, _) | (_, Party::Streamer) => {}
