@@ -6,56 +6,68 @@ use std::net::{TcpListener, UdpSocket};
 use std::path::{Path, PathBuf};
 
 use rustix::fs::{FlockOperation, flock};
-use rustix::process::{Pid, test_kill_process_group};
+use rustix::process::Pid;
 
 use super::harness::wait_for;
 
-/// Processes that work in a folder: their numbers, groups and command lines.
-pub fn working_in(folder: &Path) -> Vec<(Pid, Pid, String)> {
-    let Ok(folder) = fs::canonicalize(folder) else { return Vec::new() };
-    let processes = fs::read_dir("/proc").unwrap().filter_map(Result::ok).map(|entry| entry.path());
-    processes
-        .filter(|path| fs::read_link(path.join("cwd")).is_ok_and(|cwd| cwd.starts_with(&folder)))
+/// A process: its number, group, state and command line.
+struct Process {
+    id: Pid,
+    group: i32,
+    dead: bool,
+    line: String,
+    cwd: Option<PathBuf>,
+}
+
+fn processes() -> Vec<Process> {
+    let paths = fs::read_dir("/proc").unwrap().filter_map(Result::ok).map(|entry| entry.path());
+    paths
         .filter_map(|path| {
-            let id = Pid::from_raw(path.file_name()?.to_str()?.parse().ok()?)?;
             let stat = fs::read_to_string(path.join("stat")).ok()?;
-            // pid (name) state parent group ..
-            let group = stat.rsplit_once(')')?.1.split_whitespace().nth(2)?.parse().ok()?;
+            // Number, (name), state, parent, group.
+            let mut words = stat.rsplit_once(") ")?.1.split(' ');
             let line = String::from_utf8_lossy(&fs::read(path.join("cmdline")).ok()?).replace('\0', " ");
-            Some((id, Pid::from_raw(group)?, line))
+            Some(Process {
+                id: Pid::from_raw(path.file_name()?.to_str()?.parse().ok()?)?,
+                // What is dead and not collected is the system's affair.
+                dead: words.next()? == "Z",
+                group: words.nth(1)?.parse().ok()?,
+                line,
+                cwd: fs::read_link(path.join("cwd")).ok(),
+            })
         })
+        .filter(|process| !process.dead)
         .collect()
 }
 
-/// PX4's main process of those in a folder.
+fn working_in(folder: &Path) -> Vec<Process> {
+    let Ok(folder) = fs::canonicalize(folder) else { return Vec::new() };
+    let works = |p: &Process| p.cwd.as_ref().is_some_and(|cwd| cwd.starts_with(&folder));
+    processes().into_iter().filter(works).collect()
+}
+
+/// PX4's main process of those that work in a folder.
 pub fn main_process(work: &Path) -> Option<Pid> {
     let is_main = |line: &str| line.split(' ').next().is_some_and(|program| program.ends_with("/px4"));
-    working_in(work).into_iter().find(|(_, _, line)| is_main(line)).map(|(id, ..)| id)
+    working_in(work).into_iter().find(|process| is_main(&process.line)).map(|process| process.id)
 }
 
-/// The groups of those in a folder.
+/// The groups of those that work in a folder.
 pub fn groups(work: &Path) -> BTreeSet<i32> {
-    working_in(work).into_iter().map(|(_, group, _)| group.as_raw_nonzero().get()).collect()
+    working_in(work).into_iter().map(|process| process.group).collect()
 }
 
-/// Waits until nothing of these groups is there, the instance's lock can be had, and all its ports can be bound.
+/// Waits until nothing of these groups runs, the instance's lock can be had, and all its ports can be bound.
 pub fn nothing_is_left(instance: u16, work: &Path, groups: &BTreeSet<i32>) {
-    let gone = |group: &i32| test_kill_process_group(Pid::from_raw(*group).unwrap()).is_err();
-    let is_clean = || {
-        working_in(work).is_empty()
-            && groups.iter().all(gone)
-            && lock_is_free(instance)
-            && ports_are_free(instance)
+    let left = || -> Vec<String> {
+        let of_them = |p: &Process| groups.contains(&p.group);
+        let mut left: Vec<String> = processes().into_iter().filter(of_them).map(|p| p.line).collect();
+        left.extend(working_in(work).into_iter().map(|p| p.line));
+        left.extend((!lock_is_free(instance)).then(|| "PX4's lock".to_owned()));
+        left.extend((!ports_are_free(instance)).then(|| "a port".to_owned()));
+        left
     };
-    wait_for(is_clean, || {
-        format!(
-            "nothing left; processes {:?}, groups {groups:?} gone {}, lock free {}, ports free {}",
-            working_in(work),
-            groups.iter().all(gone),
-            lock_is_free(instance),
-            ports_are_free(instance)
-        )
-    });
+    wait_for(|| left().is_empty(), || format!("nothing left; there is still {:?}", left()));
 }
 
 fn lock_is_free(instance: u16) -> bool {
