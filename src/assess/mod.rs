@@ -6,12 +6,14 @@
 //! | [`tracking`] | RMS distance of a flight from its plan | (45)-(46) |
 //! | [`batch`] | both for many planar flights at once | |
 //! | [`releases`] | random releases | (40)-(44), IV.B |
+//! | [`drops`] | random drops from the canopy to the end, and what is measured of them | |
 //! | [`study`] | controllers flown from many releases | V |
 //! | [`statistics`], [`beta`] | mean, deviation, extremes, confidence intervals | V.A |
 //! | [`paper`] | what the paper prints of its study | Table 5, V.A |
 
 pub mod batch;
 pub mod beta;
+pub mod drops;
 pub mod paper;
 pub mod releases;
 pub mod safety;
@@ -20,6 +22,7 @@ pub mod study;
 pub mod tracking;
 
 pub use batch::{Outcome, Study, judge_flights};
+pub use drops::{DropMeasure, DropOutcome, RandomDrop};
 pub use releases::{RandomRelease, ReleaseDistribution};
 pub use safety::{SafetyLimits, StateCost, Verdict, VerdictBuilder, plan_j_tpf, steady_within_m_s};
 pub use statistics::{CONFIDENCE, Share, Summary, Tally};

@@ -111,7 +111,8 @@ pub struct Verdict {
     pub peak_vertical_acceleration_m_s2: f64,
     /// Way down from the release to the end [m].
     pub altitude_lost_m: f64,
-    /// Time after the rotors were freed [s] from which `|v - v_cmd| <=` [`steady_within_m_s`] holds to the end.
+    /// Time after the rotors were freed [s] from which `|v - v_cmd|` stays within [`steady_within_m_s`], or what the mission says
+    /// instead, to the end.
     pub steady_after_s: Option<f64>,
     /// Names of the limits that were passed: "speed", "pitch", "pitch_rate", "roll", "roll_rate"; "state is not finite" when a state was no number,
     /// "impact".
@@ -138,6 +139,7 @@ pub fn steady_within_m_s(v_cmd_ned: &Vector3<f64>) -> f64 {
 pub struct VerdictBuilder {
     limits: SafetyLimits,
     v_cmd_ned: Vector3<f64>,
+    steady_within_m_s: f64,
     peak: StateCost,
     infinite: bool,
     pitch_rad: f64,
@@ -159,6 +161,7 @@ impl VerdictBuilder {
         Self {
             limits,
             v_cmd_ned,
+            steady_within_m_s: steady_within_m_s(&v_cmd_ned),
             peak: StateCost::default(),
             infinite: false,
             pitch_rad: 0.0,
@@ -173,6 +176,11 @@ impl VerdictBuilder {
             impact_speed_m_s: None,
             touching: false,
         }
+    }
+
+    /// Steady means within this of the commanded velocity [m/s].
+    pub fn steady_within(self, steady_within_m_s: f64) -> Self {
+        Self { steady_within_m_s, ..self }
     }
 
     /// Judges also how fast the vehicle comes to the ground [m/s]: a limit of its own, no part of J_TPF.
@@ -215,7 +223,7 @@ impl VerdictBuilder {
                 *peak = now;
             }
         }
-        let near = (body.v_ned - self.v_cmd_ned).norm() <= steady_within_m_s(&self.v_cmd_ned);
+        let near = (body.v_ned - self.v_cmd_ned).norm() <= self.steady_within_m_s;
         self.observe_ground(sample);
         match sample.t_powered_s {
             // What was steady when it came to the ground stays so.

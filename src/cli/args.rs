@@ -327,7 +327,8 @@ pub enum AutopilotArg {
 /// What can be chosen in place of the mission's own.
 #[derive(Args, Debug)]
 pub struct ChoiceArgs {
-    /// Gains: a name beside the mission's own gains (ours, safety, near_hover, paper_pso), or a file.
+    /// Gains: a name beside the mission's own gains (ours, safety, near_hover, paper_pso), or a file; `px4_default`: PX4's own, where
+    /// it flies.
     #[arg(long, value_name = "NAME|FILE")]
     pub gains: Option<String>,
     /// Gains and limits of samara's autopilot from a PX4 parameter file that is for it, or for any autopilot under standard gravity.
@@ -365,7 +366,11 @@ fn speed(text: &str) -> Result<SpeedArg, String> {
     }
 }
 
-fn autopilot(text: &str) -> Result<AutopilotArg, String> {
+/// Who flies.
+///
+/// # Errors
+/// What was expected, in words.
+pub fn autopilot(text: &str) -> Result<AutopilotArg, String> {
     match text.split_once('=') {
         None if text == "reference" => Ok(AutopilotArg::Reference),
         Some(("px4", folder)) if !folder.is_empty() => Ok(AutopilotArg::Px4(folder.into())),

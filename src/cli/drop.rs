@@ -91,13 +91,19 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
 }
 
 /// Who flies.
-enum Pilot {
+pub enum Pilot {
+    /// The reference autopilot.
     Reference,
+    /// PX4.
     Px4(BuildFolder),
 }
 
 impl Pilot {
-    fn of(argument: &AutopilotArg) -> Result<Self, Failure> {
+    /// The pilot of `--autopilot`.
+    ///
+    /// # Errors
+    /// [`Failure::BadInput`] when there is no PX4 where it should be.
+    pub fn of(argument: &AutopilotArg) -> Result<Self, Failure> {
         Ok(match argument {
             AutopilotArg::Reference => Self::Reference,
             AutopilotArg::Px4(path) => Self::Px4(BuildFolder::open(path).bad_input()?),
@@ -159,8 +165,8 @@ pub struct Flown {
     pub record: FlightRecord,
     /// Simulated seconds per second.
     pub real_time_factor: f64,
-    /// The autopilot left or refused.
-    pub trouble: bool,
+    /// Why the autopilot did not fly to the end, if it left or refused.
+    pub trouble: Option<String>,
 }
 
 /// Flies the drop over the wire in memory: as fast as it goes, or at a speed to watch with the ground links open.
@@ -204,7 +210,7 @@ fn fly(
     reporter.finish()?;
     let record = wire.simulator.record().clone();
     let real_time_factor = 1e3 * flown_s / watch.ms();
-    Ok(Flown { log: wire.simulator.into_log(), record, real_time_factor, trouble: false })
+    Ok(Flown { log: wire.simulator.into_log(), record, real_time_factor, trouble: None })
 }
 
 fn tell_events(wire: &mut Lockstep<AutopilotSession>, reporter: &mut Reporter<'_>) {
@@ -221,7 +227,8 @@ fn tell_events(wire: &mut Lockstep<AutopilotSession>, reporter: &mut Reporter<'_
 
 /// The verdict of a flight log; `None` when the vehicle was never released.
 pub fn judge(mission: &Mission, log: &[Sample]) -> Option<Verdict> {
-    let mut verdict = VerdictBuilder::new(mission.limits, mission.target_v_ned);
+    let mut verdict =
+        VerdictBuilder::new(mission.limits, mission.target_v_ned).steady_within(mission.steady_within_m_s);
     if let Some(ground) = mission.ground {
         verdict = verdict.judging_impacts(ground.impact_limit_m_s);
     }
@@ -284,7 +291,7 @@ fn finish(
         print(&drop_json(mission, verdict.as_ref(), &run))?;
     }
     let answer = answer_of(verdict.as_ref(), stopped, &flown.record);
-    Ok(if flown.trouble { Answer::No } else { answer })
+    Ok(if flown.trouble.is_some() { Answer::No } else { answer })
 }
 
 /// Yes: judged, within the limits, to the end, by the plan alone.

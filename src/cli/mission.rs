@@ -44,7 +44,11 @@ pub fn mission_with_a_drop(path: &Path, choice: &ChoiceArgs) -> Result<Mission, 
     Ok(mission)
 }
 
-/// The mission for a flight by PX4: a chosen parameter file is PX4's and comes along unread, the mission's gains stay.
+/// `--gains` of this name: PX4's own.
+pub const PX4_DEFAULT: &str = "px4_default";
+
+/// The mission for a flight by PX4: a chosen parameter file is PX4's and comes along unread, the mission's gains stay. With the gains
+/// [`PX4_DEFAULT`] the file is empty.
 ///
 /// # Errors
 /// As [`mission_with_a_drop`].
@@ -53,8 +57,14 @@ pub fn mission_for_px4(
     choice: &ChoiceArgs,
 ) -> Result<(Mission, Option<ParameterFile>), Failure> {
     let ChoiceArgs { gains, params, seed } = choice;
-    let others = ChoiceArgs { gains: gains.clone(), params: None, seed: *seed };
+    let own = gains.as_deref() == Some(PX4_DEFAULT);
+    let others = ChoiceArgs { gains: gains.clone().filter(|_| !own), params: None, seed: *seed };
     let mut mission = mission_with_a_drop(path, &others)?;
+    if own {
+        mission.gains_name = PX4_DEFAULT.to_owned();
+        mission.note_choice("gains", PX4_DEFAULT);
+        return Ok((mission, Some(ParameterFile::default())));
+    }
     let file = params.as_deref().map(|path| mission.note_parameters(path).bad_input()).transpose()?;
     Ok((mission, file))
 }

@@ -2,7 +2,7 @@
 
 use super::outcome::Failure;
 use super::output::{print, tell};
-use crate::assess::{Verdict, steady_within_m_s};
+use crate::assess::Verdict;
 use crate::config::Mission;
 use crate::link::{SimulatorEvent, StreamerEvent, seconds};
 
@@ -26,6 +26,11 @@ impl Narrator {
     /// For all parties in one process: on stdout, or silent when that belongs to a JSON object.
     pub fn together(json: bool) -> Self {
         Self { voice: if json { Voice::Silent } else { Voice::Stdout }, together: true }
+    }
+
+    /// Says nothing.
+    pub fn silent() -> Self {
+        Self { voice: Voice::Silent, together: true }
     }
 
     /// For one party in a process of its own: on stdout, or on stderr when that belongs to a JSON object. Who waits for others
@@ -52,7 +57,14 @@ impl Narrator {
 
     /// The start of the hang.
     pub fn hanging(&self, mission: &Mission) -> Result<(), Failure> {
-        self.at(0.0, &format!("hanging under the parachute, {} m/s down", mission.parachute.descent_m_s))
+        let descent = format!("under the parachute, {} m/s down", mission.parachute.descent_m_s);
+        match mission.parachute.hook {
+            None => self.at(0.0, &format!("hanging {descent}")),
+            Some(hook) => {
+                let lets_go_s = mission.hang_s - hook.lets_go_before_s;
+                self.at(0.0, &format!("hanging still on a hook; let go at {lets_go_s} s {descent}"))
+            }
+        }
     }
 
     /// An event of the simulator.
@@ -105,9 +117,9 @@ impl Narrator {
         powered_from_s: Option<f64>,
     ) -> Result<(), Failure> {
         let v = mission.target_v_ned;
-        let (target, within_m_s) = (format!("[{} {} {}] m/s", v.x, v.y, v.z), steady_within_m_s(&v));
+        let (target, within_m_s) = (format!("[{} {} {}] m/s", v.x, v.y, v.z), mission.steady_within_m_s);
         let within =
-            if within_m_s > 0.01 * v.norm() { format!("{within_m_s} m/s") } else { "1 %".to_owned() };
+            if within_m_s != 0.01 * v.norm() { format!("{within_m_s} m/s") } else { "1 %".to_owned() };
         match verdict.steady_after_s {
             Some(t) => {
                 let since = powered_from_s.unwrap_or(0.0);

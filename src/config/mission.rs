@@ -15,7 +15,7 @@ use super::source::{InputHash, Source};
 use super::trajectory_csv::{TrajectoryFile, load_trajectory};
 use super::vehicle_file::load_named_vehicle;
 use super::{ConfigError, GainsFile, VehicleFile};
-use crate::assess::{ReleaseDistribution, SafetyLimits};
+use crate::assess::{RandomDrop, ReleaseDistribution, SafetyLimits, steady_within_m_s};
 use crate::control::{ControlLimits, Gains};
 use crate::model::parachute::Pendulum;
 use crate::model::{Environment, MAX_ROTORS, Parachute, Vehicle};
@@ -44,6 +44,8 @@ pub struct MonteCarlo {
     pub omega_rad_s: f64,
     /// Length r of the pendulum [m].
     pub length_m: f64,
+    /// Standard deviation of the wind in north and in east, in campaigns of whole drops [m/s].
+    pub wind_sigma_m_s: f64,
 }
 
 /// A drop, ready to be planned and flown.
@@ -81,6 +83,8 @@ pub struct Mission {
     pub x_ss: Option<[f64; 10]>,
     /// Safety limits, Table 1.
     pub limits: SafetyLimits,
+    /// How close to the target velocity is steady [m/s].
+    pub steady_within_m_s: f64,
     /// Limits of the cascade.
     pub control_limits: ControlLimits,
     /// Gains of the cascade.
@@ -197,6 +201,26 @@ impl Mission {
             drift_ned_m_s: self.environment.drift_ned_m_s(),
             amplitude_sigma_rad: mc.amplitude_sigma_rad,
         }
+    }
+
+    /// The drop of a trial of a campaign.
+    pub fn draw_drop(&self, trial: u64) -> RandomDrop {
+        self.releases().draw_drop(self.seed, trial, self.monte_carlo.wind_sigma_m_s)
+    }
+
+    /// The mission with what was drawn for a drop: swing, wind and noise. It keeps its name and the hash of its inputs; the plan's
+    /// start is not what was drawn, since nobody knows that beforehand.
+    pub fn with_drop(&self, drop: &RandomDrop) -> Self {
+        let mut mission = self.clone();
+        mission.parachute.pendulum = Pendulum {
+            amplitude_rad: drop.amplitude_rad,
+            phase_rad: drop.phase_rad,
+            omega_rad_s: self.monte_carlo.omega_rad_s,
+            length_m: self.monte_carlo.length_m,
+        };
+        mission.environment.wind_ned_m_s += drop.wind_ned_m_s;
+        mission.seed = drop.seed;
+        mission
     }
 
     /// Notes what was chosen beside the files and decides what results hold (an option of the command line, the hash of a
@@ -320,6 +344,9 @@ fn build(
             pitch_rate_rad_s: limits.pitch_rate_deg_s.get() * RAD_PER_DEG,
             vertical_acceleration_m_s2: limits.vertical_acceleration_m_s2.get(),
         },
+        steady_within_m_s: limits
+            .steady_within_m_s
+            .map_or_else(|| steady_within_m_s(&json.target_v_ned_m_s.get().into()), |s| s.get()),
         control_limits: ControlLimits {
             tilt_rad: control.tilt_limit_deg.get() * RAD_PER_DEG,
             rate_command_rad_s: control.rate_command_limit_deg_s.get() * RAD_PER_DEG,
@@ -345,6 +372,7 @@ fn build(
             amplitude_sigma_rad: json.monte_carlo.amplitude_sigma_deg.get() * RAD_PER_DEG,
             omega_rad_s: json.monte_carlo.omega_rad_s.get(),
             length_m: json.monte_carlo.length_m.get(),
+            wind_sigma_m_s: json.monte_carlo.wind_sigma_m_s.map_or(0.0, |s| s.get()),
         },
         seed: json.seed,
         input_hash,

@@ -124,8 +124,10 @@ pub(super) struct PendulumJson {
 pub(super) struct ReleaseJson {
     /// How it comes from the release to t = 0.
     pub(super) start: StartJson,
-    /// Time under the canopy until the nominal release [s].
+    /// Time from the beginning to the nominal release [s].
     pub(super) hang_s: DelayS,
+    /// Of this, the time on a hook that holds the vehicle still before it is let go under its canopy [s]; 0 when left out.
+    pub(super) hook_s: Option<DelayS>,
     /// What cuts it loose.
     pub(super) trigger: TriggerJson,
 }
@@ -234,6 +236,8 @@ pub(super) struct LimitsJson {
     pub(super) pitch_rate_deg_s: Positive<100_000>,
     /// Vertical acceleration [m/s^2]; reported, not judged.
     pub(super) vertical_acceleration_m_s2: Positive<100_000>,
+    /// How close to the target velocity is steady [m/s]; 1 % of the target, and 0.02 m/s at the least, where it is not given.
+    pub(super) steady_within_m_s: Option<Positive<100>>,
     /// Speed of a touch of the ground [m/s]; 2.1 where it is not given.
     pub(super) impact_speed_m_s: Option<Positive<1000>>,
 }
@@ -295,4 +299,6 @@ pub(super) struct MonteCarloJson {
     pub(super) omega_rad_s: NonNegative<100>,
     /// Length of the pendulum [m].
     pub(super) length_m: NonNegative<1000>,
+    /// Standard deviation of the wind in north and in east, about the site's, in campaigns of whole drops [m/s]; 0 when left out.
+    pub(super) wind_sigma_m_s: Option<NonNegative<100>>,
 }

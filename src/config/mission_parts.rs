@@ -4,7 +4,7 @@ use super::ConfigError;
 use super::mission_json::{CaseJson, MissionJson, StateJson, TriggerJson};
 use super::source::Source;
 use crate::model::environment::GeoPoint;
-use crate::model::parachute::Pendulum;
+use crate::model::parachute::{Hook, Pendulum};
 use crate::model::{Environment, Parachute};
 use crate::sim::ReleaseTrigger;
 use crate::tune::ReleaseCase;
@@ -34,8 +34,17 @@ pub(super) fn parachute(source: &Source, json: &MissionJson) -> Result<Parachute
         omega_rad_s: p.pendulum.omega_rad_s.get(),
         length_m: p.pendulum.length_m.get(),
     };
-    Parachute::new(p.descent_m_s.get(), p.delay_s.get(), pendulum)
-        .map_err(|e| source.refuse("parachute", e.to_string()))
+    let parachute = Parachute::new(p.descent_m_s.get(), p.delay_s.get(), pendulum)
+        .map_err(|e| source.refuse("parachute", e.to_string()))?;
+    let Some(hook_s) = &json.release.hook_s else { return Ok(parachute) };
+    let (hook_s, hang_s) = (hook_s.get(), json.release.hang_s.get());
+    if hook_s >= hang_s {
+        let message = format!(
+            "expected less than {hang_s} s, the time to the release (release.hang_s), of which it is a part, found {hook_s} s"
+        );
+        return Err(source.refuse("release.hook_s", message));
+    }
+    Ok(parachute.on_hook(Hook { lets_go_before_s: hang_s - hook_s }))
 }
 
 /// The release and the delay must lie within the simulation: nothing would fly otherwise.
@@ -94,7 +103,9 @@ pub(super) fn trigger(source: &Source, json: &MissionJson) -> Result<ReleaseTrig
         TriggerJson::ArmedOffboard => return Ok(ReleaseTrigger::ArmedOffboard),
         TriggerJson::Altitude { altitude_m } => altitude_m.get(),
     };
-    let begins_m = json.site.altitude_m.get() + json.release.hang_s.get() * json.parachute.descent_m_s.get();
+    let hook_s = json.release.hook_s.as_ref().map_or(0.0, |s| s.get());
+    let begins_m =
+        json.site.altitude_m.get() + (json.release.hang_s.get() - hook_s) * json.parachute.descent_m_s.get();
     if altitude_m < begins_m {
         return Ok(ReleaseTrigger::Altitude(altitude_m));
     }

@@ -4,6 +4,10 @@
 //! its attachment ("wrist motion"), nose perpendicular to the line, so that pitch equals the swing angle. The motion is
 //! kinematic: the canopy force is whatever it takes. Canopy and load drift with the horizontal wind, as they do once their descent
 //! is steady; a wind that changes is not modelled.
+//!
+//! A vehicle may hang still on a [`Hook`] first and be let go under its canopy. With a drag that grows with the square of the speed
+//! the descent then builds up as `v tanh(g t/v)`; drift and swing, which the model prescribes, build up with the square of that
+//! share, so that their velocities and rates start from zero without a jump in acceleration.
 
 use nalgebra::Vector3;
 
@@ -33,6 +37,56 @@ impl Pendulum {
     }
 }
 
+/// A hook that holds the vehicle still under its canopy until it lets go.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hook {
+    /// From then to the nominal release [s].
+    pub lets_go_before_s: f64,
+}
+
+/// How far the motion under the canopy has built up: the share of the steady motion that there is, its derivatives, and the time
+/// that the steady motion would have needed for the way so far [s].
+#[derive(Clone, Copy, Debug)]
+struct BuildUp {
+    share: f64,
+    rate: f64,
+    acceleration: f64,
+    steady_time_s: f64,
+}
+
+impl BuildUp {
+    /// Never on a hook, at `t` [s].
+    fn complete(t: f64) -> Self {
+        Self { share: 1.0, rate: 0.0, acceleration: 0.0, steady_time_s: t }
+    }
+
+    /// `tanh(k t)`, `t` [s] after the hook has let go.
+    fn of_descent(k: f64, t: f64) -> Self {
+        if t <= 0.0 {
+            return Self { share: 0.0, rate: 0.0, acceleration: 0.0, steady_time_s: 0.0 };
+        }
+        let share = (k * t).tanh();
+        let rate = k * (1.0 - share * share);
+        // ln(cosh(k t))/k, without cosh's overflow.
+        let steady_time_s = t + ((-2.0 * k * t).exp().ln_1p() - std::f64::consts::LN_2) / k;
+        Self { share, rate, acceleration: -2.0 * k * share * rate, steady_time_s }
+    }
+
+    /// `tanh^2(k t)` of the `tanh(k t)` that this is.
+    fn squared(&self, k: f64, t: f64) -> Self {
+        let Self { share: s, rate, acceleration, .. } = *self;
+        Self {
+            share: s * s,
+            rate: 2.0 * s * rate,
+            acceleration: 2.0 * (rate * rate + s * acceleration),
+            steady_time_s: t.max(0.0) - s / k,
+        }
+    }
+}
+
+/// Descents build up no faster than this [1/s]: a canopy that hardly sinks.
+const BUILD_UP_MAX_HZ: f64 = 1e3;
+
 /// The parachute: descent rate, swing, and the delay before the rotors may turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parachute {
@@ -42,6 +96,8 @@ pub struct Parachute {
     pub delay_s: f64,
     /// The swing.
     pub pendulum: Pendulum,
+    /// What holds it still first, if anything does.
+    pub hook: Option<Hook>,
 }
 
 impl Parachute {
@@ -67,7 +123,7 @@ impl Parachute {
                 value: pendulum.amplitude_rad,
             });
         }
-        Ok(Self { descent_m_s, delay_s, pendulum })
+        Ok(Self { descent_m_s, delay_s, pendulum, hook: None })
     }
 
     /// Speed of descent at the end of the delay with the air left out: `v_0 = descent + g t_d`, (44).
@@ -75,35 +131,66 @@ impl Parachute {
         self.descent_m_s + gravity_m_s2 * self.delay_s
     }
 
+    /// The same, held still by a hook first.
+    pub fn on_hook(self, hook: Hook) -> Self {
+        Self { hook: Some(hook), ..self }
+    }
+
     /// The vehicle under the canopy, adrift at the site, at `t` [s] from the nominal release (negative before), and its acceleration
     /// in NED [m/s^2]. Position is zero at the nominal release.
     pub fn hanging(&self, t: f64, site: &Environment) -> (BodyState, Vector3<f64>) {
-        let (mut state, a_ned) = self.in_still_air(t);
+        let (mut state, mut a_ned) = self.in_still_air(t, site.gravity_m_s2);
         let drift = site.drift_ned_m_s();
-        state.p_ned += drift * t;
-        state.v_ned += drift;
+        let (_, now) = self.build_up(t, site.gravity_m_s2);
+        let (_, at_release) = self.build_up(0.0, site.gravity_m_s2);
+        state.p_ned += drift * (now.steady_time_s - at_release.steady_time_s);
+        state.v_ned += drift * now.share;
+        a_ned += drift * now.rate;
         (state, a_ned)
     }
 
-    fn in_still_air(&self, t: f64) -> (BodyState, Vector3<f64>) {
-        let r = self.pendulum.length_m;
+    /// How far descent, and drift and swing, have built up.
+    fn build_up(&self, t: f64, gravity_m_s2: f64) -> (BuildUp, BuildUp) {
+        let Some(hook) = self.hook else { return (BuildUp::complete(t), BuildUp::complete(t)) };
+        let k = (gravity_m_s2 / self.descent_m_s).min(BUILD_UP_MAX_HZ);
+        let since_s = t + hook.lets_go_before_s;
+        let descent = BuildUp::of_descent(k, since_s);
+        (descent, descent.squared(k, since_s))
+    }
+
+    /// Swing angle, rate and acceleration with their build-up.
+    fn swing(&self, t: f64, built: &BuildUp) -> (f64, f64, f64) {
         let (theta, rate, acceleration) = self.pendulum.swing(t);
+        let BuildUp { share: b, rate: b_rate, acceleration: b_acceleration, .. } = *built;
+        (
+            b * theta,
+            b * rate + b_rate * theta,
+            b * acceleration + 2.0 * b_rate * rate + b_acceleration * theta,
+        )
+    }
+
+    fn in_still_air(&self, t: f64, gravity_m_s2: f64) -> (BodyState, Vector3<f64>) {
+        let r = self.pendulum.length_m;
+        let (descent, swing) = self.build_up(t, gravity_m_s2);
+        let (descent_0, swing_0) = self.build_up(0.0, gravity_m_s2);
+        let (theta, rate, acceleration) = self.swing(t, &swing);
         let (sin, cos) = theta.sin_cos();
-        let (theta_0, ..) = self.pendulum.swing(0.0);
+        let (theta_0, ..) = self.swing(0.0, &swing_0);
         let state = BodyState {
             p_ned: Vector3::new(
                 r * (sin - theta_0.sin()),
                 0.0,
-                self.descent_m_s * t + r * (cos - theta_0.cos()),
+                self.descent_m_s * (descent.steady_time_s - descent_0.steady_time_s)
+                    + r * (cos - theta_0.cos()),
             ),
             q_ned_from_body: quaternion_from_euler(0.0, theta, 0.0),
-            v_ned: Vector3::new(rate * r * cos, 0.0, self.descent_m_s - rate * r * sin),
+            v_ned: Vector3::new(rate * r * cos, 0.0, self.descent_m_s * descent.share - rate * r * sin),
             omega_body: Vector3::new(0.0, rate, 0.0),
         };
         let a_ned = Vector3::new(
             r * (acceleration * cos - rate * rate * sin),
             0.0,
-            -r * (acceleration * sin + rate * rate * cos),
+            self.descent_m_s * descent.rate - r * (acceleration * sin + rate * rate * cos),
         );
         (state, a_ned)
     }
@@ -111,7 +198,7 @@ impl Parachute {
     /// The paper's state at t = 0 in still air, (40)-(44): the swing at the release with `v_0` in place of the descent rate; pitch and
     /// rate are not propagated through the delay.
     pub fn state_at_t0(&self, gravity_m_s2: f64) -> BodyState {
-        let (mut state, _) = self.in_still_air(0.0);
+        let (mut state, _) = self.in_still_air(0.0, gravity_m_s2);
         state.v_ned.z += gravity_m_s2 * self.delay_s;
         state.p_ned = Vector3::zeros();
         state
@@ -172,6 +259,37 @@ mod tests {
             assert!(((after.p_ned - before.p_ned) / (2.0 * h) - s.v_ned).norm() < 1e-9);
             assert!(((after.v_ned - before.v_ned) / (2.0 * h) - a).norm() < 1e-8);
         }
+    }
+
+    /// On the hook nothing moves; let go, position, velocity, attitude and rate fit together without a jump, and the descent follows
+    /// the law of a fall with quadratic drag, `dv/dt = g (1 - (v/v_inf)^2)`, from rest.
+    #[test]
+    fn closed_form_of_a_descent_from_a_hook() {
+        let p = titan(50.0).on_hook(Hook { lets_go_before_s: 8.0 });
+        let site = site([2.0, -1.0, 0.7]);
+        let (held, a_ned) = p.hanging(-9.0, &site);
+        assert_eq!(
+            (held.v_ned, held.omega_body, a_ned),
+            (Vector3::zeros(), Vector3::zeros(), Vector3::zeros())
+        );
+        assert_eq!(held, p.hanging(-8.0, &site).0);
+        let h = 1e-5;
+        for t in [-7.9, -6.0, -2.0, 0.0] {
+            let (s, a) = p.hanging(t, &site);
+            let (before, after) = (p.hanging(t - h, &site).0, p.hanging(t + h, &site).0);
+            assert!(((after.p_ned - before.p_ned) / (2.0 * h) - s.v_ned).norm() < 1e-9, "{t}");
+            assert!(((after.v_ned - before.v_ned) / (2.0 * h) - a).norm() < 1e-8, "{t}");
+            let turned =
+                crate::frames::pitch(after.q_ned_from_body) - crate::frames::pitch(before.q_ned_from_body);
+            assert!((turned / (2.0 * h) - s.omega_body.y).abs() < 1e-8, "{t}");
+        }
+        let still = Parachute { pendulum: Pendulum { amplitude_rad: 0.0, ..p.pendulum }, ..p };
+        for t in [-7.99, -7.0, -5.0] {
+            let (s, a) = still.hanging(t, &site);
+            assert!((a.z - 1.35 * (1.0 - (s.v_ned.z / 3.0).powi(2))).abs() < 1e-12, "{t}");
+        }
+        // Eight seconds are 3.6 time constants g/v: what is missing then is 2 exp(-7.2) of the descent.
+        assert!((still.hanging(0.0, &site).0.v_ned.z / 3.0 - 3.6f64.tanh()).abs() < 1e-12);
     }
 
     /// In steady descent the load has the wind's horizontal velocity and its own rate of descent over ground.

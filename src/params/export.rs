@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use super::check::overall_gain;
 use super::file::Value;
 use super::metadata::Metadata;
-use super::normalised::{NormalisedUnits, THRUST_COEFFICIENT};
+use super::normalised::{Mixing, NormalisedUnits, THRUST_COEFFICIENT};
 use super::purpose::{Factors, Purpose};
 use super::{Check, ParamsError, check};
 use crate::control::{Airframe, ControlLimits, Gains};
@@ -57,6 +57,14 @@ const ALIGNS_G0: std::ops::RangeInclusive<f64> = 0.8..=1.2;
 /// [`ParamsError::Control`] when a gain or limit is out of range or the rotors cannot be controlled, [`ParamsError::NoUnit`] when PX4's
 /// mixer finds no unit for them.
 pub fn export(subject: &Subject, purpose: Purpose) -> Result<Export, ParamsError> {
+    export_for_mixing(subject, purpose, Mixing::default())
+}
+
+/// The same for a PX4 that mixes in a certain way.
+///
+/// # Errors
+/// As [`export`].
+pub fn export_for_mixing(subject: &Subject, purpose: Purpose, mixing: Mixing) -> Result<Export, ParamsError> {
     subject.gains.validate()?;
     subject.limits.validate()?;
     Airframe::new(subject.vehicle, subject.environment)?;
@@ -64,7 +72,7 @@ pub fn export(subject: &Subject, purpose: Purpose) -> Result<Export, ParamsError
     let metadata = Metadata::px4();
     let mut rows =
         Rows { factors: purpose.factors(gravity), parameters: BTreeMap::new(), remarks: Vec::new() };
-    let units = NormalisedUnits::of(subject.vehicle, subject.environment.density_kg_m3)?;
+    let units = NormalisedUnits::mixed(subject.vehicle, subject.environment.density_kg_m3, mixing)?;
     rows.velocity_and_attitude(subject);
     rows.rates(subject, &units, &metadata);
     rows.vehicle(subject, &units);

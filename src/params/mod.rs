@@ -31,11 +31,11 @@ mod import_tests;
 
 pub use check::{Check, Class, Finding, check};
 pub use diff::{Difference, diff};
-pub use export::{Export, Subject, export};
+pub use export::{Export, Subject, export, export_for_mixing};
 pub use file::{ParameterFile, Value};
 pub use import::{Import, Scale, adopt, import};
 pub use metadata::{Metadata, Parameter};
-pub use normalised::NormalisedUnits;
+pub use normalised::{Mixing, NormalisedUnits};
 pub use purpose::Purpose;
 
 /// Why a parameter file is refused. Errors of a line start with its number, so that `file:` before them makes a place.

@@ -10,6 +10,10 @@
 //!
 //! with `(E M)_jj = 1` for what the rotors can make. An X-quad of half-spans lx, ly has `G_roll = G_pitch = 2 sqrt(2) T_max
 //! min(lx, ly)` and `G_yaw = 4 T_max K_M`.
+//!
+//! Up to v1.12 PX4 mixes by files instead, and its `quad_x` gives each rotor the same share of roll and of pitch wherever it is:
+//! `u_i = (+-roll +-pitch)/sqrt(2) +-yaw + thrust`. Then `G_roll = 2 sqrt(2) T_max ly` and `G_pitch = 2 sqrt(2) T_max lx`
+//! ([`Mixing::QuadX`]); the two are the same for a square.
 
 use nalgebra::{Matrix6, SVector, Vector6};
 
@@ -39,7 +43,32 @@ pub struct NormalisedUnits {
     pub thrust_n: f64,
 }
 
+/// How PX4 makes motor commands of normalised torques and thrust.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mixing {
+    /// By the rotors' CA_*.
+    #[default]
+    Allocated,
+    /// By the mixer file `quad_x`, which knows no distances.
+    QuadX,
+}
+
 impl NormalisedUnits {
+    /// The units of a vehicle with PX4 mixing so. `QuadX` counts only what an X-quad's rotors are: [`Self::of`] holds for all else.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub fn mixed(vehicle: &Vehicle, density_kg_m3: f64, mixing: Mixing) -> Result<Self, ParamsError> {
+        let units = Self::of(vehicle, density_kg_m3)?;
+        if mixing == Mixing::Allocated {
+            return Ok(units);
+        }
+        // Each rotor gives T_max/sqrt(2) of a unit.
+        let share_n = vehicle.static_thrust_n(density_kg_m3) * std::f64::consts::FRAC_1_SQRT_2;
+        let arm_m = |axis: usize| vehicle.rotors.iter().map(|r| r.position_body_m[axis].abs()).sum::<f64>();
+        Ok(Self { roll_nm: share_n * arm_m(1), pitch_nm: share_n * arm_m(0), ..units })
+    }
+
     /// The units of a vehicle in air of a density [kg/m^3], rotors as CA_ROTORn_* would describe them.
     ///
     /// # Errors
@@ -161,6 +190,19 @@ mod tests {
             assert!(close(units.roll_nm, g) && close(units.pitch_nm, g), "{units:?}, {g}");
             assert!(close(units.yaw_nm.unwrap(), 4.0 * THRUST_LIMIT_N * 0.05), "{units:?}");
             assert!(close(units.thrust_n, 4.0 * THRUST_LIMIT_N), "{units:?}");
+        }
+    }
+
+    /// The moments that the mixer file makes: u = 1/sqrt(2) on the four rotors of a unit of roll, each with T_max at its half-span.
+    #[test]
+    fn closed_form_of_the_mixer_file() {
+        for (lx, ly) in [(0.95, 1.1), (1.1, 0.95), (0.3, 0.3)] {
+            let vehicle = quadrotor([lx, ly], [0.02; 3], [0.0; 3], VehicleOptions::default());
+            let units = NormalisedUnits::mixed(&vehicle, DENSITY, Mixing::QuadX).unwrap();
+            let g = 2.0 * 2f64.sqrt() * THRUST_LIMIT_N;
+            assert!(close(units.roll_nm, g * ly) && close(units.pitch_nm, g * lx), "{units:?}, {g}");
+            let allocated = NormalisedUnits::mixed(&vehicle, DENSITY, Mixing::Allocated).unwrap();
+            assert_eq!((units.yaw_nm, units.thrust_n), (allocated.yaw_nm, allocated.thrust_n));
         }
     }
 

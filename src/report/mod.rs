@@ -8,11 +8,13 @@
 //! | [`params`] | exports, checks and differences of parameter files |
 //! | [`tune`] | searches of gains |
 //! | [`figure`] | SVG figures |
+//! | [`drops`] | campaigns of whole drops: lines and tables |
 //! | [`study`] | the safety study: tables, trials, page |
 //!
 //! Everything here is text made of its arguments: the same arguments give the same bytes. Wall-clock times are the caller's
 //! and go to the terminal and to `--json` only, never into a file.
 
+pub mod drops;
 pub mod figure;
 pub mod flight_csv;
 pub mod json;

@@ -123,7 +123,7 @@ impl DropSimulation {
         let still = Pendulum { amplitude_rad: 0.0, phase_rad: 0.0, omega_rad_s: 0.0, length_m: 0.0 };
         Self {
             plant: Plant::new(vehicle, environment, kind),
-            parachute: Parachute { descent_m_s: 0.0, delay_s: 0.0, pendulum: still },
+            parachute: Parachute { descent_m_s: 0.0, delay_s: 0.0, pendulum: still, hook: None },
             nominal_release_s: 0.0,
             start: Start::T0,
             clock: Clock::default(),

@@ -66,7 +66,7 @@ mod tests {
     fn paper() -> ReleaseDistribution {
         let pendulum = Pendulum { amplitude_rad: 0.0, phase_rad: 0.0, omega_rad_s: 2.0, length_m: 0.34 };
         ReleaseDistribution {
-            parachute: Parachute { descent_m_s: 3.0, delay_s: 0.5, pendulum },
+            parachute: Parachute { descent_m_s: 3.0, delay_s: 0.5, pendulum, hook: None },
             gravity_m_s2: 1.35,
             drift_ned_m_s: Vector3::zeros(),
             amplitude_sigma_rad: 3.0 * RAD_PER_DEG,

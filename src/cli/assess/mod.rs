@@ -1,6 +1,7 @@
 //! `samara assess`: the paper's safety study - release cases, campaigns, tables, figures, one page.
 
 mod campaign;
+mod drops;
 mod figures;
 mod only;
 
@@ -9,7 +10,7 @@ use std::io::Write as _;
 use anyhow::anyhow;
 use clap::Args;
 
-use super::args::{ChoiceArgs, MissionArgs};
+use super::args::{AutopilotArg, ChoiceArgs, MissionArgs};
 use super::clock::Stopwatch;
 use super::interrupt;
 use super::mission::chosen_mission;
@@ -44,13 +45,21 @@ tracking_rms, paper_j_tpf), campaigns (name, gains, command, trials, mean, mean_
 p_safe_high, unsafe_trials, paper_mean, paper_std, paper_min, paper_max), findings (claim, paper, here, bar, reproduced, why),
 flights_per_s. *_low and *_high are 95 % intervals (Student's t, Clopper-Pearson). What is the paper's is there for its own mission only.
 
-Exit code 1 when a trial of `ours` reaches the bound, the plan did not converge, or the campaigns were stopped.
+With --autopilot: seeded drops, from the hang to the end, by samara's autopilot or by PX4. Each has the swing and the wind of the mission's
+monte_carlo and noise of its own; the plan is the nominal one. Several fly side by side (--threads, instances from --instance on). Writes
+drops_<autopilot>_<gains>.csv, a line for each as it is over, and the folder trial_<K> with all files of one that failed, or of --only's.
+A drop fails when a limit is passed, a failsafe flies, steady flight is not reached, or the autopilot dies or refuses.
+JSON: mission, version, seed, input_hash, autopilot, gains, trials, failed (trial, failure), measures (name, count, mean, std, min, max).
+
+Exit code 1 when a drop failed, a trial of `ours` reaches the bound, the plan did not converge, or the campaigns were stopped.
 
 Examples:
   samara assess
   samara assess --gains near_hover --trials 1000 --seed 7
   samara assess --trials 100000 --out out/long      (Ctrl-C; then the same with --resume)
   samara assess --only 41                           (one trial again, with its flight log and figure)
+  samara assess mission/x500_drop.json --autopilot px4=../PX4-Autopilot/build/px4_sitl_default --trials 50
+  samara assess mission/x500_drop.json --autopilot reference --only 7
   samara assess mission/x500_drop.json --json";
 
 /// `samara assess`.
@@ -74,6 +83,15 @@ pub struct AssessArgs {
     /// Fly trial K of each campaign alone: prints what was drawn and what came of it, writes flight logs and figures.
     #[arg(long, value_name = "K", conflicts_with_all = ["trials", "resume"])]
     pub only: Option<u64>,
+    /// Fly whole drops, from the canopy to the end, by samara's own autopilot or by PX4 from its build folder, instead of the study.
+    #[arg(long, value_name = "reference|px4=DIR", value_parser = super::args::autopilot, conflicts_with_all = ["bound", "resume"])]
+    pub autopilot: Option<AutopilotArg>,
+    /// Send the plan's acceleration with its velocity, to PX4.
+    #[arg(long, requires = "autopilot")]
+    pub feed_forward: bool,
+    /// With --autopilot: number of the first vehicle; those flown side by side have the next ones.
+    #[arg(long, value_name = "0..9", default_value_t = 0, value_parser = super::net::instance)]
+    pub instance: u16,
     /// Threads to fly on [default: one for each core]; the results are the same.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
@@ -82,6 +100,9 @@ pub struct AssessArgs {
 /// `samara assess`.
 pub fn run(args: &AssessArgs) -> Result<Answer, Failure> {
     let stop = interrupt::flag()?;
+    if let Some(autopilot) = &args.autopilot {
+        return drops::run(args, autopilot, &stop);
+    }
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
     if mission.tuning_cases.is_empty() {
         let file = args.mission.mission.display();

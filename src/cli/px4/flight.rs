@@ -17,7 +17,7 @@ use crate::cli::recording::Recording;
 use crate::cli::sessions;
 use crate::config::Mission;
 use crate::link::shell::{Ports, Speed, run_hosted_drop, system_of_instance};
-use crate::link::streamer::{Clock, StreamerState};
+use crate::link::streamer::Clock;
 use crate::params::ParameterFile;
 use crate::trajectory::Trajectory;
 use crate::units::STANDARD_GRAVITY_M_S2;
@@ -102,7 +102,7 @@ pub fn fly(
     let simulated_s = flown.simulator.sim().time_s();
     let record = flown.simulator.record().clone();
     Ok(Flown {
-        trouble: flown.gone.is_some() || flown.streamer.state() == StreamerState::Failed,
+        trouble: flown.gone.or_else(|| flown.streamer.failure().map(str::to_owned)),
         log: flown.simulator.into_log(),
         record,
         real_time_factor: 1e3 * simulated_s / wall_ms,

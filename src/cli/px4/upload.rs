@@ -9,7 +9,7 @@ use crate::cli::outcome::{BadInput, Failure};
 use crate::config::Mission;
 use crate::link::streamer::Procedure;
 use crate::params::procedure::{Circumstances, wanted};
-use crate::params::{ParameterFile, Purpose, Value, export, file::AUTOPILOT_COMPONENT};
+use crate::params::{Mixing, ParameterFile, Purpose, Value, export_for_mixing, file::AUTOPILOT_COMPONENT};
 use crate::trajectory::Trajectory;
 
 /// The vehicle's own; the rest of an export are gains, limits, and the rotors for a PX4 that allocates by them.
@@ -27,7 +27,9 @@ pub fn procedure(
     given: Option<&ParameterFile>,
     mixer: bool,
 ) -> Result<Procedure, Failure> {
-    let exported = export(&mission.parameter_subject(), Purpose::Px4).bad_input()?.parameters;
+    let mixing = if mixer { Mixing::QuadX } else { Mixing::Allocated };
+    let subject = mission.parameter_subject();
+    let exported = export_for_mixing(&subject, Purpose::Px4, mixing).bad_input()?.parameters;
     let circumstances = Circumstances {
         hover_thrust: exported.get("MPC_THR_HOVER").map(|v| v.as_f64()),
         ..circumstances(mission, trajectory)

@@ -56,6 +56,13 @@ pub enum StreamerEvent {
         /// Simulated time.
         at: TimeUs,
     },
+    /// Arming has waited in vain for the vehicle's own checks.
+    ChecksNotPassed {
+        /// Simulated time.
+        at: TimeUs,
+        /// Whether the vehicle has told of them.
+        told: bool,
+    },
     /// OFFBOARD has been accepted.
     Offboard {
         /// Simulated time.
@@ -194,6 +201,20 @@ impl fmt::Display for StreamerEvent {
                  rotors at zero thrust",
                 s(at)
             ),
+            Self::ChecksNotPassed { at, told: true } => {
+                write!(
+                    f,
+                    "{:8.3} s  the vehicle's checks before arming do not pass (SYS_STATUS); asking why",
+                    s(at)
+                )
+            }
+            Self::ChecksNotPassed { at, told: false } => {
+                write!(
+                    f,
+                    "{:8.3} s  the vehicle tells nothing of its checks before arming (SYS_STATUS); going on",
+                    s(at)
+                )
+            }
             Self::Offboard { at } => write!(f, "{:8.3} s  OFFBOARD accepted", s(at)),
             Self::Armed { at } => write!(f, "{:8.3} s  armed", s(at)),
             Self::ReleaseAsked { at } => write!(f, "{:8.3} s  release commanded", s(at)),

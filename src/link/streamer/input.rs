@@ -4,7 +4,7 @@ use mavlink::dialects::common::{HEARTBEAT_DATA, MavMessage, MavModeFlag};
 
 use super::super::parachute::{PARACHUTE_COMPONENT, T_END, T_RELEASE};
 use super::super::{Frame, TimeUs};
-use super::machine::{ESTIMATOR_STATUS, EXTENDED_SYS_STATE};
+use super::machine::{ESTIMATOR_STATUS, EXTENDED_SYS_STATE, SYS_STATUS};
 use super::{
     AUTOPILOT_COMPONENT, Clock, Flight, STREAMER_COMPONENT, STREAMER_SYSTEM, Shown, StreamerEvent,
     StreamerSession, StreamerState,
@@ -32,6 +32,10 @@ impl StreamerSession {
         if frame.component_id == AUTOPILOT_COMPONENT {
             // By their bytes: flags that the crate does not know would hide those it knows.
             match frame.message_id {
+                id if id == u32::from(SYS_STATUS) => {
+                    let p = frame.payload();
+                    self.flight.readiness.take_sensors(p.u32(0), p.u32(4), p.u32(8));
+                }
                 id if id == u32::from(ESTIMATOR_STATUS) => {
                     self.flight.readiness.take_estimator(frame.payload().u16(40));
                 }

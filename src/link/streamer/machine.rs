@@ -10,6 +10,7 @@ use super::{
 };
 
 /// Ids of messages that are asked for.
+pub(super) const SYS_STATUS: u16 = 1;
 const ATTITUDE: u16 = 30;
 pub(super) const ESTIMATOR_STATUS: u16 = 230;
 pub(super) const EXTENDED_SYS_STATE: u16 = 245;
@@ -27,6 +28,7 @@ impl StreamerSession {
 
     pub(super) fn fail(&mut self, reason: String) {
         self.enter(StreamerState::Failed);
+        self.flight.failure = Some(reason.clone());
         self.events.push_back(StreamerEvent::Failed { at: self.flight.now, reason });
     }
 
@@ -90,9 +92,11 @@ impl StreamerSession {
                     Request::to_autopilot(c.vehicle_system, command, px4_offboard, "OFFBOARD", c.attempts)
                 }) {
                     self.events.push_back(StreamerEvent::Offboard { at: now });
+                    self.flight.readiness.forget_checks();
                     self.enter(StreamerState::Arming);
                 }
             }
+            StreamerState::Arming if self.awaits_checks() => {}
             StreamerState::Arming => {
                 if self.pursue(|c| {
                     let command = MavCmd::MAV_CMD_COMPONENT_ARM_DISARM;
@@ -124,6 +128,7 @@ impl StreamerSession {
         if self.config.procedure.is_none() {
             return self.enter(StreamerState::Streaming);
         }
+        self.wish_for(SYS_STATUS, 100_000);
         self.wish_for(ESTIMATOR_STATUS, 100_000);
         self.wish_for(EXTENDED_SYS_STATE, 20_000);
         self.enter(StreamerState::Parameters);

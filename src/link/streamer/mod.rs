@@ -129,6 +129,7 @@ struct Flight {
     shown: Shown,
     shown_at: TimeUs,
     readiness: Readiness,
+    failure: Option<String>,
 }
 
 /// What the vehicle's heartbeat shows, and what has been told of it.
@@ -155,6 +156,7 @@ impl Flight {
             shown: Shown::default(),
             shown_at: 0,
             readiness: Readiness::default(),
+            failure: None,
         }
     }
 }
@@ -184,6 +186,11 @@ impl StreamerSession {
     /// Whether nothing more will be sent.
     pub fn is_over(&self) -> bool {
         matches!(self.flight.state, StreamerState::Done | StreamerState::Failed)
+    }
+
+    /// Why it has given up, if it has.
+    pub fn failure(&self) -> Option<&str> {
+        self.flight.failure.as_deref()
     }
 
     /// Simulated time as last heard.

@@ -31,6 +31,10 @@ const MUTE_US: TimeUs = 10_000_000;
 const REPORT_US: TimeUs = 5_000_000;
 /// The heartbeat that shows the armed vehicle may come so much later than the acknowledgement.
 const SHOWN_AFTER_US: TimeUs = 1_200_000;
+/// MAV_SYS_STATUS_PREARM_CHECK.
+const PREARM_CHECK: u32 = 0x1000_0000;
+/// Checks that have not passed after this are asked about: only a refusal explains them.
+const CHECKS_US: TimeUs = 10_000_000;
 /// MAV_LANDED_STATE_ON_GROUND.
 const ON_GROUND: u8 = 1;
 
@@ -42,6 +46,8 @@ pub(super) struct Readiness {
     estimator: Option<u16>,
     aligned_since: Option<TimeUs>,
     landed_state: Option<u8>,
+    /// Whether the checks before arming pass, as SYS_STATUS tells.
+    checks_pass: Option<bool>,
     reported_at: Option<TimeUs>,
     held_back: bool,
 }
@@ -53,6 +59,18 @@ impl Readiness {
 
     pub(super) fn take_estimator(&mut self, flags: u16) {
         self.estimator = Some(flags);
+    }
+
+    /// Takes what SYS_STATUS tells of sensors: there, in use, healthy.
+    pub(super) fn take_sensors(&mut self, present: u32, enabled: u32, healthy: u32) {
+        if present & enabled & PREARM_CHECK != 0 {
+            self.checks_pass = Some(healthy & PREARM_CHECK != 0);
+        }
+    }
+
+    /// What was told of the checks holds no more: it was for another mode.
+    pub(super) fn forget_checks(&mut self) {
+        self.checks_pass = None;
     }
 
     pub(super) fn take_landed_state(&mut self, landed_state: u8) {
@@ -135,6 +153,21 @@ impl StreamerSession {
             let lacking = lacking.join(", ");
             self.events.push_back(StreamerEvent::NotAligned { at: now, lacking, said });
         }
+    }
+
+    /// Whether arming must wait: PX4 refuses it until its checks pass, and in its first seconds without a word.
+    pub(super) fn awaits_checks(&mut self) -> bool {
+        let (at, since) = (self.flight.now, self.flight.since);
+        let passed = self.flight.readiness.checks_pass == Some(true);
+        if self.config.procedure.is_none() || self.flight.request.is_some() || passed {
+            return false;
+        }
+        let waits = at < since + CHECKS_US;
+        if !waits {
+            let told = self.flight.readiness.checks_pass.is_some();
+            self.events.push_back(StreamerEvent::ChecksNotPassed { at, told });
+        }
+        waits
     }
 
     /// Whether the vehicle shows what the acknowledgements have promised; back to asking otherwise.

@@ -1,0 +1,90 @@
+//! Random drops: what a campaign of whole drops draws for each, and what it measures of each.
+//!
+//! A drop has the swing of a [`RandomRelease`](super::RandomRelease), which decides pitch and pitch rate at the release, a wind, and
+//! noise of its own on every sensor. Trial k draws from stream k, as the releases do: its swing is that of the release of that number.
+
+use nalgebra::Vector3;
+
+use super::{SafetyLimits, Verdict, VerdictBuilder};
+use crate::frames::{pitch, rotate_ned_from_body};
+use crate::sim::{Phase, Sample};
+use crate::trajectory::Trajectory;
+
+/// What is drawn for a drop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RandomDrop {
+    /// Number of the trial.
+    pub trial: u64,
+    /// Amplitude of the swing theta_0 [rad].
+    pub amplitude_rad: f64,
+    /// Phase of the swing at the nominal release phi [rad].
+    pub phase_rad: f64,
+    /// Wind, on top of the site's, NED [m/s].
+    pub wind_ned_m_s: Vector3<f64>,
+    /// Seed of the sensors' noise.
+    pub seed: u64,
+}
+
+/// What a drop is measured against.
+#[derive(Clone, Copy, Debug)]
+pub struct DropMeasure<'a> {
+    /// Safety limits.
+    pub limits: SafetyLimits,
+    /// Velocity to reach, NED [m/s].
+    pub target_v_ned: Vector3<f64>,
+    /// How close to it is steady [m/s].
+    pub steady_within_m_s: f64,
+    /// What was to be flown.
+    pub plan: &'a Trajectory,
+}
+
+/// What came of a drop.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DropOutcome {
+    /// The verdict from the release to the end.
+    pub verdict: Verdict,
+    /// Pitch at the release [rad].
+    pub release_pitch_rad: f64,
+    /// Pitch rate at the release [rad/s].
+    pub release_pitch_rate_rad_s: f64,
+    /// Largest angle between the body's up axis and the vertical from the release on [rad].
+    pub peak_tilt_rad: f64,
+    /// Way down from the release to the plan's end [m].
+    pub altitude_lost_in_plan_m: f64,
+    /// Root of the mean square of `|v - v_plan|` over the plan [m/s].
+    pub tracking_rms_m_s: f64,
+}
+
+impl DropMeasure<'_> {
+    /// What came of a drop; `None` when the vehicle was never released.
+    pub fn of(&self, log: &[Sample]) -> Option<DropOutcome> {
+        let mut verdict =
+            VerdictBuilder::new(self.limits, self.target_v_ned).steady_within(self.steady_within_m_s);
+        log.iter().for_each(|sample| verdict.observe(sample));
+        let verdict = verdict.finish()?;
+        let loose = || log.iter().filter(|sample| sample.phase != Phase::Hanging);
+        let release = loose().next()?.state.body;
+        let end_s = self.plan.end_s();
+        let planned = || loose().filter_map(|s| Some((s.t_powered_s.filter(|t| *t <= end_s)?, s.state.body)));
+        let (mut sum, mut count, mut down_m) = (0.0, 0u32, release.p_ned.z);
+        for (t_s, body) in planned() {
+            down_m = body.p_ned.z;
+            if t_s >= 0.0 {
+                sum += (body.v_ned - self.plan.velocity_ned(t_s)).norm_squared();
+                count += 1;
+            }
+        }
+        let tilt = |sample: &Sample| {
+            let up_ned = rotate_ned_from_body(sample.state.body.q_ned_from_body, -Vector3::z());
+            (-up_ned.z).clamp(-1.0, 1.0).acos()
+        };
+        Some(DropOutcome {
+            verdict,
+            release_pitch_rad: pitch(release.q_ned_from_body),
+            release_pitch_rate_rad_s: release.omega_body.y,
+            peak_tilt_rad: loose().map(tilt).fold(0.0, f64::max),
+            altitude_lost_in_plan_m: down_m - release.p_ned.z,
+            tracking_rms_m_s: (sum / f64::from(count)).sqrt(),
+        })
+    }
+}

@@ -1,0 +1,188 @@
+//! Campaigns of whole drops: a line for each in a CSV file, and the table of all.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::json::{VERSION, text};
+use crate::assess::{DropOutcome, RandomDrop, Summary};
+use crate::config::{Mission, Stamp};
+use crate::units::DEG_PER_RAD;
+
+/// A trial that is over.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DropTrial {
+    /// What was drawn.
+    pub drawn: RandomDrop,
+    /// What came of it, if it was released.
+    pub outcome: Option<DropOutcome>,
+    /// Why it counts as failed, if it does.
+    pub failure: Option<String>,
+}
+
+/// A measure: column, words, value of an outcome.
+type Measure = (&'static str, &'static str, fn(&DropOutcome) -> Option<f64>);
+
+const MEASURES: [Measure; 9] = [
+    ("j_tpf", "J_TPF", |o| Some(o.verdict.j_tpf)),
+    ("peak_speed_m_s", "peak speed [m/s]", |o| Some(o.verdict.peak_speed_m_s)),
+    ("peak_pitch_deg", "peak pitch [deg]", |o| Some(o.verdict.peak_pitch_rad.abs() * DEG_PER_RAD)),
+    ("peak_pitch_rate_deg_s", "peak pitch rate [deg/s]", |o| {
+        Some(o.verdict.peak_pitch_rate_rad_s.abs() * DEG_PER_RAD)
+    }),
+    ("peak_roll_deg", "peak roll [deg]", |o| Some(o.verdict.peak_roll_rad.abs() * DEG_PER_RAD)),
+    ("peak_tilt_deg", "peak tilt [deg]", |o| Some(o.peak_tilt_rad * DEG_PER_RAD)),
+    ("altitude_lost_in_plan_m", "altitude lost to the plan's end [m]", |o| Some(o.altitude_lost_in_plan_m)),
+    ("steady_after_s", "steady after [s]", |o| o.verdict.steady_after_s),
+    ("tracking_rms_m_s", "velocity from the plan, RMS [m/s]", |o| Some(o.tracking_rms_m_s)),
+];
+
+const DRAWN: &str =
+    "trial,theta_0_deg,phi_deg,wind_n_m_s,wind_e_m_s,noise_seed,release_pitch_deg,release_pitch_rate_deg_s";
+
+/// The lines before the first trial.
+pub fn header(mission: &Mission, autopilot: &str) -> String {
+    let stamp = Stamp { seed: mission.seed, input_hash: mission.input_hash.clone() };
+    let columns: Vec<&str> = MEASURES.iter().map(|(column, ..)| *column).collect();
+    format!(
+        "{}# drops of {} by {autopilot}, gains {}\n{DRAWN},{},limits_passed,failure\n",
+        stamp.csv_comment(),
+        mission.name,
+        mission.gains_name,
+        columns.join(",")
+    )
+}
+
+/// A trial's line; what it has not got is left empty.
+pub fn row(trial: &DropTrial) -> String {
+    let RandomDrop { trial: number, amplitude_rad, phase_rad, wind_ned_m_s: wind, seed } = &trial.drawn;
+    let (amplitude_deg, phase_deg) = (amplitude_rad * DEG_PER_RAD, phase_rad * DEG_PER_RAD);
+    let mut line = format!("{number},{amplitude_deg:?},{phase_deg:?},{:?},{:?},{seed}", wind.x, wind.y);
+    let o = trial.outcome.as_ref();
+    let release = [o.map(|o| o.release_pitch_rad), o.map(|o| o.release_pitch_rate_rad_s)];
+    let measures = MEASURES.iter().map(|(.., of)| o.and_then(of));
+    for x in release.into_iter().map(|x| x.map(|x| x * DEG_PER_RAD)).chain(measures) {
+        // Writing to a String cannot fail.
+        let _ = write!(line, ",{}", x.map_or(String::new(), |x| format!("{x:?}")));
+    }
+    let limits = o.map_or(String::new(), |o| o.verdict.limits_passed.join(" "));
+    let failure = trial.failure.as_deref().unwrap_or_default().replace('"', "'").replace('\n', "; ");
+    let _ = writeln!(line, ",{limits},\"{failure}\"");
+    line
+}
+
+/// What a campaign came to.
+#[derive(Clone, Debug, Default)]
+pub struct DropTally {
+    flown: u64,
+    failures: Vec<(u64, String)>,
+    summaries: [Summary; MEASURES.len()],
+}
+
+impl DropTally {
+    /// Takes the next trial.
+    pub fn push(&mut self, trial: &DropTrial) {
+        self.flown += 1;
+        if let Some(failure) = &trial.failure {
+            self.failures.push((trial.drawn.trial, failure.clone()));
+        }
+        for ((.., of), summary) in MEASURES.iter().zip(&mut self.summaries) {
+            if let Some(x) = trial.outcome.as_ref().and_then(of) {
+                summary.push(x);
+            }
+        }
+    }
+
+    /// Trials.
+    pub fn flown(&self) -> u64 {
+        self.flown
+    }
+
+    /// Whether a trial failed.
+    pub fn any_failed(&self) -> bool {
+        !self.failures.is_empty()
+    }
+}
+
+/// The campaign as a table, and each failure with its reason.
+pub fn drops_text(mission: &Mission, autopilot: &str, tally: &DropTally) -> String {
+    let mut out = format!(
+        "{} drops of {}, flown by {autopilot}, gains {}, seed {}: {} failed\n\n{:34} {:>9} {:>9} {:>9} {:>9} {:>6}\n",
+        tally.flown,
+        mission.name,
+        mission.gains_name,
+        mission.seed,
+        tally.failures.len(),
+        "",
+        "mean",
+        "std",
+        "min",
+        "max",
+        "drops"
+    );
+    for ((_, words, _), s) in MEASURES.iter().zip(&tally.summaries) {
+        let number = |x: f64| if x.is_finite() { format!("{x:.4}") } else { "-".to_owned() };
+        let [mean, std, min, max] = [s.mean(), s.std(), s.min(), s.max()].map(number);
+        let _ = writeln!(out, "{words:34} {mean:>9} {std:>9} {min:>9} {max:>9} {:>6}", s.count());
+    }
+    for (trial, failure) in &tally.failures {
+        let _ = writeln!(out, "trial {trial} failed: {failure}");
+    }
+    out
+}
+
+#[derive(Serialize)]
+struct DropsObject<'a> {
+    mission: &'a str,
+    version: &'static str,
+    seed: u64,
+    input_hash: &'a str,
+    autopilot: &'a str,
+    gains: &'a str,
+    trials: u64,
+    failed: Vec<FailureObject<'a>>,
+    measures: Vec<MeasureObject>,
+}
+
+#[derive(Serialize)]
+struct FailureObject<'a> {
+    trial: u64,
+    failure: &'a str,
+}
+
+#[derive(Serialize)]
+struct MeasureObject {
+    name: &'static str,
+    count: u64,
+    mean: f64,
+    std: f64,
+    min: f64,
+    max: f64,
+}
+
+/// The campaign as a JSON object.
+pub fn drops_json(mission: &Mission, autopilot: &str, tally: &DropTally) -> String {
+    let measures = MEASURES.iter().zip(&tally.summaries).map(|((name, ..), s)| MeasureObject {
+        name,
+        count: s.count(),
+        mean: s.mean(),
+        std: s.std(),
+        min: s.min(),
+        max: s.max(),
+    });
+    text(&DropsObject {
+        mission: &mission.name,
+        version: VERSION,
+        seed: mission.seed,
+        input_hash: &mission.input_hash,
+        autopilot,
+        gains: &mission.gains_name,
+        trials: tally.flown,
+        failed: tally
+            .failures
+            .iter()
+            .map(|(trial, failure)| FailureObject { trial: *trial, failure })
+            .collect(),
+        measures: measures.collect(),
+    })
+}
