@@ -151,6 +151,7 @@ fn autopilot() -> AutopilotSession {
         system_id: 1,
         cascade: Cascade::new(airframe, m.gains, m.control_limits),
         environment: m.environment.clone(),
+        estimator: None,
         rotors: m.vehicle.rotors.len(),
         epoch_unix_us: m.epoch_unix_us,
         parameters: Parameters::of(&m.parameter_subject(), 1).unwrap(),

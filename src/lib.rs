@@ -13,6 +13,7 @@
 //! | [`control`], [`plan`] | how it is flown; how it should fly (neither knows the other) |
 //! | [`sim`] | the drop in simulated time |
 //! | [`assess`] | how safe it was |
+//! | [`verify`] | whether all this is right: NASA's check cases, closed forms |
 //! | [`tune`] | gains by search |
 //! | [`params`] | PX4 parameter files, and gains in PX4's terms |
 #![cfg_attr(feature = "files", doc = "| [`config`] | files in |")]
@@ -41,3 +42,4 @@ pub mod simd;
 pub mod trajectory;
 pub mod tune;
 pub mod units;
+pub mod verify;

@@ -19,3 +19,7 @@ pub const US_PER_S: f64 = 1e6;
 pub const MS_PER_S: f64 = 1e3;
 /// Gauss per tesla.
 pub const GAUSS_PER_TESLA: f64 = 1e4;
+/// Metres per foot.
+pub const M_PER_FT: f64 = 0.3048;
+/// Kilograms per slug.
+pub const KG_PER_SLUG: f64 = 14.593_902_937;

@@ -17,7 +17,7 @@ const FLOORS: &[&[&str]] = &[
     &["trajectory"],
     &["control", "plan"],
     &["sim"],
-    &["assess"],
+    &["assess", "verify"],
     &["tune"],
     &["params"],
     &["config"],

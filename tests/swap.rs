@@ -213,6 +213,7 @@ fn another_transport_and_another_planner_fly_the_same_drop() {
             system_id: 1,
             cascade: Cascade::new(airframe, mission.gains, mission.control_limits),
             environment: mission.environment.clone(),
+            estimator: None,
             rotors: 4,
             epoch_unix_us: mission.epoch_unix_us,
             parameters: Parameters::of(&mission.parameter_subject(), 1).unwrap(),

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::estimator::NotAligned;
 use crate::control::Measurement;
 use crate::frames::rotate_ned_from_body;
 use crate::units::RAD_PER_DEG;
@@ -15,6 +16,9 @@ pub const ARMING_TILT_RAD: f64 = 60.0 * RAD_PER_DEG;
 /// Why the motors stay off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ArmingRefusal {
+    /// The estimator does not know well enough.
+    #[error("Arming denied: {0}")]
+    NotAligned(NotAligned),
     /// No state has come from the simulator yet.
     #[error("Arming denied: no attitude and velocity yet")]
     NoState,
@@ -38,7 +42,12 @@ pub enum DisarmingRefusal {
 ///
 /// # Errors
 /// The first check that fails.
-pub fn check_arming(now_us: u64, state: Option<(u64, Measurement)>) -> Result<(), ArmingRefusal> {
+pub fn check_arming(
+    now_us: u64,
+    aligned: Result<(), NotAligned>,
+    state: Option<(u64, Measurement)>,
+) -> Result<(), ArmingRefusal> {
+    aligned.map_err(ArmingRefusal::NotAligned)?;
     let (at, measurement) = state.ok_or(ArmingRefusal::NoState)?;
     if now_us.saturating_sub(at) > STATE_TIMEOUT_US {
         return Err(ArmingRefusal::StaleState);
@@ -59,12 +68,15 @@ mod tests {
     #[test]
     fn closed_form_arming_needs_a_fresh_upright_state() {
         let state = Some((1_000, at_attitude(LEVEL)));
-        assert_eq!(check_arming(0, None), Err(ArmingRefusal::NoState));
-        assert_eq!(check_arming(1_000 + STATE_TIMEOUT_US, state), Ok(()));
-        assert_eq!(check_arming(1_001 + STATE_TIMEOUT_US, state), Err(ArmingRefusal::StaleState));
+        let at = |now_us, state| check_arming(now_us, Ok(()), state);
+        assert_eq!(at(0, None), Err(ArmingRefusal::NoState));
+        assert_eq!(at(1_000 + STATE_TIMEOUT_US, state), Ok(()));
+        assert_eq!(at(1_001 + STATE_TIMEOUT_US, state), Err(ArmingRefusal::StaleState));
+        let lost = NotAligned::NoFix;
+        assert_eq!(check_arming(1_000, Err(lost), state), Err(ArmingRefusal::NotAligned(lost)));
         for (pitch_deg, allowed) in [(59.0, true), (-59.0, true), (61.0, false), (180.0, false)] {
             let tilted = at_attitude(quaternion_from_euler(0.0, pitch_deg * RAD_PER_DEG, 1.0));
-            assert_eq!(check_arming(0, Some((0, tilted))).is_ok(), allowed, "{pitch_deg} deg");
+            assert_eq!(at(0, Some((0, tilted))).is_ok(), allowed, "{pitch_deg} deg");
         }
     }
 }

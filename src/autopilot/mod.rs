@@ -9,6 +9,7 @@
 //! | [`navigator`] | where HOLD, TAKEOFF, LAND and RETURN go |
 //! | [`land_detector`] | whether it stands on something |
 //! | [`orders`] | what a crew may order: modes, places, arming |
+//! | `alignment` | whether the estimate is good enough, and how that is told |
 //! | [`failsafe`], `guard` | when the autopilot acts on its own, and how |
 //! | [`settings`] | what all that goes by |
 //! | [`flight`] | the control step: from setpoint and state to throttles |
@@ -17,7 +18,8 @@
 //! | [`parameters`] | what is in effect, under PX4's names |
 //!
 //! Time is simulated and comes as an argument, in microseconds; it does not run backwards (a restarted simulator is
-//! answered by [`Autopilot::restart`]). The state comes with each step: there is no estimator here.
+//! answered by [`Autopilot::restart`]). The state comes with each step, the simulator's
+//! truth or an estimate; with an estimate comes whether it is good enough ([`Autopilot::watch_alignment`]).
 //!
 //! It wakes up disarmed, in HOLD. Motors turn only while armed, and only once OFFBOARD or TAKEOFF has been in effect since arming:
 //! before that an armed vehicle waits with its motors at zero, as one on the ground or under a canopy must. From then on every
@@ -26,6 +28,7 @@
 //! The cascade starts from zero integrals whenever the kind of control changes: with the first velocity setpoint, and
 //! with each switch between velocity, attitude and rates.
 
+mod alignment;
 pub mod arming;
 pub mod estimator;
 pub mod event;
@@ -53,6 +56,7 @@ pub use settings::Settings;
 use nalgebra::Vector3;
 
 use crate::control::{Cascade, ControlLimits, ControlOutput, Gains, Measurement};
+use alignment::Alignment;
 use event::EventQueue;
 use failsafe::Watch;
 use flight::Control;
@@ -76,6 +80,7 @@ pub struct Autopilot {
     navigator: Navigator,
     land_detector: LandDetector,
     watch: Watch,
+    alignment: Alignment,
     armed_at_us: u64,
     ground_station_heard_us: Option<u64>,
     /// Share of the battery's charge, 0..1.
@@ -106,6 +111,7 @@ impl Autopilot {
             navigator: Navigator::default(),
             land_detector: LandDetector::default(),
             watch: Watch::default(),
+            alignment: Alignment::default(),
             armed_at_us: 0,
             ground_station_heard_us: None,
             charge: None,

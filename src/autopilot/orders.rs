@@ -81,7 +81,7 @@ impl Autopilot {
         if self.armed {
             return Ok(());
         }
-        if !force && let Err(refusal) = arming::check_arming(now_us, self.state) {
+        if !force && let Err(refusal) = arming::check_arming(now_us, self.alignment.now(), self.state) {
             self.say(Severity::Critical, refusal.to_string());
             return Err(refusal);
         }

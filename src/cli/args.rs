@@ -8,6 +8,7 @@ use super::assess::{ASSESS_HELP, AssessArgs};
 use super::params::{PARAMS_HELP, ParamsArgs};
 use super::px4::Cpu;
 use super::tune::{TUNE_HELP, TuneArgs};
+use super::verify::{VERIFY_HELP, VerifyArgs};
 use crate::link::shell::LinkUrl;
 
 /// Plan and fly the drop of a multirotor from a parachute.
@@ -49,6 +50,9 @@ pub enum Verb {
     /// Write, check and compare PX4 parameter files.
     #[command(after_long_help = PARAMS_HELP)]
     Params(ParamsArgs),
+    /// Hold the code against NASA's check cases and closed forms, each error against its bar.
+    #[command(after_long_help = VERIFY_HELP)]
+    Verify(VerifyArgs),
     /// Write the JSON schemas of mission, vehicle and gains files.
     #[command(after_long_help = "Examples:\n  samara schema\n  samara schema --out /tmp/schema")]
     Schema(SchemaArgs),
@@ -141,6 +145,7 @@ Examples:
   samara drop
   samara drop --gains paper_pso
   samara drop --params params/px4/titan_samara.params
+  samara drop --estimator ekf mission/x500_drop.json
   samara drop --speed 1          (watch it in QGroundControl)
   samara drop mission/x500_drop.json --out /tmp/x500
   samara drop mission/x500_drop.json --autopilot px4=../PX4-Autopilot/build/px4_sitl_default
@@ -158,6 +163,9 @@ pub struct DropArgs {
     /// Who flies: samara's own autopilot, or PX4 from the build folder of its simulation.
     #[arg(long, value_name = "reference|px4=DIR", default_value = "reference", value_parser = autopilot)]
     pub autopilot: AutopilotArg,
+    /// What the autopilot flies by.
+    #[command(flatten)]
+    pub state: StateArgs,
     /// Fly this trajectory instead of planning one.
     #[arg(long, value_name = "FILE")]
     pub trajectory: Option<PathBuf>,
@@ -223,6 +231,7 @@ Connects to the simulator at TCP 4560 + instance and tries until it is there. Bi
 Examples:
   samara autopilot
   samara autopilot --gains paper_pso
+  samara autopilot --estimator ekf mission/x500_drop.json
   samara autopilot --once --instance 1 --out out/second
   samara autopilot --link tcpin:127.0.0.1:5760 --link udpout:192.0.2.7:14550
   samara autopilot --sign-key key.txt";
@@ -239,6 +248,9 @@ pub struct AutopilotArgs {
     /// What the mission leaves to choose.
     #[command(flatten)]
     pub choice: ChoiceArgs,
+    /// What it flies by.
+    #[command(flatten)]
+    pub state: StateArgs,
     /// Ports.
     #[command(flatten)]
     pub net: NetArgs,
@@ -337,6 +349,23 @@ pub struct ChoiceArgs {
     /// Seed of everything random, instead of the mission's.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
+}
+
+/// What the reference autopilot flies by.
+#[derive(Args, Debug)]
+pub struct StateArgs {
+    /// What the autopilot takes its state from.
+    #[arg(long, value_enum, default_value_t = EstimatorChoice::Truth)]
+    pub estimator: EstimatorChoice,
+}
+
+/// Where the autopilot's state comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum EstimatorChoice {
+    /// The simulator's truth (ODOMETRY, HIL_STATE_QUATERNION), as in the paper's study.
+    Truth,
+    /// Its own Kalman filter on the sensors (HIL_SENSOR, HIL_GPS).
+    Ekf,
 }
 
 /// What an input costs nothing at.

@@ -1,7 +1,7 @@
 //! `samara autopilot`: the reference autopilot behind its sockets.
 
 use super::args::AutopilotArgs;
-use super::mission::chosen_mission;
+use super::mission::{chosen_mission, note_estimator};
 use super::narrative::Narrator;
 use super::net::{Reporter, block_on, ports_of, system_of, wiring_of};
 use super::outcome::{Answer, BadInput, Failure};
@@ -12,14 +12,15 @@ use crate::link::shell::{AfterSimulator, run_autopilot};
 
 /// `samara autopilot`.
 pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
-    let mission = chosen_mission(&args.mission, &args.choice)?;
+    let mut mission = chosen_mission(&args.mission, &args.choice)?;
+    note_estimator(&mut mission, &args.state);
     let ports = ports_of(&args.net)?;
     let wiring = wiring_of(&args.net, &args.link)?;
     let folder = OutputFolder::create(args.out.as_deref(), &mission.name)?;
     let vehicle = Recording::new(&folder, "vehicle", &mission);
     let mut reporter =
         Reporter::new(Narrator::alone(false), &mission, None, Some(vehicle)).with_autopilot(&folder);
-    let session = sessions::autopilot(&mission, &args.choice, system_of(&args.net)?, true)?;
+    let session = sessions::autopilot(&mission, &args.choice, &args.state, system_of(&args.net)?, true)?;
     let after = if args.once { AfterSimulator::Return } else { AfterSimulator::Wait };
     block_on(|stop| run_autopilot(session, &ports, &wiring, after, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;

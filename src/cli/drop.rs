@@ -2,10 +2,10 @@
 
 use std::io::Write as _;
 
-use super::args::{AutopilotArg, DropArgs, SpeedArg};
+use super::args::{AutopilotArg, DropArgs, EstimatorChoice, SpeedArg};
 use super::clock::Stopwatch;
 use super::flight_files::write_flight;
-use super::mission::{mission_for_px4, mission_with_a_drop};
+use super::mission::{mission_for_px4, mission_with_a_drop, note_estimator};
 use super::narrative::Narrator;
 use super::net::{Reporter, block_on, ports_of, speed_of, system_of, wiring_of};
 use super::outcome::{Answer, BadInput, Failure};
@@ -47,17 +47,23 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
         return Err(anyhow::anyhow!(text)).bad_input();
     }
     let pilot = Pilot::of(&args.autopilot)?;
+    if matches!(pilot, Pilot::Px4(_)) && args.state.estimator == EstimatorChoice::Ekf {
+        let text =
+            "--estimator: what the reference autopilot flies by is chosen; PX4 has an estimator of its own";
+        return Err(anyhow::anyhow!(text)).bad_input();
+    }
     let (mut mission, parameters) = match pilot {
         Pilot::Reference => (mission_with_a_drop(&args.mission.mission, &args.choice)?, None),
         Pilot::Px4(_) => mission_for_px4(&args.mission.mission, &args.choice)?,
     };
+    note_estimator(&mut mission, &args.state);
     let narrator = Narrator::together(args.mission.json);
     narrator.say(&format!(
         "samara drop: {}, vehicle {}, gains {}{}\n",
         mission.name,
         mission.vehicle_name,
         mission.gains_name,
-        pilot.words()
+        pilot.words(args.state.estimator)
     ))?;
     let given =
         args.trajectory.as_deref().map(|path| mission.use_trajectory(path).bad_input()).transpose()?;
@@ -110,10 +116,11 @@ impl Pilot {
         })
     }
 
-    fn words(&self) -> &'static str {
-        match self {
-            Self::Reference => "",
-            Self::Px4(_) => ", flown by PX4",
+    fn words(&self, estimator: EstimatorChoice) -> &'static str {
+        match (self, estimator) {
+            (Self::Reference, EstimatorChoice::Truth) => "",
+            (Self::Reference, EstimatorChoice::Ekf) => ", on its own estimator",
+            (Self::Px4(_), _) => ", flown by PX4",
         }
     }
 }
@@ -182,7 +189,7 @@ fn fly(
     let wiring = wiring_of(&args.net, &args.link)?;
     let mut wire = Lockstep::new(
         sessions::simulator(mission, system),
-        sessions::autopilot(mission, &args.choice, system, true)?,
+        sessions::autopilot(mission, &args.choice, &args.state, system, true)?,
         sessions::streamer(mission, trajectory.clone(), system, StreamerChoice::default()),
     );
     let record = |stem| Recording::new(folder, stem, mission);

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::args::ChoiceArgs;
+use super::args::{ChoiceArgs, EstimatorChoice, StateArgs};
 use super::outcome::{BadInput, Failure};
 use super::output::tell;
 use crate::config::{Mission, Stamp, load_mission};
@@ -67,6 +67,13 @@ pub fn mission_for_px4(
     }
     let file = params.as_deref().map(|path| mission.note_parameters(path).bad_input()).transpose()?;
     Ok((mission, file))
+}
+
+/// Notes what the autopilot flies by, where it is not the truth; what comes of the flight depends on it.
+pub fn note_estimator(mission: &mut Mission, state: &StateArgs) {
+    if state.estimator == EstimatorChoice::Ekf {
+        mission.note_choice("estimator", "ekf");
+    }
 }
 
 /// What result files of the mission carry.

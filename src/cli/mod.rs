@@ -8,6 +8,7 @@ mod autopilot;
 mod clock;
 mod drop;
 mod flight_files;
+mod help;
 mod interrupt;
 mod mission;
 mod narrative;
@@ -24,10 +25,11 @@ mod sessions;
 mod sim;
 mod stream;
 mod tune;
+mod verify;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 
 pub use args::Cli;
 use args::Verb;
@@ -35,7 +37,11 @@ use outcome::report;
 
 /// Parses the command line and runs the verb.
 pub fn run() -> ExitCode {
-    let cli = Cli::parse();
+    let typed = help::flowed(Cli::command()).get_matches();
+    let cli = match Cli::from_arg_matches(&typed) {
+        Ok(cli) => cli,
+        Err(e) => e.exit(),
+    };
     report(match &cli.verb {
         Verb::Drop(args) => drop::run(args),
         Verb::Plan(args) => plan::run(args),
@@ -45,6 +51,7 @@ pub fn run() -> ExitCode {
         Verb::Autopilot(args) => autopilot::run(args),
         Verb::Stream(args) => stream::run(args),
         Verb::Params(args) => params::run(args),
+        Verb::Verify(args) => verify::run(args),
         Verb::Schema(args) => schema::run(args),
     })
 }

@@ -1,8 +1,9 @@
 //! The parties of a drop, built from a mission.
 
-use super::args::ChoiceArgs;
+use super::args::{ChoiceArgs, EstimatorChoice, StateArgs};
 use super::outcome::{BadInput, Failure};
 use super::output::tell;
+use crate::autopilot::estimator::EstimatorSettings;
 use crate::autopilot::parameters::Parameters;
 use crate::config::{Mission, load_parameters};
 use crate::control::{Airframe, Cascade};
@@ -35,6 +36,7 @@ pub fn simulator(mission: &Mission, system_id: u8) -> SimulatorSession {
 pub fn autopilot(
     mission: &Mission,
     choice: &ChoiceArgs,
+    state: &StateArgs,
     system_id: u8,
     keeps_parameters: bool,
 ) -> Result<AutopilotSession, Failure> {
@@ -43,6 +45,7 @@ pub fn autopilot(
         system_id,
         cascade: Cascade::new(airframe, mission.gains, mission.control_limits),
         environment: mission.environment.clone(),
+        estimator: (state.estimator == EstimatorChoice::Ekf).then(|| estimator(mission)),
         rotors: mission.vehicle.rotors.len(),
         epoch_unix_us: mission.epoch_unix_us,
         parameters: Parameters::of(&mission.parameter_subject(), system_id).bad_input()?,
@@ -65,6 +68,16 @@ pub struct StreamerChoice {
     pub procedure: Option<Procedure>,
     /// Whether the plan's acceleration is sent with its velocity.
     pub feed_forward: bool,
+}
+
+/// The estimator at the mission's site: it knows gravity, the magnetic field and how late satellite fixes are, as a crew would set
+/// it up, and takes the sensors for typical ones.
+fn estimator(mission: &Mission) -> EstimatorSettings {
+    let field_ned_gauss = mission.sensors.magnetometer.field_at(&mission.environment);
+    EstimatorSettings {
+        gps_delay_us: mission.sensors.satellite.delay_us,
+        ..EstimatorSettings::at_site(mission.environment.gravity_m_s2, field_ned_gauss)
+    }
 }
 
 /// The offboard streamer of a plan.

@@ -3,12 +3,13 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `hil`, `home` | the simulator's messages read as a state; where home is |
+//! | `hil`, `home` | the simulator's messages read as a state, its truth; where home is |
+//! | `sensing` | its sensors as the estimator's, where one is flown on |
 //! | `step` | the control step, its answer, the telemetry that is due |
 //! | `commands` | COMMAND_LONG, COMMAND_INT, SET_MODE |
 //! | `navigation` | the commands about where to fly |
 //! | [`setpoints`] | SET_ATTITUDE_TARGET, SET_POSITION_TARGET_LOCAL_NED |
-//! | `telemetry`, `motion`, `statustext` | the messages it sends |
+//! | `telemetry`, `motion`, `health`, `statustext` | the messages it sends |
 //! | `streams` | how often, on which link |
 //! | `port` | its links |
 //! | `logging` | what goes into the flight log |
@@ -19,12 +20,13 @@
 //! | `identity` | what the vehicle says it is: version, modes, plans |
 //!
 //! **Time** is the simulator's: the `time_usec` of the latest HIL_SENSOR, so that nothing here runs while the simulator
-//! stands still. On each HIL_SENSOR the autopilot makes one control step with the state of that time (ODOMETRY, else
-//! HIL_STATE_QUATERNION) and answers HIL_ACTUATOR_CONTROLS with the same stamp; then it sends what telemetry is due.
+//! stands still. On each HIL_SENSOR the autopilot makes one control step with the state of that time - the simulator's truth
+//! (ODOMETRY, else HIL_STATE_QUATERNION) or the estimator's, as the setup says - and answers HIL_ACTUATOR_CONTROLS with the same stamp; then it sends what telemetry is due.
 //! If stamps run backwards the simulator has started over, and so does the autopilot.
 
 mod commands;
 mod files;
+mod health;
 mod hil;
 mod home;
 mod identity;
@@ -34,6 +36,7 @@ mod motion;
 mod navigation;
 mod parameters;
 mod port;
+mod sensing;
 mod services;
 pub mod setpoints;
 mod statustext;
@@ -48,17 +51,19 @@ use mavlink::dialects::common::*;
 
 use super::statustext::TextWriter;
 use super::{Encoder, Frame, Link, Session, TimeUs, Transmit};
+use crate::autopilot::estimator::{Estimator, EstimatorSettings};
 use crate::autopilot::parameters::Parameters;
 use crate::autopilot::{Autopilot, Setpoint, Severity};
 use crate::control::Cascade;
 use crate::model::Environment;
 use files::FileServer;
-use hil::HilInput;
+use hil::{HilInput, VehicleState};
 use home::Home;
 use logging::LogQueue;
 use missions::Missions;
 use parameters::Listings;
 use port::Port;
+use sensing::Sensing;
 use services::Peer;
 use setpoints::{FaultLog, SetpointFault};
 use step::Condition;
@@ -80,6 +85,8 @@ pub struct AutopilotSetup {
     pub cascade: Cascade,
     /// Site: the local origin on the globe, and the wind that airspeed is told against.
     pub environment: Environment,
+    /// What the estimator that is flown on goes by; `None` flies on the simulator's truth.
+    pub estimator: Option<EstimatorSettings>,
     /// Number of rotors.
     pub rotors: usize,
     /// Unix time of simulated time 0 [us], for SYSTEM_TIME.
@@ -99,6 +106,8 @@ pub struct AutopilotSession {
     rotors: usize,
     epoch_unix_us: u64,
     hil: HilInput,
+    /// What is flown on; `None`: the truth.
+    sensing: Option<Sensing>,
     home: Home,
     /// Simulated time: stamp of the latest HIL_SENSOR.
     clock: TimeUs,
@@ -131,6 +140,7 @@ impl AutopilotSession {
             schedule: Schedule::new(link),
             listings: Listings::default(),
         };
+        let parameters = setup.parameters.with_estimator(setup.estimator.as_ref());
         let mut session = Self {
             autopilot: Autopilot::new(setup.cascade),
             system_id: setup.system_id,
@@ -138,6 +148,7 @@ impl AutopilotSession {
             rotors: setup.rotors,
             epoch_unix_us: setup.epoch_unix_us,
             hil: HilInput::default(),
+            sensing: setup.estimator.map(Sensing::new),
             home: Home::default(),
             clock: 0,
             running: false,
@@ -147,8 +158,8 @@ impl AutopilotSession {
             ports: LINKS.map(port),
             faults: FaultLog::default(),
             texts: TextWriter::default(),
-            files: FileServer::new(&setup.parameters),
-            parameters: setup.parameters,
+            files: FileServer::new(&parameters),
+            parameters,
             keeps_parameters: setup.keeps_parameters,
             saved_parameters: None,
             missions: Missions::default(),
@@ -165,6 +176,11 @@ impl AutopilotSession {
     /// The state machine and controller behind the wire.
     pub fn autopilot(&self) -> &Autopilot {
         &self.autopilot
+    }
+
+    /// The estimator that is flown on, if one is.
+    pub fn estimator(&self) -> Option<&Estimator> {
+        self.sensing.as_ref().map(Sensing::estimator)
     }
 
     /// MAVLink system of the vehicle.
@@ -186,6 +202,23 @@ impl AutopilotSession {
             self.start_over(0);
         }
         self.greet_simulator();
+    }
+
+    /// What is known of the vehicle, however old: the truth, or the estimate.
+    fn latest_state(&self) -> Option<VehicleState> {
+        self.sensing.as_ref().map_or_else(|| self.hil.latest(), Sensing::latest)
+    }
+
+    /// What is flown by at `now`.
+    fn state(&self, now: TimeUs) -> Option<VehicleState> {
+        self.sensing.as_ref().map_or_else(|| self.hil.state(now), |sensing| sensing.state(now))
+    }
+
+    /// The estimator begins anew, with the receiver's delay that the parameters say.
+    fn restart_sensing(&mut self) {
+        if let Some(sensing) = &mut self.sensing {
+            sensing.begin_anew(self.parameters.gps_delay_us());
+        }
     }
 
     /// As PX4 does: a HEARTBEAT and a request for HIL_STATE_QUATERNION at 200 Hz; beyond PX4, one for ODOMETRY, the same
@@ -274,6 +307,9 @@ impl AutopilotSession {
             autopilot: &self.autopilot,
             environment: &self.environment,
             hil: &self.hil,
+            state: self.latest_state(),
+            ready: self.state(self.clock).is_some(),
+            estimator: self.estimator(),
             home: &self.home,
             rotors: self.rotors,
             epoch_unix_us: self.epoch_unix_us,

@@ -92,7 +92,7 @@ fn belongs(file: &ParameterFile, gravity: f64) -> Result<Purpose, ParamsError> {
     let same = |g: f64| (g / gravity - 1.0).abs() < SAME_GRAVITY;
     let standard = same(STANDARD_GRAVITY_M_S2);
     let refuse = |why: String| Err(ParamsError::DoesNotBelong(why));
-    let again = "; write one for here with: samara params export --for samara";
+    let again = "; write one for here with: samara params export MISSION --for samara";
     let written_for = match file.header(GRAVITY_KEY) {
         None => None,
         Some(text) => match text.split_whitespace().next().and_then(|x| x.parse::<f64>().ok()) {

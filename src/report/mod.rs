@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`flight_csv`] | the flight log: every sample, every term of the balance of forces |
 //! | [`verdict`] | the verdict and the plan for the terminal |
+//! | [`verify`] | the checks of `samara verify` |
 //! | [`json`] | the objects of `--json` and of `plan.json` |
 //! | [`params`] | exports, checks and differences of parameter files |
 //! | [`tune`] | searches of gains |
@@ -22,8 +23,10 @@ pub mod params;
 pub mod study;
 pub mod tune;
 pub mod verdict;
+pub mod verify;
 
 pub use figure::{FigureError, convergence_figure, drop_figure, plan_figure};
 pub use flight_csv::FlightCsv;
 pub use json::{DropEvent, DropRun, FlownTrajectory, drop_json, manifest_json, plan_json};
 pub use verdict::{plan_text, verdict_text};
+pub use verify::{verify_json, verify_text};

@@ -100,6 +100,31 @@ fn the_hash_covers_the_options() {
     assert_eq!(names, ["plan.json", "plan.svg", "trajectory.csv"]);
 }
 
+/// On the estimator the errors of the sensors are flown, the same on every run; the manifest says so, and the truth is the default.
+#[test]
+fn a_drop_on_the_estimator_says_so_and_is_repeatable() {
+    let fly = |options: &[&str]| {
+        let out = tempfile::tempdir().unwrap();
+        let folder = ["mission/x500_drop.json", "--json", "--out", out.path().to_str().unwrap()];
+        let output = samara(&[&["drop"], &folder[..], options].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        let manifest = object(&out.path().join("drop_manifest.json"));
+        (json(&output), manifest["choices"].clone(), files(out.path()))
+    };
+    let (own, choices, first) = fly(&["--estimator", "ekf"]);
+    assert_eq!(choices, serde_json::json!({ "estimator": "ekf" }));
+    assert_eq!(fly(&["--estimator", "ekf"]).2, first, "the same bytes");
+    let (truth, choices, second) = fly(&["--estimator", "truth"]);
+    assert_eq!(choices, serde_json::json!({}));
+    assert_ne!(own["input_hash"], truth["input_hash"]);
+    assert_ne!(first["flight.csv"], second["flight.csv"]);
+    let off = own["j_tpf"].as_f64().unwrap() - truth["j_tpf"].as_f64().unwrap();
+    assert!(off.abs() < 0.001, "{off}");
+    let refused = samara(&["drop", "--estimator", "lpe"]);
+    assert_eq!(code(&refused), 2);
+    assert!(stderr(&refused).contains("truth, ekf"), "{}", stderr(&refused));
+}
+
 /// The rows of a flight log: its header's names and the values.
 fn flight(folder: &Path) -> Vec<BTreeMap<String, String>> {
     let text = fs::read_to_string(folder.join("flight.csv")).unwrap();

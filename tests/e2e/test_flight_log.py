@@ -66,3 +66,19 @@ def test_commands_and_conditions_tell_the_drop(log, drop):
     gps = log.get_dataset("vehicle_gps_position").data
     mission = json.loads(MISSION.read_text(encoding="utf-8"))
     assert gps["time_utc_usec"][0] == mission["epoch_unix_us"] + gps["timestamp"][0]
+
+
+def test_on_the_estimator_the_truth_is_logged_beside_it(tmp_path):
+    mission = MISSION.parent / "x500_drop.json"
+    subprocess.run([SAMARA, "drop", mission, "--estimator", "ekf", "--out", tmp_path], check=True, capture_output=True)
+    log = ULog(str(tmp_path / "flight.ulg"))
+    assert log.initial_parameters["EKF2_EN"] == 1 and log.initial_parameters["EKF2_GPS_DELAY"] == 110
+    assert "estimator aligned" in [entry.message for entry in log.logged_messages]
+    estimate = log.get_dataset("vehicle_local_position").data
+    truth = log.get_dataset("vehicle_local_position_groundtruth").data
+    assert np.array_equal(estimate["timestamp"], truth["timestamp"])
+    aligned = estimate["timestamp"] > 5e6
+    for field, within in [("x", 1.5), ("z", 2.5), ("vx", 0.3), ("vz", 0.3), ("heading", 0.1)]:
+        error = (estimate[field] - truth[field])[aligned]
+        assert 0 < np.abs(error).max() < within, field
+    assert (estimate["eph"][aligned] > 0).all() and not truth["eph"].any()

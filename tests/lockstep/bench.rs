@@ -77,6 +77,7 @@ pub fn autopilot() -> AutopilotSession {
         system_id: 1,
         cascade: cascade(),
         environment: m.environment.clone(),
+        estimator: None,
         rotors: m.vehicle.rotors.len(),
         epoch_unix_us: m.epoch_unix_us,
         parameters: Parameters::of(&m.parameter_subject(), 1).unwrap(),

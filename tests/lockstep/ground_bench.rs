@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 
 use mavlink::dialects::common::*;
 use nalgebra::Vector3;
+use samara::autopilot::estimator::EstimatorSettings;
 use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, load_mission};
 use samara::control::{Airframe, Cascade, Gains};
@@ -54,8 +55,18 @@ pub struct Wire {
 }
 
 fn wire(sim: DropSimulation, battery: Option<Battery>) -> Wire {
+    wire_on(sim, battery, None)
+}
+
+/// On the truth, or on the estimator with the mission's sensors.
+fn wire_on(sim: DropSimulation, battery: Option<Battery>, estimator: Option<EstimatorSettings>) -> Wire {
     let m = &*MISSION;
-    let config = SimulatorConfig { duration_us: 600_000_000, battery, ..SimulatorConfig::default() };
+    let config = SimulatorConfig {
+        duration_us: 600_000_000,
+        battery,
+        sensors: m.sensors,
+        ..SimulatorConfig::default()
+    };
     let mut simulator = SimulatorSession::new(sim, config);
     simulator.peer_connected();
     let subject = Subject {
@@ -70,6 +81,7 @@ fn wire(sim: DropSimulation, battery: Option<Battery>) -> Wire {
         system_id: 1,
         cascade: Cascade::new(airframe, GAINS, m.control_limits),
         environment: m.environment.clone(),
+        estimator,
         rotors: 4,
         epoch_unix_us: m.epoch_unix_us,
         parameters: Parameters::of(&subject, 1).unwrap(),
@@ -97,6 +109,18 @@ impl Wire {
     pub fn on_ground(battery: Option<Battery>) -> Self {
         let m = &*MISSION;
         wire(DropSimulation::standing(m.vehicle.clone(), m.environment.clone(), GROUND), battery)
+    }
+
+    /// Standing, on the estimator.
+    pub fn on_ground_on_estimator() -> Self {
+        let m = &*MISSION;
+        let site = &m.environment;
+        let estimator = EstimatorSettings {
+            gps_delay_us: m.sensors.satellite.delay_us,
+            ..EstimatorSettings::at_site(site.gravity_m_s2, m.sensors.magnetometer.field_at(site))
+        };
+        let sim = DropSimulation::standing(m.vehicle.clone(), site.clone(), GROUND);
+        wire_on(sim, None, Some(estimator))
     }
 
     /// Under its canopy, `height_m` above the ground and sinking.

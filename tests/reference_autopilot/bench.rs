@@ -5,6 +5,7 @@ use std::sync::{Arc, LazyLock};
 
 use mavlink::dialects::common::*;
 use nalgebra::Vector3;
+use samara::autopilot::estimator::EstimatorSettings;
 use samara::autopilot::parameters::Parameters;
 use samara::config::load_vehicle;
 use samara::control::{Airframe, Cascade, ControlLimits, Gains};
@@ -60,12 +61,18 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// Before the first HIL_SENSOR.
+    /// Before the first HIL_SENSOR, on the truth.
     pub fn new() -> Self {
+        Self::on(None)
+    }
+
+    /// The same on an estimator.
+    pub fn on(estimator: Option<EstimatorSettings>) -> Self {
         let session = AutopilotSession::new(AutopilotSetup {
             system_id: VEHICLE,
             cascade: cascade(),
             environment: site(),
+            estimator,
             rotors: 4,
             epoch_unix_us: 1_600_000_000_000_000,
             parameters: parameters(),

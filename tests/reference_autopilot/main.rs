@@ -6,6 +6,7 @@
 mod bench;
 mod closed_loop;
 mod commands;
+mod estimator;
 mod junk;
 mod parameters;
 mod peers;

@@ -7,6 +7,7 @@
 
 use nalgebra::Vector3;
 
+use super::NotAligned;
 use super::covariance::{
     ACCELEROMETER_BIAS, ATTITUDE, BARO_OFFSET, Column, GYRO_BIAS, N, POSITION, VELOCITY,
 };
@@ -50,18 +51,32 @@ impl Alignment {
         }
     }
 
+    /// Whether there is enough to begin with, but for a fix.
+    ///
+    /// # Errors
+    /// [`NotAligned`]: the first thing that is wanting.
+    pub fn check(&self, gravity_m_s2: f64) -> Result<(), NotAligned> {
+        let carried = self.force_sum_body.norm() / (f64::from(self.samples) * gravity_m_s2);
+        if self.samples == 0 {
+            Err(NotAligned::NoInertial)
+        } else if self.field_body.is_none() {
+            Err(NotAligned::NoMagnetometer)
+        } else if self.altitude_m.is_none() {
+            Err(NotAligned::NoBarometer)
+        } else if self.samples < SAMPLES {
+            Err(NotAligned::Starting)
+        } else if !(CARRIED[0]..=CARRIED[1]).contains(&carried) {
+            Err(NotAligned::NotCarried)
+        } else {
+            Ok(())
+        }
+    }
+
     /// The filter at this fix's time, once there is enough to begin with.
     pub fn begin(&self, settings: &EstimatorSettings, fix: &Fix) -> Option<Filter> {
+        self.check(settings.gravity_m_s2).ok()?;
         let (field_body, altitude_m) = (self.field_body?, self.altitude_m?);
-        if self.samples < SAMPLES {
-            return None;
-        }
-        let force_body = self.force_sum_body / f64::from(self.samples);
-        let carried = force_body.norm() / settings.gravity_m_s2;
-        if !(CARRIED[0]..=CARRIED[1]).contains(&carried) {
-            return None;
-        }
-        let up = force_body.normalize();
+        let up = self.force_sum_body.normalize();
         let roll = (-up.y).atan2(-up.z);
         let pitch = up.x.atan2(up.y.hypot(up.z));
         let level = quaternion_from_euler(roll, pitch, 0.0);

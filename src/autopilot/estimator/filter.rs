@@ -173,21 +173,24 @@ impl Filter {
     }
 
     /// Takes the direction of the horizontal field, by the present attitude, for the heading; not before it knows about how it
-    /// leans, since a row at a wrong tilt makes the filter believe that the field has told it the tilt.
+    /// leans, since a row at a wrong tilt makes the filter believe that the field has told it the tilt. The row is that of the field as
+    /// expected: the measured one's has the noise of the innovation in it, and where the field is steep, what the two have in common
+    /// turns the tilt.
     pub fn take_field(&mut self, settings: &EstimatorSettings, field_body: &Vector3<f64>) {
-        let Some((angle, h, horizontal)) = self.field_direction(field_body) else { return };
+        let Some((angle, _, horizontal)) = self.field_direction(field_body) else { return };
+        let expected_body = rotate_body_from_ned(self.state.q_ned_from_body, settings.field_ned_gauss);
+        let Some((declination, h, expected)) = self.field_direction(&expected_body) else { return };
         let sigma = settings.noise.magnetometer_gauss;
         let (tilt, _) = self.attitude_variances();
-        if horizontal.min(settings.field_ned_gauss.xy().norm()) < LEAST_FIELD_SIGMAS * sigma
+        if horizontal.min(expected) < LEAST_FIELD_SIGMAS * sigma
             || !(tilt <= LEVEL_ENOUGH_RAD * LEVEL_ENOUGH_RAD)
         {
             return;
         }
-        let declination = settings.field_ned_gauss.y.atan2(settings.field_ned_gauss.x);
         let innovation = wrap_pi(declination - angle);
         // The second order of a tilt is noise too.
-        let curvature = field_body.norm() / horizontal * tilt;
-        let r = (sigma / horizontal).powi(2) + curvature * curvature;
+        let curvature = expected_body.norm() / expected * tilt;
+        let r = (sigma / expected).powi(2) + curvature * curvature;
         self.ratios.heading = self.correct(&h, innovation, r);
     }
 

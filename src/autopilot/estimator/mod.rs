@@ -40,10 +40,11 @@ use alignment::Alignment;
 use covariance::{POSITION, VELOCITY};
 use history::Queue;
 
-/// Samples that may wait: a quarter of a second at 250 Hz. Where more would have to, the filter stands less far behind.
-const SAMPLES: usize = 64;
-/// Fixes that may wait.
-const FIXES: usize = 8;
+/// Samples that may wait: a second at 250 Hz, the longest delay of a mission. Where more would have to, the filter stands less far
+/// behind.
+const SAMPLES: usize = 256;
+/// Fixes that may wait: a second at 20 Hz, and some.
+const FIXES: usize = 24;
 /// Barometer and magnetometer are taken at 10 Hz: what errs in them from sample to sample is not all new.
 const AIDING_PERIOD_US: u64 = 100_000;
 /// A fix older than this when its time comes was for a filter that was not there [us].
@@ -71,20 +72,35 @@ pub struct Sample {
 /// Why the estimate is not good enough to arm on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotAligned {
-    /// Inertial sensors, satellites, barometer or magnetometer have not all been heard, or nothing carries the vehicle.
-    #[error("estimator not started (needs IMU, GPS, barometer, magnetometer, carried)")]
-    NotStarted,
+    /// No accelerometer and gyro have been heard.
+    #[error("estimator waits for accelerometer and gyro")]
+    NoInertial,
+    /// No magnetometer has been heard.
+    #[error("estimator waits for the magnetometer")]
+    NoMagnetometer,
+    /// No barometer has been heard.
+    #[error("estimator waits for the barometer")]
+    NoBarometer,
+    /// No satellite fix has been heard.
+    #[error("estimator waits for a GPS fix")]
+    NoSatellites,
+    /// The specific force is not the weight's: it falls, or is thrown about.
+    #[error("estimator waits: nothing carries the vehicle")]
+    NotCarried,
+    /// All has been heard and the filter is about to begin.
+    #[error("estimator is starting")]
+    Starting,
     /// Roll and pitch are uncertain.
-    #[error("estimator not aligned: tilt uncertain")]
+    #[error("estimator: tilt uncertain")]
     Tilt,
     /// Yaw is uncertain.
-    #[error("estimator not aligned: heading uncertain")]
+    #[error("estimator: heading uncertain")]
     Heading,
     /// Velocity is uncertain.
-    #[error("estimator not aligned: velocity uncertain")]
+    #[error("estimator: velocity uncertain")]
     Velocity,
     /// No satellite fix has been believed for long.
-    #[error("estimator has no GPS fix it believes")]
+    #[error("estimator: no GPS fix it believes")]
     NoFix,
 }
 
@@ -103,6 +119,25 @@ pub struct Accuracy {
     pub vertical_m: f64,
 }
 
+impl Accuracy {
+    // Written so that no number passes as small.
+
+    /// Whether roll and pitch are good enough to fly by.
+    pub fn knows_tilt(&self) -> bool {
+        self.tilt_rad <= ALIGNED_TILT_RAD
+    }
+
+    /// The same of the heading.
+    pub fn knows_heading(&self) -> bool {
+        self.heading_rad <= ALIGNED_HEADING_RAD
+    }
+
+    /// The same of the velocity.
+    pub fn knows_velocity(&self) -> bool {
+        self.speed_m_s <= ALIGNED_SPEED_M_S
+    }
+}
+
 /// The estimator.
 #[derive(Clone, Debug)]
 pub struct Estimator {
@@ -113,6 +148,8 @@ pub struct Estimator {
     behind: Option<Sample>,
     samples: Queue<Sample, SAMPLES>,
     fixes: Queue<Fix, FIXES>,
+    /// Time of the latest fix that was taken.
+    fixed_us: Option<u64>,
     aided_us: Option<u64>,
     /// The latest sample's time and the state there.
     now_us: Option<u64>,
@@ -129,6 +166,7 @@ impl Estimator {
             behind: None,
             samples: Queue::default(),
             fixes: Queue::default(),
+            fixed_us: None,
             aided_us: None,
             now_us: None,
             present: None,
@@ -152,8 +190,8 @@ impl Estimator {
 
     /// Takes a fix, stamped with the time at which it was measured. One that is no number, or not newer than the last, is not taken.
     pub fn take_fix(&mut self, fix: &Fix) {
-        let newest = self.fixes.iter().last().map(|f| f.at_us);
-        if fix.is_sound() && newest.is_none_or(|at| at < fix.at_us) {
+        if fix.is_sound() && self.fixed_us.is_none_or(|at| at < fix.at_us) {
+            self.fixed_us = Some(fix.at_us);
             self.fixes.push(*fix);
         }
     }
@@ -262,19 +300,27 @@ impl Estimator {
     pub fn check_aligned(&self) -> Result<(), NotAligned> {
         let (Some(filter), Some(accuracy), Some(now_us)) = (&self.filter, self.accuracy(), self.filter_us())
         else {
-            return Err(NotAligned::NotStarted);
+            return Err(self.wanting());
         };
-        // Written so that no number passes as small.
-        if !(accuracy.tilt_rad <= ALIGNED_TILT_RAD) {
+        if !accuracy.knows_tilt() {
             Err(NotAligned::Tilt)
-        } else if !(accuracy.heading_rad <= ALIGNED_HEADING_RAD) {
+        } else if !accuracy.knows_heading() {
             Err(NotAligned::Heading)
-        } else if !(accuracy.speed_m_s <= ALIGNED_SPEED_M_S) {
+        } else if !accuracy.knows_velocity() {
             Err(NotAligned::Velocity)
         } else if now_us.saturating_sub(filter.believed_us()) > GPS_LOST_US {
             Err(NotAligned::NoFix)
         } else {
             Ok(())
+        }
+    }
+
+    /// What the filter waits for to begin.
+    fn wanting(&self) -> NotAligned {
+        match self.alignment.check(self.settings.gravity_m_s2) {
+            Err(wanting) => wanting,
+            Ok(()) if self.fixed_us.is_none() => NotAligned::NoSatellites,
+            Ok(()) => NotAligned::Starting,
         }
     }
 }

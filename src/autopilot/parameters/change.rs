@@ -192,7 +192,13 @@ impl Parameters {
             Role::SetpointLife => {
                 autopilot.set_setpoint_timeout_us((entry.value.as_f64() * US_PER_S).round() as u64);
             }
-            Role::Kept(_) | Role::Vehicle | Role::Fact(_) | Role::Follows(_) | Role::SystemId => {}
+            Role::Kept(_)
+            | Role::AtBeginning(_)
+            | Role::Vehicle
+            | Role::Fact(_)
+            | Role::Follows(_)
+            | Role::SystemId
+            | Role::Estimator => {}
         }
         Ok(())
     }

@@ -38,7 +38,14 @@ fn row(declared: &Declaration, known: &Parameter) -> String {
         Role::Setting if FOLLOWS.contains(&declared.name) => "mission".to_owned(),
         Role::Setting => settings.get(declared.name).map_or_else(String::new, |value| value.to_string()),
         Role::SetpointLife => known.default.to_string(),
-        Role::Law | Role::Follows(_) | Role::Hover | Role::Vehicle | Role::SystemId => "mission".to_owned(),
+        // PX4 has nothing else to fly by.
+        Role::Estimator => "0".to_owned(),
+        Role::Law
+        | Role::Follows(_)
+        | Role::Hover
+        | Role::Vehicle
+        | Role::SystemId
+        | Role::AtBeginning(_) => "mission".to_owned(),
     };
     let range = if declared.role.is_settable() { range_in_words(known) } else { String::new() };
     let (name, unit, about) = (declared.name, known.unit, known.description);

@@ -21,15 +21,18 @@ mod tests;
 use std::collections::BTreeMap;
 
 pub use change::Refusal;
-use table::{Declaration, Role, TABLE};
+use table::{Declaration, ESTIMATOR, GPS_DELAY, Role, TABLE};
 
 use super::Settings;
+use super::estimator::EstimatorSettings;
 use super::offboard::SETPOINT_TIMEOUT_US;
 use crate::params::metadata::Kind;
 use crate::params::{
     Metadata, NormalisedUnits, Parameter, ParamsError, Purpose, Scale, Subject, Value, export,
 };
 use crate::units::US_PER_S;
+
+const US_PER_MS: f64 = 1e3;
 
 /// A parameter of the autopilot.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,6 +81,28 @@ impl Parameters {
             scale: Scale::new(&units, subject.vehicle, factors),
             mass_at_full_kg: units.thrust_n / subject.environment.gravity_m_s2,
         })
+    }
+
+    /// With what says that this estimator is flown on, or none.
+    #[must_use]
+    pub fn with_estimator(mut self, settings: Option<&EstimatorSettings>) -> Self {
+        let delay_us = settings.map_or(0, |settings| settings.gps_delay_us);
+        let said = [
+            (ESTIMATOR, Value::Int(i32::from(settings.is_some()))),
+            (GPS_DELAY, Value::Real((delay_us as f64 / US_PER_MS) as f32)),
+        ];
+        for (name, value) in said {
+            if let Some(index) = self.index_of(name) {
+                let entry = &mut self.entries[index];
+                (entry.value, entry.start) = (value, value);
+            }
+        }
+        self
+    }
+
+    /// How old a satellite fix is when it comes [us], for the estimator when it begins.
+    pub fn gps_delay_us(&self) -> u64 {
+        self.number(GPS_DELAY).map_or(0, |ms| (ms * US_PER_MS).round() as u64)
     }
 
     /// How many there are.
@@ -147,7 +172,8 @@ fn entry(
     defaults: &Settings,
 ) -> Option<Entry> {
     let value = match declared.role {
-        Role::Kept(value) | Role::Fact(value) => value,
+        Role::Kept(value) | Role::Fact(value) | Role::AtBeginning(value) => value,
+        Role::Estimator => Value::Int(0),
         Role::Setting => match exported.get(&name) {
             Some(value) => *value,
             None => {

@@ -24,6 +24,10 @@ pub enum Role {
     Fact(Value),
     /// MAVLink's system id: it cannot be changed here.
     SystemId,
+    /// Whether the estimator is flown on, or the simulator's truth: it cannot be changed here.
+    Estimator,
+    /// What the estimator goes by: in effect when it begins.
+    AtBeginning(Value),
 }
 
 impl Role {
@@ -41,12 +45,24 @@ impl Role {
             Self::Vehicle => "read-only: from the mission's vehicle".to_owned(),
             Self::Fact(_) => "read-only".to_owned(),
             Self::SystemId => "read-only: from --instance".to_owned(),
+            Self::Estimator => "read-only: from --estimator".to_owned(),
+            Self::AtBeginning(_) => {
+                "acts when the estimator begins: at the start, or when the simulator starts over".to_owned()
+            }
         }
     }
 
     /// Whether a ground station may change it.
     pub fn is_settable(self) -> bool {
-        matches!(self, Self::Law | Self::Hover | Self::SetpointLife | Self::Setting | Self::Kept(_))
+        matches!(
+            self,
+            Self::Law
+                | Self::Hover
+                | Self::SetpointLife
+                | Self::Setting
+                | Self::Kept(_)
+                | Self::AtBeginning(_)
+        )
     }
 }
 
@@ -100,6 +116,11 @@ const fn follows(name: &'static str, leader: &'static str) -> Declaration {
 /// Least rate limit [deg/s] that still lets the vehicle turn.
 const LEAST_RATE: f32 = 1.0;
 
+/// Whether the estimator is flown on; PX4 has its EKF2 under that name.
+pub(super) const ESTIMATOR: &str = "EKF2_EN";
+/// How old a satellite fix is when it comes [ms].
+pub(super) const GPS_DELAY: &str = "EKF2_GPS_DELAY";
+
 /// Every parameter, by name.
 pub const TABLE: &[Declaration] = &[
     fact("BAT1_SOURCE", -1),
@@ -134,6 +155,8 @@ pub const TABLE: &[Declaration] = &[
     within("COM_OF_LOSS_T", Role::SetpointLife, 0.1, 60.0),
     fact("COM_RC_IN_MODE", 1),
     kept("COM_RC_LOSS_T", 0.5),
+    row(ESTIMATOR, Role::Estimator),
+    within(GPS_DELAY, Role::AtBeginning(Value::Real(0.0)), 0.0, 1000.0),
     setting("GF_ACTION"),
     setting("GF_MAX_HOR_DIST"),
     setting("GF_MAX_VER_DIST"),
@@ -213,7 +236,7 @@ mod tests {
         for declared in TABLE {
             let known = metadata.get(declared.name).unwrap_or_else(|| panic!("{}", declared.name));
             assert!(declared.name.len() <= 16);
-            if let Role::Kept(value) | Role::Fact(value) = declared.role {
+            if let Role::Kept(value) | Role::Fact(value) | Role::AtBeginning(value) = declared.role {
                 assert_eq!(matches!(value, Value::Int(_)), known.kind == Kind::Int, "{}", declared.name);
             }
             if let Role::Follows(leader) = declared.role {

@@ -10,7 +10,7 @@ use anyhow::Context;
 
 use super::AssessArgs;
 use crate::assess::{DropMeasure, RandomDrop};
-use crate::cli::args::{AutopilotArg, ChoiceArgs};
+use crate::cli::args::{AutopilotArg, ChoiceArgs, EstimatorChoice, StateArgs};
 use crate::cli::drop::{Flown, Pilot, tell_if_stopped, tell_verdict};
 use crate::cli::flight_files::write_flight;
 use crate::cli::mission::{mission_for_px4, mission_with_a_drop};
@@ -226,6 +226,7 @@ impl Campaign<'_> {
                 let drop = Px4Drop {
                     build,
                     instance,
+                    cpu: px4::Cpu::Auto,
                     speed: Speed::Max,
                     parameters: self.parameters.as_ref(),
                     feed_forward: self.args.feed_forward,
@@ -260,7 +261,13 @@ impl Campaign<'_> {
         let choice = ChoiceArgs { gains: None, params: self.args.choice.params.clone(), seed: None };
         let mut wire = Lockstep::new(
             sessions::simulator(mission, system),
-            sessions::autopilot(mission, &choice, system, false)?,
+            sessions::autopilot(
+                mission,
+                &choice,
+                &StateArgs { estimator: EstimatorChoice::Truth },
+                system,
+                false,
+            )?,
             sessions::streamer(mission, self.plan.clone(), system, sessions::StreamerChoice::default()),
         );
         while wire.step(&mut |_, _, _| {}).map_err(anyhow::Error::from)? {

@@ -1,8 +1,8 @@
 //! The simulator's messages read as a state: ODOMETRY (float32, preferred) or HIL_STATE_QUATERNION of the HIL_SENSOR's
 //! time, and the sensors kept for telemetry.
 //!
-//! There is no estimator here: the state is the simulator's truth, as fine as the message that carries it. What is not
-//! finite is not taken; quaternions are scaled to unit length.
+//! The state is the simulator's truth, as fine as the message that carries it: what is flown by where there is no estimator
+//! (`sensing`), and what the flight log sets beside an estimate. What is not finite is not taken; quaternions are scaled to unit length.
 
 use mavlink::dialects::common::{HIL_GPS_DATA, HIL_SENSOR_DATA, HIL_STATE_QUATERNION_DATA, ODOMETRY_DATA};
 use nalgebra::Vector3;

@@ -58,17 +58,22 @@ impl AutopilotSession {
         }
     }
 
-    /// Logs the control step that was made on this state.
+    /// Logs the control step that was made on this state, and the simulator's truth beside it.
     pub(super) fn log_step(&mut self, state: &VehicleState, sensor: &HIL_SENSOR_DATA) {
-        let m = &state.measurement;
-        let pose = Pose {
-            p_ned: state.p_ned,
-            q_ned_from_body: m.q_ned_from_body,
-            v_ned: m.v_ned,
-            omega_body: m.omega_body,
-        };
         let sensors = sensors(sensor);
-        let felt_ned = rotate_ned_from_body(m.q_ned_from_body, sensors.specific_force_body);
+        let gravity_ned = self.environment.gravity_ned();
+        let pose = |state: &VehicleState| {
+            let m = &state.measurement;
+            Pose {
+                p_ned: state.p_ned,
+                q_ned_from_body: m.q_ned_from_body,
+                v_ned: m.v_ned,
+                a_ned: rotate_ned_from_body(m.q_ned_from_body, sensors.specific_force_body) + gravity_ned,
+                omega_body: m.omega_body,
+            }
+        };
+        let (estimate, truth) =
+            (pose(state), self.hil.state(self.clock).as_ref().map_or(Pose::UNKNOWN, pose));
         let autopilot = &self.autopilot;
         let output = *autopilot.output();
         let record = StepRecord {
@@ -77,10 +82,9 @@ impl AutopilotSession {
             origin: self.environment.anchor,
             gravity_m_s2: self.environment.gravity_m_s2,
             density_kg_m3: self.environment.density_kg_m3,
-            estimate: pose,
-            a_ned: felt_ned + self.environment.gravity_ned(),
-            // There is no estimator: what is flown by is the truth.
-            truth: pose,
+            estimate,
+            truth,
+            accuracy: self.sensing.as_ref().and_then(|sensing| sensing.estimator().accuracy()),
             sensors,
             fix: self.hil.gps.as_ref().map(satellite_fix),
             output,

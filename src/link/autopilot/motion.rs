@@ -12,7 +12,7 @@ use crate::units::{DEG_PER_RAD, SEA_LEVEL_DENSITY_KG_M3};
 impl Telemetry<'_> {
     /// The message with this number; `None` when it is none of these or there is no state.
     pub(super) fn motion(&self, message_id: u32) -> Option<MavMessage> {
-        let s = self.hil.latest()?;
+        let s = self.state?;
         let m = &s.measurement;
         let (q, w) = (m.q_ned_from_body, m.omega_body.map(|x| x as f32));
         let (v, p) = (m.v_ned.map(|x| x as f32), s.p_ned.map(|x| x as f32));

@@ -51,7 +51,7 @@ impl AutopilotSession {
             self.autopilot.say(Severity::Error, "REPOSITION refused: not in HOLD, and not to be entered");
             return Outcome::TemporarilyRejected;
         }
-        let Some(state) = self.hil.latest().filter(|_| self.autopilot.is_in_air()) else {
+        let Some(state) = self.latest_state().filter(|_| self.autopilot.is_in_air()) else {
             self.autopilot.say(Severity::Error, "REPOSITION refused: not flying");
             return Outcome::TemporarilyRejected;
         };
@@ -88,7 +88,7 @@ impl AutopilotSession {
     }
 
     pub(super) fn obey_set_home(&mut self, command: &Command) -> Outcome {
-        let Some(state) = self.hil.latest() else {
+        let Some(state) = self.latest_state() else {
             self.autopilot.say(Severity::Error, "home refused: no position yet");
             return Outcome::TemporarilyRejected;
         };

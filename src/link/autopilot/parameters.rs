@@ -64,7 +64,11 @@ impl AutopilotSession {
 
     /// Puts in what a parameter file holds beyond gains and limits; gives remarks on the file.
     pub fn load_parameters(&mut self, file: &ParameterFile) -> Vec<String> {
-        self.parameters.load(file, &mut self.autopilot)
+        let remarks = self.parameters.load(file, &mut self.autopilot);
+        if !self.running {
+            self.restart_sensing();
+        }
+        remarks
     }
 
     /// The text of a parameter file that a ground station wants kept.

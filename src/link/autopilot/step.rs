@@ -35,7 +35,11 @@ impl AutopilotSession {
             self.log_begin();
         }
         self.hil.sensor = Some(sensor.clone());
-        let throttle = match self.hil.state(now) {
+        if let Some(sensing) = &mut self.sensing {
+            sensing.take(sensor, self.hil.gps.as_ref(), &self.environment);
+            self.autopilot.watch_alignment(now, sensing.estimator().check_aligned());
+        }
+        let throttle = match self.state(now) {
             Some(state) => {
                 self.without_state = false;
                 self.home.follow(&state, self.autopilot.is_armed());
@@ -57,6 +61,7 @@ impl AutopilotSession {
     pub(super) fn start_over(&mut self, now: TimeUs) {
         self.autopilot.restart();
         self.hil.start_over(now);
+        self.restart_sensing();
         self.home = Home::default();
         self.restart_services();
         self.ports.iter_mut().for_each(|port| port.schedule.restart());
@@ -65,7 +70,10 @@ impl AutopilotSession {
     fn step_without_state(&mut self, now: TimeUs) -> PerRotor {
         if !self.without_state && self.autopilot.is_armed() {
             self.without_state = true;
-            let text = "no ODOMETRY or HIL_STATE_QUATERNION: flying blind";
+            let text = match self.sensing {
+                Some(_) => "no estimate: flying blind",
+                None => "no ODOMETRY or HIL_STATE_QUATERNION: flying blind",
+            };
             self.autopilot.say(Severity::Emergency, text);
         }
         self.autopilot.coast(now)

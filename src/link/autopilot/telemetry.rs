@@ -10,11 +10,12 @@ use super::home::Home;
 use super::identity;
 use super::missions::Missions;
 use super::streams::id;
+use crate::autopilot::estimator::Estimator;
 use crate::autopilot::{Autopilot, FlightMode};
 use crate::model::Environment;
 
 /// gyroscope, accelerometer, magnetometer, barometer, satellites, ready to arm: what MAVSDK's health looks at.
-const SENSORS: u32 = 0x1000_002F;
+pub(super) const SENSORS: u32 = 0x1000_002F;
 /// Slower than this, disarmed, the vehicle counts as standing on something [m/s]; PX4's landing detector says the same.
 const STANDING_SPEED_M_S: f64 = 0.3;
 
@@ -24,6 +25,10 @@ pub(super) struct Telemetry<'a> {
     pub autopilot: &'a Autopilot,
     pub environment: &'a Environment,
     pub hil: &'a HilInput,
+    /// What is known of the vehicle, however old; whether it is young enough to fly by; and whose it is, if not the truth.
+    pub state: Option<VehicleState>,
+    pub ready: bool,
+    pub estimator: Option<&'a Estimator>,
     pub home: &'a Home,
     pub rotors: usize,
     pub epoch_unix_us: u64,
@@ -81,10 +86,6 @@ impl Telemetry<'_> {
         i64::try_from(self.now).unwrap_or(i64::MAX).saturating_mul(1000)
     }
 
-    fn ready(&self) -> bool {
-        self.hil.state(self.now).is_some()
-    }
-
     /// HEARTBEAT: quadrotor, hexarotor, octorotor by the number of rotors.
     fn heartbeat(&self) -> MavMessage {
         let armed = self.autopilot.is_armed();
@@ -92,7 +93,7 @@ impl Telemetry<'_> {
         if armed {
             base_mode |= MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED;
         }
-        let system_status = match (armed, self.autopilot.in_failsafe(), self.hil.latest().is_some()) {
+        let system_status = match (armed, self.autopilot.in_failsafe(), self.state.is_some()) {
             (true, true, _) => MavState::MAV_STATE_CRITICAL,
             (true, false, _) => MavState::MAV_STATE_ACTIVE,
             (false, _, true) => MavState::MAV_STATE_STANDBY,
@@ -118,7 +119,7 @@ impl Telemetry<'_> {
         let fence = MavSysStatusSensor::MAV_SYS_STATUS_GEOFENCE;
         let mut present = sensors;
         present.set(fence, self.autopilot.settings().has_fence());
-        let mut health = if self.ready() { sensors } else { MavSysStatusSensor::empty() };
+        let mut health = MavSysStatusSensor::from_bits_retain(SENSORS & !self.ailing());
         // Ground stations take a fence that is not healthy for one that is breached, even where there is none.
         health.set(fence, !self.autopilot.fence_is_breached());
         MavMessage::SYS_STATUS(SYS_STATUS_DATA {
@@ -139,7 +140,7 @@ impl Telemetry<'_> {
     fn extended_sys_state(&self) -> Option<MavMessage> {
         let autopilot = self.autopilot;
         let landed_state = match autopilot.mode() {
-            _ if is_standing(autopilot, &self.hil.latest()?) => MavLandedState::MAV_LANDED_STATE_ON_GROUND,
+            _ if is_standing(autopilot, &self.state?) => MavLandedState::MAV_LANDED_STATE_ON_GROUND,
             FlightMode::AutoTakeoff if autopilot.is_flying() => MavLandedState::MAV_LANDED_STATE_TAKEOFF,
             _ if autopilot.is_landing() => MavLandedState::MAV_LANDED_STATE_LANDING,
             _ => MavLandedState::MAV_LANDED_STATE_IN_AIR,
@@ -259,17 +260,6 @@ impl Telemetry<'_> {
             type_mask: PositionTargetTypemask::from_bits_retain(0x0800 | no_position),
             coordinate_frame: MavFrame::MAV_FRAME_LOCAL_NED,
             ..POSITION_TARGET_LOCAL_NED_DATA::DEFAULT
-        }))
-    }
-
-    /// The state is the simulator's truth, so everything but a height above ground is known.
-    fn estimator_status(&self) -> Option<MavMessage> {
-        const KNOWN: u16 = 0x033F;
-        self.hil.latest()?;
-        Some(MavMessage::ESTIMATOR_STATUS(ESTIMATOR_STATUS_DATA {
-            time_usec: self.now,
-            flags: EstimatorStatusFlags::from_bits_retain(if self.ready() { KNOWN } else { 0 }),
-            ..ESTIMATOR_STATUS_DATA::DEFAULT
         }))
     }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 use super::super::TimeUs;
+use crate::autopilot::estimator::Accuracy;
 use crate::autopilot::{Event, FlightMode};
 use crate::control::ControlOutput;
 use crate::frames::{LEVEL, Quaternion};
@@ -20,6 +21,8 @@ pub struct Pose {
     pub q_ned_from_body: Quaternion,
     /// Velocity, NED [m/s].
     pub v_ned: Vector3<f64>,
+    /// Acceleration, NED [m/s^2]: what the accelerometer reads, turned by this attitude, and gravity.
+    pub a_ned: Vector3<f64>,
     /// Body rates [rad/s].
     pub omega_body: Vector3<f64>,
 }
@@ -30,7 +33,20 @@ impl Pose {
         p_ned: Vector3::new(0.0, 0.0, 0.0),
         q_ned_from_body: LEVEL,
         v_ned: Vector3::new(0.0, 0.0, 0.0),
+        a_ned: Vector3::new(0.0, 0.0, 0.0),
         omega_body: Vector3::new(0.0, 0.0, 0.0),
+    };
+
+    /// Where nobody has told: no numbers.
+    pub const UNKNOWN: Self = {
+        let nothing = Vector3::new(f64::NAN, f64::NAN, f64::NAN);
+        Self {
+            p_ned: nothing,
+            q_ned_from_body: [f64::NAN; 4],
+            v_ned: nothing,
+            a_ned: nothing,
+            omega_body: nothing,
+        }
     };
 }
 
@@ -77,10 +93,10 @@ pub struct StepRecord {
     pub density_kg_m3: f64,
     /// The state that was flown by.
     pub estimate: Pose,
-    /// Acceleration, NED [m/s^2].
-    pub a_ned: Vector3<f64>,
-    /// The simulator's truth.
+    /// The simulator's truth; [`Pose::UNKNOWN`] when it does not tell.
     pub truth: Pose,
+    /// How good the estimate is; `None` when the truth was flown by.
+    pub accuracy: Option<Accuracy>,
     /// Inertial sensors, magnetometer, barometer.
     pub sensors: Sensors,
     /// Satellites; `None` before the first fix.
@@ -115,8 +131,8 @@ impl StepRecord {
             gravity_m_s2: 1.0,
             density_kg_m3: 0.0,
             estimate: Pose::REST,
-            a_ned: Vector3::zeros(),
             truth: Pose::REST,
+            accuracy: None,
             sensors: Sensors::default(),
             fix: None,
             output: ControlOutput::ZERO,

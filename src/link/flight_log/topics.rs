@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 use super::record::{Pose, StepRecord};
 use super::ulog::{Row, Topic};
 use crate::autopilot::FlightMode;
+use crate::autopilot::estimator::Accuracy;
 use crate::frames::yaw;
 use crate::model::MAX_ROTORS;
 
@@ -20,6 +21,16 @@ const OFTEN: u64 = 20_000;
 /// 5 Hz.
 const SELDOM: u64 = 200_000;
 
+/// A name of PX4's, and what it is here.
+type Named = (&'static str, fn(&Accuracy) -> f64);
+/// Accuracies of position and velocity, horizontal and vertical; the velocity's is that of its worst axis.
+const ACCURACIES: [Named; 4] = [
+    ("eph", |a| a.horizontal_m),
+    ("epv", |a| a.vertical_m),
+    ("evh", |a| a.speed_m_s),
+    ("evv", |a| a.speed_m_s),
+];
+
 /// Everything that is logged.
 pub(super) const TOPICS: [Topic<StepRecord>; 18] = [
     Topic { name: "vehicle_attitude", period_us: EACH, fields: |r, row| attitude(r, &r.estimate, row) },
@@ -31,7 +42,7 @@ pub(super) const TOPICS: [Topic<StepRecord>; 18] = [
     Topic {
         name: "vehicle_local_position",
         period_us: OFTEN,
-        fields: |r, row| position(r, &r.estimate, row),
+        fields: |r, row| position(r, &r.estimate, r.accuracy.as_ref(), row),
     },
     Topic { name: "vehicle_local_position_setpoint", period_us: OFTEN, fields: position_setpoint },
     Topic { name: "vehicle_global_position", period_us: SELDOM, fields: |r, row| globe(r, &r.estimate, row) },
@@ -53,7 +64,7 @@ pub(super) const TOPICS: [Topic<StepRecord>; 18] = [
     Topic {
         name: "vehicle_local_position_groundtruth",
         period_us: OFTEN,
-        fields: |r, row| position(r, &r.truth, row),
+        fields: |r, row| position(r, &r.truth, None, row),
     },
     Topic {
         name: "vehicle_global_position_groundtruth",
@@ -99,17 +110,21 @@ fn sensors(r: &StepRecord, row: &mut Row) {
     row.f32s("accelerometer_m_s2", r.sensors.specific_force_body.as_slice());
 }
 
-fn position(r: &StepRecord, pose: &Pose, row: &mut Row) {
+fn position(r: &StepRecord, pose: &Pose, accuracy: Option<&Accuracy>, row: &mut Row) {
     row.u64("timestamp_sample", r.at);
     row.f64("ref_lat", r.origin.latitude_deg);
     row.f64("ref_lon", r.origin.longitude_deg);
     row.f32("ref_alt", r.origin.altitude_m);
     axes(row, ["x", "y", "z"], &pose.p_ned);
     axes(row, ["vx", "vy", "vz"], &pose.v_ned);
-    axes(row, ["ax", "ay", "az"], &r.a_ned);
+    axes(row, ["ax", "ay", "az"], &pose.a_ned);
     row.f32("heading", yaw(pose.q_ned_from_body));
+    // One sigma; the truth errs by nothing.
+    for (name, of) in ACCURACIES {
+        row.f32(name, accuracy.map_or(0.0, of));
+    }
     for valid in ["xy_valid", "z_valid", "v_xy_valid", "v_z_valid", "xy_global", "z_global"] {
-        row.bool(valid, true);
+        row.bool(valid, pose.p_ned.x.is_finite());
     }
 }
 

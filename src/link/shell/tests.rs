@@ -91,6 +91,7 @@ pub(super) fn autopilot() -> AutopilotSession {
         system_id: 1,
         cascade: Cascade::new(airframe, gains, ControlLimits::default()),
         environment: test_site::environment(),
+        estimator: None,
         rotors: 4,
         epoch_unix_us: 0,
         parameters: Parameters::of(&subject, 1).unwrap(),

@@ -234,7 +234,7 @@ mod tests {
 
     #[test]
     fn closed_form_scaled_integers_hold_the_descent() {
-        let (mut sensors, sim, specific_force_body) = hanging(500_000);
+        let (sensors, sim, specific_force_body) = hanging(500_000);
         let truth = Truth { at: 500_000, sim: &sim, specific_force_body };
         let gps = sensors.gps(&truth);
         // 5 m/s down from 10 m above the point of release, at 600 m.

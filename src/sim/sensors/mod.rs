@@ -52,6 +52,13 @@ pub struct Magnetometer {
     pub noise_gauss: f64,
 }
 
+impl Magnetometer {
+    /// The field that it is in at a site, NED [gauss].
+    pub fn field_at(&self, environment: &Environment) -> Vector3<f64> {
+        self.field_ned_gauss.unwrap_or_else(|| dipole_ned_gauss(environment.anchor.latitude_deg))
+    }
+}
+
 /// All sensors of a vehicle. The default is ideal, but for a barometer that is not quite silent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SensorSettings {
@@ -80,9 +87,8 @@ pub struct Sensors {
 impl Sensors {
     /// Sensors at the site that are read every `period_us`; `seed` draws their errors.
     pub fn new(environment: &Environment, settings: SensorSettings, seed: u64, period_us: u64) -> Self {
-        let dipole = || dipole_ned_gauss(environment.anchor.latitude_deg);
         Self {
-            field_ned_gauss: settings.magnetometer.field_ned_gauss.unwrap_or_else(dipole),
+            field_ned_gauss: settings.magnetometer.field_at(environment),
             noise: Noise::new(seed),
             settings,
             period_us,

@@ -123,6 +123,19 @@ fn closed_form_it_recovers_from_a_gap_and_from_a_jump_of_the_fixes() {
     assert!((p_ned.x - 60.0).abs() < 2.5, "{p_ned:?}");
 }
 
+/// A receiver's latest fix that is told with every sample is one fix.
+#[test]
+fn closed_form_a_fix_counts_once() {
+    let (_, once) = fly_with(&EARTH, 9.0, |_, _, _| true);
+    let mut latest = None;
+    let (_, repeated) = fly_with(&EARTH, 9.0, |_, _, fix| {
+        latest = fix.or(latest);
+        *fix = latest;
+        true
+    });
+    assert_eq!(once, repeated);
+}
+
 #[test]
 fn closed_form_it_is_not_aligned_without_each_sensor_and_says_why() {
     let alone = |tamper: fn(&mut Sample, &mut Option<Fix>)| {
@@ -133,17 +146,17 @@ fn closed_form_it_is_not_aligned_without_each_sensor_and_says_why() {
         estimator.check_aligned()
     };
     assert_eq!(alone(|_, _| {}), Ok(()));
-    assert_eq!(alone(|_, fix| *fix = None), Err(NotAligned::NotStarted));
-    assert_eq!(alone(|sample, _| sample.field_body = None), Err(NotAligned::NotStarted));
-    assert_eq!(alone(|sample, _| sample.altitude_m = None), Err(NotAligned::NotStarted));
+    assert_eq!(alone(|_, fix| *fix = None), Err(NotAligned::NoSatellites));
+    assert_eq!(alone(|sample, _| sample.field_body = None), Err(NotAligned::NoMagnetometer));
+    assert_eq!(alone(|sample, _| sample.altitude_m = None), Err(NotAligned::NoBarometer));
     // Nothing carries it: where down is cannot be guessed.
     let weightless = |sample: &mut Sample, _: &mut Option<Fix>| sample.inertial.specific_force_body *= 0.1;
-    assert_eq!(alone(weightless), Err(NotAligned::NotStarted));
+    assert_eq!(alone(weightless), Err(NotAligned::NotCarried));
     // At the magnetic pole the field says nothing about heading; a swing would, by the satellite velocity.
     let pole = Site { field_ned_gauss: Vector3::new(0.005, 0.0, 0.5), ..EARTH };
     let (estimator, _) = fly_swinging(&pole, 0.0, 6.0, |_, _, _| true);
     assert_eq!(estimator.check_aligned(), Err(NotAligned::Heading));
-    assert_eq!(Estimator::new(settings(&EARTH)).check_aligned(), Err(NotAligned::NotStarted));
+    assert_eq!(Estimator::new(settings(&EARTH)).check_aligned(), Err(NotAligned::NoInertial));
     // Satellites that stay away for long.
     let (estimator, _) = fly_with(&TITAN, 8.0, |t, _, fix| {
         *fix = fix.filter(|_| t < 2.5);

@@ -51,6 +51,9 @@ fn parameter_json(entry: &Entry) -> String {
         ("longDesc", quoted(&entry.role.words())),
         ("default", number(entry.start)),
     ];
+    if matches!(entry.role, Role::AtBeginning(_)) {
+        fields.push(("rebootRequired", "true".to_owned()));
+    }
     if !known.unit.is_empty() {
         fields.push(("units", quoted(known.unit)));
     }
@@ -79,6 +82,7 @@ fn group(name: &str) -> &'static str {
         Some("CA" | "THR") => "Geometry",
         Some("CAL") => "Sensor Calibration",
         Some("COM" | "NAV") => "Commander",
+        Some("EKF2") => "EKF2",
         Some("GF") => "Geofence",
         Some("MAV") => "MAVLink",
         Some("MC") => "Multicopter Attitude and Rate Control",

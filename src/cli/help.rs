@@ -1,0 +1,54 @@
+//! The long helps, flowed to the terminal's width: in the sources their paragraphs are broken where the source is.
+
+use clap::Command;
+
+/// The command with its own and its verbs' long helps flowed.
+pub fn flowed(command: Command) -> Command {
+    let command = match command.get_after_long_help().map(ToString::to_string) {
+        Some(text) => command.after_long_help(joined(&text)),
+        None => command,
+    };
+    command.mut_subcommands(flowed)
+}
+
+/// Each paragraph in one line. Blank lines part paragraphs; indented lines (examples) and those before them stay.
+fn joined(text: &str) -> String {
+    let mut out = String::new();
+    let mut before = "";
+    for line in text.lines() {
+        let goes_on =
+            !before.is_empty() && !line.is_empty() && !line.starts_with(' ') && !before.starts_with(' ');
+        if !out.is_empty() {
+            out.push(if goes_on { ' ' } else { '\n' });
+        }
+        out += line;
+        before = line;
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closed_form_paragraphs_flow_and_examples_stay() {
+        let text = "One\ntwo.\n\nThree\nfour.\n\nExamples:\n  a\n  b";
+        assert_eq!(joined(text), "One two.\n\nThree four.\n\nExamples:\n  a\n  b");
+    }
+
+    /// Each verb keeps its examples, line by line.
+    #[test]
+    fn every_verb_s_help_flows() {
+        use clap::CommandFactory;
+        let command = flowed(crate::cli::Cli::command());
+        for verb in command.get_subcommands() {
+            let text = verb.get_after_long_help().map(ToString::to_string).unwrap_or_default();
+            assert!(
+                text.contains("Examples:\n  samara ") || verb.has_subcommands(),
+                "{}: {text}",
+                verb.get_name()
+            );
+        }
+    }
+}

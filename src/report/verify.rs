@@ -1,0 +1,120 @@
+//! The checks of `samara verify`: a table for the terminal, 100 columns wide at most, and an object for `--json`.
+
+use serde::Serialize;
+
+use super::json::{VERSION, text};
+use crate::verify::{Check, Group};
+
+#[derive(Serialize)]
+struct VerifyObject<'a> {
+    version: &'static str,
+    count: usize,
+    failed: usize,
+    checks: Vec<CheckObject<'a>>,
+}
+
+#[derive(Serialize)]
+struct CheckObject<'a> {
+    group: &'a str,
+    what: &'a str,
+    unit: &'a str,
+    computed: Option<f64>,
+    exact: Option<f64>,
+    error: Option<f64>,
+    bar: f64,
+    holds: bool,
+    source: &'a str,
+}
+
+fn all(groups: &[Group]) -> impl Iterator<Item = (&Group, &Check)> {
+    groups.iter().flat_map(|group| group.checks.iter().map(move |check| (group, check)))
+}
+
+fn failed(groups: &[Group]) -> usize {
+    all(groups).filter(|(_, check)| !check.holds()).count()
+}
+
+/// The object of `samara verify --json`. What is not a number is `null`.
+pub fn verify_json(groups: &[Group]) -> String {
+    let finite = |x: f64| x.is_finite().then_some(x);
+    let checks: Vec<CheckObject<'_>> = all(groups)
+        .map(|(group, check)| CheckObject {
+            group: group.title,
+            what: &check.what,
+            unit: check.unit,
+            computed: finite(check.computed),
+            exact: finite(check.exact),
+            error: finite(check.error),
+            bar: check.bar,
+            holds: check.holds(),
+            source: group.source,
+        })
+        .collect();
+    text(&VerifyObject { version: VERSION, count: checks.len(), failed: failed(groups), checks })
+}
+
+/// The checks as a table, group by group, with their sources and the sum of it all. Ends with a line's end.
+pub fn verify_text(groups: &[Group]) -> String {
+    let name = |check: &Check| match check.unit {
+        "" => check.what.clone(),
+        unit => format!("{} [{unit}]", check.what),
+    };
+    let wide = all(groups).map(|(_, check)| name(check).len()).max().unwrap_or(0);
+    let mut table =
+        format!("  {:wide$} {:>14} {:>14} {:>8} {:>6}\n", "", "computed", "exact", "error", "bar");
+    for group in groups {
+        table += &format!("{}\n  {}\n", group.title, group.source);
+        for check in &group.checks {
+            table += &format!(
+                "  {:wide$} {:>14} {:>14} {:>8} {:>6}  {}\n",
+                name(check),
+                significant(check.computed),
+                significant(check.exact),
+                if check.error == 0.0 { "0".to_owned() } else { format!("{:.1e}", check.error) },
+                format!("{:.0e}", check.bar),
+                if check.holds() { "ok" } else { "FAILED" }
+            );
+        }
+    }
+    let (count, failed) = (all(groups).count(), failed(groups));
+    table += &match failed {
+        0 => format!("{count} checks, every error within its bar\n"),
+        _ => format!("{failed} of {count} checks FAILED\n"),
+    };
+    table
+}
+
+/// Nine significant digits, as far as they fit.
+fn significant(x: f64) -> String {
+    if x == 0.0 {
+        return "0".to_owned();
+    }
+    let magnitude = x.abs().log10().floor();
+    if !(-4.0..9.0).contains(&magnitude) {
+        return format!("{x:.3e}");
+    }
+    // In range: -4 to 8.
+    format!("{x:.*}", (8 - magnitude as i32).max(0) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closed_form_numbers_have_nine_digits() {
+        let told = [12.618_390_775_7, -177.786_288_441, 0.001_437_059_590_86, 3e-12, 0.0, f64::NAN];
+        let text: Vec<String> = told.map(significant).into();
+        assert_eq!(text, ["12.6183908", "-177.786288", "0.00143705959", "3.000e-12", "0", "NaN"]);
+    }
+
+    #[test]
+    fn a_check_that_fails_is_told() {
+        let checks = vec![Check::new("x", "m", 1.0, 2.0, 0.5), Check::new("y", "", f64::NAN, 2.0, 0.5)];
+        let groups = [Group { title: "Group", source: "Source", checks }];
+        let table = verify_text(&groups);
+        assert!(table.contains("x [m]") && table.ends_with("2 of 2 checks FAILED\n"), "{table}");
+        let object = verify_json(&groups);
+        assert!(object.contains("\"failed\": 2") && object.contains("\"computed\": null"), "{object}");
+    }
+}

@@ -1,0 +1,83 @@
+//! A check and its verdict; groups of checks with one source.
+
+/// What was computed against what it should be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Check {
+    /// The quantity.
+    pub what: String,
+    /// Unit of every number here; empty for a bare number.
+    pub unit: &'static str,
+    /// What came out; of a series the value with the largest error.
+    pub computed: f64,
+    /// What should have.
+    pub exact: f64,
+    /// The largest deviation, not below zero.
+    pub error: f64,
+    /// The largest deviation that is allowed.
+    pub bar: f64,
+}
+
+impl Check {
+    /// A number against its exact value.
+    pub fn new(what: impl Into<String>, unit: &'static str, computed: f64, exact: f64, bar: f64) -> Self {
+        Self { what: what.into(), unit, computed, exact, error: (computed - exact).abs(), bar }
+    }
+
+    /// The worst of a series of `(computed, exact)`; one that is not a number is worse than any other. Without any the check fails.
+    pub fn worst(
+        what: impl Into<String>,
+        unit: &'static str,
+        series: impl IntoIterator<Item = (f64, f64)>,
+        bar: f64,
+    ) -> Self {
+        let none = Self::new(what, unit, f64::NAN, f64::NAN, bar);
+        let checks = series.into_iter().map(|(computed, exact)| Self {
+            computed,
+            exact,
+            error: (computed - exact).abs(),
+            ..none.clone()
+        });
+        let worse = |a: &Self, b: &Self| a.error.is_nan() || a.error >= b.error;
+        checks.reduce(|worst, next| if worse(&worst, &next) { worst } else { next }).unwrap_or(none)
+    }
+
+    /// Whether the error is within its bar; one that is not a number is not.
+    pub fn holds(&self) -> bool {
+        self.error <= self.bar
+    }
+}
+
+/// Checks of one kind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Group {
+    /// Of what.
+    pub title: &'static str,
+    /// Where the exact values come from.
+    pub source: &'static str,
+    /// The checks.
+    pub checks: Vec<Check>,
+}
+
+impl Group {
+    /// Whether every check holds.
+    pub fn holds(&self) -> bool {
+        self.checks.iter().all(Check::holds)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closed_form_the_worst_of_a_series_is_told_and_nan_never_holds() {
+        let worst = |series: &[(f64, f64)]| Check::worst("x", "m", series.iter().copied(), 0.5);
+        let check = worst(&[(1.0, 1.0), (2.0, 2.4), (3.0, 3.1)]);
+        assert_eq!((check.computed, check.exact), (2.0, 2.4));
+        assert!(check.holds());
+        assert!(!worst(&[(1.0, 1.6), (2.0, 2.0)]).holds());
+        assert!(!worst(&[(1.0, 1.0), (f64::NAN, 2.0), (3.0, 3.0)]).holds());
+        assert!(!worst(&[(f64::NAN, 2.0), (3.0, 3.0)]).holds());
+        assert!(!worst(&[]).holds());
+    }
+}

@@ -1,0 +1,71 @@
+//! Is the core right? What it computes against what is known from elsewhere: NASA's check cases and closed forms.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`check`] | a check and its verdict; groups of them |
+//! | [`motion`] | a rigid body under a given force and moment, by the simulator's own integrator |
+//! | [`nasa`] | the 6-DOF check cases 2, 3 and 4 of NASA/TM-2015-218675 |
+//! | [`body`] | free fall, precession, what a tumble conserves |
+//! | [`fall`] | terminal velocity under drag |
+//! | [`swing`] | the pendulum under the canopy |
+//! | [`spin_up`] | the rotors' angular momentum |
+//! | [`momentum`] | a rotor's thrust and torque by momentum theory |
+//! | [`steady`] | trim and the motors' steady states |
+//! | [`order`] | orders of convergence of integrator and collocation |
+//!
+//! What is under test is the code that flies: `model::rigid_body`, `frames`, `sim`'s integrator and plant, the vehicle's own tables,
+//! `plan`'s transcription. Only what a case has around it (a round, turning Earth, the standard atmosphere) lives here.
+
+pub mod body;
+pub mod check;
+pub mod fall;
+pub mod momentum;
+pub mod motion;
+pub mod nasa;
+pub mod order;
+pub mod spin_up;
+pub mod steady;
+pub mod swing;
+
+pub use check::{Check, Group};
+
+use crate::model::{ModelError, TrimError};
+use crate::plan::{PlanError, PlanProblem};
+
+/// Why the checks cannot be made. (That one fails is a result: [`Check::holds`].)
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum VerifyError {
+    /// A body or parachute of a check is impossible.
+    #[error("the body of a check")]
+    Model(#[from] ModelError),
+    /// A vehicle has no steady flight at its target.
+    #[error("a vehicle that is verified")]
+    Trim(#[from] TrimError),
+    /// The transcription has no code for the lander.
+    #[error("the lander's plan")]
+    Plan(#[from] PlanError),
+}
+
+/// Every check, group by group. `lander` is the vehicle with speed controllers and a rotor table (`mission/titan_drop.json`),
+/// `quadrotor` the one with a rotor formula and first-order motors (`mission/x500_drop.json`).
+///
+/// # Errors
+/// [`VerifyError`] when a vehicle cannot be checked at all.
+pub fn verify(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Result<Vec<Group>, VerifyError> {
+    use nasa::{Brick, Earth, case_2, case_3, case_4};
+    Ok(vec![
+        case_2(&Earth::WGS_84, &Brick::CASE_2)?,
+        case_3(&Earth::WGS_84, &Brick::CASE_3)?,
+        case_4(&Earth::SPHERE, &Brick::SPHERE)?,
+        body::free_fall(lander.environment.gravity_m_s2)?,
+        body::precession()?,
+        body::tumble(&lander.vehicle.mass),
+        fall::under_drag(lander.vehicle, lander.environment),
+        swing::under_the_canopy(lander.vehicle, lander.environment)?,
+        momentum::rotor(&lander.vehicle.rotor, lander.environment.density_kg_m3, &momentum::LANDER),
+        spin_up::without_air(quadrotor.vehicle, quadrotor.environment),
+        steady::trim_at_target(lander, quadrotor)?,
+        steady::motors(lander, quadrotor),
+        order::of_convergence(lander, quadrotor)?,
+    ])
+}
