@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use rustix::process::{Signal, kill_process};
 
-use super::harness::{INSTANCES, MISSION, Running, px4, start_drop};
+use super::harness::{INSTANCES, Running, mission, px4, start_drop};
 use super::restarts::script;
 use super::traces::{groups, main_process, nothing_is_left, resident_kb};
 
@@ -82,15 +82,13 @@ fn a_simulator_takes_one_px4_after_another_and_no_more_memory() {
 
 /// The mission, released by time: so each of them falls, some seconds after it has come.
 fn falling(folder: &std::path::Path) -> String {
-    let mut mission: serde_json::Value =
-        serde_json::from_str(&std::fs::read_to_string(MISSION).unwrap()).unwrap();
+    let mut mission = mission();
     for key in ["vehicle", "gains"] {
         let path = std::fs::canonicalize(format!("mission/{}", mission[key].as_str().unwrap())).unwrap();
         mission[key] = path.to_str().unwrap().into();
     }
     mission["duration_s"] = 60.into();
-    mission["release"]["hang_s"] = 5.into();
-    mission["release"]["trigger"] = "time".into();
+    mission["release"] = serde_json::json!({ "start": "release", "hang_s": 5, "trigger": "time" });
     let path = folder.join("falling.json");
     std::fs::write(&path, mission.to_string()).unwrap();
     path.to_str().unwrap().to_owned()

@@ -160,6 +160,11 @@ pub fn start_drop(px4: &Px4, instance: u16, out: &Path, more: &[&str]) -> Runnin
     Running::samara(&args.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
+/// The mission as data.
+pub fn mission() -> serde_json::Value {
+    serde_json::from_str(&std::fs::read_to_string(MISSION).unwrap()).unwrap()
+}
+
 /// drop.json of a folder.
 pub fn verdict(out: &Path) -> serde_json::Value {
     serde_json::from_str(&std::fs::read_to_string(out.join("drop.json")).unwrap()).unwrap()
