@@ -45,7 +45,7 @@ impl Viewer {
             && sent.link == Link::Simulator
             && sent.bytes.get(MESSAGE_AT) == Some(&HIL_STATE_QUATERNION[..])
         {
-            if self.shown % PER_HEARTBEAT == 0 {
+            if self.shown.is_multiple_of(PER_HEARTBEAT) {
                 _ = socket.send_to(&self.encoder.encode(&heartbeat()), self.at);
             }
             self.shown = self.shown.wrapping_add(1);
