@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand};
 
 use super::assess::{ASSESS_HELP, AssessArgs};
 use super::params::{PARAMS_HELP, ParamsArgs};
+use super::px4::Cpu;
 use super::tune::{TUNE_HELP, TuneArgs};
 use super::verify::{VERIFY_HELP, VerifyArgs};
 use crate::link::shell::LinkUrl;
@@ -179,6 +180,10 @@ pub struct DropArgs {
     /// Send the plan's acceleration with its velocity, to PX4.
     #[arg(long)]
     pub feed_forward: bool,
+    /// The processor that PX4 and the simulator share: they take turns, and on one are faster. `auto`: another for each
+    /// instance; `any`: wherever the system puts them.
+    #[arg(long, value_name = "auto|any|N", default_value = "auto", value_parser = cpu)]
+    pub cpu: Cpu,
     /// How much to tell of the planning.
     #[command(flatten)]
     pub planning: PlanningArgs,
@@ -415,6 +420,21 @@ pub fn autopilot(text: &str) -> Result<AutopilotArg, String> {
         Some(("px4", folder)) if !folder.is_empty() => Ok(AutopilotArg::Px4(folder.into())),
         _ => Err("`reference`, `px4-model`, or `px4=` and a build folder of PX4's simulation is expected"
             .to_owned()),
+    }
+}
+
+/// Which processor, from what was typed.
+///
+/// # Errors
+/// What was expected, in words.
+pub fn cpu(text: &str) -> Result<Cpu, String> {
+    match text {
+        "auto" => Ok(Cpu::Auto),
+        "any" => Ok(Cpu::Any),
+        number => number
+            .parse()
+            .map(Cpu::Number)
+            .map_err(|_| "`auto`, `any` or the number of a processor is expected".to_owned()),
     }
 }
 

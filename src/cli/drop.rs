@@ -183,6 +183,7 @@ impl Pilot {
                 let drop = Px4Drop {
                     build,
                     instance: args.net.instance,
+                    cpu: args.cpu,
                     speed: speed_of(args.speed),
                     parameters: parameters.as_ref(),
                     feed_forward: args.feed_forward,

@@ -4,6 +4,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::cpu::{Cpu, Pinned};
 use super::process::Px4Process;
 use super::{BuildFolder, Px4Error, upload};
 use crate::cli::clock::Stopwatch;
@@ -35,6 +36,8 @@ pub struct Px4Drop<'a> {
     pub build: &'a BuildFolder,
     /// Its number.
     pub instance: u16,
+    /// Where it and the simulator run.
+    pub cpu: Cpu,
     /// How fast simulated time shall run.
     pub speed: Speed,
     /// Parameters to be given to it, in place of the mission's gains.
@@ -72,15 +75,21 @@ pub fn fly(
     );
     let record = |stem| Some(Recording::new(folder, stem, mission));
     let mut reporter = Reporter::new(*narrator, mission, record("hil"), record("vehicle"));
-    let mut px4 =
-        Px4Process::start(drop.build, drop.instance, mixer, &folder.path().join(WORK)).bad_input()?;
-    narrator.say(&format!("PX4 started in {}\n", px4.work().display()))?;
     let watch = Stopwatch::start();
-    let flown =
-        block_on(|stop| run_hosted_drop(sessions, &ports, drop.speed, &mut px4, &mut reporter, stop))?
+    // What the thread starts runs where the thread does.
+    let pinned = Pinned::pin(drop.cpu, drop.instance).bad_input()?;
+    let start = || -> Result<Px4Process, anyhow::Error> {
+        let px4 = Px4Process::start(drop.build, drop.instance, mixer, &folder.path().join(WORK))?;
+        // A terminal that is gone is no reason not to fly.
+        _ = narrator.say(&format!("PX4 started in {}\n", px4.work().display()));
+        Ok(px4)
+    };
+    let (flown, mut px4) =
+        block_on(|stop| run_hosted_drop(sessions, &ports, drop.speed, start, &mut reporter, stop))?
             .bad_input()?;
     let wall_ms = watch.ms();
     px4.stop();
+    std::mem::drop(pinned);
     reporter.finish()?;
     if let Some(gone) = &flown.gone {
         narrator.say(&format!("{gone}\n"))?;

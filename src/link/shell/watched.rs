@@ -16,6 +16,7 @@ use super::links::Links;
 use super::notice::{Notice, Observer, ShellError};
 use super::ports::Ports;
 use super::simulator::PEER_MEMORY;
+use super::viewer::Viewer;
 
 /// Why a watched drop cannot go on.
 #[derive(Debug, thiserror::Error)]
@@ -36,6 +37,7 @@ struct Sockets {
     autopilot: (u8, u8),
     /// As which of the parachute's peers it passes on what comes to it.
     router: Option<PeerId>,
+    viewer: Viewer,
 }
 
 /// Flies the drop until its mission is over or `stop` completes.
@@ -50,7 +52,7 @@ pub async fn run_watched_drop<O: Observer>(
     observer: &mut O,
     stop: impl Future<Output = ()>,
 ) -> Result<Lockstep<AutopilotSession>, WatchedError> {
-    let mut sockets = Sockets::open(&wire, ports, wiring, observer).await?;
+    let mut sockets = Sockets::open(&wire, ports, (wiring, speed), observer).await?;
     let mut pacer = Pacer::new(speed);
     let mut stop = std::pin::pin!(stop);
     let step_us = wire.simulator.config().step_us;
@@ -106,7 +108,7 @@ impl Sockets {
     async fn open<O: Observer>(
         wire: &Lockstep<AutopilotSession>,
         ports: &Ports,
-        wiring: &Wiring,
+        (wiring, speed): (&Wiring, Speed),
         observer: &mut O,
     ) -> Result<Self, ShellError> {
         let system = wire.autopilot.system_id();
@@ -123,7 +125,8 @@ impl Sockets {
         let both = [ports.ground_station, ports.api];
         parachute.expect_doubles();
         parachute.bind_udp(Link::Parachute, ports.parachute, "parachute", &both, observer).await?;
-        Ok(Self { vehicle, parachute, autopilot: (system, AUTOPILOT_COMPONENT), router: None })
+        let viewer = Viewer::open(system, ports, speed);
+        Ok(Self { vehicle, parachute, autopilot: (system, AUTOPILOT_COMPONENT), router: None, viewer })
     }
 
     fn receive<O: Observer>(&mut self, wire: &mut Lockstep<AutopilotSession>, observer: &mut O) {
@@ -150,6 +153,7 @@ impl Sockets {
     }
 
     fn send(&mut self, sent: &Transmit, by: Party) {
+        self.viewer.show(sent);
         match (sent.link, by) {
             // The streamer's own frames are for the autopilot alone.
             (Link::Simulator, _) | (_, Party::Streamer) => {}
