@@ -363,7 +363,12 @@ pub fn conclude(
     narrator: &Narrator,
 ) -> Result<Concluded, Failure> {
     let verdict = judge(mission, &flown.log);
-    write_flight(folder, mission, &flown.log, Some(&planned.trajectory), verdict.as_ref())?;
+    if flown.log.is_empty() {
+        // Stopped before the autopilot had come.
+        folder.remove(&["flight.csv", "drop.svg"])?;
+    } else {
+        write_flight(folder, mission, &flown.log, Some(&planned.trajectory), verdict.as_ref())?;
+    }
     let stopped = tell_if_stopped(narrator, mission, &flown.log)?;
     let sha256 = folder.sha256("trajectory.csv")?;
     let run = DropRun {

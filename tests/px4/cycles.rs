@@ -7,7 +7,7 @@ use rustix::process::{Signal, kill_process};
 
 use super::harness::{INSTANCES, Running, mission, px4, start_drop};
 use super::restarts::script;
-use super::traces::{groups, main_process, nothing_is_left, resident_kb};
+use super::traces::{groups, main_process, nobody_works_in, nothing_is_left, resident_kb};
 
 /// A few, where nobody asks for more.
 const CYCLES: u64 = 4;
@@ -69,6 +69,7 @@ fn a_simulator_takes_one_px4_after_another_and_no_more_memory() {
         sleep(Duration::from_millis(random(cycle) % 2_500));
         drop(px4);
         sim.until("connection to", n);
+        nobody_works_in(&work.path().join("px4"), INSTANCES[1]);
         memory_kb.push(resident_kb(sim.id()));
     }
     println!("memory in use after each cycle [kB]: {memory_kb:?}");

@@ -70,6 +70,12 @@ pub fn nothing_is_left(instance: u16, work: &Path, groups: &BTreeSet<i32>) {
     wait_for(|| left().is_empty(), || format!("nothing left; there is still {:?}", left()));
 }
 
+/// Waits until nobody works in a folder and the instance's lock can be had.
+pub fn nobody_works_in(work: &Path, instance: u16) {
+    let is_so = || working_in(work).is_empty() && lock_is_free(instance);
+    wait_for(is_so, || format!("nobody in {}", work.display()));
+}
+
 fn lock_is_free(instance: u16) -> bool {
     let lock = PathBuf::from(format!("/tmp/px4_lock-{instance}"));
     fs::File::open(lock).map_or(true, |file| flock(&file, FlockOperation::NonBlockingLockExclusive).is_ok())
