@@ -193,6 +193,12 @@ fn prop_one_trial_alone_is_the_campaigns() {
         assert!(one.path().join(format!("trial_4_{name}.svg")).exists());
     }
     assert_eq!(trial["flights"].as_array().unwrap().len(), 4);
+    let manifest = fs::read_to_string(one.path().join("assess_only_manifest.json")).unwrap();
+    let manifest: serde_json::Value = serde_json::from_str(&manifest).unwrap();
+    assert_eq!(
+        manifest["files"].as_object().unwrap().keys().filter(|f| f.starts_with("trial_4_")).count(),
+        8
+    );
 }
 
 #[test]

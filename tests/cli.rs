@@ -14,6 +14,8 @@ use std::process::{Command, Output};
 mod failures;
 #[path = "cli/results.rs"]
 mod results;
+#[path = "cli/titan_px4.rs"]
+mod titan_px4;
 
 fn samara(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_samara")).args(args).output().unwrap()

@@ -207,3 +207,26 @@ fn every_part_has_help_with_examples() {
         assert!(help.contains("Examples:") && help.contains("--json"), "{verb}: {help}");
     }
 }
+
+/// The page's table is made from the program's: to be pasted from this test's message when it is stale.
+#[test]
+fn the_page_on_flying_px4_says_what_is_set_and_why() {
+    use samara::params::procedure::{Circumstances, RULES};
+    let of = |descent, horizontal, hover| Circumstances {
+        fastest_descent_m_s: descent,
+        fastest_horizontal_m_s: horizontal,
+        hover_thrust: Some(hover),
+    };
+    let (one, other) = (of(20.0, 30.0, 0.5), of(40.0, 60.0, 0.25));
+    let mut table = "| parameter | set to | otherwise |\n|---|---|---|\n".to_owned();
+    for rule in RULES {
+        let value = match [(rule.wanted)(&one), (rule.wanted)(&other)].map(|v| v.map(|v| v.as_f64())) {
+            [Some(a), Some(b)] if a == b => format!("{a}"),
+            [Some(_), _] => "as the mission needs".to_owned(),
+            [None, _] => "looked at only".to_owned(),
+        };
+        table.push_str(&format!("| {} | {value} | {} |\n", rule.name, rule.otherwise));
+    }
+    let page = fs::read_to_string("docs/fly_px4.md").unwrap();
+    assert!(page.contains(&table), "docs/fly_px4.md does not hold:\n{table}");
+}

@@ -77,16 +77,64 @@ fn prop_killed_and_resumed_is_as_if_nothing_had_happened() {
         let [a, b] = [&whole, &parts].map(|folder| fs::read(folder.join(file)).unwrap());
         assert!(a == b, "{file} differs");
     }
-    // A checkpoint of another search is refused with its place.
-    let other = run(&parts, &["--iterations", "16", "--resume"]);
+    // A checkpoint of another search is refused with its place and what is other about it, and nothing else.
+    let other = run(&parts, &["--iterations", "15", "--resume", "--seed", "9", "--robust"]);
     let error = String::from_utf8_lossy(&other.stderr).into_owned();
     assert_eq!(other.status.code(), Some(2), "{error}");
     assert!(
-        error.contains("checkpoint.json:2:") && error.contains("expected a checkpoint of this search"),
+        error.contains("checkpoint.json:2:")
+            && error.contains("the checkpoint is of another search: ")
+            && error.ends_with("seed was 1, is 9; robust was false, is true\n"),
         "{error}"
     );
     let none = run(&folder.path().join("nothing"), &["--resume"]);
     assert_eq!(none.status.code(), Some(2));
+}
+
+/// The most iterations end a search and shape nothing else: more of them continue it.
+#[test]
+fn prop_resumed_for_longer_is_as_if_it_had_been_longer_from_the_start() {
+    let folder = tempfile::tempdir().unwrap();
+    let (whole, parts) = (folder.path().join("whole"), folder.path().join("parts"));
+    let search = |out: &Path, more: &[&str]| {
+        let output = run(out, more);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        json(&output)
+    };
+    // Fifteen iterations of the swarm, then those of the strategy; the first part ends in the swarm.
+    let at_once = search(&whole, &["--iterations", "18"]);
+    assert_eq!(at_once["evaluations"], 15 * 8 + 3 * 16);
+    let first = search(&parts, &["--iterations", "4"]);
+    assert!(first["cost"].as_f64().unwrap() > at_once["cost"].as_f64().unwrap());
+    search(&parts, &["--iterations", "18", "--resume"]);
+    for file in FILES {
+        let [a, b] = [&whole, &parts].map(|folder| fs::read(folder.join(file)).unwrap());
+        assert!(a == b, "{file} differs");
+    }
+}
+
+/// What was found is there before it is tried on unseen flights, and trying it can be stopped.
+#[test]
+fn ctrl_c_stops_the_unseen_flights_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let endless = ["--iterations", "1", "--unseen", "1000000"];
+    let child = tune(folder.path(), &endless).spawn().unwrap();
+    for _ in 0..6000 {
+        if folder.path().join("tune_manifest.json").exists() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let stopped = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(stopped.success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
+    let told = json(&output);
+    assert_eq!((&told["stopped"], &told["best"]), (&false.into(), &serde_json::Value::Null));
+    assert_eq!(told["contenders"].as_array().map(Vec::len), Some(0));
+    for file in FILES {
+        assert!(folder.path().join(file).exists(), "{file}");
+    }
 }
 
 #[test]

@@ -70,6 +70,10 @@ pub enum Condition {
     FenceDistance,
     /// Too high above home.
     FenceHeight,
+    /// Outside all areas to stay in.
+    FenceLeft,
+    /// Inside an area to keep out of.
+    FenceEntered,
     /// Battery low.
     BatteryLow,
     /// Battery critical.
@@ -79,10 +83,12 @@ pub enum Condition {
 }
 
 impl Condition {
-    const ALL: [Self; 6] = [
+    const ALL: [Self; 8] = [
         Self::DataLinkLost,
         Self::FenceDistance,
         Self::FenceHeight,
+        Self::FenceLeft,
+        Self::FenceEntered,
         Self::BatteryLow,
         Self::BatteryCritical,
         Self::BatteryEmergency,
@@ -94,6 +100,8 @@ impl Condition {
             Self::DataLinkLost => "Connection to ground station lost",
             Self::FenceDistance => "Geofence: maximum distance exceeded",
             Self::FenceHeight => "Geofence: maximum height exceeded",
+            Self::FenceLeft => "Geofence: outside the area to stay in",
+            Self::FenceEntered => "Geofence: inside an area to keep out of",
             Self::BatteryLow => "Low battery level",
             Self::BatteryCritical => "Critical battery level",
             Self::BatteryEmergency => "Dangerous battery level",
@@ -104,7 +112,7 @@ impl Condition {
     pub fn action(self, settings: &Settings) -> Action {
         match self {
             Self::DataLinkLost => settings.data_link_loss,
-            Self::FenceDistance | Self::FenceHeight => settings.fence,
+            Self::FenceDistance | Self::FenceHeight | Self::FenceLeft | Self::FenceEntered => settings.fence,
             Self::BatteryLow => Action::Warn,
             Self::BatteryCritical => match settings.battery {
                 BatteryPolicy::Warn => Action::Warn,
@@ -126,6 +134,8 @@ impl Condition {
             Self::DataLinkLost => seen.silence_s > settings.data_link_timeout_s,
             Self::FenceDistance => beyond(seen.from_home_ned_m.xy().norm(), settings.fence_radius_m),
             Self::FenceHeight => beyond(-seen.from_home_ned_m.z, settings.fence_height_m),
+            Self::FenceLeft => seen.left_fence,
+            Self::FenceEntered => seen.entered_fence,
             Self::BatteryLow => below(settings.battery_low),
             Self::BatteryCritical => below(settings.battery_critical),
             Self::BatteryEmergency => below(settings.battery_emergency),
@@ -140,6 +150,10 @@ pub struct Seen {
     pub silence_s: f64,
     /// Position from home, NED [m].
     pub from_home_ned_m: Vector3<f64>,
+    /// Whether it is outside all areas to stay in.
+    pub left_fence: bool,
+    /// Whether it is in an area to keep out of.
+    pub entered_fence: bool,
     /// Share of the battery's charge, 0..1; `None` when no battery tells.
     pub charge: Option<f64>,
 }
@@ -161,7 +175,10 @@ impl Watch {
 
     /// Whether the vehicle was outside the fence at the last look.
     pub fn fence_is_breached(&self) -> bool {
-        let fence = |condition| matches!(condition, Condition::FenceDistance | Condition::FenceHeight);
+        let fence = |condition| {
+            use Condition::{FenceDistance, FenceEntered, FenceHeight, FenceLeft};
+            matches!(condition, FenceDistance | FenceHeight | FenceLeft | FenceEntered)
+        };
         Condition::ALL.into_iter().zip(self.holds).any(|(condition, holds)| holds && fence(condition))
     }
 }
@@ -171,7 +188,13 @@ mod tests {
     use super::*;
     use crate::control::Gains;
 
-    const CALM: Seen = Seen { silence_s: 0.0, from_home_ned_m: Vector3::new(0.0, 0.0, 0.0), charge: None };
+    const CALM: Seen = Seen {
+        silence_s: 0.0,
+        from_home_ned_m: Vector3::new(0.0, 0.0, 0.0),
+        left_fence: false,
+        entered_fence: false,
+        charge: None,
+    };
 
     fn settings() -> Settings {
         let mut settings = Settings::beside(&Gains::near_hover());
@@ -194,6 +217,8 @@ mod tests {
         assert_eq!(arisen(at(30.0, 40.1, -20.1)), []);
         assert_eq!(arisen(CALM), []);
         assert_eq!(arisen(at(0.0, 99.0, 99.0)), [Condition::FenceDistance], "again, since it was over");
+        assert_eq!(arisen(Seen { left_fence: true, ..CALM }), [Condition::FenceLeft]);
+        assert_eq!(arisen(Seen { entered_fence: true, ..CALM }), [Condition::FenceEntered]);
         assert_eq!(arisen(Seen { silence_s: 10.0, ..CALM }), []);
         assert_eq!(arisen(Seen { silence_s: 10.1, ..CALM }), [Condition::DataLinkLost]);
         let charge = |charge| Seen { charge: Some(charge), ..CALM };

@@ -2,6 +2,7 @@
 //! after a landing.
 
 use super::failsafe::{Action, Seen};
+use super::fence::{Fence, Rule};
 use super::land_detector::Look;
 use super::{Autopilot, FlightMode, Navigator, Severity};
 use crate::control::Measurement;
@@ -31,6 +32,26 @@ impl Autopilot {
     /// What the battery has told.
     pub fn charge(&self) -> Option<f64> {
         self.charge
+    }
+
+    /// Replaces the areas to stay in and to keep out of, and says what is watched from now on.
+    pub fn set_fence(&mut self, fence: Fence) {
+        let (inside, outside) = (fence.count(Rule::StayIn), fence.count(Rule::KeepOut));
+        let text = match self.settings.fence {
+            _ if fence.is_empty() => "fence cleared".to_owned(),
+            Action::Nothing => "fence kept, not watched: GF_ACTION is 0".to_owned(),
+            action => format!("fence: {inside} to stay in, {outside} to keep out: {}", action.name()),
+        };
+        // A fence that was never there need not be said to be gone.
+        if !(fence.is_empty() && self.fence.is_empty()) {
+            self.say(Severity::Info, text);
+        }
+        self.fence = fence;
+    }
+
+    /// Whether there is a fence: a limit or an area, and something that follows from passing it.
+    pub fn has_fence(&self) -> bool {
+        self.settings.has_fence() || (!self.fence.is_empty() && self.settings.fence != Action::Nothing)
     }
 
     /// Whether the vehicle is outside its fence, as last seen in the air.
@@ -63,6 +84,8 @@ impl Autopilot {
         let seen = Seen {
             silence_s: seconds(now_us.saturating_sub(heard_us)),
             from_home_ned_m: self.p_ned - home_ned,
+            left_fence: self.fence.is_left_at(self.p_ned.xy()),
+            entered_fence: self.fence.is_entered_at(self.p_ned.xy()),
             charge: self.charge,
         };
         for condition in self.watch.look(&self.settings, &seen) {

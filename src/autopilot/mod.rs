@@ -11,6 +11,7 @@
 //! | [`orders`] | what a crew may order: modes, places, arming |
 //! | `alignment` | whether the estimate is good enough, and how that is told |
 //! | [`failsafe`], `guard` | when the autopilot acts on its own, and how |
+//! | [`fence`] | areas to stay in and to keep out of |
 //! | [`settings`] | what all that goes by |
 //! | [`flight`] | the control step: from setpoint and state to throttles |
 //! | [`estimator`] | position, velocity and attitude from the sensors |
@@ -33,6 +34,7 @@ pub mod arming;
 pub mod estimator;
 pub mod event;
 pub mod failsafe;
+pub mod fence;
 pub mod flight;
 mod guard;
 pub mod land_detector;
@@ -59,6 +61,7 @@ use crate::control::{Cascade, ControlLimits, ControlOutput, Gains, Measurement};
 use alignment::Alignment;
 use event::EventQueue;
 use failsafe::Watch;
+use fence::Fence;
 use flight::Control;
 use land_detector::LandDetector;
 use offboard::SetpointStore;
@@ -81,6 +84,7 @@ pub struct Autopilot {
     land_detector: LandDetector,
     watch: Watch,
     alignment: Alignment,
+    fence: Fence,
     armed_at_us: u64,
     ground_station_heard_us: Option<u64>,
     /// Share of the battery's charge, 0..1.
@@ -112,6 +116,7 @@ impl Autopilot {
             land_detector: LandDetector::default(),
             watch: Watch::default(),
             alignment: Alignment::default(),
+            fence: Fence::default(),
             armed_at_us: 0,
             ground_station_heard_us: None,
             charge: None,
@@ -133,7 +138,8 @@ impl Autopilot {
         events.say(Event::new(Severity::Warning, "simulated time started over: disarmed"));
         self.cascade.reset();
         let timeout_us = self.setpoints.timeout_us();
-        *self = Self { events, settings: self.settings, ..Self::new(self.cascade.clone()) };
+        let fence = self.fence.clone();
+        *self = Self { events, fence, settings: self.settings, ..Self::new(self.cascade.clone()) };
         self.setpoints.set_timeout_us(timeout_us);
     }
 

@@ -64,7 +64,7 @@ pub enum BatteryPolicy {
 }
 
 impl Settings {
-    /// Whether there is a fence: a limit, and something that follows from passing it.
+    /// Whether distances from home are fenced: a limit, and something that follows from passing it.
     pub fn has_fence(&self) -> bool {
         self.fence != Action::Nothing && (self.fence_radius_m > 0.0 || self.fence_height_m > 0.0)
     }

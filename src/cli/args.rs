@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand};
 
 use super::assess::{ASSESS_HELP, AssessArgs};
 use super::params::{PARAMS_HELP, ParamsArgs};
+use super::px4::Cpu;
 use super::tune::{TUNE_HELP, TuneArgs};
 use super::verify::{VERIFY_HELP, VerifyArgs};
 use crate::link::shell::LinkUrl;
@@ -137,6 +138,8 @@ plan_j_tpf, plan_solve_ms, real_time_factor, and impact_speed_m_s if it came to 
 vehicle was never released the verdict's keys are null; when no plan was found the object is that of `samara plan --json`. Roll and
 roll rate are judged against the limits of pitch and pitch rate.
 
+With --cases each drop's files are in <case>/px4 or <case>/reference; the JSON object has `cases`, a list of case, autopilot, drop.
+
 Exit code 1 when a limit was passed, a failsafe flew, the plan did not converge, the vehicle was never released or the mission
 was stopped (Ctrl-C) before its end.
 
@@ -148,6 +151,8 @@ Examples:
   samara drop --speed 1          (watch it in QGroundControl)
   samara drop mission/x500_drop.json --out /tmp/x500
   samara drop mission/x500_drop.json --autopilot px4=../PX4-Autopilot/build/px4_sitl_default
+  samara drop mission/titan_px4.json --cases --autopilot px4=../PX4-Autopilot/build/px4_sitl_default
+  samara drop mission/x500_drop.json --autopilot px4-model --params params/px4/x500_px4_tuned.params
   samara drop --trajectory out/titan_drop/trajectory.csv --json";
 
 /// `samara drop`.
@@ -159,8 +164,9 @@ pub struct DropArgs {
     /// What the mission leaves to choose.
     #[command(flatten)]
     pub choice: ChoiceArgs,
-    /// Who flies: samara's own autopilot, or PX4 from the build folder of its simulation.
-    #[arg(long, value_name = "reference|px4=DIR", default_value = "reference", value_parser = autopilot)]
+    /// Who flies: samara's own autopilot; PX4 from the build folder of its simulation; or the model of PX4's control law, which
+    /// predicts what PX4 will do.
+    #[arg(long, value_name = "reference|px4=DIR|px4-model", default_value = "reference", value_parser = autopilot)]
     pub autopilot: AutopilotArg,
     /// What the autopilot flies by.
     #[command(flatten)]
@@ -168,9 +174,16 @@ pub struct DropArgs {
     /// Fly this trajectory instead of planning one.
     #[arg(long, value_name = "FILE")]
     pub trajectory: Option<PathBuf>,
+    /// Fly each release case of the mission (Table 3), into a folder of its own; beside PX4 the reference autopilot flies them too.
+    #[arg(long, conflicts_with = "case")]
+    pub cases: bool,
     /// Send the plan's acceleration with its velocity, to PX4.
     #[arg(long)]
     pub feed_forward: bool,
+    /// The processor that PX4 and the simulator share: they take turns, and on one are faster. `auto`: another for each
+    /// instance; `any`: wherever the system puts them.
+    #[arg(long, value_name = "auto|any|N", default_value = "auto", value_parser = cpu)]
+    pub cpu: Cpu,
     /// How much to tell of the planning.
     #[command(flatten)]
     pub planning: PlanningArgs,
@@ -329,10 +342,12 @@ pub enum AutopilotArg {
     Reference,
     /// PX4, from a build folder.
     Px4(PathBuf),
+    /// The model of PX4's control law.
+    Px4Model,
 }
 
 /// What can be chosen in place of the mission's own.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct ChoiceArgs {
     /// Gains: a name beside the mission's own gains (ours, safety, near_hover, paper_pso), or a file; `px4_default`: PX4's own, where
     /// it flies.
@@ -344,6 +359,10 @@ pub struct ChoiceArgs {
     /// Seed of everything random, instead of the mission's.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
+    /// Let the vehicle swing under its canopy so that it comes to t = 0 with the pitch and pitch rate of this release case of the
+    /// mission (Table 3: case_0 to case_6).
+    #[arg(long, value_name = "NAME")]
+    pub case: Option<String>,
 }
 
 /// What the reference autopilot flies by.
@@ -397,8 +416,25 @@ fn speed(text: &str) -> Result<SpeedArg, String> {
 pub fn autopilot(text: &str) -> Result<AutopilotArg, String> {
     match text.split_once('=') {
         None if text == "reference" => Ok(AutopilotArg::Reference),
+        None if text == "px4-model" => Ok(AutopilotArg::Px4Model),
         Some(("px4", folder)) if !folder.is_empty() => Ok(AutopilotArg::Px4(folder.into())),
-        _ => Err("`reference`, or `px4=` and a build folder of PX4's simulation is expected".to_owned()),
+        _ => Err("`reference`, `px4-model`, or `px4=` and a build folder of PX4's simulation is expected"
+            .to_owned()),
+    }
+}
+
+/// Which processor, from what was typed.
+///
+/// # Errors
+/// What was expected, in words.
+pub fn cpu(text: &str) -> Result<Cpu, String> {
+    match text {
+        "auto" => Ok(Cpu::Auto),
+        "any" => Ok(Cpu::Any),
+        number => number
+            .parse()
+            .map(Cpu::Number)
+            .map_err(|_| "`auto`, `any` or the number of a processor is expected".to_owned()),
     }
 }
 

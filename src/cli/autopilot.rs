@@ -8,11 +8,20 @@ use super::outcome::{Answer, BadInput, Failure};
 use super::output::OutputFolder;
 use super::recording::Recording;
 use super::sessions;
+use crate::config::Px4Clock;
 use crate::link::shell::{AfterSimulator, run_autopilot};
 
 /// `samara autopilot`.
 pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
     let mut mission = chosen_mission(&args.mission, &args.choice)?;
+    if mission.px4_clock == Px4Clock::Froude {
+        return Err(anyhow::anyhow!(
+            "{}: px4_clock is \"froude\", so the simulator speaks to a PX4; the reference autopilot knows the site's gravity and \
+             flies this mission with `samara drop`",
+            args.mission.display()
+        ))
+        .bad_input();
+    }
     note_estimator(&mut mission, &args.state);
     let ports = ports_of(&args.net)?;
     let wiring = wiring_of(&args.net, &args.link)?;

@@ -2,11 +2,14 @@
 
 use std::io::Write as _;
 use std::path::Path;
+use std::sync::atomic::Ordering;
 
 use super::args::{AutopilotArg, ChoiceArgs, DropArgs, EstimatorChoice, SpeedArg, StateArgs};
+use super::cases;
 use super::clock::Stopwatch;
 use super::flight_files::write_flight;
-use super::mission::{mission_for_px4, mission_with_a_drop, note_estimator};
+use super::interrupt;
+use super::mission::{mission_for_px4, mission_with_a_drop, note_estimator, stamp_of};
 use super::narrative::Narrator;
 use super::net::{Reporter, block_on, ports_of, speed_of, system_of, wiring_of};
 use super::outcome::{Answer, BadInput, Failure};
@@ -17,7 +20,7 @@ use super::px4::{self, BuildFolder};
 use super::recording::Recording;
 use super::sessions::{self, StreamerChoice};
 use crate::assess::{Verdict, VerdictBuilder, plan_j_tpf};
-use crate::config::{Mission, TrajectoryFile};
+use crate::config::{Mission, TrajectoryFile, write_trajectory_csv};
 use crate::link::shell::{Notice, Observer, Speed, run_watched_drop};
 use crate::link::{AutopilotSession, FlightRecord, Lockstep, seconds};
 use crate::params::ParameterFile;
@@ -30,16 +33,32 @@ use crate::trajectory::Trajectory;
 const STEP_AT_MOST_S: f64 = 0.02;
 
 /// The plan to fly, and how long it took to find (nothing, when it was read).
-struct Planned {
-    trajectory: Trajectory,
+pub struct Planned {
+    /// What to fly.
+    pub trajectory: Trajectory,
     source: &'static str,
     solve_ms: Option<f64>,
+}
+
+impl Planned {
+    /// Writes `trajectory.csv`, for a flight with a folder of its own.
+    ///
+    /// # Errors
+    /// [`Failure::BadInput`] when it cannot be written.
+    pub fn write_to(&self, folder: &OutputFolder, mission: &Mission) -> Result<(), Failure> {
+        folder
+            .write("trajectory.csv", |out| write_trajectory_csv(out, &self.trajectory, &stamp_of(mission)))
+            .map(|_| ())
+    }
 }
 
 /// Files of the plan that was flown, where there is one.
 const OF_THE_PLAN: [&str; 2] = ["plan.json", "plan.svg"];
 /// Files of the flight.
 const OF_THE_FLIGHT: [&str; 5] = ["flight.csv", "drop.json", "drop.svg", "hil.tlog", "vehicle.tlog"];
+
+/// What a flight without a wire does not leave.
+const OF_THE_WIRE: [&str; 3] = ["hil.tlog", "vehicle.tlog", "flight.ulg"];
 
 /// `samara drop`.
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
@@ -48,8 +67,10 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
             "--link and --sign-key: --speed FACTOR is expected with them; at `max` no socket is opened";
         return Err(anyhow::anyhow!(text)).bad_input();
     }
-    let pilot = Pilot::of(&args.autopilot, &args.state)?;
-    let (mut mission, parameters) = pilot.mission(&args.mission.mission, &args.choice, &args.state)?;
+    if args.cases {
+        return cases::run(args);
+    }
+    let (pilot, mut mission) = Pilot::of(&args.autopilot, &args.mission.mission, &args.choice, &args.state)?;
     let narrator = Narrator::together(args.mission.json);
     narrator.say(&format!(
         "samara drop: {}, vehicle {}, gains {}{}\n",
@@ -58,86 +79,121 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
         mission.gains_name,
         pilot.words(&args.state)
     ))?;
-    let given =
-        args.trajectory.as_deref().map(|path| mission.use_trajectory(path).bad_input()).transpose()?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
-    let planned = match given {
-        Some(file) => keep(file, &folder)?,
-        None => match plan(args, &mission, &folder, &narrator)? {
-            Some(planned) => planned,
-            None => {
-                folder.remove(&OF_THE_FLIGHT)?;
-                folder.write_manifest("drop", &mission, &circumstances(args))?;
-                return Ok(Answer::No);
-            }
-        },
+    let Some(planned) = plan_or_keep(args, &mut mission, &folder, &narrator)? else {
+        folder.remove(&OF_THE_FLIGHT)?;
+        folder.write_manifest("drop", &mission, &circumstances(args))?;
+        return Ok(Answer::No);
     };
-    let flown = match &pilot {
-        Pilot::Reference => fly(args, &mission, &planned.trajectory, &folder, &narrator)?,
-        Pilot::Px4(build) => {
-            let drop = Px4Drop {
-                build,
-                instance: args.net.instance,
-                speed: speed_of(args.speed),
-                parameters: parameters.as_ref(),
-                feed_forward: args.feed_forward,
-            };
-            px4::fly(&drop, &mission, &planned.trajectory, &folder, &narrator)?
+    let flown = pilot.fly(args, &mission, &planned.trajectory, &folder, &narrator)?;
+    let concluded = conclude(args, &mission, &planned, &flown, &folder, &narrator)?;
+    if args.mission.json {
+        print(&concluded.json)?;
+    }
+    Ok(concluded.answer)
+}
+
+/// The trajectory that was given, or a plan; `None` when no plan was found.
+///
+/// # Errors
+/// [`Failure::BadInput`] when the trajectory is wrong or the folder cannot be written to.
+pub fn plan_or_keep(
+    args: &DropArgs,
+    mission: &mut Mission,
+    folder: &OutputFolder,
+    narrator: &Narrator,
+) -> Result<Option<Planned>, Failure> {
+    match &args.trajectory {
+        Some(path) => {
+            let file = mission.use_trajectory(path).bad_input()?;
+            keep(file, folder).map(Some)
         }
-    };
-    finish(args, &mission, &planned, &flown, &folder, &narrator)
+        None => plan(args, mission, folder, narrator),
+    }
 }
 
 /// Who flies.
 pub enum Pilot {
-    /// The reference autopilot.
-    Reference,
-    /// PX4.
-    Px4(BuildFolder),
+    /// samara's own autopilot, with what is chosen of it.
+    Reference(ChoiceArgs),
+    /// PX4, and the parameters it is given in place of the mission's gains.
+    Px4(BuildFolder, Option<ParameterFile>),
+    /// The model of PX4's control law, and its parameters likewise.
+    Px4Model(Option<ParameterFile>),
 }
 
 impl Pilot {
-    /// The pilot of `--autopilot`, which may have an estimator of its own.
+    /// The pilot of `--autopilot`, which may have an estimator of its own, and the mission for it.
     ///
     /// # Errors
-    /// [`Failure::BadInput`] when there is no PX4 where it should be, or it is told what to fly by.
-    pub fn of(argument: &AutopilotArg, state: &StateArgs) -> Result<Self, Failure> {
-        match argument {
-            AutopilotArg::Reference => Ok(Self::Reference),
-            AutopilotArg::Px4(_) if state.estimator == EstimatorChoice::Ekf => {
-                let text =
-                    "--estimator: --autopilot reference is expected with it; PX4 has an estimator of its own";
-                Err(anyhow::anyhow!(text)).bad_input()
-            }
-            AutopilotArg::Px4(path) => Ok(Self::Px4(BuildFolder::open(path).bad_input()?)),
-        }
-    }
-
-    /// The mission for it, and PX4's parameters where a file is chosen.
-    ///
-    /// # Errors
-    /// [`Failure::BadInput`] when a file is missing or wrong.
-    pub fn mission(
-        &self,
+    /// [`Failure::BadInput`] when there is no PX4 where it should be, it is told what to fly by, or a file is missing or wrong.
+    pub fn of(
+        argument: &AutopilotArg,
         path: &Path,
         choice: &ChoiceArgs,
         state: &StateArgs,
-    ) -> Result<(Mission, Option<ParameterFile>), Failure> {
-        match self {
-            Self::Reference => {
+    ) -> Result<(Self, Mission), Failure> {
+        if *argument != AutopilotArg::Reference && state.estimator == EstimatorChoice::Ekf {
+            let text = "--estimator: --autopilot reference is expected with it; PX4 has an estimator of its own";
+            return Err(anyhow::anyhow!(text)).bad_input();
+        }
+        Ok(match argument {
+            AutopilotArg::Reference => {
                 let mut mission = mission_with_a_drop(path, choice)?;
                 note_estimator(&mut mission, state);
-                Ok((mission, None))
+                (Self::Reference(choice.clone()), mission)
             }
-            Self::Px4(_) => mission_for_px4(path, choice),
+            AutopilotArg::Px4(build) => {
+                let build = BuildFolder::open(build).bad_input()?;
+                let (mission, parameters) = mission_for_px4(path, choice)?;
+                (Self::Px4(build, parameters), mission)
+            }
+            AutopilotArg::Px4Model => {
+                let (mission, parameters) = mission_for_px4(path, choice)?;
+                (Self::Px4Model(parameters), mission)
+            }
+        })
+    }
+
+    /// What is said of it at the start.
+    pub fn words(&self, state: &StateArgs) -> &'static str {
+        match self {
+            Self::Reference(_) if state.estimator == EstimatorChoice::Ekf => ", on its own estimator",
+            Self::Reference(_) => "",
+            Self::Px4(..) => ", flown by PX4",
+            Self::Px4Model(_) => ", flown by the model of PX4's control law",
         }
     }
 
-    fn words(&self, state: &StateArgs) -> &'static str {
+    /// Flies the mission.
+    ///
+    /// # Errors
+    /// [`Failure`] when a port or file cannot be had, or PX4 not started.
+    pub fn fly(
+        &self,
+        args: &DropArgs,
+        mission: &Mission,
+        trajectory: &Trajectory,
+        folder: &OutputFolder,
+        narrator: &Narrator,
+    ) -> Result<Flown, Failure> {
         match self {
-            Self::Reference if state.estimator == EstimatorChoice::Ekf => ", on its own estimator",
-            Self::Reference => "",
-            Self::Px4(_) => ", flown by PX4",
+            Self::Reference(choice) => fly(args, choice, mission, trajectory, folder, narrator),
+            Self::Px4(build, parameters) => {
+                let drop = Px4Drop {
+                    build,
+                    instance: args.net.instance,
+                    cpu: args.cpu,
+                    speed: speed_of(args.speed),
+                    parameters: parameters.as_ref(),
+                    feed_forward: args.feed_forward,
+                };
+                px4::fly(&drop, mission, trajectory, folder, narrator)
+            }
+            Self::Px4Model(parameters) => {
+                folder.remove(&OF_THE_WIRE)?;
+                px4::model::fly(mission, trajectory, parameters.as_ref(), args.feed_forward)
+            }
         }
     }
 }
@@ -145,8 +201,10 @@ impl Pilot {
 /// What does not touch the flight but shows in the .tlog files: the vehicle's number, and that others may have taken part.
 fn circumstances(args: &DropArgs) -> Vec<(&'static str, String)> {
     let mut told = vec![("instance", args.net.instance.to_string())];
-    if let AutopilotArg::Px4(_) = args.autopilot {
-        told.push(("autopilot", "px4".to_owned()));
+    match args.autopilot {
+        AutopilotArg::Reference => (),
+        AutopilotArg::Px4(_) => told.push(("autopilot", "px4".to_owned())),
+        AutopilotArg::Px4Model => told.push(("autopilot", "px4-model".to_owned())),
     }
     if let SpeedArg::Factor(factor) = args.speed {
         told.push(("speed", format!("{factor:?}")));
@@ -196,6 +254,7 @@ pub struct Flown {
 /// Flies the drop over the wire in memory: as fast as it goes, or at a speed to watch with the ground links open.
 fn fly(
     args: &DropArgs,
+    choice: &ChoiceArgs,
     mission: &Mission,
     trajectory: &Trajectory,
     folder: &OutputFolder,
@@ -205,8 +264,8 @@ fn fly(
     let ports = ports_of(&args.net)?;
     let wiring = wiring_of(&args.net, &args.link)?;
     let mut wire = Lockstep::new(
-        sessions::simulator(mission, system),
-        sessions::autopilot(mission, &args.choice, &args.state, system, true)?,
+        sessions::simulator(mission, system, None),
+        sessions::autopilot(mission, choice, &args.state, system, true)?,
         sessions::streamer(mission, trajectory.clone(), system, StreamerChoice::default()),
     );
     let record = |stem| Recording::new(folder, stem, mission);
@@ -216,11 +275,16 @@ fn fly(
     narrator.hanging(mission)?;
     match speed_of(args.speed) {
         Speed::Max => {
+            let stop = interrupt::flag()?;
             while wire
                 .step(&mut |now, link, bytes| reporter.frame(now, link, bytes))
                 .map_err(anyhow::Error::from)?
             {
                 tell_events(&mut wire, &mut reporter);
+                if stop.load(Ordering::Relaxed) {
+                    wire.stop(&mut |now, sent| reporter.frame(now, sent.link, &sent.bytes));
+                    break;
+                }
             }
             tell_events(&mut wire, &mut reporter);
         }
@@ -276,16 +340,35 @@ pub fn tell_if_stopped(narrator: &Narrator, mission: &Mission, log: &[Sample]) -
     Ok(stopped)
 }
 
-fn finish(
+/// What is left of a drop when its files are written.
+pub struct Concluded {
+    /// The verdict, if it was released.
+    pub verdict: Option<Verdict>,
+    /// Whether all went well.
+    pub answer: Answer,
+    /// The object of `--json`.
+    pub json: String,
+}
+
+/// Judges a drop, writes its files and tells of it.
+///
+/// # Errors
+/// [`Failure`] when a file cannot be written.
+pub fn conclude(
     args: &DropArgs,
     mission: &Mission,
     planned: &Planned,
     flown: &Flown,
     folder: &OutputFolder,
     narrator: &Narrator,
-) -> Result<Answer, Failure> {
+) -> Result<Concluded, Failure> {
     let verdict = judge(mission, &flown.log);
-    write_flight(folder, mission, &flown.log, Some(&planned.trajectory), verdict.as_ref())?;
+    if flown.log.is_empty() {
+        // Stopped before the autopilot had come.
+        folder.remove(&["flight.csv", "drop.svg"])?;
+    } else {
+        write_flight(folder, mission, &flown.log, Some(&planned.trajectory), verdict.as_ref())?;
+    }
     let stopped = tell_if_stopped(narrator, mission, &flown.log)?;
     let sha256 = folder.sha256("trajectory.csv")?;
     let run = DropRun {
@@ -306,16 +389,12 @@ fn finish(
         None => never_released(narrator, mission, stopped)?,
     }
     tell_failsafe(narrator, &flown.record)?;
-    if args.mission.json {
-        let run = DropRun {
-            plan_solve_ms: planned.solve_ms,
-            real_time_factor: Some(flown.real_time_factor),
-            ..run
-        };
-        print(&drop_json(mission, verdict.as_ref(), &run))?;
-    }
+    let run =
+        DropRun { plan_solve_ms: planned.solve_ms, real_time_factor: Some(flown.real_time_factor), ..run };
+    let json = drop_json(mission, verdict.as_ref(), &run);
     let answer = answer_of(verdict.as_ref(), stopped, &flown.record);
-    Ok(if flown.trouble.is_some() { Answer::No } else { answer })
+    let answer = if flown.trouble.is_some() { Answer::No } else { answer };
+    Ok(Concluded { verdict, answer, json })
 }
 
 /// Yes: judged, within the limits, to the end, by the plan alone.

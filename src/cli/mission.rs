@@ -25,6 +25,9 @@ pub fn chosen_mission(path: &Path, choice: &ChoiceArgs) -> Result<Mission, Failu
     if let Some(seed) = choice.seed {
         mission.use_seed(seed);
     }
+    if let Some(case) = &choice.case {
+        mission.use_release_case(case).bad_input()?;
+    }
     Ok(mission)
 }
 
@@ -56,16 +59,16 @@ pub fn mission_for_px4(
     path: &Path,
     choice: &ChoiceArgs,
 ) -> Result<(Mission, Option<ParameterFile>), Failure> {
-    let ChoiceArgs { gains, params, seed } = choice;
-    let own = gains.as_deref() == Some(PX4_DEFAULT);
-    let others = ChoiceArgs { gains: gains.clone().filter(|_| !own), params: None, seed: *seed };
+    let own = choice.gains.as_deref() == Some(PX4_DEFAULT);
+    let others =
+        ChoiceArgs { gains: choice.gains.clone().filter(|_| !own), params: None, ..choice.clone() };
     let mut mission = mission_with_a_drop(path, &others)?;
     if own {
         mission.gains_name = PX4_DEFAULT.to_owned();
         mission.note_choice("gains", PX4_DEFAULT);
         return Ok((mission, Some(ParameterFile::default())));
     }
-    let file = params.as_deref().map(|path| mission.note_parameters(path).bad_input()).transpose()?;
+    let file = choice.params.as_deref().map(|path| mission.note_parameters(path).bad_input()).transpose()?;
     Ok((mission, file))
 }
 

@@ -5,6 +5,7 @@
 mod args;
 mod assess;
 mod autopilot;
+mod cases;
 mod clock;
 mod drop;
 mod flight_files;

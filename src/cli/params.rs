@@ -170,7 +170,7 @@ pub fn run(args: &ParamsArgs) -> Result<Answer, Failure> {
 }
 
 fn run_export(args: &ExportArgs) -> Result<Answer, Failure> {
-    let choice = ChoiceArgs { gains: args.gains.clone(), params: None, seed: None };
+    let choice = ChoiceArgs { gains: args.gains.clone(), params: None, seed: None, case: None };
     let mission = chosen_mission(&args.mission, &choice)?;
     let export = export(&mission.parameter_subject(), args.purpose.purpose()).bad_input()?;
     let text = report::params_file(&mission, &export);

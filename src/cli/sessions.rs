@@ -5,26 +5,38 @@ use super::outcome::{BadInput, Failure};
 use super::output::tell;
 use crate::autopilot::estimator::EstimatorSettings;
 use crate::autopilot::parameters::Parameters;
-use crate::config::{Mission, load_parameters};
+use crate::config::{Mission, Px4Clock, load_parameters};
 use crate::control::{Airframe, Cascade};
 use crate::link::streamer::{Clock, Procedure};
 use crate::link::{
-    AutopilotSession, AutopilotSetup, SimulatorConfig, SimulatorSession, StreamerConfig, StreamerSession,
-    microseconds,
+    AutopilotSession, AutopilotSetup, Froude, SimulatorConfig, SimulatorSession, StreamerConfig,
+    StreamerSession, microseconds,
 };
 use crate::sim::ReleaseTrigger;
 use crate::trajectory::Trajectory;
 
+/// The scale of the wire to PX4.
+pub fn froude(mission: &Mission) -> Option<Froude> {
+    match mission.px4_clock {
+        Px4Clock::Real => None,
+        Px4Clock::Froude => Some(Froude::under(mission.environment.gravity_m_s2)),
+    }
+}
+
 /// The simulator with its parachute.
-pub fn simulator(mission: &Mission, system_id: u8) -> SimulatorSession {
+pub fn simulator(mission: &Mission, system_id: u8, froude: Option<Froude>) -> SimulatorSession {
+    let default = SimulatorConfig::default();
     let config = SimulatorConfig {
         system_id,
+        froude,
+        step_us: froude.map_or(default.step_us, Froude::step_us),
         duration_us: microseconds(mission.duration_s),
         trigger: mission.release_trigger,
         sensors: mission.sensors,
         seed: mission.seed,
         battery: mission.battery,
-        ..SimulatorConfig::default()
+        limits: Some(mission.limits),
+        ..default
     };
     SimulatorSession::new(mission.simulation(), config)
 }
@@ -78,6 +90,8 @@ pub struct StreamerChoice {
     pub procedure: Option<Procedure>,
     /// Whether the plan's acceleration is sent with its velocity.
     pub feed_forward: bool,
+    /// The scale of the wire.
+    pub froude: Option<Froude>,
 }
 
 /// The offboard streamer of a plan.
@@ -87,17 +101,25 @@ pub fn streamer(
     vehicle_system: u8,
     choice: StreamerChoice,
 ) -> StreamerSession {
-    let StreamerChoice { clock, procedure, feed_forward } = choice;
-    let config = StreamerConfig {
+    let StreamerChoice { clock, procedure, feed_forward, froude } = choice;
+    let mut config = StreamerConfig {
         vehicle_system,
         hang_s: mission.hang_s,
         commands_release: mission.release_trigger == ReleaseTrigger::Command,
         delay_s: mission.parachute.delay_s,
         target_v_ned: mission.target_v_ned,
         feed_forward,
+        froude,
         clock,
         procedure,
         ..StreamerConfig::default()
     };
+    if let Some(froude) = froude {
+        // What the autopilot's clock sets the pace of.
+        for period in [&mut config.setpoint_period_us, &mut config.lead_us, &mut config.settle_us] {
+            *period = froude.site_us(*period);
+        }
+        config.attempts = (f64::from(config.attempts) * froude.k()).ceil() as u32;
+    }
     StreamerSession::new(config, trajectory)
 }

@@ -22,7 +22,14 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let narrator = Narrator::alone(args.mission.json);
     let hil = Recording::new(&folder, "hil", &mission);
     let mut reporter = Reporter::new(narrator, &mission, Some(hil), None);
-    let session = sessions::simulator(&mission, system_of(&args.net)?);
+    let froude = sessions::froude(&mission);
+    if let Some(froude) = froude {
+        narrator.say(&format!(
+            "the wire is scaled to 9.80665 m/s^2: a PX4 lives k = {:.5} times faster\n",
+            froude.k()
+        ))?;
+    }
+    let session = sessions::simulator(&mission, system_of(&args.net)?, froude);
     let speed = speed_of(args.speed);
     let session =
         block_on(|stop| run_simulator(session, &ports, speed, key, &mut reporter, stop))?.bad_input()?;

@@ -37,6 +37,7 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
             ..Procedure::default()
         }),
         feed_forward: args.feed_forward,
+        froude: sessions::froude(&mission),
         ..StreamerChoice::default()
     };
     let session = sessions::streamer(&mission, trajectory, system_of(&args.net)?, choice);

@@ -33,6 +33,15 @@ pub enum PlanInitial {
     Release,
 }
 
+/// How a PX4 that flies the mission is connected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Px4Clock {
+    /// In the site's units and time.
+    Real,
+    /// By Froude's similarity, in the units and time of standard gravity.
+    Froude,
+}
+
 /// Random releases, (40)-(44): the swing's amplitude is normal about 0, its phase uniform over the turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MonteCarlo {
@@ -105,6 +114,8 @@ pub struct Mission {
     pub battery: Option<Battery>,
     /// Errors of the sensors.
     pub sensors: SensorSettings,
+    /// How a PX4 is connected.
+    pub px4_clock: Px4Clock,
     /// What cuts the vehicle loose.
     pub release_trigger: ReleaseTrigger,
     /// What the gains are tuned on, Table 3.
@@ -320,6 +331,7 @@ fn build(
         vehicle_name: vehicle.name,
         vehicle: Arc::new(vehicle.vehicle),
         sensors: mission_sensors::sensors(source, json, &environment)?,
+        px4_clock: parts::px4_clock(source, json)?,
         environment,
         parachute,
         target_v_ned: json.target_v_ned_m_s.get().into(),

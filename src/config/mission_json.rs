@@ -51,6 +51,18 @@ pub(super) struct MissionJson {
     pub(super) battery: Option<BatteryJson>,
     /// Errors of the sensors; without it they are ideal.
     pub(super) sensors: Option<SensorsJson>,
+    /// How a PX4 that flies this mission is connected; "real" when left out.
+    pub(super) px4_clock: Option<Px4ClockJson>,
+}
+
+/// How a PX4 is connected, which takes 9.80665 m/s^2 for gravity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Px4ClockJson {
+    /// As it is; where gravity differs from Earth's, PX4's estimator does not start.
+    Real,
+    /// By Froude's similarity: time, velocities, accelerations and rates are scaled on the wire to 9.80665 m/s^2.
+    Froude,
 }
 
 /// A store of energy that the rotors' shafts take from.

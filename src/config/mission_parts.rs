@@ -1,7 +1,8 @@
 //! Parts of a mission: model objects from the file's numbers, and the checks of one number against another.
 
 use super::ConfigError;
-use super::mission_json::{CaseJson, MissionJson, StateJson, TriggerJson};
+use super::mission::Px4Clock;
+use super::mission_json::{CaseJson, MissionJson, Px4ClockJson, StateJson, TriggerJson};
 use super::source::Source;
 use crate::model::environment::GeoPoint;
 use crate::model::parachute::{Hook, Pendulum};
@@ -24,6 +25,23 @@ pub(super) fn environment(source: &Source, json: &MissionJson) -> Result<Environ
         anchor,
     )
     .map_err(|e| source.refuse("site", e.to_string()))
+}
+
+/// Gravity that can be scaled to the standard's [m/s^2]: steps of the simulation from 1 to 40 ms.
+const FROUDE_GRAVITY_M_S2: std::ops::RangeInclusive<f64> = 0.1..=100.0;
+
+pub(super) fn px4_clock(source: &Source, json: &MissionJson) -> Result<Px4Clock, ConfigError> {
+    let gravity = json.site.gravity_m_s2.get();
+    match json.px4_clock.unwrap_or(Px4ClockJson::Real) {
+        Px4ClockJson::Real => Ok(Px4Clock::Real),
+        Px4ClockJson::Froude if FROUDE_GRAVITY_M_S2.contains(&gravity) => Ok(Px4Clock::Froude),
+        Px4ClockJson::Froude => {
+            let message = format!(
+                "expected \"real\" where site.gravity_m_s2 is {gravity}: below 0.1 the steps get too long"
+            );
+            Err(source.refuse("px4_clock", message))
+        }
+    }
 }
 
 pub(super) fn parachute(source: &Source, json: &MissionJson) -> Result<Parachute, ConfigError> {

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::ConfigError;
-use super::mission_json::MissionJson;
+use super::mission_json::{MissionJson, Px4ClockJson};
 use super::number::{Count, NonNegative, Positive};
 use super::source::Source;
 use crate::model::Environment;
@@ -84,7 +84,8 @@ struct MagnetometerJson {
 enum FieldJson {
     /// A dipole along the axis of rotation: no declination.
     Dipole,
-    /// Earth's, by the World Magnetic Model on the day of epoch_unix_us (2020 to 2029); on Earth only.
+    /// Earth's, by the World Magnetic Model on the day of epoch_unix_us (2020 to 2029); on Earth, or where px4_clock is "froude": PX4
+    /// looks up the declination of Earth's field at the place it finds itself.
     WorldMagneticModel,
 }
 
@@ -159,7 +160,7 @@ pub(super) fn sensors(
     Ok(settings)
 }
 
-/// A magnetometer in its field; Earth's is refused where gravity is not Earth's.
+/// A magnetometer in its field; Earth's is refused where gravity is not Earth's, unless it is so for PX4.
 fn magnetometer(
     source: &Source,
     json: &MissionJson,
@@ -171,7 +172,8 @@ fn magnetometer(
         FieldJson::Dipole => None,
         FieldJson::WorldMagneticModel => {
             let gravity = environment.gravity_m_s2;
-            if (gravity - STANDARD_GRAVITY_M_S2).abs() > EARTH_GRAVITY_SPREAD_M_S2 {
+            let on_earth = (gravity - STANDARD_GRAVITY_M_S2).abs() <= EARTH_GRAVITY_SPREAD_M_S2;
+            if !on_earth && json.px4_clock != Some(Px4ClockJson::Froude) {
                 let message = format!(
                     "expected \"dipole\" where site.gravity_m_s2 is {gravity}: the World Magnetic Model is Earth's"
                 );

@@ -26,6 +26,7 @@ mod mission_parts;
 mod mission_sensors;
 mod number;
 mod params_file;
+mod release_case;
 mod rotor_table;
 pub mod schema;
 mod source;
@@ -34,12 +35,13 @@ mod trajectory_csv;
 mod vehicle_file;
 mod vehicle_json;
 
-pub use checkpoint::{checkpoint_json, load_checkpoint};
+pub use checkpoint::{SearchIdentity, checkpoint_json, load_checkpoint};
 pub use error::ConfigError;
 pub use gains_file::{GainsFile, gains_json, gains_path, load_gains};
-pub use mission::{Mission, MonteCarlo, PlanInitial, load_mission};
+pub use mission::{Mission, MonteCarlo, PlanInitial, Px4Clock, load_mission};
 pub use mission_ground::MissionGround;
 pub use params_file::load_parameters;
+pub use release_case::CaseError;
 pub use trajectory_csv::{Stamp, TrajectoryFile, read_trajectory_csv, write_trajectory_csv};
 pub use vehicle_file::{VehicleFile, load_vehicle};
 

@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
+use super::Px4Clock;
 use super::source::Source;
 use super::{ConfigError, Mission};
-use crate::params::{ParameterFile, ParamsError, Subject, import};
+use crate::params::belongs::to_px4;
+use crate::params::{ParameterFile, ParamsError, Purpose, Subject, import};
 
 /// Reads a parameter file of any origin.
 ///
@@ -36,6 +38,14 @@ impl Mission {
         }
     }
 
+    /// What a parameter file must be for that a PX4 flies this mission with.
+    pub fn px4_purpose(&self) -> Purpose {
+        match self.px4_clock {
+            Px4Clock::Real => Purpose::Px4,
+            Px4Clock::Froude => Purpose::Px4Froude,
+        }
+    }
+
     /// Puts the gains and limits of a parameter file in; what the file leaves out stays. The input hash follows. Gives remarks on the
     /// file.
     ///
@@ -54,9 +64,11 @@ impl Mission {
     /// Notes that a parameter file is flown which is another autopilot's: name and input hash follow, the gains stay. Gives the file.
     ///
     /// # Errors
-    /// [`ConfigError`] when the file cannot be read.
+    /// [`ConfigError`] when the file cannot be read or is not for a PX4 that flies this mission; the mission is unchanged then.
     pub fn note_parameters(&mut self, path: &Path) -> Result<ParameterFile, ConfigError> {
         let (source, file) = read(path)?;
+        to_px4(&file, self.environment.gravity_m_s2, self.px4_purpose())
+            .map_err(|error| refuse(path, error))?;
         self.gains_name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         self.input_hash = self.hash_with("parameters", &source);
         Ok(file)

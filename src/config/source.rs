@@ -213,8 +213,10 @@ impl Scan<'_> {
             b'"' => self.string().map(|_| ()),
             _ => {
                 let rest = &self.text.as_bytes()[self.at..];
-                self.at += rest.iter().position(|b| b",]} \t\r\n".contains(b)).unwrap_or(rest.len());
-                Some(())
+                let length = rest.iter().position(|b| b",]} \t\r\n".contains(b)).unwrap_or(rest.len());
+                self.at += length;
+                // The end of something that was not begun is no value, and the walk must go on.
+                (length > 0).then_some(())
             }
         }
     }
@@ -261,5 +263,28 @@ impl Scan<'_> {
         }
         self.at += 1;
         serde_json::from_str(self.text.get(start..self.at)?).ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A fuzzer's finding: the walk stood still before an end that nothing had begun.
+    #[test]
+    fn regress_a_broken_text_is_walked_to_its_end() {
+        for text in [
+            "{\"a\": [1, 2}",
+            "{\"a\": [1\n}\n",
+            "[}",
+            "{\"a\": }",
+            "[,]",
+            "{\"a\":,}",
+            "[[[",
+            "{\"a\": [1 2}",
+        ] {
+            assert_eq!(locate(text, "b", text.len()), None, "{text}");
+        }
+        assert_eq!(locate("{\"a\": [1, 2}", "a[1]", 12), Some(10));
     }
 }

@@ -10,6 +10,7 @@
 //! | [`rate`] | body rate error to wanted angular acceleration |
 //! | [`mixer`] | moments and collective to rotor thrusts |
 //! | [`cascade`] | the four in a row, and what survives a broken input |
+//! | [`px4`] | PX4's own law, to tune and predict PX4 |
 //!
 //! Acceleration-normalised: gains are in SI and carry neither mass nor inertia. The same code flies in tuning, in
 //! campaigns and behind MAVLink. It is pure: no clock, no allocation after construction, no panic on any input.
@@ -23,6 +24,7 @@ pub mod cascade;
 pub mod gains;
 pub mod mixer;
 pub mod position;
+pub mod px4;
 pub mod rate;
 pub mod velocity;
 

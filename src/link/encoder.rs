@@ -6,6 +6,7 @@
 use mavlink::dialects::common::MavMessage;
 use mavlink::{MAV_STX_V2, MavlinkVersion, Message as _, calculate_crc};
 
+use super::Froude;
 use super::decoder::{CHECKSUM_LEN, HEADER_LEN_V2};
 use super::frame::{COMMAND_ACK_ID, MAX_FRAME_LEN};
 
@@ -32,12 +33,18 @@ pub struct Encoder {
     system_id: u8,
     component_id: u8,
     sequence: u8,
+    froude: Option<Froude>,
 }
 
 impl Encoder {
     /// For the component `component_id` of system `system_id`, from sequence number 0.
     pub fn new(system_id: u8, component_id: u8) -> Self {
-        Self { system_id, component_id, sequence: 0 }
+        Self { system_id, component_id, sequence: 0, froude: None }
+    }
+
+    /// For a wire of that scale: messages are given in the site's units and time.
+    pub fn scaled(self, froude: Option<Froude>) -> Self {
+        Self { froude, ..self }
     }
 
     /// The system.
@@ -52,6 +59,13 @@ impl Encoder {
 
     /// The frame of `message`.
     pub fn encode(&mut self, message: &MavMessage) -> Vec<u8> {
+        match self.froude {
+            Some(froude) => self.encode_as_it_is(&froude.wire_message(message)),
+            None => self.encode_as_it_is(message),
+        }
+    }
+
+    fn encode_as_it_is(&mut self, message: &MavMessage) -> Vec<u8> {
         let mut payload = [0; 255];
         let len = message.ser(MavlinkVersion::V2, &mut payload);
         let id = message.message_id();

@@ -36,6 +36,8 @@ pub struct Faults {
     pub repeated: u64,
     /// Frames that were overtaken by later ones of their sender; taken.
     pub late: u64,
+    /// Frames that had come by another way already, through a router; dropped.
+    pub doubled: u64,
     /// Sequence numbers left out: frames that were lost on the way.
     pub missed: u64,
     /// Frames for a system or component that is neither ours nor known on any link.
@@ -61,8 +63,13 @@ impl Faults {
 
     /// Whether anything was not as it should be.
     pub fn any(&self) -> bool {
-        let sound =
-            Self { frames: self.frames, mavlink1: self.mavlink1, signed: self.signed, ..Self::default() };
+        let sound = Self {
+            frames: self.frames,
+            mavlink1: self.mavlink1,
+            signed: self.signed,
+            doubled: self.doubled,
+            ..Self::default()
+        };
         *self != sound
     }
 
@@ -74,7 +81,7 @@ impl Faults {
     }
 
     /// Every count with its name.
-    fn all(&self) -> [(&'static str, u64); 20] {
+    fn all(&self) -> [(&'static str, u64); 21] {
         [
             ("frames", self.frames),
             ("skipped bytes", self.skipped_bytes),
@@ -91,6 +98,7 @@ impl Faults {
             ("replayed", self.replayed),
             ("repeated", self.repeated),
             ("late", self.late),
+            ("doubled", self.doubled),
             ("missed", self.missed),
             ("wrong target", self.wrong_target),
             ("in our name", self.own_name),
@@ -99,7 +107,7 @@ impl Faults {
         ]
     }
 
-    fn all_mut(&mut self) -> [&mut u64; 20] {
+    fn all_mut(&mut self) -> [&mut u64; 21] {
         [
             &mut self.frames,
             &mut self.skipped_bytes,
@@ -116,6 +124,7 @@ impl Faults {
             &mut self.replayed,
             &mut self.repeated,
             &mut self.late,
+            &mut self.doubled,
             &mut self.missed,
             &mut self.wrong_target,
             &mut self.own_name,

@@ -107,6 +107,14 @@ impl<A: Session> Lockstep<A> {
         Ok(())
     }
 
+    /// Makes no further step: the simulator tells everybody, as at the end of the mission.
+    pub fn stop(&mut self, tap: &mut impl FnMut(TimeUs, &Transmit)) {
+        self.simulator.stop();
+        while let Some(sent) = self.simulator.poll_output() {
+            tap(self.simulator.now(), &sent);
+        }
+    }
+
     /// Puts in what came from outside by `link`: for the autopilot what comes from ground stations and companions, for the
     /// parachute what comes to its own socket, for the simulator what comes from an autopilot.
     pub fn deliver(&mut self, link: Link, frame: &Frame) {

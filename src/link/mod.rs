@@ -9,6 +9,7 @@
 //! | [`signing`] | MAVLink 2 signatures |
 //! | [`hub`] | many peers: who gets what, numbering, signing, forwarding, counts |
 //! | [`peer`] | who is at the other end of a link |
+//! | [`froude`] | PX4 under another gravity: the wire's scale |
 //! | [`tlog`] | the record of what went over the wire |
 //! | [`flight_log`] | what the autopilot knew and commanded, as ULog |
 //! | [`parachute`] | the parachute component: release by command |
@@ -28,6 +29,7 @@ pub mod encoder;
 pub mod faults;
 pub mod flight_log;
 pub mod frame;
+pub mod froude;
 pub mod hub;
 pub mod lockstep;
 pub mod parachute;
@@ -56,6 +58,7 @@ pub use encoder::{CommandAck, Encoder};
 pub use faults::Faults;
 pub use flight_log::{FlightLog, LogEntry};
 pub use frame::{Command, Frame, Message, Payload, SetMode};
+pub use froude::Froude;
 pub use hub::{EndpointId, Hub, HubConfig, HubEvent};
 pub use lockstep::{Lockstep, LockstepError, Party};
 pub use parachute::ParachuteComponent;

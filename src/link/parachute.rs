@@ -14,7 +14,7 @@ use mavlink::dialects::common::{
 
 use super::statustext::TextWriter;
 use super::{
-    Command, CommandAck, Encoder, Frame, Link, PeerId, Recipient, Session, TimeUs, Transmit, seconds,
+    Command, CommandAck, Encoder, Frame, Froude, Link, PeerId, Recipient, Session, TimeUs, Transmit, seconds,
 };
 
 /// MAV_COMP_ID_PARACHUTE.
@@ -78,6 +78,11 @@ impl ParachuteComponent {
             texts: TextWriter::default(),
             outbox: VecDeque::new(),
         }
+    }
+
+    /// On a wire of that scale.
+    pub fn scaled(self, froude: Option<Froude>) -> Self {
+        Self { encoder: self.encoder.scaled(froude), ..self }
     }
 
     /// Starts over with a vehicle hanging; sequence numbers run on, and what has been said is still sent.

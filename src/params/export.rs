@@ -76,6 +76,10 @@ pub fn export_for_mixing(subject: &Subject, purpose: Purpose, mixing: Mixing) ->
     rows.velocity_and_attitude(subject);
     rows.rates(subject, &units, &metadata);
     rows.vehicle(subject, &units);
+    if purpose != Purpose::Samara {
+        // PX4's tilt limit starts here and comes to MPC_TILTMAX_AIR by 0.2 rad/s only; a drop is in the air at once.
+        rows.real("MPC_TILTMAX_LND", subject.limits.tilt_rad * DEG_PER_RAD);
+    }
     let Rows { parameters, mut remarks, .. } = rows;
     if purpose == Purpose::Px4 && !ALIGNS_G0.contains(&(gravity / STANDARD_GRAVITY_M_S2)) {
         remarks.push(format!(
@@ -275,6 +279,8 @@ mod tests {
             assert!((number(&px4, name) / one - for_px4).abs() < 1e-6, "{name}");
             assert!((number(&froude, name) / one - for_froude).abs() < 1e-6, "{name}");
         }
+        // Not a parameter of samara's autopilot.
+        assert!(px4["MPC_TILTMAX_LND"] == px4["MPC_TILTMAX_AIR"] && !samara.contains_key("MPC_TILTMAX_LND"));
         let product = |rows| {
             number(rows, "MC_PITCHRATE_P") * number(rows, "MC_PITCHRATE_K")
                 / number(&samara, "MC_PITCHRATE_P")

@@ -4,14 +4,15 @@
 //! unknown origin - under standard gravity, where all purposes agree. Its rotors and its hover thrust, if it names them, must be the
 //! vehicle's. What does not stand in the file stays as it was.
 
-use super::export::{GRAVITY_KEY, hover_thrust, rotor_columns};
+use super::belongs::to_samara;
+use super::export::{hover_thrust, rotor_columns};
 use super::file::{ParameterFile, Value};
 use super::normalised::NormalisedUnits;
-use super::purpose::{Factors, Purpose};
+use super::purpose::Factors;
 use super::{ParamsError, Subject};
 use crate::control::{ControlLimits, Gains};
 use crate::model::Vehicle;
-use crate::units::{RAD_PER_DEG, STANDARD_GRAVITY_M_S2};
+use crate::units::RAD_PER_DEG;
 
 /// Terms of PX4's law that samara's has not; exported as zero.
 pub(super) const WITHOUT_COUNTERPART: [&str; 9] = [
@@ -37,8 +38,6 @@ pub struct Import {
     pub remarks: Vec<String>,
 }
 
-/// Gravity differs from another when it does so by more than this, relatively.
-const SAME_GRAVITY: f64 = 1e-3;
 /// Hover thrust of another vehicle, relatively.
 const SAME_HOVER: f64 = 0.02;
 /// Rotor of another vehicle, in parts of its arm.
@@ -53,7 +52,7 @@ const SAME_GAIN: f64 = 1e-5;
 /// nothing to take, [`ParamsError::Control`] when a gain or limit is out of range.
 pub fn import(file: &ParameterFile, subject: &Subject) -> Result<Import, ParamsError> {
     let gravity = subject.environment.gravity_m_s2;
-    let purpose = belongs(file, gravity)?;
+    let purpose = to_samara(file, gravity)?;
     let units = NormalisedUnits::of(subject.vehicle, subject.environment.density_kg_m3)?;
     same_vehicle(file, subject, &units)?;
     let scale = Scale::new(&units, subject.vehicle, purpose.factors(gravity));
@@ -85,41 +84,6 @@ pub fn adopt(
     gains.validate()?;
     limits.validate()?;
     Ok((gains, limits))
-}
-
-/// The purpose by which the file's numbers are to be read at the site.
-fn belongs(file: &ParameterFile, gravity: f64) -> Result<Purpose, ParamsError> {
-    let same = |g: f64| (g / gravity - 1.0).abs() < SAME_GRAVITY;
-    let standard = same(STANDARD_GRAVITY_M_S2);
-    let refuse = |why: String| Err(ParamsError::DoesNotBelong(why));
-    let again = "; write one for here with: samara params export MISSION --for samara";
-    let written_for = match file.header(GRAVITY_KEY) {
-        None => None,
-        Some(text) => match text.split_whitespace().next().and_then(|x| x.parse::<f64>().ok()) {
-            Some(g) if g > 0.0 && g.is_finite() => Some(g),
-            _ => return refuse(format!("its header's `{GRAVITY_KEY}:` must be a positive number of m/s^2")),
-        },
-    };
-    if let Some(g) = written_for.filter(|g| !same(*g)) {
-        return refuse(format!(
-            "it was written for a gravity of {g} m/s^2, the mission's is {gravity} m/s^2{again}"
-        ));
-    }
-    match file.purpose() {
-        Some(Purpose::Samara) => Ok(Purpose::Samara),
-        Some(purpose) if standard => Ok(purpose),
-        Some(purpose) => refuse(format!(
-            "it is for {} ({}), not for samara's autopilot under {gravity} m/s^2{again}",
-            purpose.name(),
-            purpose.words()
-        )),
-        None if standard => Ok(Purpose::Samara),
-        None => refuse(format!(
-            "it does not say what it is for, and under {gravity} m/s^2 that matters; if its gains are samara's own, put the line \
-             `# {}: samara` at its top",
-            Purpose::KEY
-        )),
-    }
 }
 
 fn same_vehicle(file: &ParameterFile, subject: &Subject, units: &NormalisedUnits) -> Result<(), ParamsError> {

@@ -9,16 +9,20 @@
 //! | [`export`] | gains, limits and vehicle to parameters |
 //! | [`import`] | parameters to gains and limits |
 //! | [`procedure`] | what PX4 must be set to for a drop, and why |
+//! | [`belongs`] | whether a file may be used here |
+//! | [`law`] | parameters for the model of PX4's control law |
 //! | [`check`] | a file against PX4's ranges |
 //! | [`diff`] | two files against each other |
 //!
 //! Text in, text out: files are opened elsewhere.
 
+pub mod belongs;
 pub mod check;
 pub mod diff;
 pub mod export;
 pub mod file;
 pub mod import;
+pub mod law;
 pub mod metadata;
 pub mod normalised;
 pub mod procedure;
@@ -34,6 +38,7 @@ pub use diff::{Difference, diff};
 pub use export::{Export, Subject, export, export_for_mixing};
 pub use file::{ParameterFile, Value};
 pub use import::{Import, Scale, adopt, import};
+pub use law::{law_export, law_parameters};
 pub use metadata::{Metadata, Parameter};
 pub use normalised::{Mixing, NormalisedUnits};
 pub use purpose::Purpose;

@@ -8,6 +8,7 @@
 //! | [`json`] | the objects of `--json` and of `plan.json` |
 //! | [`params`] | exports, checks and differences of parameter files |
 //! | [`tune`] | searches of gains |
+//! | [`px4_gains`] | gains for PX4 beside its defaults |
 //! | [`figure`] | SVG figures |
 //! | [`drops`] | campaigns of whole drops: lines and tables |
 //! | [`study`] | the safety study: tables, trials, page |
@@ -20,6 +21,7 @@ pub mod figure;
 pub mod flight_csv;
 pub mod json;
 pub mod params;
+pub mod px4_gains;
 pub mod study;
 pub mod tune;
 pub mod verdict;

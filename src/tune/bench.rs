@@ -7,13 +7,14 @@
 
 use std::sync::Arc;
 
-use super::{Longitudinal, ReleaseCase};
+use super::unknowns::one_at_a_time;
+use super::{Longitudinal, Objective, ReleaseCase};
 use crate::assess::tracking::control_period_s;
 use crate::assess::{Outcome, SafetyLimits, StateCost, Study, TrackingError, judge_flights};
 use crate::control::{Airframe, Cascade, ControlError, ControlLimits, Gains, Measurement};
 use crate::model::rigid_body::{BodyState, MassProperties};
 use crate::model::{Environment, Vehicle};
-use crate::sim::planar::{Flight, Model, NotPlanar, Release, Variation};
+use crate::sim::planar::{Flight, LANES, Model, NotPlanar, Release, Variation};
 use crate::sim::{DropSimulation, FlightPlan, PlantKind, Reference};
 use crate::trajectory::Trajectory;
 
@@ -120,38 +121,17 @@ impl<'a> Bench<'a> {
 
     /// Adds flights from these states, judged by J_TPF.
     pub fn with_states(mut self, states: &[BodyState]) -> Self {
-        let trial = |s: &BodyState| Trial { start: *s, variation: Variation::NONE, tracked: false };
-        self.trials.extend(states.iter().map(trial));
+        self.trials.extend(states.iter().map(|s| untracked(&(*s, Variation::NONE))));
         self
     }
 
-    /// Adds the cases with what the controller does not know of, one at a time, judged by J_TPF: mass 5 % off, inertia, drag or
-    /// pitching moment 20 %, the air's density 10 %; a wind of a quarter of the target speed from ahead and from behind from
-    /// t = 0 on; a release delay 0.1 s longer or shorter; measurements that are a control period late.
+    /// Adds the cases with what the controller does not know of, one thing at a time ([`super::unknowns`]), judged by J_TPF.
     pub fn with_variations(mut self, cases: &[ReleaseCase]) -> Self {
-        let none = Variation::NONE;
-        let wind = 0.25 * self.setting.target_v_ned.norm();
-        let two = |of: fn(f64) -> Variation, by: f64| [of(1.0 - by), of(1.0 + by)];
-        let mut variations = vec![
-            Variation { wind_m_s: [wind, 0.0], ..none },
-            Variation { wind_m_s: [-wind, 0.0], ..none },
-            Variation { delayed: true, ..none },
-        ];
-        variations.extend(two(|x| Variation { mass: x, ..Variation::NONE }, 0.05));
-        variations.extend(two(|x| Variation { inertia: x, ..Variation::NONE }, 0.2));
-        variations.extend(two(|x| Variation { aero: [x, 1.0, 1.0], ..Variation::NONE }, 0.2));
-        variations.extend(two(|x| Variation { aero: [1.0, 1.0, x], ..Variation::NONE }, 0.2));
-        variations.extend(two(|x| Variation { density: x, ..Variation::NONE }, 0.1));
-        let fall_m_s = 0.1 * self.setting.environment.gravity_m_s2;
-        for start in cases.iter().map(ReleaseCase::state) {
-            let varied = |v: &Variation| Trial { start, variation: *v, tracked: false };
-            self.trials.extend(variations.iter().map(varied));
-            for more in [-fall_m_s, fall_m_s] {
-                let mut trial = varied(&none);
-                trial.start.v_ned.z += more;
-                self.trials.push(trial);
-            }
-        }
+        let setting = &self.setting;
+        let (g, target_m_s) = (setting.environment.gravity_m_s2, setting.target_v_ned.norm());
+        let states: Vec<BodyState> = cases.iter().map(ReleaseCase::state).collect();
+        let trials = one_at_a_time(&states, g, target_m_s);
+        self.trials.extend(trials.iter().map(untracked));
         self
     }
 
@@ -165,20 +145,44 @@ impl<'a> Bench<'a> {
         self.fly(k).into_iter().fold(Evaluation::PERFECT, Evaluation::worse)
     }
 
+    /// The worst of a candidate's flights, or of some of them that show already that it costs more than `ceiling`. After those of the
+    /// first cases come the last ones: releases far out, variations.
+    pub fn evaluate_below(&self, k: &Longitudinal, objective: &Objective, ceiling: f64) -> Evaluation {
+        let mut groups = self.trials.chunks(LANES);
+        let first = groups.next();
+        let mut worst = Evaluation::PERFECT;
+        for trials in first.into_iter().chain(groups.rev()) {
+            worst = self.fly_trials(k, trials).into_iter().fold(worst, Evaluation::worse);
+            if objective.cost(&worst) > ceiling {
+                break;
+            }
+        }
+        worst
+    }
+
     /// A candidate's flights, in the order in which they were added.
     pub fn fly(&self, k: &Longitudinal) -> Vec<Evaluation> {
+        self.fly_trials(k, &self.trials)
+    }
+
+    /// Other flights than the bench's own, judged by J_TPF.
+    pub fn fly_others(&self, k: &Longitudinal, others: &[(BodyState, Variation)]) -> Vec<Evaluation> {
+        self.fly_trials(k, &others.iter().map(untracked).collect::<Vec<_>>())
+    }
+
+    fn fly_trials(&self, k: &Longitudinal, trials: &[Trial]) -> Vec<Evaluation> {
         let yaw = &self.setting.yaw;
         let gains = Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(*k) };
         let flight =
             |t: &Trial| Some(Flight { gains, release: Release::of(&t.start).ok()?, variation: t.variation });
-        let flights: Option<Vec<Flight>> = self.trials.iter().map(flight).collect();
+        let flights: Option<Vec<Flight>> = trials.iter().map(flight).collect();
         match (&self.planar, flights) {
             (Some((model, study)), Some(flights)) => {
                 let mut outcomes = vec![Outcome::default(); flights.len()];
                 judge_flights(model, study, &flights, &mut outcomes);
-                self.trials.iter().zip(&outcomes).map(|(t, o)| self.judged(t, o)).collect()
+                trials.iter().zip(&outcomes).map(|(t, o)| self.judged(t, o)).collect()
             }
-            _ => self.trials.iter().map(|t| self.fly_alone(&gains, t)).collect(),
+            _ => trials.iter().map(|t| self.fly_alone(&gains, t)).collect(),
         }
     }
 
@@ -247,6 +251,10 @@ impl<'a> Bench<'a> {
         }
         self.evaluation(trial, tracking.rms(), j_tpf, steady_after_s, &sim.state().body.v_ned)
     }
+}
+
+fn untracked(&(start, variation): &(BodyState, Variation)) -> Trial {
+    Trial { start, variation, tracked: false }
 }
 
 fn duration_s(setting: &Setting<'_>) -> f64 {

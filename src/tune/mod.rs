@@ -4,10 +4,12 @@
 //! |---|---|---|
 //! | [`release_cases`] | states at t = 0: the mission's cases, a swing sampled all around | Table 3, (40)-(44) |
 //! | [`bench`](mod@bench) | what a set of gains costs: its flights | (45)-(46), (51) |
+//! | [`unknowns`] | what the controller does not know of | |
 //! | [`objective`] | the number to be made small | (46) |
 //! | [`swarm`] | particle swarm | IV.C |
 //! | [`cma_es`] | evolution strategy that learns the shape of the valley | |
 //! | [`search`] | an optimiser on an objective, with the best and the front of all that was tried | |
+//! | [`px4`] | gains for PX4, on the model of its own law | |
 //! | [`near_hover`](mod@near_hover) | Ziegler and Nichols on the vehicle's own loops | IV.D |
 //!
 //! Optimisers are asked for candidates and told their costs. They own no threads, no clock and nothing to print; random numbers
@@ -19,10 +21,12 @@ pub mod cma_es;
 pub mod near_hover;
 
 pub mod objective;
+pub mod px4;
 mod random;
 pub mod release_cases;
 pub mod search;
 pub mod swarm;
+pub mod unknowns;
 
 pub use bench::{Bench, Evaluation};
 pub use cma_es::CmaEs;
@@ -44,6 +48,11 @@ pub trait Optimiser<const N: usize> {
 
     /// Takes the costs of the candidates, in their order, and makes new ones.
     fn tell(&mut self, costs: &[f64]);
+
+    /// A candidate that costs more than this might as well cost infinitely much: what costs it exactly makes no difference.
+    fn to_beat(&self, _candidate: usize) -> f64 {
+        f64::INFINITY
+    }
 
     /// Whether more of it is of no use.
     fn has_converged(&self) -> bool;

@@ -13,11 +13,15 @@ pub enum Objective {
     Safety {
         /// Largest worst RMS.
         rms_bound: f64,
+        /// J_TPF that it costs to be over a bound by as much again ([`PENALTY`]).
+        penalty: f64,
     },
 }
 
-/// What it costs to be over a bound: one percent costs 0.1 of J_TPF, more than it can gain.
-const PENALTY: f64 = 10.0;
+/// One percent over a bound costs 0.02 of J_TPF. It must cost more than it gains, or the best gains lie beyond the bounds: along the
+/// front of both, near the paper's RMS, a percent gains 0.01. It should not cost much more: the valley along the bound gets as narrow
+/// as the penalty is steep, and a search loses its way in it.
+pub const PENALTY: f64 = 2.0;
 /// What tracking costs beside J_TPF: it decides where the release alone sets J_TPF, as on Earth.
 const TIE: f64 = 0.01;
 
@@ -30,9 +34,9 @@ impl Objective {
         match self {
             Self::Rms => e.rms,
             Self::JTpf => e.j_tpf,
-            Self::Safety { rms_bound } => {
+            Self::Safety { rms_bound, penalty } => {
                 let over = (e.rms / rms_bound - 1.0).max(0.0) + e.unrest;
-                e.j_tpf + TIE * e.rms + PENALTY * over
+                e.j_tpf + TIE * e.rms + penalty * over
             }
         }
     }
@@ -40,7 +44,7 @@ impl Objective {
     /// Whether the bounds hold.
     pub fn allows(&self, e: &Evaluation) -> bool {
         match self {
-            Self::Safety { rms_bound } => e.rms <= *rms_bound && e.unrest == 0.0,
+            Self::Safety { rms_bound, .. } => e.rms <= *rms_bound && e.unrest == 0.0,
             Self::Rms | Self::JTpf => e.is_finite(),
         }
     }
@@ -54,9 +58,9 @@ mod tests {
     fn closed_form_costs() {
         let e = Evaluation { rms: 0.4, j_tpf: 0.6, unrest: 0.01 };
         assert_eq!((Objective::Rms.cost(&e), Objective::JTpf.cost(&e)), (0.4, 0.6));
-        let cost = |rms_bound| Objective::Safety { rms_bound }.cost(&e);
+        let cost = |rms_bound| Objective::Safety { rms_bound, penalty: 10.0 }.cost(&e);
         assert!((cost(0.4) - 0.704).abs() < 1e-12 && (cost(0.32) - 3.204).abs() < 1e-12);
-        assert!(!Objective::Safety { rms_bound: 0.5 }.allows(&e));
+        assert!(!Objective::Safety { rms_bound: 0.5, penalty: PENALTY }.allows(&e));
         let lost = Evaluation { rms: f64::NAN, ..e };
         assert_eq!(Objective::JTpf.cost(&lost), f64::INFINITY);
     }

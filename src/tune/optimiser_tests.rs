@@ -100,7 +100,7 @@ fn a_cost_that_is_no_number_counts_as_infinite() {
 }
 
 fn settings(method: Method) -> SearchSettings {
-    let bounds = [0.5, 0.3].map(|rms_bound| Objective::Safety { rms_bound });
+    let bounds = [0.5, 0.3].map(|rms_bound| Objective::Safety { rms_bound, penalty: 10.0 });
     SearchSettings { method, objectives: bounds.to_vec(), iterations: 12, start: None, seed: 5 }
 }
 
@@ -111,17 +111,45 @@ fn judged(k: &[f64; 7]) -> Evaluation {
     Evaluation { rms, j_tpf: 0.5 + 0.1 * k[0] + 0.01 * rest, unrest: 0.0 }
 }
 
-const METHODS: [Method; 2] = [
-    Method::Swarm(SwarmSettings {
-        particles: 20,
-        inertia: (0.1, 1.1),
-        weights: (1.49, 1.49),
-        neighbours: 0.25,
-        stall_iterations: 20,
-        tolerance: 1e-6,
-    }),
-    Method::CmaEs(CmaSettings { samples: 12, sigma: 0.1, scale: Scale::Logarithmic, tolerance: 1e-5 }),
+const SWARM: SwarmSettings = SwarmSettings {
+    particles: 20,
+    inertia: (0.1, 1.1),
+    weights: (1.49, 1.49),
+    neighbours: 0.25,
+    stall_iterations: 20,
+    tolerance: 1e-6,
+};
+const CMA: CmaSettings = CmaSettings { samples: 12, sigma: 0.1, scale: Scale::Logarithmic, tolerance: 1e-5 };
+const METHODS: [Method; 3] = [
+    Method::Swarm(SWARM),
+    Method::CmaEs(CMA),
+    Method::SwarmThenCmaEs { swarm: SWARM, swarm_iterations: 5, polish: CMA },
 ];
+
+/// What is told of a candidate beyond its own best changes nothing: a search that is told infinity there goes the same way.
+#[test]
+fn prop_a_candidate_that_is_beaten_need_not_be_judged_to_the_end() {
+    for method in METHODS {
+        let one = SearchSettings { objectives: vec![Objective::JTpf], ..settings(method) };
+        let (mut whole, mut short, mut spared) = (Search::new(one.clone()), Search::new(one), 0);
+        while let Some(candidates) = whole.ask() {
+            assert_eq!(short.ask().unwrap(), candidates);
+            let exact: Vec<Evaluation> = candidates.iter().map(judged).collect();
+            let cut = |(i, e): (usize, &Evaluation)| match short.to_beat(i).unwrap() {
+                (objective, to_beat) if objective.cost(e) > to_beat => Evaluation::DIVERGED,
+                _ => *e,
+            };
+            let cut: Vec<Evaluation> = exact.iter().enumerate().map(cut).collect();
+            spared += cut.iter().zip(&exact).filter(|(a, b)| a != b).count();
+            whole.tell(&exact);
+            short.tell(&cut);
+        }
+        assert!(short.ask().is_none());
+        assert_eq!(short.best(&Objective::JTpf).unwrap().k, whole.best(&Objective::JTpf).unwrap().k);
+        assert_eq!(short.front(), whole.front());
+        assert_eq!(spared > 20, !matches!(method, Method::CmaEs(_)), "{spared}");
+    }
+}
 
 /// However the candidates are parted for judging, and when a search is told its past again, it goes on to the same bits.
 #[test]

@@ -14,6 +14,15 @@ pub enum Method {
     Swarm(SwarmSettings),
     /// Evolution strategy.
     CmaEs(CmaSettings),
+    /// A swarm that finds the valley, then an evolution strategy down it, from the best that the swarm has found.
+    SwarmThenCmaEs {
+        /// The swarm.
+        swarm: SwarmSettings,
+        /// Most iterations of the swarm, of those of the objective.
+        swarm_iterations: usize,
+        /// The strategy.
+        polish: CmaSettings,
+    },
 }
 
 /// What to search, and how.
@@ -38,6 +47,8 @@ pub struct Tried {
     pub k: Longitudinal,
     /// What its flights came to.
     pub evaluation: Evaluation,
+    /// Whether it cost more than it had to beat: then it may not have flown all its flights.
+    pub beaten: bool,
 }
 
 /// State of a search after an iteration.
@@ -49,7 +60,7 @@ pub struct Progress {
     pub evaluations: usize,
     /// Candidates so far with a flight that diverged.
     pub diverged: usize,
-    /// Median cost of this iteration's candidates.
+    /// Median cost of this iteration's candidates; of those that were given up, what they cost up to then.
     pub median_cost: f64,
     /// Least cost under this objective so far.
     pub cost: f64,
@@ -62,7 +73,8 @@ pub struct Search {
     settings: SearchSettings,
     objective: usize,
     iteration: usize,
-    optimiser: Box<dyn Optimiser<7> + Send>,
+    polishing: bool,
+    optimiser: AnyOptimiser,
     /// Asked about before anything else: where the evolution strategy begins, which it does not try itself. What is found is never
     /// worse.
     first: Option<Longitudinal>,
@@ -82,7 +94,20 @@ impl Search {
         let optimiser = optimiser(&settings, 0, settings.start);
         let first = settings.start.filter(|_| matches!(settings.method, Method::CmaEs(_)));
         let (tried, history) = (Vec::new(), Vec::new());
-        Self { settings, objective: 0, iteration: 0, optimiser, first, tried, history }
+        Self { settings, objective: 0, iteration: 0, polishing: false, optimiser, first, tried, history }
+    }
+
+    /// The objective of the candidates to be judged next, and what each must cost at most: the rest of a candidate's flights makes no
+    /// difference once it costs more. Infinite where several objectives make a front, to which every candidate may belong.
+    pub fn to_beat(&self, candidate: usize) -> Option<(Objective, f64)> {
+        let objective = self.settings.objectives.get(self.objective)?;
+        let alone = self.settings.objectives.len() == 1 && self.first.is_none();
+        Some((*objective, if alone { self.optimiser.to_beat(candidate) } else { f64::INFINITY }))
+    }
+
+    /// Iterations made of this objective, and how many there are at most.
+    pub fn iterations(&self) -> (usize, usize) {
+        (self.iteration, self.settings.iterations)
     }
 
     /// The candidates to be judged next; `None` when the search is over.
@@ -97,24 +122,43 @@ impl Search {
         let Some(&objective) = self.settings.objectives.get(self.objective) else { return };
         let costs: Vec<f64> = evaluations.iter().map(|e| objective.cost(e)).collect();
         if let Some(k) = self.first.take() {
-            self.tried.extend(evaluations.first().map(|&evaluation| Tried { k, evaluation }));
+            self.tried.extend(evaluations.first().map(|&evaluation| Tried { k, evaluation, beaten: false }));
             self.note(&objective, costs);
             return;
         }
-        let candidates = self.optimiser.ask().iter().zip(evaluations);
-        self.tried.extend(candidates.map(|(k, evaluation)| Tried { k: *k, evaluation: *evaluation }));
+        let to_beat = |i: usize| self.to_beat(i).map_or(f64::INFINITY, |(_, cost)| cost);
+        let candidates = self.optimiser.ask().iter().zip(evaluations).enumerate();
+        let tried: Vec<Tried> = candidates
+            .map(|(i, (&k, &evaluation))| Tried { k, evaluation, beaten: costs[i] > to_beat(i) })
+            .collect();
+        self.tried.extend(tried);
         self.optimiser.tell(&costs);
         self.note(&objective, costs);
         self.iteration += 1;
+        if self.begins_to_polish() {
+            if let Some(best) = best_of(&self.tried, &objective) {
+                self.optimiser = polish(&self.settings, self.objective, best.k);
+            }
+            self.polishing = true;
+            return;
+        }
         if self.iteration < self.settings.iterations && !self.optimiser.has_converged() {
             return;
         }
         self.objective += 1;
         self.iteration = 0;
+        self.polishing = false;
         if let Some(next) = self.settings.objectives.get(self.objective) {
             let start = best_of(&self.tried, next).map(|t| t.k);
             self.optimiser = optimiser(&self.settings, self.objective, start);
         }
+    }
+
+    /// Whether the swarm has done its part and the strategy has one to do.
+    fn begins_to_polish(&self) -> bool {
+        let Method::SwarmThenCmaEs { swarm_iterations, .. } = self.settings.method else { return false };
+        let done = self.iteration >= swarm_iterations || self.optimiser.has_converged();
+        !self.polishing && done && self.iteration < self.settings.iterations
     }
 
     fn note(&mut self, objective: &Objective, mut costs: Vec<f64>) {
@@ -133,9 +177,12 @@ impl Search {
         }
     }
 
-    /// The best candidate under an objective so far, the first of equals; `None` before the first costs.
+    /// The candidate of least cost so far among those that the objective allows, or among all when it allows none; the first of
+    /// equals, `None` before the first costs.
     pub fn best(&self, objective: &Objective) -> Option<Tried> {
-        best_of(&self.tried, objective)
+        let allowed = |t: &&Tried| !t.beaten && objective.allows(&t.evaluation);
+        let allowed: Vec<Tried> = self.tried.iter().filter(allowed).copied().collect();
+        best_of(&allowed, objective).or_else(|| best_of(&self.tried, objective))
     }
 
     /// Everything that was tried, in order.
@@ -148,12 +195,13 @@ impl Search {
         &self.history
     }
 
-    /// What nothing that was tried and comes to rest beats in both tracking RMS and J_TPF; RMS ascends.
+    /// What nothing that was tried and comes to rest beats in both tracking RMS and J_TPF; RMS ascends. Without candidates that were
+    /// given up in the middle of their flights.
     pub fn front(&self) -> Vec<Tried> {
         let mut by_rms: Vec<Tried> = self
             .tried
             .iter()
-            .filter(|t| t.evaluation.is_finite() && t.evaluation.unrest == 0.0)
+            .filter(|t| !t.beaten && t.evaluation.is_finite() && t.evaluation.unrest == 0.0)
             .copied()
             .collect();
         let order = |t: &Tried| (t.evaluation.rms, t.evaluation.j_tpf);
@@ -176,22 +224,31 @@ fn best_of(tried: &[Tried], objective: &Objective) -> Option<Tried> {
     tried.iter().copied().reduce(|best, t| if cost(&t) < cost(&best) { t } else { best })
 }
 
-fn optimiser(
-    settings: &SearchSettings,
-    objective: usize,
-    start: Option<Longitudinal>,
-) -> Box<dyn Optimiser<7> + Send> {
-    let bounds = [BOUNDS; 7];
-    // Each objective of a front has random numbers of its own.
-    let seed = settings.seed.wrapping_add(objective as u64);
+type AnyOptimiser = Box<dyn Optimiser<7> + Send + Sync>;
+
+fn optimiser(settings: &SearchSettings, objective: usize, start: Option<Longitudinal>) -> AnyOptimiser {
     match settings.method {
-        Method::Swarm(swarm) => {
-            let mut swarm = ParticleSwarm::new(bounds, swarm, seed);
+        Method::Swarm(swarm) | Method::SwarmThenCmaEs { swarm, .. } => {
+            let mut swarm = ParticleSwarm::new([BOUNDS; 7], swarm, seed(settings, objective));
             if let Some(start) = start {
                 swarm.place(0, start);
             }
             Box::new(swarm)
         }
-        Method::CmaEs(cma) => Box::new(CmaEs::new(bounds, start.unwrap_or([1.0; 7]), cma, seed)),
+        Method::CmaEs(_) => polish(settings, objective, start.unwrap_or([1.0; 7])),
     }
+}
+
+/// The strategy, from `start`.
+fn polish(settings: &SearchSettings, objective: usize, start: Longitudinal) -> AnyOptimiser {
+    let cma = match settings.method {
+        Method::CmaEs(cma) | Method::SwarmThenCmaEs { polish: cma, .. } => cma,
+        Method::Swarm(_) => CmaSettings::default(),
+    };
+    Box::new(CmaEs::new([BOUNDS; 7], start, cma, seed(settings, objective)))
+}
+
+/// Each objective of a front has random numbers of its own.
+fn seed(settings: &SearchSettings, objective: usize) -> u64 {
+    settings.seed.wrapping_add(objective as u64)
 }

@@ -10,8 +10,8 @@
 //! then W = 2 W if c < 2, W = W/2 if c > 5, kept in the range of inertia
 //! ```
 //!
-//! N_min = max(2, a quarter of the swarm). It has converged when the best cost has fallen by less than 1e-6, as a fraction, over
-//! the stall iterations. Rules as documented (whether W changes without an improvement is left open there; without it a swarm that
+//! N_min = max(2, a quarter of the swarm). It has converged when the best cost has fallen by no more than 1e-6 over the stall
+//! iterations: as a fraction of it where it is above 1, absolute below. Rules as documented (whether W changes without an improvement is left open there; without it a swarm that
 //! begins with W = 1.1 stalls) in "Particle Swarm Optimization Algorithm", Global Optimization Toolbox; random
 //! numbers are our own, so that runs of MATLAB are not repeated digit by digit.
 
@@ -31,7 +31,7 @@ pub struct SwarmSettings {
     pub neighbours: f64,
     /// Iterations over which the best cost must fall.
     pub stall_iterations: usize,
-    /// By at least this fraction.
+    /// By more than this: a fraction of the cost where it is above 1, absolute below.
     pub tolerance: f64,
 }
 
@@ -174,6 +174,11 @@ impl<const N: usize> Optimiser<N> for ParticleSwarm<N> {
             self.adapt(improved);
         }
         self.fly();
+    }
+
+    /// Its own best: a particle remembers nothing that is no better.
+    fn to_beat(&self, candidate: usize) -> f64 {
+        self.own_best.get(candidate).map_or(f64::INFINITY, |best| best.1)
     }
 
     fn has_converged(&self) -> bool {

@@ -50,6 +50,29 @@ fn a_passed_limit_says_no_and_names_it() {
     assert!(String::from_utf8_lossy(&text.stdout).contains("EXCEEDED"));
 }
 
+/// A wire that is scaled for PX4, and what is for PX4, are not for the reference autopilot; nor the other way round.
+#[test]
+fn what_is_for_px4_by_froude_scaling_is_refused_elsewhere() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().to_str().unwrap();
+    let refused = |args: &[&str], words: &[&str]| {
+        let output = samara(&[args, &["--out", folder]].concat());
+        assert_eq!(code(&output), 2, "{args:?}: {}", stderr(&output));
+        for word in words {
+            assert!(stderr(&output).contains(word), "{args:?}: {}", stderr(&output));
+        }
+    };
+    refused(&["autopilot", "mission/titan_px4.json"], &["px4_clock", "samara drop"]);
+    refused(&["drop", "--params", "params/px4/titan_px4_froude.params"], &["px4-froude", "--for samara"]);
+    refused(&["drop", "--case", "case_7"], &["case_7", "case_0, case_1"]);
+    let weightless = spoilt_mission(out.path(), "\"gravity_m_s2\": 1.35", "\"gravity_m_s2\": 0.05");
+    let text = fs::read_to_string(&weightless)
+        .unwrap()
+        .replace("\"seed\": 1,", "\"seed\": 1, \"px4_clock\": \"froude\",");
+    fs::write(&weightless, text).unwrap();
+    refused(&["plan", &weightless], &["px4_clock", "below 0.1"]);
+}
+
 /// With --json, stdout holds exactly one object, or nothing when there is no result.
 #[test]
 fn stdout_holds_one_object_or_nothing() {

@@ -54,3 +54,20 @@ def vehicle(samara):
     vehicle = Vehicle(f"udpin:127.0.0.1:{samara.ports.api}", samara.ports.system)
     yield vehicle
     vehicle.close()
+
+
+@pytest.fixture
+def mission(tmp_path):
+    """Writes a variant of a mission of the repository; its path."""
+
+    def write(name, change):
+        folder = REPOSITORY / "mission"
+        mission = json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
+        for key in ("vehicle", "gains"):
+            mission[key] = str((folder / mission[key]).resolve())
+        change(mission)
+        path = tmp_path / f"{name}.json"
+        path.write_text(json.dumps(mission), encoding="utf-8")
+        return path
+
+    return write

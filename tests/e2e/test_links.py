@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from drop import AUTOPILOT, mavlink
+from drop import AUTOPILOT, Vehicle, mavlink
 from pymavlink import mavutil
 from programs import PATIENCE_S
 
@@ -112,6 +112,68 @@ def test_tcp_clients_come_and_go(samara, stations):
     until([second], lambda: second.has_heard("ATTITUDE"))
 
 
+def listens_on_tcp(program, port):
+    """Waits until a program listens; the URL for pymavlink."""
+    program.says("TCP", f"tcpin:127.0.0.1:{port}")
+    return f"tcp:127.0.0.1:{port}"
+
+
+def test_a_companion_on_tcp_alone_flies_a_drop(samara, reference):
+    """It meets the parachute through the autopilot, and gets the streams of a companion."""
+    port = free_port()
+    sim = samara.sim("--speed", 10, "--json")
+    autopilot = samara.autopilot("--once", "--link", f"tcpin:127.0.0.1:{port}?mode=onboard")
+    vehicle = Vehicle(listens_on_tcp(autopilot, port), samara.ports.system)
+    vehicle.wait("HIGHRES_IMU", within_s=10.0)
+    vehicle.hang()
+    vehicle.arm()
+    free_s = vehicle.release(at_s=10.0) + reference.mission["parachute"]["delay_s"]
+    vehicle.stream(vehicle.flies(reference.plan, free_s))
+    vehicle.until(reference.mission["duration_s"] - 0.1)
+    vehicle.close()
+    assert sim.ends() == 0
+    assert autopilot.ends() == 0
+    reference.agrees_with(sim.json())
+    assert sum(text.startswith("Released at") for text in vehicle.texts) == 1, vehicle.texts
+    assert not any("not forwarded" in line or "wrong target" in line for line in sim.lines + autopilot.lines)
+
+
+def test_a_station_on_tcp_alone_releases_a_watched_drop(samara):
+    port = free_port()
+    drop = samara.drop("--speed", 10, "--link", f"tcpin:127.0.0.1:{port}")
+    vehicle = Vehicle(listens_on_tcp(drop, port), samara.ports.system)
+    vehicle.connect()
+    released_s = vehicle.release(at_s=5.0)
+    assert 5.0 <= released_s < 7.0
+    vehicle.until(released_s + 1.0)
+    vehicle.close()
+    drop.says("rotors free")
+    drop.interrupt()
+    assert drop.ends() == 1
+    assert sum(text.startswith("Released at") for text in vehicle.texts) == 1, vehicle.texts
+
+
+def test_who_speaks_to_both_is_heard_once(samara):
+    """QGroundControl says everything to everyone it hears: to the autopilot, who passes it on, and to the parachute."""
+    samara.sim("--speed", 1)
+    samara.autopilot().says("connected to simulator")
+    vehicle = Vehicle(f"udpin:127.0.0.1:{samara.ports.api}", samara.ports.system)
+    vehicle.connect()
+    vehicle.until(vehicle.now_s + 1.5)
+    numbers, texts = [], vehicle.texts
+    vehicle.link.mav.command_long_send(
+        samara.ports.system, mavlink.MAV_COMP_ID_PARACHUTE, mavlink.MAV_CMD_DO_PARACHUTE, 0, 2, 0, 0, 0, 0, 0, 0
+    )
+    start_s = vehicle.now_s
+    while vehicle.now_s < start_s + 1.0:
+        m = vehicle.hear()
+        if m.get_type() == "COMMAND_ACK" and m.command == mavlink.MAV_CMD_DO_PARACHUTE:
+            numbers.append(m.result)
+    vehicle.close()
+    assert numbers == [mavlink.MAV_RESULT_DENIED]
+    assert sum("DO_PARACHUTE refused" in text for text in texts) == 1, texts
+
+
 def test_a_key_keeps_strangers_out(samara, stations, tmp_path):
     key_file = tmp_path / "key.txt"
     key_file.write_text("titan\n", encoding="utf-8")
@@ -135,6 +197,7 @@ def test_what_cannot_be_opened_is_named(samara, tmp_path):
     for args, expected in [
         (["--link", "udp:127.0.0.1:14555"], "udpin, udpout, tcpin or tcpout is expected"),
         (["--link", "tcpin:127.0.0.1"], "a port from 1 to 65535 is expected"),
+        (["--link", "udpin:127.0.0.1:14555?mode=osd"], "mode=normal or mode=onboard is expected"),
         (["--sign-key", tmp_path / "none"], "no key to sign with"),
     ]:
         program = samara.autopilot(*args)

@@ -1,33 +1,15 @@
 """What a ground station's buttons do: take off, go there, return, land; and a drop that ends in HOLD and LAND."""
 
-import json
 import math
 
 import pytest
 
 from drop import AUTOPILOT, mavlink
-from programs import REPOSITORY
+from missions import over_ground
 from test_services import set_parameter
 
 HOLD, LAND = (4, 3), (4, 6)
 NAN = math.nan
-
-
-@pytest.fixture
-def mission(tmp_path):
-    """Writes a variant of a mission of the repository; its path."""
-
-    def write(name, change):
-        folder = REPOSITORY / "mission"
-        mission = json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
-        for key in ("vehicle", "gains"):
-            mission[key] = str((folder / mission[key]).resolve())
-        change(mission)
-        path = tmp_path / f"{name}.json"
-        path.write_text(json.dumps(mission), encoding="utf-8")
-        return path
-
-    return write
 
 
 def mode_of(heartbeat):
@@ -88,11 +70,6 @@ def test_take_off_and_land_as_a_ground_station_does(samara, vehicle, mission):
 
 
 def test_a_drop_that_holds_and_lands(samara, vehicle, mission):
-    def over_ground(m):
-        m["gains"] = str(REPOSITORY / "params" / "gains" / "x500_hover.json")
-        m["site"]["ground_altitude_m"] = m["site"]["altitude_m"] - 40
-        m["duration_s"] = 75
-
     path = mission("x500_drop", over_ground)
     sim = samara.sim("--speed", 10, "--json", path)
     samara.autopilot("--once", path)

@@ -33,7 +33,9 @@ def test_released_while_not_armed_it_falls_and_the_verdict_says_so(samara, vehic
     assert autopilot.ends() == 0
     verdict = sim.json()
     assert verdict["limits_passed"] == ["speed"]
-    assert [event["text"] for event in verdict["events"]] == ["released by command", "rotors free"]
+    unarmed = "released while the autopilot is not armed"
+    assert [event["text"] for event in verdict["events"]] == ["released by command", unarmed, "rotors free", "limit passed: speed"]
+    assert unarmed in vehicle.texts and "Limit passed: speed" in vehicle.texts
 
 
 def test_a_gap_in_the_setpoints_shorter_than_the_timeout_does_no_harm(samara, vehicle, reference):

@@ -1,5 +1,7 @@
 """`samara drop` at a speed to watch, and its recordings, with the tools of those who watch."""
 
+import json
+
 import pytest
 
 from drop import PARACHUTE, Vehicle
@@ -49,6 +51,21 @@ def test_ctrl_c_ends_a_watched_drop(samara):
     assert drop.ends() == 1
     assert drop.has_said("stopped at")
     assert (drop.out / "flight.csv").stat().st_size > 100_000
+
+
+def test_ctrl_c_ends_a_drop_at_full_speed(samara, mission):
+    path = mission("titan_drop", lambda m: m.update(duration_s=900))
+    drop = samara.drop(path)
+    drop.says("rotors free")
+    drop.interrupt()
+    assert drop.ends() == 1
+    assert drop.has_said("stopped at")
+    assert (drop.out / "flight.csv").stat().st_size > 100_000
+    verdict = json.loads((drop.out / "drop.json").read_text(encoding="utf-8"))
+    assert not verdict["completed"] and 10.5 <= verdict["ended_at_s"] < 900
+    assert (drop.out / "drop_manifest.json").exists()
+    # The parachute tells the end in the recording, too.
+    assert any(kind == "STATUSTEXT" and "stopped" in data["text"] for kind, _, data in dump(drop.out / "vehicle.tlog"))
 
 
 @pytest.mark.parametrize(

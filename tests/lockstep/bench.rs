@@ -67,7 +67,8 @@ pub fn simulator() -> SimulatorSession {
 }
 
 pub fn simulator_of(sim: DropSimulation, trigger: ReleaseTrigger) -> SimulatorSession {
-    let config = SimulatorConfig { seed: mission().seed, trigger, ..SimulatorConfig::default() };
+    let limits = Some(mission().limits);
+    let config = SimulatorConfig { seed: mission().seed, trigger, limits, ..SimulatorConfig::default() };
     SimulatorSession::new(sim, config)
 }
 

@@ -81,6 +81,51 @@ fn regress_fence() {
     assert!(!critical(&wire));
 }
 
+/// An uploaded circle to keep out of, 20 m to the north: GF_ACTION's default is HOLD.
+#[test]
+fn regress_an_uploaded_fence() {
+    let mut wire = Wire::hovering(10.0, None);
+    let north_m = wire.body().p_ned.x + 30.0;
+    let point = wire.simulator.sim().environment().geo_point(&nalgebra::Vector3::new(north_m, 0.0, 0.0));
+    let count = MISSION_COUNT_DATA {
+        count: 1,
+        target_system: 1,
+        target_component: 1,
+        mission_type: MavMissionType::MAV_MISSION_TYPE_FENCE,
+        ..Default::default()
+    };
+    let item = MISSION_ITEM_INT_DATA {
+        command: MavCmd::MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION,
+        frame: MavFrame::MAV_FRAME_GLOBAL,
+        param1: 10.0,
+        x: (point.latitude_deg * 1e7) as i32,
+        y: (point.longitude_deg * 1e7) as i32,
+        target_system: 1,
+        target_component: 1,
+        mission_type: MavMissionType::MAV_MISSION_TYPE_FENCE,
+        ..Default::default()
+    };
+    wire.send(&MavMessage::MISSION_COUNT(count));
+    wire.send(&MavMessage::MISSION_ITEM_INT(item));
+    wire.fly(0.1);
+    assert!(wire.said("fence: 0 to stay in, 1 to keep out: HOLD"));
+    for i in 0..100 {
+        wire.setpoint([0.0; 3], [4.0, 0.0, 0.0], 0x0DC7);
+        if i == 0 {
+            assert_eq!(wire.command(MavCmd::MAV_CMD_DO_SET_MODE, &OFFBOARD), 0);
+        }
+        wire.fly(0.1);
+        if wire.said("Failsafe: HOLD") {
+            break;
+        }
+    }
+    let north_of_edge_m = wire.body().p_ned.x - (north_m - 10.0);
+    assert!((0.0..1.0).contains(&north_of_edge_m), "{north_of_edge_m}");
+    wire.fly(1.0);
+    assert!(critical(&wire) && wire.said("Geofence: inside an area to keep out of"));
+    assert_eq!(wire.mode(), [4, 3]);
+}
+
 /// GF_MAX_VER_DIST with GF_ACTION 4: the motors stop.
 #[test]
 fn regress_fence_terminates() {

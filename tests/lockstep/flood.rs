@@ -12,7 +12,7 @@ use samara::link::{
 
 use super::bench::{autopilot, mission, simulator, streamer};
 
-const FRAMES: usize = 100_000;
+pub const FRAMES: usize = 100_000;
 /// The two peers' addresses, and the companion's that sends what it likes.
 const STATION: u16 = 1;
 const SCRIPT: u16 = 2;
@@ -50,16 +50,29 @@ const KINDS: [Kind; 12] = [
     Kind::Question,
 ];
 
-fn below(dice: &mut ChaCha8Rng, n: usize) -> usize {
+/// A frame whose number does not count, without a byte inside that looks like the start of another.
+pub fn plain(system: u8, dice: &mut ChaCha8Rng) -> Vec<u8> {
+    loop {
+        let custom_mode = dice.next_u32();
+        let beat = MavMessage::HEARTBEAT(HEARTBEAT_DATA { custom_mode, ..Default::default() });
+        let bytes = Encoder::new(system, 190).encode(&beat);
+        let looks_like_a_start = |b: &u8| [0xFD, 0xFE, 0xFD ^ 0x55, 0xFE ^ 0x55].contains(b);
+        if !bytes[1..].iter().any(looks_like_a_start) {
+            return bytes;
+        }
+    }
+}
+
+pub fn below(dice: &mut ChaCha8Rng, n: usize) -> usize {
     dice.next_u32() as usize % n
 }
 
-fn heartbeat() -> MavMessage {
+pub fn heartbeat() -> MavMessage {
     MavMessage::HEARTBEAT(HEARTBEAT_DATA { mavtype: MavType::MAV_TYPE_GCS, ..Default::default() })
 }
 
 /// What nobody here knows, to whom it may concern.
-fn command(target_system: u8) -> MavMessage {
+pub fn command(target_system: u8) -> MavMessage {
     MavMessage::COMMAND_LONG(COMMAND_LONG_DATA {
         command: MavCmd::MAV_CMD_DO_SET_RELAY,
         target_system,
@@ -103,19 +116,6 @@ impl Peer {
         bytes
     }
 
-    /// A frame whose number does not count, without a byte inside that looks like the start of another.
-    fn plain(&self, dice: &mut ChaCha8Rng) -> Vec<u8> {
-        loop {
-            let custom_mode = dice.next_u32();
-            let beat = MavMessage::HEARTBEAT(HEARTBEAT_DATA { custom_mode, ..Default::default() });
-            let bytes = Encoder::new(self.system(), 190).encode(&beat);
-            let looks_like_a_start = |b: &u8| [0xFD, 0xFE, 0xFD ^ 0x55, 0xFE ^ 0x55].contains(b);
-            if !bytes[1..].iter().any(looks_like_a_start) {
-                return bytes;
-            }
-        }
-    }
-
     /// Bytes of one kind, and what they add to the counts.
     fn make(&mut self, kind: Kind, dice: &mut ChaCha8Rng, expected: &mut Faults) -> Vec<u8> {
         let sound = matches!(
@@ -130,14 +130,14 @@ impl Peer {
         expected.frames += u64::from(sound);
         match kind {
             Kind::BadChecksum => {
-                let mut bytes = self.plain(dice);
+                let mut bytes = plain(self.system(), dice);
                 bytes[14] ^= 0x55;
                 expected.bad_crc += 1;
                 bytes
             }
             Kind::Truncated => {
                 expected.truncated += 1;
-                let bytes = self.plain(dice);
+                let bytes = plain(self.system(), dice);
                 bytes[..1 + below(dice, bytes.len() - 1)].to_vec()
             }
             Kind::UnknownId => {
@@ -145,7 +145,7 @@ impl Peer {
                 self.encoder.clone().encode_payload(999_999, 7, &[1, 2, 3])
             }
             Kind::UnknownFlags => {
-                let mut bytes = self.plain(dice);
+                let mut bytes = plain(self.system(), dice);
                 bytes[2] = 0x80;
                 expected.incompatible += 1;
                 bytes

@@ -6,6 +6,8 @@ mod bench;
 mod estimator;
 mod failsafes;
 mod flood;
+mod flood_with_key;
+mod froude;
 mod ground;
 mod ground_bench;
 mod releases;

@@ -11,16 +11,17 @@ use super::verdict;
 
 /// Ports that nobody has.
 fn free_ports() -> Ports {
-    let sockets = [(); 6].map(|()| std::net::UdpSocket::bind("127.0.0.1:0").unwrap());
-    let [simulator, autopilot_ground, ground_station, autopilot_api, api, parachute] =
+    let sockets = [(); 7].map(|()| std::net::UdpSocket::bind("127.0.0.1:0").unwrap());
+    let [simulator, autopilot_ground, ground_station, autopilot_api, api, parachute, viewer] =
         sockets.each_ref().map(|s| s.local_addr().unwrap().port());
-    Ports { simulator, autopilot_ground, ground_station, autopilot_api, api, parachute }
+    Ports { simulator, autopilot_ground, ground_station, autopilot_api, api, parachute, viewer }
 }
 
 /// UDP is outside the lockstep: what the streamer sends may come a step or two later.
 #[test]
 fn closed_form_three_terminals_fly_the_drop_of_the_wire_in_memory() {
     let ports = free_ports();
+    let viewer = std::net::UdpSocket::bind(("127.0.0.1", ports.viewer)).unwrap();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     let quiet = || |_: Notice| ();
     let (mut a, mut b, mut c) = (quiet(), quiet(), quiet());
@@ -43,4 +44,23 @@ fn closed_form_three_terminals_fly_the_drop_of_the_wire_in_memory() {
     let (sockets, memory) = (verdict(flown.log()), verdict(&drop_on_the_wire(|_, _, _| {}).log));
     assert!((sockets.j_tpf / memory.j_tpf - 1.0).abs() < 0.02, "{} {}", sockets.j_tpf, memory.j_tpf);
     assert!((sockets.final_v_ned - memory.final_v_ned).norm() < 0.01);
+    watched(&viewer);
+}
+
+/// A viewer (PX4's Hawkeye) wants to know what flies, and then its state, step by step.
+fn watched(viewer: &std::net::UdpSocket) {
+    viewer.set_nonblocking(true).unwrap();
+    let (mut decoder, mut ids, mut times_us) = (samara::link::Decoder::new(), Vec::new(), Vec::new());
+    let mut datagram = [0; 512];
+    for _ in 0..20 {
+        let length = viewer.recv(&mut datagram).unwrap();
+        decoder.datagram(&datagram[..length], |frame| {
+            ids.push(frame.message_id);
+            if frame.message_id == 115 {
+                times_us.push(frame.payload().u64(0));
+            }
+        });
+    }
+    assert!(ids[0] == 0 && ids[1..].iter().all(|id| *id == 115), "{ids:?}");
+    assert!(times_us.windows(2).all(|pair| pair[1] == pair[0] + 4_000), "{times_us:?}");
 }

@@ -10,7 +10,7 @@ use samara::trajectory::Trajectory;
 use samara::tune::bench::Setting;
 use samara::tune::near_hover::near_hover;
 use samara::tune::release_cases::random_releases;
-use samara::tune::{Bench, Evaluation};
+use samara::tune::{Bench, Evaluation, Objective};
 use samara::units::RAD_PER_DEG;
 
 use crate::data::{NUMBERS, TABLE_3, TITAN, gains, limits, number, numbers, plan, site, target_ned};
@@ -70,6 +70,32 @@ fn prop_the_bench_in_space_is_the_planar_one() {
     assert_eq!(lost, Evaluation::DIVERGED);
 }
 
+/// Flights that are left out would not have made a candidate cheaper: what is given up costs more than its ceiling, and what is not
+/// is judged to the bit as by all its flights.
+#[test]
+fn prop_a_candidate_is_given_up_only_when_it_costs_too_much() {
+    let plan = plan();
+    let bench = Bench::new(setting(&plan, PlantKind::Actuator, 4.5)).unwrap().with_cases(&TABLE_3);
+    let bench = bench.with_states(&random_releases(&swing(), 8, 30));
+    let objective = Objective::Safety { rms_bound: 0.367, penalty: 2.0 };
+    let mut spared = 0;
+    for name in ["near_hover", "paper_pso", "safety", "ours", "ideal_rms"] {
+        let k = gains(name).as_longitudinal();
+        let whole = bench.evaluate(&k);
+        let cost = objective.cost(&whole);
+        for ceiling in [0.5 * cost, 0.95 * cost, cost, f64::INFINITY] {
+            let judged = bench.evaluate_below(&k, &objective, ceiling);
+            let worse = whole.worse(judged);
+            assert_eq!(worse, whole, "{name}: no flight that is not there");
+            if judged != whole {
+                spared += 1;
+                assert!(ceiling < cost && objective.cost(&judged) > ceiling, "{name} {ceiling}: {judged:?}");
+            }
+        }
+    }
+    assert!(spared > 0);
+}
+
 /// The relays find the limits of stability: outer loops are slower than inner ones, and the gains made of them fly the drop.
 #[test]
 fn regress_near_hover_gains_fly() {
@@ -90,18 +116,22 @@ fn regress_our_gains_on_unseen_flights() {
     let k = gains("ours").as_longitudinal();
     let cases = Bench::new(setting.clone()).unwrap().with_cases(&TABLE_3).evaluate(&k);
     assert!(cases.rms <= 0.3670 && cases.unrest == 0.0, "{cases:?}");
-    let pendulum = Pendulum { amplitude_rad: 0.0, phase_rad: 0.0, omega_rad_s: 2.0, length_m: 0.34 };
-    let swing = ReleaseDistribution {
-        parachute: Parachute::new(3.0, 0.5, pendulum).unwrap(),
-        gravity_m_s2: 1.35,
-        drift_ned_m_s: Vector3::zeros(),
-        amplitude_sigma_rad: 3.0 * RAD_PER_DEG,
-    };
     for seed in 1..=4 {
-        let states = random_releases(&swing, seed, 1000);
+        let states = random_releases(&swing(), seed, 1000);
         let flights = Bench::new(setting.clone()).unwrap().with_states(&states).fly(&k);
         let worst = flights.iter().map(|e| e.j_tpf).fold(0.0, f64::max);
         let mean = flights.iter().map(|e| e.j_tpf).sum::<f64>() / 1000.0;
         assert!(mean <= 0.56 && worst <= 0.66, "seed {seed}: mean {mean} worst {worst}");
+    }
+}
+
+/// (40)-(44), the pendulum of the paper's text.
+fn swing() -> ReleaseDistribution {
+    let pendulum = Pendulum { amplitude_rad: 0.0, phase_rad: 0.0, omega_rad_s: 2.0, length_m: 0.34 };
+    ReleaseDistribution {
+        parachute: Parachute::new(3.0, 0.5, pendulum).unwrap(),
+        gravity_m_s2: 1.35,
+        drift_ned_m_s: Vector3::zeros(),
+        amplitude_sigma_rad: 3.0 * RAD_PER_DEG,
     }
 }

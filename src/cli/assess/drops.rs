@@ -23,7 +23,6 @@ use crate::config::Mission;
 use crate::link::Lockstep;
 use crate::link::shell::ports::MAX_INSTANCE;
 use crate::link::shell::{Speed, system_of_instance};
-use crate::params::ParameterFile;
 use crate::plan::Status;
 use crate::report::drops::{DropTally, DropTrial, drops_json, drops_text, header, row};
 use crate::report::plan_text;
@@ -37,7 +36,6 @@ struct Campaign<'a> {
     args: &'a AssessArgs,
     pilot: Pilot,
     mission: Mission,
-    parameters: Option<ParameterFile>,
     plan: Trajectory,
     folder: &'a std::path::Path,
 }
@@ -47,8 +45,7 @@ struct Campaign<'a> {
 /// # Errors
 /// [`Failure::BadInput`] when PX4 is not there, the mission does not suit, or a file cannot be written.
 pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Result<Answer, Failure> {
-    let pilot = Pilot::of(autopilot, &args.state)?;
-    let (mission, parameters) = pilot.mission(&args.mission.mission, &args.choice, &args.state)?;
+    let (pilot, mission) = Pilot::of(autopilot, &args.mission.mission, &args.choice, &args.state)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let timed = plan_mission(&mission, false)?;
     write_plan(&folder, &mission, &timed.plan)?;
@@ -57,7 +54,7 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
         return Ok(Answer::No);
     }
     let plan = timed.plan.trajectory;
-    let campaign = Campaign { args, pilot, mission, parameters, plan, folder: folder.path() };
+    let campaign = Campaign { args, pilot, mission, plan, folder: folder.path() };
     match args.only {
         Some(trial) => campaign.only(trial),
         None => campaign.fly_all(&folder, stop),
@@ -67,9 +64,10 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
 impl Campaign<'_> {
     fn autopilot(&self) -> &'static str {
         match self.pilot {
-            Pilot::Reference if self.args.state.estimator == EstimatorChoice::Ekf => "reference_ekf",
-            Pilot::Reference => "reference",
-            Pilot::Px4(_) => "px4",
+            Pilot::Reference(_) if self.args.state.estimator == EstimatorChoice::Ekf => "reference_ekf",
+            Pilot::Reference(_) => "reference",
+            Pilot::Px4(..) => "px4",
+            Pilot::Px4Model(_) => "px4-model",
         }
     }
 
@@ -217,16 +215,20 @@ impl Campaign<'_> {
         narrator: &Narrator,
     ) -> Result<(DropTrial, Flown), Failure> {
         let flown = match &self.pilot {
-            Pilot::Reference => self.fly_reference(mission)?,
-            Pilot::Px4(build) => {
+            Pilot::Reference(_) => self.fly_reference(mission)?,
+            Pilot::Px4(build, parameters) => {
                 let drop = Px4Drop {
                     build,
                     instance,
+                    cpu: px4::Cpu::Auto,
                     speed: Speed::Max,
-                    parameters: self.parameters.as_ref(),
+                    parameters: parameters.as_ref(),
                     feed_forward: self.args.feed_forward,
                 };
                 px4::fly(&drop, mission, &self.plan, folder, narrator)?
+            }
+            Pilot::Px4Model(parameters) => {
+                px4::model::fly(mission, &self.plan, parameters.as_ref(), self.args.feed_forward)?
             }
         };
         let measure = DropMeasure {
@@ -253,9 +255,9 @@ impl Campaign<'_> {
     /// The reference autopilot, over the wire in memory.
     fn fly_reference(&self, mission: &Mission) -> Result<Flown, Failure> {
         let system = system_of_instance(self.args.instance).bad_input()?;
-        let choice = ChoiceArgs { gains: None, params: self.args.choice.params.clone(), seed: None };
+        let choice = ChoiceArgs { gains: None, params: self.args.choice.params.clone(), seed: None, case: None };
         let mut wire = Lockstep::new(
-            sessions::simulator(mission, system),
+            sessions::simulator(mission, system, None),
             sessions::autopilot(mission, &choice, &self.args.state, system, false)?,
             sessions::streamer(mission, self.plan.clone(), system, sessions::StreamerChoice::default()),
         );

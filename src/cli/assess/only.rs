@@ -16,7 +16,7 @@ use crate::report::study::{OURS, only};
 use crate::report::{FlightCsv, drop_figure};
 
 /// Flies the trial with each controller: prints what was drawn and what came of it, writes `trial_<K>_<name>.csv` (the
-/// flight) and `.svg`.
+/// flight) and `.svg`, and `assess_only_manifest.json`.
 ///
 /// # Errors
 /// [`Failure::BadInput`] when a file cannot be written.
@@ -45,6 +45,12 @@ pub fn run(
             (*c, *outcome, row)
         })
         .collect();
+    // Beside the manifest of the campaigns, which may be in the same folder.
+    folder.write_manifest(
+        "assess_only",
+        mission,
+        &[("only", trial.to_string()), ("bound", args.bound.to_string())],
+    )?;
     if args.mission.json {
         print(&only::only_json(mission, &release, &rows))?;
     } else {

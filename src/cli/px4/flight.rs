@@ -4,6 +4,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::cpu::{Cpu, Pinned};
 use super::process::Px4Process;
 use super::{BuildFolder, Px4Error, upload};
 use crate::cli::clock::Stopwatch;
@@ -14,7 +15,7 @@ use crate::cli::outcome::{BadInput, Failure};
 use crate::cli::output::OutputFolder;
 use crate::cli::recording::Recording;
 use crate::cli::sessions;
-use crate::config::Mission;
+use crate::config::{Mission, Px4Clock};
 use crate::link::shell::{Ports, Speed, run_hosted_drop, system_of_instance};
 use crate::link::streamer::Clock;
 use crate::params::ParameterFile;
@@ -35,6 +36,8 @@ pub struct Px4Drop<'a> {
     pub build: &'a BuildFolder,
     /// Its number.
     pub instance: u16,
+    /// Where it and the simulator run.
+    pub cpu: Cpu,
     /// How fast simulated time shall run.
     pub speed: Speed,
     /// Parameters to be given to it, in place of the mission's gains.
@@ -59,26 +62,34 @@ pub fn fly(
     let procedure = upload::procedure(mission, trajectory, drop.parameters, mixer.is_some())?;
     let ports = Ports::of_instance(drop.instance).bad_input()?;
     let system = system_of_instance(drop.instance).bad_input()?;
+    let froude = sessions::froude(mission);
     let streamer = sessions::StreamerChoice {
         clock: Clock::Caller,
         procedure: Some(procedure),
         feed_forward: drop.feed_forward,
+        froude,
     };
     let sessions = (
-        sessions::simulator(mission, system),
+        sessions::simulator(mission, system, froude),
         sessions::streamer(mission, trajectory.clone(), system, streamer),
     );
     let record = |stem| Some(Recording::new(folder, stem, mission));
     let mut reporter = Reporter::new(*narrator, mission, record("hil"), record("vehicle"));
-    let mut px4 =
-        Px4Process::start(drop.build, drop.instance, mixer, &folder.path().join(WORK)).bad_input()?;
-    narrator.say(&format!("PX4 started in {}\n", px4.work().display()))?;
     let watch = Stopwatch::start();
-    let flown =
-        block_on(|stop| run_hosted_drop(sessions, &ports, drop.speed, &mut px4, &mut reporter, stop))?
+    // What the thread starts runs where the thread does.
+    let pinned = Pinned::pin(drop.cpu, drop.instance).bad_input()?;
+    let start = || -> Result<Px4Process, anyhow::Error> {
+        let px4 = Px4Process::start(drop.build, drop.instance, mixer, &folder.path().join(WORK))?;
+        // A terminal that is gone is no reason not to fly.
+        _ = narrator.say(&format!("PX4 started in {}\n", px4.work().display()));
+        Ok(px4)
+    };
+    let (flown, mut px4) =
+        block_on(|stop| run_hosted_drop(sessions, &ports, drop.speed, start, &mut reporter, stop))?
             .bad_input()?;
     let wall_ms = watch.ms();
     px4.stop();
+    std::mem::drop(pinned);
     reporter.finish()?;
     if let Some(gone) = &flown.gone {
         narrator.say(&format!("{gone}\n"))?;
@@ -103,7 +114,8 @@ pub fn fly(
 /// Whether PX4 can fly there at all.
 fn suits(mission: &Mission) -> Result<(), Px4Error> {
     let gravity_m_s2 = mission.environment.gravity_m_s2;
-    if !ALIGNS_G0.contains(&(gravity_m_s2 / STANDARD_GRAVITY_M_S2)) {
+    let scaled = mission.px4_clock == Px4Clock::Froude;
+    if !scaled && !ALIGNS_G0.contains(&(gravity_m_s2 / STANDARD_GRAVITY_M_S2)) {
         return Err(Px4Error::Gravity { gravity_m_s2 });
     }
     if mission.sensors.barometer.noise_hpa == 0.0 {

@@ -4,17 +4,29 @@
 //! |---|---|
 //! | [`folder`] | a build folder of PX4: what is in it, which model and mixer suit a vehicle |
 //! | [`process`] | the process: started in a working directory of its own, watched, stopped with all its children |
+//! | `keeper` | the process group, which ends with us, whatever ends us |
+//! | `lock` | whether an instance is running already, and what holds it |
+//! | [`cpu`] | PX4 and simulator on one processor |
 //! | [`upload`] | the parameters that it is given |
 //! | [`flight`] | a drop: simulator and streamer here, PX4 there |
+//! | [`model`] | the same drop by the model of PX4's control law, without PX4 |
 
+pub mod cpu;
 pub mod flight;
 pub mod folder;
+pub mod model;
+#[cfg(unix)]
+mod keeper;
+#[cfg(unix)]
+mod lock;
+#[cfg_attr(not(unix), path = "process_elsewhere.rs")]
 pub mod process;
 pub mod upload;
 
 use std::io;
 use std::path::PathBuf;
 
+pub use cpu::Cpu;
 pub use flight::fly;
 pub use folder::BuildFolder;
 
@@ -56,7 +68,7 @@ pub enum Px4Error {
     /// The site's gravity is not PX4's.
     #[error(
         "PX4 has 9.80665 m/s^2 compiled in and its estimator aligns between 0.8 and 1.2 of it; the mission's site has {gravity_m_s2} \
-         m/s^2"
+         m/s^2: scale the wire with \"px4_clock\": \"froude\", as mission/titan_px4.json does"
     )]
     Gravity {
         /// Of the site.
@@ -68,6 +80,32 @@ pub enum Px4Error {
          sensors.barometer.noise_hpa (0.01)"
     )]
     Barometer,
+    /// Another PX4 has the number, or what is left of one.
+    #[error(
+        "PX4 instance {instance} is running already: {} is held by {holders}. (A killed PX4 leaves its start-up script behind, which holds \
+         it on.) End that, or choose another --instance",
+        lock.display()
+    )]
+    Running {
+        /// The number.
+        instance: u16,
+        /// PX4's lock.
+        lock: PathBuf,
+        /// Who holds it.
+        holders: String,
+    },
+    /// A processor that cannot be had.
+    #[error("--cpu {wanted}: {had} expected")]
+    Cpu {
+        /// The one that was asked for.
+        wanted: usize,
+        /// What can be had.
+        had: String,
+    },
+    /// PX4's simulation is for Unix.
+    #[cfg(not(unix))]
+    #[error("PX4's simulation runs under Linux and macOS; here only --autopilot reference flies")]
+    NotHere,
     /// A file or folder, or the process itself.
     #[error("{what}")]
     Io {

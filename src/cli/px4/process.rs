@@ -1,18 +1,18 @@
 //! PX4's process.
 //!
 //! It runs in a working directory of its own, where it keeps its parameters, its console and its log, and in a process group of its
-//! own: its start-up script has children. It ends with the value that stands for it, however that ends, and nothing of its group is left.
+//! own, since its start-up script has children. All of the group ends with the value that stands for it, and with this process,
+//! however these end.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
-use std::os::unix::process::{CommandExt as _, ExitStatusExt as _};
+use std::os::unix::process::ExitStatusExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::Duration;
 
-use rustix::process::{Pid, Signal, kill_process_group, test_kill_process_group};
-
-use super::{BuildFolder, Px4Error};
+use super::keeper::Keeper;
+use super::{BuildFolder, Px4Error, lock};
 use crate::cli::clock::{Stopwatch, pause};
 use crate::link::shell::Guest;
 
@@ -43,7 +43,7 @@ const LAST_WORDS: usize = 5;
 #[derive(Debug)]
 pub struct Px4Process {
     child: Child,
-    group: Option<Pid>,
+    keeper: Keeper,
     work: PathBuf,
     ended: Option<ExitStatus>,
 }
@@ -52,7 +52,7 @@ impl Px4Process {
     /// Starts instance `instance` in the folder `work`, which is made anew.
     ///
     /// # Errors
-    /// [`Px4Error`] when the folder cannot be made or the program not started.
+    /// [`Px4Error`] when the instance is running already, the folder cannot be made or the program not started.
     pub fn start(
         build: &BuildFolder,
         instance: u16,
@@ -60,6 +60,7 @@ impl Px4Process {
         work: &Path,
     ) -> Result<Self, Px4Error> {
         let model = build.model()?;
+        lock::look(instance)?;
         prepare(work, mixer)
             .map_err(Px4Error::io(format!("cannot make PX4's working directory {}", work.display())))?;
         let work = fs::canonicalize(work).map_err(Px4Error::io(format!("{}", work.display())))?;
@@ -71,6 +72,8 @@ impl Px4Process {
         let (out, err) = console(()).map_err(Px4Error::io(format!("cannot write {CONSOLE}")))?;
         let mut command = Command::new(build.program());
         FOREIGN.iter().for_each(|name| _ = command.env_remove(name));
+        let keeper = Keeper::start()?;
+        keeper.adopt(&mut command);
         let child = command
             .args(["-i", &instance.to_string(), "-d"])
             .arg(build.etc())
@@ -82,11 +85,9 @@ impl Px4Process {
             .stdin(Stdio::null())
             .stdout(out)
             .stderr(err)
-            .process_group(0)
             .spawn()
             .map_err(Px4Error::io(format!("cannot start {}", build.program().display())))?;
-        let group = i32::try_from(child.id()).ok().and_then(Pid::from_raw);
-        Ok(Self { child, group, work, ended: None })
+        Ok(Self { child, keeper, work, ended: None })
     }
 
     /// Its working directory.
@@ -97,23 +98,14 @@ impl Px4Process {
     /// Ends it: asked first, so that it closes its log, then without asking. Returns once nothing of its group is left.
     pub fn stop(&mut self) {
         if self.ended.is_none() {
-            self.signal(Signal::TERM);
+            self.keeper.ask();
             self.wait(FAREWELL);
         }
-        self.signal(Signal::KILL);
+        self.keeper.kill();
         if self.ended.is_none() {
             self.ended = self.child.wait().ok();
         }
-        let since = Stopwatch::start();
-        let left = |group| test_kill_process_group(group).is_ok();
-        while self.group.is_some_and(left) && since.ms() < 1e3 * FAREWELL.as_secs_f64() {
-            pause(LOOK);
-        }
-    }
-
-    fn signal(&self, signal: Signal) {
-        // A group that is gone is what is wanted.
-        _ = self.group.map(|group| kill_process_group(group, signal));
+        self.keeper.wait();
     }
 
     fn wait(&mut self, patience: Duration) {

@@ -9,7 +9,7 @@ use crate::cli::outcome::{BadInput, Failure};
 use crate::config::Mission;
 use crate::link::streamer::Procedure;
 use crate::params::procedure::{Circumstances, wanted};
-use crate::params::{Mixing, ParameterFile, Purpose, Value, export_for_mixing, file::AUTOPILOT_COMPONENT};
+use crate::params::{Mixing, ParameterFile, Value, export_for_mixing, file::AUTOPILOT_COMPONENT};
 use crate::trajectory::Trajectory;
 
 /// The vehicle's own; the rest of an export are gains, limits, and the rotors for a PX4 that allocates by them.
@@ -29,7 +29,7 @@ pub fn procedure(
 ) -> Result<Procedure, Failure> {
     let mixing = if mixer { Mixing::QuadX } else { Mixing::Allocated };
     let subject = mission.parameter_subject();
-    let exported = export_for_mixing(&subject, Purpose::Px4, mixing).bad_input()?.parameters;
+    let exported = export_for_mixing(&subject, mission.px4_purpose(), mixing).bad_input()?.parameters;
     let circumstances = Circumstances {
         hover_thrust: exported.get("MPC_THR_HOVER").map(|v| v.as_f64()),
         ..circumstances(mission, trajectory)
@@ -49,12 +49,13 @@ pub fn procedure(
     Ok(Procedure { circumstances, upload })
 }
 
-/// What the setpoints will demand.
+/// What the setpoints will demand, in PX4's units.
 pub fn circumstances(mission: &Mission, trajectory: &Trajectory) -> Circumstances {
     let setpoints = || trajectory.nodes().iter().map(|n| n.v_ned).chain([mission.target_v_ned]);
+    let scale = mission.px4_purpose().factors(mission.environment.gravity_m_s2).velocity;
     Circumstances {
-        fastest_descent_m_s: setpoints().map(|v| v.z).fold(0.0, f64::max),
-        fastest_horizontal_m_s: setpoints().map(|v| v.xy().norm()).fold(0.0, f64::max),
+        fastest_descent_m_s: scale * setpoints().map(|v| v.z).fold(0.0, f64::max),
+        fastest_horizontal_m_s: scale * setpoints().map(|v| v.xy().norm()).fold(0.0, f64::max),
         hover_thrust: None,
     }
 }

@@ -12,7 +12,7 @@ use crate::config::{Mission, gains_json};
 use crate::control::Gains;
 use crate::params::{Purpose, export};
 use crate::report::params::params_file;
-use crate::report::tune::{self as report, TuneRun};
+use crate::report::tune::{TuneRun, tables};
 use crate::tune::{Longitudinal, Search};
 
 /// `gains.json` and `gains.params`.
@@ -43,6 +43,7 @@ pub fn write_tune_manifest(args: &TuneArgs, folder: &OutputFolder, mission: &Mis
         ("model", name_of(args.model)),
         ("robust", args.robust.to_string()),
         ("rms_bound", args.rms_bound.map_or_else(|| "default".to_owned(), |x| x.to_string())),
+        ("penalty", args.penalty.to_string()),
         ("swing", format!("{:?}", args.swing)),
         ("start", start_name(args, mission)),
         ("particles", optional(args.particles)),
@@ -58,24 +59,26 @@ pub fn start_name(args: &TuneArgs, mission: &Mission) -> String {
     match (&args.start, args.method) {
         (Some(name), _) => name.clone(),
         (None, MethodArg::CmaEs) => mission.gains_name.clone(),
-        (None, MethodArg::Pso | MethodArg::NearHover) => "none".to_owned(),
+        (None, MethodArg::PsoCma | MethodArg::Pso | MethodArg::NearHover) => "none".to_owned(),
     }
 }
 
-/// What a search leaves beside its checkpoint.
-pub fn write_files(
-    args: &TuneArgs,
+/// The course of a search: `convergence.csv` and `.svg`, `front.csv`.
+pub fn write_course(
     folder: &OutputFolder,
     mission: &Mission,
     search: &Search,
     run: &TuneRun,
 ) -> Result<(), Failure> {
-    write_gains(args, folder, mission, &run.gains.k, &report::about(mission, search, run))?;
-    folder
-        .write("convergence.csv", |out| out.write_all(report::convergence_csv(mission, search).as_bytes()))?;
-    folder.write("front.csv", |out| out.write_all(report::front_csv(mission, search).as_bytes()))?;
     let figure =
         crate::report::convergence_figure(mission, search, run).context("the figure of the search")?;
-    folder.write("convergence.svg", |out| out.write_all(figure.as_bytes()))?;
+    let files = [
+        ("convergence.csv", tables::convergence_csv(mission, search)),
+        ("front.csv", tables::front_csv(mission, search)),
+        ("convergence.svg", figure),
+    ];
+    for (name, text) in files {
+        folder.write(name, |out| out.write_all(text.as_bytes()))?;
+    }
     Ok(())
 }

@@ -1,8 +1,11 @@
 //! `samara tune`: gains by search, beside those that there are.
 
 mod args;
+mod contest;
 mod files;
 mod near_hover;
+mod px4;
+mod settings;
 
 use std::io::Write as _;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,28 +21,25 @@ use super::output::{OutputFolder, print, tell};
 use super::plan::plan_mission;
 use super::pool::pool;
 use crate::config::{Mission, checkpoint_json, load_checkpoint, load_mission};
-use crate::control::{ControlError, Gains};
 use crate::plan::Status;
-use crate::report::tune::{self as report, Contender, TuneRun};
+use crate::report::tune::{TuneRun, records, terminal};
 use crate::sim::PlantKind;
 use crate::trajectory::Trajectory;
 use crate::tune::bench::Setting;
-use crate::tune::cma_es::CmaSettings;
-use crate::tune::release_cases::{random_releases, swing_releases};
-use crate::tune::swarm::SwarmSettings;
-use crate::tune::{Bench, Evaluation, Longitudinal, Method, Objective, Search, SearchSettings};
-use args::{MethodArg, ModelArg, ObjectiveArg, name_of};
+use crate::tune::release_cases::swing_releases;
+use crate::tune::{Bench, Evaluation, Longitudinal, Search};
+use args::{ForArg, MethodArg, ModelArg, ObjectiveArg, name_of};
 pub use args::{TUNE_HELP, TuneArgs};
-use files::{start_name, write_files, write_tune_manifest};
-
-/// Bounds on the RMS along the front, as multiples of the bound; the last one is the bound itself.
-const FRONT: [f64; 5] = [1.5, 1.25, 0.85, 0.92, 1.0];
+use files::{start_name, write_course, write_gains, write_tune_manifest};
 
 /// `samara tune`.
 pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
     let mut mission = load_mission(&args.mission.mission).bad_input()?;
     if let Some(seed) = args.seed {
         mission.use_seed(seed);
+    }
+    if args.target == ForArg::Px4 {
+        return px4::run(args, &mission);
     }
     if mission.tuning_cases.is_empty() {
         return Err(anyhow!(
@@ -57,7 +57,7 @@ pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
     let pool = pool(args.threads.map(usize::from))?;
     pool.install(|| match args.method {
         MethodArg::NearHover => near_hover::run(args, &mission, &plan),
-        MethodArg::Pso | MethodArg::CmaEs => search(args, &mission, &plan),
+        MethodArg::PsoCma | MethodArg::Pso | MethodArg::CmaEs => search(args, &mission, &plan),
     })
 }
 
@@ -92,76 +92,14 @@ fn bench<'a>(args: &TuneArgs, mission: &Mission, plan: &'a Trajectory) -> Result
     Ok(bench)
 }
 
-/// The objectives of the search; the gains found are the best under the last.
-fn objectives(args: &TuneArgs, bench: &Bench<'_>) -> Result<Vec<Objective>, Failure> {
-    let bound = || match args.rms_bound {
-        Some(bound) => Ok(bound),
-        None => {
-            let rms = bench.evaluate(&Gains::paper_pso().as_longitudinal()).rms;
-            let none = "the paper's PSO gains cannot fly this mission, so they give no bound on tracking: --rms-bound is needed";
-            if rms.is_finite() { Ok(rms) } else { Err(anyhow!(none)).bad_input() }
-        }
-    };
-    Ok(match args.objective {
-        ObjectiveArg::Rms => vec![Objective::Rms],
-        ObjectiveArg::JTpf => vec![Objective::JTpf],
-        ObjectiveArg::Safety => vec![Objective::Safety { rms_bound: bound()? }],
-        ObjectiveArg::Pareto => {
-            let bound = bound()?;
-            FRONT.iter().map(|share| Objective::Safety { rms_bound: share * bound }).collect()
-        }
-    })
-}
-
-fn settings(
-    args: &TuneArgs,
-    mission: &Mission,
-    objectives: Vec<Objective>,
-) -> Result<SearchSettings, Failure> {
-    let candidates = |default: usize| args.particles.map_or(default, |n| n as usize);
-    let swarm = SwarmSettings::default();
-    let cma = CmaSettings::default();
-    let start = match (&args.start, args.method) {
-        (Some(name), _) => {
-            let mut other = mission.clone();
-            other.use_gains(name).bad_input()?;
-            Some(other.gains.as_longitudinal())
-        }
-        (None, MethodArg::CmaEs) => Some(mission.gains.as_longitudinal()),
-        (None, _) => None,
-    };
-    Ok(SearchSettings {
-        method: match args.method {
-            MethodArg::CmaEs => Method::CmaEs(CmaSettings { samples: candidates(cma.samples), ..cma }),
-            _ => Method::Swarm(SwarmSettings {
-                particles: candidates(swarm.particles),
-                stall_iterations: args.stall as usize,
-                ..swarm
-            }),
-        },
-        objectives,
-        iterations: args.iterations as usize,
-        start,
-        seed: mission.seed,
-    })
-}
-
 const CHECKPOINT: &str = "checkpoint.json";
 
 fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answer, Failure> {
     let watch = Stopwatch::start();
     let bench = bench(args, mission, plan)?;
-    let settings = settings(args, mission, objectives(args, &bench)?)?;
+    let settings = settings::settings(args, mission, settings::objectives(args, &bench)?)?;
     let objective = settings.objectives[settings.objectives.len() - 1];
-    // Everything that the search depends on.
-    let identity = format!(
-        "samara {} {} {:?} robust {} swing {:?} {settings:?}",
-        env!("CARGO_PKG_VERSION"),
-        mission.hash_without_gains(),
-        args.model,
-        args.robust,
-        args.swing
-    );
+    let identity = settings::identity(args, mission, &settings);
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let told = if args.resume {
         load_checkpoint(&folder.path().join(CHECKPOINT), &identity).bad_input()?
@@ -183,8 +121,7 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
         };
         return nothing(args, &mission.name, reason);
     };
-    let wall_s = 1e-3 * watch.ms();
-    let run = TuneRun {
+    let mut run = TuneRun {
         method: name_of(args.method),
         objective: name_of(args.objective),
         model: name_of(args.model),
@@ -194,24 +131,28 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
         bounds: objective,
         gains: best,
         flights: bench.flights(),
-        fresh_evaluations: search.tried().len() - told.len().min(search.tried().len()),
+        fresh_evaluations: search.tried().len().saturating_sub(told.len()),
         stopped,
-        wall_s,
-        contenders: contenders(args, mission, plan, &bench, &best.k)?,
+        wall_s: 1e-3 * watch.ms(),
+        contest: None,
     };
-    write_files(args, &folder, mission, &search, &run)?;
+    // What was found is kept before it is tried on anything else.
+    write_gains(args, &folder, mission, &best.k, &crate::report::tune::about(mission, &search, &run))?;
+    write_course(&folder, mission, &search, &run)?;
     write_tune_manifest(args, &folder, mission)?;
+    run.contest = contest::contest(args, mission, plan, &bench, &best.k, &stop)?;
     if args.mission.json {
-        print(&report::json(mission, &search, &run))?;
+        print(&records::json(mission, &search, &run))?;
     } else {
-        print(&report::text(mission, &search, &run))?;
+        print(&terminal::text(mission, &search, &run))?;
         print(&format!("results in {}\n", folder.path().display()))?;
     }
-    Ok(if objective.allows(&best.evaluation) && !stopped { Answer::Yes } else { Answer::No })
+    let whole = !stopped && run.contest.is_some();
+    Ok(if objective.allows(&best.evaluation) && whole { Answer::Yes } else { Answer::No })
 }
 
-/// Runs the search to its end, telling it first what it was told before; `keep` is called after each iteration. Whether it was
-/// stopped.
+/// Runs the search to its end, telling it first what it was told before; `keep` is called then and after each iteration. Whether it
+/// was stopped.
 fn go_on(
     search: &mut Search,
     bench: &Bench<'_>,
@@ -224,68 +165,44 @@ fn go_on(
         search.tell(&told[..n]);
         told = &told[n..];
     }
+    // What is left over was told to a search of more iterations: that checkpoint is the better one.
+    if !search.tried().is_empty() && told.is_empty() {
+        keep(search)?;
+    }
     let bar = ProgressBar::no_length();
-    let style = ProgressStyle::with_template("{spinner} {elapsed} {msg}, evaluations: {per_sec}");
-    bar.set_style(style.context("the progress bar")?);
+    let style = ProgressStyle::with_template("{spinner} {elapsed} {msg}, {rate}");
+    bar.set_style(style.context("the progress bar")?.with_key("rate", rate));
     while let Some(candidates) = search.ask() {
-        let judge = |k: &Longitudinal| {
+        bar.set_message(progress(search));
+        let judge = |(i, k): (usize, &Longitudinal)| {
             let going = !stop.load(Ordering::Relaxed);
             bar.inc(u64::from(going));
-            going.then(|| bench.evaluate(k))
+            let (objective, to_beat) = search.to_beat(i).filter(|_| going)?;
+            Some(bench.evaluate_below(k, &objective, to_beat))
         };
-        let evaluations: Option<Vec<Evaluation>> = candidates.par_iter().with_max_len(1).map(judge).collect();
+        let evaluations: Option<Vec<Evaluation>> =
+            candidates.par_iter().enumerate().with_max_len(1).map(judge).collect();
         let Some(evaluations) = evaluations else { break };
         search.tell(&evaluations);
         keep(search)?;
-        if let Some(p) = search.history().last() {
-            let (rms, j_tpf) = (p.best.rms, p.best.j_tpf);
-            bar.set_message(format!(
-                "{} evaluations, best cost {:.4} (RMS {rms:.4}, J_TPF {j_tpf:.4})",
-                p.evaluations, p.cost
-            ));
-        }
     }
     bar.finish_and_clear();
     Ok(search.ask().is_some())
 }
 
-/// The gains found, and those to compare them with.
-fn contenders(
-    args: &TuneArgs,
-    mission: &Mission,
-    plan: &Trajectory,
-    bench: &Bench<'_>,
-    found: &Longitudinal,
-) -> Result<Vec<Contender>, Failure> {
-    let mut named = vec![
-        ("near_hover".to_owned(), Gains::near_hover().as_longitudinal()),
-        ("paper_pso".to_owned(), Gains::paper_pso().as_longitudinal()),
-    ];
-    let mut shelf = mission.clone();
-    if shelf.use_gains(IDEAL).is_ok() {
-        named.push((shelf.gains_name, shelf.gains.as_longitudinal()));
-    }
-    if !named.iter().any(|(name, _)| *name == mission.gains_name) && mission.gains_name != args.name {
-        named.push((mission.gains_name.clone(), mission.gains.as_longitudinal()));
-    }
-    named.push((args.name.clone(), *found));
-    // Unseen flights have real actuators, whatever the tuning had.
-    let real = Setting { plant: PlantKind::Actuator, ..setting(args, mission, plan) };
-    let states = random_releases(&mission.releases(), mission.seed, args.unseen as usize);
-    let chunks: Result<Vec<Bench<'_>>, ControlError> =
-        states.chunks(64).map(|s| Ok(Bench::new(real.clone())?.with_states(s))).collect();
-    let chunks = chunks.bad_input()?;
-    Ok(named
-        .into_iter()
-        .map(|(name, k)| {
-            let unseen: Vec<Vec<Evaluation>> = chunks.par_iter().with_max_len(1).map(|b| b.fly(&k)).collect();
-            Contender::new(name, k, &bench.fly(&k), &unseen.concat())
-        })
-        .collect())
+fn rate(state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write) {
+    // A bar that cannot be written is no reason to end a search.
+    let _ = write!(out, "{:.0} evaluations a second", state.per_sec());
 }
 
-/// Gains that are shown as a warning: the optimum of the paper's problem on the ideal plant.
-const IDEAL: &str = "ideal_rms";
+/// Where a search is, for the progress bar.
+fn progress(search: &Search) -> String {
+    let (made, most) = search.iterations();
+    let iteration = format!("iteration {} of at most {most}", made + 1);
+    search.history().last().map_or(iteration.clone(), |p| {
+        format!("{iteration}, best cost {:.4} (RMS {:.4}, J_TPF {:.4})", p.cost, p.best.rms, p.best.j_tpf)
+    })
+}
 
 /// Says why there are no gains.
 fn nothing(args: &TuneArgs, mission: &str, reason: &str) -> Result<Answer, Failure> {

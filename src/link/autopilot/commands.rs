@@ -88,6 +88,9 @@ impl AutopilotSession {
             cmd::MISSION_START => self.refuse_mission_start(),
             cmd::DO_SET_MISSION_CURRENT => self.obey_set_mission_current(command),
             cmd::PREFLIGHT_STORAGE => self.obey_storage(command),
+            cmd::DO_GRIPPER | cmd::DO_PARACHUTE => {
+                self.not_flown("the parachute is component 161: command that")
+            }
             _ => Outcome::Unsupported,
         }
     }

@@ -38,6 +38,9 @@ impl AutopilotSession {
         if let Some((system, component, request)) = Request::read(frame) {
             if self.is_for_us(system, component) {
                 self.missions.handle(self.clock, peer, request);
+                if let Some(fence) = self.missions.take_new_fence(&self.environment) {
+                    self.autopilot.set_fence(fence);
+                }
                 self.send_answers();
             }
             return true;

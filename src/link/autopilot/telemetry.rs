@@ -118,7 +118,7 @@ impl Telemetry<'_> {
         let sensors = MavSysStatusSensor::from_bits_retain(SENSORS);
         let fence = MavSysStatusSensor::MAV_SYS_STATUS_GEOFENCE;
         let mut present = sensors;
-        present.set(fence, self.autopilot.settings().has_fence());
+        present.set(fence, self.autopilot.has_fence());
         let mut health = MavSysStatusSensor::from_bits_retain(SENSORS & !self.ailing());
         // Ground stations take a fence that is not healthy for one that is breached, even where there is none.
         health.set(fence, !self.autopilot.fence_is_breached());

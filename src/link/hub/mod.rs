@@ -11,11 +11,13 @@
 //!   several peers on a link and answers to one of them, all others would count losses;
 //! - with a key, everything is signed and only what is signed is let in. Without one, signed frames are taken like any
 //!   other, as the protocol's C library does; the link id is the endpoint's number;
-//! - what one peer says and others should hear is passed on (`forward`).
+//! - what one peer says and others should hear is passed on (`forward`); where a router stands in between, what comes by two
+//!   ways is taken once ([`Hub::expect_doubles`]).
 //!
 //! Everything is bounded: peers, components of a peer, frames to be passed on. Time is in Unix microseconds and
 //! must not run backwards.
 
+mod doubles;
 mod forward;
 mod peers;
 
@@ -24,6 +26,7 @@ mod tests;
 
 use std::collections::VecDeque;
 
+use self::doubles::Doubles;
 use self::forward::{Target, may_leave};
 use self::peers::Peer;
 use super::signing::{Key, Refusal, Signing};
@@ -74,6 +77,9 @@ pub struct Hub<A> {
     peers: Vec<Peer<A>>,
     last_id: PeerId,
     crowded_told: bool,
+    doubles: Option<Doubles<A>>,
+    /// Whom the peers of an endpoint speak to themselves.
+    reached: Vec<(EndpointId, Vec<A>)>,
     events: VecDeque<HubEvent<A>>,
     to_forward: VecDeque<Forward<A>>,
 }
@@ -90,6 +96,8 @@ impl<A: Copy + PartialEq> Hub<A> {
             peers: Vec::new(),
             last_id: PeerId::ONLY,
             crowded_told: false,
+            doubles: None,
+            reached: Vec::new(),
             events: VecDeque::new(),
             to_forward: VecDeque::new(),
         }
@@ -110,6 +118,17 @@ impl<A: Copy + PartialEq> Hub<A> {
             }
             None => false,
         }
+    }
+
+    /// From now on a frame that has come by one peer is dropped when it comes by another within a second: a router passes on
+    /// what its sender says here as well.
+    pub fn expect_doubles(&mut self) {
+        self.doubles = Some(Doubles::default());
+    }
+
+    /// What the peers of an endpoint say to everybody is not passed on to these addresses: they speak to them themselves.
+    pub fn reaches_itself(&mut self, endpoint: EndpointId, addresses: Vec<A>) {
+        self.reached.push((endpoint, addresses));
     }
 
     /// A connection has ended.
@@ -195,6 +214,10 @@ impl<A: Copy + PartialEq> Hub<A> {
 
     /// Checks a frame, notes its peer, passes it on; whether the party may see it.
     fn take(&mut self, now: u64, endpoint: EndpointId, from: A, frame: &mut Frame) -> bool {
+        if self.doubles.as_mut().is_some_and(|d| d.holds(now, (endpoint, from), frame.bytes())) {
+            self.count(endpoint, |faults| faults.doubled += 1);
+            return false;
+        }
         if let Some(Err(refusal)) = self.signing.as_mut().map(|s| s.check(frame, now)) {
             self.count(endpoint, |faults| match refusal {
                 Refusal::Unsigned => faults.unsigned += 1,
@@ -221,6 +244,9 @@ impl<A: Copy + PartialEq> Hub<A> {
             self.events.push_back(HubEvent::Heard(endpoint, from));
         }
         peer.heard_at = Some(now);
+        if let Some(doubles) = &mut self.doubles {
+            doubles.note(now, (endpoint, from), frame.bytes());
+        }
         if let Some((_, faults)) = self.endpoints.get_mut(usize::from(endpoint.0)) {
             peer.note_sequence(sender, frame.sequence, faults);
             faults.oversize += u64::from(frame.has_excess());
@@ -232,12 +258,17 @@ impl<A: Copy + PartialEq> Hub<A> {
     fn route(&mut self, now: u64, endpoint: EndpointId, frame: &Frame) {
         let target = Target::of(frame, self.own);
         let (mut known, mut full) = (false, false);
+        let reached = |address: A| {
+            target == Target::Everybody
+                && self.reached.iter().any(|(by, to)| *by == endpoint && to.contains(&address))
+        };
         for peer in &self.peers {
             let heard = peer.is_served(now, self.memory_us) && target.reaches(peer.components());
             known |= heard;
             let sender = (frame.system_id, frame.component_id);
             let is_way_back = peer.id == frame.peer || peer.components().any(|c| c == sender);
-            if !heard || is_way_back || !self.forwards || !may_leave(frame.message_id) {
+            let is_needless = is_way_back || reached(peer.address);
+            if !heard || is_needless || !self.forwards || !may_leave(frame.message_id) {
                 continue;
             }
             if self.to_forward.len() < MAX_FORWARDS {

@@ -62,8 +62,10 @@ impl<A> Peer<A> {
         self.heard.iter().map(|n| n.component)
     }
 
-    /// Notes a frame's sender and sequence number, and counts what does not follow the last.
+    /// Notes a frame's sender and sequence number, and counts what does not follow the last. What others than the first say
+    /// through a peer may have been thinned on the way: nothing of it is missed.
     pub(super) fn note_sequence(&mut self, component: (u8, u8), sequence: u8, faults: &mut Faults) {
+        let is_first = self.heard.first().is_none_or(|n| n.component == component);
         let Some(last) = self.heard.iter_mut().find(|n| n.component == component) else {
             if self.heard.len() < MAX_COMPONENTS {
                 self.heard.push(Numbered { component, sequence });
@@ -77,7 +79,8 @@ impl<A> Peer<A> {
                 faults.late += 1;
                 return;
             }
-            ahead => faults.missed += u64::from(ahead - 1),
+            ahead if is_first => faults.missed += u64::from(ahead - 1),
+            _ => {}
         }
         last.sequence = sequence;
     }

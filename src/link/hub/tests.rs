@@ -180,6 +180,50 @@ fn two_ways_to_one_network_make_no_loop() {
     assert!(forwarded(&mut hub).is_empty());
 }
 
+/// A vehicle whose parachute stands behind the autopilot: commands to it and its answers go through, what it says to everybody
+/// goes to those that it does not reach itself, and it takes once what comes by two ways.
+#[test]
+fn a_component_behind_the_party_is_reached_through_it() {
+    const GRIPPER: (u8, u8) = (1, 161);
+    let (mut hub, ground, api) = hub(config());
+    let behind = hub.add_endpoint(Link::Parachute);
+    hub.keep(NOW, behind, 14600);
+    hub.reaches_itself(behind, vec![14550, 14540]);
+    for (endpoint, address, id) in [(ground, 14550, 255), (ground, 5760, 254), (api, 14540, 245)] {
+        hear(&mut hub, NOW, endpoint, address, &Encoder::new(id, 190).encode(&heartbeat()));
+    }
+    let mut parachute = Encoder::new(GRIPPER.0, GRIPPER.1);
+    forwarded(&mut hub);
+    hear(&mut hub, NOW, behind, 14600, &parachute.encode(&heartbeat()));
+    assert_eq!(addresses(&forwarded(&mut hub)), [5760]);
+    let cut = Encoder::new(255, 190).encode(&command(GRIPPER));
+    hear(&mut hub, NOW, ground, 14550, &cut);
+    assert_eq!(forwarded(&mut hub), [(14600, cut.clone())]);
+    let ack = COMMAND_ACK_DATA { target_system: 255, target_component: 190, ..Default::default() };
+    hear(&mut hub, NOW, behind, 14600, &parachute.encode(&MavMessage::COMMAND_ACK(ack)));
+    assert_eq!(
+        addresses(&forwarded(&mut hub)),
+        [14550],
+        "an answer goes to whoever asked, though it be reached"
+    );
+
+    let mut theirs: Hub<u16> = Hub::new(HubConfig { own: GRIPPER, forwards: false, ..config() });
+    theirs.expect_doubles();
+    let socket = theirs.add_endpoint(Link::Parachute);
+    let mut router = Encoder::new(1, 1);
+    assert_eq!(hear(&mut theirs, NOW, socket, 40_000, &router.encode(&heartbeat())).len(), 1);
+    assert_eq!(hear(&mut theirs, NOW, socket, 14550, &cut).len(), 1);
+    assert!(hear(&mut theirs, NOW + S, socket, 40_000, &cut).is_empty(), "by the other way");
+    assert_eq!(hear(&mut theirs, NOW + S, socket, 14550, &cut).len(), 1, "said twice");
+    assert_eq!(hear(&mut theirs, NOW + 3 * S, socket, 40_000, &cut).len(), 1, "long after");
+    // What was not passed on is not missed.
+    let mut station = Encoder::new(255, 190);
+    let later = (0..9).map(|_| station.encode(&heartbeat())).last().unwrap();
+    hear(&mut theirs, NOW + 3 * S, socket, 40_000, &later);
+    let faults = theirs.faults(socket);
+    assert_eq!((faults.doubled, faults.missed), (1, 0));
+}
+
 #[test]
 fn forwarding_can_be_off_and_is_bounded() {
     for (forwards, expected) in [(false, (0, 0)), (true, (MAX_FORWARDS, 100))] {

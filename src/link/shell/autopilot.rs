@@ -1,5 +1,5 @@
 //! The reference autopilot on sockets: TCP client of the simulator, UDP 18570 + N for ground stations, 14580 + N for
-//! companions.
+//! companions; and the way from these to the parachute.
 
 use std::collections::VecDeque;
 use std::future::Future;
@@ -73,8 +73,9 @@ pub async fn run_autopilot<O: Observer>(
     links.bind_udp(Link::GroundStation, at, what, &remotes, observer).await?;
     let (at, remotes) = (ports.autopilot_api, [ports.api]);
     links.bind_udp(Link::Api, at, "autopilot, for companions", &remotes, observer).await?;
+    links.route_to_parachute(ports, observer).await?;
     for url in &wiring.urls {
-        links.open(Link::GroundStation, url, observer).await?;
+        links.open(url, observer).await?;
     }
     let mut client = TcpClient::new(ports.simulator, "simulator");
     let mut shell = Shell {

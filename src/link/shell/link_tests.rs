@@ -177,7 +177,7 @@ fn a_client_that_does_not_read_is_dropped_and_nobody_waits() {
         let (mut a, _) = ears(|_| false);
         let at = free_ports().simulator;
         let mut links = links::Links::new((1, 1), Duration::from_secs(10), true, None);
-        links.open(Link::GroundStation, &url(&format!("tcpin:127.0.0.1:{at}")), &mut a).await.unwrap();
+        links.open(&url(&format!("tcpin:127.0.0.1:{at}")), &mut a).await.unwrap();
         let _deaf = TcpStream::connect(loopback(at)).unwrap();
         let mut vehicle = Encoder::new(1, 1);
         for _ in 0..10_000 {

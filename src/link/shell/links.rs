@@ -9,7 +9,7 @@ use super::super::{EndpointId, Frame, Hub, HubConfig, HubEvent, Link, Transmit};
 use super::clock::UnixClock;
 use super::endpoint::{Arrival, Endpoint};
 use super::notice::{GarbageWatch, Notice, Observer, ShellError, What};
-use super::ports::loopback;
+use super::ports::{Ports, loopback};
 use super::url::LinkUrl;
 
 /// One endpoint, what it is called and what has been told of it.
@@ -27,6 +27,8 @@ pub(super) struct Links {
     hub: Hub<SocketAddr>,
     endpoints: Vec<Named>,
     clock: UnixClock,
+    /// There is a component of the vehicle behind the party.
+    routes: bool,
 }
 
 impl Links {
@@ -34,7 +36,7 @@ impl Links {
     pub(super) fn new(own: (u8, u8), memory: Duration, forwards: bool, key: Option<Key>) -> Self {
         let memory_us = u64::try_from(memory.as_micros()).unwrap_or(u64::MAX);
         let hub = Hub::new(HubConfig { own, memory_us, forwards, key });
-        Self { hub, endpoints: Vec::new(), clock: UnixClock::start() }
+        Self { hub, endpoints: Vec::new(), clock: UnixClock::start(), routes: false }
     }
 
     /// Binds a loopback UDP port; `defaults` are the loopback ports that are sent to unasked.
@@ -58,18 +60,39 @@ impl Links {
     /// Opens what was typed.
     pub(super) async fn open(
         &mut self,
-        link: Link,
         url: &LinkUrl,
         observer: &mut impl Observer,
     ) -> Result<(), ShellError> {
         let what = What::from(url.to_string());
         let endpoint = Endpoint::open(url, &what, observer).await?;
         let remote = endpoint.default_remote();
-        let id = self.add(endpoint, link, what);
+        let id = self.add(endpoint, url.profile.link(), what);
         if let Some(remote) = remote {
             self.hub.keep(self.clock.now_us(), id, remote);
         }
         Ok(())
+    }
+
+    /// Opens the way to the parachute, so that who meets the autopilot alone meets the parachute too, as through a MAVLink
+    /// router. It speaks to the instance's default remotes itself.
+    pub(super) async fn route_to_parachute(
+        &mut self,
+        ports: &Ports,
+        observer: &mut impl Observer,
+    ) -> Result<(), ShellError> {
+        let what = What::from("autopilot, for the parachute");
+        let parachute = loopback(ports.parachute);
+        let endpoint = Endpoint::udp_towards(parachute, &what, observer).await?;
+        let id = self.add(endpoint, Link::Parachute, what);
+        self.hub.keep(self.clock.now_us(), id, parachute);
+        self.hub.reaches_itself(id, [ports.ground_station, ports.api].map(loopback).to_vec());
+        self.routes = true;
+        Ok(())
+    }
+
+    /// A router may bring what comes straight as well.
+    pub(super) fn expect_doubles(&mut self) {
+        self.hub.expect_doubles();
     }
 
     fn add(&mut self, endpoint: Endpoint, link: Link, what: What) -> EndpointId {
@@ -95,7 +118,7 @@ impl Links {
         observer: &mut O,
         mut each: impl FnMut(&mut O, Link, &Frame),
     ) {
-        let Self { hub, endpoints, clock } = self;
+        let Self { hub, endpoints, clock, .. } = self;
         let now = clock.now_us();
         for (i, named) in endpoints.iter_mut().enumerate() {
             let id = EndpointId(i as u8);
@@ -148,10 +171,17 @@ impl Links {
 
     /// Sends one of the party's frames to those it is for.
     pub(super) fn send(&mut self, transmit: &Transmit) {
-        let Self { hub, endpoints, clock } = self;
-        hub.send(clock.now_us(), transmit, |id, to, bytes| {
+        let Self { hub, endpoints, clock, .. } = self;
+        let now = clock.now_us();
+        let mut out = |id: EndpointId, to, bytes: &[u8]| {
             endpoints[usize::from(id.0)].endpoint.send(to, bytes);
-        });
+        };
+        hub.send(now, transmit, &mut out);
+        // By this the parachute knows its router.
+        if self.routes && transmit.link == Link::Api && is_heartbeat(&transmit.bytes) {
+            let beat = Transmit::to_all(Link::Parachute, transmit.bytes.clone());
+            hub.send(now, &beat, &mut out);
+        }
     }
 
     /// At the end: what came by each endpoint, if anything was wrong with it.
@@ -161,4 +191,8 @@ impl Links {
             observer.notice(Notice::Counts { what: named.what.clone(), faults });
         }
     }
+}
+
+fn is_heartbeat(frame: &[u8]) -> bool {
+    frame.get(7..10) == Some(&[0; 3])
 }

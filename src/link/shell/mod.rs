@@ -14,6 +14,7 @@
 //! | [`autopilot`] | [`run_autopilot`]: TCP client of the simulator, UDP for ground stations and companions |
 //! | [`streamer`] | [`run_streamer`]: UDP |
 //! | [`watched`] | [`run_watched_drop`]: the drop in memory at a speed to watch, with ground stations on UDP |
+//! | `viewer` | the flight to be watched: HIL_STATE_QUATERNION on UDP |
 //!
 //! Loopback only, unless an endpoint is asked for by its URL; only a key keeps strangers out. Each `run_*` returns when its session is over or `stop` completes,
 //! and gives its session back, so that what has been flown can be written. A single-threaded runtime is enough.
@@ -31,6 +32,7 @@ pub mod streamer;
 pub mod tcp_client;
 pub mod tcp_server;
 pub mod url;
+mod viewer;
 pub mod watched;
 
 #[cfg(test)]

@@ -26,6 +26,8 @@ pub struct Ports {
     pub api: u16,
     /// UDP, the parachute binds: 14600 + instance.
     pub parachute: u16,
+    /// UDP, a viewer binds: 19410 + instance.
+    pub viewer: u16,
 }
 
 impl Ports {
@@ -48,6 +50,7 @@ impl Ports {
             autopilot_api: 14580 + instance,
             api: 14540 + instance,
             parachute: 14600 + instance,
+            viewer: 19410 + instance,
         }
     }
 }
@@ -81,7 +84,7 @@ mod tests {
     fn udp_of(instances: impl Iterator<Item = u16>) -> Vec<u16> {
         let own = |i| {
             let p = Ports::shifted(i);
-            [p.autopilot_ground, p.autopilot_api, p.api, p.parachute]
+            [p.autopilot_ground, p.autopilot_api, p.api, p.parachute, p.viewer]
         };
         instances.flat_map(own).chain([14550]).collect()
     }

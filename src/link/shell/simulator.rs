@@ -17,6 +17,7 @@ use super::links::Links;
 use super::notice::{Notice, Observer, ShellError};
 use super::ports::Ports;
 use super::tcp_server::TcpServer;
+use super::viewer::Viewer;
 
 /// How often a wait is looked at.
 const TICK: Duration = Duration::from_millis(100);
@@ -29,6 +30,7 @@ struct Shell<'a, O> {
     session: SimulatorSession,
     connection: Option<Connection>,
     parachute: Links,
+    viewer: Viewer,
     companion: Option<&'a mut Companion>,
     pacer: Pacer,
     /// While the autopilot's software is starting.
@@ -74,11 +76,14 @@ pub async fn run_simulator<O: Observer>(
     let remotes = [ports.ground_station, ports.api];
     let own = (session.config().system_id, PARACHUTE_COMPONENT);
     let mut parachute = Links::new(own, PEER_MEMORY, false, key);
+    parachute.expect_doubles();
     parachute.bind_udp(Link::Parachute, ports.parachute, "parachute", &remotes, observer).await?;
+    let viewer = Viewer::open(session.config().system_id, ports, speed);
     let mut shell = Shell {
         session,
         connection: None,
         parachute,
+        viewer,
         companion: None,
         pacer: Pacer::new(speed),
         starting: Pacer::new(Speed::Factor(1.0)),
@@ -89,43 +94,47 @@ pub async fn run_simulator<O: Observer>(
     Ok(shell.session)
 }
 
-/// Runs the simulator with a streamer beside it for an autopilot that `guest` watches, until the mission is over, the streamer has
-/// given up, the autopilot is gone for good or `stop` completes. Until the autopilot's first HEARTBEAT, simulated time runs no
-/// faster than the clock: its software starts in wall time. The streamer's clock must be the caller's.
+/// Runs the simulator with a streamer beside it for an autopilot that `start` starts and its guest watches, until the mission is
+/// over, the streamer has given up, the autopilot is gone for good or `stop` completes. It is started once the ports are ours, so that
+/// it cannot meet another simulator. Until the autopilot's first HEARTBEAT, simulated time runs no faster than the clock: its
+/// software starts in wall time. The streamer's clock must be the caller's.
 ///
 /// # Errors
-/// [`ShellError`] when a port cannot be had.
-pub async fn run_hosted_drop<O: Observer>(
+/// [`ShellError`] when a port cannot be had; what `start` fails with.
+pub async fn run_hosted_drop<O: Observer, G: Guest, E: From<ShellError>>(
     (session, streamer): (SimulatorSession, StreamerSession),
     ports: &Ports,
     speed: Speed,
-    guest: &mut impl Guest,
+    start: impl FnOnce() -> Result<G, E>,
     observer: &mut O,
     stop: impl Future<Output = ()>,
-) -> Result<HostedDrop, ShellError> {
+) -> Result<(HostedDrop, G), E> {
     let server = TcpServer::bind(ports.simulator, "simulator, for the autopilot", observer).await?;
     let mut companion = Companion::open(streamer, ports, observer).await?;
     let own = (session.config().system_id, PARACHUTE_COMPONENT);
     let mut parachute = Links::new(own, PEER_MEMORY, false, None);
     let remotes = [ports.ground_station];
     parachute.bind_udp(Link::Parachute, ports.parachute, "parachute", &remotes, observer).await?;
+    let mut guest = start()?;
     let slow = match speed {
         Speed::Factor(factor) => Speed::Factor(factor.min(1.0)),
         Speed::Max => Speed::Factor(1.0),
     };
+    let viewer = Viewer::open(session.config().system_id, ports, speed);
     let mut shell = Shell {
         session,
         connection: None,
         parachute,
+        viewer,
         companion: Some(&mut companion),
         pacer: Pacer::new(speed),
         starting: Pacer::new(slow),
         waiting: Since::now(),
         observer,
     };
-    let gone = shell.run(server, speed, guest, stop).await;
+    let gone = shell.run(server, speed, &mut guest, stop).await;
     let simulator = shell.session;
-    Ok(HostedDrop { simulator, unfenced: companion.unfenced, streamer: companion.session, gone })
+    Ok((HostedDrop { simulator, unfenced: companion.unfenced, streamer: companion.session, gone }, guest))
 }
 
 /// An autopilot of which nothing is known but its connection.
@@ -313,6 +322,7 @@ impl<O: Observer> Shell<'_, O> {
         let now = self.session.now();
         while let Some(sent) = self.session.poll_output() {
             self.observer.frame(now, sent.link, &sent.bytes);
+            self.viewer.show(&sent);
             match (sent.link, &mut self.connection) {
                 (Link::Simulator, Some(connection)) => connection.queue(&sent.bytes),
                 (Link::Simulator, None) => {}

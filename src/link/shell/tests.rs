@@ -55,7 +55,7 @@ pub(super) fn block_on<F: Future>(future: F) -> F::Output {
 
 /// Ports that nobody has.
 pub(super) fn free_ports() -> Ports {
-    let sockets: Vec<UdpSocket> = (0..6).map(|_| UdpSocket::bind(loopback(0)).unwrap()).collect();
+    let sockets: Vec<UdpSocket> = (0..7).map(|_| UdpSocket::bind(loopback(0)).unwrap()).collect();
     let port = |i: usize| sockets[i].local_addr().unwrap().port();
     Ports {
         simulator: port(0),
@@ -64,6 +64,7 @@ pub(super) fn free_ports() -> Ports {
         autopilot_api: port(3),
         api: port(4),
         parachute: port(5),
+        viewer: port(6),
     }
 }
 

@@ -1,4 +1,5 @@
-//! Endpoints as they are typed: `udpin:HOST:PORT`, `udpout:HOST:PORT`, `tcpin:HOST:PORT`, `tcpout:HOST:PORT`.
+//! Endpoints as they are typed: `udpin:HOST:PORT`, `udpout:HOST:PORT`, `tcpin:HOST:PORT`, `tcpout:HOST:PORT`, each with
+//! `?mode=normal` (as without) or `?mode=onboard` after it.
 //!
 //! `in` binds HOST:PORT and serves whoever comes; `out` sends to, or connects to, HOST:PORT. The names are those of
 //! pymavlink and MAVSDK. HOST is a name, an IPv4 address, or an IPv6 address in brackets; only what is typed here is ever
@@ -8,6 +9,8 @@ use std::fmt;
 use std::io;
 use std::net::{SocketAddr, ToSocketAddrs as _};
 use std::str::FromStr;
+
+use super::super::Link;
 
 /// A kind of endpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,6 +29,29 @@ pub enum Kind {
 const KINDS: [(&str, Kind); 4] =
     [("udpin", Kind::UdpIn), ("udpout", Kind::UdpOut), ("tcpin", Kind::TcpIn), ("tcpout", Kind::TcpOut)];
 
+/// What an endpoint is for: which streams it has, at which rates, by the names that PX4's `mavlink start -m` has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Profile {
+    /// A ground station's.
+    #[default]
+    Normal,
+    /// A companion's: as at UDP 14540.
+    Onboard,
+}
+
+/// The profiles by name.
+const PROFILES: [(&str, Profile); 2] = [("normal", Profile::Normal), ("onboard", Profile::Onboard)];
+
+impl Profile {
+    /// The autopilot's link with these streams.
+    pub fn link(self) -> Link {
+        match self {
+            Self::Normal => Link::GroundStation,
+            Self::Onboard => Link::Api,
+        }
+    }
+}
+
 /// An endpoint as typed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LinkUrl {
@@ -35,6 +61,8 @@ pub struct LinkUrl {
     pub host: String,
     /// Port.
     pub port: u16,
+    /// What for.
+    pub profile: Profile,
 }
 
 /// Why a text is no endpoint.
@@ -52,6 +80,9 @@ pub enum UrlError {
     /// Colons that are not part of a bracketed address.
     #[error("`{0}`: an IPv6 address stands in brackets: KIND:[ADDRESS]:PORT")]
     Brackets(String),
+    /// Something else than a profile after the question mark.
+    #[error("`{0}`: mode=normal or mode=onboard is expected after the question mark")]
+    Profile(String),
 }
 
 impl FromStr for LinkUrl {
@@ -63,6 +94,14 @@ impl FromStr for LinkUrl {
         let kind = kind.ok_or_else(|| UrlError::Kind(text.to_owned()))?;
         // `udpin://host:port` is common, too.
         let rest = rest.strip_prefix("//").unwrap_or(rest);
+        let (rest, profile) = match rest.split_once('?') {
+            None => (rest, Profile::default()),
+            Some((rest, query)) => {
+                let name = query.strip_prefix("mode=").unwrap_or_default();
+                let profile = PROFILES.iter().find(|(known, _)| *known == name);
+                (rest, profile.ok_or_else(|| UrlError::Profile(text.to_owned()))?.1)
+            }
+        };
         let (host, port) = rest.rsplit_once(':').ok_or_else(|| UrlError::Port(text.to_owned()))?;
         let port = port.parse().ok().filter(|p| *p != 0).ok_or_else(|| UrlError::Port(text.to_owned()))?;
         let bracketed = host.strip_prefix('[').and_then(|h| h.strip_suffix(']'));
@@ -73,7 +112,7 @@ impl FromStr for LinkUrl {
         if bracketed.is_none() && host.contains([':', '[', ']']) {
             return Err(UrlError::Brackets(text.to_owned()));
         }
-        Ok(Self { kind, host: host.to_owned(), port })
+        Ok(Self { kind, host: host.to_owned(), port, profile })
     }
 }
 
@@ -92,9 +131,13 @@ impl fmt::Display for LinkUrl {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = KINDS.iter().find(|(_, kind)| *kind == self.kind).map_or("", |(name, _)| *name);
         if self.host.contains(':') {
-            write!(f, "{name}:[{}]:{}", self.host, self.port)
+            write!(f, "{name}:[{}]:{}", self.host, self.port)?;
         } else {
-            write!(f, "{name}:{}:{}", self.host, self.port)
+            write!(f, "{name}:{}:{}", self.host, self.port)?;
+        }
+        match self.profile {
+            Profile::Normal => Ok(()),
+            Profile::Onboard => f.write_str("?mode=onboard"),
         }
     }
 }
@@ -115,6 +158,14 @@ mod tests {
             assert_eq!((url.kind, url.host.as_str(), url.port), (kind, host, port));
             assert_eq!(url.to_string(), text);
         }
+        let typed = |text: &str| text.parse::<LinkUrl>().unwrap();
+        for (text, profile) in
+            [("", Profile::Normal), ("?mode=normal", Profile::Normal), ("?mode=onboard", Profile::Onboard)]
+        {
+            let url = typed(&format!("udpout:127.0.0.1:14541{text}"));
+            assert_eq!((url.port, url.profile), (14541, profile));
+            assert_eq!(typed(&url.to_string()), url);
+        }
         assert_eq!("udpin://127.0.0.1:1".parse::<LinkUrl>().unwrap().to_string(), "udpin:127.0.0.1:1");
     }
 
@@ -128,13 +179,17 @@ mod tests {
             ("udpin:127.0.0.1:", "a port from 1 to 65535 is expected"),
             ("udpin:127.0.0.1:0", "a port from 1 to 65535 is expected"),
             ("udpin:127.0.0.1:70000", "a port from 1 to 65535 is expected"),
+            ("udpin:127.0.0.1:14550?mode=osd", "mode=normal or mode=onboard is expected"),
+            ("udpin:127.0.0.1:14550?", "mode=normal or mode=onboard is expected"),
+            ("udpin:127.0.0.1:14550?onboard", "mode=normal or mode=onboard is expected"),
             ("udpin::14550", "a host is expected"),
             ("tcpout:::1:5760", "an IPv6 address stands in brackets"),
         ] {
             let error = text.parse::<LinkUrl>().unwrap_err().to_string();
             assert!(error.contains(reason) && error.contains(&format!("`{text}`")), "{text}: {error}");
         }
-        let nowhere = LinkUrl { kind: Kind::UdpOut, host: "no such host".to_owned(), port: 1 };
+        let (kind, host, profile) = (Kind::UdpOut, "no such host".to_owned(), Profile::Normal);
+        let nowhere = LinkUrl { kind, host, port: 1, profile };
         assert!(nowhere.resolve().is_err());
     }
 }

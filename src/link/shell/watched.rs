@@ -9,13 +9,14 @@ use std::time::Duration;
 use super::super::autopilot::AUTOPILOT_COMPONENT;
 use super::super::lockstep::Party;
 use super::super::parachute::PARACHUTE_COMPONENT;
-use super::super::{AutopilotSession, Link, Lockstep, LockstepError, Session as _, TimeUs, Transmit};
+use super::super::{AutopilotSession, Link, Lockstep, LockstepError, PeerId, TimeUs, Transmit};
 use super::autopilot::Wiring;
 use super::clock::{Pacer, Speed};
 use super::links::Links;
 use super::notice::{Notice, Observer, ShellError};
 use super::ports::Ports;
 use super::simulator::PEER_MEMORY;
+use super::viewer::Viewer;
 
 /// Why a watched drop cannot go on.
 #[derive(Debug, thiserror::Error)]
@@ -32,6 +33,11 @@ pub enum WatchedError {
 struct Sockets {
     vehicle: Links,
     parachute: Links,
+    /// System and component of the autopilot.
+    autopilot: (u8, u8),
+    /// As which of the parachute's peers it passes on what comes to it.
+    router: Option<PeerId>,
+    viewer: Viewer,
 }
 
 /// Flies the drop until its mission is over or `stop` completes.
@@ -46,7 +52,7 @@ pub async fn run_watched_drop<O: Observer>(
     observer: &mut O,
     stop: impl Future<Output = ()>,
 ) -> Result<Lockstep<AutopilotSession>, WatchedError> {
-    let mut sockets = Sockets::open(&wire, ports, wiring, observer).await?;
+    let mut sockets = Sockets::open(&wire, ports, (wiring, speed), observer).await?;
     let mut pacer = Pacer::new(speed);
     let mut stop = std::pin::pin!(stop);
     let step_us = wire.simulator.config().step_us;
@@ -58,11 +64,10 @@ pub async fn run_watched_drop<O: Observer>(
         tokio::select! {
             biased;
             () = &mut stop => {
-                wire.simulator.stop();
-                while let Some(sent) = wire.simulator.poll_output() {
-                    sockets.send(&sent, Party::Simulator);
-                    observer.frame(wire.simulator.now(), sent.link, &sent.bytes);
-                }
+                wire.stop(&mut |now, sent| {
+                    sockets.send(sent, Party::Simulator);
+                    observer.frame(now, sent.link, &sent.bytes);
+                });
                 break;
             }
             () = sockets.vehicle.readable(), if !pause.is_zero() => {}
@@ -103,7 +108,7 @@ impl Sockets {
     async fn open<O: Observer>(
         wire: &Lockstep<AutopilotSession>,
         ports: &Ports,
-        wiring: &Wiring,
+        (wiring, speed): (&Wiring, Speed),
         observer: &mut O,
     ) -> Result<Self, ShellError> {
         let system = wire.autopilot.system_id();
@@ -112,26 +117,43 @@ impl Sockets {
         let (at, what) = (ports.autopilot_ground, "for ground stations");
         vehicle.bind_udp(Link::GroundStation, at, what, &ground, observer).await?;
         vehicle.bind_udp(Link::Api, ports.autopilot_api, "for companions", &api, observer).await?;
+        vehicle.route_to_parachute(ports, observer).await?;
         for url in &wiring.urls {
-            vehicle.open(Link::GroundStation, url, observer).await?;
+            vehicle.open(url, observer).await?;
         }
         let mut parachute = Links::new((system, PARACHUTE_COMPONENT), PEER_MEMORY, false, wiring.key);
         let both = [ports.ground_station, ports.api];
+        parachute.expect_doubles();
         parachute.bind_udp(Link::Parachute, ports.parachute, "parachute", &both, observer).await?;
-        Ok(Self { vehicle, parachute })
+        let viewer = Viewer::open(system, ports, speed);
+        Ok(Self { vehicle, parachute, autopilot: (system, AUTOPILOT_COMPONENT), router: None, viewer })
     }
 
     fn receive<O: Observer>(&mut self, wire: &mut Lockstep<AutopilotSession>, observer: &mut O) {
         let now: TimeUs = wire.simulator.now();
-        for links in [&mut self.vehicle, &mut self.parachute] {
-            links.receive(observer, |observer, link, frame| {
+        self.vehicle.receive(observer, |observer, link, frame| {
+            // What the parachute says is known.
+            if link != Link::Parachute {
                 observer.frame(now, link, frame.bytes());
                 wire.deliver(link, frame);
-            });
-        }
+            }
+        });
+        let Self { parachute, router, autopilot, .. } = self;
+        parachute.receive(observer, |observer, link, frame| {
+            if (frame.system_id, frame.component_id) == *autopilot {
+                *router = Some(frame.peer);
+            } else if *router == Some(frame.peer) {
+                // Recorded as it came to the autopilot.
+                wire.deliver(link, frame);
+            } else {
+                observer.frame(now, link, frame.bytes());
+                wire.deliver(link, frame);
+            }
+        });
     }
 
     fn send(&mut self, sent: &Transmit, by: Party) {
+        self.viewer.show(sent);
         match (sent.link, by) {
             // The streamer's own frames are for the autopilot alone.
             (Link::Simulator, _) | (_, Party::Streamer) => {}

@@ -2,7 +2,8 @@
 
 use core::time::Duration;
 
-use super::super::TimeUs;
+use super::super::{Froude, TimeUs};
+use crate::assess::SafetyLimits;
 use crate::sim::{Battery, ReleaseTrigger, SensorSettings};
 
 /// What happens when an answer stays out.
@@ -19,8 +20,10 @@ pub enum Silence {
 pub struct SimulatorConfig {
     /// System of the vehicle; the simulator and the parachute are components of it.
     pub system_id: u8,
-    /// Step of the simulation and period of HIL_SENSOR.
+    /// Step of the simulation and period of HIL_SENSOR; with [`Self::froude`] that scale's.
     pub step_us: TimeUs,
+    /// Scale of the wire; `None`: the site's own units and time.
+    pub froude: Option<Froude>,
     /// Length of the mission.
     pub duration_us: TimeUs,
     /// What cuts the vehicle loose. That an autopilot is armed, HIL_ACTUATOR_CONTROLS say; that it is in OFFBOARD, only its
@@ -34,6 +37,8 @@ pub struct SimulatorConfig {
     pub silence: Silence,
     /// The battery; without one nothing is told of any.
     pub battery: Option<Battery>,
+    /// Limits whose passing is told.
+    pub limits: Option<SafetyLimits>,
 }
 
 impl Default for SimulatorConfig {
@@ -41,12 +46,14 @@ impl Default for SimulatorConfig {
         Self {
             system_id: 1,
             step_us: 4_000,
+            froude: None,
             duration_us: 45_000_000,
             trigger: ReleaseTrigger::Command,
             sensors: SensorSettings::default(),
             seed: 1,
             silence: Silence::KeepWaiting,
             battery: None,
+            limits: None,
         }
     }
 }

@@ -90,10 +90,22 @@ pub enum SimulatorEvent {
         /// Why.
         cause: ReleaseCause,
     },
+    /// At that moment the autopilot was not armed: the vehicle falls.
+    ReleasedUnarmed {
+        /// Simulated time.
+        at: TimeUs,
+    },
     /// The delay is over, the rotors may turn.
     RotorsFree {
         /// Simulated time.
         at: TimeUs,
+    },
+    /// A limit of the mission has been passed, for the first time.
+    LimitPassed {
+        /// Simulated time.
+        at: TimeUs,
+        /// Which.
+        name: &'static str,
     },
     /// The vehicle has come to the ground.
     TouchedGround {
@@ -147,6 +159,9 @@ impl SimulatorEvent {
          named a mode (PX4 sends none on the simulator link: choose another trigger, or bring its HEARTBEAT to the parachute's \
          UDP port 14600 + instance)";
 
+    /// What is said at [`Self::ReleasedUnarmed`].
+    pub(super) const NOT_ARMED: &'static str = "released while the autopilot is not armed";
+
     /// Time and words of an event that belongs to the flight: not of what depends on waits and connections.
     pub(super) fn of_flight(&self) -> Option<(TimeUs, String)> {
         let (at, text) = match *self {
@@ -156,7 +171,9 @@ impl SimulatorEvent {
             Self::Failsafe { at, active: true } => (at, "failsafe: the autopilot has taken over".to_owned()),
             Self::Failsafe { at, active: false } => (at, "failsafe over".to_owned()),
             Self::Released { at, cause } => (at, format!("released {}", cause.text())),
+            Self::ReleasedUnarmed { at } => (at, Self::NOT_ARMED.to_owned()),
             Self::RotorsFree { at } => (at, "rotors free".to_owned()),
+            Self::LimitPassed { at, name } => (at, format!("limit passed: {name}")),
             Self::TouchedGround { at, speed_m_s } => (at, touched(speed_m_s)),
             Self::Connected { .. }
             | Self::Lockstep { .. }
@@ -187,7 +204,9 @@ impl fmt::Display for SimulatorEvent {
             }
             Self::Failsafe { at, active: false } => write!(f, "{:8.3} s  failsafe over", s(at)),
             Self::Released { at, cause } => write!(f, "{:8.3} s  released {}", s(at), cause.text()),
+            Self::ReleasedUnarmed { at } => write!(f, "{:8.3} s  {}", s(at), Self::NOT_ARMED),
             Self::RotorsFree { at } => write!(f, "{:8.3} s  rotors free", s(at)),
+            Self::LimitPassed { at, name } => write!(f, "{:8.3} s  limit passed: {name}", s(at)),
             Self::TouchedGround { at, speed_m_s } => write!(f, "{:8.3} s  {}", s(at), touched(*speed_m_s)),
             Self::Waiting { at, missing, waited } => {
                 write!(f, "{:8.3} s  waiting since {:.1} s for {missing}", s(at), waited.as_secs_f64())

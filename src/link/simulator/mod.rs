@@ -14,6 +14,7 @@
 //! | `config`, `event` | how a session runs; what it tells |
 //! | `peer` | what comes from the autopilot |
 //! | `release` | what cuts the vehicle loose |
+//! | `limits` | what is told of the mission's limits |
 //! | `record` | what is remembered of a flight |
 //! | `hil`, `rates`, [`sensors`] | what a step sends: which messages are due, and what is in them |
 //!
@@ -26,6 +27,7 @@ use std::collections::VecDeque;
 
 use nalgebra::Vector3;
 
+use self::limits::LimitsPassed;
 use self::peer::Peer;
 use self::rates::HilRates;
 use self::sensors::HilSensors;
@@ -36,6 +38,7 @@ use crate::sim::{Battery, DropSimulation, Phase, ReleaseTrigger, Sample};
 mod config;
 mod event;
 mod hil;
+mod limits;
 mod peer;
 mod rates;
 mod record;
@@ -82,6 +85,7 @@ pub struct SimulatorSession {
     phase_told: Phase,
     /// The vehicle was on the ground at the last step.
     touching: bool,
+    limits_passed: LimitsPassed,
     battery: Option<Battery>,
     next_report: Duration,
 }
@@ -96,8 +100,8 @@ impl SimulatorSession {
         Self {
             sensors: HilSensors::new(initial.environment(), config.sensors, config.seed, config.step_us),
             rates: HilRates::new(config.step_us, config.sensors.satellite.period_us),
-            encoder: Encoder::new(config.system_id, SIMULATOR_COMPONENT),
-            parachute: ParachuteComponent::new(config.system_id),
+            encoder: Encoder::new(config.system_id, SIMULATOR_COMPONENT).scaled(config.froude),
+            parachute: ParachuteComponent::new(config.system_id).scaled(config.froude),
             outbox: VecDeque::new(),
             events: VecDeque::new(),
             log: Vec::new(),
@@ -110,6 +114,7 @@ impl SimulatorSession {
             v_sp_ned: None,
             phase_told: initial.phase(),
             touching: initial.on_ground(),
+            limits_passed: LimitsPassed::default(),
             battery: config.battery,
             next_report: FIRST_REPORT,
             sim: initial.clone(),
@@ -224,6 +229,7 @@ impl SimulatorSession {
         self.check_triggers();
         self.tell_phase();
         self.tell_touch(before.state.body.v_ned.z);
+        self.check_limits();
         if let Some(battery) = &mut self.battery {
             battery.discharge(&before, seconds(self.config.step_us));
         }

@@ -24,17 +24,20 @@ pub(super) struct Peer {
     pub(super) armed: bool,
     /// Its HEARTBEAT has named a mode.
     pub(super) mode_told: bool,
+    /// So on the simulator link: what is heard elsewhere is older.
+    pub(super) mode_told_here: bool,
     pub(super) offboard: bool,
     pub(super) failsafe: bool,
 }
 
 impl SimulatorSession {
     fn take_controls(&mut self, m: &HIL_ACTUATOR_CONTROLS_DATA) {
-        if self.now == 0 || m.time_usec > self.now {
+        let stamp = self.config.froude.map_or(m.time_usec, |f| f.site_us(m.time_usec));
+        if self.now == 0 || stamp > self.now {
             self.counts.mistimed += 1;
             // One word at the 1st, 2nd, 4th, 8th .. of them.
             if self.counts.mistimed.is_power_of_two() {
-                self.tell(SimulatorEvent::Mistimed { at: self.now, stamp: m.time_usec });
+                self.tell(SimulatorEvent::Mistimed { at: self.now, stamp });
             }
             return;
         }
@@ -51,7 +54,7 @@ impl SimulatorSession {
             self.peer.answered = true;
             self.tell(SimulatorEvent::Lockstep { at: self.now });
         }
-        if m.time_usec == self.now {
+        if stamp == self.now {
             if matches!(self.pace, Pace::Free | Pace::AwaitingControls) {
                 self.pace = Pace::Ready;
             }
@@ -80,7 +83,7 @@ impl SimulatorSession {
             return;
         }
         let result = if command.command == MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL as u16 {
-            match self.rates.set(command, self.now) {
+            match self.rates.set(&self.in_site_time(command), self.now) {
                 SetInterval::Done => MavResult::MAV_RESULT_ACCEPTED,
                 SetInterval::Refused => MavResult::MAV_RESULT_DENIED,
             }
@@ -95,6 +98,17 @@ impl SimulatorSession {
             ..CommandAck::default()
         };
         self.outbox.push_back(self.encoder.encode_command_ack(&ack));
+    }
+
+    /// The interval of SET_MESSAGE_INTERVAL is on the wire's clock.
+    fn in_site_time(&self, command: &Command) -> Command {
+        let mut command = *command;
+        if let Some(froude) = self.config.froude
+            && command.params[1] > 0.0
+        {
+            command.params[1] = (f64::from(command.params[1]) * froude.k()) as f32;
+        }
+        command
     }
 
     fn take_heartbeat(&mut self, m: &HEARTBEAT_DATA) {
@@ -113,6 +127,7 @@ impl SimulatorSession {
             (frame.system_id, frame.component_id) == (self.config.system_id, AUTOPILOT_COMPONENT);
         if from_autopilot
             && !matches!(self.pace, Pace::NoPeer | Pace::Done)
+            && !self.peer.mode_told_here
             && let Some(MavMessage::HEARTBEAT(m)) = frame.known()
         {
             self.take_heartbeat(m);
@@ -123,7 +138,10 @@ impl SimulatorSession {
         self.peer.heard = true;
         match frame.known() {
             Some(MavMessage::HIL_ACTUATOR_CONTROLS(m)) => self.take_controls(m),
-            Some(MavMessage::HEARTBEAT(m)) => self.take_heartbeat(m),
+            Some(MavMessage::HEARTBEAT(m)) => {
+                self.peer.mode_told_here |= m.custom_mode != 0;
+                self.take_heartbeat(m);
+            }
             _ => {
                 if let Some(command) = frame.command() {
                     self.take_command(&command, (frame.system_id, frame.component_id));

@@ -48,6 +48,10 @@ impl SimulatorSession {
             self.phase_told = Phase::Falling;
             self.parachute.note_release(self.now, at, cause.text());
             self.tell(SimulatorEvent::Released { at, cause });
+            if !self.peer.armed {
+                self.parachute.say(MavSeverity::MAV_SEVERITY_WARNING, SimulatorEvent::NOT_ARMED);
+                self.tell(SimulatorEvent::ReleasedUnarmed { at });
+            }
         }
     }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::super::TimeUs;
+use super::super::{Froude, TimeUs};
 use super::Procedure;
 
 /// What tells the time.
@@ -20,6 +20,8 @@ pub enum Clock {
 pub struct StreamerConfig {
     /// System of the vehicle.
     pub vehicle_system: u8,
+    /// Scale of the wire; `None`: the site's own units and time.
+    pub froude: Option<Froude>,
     /// Simulated time of the release [s].
     pub hang_s: f64,
     /// Whether the streamer commands the release; otherwise it waits for whatever triggers it.
@@ -48,10 +50,18 @@ pub struct StreamerConfig {
     pub procedure: Option<Procedure>,
 }
 
+impl StreamerConfig {
+    /// The site's time of a span on the autopilot's clock.
+    pub(super) fn autopilots_us(&self, span_us: TimeUs) -> TimeUs {
+        self.froude.map_or(span_us, |f| f.site_us(span_us))
+    }
+}
+
 impl Default for StreamerConfig {
     fn default() -> Self {
         Self {
             vehicle_system: 1,
+            froude: None,
             hang_s: 10.0,
             commands_release: true,
             delay_s: 0.5,

@@ -63,8 +63,8 @@ impl StreamerSession {
             }
             (PARACHUTE_COMPONENT, Some(MavMessage::NAMED_VALUE_INT(m))) => {
                 match (m.name.to_str(), TimeUs::try_from(m.value)) {
-                    (Ok(T_RELEASE), Ok(ms)) => self.note_release(ms * 1_000, true),
-                    (Ok(T_END), Ok(ms)) => self.note_end(ms * 1_000),
+                    (Ok(T_RELEASE), Ok(ms)) => self.note_release(self.site_us(ms), true),
+                    (Ok(T_END), Ok(ms)) => self.note_end(self.site_us(ms)),
                     _ => {}
                 }
             }
@@ -85,6 +85,11 @@ impl StreamerSession {
         self.events.push_back(StreamerEvent::Text { at, severity, text });
     }
 
+    /// The site's time of milliseconds on the wire.
+    fn site_us(&self, wire_ms: TimeUs) -> TimeUs {
+        self.config.autopilots_us(wire_ms * 1_000)
+    }
+
     fn take_absence(&mut self, name: &str) {
         if let Some(exchange) = self.flight.readiness.exchange() {
             exchange.take_absence(name);
@@ -95,7 +100,7 @@ impl StreamerSession {
         if self.config.clock == Clock::Caller {
             return;
         }
-        let now = TimeUs::from(time_boot_ms) * 1_000;
+        let now = self.site_us(TimeUs::from(time_boot_ms));
         if now + CLOCK_JITTER_US < self.flight.now {
             self.events.push_back(StreamerEvent::VehicleRestarted { at: now });
             self.flight = Flight { heartbeat_heard: true, ..Flight::new() };

@@ -165,9 +165,9 @@ impl StreamerSession {
     /// A streamer that has heard nothing yet.
     pub fn new(config: StreamerConfig, trajectory: Trajectory) -> Self {
         Self {
+            encoder: Encoder::new(STREAMER_SYSTEM, STREAMER_COMPONENT).scaled(config.froude),
             config,
             trajectory,
-            encoder: Encoder::new(STREAMER_SYSTEM, STREAMER_COMPONENT),
             outbox: VecDeque::new(),
             events: VecDeque::new(),
             flight: Flight::new(),

@@ -88,7 +88,8 @@ impl StreamerSession {
             .readiness
             .exchange
             .get_or_insert_with(|| Exchange::new(&procedure.upload, RULES.iter().map(|rule| rule.name)));
-        let messages = exchange.poll(now, system);
+        // Its patience is measured on the autopilot's clock, which is slow to answer while it starts.
+        let messages = exchange.poll(self.config.froude.map_or(now, |f| f.wire_us(now)), system);
         let outcome = exchange.is_over().then(|| exchange.outcome());
         messages.iter().for_each(|message| self.send(message));
         if let Some(outcome) = outcome {
@@ -134,12 +135,12 @@ impl StreamerSession {
         let ready = &mut self.flight.readiness;
         let lacking: Vec<&str> = match ready.estimator {
             Some(flags) => NEEDED.iter().filter(|(bit, _)| flags & bit == 0).map(|(_, name)| *name).collect(),
-            None if now >= since + MUTE_US => Vec::new(),
+            None if now >= since + self.config.autopilots_us(MUTE_US) => Vec::new(),
             None => vec!["ESTIMATOR_STATUS"],
         };
         if lacking.is_empty() {
             let aligned = *ready.aligned_since.get_or_insert(now);
-            if now >= aligned + PROBATION_US {
+            if now >= aligned + self.config.autopilots_us(PROBATION_US) {
                 let told = ready.estimator.is_some();
                 self.events.push_back(StreamerEvent::Aligned { at: now, told });
                 self.enter(StreamerState::RequestingOffboard);
@@ -162,7 +163,7 @@ impl StreamerSession {
         if self.config.procedure.is_none() || self.flight.request.is_some() || passed {
             return false;
         }
-        let waits = at < since + CHECKS_US;
+        let waits = at < since + self.config.autopilots_us(CHECKS_US);
         if !waits {
             let told = self.flight.readiness.checks_pass.is_some();
             self.events.push_back(StreamerEvent::ChecksNotPassed { at, told });
@@ -175,7 +176,7 @@ impl StreamerSession {
         if self.config.procedure.is_none() {
             return true;
         }
-        if self.flight.shown_at < self.flight.armed_at + SHOWN_AFTER_US {
+        if self.flight.shown_at < self.flight.armed_at + self.config.autopilots_us(SHOWN_AFTER_US) {
             return false;
         }
         if !self.flight.shown.offboard {

@@ -1,8 +1,9 @@
-//! How a search came down: the best cost and the middle of each iteration over the evaluations.
+//! How a search came down: the best cost and the middle of each iteration over the evaluations, on a logarithmic scale, for what
+//! breaks a bound or tumbles costs ten times what is good.
 
 use super::axis::{Axis, Panel, SMALL, number, range};
 use super::canvas::{Anchor, Canvas, Font, Point, Stroke, sub, text_width};
-use super::color::{FIRST, INK, LIMIT, SECOND};
+use super::color::{FIRST, GRID, INK, LIMIT, SECOND};
 use super::label::{Place, Room};
 use super::{FigureError, WIDTH_PX};
 use crate::config::{Mission, Stamp};
@@ -11,10 +12,7 @@ use crate::tune::{Objective, Search};
 
 const HEIGHT_PX: u32 = 420;
 const CORNERS: (Point, Point) = ((70.0, 92.0), (936.0, 360.0));
-/// Costs up to this multiple of the last best are shown.
-const TALLEST: f64 = 2.0;
-
-/// Draws a search. Costs far above the last best, infinite ones too, leave the panel at its top.
+/// Draws a search. An iteration with an infinite median, most of its candidates lost, leaves a gap in that curve.
 ///
 /// # Errors
 /// [`FigureError`] when no cost is finite or the backend fails.
@@ -24,13 +22,16 @@ pub fn convergence_figure(mission: &Mission, search: &Search, run: &TuneRun) -> 
     let tallest = range(history.iter().flat_map(|p| [p.cost, p.median_cost])).map_or(least, |r| r.1);
     let ((x0, y0), (x1, y1)) = CORNERS;
     let last = history.last().map_or(1, |p| p.evaluations) as f64;
-    let high = tallest.min(TALLEST * least).max(1.05 * least);
+    let least = least.max(f64::MIN_POSITIVE);
+    let decades = (tallest / least).max(1.1).log10();
+    // The logarithm of the cost is drawn straight.
+    let (low, high) = (least.log10() - 0.06 * decades, least.log10() + 1.04 * decades);
     let panel = Panel {
         x: Axis { low: 0.0, high: last, low_px: x0, high_px: x1 },
-        y: Axis { low: least - 0.08 * (high - least), high, low_px: y1, high_px: y0 },
+        y: Axis { low, high, low_px: y1, high_px: y0 },
     };
     let curve = |of: &dyn Fn(&crate::tune::search::Progress) -> f64| -> Vec<Point> {
-        history.iter().map(|p| panel.px(p.evaluations as f64, of(p).min(high))).collect()
+        history.iter().map(|p| panel.px(p.evaluations as f64, of(p).max(least).log10())).collect()
     };
     let (best, median) = (curve(&|p| p.cost), curve(&|p| p.median_cost));
     let e = run.gains.evaluation;
@@ -46,7 +47,7 @@ pub fn convergence_figure(mission: &Mission, search: &Search, run: &TuneRun) -> 
     let remark = match run.bounds {
         Objective::Rms => "The cost is the worst tracking RMS (46).".to_owned(),
         Objective::JTpf => format!("The cost is the worst {j_tpf} of {} flights.", run.flights),
-        Objective::Safety { rms_bound } => format!(
+        Objective::Safety { rms_bound, .. } => format!(
             "The cost is the worst {j_tpf} of {} flights, and more where the tracking RMS passes {} or a flight does not come to rest. \
              Found: {j_tpf} {}, RMS {}.",
             run.flights,
@@ -60,9 +61,14 @@ pub fn convergence_figure(mission: &Mission, search: &Search, run: &TuneRun) -> 
     Canvas::new((WIDTH_PX, HEIGHT_PX)).finish((&headline, about.trim_end()), |pen| {
         pen.text(&headline, (16.0, 28.0), Anchor::Start, Font { size: 19.0, color: INK, bold: true });
         pen.text(&remark, (16.0, 54.0), Anchor::Start, SMALL);
-        panel.grid(pen, 8, 5, true);
+        panel.grid(pen, 8, 0, true);
+        for (cost, text) in logarithmic_ticks(10f64.powf(low), 10f64.powf(high)) {
+            let y = panel.y.px(cost.log10());
+            pen.line(&[(x0, y), (x1, y)], Stroke::solid(GRID, 1.0));
+            pen.text(&text, (x0 - 7.0, y), Anchor::End, SMALL);
+        }
         let title = Font { size: 12.5, color: INK, bold: false };
-        pen.text("cost", (x0, y0 - 14.0), Anchor::Middle, title);
+        pen.text("cost (log)", (x0, y0 - 14.0), Anchor::Middle, title);
         pen.text("evaluations", (0.5 * (x0 + x1), y1 + 38.0), Anchor::Middle, title);
         // A front's bounds change on the way.
         for pair in history.windows(2).filter(|w| w[0].objective != w[1].objective) {
@@ -87,4 +93,36 @@ pub fn convergence_figure(mission: &Mission, search: &Search, run: &TuneRun) -> 
             }
         }
     })
+}
+
+/// Round numbers for a logarithmic scale: 1, 2 and 5 times powers of ten over more than a decade, evenly spaced ones over less.
+fn logarithmic_ticks(low: f64, high: f64) -> Vec<(f64, String)> {
+    if high / low < 8.0 {
+        return Axis { low, high, low_px: 0.0, high_px: 1.0 }.ticks(6);
+    }
+    let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
+    let many = last - first > 4;
+    (first..=last)
+        .flat_map(|power| {
+            let steps: &[f64] = if many { &[1.0] } else { &[1.0, 2.0, 5.0] };
+            let decimals = (-power).max(0) as usize;
+            steps.iter().map(move |m| (m * 10f64.powi(power), decimals))
+        })
+        .filter(|(x, _)| (low..=high).contains(x))
+        .map(|(x, decimals)| (x, number(x, decimals)))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_of_a_logarithmic_scale_are_round() {
+        let texts =
+            |low, high| -> Vec<String> { logarithmic_ticks(low, high).into_iter().map(|t| t.1).collect() };
+        assert_eq!(texts(0.5, 12.0), ["0.5", "1", "2", "5", "10"]);
+        assert_eq!(texts(0.56, 0.7), ["0.56", "0.58", "0.60", "0.62", "0.64", "0.66", "0.68", "0.70"]);
+        assert_eq!(texts(0.05, 3e5), ["0.1", "1", "10", "100", "1000", "10000", "100000"]);
+    }
 }

@@ -1,10 +1,12 @@
-//! Missions, fences and rally points: uploaded, kept, given back, cleared. None is flown.
+//! Missions, fences and rally points: uploaded, kept, given back, cleared. No mission is flown; fences are watched
+//! ([`crate::autopilot::fence`]).
 //!
 //! As PX4 does it: the vehicle asks for item after item and asks again after 250 ms; a peer that has been silent for 5 s has given
 //! up; a second peer that wants to upload meanwhile gets an error; a plan takes the place of the old one only once it is whole.
 //! Better than PX4: several peers may download at once, each what stood there when it began; a peer that starts its upload again is
 //! not told that it is busy with itself. Times are the vehicle's.
 
+mod fence;
 mod plan;
 #[cfg(test)]
 mod tests;
@@ -12,8 +14,10 @@ mod wire;
 
 use std::collections::VecDeque;
 
+use crate::autopilot::fence::Fence;
 use crate::autopilot::{Event, Severity};
 use crate::link::TimeUs;
+use crate::model::Environment;
 use plan::Item;
 pub(super) use plan::{Kind, Plan};
 use wire::{Address, CANCELLED, MissionResult};
@@ -57,6 +61,7 @@ struct Download {
 pub(super) struct Missions {
     plans: [Plan; 3],
     current: u16,
+    fence_is_new: bool,
     upload: Option<Upload>,
     downloads: Vec<Download>,
     /// The upload that was completed last, whose acknowledgement may be lost.
@@ -74,6 +79,12 @@ impl Missions {
     /// The mission item that would be next.
     pub(super) fn current(&self) -> u16 {
         self.current
+    }
+
+    /// The areas of the fence in the local frame, if it was uploaded or cleared since the last call.
+    pub(super) fn take_new_fence(&mut self, environment: &Environment) -> Option<Fence> {
+        let is_new = std::mem::take(&mut self.fence_is_new);
+        is_new.then(|| Fence::new(fence::areas(&self.plan(Kind::Fence).items, environment)))
     }
 
     /// The next message to send.
@@ -228,6 +239,14 @@ impl Missions {
             return self.ask(now);
         }
         let (kind, items) = (upload.kind, std::mem::take(&mut upload.items));
+        if let (Kind::Fence, Err(seq)) = (kind, fence::areas_of(&items)) {
+            self.upload = None;
+            self.say(
+                Severity::Error,
+                format!("fence refused: the polygon of item {seq} has too few corners"),
+            );
+            return self.ack(peer, number, MissionResult::InvalidParam1, 0);
+        }
         (self.upload, self.completed) = (None, Some((peer, kind)));
         self.replace(kind, items);
         self.ack(peer, number, MissionResult::Accepted, self.plan(kind).opaque_id);
@@ -280,6 +299,12 @@ impl Missions {
     fn replace(&mut self, kind: Kind, items: Vec<Item>) {
         if kind == Kind::Mission {
             self.current = items.iter().rposition(|item| item.current == 1).unwrap_or(0) as u16;
+        }
+        if kind == Kind::Fence {
+            self.fence_is_new = true;
+            if items.iter().any(|item| item.command == fence::RETURN_POINT) {
+                self.say(Severity::Warning, "fence: the return point is kept, not flown to");
+            }
         }
         self.plans[kind as usize] = Plan::new(items);
     }

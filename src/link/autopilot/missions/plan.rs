@@ -39,6 +39,7 @@ pub(in crate::link::autopilot) struct Item {
 /// Fence vertices and circles (`MAV_CMD_NAV_FENCE_*`): return point, polygons, circles.
 const FENCE: std::ops::RangeInclusive<u16> = 5000..=5004;
 const POLYGON: std::ops::RangeInclusive<u16> = 5001..=5002;
+const CIRCLE: std::ops::RangeInclusive<u16> = 5003..=5004;
 const RALLY_POINT: u16 = 5100;
 /// Commands at a place that PX4 takes in a mission.
 const AT_A_PLACE: [u16; 14] = [16, 17, 18, 19, 20, 21, 22, 31, 80, 84, 85, 195, 201, 4501];
@@ -101,8 +102,13 @@ impl Item {
         } else if !(self.frame == Frame::MISSION && at_none) {
             return Err(MissionResult::UnsupportedFrame);
         }
-        let vertices = self.params[0];
-        if kind == Kind::Fence && POLYGON.contains(&self.command) && !(vertices >= 3.0) {
+        let size = self.params[0];
+        let is_sized = match self.command {
+            command if POLYGON.contains(&command) => size >= 3.0,
+            command if CIRCLE.contains(&command) => size > 0.0 && size.is_finite(),
+            _ => true,
+        };
+        if kind == Kind::Fence && !is_sized {
             return Err(MissionResult::InvalidParam1);
         }
         Ok(())

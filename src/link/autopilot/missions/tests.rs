@@ -201,6 +201,8 @@ fn regress_what_cannot_be_kept_is_refused_and_the_old_plan_stays() {
         (0, Item { y: -180.1e7, ..waypoint(1.0) }, 11),
         (0, Item { z: f32::INFINITY, ..waypoint(1.0) }, 12),
         (1, Item { params: [2.0, 0.0, 0.0, 0.0], ..vertex() }, 6),
+        (1, Item { command: 5003, params: [0.0; 4], ..vertex() }, 6),
+        (1, Item { command: 5004, params: [f32::NAN; 4], ..vertex() }, 6),
     ] {
         assert_eq!(upload_all(&mut missions, 0, GROUND, kind, &[item]).0, result, "{item:?}");
         assert!(texts(&mut missions)[0].contains("refused: item 0"));
@@ -221,6 +223,57 @@ fn regress_what_cannot_be_kept_is_refused_and_the_old_plan_stays() {
     }
     assert_eq!(missions.plan(Kind::Mission).opaque_id, old);
     assert!(!missions.set_current(1));
+}
+
+/// The areas of a fence are those that the items describe, by the chart of the site.
+#[test]
+fn closed_form_a_fence_falls_into_its_areas() {
+    use crate::autopilot::fence::{Fence, Rule};
+    use crate::model::environment::GeoPoint;
+    use nalgebra::{Vector2, Vector3};
+
+    let anchor = GeoPoint { latitude_deg: 47.0, longitude_deg: 8.0, altitude_m: 488.0 };
+    let site = Environment::new(9.80665, 1.2, Vector3::zeros(), anchor).unwrap();
+    let at = |n: f64, e: f64, item: Item| {
+        let point = site.geo_point(&Vector3::new(n, e, 0.0));
+        Item { x: point.latitude_deg * 1e7, y: point.longitude_deg * 1e7, ..item }
+    };
+    let corner = |n, e, corners| at(n, e, Item { params: [corners, 0.0, 0.0, 0.0], ..vertex() });
+    let circle = Item { command: 5004, params: [25.0, 0.0, 0.0, 0.0], ..vertex() };
+    let home = Item { command: 5000, ..vertex() };
+    let items = [
+        at(9.0, 9.0, home),
+        corner(0.0, 0.0, 3.0),
+        corner(90.0, 0.0, 3.0),
+        corner(0.0, 90.0, 3.0),
+        at(40.0, -30.0, circle),
+    ];
+    let mut missions = Missions::default();
+    assert_eq!(missions.take_new_fence(&site), None);
+    assert_eq!(upload_all(&mut missions, 0, GROUND, 1, &items).0, 0);
+    assert_eq!(texts(&mut missions), ["fence: the return point is kept, not flown to"]);
+    let fence = missions.take_new_fence(&site).unwrap();
+    assert_eq!((fence.count(Rule::StayIn), fence.count(Rule::KeepOut)), (1, 1));
+    let judged = |n, e| {
+        let p = Vector2::new(n, e);
+        (fence.is_left_at(p), fence.is_entered_at(p))
+    };
+    assert_eq!([judged(44.9, 45.0), judged(45.1, 45.0)], [(false, false), (true, false)]);
+    assert_eq!([judged(40.0, -5.1), judged(40.0, -4.9)], [(true, true), (true, false)]);
+    assert_eq!(missions.take_new_fence(&site), None, "told once");
+
+    // Corners that are missing, or of another polygon.
+    for broken in [
+        vec![corner(0.0, 0.0, 4.0); 3],
+        [vec![corner(0.0, 0.0, 4.0); 3], vec![corner(0.0, 0.0, 5.0); 5]].concat(),
+        vec![corner(0.0, 0.0, f32::INFINITY); 5],
+    ] {
+        assert_eq!(upload_all(&mut missions, 1, GROUND, 1, &broken).0, 6);
+        assert!(texts(&mut missions)[0].contains("the polygon of item 0"));
+        assert_eq!(missions.take_new_fence(&site), None, "the old one stays");
+    }
+    send(&mut missions, 2, GROUND, Request::Clear { kind: 1 });
+    assert_eq!(missions.take_new_fence(&site), Some(Fence::default()));
 }
 
 fn request() -> impl Strategy<Value = Request> {

@@ -47,7 +47,7 @@ impl Endpoint {
         let at = resolved.map_err(|source| ShellError::Host { url: url.to_string(), source })?;
         match url.kind {
             Kind::UdpIn => Self::udp(at, what, observer).await,
-            Kind::UdpOut => Udp::towards(at, what, observer).await.map(Self::Udp),
+            Kind::UdpOut => Self::udp_towards(at, what, observer).await,
             Kind::TcpIn => TcpIn::bind(at, what, observer).await.map(Self::TcpIn),
             Kind::TcpOut => Ok(Self::TcpOut(TcpOut::new(at, what.clone()))),
         }
@@ -60,6 +60,15 @@ impl Endpoint {
         observer: &mut impl Observer,
     ) -> Result<Self, ShellError> {
         Udp::bind(at, what, observer).await.map(Self::Udp)
+    }
+
+    /// A UDP socket that speaks to one remote.
+    pub(super) async fn udp_towards(
+        remote: SocketAddr,
+        what: &What,
+        observer: &mut impl Observer,
+    ) -> Result<Self, ShellError> {
+        Udp::towards(remote, what, observer).await.map(Self::Udp)
     }
 
     /// The remote that is spoken to unasked.

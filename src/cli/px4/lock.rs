@@ -1,0 +1,116 @@
+//! PX4's own lock: one instance of a number on a machine.
+//!
+//! PX4 locks `/tmp/px4_lock-N` and hands the open file down to its start-up script and what that starts. A PX4 that is killed alone
+//! leaves them behind: the next one of that number then ends at once ("PX4 daemon already running for instance N").
+
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use rustix::fs::{FlockOperation, flock};
+use rustix::io::Errno;
+
+use super::Px4Error;
+
+/// Followed by the instance.
+const LOCK: &str = "/tmp/px4_lock-";
+/// More of a command line is not shown.
+const COMMAND_AT_MOST: usize = 100;
+
+/// Looks whether the instance is free.
+///
+/// # Errors
+/// [`Px4Error::Running`] with those who hold it.
+pub fn look(instance: u16) -> Result<(), Px4Error> {
+    look_at(instance, PathBuf::from(format!("{LOCK}{instance}")))
+}
+
+fn look_at(instance: u16, lock: PathBuf) -> Result<(), Px4Error> {
+    #[expect(clippy::disallowed_methods, reason = "PX4's lock")]
+    let file = match File::open(&lock) {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
+        other => other.map_err(Px4Error::io(format!("PX4's lock {}", lock.display())))?,
+    };
+    // Ours for a moment, until the file is closed.
+    match flock(&file, FlockOperation::NonBlockingLockExclusive) {
+        Err(Errno::WOULDBLOCK) => {
+            let holders = tell(&holders(&lock), &lock);
+            Err(Px4Error::Running { instance, lock, holders })
+        }
+        other => {
+            other.map_err(|e| Px4Error::io(format!("PX4's lock {}", lock.display()))(io::Error::from(e)))
+        }
+    }
+}
+
+/// Processes that have the file open, with their command lines; none where the system does not tell.
+fn holders(lock: &Path) -> Vec<(u32, String)> {
+    let ours = std::process::id();
+    let processes = fs::read_dir("/proc").into_iter().flatten().filter_map(Result::ok);
+    let mut found: Vec<(u32, String)> = processes
+        .filter_map(|process| Some((process.file_name().to_str()?.parse().ok()?, process.path())))
+        .filter(|(id, path)| *id != ours && has_open(path, lock))
+        .map(|(id, path)| (id, command_line(&path)))
+        .collect();
+    found.sort();
+    found
+}
+
+fn has_open(process: &Path, file: &Path) -> bool {
+    let open = fs::read_dir(process.join("fd")).into_iter().flatten().filter_map(Result::ok);
+    open.filter_map(|fd| fs::read_link(fd.path()).ok()).any(|target| target == file)
+}
+
+fn command_line(process: &Path) -> String {
+    #[expect(clippy::disallowed_methods, reason = "what the system tells of a process")]
+    let bytes = fs::read(process.join("cmdline")).unwrap_or_default();
+    let text = String::from_utf8_lossy(&bytes).replace('\0', " ");
+    text.trim().chars().take(COMMAND_AT_MOST).collect()
+}
+
+fn tell(holders: &[(u32, String)], lock: &Path) -> String {
+    if holders.is_empty() {
+        return format!("somebody (`lsof {}` may tell)", lock.display());
+    }
+    let words: Vec<String> = holders.iter().map(|(id, line)| format!("process {id} ({line})")).collect();
+    words.join(", ")
+}
+
+#[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "a test that makes files and processes")]
+mod tests {
+    use std::process::{Command, Stdio};
+
+    use super::*;
+
+    #[test]
+    fn a_lock_is_free_when_it_is_not_there_not_held_or_let_go() {
+        let place = tempfile::tempdir().unwrap();
+        let lock = place.path().join("lock");
+        look_at(3, lock.clone()).unwrap();
+        let file = File::create(&lock).unwrap();
+        look_at(3, lock.clone()).unwrap();
+        flock(&file, FlockOperation::LockExclusive).unwrap();
+        assert!(look_at(3, lock.clone()).is_err());
+        drop(file);
+        look_at(3, lock).unwrap();
+    }
+
+    /// As PX4's start-up script does: the lock is handed down, and outlives the one who took it.
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn what_a_killed_one_left_is_named() {
+        let place = tempfile::tempdir().unwrap();
+        let lock = place.path().join("lock");
+        let file = File::create(&lock).unwrap();
+        flock(&file, FlockOperation::LockExclusive).unwrap();
+        let mut heir = Command::new("sleep").arg("1000").stdin(Stdio::from(file)).spawn().unwrap();
+        let error = look_at(3, lock.clone()).unwrap_err().to_string();
+        heir.kill().unwrap();
+        heir.wait().unwrap();
+        assert!(error.starts_with("PX4 instance 3 is running already"), "{error}");
+        assert!(error.contains(&format!("process {} (sleep 1000)", heir.id())), "{error}");
+        assert!(error.contains("--instance"), "{error}");
+        look_at(3, lock).unwrap();
+    }
+}

@@ -1,0 +1,78 @@
+//! The gains found beside others, on flights that no tuning saw.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+
+use super::args::TuneArgs;
+use super::{setting, settings};
+use crate::cli::outcome::{BadInput, Failure};
+use crate::config::Mission;
+use crate::control::Gains;
+use crate::report::tune::contest::Sample;
+use crate::report::tune::{Contender, Contest};
+use crate::sim::PlantKind;
+use crate::sim::planar::Variation;
+use crate::trajectory::Trajectory;
+use crate::tune::bench::Setting;
+use crate::tune::unknowns::varied;
+use crate::tune::{Bench, Evaluation, Longitudinal, Objective};
+
+/// Gains that are shown as a warning: the optimum of the paper's problem on the ideal plant.
+const IDEAL: &str = "ideal_rms";
+/// Unseen flights between two looks at Ctrl-C.
+const PORTION: usize = 64;
+
+/// Tries the gains found and those to compare them with. `None` when Ctrl-C, now or before, put an end to it.
+pub fn contest(
+    args: &TuneArgs,
+    mission: &Mission,
+    plan: &Trajectory,
+    tuning: &Bench<'_>,
+    found: &Longitudinal,
+    stop: &AtomicBool,
+) -> Result<Option<Contest>, Failure> {
+    // Real actuators, whatever the tuning had.
+    let real = Setting { plant: PlantKind::Actuator, ..setting(args, mission, plan) };
+    let cases = Bench::new(real).bad_input()?.with_cases(&mission.tuning_cases);
+    let bounds = Objective::Safety { rms_bound: settings::rms_bound(args, &cases), penalty: args.penalty };
+    let (distribution, seed) = (mission.releases(), mission.seed);
+    let (g, target_m_s) = (mission.environment.gravity_m_s2, mission.target_v_ned.norm());
+    let trial = |vary: bool, number: u64| {
+        let release = distribution.draw(seed, number).state;
+        if vary { varied(&release, seed, number, g, target_m_s) } else { (release, Variation::NONE) }
+    };
+    let unseen = u64::from(args.unseen);
+    let portions: Vec<u64> = (0..unseen).step_by(PORTION).collect();
+    let sample = |k: &Longitudinal, vary: bool| -> Option<Sample> {
+        let fly = |&first: &u64| {
+            let trials: Vec<_> = (first..unseen).take(PORTION).map(|number| trial(vary, number)).collect();
+            (!stop.load(Ordering::Relaxed)).then(|| cases.fly_others(k, &trials))
+        };
+        let flown: Option<Vec<Vec<Evaluation>>> = portions.par_iter().with_max_len(1).map(fly).collect();
+        flown.map(|f| Sample::of(&f.concat()))
+    };
+    let contender = |(name, k): (String, Longitudinal)| {
+        let (unseen, varied) = (sample(&k, false)?, sample(&k, true)?);
+        Some(Contender { name, k, tuning: tuning.evaluate(&k), cases: cases.evaluate(&k), unseen, varied })
+    };
+    let contenders: Option<Vec<Contender>> = named(args, mission, found).into_iter().map(contender).collect();
+    Ok(contenders.map(|contenders| Contest { contenders, bounds, robust: args.robust }))
+}
+
+/// Near-hover's and the paper's, the warning, the mission's own, the ones found.
+fn named(args: &TuneArgs, mission: &Mission, found: &Longitudinal) -> Vec<(String, Longitudinal)> {
+    let mut named = vec![
+        ("near_hover".to_owned(), Gains::near_hover().as_longitudinal()),
+        ("paper_pso".to_owned(), Gains::paper_pso().as_longitudinal()),
+    ];
+    let mut shelf = mission.clone();
+    if args.name != IDEAL && shelf.use_gains(IDEAL).is_ok() {
+        named.push((shelf.gains_name, shelf.gains.as_longitudinal()));
+    }
+    if !named.iter().any(|(name, _)| *name == mission.gains_name) && mission.gains_name != args.name {
+        named.push((mission.gains_name.clone(), mission.gains.as_longitudinal()));
+    }
+    named.push((args.name.clone(), *found));
+    named
+}

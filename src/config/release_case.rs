@@ -1,0 +1,135 @@
+//! A mission's release cases (Table 3) as drops: the swing that brings the vehicle to t = 0 with a case's pitch and pitch rate.
+//!
+//! A case is a state at t = 0. A drop comes there from its canopy, through the fall, turning on as it was released; so its swing is
+//! chosen: amplitude and phase at the end of the hang, with the mission's frequency and length. The velocity is then what the drop
+//! makes of it: within 0.1 m/s of Table 3's, whose pitch and rate are those of the release.
+
+use nalgebra::Vector2;
+
+use super::Mission;
+use crate::model::Parachute;
+use crate::model::parachute::Pendulum;
+use crate::sim::DropSimulation;
+use crate::tune::ReleaseCase;
+
+/// Corrections that are tried: each leaves a small part of what the air does in the fall.
+const ATTEMPTS: usize = 50;
+/// Accuracy of pitch [rad] and of pitch rate in parts of the frequency [rad].
+const TOLERANCE_RAD: f64 = 1e-9;
+/// A swing beyond a quarter of the turn is none.
+const LARGEST_SWING_RAD: f64 = std::f64::consts::FRAC_PI_2;
+
+/// Why a mission cannot be dropped in a case.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CaseError {
+    /// There is no case of that name.
+    #[error("no release case `{name}` in the mission: expected one of {known}")]
+    Unknown {
+        /// The name.
+        name: String,
+        /// Those that there are.
+        known: String,
+    },
+    /// No swing leads there.
+    #[error("no swing of the mission's pendulum comes to the pitch and pitch rate of `{name}` at t = 0")]
+    OutOfReach {
+        /// The case.
+        name: String,
+    },
+}
+
+impl Mission {
+    /// Lets the vehicle swing so that a release at the end of the hang brings it to t = 0 with the pitch and the pitch rate of the case
+    /// `name`. The input hash follows.
+    ///
+    /// # Errors
+    /// [`CaseError`] when there is no such case or no swing leads to it; the mission is unchanged then.
+    pub fn use_release_case(&mut self, name: &str) -> Result<(), CaseError> {
+        let Some(case) = self.tuning_cases.iter().find(|case| case.name == name) else {
+            let known = self.tuning_cases.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
+            return Err(CaseError::Unknown { name: name.to_owned(), known });
+        };
+        self.parachute =
+            self.swinging_to(case).ok_or_else(|| CaseError::OutOfReach { name: name.to_owned() })?;
+        self.note_choice("release case", name);
+        Ok(())
+    }
+
+    fn swinging_to(&self, case: &ReleaseCase) -> Option<Parachute> {
+        let omega = self.parachute.pendulum.omega_rad_s;
+        let wanted = Vector2::new(case.pitch_rad, case.pitch_rate_rad_s / omega);
+        // Angle and rate over omega at the release.
+        let mut swing = wanted;
+        for _ in 0..ATTEMPTS {
+            let pendulum = Pendulum {
+                amplitude_rad: swing.norm(),
+                phase_rad: swing.x.atan2(swing.y),
+                ..self.parachute.pendulum
+            };
+            let parachute = Parachute { pendulum, ..self.parachute };
+            let state = DropSimulation::nominal_state_at_t0(
+                self.vehicle.clone(),
+                self.environment.clone(),
+                parachute,
+                self.start,
+            );
+            let q = state.q_ned_from_body;
+            let comes = Vector2::new(2.0 * q[2].atan2(q[0]), state.omega_body.y / omega);
+            let miss = wanted - comes;
+            if miss.norm() < TOLERANCE_RAD {
+                return Some(parachute);
+            }
+            swing += miss;
+            if !(swing.norm() < LARGEST_SWING_RAD) {
+                return None;
+            }
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::config::load_mission;
+
+    fn state_at_t0(mission: &Mission) -> (f64, f64, nalgebra::Vector3<f64>) {
+        let (vehicle, environment) = (mission.vehicle.clone(), mission.environment.clone());
+        let s = DropSimulation::nominal_state_at_t0(vehicle, environment, mission.parachute, mission.start);
+        (2.0 * s.q_ned_from_body[2].atan2(s.q_ned_from_body[0]), s.omega_body.y, s.v_ned)
+    }
+
+    /// Table 3: pitch and rate to the last digit, velocities as the swing makes them.
+    #[test]
+    fn reference_a_drop_comes_to_table_3() {
+        for (file, near_m_s) in [("mission/titan_drop.json", 0.1), ("mission/x500_drop.json", 1.0)] {
+            let mission = load_mission(Path::new(file)).unwrap();
+            for case in &mission.tuning_cases {
+                let mut swinging = mission.clone();
+                swinging.use_release_case(&case.name).unwrap();
+                let (pitch, rate, v_ned) = state_at_t0(&swinging);
+                assert!((pitch - case.pitch_rad).abs() < 1e-8, "{file} {}", case.name);
+                assert!((rate - case.pitch_rate_rad_s).abs() < 1e-8, "{file} {}", case.name);
+                assert!((v_ned - case.v_ned).norm() < near_m_s, "{file} {} {v_ned:?}", case.name);
+                assert_ne!(swinging.input_hash, mission.input_hash);
+            }
+        }
+    }
+
+    #[test]
+    fn a_case_that_is_not_there_or_cannot_be_reached_is_refused() {
+        let mut mission = load_mission(Path::new("mission/titan_drop.json")).unwrap();
+        let before = mission.parachute;
+        let error = mission.use_release_case("case_7").unwrap_err().to_string();
+        assert!(error.contains("case_0, case_1") && error.contains("case_7"), "{error}");
+        mission.tuning_cases[3].pitch_rate_rad_s = 50.0;
+        let error = mission.use_release_case("case_3").unwrap_err();
+        assert_eq!(error, CaseError::OutOfReach { name: "case_3".into() });
+        mission.parachute.pendulum.omega_rad_s = 0.0;
+        assert!(mission.use_release_case("case_1").is_err());
+        mission.parachute.pendulum = before.pendulum;
+        assert_eq!(mission.parachute, before);
+    }
+}

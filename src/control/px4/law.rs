@@ -1,0 +1,187 @@
+//! The loops in their order and at their rates, as they run in lockstep with a simulator.
+//!
+//! With each IMU sample (250 Hz) the work queue `rate_ctrl` filters the gyroscope, runs the rate loop on the rate setpoint of the
+//! sample before and sends the motors' commands. Meanwhile the estimator works on the same sample, and after it, on
+//! `nav_and_controllers`, the attitude loop (on the attitude setpoint of the sample before) and, every 10 ms, the velocity loop. So
+//! a velocity error reaches the attitude setpoint at once, the rate setpoint one sample later and the motors after another.
+//!
+//! The estimate is the state that is given. PX4 takes 9.80665 m/s^2 for gravity; where it is another, the law flies by Froude
+//! scaling (`k`): velocities and rates reach it times k, its clock runs k times slower.
+
+use nalgebra::Vector3;
+
+use super::Parameters;
+use super::attitude::{attitude_for, rates_for};
+use super::filter::LowPass2;
+use super::mixer::{self, MOTORS, Saturation};
+use super::output;
+use super::rate::RateLoop;
+use super::velocity::VelocityLoop;
+use crate::control::Measurement;
+use crate::frames::{LEVEL, Quaternion, yaw};
+use crate::model::{MAX_ROTORS, PerRotor};
+
+/// Period of the estimator and the velocity loop, in PX4's time [s].
+pub const VELOCITY_PERIOD_S: f64 = 0.01;
+
+/// Time in HOLD before OFFBOARD [s]: 0.05 to 0.07 under the procedure of samara's streamer, which asks for OFFBOARD as soon as PX4's
+/// estimator has a velocity.
+pub const HOLD_S: f64 = 0.06;
+
+/// What OFFBOARD is given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Setpoint {
+    /// SET_ATTITUDE_TARGET: attitude, body to NED, and thrust 0..1.
+    Attitude(Quaternion, f64),
+    /// SET_POSITION_TARGET_LOCAL_NED.
+    Velocity {
+        /// Velocity, NED [m/s].
+        v_ned: Vector3<f64>,
+        /// Acceleration fed forward, NED [m/s^2].
+        a_ff_ned: Vector3<f64>,
+        /// Heading [rad]; `None`: the present one.
+        yaw_rad: Option<f64>,
+    },
+}
+
+/// What the loops want at an instant; PX4's topics of the same names.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trace {
+    /// Attitude setpoint, body to NED.
+    pub q_sp: Quaternion,
+    /// Thrust setpoint, 0..1.
+    pub thrust_sp: f64,
+    /// Rate setpoint [rad/s].
+    pub rate_sp_body: Vector3<f64>,
+    /// Normalised torque.
+    pub torque: Vector3<f64>,
+}
+
+/// PX4's control law with its state.
+#[derive(Clone, Debug)]
+pub struct Law {
+    parameters: Parameters,
+    similarity: f64,
+    time_s: f64,
+    /// Time since the velocity loop was due [s].
+    velocity_due_s: f64,
+    velocity_run_s: Option<f64>,
+    velocity: VelocityLoop,
+    rate: RateLoop,
+    filters: Option<Filters>,
+    saturation: Saturation,
+    trace: Trace,
+}
+
+#[derive(Clone, Debug)]
+struct Filters {
+    rate: LowPass2,
+    acceleration: LowPass2,
+    before: Option<Vector3<f64>>,
+}
+
+impl Law {
+    /// The law at rest, armed now. `similarity` is Froude's k = sqrt(g0/g), 1 on Earth.
+    pub fn new(parameters: Parameters, similarity: f64) -> Self {
+        Self {
+            velocity: VelocityLoop::new(&parameters, HOLD_S),
+            rate: RateLoop::default(),
+            parameters,
+            similarity,
+            time_s: 0.0,
+            velocity_due_s: 0.0,
+            velocity_run_s: None,
+            filters: None,
+            saturation: Saturation::default(),
+            trace: Trace {
+                q_sp: LEVEL,
+                thrust_sp: 0.0,
+                rate_sp_body: Vector3::zeros(),
+                torque: Vector3::zeros(),
+            },
+        }
+    }
+
+    /// The parameters.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// Froude's k.
+    pub fn similarity(&self) -> f64 {
+        self.similarity
+    }
+
+    /// What the last step wanted.
+    pub fn trace(&self) -> &Trace {
+        &self.trace
+    }
+
+    /// The velocity loop.
+    pub fn velocity(&self) -> &VelocityLoop {
+        &self.velocity
+    }
+
+    /// The rate loop.
+    pub fn rate(&self) -> &RateLoop {
+        &self.rate
+    }
+
+    /// One IMU sample, `dt_s` [s] of the vehicle's time after the last one: motor commands, 0..1.
+    pub fn step(&mut self, m: &Measurement, setpoint: &Setpoint, dt_s: f64) -> PerRotor {
+        let k = self.similarity;
+        let dt_s = dt_s / k;
+        self.time_s += dt_s;
+        let omega = m.omega_body * k;
+        let commands = self.rate_control(omega, dt_s);
+        let yaw_rate = 0.0;
+        self.trace.rate_sp_body = rates_for(&self.parameters, m.q_ned_from_body, self.trace.q_sp, yaw_rate);
+        self.velocity_due_s += dt_s;
+        if self.velocity_due_s >= VELOCITY_PERIOD_S - 0.5 * dt_s - 1e-9 {
+            self.velocity_due_s -= VELOCITY_PERIOD_S;
+            let since = self.velocity_run_s.map_or(VELOCITY_PERIOD_S, |t| self.time_s - t);
+            self.velocity_run_s = Some(self.time_s);
+            self.velocity_control(m, setpoint, since);
+        }
+        if let Setpoint::Attitude(q_sp, thrust) = *setpoint {
+            self.trace.q_sp = q_sp;
+            self.trace.thrust_sp = thrust;
+        }
+        let mut throttle = [0.0; MAX_ROTORS];
+        throttle[..MOTORS].copy_from_slice(&commands);
+        throttle
+    }
+
+    fn rate_control(&mut self, omega: Vector3<f64>, dt_s: f64) -> [f64; MOTORS] {
+        let p = &self.parameters;
+        let filters = self.filters.get_or_insert_with(|| Filters {
+            rate: LowPass2::new(1.0 / dt_s, p.gyro_cutoff_hz),
+            acceleration: LowPass2::new(1.0 / dt_s, p.dgyro_cutoff_hz),
+            before: None,
+        });
+        let rate = filters.rate.apply(omega);
+        let change = (rate - filters.before.replace(rate).unwrap_or(rate)) / dt_s;
+        let acceleration = filters.acceleration.apply(change);
+        let sp = self.trace.rate_sp_body;
+        self.trace.torque = self.rate.step(p, &rate, &acceleration, &sp, &self.saturation, dt_s);
+        let thrust = mixer::mix(&self.trace.torque, self.trace.thrust_sp);
+        let (commands, saturation) = output::commands(p, thrust, self.time_s);
+        self.saturation = saturation;
+        commands
+    }
+
+    fn velocity_control(&mut self, m: &Measurement, setpoint: &Setpoint, dt_s: f64) {
+        let k = self.similarity;
+        let v_ned = m.v_ned * k;
+        match *setpoint {
+            Setpoint::Attitude(..) => self.velocity.watch(&self.parameters, v_ned, dt_s),
+            Setpoint::Velocity { v_ned: v_sp_ned, a_ff_ned, yaw_rad } => {
+                let (v_sp, a_ff) = (v_sp_ned * k, a_ff_ned * (k * k));
+                let wanted = self.velocity.step(&self.parameters, v_ned, v_sp, a_ff, dt_s);
+                let heading = yaw_rad.unwrap_or_else(|| yaw(m.q_ned_from_body));
+                self.trace.q_sp = attitude_for(wanted.thrust_ned, heading);
+                self.trace.thrust_sp = wanted.thrust_ned.norm();
+            }
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! PX4 v1.12's control law for a quadrotor in OFFBOARD, written anew from what its sources do: for tuning PX4's gains and for
+//! predicting its flights. [`law`] is the whole; what it has and has not is told in `docs/px4_model.md`.
+//!
+//! | file | holds | in PX4 v1.12 |
+//! |---|---|---|
+//! | [`parameters`] | names and defaults | `mc_*_params.c`, `imu_gyro_parameters.c`, `motor_params.c` |
+//! | [`velocity`] | velocity error to a thrust vector, tilt limit | `PositionControl::_velocityControl`, `_accelerationControl`; `MulticopterPositionControl::Run` |
+//! | [`attitude`] | thrust vector to attitude, attitude to body rates | `ControlMath::bodyzToAttitude`, `AttitudeControl::update` |
+//! | [`rate`] | body rates to torque | `RateControl::update`, `updateIntegral` |
+//! | [`mixer`] | torque and thrust to motors, saturation | `MultirotorMixer::mix_airmode_disabled` |
+//! | [`output`] | thrust curve, arming ramp, steps of a motor command | `MultirotorMixer::mix`, `output_limit_calc` |
+//! | [`filter`](mod@filter) | gyroscope's and velocity derivative's filters | `LowPassFilter2p`, `BlockDerivative` |
+//! | [`law`] | the loops in their order and at their rates | work queues `rate_ctrl`, `nav_and_controllers` |
+//!
+//! Numbers are PX4's: normalised torque and thrust, gravity of 9.80665 m/s^2 wherever it flies.
+
+pub mod attitude;
+pub mod filter;
+pub mod law;
+pub mod mixer;
+pub mod output;
+pub mod parameters;
+pub mod rate;
+pub mod velocity;
+
+#[cfg(test)]
+mod replay_tests;
+
+pub use law::{Law, Setpoint, Trace};
+pub use parameters::Parameters;
+
+use crate::model::{Spin, Vehicle};
+
+/// Why PX4's mixer for a quadrotor in X cannot fly a vehicle.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Px4Error {
+    /// Not four rotors.
+    #[error("PX4's mixer for a quadrotor in X has four rotors, the vehicle has {found}")]
+    Rotors {
+        /// Number of rotors.
+        found: usize,
+    },
+    /// A rotor is not where the mixer has it, or turns the other way.
+    #[error("rotor {rotor} must be {expected} in PX4's quadrotor in X")]
+    Place {
+        /// Number of the rotor, from 1.
+        rotor: usize,
+        /// Place and turn.
+        expected: &'static str,
+    },
+}
+
+/// PX4's quadrotor in X: signs of the rotors' x and y, turn, in words.
+const QUAD_X: [(f64, f64, Spin, &str); 4] = [
+    (1.0, 1.0, Spin::Ccw, "front right and turn counterclockwise"),
+    (-1.0, -1.0, Spin::Ccw, "rear left and turn counterclockwise"),
+    (1.0, -1.0, Spin::Cw, "front left and turn clockwise"),
+    (-1.0, 1.0, Spin::Cw, "rear right and turn clockwise"),
+];
+
+/// Whether PX4's mixer for a quadrotor in X is the vehicle's.
+///
+/// # Errors
+/// [`Px4Error`] where it is not.
+pub fn is_quad_x(vehicle: &Vehicle) -> Result<(), Px4Error> {
+    let rotors = &vehicle.rotors;
+    if rotors.len() != QUAD_X.len() {
+        return Err(Px4Error::Rotors { found: rotors.len() });
+    }
+    for (i, (rotor, (x, y, spin, expected))) in rotors.iter().zip(QUAD_X).enumerate() {
+        let place = rotor.position_body_m;
+        if !(place.x * x > 0.0 && place.y * y > 0.0 && rotor.spin == spin) {
+            return Err(Px4Error::Place { rotor: i + 1, expected });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,70 @@
+//! Motor thrusts to what HIL_ACTUATOR_CONTROLS carries: thrust curve (`MultirotorMixer::mix`), ramp after arming
+//! (`output_limit_calc`), pulse widths in whole microseconds (`Simulator::actuator_controls_from_outputs`).
+
+use super::mixer::MOTORS;
+use super::{Parameters, mixer};
+
+/// After arming the outputs stay at rest so long [s].
+const REST_S: f64 = 0.05;
+/// Then they come up within this time [s].
+const RAMP_S: f64 = 0.5;
+
+/// Pulse widths of the simulated outputs [us]: at rest when disarmed, least, greatest.
+const DISARMED_US: f64 = 900.0;
+const LEAST_US: f64 = 1000.0;
+const GREATEST_US: f64 = 2000.0;
+
+/// Motor commands, 0..1, for thrusts, so long after arming [s]; what the mixer could not do.
+pub fn commands(
+    p: &Parameters,
+    thrust: [f64; MOTORS],
+    since_armed_s: f64,
+) -> ([f64; MOTORS], mixer::Saturation) {
+    let signals = thrust.map(|t| (2.0 * curve(p.thr_mdl_fac, t) - 1.0).clamp(-1.0, 1.0));
+    (signals.map(|signal| command(signal, since_armed_s)), mixer::saturation(&signals))
+}
+
+/// The command whose thrust is `f u^2 + (1 - f) u`.
+fn curve(f: f64, thrust: f64) -> f64 {
+    if f > 0.0 {
+        let half = (1.0 - f) / (2.0 * f);
+        (half * half + thrust.max(0.0) / f).sqrt() - half
+    } else {
+        thrust
+    }
+}
+
+fn command(signal: f64, since_armed_s: f64) -> f64 {
+    let progress = (since_armed_s - REST_S) / RAMP_S;
+    if progress <= 0.0 {
+        return 0.0;
+    }
+    let least = DISARMED_US + (LEAST_US - DISARMED_US) * progress.min(1.0);
+    let pulse_us = (0.5 * (signal * (GREATEST_US - least) + GREATEST_US + least)).floor();
+    ((pulse_us - LEAST_US) / (GREATEST_US - LEAST_US)).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Closed form: with THR_MDL_FAC 1 the command is the root of the thrust, in steps of 0.001 from below.
+    #[test]
+    fn closed_form_commands() {
+        let p = Parameters { thr_mdl_fac: 1.0, ..Parameters::default() };
+        let (found, saturation) = commands(&p, [0.25, 0.5, 1.1, -0.1], 10.0);
+        assert_eq!(found, [0.5, 0.707, 1.0, 0.0]);
+        assert_eq!(saturation.positive, [true, true, true], "the fourth motor stands: {saturation:?}");
+        let u = curve(0.4, 0.3);
+        assert!((0.4 * u * u + 0.6 * u - 0.3).abs() < 1e-12);
+    }
+
+    /// The ramp as its source has it: at rest for 50 ms, then the lower end comes up from 900 to 1000 us in half a second.
+    #[test]
+    fn the_outputs_come_up_after_arming() {
+        assert_eq!(command(1.0, 0.04), 0.0);
+        assert_eq!(command(1.0, 0.06), 1.0);
+        assert_eq!(command(0.0, 0.3), 0.475);
+        assert_eq!(command(0.0, 0.55), 0.5);
+    }
+}

@@ -1,0 +1,137 @@
+//! The parameters that the law reads, under PX4's names and with the defaults of v1.12 (which later releases changed in places:
+//! MC_PITCH_P is 4 there). Angles are in degrees here, as in PX4.
+
+/// A parameter's name cannot be set on the law.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the model of PX4's control law does not read {0}")]
+pub struct NotRead(pub String);
+
+macro_rules! parameters {
+    ($($(#[$doc:meta])* $field:ident $name:literal $default:literal)*) => {
+        /// What the law reads.
+        #[derive(Clone, Debug, PartialEq)]
+        pub struct Parameters {
+            $($(#[$doc])* pub $field: f64,)*
+        }
+
+        impl Default for Parameters {
+            fn default() -> Self {
+                Self { $($field: $default,)* }
+            }
+        }
+
+        impl Parameters {
+            /// PX4's names.
+            pub const NAMES: &'static [&'static str] = &[$($name),*];
+
+            /// A value by PX4's name.
+            pub fn get(&self, name: &str) -> Option<f64> {
+                match name {
+                    $($name => Some(self.$field),)*
+                    _ => None,
+                }
+            }
+
+            /// Sets a value by PX4's name.
+            ///
+            /// # Errors
+            /// [`NotRead`] for a name that the law does not read.
+            pub fn set(&mut self, name: &str, value: f64) -> Result<(), NotRead> {
+                match name {
+                    $($name => self.$field = value,)*
+                    _ => return Err(NotRead(name.to_owned())),
+                }
+                Ok(())
+            }
+        }
+    };
+}
+
+parameters! {
+    /// Acceleration per horizontal velocity error [1/s].
+    xy_vel_p "MPC_XY_VEL_P_ACC" 1.8
+    /// Acceleration per integral of it [1/s^2].
+    xy_vel_i "MPC_XY_VEL_I_ACC" 0.4
+    /// Acceleration per measured acceleration [-].
+    xy_vel_d "MPC_XY_VEL_D_ACC" 0.2
+    /// As above, vertical [1/s].
+    z_vel_p "MPC_Z_VEL_P_ACC" 4.0
+    /// As above, vertical [1/s^2].
+    z_vel_i "MPC_Z_VEL_I_ACC" 2.0
+    /// As above, vertical [-].
+    z_vel_d "MPC_Z_VEL_D_ACC" 0.0
+    /// Cutoff of the velocity's derivative [Hz].
+    veld_lp_hz "MPC_VELD_LP" 5.0
+    /// Largest horizontal velocity setpoint [m/s].
+    xy_vel_max "MPC_XY_VEL_MAX" 12.0
+    /// Fastest climb [m/s].
+    z_vel_max_up "MPC_Z_VEL_MAX_UP" 3.0
+    /// Fastest descent [m/s].
+    z_vel_max_dn "MPC_Z_VEL_MAX_DN" 1.0
+    /// Thrust that carries the weight.
+    thr_hover "MPC_THR_HOVER" 0.5
+    /// Least thrust.
+    thr_min "MPC_THR_MIN" 0.12
+    /// Most thrust.
+    thr_max "MPC_THR_MAX" 1.0
+    /// Tilt limit [deg].
+    tiltmax_air_deg "MPC_TILTMAX_AIR" 45.0
+    /// Tilt limit before take-off [deg].
+    tiltmax_lnd_deg "MPC_TILTMAX_LND" 12.0
+    /// Body rate per angle [1/s].
+    roll_p "MC_ROLL_P" 6.5
+    /// Body rate per angle [1/s].
+    pitch_p "MC_PITCH_P" 6.5
+    /// Body rate per angle [1/s].
+    yaw_p "MC_YAW_P" 2.8
+    /// How much of a yaw error counts beside tilt, 0..1.
+    yaw_weight "MC_YAW_WEIGHT" 0.4
+    /// Largest commanded rate [deg/s].
+    rollrate_max_deg_s "MC_ROLLRATE_MAX" 220.0
+    /// Largest commanded rate [deg/s].
+    pitchrate_max_deg_s "MC_PITCHRATE_MAX" 220.0
+    /// Largest commanded rate [deg/s].
+    yawrate_max_deg_s "MC_YAWRATE_MAX" 200.0
+    /// Overall gain on P, I and D.
+    rollrate_k "MC_ROLLRATE_K" 1.0
+    /// Torque per rate error [s].
+    rollrate_p "MC_ROLLRATE_P" 0.15
+    /// Torque per integral of it [-].
+    rollrate_i "MC_ROLLRATE_I" 0.2
+    /// Torque per angular acceleration [s^2].
+    rollrate_d "MC_ROLLRATE_D" 0.003
+    /// Torque per commanded rate [s].
+    rollrate_ff "MC_ROLLRATE_FF" 0.0
+    /// Limit of the integral term.
+    rr_int_lim "MC_RR_INT_LIM" 0.3
+    /// Overall gain on P, I and D.
+    pitchrate_k "MC_PITCHRATE_K" 1.0
+    /// Torque per rate error [s].
+    pitchrate_p "MC_PITCHRATE_P" 0.15
+    /// Torque per integral of it [-].
+    pitchrate_i "MC_PITCHRATE_I" 0.2
+    /// Torque per angular acceleration [s^2].
+    pitchrate_d "MC_PITCHRATE_D" 0.003
+    /// Torque per commanded rate [s].
+    pitchrate_ff "MC_PITCHRATE_FF" 0.0
+    /// Limit of the integral term.
+    pr_int_lim "MC_PR_INT_LIM" 0.3
+    /// Overall gain on P, I and D.
+    yawrate_k "MC_YAWRATE_K" 1.0
+    /// Torque per rate error [s].
+    yawrate_p "MC_YAWRATE_P" 0.2
+    /// Torque per integral of it [-].
+    yawrate_i "MC_YAWRATE_I" 0.1
+    /// Torque per angular acceleration [s^2].
+    yawrate_d "MC_YAWRATE_D" 0.0
+    /// Torque per commanded rate [s].
+    yawrate_ff "MC_YAWRATE_FF" 0.0
+    /// Limit of the integral term.
+    yr_int_lim "MC_YR_INT_LIM" 0.3
+    /// Cutoff of the gyroscope's filter [Hz].
+    gyro_cutoff_hz "IMU_GYRO_CUTOFF" 40.0
+    /// Cutoff of the angular acceleration's filter [Hz].
+    dgyro_cutoff_hz "IMU_DGYRO_CUTOFF" 30.0
+    /// How quadratic a motor's thrust is in its command, 0..1.
+    thr_mdl_fac "THR_MDL_FAC" 0.0
+}

@@ -1,0 +1,118 @@
+//! Whether a parameter file belongs where it is to be used: its header says what it is for and under which gravity.
+
+use super::ParamsError;
+use super::export::GRAVITY_KEY;
+use super::file::ParameterFile;
+use super::purpose::Purpose;
+use crate::units::STANDARD_GRAVITY_M_S2;
+
+/// Gravity differs from another when it does so by more than this, relatively.
+const SAME_GRAVITY: f64 = 1e-3;
+
+/// The purpose by which samara's autopilot is to read a file's numbers at a site with that gravity [m/s^2].
+///
+/// # Errors
+/// [`ParamsError::DoesNotBelong`] with the reason.
+pub fn to_samara(file: &ParameterFile, gravity_m_s2: f64) -> Result<Purpose, ParamsError> {
+    read(file, gravity_m_s2, Purpose::Samara)
+}
+
+/// Whether a file may be given to a PX4 at a site with that gravity [m/s^2]: `purpose` is [`Purpose::Px4`], or [`Purpose::Px4Froude`]
+/// where the wire is scaled.
+///
+/// # Errors
+/// [`ParamsError::DoesNotBelong`] with the reason.
+pub fn to_px4(file: &ParameterFile, gravity_m_s2: f64, purpose: Purpose) -> Result<(), ParamsError> {
+    read(file, gravity_m_s2, purpose).map(|_| ())
+}
+
+/// By what purpose the numbers are to be read where `wanted` is.
+fn read(file: &ParameterFile, gravity: f64, wanted: Purpose) -> Result<Purpose, ParamsError> {
+    let same = |g: f64| (g / gravity - 1.0).abs() < SAME_GRAVITY;
+    let standard = same(STANDARD_GRAVITY_M_S2);
+    let refuse = |why: String| Err(ParamsError::DoesNotBelong(why));
+    let again = format!("; write one for here with: samara params export MISSION --for {}", wanted.name());
+    let written_for = match file.header(GRAVITY_KEY) {
+        None => None,
+        Some(text) => match text.split_whitespace().next().and_then(|x| x.parse::<f64>().ok()) {
+            Some(g) if g > 0.0 && g.is_finite() => Some(g),
+            _ => return refuse(format!("its header's `{GRAVITY_KEY}:` must be a positive number of m/s^2")),
+        },
+    };
+    if let Some(g) = written_for.filter(|g| !same(*g)) {
+        return refuse(format!(
+            "it was written for a gravity of {g} m/s^2, the mission's is {gravity} m/s^2{again}"
+        ));
+    }
+    match file.purpose() {
+        Some(purpose) if standard || purpose == wanted => Ok(purpose),
+        Some(purpose) => refuse(format!(
+            "it is for {} ({}), not for {} under {gravity} m/s^2{again}",
+            purpose.name(),
+            purpose.words(),
+            reader(wanted)
+        )),
+        None if standard => Ok(wanted),
+        None => refuse(format!(
+            "it does not say what it is for, and under {gravity} m/s^2 that matters; if its gains are {}, put the line `# {}: {}` at its \
+             top",
+            own(wanted),
+            Purpose::KEY,
+            wanted.name()
+        )),
+    }
+}
+
+fn reader(purpose: Purpose) -> &'static str {
+    match purpose {
+        Purpose::Samara => "samara's autopilot",
+        Purpose::Px4 => "PX4 as it is",
+        Purpose::Px4Froude => "PX4 by Froude scaling",
+    }
+}
+
+fn own(purpose: Purpose) -> &'static str {
+    match purpose {
+        Purpose::Samara => "samara's own",
+        Purpose::Px4 => "PX4's",
+        Purpose::Px4Froude => "for PX4 by Froude scaling",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TITAN: f64 = 1.35;
+
+    fn file(header: &str) -> ParameterFile {
+        ParameterFile::parse(&format!("{header}1\t1\tMC_PITCH_P\t4.0\t9\n")).unwrap()
+    }
+
+    /// Which purposes a file may be used for under Titan's gravity, and under the standard's.
+    #[test]
+    fn a_file_is_taken_for_what_its_header_says_and_nothing_else() {
+        for of in Purpose::ALL {
+            let text = format!("# For: {}\n# Gravity: 1.35 m/s^2\n", of.name());
+            for wanted in Purpose::ALL {
+                assert_eq!(read(&file(&text), TITAN, wanted).is_ok(), of == wanted, "{of:?} for {wanted:?}");
+                assert!(read(&file(&text), STANDARD_GRAVITY_M_S2, wanted).is_err(), "another gravity");
+                let anywhere = format!("# For: {}\n", of.name());
+                assert_eq!(read(&file(&anywhere), STANDARD_GRAVITY_M_S2, wanted), Ok(of));
+            }
+        }
+        for wanted in Purpose::ALL {
+            assert!(read(&file(""), TITAN, wanted).is_err());
+            assert_eq!(read(&file(""), STANDARD_GRAVITY_M_S2, wanted), Ok(wanted));
+        }
+    }
+
+    #[test]
+    fn a_refusal_says_what_was_wanted_and_how_to_get_it() {
+        let said = |text: &str, wanted| read(&file(text), TITAN, wanted).unwrap_err().to_string();
+        let text = said("# For: px4\n# Gravity: 1.35 m/s^2\n", Purpose::Px4Froude);
+        assert!(text.contains("PX4 by Froude scaling") && text.contains("--for px4-froude"), "{text}");
+        let text = said("", Purpose::Px4Froude);
+        assert!(text.contains("`# For: px4-froude`"), "{text}");
+    }
+}

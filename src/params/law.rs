@@ -1,0 +1,88 @@
+//! Parameters for the model of PX4's control law ([`crate::control::px4`]) and back.
+
+use std::collections::BTreeMap;
+
+use super::export::{export, hover_thrust};
+use super::file::AUTOPILOT_COMPONENT;
+use super::{Export, Metadata, NormalisedUnits, ParameterFile, ParamsError, Purpose, Subject, Value, check};
+use crate::control::px4::Parameters;
+
+/// What PX4 flies a subject by: its defaults, the vehicle's hover thrust and thrust curve, velocities up to the subject's speed, and
+/// - with a file - what stands there, - without one - the subject's gains and limits in PX4's terms.
+///
+/// # Errors
+/// [`ParamsError`] when the gains cannot be put in PX4's terms or PX4's mixer finds no unit for the rotors.
+pub fn law_parameters(
+    subject: &Subject,
+    purpose: Purpose,
+    given: Option<&ParameterFile>,
+) -> Result<Parameters, ParamsError> {
+    let units = NormalisedUnits::of(subject.vehicle, subject.environment.density_kg_m3)?;
+    let fastest = subject.speed_m_s * purpose.factors(subject.environment.gravity_m_s2).velocity;
+    let mut made = Parameters {
+        thr_hover: f64::from(hover_thrust(subject.vehicle, subject.environment, &units) as f32),
+        thr_mdl_fac: 1.0,
+        xy_vel_max: fastest,
+        z_vel_max_dn: fastest,
+        ..Parameters::default()
+    };
+    // What the law does not read it is not told.
+    let mut take = |name: &str, value: Value| drop(made.set(name, value.as_f64()));
+    match given {
+        Some(file) => file
+            .entries()
+            .filter(|(component, ..)| *component == AUTOPILOT_COMPONENT)
+            .for_each(|(_, name, entry)| take(name, entry.value)),
+        None => export(subject, purpose)?.parameters.iter().for_each(|(name, value)| take(name, *value)),
+    }
+    Ok(made)
+}
+
+/// A parameter file's content that holds all that the law reads, so that a flight does not hang on an airframe's own defaults.
+pub fn law_export(law: &Parameters, purpose: Purpose, gravity_m_s2: f64, remarks: Vec<String>) -> Export {
+    let rows = Parameters::NAMES.iter().filter_map(|name| Some(((*name).to_owned(), law.get(name)?)));
+    let parameters: BTreeMap<String, Value> =
+        rows.map(|(name, value)| (name, Value::Real(value as f32))).collect();
+    let check = check(
+        &Metadata::px4(),
+        Some(purpose),
+        parameters.iter().map(|(name, value)| (name.as_str(), *value)),
+    );
+    Export { purpose, gravity_m_s2, parameters, check, remarks }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::specimen::{quadrotor, site};
+    use crate::control::{ControlLimits, Gains};
+    use crate::model::VehicleOptions;
+
+    /// Property: what is written is what is read; without a file the gains are the export's; PX4's defaults stay where nothing is said.
+    #[test]
+    fn prop_parameters_survive_a_file() {
+        let vehicle = quadrotor([0.95; 2], [890.0; 3], [0.0; 3], VehicleOptions::default());
+        let (gains, limits, site) = (Gains::near_hover(), ControlLimits::default(), site());
+        let subject = Subject {
+            vehicle: &vehicle,
+            environment: &site,
+            gains: &gains,
+            limits: &limits,
+            speed_m_s: 12.0,
+        };
+        let purpose = Purpose::Px4Froude;
+        let ours = law_parameters(&subject, purpose, None).unwrap();
+        let exported = export(&subject, purpose).unwrap().parameters;
+        assert_eq!(ours.pitch_p, exported["MC_PITCH_P"].as_f64());
+        assert_eq!(ours.thr_hover, exported["MPC_THR_HOVER"].as_f64());
+        assert_eq!(ours.gyro_cutoff_hz, 40.0);
+        let written = law_export(&ours, purpose, site.gravity_m_s2, Vec::new());
+        let text = super::super::file::write("test", &written.notes(&[]), &written.parameters);
+        let file = ParameterFile::parse(&text).unwrap();
+        assert_eq!(file.purpose(), Some(purpose));
+        let read = law_parameters(&subject, purpose, Some(&file)).unwrap();
+        for name in Parameters::NAMES {
+            assert_eq!(read.get(name).unwrap() as f32, ours.get(name).unwrap() as f32, "{name}");
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Gains for PX4: what was found, beside PX4's defaults, for the terminal, for the parameter file and as JSON.
+
+use serde_json::json;
+
+use super::json::VERSION;
+use crate::config::Mission;
+use crate::control::px4::Parameters;
+use crate::params::Purpose;
+use crate::tune::px4::Measures;
+use crate::tune::px4::space::names;
+use crate::units::DEG_PER_RAD;
+
+/// A search's result.
+#[derive(Clone, Debug)]
+pub struct Px4Gains {
+    /// Name.
+    pub name: String,
+    /// What the parameters are for.
+    pub purpose: Purpose,
+    /// PX4's defaults on the unseen drops.
+    pub defaults: Measures,
+    /// The parameters found on the unseen drops.
+    pub found: Measures,
+    /// All that the law reads.
+    pub parameters: Parameters,
+    /// Drops that candidates were judged by.
+    pub drops: u64,
+    /// Unseen drops.
+    pub unseen: u32,
+    /// Candidates judged.
+    pub evaluations: usize,
+    /// Whether the search was stopped.
+    pub stopped: bool,
+}
+
+/// A measure: name, unit, decimals, value.
+type Measure = (&'static str, &'static str, usize, fn(&Measures) -> f64);
+
+const MEASURES: [Measure; 5] = [
+    ("J_TPF", "", 4, |m| m.j_tpf),
+    ("altitude lost", "m", 2, |m| m.altitude_lost_m),
+    ("steady after", "s", 2, |m| m.steady_s),
+    ("peak tilt", "deg", 2, |m| m.peak_tilt_rad * DEG_PER_RAD),
+    ("velocity error, RMS", "m/s", 4, |m| m.velocity_rms_m_s),
+];
+
+impl Px4Gains {
+    /// What stands in the header of the parameter file.
+    pub fn remarks(&self) -> Vec<String> {
+        let told = |m: &Measures| {
+            let values = MEASURES.iter().map(|(name, unit, digits, of)| {
+                let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+                format!("{name} {:.digits$}{unit}", of(m))
+            });
+            values.collect::<Vec<_>>().join(", ")
+        };
+        vec![
+            format!(
+                "found on the model of PX4 v1.12's control law, {} drops; means of {} others: {}",
+                self.drops,
+                self.unseen,
+                told(&self.found)
+            ),
+            format!("PX4's defaults on the same: {}", told(&self.defaults)),
+        ]
+    }
+}
+
+/// The table for the terminal.
+pub fn gains_text(mission: &Mission, gains: &Px4Gains) -> String {
+    let mut out = format!(
+        "samara tune: {}, gains {} for {}: {} candidates judged by {} drops on the model of PX4's control law{}\n\n",
+        mission.name,
+        gains.name,
+        gains.purpose.name(),
+        gains.evaluations,
+        gains.drops,
+        if gains.stopped { ", stopped" } else { "" }
+    );
+    out += &format!("{:<22}{:>12}{:>12}\n", "parameter", "default", "found");
+    let defaults = Parameters::default();
+    for name in names() {
+        let value = |p: &Parameters| p.get(name).map_or_else(String::new, |x| format!("{x:.4}"));
+        out += &format!("{name:<22}{:>12}{:>12}\n", value(&defaults), value(&gains.parameters));
+    }
+    out += &format!(
+        "\n{:<22}{:>12}{:>12}{:>8}\n",
+        format!("{} unseen drops", gains.unseen),
+        "default",
+        "found",
+        "ratio"
+    );
+    for (name, unit, digits, of) in MEASURES {
+        let (d, f) = (of(&gains.defaults), of(&gains.found));
+        let row = format!("{:<22}{d:>12.digits$}{f:>12.digits$}{:>8.3} {unit}", name, f / d);
+        out += &format!("{}\n", row.trim_end());
+    }
+    let share = |of: fn(&Measures) -> f64| (100.0 * of(&gains.defaults), 100.0 * of(&gains.found));
+    for (name, (d, f)) in
+        [("limit passed", share(|m| m.unsafe_share)), ("steady at the end", share(|m| m.steady_share))]
+    {
+        out += &format!("{name:<22}{d:>12.1}{f:>12.1}         %\n");
+    }
+    let verdict = if gains.found.beats(&gains.defaults) { "better than" } else { "NOT better than" };
+    out + &format!(
+        "\n{verdict} PX4's defaults: J_TPF no worse, no limit passed, two of the other four a tenth better\n"
+    )
+}
+
+/// The object of `--json`.
+pub fn gains_json(mission: &Mission, gains: &Px4Gains) -> String {
+    let measures = |m: &Measures| {
+        json!({
+            "j_tpf": m.j_tpf,
+            "altitude_lost_m": m.altitude_lost_m,
+            "steady_after_s": m.steady_s,
+            "peak_tilt_deg": m.peak_tilt_rad * DEG_PER_RAD,
+            "velocity_rms_m_s": m.velocity_rms_m_s,
+            "unsafe_share": m.unsafe_share,
+            "steady_share": m.steady_share,
+        })
+    };
+    let parameters: serde_json::Map<String, serde_json::Value> =
+        names().filter_map(|name| Some((name.to_owned(), json!(gains.parameters.get(name)?)))).collect();
+    let object = json!({
+        "mission": mission.name,
+        "version": VERSION,
+        "seed": mission.seed,
+        "input_hash": mission.input_hash,
+        "for": gains.purpose.name(),
+        "name": gains.name,
+        "gains": parameters,
+        "evaluations": gains.evaluations,
+        "drops_per_evaluation": gains.drops,
+        "unseen_drops": gains.unseen,
+        "defaults": measures(&gains.defaults),
+        "found": measures(&gains.found),
+        "better": gains.found.beats(&gains.defaults),
+        "stopped": gains.stopped,
+    });
+    format!("{object:#}\n")
+}

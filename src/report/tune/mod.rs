@@ -1,0 +1,122 @@
+//! What a search of gains came to.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`contest`] | the gains found and others, on flights that the tuning never saw; which are best, and by what rule |
+//! | [`terminal`] | a search, for the terminal |
+//! | [`records`] | a search as JSON |
+//! | [`tables`] | its course and its front as CSV |
+//! | [`near_hover`] | the experiments of Ziegler and Nichols |
+
+pub mod contest;
+pub mod near_hover;
+pub mod records;
+pub mod tables;
+pub mod terminal;
+
+use super::json::VERSION;
+use crate::config::Mission;
+use crate::tune::search::Tried;
+use crate::tune::{Longitudinal, Objective, Search};
+pub use contest::{Contender, Contest};
+
+/// Table 4's gains, as files name them.
+const KEYS: [&str; 7] = [
+    "k_pq_per_s",
+    "k_iq_per_s2",
+    "k_ptheta_per_s",
+    "k_pvz_per_s",
+    "k_ivz_per_s2",
+    "k_pvx_per_s",
+    "k_ivx_per_s2",
+];
+
+/// A search and its result.
+#[derive(Clone, Debug)]
+pub struct TuneRun {
+    /// Name of the method.
+    pub method: String,
+    /// Name of the objective.
+    pub objective: String,
+    /// Name of the plant.
+    pub model: String,
+    /// Whether the flights were varied.
+    pub robust: bool,
+    /// Name of the gains that the search began at; "none" for a swarm of its own.
+    pub start: String,
+    /// Amplitudes of the swing in the tuning's flights, in standard deviations.
+    pub swing: Vec<f64>,
+    /// The objective, with its bounds.
+    pub bounds: Objective,
+    /// The gains found.
+    pub gains: Tried,
+    /// Flights that a candidate is judged by.
+    pub flights: usize,
+    /// Evaluations that were made now, not read from a checkpoint.
+    pub fresh_evaluations: usize,
+    /// Whether Ctrl-C ended it.
+    pub stopped: bool,
+    /// Wall time [s].
+    pub wall_s: f64,
+    /// The gains found, last, and others, on unseen flights; `None` when Ctrl-C ended the search or these.
+    pub contest: Option<Contest>,
+}
+
+impl TuneRun {
+    fn cost(&self) -> f64 {
+        self.bounds.cost(&self.gains.evaluation)
+    }
+}
+
+/// Where the gains come from, for their file.
+pub fn about(mission: &Mission, search: &Search, run: &TuneRun) -> String {
+    let e = run.gains.evaluation;
+    let bound = match run.bounds {
+        Objective::Safety { rms_bound, .. } => format!(" (tracking RMS at most {rms_bound:.4})"),
+        Objective::Rms | Objective::JTpf => String::new(),
+    };
+    format!(
+        "samara {VERSION} tune: mission {}, objective {}{bound}, {} plant{}, swing {:?}, method {} from {}, seed {}, {} evaluations of \
+         {} flights; worst tracking RMS {:.4}, worst J_TPF {:.4}. Inputs sha256 {}. The yaw gains are the mission's.",
+        mission.name,
+        run.objective,
+        run.model,
+        if run.robust { " with variations" } else { "" },
+        run.swing,
+        run.method,
+        run.start,
+        mission.seed,
+        search.tried().len(),
+        run.flights,
+        e.rms,
+        e.j_tpf,
+        mission.hash_without_gains(),
+    )
+}
+
+/// The same, as the paper prints them.
+const NAMES: [&str; 7] = ["K_pq", "K_iq", "K_ptheta", "K_pvz", "K_ivz", "K_pvx", "K_ivx"];
+
+/// Gains side by side, one set a row.
+pub(crate) fn gains_table(sets: &[(&str, Longitudinal)]) -> String {
+    let mut out = format!("{:<14}", "gains");
+    for key in NAMES {
+        out += &format!(" {key:>8}");
+    }
+    for (name, k) in sets {
+        out += &format!("\n{name:<14}");
+        for x in k {
+            out += &format!(" {x:>8.4}");
+        }
+    }
+    out + "\n"
+}
+
+/// Gains by name.
+pub(crate) fn named(k: &Longitudinal) -> serde_json::Value {
+    KEYS.iter()
+        .zip(k)
+        .map(|(key, x)| ((*key).to_owned(), serde_json::Value::from(*x)))
+        .collect::<serde_json::Map<_, _>>()
+        .into()
+}

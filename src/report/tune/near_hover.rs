@@ -1,0 +1,90 @@
+//! The experiments of Ziegler and Nichols and the gains made of them.
+
+use serde::Serialize;
+
+use super::contest::Contest;
+use super::records::{ContenderObject, best, contenders};
+use super::{NAMES, named};
+use crate::config::Mission;
+use crate::report::json::{VERSION, text as json_text};
+use crate::tune::near_hover::{ADJUSTMENTS, NearHover, Ultimate};
+
+/// Where near-hover gains come from, for their file.
+pub fn about(mission: &Mission) -> String {
+    format!(
+        "samara {VERSION} tune: mission {}, Ziegler and Nichols on the loops near hover, actuators modelled, then {}. Inputs sha256 {}. \
+         The yaw gains are the mission's.",
+        mission.name,
+        ADJUSTMENTS.join("; "),
+        mission.hash_without_gains(),
+    )
+}
+
+/// The experiments, what was made of each gain and why, for the terminal.
+pub fn text(mission: &Mission, found: &NearHover, contest: &Contest) -> String {
+    let mut out = format!("{}: Ziegler and Nichols near hover, actuators modelled\n\n", mission.name);
+    out += &format!("{:<20} {:>14} {:>14}\n", "loop", "ultimate gain", "period");
+    for l in &found.loops {
+        out += &format!("{:<20} {:>10.4} 1/s {:>12.3} s\n", l.name, l.gain_per_s, l.period_s);
+    }
+    out += "\nThe rules, P 0.5 K_u; PI 0.45 K_u and 0.54 K_u/T_u, are for loops that stand alone near hover. Adjusted by hand for a cascade that \
+            begins far from it:\n\n";
+    out += &format!("{:<14} {:>12} {:>9} {:>12}\n", "gain", "by the rules", "times", "adjusted");
+    for ((name, rule), adjusted) in NAMES.iter().zip(found.by_the_rules).zip(found.adjusted) {
+        out +=
+            &format!("{name:<14} {rule:>12.4} {:>9} {adjusted:>12.4}\n", format!("{:.3}", adjusted / rule));
+    }
+    out += "\n";
+    for step in ADJUSTMENTS {
+        out += &format!("- {step}\n");
+    }
+    out + "\n" + &contest.text()
+}
+
+#[derive(Serialize)]
+struct LoopObject {
+    name: &'static str,
+    relay: f64,
+    amplitude: f64,
+    ultimate_gain_per_s: f64,
+    ultimate_period_s: f64,
+}
+
+#[derive(Serialize)]
+struct NearHoverObject<'a> {
+    mission: &'a str,
+    version: &'static str,
+    input_hash: String,
+    method: &'static str,
+    loops: Vec<LoopObject>,
+    by_the_rules: serde_json::Value,
+    adjustments: [&'static str; 3],
+    gains: serde_json::Value,
+    wall_s: f64,
+    contenders: Vec<ContenderObject<'a>>,
+    best: Option<&'a str>,
+}
+
+/// The object of `samara tune --method near-hover --json`.
+pub fn json(mission: &Mission, found: &NearHover, contest: &Contest, wall_s: f64) -> String {
+    let row = |l: &Ultimate| LoopObject {
+        name: l.name,
+        relay: l.relay,
+        amplitude: l.amplitude,
+        ultimate_gain_per_s: l.gain_per_s,
+        ultimate_period_s: l.period_s,
+    };
+    json_text(&NearHoverObject {
+        mission: &mission.name,
+        version: VERSION,
+        input_hash: mission.hash_without_gains(),
+        method: "near-hover",
+        loops: found.loops.iter().map(row).collect(),
+        by_the_rules: named(&found.by_the_rules),
+        adjustments: ADJUSTMENTS,
+        gains: named(&found.adjusted),
+        wall_s,
+        contenders: contenders(Some(contest)),
+        best: best(Some(contest)),
+    })
+}

@@ -1,0 +1,189 @@
+//! What a drop came to, and what it is worth beside the same drops under PX4's defaults.
+
+use nalgebra::Vector3;
+
+use crate::assess::Verdict;
+use crate::frames::dcm_body_from_ned;
+use crate::sim::{Phase, Sample};
+
+/// The measures of a drop, or the means of several.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measures {
+    /// J_TPF, (51).
+    pub j_tpf: f64,
+    /// Way down from the release to the end [m].
+    pub altitude_lost_m: f64,
+    /// Time from the start of powered flight from which the velocity stays near the target's [s]; the whole flight where it does
+    /// not.
+    pub steady_s: f64,
+    /// Largest tilt, either way, from the release on [rad].
+    pub peak_tilt_rad: f64,
+    /// RMS of the velocity's distance from its setpoint over the plan [m/s].
+    pub velocity_rms_m_s: f64,
+    /// Share of the drops that passed a limit.
+    pub unsafe_share: f64,
+    /// Share of the drops that were steady at their end.
+    pub steady_share: f64,
+}
+
+impl Measures {
+    /// A flight that was lost.
+    pub const LOST: Self = Self {
+        j_tpf: f64::INFINITY,
+        altitude_lost_m: f64::INFINITY,
+        steady_s: f64::INFINITY,
+        peak_tilt_rad: f64::INFINITY,
+        velocity_rms_m_s: f64::INFINITY,
+        unsafe_share: 1.0,
+        steady_share: 0.0,
+    };
+
+    /// Of a verdict and what was tracked; `flight_s` [s] is the length of the powered flight.
+    pub fn of(verdict: &Verdict, tracking: &Tracking, flight_s: f64) -> Self {
+        let velocity_rms_m_s = tracking.rms_m_s();
+        if !(verdict.j_tpf.is_finite() && velocity_rms_m_s.is_finite()) {
+            return Self::LOST;
+        }
+        Self {
+            j_tpf: verdict.j_tpf,
+            altitude_lost_m: verdict.altitude_lost_m,
+            steady_s: tracking.steady_since_s.unwrap_or(flight_s),
+            peak_tilt_rad: tracking.peak_tilt_rad,
+            velocity_rms_m_s,
+            unsafe_share: f64::from(!verdict.limits_passed.is_empty()),
+            steady_share: f64::from(tracking.steady_since_s.is_some()),
+        }
+    }
+
+    /// The means of some drops; lost where there are none.
+    pub fn mean(drops: &[Self]) -> Self {
+        let n = drops.len() as f64;
+        let mean = |of: fn(&Self) -> f64| drops.iter().map(of).sum::<f64>() / n;
+        if drops.is_empty() {
+            return Self::LOST;
+        }
+        Self {
+            j_tpf: mean(|m| m.j_tpf),
+            altitude_lost_m: mean(|m| m.altitude_lost_m),
+            steady_s: mean(|m| m.steady_s),
+            peak_tilt_rad: mean(|m| m.peak_tilt_rad),
+            velocity_rms_m_s: mean(|m| m.velocity_rms_m_s),
+            unsafe_share: mean(|m| m.unsafe_share),
+            steady_share: mean(|m| m.steady_share),
+        }
+    }
+
+    /// J_TPF, altitude lost, time to steady flight, peak tilt and tracking error, each as a multiple of `reference`'s.
+    pub fn ratios(&self, reference: &Self) -> [f64; 5] {
+        [
+            self.j_tpf / reference.j_tpf,
+            self.altitude_lost_m / reference.altitude_lost_m,
+            self.steady_s / reference.steady_s,
+            self.peak_tilt_rad / reference.peak_tilt_rad,
+            self.velocity_rms_m_s / reference.velocity_rms_m_s,
+        ]
+    }
+
+    /// What is to be made small: the mean of the ratios by their weights; 10 for each unit that J_TPF is above the
+    /// reference's, and for each share of the drops that pass a limit or are not steady at the end.
+    pub fn cost(&self, reference: &Self) -> f64 {
+        let mean = self.ratios(reference).iter().zip(WEIGHTS).map(|(r, w)| r * w).sum::<f64>();
+        let above = (self.j_tpf / reference.j_tpf - 1.0).max(0.0);
+        let unsteady = (reference.steady_share - self.steady_share).max(0.0);
+        mean + HARD * (above + self.unsafe_share + unsteady)
+    }
+
+    /// Whether J_TPF is no worse than the reference's, no limit is passed and at least two of the other four ratios are 0.9 or less.
+    pub fn beats(&self, reference: &Self) -> bool {
+        let better = self.ratios(reference)[1..].iter().filter(|ratio| **ratio <= WELL_BETTER).count();
+        self.j_tpf <= reference.j_tpf * (1.0 + SAME) && self.unsafe_share == 0.0 && better >= 2
+    }
+}
+
+/// Velocity and tilt of a flight, sample by sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Tracking {
+    target_v_ned: Vector3<f64>,
+    steady_within_m_s: f64,
+    plan_end_s: f64,
+    sum_of_squares: f64,
+    samples: u32,
+    peak_tilt_rad: f64,
+    steady_since_s: Option<f64>,
+}
+
+impl Tracking {
+    /// Towards a target velocity and steady so near to it [m/s], along a plan of some length [s].
+    pub fn new(target_v_ned: Vector3<f64>, steady_within_m_s: f64, plan_end_s: f64) -> Self {
+        Self {
+            target_v_ned,
+            steady_within_m_s,
+            plan_end_s,
+            sum_of_squares: 0.0,
+            samples: 0,
+            peak_tilt_rad: 0.0,
+            steady_since_s: None,
+        }
+    }
+
+    /// Takes a sample; what happens under the canopy does not count.
+    pub fn observe(&mut self, sample: &Sample) {
+        if sample.phase == Phase::Hanging {
+            return;
+        }
+        let body = &sample.state.body;
+        let tilt = dcm_body_from_ned(body.q_ned_from_body)[(2, 2)].clamp(-1.0, 1.0).acos();
+        self.peak_tilt_rad = self.peak_tilt_rad.max(tilt);
+        let Some(t) = sample.t_powered_s else { return };
+        if let Some(v_sp) = sample.v_sp_ned.filter(|_| t <= self.plan_end_s) {
+            self.sum_of_squares += (body.v_ned - v_sp).norm_squared();
+            self.samples += 1;
+        }
+        let near = (body.v_ned - self.target_v_ned).norm() <= self.steady_within_m_s;
+        self.steady_since_s = if near { self.steady_since_s.or(Some(t)) } else { None };
+    }
+
+    /// RMS of the velocity's distance from its setpoint [m/s].
+    pub fn rms_m_s(&self) -> f64 {
+        (self.sum_of_squares / f64::from(self.samples.max(1))).sqrt()
+    }
+}
+
+/// Weights of the ratios. Altitude and tilt are mostly the release's and the plan's own; on Earth so is J_TPF.
+const WEIGHTS: [f64; 5] = [0.2, 0.1, 0.2, 0.1, 0.4];
+
+/// Cost of what is not to be.
+const HARD: f64 = 10.0;
+/// A ratio that counts as better.
+const WELL_BETTER: f64 = 0.9;
+/// J_TPF is no worse within this: where the release sets it, two controllers differ by rounding.
+const SAME: f64 = 1e-3;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DEFAULTS: Measures = Measures {
+        j_tpf: 0.5,
+        altitude_lost_m: 25.0,
+        steady_s: 8.0,
+        peak_tilt_rad: 0.2,
+        velocity_rms_m_s: 0.8,
+        unsafe_share: 0.0,
+        steady_share: 1.0,
+    };
+
+    /// Closed form: the defaults cost 1 beside themselves and do not beat themselves; two measures well better do.
+    #[test]
+    fn closed_form_what_measures_are_worth() {
+        assert!((DEFAULTS.cost(&DEFAULTS) - 1.0).abs() < 1e-12 && !DEFAULTS.beats(&DEFAULTS));
+        let better = Measures { steady_s: 4.0, velocity_rms_m_s: 0.6, ..DEFAULTS };
+        assert!((better.cost(&DEFAULTS) - (0.4 + 0.2 * 0.5 + 0.4 * 0.75)).abs() < 1e-12);
+        assert!(better.beats(&DEFAULTS));
+        assert!(!Measures { j_tpf: 0.51, ..better }.beats(&DEFAULTS));
+        assert!(!Measures { unsafe_share: 0.02, ..better }.beats(&DEFAULTS));
+        assert!(Measures { j_tpf: 0.55, ..better }.cost(&DEFAULTS) > 1.5, "J_TPF comes first");
+        assert_eq!(Measures::mean(&[DEFAULTS, better]).steady_s, 6.0);
+        assert!(!Measures::mean(&[DEFAULTS, Measures::LOST]).j_tpf.is_finite());
+    }
+}

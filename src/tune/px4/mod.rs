@@ -1,0 +1,15 @@
+//! Gains for PX4: PX4's own parameters, searched within PX4's own ranges on the model of its control law.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`space`] | which parameters are searched, and within which bounds |
+//! | [`bench`](mod@bench) | the drops that they are judged by |
+//! | [`measures`] | what a drop came to, and what that is worth beside PX4's defaults |
+
+pub mod bench;
+pub mod measures;
+pub mod space;
+
+pub use bench::{Px4Bench, Px4Setting};
+pub use measures::Measures;
+pub use space::{DIMENSIONS, parameters, start, widest};

@@ -1,0 +1,77 @@
+//! The parameters that are searched. Roll has pitch's gains; yaw, filters and limits of rates stay as they are.
+//!
+//! The bounds are PX4 v1.12's ranges (`mc_pos_control_params.c`, `mc_att_control_params.c`, `mc_rate_control_params.c`), cut down
+//! where a range goes on beyond anything that flies: I of the horizontal velocity to 3 (of 60), P of the attitude from 2.
+
+use crate::control::px4::Parameters;
+
+/// How many numbers are searched.
+pub const DIMENSIONS: usize = 11;
+
+/// A candidate, in the order of [`NAMES`].
+pub type Candidate = [f64; DIMENSIONS];
+
+/// What a coordinate sets: one name, or roll's and pitch's; lower and upper bound.
+type Coordinate = (&'static [&'static str], f64, f64);
+
+const SPACE: [Coordinate; DIMENSIONS] = [
+    (&["MPC_XY_VEL_P_ACC"], 1.2, 5.0),
+    (&["MPC_XY_VEL_I_ACC"], 0.0, 3.0),
+    (&["MPC_XY_VEL_D_ACC"], 0.1, 2.0),
+    (&["MPC_Z_VEL_P_ACC"], 2.0, 15.0),
+    (&["MPC_Z_VEL_I_ACC"], 0.2, 3.0),
+    (&["MPC_Z_VEL_D_ACC"], 0.0, 2.0),
+    (&["MC_PITCH_P", "MC_ROLL_P"], 2.0, 12.0),
+    (&["MC_PITCHRATE_P", "MC_ROLLRATE_P"], 0.01, 0.5),
+    (&["MC_PITCHRATE_I", "MC_ROLLRATE_I"], 0.0, 1.0),
+    (&["MC_PITCHRATE_D", "MC_ROLLRATE_D"], 0.0, 0.01),
+    (&["MPC_TILTMAX_AIR"], 20.0, 89.0),
+];
+
+/// PX4's names of what is searched.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    SPACE.iter().flat_map(|(names, ..)| names.iter().copied())
+}
+
+/// The bounds within which a mission is searched: the tilt up to its limit [deg].
+pub fn widest(tilt_limit_deg: f64) -> [(f64, f64); DIMENSIONS] {
+    SPACE.map(|(names, low, high)| {
+        let tilt = names[0] == "MPC_TILTMAX_AIR";
+        (low, if tilt { high.min(tilt_limit_deg.max(low)) } else { high })
+    })
+}
+
+/// The parameters of a candidate; what is not searched is `base`'s. They are rounded as PX4 stores them.
+pub fn parameters(base: &Parameters, candidate: &Candidate) -> Parameters {
+    let mut made = base.clone();
+    for ((names, ..), value) in SPACE.iter().zip(candidate) {
+        for name in *names {
+            // Every name is one of the law's: `NotRead` cannot come.
+            let _ = made.set(name, f64::from(*value as f32));
+        }
+    }
+    made
+}
+
+/// The candidate that stands for some parameters, moved within the bounds.
+pub fn start(from: &Parameters, bounds: &[(f64, f64); DIMENSIONS]) -> Candidate {
+    std::array::from_fn(|i| from.get(SPACE[i].0[0]).unwrap_or(bounds[i].0).clamp(bounds[i].0, bounds[i].1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_is_one_of_the_laws_and_defaults_come_back() {
+        let defaults = Parameters::default();
+        assert!(names().all(|name| defaults.get(name).is_some()));
+        let bounds = widest(45.0);
+        let back = parameters(&defaults, &start(&defaults, &bounds));
+        for name in Parameters::NAMES {
+            let (a, b) = (back.get(name).unwrap(), defaults.get(name).unwrap());
+            assert!((a - b).abs() <= 1e-7 * b.abs(), "{name}: {a}, {b}");
+        }
+        assert_eq!(bounds[10], (20.0, 45.0));
+    }
+}

@@ -1,0 +1,127 @@
+//! What a controller does not know of: how far mass, air, wind and delays may be off, one at a time in a robust tuning,
+//! all at once and at random in the flights that gains are tried on afterwards.
+
+use crate::model::rigid_body::BodyState;
+use crate::sim::planar::Variation;
+
+use super::random::Stream;
+
+/// Mass, either way, as a fraction.
+pub const MASS: f64 = 0.05;
+/// Moments of inertia, either way, as a fraction.
+pub const INERTIA: f64 = 0.2;
+/// Drag and pitching moment, either way, as a fraction.
+pub const AERO: f64 = 0.2;
+/// Density of the air, either way, as a fraction.
+pub const DENSITY: f64 = 0.1;
+/// Wind from ahead or behind, from t = 0 on, as a fraction of the target speed.
+pub const WIND: f64 = 0.25;
+/// Release delay, longer or shorter [s].
+pub const DELAY_S: f64 = 0.1;
+
+/// Each release with one thing off at a time, to either end; measurements a control period late.
+pub fn one_at_a_time(
+    releases: &[BodyState],
+    gravity_m_s2: f64,
+    target_m_s: f64,
+) -> Vec<(BodyState, Variation)> {
+    let none = Variation::NONE;
+    let wind = WIND * target_m_s;
+    let two = |of: fn(f64) -> Variation, by: f64| [of(1.0 - by), of(1.0 + by)];
+    let mut variations = vec![
+        Variation { wind_m_s: [wind, 0.0], ..none },
+        Variation { wind_m_s: [-wind, 0.0], ..none },
+        Variation { delayed: true, ..none },
+    ];
+    variations.extend(two(|x| Variation { mass: x, ..Variation::NONE }, MASS));
+    variations.extend(two(|x| Variation { inertia: x, ..Variation::NONE }, INERTIA));
+    variations.extend(two(|x| Variation { aero: [x, 1.0, 1.0], ..Variation::NONE }, AERO));
+    variations.extend(two(|x| Variation { aero: [1.0, 1.0, x], ..Variation::NONE }, AERO));
+    variations.extend(two(|x| Variation { density: x, ..Variation::NONE }, DENSITY));
+    let fall_m_s = DELAY_S * gravity_m_s2;
+    releases
+        .iter()
+        .flat_map(|release| {
+            let later = [-fall_m_s, fall_m_s].map(|more| {
+                let mut release = *release;
+                release.v_ned.z += more;
+                (release, none)
+            });
+            variations.iter().map(|v| (*release, *v)).chain(later).collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+/// Random numbers of the unknowns are apart from those of the releases of the same seed.
+const APART: u64 = 0x7661_7269_6564;
+
+/// A release with unknowns of its own, every one uniform between its ends; measurements are a control period late in about every other
+/// flight. Trial `k` draws from stream `k` of the seed: it is the same whichever are flown beside it.
+pub fn varied(
+    release: &BodyState,
+    seed: u64,
+    k: u64,
+    gravity_m_s2: f64,
+    target_m_s: f64,
+) -> (BodyState, Variation) {
+    let mut stream = Stream::new(seed ^ APART, k as usize);
+    let mut off = |by: f64| stream.between(-by, by);
+    let variation = Variation {
+        mass: 1.0 + off(MASS),
+        inertia: 1.0 + off(INERTIA),
+        aero: [1.0 + off(AERO), 1.0, 1.0 + off(AERO)],
+        density: 1.0 + off(DENSITY),
+        wind_m_s: [target_m_s * off(WIND), 0.0],
+        delayed: off(1.0) > 0.0,
+        ..Variation::NONE
+    };
+    let mut release = *release;
+    release.v_ned.z += gravity_m_s2 * off(DELAY_S);
+    (release, variation)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::LEVEL;
+    use nalgebra::Vector3;
+
+    /// Uniform numbers: none beyond its end, means in the middle within four standard errors, half of the chains late.
+    #[test]
+    fn closed_form_ends_and_means_of_the_unknowns() {
+        let n = 4000;
+        let still = BodyState {
+            p_ned: Vector3::zeros(),
+            q_ned_from_body: LEVEL,
+            v_ned: Vector3::zeros(),
+            omega_body: Vector3::zeros(),
+        };
+        let drawn: Vec<_> = (0..n as u64).map(|k| varied(&still, 3, k, 2.0, 8.0)).collect();
+        let numbers = |(s, v): &(BodyState, Variation)| {
+            let [drag, lift, moment] = v.aero;
+            assert_eq!((lift, v.wind_m_s[1]), (1.0, 0.0));
+            [
+                (v.mass - 1.0) / MASS,
+                (v.inertia - 1.0) / INERTIA,
+                (drag - 1.0) / AERO,
+                (moment - 1.0) / AERO,
+                (v.density - 1.0) / DENSITY,
+                v.wind_m_s[0] / (8.0 * WIND),
+                s.v_ned.z / (2.0 * DELAY_S),
+                if v.delayed { 1.0 } else { -1.0 },
+            ]
+        };
+        let mut sums = [0.0; 8];
+        for row in drawn.iter().map(numbers) {
+            for (sum, x) in sums.iter_mut().zip(row) {
+                assert!(x.abs() <= 1.0 + 1e-12, "{row:?}");
+                *sum += x;
+            }
+        }
+        // The standard error of a uniform number between -1 and 1 is 1/sqrt(3 n), that of a coin 1/sqrt(n).
+        for mean in sums.map(|s| s / n as f64) {
+            assert!(mean.abs() < 4.0 / (n as f64).sqrt(), "{sums:?}");
+        }
+        assert_eq!(drawn[17], varied(&still, 3, 17, 2.0, 8.0));
+    }
+}
