@@ -134,7 +134,8 @@ impl Pilot {
         state: &StateArgs,
     ) -> Result<(Self, Mission), Failure> {
         if *argument != AutopilotArg::Reference && state.estimator == EstimatorChoice::Ekf {
-            let text = "--estimator: --autopilot reference is expected with it; PX4 has an estimator of its own";
+            let text =
+                "--estimator: --autopilot reference is expected with it; PX4 has an estimator of its own";
             return Err(anyhow::anyhow!(text)).bad_input();
         }
         Ok(match argument {

@@ -60,8 +60,7 @@ pub fn mission_for_px4(
     choice: &ChoiceArgs,
 ) -> Result<(Mission, Option<ParameterFile>), Failure> {
     let own = choice.gains.as_deref() == Some(PX4_DEFAULT);
-    let others =
-        ChoiceArgs { gains: choice.gains.clone().filter(|_| !own), params: None, ..choice.clone() };
+    let others = ChoiceArgs { gains: choice.gains.clone().filter(|_| !own), params: None, ..choice.clone() };
     let mut mission = mission_with_a_drop(path, &others)?;
     if own {
         mission.gains_name = PX4_DEFAULT.to_owned();

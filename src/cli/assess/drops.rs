@@ -255,7 +255,8 @@ impl Campaign<'_> {
     /// The reference autopilot, over the wire in memory.
     fn fly_reference(&self, mission: &Mission) -> Result<Flown, Failure> {
         let system = system_of_instance(self.args.instance).bad_input()?;
-        let choice = ChoiceArgs { gains: None, params: self.args.choice.params.clone(), seed: None, case: None };
+        let choice =
+            ChoiceArgs { gains: None, params: self.args.choice.params.clone(), seed: None, case: None };
         let mut wire = Lockstep::new(
             sessions::simulator(mission, system, None),
             sessions::autopilot(mission, &choice, &self.args.state, system, false)?,

@@ -14,11 +14,11 @@
 pub mod cpu;
 pub mod flight;
 pub mod folder;
-pub mod model;
 #[cfg(unix)]
 mod keeper;
 #[cfg(unix)]
 mod lock;
+pub mod model;
 #[cfg_attr(not(unix), path = "process_elsewhere.rs")]
 pub mod process;
 pub mod upload;
