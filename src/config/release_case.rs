@@ -4,7 +4,7 @@
 //! chosen: amplitude and phase at the end of the hang, with the mission's frequency and length. The velocity is then what the drop
 //! makes of it: within 0.1 m/s of Table 3's, whose pitch and rate are those of the release.
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 
 use super::Mission;
 use crate::model::Parachute;
@@ -12,8 +12,10 @@ use crate::model::parachute::Pendulum;
 use crate::sim::DropSimulation;
 use crate::tune::ReleaseCase;
 
-/// Corrections that are tried: each leaves a small part of what the air does in the fall.
-const ATTEMPTS: usize = 50;
+/// Corrections that are tried.
+const ATTEMPTS: usize = 20;
+/// Step of the difference quotients [rad].
+const DIFFERENCE_RAD: f64 = 1e-5;
 /// Accuracy of pitch [rad] and of pitch rate in parts of the frequency [rad].
 const TOLERANCE_RAD: f64 = 1e-9;
 /// A swing beyond a quarter of the turn is none.
@@ -58,33 +60,46 @@ impl Mission {
     fn swinging_to(&self, case: &ReleaseCase) -> Option<Parachute> {
         let omega = self.parachute.pendulum.omega_rad_s;
         let wanted = Vector2::new(case.pitch_rad, case.pitch_rate_rad_s / omega);
-        // Angle and rate over omega at the release.
+        // Angle and rate over omega at the release, by Newton's method: what comes to t = 0 is nearly linear in them.
         let mut swing = wanted;
         for _ in 0..ATTEMPTS {
-            let pendulum = Pendulum {
-                amplitude_rad: swing.norm(),
-                phase_rad: swing.x.atan2(swing.y),
-                ..self.parachute.pendulum
-            };
-            let parachute = Parachute { pendulum, ..self.parachute };
-            let state = DropSimulation::nominal_state_at_t0(
-                self.vehicle.clone(),
-                self.environment.clone(),
-                parachute,
-                self.start,
-            );
-            let q = state.q_ned_from_body;
-            let comes = Vector2::new(2.0 * q[2].atan2(q[0]), state.omega_body.y / omega);
-            let miss = wanted - comes;
+            let miss = wanted - self.comes_to(&swing);
             if miss.norm() < TOLERANCE_RAD {
-                return Some(parachute);
+                return Some(self.parachute_swinging(&swing));
             }
-            swing += miss;
+            let slope = |of: Vector2<f64>| {
+                (self.comes_to(&(swing + of)) - self.comes_to(&(swing - of))) / (2.0 * DIFFERENCE_RAD)
+            };
+            let slopes =
+                Matrix2::from_columns(&[Vector2::x(), Vector2::y()].map(|axis| slope(axis * DIFFERENCE_RAD)));
+            swing += slopes.try_inverse()? * miss;
             if !(swing.norm() < LARGEST_SWING_RAD) {
                 return None;
             }
         }
         None
+    }
+
+    /// Pitch, and pitch rate over omega, at t = 0 after a swing [rad].
+    fn comes_to(&self, swing: &Vector2<f64>) -> Vector2<f64> {
+        let state = DropSimulation::nominal_state_at_t0(
+            self.vehicle.clone(),
+            self.environment.clone(),
+            self.parachute_swinging(swing),
+            self.start,
+        );
+        let q = state.q_ned_from_body;
+        let omega = self.parachute.pendulum.omega_rad_s;
+        Vector2::new(2.0 * q[2].atan2(q[0]), state.omega_body.y / omega)
+    }
+
+    fn parachute_swinging(&self, swing: &Vector2<f64>) -> Parachute {
+        let pendulum = Pendulum {
+            amplitude_rad: swing.norm(),
+            phase_rad: swing.x.atan2(swing.y),
+            ..self.parachute.pendulum
+        };
+        Parachute { pendulum, ..self.parachute }
     }
 }
 

@@ -164,10 +164,9 @@ fn prop_a_search_is_its_seed_and_the_costs_it_was_told() {
         let mut past = whole.tried().iter().take(7 * resumed.ask().unwrap().len()).map(|t| t.evaluation);
         while let Some(n) = resumed.ask().map(<[_]>::len) {
             let mut evaluations: Vec<Evaluation> = past.by_ref().take(n).collect();
-            if evaluations.is_empty() {
-                let chunks = resumed.ask().unwrap().chunks(3);
-                evaluations = chunks.flat_map(|c| c.iter().map(judged).collect::<Vec<_>>()).collect();
-            }
+            // The past may end within a generation: those of the two methods are of different sizes.
+            let chunks = resumed.ask().unwrap()[evaluations.len()..].chunks(3);
+            evaluations.extend(chunks.flat_map(|c| c.iter().map(judged).collect::<Vec<_>>()));
             resumed.tell(&evaluations);
         }
         assert_eq!(resumed.tried(), whole.tried());
