@@ -28,7 +28,10 @@ const QUICK: [&str; 11] = [
 
 fn tune(out: &Path, more: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_samara"));
-    command.args(QUICK).args(more).arg("--out").arg(out).stdout(Stdio::piped()).stderr(Stdio::piped());
+    // What is given more than once counts as it is given last.
+    let given = |option: &str| more.contains(&option);
+    let quick = QUICK.chunks(2).filter(|pair| !given(pair[0])).flatten();
+    command.args(quick).args(more).arg("--out").arg(out).stdout(Stdio::piped()).stderr(Stdio::piped());
     command
 }
 

@@ -104,7 +104,9 @@ fn in_space(
     rows
 }
 
-/// Largest difference in velocity, attitude and rate of a flight that is flown in a lane among strangers.
+/// Largest difference in velocity, attitude and rate of a flight that is flown in a lane among strangers, and what the flight in
+/// space makes of another last digit of the release: without thrust, with a late measurement, the loop on the ideal plant may
+/// chatter, and then it makes a million times more of it within a second.
 fn difference(
     vehicle: &Vehicle,
     site: &Environment,
@@ -112,7 +114,7 @@ fn difference(
     flight: &Flight,
     target: [f64; 2],
     kind: PlantKind,
-) -> f64 {
+) -> (f64, f64) {
     let plan = FlightPlan {
         reference: Reference::Step(Vector3::new(target[0], 0.0, target[1])),
         yaw_sp_rad: 0.0,
@@ -130,7 +132,11 @@ fn difference(
     let wanted = in_space((vehicle, site), flight, &plan, kind);
     assert_eq!(record.rows.len(), wanted.len());
     let apart = |a: &[f64; 7], b: &[f64; 7]| (0..5).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max);
-    record.rows.iter().zip(&wanted).map(|(a, b)| apart(a, b)).fold(0.0, f64::max)
+    let furthest = |rows: &[[f64; 7]]| rows.iter().zip(&wanted).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
+    let mut other = *flight;
+    other.release.v_down_m_s += 1e-14;
+    other.release.pitch_rate_rad_s += 1e-14;
+    (furthest(&record.rows), furthest(&in_space((vehicle, site), &other, &plan, kind)))
 }
 
 fn gust() -> impl Strategy<Value = Option<Gust>> {
@@ -186,7 +192,7 @@ proptest! {
     ) {
         let (vehicle, site) = if earthly { (&*X500, earth()) } else { (&*TITAN, site()) };
         let kind = if ideal { PlantKind::Ideal } else { PlantKind::Actuator };
-        let apart = difference(vehicle, &site, lane, &flight, target, kind);
-        prop_assert!(apart < 1e-6, "{apart:e}");
+        let (apart, amplified) = difference(vehicle, &site, lane, &flight, target, kind);
+        prop_assert!(apart < f64::max(1e-6, 10.0 * amplified), "{apart:e}, {amplified:e} of the last digit");
     }
 }

@@ -60,7 +60,8 @@ pub fn run(args: &TuneArgs, mission: &Mission) -> Result<Answer, Failure> {
         v_error_ned: Vector3::zeros(),
     };
     let releases = mission.releases();
-    let bench = |trials| Px4Bench::new(&setting, &releases, mission.seed, trials, &defaults);
+    let wind_sigma_m_s = mission.monte_carlo.wind_sigma_m_s;
+    let bench = |trials| Px4Bench::new(&setting, &releases, wind_sigma_m_s, mission.seed, trials, &defaults);
     let pool = pool(args.threads.map(usize::from))?;
     let (found, evaluations, stopped) =
         pool.install(|| search(args, mission, &bench(0..DROPS), [&defaults, &missions]))?;

@@ -125,23 +125,26 @@ pub struct Px4Bench<'a> {
 }
 
 impl<'a> Px4Bench<'a> {
-    /// Releases of a seed, by their numbers. Every other drop is flown as it is known; the others with a mass or an
-    /// inertia that is a tenth more, or with an estimated descent that is off by [`ESTIMATE_OFF`] either way. The flights of
-    /// `reference` are what others are measured by.
+    /// Random drops of a seed, by their numbers, as campaigns draw them: swing, and wind on top of the site's, of deviation
+    /// `wind_sigma_m_s` north and east. Every other drop is flown as it is known; the others with a mass or an inertia that is a tenth more,
+    /// or with an estimated descent that is off by [`ESTIMATE_OFF`] either way. The flights of `reference` are what others are measured by.
     pub fn new(
         setting: &Px4Setting<'a>,
         releases: &ReleaseDistribution,
+        wind_sigma_m_s: f64,
         seed: u64,
         trials: Range<u64>,
         reference: &Parameters,
     ) -> Self {
         let drops = trials
             .map(|trial| {
-                let drawn = releases.draw(seed, trial);
+                let drawn = releases.draw_drop(seed, trial, wind_sigma_m_s);
                 let mut parachute = releases.parachute;
                 parachute.pendulum.amplitude_rad = drawn.amplitude_rad;
                 parachute.pendulum.phase_rad = drawn.phase_rad;
-                Px4Drop { setting: varied(setting, trial), parachute }
+                let mut setting = varied(setting, trial);
+                setting.environment.wind_ned_m_s += drawn.wind_ned_m_s;
+                Px4Drop { setting, parachute }
             })
             .collect();
         let mut made = Self { drops, reference: Measures::LOST };
