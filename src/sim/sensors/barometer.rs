@@ -22,20 +22,22 @@ impl Default for Barometer {
 }
 
 impl Barometer {
-    /// The pressure [hPa] that is read at an altitude [m]. Draws from the streams `noise_stream` and `drift_stream`.
+    /// The pressure [hPa] that is read at an altitude [m], once every `period_us`. Draws from the streams `noise_stream` and `drift_stream`.
     pub fn read(
         &self,
         altitude_m: f64,
         noise: &mut Noise,
         [noise_stream, drift_stream]: [u64; 2],
         t_us: u64,
+        period_us: u64,
     ) -> f64 {
         let mut reading = pressure_hpa(altitude_m);
         if self.noise_hpa > 0.0 {
             reading += self.noise_hpa * noise.normal(noise_stream, t_us);
         }
         if self.drift_hpa_per_sqrt_s > 0.0 {
-            reading += self.drift_hpa_per_sqrt_s * noise.walk(drift_stream, t_us).x;
+            reading += self.drift_hpa_per_sqrt_s
+                * noise.walk(drift_stream, t_us / period_us, period_us as f64 * 1e-6).x;
         }
         reading
     }
@@ -69,14 +71,14 @@ mod tests {
     fn closed_form_noise_and_drift_have_their_deviations_and_zero_is_the_truth() {
         let silent = Barometer { noise_hpa: 0.0, drift_hpa_per_sqrt_s: 0.0 };
         assert_eq!(
-            silent.read(500.0, &mut Noise::new(1), [0, 1], 4_000).to_bits(),
+            silent.read(500.0, &mut Noise::new(1), [0, 1], 4_000, 4_000).to_bits(),
             pressure_hpa(500.0).to_bits()
         );
         let n = 3_000u64;
         let deviation = |b: Barometer, at: &dyn Fn(u64) -> (u64, u64)| {
             let square = |i| {
                 let (seed, t_us) = at(i);
-                (b.read(500.0, &mut Noise::new(seed), [0, 1], t_us) - pressure_hpa(500.0)).powi(2)
+                (b.read(500.0, &mut Noise::new(seed), [0, 1], t_us, 4_000) - pressure_hpa(500.0)).powi(2)
             };
             ((0..n).map(square).sum::<f64>() / n as f64).sqrt()
         };

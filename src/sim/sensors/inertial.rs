@@ -25,22 +25,23 @@ pub struct Triad {
 }
 
 impl Triad {
-    /// The reading of `truth` at a time, one of every `period_s` [s]. Draws from three streams, `stream` the first.
+    /// The reading of `truth` at a time, one of every `period_us`. Draws from three streams, `stream` the first.
     pub fn read(
         &self,
         truth: Vector3<f64>,
         noise: &mut Noise,
         stream: u64,
         t_us: u64,
-        period_s: f64,
+        period_us: u64,
     ) -> Vector3<f64> {
+        let period_s = period_us as f64 * 1e-6;
         let mut reading = truth;
         // What is off is left out: adding a zero would turn -0 into 0.
         if self.turn_on_bias > 0.0 {
             reading += noise.triple(stream, 0) * self.turn_on_bias;
         }
         if self.walk > 0.0 {
-            reading += noise.walk(stream + 1, t_us) * self.walk;
+            reading += noise.walk(stream + 1, t_us / period_us, period_s) * self.walk;
         }
         if self.noise_density > 0.0 {
             reading += noise.triple(stream + 2, t_us) * (self.noise_density / period_s.sqrt());
@@ -59,11 +60,12 @@ impl Triad {
 mod tests {
     use super::*;
 
+    const DT_US: u64 = 4_000;
     const DT_S: f64 = 0.004;
 
     fn readings(triad: &Triad, truth: Vector3<f64>, n: u64) -> Vec<Vector3<f64>> {
         let mut noise = Noise::new(3);
-        (1..=n).map(|i| triad.read(truth, &mut noise, 10, i * 4_000, DT_S)).collect()
+        (1..=n).map(|i| triad.read(truth, &mut noise, 10, i * DT_US, DT_US)).collect()
     }
 
     /// Allan's variance over `m` samples: half the mean square of the differences of neighbouring means.
@@ -106,7 +108,7 @@ mod tests {
         assert!(readings(&triad, truth, 100).windows(2).all(|w| w[0] == w[1]));
         let n = 2_000;
         let square = |seed| {
-            let bias = triad.read(Vector3::zeros(), &mut Noise::new(seed), 10, 0, DT_S);
+            let bias = triad.read(Vector3::zeros(), &mut Noise::new(seed), 10, 0, DT_US);
             bias.norm_squared() / 3.0
         };
         let deviation = ((0..n).map(square).sum::<f64>() / n as f64).sqrt();

@@ -91,7 +91,7 @@ impl Sensors {
             field_ned_gauss: settings.magnetometer.field_at(environment),
             noise: Noise::new(seed),
             settings,
-            period_us,
+            period_us: period_us.max(1),
             track: Track::default(),
         }
     }
@@ -108,15 +108,13 @@ impl Sensors {
 
     /// Specific force, body [m/s^2].
     pub fn accelerometer(&mut self, specific_force_body: Vector3<f64>, t_us: u64) -> Vector3<f64> {
-        let period_s = self.period_us as f64 * 1e-6;
         let triad = &self.settings.accelerometer;
-        triad.read(specific_force_body, &mut self.noise, stream::ACCELEROMETER, t_us, period_s)
+        triad.read(specific_force_body, &mut self.noise, stream::ACCELEROMETER, t_us, self.period_us)
     }
 
     /// Body rates [rad/s].
     pub fn gyroscope(&mut self, omega_body: Vector3<f64>, t_us: u64) -> Vector3<f64> {
-        let period_s = self.period_us as f64 * 1e-6;
-        self.settings.gyroscope.read(omega_body, &mut self.noise, stream::GYROSCOPE, t_us, period_s)
+        self.settings.gyroscope.read(omega_body, &mut self.noise, stream::GYROSCOPE, t_us, self.period_us)
     }
 
     /// Magnetic field, body [gauss], at an attitude.
@@ -133,7 +131,7 @@ impl Sensors {
     /// Pressure [hPa] at an altitude [m].
     pub fn barometer(&mut self, altitude_m: f64, t_us: u64) -> f64 {
         let streams = [stream::BAROMETER_NOISE, stream::BAROMETER_DRIFT];
-        self.settings.barometer.read(altitude_m, &mut self.noise, streams, t_us)
+        self.settings.barometer.read(altitude_m, &mut self.noise, streams, t_us, self.period_us)
     }
 
     /// The satellite fix that is told at a time: of the delay before it, if that was [noted](Self::note), else of `body`.

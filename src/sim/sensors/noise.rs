@@ -2,10 +2,10 @@
 //! asks first or how often.
 //!
 //! A random walk has a memory, and yet none is kept here: Levy's construction of Brownian motion. Its values at the ends of spans of
-//! 1074 s are sums of independent numbers; between them the middle of an interval is drawn given its ends (their mean, and a
-//! normal number of variance a quarter of the interval's length), then the middle of the half in question, down to the
-//! microsecond. Each middle has its own address. The halves on the way to the last time are kept, since the next time shares
-//! most of them; that saves drawing them again and changes no bit.
+//! 2^30 ticks are sums of independent numbers; between them the middle of an interval is drawn given its ends (their mean, and a
+//! normal number of variance a quarter of the interval's length), then the middle of the half in question, down to the tick.
+//! Each middle has its own address. The halves on the way to the last tick are kept: the next tick shares them but for two in the
+//! mean, and what is kept changes no bit.
 
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
@@ -15,9 +15,8 @@ use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 const WORDS_PER_US: u128 = 32;
 /// Random words that belong to a [`Noise::triple`]: 36 are taken.
 const WORDS_PER_TRIPLE: u128 = 64;
-/// A span of the walk is 2^30 us.
+/// A span of the walk is 2^30 ticks.
 const SPAN_BITS: u32 = 30;
-const S_PER_US: f64 = 1e-6;
 
 /// A source of random numbers for the sensors of one vehicle.
 #[derive(Clone, Debug)]
@@ -33,15 +32,15 @@ struct Interval {
     span: u64,
     /// 1 is the whole span, 2 and 3 its halves, and so on; also the address of its middle (that of the step across the span is 0).
     index: u64,
-    from_us: u64,
-    length_us: u64,
+    from: u64,
+    length: u64,
     left: Vector3<f64>,
     right: Vector3<f64>,
 }
 
 impl Interval {
-    fn contains(&self, t_us: u64) -> bool {
-        (self.from_us..self.from_us + self.length_us).contains(&t_us)
+    fn contains(&self, tick: u64) -> bool {
+        (self.from..self.from + self.length).contains(&tick)
     }
 }
 
@@ -77,18 +76,19 @@ impl Noise {
         Vector3::new(normal(), normal(), normal())
     }
 
-    /// Three independent random walks at a time: zero at time 0, variance 1 per second.
-    pub fn walk(&mut self, stream: u64, t_us: u64) -> Vector3<f64> {
+    /// Three independent random walks at a tick, one of every `tick_s` [s]: zero at tick 0, variance 1 per second. A stream has
+    /// one `tick_s`.
+    pub fn walk(&mut self, stream: u64, tick: u64, tick_s: f64) -> Vector3<f64> {
         let known = self.ways.iter().position(|(of, _)| *of == stream);
         let mut way = known.map_or_else(Vec::new, |at| std::mem::take(&mut self.ways[at].1));
-        while way.pop_if(|last| !last.contains(t_us)).is_some() {}
+        while way.pop_if(|last| !last.contains(tick)).is_some() {}
         let mut interval = way.last().copied().unwrap_or_else(|| {
-            let span = self.span(stream, t_us >> SPAN_BITS);
+            let span = self.span(stream, tick >> SPAN_BITS, tick_s);
             way.push(span);
             span
         });
-        while interval.from_us != t_us {
-            interval = self.half(stream, &interval, t_us);
+        while interval.from != tick {
+            interval = self.half(stream, &interval, tick, tick_s);
             way.push(interval);
         }
         match known {
@@ -102,25 +102,24 @@ impl Noise {
         self.triple(stream, (span << (SPAN_BITS + 1)) + index)
     }
 
-    fn span(&self, stream: u64, span: u64) -> Interval {
-        let length_us = 1u64 << SPAN_BITS;
-        let across = |span| self.node(stream, span, 0) * (length_us as f64 * S_PER_US).sqrt();
+    fn span(&self, stream: u64, span: u64, tick_s: f64) -> Interval {
+        let length = 1u64 << SPAN_BITS;
+        let across = |span| self.node(stream, span, 0) * (length as f64 * tick_s).sqrt();
         let left: Vector3<f64> = (0..span).map(across).sum();
-        Interval { span, index: 1, from_us: span << SPAN_BITS, length_us, left, right: left + across(span) }
+        Interval { span, index: 1, from: span << SPAN_BITS, length, left, right: left + across(span) }
     }
 
-    /// The half of an interval that contains a time.
-    fn half(&self, stream: u64, whole: &Interval, t_us: u64) -> Interval {
-        let deviation = (whole.length_us as f64 * S_PER_US).sqrt() / 2.0;
+    /// The half of an interval that contains a tick.
+    fn half(&self, stream: u64, whole: &Interval, tick: u64, tick_s: f64) -> Interval {
+        let deviation = (whole.length as f64 * tick_s).sqrt() / 2.0;
         let middle =
             (whole.left + whole.right) / 2.0 + self.node(stream, whole.span, whole.index) * deviation;
-        let first =
-            Interval { index: 2 * whole.index, length_us: whole.length_us / 2, right: middle, ..*whole };
-        let middle_us = first.from_us + first.length_us;
-        if t_us < middle_us {
+        let first = Interval { index: 2 * whole.index, length: whole.length / 2, right: middle, ..*whole };
+        let middle_tick = first.from + first.length;
+        if tick < middle_tick {
             first
         } else {
-            Interval { index: first.index + 1, from_us: middle_us, left: middle, right: whole.right, ..first }
+            Interval { index: first.index + 1, from: middle_tick, left: middle, right: whole.right, ..first }
         }
     }
 }
@@ -170,15 +169,16 @@ mod tests {
             let mut steps = Vec::new();
             let mut together = 0.0;
             for stream in streams.clone() {
-                let start = noise.walk(stream, from_us);
-                let step = (noise.walk(stream, to_us) - start) / ((to_us - from_us) as f64 * 1e-6).sqrt();
+                let start = noise.walk(stream, from_us, 1e-6);
+                let step =
+                    (noise.walk(stream, to_us, 1e-6) - start) / ((to_us - from_us) as f64 * 1e-6).sqrt();
                 together += step.dot(&start) / (from_us.max(1) as f64 * 1e-6).sqrt();
                 steps.extend(step.iter().copied());
             }
             assert!((variance(&steps) - 1.0).abs() < bound, "{from_us} {to_us}: {}", variance(&steps));
             assert!((together / 3_000.0).abs() < 5.0 / 3_000f64.sqrt(), "{from_us} {to_us}");
         }
-        assert_eq!(noise.walk(0, 0), Vector3::zeros());
+        assert_eq!(noise.walk(0, 0, 1e-6), Vector3::zeros());
     }
 
     /// Continuity where spans meet, and the same bits whatever was asked before.
@@ -187,15 +187,15 @@ mod tests {
         for seed in [0, 1, u64::MAX] {
             let times: Vec<u64> = (0..50).map(|i| i * 43_210_987).collect();
             let mut one = Noise::new(seed);
-            let forwards: Vec<_> = times.iter().map(|t| one.walk(5, *t)).collect();
+            let forwards: Vec<_> = times.iter().map(|t| one.walk(5, *t, 1e-6)).collect();
             let mut another = Noise::new(seed);
-            let mut backwards: Vec<_> = times.iter().rev().map(|t| another.walk(5, *t)).collect();
+            let mut backwards: Vec<_> = times.iter().rev().map(|t| another.walk(5, *t, 1e-6)).collect();
             backwards.reverse();
             assert_eq!(forwards, backwards);
-            let fresh: Vec<_> = times.iter().map(|t| Noise::new(seed).walk(5, *t)).collect();
+            let fresh: Vec<_> = times.iter().map(|t| Noise::new(seed).walk(5, *t, 1e-6)).collect();
             assert_eq!(forwards, fresh);
             let seam = (1u64 << 30) as f64;
-            let (before, after) = (one.walk(5, seam as u64 - 1), one.walk(5, seam as u64));
+            let (before, after) = (one.walk(5, seam as u64 - 1, 1e-6), one.walk(5, seam as u64, 1e-6));
             assert!((before - after).amax() < 0.01);
         }
     }
