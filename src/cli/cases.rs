@@ -1,7 +1,7 @@
 //! `samara drop --cases`: the mission's release cases (Table 3), a drop each, in one table. PX4 has the reference autopilot beside it.
 
 use super::args::{ChoiceArgs, DropArgs};
-use super::drop::{Concluded, Pilot, conclude, plan_or_keep};
+use super::drop::{Concluded, Pilot, begin, conclude, plan_or_keep};
 use super::narrative::Narrator;
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
@@ -15,16 +15,7 @@ case        flown by     J_TPF  peak pitch  peak pitch rate  peak speed  altitud
 
 /// `samara drop --cases`.
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
-    let (pilot, mut mission) = Pilot::of(&args.autopilot, &args.mission.mission, &args.choice, &args.state)?;
-    let narrator = Narrator::together(args.mission.json);
-    narrator.say(&format!(
-        "samara drop: {}, vehicle {}, gains {}{}\n",
-        mission.name,
-        mission.vehicle_name,
-        mission.gains_name,
-        pilot.words(&args.state)
-    ))?;
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let (pilot, mut mission, narrator, folder) = begin(args)?;
     let Some(planned) = plan_or_keep(args, &mut mission, &folder, &narrator)? else { return Ok(Answer::No) };
     let pilots = match pilot {
         Pilot::Reference(_) => vec![("reference", pilot)],

@@ -70,16 +70,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     if args.cases {
         return cases::run(args);
     }
-    let (pilot, mut mission) = Pilot::of(&args.autopilot, &args.mission.mission, &args.choice, &args.state)?;
-    let narrator = Narrator::together(args.mission.json);
-    narrator.say(&format!(
-        "samara drop: {}, vehicle {}, gains {}{}\n",
-        mission.name,
-        mission.vehicle_name,
-        mission.gains_name,
-        pilot.words(&args.state)
-    ))?;
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let (pilot, mut mission, narrator, folder) = begin(args)?;
     let Some(planned) = plan_or_keep(args, &mut mission, &folder, &narrator)? else {
         folder.remove(&OF_THE_FLIGHT)?;
         folder.write_manifest("drop", &mission, &circumstances(args))?;
@@ -91,6 +82,24 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
         print(&concluded.json)?;
     }
     Ok(concluded.answer)
+}
+
+/// Who flies what, told on the terminal, and where the results go.
+///
+/// # Errors
+/// [`Failure::BadInput`] when a file is missing or wrong, or the folder cannot be made.
+pub fn begin(args: &DropArgs) -> Result<(Pilot, Mission, Narrator, OutputFolder), Failure> {
+    let (pilot, mission) = Pilot::of(&args.autopilot, &args.mission.mission, &args.choice, &args.state)?;
+    let narrator = Narrator::together(args.mission.json);
+    narrator.say(&format!(
+        "samara drop: {}, vehicle {}, gains {}{}\n",
+        mission.name,
+        mission.vehicle_name,
+        mission.gains_name,
+        pilot.words(&args.state)
+    ))?;
+    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    Ok((pilot, mission, narrator, folder))
 }
 
 /// The trajectory that was given, or a plan; `None` when no plan was found.
