@@ -6,6 +6,7 @@
 //! | `hil`, `home` | the simulator's messages read as a state, its truth; where home is |
 //! | `sensing` | its sensors as the estimator's, where one is flown on |
 //! | `step` | the control step, its answer, the telemetry that is due |
+//! | `reception` | each message to what it is for |
 //! | `commands` | COMMAND_LONG, COMMAND_INT, SET_MODE |
 //! | `navigation` | the commands about where to fly |
 //! | [`setpoints`] | SET_ATTITUDE_TARGET, SET_POSITION_TARGET_LOCAL_NED |
@@ -36,6 +37,7 @@ mod motion;
 mod navigation;
 mod parameters;
 mod port;
+mod reception;
 mod sensing;
 mod services;
 pub mod setpoints;
@@ -46,14 +48,13 @@ mod telemetry;
 
 use std::collections::VecDeque;
 
-use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 
 use super::statustext::TextWriter;
 use super::{Encoder, Frame, Link, Session, TimeUs, Transmit};
+use crate::autopilot::Autopilot;
 use crate::autopilot::estimator::{Estimator, EstimatorSettings};
 use crate::autopilot::parameters::Parameters;
-use crate::autopilot::{Autopilot, Setpoint, Severity};
 use crate::control::Cascade;
 use crate::model::Environment;
 use files::FileServer;
@@ -65,7 +66,7 @@ use parameters::Listings;
 use port::Port;
 use sensing::Sensing;
 use services::Peer;
-use setpoints::{FaultLog, SetpointFault};
+use setpoints::FaultLog;
 use step::Condition;
 use streams::{Schedule, id};
 use telemetry::Telemetry;
@@ -238,67 +239,6 @@ impl AutopilotSession {
             };
             self.send(Link::Simulator, &MavMessage::COMMAND_LONG(request));
         }
-    }
-
-    fn handle_message(&mut self, link: Link, frame: &Frame, message: &MavMessage) {
-        match message {
-            MavMessage::HIL_SENSOR(m) if link == Link::Simulator => self.control_step(m),
-            MavMessage::ODOMETRY(m) if link == Link::Simulator => self.hil.take_odometry(m),
-            MavMessage::HIL_STATE_QUATERNION(m) if link == Link::Simulator => {
-                self.hil.take_coarse(m, &self.environment);
-            }
-            MavMessage::BATTERY_STATUS(m) if link == Link::Simulator && m.battery_remaining >= 0 => {
-                self.autopilot.set_charge(f64::from(m.battery_remaining) / 100.0);
-                self.battery = Some(m.clone());
-            }
-            MavMessage::HEARTBEAT(m) if link != Link::Simulator => {
-                if m.mavtype == MavType::MAV_TYPE_GCS {
-                    self.autopilot.hear_ground_station(self.clock);
-                }
-            }
-            MavMessage::HIL_GPS(m) if link == Link::Simulator => self.hil.gps = Some(m.clone()),
-            MavMessage::SET_POSITION_TARGET_LOCAL_NED(m) => {
-                if self.is_for_us(m.target_system, m.target_component) {
-                    self.take_setpoint(setpoints::local_setpoint(m));
-                }
-            }
-            MavMessage::SET_ATTITUDE_TARGET(m) => {
-                if self.is_for_us(m.target_system, m.target_component) {
-                    self.take_setpoint(setpoints::attitude_setpoint(m));
-                }
-            }
-            MavMessage::SET_POSITION_TARGET_GLOBAL_INT(m) => {
-                if self.is_for_us(m.target_system, m.target_component) {
-                    self.take_setpoint(Err(SetpointFault::Global));
-                }
-            }
-            _ => self.handle_service(link, frame, message),
-        }
-    }
-
-    /// A setpoint whose frame number no enum knows: it is owed the same refusal as one in a frame that is not flown.
-    fn handle_unparsed(&mut self, frame: &Frame) {
-        const TARGET_AT: usize = 50;
-        if frame.message_id == SET_POSITION_TARGET_LOCAL_NED_DATA::ID {
-            let p = frame.payload();
-            if self.is_for_us(p.u8(TARGET_AT), p.u8(TARGET_AT + 1)) {
-                self.take_setpoint(Err(SetpointFault::Frame));
-            }
-        }
-    }
-
-    fn take_setpoint(&mut self, setpoint: Result<Setpoint, SetpointFault>) {
-        let taken = setpoint.and_then(|s| Ok(self.autopilot.offer_setpoint(self.clock, s)?));
-        if let Err(fault) = taken
-            && self.faults.is_news(self.clock, fault)
-        {
-            self.autopilot.say(Severity::Error, fault.to_string());
-        }
-    }
-
-    /// Whether a target is this autopilot, or everybody.
-    fn is_for_us(&self, system: u8, component: u8) -> bool {
-        (system == 0 || system == self.system_id) && (component == 0 || component == AUTOPILOT_COMPONENT)
     }
 
     fn telemetry(&self) -> Telemetry<'_> {
