@@ -54,24 +54,5 @@ pub use trajectory_csv::{Stamp, TrajectoryFile, read_trajectory_csv, write_traje
 pub use vehicle_file::{VehicleFile, load_vehicle};
 
 #[cfg(test)]
-mod mission_choices_tests;
-#[cfg(test)]
-mod mission_refusal_tests;
-#[cfg(test)]
 #[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
-mod mission_tests;
-#[cfg(test)]
-#[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
-mod prop_tests;
-#[cfg(test)]
-#[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
-mod schema_tests;
-#[cfg(test)]
-#[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
-mod spoil;
-#[cfg(test)]
-#[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
-mod trajectory_tests;
-#[cfg(test)]
-#[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
-mod vehicle_tests;
+mod tests;

@@ -131,7 +131,7 @@ mod tests {
     use super::*;
     use crate::control::specimen::{THRUST_LIMIT_N, airframe, lander, ring as ring_of};
     use crate::control::{Airframe, ControlError};
-    use crate::model::{RotorMount, Spin, Vehicle, VehicleOptions};
+    use crate::model::{Vehicle, VehicleOptions};
     use proptest::prelude::*;
 
     /// Longer than wide.

@@ -5,6 +5,7 @@
 //! |---|---|
 //! | `hil`, `home` | the simulator's messages read as a state, its truth; where home is |
 //! | `sensing` | its sensors as the estimator's, where one is flown on |
+//! | `beginning` | a simulator that comes, or starts over |
 //! | `step` | the control step, its answer, the telemetry that is due |
 //! | `reception` | each message to what it is for |
 //! | `commands` | COMMAND_LONG, COMMAND_INT, SET_MODE |
@@ -25,6 +26,7 @@
 //! (ODOMETRY, else HIL_STATE_QUATERNION) or the estimator's, as the setup says - and answers HIL_ACTUATOR_CONTROLS with the same stamp; then it sends what telemetry is due.
 //! If stamps run backwards the simulator has started over, and so does the autopilot.
 
+mod beginning;
 mod commands;
 mod files;
 mod health;
@@ -194,17 +196,6 @@ impl AutopilotSession {
         self.running.then_some(self.clock)
     }
 
-    /// A new connection to a simulator stands: drops what was meant for the old one, forgets the flight there, and greets anew.
-    /// A vehicle that was armed and flying is not what hangs under the new canopy.
-    pub fn simulator_connected(&mut self) {
-        self.out.retain(|transmit| transmit.link != Link::Simulator);
-        if self.running {
-            self.running = false;
-            self.start_over(0);
-        }
-        self.greet_simulator();
-    }
-
     /// What is known of the vehicle, however old: the truth, or the estimate.
     fn latest_state(&self) -> Option<VehicleState> {
         self.sensing.as_ref().map_or_else(|| self.hil.latest(), Sensing::latest)
@@ -219,25 +210,6 @@ impl AutopilotSession {
     fn restart_sensing(&mut self) {
         if let Some(sensing) = &mut self.sensing {
             sensing.begin_anew(self.parameters.gps_delay_us());
-        }
-    }
-
-    /// As PX4 does: a HEARTBEAT and a request for HIL_STATE_QUATERNION at 200 Hz; beyond PX4, one for ODOMETRY, the same
-    /// in float32.
-    fn greet_simulator(&mut self) {
-        let heartbeat = self.telemetry().message(id::HEARTBEAT);
-        if let Some(heartbeat) = heartbeat {
-            self.send(Link::Simulator, &heartbeat);
-        }
-        for (message_id, interval_us) in [(115.0, 5000.0), (331.0, 4000.0)] {
-            let request = COMMAND_LONG_DATA {
-                command: MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL,
-                param1: message_id,
-                param2: interval_us,
-                target_system: self.system_id,
-                ..COMMAND_LONG_DATA::DEFAULT
-            };
-            self.send(Link::Simulator, &MavMessage::COMMAND_LONG(request));
         }
     }
 
