@@ -88,12 +88,26 @@ pub struct ChoiceArgs {
     pub case: Option<String>,
 }
 
+impl ChoiceArgs {
+    /// Whether PX4 is to keep the gains that it has.
+    pub fn px4s_own_gains(&self) -> bool {
+        self.gains.as_deref() == Some(super::mission::PX4_DEFAULT)
+    }
+}
+
 /// What the reference autopilot flies by.
 #[derive(Args, Debug)]
 pub struct StateArgs {
     /// What the autopilot takes its state from.
     #[arg(long, value_enum, default_value_t = EstimatorChoice::Truth)]
     pub estimator: EstimatorChoice,
+}
+
+impl StateArgs {
+    /// Whether it is to have an estimator.
+    pub fn asked(&self) -> bool {
+        self.estimator != EstimatorChoice::Truth
+    }
 }
 
 /// Where the autopilot's state comes from.

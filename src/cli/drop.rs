@@ -19,6 +19,7 @@ pub mod verdict;
 use std::io::Write as _;
 
 use super::args::{AutopilotArg, SpeedArg};
+use super::belongs;
 use super::flight_files::write_flight;
 use super::narrative::Narrator;
 use super::outcome::{Answer, BadInput, Failure};
@@ -37,6 +38,7 @@ const OF_THE_FLIGHT: [&str; 5] = ["flight.csv", "drop.json", "drop.svg", "hil.tl
 
 /// `samara drop`.
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
+    belongs::check(&args.autopilot, &args.asked())?;
     if args.speed == SpeedArg::Max && (!args.link.links.is_empty() || args.net.sign_key.is_some()) {
         let text =
             "--link and --sign-key: --speed FACTOR is expected with them; at `max` no socket is opened";
@@ -64,7 +66,8 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
 /// # Errors
 /// [`Failure::BadInput`] when a file is missing or wrong, or the folder cannot be made.
 pub fn begin(args: &DropArgs) -> Result<(Pilot, Mission, Narrator, OutputFolder), Failure> {
-    let (pilot, mission) = Pilot::of(&args.autopilot, &args.mission.mission, &args.choice, &args.state)?;
+    let DropArgs { autopilot, choice, state, feed_forward, .. } = args;
+    let (pilot, mission) = Pilot::of(autopilot, &args.mission.mission, choice, state, *feed_forward)?;
     let narrator = Narrator::together(args.mission.json);
     narrator.say(&format!(
         "samara drop: {}, vehicle {}, gains {}{}\n",

@@ -59,7 +59,7 @@ pub fn mission_for_px4(
     path: &Path,
     choice: &ChoiceArgs,
 ) -> Result<(Mission, Option<ParameterFile>), Failure> {
-    let own = choice.gains.as_deref() == Some(PX4_DEFAULT);
+    let own = choice.px4s_own_gains();
     let others = ChoiceArgs { gains: choice.gains.clone().filter(|_| !own), params: None, ..choice.clone() };
     let mut mission = mission_with_a_drop(path, &others)?;
     if own {

@@ -5,6 +5,7 @@
 mod args;
 mod assess;
 mod autopilot;
+mod belongs;
 mod clock;
 mod drop;
 mod flight_files;

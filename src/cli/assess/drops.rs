@@ -11,6 +11,7 @@ use anyhow::Context;
 use super::AssessArgs;
 use crate::assess::{DropMeasure, RandomDrop};
 use crate::cli::args::{AutopilotArg, ChoiceArgs, EstimatorChoice};
+use crate::cli::belongs;
 use crate::cli::drop::{Flown, Pilot, tell_if_stopped, tell_verdict};
 use crate::cli::flight_files::write_flight;
 use crate::cli::narrative::Narrator;
@@ -45,7 +46,9 @@ struct Campaign<'a> {
 /// # Errors
 /// [`Failure::BadInput`] when PX4 is not there, the mission does not suit, or a file cannot be written.
 pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Result<Answer, Failure> {
-    let (pilot, mission) = Pilot::of(autopilot, &args.mission.mission, &args.choice, &args.state)?;
+    belongs::check(autopilot, &args.asked())?;
+    let AssessArgs { choice, state, feed_forward, .. } = args;
+    let (pilot, mission) = Pilot::of(autopilot, &args.mission.mission, choice, state, *feed_forward)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let timed = plan_mission(&mission, false)?;
     write_plan(&folder, &mission, &timed.plan)?;

@@ -10,7 +10,8 @@ use std::io::Write as _;
 use anyhow::anyhow;
 use clap::Args;
 
-use super::args::{AutopilotArg, ChoiceArgs, EstimatorChoice, MissionArgs, StateArgs};
+use super::args::{AutopilotArg, ChoiceArgs, MissionArgs, StateArgs};
+use super::belongs;
 use super::clock::Stopwatch;
 use super::interrupt;
 use super::mission::chosen_mission;
@@ -93,11 +94,22 @@ pub struct AssessArgs {
     #[arg(long, requires = "autopilot")]
     pub feed_forward: bool,
     /// With --autopilot: number of the first vehicle; those flown side by side have the next ones.
-    #[arg(long, value_name = "0..9", default_value_t = 0, value_parser = super::net::instance)]
+    #[arg(long, value_name = "0..9", default_value_t = 0, value_parser = super::net::instance, requires = "autopilot")]
     pub instance: u16,
     /// Threads to fly on [default: one for each core]; the results are the same.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
+}
+
+impl AssessArgs {
+    /// Options that not every autopilot has, and whether each is asked for.
+    fn asked(&self) -> [(&'static str, bool); 3] {
+        [
+            (belongs::ESTIMATOR, self.state.asked()),
+            (belongs::FEED_FORWARD, self.feed_forward),
+            (belongs::PX4_DEFAULT, self.choice.px4s_own_gains()),
+        ]
+    }
 }
 
 /// `samara assess`.
@@ -106,8 +118,9 @@ pub fn run(args: &AssessArgs) -> Result<Answer, Failure> {
     if let Some(autopilot) = &args.autopilot {
         return drops::run(args, autopilot, &stop);
     }
-    if args.state.estimator == EstimatorChoice::Ekf {
-        return Err(anyhow!("--estimator: --autopilot reference is expected with it")).bad_input();
+    // The study has no autopilot on a wire.
+    if let Some((option, _)) = args.asked().into_iter().find(|(_, asked)| *asked) {
+        return Err(anyhow!("{option}: --autopilot is expected with it")).bad_input();
     }
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
     if mission.tuning_cases.is_empty() {

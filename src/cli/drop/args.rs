@@ -8,6 +8,7 @@ use crate::cli::args::{
     AutopilotArg, ChoiceArgs, LinkArgs, MissionArgs, NetArgs, PlanningArgs, SpeedArg, StateArgs, autopilot,
     speed,
 };
+use crate::cli::belongs;
 use crate::cli::px4::Cpu;
 
 /// The help of `samara drop`.
@@ -84,6 +85,21 @@ pub struct DropArgs {
     /// Further endpoints, where --speed is a factor.
     #[command(flatten)]
     pub link: LinkArgs,
+}
+
+impl DropArgs {
+    /// Options that not every autopilot has, and whether each is asked for.
+    pub fn asked(&self) -> [(&'static str, bool); 7] {
+        [
+            (belongs::ESTIMATOR, self.state.asked()),
+            (belongs::LINK, !self.link.links.is_empty()),
+            (belongs::SIGN_KEY, self.net.sign_key.is_some()),
+            (belongs::SPEED, self.speed != SpeedArg::Max),
+            (belongs::CPU, self.cpu != Cpu::Auto),
+            (belongs::FEED_FORWARD, self.feed_forward),
+            (belongs::PX4_DEFAULT, self.choice.px4s_own_gains()),
+        ]
+    }
 }
 
 /// Which processor, from what was typed.

@@ -31,22 +31,18 @@ pub enum Pilot {
 }
 
 impl Pilot {
-    /// The pilot of `--autopilot`, which may have an estimator of its own, and the mission for it.
+    /// The pilot of `--autopilot` and the mission for it, which notes what decides the flight beside the files.
     ///
     /// # Errors
-    /// [`Failure::BadInput`] when there is no PX4 where it should be, it is told what to fly by, or a file is missing or wrong.
+    /// [`Failure::BadInput`] when there is no PX4 where it should be, or a file is missing or wrong.
     pub fn of(
         argument: &AutopilotArg,
         path: &Path,
         choice: &ChoiceArgs,
         state: &StateArgs,
+        feed_forward: bool,
     ) -> Result<(Self, Mission), Failure> {
-        if *argument != AutopilotArg::Reference && state.estimator == EstimatorChoice::Ekf {
-            let text =
-                "--estimator: --autopilot reference is expected with it; PX4 has an estimator of its own";
-            return Err(anyhow::anyhow!(text)).bad_input();
-        }
-        Ok(match argument {
+        let (pilot, mut mission) = match argument {
             AutopilotArg::Reference => {
                 let mut mission = mission_with_a_drop(path, choice)?;
                 note_estimator(&mut mission, state);
@@ -54,14 +50,20 @@ impl Pilot {
             }
             AutopilotArg::Px4(build) => {
                 let build = BuildFolder::open(build).bad_input()?;
-                let (mission, parameters) = mission_for_px4(path, choice)?;
+                let (mut mission, parameters) = mission_for_px4(path, choice)?;
+                mission.note_choice("autopilot", "px4");
                 (Self::Px4(build, parameters), mission)
             }
             AutopilotArg::Px4Model => {
-                let (mission, parameters) = mission_for_px4(path, choice)?;
+                let (mut mission, parameters) = mission_for_px4(path, choice)?;
+                mission.note_choice("autopilot", "px4-model");
                 (Self::Px4Model(parameters), mission)
             }
-        })
+        };
+        if feed_forward {
+            mission.note_choice("feed forward", "yes");
+        }
+        Ok((pilot, mission))
     }
 
     /// What is said of it at the start.
