@@ -243,6 +243,7 @@ fn reference_j_tpf_of_the_plan() {
 fn bad_verdict() -> Verdict {
     Verdict {
         j_tpf: 1.25,
+        decided_by: "speed",
         peak_speed_m_s: 15.0,
         peak_pitch_rad: -0.5,
         peak_pitch_rate_rad_s: 1.0,
@@ -261,20 +262,22 @@ fn bad_verdict() -> Verdict {
 fn regress_the_verdict_in_words() {
     let expected = "\
                                 value         limit
-J_TPF                          1.2500             1  EXCEEDED
+J_TPF                          1.2500             1  EXCEEDED, decided by speed
 peak speed                      15.00 m/s        12  EXCEEDED
 peak pitch                     -28.65 deg      +-45  ok
 peak pitch rate                 57.30 deg/s    +-90  ok
 peak vertical acceleration      -4.00 m/s^2     +-3  not judged
 altitude lost                  1234.6 m
-steady after                    never
+steady after                    never                NOT STEADY
 final velocity, NED  4.00 0.00 12.00 m/s
 ";
-    let found = verdict_text(&bad_verdict(), &DROP.mission.limits);
+    let found = verdict_text(&bad_verdict(), &DROP.mission.limits, true);
     let squeezed = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert_eq!(squeezed(&found), squeezed(expected), "{found}");
-    let rolled = Verdict { peak_roll_rad: -0.9, limits_passed: vec!["roll"], ..bad_verdict() };
-    let rolled = squeezed(&verdict_text(&rolled, &DROP.mission.limits));
+    let rolled =
+        Verdict { peak_roll_rad: -0.9, decided_by: "roll", limits_passed: vec!["roll"], ..bad_verdict() };
+    let rolled = squeezed(&verdict_text(&rolled, &DROP.mission.limits, false));
+    assert!(rolled.contains("EXCEEDED, decided by roll") && rolled.contains("after never final"), "{rolled}");
     assert!(
         rolled.contains("peak roll -51.57 deg +-45 EXCEEDED peak roll rate 0.00 deg/s +-90 ok"),
         "{rolled}"
@@ -293,13 +296,25 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
         real_time_factor: Some(120.0),
         ended_at_s: 45.0,
         completed: true,
+        plan_cut: false,
+        must_be_steady: true,
         trajectory: None,
         failsafe: true,
         events: vec![DropEvent { t_s: 10.5, text: "rotors free".to_owned() }],
     };
     let drop = parse(drop_json(mission, Some(&bad_verdict()), &run));
     assert_eq!((&drop["completed"], &drop["ended_at_s"]), (&true.into(), &45.0.into()));
-    assert!(drop["reason"].is_null());
+    assert_eq!((&drop["reason"], &drop["decided_by"]), (&"not steady".into(), &"speed".into()));
+    let steady = Verdict { steady_after_s: Some(7.0), ..bad_verdict() };
+    assert!(parse(drop_json(mission, Some(&steady), &run))["reason"].is_null());
+    let by_script = DropRun { must_be_steady: false, ..run.clone() };
+    assert!(parse(drop_json(mission, Some(&bad_verdict()), &by_script))["reason"].is_null());
+    let short = DropRun { plan_cut: true, ..run.clone() };
+    let short = parse(drop_json(mission, Some(&bad_verdict()), &short));
+    assert_eq!(
+        (&short["completed"], &short["reason"]),
+        (&false.into(), &"the mission's duration_s ended before the plan".into())
+    );
     let stopped = DropRun { ended_at_s: 12.0, completed: false, ..run.clone() };
     let cut = parse(drop_json(mission, Some(&bad_verdict()), &stopped));
     assert_eq!(

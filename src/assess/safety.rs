@@ -58,11 +58,29 @@ impl StateCost {
 
     /// J_state, (47). A cost that is not a number is infinite.
     pub fn max(&self) -> f64 {
-        let all = [self.speed, self.pitch, self.pitch_rate, self.roll, self.roll_rate];
+        let all = self.parts().map(|(_, cost)| cost);
         if all.iter().any(|c| c.is_nan()) {
             return f64::INFINITY;
         }
         all.into_iter().fold(0.0, f64::max)
+    }
+
+    /// The parts by name.
+    fn parts(&self) -> [(&'static str, f64); 5] {
+        [
+            ("speed", self.speed),
+            ("pitch", self.pitch),
+            ("pitch_rate", self.pitch_rate),
+            ("roll", self.roll),
+            ("roll_rate", self.roll_rate),
+        ]
+    }
+
+    /// Name of the largest part, the first of equals; [`NOT_FINITE`] for what is not a number.
+    pub fn decided_by(&self) -> &'static str {
+        let worst =
+            self.parts().into_iter().reduce(|worst, part| if part.1 > worst.1 { part } else { worst });
+        if self.max().is_finite() { worst.map_or("", |(name, _)| name) } else { NOT_FINITE }
     }
 
     /// Each part the larger of the two.
@@ -97,6 +115,8 @@ pub fn plan_j_tpf(plan: &Trajectory, limits: &SafetyLimits) -> f64 {
 pub struct Verdict {
     /// J_TPF, (51).
     pub j_tpf: f64,
+    /// Name of the quantity that J_TPF is the share of: "speed", "pitch", "pitch_rate", "roll", "roll_rate"; [`NOT_FINITE`].
+    pub decided_by: &'static str,
     /// Largest speed [m/s].
     pub peak_speed_m_s: f64,
     /// Largest pitch, either way, with its sign [rad].
@@ -122,6 +142,9 @@ pub struct Verdict {
     /// Fastest that it came to the ground, if it did [m/s].
     pub impact_speed_m_s: Option<f64>,
 }
+
+/// What decides J_TPF, and is passed, when a state was no number.
+pub const NOT_FINITE: &str = "state is not finite";
 
 /// Steady within this fraction of the commanded velocity.
 const STEADY_FRACTION: f64 = 0.01;
@@ -245,20 +268,12 @@ impl VerdictBuilder {
     /// The verdict; `None` when nothing was observed from the release on.
     pub fn finish(self) -> Option<Verdict> {
         let (last, first_down_m) = (self.last?, self.first_down_m?);
-        let parts = [
-            ("speed", self.peak.speed > 1.0),
-            ("pitch", self.peak.pitch > 1.0),
-            ("pitch_rate", self.peak.pitch_rate > 1.0),
-            ("roll", self.peak.roll > 1.0),
-            ("roll_rate", self.peak.roll_rate > 1.0),
-            ("state is not finite", self.infinite),
-            (
-                "impact",
-                self.impact_speed_m_s.zip(self.impact_limit_m_s).is_some_and(|(speed, limit)| speed > limit),
-            ),
-        ];
+        let impact = self.impact_speed_m_s.zip(self.impact_limit_m_s).is_some_and(|(v, limit)| v > limit);
+        let passed = self.peak.parts().map(|(name, cost)| (name, cost > 1.0));
+        let passed = passed.into_iter().chain([(NOT_FINITE, self.infinite), ("impact", impact)]);
         Some(Verdict {
             j_tpf: self.j_tpf(),
+            decided_by: if self.infinite { NOT_FINITE } else { self.peak.decided_by() },
             peak_speed_m_s: self.peak.speed * self.limits.speed_m_s,
             peak_pitch_rad: self.pitch_rad,
             peak_pitch_rate_rad_s: self.pitch_rate_rad_s,
@@ -267,7 +282,7 @@ impl VerdictBuilder {
             peak_vertical_acceleration_m_s2: self.vertical_acceleration_m_s2,
             altitude_lost_m: last.p_ned.z - first_down_m,
             steady_after_s: self.steady_since_s,
-            limits_passed: parts.iter().filter(|(_, passed)| *passed).map(|(name, _)| *name).collect(),
+            limits_passed: passed.filter(|(_, passed)| *passed).map(|(name, _)| name).collect(),
             final_v_ned: last.v_ned,
             impact_speed_m_s: self.impact_speed_m_s,
         })

@@ -1,5 +1,6 @@
 //! The options that several verbs share; those of one verb stand beside it.
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -80,7 +81,7 @@ pub struct ChoiceArgs {
     #[arg(long, value_name = "FILE", conflicts_with = "gains")]
     pub params: Option<PathBuf>,
     /// Seed of everything random, instead of the mission's.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(0..=u64::MAX))]
     pub seed: Option<u64>,
     /// Let the vehicle swing under its canopy so that it comes to t = 0 with the pitch and pitch rate of this release case of the
     /// mission (Table 3: case_0 to case_6).
@@ -144,6 +145,18 @@ pub fn autopilot(text: &str) -> Result<AutopilotArg, String> {
         Some(("px4", folder)) if !folder.is_empty() => Ok(AutopilotArg::Px4(folder.into())),
         _ => Err("`reference`, `px4-model`, or `px4=` and a build folder of PX4's simulation is expected"
             .to_owned()),
+    }
+}
+
+/// A whole number in a range.
+pub fn whole<N: TryFrom<u64>>(
+    range: RangeInclusive<u64>,
+) -> impl Fn(&str) -> Result<N, String> + Clone + Send + Sync + 'static {
+    move |text| {
+        let number = text.parse::<u64>().ok().filter(|n| range.contains(n));
+        number
+            .and_then(|n| N::try_from(n).ok())
+            .ok_or_else(|| format!("a whole number from {} to {} is expected", range.start(), range.end()))
     }
 }
 

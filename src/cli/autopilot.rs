@@ -10,7 +10,6 @@ use super::narrative::Narrator;
 use super::net::{Reporter, block_on, ports_of, system_of, wiring_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::OutputFolder;
-use super::recording::Recording;
 use super::sessions;
 use crate::config::Px4Clock;
 use crate::link::shell::{AfterSimulator, run_autopilot};
@@ -18,8 +17,8 @@ use crate::link::shell::{AfterSimulator, run_autopilot};
 /// The help of `samara autopilot`.
 pub const AUTOPILOT_HELP: &str = "\
 Connects to the simulator at TCP 4560 + instance and tries until it is there. Binds UDP 18570 + instance (ground stations, sends to
-14550) and 14580 + instance (companions and scripts, sends to 14540 + instance). Writes vehicle.tlog and flight.ulg
-(vehicle.2.tlog, flight.2.ulg, .. when the simulator starts over) and autopilot_manifest.json to the folder of --out.
+14550) and 14580 + instance (companions and scripts, sends to 14540 + instance). Writes vehicle.tlog (ground stations' link),
+companion.tlog (companions' link) and flight.ulg (vehicle.2.tlog, flight.2.ulg, .. when the simulator starts over) and autopilot_manifest.json to the folder of --out.
 
 Examples:
   samara autopilot
@@ -70,9 +69,9 @@ pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
     let ports = ports_of(&args.net)?;
     let wiring = wiring_of(&args.net, &args.link)?;
     let folder = OutputFolder::create(args.out.as_deref(), &mission.name)?;
-    let vehicle = Recording::new(&folder, "vehicle", &mission);
-    let mut reporter =
-        Reporter::new(Narrator::alone(false), &mission, None, Some(vehicle)).with_autopilot(&folder);
+    let mut reporter = Reporter::new(Narrator::alone(false), &mission)
+        .recording(&folder, &["vehicle", "companion"])
+        .with_autopilot(&folder);
     let session = sessions::autopilot(&mission, &args.choice, &args.state, system_of(&args.net)?, true)?;
     let after = if args.once { AfterSimulator::Return } else { AfterSimulator::Wait };
     block_on(|stop| run_autopilot(session, &ports, &wiring, after, &mut reporter, stop))?.bad_input()?;

@@ -17,11 +17,27 @@ const MODEL: &str = "px4-model";
 
 const TABLE: [Belongs; 7] = [
     Belongs { option: ESTIMATOR, to: &[REFERENCE], why: "PX4 has an estimator of its own" },
-    Belongs { option: LINK, to: &[REFERENCE], why: "PX4's links are its own, and the model flies without a wire" },
+    Belongs {
+        option: LINK,
+        to: &[REFERENCE],
+        why: "PX4's links are its own, and the model flies without a wire",
+    },
     Belongs { option: SIGN_KEY, to: &[REFERENCE], why: "PX4's frames go unsigned, and the model sends none" },
-    Belongs { option: SPEED, to: &[REFERENCE, PX4], why: "the model flies without a wire, as fast as it goes" },
-    Belongs { option: CPU, to: &[PX4], why: "no other takes turns with the simulator in a process of its own" },
-    Belongs { option: FEED_FORWARD, to: &[PX4, MODEL], why: "the reference autopilot is sent velocities alone" },
+    Belongs {
+        option: SPEED,
+        to: &[REFERENCE, PX4],
+        why: "the model flies without a wire, as fast as it goes",
+    },
+    Belongs {
+        option: CPU,
+        to: &[PX4],
+        why: "no other takes turns with the simulator in a process of its own",
+    },
+    Belongs {
+        option: FEED_FORWARD,
+        to: &[PX4, MODEL],
+        why: "the reference autopilot is sent velocities alone",
+    },
     Belongs { option: PX4_DEFAULT, to: &[PX4, MODEL], why: "they are PX4's own" },
 ];
 

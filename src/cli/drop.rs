@@ -28,13 +28,16 @@ use crate::assess::{Verdict, plan_j_tpf};
 use crate::config::Mission;
 use crate::report::{DropRun, FlownTrajectory, drop_json};
 pub use args::{DROP_HELP, DropArgs};
+pub use flight::{Wires, fly as fly_reference};
 pub use pilot::{Flown, Pilot};
-use planned::{Planned, plan_or_keep};
-use verdict::{answer_of, drop_run, judge, never_released, tell_failsafe};
-pub use verdict::{tell_if_stopped, tell_verdict};
+pub use planned::Planned;
+use planned::plan_or_keep;
+use verdict::{answer_of, drop_run, judge, never_released, tell_failsafe, tell_if_cut, tell_verdict};
+pub use verdict::{cuts_the_plan, tell_if_stopped};
 
 /// Files of the flight.
-const OF_THE_FLIGHT: [&str; 5] = ["flight.csv", "drop.json", "drop.svg", "hil.tlog", "vehicle.tlog"];
+const OF_THE_FLIGHT: [&str; 7] =
+    ["flight.csv", "drop.json", "drop.svg", "hil.tlog", "vehicle.tlog", "companion.tlog", "flight.ulg"];
 
 /// `samara drop`.
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
@@ -54,7 +57,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
         return Ok(Answer::No);
     };
     let flown = pilot.fly(args, &mission, &planned.trajectory, &folder, &narrator)?;
-    let concluded = conclude(args, &mission, &planned, &flown, &folder, &narrator)?;
+    let concluded = conclude(&mission, &planned, &flown, &circumstances(args), &folder, &narrator)?;
     if args.mission.json {
         print(&concluded.json)?;
     }
@@ -102,17 +105,19 @@ pub struct Concluded {
     pub answer: Answer,
     /// The object of `--json`.
     pub json: String,
+    /// That of `drop.json`, which tells no durations.
+    pub file: String,
 }
 
-/// Judges a drop, writes its files and tells of it.
+/// Judges a drop, writes its files and tells of it. `circumstances` are for the manifest.
 ///
 /// # Errors
 /// [`Failure`] when a file cannot be written.
 pub fn conclude(
-    args: &DropArgs,
     mission: &Mission,
     planned: &Planned,
     flown: &Flown,
+    circumstances: &[(&str, String)],
     folder: &OutputFolder,
     narrator: &Narrator,
 ) -> Result<Concluded, Failure> {
@@ -129,15 +134,18 @@ pub fn conclude(
         trajectory: Some(FlownTrajectory { source: planned.source, sha256 }),
         ended_at_s: flown.log.last().map_or(0.0, |sample| sample.t_s),
         completed: !stopped,
+        plan_cut: verdict.is_some() && cuts_the_plan(&flown.log, planned.trajectory.end_s()),
+        must_be_steady: true,
         plan_j_tpf: Some(plan_j_tpf(&planned.trajectory, &mission.limits)),
         ..drop_run(&flown.record)
     };
     let text = drop_json(mission, verdict.as_ref(), &run);
     folder.write("drop.json", |out| out.write_all(text.as_bytes()))?;
-    folder.write_manifest("drop", mission, &circumstances(args))?;
+    folder.write_manifest("drop", mission, circumstances)?;
     match &verdict {
         Some(verdict) => {
-            tell_verdict(narrator, mission, verdict, &flown.log, folder)?;
+            tell_if_cut(narrator, mission, &run)?;
+            tell_verdict(narrator, mission, verdict, &flown.log, &run, folder)?;
             narrator.say(&format!("flown at {:.0} times real time\n", flown.real_time_factor))?;
         }
         None => never_released(narrator, mission, stopped)?,
@@ -146,7 +154,7 @@ pub fn conclude(
     let run =
         DropRun { plan_solve_ms: planned.solve_ms, real_time_factor: Some(flown.real_time_factor), ..run };
     let json = drop_json(mission, verdict.as_ref(), &run);
-    let answer = answer_of(verdict.as_ref(), stopped, &flown.record);
+    let answer = answer_of(verdict.as_ref(), &run);
     let answer = if flown.trouble.is_some() { Answer::No } else { answer };
-    Ok(Concluded { verdict, answer, json })
+    Ok(Concluded { verdict, answer, json, file: text })
 }

@@ -1,6 +1,15 @@
-//! The long helps, flowed to the terminal's width: in the sources their paragraphs are broken where the source is.
+//! What is done to the command line as a whole: the long helps are flowed to the terminal's width (in the sources their paragraphs are
+//! broken where the source is), and a value may be negative, so that the option itself says what it expects.
 
 use clap::Command;
+
+/// The command, its options and those of its verbs taking `-5` for a value, not for an option that there is not.
+pub fn with_negative_values(command: Command) -> Command {
+    let values = |arg: &clap::Arg| !arg.is_positional() && arg.get_action().takes_values();
+    command
+        .mut_args(|arg| if values(&arg) { arg.allow_negative_numbers(true) } else { arg })
+        .mut_subcommands(with_negative_values)
+}
 
 /// The command with its own and its verbs' long helps flowed.
 pub fn flowed(command: Command) -> Command {

@@ -39,7 +39,7 @@ use verbs::Verb;
 
 /// Parses the command line and runs the verb.
 pub fn run() -> ExitCode {
-    let typed = help::flowed(Cli::command()).get_matches();
+    let typed = help::with_negative_values(help::flowed(Cli::command())).get_matches();
     let cli = match Cli::from_arg_matches(&typed) {
         Ok(cli) => cli,
         Err(e) => e.exit(),

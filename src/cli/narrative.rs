@@ -108,7 +108,7 @@ impl Narrator {
         }
     }
 
-    /// When steady flight was reached.
+    /// When steady flight was reached: what is known at the end only, and no line of the timeline.
     /// `powered_from_s` is the time at which the rotors were freed.
     pub fn steady(
         &self,
@@ -123,7 +123,10 @@ impl Narrator {
         match verdict.steady_after_s {
             Some(t) => {
                 let since = powered_from_s.unwrap_or(0.0);
-                self.at(since + t, &format!("steady after {t:.2} s: within {within} of {target} to the end"))
+                let at_s = since + t;
+                self.say(&format!(
+                    "steady after {t:.2} s, from {at_s:.3} s to the end: within {within} of {target}\n"
+                ))
             }
             None if verdict.impact_speed_m_s.is_some() => {
                 self.say(&format!("on the ground, and not steady within {within} of {target} before\n"))

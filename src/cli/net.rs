@@ -113,22 +113,22 @@ pub fn block_on<F: Future>(
 pub struct Reporter<'a> {
     narrator: Narrator,
     mission: &'a Mission,
-    hil: Option<Recording>,
-    vehicle: Option<Recording>,
+    recordings: Vec<Recording>,
     flights: Option<FlightLogs>,
     failed: Option<std::io::Error>,
     parameters: Option<OutputFolder>,
 }
 
 impl<'a> Reporter<'a> {
-    /// A reporter with the logs that it shall write: simulator's link, and all others.
-    pub fn new(
-        narrator: Narrator,
-        mission: &'a Mission,
-        hil: Option<Recording>,
-        vehicle: Option<Recording>,
-    ) -> Self {
-        Self { narrator, mission, hil, vehicle, flights: None, failed: None, parameters: None }
+    /// A reporter that writes nothing.
+    pub fn new(narrator: Narrator, mission: &'a Mission) -> Self {
+        Self { narrator, mission, recordings: Vec::new(), flights: None, failed: None, parameters: None }
+    }
+
+    /// Records links to the folder: some of [`TLOGS`](super::recording::TLOGS).
+    pub fn recording(self, folder: &OutputFolder, stems: &[&'static str]) -> Self {
+        let recordings = stems.iter().map(|stem| Recording::new(folder, stem, self.mission)).collect();
+        Self { recordings, ..self }
     }
 
     /// For one who runs the autopilot too: its flight logs go to the folder, and its parameters when a ground station asks for
@@ -146,7 +146,7 @@ impl<'a> Reporter<'a> {
         if let Some(error) = self.failed {
             return Err(anyhow::Error::from(error).context("cannot write the .tlog or .ulg")).bad_input();
         }
-        for recording in [self.hil, self.vehicle].into_iter().flatten() {
+        for recording in self.recordings {
             recording.finish().context("cannot write the .tlog").bad_input()?;
         }
         if let Some(flights) = self.flights {
@@ -184,14 +184,14 @@ impl Observer for Reporter<'_> {
     }
 
     fn frame(&mut self, now: TimeUs, link: Link, bytes: &[u8]) {
-        let recording = if link == Link::Simulator { &mut self.hil } else { &mut self.vehicle };
-        match recording.as_mut().map(|recording| recording.write(now, bytes)) {
-            None | Some(Ok(None)) => {}
-            Some(Ok(Some(name))) => {
+        let Some(i) = self.recordings.iter().position(|recording| recording.records(link)) else { return };
+        match self.recordings[i].write(now, bytes) {
+            Ok(None) => {}
+            Ok(Some(name)) => {
                 _ = self.narrator.say(&format!("simulated time has started over: recording to {name}\n"));
             }
-            Some(Err(error)) => {
-                *recording = None;
+            Err(error) => {
+                self.recordings.remove(i);
                 self.failed.get_or_insert(error);
             }
         }

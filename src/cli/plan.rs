@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use anyhow::Context;
 use clap::Args;
 
-use super::args::{MissionArgs, PlanningArgs, positive};
+use super::args::{MissionArgs, PlanningArgs, positive, whole};
 use super::clock::Stopwatch;
 use super::mission::stamp_of;
 use super::outcome::{Answer, BadInput, Failure};
@@ -37,7 +37,7 @@ pub struct PlanArgs {
     #[command(flatten)]
     pub mission: MissionArgs,
     /// Number of collocation nodes, instead of the mission's.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=10_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(3..=10_000))]
     pub nodes: Option<u32>,
     /// What the input cost is measured from, instead of the mission's choice.
     #[arg(long, value_enum)]
@@ -50,7 +50,7 @@ pub struct PlanArgs {
     #[arg(long, default_value_t = 1e-8, value_parser = tolerance)]
     pub tolerance: f64,
     /// Budget of iterations; the best point found is returned when it is used up.
-    #[arg(long, default_value_t = 300)]
+    #[arg(long, value_name = "N", default_value_t = 300, value_parser = whole::<u32>(0..=u64::from(u32::MAX)))]
     pub max_iterations: u32,
     /// Budget of time [s]; the best point found is returned when it is used up.
     #[arg(long, value_name = "S", value_parser = positive)]
@@ -96,8 +96,15 @@ pub fn plan_mission(mission: &Mission, verbose: bool) -> Result<TimedPlan, Failu
         }
         ControlFlow::Continue(())
     })
+    .with_context(|| posed_by(mission))
     .bad_input()?;
     Ok(TimedPlan { plan, solve_ms: watch.ms() })
+}
+
+/// What a problem that has no solution is made of.
+fn posed_by(mission: &Mission) -> String {
+    let v = mission.target_v_ned;
+    format!("{} to target_v_ned_m_s [{} {} {}]", mission.vehicle_file.display(), v.x, v.y, v.z)
 }
 
 /// `samara plan`.
@@ -121,6 +128,7 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
             _ => ControlFlow::Continue(()),
         }
     })
+    .with_context(|| posed_by(&mission))
     .bad_input()?;
     let solve_ms = watch.ms();
     write_plan(&folder, &mission, &plan)?;

@@ -9,7 +9,21 @@ use std::io;
 
 use super::output::{LateFile, OutputFolder};
 use crate::config::Mission;
-use crate::link::{FlightLog, LogEntry, TimeUs, Tlog};
+use crate::link::{FlightLog, Link, LogEntry, TimeUs, Tlog};
+
+/// The links' recordings by the stem of their files: those of the simulator, of ground stations, and of companions, where the streamer
+/// and the parachute speak. Frames are numbered by link: in one file the numbers of two would seem to have gaps.
+pub const TLOGS: [&str; 3] = ["hil", "vehicle", "companion"];
+
+/// The stem of the file that a link is recorded to.
+fn stem_of(link: Link) -> &'static str {
+    let [hil, vehicle, companion] = TLOGS;
+    match link {
+        Link::Simulator => hil,
+        Link::GroundStation => vehicle,
+        Link::Api | Link::Parachute => companion,
+    }
+}
 
 /// Writes frames as they come; a file is made with its first frame.
 pub struct Recording {
@@ -27,6 +41,11 @@ impl Recording {
         let epoch_unix_us = mission.epoch_unix_us;
         let tlog = Tlog::new(folder.late(&name(stem, "tlog", 1)), epoch_unix_us);
         Self { folder: folder.clone(), stem, epoch_unix_us, flights: 1, last: None, tlog }
+    }
+
+    /// Whether the frames of a link go here.
+    pub fn records(&self, link: Link) -> bool {
+        self.stem == stem_of(link)
     }
 
     /// Writes a frame; the name of the new file, if time has started over and one has been begun.

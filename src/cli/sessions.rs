@@ -1,5 +1,7 @@
 //! The parties of a drop, built from a mission.
 
+use anyhow::Context as _;
+
 use super::args::{ChoiceArgs, EstimatorChoice, StateArgs};
 use super::outcome::{BadInput, Failure};
 use super::output::tell;
@@ -52,7 +54,9 @@ pub fn autopilot(
     system_id: u8,
     keeps_parameters: bool,
 ) -> Result<AutopilotSession, Failure> {
-    let airframe = Airframe::new(&mission.vehicle, &mission.environment).bad_input()?;
+    let airframe = Airframe::new(&mission.vehicle, &mission.environment)
+        .with_context(|| mission.vehicle_file.display().to_string())
+        .bad_input()?;
     let mut session = AutopilotSession::new(AutopilotSetup {
         system_id,
         cascade: Cascade::new(airframe, mission.gains, mission.control_limits),

@@ -12,7 +12,6 @@ use super::narrative::Narrator;
 use super::net::{Reporter, block_on, key_of, ports_of, speed_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
-use super::recording::Recording;
 use super::sessions;
 use crate::link::shell::run_simulator;
 use crate::report::{DropRun, drop_json};
@@ -26,7 +25,8 @@ autopilot is replaced in flight, the new flight is recorded to hil.2.tlog.
 JSON (--json): the object of `samara drop --json`; trajectory and plan_j_tpf are null, since the simulator does not know the plan.
 What happens meanwhile is told on stderr.
 
-Exit code 1 when a limit was passed, a failsafe flew, the vehicle was never released or the mission was stopped (Ctrl-C) before its end.
+Exit code 1 when a limit was passed, a failsafe flew, the vehicle was never released, a drop never became steady at the target (one that came to
+the ground need not) or the mission was stopped (Ctrl-C) before its end.
 
 Examples:
   samara sim
@@ -57,8 +57,7 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let key = key_of(&args.net)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let narrator = Narrator::alone(args.mission.json);
-    let hil = Recording::new(&folder, "hil", &mission);
-    let mut reporter = Reporter::new(narrator, &mission, Some(hil), None);
+    let mut reporter = Reporter::new(narrator, &mission).recording(&folder, &["hil"]);
     let froude = sessions::froude(&mission);
     if let Some(froude) = froude {
         narrator.say(&format!(
@@ -78,8 +77,14 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
         write_flight(&folder, &mission, &log, None, verdict.as_ref())?;
     }
     let stopped = tell_if_stopped(&narrator, &mission, &log)?;
-    let run =
-        DropRun { ended_at_s: log.last().map_or(0.0, |s| s.t_s), completed: !stopped, ..drop_run(&record) };
+    // Where the flight goes is the script's affair once it has come to the ground; a plan is not known here.
+    let landed = verdict.as_ref().is_some_and(|v| v.impact_speed_m_s.is_some());
+    let run = DropRun {
+        ended_at_s: log.last().map_or(0.0, |s| s.t_s),
+        completed: !stopped,
+        must_be_steady: !mission.starts_on_ground() && !landed,
+        ..drop_run(&record)
+    };
     let text = drop_json(&mission, verdict.as_ref(), &run);
     if !log.is_empty() {
         folder.write("drop.json", |out| std::io::Write::write_all(out, text.as_bytes()))?;
@@ -87,12 +92,12 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
         folder.write_manifest("sim", &mission, &circumstances)?;
     }
     match &verdict {
-        Some(verdict) => tell_verdict(&narrator, &mission, verdict, &log, &folder)?,
+        Some(verdict) => tell_verdict(&narrator, &mission, verdict, &log, &run, &folder)?,
         None => never_released(&narrator, &mission, stopped)?,
     }
     tell_failsafe(&narrator, &record)?;
     if args.mission.json {
         print(&text)?;
     }
-    Ok(answer_of(verdict.as_ref(), stopped, &record))
+    Ok(answer_of(verdict.as_ref(), &run))
 }

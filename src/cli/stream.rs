@@ -81,7 +81,7 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
         ..StreamerChoice::default()
     };
     let session = sessions::streamer(&mission, trajectory, system_of(&args.net)?, choice);
-    let mut reporter = Reporter::new(narrator, &mission, None, None);
+    let mut reporter = Reporter::new(narrator, &mission);
     let session = block_on(|stop| run_streamer(session, &ports, key, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
     Ok(match session.state() {

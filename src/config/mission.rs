@@ -1,5 +1,6 @@
 //! A mission, checked, with the model objects that it describes.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
@@ -39,6 +40,8 @@ pub struct Mission {
     pub name: String,
     /// Name of the vehicle.
     pub vehicle_name: String,
+    /// Its file.
+    pub vehicle_file: PathBuf,
     /// The vehicle.
     pub vehicle: Arc<Vehicle>,
     /// Gravity, air and place.

@@ -26,6 +26,25 @@ impl GainsShelf {
         Self { directory: gains_file.parent().map(Path::to_owned).unwrap_or_default(), hash_without_gains }
     }
 
+    /// Adds to a file that is not on the shelf the names of those that are.
+    fn with_known(&self, error: ConfigError) -> ConfigError {
+        let ConfigError::Read { role, path, named_in, reason } = error else { return error };
+        let known = self.names().filter(|_| path.parent() == Some(&self.directory));
+        let reason =
+            known.map_or(reason.clone(), |names| format!("{reason}; expected one of {names}, or a file"));
+        ConfigError::Read { role, path, named_in, reason }
+    }
+
+    /// The names on the shelf, in order, if there are any.
+    fn names(&self) -> Option<String> {
+        let files = std::fs::read_dir(&self.directory).ok()?.filter_map(|entry| Some(entry.ok()?.path()));
+        let gains = files.filter(|path| path.extension().is_some_and(|e| e == "json"));
+        let mut names: Vec<String> =
+            gains.filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned())).collect();
+        names.sort();
+        (!names.is_empty()).then(|| names.join(", "))
+    }
+
     /// Reads a gains file; with it, the hash of all inputs.
     pub(super) fn take(
         &self,
@@ -46,7 +65,8 @@ impl Mission {
     /// [`ConfigError`] when the file cannot be read or does not hold gains; the mission is unchanged then.
     pub fn use_gains(&mut self, name_or_path: &str) -> Result<(), ConfigError> {
         let path = gains_path(name_or_path, &self.gains_shelf.directory);
-        let (gains, input_hash) = self.gains_shelf.take(&path, None)?;
+        let (gains, input_hash) =
+            self.gains_shelf.take(&path, None).map_err(|e| self.gains_shelf.with_known(e))?;
         self.gains = gains.gains;
         self.gains_name = gains.name;
         self.input_hash = input_hash;

@@ -51,6 +51,7 @@ fn build(
     Ok(Mission {
         name: json.name.0.clone(),
         vehicle_name: vehicle.name,
+        vehicle_file: source.resolve(&json.vehicle),
         vehicle: Arc::new(vehicle.vehicle),
         sensors: mission_sensors::sensors(source, json, &environment)?,
         px4_clock: parts::px4_clock(source, json)?,
@@ -108,7 +109,7 @@ fn build(
             length_m: json.monte_carlo.length_m.get(),
             wind_sigma_m_s: json.monte_carlo.wind_sigma_m_s.map_or(0.0, |s| s.get()),
         },
-        seed: json.seed,
+        seed: json.seed.get() as u64,
         input_hash,
         choices: Vec::new(),
         gains_shelf,

@@ -24,7 +24,8 @@ pub(super) struct MissionJson {
     /// Gains file.
     pub(super) gains: String,
     /// Seed of everything random.
-    pub(super) seed: u64,
+    #[schemars(with = "u64")]
+    pub(super) seed: Count<0, { u64::MAX }>,
     /// Time of the simulation's start for stamps in logs [us since 1970-01-01 UTC].
     pub(super) epoch_unix_us: Count<0, 4_102_444_800_000_000>,
     /// How long the simulation runs, from the start of the hang [s].

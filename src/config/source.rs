@@ -44,6 +44,8 @@ impl Source {
         let text = String::from_utf8(bytes).map_err(|e| {
             refuse(format!("it is not text: byte {} is not UTF-8", e.utf8_error().valid_up_to() + 1))
         })?;
+        // A mark of the byte order, which some editors put in front, is no part of the text.
+        let text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
         Ok(Self { file: path.to_owned(), text })
     }
 
@@ -54,6 +56,10 @@ impl Source {
 
     /// The document as a `T`; unknown and repeated keys are refused by `T`, text after the document here.
     pub(super) fn parse<T: DeserializeOwned>(&self) -> Result<T, ConfigError> {
+        if self.text.trim().is_empty() {
+            let message = "the file is empty; a JSON object is expected".to_owned();
+            return Err(self.error(0, String::new(), message));
+        }
         let mut json = serde_json::Deserializer::from_str(&self.text);
         let mut track = serde_path_to_error::Track::new();
         let value = T::deserialize(serde_path_to_error::Deserializer::new(&mut json, &mut track));
@@ -76,6 +82,11 @@ impl Source {
         let full = error.to_string();
         let suffix = format!(" at line {} column {}", error.line(), error.column());
         let mut message = full.strip_suffix(&suffix).unwrap_or(&full).to_owned();
+        // An object by the name that it has in the code; a list in its place is read as one of too few or too many entries.
+        if let Some((found, _)) = message.split_once(", expected struct ") {
+            let found = if found.starts_with("invalid length") { "invalid type: a list" } else { found };
+            message = format!("{found}, expected an object");
+        }
         // serde's derive reports a repeated key for the object that holds it; the key comes second where it stands now.
         let repeated = message.strip_prefix("duplicate field `").and_then(|m| m.split('`').next());
         let path = match repeated {

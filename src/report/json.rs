@@ -26,6 +26,7 @@ struct DropObject<'a> {
     ended_at_s: f64,
     reason: Option<&'static str>,
     j_tpf: Option<f64>,
+    decided_by: Option<&'a str>,
     peak_speed_m_s: Option<f64>,
     peak_pitch_deg: Option<f64>,
     peak_pitch_rate_deg_s: Option<f64>,
@@ -74,6 +75,10 @@ pub struct DropRun {
     pub ended_at_s: f64,
     /// Whether the flight went on to the mission's end.
     pub completed: bool,
+    /// Whether the mission ended before the plan that was flown.
+    pub plan_cut: bool,
+    /// Whether steady flight at the target was to be reached.
+    pub must_be_steady: bool,
     /// Whether a failsafe of the autopilot flew part of the manoeuvre.
     pub failsafe: bool,
     /// What happened, in its order.
@@ -87,14 +92,21 @@ pub struct DropRun {
 }
 
 impl DropRun {
-    /// Why there is no verdict, or none of the whole mission.
-    fn reason(&self, judged: bool) -> Option<&'static str> {
-        match (judged, self.completed) {
-            (true, true) => None,
-            (true, false) => Some("stopped before the mission's end"),
-            (false, true) => Some("the vehicle was never released"),
-            (false, false) => Some("stopped before the release"),
+    /// Why there is no verdict, or none of the whole manoeuvre, or why that was no transition to steady flight.
+    pub fn reason(&self, verdict: Option<&Verdict>) -> Option<&'static str> {
+        match (verdict, self.completed) {
+            (Some(_), false) => Some("stopped before the mission's end"),
+            (None, true) => Some("the vehicle was never released"),
+            (None, false) => Some("stopped before the release"),
+            (Some(_), true) if self.plan_cut => Some("the mission's duration_s ended before the plan"),
+            (Some(verdict), true) if self.misses_steady_flight(verdict) => Some("not steady"),
+            (Some(_), true) => None,
         }
+    }
+
+    /// Whether a flight to the end should have become steady and did not.
+    pub fn misses_steady_flight(&self, verdict: &Verdict) -> bool {
+        self.must_be_steady && self.completed && !self.plan_cut && verdict.steady_after_s.is_none()
     }
 }
 
@@ -109,10 +121,11 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         input_hash: &mission.input_hash,
         gains: &mission.gains_name,
         trajectory: run.trajectory.as_ref(),
-        completed: run.completed,
+        completed: run.completed && !run.plan_cut,
         ended_at_s: run.ended_at_s,
-        reason: run.reason(verdict.is_some()),
+        reason: run.reason(verdict),
         j_tpf: told(|v| v.j_tpf),
+        decided_by: verdict.map(|v| v.decided_by),
         peak_speed_m_s: told(|v| v.peak_speed_m_s),
         peak_pitch_deg: told(|v| v.peak_pitch_rad.abs() * DEG_PER_RAD),
         peak_pitch_rate_deg_s: told(|v| v.peak_pitch_rate_rad_s.abs() * DEG_PER_RAD),

@@ -11,20 +11,27 @@ struct Line {
     value: String,
     unit: &'static str,
     limit: String,
-    mark: &'static str,
+    mark: String,
 }
 
-/// The verdict as an aligned table: quantity, value, limit, and whether the limit held. Ends with a line's end.
-pub fn verdict_text(verdict: &Verdict, limits: &SafetyLimits) -> String {
+/// The verdict as an aligned table: quantity, value, limit, and whether the limit held; J_TPF with the quantity that decides it, and
+/// steady flight marked if it was to be reached and was not. Ends with a line's end.
+pub fn verdict_text(verdict: &Verdict, limits: &SafetyLimits, misses_steady_flight: bool) -> String {
     let passed = |name: &str| verdict.limits_passed.contains(&name);
     let judged = |quantity, name, value: f64, digits, unit, limit: String| Line {
         quantity,
         value: fixed(value, digits),
         unit,
         limit,
-        mark: if passed(name) { "EXCEEDED" } else { "ok" },
+        mark: if passed(name) { "EXCEEDED" } else { "ok" }.to_owned(),
     };
-    let told = |quantity, value: String, unit| Line { quantity, value, unit, limit: String::new(), mark: "" };
+    let told = |quantity, value: String, unit| Line {
+        quantity,
+        value,
+        unit,
+        limit: String::new(),
+        mark: String::new(),
+    };
     let speed = short(limits.speed_m_s);
     let pitch = format!("+-{}", short(limits.pitch_rad * DEG_PER_RAD));
     let rate = format!("+-{}", short(limits.pitch_rate_rad_s * DEG_PER_RAD));
@@ -34,8 +41,9 @@ pub fn verdict_text(verdict: &Verdict, limits: &SafetyLimits) -> String {
     let velocity = format!("{} {} {}", fixed(v.x, 2), fixed(v.y, 2), fixed(v.z, 2));
     let mut j_tpf = judged("J_TPF", "", verdict.j_tpf, 4, "", "1".to_owned());
     if verdict.limits_passed.iter().any(|&name| name != "impact") || !(verdict.j_tpf <= 1.0) {
-        j_tpf.mark = "EXCEEDED";
+        j_tpf.mark = "EXCEEDED".to_owned();
     }
+    j_tpf.mark += &format!(", decided by {}", verdict.decided_by.replace('_', " "));
     let (theta, q) = (verdict.peak_pitch_rad * DEG_PER_RAD, verdict.peak_pitch_rate_rad_s * DEG_PER_RAD);
     let (phi, p) = (verdict.peak_roll_rad * DEG_PER_RAD, verdict.peak_roll_rate_rad_s * DEG_PER_RAD);
     let mut lines = vec![
@@ -51,7 +59,7 @@ pub fn verdict_text(verdict: &Verdict, limits: &SafetyLimits) -> String {
     }
     lines.extend([
         Line {
-            mark: "not judged",
+            mark: "not judged".to_owned(),
             ..judged(
                 "peak vertical acceleration",
                 "",
@@ -62,7 +70,10 @@ pub fn verdict_text(verdict: &Verdict, limits: &SafetyLimits) -> String {
             )
         },
         told("altitude lost", fixed(verdict.altitude_lost_m, 1), "m"),
-        told("steady after", steady, if verdict.steady_after_s.is_some() { "s" } else { "" }),
+        Line {
+            mark: if misses_steady_flight { "NOT STEADY" } else { "" }.to_owned(),
+            ..told("steady after", steady, if verdict.steady_after_s.is_some() { "s" } else { "" })
+        },
         told("final velocity, NED", velocity, "m/s"),
     ]);
     if let Some(speed) = verdict.impact_speed_m_s {

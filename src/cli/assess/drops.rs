@@ -10,24 +10,23 @@ use anyhow::Context;
 
 use super::AssessArgs;
 use crate::assess::{DropMeasure, RandomDrop};
-use crate::cli::args::{AutopilotArg, ChoiceArgs, EstimatorChoice};
+use crate::cli::args::{AutopilotArg, EstimatorChoice, LinkArgs, NetArgs, SpeedArg};
 use crate::cli::belongs;
-use crate::cli::drop::{Flown, Pilot, tell_if_stopped, tell_verdict};
-use crate::cli::flight_files::write_flight;
+use crate::cli::drop::{
+    Flown, Pilot, Planned, Wires, conclude, cuts_the_plan, fly_reference, tell_if_stopped,
+};
 use crate::cli::narrative::Narrator;
 use crate::cli::outcome::{Answer, BadInput, Failure};
 use crate::cli::output::{OutputFolder, print, tell};
 use crate::cli::plan::{plan_mission, write_plan};
+use crate::cli::px4;
 use crate::cli::px4::flight::Px4Drop;
-use crate::cli::{px4, sessions};
 use crate::config::Mission;
-use crate::link::Lockstep;
+use crate::link::shell::Speed;
 use crate::link::shell::ports::MAX_INSTANCE;
-use crate::link::shell::{Speed, system_of_instance};
 use crate::plan::Status;
 use crate::report::drops::{DropTally, DropTrial, drops_json, drops_text, header, row};
 use crate::report::plan_text;
-use crate::trajectory::Trajectory;
 
 /// Drops flown side by side unless it is said otherwise: each is a PX4 and a simulator that wait for each other.
 const SIDE_BY_SIDE: u16 = 2;
@@ -37,7 +36,7 @@ struct Campaign<'a> {
     args: &'a AssessArgs,
     pilot: Pilot,
     mission: Mission,
-    plan: Trajectory,
+    planned: Planned,
     folder: &'a std::path::Path,
 }
 
@@ -56,10 +55,10 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
         tell(&format!("no plan to fly: {}", plan_text(&timed.plan, &mission.limits, None)));
         return Ok(Answer::No);
     }
-    let plan = timed.plan.trajectory;
-    let campaign = Campaign { args, pilot, mission, plan, folder: folder.path() };
+    let planned = Planned { trajectory: timed.plan.trajectory, source: "planned", solve_ms: None };
+    let campaign = Campaign { args, pilot, mission, planned, folder: folder.path() };
     match args.only {
-        Some(trial) => campaign.only(trial),
+        Some(trial) => campaign.only(trial, stop),
         None => campaign.fly_all(&folder, stop),
     }
 }
@@ -80,17 +79,13 @@ impl Campaign<'_> {
     }
 
     /// One trial, told as `samara drop` tells it, all files kept.
-    fn only(&self, trial: u64) -> Result<Answer, Failure> {
+    fn only(&self, trial: u64, stop: &AtomicBool) -> Result<Answer, Failure> {
         let drawn = self.mission.draw_drop(trial);
         let folder = self.kept(trial)?;
         let narrator = Narrator::together(self.args.mission.json);
         let mission = self.mission.with_drop(&drawn);
-        let (trial, flown) = self.fly(&drawn, &mission, self.args.instance, &folder, &narrator)?;
-        let verdict = trial.outcome.as_ref().map(|o| &o.verdict);
-        write_flight(&folder, &mission, &flown.log, Some(&self.plan), verdict)?;
-        if let Some(verdict) = verdict {
-            tell_verdict(&narrator, &mission, verdict, &flown.log, &folder)?;
-        }
+        let (trial, flown) = self.fly(&drawn, &mission, self.args.instance, &folder, &narrator, stop)?;
+        self.write(&trial, &mission, &flown, &folder, &narrator)?;
         let mut tally = DropTally::default();
         tally.push(&trial);
         if self.args.mission.json {
@@ -106,6 +101,20 @@ impl Campaign<'_> {
         let path = self.folder.join(format!("trial_{trial}"));
         remove_folder(&path)?;
         OutputFolder::create(Some(&path), &self.mission.name)
+    }
+
+    /// All files of a flight, as `samara drop` leaves them; what there is to tell is told.
+    fn write(
+        &self,
+        trial: &DropTrial,
+        mission: &Mission,
+        flown: &Flown,
+        folder: &OutputFolder,
+        narrator: &Narrator,
+    ) -> Result<(), Failure> {
+        self.planned.write_to(folder, mission)?;
+        let circumstances = [("trial", trial.drawn.trial.to_string())];
+        conclude(mission, &self.planned, flown, &circumstances, folder, narrator).map(|_| ())
     }
 
     fn fly_all(&self, folder: &OutputFolder, stop: &AtomicBool) -> Result<Answer, Failure> {
@@ -187,14 +196,15 @@ impl Campaign<'_> {
     /// A trial at one of the places; whatever goes wrong is its failure. The files of one that failed are kept.
     fn trial(&self, number: u64, place: u16) -> DropTrial {
         let drawn = self.mission.draw_drop(number);
+        // A drop takes a moment: it is flown to its end, whatever comes.
+        let never = AtomicBool::new(false);
         let scratch = self.folder.join(format!("place_{place}"));
         let flown = OutputFolder::create(Some(&scratch), &self.mission.name).and_then(|folder| {
             let mission = self.mission.with_drop(&drawn);
             let (trial, flown) =
-                self.fly(&drawn, &mission, self.args.instance + place, &folder, &Narrator::silent())?;
+                self.fly(&drawn, &mission, self.args.instance + place, &folder, &Narrator::silent(), &never)?;
             if trial.failure.is_some() {
-                let verdict = trial.outcome.as_ref().map(|o| &o.verdict);
-                write_flight(&folder, &mission, &flown.log, Some(&self.plan), verdict)?;
+                self.write(&trial, &mission, &flown, &folder, &Narrator::silent())?;
                 let kept = self.folder.join(format!("trial_{number}"));
                 remove_folder(&kept)?;
                 fs::rename(folder.path(), &kept)
@@ -216,9 +226,17 @@ impl Campaign<'_> {
         instance: u16,
         folder: &OutputFolder,
         narrator: &Narrator,
+        stop: &AtomicBool,
     ) -> Result<(DropTrial, Flown), Failure> {
+        let plan = &self.planned.trajectory;
         let flown = match &self.pilot {
-            Pilot::Reference(_) => self.fly_reference(mission)?,
+            Pilot::Reference(choice) => {
+                let net = NetArgs { instance, sign_key: None };
+                let link = LinkArgs { links: Vec::new() };
+                let (state, speed, stop) = (&self.args.state, SpeedArg::Max, Some(stop));
+                let wires = Wires { choice, state, net: &net, link: &link, speed, stop };
+                fly_reference(&wires, mission, plan, folder, narrator)?
+            }
             Pilot::Px4(build, parameters) => {
                 let drop = Px4Drop {
                     build,
@@ -228,17 +246,17 @@ impl Campaign<'_> {
                     parameters: parameters.as_ref(),
                     feed_forward: self.args.feed_forward,
                 };
-                px4::fly(&drop, mission, &self.plan, folder, narrator)?
+                px4::fly(&drop, mission, plan, folder, narrator)?
             }
             Pilot::Px4Model(parameters) => {
-                px4::model::fly(mission, &self.plan, parameters.as_ref(), self.args.feed_forward)?
+                px4::model::fly(mission, plan, parameters.as_ref(), self.args.feed_forward)?
             }
         };
         let measure = DropMeasure {
             limits: mission.limits,
             target_v_ned: mission.target_v_ned,
             steady_within_m_s: mission.steady_within_m_s,
-            plan: &self.plan,
+            plan,
         };
         let outcome = measure.of(&flown.log);
         let stopped = tell_if_stopped(&Narrator::silent(), mission, &flown.log)?;
@@ -249,29 +267,13 @@ impl Campaign<'_> {
             }
             Some(_) if flown.record.failsafe => Some("a failsafe flew".to_owned()),
             Some(_) if stopped => Some("stopped before the mission's end".to_owned()),
+            Some(_) if cuts_the_plan(&flown.log, plan.end_s()) => {
+                Some("the mission's duration_s ended before the plan".to_owned())
+            }
             Some(o) if o.verdict.steady_after_s.is_none() => Some("never steady".to_owned()),
             Some(_) => None,
         });
         Ok((DropTrial { drawn: *drawn, outcome, failure }, flown))
-    }
-
-    /// The reference autopilot, over the wire in memory.
-    fn fly_reference(&self, mission: &Mission) -> Result<Flown, Failure> {
-        let system = system_of_instance(self.args.instance).bad_input()?;
-        let choice =
-            ChoiceArgs { gains: None, params: self.args.choice.params.clone(), seed: None, case: None };
-        let mut wire = Lockstep::new(
-            sessions::simulator(mission, system, None),
-            sessions::autopilot(mission, &choice, &self.args.state, system, false)?,
-            sessions::streamer(mission, self.plan.clone(), system, sessions::StreamerChoice::default()),
-        );
-        while wire.step(&mut |_, _, _| {}).map_err(anyhow::Error::from)? {
-            while wire.simulator.poll_event().is_some() || wire.streamer.poll_event().is_some() {}
-            while wire.autopilot.poll_log().is_some() {}
-        }
-        let record = wire.simulator.record().clone();
-        let trouble = wire.streamer.failure().map(str::to_owned);
-        Ok(Flown { log: wire.simulator.into_log(), record, real_time_factor: f64::NAN, trouble })
     }
 }
 

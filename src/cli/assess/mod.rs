@@ -10,7 +10,7 @@ use std::io::Write as _;
 use anyhow::anyhow;
 use clap::Args;
 
-use super::args::{AutopilotArg, ChoiceArgs, MissionArgs, StateArgs};
+use super::args::{AutopilotArg, ChoiceArgs, MissionArgs, StateArgs, whole};
 use super::belongs;
 use super::clock::Stopwatch;
 use super::interrupt;
@@ -73,7 +73,7 @@ pub struct AssessArgs {
     #[command(flatten)]
     pub choice: ChoiceArgs,
     /// Trials of each campaign, instead of the mission's.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=1_000_000_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(2..=1_000_000_000))]
     pub trials: Option<u64>,
     /// J_TPF that a safe trial stays below.
     #[arg(long, value_name = "B", default_value_t = 1.0, value_parser = super::args::positive)]
@@ -82,7 +82,7 @@ pub struct AssessArgs {
     #[arg(long)]
     pub resume: bool,
     /// Fly trial K of each campaign alone: prints what was drawn and what came of it, writes flight logs and figures.
-    #[arg(long, value_name = "K", conflicts_with_all = ["trials", "resume"])]
+    #[arg(long, value_name = "K", value_parser = whole::<u64>(0..=u64::MAX), conflicts_with_all = ["trials", "resume"])]
     pub only: Option<u64>,
     /// Fly whole drops, from the canopy to the end, by samara's own autopilot or by PX4 from its build folder, instead of the study.
     #[arg(long, value_name = "reference|px4=DIR", value_parser = super::args::autopilot, conflicts_with_all = ["bound", "resume"])]
@@ -97,7 +97,7 @@ pub struct AssessArgs {
     #[arg(long, value_name = "0..9", default_value_t = 0, value_parser = super::net::instance, requires = "autopilot")]
     pub instance: u16,
     /// Threads to fly on [default: one for each core]; the results are the same.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=1024))]
     pub threads: Option<u16>,
 }
 

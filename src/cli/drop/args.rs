@@ -15,21 +15,23 @@ use crate::cli::px4::Cpu;
 pub const DROP_HELP: &str = "\
 Writes to the folder of --out: flight.csv (every term of the force balance at 250 Hz), trajectory.csv (what was flown), plan.json and
 plan.svg (unless --trajectory was given), drop.json (the verdict), drop.svg, flight.ulg (the autopilot's log, as PX4 writes it),
-vehicle.tlog (what ground stations see), hil.tlog
-(simulator and autopilot) and drop_manifest.json (inputs, options, SHA-256 of each file).
+vehicle.tlog (the link of ground stations), companion.tlog (that of the streamer and the parachute), hil.tlog (simulator and
+autopilot) and drop_manifest.json (inputs, options, SHA-256 of each file).
 
-JSON (--json): mission, version, seed, input_hash, gains, trajectory (source: planned or file; sha256 of trajectory.csv), completed,
-ended_at_s, reason (why there is no verdict on the whole mission, or null), j_tpf, peak_speed_m_s, peak_pitch_deg,
+JSON (--json): mission, version, seed, input_hash, gains, trajectory (source: planned or file; sha256 of trajectory.csv), completed
+(to the end of mission and plan), ended_at_s, reason (why there is no verdict on the whole manoeuvre, or \"not steady\", or null), j_tpf,
+decided_by (the quantity that J_TPF is the share of), peak_speed_m_s, peak_pitch_deg,
 peak_pitch_rate_deg_s, peak_roll_deg, peak_roll_rate_deg_s, peak_vertical_acceleration_m_s2, altitude_lost_m, steady_after_s (null if
 never), final_v_ned_m_s, limits_passed (list), failsafe (whether one flew part of the manoeuvre), events (list of t_s, text),
 plan_j_tpf, plan_solve_ms, real_time_factor, and impact_speed_m_s if it came to the ground. Peaks are magnitudes here; the table on the terminal gives them their signs. When the
 vehicle was never released the verdict's keys are null; when no plan was found the object is that of `samara plan --json`. Roll and
 roll rate are judged against the limits of pitch and pitch rate.
 
-With --cases each drop's files are in <case>/px4 or <case>/reference; the JSON object has `cases`, a list of case, autopilot, drop.
+With --cases each drop's files are in <case>/px4 or <case>/reference, the table in cases.csv, all objects in cases.json; the JSON object
+has `cases`, a list of case, autopilot, drop.
 
-Exit code 1 when a limit was passed, a failsafe flew, the plan did not converge, the vehicle was never released or the mission
-was stopped (Ctrl-C) before its end.
+Exit code 1 when a limit was passed, a failsafe flew, steady flight was not reached, the plan did not converge, the vehicle was never
+released, or the mission was stopped (Ctrl-C) before its end or ended before the plan.
 
 Examples:
   samara drop

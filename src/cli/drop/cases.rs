@@ -1,8 +1,12 @@
 //! `samara drop --cases`: the mission's release cases (Table 3), a drop each, in one table. PX4 has the reference autopilot beside it.
 
-use super::{Concluded, DropArgs, Pilot, begin, conclude, plan_or_keep};
+use std::fmt::Write as _;
+use std::io::Write as _;
+
+use super::{Concluded, DropArgs, Pilot, begin, circumstances, conclude, plan_or_keep};
 use crate::assess::Verdict;
 use crate::cli::args::ChoiceArgs;
+use crate::cli::mission::stamp_of;
 use crate::cli::narrative::Narrator;
 use crate::cli::outcome::{Answer, BadInput, Failure};
 use crate::cli::output::{OutputFolder, print};
@@ -12,6 +16,9 @@ const HEAD: &str = "\
 case        flown by     J_TPF  peak pitch  peak pitch rate  peak speed  altitude lost  steady after
                                        deg            deg/s         m/s              m             s
 ";
+
+/// Columns of `cases.csv`.
+const COLUMNS: &str = "case,autopilot,j_tpf,peak_pitch_deg,peak_pitch_rate_deg_s,peak_speed_m_s,altitude_lost_m,steady_after_s,decided_by";
 
 /// `samara drop --cases`.
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
@@ -26,7 +33,8 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
         }
     };
     let quiet = Narrator::together(true);
-    let (mut all_well, mut objects) = (true, Vec::new());
+    let (mut all_well, mut objects, mut kept) = (true, Vec::new(), Vec::new());
+    let mut csv = format!("{}{COLUMNS}\n", stamp_of(&mission).csv_comment());
     narrator.say(HEAD)?;
     let cases: Vec<String> = mission.tuning_cases.iter().map(|case| case.name.clone()).collect();
     for case in &cases {
@@ -36,8 +44,8 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
             let place = OutputFolder::create(Some(&folder.path().join(case).join(name)), &mission.name)?;
             planned.write_to(&place, &swinging)?;
             let flown = pilot.fly(args, &swinging, &planned.trajectory, &place, &quiet)?;
-            let Concluded { verdict, answer, json } =
-                conclude(args, &swinging, &planned, &flown, &place, &quiet)?;
+            let Concluded { verdict, answer, json, file } =
+                conclude(&swinging, &planned, &flown, &circumstances(args), &place, &quiet)?;
             all_well &= answer == Answer::Yes;
             narrator.say(&row(case, name, verdict.as_ref()))?;
             if answer == Answer::No {
@@ -45,18 +53,46 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
                 narrator
                     .say(&format!("  NOT OK: see {place}; `--case {case}` tells what happens in it\n"))?;
             }
-            objects.push(format!(
-                "{{\"case\": \"{case}\", \"autopilot\": \"{name}\", \"drop\": {}}}",
-                json.trim_end()
-            ));
+            csv += &line(case, name, verdict.as_ref());
+            objects.push(object(case, name, &json));
+            kept.push(object(case, name, &file));
         }
     }
+    folder.write("cases.csv", |out| out.write_all(csv.as_bytes()))?;
+    folder.write("cases.json", |out| out.write_all(all(&kept).as_bytes()))?;
+    folder.write_manifest("cases", &mission, &circumstances(args))?;
     if args.mission.json {
-        print(&format!("{{\"cases\": [\n{}\n]}}\n", objects.join(",\n")))?;
+        print(&all(&objects))?;
     } else {
         narrator.say(&format!("results in {}\n", folder.path().display()))?;
     }
     Ok(if all_well { Answer::Yes } else { Answer::No })
+}
+
+fn object(case: &str, pilot: &str, drop: &str) -> String {
+    format!("{{\"case\": \"{case}\", \"autopilot\": \"{pilot}\", \"drop\": {}}}", drop.trim_end())
+}
+
+fn all(objects: &[String]) -> String {
+    format!("{{\"cases\": [\n{}\n]}}\n", objects.join(",\n"))
+}
+
+/// A line of `cases.csv`; empty fields where nothing was released or nothing became steady.
+fn line(case: &str, pilot: &str, verdict: Option<&Verdict>) -> String {
+    let mut line = format!("{case},{pilot}");
+    let numbers: [fn(&Verdict) -> Option<f64>; 6] = [
+        |v| Some(v.j_tpf),
+        |v| Some(v.peak_pitch_rad.abs() * DEG_PER_RAD),
+        |v| Some(v.peak_pitch_rate_rad_s.abs() * DEG_PER_RAD),
+        |v| Some(v.peak_speed_m_s),
+        |v| Some(v.altitude_lost_m),
+        |v| v.steady_after_s,
+    ];
+    for number in numbers {
+        // Writing to a String cannot fail.
+        let _ = write!(line, ",{}", verdict.and_then(number).map_or(String::new(), |x| format!("{x:?}")));
+    }
+    line + &format!(",{}\n", verdict.map_or("", |v| v.decided_by))
 }
 
 fn row(case: &str, pilot: &str, verdict: Option<&Verdict>) -> String {

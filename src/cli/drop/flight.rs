@@ -1,50 +1,72 @@
 //! The flight of a drop by the reference autopilot, over the wire in memory: as fast as it goes, or at a speed to watch.
 
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::{DropArgs, Flown};
-use crate::cli::args::ChoiceArgs;
+use super::Flown;
+use crate::cli::args::{ChoiceArgs, LinkArgs, NetArgs, SpeedArg, StateArgs};
 use crate::cli::clock::Stopwatch;
 use crate::cli::interrupt;
 use crate::cli::narrative::Narrator;
 use crate::cli::net::{Reporter, block_on, ports_of, speed_of, system_of, wiring_of};
 use crate::cli::outcome::{BadInput, Failure};
 use crate::cli::output::OutputFolder;
-use crate::cli::recording::Recording;
+use crate::cli::recording::TLOGS;
 use crate::cli::sessions::{self, StreamerChoice};
 use crate::config::Mission;
 use crate::link::shell::{Notice, Observer, Speed, run_watched_drop};
 use crate::link::{AutopilotSession, Lockstep};
 use crate::trajectory::Trajectory;
 
+/// What the reference autopilot flies by and is connected to.
+#[derive(Clone, Copy, Debug)]
+pub struct Wires<'a> {
+    /// What is chosen of it.
+    pub choice: &'a ChoiceArgs,
+    /// What it flies by.
+    pub state: &'a StateArgs,
+    /// Its number and key.
+    pub net: &'a NetArgs,
+    /// Further endpoints.
+    pub link: &'a LinkArgs,
+    /// How fast simulated time shall run.
+    pub speed: SpeedArg,
+    /// Raised to end a flight at full speed; by Ctrl-C unless it is given.
+    pub stop: Option<&'a AtomicBool>,
+}
+
 /// Flies the drop; at a speed to watch the ground links are open.
 ///
 /// # Errors
 /// [`Failure`] when a port or file cannot be had.
 pub fn fly(
-    args: &DropArgs,
-    choice: &ChoiceArgs,
+    wires: &Wires<'_>,
     mission: &Mission,
     trajectory: &Trajectory,
     folder: &OutputFolder,
     narrator: &Narrator,
 ) -> Result<Flown, Failure> {
-    let system = system_of(&args.net)?;
-    let ports = ports_of(&args.net)?;
-    let wiring = wiring_of(&args.net, &args.link)?;
+    let Wires { choice, state, net, link, speed, stop } = *wires;
+    let system = system_of(net)?;
+    let ports = ports_of(net)?;
+    let wiring = wiring_of(net, link)?;
     let mut wire = Lockstep::new(
         sessions::simulator(mission, system, None),
-        sessions::autopilot(mission, choice, &args.state, system, true)?,
+        sessions::autopilot(mission, choice, state, system, true)?,
         sessions::streamer(mission, trajectory.clone(), system, StreamerChoice::default()),
     );
-    let record = |stem| Recording::new(folder, stem, mission);
-    let (hil, vehicle) = (record("hil"), record("vehicle"));
-    let mut reporter = Reporter::new(*narrator, mission, Some(hil), Some(vehicle)).with_autopilot(folder);
+    let mut reporter = Reporter::new(*narrator, mission).recording(folder, &TLOGS).with_autopilot(folder);
     let watch = Stopwatch::start();
     narrator.hanging(mission)?;
-    match speed_of(args.speed) {
+    match speed_of(speed) {
         Speed::Max => {
-            let stop = interrupt::flag()?;
+            let by_ctrl_c;
+            let stop = match stop {
+                Some(stop) => stop,
+                None => {
+                    by_ctrl_c = interrupt::flag()?;
+                    &by_ctrl_c
+                }
+            };
             while wire
                 .step(&mut |now, link, bytes| reporter.frame(now, link, bytes))
                 .map_err(anyhow::Error::from)?
@@ -67,7 +89,8 @@ pub fn fly(
     reporter.finish()?;
     let record = wire.simulator.record().clone();
     let real_time_factor = 1e3 * flown_s / watch.ms();
-    Ok(Flown { log: wire.simulator.into_log(), record, real_time_factor, trouble: None })
+    let trouble = wire.streamer.failure().map(str::to_owned);
+    Ok(Flown { log: wire.simulator.into_log(), record, real_time_factor, trouble })
 }
 
 fn tell_events(wire: &mut Lockstep<AutopilotSession>, reporter: &mut Reporter<'_>) {

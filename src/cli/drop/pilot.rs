@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{DropArgs, flight};
+use super::{DropArgs, Wires, flight};
 use crate::cli::args::{AutopilotArg, ChoiceArgs, EstimatorChoice, StateArgs};
 use crate::cli::mission::{mission_for_px4, mission_with_a_drop, note_estimator};
 use crate::cli::narrative::Narrator;
@@ -18,7 +18,7 @@ use crate::sim::Sample;
 use crate::trajectory::Trajectory;
 
 /// What a flight without a wire does not leave.
-const OF_THE_WIRE: [&str; 3] = ["hil.tlog", "vehicle.tlog", "flight.ulg"];
+const OF_THE_WIRE: [&str; 4] = ["hil.tlog", "vehicle.tlog", "companion.tlog", "flight.ulg"];
 
 /// Who flies.
 pub enum Pilot {
@@ -89,7 +89,11 @@ impl Pilot {
         narrator: &Narrator,
     ) -> Result<Flown, Failure> {
         match self {
-            Self::Reference(choice) => flight::fly(args, choice, mission, trajectory, folder, narrator),
+            Self::Reference(choice) => {
+                let DropArgs { state, net, link, speed, .. } = args;
+                let wires = Wires { choice, state, net, link, speed: *speed, stop: None };
+                flight::fly(&wires, mission, trajectory, folder, narrator)
+            }
             Self::Px4(build, parameters) => {
                 let drop = Px4Drop {
                     build,

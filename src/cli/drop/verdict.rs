@@ -23,10 +23,30 @@ pub fn judge(mission: &Mission, log: &[Sample]) -> Option<Verdict> {
     verdict.finish()
 }
 
-/// Yes: judged, within the limits, to the end, by the plan alone.
-pub fn answer_of(verdict: Option<&Verdict>, stopped: bool, record: &FlightRecord) -> Answer {
+/// Yes: judged, within the limits, to the end and steady there, by the plan alone.
+pub fn answer_of(verdict: Option<&Verdict>, run: &DropRun) -> Answer {
     let safe = verdict.is_some_and(|v| v.limits_passed.is_empty());
-    if safe && !stopped && !record.failsafe { Answer::Yes } else { Answer::No }
+    if safe && run.reason(verdict).is_none() && !run.failsafe { Answer::Yes } else { Answer::No }
+}
+
+/// Whether the mission ended before a plan that ends at `plan_end_s` [s] of powered flight.
+pub fn cuts_the_plan(log: &[Sample], plan_end_s: f64) -> bool {
+    let flown_s = log.last().and_then(|sample| sample.t_powered_s).unwrap_or(f64::NEG_INFINITY);
+    flown_s + STEP_AT_MOST_S < plan_end_s
+}
+
+/// Says so when the mission ended before the plan.
+///
+/// # Errors
+/// [`Failure::Internal`] when stdout fails.
+pub fn tell_if_cut(narrator: &Narrator, mission: &Mission, run: &DropRun) -> Result<(), Failure> {
+    if !run.completed || !run.plan_cut {
+        return Ok(());
+    }
+    let duration_s = mission.duration_s;
+    narrator.say(&format!(
+        "the mission's duration_s, {duration_s} s, ended before the plan did: whether it becomes steady is not known\n"
+    ))
 }
 
 /// What the drop's object tells of a flight's record.
@@ -89,10 +109,11 @@ pub fn tell_verdict(
     mission: &Mission,
     verdict: &Verdict,
     log: &[Sample],
+    run: &DropRun,
     folder: &OutputFolder,
 ) -> Result<(), Failure> {
     let powered_from_s = log.last().and_then(|sample| Some(sample.t_s - sample.t_powered_s?));
     narrator.steady(verdict, mission, powered_from_s)?;
-    let text = verdict_text(verdict, &mission.limits);
+    let text = verdict_text(verdict, &mission.limits, run.misses_steady_flight(verdict));
     narrator.say(&format!("\n{text}\nresults in {}\n", folder.path().display()))
 }

@@ -13,7 +13,6 @@ use crate::cli::narrative::Narrator;
 use crate::cli::net::{Reporter, block_on};
 use crate::cli::outcome::{BadInput, Failure};
 use crate::cli::output::OutputFolder;
-use crate::cli::recording::Recording;
 use crate::cli::sessions;
 use crate::config::{Mission, Px4Clock};
 use crate::link::shell::{Ports, Speed, run_hosted_drop, system_of_instance};
@@ -73,8 +72,9 @@ pub fn fly(
         sessions::simulator(mission, system, froude),
         sessions::streamer(mission, trajectory.clone(), system, streamer),
     );
-    let record = |stem| Some(Recording::new(folder, stem, mission));
-    let mut reporter = Reporter::new(*narrator, mission, record("hil"), record("vehicle"));
+    // What PX4 says to ground stations goes by its own sockets.
+    folder.remove(&["vehicle.tlog"])?;
+    let mut reporter = Reporter::new(*narrator, mission).recording(folder, &["hil", "companion"]);
     let watch = Stopwatch::start();
     // What the thread starts runs where the thread does.
     let pinned = Pinned::pin(drop.cpu, drop.instance).bad_input()?;

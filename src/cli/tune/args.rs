@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 
-use crate::cli::args::{MissionArgs, positive};
+use crate::cli::args::{MissionArgs, positive, whole};
 use crate::tune::objective::PENALTY;
 use crate::tune::release_cases::AMPLITUDES;
 
@@ -88,25 +88,25 @@ pub struct TuneArgs {
     #[arg(long, value_name = "NAME|FILE")]
     pub start: Option<String>,
     /// Candidates of an iteration [default: 70 in a swarm, 16 for cma-es].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=10_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(4..=10_000))]
     pub particles: Option<u32>,
     /// Most iterations (for each of pareto's bounds).
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = whole::<u32>(1..=100_000))]
     pub iterations: u32,
     /// Stop a swarm whose best cost has not fallen for so many iterations.
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = whole::<u32>(1..=100_000))]
     pub stall: u32,
     /// Seed of the search and of the unseen flights, instead of the mission's.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(0..=u64::MAX))]
     pub seed: Option<u64>,
     /// Random releases that the result and others are tried on afterwards.
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = whole::<u32>(1..=1_000_000))]
     pub unseen: u32,
     /// Name of the gains found.
     #[arg(long, value_name = "NAME", default_value = "tuned", value_parser = plain_name)]
     pub name: String,
     /// Threads [default: one for each core]. The result does not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=1024))]
     pub threads: Option<u16>,
     /// Go on from the checkpoint in the folder of --out.
     #[arg(long)]

@@ -6,6 +6,9 @@ use super::color::{GRID, SOFT_INK};
 /// Text of ticks and labels at lines.
 pub(crate) const SMALL: Font = Font { size: 12.0, color: SOFT_INK, bold: false };
 
+/// Ticks that make a scale.
+const FEWEST: usize = 3;
+
 /// A straight scale: `low` is drawn at `low_px`, `high` at `high_px`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Axis {
@@ -21,8 +24,13 @@ impl Axis {
         self.low_px + (x - self.low) / (self.high - self.low) * (self.high_px - self.low_px)
     }
 
-    /// About `count` round numbers within the scale, as numbers and as text.
+    /// About `count` round numbers within the scale, as numbers and as text; a few more where they would be less than three.
     pub(crate) fn ticks(&self, count: usize) -> Vec<(f64, String)> {
+        let finer = (0..3).map(|k| self.about(count << k));
+        finer.reduce(|found, finer| if found.len() < FEWEST { finer } else { found }).unwrap_or_default()
+    }
+
+    fn about(&self, count: usize) -> Vec<(f64, String)> {
         let step = round_step((self.high - self.low) / count as f64);
         if !(step > 0.0 && step.is_finite()) {
             return Vec::new();
@@ -120,6 +128,8 @@ mod tests {
         assert_eq!(texts(-2.5, 34.5, 8), ["0", "5", "10", "15", "20", "25", "30"]);
         assert_eq!(texts(-0.31, 0.2, 5), ["\u{2212}0.2", "0.0", "0.2"]);
         assert_eq!(texts(0.0, 300.0, 3), ["0", "100", "200", "300"]);
+        // By twenties there would be one.
+        assert_eq!(texts(-17.0, 32.0, 3), ["\u{2212}10", "0", "10", "20", "30"]);
         assert_eq!(texts(1.0, 1.0, 5), [""; 0]);
         assert_eq!(texts(f64::NAN, 1.0, 5), [""; 0]);
     }

@@ -23,6 +23,9 @@ pub(crate) const FIRST: Rgb = (0x00, 0x72, 0xB2);
 /// Second line of a panel: down, rear (Okabe and Ito's vermilion, a little darker for white ground).
 pub(crate) const SECOND: Rgb = (0xCC, 0x55, 0x00);
 
+/// Third line of a panel: east (Okabe and Ito's bluish green, darker for white ground).
+pub(crate) const THIRD: Rgb = (0x00, 0x7A, 0x5A);
+
 const VIRIDIS: [Rgb; 9] = [
     (0x44, 0x01, 0x54),
     (0x47, 0x2D, 0x7B),

@@ -148,7 +148,8 @@ impl<'a> Sheet<'a> {
         self.headline += &format!(": {} {j_tpf:.3}", sub("J", "TPF"));
         self.j_tpf = Some(j_tpf);
         if let Some(worst) = self.track.riskiest() {
-            self.event(worst.t_s, &format!("highest {} {j_tpf:.3}", sub("J", "state")), true);
+            let decided_by = worst.decided_by.replace('_', " ");
+            self.event(worst.t_s, &format!("highest {} {j_tpf:.3}: {decided_by}", sub("J", "state")), true);
         }
     }
 
@@ -165,7 +166,7 @@ impl<'a> Sheet<'a> {
         let panels = TimePanels {
             track,
             plan,
-            target_m_s: (mission.target_v_ned.x, mission.target_v_ned.z),
+            target_v_ned: mission.target_v_ned,
             limits: &mission.limits,
             thrust_max_n: mission.thrust_max_n,
             scale,
@@ -175,7 +176,7 @@ impl<'a> Sheet<'a> {
         let about = stamp.csv_comment().replace("# ", "");
         let headline = self.headline;
         Canvas::new((WIDTH_PX, HEIGHT_PX)).finish((&headline, about.trim_end()), |pen| {
-            heading(pen, &headline);
+            heading(pen, &headline, track.rolls());
             path.draw(pen, PATH_CORNERS.0, PATH_CORNERS.1);
             color_bar(pen, &scale, "state", (PATH_CORNERS.1.0, 78.0));
             panels.draw(pen, COLUMN_CORNERS.0, COLUMN_CORNERS.1);
@@ -183,12 +184,13 @@ impl<'a> Sheet<'a> {
     }
 }
 
-fn heading(pen: &mut Pen<'_>, headline: &str) {
+fn heading(pen: &mut Pen<'_>, headline: &str, rolls: bool) {
     pen.text(headline, (16.0, 28.0), Anchor::Start, Font { size: 19.0, color: INK, bold: true });
     let j_state = sub("J", "state");
+    let quantities =
+        if rolls { "speed, pitch, roll or a rate of these two" } else { "speed, pitch or pitch rate" };
     let remark = format!(
-        "Flight path coloured by {j_state}, marks every {} s. {j_state} is the largest share of a safety limit: \
-         speed, pitch or pitch rate.",
+        "Flight path coloured by {j_state}, marks every {} s. {j_state} is the largest share of a safety limit: {quantities}.",
         flight_path::MARK_INTERVAL_S,
     );
     pen.text(&remark, (16.0, 54.0), Anchor::Start, SMALL);

@@ -1,16 +1,24 @@
-//! A column of panels over time: velocities, pitch, pitch rate, thrusts and J_state, each with its limit.
+//! A column of panels over time: velocities, pitch, pitch rate, thrusts and J_state, each with its limit; with what is out of the plane
+//! (east, roll, roll rate) where there is any.
+
+use nalgebra::Vector3;
 
 use super::axis::{Axis, Panel, SMALL, range, short};
 use super::canvas::{Anchor, Font, Pen, Point, Stroke, sub, text_width};
-use super::color::{BAND, ColorScale, FIRST, INK, LIMIT, Rgb, SECOND, SOFT_INK};
+use super::color::{BAND, ColorScale, FIRST, INK, LIMIT, Rgb, SECOND, SOFT_INK, THIRD};
 use super::flight_path::colored;
 use super::label::{Place, Room};
 use super::track::{Instant, Track};
 use crate::assess::SafetyLimits;
 use crate::units::DEG_PER_RAD;
 
+/// An east velocity that is told [m/s].
+const EAST_TOLD_M_S: f64 = 0.005;
 const TITLE: Font = Font { size: 12.5, color: INK, bold: false };
 const PANEL_GAP_PX: f64 = 27.0;
+/// Where a panel's title begins, from its corner.
+const TITLE_LEFT_PX: f64 = 34.0;
+const TITLE_ABOVE_PX: f64 = 12.0;
 /// A limit is drawn when the flight comes within this fraction of it; else it is only told.
 const NEAR_LIMIT: f64 = 0.3;
 const PLAN: Stroke = Stroke { color: INK, width: 1.0, dash: Some((5.0, 4.0)) };
@@ -21,8 +29,8 @@ const TARGET: Stroke = Stroke { color: SOFT_INK, width: 1.0, dash: Some((1.0, 3.
 pub(crate) struct TimePanels<'a> {
     pub(crate) track: &'a Track,
     pub(crate) plan: Option<&'a Track>,
-    /// Steady velocity to reach, north and down [m/s].
-    pub(crate) target_m_s: (f64, f64),
+    /// Steady velocity to reach, NED [m/s].
+    pub(crate) target_v_ned: Vector3<f64>,
     pub(crate) limits: &'a SafetyLimits,
     /// The plan's limit on a rotor's thrust [N].
     pub(crate) thrust_max_n: f64,
@@ -62,30 +70,45 @@ impl TimePanels<'_> {
     fn quantities(&self) -> [Quantity; 4] {
         let limits = self.limits;
         let target = |line: Line, v: f64| Line { target: Some(v), ..line };
+        // What is out of the plane is shown where there is any.
+        let rolls = self.track.rolls();
+        let drifts = self.target_v_ned.y != 0.0 || self.track.reaches(EAST_TOLD_M_S, |i| i.v_ned.y);
+        let east = drifts.then(|| target(Line::new("east", THIRD, |i| i.v_ned.y), self.target_v_ned.y));
+        let name = |name: &'static str| if rolls { name } else { "" };
+        let also = |line: Line| rolls.then_some(line).into_iter();
+        let roll = also(Line::new("roll", SECOND, |i| i.roll_rad * DEG_PER_RAD));
+        let roll_rate = also(Line::new("roll", SECOND, |i| i.roll_rate_rad_s * DEG_PER_RAD));
         [
             Quantity {
                 title: "velocity",
                 unit: "m/s",
-                lines: vec![
-                    target(Line::new("north", FIRST, |i| i.v_ned.x), self.target_m_s.0),
-                    target(Line::new("down", SECOND, |i| i.v_ned.z), self.target_m_s.1),
-                ],
+                lines: [
+                    target(Line::new("north", FIRST, |i| i.v_ned.x), self.target_v_ned.x),
+                    target(Line::new("down", SECOND, |i| i.v_ned.z), self.target_v_ned.z),
+                ]
+                .into_iter()
+                .chain(east)
+                .collect(),
                 limit: None,
                 limit_name: "limit",
                 both_ways: false,
             },
             Quantity {
-                title: "pitch",
+                title: if rolls { "pitch and roll" } else { "pitch" },
                 unit: "deg",
-                lines: vec![Line::new("", FIRST, |i| i.pitch_rad * DEG_PER_RAD)],
+                lines: std::iter::once(Line::new(name("pitch"), FIRST, |i| i.pitch_rad * DEG_PER_RAD))
+                    .chain(roll)
+                    .collect(),
                 limit: Some(limits.pitch_rad * DEG_PER_RAD),
                 limit_name: "limit",
                 both_ways: true,
             },
             Quantity {
-                title: "pitch rate",
+                title: if rolls { "pitch and roll rate" } else { "pitch rate" },
                 unit: "deg/s",
-                lines: vec![Line::new("", FIRST, |i| i.pitch_rate_rad_s * DEG_PER_RAD)],
+                lines: std::iter::once(Line::new(name("pitch"), FIRST, |i| i.pitch_rate_rad_s * DEG_PER_RAD))
+                    .chain(roll_rate)
+                    .collect(),
                 limit: Some(limits.pitch_rate_rad_s * DEG_PER_RAD),
                 limit_name: "limit",
                 both_ways: true,
@@ -146,7 +169,7 @@ impl TimePanels<'_> {
             let x = panel.x.px(end_s);
             pen.line(&[(x, y0), (x, y1)], Stroke::solid(PLAN_END, 1.0));
         }
-        pen.text(title, (x0 - 34.0, y0 - 12.0), Anchor::Start, TITLE);
+        pen.text(title, (x0 - TITLE_LEFT_PX, y0 - TITLE_ABOVE_PX), Anchor::Start, TITLE);
     }
 
     fn quantity(&self, pen: &mut Pen<'_>, time: Axis, (y0, y1): (f64, f64), q: &Quantity) {
@@ -172,6 +195,9 @@ impl TimePanels<'_> {
         };
         self.frame(pen, &panel, &title, false);
         let mut room = self.room(&panel);
+        let ((x0, _), _) = panel.corners();
+        let width = text_width(&title, TITLE.size);
+        room.take(Place::around((x0 - TITLE_LEFT_PX + 0.5 * width, y0 - TITLE_ABOVE_PX), width, 16.0));
         let px = |curve: &[(f64, f64)]| -> Vec<Point> { curve.iter().map(|p| panel.px(p.0, p.1)).collect() };
         for (line, curve) in q.lines.iter().zip(&flown) {
             if let Some(target) = line.target {

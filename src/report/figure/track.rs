@@ -1,13 +1,14 @@
-//! What a figure shows of a flight or of a plan: the longitudinal motion over time since the rotors were freed.
+//! What a figure shows of a flight or of a plan: the motion over time since the rotors were freed.
 
 use nalgebra::Vector3;
 
 use crate::assess::{SafetyLimits, StateCost};
-use crate::frames::pitch;
+use crate::frames::{bank, pitch};
 use crate::model::rigid_body::BodyState;
 use crate::model::{PerRotor, Vehicle};
 use crate::sim::{Phase, Sample};
 use crate::trajectory::Trajectory;
+use crate::units::RAD_PER_DEG;
 
 /// Before the release, this fraction of the flight after it is shown.
 const BEFORE_RELEASE: f64 = 0.06;
@@ -25,10 +26,14 @@ pub(crate) struct Instant {
     pub(crate) v_ned: Vector3<f64>,
     pub(crate) pitch_rad: f64,
     pub(crate) pitch_rate_rad_s: f64,
+    pub(crate) roll_rad: f64,
+    pub(crate) roll_rate_rad_s: f64,
     /// Mean over the rotors ahead of and behind the centre of mass [N]; NaN where there are none.
     pub(crate) front_n: f64,
     pub(crate) rear_n: f64,
     pub(crate) j_state: f64,
+    /// The quantity that J_state is the share of.
+    pub(crate) decided_by: &'static str,
 }
 
 /// Instants in order of time.
@@ -74,6 +79,7 @@ impl Track {
         let instant = |s: &Sample| {
             let body = &s.state.body;
             let (front_n, rear_n) = rotors.front_rear(&s.balance.thrust_n);
+            let cost = StateCost::of(body, limits);
             Instant {
                 t_s: s.t_s - zero_s,
                 north_m: body.p_ned.x - origin.x,
@@ -81,9 +87,12 @@ impl Track {
                 v_ned: body.v_ned,
                 pitch_rad: pitch(body.q_ned_from_body),
                 pitch_rate_rad_s: body.omega_body.y,
+                roll_rad: bank(body.q_ned_from_body),
+                roll_rate_rad_s: body.omega_body.x,
                 front_n,
                 rear_n,
-                j_state: StateCost::of(body, limits).max(),
+                j_state: cost.max(),
+                decided_by: cost.decided_by(),
             }
         };
         let instants = samples.iter().map(instant).filter(|i| i.t_s >= from_s).collect();
@@ -114,6 +123,17 @@ impl Track {
         }
         instants.push(planned(plan, plan.end_s(), (north_m, down_m), &rotors, limits));
         Self { instants, release_s: None, since_free: true }
+    }
+
+    /// Whether a quantity ever is as large as `least`, either way.
+    pub(crate) fn reaches(&self, least: f64, quantity: impl Fn(&Instant) -> f64) -> bool {
+        self.instants.iter().any(|i| quantity(i).abs() >= least)
+    }
+
+    /// Whether it rolls so that the verdict tells it.
+    pub(crate) fn rolls(&self) -> bool {
+        const TOLD_RAD: f64 = 0.005 * RAD_PER_DEG;
+        self.reaches(TOLD_RAD, |i| i.roll_rad) || self.reaches(TOLD_RAD, |i| i.roll_rate_rad_s)
     }
 
     /// A quantity over time.
@@ -153,6 +173,7 @@ fn planned(
         omega_body: plan.body_rates(t_s),
     };
     let (front_n, rear_n) = rotors.front_rear(&plan.thrust_n(t_s));
+    let cost = StateCost::of(&body, limits);
     Instant {
         t_s,
         north_m,
@@ -160,8 +181,11 @@ fn planned(
         v_ned: body.v_ned,
         pitch_rad: pitch(body.q_ned_from_body),
         pitch_rate_rad_s: body.omega_body.y,
+        roll_rad: bank(body.q_ned_from_body),
+        roll_rate_rad_s: body.omega_body.x,
         front_n,
         rear_n,
-        j_state: StateCost::of(&body, limits).max(),
+        j_state: cost.max(),
+        decided_by: cost.decided_by(),
     }
 }

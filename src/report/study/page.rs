@@ -72,7 +72,7 @@ pub fn page(a: &Assessment<'_>, figures: &[Figure]) -> String {
         rich(&verdict(a)),
     );
     html += &format!(
-        "<p>J<sub>state</sub> is the largest share of a safety limit - speed, pitch or pitch rate - at an instant (47)-(50), \
+        "<p>J<sub>state</sub> is the largest share of a safety limit - speed, pitch or pitch rate, and out of the plane roll or roll rate - at an instant (47)-(50), \
          J<sub>TPF</sub> its maximum over a flight (51); at 1 a limit is reached. Flights start at the end of the release delay with \
          the rotors at rest, on the plant with speed controllers, motors and rotors, controlled at 100 Hz, for {} s.</p>\n",
         a.mission.horizon_s
