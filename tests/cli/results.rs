@@ -62,7 +62,9 @@ fn results_say_what_was_flown_and_nothing_stale_remains() {
     // No plan is found any more: the flight's files are of another run and go.
     let mission = spoilt_mission(out.path(), "\"thrust_max_n\": 300.0", "\"thrust_max_n\": 200.0");
     assert_eq!(code(&samara(&["drop", &mission, "--out", folder])), 1);
-    for name in ["drop.json", "flight.csv", "drop.svg", "hil.tlog", "vehicle.tlog"] {
+    for name in
+        ["drop.json", "flight.csv", "drop.svg", "hil.tlog", "vehicle.tlog", "companion.tlog", "flight.ulg"]
+    {
         assert!(!out.path().join(name).exists(), "{name}");
     }
 }

@@ -188,7 +188,7 @@ fn heading(pen: &mut Pen<'_>, headline: &str, rolls: bool) {
     pen.text(headline, (16.0, 28.0), Anchor::Start, Font { size: 19.0, color: INK, bold: true });
     let j_state = sub("J", "state");
     let quantities =
-        if rolls { "speed, pitch, roll or a rate of these two" } else { "speed, pitch or pitch rate" };
+        if rolls { "speed, pitch, roll, pitch rate or roll rate" } else { "speed, pitch or pitch rate" };
     let remark = format!(
         "Flight path coloured by {j_state}, marks every {} s. {j_state} is the largest share of a safety limit: {quantities}.",
         flight_path::MARK_INTERVAL_S,
