@@ -49,7 +49,7 @@ impl Careful {
     }
 
     fn step(&mut self) {
-        if self.scene.now % 100_000 == 0 {
+        if self.scene.now.is_multiple_of(100_000) {
             self.tell();
         }
         self.scene.run(self.scene.now + 4_000);
