@@ -66,7 +66,7 @@ def test_ctrl_c_ends_a_drop_at_full_speed(samara, mission):
     assert not verdict["completed"] and 10.496 <= verdict["ended_at_s"] < 900
     assert (drop.out / "drop_manifest.json").exists()
     # The parachute tells the end in the recording, too.
-    assert any(kind == "STATUSTEXT" and "stopped" in data["text"] for kind, _, data in dump(drop.out / "vehicle.tlog"))
+    assert any(kind == "STATUSTEXT" and "stopped" in data["text"] for kind, _, data in dump(drop.out / "companion.tlog"))
 
 
 @pytest.mark.parametrize(
@@ -74,9 +74,13 @@ def test_ctrl_c_ends_a_drop_at_full_speed(samara, mission):
     [
         (
             "vehicle.tlog",
+            {"HEARTBEAT", "ATTITUDE", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "STATUSTEXT"},
+        ),
+        (
+            "companion.tlog",
             {
-                "HEARTBEAT", "ATTITUDE", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "COMMAND_LONG", "COMMAND_ACK",
-                "SET_ATTITUDE_TARGET", "SET_POSITION_TARGET_LOCAL_NED", "STATUSTEXT", "NAMED_VALUE_INT",
+                "HEARTBEAT", "ATTITUDE", "COMMAND_LONG", "COMMAND_ACK", "SET_ATTITUDE_TARGET",
+                "SET_POSITION_TARGET_LOCAL_NED", "STATUSTEXT", "NAMED_VALUE_INT",
             },
         ),
         (
