@@ -43,7 +43,7 @@ fn numbers_out_of_range_are_refused() {
         "site.wind_ned_m_s[2]",
         "number out of range; expected a finite number",
     );
-    titan("\"seed\": 1", "\"seed\": -1").refused_at(("-1,\n", 0), "seed", "expected u64");
+    titan("\"seed\": 1", "\"seed\": -1").refused_at(("-1,\n", 0), "seed", "expected a whole number from 0");
     titan("\"name\": \"titan_drop\"", "\"name\": \"../x\"").refused_at(
         ("\"../x\"", 0),
         "name",
