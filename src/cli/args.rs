@@ -180,8 +180,8 @@ pub struct DropArgs {
     /// Send the plan's acceleration with its velocity, to PX4.
     #[arg(long)]
     pub feed_forward: bool,
-    /// The processor that PX4 and the simulator share: they take turns, and on one are faster. `auto`: another for each
-    /// instance; `any`: wherever the system puts them.
+    /// Where PX4 runs: all of it is fastest on one processor. `auto`: on one, another for each instance, and the simulator beside
+    /// it on the others; a number: both on that one; `any`: wherever the system puts them.
     #[arg(long, value_name = "auto|any|N", default_value = "auto", value_parser = cpu)]
     pub cpu: Cpu,
     /// How much to tell of the planning.
@@ -429,7 +429,7 @@ pub fn autopilot(text: &str) -> Result<AutopilotArg, String> {
 /// What was expected, in words.
 pub fn cpu(text: &str) -> Result<Cpu, String> {
     match text {
-        "auto" => Ok(Cpu::Auto),
+        "auto" => Ok(Cpu::Apart),
         "any" => Ok(Cpu::Any),
         number => number
             .parse()

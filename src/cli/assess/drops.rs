@@ -220,7 +220,7 @@ impl Campaign<'_> {
                 let drop = Px4Drop {
                     build,
                     instance,
-                    cpu: px4::Cpu::Auto,
+                    cpu: px4::Cpu::Together,
                     speed: Speed::Max,
                     parameters: parameters.as_ref(),
                     feed_forward: self.args.feed_forward,

@@ -80,6 +80,7 @@ pub fn fly(
     let pinned = Pinned::pin(drop.cpu, drop.instance).bad_input()?;
     let start = || -> Result<Px4Process, anyhow::Error> {
         let px4 = Px4Process::start(drop.build, drop.instance, mixer, &folder.path().join(WORK))?;
+        pinned.step_aside()?;
         // A terminal that is gone is no reason not to fly.
         _ = narrator.say(&format!("PX4 started in {}\n", px4.work().display()));
         Ok(px4)
