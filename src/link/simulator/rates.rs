@@ -104,7 +104,7 @@ impl HilRates {
             Some(us) if us > 0.0 && us.is_finite() => Some(whole_steps(us, self.step_us)),
             _ => return SetInterval::Refused,
         };
-        *rate = Rate { period_us, next: now };
+        *rate = Rate { period_us, next: now.saturating_add(self.step_us) };
         SetInterval::Done
     }
 }
