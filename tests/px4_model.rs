@@ -120,7 +120,8 @@ fn a_site_with_nearly_px4s_gravity_has_files_that_are_for_it() {
 fn a_mission_that_px4_cannot_fly_is_not_predicted() {
     let folder = tempfile::tempdir().unwrap();
     let silent = elsewhere(folder.path(), |mission| mission["sensors"]["barometer"] = serde_json::json!({}));
-    for (mission, words) in [("mission/titan_drop.json", "\"px4_clock\": \"froude\""), (&silent, "barometer")] {
+    for (mission, words) in [("mission/titan_drop.json", "\"px4_clock\": \"froude\""), (&silent, "barometer")]
+    {
         let refused = samara(&["drop", mission, "--autopilot", "px4-model"], folder.path());
         let error = String::from_utf8_lossy(&refused.stderr).into_owned();
         assert!(refused.status.code() == Some(2) && error.contains(words), "{error}");
@@ -142,7 +143,11 @@ fn a_parameter_file_is_checked_before_it_is_flown() {
         ("1\t1\tMC_PITCH_P\t4\t6\n", Some(2), "wrong type"),
         ("1\t1\tMC_PICH_P\t4\t9\n", Some(2), "none of PX4's parameters"),
         ("", Some(2), "none of PX4's parameters"),
-        ("1\t1\tMC_PITCH_P\t6\t9\n1\t1\tEKF2_GPS_CHECK\t245\t6\n", Some(0), "EKF2_GPS_CHECK = 245 is not sent"),
+        (
+            "1\t1\tMC_PITCH_P\t6\t9\n1\t1\tEKF2_GPS_CHECK\t245\t6\n",
+            Some(0),
+            "EKF2_GPS_CHECK = 245 is not sent",
+        ),
     ] {
         let (found, said) = fly(rows);
         assert!(said.contains(words), "{words}: {said}");
