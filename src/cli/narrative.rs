@@ -56,12 +56,16 @@ impl Narrator {
 
     /// Says what is wrong or waited for, also where the rest is kept quiet.
     pub fn warn(&self, text: &str) -> Result<(), Failure> {
-        if self.voice != Voice::Quiet {
-            return self.say(text);
+        self.aside(text);
+        self.say(text)
+    }
+
+    /// Says on stderr what has been said, where that was kept quiet.
+    pub fn aside(&self, text: &str) {
+        if self.voice == Voice::Quiet {
+            let of = self.trial.map_or(String::new(), |trial| format!("trial {trial}: "));
+            tell(&format!("{of}{text}"));
         }
-        let of = self.trial.map_or(String::new(), |trial| format!("trial {trial}: "));
-        tell(&format!("{of}{text}"));
-        Ok(())
     }
 
     fn at(&self, t_s: f64, text: &str) -> Result<(), Failure> {
@@ -126,8 +130,7 @@ impl Narrator {
             | StreamerEvent::Trap { .. }
             | StreamerEvent::Refused { .. }
             | StreamerEvent::Unanswered { .. }
-            | StreamerEvent::Lost { .. }
-            | StreamerEvent::Failed { .. } => self.warn(&format!("{event}\n")),
+            | StreamerEvent::Lost { .. } => self.warn(&format!("{event}\n")),
             other => self.say(&format!("{other}\n")),
         }
     }

@@ -98,6 +98,8 @@ pub fn fly(
     reporter.finish()?;
     if let Some(gone) = &flown.gone {
         narrator.warn(&format!("{gone}\n"))?;
+    } else if let Some(failure) = flown.streamer.failure() {
+        narrator.aside(&format!("gave up: {failure}\n"));
     }
     if flown.unfenced > 0 {
         let n = flown.unfenced;
