@@ -60,7 +60,10 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
     let campaign = Campaign { args, pilot, mission, plan, folder: folder.path() };
     match args.only {
         Some(trial) => campaign.only(trial),
-        None => campaign.fly_all(&folder, stop),
+        None => {
+            campaign.look_at_places()?;
+            campaign.fly_all(&folder, stop)
+        }
     }
 }
 
@@ -129,9 +132,10 @@ impl Campaign<'_> {
             // Lines are in order, whichever trial is over first.
             let (mut early, mut wanted) = (BTreeMap::new(), 0);
             for trial in comes {
-                // What cannot be flown at all cannot be flown by the others either.
-                let Some((trial, flown_by)) = trial? else { continue };
-                by = Some(flown_by);
+                let Some((trial, flown_by)) = trial else { continue };
+                if flown_by.is_some() {
+                    by = flown_by;
+                }
                 early.insert(trial.drawn.trial, trial);
                 while let Some(trial) = early.remove(&wanted) {
                     write(&row(&trial))?;
@@ -142,9 +146,6 @@ impl Campaign<'_> {
             }
             Ok::<(), Failure>(())
         });
-        for place in 0..workers {
-            remove_folder(&self.folder.join(format!("place_{place}")))?;
-        }
         told?;
         let mut circumstances =
             vec![("trials", trials.to_string()), ("autopilot", self.autopilot().to_owned())];
@@ -163,6 +164,10 @@ impl Campaign<'_> {
         let complete = tally.flown() == trials;
         if !complete {
             tell(&format!("stopped after {} of {trials} drops\n", tally.flown()));
+        }
+        // Last: a folder that cannot be removed takes no result away.
+        for place in 0..workers {
+            remove_folder(&self.folder.join(format!("place_{place}")))?;
         }
         Ok(if complete && !tally.any_failed() { Answer::Yes } else { Answer::No })
     }
@@ -191,35 +196,43 @@ impl Campaign<'_> {
         }
     }
 
-    /// A trial at one of the places, unless it was stopped. The files of one that failed are kept.
-    fn trial(
-        &self,
-        number: u64,
-        place: u16,
-        stop: &AtomicBool,
-    ) -> Result<Option<(DropTrial, FlownBy)>, Failure> {
+    /// Whether each PX4 can have its number and ports: what is wrong with them is wrong for every trial.
+    fn look_at_places(&self) -> Result<(), Failure> {
+        let Pilot::Px4(..) = self.pilot else { return Ok(()) };
+        (0..self.workers()).try_for_each(|place| px4::look(self.args.instance + place))
+    }
+
+    /// A trial at one of the places, unless it was stopped; whatever goes wrong is its failure. The files of one that failed are kept.
+    fn trial(&self, number: u64, place: u16, stop: &AtomicBool) -> Option<(DropTrial, Option<FlownBy>)> {
         let drawn = self.mission.draw_drop(number);
+        let failed = |why: Failure| DropTrial { drawn, outcome: None, failure: Some(why.text()) };
         let scratch = self.folder.join(format!("place_{place}"));
-        let folder = OutputFolder::create(Some(&scratch), &self.mission.name)?;
+        let folder = match OutputFolder::create(Some(&scratch), &self.mission.name) {
+            Ok(folder) => folder,
+            Err(why) => return Some((failed(why), None)),
+        };
         let mission = self.mission.with_drop(&drawn);
         let instance = match self.pilot {
             Pilot::Px4(..) => self.args.instance + place,
             Pilot::Reference(_) | Pilot::Px4Model(_) => self.args.instance,
         };
-        let (trial, flown) = self.fly(&drawn, &mission, instance, &folder, &Narrator::of_trial(number))?;
+        let flown = self.fly(&drawn, &mission, instance, &folder, &Narrator::of_trial(number));
         if stop.load(Ordering::Relaxed) {
-            return Ok(None);
+            return None;
         }
-        if trial.failure.is_some() {
+        let (mut trial, flown) = match flown {
+            Ok((trial, flown)) => (trial, Some(flown)),
+            Err(why) => (failed(why), None),
+        };
+        if let Some(failure) = &mut trial.failure {
             let verdict = trial.outcome.as_ref().map(|o| &o.verdict);
-            self.write(&folder, &mission, &flown, verdict)?;
-            let kept = self.folder.join(format!("trial_{number}"));
-            remove_folder(&kept)?;
-            fs::rename(folder.path(), &kept)
-                .with_context(|| format!("cannot keep the files in {}", kept.display()))
-                .bad_input()?;
+            let written =
+                flown.as_ref().map_or(Ok(()), |flown| self.write(&folder, &mission, flown, verdict));
+            if let Err(why) = written.and_then(|()| self.keep(number, &folder)) {
+                *failure = format!("{failure}; {}", why.text());
+            }
         }
-        Ok(Some((trial, flown.by)))
+        Some((trial, flown.map(|flown| flown.by)))
     }
 
     /// Log and figure, where anything was flown.
@@ -234,6 +247,15 @@ impl Campaign<'_> {
             return Ok(());
         }
         write_flight(folder, mission, &flown.log, Some(&self.plan), verdict, flown.by.words().as_deref())
+    }
+
+    /// Keeps the files of a trial that failed.
+    fn keep(&self, trial: u64, folder: &OutputFolder) -> Result<(), Failure> {
+        let kept = self.folder.join(format!("trial_{trial}"));
+        remove_folder(&kept)?;
+        fs::rename(folder.path(), &kept)
+            .with_context(|| format!("cannot keep the files in {}", kept.display()))
+            .bad_input()
     }
 
     fn fly(
@@ -273,16 +295,18 @@ impl Campaign<'_> {
         };
         let outcome = measure.of(&flown.log);
         let stopped = tell_if_stopped(&Narrator::together(true), mission, &flown.log)?;
-        let failure = flown.trouble.clone().or_else(|| match &outcome {
-            None => Some("never released".to_owned()),
-            Some(o) if !o.verdict.limits_passed.is_empty() => {
+        let failure = match (&outcome, &flown.trouble) {
+            (None, None) => Some("never released".to_owned()),
+            (None, Some(trouble)) => Some(format!("never released: {trouble}")),
+            (Some(_), Some(trouble)) => Some(trouble.clone()),
+            (Some(o), None) if !o.verdict.limits_passed.is_empty() => {
                 Some(format!("limits passed: {}", o.verdict.limits_passed.join(", ")))
             }
-            Some(_) if flown.record.failsafe => Some("a failsafe flew".to_owned()),
-            Some(_) if stopped => Some("stopped before the mission's end".to_owned()),
-            Some(o) if o.verdict.steady_after_s.is_none() => Some("never steady".to_owned()),
-            Some(_) => None,
-        });
+            (Some(_), None) if flown.record.failsafe => Some("a failsafe flew".to_owned()),
+            (Some(_), None) if stopped => Some("stopped before the mission's end".to_owned()),
+            (Some(o), None) if o.verdict.steady_after_s.is_none() => Some("never steady".to_owned()),
+            (Some(_), None) => None,
+        };
         Ok((DropTrial { drawn: *drawn, outcome, failure }, flown))
     }
 

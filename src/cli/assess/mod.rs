@@ -46,8 +46,8 @@ p_safe_high, unsafe_trials, paper_mean, paper_std, paper_min, paper_max), findin
 flights_per_s. *_low and *_high are 95 % intervals (Student's t, Clopper-Pearson). What is the paper's is there for its own mission only.
 
 With --autopilot: seeded drops, from the hang to the end, by samara's autopilot, by PX4 or by the model of its control law. Each has the swing and the wind of the mission's
-monte_carlo and noise of its own; the plan is the nominal one. Several fly side by side (--threads; PX4s as instances from --instance on). What would be wrong for each of them (a mission that does not suit, a port in use)
-ends the campaign: exit code 2. Writes
+monte_carlo and noise of its own; the plan is the nominal one. Several fly side by side (--threads; PX4s as instances from --instance on). What would be wrong for each of them (a mission that
+does not suit, a port in use) is looked for before the first: exit code 2. Writes
 drops_<autopilot>_<gains>.csv, a line for each as it is over, and the folder trial_<K> with all files of one that failed, or of --only's.
 A drop fails when a limit is passed, a failsafe flies, steady flight is not reached, or the autopilot dies or refuses.
 JSON: mission, version, seed, input_hash, autopilot, gains, trials, failed (trial, failure), measures (name, count, mean, std, min, max).

@@ -134,6 +134,16 @@ pub fn prepare(
     Ok((mixer, preparation(mission, trajectory, parameters, mixer.is_some())?))
 }
 
+/// Whether PX4 of that number can be started, and its simulator have its ports, now.
+///
+/// # Errors
+/// [`Failure::BadInput`] with who or what is in the way.
+pub fn look(instance: u16) -> Result<(), Failure> {
+    #[cfg(unix)]
+    super::lock::look(instance).bad_input()?;
+    Ports::of_instance(instance).and_then(|ports| ports.look()).bad_input()
+}
+
 /// Whether PX4 can fly there at all.
 ///
 /// # Errors

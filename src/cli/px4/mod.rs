@@ -32,7 +32,7 @@ use std::io;
 use std::path::PathBuf;
 
 pub use cpu::Cpu;
-pub use flight::fly;
+pub use flight::{fly, look};
 pub use folder::BuildFolder;
 pub use guest::Patience;
 

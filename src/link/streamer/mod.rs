@@ -39,6 +39,8 @@ mod setpoint;
 mod version;
 
 #[cfg(test)]
+mod readiness_tests;
+#[cfg(test)]
 mod scene;
 #[cfg(test)]
 mod tests;
