@@ -1,6 +1,7 @@
 //! The options that several verbs share; those of one verb stand beside it.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::Args;
 
@@ -47,6 +48,22 @@ pub struct LinkArgs {
     /// comes, `out` goes there). May be repeated.
     #[arg(long = "link", value_name = "URL")]
     pub links: Vec<LinkUrl>,
+}
+
+/// How long PX4 is waited for.
+#[derive(Args, Debug)]
+pub struct PatienceArgs {
+    /// Wall time that PX4 may take to connect to the simulator [s]; where many drops are flown, also for an answer. A single drop
+    /// waits for an answer for ever: PX4 may stand still in a debugger.
+    #[arg(long = "patience", value_name = "S", default_value_t = 60.0, value_parser = positive)]
+    seconds: f64,
+}
+
+impl PatienceArgs {
+    /// As a duration.
+    pub fn limit(&self) -> Duration {
+        Duration::try_from_secs_f64(self.seconds).unwrap_or(Duration::MAX)
+    }
 }
 
 /// How fast simulated time shall run.

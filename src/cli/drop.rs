@@ -22,10 +22,10 @@ use super::args::{AutopilotArg, SpeedArg};
 use super::flight_files::write_flight;
 use super::narrative::Narrator;
 use super::outcome::{Answer, BadInput, Failure};
-use super::output::{OutputFolder, print};
+use super::output::{OutputFolder, print, tell};
 use crate::assess::{Verdict, plan_j_tpf};
 use crate::config::Mission;
-use crate::report::{DropRun, FlownTrajectory, drop_json};
+use crate::report::{DropRun, FlownBy, FlownTrajectory, drop_json};
 pub use args::{DROP_HELP, DropArgs};
 pub use pilot::{Flown, Pilot};
 use planned::{Planned, plan_or_keep};
@@ -48,9 +48,10 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     let (pilot, mut mission, narrator, folder) = begin(args)?;
     let Some(planned) = plan_or_keep(args, &mut mission, &folder, &narrator)? else {
         folder.remove(&OF_THE_FLIGHT)?;
-        folder.write_manifest("drop", &mission, &circumstances(args))?;
+        folder.write_manifest("drop", &mission, &circumstances(args, None))?;
         return Ok(Answer::No);
     };
+    tell_remarks(&pilot.check(&mission, &planned.trajectory)?);
     let flown = pilot.fly(args, &mission, &planned.trajectory, &folder, &narrator)?;
     let concluded = conclude(args, &mission, &planned, &flown, &folder, &narrator)?;
     if args.mission.json {
@@ -77,13 +78,21 @@ pub fn begin(args: &DropArgs) -> Result<(Pilot, Mission, Narrator, OutputFolder)
     Ok((pilot, mission, narrator, folder))
 }
 
+/// Tells, once, what is to say of the parameters that PX4 is given.
+pub fn tell_remarks(remarks: &[String]) {
+    remarks.iter().for_each(|remark| tell(&format!("samara: --params: {remark}\n")));
+}
+
 /// What does not touch the flight but shows in the .tlog files: the vehicle's number, and that others may have taken part.
-fn circumstances(args: &DropArgs) -> Vec<(&'static str, String)> {
+fn circumstances(args: &DropArgs, by: Option<&FlownBy>) -> Vec<(&'static str, String)> {
     let mut told = vec![("instance", args.net.instance.to_string())];
     match args.autopilot {
         AutopilotArg::Reference => (),
         AutopilotArg::Px4(_) => told.push(("autopilot", "px4".to_owned())),
         AutopilotArg::Px4Model => told.push(("autopilot", "px4-model".to_owned())),
+    }
+    if let Some(version) = by.and_then(|by| by.version.clone()) {
+        told.push(("autopilot_version", version));
     }
     if let SpeedArg::Factor(factor) = args.speed {
         told.push(("speed", format!("{factor:?}")));
@@ -118,7 +127,9 @@ pub fn conclude(
         // Stopped before the autopilot had come.
         folder.remove(&["flight.csv", "drop.svg"])?;
     } else {
-        write_flight(folder, mission, &flown.log, Some(&planned.trajectory), verdict.as_ref())?;
+        let by = flown.by.words();
+        let plan = Some(&planned.trajectory);
+        write_flight(folder, mission, &flown.log, plan, verdict.as_ref(), by.as_deref())?;
     }
     let stopped = tell_if_stopped(narrator, mission, &flown.log)?;
     let sha256 = folder.sha256("trajectory.csv")?;
@@ -126,12 +137,14 @@ pub fn conclude(
         trajectory: Some(FlownTrajectory { source: planned.source, sha256 }),
         ended_at_s: flown.log.last().map_or(0.0, |sample| sample.t_s),
         completed: !stopped,
+        trouble: flown.trouble.clone(),
+        autopilot: Some(flown.by.clone()),
         plan_j_tpf: Some(plan_j_tpf(&planned.trajectory, &mission.limits)),
         ..drop_run(&flown.record)
     };
     let text = drop_json(mission, verdict.as_ref(), &run);
     folder.write("drop.json", |out| out.write_all(text.as_bytes()))?;
-    folder.write_manifest("drop", mission, &circumstances(args))?;
+    folder.write_manifest("drop", mission, &circumstances(args, Some(&flown.by)))?;
     match &verdict {
         Some(verdict) => {
             tell_verdict(narrator, mission, verdict, &flown.log, folder)?;

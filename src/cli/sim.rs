@@ -75,7 +75,7 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let log = session.into_log();
     let verdict = judge(&mission, &log);
     if !log.is_empty() {
-        write_flight(&folder, &mission, &log, None, verdict.as_ref())?;
+        write_flight(&folder, &mission, &log, None, verdict.as_ref(), None)?;
     }
     let stopped = tell_if_stopped(&narrator, &mission, &log)?;
     let run =

@@ -92,6 +92,14 @@ pub fn export_for_mixing(subject: &Subject, purpose: Purpose, mixing: Mixing) ->
 }
 
 impl Export {
+    /// The same with these parameters.
+    #[must_use]
+    pub fn with(self, parameters: BTreeMap<String, Value>) -> Self {
+        let rows = parameters.iter().map(|(name, value)| (name.as_str(), *value));
+        let check = check(&Metadata::px4(), Some(self.purpose), rows);
+        Self { parameters, check, ..self }
+    }
+
     /// The header's notes: what the file is for and where it comes from (`origin`: lines of `Key: value`).
     pub fn notes(&self, origin: &[String]) -> Vec<String> {
         let mut notes = vec![

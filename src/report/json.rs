@@ -21,10 +21,12 @@ struct DropObject<'a> {
     seed: u64,
     input_hash: &'a str,
     gains: &'a str,
+    autopilot: Option<&'a str>,
+    autopilot_version: Option<&'a str>,
     trajectory: Option<&'a FlownTrajectory>,
     completed: bool,
     ended_at_s: f64,
-    reason: Option<&'static str>,
+    reason: Option<String>,
     j_tpf: Option<f64>,
     peak_speed_m_s: Option<f64>,
     peak_pitch_deg: Option<f64>,
@@ -56,6 +58,27 @@ pub struct FlownTrajectory {
     pub sha256: String,
 }
 
+/// Who flew a drop.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FlownBy {
+    /// "reference", "reference_ekf" (on its own estimator), "px4" or "px4-model".
+    pub name: &'static str,
+    /// Release and git hash, as PX4 has told them.
+    pub version: Option<String>,
+}
+
+impl FlownBy {
+    /// For a title; nothing for the reference autopilot.
+    pub fn words(&self) -> Option<String> {
+        match (self.name, &self.version) {
+            ("px4", Some(version)) => Some(format!("PX4 {version}")),
+            ("px4", None) => Some("PX4".to_owned()),
+            ("px4-model", _) => Some("the model of PX4's control law".to_owned()),
+            _ => None,
+        }
+    }
+}
+
 /// Something that happened in a drop.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DropEvent {
@@ -74,6 +97,10 @@ pub struct DropRun {
     pub ended_at_s: f64,
     /// Whether the flight went on to the mission's end.
     pub completed: bool,
+    /// Why the autopilot did not fly to the end, if it left or refused.
+    pub trouble: Option<String>,
+    /// Who flew, where that is known.
+    pub autopilot: Option<FlownBy>,
     /// Whether a failsafe of the autopilot flew part of the manoeuvre.
     pub failsafe: bool,
     /// What happened, in its order.
@@ -88,13 +115,15 @@ pub struct DropRun {
 
 impl DropRun {
     /// Why there is no verdict, or none of the whole mission.
-    fn reason(&self, judged: bool) -> Option<&'static str> {
-        match (judged, self.completed) {
+    fn reason(&self, judged: bool) -> Option<String> {
+        let reason = match (judged, self.completed) {
             (true, true) => None,
             (true, false) => Some("stopped before the mission's end"),
             (false, true) => Some("the vehicle was never released"),
             (false, false) => Some("stopped before the release"),
-        }
+        };
+        let all: Vec<&str> = reason.into_iter().chain(self.trouble.as_deref()).collect();
+        (!all.is_empty()).then(|| all.join(": "))
     }
 }
 
@@ -108,8 +137,10 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         seed: mission.seed,
         input_hash: &mission.input_hash,
         gains: &mission.gains_name,
+        autopilot: run.autopilot.as_ref().map(|by| by.name),
+        autopilot_version: run.autopilot.as_ref().and_then(|by| by.version.as_deref()),
         trajectory: run.trajectory.as_ref(),
-        completed: run.completed,
+        completed: run.completed && run.trouble.is_none(),
         ended_at_s: run.ended_at_s,
         reason: run.reason(verdict.is_some()),
         j_tpf: told(|v| v.j_tpf),

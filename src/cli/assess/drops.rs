@@ -9,14 +9,15 @@ use std::sync::mpsc;
 use anyhow::Context;
 
 use super::AssessArgs;
-use crate::assess::{DropMeasure, RandomDrop};
-use crate::cli::args::{AutopilotArg, ChoiceArgs, EstimatorChoice};
-use crate::cli::drop::{Flown, Pilot, tell_if_stopped, tell_verdict};
+use crate::assess::{DropMeasure, RandomDrop, Verdict};
+use crate::cli::args::{AutopilotArg, ChoiceArgs};
+use crate::cli::drop::{Flown, Pilot, tell_if_stopped, tell_remarks, tell_verdict};
 use crate::cli::flight_files::write_flight;
 use crate::cli::narrative::Narrator;
 use crate::cli::outcome::{Answer, BadInput, Failure};
 use crate::cli::output::{OutputFolder, print, tell};
 use crate::cli::plan::{plan_mission, write_plan};
+use crate::cli::px4::Patience;
 use crate::cli::px4::flight::Px4Drop;
 use crate::cli::{px4, sessions};
 use crate::config::Mission;
@@ -24,11 +25,12 @@ use crate::link::Lockstep;
 use crate::link::shell::ports::MAX_INSTANCE;
 use crate::link::shell::{Speed, system_of_instance};
 use crate::plan::Status;
+use crate::report::FlownBy;
 use crate::report::drops::{DropTally, DropTrial, drops_json, drops_text, header, row};
 use crate::report::plan_text;
 use crate::trajectory::Trajectory;
 
-/// Drops flown side by side unless it is said otherwise: each is a PX4 and a simulator that wait for each other.
+/// Drops by PX4 flown side by side unless it is said otherwise: each is a PX4 and a simulator that wait for each other.
 const SIDE_BY_SIDE: u16 = 2;
 
 /// What every trial shares.
@@ -54,21 +56,20 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
         return Ok(Answer::No);
     }
     let plan = timed.plan.trajectory;
+    tell_remarks(&pilot.check(&mission, &plan)?);
     let campaign = Campaign { args, pilot, mission, plan, folder: folder.path() };
     match args.only {
         Some(trial) => campaign.only(trial),
-        None => campaign.fly_all(&folder, stop),
+        None => {
+            campaign.look_at_places()?;
+            campaign.fly_all(&folder, stop)
+        }
     }
 }
 
 impl Campaign<'_> {
     fn autopilot(&self) -> &'static str {
-        match self.pilot {
-            Pilot::Reference(_) if self.args.state.estimator == EstimatorChoice::Ekf => "reference_ekf",
-            Pilot::Reference(_) => "reference",
-            Pilot::Px4(..) => "px4",
-            Pilot::Px4Model(_) => "px4-model",
-        }
+        self.pilot.name(&self.args.state)
     }
 
     fn name(&self) -> String {
@@ -84,7 +85,7 @@ impl Campaign<'_> {
         let mission = self.mission.with_drop(&drawn);
         let (trial, flown) = self.fly(&drawn, &mission, self.args.instance, &folder, &narrator)?;
         let verdict = trial.outcome.as_ref().map(|o| &o.verdict);
-        write_flight(&folder, &mission, &flown.log, Some(&self.plan), verdict)?;
+        self.write(&folder, &mission, &flown, verdict)?;
         if let Some(verdict) = verdict {
             tell_verdict(&narrator, &mission, verdict, &flown.log, &folder)?;
         }
@@ -107,13 +108,12 @@ impl Campaign<'_> {
 
     fn fly_all(&self, folder: &OutputFolder, stop: &AtomicBool) -> Result<Answer, Failure> {
         let trials = self.args.trials.unwrap_or(self.mission.monte_carlo.trials as u64);
-        let places = MAX_INSTANCE + 1 - self.args.instance;
-        let workers = self.args.threads.unwrap_or(SIDE_BY_SIDE).min(places);
+        let workers = self.workers();
         let csv = format!("{}.csv", self.name());
         let mut file = folder.continued(&csv, 0)?;
         let mut write = |text: &str| file.write_all(text.as_bytes()).context(csv.clone()).bad_input();
         write(&header(&self.mission, self.autopilot()))?;
-        let (next, mut tally) = (AtomicU64::new(0), DropTally::default());
+        let (next, mut tally, mut by) = (AtomicU64::new(0), DropTally::default(), None);
         let (done, comes) = mpsc::channel();
         let told = std::thread::scope(|scope| {
             for place in 0..workers {
@@ -122,7 +122,7 @@ impl Campaign<'_> {
                     while !stop.load(Ordering::Relaxed) {
                         let trial = next.fetch_add(1, Ordering::Relaxed);
                         // Nobody listens any more when a file could not be written.
-                        if trial >= trials || done.send(self.trial(trial, place)).is_err() {
+                        if trial >= trials || done.send(self.trial(trial, place, stop)).is_err() {
                             break;
                         }
                     }
@@ -132,8 +132,9 @@ impl Campaign<'_> {
             // Lines are in order, whichever trial is over first.
             let (mut early, mut wanted) = (BTreeMap::new(), 0);
             for trial in comes {
-                if stop.load(Ordering::Relaxed) {
-                    continue;
+                let Some((trial, flown_by)) = trial else { continue };
+                if flown_by.is_some() {
+                    by = flown_by;
                 }
                 early.insert(trial.drawn.trial, trial);
                 while let Some(trial) = early.remove(&wanted) {
@@ -146,7 +147,10 @@ impl Campaign<'_> {
             Ok::<(), Failure>(())
         });
         told?;
-        folder.write_manifest(&self.name(), &self.mission, &[("trials", trials.to_string())])?;
+        let mut circumstances =
+            vec![("trials", trials.to_string()), ("autopilot", self.autopilot().to_owned())];
+        circumstances.extend(by.and_then(|by| by.version).map(|version| ("autopilot_version", version)));
+        folder.write_manifest(&self.name(), &self.mission, &circumstances)?;
         if self.args.mission.json {
             print(&drops_json(&self.mission, self.autopilot(), &tally))?;
         } else {
@@ -182,30 +186,67 @@ impl Campaign<'_> {
         tell(&format!("trial {number} of {trials}: {text}\n"));
     }
 
-    /// A trial at one of the places; whatever goes wrong is its failure. The files of one that failed are kept.
-    fn trial(&self, number: u64, place: u16) -> DropTrial {
+    /// How many fly side by side; each PX4 needs the ports of an instance.
+    fn workers(&self) -> u16 {
+        match self.pilot {
+            Pilot::Px4(..) => {
+                self.args.threads.unwrap_or(SIDE_BY_SIDE).min(MAX_INSTANCE + 1 - self.args.instance)
+            }
+            Pilot::Reference(_) | Pilot::Px4Model(_) => self.args.threads.unwrap_or_else(cores),
+        }
+    }
+
+    /// Whether each PX4 can have its number and ports: what is wrong with them is wrong for every trial.
+    fn look_at_places(&self) -> Result<(), Failure> {
+        let Pilot::Px4(..) = self.pilot else { return Ok(()) };
+        (0..self.workers()).try_for_each(|place| px4::look(self.args.instance + place))
+    }
+
+    /// A trial at one of the places, unless it was stopped; whatever goes wrong is its failure. The files of one that failed are kept.
+    fn trial(&self, number: u64, place: u16, stop: &AtomicBool) -> Option<(DropTrial, Option<FlownBy>)> {
         let drawn = self.mission.draw_drop(number);
         let failed = |why: Failure| DropTrial { drawn, outcome: None, failure: Some(why.text()) };
         let scratch = self.folder.join(format!("place_{place}"));
         let folder = match OutputFolder::create(Some(&scratch), &self.mission.name) {
             Ok(folder) => folder,
-            Err(why) => return failed(why),
+            Err(why) => return Some((failed(why), None)),
         };
         let mission = self.mission.with_drop(&drawn);
-        let flown = self.fly(&drawn, &mission, self.args.instance + place, &folder, &Narrator::silent());
-        let (mut trial, log) = match flown {
-            Ok((trial, flown)) => (trial, Some(flown.log)),
+        let instance = match self.pilot {
+            Pilot::Px4(..) => self.args.instance + place,
+            Pilot::Reference(_) | Pilot::Px4Model(_) => self.args.instance,
+        };
+        let flown = self.fly(&drawn, &mission, instance, &folder, &Narrator::of_trial(number));
+        if stop.load(Ordering::Relaxed) {
+            return None;
+        }
+        let (mut trial, flown) = match flown {
+            Ok((trial, flown)) => (trial, Some(flown)),
             Err(why) => (failed(why), None),
         };
         if let Some(failure) = &mut trial.failure {
             let verdict = trial.outcome.as_ref().map(|o| &o.verdict);
             let written =
-                log.map_or(Ok(()), |log| write_flight(&folder, &mission, &log, Some(&self.plan), verdict));
+                flown.as_ref().map_or(Ok(()), |flown| self.write(&folder, &mission, flown, verdict));
             if let Err(why) = written.and_then(|()| self.keep(number, &folder)) {
                 *failure = format!("{failure}; {}", why.text());
             }
         }
-        trial
+        Some((trial, flown.map(|flown| flown.by)))
+    }
+
+    /// Log and figure, where anything was flown.
+    fn write(
+        &self,
+        folder: &OutputFolder,
+        mission: &Mission,
+        flown: &Flown,
+        verdict: Option<&Verdict>,
+    ) -> Result<(), Failure> {
+        if flown.log.is_empty() {
+            return Ok(());
+        }
+        write_flight(folder, mission, &flown.log, Some(&self.plan), verdict, flown.by.words().as_deref())
     }
 
     /// Keeps the files of a trial that failed.
@@ -235,6 +276,10 @@ impl Campaign<'_> {
                     speed: Speed::Max,
                     parameters: parameters.as_ref(),
                     feed_forward: self.args.feed_forward,
+                    patience: Patience {
+                        limit: self.args.patience.limit(),
+                        answers: self.args.only.is_none(),
+                    },
                 };
                 px4::fly(&drop, mission, &self.plan, folder, narrator)?
             }
@@ -249,7 +294,7 @@ impl Campaign<'_> {
             plan: &self.plan,
         };
         let outcome = measure.of(&flown.log);
-        let stopped = tell_if_stopped(&Narrator::silent(), mission, &flown.log)?;
+        let stopped = tell_if_stopped(&Narrator::together(true), mission, &flown.log)?;
         let failure = match (&outcome, &flown.trouble) {
             (None, None) => Some("never released".to_owned()),
             (None, Some(trouble)) => Some(format!("never released: {trouble}")),
@@ -281,8 +326,14 @@ impl Campaign<'_> {
         }
         let record = wire.simulator.record().clone();
         let trouble = wire.streamer.failure().map(str::to_owned);
-        Ok(Flown { log: wire.simulator.into_log(), record, real_time_factor: f64::NAN, trouble })
+        let by = FlownBy { name: self.autopilot(), version: None };
+        Ok(Flown { log: wire.simulator.into_log(), record, real_time_factor: f64::NAN, by, trouble })
     }
+}
+
+/// Processors that there are.
+fn cores() -> u16 {
+    std::thread::available_parallelism().map_or(1, |n| u16::try_from(n.get()).unwrap_or(u16::MAX))
 }
 
 /// Removes a folder with all that is in it, if it is there.

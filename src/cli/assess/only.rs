@@ -78,7 +78,7 @@ fn write(
     let mut verdict =
         VerdictBuilder::new(mission.limits, mission.target_v_ned).steady_within(mission.steady_within_m_s);
     samples.iter().for_each(|sample| verdict.observe(sample));
-    let figure = drop_figure(mission, &samples, Some(&bench.study.plan), verdict.finish().as_ref())
+    let figure = drop_figure(mission, &samples, Some(&bench.study.plan), verdict.finish().as_ref(), None)
         .context("the figure of the trial")?;
     folder.write(&format!("{name}.svg"), |out| out.write_all(figure.as_bytes()))?;
     Ok(())

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::cli::args::{
-    AutopilotArg, ChoiceArgs, LinkArgs, MissionArgs, NetArgs, PlanningArgs, SpeedArg, StateArgs, autopilot,
-    speed,
+    AutopilotArg, ChoiceArgs, LinkArgs, MissionArgs, NetArgs, PatienceArgs, PlanningArgs, SpeedArg,
+    StateArgs, autopilot, speed,
 };
 use crate::cli::px4::Cpu;
 
@@ -17,8 +17,9 @@ plan.svg (unless --trajectory was given), drop.json (the verdict), drop.svg, fli
 vehicle.tlog (what ground stations see), hil.tlog
 (simulator and autopilot) and drop_manifest.json (inputs, options, SHA-256 of each file).
 
-JSON (--json): mission, version, seed, input_hash, gains, trajectory (source: planned or file; sha256 of trajectory.csv), completed,
-ended_at_s, reason (why there is no verdict on the whole mission, or null), j_tpf, peak_speed_m_s, peak_pitch_deg,
+JSON (--json): mission, version, seed, input_hash, gains, autopilot (reference, reference_ekf, px4 or px4-model), autopilot_version
+(PX4's, as it tells it, or null), trajectory (source: planned or file; sha256 of trajectory.csv), completed (to the mission's end, by
+an autopilot that did not leave or refuse), ended_at_s, reason (why it was not completed or never released, or null), j_tpf, peak_speed_m_s, peak_pitch_deg,
 peak_pitch_rate_deg_s, peak_roll_deg, peak_roll_rate_deg_s, peak_vertical_acceleration_m_s2, altitude_lost_m, steady_after_s (null if
 never), final_v_ned_m_s, limits_passed (list), failsafe (whether one flew part of the manoeuvre), events (list of t_s, text),
 plan_j_tpf, plan_solve_ms, real_time_factor, and impact_speed_m_s if it came to the ground. Peaks are magnitudes here; the table on the terminal gives them their signs. When the
@@ -27,8 +28,8 @@ roll rate are judged against the limits of pitch and pitch rate.
 
 With --cases each drop's files are in <case>/px4 or <case>/reference; the JSON object has `cases`, a list of case, autopilot, drop.
 
-Exit code 1 when a limit was passed, a failsafe flew, the plan did not converge, the vehicle was never released or the mission
-was stopped (Ctrl-C) before its end.
+Exit code 1 when a limit was passed, a failsafe flew, the plan did not converge, the vehicle was never released, PX4 left, refused or
+never came, or the mission was stopped (Ctrl-C) before its end.
 
 Examples:
   samara drop
@@ -71,6 +72,9 @@ pub struct DropArgs {
     /// it on the others; a number: both on that one; `any`: wherever the system puts them.
     #[arg(long, value_name = "auto|any|N", default_value = "auto", value_parser = cpu)]
     pub cpu: Cpu,
+    /// How long PX4 may keep the flight waiting.
+    #[command(flatten)]
+    pub patience: PatienceArgs,
     /// How much to tell of the planning.
     #[command(flatten)]
     pub planning: PlanningArgs,

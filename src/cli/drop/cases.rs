@@ -1,6 +1,6 @@
 //! `samara drop --cases`: the mission's release cases (Table 3), a drop each, in one table. PX4 has the reference autopilot beside it.
 
-use super::{Concluded, DropArgs, Pilot, begin, conclude, plan_or_keep};
+use super::{Concluded, DropArgs, Pilot, begin, conclude, plan_or_keep, tell_remarks};
 use crate::assess::Verdict;
 use crate::cli::args::ChoiceArgs;
 use crate::cli::narrative::Narrator;
@@ -17,10 +17,11 @@ case        flown by     J_TPF  peak pitch  peak pitch rate  peak speed  altitud
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     let (pilot, mut mission, narrator, folder) = begin(args)?;
     let Some(planned) = plan_or_keep(args, &mut mission, &folder, &narrator)? else { return Ok(Answer::No) };
+    tell_remarks(&pilot.check(&mission, &planned.trajectory)?);
     let pilots = match pilot {
         Pilot::Reference(_) => vec![("reference", pilot)],
         Pilot::Px4(..) | Pilot::Px4Model(_) => {
-            let name = if matches!(pilot, Pilot::Px4(..)) { "px4" } else { "px4-model" };
+            let name = pilot.name(&args.state);
             let own = ChoiceArgs { params: None, ..args.choice.clone() };
             vec![(name, pilot), ("reference", Pilot::Reference(own))]
         }

@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use super::{DropArgs, Flown};
-use crate::cli::args::ChoiceArgs;
+use crate::cli::args::{ChoiceArgs, EstimatorChoice};
 use crate::cli::clock::Stopwatch;
 use crate::cli::interrupt;
 use crate::cli::narrative::Narrator;
@@ -15,6 +15,7 @@ use crate::cli::sessions::{self, StreamerChoice};
 use crate::config::Mission;
 use crate::link::shell::{Notice, Observer, Speed, run_watched_drop};
 use crate::link::{AutopilotSession, Lockstep};
+use crate::report::FlownBy;
 use crate::trajectory::Trajectory;
 
 /// Flies the drop; at a speed to watch the ground links are open.
@@ -67,7 +68,9 @@ pub fn fly(
     reporter.finish()?;
     let record = wire.simulator.record().clone();
     let real_time_factor = 1e3 * flown_s / watch.ms();
-    Ok(Flown { log: wire.simulator.into_log(), record, real_time_factor, trouble: None })
+    let name = if args.state.estimator == EstimatorChoice::Ekf { "reference_ekf" } else { "reference" };
+    let by = FlownBy { name, version: None };
+    Ok(Flown { log: wire.simulator.into_log(), record, real_time_factor, by, trouble: None })
 }
 
 fn tell_events(wire: &mut Lockstep<AutopilotSession>, reporter: &mut Reporter<'_>) {

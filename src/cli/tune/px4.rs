@@ -15,7 +15,7 @@ use crate::cli::outcome::{Answer, BadInput, Failure};
 use crate::cli::output::{OutputFolder, print};
 use crate::cli::plan::plan_mission;
 use crate::cli::pool::pool;
-use crate::cli::px4::model::purpose_at;
+use crate::cli::px4::flight::suits;
 use crate::config::Mission;
 use crate::control::px4::is_quad_x;
 use crate::params::{ParameterFile, law_export, law_parameters};
@@ -36,6 +36,7 @@ const UNSEEN_FROM: u64 = 1_000_000;
 /// Tunes, tries on unseen drops, writes `gains.params` and `px4_gains.txt`.
 pub fn run(args: &TuneArgs, mission: &Mission) -> Result<Answer, Failure> {
     refuse_what_does_not_count(args)?;
+    suits(mission).bad_input()?;
     is_quad_x(&mission.vehicle).bad_input()?;
     let timed = plan_mission(mission, false)?;
     if timed.plan.status != Status::Converged {
@@ -47,7 +48,7 @@ pub fn run(args: &TuneArgs, mission: &Mission) -> Result<Answer, Failure> {
 }
 
 fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answer, Failure> {
-    let (purpose, _) = purpose_at(mission);
+    let purpose = mission.px4_purpose();
     // PX4 as it comes, told only of the vehicle; and with the mission's gains.
     let untouched = ParameterFile::default();
     let of = |given| law_parameters(&mission.parameter_subject(), purpose, given).bad_input();

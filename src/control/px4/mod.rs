@@ -33,7 +33,7 @@ use crate::model::{Spin, Vehicle};
 
 /// Why PX4's mixer for a quadrotor in X cannot fly a vehicle.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Px4Error {
+pub enum NotQuadX {
     /// Not four rotors.
     #[error("PX4's mixer for a quadrotor in X has four rotors, the vehicle has {found}")]
     Rotors {
@@ -61,16 +61,16 @@ const QUAD_X: [(f64, f64, Spin, &str); 4] = [
 /// Whether PX4's mixer for a quadrotor in X is the vehicle's.
 ///
 /// # Errors
-/// [`Px4Error`] where it is not.
-pub fn is_quad_x(vehicle: &Vehicle) -> Result<(), Px4Error> {
+/// [`NotQuadX`] where it is not.
+pub fn is_quad_x(vehicle: &Vehicle) -> Result<(), NotQuadX> {
     let rotors = &vehicle.rotors;
     if rotors.len() != QUAD_X.len() {
-        return Err(Px4Error::Rotors { found: rotors.len() });
+        return Err(NotQuadX::Rotors { found: rotors.len() });
     }
     for (i, (rotor, (x, y, spin, expected))) in rotors.iter().zip(QUAD_X).enumerate() {
         let place = rotor.position_body_m;
         if !(place.x * x > 0.0 && place.y * y > 0.0 && rotor.spin == spin) {
-            return Err(Px4Error::Place { rotor: i + 1, expected });
+            return Err(NotQuadX::Place { rotor: i + 1, expected });
         }
     }
     Ok(())

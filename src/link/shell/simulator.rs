@@ -9,7 +9,7 @@ use tokio::net::TcpStream;
 use super::super::parachute::PARACHUTE_COMPONENT;
 use super::super::signing::Key;
 use super::super::streamer::StreamerState;
-use super::super::{Frame, Link, Pace, Session as _, SimulatorSession, StreamerSession, Transmit};
+use super::super::{Frame, Link, Pace, Session as _, SimulatorSession, StreamerSession, TimeUs, Transmit};
 use super::clock::{Pacer, Since, Speed};
 use super::companion::Companion;
 use super::connection::Connection;
@@ -43,8 +43,8 @@ struct Shell<'a, O> {
 
 /// The autopilot as somebody knows it who has started it.
 pub trait Guest {
-    /// Why it is gone, if it is.
-    fn gone(&mut self) -> Option<String>;
+    /// Why it is gone, if it is, or is taken to be. `now` and `pace`: simulated time, and what the simulator waits for.
+    fn gone(&mut self, now: TimeUs, pace: Pace) -> Option<String>;
 }
 
 /// A drop whose autopilot is a process of its own.
@@ -111,7 +111,7 @@ pub async fn run_hosted_drop<O: Observer, G: Guest, E: From<ShellError>>(
 struct Unknown;
 
 impl Guest for Unknown {
-    fn gone(&mut self) -> Option<String> {
+    fn gone(&mut self, _: TimeUs, _: Pace) -> Option<String> {
         None
     }
 }
@@ -178,7 +178,9 @@ impl<'a, O: Observer> Shell<'a, O> {
                     () = Connection::readable(self.connection.as_ref()) => {}
                     () = self.parachute.readable() => {}
                     () = Self::heard(&mut self.companion) => {}
-                    () = tokio::time::sleep(pause.min(TICK)) => gone = guest.gone(),
+                    () = tokio::time::sleep(pause.min(TICK)) => {
+                        gone = guest.gone(self.session.now(), self.session.pace());
+                    }
                 }
             }
             self.receive();
@@ -226,12 +228,12 @@ impl<'a, O: Observer> Shell<'a, O> {
         self.companion.as_ref().is_some_and(|c| c.session.state() == StreamerState::Failed)
     }
 
-    /// The companion's turn, once the autopilot has answered.
+    /// The companion's turn, once the autopilot has answered; until then it only tells what it waits for.
     fn act(&mut self) {
-        if let Some(companion) = &mut self.companion
-            && matches!(self.session.pace(), Pace::Free | Pace::Ready | Pace::Done)
-        {
-            companion.act(&mut self.session, self.observer);
+        let Some(companion) = &mut self.companion else { return };
+        match self.session.pace() {
+            Pace::Free | Pace::Ready | Pace::Done => companion.act(&mut self.session, self.observer),
+            Pace::NoPeer | Pace::AwaitingControls => companion.tell(self.observer),
         }
     }
 

@@ -4,10 +4,10 @@ use mavlink::dialects::common::{HEARTBEAT_DATA, MavMessage, MavModeFlag};
 
 use super::super::parachute::{PARACHUTE_COMPONENT, T_END, T_RELEASE};
 use super::super::{Frame, TimeUs};
-use super::machine::{ESTIMATOR_STATUS, EXTENDED_SYS_STATE, SYS_STATUS};
+use super::machine::{AUTOPILOT_VERSION, ESTIMATOR_STATUS, EXTENDED_SYS_STATE, SYS_STATUS};
 use super::{
-    AUTOPILOT_COMPONENT, Clock, Flight, STREAMER_COMPONENT, STREAMER_SYSTEM, Shown, StreamerEvent,
-    StreamerSession, StreamerState,
+    AUTOPILOT_COMPONENT, AutopilotVersion, Clock, Flight, STREAMER_COMPONENT, STREAMER_SYSTEM, Shown,
+    StreamerEvent, StreamerSession, StreamerState,
 };
 
 /// The clock may go back by less than this [us] without meaning a new start (messages that overtake each other).
@@ -35,6 +35,10 @@ impl StreamerSession {
                 id if id == u32::from(SYS_STATUS) => {
                     let p = frame.payload();
                     self.flight.readiness.take_sensors(p.u32(0), p.u32(4), p.u32(8));
+                }
+                id if id == u32::from(AUTOPILOT_VERSION) => {
+                    let p = frame.payload();
+                    self.flight.version = Some(AutopilotVersion { software: p.u32(16), git: p.u32(40) });
                 }
                 id if id == u32::from(ESTIMATOR_STATUS) => {
                     self.flight.readiness.take_estimator(frame.payload().u16(40));
