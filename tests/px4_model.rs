@@ -35,8 +35,8 @@ fn px4_flies_the_drop_as_predicted() {
     let defaults = folder.path().join("defaults.params");
     fs::write(&defaults, DEFAULTS).unwrap();
     for (file, px4) in [
-        (defaults.to_str().unwrap(), [0.4679, 9.36, 7.75, 24.5]),
-        ("params/px4/x500_px4_tuned.params", [0.4678, 9.36, 6.99, 24.6]),
+        (defaults.to_str().unwrap(), [0.4679, 9.36, 7.75, 15.0]),
+        ("params/px4/x500_px4_tuned.params", [0.4678, 9.36, 6.99, 15.4]),
     ] {
         let out = folder.path().join("out");
         let flown =

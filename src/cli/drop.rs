@@ -122,7 +122,7 @@ pub fn conclude(
     folder: &OutputFolder,
     narrator: &Narrator,
 ) -> Result<Concluded, Failure> {
-    let verdict = judge(mission, &flown.log);
+    let verdict = judge(mission, &flown.log, planned.trajectory.end_s());
     if flown.log.is_empty() {
         // Stopped before the autopilot had come.
         folder.remove(&["flight.csv", "drop.svg"])?;

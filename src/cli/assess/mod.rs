@@ -19,7 +19,7 @@ use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::plan::{plan_mission, write_plan};
 use super::pool::pool;
-use crate::assess::{Command, Controller, SafetyStudy, plan_j_tpf};
+use crate::assess::{Command, Controller, SafetyStudy, Summary, plan_j_tpf, tracking};
 use crate::config::Mission;
 use crate::control::{Airframe, Gains};
 use crate::plan::{Plan, Status};
@@ -145,7 +145,11 @@ pub fn run(args: &AssessArgs) -> Result<Answer, Failure> {
     };
     let flown: u64 = campaigns.iter().map(|c| c.flown_now).sum();
     let flights_per_s = 1e3 * flown as f64 / watch.ms();
-    let assessment = assessment(args, &mission, &plan, &bench, &campaigns, trials);
+    let difference = campaign::paired_difference(&mission, &bench, &folder, [&campaigns[1], &campaigns[2]])?;
+    let assessment = Assessment {
+        pso_less_near_hover: difference,
+        ..assessment(args, &mission, &plan, &bench, &campaigns, trials)
+    };
     write(&assessment, &bench, &campaigns, &folder)?;
     folder.write_manifest(
         "assess",
@@ -239,6 +243,9 @@ fn assessment<'a>(
         plan_objective: plan.objective,
         bound: args.bound,
         trials,
+        is_the_papers: mission.is_the_papers_study(),
+        pso_less_near_hover: Summary::default(),
+        tracking_period_s: tracking::control_period_s(&plan.trajectory),
         assessed: campaigns.each_ref().map(|c| Assessed {
             controller: c.controller.clone(),
             cases: cases(&c.controller),

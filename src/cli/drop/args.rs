@@ -20,8 +20,8 @@ vehicle.tlog (what ground stations see), hil.tlog
 JSON (--json): mission, version, seed, input_hash, gains, autopilot (reference, reference_ekf, px4 or px4-model), autopilot_version
 (PX4's, as it tells it, or null), trajectory (source: planned or file; sha256 of trajectory.csv), completed (to the mission's end, by
 an autopilot that did not leave or refuse), ended_at_s, reason (why it was not completed or never released, or null), j_tpf, peak_speed_m_s, peak_pitch_deg,
-peak_pitch_rate_deg_s, peak_roll_deg, peak_roll_rate_deg_s, peak_vertical_acceleration_m_s2, altitude_lost_m, steady_after_s (null if
-never), final_v_ned_m_s, limits_passed (list), failsafe (whether one flew part of the manoeuvre), events (list of t_s, text),
+peak_pitch_rate_deg_s, peak_roll_deg, peak_roll_rate_deg_s, peak_vertical_acceleration_m_s2, altitude_lost_m (from the
+release to the plan's end), steady_after_s (null if never), final_v_ned_m_s, limits_passed (list), failsafe (whether one flew part of the manoeuvre), events (list of t_s, text),
 plan_j_tpf, plan_solve_ms, real_time_factor, and impact_speed_m_s if it came to the ground. Peaks are magnitudes here; the table on the terminal gives them their signs. When the
 vehicle was never released the verdict's keys are null; when no plan was found the object is that of `samara plan --json`. Roll and
 roll rate are judged against the limits of pitch and pitch rate.
