@@ -10,6 +10,9 @@ use crate::tune::px4::Measures;
 use crate::tune::px4::space::names;
 use crate::units::DEG_PER_RAD;
 
+/// Whom gains are compared with.
+pub const PX4S_DEFAULTS: &str = "PX4's defaults";
+
 /// A search's result.
 #[derive(Clone, Debug)]
 pub struct Px4Gains {
@@ -17,8 +20,10 @@ pub struct Px4Gains {
     pub name: String,
     /// What the parameters are for.
     pub purpose: Purpose,
-    /// PX4's defaults on the unseen drops.
-    pub defaults: Measures,
+    /// What is compared with: [`PX4S_DEFAULTS`], or others where these lose a drop.
+    pub beside: &'static str,
+    /// The same on the unseen drops.
+    pub reference: Measures,
     /// The parameters found on the unseen drops.
     pub found: Measures,
     /// All that the law reads.
@@ -61,7 +66,7 @@ impl Px4Gains {
                 self.unseen,
                 told(&self.found)
             ),
-            format!("PX4's defaults on the same: {}", told(&self.defaults)),
+            format!("{} on the same: {}", self.beside, told(&self.reference)),
         ]
     }
 }
@@ -86,25 +91,30 @@ pub fn gains_text(mission: &Mission, gains: &Px4Gains) -> String {
     out += &format!(
         "\n{:<22}{:>12}{:>12}{:>8}\n",
         format!("{} unseen drops", gains.unseen),
-        "default",
+        if gains.beside == PX4S_DEFAULTS { "default" } else { "reference" },
         "found",
         "ratio"
     );
     for (name, unit, digits, of) in MEASURES {
-        let (d, f) = (of(&gains.defaults), of(&gains.found));
+        let (d, f) = (of(&gains.reference), of(&gains.found));
         let row = format!("{:<22}{d:>12.digits$}{f:>12.digits$}{:>8.3} {unit}", name, f / d);
         out += &format!("{}\n", row.trim_end());
     }
-    let share = |of: fn(&Measures) -> f64| (100.0 * of(&gains.defaults), 100.0 * of(&gains.found));
+    let share = |of: fn(&Measures) -> f64| (100.0 * of(&gains.reference), 100.0 * of(&gains.found));
     for (name, (d, f)) in
         [("limit passed", share(|m| m.unsafe_share)), ("steady at the end", share(|m| m.steady_share))]
     {
         out += &format!("{name:<22}{d:>12.1}{f:>12.1}         %\n");
     }
-    let verdict = if gains.found.beats(&gains.defaults) { "better than" } else { "NOT better than" };
-    out + &format!(
-        "\n{verdict} PX4's defaults: J_TPF no worse, no limit passed, two of the other four a tenth better\n"
-    )
+    let verdict = if gains.found.beats(&gains.reference) { "better than" } else { "NOT better than" };
+    let beside = gains.beside;
+    out += &format!(
+        "\n{verdict} {beside}: J_TPF no worse, no limit passed, two of the other four a tenth better\n"
+    );
+    if beside != PX4S_DEFAULTS {
+        out += &format!("{PX4S_DEFAULTS} lose a drop: {beside} are the reference\n");
+    }
+    out
 }
 
 /// The object of `--json`.
@@ -133,9 +143,10 @@ pub fn gains_json(mission: &Mission, gains: &Px4Gains) -> String {
         "evaluations": gains.evaluations,
         "drops_per_evaluation": gains.drops,
         "unseen_drops": gains.unseen,
-        "defaults": measures(&gains.defaults),
+        "beside": gains.beside,
+        "reference": measures(&gains.reference),
         "found": measures(&gains.found),
-        "better": gains.found.beats(&gains.defaults),
+        "better": gains.found.beats(&gains.reference),
         "stopped": gains.stopped,
     });
     format!("{object:#}\n")

@@ -8,22 +8,24 @@ use crate::cli::clock::Stopwatch;
 use crate::cli::drop::Flown;
 use crate::cli::outcome::{BadInput, Failure};
 use crate::config::Mission;
+use crate::control::px4::facts::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
 use crate::control::px4::{Law, Parameters, is_quad_x};
 use crate::link::FlightRecord;
+use crate::model::environment::same_gravity;
 use crate::params::{ParameterFile, Purpose, law_parameters};
-use crate::sim::px4_flight::{IMU_PERIOD_S, fly_px4};
+use crate::sim::px4_flight::fly_px4;
 use crate::sim::{FlightPlan, Reference};
 use crate::trajectory::Trajectory;
-use crate::tune::px4::bench::SETPOINT_PERIOD_S;
 use crate::units::STANDARD_GRAVITY_M_S2;
-
-/// Gravity differs from PX4's when it does so by more than this, relatively.
-const SAME_GRAVITY: f64 = 1e-3;
 
 /// How PX4 flies at the mission's site: as it is, or by Froude scaling; and Froude's k.
 pub fn purpose_at(mission: &Mission) -> (Purpose, f64) {
-    let k2 = STANDARD_GRAVITY_M_S2 / mission.environment.gravity_m_s2;
-    if (k2 - 1.0).abs() < SAME_GRAVITY { (Purpose::Px4, 1.0) } else { (Purpose::Px4Froude, k2.sqrt()) }
+    let g = mission.environment.gravity_m_s2;
+    if same_gravity(STANDARD_GRAVITY_M_S2, g) {
+        (Purpose::Px4, 1.0)
+    } else {
+        (Purpose::Px4Froude, (STANDARD_GRAVITY_M_S2 / g).sqrt())
+    }
 }
 
 /// What PX4 is set to for the mission: by a file that is for it, or by the mission's gains in its terms.

@@ -21,7 +21,7 @@ use crate::control::px4::{Parameters, is_quad_x};
 use crate::params::{ParameterFile, law_export, law_parameters};
 use crate::plan::Status;
 use crate::report::params::params_file;
-use crate::report::px4_gains::{Px4Gains, gains_json, gains_text};
+use crate::report::px4_gains::{PX4S_DEFAULTS, Px4Gains, gains_json, gains_text};
 use crate::tune::cma_es::{CmaSettings, Scale};
 use crate::tune::px4::space::Candidate;
 use crate::tune::px4::{DIMENSIONS, Measures, Px4Bench, Px4Setting, parameters, start, widest};
@@ -43,7 +43,7 @@ pub fn run(args: &TuneArgs, mission: &Mission) -> Result<Answer, Failure> {
         return nothing(args, &mission.name, &format!("no plan to tune on: {diagnosis}"));
     }
     let plan = timed.plan.trajectory;
-    let (purpose, _) = purpose_at(mission);
+    let (purpose, similarity) = purpose_at(mission);
     // PX4 as it comes, told only of the vehicle; and with the mission's gains.
     let untouched = ParameterFile::default();
     let of = |given| law_parameters(&mission.parameter_subject(), purpose, given).bad_input();
@@ -51,6 +51,7 @@ pub fn run(args: &TuneArgs, mission: &Mission) -> Result<Answer, Failure> {
     let setting = Px4Setting {
         vehicle: mission.vehicle.clone(),
         environment: mission.environment.clone(),
+        similarity,
         safety: mission.limits,
         plan: &plan,
         target_v_ned: mission.target_v_ned,
@@ -61,7 +62,9 @@ pub fn run(args: &TuneArgs, mission: &Mission) -> Result<Answer, Failure> {
     };
     let releases = mission.releases();
     let wind_sigma_m_s = mission.monte_carlo.wind_sigma_m_s;
-    let bench = |trials| Px4Bench::new(&setting, &releases, wind_sigma_m_s, mission.seed, trials, &defaults);
+    let references = [(PX4S_DEFAULTS, &defaults), ("the mission's gains", &missions)];
+    let bench =
+        |trials| Px4Bench::new(&setting, &releases, wind_sigma_m_s, mission.seed, trials, &references);
     let pool = pool(args.threads.map(usize::from))?;
     let (found, evaluations, stopped) =
         pool.install(|| search(args, mission, &bench(0..DROPS), [&defaults, &missions]))?;
@@ -71,7 +74,8 @@ pub fn run(args: &TuneArgs, mission: &Mission) -> Result<Answer, Failure> {
     let result = Px4Gains {
         name: args.name.clone(),
         purpose,
-        defaults: *unseen.reference(),
+        reference: *unseen.reference(),
+        beside: unseen.beside(),
         found: Measures::mean(&tried),
         parameters: found,
         drops: DROPS,
@@ -80,7 +84,7 @@ pub fn run(args: &TuneArgs, mission: &Mission) -> Result<Answer, Failure> {
         stopped,
     };
     write(args, mission, &result)?;
-    let good = result.found.beats(&result.defaults) && !stopped;
+    let good = result.found.beats(&result.reference) && !stopped;
     Ok(if good { Answer::Yes } else { Answer::No })
 }
 
