@@ -1,6 +1,10 @@
 //! `samara autopilot`: the reference autopilot behind its sockets.
 
-use super::args::AutopilotArgs;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::args::{ChoiceArgs, LinkArgs, NetArgs, StateArgs};
 use super::mission::{chosen_mission, note_estimator};
 use super::narrative::Narrator;
 use super::net::{Reporter, block_on, ports_of, system_of, wiring_of};
@@ -10,6 +14,46 @@ use super::recording::Recording;
 use super::sessions;
 use crate::config::Px4Clock;
 use crate::link::shell::{AfterSimulator, run_autopilot};
+
+/// The help of `samara autopilot`.
+pub const AUTOPILOT_HELP: &str = "\
+Connects to the simulator at TCP 4560 + instance and tries until it is there. Binds UDP 18570 + instance (ground stations, sends to
+14550) and 14580 + instance (companions and scripts, sends to 14540 + instance). Writes vehicle.tlog and flight.ulg
+(vehicle.2.tlog, flight.2.ulg, .. when the simulator starts over) and autopilot_manifest.json to the folder of --out.
+
+Examples:
+  samara autopilot
+  samara autopilot --gains paper_pso
+  samara autopilot --estimator ekf mission/x500_drop.json
+  samara autopilot --once --instance 1 --out out/second
+  samara autopilot --link tcpin:127.0.0.1:5760 --link udpout:192.0.2.7:14550
+  samara autopilot --sign-key key.txt";
+
+/// `samara autopilot`.
+#[derive(Args, Debug)]
+pub struct AutopilotArgs {
+    /// The mission file.
+    #[arg(default_value = "mission/titan_drop.json")]
+    pub mission: PathBuf,
+    /// Folder for the results [default: out/<mission name>].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// What the mission leaves to choose.
+    #[command(flatten)]
+    pub choice: ChoiceArgs,
+    /// What it flies by.
+    #[command(flatten)]
+    pub state: StateArgs,
+    /// Ports.
+    #[command(flatten)]
+    pub net: NetArgs,
+    /// Further endpoints.
+    #[command(flatten)]
+    pub link: LinkArgs,
+    /// End when the simulator leaves, instead of waiting for the next one.
+    #[arg(long)]
+    pub once: bool,
+}
 
 /// `samara autopilot`.
 pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {

@@ -5,7 +5,6 @@
 mod args;
 mod assess;
 mod autopilot;
-mod cases;
 mod clock;
 mod drop;
 mod flight_files;
@@ -26,15 +25,16 @@ mod sessions;
 mod sim;
 mod stream;
 mod tune;
+mod verbs;
 mod verify;
 
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches};
 
-pub use args::Cli;
-use args::Verb;
 use outcome::report;
+pub use verbs::Cli;
+use verbs::Verb;
 
 /// Parses the command line and runs the verb.
 pub fn run() -> ExitCode {

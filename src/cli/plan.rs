@@ -4,8 +4,9 @@ use std::io::Write as _;
 use std::ops::ControlFlow;
 
 use anyhow::Context;
+use clap::Args;
 
-use super::args::{InputCost, PlanArgs};
+use super::args::{MissionArgs, PlanningArgs, positive};
 use super::clock::Stopwatch;
 use super::mission::stamp_of;
 use super::outcome::{Answer, BadInput, Failure};
@@ -13,6 +14,67 @@ use super::output::{OutputFolder, print, tell};
 use crate::config::{Mission, load_mission, write_trajectory_csv};
 use crate::plan::{Guess, InputReference, Plan, Progress, SolverOptions, Status, plan};
 use crate::report::{plan_figure, plan_json, plan_text};
+
+/// The help of `samara plan`.
+pub const PLAN_HELP: &str = "\
+Writes trajectory.csv, plan.json, plan.svg and plan_manifest.json (inputs, options, SHA-256 of each file) to the folder of --out.
+Gains and seed do not enter a plan.
+
+JSON (--json): see plan.json, which holds the same keys but solve_ms: status (converged, iteration_limit, stopped, infeasible,
+stalled, diverged), diagnosis, objective (J_d), iterations, j_tpf, defect_max, kkt_residual and more.
+
+Exit code 1 when the plan did not converge.
+
+Examples:
+  samara plan
+  samara plan mission/x500_drop.json --nodes 51
+  samara plan --input-cost trim --json";
+
+/// `samara plan`.
+#[derive(Args, Debug)]
+pub struct PlanArgs {
+    /// Mission, folder, output form.
+    #[command(flatten)]
+    pub mission: MissionArgs,
+    /// Number of collocation nodes, instead of the mission's.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=10_000))]
+    pub nodes: Option<u32>,
+    /// What the input cost is measured from, instead of the mission's choice.
+    #[arg(long, value_enum)]
+    pub input_cost: Option<InputCost>,
+    /// Let the velocity at the end lie within this of the target, axis by axis [m/s].
+    #[arg(long, value_name = "M_S", value_parser = positive)]
+    pub terminal_tolerance: Option<f64>,
+    /// Bound on KKT residual, complementarity and largest defect, from 1e-12 to 0.01. Rounding may not leave the last digits: then the
+    /// solve ends as `stalled`.
+    #[arg(long, default_value_t = 1e-8, value_parser = tolerance)]
+    pub tolerance: f64,
+    /// Budget of iterations; the best point found is returned when it is used up.
+    #[arg(long, default_value_t = 300)]
+    pub max_iterations: u32,
+    /// Budget of time [s]; the best point found is returned when it is used up.
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub time_limit: Option<f64>,
+    /// How much to tell of it.
+    #[command(flatten)]
+    pub planning: PlanningArgs,
+}
+
+/// What an input costs nothing at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum InputCost {
+    /// Zero thrust, as in the paper.
+    Zero,
+    /// The trim thrusts at the target.
+    Trim,
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if (1e-12..=1e-2).contains(&x) => Ok(x),
+        _ => Err("a number from 1e-12 to 0.01 is expected".to_owned()),
+    }
+}
 
 /// A plan and what it took.
 pub struct TimedPlan {

@@ -1,9 +1,23 @@
 //! `samara schema`.
 
-use super::args::SchemaArgs;
+use std::path::PathBuf;
+
+use clap::Args;
+
 use super::outcome::{Answer, Failure};
 use super::output::{OutputFolder, print};
 use crate::config::schema::schemas;
+
+/// The help of `samara schema`.
+pub const SCHEMA_HELP: &str = "Examples:\n  samara schema\n  samara schema --out /tmp/schema";
+
+/// `samara schema`.
+#[derive(Args, Debug)]
+pub struct SchemaArgs {
+    /// Folder to write to.
+    #[arg(long, value_name = "DIR", default_value = "params/schema")]
+    pub out: PathBuf,
+}
 
 /// Writes the schemas.
 pub fn run(args: &SchemaArgs) -> Result<Answer, Failure> {

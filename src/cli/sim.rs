@@ -1,7 +1,11 @@
 //! `samara sim`: the simulator behind its sockets.
 
-use super::args::SimArgs;
-use super::drop::{answer_of, drop_run, judge, never_released, tell_failsafe, tell_if_stopped, tell_verdict};
+use clap::Args;
+
+use super::args::{ChoiceArgs, MissionArgs, NetArgs, SpeedArg, speed};
+use super::drop::verdict::{
+    answer_of, drop_run, judge, never_released, tell_failsafe, tell_if_stopped, tell_verdict,
+};
 use super::flight_files::write_flight;
 use super::mission::chosen_mission;
 use super::narrative::Narrator;
@@ -12,6 +16,39 @@ use super::recording::Recording;
 use super::sessions;
 use crate::link::shell::run_simulator;
 use crate::report::{DropRun, drop_json};
+
+/// The help of `samara sim`.
+pub const SIM_HELP: &str = "\
+Listens on TCP 4560 + instance for an autopilot and waits for it; serves the parachute on UDP 14600 + instance. Ends with the
+mission and prints the verdict. Writes flight.csv, drop.json, drop.svg, hil.tlog and sim_manifest.json to the folder of --out. When an
+autopilot is replaced in flight, the new flight is recorded to hil.2.tlog.
+
+JSON (--json): the object of `samara drop --json`; trajectory and plan_j_tpf are null, since the simulator does not know the plan.
+What happens meanwhile is told on stderr.
+
+Exit code 1 when a limit was passed, a failsafe flew, the vehicle was never released or the mission was stopped (Ctrl-C) before its end.
+
+Examples:
+  samara sim
+  samara sim --speed 10 mission/x500_drop.json
+  samara sim --instance 1 --out out/second --json";
+
+/// `samara sim`.
+#[derive(Args, Debug)]
+pub struct SimArgs {
+    /// Mission, folder, output form.
+    #[command(flatten)]
+    pub mission: MissionArgs,
+    /// What the mission leaves to choose.
+    #[command(flatten)]
+    pub choice: ChoiceArgs,
+    /// Ports.
+    #[command(flatten)]
+    pub net: NetArgs,
+    /// Simulated seconds per second, or `max` (as fast as the answers come).
+    #[arg(long, value_name = "FACTOR|max", default_value = "1", value_parser = speed)]
+    pub speed: SpeedArg,
+}
 
 /// `samara sim`.
 pub fn run(args: &SimArgs) -> Result<Answer, Failure> {

@@ -1,6 +1,10 @@
 //! `samara stream`: the offboard streamer behind its socket. Yes is a plan that was streamed to its end.
 
-use super::args::StreamArgs;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::args::{ChoiceArgs, NetArgs, PlanningArgs};
 use super::mission::mission_with_a_drop;
 use super::narrative::Narrator;
 use super::net::{Reporter, block_on, key_of, ports_of, system_of};
@@ -12,6 +16,42 @@ use crate::link::shell::run_streamer;
 use crate::link::streamer::{Procedure, StreamerState};
 use crate::plan::Status;
 use crate::report::plan_text;
+
+/// The help of `samara stream`.
+pub const STREAM_HELP: &str = "\
+Binds UDP 14540 + instance. Plans, waits for the vehicle, streams a level attitude without thrust, asks for OFFBOARD, arms, commands
+the release after the mission's hang (if the mission leaves the release to a command), streams the plan's velocity at 50 Hz from the
+moment the rotors are free, then the target velocity, until Ctrl-C or the vehicle is gone.
+
+Exit code 1 when no plan was found, the vehicle refused, or the stream ended before the plan did.
+
+Examples:
+  samara stream
+  samara stream --trajectory out/titan_drop/trajectory.csv
+  samara stream --feed-forward";
+
+/// `samara stream`.
+#[derive(Args, Debug)]
+pub struct StreamArgs {
+    /// The mission file.
+    #[arg(default_value = "mission/titan_drop.json")]
+    pub mission: PathBuf,
+    /// What the mission leaves to choose.
+    #[command(flatten)]
+    pub choice: ChoiceArgs,
+    /// Ports.
+    #[command(flatten)]
+    pub net: NetArgs,
+    /// Stream this trajectory instead of planning one.
+    #[arg(long, value_name = "FILE")]
+    pub trajectory: Option<PathBuf>,
+    /// How much to tell of the planning.
+    #[command(flatten)]
+    pub planning: PlanningArgs,
+    /// Send the plan's acceleration with its velocity.
+    #[arg(long)]
+    pub feed_forward: bool,
+}
 
 /// `samara stream`.
 pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {

@@ -2,7 +2,10 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `mission`, `mission_parts`, `mission_ground`, `mission_json` | `mission/*.json`: checked, with model objects; as written |
+//! | `mission` | a mission with its model objects, and the planner's problem |
+//! | `mission_file`, `mission_parts`, `mission_ground`, `mission_sensors` | `mission/*.json`, read and checked; `mission_json`: as written |
+//! | `mission_choices` | what is chosen in place of its own, and the hash of the inputs |
+//! | `mission_releases`, `release_case` | its random releases; its release cases as drops |
 //! | `gains_file` | `params/gains/*.json` |
 //! | `params_file` | PX4 parameter files, and their gains for a mission |
 //! | `checkpoint` | what a search of gains was told so far |
@@ -20,9 +23,12 @@ mod checkpoint;
 mod error;
 mod gains_file;
 mod mission;
+mod mission_choices;
+mod mission_file;
 mod mission_ground;
 mod mission_json;
 mod mission_parts;
+mod mission_releases;
 mod mission_sensors;
 mod number;
 mod params_file;
@@ -38,8 +44,10 @@ mod vehicle_json;
 pub use checkpoint::{SearchIdentity, checkpoint_json, load_checkpoint};
 pub use error::ConfigError;
 pub use gains_file::{GainsFile, gains_json, gains_path, load_gains};
-pub use mission::{Mission, MonteCarlo, PlanInitial, Px4Clock, load_mission};
+pub use mission::{Mission, PlanInitial, Px4Clock};
+pub use mission_file::load_mission;
 pub use mission_ground::MissionGround;
+pub use mission_releases::MonteCarlo;
 pub use params_file::load_parameters;
 pub use release_case::CaseError;
 pub use trajectory_csv::{Stamp, TrajectoryFile, read_trajectory_csv, write_trajectory_csv};
@@ -47,16 +55,4 @@ pub use vehicle_file::{VehicleFile, load_vehicle};
 
 #[cfg(test)]
 #[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
-mod mission_tests;
-#[cfg(test)]
-#[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
-mod prop_tests;
-#[cfg(test)]
-#[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
-mod spoil;
-#[cfg(test)]
-#[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
-mod trajectory_tests;
-#[cfg(test)]
-#[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]
-mod vehicle_tests;
+mod tests;

@@ -129,28 +129,14 @@ impl Mixer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::specimen::{THRUST_LIMIT_N, airframe, lander};
+    use crate::control::specimen::{THRUST_LIMIT_N, airframe, lander, ring as ring_of};
     use crate::control::{Airframe, ControlError};
-    use crate::model::{RotorMount, Spin, Vehicle, VehicleOptions};
+    use crate::model::{Vehicle, VehicleOptions};
     use proptest::prelude::*;
 
-    /// `n` rotors on a circle, some higher than others, axes leaning by `lean`, turning by turns.
+    /// Longer than wide.
     fn ring(n: u32, lean: f64) -> Vehicle {
-        let mut vehicle = lander(true);
-        vehicle.rotors = (0..n)
-            .map(|i| {
-                let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(n)).sin_cos();
-                let spin = if i % 2 == 0 { Spin::Cw } else { Spin::Ccw };
-                // Leaning helps the reaction torque along.
-                let lean = -lean * spin.sign();
-                RotorMount {
-                    position_body_m: Vector3::new(cos, 1.2 * sin, 0.1 * cos),
-                    axis_body: Vector3::new(-lean * sin, lean * cos, -1.0).normalize(),
-                    spin,
-                }
-            })
-            .collect();
-        vehicle
+        ring_of(n, [1.0, 1.2], lean)
     }
 
     fn vehicles() -> [Vehicle; 5] {

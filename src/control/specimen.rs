@@ -70,6 +70,25 @@ pub(crate) fn lander(reaction_torque: bool) -> Vehicle {
     quadrotor([ARM_M, 1.1], [620.0, J_YY, 1160.0], [0.3, 0.2, 0.05], options)
 }
 
+/// The lander with `n` rotors on an ellipse of half axes forward and right [m], some higher than others, turning by turns, their axes
+/// leaning by `lean` so that it helps the reaction torque along.
+pub(crate) fn ring(n: u32, [forward_m, right_m]: [f64; 2], lean: f64) -> Vehicle {
+    let mut vehicle = lander(true);
+    vehicle.rotors = (0..n)
+        .map(|i| {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(n)).sin_cos();
+            let spin = if i % 2 == 0 { Spin::Cw } else { Spin::Ccw };
+            let lean = -lean * spin.sign();
+            RotorMount {
+                position_body_m: Vector3::new(forward_m * cos, right_m * sin, 0.1 * cos),
+                axis_body: Vector3::new(-lean * sin, lean * cos, -1.0).normalize(),
+                spin,
+            }
+        })
+        .collect();
+    vehicle
+}
+
 pub(crate) fn airframe(vehicle: &Vehicle) -> Airframe {
     Airframe::new(vehicle, &site()).unwrap()
 }

@@ -5,7 +5,9 @@
 //! |---|---|
 //! | `hil`, `home` | the simulator's messages read as a state, its truth; where home is |
 //! | `sensing` | its sensors as the estimator's, where one is flown on |
+//! | `beginning` | a simulator that comes, or starts over |
 //! | `step` | the control step, its answer, the telemetry that is due |
+//! | `reception` | each message to what it is for |
 //! | `commands` | COMMAND_LONG, COMMAND_INT, SET_MODE |
 //! | `navigation` | the commands about where to fly |
 //! | [`setpoints`] | SET_ATTITUDE_TARGET, SET_POSITION_TARGET_LOCAL_NED |
@@ -24,6 +26,7 @@
 //! (ODOMETRY, else HIL_STATE_QUATERNION) or the estimator's, as the setup says - and answers HIL_ACTUATOR_CONTROLS with the same stamp; then it sends what telemetry is due.
 //! If stamps run backwards the simulator has started over, and so does the autopilot.
 
+mod beginning;
 mod commands;
 mod files;
 mod health;
@@ -36,6 +39,7 @@ mod motion;
 mod navigation;
 mod parameters;
 mod port;
+mod reception;
 mod sensing;
 mod services;
 pub mod setpoints;
@@ -46,14 +50,13 @@ mod telemetry;
 
 use std::collections::VecDeque;
 
-use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 
 use super::statustext::TextWriter;
 use super::{Encoder, Frame, Link, Session, TimeUs, Transmit};
+use crate::autopilot::Autopilot;
 use crate::autopilot::estimator::{Estimator, EstimatorSettings};
 use crate::autopilot::parameters::Parameters;
-use crate::autopilot::{Autopilot, Setpoint, Severity};
 use crate::control::Cascade;
 use crate::model::Environment;
 use files::FileServer;
@@ -65,7 +68,7 @@ use parameters::Listings;
 use port::Port;
 use sensing::Sensing;
 use services::Peer;
-use setpoints::{FaultLog, SetpointFault};
+use setpoints::FaultLog;
 use step::Condition;
 use streams::{Schedule, id};
 use telemetry::Telemetry;
@@ -193,17 +196,6 @@ impl AutopilotSession {
         self.running.then_some(self.clock)
     }
 
-    /// A new connection to a simulator stands: drops what was meant for the old one, forgets the flight there, and greets anew.
-    /// A vehicle that was armed and flying is not what hangs under the new canopy.
-    pub fn simulator_connected(&mut self) {
-        self.out.retain(|transmit| transmit.link != Link::Simulator);
-        if self.running {
-            self.running = false;
-            self.start_over(0);
-        }
-        self.greet_simulator();
-    }
-
     /// What is known of the vehicle, however old: the truth, or the estimate.
     fn latest_state(&self) -> Option<VehicleState> {
         self.sensing.as_ref().map_or_else(|| self.hil.latest(), Sensing::latest)
@@ -219,86 +211,6 @@ impl AutopilotSession {
         if let Some(sensing) = &mut self.sensing {
             sensing.begin_anew(self.parameters.gps_delay_us());
         }
-    }
-
-    /// As PX4 does: a HEARTBEAT and a request for HIL_STATE_QUATERNION at 200 Hz; beyond PX4, one for ODOMETRY, the same
-    /// in float32.
-    fn greet_simulator(&mut self) {
-        let heartbeat = self.telemetry().message(id::HEARTBEAT);
-        if let Some(heartbeat) = heartbeat {
-            self.send(Link::Simulator, &heartbeat);
-        }
-        for (message_id, interval_us) in [(115.0, 5000.0), (331.0, 4000.0)] {
-            let request = COMMAND_LONG_DATA {
-                command: MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL,
-                param1: message_id,
-                param2: interval_us,
-                target_system: self.system_id,
-                ..COMMAND_LONG_DATA::DEFAULT
-            };
-            self.send(Link::Simulator, &MavMessage::COMMAND_LONG(request));
-        }
-    }
-
-    fn handle_message(&mut self, link: Link, frame: &Frame, message: &MavMessage) {
-        match message {
-            MavMessage::HIL_SENSOR(m) if link == Link::Simulator => self.control_step(m),
-            MavMessage::ODOMETRY(m) if link == Link::Simulator => self.hil.take_odometry(m),
-            MavMessage::HIL_STATE_QUATERNION(m) if link == Link::Simulator => {
-                self.hil.take_coarse(m, &self.environment);
-            }
-            MavMessage::BATTERY_STATUS(m) if link == Link::Simulator && m.battery_remaining >= 0 => {
-                self.autopilot.set_charge(f64::from(m.battery_remaining) / 100.0);
-                self.battery = Some(m.clone());
-            }
-            MavMessage::HEARTBEAT(m) if link != Link::Simulator => {
-                if m.mavtype == MavType::MAV_TYPE_GCS {
-                    self.autopilot.hear_ground_station(self.clock);
-                }
-            }
-            MavMessage::HIL_GPS(m) if link == Link::Simulator => self.hil.gps = Some(m.clone()),
-            MavMessage::SET_POSITION_TARGET_LOCAL_NED(m) => {
-                if self.is_for_us(m.target_system, m.target_component) {
-                    self.take_setpoint(setpoints::local_setpoint(m));
-                }
-            }
-            MavMessage::SET_ATTITUDE_TARGET(m) => {
-                if self.is_for_us(m.target_system, m.target_component) {
-                    self.take_setpoint(setpoints::attitude_setpoint(m));
-                }
-            }
-            MavMessage::SET_POSITION_TARGET_GLOBAL_INT(m) => {
-                if self.is_for_us(m.target_system, m.target_component) {
-                    self.take_setpoint(Err(SetpointFault::Global));
-                }
-            }
-            _ => self.handle_service(link, frame, message),
-        }
-    }
-
-    /// A setpoint whose frame number no enum knows: it is owed the same refusal as one in a frame that is not flown.
-    fn handle_unparsed(&mut self, frame: &Frame) {
-        const TARGET_AT: usize = 50;
-        if frame.message_id == SET_POSITION_TARGET_LOCAL_NED_DATA::ID {
-            let p = frame.payload();
-            if self.is_for_us(p.u8(TARGET_AT), p.u8(TARGET_AT + 1)) {
-                self.take_setpoint(Err(SetpointFault::Frame));
-            }
-        }
-    }
-
-    fn take_setpoint(&mut self, setpoint: Result<Setpoint, SetpointFault>) {
-        let taken = setpoint.and_then(|s| Ok(self.autopilot.offer_setpoint(self.clock, s)?));
-        if let Err(fault) = taken
-            && self.faults.is_news(self.clock, fault)
-        {
-            self.autopilot.say(Severity::Error, fault.to_string());
-        }
-    }
-
-    /// Whether a target is this autopilot, or everybody.
-    fn is_for_us(&self, system: u8, component: u8) -> bool {
-        (system == 0 || system == self.system_id) && (component == 0 || component == AUTOPILOT_COMPONENT)
     }
 
     fn telemetry(&self) -> Telemetry<'_> {

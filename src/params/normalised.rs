@@ -171,9 +171,9 @@ impl PseudoInverse {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::specimen::{THRUST_LIMIT_N, lander, quadrotor};
-    use crate::model::{RotorMount, Spin, VehicleOptions};
-    use nalgebra::{DMatrix, Vector3};
+    use crate::control::specimen::{THRUST_LIMIT_N, lander, quadrotor, ring};
+    use crate::model::VehicleOptions;
+    use nalgebra::DMatrix;
 
     const DENSITY: f64 = 5.4;
 
@@ -210,7 +210,7 @@ mod tests {
     #[test]
     fn closed_form_of_the_hexagon() {
         let r = 1.4;
-        let units = NormalisedUnits::of(&ring(6, r, 0.0), DENSITY).unwrap();
+        let units = NormalisedUnits::of(&ring(6, [r, r], 0.0), DENSITY).unwrap();
         // sum of squares 3/(3 C_T r)^2 in both; 4 rotors count for roll, 6 for pitch.
         let s = (3.0 / (4.0 / 2.0f64)).sqrt() / (3.0 * THRUST_COEFFICIENT * r);
         let g = THRUST_LIMIT_N / THRUST_COEFFICIENT / s;
@@ -218,29 +218,16 @@ mod tests {
         assert!(close(units.yaw_nm.unwrap(), 6.0 * THRUST_LIMIT_N * 0.05), "{units:?}");
     }
 
-    fn ring(n: u32, r: f64, lean: f64) -> Vehicle {
-        let mut vehicle = lander(true);
-        vehicle.rotors = (0..n)
-            .map(|i| {
-                let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(n)).sin_cos();
-                let spin = if i % 2 == 0 { Spin::Cw } else { Spin::Ccw };
-                let lean = -lean * spin.sign();
-                RotorMount {
-                    position_body_m: Vector3::new(r * cos, r * sin, 0.1 * cos),
-                    axis_body: Vector3::new(-lean * sin, lean * cos, -1.0).normalize(),
-                    spin,
-                }
-            })
-            .collect();
-        vehicle
-    }
-
     /// The pseudo-inverse by rank factorisation is the one by singular values, also for leaning and for few rotors.
     #[test]
     fn reference_pseudo_inverse_by_singular_values() {
-        for vehicle in
-            [lander(true), ring(6, 1.0, 0.0), ring(6, 1.3, 0.3), ring(8, 1.0, 0.2), ring(3, 0.7, 0.1)]
-        {
+        for vehicle in [
+            lander(true),
+            ring(6, [1.0, 1.0], 0.0),
+            ring(6, [1.3, 1.3], 0.3),
+            ring(8, [1.0, 1.0], 0.2),
+            ring(3, [0.7, 0.7], 0.1),
+        ] {
             let rows = effectiveness(&vehicle, DENSITY);
             let e = DMatrix::from_fn(6, vehicle.rotors.len(), |i, j| rows[i][j]);
             let reference = e.clone().pseudo_inverse(1e-9).unwrap();

@@ -24,17 +24,6 @@ const GAMMA_THETA: f64 = 1e-5;
 const GAMMA_PHI: f64 = 1e-8;
 const ARMIJO: f64 = 1e-8;
 
-/// What a trial point is taken for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// Not acceptable.
-    Rejected,
-    /// Accepted for a decrease of the objective (Armijo): the filter stays.
-    Objective,
-    /// Accepted otherwise: the point left behind enters the filter.
-    Violation,
-}
-
 impl Filter {
     /// A filter for a problem that starts at the given violation.
     pub fn new(violation: f64) -> Self {
@@ -63,22 +52,25 @@ impl Filter {
             && self.corners.iter().all(|c| trial.violation < c.violation || trial.objective < c.objective)
     }
 
-    /// Judges a trial point at step length `alpha`; `slope` is the directional derivative of the objective.
-    pub fn judge(&self, from: Merit, trial: Merit, alpha: f64, slope: f64) -> Verdict {
+    /// Whether a trial point at step length `alpha` is taken; `slope` is the directional derivative of the objective. Unless it is taken
+    /// for a decrease of the objective (Armijo), the point left behind enters the filter.
+    pub fn takes(&mut self, from: Merit, trial: Merit, alpha: f64, slope: f64) -> bool {
         if !self.accepts(trial) {
-            return Verdict::Rejected;
+            return false;
         }
         let noise = 10.0 * f64::EPSILON * from.objective.abs();
         let switching = slope < 0.0
             && alpha * (-slope).powf(2.3) > from.violation.powf(1.1)
             && from.violation <= self.violation_min;
         if switching {
-            let armijo = trial.objective <= from.objective + ARMIJO * alpha * slope + noise;
-            return if armijo { Verdict::Objective } else { Verdict::Rejected };
+            return trial.objective <= from.objective + ARMIJO * alpha * slope + noise;
         }
         let better = trial.violation <= (1.0 - GAMMA_THETA) * from.violation
             || trial.objective <= from.objective - GAMMA_PHI * from.violation + noise;
-        if better { Verdict::Violation } else { Verdict::Rejected }
+        if better {
+            self.add(from);
+        }
+        better
     }
 
     /// Step length below which the line search gives up and restores feasibility.

@@ -26,6 +26,14 @@ class Reference:
         assert verdict["final_v_ned_m_s"] == pytest.approx(self.verdict["final_v_ned_m_s"], abs=0.02)
         assert verdict["limits_passed"] == []
 
+    def is_flown_by(self, vehicle, at_s=0.0):
+        """The vehicle hangs, arms, is released, not before `at_s`, and flies the plan; simulated time at which the plan begins [s]."""
+        vehicle.hang()
+        vehicle.arm()
+        free_s = vehicle.release(at_s) + self.mission["parachute"]["delay_s"]
+        vehicle.stream(vehicle.flies(self.plan, free_s))
+        return free_s
+
 
 @pytest.fixture(scope="session")
 def reference(tmp_path_factory):

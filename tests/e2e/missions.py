@@ -3,8 +3,16 @@
 from programs import REPOSITORY
 
 
-def over_ground(mission):
-    """40 m below the point of release there is ground to land on, and there is time for it."""
+def over_ground(mission, height_m, duration_s):
+    """So far below the point of release there is ground to land on, and there is time for it."""
+    mission["site"]["ground_altitude_m"] = mission["site"]["altitude_m"] - height_m
+    mission["duration_s"] = duration_s
+
+
+def x500_over_ground(mission):
+    over_ground(mission, 40, 75)
     mission["gains"] = str(REPOSITORY / "params" / "gains" / "x500_hover.json")
-    mission["site"]["ground_altitude_m"] = mission["site"]["altitude_m"] - 40
-    mission["duration_s"] = 75
+
+
+def titan_over_ground(mission):
+    over_ground(mission, 150, 300)

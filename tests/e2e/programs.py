@@ -54,6 +54,13 @@ class Ports:
         return True
 
 
+def free_port():
+    """A TCP port that nobody uses, besides those of an instance."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
 def lock(name, wait):
     """An open lock file; `None` if somebody else has it and we shall not wait. The system frees it whatever happens."""
     path = Path(tempfile.gettempdir()) / f"samara-e2e-{os.getuid()}-{name}.lock"

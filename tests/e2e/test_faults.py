@@ -8,7 +8,6 @@ import socket
 import pytest
 
 from drop import PARACHUTE, Vehicle, mavlink
-from programs import MISSION
 from tlog import dump, stamps_are_of_one_flight
 
 
@@ -217,14 +216,8 @@ def test_a_stream_ends_with_its_simulation(samara, number):
     assert autopilot.ends() == 0
 
 
-def test_a_mission_that_is_shorter_than_its_plan_ends_the_stream(samara, tmp_path):
-    mission = json.loads(MISSION.read_text(encoding="utf-8"))
-    mission["duration_s"] = 20.0
-    for key in ("vehicle", "gains"):
-        if isinstance(mission.get(key), str):
-            mission[key] = str((MISSION.parent / mission[key]).resolve())
-    short = tmp_path / "short.json"
-    short.write_text(json.dumps(mission), encoding="utf-8")
+def test_a_mission_that_is_shorter_than_its_plan_ends_the_stream(samara, mission):
+    short = mission("titan_drop", lambda m: m.update(duration_s=20.0))
     sim = samara.sim("--speed", 10, short)
     samara.autopilot("--once", short)
     stream = samara.stream()

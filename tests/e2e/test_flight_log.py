@@ -12,29 +12,21 @@ from programs import MISSION, SAMARA
 
 
 @pytest.fixture(scope="module")
-def drop(tmp_path_factory):
-    out = tmp_path_factory.mktemp("drop")
-    subprocess.run([SAMARA, "drop", MISSION, "--out", out], check=True, capture_output=True)
-    return out
+def log(reference):
+    return ULog(str(reference.out / "flight.ulg"))
 
 
 @pytest.fixture(scope="module")
-def log(drop):
-    return ULog(str(drop / "flight.ulg"))
-
-
-@pytest.fixture(scope="module")
-def truth(drop):
-    with open(drop / "flight.csv", encoding="utf-8") as file:
+def truth(reference):
+    with open(reference.out / "flight.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
     return lambda name: np.array([float(row[name]) for row in rows])
 
 
-def test_the_file_is_whole_and_says_what_it_is(log):
+def test_the_file_is_whole_and_says_what_it_is(log, reference):
     assert not log.file_corruption and not log.dropouts
     assert log.msg_info_dict["sys_name"] == "samara" and log.msg_info_dict["ver_hw"] == "titan"
-    mission = json.loads(MISSION.read_text(encoding="utf-8"))
-    gains = json.loads((MISSION.parent / mission["gains"]).read_text(encoding="utf-8"))
+    gains = json.loads((MISSION.parent / reference.mission["gains"]).read_text(encoding="utf-8"))
     assert log.initial_parameters["MC_PITCH_P"] == pytest.approx(gains["k_ptheta_per_s"], rel=1e-6)
     said = [entry.message for entry in log.logged_messages]
     assert "armed" in said and "mode OFFBOARD" in said
@@ -54,7 +46,7 @@ def test_the_flown_states_are_the_simulators(log, truth):
     assert set(np.diff(times.astype(np.int64))) == {4000}
 
 
-def test_commands_and_conditions_tell_the_drop(log, drop):
+def test_commands_and_conditions_tell_the_drop(log, reference):
     motors = log.get_dataset("actuator_motors").data
     t = motors["timestamp"] * 1e-6
     assert np.all(motors["control[0]"][t < 10.4] == 0) and motors["control[0]"][t > 20].min() > 0.3
@@ -64,8 +56,7 @@ def test_commands_and_conditions_tell_the_drop(log, drop):
     t = fall["timestamp"] * 1e-6
     assert fall["freefall"][(t > 10.1) & (t < 10.4)].all() and not fall["freefall"][t < 9.9].any()
     gps = log.get_dataset("vehicle_gps_position").data
-    mission = json.loads(MISSION.read_text(encoding="utf-8"))
-    assert gps["time_utc_usec"][0] == mission["epoch_unix_us"] + gps["timestamp"][0]
+    assert gps["time_utc_usec"][0] == reference.mission["epoch_unix_us"] + gps["timestamp"][0]
 
 
 def test_on_the_estimator_the_truth_is_logged_beside_it(tmp_path):

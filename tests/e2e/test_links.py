@@ -8,13 +8,7 @@ import pytest
 
 from drop import AUTOPILOT, Vehicle, mavlink
 from pymavlink import mavutil
-from programs import PATIENCE_S
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
+from programs import PATIENCE_S, free_port
 
 
 class Station:
@@ -125,10 +119,7 @@ def test_a_companion_on_tcp_alone_flies_a_drop(samara, reference):
     autopilot = samara.autopilot("--once", "--link", f"tcpin:127.0.0.1:{port}?mode=onboard")
     vehicle = Vehicle(listens_on_tcp(autopilot, port), samara.ports.system)
     vehicle.wait("HIGHRES_IMU", within_s=10.0)
-    vehicle.hang()
-    vehicle.arm()
-    free_s = vehicle.release(at_s=10.0) + reference.mission["parachute"]["delay_s"]
-    vehicle.stream(vehicle.flies(reference.plan, free_s))
+    reference.is_flown_by(vehicle, at_s=10.0)
     vehicle.until(reference.mission["duration_s"] - 0.1)
     vehicle.close()
     assert sim.ends() == 0

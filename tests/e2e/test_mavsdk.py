@@ -1,11 +1,8 @@
 """MAVSDK flies from the ground and back, and neither it nor the vehicle complains."""
 
 import asyncio
-import contextlib
 
 import pytest
-from mavsdk import ComponentType, LogLevel, log_subscribe
-from mavsdk.asyncio.mavsdk import Configuration, Mavsdk
 from mavsdk.asyncio.plugins.action import ActionAsync
 from mavsdk.asyncio.plugins.offboard import OffboardAsync
 from mavsdk.asyncio.plugins.param import ParamAsync
@@ -13,22 +10,10 @@ from mavsdk.asyncio.plugins.telemetry import TelemetryAsync
 from mavsdk.plugins.offboard import VelocityNedYaw
 from mavsdk.plugins.telemetry import FlightMode, StatusTextType
 
-from programs import PATIENCE_S, REPOSITORY
+from mavsdk_client import first, follow, session
+from programs import REPOSITORY
 
 MISSION = REPOSITORY / "mission" / "x500_ground.json"
-
-
-async def first(stream, condition):
-    """The first update that meets a condition."""
-    async with asyncio.timeout(PATIENCE_S), contextlib.aclosing(stream) as updates:
-        async for update in updates:
-            if condition(update):
-                return update
-
-
-async def follow(stream, into):
-    async for update in stream:
-        into.append(update)
 
 
 async def flies(system, speed):
@@ -73,25 +58,9 @@ async def flies(system, speed):
 
 @pytest.mark.parametrize("speed", [1, 10])
 def test_mavsdk_flies_without_a_complaint(samara, speed):
-    complaints = []
-
-    def log(level, message, _file, _line):
-        if level >= LogLevel.WARN:
-            complaints.append(message)
-        return True
-
-    async def session():
-        kind = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
-        async with Mavsdk(kind) as mavsdk:
-            await mavsdk.add_any_connection(f"udpin://127.0.0.1:{samara.ports.api}")
-            system = await mavsdk.first_autopilot(timeout_s=PATIENCE_S)
-            assert system is not None, "no autopilot found"
-            return await flies(system, speed)
-
-    log_subscribe(log)
     sim = samara.sim("--speed", speed, "--json", MISSION)
     autopilot = samara.autopilot("--once", MISSION)
-    texts, places = asyncio.run(session())
+    (texts, places), complaints = session(f"udpin://127.0.0.1:{samara.ports.api}", lambda system: flies(system, speed))
     assert complaints == []
     assert [t.text for t in texts if t.type not in (StatusTextType.DEBUG, StatusTextType.INFO, StatusTextType.NOTICE)] == []
     assert {"armed", "mode AUTO.TAKEOFF", "mode OFFBOARD", "mode HOLD", "mode AUTO.LAND", "disarmed"} <= {t.text for t in texts}

@@ -6,8 +6,6 @@ import contextlib
 import json
 
 import pytest
-from mavsdk import ComponentType, LogLevel, log_subscribe
-from mavsdk.asyncio.mavsdk import Configuration, Mavsdk
 from mavsdk.asyncio.plugins.action import ActionAsync
 from mavsdk.asyncio.plugins.mavlink_direct import MavlinkDirectAsync
 from mavsdk.asyncio.plugins.offboard import OffboardAsync
@@ -18,17 +16,12 @@ from mavsdk.plugins.offboard import Attitude, VelocityNedYaw
 from mavsdk.plugins.telemetry import FlightMode
 
 from drop import PARACHUTE, mavlink
-from programs import PATIENCE_S
-from test_links import free_port
-from test_mavsdk import first, follow
+from mavsdk_client import first, follow, session
+from missions import titan_over_ground
+from programs import PATIENCE_S, free_port
 
 SPEED = 10
 TARGET_V_NED = (2.0, 0.0, 1.0)
-
-
-def over_ground(mission):
-    mission["site"]["ground_altitude_m"] = mission["site"]["altitude_m"] - 150
-    mission["duration_s"] = 300
 
 
 class Parachute:
@@ -68,7 +61,9 @@ async def steady(telemetry, v_ned, within_m_s, updates=20):
                 return
 
 
-async def drops(system, number, texts):
+async def drops(system, number):
+    """Hang, release, target velocity, hold, land; simulated time of the cut [s], and what the vehicle has said."""
+    texts = []
     telemetry, action, offboard = TelemetryAsync(system), ActionAsync(system), OffboardAsync(system)
     parachute = Parachute(system, number)
     following = asyncio.ensure_future(follow(telemetry.subscribe_status_text(), texts))
@@ -95,31 +90,17 @@ async def drops(system, number, texts):
     await first(telemetry.subscribe_in_air(), lambda in_air: not in_air)
     await first(telemetry.subscribe_armed(), lambda armed: not armed)
     following.cancel()
-    return released_s
+    return released_s, texts
 
 
 def test_mavsdk_flies_a_drop_on_tcp_alone(samara, mission):
-    complaints, texts = [], []
-
-    def log(level, message, _file, _line):
-        if level >= LogLevel.WARN:
-            complaints.append(message)
-        return True
-
-    async def session():
-        kind = Configuration.create_with_component_type(ComponentType.GROUND_STATION)
-        async with Mavsdk(kind) as mavsdk:
-            await mavsdk.add_any_connection(f"tcpout://127.0.0.1:{port}")
-            system = await mavsdk.first_autopilot(timeout_s=PATIENCE_S)
-            assert system is not None, "no autopilot found"
-            return await drops(system, samara.ports.system, texts)
-
-    log_subscribe(log)
-    path, port = mission("titan_drop", over_ground), free_port()
+    path, port = mission("titan_drop", titan_over_ground), free_port()
     sim = samara.sim("--speed", SPEED, "--json", path)
     autopilot = samara.autopilot("--once", "--link", f"tcpin:127.0.0.1:{port}?mode=onboard", path)
     autopilot.says("connected to simulator")
-    released_s = asyncio.run(session())
+    (released_s, texts), complaints = session(
+        f"tcpout://127.0.0.1:{port}", lambda system: drops(system, samara.ports.system)
+    )
     sim.interrupt()
     assert sim.ends() == 1, "stopped before its time is over"
     assert autopilot.ends() == 0

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from drop import AUTOPILOT, mavlink
-from missions import over_ground
-from test_services import set_parameter
+from ground_station import set_parameter
+from missions import x500_over_ground
 
 HOLD, LAND = (4, 3), (4, 6)
 NAN = math.nan
@@ -34,10 +34,7 @@ def lands(vehicle, within_s):
 
 
 def test_take_off_and_land_as_a_ground_station_does(samara, vehicle, mission):
-    def short(m):
-        m["duration_s"] = 75
-
-    path = mission("x500_ground", short)
+    path = mission("x500_ground", lambda m: m.update(duration_s=75))
     sim = samara.sim("--speed", 10, "--json", path)
     autopilot = samara.autopilot("--once", path)
     vehicle.connect()
@@ -70,7 +67,7 @@ def test_take_off_and_land_as_a_ground_station_does(samara, vehicle, mission):
 
 
 def test_a_drop_that_holds_and_lands(samara, vehicle, mission):
-    path = mission("x500_drop", over_ground)
+    path = mission("x500_drop", x500_over_ground)
     sim = samara.sim("--speed", 10, "--json", path)
     samara.autopilot("--once", path)
     vehicle.hang()

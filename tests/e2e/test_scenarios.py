@@ -6,16 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from drop import AUTOPILOT, DropError, Vehicle, mavlink
-from test_services import download, items, read_parameters, set_parameter, upload
-
-
-def drops(vehicle, reference, at_s=0.0):
-    """Hangs, arms, is released, and flies the plan; simulated time at which the plan begins [s]."""
-    vehicle.hang()
-    vehicle.arm()
-    free_s = vehicle.release(at_s) + reference.mission["parachute"]["delay_s"]
-    vehicle.stream(vehicle.flies(reference.plan, free_s))
-    return free_s
+from ground_station import download, items, read_parameter, read_parameters, set_parameter, upload
 
 
 def test_released_while_not_armed_it_falls_and_the_verdict_says_so(samara, vehicle, reference):
@@ -41,7 +32,7 @@ def test_released_while_not_armed_it_falls_and_the_verdict_says_so(samara, vehic
 def test_a_gap_in_the_setpoints_shorter_than_the_timeout_does_no_harm(samara, vehicle, reference):
     sim = samara.sim("--speed", 10, "--json")
     samara.autopilot("--once")
-    free_s = drops(vehicle, reference, at_s=10.0)
+    free_s = reference.is_flown_by(vehicle, at_s=10.0)
     assert set_parameter(vehicle, "COM_OF_LOSS_T", 3.0) == 3.0
     # Late in the manoeuvre, where the plan changes slowly.
     vehicle.until(free_s + 20)
@@ -57,7 +48,7 @@ def test_a_gap_in_the_setpoints_shorter_than_the_timeout_does_no_harm(samara, ve
 def test_a_second_ground_station_at_work_in_mid_manoeuvre(samara, vehicle, reference):
     sim = samara.sim("--speed", 10, "--json")
     autopilot = samara.autopilot("--once")
-    free_s = drops(vehicle, reference, at_s=10.0)
+    free_s = reference.is_flown_by(vehicle, at_s=10.0)
     vehicle.until(free_s + 1)
     ground = Vehicle(f"udpout:127.0.0.1:{samara.ports.autopilot_ground}", samara.ports.system)
     with ThreadPoolExecutor(1) as script:
@@ -78,12 +69,6 @@ def test_a_second_ground_station_at_work_in_mid_manoeuvre(samara, vehicle, refer
     assert sim.ends() == 0
     assert autopilot.ends() == 0
     reference.agrees_with(sim.json())
-
-
-def read_parameter(vehicle, name):
-    """A parameter's value."""
-    vehicle.link.mav.param_request_read_send(vehicle.system, AUTOPILOT, name.encode(), -1)
-    return vehicle.wait("PARAM_VALUE", lambda m: m.param_id == name).param_value
 
 
 def test_gains_changed_in_flight_are_flown_at_once(samara, vehicle, reference):
@@ -117,7 +102,7 @@ def test_gains_changed_in_flight_are_flown_at_once(samara, vehicle, reference):
 def test_a_link_that_is_cut_and_restored(samara, vehicle, reference):
     sim = samara.sim("--speed", 10, "--json")
     autopilot = samara.autopilot("--once")
-    free_s = drops(vehicle, reference)
+    free_s = reference.is_flown_by(vehicle)
     vehicle.until(free_s + 6)
     # Nobody at the port: the autopilot's datagrams are refused by the system, and its setpoints end.
     vehicle.close()

@@ -62,7 +62,8 @@ def test_ctrl_c_ends_a_drop_at_full_speed(samara, mission):
     assert drop.has_said("stopped at")
     assert (drop.out / "flight.csv").stat().st_size > 100_000
     verdict = json.loads((drop.out / "drop.json").read_text(encoding="utf-8"))
-    assert not verdict["completed"] and 10.5 <= verdict["ended_at_s"] < 900
+    # A row is of its step's beginning: that of the step in which the rotors came free may be the last.
+    assert not verdict["completed"] and 10.496 <= verdict["ended_at_s"] < 900
     assert (drop.out / "drop_manifest.json").exists()
     # The parachute tells the end in the recording, too.
     assert any(kind == "STATUSTEXT" and "stopped" in data["text"] for kind, _, data in dump(drop.out / "vehicle.tlog"))

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use nalgebra::Vector3;
+use samara::autopilot::estimator::EstimatorSettings;
 use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, load_mission};
 use samara::control::{Airframe, Cascade};
@@ -73,12 +74,17 @@ pub fn simulator_of(sim: DropSimulation, trigger: ReleaseTrigger) -> SimulatorSe
 }
 
 pub fn autopilot() -> AutopilotSession {
-    let m = mission();
+    autopilot_of(mission(), None)
+}
+
+/// A mission's autopilot, on the truth or on an estimator.
+pub fn autopilot_of(m: &Mission, estimator: Option<EstimatorSettings>) -> AutopilotSession {
+    let airframe = Airframe::new(&m.vehicle, &m.environment).unwrap();
     AutopilotSession::new(AutopilotSetup {
         system_id: 1,
-        cascade: cascade(),
+        cascade: Cascade::new(airframe, m.gains, m.control_limits),
         environment: m.environment.clone(),
-        estimator: None,
+        estimator,
         rotors: m.vehicle.rotors.len(),
         epoch_unix_us: m.epoch_unix_us,
         parameters: Parameters::of(&m.parameter_subject(), 1).unwrap(),

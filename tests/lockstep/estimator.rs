@@ -7,19 +7,19 @@ use std::path::Path;
 use nalgebra::{SMatrix, SVector};
 use samara::assess::{Verdict, VerdictBuilder};
 use samara::autopilot::estimator::{Estimator, EstimatorSettings, Noise};
-use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, load_mission};
-use samara::control::{Airframe, Cascade};
 use samara::frames::{conjugate, product, rotation_vector};
 use samara::link::{
-    AutopilotSession, AutopilotSetup, Lockstep, SimulatorConfig, SimulatorSession, StreamerConfig,
-    StreamerSession, microseconds,
+    AutopilotSession, Lockstep, SimulatorConfig, SimulatorSession, StreamerConfig, StreamerSession,
+    microseconds,
 };
 use samara::model::rigid_body::BodyState;
 use samara::plan::{Guess, SolverOptions, plan};
 use samara::sim::sensors::{Barometer, Magnetometer, Satellite, Triad};
 use samara::sim::{DropSimulation, SensorSettings};
 use samara::trajectory::Trajectory;
+
+use crate::bench::autopilot_of;
 
 /// A mission with its plan.
 struct Drop {
@@ -50,17 +50,7 @@ impl Drop {
             gps_delay_us: sensors.satellite.delay_us,
             ..EstimatorSettings::at_site(site.gravity_m_s2, sensors.magnetometer.field_at(&site))
         };
-        let airframe = Airframe::new(&vehicle, &site).unwrap();
-        let autopilot = AutopilotSession::new(AutopilotSetup {
-            system_id: 1,
-            cascade: Cascade::new(airframe, m.gains, m.control_limits),
-            environment: site.clone(),
-            estimator: on_estimator.then_some(settings),
-            rotors: vehicle.rotors.len(),
-            epoch_unix_us: m.epoch_unix_us,
-            parameters: Parameters::of(&m.parameter_subject(), 1).unwrap(),
-            keeps_parameters: false,
-        });
+        let autopilot = autopilot_of(m, on_estimator.then_some(settings));
         let streamer = StreamerConfig {
             hang_s: m.hang_s,
             delay_s: m.parachute.delay_s,

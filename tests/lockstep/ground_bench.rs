@@ -17,6 +17,8 @@ use samara::model::rigid_body::BodyState;
 use samara::params::{Subject, Value};
 use samara::sim::{Battery, DropSimulation, Ground};
 
+use crate::command_long::command_long;
+
 static MISSION: LazyLock<Mission> = LazyLock::new(|| {
     load_mission(&Path::new(env!("CARGO_MANIFEST_DIR")).join("mission/x500_drop.json")).unwrap()
 });
@@ -256,21 +258,8 @@ impl Wire {
 
     /// A COMMAND_LONG; the result. Parameters left out are NaN.
     pub fn command(&mut self, command: MavCmd, params: &[f32]) -> u8 {
-        let param = |i: usize| params.get(i).copied().unwrap_or(f32::NAN);
         self.acks.clear();
-        self.send(&MavMessage::COMMAND_LONG(COMMAND_LONG_DATA {
-            command,
-            param1: param(0),
-            param2: param(1),
-            param3: param(2),
-            param4: param(3),
-            param5: param(4),
-            param6: param(5),
-            param7: param(6),
-            target_system: 1,
-            target_component: 1,
-            confirmation: 0,
-        }));
+        self.send(&command_long(1, command, params));
         assert_eq!(self.acks.len(), 1, "{:?}", self.acks);
         self.acks[0]
     }

@@ -3,6 +3,8 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod bench;
+#[path = "../common/command_long.rs"]
+mod command_long;
 mod estimator;
 mod failsafes;
 mod flood;

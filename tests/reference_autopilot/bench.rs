@@ -16,6 +16,8 @@ use samara::model::environment::GeoPoint;
 use samara::model::{Environment, Vehicle};
 use samara::params::Subject;
 
+use crate::command_long::command_long;
+
 pub const STEP_US: u64 = 4_000;
 /// The vehicle's system id; not 1, so that a session that takes every system for its own fails.
 pub const VEHICLE: u8 = 7;
@@ -177,20 +179,7 @@ pub fn decode(bytes: &[u8]) -> Frame {
 
 /// A COMMAND_LONG to the vehicle; parameters left out are NaN, as ground stations send them.
 pub fn command(command: MavCmd, params: &[f32]) -> MavMessage {
-    let param = |i: usize| params.get(i).copied().unwrap_or(f32::NAN);
-    MavMessage::COMMAND_LONG(COMMAND_LONG_DATA {
-        command,
-        param1: param(0),
-        param2: param(1),
-        param3: param(2),
-        param4: param(3),
-        param5: param(4),
-        param6: param(5),
-        param7: param(6),
-        target_system: VEHICLE,
-        target_component: 1,
-        confirmation: 0,
-    })
+    command_long(VEHICLE, command, params)
 }
 
 pub fn level_no_thrust() -> MavMessage {

@@ -5,6 +5,8 @@
 
 mod bench;
 mod closed_loop;
+#[path = "../common/command_long.rs"]
+mod command_long;
 mod commands;
 mod estimator;
 mod junk;

@@ -3,7 +3,6 @@
 use mavlink::dialects::common::*;
 
 use super::super::{Link, TimeUs};
-use super::home::Home;
 use super::streams::id;
 use super::{AutopilotSession, LINKS};
 use crate::autopilot::{FlightMode, Severity};
@@ -55,16 +54,6 @@ impl AutopilotSession {
         self.send_actuators(now, &throttle);
         self.say_events();
         self.send_due();
-    }
-
-    /// Simulated time has started over and is at `now`.
-    pub(super) fn start_over(&mut self, now: TimeUs) {
-        self.autopilot.restart();
-        self.hil.start_over(now);
-        self.restart_sensing();
-        self.home = Home::default();
-        self.restart_services();
-        self.ports.iter_mut().for_each(|port| port.schedule.restart());
     }
 
     fn step_without_state(&mut self, now: TimeUs) -> PerRotor {

@@ -2,7 +2,7 @@
 
 use super::super::barrier::{BoundDuals, longest_dual_step};
 use super::super::dynamics::Dynamics;
-use super::super::filter::{Filter, Merit, Verdict};
+use super::super::filter::{Filter, Merit};
 use super::super::problem::Nodes;
 use super::super::riccati::{NodeGradient, Step, Sweep};
 use super::super::transcription::Evaluation;
@@ -48,15 +48,9 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
         while alpha >= least {
             let nodes = self.iterate.nodes.advanced(&step, alpha);
             let (trial, evaluation) = self.merit_at(&nodes);
-            match filter.judge(from, trial, alpha, slope) {
-                Verdict::Rejected => {}
-                verdict => {
-                    if verdict == Verdict::Violation {
-                        filter.add(from);
-                    }
-                    self.accept(nodes, &step, alpha, tau);
-                    return Search::Moved;
-                }
+            if filter.takes(from, trial, alpha, slope) {
+                self.accept(nodes, &step, alpha, tau);
+                return Search::Moved;
             }
             if first && trial.violation >= from.violation && evaluation.is_finite() {
                 let moved = self.correct(sweep, gradients, now, &evaluation, alpha, (from, slope), filter);
@@ -93,14 +87,8 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
             let length = self.fences.longest_step(&self.iterate.nodes, &step, tau);
             let nodes = self.iterate.nodes.advanced(&step, length);
             let (merit, evaluation) = self.merit_at(&nodes);
-            match filter.judge(from, merit, alpha, slope) {
-                Verdict::Rejected => {}
-                verdict => {
-                    if verdict == Verdict::Violation {
-                        filter.add(from);
-                    }
-                    return Some((nodes, step, length));
-                }
+            if filter.takes(from, merit, alpha, slope) {
+                return Some((nodes, step, length));
             }
             if !(evaluation.defect_sum <= 0.99 * violation) {
                 return None;

@@ -2,7 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::ConfigError;
+use super::{ConfigError, Mission, load_mission};
+
+/// The paper's mission.
+pub(super) const TITAN: &str = "mission/titan_drop.json";
+/// Its gains.
+pub(super) const OURS: &str = "params/gains/ours.json";
 
 /// A file of the repository.
 pub(super) fn shipped(path: &str) -> PathBuf {
@@ -60,6 +65,16 @@ pub(super) fn spoil<T>(
     let text = text.replacen(from, to, 1);
     std::fs::write(&path, &text).unwrap();
     Spoilt { loaded: load(&dir.path().join(main)), text }
+}
+
+/// The paper's mission, itself spoilt.
+pub(super) fn titan(from: &str, to: &str) -> Spoilt<Mission> {
+    titan_with(TITAN, from, to)
+}
+
+/// The paper's mission where a file that it goes by is spoilt.
+pub(super) fn titan_with(file: &str, from: &str, to: &str) -> Spoilt<Mission> {
+    spoil(load_mission, TITAN, file, from, to)
 }
 
 impl<T> Spoilt<T> {

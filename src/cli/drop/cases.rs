@@ -1,11 +1,11 @@
 //! `samara drop --cases`: the mission's release cases (Table 3), a drop each, in one table. PX4 has the reference autopilot beside it.
 
-use super::args::{ChoiceArgs, DropArgs};
-use super::drop::{Concluded, Pilot, begin, conclude, plan_or_keep};
-use super::narrative::Narrator;
-use super::outcome::{Answer, BadInput, Failure};
-use super::output::{OutputFolder, print};
+use super::{Concluded, DropArgs, Pilot, begin, conclude, plan_or_keep};
 use crate::assess::Verdict;
+use crate::cli::args::ChoiceArgs;
+use crate::cli::narrative::Narrator;
+use crate::cli::outcome::{Answer, BadInput, Failure};
+use crate::cli::output::{OutputFolder, print};
 use crate::units::DEG_PER_RAD;
 
 const HEAD: &str = "\

@@ -1,0 +1,12 @@
+//! The files that are shipped, and copies of them that are spoilt.
+
+mod choices;
+mod missions;
+mod random;
+mod refusals;
+mod schemas;
+mod spoil;
+mod trajectories;
+mod vehicles;
+
+use super::*;
