@@ -10,7 +10,7 @@ use crate::tune::px4::Measures;
 use crate::tune::px4::space::names;
 use crate::units::DEG_PER_RAD;
 
-/// Whom gains are compared with.
+/// What costs are measured by, unless it cannot be.
 pub const PX4S_DEFAULTS: &str = "PX4's defaults";
 
 /// A search's result.
@@ -20,10 +20,10 @@ pub struct Px4Gains {
     pub name: String,
     /// What the parameters are for.
     pub purpose: Purpose,
-    /// What is compared with: [`PX4S_DEFAULTS`], or others where these lose a drop.
-    pub beside: &'static str,
-    /// The same on the unseen drops.
-    pub reference: Measures,
+    /// PX4's defaults on the unseen drops.
+    pub defaults: Measures,
+    /// What costs were measured by: [`PX4S_DEFAULTS`], unless these do not come through the drops within the limits.
+    pub measured_by: &'static str,
     /// The parameters found on the unseen drops.
     pub found: Measures,
     /// All that the law reads.
@@ -50,6 +50,14 @@ const MEASURES: [Measure; 5] = [
 ];
 
 impl Px4Gains {
+    /// What is to be said of the measure, if it is not the usual one.
+    fn other_measure(&self) -> Option<String> {
+        let by = self.measured_by;
+        (by != PX4S_DEFAULTS).then(|| {
+            format!("candidates were measured by {by}: {PX4S_DEFAULTS} lose a drop or pass a limit in some")
+        })
+    }
+
     /// What stands in the header of the parameter file.
     pub fn remarks(&self) -> Vec<String> {
         let told = |m: &Measures| {
@@ -59,15 +67,17 @@ impl Px4Gains {
             });
             values.collect::<Vec<_>>().join(", ")
         };
-        vec![
+        let measured_by = self.other_measure();
+        let found = vec![
             format!(
                 "found on the model of PX4 v1.12's control law, {} drops; means of {} others: {}",
                 self.drops,
                 self.unseen,
                 told(&self.found)
             ),
-            format!("{} on the same: {}", self.beside, told(&self.reference)),
-        ]
+            format!("PX4's defaults on the same: {}", told(&self.defaults)),
+        ];
+        found.into_iter().chain(measured_by).collect()
     }
 }
 
@@ -91,30 +101,26 @@ pub fn gains_text(mission: &Mission, gains: &Px4Gains) -> String {
     out += &format!(
         "\n{:<22}{:>12}{:>12}{:>8}\n",
         format!("{} unseen drops", gains.unseen),
-        if gains.beside == PX4S_DEFAULTS { "default" } else { "reference" },
+        "default",
         "found",
         "ratio"
     );
     for (name, unit, digits, of) in MEASURES {
-        let (d, f) = (of(&gains.reference), of(&gains.found));
+        let (d, f) = (of(&gains.defaults), of(&gains.found));
         let row = format!("{:<22}{d:>12.digits$}{f:>12.digits$}{:>8.3} {unit}", name, f / d);
         out += &format!("{}\n", row.trim_end());
     }
-    let share = |of: fn(&Measures) -> f64| (100.0 * of(&gains.reference), 100.0 * of(&gains.found));
+    let share = |of: fn(&Measures) -> f64| (100.0 * of(&gains.defaults), 100.0 * of(&gains.found));
     for (name, (d, f)) in
         [("limit passed", share(|m| m.unsafe_share)), ("steady at the end", share(|m| m.steady_share))]
     {
         out += &format!("{name:<22}{d:>12.1}{f:>12.1}         %\n");
     }
-    let verdict = if gains.found.beats(&gains.reference) { "better than" } else { "NOT better than" };
-    let beside = gains.beside;
+    let verdict = if gains.found.beats(&gains.defaults) { "better than" } else { "NOT better than" };
     out += &format!(
-        "\n{verdict} {beside}: J_TPF no worse, no limit passed, two of the other four a tenth better\n"
+        "\n{verdict} PX4's defaults: J_TPF no worse, no limit passed, two of the other four a tenth better\n"
     );
-    if beside != PX4S_DEFAULTS {
-        out += &format!("{PX4S_DEFAULTS} lose a drop: {beside} are the reference\n");
-    }
-    out
+    out + &gains.other_measure().map_or_else(String::new, |told| told + "\n")
 }
 
 /// The object of `--json`.
@@ -143,10 +149,10 @@ pub fn gains_json(mission: &Mission, gains: &Px4Gains) -> String {
         "evaluations": gains.evaluations,
         "drops_per_evaluation": gains.drops,
         "unseen_drops": gains.unseen,
-        "beside": gains.beside,
-        "reference": measures(&gains.reference),
+        "defaults": measures(&gains.defaults),
+        "measured_by": gains.measured_by,
         "found": measures(&gains.found),
-        "better": gains.found.beats(&gains.reference),
+        "better": gains.found.beats(&gains.defaults),
         "stopped": gains.stopped,
     });
     format!("{object:#}\n")

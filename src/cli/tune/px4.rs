@@ -24,7 +24,7 @@ use crate::report::params::params_file;
 use crate::report::px4_gains::{PX4S_DEFAULTS, Px4Gains, gains_json, gains_text};
 use crate::tune::cma_es::{CmaSettings, Scale};
 use crate::tune::px4::space::Candidate;
-use crate::tune::px4::{DIMENSIONS, Measures, Px4Bench, Px4Setting, parameters, start, widest};
+use crate::tune::px4::{DIMENSIONS, Measures, Px4Bench, Px4Setting, drops, parameters, start, widest};
 use crate::tune::{CmaEs, Optimiser};
 use crate::units::DEG_PER_RAD;
 
@@ -63,20 +63,22 @@ pub fn run(args: &TuneArgs, mission: &Mission) -> Result<Answer, Failure> {
     let releases = mission.releases();
     let wind_sigma_m_s = mission.monte_carlo.wind_sigma_m_s;
     let references = [(PX4S_DEFAULTS, &defaults), ("the mission's gains", &missions)];
-    let bench =
-        |trials| Px4Bench::new(&setting, &releases, wind_sigma_m_s, mission.seed, trials, &references);
+    let drops = |trials| drops(&setting, &releases, wind_sigma_m_s, mission.seed, trials);
     let pool = pool(args.threads.map(usize::from))?;
+    let seen = Px4Bench::new(drops(0..DROPS), &references);
     let (found, evaluations, stopped) =
-        pool.install(|| search(args, mission, &bench(0..DROPS), [&defaults, &missions]))?;
-    let unseen = bench(UNSEEN_FROM..UNSEEN_FROM + u64::from(args.unseen));
-    let tried: Vec<Measures> =
-        pool.install(|| unseen.drops().par_iter().map(|drop| drop.fly(&found)).collect());
+        pool.install(|| search(args, mission, &seen, [&defaults, &missions]))?;
+    let unseen = drops(UNSEEN_FROM..UNSEEN_FROM + u64::from(args.unseen));
+    let on_unseen = |parameters| {
+        let flown: Vec<Measures> = unseen.par_iter().map(|drop| drop.fly(parameters)).collect();
+        Measures::mean(&flown)
+    };
     let result = Px4Gains {
         name: args.name.clone(),
         purpose,
-        reference: *unseen.reference(),
-        beside: unseen.beside(),
-        found: Measures::mean(&tried),
+        defaults: pool.install(|| on_unseen(&defaults)),
+        measured_by: seen.measured_by(),
+        found: pool.install(|| on_unseen(&found)),
         parameters: found,
         drops: DROPS,
         unseen: args.unseen,
@@ -84,7 +86,7 @@ pub fn run(args: &TuneArgs, mission: &Mission) -> Result<Answer, Failure> {
         stopped,
     };
     write(args, mission, &result)?;
-    let good = result.found.beats(&result.reference) && !stopped;
+    let good = result.found.beats(&result.defaults) && !stopped;
     Ok(if good { Answer::Yes } else { Answer::No })
 }
 
@@ -141,7 +143,11 @@ fn search(
             }
         }
         optimiser.tell(&costs);
-        bar.set_message(format!("{evaluations} evaluations, best cost {:.4} (1: PX4's defaults)", best.0));
+        bar.set_message(format!(
+            "{evaluations} evaluations, best cost {:.4} (1: {})",
+            best.0,
+            bench.measured_by()
+        ));
         bar.tick();
         if optimiser.has_converged() {
             break;

@@ -106,77 +106,72 @@ impl Px4Drop<'_> {
     }
 }
 
-/// Parameters that others are measured by, under the name by which they are told of.
-pub type Candidacy<'a> = (&'static str, &'a Parameters);
+/// Random drops of a seed, by their numbers, as campaigns draw them: swing, and wind on top of the site's, of deviation
+/// `wind_sigma_m_s` north and east. Every other drop is flown as it is known; the others with a mass or an inertia that is a tenth more,
+/// or with an estimated descent that is off by [`ESTIMATE_OFF`] either way.
+pub fn drops<'a>(
+    setting: &Px4Setting<'a>,
+    releases: &ReleaseDistribution,
+    wind_sigma_m_s: f64,
+    seed: u64,
+    trials: Range<u64>,
+) -> Vec<Px4Drop<'a>> {
+    let drop = |trial| {
+        let drawn = releases.draw_drop(seed, trial, wind_sigma_m_s);
+        let mut parachute = releases.parachute;
+        parachute.pendulum.amplitude_rad = drawn.amplitude_rad;
+        parachute.pendulum.phase_rad = drawn.phase_rad;
+        let mut setting = varied(setting, trial);
+        setting.environment.wind_ned_m_s += drawn.wind_ned_m_s;
+        Px4Drop { setting, parachute }
+    };
+    trials.map(drop).collect()
+}
 
-/// Who is measured by where every candidate for it has lost a drop.
+/// What the cost is measured by where no reference comes through the drops.
 pub const FIXED_SCALES: &str = "fixed scales";
 
 /// Drops to judge by.
 #[derive(Clone, Debug)]
 pub struct Px4Bench<'a> {
     drops: Vec<Px4Drop<'a>>,
-    beside: &'static str,
+    measured_by: &'static str,
     reference: Measures,
 }
 
 impl<'a> Px4Bench<'a> {
-    /// Random drops of a seed, by their numbers, as campaigns draw them: swing, and wind on top of the site's, of deviation
-    /// `wind_sigma_m_s` north and east. Every other drop is flown as it is known; the others with a mass or an inertia that is a tenth more,
-    /// or with an estimated descent that is off by [`ESTIMATE_OFF`] either way.
-    ///
-    /// What others are measured by are the flights of the first of `references` that loses none; [`Measures::SCALES`] where all do.
-    pub fn new(
-        setting: &Px4Setting<'a>,
-        releases: &ReleaseDistribution,
-        wind_sigma_m_s: f64,
-        seed: u64,
-        trials: Range<u64>,
-        references: &[Candidacy<'_>],
-    ) -> Self {
-        let drops: Vec<Px4Drop<'a>> = trials
-            .map(|trial| {
-                let drawn = releases.draw_drop(seed, trial, wind_sigma_m_s);
-                let mut parachute = releases.parachute;
-                parachute.pendulum.amplitude_rad = drawn.amplitude_rad;
-                parachute.pendulum.phase_rad = drawn.phase_rad;
-                let mut setting = varied(setting, trial);
-                setting.environment.wind_ned_m_s += drawn.wind_ned_m_s;
-                Px4Drop { setting, parachute }
-            })
-            .collect();
-        let scales = Self { drops, beside: FIXED_SCALES, reference: Measures::SCALES };
-        let flown =
-            references.iter().map(|(name, parameters)| (*name, Measures::mean(&scales.fly(parameters))));
-        match flown.into_iter().find(|(_, measures)| !measures.is_lost()) {
-            Some((beside, reference)) => Self { beside, reference, ..scales },
+    /// Costs are measured by the flights of one of `references`, each with the name by which it is told: the first that passes no limit
+    /// in the drops; where all do, the first that loses none; where all do, [`Measures::SCALES`].
+    pub fn new(drops: Vec<Px4Drop<'a>>, references: &[(&'static str, &Parameters)]) -> Self {
+        let scales = Self { drops, measured_by: FIXED_SCALES, reference: Measures::SCALES };
+        let flown = |(name, parameters): &(&'static str, &Parameters)| (*name, scales.fly(parameters));
+        let flown: Vec<(&str, Measures)> = references.iter().map(flown).collect();
+        let safe = flown.iter().find(|(_, m)| !m.is_lost() && m.unsafe_share == 0.0);
+        match safe.or_else(|| flown.iter().find(|(_, m)| !m.is_lost())) {
+            Some((measured_by, reference)) => Self { measured_by, reference: *reference, ..scales },
             None => scales,
         }
     }
 
-    /// Flies every drop.
-    pub fn fly(&self, parameters: &Parameters) -> Vec<Measures> {
-        self.drops.iter().map(|drop| drop.fly(parameters)).collect()
+    /// Flies every drop: the means.
+    pub fn fly(&self, parameters: &Parameters) -> Measures {
+        let flown: Vec<Measures> = self.drops.iter().map(|drop| drop.fly(parameters)).collect();
+        Measures::mean(&flown)
     }
 
     /// What parameters cost, [`Measures::cost`].
     pub fn cost(&self, parameters: &Parameters) -> f64 {
-        Measures::mean(&self.fly(parameters)).cost(&self.reference)
+        self.fly(parameters).cost(&self.reference)
     }
 
-    /// Whose flights the others are measured by.
-    pub fn beside(&self) -> &'static str {
-        self.beside
+    /// By whose flights costs are measured.
+    pub fn measured_by(&self) -> &'static str {
+        self.measured_by
     }
 
     /// What these came to.
     pub fn reference(&self) -> &Measures {
         &self.reference
-    }
-
-    /// The drops.
-    pub fn drops(&self) -> &[Px4Drop<'a>] {
-        &self.drops
     }
 }
 
@@ -275,7 +270,7 @@ mod tests {
             [(&[("falls", &falls), ("flies", &flies)][..], "flies"), (&[("falls", &falls)][..], FIXED_SCALES)]
         {
             let bench = bench(references);
-            assert_eq!(bench.beside(), beside);
+            assert_eq!(bench.measured_by(), measured_by);
             assert!(!bench.reference().is_lost());
             assert!(bench.cost(&flies).is_finite());
             assert_eq!(bench.cost(&falls), f64::INFINITY);

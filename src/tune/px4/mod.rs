@@ -10,6 +10,6 @@ pub mod bench;
 pub mod measures;
 pub mod space;
 
-pub use bench::{FIXED_SCALES, Px4Bench, Px4Setting};
+pub use bench::{FIXED_SCALES, Px4Bench, Px4Setting, drops};
 pub use measures::Measures;
 pub use space::{DIMENSIONS, parameters, start, widest};
