@@ -262,13 +262,14 @@ mod tests {
         let plan = plan(Vector3::new(1.0, 0.0, 1.0));
         let (setting, releases) = setting(&plan);
         let (flies, falls) = (flying(), Parameters { thr_max: 0.0, ..flying() });
-        let bench =
-            |references: &[Candidacy<'_>]| Px4Bench::new(&setting, &releases, 0.0, 1, 0..2, references);
-        let defaults = bench(&[("flies", &flies), ("falls", &falls)]);
-        assert_eq!(defaults.beside(), "flies");
-        for (references, beside) in
-            [(&[("falls", &falls), ("flies", &flies)][..], "flies"), (&[("falls", &falls)][..], FIXED_SCALES)]
-        {
+        let bench = |references: &[(&'static str, &Parameters)]| {
+            Px4Bench::new(drops(&setting, &releases, 0.0, 1, 0..2), references)
+        };
+        for (references, measured_by) in [
+            (&[("flies", &flies), ("falls", &falls)][..], "flies"),
+            (&[("falls", &falls), ("flies", &flies)], "flies"),
+            (&[("falls", &falls)], FIXED_SCALES),
+        ] {
             let bench = bench(references);
             assert_eq!(bench.measured_by(), measured_by);
             assert!(!bench.reference().is_lost());
