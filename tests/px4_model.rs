@@ -114,7 +114,19 @@ fn gains_for_px4_are_written_and_the_same_whatever_the_threads() {
 #[test]
 fn what_has_no_meaning_for_px4_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let refused = samara(&["tune", X500, "--for", "px4", "--robust"], folder.path());
-    let error = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert!(refused.status.code() == Some(2) && error.contains("--robust"), "{error}");
+    for other in [
+        &["--robust"][..],
+        &["--method", "pso"],
+        &["--method", "near-hover"],
+        &["--objective", "rms"],
+        &["--penalty", "7.5"],
+        &["--swing", "1,2"],
+        &["--stall", "5"],
+        &["--start", "near_hover"],
+    ] {
+        let refused = samara(&[&["tune", X500, "--for", "px4"], other].concat(), folder.path());
+        let error = String::from_utf8_lossy(&refused.stderr).into_owned();
+        let named = error.contains(&format!("{} has no meaning with --for px4", other[0]));
+        assert!(refused.status.code() == Some(2) && named, "{other:?}: {error}");
+    }
 }

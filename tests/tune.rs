@@ -45,9 +45,18 @@ fn json(output: &Output) -> serde_json::Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
+/// A search for PX4's parameters, four candidates an iteration.
+fn tune_for_px4(out: &Path, more: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_samara"));
+    let quick =
+        ["tune", "mission/x500_drop.json", "--for", "px4", "--particles", "4", "--unseen", "2", "--json"];
+    command.args(quick).args(more).arg("--out").arg(out).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
 /// Starts a search and waits until it has kept its first iterations.
-fn under_way(out: &Path, more: &[&str]) -> Child {
-    let child = tune(out, more).spawn().unwrap();
+fn under_way(mut search: Command, out: &Path) -> Child {
+    let child = search.spawn().unwrap();
     for _ in 0..6000 {
         if out.join("checkpoint.json").exists() {
             return child;
@@ -71,7 +80,7 @@ fn prop_killed_and_resumed_is_as_if_nothing_had_happened() {
     assert_eq!((&told["evaluations"], &told["iterations"]), (&120.into(), &15.into()));
     assert!(told["gains"]["k_pq_per_s"].as_f64().unwrap() > 0.0 && told["cost"] == told["rms"]);
     // Killed without a word, then resumed with another number of threads.
-    let mut child = under_way(&parts, &[&search[..], &["2"]].concat());
+    let mut child = under_way(tune(&parts, &[&search[..], &["2"]].concat()), &parts);
     child.kill().unwrap();
     child.wait().unwrap();
     let resumed = run(&parts, &[&search[..], &["2", "--resume"]].concat());
@@ -116,6 +125,56 @@ fn prop_resumed_for_longer_is_as_if_it_had_been_longer_from_the_start() {
     }
 }
 
+/// The same of PX4's parameters: killed and resumed, resumed for longer, and another search's checkpoint.
+#[test]
+fn prop_a_search_for_px4_goes_on_from_its_checkpoint() {
+    const FILES: [&str; 3] = ["gains.params", "px4_gains.txt", "checkpoint.json"];
+    let folder = tempfile::tempdir().unwrap();
+    let [whole, parts, longer] = ["whole", "parts", "longer"].map(|name| folder.path().join(name));
+    let search = |out: &Path, more: &[&str]| {
+        let output = tune_for_px4(out, more).output().unwrap();
+        // Whether they beat PX4's defaults on two drops does not matter here.
+        assert!(output.status.code().is_some_and(|c| c < 2), "{}", String::from_utf8_lossy(&output.stderr));
+        output
+    };
+    let at_once = search(&whole, &["--iterations", "6", "--threads", "1"]);
+    let told = json(&at_once);
+    assert_eq!((&told["evaluations"], &told["stopped"]), (&(2 + 6 * 4).into(), &false.into()));
+    // Killed without a word, then resumed with another number of threads.
+    let mut child = under_way(tune_for_px4(&parts, &["--iterations", "6", "--threads", "2"]), &parts);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let resumed = search(&parts, &["--iterations", "6", "--threads", "2", "--resume"]);
+    let first = json(&search(&longer, &["--iterations", "2"]));
+    assert_eq!(first["evaluations"], 2 + 2 * 4);
+    let prolonged = search(&longer, &["--iterations", "6", "--resume"]);
+    for (folder, output) in [(&parts, resumed), (&longer, prolonged)] {
+        assert_eq!(output.stdout, at_once.stdout);
+        for file in FILES {
+            let [a, b] = [&whole, folder].map(|folder| fs::read(folder.join(file)).unwrap());
+            assert!(a == b, "{file} differs");
+        }
+    }
+    let refused = |mut command: Command| {
+        let output = command.output().unwrap();
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(error.contains("checkpoint.json"), "{error}");
+        error
+    };
+    let other = refused(tune_for_px4(&parts, &["--resume", "--seed", "9"]));
+    assert!(
+        other.contains("checkpoint.json:2:")
+            && other.ends_with("the checkpoint is of another search: seed was 1, is 9\n"),
+        "{other}"
+    );
+    // A search of the other kind is named too, whatever its numbers look like.
+    let other_kind = refused(tune(&parts, &["--resume"]));
+    assert!(other_kind.contains("method was nothing, is pso-cma"), "{other_kind}");
+    assert!(other_kind.ends_with("for was px4, is unknown\n"), "{other_kind}");
+    refused(tune_for_px4(&folder.path().join("nothing"), &["--resume"]));
+}
+
 /// What was found is there before it is tried on unseen flights, and trying it can be stopped.
 #[test]
 fn ctrl_c_stops_the_unseen_flights_too() {
@@ -143,7 +202,7 @@ fn ctrl_c_stops_the_unseen_flights_too() {
 #[test]
 fn ctrl_c_keeps_the_best_so_far() {
     let folder = tempfile::tempdir().unwrap();
-    let child = under_way(folder.path(), &["--iterations", "100000"]);
+    let child = under_way(tune(folder.path(), &["--iterations", "100000"]), folder.path());
     let stopped = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(stopped.success());
     let output = child.wait_with_output().unwrap();
@@ -152,6 +211,21 @@ fn ctrl_c_keeps_the_best_so_far() {
     assert_eq!(told["stopped"], true);
     assert!(told["evaluations"].as_u64().unwrap() >= 8);
     for file in FILES {
+        assert!(folder.path().join(file).exists(), "{file}");
+    }
+}
+
+#[test]
+fn ctrl_c_keeps_the_best_so_far_for_px4() {
+    let folder = tempfile::tempdir().unwrap();
+    let child = under_way(tune_for_px4(folder.path(), &["--iterations", "100000"]), folder.path());
+    let stopped = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(stopped.success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
+    let told = json(&output);
+    assert!(told["stopped"] == true && told["evaluations"].as_u64().unwrap() >= 2, "{told}");
+    for file in ["gains.params", "px4_gains.txt", "checkpoint.json", "tune_manifest.json"] {
         assert!(folder.path().join(file).exists(), "{file}");
     }
 }

@@ -22,6 +22,14 @@ pub enum Failure {
     Internal(anyhow::Error),
 }
 
+impl Failure {
+    /// The error with its causes, on a line.
+    pub fn text(&self) -> String {
+        let (Self::BadInput(error) | Self::Internal(error)) = self;
+        format!("{error:#}")
+    }
+}
+
 /// Marks errors as the input's fault.
 pub trait BadInput<T> {
     /// Turns an error into [`Failure::BadInput`].

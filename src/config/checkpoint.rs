@@ -1,9 +1,11 @@
 //! The checkpoint of a search: what it was told so far. A search is its settings, its seed and the costs that it was told, so this is
 //! all there is to keep.
 
+use core::fmt::Debug;
 use std::path::Path;
 
 use serde::Deserialize;
+use serde::de::{DeserializeOwned, IgnoredAny};
 
 use super::ConfigError;
 use super::source::Source;
@@ -12,23 +14,62 @@ use crate::tune::Evaluation;
 /// Everything that a search depends on: names and values, in an order.
 pub type SearchIdentity = [(&'static str, String)];
 
+/// What a search is told of a candidate: numbers, or that a flight was lost.
+pub trait Told: Sized {
+    /// The numbers as they stand in the file.
+    type Numbers: DeserializeOwned + Debug;
+
+    /// The numbers; `None` where a flight was lost.
+    fn numbers(&self) -> Option<Self::Numbers>;
+
+    /// Back from what stands in the file.
+    fn of(numbers: Option<Self::Numbers>) -> Self;
+}
+
+/// The evaluation of gains: `[rms, j_tpf, unrest]`.
+impl Told for Evaluation {
+    type Numbers = [f64; 3];
+
+    fn numbers(&self) -> Option<[f64; 3]> {
+        self.is_finite().then_some([self.rms, self.j_tpf, self.unrest])
+    }
+
+    fn of(numbers: Option<[f64; 3]>) -> Self {
+        numbers.map_or(Self::DIVERGED, |[rms, j_tpf, unrest]| Self { rms, j_tpf, unrest })
+    }
+}
+
+/// A cost; what is not finite is that of a lost flight.
+impl Told for f64 {
+    type Numbers = Self;
+
+    fn numbers(&self) -> Option<Self> {
+        self.is_finite().then_some(*self)
+    }
+
+    fn of(numbers: Option<Self>) -> Self {
+        numbers.unwrap_or(Self::INFINITY)
+    }
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct CheckpointJson {
+struct CheckpointJson<E> {
     /// Everything that the search depends on.
     search: serde_json::Map<String, serde_json::Value>,
-    /// `[rms, j_tpf, unrest]` of each candidate; null where a flight diverged.
-    evaluations: Vec<Option<[f64; 3]>>,
+    /// What each candidate came to; null where a flight was lost.
+    evaluations: E,
 }
 
 /// Reads a checkpoint of this search.
 ///
 /// # Errors
 /// [`ConfigError`] when the file cannot be read, is no checkpoint or belongs to another search; then it names what differs.
-pub fn load_checkpoint(path: &Path, search: &SearchIdentity) -> Result<Vec<Evaluation>, ConfigError> {
+pub fn load_checkpoint<T: Told>(path: &Path, search: &SearchIdentity) -> Result<Vec<T>, ConfigError> {
     let source = Source::read(path, "checkpoint", None)?;
-    let json: CheckpointJson = source.parse()?;
-    let found = |name: &str| match json.search.get(name) {
+    // Whose it is comes first: another search's evaluations may be of another form.
+    let whose: CheckpointJson<IgnoredAny> = source.parse()?;
+    let found = |name: &str| match whose.search.get(name) {
         Some(serde_json::Value::String(text)) => text.clone(),
         Some(other) => other.to_string(),
         None => "nothing".to_owned(),
@@ -38,25 +79,20 @@ pub fn load_checkpoint(path: &Path, search: &SearchIdentity) -> Result<Vec<Evalu
         .filter(|(name, wanted)| found(name) != *wanted)
         .map(|(name, wanted)| format!("{name} was {}, is {wanted}", found(name)))
         .collect();
-    let unknown = json.search.keys().filter(|key| !search.iter().any(|(name, _)| name == key));
+    let unknown = whose.search.keys().filter(|key| !search.iter().any(|(name, _)| name == key));
     differences.extend(unknown.map(|key| format!("{key} was {}, is unknown", found(key))));
     if !differences.is_empty() {
         let message = format!("the checkpoint is of another search: {}", differences.join("; "));
         return Err(source.refuse("search", message));
     }
-    let evaluation = |numbers: Option<[f64; 3]>| {
-        numbers.map_or(Evaluation::DIVERGED, |[rms, j_tpf, unrest]| Evaluation { rms, j_tpf, unrest })
-    };
-    Ok(json.evaluations.into_iter().map(evaluation).collect())
+    let json: CheckpointJson<Vec<Option<T::Numbers>>> = source.parse()?;
+    Ok(json.evaluations.into_iter().map(T::of).collect())
 }
 
 /// The text of a checkpoint, as [`load_checkpoint`] reads it back to the last bit.
-pub fn checkpoint_json(search: &SearchIdentity, evaluations: impl Iterator<Item = Evaluation>) -> String {
-    let row = |e: Evaluation| match e.is_finite() {
-        true => format!("    [{:?}, {:?}, {:?}]", e.rms, e.j_tpf, e.unrest),
-        false => "    null".to_owned(),
-    };
-    let rows: Vec<String> = evaluations.map(row).collect();
+pub fn checkpoint_json<T: Told>(search: &SearchIdentity, told: &[T]) -> String {
+    let row = |t: &T| t.numbers().map_or("    null".to_owned(), |numbers| format!("    {numbers:?}"));
+    let rows: Vec<String> = told.iter().map(row).collect();
     let quoted = |text: &str| serde_json::Value::from(text).to_string();
     let fields: Vec<String> =
         search.iter().map(|(name, value)| format!("    {}: {}", quoted(name), quoted(value))).collect();
@@ -79,18 +115,40 @@ mod tests {
         let some = Evaluation { rms: 0.1 + 0.2, j_tpf: 5e-324, unrest: 0.0 };
         let told = [some, Evaluation::DIVERGED, Evaluation { rms: 1.0 / 3.0, ..some }];
         let mut search = [("seed", "1".to_owned()), ("start", "a \"b\"".to_owned())];
-        std::fs::write(&path, checkpoint_json(&search, told.into_iter())).unwrap();
-        assert_eq!(load_checkpoint(&path, &search).unwrap(), told);
+        std::fs::write(&path, checkpoint_json(&search, &told)).unwrap();
+        assert_eq!(load_checkpoint::<Evaluation>(&path, &search).unwrap(), told);
         search[1].1 = "c".to_owned();
-        let refused = load_checkpoint(&path, &search).unwrap_err().to_string();
+        let refused = load_checkpoint::<Evaluation>(&path, &search).unwrap_err().to_string();
         assert!(
             refused.contains("checkpoint.json:2:")
                 && refused.ends_with("the checkpoint is of another search: start was a \"b\", is c"),
             "{refused}"
         );
-        let fewer = load_checkpoint(&path, &search[..1]).unwrap_err().to_string();
+        let fewer = load_checkpoint::<Evaluation>(&path, &search[..1]).unwrap_err().to_string();
         assert!(fewer.ends_with("start was a \"b\", is unknown"), "{fewer}");
-        std::fs::write(&path, "{\"search\": {}, \"evaluations\": [[1, 2]]}").unwrap();
-        assert!(load_checkpoint(&path, &[]).is_err());
+    }
+
+    #[test]
+    fn prop_costs_are_read_back_to_the_bit() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("checkpoint.json");
+        let search = [("seed", "1".to_owned())];
+        std::fs::write(&path, checkpoint_json(&search, &[0.1 + 0.2, f64::INFINITY, 1e300, 5e-324])).unwrap();
+        let told: Vec<f64> = load_checkpoint(&path, &search).unwrap();
+        assert_eq!(told, [0.1 + 0.2, f64::INFINITY, 1e300, 5e-324]);
+    }
+
+    /// Where the wrong number stands is told; whose the checkpoint is comes before the form of its numbers.
+    #[test]
+    fn evaluations_of_another_form_are_refused_with_their_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("checkpoint.json");
+        std::fs::write(&path, "{\"search\": {},\n \"evaluations\": [[1, 2, 3],\n [1, 2]]}").unwrap();
+        let short = load_checkpoint::<Evaluation>(&path, &[]).unwrap_err().to_string();
+        assert!(short.contains("checkpoint.json:3:2") && short.contains("evaluations[1]"), "{short}");
+        let costs = load_checkpoint::<f64>(&path, &[]).unwrap_err().to_string();
+        assert!(costs.contains("checkpoint.json:2:18") && costs.contains("evaluations[0]"), "{costs}");
+        let other = load_checkpoint::<f64>(&path, &[("for", "px4".to_owned())]).unwrap_err().to_string();
+        assert!(other.ends_with("the checkpoint is of another search: for was nothing, is px4"), "{other}");
     }
 }

@@ -41,7 +41,7 @@ mod trajectory_csv;
 mod vehicle_file;
 mod vehicle_json;
 
-pub use checkpoint::{SearchIdentity, checkpoint_json, load_checkpoint};
+pub use checkpoint::{SearchIdentity, Told, checkpoint_json, load_checkpoint};
 pub use error::ConfigError;
 pub use gains_file::{GainsFile, gains_json, gains_path, load_gains};
 pub use mission::{Mission, PlanInitial, Px4Clock};

@@ -84,7 +84,8 @@ impl Source {
             None => path,
         };
         let place = match error.classify() {
-            serde_json::error::Category::Data => locate(&self.text, &path, stop).unwrap_or(stop),
+            // A list or an object where something else belongs is only looked at: it starts after the stop.
+            serde_json::error::Category::Data => locate(&self.text, &path, stop + 1).unwrap_or(stop),
             _ => {
                 if ["N", "I", "-I", "nan", "inf"].iter().any(|s| self.text[stop..].starts_with(s))
                     || self.text[..stop].ends_with('-')

@@ -37,6 +37,11 @@ const MEASURES: [Measure; 9] = [
     ("tracking_rms_m_s", "velocity from the plan, RMS [m/s]", |o| Some(o.tracking_rms_m_s)),
 ];
 
+/// A measure of a trial. What is not finite, as after a state that was none, would hide the other trials' means: it is none.
+fn measured((.., of): &Measure, trial: &DropTrial) -> Option<f64> {
+    trial.outcome.as_ref().and_then(of).filter(|x| x.is_finite())
+}
+
 const DRAWN: &str =
     "trial,theta_0_deg,phi_deg,wind_n_m_s,wind_e_m_s,noise_seed,release_pitch_deg,release_pitch_rate_deg_s";
 
@@ -60,7 +65,7 @@ pub fn row(trial: &DropTrial) -> String {
     let mut line = format!("{number},{amplitude_deg:?},{phase_deg:?},{:?},{:?},{seed}", wind.x, wind.y);
     let o = trial.outcome.as_ref();
     let release = [o.map(|o| o.release_pitch_rad), o.map(|o| o.release_pitch_rate_rad_s)];
-    let measures = MEASURES.iter().map(|(.., of)| o.and_then(of));
+    let measures = MEASURES.iter().map(|measure| measured(measure, trial));
     for x in release.into_iter().map(|x| x.map(|x| x * DEG_PER_RAD)).chain(measures) {
         // Writing to a String cannot fail.
         let _ = write!(line, ",{}", x.map_or(String::new(), |x| format!("{x:?}")));
@@ -86,10 +91,8 @@ impl DropTally {
         if let Some(failure) = &trial.failure {
             self.failures.push((trial.drawn.trial, failure.clone()));
         }
-        for ((.., of), summary) in MEASURES.iter().zip(&mut self.summaries) {
-            if let Some(x) = trial.outcome.as_ref().and_then(of) {
-                summary.push(x);
-            }
+        for (measure, summary) in MEASURES.iter().zip(&mut self.summaries) {
+            measured(measure, trial).into_iter().for_each(|x| summary.push(x));
         }
     }
 
@@ -107,7 +110,7 @@ impl DropTally {
 /// The campaign as a table, and each failure with its reason.
 pub fn drops_text(mission: &Mission, autopilot: &str, tally: &DropTally) -> String {
     let mut out = format!(
-        "{} drops of {}, flown by {autopilot}, gains {}, seed {}: {} failed\n\n{:34} {:>9} {:>9} {:>9} {:>9} {:>6}\n",
+        "{} drops of {}, flown by {autopilot}, gains {}, seed {}: {} failed\n\n{:35} {:>9} {:>9} {:>9} {:>9} {:>6}\n",
         tally.flown,
         mission.name,
         mission.gains_name,
@@ -123,7 +126,7 @@ pub fn drops_text(mission: &Mission, autopilot: &str, tally: &DropTally) -> Stri
     for ((_, words, _), s) in MEASURES.iter().zip(&tally.summaries) {
         let number = |x: f64| if x.is_finite() { format!("{x:.4}") } else { "-".to_owned() };
         let [mean, std, min, max] = [s.mean(), s.std(), s.min(), s.max()].map(number);
-        let _ = writeln!(out, "{words:34} {mean:>9} {std:>9} {min:>9} {max:>9} {:>6}", s.count());
+        let _ = writeln!(out, "{words:35} {mean:>9} {std:>9} {min:>9} {max:>9} {:>6}", s.count());
     }
     for (trial, failure) in &tally.failures {
         let _ = writeln!(out, "trial {trial} failed: {failure}");
@@ -186,3 +189,7 @@ pub fn drops_json(mission: &Mission, autopilot: &str, tally: &DropTally) -> Stri
         measures: measures.collect(),
     })
 }
+
+#[cfg(test)]
+#[path = "drops_tests.rs"]
+mod tests;

@@ -58,6 +58,20 @@ pub trait Optimiser<const N: usize> {
     fn has_converged(&self) -> bool;
 }
 
+/// A search under way: asked for candidates, told what they came to. Told the same again it is where it was.
+pub trait Asked {
+    /// What is to be judged.
+    type Candidate;
+    /// What it came to.
+    type Told;
+
+    /// The candidates to be judged next; `None` when the search is over.
+    fn ask(&self) -> Option<&[Self::Candidate]>;
+
+    /// Takes what the candidates came to, in their order.
+    fn tell(&mut self, told: &[Self::Told]);
+}
+
 /// What an optimiser makes of a cost: infinite when it is not a number.
 fn usable(cost: f64) -> f64 {
     if cost.is_nan() { f64::INFINITY } else { cost }

@@ -3,7 +3,7 @@
 use super::cma_es::{CmaSettings, Scale};
 use super::search::{Method, Search, SearchSettings};
 use super::swarm::SwarmSettings;
-use super::{CmaEs, Evaluation, Objective, Optimiser, ParticleSwarm};
+use super::{Asked, CmaEs, Evaluation, Objective, Optimiser, ParticleSwarm};
 
 type Point = [f64; 5];
 

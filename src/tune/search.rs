@@ -5,7 +5,7 @@
 
 use super::cma_es::{CmaEs, CmaSettings};
 use super::swarm::{ParticleSwarm, SwarmSettings};
-use super::{BOUNDS, Evaluation, Longitudinal, Objective, Optimiser};
+use super::{Asked, BOUNDS, Evaluation, Longitudinal, Objective, Optimiser};
 
 /// Which optimiser.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,50 +110,6 @@ impl Search {
         (self.iteration, self.settings.iterations)
     }
 
-    /// The candidates to be judged next; `None` when the search is over.
-    pub fn ask(&self) -> Option<&[Longitudinal]> {
-        let first = self.first.as_ref().map(std::slice::from_ref);
-        (self.objective < self.settings.objectives.len())
-            .then(|| first.unwrap_or_else(|| self.optimiser.ask()))
-    }
-
-    /// Takes the evaluations of the candidates, in their order.
-    pub fn tell(&mut self, evaluations: &[Evaluation]) {
-        let Some(&objective) = self.settings.objectives.get(self.objective) else { return };
-        let costs: Vec<f64> = evaluations.iter().map(|e| objective.cost(e)).collect();
-        if let Some(k) = self.first.take() {
-            self.tried.extend(evaluations.first().map(|&evaluation| Tried { k, evaluation, beaten: false }));
-            self.note(&objective, costs);
-            return;
-        }
-        let to_beat = |i: usize| self.to_beat(i).map_or(f64::INFINITY, |(_, cost)| cost);
-        let candidates = self.optimiser.ask().iter().zip(evaluations).enumerate();
-        let tried: Vec<Tried> = candidates
-            .map(|(i, (&k, &evaluation))| Tried { k, evaluation, beaten: costs[i] > to_beat(i) })
-            .collect();
-        self.tried.extend(tried);
-        self.optimiser.tell(&costs);
-        self.note(&objective, costs);
-        self.iteration += 1;
-        if self.begins_to_polish() {
-            if let Some(best) = best_of(&self.tried, &objective) {
-                self.optimiser = polish(&self.settings, self.objective, best.k);
-            }
-            self.polishing = true;
-            return;
-        }
-        if self.iteration < self.settings.iterations && !self.optimiser.has_converged() {
-            return;
-        }
-        self.objective += 1;
-        self.iteration = 0;
-        self.polishing = false;
-        if let Some(next) = self.settings.objectives.get(self.objective) {
-            let start = best_of(&self.tried, next).map(|t| t.k);
-            self.optimiser = optimiser(&self.settings, self.objective, start);
-        }
-    }
-
     /// Whether the swarm has done its part and the strategy has one to do.
     fn begins_to_polish(&self) -> bool {
         let Method::SwarmThenCmaEs { swarm_iterations, .. } = self.settings.method else { return false };
@@ -216,6 +172,53 @@ impl Search {
             better
         });
         by_rms
+    }
+}
+
+impl Asked for Search {
+    type Candidate = Longitudinal;
+    type Told = Evaluation;
+
+    fn ask(&self) -> Option<&[Longitudinal]> {
+        let first = self.first.as_ref().map(std::slice::from_ref);
+        (self.objective < self.settings.objectives.len())
+            .then(|| first.unwrap_or_else(|| self.optimiser.ask()))
+    }
+
+    fn tell(&mut self, evaluations: &[Evaluation]) {
+        let Some(&objective) = self.settings.objectives.get(self.objective) else { return };
+        let costs: Vec<f64> = evaluations.iter().map(|e| objective.cost(e)).collect();
+        if let Some(k) = self.first.take() {
+            self.tried.extend(evaluations.first().map(|&evaluation| Tried { k, evaluation, beaten: false }));
+            self.note(&objective, costs);
+            return;
+        }
+        let to_beat = |i: usize| self.to_beat(i).map_or(f64::INFINITY, |(_, cost)| cost);
+        let candidates = self.optimiser.ask().iter().zip(evaluations).enumerate();
+        let tried: Vec<Tried> = candidates
+            .map(|(i, (&k, &evaluation))| Tried { k, evaluation, beaten: costs[i] > to_beat(i) })
+            .collect();
+        self.tried.extend(tried);
+        self.optimiser.tell(&costs);
+        self.note(&objective, costs);
+        self.iteration += 1;
+        if self.begins_to_polish() {
+            if let Some(best) = best_of(&self.tried, &objective) {
+                self.optimiser = polish(&self.settings, self.objective, best.k);
+            }
+            self.polishing = true;
+            return;
+        }
+        if self.iteration < self.settings.iterations && !self.optimiser.has_converged() {
+            return;
+        }
+        self.objective += 1;
+        self.iteration = 0;
+        self.polishing = false;
+        if let Some(next) = self.settings.objectives.get(self.objective) {
+            let start = best_of(&self.tried, next).map(|t| t.k);
+            self.optimiser = optimiser(&self.settings, self.objective, start);
+        }
     }
 }
 

@@ -146,9 +146,6 @@ impl Campaign<'_> {
             Ok::<(), Failure>(())
         });
         told?;
-        for place in 0..workers {
-            remove_folder(&self.folder.join(format!("place_{place}")))?;
-        }
         folder.write_manifest(&self.name(), &self.mission, &[("trials", trials.to_string())])?;
         if self.args.mission.json {
             print(&drops_json(&self.mission, self.autopilot(), &tally))?;
@@ -163,6 +160,10 @@ impl Campaign<'_> {
         let complete = tally.flown() == trials;
         if !complete {
             tell(&format!("stopped after {} of {trials} drops\n", tally.flown()));
+        }
+        // Last: a folder that cannot be removed takes no result away.
+        for place in 0..workers {
+            remove_folder(&self.folder.join(format!("place_{place}")))?;
         }
         Ok(if complete && !tally.any_failed() { Answer::Yes } else { Answer::No })
     }
@@ -184,26 +185,36 @@ impl Campaign<'_> {
     /// A trial at one of the places; whatever goes wrong is its failure. The files of one that failed are kept.
     fn trial(&self, number: u64, place: u16) -> DropTrial {
         let drawn = self.mission.draw_drop(number);
+        let failed = |why: Failure| DropTrial { drawn, outcome: None, failure: Some(why.text()) };
         let scratch = self.folder.join(format!("place_{place}"));
-        let flown = OutputFolder::create(Some(&scratch), &self.mission.name).and_then(|folder| {
-            let mission = self.mission.with_drop(&drawn);
-            let (trial, flown) =
-                self.fly(&drawn, &mission, self.args.instance + place, &folder, &Narrator::silent())?;
-            if trial.failure.is_some() {
-                let verdict = trial.outcome.as_ref().map(|o| &o.verdict);
-                write_flight(&folder, &mission, &flown.log, Some(&self.plan), verdict)?;
-                let kept = self.folder.join(format!("trial_{number}"));
-                remove_folder(&kept)?;
-                fs::rename(folder.path(), &kept)
-                    .with_context(|| format!("cannot keep the files in {}", kept.display()))
-                    .bad_input()?;
+        let folder = match OutputFolder::create(Some(&scratch), &self.mission.name) {
+            Ok(folder) => folder,
+            Err(why) => return failed(why),
+        };
+        let mission = self.mission.with_drop(&drawn);
+        let flown = self.fly(&drawn, &mission, self.args.instance + place, &folder, &Narrator::silent());
+        let (mut trial, log) = match flown {
+            Ok((trial, flown)) => (trial, Some(flown.log)),
+            Err(why) => (failed(why), None),
+        };
+        if let Some(failure) = &mut trial.failure {
+            let verdict = trial.outcome.as_ref().map(|o| &o.verdict);
+            let written =
+                log.map_or(Ok(()), |log| write_flight(&folder, &mission, &log, Some(&self.plan), verdict));
+            if let Err(why) = written.and_then(|()| self.keep(number, &folder)) {
+                *failure = format!("{failure}; {}", why.text());
             }
-            Ok(trial)
-        });
-        flown.unwrap_or_else(|failure| {
-            let (Failure::BadInput(error) | Failure::Internal(error)) = failure;
-            DropTrial { drawn, outcome: None, failure: Some(format!("{error:#}")) }
-        })
+        }
+        trial
+    }
+
+    /// Keeps the files of a trial that failed.
+    fn keep(&self, trial: u64, folder: &OutputFolder) -> Result<(), Failure> {
+        let kept = self.folder.join(format!("trial_{trial}"));
+        remove_folder(&kept)?;
+        fs::rename(folder.path(), &kept)
+            .with_context(|| format!("cannot keep the files in {}", kept.display()))
+            .bad_input()
     }
 
     fn fly(
@@ -239,16 +250,18 @@ impl Campaign<'_> {
         };
         let outcome = measure.of(&flown.log);
         let stopped = tell_if_stopped(&Narrator::silent(), mission, &flown.log)?;
-        let failure = flown.trouble.clone().or_else(|| match &outcome {
-            None => Some("never released".to_owned()),
-            Some(o) if !o.verdict.limits_passed.is_empty() => {
+        let failure = match (&outcome, &flown.trouble) {
+            (None, None) => Some("never released".to_owned()),
+            (None, Some(trouble)) => Some(format!("never released: {trouble}")),
+            (Some(_), Some(trouble)) => Some(trouble.clone()),
+            (Some(o), None) if !o.verdict.limits_passed.is_empty() => {
                 Some(format!("limits passed: {}", o.verdict.limits_passed.join(", ")))
             }
-            Some(_) if flown.record.failsafe => Some("a failsafe flew".to_owned()),
-            Some(_) if stopped => Some("stopped before the mission's end".to_owned()),
-            Some(o) if o.verdict.steady_after_s.is_none() => Some("never steady".to_owned()),
-            Some(_) => None,
-        });
+            (Some(_), None) if flown.record.failsafe => Some("a failsafe flew".to_owned()),
+            (Some(_), None) if stopped => Some("stopped before the mission's end".to_owned()),
+            (Some(o), None) if o.verdict.steady_after_s.is_none() => Some("never steady".to_owned()),
+            (Some(_), None) => None,
+        };
         Ok((DropTrial { drawn: *drawn, outcome, failure }, flown))
     }
 

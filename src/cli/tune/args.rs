@@ -25,8 +25,8 @@ For PX4 (--for px4): eleven parameters of PX4 v1.12 within its ranges (MPC_XY_VE
 and roll's, MPC_TILTMAX_AIR), by the evolution strategy, on seeded drops flown by the model of PX4's control law
 (docs/px4_model.md). Small is to be: altitude lost, time to steady flight, peak tilt and velocity error, as multiples of those
 under PX4's defaults, with J_TPF no worse and no limit passed. Writes gains.params (all that the law reads, for PX4 or, under another
-gravity, for PX4 by Froude scaling) and px4_gains.txt. Of the options below --particles, --iterations, --seed, --unseen, --name and --threads
-count. Exit code 1 when the gains found do not beat the defaults on unseen drops (J_TPF no worse, no limit passed, two of the four
+gravity, for PX4 by Froude scaling), px4_gains.txt and checkpoint.json. Of the options below --particles, --iterations, --seed, --unseen,
+--name, --threads and --resume count. Exit code 1 when the gains found do not beat the defaults on unseen drops (J_TPF no worse, no limit passed, two of the four
 measures a tenth better).
 
 JSON (--json; when no gains were found mission, gains: null and reason): mission, version, seed, input_hash, method, objective, model, gains (by name), cost, rms, j_tpf, allowed (whether the
@@ -40,7 +40,7 @@ aerodynamics, density, wind, delay and sensor delay off at random. Best are, of 
 coming to rest), the ones with the lowest worst J_TPF on the unseen flights; with --robust on the varied ones.
 
 --resume goes on from a checkpoint of the same search. --iterations may be another (but for pareto), and what is not of the search
-(--unseen, --name, --threads) too; anything else is refused and named.
+(--unseen, --name, --threads) too; anything else is refused and named. So it is with --for px4.
 
 Exit code 1 when the objective's bounds do not hold for the best gains found, or the search or the unseen flights were stopped.
 
@@ -53,6 +53,9 @@ Examples:
   samara tune mission/x500_drop.json --for px4 --iterations 60
   samara tune --resume --iterations 500                  (after Ctrl-C, a crash or a power cut; or for longer)
   samara drop --gains out/titan_drop/gains.json          (fly what was found)";
+
+/// Iterations after which a swarm that finds nothing better stops.
+pub const STALL: u32 = 20;
 
 /// `samara tune`.
 #[derive(Args, Debug)]
@@ -94,7 +97,7 @@ pub struct TuneArgs {
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub iterations: u32,
     /// Stop a swarm whose best cost has not fallen for so many iterations.
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, value_name = "N", default_value_t = STALL, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub stall: u32,
     /// Seed of the search and of the unseen flights, instead of the mission's.
     #[arg(long, value_name = "N")]

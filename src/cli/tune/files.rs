@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 
 use super::args::{MethodArg, TuneArgs, name_of};
+use super::settings::particles;
 use crate::cli::outcome::{BadInput, Failure};
 use crate::cli::output::OutputFolder;
 use crate::config::{Mission, gains_json};
@@ -36,7 +37,6 @@ pub fn write_gains(
 
 /// The manifest of a tuning, with the options that made it.
 pub fn write_tune_manifest(args: &TuneArgs, folder: &OutputFolder, mission: &Mission) -> Result<(), Failure> {
-    let optional = |n: Option<u32>| n.map_or_else(|| "default".to_owned(), |n| n.to_string());
     let options = [
         ("method", name_of(args.method)),
         ("objective", name_of(args.objective)),
@@ -46,7 +46,7 @@ pub fn write_tune_manifest(args: &TuneArgs, folder: &OutputFolder, mission: &Mis
         ("penalty", args.penalty.to_string()),
         ("swing", format!("{:?}", args.swing)),
         ("start", start_name(args, mission)),
-        ("particles", optional(args.particles)),
+        ("particles", particles(args)),
         ("iterations", args.iterations.to_string()),
         ("stall", args.stall.to_string()),
         ("unseen", args.unseen.to_string()),

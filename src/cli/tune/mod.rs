@@ -2,17 +2,13 @@
 
 mod args;
 mod contest;
+mod course;
 mod files;
 mod near_hover;
 mod px4;
 mod settings;
 
-use std::io::Write as _;
-use std::sync::atomic::{AtomicBool, Ordering};
-
-use anyhow::{Context, anyhow};
-use indicatif::{ProgressBar, ProgressStyle};
-use rayon::prelude::*;
+use anyhow::anyhow;
 
 use super::clock::Stopwatch;
 use super::interrupt;
@@ -20,14 +16,14 @@ use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print, tell};
 use super::plan::plan_mission;
 use super::pool::pool;
-use crate::config::{Mission, checkpoint_json, load_checkpoint, load_mission};
+use crate::config::{Mission, load_mission};
 use crate::plan::Status;
 use crate::report::tune::{TuneRun, records, terminal};
 use crate::sim::PlantKind;
 use crate::trajectory::Trajectory;
 use crate::tune::bench::Setting;
 use crate::tune::release_cases::swing_releases;
-use crate::tune::{Bench, Evaluation, Longitudinal, Search};
+use crate::tune::{Bench, Longitudinal, Search};
 use args::{ForArg, MethodArg, ModelArg, ObjectiveArg, name_of};
 pub use args::{TUNE_HELP, TuneArgs};
 use files::{start_name, write_course, write_gains, write_tune_manifest};
@@ -92,8 +88,6 @@ fn bench<'a>(args: &TuneArgs, mission: &Mission, plan: &'a Trajectory) -> Result
     Ok(bench)
 }
 
-const CHECKPOINT: &str = "checkpoint.json";
-
 fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answer, Failure> {
     let watch = Stopwatch::start();
     let bench = bench(args, mission, plan)?;
@@ -101,25 +95,15 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
     let objective = settings.objectives[settings.objectives.len() - 1];
     let identity = settings::identity(args, mission, &settings);
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
-    let told = if args.resume {
-        load_checkpoint(&folder.path().join(CHECKPOINT), &identity).bad_input()?
-    } else {
-        Vec::new()
-    };
     let mut search = Search::new(settings);
     let stop = interrupt::flag()?;
-    let stopped = go_on(&mut search, &bench, &told, &stop, |search| {
-        let evaluations = search.tried().iter().map(|t| t.evaluation);
-        let text = checkpoint_json(&identity, evaluations);
-        folder.write(CHECKPOINT, |out| out.write_all(text.as_bytes())).map(|_| ())
-    })?;
+    let judge = |search: &Search, place: usize, k: &Longitudinal| {
+        let (objective, to_beat) = search.to_beat(place)?;
+        Some(bench.evaluate_below(k, &objective, to_beat))
+    };
+    let course = course::run(args, &folder, &identity, &mut search, &stop, judge, progress)?;
     let Some(best) = search.best(&objective).filter(|b| b.evaluation.is_finite()) else {
-        let reason = if stopped {
-            "stopped before any gains were judged"
-        } else {
-            "no gains were found that fly every release"
-        };
-        return nothing(args, &mission.name, reason);
+        return nothing(args, &mission.name, no_gains(course.stopped));
     };
     let mut run = TuneRun {
         method: name_of(args.method),
@@ -131,8 +115,8 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
         bounds: objective,
         gains: best,
         flights: bench.flights(),
-        fresh_evaluations: search.tried().len().saturating_sub(told.len()),
-        stopped,
+        fresh_evaluations: course.fresh,
+        stopped: course.stopped,
         wall_s: 1e-3 * watch.ms(),
         contest: None,
     };
@@ -147,52 +131,8 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
         print(&terminal::text(mission, &search, &run))?;
         print(&format!("results in {}\n", folder.path().display()))?;
     }
-    let whole = !stopped && run.contest.is_some();
+    let whole = !course.stopped && run.contest.is_some();
     Ok(if objective.allows(&best.evaluation) && whole { Answer::Yes } else { Answer::No })
-}
-
-/// Runs the search to its end, telling it first what it was told before; `keep` is called then and after each iteration. Whether it
-/// was stopped.
-fn go_on(
-    search: &mut Search,
-    bench: &Bench<'_>,
-    told: &[Evaluation],
-    stop: &AtomicBool,
-    keep: impl Fn(&Search) -> Result<(), Failure>,
-) -> Result<bool, Failure> {
-    let mut told = told;
-    while let Some(n) = search.ask().map(<[_]>::len).filter(|n| told.len() >= *n) {
-        search.tell(&told[..n]);
-        told = &told[n..];
-    }
-    // What is left over was told to a search of more iterations: that checkpoint is the better one.
-    if !search.tried().is_empty() && told.is_empty() {
-        keep(search)?;
-    }
-    let bar = ProgressBar::no_length();
-    let style = ProgressStyle::with_template("{spinner} {elapsed} {msg}, {rate}");
-    bar.set_style(style.context("the progress bar")?.with_key("rate", rate));
-    while let Some(candidates) = search.ask() {
-        bar.set_message(progress(search));
-        let judge = |(i, k): (usize, &Longitudinal)| {
-            let going = !stop.load(Ordering::Relaxed);
-            bar.inc(u64::from(going));
-            let (objective, to_beat) = search.to_beat(i).filter(|_| going)?;
-            Some(bench.evaluate_below(k, &objective, to_beat))
-        };
-        let evaluations: Option<Vec<Evaluation>> =
-            candidates.par_iter().enumerate().with_max_len(1).map(judge).collect();
-        let Some(evaluations) = evaluations else { break };
-        search.tell(&evaluations);
-        keep(search)?;
-    }
-    bar.finish_and_clear();
-    Ok(search.ask().is_some())
-}
-
-fn rate(state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write) {
-    // A bar that cannot be written is no reason to end a search.
-    let _ = write!(out, "{:.0} evaluations a second", state.per_sec());
 }
 
 /// Where a search is, for the progress bar.
@@ -202,6 +142,15 @@ fn progress(search: &Search) -> String {
     search.history().last().map_or(iteration.clone(), |p| {
         format!("{iteration}, best cost {:.4} (RMS {:.4}, J_TPF {:.4})", p.cost, p.best.rms, p.best.j_tpf)
     })
+}
+
+/// Why a search has no gains.
+fn no_gains(stopped: bool) -> &'static str {
+    if stopped {
+        "stopped before any gains were judged"
+    } else {
+        "no gains were found that fly every release"
+    }
 }
 
 /// Says why there are no gains.

@@ -3,6 +3,7 @@
 use anyhow::anyhow;
 
 use super::args::{MethodArg, ObjectiveArg, TuneArgs, name_of};
+use super::course::identity_of;
 use super::files::start_name;
 use crate::cli::outcome::{BadInput, Failure};
 use crate::config::Mission;
@@ -83,6 +84,11 @@ pub fn settings(
     })
 }
 
+/// Candidates of an iteration, as they were asked for.
+pub fn particles(args: &TuneArgs) -> String {
+    args.particles.map_or_else(|| "default".to_owned(), |n| n.to_string())
+}
+
 /// Everything that the course of a search depends on. The most iterations do not belong to it where they only end it.
 pub fn identity(
     args: &TuneArgs,
@@ -101,11 +107,8 @@ pub fn identity(
         Some(k) => format!("{} {k:?}", start_name(args, mission)),
         None => "none".to_owned(),
     };
-    let mut identity = vec![
-        ("version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("mission", mission.name.clone()),
-        ("inputs_sha256", mission.hash_without_gains()),
-        ("seed", mission.seed.to_string()),
+    let mut identity = identity_of(mission);
+    identity.extend([
         ("method", name_of(args.method)),
         ("objective", name_of(args.objective)),
         ("model", name_of(args.model)),
@@ -114,9 +117,9 @@ pub fn identity(
         ("swing", format!("{:?}", args.swing)),
         ("robust", args.robust.to_string()),
         ("start", start),
-        ("particles", args.particles.map_or_else(|| "default".to_owned(), |n| n.to_string())),
+        ("particles", particles(args)),
         ("stall", args.stall.to_string()),
-    ];
+    ]);
     if settings.objectives.len() > 1 {
         identity.push(("iterations", args.iterations.to_string()));
     }

@@ -38,6 +38,8 @@ mod request;
 mod setpoint;
 
 #[cfg(test)]
+mod readiness_tests;
+#[cfg(test)]
 mod scene;
 #[cfg(test)]
 mod tests;

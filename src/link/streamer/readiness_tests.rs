@@ -1,0 +1,305 @@
+//! The streamer's waits for a PX4 to be ready: estimator (ESTIMATOR_STATUS) and checks before arming (SYS_STATUS) that are never
+//! told, do not hold, hold late, or hold and are lost again. The spans are those of `procedure.rs`, in steps of 4 ms.
+
+use mavlink::dialects::common::*;
+
+use super::super::{Encoder, TimeUs};
+use super::scene::{Answers, Scene, WILLING, texts};
+use super::*;
+use crate::params::Value;
+use crate::params::procedure::RULES;
+
+const ALIGNED: u16 = 7;
+const PREARM_CHECK: u32 = 0x1000_0000;
+const S: TimeUs = 1_000_000;
+
+/// A careful streamer and a vehicle with fit parameters. Nobody tells of estimator or checks but who is said to.
+struct Careful {
+    scene: Scene,
+    answered: usize,
+    /// Flags of ESTIMATOR_STATUS, told every 0.1 s.
+    estimator: Option<u16>,
+    /// Present, enabled and healthy sensors of SYS_STATUS, told every 0.1 s.
+    sensors: Option<[u32; 3]>,
+}
+
+impl Careful {
+    fn new(estimator: Option<u16>, sensors: Option<[u32; 3]>, answers: Answers) -> Self {
+        let scene = Scene::new(answers, |c| {
+            c.procedure = Some(Procedure::default());
+            c.hang_s = 60.0;
+        });
+        Self { scene, answered: 0, estimator, sensors }
+    }
+
+    /// Until `state` is reached; the time of that.
+    fn until(&mut self, state: StreamerState) -> TimeUs {
+        while self.scene.streamer.state() != state {
+            assert!(self.scene.now < 100 * S, "never {state:?}: {:#?}", texts(&self.scene.events));
+            self.step();
+        }
+        self.scene.now
+    }
+
+    fn run(&mut self, span: TimeUs) {
+        let until = self.scene.now + span;
+        while self.scene.now < until {
+            self.step();
+        }
+    }
+
+    fn step(&mut self) {
+        if self.scene.now.is_multiple_of(100_000) {
+            self.tell();
+        }
+        self.scene.run(self.scene.now + 4_000);
+        while let Some((_, frame)) = self.scene.sent.get(self.answered) {
+            self.answered += 1;
+            if let Some(MavMessage::PARAM_REQUEST_READ(m)) = frame.known() {
+                let (param_id, name) = (m.param_id, m.param_id.to_str().unwrap());
+                let rule = RULES.iter().find(|rule| rule.name == name).unwrap();
+                let (param_value, param_type) = match (rule.wanted)(&Default::default()) {
+                    Some(Value::Int(i)) => (f32::from_bits(i as u32), MavParamType::MAV_PARAM_TYPE_INT32),
+                    Some(Value::Real(x)) => (x, MavParamType::MAV_PARAM_TYPE_REAL32),
+                    None => (1.0, MavParamType::MAV_PARAM_TYPE_REAL32),
+                };
+                let value = PARAM_VALUE_DATA { param_id, param_value, param_type, ..Default::default() };
+                self.scene.vehicle_says(&MavMessage::PARAM_VALUE(value));
+            }
+        }
+    }
+
+    fn tell(&mut self) {
+        if let Some(flags) = self.estimator {
+            let flags = EstimatorStatusFlags::from_bits_retain(flags);
+            let status = ESTIMATOR_STATUS_DATA { flags, ..Default::default() };
+            self.scene.vehicle_says(&MavMessage::ESTIMATOR_STATUS(status));
+        }
+        if let Some(sensors) = self.sensors {
+            let [present, enabled, health] = sensors.map(MavSysStatusSensor::from_bits_retain);
+            self.scene.vehicle_says(&MavMessage::SYS_STATUS(SYS_STATUS_DATA {
+                onboard_control_sensors_present: present,
+                onboard_control_sensors_enabled: enabled,
+                onboard_control_sensors_health: health,
+                ..Default::default()
+            }));
+        }
+    }
+
+    /// What was told since the last time it was asked, without the simulated times.
+    fn told(&mut self) -> Vec<String> {
+        let told = texts(&std::mem::take(&mut self.scene.events));
+        told.iter().map(|text| text.split_once(" s  ").unwrap().1.to_owned()).collect()
+    }
+
+    /// How often arming has been asked for.
+    fn armings(&self) -> usize {
+        self.scene.sent.iter().filter_map(|(_, f)| f.command()).filter(|c| c.command == 400).count()
+    }
+}
+
+const PASS: Option<[u32; 3]> = Some([PREARM_CHECK; 3]);
+const FAIL: Option<[u32; 3]> = Some([PREARM_CHECK, PREARM_CHECK, 0]);
+
+/// A vehicle whose estimator is ready, in OFFBOARD, about to be armed.
+fn about_to_arm(sensors: Option<[u32; 3]>) -> Careful {
+    let mut careful = Careful::new(Some(ALIGNED), sensors, WILLING);
+    careful.until(StreamerState::Arming);
+    careful.told();
+    careful
+}
+
+#[test]
+fn checks_that_pass_are_waited_for_and_no_longer() {
+    let mut careful = about_to_arm(FAIL);
+    careful.run(7 * S);
+    assert_eq!((careful.scene.streamer.state(), careful.armings()), (StreamerState::Arming, 0));
+    careful.sensors = PASS;
+    let at = careful.scene.now;
+    // The next SYS_STATUS, the next step, its answer.
+    assert!(careful.until(StreamerState::Hanging) <= at + 108_000);
+    assert_eq!((careful.told(), careful.armings()), (vec!["armed".to_owned()], 1));
+}
+
+/// What passed before OFFBOARD was the checks of another mode.
+#[test]
+fn what_was_told_before_offboard_does_not_count() {
+    let mut careful = Careful::new(Some(ALIGNED), PASS, WILLING);
+    careful.until(StreamerState::RequestingOffboard);
+    careful.sensors = None;
+    careful.until(StreamerState::Arming);
+    careful.run(5 * S);
+    assert_eq!((careful.scene.streamer.state(), careful.armings()), (StreamerState::Arming, 0));
+}
+
+/// After ten seconds arming is asked for all the same: only a refusal says what is wrong. The words tell silence from checks that
+/// do not pass, and come once. Checks that are not there or not in use are none.
+#[test]
+fn checks_that_do_not_pass_are_asked_about_after_ten_seconds() {
+    const SILENT: &str = "the vehicle tells nothing of its checks before arming (SYS_STATUS); going on";
+    const FAILING: &str = "the vehicle's checks before arming do not pass (SYS_STATUS); asking why";
+    for (sensors, words) in [
+        (None, SILENT),
+        (Some([0, PREARM_CHECK, 0]), SILENT),
+        (Some([PREARM_CHECK, 0, PREARM_CHECK]), SILENT),
+        (Some([!PREARM_CHECK; 3]), SILENT),
+        (FAIL, FAILING),
+        (Some([u32::MAX, u32::MAX, !PREARM_CHECK]), FAILING),
+    ] {
+        let mut careful = about_to_arm(sensors);
+        let since = careful.scene.now;
+        careful.scene.answers = Answers { arming: Some(1), text: "Preflight Fail: no fix", ..WILLING };
+        while careful.armings() == 0 {
+            careful.step();
+        }
+        let waited = careful.scene.now - since;
+        assert!((10 * S..10 * S + 8_000).contains(&waited), "{sensors:?}: {waited} us");
+        careful.until(StreamerState::Failed);
+        let told = careful.told();
+        assert_eq!(told.iter().filter(|text| *text == words).count(), 1, "{told:#?}");
+        assert_eq!(told.iter().filter(|text| text.contains("SYS_STATUS")).count(), 1, "{told:#?}");
+        assert_eq!(
+            told.last().unwrap(),
+            "gave up: arming was refused (TEMPORARILY_REJECTED) by the autopilot"
+        );
+        let refusal = "arming refused (TEMPORARILY_REJECTED); the vehicle says: Preflight Fail: no fix";
+        assert!(told.iter().any(|text| text.starts_with(refusal)), "{told:#?}");
+    }
+}
+
+/// Once asked for, arming is asked for again without another wait, whatever the checks do meanwhile.
+#[test]
+fn checks_lost_between_two_tries_do_not_hold_the_next_one_up() {
+    let mut careful = about_to_arm(PASS);
+    careful.scene.answers = Answers { arming: Some(1), ..WILLING };
+    while careful.armings() == 0 {
+        careful.step();
+    }
+    careful.sensors = FAIL;
+    careful.run(3 * S / 2);
+    assert_eq!(careful.armings(), 2);
+    careful.scene.answers = WILLING;
+    careful.until(StreamerState::Hanging);
+    assert!(!careful.told().iter().any(|text| text.contains("SYS_STATUS")));
+}
+
+/// A vehicle that disarms itself under the canopy is armed again, and its checks are waited for again.
+#[test]
+fn checks_lost_under_the_canopy_are_waited_for_anew() {
+    let mut careful = about_to_arm(PASS);
+    careful.until(StreamerState::Hanging);
+    careful.run(2 * S);
+    careful.told();
+    careful.sensors = FAIL;
+    careful.scene.armed = false;
+    careful.run(S);
+    assert!(careful.told().contains(&"the vehicle is no longer armed".to_owned()));
+    // It hangs until its release is due, and the release waits for it.
+    careful.until(StreamerState::RequestingOffboard);
+    careful.until(StreamerState::Arming);
+    assert_eq!(careful.armings(), 1);
+    careful.run(5 * S);
+    assert_eq!((careful.scene.streamer.state(), careful.armings()), (StreamerState::Arming, 1));
+    careful.sensors = PASS;
+    careful.until(StreamerState::Hanging);
+    careful.until(StreamerState::Releasing);
+    assert_eq!(careful.armings(), 2);
+}
+
+/// Without a procedure nothing is waited for.
+#[test]
+fn a_streamer_without_a_procedure_asks_at_once() {
+    let mut scene = Scene::new(WILLING, |_| ());
+    scene.run(S);
+    assert_eq!(scene.streamer.state(), StreamerState::Hanging);
+}
+
+/// Ready for a second on end; what is lost in it begins it anew.
+#[test]
+fn an_estimator_must_hold_for_a_second() {
+    let mut careful = Careful::new(Some(0), PASS, WILLING);
+    careful.until(StreamerState::Aligning);
+    careful.estimator = Some(ALIGNED);
+    careful.run(900_000);
+    careful.estimator = Some(1);
+    careful.run(200_000);
+    assert_eq!(careful.scene.streamer.state(), StreamerState::Aligning, "it was lost again");
+    careful.told();
+    careful.estimator = Some(ALIGNED);
+    let at = careful.scene.now;
+    let waited = careful.until(StreamerState::RequestingOffboard) - at;
+    assert!((S..S + 108_000).contains(&waited), "{waited} us");
+    assert_eq!(careful.told(), ["the estimator has attitude and velocity"]);
+}
+
+/// What is lacking is named every five seconds, with the vehicle's words; it is waited for as long as it takes.
+#[test]
+fn what_an_estimator_lacks_is_named() {
+    let mut careful = Careful::new(Some(1), PASS, WILLING);
+    let since = careful.until(StreamerState::Aligning);
+    careful.told();
+    careful.run(2 * S);
+    let text = STATUSTEXT_DATA { text: "EKF waiting".into(), ..Default::default() };
+    careful.scene.vehicle_says(&MavMessage::STATUSTEXT(text));
+    careful.run(since + 16 * S - careful.scene.now);
+    careful.estimator = Some(3);
+    careful.run(5 * S);
+    let waiting = "waiting for the estimator: no";
+    assert_eq!(
+        careful.told(),
+        [
+            "> EKF waiting".to_owned(),
+            format!("{waiting} horizontal velocity, vertical velocity yet; the vehicle says: EKF waiting"),
+            format!("{waiting} horizontal velocity, vertical velocity yet"),
+            format!("{waiting} horizontal velocity, vertical velocity yet"),
+            format!("{waiting} vertical velocity yet"),
+        ]
+    );
+}
+
+/// An autopilot that does not know the message is not waited for: ten seconds, and the second that everybody is given.
+#[test]
+fn an_estimator_that_tells_nothing_is_believed() {
+    let mut careful = Careful::new(None, PASS, WILLING);
+    let since = careful.until(StreamerState::Aligning);
+    careful.told();
+    let waited = careful.until(StreamerState::RequestingOffboard) - since;
+    assert!((11 * S..11 * S + 8_000).contains(&waited), "{waited} us");
+    assert_eq!(
+        careful.told(),
+        [
+            "waiting for the estimator: no ESTIMATOR_STATUS yet",
+            "the estimator tells nothing (ESTIMATOR_STATUS); going on"
+        ]
+    );
+}
+
+/// Who says nothing of its parameters cannot be judged, and is not released.
+#[test]
+fn a_vehicle_without_parameters_is_given_up() {
+    let mut scene = Scene::new(WILLING, |c| c.procedure = Some(Procedure::default()));
+    scene.run(5 * S);
+    let told = texts(&scene.events);
+    assert_eq!(scene.streamer.state(), StreamerState::Failed);
+    let words = "gave up: no PARAM_VALUE has come: the vehicle's parameters are not known";
+    assert!(told.last().unwrap().ends_with(words), "{told:#?}");
+}
+
+/// Another vehicle's word, or another component's, is not the autopilot's.
+#[test]
+fn others_words_on_checks_are_not_the_autopilots() {
+    let mut careful = about_to_arm(None);
+    let all = MavSysStatusSensor::from_bits_retain(PREARM_CHECK);
+    let status = MavMessage::SYS_STATUS(SYS_STATUS_DATA {
+        onboard_control_sensors_present: all,
+        onboard_control_sensors_enabled: all,
+        onboard_control_sensors_health: all,
+        ..Default::default()
+    });
+    for (system, component) in [(2, 1), (1, 154)] {
+        let bytes = Encoder::new(system, component).encode(&status);
+        careful.scene.hear(&bytes);
+    }
+    careful.run(5 * S);
+    assert_eq!((careful.scene.streamer.state(), careful.armings()), (StreamerState::Arming, 0));
+}

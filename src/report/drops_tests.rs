@@ -1,0 +1,215 @@
+//! Tables and lines of campaigns of whole drops, against closed forms.
+
+use nalgebra::Vector3;
+
+use super::*;
+use crate::assess::Verdict;
+use crate::config::load_mission;
+
+fn mission() -> Mission {
+    load_mission(std::path::Path::new("mission/x500_drop.json")).unwrap()
+}
+
+fn drawn(trial: u64) -> RandomDrop {
+    let wind_ned_m_s = Vector3::new(0.5, -0.25, 0.0);
+    RandomDrop { trial, amplitude_rad: 0.5, phase_rad: -0.25, wind_ned_m_s, seed: u64::MAX }
+}
+
+/// A drop that reached steady flight, with a J_TPF and a time to it.
+fn good(trial: u64, j_tpf: f64, steady_after_s: f64) -> DropTrial {
+    let verdict = Verdict {
+        j_tpf,
+        peak_speed_m_s: 10.0 * j_tpf,
+        peak_pitch_rad: -0.5,
+        peak_pitch_rate_rad_s: -1.0,
+        peak_roll_rad: -0.25,
+        peak_roll_rate_rad_s: 0.0,
+        peak_vertical_acceleration_m_s2: 0.0,
+        altitude_lost_m: 30.0,
+        steady_after_s: Some(steady_after_s),
+        limits_passed: Vec::new(),
+        final_v_ned: Vector3::zeros(),
+        impact_speed_m_s: None,
+    };
+    let outcome = DropOutcome {
+        verdict,
+        release_pitch_rad: 0.125,
+        release_pitch_rate_rad_s: -0.25,
+        peak_tilt_rad: 0.75,
+        altitude_lost_in_plan_m: 16.0,
+        tracking_rms_m_s: 0.5,
+    };
+    DropTrial { drawn: drawn(trial), outcome: Some(outcome), failure: None }
+}
+
+fn never_released(trial: u64) -> DropTrial {
+    DropTrial { drawn: drawn(trial), outcome: None, failure: Some("never released".to_owned()) }
+}
+
+/// A vehicle whose state was no number at last.
+fn lost(trial: u64) -> DropTrial {
+    let mut lost = good(trial, f64::INFINITY, 0.0);
+    let o = lost.outcome.as_mut().unwrap();
+    (o.verdict.peak_pitch_rad, o.tracking_rms_m_s, o.verdict.steady_after_s) = (f64::NAN, f64::NAN, None);
+    o.verdict.limits_passed = vec!["speed", "state is not finite"];
+    lost.failure = Some("limits passed: speed, state is not finite".to_owned());
+    lost
+}
+
+fn tally(trials: &[DropTrial]) -> DropTally {
+    let mut tally = DropTally::default();
+    trials.iter().for_each(|trial| tally.push(trial));
+    tally
+}
+
+fn json(tally: &DropTally) -> serde_json::Value {
+    serde_json::from_str(&drops_json(&mission(), "reference", tally)).unwrap()
+}
+
+/// The columns of the header and a line's values, by name.
+fn line(trial: &DropTrial) -> std::collections::BTreeMap<String, String> {
+    let header = header(&mission(), "reference");
+    let (names, values) = (header.lines().last().unwrap(), row(trial));
+    let values = values.strip_suffix('\n').unwrap();
+    // Only the last column may hold commas, between quotes.
+    let split =
+        |text: &str| text.splitn(names.split(',').count(), ',').map(str::to_owned).collect::<Vec<_>>();
+    assert_eq!(split(values).len(), split(names).len());
+    split(names).into_iter().zip(split(values)).collect()
+}
+
+/// J_TPF 0.4, 0.5 and 0.9: mean 0.6, sample variance (0.04 + 0.01 + 0.09)/2 = 0.07.
+#[test]
+fn closed_form_statistics_of_three_drops() {
+    let tally = tally(&[good(0, 0.4, 3.0), good(1, 0.5, 4.0), good(2, 0.9, 8.0)]);
+    assert_eq!((tally.flown(), tally.any_failed()), (3, false));
+    let told = json(&tally);
+    assert_eq!((&told["trials"], &told["failed"]), (&3.into(), &serde_json::json!([])));
+    let measure = |name: &str| {
+        let all = told["measures"].as_array().unwrap();
+        all.iter().find(|m| m["name"] == name).unwrap().clone()
+    };
+    for (name, expected) in [
+        ("j_tpf", [0.6, 0.07f64.sqrt(), 0.4, 0.9]),
+        ("peak_speed_m_s", [6.0, 7f64.sqrt(), 4.0, 9.0]),
+        ("steady_after_s", [5.0, 7f64.sqrt(), 3.0, 8.0]),
+        ("altitude_lost_in_plan_m", [16.0, 0.0, 16.0, 16.0]),
+        // Largest either way: without its sign.
+        ("peak_pitch_deg", [0.5f64.to_degrees(), 0.0, 0.5f64.to_degrees(), 0.5f64.to_degrees()]),
+    ] {
+        let measure = measure(name);
+        assert_eq!(measure["count"], 3, "{name}");
+        for (key, expected) in ["mean", "std", "min", "max"].iter().zip(expected) {
+            let x = measure[key].as_f64().unwrap();
+            assert!((x - expected).abs() < 1e-14 * expected.max(1.0), "{name}, {key}: {x}, {expected}");
+        }
+    }
+    let table = drops_text(&mission(), "reference", &tally);
+    let head = "3 drops of x500_drop, flown by reference, gains x500, seed 1: 0 failed\n";
+    let j_tpf = "J_TPF                                  0.6000    0.2646    0.4000    0.9000      3\n";
+    assert!(table.starts_with(head) && table.contains(j_tpf), "{table}");
+}
+
+/// A drop without a release has no measures, one whose state was lost has those that are numbers; neither takes the others' means
+/// away, and both are told.
+#[test]
+fn failures_are_told_and_hide_nothing() {
+    let tally = tally(&[good(0, 0.4, 3.0), never_released(1), good(2, 0.6, 5.0), lost(3)]);
+    assert!(tally.any_failed());
+    let table = drops_text(&mission(), "reference", &tally);
+    assert!(table.contains("seed 1: 2 failed\n"), "{table}");
+    for row in [
+        "J_TPF                                  0.5000    0.1414    0.4000    0.6000      2\n",
+        "altitude lost to the plan's end [m]   16.0000    0.0000   16.0000   16.0000      3\n",
+        "steady after [s]                       4.0000    1.4142    3.0000    5.0000      2\n",
+        "velocity from the plan, RMS [m/s]      0.5000    0.0000    0.5000    0.5000      2\n",
+    ] {
+        assert!(table.contains(row), "{row}{table}");
+    }
+    assert!(
+        table.ends_with(
+            "trial 1 failed: never released\ntrial 3 failed: limits passed: speed, state is not finite\n"
+        ),
+        "{table}"
+    );
+    let told = json(&tally);
+    let failed = serde_json::json!([
+        { "trial": 1, "failure": "never released" },
+        { "trial": 3, "failure": "limits passed: speed, state is not finite" }
+    ]);
+    assert_eq!((&told["trials"], &told["failed"]), (&4.into(), &failed));
+}
+
+/// Nothing flown: no numbers, which are "-" in the table and null in JSON; one drop has no deviation.
+#[test]
+fn an_empty_campaign_has_no_numbers() {
+    let (none, one) = (DropTally::default(), tally(&[good(0, 0.4, 3.0)]));
+    assert!(!none.any_failed());
+    let table = drops_text(&mission(), "px4", &none);
+    assert!(
+        table.starts_with("0 drops of x500_drop, flown by px4, gains x500, seed 1: 0 failed\n"),
+        "{table}"
+    );
+    for row in table.lines().skip(3) {
+        assert_eq!(row[35..].split_whitespace().collect::<Vec<_>>(), ["-", "-", "-", "-", "0"], "{table}");
+    }
+    assert_eq!(table.lines().count(), 3 + MEASURES.len());
+    for measure in json(&none)["measures"].as_array().unwrap() {
+        let null = ["mean", "std", "min", "max"].iter().all(|key| measure[key].is_null());
+        assert!(null && measure["count"] == 0, "{measure}");
+    }
+    let measure = &json(&one)["measures"][0];
+    assert!(measure["std"].is_null() && measure["mean"] == 0.4 && measure["count"] == 1, "{measure}");
+    let table = drops_text(&mission(), "px4", &one);
+    assert!(
+        table
+            .contains("J_TPF                                  0.4000         -    0.4000    0.4000      1\n"),
+        "{table}"
+    );
+}
+
+/// Closed form: angles in degrees, the seed to its last digit, numbers to their last bit.
+#[test]
+fn a_line_has_a_value_under_each_column() {
+    let line = line(&good(7, 0.1 + 0.2, 3.0));
+    let number = |name: &str| line[name].parse::<f64>().unwrap();
+    for (name, value) in [
+        ("theta_0_deg", 0.5f64.to_degrees()),
+        ("phi_deg", -0.25f64.to_degrees()),
+        ("wind_n_m_s", 0.5),
+        ("wind_e_m_s", -0.25),
+        ("release_pitch_deg", 0.125f64.to_degrees()),
+        ("release_pitch_rate_deg_s", -0.25f64.to_degrees()),
+        ("peak_pitch_deg", 0.5f64.to_degrees()),
+        ("peak_pitch_rate_deg_s", 1f64.to_degrees()),
+        ("peak_roll_deg", 0.25f64.to_degrees()),
+        ("peak_tilt_deg", 0.75f64.to_degrees()),
+        ("altitude_lost_in_plan_m", 16.0),
+        ("steady_after_s", 3.0),
+        ("tracking_rms_m_s", 0.5),
+    ] {
+        assert!((number(name) - value).abs() < 1e-13, "{name}: {}", line[name]);
+    }
+    assert_eq!(number("j_tpf"), 0.1 + 0.2);
+    assert_eq!([&line["trial"], &line["noise_seed"]], ["7", "18446744073709551615"]);
+    assert_eq!([&line["limits_passed"], &line["failure"]], ["", "\"\""]);
+}
+
+/// What is not there, or no number, is left empty; a reason stays in its column whatever is in it.
+#[test]
+fn a_failed_trial_has_its_line() {
+    let empty = line(&never_released(3));
+    for (_, measure) in MEASURES.iter().map(|(column, ..)| (column, &empty[*column])) {
+        assert_eq!(measure, "");
+    }
+    assert_eq!([&empty["release_pitch_deg"], &empty["failure"]], ["", "\"never released\""]);
+    assert!(!empty["theta_0_deg"].is_empty(), "what was drawn is known");
+
+    let lost = line(&lost(4));
+    assert_eq!([&lost["j_tpf"], &lost["peak_pitch_deg"], &lost["tracking_rms_m_s"]], ["", "", ""]);
+    assert_eq!([&lost["steady_after_s"], &lost["altitude_lost_in_plan_m"]], ["", "16.0"]);
+    assert_eq!(lost["limits_passed"], "speed state is not finite");
+    let words = DropTrial { failure: Some("no \"link\",\nat all".to_owned()), ..never_released(5) };
+    assert_eq!(line(&words)["failure"], "\"no 'link',; at all\"");
+    assert_eq!(row(&words).matches('\n').count(), 1);
+}

@@ -1,0 +1,212 @@
+//! `samara assess --autopilot` as a user meets it: campaigns of whole drops, by the model of PX4's law and by the reference autopilot.
+#![cfg(feature = "cli")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::disallowed_methods,
+    reason = "a test that drives a program and reads its files"
+)]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+const X500: &str = "mission/x500_drop.json";
+const MODEL: [&str; 2] = ["--autopilot", "px4-model"];
+const REFERENCE: [&str; 2] = ["--autopilot", "reference"];
+
+fn assess(mission: &str, args: &[&[&str]], out: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_samara"))
+        .args(["assess", mission, "--instance", "3"])
+        .args(args.concat())
+        .arg("--out")
+        .arg(out)
+        .output()
+        .unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn json(output: &Output) -> serde_json::Value {
+    assert!(!output.stdout.is_empty(), "{}", stderr(output));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// The x500's mission in another folder, with a value of its own in place of one that it has.
+fn changed(folder: &Path, from: &str, to: &str) -> String {
+    let text = fs::read_to_string(X500).unwrap();
+    assert_eq!(text.matches(from).count(), 1, "{from}");
+    let params = fs::canonicalize("params").unwrap();
+    let text = text.replace(from, to).replace("../params", params.to_str().unwrap());
+    let path = folder.join("changed.json");
+    fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+/// The lines of a campaign, each by its columns. Only the last may hold commas.
+fn lines(file: &Path) -> Vec<BTreeMap<String, String>> {
+    let text = fs::read_to_string(file).unwrap();
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let values = |line: &str| line.splitn(names.len(), ',').map(str::to_owned).collect::<Vec<_>>();
+    lines.map(|line| names.iter().map(|name| (*name).to_owned()).zip(values(line)).collect()).collect()
+}
+
+/// Whatever lies in the folder, folders by their names.
+fn entries(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().to_str().unwrap().to_owned()).collect();
+    names.sort();
+    names
+}
+
+/// Several side by side end in any order; what is written and printed is in order and the same to the byte. A longer campaign
+/// begins with the shorter one's lines, and a trial alone has its line.
+#[test]
+fn prop_a_campaign_is_the_same_however_many_fly_side_by_side() {
+    for (autopilot, trials, file) in
+        [(MODEL, 17, "drops_px4-model_x500"), (REFERENCE, 4, "drops_reference_x500")]
+    {
+        let out = tempfile::tempdir().unwrap();
+        let [csv, manifest] = ["csv", "_manifest.json"]
+            .map(|end| if end == "csv" { format!("{file}.csv") } else { format!("{file}{end}") });
+        let fly = |threads: &str, trials: u64| {
+            let folder = out.path().join(format!("{threads}_{trials}"));
+            let number = trials.to_string();
+            let args = ["--json", "--trials", &number, "--threads", threads];
+            let output = assess(X500, &[&autopilot, &args], &folder);
+            assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+            let told = stderr(&output);
+            let told: Vec<&str> = told.lines().filter_map(|line| line.split_once(':')).map(|l| l.0).collect();
+            let expected: Vec<String> = (0..trials).map(|k| format!("trial {k} of {trials}")).collect();
+            assert_eq!(told, expected, "{threads} side by side");
+            let read = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
+            (output.stdout, read(&csv), read(&manifest), entries(&folder))
+        };
+        let one = fly("1", trials);
+        for threads in ["3", "7", "100"] {
+            assert_eq!(fly(threads, trials), one, "{threads} side by side");
+        }
+        assert!(
+            one.3.iter().all(|name| !name.starts_with("place_") && !name.starts_with("trial_")),
+            "{:?}",
+            one.3
+        );
+        assert!(one.1.starts_with(&fly("2", 2).1));
+
+        let folder = out.path().join("only");
+        let only = assess(X500, &[&autopilot, &["--only", "3"]], &folder);
+        assert_eq!(only.status.code(), Some(0), "{}", stderr(&only));
+        let row = one.1.lines().find(|line| line.starts_with("3,")).unwrap();
+        let printed = String::from_utf8(only.stdout).unwrap();
+        assert_eq!(printed.lines().last(), Some(row));
+        assert!(folder.join("trial_3/flight.csv").exists() && folder.join("trial_3/drop.svg").exists());
+    }
+}
+
+/// A limit of speed that some drops pass: a trial failed if, and only if, its own line has a greater speed; every place where it is
+/// told says the same.
+#[test]
+fn prop_a_failed_drop_is_told_wherever_there_is_a_place_for_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let mission = changed(folder.path(), "\"speed_m_s\": 20.0", "\"speed_m_s\": 9.5");
+    let out = folder.path().join("out");
+    let fly = |more: &[&str]| assess(&mission, &[&MODEL, &["--trials", "9", "--threads", "3"], more], &out);
+    let output = fly(&["--json"]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let lines = lines(&out.join("drops_px4-model_x500.csv"));
+    assert_eq!(lines.len(), 9);
+    let told = json(&output);
+    let table = fly(&[]);
+    assert_eq!(table.status.code(), Some(1));
+    let table = String::from_utf8(table.stdout).unwrap();
+    let mut failed = Vec::new();
+    for line in &lines {
+        let fast = line["peak_speed_m_s"].parse::<f64>().unwrap() > 9.5;
+        let (trial, reason) = (&line["trial"], if fast { "limits passed: speed" } else { "" });
+        assert_eq!(line["failure"], format!("\"{reason}\""), "trial {trial}");
+        assert_eq!(line["limits_passed"], if fast { "speed" } else { "" }, "trial {trial}");
+        let kept = out.join(format!("trial_{trial}"));
+        assert_eq!(kept.join("flight.csv").exists() && kept.join("drop.svg").exists(), fast, "trial {trial}");
+        assert_eq!(table.contains(&format!("\ntrial {trial} failed: {reason}")), fast, "{table}");
+        assert_eq!(stderr(&output).contains(&format!("trial {trial} of 9: FAILED: {reason}\n")), fast);
+        if fast {
+            let number: u64 = trial.parse().unwrap();
+            failed.push(serde_json::json!({ "trial": number, "failure": reason }));
+        }
+    }
+    assert!(!failed.is_empty() && failed.len() < 9, "some fail, some do not: {failed:?}");
+    assert!(table.contains(&format!(": {} failed\n", failed.len())), "{table}");
+    assert_eq!((&told["trials"], &told["failed"]), (&9.into(), &failed.clone().into()));
+    // What failed counts in the statistics.
+    assert_eq!(told["measures"][0]["count"], 9);
+
+    for line in &lines {
+        let one =
+            assess(&mission, &[&MODEL, &["--json", "--only", &line["trial"]]], &folder.path().join("one"));
+        assert_eq!(one.status.code(), Some(i32::from(line["failure"] != "\"\"")), "{}", stderr(&one));
+    }
+}
+
+/// A release that never comes: no trial has a measure, each says why, and the campaign says no.
+#[test]
+fn drops_without_a_release_are_failures_without_measures() {
+    let folder = tempfile::tempdir().unwrap();
+    let never = "\"trigger\": { \"altitude\": { \"altitude_m\": -500 } }";
+    let mission = changed(folder.path(), "\"trigger\": \"command\"", never);
+    let output = assess(&mission, &[&REFERENCE, &["--trials", "2", "--json"]], folder.path());
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let told = json(&output);
+    assert_eq!(told["failed"].as_array().map(Vec::len), Some(2), "{told}");
+    for measure in told["measures"].as_array().unwrap() {
+        assert!(measure["count"] == 0 && measure["mean"].is_null(), "{measure}");
+    }
+    for line in lines(&folder.path().join("drops_reference_x500.csv")) {
+        assert!(line["j_tpf"].is_empty() && line["release_pitch_deg"].is_empty(), "{line:?}");
+        assert!(
+            line["failure"].starts_with("\"never released: the simulation ended at 30.000 s"),
+            "{line:?}"
+        );
+        let kept = folder.path().join(format!("trial_{}", line["trial"]));
+        assert!(kept.join("flight.csv").exists(), "what was flown is kept");
+    }
+}
+
+/// A drop that cannot even begin is a failed trial, not the end of the campaign: the others are flown and told.
+#[test]
+fn a_place_that_cannot_be_used_fails_its_trials_only() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("place_0"), "in the way").unwrap();
+    let args = ["--trials", "6", "--threads", "2", "--json"];
+    let output = assess(X500, &[&MODEL, &args], folder.path());
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    let told = json(&output);
+    assert_eq!(told["trials"], 6);
+    let failed = told["failed"].as_array().unwrap();
+    assert!(!failed.is_empty(), "{told}");
+    for failure in failed {
+        let text = failure["failure"].as_str().unwrap();
+        assert!(text.contains("cannot make the output folder") && text.contains("place_0"), "{text}");
+    }
+    assert_eq!(lines(&folder.path().join("drops_px4-model_x500.csv")).len(), 6);
+}
+
+#[test]
+fn what_does_not_go_together_is_refused() {
+    let out = tempfile::tempdir().unwrap();
+    for (args, said) in [
+        (&["--autopilot", "reference", "--trials", "1"][..], "--trials"),
+        (&["--autopilot", "px4-model", "--threads", "0"], "--threads"),
+        (&["--autopilot", "px4-model", "--only", "1", "--trials", "3"], "--only"),
+        (&["--autopilot", "px4-model", "--resume"], "--resume"),
+        (&["--autopilot", "nobody"], "nobody"),
+        (&["--autopilot", "px4=/nowhere", "--trials", "2"], "/nowhere"),
+        (&["--feed-forward"], "--autopilot"),
+    ] {
+        let output = assess(X500, &[args], out.path());
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(said), "{args:?}: {}", stderr(&output));
+    }
+}
