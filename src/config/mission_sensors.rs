@@ -11,10 +11,7 @@ use crate::model::Environment;
 use crate::model::magnetic_field::earth_ned_gauss;
 use crate::sim::SensorSettings;
 use crate::sim::sensors::{Barometer, Magnetometer, Satellite, Triad};
-use crate::units::{STANDARD_GRAVITY_M_S2, US_PER_S};
-
-/// Gravity on Earth differs from the standard's by less than this [m/s^2].
-const EARTH_GRAVITY_SPREAD_M_S2: f64 = 0.05;
+use crate::units::US_PER_S;
 
 /// Errors of the sensors that the simulator tells of. A sensor that is left out is ideal.
 #[derive(Deserialize, JsonSchema)]
@@ -182,8 +179,7 @@ fn magnetometer(
         FieldJson::Dipole => None,
         FieldJson::WorldMagneticModel => {
             let gravity = environment.gravity_m_s2;
-            let on_earth = (gravity - STANDARD_GRAVITY_M_S2).abs() <= EARTH_GRAVITY_SPREAD_M_S2;
-            if !on_earth && json.px4_clock != Some(Px4ClockJson::Froude) {
+            if !environment.has_earths_gravity() && json.px4_clock != Some(Px4ClockJson::Froude) {
                 let message = format!(
                     "expected \"dipole\" where site.gravity_m_s2 is {gravity}: the World Magnetic Model is Earth's"
                 );

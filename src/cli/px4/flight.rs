@@ -18,6 +18,7 @@ use crate::cli::output::OutputFolder;
 use crate::cli::recording::Recording;
 use crate::cli::sessions;
 use crate::config::{Mission, Px4Clock};
+use crate::control::px4::facts::ALIGNS_G0;
 use crate::link::shell::{Ports, Speed, run_hosted_drop, system_of_instance};
 use crate::link::streamer::{Clock, Procedure};
 use crate::params::ParameterFile;
@@ -29,8 +30,6 @@ use crate::units::STANDARD_GRAVITY_M_S2;
 const WORK: &str = "px4";
 /// PX4's log, beside the other files of the flight.
 pub const LOG: &str = "flight.ulg";
-/// Gravity under which its estimator aligns, in g0.
-const ALIGNS_G0: std::ops::RangeInclusive<f64> = 0.8..=1.2;
 
 /// A drop to be flown by PX4.
 #[derive(Clone, Copy, Debug)]

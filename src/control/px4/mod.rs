@@ -10,11 +10,13 @@
 //! | [`mixer`] | torque and thrust to motors, saturation | `MultirotorMixer::mix_airmode_disabled` |
 //! | [`output`] | thrust curve, arming ramp, steps of a motor command | `MultirotorMixer::mix`, `output_limit_calc` |
 //! | [`filter`](mod@filter) | gyroscope's and velocity derivative's filters | `LowPassFilter2p`, `BlockDerivative` |
+//! | [`facts`] | periods and limits that others count on | |
 //! | [`law`] | the loops in their order and at their rates | work queues `rate_ctrl`, `nav_and_controllers` |
 //!
 //! Numbers are PX4's: normalised torque and thrust, gravity of 9.80665 m/s^2 wherever it flies.
 
 pub mod attitude;
+pub mod facts;
 pub mod filter;
 pub mod law;
 pub mod mixer;
@@ -23,6 +25,8 @@ pub mod parameters;
 pub mod rate;
 pub mod velocity;
 
+#[cfg(test)]
+mod law_replay_tests;
 #[cfg(test)]
 mod replay_tests;
 

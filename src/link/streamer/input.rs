@@ -9,6 +9,7 @@ use super::{
     AUTOPILOT_COMPONENT, AutopilotVersion, Clock, Flight, STREAMER_COMPONENT, STREAMER_SYSTEM, Shown,
     StreamerEvent, StreamerSession, StreamerState,
 };
+use crate::autopilot::FlightMode;
 
 /// The clock may go back by less than this [us] without meaning a new start (messages that overtake each other).
 const CLOCK_JITTER_US: TimeUs = 1_000_000;
@@ -16,8 +17,6 @@ const CLOCK_JITTER_US: TimeUs = 1_000_000;
 const WORDS: usize = 8;
 /// How PX4 says that it does not have a parameter.
 const PX4_UNKNOWN_PARAMETER: &str = "unknown param: ";
-/// Main mode OFFBOARD in PX4's custom mode.
-const PX4_MAIN_MODE_OFFBOARD: u32 = 6;
 
 impl StreamerSession {
     pub(super) fn take(&mut self, frame: &Frame) {
@@ -120,7 +119,7 @@ impl StreamerSession {
         let before = self.flight.shown;
         self.flight.shown = Shown {
             armed: m.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED),
-            offboard: m.custom_mode >> 16 & 0xFF == PX4_MAIN_MODE_OFFBOARD,
+            offboard: FlightMode::from_custom_mode(m.custom_mode) == Some(FlightMode::Offboard),
         };
         let flying = matches!(
             self.flight.state,

@@ -8,6 +8,7 @@ use super::request::{Progress, Request, result_name};
 use super::{
     Clock, FIRST_REPORT, HEARTBEAT_PERIOD_US, StreamerConfig, StreamerEvent, StreamerSession, StreamerState,
 };
+use crate::autopilot::FlightMode;
 
 /// Ids of messages that are asked for.
 pub(super) const SYS_STATUS: u16 = 1;
@@ -88,7 +89,7 @@ impl StreamerSession {
             StreamerState::Aligning => self.align(),
             StreamerState::RequestingOffboard => {
                 if self.pursue(|c| {
-                    let px4_offboard = [1.0, 6.0, 0.0];
+                    let px4_offboard = [1.0, f32::from(FlightMode::Offboard.main_number()), 0.0];
                     let command = MavCmd::MAV_CMD_DO_SET_MODE;
                     Request::to_autopilot(c.vehicle_system, command, px4_offboard, "OFFBOARD", c.attempts)
                 }) {
@@ -236,12 +237,12 @@ impl StreamerSession {
         let end = self.config.end_s.map(|s| start + microseconds(s));
         let state = if end.is_some_and(|end| self.flight.now >= end) {
             StreamerState::Done
-        } else if ahead >= start + microseconds(self.trajectory.end_s()) && !self.holds_back() {
-            StreamerState::Target
-        } else if ahead >= start && !self.holds_back() {
+        } else if ahead < start || self.flight.state == StreamerState::Falling && self.holds_back() {
+            StreamerState::Falling
+        } else if ahead < start + microseconds(self.trajectory.end_s()) {
             StreamerState::Tracking
         } else {
-            StreamerState::Falling
+            StreamerState::Target
         };
         if state != self.flight.state {
             let at = self.flight.now;
