@@ -7,7 +7,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`frames`], [`units`], [`real`], [`simd`] | rotations, conversion factors, the scalar of the dynamics, wider registers |
+//! | [`frames`], [`units`], [`real`], [`simd`], [`random`] | rotations, conversion factors, the scalar of the dynamics, wider registers, random numbers |
 //! | [`model`] | what flies: vehicle, air, parachute |
 //! | [`trajectory`] | a planned trajectory |
 //! | [`control`], [`plan`] | how it is flown; how it should fly (neither knows the other) |
@@ -34,6 +34,7 @@ pub mod link;
 pub mod model;
 pub mod params;
 pub mod plan;
+pub mod random;
 pub mod real;
 #[cfg(feature = "files")]
 pub mod report;

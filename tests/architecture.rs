@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 /// The floors, lowest first; modules on one floor do not know each other.
 const FLOORS: &[&[&str]] = &[
-    &["real", "simd", "units"],
+    &["random", "real", "simd", "units"],
     &["frames"],
     &["model"],
     &["trajectory"],

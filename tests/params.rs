@@ -240,3 +240,26 @@ fn the_page_on_flying_px4_says_what_is_set_and_why() {
     let page = fs::read_to_string("docs/fly_px4.md").unwrap();
     assert!(page.contains(&table), "docs/fly_px4.md does not hold:\n{table}");
 }
+
+/// What `samara drop` gives to PX4, for who starts it by hand: the table of the procedure, vehicle, gains, and no rotors for a PX4 that
+/// mixes by a file.
+#[test]
+fn an_export_for_a_drop_has_what_a_drop_needs() {
+    let wanted = samara::params::procedure::RULES.iter().filter(|rule| rule.name != "MPC_THR_MAX");
+    let export = |more: &[&str]| {
+        let place = tempfile::tempdir().unwrap();
+        let path = file(place.path(), "drop.params", "");
+        let args = ["params", "export", X500, "--for", "px4", "--drop", "--json", "--out", &path];
+        json(&samara(&[&args[..], more].concat()))["parameters"].clone()
+    };
+    let (mixed, allocated) = (export(&[]), export(&["--allocated"]));
+    for rule in wanted {
+        assert!(mixed[rule.name].is_number() && allocated[rule.name] == mixed[rule.name], "{}", rule.name);
+    }
+    assert!(mixed["COM_DISARM_PRFLT"] == -1.0 && mixed["MC_PITCHRATE_P"].is_number(), "{mixed}");
+    assert!(mixed["CA_ROTOR_COUNT"].is_null() && allocated["CA_ROTOR_COUNT"] == 4, "{mixed}");
+
+    let refused =
+        samara(&["params", "export", "mission/titan_px4.json", "--for", "px4", "--drop", "--out", "-"]);
+    assert!(code(&refused) == 2 && err(&refused).contains("--for px4-froude"), "{}", err(&refused));
+}

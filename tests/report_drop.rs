@@ -13,7 +13,7 @@ use samara::control::{Airframe, Cascade};
 use samara::frames::rotate_ned_from_body;
 use samara::model::MAX_ROTORS;
 use samara::plan::{Guess, InputReference, Plan, PlanProblem, SolverOptions, plan};
-use samara::report::{DropEvent, DropRun, FigureError, FlightCsv};
+use samara::report::{DropEvent, DropRun, FigureError, FlightCsv, FlownBy};
 use samara::report::{drop_figure, drop_json, plan_figure, plan_json, plan_text, verdict_text};
 use samara::sim::{DropSimulation, FlightPlan, Phase, Reference, Sample, fly};
 
@@ -86,7 +86,8 @@ fn stamp(mission: &Mission) -> Stamp {
 
 impl Drop {
     fn figure(&self) -> String {
-        drop_figure(&self.mission, &self.samples, Some(&self.plan.trajectory), Some(&self.verdict)).unwrap()
+        drop_figure(&self.mission, &self.samples, Some(&self.plan.trajectory), Some(&self.verdict), None)
+            .unwrap()
     }
 
     fn plan_figure(&self) -> String {
@@ -163,13 +164,13 @@ fn the_figures_are_small_well_formed_and_the_same_each_time() {
 #[test]
 fn a_figure_of_an_awkward_flight_is_drawn_or_refused() {
     let draw = |samples: &[Sample]| {
-        drop_figure(&DROP.mission, samples, Some(&DROP.plan.trajectory), Some(&DROP.verdict))
+        drop_figure(&DROP.mission, samples, Some(&DROP.plan.trajectory), Some(&DROP.verdict), None)
     };
     assert_eq!(draw(&[]), Err(FigureError::Empty));
     let mut samples: Vec<Sample> = DROP.samples.iter().step_by(50).copied().collect();
     let powered = samples.iter().position(|s| s.phase == Phase::Powered).unwrap();
     // Not released; an instant only.
-    assert_well_formed(&drop_figure(&DROP.mission, &samples[..20], None, None).unwrap());
+    assert_well_formed(&drop_figure(&DROP.mission, &samples[..20], None, None, None).unwrap());
     assert_well_formed(&draw(&samples[powered..powered + 1]).unwrap());
     // Broken off: the plan goes on, within the sheet.
     assert_on_the_sheet(&draw(&samples[..powered + 20]).unwrap());
@@ -301,6 +302,8 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
         trajectory: None,
         failsafe: true,
         events: vec![DropEvent { t_s: 10.5, text: "rotors free".to_owned() }],
+        trouble: None,
+        autopilot: Some(FlownBy { name: "px4", version: Some("v1.12.0".to_owned()) }),
     };
     let drop = parse(drop_json(mission, Some(&bad_verdict()), &run));
     assert_eq!((&drop["completed"], &drop["ended_at_s"]), (&true.into(), &45.0.into()));
@@ -321,6 +324,13 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
         (&cut["completed"], &cut["reason"]),
         (&false.into(), &"stopped before the mission's end".into())
     );
+    assert_eq!((&drop["autopilot"], &drop["autopilot_version"]), (&"px4".into(), &"v1.12.0".into()));
+    let refused = DropRun { trouble: Some("arming refused".to_owned()), ..stopped };
+    let refused = parse(drop_json(mission, None, &refused));
+    assert_eq!(refused["reason"], "stopped before the release: arming refused");
+    let late = DropRun { trouble: Some("PX4 has ended".to_owned()), ..run.clone() };
+    let late = parse(drop_json(mission, Some(&bad_verdict()), &late));
+    assert_eq!((&late["completed"], &late["reason"]), (&false.into(), &"PX4 has ended".into()));
     let never = parse(drop_json(mission, None, &run));
     assert_eq!(never["reason"], "the vehicle was never released");
     assert!(never["j_tpf"].is_null() && never["limits_passed"].is_null());

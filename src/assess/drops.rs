@@ -49,8 +49,6 @@ pub struct DropOutcome {
     pub release_pitch_rate_rad_s: f64,
     /// Largest angle between the body's up axis and the vertical from the release on [rad].
     pub peak_tilt_rad: f64,
-    /// Way down from the release to the plan's end [m].
-    pub altitude_lost_in_plan_m: f64,
     /// Root of the mean square of `|v - v_plan|` over the plan [m/s].
     pub tracking_rms_m_s: f64,
 }
@@ -58,17 +56,17 @@ pub struct DropOutcome {
 impl DropMeasure<'_> {
     /// What came of a drop; `None` when the vehicle was never released.
     pub fn of(&self, log: &[Sample]) -> Option<DropOutcome> {
-        let mut verdict =
-            VerdictBuilder::new(self.limits, self.target_v_ned).steady_within(self.steady_within_m_s);
+        let end_s = self.plan.end_s();
+        let mut verdict = VerdictBuilder::new(self.limits, self.target_v_ned)
+            .steady_within(self.steady_within_m_s)
+            .to_plans_end(end_s);
         log.iter().for_each(|sample| verdict.observe(sample));
         let verdict = verdict.finish()?;
         let loose = || log.iter().filter(|sample| sample.phase != Phase::Hanging);
         let release = loose().next()?.state.body;
-        let end_s = self.plan.end_s();
         let planned = || loose().filter_map(|s| Some((s.t_powered_s.filter(|t| *t <= end_s)?, s.state.body)));
-        let (mut sum, mut count, mut down_m) = (0.0, 0u32, release.p_ned.z);
+        let (mut sum, mut count) = (0.0, 0u32);
         for (t_s, body) in planned() {
-            down_m = body.p_ned.z;
             if t_s >= 0.0 {
                 sum += (body.v_ned - self.plan.velocity_ned(t_s)).norm_squared();
                 count += 1;
@@ -83,7 +81,6 @@ impl DropMeasure<'_> {
             release_pitch_rad: pitch(release.q_ned_from_body),
             release_pitch_rate_rad_s: release.omega_body.y,
             peak_tilt_rad: loose().map(tilt).fold(0.0, f64::max),
-            altitude_lost_in_plan_m: down_m - release.p_ned.z,
             tracking_rms_m_s: (sum / f64::from(count)).sqrt(),
         })
     }

@@ -5,12 +5,11 @@
 //! are flown beside it, in whatever order.
 
 use nalgebra::Vector3;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use super::RandomDrop;
 use crate::model::Parachute;
 use crate::model::rigid_body::BodyState;
+use crate::random::Stream;
 
 /// What is drawn from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,23 +40,23 @@ pub struct RandomRelease {
 impl ReleaseDistribution {
     /// The release of a trial.
     pub fn draw(&self, seed: u64, trial: u64) -> RandomRelease {
-        let (amplitude_rad, phase_rad) = self.swing(&mut stream(seed, trial));
+        let (amplitude_rad, phase_rad) = self.swing(&mut Stream::new(seed, trial));
         RandomRelease { trial, amplitude_rad, phase_rad, state: self.state(amplitude_rad, phase_rad) }
     }
 
     /// The drop of a trial: its release's swing, then a wind whose parts in north and in east have the standard deviation
     /// `wind_sigma_m_s`, then the seed of the sensors' noise.
     pub fn draw_drop(&self, seed: u64, trial: u64, wind_sigma_m_s: f64) -> RandomDrop {
-        let mut rng = stream(seed, trial);
-        let (amplitude_rad, phase_rad) = self.swing(&mut rng);
-        let [north, east] = std::array::from_fn(|_| wind_sigma_m_s * standard_normal(&mut rng));
+        let mut stream = Stream::new(seed, trial);
+        let (amplitude_rad, phase_rad) = self.swing(&mut stream);
+        let [north, east] = std::array::from_fn(|_| wind_sigma_m_s * stream.normal());
         let wind_ned_m_s = Vector3::new(north, east, 0.0);
-        RandomDrop { trial, amplitude_rad, phase_rad, wind_ned_m_s, seed: rng.next_u64() }
+        RandomDrop { trial, amplitude_rad, phase_rad, wind_ned_m_s, seed: stream.bits() }
     }
 
-    fn swing(&self, rng: &mut ChaCha8Rng) -> (f64, f64) {
-        let amplitude_rad = self.amplitude_sigma_rad * standard_normal(rng);
-        let phase_rad = std::f64::consts::PI * (2.0 * unit(rng) - 1.0);
+    fn swing(&self, stream: &mut Stream) -> (f64, f64) {
+        let amplitude_rad = self.amplitude_sigma_rad * stream.normal();
+        let phase_rad = std::f64::consts::PI * (2.0 * stream.uniform() - 1.0);
         (amplitude_rad, phase_rad)
     }
 
@@ -70,24 +69,6 @@ impl ReleaseDistribution {
         state.v_ned += self.drift_ned_m_s;
         state
     }
-}
-
-/// The generator of a trial.
-fn stream(seed: u64, trial: u64) -> ChaCha8Rng {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    rng.set_stream(trial);
-    rng
-}
-
-/// Uniform in [0, 1), 53 bits.
-fn unit(rng: &mut ChaCha8Rng) -> f64 {
-    (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
-}
-
-/// Box and Muller's transform of two uniform numbers, its first half.
-fn standard_normal(rng: &mut ChaCha8Rng) -> f64 {
-    let radius = (-2.0 * (1.0 - unit(rng)).ln()).sqrt();
-    radius * (2.0 * std::f64::consts::PI * unit(rng)).cos()
 }
 
 #[cfg(test)]

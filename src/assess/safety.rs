@@ -129,7 +129,7 @@ pub struct Verdict {
     pub peak_roll_rate_rad_s: f64,
     /// Largest vertical acceleration, either way, with its sign (down is positive) [m/s^2].
     pub peak_vertical_acceleration_m_s2: f64,
-    /// Way down from the release to the end [m].
+    /// Way down from the release to the end of the plan, or of the flight where there is none or that came first [m].
     pub altitude_lost_m: f64,
     /// Time after the rotors were freed [s] from which `|v - v_cmd|` stays within [`steady_within_m_s`], or what the mission says
     /// instead, to the end.
@@ -172,6 +172,8 @@ pub struct VerdictBuilder {
     vertical_acceleration_m_s2: f64,
     steady_since_s: Option<f64>,
     first_down_m: Option<f64>,
+    plan_end_s: f64,
+    plan_end_down_m: f64,
     last: Option<BodyState>,
     impact_limit_m_s: Option<f64>,
     impact_speed_m_s: Option<f64>,
@@ -194,6 +196,8 @@ impl VerdictBuilder {
             vertical_acceleration_m_s2: 0.0,
             steady_since_s: None,
             first_down_m: None,
+            plan_end_s: f64::INFINITY,
+            plan_end_down_m: 0.0,
             last: None,
             impact_limit_m_s: None,
             impact_speed_m_s: None,
@@ -204,6 +208,11 @@ impl VerdictBuilder {
     /// Steady means within this of the commanded velocity [m/s].
     pub fn steady_within(self, steady_within_m_s: f64) -> Self {
         Self { steady_within_m_s, ..self }
+    }
+
+    /// Counts the altitude lost to the plan's end [s from the start of powered flight]: what comes after it is steady descent.
+    pub fn to_plans_end(self, plan_end_s: f64) -> Self {
+        Self { plan_end_s, ..self }
     }
 
     /// Judges also how fast the vehicle comes to the ground [m/s]: a limit of its own, no part of J_TPF.
@@ -257,6 +266,9 @@ impl VerdictBuilder {
             _ => self.steady_since_s = None,
         }
         self.first_down_m.get_or_insert(body.p_ned.z);
+        if sample.t_powered_s.is_none_or(|t| t <= self.plan_end_s) {
+            self.plan_end_down_m = body.p_ned.z;
+        }
         self.last = Some(*body);
     }
 
@@ -280,7 +292,7 @@ impl VerdictBuilder {
             peak_roll_rad: self.roll_rad,
             peak_roll_rate_rad_s: self.roll_rate_rad_s,
             peak_vertical_acceleration_m_s2: self.vertical_acceleration_m_s2,
-            altitude_lost_m: last.p_ned.z - first_down_m,
+            altitude_lost_m: self.plan_end_down_m - first_down_m,
             steady_after_s: self.steady_since_s,
             limits_passed: passed.filter(|(_, passed)| *passed).map(|(name, _)| name).collect(),
             final_v_ned: last.v_ned,

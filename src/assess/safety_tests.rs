@@ -60,6 +60,18 @@ fn verdict_counts_from_the_release_to_the_end() {
     assert_eq!(v.final_v_ned, Vector3::new(4.0, 0.0, 4.0));
 }
 
+/// 10 m a second: from the release at 1 s to the plan's end, 2 s into powered flight, which begins at 1 s.
+#[test]
+fn closed_form_altitude_is_lost_to_the_plans_end() {
+    for (plan_end_s, lost_m) in [(2.0, 20.0), (2.9, 20.0), (9.0, 40.0), (f64::INFINITY, 40.0)] {
+        let mut b = VerdictBuilder::new(LIMITS, Vector3::new(4.0, 0.0, 4.0)).to_plans_end(plan_end_s);
+        for t in 1..=5 {
+            b.observe(&sample(f64::from(t), Phase::Powered, [4.0, 0.0, 4.0], 0.0, 0.0, 0.0));
+        }
+        assert_eq!(b.finish().unwrap().altitude_lost_m, lost_m);
+    }
+}
+
 #[test]
 fn nothing_observed_gives_no_verdict_and_a_broken_state_the_worst_one() {
     let mut b = VerdictBuilder::new(LIMITS, Vector3::new(4.0, 0.0, 4.0));

@@ -14,7 +14,7 @@ use super::releases::RandomRelease;
 use super::safety::{SafetyLimits, StateCost};
 use super::tracking::{self, TrackingError};
 use crate::control::{Airframe, Cascade, ControlLimits, Gains};
-use crate::frames::{pitch, rotate_body_from_ned};
+use crate::frames::{bank, pitch, rotate_body_from_ned};
 use crate::model::rigid_body::BodyState;
 use crate::model::{Environment, Vehicle};
 use crate::sim::planar::{Flight, Model, NotPlanar, Release, Variation};
@@ -22,7 +22,7 @@ use crate::sim::{DropSimulation, FlightPlan, PlantKind, Reference, Sample, fly};
 use crate::trajectory::Trajectory;
 
 /// Period of control and of the simulation's steps [s].
-pub const CONTROL_PERIOD_S: f64 = 0.01;
+pub const CONTROL_PERIOD_S: f64 = tracking::NOMINAL_PERIOD_S;
 /// A trace keeps about so many instants.
 const TRACE_INSTANTS: f64 = 1500.0;
 
@@ -78,6 +78,10 @@ pub struct TrialOutcome {
     pub peak_pitch_rad: f64,
     /// Largest pitch rate, either way, with its sign [rad/s].
     pub peak_pitch_rate_rad_s: f64,
+    /// Largest roll, either way, with its sign [rad]; zero in the plane.
+    pub peak_roll_rad: f64,
+    /// Largest roll rate, either way, with its sign [rad/s]; zero in the plane.
+    pub peak_roll_rate_rad_s: f64,
     /// Velocity at the end, NED [m/s].
     pub final_v_ned: Vector3<f64>,
 }
@@ -105,6 +109,8 @@ impl From<&Outcome> for TrialOutcome {
             peak_speed_m_s: outcome.peak_speed_m_s,
             peak_pitch_rad: outcome.peak_pitch_rad,
             peak_pitch_rate_rad_s: outcome.peak_pitch_rate_rad_s,
+            peak_roll_rad: 0.0,
+            peak_roll_rate_rad_s: 0.0,
             final_v_ned: Vector3::new(v_north_m_s, 0.0, v_down_m_s),
         }
     }
@@ -249,6 +255,8 @@ impl Peaks {
             peak_speed_m_s: 0.0,
             peak_pitch_rad: 0.0,
             peak_pitch_rate_rad_s: 0.0,
+            peak_roll_rad: 0.0,
+            peak_roll_rate_rad_s: 0.0,
             final_v_ned: Vector3::zeros(),
         };
         Self { limits, outcome }
@@ -262,6 +270,8 @@ impl Peaks {
         for (peak, now) in [
             (&mut o.peak_pitch_rad, pitch(body.q_ned_from_body)),
             (&mut o.peak_pitch_rate_rad_s, body.omega_body.y),
+            (&mut o.peak_roll_rad, bank(body.q_ned_from_body)),
+            (&mut o.peak_roll_rate_rad_s, body.omega_body.x),
         ] {
             if now.abs() > peak.abs() {
                 *peak = now;

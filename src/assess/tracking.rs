@@ -14,18 +14,30 @@ use crate::model::rigid_body::BodyState;
 use crate::sim::Sample;
 use crate::trajectory::Trajectory;
 
+/// What a flight with wind from the side needs said beside its RMS.
+pub const OUT_OF_PLANE: &str =
+    " (45) is over q0, q2, v_N, v_D and Q: what the side wind makes of v_E, q1, q3, P and R is not in it.";
+
 /// Cost of a flight that diverged or did not reach the last node.
 pub const DIVERGED: f64 = 1000.0;
 
-/// Control steps per interval of the plan in the study.
-pub const STEPS_PER_INTERVAL: u32 = 81;
+/// Control period that the study and the tuning are meant for [s].
+pub const NOMINAL_PERIOD_S: f64 = 0.01;
 
 pub(super) const SPEED_MAX_M_S: f64 = 60.0;
 pub(super) const PITCH_MAX_RAD: f64 = 6.0;
 
-/// Control period [s] that makes every 81st step a node of an evenly spaced plan: 30/(37 x 81) s with 38 nodes.
+/// Control steps per interval of an evenly spaced plan: as many as bring the period nearest to 10 ms. 81 for the paper's 38 nodes over 30 s.
+pub fn steps_per_interval(plan: &Trajectory) -> u32 {
+    let interval_s = plan.end_s() / (plan.nodes().len() - 1) as f64;
+    let off = |steps: f64| (interval_s / steps - NOMINAL_PERIOD_S).abs();
+    let fewer = (interval_s / NOMINAL_PERIOD_S).floor().max(1.0);
+    (if off(fewer + 1.0) < off(fewer) { fewer + 1.0 } else { fewer }) as u32
+}
+
+/// Control period [s] that divides the intervals of an evenly spaced plan, near 10 ms: 30/(37 x 81) s for the paper's.
 pub fn control_period_s(plan: &Trajectory) -> f64 {
-    plan.end_s() / ((plan.nodes().len() - 1) as f64 * f64::from(STEPS_PER_INTERVAL))
+    plan.end_s() / ((plan.nodes().len() - 1) as f64 * f64::from(steps_per_interval(plan)))
 }
 
 /// Sums the error of a flight, sample by sample.
@@ -135,6 +147,21 @@ mod tests {
             assert!(error.observe(&sample(f64::from(step) * 0.01, v, 0.0)).is_continue());
         }
         assert!((error.rms() - 0.5).abs() < 1e-15);
+    }
+
+    /// The x500's 38 nodes over 5 s, 10 and 149 nodes over 30 s, and nodes closer than 10 ms: each interval is so long.
+    #[test]
+    fn closed_form_the_period_is_the_nearest_to_10_ms() {
+        for (intervals, end_s, steps) in
+            [(37, 30.0, 81), (37, 5.0, 14), (9, 30.0, 333), (148, 30.0, 20), (37, 0.2, 1), (100, 1.41, 2)]
+        {
+            let node =
+                |i: u32| Node { t_s: end_s * f64::from(i) / f64::from(intervals), ..plan().nodes()[0] };
+            let plan = Trajectory::new((0..=intervals).map(node).collect(), 4).unwrap();
+            assert_eq!(steps_per_interval(&plan), steps, "{intervals} intervals over {end_s} s");
+            let period_s = control_period_s(&plan);
+            assert!((period_s * f64::from(steps * intervals) - end_s).abs() < 1e-12);
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::Args;
 
@@ -48,6 +49,30 @@ pub struct LinkArgs {
     /// comes, `out` goes there). May be repeated.
     #[arg(long = "link", value_name = "URL")]
     pub links: Vec<LinkUrl>,
+}
+
+/// How long PX4 is waited for.
+#[derive(Args, Debug)]
+pub struct PatienceArgs {
+    /// Wall time that PX4 may take to connect to the simulator [s]; where many drops are flown, also for an answer. A single drop
+    /// waits for an answer for ever: PX4 may stand still in a debugger.
+    #[arg(long = "patience", value_name = "S", default_value_t = PATIENCE_S, value_parser = positive)]
+    seconds: f64,
+}
+
+/// Patience unless it is said otherwise [s].
+const PATIENCE_S: f64 = 60.0;
+
+impl PatienceArgs {
+    /// Whether another than the usual patience is asked for.
+    pub fn asked(&self) -> bool {
+        self.seconds != PATIENCE_S
+    }
+
+    /// As a duration.
+    pub fn limit(&self) -> Duration {
+        Duration::try_from_secs_f64(self.seconds).unwrap_or(Duration::MAX)
+    }
 }
 
 /// How fast simulated time shall run.

@@ -15,7 +15,7 @@ const REFERENCE: &str = "reference";
 const PX4: &str = "px4=DIR";
 const MODEL: &str = "px4-model";
 
-const TABLE: [Belongs; 7] = [
+const TABLE: [Belongs; 8] = [
     Belongs { option: ESTIMATOR, to: &[REFERENCE], why: "PX4 has an estimator of its own" },
     Belongs {
         option: LINK,
@@ -28,11 +28,8 @@ const TABLE: [Belongs; 7] = [
         to: &[REFERENCE, PX4],
         why: "the model flies without a wire, as fast as it goes",
     },
-    Belongs {
-        option: CPU,
-        to: &[PX4],
-        why: "no other takes turns with the simulator in a process of its own",
-    },
+    Belongs { option: CPU, to: &[PX4], why: "no other runs in a process beside the simulator" },
+    Belongs { option: PATIENCE, to: &[PX4], why: "no other is waited for" },
     Belongs {
         option: FEED_FORWARD,
         to: &[PX4, MODEL],
@@ -51,6 +48,8 @@ pub const SIGN_KEY: &str = "--sign-key";
 pub const SPEED: &str = "--speed";
 /// `--cpu`, where it is not `auto`.
 pub const CPU: &str = "--cpu";
+/// `--patience`, where it is not the default.
+pub const PATIENCE: &str = "--patience";
 /// `--feed-forward`.
 pub const FEED_FORWARD: &str = "--feed-forward";
 /// `--gains px4_default`.

@@ -23,7 +23,7 @@ use super::belongs;
 use super::flight_files::write_flight;
 use super::narrative::Narrator;
 use super::outcome::{Answer, BadInput, Failure};
-use super::output::{OutputFolder, print};
+use super::output::{OutputFolder, print, tell};
 use crate::assess::{Verdict, plan_j_tpf};
 use crate::config::Mission;
 use crate::report::{DropRun, FlownTrajectory, drop_json};
@@ -56,6 +56,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
         folder.write_manifest("drop", &mission, &circumstances(args))?;
         return Ok(Answer::No);
     };
+    tell_remarks(&pilot.check(&mission, &planned.trajectory)?);
     let flown = pilot.fly(args, &mission, &planned.trajectory, &folder, &narrator)?;
     let concluded = conclude(&mission, &planned, &flown, &circumstances(args), &folder, &narrator)?;
     if args.mission.json {
@@ -81,6 +82,11 @@ pub fn begin(args: &DropArgs) -> Result<(Pilot, Mission, Narrator, OutputFolder)
     ))?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     Ok((pilot, mission, narrator, folder))
+}
+
+/// Tells, once, what is to say of the parameters that PX4 is given.
+pub fn tell_remarks(remarks: &[String]) {
+    remarks.iter().for_each(|remark| tell(&format!("samara: --params: {remark}\n")));
 }
 
 /// What does not touch the flight but shows in the .tlog files: the vehicle's number, and that others may have taken part.
@@ -117,16 +123,18 @@ pub fn conclude(
     mission: &Mission,
     planned: &Planned,
     flown: &Flown,
-    circumstances: &[(&str, String)],
+    circumstances: &[(&'static str, String)],
     folder: &OutputFolder,
     narrator: &Narrator,
 ) -> Result<Concluded, Failure> {
-    let verdict = judge(mission, &flown.log);
+    let verdict = judge(mission, &flown.log, planned.trajectory.end_s());
     if flown.log.is_empty() {
         // Stopped before the autopilot had come.
         folder.remove(&["flight.csv", "drop.svg"])?;
     } else {
-        write_flight(folder, mission, &flown.log, Some(&planned.trajectory), verdict.as_ref())?;
+        let by = flown.by.words();
+        let plan = Some(&planned.trajectory);
+        write_flight(folder, mission, &flown.log, plan, verdict.as_ref(), by.as_deref())?;
     }
     let stopped = tell_if_stopped(narrator, mission, &flown.log)?;
     let sha256 = folder.sha256("trajectory.csv")?;
@@ -136,12 +144,16 @@ pub fn conclude(
         completed: !stopped,
         plan_cut: verdict.is_some() && cuts_the_plan(&flown.log, planned.trajectory.end_s()),
         must_be_steady: true,
+        trouble: flown.trouble.clone(),
+        autopilot: Some(flown.by.clone()),
         plan_j_tpf: Some(plan_j_tpf(&planned.trajectory, &mission.limits)),
         ..drop_run(&flown.record)
     };
     let text = drop_json(mission, verdict.as_ref(), &run);
     folder.write("drop.json", |out| out.write_all(text.as_bytes()))?;
-    folder.write_manifest("drop", mission, circumstances)?;
+    let mut circumstances = circumstances.to_vec();
+    circumstances.extend(flown.by.version.clone().map(|version| ("autopilot_version", version)));
+    folder.write_manifest("drop", mission, &circumstances)?;
     match &verdict {
         Some(verdict) => {
             tell_if_cut(narrator, mission, &run)?;

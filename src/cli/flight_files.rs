@@ -13,7 +13,7 @@ use crate::report::{FlightCsv, drop_figure};
 use crate::sim::Sample;
 use crate::trajectory::Trajectory;
 
-/// Writes `flight.csv` and `drop.svg`.
+/// Writes `flight.csv` and `drop.svg`; `by`: who flew it, unless it was the reference autopilot.
 ///
 /// # Errors
 /// [`Failure::BadInput`] when a file cannot be written.
@@ -23,6 +23,7 @@ pub fn write_flight(
     log: &[Sample],
     plan: Option<&Trajectory>,
     verdict: Option<&Verdict>,
+    by: Option<&str>,
 ) -> Result<(), Failure> {
     folder.write("flight.csv", |out| {
         let begin = if mission.ground.is_some() { FlightCsv::with_ground } else { FlightCsv::new };
@@ -30,7 +31,7 @@ pub fn write_flight(
         log.iter().try_for_each(|sample| csv.write(sample))?;
         csv.finish().map(|_| ())
     })?;
-    let figure = drop_figure(mission, log, plan, verdict).context("the figure of the drop")?;
+    let figure = drop_figure(mission, log, plan, verdict, by).context("the figure of the drop")?;
     folder.write("drop.svg", |out| out.write_all(figure.as_bytes()))?;
     Ok(())
 }

@@ -6,7 +6,9 @@ use super::args::{ChoiceArgs, EstimatorChoice, StateArgs};
 use super::outcome::{BadInput, Failure};
 use super::output::tell;
 use crate::config::{Mission, Stamp, load_mission};
-use crate::params::ParameterFile;
+use crate::params::file::AUTOPILOT_COMPONENT;
+use crate::params::{Class, Metadata, ParameterFile, check};
+use crate::report::params::check_text;
 
 /// The mission with the chosen gains and seed.
 ///
@@ -67,8 +69,29 @@ pub fn mission_for_px4(
         mission.note_choice("gains", PX4_DEFAULT);
         return Ok((mission, Some(ParameterFile::default())));
     }
-    let file = choice.params.as_deref().map(|path| mission.note_parameters(path).bad_input()).transpose()?;
-    Ok((mission, file))
+    let Some(path) = choice.params.as_deref() else { return Ok((mission, None)) };
+    let file = mission.note_parameters(path).bad_input()?;
+    check_for_px4(path, &file)?;
+    Ok((mission, Some(file)))
+}
+
+/// Tells what `samara params check` tells of a file, where there is anything to tell.
+///
+/// # Errors
+/// [`Failure::BadInput`] for a value that PX4 would not load, and for a file that holds nothing of PX4's.
+fn check_for_px4(path: &Path, file: &ParameterFile) -> Result<(), Failure> {
+    let rows = file.entries().filter(|(component, ..)| *component == AUTOPILOT_COMPONENT);
+    let check = check(&Metadata::px4(), file.purpose(), rows.map(|(_, name, entry)| (name, entry.value)));
+    if !check.findings.is_empty() || check.unknown > 0 || !file.remarks().is_empty() {
+        tell(&check_text(&path.display().to_string(), file, &check, None));
+    }
+    let wrong = check.findings.iter().find(|f| f.class == Class::WrongType);
+    let why = match wrong {
+        Some(finding) => finding.text(),
+        None if check.known == 0 => "none of PX4's parameters stands in it".to_owned(),
+        None => return Ok(()),
+    };
+    Err(anyhow::anyhow!("{}: {why}", path.display())).bad_input()
 }
 
 /// Notes what the autopilot flies by, where it is not the truth; what comes of the flight depends on it.

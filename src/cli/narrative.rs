@@ -11,7 +11,8 @@ use crate::link::{SimulatorEvent, StreamerEvent, seconds};
 enum Voice {
     Stdout,
     Stderr,
-    Silent,
+    /// Nowhere, but waits and troubles on stderr: who waits for others must not be mute.
+    Quiet,
 }
 
 /// Tells, or is silent.
@@ -20,23 +21,25 @@ pub struct Narrator {
     voice: Voice,
     /// Whether one process holds all parties, so that what one of them tells the others need not.
     together: bool,
+    /// The campaign's trial that it tells of.
+    trial: Option<u64>,
 }
 
 impl Narrator {
-    /// For all parties in one process: on stdout, or silent when that belongs to a JSON object.
+    /// For all parties in one process: on stdout; when that belongs to a JSON object, waits and troubles alone, on stderr.
     pub fn together(json: bool) -> Self {
-        Self { voice: if json { Voice::Silent } else { Voice::Stdout }, together: true }
+        let voice = if json { Voice::Quiet } else { Voice::Stdout };
+        Self { voice, together: true, trial: None }
     }
 
-    /// Says nothing.
-    pub fn silent() -> Self {
-        Self { voice: Voice::Silent, together: true }
+    /// For one of many flights: waits and troubles, on stderr.
+    pub fn of_trial(trial: u64) -> Self {
+        Self { voice: Voice::Quiet, together: true, trial: Some(trial) }
     }
 
-    /// For one party in a process of its own: on stdout, or on stderr when that belongs to a JSON object. Who waits for others
-    /// must not be silent.
+    /// For one party in a process of its own: on stdout, or on stderr when that belongs to a JSON object.
     pub fn alone(json: bool) -> Self {
-        Self { voice: if json { Voice::Stderr } else { Voice::Stdout }, together: false }
+        Self { voice: if json { Voice::Stderr } else { Voice::Stdout }, together: false, trial: None }
     }
 
     /// Says it.
@@ -47,7 +50,21 @@ impl Narrator {
                 tell(text);
                 Ok(())
             }
-            Voice::Silent => Ok(()),
+            Voice::Quiet => Ok(()),
+        }
+    }
+
+    /// Says what is wrong or waited for, also where the rest is kept quiet.
+    pub fn warn(&self, text: &str) -> Result<(), Failure> {
+        self.aside(text);
+        self.say(text)
+    }
+
+    /// Says on stderr what has been said, where that was kept quiet.
+    pub fn aside(&self, text: &str) {
+        if self.voice == Voice::Quiet {
+            let of = self.trial.map_or(String::new(), |trial| format!("trial {trial}: "));
+            tell(&format!("{of}{text}"));
         }
     }
 
@@ -85,6 +102,10 @@ impl Narrator {
             {
                 Ok(())
             }
+            SimulatorEvent::Waiting { .. }
+            | SimulatorEvent::GoingOnWithout { .. }
+            | SimulatorEvent::PeerLeft { .. }
+            | SimulatorEvent::ModeUntold { .. } => self.warn(&format!("{event}\n")),
             other => self.say(&format!("{other}\n")),
         }
     }
@@ -104,6 +125,12 @@ impl Narrator {
             }
             // Repeats what an acknowledgement has said.
             StreamerEvent::Text { severity: 6.., .. } => Ok(()),
+            StreamerEvent::Waiting { .. }
+            | StreamerEvent::NotAligned { .. }
+            | StreamerEvent::Trap { .. }
+            | StreamerEvent::Refused { .. }
+            | StreamerEvent::Unanswered { .. }
+            | StreamerEvent::Lost { .. } => self.warn(&format!("{event}\n")),
             other => self.say(&format!("{other}\n")),
         }
     }

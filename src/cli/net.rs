@@ -177,6 +177,9 @@ impl Observer for Reporter<'_> {
             Notice::Streamer(event) => self.narrator.streamer(event),
             // Not worth a word unless something was wrong.
             Notice::Counts { faults, .. } if !faults.any() => Ok(()),
+            Notice::Disconnected { .. } | Notice::TurnedAway { .. } => {
+                self.narrator.warn(&format!("{notice}\n"))
+            }
             other => self.narrator.say(&format!("{other}\n")),
         };
         // A terminal that is gone is no reason to stop flying.

@@ -6,13 +6,18 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand, ValueEnum};
 
 use super::args::ChoiceArgs;
-use super::mission::chosen_mission;
+use super::mission::{chosen_mission, mission_with_a_drop};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
+use super::plan::plan_mission;
+use super::px4::flight::suits;
+use super::px4::upload::whole;
 use crate::autopilot::parameters::document::markdown;
-use crate::config::{load_mission, load_parameters};
-use crate::params::{Metadata, ParameterFile, Purpose, check, diff, export, import};
-use crate::report::params as report;
+use crate::config::{Mission, load_mission, load_parameters};
+use crate::control::px4::is_quad_x;
+use crate::params::{Export, Metadata, ParameterFile, Purpose, check, diff, export, import};
+use crate::plan::Status;
+use crate::report::{params as report, plan_text};
 
 /// The help of `samara params`.
 pub const PARAMS_HELP: &str = "\
@@ -39,6 +44,7 @@ Examples:
   samara params export
   samara params export --gains near_hover --for px4 --out titan_px4.params
   samara params export mission/x500_drop.json --for px4 --json
+  samara params export mission/x500_drop.json --for px4 --drop
   samara params export --out -        (to stdout)";
 
 const CHECK_HELP: &str = "\
@@ -102,7 +108,13 @@ struct ExportArgs {
     /// What the file shall be for.
     #[arg(long = "for", value_enum, default_value_t = PurposeArg::Samara)]
     purpose: PurposeArg,
-    /// The file; `-` for stdout [default: out/<mission name>/<vehicle>_<for>.params].
+    /// All that `samara drop --autopilot px4=DIR` gives to PX4: what a drop needs besides, with the mission's plan.
+    #[arg(long)]
+    drop: bool,
+    /// With --drop, of a quadrotor in X: for a PX4 that allocates by CA_* (v1.14 and later) instead of mixing by `quad_x`.
+    #[arg(long, requires = "drop")]
+    allocated: bool,
+    /// The file; `-` for stdout [default: out/<mission name>/<vehicle>_<for>.params, with --drop <vehicle>_<for>_drop.params].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Print one JSON object on stdout instead of text.
@@ -171,8 +183,16 @@ pub fn run(args: &ParamsArgs) -> Result<Answer, Failure> {
 
 fn run_export(args: &ExportArgs) -> Result<Answer, Failure> {
     let choice = ChoiceArgs { gains: args.gains.clone(), params: None, seed: None, case: None };
-    let mission = chosen_mission(&args.mission, &choice)?;
-    let export = export(&mission.parameter_subject(), args.purpose.purpose()).bad_input()?;
+    let mission = if args.drop {
+        mission_with_a_drop(&args.mission, &choice)?
+    } else {
+        chosen_mission(&args.mission, &choice)?
+    };
+    let export = if args.drop {
+        of_a_drop(args, &mission)?
+    } else {
+        export(&mission.parameter_subject(), args.purpose.purpose()).bad_input()?
+    };
     let text = report::params_file(&mission, &export);
     let to_stdout = args.out.as_deref() == Some(Path::new("-"));
     if to_stdout && !args.json {
@@ -191,7 +211,9 @@ fn run_export(args: &ExportArgs) -> Result<Answer, Failure> {
             path.to_owned()
         }
         None => {
-            let name = format!("{}_{}.params", mission.vehicle_name, export.purpose.name().replace('-', "_"));
+            let drop = if args.drop { "_drop" } else { "" };
+            let purpose = export.purpose.name().replace('-', "_");
+            let name = format!("{}_{purpose}{drop}.params", mission.vehicle_name);
             write(&OutputFolder::create(None, &mission.name)?, &name, &text)?
         }
     };
@@ -201,6 +223,27 @@ fn run_export(args: &ExportArgs) -> Result<Answer, Failure> {
         print(&format!("{}: {}", path.display(), report::export_text(&export)))?;
     }
     Ok(Answer::Yes)
+}
+
+/// What a drop gives to PX4.
+fn of_a_drop(args: &ExportArgs, mission: &Mission) -> Result<Export, Failure> {
+    let (wanted, of_mission) = (args.purpose.purpose(), mission.px4_purpose());
+    if wanted != of_mission {
+        let text = format!(
+            "--drop: PX4 flies this mission, by its px4_clock, with parameters for {0}; --for {0} is expected, not {1}",
+            of_mission.name(),
+            wanted.name()
+        );
+        return Err(anyhow::anyhow!(text)).bad_input();
+    }
+    suits(mission).bad_input()?;
+    let timed = plan_mission(mission, false)?;
+    if timed.plan.status != Status::Converged {
+        let text = format!("no plan to fly: {}", plan_text(&timed.plan, &mission.limits, None));
+        return Err(anyhow::anyhow!(text)).bad_input();
+    }
+    let mixer = !args.allocated && is_quad_x(&mission.vehicle).is_ok();
+    whole(mission, &timed.plan.trajectory, mixer)
 }
 
 fn write(folder: &OutputFolder, name: &str, text: &str) -> Result<PathBuf, Failure> {

@@ -12,8 +12,11 @@ use super::mission::stamp_of;
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print, tell};
 use crate::config::{Mission, load_mission, write_trajectory_csv};
+use crate::frames::normalized;
+use crate::model::trim;
 use crate::plan::{Guess, InputReference, Plan, Progress, SolverOptions, Status, plan};
 use crate::report::{plan_figure, plan_json, plan_text};
+use crate::units::{DEG_PER_RAD, RAD_PER_DEG};
 
 /// The help of `samara plan`.
 pub const PLAN_HELP: &str = "\
@@ -42,8 +45,8 @@ pub struct PlanArgs {
     /// What the input cost is measured from, instead of the mission's choice.
     #[arg(long, value_enum)]
     pub input_cost: Option<InputCost>,
-    /// Let the velocity at the end lie within this of the target, axis by axis [m/s].
-    #[arg(long, value_name = "M_S", value_parser = positive)]
+    /// Let the velocity at the end lie within this of the target, axis by axis [m/s]; at least 1e-7.
+    #[arg(long, value_name = "M_S", value_parser = terminal_tolerance)]
     pub terminal_tolerance: Option<f64>,
     /// Bound on KKT residual, complementarity and largest defect, from 1e-12 to 0.01. Rounding may not leave the last digits: then the
     /// solve ends as `stalled`.
@@ -76,6 +79,15 @@ fn tolerance(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Half the width of an interval that an interior point method can work in.
+fn terminal_tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x.is_finite() && x >= 1e-7 => Ok(x),
+        _ => Err("a velocity of at least 1e-7 m/s is expected: the solver works inside the interval, and needs room there"
+            .to_owned()),
+    }
+}
+
 /// A plan and what it took.
 pub struct TimedPlan {
     /// The plan.
@@ -89,6 +101,7 @@ pub struct TimedPlan {
 /// # Errors
 /// [`Failure::BadInput`] when the problem cannot be posed.
 pub fn plan_mission(mission: &Mission, verbose: bool) -> Result<TimedPlan, Failure> {
+    warn_of_x_ss(mission);
     let watch = Stopwatch::start();
     let plan = plan(&mission.plan_problem(), &Guess::StraightLine, &SolverOptions::default(), &mut |p| {
         if verbose {
@@ -107,6 +120,28 @@ fn posed_by(mission: &Mission) -> String {
     format!("{} to target_v_ned_m_s [{} {} {}]", mission.vehicle_file.display(), v.x, v.y, v.z)
 }
 
+/// Further than this from the solved trim x_ss is that of another vehicle [rad]: 1 deg.
+const X_SS_OFF_RAD: f64 = RAD_PER_DEG;
+
+/// Says so when the mission's x_ss is not the steady state of its vehicle: it was meant for another one.
+fn warn_of_x_ss(mission: &Mission) {
+    let Some(x_ss) = mission.x_ss else { return };
+    let trim = trim(&mission.vehicle, &mission.environment, mission.target_v_ned, 0.0);
+    // Without a trim there is no plan, which says so itself.
+    let Ok(trim) = trim else { return };
+    let q_ss = normalized([x_ss[0], x_ss[1], x_ss[2], x_ss[3]]);
+    let cos_half: f64 = q_ss.iter().zip(trim.q_ned_from_body).map(|(a, b)| a * b).sum();
+    let off_rad = 2.0 * cos_half.abs().min(1.0).acos();
+    if off_rad > X_SS_OFF_RAD {
+        tell(&format!(
+            "samara: plan.x_ss is {:.1} deg off the steady state of this vehicle at the target (pitch {:.1} deg): is it another's? Left \
+             out, the steady state is solved for\n",
+            off_rad * DEG_PER_RAD,
+            trim.pitch_rad * DEG_PER_RAD
+        ));
+    }
+}
+
 /// `samara plan`.
 pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
     let mission = chosen(args)?;
@@ -117,6 +152,7 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
         max_iterations: args.max_iterations as usize,
         ..SolverOptions::default()
     };
+    warn_of_x_ss(&mission);
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let watch = Stopwatch::start();
     let plan = plan(&problem, &Guess::StraightLine, &options, &mut |progress| {

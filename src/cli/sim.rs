@@ -72,9 +72,10 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     reporter.finish()?;
     let record = session.record().clone();
     let log = session.into_log();
-    let verdict = judge(&mission, &log);
+    let plan_end_s = if mission.starts_on_ground() { f64::INFINITY } else { mission.horizon_s };
+    let verdict = judge(&mission, &log, plan_end_s);
     if !log.is_empty() {
-        write_flight(&folder, &mission, &log, None, verdict.as_ref())?;
+        write_flight(&folder, &mission, &log, None, verdict.as_ref(), None)?;
     }
     let stopped = tell_if_stopped(&narrator, &mission, &log)?;
     // Where the flight goes is the script's affair once it has come to the ground; a plan is not known here.

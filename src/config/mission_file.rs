@@ -35,6 +35,7 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
     let (gains, input_hash) = gains_shelf.take(&gains_file, Some(path))?;
     parts::check_times(&source, &json)?;
     parts::check_x_ss(&source, json.plan.x_ss.as_ref(), json.target_v_ned_m_s.get())?;
+    parts::check_case_names(&source, &json.tuning.cases)?;
     build(&source, &json, vehicle, gains, input_hash, gains_shelf)
 }
 

@@ -305,7 +305,7 @@ pub(super) struct MonteCarloJson {
     #[serde(rename = "about")]
     pub(super) _about: Option<String>,
     /// Releases in a campaign.
-    pub(super) trials: Count<1, 1_000_000>,
+    pub(super) trials: Count<2, 1_000_000>,
     /// Standard deviation of the amplitude [deg].
     pub(super) amplitude_sigma_deg: NonNegative<180>,
     /// Frequency of the swing [rad/s].

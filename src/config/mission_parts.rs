@@ -99,6 +99,18 @@ pub(super) fn check_x_ss(
     Err(source.refuse("plan.x_ss.q_ned_from_body", message))
 }
 
+/// A case is chosen by its name, and names the folder of its drop.
+pub(super) fn check_case_names(source: &Source, cases: &[CaseJson]) -> Result<(), ConfigError> {
+    for (i, case) in cases.iter().enumerate() {
+        let name = &case.name.0;
+        if let Some(first) = cases[..i].iter().position(|c| c.name.0 == *name) {
+            let message = format!("expected a name of its own, `{name}` is that of tuning.cases[{first}]");
+            return Err(source.refuse(&format!("tuning.cases[{i}].name"), message));
+        }
+    }
+    Ok(())
+}
+
 pub(super) fn state_vector(x: &StateJson) -> [f64; 10] {
     let (q, v, w) = (x.q_ned_from_body.get(), x.v_ned_m_s.get(), x.omega_body_rad_s.get());
     [q[0], q[1], q[2], q[3], v[0], v[1], v[2], w[0], w[1], w[2]]

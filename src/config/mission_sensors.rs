@@ -11,11 +11,7 @@ use crate::model::Environment;
 use crate::model::magnetic_field::earth_ned_gauss;
 use crate::sim::SensorSettings;
 use crate::sim::sensors::{Barometer, Magnetometer, Satellite, Triad};
-use crate::units::STANDARD_GRAVITY_M_S2;
-
-/// Gravity on Earth differs from the standard's by less than this [m/s^2].
-const EARTH_GRAVITY_SPREAD_M_S2: f64 = 0.05;
-const US_PER_S: f64 = 1e6;
+use crate::units::US_PER_S;
 
 /// Errors of the sensors that the simulator tells of. A sensor that is left out is ideal.
 #[derive(Deserialize, JsonSchema)]
@@ -74,6 +70,8 @@ struct GyroscopeJson {
 struct MagnetometerJson {
     /// The field at the site.
     field: FieldJson,
+    /// Readings in a second [Hz], by the site's time; one at each step of the simulation when left out.
+    rate_hz: Option<Count<1, 250>>,
     /// Standard deviation of a reading's noise, each axis [gauss].
     noise_gauss: NonNegative<100>,
 }
@@ -93,6 +91,8 @@ enum FieldJson {
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct BarometerJson {
+    /// Readings in a second [Hz], by the site's time; one at each step of the simulation when left out.
+    rate_hz: Option<Count<1, 250>>,
     /// Standard deviation of a reading's noise [hPa]; PX4 takes a barometer without any for dead.
     noise_hpa: NonNegative<1000>,
     /// Random walk of the bias: its standard deviation after t is this sqrt(t) [hPa/sqrt(s)].
@@ -145,12 +145,15 @@ pub(super) fn sensors(
         settings.magnetometer = magnetometer(source, json, m, environment)?;
     }
     if let Some(b) = &sensors.barometer {
-        settings.barometer =
-            Barometer { noise_hpa: b.noise_hpa.get(), drift_hpa_per_sqrt_s: b.drift_hpa_per_sqrt_s.get() };
+        settings.barometer = Barometer {
+            period_us: b.rate_hz.map_or(0, period_us),
+            noise_hpa: b.noise_hpa.get(),
+            drift_hpa_per_sqrt_s: b.drift_hpa_per_sqrt_s.get(),
+        };
     }
     if let Some(g) = &sensors.gps {
         settings.satellite = Satellite {
-            period_us: (US_PER_S / g.rate_hz.get() as f64).round() as u64,
+            period_us: period_us(g.rate_hz),
             horizontal_noise_m: g.horizontal_noise_m.get(),
             vertical_noise_m: g.vertical_noise_m.get(),
             speed_noise_m_s: g.velocity_noise_m_s.get(),
@@ -158,6 +161,10 @@ pub(super) fn sensors(
         };
     }
     Ok(settings)
+}
+
+fn period_us<const LOW: u64, const HIGH: u64>(rate_hz: Count<LOW, HIGH>) -> u64 {
+    (US_PER_S / rate_hz.get() as f64).round() as u64
 }
 
 /// A magnetometer in its field; Earth's is refused where gravity is not Earth's, unless it is so for PX4.
@@ -172,8 +179,7 @@ fn magnetometer(
         FieldJson::Dipole => None,
         FieldJson::WorldMagneticModel => {
             let gravity = environment.gravity_m_s2;
-            let on_earth = (gravity - STANDARD_GRAVITY_M_S2).abs() <= EARTH_GRAVITY_SPREAD_M_S2;
-            if !on_earth && json.px4_clock != Some(Px4ClockJson::Froude) {
+            if !environment.has_earths_gravity() && json.px4_clock != Some(Px4ClockJson::Froude) {
                 let message = format!(
                     "expected \"dipole\" where site.gravity_m_s2 is {gravity}: the World Magnetic Model is Earth's"
                 );
@@ -187,5 +193,9 @@ fn magnetometer(
             Some(field)
         }
     };
-    Ok(Magnetometer { field_ned_gauss, noise_gauss: magnetometer.noise_gauss.get() })
+    Ok(Magnetometer {
+        period_us: magnetometer.rate_hz.map_or(0, period_us),
+        field_ned_gauss,
+        noise_gauss: magnetometer.noise_gauss.get(),
+    })
 }

@@ -36,6 +36,7 @@ mod release_case;
 mod rotor_table;
 pub mod schema;
 mod source;
+mod study_hash;
 mod table;
 mod trajectory_csv;
 mod vehicle_file;

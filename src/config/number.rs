@@ -141,8 +141,8 @@ number! {
     UnitComponent: Range::from_to(-1.0, 1.0)
 }
 number! {
-    /// A time constant [s]. The simulation steps by 4 ms, and the Runge-Kutta step is stable to 2.8 time constants.
-    TimeConstantS: Range::from_to(0.002, 100.0).of("a time", " s")
+    /// A motor's time constant [s]: what is faster would take more than 13 steps of integration in a control period of 10 ms.
+    TimeConstantS: Range::from_to(0.0005, 100.0).of("a time", " s")
 }
 
 /// Longest simulation [s]: a flight's record is held in memory, at 250 Hz and some 700 bytes a sample.

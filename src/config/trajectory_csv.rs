@@ -112,6 +112,10 @@ fn parse(source: &Source) -> Result<Trajectory, ConfigError> {
     let mut last_line = line;
     for (line, text) in lines {
         let x = table::row(source, line, text, &columns)?.values;
+        if let Some((name, x, most)) = beyond(&columns, &x) {
+            let message = format!("{name}: expected a number from -{most} to {most}, found {x:?}");
+            return Err(table::refuse(source, line, column_of(text, name, &columns), message));
+        }
         let node = node(&x, n_rotors);
         if nodes.is_empty() && node.t_s != 0.0 {
             let message = format!(
@@ -139,6 +143,25 @@ fn parse(source: &Source) -> Result<Trajectory, ConfigError> {
         last_line = line;
     }
     Trajectory::new(nodes, n_rotors).map_err(|e| table::refuse(source, last_line, 1, e.to_string()))
+}
+
+/// The first number that is beyond what such a quantity is in any file: its column, itself, and the most it may be, either way.
+fn beyond<'a>(columns: &[&'a str], x: &[f64]) -> Option<(&'a str, f64, f64)> {
+    let most = |name: &str| match name {
+        "t_s" => 900.0,
+        "q0" | "q1" | "q2" | "q3" => 2.0,
+        "vn_m_s" | "ve_m_s" | "vd_m_s" | "p_rad_s" | "q_rad_s" | "r_rad_s" => 1000.0,
+        "an_m_s2" | "ae_m_s2" | "ad_m_s2" => 100_000.0,
+        _ => 1_000_000.0,
+    };
+    let bounded = columns.iter().zip(x).map(|(name, x)| (*name, *x, most(name)));
+    bounded.into_iter().find(|(_, x, most)| x.abs() > *most)
+}
+
+/// Where the field of a column begins in a line, in characters from 1.
+fn column_of(text: &str, name: &str, columns: &[&str]) -> usize {
+    let before = columns.iter().take_while(|c| **c != name).count();
+    1 + text.split(',').take(before).map(|field| field.chars().count() + 1).sum::<usize>()
 }
 
 /// The columns of a header, or the place and message for the first one that is not as expected.

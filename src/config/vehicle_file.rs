@@ -67,6 +67,7 @@ pub(super) fn load_named_vehicle(
     let vehicle = Vehicle::new(mass, mounts, aero, rotor, motor, options)
         .map_err(|e| source.refuse("rotors", e.to_string()))?;
     check_static_thrust(&source, &vehicle)?;
+    check_longest_step(&source, &vehicle)?;
     Ok(VehicleFile { name: json.name.0, vehicle, rotor_radius_m, input_hash: own.hex() })
 }
 
@@ -172,6 +173,25 @@ fn build_motor(source: &Source, json: &MotorJson) -> Result<Motor, ConfigError> 
             rotor_inertia_kg_m2: m.rotor_inertia_kg_m2.get(),
         }),
     }
+}
+
+/// Least step of integration that rotors may need [s]: 1.6 time constants of 0.5 ms.
+const SHORTEST_STEP_S: f64 = 0.0008;
+
+/// Rotors that follow too fast take too many steps of integration; the time constants of the first-order motor have bounds of their own.
+fn check_longest_step(source: &Source, vehicle: &Vehicle) -> Result<(), ConfigError> {
+    let Motor::EscDc { rotor_inertia_kg_m2, .. } = vehicle.motor else { return Ok(()) };
+    let longest_s = vehicle.longest_step_s();
+    if longest_s >= SHORTEST_STEP_S {
+        return Ok(());
+    }
+    let message = format!(
+        "expected at least {:.2e} kg m^2, found {rotor_inertia_kg_m2:?}: with these constants, R J/(K_t (K_e + K_esc)) = {:.2e} s, the speed \
+         follows in less than 0.5 ms, which takes too many steps of integration",
+        rotor_inertia_kg_m2 * SHORTEST_STEP_S / longest_s,
+        1.0 / vehicle.motor.fastest_rate_per_s(),
+    );
+    Err(source.refuse("motor.esc_dc.rotor_inertia_kg_m2", message))
 }
 
 /// The thrust at full throttle in still air scales the control channel: a rotor that gives none cannot be commanded.

@@ -14,10 +14,8 @@ use mavlink::dialects::common::{COMMAND_LONG_DATA, MavCmd, MavMessage};
 
 use super::TimeUs;
 use super::parachute::{T_END, T_RELEASE};
+use crate::control::px4::facts::IMU_PERIOD_US;
 use crate::units::STANDARD_GRAVITY_M_S2;
-
-/// Period of HIL_SENSOR on PX4's clock.
-const PX4_STEP_US: TimeUs = 4_000;
 
 /// The scale between a site and the wire of a PX4 that lives under standard gravity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,12 +27,12 @@ impl Froude {
     /// For a site's gravity [m/s^2].
     pub fn under(gravity_m_s2: f64) -> Self {
         let k = (STANDARD_GRAVITY_M_S2 / gravity_m_s2).sqrt();
-        Self { step_us: ((PX4_STEP_US as f64 * k).round() as TimeUs).max(1) }
+        Self { step_us: ((IMU_PERIOD_US as f64 * k).round() as TimeUs).max(1) }
     }
 
     /// How much faster time runs for PX4: k.
     pub fn k(self) -> f64 {
-        self.step_us as f64 / PX4_STEP_US as f64
+        self.step_us as f64 / IMU_PERIOD_US as f64
     }
 
     /// The simulator's step, 4 ms of PX4's clock, in the site's time.
@@ -44,12 +42,12 @@ impl Froude {
 
     /// The site's time of a time on the wire.
     pub fn site_us(self, wire_us: TimeUs) -> TimeUs {
-        ratio(wire_us, self.step_us, PX4_STEP_US)
+        ratio(wire_us, self.step_us, IMU_PERIOD_US)
     }
 
     /// The time on the wire of a time of the site's.
     pub fn wire_us(self, site_us: TimeUs) -> TimeUs {
-        ratio(site_us, PX4_STEP_US, self.step_us)
+        ratio(site_us, IMU_PERIOD_US, self.step_us)
     }
 
     /// A message in the site's units as PX4 is to read it. What has no seconds in it stays; so does a message that samara does not

@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use super::ModelError;
-use crate::units::{DEG_PER_RAD, EARTH_RADIUS_M, RAD_PER_DEG};
+use crate::units::{DEG_PER_RAD, EARTH_RADIUS_M, RAD_PER_DEG, STANDARD_GRAVITY_M_S2};
 
 /// Gravity, density, wind, and the place of the local NED frame's origin on the globe.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +43,16 @@ impl GeoPoint {
     }
 }
 
+/// Gravities [m/s^2] that differ by no more than this part are the same: files and missions round.
+const SAME_GRAVITY: f64 = 1e-3;
+/// Gravity on Earth differs from the standard's by less than this [m/s^2].
+const EARTH_GRAVITY_SPREAD_M_S2: f64 = 0.05;
+
+/// Whether two gravities [m/s^2] are the same, but for rounding.
+pub fn same_gravity(a_m_s2: f64, b_m_s2: f64) -> bool {
+    (a_m_s2 / b_m_s2 - 1.0).abs() < SAME_GRAVITY
+}
+
 impl Environment {
     /// Checks and builds.
     ///
@@ -71,6 +81,11 @@ impl Environment {
             });
         }
         Ok(Self { gravity_m_s2, density_kg_m3, wind_ned_m_s, anchor })
+    }
+
+    /// Whether gravity is what it is somewhere on Earth.
+    pub fn has_earths_gravity(&self) -> bool {
+        (self.gravity_m_s2 - STANDARD_GRAVITY_M_S2).abs() <= EARTH_GRAVITY_SPREAD_M_S2
     }
 
     /// Gravity as an acceleration in NED [m/s^2].

@@ -2,6 +2,10 @@
 //!
 //! The control channel is `delta = omega_c / omega_max` in 0..1. Two models: **ESC + DC motor** (Titan; voltage and
 //! current limits, the paper's figure 5) and **first order** with separate time constants up and down.
+//!
+//! The torque of motor and air that speeds the rotor up is (23)-(24). Differs from the paper: its (23) adds the angular
+//! acceleration of the body about the shaft to that of the rotor; it is left out here. For rotors that push up it is the yaw
+//! acceleration, zero in the plane.
 
 /// A motor with its speed controller.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,6 +66,22 @@ impl Motor {
             Self::EscDc { rotor_inertia_kg_m2, .. } | Self::FirstOrder { rotor_inertia_kg_m2, .. } => {
                 *rotor_inertia_kg_m2
             }
+        }
+    }
+
+    /// How fast the speed goes to the commanded one at the most [1/s]: the inverse of the shortest time constant. Limits of voltage
+    /// and current only slow it down; the air's torque adds what [`super::Vehicle::longest_step_s`] tells.
+    pub fn fastest_rate_per_s(&self) -> f64 {
+        match *self {
+            Self::EscDc {
+                torque_constant_nm_a: k_t,
+                back_emf_constant_v_s_rad: k_e,
+                resistance_ohm,
+                esc_gain_v_s_rad: k_esc,
+                rotor_inertia_kg_m2,
+                ..
+            } => k_t * (k_e + k_esc) / (resistance_ohm * rotor_inertia_kg_m2),
+            Self::FirstOrder { tau_up_s, tau_down_s, .. } => 1.0 / tau_up_s.min(tau_down_s),
         }
     }
 

@@ -66,6 +66,16 @@ impl Rotor {
         }
     }
 
+    /// Steepest rise of the torque with the speed, either way, up to `omega_max_rad_s` and at the rotor's own density [N m s].
+    pub fn steepest_torque_nm_s(&self, omega_max_rad_s: f64) -> f64 {
+        match self {
+            Self::Table(table) => table.steepest_torque_nm_s(),
+            Self::Quadratic { thrust_n_per_rad2_s2: k, torque_per_thrust_m: c, .. } => {
+                2.0 * c * k * omega_max_rad_s
+            }
+        }
+    }
+
     /// Thrust and torque in still air.
     pub fn static_load(&self, omega_rad_s: f64, density_kg_m3: f64) -> RotorLoad {
         self.load(omega_rad_s, Inflow { airspeed_m_s: 0.0, angle_rad: 0.0 }, density_kg_m3)
@@ -160,6 +170,18 @@ impl RotorTable {
         &self.cells
     }
 
+    fn steepest_torque_nm_s(&self) -> f64 {
+        let per_speed = self.airspeed.knots.len() * self.angle.knots.len();
+        let mut steepest = 0.0f64;
+        for (k, step) in self.omega.knots.windows(2).map(|w| w[1] - w[0]).enumerate() {
+            let cells = &self.cells[k * per_speed..];
+            for (low, high) in cells[..per_speed].iter().zip(&cells[per_speed..]) {
+                steepest = steepest.max((high[1] - low[1]).abs() / step);
+            }
+        }
+        steepest
+    }
+
     /// Density that the table holds for [kg/m^3].
     pub fn density_kg_m3(&self) -> f64 {
         self.density_kg_m3
@@ -206,6 +228,15 @@ mod tests {
         let load = table().load(0.5, Inflow { airspeed_m_s: 2.0, angle_rad: 2.5 }, 4.0);
         assert!((load.thrust_n - 2.0 * (0.5 + 4.0 + 7.5)).abs() < 1e-14);
         assert!((load.torque_nm - 2.0).abs() < 1e-14);
+    }
+
+    /// The torque of the table is w v, so its steepest rise with w is the largest v. Of 2 w^2 per unit of c: 4 w.
+    #[test]
+    fn closed_form_steepest_torque() {
+        assert_eq!(Rotor::Table(table()).steepest_torque_nm_s(1.0), 3.0);
+        let quadratic =
+            Rotor::Quadratic { thrust_n_per_rad2_s2: 2.0, torque_per_thrust_m: 0.5, density_kg_m3: 1.0 };
+        assert_eq!(quadratic.steepest_torque_nm_s(10.0), 20.0);
     }
 
     #[test]

@@ -124,6 +124,12 @@ pub struct VehicleRate {
     pub balance: ForceBalance,
 }
 
+/// `h lambda` of a Runge-Kutta step `h` and the motor's rate: up to 1.596 the factor by which a step shrinks the fastest motion
+/// falls with the step, as the exponential does; from there it rises, to 1 at 2.785.
+const ACCURATE_STEP: f64 = 1.6;
+/// As [`ACCURATE_STEP`], with the steepest torque of the air: stable.
+const STABLE_STEP: f64 = 2.5;
+
 impl Vehicle {
     /// Checks the rotor set and builds.
     ///
@@ -158,6 +164,18 @@ impl Vehicle {
     /// Thrust of one rotor at full throttle in still air [N]: `T_static`, the scale of the control channel.
     pub fn static_thrust_n(&self, density_kg_m3: f64) -> f64 {
         self.rotor.static_load(self.motor.omega_max_rad_s(), density_kg_m3).thrust_n
+    }
+
+    /// Longest Runge-Kutta step [s] in which the rotors' speeds are integrated stably, and followed as far as such a step can.
+    pub fn longest_step_s(&self) -> f64 {
+        let motor = self.motor.fastest_rate_per_s();
+        let air = match self.motor {
+            Motor::EscDc { omega_max_rad_s, rotor_inertia_kg_m2, .. } => {
+                self.rotor.steepest_torque_nm_s(omega_max_rad_s) / rotor_inertia_kg_m2
+            }
+            Motor::FirstOrder { .. } => 0.0,
+        };
+        (ACCURATE_STEP / motor).min(STABLE_STEP / (motor + air))
     }
 
     /// Torque per thrust [m] in still air at full throttle: what the reaction torque of a commanded thrust is taken to be

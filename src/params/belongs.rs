@@ -4,10 +4,8 @@ use super::ParamsError;
 use super::export::GRAVITY_KEY;
 use super::file::ParameterFile;
 use super::purpose::Purpose;
+use crate::model::environment::same_gravity;
 use crate::units::STANDARD_GRAVITY_M_S2;
-
-/// Gravity differs from another when it does so by more than this, relatively.
-const SAME_GRAVITY: f64 = 1e-3;
 
 /// The purpose by which samara's autopilot is to read a file's numbers at a site with that gravity [m/s^2].
 ///
@@ -28,7 +26,7 @@ pub fn to_px4(file: &ParameterFile, gravity_m_s2: f64, purpose: Purpose) -> Resu
 
 /// By what purpose the numbers are to be read where `wanted` is.
 fn read(file: &ParameterFile, gravity: f64, wanted: Purpose) -> Result<Purpose, ParamsError> {
-    let same = |g: f64| (g / gravity - 1.0).abs() < SAME_GRAVITY;
+    let same = |g: f64| same_gravity(g, gravity);
     let standard = same(STANDARD_GRAVITY_M_S2);
     let refuse = |why: String| Err(ParamsError::DoesNotBelong(why));
     let again = format!("; write one for here with: samara params export MISSION --for {}", wanted.name());

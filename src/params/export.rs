@@ -14,6 +14,8 @@ use super::metadata::Metadata;
 use super::normalised::{Mixing, NormalisedUnits, THRUST_COEFFICIENT};
 use super::purpose::{Factors, Purpose};
 use super::{Check, ParamsError, check};
+use crate::control::px4::facts::ALIGNS_G0;
+use crate::control::px4::is_quad_x;
 use crate::control::{Airframe, ControlLimits, Gains};
 use crate::model::{Environment, Vehicle};
 use crate::units::{DEG_PER_RAD, STANDARD_GRAVITY_M_S2};
@@ -48,9 +50,6 @@ pub struct Export {
     pub remarks: Vec<String>,
 }
 
-/// PX4's estimator aligns when the accelerometer shows between these, in g0.
-const ALIGNS_G0: std::ops::RangeInclusive<f64> = 0.8..=1.2;
-
 /// Exports a vehicle with its gains.
 ///
 /// # Errors
@@ -81,6 +80,9 @@ pub fn export_for_mixing(subject: &Subject, purpose: Purpose, mixing: Mixing) ->
         rows.real("MPC_TILTMAX_LND", subject.limits.tilt_rad * DEG_PER_RAD);
     }
     let Rows { parameters, mut remarks, .. } = rows;
+    if purpose != Purpose::Samara && mixing == Mixing::Allocated {
+        remarks.extend(for_quad_x(subject, &units)?);
+    }
     if purpose == Purpose::Px4 && !ALIGNS_G0.contains(&(gravity / STANDARD_GRAVITY_M_S2)) {
         remarks.push(format!(
             "PX4's estimator aligns between 0.8 and 1.2 g0 only; under {gravity} m/s^2 it needs its state from outside, or px4-froude"
@@ -91,7 +93,36 @@ pub fn export_for_mixing(subject: &Subject, purpose: Purpose, mixing: Mixing) ->
     Ok(Export { purpose, gravity_m_s2: gravity, parameters, check, remarks })
 }
 
+/// What a PX4 that mixes by a file needs otherwise, axis by axis; its mixer knows no distances.
+fn for_quad_x(subject: &Subject, allocated: &NormalisedUnits) -> Result<Vec<String>, ParamsError> {
+    if is_quad_x(subject.vehicle).is_err() {
+        return Ok(Vec::new());
+    }
+    let by_file = NormalisedUnits::mixed(subject.vehicle, subject.environment.density_kg_m3, Mixing::QuadX)?;
+    let axes = [
+        ("ROLL", "RR", allocated.roll_nm / by_file.roll_nm),
+        ("PITCH", "PR", allocated.pitch_nm / by_file.pitch_nm),
+    ];
+    let differs = axes.into_iter().filter(|(.., ratio)| (ratio - 1.0).abs() > 1e-6);
+    Ok(differs
+        .map(|(axis, short, ratio)| {
+            format!(
+                "MC_{axis}RATE_* are for a PX4 that allocates by CA_* (v1.14 and newer); for one that mixes by the file quad_x (v1.12) \
+                 MC_{axis}RATE_K and MC_{short}_INT_LIM must be {ratio:.6} times these"
+            )
+        })
+        .collect())
+}
+
 impl Export {
+    /// The same with these parameters.
+    #[must_use]
+    pub fn with(self, parameters: BTreeMap<String, Value>) -> Self {
+        let rows = parameters.iter().map(|(name, value)| (name.as_str(), *value));
+        let check = check(&Metadata::px4(), Some(self.purpose), rows);
+        Self { parameters, check, ..self }
+    }
+
     /// The header's notes: what the file is for and where it comes from (`origin`: lines of `Key: value`).
     pub fn notes(&self, origin: &[String]) -> Vec<String> {
         let mut notes = vec![
@@ -252,6 +283,31 @@ mod tests {
         for (k_pq, k) in [(0.01, 0.25), (7.0, 5.0), (20.0, 1.0)] {
             assert_eq!(number(&exported(1.0, j, k_pq, Purpose::Samara), "MC_PITCHRATE_K"), k, "{k_pq}");
         }
+    }
+
+    /// With arms of 0.95 m ahead and 1.1 m aside the allocator's unit of roll is 0.95/1.1 of the mixer file's: the file's gain is smaller so.
+    #[test]
+    fn closed_form_roll_gains_are_for_one_kind_of_mixing_and_say_so() {
+        let vehicle = quadrotor([0.95, 1.1], [300.0; 3], [0.0; 3], VehicleOptions::default());
+        let (gains, limits, site) = (Gains::near_hover(), ControlLimits::default(), site());
+        let subject = Subject {
+            vehicle: &vehicle,
+            environment: &site,
+            gains: &gains,
+            limits: &limits,
+            speed_m_s: 12.0,
+        };
+        let [allocated, by_file] = [Mixing::Allocated, Mixing::QuadX]
+            .map(|mixing| export_for_mixing(&subject, Purpose::Px4Froude, mixing).unwrap());
+        let torque = |e: &Export, axis: &str| {
+            number(&e.parameters, &format!("MC_{axis}RATE_K"))
+                * number(&e.parameters, &format!("MC_{axis}RATE_P"))
+        };
+        assert!((torque(&by_file, "ROLL") / torque(&allocated, "ROLL") - 0.95 / 1.1).abs() < 1e-6);
+        assert!((torque(&by_file, "PITCH") / torque(&allocated, "PITCH") - 1.0).abs() < 1e-6);
+        let [remark] = allocated.remarks.as_slice() else { panic!("{:?}", allocated.remarks) };
+        assert!(remark.contains("MC_ROLLRATE_K and MC_RR_INT_LIM must be 0.863636 times"), "{remark}");
+        assert!(by_file.remarks.is_empty());
     }
 
     #[test]

@@ -2,10 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use super::export::{export, hover_thrust};
+use super::export::{export_for_mixing, hover_thrust};
 use super::file::AUTOPILOT_COMPONENT;
-use super::{Export, Metadata, NormalisedUnits, ParameterFile, ParamsError, Purpose, Subject, Value, check};
+use super::{
+    Export, Metadata, Mixing, NormalisedUnits, ParameterFile, ParamsError, Purpose, Subject, Value, check,
+};
 use crate::control::px4::Parameters;
+
+/// How the PX4 of the model, v1.12, mixes.
+const MIXING: Mixing = Mixing::QuadX;
 
 /// What PX4 flies a subject by: its defaults, the vehicle's hover thrust and thrust curve, velocities up to the subject's speed, and
 /// - with a file - what stands there, - without one - the subject's gains and limits in PX4's terms.
@@ -17,7 +22,7 @@ pub fn law_parameters(
     purpose: Purpose,
     given: Option<&ParameterFile>,
 ) -> Result<Parameters, ParamsError> {
-    let units = NormalisedUnits::of(subject.vehicle, subject.environment.density_kg_m3)?;
+    let units = NormalisedUnits::mixed(subject.vehicle, subject.environment.density_kg_m3, MIXING)?;
     let fastest = subject.speed_m_s * purpose.factors(subject.environment.gravity_m_s2).velocity;
     let mut made = Parameters {
         thr_hover: f64::from(hover_thrust(subject.vehicle, subject.environment, &units) as f32),
@@ -33,7 +38,10 @@ pub fn law_parameters(
             .entries()
             .filter(|(component, ..)| *component == AUTOPILOT_COMPONENT)
             .for_each(|(_, name, entry)| take(name, entry.value)),
-        None => export(subject, purpose)?.parameters.iter().for_each(|(name, value)| take(name, *value)),
+        None => export_for_mixing(subject, purpose, MIXING)?
+            .parameters
+            .iter()
+            .for_each(|(name, value)| take(name, *value)),
     }
     Ok(made)
 }
@@ -72,8 +80,15 @@ mod tests {
         };
         let purpose = Purpose::Px4Froude;
         let ours = law_parameters(&subject, purpose, None).unwrap();
-        let exported = export(&subject, purpose).unwrap().parameters;
+        let exported = export_for_mixing(&subject, purpose, MIXING).unwrap().parameters;
         assert_eq!(ours.pitch_p, exported["MC_PITCH_P"].as_f64());
+        // The model's mixer is `quad_x`, which knows no distances: with arms of 0.5 m ahead and 1 m aside a unit of roll is twice one of pitch.
+        let wide = quadrotor([0.5, 1.0], [890.0; 3], [0.0; 3], VehicleOptions::default());
+        let of_wide = law_parameters(&Subject { vehicle: &wide, ..subject }, purpose, None).unwrap();
+        let torque_per_rate = |k: f64, p: f64| k * p;
+        let roll = torque_per_rate(of_wide.rollrate_k, of_wide.rollrate_p);
+        let pitch = torque_per_rate(of_wide.pitchrate_k, of_wide.pitchrate_p);
+        assert!((pitch / roll - 2.0).abs() < 1e-6, "{pitch} {roll}");
         assert_eq!(ours.thr_hover, exported["MPC_THR_HOVER"].as_f64());
         assert_eq!(ours.gyro_cutoff_hz, 40.0);
         let written = law_export(&ours, purpose, site.gravity_m_s2, Vec::new());

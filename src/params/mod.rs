@@ -11,6 +11,7 @@
 //! | [`procedure`] | what PX4 must be set to for a drop, and why |
 //! | [`belongs`] | whether a file may be used here |
 //! | [`law`] | parameters for the model of PX4's control law |
+//! | [`upload`] | what PX4 is given before a drop, of all that could be |
 //! | [`check`] | a file against PX4's ranges |
 //! | [`diff`] | two files against each other |
 //!
@@ -27,6 +28,7 @@ pub mod metadata;
 pub mod normalised;
 pub mod procedure;
 pub mod purpose;
+pub mod upload;
 
 #[cfg(test)]
 mod file_tests;
@@ -42,6 +44,7 @@ pub use law::{law_export, law_parameters};
 pub use metadata::{Metadata, Parameter};
 pub use normalised::{Mixing, NormalisedUnits};
 pub use purpose::Purpose;
+pub use upload::Upload;
 
 /// Why a parameter file is refused. Errors of a line start with its number, so that `file:` before them makes a place.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

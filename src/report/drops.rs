@@ -32,7 +32,7 @@ const MEASURES: [Measure; 9] = [
     }),
     ("peak_roll_deg", "peak roll [deg]", |o| Some(o.verdict.peak_roll_rad.abs() * DEG_PER_RAD)),
     ("peak_tilt_deg", "peak tilt [deg]", |o| Some(o.peak_tilt_rad * DEG_PER_RAD)),
-    ("altitude_lost_in_plan_m", "altitude lost to the plan's end [m]", |o| Some(o.altitude_lost_in_plan_m)),
+    ("altitude_lost_m", "altitude lost to the plan's end [m]", |o| Some(o.verdict.altitude_lost_m)),
     ("steady_after_s", "steady after [s]", |o| o.verdict.steady_after_s),
     ("tracking_rms_m_s", "velocity from the plan, RMS [m/s]", |o| Some(o.tracking_rms_m_s)),
 ];

@@ -26,7 +26,7 @@ fn good(trial: u64, j_tpf: f64, steady_after_s: f64) -> DropTrial {
         peak_roll_rad: -0.25,
         peak_roll_rate_rad_s: 0.0,
         peak_vertical_acceleration_m_s2: 0.0,
-        altitude_lost_m: 30.0,
+        altitude_lost_m: 16.0,
         steady_after_s: Some(steady_after_s),
         limits_passed: Vec::new(),
         final_v_ned: Vector3::zeros(),
@@ -37,7 +37,6 @@ fn good(trial: u64, j_tpf: f64, steady_after_s: f64) -> DropTrial {
         release_pitch_rad: 0.125,
         release_pitch_rate_rad_s: -0.25,
         peak_tilt_rad: 0.75,
-        altitude_lost_in_plan_m: 16.0,
         tracking_rms_m_s: 0.5,
     };
     DropTrial { drawn: drawn(trial), outcome: Some(outcome), failure: None }
@@ -94,7 +93,7 @@ fn closed_form_statistics_of_three_drops() {
         ("j_tpf", [0.6, 0.07f64.sqrt(), 0.4, 0.9]),
         ("peak_speed_m_s", [6.0, 7f64.sqrt(), 4.0, 9.0]),
         ("steady_after_s", [5.0, 7f64.sqrt(), 3.0, 8.0]),
-        ("altitude_lost_in_plan_m", [16.0, 0.0, 16.0, 16.0]),
+        ("altitude_lost_m", [16.0, 0.0, 16.0, 16.0]),
         // Largest either way: without its sign.
         ("peak_pitch_deg", [0.5f64.to_degrees(), 0.0, 0.5f64.to_degrees(), 0.5f64.to_degrees()]),
     ] {
@@ -185,7 +184,7 @@ fn a_line_has_a_value_under_each_column() {
         ("peak_pitch_rate_deg_s", 1f64.to_degrees()),
         ("peak_roll_deg", 0.25f64.to_degrees()),
         ("peak_tilt_deg", 0.75f64.to_degrees()),
-        ("altitude_lost_in_plan_m", 16.0),
+        ("altitude_lost_m", 16.0),
         ("steady_after_s", 3.0),
         ("tracking_rms_m_s", 0.5),
     ] {
@@ -208,7 +207,7 @@ fn a_failed_trial_has_its_line() {
 
     let lost = line(&lost(4));
     assert_eq!([&lost["j_tpf"], &lost["peak_pitch_deg"], &lost["tracking_rms_m_s"]], ["", "", ""]);
-    assert_eq!([&lost["steady_after_s"], &lost["altitude_lost_in_plan_m"]], ["", "16.0"]);
+    assert_eq!([&lost["steady_after_s"], &lost["altitude_lost_m"]], ["", "16.0"]);
     assert_eq!(lost["limits_passed"], "speed state is not finite");
     let words = DropTrial { failure: Some("no \"link\",\nat all".to_owned()), ..never_released(5) };
     assert_eq!(line(&words)["failure"], "\"no 'link',; at all\"");

@@ -21,10 +21,12 @@ struct DropObject<'a> {
     seed: u64,
     input_hash: &'a str,
     gains: &'a str,
+    autopilot: Option<&'a str>,
+    autopilot_version: Option<&'a str>,
     trajectory: Option<&'a FlownTrajectory>,
     completed: bool,
     ended_at_s: f64,
-    reason: Option<&'static str>,
+    reason: Option<String>,
     j_tpf: Option<f64>,
     decided_by: Option<&'a str>,
     peak_speed_m_s: Option<f64>,
@@ -57,6 +59,27 @@ pub struct FlownTrajectory {
     pub sha256: String,
 }
 
+/// Who flew a drop.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FlownBy {
+    /// "reference", "reference_ekf" (on its own estimator), "px4" or "px4-model".
+    pub name: &'static str,
+    /// Release and git hash, as PX4 has told them.
+    pub version: Option<String>,
+}
+
+impl FlownBy {
+    /// For a title; nothing for the reference autopilot.
+    pub fn words(&self) -> Option<String> {
+        match (self.name, &self.version) {
+            ("px4", Some(version)) => Some(format!("PX4 {version}")),
+            ("px4", None) => Some("PX4".to_owned()),
+            ("px4-model", _) => Some("the model of PX4's control law".to_owned()),
+            _ => None,
+        }
+    }
+}
+
 /// Something that happened in a drop.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DropEvent {
@@ -79,6 +102,10 @@ pub struct DropRun {
     pub plan_cut: bool,
     /// Whether steady flight at the target was to be reached.
     pub must_be_steady: bool,
+    /// Why the autopilot did not fly to the end, if it left or refused.
+    pub trouble: Option<String>,
+    /// Who flew, where that is known.
+    pub autopilot: Option<FlownBy>,
     /// Whether a failsafe of the autopilot flew part of the manoeuvre.
     pub failsafe: bool,
     /// What happened, in its order.
@@ -93,20 +120,23 @@ pub struct DropRun {
 
 impl DropRun {
     /// Why there is no verdict, or none of the whole manoeuvre, or why that was no transition to steady flight.
-    pub fn reason(&self, verdict: Option<&Verdict>) -> Option<&'static str> {
-        match (verdict, self.completed) {
+    pub fn reason(&self, verdict: Option<&Verdict>) -> Option<String> {
+        let reason = match (verdict, self.completed) {
             (Some(_), false) => Some("stopped before the mission's end"),
             (None, true) => Some("the vehicle was never released"),
             (None, false) => Some("stopped before the release"),
             (Some(_), true) if self.plan_cut => Some("the mission's duration_s ended before the plan"),
             (Some(verdict), true) if self.misses_steady_flight(verdict) => Some("not steady"),
             (Some(_), true) => None,
-        }
+        };
+        let all: Vec<&str> = reason.into_iter().chain(self.trouble.as_deref()).collect();
+        (!all.is_empty()).then(|| all.join(": "))
     }
 
     /// Whether a flight to the end should have become steady and did not.
     pub fn misses_steady_flight(&self, verdict: &Verdict) -> bool {
-        self.must_be_steady && self.completed && !self.plan_cut && verdict.steady_after_s.is_none()
+        let to_the_end = self.completed && !self.plan_cut && self.trouble.is_none();
+        self.must_be_steady && to_the_end && verdict.steady_after_s.is_none()
     }
 }
 
@@ -120,8 +150,10 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         seed: mission.seed,
         input_hash: &mission.input_hash,
         gains: &mission.gains_name,
+        autopilot: run.autopilot.as_ref().map(|by| by.name),
+        autopilot_version: run.autopilot.as_ref().and_then(|by| by.version.as_deref()),
         trajectory: run.trajectory.as_ref(),
-        completed: run.completed && !run.plan_cut,
+        completed: run.completed && !run.plan_cut && run.trouble.is_none(),
         ended_at_s: run.ended_at_s,
         reason: run.reason(verdict),
         j_tpf: told(|v| v.j_tpf),

@@ -29,6 +29,6 @@ pub mod verify;
 
 pub use figure::{FigureError, convergence_figure, drop_figure, plan_figure};
 pub use flight_csv::FlightCsv;
-pub use json::{DropEvent, DropRun, FlownTrajectory, drop_json, manifest_json, plan_json};
+pub use json::{DropEvent, DropRun, FlownBy, FlownTrajectory, drop_json, manifest_json, plan_json};
 pub use verdict::{plan_text, verdict_text};
 pub use verify::{verify_json, verify_text};

@@ -10,6 +10,9 @@ use crate::tune::px4::Measures;
 use crate::tune::px4::space::names;
 use crate::units::DEG_PER_RAD;
 
+/// What costs are measured by, unless it cannot be.
+pub const PX4S_DEFAULTS: &str = "PX4's defaults";
+
 /// A search's result.
 #[derive(Clone, Debug)]
 pub struct Px4Gains {
@@ -19,6 +22,8 @@ pub struct Px4Gains {
     pub purpose: Purpose,
     /// PX4's defaults on the unseen drops.
     pub defaults: Measures,
+    /// What costs were measured by: [`PX4S_DEFAULTS`], unless these do not come through the drops within the limits.
+    pub measured_by: &'static str,
     /// The parameters found on the unseen drops.
     pub found: Measures,
     /// All that the law reads.
@@ -45,6 +50,14 @@ const MEASURES: [Measure; 5] = [
 ];
 
 impl Px4Gains {
+    /// What is to be said of the measure, if it is not the usual one.
+    fn other_measure(&self) -> Option<String> {
+        let by = self.measured_by;
+        (by != PX4S_DEFAULTS).then(|| {
+            format!("candidates were measured by {by}: {PX4S_DEFAULTS} lose a drop or pass a limit in some")
+        })
+    }
+
     /// What stands in the header of the parameter file.
     pub fn remarks(&self) -> Vec<String> {
         let told = |m: &Measures| {
@@ -54,7 +67,8 @@ impl Px4Gains {
             });
             values.collect::<Vec<_>>().join(", ")
         };
-        vec![
+        let measured_by = self.other_measure();
+        let found = vec![
             format!(
                 "found on the model of PX4 v1.12's control law, {} drops; means of {} others: {}",
                 self.drops,
@@ -62,7 +76,8 @@ impl Px4Gains {
                 told(&self.found)
             ),
             format!("PX4's defaults on the same: {}", told(&self.defaults)),
-        ]
+        ];
+        found.into_iter().chain(measured_by).collect()
     }
 }
 
@@ -102,9 +117,10 @@ pub fn gains_text(mission: &Mission, gains: &Px4Gains) -> String {
         out += &format!("{name:<22}{d:>12.1}{f:>12.1}         %\n");
     }
     let verdict = if gains.found.beats(&gains.defaults) { "better than" } else { "NOT better than" };
-    out + &format!(
+    out += &format!(
         "\n{verdict} PX4's defaults: J_TPF no worse, no limit passed, two of the other four a tenth better\n"
-    )
+    );
+    out + &gains.other_measure().map_or_else(String::new, |told| told + "\n")
 }
 
 /// The object of `--json`.
@@ -134,6 +150,7 @@ pub fn gains_json(mission: &Mission, gains: &Px4Gains) -> String {
         "drops_per_evaluation": gains.drops,
         "unseen_drops": gains.unseen,
         "defaults": measures(&gains.defaults),
+        "measured_by": gains.measured_by,
         "found": measures(&gains.found),
         "better": gains.found.beats(&gains.defaults),
         "stopped": gains.stopped,

@@ -1,4 +1,5 @@
-//! Classical fourth-order Runge-Kutta step of the vehicle's state: body and rotor speeds together.
+//! Classical fourth-order Runge-Kutta step of the vehicle's state: body and rotor speeds together; and into how many such steps a
+//! time is divided.
 //!
 //! Assumes commands that are held, or that the right-hand side varies smoothly, over the step. Allocates nothing.
 
@@ -6,6 +7,15 @@ use crate::model::PerRotor;
 use crate::model::rigid_body::{BodyRate, BodyState};
 
 use super::plant::PlantState;
+
+/// No more steps than this, whatever the vehicle; those from files need far fewer.
+const MOST_STEPS: f64 = 1000.0;
+
+/// In how many equal steps a time `dt_s` is integrated, none longer than `longest_s` but by rounding.
+pub fn steps_in(dt_s: f64, longest_s: f64) -> u32 {
+    // `as u32` saturates: NaN gives 0.
+    ((dt_s / longest_s - 1e-9).ceil().min(MOST_STEPS) as u32).max(1)
+}
 
 /// Time derivative of a [`PlantState`].
 #[derive(Clone, Copy, Debug, PartialEq)]

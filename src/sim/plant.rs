@@ -4,14 +4,16 @@
 //! evaluation, and every drop. **Ideal**: "the actuator dynamics are removed" as in the paper's tuning: within each control
 //! period the thrust runs linearly from the last command to the new one, from zero at the start.
 //!
-//! Rotor speeds stay at zero or above; the quaternion is normalised after each step (not inside the dynamics).
+//! Rotor speeds stay at zero or above; the quaternion is normalised after each step (not inside the dynamics). A step of the caller
+//! is integrated in as many equal ones as the motors need ([`Vehicle::longest_step_s`]): one, at 10 ms, for the vehicles that come with
+//! samara.
 
 use std::sync::Arc;
 
 use nalgebra::Vector3;
 
 use super::ground::Ground;
-use super::integrator::{PlantRate, runge_kutta_4};
+use super::integrator::{PlantRate, runge_kutta_4, steps_in};
 use crate::frames::normalized;
 use crate::model::rigid_body::BodyState;
 use crate::model::{Environment, ForceBalance, MAX_ROTORS, PerRotor, Vehicle};
@@ -58,6 +60,7 @@ pub struct Plant {
     environment: Environment,
     kind: PlantKind,
     static_thrust_n: f64,
+    longest_step_s: f64,
     /// What it may land on; the ideal plant flies through it.
     ground: Option<Ground>,
     /// The ideal plant's thrusts, as last commanded [N].
@@ -68,7 +71,9 @@ impl Plant {
     /// A plant whose rotors rest.
     pub fn new(vehicle: Arc<Vehicle>, environment: Environment, kind: PlantKind) -> Self {
         let static_thrust_n = vehicle.static_thrust_n(environment.density_kg_m3);
-        Self { vehicle, environment, kind, static_thrust_n, ground: None, thrust_n: [0.0; MAX_ROTORS] }
+        let longest_step_s = vehicle.longest_step_s();
+        let thrust_n = [0.0; MAX_ROTORS];
+        Self { vehicle, environment, kind, static_thrust_n, longest_step_s, ground: None, thrust_n }
     }
 
     /// The vehicle.
@@ -141,7 +146,16 @@ impl Plant {
     pub fn step(&mut self, state: &mut PlantState, throttle: &PerRotor, locked: bool, dt_s: f64) -> Instant {
         match self.kind {
             PlantKind::Ideal if !locked => self.step_ideal(state, throttle, dt_s),
-            _ => self.step_actuator(state, throttle, locked, dt_s),
+            _ if locked => self.step_actuator(state, throttle, locked, dt_s),
+            _ => {
+                let steps = steps_in(dt_s, self.longest_step_s);
+                let h = dt_s / f64::from(steps);
+                let first = self.step_actuator(state, throttle, locked, h);
+                for _ in 1..steps {
+                    self.step_actuator(state, throttle, locked, h);
+                }
+                first
+            }
         }
     }
 

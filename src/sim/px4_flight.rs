@@ -17,9 +17,6 @@ use crate::model::MAX_ROTORS;
 /// From the first velocity setpoint to velocity control, in PX4's time [s]: its commander looks every 10 ms; 8 to 12 ms were measured.
 pub const SWITCH_S: f64 = 0.01;
 
-/// Period of PX4's IMU samples in lockstep, in PX4's time [s].
-pub const IMU_PERIOD_S: f64 = 0.004;
-
 /// Flies from the simulation's present time: `plan.control_period_s` is the period of the IMU samples in the vehicle's time, the
 /// law's similarity Froude's k = sqrt(g0/g) by which PX4's clock runs slower. PX4 takes its velocity for what it is plus
 /// `v_error_ned` [m/s]. `observe` as in [`super::flight::fly`].

@@ -7,8 +7,8 @@
 //!
 //! The eigenvalues come from Jacobi's rotations, written here: the same operations in the same order on every processor.
 
-use super::random::Stream;
 use super::{Optimiser, usable};
+use crate::random::Stream;
 
 /// How a coordinate is scaled to its bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,7 +66,7 @@ impl<const N: usize> CmaEs<N> {
         let mut made = Self {
             settings,
             bounds,
-            streams: (0..settings.samples).map(|i| Stream::new(seed, i)).collect(),
+            streams: (0..settings.samples).map(|i| Stream::new(seed, i as u64)).collect(),
             mean: std::array::from_fn(|k| scaled(settings.scale, bounds[k], start[k])),
             sigma: settings.sigma,
             covariance: identity(),

@@ -22,7 +22,6 @@ pub mod near_hover;
 
 pub mod objective;
 pub mod px4;
-mod random;
 pub mod release_cases;
 pub mod search;
 pub mod swarm;

@@ -15,8 +15,8 @@
 //! begins with W = 1.1 stalls) in "Particle Swarm Optimization Algorithm", Global Optimization Toolbox; random
 //! numbers are our own, so that runs of MATLAB are not repeated digit by digit.
 
-use super::random::Stream;
 use super::{Optimiser, usable};
+use crate::random::Stream;
 
 /// Settings; the defaults are MATLAB's for seven variables.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,7 +68,7 @@ impl<const N: usize> ParticleSwarm<N> {
     /// A swarm at random within the bounds (lower, upper), velocities within plus and minus their width; at least 3 particles.
     pub fn new(bounds: [(f64, f64); N], settings: SwarmSettings, seed: u64) -> Self {
         let settings = SwarmSettings { particles: settings.particles.max(3), ..settings };
-        let mut streams: Vec<Stream> = (0..settings.particles).map(|i| Stream::new(seed, i)).collect();
+        let mut streams: Vec<Stream> = (0..settings.particles).map(|i| Stream::new(seed, i as u64)).collect();
         let x: Vec<[f64; N]> =
             streams.iter_mut().map(|s| bounds.map(|(low, high)| s.between(low, high))).collect();
         let v =

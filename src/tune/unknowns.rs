@@ -4,7 +4,7 @@
 use crate::model::rigid_body::BodyState;
 use crate::sim::planar::Variation;
 
-use super::random::Stream;
+use crate::random::Stream;
 
 /// Mass, either way, as a fraction.
 pub const MASS: f64 = 0.05;
@@ -64,7 +64,7 @@ pub fn varied(
     gravity_m_s2: f64,
     target_m_s: f64,
 ) -> (BodyState, Variation) {
-    let mut stream = Stream::new(seed ^ APART, k as usize);
+    let mut stream = Stream::new(seed ^ APART, k);
     let mut off = |by: f64| stream.between(-by, by);
     let variation = Variation {
         mass: 1.0 + off(MASS),

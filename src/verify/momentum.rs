@@ -1,5 +1,9 @@
 //! A rotor in hover, axial climb and slow descent by blade-element and momentum theory, against the table that flies.
 //!
+//! The lander's table was made by these very equations (`rotor.table.about` in `params/vehicles/titan.json`). So this does not check the
+//! theory, nor that the lander is like a real rotor: it checks that the file holds what it says, and that the inflow's signs and angle,
+//! the scales of thrust and torque and the air's density are right on the way from the file to a load in flight.
+//!
 //! With the climb ratio `x = V_c/v_h`, uniform inflow `lambda` and a blade without twist:
 //!
 //! ```text

@@ -40,7 +40,7 @@ fn options_that_an_autopilot_has_not_got_are_refused() {
     // No build of PX4 is looked for before.
     let px4 = ["--autopilot", "px4=nowhere"];
     let reference = ["--autopilot", "reference"];
-    let cases: [(&[&str], &[&str], &str); 12] = [
+    let cases: [(&[&str], &[&str], &str); 13] = [
         (&px4, &["--sign-key", "nowhere", "--speed", "1"], "reference"),
         (&px4, &["--link", "tcpin:127.0.0.1:5999", "--speed", "1"], "reference"),
         (&px4, &["--estimator", "ekf"], "reference"),
@@ -50,6 +50,7 @@ fn options_that_an_autopilot_has_not_got_are_refused() {
         (&MODEL, &["--speed", "1"], "reference or px4=DIR"),
         (&MODEL, &["--cpu", "0"], "px4=DIR"),
         (&reference, &["--cpu", "any"], "px4=DIR"),
+        (&MODEL, &["--patience", "5"], "px4=DIR"),
         (&reference, &["--feed-forward"], "px4=DIR or px4-model"),
         (&reference, &["--gains", "px4_default"], "px4=DIR or px4-model"),
         (&[], &["--feed-forward"], "px4=DIR or px4-model"),

@@ -241,3 +241,31 @@ fn verbose_shows_the_iterations() {
         assert!(json(&output).is_object());
     }
 }
+
+/// Inside half a width of 1e-7 m/s the solver converges; below there is no room for it, and the option says so.
+#[test]
+fn a_terminal_tolerance_has_a_floor() {
+    let out = tempfile::tempdir().unwrap();
+    let plan = |tolerance: &str| {
+        samara(&["plan", "--terminal-tolerance", tolerance, "--out", out.path().to_str().unwrap()])
+    };
+    assert_eq!(code(&plan("1e-7")), 0);
+    let refused = plan("1e-9");
+    assert_eq!(code(&refused), 2);
+    assert!(stderr(&refused).contains("at least 1e-7 m/s"), "{}", stderr(&refused));
+}
+
+/// An x_ss with another attitude than this vehicle's steady one: 10 deg nose up.
+#[test]
+fn regress_an_x_ss_of_another_vehicle_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    assert_eq!(stderr(&samara(&["plan", "--out", out])), "");
+    let path = spoilt_mission(folder.path(), "[1, 0, -0.0026, 0]", "[0.99619, 0, 0.08716, 0]");
+    let output = samara(&["plan", &path, "--out", out]);
+    assert!(
+        stderr(&output).contains("plan.x_ss is 10.3 deg off the steady state of this vehicle"),
+        "{}",
+        stderr(&output)
+    );
+}

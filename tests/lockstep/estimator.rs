@@ -87,6 +87,7 @@ fn as_the_filter_thinks() -> SensorSettings {
         gyroscope: triad(noise.gyro, noise.gyro_walk, noise.gyro_bias),
         magnetometer: Magnetometer { noise_gauss: noise.magnetometer_gauss, ..Magnetometer::default() },
         barometer: Barometer {
+            period_us: 0,
             noise_hpa: noise.baro_m * HPA_PER_M,
             drift_hpa_per_sqrt_s: noise.baro_walk * HPA_PER_M,
         },

@@ -37,7 +37,7 @@ fn a_px4_that_is_killed_in_flight_and_started_again_flies_the_drop_from_its_begi
     assert_eq!(flown["completed"], true, "{said}\n{flown}\n{}", stream.said());
     assert!(flown["j_tpf"].is_number(), "{flown}");
     assert!(out.path().join("hil.2.tlog").exists(), "the second flight has a recording of its own");
-    assert!(status.code().is_some(), "{said}");
+    assert_eq!(status.code(), Some(0), "the second flight passes no limit: {said}");
 }
 
 /// Who waits for what, on both sides.

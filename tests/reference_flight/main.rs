@@ -9,6 +9,7 @@ mod data;
 mod dynamics;
 mod flights;
 mod monte_carlo;
+mod motors;
 mod planar;
 mod tracking;
 mod tuning;

@@ -1,7 +1,7 @@
 //! The batch engine's costs, on the Titan vehicle: against the code for flight in space, and against the reference's numbers.
 
 use nalgebra::Vector3;
-use samara::assess::tracking::{STEPS_PER_INTERVAL, control_period_s};
+use samara::assess::tracking::control_period_s;
 use samara::assess::{Outcome, Study, TrackingError, Verdict, VerdictBuilder, judge_flights};
 use samara::control::{ControlLimits, Gains};
 use samara::sim::planar::{Flight, Model, Release, Variation};
@@ -152,7 +152,7 @@ fn lost_flights_cost_a_thousand_and_leave_the_others_alone() {
     let model = Model::new(&TITAN, &site(), &ControlLimits::default(), PlantKind::Ideal).unwrap();
     let study = Study::of(&flight, limits(), [4.0, 4.0]);
     let study_with_nodes = Study::new(&flight, Some(&nodes), limits(), [4.0, 4.0]).unwrap();
-    assert_eq!(study.unwrap().course().steps(), 37 * STEPS_PER_INTERVAL as usize);
+    assert_eq!(study.unwrap().course().steps(), 37 * 81);
     let good = flight_of(&TABLE_3[2], gains("safety"));
     let mut fast = good;
     fast.release.v_north_m_s = 80.0;

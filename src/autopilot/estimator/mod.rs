@@ -150,7 +150,9 @@ pub struct Estimator {
     fixes: Queue<Fix, FIXES>,
     /// Time of the latest fix that was taken.
     fixed_us: Option<u64>,
-    aided_us: Option<u64>,
+    /// When a field and an altitude were last taken.
+    field_us: Option<u64>,
+    altitude_us: Option<u64>,
     /// The latest sample's time and the state there.
     now_us: Option<u64>,
     present: Option<(NominalState, Vector3<f64>)>,
@@ -167,7 +169,8 @@ impl Estimator {
             samples: Queue::default(),
             fixes: Queue::default(),
             fixed_us: None,
-            aided_us: None,
+            field_us: None,
+            altitude_us: None,
             now_us: None,
             present: None,
         }
@@ -205,13 +208,11 @@ impl Estimator {
         }
         let now_us = sample.at_us;
         self.now_us = Some(now_us);
-        let due = self.aided_us.is_none_or(|at| now_us - at >= AIDING_PERIOD_US);
-        if due {
-            self.aided_us = Some(now_us);
-        }
+        let field_body = sample.field_body.filter(|m| m.iter().all(|x| x.is_finite()));
+        let altitude_m = sample.altitude_m.filter(|x| x.is_finite());
         let sample = Sample {
-            field_body: sample.field_body.filter(|m| due && m.iter().all(|x| x.is_finite())),
-            altitude_m: sample.altitude_m.filter(|x| due && x.is_finite()),
+            field_body: when_due(field_body, &mut self.field_us, now_us),
+            altitude_m: when_due(altitude_m, &mut self.altitude_us, now_us),
             ..*sample
         };
         if self.samples.is_full() {
@@ -323,6 +324,12 @@ impl Estimator {
             Ok(()) => NotAligned::Starting,
         }
     }
+}
+
+/// A reading, unless one was taken less than [`AIDING_PERIOD_US`] ago: `taken_us` is when.
+fn when_due<T>(reading: Option<T>, taken_us: &mut Option<u64>, now_us: u64) -> Option<T> {
+    let due = taken_us.is_none_or(|at| now_us - at >= AIDING_PERIOD_US);
+    reading.filter(|_| due).inspect(|_| *taken_us = Some(now_us))
 }
 
 #[cfg(test)]

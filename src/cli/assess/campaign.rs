@@ -10,7 +10,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
 use super::AssessArgs;
-use crate::assess::{Controller, RandomRelease, ReleaseDistribution, SafetyStudy, Tally, TrialOutcome};
+use crate::assess::{
+    Controller, RandomRelease, ReleaseDistribution, SafetyStudy, Summary, Tally, TrialOutcome,
+};
 use crate::cli::narrative::Narrator;
 use crate::cli::outcome::{BadInput, Failure};
 use crate::cli::output::OutputFolder;
@@ -214,6 +216,36 @@ fn read(
         }
         kept += line.len() as u64;
     }
+}
+
+/// J_TPF of `campaigns[1]` less that of `campaigns[0]`, release by release, read from their files.
+///
+/// # Errors
+/// [`Failure::BadInput`] when a file cannot be read.
+pub fn paired_difference(
+    mission: &Mission,
+    bench: &Bench<'_>,
+    folder: &OutputFolder,
+    campaigns: [&Campaign; 2],
+) -> Result<Summary, Failure> {
+    let mut difference = Summary::default();
+    let open = |campaign: &Campaign| {
+        let name = file_name(&campaign.controller);
+        let head = header(mission, &campaign.controller).lines().count();
+        let file = folder.open(&name)?.ok_or_else(|| anyhow!("{name} is gone")).bad_input()?;
+        Ok::<_, Failure>(file.lines().skip(head))
+    };
+    let (mut less, mut more) = (open(campaigns[0])?, open(campaigns[1])?);
+    for trial in 0..campaigns[0].tally.j_tpf.count() {
+        let release = bench.draw(trial);
+        let j_tpf = |lines: &mut dyn Iterator<Item = std::io::Result<String>>| {
+            let line = lines.next().transpose().context("a campaign's file").bad_input()?.unwrap_or_default();
+            Ok::<_, Failure>(parse_row(&line, &release).context("a campaign's file").bad_input()?.j_tpf)
+        };
+        let less = j_tpf(&mut less)?;
+        difference.push(j_tpf(&mut more)? - less);
+    }
+    Ok(difference)
 }
 
 /// A bar on stderr; nothing where that is no terminal.

@@ -10,25 +10,26 @@ use anyhow::Context;
 
 use super::AssessArgs;
 use crate::assess::{DropMeasure, RandomDrop};
-use crate::cli::args::{AutopilotArg, EstimatorChoice, LinkArgs, NetArgs, SpeedArg};
+use crate::cli::args::{AutopilotArg, LinkArgs, NetArgs, SpeedArg};
 use crate::cli::belongs;
 use crate::cli::drop::{
-    Flown, Pilot, Planned, Wires, conclude, cuts_the_plan, fly_reference, tell_if_stopped,
+    Flown, Pilot, Planned, Wires, conclude, cuts_the_plan, fly_reference, tell_if_stopped, tell_remarks,
 };
 use crate::cli::narrative::Narrator;
 use crate::cli::outcome::{Answer, BadInput, Failure};
 use crate::cli::output::{OutputFolder, print, tell};
 use crate::cli::plan::{plan_mission, write_plan};
-use crate::cli::px4;
 use crate::cli::px4::flight::Px4Drop;
+use crate::cli::px4::{self, Patience};
 use crate::config::Mission;
 use crate::link::shell::Speed;
 use crate::link::shell::ports::MAX_INSTANCE;
 use crate::plan::Status;
+use crate::report::FlownBy;
 use crate::report::drops::{DropTally, DropTrial, drops_json, drops_text, header, row};
 use crate::report::plan_text;
 
-/// Drops flown side by side unless it is said otherwise: each is a PX4 and a simulator that wait for each other.
+/// Drops by PX4 flown side by side unless it is said otherwise: each is a PX4 and a simulator that wait for each other.
 const SIDE_BY_SIDE: u16 = 2;
 
 /// What every trial shares.
@@ -56,21 +57,20 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
         return Ok(Answer::No);
     }
     let planned = Planned { trajectory: timed.plan.trajectory, source: "planned", solve_ms: None };
+    tell_remarks(&pilot.check(&mission, &planned.trajectory)?);
     let campaign = Campaign { args, pilot, mission, planned, folder: folder.path() };
     match args.only {
         Some(trial) => campaign.only(trial, stop),
-        None => campaign.fly_all(&folder, stop),
+        None => {
+            campaign.look_at_places()?;
+            campaign.fly_all(&folder, stop)
+        }
     }
 }
 
 impl Campaign<'_> {
     fn autopilot(&self) -> &'static str {
-        match self.pilot {
-            Pilot::Reference(_) if self.args.state.estimator == EstimatorChoice::Ekf => "reference_ekf",
-            Pilot::Reference(_) => "reference",
-            Pilot::Px4(..) => "px4",
-            Pilot::Px4Model(_) => "px4-model",
-        }
+        self.pilot.name(&self.args.state)
     }
 
     fn name(&self) -> String {
@@ -119,13 +119,12 @@ impl Campaign<'_> {
 
     fn fly_all(&self, folder: &OutputFolder, stop: &AtomicBool) -> Result<Answer, Failure> {
         let trials = self.args.trials.unwrap_or(self.mission.monte_carlo.trials as u64);
-        let places = MAX_INSTANCE + 1 - self.args.instance;
-        let workers = self.args.threads.unwrap_or(SIDE_BY_SIDE).min(places);
+        let workers = self.workers();
         let csv = format!("{}.csv", self.name());
         let mut file = folder.continued(&csv, 0)?;
         let mut write = |text: &str| file.write_all(text.as_bytes()).context(csv.clone()).bad_input();
         write(&header(&self.mission, self.autopilot()))?;
-        let (next, mut tally) = (AtomicU64::new(0), DropTally::default());
+        let (next, mut tally, mut by) = (AtomicU64::new(0), DropTally::default(), None);
         let (done, comes) = mpsc::channel();
         let told = std::thread::scope(|scope| {
             for place in 0..workers {
@@ -134,7 +133,7 @@ impl Campaign<'_> {
                     while !stop.load(Ordering::Relaxed) {
                         let trial = next.fetch_add(1, Ordering::Relaxed);
                         // Nobody listens any more when a file could not be written.
-                        if trial >= trials || done.send(self.trial(trial, place)).is_err() {
+                        if trial >= trials || done.send(self.trial(trial, place, stop)).is_err() {
                             break;
                         }
                     }
@@ -144,8 +143,9 @@ impl Campaign<'_> {
             // Lines are in order, whichever trial is over first.
             let (mut early, mut wanted) = (BTreeMap::new(), 0);
             for trial in comes {
-                if stop.load(Ordering::Relaxed) {
-                    continue;
+                let Some((trial, flown_by)) = trial else { continue };
+                if flown_by.is_some() {
+                    by = flown_by;
                 }
                 early.insert(trial.drawn.trial, trial);
                 while let Some(trial) = early.remove(&wanted) {
@@ -158,7 +158,10 @@ impl Campaign<'_> {
             Ok::<(), Failure>(())
         });
         told?;
-        folder.write_manifest(&self.name(), &self.mission, &[("trials", trials.to_string())])?;
+        let mut circumstances =
+            vec![("trials", trials.to_string()), ("autopilot", self.autopilot().to_owned())];
+        circumstances.extend(by.and_then(|by| by.version).map(|version| ("autopilot_version", version)));
+        folder.write_manifest(&self.name(), &self.mission, &circumstances)?;
         if self.args.mission.json {
             print(&drops_json(&self.mission, self.autopilot(), &tally))?;
         } else {
@@ -194,32 +197,54 @@ impl Campaign<'_> {
         tell(&format!("trial {number} of {trials}: {text}\n"));
     }
 
-    /// A trial at one of the places; whatever goes wrong is its failure. The files of one that failed are kept.
-    fn trial(&self, number: u64, place: u16) -> DropTrial {
+    /// How many fly side by side; each PX4 needs the ports of an instance.
+    fn workers(&self) -> u16 {
+        match self.pilot {
+            Pilot::Px4(..) => {
+                self.args.threads.unwrap_or(SIDE_BY_SIDE).min(MAX_INSTANCE + 1 - self.args.instance)
+            }
+            Pilot::Reference(_) | Pilot::Px4Model(_) => self.args.threads.unwrap_or_else(cores),
+        }
+    }
+
+    /// Whether each PX4 can have its number and ports: what is wrong with them is wrong for every trial.
+    fn look_at_places(&self) -> Result<(), Failure> {
+        let Pilot::Px4(..) = self.pilot else { return Ok(()) };
+        (0..self.workers()).try_for_each(|place| px4::look(self.args.instance + place))
+    }
+
+    /// A trial at one of the places, unless it was stopped; whatever goes wrong is its failure. The files of one that failed are kept.
+    fn trial(&self, number: u64, place: u16, stop: &AtomicBool) -> Option<(DropTrial, Option<FlownBy>)> {
         let drawn = self.mission.draw_drop(number);
         let failed = |why: Failure| DropTrial { drawn, outcome: None, failure: Some(why.text()) };
         let scratch = self.folder.join(format!("place_{place}"));
         let folder = match OutputFolder::create(Some(&scratch), &self.mission.name) {
             Ok(folder) => folder,
-            Err(why) => return failed(why),
+            Err(why) => return Some((failed(why), None)),
         };
-        let (mission, narrator) = (self.mission.with_drop(&drawn), Narrator::silent());
-        // A drop takes a moment: it is flown to its end, whatever comes.
-        let never = AtomicBool::new(false);
-        let flown = self.fly(&drawn, &mission, self.args.instance + place, &folder, &narrator, &never);
+        let (mission, narrator) = (self.mission.with_drop(&drawn), Narrator::of_trial(number));
+        let instance = match self.pilot {
+            Pilot::Px4(..) => self.args.instance + place,
+            Pilot::Reference(_) | Pilot::Px4Model(_) => self.args.instance,
+        };
+        let flown = self.fly(&drawn, &mission, instance, &folder, &narrator, stop);
+        if stop.load(Ordering::Relaxed) {
+            return None;
+        }
         let (mut trial, flown) = match flown {
             Ok((trial, flown)) => (trial, Some(flown)),
             Err(why) => (failed(why), None),
         };
         if trial.failure.is_some() {
-            let written =
-                flown.map_or(Ok(()), |flown| self.write(&trial, &mission, &flown, &folder, &narrator));
+            let written = flown
+                .as_ref()
+                .map_or(Ok(()), |flown| self.write(&trial, &mission, flown, &folder, &narrator));
             let kept = written.and_then(|()| self.keep(number, &folder));
             if let (Err(why), Some(failure)) = (kept, &mut trial.failure) {
                 *failure = format!("{failure}; {}", why.text());
             }
         }
-        trial
+        Some((trial, flown.map(|flown| flown.by)))
     }
 
     /// Keeps the files of a trial that failed.
@@ -253,10 +278,14 @@ impl Campaign<'_> {
                 let drop = Px4Drop {
                     build,
                     instance,
-                    cpu: px4::Cpu::Auto,
+                    cpu: px4::Cpu::Together,
                     speed: Speed::Max,
                     parameters: parameters.as_ref(),
                     feed_forward: self.args.feed_forward,
+                    patience: Patience {
+                        limit: self.args.patience.limit(),
+                        answers: self.args.only.is_none(),
+                    },
                 };
                 px4::fly(&drop, mission, plan, folder, narrator)?
             }
@@ -271,7 +300,7 @@ impl Campaign<'_> {
             plan,
         };
         let outcome = measure.of(&flown.log);
-        let stopped = tell_if_stopped(&Narrator::silent(), mission, &flown.log)?;
+        let stopped = tell_if_stopped(&Narrator::together(true), mission, &flown.log)?;
         let failure = match (&outcome, &flown.trouble) {
             (None, None) => Some("never released".to_owned()),
             (None, Some(trouble)) => Some(format!("never released: {trouble}")),
@@ -289,6 +318,11 @@ impl Campaign<'_> {
         };
         Ok((DropTrial { drawn: *drawn, outcome, failure }, flown))
     }
+}
+
+/// Processors that there are.
+fn cores() -> u16 {
+    std::thread::available_parallelism().map_or(1, |n| u16::try_from(n.get()).unwrap_or(u16::MAX))
 }
 
 /// Removes a folder with all that is in it, if it is there.

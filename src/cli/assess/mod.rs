@@ -10,7 +10,7 @@ use std::io::Write as _;
 use anyhow::anyhow;
 use clap::Args;
 
-use super::args::{AutopilotArg, ChoiceArgs, MissionArgs, StateArgs, whole};
+use super::args::{AutopilotArg, ChoiceArgs, MissionArgs, PatienceArgs, StateArgs, whole};
 use super::belongs;
 use super::clock::Stopwatch;
 use super::interrupt;
@@ -20,7 +20,7 @@ use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::plan::{plan_mission, write_plan};
 use super::pool::pool;
-use crate::assess::{Command, Controller, SafetyStudy, plan_j_tpf};
+use crate::assess::{Command, Controller, SafetyStudy, Summary, plan_j_tpf, tracking};
 use crate::config::Mission;
 use crate::control::{Airframe, Gains};
 use crate::plan::{Plan, Status};
@@ -46,8 +46,9 @@ tracking_rms, paper_j_tpf), campaigns (name, gains, command, trials, mean, mean_
 p_safe_high, unsafe_trials, paper_mean, paper_std, paper_min, paper_max), findings (claim, paper, here, bar, reproduced, why),
 flights_per_s. *_low and *_high are 95 % intervals (Student's t, Clopper-Pearson). What is the paper's is there for its own mission only.
 
-With --autopilot: seeded drops, from the hang to the end, by samara's autopilot or by PX4. Each has the swing and the wind of the mission's
-monte_carlo and noise of its own; the plan is the nominal one. Several fly side by side (--threads, instances from --instance on). Writes
+With --autopilot: seeded drops, from the hang to the end, by samara's autopilot, by PX4 or by the model of its control law. Each has the swing and the wind of the mission's
+monte_carlo and noise of its own; the plan is the nominal one. Several fly side by side (--threads; PX4s as instances from --instance on). What would be wrong for each of them (a mission that
+does not suit, a port in use) is looked for before the first: exit code 2. Writes
 drops_<autopilot>_<gains>.csv, a line for each as it is over, and the folder trial_<K> with all files of one that failed, or of --only's.
 A drop fails when a limit is passed, a failsafe flies, steady flight is not reached, or the autopilot dies or refuses.
 JSON: mission, version, seed, input_hash, autopilot, gains, trials, failed (trial, failure), measures (name, count, mean, std, min, max).
@@ -84,8 +85,9 @@ pub struct AssessArgs {
     /// Fly trial K of each campaign alone: prints what was drawn and what came of it, writes flight logs and figures.
     #[arg(long, value_name = "K", value_parser = whole::<u64>(0..=u64::MAX), conflicts_with_all = ["trials", "resume"])]
     pub only: Option<u64>,
-    /// Fly whole drops, from the canopy to the end, by samara's own autopilot or by PX4 from its build folder, instead of the study.
-    #[arg(long, value_name = "reference|px4=DIR", value_parser = super::args::autopilot, conflicts_with_all = ["bound", "resume"])]
+    /// Fly whole drops, from the canopy to the end, instead of the study: by samara's own autopilot, by PX4 from its build folder, or by
+    /// the model of PX4's control law.
+    #[arg(long, value_name = "reference|px4=DIR|px4-model", value_parser = super::args::autopilot, conflicts_with_all = ["bound", "resume"])]
     pub autopilot: Option<AutopilotArg>,
     /// What the autopilot flies by, with --autopilot.
     #[command(flatten)]
@@ -96,16 +98,21 @@ pub struct AssessArgs {
     /// With --autopilot: number of the first vehicle; those flown side by side have the next ones.
     #[arg(long, value_name = "0..9", default_value_t = 0, value_parser = super::net::instance, requires = "autopilot")]
     pub instance: u16,
-    /// Threads to fly on [default: one for each core]; the results are the same.
+    /// How long PX4 may keep a flight waiting.
+    #[command(flatten)]
+    pub patience: PatienceArgs,
+    /// Threads to fly on [default: one for each core; 2 for drops by PX4, and there no more than instances are left]; the results
+    /// are the same.
     #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=1024))]
     pub threads: Option<u16>,
 }
 
 impl AssessArgs {
     /// Options that not every autopilot has, and whether each is asked for.
-    fn asked(&self) -> [(&'static str, bool); 3] {
+    fn asked(&self) -> [(&'static str, bool); 4] {
         [
             (belongs::ESTIMATOR, self.state.asked()),
+            (belongs::PATIENCE, self.patience.asked()),
             (belongs::FEED_FORWARD, self.feed_forward),
             (belongs::PX4_DEFAULT, self.choice.px4s_own_gains()),
         ]
@@ -152,7 +159,11 @@ pub fn run(args: &AssessArgs) -> Result<Answer, Failure> {
     };
     let flown: u64 = campaigns.iter().map(|c| c.flown_now).sum();
     let flights_per_s = 1e3 * flown as f64 / watch.ms();
-    let assessment = assessment(args, &mission, &plan, &bench, &campaigns, trials);
+    let difference = campaign::paired_difference(&mission, &bench, &folder, [&campaigns[1], &campaigns[2]])?;
+    let assessment = Assessment {
+        pso_less_near_hover: difference,
+        ..assessment(args, &mission, &plan, &bench, &campaigns, trials)
+    };
     write(&assessment, &bench, &campaigns, &folder)?;
     folder.write_manifest(
         "assess",
@@ -246,6 +257,9 @@ fn assessment<'a>(
         plan_objective: plan.objective,
         bound: args.bound,
         trials,
+        is_the_papers: mission.is_the_papers_study(),
+        pso_less_near_hover: Summary::default(),
+        tracking_period_s: tracking::control_period_s(&plan.trajectory),
         assessed: campaigns.each_ref().map(|c| Assessed {
             controller: c.controller.clone(),
             cases: cases(&c.controller),

@@ -75,10 +75,11 @@ fn write(
         samples.iter().try_for_each(|sample| csv.write(sample))?;
         csv.finish().map(|_| ())
     })?;
-    let mut verdict =
-        VerdictBuilder::new(mission.limits, mission.target_v_ned).steady_within(mission.steady_within_m_s);
+    let mut verdict = VerdictBuilder::new(mission.limits, mission.target_v_ned)
+        .steady_within(mission.steady_within_m_s)
+        .to_plans_end(bench.study.plan.end_s());
     samples.iter().for_each(|sample| verdict.observe(sample));
-    let figure = drop_figure(mission, &samples, Some(&bench.study.plan), verdict.finish().as_ref())
+    let figure = drop_figure(mission, &samples, Some(&bench.study.plan), verdict.finish().as_ref(), None)
         .context("the figure of the trial")?;
     folder.write(&format!("{name}.svg"), |out| out.write_all(figure.as_bytes()))?;
     Ok(())

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::cli::args::{
-    AutopilotArg, ChoiceArgs, LinkArgs, MissionArgs, NetArgs, PlanningArgs, SpeedArg, StateArgs, autopilot,
-    speed,
+    AutopilotArg, ChoiceArgs, LinkArgs, MissionArgs, NetArgs, PatienceArgs, PlanningArgs, SpeedArg,
+    StateArgs, autopilot, speed,
 };
 use crate::cli::belongs;
 use crate::cli::px4::Cpu;
@@ -18,11 +18,12 @@ plan.svg (unless --trajectory was given), drop.json (the verdict), drop.svg, fli
 vehicle.tlog (the link of ground stations), companion.tlog (that of the streamer and the parachute), hil.tlog (simulator and
 autopilot) and drop_manifest.json (inputs, options, SHA-256 of each file).
 
-JSON (--json): mission, version, seed, input_hash, gains, trajectory (source: planned or file; sha256 of trajectory.csv), completed
-(to the end of mission and plan), ended_at_s, reason (why there is no verdict on the whole manoeuvre, or \"not steady\", or null), j_tpf,
-decided_by (the quantity that J_TPF is the share of), peak_speed_m_s, peak_pitch_deg,
-peak_pitch_rate_deg_s, peak_roll_deg, peak_roll_rate_deg_s, peak_vertical_acceleration_m_s2, altitude_lost_m, steady_after_s (null if
-never), final_v_ned_m_s, limits_passed (list), failsafe (whether one flew part of the manoeuvre), events (list of t_s, text),
+JSON (--json): mission, version, seed, input_hash, gains, autopilot (reference, reference_ekf, px4 or px4-model), autopilot_version
+(PX4's, as it tells it, or null), trajectory (source: planned or file; sha256 of trajectory.csv), completed (to the end of mission and
+plan, by an autopilot that did not leave or refuse), ended_at_s, reason (why it was not completed or never released, or \"not steady\",
+or null), j_tpf, decided_by (the quantity that J_TPF is the share of), peak_speed_m_s, peak_pitch_deg,
+peak_pitch_rate_deg_s, peak_roll_deg, peak_roll_rate_deg_s, peak_vertical_acceleration_m_s2, altitude_lost_m (from the
+release to the plan's end), steady_after_s (null if never), final_v_ned_m_s, limits_passed (list), failsafe (whether one flew part of the manoeuvre), events (list of t_s, text),
 plan_j_tpf, plan_solve_ms, real_time_factor, and impact_speed_m_s if it came to the ground. Peaks are magnitudes here; the table on the terminal gives them their signs. When the
 vehicle was never released the verdict's keys are null; when no plan was found the object is that of `samara plan --json`. Roll and
 roll rate are judged against the limits of pitch and pitch rate.
@@ -31,7 +32,7 @@ With --cases each drop's files are in <case>/px4 or <case>/reference, the table 
 has `cases`, a list of case, autopilot, drop.
 
 Exit code 1 when a limit was passed, a failsafe flew, steady flight was not reached, the plan did not converge, the vehicle was never
-released, or the mission was stopped (Ctrl-C) before its end or ended before the plan.
+released, PX4 left, refused or never came, or the mission was stopped (Ctrl-C) before its end or ended before the plan.
 
 Examples:
   samara drop
@@ -70,10 +71,13 @@ pub struct DropArgs {
     /// Send the plan's acceleration with its velocity, to PX4.
     #[arg(long)]
     pub feed_forward: bool,
-    /// The processor that PX4 and the simulator share: they take turns, and on one are faster. `auto`: another for each
-    /// instance; `any`: wherever the system puts them.
+    /// Where PX4 runs: all of it is fastest on one processor. `auto`: on one, another for each instance, and the simulator beside
+    /// it on the others; a number: both on that one; `any`: wherever the system puts them.
     #[arg(long, value_name = "auto|any|N", default_value = "auto", value_parser = cpu)]
     pub cpu: Cpu,
+    /// How long PX4 may keep the flight waiting.
+    #[command(flatten)]
+    pub patience: PatienceArgs,
     /// How much to tell of the planning.
     #[command(flatten)]
     pub planning: PlanningArgs,
@@ -91,13 +95,14 @@ pub struct DropArgs {
 
 impl DropArgs {
     /// Options that not every autopilot has, and whether each is asked for.
-    pub fn asked(&self) -> [(&'static str, bool); 7] {
+    pub fn asked(&self) -> [(&'static str, bool); 8] {
         [
             (belongs::ESTIMATOR, self.state.asked()),
             (belongs::LINK, !self.link.links.is_empty()),
             (belongs::SIGN_KEY, self.net.sign_key.is_some()),
             (belongs::SPEED, self.speed != SpeedArg::Max),
-            (belongs::CPU, self.cpu != Cpu::Auto),
+            (belongs::CPU, self.cpu != Cpu::Apart),
+            (belongs::PATIENCE, self.patience.asked()),
             (belongs::FEED_FORWARD, self.feed_forward),
             (belongs::PX4_DEFAULT, self.choice.px4s_own_gains()),
         ]
@@ -107,7 +112,7 @@ impl DropArgs {
 /// Which processor, from what was typed.
 fn cpu(text: &str) -> Result<Cpu, String> {
     match text {
-        "auto" => Ok(Cpu::Auto),
+        "auto" => Ok(Cpu::Apart),
         "any" => Ok(Cpu::Any),
         number => number
             .parse()

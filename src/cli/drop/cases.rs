@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::io::Write as _;
 
-use super::{Concluded, DropArgs, Pilot, begin, circumstances, conclude, plan_or_keep};
+use super::{Concluded, DropArgs, Pilot, begin, circumstances, conclude, plan_or_keep, tell_remarks};
 use crate::assess::Verdict;
 use crate::cli::args::ChoiceArgs;
 use crate::cli::mission::stamp_of;
@@ -24,10 +24,11 @@ const COLUMNS: &str = "case,autopilot,j_tpf,peak_pitch_deg,peak_pitch_rate_deg_s
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     let (pilot, mut mission, narrator, folder) = begin(args)?;
     let Some(planned) = plan_or_keep(args, &mut mission, &folder, &narrator)? else { return Ok(Answer::No) };
+    tell_remarks(&pilot.check(&mission, &planned.trajectory)?);
     let pilots = match pilot {
         Pilot::Reference(_) => vec![("reference", pilot)],
         Pilot::Px4(..) | Pilot::Px4Model(_) => {
-            let name = if matches!(pilot, Pilot::Px4(..)) { "px4" } else { "px4-model" };
+            let name = pilot.name(&args.state);
             let own = ChoiceArgs { params: None, ..args.choice.clone() };
             vec![(name, pilot), ("reference", Pilot::Reference(own))]
         }

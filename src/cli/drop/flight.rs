@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::Flown;
-use crate::cli::args::{ChoiceArgs, LinkArgs, NetArgs, SpeedArg, StateArgs};
+use crate::cli::args::{ChoiceArgs, EstimatorChoice, LinkArgs, NetArgs, SpeedArg, StateArgs};
 use crate::cli::clock::Stopwatch;
 use crate::cli::interrupt;
 use crate::cli::narrative::Narrator;
@@ -15,6 +15,7 @@ use crate::cli::sessions::{self, StreamerChoice};
 use crate::config::Mission;
 use crate::link::shell::{Notice, Observer, Speed, run_watched_drop};
 use crate::link::{AutopilotSession, Lockstep};
+use crate::report::FlownBy;
 use crate::trajectory::Trajectory;
 
 /// What the reference autopilot flies by and is connected to.
@@ -89,8 +90,10 @@ pub fn fly(
     reporter.finish()?;
     let record = wire.simulator.record().clone();
     let real_time_factor = 1e3 * flown_s / watch.ms();
+    let name = if state.estimator == EstimatorChoice::Ekf { "reference_ekf" } else { "reference" };
+    let by = FlownBy { name, version: None };
     let trouble = wire.streamer.failure().map(str::to_owned);
-    Ok(Flown { log: wire.simulator.into_log(), record, real_time_factor, trouble })
+    Ok(Flown { log: wire.simulator.into_log(), record, real_time_factor, by, trouble })
 }
 
 fn tell_events(wire: &mut Lockstep<AutopilotSession>, reporter: &mut Reporter<'_>) {

@@ -10,10 +10,11 @@ use crate::cli::net::speed_of;
 use crate::cli::outcome::{BadInput, Failure};
 use crate::cli::output::OutputFolder;
 use crate::cli::px4::flight::Px4Drop;
-use crate::cli::px4::{self, BuildFolder};
+use crate::cli::px4::{self, BuildFolder, Patience};
 use crate::config::Mission;
 use crate::link::FlightRecord;
 use crate::params::ParameterFile;
+use crate::report::FlownBy;
 use crate::sim::Sample;
 use crate::trajectory::Trajectory;
 
@@ -76,6 +77,34 @@ impl Pilot {
         }
     }
 
+    /// The name in results.
+    pub fn name(&self, state: &StateArgs) -> &'static str {
+        match self {
+            Self::Reference(_) if state.estimator == EstimatorChoice::Ekf => "reference_ekf",
+            Self::Reference(_) => "reference",
+            Self::Px4(..) => "px4",
+            Self::Px4Model(_) => "px4-model",
+        }
+    }
+
+    /// Looks whether the mission can be flown, before anything is started: what is wrong is wrong for every flight. Gives what is to
+    /// say of the parameters.
+    ///
+    /// # Errors
+    /// [`Failure::BadInput`] when PX4 does not suit the mission, its vehicle or its gains.
+    pub fn check(&self, mission: &Mission, trajectory: &Trajectory) -> Result<Vec<String>, Failure> {
+        match self {
+            Self::Reference(_) => Ok(Vec::new()),
+            Self::Px4(build, parameters) => {
+                let (_, preparation) = px4::flight::prepare(build, mission, trajectory, parameters.as_ref())?;
+                Ok(preparation.upload.remarks)
+            }
+            Self::Px4Model(parameters) => {
+                Ok(px4::model::parameters_for(mission, trajectory, parameters.as_ref())?.1)
+            }
+        }
+    }
+
     /// Flies the mission.
     ///
     /// # Errors
@@ -92,7 +121,9 @@ impl Pilot {
             Self::Reference(choice) => {
                 let DropArgs { state, net, link, speed, .. } = args;
                 let wires = Wires { choice, state, net, link, speed: *speed, stop: None };
-                flight::fly(&wires, mission, trajectory, folder, narrator)
+                let flown = flight::fly(&wires, mission, trajectory, folder, narrator)?;
+                // Verdict and events tell all that there is.
+                Ok(Flown { trouble: None, ..flown })
             }
             Self::Px4(build, parameters) => {
                 let drop = Px4Drop {
@@ -102,6 +133,7 @@ impl Pilot {
                     speed: speed_of(args.speed),
                     parameters: parameters.as_ref(),
                     feed_forward: args.feed_forward,
+                    patience: Patience { limit: args.patience.limit(), answers: args.cases },
                 };
                 px4::fly(&drop, mission, trajectory, folder, narrator)
             }
@@ -121,6 +153,8 @@ pub struct Flown {
     pub record: FlightRecord,
     /// Simulated seconds per second.
     pub real_time_factor: f64,
+    /// Who flew.
+    pub by: FlownBy,
     /// Why the autopilot did not fly to the end, if it left or refused.
     pub trouble: Option<String>,
 }

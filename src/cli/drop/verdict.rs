@@ -12,10 +12,11 @@ use crate::sim::Sample;
 /// A log whose last row is closer to the mission's end than this [s] is complete.
 const STEP_AT_MOST_S: f64 = 0.02;
 
-/// The verdict of a flight log; `None` when the vehicle was never released.
-pub fn judge(mission: &Mission, log: &[Sample]) -> Option<Verdict> {
-    let mut verdict =
-        VerdictBuilder::new(mission.limits, mission.target_v_ned).steady_within(mission.steady_within_m_s);
+/// The verdict of a flight log along a plan that ends at `plan_end_s` [s]; `None` when the vehicle was never released.
+pub fn judge(mission: &Mission, log: &[Sample], plan_end_s: f64) -> Option<Verdict> {
+    let mut verdict = VerdictBuilder::new(mission.limits, mission.target_v_ned)
+        .steady_within(mission.steady_within_m_s)
+        .to_plans_end(plan_end_s);
     if let Some(ground) = mission.ground {
         verdict = verdict.judging_impacts(ground.impact_limit_m_s);
     }

@@ -1,18 +1,21 @@
-//! PX4 and its simulator on one processor.
+//! Where PX4 and its simulator run.
 //!
-//! In lockstep one of the two always waits for the other: a second processor gains nothing, and to wake a sleeping one costs more than
-//! a step's work. So both run on one, by default on another for each instance.
+//! PX4's threads hand over to each other many times in a step, and to wake a sleeping processor costs more than they gain: all of PX4 runs
+//! fastest on one. The simulator runs best on another: what it need not do before it answers, it does while PX4 is at work. Where each
+//! processor has a PX4 of its own there is no other, and both share one.
 
 use super::Px4Error;
 
 /// Which.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cpu {
-    /// One of those that this process may use, by the instance.
-    Auto,
+    /// PX4 on one of those that this process may use, by the instance, and the simulator on the others.
+    Apart,
+    /// Both on one of them, by the instance.
+    Together,
     /// Wherever the system puts it.
     Any,
-    /// This one.
+    /// Both on this one.
     Number(usize),
 }
 
@@ -21,6 +24,9 @@ pub enum Cpu {
 pub struct Pinned {
     #[cfg(target_os = "linux")]
     before: Option<rustix::thread::CpuSet>,
+    /// Where the thread goes when all has been started.
+    #[cfg(target_os = "linux")]
+    aside: Option<rustix::thread::CpuSet>,
 }
 
 #[cfg(target_os = "linux")]
@@ -39,24 +45,40 @@ mod linux {
         /// [`Px4Error::Cpu`] when there is no such processor for us.
         pub fn pin(cpu: Cpu, instance: u16) -> Result<Self, Px4Error> {
             let had = match cpu {
-                Cpu::Any => return Ok(Self { before: None }),
-                Cpu::Auto | Cpu::Number(_) => sched_getaffinity(None).map_err(of_the_system)?,
+                Cpu::Any => return Ok(Self { before: None, aside: None }),
+                _ => sched_getaffinity(None).map_err(of_the_system)?,
             };
             let allowed: Vec<usize> = (0..CpuSet::MAX_CPU).filter(|n| had.is_set(*n)).collect();
             let chosen = match cpu {
                 // From the last one on: the first has the system's interrupts.
-                Cpu::Auto => allowed.iter().rev().cycle().nth(usize::from(instance)).copied(),
+                Cpu::Apart | Cpu::Together => {
+                    allowed.iter().rev().cycle().nth(usize::from(instance)).copied()
+                }
                 Cpu::Number(n) => Some(n),
                 Cpu::Any => None,
             };
-            let Some(chosen) = chosen else { return Ok(Self { before: None }) };
+            let Some(chosen) = chosen else { return Ok(Self { before: None, aside: None }) };
             if !allowed.contains(&chosen) {
                 return Err(Px4Error::Cpu { wanted: chosen, had: list(&allowed) });
             }
             let mut one = CpuSet::new();
             one.set(chosen);
             sched_setaffinity(None, &one).map_err(of_the_system)?;
-            Ok(Self { before: Some(had) })
+            let mut others = had;
+            others.unset(chosen);
+            let aside = (cpu == Cpu::Apart && others.count() > 0).then_some(others);
+            Ok(Self { before: Some(had), aside })
+        }
+
+        /// All has been started: with [`Cpu::Apart`] the thread leaves the processor to it.
+        ///
+        /// # Errors
+        /// [`Px4Error::Io`] when the system will not have it.
+        pub fn step_aside(&self) -> Result<(), Px4Error> {
+            match &self.aside {
+                Some(others) => sched_setaffinity(None, others).map_err(of_the_system),
+                None => Ok(()),
+            }
         }
     }
 
@@ -95,11 +117,19 @@ impl Pinned {
     /// [`Px4Error::Cpu`] when one is asked for.
     pub fn pin(cpu: Cpu, _: u16) -> Result<Self, Px4Error> {
         match cpu {
-            Cpu::Auto | Cpu::Any => Ok(Self {}),
+            Cpu::Apart | Cpu::Together | Cpu::Any => Ok(Self {}),
             Cpu::Number(wanted) => {
                 Err(Px4Error::Cpu { wanted, had: "auto or any (a number under Linux only)".to_owned() })
             }
         }
+    }
+
+    /// Nothing.
+    ///
+    /// # Errors
+    /// None.
+    pub fn step_aside(&self) -> Result<(), Px4Error> {
+        Ok(())
     }
 }
 
@@ -119,8 +149,10 @@ mod tests {
     #[test]
     fn what_is_started_meanwhile_has_one_processor_and_afterwards_all() {
         let before = of_a_child();
-        let pinned = Pinned::pin(Cpu::Auto, 0).unwrap();
+        let pinned = Pinned::pin(Cpu::Together, 0).unwrap();
         let one: usize = of_a_child().parse().unwrap();
+        pinned.step_aside().unwrap();
+        assert_eq!(of_a_child(), one.to_string());
         drop(pinned);
         assert_eq!(of_a_child(), before);
         let pinned = Pinned::pin(Cpu::Number(one), 5).unwrap();
@@ -133,12 +165,22 @@ mod tests {
     #[test]
     fn neighbours_have_different_ones_where_there_are_two() {
         let of = |instance| {
-            let _pinned = Pinned::pin(Cpu::Auto, instance).unwrap();
+            let _pinned = Pinned::pin(Cpu::Together, instance).unwrap();
             of_a_child()
         };
         let available = std::thread::available_parallelism().unwrap().get();
         assert!(available < 2 || of(0) != of(1));
         assert_eq!(of(0), of(u16::try_from(available).unwrap()));
+    }
+
+    #[test]
+    fn the_simulator_leaves_px4_alone_where_there_is_another() {
+        let available = std::thread::available_parallelism().unwrap().get();
+        let pinned = Pinned::pin(Cpu::Apart, 0).unwrap();
+        let px4s = of_a_child();
+        assert!(px4s.parse::<usize>().is_ok(), "{px4s}");
+        pinned.step_aside().unwrap();
+        assert_eq!(of_a_child() == px4s, available == 1);
     }
 
     #[test]

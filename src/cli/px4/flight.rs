@@ -5,8 +5,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::cpu::{Cpu, Pinned};
+use super::guest::{Patience, Watched};
 use super::process::Px4Process;
-use super::{BuildFolder, Px4Error, upload};
+use super::upload::{Preparation, preparation};
+use super::{BuildFolder, Px4Error};
 use crate::cli::clock::Stopwatch;
 use crate::cli::drop::Flown;
 use crate::cli::narrative::Narrator;
@@ -15,9 +17,11 @@ use crate::cli::outcome::{BadInput, Failure};
 use crate::cli::output::OutputFolder;
 use crate::cli::sessions;
 use crate::config::{Mission, Px4Clock};
+use crate::control::px4::facts::ALIGNS_G0;
 use crate::link::shell::{Ports, Speed, run_hosted_drop, system_of_instance};
-use crate::link::streamer::Clock;
+use crate::link::streamer::{Clock, Procedure};
 use crate::params::ParameterFile;
+use crate::report::FlownBy;
 use crate::trajectory::Trajectory;
 use crate::units::STANDARD_GRAVITY_M_S2;
 
@@ -25,8 +29,6 @@ use crate::units::STANDARD_GRAVITY_M_S2;
 const WORK: &str = "px4";
 /// PX4's log, beside the other files of the flight.
 pub const LOG: &str = "flight.ulg";
-/// Gravity under which its estimator aligns, in g0.
-const ALIGNS_G0: std::ops::RangeInclusive<f64> = 0.8..=1.2;
 
 /// A drop to be flown by PX4.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +45,8 @@ pub struct Px4Drop<'a> {
     pub parameters: Option<&'a ParameterFile>,
     /// Whether the plan's acceleration is sent with its velocity.
     pub feed_forward: bool,
+    /// How long it may keep us waiting.
+    pub patience: Patience,
 }
 
 /// Flies it, to the end or until PX4 is gone or refuses; both are told.
@@ -56,9 +60,9 @@ pub fn fly(
     folder: &OutputFolder,
     narrator: &Narrator,
 ) -> Result<Flown, Failure> {
-    suits(mission).bad_input()?;
-    let mixer = drop.build.mixer(&mission.vehicle_name, &mission.vehicle).bad_input()?;
-    let procedure = upload::procedure(mission, trajectory, drop.parameters, mixer.is_some())?;
+    let (mixer, preparation) = prepare(drop.build, mission, trajectory, drop.parameters)?;
+    let Preparation { circumstances, upload, .. } = preparation;
+    let procedure = Procedure { circumstances, upload: upload.parameters };
     let ports = Ports::of_instance(drop.instance).bad_input()?;
     let system = system_of_instance(drop.instance).bad_input()?;
     let froude = sessions::froude(mission);
@@ -78,13 +82,14 @@ pub fn fly(
     let watch = Stopwatch::start();
     // What the thread starts runs where the thread does.
     let pinned = Pinned::pin(drop.cpu, drop.instance).bad_input()?;
-    let start = || -> Result<Px4Process, anyhow::Error> {
+    let start = || -> Result<Watched, anyhow::Error> {
         let px4 = Px4Process::start(drop.build, drop.instance, mixer, &folder.path().join(WORK))?;
+        pinned.step_aside()?;
         // A terminal that is gone is no reason not to fly.
         _ = narrator.say(&format!("PX4 started in {}\n", px4.work().display()));
-        Ok(px4)
+        Ok(Watched::new(px4, drop.patience, ports.simulator))
     };
-    let (flown, mut px4) =
+    let (flown, Watched { mut px4, .. }) =
         block_on(|stop| run_hosted_drop(sessions, &ports, drop.speed, start, &mut reporter, stop))?
             .bad_input()?;
     let wall_ms = watch.ms();
@@ -92,11 +97,13 @@ pub fn fly(
     std::mem::drop(pinned);
     reporter.finish()?;
     if let Some(gone) = &flown.gone {
-        narrator.say(&format!("{gone}\n"))?;
+        narrator.warn(&format!("{gone}\n"))?;
+    } else if let Some(failure) = flown.streamer.failure() {
+        narrator.aside(&format!("gave up: {failure}\n"));
     }
     if flown.unfenced > 0 {
         let n = flown.unfenced;
-        narrator.say(&format!(
+        narrator.warn(&format!(
             "{n} times PX4 did not answer a TIMESYNC within 1 s: setpoints may have been late\n"
         ))?;
     }
@@ -104,6 +111,7 @@ pub fn fly(
     let simulated_s = flown.simulator.sim().time_s();
     let record = flown.simulator.record().clone();
     Ok(Flown {
+        by: FlownBy { name: "px4", version: flown.streamer.vehicle_version().map(|v| v.to_string()) },
         trouble: flown.gone.or_else(|| flown.streamer.failure().map(str::to_owned)),
         log: flown.simulator.into_log(),
         record,
@@ -111,8 +119,36 @@ pub fn fly(
     })
 }
 
+/// What PX4 needs for the flight, without starting it: its mixer, and what it is given.
+///
+/// # Errors
+/// [`Failure::BadInput`] when PX4 does not suit the mission, its vehicle or its gains.
+pub fn prepare(
+    build: &BuildFolder,
+    mission: &Mission,
+    trajectory: &Trajectory,
+    parameters: Option<&ParameterFile>,
+) -> Result<(Option<&'static str>, Preparation), Failure> {
+    suits(mission).bad_input()?;
+    let mixer = build.mixer(&mission.vehicle_name, &mission.vehicle).bad_input()?;
+    Ok((mixer, preparation(mission, trajectory, parameters, mixer.is_some())?))
+}
+
+/// Whether PX4 of that number can be started, and its simulator have its ports, now.
+///
+/// # Errors
+/// [`Failure::BadInput`] with who or what is in the way.
+pub fn look(instance: u16) -> Result<(), Failure> {
+    #[cfg(unix)]
+    super::lock::look(instance).bad_input()?;
+    Ports::of_instance(instance).and_then(|ports| ports.look()).bad_input()
+}
+
 /// Whether PX4 can fly there at all.
-fn suits(mission: &Mission) -> Result<(), Px4Error> {
+///
+/// # Errors
+/// [`Px4Error`] with what PX4 cannot do with, and what to do.
+pub fn suits(mission: &Mission) -> Result<(), Px4Error> {
     let gravity_m_s2 = mission.environment.gravity_m_s2;
     let scaled = mission.px4_clock == Px4Clock::Froude;
     if !scaled && !ALIGNS_G0.contains(&(gravity_m_s2 / STANDARD_GRAVITY_M_S2)) {

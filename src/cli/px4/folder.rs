@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::Px4Error;
+use crate::control::px4::is_quad_x;
 use crate::model::Vehicle;
 
 /// What must be in it.
@@ -78,22 +79,14 @@ impl BuildFolder {
         if !self.etc().join(format!("mixers/{QUAD_X}.main.mix")).is_file() {
             return Ok(None);
         }
-        if is_quad_x(vehicle) {
-            Ok(Some(QUAD_X))
-        } else {
-            Err(Px4Error::Rotors { vehicle: name.to_owned(), mixer: QUAD_X })
-        }
+        is_quad_x(vehicle).map_err(|why| Px4Error::Rotors { vehicle: name.to_owned(), why })?;
+        Ok(Some(QUAD_X))
     }
-}
 
-/// Four rotors in PX4's order.
-fn is_quad_x(vehicle: &Vehicle) -> bool {
-    let signs = [(1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)];
-    vehicle.rotors.len() == signs.len()
-        && vehicle.rotors.iter().zip(signs).all(|(rotor, (x, y))| {
-            let at = rotor.position_body_m;
-            at.x * x > 0.0 && at.y * y > 0.0
-        })
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
 }
 
 #[cfg(test)]
@@ -101,6 +94,7 @@ fn is_quad_x(vehicle: &Vehicle) -> bool {
 mod tests {
     use super::*;
     use crate::config::load_mission;
+    use crate::model::Spin;
 
     /// A build folder with these files, all empty.
     fn build(files: &[&str]) -> tempfile::TempDir {
@@ -137,12 +131,17 @@ mod tests {
     #[test]
     fn the_model_and_the_mixer_are_those_of_the_release() {
         let common = ["bin/px4", "etc/init.d-posix/rcS", "etc/init.d-posix/airframes/3010_quadrotor_x"];
-        let vehicle = load_mission(Path::new("mission/x500_drop.json")).unwrap().vehicle;
+        let vehicle = load_mission(Path::new("mission/x500_drop.json")).unwrap().vehicle.as_ref().clone();
         let old = build(
             &[&common[..], &["etc/init.d-posix/airframes/10016_iris", "etc/mixers/quad_x.main.mix"]].concat(),
         );
         let folder = BuildFolder::open(old.path()).unwrap();
         assert_eq!((folder.model().unwrap(), folder.mixer("x", &vehicle).unwrap()), ("iris", Some("quad_x")));
+        let mut turned = vehicle.clone();
+        turned.rotors[2].spin = Spin::Ccw;
+        let error = folder.mixer("x", &turned).unwrap_err();
+        let why = std::error::Error::source(&error).unwrap().to_string();
+        assert_eq!(why, "rotor 3 must be front left and turn clockwise in PX4's quadrotor in X");
         let new = build(&[&common[..], &["etc/init.d-posix/airframes/10016_none_iris"]].concat());
         let folder = BuildFolder::open(new.path()).unwrap();
         assert_eq!((folder.model().unwrap(), folder.mixer("x", &vehicle).unwrap()), ("none_iris", None));

@@ -3,10 +3,12 @@
 //! | file | holds |
 //! |---|---|
 //! | [`folder`] | a build folder of PX4: what is in it, which model and mixer suit a vehicle |
+//! | `work` | its working directory: made anew, of our own making only |
 //! | [`process`] | the process: started in a working directory of its own, watched, stopped with all its children |
 //! | `keeper` | the process group, which ends with us, whatever ends us |
 //! | `lock` | whether an instance is running already, and what holds it |
 //! | [`cpu`] | PX4 and simulator on one processor |
+//! | `guest` | it as the simulator watches it: gone, or silent for too long |
 //! | [`upload`] | the parameters that it is given |
 //! | [`flight`] | a drop: simulator and streamer here, PX4 there |
 //! | [`model`] | the same drop by the model of PX4's control law, without PX4 |
@@ -14,6 +16,7 @@
 pub mod cpu;
 pub mod flight;
 pub mod folder;
+mod guest;
 #[cfg(unix)]
 mod keeper;
 #[cfg(unix)]
@@ -22,13 +25,18 @@ pub mod model;
 #[cfg_attr(not(unix), path = "process_elsewhere.rs")]
 pub mod process;
 pub mod upload;
+#[cfg(unix)]
+mod work;
 
 use std::io;
 use std::path::PathBuf;
 
 pub use cpu::Cpu;
-pub use flight::fly;
+pub use flight::{fly, look};
 pub use folder::BuildFolder;
+pub use guest::Patience;
+
+use crate::control::px4::NotQuadX;
 
 /// Why PX4 cannot fly.
 #[derive(Debug, thiserror::Error)]
@@ -56,14 +64,13 @@ pub enum Px4Error {
         found: String,
     },
     /// PX4 mixes for rotors that the vehicle has not got.
-    #[error(
-        "vehicle {vehicle}: this PX4 mixes by `{mixer}`, rotors front right, rear left, front left, rear right; the vehicle's are others"
-    )]
+    #[error("vehicle {vehicle}: this PX4 mixes by `quad_x`")]
     Rotors {
         /// The vehicle.
         vehicle: String,
-        /// The mixer.
-        mixer: &'static str,
+        /// Which rotor is another.
+        #[source]
+        why: NotQuadX,
     },
     /// The site's gravity is not PX4's.
     #[error(
@@ -80,6 +87,41 @@ pub enum Px4Error {
          sensors.barometer.noise_hpa (0.01)"
     )]
     Barometer,
+    /// What stands where PX4's working directory would be made anew is not ours.
+    #[error(
+        "{}: PX4's working directory is made anew there for each flight, and what stands there is not one that samara made (no \
+         {marker} in it): move it away, or choose another --out",
+        work.display()
+    )]
+    NotOurs {
+        /// The folder.
+        work: PathBuf,
+        /// What would be in it.
+        marker: &'static str,
+    },
+    /// The working directory would be in PX4's build folder, or the build folder in it.
+    #[error(
+        "{}: PX4's working directory is made anew there for each flight, and it lies in PX4's build folder {} or holds it: choose \
+         another --out",
+        work.display(),
+        build.display()
+    )]
+    InTheBuild {
+        /// The working directory.
+        work: PathBuf,
+        /// The build folder.
+        build: PathBuf,
+    },
+    /// A folder that cannot stand in a PATH.
+    #[error(
+        "{}: PX4's start-up script is told the vehicle's mixer by way of its PATH, and a folder with a colon in its name cannot \
+         stand there: choose another --out",
+        work.display()
+    )]
+    Colon {
+        /// The working directory.
+        work: PathBuf,
+    },
     /// Another PX4 has the number, or what is left of one.
     #[error(
         "PX4 instance {instance} is running already: {} is held by {holders}. (A killed PX4 leaves its start-up script behind, which holds \

@@ -4,47 +4,41 @@ use std::ops::ControlFlow;
 
 use nalgebra::Vector3;
 
+use super::flight::suits;
+use super::upload::preparation;
 use crate::cli::clock::Stopwatch;
 use crate::cli::drop::Flown;
 use crate::cli::outcome::{BadInput, Failure};
 use crate::config::Mission;
+use crate::control::px4::facts::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
 use crate::control::px4::{Law, Parameters, is_quad_x};
 use crate::link::FlightRecord;
-use crate::params::{ParameterFile, Purpose, law_parameters};
-use crate::sim::px4_flight::{IMU_PERIOD_S, fly_px4};
+use crate::params::{ParameterFile, law_parameters};
+use crate::report::FlownBy;
+use crate::sim::px4_flight::fly_px4;
 use crate::sim::{FlightPlan, Reference};
 use crate::trajectory::Trajectory;
-use crate::tune::px4::bench::SETPOINT_PERIOD_S;
-use crate::units::STANDARD_GRAVITY_M_S2;
 
-/// Gravity differs from PX4's when it does so by more than this, relatively.
-const SAME_GRAVITY: f64 = 1e-3;
-
-/// How PX4 flies at the mission's site: as it is, or by Froude scaling; and Froude's k.
-pub fn purpose_at(mission: &Mission) -> (Purpose, f64) {
-    let k2 = STANDARD_GRAVITY_M_S2 / mission.environment.gravity_m_s2;
-    if (k2 - 1.0).abs() < SAME_GRAVITY { (Purpose::Px4, 1.0) } else { (Purpose::Px4Froude, k2.sqrt()) }
-}
-
-/// What PX4 is set to for the mission: by a file that is for it, or by the mission's gains in its terms.
+/// What PX4 is set to for the mission, by a file or by the mission's gains in its terms, and what is to say of that.
 ///
 /// # Errors
-/// [`Failure::BadInput`] when the vehicle is no quadrotor in X, the file is for something else or the gains have no place in PX4.
-pub fn parameters_for(mission: &Mission, given: Option<&ParameterFile>) -> Result<Parameters, Failure> {
+/// [`Failure::BadInput`] when PX4 cannot fly the mission, its vehicle is no quadrotor in X, or the gains have no place in PX4.
+pub fn parameters_for(
+    mission: &Mission,
+    trajectory: &Trajectory,
+    given: Option<&ParameterFile>,
+) -> Result<(Parameters, Vec<String>), Failure> {
+    suits(mission).bad_input()?;
     is_quad_x(&mission.vehicle).bad_input()?;
-    let (purpose, _) = purpose_at(mission);
-    if let Some(other) = given.and_then(ParameterFile::purpose).filter(|p| *p != purpose)
-        && purpose == Purpose::Px4Froude
-    {
-        let g = mission.environment.gravity_m_s2;
-        return Err(anyhow::anyhow!(
-            "--params: the file is for {}; under {g} m/s^2 one for {} is expected",
-            other.name(),
-            purpose.name()
-        ))
-        .bad_input();
+    let mut law = law_parameters(&mission.parameter_subject(), mission.px4_purpose(), given).bad_input()?;
+    let upload = preparation(mission, trajectory, given, true)?.upload;
+    // Where PX4 would not get the file's value the model has not got it either.
+    let own = given.into_iter().flat_map(ParameterFile::entries);
+    for (name, value) in own.filter_map(|(_, name, _)| Some((name, upload.parameters.get(name)?))) {
+        // What the law does not read it is not told.
+        let _ = law.set(name, value.as_f64());
     }
-    law_parameters(&mission.parameter_subject(), purpose, given).bad_input()
+    Ok((law, upload.remarks))
 }
 
 /// Flies the mission by the model, the release at the end of the hang.
@@ -57,8 +51,9 @@ pub fn fly(
     given: Option<&ParameterFile>,
     feed_forward: bool,
 ) -> Result<Flown, Failure> {
-    let parameters = parameters_for(mission, given)?;
-    let (_, similarity) = purpose_at(mission);
+    let (parameters, _) = parameters_for(mission, trajectory, given)?;
+    // k of Froude's scaling: PX4's clock is slower than the site's by it.
+    let similarity = mission.px4_purpose().factors(mission.environment.gravity_m_s2).velocity;
     let mut sim = mission.simulation();
     sim.schedule_release(mission.hang_s);
     let then_v_ned = Some(mission.target_v_ned);
@@ -77,5 +72,6 @@ pub fn fly(
         ControlFlow::Continue(())
     });
     let real_time_factor = 1e3 * mission.duration_s / watch.ms();
-    Ok(Flown { log, record: FlightRecord::default(), real_time_factor, trouble: None })
+    let by = FlownBy { name: "px4-model", version: None };
+    Ok(Flown { log, record: FlightRecord::default(), real_time_factor, by, trouble: None })
 }

@@ -4,7 +4,6 @@
 //! own, since its start-up script has children. All of the group ends with the value that stands for it, and with this process,
 //! however these end.
 
-use std::ffi::OsString;
 use std::fs::{self, File};
 use std::os::unix::process::ExitStatusExt as _;
 use std::path::{Path, PathBuf};
@@ -12,14 +11,11 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::Duration;
 
 use super::keeper::Keeper;
-use super::{BuildFolder, Px4Error, lock};
+use super::{BuildFolder, Px4Error, lock, work};
 use crate::cli::clock::{Stopwatch, pause};
-use crate::link::shell::Guest;
 
 /// What it says, in its working directory.
 pub const CONSOLE: &str = "console.log";
-/// A folder in the working directory that stands first in its PATH: its start-up script takes `px4-rc.params` from there.
-const HOOKS: &str = "hooks";
 /// Variables that would change a run; what is wanted is set.
 const FOREIGN: [&str; 9] = [
     "PX4_ESTIMATOR",
@@ -36,7 +32,7 @@ const FOREIGN: [&str; 9] = [
 const FAREWELL: Duration = Duration::from_secs(3);
 /// How often its end is looked for.
 const LOOK: Duration = Duration::from_millis(10);
-/// Lines of its console that are shown when it has ended by itself.
+/// Lines of its console that are shown when it has ended by itself or does not answer.
 const LAST_WORDS: usize = 5;
 
 /// A running PX4.
@@ -61,9 +57,7 @@ impl Px4Process {
     ) -> Result<Self, Px4Error> {
         let model = build.model()?;
         lock::look(instance)?;
-        prepare(work, mixer)
-            .map_err(Px4Error::io(format!("cannot make PX4's working directory {}", work.display())))?;
-        let work = fs::canonicalize(work).map_err(Px4Error::io(format!("{}", work.display())))?;
+        let work = work::make(work, build.path(), mixer)?;
         let console = |()| {
             #[expect(clippy::disallowed_methods, reason = "the child's console")]
             let file = File::create(work.join(CONSOLE))?;
@@ -74,19 +68,21 @@ impl Px4Process {
         FOREIGN.iter().for_each(|name| _ = command.env_remove(name));
         let keeper = Keeper::start()?;
         keeper.adopt(&mut command);
-        let child = command
+        command
             .args(["-i", &instance.to_string(), "-d"])
             .arg(build.etc())
             .args(["-s", "etc/init.d-posix/rcS", "-w"])
             .arg(&work)
             .current_dir(&work)
             .env("PX4_SIM_MODEL", model)
-            .env("PATH", path_with(&work.join(HOOKS)))
             .stdin(Stdio::null())
             .stdout(out)
-            .stderr(err)
-            .spawn()
-            .map_err(Px4Error::io(format!("cannot start {}", build.program().display())))?;
+            .stderr(err);
+        if let Some(path) = work::path_with_hooks(&work) {
+            command.env("PATH", path);
+        }
+        let child =
+            command.spawn().map_err(Px4Error::io(format!("cannot start {}", build.program().display())))?;
         Ok(Self { child, keeper, work, ended: None })
     }
 
@@ -120,17 +116,21 @@ impl Px4Process {
         self.ended.is_none()
     }
 
-    fn last_words(&self) -> String {
+    /// The end of what it has said, and where that is kept.
+    pub fn last_words(&self) -> String {
         #[expect(clippy::disallowed_methods, reason = "the child's console")]
         let text = fs::read(self.work.join(CONSOLE)).unwrap_or_default();
         let text = String::from_utf8_lossy(&text).into_owned();
         let lines: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
-        lines[lines.len().saturating_sub(LAST_WORDS)..].join("\n  ")
+        let console = self.work.join(CONSOLE);
+        match lines[lines.len().saturating_sub(LAST_WORDS)..].join("\n  ") {
+            words if words.is_empty() => format!("{} is empty", console.display()),
+            words => format!("the end of {}:\n  {words}", console.display()),
+        }
     }
-}
 
-impl Guest for Px4Process {
-    fn gone(&mut self) -> Option<String> {
+    /// How it has ended, if it has.
+    pub fn ended(&mut self) -> Option<String> {
         if self.has_not_ended() {
             return None;
         }
@@ -142,8 +142,7 @@ impl Guest for Px4Process {
             },
             None => "unknown how".to_owned(),
         };
-        let console = self.work.join(CONSOLE);
-        Some(format!("PX4 has ended ({how}); the end of {}:\n  {}", console.display(), self.last_words()))
+        Some(format!("PX4 has ended ({how}); {}", self.last_words()))
     }
 }
 
@@ -151,24 +150,4 @@ impl Drop for Px4Process {
     fn drop(&mut self) {
         self.stop();
     }
-}
-
-/// An empty working directory with the hooks in it.
-fn prepare(work: &Path, mixer: Option<&str>) -> std::io::Result<()> {
-    match fs::remove_dir_all(work) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(e),
-        _ => fs::create_dir_all(work.join(HOOKS))?,
-    }
-    let Some(mixer) = mixer else { return Ok(()) };
-    let text =
-        format!("#!/bin/sh\n# Read by PX4's start-up script: the mixer of the vehicle.\nset MIXER {mixer}\n");
-    #[expect(clippy::disallowed_methods, reason = "a file for the child")]
-    fs::write(work.join(HOOKS).join("px4-rc.params"), text)
-}
-
-fn path_with(first: &Path) -> OsString {
-    let rest = std::env::var_os("PATH").unwrap_or_default();
-    let all = std::iter::once(first.to_owned()).chain(std::env::split_paths(&rest));
-    // Only a folder with a colon in its name cannot be in a PATH; then the rest must do.
-    std::env::join_paths(all).unwrap_or(rest)
 }

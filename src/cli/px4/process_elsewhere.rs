@@ -4,7 +4,6 @@ use std::convert::Infallible;
 use std::path::Path;
 
 use super::{BuildFolder, Px4Error};
-use crate::link::shell::Guest;
 
 /// Never there.
 #[derive(Debug)]
@@ -28,10 +27,14 @@ impl Px4Process {
     pub fn stop(&mut self) {
         match self.0 {}
     }
-}
 
-impl Guest for Px4Process {
-    fn gone(&mut self) -> Option<String> {
+    /// The end of what it has said.
+    pub fn last_words(&self) -> String {
+        match self.0 {}
+    }
+
+    /// How it has ended.
+    pub fn ended(&mut self) -> Option<String> {
         match self.0 {}
     }
 }

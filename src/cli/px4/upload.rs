@@ -1,15 +1,10 @@
-//! The parameters that PX4 is given before a drop.
-//!
-//! What the drop needs ([`crate::params::procedure`]), the vehicle's own (hover thrust, thrust curve) and the gains: the mission's in
-//! PX4's terms, or those of a file, whose word counts where both have one.
-
-use std::collections::BTreeMap;
+//! The parameters that PX4 is given before a drop: what the drop needs, the vehicle's own (hover thrust, thrust curve) and the gains,
+//! the mission's in PX4's terms or those of a file.
 
 use crate::cli::outcome::{BadInput, Failure};
 use crate::config::Mission;
-use crate::link::streamer::Procedure;
-use crate::params::procedure::{Circumstances, wanted};
-use crate::params::{Mixing, ParameterFile, Value, export_for_mixing, file::AUTOPILOT_COMPONENT};
+use crate::params::procedure::Circumstances;
+use crate::params::{Export, Mixing, ParameterFile, Upload, export_for_mixing};
 use crate::trajectory::Trajectory;
 
 /// The vehicle's own; the rest of an export are gains, limits, and the rotors for a PX4 that allocates by them.
@@ -17,36 +12,52 @@ const OF_THE_VEHICLE: [&str; 2] = ["MPC_THR_HOVER", "THR_MDL_FAC"];
 /// Parameters of the rotors.
 const OF_THE_ROTORS: &str = "CA_";
 
-/// What PX4 is given and judged by. `mixer`: whether it mixes by a file, and not by CA_*.
+/// What PX4 is given and judged by, and the mission's export that it was made of.
+#[derive(Clone, Debug)]
+pub struct Preparation {
+    /// What it depends on.
+    pub circumstances: Circumstances,
+    /// What is given.
+    pub upload: Upload,
+    /// Gains, limits and vehicle of the mission.
+    pub export: Export,
+}
+
+/// Prepares a PX4 for the flight. `mixer`: whether it mixes by a file, and not by CA_*.
 ///
 /// # Errors
 /// [`Failure::BadInput`] when the gains cannot be put in PX4's terms.
-pub fn procedure(
+pub fn preparation(
     mission: &Mission,
     trajectory: &Trajectory,
     given: Option<&ParameterFile>,
     mixer: bool,
-) -> Result<Procedure, Failure> {
+) -> Result<Preparation, Failure> {
     let mixing = if mixer { Mixing::QuadX } else { Mixing::Allocated };
     let subject = mission.parameter_subject();
-    let exported = export_for_mixing(&subject, mission.px4_purpose(), mixing).bad_input()?.parameters;
+    let export = export_for_mixing(&subject, mission.px4_purpose(), mixing).bad_input()?;
     let circumstances = Circumstances {
-        hover_thrust: exported.get("MPC_THR_HOVER").map(|v| v.as_f64()),
+        hover_thrust: export.parameters.get("MPC_THR_HOVER").map(|v| v.as_f64()),
         ..circumstances(mission, trajectory)
     };
-    let of_the_drop = wanted(&circumstances).map(|(name, value)| (name.to_owned(), value));
-    let mut upload: BTreeMap<String, Value> = of_the_drop.collect();
-    let counts =
-        |name: &str| given.is_none() || OF_THE_VEHICLE.contains(&name) || name.starts_with(OF_THE_ROTORS);
-    upload.extend(exported.into_iter().filter(|(name, _)| counts(name)));
-    if let Some(given) = given {
-        let own = given.entries().filter(|(component, ..)| *component == AUTOPILOT_COMPONENT);
-        upload.extend(own.map(|(_, name, entry)| (name.to_owned(), entry.value)));
-    }
+    let is_rotors = |name: &str| name.starts_with(OF_THE_ROTORS);
+    let counts = |name: &str| given.is_none() || OF_THE_VEHICLE.contains(&name) || is_rotors(name);
+    let of_the_mission = export.parameters.iter().filter(|(name, _)| counts(name));
+    let of_the_mission = of_the_mission.map(|(name, value)| (name.clone(), *value));
+    let mut upload = Upload::new(&circumstances, of_the_mission, given);
     if mixer {
-        upload.retain(|name, _| !name.starts_with(OF_THE_ROTORS));
+        upload.parameters.retain(|name, _| !is_rotors(name));
     }
-    Ok(Procedure { circumstances, upload })
+    Ok(Preparation { circumstances, upload, export })
+}
+
+/// All that PX4 is given, as a file's content.
+///
+/// # Errors
+/// As [`preparation`].
+pub fn whole(mission: &Mission, trajectory: &Trajectory, mixer: bool) -> Result<Export, Failure> {
+    let Preparation { upload, export, .. } = preparation(mission, trajectory, None, mixer)?;
+    Ok(export.with(upload.parameters))
 }
 
 /// What the setpoints will demand, in PX4's units.

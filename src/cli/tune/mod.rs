@@ -16,6 +16,7 @@ use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print, tell};
 use super::plan::plan_mission;
 use super::pool::pool;
+use crate::assess::tracking::control_period_s;
 use crate::config::{Mission, load_mission};
 use crate::plan::Status;
 use crate::report::tune::{TuneRun, records, terminal};
@@ -115,6 +116,7 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
         bounds: objective,
         gains: best,
         flights: bench.flights(),
+        control_period_s: control_period_s(plan),
         fresh_evaluations: course.fresh,
         stopped: course.stopped,
         wall_s: 1e-3 * watch.ms(),

@@ -15,17 +15,17 @@ use crate::cli::outcome::{Answer, BadInput, Failure};
 use crate::cli::output::{OutputFolder, print};
 use crate::cli::plan::plan_mission;
 use crate::cli::pool::pool;
-use crate::cli::px4::model::purpose_at;
+use crate::cli::px4::flight::suits;
 use crate::config::Mission;
 use crate::control::px4::is_quad_x;
 use crate::params::{ParameterFile, law_export, law_parameters};
 use crate::plan::Status;
 use crate::report::params::params_file;
-use crate::report::px4_gains::{Px4Gains, gains_json, gains_text};
+use crate::report::px4_gains::{PX4S_DEFAULTS, Px4Gains, gains_json, gains_text};
 use crate::trajectory::Trajectory;
 use crate::tune::objective::PENALTY;
 use crate::tune::px4::space::Candidate;
-use crate::tune::px4::{Measures, Px4Bench, Px4Search, Px4SearchSettings, Px4Setting};
+use crate::tune::px4::{Measures, Px4Bench, Px4Search, Px4SearchSettings, Px4Setting, drops};
 use crate::tune::release_cases::AMPLITUDES;
 
 /// Drops that a candidate is judged by.
@@ -36,6 +36,7 @@ const UNSEEN_FROM: u64 = 1_000_000;
 /// Tunes, tries on unseen drops, writes `gains.params` and `px4_gains.txt`.
 pub fn run(args: &TuneArgs, mission: &Mission) -> Result<Answer, Failure> {
     refuse_what_does_not_count(args)?;
+    suits(mission).bad_input()?;
     is_quad_x(&mission.vehicle).bad_input()?;
     let timed = plan_mission(mission, false)?;
     if timed.plan.status != Status::Converged {
@@ -47,7 +48,7 @@ pub fn run(args: &TuneArgs, mission: &Mission) -> Result<Answer, Failure> {
 }
 
 fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answer, Failure> {
-    let (purpose, _) = purpose_at(mission);
+    let purpose = mission.px4_purpose();
     // PX4 as it comes, told only of the vehicle; and with the mission's gains.
     let untouched = ParameterFile::default();
     let of = |given| law_parameters(&mission.parameter_subject(), purpose, given).bad_input();
@@ -55,6 +56,7 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
     let setting = Px4Setting {
         vehicle: mission.vehicle.clone(),
         environment: mission.environment.clone(),
+        similarity: purpose.factors(mission.environment.gravity_m_s2).velocity,
         safety: mission.limits,
         plan,
         target_v_ned: mission.target_v_ned,
@@ -65,24 +67,37 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
     };
     let releases = mission.releases();
     let wind_sigma_m_s = mission.monte_carlo.wind_sigma_m_s;
-    let bench = |trials| Px4Bench::new(&setting, &releases, wind_sigma_m_s, mission.seed, trials, &defaults);
+    let drops = |trials| drops(&setting, &releases, wind_sigma_m_s, mission.seed, trials);
+    let references = [(PX4S_DEFAULTS, &defaults), ("the mission's gains", &missions)];
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let mut search = Px4Search::new(&defaults, &missions, settings(args, mission));
-    let (seen, stop) = (bench(0..DROPS), interrupt::flag()?);
+    let (seen, stop) = (Px4Bench::new(drops(0..DROPS), &references), interrupt::flag()?);
     let judge =
         |search: &Px4Search, _: usize, candidate: &Candidate| Some(seen.cost(&search.parameters(candidate)));
-    let course = course::run(args, &folder, &identity(args, mission), &mut search, &stop, judge, progress)?;
+    let course = course::run(
+        args,
+        &folder,
+        &identity(args, mission),
+        &mut search,
+        &stop,
+        judge,
+        |search: &Px4Search| progress(search, seen.measured_by()),
+    )?;
     let Some((_, best)) = search.best().filter(|(cost, _)| cost.is_finite()) else {
         return nothing(args, &mission.name, no_gains(course.stopped));
     };
     let found = search.parameters(&best);
-    let unseen = bench(UNSEEN_FROM..UNSEEN_FROM + u64::from(args.unseen));
-    let tried: Vec<Measures> = unseen.drops().par_iter().map(|drop| drop.fly(&found)).collect();
+    let unseen = drops(UNSEEN_FROM..UNSEEN_FROM + u64::from(args.unseen));
+    let on_unseen = |parameters| {
+        let flown: Vec<Measures> = unseen.par_iter().map(|drop| drop.fly(parameters)).collect();
+        Measures::mean(&flown)
+    };
     let result = Px4Gains {
         name: args.name.clone(),
         purpose,
-        defaults: *unseen.reference(),
-        found: Measures::mean(&tried),
+        defaults: on_unseen(&defaults),
+        measured_by: seen.measured_by(),
+        found: on_unseen(&found),
         parameters: found,
         drops: DROPS,
         unseen: args.unseen,
@@ -130,12 +145,12 @@ fn identity(args: &TuneArgs, mission: &Mission) -> Vec<(&'static str, String)> {
 }
 
 /// Where the search is, for the progress bar.
-fn progress(search: &Px4Search) -> String {
+fn progress(search: &Px4Search, measured_by: &str) -> String {
     let (made, most) = search.iterations();
     let iteration = format!("iteration {} of at most {most}", made + 1);
-    search.best().map_or(iteration.clone(), |(cost, _)| {
-        format!("{iteration}, best cost {cost:.4} (1: PX4's defaults)")
-    })
+    search
+        .best()
+        .map_or(iteration.clone(), |(cost, _)| format!("{iteration}, best cost {cost:.4} (1: {measured_by})"))
 }
 
 fn write(

@@ -98,6 +98,16 @@ fn numbers_that_do_not_fit_each_other_are_refused() {
         "plan.x_ss.q_ned_from_body",
         "length 1",
     );
+    titan("\"name\": \"case_4\"", "\"name\": \"case_2\"").refused_at(
+        ("\"case_2\", \"v_ned_m_s\": [-0.10", 0),
+        "tuning.cases[4].name",
+        "expected a name of its own, `case_2` is that of tuning.cases[2]",
+    );
+    titan("\"trials\": 100", "\"trials\": 1").refused_at(
+        ("\"trials\": 1,", 10),
+        "monte_carlo.trials",
+        "expected a whole number from 2",
+    );
     let trigger = |altitude: &str| {
         titan(
             "\"trigger\": \"command\"",

@@ -54,7 +54,7 @@ proptest! {
     fn prop_a_trajectory_comes_back_to_the_last_bit(
         n_rotors in 1usize..=8, values in proptest::collection::vec(proptest::num::f64::NORMAL | proptest::num::f64::ZERO | proptest::num::f64::SUBNORMAL, 1..40)
     ) {
-        let values: Vec<f64> = values.iter().map(|x| if x.abs() <= 1e9 { *x } else { 1.0 / x }).collect();
+        let values: Vec<f64> = values.iter().map(|x| if x.abs() <= 1e3 { *x } else { 1.0 / x }).collect();
         let there = trajectory(n_rotors, &values);
         let back = read(&text(&there)).unwrap();
         prop_assert_eq!(back.n_rotors(), n_rotors);
@@ -102,6 +102,12 @@ fn spoilt_trajectories_are_refused_where_they_are_wrong() {
     );
     refused(&with("1.5e-20", "1e999"), (5, 9), "q1: expected a finite number, found `1e999`");
     refused(&with("1.5e-20", "1e300"), (5, 9), "q1: expected a number from -1e9 to 1e9, found `1e300`");
+    refused(&with("1.5e-20", "3"), (5, 9), "q1: expected a number from -2 to 2, found 3.0");
+    refused(
+        &with("0.0033333333333333335,1.5,1.5", "0.0033333333333333335,1.5,1e6"),
+        (5, 48),
+        "ve_m_s: expected a number from -1000 to 1000, found 1000000.0",
+    );
     refused(&with("1.5e-20", ""), (5, 9), "q1: expected a finite number, found ``");
     refused(
         &with("\n1.6216216216216217,", "\n0.5,"),

@@ -275,3 +275,19 @@ fn rotor_tables_that_are_no_grid_are_refused() {
         "expected 5 numbers separated by commas, found 1",
     );
 }
+
+/// R J/(K_t (K_e + K_esc)) of Titan is 6.9 ms; with a rotor of 0.001 kg m^2 it is 0.077 ms.
+#[test]
+fn rotors_that_are_too_fast_to_integrate_are_refused() {
+    titan("\"rotor_inertia_kg_m2\": 0.09", "\"rotor_inertia_kg_m2\": 0.001").refused_at(
+        ("0.001", 0),
+        "motor.esc_dc.rotor_inertia_kg_m2",
+        "R J/(K_t (K_e + K_esc)) = 7.66e-5 s",
+    );
+    assert!(titan("\"rotor_inertia_kg_m2\": 0.09", "\"rotor_inertia_kg_m2\": 0.02").loaded.is_ok());
+    x500("\"tau_up_s\": 0.0125", "\"tau_up_s\": 0.0004").refused_at(
+        ("0.0004", 0),
+        "motor.first_order.tau_up_s",
+        "expected a time from 0.0005 to 100 s",
+    );
+}

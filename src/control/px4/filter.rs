@@ -64,11 +64,6 @@ impl Derivative {
         self.before = Some(sample);
         self.slope
     }
-
-    /// The slope.
-    pub fn slope(&self) -> Vector3<f64> {
-        self.slope
-    }
 }
 
 #[cfg(test)]
@@ -97,9 +92,8 @@ mod tests {
     #[test]
     fn closed_form_the_slope_of_a_ramp() {
         let mut derivative = Derivative::default();
-        for i in 0..200 {
-            derivative.update(Vector3::z() * (3.0 * 0.01 * f64::from(i)), 5.0, 0.01);
-        }
-        assert!((derivative.slope() - Vector3::z() * 3.0).norm() < 1e-9);
+        let ramp = (0..200).map(|i| Vector3::z() * (3.0 * 0.01 * f64::from(i)));
+        let slope = ramp.map(|sample| derivative.update(sample, 5.0, 0.01)).last().unwrap();
+        assert!((slope - Vector3::z() * 3.0).norm() < 1e-9);
     }
 }

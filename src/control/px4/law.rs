@@ -3,7 +3,8 @@
 //! With each IMU sample (250 Hz) the work queue `rate_ctrl` filters the gyroscope, runs the rate loop on the rate setpoint of the
 //! sample before and sends the motors' commands. Meanwhile the estimator works on the same sample, and after it, on
 //! `nav_and_controllers`, the attitude loop (on the attitude setpoint of the sample before) and, every 10 ms, the velocity loop. So
-//! a velocity error reaches the attitude setpoint at once, the rate setpoint one sample later and the motors after another.
+//! a velocity error reaches the attitude setpoint at once, the rate setpoint one sample later and the motors after another; thrust goes
+//! the same way, from loop to loop.
 //!
 //! The estimate is the state that is given. PX4 takes 9.80665 m/s^2 for gravity; where it is another, the law flies by Froude
 //! scaling (`k`): velocities and rates reach it times k, its clock runs k times slower.
@@ -49,10 +50,12 @@ pub enum Setpoint {
 pub struct Trace {
     /// Attitude setpoint, body to NED.
     pub q_sp: Quaternion,
-    /// Thrust setpoint, 0..1.
+    /// Thrust setpoint that goes with it, 0..1.
     pub thrust_sp: f64,
     /// Rate setpoint [rad/s].
     pub rate_sp_body: Vector3<f64>,
+    /// Thrust setpoint that goes with the rates: the attitude loop hands it on, a sample later.
+    pub rate_thrust_sp: f64,
     /// Normalised torque.
     pub torque: Vector3<f64>,
 }
@@ -92,19 +95,15 @@ impl Law {
             velocity_due_s: 0.0,
             velocity_run_s: None,
             filters: None,
-            saturation: Saturation::default(),
+            saturation: mixer::saturation(&[-1.0; MOTORS]),
             trace: Trace {
                 q_sp: LEVEL,
                 thrust_sp: 0.0,
                 rate_sp_body: Vector3::zeros(),
+                rate_thrust_sp: 0.0,
                 torque: Vector3::zeros(),
             },
         }
-    }
-
-    /// The parameters.
-    pub fn parameters(&self) -> &Parameters {
-        &self.parameters
     }
 
     /// Froude's k.
@@ -117,16 +116,6 @@ impl Law {
         &self.trace
     }
 
-    /// The velocity loop.
-    pub fn velocity(&self) -> &VelocityLoop {
-        &self.velocity
-    }
-
-    /// The rate loop.
-    pub fn rate(&self) -> &RateLoop {
-        &self.rate
-    }
-
     /// One IMU sample, `dt_s` [s] of the vehicle's time after the last one: motor commands, 0..1.
     pub fn step(&mut self, m: &Measurement, setpoint: &Setpoint, dt_s: f64) -> PerRotor {
         let k = self.similarity;
@@ -136,6 +125,7 @@ impl Law {
         let commands = self.rate_control(omega, dt_s);
         let yaw_rate = 0.0;
         self.trace.rate_sp_body = rates_for(&self.parameters, m.q_ned_from_body, self.trace.q_sp, yaw_rate);
+        self.trace.rate_thrust_sp = self.trace.thrust_sp;
         self.velocity_due_s += dt_s;
         if self.velocity_due_s >= VELOCITY_PERIOD_S - 0.5 * dt_s - 1e-9 {
             self.velocity_due_s -= VELOCITY_PERIOD_S;
@@ -164,7 +154,7 @@ impl Law {
         let acceleration = filters.acceleration.apply(change);
         let sp = self.trace.rate_sp_body;
         self.trace.torque = self.rate.step(p, &rate, &acceleration, &sp, &self.saturation, dt_s);
-        let thrust = mixer::mix(&self.trace.torque, self.trace.thrust_sp);
+        let thrust = mixer::mix(&self.trace.torque, self.trace.rate_thrust_sp);
         let (commands, saturation) = output::commands(p, thrust, self.time_s);
         self.saturation = saturation;
         commands
@@ -177,10 +167,10 @@ impl Law {
             Setpoint::Attitude(..) => self.velocity.watch(&self.parameters, v_ned, dt_s),
             Setpoint::Velocity { v_ned: v_sp_ned, a_ff_ned, yaw_rad } => {
                 let (v_sp, a_ff) = (v_sp_ned * k, a_ff_ned * (k * k));
-                let wanted = self.velocity.step(&self.parameters, v_ned, v_sp, a_ff, dt_s);
+                let thrust_ned = self.velocity.step(&self.parameters, v_ned, v_sp, a_ff, dt_s);
                 let heading = yaw_rad.unwrap_or_else(|| yaw(m.q_ned_from_body));
-                self.trace.q_sp = attitude_for(wanted.thrust_ned, heading);
-                self.trace.thrust_sp = wanted.thrust_ned.norm();
+                self.trace.q_sp = attitude_for(thrust_ned, heading);
+                self.trace.thrust_sp = thrust_ned.norm();
             }
         }
     }

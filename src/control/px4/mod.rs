@@ -10,11 +10,13 @@
 //! | [`mixer`] | torque and thrust to motors, saturation | `MultirotorMixer::mix_airmode_disabled` |
 //! | [`output`] | thrust curve, arming ramp, steps of a motor command | `MultirotorMixer::mix`, `output_limit_calc` |
 //! | [`filter`](mod@filter) | gyroscope's and velocity derivative's filters | `LowPassFilter2p`, `BlockDerivative` |
+//! | [`facts`] | periods and limits that others count on | |
 //! | [`law`] | the loops in their order and at their rates | work queues `rate_ctrl`, `nav_and_controllers` |
 //!
 //! Numbers are PX4's: normalised torque and thrust, gravity of 9.80665 m/s^2 wherever it flies.
 
 pub mod attitude;
+pub mod facts;
 pub mod filter;
 pub mod law;
 pub mod mixer;
@@ -23,6 +25,8 @@ pub mod parameters;
 pub mod rate;
 pub mod velocity;
 
+#[cfg(test)]
+mod law_replay_tests;
 #[cfg(test)]
 mod replay_tests;
 
@@ -33,7 +37,7 @@ use crate::model::{Spin, Vehicle};
 
 /// Why PX4's mixer for a quadrotor in X cannot fly a vehicle.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Px4Error {
+pub enum NotQuadX {
     /// Not four rotors.
     #[error("PX4's mixer for a quadrotor in X has four rotors, the vehicle has {found}")]
     Rotors {
@@ -61,16 +65,16 @@ const QUAD_X: [(f64, f64, Spin, &str); 4] = [
 /// Whether PX4's mixer for a quadrotor in X is the vehicle's.
 ///
 /// # Errors
-/// [`Px4Error`] where it is not.
-pub fn is_quad_x(vehicle: &Vehicle) -> Result<(), Px4Error> {
+/// [`NotQuadX`] where it is not.
+pub fn is_quad_x(vehicle: &Vehicle) -> Result<(), NotQuadX> {
     let rotors = &vehicle.rotors;
     if rotors.len() != QUAD_X.len() {
-        return Err(Px4Error::Rotors { found: rotors.len() });
+        return Err(NotQuadX::Rotors { found: rotors.len() });
     }
     for (i, (rotor, (x, y, spin, expected))) in rotors.iter().zip(QUAD_X).enumerate() {
         let place = rotor.position_body_m;
         if !(place.x * x > 0.0 && place.y * y > 0.0 && rotor.spin == spin) {
-            return Err(Px4Error::Place { rotor: i + 1, expected });
+            return Err(NotQuadX::Place { rotor: i + 1, expected });
         }
     }
     Ok(())

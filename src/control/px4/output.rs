@@ -9,6 +9,9 @@ const REST_S: f64 = 0.05;
 /// Then they come up within this time [s].
 const RAMP_S: f64 = 0.5;
 
+/// So long after arming they have their full range [s].
+pub const FULL_AUTHORITY_S: f64 = REST_S + RAMP_S;
+
 /// Pulse widths of the simulated outputs [us]: at rest when disarmed, least, greatest.
 const DISARMED_US: f64 = 900.0;
 const LEAST_US: f64 = 1000.0;

@@ -12,15 +12,11 @@ const NO_INTEGRAL_RAD_S: f64 = 400.0 * RAD_PER_DEG;
 /// The loop's state.
 #[derive(Clone, Debug, Default)]
 pub struct RateLoop {
+    /// The integral terms, normalised torque.
     integral: Vector3<f64>,
 }
 
 impl RateLoop {
-    /// The integral terms, normalised torque.
-    pub fn integral(&self) -> Vector3<f64> {
-        self.integral
-    }
-
     /// A step: filtered rates [rad/s] and angular acceleration [rad/s^2], the setpoint [rad/s], what the mixer could not do at the
     /// step before. Normalised torque.
     pub fn step(
@@ -70,14 +66,14 @@ mod tests {
         let torque = rates.step(&p, &rate, &acceleration, &Vector3::zeros(), &none, 0.004);
         assert!((torque.y - 2.0 * (0.15 * 0.5 - 0.003 * 10.0)).abs() < 1e-12, "{torque}");
         let less = (0.5 / NO_INTEGRAL_RAD_S).powi(2);
-        assert!((rates.integral().y - 2.0 * 0.2 * 0.5 * 0.004 * (1.0 - less)).abs() < 1e-15);
+        assert!((rates.integral.y - 2.0 * 0.2 * 0.5 * 0.004 * (1.0 - less)).abs() < 1e-15);
         let full = Saturation { positive: [true; 3], ..none };
-        let before = rates.integral();
+        let before = rates.integral;
         rates.step(&p, &rate, &acceleration, &Vector3::zeros(), &full, 0.004);
-        assert_eq!(rates.integral(), before);
+        assert_eq!(rates.integral, before);
         for _ in 0..5000 {
             rates.step(&p, &rate, &acceleration, &Vector3::zeros(), &none, 0.004);
         }
-        assert_eq!(rates.integral().y, 0.3);
+        assert_eq!(rates.integral.y, 0.3);
     }
 }

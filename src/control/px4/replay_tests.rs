@@ -9,15 +9,14 @@ use crate::frames::{conjugate, product, rotation_vector};
 
 const RECORDED: &str = include_str!("../../../tests/data/px4_replay.csv");
 
-/// The numbers of the rows of a kind.
-fn rows(kind: &str) -> impl Iterator<Item = Vec<f64>> {
-    RECORDED
-        .lines()
-        .filter_map(move |line| line.strip_prefix(kind)?.strip_prefix(','))
-        .map(|numbers| numbers.split(',').map(|x| x.parse().unwrap()).collect())
+/// The numbers of the rows of a kind; NaN where there is none.
+pub(super) fn rows<'a>(recorded: &'a str, kind: &'a str) -> impl Iterator<Item = Vec<f64>> + 'a {
+    recorded.lines().filter_map(move |line| line.strip_prefix(kind)?.strip_prefix(',')).map(|numbers| {
+        numbers.split(',').map(|x| if x.is_empty() { f64::NAN } else { x.parse().unwrap() }).collect()
+    })
 }
 
-fn vector(numbers: &[f64]) -> Vector3<f64> {
+pub(super) fn vector(numbers: &[f64]) -> Vector3<f64> {
     Vector3::from_column_slice(&numbers[..3])
 }
 
@@ -26,7 +25,7 @@ fn quaternion(numbers: &[f64]) -> [f64; 4] {
 }
 
 /// PX4 counts, and the file is written, in seven digits.
-const SEVEN_DIGITS: f64 = 5e-6;
+pub(super) const SEVEN_DIGITS: f64 = 5e-6;
 
 #[test]
 fn px4s_own_velocity_loop_gives_the_same_attitude_and_thrust() {
@@ -39,14 +38,14 @@ fn px4s_own_velocity_loop_gives_the_same_attitude_and_thrust() {
         ..Parameters::default()
     };
     let mut velocity = VelocityLoop::new(&p, 10.0);
-    for row in rows("watch") {
+    for row in rows(RECORDED, "watch") {
         velocity.watch(&p, vector(&row[1..]), row[0]);
     }
     let (mut turned, mut pushed) = (0.0f64, 0.0f64);
     let mut count = 0;
-    for row in rows("velocity") {
+    for row in rows(RECORDED, "velocity") {
         let v_sp = Vector3::new(2.0, 0.0, 1.0);
-        let thrust = velocity.step(&p, vector(&row[1..]), v_sp, Vector3::zeros(), row[0]).thrust_ned;
+        let thrust = velocity.step(&p, vector(&row[1..]), v_sp, Vector3::zeros(), row[0]);
         let q_sp = attitude_for(thrust, row[4]);
         turned = turned.max(rotation_vector(product(conjugate(q_sp), quaternion(&row[5..]))).norm());
         pushed = pushed.max((thrust.norm() - row[9]).abs());
@@ -59,7 +58,7 @@ fn px4s_own_velocity_loop_gives_the_same_attitude_and_thrust() {
 fn px4s_own_attitude_loop_gives_the_same_rates() {
     let p = Parameters::default();
     let (mut worst, mut largest) = (0.0f64, 0.0f64);
-    for row in rows("rates") {
+    for row in rows(RECORDED, "rates") {
         let rates = rates_for(&p, quaternion(&row), quaternion(&row[4..]), 0.0);
         worst = worst.max((rates - vector(&row[8..])).norm());
         largest = largest.max(rates.norm());

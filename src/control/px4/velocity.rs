@@ -32,15 +32,6 @@ pub struct VelocityLoop {
     derivative: Derivative,
 }
 
-/// What a step wants.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wanted {
-    /// Normalised thrust, NED.
-    pub thrust_ned: Vector3<f64>,
-    /// The acceleration before all limits, NED [m/s^2].
-    pub acceleration_ned: Vector3<f64>,
-}
-
 impl VelocityLoop {
     /// At rest, after so long in HOLD before OFFBOARD [s]: there the tilt limit comes up from zero towards MPC_TILTMAX_LND, and while
     /// an attitude is held it stays where it is.
@@ -53,22 +44,12 @@ impl VelocityLoop {
         }
     }
 
-    /// The integral [m/s^2].
-    pub fn integral_ned(&self) -> Vector3<f64> {
-        self.integral_ned
-    }
-
-    /// The tilt limit now [rad].
-    pub fn tilt_limit_rad(&self) -> f64 {
-        self.tilt_limit_rad
-    }
-
     /// Takes a velocity [m/s] that is not controlled: the derivative goes on.
     pub fn watch(&mut self, p: &Parameters, v_ned: Vector3<f64>, dt_s: f64) {
         self.derivative.update(v_ned, p.veld_lp_hz, dt_s);
     }
 
-    /// A step: velocity, its setpoint [m/s] and acceleration fed forward [m/s^2].
+    /// A step: velocity, its setpoint [m/s] and acceleration fed forward [m/s^2]. Normalised thrust, NED.
     pub fn step(
         &mut self,
         p: &Parameters,
@@ -76,7 +57,7 @@ impl VelocityLoop {
         v_sp_ned: Vector3<f64>,
         a_ff_ned: Vector3<f64>,
         dt_s: f64,
-    ) -> Wanted {
+    ) -> Vector3<f64> {
         let v_dot = self.derivative.update(v_ned, p.veld_lp_hz, dt_s);
         let slew = TILT_LIMIT_SLEW_RAD_S * dt_s;
         self.tilt_limit_rad += (p.tiltmax_air_deg * RAD_PER_DEG - self.tilt_limit_rad).clamp(-slew, slew);
@@ -101,9 +82,11 @@ impl VelocityLoop {
         let windup = (wanted.xy() - met) * (2.0 / p.xy_vel_p);
         error.x -= windup.x;
         error.y -= windup.y;
+        // `setZeroIfNanVector3f`: with a P of zero the tracking above is no number.
+        let error = error.map(|e| if e.is_finite() { e } else { 0.0 });
         self.integral_ned += gain(p.xy_vel_i, p.z_vel_i).component_mul(&error) * dt_s;
         self.integral_ned.z = self.integral_ned.z.clamp(-G0, G0);
-        Wanted { thrust_ned: thrust, acceleration_ned: wanted }
+        thrust
     }
 
     fn thrust_vector(&self, p: &Parameters, least: f64, wanted: Vector3<f64>) -> Vector3<f64> {
@@ -140,10 +123,10 @@ mod tests {
     fn closed_form_hover_and_tilt() {
         let p = Parameters { xy_vel_i: 0.0, ..Parameters::default() };
         let zero = Vector3::zeros();
-        let hover = settled(&p).step(&p, zero, zero, zero, DT_S).thrust_ned;
+        let hover = settled(&p).step(&p, zero, zero, zero, DT_S);
         assert!((hover + Vector3::z() * 0.5).norm() < 1e-12, "{hover}");
         let v_sp = Vector3::x() * (0.5 * G0 / p.xy_vel_p);
-        let thrust = settled(&p).step(&p, zero, v_sp, zero, DT_S).thrust_ned;
+        let thrust = settled(&p).step(&p, zero, v_sp, zero, DT_S);
         assert!((thrust - Vector3::new(0.25, 0.0, -0.5)).norm() < 1e-12, "{thrust}");
     }
 
@@ -156,11 +139,25 @@ mod tests {
         let fast = Vector3::x() * 20.0;
         let mut steps = 0;
         while velocity.tilt_limit_rad < 45.0 * RAD_PER_DEG - 1e-9 {
-            let thrust = velocity.step(&p, Vector3::zeros(), fast, Vector3::zeros(), DT_S).thrust_ned;
+            let thrust = velocity.step(&p, Vector3::zeros(), fast, Vector3::zeros(), DT_S);
             assert!((thrust.x.atan2(-thrust.z) - velocity.tilt_limit_rad).abs() < 1e-9);
             steps += 1;
         }
         assert_eq!(steps, 288);
+    }
+
+    /// As in PX4 (`setZeroIfNanVector3f`): without P there is nothing to track, and an integral stays a number.
+    #[test]
+    fn regress_without_p_the_integral_stays_a_number() {
+        let p = Parameters { xy_vel_p: 0.0, ..Parameters::default() };
+        let mut velocity = settled(&p);
+        let v_sp = Vector3::new(1.0, 0.0, 0.5);
+        for _ in 0..2 {
+            let thrust = velocity.step(&p, Vector3::zeros(), v_sp, Vector3::zeros(), DT_S);
+            assert!(thrust.iter().all(|x| x.is_finite()), "{thrust}");
+        }
+        assert_eq!(velocity.integral_ned.xy(), Vector2::zeros());
+        assert!(velocity.integral_ned.z > 0.0);
     }
 
     /// Properties of the limits: the vertical comes first, setpoints are clipped, the integral of a saturated axis stands or unwinds.
@@ -172,7 +169,7 @@ mod tests {
         let v_sp = Vector3::new(8.0, 6.0, -5.0);
         let mut last = Vector3::zeros();
         for _ in 0..500 {
-            last = velocity.step(&p, v, v_sp, Vector3::zeros(), DT_S).thrust_ned;
+            last = velocity.step(&p, v, v_sp, Vector3::zeros(), DT_S);
         }
         assert!((last + Vector3::z()).norm() < 1e-9, "all thrust goes up: {last}");
         assert_eq!(velocity.integral_ned.z, 0.0);

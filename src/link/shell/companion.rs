@@ -138,9 +138,7 @@ impl Companion {
             self.ticked = Some(now);
             self.session.handle_time(now);
         }
-        while let Some(event) = self.session.poll_event() {
-            observer.notice(Notice::Streamer(event));
-        }
+        self.tell(observer);
         let mut any = false;
         while let Some(sent) = self.session.poll_output() {
             any = true;
@@ -152,6 +150,13 @@ impl Companion {
             self.put_fence();
         }
         simulator.note_setpoint(self.session.velocity_setpoint_ned());
+    }
+
+    /// Tells what the session has to tell.
+    pub(super) fn tell<O: Observer>(&mut self, observer: &mut O) {
+        while let Some(event) = self.session.poll_event() {
+            observer.notice(Notice::Streamer(event));
+        }
     }
 
     fn put_fence(&mut self) {

@@ -102,7 +102,21 @@ impl Connection {
         if self.outgoing.is_empty() {
             return Ok(());
         }
-        let sent = tokio::time::timeout(WRITE_TIMEOUT, self.stream.write_all(&self.outgoing)).await;
+        // There is room, but for a peer that has not read for long.
+        let gone = match self.stream.try_write(&self.outgoing) {
+            Ok(len) => len,
+            Err(e) if e.kind() == io::ErrorKind::WouldBlock => 0,
+            Err(e) => {
+                self.outgoing.clear();
+                return Err(e.to_string());
+            }
+        };
+        let rest = &self.outgoing[gone..];
+        let sent = if rest.is_empty() {
+            Ok(Ok(()))
+        } else {
+            tokio::time::timeout(WRITE_TIMEOUT, self.stream.write_all(rest)).await
+        };
         self.outgoing.clear();
         match sent {
             Ok(Ok(())) => Ok(()),

@@ -4,7 +4,7 @@
 //! beyond share 14549, which serves no streamer). Within the range no two instances meet, in no port and no system, and none
 //! meets a ground station (system 255) or a streamer (245).
 
-use std::net::{Ipv4Addr, SocketAddr};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, UdpSocket};
 
 use super::notice::ShellError;
 
@@ -40,6 +40,25 @@ impl Ports {
             return Err(ShellError::Instance { instance, max: MAX_INSTANCE });
         }
         Ok(Self::shifted(instance))
+    }
+
+    /// Whether those that a hosted drop binds are free, now.
+    ///
+    /// # Errors
+    /// [`ShellError`] with the first that cannot be had.
+    pub fn look(&self) -> Result<(), ShellError> {
+        let at = |port| SocketAddr::from((Ipv4Addr::LOCALHOST, port));
+        let tcp = ("TCP", at(self.simulator), "simulator, for the autopilot");
+        let streamer = ("UDP", at(self.api), "streamer, for the autopilot");
+        let parachute = ("UDP", at(self.parachute), "parachute");
+        for (protocol, at, what) in [tcp, streamer, parachute] {
+            let bound = match protocol {
+                "TCP" => TcpListener::bind(at).map(drop),
+                _ => UdpSocket::bind(at).map(drop),
+            };
+            bound.map_err(|e| ShellError::bind(protocol, at, &what.into(), e))?;
+        }
+        Ok(())
     }
 
     fn shifted(instance: u16) -> Self {

@@ -9,7 +9,7 @@ use tokio::net::TcpStream;
 use super::super::parachute::PARACHUTE_COMPONENT;
 use super::super::signing::Key;
 use super::super::streamer::StreamerState;
-use super::super::{Frame, Link, Pace, Session as _, SimulatorSession, StreamerSession};
+use super::super::{Frame, Link, Pace, Session as _, SimulatorSession, StreamerSession, TimeUs, Transmit};
 use super::clock::{Pacer, Since, Speed};
 use super::companion::Companion;
 use super::connection::Connection;
@@ -36,13 +36,15 @@ struct Shell<'a, O> {
     /// While the autopilot's software is starting.
     starting: Pacer,
     waiting: Since,
+    /// Of a turn; kept for its room.
+    sent: Vec<Transmit>,
     observer: &'a mut O,
 }
 
 /// The autopilot as somebody knows it who has started it.
 pub trait Guest {
-    /// Why it is gone, if it is.
-    fn gone(&mut self) -> Option<String>;
+    /// Why it is gone, if it is, or is taken to be. `now` and `pace`: simulated time, and what the simulator waits for.
+    fn gone(&mut self, now: TimeUs, pace: Pace) -> Option<String>;
 }
 
 /// A drop whose autopilot is a process of its own.
@@ -74,22 +76,8 @@ pub async fn run_simulator<O: Observer>(
 ) -> Result<SimulatorSession, ShellError> {
     let server = TcpServer::bind(ports.simulator, "simulator, for the autopilot", observer).await?;
     let remotes = [ports.ground_station, ports.api];
-    let own = (session.config().system_id, PARACHUTE_COMPONENT);
-    let mut parachute = Links::new(own, PEER_MEMORY, false, key);
-    parachute.expect_doubles();
-    parachute.bind_udp(Link::Parachute, ports.parachute, "parachute", &remotes, observer).await?;
-    let viewer = Viewer::open(session.config().system_id, ports, speed);
-    let mut shell = Shell {
-        session,
-        connection: None,
-        parachute,
-        viewer,
-        companion: None,
-        pacer: Pacer::new(speed),
-        starting: Pacer::new(Speed::Factor(1.0)),
-        waiting: Since::now(),
-        observer,
-    };
+    let mut shell = Shell::open(session, ports, speed, key, &remotes, observer).await?;
+    shell.parachute.expect_doubles();
     shell.run(server, speed, &mut Unknown, stop).await;
     Ok(shell.session)
 }
@@ -111,27 +99,9 @@ pub async fn run_hosted_drop<O: Observer, G: Guest, E: From<ShellError>>(
 ) -> Result<(HostedDrop, G), E> {
     let server = TcpServer::bind(ports.simulator, "simulator, for the autopilot", observer).await?;
     let mut companion = Companion::open(streamer, ports, observer).await?;
-    let own = (session.config().system_id, PARACHUTE_COMPONENT);
-    let mut parachute = Links::new(own, PEER_MEMORY, false, None);
-    let remotes = [ports.ground_station];
-    parachute.bind_udp(Link::Parachute, ports.parachute, "parachute", &remotes, observer).await?;
+    let mut shell = Shell::open(session, ports, speed, None, &[ports.ground_station], observer).await?;
+    shell.companion = Some(&mut companion);
     let mut guest = start()?;
-    let slow = match speed {
-        Speed::Factor(factor) => Speed::Factor(factor.min(1.0)),
-        Speed::Max => Speed::Factor(1.0),
-    };
-    let viewer = Viewer::open(session.config().system_id, ports, speed);
-    let mut shell = Shell {
-        session,
-        connection: None,
-        parachute,
-        viewer,
-        companion: Some(&mut companion),
-        pacer: Pacer::new(speed),
-        starting: Pacer::new(slow),
-        waiting: Since::now(),
-        observer,
-    };
     let gone = shell.run(server, speed, &mut guest, stop).await;
     let simulator = shell.session;
     Ok((HostedDrop { simulator, unfenced: companion.unfenced, streamer: companion.session, gone }, guest))
@@ -141,12 +111,42 @@ pub async fn run_hosted_drop<O: Observer, G: Guest, E: From<ShellError>>(
 struct Unknown;
 
 impl Guest for Unknown {
-    fn gone(&mut self) -> Option<String> {
+    fn gone(&mut self, _: TimeUs, _: Pace) -> Option<String> {
         None
     }
 }
 
-impl<O: Observer> Shell<'_, O> {
+impl<'a, O: Observer> Shell<'a, O> {
+    /// Without autopilot and companion. The parachute speaks to the loopback ports `remotes` unasked.
+    async fn open(
+        session: SimulatorSession,
+        ports: &Ports,
+        speed: Speed,
+        key: Option<Key>,
+        remotes: &[u16],
+        observer: &'a mut O,
+    ) -> Result<Self, ShellError> {
+        let system_id = session.config().system_id;
+        let mut parachute = Links::new((system_id, PARACHUTE_COMPONENT), PEER_MEMORY, false, key);
+        parachute.bind_udp(Link::Parachute, ports.parachute, "parachute", remotes, observer).await?;
+        let starting = match speed {
+            Speed::Factor(factor) => Speed::Factor(factor.min(1.0)),
+            Speed::Max => Speed::Factor(1.0),
+        };
+        Ok(Self {
+            session,
+            connection: None,
+            parachute,
+            viewer: Viewer::open(system_id, ports, speed),
+            companion: None,
+            pacer: Pacer::new(speed),
+            starting: Pacer::new(starting),
+            waiting: Since::now(),
+            sent: Vec::new(),
+            observer,
+        })
+    }
+
     /// Why the guest is gone, if that ended it.
     async fn run(
         &mut self,
@@ -178,7 +178,9 @@ impl<O: Observer> Shell<'_, O> {
                     () = Connection::readable(self.connection.as_ref()) => {}
                     () = self.parachute.readable() => {}
                     () = Self::heard(&mut self.companion) => {}
-                    () = tokio::time::sleep(pause.min(TICK)) => gone = guest.gone(),
+                    () = tokio::time::sleep(pause.min(TICK)) => {
+                        gone = guest.gone(self.session.now(), self.session.pace());
+                    }
                 }
             }
             self.receive();
@@ -226,12 +228,12 @@ impl<O: Observer> Shell<'_, O> {
         self.companion.as_ref().is_some_and(|c| c.session.state() == StreamerState::Failed)
     }
 
-    /// The companion's turn, once the autopilot has answered.
+    /// The companion's turn, once the autopilot has answered; until then it only tells what it waits for.
     fn act(&mut self) {
-        if let Some(companion) = &mut self.companion
-            && matches!(self.session.pace(), Pace::Free | Pace::Ready | Pace::Done)
-        {
-            companion.act(&mut self.session, self.observer);
+        let Some(companion) = &mut self.companion else { return };
+        match self.session.pace() {
+            Pace::Free | Pace::Ready | Pace::Done => companion.act(&mut self.session, self.observer),
+            Pace::NoPeer | Pace::AwaitingControls => companion.tell(self.observer),
         }
     }
 
@@ -321,23 +323,26 @@ impl<O: Observer> Shell<'_, O> {
         }
         let now = self.session.now();
         while let Some(sent) = self.session.poll_output() {
-            self.observer.frame(now, sent.link, &sent.bytes);
-            self.viewer.show(&sent);
-            match (sent.link, &mut self.connection) {
-                (Link::Simulator, Some(connection)) => connection.queue(&sent.bytes),
-                (Link::Simulator, None) => {}
-                _ => {
-                    self.parachute.send(&sent);
-                    if let Some(companion) = &mut self.companion {
-                        companion.hear_parachute(now, &sent);
-                    }
-                }
+            if let (Link::Simulator, Some(connection)) = (sent.link, &mut self.connection) {
+                connection.queue(&sent.bytes);
             }
+            self.sent.push(sent);
         }
         let flushed = match &mut self.connection {
             Some(connection) => connection.flush().await,
             None => Ok(()),
         };
+        // The autopilot is at work; the rest is done meanwhile.
+        for sent in self.sent.drain(..) {
+            self.observer.frame(now, sent.link, &sent.bytes);
+            self.viewer.show(&sent);
+            if sent.link != Link::Simulator {
+                self.parachute.send(&sent);
+                if let Some(companion) = &mut self.companion {
+                    companion.hear_parachute(now, &sent);
+                }
+            }
+        }
         if let Err(reason) = flushed {
             self.disconnect(reason);
         }

@@ -14,8 +14,8 @@ use super::ports::{Ports, loopback};
 /// Where a MAVLink 2 frame has its message, and HIL_STATE_QUATERNION there.
 const MESSAGE_AT: std::ops::Range<usize> = 7..10;
 const HIL_STATE_QUATERNION: [u8; 3] = [115, 0, 0];
-/// One HEARTBEAT for so many of them: a second of flight.
-const PER_HEARTBEAT: u32 = 250;
+/// One HEARTBEAT for so many of them: about a second of flight, at the rate that autopilots ask for.
+const PER_HEARTBEAT: u32 = 125;
 
 /// The way to it, if there is one.
 #[derive(Debug)]

@@ -4,6 +4,7 @@ use core::time::Duration;
 
 use super::super::{Froude, TimeUs};
 use crate::assess::SafetyLimits;
+use crate::control::px4::facts::IMU_PERIOD_US;
 use crate::sim::{Battery, ReleaseTrigger, SensorSettings};
 
 /// What happens when an answer stays out.
@@ -45,7 +46,7 @@ impl Default for SimulatorConfig {
     fn default() -> Self {
         Self {
             system_id: 1,
-            step_us: 4_000,
+            step_us: IMU_PERIOD_US,
             froude: None,
             duration_us: 45_000_000,
             trigger: ReleaseTrigger::Command,

@@ -28,7 +28,7 @@ impl SimulatorSession {
             let message = MavMessage::HIL_GPS(self.sensors.gps(&truth));
             self.outbox.push_back(self.encoder.encode(&message));
         }
-        let message = MavMessage::HIL_SENSOR(self.sensors.sensor(&truth));
+        let message = MavMessage::HIL_SENSOR(self.sensors.sensor(&truth, due.magnetometer, due.barometer));
         self.outbox.push_back(self.encoder.encode(&message));
     }
 }

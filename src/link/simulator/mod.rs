@@ -99,7 +99,7 @@ impl SimulatorSession {
         }
         Self {
             sensors: HilSensors::new(initial.environment(), config.sensors, config.seed, config.step_us),
-            rates: HilRates::new(config.step_us, config.sensors.satellite.period_us),
+            rates: HilRates::new(config.step_us, &config.sensors),
             encoder: Encoder::new(config.system_id, SIMULATOR_COMPONENT).scaled(config.froude),
             parachute: ParachuteComponent::new(config.system_id).scaled(config.froude),
             outbox: VecDeque::new(),
@@ -222,9 +222,8 @@ impl SimulatorSession {
         }
         self.counts.steps += 1;
         self.counts.unanswered += u64::from(self.pace == Pace::Free);
-        let before = self.sim.sample(&self.throttle, self.v_sp_ned);
+        let before = self.sim.advance_sampled(&self.throttle, self.v_sp_ned, seconds(self.config.step_us));
         self.log.push(before);
-        self.sim.step(&self.throttle, seconds(self.config.step_us));
         self.now += self.config.step_us;
         self.check_triggers();
         self.tell_phase();

@@ -10,9 +10,8 @@ use mavlink::dialects::common::{
 use super::super::{Command, CommandAck, Frame};
 use super::rates::SetInterval;
 use super::{Pace, SIMULATOR_COMPONENT, SimulatorEvent, SimulatorSession};
+use crate::autopilot::FlightMode;
 
-/// Main mode OFFBOARD in PX4's custom mode.
-const PX4_MAIN_MODE_OFFBOARD: u32 = 6;
 /// MAV_COMP_ID_AUTOPILOT1.
 const AUTOPILOT_COMPONENT: u8 = 1;
 
@@ -113,7 +112,7 @@ impl SimulatorSession {
 
     fn take_heartbeat(&mut self, m: &HEARTBEAT_DATA) {
         self.peer.mode_told |= m.custom_mode != 0;
-        self.peer.offboard = m.custom_mode >> 16 & 0xFF == PX4_MAIN_MODE_OFFBOARD;
+        self.peer.offboard = FlightMode::from_custom_mode(m.custom_mode) == Some(FlightMode::Offboard);
         let armed = m.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
         if armed {
             self.set_armed(true);

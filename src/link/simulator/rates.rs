@@ -1,9 +1,11 @@
 //! Which HIL messages are due, and SET_MESSAGE_INTERVAL about them.
 //!
 //! HIL_STATE_QUATERNION goes out with every step unless asked otherwise; ODOMETRY only to a peer that asks for it, since
-//! PX4, which does not, would take it for vision. HIL_SENSOR is the clock and its rate is not for sale.
+//! PX4, which does not, would take it for vision. HIL_SENSOR is the clock and its rate is not for sale; magnetometer and barometer are
+//! in it when they have been read.
 
 use super::super::{Command, TimeUs};
+use crate::sim::SensorSettings;
 
 const HIL_STATE_QUATERNION_ID: f32 = 115.0;
 const ODOMETRY_ID: f32 = 331.0;
@@ -16,6 +18,8 @@ pub(super) struct Due {
     pub(super) state_quaternion: bool,
     pub(super) odometry: bool,
     pub(super) gps: bool,
+    pub(super) magnetometer: bool,
+    pub(super) barometer: bool,
     pub(super) battery: bool,
 }
 
@@ -57,16 +61,20 @@ pub(super) struct HilRates {
     state_quaternion: Rate,
     odometry: Rate,
     gps: Rate,
+    magnetometer: Rate,
+    barometer: Rate,
     battery: Rate,
 }
 
 impl HilRates {
-    pub(super) fn new(step_us: TimeUs, gps_period_us: TimeUs) -> Self {
+    pub(super) fn new(step_us: TimeUs, sensors: &SensorSettings) -> Self {
         Self {
             step_us,
             state_quaternion: Rate::every(step_us),
             odometry: Rate { period_us: None, next: 0 },
-            gps: Rate::every(gps_period_us),
+            gps: Rate::every(sensors.satellite.period_us),
+            magnetometer: Rate::every(sensors.magnetometer.period_us),
+            barometer: Rate::every(sensors.barometer.period_us),
             battery: Rate::every(BATTERY_PERIOD_US),
         }
     }
@@ -76,6 +84,8 @@ impl HilRates {
             state_quaternion: self.state_quaternion.due(now, self.step_us),
             odometry: self.odometry.due(now, self.step_us),
             gps: self.gps.due(now, self.step_us),
+            magnetometer: self.magnetometer.due(now, self.step_us),
+            barometer: self.barometer.due(now, self.step_us),
             battery: self.battery.due(now, self.step_us),
         }
     }
@@ -91,17 +101,18 @@ impl HilRates {
         let period_us = match command.param(2) {
             Some(0.0) => default,
             Some(-1.0) => None,
-            Some(us) if us > 0.0 && us.is_finite() => Some(round_to_step(us, self.step_us)),
+            Some(us) if us > 0.0 && us.is_finite() => Some(whole_steps(us, self.step_us)),
             _ => return SetInterval::Refused,
         };
-        *rate = Rate { period_us, next: now };
+        *rate = Rate { period_us, next: now.saturating_add(self.step_us) };
         SetInterval::Done
     }
 }
 
-/// PX4 asks for 5000 us and a step has 4000: the nearest whole number of steps is meant.
-fn round_to_step(us: f32, step_us: TimeUs) -> TimeUs {
-    let steps = (f64::from(us) / step_us as f64).round().max(1.0);
+/// The least number of whole steps that an interval has room in: no more often than asked. (PX4 asks for 5000 us where a step has
+/// 4000.)
+fn whole_steps(us: f32, step_us: TimeUs) -> TimeUs {
+    let steps = (f64::from(us) / step_us as f64).ceil().max(1.0);
     (steps as TimeUs).saturating_mul(step_us)
 }
 
@@ -132,17 +143,32 @@ mod tests {
 
     #[test]
     fn defaults_are_truth_at_every_step_fixes_at_10_hz_and_no_odometry() {
-        assert_eq!(count(&mut HilRates::new(4_000, 100_000), |d| d.state_quaternion), 250);
-        assert_eq!(count(&mut HilRates::new(4_000, 100_000), |d| d.gps), 10);
-        assert_eq!(count(&mut HilRates::new(4_000, 100_000), |d| d.odometry), 0);
+        assert_eq!(count(&mut HilRates::new(4_000, &SensorSettings::default()), |d| d.state_quaternion), 250);
+        assert_eq!(count(&mut HilRates::new(4_000, &SensorSettings::default()), |d| d.gps), 10);
+        assert_eq!(count(&mut HilRates::new(4_000, &SensorSettings::default()), |d| d.odometry), 0);
+    }
+
+    /// And the first step has them all, or an estimator would begin without.
+    #[test]
+    fn slow_sensors_are_due_at_their_rate_and_others_at_every_step() {
+        let mut settings = SensorSettings::default();
+        let all = HilRates::new(4_000, &settings).due(4_000);
+        assert!(all.gps && all.magnetometer && all.barometer);
+        assert_eq!(count(&mut HilRates::new(4_000, &settings), |d| d.magnetometer && d.barometer), 250);
+        (settings.magnetometer.period_us, settings.barometer.period_us) = (10_000, 20_000);
+        let mut rates = HilRates::new(4_000, &settings);
+        let first = rates.due(4_000);
+        assert!(first.magnetometer && first.barometer);
+        assert_eq!(count(&mut rates, |d| d.magnetometer), 100);
+        assert_eq!(count(&mut HilRates::new(4_000, &settings), |d| d.barometer), 50);
     }
 
     #[test]
-    fn intervals_are_obeyed_to_the_nearest_step() {
+    fn nothing_comes_more_often_than_asked() {
         for (interval, expected) in
-            [(5_000.0, 250), (1.0, 250), (20_000.0, 50), (1e6, 1), (-1.0, 0), (0.0, 0)]
+            [(5_000.0, 125), (1.0, 250), (4_000.0, 250), (20_000.0, 50), (1e6, 1), (-1.0, 0), (0.0, 0)]
         {
-            let mut rates = HilRates::new(4_000, 100_000);
+            let mut rates = HilRates::new(4_000, &SensorSettings::default());
             assert_eq!(set(&mut rates, 331.0, interval), SetInterval::Done);
             assert_eq!(count(&mut rates, |d| d.odometry), expected, "{interval}");
         }
@@ -150,7 +176,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_is_refused() {
-        let mut rates = HilRates::new(4_000, 100_000);
+        let mut rates = HilRates::new(4_000, &SensorSettings::default());
         for (message, interval) in
             [(107.0, 4e3), (331.0, f32::NAN), (331.0, -2.0), (f32::NAN, 4e3), (331.5, 1.0)]
         {

@@ -16,9 +16,11 @@ use crate::sim::sensors::barometer::pressure_altitude_m;
 use crate::sim::{DropSimulation, SensorSettings};
 use crate::units::{DEG_PER_RAD, SEA_LEVEL_DENSITY_KG_M3, STANDARD_GRAVITY_M_S2};
 
-/// Accelerometer, gyroscope, magnetometer, and of the barometer pressure, pressure altitude and temperature. A
-/// multirotor has no airspeed sensor: the differential pressure (0x400) is left out.
-const FIELDS_UPDATED: u32 = 0x007 | 0x038 | 0x1C0 | 0x1A00;
+/// Bits of `fields_updated`: accelerometer and gyroscope; magnetometer; of the barometer pressure, pressure altitude and temperature. A
+/// multirotor has no airspeed sensor: the differential pressure (0x400) is never there.
+const INERTIAL: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x007 | 0x038);
+const MAGNETOMETER: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x1C0);
+const BAROMETER: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x1A00);
 /// Accuracy of a fix that is told at the least [m], horizontal and vertical: nobody believes a receiver without errors.
 const LEAST_ACCURACY_M: [f64; 2] = [0.9, 1.2];
 /// Below this ground speed [m/s] there is no course.
@@ -39,12 +41,15 @@ pub struct Truth<'a> {
 #[derive(Clone, Debug)]
 pub struct HilSensors {
     sensors: Sensors,
+    /// The last HIL_SENSOR: what has not been read again stands in the next as it was.
+    last: HIL_SENSOR_DATA,
 }
 
 impl HilSensors {
     /// Sensors at the site, read every `step_us`; `seed` draws their errors.
     pub fn new(environment: &Environment, settings: SensorSettings, seed: u64, step_us: TimeUs) -> Self {
-        Self { sensors: Sensors::new(environment, settings, seed, step_us) }
+        let last = HIL_SENSOR_DATA { id: 0, ..HIL_SENSOR_DATA::default() };
+        Self { sensors: Sensors::new(environment, settings, seed, step_us), last }
     }
 
     /// Notes the truth of a step, for what is told with a delay.
@@ -52,36 +57,31 @@ impl HilSensors {
         self.sensors.note(truth.at, &truth.sim.state().body);
     }
 
-    /// HIL_SENSOR: all sensors, body FRD, `id` 0, which drives PX4's clock.
-    pub fn sensor(&mut self, truth: &Truth<'_>) -> HIL_SENSOR_DATA {
+    /// HIL_SENSOR: accelerometer and gyroscope, and what else is due; body FRD, `id` 0, which drives PX4's clock.
+    pub fn sensor(&mut self, truth: &Truth<'_>, magnetometer: bool, barometer: bool) -> HIL_SENSOR_DATA {
         let body = &truth.sim.state().body;
-        let altitude_m = truth.sim.environment().geo_point(&body.p_ned).altitude_m;
-        let pressure_hpa = self.sensors.barometer(altitude_m, truth.at);
-        let [xacc, yacc, zacc] = single(self.sensors.accelerometer(truth.specific_force_body, truth.at));
-        let [xgyro, ygyro, zgyro] = single(self.sensors.gyroscope(body.omega_body, truth.at));
-        let [xmag, ymag, zmag] = single(self.sensors.magnetometer(body.q_ned_from_body, truth.at));
-        HIL_SENSOR_DATA {
-            time_usec: truth.at,
-            xacc,
-            yacc,
-            zacc,
-            xgyro,
-            ygyro,
-            zgyro,
-            xmag,
-            ymag,
-            zmag,
-            abs_pressure: pressure_hpa as f32,
-            diff_pressure: 0.0,
-            pressure_alt: pressure_altitude_m(pressure_hpa) as f32,
-            temperature: (15.0 - 0.0065 * altitude_m.clamp(-1_000.0, 11_000.0)) as f32,
-            fields_updated: HilSensorUpdatedFlags::from_bits_retain(FIELDS_UPDATED),
-            id: 0,
+        let m = &mut self.last;
+        m.time_usec = truth.at;
+        m.fields_updated = INERTIAL;
+        [m.xacc, m.yacc, m.zacc] = single(self.sensors.accelerometer(truth.specific_force_body, truth.at));
+        [m.xgyro, m.ygyro, m.zgyro] = single(self.sensors.gyroscope(body.omega_body, truth.at));
+        if magnetometer {
+            m.fields_updated |= MAGNETOMETER;
+            [m.xmag, m.ymag, m.zmag] = single(self.sensors.magnetometer(body.q_ned_from_body));
         }
+        if barometer {
+            m.fields_updated |= BAROMETER;
+            let altitude_m = truth.sim.environment().geo_point(&body.p_ned).altitude_m;
+            let pressure_hpa = self.sensors.barometer(altitude_m, truth.at);
+            m.abs_pressure = pressure_hpa as f32;
+            m.pressure_alt = pressure_altitude_m(pressure_hpa) as f32;
+            m.temperature = (15.0 - 0.0065 * altitude_m.clamp(-1_000.0, 11_000.0)) as f32;
+        }
+        m.clone()
     }
 
     /// HIL_GPS: a 3D fix, as old as the receiver's delay, stamped with the time of its sending.
-    pub fn gps(&self, truth: &Truth<'_>) -> HIL_GPS_DATA {
+    pub fn gps(&mut self, truth: &Truth<'_>) -> HIL_GPS_DATA {
         let fix = self.sensors.satellite(&truth.sim.state().body, truth.at);
         let point = truth.sim.environment().geo_point(&fix.p_ned);
         let v_cm_s = fix.v_ned * 100.0;
@@ -199,7 +199,7 @@ mod tests {
     #[test]
     fn closed_form_a_hanging_vehicle_feels_its_weight_upwards() {
         let (mut sensors, sim, specific_force_body) = hanging(8_000);
-        let m = sensors.sensor(&Truth { at: 8_000, sim: &sim, specific_force_body });
+        let m = sensors.sensor(&Truth { at: 8_000, sim: &sim, specific_force_body }, true, true);
         assert!((m.zacc + 9.80665).abs() < 1e-6 && m.xacc.abs() < 1e-6, "{m:?}");
         assert_eq!((m.time_usec, m.id, m.fields_updated.bits()), (8_000, 0, 0x1BFF));
         // 47.4 deg north: the field points down and north.
@@ -208,33 +208,41 @@ mod tests {
 
     #[test]
     fn the_barometer_never_repeats_itself_and_its_noise_is_small_and_repeatable() {
-        let (mut sensors, sim, specific_force_body) = hanging(8_000);
-        let mut at = |t| sensors.sensor(&Truth { at: t, sim: &sim, specific_force_body }).abs_pressure;
-        let p: Vec<f64> = (1..2_000).map(|i| f64::from(at(i * 4_000))).collect();
+        let (_, sim, specific_force_body) = hanging(8_000);
+        let pressures = |seed| -> Vec<f64> {
+            let mut sensors = ideal(&sim, seed);
+            let mut at = |at| sensors.sensor(&Truth { at, sim: &sim, specific_force_body }, true, true);
+            (1..2_000).map(|i| f64::from(at(i * 4_000).abs_pressure)).collect()
+        };
+        let p = pressures(1);
         assert!(p.windows(20).all(|w| w.iter().any(|x| *x != w[0])));
         let mean = p.iter().sum::<f64>() / p.len() as f64;
         let std = (p.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / p.len() as f64).sqrt();
         assert!((0.008..0.012).contains(&std), "{std}");
-        assert_eq!(at(4_000), at(4_000));
-        let mut other = ideal(&sim, 2);
-        let truth = Truth { at: 4_000, sim: &sim, specific_force_body };
-        assert_ne!(other.sensor(&truth).abs_pressure, at(4_000), "another seed, another noise");
-        let noise = crate::sim::sensors::Noise::new(1);
-        // Neighbours in time, and streams, have nothing to do with each other.
-        let pairs = |f: &dyn Fn(u64) -> (f64, f64)| (1..2_000).map(|i| f(i * 4_000)).collect::<Vec<_>>();
-        for pairs in [
-            pairs(&|t| (noise.normal(0, t), noise.normal(0, t + 1))),
-            pairs(&|t| (noise.normal(0, t), noise.normal(0, t + 4_000))),
-            pairs(&|t| (noise.normal(0, t), noise.normal(1, t))),
-        ] {
-            let correlation = pairs.iter().map(|(a, b)| a * b).sum::<f64>() / pairs.len() as f64;
-            assert!(correlation.abs() < 0.1, "{correlation}");
+        assert_eq!(pressures(1), p);
+        assert_ne!(pressures(2), p, "another seed, another noise");
+    }
+
+    #[test]
+    fn what_has_not_been_read_is_not_flagged_and_stands_as_it_was() {
+        let (mut sensors, sim, specific_force_body) = hanging(8_000);
+        let mut read = |at, magnetometer, barometer| {
+            sensors.sensor(&Truth { at, sim: &sim, specific_force_body }, magnetometer, barometer)
+        };
+        let first = read(8_000, true, true);
+        for (at, magnetometer, barometer, flags) in
+            [(12_000, false, false, 0x3F), (16_000, true, false, 0x1FF), (20_000, false, true, 0x1A3F)]
+        {
+            let m = read(at, magnetometer, barometer);
+            assert_eq!((m.time_usec, m.fields_updated.bits()), (at, flags));
+            assert_eq!((m.xmag, m.ymag, m.zmag), (first.xmag, first.ymag, first.zmag), "no noise of its own");
+            assert_eq!(m.abs_pressure != first.abs_pressure, barometer);
         }
     }
 
     #[test]
     fn closed_form_scaled_integers_hold_the_descent() {
-        let (sensors, sim, specific_force_body) = hanging(500_000);
+        let (mut sensors, sim, specific_force_body) = hanging(500_000);
         let truth = Truth { at: 500_000, sim: &sim, specific_force_body };
         let gps = sensors.gps(&truth);
         // 5 m/s down from 10 m above the point of release, at 600 m.
@@ -268,7 +276,7 @@ mod tests {
         }
         // 2 m of noise are told as an accuracy of 2 m; the rest of the message's accuracy stays.
         settings.satellite.horizontal_noise_m = 2.0;
-        let sensors = HilSensors::new(sim.environment(), settings, 1, 4_000);
+        let mut sensors = HilSensors::new(sim.environment(), settings, 1, 4_000);
         let truth = Truth { at: 40_000, sim: &sim, specific_force_body: Vector3::zeros() };
         let gps = sensors.gps(&truth);
         assert_eq!((gps.eph, gps.epv), (200, 120));

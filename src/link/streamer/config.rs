@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::super::{Froude, TimeUs};
 use super::Procedure;
+use crate::control::px4::facts::{IMU_PERIOD_US, SETPOINT_PERIOD_US};
 
 /// What tells the time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -68,8 +69,8 @@ impl Default for StreamerConfig {
             target_v_ned: Vector3::zeros(),
             yaw_rad: 0.0,
             feed_forward: false,
-            setpoint_period_us: 20_000,
-            lead_us: 4_000,
+            setpoint_period_us: SETPOINT_PERIOD_US,
+            lead_us: IMU_PERIOD_US,
             settle_us: 3_000_000,
             end_s: None,
             attempts: 20,

@@ -4,11 +4,12 @@ use mavlink::dialects::common::{HEARTBEAT_DATA, MavMessage, MavModeFlag};
 
 use super::super::parachute::{PARACHUTE_COMPONENT, T_END, T_RELEASE};
 use super::super::{Frame, TimeUs};
-use super::machine::{ESTIMATOR_STATUS, EXTENDED_SYS_STATE, SYS_STATUS};
+use super::machine::{AUTOPILOT_VERSION, ESTIMATOR_STATUS, EXTENDED_SYS_STATE, SYS_STATUS};
 use super::{
-    AUTOPILOT_COMPONENT, Clock, Flight, STREAMER_COMPONENT, STREAMER_SYSTEM, Shown, StreamerEvent,
-    StreamerSession, StreamerState,
+    AUTOPILOT_COMPONENT, AutopilotVersion, Clock, Flight, STREAMER_COMPONENT, STREAMER_SYSTEM, Shown,
+    StreamerEvent, StreamerSession, StreamerState,
 };
+use crate::autopilot::FlightMode;
 
 /// The clock may go back by less than this [us] without meaning a new start (messages that overtake each other).
 const CLOCK_JITTER_US: TimeUs = 1_000_000;
@@ -16,8 +17,6 @@ const CLOCK_JITTER_US: TimeUs = 1_000_000;
 const WORDS: usize = 8;
 /// How PX4 says that it does not have a parameter.
 const PX4_UNKNOWN_PARAMETER: &str = "unknown param: ";
-/// Main mode OFFBOARD in PX4's custom mode.
-const PX4_MAIN_MODE_OFFBOARD: u32 = 6;
 
 impl StreamerSession {
     pub(super) fn take(&mut self, frame: &Frame) {
@@ -35,6 +34,10 @@ impl StreamerSession {
                 id if id == u32::from(SYS_STATUS) => {
                     let p = frame.payload();
                     self.flight.readiness.take_sensors(p.u32(0), p.u32(4), p.u32(8));
+                }
+                id if id == u32::from(AUTOPILOT_VERSION) => {
+                    let p = frame.payload();
+                    self.flight.version = Some(AutopilotVersion { software: p.u32(16), git: p.u32(40) });
                 }
                 id if id == u32::from(ESTIMATOR_STATUS) => {
                     self.flight.readiness.take_estimator(frame.payload().u16(40));
@@ -116,7 +119,7 @@ impl StreamerSession {
         let before = self.flight.shown;
         self.flight.shown = Shown {
             armed: m.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED),
-            offboard: m.custom_mode >> 16 & 0xFF == PX4_MAIN_MODE_OFFBOARD,
+            offboard: FlightMode::from_custom_mode(m.custom_mode) == Some(FlightMode::Offboard),
         };
         let flying = matches!(
             self.flight.state,

@@ -8,10 +8,12 @@ use super::request::{Progress, Request, result_name};
 use super::{
     Clock, FIRST_REPORT, HEARTBEAT_PERIOD_US, StreamerConfig, StreamerEvent, StreamerSession, StreamerState,
 };
+use crate::autopilot::FlightMode;
 
 /// Ids of messages that are asked for.
 pub(super) const SYS_STATUS: u16 = 1;
 const ATTITUDE: u16 = 30;
+pub(super) const AUTOPILOT_VERSION: u16 = 148;
 pub(super) const ESTIMATOR_STATUS: u16 = 230;
 pub(super) const EXTENDED_SYS_STATE: u16 = 245;
 /// Setpoints must have run for this long before OFFBOARD is asked for.
@@ -87,7 +89,7 @@ impl StreamerSession {
             StreamerState::Aligning => self.align(),
             StreamerState::RequestingOffboard => {
                 if self.pursue(|c| {
-                    let px4_offboard = [1.0, 6.0, 0.0];
+                    let px4_offboard = [1.0, f32::from(FlightMode::Offboard.main_number()), 0.0];
                     let command = MavCmd::MAV_CMD_DO_SET_MODE;
                     Request::to_autopilot(c.vehicle_system, command, px4_offboard, "OFFBOARD", c.attempts)
                 }) {
@@ -128,19 +130,24 @@ impl StreamerSession {
         if self.config.procedure.is_none() {
             return self.enter(StreamerState::Streaming);
         }
+        self.wish(MavCmd::MAV_CMD_REQUEST_MESSAGE, [f32::from(AUTOPILOT_VERSION), 0.0, 0.0]);
         self.wish_for(SYS_STATUS, 100_000);
         self.wish_for(ESTIMATOR_STATUS, 100_000);
         self.wish_for(EXTENDED_SYS_STATE, 20_000);
         self.enter(StreamerState::Parameters);
     }
 
-    /// Asks for a message; what becomes of the wish does not matter.
+    /// Asks for a message again and again.
     fn wish_for(&mut self, message_id: u16, interval_us: TimeUs) {
         let interval = [f32::from(message_id), interval_us as f32, 0.0];
-        let command = MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL;
+        self.wish(MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL, interval);
+    }
+
+    /// A command of which it does not matter what becomes of it.
+    fn wish(&mut self, command: MavCmd, params: [f32; 3]) {
         let system_id = self.config.vehicle_system;
         if let Progress::Send(m) =
-            Request::to_autopilot(system_id, command, interval, "message interval", 1).poll(self.flight.now)
+            Request::to_autopilot(system_id, command, params, "a message", 1).poll(self.flight.now)
         {
             self.send(&MavMessage::COMMAND_LONG(m));
         }
@@ -230,12 +237,12 @@ impl StreamerSession {
         let end = self.config.end_s.map(|s| start + microseconds(s));
         let state = if end.is_some_and(|end| self.flight.now >= end) {
             StreamerState::Done
-        } else if ahead >= start + microseconds(self.trajectory.end_s()) && !self.holds_back() {
-            StreamerState::Target
-        } else if ahead >= start && !self.holds_back() {
+        } else if ahead < start || self.flight.state == StreamerState::Falling && self.holds_back() {
+            StreamerState::Falling
+        } else if ahead < start + microseconds(self.trajectory.end_s()) {
             StreamerState::Tracking
         } else {
-            StreamerState::Falling
+            StreamerState::Target
         };
         if state != self.flight.state {
             let at = self.flight.now;

@@ -36,6 +36,7 @@ mod parameters;
 mod procedure;
 mod request;
 mod setpoint;
+mod version;
 
 #[cfg(test)]
 mod readiness_tests;
@@ -49,6 +50,7 @@ mod trouble_tests;
 pub use config::{Clock, StreamerConfig};
 pub use event::StreamerEvent;
 pub use procedure::Procedure;
+pub use version::AutopilotVersion;
 
 /// MAVSDK's ids of an offboard script: system 245, component MAV_COMP_ID_MISSIONPLANNER.
 pub const STREAMER_SYSTEM: u8 = 245;
@@ -132,6 +134,7 @@ struct Flight {
     shown_at: TimeUs,
     readiness: Readiness,
     failure: Option<String>,
+    version: Option<AutopilotVersion>,
 }
 
 /// What the vehicle's heartbeat shows, and what has been told of it.
@@ -159,6 +162,7 @@ impl Flight {
             shown_at: 0,
             readiness: Readiness::default(),
             failure: None,
+            version: None,
         }
     }
 }
@@ -193,6 +197,11 @@ impl StreamerSession {
     /// Why it has given up, if it has.
     pub fn failure(&self) -> Option<&str> {
         self.flight.failure.as_deref()
+    }
+
+    /// Which software the vehicle flies, if it was asked and has told.
+    pub fn vehicle_version(&self) -> Option<AutopilotVersion> {
+        self.flight.version
     }
 
     /// Simulated time as last heard.

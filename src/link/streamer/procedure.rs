@@ -1,8 +1,9 @@
 //! What a PX4 needs before it may be released, and what it would trip over.
 //!
 //! Parameters are uploaded and looked at ([`crate::params::procedure`] says which, and why), the estimator must have a velocity before
-//! OFFBOARD is asked for, the vehicle must show itself armed and in OFFBOARD before it is released, and velocity setpoints are held
-//! back while it believes to be on the ground: a PX4 that does would keep its rotors at zero thrust.
+//! OFFBOARD is asked for, the vehicle must show itself armed and in OFFBOARD before it is released, and the first velocity setpoint is
+//! held back while it believes to be on the ground: a PX4 that does would keep its rotors at zero thrust. Once the plan has begun
+//! nothing is taken back: a vehicle on the ground may have landed.
 
 use std::collections::BTreeMap;
 

@@ -1,6 +1,8 @@
 //! The streamer against a scripted vehicle in drops that go otherwise: refusals, silence, late arming, other triggers, new starts,
 //! early ends.
 
+use mavlink::dialects::common::{EXTENDED_SYS_STATE_DATA, MavLandedState, MavMessage};
+
 use super::super::CommandAck;
 use super::scene::{Answers, Scene, WILLING};
 use super::*;
@@ -181,6 +183,45 @@ fn the_simulations_end_ends_the_stream_in_every_state() {
     let mut scene = Scene::new(WILLING, |_| ());
     scene.tell_instant("t_end", 20_000_000);
     assert_eq!(scene.streamer.state(), StreamerState::WaitingForVehicle);
+}
+
+/// EXTENDED_SYS_STATE of a vehicle, once it has been told to be careful.
+fn shows_landed_state(scene: &mut Scene, landed_state: MavLandedState) {
+    scene.streamer.config.procedure = Some(Procedure::default());
+    scene.vehicle_says(&MavMessage::EXTENDED_SYS_STATE(EXTENDED_SYS_STATE_DATA {
+        landed_state,
+        ..Default::default()
+    }));
+}
+
+/// PX4 says ON_GROUND when it has landed, or falls too slowly for it. What has been streamed stays streamed.
+#[test]
+fn a_landing_takes_nothing_back() {
+    for state in [StreamerState::Tracking, StreamerState::Target] {
+        let mut scene = scene_in(state);
+        shows_landed_state(&mut scene, MavLandedState::MAV_LANDED_STATE_ON_GROUND);
+        scene.run(scene.now + 100_000);
+        assert_eq!(scene.streamer.state(), state);
+        assert!(!scene.events.iter().any(|e| matches!(e, StreamerEvent::HeldBack { .. })));
+        let (_, last) = scene.sent.iter().rfind(|(_, f)| matches!(f.message_id, 82 | 84)).unwrap();
+        assert_eq!(last.message_id, 84, "velocities, not the level attitude without thrust");
+        scene.run(scene.now + 3_000_000);
+        scene.tell_instant("t_end", 20_000_000);
+        assert_eq!(scene.streamer.state(), StreamerState::Done);
+    }
+}
+
+#[test]
+fn velocities_wait_while_the_vehicle_believes_to_be_on_the_ground() {
+    let mut scene = scene_in(StreamerState::Falling);
+    shows_landed_state(&mut scene, MavLandedState::MAV_LANDED_STATE_ON_GROUND);
+    scene.run(scene.now + 1_000_000);
+    assert_eq!(scene.streamer.state(), StreamerState::Falling);
+    let held = |e: &&StreamerEvent| matches!(e, StreamerEvent::HeldBack { .. });
+    assert_eq!(scene.events.iter().filter(held).count(), 1);
+    shows_landed_state(&mut scene, MavLandedState::MAV_LANDED_STATE_IN_AIR);
+    scene.run(scene.now + 4_000);
+    assert_eq!(scene.streamer.state(), StreamerState::Tracking);
 }
 
 #[test]

@@ -65,7 +65,7 @@ pub enum FigureError {
 }
 
 /// Draws a drop: the flight path, and the motion over time against the plan that was flown. `verdict` is `None` for a
-/// flight that was not released.
+/// flight that was not released; `by`, for the subtitle, for one by the reference autopilot.
 ///
 /// # Errors
 /// [`FigureError`] when no sample is finite or the backend fails.
@@ -74,6 +74,7 @@ pub fn drop_figure(
     samples: &[Sample],
     plan: Option<&Trajectory>,
     verdict: Option<&Verdict>,
+    by: Option<&str>,
 ) -> Result<String, FigureError> {
     let (vehicle, limits) = (&mission.vehicle, &mission.limits);
     let track = Track::of_flight(samples, vehicle, limits);
@@ -81,6 +82,7 @@ pub fn drop_figure(
     // Without a release the plan has no place in time.
     let plan = plan.filter(|_| track.since_free).map(|plan| Track::of_plan(plan, start, vehicle, limits));
     let mut sheet = Sheet::new(mission, &track, plan.as_ref());
+    sheet.by = by.map(str::to_owned);
     match track.release_s {
         Some(t_s) if t_s < 0.0 => {
             sheet.event(t_s, "released", false);
@@ -130,13 +132,15 @@ struct Sheet<'a> {
     track: &'a Track,
     plan: Option<&'a Track>,
     headline: String,
+    by: Option<String>,
     events: Vec<Event>,
     j_tpf: Option<f64>,
 }
 
 impl<'a> Sheet<'a> {
     fn new(mission: &'a Mission, track: &'a Track, plan: Option<&'a Track>) -> Self {
-        Self { mission, track, plan, headline: mission.name.clone(), events: Vec::new(), j_tpf: None }
+        let headline = mission.name.clone();
+        Self { mission, track, plan, headline, by: None, events: Vec::new(), j_tpf: None }
     }
 
     fn event(&mut self, t_s: f64, text: &str, strong: bool) {
@@ -174,9 +178,9 @@ impl<'a> Sheet<'a> {
         };
         let stamp = Stamp { seed: mission.seed, input_hash: mission.input_hash.clone() };
         let about = stamp.csv_comment().replace("# ", "");
-        let headline = self.headline;
+        let (headline, by) = (self.headline, self.by);
         Canvas::new((WIDTH_PX, HEIGHT_PX)).finish((&headline, about.trim_end()), |pen| {
-            heading(pen, &headline, track.rolls());
+            heading(pen, &headline, by.as_deref(), track.rolls());
             path.draw(pen, PATH_CORNERS.0, PATH_CORNERS.1);
             color_bar(pen, &scale, "state", (PATH_CORNERS.1.0, 78.0));
             panels.draw(pen, COLUMN_CORNERS.0, COLUMN_CORNERS.1);
@@ -184,13 +188,14 @@ impl<'a> Sheet<'a> {
     }
 }
 
-fn heading(pen: &mut Pen<'_>, headline: &str, rolls: bool) {
+fn heading(pen: &mut Pen<'_>, headline: &str, by: Option<&str>, rolls: bool) {
     pen.text(headline, (16.0, 28.0), Anchor::Start, Font { size: 19.0, color: INK, bold: true });
     let j_state = sub("J", "state");
+    let by = by.map_or(String::new(), |by| format!("Flown by {by}. "));
     let quantities =
         if rolls { "speed, pitch, roll, pitch rate or roll rate" } else { "speed, pitch or pitch rate" };
     let remark = format!(
-        "Flight path coloured by {j_state}, marks every {} s. {j_state} is the largest share of a safety limit: {quantities}.",
+        "{by}Flight path coloured by {j_state}, marks every {} s. {j_state} is the largest share of a safety limit: {quantities}.",
         flight_path::MARK_INTERVAL_S,
     );
     pen.text(&remark, (16.0, 54.0), Anchor::Start, SMALL);

@@ -13,8 +13,8 @@ use crate::config::{Mission, Stamp};
 use crate::frames::pitch;
 
 const COLUMNS: &str = "trial,theta_0_rad,phi_rad,vn_m_s,vd_m_s,pitch_rad,pitch_rate_rad_s,j_tpf,peak_speed_m_s,\
-                       peak_pitch_rad,peak_pitch_rate_rad_s,vn_end_m_s,ve_end_m_s,vd_end_m_s";
-const COLUMN_COUNT: usize = 14;
+                       peak_pitch_rad,peak_pitch_rate_rad_s,peak_roll_rad,peak_roll_rate_rad_s,vn_end_m_s,ve_end_m_s,vd_end_m_s";
+const COLUMN_COUNT: usize = 16;
 
 /// Name of a campaign's file.
 pub fn file_name(controller: &Controller) -> String {
@@ -54,6 +54,8 @@ pub fn write_row(text: &mut String, release: &RandomRelease, outcome: &TrialOutc
         outcome.peak_speed_m_s,
         outcome.peak_pitch_rad,
         outcome.peak_pitch_rate_rad_s,
+        outcome.peak_roll_rad,
+        outcome.peak_roll_rate_rad_s,
         end.x,
         end.y,
         end.z,
@@ -88,7 +90,7 @@ pub fn parse_row(line: &str, expected: &RandomRelease) -> Result<TrialOutcome, R
     if fields.next().is_some() {
         return Err(RowError::NotNumbers);
     }
-    let [amplitude, phase, _, _, _, _, j_tpf, speed, pitch, rate, vn, ve, vd] = numbers;
+    let [amplitude, phase, _, _, _, _, j_tpf, speed, pitch, rate, roll, roll_rate, vn, ve, vd] = numbers;
     let drawn = (expected.amplitude_rad, expected.phase_rad);
     if trial.parse() != Ok(expected.trial) || (amplitude, phase) != drawn {
         return Err(RowError::OtherTrial(expected.trial));
@@ -98,6 +100,8 @@ pub fn parse_row(line: &str, expected: &RandomRelease) -> Result<TrialOutcome, R
         peak_speed_m_s: speed,
         peak_pitch_rad: pitch,
         peak_pitch_rate_rad_s: rate,
+        peak_roll_rad: roll,
+        peak_roll_rate_rad_s: roll_rate,
         final_v_ned: Vector3::new(vn, ve, vd),
     })
 }
@@ -121,6 +125,8 @@ mod tests {
             peak_speed_m_s: 6.6,
             peak_pitch_rad: -0.4,
             peak_pitch_rate_rad_s: -0.0,
+            peak_roll_rad: 0.2,
+            peak_roll_rate_rad_s: -1e-300,
             final_v_ned: Vector3::new(4.0, 1e-17, f64::INFINITY),
         };
         (release, outcome)

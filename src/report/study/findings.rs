@@ -2,7 +2,7 @@
 //! is made of the study's own numbers.
 
 use super::Assessment;
-use crate::assess::paper;
+use crate::assess::{Summary, paper};
 
 /// The means of the campaigns shall lie within this fraction of the paper's.
 const MEAN_BAR: f64 = 0.05;
@@ -15,16 +15,19 @@ const REDUCTION_BAR: f64 = 0.20;
 /// Standard deviations within this factor, either way.
 const SPREAD_FACTOR: f64 = 1.5;
 
-/// Reasons for what is known to be missed.
-const WHY_TIE: &str = "On this vehicle the paper's PSO gains keep a limit cycle, whose phase decides their peaks. The two tie in J_TPF, though \
-                       the PSO gains track the trajectory better (tracking RMS in Table 5). The vehicle is a plausible representative of \
-                       the paper's lander, fitted to its printed results, not the lander itself.";
-const WHY_SPREAD: &str = "Step: the velocity error of the step saturates the tilt command at once, whatever the release, which hides the release \
+/// The PSO gains shall be better by this share of the paper's own margin.
+const MARGIN_BAR: f64 = 0.5;
+
+/// Reasons for what is missed. They were found once, on the shipped vehicle and mission (README, "The paper, side by side"), and are told
+/// only with those; a run does not look for them again.
+const WHY_TIE: &str = "Found on this vehicle: the paper's PSO gains keep a limit cycle, whose phase decides their peaks; they track the \
+                       trajectory better (tracking RMS in Table 5). The vehicle is a plausible representative of the paper's lander, \
+                       fitted to its printed results, not the lander itself.";
+const WHY_SPREAD: &str = "Found on this vehicle. Step: the velocity error of the step saturates the tilt command at once, whatever the release, which hides the release \
                           pitch that makes the paper's spread. Optimal trajectory: a release against the plan's first motion costs more here. \
                           The paper's own two sources disagree: its Table 5 has values below the lowest of its Monte Carlo simulation.";
-const WHY_STEP_CASES: &str =
-    "The saturated tilt command makes all releases alike; the tilt limit is fitted to case 0.";
-const WHY_OTHER: &str = "Not so with the shipped mission and 100 trials or more: vehicle or mission have been changed, or the trials are few.";
+const WHY_STEP_CASES: &str = "Found on this vehicle: the saturated tilt command makes all releases alike; the tilt limit is fitted to case 0.";
+const WHY_OTHER: &str = "It is reproduced with 100 trials and seed 1: these are fewer, or others.";
 
 /// A claim of the paper and what became of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,12 +60,11 @@ impl Finding {
 
 /// The findings; none when the study is not the paper's.
 pub fn findings(a: &Assessment<'_>) -> Vec<Finding> {
-    if !a.is_the_papers() {
+    if !a.is_the_papers {
         return Vec::new();
     }
     let mean = |i: usize| a.assessed[i].tally.j_tpf.mean();
     let std = |i: usize| a.assessed[i].tally.j_tpf.std();
-    let interval = |i: usize| a.assessed[i].tally.j_tpf.mean_interval();
     let printed = [paper::NEAR_HOVER_STEP, paper::NEAR_HOVER_OPTIMAL, paper::PSO_OPTIMAL];
     let within = |x: f64, wanted: f64, bar: f64| (x / wanted - 1.0).abs() <= bar;
     let three = |of: &dyn Fn(usize) -> f64| format!("{:.3}, {:.3}, {:.3}", of(0), of(1), of(2));
@@ -104,14 +106,7 @@ pub fn findings(a: &Assessment<'_>) -> Vec<Finding> {
             paper::TABLE_5_NEAR_HOVER,
             WHY_STEP_CASES,
         ),
-        Finding::new(
-            "on the optimal trajectory the PSO gains beat the near-hover gains",
-            "0.62 against 0.65".to_owned(),
-            format!("{:.3} against {:.3}", mean(2), mean(1)),
-            "lower, 95 % intervals apart",
-            interval(2).1 < interval(1).0,
-            WHY_TIE,
-        ),
+        pso_beats_near_hover(mean(1), &a.pso_less_near_hover),
         Finding::new(
             "standard deviations of the three campaigns",
             "0.04, 0.02, 0.01".to_owned(),
@@ -121,6 +116,30 @@ pub fn findings(a: &Assessment<'_>) -> Vec<Finding> {
             WHY_SPREAD,
         ),
     ]
+}
+
+/// Both campaigns fly the same releases: what tells is their difference release by release, and its size beside the paper's.
+fn pso_beats_near_hover(near_hover_mean: f64, pso_less_near_hover: &Summary) -> Finding {
+    let (near_hover, pso) = (paper::NEAR_HOVER_OPTIMAL.mean, paper::PSO_OPTIMAL.mean);
+    let papers = (near_hover - pso) / near_hover;
+    let lower = |by: f64| -by / near_hover_mean;
+    let here = lower(pso_less_near_hover.mean());
+    let (most, least) = pso_less_near_hover.mean_interval();
+    let (least, most) = (lower(least), lower(most));
+    Finding::new(
+        "on the optimal trajectory the PSO gains beat the near-hover gains",
+        format!("{pso} against {near_hover}, {:.1} % lower", 100.0 * papers),
+        format!(
+            "{:.3} against {near_hover_mean:.3}, {:.1} % lower (95 % interval of the paired difference {:.1} to {:.1} %)",
+            near_hover_mean + pso_less_near_hover.mean(),
+            100.0 * here,
+            100.0 * least,
+            100.0 * most
+        ),
+        "lower by half the paper's margin or more, beyond chance",
+        here >= MARGIN_BAR * papers && least > 0.0,
+        WHY_TIE,
+    )
 }
 
 fn table_5(a: &Assessment<'_>, row: usize, claim: &str, printed: [f64; 7], why: &'static str) -> Finding {
@@ -134,4 +153,34 @@ fn table_5(a: &Assessment<'_>, row: usize, claim: &str, printed: [f64; 7], why: 
     let here = format!("{our_low:.3} to {our_high:.3}, off by {:.0} % at most", 100.0 * worst);
     let paper = format!("{low:.2} to {high:.2}");
     Finding::new(claim, paper, here, "each within 15 %", worst <= TABLE_5_BAR, why)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Differences that alternate about a mean.
+    fn paired(mean: f64, spread: f64) -> Summary {
+        let mut differences = Summary::default();
+        (0..1000).for_each(|i| differences.push(mean + if i % 2 == 0 { spread } else { -spread }));
+        differences
+    }
+
+    /// A tenth of the paper's margin is no margin, however sure; nor is all of it when chance makes as much.
+    #[test]
+    fn a_margin_counts_by_its_size_and_its_certainty() {
+        for (mean, spread, reproduced) in
+            [(-0.003, 0.001, false), (-0.03, 0.01, true), (-0.03, 0.9, false), (0.03, 0.01, false)]
+        {
+            let finding = pso_beats_near_hover(0.65, &paired(mean, spread));
+            assert_eq!(finding.reproduced, reproduced, "{}", finding.here);
+        }
+        let finding = pso_beats_near_hover(0.65, &paired(-0.0026, 0.001));
+        assert_eq!(finding.paper, "0.62 against 0.65, 4.6 % lower");
+        assert!(
+            finding.here.starts_with("0.647 against 0.650, 0.4 % lower (95 % interval"),
+            "{}",
+            finding.here
+        );
+    }
 }

@@ -17,7 +17,7 @@ pub mod page;
 pub mod records;
 pub mod tables;
 
-use crate::assess::{Controller, Tally};
+use crate::assess::{Controller, Summary, Tally};
 use crate::config::Mission;
 
 /// The name of the campaign with the chosen gains.
@@ -60,6 +60,13 @@ pub struct Assessment<'a> {
     pub bound: f64,
     /// Trials of each campaign.
     pub trials: u64,
+    /// Whether this is the study that stands for the paper's ([`Mission::is_the_papers_study`]): then what the paper prints stands
+    /// beside it.
+    pub is_the_papers: bool,
+    /// J_TPF of the third campaign less that of the second, release by release.
+    pub pso_less_near_hover: Summary,
+    /// Control period of the flights whose tracking RMS is told [s].
+    pub tracking_period_s: f64,
     /// The controllers: near-hover with a step, near-hover, the paper's PSO gains, ours.
     pub assessed: [Assessed; 4],
 }
@@ -73,16 +80,6 @@ impl Assessment<'_> {
     /// Whether every trial with the chosen gains stayed below the bound.
     pub fn safe(&self) -> bool {
         self.ours().tally.safe.misses() == 0
-    }
-
-    /// Whether this is the paper's study: its lander, on Titan, to its target, from its release cases. Then what the paper
-    /// prints stands beside it.
-    pub fn is_the_papers(&self) -> bool {
-        let m = self.mission;
-        m.vehicle_name == "titan"
-            && m.environment.gravity_m_s2 == 1.35
-            && m.target_v_ned.as_slice() == [4.0, 0.0, 4.0]
-            && m.tuning_cases.len() == crate::assess::paper::TABLE_5_PSO.len()
     }
 }
 

@@ -82,6 +82,8 @@ struct OnlyFlight<'a> {
     peak_speed_m_s: f64,
     peak_pitch_rad: f64,
     peak_pitch_rate_rad_s: f64,
+    peak_roll_rad: f64,
+    peak_roll_rate_rad_s: f64,
     final_v_ned_m_s: [f64; 3],
     csv_row: &'a str,
 }
@@ -109,6 +111,8 @@ pub fn only_json(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]
                 peak_speed_m_s: o.peak_speed_m_s,
                 peak_pitch_rad: o.peak_pitch_rad,
                 peak_pitch_rate_rad_s: o.peak_pitch_rate_rad_s,
+                peak_roll_rad: o.peak_roll_rad,
+                peak_roll_rate_rad_s: o.peak_roll_rate_rad_s,
                 final_v_ned_m_s: o.final_v_ned.into(),
                 csv_row: row.trim_end(),
             })

@@ -3,7 +3,7 @@
 
 use super::findings::findings;
 use super::grid::{escape, rich};
-use super::tables::{INTERVALS, campaigns, reproduction, table_4, table_5, verdict};
+use super::tables::{INTERVALS, campaigns, reproduction, table_4, table_5, tracking_note, verdict};
 use super::{Assessment, OURS, campaign_csv};
 use crate::report::json::VERSION;
 
@@ -78,7 +78,12 @@ pub fn page(a: &Assessment<'_>, figures: &[Figure]) -> String {
         a.mission.horizon_s
     );
     html += &format!("<h2>Campaigns</h2>\n{}<p class=\"soft\">{INTERVALS}</p>\n", campaigns(a).html());
-    html += &format!("<h2>Release cases and gains</h2>\n{}{}", table_5(a).html(), table_4(a).html());
+    html += &format!(
+        "<h2>Release cases and gains</h2>\n{}<p class=\"soft\">{}</p>\n{}",
+        table_5(a).html(),
+        tracking_note(a),
+        table_4(a).html()
+    );
     html += &reproduced(a);
     html += "<h2>Figures</h2>\n";
     for figure in figures {

@@ -113,7 +113,7 @@ pub fn assess_json(a: &Assessment<'_>, flights_per_s: Option<f64>) -> String {
         confidence: CONFIDENCE,
         plan_objective: a.plan_objective,
         plan_j_tpf: a.plan_j_tpf,
-        paper_plan_j_tpf: a.is_the_papers().then_some(paper::PLAN_J_TPF),
+        paper_plan_j_tpf: a.is_the_papers.then_some(paper::PLAN_J_TPF),
         table4: gains_rows(a),
         table5: a.assessed.iter().map(|x| table_5(a, x)).collect(),
         campaigns: a.assessed.iter().map(|x| campaign_row(a, x)).collect(),
@@ -213,7 +213,7 @@ fn gains_rows<'a>(a: &'a Assessment<'_>) -> Vec<GainsRow<'a>> {
 }
 
 fn table_5<'a>(a: &Assessment<'_>, x: &'a Assessed) -> Table5<'a> {
-    let printed = paper::table_5(x.controller.name).filter(|_| a.is_the_papers());
+    let printed = paper::table_5(x.controller.name).filter(|_| a.is_the_papers);
     let cases = x.cases.iter().enumerate().map(|(i, c)| CaseRow {
         case: &c.case,
         j_tpf: c.j_tpf,
@@ -231,7 +231,7 @@ fn table_5<'a>(a: &Assessment<'_>, x: &'a Assessed) -> Table5<'a> {
 
 fn campaign_row<'a>(a: &Assessment<'_>, x: &'a Assessed) -> CampaignRow<'a> {
     let (j, safe) = (&x.tally.j_tpf, &x.tally.safe);
-    let printed = paper::campaign(x.controller.name).filter(|_| a.is_the_papers());
+    let printed = paper::campaign(x.controller.name).filter(|_| a.is_the_papers);
     CampaignRow {
         name: x.controller.name,
         gains: &x.controller.gains_name,

@@ -3,7 +3,7 @@
 use super::findings::{Finding, findings};
 use super::grid::Grid;
 use super::{Assessed, Assessment, label};
-use crate::assess::paper;
+use crate::assess::{paper, tracking};
 
 /// With three decimals; "-" for what is not a number, "inf" for what diverged.
 fn three(x: f64) -> String {
@@ -22,6 +22,12 @@ fn digits(x: f64, n: usize) -> String {
 
 fn interval((low, high): (f64, f64), n: usize) -> String {
     format!("[{}, {}]", digits(low, n), digits(high, n))
+}
+
+/// An interval of a probability, rounded outwards: what is told holds.
+fn probability_interval((low, high): (f64, f64), n: usize) -> String {
+    let scale = 10f64.powi(n as i32);
+    interval(((low * scale).floor() / scale, (high * scale).ceil() / scale), n)
 }
 
 /// A probability that is nearly one keeps the digits that tell it from one.
@@ -51,14 +57,14 @@ pub fn table_5(a: &Assessment<'_>) -> Grid {
     for x in &a.assessed {
         let j = costs(x);
         grid.row(&label(&x.controller), j.iter().copied().chain([worst(&j)]).map(three));
-        if let Some(printed) = paper::table_5(x.controller.name).filter(|_| a.is_the_papers()) {
+        if let Some(printed) = paper::table_5(x.controller.name).filter(|_| a.is_the_papers) {
             grid.aside("the paper", printed.into_iter().chain([worst(&printed)]).map(|p| digits(p, 2)));
         }
         let rms: Vec<f64> = x.cases.iter().map(|c| c.tracking_rms).collect();
         grid.aside("tracking RMS (45)", rms.iter().copied().chain([worst(&rms)]).map(three));
     }
     let first = costs(&a.assessed[0]);
-    let compared = if a.is_the_papers() {
+    let compared = if a.is_the_papers {
         &[("reduction, first to third row", 2), ("reduction, first row to ours", 3)][..]
     } else {
         &[]
@@ -90,10 +96,10 @@ pub fn campaigns(a: &Assessment<'_>) -> Grid {
                 digits(j.min(), 4),
                 digits(j.max(), 4),
                 digits(safe.probability(), n),
-                interval(safe.interval(), n),
+                probability_interval(safe.interval(), n),
             ],
         );
-        if let Some(p) = paper::campaign(x.controller.name).filter(|_| a.is_the_papers()) {
+        if let Some(p) = paper::campaign(x.controller.name).filter(|_| a.is_the_papers) {
             let empty = String::new;
             let columns = [digits(p.mean, 2), empty(), digits(p.std, 2), digits(p.min, 4), digits(p.max, 4)];
             grid.aside("the paper, 100 trials", columns.into_iter().chain([empty(), empty()]));
@@ -111,6 +117,15 @@ pub fn reproduction(all: &[Finding]) -> Grid {
     grid
 }
 
+/// How the tracking RMS is meant.
+pub fn tracking_note(a: &Assessment<'_>) -> String {
+    let beside = if a.mission.environment.wind_ned_m_s.y == 0.0 { "" } else { tracking::OUT_OF_PLANE };
+    format!(
+        "Tracking RMS: flights commanded every {:.3} ms, so that the plan's nodes fall on steps.{beside}",
+        1e3 * a.tracking_period_s
+    )
+}
+
 /// How intervals and probability are meant.
 pub const INTERVALS: &str = "Intervals: Student's t for the mean, Clopper and Pearson's exact one for the probability. Standard deviations with n - 1.";
 
@@ -120,14 +135,13 @@ pub fn assess_text(a: &Assessment<'_>) -> String {
         "optimal trajectory: objective {:.6}, J_TPF {:.4}{}\n\n",
         a.plan_objective,
         a.plan_j_tpf,
-        if a.is_the_papers() { format!(" (the paper: {})", paper::PLAN_J_TPF) } else { String::new() }
+        if a.is_the_papers { format!(" (the paper: {})", paper::PLAN_J_TPF) } else { String::new() }
     );
     for grid in [table_4(a), table_5(a), campaigns(a)] {
         text += &grid.text();
         text.push('\n');
     }
-    text += INTERVALS;
-    text += "\n\n";
+    text += &format!("{}\n{INTERVALS}\n\n", tracking_note(a));
     let found = findings(a);
     if !found.is_empty() {
         text += "The paper's findings\n";
@@ -180,4 +194,17 @@ fn wrapped(paragraph: &str, width: usize) -> String {
         length += n;
     }
     text + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// All of 100: 0.025^(1/100) = 0.96378; eight of ten as printed in tables.
+    #[test]
+    fn closed_form_an_interval_is_not_rounded_inwards() {
+        assert_eq!(probability_interval((0.025f64.powf(0.01), 1.0), 3), "[0.963, 1.000]");
+        assert_eq!(probability_interval((0.443_904_5, 0.974_789_3), 3), "[0.443, 0.975]");
+        assert_eq!(probability_interval((0.0, 0.25), 3), "[0.000, 0.250]");
+    }
 }

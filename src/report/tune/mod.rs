@@ -52,6 +52,8 @@ pub struct TuneRun {
     pub gains: Tried,
     /// Flights that a candidate is judged by.
     pub flights: usize,
+    /// Control period of the flights [s].
+    pub control_period_s: f64,
     /// Evaluations that were made now, not read from a checkpoint.
     pub fresh_evaluations: usize,
     /// Whether Ctrl-C ended it.

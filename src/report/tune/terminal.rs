@@ -1,6 +1,7 @@
 //! A search, for the terminal.
 
 use super::TuneRun;
+use crate::assess::tracking::OUT_OF_PLANE;
 use crate::config::Mission;
 use crate::tune::Search;
 
@@ -10,6 +11,7 @@ pub fn text(mission: &Mission, search: &Search, run: &TuneRun) -> String {
     let diverged = search.history().last().map_or(0, |p| p.diverged);
     let out = format!(
         "{}: {} by {}, {} plant: {} evaluations of {} flights in {:.1} s ({} diverged){}\n\
+         commanded every {:.3} ms;{} \
          cost {:.4}: worst tracking RMS {:.4}, worst J_TPF {:.4}{}\n\n",
         mission.name,
         run.objective,
@@ -20,6 +22,8 @@ pub fn text(mission: &Mission, search: &Search, run: &TuneRun) -> String {
         run.wall_s,
         diverged,
         if run.stopped { ", stopped" } else { "" },
+        1e3 * run.control_period_s,
+        if mission.environment.wind_ned_m_s.y == 0.0 { "" } else { OUT_OF_PLANE },
         run.cost(),
         e.rms,
         e.j_tpf,

@@ -59,6 +59,18 @@ impl DropSimulation {
         self.moment().sample(self.instant_under(throttle), throttle, v_sp_ned)
     }
 
+    /// Advances by `dt_s` [s] as [`Self::step`] does; the row of the record for the step's beginning.
+    pub fn advance_sampled(
+        &mut self,
+        throttle: &PerRotor,
+        v_sp_ned: Option<Vector3<f64>>,
+        dt_s: f64,
+    ) -> Sample {
+        let moment = self.moment();
+        let instant = self.advance(throttle, dt_s);
+        moment.sample(instant, throttle, v_sp_ned)
+    }
+
     /// The state now, for a record whose forces come with the next step.
     pub(in crate::sim) fn moment(&self) -> Moment {
         Moment {

@@ -9,6 +9,7 @@ use super::lanes::{LANES, Lanes};
 use super::law::{Integrals, LaneGains, Measured};
 use super::model::Model;
 use crate::sim::PlantKind;
+use crate::sim::integrator::steps_in;
 use crate::simd::{Work, vectorised};
 
 /// The state of the flights at a control step.
@@ -68,6 +69,7 @@ impl<O: Observer> Work for Batch<'_, O> {
         let body = Body::new(model, flights, &air);
         let gains = LaneGains::new(flights);
         let dt_s = course.period_s();
+        let steps = steps_in(dt_s, model.longest_step_s);
         let mut state = State::at_release(flights);
         let mut seen = state.measured();
         let mut integrals = Integrals::ZERO;
@@ -83,7 +85,12 @@ impl<O: Observer> Work for Batch<'_, O> {
             air.blow(flights, (step as f64 + 0.5) * dt_s);
             match model.kind {
                 PlantKind::Ideal => step_ideal(model, &body, &air, &mut state, &mut thrust, &command, dt_s),
-                PlantKind::Actuator => step_actuator(model, &body, &air, &mut state, &command, dt_s),
+                PlantKind::Actuator => {
+                    let omega_c = model.rotors.commanded(&command, model.law.thrust_max_n);
+                    for _ in 0..steps {
+                        step_actuator(model, &body, &air, &mut state, &omega_c, dt_s / f64::from(steps));
+                    }
+                }
             }
         }
         let _ = observer.observe(course.steps(), &state);
@@ -296,14 +303,7 @@ fn step_ideal(
 
 /// Throttles are held; speed controllers and motors turn the rotors.
 #[inline(always)]
-fn step_actuator(model: &Model, body: &Body, air: &Air, state: &mut State, command: &[Lanes; 2], dt_s: f64) {
-    let mut omega_c = [[0.0; LANES]; 2];
-    for pair in 0..2 {
-        for i in 0..LANES {
-            omega_c[pair][i] =
-                model.rotors.omega_max_rad_s * (command[pair][i] / model.law.thrust_max_n).sqrt();
-        }
-    }
+fn step_actuator(model: &Model, body: &Body, air: &Air, state: &mut State, omega_c: &[Lanes; 2], dt_s: f64) {
     let [front, rear] = state.rotor_speed;
     let mut x = [state.v_n, state.v_d, state.q0, state.q2, state.rate, front, rear];
     runge_kutta_4(

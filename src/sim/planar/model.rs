@@ -23,6 +23,8 @@ pub struct Model {
     pub(super) wind_m_s: [f64; 2],
     /// Distance of the pairs ahead of and behind the centre of mass [m].
     pub(super) arm_m: f64,
+    /// Longest step in which rotor speeds are integrated [s].
+    pub(super) longest_step_s: f64,
     pub(super) aero: AeroTable,
     pub(super) rotors: Rotors,
     pub(super) law: Law,
@@ -61,6 +63,7 @@ impl Model {
             density_kg_m3: environment.density_kg_m3,
             wind_m_s: [wind.x, wind.z],
             arm_m,
+            longest_step_s: vehicle.longest_step_s(),
             aero: AeroTable::new(&vehicle.aero),
             rotors: Rotors::new(&vehicle.rotor, &vehicle.motor, pairs.map(|hub| [hub.x, hub.z])),
             law: Law::new(&airframe, limits, arm_m),

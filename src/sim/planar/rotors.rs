@@ -14,7 +14,7 @@ pub(super) struct Rotors {
     /// Density that the rotor's numbers hold for [kg/m^3].
     density_kg_m3: f64,
     motor: LaneMotor,
-    pub(super) omega_max_rad_s: f64,
+    omega_max_rad_s: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -82,6 +82,18 @@ impl Rotors {
     /// What the air's density [kg/m^3] makes of thrust and torque.
     pub(super) fn scale(&self, density_kg_m3: &Lanes) -> Lanes {
         density_kg_m3.map(|density| density / self.density_kg_m3)
+    }
+
+    /// Commanded speeds of the pairs [rad/s] for commanded thrusts [N] of at most `thrust_max_n`.
+    #[inline(always)]
+    pub(super) fn commanded(&self, thrust: &[Lanes; 2], thrust_max_n: f64) -> [Lanes; 2] {
+        let mut omega_c = [[0.0; LANES]; 2];
+        for pair in 0..2 {
+            for i in 0..LANES {
+                omega_c[pair][i] = self.omega_max_rad_s * (thrust[pair][i] / thrust_max_n).sqrt();
+            }
+        }
+        omega_c
     }
 
     /// Load of a rotor of pair `pair` (0 front, 1 rear) on a body that moves with `[u, w]` through the air and turns with `rate`.

@@ -3,11 +3,14 @@
 //! `p = 1013.25 (1 - 2.25577e-5 h)^5.25588` hPa is what PX4 inverts for an altitude, whatever air a mission has. A pressure that
 //! repeats itself bit by bit is taken for dead there: the noise is small where nothing is said, but not zero.
 
-use super::Noise;
+use super::noise::Walk;
+use crate::random::Stream;
 
-/// Errors of a barometer.
+/// Rate and errors of a barometer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Barometer {
+    /// Time between readings [us]; 0: one at each step.
+    pub period_us: u64,
     /// Standard deviation of a reading's noise [hPa].
     pub noise_hpa: f64,
     /// Random walk of its bias [hPa/sqrt(s)].
@@ -15,29 +18,35 @@ pub struct Barometer {
 }
 
 impl Default for Barometer {
-    /// No drift, and noise of 0.01 hPa, about 8 cm.
+    /// At each step; no drift, and noise of 0.01 hPa, about 8 cm.
     fn default() -> Self {
-        Self { noise_hpa: 0.01, drift_hpa_per_sqrt_s: 0.0 }
+        Self { period_us: 0, noise_hpa: 0.01, drift_hpa_per_sqrt_s: 0.0 }
     }
 }
 
-impl Barometer {
-    /// The pressure [hPa] that is read at an altitude [m], once every `period_us`. Draws from the streams `noise_stream` and `drift_stream`.
-    pub fn read(
-        &self,
-        altitude_m: f64,
-        noise: &mut Noise,
-        [noise_stream, drift_stream]: [u64; 2],
-        t_us: u64,
-        period_us: u64,
-    ) -> f64 {
+/// A barometer and what its errors have come to.
+#[derive(Clone, Debug)]
+pub struct BarometerSensor {
+    barometer: Barometer,
+    drift: Walk<1>,
+    white: Stream,
+}
+
+impl BarometerSensor {
+    /// A barometer that is switched on; it takes two streams of a seed, `stream` the first.
+    pub fn new(barometer: Barometer, seed: u64, stream: u64) -> Self {
+        let [white, drift] = [0, 1].map(|i| Stream::new(seed, stream + i));
+        Self { barometer, drift: Walk::new(drift), white }
+    }
+
+    /// A reading of the pressure [hPa] at an altitude [m]; each has a noise of its own.
+    pub fn read(&mut self, altitude_m: f64, t_us: u64) -> f64 {
         let mut reading = pressure_hpa(altitude_m);
-        if self.noise_hpa > 0.0 {
-            reading += self.noise_hpa * noise.normal(noise_stream, t_us);
+        if self.barometer.noise_hpa > 0.0 {
+            reading += self.barometer.noise_hpa * self.white.normal();
         }
-        if self.drift_hpa_per_sqrt_s > 0.0 {
-            reading += self.drift_hpa_per_sqrt_s
-                * noise.walk(drift_stream, t_us / period_us, period_us as f64 * 1e-6).x;
+        if self.barometer.drift_hpa_per_sqrt_s > 0.0 {
+            reading += self.barometer.drift_hpa_per_sqrt_s * self.drift.at(t_us).x;
         }
         reading
     }
@@ -69,24 +78,21 @@ mod tests {
 
     #[test]
     fn closed_form_noise_and_drift_have_their_deviations_and_zero_is_the_truth() {
-        let silent = Barometer { noise_hpa: 0.0, drift_hpa_per_sqrt_s: 0.0 };
-        assert_eq!(
-            silent.read(500.0, &mut Noise::new(1), [0, 1], 4_000, 4_000).to_bits(),
-            pressure_hpa(500.0).to_bits()
-        );
+        let silent = Barometer { period_us: 0, noise_hpa: 0.0, drift_hpa_per_sqrt_s: 0.0 };
+        let truth = pressure_hpa(500.0);
+        assert_eq!(BarometerSensor::new(silent, 1, 0).read(500.0, 4_000).to_bits(), truth.to_bits());
         let n = 3_000u64;
-        let deviation = |b: Barometer, at: &dyn Fn(u64) -> (u64, u64)| {
-            let square = |i| {
-                let (seed, t_us) = at(i);
-                (b.read(500.0, &mut Noise::new(seed), [0, 1], t_us, 4_000) - pressure_hpa(500.0)).powi(2)
-            };
-            ((0..n).map(square).sum::<f64>() / n as f64).sqrt()
+        let deviation = |errors: &mut dyn Iterator<Item = f64>| {
+            (errors.map(|reading| (reading - truth).powi(2)).sum::<f64>() / n as f64).sqrt()
         };
         let bound = 5.0 / (2.0 * n as f64).sqrt();
-        let noisy = deviation(Barometer { noise_hpa: 0.03, ..silent }, &|i| (1, i * 4_000));
+        let mut noisy = BarometerSensor::new(Barometer { noise_hpa: 0.03, ..silent }, 1, 0);
+        let noisy = deviation(&mut (0..n).map(|i| noisy.read(500.0, i * 4_000)));
         assert!((noisy / 0.03 - 1.0).abs() < bound, "{noisy}");
         // After 25 s, over seeds: 5 times the drift of a second.
-        let drifted = deviation(Barometer { drift_hpa_per_sqrt_s: 0.002, ..silent }, &|i| (i, 25_000_000));
+        let drifting = Barometer { drift_hpa_per_sqrt_s: 0.002, ..silent };
+        let after_25_s = |seed| BarometerSensor::new(drifting, seed, 0).read(500.0, 25_000_000);
+        let drifted = deviation(&mut (0..n).map(after_25_s));
         assert!((drifted / 0.01 - 1.0).abs() < bound, "{drifted}");
     }
 }

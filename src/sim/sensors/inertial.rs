@@ -7,7 +7,9 @@
 
 use nalgebra::Vector3;
 
-use super::Noise;
+use super::noise::Walk;
+use crate::random::Stream;
+use crate::units::US_PER_S;
 
 /// Errors of a triad of sensors, in the unit u of what they measure (m/s^2, rad/s). All zero: the truth to the bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,33 +26,49 @@ pub struct Triad {
     pub range: Option<f64>,
 }
 
-impl Triad {
-    /// The reading of `truth` at a time, one of every `period_us`. Draws from three streams, `stream` the first.
-    pub fn read(
-        &self,
-        truth: Vector3<f64>,
-        noise: &mut Noise,
-        stream: u64,
-        t_us: u64,
-        period_us: u64,
-    ) -> Vector3<f64> {
-        let period_s = period_us as f64 * 1e-6;
+/// A triad and what its errors have come to.
+#[derive(Clone, Debug)]
+pub struct TriadSensor {
+    triad: Triad,
+    /// Of a reading's white noise [u].
+    deviation: f64,
+    turn_on_bias: Vector3<f64>,
+    walk: Walk<3>,
+    white: Stream,
+}
+
+impl TriadSensor {
+    /// A triad that is switched on, read once in every `period_us`. Takes three streams of a seed, `stream` the first.
+    pub fn new(triad: Triad, seed: u64, stream: u64, period_us: u64) -> Self {
+        let [mut bias, walk, white] = [0, 1, 2].map(|i| Stream::new(seed, stream + i));
+        Self {
+            triad,
+            deviation: triad.noise_density / (period_us as f64 / US_PER_S).sqrt(),
+            turn_on_bias: bias.normals() * triad.turn_on_bias,
+            walk: Walk::new(walk),
+            white,
+        }
+    }
+
+    /// A reading of `truth` at a time; each has a noise of its own.
+    pub fn read(&mut self, truth: Vector3<f64>, t_us: u64) -> Vector3<f64> {
+        let triad = &self.triad;
         let mut reading = truth;
         // What is off is left out: adding a zero would turn -0 into 0.
-        if self.turn_on_bias > 0.0 {
-            reading += noise.triple(stream, 0) * self.turn_on_bias;
+        if triad.turn_on_bias > 0.0 {
+            reading += self.turn_on_bias;
         }
-        if self.walk > 0.0 {
-            reading += noise.walk(stream + 1, t_us / period_us, period_s) * self.walk;
+        if triad.walk > 0.0 {
+            reading += self.walk.at(t_us) * triad.walk;
         }
-        if self.noise_density > 0.0 {
-            reading += noise.triple(stream + 2, t_us) * (self.noise_density / period_s.sqrt());
+        if triad.noise_density > 0.0 {
+            reading += self.white.normals() * self.deviation;
         }
-        if let Some(range) = self.range {
+        if let Some(range) = triad.range {
             reading = reading.map(|x| x.clamp(-range, range));
         }
-        if self.resolution > 0.0 {
-            reading = reading.map(|x| (x / self.resolution).round() * self.resolution);
+        if triad.resolution > 0.0 {
+            reading = reading.map(|x| (x / triad.resolution).round() * triad.resolution);
         }
         reading
     }
@@ -64,8 +82,8 @@ mod tests {
     const DT_S: f64 = 0.004;
 
     fn readings(triad: &Triad, truth: Vector3<f64>, n: u64) -> Vec<Vector3<f64>> {
-        let mut noise = Noise::new(3);
-        (1..=n).map(|i| triad.read(truth, &mut noise, 10, i * DT_US, DT_US)).collect()
+        let mut sensor = TriadSensor::new(*triad, 3, 10, DT_US);
+        (1..=n).map(|i| sensor.read(truth, i * DT_US)).collect()
     }
 
     /// Allan's variance over `m` samples: half the mean square of the differences of neighbouring means.
@@ -107,10 +125,8 @@ mod tests {
         let truth = Vector3::new(1.0, -2.0, -9.8);
         assert!(readings(&triad, truth, 100).windows(2).all(|w| w[0] == w[1]));
         let n = 2_000;
-        let square = |seed| {
-            let bias = triad.read(Vector3::zeros(), &mut Noise::new(seed), 10, 0, DT_US);
-            bias.norm_squared() / 3.0
-        };
+        let square =
+            |seed| TriadSensor::new(triad, seed, 10, DT_US).read(Vector3::zeros(), 0).norm_squared() / 3.0;
         let deviation = ((0..n).map(square).sum::<f64>() / n as f64).sqrt();
         assert!((deviation / 0.1 - 1.0).abs() < 5.0 / (2.0 * 3.0 * n as f64).sqrt(), "{deviation}");
     }

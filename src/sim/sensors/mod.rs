@@ -2,13 +2,14 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | [`noise`] | random numbers and random walks by address |
+//! | [`noise`] | random walks |
 //! | [`inertial`] | accelerometer and gyroscope |
 //! | [`barometer`] | pressure by PX4's atmosphere |
 //! | [`satellite`] | delayed position and velocity |
 //!
-//! The magnetometer is one line: the site's field in body axes, and white noise. Readings depend on seed, time and truth alone, not on
-//! who asked before. How they become messages is the link's business.
+//! The magnetometer is a few lines: the site's field in body axes, and white noise. Each error has a stream of random numbers of its own: a
+//! sensor's readings depend on the seed, on the truth and on when it was read, never on the other sensors. How readings become messages
+//! is the link's business.
 
 use nalgebra::Vector3;
 
@@ -22,30 +23,32 @@ mod tests;
 
 pub use barometer::Barometer;
 pub use inertial::Triad;
-pub use noise::Noise;
-pub use satellite::{Fix, Satellite, Track};
+pub use satellite::{Fix, Satellite};
+
+use barometer::BarometerSensor;
+use inertial::TriadSensor;
+use satellite::Receiver;
 
 use crate::frames::rotate_body_from_ned;
 use crate::model::Environment;
 use crate::model::magnetic_field::dipole_ned_gauss;
 use crate::model::rigid_body::BodyState;
+use crate::random::Stream;
 
-/// Streams of random numbers; each source of noise has its own.
+/// Streams of random numbers: the first of those that a sensor takes.
 mod stream {
-    pub(super) const BAROMETER_NOISE: u64 = 0;
-    pub(super) const BAROMETER_DRIFT: u64 = 1;
+    pub(super) const BAROMETER: u64 = 0;
     pub(super) const MAGNETOMETER: u64 = 2;
-    /// And the next.
     pub(super) const SATELLITE: u64 = 3;
-    /// And the next two.
     pub(super) const ACCELEROMETER: u64 = 5;
-    /// And the next two.
     pub(super) const GYROSCOPE: u64 = 8;
 }
 
 /// A magnetometer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Magnetometer {
+    /// Time between readings [us]; 0: one at each step.
+    pub period_us: u64,
     /// The field at the site, NED [gauss]; `None`: a dipole's.
     pub field_ned_gauss: Option<Vector3<f64>>,
     /// Standard deviation of a reading's noise, each axis [gauss].
@@ -78,21 +81,27 @@ pub struct SensorSettings {
 #[derive(Clone, Debug)]
 pub struct Sensors {
     settings: SensorSettings,
-    noise: Noise,
     field_ned_gauss: Vector3<f64>,
-    period_us: u64,
-    track: Track,
+    accelerometer: TriadSensor,
+    gyroscope: TriadSensor,
+    magnetometer: Stream,
+    barometer: BarometerSensor,
+    receiver: Receiver,
 }
 
 impl Sensors {
-    /// Sensors at the site that are read every `period_us`; `seed` draws their errors.
+    /// Sensors at the site, accelerometer and gyroscope read every `period_us`; `seed` draws their errors.
     pub fn new(environment: &Environment, settings: SensorSettings, seed: u64, period_us: u64) -> Self {
+        let period_us = period_us.max(1);
+        let triad = |triad, stream| TriadSensor::new(triad, seed, stream, period_us);
         Self {
             field_ned_gauss: settings.magnetometer.field_at(environment),
-            noise: Noise::new(seed),
+            accelerometer: triad(settings.accelerometer, stream::ACCELEROMETER),
+            gyroscope: triad(settings.gyroscope, stream::GYROSCOPE),
+            magnetometer: Stream::new(seed, stream::MAGNETOMETER),
+            barometer: BarometerSensor::new(settings.barometer, seed, stream::BAROMETER),
+            receiver: Receiver::new(settings.satellite, seed, stream::SATELLITE, period_us),
             settings,
-            period_us: period_us.max(1),
-            track: Track::default(),
         }
     }
 
@@ -103,52 +112,33 @@ impl Sensors {
 
     /// Notes where the vehicle is, for fixes that come late; to be called once at each step.
     pub fn note(&mut self, t_us: u64, body: &BodyState) {
-        self.track.note(t_us, truth(body), self.satellite_delay_us());
+        self.receiver.note(t_us, body);
     }
 
     /// Specific force, body [m/s^2].
     pub fn accelerometer(&mut self, specific_force_body: Vector3<f64>, t_us: u64) -> Vector3<f64> {
-        let triad = &self.settings.accelerometer;
-        triad.read(specific_force_body, &mut self.noise, stream::ACCELEROMETER, t_us, self.period_us)
+        self.accelerometer.read(specific_force_body, t_us)
     }
 
     /// Body rates [rad/s].
     pub fn gyroscope(&mut self, omega_body: Vector3<f64>, t_us: u64) -> Vector3<f64> {
-        self.settings.gyroscope.read(omega_body, &mut self.noise, stream::GYROSCOPE, t_us, self.period_us)
+        self.gyroscope.read(omega_body, t_us)
     }
 
     /// Magnetic field, body [gauss], at an attitude.
-    pub fn magnetometer(&self, q_ned_from_body: [f64; 4], t_us: u64) -> Vector3<f64> {
+    pub fn magnetometer(&mut self, q_ned_from_body: [f64; 4]) -> Vector3<f64> {
         let field = rotate_body_from_ned(q_ned_from_body, self.field_ned_gauss);
         let deviation = self.settings.magnetometer.noise_gauss;
-        if deviation > 0.0 {
-            field + self.noise.triple(stream::MAGNETOMETER, t_us) * deviation
-        } else {
-            field
-        }
+        if deviation > 0.0 { field + self.magnetometer.normals() * deviation } else { field }
     }
 
     /// Pressure [hPa] at an altitude [m].
     pub fn barometer(&mut self, altitude_m: f64, t_us: u64) -> f64 {
-        let streams = [stream::BAROMETER_NOISE, stream::BAROMETER_DRIFT];
-        self.settings.barometer.read(altitude_m, &mut self.noise, streams, t_us, self.period_us)
+        self.barometer.read(altitude_m, t_us)
     }
 
-    /// The satellite fix that is told at a time: of the delay before it, if that was [noted](Self::note), else of `body`.
-    pub fn satellite(&self, body: &BodyState, t_us: u64) -> Fix {
-        let delay_us = self.satellite_delay_us();
-        let late = (delay_us > 0).then(|| self.track.at(t_us.saturating_sub(delay_us))).flatten();
-        let truth = late.unwrap_or_else(|| truth(body));
-        self.settings.satellite.read(truth, &self.noise, stream::SATELLITE, t_us)
+    /// The satellite fix that is told at a time, of the receiver's delay before.
+    pub fn satellite(&mut self, body: &BodyState, t_us: u64) -> Fix {
+        self.receiver.read(body, t_us)
     }
-
-    /// The delay to the nearest step.
-    fn satellite_delay_us(&self) -> u64 {
-        let step_us = self.period_us.max(1);
-        (self.settings.satellite.delay_us + step_us / 2) / step_us * step_us
-    }
-}
-
-fn truth(body: &BodyState) -> Fix {
-    Fix { p_ned: body.p_ned, v_ned: body.v_ned }
 }

@@ -7,7 +7,8 @@ use std::collections::VecDeque;
 
 use nalgebra::Vector3;
 
-use super::Noise;
+use crate::model::rigid_body::BodyState;
+use crate::random::Stream;
 
 /// Rate and errors of a satellite receiver.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,21 +47,56 @@ pub struct Fix {
     pub v_ned: Vector3<f64>,
 }
 
-impl Satellite {
-    /// The fix of a true position and velocity. Draws from two streams, `stream` the first.
-    pub fn read(&self, truth: Fix, noise: &Noise, stream: u64, t_us: u64) -> Fix {
-        let mut fix = truth;
-        if self.horizontal_noise_m > 0.0 || self.vertical_noise_m > 0.0 {
-            let n = noise.triple(stream, t_us);
-            let deviation = [self.horizontal_noise_m, self.horizontal_noise_m, self.vertical_noise_m];
-            for (axis, deviation_m) in deviation.into_iter().enumerate() {
+impl Fix {
+    fn of(body: &BodyState) -> Self {
+        Self { p_ned: body.p_ned, v_ned: body.v_ned }
+    }
+}
+
+/// A receiver that is switched on, and where it has been.
+#[derive(Clone, Debug)]
+pub struct Receiver {
+    satellite: Satellite,
+    /// In whole steps.
+    delay_us: u64,
+    track: Track,
+    position: Stream,
+    velocity: Stream,
+}
+
+impl Receiver {
+    /// A receiver in steps of `step_us`; it takes two streams of a seed, `stream` the first.
+    pub fn new(satellite: Satellite, seed: u64, stream: u64, step_us: u64) -> Self {
+        let [position, velocity] = [0, 1].map(|i| Stream::new(seed, stream + i));
+        let delay_us = (satellite.delay_us + step_us / 2) / step_us * step_us;
+        Self { satellite, delay_us, track: Track::default(), position, velocity }
+    }
+
+    /// Notes where the vehicle is, for fixes that come late; to be called once at each step.
+    pub fn note(&mut self, t_us: u64, body: &BodyState) {
+        if self.delay_us > 0 {
+            self.track.note(t_us, Fix::of(body), self.delay_us);
+        }
+    }
+
+    /// The fix that is told at a time: of the delay before it, if that was [noted](Self::note), else of `body`; each has a noise of
+    /// its own.
+    pub fn read(&mut self, body: &BodyState, t_us: u64) -> Fix {
+        let Satellite { horizontal_noise_m, vertical_noise_m, speed_noise_m_s, .. } = self.satellite;
+        let mut fix = self.track.at(t_us.saturating_sub(self.delay_us)).unwrap_or_else(|| Fix::of(body));
+        if horizontal_noise_m > 0.0 || vertical_noise_m > 0.0 {
+            let n = self.position.normals::<3>();
+            // What is off is left out: adding a zero would turn -0 into 0.
+            for (axis, deviation_m) in
+                [horizontal_noise_m, horizontal_noise_m, vertical_noise_m].into_iter().enumerate()
+            {
                 if deviation_m > 0.0 {
                     fix.p_ned[axis] += n[axis] * deviation_m;
                 }
             }
         }
-        if self.speed_noise_m_s > 0.0 {
-            fix.v_ned += noise.triple(stream + 1, t_us) * self.speed_noise_m_s;
+        if speed_noise_m_s > 0.0 {
+            fix.v_ned += self.velocity.normals::<3>() * speed_noise_m_s;
         }
         fix
     }
@@ -68,13 +104,13 @@ impl Satellite {
 
 /// Where the vehicle has been, as far back as the delay asks.
 #[derive(Clone, Debug, Default)]
-pub struct Track {
+struct Track {
     past: VecDeque<(u64, Fix)>,
 }
 
 impl Track {
     /// Notes the truth of a time, later than those noted before, and forgets what is older than needed for `delay_us` from then.
-    pub fn note(&mut self, t_us: u64, truth: Fix, delay_us: u64) {
+    fn note(&mut self, t_us: u64, truth: Fix, delay_us: u64) {
         self.past.push_back((t_us, truth));
         while self.past.get(1).is_some_and(|(second_us, _)| second_us.saturating_add(delay_us) <= t_us) {
             self.past.pop_front();
@@ -82,7 +118,7 @@ impl Track {
     }
 
     /// The truth that was noted last up to a time; before the first, the first. `None`: nothing has been noted.
-    pub fn at(&self, t_us: u64) -> Option<Fix> {
+    fn at(&self, t_us: u64) -> Option<Fix> {
         let last = self.past.iter().rev().find(|(noted_us, _)| *noted_us <= t_us);
         last.or(self.past.front()).map(|(_, fix)| *fix)
     }
@@ -114,19 +150,25 @@ mod tests {
 
     #[test]
     fn closed_form_noise_has_its_deviations_and_none_leaves_the_truth() {
-        let noise = Noise::new(1);
+        let body = BodyState {
+            p_ned: fix(3).p_ned,
+            v_ned: fix(3).v_ned,
+            q_ned_from_body: [1.0, 0.0, 0.0, 0.0],
+            omega_body: Vector3::zeros(),
+        };
+        let receiver = |satellite| Receiver::new(satellite, 1, 20, 4_000);
         let bits = |f: Fix| (f.p_ned.map(f64::to_bits), f.v_ned.map(f64::to_bits));
-        assert_eq!(bits(Satellite::default().read(fix(3), &noise, 20, 7)), bits(fix(3)));
-        let noisy = Satellite {
+        assert_eq!(bits(receiver(Satellite::default()).read(&body, 7)), bits(fix(3)));
+        let mut noisy = receiver(Satellite {
             horizontal_noise_m: 0.5,
             vertical_noise_m: 0.8,
             speed_noise_m_s: 0.1,
             ..Satellite::default()
-        };
+        });
         let n = 3_000u64;
         let (mut p, mut v) = (Vector3::zeros(), Vector3::zeros());
         for i in 0..n {
-            let read = noisy.read(fix(3), &noise, 20, i * 100_000);
+            let read = noisy.read(&body, i * 100_000);
             p += (read.p_ned - fix(3).p_ned).map(|x| x * x) / n as f64;
             v += (read.v_ned - fix(3).v_ned).map(|x| x * x) / n as f64;
         }
@@ -135,8 +177,7 @@ mod tests {
             assert!((square.sqrt() / deviation - 1.0).abs() < bound, "{square} {deviation}");
         }
         // One by one: the altitude's noise alone leaves the rest as it is.
-        let vertical = Satellite { vertical_noise_m: 0.8, ..Satellite::default() };
-        let read = vertical.read(fix(3), &noise, 20, 7);
+        let read = receiver(Satellite { vertical_noise_m: 0.8, ..Satellite::default() }).read(&body, 7);
         assert_eq!((read.p_ned.xy(), read.v_ned), (fix(3).p_ned.xy(), fix(3).v_ned));
         assert_ne!(read.p_ned.z, 2.0);
     }

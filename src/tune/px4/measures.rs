@@ -38,6 +38,17 @@ impl Measures {
         steady_share: 0.0,
     };
 
+    /// What to measure by where there is no flight to measure by.
+    pub const SCALES: Self = Self {
+        j_tpf: 1.0,
+        altitude_lost_m: 100.0,
+        steady_s: 10.0,
+        peak_tilt_rad: 0.5,
+        velocity_rms_m_s: 1.0,
+        unsafe_share: 0.0,
+        steady_share: 1.0,
+    };
+
     /// Of a verdict and what was tracked; `flight_s` [s] is the length of the powered flight.
     pub fn of(verdict: &Verdict, tracking: &Tracking, flight_s: f64) -> Self {
         let velocity_rms_m_s = tracking.rms_m_s();
@@ -73,6 +84,13 @@ impl Measures {
         }
     }
 
+    /// Whether a flight was lost, or one of those that this is the mean of.
+    pub fn is_lost(&self) -> bool {
+        ![self.j_tpf, self.altitude_lost_m, self.steady_s, self.peak_tilt_rad, self.velocity_rms_m_s]
+            .iter()
+            .all(|x| x.is_finite())
+    }
+
     /// J_TPF, altitude lost, time to steady flight, peak tilt and tracking error, each as a multiple of `reference`'s.
     pub fn ratios(&self, reference: &Self) -> [f64; 5] {
         [
@@ -85,18 +103,26 @@ impl Measures {
     }
 
     /// What is to be made small: the mean of the ratios by their weights; 10 for each unit that J_TPF is above the
-    /// reference's, and for each share of the drops that pass a limit or are not steady at the end.
+    /// reference's, and for each share of the drops that pass a limit or are not steady at the end. Infinite for what is lost, also
+    /// beside a reference that is.
     pub fn cost(&self, reference: &Self) -> f64 {
+        if self.is_lost() {
+            return f64::INFINITY;
+        }
         let mean = self.ratios(reference).iter().zip(WEIGHTS).map(|(r, w)| r * w).sum::<f64>();
         let above = (self.j_tpf / reference.j_tpf - 1.0).max(0.0);
         let unsteady = (reference.steady_share - self.steady_share).max(0.0);
-        mean + HARD * (above + self.unsafe_share + unsteady)
+        let cost = mean + HARD * (above + self.unsafe_share + unsteady);
+        if cost.is_nan() { f64::INFINITY } else { cost }
     }
 
     /// Whether J_TPF is no worse than the reference's, no limit is passed and at least two of the other four ratios are 0.9 or less.
     pub fn beats(&self, reference: &Self) -> bool {
         let better = self.ratios(reference)[1..].iter().filter(|ratio| **ratio <= WELL_BETTER).count();
-        self.j_tpf <= reference.j_tpf * (1.0 + SAME) && self.unsafe_share == 0.0 && better >= 2
+        !self.is_lost()
+            && self.j_tpf <= reference.j_tpf * (1.0 + SAME)
+            && self.unsafe_share == 0.0
+            && better >= 2
     }
 }
 
@@ -185,5 +211,15 @@ mod tests {
         assert!(Measures { j_tpf: 0.55, ..better }.cost(&DEFAULTS) > 1.5, "J_TPF comes first");
         assert_eq!(Measures::mean(&[DEFAULTS, better]).steady_s, 6.0);
         assert!(!Measures::mean(&[DEFAULTS, Measures::LOST]).j_tpf.is_finite());
+    }
+
+    /// A flight that was lost costs infinitely much and beats nothing, also beside another one.
+    #[test]
+    fn regress_what_is_lost_is_never_a_number_less_than_another() {
+        for reference in [DEFAULTS, Measures::LOST] {
+            assert_eq!(Measures::LOST.cost(&reference), f64::INFINITY);
+            assert!(!Measures::LOST.beats(&reference));
+        }
+        assert!(DEFAULTS.beats(&Measures::LOST));
     }
 }

@@ -70,6 +70,22 @@ fn closed_form_it_knows_where_it_is_in_the_present() {
     }
 }
 
+/// A magnetometer and a barometer of 50 Hz whose samples are not each other's, nor the first one's: none waits for another.
+#[test]
+fn regress_sensors_with_rates_of_their_own_are_all_taken() {
+    for [field_at, altitude_at] in [[0, 3], [3, 0], [2, 2], [4, 1]] {
+        let mut i = 0;
+        let (estimator, errors) = fly_with(&EARTH, 11.0, |_, sample, _| {
+            sample.field_body = sample.field_body.filter(|_| i % 5 == field_at);
+            sample.altitude_m = sample.altitude_m.filter(|_| i % 5 == altitude_at);
+            i += 1;
+            true
+        });
+        assert_eq!(estimator.check_aligned(), Ok(()), "{field_at} {altitude_at}");
+        assert!(is_close(errors), "{field_at} {altitude_at}: {errors:?}");
+    }
+}
+
 #[test]
 fn prop_what_is_no_number_does_no_harm() {
     for site in [EARTH, TITAN] {

@@ -1,35 +1,33 @@
 //! Sensors of the estimator's tests that err as the filter's settings say: white noise, walking biases, late satellites.
 
 use nalgebra::Vector3;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 use super::super::{EstimatorSettings, Fix, Inertial, NominalState, Sample};
 use super::flight::{DT_S, Truth};
 use crate::frames::rotate_body_from_ned;
+use crate::random::Stream;
 
 /// 5 Hz.
 const FIX_STEPS: usize = 50;
 
-pub struct Random(ChaCha8Rng);
+/// Random numbers of a seed.
+pub struct Random(Stream);
 
 impl Random {
     pub fn new(seed: u64) -> Self {
-        Self(ChaCha8Rng::seed_from_u64(seed))
+        Self(Stream::new(seed, 0))
     }
 
     pub fn uniform(&mut self) -> f64 {
-        (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+        self.0.uniform()
     }
 
-    /// Normal, by Box and Muller.
     pub fn normal(&mut self) -> f64 {
-        let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
-        radius * (std::f64::consts::TAU * self.uniform()).cos()
+        self.0.normal()
     }
 
     pub fn vector(&mut self, sigma: f64) -> Vector3<f64> {
-        Vector3::from_fn(|_, _| sigma * self.normal())
+        self.0.normals() * sigma
     }
 }
 

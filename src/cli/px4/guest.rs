@@ -1,0 +1,59 @@
+//! PX4 as the simulator watches it: gone when its process has ended, and taken to be when it does not come or does not answer.
+
+use std::time::Duration;
+
+use super::process::Px4Process;
+use crate::cli::clock::Stopwatch;
+use crate::link::shell::Guest;
+use crate::link::{Pace, TimeUs};
+
+/// How long PX4 may keep the simulator waiting, in wall time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Patience {
+    /// For its connection, and for an answer where `answers` says so.
+    pub limit: Duration,
+    /// Whether an answer is given up too: where nobody looks on. One who does may have stopped PX4 in a debugger.
+    pub answers: bool,
+}
+
+/// A PX4 that is watched.
+#[derive(Debug)]
+pub(super) struct Watched {
+    pub(super) px4: Px4Process,
+    patience: Patience,
+    /// Port that it should connect to.
+    port: u16,
+    /// What the simulator was seen waiting for, at which simulated time.
+    seen: Option<(TimeUs, Pace)>,
+    since: Stopwatch,
+}
+
+impl Watched {
+    pub(super) fn new(px4: Px4Process, patience: Patience, port: u16) -> Self {
+        Self { px4, patience, port, seen: None, since: Stopwatch::start() }
+    }
+}
+
+impl Guest for Watched {
+    fn gone(&mut self, now: TimeUs, pace: Pace) -> Option<String> {
+        if let Some(ended) = self.px4.ended() {
+            return Some(ended);
+        }
+        if self.seen != Some((now, pace)) {
+            self.seen = Some((now, pace));
+            self.since = Stopwatch::start();
+        }
+        let missing = match pace {
+            Pace::NoPeer => format!("its connection to the simulator (TCP {})", self.port),
+            Pace::AwaitingControls if self.patience.answers => {
+                "HIL_ACTUATOR_CONTROLS, its answer to HIL_SENSOR,".to_owned()
+            }
+            _ => return None,
+        };
+        let limit_s = self.patience.limit.as_secs_f64();
+        (self.since.ms() >= 1e3 * limit_s).then(|| {
+            let words = self.px4.last_words();
+            format!("PX4 runs, but {missing} has not come within {limit_s} s; {words}")
+        })
+    }
+}

@@ -1,0 +1,130 @@
+//! PX4's working directory: made anew for each flight, which removes what is left of the last one; and nothing else.
+
+use std::ffi::OsString;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use super::Px4Error;
+
+/// A folder in it that stands first in PX4's PATH: its start-up script takes `px4-rc.params` from there.
+const HOOKS: &str = "hooks";
+/// A file in it that says whose it is: only a folder with it is ever removed.
+const MARKER: &str = ".samara";
+
+/// Makes it, empty but for the hooks; its path with nothing relative in it.
+///
+/// # Errors
+/// [`Px4Error`] when another's folder stands there, the build is in the way, or it cannot be made.
+pub(super) fn make(work: &Path, build: &Path, mixer: Option<&str>) -> Result<PathBuf, Px4Error> {
+    let io = || format!("cannot make PX4's working directory {}", work.display());
+    let work = resolved(work).map_err(Px4Error::io(io()))?;
+    if work.starts_with(build) || build.starts_with(&work) {
+        return Err(Px4Error::InTheBuild { work, build: build.to_owned() });
+    }
+    if mixer.is_some() && path_with_hooks(&work).is_none() {
+        return Err(Px4Error::Colon { work });
+    }
+    let holds_something = match fs::read_dir(&work) {
+        Ok(mut entries) => entries.next().is_some(),
+        Err(e) if e.kind() == ErrorKind::NotFound => false,
+        Err(e) => return Err(Px4Error::io(io())(e)),
+    };
+    if holds_something && !work.join(MARKER).is_file() {
+        return Err(Px4Error::NotOurs { work, marker: MARKER });
+    }
+    renew(&work, mixer).map_err(Px4Error::io(io()))?;
+    Ok(work)
+}
+
+/// The path without links and relative parts, whether it is there already or only its parent.
+fn resolved(work: &Path) -> std::io::Result<PathBuf> {
+    match (work.parent(), work.file_name()) {
+        (Some(parent), Some(name)) if !work.exists() => Ok(fs::canonicalize(parent)?.join(name)),
+        _ => fs::canonicalize(work),
+    }
+}
+
+fn renew(work: &Path, mixer: Option<&str>) -> std::io::Result<()> {
+    match fs::remove_dir_all(work) {
+        Err(e) if e.kind() != ErrorKind::NotFound => return Err(e),
+        _ => fs::create_dir_all(work.join(HOOKS))?,
+    }
+    let write = |name: &str, text: &str| {
+        #[expect(clippy::disallowed_methods, reason = "files for the child")]
+        fs::write(work.join(name), text)
+    };
+    write(
+        MARKER,
+        "PX4's working directory: samara removes it with all that is in it before the next flight.\n",
+    )?;
+    let Some(mixer) = mixer else { return Ok(()) };
+    let text =
+        format!("#!/bin/sh\n# Read by PX4's start-up script: the mixer of the vehicle.\nset MIXER {mixer}\n");
+    write(&format!("{HOOKS}/px4-rc.params"), &text)
+}
+
+/// The PATH with the hooks first; `None` for a folder with a colon in its name, which cannot be in one.
+pub(super) fn path_with_hooks(work: &Path) -> Option<OsString> {
+    let rest = std::env::var_os("PATH").unwrap_or_default();
+    let all = std::iter::once(work.join(HOOKS)).chain(std::env::split_paths(&rest));
+    std::env::join_paths(all).ok()
+}
+
+#[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "a test that makes files")]
+mod tests {
+    use super::*;
+
+    /// A place with a build folder in it.
+    fn place() -> (tempfile::TempDir, PathBuf) {
+        let place = tempfile::tempdir().unwrap();
+        let root = fs::canonicalize(place.path()).unwrap();
+        fs::create_dir_all(root.join("px4/build/bin")).unwrap();
+        fs::write(root.join("px4/build/bin/px4"), "").unwrap();
+        (place, root)
+    }
+
+    #[test]
+    fn a_folder_of_somebody_elses_is_left_alone() {
+        let (_place, root) = place();
+        let elsewhere = root.join("elsewhere");
+        for (work, build) in [
+            (root.join("px4"), root.join("px4/build")),
+            (root.join("px4/build/px4"), root.join("px4/build")),
+            (root.join("px4"), elsewhere.clone()),
+        ] {
+            let error = make(&work, &build, Some("quad_x")).unwrap_err().to_string();
+            assert!(error.contains("--out") && error.contains(work.to_str().unwrap()), "{error}");
+            assert!(root.join("px4/build/bin/px4").is_file(), "{error}");
+        }
+        let link = root.join("link");
+        std::os::unix::fs::symlink(root.join("px4"), &link).unwrap();
+        assert!(matches!(make(&link, &elsewhere, None), Err(Px4Error::NotOurs { .. })));
+    }
+
+    #[test]
+    fn our_own_is_made_anew() {
+        let (_place, root) = place();
+        let (work, build) = (root.join("out/px4"), root.join("px4/build"));
+        fs::create_dir(root.join("out")).unwrap();
+        for _ in 0..2 {
+            assert_eq!(make(&work, &build, Some("quad_x")).unwrap(), work);
+            let hook = fs::read_to_string(work.join("hooks/px4-rc.params")).unwrap();
+            assert!(hook.ends_with("set MIXER quad_x\n"), "{hook}");
+            assert!(!work.join("left.log").exists());
+            fs::write(work.join("left.log"), "").unwrap();
+        }
+    }
+
+    /// PX4's script finds its mixer by PATH: without it PX4 would fly by another one.
+    #[test]
+    fn a_colon_is_refused_where_the_mixer_hangs_on_it() {
+        let (_place, root) = place();
+        let (work, build) = (root.join("a:b/px4"), root.join("px4/build"));
+        fs::create_dir(root.join("a:b")).unwrap();
+        let error = make(&work, &build, Some("quad_x")).unwrap_err().to_string();
+        assert!(error.contains("colon") && error.contains("--out"), "{error}");
+        make(&work, &build, None).unwrap();
+    }
+}

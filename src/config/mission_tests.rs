@@ -1,0 +1,121 @@
+//! The shipped missions and gains, and the state that a plan starts from.
+
+use nalgebra::Vector3;
+
+use super::spoil::{TITAN, copy, shipped, shipped_files, titan};
+use super::*;
+use crate::control::{ControlLimits, Gains};
+use crate::model::parachute::Hook;
+use crate::plan::InputReference;
+use crate::sim::{ReleaseTrigger, Start};
+use crate::units::RAD_PER_DEG;
+
+/// Every shipped file goes through its loader; a directory that gains a file of another kind fails here.
+#[test]
+fn every_shipped_file_loads() {
+    for file in shipped_files() {
+        let path = shipped(&file);
+        let stem = path.file_stem().unwrap().to_str().unwrap().to_owned();
+        let name = match file.split('/').nth(file.split('/').count() - 2).unwrap() {
+            "mission" => load_mission(&path).unwrap().name,
+            "gains" => load_gains(&path).unwrap().name,
+            _ if file.ends_with(".csv") => continue,
+            _ => load_vehicle(&path).unwrap().name,
+        };
+        assert_eq!(name, stem, "a file is named after what it holds");
+    }
+}
+
+#[test]
+fn paper_titan_mission_holds_tables_1_and_2_and_31() {
+    let m = load_mission(&shipped(TITAN)).unwrap();
+    assert_eq!((m.limits.speed_m_s, m.limits.vertical_acceleration_m_s2), (12.0, 3.0));
+    assert_eq!((m.limits.pitch_rad, m.limits.pitch_rate_rad_s), (45.0 * RAD_PER_DEG, 90.0 * RAD_PER_DEG));
+    assert_eq!((m.thrust_max_n, m.thrust_slew_n_s, m.horizon_s, m.nodes), (300.0, 60.0, 30.0, 38));
+    assert_eq!(m.x_ss, Some([1.0, 0.0, -0.0026, 0.0, 4.0, 0.0, 4.0, 0.0, 0.0, 0.0]));
+    assert_eq!(m.cost_state, [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 10.0, 10.0, 10.0]);
+    assert_eq!((m.cost_input, m.cost_input_reference), (1e-5, InputReference::Zero));
+    assert_eq!(m.target_v_ned, Vector3::new(4.0, 0.0, 4.0));
+    assert_eq!(m.parachute.v0_m_s(m.environment.gravity_m_s2), 3.675);
+    assert_eq!((m.start, m.hang_s, m.duration_s), (Start::Release, 10.0, 45.0));
+    assert_eq!(m.release_trigger, ReleaseTrigger::Command);
+    assert_eq!(m.control_limits, ControlLimits::default());
+    assert_eq!((m.monte_carlo.trials, m.monte_carlo.length_m), (100, 0.34));
+}
+
+#[test]
+fn paper_titan_tuning_cases_are_table_3() {
+    let m = load_mission(&shipped(TITAN)).unwrap();
+    let table_3 = [
+        (0.0, 3.67, 0.0, 0.0),
+        (0.32, 3.67, 0.0, 18.8),
+        (0.26, 3.64, 5.5, 15.2),
+        (0.10, 3.65, 8.9, 5.8),
+        (-0.10, 3.69, 8.9, -5.8),
+        (-0.26, 3.70, 5.5, -15.2),
+        (-0.32, 3.67, 0.0, -18.8),
+    ];
+    assert_eq!(m.tuning_cases.len(), table_3.len());
+    for (i, (case, (vn, vd, pitch, rate))) in m.tuning_cases.iter().zip(table_3).enumerate() {
+        assert_eq!(case.name, format!("case_{i}"));
+        assert_eq!(case.v_ned, Vector3::new(vn, 0.0, vd));
+        assert_eq!((case.pitch_rad, case.pitch_rate_rad_s), (pitch * RAD_PER_DEG, rate * RAD_PER_DEG));
+    }
+}
+
+#[test]
+fn paper_gains_are_table_4() {
+    let load = |name: &str| load_gains(&shipped(&format!("params/gains/{name}.json"))).unwrap().gains;
+    assert_eq!(load("near_hover"), Gains::near_hover());
+    assert_eq!(load("paper_pso"), Gains::paper_pso());
+}
+
+#[test]
+fn reference_x500_mission() {
+    let m = load_mission(&shipped("mission/x500_drop.json")).unwrap();
+    assert!((m.parachute.v0_m_s(m.environment.gravity_m_s2) - 9.903325).abs() < 1e-14);
+    assert!((m.cost_input - 1e-5 * (300.0f64 / 8.54858).powi(2)).abs() < 1e-16);
+    assert_eq!((m.x_ss, m.target_v_ned), (None, Vector3::new(2.0, 0.0, 1.0)));
+    assert_eq!(m.vehicle_name, "x500");
+    // Hangs still for 8 of 15 s; at the release the descent is complete: 1 - tanh(7 g/5) = 2e-12.
+    assert_eq!(m.parachute.hook, Some(Hook { lets_go_before_s: 7.0 }));
+    let (released, _) = m.parachute.hanging(0.0, &m.environment);
+    assert!((released.v_ned.z - 5.0).abs() < 1e-10 && released.v_ned.z < 5.0);
+    let (held, a_ned) = m.parachute.hanging(-7.5, &m.environment);
+    assert_eq!((held.v_ned, a_ned), (Vector3::zeros(), Vector3::zeros()));
+    // Three standard deviations of the receiver's velocity.
+    assert!((m.steady_within_m_s / m.sensors.satellite.speed_noise_m_s - 3.0).abs() < 1e-9);
+    let case_1 = &m.tuning_cases[1];
+    let swing = 9.4 * RAD_PER_DEG * 3.1316;
+    assert!((case_1.v_ned.x - swing).abs() < 5e-3 && (case_1.pitch_rate_rad_s - swing).abs() < 1e-3);
+}
+
+#[test]
+fn the_plan_starts_from_the_paper_s_state_or_from_the_release_adrift_with_the_wind() {
+    let m = load_mission(&shipped(TITAN)).unwrap();
+    assert_eq!(m.plan_initial, PlanInitial::Paper);
+    assert_eq!(m.plan_initial_state(), [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.675, 0.0, 0.0, 0.0]);
+    let windy = |from: &str| titan(from, "\"wind_ned_m_s\": [6, -2, 0]").loaded.unwrap();
+    let state = windy("\"wind_ned_m_s\": [0, 0, 0]").plan_initial_state();
+    assert_eq!(state, [1.0, 0.0, 0.0, 0.0, 6.0, -2.0, 3.675, 0.0, 0.0, 0.0]);
+    // An independent implementation: 3.661 m/s on Titan after the fall through the air.
+    let release = titan("\"initial\": \"paper\"", "\"initial\": \"release\"").loaded.unwrap();
+    assert!((release.plan_initial_state()[6] - 3.661).abs() < 5e-4, "{:?}", release.plan_initial_state());
+    let x500 = load_mission(&shipped("mission/x500_drop.json")).unwrap();
+    assert_eq!(x500.plan_initial, PlanInitial::Release);
+    let down = x500.plan_initial_state()[6];
+    // Closed form, quadratic drag of the flat body: v_t tanh(artanh(5/v_t) + g t_d/v_t) with v_t = 18.2 m/s, instead of 9.9.
+    assert!((down - 9.126639126).abs() < 1e-9, "{down}");
+    let left_out = titan("\"initial\": \"paper\",", "").loaded.unwrap();
+    assert_eq!(left_out.plan_initial, PlanInitial::Paper);
+}
+
+#[test]
+fn written_gains_read_back_to_the_last_bit() {
+    let dir = copy();
+    let path = dir.path().join("mine.json");
+    let gains =
+        Gains::longitudinal([1.0 / 3.0, 1e-20, 0.1 + 0.2, 5.0, 0.0, 1e6 - 1e-10, 2.2250738585072014e-308]);
+    std::fs::write(&path, gains_json("mine", "a \"quoted\" \n about", &gains)).unwrap();
+    assert_eq!(load_gains(&path).unwrap(), GainsFile { name: "mine".into(), gains });
+}

@@ -1,0 +1,277 @@
+//! The shipped vehicles, and every way in which a vehicle file is refused, with the exact place.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+
+use super::spoil::{Spoilt, copy, shipped, spoil};
+use super::{ConfigError, VehicleFile, load_mission, load_vehicle};
+use crate::frames::quaternion_from_euler;
+use crate::model::rigid_body::BodyState;
+use crate::model::trim;
+use crate::units::RAD_PER_DEG;
+
+fn titan(from: &str, to: &str) -> Spoilt<VehicleFile> {
+    spoil(load_vehicle, "params/vehicles/titan.json", "params/vehicles/titan.json", from, to)
+}
+
+fn x500(from: &str, to: &str) -> Spoilt<VehicleFile> {
+    spoil(load_vehicle, "params/vehicles/x500.json", "params/vehicles/x500.json", from, to)
+}
+
+#[track_caller]
+fn assert_table(loaded: Result<VehicleFile, ConfigError>, at: (usize, usize), says: &str) {
+    match loaded.unwrap_err() {
+        ConfigError::Table { file, line, column, message } => {
+            assert!(file.ends_with("titan_rotor.csv"));
+            assert_eq!((line, column), at, "{message}");
+            assert!(message.contains(says), "{message}");
+        }
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn reference_titan_loads_with_its_static_thrust() {
+    let titan = load_vehicle(&shipped("params/vehicles/titan.json")).unwrap();
+    assert_eq!(titan.name, "titan");
+    assert!((titan.vehicle.static_thrust_n(5.4) - 431.96945384024576).abs() < 1e-10);
+    let hover = (790.0f64 * 1.35 / (4.0 * 431.96945384024576)).sqrt();
+    assert!((hover - 0.785641).abs() < 1e-6);
+    assert_eq!(titan.rotor_radius_m, Some(0.65));
+    assert_eq!(titan.input_hash.len(), 64);
+}
+
+/// Values of the table between its nodes, as an independent implementation interpolates them.
+#[test]
+#[expect(clippy::approx_constant, reason = "1.5708 rad is the reference's input")]
+fn reference_titan_rotor_table_between_its_nodes() {
+    use crate::model::rotor::Inflow;
+    let titan = load_vehicle(&shipped("params/vehicles/titan.json")).unwrap().vehicle;
+    let rows = [
+        (50.0, 3.67, 1.5708, 78.53854407160377, 3.888419439893991),
+        (105.0, 5.6, 0.78, 352.54734313901497, 16.711451537660793),
+        (88.3, 4.44, 1.1, 214.53952607540936, 11.801351242147218),
+    ];
+    for (omega, airspeed_m_s, angle_rad, thrust, torque) in rows {
+        let load = titan.rotor.load(omega, Inflow { airspeed_m_s, angle_rad }, 5.4);
+        assert!(
+            (load.thrust_n - thrust).abs() < 1e-11 && (load.torque_nm - torque).abs() < 1e-11,
+            "{load:?}"
+        );
+    }
+}
+
+#[test]
+fn reference_titan_trim_at_4_0_4() {
+    let mission = load_mission(&shipped("mission/titan_drop.json")).unwrap();
+    let trim = trim(&mission.vehicle, &mission.environment, mission.target_v_ned, 0.0).unwrap();
+    assert!(
+        (trim.pitch_rad / RAD_PER_DEG + 0.2979368855193513).abs() < 1e-9,
+        "{}",
+        trim.pitch_rad / RAD_PER_DEG
+    );
+    for (i, thrust_n) in
+        [244.24582151172154, 260.9785700676843, 244.24582151172154, 260.9785700676843].iter().enumerate()
+    {
+        assert!((trim.thrust_n[i] - thrust_n).abs() < 1e-7, "{:?}", trim.thrust_n);
+    }
+}
+
+/// Planar derivatives of (vn, vd, pitch, pitch rate) under thrusts per front and rear rotor.
+#[test]
+fn reference_titan_spot_dynamics() {
+    let mission = load_mission(&shipped("mission/titan_drop.json")).unwrap();
+    let rows = [
+        (
+            [0.0, 3.675, 0.0, 0.0],
+            [100.0, 120.0],
+            [-2.5529300265959957e-19, 0.7598038797468355, 0.0, -0.04269662921348315],
+        ),
+        (
+            [4.0, 4.0, -0.0052, 0.0],
+            [100.0, 120.0],
+            [-0.0037548084546900917, 0.7220773055272409, 0.0, -0.006975031187733052],
+        ),
+        (
+            [1.0, 5.0, -0.4, 0.2],
+            [100.0, 120.0],
+            [0.23695451924077174, 0.7779612221659727, 0.2, -0.015698980084020205],
+        ),
+        (
+            [6.0, -2.0, 0.7, -0.5],
+            [100.0, 120.0],
+            [-0.4022329162634548, 0.8902655423529802, -0.5, -0.01204604498596631],
+        ),
+    ];
+    for ([vn, vd, theta, q], [front, rear], expected) in rows {
+        let state = BodyState {
+            p_ned: Vector3::zeros(),
+            q_ned_from_body: quaternion_from_euler(0.0, theta, 0.0),
+            v_ned: Vector3::new(vn, 0.0, vd),
+            omega_body: Vector3::new(0.0, q, 0.0),
+        };
+        // PX4's order: front right, rear left, front left, rear right.
+        let rate =
+            mission.vehicle.thrust_derivative(&mission.environment, &state, &[front, rear, front, rear]);
+        let found = [rate.v_dot_ned.x, rate.v_dot_ned.z, q, rate.omega_dot_body.y];
+        for (f, e) in found.iter().zip(expected) {
+            assert!((f - e).abs() < 1e-12, "{found:?} {expected:?}");
+        }
+    }
+}
+
+#[test]
+fn reference_x500_loads() {
+    let x500 = load_vehicle(&shipped("params/vehicles/x500.json")).unwrap().vehicle;
+    assert!((x500.static_thrust_n(1.225) - 8.54858).abs() < 1e-14);
+    assert!(x500.options.reaction_torque && x500.options.rotor_momentum);
+}
+
+#[test]
+fn an_unknown_key_is_refused_where_it_stands() {
+    let spoilt = x500("\"mass_kg\"", "\"mas_kg\": 1, \"mass_kg\"");
+    spoilt.refused_at(("\"mas_kg\"", 0), "mas_kg", "unknown field `mas_kg`, expected one of");
+    let spoilt = x500("\"tau_up_s\"", "\"tau_s\": 1, \"tau_up_s\"");
+    spoilt.refused_at(("\"tau_s\"", 0), "motor.first_order.tau_s", "unknown field `tau_s`");
+}
+
+#[test]
+fn a_repeated_key_is_refused_where_it_comes_again() {
+    let spoilt = x500("\"rotors\"", "\"mass_kg\" : 3, \"rotors\"");
+    spoilt.refused_at(("\"mass_kg\" :", 0), "mass_kg", "duplicate field `mass_kg`");
+}
+
+#[test]
+fn a_missing_key_refused_at_the_object_that_lacks_it() {
+    let spoilt = x500("  \"mass_kg\": 2.064,\n", "");
+    spoilt.refused_at(("{", 0), "", "missing field `mass_kg`");
+    let spoilt = x500("\"tau_up_s\": 0.0125,", "");
+    spoilt.refused_at(("\"first_order\": {", 15), "motor.first_order", "missing field `tau_up_s`");
+}
+
+#[test]
+fn a_wrong_type_is_refused_with_what_was_expected() {
+    let spoilt = x500("2.064", "\"heavy\"");
+    spoilt.refused_at(("\"heavy\"", 0), "mass_kg", "expected a number greater than 0");
+    let spoilt = x500("2.064", "null");
+    spoilt.refused_at(("null", 0), "mass_kg", "expected a number greater than 0");
+    let spoilt = x500("[0.174, 0.174, 0]", "[0.174, 0.174, 0, 0]");
+    spoilt.refused_at(("[0.174, 0.174, 0, 0]", 0), "rotors[0].position_body_m", "exactly 3");
+    let spoilt = x500("[0.174, 0.174, 0]", "[0.174, 0.174]");
+    spoilt.refused_at(("[0.174, 0.174]", 0), "rotors[0].position_body_m", "exactly 3");
+    let spoilt = x500("\"first_order\"", "\"second_order\"");
+    spoilt.refused_at(("\"motor\": {", 9), "motor", "unknown variant `second_order`, expected `esc_dc` or");
+}
+
+#[test]
+fn numbers_that_are_not_finite_are_refused() {
+    let spoilt = x500("2.064", "NaN");
+    spoilt.refused_at(("NaN", 0), "mass_kg", "expected a finite number");
+    let spoilt = x500("2.064", "-Infinity");
+    spoilt.refused_at(("-Infinity", 1), "mass_kg", "expected a finite number");
+    let spoilt = x500("2.064", "1e999");
+    spoilt.refused_at(("1e999", 4), "mass_kg", "number out of range; expected a finite number");
+}
+
+#[test]
+fn numbers_out_of_range_are_refused() {
+    let spoilt = x500("2.064", "-2.064");
+    spoilt.refused_at(("-2.064", 0), "mass_kg", "`-2.064`, expected a number greater than 0");
+    let spoilt = x500("2.064", "0");
+    spoilt.refused_at(("0,\n  \"inertia", 0), "mass_kg", "expected a number greater than 0");
+    let spoilt = x500("[0, 0, -1]", "[0, 0, -0.5]");
+    spoilt.refused_at(("[0, 0, -0.5]", 0), "rotors[0].axis_body", "found length 0.5");
+    let spoilt = titan("\"current_min_a\": 0.0", "\"current_min_a\": 31.0");
+    spoilt.refused_at(("31.0", 0), "motor.esc_dc.current_min_a", "expected at most current_max_a, 30");
+}
+
+#[test]
+fn an_inertia_that_no_body_has_is_refused() {
+    let spoilt = titan("1160.0]", "1600.0]");
+    spoilt.refused_at(("[620.0", 0), "inertia_kg_m2", "triangle inequality");
+}
+
+#[test]
+fn rotors_must_be_one_to_eight() {
+    let rotor =
+        "{ \"position_body_m\": [0.174, 0.174, 0], \"axis_body\": [0, 0, -1], \"spin_from_above\": \"ccw\" }";
+    let spoilt = x500(rotor, &[rotor; 6].join(","));
+    spoilt.refused_at(("\"rotors\": [", 10), "rotors", "expected 1 to 8 rotors, found 9");
+}
+
+#[test]
+fn coefficient_tables_that_do_not_fit_are_refused() {
+    let spoilt = x500("-150.0,", "-160.0,");
+    spoilt.refused_at(("-160.0, -160.0", 8), "body_aero.alpha_deg[3]", "-160 follows -160");
+    let spoilt = x500("-150.0,", "-15.0.0,");
+    assert!(spoilt.loaded.is_err());
+    let spoilt = x500("-150.0, ", "");
+    spoilt.refused_at(("\"c_drag\": [", 10), "body_aero.c_drag", "expected 36 entries");
+    let spoilt = x500("-180.0,", "-179.0,");
+    spoilt.refused_at(("\"body_aero\": {", 13), "body_aero", "from -180 to 180 deg");
+}
+
+#[test]
+fn a_coefficient_table_that_would_fill_the_memory_is_refused() {
+    let many: Vec<String> = (0..722).map(|i| format!("{}", -180.0 + f64::from(i) * 0.01)).collect();
+    let spoilt = x500("-180.0,", &format!("{},", many.join(", ")));
+    spoilt.refused_at(("\"alpha_deg\": [", 13), "body_aero.alpha_deg", "at most 721 angles");
+}
+
+#[test]
+fn text_after_the_document_is_refused() {
+    let spoilt = x500("aerodynamics: notional\"\n  ]\n}\n", "\"\n  ]\n}\n {}");
+    spoilt.refused_at(("\n {}", 2), "", "text after the end of the document");
+}
+
+#[test]
+fn a_file_that_is_cut_off_is_refused() {
+    let dir = copy();
+    let path = dir.path().join("params/vehicles/x500.json");
+    std::fs::write(&path, "{\n \"name\": \"x\",\n").unwrap();
+    let shown = load_vehicle(&path).unwrap_err().to_string();
+    assert!(shown.contains("x500.json:2:") || shown.contains("x500.json:3:"), "{shown}");
+    assert!(shown.contains("EOF"), "{shown}");
+    std::fs::write(&path, "[".repeat(1_000_000)).unwrap();
+    assert!(load_vehicle(&path).is_err());
+    std::fs::write(&path, [0x7b, 0xff]).unwrap();
+    assert!(load_vehicle(&path).unwrap_err().to_string().contains("byte 2 is not UTF-8"));
+}
+
+#[test]
+fn missing_files_are_named_with_the_place_that_names_them() {
+    let shown = load_vehicle(Path::new("no/such.json")).unwrap_err().to_string();
+    assert!(shown.contains("vehicle file no/such.json") && shown.contains("current directory"), "{shown}");
+    let dir = copy();
+    std::fs::remove_file(dir.path().join("params/vehicles/titan_rotor.csv")).unwrap();
+    let shown = load_vehicle(&dir.path().join("params/vehicles/titan.json")).unwrap_err().to_string();
+    assert!(shown.contains("titan_rotor.csv") && shown.contains("named in"), "{shown}");
+}
+
+#[test]
+fn rotor_tables_that_are_no_grid_are_refused() {
+    let csv = |from: &str, to: &str| {
+        spoil(load_vehicle, "params/vehicles/titan.json", "params/vehicles/titan_rotor.csv", from, to).loaded
+    };
+    assert_table(csv("thrust_n,", "thrust,"), (1, 1), "expected the header `omega_rad_s,");
+    assert_table(csv("0.0,0.0,-165.0,0.0,0.0", "0.0,0.0,-165.0,0.0"), (3, 1), "expected 5 numbers");
+    assert_table(
+        csv("0.0,0.0,-165.0,0.0,0.0", "0.0,0.0,-165.0,NaN,0.0"),
+        (3, 16),
+        "thrust_n: expected a finite",
+    );
+    assert_table(
+        csv("0.0,0.0,-165.0,0.0,0.0", "0.0,0.0,-165.0,0.0,1e999"),
+        (3, 20),
+        "torque_nm: expected a finite",
+    );
+    assert_table(csv("0.0,0.0,-165.0,0.0,0.0", "0.0,0.0,-190.0,0.0,0.0"), (3, 1), "angle_deg must increase");
+    assert_table(csv("0.0,1.0,-180.0", "0.0,-1.0,-180.0"), (27, 1), "airspeed_m_s");
+    assert_table(csv("0.0,1.0,-165.0,0.0,0.0\n", ""), (28, 1), "expected -165, found -150");
+    assert_table(
+        csv("0.0,1.0,-165.0,0.0,0.0\n", "\n"),
+        (28, 1),
+        "expected 5 numbers separated by commas, found 1",
+    );
+}

@@ -1,0 +1,14 @@
+//! What flies PX4, models it or speaks to it must agree on. Times are on PX4's clock.
+
+use std::ops::RangeInclusive;
+
+/// Period of the IMU's samples and of all that runs with them, in lockstep [us].
+pub const IMU_PERIOD_US: u64 = 4_000;
+/// The same [s].
+pub const IMU_PERIOD_S: f64 = IMU_PERIOD_US as f64 * 1e-6;
+/// Period of a streamer's setpoints [us].
+pub const SETPOINT_PERIOD_US: u64 = 20_000;
+/// The same [s].
+pub const SETPOINT_PERIOD_S: f64 = SETPOINT_PERIOD_US as f64 * 1e-6;
+/// PX4's estimator aligns when the accelerometer shows between these, in g0.
+pub const ALIGNS_G0: RangeInclusive<f64> = 0.8..=1.2;

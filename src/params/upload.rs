@@ -1,0 +1,123 @@
+//! What PX4 is given before a drop, of all that could be given to it.
+//!
+//! What the drop needs ([`super::procedure`]) stands. Of a file only what is PX4's own to choose is taken: gains, limits, filters. A value
+//! of the drop's own is taken from a file where it will do, and what says whose sensors, wiring and number a vehicle has is never.
+
+use std::collections::BTreeMap;
+
+use super::file::AUTOPILOT_COMPONENT;
+use super::procedure::{Circumstances, broken, wanted};
+use super::{ParameterFile, Value};
+
+/// Beginnings of names that are of one vehicle alone: calibration, sensors, thermal corrections; its number, links and start-up; serial
+/// ports, CAN; the remote control; its log, its flights.
+const OF_ONE_VEHICLE: [&str; 12] = [
+    "CAL_",
+    "SENS_",
+    "TC_",
+    "MAV_",
+    "SYS_",
+    "SER_",
+    "UAVCAN_",
+    "RC_",
+    "SDLOG_",
+    "SIM_",
+    "COM_FLIGHT_",
+    "LND_FLIGHT_",
+];
+/// So many names are told, the others counted.
+const TOLD: usize = 4;
+
+/// Parameters to be given, and what is to say of those that are not.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Upload {
+    /// By name.
+    pub parameters: BTreeMap<String, Value>,
+    /// Of a file: what is not sent, and what instead.
+    pub remarks: Vec<String>,
+}
+
+impl Upload {
+    /// What the drop needs where `exported` (gains, limits, vehicle) will not do, and what a file adds and changes.
+    pub fn new(
+        circumstances: &Circumstances,
+        exported: impl IntoIterator<Item = (String, Value)>,
+        given: Option<&ParameterFile>,
+    ) -> Self {
+        let mut made = Self { parameters: exported.into_iter().collect(), remarks: Vec::new() };
+        for (name, value) in wanted(circumstances) {
+            let will_do = |has: &Value| broken(name, has.as_f64(), circumstances).is_none();
+            if !made.parameters.get(name).is_some_and(will_do) {
+                made.parameters.insert(name.to_owned(), value);
+            }
+        }
+        if let Some(file) = given {
+            made.take(file, circumstances);
+        }
+        made
+    }
+
+    fn take(&mut self, file: &ParameterFile, circumstances: &Circumstances) {
+        let own = file.entries().filter(|(component, ..)| *component == AUTOPILOT_COMPONENT);
+        let mut foreign = Vec::new();
+        for (_, name, entry) in own {
+            if OF_ONE_VEHICLE.iter().any(|beginning| name.starts_with(beginning)) {
+                foreign.push(name);
+                continue;
+            }
+            let value = entry.value;
+            match (broken(name, value.as_f64(), circumstances), self.parameters.get(name)) {
+                (Some(rule), Some(stands)) => self.remarks.push(format!(
+                    "{name} = {value} is not sent, {stands} stands: with the file's, {}",
+                    rule.otherwise
+                )),
+                _ => _ = self.parameters.insert(name.to_owned(), value),
+            }
+        }
+        if !foreign.is_empty() {
+            let more = foreign.len().saturating_sub(TOLD);
+            let names = foreign[..foreign.len() - more].join(", ");
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            self.remarks.push(format!(
+                "{names}{more}: not sent, they are of one vehicle's sensors, wiring and number"
+            ));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A dump of a whole PX4 v1.12, in small: with its defaults a drop would fail.
+    const DUMP: &str = "1\t1\tCAL_ACC0_ID\t1310988\t6\n1\t1\tCOM_DISARM_PRFLT\t10\t9\n1\t1\tEKF2_GPS_CHECK\t245\t6\n\
+                        1\t1\tMAV_SYS_ID\t1\t6\n1\t1\tMC_PITCH_P\t6.5\t9\n1\t1\tMPC_XY_VEL_MAX\t20\t9\n\
+                        1\t1\tMPC_THR_MAX\t0.5\t9\n1\t51\tMC_ROLL_P\t9\t9\n";
+
+    #[test]
+    fn the_drops_own_parameters_stand_and_another_vehicles_are_not_sent() {
+        let of =
+            Circumstances { fastest_descent_m_s: 9.1, fastest_horizontal_m_s: 2.0, hover_thrust: Some(0.59) };
+        let file = ParameterFile::parse(DUMP).unwrap();
+        let gains = [("MC_PITCH_P".to_owned(), Value::Real(4.0)), ("MC_ROLL_P".to_owned(), Value::Real(4.0))];
+        let upload = Upload::new(&of, gains, Some(&file));
+        let has = |name: &str| upload.parameters.get(name).copied();
+        for (name, value) in wanted(&of) {
+            let expected = if name == "MPC_XY_VEL_MAX" { Value::Real(20.0) } else { value };
+            assert_eq!(has(name), Some(expected), "{name}");
+        }
+        assert_eq!(has("MC_PITCH_P"), Some(Value::Real(6.5)));
+        assert_eq!(has("MC_ROLL_P"), Some(Value::Real(4.0)), "the file's is of another component");
+        assert_eq!((has("CAL_ACC0_ID"), has("MAV_SYS_ID")), (None, None));
+        // Only looked at: what the file says is sent, and found wanting once it is there.
+        assert_eq!(has("MPC_THR_MAX"), Some(Value::Real(0.5)));
+        let said = upload.remarks.join("\n");
+        for words in [
+            "COM_DISARM_PRFLT = 10 is not sent, -1 stands",
+            "EKF2_GPS_CHECK = 245",
+            "CAL_ACC0_ID, MAV_SYS_ID: not sent",
+        ] {
+            assert!(said.contains(words), "{words} in {said}");
+        }
+    }
+}

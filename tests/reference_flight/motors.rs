@@ -1,0 +1,130 @@
+//! Motors of any speed: the integration follows them, in space and in the batch engine, and what a flight comes to has a limit as
+//! they get faster.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+use samara::assess::{Command, Controller, RandomRelease, SafetyStudy, TrialOutcome};
+use samara::config::load_mission;
+use samara::control::Airframe;
+use samara::model::{Motor, Vehicle};
+use samara::plan::{Guess, SolverOptions, plan};
+use samara::tune::ReleaseCase;
+
+/// A mission's study with another motor, the flights of its cases with the mission's gains on the plan.
+struct Cases {
+    study: SafetyStudy,
+    controller: Controller,
+    releases: Vec<RandomRelease>,
+}
+
+impl Cases {
+    fn of(mission: &str) -> Self {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(mission);
+        let m = load_mission(&path).unwrap();
+        let options = SolverOptions::default();
+        let plan = plan(&m.plan_problem(), &Guess::StraightLine, &options, &mut |_| {
+            std::ops::ControlFlow::Continue(())
+        });
+        let release = |(i, case): (usize, &ReleaseCase)| RandomRelease {
+            trial: i as u64,
+            amplitude_rad: 0.0,
+            phase_rad: 0.0,
+            state: case.state(),
+        };
+        Self {
+            study: SafetyStudy {
+                vehicle: m.vehicle.clone(),
+                environment: m.environment.clone(),
+                airframe: Airframe::new(&m.vehicle, &m.environment).unwrap(),
+                control_limits: m.control_limits,
+                limits: m.limits,
+                target_v_ned: m.target_v_ned,
+                plan: plan.unwrap().trajectory,
+            },
+            controller: Controller {
+                name: "ours",
+                gains_name: m.gains_name.clone(),
+                gains: m.gains,
+                command: Command::Optimal,
+            },
+            releases: m.tuning_cases.iter().enumerate().map(release).collect(),
+        }
+    }
+
+    fn with(&mut self, change: impl FnOnce(&mut Vehicle)) {
+        change(Arc::make_mut(&mut self.study.vehicle));
+    }
+
+    /// Side by side, after a look that they are what flights in space are.
+    fn fly(&self) -> Vec<TrialOutcome> {
+        let outcomes = self.study.fly_releases(&self.controller, &self.releases);
+        for (outcome, release) in outcomes.iter().zip(&self.releases) {
+            let alone = self.study.outcome(&self.controller, &release.state);
+            let off = (outcome.final_v_ned - alone.final_v_ned).norm();
+            assert!(
+                (outcome.j_tpf - alone.j_tpf).abs() < 1e-9 && off < 1e-9,
+                "{outcome:?}, in space {alone:?}"
+            );
+        }
+        outcomes
+    }
+}
+
+fn faster_first_order(vehicle: &mut Vehicle, up_s: f64, down_s: f64) {
+    let Motor::FirstOrder { tau_up_s, tau_down_s, .. } = &mut vehicle.motor else { unreachable!() };
+    (*tau_up_s, *tau_down_s) = (up_s, down_s);
+}
+
+/// Titan's constants make 0.2 x 0.09/(0.9 x 2.9) s; the x500's shortest is 12.5 ms. Both fly 10 ms, and Titan PX4's 10.8 ms, in one step.
+#[test]
+fn closed_form_the_shipped_vehicles_take_one_step() {
+    let (titan, x500) = (Cases::of("mission/titan_drop.json"), Cases::of("mission/x500_drop.json"));
+    let tau_s = 0.2 * 0.09 / (0.9 * 2.9);
+    assert!((titan.study.vehicle.motor.fastest_rate_per_s() * tau_s - 1.0).abs() < 1e-12);
+    assert!((titan.study.vehicle.longest_step_s() / (1.6 * tau_s) - 1.0).abs() < 1e-12);
+    assert!((x500.study.vehicle.longest_step_s() / (1.6 * 0.0125) - 1.0).abs() < 1e-12);
+    assert!(titan.study.vehicle.longest_step_s() > 0.0108);
+}
+
+/// As the time constants go to zero, J_TPF and the speed at the end go to those of rotors that follow at once: halving them halves what
+/// is left. At 10 ms a step the x500 with 2 and 4 ms was lost.
+#[test]
+fn prop_j_tpf_converges_as_motors_get_faster() {
+    let mut x500 = Cases::of("mission/x500_drop.json");
+    let mut at = |tau_s: f64| {
+        x500.with(|v| faster_first_order(v, tau_s, 2.0 * tau_s));
+        x500.fly()
+    };
+    let limit = at(0.0002);
+    for tau_s in [0.004, 0.002, 0.001, 0.0005] {
+        for (outcome, limit) in at(tau_s).iter().zip(&limit) {
+            let off = (outcome.j_tpf - limit.j_tpf).abs();
+            assert!(off < 2.0 * tau_s, "tau {tau_s}: J_TPF {}, limit {}", outcome.j_tpf, limit.j_tpf);
+            let v_off = (outcome.final_v_ned - limit.final_v_ned).norm();
+            assert!(v_off < 20.0 * tau_s, "tau {tau_s}: off by {v_off} m/s at the end");
+        }
+    }
+}
+
+/// Titan with ever lighter rotors: at 0.001 kg m^2 they were taken to stand still, and it fell.
+#[test]
+fn prop_j_tpf_converges_as_rotors_get_lighter() {
+    let mut titan = Cases::of("mission/titan_drop.json");
+    titan.releases.truncate(3);
+    let mut at = |inertia: f64| {
+        titan.with(|v| {
+            let Motor::EscDc { rotor_inertia_kg_m2, .. } = &mut v.motor else { unreachable!() };
+            *rotor_inertia_kg_m2 = inertia;
+        });
+        titan.fly()
+    };
+    let limit = at(0.002);
+    for inertia in [0.04, 0.02, 0.01] {
+        for (outcome, limit) in at(inertia).iter().zip(&limit) {
+            let off = (outcome.j_tpf - limit.j_tpf).abs();
+            assert!(off < inertia, "{inertia} kg m^2: J_TPF {}, limit {}", outcome.j_tpf, limit.j_tpf);
+        }
+    }
+    assert!(limit.iter().all(|o| (o.final_v_ned - Vector3::new(4.0, 0.0, 4.0)).norm() < 1.0), "{limit:?}");
+}
