@@ -6,7 +6,7 @@
 //! | `canvas`, `polyline` | the sheet: lines, shapes, text; `canvas` alone knows plotters |
 //! | `color` | the map of J_state, the palette |
 //! | `axis` | scales, ticks, grids |
-//! | `label` | room for labels |
+//! | `label`, `panel_names` | room for labels; names of lines and limits |
 //! | `track` | what is shown of a flight or a plan |
 //! | `flight_path`, `glyph` | the path as in the paper's figure 7, with small vehicles |
 //! | `convergence` | the cost of a search over its evaluations |
@@ -20,6 +20,7 @@ mod convergence;
 mod flight_path;
 mod glyph;
 mod label;
+mod panel_names;
 mod polyline;
 mod study;
 mod study_costs;

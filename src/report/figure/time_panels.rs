@@ -5,16 +5,17 @@ use nalgebra::Vector3;
 
 use super::axis::{Axis, Panel, SMALL, range, short};
 use super::canvas::{Anchor, Font, Pen, Point, Stroke, sub, text_width};
-use super::color::{BAND, ColorScale, FIRST, INK, LIMIT, Rgb, SECOND, SOFT_INK, THIRD};
+use super::color::{BAND, ColorScale, FIRST, INK, Rgb, SECOND, SOFT_INK, THIRD};
 use super::flight_path::colored;
 use super::label::{Place, Room};
+use super::panel_names::{limit_line, name_line};
 use super::track::{Instant, Track};
 use crate::assess::SafetyLimits;
 use crate::units::DEG_PER_RAD;
 
 /// An east velocity that is told [m/s].
 const EAST_TOLD_M_S: f64 = 0.005;
-const TITLE: Font = Font { size: 12.5, color: INK, bold: false };
+pub(crate) const TITLE: Font = Font { size: 12.5, color: INK, bold: false };
 const PANEL_GAP_PX: f64 = 27.0;
 /// Where a panel's title begins, from its corner.
 const TITLE_LEFT_PX: f64 = 34.0;
@@ -216,7 +217,7 @@ impl TimePanels<'_> {
             limit_line(pen, &panel, *limit, q.limit_name, &mut room);
         }
         for (line, curve) in q.lines.iter().zip(&flown) {
-            name_line(pen, &px(curve), line, &mut room);
+            name_line(pen, &px(curve), (line.name, line.color), &mut room);
         }
         if q.limit.is_none() {
             self.name_plan_end(pen, &panel, &mut room);
@@ -282,41 +283,5 @@ impl TimePanels<'_> {
                 pen.text(&text, place.centre(), Anchor::Middle, Font { bold: true, ..TITLE });
             }
         }
-    }
-}
-
-/// Draws a limit across the panel and names it where there is room, rather at the right.
-fn limit_line(pen: &mut Pen<'_>, panel: &Panel, limit: f64, name: &str, room: &mut Room) {
-    let line = [panel.px(panel.x.low, limit), panel.px(panel.x.high, limit)];
-    pen.line(&line, Stroke::dashed(LIMIT, 1.2, 8.0, 3.0));
-    room.take_line(&line);
-    let text = format!("{name} {}", short(limit));
-    let w = text_width(&text, SMALL.size);
-    let (left, right) = (panel.x.low_px + 0.5 * w + 2.0, panel.x.high_px - 0.5 * w - 2.0);
-    let candidates = (0..=12).map(|k| right + (left - right) * f64::from(k) / 12.0).flat_map(|x| {
-        // On the inner side of the limit first.
-        let inwards = if limit < 0.0 { -9.0 } else { 9.0 };
-        [inwards, -inwards].map(|dy| Place::around((x, line[0].1 + dy), w, 13.0))
-    });
-    if let Some(place) = room.best(candidates) {
-        pen.text(&text, place.centre(), Anchor::Middle, Font { color: LIMIT, ..SMALL });
-    }
-}
-
-/// Writes a line's name beside it, where there is room.
-fn name_line(pen: &mut Pen<'_>, curve: &[Point], line: &Line, room: &mut Room) {
-    let (w, h) = (text_width(line.name, TITLE.size), 14.0);
-    let n = curve.len();
-    if line.name.is_empty() || n == 0 {
-        return;
-    }
-    let stations = (3..32).map(|k| curve[k * (n - 1) / 32]);
-    let candidates = stations.filter(|p| p.0.is_finite() && p.1.is_finite()).flat_map(|(x, y)| {
-        let aside = 0.5 * w + 7.0;
-        [(0.0, -11.0), (0.0, 11.0), (aside, 3.0), (-aside, -3.0)]
-            .map(|(dx, dy)| Place::around((x + dx, y + dy), w, h))
-    });
-    if let Some(place) = room.best(candidates) {
-        pen.text(line.name, place.centre(), Anchor::Middle, Font { color: line.color, bold: true, ..TITLE });
     }
 }
