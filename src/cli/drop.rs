@@ -18,7 +18,7 @@ pub mod verdict;
 
 use std::io::Write as _;
 
-use super::args::{AutopilotArg, SpeedArg};
+use super::args::SpeedArg;
 use super::belongs;
 use super::flight_files::write_flight;
 use super::narrative::Narrator;
@@ -92,11 +92,6 @@ pub fn tell_remarks(remarks: &[String]) {
 /// What does not touch the flight but shows in the .tlog files: the vehicle's number, and that others may have taken part.
 fn circumstances(args: &DropArgs) -> Vec<(&'static str, String)> {
     let mut told = vec![("instance", args.net.instance.to_string())];
-    match args.autopilot {
-        AutopilotArg::Reference => (),
-        AutopilotArg::Px4(_) => told.push(("autopilot", "px4".to_owned())),
-        AutopilotArg::Px4Model => told.push(("autopilot", "px4-model".to_owned())),
-    }
     if let SpeedArg::Factor(factor) = args.speed {
         told.push(("speed", format!("{factor:?}")));
     }
