@@ -40,8 +40,10 @@ pub(super) struct Companion {
     decoder: Decoder,
     fence: Option<Fence>,
     stamp: i64,
-    /// The autopilot has answered a TIMESYNC. Before, nothing waits: its receiver may be asleep in simulated time.
+    /// The autopilot has answered a TIMESYNC. Before, nothing waits for one: its receiver may be asleep in simulated time.
     answers: bool,
+    /// When it was sent the first one.
+    asked: Option<Since>,
     /// Fences that were given up.
     pub(super) unfenced: u64,
     ticked: Option<TimeUs>,
@@ -67,6 +69,7 @@ impl Companion {
             fence: None,
             stamp: 0,
             answers: false,
+            asked: None,
             unfenced: 0,
             ticked: None,
             since: Since::now(),
@@ -78,12 +81,18 @@ impl Companion {
         self.session = self.initial.clone();
         self.fence = None;
         self.answers = false;
+        self.asked = None;
         self.ticked = None;
         self.since = Since::now();
     }
 
-    /// Whether the vehicle has not been heard yet: its software is still starting, in wall time.
+    /// Whether the vehicle's software is still starting, in wall time: it has not been heard, or has not listened yet.
     pub(super) fn vehicle_starts(&self) -> bool {
+        let deaf = !self.answers && self.asked.as_ref().is_some_and(|since| since.elapsed() < FENCE_PATIENCE);
+        deaf || self.is_unheard()
+    }
+
+    fn is_unheard(&self) -> bool {
         self.session.state() == StreamerState::WaitingForVehicle
     }
 
@@ -119,7 +128,7 @@ impl Companion {
             self.fence = None;
             self.unfenced += 1;
         }
-        if self.vehicle_starts() {
+        if self.is_unheard() {
             self.session.handle_silence(self.since.elapsed());
         }
     }
@@ -161,6 +170,7 @@ impl Companion {
 
     fn put_fence(&mut self) {
         self.stamp += 1;
+        self.asked.get_or_insert_with(Since::now);
         let ping = TIMESYNC_DATA { tc1: 0, ts1: self.stamp, ..TIMESYNC_DATA::default() };
         let bytes = self.encoder.encode(&MavMessage::TIMESYNC(ping));
         self.links.send(&Transmit::to_all(Link::Api, bytes));

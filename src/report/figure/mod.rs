@@ -193,7 +193,8 @@ fn heading(pen: &mut Pen<'_>, headline: &str, by: Option<&str>, rolls: bool) {
     pen.text(headline, (16.0, 28.0), Anchor::Start, Font { size: 19.0, color: INK, bold: true });
     let j_state = sub("J", "state");
     // The colour bar says the same of the path, where there is no room.
-    let opening = by.map_or(format!("Flight path coloured by {j_state}, m"), |by| format!("Flown by {by}. M"));
+    let opening =
+        by.map_or(format!("Flight path coloured by {j_state}, m"), |by| format!("Flown by {by}. M"));
     let quantities =
         if rolls { "speed, pitch, roll, pitch rate or roll rate" } else { "speed, pitch or pitch rate" };
     let remark = format!(
