@@ -8,10 +8,15 @@ use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::TcpStream;
 
 use super::super::{Decoder, Frame};
+use super::clock::Since;
 use super::notice::{GarbageWatch, Observer, What};
 
 /// A peer that does not read for this long is gone.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// Pauses of the processor between two looks of [`Connection::spin`]: a sibling on the same core shall not suffer.
+#[cfg(unix)]
+const PAUSES: u32 = 60;
 
 /// How long a peer is given to close its side as well.
 const FAREWELL: Duration = Duration::from_millis(200);
@@ -48,6 +53,35 @@ impl Connection {
         }
     }
 
+    /// Looks for something to read, again and again for `patience`, without giving the processor up: to be woken takes longer than
+    /// an autopilot's step. Whether there was something; it is received at the next [`Self::receive`].
+    #[cfg(unix)]
+    pub(super) fn spin(&mut self, patience: Duration) -> bool {
+        use rustix::io::Errno;
+        use rustix::net::{RecvFlags, recv};
+
+        let since = Since::now();
+        let mut buffer = [0; 4096];
+        while since.elapsed() < patience {
+            match recv(&self.stream, &mut buffer, RecvFlags::DONTWAIT) {
+                Ok((len, _)) if len > 0 => {
+                    self.decoder.push(&buffer[..len]);
+                    return true;
+                }
+                Err(Errno::AGAIN) => (0..PAUSES).for_each(|_| std::hint::spin_loop()),
+                // An end or an error shows at the next receive.
+                _ => return false,
+            }
+        }
+        false
+    }
+
+    /// Never finds anything.
+    #[cfg(not(unix))]
+    pub(super) fn spin(&mut self, _: Duration) -> bool {
+        false
+    }
+
     /// Reads what has come, without waiting; the reason when the connection has ended.
     pub(super) fn receive<O: Observer>(
         &mut self,
@@ -58,7 +92,7 @@ impl Connection {
         match self.stream.try_read(&mut buffer) {
             Ok(0) => return Err("closed by the peer".to_owned()),
             Ok(len) => self.decoder.push(&buffer[..len]),
-            Err(e) if e.kind() == io::ErrorKind::WouldBlock => return Ok(()),
+            Err(e) if e.kind() == io::ErrorKind::WouldBlock => {}
             Err(e) => return Err(e.to_string()),
         }
         while let Some(frame) = self.decoder.next_frame() {

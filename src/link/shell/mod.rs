@@ -10,6 +10,7 @@
 //! | `links` | a party's endpoints and the hub between them and its session |
 //! | [`notice`] | what is told to the caller; errors |
 //! | [`simulator`] | [`run_simulator`]: TCP server for the autopilot, UDP for the parachute |
+//! | `spin` | waiting for an answer without giving the processor up, while that pays |
 //! | `companion` | a streamer beside the simulator: what an autopilot in a process of its own must have taken before time goes on |
 //! | [`autopilot`] | [`run_autopilot`]: TCP client of the simulator, UDP for ground stations and companions |
 //! | [`streamer`] | [`run_streamer`]: UDP |
@@ -28,6 +29,7 @@ mod links;
 pub mod notice;
 pub mod ports;
 pub mod simulator;
+mod spin;
 pub mod streamer;
 pub mod tcp_client;
 pub mod tcp_server;

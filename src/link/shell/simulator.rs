@@ -16,6 +16,7 @@ use super::connection::Connection;
 use super::links::Links;
 use super::notice::{Notice, Observer, ShellError};
 use super::ports::Ports;
+use super::spin::Spin;
 use super::tcp_server::TcpServer;
 use super::viewer::Viewer;
 
@@ -38,6 +39,7 @@ struct Shell<'a, O> {
     waiting: Since,
     /// Of a turn; kept for its room.
     sent: Vec<Transmit>,
+    spin: Spin,
     observer: &'a mut O,
 }
 
@@ -143,6 +145,7 @@ impl<'a, O: Observer> Shell<'a, O> {
             starting: Pacer::new(starting),
             waiting: Since::now(),
             sent: Vec::new(),
+            spin: Spin::new(speed),
             observer,
         })
     }
@@ -166,9 +169,11 @@ impl<'a, O: Observer> Shell<'a, O> {
                 Pace::NoPeer | Pace::AwaitingControls => TICK,
             };
             let mut accepted = None;
+            let answered =
+                self.session.pace() == Pace::AwaitingControls && self.spin.look(self.connection.as_mut());
             if pause.is_zero() {
                 self.step().await;
-            } else {
+            } else if !answered || self.spin.others_are_due() {
                 tokio::select! {
                     () = &mut stop => {
                         self.session.stop();
@@ -178,6 +183,7 @@ impl<'a, O: Observer> Shell<'a, O> {
                     () = Connection::readable(self.connection.as_ref()) => {}
                     () = self.parachute.readable() => {}
                     () = Self::heard(&mut self.companion) => {}
+                    () = tokio::task::yield_now(), if answered => {}
                     () = tokio::time::sleep(pause.min(TICK)) => {
                         gone = guest.gone(self.session.now(), self.session.pace());
                     }
