@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use anyhow::Context as _;
+
 use super::args::{ChoiceArgs, EstimatorChoice, StateArgs};
 use super::outcome::{BadInput, Failure};
 use super::output::tell;
@@ -52,8 +54,8 @@ pub fn mission_with_a_drop(path: &Path, choice: &ChoiceArgs) -> Result<Mission, 
 /// `--gains` of this name: PX4's own.
 pub const PX4_DEFAULT: &str = "px4_default";
 
-/// The mission for a flight by PX4: a chosen parameter file is PX4's and comes along unread, the mission's gains stay. With the gains
-/// [`PX4_DEFAULT`] the file is empty.
+/// The mission for a flight by PX4, and the parameter file that PX4 is given: the chosen one; where nothing is chosen, the one that the
+/// mission names; with the gains [`PX4_DEFAULT`] an empty one. Without a file PX4 flies the mission's gains in its terms.
 ///
 /// # Errors
 /// As [`mission_with_a_drop`].
@@ -69,9 +71,19 @@ pub fn mission_for_px4(
         mission.note_choice("gains", PX4_DEFAULT);
         return Ok((mission, Some(ParameterFile::default())));
     }
-    let Some(path) = choice.params.as_deref() else { return Ok((mission, None)) };
-    let file = mission.note_parameters(path).bad_input()?;
-    check_for_px4(path, &file)?;
+    if let Some(path) = &choice.params {
+        let file = mission.note_parameters(path).bad_input()?;
+        check_for_px4(path, &file)?;
+        return Ok((mission, Some(file)));
+    }
+    let Some(named) = mission.px4_params.clone().filter(|_| choice.gains.is_none()) else {
+        return Ok((mission, None));
+    };
+    let file = mission
+        .note_parameters(&named)
+        .with_context(|| format!("{}: px4_params", path.display()))
+        .bad_input()?;
+    check_for_px4(&named, &file)?;
     Ok((mission, Some(file)))
 }
 

@@ -127,6 +127,7 @@ impl Narrator {
             StreamerEvent::Text { severity: 6.., .. } => Ok(()),
             StreamerEvent::Waiting { .. }
             | StreamerEvent::NotAligned { .. }
+            | StreamerEvent::NotHeld { .. }
             | StreamerEvent::Trap { .. }
             | StreamerEvent::Refused { .. }
             | StreamerEvent::Unanswered { .. }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand, ValueEnum};
 
 use super::args::ChoiceArgs;
-use super::mission::{chosen_mission, mission_with_a_drop};
+use super::mission::{chosen_mission, mission_for_px4};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::plan::plan_mission;
@@ -108,7 +108,8 @@ struct ExportArgs {
     /// What the file shall be for.
     #[arg(long = "for", value_enum, default_value_t = PurposeArg::Samara)]
     purpose: PurposeArg,
-    /// All that `samara drop --autopilot px4=DIR` gives to PX4: what a drop needs besides, with the mission's plan.
+    /// All that `samara drop --autopilot px4=DIR` gives to PX4: the mission's `px4_params` where no --gains are chosen, and what a drop
+    /// needs besides, with the mission's plan.
     #[arg(long)]
     drop: bool,
     /// With --drop, of a quadrotor in X: for a PX4 that allocates by CA_* (v1.14 and later) instead of mixing by `quad_x`.
@@ -183,15 +184,14 @@ pub fn run(args: &ParamsArgs) -> Result<Answer, Failure> {
 
 fn run_export(args: &ExportArgs) -> Result<Answer, Failure> {
     let choice = ChoiceArgs { gains: args.gains.clone(), params: None, seed: None, case: None };
-    let mission = if args.drop {
-        mission_with_a_drop(&args.mission, &choice)?
+    let (mission, export) = if args.drop {
+        let (mission, given) = mission_for_px4(&args.mission, &choice)?;
+        let export = of_a_drop(args, &mission, given.as_ref())?;
+        (mission, export)
     } else {
-        chosen_mission(&args.mission, &choice)?
-    };
-    let export = if args.drop {
-        of_a_drop(args, &mission)?
-    } else {
-        export(&mission.parameter_subject(), args.purpose.purpose()).bad_input()?
+        let mission = chosen_mission(&args.mission, &choice)?;
+        let export = export(&mission.parameter_subject(), args.purpose.purpose()).bad_input()?;
+        (mission, export)
     };
     let text = report::params_file(&mission, &export);
     let to_stdout = args.out.as_deref() == Some(Path::new("-"));
@@ -226,7 +226,7 @@ fn run_export(args: &ExportArgs) -> Result<Answer, Failure> {
 }
 
 /// What a drop gives to PX4.
-fn of_a_drop(args: &ExportArgs, mission: &Mission) -> Result<Export, Failure> {
+fn of_a_drop(args: &ExportArgs, mission: &Mission, given: Option<&ParameterFile>) -> Result<Export, Failure> {
     let (wanted, of_mission) = (args.purpose.purpose(), mission.px4_purpose());
     if wanted != of_mission {
         let text = format!(
@@ -243,7 +243,7 @@ fn of_a_drop(args: &ExportArgs, mission: &Mission) -> Result<Export, Failure> {
         return Err(anyhow::anyhow!(text)).bad_input();
     }
     let mixer = !args.allocated && is_quad_x(&mission.vehicle).is_ok();
-    whole(mission, &timed.plan.trajectory, mixer)
+    whole(mission, &timed.plan.trajectory, given, mixer)
 }
 
 fn write(folder: &OutputFolder, name: &str, text: &str) -> Result<PathBuf, Failure> {

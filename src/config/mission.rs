@@ -94,6 +94,8 @@ pub struct Mission {
     pub sensors: SensorSettings,
     /// How a PX4 is connected.
     pub px4_clock: Px4Clock,
+    /// The parameter file that PX4 flies the mission with, unless another or gains are chosen. Not read yet.
+    pub px4_params: Option<PathBuf>,
     /// What cuts the vehicle loose.
     pub release_trigger: ReleaseTrigger,
     /// What the gains are tuned on, Table 3.

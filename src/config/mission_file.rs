@@ -56,6 +56,7 @@ fn build(
         vehicle: Arc::new(vehicle.vehicle),
         sensors: mission_sensors::sensors(source, json, &environment)?,
         px4_clock: parts::px4_clock(source, json)?,
+        px4_params: json.px4_params.as_deref().map(|path| source.resolve(path)),
         environment,
         parachute,
         target_v_ned: json.target_v_ned_m_s.get().into(),

@@ -54,6 +54,8 @@ pub(super) struct MissionJson {
     pub(super) sensors: Option<SensorsJson>,
     /// How a PX4 that flies this mission is connected; "real" when left out.
     pub(super) px4_clock: Option<Px4ClockJson>,
+    /// Parameter file that PX4 flies this mission with; without it, or where gains are chosen, the gains in PX4's terms.
+    pub(super) px4_params: Option<String>,
 }
 
 /// How a PX4 is connected, which takes 9.80665 m/s^2 for gravity.

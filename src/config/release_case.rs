@@ -57,6 +57,12 @@ impl Mission {
         Ok(())
     }
 
+    /// The canopies whose swings come to t = 0 with the pitch and pitch rate of a release case, where there is such a swing; in the order
+    /// of the cases.
+    pub fn case_parachutes(&self) -> Vec<Parachute> {
+        self.tuning_cases.iter().filter_map(|case| self.swinging_to(case)).collect()
+    }
+
     fn swinging_to(&self, case: &ReleaseCase) -> Option<Parachute> {
         let omega = self.parachute.pendulum.omega_rad_s;
         let wanted = Vector2::new(case.pitch_rad, case.pitch_rate_rad_s / omega);

@@ -55,8 +55,18 @@ pub fn preparation(
 ///
 /// # Errors
 /// As [`preparation`].
-pub fn whole(mission: &Mission, trajectory: &Trajectory, mixer: bool) -> Result<Export, Failure> {
-    let Preparation { upload, export, .. } = preparation(mission, trajectory, None, mixer)?;
+pub fn whole(
+    mission: &Mission,
+    trajectory: &Trajectory,
+    given: Option<&ParameterFile>,
+    mixer: bool,
+) -> Result<Export, Failure> {
+    let Preparation { upload, mut export, .. } = preparation(mission, trajectory, given, mixer)?;
+    if given.is_some() {
+        // What was to say of the mission's gains.
+        export.remarks.clear();
+    }
+    export.remarks.extend(upload.remarks);
     Ok(export.with(upload.parameters))
 }
 

@@ -25,10 +25,10 @@ use crate::report::px4_gains::{PX4S_DEFAULTS, Px4Gains, gains_json, gains_text};
 use crate::trajectory::Trajectory;
 use crate::tune::objective::PENALTY;
 use crate::tune::px4::space::Candidate;
-use crate::tune::px4::{Measures, Px4Bench, Px4Search, Px4SearchSettings, Px4Setting, drops};
+use crate::tune::px4::{Measures, Px4Bench, Px4Search, Px4SearchSettings, Px4Setting, drops, drops_from};
 use crate::tune::release_cases::AMPLITUDES;
 
-/// Drops that a candidate is judged by.
+/// Random drops that a candidate is judged by, besides the mission's release cases.
 const DROPS: u64 = 24;
 /// The unseen ones begin at this number.
 const UNSEEN_FROM: u64 = 1_000_000;
@@ -71,7 +71,9 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
     let references = [(PX4S_DEFAULTS, &defaults), ("the mission's gains", &missions)];
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let mut search = Px4Search::new(&defaults, &missions, settings(args, mission));
-    let (seen, stop) = (Px4Bench::new(drops(0..DROPS), &references), interrupt::flag()?);
+    let mut seen = drops(0..DROPS);
+    seen.extend(drops_from(&setting, mission.case_parachutes()));
+    let (seen, stop) = (Px4Bench::new(seen, &references), interrupt::flag()?);
     let judge =
         |search: &Px4Search, _: usize, candidate: &Candidate| Some(seen.cost(&search.parameters(candidate)));
     let course = course::run(
@@ -99,7 +101,7 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
         measured_by: seen.measured_by(),
         found: on_unseen(&found),
         parameters: found,
-        drops: DROPS,
+        drops: seen.len() as u64,
         unseen: args.unseen,
         evaluations: search.evaluations(),
         stopped: course.stopped,

@@ -13,6 +13,7 @@ use nalgebra::Vector3;
 
 use super::Parameters;
 use super::attitude::{attitude_for, rates_for};
+use super::facts::HOLD_S;
 use super::filter::LowPass2;
 use super::mixer::{self, MOTORS, Saturation};
 use super::output;
@@ -24,10 +25,6 @@ use crate::model::{MAX_ROTORS, PerRotor};
 
 /// Period of the estimator and the velocity loop, in PX4's time [s].
 pub const VELOCITY_PERIOD_S: f64 = 0.01;
-
-/// Time in HOLD before OFFBOARD [s]: 0.05 to 0.07 under the procedure of samara's streamer, which asks for OFFBOARD as soon as PX4's
-/// estimator has a velocity.
-pub const HOLD_S: f64 = 0.06;
 
 /// What OFFBOARD is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,10 +81,15 @@ struct Filters {
 }
 
 impl Law {
-    /// The law at rest, armed now. `similarity` is Froude's k = sqrt(g0/g), 1 on Earth.
+    /// The law at rest, armed now, after [`HOLD_S`] in HOLD. `similarity` is Froude's k = sqrt(g0/g), 1 on Earth.
     pub fn new(parameters: Parameters, similarity: f64) -> Self {
+        Self::held_for(parameters, similarity, HOLD_S)
+    }
+
+    /// The same after another time in HOLD [s].
+    pub fn held_for(parameters: Parameters, similarity: f64, hold_s: f64) -> Self {
         Self {
-            velocity: VelocityLoop::new(&parameters, HOLD_S),
+            velocity: VelocityLoop::new(&parameters, hold_s),
             rate: RateLoop::default(),
             parameters,
             similarity,

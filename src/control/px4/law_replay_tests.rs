@@ -11,6 +11,8 @@ use crate::frames::LEVEL;
 
 const RECORDED: &str = include_str!("../../../tests/data/px4_law.csv");
 const DT_S: f64 = 0.004;
+/// How long that PX4 was in HOLD.
+const RECORDED_HOLD_S: f64 = 0.06;
 
 fn recorded_with() -> Parameters {
     Parameters {
@@ -27,7 +29,7 @@ fn recorded_with() -> Parameters {
 
 /// The law as PX4 is at the first row: armed long ago, its derivative filled with the velocities before.
 fn until_the_first_row() -> Law {
-    let mut law = Law::new(recorded_with(), 1.0);
+    let mut law = Law::held_for(recorded_with(), 1.0, RECORDED_HOLD_S);
     let watch = Setpoint::Attitude(LEVEL, 0.0);
     let first = rows(RECORDED, "law").next().unwrap();
     let mut m = Measurement {

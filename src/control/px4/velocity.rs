@@ -12,11 +12,9 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::Parameters;
+use super::facts::TILT_LIMIT_SLEW_RAD_S;
 use super::filter::Derivative;
 use crate::units::{RAD_PER_DEG, STANDARD_GRAVITY_M_S2 as G0};
-
-/// How fast the tilt limit goes from one to the other [rad/s].
-const TILT_LIMIT_SLEW_RAD_S: f64 = 0.2;
 
 /// The least thrust that still has a direction (`setThrustLimits`).
 const THRUST_WITH_DIRECTION: f64 = 10e-4;

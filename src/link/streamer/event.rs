@@ -51,6 +51,11 @@ pub enum StreamerEvent {
         /// What the vehicle said meanwhile.
         said: Vec<String>,
     },
+    /// The vehicle was not in HOLD before OFFBOARD.
+    NotHeld {
+        /// Simulated time.
+        at: TimeUs,
+    },
     /// Velocity setpoints wait: the vehicle believes to be on the ground.
     HeldBack {
         /// Simulated time.
@@ -195,6 +200,11 @@ impl fmt::Display for StreamerEvent {
             Self::NotAligned { at, lacking, said } => {
                 write!(f, "{:8.3} s  waiting for the estimator: no {lacking} yet{}", s(at), join(said))
             }
+            Self::NotHeld { at } => write!(
+                f,
+                "{:8.3} s  the vehicle is not in HOLD: PX4's tilt limit is still shut and comes with 0.2 rad/s only, from the release on",
+                s(at)
+            ),
             Self::HeldBack { at } => write!(
                 f,
                 "{:8.3} s  the vehicle believes to be on the ground (EXTENDED_SYS_STATE): velocity setpoints wait, it would keep its \

@@ -117,9 +117,11 @@ impl StreamerSession {
         self.flight.heartbeat_heard = true;
         self.flight.shown_at = self.flight.now;
         let before = self.flight.shown;
+        let mode = FlightMode::from_custom_mode(m.custom_mode);
         self.flight.shown = Shown {
             armed: m.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED),
-            offboard: FlightMode::from_custom_mode(m.custom_mode) == Some(FlightMode::Offboard),
+            offboard: mode == Some(FlightMode::Offboard),
+            holds: mode == Some(FlightMode::AutoLoiter),
         };
         let flying = matches!(
             self.flight.state,

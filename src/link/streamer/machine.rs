@@ -87,6 +87,7 @@ impl StreamerSession {
                 self.enter(if careful { StreamerState::Aligning } else { StreamerState::RequestingOffboard });
             }
             StreamerState::Aligning => self.align(),
+            StreamerState::Holding => self.hold(),
             StreamerState::RequestingOffboard => {
                 if self.pursue(|c| {
                     let px4_offboard = [1.0, f32::from(FlightMode::Offboard.main_number()), 0.0];

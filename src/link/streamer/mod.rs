@@ -80,6 +80,8 @@ pub enum StreamerState {
     Streaming,
     /// The estimator has no velocity yet.
     Aligning,
+    /// In HOLD, where PX4's tilt limit comes up.
+    Holding,
     /// OFFBOARD asked for.
     RequestingOffboard,
     /// Arming asked for.
@@ -142,6 +144,7 @@ struct Flight {
 struct Shown {
     armed: bool,
     offboard: bool,
+    holds: bool,
 }
 
 impl Flight {

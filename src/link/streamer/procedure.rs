@@ -1,15 +1,17 @@
 //! What a PX4 needs before it may be released, and what it would trip over.
 //!
-//! Parameters are uploaded and looked at ([`crate::params::procedure`] says which, and why), the estimator must have a velocity before
-//! OFFBOARD is asked for, the vehicle must show itself armed and in OFFBOARD before it is released, and the first velocity setpoint is
+//! Parameters are uploaded and looked at ([`crate::params::procedure`] says which, and why), the estimator must have a velocity, and PX4
+//! must then have been in HOLD for [`HOLD_S`], before OFFBOARD is asked for: its tilt limit comes up there from zero, stays where it is
+//! while an attitude is streamed, and is what the first velocity setpoints have to do with. The vehicle must show itself armed and in OFFBOARD before it is released, and the first velocity setpoint is
 //! held back while it believes to be on the ground: a PX4 that does would keep its rotors at zero thrust. Once the plan has begun
 //! nothing is taken back: a vehicle on the ground may have landed.
 
 use std::collections::BTreeMap;
 
-use super::super::TimeUs;
+use super::super::{TimeUs, microseconds};
 use super::parameters::{Exchange, Outcome};
 use super::{StreamerEvent, StreamerSession, StreamerState};
+use crate::control::px4::facts::HOLD_S;
 use crate::params::Value;
 use crate::params::procedure::{Circumstances, RULES, broken};
 
@@ -67,6 +69,12 @@ impl Readiness {
         if present & enabled & PREARM_CHECK != 0 {
             self.checks_pass = Some(healthy & PREARM_CHECK != 0);
         }
+    }
+
+    /// What the estimator has told that it has not got.
+    fn lacking(&self) -> impl Iterator<Item = &'static str> + use<> {
+        let flags = self.estimator.unwrap_or(u16::MAX);
+        NEEDED.iter().filter(move |(bit, _)| flags & bit == 0).map(|(_, name)| *name)
     }
 
     /// What was told of the checks holds no more: it was for another mode.
@@ -135,7 +143,7 @@ impl StreamerSession {
         let since = self.flight.since;
         let ready = &mut self.flight.readiness;
         let lacking: Vec<&str> = match ready.estimator {
-            Some(flags) => NEEDED.iter().filter(|(bit, _)| flags & bit == 0).map(|(_, name)| *name).collect(),
+            Some(_) => ready.lacking().collect(),
             None if now >= since + self.config.autopilots_us(MUTE_US) => Vec::new(),
             None => vec!["ESTIMATOR_STATUS"],
         };
@@ -144,7 +152,7 @@ impl StreamerSession {
             if now >= aligned + self.config.autopilots_us(PROBATION_US) {
                 let told = ready.estimator.is_some();
                 self.events.push_back(StreamerEvent::Aligned { at: now, told });
-                self.enter(StreamerState::RequestingOffboard);
+                self.enter(StreamerState::Holding);
             }
             return;
         }
@@ -155,6 +163,22 @@ impl StreamerSession {
             let lacking = lacking.join(", ");
             self.events.push_back(StreamerEvent::NotAligned { at: now, lacking, said });
         }
+    }
+
+    /// Waits until PX4's tilt limit has come up; where the estimator is lost meanwhile, for the estimator again.
+    pub(super) fn hold(&mut self) {
+        if self.flight.readiness.lacking().next().is_some() {
+            self.flight.readiness.aligned_since = None;
+            return self.enter(StreamerState::Aligning);
+        }
+        let at = self.flight.now;
+        if at < self.flight.since + self.config.autopilots_us(microseconds(HOLD_S)) {
+            return;
+        }
+        if !self.flight.shown.holds {
+            self.events.push_back(StreamerEvent::NotHeld { at });
+        }
+        self.enter(StreamerState::RequestingOffboard);
     }
 
     /// Whether arming must wait: PX4 refuses it until its checks pass, and in its first seconds without a word.

@@ -6,8 +6,11 @@ use mavlink::dialects::common::*;
 use super::super::{Encoder, TimeUs};
 use super::scene::{Answers, Scene, WILLING, texts};
 use super::*;
+use crate::autopilot::FlightMode;
+use crate::control::px4::facts::TILT_LIMIT_SLEW_RAD_S;
 use crate::params::Value;
 use crate::params::procedure::RULES;
+use crate::units::RAD_PER_DEG;
 
 const ALIGNED: u16 = 7;
 const PREARM_CHECK: u32 = 0x1000_0000;
@@ -227,9 +230,36 @@ fn an_estimator_must_hold_for_a_second() {
     careful.told();
     careful.estimator = Some(ALIGNED);
     let at = careful.scene.now;
-    let waited = careful.until(StreamerState::RequestingOffboard) - at;
+    let waited = careful.until(StreamerState::Holding) - at;
     assert!((S..S + 108_000).contains(&waited), "{waited} us");
     assert_eq!(careful.told(), ["the estimator has attitude and velocity"]);
+}
+
+/// PX4's tilt limit takes 45 deg / (0.2 rad/s) = 3.93 s to come up in HOLD; what is lost meanwhile is waited for again.
+#[test]
+fn px4_is_left_in_hold_until_its_tilt_limit_is_up() {
+    let mut careful = Careful::new(Some(ALIGNED), PASS, WILLING);
+    careful.until(StreamerState::Holding);
+    careful.run(3 * S);
+    careful.estimator = Some(1);
+    careful.until(StreamerState::Aligning);
+    careful.estimator = Some(ALIGNED);
+    let at = careful.until(StreamerState::Holding);
+    careful.told();
+    let waited = careful.until(StreamerState::RequestingOffboard) - at;
+    assert!((4 * S..4 * S + 8_000).contains(&waited), "{waited} us");
+    assert!(waited as f64 * 1e-6 * TILT_LIMIT_SLEW_RAD_S > 45.0 * RAD_PER_DEG);
+    assert!(careful.told().is_empty());
+}
+
+/// In another mode the limit does not come up, and the drop is flown with what there is.
+#[test]
+fn a_px4_that_is_not_in_hold_is_told_of() {
+    let mut careful = Careful::new(Some(ALIGNED), PASS, WILLING);
+    careful.scene.mode_before = FlightMode::Stabilized;
+    careful.until(StreamerState::RequestingOffboard);
+    let shut = "the vehicle is not in HOLD: PX4's tilt limit is still shut and comes with 0.2 rad/s only, from the release on";
+    assert_eq!(careful.told().last().unwrap(), shut);
 }
 
 /// What is lacking is named every five seconds, with the vehicle's words; it is waited for as long as it takes.
@@ -263,7 +293,7 @@ fn an_estimator_that_tells_nothing_is_believed() {
     let mut careful = Careful::new(None, PASS, WILLING);
     let since = careful.until(StreamerState::Aligning);
     careful.told();
-    let waited = careful.until(StreamerState::RequestingOffboard) - since;
+    let waited = careful.until(StreamerState::Holding) - since;
     assert!((11 * S..11 * S + 8_000).contains(&waited), "{waited} us");
     assert_eq!(
         careful.told(),

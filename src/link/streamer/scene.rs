@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 
 use super::super::{CommandAck, Decoder, Encoder, Frame, Link, Session, TimeUs};
 use super::*;
+use crate::autopilot::FlightMode;
 use crate::frames::LEVEL;
 use crate::trajectory::Node;
 
@@ -41,6 +42,8 @@ pub(super) struct Scene {
     pub(super) decoder: Decoder,
     pub(super) answers: Answers,
     pub(super) armed: bool,
+    /// Its mode before it is armed in OFFBOARD.
+    pub(super) mode_before: FlightMode,
     pub(super) now: TimeUs,
     /// Everything that the streamer sent, with its time.
     pub(super) sent: Vec<(TimeUs, Frame)>,
@@ -64,6 +67,7 @@ impl Scene {
             decoder: Decoder::new(),
             answers,
             armed: false,
+            mode_before: FlightMode::AutoLoiter,
             now: 0,
             sent: Vec::new(),
             events: Vec::new(),
@@ -84,7 +88,7 @@ impl Scene {
     pub(super) fn heartbeat(&mut self) {
         let armed = if self.armed { 128 } else { 0 };
         self.vehicle_says(&MavMessage::HEARTBEAT(HEARTBEAT_DATA {
-            custom_mode: if self.armed { 6 << 16 } else { 0 },
+            custom_mode: if self.armed { 6 << 16 } else { self.mode_before.custom_mode() },
             base_mode: MavModeFlag::from_bits_retain(1 | armed),
             ..Default::default()
         }));

@@ -128,6 +128,14 @@ pub fn drops<'a>(
     trials.map(drop).collect()
 }
 
+/// Drops from given swings, flown as they are known.
+pub fn drops_from<'a>(
+    setting: &Px4Setting<'a>,
+    parachutes: impl IntoIterator<Item = Parachute>,
+) -> Vec<Px4Drop<'a>> {
+    parachutes.into_iter().map(|parachute| Px4Drop { setting: setting.clone(), parachute }).collect()
+}
+
 /// What the cost is measured by where no reference comes through the drops.
 pub const FIXED_SCALES: &str = "fixed scales";
 
@@ -162,6 +170,16 @@ impl<'a> Px4Bench<'a> {
     /// What parameters cost, [`Measures::cost`].
     pub fn cost(&self, parameters: &Parameters) -> f64 {
         self.fly(parameters).cost(&self.reference)
+    }
+
+    /// How many drops there are.
+    pub fn len(&self) -> usize {
+        self.drops.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.drops.is_empty()
     }
 
     /// By whose flights costs are measured.

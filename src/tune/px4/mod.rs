@@ -12,7 +12,7 @@ pub mod measures;
 pub mod search;
 pub mod space;
 
-pub use bench::{FIXED_SCALES, Px4Bench, Px4Setting, drops};
+pub use bench::{FIXED_SCALES, Px4Bench, Px4Setting, drops, drops_from};
 pub use measures::Measures;
 pub use search::{Px4Search, Px4SearchSettings};
 pub use space::{DIMENSIONS, parameters, start, widest};

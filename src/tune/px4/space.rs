@@ -25,7 +25,8 @@ const SPACE: [Coordinate; DIMENSIONS] = [
     (&["MC_PITCHRATE_P", "MC_ROLLRATE_P"], 0.01, 0.5),
     (&["MC_PITCHRATE_I", "MC_ROLLRATE_I"], 0.0, 1.0),
     (&["MC_PITCHRATE_D", "MC_ROLLRATE_D"], 0.0, 0.01),
-    (&["MPC_TILTMAX_AIR"], 20.0, 89.0),
+    // The limit is at the second when a drop begins.
+    (&["MPC_TILTMAX_AIR", "MPC_TILTMAX_LND"], 20.0, 89.0),
 ];
 
 /// PX4's names of what is searched.
@@ -68,10 +69,15 @@ mod tests {
         assert!(names().all(|name| defaults.get(name).is_some()));
         let bounds = widest(45.0);
         let back = parameters(&defaults, &start(&defaults, &bounds));
-        for name in Parameters::NAMES {
+        for name in Parameters::NAMES.into_iter().filter(|name| name != &"MPC_TILTMAX_LND") {
             let (a, b) = (back.get(name).unwrap(), defaults.get(name).unwrap());
             assert!((a - b).abs() <= 1e-7 * b.abs(), "{name}: {a}, {b}");
         }
         assert_eq!(bounds[10], (20.0, 45.0));
+        assert_eq!(
+            (back.tiltmax_air_deg, back.tiltmax_lnd_deg),
+            (45.0, 45.0),
+            "it is open when a drop begins"
+        );
     }
 }
