@@ -9,7 +9,7 @@ use super::outcome::{BadInput, Failure};
 use super::output::tell;
 use crate::config::{Mission, Stamp, load_mission};
 use crate::params::file::AUTOPILOT_COMPONENT;
-use crate::params::{Class, Metadata, ParameterFile, check};
+use crate::params::{Check, Class, Metadata, ParameterFile, check};
 use crate::report::params::check_text;
 
 /// The mission with the chosen gains and seed.
@@ -73,7 +73,8 @@ pub fn mission_for_px4(
     }
     if let Some(path) = &choice.params {
         let file = mission.note_parameters(path).bad_input()?;
-        check_for_px4(path, &file)?;
+        tell_of(path, &file);
+        refuse_useless(path, &file)?;
         return Ok((mission, Some(file)));
     }
     let Some(named) = mission.px4_params.clone().filter(|_| choice.gains.is_none()) else {
@@ -83,20 +84,26 @@ pub fn mission_for_px4(
         .note_parameters(&named)
         .with_context(|| format!("{}: px4_params", path.display()))
         .bad_input()?;
-    check_for_px4(&named, &file)?;
+    refuse_useless(&named, &file)?;
     Ok((mission, Some(file)))
 }
 
-/// Tells what `samara params check` tells of a file, where there is anything to tell.
-///
-/// # Errors
-/// [`Failure::BadInput`] for a value that PX4 would not load, and for a file that holds nothing of PX4's.
-fn check_for_px4(path: &Path, file: &ParameterFile) -> Result<(), Failure> {
+fn check_of(file: &ParameterFile) -> Check {
     let rows = file.entries().filter(|(component, ..)| *component == AUTOPILOT_COMPONENT);
-    let check = check(&Metadata::px4(), file.purpose(), rows.map(|(_, name, entry)| (name, entry.value)));
+    check(&Metadata::px4(), file.purpose(), rows.map(|(_, name, entry)| (name, entry.value)))
+}
+
+/// Tells what `samara params check` tells of a file, where there is anything to tell.
+fn tell_of(path: &Path, file: &ParameterFile) {
+    let check = check_of(file);
     if !check.findings.is_empty() || check.unknown > 0 || !file.remarks().is_empty() {
         tell(&check_text(&path.display().to_string(), file, &check, None));
     }
+}
+
+/// Refuses a value that PX4 would not load, and a file that holds nothing of PX4's.
+fn refuse_useless(path: &Path, file: &ParameterFile) -> Result<(), Failure> {
+    let check = check_of(file);
     let wrong = check.findings.iter().find(|f| f.class == Class::WrongType);
     let why = match wrong {
         Some(finding) => finding.text(),
