@@ -69,7 +69,7 @@ mod tests {
         assert!(names().all(|name| defaults.get(name).is_some()));
         let bounds = widest(45.0);
         let back = parameters(&defaults, &start(&defaults, &bounds));
-        for name in Parameters::NAMES.into_iter().filter(|name| name != &"MPC_TILTMAX_LND") {
+        for name in Parameters::NAMES.iter().copied().filter(|name| *name != "MPC_TILTMAX_LND") {
             let (a, b) = (back.get(name).unwrap(), defaults.get(name).unwrap());
             assert!((a - b).abs() <= 1e-7 * b.abs(), "{name}: {a}, {b}");
         }
