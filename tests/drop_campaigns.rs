@@ -67,7 +67,7 @@ fn entries(folder: &Path) -> Vec<String> {
 #[test]
 fn prop_a_campaign_is_the_same_however_many_fly_side_by_side() {
     for (autopilot, trials, file) in
-        [(MODEL, 17, "drops_px4-model_x500"), (REFERENCE, 4, "drops_reference_x500")]
+        [(MODEL, 17, "drops_px4-model_x500_px4_tuned"), (REFERENCE, 4, "drops_reference_x500")]
     {
         let out = tempfile::tempdir().unwrap();
         let [csv, manifest] = ["csv", "_manifest.json"]
@@ -116,7 +116,7 @@ fn prop_a_failed_drop_is_told_wherever_there_is_a_place_for_it() {
     let fly = |more: &[&str]| assess(&mission, &[&MODEL, &["--trials", "9", "--threads", "3"], more], &out);
     let output = fly(&["--json"]);
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
-    let lines = lines(&out.join("drops_px4-model_x500.csv"));
+    let lines = lines(&out.join("drops_px4-model_x500_px4_tuned.csv"));
     assert_eq!(lines.len(), 9);
     let told = json(&output);
     let table = fly(&[]);
@@ -190,7 +190,7 @@ fn a_place_that_cannot_be_used_fails_its_trials_only() {
         let text = failure["failure"].as_str().unwrap();
         assert!(text.contains("cannot make the output folder") && text.contains("place_0"), "{text}");
     }
-    assert_eq!(lines(&folder.path().join("drops_px4-model_x500.csv")).len(), 6);
+    assert_eq!(lines(&folder.path().join("drops_px4-model_x500_px4_tuned.csv")).len(), 6);
 }
 
 #[test]

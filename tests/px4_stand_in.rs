@@ -117,7 +117,7 @@ fn a_trial_of_a_campaign_whose_px4_is_mute_fails_and_says_so() {
     let said = stderr(&output);
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(said.contains("trial 0: ") && said.contains("for HEARTBEAT"), "{said}");
-    let lines = fs::read_to_string(out.join("drops_px4_x500.csv")).unwrap();
+    let lines = fs::read_to_string(out.join("drops_px4_x500_px4_tuned.csv")).unwrap();
     assert!(lines.matches(PORT).count() == 2 && out.join("trial_1").is_dir(), "{lines}");
 }
 
