@@ -98,11 +98,12 @@ pub enum AutopilotArg {
 /// What can be chosen in place of the mission's own.
 #[derive(Args, Clone, Debug)]
 pub struct ChoiceArgs {
-    /// Gains: a name beside the mission's own gains (ours, safety, near_hover, paper_pso), or a file; `px4_default`: PX4's own, where
-    /// it flies.
+    /// Gains instead of the mission's, where PX4 flies instead of the file that the mission names for it (`px4_params`): a name beside the
+    /// mission's own gains (ours, safety, near_hover, paper_pso), or a file; `px4_default`: PX4's own, where it flies.
     #[arg(long, value_name = "NAME|FILE")]
     pub gains: Option<String>,
-    /// Gains and limits of samara's autopilot from a PX4 parameter file that is for it, or for any autopilot under standard gravity.
+    /// Gains and limits of samara's autopilot from a PX4 parameter file that is for it, or for any autopilot under standard gravity. Where
+    /// PX4 flies: a file for it, instead of the mission's `px4_params`.
     #[arg(long, value_name = "FILE", conflicts_with = "gains")]
     pub params: Option<PathBuf>,
     /// Seed of everything random, instead of the mission's.

@@ -56,7 +56,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
         folder.write_manifest("drop", &mission, &circumstances(args))?;
         return Ok(Answer::No);
     };
-    tell_remarks(&pilot.check(&mission, &planned.trajectory)?);
+    tell_remarks(&mission, &pilot.check(&mission, &planned.trajectory)?);
     let flown = pilot.fly(args, &mission, &planned.trajectory, &folder, &narrator)?;
     let concluded = conclude(&mission, &planned, &flown, &circumstances(args), &folder, &narrator)?;
     if args.mission.json {
@@ -85,8 +85,9 @@ pub fn begin(args: &DropArgs) -> Result<(Pilot, Mission, Narrator, OutputFolder)
 }
 
 /// Tells, once, what is to say of the parameters that PX4 is given.
-pub fn tell_remarks(remarks: &[String]) {
-    remarks.iter().for_each(|remark| tell(&format!("samara: --params: {remark}\n")));
+pub fn tell_remarks(mission: &Mission, remarks: &[String]) {
+    let file = &mission.gains_name;
+    remarks.iter().for_each(|remark| tell(&format!("samara: {file}: {remark}\n")));
 }
 
 /// What does not touch the flight but shows in the .tlog files: the vehicle's number, and that others may have taken part.

@@ -84,6 +84,9 @@ pub fn mission_for_px4(
         .note_parameters(&named)
         .with_context(|| format!("{}: px4_params", path.display()))
         .bad_input()?;
+    if check_of(&file).findings.iter().any(|f| f.class != Class::Needed) {
+        tell_of(&named, &file);
+    }
     refuse_useless(&named, &file)?;
     Ok((mission, Some(file)))
 }

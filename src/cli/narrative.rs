@@ -127,7 +127,9 @@ impl Narrator {
             StreamerEvent::Text { severity: 6.., .. } => Ok(()),
             StreamerEvent::Waiting { .. }
             | StreamerEvent::NotAligned { .. }
+            | StreamerEvent::EstimateLost { .. }
             | StreamerEvent::NotHeld { .. }
+            | StreamerEvent::Late { .. }
             | StreamerEvent::Trap { .. }
             | StreamerEvent::Refused { .. }
             | StreamerEvent::Unanswered { .. }

@@ -15,6 +15,7 @@ use super::px4::upload::whole;
 use crate::autopilot::parameters::document::markdown;
 use crate::config::{Mission, load_mission, load_parameters};
 use crate::control::px4::is_quad_x;
+use crate::params::belongs::to_px4;
 use crate::params::{Export, Metadata, ParameterFile, Purpose, check, diff, export, import};
 use crate::plan::Status;
 use crate::report::{params as report, plan_text};
@@ -102,7 +103,7 @@ struct ExportArgs {
     /// The mission file.
     #[arg(default_value = "mission/titan_drop.json")]
     mission: PathBuf,
-    /// Gains: a name beside the mission's own gains (ours, safety, near_hover, paper_pso), or a file.
+    /// Gains: a name beside the mission's own gains (ours, safety, near_hover, paper_pso), or a file; with --drop `px4_default`: PX4's own.
     #[arg(long, value_name = "NAME|FILE")]
     gains: Option<String>,
     /// What the file shall be for.
@@ -272,7 +273,17 @@ fn refusal(args: &CheckArgs, file: &ParameterFile) -> Result<Option<String>, Fai
     }
     let Some(mission) = &args.mission else { return Ok(None) };
     let mission = load_mission(mission).bad_input()?;
-    Ok(import(file, &mission.parameter_subject()).err().map(|e| e.to_string()))
+    let by_samara = import(file, &mission.parameter_subject()).map(|_| ());
+    let by_px4 = suits(&mission)
+        .is_ok()
+        .then(|| to_px4(file, mission.environment.gravity_m_s2, mission.px4_purpose()));
+    Ok(match (by_samara, by_px4) {
+        (Ok(()), _) | (_, Some(Ok(()))) => None,
+        (_, Some(Err(e))) if matches!(file.purpose(), Some(Purpose::Px4 | Purpose::Px4Froude)) => {
+            Some(e.to_string())
+        }
+        (Err(e), _) => Some(e.to_string()),
+    })
 }
 
 fn run_diff(args: &DiffArgs) -> Result<Answer, Failure> {

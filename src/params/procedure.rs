@@ -43,6 +43,15 @@ fn real(x: f64) -> Option<Value> {
     Some(Value::Real(x as f32))
 }
 
+/// What PX4's tilt limit is at when a drop begins, and what it then comes up to by 0.2 rad/s. The gains' business: looked at beside the
+/// table.
+pub const TILT_LND: &str = "MPC_TILTMAX_LND";
+/// See [`TILT_LND`].
+pub const TILT_AIR: &str = "MPC_TILTMAX_AIR";
+/// What comes of a [`TILT_LND`] below [`TILT_AIR`].
+pub const TILT_SHUT: &str =
+    "the drop begins with no more tilt than that [deg]; 0.2 rad/s are added until it is MPC_TILTMAX_AIR";
+
 /// The table.
 pub const RULES: [Rule; 13] = [
     Rule {

@@ -6,8 +6,9 @@
 use std::collections::BTreeMap;
 
 use super::file::AUTOPILOT_COMPONENT;
-use super::procedure::{Circumstances, broken, wanted};
+use super::procedure::{Circumstances, TILT_AIR, TILT_LND, TILT_SHUT, broken, wanted};
 use super::{ParameterFile, Value};
+use crate::control::px4::Parameters;
 
 /// Beginnings of names that are of one vehicle alone: calibration, sensors, thermal corrections; its number, links and start-up; serial
 /// ports, CAN; the remote control; its log, its flights.
@@ -53,8 +54,21 @@ impl Upload {
         }
         if let Some(file) = given {
             made.take(file, circumstances);
+            made.tell_of_tilt();
         }
         made
+    }
+
+    /// PX4 has its defaults for what it is not given.
+    fn tell_of_tilt(&mut self) {
+        let defaults = Parameters::default();
+        let of = |name: &str| {
+            self.parameters.get(name).map(|v| v.as_f64()).or_else(|| defaults.get(name)).unwrap_or_default()
+        };
+        let (before, in_flight) = (of(TILT_LND), of(TILT_AIR));
+        if before < in_flight {
+            self.remarks.push(format!("{TILT_LND} = {before}: {TILT_SHUT}"));
+        }
     }
 
     fn take(&mut self, file: &ParameterFile, circumstances: &Circumstances) {

@@ -28,6 +28,8 @@ pub struct Px4Gains {
     pub found: Measures,
     /// All that the law reads.
     pub parameters: Parameters,
+    /// Those of them that the search left at a bound.
+    pub at_bounds: Vec<&'static str>,
     /// Drops that candidates were judged by.
     pub drops: u64,
     /// Unseen drops.
@@ -50,6 +52,12 @@ const MEASURES: [Measure; 5] = [
 ];
 
 impl Px4Gains {
+    /// What is to be said of bounds.
+    fn bounded(&self) -> Option<String> {
+        let names = self.at_bounds.join(", ");
+        (!names.is_empty()).then(|| format!("within 3 % of a bound of the search, PX4's ranges: {names}"))
+    }
+
     /// What is to be said of the measure, if it is not the usual one.
     fn other_measure(&self) -> Option<String> {
         let by = self.measured_by;
@@ -77,7 +85,7 @@ impl Px4Gains {
             ),
             format!("PX4's defaults on the same: {}", told(&self.defaults)),
         ];
-        found.into_iter().chain(measured_by).collect()
+        found.into_iter().chain(measured_by).chain(self.bounded()).collect()
     }
 }
 
@@ -120,7 +128,8 @@ pub fn gains_text(mission: &Mission, gains: &Px4Gains) -> String {
     out += &format!(
         "\n{verdict} PX4's defaults: J_TPF no worse, no limit passed, two of the other four a tenth better\n"
     );
-    out + &gains.other_measure().map_or_else(String::new, |told| told + "\n")
+    let told = gains.other_measure().into_iter().chain(gains.bounded());
+    out + &told.map(|told| told + "\n").collect::<String>()
 }
 
 /// The object of `--json`.
@@ -146,6 +155,7 @@ pub fn gains_json(mission: &Mission, gains: &Px4Gains) -> String {
         "for": gains.purpose.name(),
         "name": gains.name,
         "gains": parameters,
+        "at_bounds": gains.at_bounds,
         "evaluations": gains.evaluations,
         "drops_per_evaluation": gains.drops,
         "unseen_drops": gains.unseen,

@@ -57,7 +57,7 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
         return Ok(Answer::No);
     }
     let planned = Planned { trajectory: timed.plan.trajectory, source: "planned", solve_ms: None };
-    tell_remarks(&pilot.check(&mission, &planned.trajectory)?);
+    tell_remarks(&mission, &pilot.check(&mission, &planned.trajectory)?);
     let campaign = Campaign { args, pilot, mission, planned, folder: folder.path() };
     match args.only {
         Some(trial) => campaign.only(trial, stop),

@@ -43,7 +43,7 @@ Examples:
   samara drop mission/x500_drop.json --out /tmp/x500
   samara drop mission/x500_drop.json --autopilot px4=../PX4-Autopilot/build/px4_sitl_default
   samara drop mission/titan_px4.json --cases --autopilot px4=../PX4-Autopilot/build/px4_sitl_default
-  samara drop mission/x500_drop.json --autopilot px4-model --params params/px4/x500_px4_tuned.params
+  samara drop mission/x500_drop.json --autopilot px4-model --gains x500
   samara drop --trajectory out/titan_drop/trajectory.csv --json";
 
 /// `samara drop`.

@@ -24,7 +24,7 @@ const COLUMNS: &str = "case,autopilot,j_tpf,peak_pitch_deg,peak_pitch_rate_deg_s
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     let (pilot, mut mission, narrator, folder) = begin(args)?;
     let Some(planned) = plan_or_keep(args, &mut mission, &folder, &narrator)? else { return Ok(Answer::No) };
-    tell_remarks(&pilot.check(&mission, &planned.trajectory)?);
+    tell_remarks(&mission, &pilot.check(&mission, &planned.trajectory)?);
     let pilots = match pilot {
         Pilot::Reference(_) => vec![("reference", pilot)],
         Pilot::Px4(..) | Pilot::Px4Model(_) => {

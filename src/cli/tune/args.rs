@@ -22,8 +22,8 @@ tracking RMS of the mission's cases; j-tpf, J_TPF alone (ill-posed: gains that n
 five bounds on the RMS, for the front of both.
 
 For PX4 (--for px4): eleven parameters of PX4 v1.12 within its ranges (MPC_XY_VEL_*_ACC, MPC_Z_VEL_*_ACC, MC_PITCH_P, MC_PITCHRATE_*
-and roll's, MPC_TILTMAX_AIR), by the evolution strategy, on seeded drops flown by the model of PX4's control law
-(docs/px4_model.md). Small is to be: altitude lost, time to steady flight, peak tilt and velocity error, as multiples of those
+and roll's, MPC_TILTMAX_AIR and with it MPC_TILTMAX_LND), by the evolution strategy, on the mission's release cases and seeded drops,
+flown by the model of PX4's control law (docs/px4_model.md). Small is to be: altitude lost, time to steady flight, peak tilt and velocity error, as multiples of those
 under PX4's defaults, with J_TPF no worse and no limit passed. Writes gains.params (all that the law reads, for PX4 or, under another
 gravity, for PX4 by Froude scaling), px4_gains.txt and checkpoint.json. Of the options below --particles, --iterations, --seed, --unseen,
 --name, --threads and --resume count. Exit code 1 when the gains found do not beat the defaults on unseen drops (J_TPF no worse, no limit passed, two of the four

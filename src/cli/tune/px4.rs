@@ -24,7 +24,7 @@ use crate::report::params::params_file;
 use crate::report::px4_gains::{PX4S_DEFAULTS, Px4Gains, gains_json, gains_text};
 use crate::trajectory::Trajectory;
 use crate::tune::objective::PENALTY;
-use crate::tune::px4::space::Candidate;
+use crate::tune::px4::space::{Candidate, at_bounds, names};
 use crate::tune::px4::{Measures, Px4Bench, Px4Search, Px4SearchSettings, Px4Setting, drops, drops_from};
 use crate::tune::release_cases::AMPLITUDES;
 
@@ -101,6 +101,7 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
         measured_by: seen.measured_by(),
         found: on_unseen(&found),
         parameters: found,
+        at_bounds: at_bounds(&best, search.bounds()),
         drops: seen.len() as u64,
         unseen: args.unseen,
         evaluations: search.evaluations(),
@@ -142,7 +143,10 @@ fn settings(args: &TuneArgs, mission: &Mission) -> Px4SearchSettings {
 fn identity(args: &TuneArgs, mission: &Mission) -> Vec<(&'static str, String)> {
     let mut identity = identity_of(mission);
     let start = format!("{} {:?}", mission.gains_name, mission.gains.as_longitudinal());
+    let drops = format!("{DROPS} random, {} release cases", mission.case_parachutes().len());
+    let searched = names().collect::<Vec<_>>().join(" ");
     identity.extend([("for", name_of(args.target)), ("start", start), ("particles", particles(args))]);
+    identity.extend([("drops", drops), ("searched", searched)]);
     identity
 }
 

@@ -12,7 +12,5 @@ pub const SETPOINT_PERIOD_US: u64 = 20_000;
 pub const SETPOINT_PERIOD_S: f64 = SETPOINT_PERIOD_US as f64 * 1e-6;
 /// How fast PX4's tilt limit goes from one to the other [rad/s] (`MulticopterPositionControl`, `_tilt_limit_slew_rate`).
 pub const TILT_LIMIT_SLEW_RAD_S: f64 = 0.2;
-/// Time in HOLD before OFFBOARD [s]: what the tilt limit takes from zero to 45 deg, the greatest MPC_TILTMAX_AIR that a drop is given.
-pub const HOLD_S: f64 = 4.0;
 /// PX4's estimator aligns when the accelerometer shows between these, in g0.
 pub const ALIGNS_G0: RangeInclusive<f64> = 0.8..=1.2;

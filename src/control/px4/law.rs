@@ -13,7 +13,6 @@ use nalgebra::Vector3;
 
 use super::Parameters;
 use super::attitude::{attitude_for, rates_for};
-use super::facts::HOLD_S;
 use super::filter::LowPass2;
 use super::mixer::{self, MOTORS, Saturation};
 use super::output;
@@ -81,9 +80,9 @@ struct Filters {
 }
 
 impl Law {
-    /// The law at rest, armed now, after [`HOLD_S`] in HOLD. `similarity` is Froude's k = sqrt(g0/g), 1 on Earth.
+    /// The law at rest, armed now, after a HOLD in which its tilt limit has come up. `similarity` is Froude's k = sqrt(g0/g), 1 on Earth.
     pub fn new(parameters: Parameters, similarity: f64) -> Self {
-        Self::held_for(parameters, similarity, HOLD_S)
+        Self::held_for(parameters, similarity, f64::INFINITY)
     }
 
     /// The same after another time in HOLD [s].

@@ -51,10 +51,33 @@ pub enum StreamerEvent {
         /// What the vehicle said meanwhile.
         said: Vec<String>,
     },
-    /// The vehicle was not in HOLD before OFFBOARD.
+    /// The estimator has lost what it had.
+    EstimateLost {
+        /// Simulated time.
+        at: TimeUs,
+        /// What it lacks.
+        lacking: String,
+        /// What the vehicle said meanwhile.
+        said: Vec<String>,
+    },
+    /// The vehicle is in a mode in which its tilt limit comes up.
+    Holds {
+        /// Simulated time.
+        at: TimeUs,
+        /// When it is up.
+        until: TimeUs,
+    },
+    /// The vehicle is in no such mode.
     NotHeld {
         /// Simulated time.
         at: TimeUs,
+    },
+    /// The release is asked for later than it was to be.
+    Late {
+        /// Simulated time.
+        at: TimeUs,
+        /// By how much.
+        late: TimeUs,
     },
     /// Velocity setpoints wait: the vehicle believes to be on the ground.
     HeldBack {
@@ -200,10 +223,25 @@ impl fmt::Display for StreamerEvent {
             Self::NotAligned { at, lacking, said } => {
                 write!(f, "{:8.3} s  waiting for the estimator: no {lacking} yet{}", s(at), join(said))
             }
+            Self::EstimateLost { at, lacking, said } => {
+                write!(f, "{:8.3} s  the estimator has lost {lacking}: waiting for it{}", s(at), join(said))
+            }
+            Self::Holds { at, until } => write!(
+                f,
+                "{:8.3} s  left in HOLD for {:.2} s: PX4's tilt limit comes up there",
+                s(at),
+                seconds(until - at)
+            ),
             Self::NotHeld { at } => write!(
                 f,
-                "{:8.3} s  the vehicle is not in HOLD: PX4's tilt limit is still shut and comes with 0.2 rad/s only, from the release on",
+                "{:8.3} s  the vehicle does not go to HOLD: PX4's tilt limit may be shut, and comes with 0.2 rad/s only",
                 s(at)
+            ),
+            Self::Late { at, late } => write!(
+                f,
+                "{:8.3} s  the release comes {:.1} s after hang_s: the vehicle was not ready before",
+                s(at),
+                s(late)
             ),
             Self::HeldBack { at } => write!(
                 f,

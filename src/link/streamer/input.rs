@@ -118,10 +118,12 @@ impl StreamerSession {
         self.flight.shown_at = self.flight.now;
         let before = self.flight.shown;
         let mode = FlightMode::from_custom_mode(m.custom_mode);
+        let [.., main, _] = m.custom_mode.to_le_bytes();
         self.flight.shown = Shown {
             armed: m.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED),
             offboard: mode == Some(FlightMode::Offboard),
-            holds: mode == Some(FlightMode::AutoLoiter),
+            controls: (FlightMode::Altctl.main_number()..=FlightMode::AutoLoiter.main_number())
+                .contains(&main),
         };
         let flying = matches!(
             self.flight.state,

@@ -18,6 +18,8 @@ pub(super) const ESTIMATOR_STATUS: u16 = 230;
 pub(super) const EXTENDED_SYS_STATE: u16 = 245;
 /// Setpoints must have run for this long before OFFBOARD is asked for.
 const STREAM_FIRST_US: TimeUs = 500_000;
+/// A release that comes so much later than it was to is told.
+const LATE_US: TimeUs = 100_000;
 /// How long after the acknowledgement the instant of the release is waited for.
 const T_RELEASE_PATIENCE_US: TimeUs = 1_000_000;
 
@@ -145,7 +147,7 @@ impl StreamerSession {
     }
 
     /// A command of which it does not matter what becomes of it.
-    fn wish(&mut self, command: MavCmd, params: [f32; 3]) {
+    pub(super) fn wish(&mut self, command: MavCmd, params: [f32; 3]) {
         let system_id = self.config.vehicle_system;
         if let Progress::Send(m) =
             Request::to_autopilot(system_id, command, params, "a message", 1).poll(self.flight.now)
@@ -199,6 +201,10 @@ impl StreamerSession {
             && self.shows_itself_ready()
             && now >= microseconds(self.config.hang_s)
         {
+            let late = now - microseconds(self.config.hang_s);
+            if late >= LATE_US {
+                self.events.push_back(StreamerEvent::Late { at: now, late });
+            }
             self.events.push_back(StreamerEvent::ReleaseAsked { at: now });
             self.enter(StreamerState::Releasing);
         }

@@ -9,7 +9,8 @@
 //! WaitingForVehicle -> Streaming -> RequestingOffboard -> Arming -> Hanging -> Releasing -> Falling -> Tracking -> Target -> Done
 //! ```
 //!
-//! With a [`Procedure`], which a PX4 needs, parameters come before the stream and a wait for the estimator after its start.
+//! With a [`Procedure`], which a PX4 needs, parameters come before the stream, and after its start a wait for the estimator and one in
+//! HOLD, for PX4's tilt limit (Streaming -> Aligning -> Holding -> RequestingOffboard).
 //!
 //! t = 0 is the release, as the parachute tells it (NAMED_VALUE_INT `t_release`), plus t_d. A setpoint is sent `lead` ahead of
 //! its time, one period of the control loop, so that it is in force when that time comes.
@@ -144,7 +145,8 @@ struct Flight {
 struct Shown {
     armed: bool,
     offboard: bool,
-    holds: bool,
+    /// In a mode that controls altitude or position: PX4's tilt limit moves.
+    controls: bool,
 }
 
 impl Flight {

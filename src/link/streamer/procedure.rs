@@ -1,19 +1,23 @@
 //! What a PX4 needs before it may be released, and what it would trip over.
 //!
-//! Parameters are uploaded and looked at ([`crate::params::procedure`] says which, and why), the estimator must have a velocity, and PX4
-//! must then have been in HOLD for [`HOLD_S`], before OFFBOARD is asked for: its tilt limit comes up there from zero, stays where it is
-//! while an attitude is streamed, and is what the first velocity setpoints have to do with. The vehicle must show itself armed and in OFFBOARD before it is released, and the first velocity setpoint is
+//! Parameters are uploaded and looked at ([`crate::params::procedure`] says which, and why), the estimator must have a velocity, and a PX4
+//! must then be in HOLD for as long as its tilt limit takes from zero, before OFFBOARD is asked for: the limit stays where it is while an
+//! attitude is streamed, and is what the first velocity setpoints have to do with. The vehicle must show itself armed and in OFFBOARD before it is released, and the first velocity setpoint is
 //! held back while it believes to be on the ground: a PX4 that does would keep its rotors at zero thrust. Once the plan has begun
 //! nothing is taken back: a vehicle on the ground may have landed.
 
 use std::collections::BTreeMap;
 
+use mavlink::dialects::common::MavCmd;
+
 use super::super::{TimeUs, microseconds};
 use super::parameters::{Exchange, Outcome};
 use super::{StreamerEvent, StreamerSession, StreamerState};
-use crate::control::px4::facts::HOLD_S;
+use crate::autopilot::FlightMode;
+use crate::control::px4::facts::TILT_LIMIT_SLEW_RAD_S;
 use crate::params::Value;
-use crate::params::procedure::{Circumstances, RULES, broken};
+use crate::params::procedure::{Circumstances, RULES, TILT_AIR, TILT_LND, TILT_SHUT, broken};
+use crate::units::RAD_PER_DEG;
 
 /// The procedure of an autopilot that must not be trusted blindly.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -38,6 +42,10 @@ const SHOWN_AFTER_US: TimeUs = 1_200_000;
 const PREARM_CHECK: u32 = 0x1000_0000;
 /// Checks that have not passed after this are asked about: only a refusal explains them.
 const CHECKS_US: TimeUs = 10_000_000;
+/// How much longer than the tilt limit takes PX4 is left in HOLD [s]: it may have got there later than it seemed.
+const HOLD_MARGIN_S: f64 = 0.25;
+/// A vehicle that shows no such mode after this is not in HOLD.
+const HOLD_SHOWN_US: TimeUs = 2_500_000;
 /// MAV_LANDED_STATE_ON_GROUND.
 const ON_GROUND: u8 = 1;
 
@@ -48,6 +56,9 @@ pub(super) struct Readiness {
     /// Flags of ESTIMATOR_STATUS.
     estimator: Option<u16>,
     aligned_since: Option<TimeUs>,
+    /// How long it must be in HOLD, on its clock; nothing where it has no tilt limit that must come up.
+    hold_us: TimeUs,
+    held_since: Option<TimeUs>,
     landed_state: Option<u8>,
     /// Whether the checks before arming pass, as SYS_STATUS tells.
     checks_pass: Option<bool>,
@@ -92,11 +103,9 @@ impl StreamerSession {
     pub(super) fn exchange_parameters(&mut self) {
         let Some(procedure) = &self.config.procedure else { return self.enter(StreamerState::Streaming) };
         let (now, system) = (self.flight.now, self.config.vehicle_system);
-        let exchange = self
-            .flight
-            .readiness
-            .exchange
-            .get_or_insert_with(|| Exchange::new(&procedure.upload, RULES.iter().map(|rule| rule.name)));
+        let exchange = self.flight.readiness.exchange.get_or_insert_with(|| {
+            Exchange::new(&procedure.upload, RULES.iter().map(|rule| rule.name).chain([TILT_LND, TILT_AIR]))
+        });
         // Its patience is measured on the autopilot's clock, which is slow to answer while it starts.
         let messages = exchange.poll(self.config.froude.map_or(now, |f| f.wire_us(now)), system);
         let outcome = exchange.is_over().then(|| exchange.outcome());
@@ -131,15 +140,38 @@ impl StreamerSession {
                 grave = grave.or(rule.grave.then_some(name));
             }
         }
+        self.note_tilt_limits(&outcome.values);
         match grave {
             Some(name) => self.fail(format!("with this {name} the vehicle would fall without thrust")),
             None => self.enter(StreamerState::Streaming),
         }
     }
 
-    /// Waits until the estimator has what velocity setpoints need.
+    /// Takes the tilts that the limit begins a drop with and is then let up to [deg].
+    fn note_tilt_limits(&mut self, values: &BTreeMap<String, Value>) {
+        let Some(before) = values.get(TILT_LND).map(|v| v.as_f64()) else { return };
+        let in_flight = values.get(TILT_AIR).map_or(before, |v| v.as_f64());
+        let comes_up_s = before.min(in_flight) * RAD_PER_DEG / TILT_LIMIT_SLEW_RAD_S;
+        self.flight.readiness.hold_us = microseconds(comes_up_s + HOLD_MARGIN_S);
+        // Of what was uploaded it has been said before.
+        let uploaded = self.config.procedure.as_ref().is_some_and(|p| !p.upload.is_empty());
+        if before < in_flight && !uploaded {
+            let at = self.flight.now;
+            self.events.push_back(StreamerEvent::Trap {
+                at,
+                name: TILT_LND,
+                value: before,
+                otherwise: TILT_SHUT,
+            });
+        }
+    }
+
+    /// Waits until the estimator has what velocity setpoints need. Who has been released has no time for that.
     pub(super) fn align(&mut self) {
         let now = self.flight.now;
+        if self.flight.released_at.is_some() {
+            return self.enter(StreamerState::RequestingOffboard);
+        }
         let since = self.flight.since;
         let ready = &mut self.flight.readiness;
         let lacking: Vec<&str> = match ready.estimator {
@@ -152,7 +184,7 @@ impl StreamerSession {
             if now >= aligned + self.config.autopilots_us(PROBATION_US) {
                 let told = ready.estimator.is_some();
                 self.events.push_back(StreamerEvent::Aligned { at: now, told });
-                self.enter(StreamerState::Holding);
+                self.begin_hold();
             }
             return;
         }
@@ -165,27 +197,54 @@ impl StreamerSession {
         }
     }
 
-    /// Waits until PX4's tilt limit has come up; where the estimator is lost meanwhile, for the estimator again.
+    /// HOLD comes before OFFBOARD where there is a tilt limit to come up, unless the vehicle is in OFFBOARD already.
+    fn begin_hold(&mut self) {
+        if self.flight.readiness.hold_us == 0 || self.flight.shown.offboard {
+            return self.enter(StreamerState::RequestingOffboard);
+        }
+        self.flight.readiness.held_since = None;
+        self.enter(StreamerState::Holding);
+        if !self.flight.shown.controls {
+            let (main, sub) = (FlightMode::AutoLoiter.main_number(), FlightMode::AutoLoiter.sub_number());
+            self.wish(MavCmd::MAV_CMD_DO_SET_MODE, [1.0, f32::from(main), f32::from(sub)]);
+        }
+    }
+
+    /// Waits until PX4's tilt limit has come up; where the estimator is lost meanwhile, for the estimator again. Who has been released has
+    /// no time for that.
     pub(super) fn hold(&mut self) {
-        if self.flight.readiness.lacking().next().is_some() {
+        let (at, since) = (self.flight.now, self.flight.since);
+        let hold_us = self.config.autopilots_us(self.flight.readiness.hold_us);
+        let lacking: Vec<&str> = self.flight.readiness.lacking().collect();
+        if self.flight.released_at.is_some() {
+            self.enter(StreamerState::RequestingOffboard);
+        } else if !lacking.is_empty() {
+            let lacking = lacking.join(", ");
+            let said = self.said_since(since);
+            self.events.push_back(StreamerEvent::EstimateLost { at, lacking, said });
             self.flight.readiness.aligned_since = None;
-            return self.enter(StreamerState::Aligning);
-        }
-        let at = self.flight.now;
-        if at < self.flight.since + self.config.autopilots_us(microseconds(HOLD_S)) {
-            return;
-        }
-        if !self.flight.shown.holds {
+            self.flight.readiness.reported_at = Some(at);
+            self.enter(StreamerState::Aligning);
+        } else if self.flight.shown.controls {
+            let held_since = self.flight.readiness.held_since;
+            if held_since.is_none() {
+                self.events.push_back(StreamerEvent::Holds { at, until: at + hold_us });
+            }
+            if at >= *self.flight.readiness.held_since.get_or_insert(at) + hold_us {
+                self.enter(StreamerState::RequestingOffboard);
+            }
+        } else if at >= since + self.config.autopilots_us(HOLD_SHOWN_US) {
             self.events.push_back(StreamerEvent::NotHeld { at });
+            self.enter(StreamerState::RequestingOffboard);
         }
-        self.enter(StreamerState::RequestingOffboard);
     }
 
     /// Whether arming must wait: PX4 refuses it until its checks pass, and in its first seconds without a word.
     pub(super) fn awaits_checks(&mut self) -> bool {
         let (at, since) = (self.flight.now, self.flight.since);
         let passed = self.flight.readiness.checks_pass == Some(true);
-        if self.config.procedure.is_none() || self.flight.request.is_some() || passed {
+        let hurry = self.flight.released_at.is_some();
+        if self.config.procedure.is_none() || self.flight.request.is_some() || passed || hurry {
             return false;
         }
         let waits = at < since + self.config.autopilots_us(CHECKS_US);

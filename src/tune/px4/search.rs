@@ -54,6 +54,11 @@ impl Px4Search {
         }
     }
 
+    /// Within which it searches.
+    pub fn bounds(&self) -> &[(f64, f64); DIMENSIONS] {
+        &self.bounds
+    }
+
     /// The two that it may begin at.
     pub fn starts(&self) -> &[Candidate; 2] {
         &self.starts

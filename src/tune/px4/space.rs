@@ -59,6 +59,16 @@ pub fn start(from: &Parameters, bounds: &[(f64, f64); DIMENSIONS]) -> Candidate 
     std::array::from_fn(|i| from.get(SPACE[i].0[0]).unwrap_or(bounds[i].0).clamp(bounds[i].0, bounds[i].1))
 }
 
+/// So near to a bound, as a part of the range, a search has come to it.
+const AT_BOUND: f64 = 0.03;
+
+/// Those of a candidate's coordinates that a wider range might move on, by the first of their names.
+pub fn at_bounds(candidate: &Candidate, bounds: &[(f64, f64); DIMENSIONS]) -> Vec<&'static str> {
+    let at = |(x, (low, high)): (&f64, &(f64, f64))| (x - low).min(high - x) <= AT_BOUND * (high - low);
+    let coordinates = SPACE.iter().zip(candidate.iter().zip(bounds));
+    coordinates.filter(|(_, of)| at(*of)).map(|((names, ..), _)| names[0]).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
