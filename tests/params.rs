@@ -172,6 +172,18 @@ fn check_says_what_is_outside_and_what_is_needed() {
     assert_eq!(code(&check(&row("MC_PITCH_P", "6.5"), &["--for", "px4"])), 1, "it does not say so");
     assert_eq!(code(&check(&row("MC_PITCH_P", "6.5"), &["--mission", TITAN])), 1);
     assert_eq!(code(&check(&row("MC_PITCH_P", "6.5"), &["--mission", X500])), 0);
+    assert_eq!(code(&check(&row("FOO_BAR", "6.5"), &["--mission", X500])), 1, "no drop takes it");
+    assert_eq!(code(&check("# For: samara\n1\t1\tMPC_TILTMAX_LND\t45\t9\n", &["--mission", X500])), 1);
+    for (file, mission, belongs) in [
+        ("titan_px4_froude_tuned", "mission/titan_px4.json", 0),
+        ("titan_px4_froude_tuned", TITAN, 1),
+        ("titan_px4", TITAN, 1),
+        ("x500_px4_tuned", X500, 0),
+    ] {
+        let file = format!("params/px4/{file}.params");
+        let checked = samara(&["params", "check", &file, "--mission", mission]);
+        assert_eq!(code(&checked), belongs, "{file}, {mission}: {}", out(&checked));
+    }
     let own =
         samara(&["params", "check", "params/px4/titan_samara.params", "--for", "samara", "--mission", TITAN]);
     assert_eq!(code(&own), 0, "{}", out(&own));

@@ -99,7 +99,7 @@ pub enum AutopilotArg {
 #[derive(Args, Clone, Debug)]
 pub struct ChoiceArgs {
     /// Gains instead of the mission's, where PX4 flies instead of the file that the mission names for it (`px4_params`): a name beside the
-    /// mission's own gains (ours, safety, near_hover, paper_pso), or a file; `px4_default`: PX4's own, where it flies.
+    /// mission's own gains (ours, safety, near_hover, paper_pso), or a file; `px4_default`: PX4's own, where `drop` or `assess` has it fly.
     #[arg(long, value_name = "NAME|FILE")]
     pub gains: Option<String>,
     /// Gains and limits of samara's autopilot from a PX4 parameter file that is for it, or for any autopilot under standard gravity. Where

@@ -255,7 +255,7 @@ fn run_check(args: &CheckArgs) -> Result<Answer, Failure> {
     let file = load_parameters(&args.file).bad_input()?;
     let rows = file.entries().map(|(_, name, entry)| (name, entry.value));
     let check = check(&Metadata::px4(), file.purpose(), rows);
-    let refusal = refusal(args, &file)?;
+    let refusal = refusal(args, &file, check.known)?;
     let name = args.file.display().to_string();
     if args.json {
         print(&report::check_json(&name, &file, &check, refusal.as_deref()))?;
@@ -266,7 +266,7 @@ fn run_check(args: &CheckArgs) -> Result<Answer, Failure> {
 }
 
 /// Why the file does not belong where it is to be used.
-fn refusal(args: &CheckArgs, file: &ParameterFile) -> Result<Option<String>, Failure> {
+fn refusal(args: &CheckArgs, file: &ParameterFile, known: usize) -> Result<Option<String>, Failure> {
     if let Some(wanted) = args.purpose.map(PurposeArg::purpose).filter(|p| file.purpose() != Some(*p)) {
         let is = file.purpose().map_or("does not say what it is for", Purpose::words);
         return Ok(Some(format!("for {} is wanted, the file: {is}", wanted.name())));
@@ -274,9 +274,9 @@ fn refusal(args: &CheckArgs, file: &ParameterFile) -> Result<Option<String>, Fai
     let Some(mission) = &args.mission else { return Ok(None) };
     let mission = load_mission(mission).bad_input()?;
     let by_samara = import(file, &mission.parameter_subject()).map(|_| ());
-    let by_px4 = suits(&mission)
-        .is_ok()
-        .then(|| to_px4(file, mission.environment.gravity_m_s2, mission.px4_purpose()));
+    // PX4 takes any file with something of its own in it, but for one that is not for it.
+    let is_px4s = file.purpose() != Some(Purpose::Samara) && known > 0 && suits(&mission).is_ok();
+    let by_px4 = is_px4s.then(|| to_px4(file, mission.environment.gravity_m_s2, mission.px4_purpose()));
     Ok(match (by_samara, by_px4) {
         (Ok(()), _) | (_, Some(Ok(()))) => None,
         (_, Some(Err(e))) if matches!(file.purpose(), Some(Purpose::Px4 | Purpose::Px4Froude)) => {

@@ -103,6 +103,24 @@ impl Upload {
 mod tests {
     use super::*;
 
+    /// By PX4's defaults, 12 and 45 deg, and by what a file has of the two.
+    #[test]
+    fn a_tilt_limit_that_begins_below_its_end_is_told() {
+        let remarks = |text: &str| {
+            let file = ParameterFile::parse(text).unwrap();
+            Upload::new(&Circumstances::default(), [], Some(&file)).remarks
+        };
+        for (rows, told) in [
+            ("", true),
+            ("1\t1\tMPC_TILTMAX_LND\t45\t9\n", false),
+            ("1\t1\tMPC_TILTMAX_AIR\t12\t9\n", false),
+            ("1\t1\tMPC_TILTMAX_AIR\t30\t9\n1\t1\tMPC_TILTMAX_LND\t20\t9\n", true),
+        ] {
+            assert_eq!(remarks(rows).iter().any(|r| r.contains(TILT_SHUT)), told, "{rows}");
+        }
+        assert!(Upload::new(&Circumstances::default(), [], None).remarks.is_empty());
+    }
+
     /// A dump of a whole PX4 v1.12, in small: with its defaults a drop would fail.
     const DUMP: &str = "1\t1\tCAL_ACC0_ID\t1310988\t6\n1\t1\tCOM_DISARM_PRFLT\t10\t9\n1\t1\tEKF2_GPS_CHECK\t245\t6\n\
                         1\t1\tMAV_SYS_ID\t1\t6\n1\t1\tMC_PITCH_P\t6.5\t9\n1\t1\tMPC_XY_VEL_MAX\t20\t9\n\

@@ -55,7 +55,7 @@ impl Px4Gains {
     /// What is to be said of bounds.
     fn bounded(&self) -> Option<String> {
         let names = self.at_bounds.join(", ");
-        (!names.is_empty()).then(|| format!("within 3 % of a bound of the search, PX4's ranges: {names}"))
+        (!names.is_empty()).then(|| format!("within 3 % of a bound of the search: {names}"))
     }
 
     /// What is to be said of the measure, if it is not the usual one.

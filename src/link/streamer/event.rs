@@ -64,10 +64,10 @@ pub enum StreamerEvent {
     Holds {
         /// Simulated time.
         at: TimeUs,
-        /// When it is up.
-        until: TimeUs,
+        /// For how long it is left in it.
+        for_us: TimeUs,
     },
-    /// The vehicle is in no such mode.
+    /// The vehicle was not for long enough in such a mode.
     NotHeld {
         /// Simulated time.
         at: TimeUs,
@@ -226,23 +226,20 @@ impl fmt::Display for StreamerEvent {
             Self::EstimateLost { at, lacking, said } => {
                 write!(f, "{:8.3} s  the estimator has lost {lacking}: waiting for it{}", s(at), join(said))
             }
-            Self::Holds { at, until } => write!(
+            Self::Holds { at, for_us } => write!(
                 f,
                 "{:8.3} s  left in HOLD for {:.2} s: PX4's tilt limit comes up there",
                 s(at),
-                seconds(until - at)
+                s(for_us)
             ),
             Self::NotHeld { at } => write!(
                 f,
-                "{:8.3} s  the vehicle does not go to HOLD: PX4's tilt limit may be shut, and comes with 0.2 rad/s only",
+                "{:8.3} s  not long enough in HOLD: PX4's tilt limit is not up, and comes with 0.2 rad/s only",
                 s(at)
             ),
-            Self::Late { at, late } => write!(
-                f,
-                "{:8.3} s  the release comes {:.1} s after hang_s: the vehicle was not ready before",
-                s(at),
-                s(late)
-            ),
+            Self::Late { at, late } => {
+                write!(f, "{:8.3} s  the release comes {:.1} s after hang_s", s(at), s(late))
+            }
             Self::HeldBack { at } => write!(
                 f,
                 "{:8.3} s  the vehicle believes to be on the ground (EXTENDED_SYS_STATE): velocity setpoints wait, it would keep its \

@@ -103,9 +103,13 @@ impl StreamerSession {
             }
             StreamerState::Arming if self.awaits_checks() => {}
             StreamerState::Arming => {
+                let hurry = self.flight.released_at.is_some();
                 if self.pursue(|c| {
                     let command = MavCmd::MAV_CMD_COMPONENT_ARM_DISARM;
-                    Request::to_autopilot(c.vehicle_system, command, [1.0, 0.0, 0.0], "arming", c.attempts)
+                    let params = [1.0, 0.0, 0.0];
+                    let request =
+                        Request::to_autopilot(c.vehicle_system, command, params, "arming", c.attempts);
+                    if hurry { request.hurried() } else { request }
                 }) {
                     self.events.push_back(StreamerEvent::Armed { at: now });
                     self.flight.armed_at = now;
@@ -147,7 +151,7 @@ impl StreamerSession {
     }
 
     /// A command of which it does not matter what becomes of it.
-    pub(super) fn wish(&mut self, command: MavCmd, params: [f32; 3]) {
+    fn wish(&mut self, command: MavCmd, params: [f32; 3]) {
         let system_id = self.config.vehicle_system;
         if let Progress::Send(m) =
             Request::to_autopilot(system_id, command, params, "a message", 1).poll(self.flight.now)

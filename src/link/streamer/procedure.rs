@@ -1,17 +1,18 @@
 //! What a PX4 needs before it may be released, and what it would trip over.
 //!
-//! Parameters are uploaded and looked at ([`crate::params::procedure`] says which, and why), the estimator must have a velocity, and a PX4
-//! must then be in HOLD for as long as its tilt limit takes from zero, before OFFBOARD is asked for: the limit stays where it is while an
-//! attitude is streamed, and is what the first velocity setpoints have to do with. The vehicle must show itself armed and in OFFBOARD before it is released, and the first velocity setpoint is
-//! held back while it believes to be on the ground: a PX4 that does would keep its rotors at zero thrust. Once the plan has begun
-//! nothing is taken back: a vehicle on the ground may have landed.
+//! Parameters are uploaded and looked at ([`crate::params::procedure`] says which, and why). The estimator must have a velocity, and a
+//! PX4 must then be in HOLD for as long as its tilt limit takes from zero, before OFFBOARD is asked for: the limit stays where it is
+//! while an attitude is streamed, and is what the first velocity setpoints have to do with. The vehicle must show itself armed and in
+//! OFFBOARD before it is released, and the first velocity setpoint is held back while it believes to be on the ground: a PX4 that does
+//! would keep its rotors at zero thrust. Once the plan has begun nothing is taken back: a vehicle on the ground may have landed.
 
 use std::collections::BTreeMap;
 
-use mavlink::dialects::common::MavCmd;
+use mavlink::dialects::common::{MavCmd, MavMessage};
 
 use super::super::{TimeUs, microseconds};
 use super::parameters::{Exchange, Outcome};
+use super::request::{Progress, Request};
 use super::{StreamerEvent, StreamerSession, StreamerState};
 use crate::autopilot::FlightMode;
 use crate::control::px4::facts::TILT_LIMIT_SLEW_RAD_S;
@@ -44,8 +45,12 @@ const PREARM_CHECK: u32 = 0x1000_0000;
 const CHECKS_US: TimeUs = 10_000_000;
 /// How much longer than the tilt limit takes PX4 is left in HOLD [s]: it may have got there later than it seemed.
 const HOLD_MARGIN_S: f64 = 0.25;
-/// A vehicle that shows no such mode after this is not in HOLD.
+/// A vehicle that shows no such mode after this, though it has accepted it, is not in HOLD.
 const HOLD_SHOWN_US: TimeUs = 2_500_000;
+/// How often HOLD is asked for.
+const HOLD_TRIES: u32 = 3;
+/// A tilt limit beyond it [deg] is none.
+const STEEPEST_DEG: f64 = 90.0;
 /// MAV_LANDED_STATE_ON_GROUND.
 const ON_GROUND: u8 = 1;
 
@@ -149,8 +154,11 @@ impl StreamerSession {
 
     /// Takes the tilts that the limit begins a drop with and is then let up to [deg].
     fn note_tilt_limits(&mut self, values: &BTreeMap<String, Value>) {
-        let Some(before) = values.get(TILT_LND).map(|v| v.as_f64()) else { return };
-        let in_flight = values.get(TILT_AIR).map_or(before, |v| v.as_f64());
+        let tilt = |name: &str| {
+            values.get(name).map(|v| v.as_f64().clamp(0.0, STEEPEST_DEG)).filter(|x| !x.is_nan())
+        };
+        let Some(before) = tilt(TILT_LND) else { return };
+        let in_flight = tilt(TILT_AIR).unwrap_or(before);
         let comes_up_s = before.min(in_flight) * RAD_PER_DEG / TILT_LIMIT_SLEW_RAD_S;
         self.flight.readiness.hold_us = microseconds(comes_up_s + HOLD_MARGIN_S);
         // Of what was uploaded it has been said before.
@@ -197,27 +205,26 @@ impl StreamerSession {
         }
     }
 
-    /// HOLD comes before OFFBOARD where there is a tilt limit to come up, unless the vehicle is in OFFBOARD already.
+    /// HOLD comes before OFFBOARD where there is a tilt limit to come up, unless the vehicle flies in OFFBOARD already.
     fn begin_hold(&mut self) {
-        if self.flight.readiness.hold_us == 0 || self.flight.shown.offboard {
-            return self.enter(StreamerState::RequestingOffboard);
-        }
+        let flies = self.flight.shown.armed && self.flight.shown.offboard;
+        let needless = self.flight.readiness.hold_us == 0 || flies;
         self.flight.readiness.held_since = None;
-        self.enter(StreamerState::Holding);
-        if !self.flight.shown.controls {
-            let (main, sub) = (FlightMode::AutoLoiter.main_number(), FlightMode::AutoLoiter.sub_number());
-            self.wish(MavCmd::MAV_CMD_DO_SET_MODE, [1.0, f32::from(main), f32::from(sub)]);
-        }
+        self.enter(if needless { StreamerState::RequestingOffboard } else { StreamerState::Holding });
     }
 
-    /// Waits until PX4's tilt limit has come up; where the estimator is lost meanwhile, for the estimator again. Who has been released has
-    /// no time for that.
+    /// Waits until PX4's tilt limit has come up, and asks for HOLD while that is not so; where the estimator is lost meanwhile, waits
+    /// for the estimator again. Who has been released has no time for that.
     pub(super) fn hold(&mut self) {
         let (at, since) = (self.flight.now, self.flight.since);
         let hold_us = self.config.autopilots_us(self.flight.readiness.hold_us);
         let lacking: Vec<&str> = self.flight.readiness.lacking().collect();
         if self.flight.released_at.is_some() {
-            self.enter(StreamerState::RequestingOffboard);
+            // An answer that is still to come would be taken for that to OFFBOARD.
+            if !self.flight.request.as_ref().is_some_and(|request| request.is_under_way(at)) {
+                self.events.push_back(StreamerEvent::NotHeld { at });
+                self.enter(StreamerState::RequestingOffboard);
+            }
         } else if !lacking.is_empty() {
             let lacking = lacking.join(", ");
             let said = self.said_since(since);
@@ -228,15 +235,43 @@ impl StreamerSession {
         } else if self.flight.shown.controls {
             let held_since = self.flight.readiness.held_since;
             if held_since.is_none() {
-                self.events.push_back(StreamerEvent::Holds { at, until: at + hold_us });
+                self.events.push_back(StreamerEvent::Holds { at, for_us: hold_us });
             }
-            if at >= *self.flight.readiness.held_since.get_or_insert(at) + hold_us {
+            if at >= self.flight.readiness.held_since.get_or_insert(at).saturating_add(hold_us) {
                 self.enter(StreamerState::RequestingOffboard);
             }
-        } else if at >= since + self.config.autopilots_us(HOLD_SHOWN_US) {
-            self.events.push_back(StreamerEvent::NotHeld { at });
-            self.enter(StreamerState::RequestingOffboard);
+        } else if self.flight.readiness.held_since.take().is_some() {
+            // It has left again: from the beginning.
+            self.begin_hold();
+        } else {
+            self.ask_for_hold();
         }
+    }
+
+    fn ask_for_hold(&mut self) {
+        let (at, system_id) = (self.flight.now, self.config.vehicle_system);
+        let hold = FlightMode::AutoLoiter;
+        let params = [1.0, f32::from(hold.main_number()), f32::from(hold.sub_number())];
+        let command = MavCmd::MAV_CMD_DO_SET_MODE;
+        let mut request = self
+            .flight
+            .request
+            .take()
+            .unwrap_or_else(|| Request::to_autopilot(system_id, command, params, "HOLD", HOLD_TRIES));
+        match request.poll(at) {
+            Progress::Send(message) => self.send(&MavMessage::COMMAND_LONG(message)),
+            Progress::GaveUp(_) => {
+                self.events.push_back(StreamerEvent::NotHeld { at });
+                return self.enter(StreamerState::RequestingOffboard);
+            }
+            // An accepted one shows itself in a heartbeat, or it is asked for again.
+            Progress::Accepted if at >= self.flight.since + self.config.autopilots_us(HOLD_SHOWN_US) => {
+                self.events.push_back(StreamerEvent::NotHeld { at });
+                return self.enter(StreamerState::RequestingOffboard);
+            }
+            Progress::Accepted | Progress::Pending | Progress::Again(_) => {}
+        }
+        self.flight.request = Some(request);
     }
 
     /// Whether arming must wait: PX4 refuses it until its checks pass, and in its first seconds without a word.

@@ -21,6 +21,7 @@ pub(super) struct Request {
     /// Who is to answer, in words.
     pub(super) by: &'static str,
     attempts_left: u32,
+    retry_us: TimeUs,
     sent_at: Option<TimeUs>,
     result: Option<u8>,
 }
@@ -47,7 +48,17 @@ impl Request {
         by: &'static str,
         attempts: u32,
     ) -> Self {
-        Self { message, what, by, attempts_left: attempts, sent_at: None, result: None }
+        Self { message, what, by, attempts_left: attempts, retry_us: RETRY_US, sent_at: None, result: None }
+    }
+
+    /// The same, five times as often: there is no time to wait for what explains a refusal.
+    pub(super) fn hurried(self) -> Self {
+        Self { retry_us: self.retry_us / 5, attempts_left: self.attempts_left.saturating_mul(5), ..self }
+    }
+
+    /// Whether it was sent and may still be answered.
+    pub(super) fn is_under_way(&self, now: TimeUs) -> bool {
+        self.result.is_none() && self.sent_at.is_some_and(|at| now < at + self.retry_us)
     }
 
     /// Arms or switches mode: commands to the autopilot.
@@ -94,7 +105,7 @@ impl Request {
             self.attempts_left = self.attempts_left.saturating_sub(1);
             return Progress::Send(self.message.clone());
         };
-        if now < sent_at + RETRY_US {
+        if now < sent_at + self.retry_us {
             return Progress::Pending;
         }
         let result = self.result.take();

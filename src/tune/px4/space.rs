@@ -84,6 +84,10 @@ mod tests {
             assert!((a - b).abs() <= 1e-7 * b.abs(), "{name}: {a}, {b}");
         }
         assert_eq!(bounds[10], (20.0, 45.0));
+        let mut candidate = bounds.map(|(low, high)| 0.5 * (low + high));
+        assert!(at_bounds(&candidate, &bounds).is_empty());
+        (candidate[1], candidate[6], candidate[7]) = (bounds[1].0, 0.99 * bounds[6].1, 0.9 * bounds[7].1);
+        assert_eq!(at_bounds(&candidate, &bounds), ["MPC_XY_VEL_I_ACC", "MC_PITCH_P"]);
         assert_eq!(
             (back.tiltmax_air_deg, back.tiltmax_lnd_deg),
             (45.0, 45.0),
