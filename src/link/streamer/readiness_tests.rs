@@ -1,6 +1,8 @@
 //! The streamer's waits for a PX4 to be ready: estimator (ESTIMATOR_STATUS) and checks before arming (SYS_STATUS) that are never
 //! told, do not hold, hold late, or hold and are lost again. The spans are those of `procedure.rs`, in steps of 4 ms.
 
+use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, PI};
+
 use mavlink::dialects::common::*;
 
 use super::super::{CommandAck, Encoder, TimeUs};
@@ -251,9 +253,9 @@ fn an_estimator_must_hold_for_a_second() {
 #[test]
 fn px4_is_left_in_hold_until_its_tilt_limit_is_up() {
     for (tilt_deg, comes_up_s) in [
-        (Some([45.0, 45.0]), Some(0.785_398 / 0.2)),
-        (Some([12.0, 45.0]), Some(0.209_440 / 0.2)),
-        (Some([89.0, 30.0]), Some(0.523_599 / 0.2)),
+        (Some([45.0, 45.0]), Some(FRAC_PI_4 / 0.2)),
+        (Some([12.0, 45.0]), Some(PI / 15.0 / 0.2)),
+        (Some([89.0, 30.0]), Some(FRAC_PI_6 / 0.2)),
         (None, None),
     ] {
         let mut careful = Careful::new(Some(ALIGNED), PASS, WILLING);
