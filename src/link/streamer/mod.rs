@@ -40,6 +40,10 @@ mod setpoint;
 mod version;
 
 #[cfg(test)]
+mod careful;
+#[cfg(test)]
+mod hold_tests;
+#[cfg(test)]
 mod readiness_tests;
 #[cfg(test)]
 mod scene;
