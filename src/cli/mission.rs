@@ -73,8 +73,11 @@ pub fn mission_for_px4(
     }
     if let Some(path) = &choice.params {
         let file = mission.note_parameters(path).bad_input()?;
-        tell_of(path, &file);
-        refuse_useless(path, &file)?;
+        let check = check_of(&file);
+        if !check.findings.is_empty() || check.unknown > 0 || !file.remarks().is_empty() {
+            tell_of(path, &file, &check);
+        }
+        refuse_useless(path, &check)?;
         return Ok((mission, Some(file)));
     }
     let Some(named) = mission.px4_params.clone().filter(|_| choice.gains.is_none()) else {
@@ -84,10 +87,12 @@ pub fn mission_for_px4(
         .note_parameters(&named)
         .with_context(|| format!("{}: px4_params", path.display()))
         .bad_input()?;
-    if check_of(&file).findings.iter().any(|f| f.class != Class::Needed) {
-        tell_of(&named, &file);
+    let check = check_of(&file);
+    // What a drop needs is no news in a file that was chosen for it.
+    if check.findings.iter().any(|f| f.class != Class::Needed) {
+        tell_of(&named, &file, &check);
     }
-    refuse_useless(&named, &file)?;
+    refuse_useless(&named, &check)?;
     Ok((mission, Some(file)))
 }
 
@@ -96,17 +101,13 @@ fn check_of(file: &ParameterFile) -> Check {
     check(&Metadata::px4(), file.purpose(), rows.map(|(_, name, entry)| (name, entry.value)))
 }
 
-/// Tells what `samara params check` tells of a file, where there is anything to tell.
-fn tell_of(path: &Path, file: &ParameterFile) {
-    let check = check_of(file);
-    if !check.findings.is_empty() || check.unknown > 0 || !file.remarks().is_empty() {
-        tell(&check_text(&path.display().to_string(), file, &check, None));
-    }
+/// Tells what `samara params check` tells of a file.
+fn tell_of(path: &Path, file: &ParameterFile, check: &Check) {
+    tell(&check_text(&path.display().to_string(), file, check, None));
 }
 
 /// Refuses a value that PX4 would not load, and a file that holds nothing of PX4's.
-fn refuse_useless(path: &Path, file: &ParameterFile) -> Result<(), Failure> {
-    let check = check_of(file);
+fn refuse_useless(path: &Path, check: &Check) -> Result<(), Failure> {
     let wrong = check.findings.iter().find(|f| f.class == Class::WrongType);
     let why = match wrong {
         Some(finding) => finding.text(),

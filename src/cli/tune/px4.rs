@@ -102,7 +102,7 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
         found: on_unseen(&found),
         parameters: found,
         at_bounds: at_bounds(&best, search.bounds()),
-        drops: seen.len() as u64,
+        drops: seen.count() as u64,
         unseen: args.unseen,
         evaluations: search.evaluations(),
         stopped: course.stopped,

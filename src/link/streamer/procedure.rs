@@ -258,20 +258,21 @@ impl StreamerSession {
             .request
             .take()
             .unwrap_or_else(|| Request::to_autopilot(system_id, command, params, "HOLD", HOLD_TRIES));
-        match request.poll(at) {
-            Progress::Send(message) => self.send(&MavMessage::COMMAND_LONG(message)),
-            Progress::GaveUp(_) => {
-                self.events.push_back(StreamerEvent::NotHeld { at });
-                return self.enter(StreamerState::RequestingOffboard);
+        let gives_up = match request.poll(at) {
+            Progress::Send(message) => {
+                self.send(&MavMessage::COMMAND_LONG(message));
+                false
             }
-            // An accepted one shows itself in a heartbeat, or it is asked for again.
-            Progress::Accepted if at >= self.flight.since + self.config.autopilots_us(HOLD_SHOWN_US) => {
-                self.events.push_back(StreamerEvent::NotHeld { at });
-                return self.enter(StreamerState::RequestingOffboard);
-            }
-            Progress::Accepted | Progress::Pending | Progress::Again(_) => {}
-        }
+            Progress::Pending | Progress::Again(_) => false,
+            Progress::GaveUp(_) => true,
+            // Which a heartbeat must show.
+            Progress::Accepted => at >= self.flight.since + self.config.autopilots_us(HOLD_SHOWN_US),
+        };
         self.flight.request = Some(request);
+        if gives_up {
+            self.events.push_back(StreamerEvent::NotHeld { at });
+            self.enter(StreamerState::RequestingOffboard);
+        }
     }
 
     /// Whether arming must wait: PX4 refuses it until its checks pass, and in its first seconds without a word.

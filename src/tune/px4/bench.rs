@@ -173,13 +173,8 @@ impl<'a> Px4Bench<'a> {
     }
 
     /// How many drops there are.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.drops.len()
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.drops.is_empty()
     }
 
     /// By whose flights costs are measured.
