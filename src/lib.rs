@@ -16,15 +16,15 @@
 //! | [`verify`] | whether all this is right: NASA's check cases, closed forms |
 //! | [`tune`] | gains by search |
 //! | [`params`] | PX4 parameter files, and gains in PX4's terms |
-#![cfg_attr(feature = "files", doc = "| [`config`] | files in |")]
+#![cfg_attr(feature = "files", doc = "| [`config`] | files in: missions, vehicles, gains, trajectories |")]
+#![cfg_attr(feature = "files", doc = "| [`report`] | results out: flight log, figures, tables, pages |")]
 //! | [`autopilot`] | modes, arming, OFFBOARD: PX4's manners around the control law |
 #![cfg_attr(feature = "link", doc = "| [`link`] | MAVLink: the sessions on the wire |")]
-#![cfg_attr(feature = "cli", doc = "| [`cli`] | the program |")]
+//!
+//! The command line is the program's own (`src/cli`), not part of this library.
 
 pub mod assess;
 pub mod autopilot;
-#[cfg(feature = "cli")]
-pub mod cli;
 #[cfg(feature = "files")]
 pub mod config;
 pub mod control;

@@ -1,5 +1,7 @@
-//! The program: see [`samara::cli`].
+//! The program `samara`: the command line over the library of the same name.
+
+mod cli;
 
 fn main() -> std::process::ExitCode {
-    samara::cli::run()
+    cli::run()
 }

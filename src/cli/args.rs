@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use clap::Args;
 
-use crate::link::shell::LinkUrl;
+use samara::link::shell::LinkUrl;
 
 /// Options that every verb with a mission has.
 #[derive(Args, Debug)]

@@ -11,8 +11,8 @@ use super::net::{Reporter, block_on, ports_of, system_of, wiring_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::OutputFolder;
 use super::sessions;
-use crate::config::Px4Clock;
-use crate::link::shell::{AfterSimulator, run_autopilot};
+use samara::config::Px4Clock;
+use samara::link::shell::{AfterSimulator, run_autopilot};
 
 /// The help of `samara autopilot`.
 pub const AUTOPILOT_HELP: &str = "\

@@ -24,14 +24,14 @@ use super::flight_files::write_flight;
 use super::narrative::Narrator;
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print, tell};
-use crate::assess::{Verdict, plan_j_tpf};
-use crate::config::Mission;
-use crate::report::{DropRun, FlownTrajectory, drop_json};
 pub use args::{DROP_HELP, DropArgs};
 pub use flight::{Wires, fly as fly_reference};
 pub use pilot::{Flown, Pilot};
 pub use planned::Planned;
 use planned::plan_or_keep;
+use samara::assess::{Verdict, plan_j_tpf};
+use samara::config::Mission;
+use samara::report::{DropRun, FlownTrajectory, drop_json};
 use verdict::{answer_of, drop_run, judge, never_released, tell_failsafe, tell_if_cut, tell_verdict};
 pub use verdict::{cuts_the_plan, tell_if_stopped};
 

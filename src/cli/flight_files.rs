@@ -7,11 +7,11 @@ use anyhow::Context;
 use super::mission::stamp_of;
 use super::outcome::Failure;
 use super::output::OutputFolder;
-use crate::assess::Verdict;
-use crate::config::Mission;
-use crate::report::{FlightCsv, drop_figure};
-use crate::sim::Sample;
-use crate::trajectory::Trajectory;
+use samara::assess::Verdict;
+use samara::config::Mission;
+use samara::report::{FlightCsv, drop_figure};
+use samara::sim::Sample;
+use samara::trajectory::Trajectory;
 
 /// Writes `flight.csv` and `drop.svg`; `by`: who flew it, unless it was the reference autopilot.
 ///

@@ -7,10 +7,10 @@ use anyhow::Context as _;
 use super::args::{ChoiceArgs, EstimatorChoice, StateArgs};
 use super::outcome::{BadInput, Failure};
 use super::output::tell;
-use crate::config::{Mission, Stamp, load_mission};
-use crate::params::file::AUTOPILOT_COMPONENT;
-use crate::params::{Check, Class, Metadata, ParameterFile, check};
-use crate::report::params::check_text;
+use samara::config::{Mission, Stamp, load_mission};
+use samara::params::file::AUTOPILOT_COMPONENT;
+use samara::params::{Check, Class, Metadata, ParameterFile, check};
+use samara::report::params::check_text;
 
 /// The mission with the chosen gains and seed.
 ///

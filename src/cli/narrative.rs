@@ -2,9 +2,9 @@
 
 use super::outcome::Failure;
 use super::output::{print, tell};
-use crate::assess::Verdict;
-use crate::config::Mission;
-use crate::link::{SimulatorEvent, StreamerEvent, seconds};
+use samara::assess::Verdict;
+use samara::config::Mission;
+use samara::link::{SimulatorEvent, StreamerEvent, seconds};
 
 /// Where a narrator's words go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

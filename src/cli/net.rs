@@ -11,11 +11,11 @@ use super::narrative::Narrator;
 use super::outcome::{BadInput, Failure};
 use super::output::OutputFolder;
 use super::recording::{FlightLogs, Recording};
-use crate::config::Mission;
-use crate::link::shell::ports::MAX_INSTANCE;
-use crate::link::shell::{Notice, Observer, Ports, Speed, Wiring, system_of_instance};
-use crate::link::signing::Key;
-use crate::link::{Link, LogEntry, TimeUs};
+use samara::config::Mission;
+use samara::link::shell::ports::MAX_INSTANCE;
+use samara::link::shell::{Notice, Observer, Ports, Speed, Wiring, system_of_instance};
+use samara::link::signing::Key;
+use samara::link::{Link, LogEntry, TimeUs};
 
 /// An instance that has ports, from what was typed.
 ///

@@ -11,8 +11,8 @@ use anyhow::Context;
 use sha2::{Digest, Sha256};
 
 use super::outcome::{BadInput, Failure};
-use crate::config::Mission;
-use crate::report::manifest_json;
+use samara::config::Mission;
+use samara::report::manifest_json;
 
 /// Names of the files that a run has written.
 type Written = Rc<RefCell<BTreeSet<String>>>;

@@ -12,13 +12,13 @@ use super::output::{OutputFolder, print};
 use super::plan::plan_mission;
 use super::px4::flight::suits;
 use super::px4::upload::whole;
-use crate::autopilot::parameters::document::markdown;
-use crate::config::{Mission, load_mission, load_parameters};
-use crate::control::px4::is_quad_x;
-use crate::params::belongs::to_px4;
-use crate::params::{Export, Metadata, ParameterFile, Purpose, check, diff, export, import};
-use crate::plan::Status;
-use crate::report::{params as report, plan_text};
+use samara::autopilot::parameters::document::markdown;
+use samara::config::{Mission, load_mission, load_parameters};
+use samara::control::px4::is_quad_x;
+use samara::params::belongs::to_px4;
+use samara::params::{Export, Metadata, ParameterFile, Purpose, check, diff, export, import};
+use samara::plan::Status;
+use samara::report::{params as report, plan_text};
 
 /// The help of `samara params`.
 pub const PARAMS_HELP: &str = "\

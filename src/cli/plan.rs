@@ -11,12 +11,12 @@ use super::clock::Stopwatch;
 use super::mission::stamp_of;
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print, tell};
-use crate::config::{Mission, load_mission, write_trajectory_csv};
-use crate::frames::normalized;
-use crate::model::trim;
-use crate::plan::{Guess, InputReference, Plan, Progress, SolverOptions, Status, plan};
-use crate::report::{plan_figure, plan_json, plan_text};
-use crate::units::{DEG_PER_RAD, RAD_PER_DEG};
+use samara::config::{Mission, load_mission, write_trajectory_csv};
+use samara::frames::normalized;
+use samara::model::trim;
+use samara::plan::{Guess, InputReference, Plan, Progress, SolverOptions, Status, plan};
+use samara::report::{plan_figure, plan_json, plan_text};
+use samara::units::{DEG_PER_RAD, RAD_PER_DEG};
 
 /// The help of `samara plan`.
 pub const PLAN_HELP: &str = "\

@@ -8,8 +8,8 @@ use std::fs;
 use std::io;
 
 use super::output::{LateFile, OutputFolder};
-use crate::config::Mission;
-use crate::link::{FlightLog, Link, LogEntry, TimeUs, Tlog};
+use samara::config::Mission;
+use samara::link::{FlightLog, Link, LogEntry, TimeUs, Tlog};
 
 /// The links' recordings by the stem of their files: those of the simulator, of ground stations, and of companions, where the streamer
 /// and the parachute speak. Frames are numbered by link: in one file the numbers of two would seem to have gaps.
@@ -141,7 +141,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::config::load_mission;
+    use samara::config::load_mission;
 
     /// Stamps since the epoch of one-byte frames.
     fn stamps(path: &Path, epoch: u64) -> Vec<u64> {

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::outcome::{Answer, Failure};
 use super::output::{OutputFolder, print};
-use crate::config::schema::schemas;
+use samara::config::schema::schemas;
 
 /// The help of `samara schema`.
 pub const SCHEMA_HELP: &str = "Examples:\n  samara schema\n  samara schema --out /tmp/schema";

@@ -5,17 +5,17 @@ use anyhow::Context as _;
 use super::args::{ChoiceArgs, EstimatorChoice, StateArgs};
 use super::outcome::{BadInput, Failure};
 use super::output::tell;
-use crate::autopilot::estimator::EstimatorSettings;
-use crate::autopilot::parameters::Parameters;
-use crate::config::{Mission, Px4Clock, load_parameters};
-use crate::control::{Airframe, Cascade};
-use crate::link::streamer::{Clock, Procedure};
-use crate::link::{
+use samara::autopilot::estimator::EstimatorSettings;
+use samara::autopilot::parameters::Parameters;
+use samara::config::{Mission, Px4Clock, load_parameters};
+use samara::control::{Airframe, Cascade};
+use samara::link::streamer::{Clock, Procedure};
+use samara::link::{
     AutopilotSession, AutopilotSetup, Froude, SimulatorConfig, SimulatorSession, StreamerConfig,
     StreamerSession, microseconds,
 };
-use crate::sim::ReleaseTrigger;
-use crate::trajectory::Trajectory;
+use samara::sim::ReleaseTrigger;
+use samara::trajectory::Trajectory;
 
 /// The scale of the wire to PX4.
 pub fn froude(mission: &Mission) -> Option<Froude> {

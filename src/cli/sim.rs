@@ -13,8 +13,8 @@ use super::net::{Reporter, block_on, key_of, ports_of, speed_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::sessions;
-use crate::link::shell::run_simulator;
-use crate::report::{DropRun, drop_json};
+use samara::link::shell::run_simulator;
+use samara::report::{DropRun, drop_json};
 
 /// The help of `samara sim`.
 pub const SIM_HELP: &str = "\

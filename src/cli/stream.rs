@@ -12,10 +12,10 @@ use super::outcome::{Answer, BadInput, Failure};
 use super::plan::plan_mission;
 use super::px4::upload::circumstances;
 use super::sessions::{self, StreamerChoice};
-use crate::link::shell::run_streamer;
-use crate::link::streamer::{Procedure, StreamerState};
-use crate::plan::Status;
-use crate::report::plan_text;
+use samara::link::shell::run_streamer;
+use samara::link::streamer::{Procedure, StreamerState};
+use samara::plan::Status;
+use samara::report::plan_text;
 
 /// The help of `samara stream`.
 pub const STREAM_HELP: &str = "\

@@ -7,9 +7,9 @@ use clap::Args;
 
 use super::outcome::{Answer, BadInput, Failure};
 use super::output::print;
-use crate::config::{Mission, load_mission};
-use crate::report::{verify_json, verify_text};
-use crate::verify::{Group, verify};
+use samara::config::{Mission, load_mission};
+use samara::report::{verify_json, verify_text};
+use samara::verify::{Group, verify};
 
 /// The help of `samara verify`.
 pub const VERIFY_HELP: &str = "\

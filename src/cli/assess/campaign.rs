@@ -10,14 +10,14 @@ use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
 use super::AssessArgs;
-use crate::assess::{
-    Controller, RandomRelease, ReleaseDistribution, SafetyStudy, Summary, Tally, TrialOutcome,
-};
 use crate::cli::narrative::Narrator;
 use crate::cli::outcome::{BadInput, Failure};
 use crate::cli::output::OutputFolder;
-use crate::config::Mission;
-use crate::report::study::campaign_csv::{file_name, header, parse_row, write_row};
+use samara::assess::{
+    Controller, RandomRelease, ReleaseDistribution, SafetyStudy, Summary, Tally, TrialOutcome,
+};
+use samara::config::Mission;
+use samara::report::study::campaign_csv::{file_name, header, parse_row, write_row};
 
 /// Trials that figures show as points.
 pub const SHOWN: usize = 1000;

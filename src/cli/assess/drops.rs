@@ -9,7 +9,6 @@ use std::sync::mpsc;
 use anyhow::Context;
 
 use super::AssessArgs;
-use crate::assess::{DropMeasure, RandomDrop};
 use crate::cli::args::{AutopilotArg, LinkArgs, NetArgs, SpeedArg};
 use crate::cli::belongs;
 use crate::cli::drop::{
@@ -21,13 +20,14 @@ use crate::cli::output::{OutputFolder, print, tell};
 use crate::cli::plan::{plan_mission, write_plan};
 use crate::cli::px4::flight::Px4Drop;
 use crate::cli::px4::{self, Patience};
-use crate::config::Mission;
-use crate::link::shell::Speed;
-use crate::link::shell::ports::MAX_INSTANCE;
-use crate::plan::Status;
-use crate::report::FlownBy;
-use crate::report::drops::{DropTally, DropTrial, drops_json, drops_text, header, row};
-use crate::report::plan_text;
+use samara::assess::{DropMeasure, RandomDrop};
+use samara::config::Mission;
+use samara::link::shell::Speed;
+use samara::link::shell::ports::MAX_INSTANCE;
+use samara::plan::Status;
+use samara::report::FlownBy;
+use samara::report::drops::{DropTally, DropTrial, drops_json, drops_text, header, row};
+use samara::report::plan_text;
 
 /// Drops by PX4 flown side by side unless it is said otherwise: each is a PX4 and a simulator that wait for each other.
 const SIDE_BY_SIDE: u16 = 2;

@@ -3,16 +3,16 @@
 use anyhow::Context;
 
 use super::campaign::{Bench, Campaign};
-use crate::assess::{Command, Controller, TraceInstant};
 use crate::cli::outcome::Failure;
-use crate::frames::pitch;
-use crate::model::rigid_body::BodyState;
-use crate::report::figure::{
+use samara::assess::{Command, Controller, TraceInstant};
+use samara::frames::pitch;
+use samara::model::rigid_body::BodyState;
+use samara::report::figure::{
     PathGroup, StudyStyle, TrialPoint, costs_figure, paths_figure, velocities_figure,
 };
-use crate::report::study::page::Figure;
-use crate::report::study::{Assessment, label};
-use crate::tune::ReleaseCase;
+use samara::report::study::page::Figure;
+use samara::report::study::{Assessment, label};
+use samara::tune::ReleaseCase;
 
 /// Trials whose velocities are drawn.
 const VELOCITY_TRIALS: usize = 100;
@@ -114,7 +114,7 @@ fn of_campaign(
     };
     let number = number + 1;
     let title = format!("Figure {number}. J_TPF by release: {label}");
-    let drawn_title = title.replace("J_TPF", &crate::report::figure::j_tpf());
+    let drawn_title = title.replace("J_TPF", &samara::report::figure::j_tpf());
     let costs = Figure {
         file: format!("fig{number:02}_costs_{name}.svg"),
         svg: costs_figure(style, &drawn_title, &shown.points, campaign.tally.j_tpf.count())

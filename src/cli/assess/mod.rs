@@ -20,13 +20,13 @@ use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print};
 use super::plan::{plan_mission, write_plan};
 use super::pool::pool;
-use crate::assess::{Command, Controller, SafetyStudy, Summary, plan_j_tpf, tracking};
-use crate::config::Mission;
-use crate::control::{Airframe, Gains};
-use crate::plan::{Plan, Status};
-use crate::report::plan_text;
-use crate::report::study::{Assessed, Assessment, CaseResult, OURS, page, records, tables};
 use campaign::{Bench, Campaign};
+use samara::assess::{Command, Controller, SafetyStudy, Summary, plan_j_tpf, tracking};
+use samara::config::Mission;
+use samara::control::{Airframe, Gains};
+use samara::plan::{Plan, Status};
+use samara::report::plan_text;
+use samara::report::study::{Assessed, Assessment, CaseResult, OURS, page, records, tables};
 
 /// The help of `samara assess`.
 pub const ASSESS_HELP: &str = "\
@@ -199,7 +199,7 @@ fn planned(
         plan_text(&timed.plan, &mission.limits, None)
     ))?;
     if args.mission.json {
-        print(&crate::report::plan_json(mission, &timed.plan, Some(timed.solve_ms)))?;
+        print(&samara::report::plan_json(mission, &timed.plan, Some(timed.solve_ms)))?;
     }
     Ok(None)
 }

@@ -6,14 +6,14 @@ use anyhow::Context;
 
 use super::AssessArgs;
 use super::campaign::Bench;
-use crate::assess::{Controller, RandomRelease, TrialOutcome, VerdictBuilder};
 use crate::cli::mission::stamp_of;
 use crate::cli::outcome::{Answer, Failure};
 use crate::cli::output::{OutputFolder, print};
-use crate::config::Mission;
-use crate::report::study::campaign_csv::write_row;
-use crate::report::study::{OURS, only};
-use crate::report::{FlightCsv, drop_figure};
+use samara::assess::{Controller, RandomRelease, TrialOutcome, VerdictBuilder};
+use samara::config::Mission;
+use samara::report::study::campaign_csv::write_row;
+use samara::report::study::{OURS, only};
+use samara::report::{FlightCsv, drop_figure};
 
 /// Flies the trial with each controller: prints what was drawn and what came of it, writes `trial_<K>_<name>.csv` (the
 /// flight) and `.svg`, and `assess_only_manifest.json`.

@@ -4,13 +4,13 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 
 use super::{Concluded, DropArgs, Pilot, begin, circumstances, conclude, plan_or_keep, tell_remarks};
-use crate::assess::Verdict;
 use crate::cli::args::ChoiceArgs;
 use crate::cli::mission::stamp_of;
 use crate::cli::narrative::Narrator;
 use crate::cli::outcome::{Answer, BadInput, Failure};
 use crate::cli::output::{OutputFolder, print};
-use crate::units::DEG_PER_RAD;
+use samara::assess::Verdict;
+use samara::units::DEG_PER_RAD;
 
 const HEAD: &str = "\
 case        flown by     J_TPF  peak pitch  peak pitch rate  peak speed  altitude lost  steady after

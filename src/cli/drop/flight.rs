@@ -12,11 +12,11 @@ use crate::cli::outcome::{BadInput, Failure};
 use crate::cli::output::OutputFolder;
 use crate::cli::recording::TLOGS;
 use crate::cli::sessions::{self, StreamerChoice};
-use crate::config::Mission;
-use crate::link::shell::{Notice, Observer, Speed, run_watched_drop};
-use crate::link::{AutopilotSession, Lockstep};
-use crate::report::FlownBy;
-use crate::trajectory::Trajectory;
+use samara::config::Mission;
+use samara::link::shell::{Notice, Observer, Speed, run_watched_drop};
+use samara::link::{AutopilotSession, Lockstep};
+use samara::report::FlownBy;
+use samara::trajectory::Trajectory;
 
 /// What the reference autopilot flies by and is connected to.
 #[derive(Clone, Copy, Debug)]

@@ -11,12 +11,12 @@ use crate::cli::outcome::{BadInput, Failure};
 use crate::cli::output::OutputFolder;
 use crate::cli::px4::flight::Px4Drop;
 use crate::cli::px4::{self, BuildFolder, Patience};
-use crate::config::Mission;
-use crate::link::FlightRecord;
-use crate::params::ParameterFile;
-use crate::report::FlownBy;
-use crate::sim::Sample;
-use crate::trajectory::Trajectory;
+use samara::config::Mission;
+use samara::link::FlightRecord;
+use samara::params::ParameterFile;
+use samara::report::FlownBy;
+use samara::sim::Sample;
+use samara::trajectory::Trajectory;
 
 /// What a flight without a wire does not leave.
 const OF_THE_WIRE: [&str; 4] = ["hil.tlog", "vehicle.tlog", "companion.tlog", "flight.ulg"];

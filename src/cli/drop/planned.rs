@@ -8,10 +8,10 @@ use crate::cli::narrative::Narrator;
 use crate::cli::outcome::{BadInput, Failure};
 use crate::cli::output::{OutputFolder, print};
 use crate::cli::plan::{plan_mission, write_plan};
-use crate::config::{Mission, TrajectoryFile, write_trajectory_csv};
-use crate::plan::Status;
-use crate::report::{plan_json, plan_text};
-use crate::trajectory::Trajectory;
+use samara::config::{Mission, TrajectoryFile, write_trajectory_csv};
+use samara::plan::Status;
+use samara::report::{plan_json, plan_text};
+use samara::trajectory::Trajectory;
 
 /// Files of the plan that was flown, where there is one.
 const OF_THE_PLAN: [&str; 2] = ["plan.json", "plan.svg"];

@@ -1,13 +1,13 @@
 //! The verdict of a flight log, and what is told of it: the end of `samara drop`, of `samara sim` and of a study's drops.
 
-use crate::assess::{Verdict, VerdictBuilder};
 use crate::cli::narrative::Narrator;
 use crate::cli::outcome::{Answer, Failure};
 use crate::cli::output::OutputFolder;
-use crate::config::Mission;
-use crate::link::{FlightEvent, FlightRecord, seconds};
-use crate::report::{DropEvent, DropRun, verdict_text};
-use crate::sim::Sample;
+use samara::assess::{Verdict, VerdictBuilder};
+use samara::config::Mission;
+use samara::link::{FlightEvent, FlightRecord, seconds};
+use samara::report::{DropEvent, DropRun, verdict_text};
+use samara::sim::Sample;
 
 /// A log whose last row is closer to the mission's end than this [s] is complete.
 const STEP_AT_MOST_S: f64 = 0.02;

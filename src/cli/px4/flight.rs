@@ -16,14 +16,14 @@ use crate::cli::net::{Reporter, block_on};
 use crate::cli::outcome::{BadInput, Failure};
 use crate::cli::output::OutputFolder;
 use crate::cli::sessions;
-use crate::config::{Mission, Px4Clock};
-use crate::control::px4::facts::ALIGNS_G0;
-use crate::link::shell::{Ports, Speed, run_hosted_drop, system_of_instance};
-use crate::link::streamer::{Clock, Procedure};
-use crate::params::ParameterFile;
-use crate::report::FlownBy;
-use crate::trajectory::Trajectory;
-use crate::units::STANDARD_GRAVITY_M_S2;
+use samara::config::{Mission, Px4Clock};
+use samara::control::px4::facts::ALIGNS_G0;
+use samara::link::shell::{Ports, Speed, run_hosted_drop, system_of_instance};
+use samara::link::streamer::{Clock, Procedure};
+use samara::params::ParameterFile;
+use samara::report::FlownBy;
+use samara::trajectory::Trajectory;
+use samara::units::STANDARD_GRAVITY_M_S2;
 
 /// PX4's working directory in the folder of the results.
 const WORK: &str = "px4";

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::Px4Error;
-use crate::control::px4::is_quad_x;
-use crate::model::Vehicle;
+use samara::control::px4::is_quad_x;
+use samara::model::Vehicle;
 
 /// What must be in it.
 const PROGRAM: &str = "bin/px4";
@@ -93,8 +93,8 @@ impl BuildFolder {
 #[expect(clippy::disallowed_methods, reason = "a test that makes files")]
 mod tests {
     use super::*;
-    use crate::config::load_mission;
-    use crate::model::Spin;
+    use samara::config::load_mission;
+    use samara::model::Spin;
 
     /// A build folder with these files, all empty.
     fn build(files: &[&str]) -> tempfile::TempDir {

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use super::process::Px4Process;
 use crate::cli::clock::Stopwatch;
-use crate::link::shell::Guest;
-use crate::link::{Pace, TimeUs};
+use samara::link::shell::Guest;
+use samara::link::{Pace, TimeUs};
 
 /// How long PX4 may keep the simulator waiting, in wall time.
 #[derive(Clone, Copy, Debug, PartialEq)]

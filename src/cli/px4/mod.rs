@@ -36,7 +36,7 @@ pub use flight::{fly, look};
 pub use folder::BuildFolder;
 pub use guest::Patience;
 
-use crate::control::px4::NotQuadX;
+use samara::control::px4::NotQuadX;
 
 /// Why PX4 cannot fly.
 #[derive(Debug, thiserror::Error)]

@@ -9,15 +9,15 @@ use super::upload::preparation;
 use crate::cli::clock::Stopwatch;
 use crate::cli::drop::Flown;
 use crate::cli::outcome::{BadInput, Failure};
-use crate::config::Mission;
-use crate::control::px4::facts::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
-use crate::control::px4::{Law, Parameters, is_quad_x};
-use crate::link::FlightRecord;
-use crate::params::{ParameterFile, law_parameters};
-use crate::report::FlownBy;
-use crate::sim::px4_flight::fly_px4;
-use crate::sim::{FlightPlan, Reference};
-use crate::trajectory::Trajectory;
+use samara::config::Mission;
+use samara::control::px4::facts::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
+use samara::control::px4::{Law, Parameters, is_quad_x};
+use samara::link::FlightRecord;
+use samara::params::{ParameterFile, law_parameters};
+use samara::report::FlownBy;
+use samara::sim::px4_flight::fly_px4;
+use samara::sim::{FlightPlan, Reference};
+use samara::trajectory::Trajectory;
 
 /// What PX4 is set to for the mission, by a file or by the mission's gains in its terms, and what is to say of that.
 ///

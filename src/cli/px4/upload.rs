@@ -2,10 +2,10 @@
 //! the mission's in PX4's terms or those of a file.
 
 use crate::cli::outcome::{BadInput, Failure};
-use crate::config::Mission;
-use crate::params::procedure::Circumstances;
-use crate::params::{Export, Mixing, ParameterFile, Upload, export_for_mixing};
-use crate::trajectory::Trajectory;
+use samara::config::Mission;
+use samara::params::procedure::Circumstances;
+use samara::params::{Export, Mixing, ParameterFile, Upload, export_for_mixing};
+use samara::trajectory::Trajectory;
 
 /// The vehicle's own; the rest of an export are gains, limits, and the rotors for a PX4 that allocates by them.
 const OF_THE_VEHICLE: [&str; 2] = ["MPC_THR_HOVER", "THR_MDL_FAC"];

@@ -3,8 +3,8 @@
 use clap::{Args, ValueEnum};
 
 use crate::cli::args::{MissionArgs, positive, whole};
-use crate::tune::objective::PENALTY;
-use crate::tune::release_cases::AMPLITUDES;
+use samara::tune::objective::PENALTY;
+use samara::tune::release_cases::AMPLITUDES;
 
 /// The help of `samara tune`.
 pub const TUNE_HELP: &str = "\

@@ -7,16 +7,16 @@ use rayon::prelude::*;
 use super::args::TuneArgs;
 use super::{setting, settings};
 use crate::cli::outcome::{BadInput, Failure};
-use crate::config::Mission;
-use crate::control::Gains;
-use crate::report::tune::contest::Sample;
-use crate::report::tune::{Contender, Contest};
-use crate::sim::PlantKind;
-use crate::sim::planar::Variation;
-use crate::trajectory::Trajectory;
-use crate::tune::bench::Setting;
-use crate::tune::unknowns::varied;
-use crate::tune::{Bench, Evaluation, Longitudinal, Objective};
+use samara::config::Mission;
+use samara::control::Gains;
+use samara::report::tune::contest::Sample;
+use samara::report::tune::{Contender, Contest};
+use samara::sim::PlantKind;
+use samara::sim::planar::Variation;
+use samara::trajectory::Trajectory;
+use samara::tune::bench::Setting;
+use samara::tune::unknowns::varied;
+use samara::tune::{Bench, Evaluation, Longitudinal, Objective};
 
 /// Gains that are shown as a warning: the optimum of the paper's problem on the ideal plant.
 const IDEAL: &str = "ideal_rms";

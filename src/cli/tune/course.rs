@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use super::args::TuneArgs;
 use crate::cli::outcome::{BadInput, Failure};
 use crate::cli::output::OutputFolder;
-use crate::config::{Mission, SearchIdentity, Told, checkpoint_json, load_checkpoint};
-use crate::tune::Asked;
+use samara::config::{Mission, SearchIdentity, Told, checkpoint_json, load_checkpoint};
+use samara::tune::Asked;
 
 const CHECKPOINT: &str = "checkpoint.json";
 

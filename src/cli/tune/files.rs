@@ -9,12 +9,12 @@ use super::args::{MethodArg, TuneArgs, name_of};
 use super::settings::particles;
 use crate::cli::outcome::{BadInput, Failure};
 use crate::cli::output::OutputFolder;
-use crate::config::{Mission, gains_json};
-use crate::control::Gains;
-use crate::params::{Purpose, export};
-use crate::report::params::params_file;
-use crate::report::tune::{TuneRun, tables};
-use crate::tune::{Longitudinal, Search};
+use samara::config::{Mission, gains_json};
+use samara::control::Gains;
+use samara::params::{Purpose, export};
+use samara::report::params::params_file;
+use samara::report::tune::{TuneRun, tables};
+use samara::tune::{Longitudinal, Search};
 
 /// `gains.json` and `gains.params`.
 pub fn write_gains(
@@ -71,7 +71,7 @@ pub fn write_course(
     run: &TuneRun,
 ) -> Result<(), Failure> {
     let figure =
-        crate::report::convergence_figure(mission, search, run).context("the figure of the search")?;
+        samara::report::convergence_figure(mission, search, run).context("the figure of the search")?;
     let files = [
         ("convergence.csv", tables::convergence_csv(mission, search)),
         ("front.csv", tables::front_csv(mission, search)),

@@ -16,18 +16,18 @@ use super::outcome::{Answer, BadInput, Failure};
 use super::output::{OutputFolder, print, tell};
 use super::plan::plan_mission;
 use super::pool::pool;
-use crate::assess::tracking::control_period_s;
-use crate::config::{Mission, load_mission};
-use crate::plan::Status;
-use crate::report::tune::{TuneRun, records, terminal};
-use crate::sim::PlantKind;
-use crate::trajectory::Trajectory;
-use crate::tune::bench::Setting;
-use crate::tune::release_cases::swing_releases;
-use crate::tune::{Bench, Longitudinal, Search};
 use args::{ForArg, MethodArg, ModelArg, ObjectiveArg, name_of};
 pub use args::{TUNE_HELP, TuneArgs};
 use files::{start_name, write_course, write_gains, write_tune_manifest};
+use samara::assess::tracking::control_period_s;
+use samara::config::{Mission, load_mission};
+use samara::plan::Status;
+use samara::report::tune::{TuneRun, records, terminal};
+use samara::sim::PlantKind;
+use samara::trajectory::Trajectory;
+use samara::tune::bench::Setting;
+use samara::tune::release_cases::swing_releases;
+use samara::tune::{Bench, Longitudinal, Search};
 
 /// `samara tune`.
 pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
@@ -123,7 +123,7 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
         contest: None,
     };
     // What was found is kept before it is tried on anything else.
-    write_gains(args, &folder, mission, &best.k, &crate::report::tune::about(mission, &search, &run))?;
+    write_gains(args, &folder, mission, &best.k, &samara::report::tune::about(mission, &search, &run))?;
     write_course(&folder, mission, &search, &run)?;
     write_tune_manifest(args, &folder, mission)?;
     run.contest = contest::contest(args, mission, plan, &bench, &best.k, &stop)?;

@@ -10,10 +10,10 @@ use crate::cli::clock::Stopwatch;
 use crate::cli::interrupt;
 use crate::cli::outcome::{Answer, BadInput, Failure};
 use crate::cli::output::{OutputFolder, print};
-use crate::config::Mission;
-use crate::report::tune::near_hover as report;
-use crate::trajectory::Trajectory;
-use crate::tune::near_hover::near_hover;
+use samara::config::Mission;
+use samara::report::tune::near_hover as report;
+use samara::trajectory::Trajectory;
+use samara::tune::near_hover::near_hover;
 
 /// Tunes, tries, writes `gains.json`, `gains.params` and `near_hover.txt`.
 pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answer, Failure> {

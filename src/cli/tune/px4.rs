@@ -16,17 +16,17 @@ use crate::cli::output::{OutputFolder, print};
 use crate::cli::plan::plan_mission;
 use crate::cli::pool::pool;
 use crate::cli::px4::flight::suits;
-use crate::config::Mission;
-use crate::control::px4::is_quad_x;
-use crate::params::{ParameterFile, law_export, law_parameters};
-use crate::plan::Status;
-use crate::report::params::params_file;
-use crate::report::px4_gains::{PX4S_DEFAULTS, Px4Gains, gains_json, gains_text};
-use crate::trajectory::Trajectory;
-use crate::tune::objective::PENALTY;
-use crate::tune::px4::space::{Candidate, at_bounds, names};
-use crate::tune::px4::{Measures, Px4Bench, Px4Search, Px4SearchSettings, Px4Setting, drops, drops_from};
-use crate::tune::release_cases::AMPLITUDES;
+use samara::config::Mission;
+use samara::control::px4::is_quad_x;
+use samara::params::{ParameterFile, law_export, law_parameters};
+use samara::plan::Status;
+use samara::report::params::params_file;
+use samara::report::px4_gains::{PX4S_DEFAULTS, Px4Gains, gains_json, gains_text};
+use samara::trajectory::Trajectory;
+use samara::tune::objective::PENALTY;
+use samara::tune::px4::space::{Candidate, at_bounds, names};
+use samara::tune::px4::{Measures, Px4Bench, Px4Search, Px4SearchSettings, Px4Setting, drops, drops_from};
+use samara::tune::release_cases::AMPLITUDES;
 
 /// Random drops that a candidate is judged by, besides the mission's release cases.
 const DROPS: u64 = 24;

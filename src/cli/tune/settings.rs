@@ -6,11 +6,11 @@ use super::args::{MethodArg, ObjectiveArg, TuneArgs, name_of};
 use super::course::identity_of;
 use super::files::start_name;
 use crate::cli::outcome::{BadInput, Failure};
-use crate::config::Mission;
-use crate::control::Gains;
-use crate::tune::cma_es::{CmaSettings, Scale};
-use crate::tune::swarm::SwarmSettings;
-use crate::tune::{Bench, Method, Objective, SearchSettings};
+use samara::config::Mission;
+use samara::control::Gains;
+use samara::tune::cma_es::{CmaSettings, Scale};
+use samara::tune::swarm::SwarmSettings;
+use samara::tune::{Bench, Method, Objective, SearchSettings};
 
 /// Bounds on the RMS along the front, as multiples of the bound; the last one is the bound itself.
 const FRONT: [f64; 5] = [1.5, 1.25, 0.85, 0.92, 1.0];
