@@ -6,8 +6,14 @@
     reason = "a test that reads the sources"
 )]
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+
+use module_tree::{Tree, circles};
+
+#[path = "architecture/module_tree.rs"]
+mod module_tree;
 
 /// The floors, lowest first; modules on one floor do not know each other.
 const FLOORS: &[&[&str]] = &[
@@ -169,4 +175,34 @@ fn the_map_names_every_module() {
             assert!(map.contains(&format!("`{module}")), "ARCHITECTURE.md does not mention `{module}`");
         }
     }
+}
+
+/// A file that no `mod` declares is never compiled, and nobody sees that.
+#[test]
+fn every_source_file_is_compiled() {
+    let tree = Tree::read();
+    let reached = tree.files();
+    let orphans: BTreeSet<PathBuf> =
+        sources(Path::new("src")).into_iter().filter(|path| !reached.contains(path.as_path())).collect();
+    assert!(orphans.is_empty(), "reached from neither lib.rs nor main.rs, so never compiled: {orphans:#?}");
+}
+
+/// Circles that are still there; none may be added.
+const CIRCLES_LEFT: usize = 25;
+
+/// Files that import from each other cannot be read one after the other.
+#[test]
+fn no_files_import_each_other_in_a_circle() {
+    let tree = Tree::read();
+    let arrows = tree.arrows();
+    let circles = circles(&arrows);
+    let mut told = String::new();
+    for circle in &circles {
+        told.push_str("circle:\n");
+        for file in circle {
+            let to: Vec<_> = arrows[file].iter().filter(|other| circle.contains(*other)).collect();
+            told.push_str(&format!("  {} imports from {to:?}\n", file.display()));
+        }
+    }
+    assert!(circles.len() <= CIRCLES_LEFT, "{} circles:\n{told}", circles.len());
 }
