@@ -9,7 +9,7 @@
 //! This is the only place with `unsafe` code.
 
 /// Something to compute. (A closure would not do: it cannot be told to be inlined.)
-pub trait Work {
+pub trait Kernel {
     /// What comes out.
     type Output;
     /// Computes it. Implement this, and mark what it calls, as `#[inline(always)]`: only what is inlined into
@@ -17,22 +17,22 @@ pub trait Work {
     fn run(self) -> Self::Output;
 }
 
-/// Runs `work`, compiled for AVX2 if the processor has it.
+/// Runs `kernel`, compiled for AVX2 if the processor has it.
 #[inline]
-pub fn vectorised<W: Work>(work: W) -> W::Output {
+pub fn vectorised<W: Kernel>(kernel: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
     {
         #[target_feature(enable = "avx2")]
-        fn with_avx2<W: Work>(work: W) -> W::Output {
-            work.run()
+        fn with_avx2<W: Kernel>(kernel: W) -> W::Output {
+            kernel.run()
         }
         if std::arch::is_x86_feature_detected!("avx2") {
             #[expect(unsafe_code, reason = "a function compiled for AVX2 may only run where there is AVX2")]
             // SAFETY: the line above has just found AVX2.
-            return unsafe { with_avx2(work) };
+            return unsafe { with_avx2(kernel) };
         }
     }
-    work.run()
+    kernel.run()
 }
 
 #[cfg(test)]
@@ -41,7 +41,7 @@ mod tests {
 
     struct Products<'a>(&'a [f64]);
 
-    impl Work for Products<'_> {
+    impl Kernel for Products<'_> {
         type Output = [u64; 10];
 
         #[inline(always)]

@@ -233,8 +233,8 @@ fn every_part_has_help_with_examples() {
 /// The page's table is made from the program's: to be pasted from this test's message when it is stale.
 #[test]
 fn the_page_on_flying_px4_says_what_is_set_and_why() {
-    use samara::params::procedure::{Circumstances, RULES};
-    let of = |descent, horizontal, hover| Circumstances {
+    use samara::params::px4_required::{DropEnvelope, RULES};
+    let of = |descent, horizontal, hover| DropEnvelope {
         fastest_descent_m_s: descent,
         fastest_horizontal_m_s: horizontal,
         hover_thrust: Some(hover),
@@ -257,7 +257,7 @@ fn the_page_on_flying_px4_says_what_is_set_and_why() {
 /// mixes by a file.
 #[test]
 fn an_export_for_a_drop_has_what_a_drop_needs() {
-    let wanted = samara::params::procedure::RULES.iter().filter(|rule| rule.name != "MPC_THR_MAX");
+    let wanted = samara::params::px4_required::RULES.iter().filter(|rule| rule.name != "MPC_THR_MAX");
     let export = |more: &[&str]| {
         let place = tempfile::tempdir().unwrap();
         let path = file(place.path(), "drop.params", "");

@@ -350,7 +350,7 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
 
     let plan = parse(plan_json(mission, &DROP.plan, Some(4.5)));
     assert_eq!((&plan["status"], &plan["solve_ms"]), (&"converged".into(), &4.5.into()));
-    assert_eq!(plan["iterations"], DROP.plan.work.iterations);
+    assert_eq!(plan["iterations"], DROP.plan.counts.iterations);
     assert_eq!(plan["objective"], DROP.plan.objective);
     assert_eq!(plan["input_hash"], mission.input_hash.as_str());
     assert!(parse(plan_json(mission, &DROP.plan, None)).get("solve_ms").is_none());

@@ -16,7 +16,7 @@ use samara::link::{
     SimulatorSession, StreamerConfig, StreamerSession, Transmit,
 };
 use samara::model::rigid_body::MassProperties;
-use samara::model::{MAX_ROTORS, RotorMount, Spin, Vehicle, trim};
+use samara::model::{MAX_ROTORS, RotationSense, RotorMount, Vehicle, trim};
 use samara::plan::dynamics::{Curvature, Dynamics, Linearisation};
 use samara::plan::problem::{Bounds, Nodes, Problem, QuadraticCost};
 use samara::plan::solver::{SolverOptions, StartFrom, Status, solve};
@@ -42,7 +42,14 @@ fn drop_of(mission: &Mission) -> DropSimulation {
 #[test]
 fn another_vehicle_is_planned_and_flown() {
     let mut mission = titan();
-    let spins = [Spin::Ccw, Spin::Cw, Spin::Ccw, Spin::Cw, Spin::Ccw, Spin::Cw];
+    let spins = [
+        RotationSense::Ccw,
+        RotationSense::Cw,
+        RotationSense::Ccw,
+        RotationSense::Cw,
+        RotationSense::Ccw,
+        RotationSense::Cw,
+    ];
     let rotors = (0..6)
         .map(|i| {
             let angle = std::f64::consts::FRAC_PI_3 * (f64::from(i) + 0.5);

@@ -33,7 +33,7 @@ fn main() {
     let mut objective = f64::NAN;
     let mut done = |plan: Plan| {
         assert_eq!(plan.status, Status::Converged);
-        iterations.push(plan.work.iterations);
+        iterations.push(plan.counts.iterations);
         objective = plan.objective;
     };
     let before = cpu_ms();

@@ -16,14 +16,14 @@ use nalgebra::Vector3;
 use super::SafetyLimits;
 use super::safety::steady_within_m_s;
 use super::tracking::{DIVERGED, PITCH_MAX_RAD, SPEED_MAX_M_S};
-use crate::sim::planar::{Course, Flight, LANES, Lanes, Model, NotPlanar, Observer, State, fly};
+use crate::sim::planar::{Flight, LANES, Lanes, Model, NotPlanar, Observer, SetpointTable, State, fly};
 use crate::sim::{FlightPlan, Reference};
 use crate::trajectory::Trajectory;
 
 /// What flights are judged by.
 #[derive(Clone, Debug)]
 pub struct Study {
-    course: Course,
+    course: SetpointTable,
     limits: SafetyLimits,
     /// Velocity of the steady state, north and down [m/s].
     target_m_s: [f64; 2],
@@ -68,14 +68,14 @@ impl Study {
     /// trajectory `tracked`, where there is one; the control period must divide its intervals.
     ///
     /// # Errors
-    /// [`NotPlanar`] as [`Course::new`].
+    /// [`NotPlanar`] as [`SetpointTable::new`].
     pub fn new(
         plan: &FlightPlan<'_>,
         tracked: Option<&Trajectory>,
         limits: SafetyLimits,
         target_m_s: [f64; 2],
     ) -> Result<Self, NotPlanar> {
-        let course = Course::new(plan)?;
+        let course = SetpointTable::new(plan)?;
         let dt_s = course.period_s();
         let nodes = tracked.map_or(&[][..], Trajectory::nodes);
         let on_grid: Vec<PlanNode> = nodes
@@ -97,7 +97,7 @@ impl Study {
     /// A study along the trajectory of the plan's own reference, if it has one.
     ///
     /// # Errors
-    /// [`NotPlanar`] as [`Course::new`].
+    /// [`NotPlanar`] as [`SetpointTable::new`].
     pub fn of(plan: &FlightPlan<'_>, limits: SafetyLimits, target_m_s: [f64; 2]) -> Result<Self, NotPlanar> {
         let tracked = match plan.reference {
             Reference::Plan { trajectory, .. } => Some(trajectory),
@@ -107,7 +107,7 @@ impl Study {
     }
 
     /// The setpoints.
-    pub fn course(&self) -> &Course {
+    pub fn course(&self) -> &SetpointTable {
         &self.course
     }
 }

@@ -9,14 +9,14 @@ mod random;
 use nalgebra::Vector3;
 
 use super::*;
-use crate::control::{Gains, specimen};
+use crate::control::{Gains, test_vehicles};
 use crate::frames::{LEVEL, quaternion_from_euler};
 use crate::model::{MAX_ROTORS, PerRotor};
 
 const STEP_US: u64 = 4_000;
 
 fn cascade() -> Cascade {
-    specimen::cascade(&specimen::lander(true), Gains::near_hover())
+    test_vehicles::cascade(&test_vehicles::lander(true), Gains::near_hover())
 }
 
 /// An autopilot with a hand on its clock.

@@ -15,7 +15,7 @@ use super::px4::upload::whole;
 use samara::autopilot::parameters::document::markdown;
 use samara::config::{Mission, load_mission, load_parameters};
 use samara::control::px4::is_quad_x;
-use samara::params::belongs::to_px4;
+use samara::params::compatibility::to_px4;
 use samara::params::{Export, Metadata, ParameterFile, Purpose, check, diff, export, import};
 use samara::plan::Status;
 use samara::report::{params as report, plan_text};

@@ -10,7 +10,7 @@ use super::narrative::Narrator;
 use super::net::{Reporter, block_on, key_of, ports_of, system_of};
 use super::outcome::{Answer, BadInput, Failure};
 use super::plan::plan_mission;
-use super::px4::upload::circumstances;
+use super::px4::upload::envelope;
 use super::sessions::{self, StreamerChoice};
 use samara::link::shell::run_streamer;
 use samara::link::streamer::{Procedure, StreamerState};
@@ -73,10 +73,7 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
         }
     };
     let choice = StreamerChoice {
-        procedure: Some(Procedure {
-            circumstances: circumstances(&mission, &trajectory),
-            ..Procedure::default()
-        }),
+        procedure: Some(Procedure { envelope: envelope(&mission, &trajectory), ..Procedure::default() }),
         feed_forward: args.feed_forward,
         froude: sessions::froude(&mission),
         ..StreamerChoice::default()

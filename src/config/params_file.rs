@@ -5,7 +5,7 @@ use std::path::Path;
 use super::Px4Clock;
 use super::source::Source;
 use super::{ConfigError, Mission};
-use crate::params::belongs::to_px4;
+use crate::params::compatibility::to_px4;
 use crate::params::{ParameterFile, ParamsError, Purpose, Subject, import};
 
 /// Reads a parameter file of any origin.

@@ -10,7 +10,7 @@ use super::source::{InputHash, Source};
 use super::vehicle_json::{BodyAeroJson, MotorJson, RotorJson, RotorModelJson, SpinJson, VehicleJson};
 use super::{ConfigError, rotor_table};
 use crate::model::rigid_body::MassProperties;
-use crate::model::{BodyAero, MAX_ROTORS, Motor, Rotor, RotorMount, Spin, Vehicle, VehicleOptions};
+use crate::model::{BodyAero, MAX_ROTORS, Motor, RotationSense, Rotor, RotorMount, Vehicle, VehicleOptions};
 use crate::units::RAD_PER_DEG;
 use nalgebra::{Matrix3, Vector3};
 
@@ -91,8 +91,8 @@ fn build_mounts(source: &Source, rotors: &[RotorJson]) -> Result<Vec<RotorMount>
             return Err(source.refuse(&format!("rotors[{i}].axis_body"), message));
         }
         let spin = match r.spin_from_above {
-            SpinJson::Cw => Spin::Cw,
-            SpinJson::Ccw => Spin::Ccw,
+            SpinJson::Cw => RotationSense::Cw,
+            SpinJson::Ccw => RotationSense::Ccw,
         };
         Ok(RotorMount { position_body_m: r.position_body_m.get().into(), axis_body: axis, spin })
     };

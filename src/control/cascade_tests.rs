@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
-use super::specimen::{MASS_KG, THRUST_LIMIT_N, at_rest, cascade, lander, quadrotor};
+use super::test_vehicles::{MASS_KG, THRUST_LIMIT_N, at_rest, cascade, lander, quadrotor};
 use super::{Cascade, ControlOutput, Gains, Measurement};
 use crate::frames::{LEVEL, pitch, quaternion_from_euler, roll, yaw};
 use crate::model::VehicleOptions;
@@ -43,7 +43,7 @@ fn north_rolls_left_when_the_nose_points_east() {
 
 #[test]
 fn sinking_asks_for_less_than_the_weight_and_climbing_for_more() {
-    let weight = MASS_KG * super::specimen::GRAVITY_M_S2;
+    let weight = MASS_KG * super::test_vehicles::GRAVITY_M_S2;
     let level = at_rest(0.0, 0.0, 0.0);
     assert!(track(&mut lander_cascade(), &level, [0.0, 0.0, 1.0], 0.0).collective_n < weight);
     assert!(track(&mut lander_cascade(), &level, [0.0, 0.0, -1.0], 0.0).collective_n > weight);
@@ -74,7 +74,7 @@ fn feed_forward_is_added_to_the_wanted_acceleration() {
 #[test]
 fn tilt_and_rates_stay_within_their_limits() {
     let out = track(&mut lander_cascade(), &at_rest(0.0, 0.0, 0.0), [90.0, -90.0, 0.0], 3.0);
-    let up = super::specimen::GRAVITY_M_S2 - out.acceleration_sp_ned.z;
+    let up = super::test_vehicles::GRAVITY_M_S2 - out.acceleration_sp_ned.z;
     let level = out.acceleration_sp_ned.xy().norm();
     assert!((level.atan2(up).to_degrees() - 37.5).abs() < 1e-9);
     assert!((out.acceleration_sp_ned.x + out.acceleration_sp_ned.y).abs() < 1e-12, "direction kept");
@@ -207,6 +207,6 @@ proptest! {
         let level = at_rest(0.0, 0.0, 0.0);
         law.reset();
         let out = track(&mut law, &level, [0.0; 3], 0.0);
-        prop_assert!((out.collective_n - MASS_KG * super::specimen::GRAVITY_M_S2).abs() < 1e-9);
+        prop_assert!((out.collective_n - MASS_KG * super::test_vehicles::GRAVITY_M_S2).abs() < 1e-9);
     }
 }

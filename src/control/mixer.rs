@@ -129,7 +129,7 @@ impl Mixer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::specimen::{THRUST_LIMIT_N, airframe, lander, ring as ring_of};
+    use crate::control::test_vehicles::{THRUST_LIMIT_N, airframe, lander, ring as ring_of};
     use crate::control::{Airframe, ControlError};
     use crate::model::{Vehicle, VehicleOptions};
     use proptest::prelude::*;
@@ -194,7 +194,7 @@ mod tests {
 
     #[test]
     fn rotor_sets_that_cannot_fly_are_refused() {
-        let site = crate::control::specimen::site();
+        let site = crate::control::test_vehicles::site();
         let mut line = lander(false);
         for r in &mut line.rotors {
             r.position_body_m.y = 0.0;

@@ -33,7 +33,7 @@ mod cascade_tests;
 #[cfg(test)]
 mod planar_tests;
 #[cfg(test)]
-pub(crate) mod specimen;
+pub(crate) mod test_vehicles;
 
 pub use airframe::Airframe;
 pub use cascade::{Cascade, ControlOutput, Measurement};

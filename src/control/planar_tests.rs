@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
-use super::specimen::{ARM_M, GRAVITY_M_S2, J_YY, MASS_KG, THRUST_LIMIT_N, cascade, lander};
+use super::test_vehicles::{ARM_M, GRAVITY_M_S2, J_YY, MASS_KG, THRUST_LIMIT_N, cascade, lander};
 use super::{ControlLimits, Gains, Measurement};
 use crate::frames::quaternion_from_euler;
 

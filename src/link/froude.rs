@@ -14,7 +14,7 @@ use mavlink::dialects::common::{COMMAND_LONG_DATA, MavCmd, MavMessage};
 
 use super::TimeUs;
 use super::parachute::{T_END, T_RELEASE};
-use crate::control::px4::facts::IMU_PERIOD_US;
+use crate::control::px4::timing::IMU_PERIOD_US;
 use crate::units::STANDARD_GRAVITY_M_S2;
 
 /// The scale between a site and the wire of a PX4 that lives under standard gravity.

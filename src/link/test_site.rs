@@ -8,7 +8,7 @@ use crate::model::environment::GeoPoint;
 use crate::model::parachute::Pendulum;
 use crate::model::rigid_body::MassProperties;
 use crate::model::{
-    BodyAero, Environment, Motor, Parachute, Rotor, RotorMount, Spin, Vehicle, VehicleOptions,
+    BodyAero, Environment, Motor, Parachute, RotationSense, Rotor, RotorMount, Vehicle, VehicleOptions,
 };
 use crate::sim::{DropSimulation, Start};
 
@@ -22,10 +22,10 @@ pub fn vehicle() -> Arc<Vehicle> {
         spin,
     };
     let rotors = vec![
-        mount(0.17, 0.17, Spin::Ccw),
-        mount(-0.17, -0.17, Spin::Ccw),
-        mount(0.17, -0.17, Spin::Cw),
-        mount(-0.17, 0.17, Spin::Cw),
+        mount(0.17, 0.17, RotationSense::Ccw),
+        mount(-0.17, -0.17, RotationSense::Ccw),
+        mount(0.17, -0.17, RotationSense::Cw),
+        mount(-0.17, 0.17, RotationSense::Cw),
     ];
     let alpha: Vec<f64> = (0..=36).map(|i| (f64::from(i) * 10.0 - 180.0).to_radians()).collect();
     let (flat, none) = (vec![1.0; 37], vec![0.0; 37]);

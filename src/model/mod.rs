@@ -29,7 +29,7 @@ pub use motor::Motor;
 pub use parachute::Parachute;
 pub use rotor::{Rotor, RotorTable};
 pub use trim::{Trim, TrimError, trim};
-pub use vehicle::{ForceBalance, RotorMount, Spin, Vehicle, VehicleOptions};
+pub use vehicle::{ForceBalance, RotationSense, RotorMount, Vehicle, VehicleOptions};
 
 /// Most rotors that a vehicle may have; per-rotor arrays have this length, so that nothing allocates in flight.
 pub const MAX_ROTORS: usize = 8;

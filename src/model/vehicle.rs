@@ -18,14 +18,14 @@ use crate::real::Real;
 
 /// Sense of rotation, seen from above.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Spin {
+pub enum RotationSense {
     /// Clockwise.
     Cw,
     /// Counter-clockwise.
     Ccw,
 }
 
-impl Spin {
+impl RotationSense {
     /// +1 when the rotation vector points along the thrust (counter-clockwise), -1 otherwise.
     pub fn sign(self) -> f64 {
         match self {
@@ -43,7 +43,7 @@ pub struct RotorMount {
     /// Unit vector of the thrust, body axes.
     pub axis_body: Vector3<f64>,
     /// Sense of rotation.
-    pub spin: Spin,
+    pub spin: RotationSense,
 }
 
 /// What of the rotors' reaction on the body is modelled.

@@ -14,8 +14,8 @@ use super::metadata::Metadata;
 use super::normalised::{Mixing, NormalisedUnits, THRUST_COEFFICIENT};
 use super::purpose::{Factors, Purpose};
 use super::{Check, ParamsError, check};
-use crate::control::px4::facts::ALIGNS_G0;
 use crate::control::px4::is_quad_x;
+use crate::control::px4::timing::ALIGNS_G0;
 use crate::control::{Airframe, ControlLimits, Gains};
 use crate::model::{Environment, Vehicle};
 use crate::units::{DEG_PER_RAD, STANDARD_GRAVITY_M_S2};
@@ -242,7 +242,7 @@ pub(super) fn hover_thrust(vehicle: &Vehicle, environment: &Environment, units: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::specimen::{THRUST_LIMIT_N, quadrotor, site};
+    use crate::control::test_vehicles::{THRUST_LIMIT_N, quadrotor, site};
     use crate::model::VehicleOptions;
 
     fn exported(arm_m: f64, j: f64, k_pq: f64, purpose: Purpose) -> BTreeMap<String, Value> {

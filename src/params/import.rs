@@ -4,7 +4,7 @@
 //! unknown origin - under standard gravity, where all purposes agree. Its rotors and its hover thrust, if it names them, must be the
 //! vehicle's. What does not stand in the file stays as it was.
 
-use super::belongs::to_samara;
+use super::compatibility::to_samara;
 use super::export::{hover_thrust, rotor_columns};
 use super::file::{ParameterFile, Value};
 use super::normalised::NormalisedUnits;

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::file::write;
 use super::*;
-use crate::control::specimen::{lander, site};
+use crate::control::test_vehicles::{lander, site};
 use crate::control::{ControlLimits, Gains};
 use crate::model::Environment;
 use crate::units::STANDARD_GRAVITY_M_S2;

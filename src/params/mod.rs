@@ -8,26 +8,26 @@
 //! | [`normalised`] | PX4's normalised torque and thrust in N m and N, for any rotor set |
 //! | [`export`] | gains, limits and vehicle to parameters |
 //! | [`import`] | parameters to gains and limits |
-//! | [`procedure`] | what PX4 must be set to for a drop, and why |
-//! | [`belongs`] | whether a file may be used here |
-//! | [`law`] | parameters for the model of PX4's control law |
+//! | [`px4_required`] | what PX4 must be set to for a drop, and why |
+//! | [`compatibility`] | whether a file may be used here |
+//! | [`px4_model_parameters`] | parameters for the model of PX4's control law |
 //! | [`upload`] | what PX4 is given before a drop, of all that could be |
 //! | [`check`] | a file against PX4's ranges |
 //! | [`diff`] | two files against each other |
 //!
 //! Text in, text out: files are opened elsewhere.
 
-pub mod belongs;
 pub mod check;
+pub mod compatibility;
 pub mod diff;
 pub mod export;
 pub mod file;
 pub mod import;
-pub mod law;
 pub mod metadata;
 pub mod normalised;
-pub mod procedure;
 pub mod purpose;
+pub mod px4_model_parameters;
+pub mod px4_required;
 pub mod upload;
 
 #[cfg(test)]
@@ -40,10 +40,10 @@ pub use diff::{Difference, diff};
 pub use export::{Export, Subject, export, export_for_mixing};
 pub use file::{ParameterFile, Value};
 pub use import::{Import, Scale, adopt, import};
-pub use law::{law_export, law_parameters};
 pub use metadata::{Metadata, Parameter};
 pub use normalised::{Mixing, NormalisedUnits};
 pub use purpose::Purpose;
+pub use px4_model_parameters::{px4_model_export, px4_model_parameters};
 pub use upload::Upload;
 
 /// Why a parameter file is refused. Errors of a line start with its number, so that `file:` before them makes a place.

@@ -171,7 +171,7 @@ impl PseudoInverse {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::specimen::{THRUST_LIMIT_N, lander, quadrotor, ring};
+    use crate::control::test_vehicles::{THRUST_LIMIT_N, lander, quadrotor, ring};
     use crate::model::VehicleOptions;
     use nalgebra::DMatrix;
 

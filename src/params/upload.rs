@@ -1,12 +1,12 @@
 //! What PX4 is given before a drop, of all that could be given to it.
 //!
-//! What the drop needs ([`super::procedure`]) stands. Of a file only what is PX4's own to choose is taken: gains, limits, filters. A value
+//! What the drop needs ([`super::px4_required`]) stands. Of a file only what is PX4's own to choose is taken: gains, limits, filters. A value
 //! of the drop's own is taken from a file where it will do, and what says whose sensors, wiring and number a vehicle has is never.
 
 use std::collections::BTreeMap;
 
 use super::file::AUTOPILOT_COMPONENT;
-use super::procedure::{Circumstances, TILT_AIR, TILT_LND, TILT_SHUT, broken, wanted};
+use super::px4_required::{DropEnvelope, TILT_AIR, TILT_LND, TILT_SHUT, broken, wanted};
 use super::{ParameterFile, Value};
 use crate::control::px4::Parameters;
 
@@ -41,19 +41,19 @@ pub struct Upload {
 impl Upload {
     /// What the drop needs where `exported` (gains, limits, vehicle) will not do, and what a file adds and changes.
     pub fn new(
-        circumstances: &Circumstances,
+        envelope: &DropEnvelope,
         exported: impl IntoIterator<Item = (String, Value)>,
         given: Option<&ParameterFile>,
     ) -> Self {
         let mut made = Self { parameters: exported.into_iter().collect(), remarks: Vec::new() };
-        for (name, value) in wanted(circumstances) {
-            let will_do = |has: &Value| broken(name, has.as_f64(), circumstances).is_none();
+        for (name, value) in wanted(envelope) {
+            let will_do = |has: &Value| broken(name, has.as_f64(), envelope).is_none();
             if !made.parameters.get(name).is_some_and(will_do) {
                 made.parameters.insert(name.to_owned(), value);
             }
         }
         if let Some(file) = given {
-            made.take(file, circumstances);
+            made.take(file, envelope);
             made.tell_of_tilt();
         }
         made
@@ -71,7 +71,7 @@ impl Upload {
         }
     }
 
-    fn take(&mut self, file: &ParameterFile, circumstances: &Circumstances) {
+    fn take(&mut self, file: &ParameterFile, envelope: &DropEnvelope) {
         let own = file.entries().filter(|(component, ..)| *component == AUTOPILOT_COMPONENT);
         let mut foreign = Vec::new();
         for (_, name, entry) in own {
@@ -80,7 +80,7 @@ impl Upload {
                 continue;
             }
             let value = entry.value;
-            match (broken(name, value.as_f64(), circumstances), self.parameters.get(name)) {
+            match (broken(name, value.as_f64(), envelope), self.parameters.get(name)) {
                 (Some(rule), Some(stands)) => self.remarks.push(format!(
                     "{name} = {value} is not sent, {stands} stands: with the file's, {}",
                     rule.otherwise
@@ -108,7 +108,7 @@ mod tests {
     fn a_tilt_limit_that_begins_below_its_end_is_told() {
         let remarks = |text: &str| {
             let file = ParameterFile::parse(text).unwrap();
-            Upload::new(&Circumstances::default(), [], Some(&file)).remarks
+            Upload::new(&DropEnvelope::default(), [], Some(&file)).remarks
         };
         for (rows, told) in [
             ("", true),
@@ -118,7 +118,7 @@ mod tests {
         ] {
             assert_eq!(remarks(rows).iter().any(|r| r.contains(TILT_SHUT)), told, "{rows}");
         }
-        assert!(Upload::new(&Circumstances::default(), [], None).remarks.is_empty());
+        assert!(Upload::new(&DropEnvelope::default(), [], None).remarks.is_empty());
     }
 
     /// A dump of a whole PX4 v1.12, in small: with its defaults a drop would fail.
@@ -129,7 +129,7 @@ mod tests {
     #[test]
     fn the_drops_own_parameters_stand_and_another_vehicles_are_not_sent() {
         let of =
-            Circumstances { fastest_descent_m_s: 9.1, fastest_horizontal_m_s: 2.0, hover_thrust: Some(0.59) };
+            DropEnvelope { fastest_descent_m_s: 9.1, fastest_horizontal_m_s: 2.0, hover_thrust: Some(0.59) };
         let file = ParameterFile::parse(DUMP).unwrap();
         let gains = [("MC_PITCH_P".to_owned(), Value::Real(4.0)), ("MC_ROLL_P".to_owned(), Value::Real(4.0))];
         let upload = Upload::new(&of, gains, Some(&file));

@@ -8,7 +8,7 @@ use super::dynamics::*;
 use crate::model::environment::GeoPoint;
 use crate::model::rigid_body::{BodyState, MassProperties};
 use crate::model::{BodyAero, Environment, Vehicle};
-use crate::model::{Motor, Rotor, RotorMount, Spin, VehicleOptions};
+use crate::model::{Motor, RotationSense, Rotor, RotorMount, VehicleOptions};
 use nalgebra::{Matrix3, SVector, Vector3};
 
 fn vehicle() -> Vehicle {
@@ -31,10 +31,10 @@ fn vehicle() -> Vehicle {
     Vehicle::new(
         MassProperties::new(20.0, inertia).unwrap(),
         vec![
-            at(0.9, 1.1, Spin::Ccw),
-            at(-0.9, -1.0, Spin::Ccw),
-            at(1.0, -1.1, Spin::Cw),
-            at(-0.8, 1.0, Spin::Cw),
+            at(0.9, 1.1, RotationSense::Ccw),
+            at(-0.9, -1.0, RotationSense::Ccw),
+            at(1.0, -1.1, RotationSense::Cw),
+            at(-0.8, 1.0, RotationSense::Cw),
         ],
         aero.unwrap(),
         Rotor::Quadratic { thrust_n_per_rad2_s2: 1e-4, torque_per_thrust_m: 0.02, density_kg_m3: 1.2 },

@@ -30,5 +30,5 @@ pub mod vehicle;
 mod dynamics_tests;
 
 pub use guess::Guess;
-pub use solver::{Progress, SolverOptions, Status, Work};
+pub use solver::{Counts, Progress, SolverOptions, Status};
 pub use vehicle::{InputReference, Plan, PlanError, PlanProblem, PlanState, plan};

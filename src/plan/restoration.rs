@@ -11,7 +11,7 @@ use super::dynamics::Dynamics;
 use super::filter::{Filter, Merit};
 use super::problem::{Nodes, Problem};
 use super::riccati::Step;
-use super::solver::{Fences, move_out};
+use super::solver::{BoxBounds, move_out};
 use super::transcription::{Evaluation, Linearised};
 
 /// How a restoration ended.
@@ -36,7 +36,7 @@ const PATIENCE: usize = 10;
 /// Restores feasibility from `from`; the barrier keeps the parameter `mu`.
 pub(super) fn restore<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
     problem: &Problem<D, NX, NU>,
-    fences: &Fences<NX, NU>,
+    boxes: &BoxBounds<NX, NU>,
     from: &Nodes<NX, NU>,
     mu: f64,
     filter: &Filter,
@@ -49,12 +49,12 @@ pub(super) fn restore<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
     let mut history = Vec::with_capacity(ITERATIONS);
     for iteration in 0..ITERATIONS {
         if now.defect_sum <= goal {
-            let objective = now.objective - mu * fences.log_distance(&nodes).unwrap_or(f64::NEG_INFINITY);
+            let objective = now.objective - mu * boxes.log_distance(&nodes).unwrap_or(f64::NEG_INFINITY);
             if filter.accepts(Merit { violation: now.defect_sum, objective }) {
                 return Restored::Found { nodes, iterations: iteration };
             }
         }
-        let value = merit(&now, fences, &nodes, barrier);
+        let value = merit(&now, boxes, &nodes, barrier);
         if iteration >= PATIENCE && value > 0.99 * history[iteration - PATIENCE] && value > 1e-10 {
             return Restored::Infeasible;
         }
@@ -62,14 +62,14 @@ pub(super) fn restore<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
         // Raise zeta until the step decreases the merit.
         let mut moved = false;
         for _ in 0..12 {
-            let Some(step) = step(problem, fences, &linearised, &now, &nodes, barrier, zeta) else {
+            let Some(step) = step(problem, boxes, &linearised, &now, &nodes, barrier, zeta) else {
                 zeta *= 10.0;
                 continue;
             };
-            let alpha = fences.longest_step(&nodes, &step, 0.99);
+            let alpha = boxes.longest_step(&nodes, &step, 0.99);
             let trial = nodes.advanced(&step, alpha);
             let evaluation = problem.evaluate(&trial);
-            let trial_value = merit(&evaluation, fences, &trial, barrier);
+            let trial_value = merit(&evaluation, boxes, &trial, barrier);
             if trial_value.is_finite() && trial_value < value * (1.0 - 1e-9) - 1e-300 {
                 zeta = (zeta * 0.2).max(1e-10);
                 nodes = trial;
@@ -91,11 +91,11 @@ pub(super) fn restore<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
 
 fn merit<const NX: usize, const NU: usize>(
     now: &Evaluation<NX>,
-    fences: &Fences<NX, NU>,
+    boxes: &BoxBounds<NX, NU>,
     nodes: &Nodes<NX, NU>,
     barrier: f64,
 ) -> f64 {
-    match fences.log_distance(nodes) {
+    match boxes.log_distance(nodes) {
         Some(log) => 0.5 * now.defects.iter().map(SVector::norm_squared).sum::<f64>() - barrier * log,
         None => f64::INFINITY,
     }
@@ -104,7 +104,7 @@ fn merit<const NX: usize, const NU: usize>(
 /// One Gauss-Newton step; `None` when the stage system is singular.
 fn step<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
     problem: &Problem<D, NX, NU>,
-    fences: &Fences<NX, NU>,
+    boxes: &BoxBounds<NX, NU>,
     linearised: &Linearised<NX, NU>,
     now: &Evaluation<NX>,
     nodes: &Nodes<NX, NU>,
@@ -116,14 +116,14 @@ fn step<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
     let own = |k: usize| {
         let mut hessian = DMatrix::identity(ns, ns) * zeta;
         let mut gradient = DVector::zeros(ns);
-        let central = fences.u.central_duals(&nodes.u[k], barrier);
-        let (g, h) = fences.u.terms(&nodes.u[k], &central, barrier);
+        let central = boxes.u.central_duals(&nodes.u[k], barrier);
+        let (g, h) = boxes.u.terms(&nodes.u[k], &central, barrier);
         for i in 0..NU {
             hessian[(NX + i, NX + i)] += h[i];
             gradient[NX + i] += g[i];
         }
-        let central = fences.at(k).central_duals(&nodes.x[k], barrier);
-        let (g, h) = fences.at(k).terms(&nodes.x[k], &central, barrier);
+        let central = boxes.at(k).central_duals(&nodes.x[k], barrier);
+        let (g, h) = boxes.at(k).terms(&nodes.x[k], &central, barrier);
         for i in 0..NX {
             hessian[(i, i)] += h[i];
             gradient[i] += g[i];
@@ -149,7 +149,7 @@ fn step<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
         let mut q = m.tr_mul(&m) + t.tr_mul(&(&p * &t));
         let mut g = m.tr_mul(&defect) + t.tr_mul(&p_lin);
         let w = move_out(nodes, k);
-        let (gw, hw) = fences.w.terms(&w, &fences.w.central_duals(&w, barrier), barrier);
+        let (gw, hw) = boxes.w.terms(&w, &boxes.w.central_duals(&w, barrier), barrier);
         for i in 0..NU {
             q[(ns + NX + i, ns + NX + i)] += hw[i];
             g[ns + NX + i] += gw[i];
@@ -247,15 +247,15 @@ mod tests {
     #[test]
     fn closed_form_a_point_far_off_is_brought_back() {
         let problem = problem();
-        let fences = Fences::new(&problem);
+        let boxes = BoxBounds::new(&problem);
         let before = problem.evaluate(&far_off());
         let filter = Filter::new(before.defect_sum);
-        let Restored::Found { nodes, .. } = restore(&problem, &fences, &far_off(), 1e-3, &filter) else {
+        let Restored::Found { nodes, .. } = restore(&problem, &boxes, &far_off(), 1e-3, &filter) else {
             unreachable!("every input has a flow")
         };
         let after = problem.evaluate(&nodes);
         assert!(after.defect_sum <= 0.9 * before.defect_sum);
-        assert!(fences.log_distance(&nodes).is_some(), "inside the bounds");
+        assert!(boxes.log_distance(&nodes).is_some(), "inside the bounds");
     }
 
     #[test]
@@ -263,15 +263,15 @@ mod tests {
         let mut problem = problem();
         // From rest with |u| <= 1 in 4 s: never at ten turns.
         (problem.bounds.x_end_min[0], problem.bounds.x_end_max[0]) = (60.0, 61.0);
-        let fences = Fences::new(&problem);
+        let boxes = BoxBounds::new(&problem);
         let mut from = far_off();
         from.x[20][0] = 60.5;
         // Each restoration may gain its tenth; the last one finds that no more is to be had.
         let filter = Filter::new(problem.evaluate(&from).defect_sum);
-        let mut last = restore(&problem, &fences, &from, 1e-3, &filter);
+        let mut last = restore(&problem, &boxes, &from, 1e-3, &filter);
         for _ in 0..50 {
             let Restored::Found { nodes, .. } = &last else { break };
-            last = restore(&problem, &fences, nodes, 1e-3, &filter);
+            last = restore(&problem, &boxes, nodes, 1e-3, &filter);
         }
         assert!(matches!(last, Restored::Infeasible));
     }

@@ -19,7 +19,7 @@ use self::stage::Stage;
 use super::block::{add_mul, mul, tr_mul};
 use super::dynamics::Curvature;
 use super::transcription::Linearised;
-use crate::simd::{Work, vectorised};
+use crate::simd::{Kernel, vectorised};
 
 mod stage;
 
@@ -106,7 +106,7 @@ struct Factoring<'a, const NX: usize, const NU: usize> {
     middles: &'a [Curvature<NX, NU>],
 }
 
-impl<const NX: usize, const NU: usize> Work for Factoring<'_, NX, NU> {
+impl<const NX: usize, const NU: usize> Kernel for Factoring<'_, NX, NU> {
     type Output = Result<(), FactorError>;
 
     #[inline(always)]
@@ -133,7 +133,7 @@ struct Substitution<'a, const NX: usize, const NU: usize> {
     defects: &'a [SVector<f64, NX>],
 }
 
-impl<const NX: usize, const NU: usize> Work for Substitution<'_, NX, NU> {
+impl<const NX: usize, const NU: usize> Kernel for Substitution<'_, NX, NU> {
     type Output = Step<NX, NU>;
 
     #[inline(always)]

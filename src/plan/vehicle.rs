@@ -11,7 +11,7 @@ use nalgebra::{SVector, Vector3};
 use super::dynamics::{BODY_STATES, Dynamics, VehicleDynamics};
 use super::guess::{AnyIterate, Guess, RotorCount, start_from};
 use super::problem::{Bounds, Nodes, Problem, QuadraticCost};
-use super::solver::{ProblemError, Progress, Solution, SolverOptions, Status, Work, solve};
+use super::solver::{Counts, ProblemError, Progress, Solution, SolverOptions, Status, solve};
 use crate::frames::Quaternion;
 use crate::model::{Environment, MAX_ROTORS, PerRotor, TrimError, Vehicle, trim};
 use crate::trajectory::{Node, Trajectory, TrajectoryError};
@@ -96,7 +96,7 @@ pub struct Plan {
     /// Largest product of a bound's multiplier and distance.
     pub complementarity: f64,
     /// Work done.
-    pub work: Work,
+    pub counts: Counts,
     pub(super) iterate: AnyIterate,
 }
 
@@ -147,7 +147,7 @@ where
         defect_max: solution.defect_max,
         kkt_residual: solution.kkt_residual,
         complementarity: solution.complementarity,
-        work: solution.work,
+        counts: solution.counts,
         iterate: <() as RotorCount<NU>>::wrap(solution.iterate),
     })
 }
@@ -179,7 +179,7 @@ fn diagnose<const NX: usize, const NU: usize>(solution: &Solution<NX, NU>) -> Op
         solution.kkt_residual,
         solution.complementarity,
         solution.objective,
-        solution.work.iterations
+        solution.counts.iterations
     );
     match solution.status {
         Status::Converged => None,

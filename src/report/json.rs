@@ -204,7 +204,7 @@ struct PlanObject<'a> {
 
 /// The object of `samara plan --json`; without `solve_ms`, of `plan.json`.
 pub fn plan_json(mission: &Mission, plan: &Plan, solve_ms: Option<f64>) -> String {
-    let work = &plan.work;
+    let counts = &plan.counts;
     text(&PlanObject {
         mission: &mission.name,
         version: VERSION,
@@ -216,12 +216,12 @@ pub fn plan_json(mission: &Mission, plan: &Plan, solve_ms: Option<f64>) -> Strin
         j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits),
         nodes: plan.trajectory.nodes().len(),
         horizon_s: plan.trajectory.end_s(),
-        iterations: work.iterations,
-        evaluations: work.evaluations,
-        factorisations: work.factorisations,
-        gauss_newton_iterations: work.gauss_newton,
-        corrections: work.corrections,
-        restorations: work.restorations,
+        iterations: counts.iterations,
+        evaluations: counts.evaluations,
+        factorisations: counts.factorisations,
+        gauss_newton_iterations: counts.gauss_newton,
+        corrections: counts.corrections,
+        restorations: counts.restorations,
         defect_max: plan.defect_max,
         kkt_residual: plan.kkt_residual,
         complementarity: plan.complementarity,

@@ -104,7 +104,7 @@ pub fn plan_text(plan: &Plan, limits: &SafetyLimits, solve_ms: Option<f64>) -> S
     let mut text = format!(
         "{}{within}, {} iterations: objective {:.6}, J_TPF {:.4}, {} nodes over {} s\n",
         status_name(plan.status).replace('_', " "),
-        plan.work.iterations,
+        plan.counts.iterations,
         plan.objective,
         plan_j_tpf(&plan.trajectory, limits),
         plan.trajectory.nodes().len(),

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 
 use super::{DropSimulation, Phase, PlantKind, PlantState, Start};
-use crate::control::specimen::{GRAVITY_M_S2, MASS_KG, lander, quadrotor, site};
+use crate::control::test_vehicles::{GRAVITY_M_S2, MASS_KG, lander, quadrotor, site};
 use crate::frames::{quaternion_from_euler, rotate_ned_from_body};
 use crate::model::parachute::Pendulum;
 use crate::model::rigid_body::BodyState;

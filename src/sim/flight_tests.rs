@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 use super::{DropSimulation, FlightPlan, Phase, PlantKind, Reference, Sample, Start, fly};
 use crate::control::Gains;
-use crate::control::specimen::{cascade, lander, quadrotor, site};
+use crate::control::test_vehicles::{cascade, lander, quadrotor, site};
 use crate::frames::{LEVEL, quaternion_from_euler, yaw};
 use crate::model::parachute::Pendulum;
 use crate::model::rigid_body::BodyState;

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::ground::{CONTACT_FREQUENCY_RAD_S, FRICTION, Ground};
 use super::{DropSimulation, PlantKind};
-use crate::control::specimen::{quadrotor, site};
+use crate::control::test_vehicles::{quadrotor, site};
 use crate::frames::{LEVEL, quaternion_from_euler, roll};
 use crate::model::rigid_body::BodyState;
 use crate::model::{Environment, MAX_ROTORS, Vehicle, VehicleOptions};

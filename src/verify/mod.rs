@@ -8,7 +8,7 @@
 //! | [`body`] | free fall, precession, what a tumble conserves |
 //! | [`fall`] | terminal velocity under drag |
 //! | [`swing`] | the pendulum under the canopy |
-//! | [`spin_up`] | the rotors' angular momentum |
+//! | [`angular_momentum`] | the rotors' angular momentum |
 //! | [`momentum`] | a rotor's thrust and torque by momentum theory |
 //! | [`steady`] | trim and the motors' steady states |
 //! | [`order`] | orders of convergence of integrator and collocation |
@@ -16,6 +16,7 @@
 //! What is under test is the code that flies: `model::rigid_body`, `frames`, `sim`'s integrator and plant, the vehicle's own tables,
 //! `plan`'s transcription. Only what a case has around it (a round, turning Earth, the standard atmosphere) lives here.
 
+pub mod angular_momentum;
 pub mod body;
 pub mod check;
 pub mod fall;
@@ -23,7 +24,6 @@ pub mod momentum;
 pub mod motion;
 pub mod nasa;
 pub mod order;
-pub mod spin_up;
 pub mod steady;
 pub mod swing;
 
@@ -63,7 +63,7 @@ pub fn verify(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Result<V
         fall::under_drag(lander.vehicle, lander.environment),
         swing::under_the_canopy(lander.vehicle, lander.environment)?,
         momentum::rotor(&lander.vehicle.rotor, lander.environment.density_kg_m3, &momentum::LANDER),
-        spin_up::without_air(quadrotor.vehicle, quadrotor.environment),
+        angular_momentum::without_air(quadrotor.vehicle, quadrotor.environment),
         steady::trim_at_target(lander, quadrotor)?,
         steady::motors(lander, quadrotor),
         order::of_convergence(lander, quadrotor)?,

@@ -77,14 +77,14 @@ fn budgets_return_the_best_point() {
     })
     .unwrap();
     assert_eq!(stopped.status, Status::IterationLimit);
-    assert_eq!(stopped.work.iterations, 6);
+    assert_eq!(stopped.counts.iterations, 6);
     let least = seen.iter().fold(f64::INFINITY, |m, s| m.min(s.0));
     assert_eq!(stopped.defect_max, least, "of {seen:?}");
     let by_observer = plan(&problem, &Guess::StraightLine, &SolverOptions::default(), &mut |p| {
         if p.iteration == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })
     .unwrap();
-    assert_eq!((by_observer.status, by_observer.work.iterations), (Status::Stopped, 3));
+    assert_eq!((by_observer.status, by_observer.counts.iterations), (Status::Stopped, 3));
 }
 
 #[test]

@@ -30,7 +30,7 @@ fn prop_random_releases_converge() {
         let plan = solve(&problem);
         assert_eq!(plan.status, Status::Converged, "release {i}: {:?}", plan.diagnosis);
         assert!(plan.kkt_residual <= 1e-8 && plan.defect_max <= 1e-8, "release {i}");
-        iterations.push(plan.work.iterations);
+        iterations.push(plan.counts.iterations);
     }
     iterations.sort_unstable();
     let [median, most] = [150, 285].map(|i| iterations[i]);
@@ -63,9 +63,9 @@ fn prop_warm_starts_converge_in_fewer_iterations() {
                 assert_eq!(plan.status, Status::Converged, "{:?}", plan.diagnosis);
                 plan
             };
-            cold.push(attempt(&Guess::StraightLine).work.iterations);
+            cold.push(attempt(&Guess::StraightLine).counts.iterations);
             let plan = attempt(&Guess::Warm { plan: &current, shift: 1 });
-            warm.push(plan.work.iterations);
+            warm.push(plan.counts.iterations);
             current = plan;
         }
     }

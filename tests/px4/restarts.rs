@@ -1,6 +1,6 @@
 //! Three terminals, and a PX4 that is killed in flight.
 
-use samara::params::procedure::{Circumstances, wanted};
+use samara::params::px4_required::{DropEnvelope, wanted};
 
 use super::harness::{INSTANCES, MISSION, Running, px4, verdict};
 use super::traces::nothing_is_left;
@@ -8,7 +8,7 @@ use super::traces::nothing_is_left;
 /// What a drop needs of PX4, for its start-up script.
 pub fn script() -> String {
     let of =
-        Circumstances { fastest_descent_m_s: 10.0, fastest_horizontal_m_s: 2.0, hover_thrust: Some(0.59) };
+        DropEnvelope { fastest_descent_m_s: 10.0, fastest_horizontal_m_s: 2.0, hover_thrust: Some(0.59) };
     wanted(&of).map(|(name, value)| format!("param set {name} {}\n", value.as_f64())).collect()
 }
 

@@ -12,7 +12,7 @@ use samara::frames::quaternion_from_euler;
 use samara::model::rigid_body::{BodyState, MassProperties};
 use samara::model::{Environment, Vehicle};
 use samara::sim::planar::{
-    Course, Flight, Gust, GustShape, LANES, Model, Observer, Release, State, Variation, fly,
+    Flight, Gust, GustShape, LANES, Model, Observer, Release, SetpointTable, State, Variation, fly,
 };
 use samara::sim::{DropSimulation, FlightPlan, PlantKind, Reference};
 
@@ -128,7 +128,7 @@ fn difference(
     let mut lanes = [stranger; LANES];
     lanes[lane] = *flight;
     let mut record = Record { lane, rows: Vec::new() };
-    fly(&model, &Course::new(&plan).unwrap(), &lanes, &mut record);
+    fly(&model, &SetpointTable::new(&plan).unwrap(), &lanes, &mut record);
     let wanted = in_space((vehicle, site), flight, &plan, kind);
     assert_eq!(record.rows.len(), wanted.len());
     let apart = |a: &[f64; 7], b: &[f64; 7]| (0..5).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max);

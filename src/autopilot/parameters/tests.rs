@@ -3,7 +3,7 @@
 use super::table::TABLE;
 use super::*;
 use crate::autopilot::Autopilot;
-use crate::control::specimen::{quadrotor, site};
+use crate::control::test_vehicles::{quadrotor, site};
 use crate::control::{Airframe, Cascade, ControlLimits, Gains};
 use crate::model::VehicleOptions;
 use crate::params::ParameterFile;

@@ -17,7 +17,7 @@ use crate::cli::outcome::{BadInput, Failure};
 use crate::cli::output::OutputFolder;
 use crate::cli::sessions;
 use samara::config::{Mission, Px4Clock};
-use samara::control::px4::facts::ALIGNS_G0;
+use samara::control::px4::timing::ALIGNS_G0;
 use samara::link::shell::{Ports, Speed, run_hosted_drop, system_of_instance};
 use samara::link::streamer::{Clock, Procedure};
 use samara::params::ParameterFile;
@@ -61,8 +61,8 @@ pub fn fly(
     narrator: &Narrator,
 ) -> Result<Flown, Failure> {
     let (mixer, preparation) = prepare(drop.build, mission, trajectory, drop.parameters)?;
-    let Preparation { circumstances, upload, .. } = preparation;
-    let procedure = Procedure { circumstances, upload: upload.parameters };
+    let Preparation { envelope, upload, .. } = preparation;
+    let procedure = Procedure { envelope, upload: upload.parameters };
     let ports = Ports::of_instance(drop.instance).bad_input()?;
     let system = system_of_instance(drop.instance).bad_input()?;
     let froude = sessions::froude(mission);

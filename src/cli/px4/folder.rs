@@ -94,7 +94,7 @@ impl BuildFolder {
 mod tests {
     use super::*;
     use samara::config::load_mission;
-    use samara::model::Spin;
+    use samara::model::RotationSense;
 
     /// A build folder with these files, all empty.
     fn build(files: &[&str]) -> tempfile::TempDir {
@@ -138,7 +138,7 @@ mod tests {
         let folder = BuildFolder::open(old.path()).unwrap();
         assert_eq!((folder.model().unwrap(), folder.mixer("x", &vehicle).unwrap()), ("iris", Some("quad_x")));
         let mut turned = vehicle.clone();
-        turned.rotors[2].spin = Spin::Ccw;
+        turned.rotors[2].spin = RotationSense::Ccw;
         let error = folder.mixer("x", &turned).unwrap_err();
         let why = std::error::Error::source(&error).unwrap().to_string();
         assert_eq!(why, "rotor 3 must be front left and turn clockwise in PX4's quadrotor in X");

@@ -10,10 +10,10 @@ use crate::cli::clock::Stopwatch;
 use crate::cli::drop::Flown;
 use crate::cli::outcome::{BadInput, Failure};
 use samara::config::Mission;
-use samara::control::px4::facts::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
+use samara::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
 use samara::control::px4::{Law, Parameters, is_quad_x};
 use samara::link::FlightRecord;
-use samara::params::{ParameterFile, law_parameters};
+use samara::params::{ParameterFile, px4_model_parameters};
 use samara::report::FlownBy;
 use samara::sim::px4_flight::fly_px4;
 use samara::sim::{FlightPlan, Reference};
@@ -30,7 +30,8 @@ pub fn parameters_for(
 ) -> Result<(Parameters, Vec<String>), Failure> {
     suits(mission).bad_input()?;
     is_quad_x(&mission.vehicle).bad_input()?;
-    let mut law = law_parameters(&mission.parameter_subject(), mission.px4_purpose(), given).bad_input()?;
+    let mut law =
+        px4_model_parameters(&mission.parameter_subject(), mission.px4_purpose(), given).bad_input()?;
     let upload = preparation(mission, trajectory, given, true)?.upload;
     // Where PX4 would not get the file's value the model has not got it either.
     let own = given.into_iter().flat_map(ParameterFile::entries);

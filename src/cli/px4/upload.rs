@@ -3,7 +3,7 @@
 
 use crate::cli::outcome::{BadInput, Failure};
 use samara::config::Mission;
-use samara::params::procedure::Circumstances;
+use samara::params::px4_required::DropEnvelope;
 use samara::params::{Export, Mixing, ParameterFile, Upload, export_for_mixing};
 use samara::trajectory::Trajectory;
 
@@ -16,7 +16,7 @@ const OF_THE_ROTORS: &str = "CA_";
 #[derive(Clone, Debug)]
 pub struct Preparation {
     /// What it depends on.
-    pub circumstances: Circumstances,
+    pub envelope: DropEnvelope,
     /// What is given.
     pub upload: Upload,
     /// Gains, limits and vehicle of the mission.
@@ -36,19 +36,19 @@ pub fn preparation(
     let mixing = if mixer { Mixing::QuadX } else { Mixing::Allocated };
     let subject = mission.parameter_subject();
     let export = export_for_mixing(&subject, mission.px4_purpose(), mixing).bad_input()?;
-    let circumstances = Circumstances {
+    let envelope = DropEnvelope {
         hover_thrust: export.parameters.get("MPC_THR_HOVER").map(|v| v.as_f64()),
-        ..circumstances(mission, trajectory)
+        ..envelope(mission, trajectory)
     };
     let is_rotors = |name: &str| name.starts_with(OF_THE_ROTORS);
     let counts = |name: &str| given.is_none() || OF_THE_VEHICLE.contains(&name) || is_rotors(name);
     let of_the_mission = export.parameters.iter().filter(|(name, _)| counts(name));
     let of_the_mission = of_the_mission.map(|(name, value)| (name.clone(), *value));
-    let mut upload = Upload::new(&circumstances, of_the_mission, given);
+    let mut upload = Upload::new(&envelope, of_the_mission, given);
     if mixer {
         upload.parameters.retain(|name, _| !is_rotors(name));
     }
-    Ok(Preparation { circumstances, upload, export })
+    Ok(Preparation { envelope, upload, export })
 }
 
 /// All that PX4 is given, as a file's content.
@@ -71,10 +71,10 @@ pub fn whole(
 }
 
 /// What the setpoints will demand, in PX4's units.
-pub fn circumstances(mission: &Mission, trajectory: &Trajectory) -> Circumstances {
+pub fn envelope(mission: &Mission, trajectory: &Trajectory) -> DropEnvelope {
     let setpoints = || trajectory.nodes().iter().map(|n| n.v_ned).chain([mission.target_v_ned]);
     let scale = mission.px4_purpose().factors(mission.environment.gravity_m_s2).velocity;
-    Circumstances {
+    DropEnvelope {
         fastest_descent_m_s: scale * setpoints().map(|v| v.z).fold(0.0, f64::max),
         fastest_horizontal_m_s: scale * setpoints().map(|v| v.xy().norm()).fold(0.0, f64::max),
         hover_thrust: None,

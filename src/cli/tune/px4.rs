@@ -18,7 +18,7 @@ use crate::cli::pool::pool;
 use crate::cli::px4::flight::suits;
 use samara::config::Mission;
 use samara::control::px4::is_quad_x;
-use samara::params::{ParameterFile, law_export, law_parameters};
+use samara::params::{ParameterFile, px4_model_export, px4_model_parameters};
 use samara::plan::Status;
 use samara::report::params::params_file;
 use samara::report::px4_gains::{PX4S_DEFAULTS, Px4Gains, gains_json, gains_text};
@@ -51,7 +51,7 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
     let purpose = mission.px4_purpose();
     // PX4 as it comes, told only of the vehicle; and with the mission's gains.
     let untouched = ParameterFile::default();
-    let of = |given| law_parameters(&mission.parameter_subject(), purpose, given).bad_input();
+    let of = |given| px4_model_parameters(&mission.parameter_subject(), purpose, given).bad_input();
     let (defaults, missions) = (of(Some(&untouched))?, of(None)?);
     let setting = Px4Setting {
         vehicle: mission.vehicle.clone(),
@@ -167,8 +167,12 @@ fn write(
 ) -> Result<(), Failure> {
     let mut named = mission.clone();
     named.gains_name.clone_from(&result.name);
-    let export =
-        law_export(&result.parameters, result.purpose, mission.environment.gravity_m_s2, result.remarks());
+    let export = px4_model_export(
+        &result.parameters,
+        result.purpose,
+        mission.environment.gravity_m_s2,
+        result.remarks(),
+    );
     folder.write("gains.params", |out| out.write_all(params_file(&named, &export).as_bytes()))?;
     let text = gains_text(mission, result);
     folder.write("px4_gains.txt", |out| out.write_all(text.as_bytes()))?;

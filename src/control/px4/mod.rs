@@ -10,19 +10,19 @@
 //! | [`mixer`] | torque and thrust to motors, saturation | `MultirotorMixer::mix_airmode_disabled` |
 //! | [`output`] | thrust curve, arming ramp, steps of a motor command | `MultirotorMixer::mix`, `output_limit_calc` |
 //! | [`filter`](mod@filter) | gyroscope's and velocity derivative's filters | `LowPassFilter2p`, `BlockDerivative` |
-//! | [`facts`] | periods and limits that others count on | |
+//! | [`timing`] | periods and limits that others count on | |
 //! | [`law`] | the loops in their order and at their rates | work queues `rate_ctrl`, `nav_and_controllers` |
 //!
 //! Numbers are PX4's: normalised torque and thrust, gravity of 9.80665 m/s^2 wherever it flies.
 
 pub mod attitude;
-pub mod facts;
 pub mod filter;
 pub mod law;
 pub mod mixer;
 pub mod output;
 pub mod parameters;
 pub mod rate;
+pub mod timing;
 pub mod velocity;
 
 #[cfg(test)]
@@ -33,7 +33,7 @@ mod replay_tests;
 pub use law::{Law, Setpoint, Trace};
 pub use parameters::Parameters;
 
-use crate::model::{Spin, Vehicle};
+use crate::model::{RotationSense, Vehicle};
 
 /// Why PX4's mixer for a quadrotor in X cannot fly a vehicle.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -55,11 +55,11 @@ pub enum NotQuadX {
 }
 
 /// PX4's quadrotor in X: signs of the rotors' x and y, turn, in words.
-const QUAD_X: [(f64, f64, Spin, &str); 4] = [
-    (1.0, 1.0, Spin::Ccw, "front right and turn counterclockwise"),
-    (-1.0, -1.0, Spin::Ccw, "rear left and turn counterclockwise"),
-    (1.0, -1.0, Spin::Cw, "front left and turn clockwise"),
-    (-1.0, 1.0, Spin::Cw, "rear right and turn clockwise"),
+const QUAD_X: [(f64, f64, RotationSense, &str); 4] = [
+    (1.0, 1.0, RotationSense::Ccw, "front right and turn counterclockwise"),
+    (-1.0, -1.0, RotationSense::Ccw, "rear left and turn counterclockwise"),
+    (1.0, -1.0, RotationSense::Cw, "front left and turn clockwise"),
+    (-1.0, 1.0, RotationSense::Cw, "rear right and turn clockwise"),
 ];
 
 /// Whether PX4's mixer for a quadrotor in X is the vehicle's.

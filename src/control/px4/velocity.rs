@@ -12,8 +12,8 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::Parameters;
-use super::facts::TILT_LIMIT_SLEW_RAD_S;
 use super::filter::Derivative;
+use super::timing::TILT_LIMIT_SLEW_RAD_S;
 use crate::units::{RAD_PER_DEG, STANDARD_GRAVITY_M_S2 as G0};
 
 /// The least thrust that still has a direction (`setThrustLimits`).

@@ -4,7 +4,7 @@ use core::time::Duration;
 
 use super::super::{Froude, TimeUs};
 use crate::assess::SafetyLimits;
-use crate::control::px4::facts::IMU_PERIOD_US;
+use crate::control::px4::timing::IMU_PERIOD_US;
 use crate::sim::{Battery, ReleaseTrigger, SensorSettings};
 
 /// What happens when an answer stays out.

@@ -6,7 +6,7 @@ use super::super::TimeUs;
 use super::scene::{Answers, Scene, texts};
 use super::*;
 use crate::params::Value;
-use crate::params::procedure::{RULES, TILT_AIR};
+use crate::params::px4_required::{RULES, TILT_AIR};
 
 /// Bits of ESTIMATOR_STATUS.flags.
 pub(super) const ALIGNED: u16 = 7;

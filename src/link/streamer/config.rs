@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::super::{Froude, TimeUs};
 use super::Procedure;
-use crate::control::px4::facts::{IMU_PERIOD_US, SETPOINT_PERIOD_US};
+use crate::control::px4::timing::{IMU_PERIOD_US, SETPOINT_PERIOD_US};
 
 /// What tells the time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! What a PX4 needs before it may be released, and what it would trip over.
 //!
-//! Parameters are uploaded and looked at ([`crate::params::procedure`] says which, and why). The estimator must have a velocity, and a
+//! Parameters are uploaded and looked at ([`crate::params::px4_required`] says which, and why). The estimator must have a velocity, and a
 //! PX4 must then be in HOLD for as long as its tilt limit takes from zero, before OFFBOARD is asked for: the limit stays where it is
 //! while an attitude is streamed, and is what the first velocity setpoints have to do with. The vehicle must show itself armed and in
 //! OFFBOARD before it is released, and the first velocity setpoint is held back while it believes to be on the ground: a PX4 that does
@@ -15,16 +15,16 @@ use super::parameters::{Exchange, Outcome};
 use super::request::{Progress, Request};
 use super::{StreamerEvent, StreamerSession, StreamerState};
 use crate::autopilot::FlightMode;
-use crate::control::px4::facts::TILT_LIMIT_SLEW_RAD_S;
+use crate::control::px4::timing::TILT_LIMIT_SLEW_RAD_S;
 use crate::params::Value;
-use crate::params::procedure::{Circumstances, RULES, TILT_AIR, TILT_LND, TILT_SHUT, broken};
+use crate::params::px4_required::{DropEnvelope, RULES, TILT_AIR, TILT_LND, TILT_SHUT, broken};
 use crate::units::RAD_PER_DEG;
 
 /// The procedure of an autopilot that must not be trusted blindly.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Procedure {
     /// What the rules depend on.
-    pub circumstances: Circumstances,
+    pub envelope: DropEnvelope,
     /// Parameters that the vehicle is given before anything else.
     pub upload: BTreeMap<String, Value>,
 }
@@ -122,7 +122,7 @@ impl StreamerSession {
 
     fn judge_parameters(&mut self, outcome: Outcome) {
         let at = self.flight.now;
-        let circumstances = self.config.procedure.as_ref().map(|p| p.circumstances).unwrap_or_default();
+        let envelope = self.config.procedure.as_ref().map(|p| p.envelope).unwrap_or_default();
         if outcome.set > 0 || !outcome.absent.is_empty() {
             let Outcome { set, absent, .. } = &outcome;
             self.events.push_back(StreamerEvent::Uploaded { at, set: *set, absent: absent.clone() });
@@ -139,7 +139,7 @@ impl StreamerSession {
         }
         let mut grave = None;
         for (name, value) in &outcome.values {
-            if let Some(rule) = broken(name, value.as_f64(), &circumstances) {
+            if let Some(rule) = broken(name, value.as_f64(), &envelope) {
                 let (name, value, otherwise) = (rule.name, value.as_f64(), rule.otherwise);
                 self.events.push_back(StreamerEvent::Trap { at, name, value, otherwise });
                 grave = grave.or(rule.grave.then_some(name));

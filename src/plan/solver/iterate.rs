@@ -32,7 +32,7 @@ pub(in crate::plan) fn move_out<const NX: usize, const NU: usize>(
 
 /// The bounds as the barrier sees them.
 #[derive(Clone, Debug)]
-pub(in crate::plan) struct Fences<const NX: usize, const NU: usize> {
+pub(in crate::plan) struct BoxBounds<const NX: usize, const NU: usize> {
     pub(in crate::plan) x: Limits<NX>,
     pub(in crate::plan) x_end: Limits<NX>,
     pub(in crate::plan) u: Limits<NU>,
@@ -42,7 +42,7 @@ pub(in crate::plan) struct Fences<const NX: usize, const NU: usize> {
     pub(in crate::plan) on_state: bool,
 }
 
-impl<const NX: usize, const NU: usize> Fences<NX, NU> {
+impl<const NX: usize, const NU: usize> BoxBounds<NX, NU> {
     pub(in crate::plan) fn new<D>(problem: &Problem<D, NX, NU>) -> Self {
         let b = &problem.bounds;
         let last = problem.intervals;
@@ -121,9 +121,9 @@ impl<const NX: usize, const NU: usize> Fences<NX, NU> {
 }
 
 impl<const NX: usize, const NU: usize> Iterate<NX, NU> {
-    pub(super) fn cold(mut nodes: Nodes<NX, NU>, fences: &Fences<NX, NU>, mu: f64) -> Self {
-        fences.interior(&mut nodes, 0.01);
-        let last = fences.last;
+    pub(super) fn cold(mut nodes: Nodes<NX, NU>, boxes: &BoxBounds<NX, NU>, mu: f64) -> Self {
+        boxes.interior(&mut nodes, 0.01);
+        let last = boxes.last;
         let mut iterate = Self {
             lambda: vec![SVector::zeros(); last],
             z_x: vec![BoundDuals::zero(); last + 1],
@@ -131,23 +131,23 @@ impl<const NX: usize, const NU: usize> Iterate<NX, NU> {
             z_w: vec![BoundDuals::zero(); last],
             nodes,
         };
-        iterate.centre(fences, mu);
+        iterate.centre(boxes, mu);
         iterate
     }
 
     /// Sets all bound multipliers to their central values.
-    pub(super) fn centre(&mut self, fences: &Fences<NX, NU>, mu: f64) {
-        for k in 1..=fences.last {
-            self.z_u[k] = fences.u.central_duals(&self.nodes.u[k], mu);
-            self.z_x[k] = fences.at(k).central_duals(&self.nodes.x[k], mu);
-            self.z_w[k - 1] = fences.w.central_duals(&move_out(&self.nodes, k - 1), mu);
+    pub(super) fn centre(&mut self, boxes: &BoxBounds<NX, NU>, mu: f64) {
+        for k in 1..=boxes.last {
+            self.z_u[k] = boxes.u.central_duals(&self.nodes.u[k], mu);
+            self.z_x[k] = boxes.at(k).central_duals(&self.nodes.x[k], mu);
+            self.z_w[k - 1] = boxes.w.central_duals(&move_out(&self.nodes, k - 1), mu);
         }
     }
 
-    pub(super) fn warm(mut self, fences: &Fences<NX, NU>, mu: f64) -> Self {
+    pub(super) fn warm(mut self, boxes: &BoxBounds<NX, NU>, mu: f64) -> Self {
         // Closer to the bounds than a cold start: the neighbouring solution lies on them.
-        fences.interior(&mut self.nodes, 1e-3);
-        for k in 1..=fences.last {
+        boxes.interior(&mut self.nodes, 1e-3);
+        for k in 1..=boxes.last {
             // The larger of the old multiplier and the central one: an active bound stays active, none is forgotten.
             let keep = |old: f64, centre: f64| if old.is_finite() { old.max(centre) } else { centre };
             let w = move_out(&self.nodes, k - 1);
@@ -156,9 +156,9 @@ impl<const NX: usize, const NU: usize> Iterate<NX, NU> {
                 z.lo = z.lo.zip_map(&c.lo, keep);
                 z.hi = z.hi.zip_map(&c.hi, keep);
             };
-            merge_u(&mut self.z_u[k], fences.u.central_duals(&u, mu));
-            merge_u(&mut self.z_w[k - 1], fences.w.central_duals(&w, mu));
-            let c = fences.at(k).central_duals(&x, mu);
+            merge_u(&mut self.z_u[k], boxes.u.central_duals(&u, mu));
+            merge_u(&mut self.z_w[k - 1], boxes.w.central_duals(&w, mu));
+            let c = boxes.at(k).central_duals(&x, mu);
             self.z_x[k].lo = self.z_x[k].lo.zip_map(&c.lo, keep);
             self.z_x[k].hi = self.z_x[k].hi.zip_map(&c.hi, keep);
         }

@@ -79,11 +79,11 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
             dual = worse(dual, gradient.0[k].amax());
             dual = worse(dual, gradient.1[k].amax());
             complementarity =
-                worse(complementarity, self.fences.u.complementarity(&it.nodes.u[k], &it.z_u[k], mu));
+                worse(complementarity, self.boxes.u.complementarity(&it.nodes.u[k], &it.z_u[k], mu));
             let w = move_out(&it.nodes, k - 1);
-            complementarity = worse(complementarity, self.fences.w.complementarity(&w, &it.z_w[k - 1], mu));
-            if self.fences.on_state {
-                let at = self.fences.at(k).complementarity(&it.nodes.x[k], &it.z_x[k], mu);
+            complementarity = worse(complementarity, self.boxes.w.complementarity(&w, &it.z_w[k - 1], mu));
+            if self.boxes.on_state {
+                let at = self.boxes.at(k).complementarity(&it.nodes.x[k], &it.z_x[k], mu);
                 complementarity = worse(complementarity, at);
             }
         }
@@ -97,14 +97,14 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
         linearised: &Linearised<NX, NU>,
     ) -> Option<Vec<NodeGradient<NX, NU>>> {
         let (terms, gradients) = self.first_order_terms();
-        self.work.factorisations += 1;
+        self.counts.factorisations += 1;
         let (exact, middles) = self.with_curvature(linearised, &terms);
         let dt_s = self.problem.dt_s;
         if sweep.factor(linearised, dt_s, &exact, &middles).is_ok() {
             return Some(gradients);
         }
-        self.work.gauss_newton += 1;
-        self.work.factorisations += 1;
+        self.counts.gauss_newton += 1;
+        self.counts.factorisations += 1;
         let none = Curvature::zero();
         sweep.factor(linearised, dt_s, &terms, &vec![none; middles.len()]).ok()?;
         Some(gradients)
@@ -122,11 +122,11 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
             if k > 0 {
                 (gradient.x, gradient.u) = self.cost_gradient(k);
                 hessian.xx = diagonal(&(p.state_weight(k) * 2.0));
-                let (g, h) = self.fences.u.terms(&it.nodes.u[k], &it.z_u[k], self.mu);
+                let (g, h) = self.boxes.u.terms(&it.nodes.u[k], &it.z_u[k], self.mu);
                 gradient.u += g;
                 hessian.uu = diagonal(&(p.cost.r * (2.0 * p.node_weight(k)) + h));
-                if self.fences.on_state {
-                    let (g, h) = self.fences.at(k).terms(&it.nodes.x[k], &it.z_x[k], self.mu);
+                if self.boxes.on_state {
+                    let (g, h) = self.boxes.at(k).terms(&it.nodes.x[k], &it.z_x[k], self.mu);
                     gradient.x += g;
                     for i in 0..NX {
                         hessian.xx[(i, i)] += h[i];
@@ -135,8 +135,7 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
             }
             let mut move_barrier = SVector::zeros();
             if k < n {
-                (gradient.w, move_barrier) =
-                    self.fences.w.terms(&move_out(&it.nodes, k), &it.z_w[k], self.mu);
+                (gradient.w, move_barrier) = self.boxes.w.terms(&move_out(&it.nodes, k), &it.z_w[k], self.mu);
             }
             terms.push(NodeTerms { hessian, move_barrier });
             gradients.push(gradient);

@@ -17,14 +17,14 @@ pub(super) enum Search {
 
 impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
     pub(super) fn merit(&self, now: &Evaluation<NX>) -> Merit {
-        let barrier = self.fences.log_distance(&self.iterate.nodes).unwrap_or(f64::NEG_INFINITY);
+        let barrier = self.boxes.log_distance(&self.iterate.nodes).unwrap_or(f64::NEG_INFINITY);
         Merit { violation: now.defect_sum, objective: now.objective - self.mu * barrier }
     }
 
     pub(super) fn merit_at(&mut self, nodes: &Nodes<NX, NU>) -> (Merit, Evaluation<NX>) {
-        self.work.evaluations += 1;
+        self.counts.evaluations += 1;
         let evaluation = self.problem.evaluate(nodes);
-        let objective = match self.fences.log_distance(nodes) {
+        let objective = match self.boxes.log_distance(nodes) {
             Some(log) => evaluation.objective - self.mu * log,
             None => f64::INFINITY,
         };
@@ -42,7 +42,7 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
         let tau = (1.0 - self.mu).max(0.99);
         let from = self.merit(now);
         let slope = slope_of(gradients, &step);
-        let mut alpha = self.fences.longest_step(&self.iterate.nodes, &step, tau);
+        let mut alpha = self.boxes.longest_step(&self.iterate.nodes, &step, tau);
         let least = filter.least_step(from, slope);
         let mut first = true;
         while alpha >= least {
@@ -55,7 +55,7 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
             if first && trial.violation >= from.violation && evaluation.is_finite() {
                 let moved = self.correct(sweep, gradients, now, &evaluation, alpha, (from, slope), filter);
                 if let Some((nodes, corrected, length)) = moved {
-                    self.work.corrections += 1;
+                    self.counts.corrections += 1;
                     self.accept(nodes, &corrected, length, tau);
                     return Search::Moved;
                 }
@@ -84,7 +84,7 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
         let mut violation = trial.defect_sum;
         for _ in 0..4 {
             let step = sweep.solve(gradients, &defects);
-            let length = self.fences.longest_step(&self.iterate.nodes, &step, tau);
+            let length = self.boxes.longest_step(&self.iterate.nodes, &step, tau);
             let nodes = self.iterate.nodes.advanced(&step, length);
             let (merit, evaluation) = self.merit_at(&nodes);
             if filter.takes(from, merit, alpha, slope) {
@@ -102,7 +102,7 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
     }
 
     pub(super) fn accept(&mut self, nodes: Nodes<NX, NU>, step: &Step<NX, NU>, alpha: f64, tau: f64) {
-        let (it, f, n, mu) = (&mut self.iterate, &self.fences, self.problem.intervals, self.mu);
+        let (it, f, n, mu) = (&mut self.iterate, &self.boxes, self.problem.intervals, self.mu);
         let mut d_x = vec![BoundDuals::zero(); n + 1];
         let mut d_u = vec![BoundDuals::zero(); n + 1];
         let mut d_w = vec![BoundDuals::zero(); n];

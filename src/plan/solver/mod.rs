@@ -8,7 +8,7 @@
 //! | file | holds |
 //! |---|---|
 //! | this one | the loop, the best point |
-//! | `terms` | options, status, solution |
+//! | `options` | options, status, solution |
 //! | `iterate` | variables and bounds; cold and warm starts |
 //! | `kkt` | gradients, residuals, the Newton system's terms |
 //! | `line_search` | how far to go; second-order correction |
@@ -29,22 +29,22 @@ use super::transcription::Evaluation;
 mod iterate;
 mod kkt;
 mod line_search;
-mod terms;
+mod options;
 
 pub use iterate::Iterate;
-pub(super) use iterate::{Fences, move_out};
-pub use terms::{ProblemError, Progress, Solution, SolverOptions, StartFrom, Status, Work};
+pub(super) use iterate::{BoxBounds, move_out};
+pub use options::{Counts, ProblemError, Progress, Solution, SolverOptions, StartFrom, Status};
 
 fn check<D, const NX: usize, const NU: usize>(problem: &Problem<D, NX, NU>) -> Result<(), ProblemError> {
     if problem.intervals < 2 {
         return Err(ProblemError::TooFewNodes);
     }
-    let fences = Fences::new(problem);
+    let boxes = BoxBounds::new(problem);
     let open = |lo: &[f64], hi: &[f64]| lo.iter().zip(hi).all(|(l, h)| l < h);
-    let pairs = [&fences.x, &fences.x_end];
+    let pairs = [&boxes.x, &boxes.x_end];
     if !pairs.iter().all(|l| open(l.lo.as_slice(), l.hi.as_slice()))
-        || !open(fences.u.lo.as_slice(), fences.u.hi.as_slice())
-        || !open(fences.w.lo.as_slice(), fences.w.hi.as_slice())
+        || !open(boxes.u.lo.as_slice(), boxes.u.hi.as_slice())
+        || !open(boxes.w.lo.as_slice(), boxes.w.hi.as_slice())
     {
         return Err(ProblemError::EmptyBounds);
     }
@@ -77,7 +77,7 @@ pub fn solve<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
     observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Solution<NX, NU>, ProblemError> {
     check(problem)?;
-    let fences = Fences::new(problem);
+    let boxes = BoxBounds::new(problem);
     let (mut iterate, mu) = match start {
         StartFrom::Guess(nodes) => {
             if !nodes.fits(problem.intervals) {
@@ -85,14 +85,14 @@ pub fn solve<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
             }
             let mut nodes = nodes;
             (nodes.x[0], nodes.u[0]) = (problem.x_initial, problem.u_initial);
-            (Iterate::cold(nodes, &fences, options.mu_initial), options.mu_initial)
+            (Iterate::cold(nodes, &boxes, options.mu_initial), options.mu_initial)
         }
         StartFrom::Warm(mut iterate) => {
             if !iterate.fits(problem.intervals) {
                 return Err(ProblemError::GuessLength);
             }
             (iterate.nodes.x[0], iterate.nodes.u[0]) = (problem.x_initial, problem.u_initial);
-            (iterate.warm(&fences, options.mu_warm), options.mu_warm)
+            (iterate.warm(&boxes, options.mu_warm), options.mu_warm)
         }
     };
     // Deviation of a non-finite state in the guess is mended by holding the initial state.
@@ -101,7 +101,7 @@ pub fn solve<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
             *x = problem.x_initial;
         }
     }
-    Ok(Run { problem, fences, options, iterate, mu, work: Work::default(), best: None, step_length: 0.0 }
+    Ok(Run { problem, boxes, options, iterate, mu, counts: Counts::default(), best: None, step_length: 0.0 }
         .run(observer))
 }
 
@@ -114,11 +114,11 @@ struct Best<const NX: usize, const NU: usize> {
 
 struct Run<'a, D, const NX: usize, const NU: usize> {
     problem: &'a Problem<D, NX, NU>,
-    fences: Fences<NX, NU>,
+    boxes: BoxBounds<NX, NU>,
     options: &'a SolverOptions,
     iterate: Iterate<NX, NU>,
     mu: f64,
-    work: Work,
+    counts: Counts,
     best: Option<Best<NX, NU>>,
     step_length: f64,
 }
@@ -145,7 +145,7 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
                 return self.finish_with_best(Status::Diverged);
             }
             let progress = Progress {
-                iteration: self.work.iterations,
+                iteration: self.counts.iterations,
                 objective: now.objective,
                 defect_max: now.defect_max,
                 kkt_residual: residuals.dual,
@@ -155,10 +155,10 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
             if observer(&progress).is_break() {
                 return self.finish_with_best(Status::Stopped);
             }
-            if self.work.iterations >= self.options.max_iterations {
+            if self.counts.iterations >= self.options.max_iterations {
                 return self.finish_with_best(Status::IterationLimit);
             }
-            self.work.iterations += 1;
+            self.counts.iterations += 1;
             while self.mu > mu_least
                 && self.residuals(&gradient, &now, self.mu).worst() <= BARRIER_TOLERANCE * self.mu
             {
@@ -172,19 +172,19 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
             match self.line_search(&sweep, &gradients, step, &now, &mut filter) {
                 Search::Moved => {}
                 Search::Failed => {
-                    self.work.restorations += 1;
+                    self.counts.restorations += 1;
                     filter.add(self.merit(&now));
                     match restoration::restore(
                         self.problem,
-                        &self.fences,
+                        &self.boxes,
                         &self.iterate.nodes,
                         self.mu,
                         &filter,
                     ) {
                         Restored::Found { nodes, iterations } => {
-                            self.work.iterations += iterations;
+                            self.counts.iterations += iterations;
                             self.iterate.nodes = nodes;
-                            self.iterate.centre(&self.fences, self.mu);
+                            self.iterate.centre(&self.boxes, self.mu);
                             self.iterate.lambda.fill(SVector::zeros());
                         }
                         // There was nothing to restore: it is the search for a lower cost that has come to its end.
@@ -235,7 +235,7 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
             kkt_residual: residuals.dual,
             complementarity: residuals.complementarity,
             iterate: self.iterate,
-            work: self.work,
+            counts: self.counts,
         }
     }
 

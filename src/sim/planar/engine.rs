@@ -3,14 +3,14 @@
 use std::ops::ControlFlow;
 
 use super::air::{AirScale, Flow};
-use super::course::Course;
+use super::cascade::{Integrals, LaneGains, Measured};
 use super::flight::{Flight, Gust};
 use super::lanes::{LANES, Lanes};
-use super::law::{Integrals, LaneGains, Measured};
 use super::model::Model;
+use super::setpoint_table::SetpointTable;
 use crate::sim::PlantKind;
 use crate::sim::integrator::steps_in;
-use crate::simd::{Work, vectorised};
+use crate::simd::{Kernel, vectorised};
 
 /// The state of the flights at a control step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +37,7 @@ pub trait Observer {
 }
 
 /// Flies eight flights side by side. Inputs that are not finite give states that are not; nothing panics. Allocates nothing.
-pub fn fly<O: Observer>(model: &Model, course: &Course, flights: &[Flight; LANES], observer: &mut O) {
+pub fn fly<O: Observer>(model: &Model, course: &SetpointTable, flights: &[Flight; LANES], observer: &mut O) {
     vectorised(Batch { model, course, flights, observer });
 }
 
@@ -45,7 +45,7 @@ pub fn fly<O: Observer>(model: &Model, course: &Course, flights: &[Flight; LANES
 #[cfg(test)]
 pub(super) fn fly_portably<O: Observer>(
     model: &Model,
-    course: &Course,
+    course: &SetpointTable,
     flights: &[Flight; LANES],
     observer: &mut O,
 ) {
@@ -54,12 +54,12 @@ pub(super) fn fly_portably<O: Observer>(
 
 struct Batch<'a, O> {
     model: &'a Model,
-    course: &'a Course,
+    course: &'a SetpointTable,
     flights: &'a [Flight; LANES],
     observer: &'a mut O,
 }
 
-impl<O: Observer> Work for Batch<'_, O> {
+impl<O: Observer> Kernel for Batch<'_, O> {
     type Output = ();
 
     #[inline(always)]

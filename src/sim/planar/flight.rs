@@ -100,7 +100,7 @@ pub struct Gust {
     pub peak_m_s: [f64; 2],
 }
 
-/// Course of a gust over time.
+/// SetpointTable of a gust over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GustShape {
     /// At once at its peak, at once gone.

@@ -6,9 +6,9 @@
 //! | [`lanes`] | numbers of several flights side by side |
 //! | [`model`] | what all flights share: vehicle, site and control law, checked to stay in the plane |
 //! | [`flight`] | what each flight may have of its own: gains, release, variation, gust |
-//! | [`course`] | the setpoints, tabulated once for all flights |
+//! | [`setpoint_table`] | the setpoints, tabulated once for all flights |
 //! | `air`, `rotors` | loads on the body; thrust, torque and motors |
-//! | `law` | the cascade in the plane |
+//! | `cascade` | the cascade in the plane |
 //! | [`engine`] | integration, control step by control step |
 //!
 //! The state of a flight is `v_N, v_D, q0, q2, Q`, the rotor speeds of the front and the rear pair and the integrals of the
@@ -27,22 +27,22 @@
 )]
 
 mod air;
-pub mod course;
+mod cascade;
 pub mod engine;
 pub mod flight;
 pub mod lanes;
-mod law;
 pub mod model;
 mod rotors;
+pub mod setpoint_table;
 
 #[cfg(test)]
 mod tests;
 
-pub use course::Course;
 pub use engine::{Observer, State, fly};
 pub use flight::{Flight, Gust, GustShape, Release, Variation};
 pub use lanes::{LANES, Lanes};
 pub use model::Model;
+pub use setpoint_table::SetpointTable;
 
 use crate::control::ControlError;
 
@@ -76,7 +76,7 @@ pub enum NotPlanar {
     #[error(
         "rotors {first} and {second} turn the same way: with reaction torque or rotor momentum they turn the vehicle out of the plane"
     )]
-    PairSpin {
+    PairRotation {
         /// Number of a rotor of the pair.
         first: usize,
         /// Number of the other.

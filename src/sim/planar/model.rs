@@ -2,7 +2,7 @@
 
 use super::NotPlanar;
 use super::air::AeroTable;
-use super::law::Law;
+use super::cascade::PlanarCascade;
 use super::rotors::Rotors;
 use crate::control::{Airframe, ControlLimits};
 use crate::model::{Environment, Vehicle};
@@ -27,7 +27,7 @@ pub struct Model {
     pub(super) longest_step_s: f64,
     pub(super) aero: AeroTable,
     pub(super) rotors: Rotors,
-    pub(super) law: Law,
+    pub(super) law: PlanarCascade,
 }
 
 impl Model {
@@ -66,7 +66,7 @@ impl Model {
             longest_step_s: vehicle.longest_step_s(),
             aero: AeroTable::new(&vehicle.aero),
             rotors: Rotors::new(&vehicle.rotor, &vehicle.motor, pairs.map(|hub| [hub.x, hub.z])),
-            law: Law::new(&airframe, limits, arm_m),
+            law: PlanarCascade::new(&airframe, limits, arm_m),
         })
     }
 
@@ -95,7 +95,7 @@ fn pairs(vehicle: &Vehicle) -> Result<[nalgebra::Vector3<f64>; 2], NotPlanar> {
             .find(|&j| j != i && (rotors[j].position_body_m - mirrored).amax() <= TOLERANCE * size)
             .ok_or(NotPlanar::RotorPlacement { rotor: i + 1 })?;
         if coupled && rotors[mirror].spin == rotor.spin {
-            return Err(NotPlanar::PairSpin { first: i + 1, second: mirror + 1 });
+            return Err(NotPlanar::PairRotation { first: i + 1, second: mirror + 1 });
         }
         hubs[usize::from(hub.x < 0.0)] = Some(hub);
     }

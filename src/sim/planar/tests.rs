@@ -7,13 +7,13 @@ use proptest::prelude::*;
 
 use super::engine::fly_portably;
 use super::{
-    Course, Flight, Gust, GustShape, LANES, Model, NotPlanar, Observer, Release, State, Variation, fly,
+    Flight, Gust, GustShape, LANES, Model, NotPlanar, Observer, Release, SetpointTable, State, Variation, fly,
 };
-use crate::control::specimen::{lander, quadrotor, site};
+use crate::control::test_vehicles::{lander, quadrotor, site};
 use crate::control::{ControlLimits, Gains};
 use crate::frames::quaternion_from_euler;
 use crate::model::rigid_body::BodyState;
-use crate::model::{Motor, Rotor, RotorTable, Spin, Vehicle, VehicleOptions};
+use crate::model::{Motor, RotationSense, Rotor, RotorTable, Vehicle, VehicleOptions};
 use crate::sim::{FlightPlan, PlantKind, Reference};
 
 /// The bits of every number of every lane at every step.
@@ -109,7 +109,7 @@ proptest! {
     ) {
         let kind = if ideal { PlantKind::Ideal } else { PlantKind::Actuator };
         let model = model(&if tables { with_tables() } else { lander(true) }, kind);
-        let course = Course::new(&plan(1.5)).unwrap();
+        let course = SetpointTable::new(&plan(1.5)).unwrap();
         let (mut wide, mut narrow, mut turned) = (Bits::default(), Bits::default(), Bits::default());
         fly(&model, &course, &flights, &mut wide);
         fly_portably(&model, &course, &flights, &mut narrow);
@@ -141,7 +141,10 @@ fn vehicles_that_are_not_symmetric_are_refused() {
         NotPlanar::RotorAxis { rotor: 2 }
     );
     assert_eq!(refusal(|v| v.rotors[0].position_body_m.y += 0.1), NotPlanar::RotorPlacement { rotor: 1 });
-    assert_eq!(refusal(|v| v.rotors[0].spin = Spin::Cw), NotPlanar::PairSpin { first: 1, second: 3 });
+    assert_eq!(
+        refusal(|v| v.rotors[0].spin = RotationSense::Cw),
+        NotPlanar::PairRotation { first: 1, second: 3 }
+    );
     let shifted = refusal(|v| v.rotors.iter_mut().for_each(|r| r.position_body_m.x += 0.1));
     assert!(matches!(shifted, NotPlanar::PairDistance { front_m, rear_m } if front_m > rear_m), "{shifted}");
     let ahead = refusal(|v| v.rotors.iter_mut().for_each(|r| r.position_body_m.x += 2.0));
@@ -152,7 +155,7 @@ fn vehicles_that_are_not_symmetric_are_refused() {
     assert_eq!(coupled, NotPlanar::Inertia);
     // The spins do not matter where neither torque nor momentum is modelled.
     let mut quiet = lander(false);
-    quiet.rotors[0].spin = Spin::Cw;
+    quiet.rotors[0].spin = RotationSense::Cw;
     assert!(Model::new(&quiet, &site(), &ControlLimits::default(), PlantKind::Ideal).is_ok());
     let mut side = site();
     side.wind_ned_m_s.y = 1.0;
@@ -162,16 +165,16 @@ fn vehicles_that_are_not_symmetric_are_refused() {
 
 #[test]
 fn plans_and_releases_that_leave_the_plane_are_refused() {
-    let sideways = |what| Err::<Course, _>(NotPlanar::Sideways { what });
-    assert_eq!(Course::new(&FlightPlan { yaw_sp_rad: 0.1, ..plan(1.0) }), sideways("the heading"));
+    let sideways = |what| Err::<SetpointTable, _>(NotPlanar::Sideways { what });
+    assert_eq!(SetpointTable::new(&FlightPlan { yaw_sp_rad: 0.1, ..plan(1.0) }), sideways("the heading"));
     let east = Reference::Step(Vector3::new(0.0, 1.0, 0.0));
-    assert_eq!(Course::new(&FlightPlan { reference: east, ..plan(1.0) }), sideways("the reference"));
+    assert_eq!(SetpointTable::new(&FlightPlan { reference: east, ..plan(1.0) }), sideways("the reference"));
     for (period, duration) in [(0.0, 1.0), (f64::NAN, 1.0), (-0.01, 1.0), (0.01, 1e9), (0.01, f64::INFINITY)]
     {
-        let refused = Course::new(&FlightPlan { control_period_s: period, ..plan(duration) });
+        let refused = SetpointTable::new(&FlightPlan { control_period_s: period, ..plan(duration) });
         assert!(matches!(refused, Err(NotPlanar::OutOfRange { .. })), "{period} {duration}");
     }
-    assert_eq!(Course::new(&plan(f64::NAN)).map(|c| c.steps()), Ok(0));
+    assert_eq!(SetpointTable::new(&plan(f64::NAN)).map(|c| c.steps()), Ok(0));
     let body = |roll: f64| BodyState {
         p_ned: Vector3::zeros(),
         q_ned_from_body: quaternion_from_euler(roll, 0.2, 0.0),
@@ -208,7 +211,7 @@ fn closed_form_free_fall() {
     }
     let vehicle = quadrotor([0.95, 1.1], [620.0, 890.0, 1160.0], [0.0; 3], VehicleOptions::default());
     let down = Reference::Step(Vector3::new(0.0, 0.0, 900.0));
-    let course = Course::new(&FlightPlan { reference: down, ..plan(3.0) }).unwrap();
+    let course = SetpointTable::new(&FlightPlan { reference: down, ..plan(3.0) }).unwrap();
     let still = Flight {
         gains: Gains::longitudinal([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]),
         release: Release { v_north_m_s: 0.7, v_down_m_s: 3.0, pitch_rad: 0.1, pitch_rate_rad_s: 1.2 },

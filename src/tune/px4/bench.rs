@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::Measures;
 use super::measures::Tracking;
 use crate::assess::{ReleaseDistribution, SafetyLimits, VerdictBuilder};
-use crate::control::px4::facts::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
+use crate::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
 use crate::control::px4::{Law, Parameters, output};
 use crate::model::{Environment, Parachute, Vehicle};
 use crate::sim::px4_flight::fly_px4;
@@ -208,7 +208,9 @@ fn varied<'a>(setting: &Px4Setting<'a>, trial: u64) -> Px4Setting<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::specimen::{ARM_M, GRAVITY_M_S2, J_YY, MASS_KG, THRUST_LIMIT_N, quadrotor, site};
+    use crate::control::test_vehicles::{
+        ARM_M, GRAVITY_M_S2, J_YY, MASS_KG, THRUST_LIMIT_N, quadrotor, site,
+    };
     use crate::frames::LEVEL;
     use crate::model::VehicleOptions;
     use crate::model::parachute::Pendulum;

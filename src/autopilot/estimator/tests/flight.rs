@@ -9,7 +9,8 @@ use crate::model::environment::GeoPoint;
 use crate::model::parachute::Pendulum;
 use crate::model::rigid_body::{BodyState, MassProperties};
 use crate::model::{
-    BodyAero, Environment, MAX_ROTORS, Motor, Parachute, Rotor, RotorMount, Spin, Vehicle, VehicleOptions,
+    BodyAero, Environment, MAX_ROTORS, Motor, Parachute, RotationSense, Rotor, RotorMount, Vehicle,
+    VehicleOptions,
 };
 use crate::sim::{DropSimulation, Start};
 
@@ -51,8 +52,12 @@ pub struct Truth {
 fn vehicle(site: &Site) -> Arc<Vehicle> {
     const MASS_KG: f64 = 2.0;
     const OMEGA_MAX_RAD_S: f64 = 800.0;
-    let mounts =
-        [(1.0, 1.0, Spin::Ccw), (-1.0, -1.0, Spin::Ccw), (1.0, -1.0, Spin::Cw), (-1.0, 1.0, Spin::Cw)];
+    let mounts = [
+        (1.0, 1.0, RotationSense::Ccw),
+        (-1.0, -1.0, RotationSense::Ccw),
+        (1.0, -1.0, RotationSense::Cw),
+        (-1.0, 1.0, RotationSense::Cw),
+    ];
     let rotors = mounts.map(|(x, y, spin)| RotorMount {
         position_body_m: Vector3::new(0.2 * x, 0.2 * y, 0.0),
         axis_body: -Vector3::z(),

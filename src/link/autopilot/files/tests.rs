@@ -1,7 +1,7 @@
 //! The file server by its packets.
 
 use super::*;
-use crate::control::specimen::{lander, site};
+use crate::control::test_vehicles::{lander, site};
 use crate::control::{ControlLimits, Gains};
 use crate::link::{Link, PeerId};
 use crate::params::Subject;

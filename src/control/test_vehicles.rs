@@ -6,7 +6,7 @@ use super::{Airframe, Cascade, ControlLimits, Gains, Measurement};
 use crate::frames::quaternion_from_euler;
 use crate::model::environment::GeoPoint;
 use crate::model::rigid_body::MassProperties;
-use crate::model::{BodyAero, Environment, Motor, Rotor, RotorMount, Spin, Vehicle, VehicleOptions};
+use crate::model::{BodyAero, Environment, Motor, RotationSense, Rotor, RotorMount, Vehicle, VehicleOptions};
 
 pub(crate) const MASS_KG: f64 = 790.0;
 pub(crate) const GRAVITY_M_S2: f64 = 1.35;
@@ -43,10 +43,10 @@ pub(crate) fn quadrotor(
         spin,
     };
     let rotors = vec![
-        mount(1.0, 1.0, Spin::Ccw),
-        mount(-1.0, -1.0, Spin::Ccw),
-        mount(1.0, -1.0, Spin::Cw),
-        mount(-1.0, 1.0, Spin::Cw),
+        mount(1.0, 1.0, RotationSense::Ccw),
+        mount(-1.0, -1.0, RotationSense::Ccw),
+        mount(1.0, -1.0, RotationSense::Cw),
+        mount(-1.0, 1.0, RotationSense::Cw),
     ];
     let inertia = Matrix3::from_diagonal(&inertia_kg_m2.into());
     let rotor = Rotor::Quadratic {
@@ -77,7 +77,7 @@ pub(crate) fn ring(n: u32, [forward_m, right_m]: [f64; 2], lean: f64) -> Vehicle
     vehicle.rotors = (0..n)
         .map(|i| {
             let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(n)).sin_cos();
-            let spin = if i % 2 == 0 { Spin::Cw } else { Spin::Ccw };
+            let spin = if i % 2 == 0 { RotationSense::Cw } else { RotationSense::Ccw };
             let lean = -lean * spin.sign();
             RotorMount {
                 position_body_m: Vector3::new(forward_m * cos, right_m * sin, 0.1 * cos),

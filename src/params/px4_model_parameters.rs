@@ -17,7 +17,7 @@ const MIXING: Mixing = Mixing::QuadX;
 ///
 /// # Errors
 /// [`ParamsError`] when the gains cannot be put in PX4's terms or PX4's mixer finds no unit for the rotors.
-pub fn law_parameters(
+pub fn px4_model_parameters(
     subject: &Subject,
     purpose: Purpose,
     given: Option<&ParameterFile>,
@@ -47,7 +47,12 @@ pub fn law_parameters(
 }
 
 /// A parameter file's content that holds all that the law reads, so that a flight does not hang on an airframe's own defaults.
-pub fn law_export(law: &Parameters, purpose: Purpose, gravity_m_s2: f64, remarks: Vec<String>) -> Export {
+pub fn px4_model_export(
+    law: &Parameters,
+    purpose: Purpose,
+    gravity_m_s2: f64,
+    remarks: Vec<String>,
+) -> Export {
     let rows = Parameters::NAMES.iter().filter_map(|name| Some(((*name).to_owned(), law.get(name)?)));
     let parameters: BTreeMap<String, Value> =
         rows.map(|(name, value)| (name, Value::Real(value as f32))).collect();
@@ -62,7 +67,7 @@ pub fn law_export(law: &Parameters, purpose: Purpose, gravity_m_s2: f64, remarks
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::specimen::{quadrotor, site};
+    use crate::control::test_vehicles::{quadrotor, site};
     use crate::control::{ControlLimits, Gains};
     use crate::model::VehicleOptions;
 
@@ -79,23 +84,23 @@ mod tests {
             speed_m_s: 12.0,
         };
         let purpose = Purpose::Px4Froude;
-        let ours = law_parameters(&subject, purpose, None).unwrap();
+        let ours = px4_model_parameters(&subject, purpose, None).unwrap();
         let exported = export_for_mixing(&subject, purpose, MIXING).unwrap().parameters;
         assert_eq!(ours.pitch_p, exported["MC_PITCH_P"].as_f64());
         // The model's mixer is `quad_x`, which knows no distances: with arms of 0.5 m ahead and 1 m aside a unit of roll is twice one of pitch.
         let wide = quadrotor([0.5, 1.0], [890.0; 3], [0.0; 3], VehicleOptions::default());
-        let of_wide = law_parameters(&Subject { vehicle: &wide, ..subject }, purpose, None).unwrap();
+        let of_wide = px4_model_parameters(&Subject { vehicle: &wide, ..subject }, purpose, None).unwrap();
         let torque_per_rate = |k: f64, p: f64| k * p;
         let roll = torque_per_rate(of_wide.rollrate_k, of_wide.rollrate_p);
         let pitch = torque_per_rate(of_wide.pitchrate_k, of_wide.pitchrate_p);
         assert!((pitch / roll - 2.0).abs() < 1e-6, "{pitch} {roll}");
         assert_eq!(ours.thr_hover, exported["MPC_THR_HOVER"].as_f64());
         assert_eq!(ours.gyro_cutoff_hz, 40.0);
-        let written = law_export(&ours, purpose, site.gravity_m_s2, Vec::new());
+        let written = px4_model_export(&ours, purpose, site.gravity_m_s2, Vec::new());
         let text = super::super::file::write("test", &written.notes(&[]), &written.parameters);
         let file = ParameterFile::parse(&text).unwrap();
         assert_eq!(file.purpose(), Some(purpose));
-        let read = law_parameters(&subject, purpose, Some(&file)).unwrap();
+        let read = px4_model_parameters(&subject, purpose, Some(&file)).unwrap();
         for name in Parameters::NAMES {
             assert_eq!(read.get(name).unwrap() as f32, ours.get(name).unwrap() as f32, "{name}");
         }

@@ -61,7 +61,7 @@ pub struct Progress {
 
 /// Work done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work {
+pub struct Counts {
     /// Interior point iterations.
     pub iterations: usize,
     /// Evaluations of all defects without derivatives.
@@ -101,7 +101,7 @@ pub struct Solution<const NX: usize, const NU: usize> {
     /// Largest product of a bound's multiplier and distance there.
     pub complementarity: f64,
     /// Work done.
-    pub work: Work,
+    pub counts: Counts,
 }
 
 /// A problem that cannot be posed.

@@ -8,7 +8,7 @@ use super::Value;
 
 /// What the table depends on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Circumstances {
+pub struct DropEnvelope {
     /// Fastest descent in the setpoints, from t = 0 on [m/s].
     pub fastest_descent_m_s: f64,
     /// Fastest horizontal speed in the setpoints [m/s].
@@ -23,9 +23,9 @@ pub struct Rule {
     /// Its name.
     pub name: &'static str,
     /// What to set it to; `None`: nothing, it is only looked at.
-    pub wanted: fn(&Circumstances) -> Option<Value>,
+    pub wanted: fn(&DropEnvelope) -> Option<Value>,
     /// Whether a value will do.
-    pub holds: fn(f64, &Circumstances) -> bool,
+    pub holds: fn(f64, &DropEnvelope) -> bool,
     /// What happens otherwise, in a few words that follow "NAME = x: ".
     pub otherwise: &'static str,
     /// Otherwise the vehicle would fall without thrust: it must not be released.
@@ -151,13 +151,13 @@ pub const RULES: [Rule; 13] = [
 ];
 
 /// The table's wishes, by name.
-pub fn wanted(circumstances: &Circumstances) -> impl Iterator<Item = (&'static str, Value)> + '_ {
-    RULES.iter().filter_map(|rule| Some((rule.name, (rule.wanted)(circumstances)?)))
+pub fn wanted(envelope: &DropEnvelope) -> impl Iterator<Item = (&'static str, Value)> + '_ {
+    RULES.iter().filter_map(|rule| Some((rule.name, (rule.wanted)(envelope)?)))
 }
 
 /// The rule of a parameter that a value breaks.
-pub fn broken(name: &str, value: f64, circumstances: &Circumstances) -> Option<&'static Rule> {
-    RULES.iter().find(|rule| rule.name == name && !(rule.holds)(value, circumstances))
+pub fn broken(name: &str, value: f64, envelope: &DropEnvelope) -> Option<&'static Rule> {
+    RULES.iter().find(|rule| rule.name == name && !(rule.holds)(value, envelope))
 }
 
 #[cfg(test)]
@@ -168,7 +168,7 @@ mod tests {
     #[test]
     fn prop_what_the_table_asks_for_is_what_it_accepts_and_px4_takes() {
         let of =
-            Circumstances { fastest_descent_m_s: 9.1, fastest_horizontal_m_s: 2.0, hover_thrust: Some(0.59) };
+            DropEnvelope { fastest_descent_m_s: 9.1, fastest_horizontal_m_s: 2.0, hover_thrust: Some(0.59) };
         let metadata = Metadata::px4();
         for (name, value) in wanted(&of) {
             assert!(broken(name, value.as_f64(), &of).is_none(), "{name}");
@@ -183,7 +183,7 @@ mod tests {
     #[test]
     fn px4s_defaults_break_the_rules_that_a_drop_needs() {
         let of =
-            Circumstances { fastest_descent_m_s: 9.1, fastest_horizontal_m_s: 2.0, hover_thrust: Some(0.59) };
+            DropEnvelope { fastest_descent_m_s: 9.1, fastest_horizontal_m_s: 2.0, hover_thrust: Some(0.59) };
         for (name, default, breaks) in [
             ("COM_DISARM_PRFLT", 10.0, true),
             ("EKF2_GPS_CHECK", 245.0, true),

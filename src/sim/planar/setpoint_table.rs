@@ -11,7 +11,7 @@ const MOST_STEPS: u64 = 10_000_000;
 
 /// What all flights of a batch follow, and in which steps.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Course {
+pub struct SetpointTable {
     period_s: f64,
     setpoints: Vec<Setpoint>,
 }
@@ -25,7 +25,7 @@ pub(super) struct Setpoint {
     pub(super) a_d: f64,
 }
 
-impl Course {
+impl SetpointTable {
     /// Tabulates a plan of flight.
     ///
     /// # Errors

@@ -11,11 +11,11 @@ use super::flight::Flight;
 use super::lanes::{LANES, Lanes, atan2, clip};
 use crate::control::{Airframe, ControlLimits};
 
-use super::course::Setpoint;
+use super::setpoint_table::Setpoint;
 
 /// What the law knows of the vehicle, and its limits.
 #[derive(Clone, Debug)]
-pub(super) struct Law {
+pub(super) struct PlanarCascade {
     gravity_m_s2: f64,
     up_max_m_s2: f64,
     tan_tilt: f64,
@@ -57,7 +57,7 @@ pub(super) struct Measured {
     pub(super) rate: Lanes,
 }
 
-impl Law {
+impl PlanarCascade {
     pub(super) fn new(airframe: &Airframe, limits: &ControlLimits, arm_m: f64) -> Self {
         let up_max_m_s2 = airframe.up_max_m_s2();
         Self {
