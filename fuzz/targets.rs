@@ -69,11 +69,11 @@ pub fn services(data: &[u8]) {
         let which = usize::from(*link % 3);
         let by = [Link::GroundStation, Link::Api, Link::Simulator][which];
         let bytes = encoders[which].encode_payload(id, MavMessage::extra_crc(id), payload);
-        decoder.datagram(&bytes, |frame| session.handle_input(now, by, &frame));
+        decoder.datagram(&bytes, |frame| session.handle_input(by, &frame));
         now = session.time().unwrap_or(now).saturating_add(4000);
         let sensor = HIL_SENSOR_DATA { time_usec: now, zacc: -1.35, ..Default::default() };
         let step = encoders[2].encode(&MavMessage::HIL_SENSOR(sensor));
-        decoder.datagram(&step, |frame| session.handle_input(now, Link::Simulator, &frame));
+        decoder.datagram(&step, |frame| session.handle_input(Link::Simulator, &frame));
         while let Some(sent) = session.poll_output() {
             let check = |frame: samara::link::Frame| {
                 if let Some(MavMessage::HIL_ACTUATOR_CONTROLS(m)) = frame.known() {

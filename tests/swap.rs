@@ -185,13 +185,13 @@ struct Piped {
 }
 
 impl Session for Piped {
-    fn handle_input(&mut self, now: u64, link: Link, frame: &Frame) {
+    fn handle_input(&mut self, link: Link, frame: &Frame) {
         let bytes = frame.bytes().to_vec();
         let Self { inner, decoder, .. } = self;
         for chunk in bytes.chunks(7) {
             decoder.push(chunk);
             while let Some(frame) = decoder.next_frame() {
-                inner.handle_input(now, link, &frame);
+                inner.handle_input(link, &frame);
             }
         }
         while let Some(sent) = self.inner.poll_output() {
@@ -203,6 +203,9 @@ impl Session for Piped {
         while let Some(sent) = self.inner.poll_output() {
             self.out.push_back(sent);
         }
+    }
+    fn next_wake(&self) -> Option<u64> {
+        self.inner.next_wake()
     }
     fn poll_output(&mut self) -> Option<Transmit> {
         self.out.pop_front()

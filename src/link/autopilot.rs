@@ -76,6 +76,8 @@ use telemetry::Telemetry;
 /// Component of an autopilot (`MAV_COMP_ID_AUTOPILOT1`).
 pub const AUTOPILOT_COMPONENT: u8 = 1;
 
+/// Services, and before the simulator's time HEARTBEATs, go on at least this often.
+const SERVICE_PERIOD_US: TimeUs = 100_000;
 /// Links that an autopilot serves.
 const LINKS: [Link; 3] = [Link::Simulator, Link::GroundStation, Link::Api];
 
@@ -117,6 +119,8 @@ pub struct AutopilotSession {
     /// A HIL_SENSOR has come: `clock` counts.
     running: bool,
     last_beat: Option<TimeUs>,
+    /// The host's time when services last went on.
+    served_at: TimeUs,
     /// What the simulator last heard.
     told_simulator: Option<Condition>,
     without_state: bool,
@@ -156,6 +160,7 @@ impl AutopilotSession {
             clock: 0,
             running: false,
             last_beat: None,
+            served_at: 0,
             told_simulator: None,
             without_state: false,
             ports: LINKS.map(port),
@@ -233,11 +238,7 @@ impl AutopilotSession {
 }
 
 impl Session for AutopilotSession {
-    /// `now` counts only until the first HIL_SENSOR brings the simulator's time.
-    fn handle_input(&mut self, now: TimeUs, link: Link, frame: &Frame) {
-        if !self.running {
-            self.clock = now;
-        }
+    fn handle_input(&mut self, link: Link, frame: &Frame) {
         let is_echo = link != Link::Simulator
             && frame.system_id == self.system_id
             && frame.component_id == AUTOPILOT_COMPONENT;
@@ -258,9 +259,10 @@ impl Session for AutopilotSession {
         self.say_events();
     }
 
-    /// Before the simulator's time runs, a HEARTBEAT a second; and always what services have under way, also while the
-    /// simulator stands still.
+    /// Before the first HIL_SENSOR brings the simulator's time, `now` counts, and a HEARTBEAT goes out every second; what
+    /// services have under way goes on always, also while the simulator stands still.
     fn handle_time(&mut self, now: TimeUs) {
+        self.served_at = now;
         let beats = !self.running && self.last_beat.is_none_or(|at| now.saturating_sub(at) >= 1_000_000);
         if !self.running {
             self.clock = now;
@@ -273,6 +275,10 @@ impl Session for AutopilotSession {
             }
         }
         self.serve();
+    }
+
+    fn next_wake(&self) -> Option<TimeUs> {
+        Some(self.served_at + SERVICE_PERIOD_US)
     }
 
     fn poll_output(&mut self) -> Option<Transmit> {

@@ -4,7 +4,7 @@ use mavlink::Message as _;
 use mavlink::dialects::common::MavMessage;
 use proptest::prelude::*;
 
-use super::simulator::{Pace, SimulatorConfig, SimulatorSession};
+use super::simulator::{SimulatorConfig, SimulatorSession};
 use super::streamer::{StreamerConfig, StreamerSession};
 use super::{Decoder, Encoder, Link, Session, test_site};
 use crate::frames::LEVEL;
@@ -53,12 +53,12 @@ proptest! {
             let bytes = encoder.encode_payload(id, MavMessage::extra_crc(id), &payload);
             decoder.datagram(&bytes, |frame| {
                 for link in [Link::Simulator, Link::Parachute] {
-                    simulator.handle_input(0, link, &frame);
+                    simulator.handle_input(link, &frame);
                 }
-                streamer.handle_input(0, Link::Api, &frame);
+                streamer.handle_input(Link::Api, &frame);
             });
-            if simulator.pace() != Pace::AwaitingControls {
-                simulator.advance();
+            if let Some(at) = simulator.next_wake() {
+                simulator.handle_time(at);
             }
             while simulator.poll_output().is_some() {}
             while streamer.poll_output().is_some() {}

@@ -77,15 +77,14 @@ impl<A: Session> Lockstep<A> {
         &mut self,
         tap: &mut impl FnMut(TimeUs, &Transmit, Party),
     ) -> Result<bool, LockstepError> {
-        match self.simulator.pace() {
-            Pace::Done => return Ok(false),
-            Pace::Free | Pace::Ready => self.simulator.advance(),
-            Pace::NoPeer | Pace::AwaitingControls => {
-                let missing = self.simulator.missing().unwrap_or(Missing::AnyFrame);
-                return Err(LockstepError::NoAnswer { at: self.simulator.now(), missing });
-            }
-        }
-        let now = self.simulator.now();
+        let Some(now) = self.simulator.next_wake() else {
+            let missing = self.simulator.missing().unwrap_or(Missing::AnyFrame);
+            return match self.simulator.pace() {
+                Pace::Done => Ok(false),
+                _ => Err(LockstepError::NoAnswer { at: self.simulator.now(), missing }),
+            };
+        };
+        self.simulator.handle_time(now);
         // The setpoint that the autopilot's step at this time flies by is the one sent before it.
         self.simulator.note_setpoint(self.streamer.velocity_setpoint_ned());
         self.autopilot.handle_time(now);
@@ -118,10 +117,9 @@ impl<A: Session> Lockstep<A> {
     /// Puts in what came from outside by `link`: for the autopilot what comes from ground stations and companions, for the
     /// parachute what comes to its own socket, for the simulator what comes from an autopilot.
     pub fn deliver(&mut self, link: Link, frame: &Frame) {
-        let now = self.simulator.now();
         match link {
-            Link::GroundStation | Link::Api => self.autopilot.handle_input(now, link, frame),
-            Link::Parachute | Link::Simulator => self.simulator.handle_input(now, link, frame),
+            Link::GroundStation | Link::Api => self.autopilot.handle_input(link, frame),
+            Link::Parachute | Link::Simulator => self.simulator.handle_input(link, frame),
         }
     }
 
@@ -139,8 +137,8 @@ impl<A: Session> Lockstep<A> {
             tap(now, &sent, Party::Simulator);
             match sent.link {
                 _ if !sent.to.includes(PeerId::ONLY) => {}
-                Link::Simulator => pass(decoder, &sent.bytes, now, autopilot, Link::Simulator),
-                _ => pass(decoder, &sent.bytes, now, streamer, Link::Parachute),
+                Link::Simulator => pass(decoder, &sent.bytes, autopilot, Link::Simulator),
+                _ => pass(decoder, &sent.bytes, streamer, Link::Parachute),
             }
         }
         while let Some(sent) = autopilot.poll_output() {
@@ -148,8 +146,8 @@ impl<A: Session> Lockstep<A> {
             tap(now, &sent, Party::Autopilot);
             match sent.link {
                 _ if !sent.to.includes(PeerId::ONLY) => {}
-                Link::Simulator => pass(decoder, &sent.bytes, now, simulator, Link::Simulator),
-                Link::Api => pass(decoder, &sent.bytes, now, streamer, Link::Api),
+                Link::Simulator => pass(decoder, &sent.bytes, simulator, Link::Simulator),
+                Link::Api => pass(decoder, &sent.bytes, streamer, Link::Api),
                 Link::GroundStation | Link::Parachute => {}
             }
         }
@@ -158,14 +156,14 @@ impl<A: Session> Lockstep<A> {
             tap(now, &sent, Party::Streamer);
             // One socket, two peers, as on UDP: both get it, and each knows what is meant for it.
             decoder.datagram(&sent.bytes, |frame: Frame| {
-                autopilot.handle_input(now, Link::Api, &frame);
-                simulator.handle_input(now, Link::Parachute, &frame);
+                autopilot.handle_input(Link::Api, &frame);
+                simulator.handle_input(Link::Parachute, &frame);
             });
         }
         any
     }
 }
 
-fn pass(decoder: &mut Decoder, bytes: &[u8], now: TimeUs, to: &mut impl Session, link: Link) {
-    decoder.datagram(bytes, |frame| to.handle_input(now, link, &frame));
+fn pass(decoder: &mut Decoder, bytes: &[u8], to: &mut impl Session, link: Link) {
+    decoder.datagram(bytes, |frame| to.handle_input(link, &frame));
 }

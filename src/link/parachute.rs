@@ -36,6 +36,7 @@ const NAMED_VALUE_INT_ID: f32 = 252.0;
 #[derive(Clone, Debug)]
 pub struct ParachuteComponent {
     encoder: Encoder,
+    now: TimeUs,
     next_heartbeat: TimeUs,
     released_at: Option<TimeUs>,
     release_asked: bool,
@@ -71,6 +72,7 @@ impl ParachuteComponent {
     pub fn new(system_id: u8) -> Self {
         Self {
             encoder: Encoder::new(system_id, PARACHUTE_COMPONENT),
+            now: 0,
             next_heartbeat: 0,
             released_at: None,
             release_asked: false,
@@ -130,7 +132,7 @@ impl ParachuteComponent {
         }
     }
 
-    fn command(&mut self, now: TimeUs, command: &Command, peer: PeerId, from: (u8, u8)) {
+    fn command(&mut self, command: &Command, peer: PeerId, from: (u8, u8)) {
         let addressed = command.target_component == PARACHUTE_COMPONENT;
         // To all components: only what none but us can do; the rest is the autopilot's to answer.
         let for_all = command.target_component == 0 && command.command == MavCmd::MAV_CMD_DO_GRIPPER as u16;
@@ -139,7 +141,7 @@ impl ParachuteComponent {
             return;
         }
         let to = Recipient::Peer(peer);
-        let answer = self.answer(now, command, to);
+        let answer = self.answer(command, to);
         let ack = CommandAck {
             command: command.command,
             result: answer.result as u8,
@@ -157,7 +159,7 @@ impl ParachuteComponent {
         }
     }
 
-    fn answer(&mut self, now: TimeUs, command: &Command, to: Recipient) -> Answer {
+    fn answer(&mut self, command: &Command, to: Recipient) -> Answer {
         const GRIPPER: u16 = MavCmd::MAV_CMD_DO_GRIPPER as u16;
         const PARACHUTE: u16 = MavCmd::MAV_CMD_DO_PARACHUTE as u16;
         const REQUEST: u16 = MavCmd::MAV_CMD_REQUEST_MESSAGE as u16;
@@ -183,7 +185,7 @@ impl ParachuteComponent {
                 Answer::accepted(None)
             }
             (REQUEST, Some(_)) if command.param(1) == Some(NAMED_VALUE_INT_ID) => {
-                self.send_t_release(now, to);
+                self.send_t_release(self.now, to);
                 Answer::accepted(None)
             }
             (REQUEST, _) => Answer { result: MavResult::MAV_RESULT_DENIED, text: None },
@@ -225,20 +227,25 @@ impl ParachuteComponent {
 }
 
 impl Session for ParachuteComponent {
-    fn handle_input(&mut self, now: TimeUs, link: Link, frame: &Frame) {
+    fn handle_input(&mut self, link: Link, frame: &Frame) {
         if link == Link::Parachute
             && let Some(command) = frame.command()
         {
-            self.command(now, &command, frame.peer, (frame.system_id, frame.component_id));
+            self.command(&command, frame.peer, (frame.system_id, frame.component_id));
         }
     }
 
     fn handle_time(&mut self, now: TimeUs) {
+        self.now = now;
         if now >= self.next_heartbeat {
             self.next_heartbeat = now - now % HEARTBEAT_PERIOD_US + HEARTBEAT_PERIOD_US;
             self.send_heartbeat(Recipient::All);
             self.send_t_release(now, Recipient::All);
         }
+    }
+
+    fn next_wake(&self) -> Option<TimeUs> {
+        Some(self.next_heartbeat)
     }
 
     fn poll_output(&mut self) -> Option<Transmit> {

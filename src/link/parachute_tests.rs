@@ -18,7 +18,7 @@ fn command(command: MavCmd, param2: f32, target: (u8, u8)) -> MavMessage {
 fn ask(component: &mut ParachuteComponent, message: &MavMessage) -> Vec<Frame> {
     let mut decoder = Decoder::new();
     decoder.push(&Encoder::new(255, 190).encode(message));
-    component.handle_input(1_000, Link::Parachute, &decoder.next_frame().unwrap());
+    component.handle_input(Link::Parachute, &decoder.next_frame().unwrap());
     drain(component)
 }
 

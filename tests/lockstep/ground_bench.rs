@@ -10,8 +10,7 @@ use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, load_mission};
 use samara::control::{Airframe, Cascade, Gains};
 use samara::link::{
-    AutopilotSession, AutopilotSetup, Decoder, Encoder, Link, Pace, Session as _, SimulatorConfig,
-    SimulatorSession,
+    AutopilotSession, AutopilotSetup, Decoder, Encoder, Link, Session as _, SimulatorConfig, SimulatorSession,
 };
 use samara::model::rigid_body::BodyState;
 use samara::params::{Subject, Value};
@@ -191,25 +190,24 @@ impl Wire {
             let heartbeat = HEARTBEAT_DATA { mavtype: MavType::MAV_TYPE_GCS, ..HEARTBEAT_DATA::default() };
             self.send(&MavMessage::HEARTBEAT(heartbeat));
         }
-        assert!(matches!(self.simulator.pace(), Pace::Free | Pace::Ready), "{:?}", self.simulator.pace());
-        self.simulator.advance();
+        let Some(now) = self.simulator.next_wake() else { panic!("{:?}", self.simulator.pace()) };
+        self.simulator.handle_time(now);
         self.pump();
     }
 
     fn pump(&mut self) {
-        let now = self.simulator.now();
         for _ in 0..8 {
             while let Some(sent) = self.simulator.poll_output() {
                 if sent.link == Link::Simulator {
                     Decoder::new()
-                        .datagram(&sent.bytes, |f| self.autopilot.handle_input(now, Link::Simulator, &f));
+                        .datagram(&sent.bytes, |f| self.autopilot.handle_input(Link::Simulator, &f));
                 }
             }
             while let Some(sent) = self.autopilot.poll_output() {
                 match sent.link {
                     Link::Simulator => {
                         Decoder::new()
-                            .datagram(&sent.bytes, |f| self.simulator.handle_input(now, Link::Simulator, &f));
+                            .datagram(&sent.bytes, |f| self.simulator.handle_input(Link::Simulator, &f));
                     }
                     Link::GroundStation => Decoder::new().datagram(&sent.bytes, |f| {
                         self.acks.extend(f.command_ack().map(|ack| ack.result));
@@ -250,9 +248,8 @@ impl Wire {
 
     /// From the ground station.
     pub fn send(&mut self, message: &MavMessage) {
-        let now = self.simulator.now();
         let bytes = self.station.encode(message);
-        Decoder::new().datagram(&bytes, |f| self.autopilot.handle_input(now, Link::GroundStation, &f));
+        Decoder::new().datagram(&bytes, |f| self.autopilot.handle_input(Link::GroundStation, &f));
         self.pump();
     }
 

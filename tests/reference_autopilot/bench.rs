@@ -127,7 +127,7 @@ impl Bench {
         let mut frames = Vec::new();
         Decoder::new().datagram(bytes, |frame| frames.push(frame));
         for frame in &frames {
-            self.session.handle_input(self.now, link, frame);
+            self.session.handle_input(link, frame);
         }
         self.drain()
     }

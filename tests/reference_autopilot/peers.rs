@@ -10,10 +10,9 @@ const PEERS: [PeerId; 2] = [PeerId(4), PeerId(9)];
 /// A message by one of the link's peers.
 fn say(bench: &mut Bench, peer: PeerId, message: &MavMessage) {
     let bytes = bench.encoder(Link::GroundStation).encode(message);
-    let now = bench.now;
     Decoder::new().datagram(&bytes, |mut frame| {
         frame.peer = peer;
-        bench.session.handle_input(now, Link::GroundStation, &frame);
+        bench.session.handle_input(Link::GroundStation, &frame);
     });
 }
 
@@ -30,9 +29,8 @@ fn sent(bench: &mut Bench, steps: usize) -> Vec<(Recipient, Frame)> {
             bench.now += 4000;
             let sensor = HIL_SENSOR_DATA { time_usec: bench.now, zacc: -1.35, ..Default::default() };
             let bytes = bench.encoder(Link::Simulator).encode(&MavMessage::HIL_SENSOR(sensor));
-            let now = bench.now;
-            bench.session.handle_time(now);
-            Decoder::new().datagram(&bytes, |f| bench.session.handle_input(now, Link::Simulator, &f));
+            bench.session.handle_time(bench.now);
+            Decoder::new().datagram(&bytes, |f| bench.session.handle_input(Link::Simulator, &f));
         }
     }
     sent

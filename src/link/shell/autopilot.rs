@@ -20,7 +20,6 @@ use super::simulator::PEER_MEMORY;
 use super::tcp_client::TcpClient;
 use super::url::LinkUrl;
 
-const TICK: Duration = Duration::from_millis(100);
 /// STATUSTEXT.
 const STATUSTEXT_ID: u32 = 253;
 
@@ -97,11 +96,13 @@ pub async fn run_autopilot<O: Observer>(
             shell.session.simulator_connected();
             shell.send().await;
         }
+        let retry = shell.connection.is_none().then(|| client.until_next_try());
+        let pause = shell.until_wake().min(retry.unwrap_or(Duration::MAX));
         tokio::select! {
             () = &mut stop => break,
             () = Connection::readable(shell.connection.as_ref()) => {}
             () = shell.links.readable() => {}
-            () = tokio::time::sleep(TICK) => {}
+            () = tokio::time::sleep(pause) => {}
         }
         let had = shell.connection.is_some();
         shell.receive();
@@ -139,12 +140,18 @@ impl<O: Observer> Shell<'_, O> {
         self.session.time().unwrap_or_else(|| self.started.elapsed_us())
     }
 
+    /// How long until the session wants to be woken.
+    fn until_wake(&self) -> Duration {
+        let at = self.session.next_wake();
+        at.map_or(Duration::MAX, |at| Duration::from_micros(at.saturating_sub(self.started.elapsed_us())))
+    }
+
     fn receive(&mut self) {
         let now = self.now();
         let Self { session, connection, links, outbox, observer, .. } = self;
         let mut take = |observer: &mut O, link: Link, frame: &Frame| {
             observer.frame(session.time().unwrap_or(0), link, frame.bytes());
-            session.handle_input(now, link, frame);
+            session.handle_input(link, frame);
             // Several steps may come at once; each answer is recorded at its own.
             collect(session, now, outbox, observer);
             while let Some(entry) = session.poll_log() {

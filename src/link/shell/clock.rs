@@ -15,6 +15,9 @@ const LATE_SIMULATED_S: f64 = 0.1;
 /// Less than this cannot be kept: timers wake to the millisecond.
 const LATE_LEAST: Duration = Duration::from_millis(5);
 
+/// How often a host looks at what passes in wall time alone: a silence, a process that has ended, a patience that is over.
+pub(super) const WATCH_PERIOD: Duration = Duration::from_millis(100);
+
 /// How fast simulated time runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Speed {

@@ -119,9 +119,9 @@ impl Companion {
                 return;
             }
             observer.frame(now, link, frame.bytes());
-            session.handle_input(now, link, frame);
+            session.handle_input(link, frame);
             if matches!(frame.known(), Some(MavMessage::HEARTBEAT(_))) {
-                simulator.handle_input(now, Link::Parachute, frame);
+                simulator.handle_input(Link::Parachute, frame);
             }
         });
         if self.fence.as_ref().is_some_and(|f| f.since.elapsed() >= FENCE_PATIENCE) {
@@ -134,9 +134,9 @@ impl Companion {
     }
 
     /// Takes what the parachute says, without a socket.
-    pub(super) fn hear_parachute(&mut self, now: TimeUs, sent: &Transmit) {
+    pub(super) fn hear_parachute(&mut self, sent: &Transmit) {
         let Self { session, decoder, .. } = self;
-        decoder.datagram(&sent.bytes, |frame| session.handle_input(now, Link::Parachute, &frame));
+        decoder.datagram(&sent.bytes, |frame| session.handle_input(Link::Parachute, &frame));
     }
 
     /// Lets the session act at the simulator's time, once for each, and sends what it wants sent: to the autopilot and, without a
@@ -153,7 +153,7 @@ impl Companion {
             any = true;
             observer.frame(now, sent.link, &sent.bytes);
             self.links.send(&sent);
-            self.decoder.datagram(&sent.bytes, |frame| simulator.handle_input(now, Link::Parachute, &frame));
+            self.decoder.datagram(&sent.bytes, |frame| simulator.handle_input(Link::Parachute, &frame));
         }
         if any {
             self.put_fence();

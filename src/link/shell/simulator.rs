@@ -10,7 +10,7 @@ use super::super::parachute::PARACHUTE_COMPONENT;
 use super::super::signing::Key;
 use super::super::streamer::StreamerState;
 use super::super::{Frame, Link, Pace, Session as _, SimulatorSession, StreamerSession, TimeUs, Transmit};
-use super::clock::{Pacer, Since, Speed};
+use super::clock::{Pacer, Since, Speed, WATCH_PERIOD};
 use super::companion::Companion;
 use super::connection::Connection;
 use super::links::Links;
@@ -20,8 +20,6 @@ use super::spin::Spin;
 use super::tcp_server::TcpServer;
 use super::viewer::Viewer;
 
-/// How often a wait is looked at.
-const TICK: Duration = Duration::from_millis(100);
 /// Half a frame and then nothing for this long: the rest is not coming.
 const HALF_FRAME_PATIENCE: Duration = Duration::from_secs(1);
 /// How long a peer of the parachute is remembered.
@@ -161,16 +159,16 @@ impl<'a, O: Observer> Shell<'a, O> {
         let mut gone = None;
         let mut stop = std::pin::pin!(stop);
         while self.session.pace() != Pace::Done {
-            let pause = match self.session.pace() {
-                Pace::Ready | Pace::Free if self.is_fenced() => TICK,
-                Pace::Free => self.until_next_step(),
-                Pace::Ready if speed != Speed::Max || self.starts() => self.until_next_step(),
-                Pace::Ready | Pace::Done => Duration::ZERO,
-                Pace::NoPeer | Pace::AwaitingControls => TICK,
+            let pace = self.session.pace();
+            let hurries = speed == Speed::Max && pace == Pace::Ready && !self.starts();
+            let pause = match self.session.next_wake() {
+                Some(_) if self.is_fenced() => WATCH_PERIOD,
+                Some(_) if hurries => Duration::ZERO,
+                Some(at) => self.until(at).min(WATCH_PERIOD),
+                None => WATCH_PERIOD,
             };
             let mut accepted = None;
-            let answered =
-                self.session.pace() == Pace::AwaitingControls && self.spin.look(self.connection.as_mut());
+            let answered = pace == Pace::AwaitingControls && self.spin.look(self.connection.as_mut());
             if pause.is_zero() {
                 self.step().await;
             } else if !answered || self.spin.others_are_due() {
@@ -184,7 +182,7 @@ impl<'a, O: Observer> Shell<'a, O> {
                     () = self.parachute.readable() => {}
                     () = Self::heard(&mut self.companion) => {}
                     () = tokio::task::yield_now(), if answered => {}
-                    () = tokio::time::sleep(pause.min(TICK)) => {
+                    () = tokio::time::sleep(pause) => {
                         gone = guest.gone(self.session.now(), self.session.pace());
                     }
                 }
@@ -243,13 +241,14 @@ impl<'a, O: Observer> Shell<'a, O> {
         }
     }
 
-    fn until_next_step(&mut self) -> Duration {
-        let next = self.session.now() + self.session.config().step_us;
-        if self.starts() { self.starting.until(next) } else { self.pacer.until(next) }
+    fn until(&mut self, at: TimeUs) -> Duration {
+        if self.starts() { self.starting.until(at) } else { self.pacer.until(at) }
     }
 
     async fn step(&mut self) {
-        self.session.advance();
+        if let Some(at) = self.session.next_wake() {
+            self.session.handle_time(at);
+        }
         self.waiting = Since::now();
         self.send().await;
         // Where nothing is waited for, the sockets must be looked at all the same.
@@ -264,13 +263,13 @@ impl<'a, O: Observer> Shell<'a, O> {
         if let Some(connection) = connection {
             let result = connection.receive(*observer, |observer, frame| {
                 observer.frame(session.now(), Link::Simulator, frame.bytes());
-                session.handle_input(session.now(), Link::Simulator, frame);
+                session.handle_input(Link::Simulator, frame);
             });
             ended = result.err();
         }
         parachute.receive(*observer, |observer, link, frame: &Frame| {
             observer.frame(session.now(), link, frame.bytes());
-            session.handle_input(session.now(), link, frame);
+            session.handle_input(link, frame);
         });
         if let Some(companion) = companion {
             companion.receive(session, *observer);
@@ -308,7 +307,7 @@ impl<'a, O: Observer> Shell<'a, O> {
             return;
         }
         let waited = self.waiting.elapsed();
-        if waited < HALF_FRAME_PATIENCE.min(TICK) {
+        if waited < HALF_FRAME_PATIENCE.min(WATCH_PERIOD) {
             return;
         }
         let Self { session, connection, observer, .. } = self;
@@ -317,7 +316,7 @@ impl<'a, O: Observer> Shell<'a, O> {
         {
             connection.give_up_half_frames(*observer, |observer, frame| {
                 observer.frame(session.now(), Link::Simulator, frame.bytes());
-                session.handle_input(session.now(), Link::Simulator, frame);
+                session.handle_input(Link::Simulator, frame);
             });
         }
         session.handle_silence(waited);
@@ -345,7 +344,7 @@ impl<'a, O: Observer> Shell<'a, O> {
             if sent.link != Link::Simulator {
                 self.parachute.send(&sent);
                 if let Some(companion) = &mut self.companion {
-                    companion.hear_parachute(now, &sent);
+                    companion.hear_parachute(&sent);
                 }
             }
         }

@@ -6,12 +6,11 @@ use std::time::Duration;
 use super::super::signing::Key;
 use super::super::streamer::{STREAMER_COMPONENT, STREAMER_SYSTEM};
 use super::super::{Link, Session as _, StreamerSession};
-use super::clock::Since;
+use super::clock::{Since, WATCH_PERIOD};
 use super::links::Links;
 use super::notice::{Notice, Observer, ShellError};
 use super::ports::Ports;
 
-const TICK: Duration = Duration::from_millis(100);
 /// The parachute speaks once per simulated second only, and time may run slowly.
 const PEER_MEMORY: Duration = Duration::from_secs(600);
 
@@ -36,12 +35,12 @@ pub async fn run_streamer<O: Observer>(
         tokio::select! {
             () = &mut stop => break,
             () = socket.readable() => {}
-            () = tokio::time::sleep(TICK) => {}
+            () = tokio::time::sleep(WATCH_PERIOD) => {}
         }
         let before = session.now();
         socket.receive(observer, |observer, link, frame| {
             observer.frame(session.now(), link, frame.bytes());
-            session.handle_input(session.now(), link, frame);
+            session.handle_input(link, frame);
         });
         if session.now() == before {
             session.handle_silence(heard.elapsed());

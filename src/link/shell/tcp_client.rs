@@ -27,9 +27,14 @@ impl TcpClient {
         Self { at: loopback(port), what, tried: None, told: false }
     }
 
+    /// How long until it is time for the next try.
+    pub fn until_next_try(&self) -> Duration {
+        self.tried.map_or(Duration::ZERO, |tried| RETRY.saturating_sub(tried.elapsed()))
+    }
+
     /// Tries once, if it is time to; the connection has no Nagle's delay. That nobody is there is told once.
     pub async fn try_connect(&mut self, observer: &mut impl Observer) -> Option<(TcpStream, SocketAddr)> {
-        if self.tried.is_some_and(|tried| tried.elapsed() < RETRY) {
+        if !self.until_next_try().is_zero() {
             return None;
         }
         self.tried = Some(Since::now());

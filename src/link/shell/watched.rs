@@ -9,7 +9,7 @@ use std::time::Duration;
 use super::super::autopilot::AUTOPILOT_COMPONENT;
 use super::super::lockstep::Party;
 use super::super::parachute::PARACHUTE_COMPONENT;
-use super::super::{AutopilotSession, Link, Lockstep, LockstepError, PeerId, TimeUs, Transmit};
+use super::super::{AutopilotSession, Link, Lockstep, LockstepError, PeerId, Session as _, TimeUs, Transmit};
 use super::autopilot::Wiring;
 use super::clock::{Pacer, Speed};
 use super::links::Links;
@@ -55,11 +55,10 @@ pub async fn run_watched_drop<O: Observer>(
     let mut sockets = Sockets::open(&wire, ports, (wiring, speed), observer).await?;
     let mut pacer = Pacer::new(speed);
     let mut stop = std::pin::pin!(stop);
-    let step_us = wire.simulator.config().step_us;
     loop {
-        let pause = match speed {
-            Speed::Max => Duration::ZERO,
-            Speed::Factor(_) => pacer.until(wire.simulator.now() + step_us),
+        let pause = match (speed, wire.simulator.next_wake()) {
+            (Speed::Factor(_), Some(at)) => pacer.until(at),
+            (Speed::Max, _) | (_, None) => Duration::ZERO,
         };
         tokio::select! {
             biased;

@@ -64,11 +64,11 @@ impl Default for SimulatorConfig {
 pub enum Pace {
     /// No autopilot is connected.
     NoPeer,
-    /// The autopilot has not answered yet: [`advance`](super::SimulatorSession::advance) in real time, or the speed asked for.
+    /// The autopilot has not answered yet: steps are made in real time, or at the speed asked for.
     Free,
     /// The autopilot's answer is missing.
     AwaitingControls,
-    /// The answer is there: [`advance`](super::SimulatorSession::advance) when the next step is due.
+    /// The answer is there: the next step may be made.
     Ready,
     /// The mission is over.
     Done,

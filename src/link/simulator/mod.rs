@@ -18,9 +18,9 @@
 //! | `record` | what is remembered of a flight |
 //! | `hil`, `rates`, [`sensors`] | what a step sends: which messages are due, and what is in them |
 //!
-//! The caller asks [`SimulatorSession::pace`] what is to be done and calls [`SimulatorSession::advance`] when a step may
-//! be made; how fast that is, is the caller's business. How long an answer has been missing is measured by the caller
-//! ([`SimulatorSession::handle_silence`]) and told in events that name the message and the side.
+//! The next step is the session's [`next_wake`](Session::next_wake); how fast steps follow each other is the host's
+//! business, and [`SimulatorSession::pace`] says what is waited for. How long an answer has been missing is measured by
+//! the host ([`SimulatorSession::handle_silence`]) and reported in events that name the message and the side.
 
 use core::time::Duration;
 use std::collections::VecDeque;
@@ -215,11 +215,8 @@ impl SimulatorSession {
         })
     }
 
-    /// Makes one step, if [`Self::pace`] is free or ready, and sends the messages of the new time; elsewhere does nothing.
-    pub fn advance(&mut self) {
-        if !matches!(self.pace, Pace::Free | Pace::Ready) {
-            return;
-        }
+    /// Makes one step and sends the messages of the new time.
+    fn advance(&mut self) {
         self.counts.steps += 1;
         self.counts.unanswered += u64::from(self.pace == Pace::Free);
         let before = self.sim.advance_sampled(&self.throttle, self.v_sp_ned, seconds(self.config.step_us));
@@ -265,13 +262,12 @@ impl SimulatorSession {
 }
 
 impl Session for SimulatorSession {
-    /// The session's own time counts; `_now` is not looked at.
-    fn handle_input(&mut self, _now: TimeUs, link: Link, frame: &Frame) {
+    fn handle_input(&mut self, link: Link, frame: &Frame) {
         match link {
             Link::Simulator => self.take_from_autopilot(frame),
             Link::Parachute => {
                 self.take_from_outside(frame);
-                self.parachute.handle_input(self.now, link, frame);
+                self.parachute.handle_input(link, frame);
                 if self.parachute.take_release() {
                     self.release(ReleaseCause::Command);
                 }
@@ -280,8 +276,17 @@ impl Session for SimulatorSession {
         }
     }
 
-    /// Time is made here, by [`SimulatorSession::advance`].
-    fn handle_time(&mut self, _now: TimeUs) {}
+    /// Makes the steps of the simulation that are due by `now`.
+    fn handle_time(&mut self, now: TimeUs) {
+        while self.next_wake().is_some_and(|at| at <= now) {
+            self.advance();
+        }
+    }
+
+    /// The time of the next step, if the [pace](Self::pace) allows one.
+    fn next_wake(&self) -> Option<TimeUs> {
+        matches!(self.pace, Pace::Free | Pace::Ready).then_some(self.now + self.config.step_us)
+    }
 
     fn poll_output(&mut self) -> Option<Transmit> {
         match self.outbox.pop_front() {

@@ -26,7 +26,7 @@ impl Hand {
     fn say_outside(&mut self, message: &MavMessage) {
         self.decoder.push(&self.encoder.encode(message));
         let frame = self.decoder.next_frame().unwrap();
-        self.session.handle_input(0, Link::Parachute, &frame);
+        self.session.handle_input(Link::Parachute, &frame);
     }
 
     fn gripper(&mut self) -> (u8, Vec<String>) {
@@ -109,7 +109,7 @@ fn a_new_peer_finds_the_drop_at_its_beginning() {
     hand.fly(3_000_000, 0.5, true);
     let sequence = hand.session.encoder.clone();
     hand.session.peer_left();
-    hand.session.advance();
+    hand.session.handle_time(4_000_000);
     assert_eq!((hand.session.now(), hand.session.pace()), (3_000_000, Pace::NoPeer));
     hand.session.peer_connected();
     assert_eq!((hand.session.now(), hand.session.pace()), (0, Pace::Free));
@@ -119,7 +119,7 @@ fn a_new_peer_finds_the_drop_at_its_beginning() {
     let events = hand.events();
     assert!(events.contains(&SimulatorEvent::PeerLeft { at: 3_000_000 }));
     assert!(events.contains(&SimulatorEvent::Connected { again: true }));
-    hand.session.advance();
+    hand.step();
     assert_eq!(hand.drain(Link::Simulator)[0].payload().u64(0), 4_000);
 }
 
@@ -158,7 +158,7 @@ fn a_new_peer_is_sent_what_it_asks_for_itself() {
     hand.command(Link::Simulator, MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL, [331.0, 4_000.0], (1, 0));
     hand.session.peer_left();
     hand.session.peer_connected();
-    hand.session.advance();
+    hand.step();
     assert_eq!(hand.ids(), [115, 113, 107]);
 }
 

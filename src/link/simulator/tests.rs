@@ -37,7 +37,7 @@ impl Hand {
     pub(super) fn say(&mut self, message: &MavMessage) {
         self.decoder.push(&self.encoder.encode(message));
         let frame = self.decoder.next_frame().unwrap();
-        self.session.handle_input(0, Link::Simulator, &frame);
+        self.session.handle_input(Link::Simulator, &frame);
     }
 
     /// HIL_ACTUATOR_CONTROLS with the same command on all motors.
@@ -63,7 +63,14 @@ impl Hand {
         let encoder = if link == Link::Parachute { &mut self.script } else { &mut self.encoder };
         self.decoder.push(&encoder.encode(&message));
         let frame = self.decoder.next_frame().unwrap();
-        self.session.handle_input(0, link, &frame);
+        self.session.handle_input(link, &frame);
+    }
+
+    /// The next step, if one may be made.
+    pub(super) fn step(&mut self) {
+        if let Some(at) = self.session.next_wake() {
+            self.session.handle_time(at);
+        }
     }
 
     pub(super) fn drain(&mut self, link: Link) -> Vec<Frame> {
@@ -88,7 +95,7 @@ impl Hand {
     /// Answers every step with `control` until `until`.
     pub(super) fn fly(&mut self, until: TimeUs, control: f32, armed: bool) {
         while self.session.now() < until && self.session.pace() != Pace::Done {
-            self.session.advance();
+            self.step();
             self.drain(Link::Simulator);
             self.answer(self.session.now(), control, armed);
         }
@@ -102,7 +109,7 @@ pub(super) fn config() -> SimulatorConfig {
 #[test]
 fn nothing_moves_without_a_peer() {
     let mut hand = Hand::new(config());
-    hand.session.advance();
+    hand.session.handle_time(1_000_000);
     assert_eq!((hand.session.now(), hand.session.pace()), (0, Pace::NoPeer));
     assert!(hand.ids().is_empty());
 }
@@ -110,11 +117,11 @@ fn nothing_moves_without_a_peer() {
 #[test]
 fn a_step_sends_truth_fix_and_sensors_in_this_order_with_its_stamp() {
     let mut hand = Hand::connected(config());
-    hand.session.advance();
+    hand.step();
     let frames = hand.drain(Link::Simulator);
     assert_eq!(frames.iter().map(|f| f.message_id).collect::<Vec<_>>(), [115, 113, 107]);
     assert!(frames.iter().all(|f| f.payload().u64(0) == 4_000 && (f.system_id, f.component_id) == (1, 200)));
-    hand.session.advance();
+    hand.step();
     assert_eq!(hand.ids(), [115, 107]);
 }
 
@@ -123,16 +130,16 @@ fn free_run_until_the_first_answer_then_one_step_per_answer() {
     let mut hand = Hand::connected(config());
     for _ in 0..40 {
         assert_eq!(hand.session.pace(), Pace::Free);
-        hand.session.advance();
+        hand.step();
     }
     // The first answer is late, as PX4's is: it starts the lockstep, but the present step is still owed one.
     hand.answer(100_000, 0.0, false);
     assert_eq!(hand.session.pace(), Pace::AwaitingControls);
-    hand.session.advance();
+    hand.step();
     assert_eq!(hand.session.now(), 160_000);
     hand.answer(160_000, 0.0, false);
     assert_eq!(hand.session.pace(), Pace::Ready);
-    hand.session.advance();
+    hand.step();
     assert_eq!((hand.session.now(), hand.session.pace()), (164_000, Pace::AwaitingControls));
     assert_eq!((hand.session.counts().steps, hand.session.counts().unanswered), (41, 40));
     assert!(hand.events().contains(&SimulatorEvent::Lockstep { at: 160_000 }));
@@ -142,7 +149,7 @@ fn free_run_until_the_first_answer_then_one_step_per_answer() {
 fn a_peer_that_never_answers_stops_the_free_run_and_is_named() {
     let mut hand = Hand::connected(config());
     for _ in 0..10_000 {
-        hand.session.advance();
+        hand.step();
     }
     assert_eq!((hand.session.now(), hand.session.pace()), (5_000_000, Pace::AwaitingControls));
     hand.events();
@@ -164,7 +171,7 @@ fn silence_can_end_in_going_on_without() {
     let silence = Silence::FreeRunAfter(Duration::from_millis(500));
     let mut hand = Hand::connected(SimulatorConfig { silence, ..config() });
     hand.fly(40_000, 0.0, false);
-    hand.session.advance();
+    hand.step();
     hand.session.handle_silence(Duration::from_millis(400));
     assert_eq!(hand.session.pace(), Pace::AwaitingControls);
     hand.session.handle_silence(Duration::from_millis(500));
@@ -177,7 +184,7 @@ fn silence_can_end_in_going_on_without() {
 fn answers_from_the_future_are_not_used() {
     let mut hand = Hand::connected(config());
     hand.fly(40_000, 0.0, false);
-    hand.session.advance();
+    hand.step();
     hand.answer(1_000_000, 0.9, true);
     assert_eq!(hand.session.pace(), Pace::AwaitingControls);
     assert_eq!(hand.session.counts().mistimed, 1);
@@ -189,7 +196,7 @@ fn controls_that_are_no_commands_are_tamed_and_counted() {
     let mut hand = Hand::connected(config());
     hand.session.release(ReleaseCause::Command);
     for control in [f32::NAN, f32::INFINITY, -3.0, 1e30] {
-        hand.session.advance();
+        hand.step();
         hand.answer(hand.session.now(), control, true);
         assert!(hand.session.throttle[..4].iter().all(|t| (0.0..=1.0).contains(t)));
     }
@@ -198,7 +205,7 @@ fn controls_that_are_no_commands_are_tamed_and_counted() {
     assert_eq!(hand.session.counts().clamped, 8);
     assert!(hand.session.counts().not_finite > 8);
     // Motors that are off may say -1.
-    hand.session.advance();
+    hand.step();
     hand.answer(hand.session.now(), -1.0, false);
     assert_eq!(hand.session.counts().clamped, 8);
 }
@@ -218,7 +225,7 @@ fn message_intervals_are_answered_exactly_once_and_odometry_follows() {
     assert_eq!(hand.drain(Link::Simulator)[0].command_ack().unwrap().result, 3);
     hand.command(Link::Simulator, interval, [331.0, -1.0], (9, 0));
     assert!(hand.ids().is_empty());
-    hand.session.advance();
+    hand.step();
     assert_eq!(hand.ids(), [115, 331, 113, 107]);
 }
 

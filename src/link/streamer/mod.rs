@@ -260,8 +260,7 @@ impl StreamerSession {
 }
 
 impl Session for StreamerSession {
-    /// Its clock comes with the frames, or by [`Session::handle_time`]; `_now` is not looked at.
-    fn handle_input(&mut self, _now: TimeUs, link: Link, frame: &Frame) {
+    fn handle_input(&mut self, link: Link, frame: &Frame) {
         if matches!(link, Link::Api | Link::Parachute) {
             self.take(frame);
         }
@@ -272,6 +271,11 @@ impl Session for StreamerSession {
         if self.config.clock == Clock::Caller {
             self.tick(now);
         }
+    }
+
+    /// At the caller's every time, if its clock is the caller's.
+    fn next_wake(&self) -> Option<TimeUs> {
+        (self.config.clock == Clock::Caller && !self.is_over()).then_some(self.flight.now)
     }
 
     fn poll_output(&mut self) -> Option<Transmit> {

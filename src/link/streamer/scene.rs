@@ -77,7 +77,7 @@ impl Scene {
     pub(super) fn hear(&mut self, bytes: &[u8]) {
         self.decoder.push(bytes);
         let frame = self.decoder.next_frame().unwrap();
-        self.streamer.handle_input(0, Link::Api, &frame);
+        self.streamer.handle_input(Link::Api, &frame);
     }
 
     pub(super) fn vehicle_says(&mut self, message: &MavMessage) {
