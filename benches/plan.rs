@@ -37,7 +37,7 @@ type U = SVector<f64, 4>;
 /// A state off every symmetry.
 fn point() -> (VehicleDynamics<4>, X, U) {
     let mission = nominal::titan();
-    let dynamics = VehicleDynamics::<4>::new(&mission.vehicle, &mission.environment).unwrap();
+    let dynamics = VehicleDynamics::<4>::new(&mission.vehicle, &mission.site.environment).unwrap();
     (
         dynamics,
         X::from([0.99, 0.05, -0.08, 0.03, 2.0, -0.3, 4.1, 0.02, -0.1, 0.01]),
@@ -69,7 +69,7 @@ fn dynamics_hessian(bencher: Bencher<'_, '_>) {
 fn defects_with_jacobian(bencher: Bencher<'_, '_>, jacobian: bool) {
     let mission = nominal::titan();
     let problem = mission.plan_problem();
-    let t = trim(&mission.vehicle, &mission.environment, problem.target_v_ned, 0.0).unwrap();
+    let t = trim(&mission.vehicle, &mission.site.environment, problem.target_v_ned, 0.0).unwrap();
     let nlp = transcribe::<4>(&problem, &t.q_ned_from_body, &t.thrust_n).unwrap();
     let (_, x, u) = point();
     let nodes = Nodes { x: vec![x; problem.nodes], u: vec![u; problem.nodes] };

@@ -88,7 +88,7 @@ pub fn services(data: &[u8]) {
 /// A mission file beside the project's vehicles and gains.
 pub fn mission(data: &[u8]) {
     if let Ok(mission) = load_mission(&put("mission/fuzzed.json", data)) {
-        assert!(mission.hang_s.is_finite() && mission.duration_s.is_finite());
+        assert!(mission.release.hang_s.is_finite() && mission.duration_s.is_finite());
     }
 }
 
@@ -146,11 +146,11 @@ fn project() -> &'static Path {
 
 fn autopilot() -> AutopilotSession {
     let m: Mission = load_mission(&project().join("mission/titan_drop.json")).unwrap();
-    let airframe = Airframe::new(&m.vehicle, &m.environment).unwrap();
+    let airframe = Airframe::new(&m.vehicle, &m.site.environment).unwrap();
     AutopilotSession::new(AutopilotSetup {
         system_id: 1,
-        cascade: Cascade::new(airframe, m.gains, m.control_limits),
-        environment: m.environment.clone(),
+        cascade: Cascade::new(airframe, m.control.gains, m.control.limits),
+        environment: m.site.environment.clone(),
         estimator: None,
         rotors: m.vehicle.rotors.len(),
         epoch_unix_us: m.epoch_unix_us,

@@ -27,23 +27,23 @@ struct Drop {
 static DROP: LazyLock<Drop> = LazyLock::new(|| dropped("mission/titan_drop.json"));
 
 fn planned(mission: &Mission) -> Plan {
-    let (body, _) = mission.parachute.hanging(0.0, &mission.environment);
-    let v = body.v_ned + mission.environment.gravity_ned() * mission.parachute.delay_s;
+    let (body, _) = mission.release.parachute.hanging(0.0, &mission.site.environment);
+    let v = body.v_ned + mission.site.environment.gravity_ned() * mission.release.parachute.delay_s;
     let q = body.q_ned_from_body;
     let w = body.omega_body;
     let problem = PlanProblem {
         vehicle: &mission.vehicle,
-        environment: &mission.environment,
+        environment: &mission.site.environment,
         initial: [q[0], q[1], q[2], q[3], v.x, v.y, v.z, w.x, w.y, w.z],
         initial_thrust_n: [0.0; MAX_ROTORS],
         target_v_ned: mission.target_v_ned,
-        x_ss: mission.x_ss,
-        horizon_s: mission.horizon_s,
-        nodes: mission.nodes,
-        thrust_max_n: mission.thrust_max_n,
-        thrust_rate_n_s: mission.thrust_slew_n_s,
-        cost_state: mission.cost_state,
-        cost_input: mission.cost_input,
+        x_ss: mission.plan.x_ss,
+        horizon_s: mission.plan.horizon_s,
+        nodes: mission.plan.nodes,
+        thrust_max_n: mission.plan.thrust_max_n,
+        thrust_rate_n_s: mission.plan.thrust_slew_n_s,
+        cost_state: mission.plan.cost_state,
+        cost_input: mission.plan.cost_input,
         input_reference: InputReference::Zero,
         terminal_velocity_tolerance_m_s: None,
     };
@@ -54,11 +54,17 @@ fn planned(mission: &Mission) -> Plan {
 fn dropped(path: &str) -> Drop {
     let mission = load_mission(Path::new(path)).unwrap();
     let plan = planned(&mission);
-    let (vehicle, environment) = (mission.vehicle.clone(), mission.environment.clone());
+    let (vehicle, environment) = (mission.vehicle.clone(), mission.site.environment.clone());
     let airframe = Airframe::new(&vehicle, &environment).unwrap();
-    let mut cascade = Cascade::new(airframe, mission.gains, mission.control_limits);
-    let mut sim = DropSimulation::new(vehicle, environment, mission.parachute, mission.hang_s, mission.start);
-    sim.schedule_release(mission.hang_s);
+    let mut cascade = Cascade::new(airframe, mission.control.gains, mission.control.limits);
+    let mut sim = DropSimulation::new(
+        vehicle,
+        environment,
+        mission.release.parachute,
+        mission.release.hang_s,
+        mission.release.start,
+    );
+    sim.schedule_release(mission.release.hang_s);
     let flight = FlightPlan {
         reference: Reference::Plan {
             trajectory: &plan.trajectory,
@@ -71,7 +77,7 @@ fn dropped(path: &str) -> Drop {
         duration_s: mission.duration_s,
     };
     let mut samples = Vec::new();
-    let mut builder = VerdictBuilder::new(mission.limits, mission.target_v_ned);
+    let mut builder = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned);
     let _ = fly(&mut sim, &mut cascade, &flight, &mut |s| {
         builder.observe(s);
         samples.push(*s);
@@ -81,7 +87,7 @@ fn dropped(path: &str) -> Drop {
 }
 
 fn stamp(mission: &Mission) -> Stamp {
-    Stamp { seed: mission.seed, input_hash: mission.input_hash.clone() }
+    Stamp { seed: mission.seed, input_hash: mission.inputs.hash.clone() }
 }
 
 impl Drop {
@@ -96,7 +102,8 @@ impl Drop {
 
     fn csv(&self) -> Vec<u8> {
         let n = self.mission.vehicle.rotors.len();
-        let mut csv = FlightCsv::new(Vec::new(), n, self.mission.limits, &stamp(&self.mission)).unwrap();
+        let mut csv =
+            FlightCsv::new(Vec::new(), n, self.mission.limits.safety, &stamp(&self.mission)).unwrap();
         for sample in &self.samples {
             csv.write(sample).unwrap();
         }
@@ -148,7 +155,7 @@ fn the_figures_are_small_well_formed_and_the_same_each_time() {
         assert_well_formed(&svg);
         assert_on_the_sheet(&svg);
         assert!(svg.len() < 300_000, "{}", svg.len());
-        assert!(svg.contains(&DROP.mission.input_hash) && svg.contains("seed 1"));
+        assert!(svg.contains(&DROP.mission.inputs.hash) && svg.contains("seed 1"));
     }
     assert_eq!(DROP.figure(), DROP.figure());
     let figure = DROP.figure();
@@ -237,7 +244,7 @@ fn reference_j_tpf_of_the_plan() {
     let reference: serde_json::Value =
         serde_json::from_str(include_str!("data/reference_plans.json")).unwrap();
     let expected = reference["titan_nominal_j_tpf"].as_f64().unwrap();
-    let found = plan_j_tpf(&DROP.plan.trajectory, &DROP.mission.limits);
+    let found = plan_j_tpf(&DROP.plan.trajectory, &DROP.mission.limits.safety);
     assert!((found - expected).abs() < 1e-9, "{found} against {expected}");
 }
 
@@ -272,12 +279,12 @@ altitude lost                  1234.6 m
 steady after                    never                NOT STEADY
 final velocity, NED  4.00 0.00 12.00 m/s
 ";
-    let found = verdict_text(&bad_verdict(), &DROP.mission.limits, true);
+    let found = verdict_text(&bad_verdict(), &DROP.mission.limits.safety, true);
     let squeezed = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert_eq!(squeezed(&found), squeezed(expected), "{found}");
     let rolled =
         Verdict { peak_roll_rad: -0.9, decided_by: "roll", limits_passed: vec!["roll"], ..bad_verdict() };
-    let rolled = squeezed(&verdict_text(&rolled, &DROP.mission.limits, false));
+    let rolled = squeezed(&verdict_text(&rolled, &DROP.mission.limits.safety, false));
     assert!(rolled.contains("EXCEEDED, decided by roll") && rolled.contains("after never final"), "{rolled}");
     assert!(
         rolled.contains("peak roll -51.57 deg +-45 EXCEEDED peak roll rate 0.00 deg/s +-90 ok"),
@@ -352,7 +359,7 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
     assert_eq!((&plan["status"], &plan["solve_ms"]), (&"converged".into(), &4.5.into()));
     assert_eq!(plan["iterations"], DROP.plan.counts.iterations);
     assert_eq!(plan["objective"], DROP.plan.objective);
-    assert_eq!(plan["input_hash"], mission.input_hash.as_str());
+    assert_eq!(plan["input_hash"], mission.inputs.hash.as_str());
     assert!(parse(plan_json(mission, &DROP.plan, None)).get("solve_ms").is_none());
-    assert!(plan_text(&DROP.plan, &mission.limits, None).starts_with("converged, "));
+    assert!(plan_text(&DROP.plan, &mission.limits.safety, None).starts_with("converged, "));
 }

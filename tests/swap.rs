@@ -31,10 +31,10 @@ fn titan() -> Mission {
 fn drop_of(mission: &Mission) -> DropSimulation {
     DropSimulation::new(
         mission.vehicle.clone(),
-        mission.environment.clone(),
-        mission.parachute,
-        mission.hang_s,
-        mission.start,
+        mission.site.environment.clone(),
+        mission.release.parachute,
+        mission.release.hang_s,
+        mission.release.start,
     )
 }
 
@@ -67,16 +67,16 @@ fn another_vehicle_is_planned_and_flown() {
         Vehicle::new(mass, rotors, old.aero.clone(), old.rotor.clone(), old.motor.clone(), old.options)
             .unwrap();
     mission.vehicle = Arc::new(vehicle);
-    mission.x_ss = None;
+    mission.plan.x_ss = None;
     let plan = plan(&mission.plan_problem(), &Guess::StraightLine, &SolverOptions::default(), &mut |_| {
         ControlFlow::Continue(())
     })
     .unwrap();
     assert_eq!(plan.status, Status::Converged, "{:?}", plan.diagnosis);
-    let airframe = Airframe::new(&mission.vehicle, &mission.environment).unwrap();
-    let mut cascade = Cascade::new(airframe, mission.gains, mission.control_limits);
+    let airframe = Airframe::new(&mission.vehicle, &mission.site.environment).unwrap();
+    let mut cascade = Cascade::new(airframe, mission.control.gains, mission.control.limits);
     let mut sim = drop_of(&mission);
-    sim.schedule_release(mission.hang_s);
+    sim.schedule_release(mission.release.hang_s);
     let flight = FlightPlan {
         reference: Reference::Plan {
             trajectory: &plan.trajectory,
@@ -116,8 +116,9 @@ fn another_controller_flies_the_simulation() {
 
 /// Planner: anything that makes a trajectory. Here a straight ramp to the target.
 fn ramp(mission: &Mission) -> Trajectory {
-    let at_trim = trim(&mission.vehicle, &mission.environment, mission.target_v_ned, 0.0).unwrap();
-    let start = Vector3::new(0.0, 0.0, mission.parachute.v0_m_s(mission.environment.gravity_m_s2));
+    let at_trim = trim(&mission.vehicle, &mission.site.environment, mission.target_v_ned, 0.0).unwrap();
+    let start =
+        Vector3::new(0.0, 0.0, mission.release.parachute.v0_m_s(mission.site.environment.gravity_m_s2));
     let node = |t_s: f64, v_ned: Vector3<f64>| Node {
         t_s,
         q_ned_from_body: at_trim.q_ned_from_body,
@@ -218,11 +219,11 @@ impl Session for Piped {
 fn another_transport_and_another_planner_fly_the_same_drop() {
     let mission = titan();
     let autopilot = || {
-        let airframe = Airframe::new(&mission.vehicle, &mission.environment).unwrap();
+        let airframe = Airframe::new(&mission.vehicle, &mission.site.environment).unwrap();
         AutopilotSession::new(AutopilotSetup {
             system_id: 1,
-            cascade: Cascade::new(airframe, mission.gains, mission.control_limits),
-            environment: mission.environment.clone(),
+            cascade: Cascade::new(airframe, mission.control.gains, mission.control.limits),
+            environment: mission.site.environment.clone(),
             estimator: None,
             rotors: 4,
             epoch_unix_us: mission.epoch_unix_us,
@@ -233,8 +234,8 @@ fn another_transport_and_another_planner_fly_the_same_drop() {
     let simulator = || SimulatorSession::new(drop_of(&mission), SimulatorConfig::default());
     let streamer = || {
         let config = StreamerConfig {
-            hang_s: mission.hang_s,
-            delay_s: mission.parachute.delay_s,
+            hang_s: mission.release.hang_s,
+            delay_s: mission.release.parachute.delay_s,
             target_v_ned: mission.target_v_ned,
             ..StreamerConfig::default()
         };

@@ -64,7 +64,7 @@ fn paper_a_wrong_constant_fails_nasas_cases() {
 fn closed_form_other_blades_fail() {
     let [lander, _] = missions();
     let pitched = Blades { collective_rad: 0.180_001, ..momentum::LANDER };
-    let group = momentum::rotor(&lander.vehicle.rotor, lander.environment.density_kg_m3, &pitched);
+    let group = momentum::rotor(&lander.vehicle.rotor, lander.site.environment.density_kg_m3, &pitched);
     assert_eq!(failures(&group).len(), group.checks.len());
 }
 

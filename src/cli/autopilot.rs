@@ -57,7 +57,7 @@ pub struct AutopilotArgs {
 /// `samara autopilot`.
 pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
     let mut mission = chosen_mission(&args.mission, &args.choice)?;
-    if mission.px4_clock == Px4Clock::Froude {
+    if mission.px4.clock == Px4Clock::Froude {
         return Err(anyhow::anyhow!(
             "{}: px4_clock is \"froude\", so the simulator speaks to a PX4; the reference autopilot knows the site's gravity and \
              flies this mission with `samara drop`",

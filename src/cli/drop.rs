@@ -77,7 +77,7 @@ pub fn begin(args: &DropArgs) -> Result<(Pilot, Mission, Narrator, OutputFolder)
         "samara drop: {}, vehicle {}, gains {}{}\n",
         mission.name,
         mission.vehicle_name,
-        mission.gains_name,
+        mission.control.gains_name,
         pilot.words(&args.state)
     ))?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
@@ -86,7 +86,7 @@ pub fn begin(args: &DropArgs) -> Result<(Pilot, Mission, Narrator, OutputFolder)
 
 /// Tells, once, what is to say of the parameters that PX4 is given.
 pub fn tell_remarks(mission: &Mission, remarks: &[String]) {
-    let file = &mission.gains_name;
+    let file = &mission.control.gains_name;
     remarks.iter().for_each(|remark| tell(&format!("samara: {file}: {remark}\n")));
 }
 
@@ -142,7 +142,7 @@ pub fn conclude(
         must_be_steady: true,
         trouble: flown.trouble.clone(),
         autopilot: Some(flown.by.clone()),
-        plan_j_tpf: Some(plan_j_tpf(&planned.trajectory, &mission.limits)),
+        plan_j_tpf: Some(plan_j_tpf(&planned.trajectory, &mission.limits.safety)),
         ..drop_run(&flown.record)
     };
     let text = drop_json(mission, verdict.as_ref(), &run);

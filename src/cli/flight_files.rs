@@ -26,8 +26,8 @@ pub fn write_flight(
     by: Option<&str>,
 ) -> Result<(), Failure> {
     folder.write("flight.csv", |out| {
-        let begin = if mission.ground.is_some() { FlightCsv::with_ground } else { FlightCsv::new };
-        let mut csv = begin(out, mission.vehicle.rotors.len(), mission.limits, &stamp_of(mission))?;
+        let begin = if mission.site.ground.is_some() { FlightCsv::with_ground } else { FlightCsv::new };
+        let mut csv = begin(out, mission.vehicle.rotors.len(), mission.limits.safety, &stamp_of(mission))?;
         log.iter().try_for_each(|sample| csv.write(sample))?;
         csv.finish().map(|_| ())
     })?;

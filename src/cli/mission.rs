@@ -41,7 +41,7 @@ pub fn chosen_mission(path: &Path, choice: &ChoiceArgs) -> Result<Mission, Failu
 /// [`Failure::BadInput`] for such a mission, and as [`chosen_mission`].
 pub fn mission_with_a_drop(path: &Path, choice: &ChoiceArgs) -> Result<Mission, Failure> {
     let mission = chosen_mission(path, choice)?;
-    if mission.starts_on_ground() {
+    if mission.release.standing {
         return Err(Failure::BadInput(anyhow::anyhow!(
             "{}: the vehicle starts on the ground, there is no drop; fly it with `samara sim`, `samara autopilot` and a ground \
              station",
@@ -67,7 +67,7 @@ pub fn mission_for_px4(
     let others = ChoiceArgs { gains: choice.gains.clone().filter(|_| !own), params: None, ..choice.clone() };
     let mut mission = mission_with_a_drop(path, &others)?;
     if own {
-        mission.gains_name = PX4_DEFAULT.to_owned();
+        mission.control.gains_name = PX4_DEFAULT.to_owned();
         mission.note_choice("gains", PX4_DEFAULT);
         return Ok((mission, Some(ParameterFile::default())));
     }
@@ -80,7 +80,7 @@ pub fn mission_for_px4(
         refuse_useless(path, &check)?;
         return Ok((mission, Some(file)));
     }
-    let Some(named) = mission.px4_params.clone().filter(|_| choice.gains.is_none()) else {
+    let Some(named) = mission.px4.params.clone().filter(|_| choice.gains.is_none()) else {
         return Ok((mission, None));
     };
     let file = mission
@@ -126,5 +126,5 @@ pub fn note_estimator(mission: &mut Mission, state: &StateArgs) {
 
 /// What result files of the mission carry.
 pub fn stamp_of(mission: &Mission) -> Stamp {
-    Stamp { seed: mission.seed, input_hash: mission.input_hash.clone() }
+    Stamp { seed: mission.seed, input_hash: mission.inputs.hash.clone() }
 }

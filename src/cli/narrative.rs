@@ -74,11 +74,11 @@ impl Narrator {
 
     /// The start of the hang.
     pub fn hanging(&self, mission: &Mission) -> Result<(), Failure> {
-        let descent = format!("under the parachute, {} m/s down", mission.parachute.descent_m_s);
-        match mission.parachute.hook {
+        let descent = format!("under the parachute, {} m/s down", mission.release.parachute.descent_m_s);
+        match mission.release.parachute.hook {
             None => self.at(0.0, &format!("hanging {descent}")),
             Some(hook) => {
-                let lets_go_s = mission.hang_s - hook.lets_go_before_s;
+                let lets_go_s = mission.release.hang_s - hook.lets_go_before_s;
                 self.at(0.0, &format!("hanging still on a hook; let go at {lets_go_s} s {descent}"))
             }
         }
@@ -89,7 +89,10 @@ impl Narrator {
         match event {
             SimulatorEvent::RotorsFree { at } => self.at(
                 seconds(*at),
-                &format!("rotors free after {} s of fall, the plan begins", mission.parachute.delay_s),
+                &format!(
+                    "rotors free after {} s of fall, the plan begins",
+                    mission.release.parachute.delay_s
+                ),
             ),
             // The shell has told.
             SimulatorEvent::Connected { again: false } => Ok(()),
@@ -147,7 +150,8 @@ impl Narrator {
         powered_from_s: Option<f64>,
     ) -> Result<(), Failure> {
         let v = mission.target_v_ned;
-        let (target, within_m_s) = (format!("[{} {} {}] m/s", v.x, v.y, v.z), mission.steady_within_m_s);
+        let (target, within_m_s) =
+            (format!("[{} {} {}] m/s", v.x, v.y, v.z), mission.limits.steady_within_m_s);
         let within =
             if within_m_s != 0.01 * v.norm() { format!("{within_m_s} m/s") } else { "1 %".to_owned() };
         match verdict.steady_after_s {

@@ -240,7 +240,7 @@ fn of_a_drop(args: &ExportArgs, mission: &Mission, given: Option<&ParameterFile>
     suits(mission).bad_input()?;
     let timed = plan_mission(mission, false)?;
     if timed.plan.status != Status::Converged {
-        let text = format!("no plan to fly: {}", plan_text(&timed.plan, &mission.limits, None));
+        let text = format!("no plan to fly: {}", plan_text(&timed.plan, &mission.limits.safety, None));
         return Err(anyhow::anyhow!(text)).bad_input();
     }
     let mixer = !args.allocated && is_quad_x(&mission.vehicle).is_ok();
@@ -276,7 +276,7 @@ fn refusal(args: &CheckArgs, file: &ParameterFile, known: usize) -> Result<Optio
     let by_samara = import(file, &mission.parameter_subject()).map(|_| ());
     // PX4 takes any file with something of its own in it, but for one that is not for it.
     let is_px4s = file.purpose() != Some(Purpose::Samara) && known > 0 && suits(&mission).is_ok();
-    let by_px4 = is_px4s.then(|| to_px4(file, mission.environment.gravity_m_s2, mission.px4_purpose()));
+    let by_px4 = is_px4s.then(|| to_px4(file, mission.site.environment.gravity_m_s2, mission.px4_purpose()));
     Ok(match (by_samara, by_px4) {
         (Ok(()), _) | (_, Some(Ok(()))) => None,
         (_, Some(Err(e))) if matches!(file.purpose(), Some(Purpose::Px4 | Purpose::Px4Froude)) => {

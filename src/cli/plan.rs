@@ -125,8 +125,8 @@ const X_SS_OFF_RAD: f64 = RAD_PER_DEG;
 
 /// Says so when the mission's x_ss is not the steady state of its vehicle: it was meant for another one.
 fn warn_of_x_ss(mission: &Mission) {
-    let Some(x_ss) = mission.x_ss else { return };
-    let trim = trim(&mission.vehicle, &mission.environment, mission.target_v_ned, 0.0);
+    let Some(x_ss) = mission.plan.x_ss else { return };
+    let trim = trim(&mission.vehicle, &mission.site.environment, mission.target_v_ned, 0.0);
     // Without a trim there is no plan, which says so itself.
     let Ok(trim) = trim else { return };
     let q_ss = normalized([x_ss[0], x_ss[1], x_ss[2], x_ss[3]]);
@@ -172,7 +172,7 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
     if args.mission.json {
         print(&plan_json(&mission, &plan, Some(solve_ms)))?;
     } else {
-        print(&plan_text(&plan, &mission.limits, Some(solve_ms)))?;
+        print(&plan_text(&plan, &mission.limits.safety, Some(solve_ms)))?;
         print(&format!("results in {}\n", folder.path().display()))?;
     }
     Ok(if plan.status == Status::Converged { Answer::Yes } else { Answer::No })
@@ -181,17 +181,17 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
 /// The mission with what the command line changes of its plan.
 fn chosen(args: &PlanArgs) -> Result<Mission, Failure> {
     let mut mission = load_mission(&args.mission.mission).bad_input()?;
-    if let Some(nodes) = args.nodes.map(|n| n as usize).filter(|n| *n != mission.nodes) {
-        mission.nodes = nodes;
+    if let Some(nodes) = args.nodes.map(|n| n as usize).filter(|n| *n != mission.plan.nodes) {
+        mission.plan.nodes = nodes;
         mission.note_choice("nodes", &nodes.to_string());
     }
     let (reference, name) = match args.input_cost {
         Some(InputCost::Zero) => (InputReference::Zero, "zero"),
         Some(InputCost::Trim) => (InputReference::Trim, "trim"),
-        None => (mission.cost_input_reference, ""),
+        None => (mission.plan.cost_input_reference, ""),
     };
-    if reference != mission.cost_input_reference {
-        mission.cost_input_reference = reference;
+    if reference != mission.plan.cost_input_reference {
+        mission.plan.cost_input_reference = reference;
         mission.note_choice("input cost", name);
     }
     if let Some(within_m_s) = args.terminal_tolerance {

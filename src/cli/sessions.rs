@@ -19,9 +19,9 @@ use samara::trajectory::Trajectory;
 
 /// The scale of the wire to PX4.
 pub fn froude(mission: &Mission) -> Option<Froude> {
-    match mission.px4_clock {
+    match mission.px4.clock {
         Px4Clock::Real => None,
-        Px4Clock::Froude => Some(Froude::under(mission.environment.gravity_m_s2)),
+        Px4Clock::Froude => Some(Froude::under(mission.site.environment.gravity_m_s2)),
     }
 }
 
@@ -33,11 +33,11 @@ pub fn simulator(mission: &Mission, system_id: u8, froude: Option<Froude>) -> Si
         froude,
         step_us: froude.map_or(default.step_us, Froude::step_us),
         duration_us: microseconds(mission.duration_s),
-        trigger: mission.release_trigger,
+        trigger: mission.release.trigger,
         sensors: mission.sensors,
         seed: mission.seed,
         battery: mission.battery,
-        limits: Some(mission.limits),
+        limits: Some(mission.limits.safety),
         ..default
     };
     SimulatorSession::new(mission.simulation(), config)
@@ -54,13 +54,13 @@ pub fn autopilot(
     system_id: u8,
     keeps_parameters: bool,
 ) -> Result<AutopilotSession, Failure> {
-    let airframe = Airframe::new(&mission.vehicle, &mission.environment)
+    let airframe = Airframe::new(&mission.vehicle, &mission.site.environment)
         .with_context(|| mission.vehicle_file.display().to_string())
         .bad_input()?;
     let mut session = AutopilotSession::new(AutopilotSetup {
         system_id,
-        cascade: Cascade::new(airframe, mission.gains, mission.control_limits),
-        environment: mission.environment.clone(),
+        cascade: Cascade::new(airframe, mission.control.gains, mission.control.limits),
+        environment: mission.site.environment.clone(),
         estimator: (state.estimator == EstimatorChoice::Ekf).then(|| estimator(mission)),
         rotors: mission.vehicle.rotors.len(),
         epoch_unix_us: mission.epoch_unix_us,
@@ -78,10 +78,10 @@ pub fn autopilot(
 /// The estimator at the mission's site: it knows gravity, the magnetic field and how late satellite fixes are, as a crew would set
 /// it up, and takes the sensors for typical ones.
 fn estimator(mission: &Mission) -> EstimatorSettings {
-    let field_ned_gauss = mission.sensors.magnetometer.field_at(&mission.environment);
+    let field_ned_gauss = mission.sensors.magnetometer.field_at(&mission.site.environment);
     EstimatorSettings {
         gps_delay_us: mission.sensors.satellite.delay_us,
-        ..EstimatorSettings::at_site(mission.environment.gravity_m_s2, field_ned_gauss)
+        ..EstimatorSettings::at_site(mission.site.environment.gravity_m_s2, field_ned_gauss)
     }
 }
 
@@ -108,9 +108,9 @@ pub fn streamer(
     let StreamerChoice { clock, procedure, feed_forward, froude } = choice;
     let mut config = StreamerConfig {
         vehicle_system,
-        hang_s: mission.hang_s,
-        commands_release: mission.release_trigger == ReleaseTrigger::Command,
-        delay_s: mission.parachute.delay_s,
+        hang_s: mission.release.hang_s,
+        commands_release: mission.release.trigger == ReleaseTrigger::Command,
+        delay_s: mission.release.parachute.delay_s,
         target_v_ned: mission.target_v_ned,
         feed_forward,
         froude,

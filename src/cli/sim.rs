@@ -72,7 +72,7 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     reporter.finish()?;
     let record = session.record().clone();
     let log = session.into_log();
-    let plan_end_s = if mission.starts_on_ground() { f64::INFINITY } else { mission.horizon_s };
+    let plan_end_s = if mission.release.standing { f64::INFINITY } else { mission.plan.horizon_s };
     let verdict = judge(&mission, &log, plan_end_s);
     if !log.is_empty() {
         write_flight(&folder, &mission, &log, None, verdict.as_ref(), None)?;
@@ -83,7 +83,7 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let run = DropRun {
         ended_at_s: log.last().map_or(0.0, |s| s.t_s),
         completed: !stopped,
-        must_be_steady: !mission.starts_on_ground() && !landed,
+        must_be_steady: !mission.release.standing && !landed,
         ..drop_run(&record)
     };
     let text = drop_json(&mission, verdict.as_ref(), &run);

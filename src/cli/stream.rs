@@ -64,7 +64,7 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
         Some(path) => mission.use_trajectory(path).bad_input()?.trajectory,
         None => {
             let timed = plan_mission(&mission, args.planning.verbose)?;
-            let text = plan_text(&timed.plan, &mission.limits, None);
+            let text = plan_text(&timed.plan, &mission.limits.safety, None);
             narrator.say(&format!("planned in {:.1} ms: {text}", timed.solve_ms))?;
             if timed.plan.status != Status::Converged {
                 return Ok(Answer::No);

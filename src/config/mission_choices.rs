@@ -7,29 +7,46 @@ use super::source::{InputHash, Source};
 use super::trajectory_csv::{TrajectoryFile, load_trajectory};
 use super::{ConfigError, GainsFile, Mission};
 
-/// Where gains come from, and the hash of every other input.
+/// What the results of a mission depend on.
 #[derive(Clone)]
-pub(super) struct GainsShelf {
-    directory: PathBuf,
+pub struct Inputs {
+    /// SHA-256 of mission, vehicle, tables and gains, and of what was chosen beside them, hexadecimal.
+    pub hash: String,
+    /// What was chosen beside the files: name and value, in the order of choosing.
+    pub choices: Vec<(String, String)>,
+    /// Where the mission's own gains are.
+    gains_directory: PathBuf,
     hash_without_gains: InputHash,
 }
 
-impl std::fmt::Debug for GainsShelf {
+impl std::fmt::Debug for Inputs {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        self.directory.fmt(f)
+        f.debug_struct("Inputs")
+            .field("hash", &self.hash)
+            .field("choices", &self.choices)
+            .finish_non_exhaustive()
     }
 }
 
-impl GainsShelf {
-    /// The shelf beside a mission's own gains file.
-    pub(super) fn beside(gains_file: &Path, hash_without_gains: InputHash) -> Self {
-        Self { directory: gains_file.parent().map(Path::to_owned).unwrap_or_default(), hash_without_gains }
+impl Inputs {
+    /// The inputs of a mission as its files give them, and its gains.
+    pub(super) fn of_files(
+        gains_file: &Path,
+        named_in: &Path,
+        hash_without_gains: InputHash,
+    ) -> Result<(Self, GainsFile), ConfigError> {
+        let gains_directory = gains_file.parent().map(Path::to_owned).unwrap_or_default();
+        let mut inputs =
+            Self { hash: String::new(), choices: Vec::new(), gains_directory, hash_without_gains };
+        let (gains, hash) = inputs.read_gains(gains_file, Some(named_in))?;
+        inputs.hash = hash;
+        Ok((inputs, gains))
     }
 
     /// Adds to a file that is not on the shelf the names of those that are.
     fn with_known(&self, error: ConfigError) -> ConfigError {
         let ConfigError::Read { role, path, named_in, reason } = error else { return error };
-        let known = self.names().filter(|_| path.parent() == Some(&self.directory));
+        let known = self.names().filter(|_| path.parent() == Some(&self.gains_directory));
         let reason =
             known.map_or(reason.clone(), |names| format!("{reason}; expected one of {names}, or a file"));
         ConfigError::Read { role, path, named_in, reason }
@@ -37,7 +54,8 @@ impl GainsShelf {
 
     /// The names on the shelf, in order, if there are any.
     fn names(&self) -> Option<String> {
-        let files = std::fs::read_dir(&self.directory).ok()?.filter_map(|entry| Some(entry.ok()?.path()));
+        let files =
+            std::fs::read_dir(&self.gains_directory).ok()?.filter_map(|entry| Some(entry.ok()?.path()));
         let gains = files.filter(|path| path.extension().is_some_and(|e| e == "json"));
         let mut names: Vec<String> =
             gains.filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned())).collect();
@@ -46,11 +64,7 @@ impl GainsShelf {
     }
 
     /// Reads a gains file; with it, the hash of all inputs.
-    pub(super) fn take(
-        &self,
-        path: &Path,
-        named_in: Option<&Path>,
-    ) -> Result<(GainsFile, String), ConfigError> {
+    fn read_gains(&self, path: &Path, named_in: Option<&Path>) -> Result<(GainsFile, String), ConfigError> {
         let mut hash = self.hash_without_gains.clone();
         let gains = load_named_gains(path, named_in, &mut hash)?;
         Ok((gains, hash.hex()))
@@ -64,13 +78,13 @@ impl Mission {
     /// # Errors
     /// [`ConfigError`] when the file cannot be read or does not hold gains; the mission is unchanged then.
     pub fn use_gains(&mut self, name_or_path: &str) -> Result<(), ConfigError> {
-        let path = gains_path(name_or_path, &self.gains_shelf.directory);
+        let path = gains_path(name_or_path, &self.inputs.gains_directory);
         let (gains, input_hash) =
-            self.gains_shelf.take(&path, None).map_err(|e| self.gains_shelf.with_known(e))?;
-        self.gains = gains.gains;
-        self.gains_name = gains.name;
-        self.input_hash = input_hash;
-        for (name, value) in self.choices.clone() {
+            self.inputs.read_gains(&path, None).map_err(|e| self.inputs.with_known(e))?;
+        self.control.gains = gains.gains;
+        self.control.gains_name = gains.name;
+        self.inputs.hash = input_hash;
+        for (name, value) in self.inputs.choices.clone() {
             self.absorb(&name, &value);
         }
         Ok(())
@@ -78,13 +92,13 @@ impl Mission {
 
     /// Hash of mission, vehicle and tables without the gains: the inputs of a search for gains.
     pub fn hash_without_gains(&self) -> String {
-        self.gains_shelf.hash_without_gains.hex()
+        self.inputs.hash_without_gains.hex()
     }
 
     /// Notes what was chosen beside the files and decides what results hold (an option of the command line, the hash of a
     /// trajectory). The input hash follows.
     pub fn note_choice(&mut self, name: &str, value: &str) {
-        self.choices.push((name.to_owned(), value.to_owned()));
+        self.inputs.choices.push((name.to_owned(), value.to_owned()));
         self.absorb(name, value);
     }
 
@@ -108,15 +122,15 @@ impl Mission {
 
     fn absorb(&mut self, name: &str, value: &str) {
         let mut hash = InputHash::default();
-        hash.follow(&self.input_hash);
+        hash.follow(&self.inputs.hash);
         hash.absorb_text(name, value);
-        self.input_hash = hash.hex();
+        self.inputs.hash = hash.hex();
     }
 
     /// The input hash with one more file in it.
     pub(super) fn hash_with(&self, role: &str, source: &Source) -> String {
-        let mut hash = self.gains_shelf.hash_without_gains.clone();
-        hash.follow(&self.input_hash);
+        let mut hash = self.inputs.hash_without_gains.clone();
+        hash.follow(&self.inputs.hash);
         hash.absorb(role, source);
         hash.hex()
     }

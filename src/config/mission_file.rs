@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::mission::{Mission, PlanInitial};
-use super::mission_choices::GainsShelf;
+use super::mission::{Control, Limits, Mission, PlanInitial, PlanSettings, Px4, Release, Site, Study};
+use super::mission_choices::Inputs;
 use super::mission_ground;
 use super::mission_json::{InitialJson, InputReferenceJson, MissionJson, StartJson};
 use super::mission_parts as parts;
@@ -30,13 +30,11 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
     let mut hash = InputHash::default();
     hash.absorb("mission", &source);
     let vehicle = load_named_vehicle(&source.resolve(&json.vehicle), Some(path), &mut hash)?;
-    let gains_file = source.resolve(&json.gains);
-    let gains_shelf = GainsShelf::beside(&gains_file, hash);
-    let (gains, input_hash) = gains_shelf.take(&gains_file, Some(path))?;
+    let (inputs, gains) = Inputs::of_files(&source.resolve(&json.gains), path, hash)?;
     parts::check_times(&source, &json)?;
     parts::check_x_ss(&source, json.plan.x_ss.as_ref(), json.target_v_ned_m_s.get())?;
     parts::check_case_names(&source, &json.tuning.cases)?;
-    build(&source, &json, vehicle, gains, input_hash, gains_shelf)
+    build(&source, &json, vehicle, gains, inputs)
 }
 
 fn build(
@@ -44,8 +42,7 @@ fn build(
     json: &MissionJson,
     vehicle: VehicleFile,
     gains: GainsFile,
-    input_hash: String,
-    gains_shelf: GainsShelf,
+    inputs: Inputs,
 ) -> Result<Mission, ConfigError> {
     let (environment, parachute) = (parts::environment(source, json)?, parts::parachute(source, json)?);
     let (plan, limits, control) = (&json.plan, &json.limits, &json.control);
@@ -54,66 +51,76 @@ fn build(
         vehicle_name: vehicle.name,
         vehicle_file: source.resolve(&json.vehicle),
         vehicle: Arc::new(vehicle.vehicle),
-        sensors: mission_sensors::sensors(source, json, &environment)?,
-        px4_clock: parts::px4_clock(source, json)?,
-        px4_params: json.px4_params.as_deref().map(|path| source.resolve(path)),
-        environment,
-        parachute,
         target_v_ned: json.target_v_ned_m_s.get().into(),
-        horizon_s: plan.horizon_s.get(),
-        plan_initial: match plan.initial {
-            Some(InitialJson::Release) => PlanInitial::Release,
-            Some(InitialJson::Paper) | None => PlanInitial::Paper,
-        },
-        nodes: plan.nodes.get(),
-        thrust_max_n: plan.thrust_max_n.get(),
-        thrust_slew_n_s: plan.thrust_slew_n_s.get(),
-        cost_state: plan.cost_state.0.map(NonNegative::get),
-        cost_input: plan.cost_input_per_n2.get(),
-        cost_input_reference: match plan.cost_input_reference {
-            InputReferenceJson::Zero => InputReference::Zero,
-            InputReferenceJson::Trim => InputReference::Trim,
-        },
-        x_ss: plan.x_ss.as_ref().map(parts::state_vector),
-        limits: SafetyLimits {
-            speed_m_s: limits.speed_m_s.get(),
-            pitch_rad: limits.pitch_deg.get() * RAD_PER_DEG,
-            pitch_rate_rad_s: limits.pitch_rate_deg_s.get() * RAD_PER_DEG,
-            vertical_acceleration_m_s2: limits.vertical_acceleration_m_s2.get(),
-        },
-        steady_within_m_s: limits
-            .steady_within_m_s
-            .map_or_else(|| steady_within_m_s(&json.target_v_ned_m_s.get().into()), |s| s.get()),
-        control_limits: ControlLimits {
-            tilt_rad: control.tilt_limit_deg.get() * RAD_PER_DEG,
-            rate_command_rad_s: control.rate_command_limit_deg_s.get() * RAD_PER_DEG,
-            yaw_rate_command_rad_s: control.yaw_rate_command_limit_deg_s.get() * RAD_PER_DEG,
-            rate_integral_rad_s2: control.rate_integral_limit_rad_s2.get(),
-        },
-        gains: gains.gains,
-        gains_name: gains.name,
-        start: match json.release.start {
-            StartJson::Release => Start::Release,
-            StartJson::T0 => Start::T0,
-            StartJson::Ground => Start::Release,
-        },
-        hang_s: json.release.hang_s.get(),
         duration_s: json.duration_s.get(),
         epoch_unix_us: json.epoch_unix_us.get() as u64,
-        ground: mission_ground::ground(source, json)?,
-        battery: mission_ground::battery(json),
-        release_trigger: parts::trigger(source, json)?,
-        tuning_cases: json.tuning.cases.iter().map(parts::release_case).collect(),
-        monte_carlo: MonteCarlo {
-            trials: json.monte_carlo.trials.get(),
-            amplitude_sigma_rad: json.monte_carlo.amplitude_sigma_deg.get() * RAD_PER_DEG,
-            omega_rad_s: json.monte_carlo.omega_rad_s.get(),
-            length_m: json.monte_carlo.length_m.get(),
-            wind_sigma_m_s: json.monte_carlo.wind_sigma_m_s.map_or(0.0, |s| s.get()),
-        },
         seed: json.seed.get() as u64,
-        input_hash,
-        choices: Vec::new(),
-        gains_shelf,
+        sensors: mission_sensors::sensors(source, json, &environment)?,
+        battery: mission_ground::battery(json),
+        px4: Px4 {
+            clock: parts::px4_clock(source, json)?,
+            params: json.px4_params.as_deref().map(|path| source.resolve(path)),
+        },
+        site: Site { environment, ground: mission_ground::ground(source, json)? },
+        release: Release {
+            parachute,
+            hang_s: json.release.hang_s.get(),
+            start: match json.release.start {
+                StartJson::Release | StartJson::Ground => Start::Release,
+                StartJson::T0 => Start::T0,
+            },
+            standing: matches!(json.release.start, StartJson::Ground),
+            trigger: parts::trigger(source, json)?,
+        },
+        plan: PlanSettings {
+            horizon_s: plan.horizon_s.get(),
+            initial: match plan.initial {
+                Some(InitialJson::Release) => PlanInitial::Release,
+                Some(InitialJson::Paper) | None => PlanInitial::Paper,
+            },
+            nodes: plan.nodes.get(),
+            thrust_max_n: plan.thrust_max_n.get(),
+            thrust_slew_n_s: plan.thrust_slew_n_s.get(),
+            cost_state: plan.cost_state.0.map(NonNegative::get),
+            cost_input: plan.cost_input_per_n2.get(),
+            cost_input_reference: match plan.cost_input_reference {
+                InputReferenceJson::Zero => InputReference::Zero,
+                InputReferenceJson::Trim => InputReference::Trim,
+            },
+            x_ss: plan.x_ss.as_ref().map(parts::state_vector),
+        },
+        limits: Limits {
+            safety: SafetyLimits {
+                speed_m_s: limits.speed_m_s.get(),
+                pitch_rad: limits.pitch_deg.get() * RAD_PER_DEG,
+                pitch_rate_rad_s: limits.pitch_rate_deg_s.get() * RAD_PER_DEG,
+                vertical_acceleration_m_s2: limits.vertical_acceleration_m_s2.get(),
+            },
+            steady_within_m_s: limits
+                .steady_within_m_s
+                .map_or_else(|| steady_within_m_s(&json.target_v_ned_m_s.get().into()), |s| s.get()),
+            impact_m_s: limits.impact_speed_m_s.map_or(mission_ground::IMPACT_LIMIT_M_S, |limit| limit.get()),
+        },
+        control: Control {
+            limits: ControlLimits {
+                tilt_rad: control.tilt_limit_deg.get() * RAD_PER_DEG,
+                rate_command_rad_s: control.rate_command_limit_deg_s.get() * RAD_PER_DEG,
+                yaw_rate_command_rad_s: control.yaw_rate_command_limit_deg_s.get() * RAD_PER_DEG,
+                rate_integral_rad_s2: control.rate_integral_limit_rad_s2.get(),
+            },
+            gains: gains.gains,
+            gains_name: gains.name,
+        },
+        study: Study {
+            cases: json.tuning.cases.iter().map(parts::release_case).collect(),
+            monte_carlo: MonteCarlo {
+                trials: json.monte_carlo.trials.get(),
+                amplitude_sigma_rad: json.monte_carlo.amplitude_sigma_deg.get() * RAD_PER_DEG,
+                omega_rad_s: json.monte_carlo.omega_rad_s.get(),
+                length_m: json.monte_carlo.length_m.get(),
+                wind_sigma_m_s: json.monte_carlo.wind_sigma_m_s.map_or(0.0, |s| s.get()),
+            },
+        },
+        inputs,
     })
 }

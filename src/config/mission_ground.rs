@@ -2,26 +2,15 @@
 
 use super::mission_json::{MissionJson, StartJson};
 use super::source::Source;
-use super::{ConfigError, Mission};
+use super::{ConfigError, Mission, Release};
 use crate::sim::battery::J_PER_WH;
 use crate::sim::{Battery, DropSimulation, Ground};
 
 /// Fastest touch that is no hard landing where the mission gives none [m/s]: three times PX4's landing speed.
-const IMPACT_LIMIT_M_S: f64 = 2.1;
-
-/// The ground of a mission.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MissionGround {
-    /// Where it is.
-    pub ground: Ground,
-    /// Whether the vehicle stands on it at the start, instead of hanging under its canopy.
-    pub standing: bool,
-    /// Fastest touch that is within the limits [m/s].
-    pub impact_limit_m_s: f64,
-}
+pub(super) const IMPACT_LIMIT_M_S: f64 = 2.1;
 
 /// The ground, if there is one. A drop must be released above it; what starts on it needs it.
-pub(super) fn ground(source: &Source, json: &MissionJson) -> Result<Option<MissionGround>, ConfigError> {
+pub(super) fn ground(source: &Source, json: &MissionJson) -> Result<Option<Ground>, ConfigError> {
     let standing = matches!(json.release.start, StartJson::Ground);
     let release_m = json.site.altitude_m.get();
     let Some(altitude_m) = json.site.ground_altitude_m else {
@@ -38,11 +27,7 @@ pub(super) fn ground(source: &Source, json: &MissionJson) -> Result<Option<Missi
             format!("expected less than {release_m} m, the release (site.altitude_m), found {altitude_m} m");
         return Err(source.refuse("site.ground_altitude_m", message));
     }
-    Ok(Some(MissionGround {
-        ground: Ground { down_m: release_m - altitude_m },
-        standing,
-        impact_limit_m_s: json.limits.impact_speed_m_s.map_or(IMPACT_LIMIT_M_S, |limit| limit.get()),
-    }))
+    Ok(Some(Ground { down_m: release_m - altitude_m }))
 }
 
 pub(super) fn battery(json: &MissionJson) -> Option<Battery> {
@@ -51,25 +36,14 @@ pub(super) fn battery(json: &MissionJson) -> Option<Battery> {
 }
 
 impl Mission {
-    /// Whether the vehicle stands on the ground at the start.
-    pub fn starts_on_ground(&self) -> bool {
-        self.ground.is_some_and(|ground| ground.standing)
-    }
-
     /// The simulation at its beginning: under the canopy, or standing.
     pub fn simulation(&self) -> DropSimulation {
-        let (vehicle, environment) = (self.vehicle.clone(), self.environment.clone());
-        match self.ground {
-            Some(MissionGround { ground, standing: true, .. }) => {
-                DropSimulation::standing(vehicle, environment, ground)
-            }
-            ground => {
-                let sim = DropSimulation::new(vehicle, environment, self.parachute, self.hang_s, self.start);
-                match ground {
-                    Some(below) => sim.above(below.ground),
-                    None => sim,
-                }
-            }
+        let (vehicle, environment) = (self.vehicle.clone(), self.site.environment.clone());
+        let Release { parachute, hang_s, start, standing, .. } = self.release;
+        match self.site.ground {
+            Some(ground) if standing => DropSimulation::standing(vehicle, environment, ground),
+            Some(ground) => DropSimulation::new(vehicle, environment, parachute, hang_s, start).above(ground),
+            None => DropSimulation::new(vehicle, environment, parachute, hang_s, start),
         }
     }
 }

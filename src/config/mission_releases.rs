@@ -22,8 +22,8 @@ pub struct MonteCarlo {
 impl Mission {
     /// The random releases, (40)-(44).
     pub fn releases(&self) -> ReleaseDistribution {
-        let mc = &self.monte_carlo;
-        let mut parachute = self.parachute;
+        let mc = &self.study.monte_carlo;
+        let mut parachute = self.release.parachute;
         parachute.pendulum = Pendulum {
             amplitude_rad: 0.0,
             phase_rad: 0.0,
@@ -32,28 +32,28 @@ impl Mission {
         };
         ReleaseDistribution {
             parachute,
-            gravity_m_s2: self.environment.gravity_m_s2,
-            drift_ned_m_s: self.environment.drift_ned_m_s(),
+            gravity_m_s2: self.site.environment.gravity_m_s2,
+            drift_ned_m_s: self.site.environment.drift_ned_m_s(),
             amplitude_sigma_rad: mc.amplitude_sigma_rad,
         }
     }
 
     /// The drop of a trial of a campaign.
     pub fn draw_drop(&self, trial: u64) -> RandomDrop {
-        self.releases().draw_drop(self.seed, trial, self.monte_carlo.wind_sigma_m_s)
+        self.releases().draw_drop(self.seed, trial, self.study.monte_carlo.wind_sigma_m_s)
     }
 
     /// The mission with what was drawn for a drop: swing, wind and noise. It keeps its name and the hash of its inputs; the plan's
     /// start is not what was drawn, since nobody knows that beforehand.
     pub fn with_drop(&self, drop: &RandomDrop) -> Self {
         let mut mission = self.clone();
-        mission.parachute.pendulum = Pendulum {
+        mission.release.parachute.pendulum = Pendulum {
             amplitude_rad: drop.amplitude_rad,
             phase_rad: drop.phase_rad,
-            omega_rad_s: self.monte_carlo.omega_rad_s,
-            length_m: self.monte_carlo.length_m,
+            omega_rad_s: self.study.monte_carlo.omega_rad_s,
+            length_m: self.study.monte_carlo.length_m,
         };
-        mission.environment.wind_ned_m_s += drop.wind_ned_m_s;
+        mission.site.environment.wind_ned_m_s += drop.wind_ned_m_s;
         mission.seed = drop.seed;
         mission
     }

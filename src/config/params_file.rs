@@ -31,16 +31,16 @@ impl Mission {
     pub fn parameter_subject(&self) -> Subject<'_> {
         Subject {
             vehicle: &self.vehicle,
-            environment: &self.environment,
-            gains: &self.gains,
-            limits: &self.control_limits,
-            speed_m_s: self.limits.speed_m_s,
+            environment: &self.site.environment,
+            gains: &self.control.gains,
+            limits: &self.control.limits,
+            speed_m_s: self.limits.safety.speed_m_s,
         }
     }
 
     /// What a parameter file must be for that a PX4 flies this mission with.
     pub fn px4_purpose(&self) -> Purpose {
-        match self.px4_clock {
+        match self.px4.clock {
             Px4Clock::Real => Purpose::Px4,
             Px4Clock::Froude => Purpose::Px4Froude,
         }
@@ -55,9 +55,9 @@ impl Mission {
     pub fn use_parameters(&mut self, path: &Path) -> Result<Vec<String>, ConfigError> {
         let (source, file) = read(path)?;
         let import = import(&file, &self.parameter_subject()).map_err(|error| refuse(path, error))?;
-        (self.gains, self.control_limits) = (import.gains, import.limits);
-        self.gains_name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        self.input_hash = self.hash_with("parameters", &source);
+        (self.control.gains, self.control.limits) = (import.gains, import.limits);
+        self.control.gains_name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        self.inputs.hash = self.hash_with("parameters", &source);
         Ok(file.remarks().iter().cloned().chain(import.remarks).collect())
     }
 
@@ -67,10 +67,10 @@ impl Mission {
     /// [`ConfigError`] when the file cannot be read or is not for a PX4 that flies this mission; the mission is unchanged then.
     pub fn note_parameters(&mut self, path: &Path) -> Result<ParameterFile, ConfigError> {
         let (source, file) = read(path)?;
-        to_px4(&file, self.environment.gravity_m_s2, self.px4_purpose())
+        to_px4(&file, self.site.environment.gravity_m_s2, self.px4_purpose())
             .map_err(|error| refuse(path, error))?;
-        self.gains_name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        self.input_hash = self.hash_with("parameters", &source);
+        self.control.gains_name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        self.inputs.hash = self.hash_with("parameters", &source);
         Ok(file)
     }
 }

@@ -47,11 +47,11 @@ impl Mission {
     /// # Errors
     /// [`CaseError`] when there is no such case or no swing leads to it; the mission is unchanged then.
     pub fn use_release_case(&mut self, name: &str) -> Result<(), CaseError> {
-        let Some(case) = self.tuning_cases.iter().find(|case| case.name == name) else {
-            let known = self.tuning_cases.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
+        let Some(case) = self.study.cases.iter().find(|case| case.name == name) else {
+            let known = self.study.cases.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
             return Err(CaseError::Unknown { name: name.to_owned(), known });
         };
-        self.parachute =
+        self.release.parachute =
             self.swinging_to(case).ok_or_else(|| CaseError::OutOfReach { name: name.to_owned() })?;
         self.note_choice("release case", name);
         Ok(())
@@ -60,11 +60,11 @@ impl Mission {
     /// The canopies whose swings come to t = 0 with the pitch and pitch rate of a release case, where there is such a swing; in the order
     /// of the cases.
     pub fn case_parachutes(&self) -> Vec<Parachute> {
-        self.tuning_cases.iter().filter_map(|case| self.swinging_to(case)).collect()
+        self.study.cases.iter().filter_map(|case| self.swinging_to(case)).collect()
     }
 
     fn swinging_to(&self, case: &ReleaseCase) -> Option<Parachute> {
-        let omega = self.parachute.pendulum.omega_rad_s;
+        let omega = self.release.parachute.pendulum.omega_rad_s;
         let wanted = Vector2::new(case.pitch_rad, case.pitch_rate_rad_s / omega);
         // Angle and rate over omega at the release, by Newton's method: what comes to t = 0 is nearly linear in them.
         let mut swing = wanted;
@@ -90,12 +90,12 @@ impl Mission {
     fn comes_to(&self, swing: &Vector2<f64>) -> Vector2<f64> {
         let state = DropSimulation::nominal_state_at_t0(
             self.vehicle.clone(),
-            self.environment.clone(),
+            self.site.environment.clone(),
             self.parachute_swinging(swing),
-            self.start,
+            self.release.start,
         );
         let q = state.q_ned_from_body;
-        let omega = self.parachute.pendulum.omega_rad_s;
+        let omega = self.release.parachute.pendulum.omega_rad_s;
         Vector2::new(2.0 * q[2].atan2(q[0]), state.omega_body.y / omega)
     }
 
@@ -103,9 +103,9 @@ impl Mission {
         let pendulum = Pendulum {
             amplitude_rad: swing.norm(),
             phase_rad: swing.x.atan2(swing.y),
-            ..self.parachute.pendulum
+            ..self.release.parachute.pendulum
         };
-        Parachute { pendulum, ..self.parachute }
+        Parachute { pendulum, ..self.release.parachute }
     }
 }
 
@@ -117,8 +117,13 @@ mod tests {
     use crate::config::load_mission;
 
     fn state_at_t0(mission: &Mission) -> (f64, f64, nalgebra::Vector3<f64>) {
-        let (vehicle, environment) = (mission.vehicle.clone(), mission.environment.clone());
-        let s = DropSimulation::nominal_state_at_t0(vehicle, environment, mission.parachute, mission.start);
+        let (vehicle, environment) = (mission.vehicle.clone(), mission.site.environment.clone());
+        let s = DropSimulation::nominal_state_at_t0(
+            vehicle,
+            environment,
+            mission.release.parachute,
+            mission.release.start,
+        );
         (2.0 * s.q_ned_from_body[2].atan2(s.q_ned_from_body[0]), s.omega_body.y, s.v_ned)
     }
 
@@ -127,14 +132,14 @@ mod tests {
     fn reference_a_drop_comes_to_table_3() {
         for (file, near_m_s) in [("mission/titan_drop.json", 0.1), ("mission/x500_drop.json", 1.0)] {
             let mission = load_mission(Path::new(file)).unwrap();
-            for case in &mission.tuning_cases {
+            for case in &mission.study.cases {
                 let mut swinging = mission.clone();
                 swinging.use_release_case(&case.name).unwrap();
                 let (pitch, rate, v_ned) = state_at_t0(&swinging);
                 assert!((pitch - case.pitch_rad).abs() < 1e-8, "{file} {}", case.name);
                 assert!((rate - case.pitch_rate_rad_s).abs() < 1e-8, "{file} {}", case.name);
                 assert!((v_ned - case.v_ned).norm() < near_m_s, "{file} {} {v_ned:?}", case.name);
-                assert_ne!(swinging.input_hash, mission.input_hash);
+                assert_ne!(swinging.inputs.hash, mission.inputs.hash);
             }
         }
     }
@@ -142,15 +147,15 @@ mod tests {
     #[test]
     fn a_case_that_is_not_there_or_cannot_be_reached_is_refused() {
         let mut mission = load_mission(Path::new("mission/titan_drop.json")).unwrap();
-        let before = mission.parachute;
+        let before = mission.release.parachute;
         let error = mission.use_release_case("case_7").unwrap_err().to_string();
         assert!(error.contains("case_0, case_1") && error.contains("case_7"), "{error}");
-        mission.tuning_cases[3].pitch_rate_rad_s = 50.0;
+        mission.study.cases[3].pitch_rate_rad_s = 50.0;
         let error = mission.use_release_case("case_3").unwrap_err();
         assert_eq!(error, CaseError::OutOfReach { name: "case_3".into() });
-        mission.parachute.pendulum.omega_rad_s = 0.0;
+        mission.release.parachute.pendulum.omega_rad_s = 0.0;
         assert!(mission.use_release_case("case_1").is_err());
-        mission.parachute.pendulum = before.pendulum;
-        assert_eq!(mission.parachute, before);
+        mission.release.parachute.pendulum = before.pendulum;
+        assert_eq!(mission.release.parachute, before);
     }
 }

@@ -10,12 +10,14 @@ impl Mission {
     /// SHA-256, hexadecimal, of vehicle, site, plan, limits, cases and distribution of releases as they are in memory: written out
     /// with all digits, so that it follows every bit.
     pub fn study_sha256(&self) -> String {
-        let site = &self.environment;
+        let site = &self.site.environment;
         let site = (site.gravity_m_s2, site.density_kg_m3, site.wind_ned_m_s);
-        let plan = (self.target_v_ned, self.plan_initial_state(), self.horizon_s, self.nodes);
-        let cost = (self.cost_state, self.cost_input, self.cost_input_reference, self.x_ss);
-        let limits = (self.limits, self.control_limits, self.thrust_max_n, self.thrust_slew_n_s);
-        let releases = (self.releases(), &self.tuning_cases);
+        let plan = (self.target_v_ned, self.plan_initial_state(), self.plan.horizon_s, self.plan.nodes);
+        let cost =
+            (self.plan.cost_state, self.plan.cost_input, self.plan.cost_input_reference, self.plan.x_ss);
+        let limits =
+            (self.limits.safety, self.control.limits, self.plan.thrust_max_n, self.plan.thrust_slew_n_s);
+        let releases = (self.releases(), &self.study.cases);
         sha256(&format!("{:?}", (&self.vehicle, site, plan, cost, limits, releases)))
     }
 

@@ -47,13 +47,13 @@ const DRAWN: &str =
 
 /// The lines before the first trial.
 pub fn header(mission: &Mission, autopilot: &str) -> String {
-    let stamp = Stamp { seed: mission.seed, input_hash: mission.input_hash.clone() };
+    let stamp = Stamp { seed: mission.seed, input_hash: mission.inputs.hash.clone() };
     let columns: Vec<&str> = MEASURES.iter().map(|(column, ..)| *column).collect();
     format!(
         "{}# drops of {} by {autopilot}, gains {}\n{DRAWN},{},limits_passed,failure\n",
         stamp.csv_comment(),
         mission.name,
-        mission.gains_name,
+        mission.control.gains_name,
         columns.join(",")
     )
 }
@@ -113,7 +113,7 @@ pub fn drops_text(mission: &Mission, autopilot: &str, tally: &DropTally) -> Stri
         "{} drops of {}, flown by {autopilot}, gains {}, seed {}: {} failed\n\n{:35} {:>9} {:>9} {:>9} {:>9} {:>6}\n",
         tally.flown,
         mission.name,
-        mission.gains_name,
+        mission.control.gains_name,
         mission.seed,
         tally.failures.len(),
         "",
@@ -177,9 +177,9 @@ pub fn drops_json(mission: &Mission, autopilot: &str, tally: &DropTally) -> Stri
         mission: &mission.name,
         version: VERSION,
         seed: mission.seed,
-        input_hash: &mission.input_hash,
+        input_hash: &mission.inputs.hash,
         autopilot,
-        gains: &mission.gains_name,
+        gains: &mission.control.gains_name,
         trials: tally.flown,
         failed: tally
             .failures

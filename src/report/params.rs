@@ -12,10 +12,10 @@ pub fn params_file(mission: &Mission, export: &Export) -> String {
     let origin = [
         format!(
             "Mission: {}; airframe: {}; gains: {}",
-            mission.name, mission.vehicle_name, mission.gains_name
+            mission.name, mission.vehicle_name, mission.control.gains_name
         ),
         format!("Seed: {}", mission.seed),
-        format!("Inputs: {}", mission.input_hash),
+        format!("Inputs: {}", mission.inputs.hash),
     ];
     write(&format!("samara {VERSION}"), &export.notes(&origin), &export.parameters)
 }
@@ -149,8 +149,8 @@ pub fn export_json(mission: &Mission, file: &str, export: &Export) -> String {
         mission: &mission.name,
         version: VERSION,
         seed: mission.seed,
-        input_hash: &mission.input_hash,
-        gains: &mission.gains_name,
+        input_hash: &mission.inputs.hash,
+        gains: &mission.control.gains_name,
         file,
         purpose: export.purpose.name(),
         gravity_m_s2: export.gravity_m_s2,

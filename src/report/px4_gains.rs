@@ -151,7 +151,7 @@ pub fn gains_json(mission: &Mission, gains: &Px4Gains) -> String {
         "mission": mission.name,
         "version": VERSION,
         "seed": mission.seed,
-        "input_hash": mission.input_hash,
+        "input_hash": mission.inputs.hash,
         "for": gains.purpose.name(),
         "name": gains.name,
         "gains": parameters,

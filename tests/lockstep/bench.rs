@@ -27,16 +27,16 @@ pub fn mission() -> &'static Mission {
 
 pub fn cascade() -> Cascade {
     let m = mission();
-    Cascade::new(Airframe::new(&m.vehicle, &m.environment).unwrap(), m.gains, m.control_limits)
+    Cascade::new(Airframe::new(&m.vehicle, &m.site.environment).unwrap(), m.control.gains, m.control.limits)
 }
 
 pub fn simulation() -> DropSimulation {
-    simulation_of(mission().parachute, mission().start)
+    simulation_of(mission().release.parachute, mission().release.start)
 }
 
 pub fn simulation_of(parachute: Parachute, start: Start) -> DropSimulation {
     let m = mission();
-    DropSimulation::new(m.vehicle.clone(), m.environment.clone(), parachute, m.hang_s, start)
+    DropSimulation::new(m.vehicle.clone(), m.site.environment.clone(), parachute, m.release.hang_s, start)
 }
 
 /// The velocities of the reference's optimal plan.
@@ -68,7 +68,7 @@ pub fn simulator() -> SimulatorSession {
 }
 
 pub fn simulator_of(sim: DropSimulation, trigger: ReleaseTrigger) -> SimulatorSession {
-    let limits = Some(mission().limits);
+    let limits = Some(mission().limits.safety);
     let config = SimulatorConfig { seed: mission().seed, trigger, limits, ..SimulatorConfig::default() };
     SimulatorSession::new(sim, config)
 }
@@ -79,11 +79,11 @@ pub fn autopilot() -> AutopilotSession {
 
 /// A mission's autopilot, on the truth or on an estimator.
 pub fn autopilot_of(m: &Mission, estimator: Option<EstimatorSettings>) -> AutopilotSession {
-    let airframe = Airframe::new(&m.vehicle, &m.environment).unwrap();
+    let airframe = Airframe::new(&m.vehicle, &m.site.environment).unwrap();
     AutopilotSession::new(AutopilotSetup {
         system_id: 1,
-        cascade: Cascade::new(airframe, m.gains, m.control_limits),
-        environment: m.environment.clone(),
+        cascade: Cascade::new(airframe, m.control.gains, m.control.limits),
+        environment: m.site.environment.clone(),
         estimator,
         rotors: m.vehicle.rotors.len(),
         epoch_unix_us: m.epoch_unix_us,
@@ -100,8 +100,8 @@ pub fn streamer() -> StreamerSession {
 pub fn streamer_that(commands_release: bool) -> StreamerSession {
     let m = mission();
     let config = StreamerConfig {
-        hang_s: m.hang_s,
-        delay_s: m.parachute.delay_s,
+        hang_s: m.release.hang_s,
+        delay_s: m.release.parachute.delay_s,
         target_v_ned: m.target_v_ned,
         commands_release,
         ..StreamerConfig::default()

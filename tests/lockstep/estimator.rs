@@ -39,7 +39,7 @@ impl Drop {
 
     fn wire(&self, seed: u64, sensors: SensorSettings, on_estimator: bool) -> Lockstep<AutopilotSession> {
         let m = &self.mission;
-        let (vehicle, site) = (m.vehicle.clone(), m.environment.clone());
+        let (vehicle, site) = (m.vehicle.clone(), m.site.environment.clone());
         let config = SimulatorConfig {
             duration_us: microseconds(m.duration_s),
             sensors,
@@ -52,12 +52,13 @@ impl Drop {
         };
         let autopilot = autopilot_of(m, on_estimator.then_some(settings));
         let streamer = StreamerConfig {
-            hang_s: m.hang_s,
-            delay_s: m.parachute.delay_s,
+            hang_s: m.release.hang_s,
+            delay_s: m.release.parachute.delay_s,
             target_v_ned: m.target_v_ned,
             ..StreamerConfig::default()
         };
-        let simulation = DropSimulation::new(vehicle, site, m.parachute, m.hang_s, m.start);
+        let simulation =
+            DropSimulation::new(vehicle, site, m.release.parachute, m.release.hang_s, m.release.start);
         Lockstep::new(
             SimulatorSession::new(simulation, config),
             autopilot,
@@ -69,7 +70,7 @@ impl Drop {
         let mut wire = self.wire(seed, sensors, on_estimator);
         wire.run(&mut |_, _, _| {}).unwrap();
         assert!(!wire.simulator.record().failsafe, "{:?}", wire.simulator.record());
-        let mut verdict = VerdictBuilder::new(self.mission.limits, self.mission.target_v_ned);
+        let mut verdict = VerdictBuilder::new(self.mission.limits.safety, self.mission.target_v_ned);
         wire.simulator.log().iter().for_each(|sample| verdict.observe(sample));
         verdict.finish().unwrap()
     }
@@ -126,8 +127,9 @@ fn consistency<const N: usize>(
     let mut sums = [0.0; N];
     for seed in 0..seeds {
         // A swing of 5.7 deg, over the phases.
-        drop.mission.parachute.pendulum.amplitude_rad = 0.1;
-        drop.mission.parachute.pendulum.phase_rad = std::f64::consts::TAU * seed as f64 / seeds as f64;
+        drop.mission.release.parachute.pendulum.amplitude_rad = 0.1;
+        drop.mission.release.parachute.pendulum.phase_rad =
+            std::f64::consts::TAU * seed as f64 / seeds as f64;
         let mut wire = drop.wire(seed, sensors, true);
         for (sum, look_s) in sums.iter_mut().zip(looks_s) {
             while wire.simulator.sim().time_s() < look_s - 1e-6 {

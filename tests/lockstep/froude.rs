@@ -24,7 +24,7 @@ fn image(site: &Environment, k: f64) -> Environment {
 
 fn autopilot(site: &Environment, k: f64) -> AutopilotSession {
     let m = mission();
-    let (g, l) = (&m.gains, &m.control_limits);
+    let (g, l) = (&m.control.gains, &m.control.limits);
     let gains = Gains {
         k_pq: g.k_pq * k,
         k_iq: g.k_iq * k * k,
@@ -48,7 +48,7 @@ fn autopilot(site: &Environment, k: f64) -> AutopilotSession {
         environment: &environment,
         gains: &gains,
         limits: &limits,
-        speed_m_s: m.limits.speed_m_s * k,
+        speed_m_s: m.limits.safety.speed_m_s * k,
     };
     AutopilotSession::new(AutopilotSetup {
         system_id: 1,
@@ -70,12 +70,18 @@ fn fly(
     tap: &mut impl FnMut(TimeUs, Link, &[u8]),
 ) -> Vec<Sample> {
     let m = mission();
-    let sim = DropSimulation::new(m.vehicle.clone(), site.clone(), m.parachute, m.hang_s, m.start);
+    let sim = DropSimulation::new(
+        m.vehicle.clone(),
+        site.clone(),
+        m.release.parachute,
+        m.release.hang_s,
+        m.release.start,
+    );
     let simulator = SimulatorConfig { step_us, froude, seed: m.seed, ..SimulatorConfig::default() };
     let streamer = StreamerConfig {
         froude,
-        hang_s: m.hang_s,
-        delay_s: m.parachute.delay_s,
+        hang_s: m.release.hang_s,
+        delay_s: m.release.parachute.delay_s,
         target_v_ned: m.target_v_ned,
         setpoint_period_us: 5 * step_us,
         lead_us: step_us,
@@ -98,7 +104,7 @@ fn closed_form_the_image_flies_what_the_site_flies() {
     for step_us in [9_000, 10_000, 11_000, 12_000] {
         let k = step_us as f64 / 4_000.0;
         let gravity_m_s2 = samara::units::STANDARD_GRAVITY_M_S2 / (k * k);
-        let site = Environment { gravity_m_s2, ..mission().environment.clone() };
+        let site = Environment { gravity_m_s2, ..mission().site.environment.clone() };
         let froude = Froude::under(gravity_m_s2);
         assert_eq!(froude.step_us(), step_us);
         let own = fly(&site, step_us, None, &mut |_, _, _| {});
@@ -119,7 +125,7 @@ fn closed_form_the_image_flies_what_the_site_flies() {
 /// Titan's own gravity: the wire has PX4's clock and PX4's gravity.
 #[test]
 fn closed_form_the_wire_is_px4s() {
-    let site = &mission().environment;
+    let site = &mission().site.environment;
     let froude = Froude::under(site.gravity_m_s2);
     let mut decoder = Decoder::new();
     let (mut steps, mut weights) = (Vec::new(), Vec::new());

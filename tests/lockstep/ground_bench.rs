@@ -72,16 +72,16 @@ fn wire_on(sim: DropSimulation, battery: Option<Battery>, estimator: Option<Esti
     simulator.peer_connected();
     let subject = Subject {
         vehicle: &m.vehicle,
-        environment: &m.environment,
+        environment: &m.site.environment,
         gains: &GAINS,
-        limits: &m.control_limits,
+        limits: &m.control.limits,
         speed_m_s: 12.0,
     };
-    let airframe = Airframe::new(&m.vehicle, &m.environment).unwrap();
+    let airframe = Airframe::new(&m.vehicle, &m.site.environment).unwrap();
     let autopilot = AutopilotSession::new(AutopilotSetup {
         system_id: 1,
-        cascade: Cascade::new(airframe, GAINS, m.control_limits),
-        environment: m.environment.clone(),
+        cascade: Cascade::new(airframe, GAINS, m.control.limits),
+        environment: m.site.environment.clone(),
         estimator,
         rotors: 4,
         epoch_unix_us: m.epoch_unix_us,
@@ -109,13 +109,13 @@ impl Wire {
     /// Standing.
     pub fn on_ground(battery: Option<Battery>) -> Self {
         let m = &*MISSION;
-        wire(DropSimulation::standing(m.vehicle.clone(), m.environment.clone(), GROUND), battery)
+        wire(DropSimulation::standing(m.vehicle.clone(), m.site.environment.clone(), GROUND), battery)
     }
 
     /// Standing, on the estimator.
     pub fn on_ground_on_estimator() -> Self {
         let m = &*MISSION;
-        let site = &m.environment;
+        let site = &m.site.environment;
         let estimator = EstimatorSettings {
             gps_delay_us: m.sensors.satellite.delay_us,
             ..EstimatorSettings::at_site(site.gravity_m_s2, m.sensors.magnetometer.field_at(site))
@@ -127,10 +127,16 @@ impl Wire {
     /// Under its canopy, `height_m` above the ground and sinking.
     pub fn hanging(height_m: f64) -> Self {
         let m = &*MISSION;
-        let mut parachute = m.parachute;
+        let mut parachute = m.release.parachute;
         parachute.delay_s = 0.2;
         let ground = Ground { down_m: height_m };
-        let sim = DropSimulation::new(m.vehicle.clone(), m.environment.clone(), parachute, 0.0, m.start);
+        let sim = DropSimulation::new(
+            m.vehicle.clone(),
+            m.site.environment.clone(),
+            parachute,
+            0.0,
+            m.release.start,
+        );
         wire(sim.above(ground), None)
     }
 

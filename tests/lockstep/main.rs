@@ -32,7 +32,7 @@ use bench::{
 
 fn verdict(log: &[Sample]) -> Verdict {
     let mission = mission();
-    let mut builder = VerdictBuilder::new(mission.limits, mission.target_v_ned);
+    let mut builder = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned);
     log.iter().for_each(|s| builder.observe(s));
     builder.finish().unwrap()
 }
@@ -41,7 +41,7 @@ fn verdict(log: &[Sample]) -> Verdict {
 fn without_frames(mut sim: DropSimulation) -> Vec<Sample> {
     let mission = mission();
     let trajectory = plan();
-    sim.schedule_release(mission.hang_s);
+    sim.schedule_release(mission.release.hang_s);
     let flight = FlightPlan {
         reference: Reference::Plan {
             trajectory: &trajectory,
@@ -91,7 +91,7 @@ fn reference_the_wire_gives_the_flight_without_frames() {
 #[test]
 fn reference_a_swinging_release_is_the_same_on_the_wire() {
     let pendulum = Pendulum { amplitude_rad: 0.35, phase_rad: 0.6, omega_rad_s: 0.4, length_m: 8.0 };
-    let sim = simulation_of(Parachute { pendulum, ..mission().parachute }, Start::Release);
+    let sim = simulation_of(Parachute { pendulum, ..mission().release.parachute }, Start::Release);
     let (swinging, _) = the_wire_gives_the_flight_without_frames(&sim);
     assert!(
         (swinging.j_tpf - verdict(&without_frames(simulation())).j_tpf).abs() > 1e-3,
@@ -102,7 +102,7 @@ fn reference_a_swinging_release_is_the_same_on_the_wire() {
 /// The paper's study begins at t = 0, t_d after the cut; in between there is nothing to control.
 #[test]
 fn reference_a_study_from_t0_is_the_same_on_the_wire() {
-    let sim = simulation_of(mission().parachute, Start::T0);
+    let sim = simulation_of(mission().release.parachute, Start::T0);
     let (study, _) = the_wire_gives_the_flight_without_frames(&sim);
     // An independent implementation: J_TPF .5551 for this start.
     assert!((study.j_tpf / 0.5551 - 1.0).abs() < 0.001, "{}", study.j_tpf);

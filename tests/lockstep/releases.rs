@@ -33,9 +33,10 @@ fn told(flown: &Flown) -> [TimeUs; 2] {
 #[test]
 fn every_trigger_releases_at_its_time_and_the_plan_follows() {
     let m = mission();
-    let delay = microseconds(m.parachute.delay_s);
+    let delay = microseconds(m.release.parachute.delay_s);
     // The hang begins `hang_s` of descent above the point of release: 12 s later it is 2 s of descent below.
-    let after_12_s = m.environment.anchor.altitude_m - (12.0 - m.hang_s) * m.parachute.descent_m_s;
+    let after_12_s =
+        m.site.environment.anchor.altitude_m - (12.0 - m.release.hang_s) * m.release.parachute.descent_m_s;
     for (trigger, expected, cause) in [
         (ReleaseTrigger::Command, 10_000_000, "released by command"),
         (ReleaseTrigger::Time, 10_000_000, "released at the mission's time"),
@@ -64,8 +65,8 @@ fn every_trigger_releases_at_its_time_and_the_plan_follows() {
 fn a_streamer_that_ends_leaves_a_failsafe_on_record() {
     let m = mission();
     let config = samara::link::StreamerConfig {
-        hang_s: m.hang_s,
-        delay_s: m.parachute.delay_s,
+        hang_s: m.release.hang_s,
+        delay_s: m.release.parachute.delay_s,
         target_v_ned: m.target_v_ned,
         end_s: Some(5.0),
         ..samara::link::StreamerConfig::default()

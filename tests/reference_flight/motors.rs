@@ -35,20 +35,20 @@ impl Cases {
         Self {
             study: SafetyStudy {
                 vehicle: m.vehicle.clone(),
-                environment: m.environment.clone(),
-                airframe: Airframe::new(&m.vehicle, &m.environment).unwrap(),
-                control_limits: m.control_limits,
-                limits: m.limits,
+                environment: m.site.environment.clone(),
+                airframe: Airframe::new(&m.vehicle, &m.site.environment).unwrap(),
+                control_limits: m.control.limits,
+                limits: m.limits.safety,
                 target_v_ned: m.target_v_ned,
                 plan: plan.unwrap().trajectory,
             },
             controller: Controller {
                 name: "ours",
-                gains_name: m.gains_name.clone(),
-                gains: m.gains,
+                gains_name: m.control.gains_name.clone(),
+                gains: m.control.gains,
                 command: Command::Optimal,
             },
-            releases: m.tuning_cases.iter().enumerate().map(release).collect(),
+            releases: m.study.cases.iter().enumerate().map(release).collect(),
         }
     }
 

@@ -53,7 +53,7 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
     let timed = plan_mission(&mission, false)?;
     write_plan(&folder, &mission, &timed.plan)?;
     if timed.plan.status != Status::Converged {
-        tell(&format!("no plan to fly: {}", plan_text(&timed.plan, &mission.limits, None)));
+        tell(&format!("no plan to fly: {}", plan_text(&timed.plan, &mission.limits.safety, None)));
         return Ok(Answer::No);
     }
     let planned = Planned { trajectory: timed.plan.trajectory, source: "planned", solve_ms: None };
@@ -74,7 +74,7 @@ impl Campaign<'_> {
     }
 
     fn name(&self) -> String {
-        let gains = self.mission.gains_name.trim_end_matches(".params");
+        let gains = self.mission.control.gains_name.trim_end_matches(".params");
         format!("drops_{}_{gains}", self.autopilot())
     }
 
@@ -118,7 +118,7 @@ impl Campaign<'_> {
     }
 
     fn fly_all(&self, folder: &OutputFolder, stop: &AtomicBool) -> Result<Answer, Failure> {
-        let trials = self.args.trials.unwrap_or(self.mission.monte_carlo.trials as u64);
+        let trials = self.args.trials.unwrap_or(self.mission.study.monte_carlo.trials as u64);
         let workers = self.workers();
         let csv = format!("{}.csv", self.name());
         let mut file = folder.continued(&csv, 0)?;
@@ -294,9 +294,9 @@ impl Campaign<'_> {
             }
         };
         let measure = DropMeasure {
-            limits: mission.limits,
+            limits: mission.limits.safety,
             target_v_ned: mission.target_v_ned,
-            steady_within_m_s: mission.steady_within_m_s,
+            steady_within_m_s: mission.limits.steady_within_m_s,
             plan,
         };
         let outcome = measure.of(&flown.log);

@@ -34,7 +34,7 @@ pub fn draw(
     bench: &Bench<'_>,
     campaigns: &[Campaign; 4],
 ) -> Result<Vec<Figure>, Failure> {
-    let cases: Vec<BodyState> = assessment.mission.tuning_cases.iter().map(ReleaseCase::state).collect();
+    let cases: Vec<BodyState> = assessment.mission.study.cases.iter().map(ReleaseCase::state).collect();
     let shown = campaigns.each_ref().map(|campaign| {
         let trials = &campaign.shown[..campaign.shown.len().min(VELOCITY_TRIALS)];
         let flights =

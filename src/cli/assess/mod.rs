@@ -130,7 +130,7 @@ pub fn run(args: &AssessArgs) -> Result<Answer, Failure> {
         return Err(anyhow!("{option}: --autopilot is expected with it")).bad_input();
     }
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
-    if mission.tuning_cases.is_empty() {
+    if mission.study.cases.is_empty() {
         let file = args.mission.mission.display();
         return Err(anyhow!("{file}: tuning.cases is empty; the release cases of Table 5 are expected"))
             .bad_input();
@@ -150,7 +150,7 @@ pub fn run(args: &AssessArgs) -> Result<Answer, Failure> {
     if let Some(trial) = args.only {
         return only::run(args, &mission, &bench, &controllers, trial, &folder);
     }
-    let trials = args.trials.unwrap_or(mission.monte_carlo.trials as u64);
+    let trials = args.trials.unwrap_or(mission.study.monte_carlo.trials as u64);
     let watch = Stopwatch::start();
     let Some(campaigns) =
         campaign::run_all(args, &mission, &bench, &controllers, trials, &folder, &narrator)?
@@ -196,7 +196,7 @@ fn planned(
     }
     narrator.say(&format!(
         "no optimal trajectory to assess: {}",
-        plan_text(&timed.plan, &mission.limits, None)
+        plan_text(&timed.plan, &mission.limits.safety, None)
     ))?;
     if args.mission.json {
         print(&samara::report::plan_json(mission, &timed.plan, Some(timed.solve_ms)))?;
@@ -207,10 +207,10 @@ fn planned(
 fn study_of(mission: &Mission, plan: &Plan) -> Result<SafetyStudy, Failure> {
     Ok(SafetyStudy {
         vehicle: mission.vehicle.clone(),
-        environment: mission.environment.clone(),
-        airframe: Airframe::new(&mission.vehicle, &mission.environment).bad_input()?,
-        control_limits: mission.control_limits,
-        limits: mission.limits,
+        environment: mission.site.environment.clone(),
+        airframe: Airframe::new(&mission.vehicle, &mission.site.environment).bad_input()?,
+        control_limits: mission.control.limits,
+        limits: mission.limits.safety,
         target_v_ned: mission.target_v_ned,
         plan: plan.trajectory.clone(),
     })
@@ -227,7 +227,7 @@ fn controllers_of(mission: &Mission) -> [Controller; 4] {
         of("near_hover_step", "near_hover", Gains::near_hover(), Command::Step),
         of("near_hover_optimal", "near_hover", Gains::near_hover(), Command::Optimal),
         of("paper_pso_optimal", "paper_pso", Gains::paper_pso(), Command::Optimal),
-        of(OURS, &mission.gains_name, mission.gains, Command::Optimal),
+        of(OURS, &mission.control.gains_name, mission.control.gains, Command::Optimal),
     ]
 }
 
@@ -241,7 +241,7 @@ fn assessment<'a>(
     trials: u64,
 ) -> Assessment<'a> {
     let cases = |controller: &Controller| {
-        bench.in_order(&mission.tuning_cases, |case| {
+        bench.in_order(&mission.study.cases, |case| {
             let start = case.state();
             CaseResult {
                 case: case.name.clone(),
@@ -253,7 +253,7 @@ fn assessment<'a>(
     Assessment {
         mission,
         command: command_line(args, mission, trials),
-        plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits),
+        plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
         plan_objective: plan.objective,
         bound: args.bound,
         trials,

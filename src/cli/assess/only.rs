@@ -71,12 +71,13 @@ fn write(
     let samples = bench.study.samples(controller, &release.state);
     let name = format!("trial_{}_{}", release.trial, controller.name);
     folder.write(&format!("{name}.csv"), |out| {
-        let mut csv = FlightCsv::new(out, mission.vehicle.rotors.len(), mission.limits, &stamp_of(mission))?;
+        let mut csv =
+            FlightCsv::new(out, mission.vehicle.rotors.len(), mission.limits.safety, &stamp_of(mission))?;
         samples.iter().try_for_each(|sample| csv.write(sample))?;
         csv.finish().map(|_| ())
     })?;
-    let mut verdict = VerdictBuilder::new(mission.limits, mission.target_v_ned)
-        .steady_within(mission.steady_within_m_s)
+    let mut verdict = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned)
+        .steady_within(mission.limits.steady_within_m_s)
         .to_plans_end(bench.study.plan.end_s());
     samples.iter().for_each(|sample| verdict.observe(sample));
     let figure = drop_figure(mission, &samples, Some(&bench.study.plan), verdict.finish().as_ref(), None)

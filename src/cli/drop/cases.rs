@@ -37,7 +37,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     let (mut all_well, mut objects, mut kept) = (true, Vec::new(), Vec::new());
     let mut csv = format!("{}{COLUMNS}\n", stamp_of(&mission).csv_comment());
     narrator.say(HEAD)?;
-    let cases: Vec<String> = mission.tuning_cases.iter().map(|case| case.name.clone()).collect();
+    let cases: Vec<String> = mission.study.cases.iter().map(|case| case.name.clone()).collect();
     for case in &cases {
         let mut swinging = mission.clone();
         swinging.use_release_case(case).bad_input()?;

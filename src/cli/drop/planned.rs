@@ -72,7 +72,7 @@ fn plan(
     narrator: &Narrator,
 ) -> Result<Option<Planned>, Failure> {
     let timed = plan_mission(mission, args.planning.verbose)?;
-    let text = plan_text(&timed.plan, &mission.limits, None);
+    let text = plan_text(&timed.plan, &mission.limits.safety, None);
     narrator.say(&format!("planned in {:.1} ms: {text}", timed.solve_ms))?;
     write_plan(folder, mission, &timed.plan)?;
     if timed.plan.status != Status::Converged {

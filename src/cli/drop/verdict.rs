@@ -14,11 +14,11 @@ const STEP_AT_MOST_S: f64 = 0.02;
 
 /// The verdict of a flight log along a plan that ends at `plan_end_s` [s]; `None` when the vehicle was never released.
 pub fn judge(mission: &Mission, log: &[Sample], plan_end_s: f64) -> Option<Verdict> {
-    let mut verdict = VerdictBuilder::new(mission.limits, mission.target_v_ned)
-        .steady_within(mission.steady_within_m_s)
+    let mut verdict = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned)
+        .steady_within(mission.limits.steady_within_m_s)
         .to_plans_end(plan_end_s);
-    if let Some(ground) = mission.ground {
-        verdict = verdict.judging_impacts(ground.impact_limit_m_s);
+    if mission.site.ground.is_some() {
+        verdict = verdict.judging_impacts(mission.limits.impact_m_s);
     }
     log.iter().for_each(|sample| verdict.observe(sample));
     verdict.finish()
@@ -115,6 +115,6 @@ pub fn tell_verdict(
 ) -> Result<(), Failure> {
     let powered_from_s = log.last().and_then(|sample| Some(sample.t_s - sample.t_powered_s?));
     narrator.steady(verdict, mission, powered_from_s)?;
-    let text = verdict_text(verdict, &mission.limits, run.misses_steady_flight(verdict));
+    let text = verdict_text(verdict, &mission.limits.safety, run.misses_steady_flight(verdict));
     narrator.say(&format!("\n{text}\nresults in {}\n", folder.path().display()))
 }

@@ -149,8 +149,8 @@ pub fn look(instance: u16) -> Result<(), Failure> {
 /// # Errors
 /// [`Px4Error`] with what PX4 cannot do with, and what to do.
 pub fn suits(mission: &Mission) -> Result<(), Px4Error> {
-    let gravity_m_s2 = mission.environment.gravity_m_s2;
-    let scaled = mission.px4_clock == Px4Clock::Froude;
+    let gravity_m_s2 = mission.site.environment.gravity_m_s2;
+    let scaled = mission.px4.clock == Px4Clock::Froude;
     if !scaled && !ALIGNS_G0.contains(&(gravity_m_s2 / STANDARD_GRAVITY_M_S2)) {
         return Err(Px4Error::Gravity { gravity_m_s2 });
     }

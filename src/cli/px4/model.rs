@@ -54,9 +54,9 @@ pub fn fly(
 ) -> Result<Flown, Failure> {
     let (parameters, _) = parameters_for(mission, trajectory, given)?;
     // k of Froude's scaling: PX4's clock is slower than the site's by it.
-    let similarity = mission.px4_purpose().factors(mission.environment.gravity_m_s2).velocity;
+    let similarity = mission.px4_purpose().factors(mission.site.environment.gravity_m_s2).velocity;
     let mut sim = mission.simulation();
-    sim.schedule_release(mission.hang_s);
+    sim.schedule_release(mission.release.hang_s);
     let then_v_ned = Some(mission.target_v_ned);
     let plan = FlightPlan {
         reference: Reference::Plan { trajectory, then_v_ned, feed_forward },

@@ -34,10 +34,10 @@ pub fn contest(
 ) -> Result<Option<Contest>, Failure> {
     // Real actuators, whatever the tuning had.
     let real = Setting { plant: PlantKind::Actuator, ..setting(args, mission, plan) };
-    let cases = Bench::new(real).bad_input()?.with_cases(&mission.tuning_cases);
+    let cases = Bench::new(real).bad_input()?.with_cases(&mission.study.cases);
     let bounds = Objective::Safety { rms_bound: settings::rms_bound(args, &cases), penalty: args.penalty };
     let (distribution, seed) = (mission.releases(), mission.seed);
-    let (g, target_m_s) = (mission.environment.gravity_m_s2, mission.target_v_ned.norm());
+    let (g, target_m_s) = (mission.site.environment.gravity_m_s2, mission.target_v_ned.norm());
     let trial = |vary: bool, number: u64| {
         let release = distribution.draw(seed, number).state;
         if vary { varied(&release, seed, number, g, target_m_s) } else { (release, Variation::NONE) }
@@ -68,10 +68,12 @@ fn named(args: &TuneArgs, mission: &Mission, found: &Longitudinal) -> Vec<(Strin
     ];
     let mut shelf = mission.clone();
     if args.name != IDEAL && shelf.use_gains(IDEAL).is_ok() {
-        named.push((shelf.gains_name, shelf.gains.as_longitudinal()));
+        named.push((shelf.control.gains_name, shelf.control.gains.as_longitudinal()));
     }
-    if !named.iter().any(|(name, _)| *name == mission.gains_name) && mission.gains_name != args.name {
-        named.push((mission.gains_name.clone(), mission.gains.as_longitudinal()));
+    if !named.iter().any(|(name, _)| *name == mission.control.gains_name)
+        && mission.control.gains_name != args.name
+    {
+        named.push((mission.control.gains_name.clone(), mission.control.gains.as_longitudinal()));
     }
     named.push((args.name.clone(), *found));
     named

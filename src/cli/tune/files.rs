@@ -24,7 +24,7 @@ pub fn write_gains(
     k: &Longitudinal,
     about: &str,
 ) -> Result<(), Failure> {
-    let yaw = &mission.gains;
+    let yaw = &mission.control.gains;
     let gains = Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(*k) };
     let text = gains_json(&args.name, about, &gains);
     let path: PathBuf = folder.write("gains.json", |out| out.write_all(text.as_bytes()))?;
@@ -58,7 +58,7 @@ pub fn write_tune_manifest(args: &TuneArgs, folder: &OutputFolder, mission: &Mis
 pub fn start_name(args: &TuneArgs, mission: &Mission) -> String {
     match (&args.start, args.method) {
         (Some(name), _) => name.clone(),
-        (None, MethodArg::CmaEs) => mission.gains_name.clone(),
+        (None, MethodArg::CmaEs) => mission.control.gains_name.clone(),
         (None, MethodArg::PsoCma | MethodArg::Pso | MethodArg::NearHover) => "none".to_owned(),
     }
 }

@@ -38,7 +38,7 @@ pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
     if args.target == ForArg::Px4 {
         return px4::run(args, &mission);
     }
-    if mission.tuning_cases.is_empty() {
+    if mission.study.cases.is_empty() {
         return Err(anyhow!(
             "{}: tuning.cases is empty; releases to tune on are expected",
             args.mission.mission.display()
@@ -59,26 +59,26 @@ pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
 }
 
 fn setting<'a>(args: &TuneArgs, mission: &Mission, plan: &'a Trajectory) -> Setting<'a> {
-    let plan_begins_s = mission.hang_s + mission.parachute.delay_s;
+    let plan_begins_s = mission.release.hang_s + mission.release.parachute.delay_s;
     Setting {
         vehicle: mission.vehicle.clone(),
-        environment: mission.environment.clone(),
-        control_limits: mission.control_limits,
+        environment: mission.site.environment.clone(),
+        control_limits: mission.control.limits,
         plant: match args.model {
             ModelArg::Ideal => PlantKind::Ideal,
             ModelArg::Actuator => PlantKind::Actuator,
         },
-        yaw: mission.gains,
+        yaw: mission.control.gains,
         plan,
         target_v_ned: mission.target_v_ned,
         settle_s: (mission.duration_s - plan_begins_s - plan.end_s()).max(0.0),
-        safety: mission.limits,
+        safety: mission.limits.safety,
     }
 }
 
 /// The flights that the search is about.
 fn bench<'a>(args: &TuneArgs, mission: &Mission, plan: &'a Trajectory) -> Result<Bench<'a>, Failure> {
-    let cases = &mission.tuning_cases;
+    let cases = &mission.study.cases;
     let mut bench = Bench::new(setting(args, mission, plan)).bad_input()?.with_cases(cases);
     if matches!(args.objective, ObjectiveArg::Safety | ObjectiveArg::Pareto) {
         bench = bench.with_states(&swing_releases(&mission.releases(), &args.swing));

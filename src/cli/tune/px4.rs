@@ -55,18 +55,22 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
     let (defaults, missions) = (of(Some(&untouched))?, of(None)?);
     let setting = Px4Setting {
         vehicle: mission.vehicle.clone(),
-        environment: mission.environment.clone(),
-        similarity: purpose.factors(mission.environment.gravity_m_s2).velocity,
-        safety: mission.limits,
+        environment: mission.site.environment.clone(),
+        similarity: purpose.factors(mission.site.environment.gravity_m_s2).velocity,
+        safety: mission.limits.safety,
         plan,
         target_v_ned: mission.target_v_ned,
-        steady_within_m_s: mission.steady_within_m_s,
-        settle_s: (mission.duration_s - mission.hang_s - mission.parachute.delay_s - plan.end_s()).max(0.0),
-        start: mission.start,
+        steady_within_m_s: mission.limits.steady_within_m_s,
+        settle_s: (mission.duration_s
+            - mission.release.hang_s
+            - mission.release.parachute.delay_s
+            - plan.end_s())
+        .max(0.0),
+        start: mission.release.start,
         v_error_ned: Vector3::zeros(),
     };
     let releases = mission.releases();
-    let wind_sigma_m_s = mission.monte_carlo.wind_sigma_m_s;
+    let wind_sigma_m_s = mission.study.monte_carlo.wind_sigma_m_s;
     let drops = |trials| drops(&setting, &releases, wind_sigma_m_s, mission.seed, trials);
     let references = [(PX4S_DEFAULTS, &defaults), ("the mission's gains", &missions)];
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
@@ -134,7 +138,7 @@ fn settings(args: &TuneArgs, mission: &Mission) -> Px4SearchSettings {
     Px4SearchSettings {
         samples: args.particles.map(|n| n as usize),
         iterations: args.iterations as usize,
-        tilt_limit_rad: mission.limits.pitch_rad,
+        tilt_limit_rad: mission.limits.safety.pitch_rad,
         seed: mission.seed,
     }
 }
@@ -142,7 +146,7 @@ fn settings(args: &TuneArgs, mission: &Mission) -> Px4SearchSettings {
 /// Everything that the course of the search depends on; the most iterations only end it.
 fn identity(args: &TuneArgs, mission: &Mission) -> Vec<(&'static str, String)> {
     let mut identity = identity_of(mission);
-    let start = format!("{} {:?}", mission.gains_name, mission.gains.as_longitudinal());
+    let start = format!("{} {:?}", mission.control.gains_name, mission.control.gains.as_longitudinal());
     let drops = format!("{DROPS} random, {} release cases", mission.case_parachutes().len());
     let searched = names().collect::<Vec<_>>().join(" ");
     identity.extend([("for", name_of(args.target)), ("start", start), ("particles", particles(args))]);
@@ -166,11 +170,11 @@ fn write(
     result: &Px4Gains,
 ) -> Result<(), Failure> {
     let mut named = mission.clone();
-    named.gains_name.clone_from(&result.name);
+    named.control.gains_name.clone_from(&result.name);
     let export = px4_model_export(
         &result.parameters,
         result.purpose,
-        mission.environment.gravity_m_s2,
+        mission.site.environment.gravity_m_s2,
         result.remarks(),
     );
     folder.write("gains.params", |out| out.write_all(params_file(&named, &export).as_bytes()))?;

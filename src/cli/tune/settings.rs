@@ -64,9 +64,9 @@ pub fn settings(
         (Some(name), _) => {
             let mut other = mission.clone();
             other.use_gains(name).bad_input()?;
-            Some(other.gains.as_longitudinal())
+            Some(other.control.gains.as_longitudinal())
         }
-        (None, MethodArg::CmaEs) => Some(mission.gains.as_longitudinal()),
+        (None, MethodArg::CmaEs) => Some(mission.control.gains.as_longitudinal()),
         (None, _) => None,
     };
     Ok(SearchSettings {

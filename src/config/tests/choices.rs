@@ -7,20 +7,20 @@ use crate::control::Gains;
 #[test]
 fn gains_are_found_by_name_and_by_path_and_change_the_hash() {
     let mut m = load_mission(&shipped(TITAN)).unwrap();
-    let (ours, hash) = (m.gains, m.input_hash.clone());
+    let (ours, hash) = (m.control.gains, m.inputs.hash.clone());
     m.use_gains("paper_pso").unwrap();
-    assert_eq!((m.gains, m.gains_name.as_str()), (Gains::paper_pso(), "paper_pso"));
-    assert_ne!(m.input_hash, hash);
+    assert_eq!((m.control.gains, m.control.gains_name.as_str()), (Gains::paper_pso(), "paper_pso"));
+    assert_ne!(m.inputs.hash, hash);
     m.use_gains(shipped("params/gains/ours.json").to_str().unwrap()).unwrap();
-    assert_eq!((m.gains, &m.input_hash), (ours, &hash));
+    assert_eq!((m.control.gains, &m.inputs.hash), (ours, &hash));
     let shown = m.use_gains("no_such").unwrap_err().to_string();
     assert!(shown.contains("gains file") && shown.contains("no_such.json"), "{shown}");
-    assert_eq!(m.gains, ours);
+    assert_eq!(m.control.gains, ours);
 }
 
 #[test]
 fn the_hash_follows_every_file() {
-    let hash = |m: Result<Mission, ConfigError>| m.unwrap().input_hash;
+    let hash = |m: Result<Mission, ConfigError>| m.unwrap().inputs.hash;
     let shipped_hash = hash(load_mission(&shipped(TITAN)));
     assert_eq!(
         hash(titan("\"about\"", "\"about\"").loaded),
@@ -42,17 +42,21 @@ fn the_hash_follows_every_file() {
 #[test]
 fn the_hash_follows_what_is_chosen_beside_the_files() {
     let mut m = load_mission(&shipped(TITAN)).unwrap();
-    let mut hashes = vec![m.input_hash.clone()];
+    let mut hashes = vec![m.inputs.hash.clone()];
     m.use_seed(1);
-    assert_eq!((&m.input_hash, m.choices.len()), (&hashes[0], 0), "the mission's own seed is no choice");
+    assert_eq!(
+        (&m.inputs.hash, m.inputs.choices.len()),
+        (&hashes[0], 0),
+        "the mission's own seed is no choice"
+    );
     m.use_seed(2);
-    hashes.push(m.input_hash.clone());
+    hashes.push(m.inputs.hash.clone());
     m.note_choice("nodes", "51");
-    hashes.push(m.input_hash.clone());
+    hashes.push(m.inputs.hash.clone());
     m.use_gains("paper_pso").unwrap();
-    hashes.push(m.input_hash.clone());
+    hashes.push(m.inputs.hash.clone());
     m.use_gains("ours").unwrap();
-    assert_eq!(m.input_hash, hashes[2], "gains put in later keep the choices");
+    assert_eq!(m.inputs.hash, hashes[2], "gains put in later keep the choices");
     hashes.sort();
     hashes.dedup();
     assert_eq!(hashes.len(), 4);

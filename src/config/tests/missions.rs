@@ -31,18 +31,24 @@ fn every_shipped_file_loads() {
 #[test]
 fn paper_titan_mission_holds_tables_1_and_2_and_31() {
     let m = load_mission(&shipped(TITAN)).unwrap();
-    assert_eq!((m.limits.speed_m_s, m.limits.vertical_acceleration_m_s2), (12.0, 3.0));
-    assert_eq!((m.limits.pitch_rad, m.limits.pitch_rate_rad_s), (45.0 * RAD_PER_DEG, 90.0 * RAD_PER_DEG));
-    assert_eq!((m.thrust_max_n, m.thrust_slew_n_s, m.horizon_s, m.nodes), (300.0, 60.0, 30.0, 38));
-    assert_eq!(m.x_ss, Some([1.0, 0.0, -0.0026, 0.0, 4.0, 0.0, 4.0, 0.0, 0.0, 0.0]));
-    assert_eq!(m.cost_state, [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 10.0, 10.0, 10.0]);
-    assert_eq!((m.cost_input, m.cost_input_reference), (1e-5, InputReference::Zero));
+    assert_eq!((m.limits.safety.speed_m_s, m.limits.safety.vertical_acceleration_m_s2), (12.0, 3.0));
+    assert_eq!(
+        (m.limits.safety.pitch_rad, m.limits.safety.pitch_rate_rad_s),
+        (45.0 * RAD_PER_DEG, 90.0 * RAD_PER_DEG)
+    );
+    assert_eq!(
+        (m.plan.thrust_max_n, m.plan.thrust_slew_n_s, m.plan.horizon_s, m.plan.nodes),
+        (300.0, 60.0, 30.0, 38)
+    );
+    assert_eq!(m.plan.x_ss, Some([1.0, 0.0, -0.0026, 0.0, 4.0, 0.0, 4.0, 0.0, 0.0, 0.0]));
+    assert_eq!(m.plan.cost_state, [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 10.0, 10.0, 10.0]);
+    assert_eq!((m.plan.cost_input, m.plan.cost_input_reference), (1e-5, InputReference::Zero));
     assert_eq!(m.target_v_ned, Vector3::new(4.0, 0.0, 4.0));
-    assert_eq!(m.parachute.v0_m_s(m.environment.gravity_m_s2), 3.675);
-    assert_eq!((m.start, m.hang_s, m.duration_s), (Start::Release, 10.0, 45.0));
-    assert_eq!(m.release_trigger, ReleaseTrigger::Command);
-    assert_eq!(m.control_limits, ControlLimits::default());
-    assert_eq!((m.monte_carlo.trials, m.monte_carlo.length_m), (100, 0.34));
+    assert_eq!(m.release.parachute.v0_m_s(m.site.environment.gravity_m_s2), 3.675);
+    assert_eq!((m.release.start, m.release.hang_s, m.duration_s), (Start::Release, 10.0, 45.0));
+    assert_eq!(m.release.trigger, ReleaseTrigger::Command);
+    assert_eq!(m.control.limits, ControlLimits::default());
+    assert_eq!((m.study.monte_carlo.trials, m.study.monte_carlo.length_m), (100, 0.34));
 }
 
 #[test]
@@ -57,8 +63,8 @@ fn paper_titan_tuning_cases_are_table_3() {
         (-0.26, 3.70, 5.5, -15.2),
         (-0.32, 3.67, 0.0, -18.8),
     ];
-    assert_eq!(m.tuning_cases.len(), table_3.len());
-    for (i, (case, (vn, vd, pitch, rate))) in m.tuning_cases.iter().zip(table_3).enumerate() {
+    assert_eq!(m.study.cases.len(), table_3.len());
+    for (i, (case, (vn, vd, pitch, rate))) in m.study.cases.iter().zip(table_3).enumerate() {
         assert_eq!(case.name, format!("case_{i}"));
         assert_eq!(case.v_ned, Vector3::new(vn, 0.0, vd));
         assert_eq!((case.pitch_rad, case.pitch_rate_rad_s), (pitch * RAD_PER_DEG, rate * RAD_PER_DEG));
@@ -71,19 +77,19 @@ fn the_papers_study_is_known_by_its_numbers() {
     let m = load_mission(&shipped(TITAN)).unwrap();
     assert_eq!(m.study_sha256(), crate::assess::paper::STUDY_SHA256, "vehicle or mission have changed");
     let mut same = m.clone();
-    (same.name, same.seed, same.monte_carlo.trials) = ("other".into(), 7, 1000);
+    (same.name, same.seed, same.study.monte_carlo.trials) = ("other".into(), 7, 1000);
     same.use_gains("near_hover").unwrap();
     assert!(same.is_the_papers_study());
     let changes: [fn(&mut Mission); 9] = [
-        |m| m.limits.speed_m_s = 6.0,
-        |m| m.environment.wind_ned_m_s.x = 1.0,
-        |m| m.parachute.delay_s = 0.4,
-        |m| m.horizon_s = 29.0,
-        |m| m.cost_input = 2e-5,
-        |m| m.monte_carlo.length_m = 1.0,
-        |m| m.tuning_cases[3].pitch_rad += 1e-12,
+        |m| m.limits.safety.speed_m_s = 6.0,
+        |m| m.site.environment.wind_ned_m_s.x = 1.0,
+        |m| m.release.parachute.delay_s = 0.4,
+        |m| m.plan.horizon_s = 29.0,
+        |m| m.plan.cost_input = 2e-5,
+        |m| m.study.monte_carlo.length_m = 1.0,
+        |m| m.study.cases[3].pitch_rad += 1e-12,
         |m| Arc::make_mut(&mut m.vehicle).mass.mass_kg = 420.0,
-        |m| m.control_limits.tilt_rad = 0.5,
+        |m| m.control.limits.tilt_rad = 0.5,
     ];
     for (i, change) in changes.iter().enumerate() {
         let mut other = m.clone();
@@ -102,19 +108,19 @@ fn paper_gains_are_table_4() {
 #[test]
 fn reference_x500_mission() {
     let m = load_mission(&shipped("mission/x500_drop.json")).unwrap();
-    assert!((m.parachute.v0_m_s(m.environment.gravity_m_s2) - 9.903325).abs() < 1e-14);
-    assert!((m.cost_input - 1e-5 * (300.0f64 / 8.54858).powi(2)).abs() < 1e-16);
-    assert_eq!((m.x_ss, m.target_v_ned), (None, Vector3::new(2.0, 0.0, 1.0)));
+    assert!((m.release.parachute.v0_m_s(m.site.environment.gravity_m_s2) - 9.903325).abs() < 1e-14);
+    assert!((m.plan.cost_input - 1e-5 * (300.0f64 / 8.54858).powi(2)).abs() < 1e-16);
+    assert_eq!((m.plan.x_ss, m.target_v_ned), (None, Vector3::new(2.0, 0.0, 1.0)));
     assert_eq!(m.vehicle_name, "x500");
     // Hangs still for 8 of 15 s; at the release the descent is complete: 1 - tanh(7 g/5) = 2e-12.
-    assert_eq!(m.parachute.hook, Some(Hook { lets_go_before_s: 7.0 }));
-    let (released, _) = m.parachute.hanging(0.0, &m.environment);
+    assert_eq!(m.release.parachute.hook, Some(Hook { lets_go_before_s: 7.0 }));
+    let (released, _) = m.release.parachute.hanging(0.0, &m.site.environment);
     assert!((released.v_ned.z - 5.0).abs() < 1e-10 && released.v_ned.z < 5.0);
-    let (held, a_ned) = m.parachute.hanging(-7.5, &m.environment);
+    let (held, a_ned) = m.release.parachute.hanging(-7.5, &m.site.environment);
     assert_eq!((held.v_ned, a_ned), (Vector3::zeros(), Vector3::zeros()));
     // Three standard deviations of the receiver's velocity.
-    assert!((m.steady_within_m_s / m.sensors.satellite.speed_noise_m_s - 3.0).abs() < 1e-9);
-    let case_1 = &m.tuning_cases[1];
+    assert!((m.limits.steady_within_m_s / m.sensors.satellite.speed_noise_m_s - 3.0).abs() < 1e-9);
+    let case_1 = &m.study.cases[1];
     let swing = 9.4 * RAD_PER_DEG * 3.1316;
     assert!((case_1.v_ned.x - swing).abs() < 5e-3 && (case_1.pitch_rate_rad_s - swing).abs() < 1e-3);
 }
@@ -122,7 +128,7 @@ fn reference_x500_mission() {
 #[test]
 fn the_plan_starts_from_the_paper_s_state_or_from_the_release_adrift_with_the_wind() {
     let m = load_mission(&shipped(TITAN)).unwrap();
-    assert_eq!(m.plan_initial, PlanInitial::Paper);
+    assert_eq!(m.plan.initial, PlanInitial::Paper);
     assert_eq!(m.plan_initial_state(), [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.675, 0.0, 0.0, 0.0]);
     let windy = |from: &str| titan(from, "\"wind_ned_m_s\": [6, -2, 0]").loaded.unwrap();
     let state = windy("\"wind_ned_m_s\": [0, 0, 0]").plan_initial_state();
@@ -131,12 +137,12 @@ fn the_plan_starts_from_the_paper_s_state_or_from_the_release_adrift_with_the_wi
     let release = titan("\"initial\": \"paper\"", "\"initial\": \"release\"").loaded.unwrap();
     assert!((release.plan_initial_state()[6] - 3.661).abs() < 5e-4, "{:?}", release.plan_initial_state());
     let x500 = load_mission(&shipped("mission/x500_drop.json")).unwrap();
-    assert_eq!(x500.plan_initial, PlanInitial::Release);
+    assert_eq!(x500.plan.initial, PlanInitial::Release);
     let down = x500.plan_initial_state()[6];
     // Closed form, quadratic drag of the flat body: v_t tanh(artanh(5/v_t) + g t_d/v_t) with v_t = 18.2 m/s, instead of 9.9.
     assert!((down - 9.126639126).abs() < 1e-9, "{down}");
     let left_out = titan("\"initial\": \"paper\",", "").loaded.unwrap();
-    assert_eq!(left_out.plan_initial, PlanInitial::Paper);
+    assert_eq!(left_out.plan.initial, PlanInitial::Paper);
 }
 
 #[test]

@@ -116,7 +116,7 @@ fn numbers_that_do_not_fit_each_other_are_refused() {
     };
     let path = "release.trigger.altitude.altitude_m";
     trigger("1030").refused_at(("1030", 0), path, "expected less than 1030 m");
-    assert_eq!(trigger("990.5").loaded.unwrap().release_trigger, ReleaseTrigger::Altitude(990.5));
+    assert_eq!(trigger("990.5").loaded.unwrap().release.trigger, ReleaseTrigger::Altitude(990.5));
     titan("\"command\"", "\"comand\"").refused_at(
         ("\"comand\"", 0),
         "release.trigger",
@@ -138,15 +138,15 @@ fn a_hook_that_outlasts_the_hang_is_refused() {
 #[test]
 fn ground_and_battery_are_read_and_refused() {
     let m = load_mission(&shipped(TITAN)).unwrap();
-    assert_eq!((m.ground, m.battery, m.starts_on_ground()), (None, None, false));
+    assert_eq!((m.site.ground, m.battery, m.release.standing), (None, None, false));
     let ground = |altitude: &str| {
         let to = format!("\"altitude_m\": 1000, \"ground_altitude_m\": {altitude}");
         titan("\"altitude_m\": 1000", &to)
     };
     let m = ground("700").loaded.unwrap();
     assert_eq!(
-        m.ground.map(|g| (g.ground.down_m, g.standing, g.impact_limit_m_s)),
-        Some((300.0, false, 2.1))
+        (m.site.ground.map(|g| g.down_m), m.release.standing, m.limits.impact_m_s),
+        (Some(300.0), false, 2.1)
     );
     assert!(!m.simulation().on_ground());
     ground("1000").refused_at(
@@ -167,7 +167,7 @@ fn ground_and_battery_are_read_and_refused() {
     assert_eq!((full.charge(), full.consumed_j()), (0.5, 3600.0));
     assert!(battery("0").loaded.is_err() && battery("101").loaded.is_err());
     let standing = load_mission(&shipped("mission/x500_ground.json")).unwrap();
-    assert!(standing.starts_on_ground() && standing.simulation().on_ground());
+    assert!(standing.release.standing && standing.simulation().on_ground());
 }
 
 /// Without the object the sensors are ideal; each of them stands for itself; what it says is bounded and strict.

@@ -65,7 +65,7 @@ fn reference_titan_rotor_table_between_its_nodes() {
 #[test]
 fn reference_titan_trim_at_4_0_4() {
     let mission = load_mission(&shipped("mission/titan_drop.json")).unwrap();
-    let trim = trim(&mission.vehicle, &mission.environment, mission.target_v_ned, 0.0).unwrap();
+    let trim = trim(&mission.vehicle, &mission.site.environment, mission.target_v_ned, 0.0).unwrap();
     assert!(
         (trim.pitch_rad / RAD_PER_DEG + 0.2979368855193513).abs() < 1e-9,
         "{}",
@@ -113,7 +113,7 @@ fn reference_titan_spot_dynamics() {
         };
         // PX4's order: front right, rear left, front left, rear right.
         let rate =
-            mission.vehicle.thrust_derivative(&mission.environment, &state, &[front, rear, front, rear]);
+            mission.vehicle.thrust_derivative(&mission.site.environment, &state, &[front, rear, front, rear]);
         let found = [rate.v_dot_ned.x, rate.v_dot_ned.z, q, rate.omega_dot_body.y];
         for (f, e) in found.iter().zip(expected) {
             assert!((f - e).abs() < 1e-12, "{found:?} {expected:?}");

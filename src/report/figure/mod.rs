@@ -77,7 +77,7 @@ pub fn drop_figure(
     verdict: Option<&Verdict>,
     by: Option<&str>,
 ) -> Result<String, FigureError> {
-    let (vehicle, limits) = (&mission.vehicle, &mission.limits);
+    let (vehicle, limits) = (&mission.vehicle, &mission.limits.safety);
     let track = Track::of_flight(samples, vehicle, limits);
     let start = track.at(0.0).map_or((0.0, 0.0), |i| (i.north_m, i.down_m));
     // Without a release the plan has no place in time.
@@ -114,11 +114,11 @@ pub fn drop_figure(
 /// # Errors
 /// [`FigureError`] when the backend fails.
 pub fn plan_figure(mission: &Mission, plan: &Trajectory) -> Result<String, FigureError> {
-    let track = Track::of_plan(plan, (0.0, 0.0), &mission.vehicle, &mission.limits);
+    let track = Track::of_plan(plan, (0.0, 0.0), &mission.vehicle, &mission.limits.safety);
     let mut sheet = Sheet::new(mission, &track, None);
     sheet.headline += ", the plan";
     sheet.event(0.0, "rotors free, t = 0", false);
-    sheet.peak(plan_j_tpf(plan, &mission.limits));
+    sheet.peak(plan_j_tpf(plan, &mission.limits.safety));
     sheet.draw()
 }
 
@@ -172,12 +172,12 @@ impl<'a> Sheet<'a> {
             track,
             plan,
             target_v_ned: mission.target_v_ned,
-            limits: &mission.limits,
-            thrust_max_n: mission.thrust_max_n,
+            limits: &mission.limits.safety,
+            thrust_max_n: mission.plan.thrust_max_n,
             scale,
             j_tpf: self.j_tpf,
         };
-        let stamp = Stamp { seed: mission.seed, input_hash: mission.input_hash.clone() };
+        let stamp = Stamp { seed: mission.seed, input_hash: mission.inputs.hash.clone() };
         let about = stamp.csv_comment().replace("# ", "");
         let (headline, by) = (self.headline, self.by);
         Canvas::new((WIDTH_PX, HEIGHT_PX)).finish((&headline, about.trim_end()), |pen| {

@@ -56,11 +56,11 @@ impl StudyStyle {
         let instants = || flights.clone().flatten();
         let over = |of: fn(&TraceInstant) -> f64| range(instants().map(of)).ok_or(FigureError::Empty);
         let among = |of: fn(&TrialPoint) -> f64| range(trials.clone().map(of)).ok_or(FigureError::Empty);
-        let stamp = Stamp { seed: mission.seed, input_hash: mission.input_hash.clone() };
+        let stamp = Stamp { seed: mission.seed, input_hash: mission.inputs.hash.clone() };
         Ok(Self {
             about: stamp.csv_comment().replace("# ", "").trim_end().to_owned(),
             target_v_ned: mission.target_v_ned.into(),
-            end_s: mission.horizon_s,
+            end_s: mission.plan.horizon_s,
             j_state: ColorScale::around(instants().map(|i| i.j_state)),
             j_tpf: ColorScale::around(trials.clone().map(|t| t.j_tpf)),
             j_tpf_range: among(|t| t.j_tpf)?,

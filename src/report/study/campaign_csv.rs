@@ -23,7 +23,7 @@ pub fn file_name(controller: &Controller) -> String {
 
 /// The lines before the first trial.
 pub fn header(mission: &Mission, controller: &Controller) -> String {
-    let stamp = Stamp { seed: mission.seed, input_hash: mission.input_hash.clone() };
+    let stamp = Stamp { seed: mission.seed, input_hash: mission.inputs.hash.clone() };
     let command = match controller.command {
         Command::Step => "target velocity as a step",
         Command::Optimal => "velocity of the optimal trajectory",

@@ -95,7 +95,7 @@ pub fn only_json(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]
         mission: &mission.name,
         version: VERSION,
         seed: mission.seed,
-        input_hash: &mission.input_hash,
+        input_hash: &mission.inputs.hash,
         trial: release.trial,
         theta_0_rad: release.amplitude_rad,
         phi_rad: release.phase_rad,

@@ -75,7 +75,7 @@ pub fn page(a: &Assessment<'_>, figures: &[Figure]) -> String {
         "<p>J<sub>state</sub> is the largest share of a safety limit - speed, pitch or pitch rate, and out of the plane roll or roll rate - at an instant (47)-(50), \
          J<sub>TPF</sub> its maximum over a flight (51); at 1 a limit is reached. Flights start at the end of the release delay with \
          the rotors at rest, on the plant with speed controllers, motors and rotors, controlled at 100 Hz, for {} s.</p>\n",
-        a.mission.horizon_s
+        a.mission.plan.horizon_s
     );
     html += &format!("<h2>Campaigns</h2>\n{}<p class=\"soft\">{INTERVALS}</p>\n", campaigns(a).html());
     html += &format!(
@@ -120,23 +120,23 @@ fn origin(a: &Assessment<'_>) -> String {
     let m = a.mission;
     let facts = [
         ("program", format!("samara {VERSION}")),
-        ("inputs, SHA-256", m.input_hash.clone()),
+        ("inputs, SHA-256", m.inputs.hash.clone()),
         ("seed", m.seed.to_string()),
-        ("gains", m.gains_name.clone()),
+        ("gains", m.control.gains_name.clone()),
         (
             "optimal trajectory",
             format!(
                 "objective {:.6}, J_TPF {:.4}, {} nodes over {} s",
-                a.plan_objective, a.plan_j_tpf, m.nodes, m.horizon_s
+                a.plan_objective, a.plan_j_tpf, m.plan.nodes, m.plan.horizon_s
             ),
         ),
         (
             "releases",
             format!(
                 "theta_0 normal with {:.1} deg, phase uniform, omega {} rad/s, pendulum {} m; ChaCha8, stream k for trial k",
-                m.monte_carlo.amplitude_sigma_rad * crate::units::DEG_PER_RAD,
-                m.monte_carlo.omega_rad_s,
-                m.monte_carlo.length_m
+                m.study.monte_carlo.amplitude_sigma_rad * crate::units::DEG_PER_RAD,
+                m.study.monte_carlo.omega_rad_s,
+                m.study.monte_carlo.length_m
             ),
         ),
         (

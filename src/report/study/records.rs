@@ -104,9 +104,9 @@ pub fn assess_json(a: &Assessment<'_>, flights_per_s: Option<f64>) -> String {
         vehicle: &m.vehicle_name,
         version: VERSION,
         seed: m.seed,
-        input_hash: &m.input_hash,
+        input_hash: &m.inputs.hash,
         command: &a.command,
-        gains: &m.gains_name,
+        gains: &m.control.gains_name,
         trials: a.trials,
         bound: a.bound,
         safe: a.safe(),
@@ -175,7 +175,7 @@ pub fn campaigns_csv(a: &Assessment<'_>) -> String {
 }
 
 fn csv<T: Serialize>(a: &Assessment<'_>, rows: impl Iterator<Item = T>) -> String {
-    let stamp = Stamp { seed: a.mission.seed, input_hash: a.mission.input_hash.clone() };
+    let stamp = Stamp { seed: a.mission.seed, input_hash: a.mission.inputs.hash.clone() };
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
         // Flat structs of numbers and text into memory: this does not fail.

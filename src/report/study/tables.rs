@@ -39,8 +39,11 @@ fn probability_digits(trials: u64) -> usize {
 pub fn table_4(a: &Assessment<'_>) -> Grid {
     let head = ["gains", "K_pq", "K_iq", "K_ptheta", "K_pvz", "K_ivz", "K_pvx", "K_ivx"];
     let mut grid = Grid::new("Table 4. Longitudinal gains: proportional [1/s], integral [1/s^2]", head);
-    let names =
-        ["near-hover (paper)".to_owned(), "PSO (paper)".to_owned(), super::ours(&a.mission.gains_name)];
+    let names = [
+        "near-hover (paper)".to_owned(),
+        "PSO (paper)".to_owned(),
+        super::ours(&a.mission.control.gains_name),
+    ];
     for (x, name) in a.assessed[1..].iter().zip(names) {
         grid.row(&name, x.controller.gains.as_longitudinal().map(|k| digits(k, 4)));
     }
@@ -119,7 +122,7 @@ pub fn reproduction(all: &[Finding]) -> Grid {
 
 /// How the tracking RMS is meant.
 pub fn tracking_note(a: &Assessment<'_>) -> String {
-    let beside = if a.mission.environment.wind_ned_m_s.y == 0.0 { "" } else { tracking::OUT_OF_PLANE };
+    let beside = if a.mission.site.environment.wind_ned_m_s.y == 0.0 { "" } else { tracking::OUT_OF_PLANE };
     format!(
         "Tracking RMS: flights commanded every {:.3} ms, so that the plan's nodes fall on steps.{beside}",
         1e3 * a.tracking_period_s

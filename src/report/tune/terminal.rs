@@ -23,7 +23,7 @@ pub fn text(mission: &Mission, search: &Search, run: &TuneRun) -> String {
         diverged,
         if run.stopped { ", stopped" } else { "" },
         1e3 * run.control_period_s,
-        if mission.environment.wind_ned_m_s.y == 0.0 { "" } else { OUT_OF_PLANE },
+        if mission.site.environment.wind_ned_m_s.y == 0.0 { "" } else { OUT_OF_PLANE },
         run.cost(),
         e.rms,
         e.j_tpf,
