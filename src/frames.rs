@@ -5,8 +5,8 @@
 //! `v_ned = rotate_ned_from_body(q, v_body)`. In files and on the wire it is `[w, x, y, z]`.
 //!
 //! The rotation matrix is the paper's (7), which is a rotation only for a unit quaternion. Nothing here
-//! normalises: the planner optimises over all four numbers, and its derivatives must see the same function that
-//! the simulator integrates (the simulator normalises after each step, outside the dynamics).
+//! normalises: the planner optimises over all four numbers, and its derivatives must see the same function
+//! that the simulator integrates (the simulator normalises after each step, outside the dynamics).
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -106,7 +106,8 @@ pub fn quaternion_from_rotation_vector(rotation: Vector3<f64>) -> Quaternion {
     [half.cos(), v.x, v.y, v.z]
 }
 
-/// The rotation vector [rad] of a unit quaternion, at most pi long: the inverse of [`quaternion_from_rotation_vector`].
+/// The rotation vector [rad] of a unit quaternion, at most pi long: the inverse of
+/// [`quaternion_from_rotation_vector`].
 pub fn rotation_vector(q: Quaternion) -> Vector3<f64> {
     // q and -q are one rotation: the shorter way round.
     let [w, x, y, z] = if q[0] < 0.0 { q.map(|c| -c) } else { q };
@@ -120,12 +121,12 @@ pub fn roll(q: Quaternion) -> f64 {
     (2.0 * (q[0] * q[1] + q[2] * q[3])).atan2(1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2]))
 }
 
-/// Lateral parts of a quaternion below this are the rounding of planar flight: sums over the rotors cancel to 1e-16 only.
-/// The two formulas of [`pitch`] differ by its square.
+/// Lateral parts of a quaternion below this are the rounding of planar flight: sums over the rotors cancel to
+/// 1e-16 only. The two formulas of [`pitch`] differ by its square.
 const PLANAR_TOLERANCE: f64 = 1e-9;
 
-/// Pitch [rad]. Without lateral motion (`q1 = q3 = 0` but for rounding) it is `2 atan2(q2, q0)`, which counts through
-/// the vertical and beyond, as the paper's planar angle does; otherwise Euler's, within +-pi/2.
+/// Pitch [rad]. Without lateral motion (`q1 = q3 = 0` but for rounding) it is `2 atan2(q2, q0)`, which counts
+/// through the vertical and beyond, as the paper's planar angle does; otherwise Euler's, within +-pi/2.
 pub fn pitch(q: Quaternion) -> f64 {
     if q[1].abs().max(q[3].abs()) < PLANAR_TOLERANCE {
         2.0 * q[2].atan2(q[0])
@@ -134,7 +135,8 @@ pub fn pitch(q: Quaternion) -> f64 {
     }
 }
 
-/// Roll [rad] as a companion of [`pitch`]: zero without lateral motion, also beyond the vertical; otherwise [`roll`].
+/// Roll [rad] as a companion of [`pitch`]: zero without lateral motion, also beyond the vertical; otherwise
+/// [`roll`].
 pub fn bank(q: Quaternion) -> f64 {
     if q[1].abs().max(q[3].abs()) < PLANAR_TOLERANCE { 0.0 } else { roll(q) }
 }
@@ -180,7 +182,9 @@ mod tests {
         #[test]
         fn prop_euler_angles_come_back(r in -3.0f64..3.0, p in -1.5f64..1.5, y in -3.0f64..3.0) {
             let q = quaternion_from_euler(r, p, y);
-            prop_assert!((roll(q) - r).abs() < 1e-9 && (pitch(q) - p).abs() < 1e-9 && (yaw(q) - y).abs() < 1e-9);
+            prop_assert!((roll(q) - r).abs() < 1e-9);
+            prop_assert!((pitch(q) - p).abs() < 1e-9);
+            prop_assert!((yaw(q) - y).abs() < 1e-9);
         }
 
         #[test]
@@ -203,15 +207,18 @@ mod tests {
 
         /// (2) is the derivative of the attitude: d/dt (C^T b) = C^T (omega x b) for a body-fixed b.
         #[test]
-        fn prop_quaternion_rate_turns_body_vectors(r in -3.0f64..3.0, p in -1.4f64..1.4, y in -3.0f64..3.0,
-                                                   wx in -2.0f64..2.0, wy in -2.0f64..2.0, wz in -2.0f64..2.0) {
+        fn prop_quaternion_rate_turns_body_vectors(
+            r in -3.0f64..3.0, p in -1.4f64..1.4, y in -3.0f64..3.0,
+            wx in -2.0f64..2.0, wy in -2.0f64..2.0, wz in -2.0f64..2.0,
+        ) {
             let q = quaternion_from_euler(r, p, y);
             let omega = Vector3::new(wx, wy, wz);
             let rate = quaternion_rate(q, omega);
             let h = 1e-6;
             let step = |s: f64| std::array::from_fn(|i| q[i] + s * h * rate[i]);
             let b = Vector3::new(0.3, -0.7, 0.2);
-            let numeric = (rotate_ned_from_body(step(1.0), b) - rotate_ned_from_body(step(-1.0), b)) / (2.0 * h);
+            let turned = |s: f64| rotate_ned_from_body(step(s), b);
+            let numeric = (turned(1.0) - turned(-1.0)) / (2.0 * h);
             prop_assert!((numeric - rotate_ned_from_body(q, omega.cross(&b))).norm() < 1e-8);
         }
     }

@@ -1,5 +1,5 @@
-//! Random numbers: ChaCha8 (Bernstein 2008), one stream of a seed for each use, so that no two uses disturb each other and each is
-//! the same wherever it runs.
+//! Random numbers: ChaCha8 (Bernstein 2008), one stream of a seed for each use, so that no two uses disturb
+//! each other and each is the same wherever it runs.
 
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
@@ -17,7 +17,7 @@ impl Stream {
         Self(generator)
     }
 
-    /// 64 random bits: the seed of something else.
+    /// 64 random bits, such as the seed of another generator.
     pub fn bits(&mut self) -> u64 {
         self.0.next_u64()
     }
@@ -43,7 +43,7 @@ impl Stream {
         (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
     }
 
-    /// N such numbers.
+    /// `N` independent normal numbers with mean 0 and standard deviation 1.
     pub fn normals<const N: usize>(&mut self) -> SVector<f64, N> {
         SVector::from_fn(|_, _| self.normal())
     }
@@ -53,8 +53,8 @@ impl Stream {
 mod tests {
     use super::*;
 
-    /// Mean 0, variance 1, fourth moment 3, no memory, nothing in common with the stream beside it: each within five standard
-    /// deviations of its estimate (variances of x^2 and x^4: 2 and 96).
+    /// Mean 0, variance 1, fourth moment 3, no memory, nothing in common with the stream beside it: each
+    /// within five standard deviations of its estimate (variances of x^2 and x^4: 2 and 96).
     #[test]
     fn closed_form_normals_are_normal_and_independent() {
         let n = 30_000;

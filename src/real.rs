@@ -1,8 +1,8 @@
 //! The scalar that the dynamics are written over.
 //!
-//! The rigid body and its aerodynamics are written once, over any [`Real`]: `f64` flies, dual numbers check the
-//! planner's hand-written derivatives in the tests, and lanes of several vehicles can follow. The trait holds what
-//! these equations need and nothing else.
+//! The rigid body and its aerodynamics are written once, over any [`Real`]: `f64` flies, dual numbers check
+//! the planner's hand-written derivatives in the tests, and lanes of several vehicles can follow. The trait
+//! holds what these equations need and nothing else.
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};

@@ -1,19 +1,19 @@
 //! Wider vector registers where the processor has them.
 //!
-//! The planner's small matrix products and the batch engine's lanes are plain loops; compiled for any x86-64 they fill registers of two
-//! numbers.
-//! [`vectorised`] compiles its argument a second time for AVX2, with four, and picks by what the processor has. Fused
-//! multiply-add stays off: each number is then the outcome of the same operations in the same order, and wide registers
-//! change no bit.
+//! The planner's small matrix products and the batch engine's lanes are plain loops; compiled for any x86-64
+//! they fill registers of two numbers. [`vectorised`] compiles its argument a second time for AVX2, with
+//! four, and picks by what the processor has. Fused multiply-add stays off: each number is then the outcome
+//! of the same operations in the same order, and wide registers change no bit.
 //!
 //! This is the only place with `unsafe` code.
 
-/// Something to compute. (A closure would not do: it cannot be told to be inlined.)
+/// A computation that [`vectorised`] compiles twice. (A closure would not do: it cannot be forced to be
+/// inlined.)
 pub trait Kernel {
-    /// What comes out.
+    /// The result of the computation.
     type Output;
-    /// Computes it. Implement this, and mark what it calls, as `#[inline(always)]`: only what is inlined into
-    /// [`vectorised`] gains.
+    /// Computes the result. Implement this, and mark what it calls, as `#[inline(always)]`: only what is
+    /// inlined into [`vectorised`] gains.
     fn run(self) -> Self::Output;
 }
 

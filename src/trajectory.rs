@@ -1,8 +1,9 @@
-//! A planned trajectory: the noun that planner and controller share; it knows neither.
+//! A planned trajectory: the type that planner and controller share; it depends on neither.
 //!
-//! Nodes hold state, thrusts and acceleration. Between nodes the velocity is the cubic Hermite polynomial through node
-//! values with slopes `f(x_k, u_k)` (the same polynomial whose midpoint the Hermite-Simpson defect uses, (36)), the
-//! thrusts run linearly. Before the first node and after the last one the end value is held.
+//! Nodes hold state, thrusts and acceleration. Between nodes the velocity is the cubic Hermite polynomial
+//! through node values with slopes `f(x_k, u_k)` (the same polynomial whose midpoint the Hermite-Simpson
+//! defect uses, (36)), the thrusts run linearly. Before the first node and after the last one the end value
+//! is held.
 
 use nalgebra::Vector3;
 
@@ -26,7 +27,7 @@ pub struct Node {
     pub a_ned: Vector3<f64>,
 }
 
-/// Nodes in order of time.
+/// Nodes in order of time, with interpolation between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
     nodes: Vec<Node>,
@@ -44,7 +45,7 @@ pub enum TrajectoryError {
     NotFinite {
         /// Index of the node, from 0.
         node: usize,
-        /// The quantity.
+        /// Name of the quantity.
         what: &'static str,
     },
     /// Time that does not increase.
@@ -52,18 +53,19 @@ pub enum TrajectoryError {
     TimeBackwards {
         /// Index of the node, from 0.
         node: usize,
-        /// Its time [s].
+        /// Time of that node [s].
         t_s: f64,
-        /// The time before [s].
+        /// Time of the node before [s].
         previous_s: f64,
     },
 }
 
 impl Trajectory {
-    /// Checks the nodes and builds.
+    /// Checks the nodes, whose thrusts are for `n_rotors` rotors.
     ///
     /// # Errors
-    /// [`TrajectoryError`] for fewer than two nodes, a number that is not finite, or time that does not increase.
+    /// [`TrajectoryError`] for fewer than two nodes, a number that is not finite, or time that does not
+    /// increase.
     pub fn new(nodes: Vec<Node>, n_rotors: usize) -> Result<Self, TrajectoryError> {
         if nodes.len() < 2 {
             return Err(TrajectoryError::TooShort(nodes.len()));
@@ -92,12 +94,12 @@ impl Trajectory {
         Ok(Self { nodes, n_rotors })
     }
 
-    /// The nodes.
+    /// The nodes in order of time.
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
     }
 
-    /// How many rotors the thrusts are for.
+    /// Number of rotors that the thrusts are for.
     pub fn n_rotors(&self) -> usize {
         self.n_rotors
     }
@@ -107,7 +109,8 @@ impl Trajectory {
         self.nodes[self.nodes.len() - 1].t_s
     }
 
-    /// Left node, right node, interval [s] and fraction of it; `None` outside the nodes.
+    /// Left node, right node, length of their interval [s] and the fraction of it at `t_s`; `None` outside
+    /// the nodes.
     fn locate(&self, t_s: f64) -> Option<(&Node, &Node, f64, f64)> {
         let i = self.nodes.partition_point(|n| n.t_s <= t_s);
         if i == 0 || i == self.nodes.len() {
@@ -172,7 +175,8 @@ impl Trajectory {
     }
 }
 
-/// Cubic Hermite polynomial at the fraction `s` of an interval `h`, values `a`, `b` and slopes `da`, `db` at its ends.
+/// Cubic Hermite polynomial at the fraction `s` of an interval `h`, values `a`, `b` and slopes `da`, `db` at
+/// its ends.
 fn hermite<const N: usize>(
     a: nalgebra::SVector<f64, N>,
     da: nalgebra::SVector<f64, N>,

@@ -14,6 +14,8 @@ use module_tree::{Tree, circles};
 
 #[path = "architecture/module_tree.rs"]
 mod module_tree;
+#[path = "architecture/prose.rs"]
+mod prose;
 
 /// The floors, lowest first; modules on one floor do not know each other.
 const FLOORS: &[&[&str]] = &[
@@ -147,7 +149,8 @@ fn unsafe_code_stands_in_one_place() {
     assert!(with_unsafe.iter().all(|p| p == Path::new("src/simd.rs")), "{with_unsafe:?}");
 }
 
-/// An error that has a source does not tell it in its own text: whoever prints the chain would print it twice.
+/// An error that has a source does not tell it in its own text: whoever prints the chain would print it
+/// twice.
 #[test]
 fn no_error_tells_its_source_twice() {
     let mut faults = Vec::new();

@@ -1,4 +1,5 @@
-//! `samara verify`: NASA's published numbers (NASA/TM-2015-218675), closed forms - and that a wrong constant does not pass.
+//! `samara verify`: NASA's published numbers (NASA/TM-2015-218675), closed forms - and that a wrong constant
+//! does not pass.
 #![cfg(feature = "cli")]
 #![expect(
     clippy::unwrap_used,

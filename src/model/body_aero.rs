@@ -6,9 +6,9 @@
 //! F_x = qbar S (-C_D cos a + C_L sin a)      F_z = qbar S (-C_D sin a - C_L cos a)      M_y = qbar S b C_M
 //! ```
 //!
-//! Differs from the paper: element (3,3) of (16) is printed 1; it is cos alpha. Airspeed is relative to the air (the
-//! paper has no wind). Assumptions: side force, rolling and yawing moments are zero and the coefficients do not depend on
-//! sideslip, as in the paper; no rate damping.
+//! Differs from the paper: element (3,3) of (16) is printed 1; it is cos alpha. Airspeed is relative to the
+//! air (the paper has no wind). Assumptions: side force, rolling and yawing moments are zero and the
+//! coefficients do not depend on sideslip, as in the paper; no rate damping.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -39,20 +39,20 @@ pub struct AeroLoad<S = f64> {
 /// air-relative body velocity.
 #[derive(Clone, Copy, Debug)]
 pub struct AeroJet {
-    /// `F_x` [N], `F_z` [N], `M_y` [N m].
+    /// Values of `F_x` [N], `F_z` [N] and `M_y` [N m].
     pub value: [f64; 3],
-    /// Gradient of each with respect to `[U V W]`.
+    /// Gradients of `F_x`, `F_z` and `M_y` with respect to `[U V W]`.
     pub gradient: [Vector3<f64>; 3],
-    /// Hessian of each with respect to `[U V W]`.
+    /// Hessians of `F_x`, `F_z` and `M_y` with respect to `[U V W]`.
     pub hessian: [Matrix3<f64>; 3],
 }
 
 impl BodyAero {
-    /// Tables over `alpha_rad`, which runs from -pi to pi.
+    /// Builds the body from coefficient tables over `alpha_rad`, which runs from -pi to pi.
     ///
     /// # Errors
-    /// [`ModelError`] for a reference dimension that is not positive, or for a table that [`PeriodicSpline::new`] refuses
-    /// or that does not span the whole turn.
+    /// [`ModelError`] for a reference dimension that is not positive, or for a table that
+    /// [`PeriodicSpline::new`] refuses or that does not span the whole turn.
     pub fn new(
         area_m2: f64,
         span_m: f64,
@@ -96,7 +96,7 @@ impl BodyAero {
         [&self.c_drag, &self.c_lift, &self.c_pitch]
     }
 
-    /// The same body with C_D, C_L and C_M multiplied by the factors.
+    /// This body with C_D, C_L and C_M multiplied by the factors `[drag, lift, pitch]`.
     pub fn scaled(&self, [drag, lift, pitch]: [f64; 3]) -> Self {
         Self {
             c_drag: self.c_drag.scaled(drag),
@@ -113,8 +113,8 @@ impl BodyAero {
         let in_plane = u * u + w * w;
         let zero = S::zero();
         if in_plane.value() <= 0.0 {
-            // No flow in the plane of symmetry: alpha is undefined. At rest all loads vanish; in a purely lateral flow
-            // the model has nothing to say (it has no side force).
+            // No flow in the plane of symmetry: alpha is undefined. At rest all loads vanish; in a purely
+            // lateral flow the model has nothing to say (it has no side force).
             return AeroLoad { force_body: Vector3::zeros(), moment_body: Vector3::zeros() };
         }
         let alpha = w.atan2(u);
@@ -130,8 +130,9 @@ impl BodyAero {
 
     /// The load with exact first and second derivatives with respect to the air-relative body velocity.
     ///
-    /// Each component is `qbar(U, V, W) G(alpha)`: products of a quadratic and a function of one angle, so the
-    /// Hessian is `G qbar'' + G' (qbar' alpha'^T + alpha' qbar'^T) + qbar (G'' alpha' alpha'^T + G' alpha'')`.
+    /// Each component is `qbar(U, V, W) G(alpha)`: products of a quadratic and a function of one angle, so
+    /// the Hessian is `G qbar'' + G' (qbar' alpha'^T + alpha' qbar'^T) + qbar (G'' alpha' alpha'^T + G'
+    /// alpha'')`.
     #[inline(always)]
     pub fn jet(&self, v_air_body: &Vector3<f64>, density: f64) -> AeroJet {
         let (u, w) = (v_air_body.x, v_air_body.z);

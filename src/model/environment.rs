@@ -1,12 +1,12 @@
-//! Where it flies: gravity, air and the anchor of the local frame. Uniform and constant over the flight (a drop of
-//! half a minute): flat, non-rotating Earth or Titan.
+//! The site of a flight: gravity, air and the anchor of the local frame. Uniform and constant over the flight
+//! (a drop of half a minute): flat, non-rotating Earth or Titan.
 
 use nalgebra::Vector3;
 
 use super::ModelError;
 use crate::units::{DEG_PER_RAD, EARTH_RADIUS_M, RAD_PER_DEG, STANDARD_GRAVITY_M_S2};
 
-/// Gravity, density, wind, and the place of the local NED frame's origin on the globe.
+/// The site: gravity, density, wind, and the place of the local NED frame's origin on the globe.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Environment {
     /// Gravity, along +down [m/s^2].
@@ -15,7 +15,8 @@ pub struct Environment {
     pub density_kg_m3: f64,
     /// Velocity of the air over the ground, NED [m/s].
     pub wind_ned_m_s: Vector3<f64>,
-    /// Latitude [deg], longitude [deg] and altitude above mean sea level [m] of the local origin: the point of release.
+    /// Latitude [deg], longitude [deg] and altitude above mean sea level [m] of the local origin: the point
+    /// of release.
     pub anchor: GeoPoint,
 }
 
@@ -31,8 +32,8 @@ pub struct GeoPoint {
 }
 
 impl GeoPoint {
-    /// The point at `p_ned` [m] from this one: an equirectangular chart on a sphere of Earth's mean radius, good to
-    /// millimetres over the kilometre of a drop. (Ground stations draw every site on Earth's map.)
+    /// The point at `p_ned` [m] from this one: an equirectangular chart on a sphere of Earth's mean radius,
+    /// good to millimetres over the kilometre of a drop. (Ground stations draw every site on Earth's map.)
     pub fn moved(&self, p_ned: &Vector3<f64>) -> Self {
         let cos_lat = (self.latitude_deg * RAD_PER_DEG).cos();
         Self {
@@ -54,7 +55,8 @@ pub fn same_gravity(a_m_s2: f64, b_m_s2: f64) -> bool {
 }
 
 impl Environment {
-    /// Checks and builds.
+    /// Checks the numbers of a site: gravity [m/s^2], density [kg/m^3], wind NED [m/s] and the origin of the
+    /// local frame.
     ///
     /// # Errors
     /// [`ModelError`] when gravity or density is not positive, or a number is out of range.
@@ -83,7 +85,7 @@ impl Environment {
         Ok(Self { gravity_m_s2, density_kg_m3, wind_ned_m_s, anchor })
     }
 
-    /// Whether gravity is what it is somewhere on Earth.
+    /// Whether the gravity is one that occurs on Earth.
     pub fn has_earths_gravity(&self) -> bool {
         (self.gravity_m_s2 - STANDARD_GRAVITY_M_S2).abs() <= EARTH_GRAVITY_SPREAD_M_S2
     }
@@ -93,8 +95,8 @@ impl Environment {
         Vector3::new(0.0, 0.0, self.gravity_m_s2)
     }
 
-    /// Velocity over ground of what hangs in this air without power, NED [m/s]: the wind's horizontal part. (A rate of descent is
-    /// given over ground, so a vertical wind is in it.)
+    /// Velocity over ground of what hangs in this air without power, NED [m/s]: the wind's horizontal part.
+    /// (A rate of descent is given over ground, so a vertical wind is in it.)
     pub fn drift_ned_m_s(&self) -> Vector3<f64> {
         Vector3::new(self.wind_ned_m_s.x, self.wind_ned_m_s.y, 0.0)
     }

@@ -1,4 +1,4 @@
-//! What flies: the vehicle's physics, as pure functions and data.
+//! The vehicle and its surroundings: physics as pure functions and data.
 //!
 //! | file | holds | paper |
 //! |---|---|---|
@@ -9,6 +9,7 @@
 //! | [`vehicle`] | the vehicle: all of the above with its geometry; force balance | (5)-(9), (19)-(22) |
 //! | [`environment`] | gravity, density, wind, the site's place on the globe | |
 //! | [`magnetic_field`] | Earth's field from the World Magnetic Model; a dipole's | |
+//! | [`wind`] | gusts | |
 //! | [`parachute`] | descent and swing before the release | (40)-(44) |
 //! | [`trim`](mod@trim) | the steady state at a commanded velocity | (31) |
 
@@ -22,6 +23,7 @@ pub mod rotor;
 pub mod spline;
 pub mod trim;
 pub mod vehicle;
+pub mod wind;
 
 pub use body_aero::BodyAero;
 pub use environment::Environment;
@@ -31,7 +33,8 @@ pub use rotor::{Rotor, RotorTable};
 pub use trim::{Trim, TrimError, trim};
 pub use vehicle::{ForceBalance, RotationSense, RotorMount, Vehicle, VehicleOptions};
 
-/// Most rotors that a vehicle may have; per-rotor arrays have this length, so that nothing allocates in flight.
+/// Most rotors that a vehicle may have; per-rotor arrays have this length, so that nothing allocates in
+/// flight.
 pub const MAX_ROTORS: usize = 8;
 
 /// One number per rotor; entries beyond the vehicle's rotor count are zero.
@@ -43,19 +46,19 @@ pub enum ModelError {
     /// A quantity that must be positive and finite is not.
     #[error("{what} must be positive, found {value}")]
     NotPositive {
-        /// The quantity.
+        /// Name of the quantity.
         what: String,
-        /// Its value.
+        /// The value given.
         value: f64,
     },
     /// A quantity is not finite or outside its range.
     #[error("{what} must be {expected}, found {value}")]
     OutOfRange {
-        /// The quantity.
+        /// Name of the quantity.
         what: String,
-        /// What was expected.
+        /// The range that was expected.
         expected: &'static str,
-        /// Its value.
+        /// The value given.
         value: f64,
     },
     /// Principal inertias of a rigid body satisfy `a + b >= c` in every order; these do not.
@@ -69,7 +72,7 @@ pub enum ModelError {
     /// The rotor set cannot carry or steer the vehicle.
     #[error("{0}")]
     Rotors(String),
-    /// The magnetic field is not known there or then.
+    /// The magnetic field is not known at that place or time.
     #[error("World Magnetic Model: {0}")]
     MagneticField(String),
 }

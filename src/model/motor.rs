@@ -1,11 +1,12 @@
 //! Speed controller and motor: how a throttle command becomes rotor speed.
 //!
-//! The control channel is `delta = omega_c / omega_max` in 0..1. Two models: **ESC + DC motor** (Titan; voltage and
-//! current limits, the paper's figure 5) and **first order** with separate time constants up and down.
+//! The control channel is `delta = omega_c / omega_max` in 0..1. Two models: **ESC + DC motor** (Titan;
+//! voltage and current limits, the paper's figure 5) and **first order** with separate time constants up and
+//! down.
 //!
-//! The torque of motor and air that speeds the rotor up is (23)-(24). Differs from the paper: its (23) adds the angular
-//! acceleration of the body about the shaft to that of the rotor; it is left out here. For rotors that push up it is the yaw
-//! acceleration, zero in the plane.
+//! The torque of motor and air that speeds the rotor up is (23)-(24). Differs from the paper: its (23) adds
+//! the angular acceleration of the body about the shaft to that of the rotor; it is left out here. For rotors
+//! that push up it is the yaw acceleration, zero in the plane.
 
 /// A motor with its speed controller.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,21 +21,21 @@ pub enum Motor {
     EscDc {
         /// Speed at full throttle [rad/s].
         omega_max_rad_s: f64,
-        /// K_t [N m/A].
+        /// Torque constant K_t [N m/A].
         torque_constant_nm_a: f64,
-        /// K_e [V s/rad].
+        /// Back-EMF constant K_e [V s/rad].
         back_emf_constant_v_s_rad: f64,
-        /// R [ohm].
+        /// Resistance R of the winding [ohm].
         resistance_ohm: f64,
-        /// V_max [V].
+        /// Greatest voltage V_max [V].
         voltage_max_v: f64,
-        /// I_max [A].
+        /// Greatest current I_max [A].
         current_max_a: f64,
-        /// I_min [A]; 0: no active braking.
+        /// Least current I_min [A]; 0: no active braking.
         current_min_a: f64,
-        /// K_esc [V s/rad].
+        /// Proportional gain K_esc of the speed controller [V s/rad].
         esc_gain_v_s_rad: f64,
-        /// J_r, rotor and motor [kg m^2].
+        /// Moment of inertia J_r of rotor and motor [kg m^2].
         rotor_inertia_kg_m2: f64,
     },
     /// `omega_dot = (omega_c - omega)/tau`, with tau by the sign of the difference.
@@ -45,7 +46,7 @@ pub enum Motor {
         tau_up_s: f64,
         /// Time constant slowing down [s].
         tau_down_s: f64,
-        /// J_r [kg m^2], for the gyroscopic terms only.
+        /// Moment of inertia J_r of rotor and motor [kg m^2], for the gyroscopic terms only.
         rotor_inertia_kg_m2: f64,
     },
 }
@@ -69,8 +70,9 @@ impl Motor {
         }
     }
 
-    /// How fast the speed goes to the commanded one at the most [1/s]: the inverse of the shortest time constant. Limits of voltage
-    /// and current only slow it down; the air's torque adds what [`super::Vehicle::longest_step_s`] tells.
+    /// Greatest rate at which the speed approaches the commanded one [1/s]: the inverse of the shortest time
+    /// constant. Limits of voltage and current only slow it down; the air's torque is counted by
+    /// [`super::Vehicle::longest_step_s`].
     pub fn fastest_rate_per_s(&self) -> f64 {
         match *self {
             Self::EscDc {
@@ -85,8 +87,8 @@ impl Motor {
         }
     }
 
-    /// Angular acceleration of the rotor [rad/s^2] at the throttle in 0..1, its speed [rad/s] and the aerodynamic torque
-    /// that brakes it [N m]. A rotor at rest is never driven backwards.
+    /// Angular acceleration of the rotor [rad/s^2] at the throttle in 0..1, its speed [rad/s] and the
+    /// aerodynamic torque that brakes it [N m]. A rotor at rest is never driven backwards.
     #[inline(always)]
     pub fn acceleration(&self, throttle: f64, omega: f64, torque_aero: f64) -> f64 {
         let rate = match *self {

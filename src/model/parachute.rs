@@ -1,13 +1,14 @@
 //! Before the release: steady descent under the canopy, and the swing of (40)-(44).
 //!
-//! Assumptions, the paper's: the canopy descends at a constant rate, the vehicle swings as a prescribed pendulum about
-//! its attachment ("wrist motion"), nose perpendicular to the line, so that pitch equals the swing angle. The motion is
-//! kinematic: the canopy force is whatever it takes. Canopy and load drift with the horizontal wind, as they do once their descent
-//! is steady; a wind that changes is not modelled.
+//! Assumptions, the paper's: the canopy descends at a constant rate, the vehicle swings as a prescribed
+//! pendulum about its attachment ("wrist motion"), nose perpendicular to the line, so that pitch equals the
+//! swing angle. The motion is kinematic: the canopy force is whatever it takes. Canopy and load drift with
+//! the horizontal wind, as they do once their descent is steady; a wind that changes is not modelled.
 //!
-//! A vehicle may hang still on a [`Hook`] first and be let go under its canopy. With a drag that grows with the square of the speed
-//! the descent then builds up as `v tanh(g t/v)`; drift and swing, which the model prescribes, build up with the square of that
-//! share, so that their velocities and rates start from zero without a jump in acceleration.
+//! A vehicle may hang still on a [`Hook`] first and be let go under its canopy. With a drag that grows with
+//! the square of the speed the descent then builds up as `v tanh(g t/v)`; drift and swing, which the model
+//! prescribes, build up with the square of that share, so that their velocities and rates start from zero
+//! without a jump in acceleration.
 
 use nalgebra::Vector3;
 
@@ -22,14 +23,15 @@ pub struct Pendulum {
     pub amplitude_rad: f64,
     /// Phase phi at the nominal release [rad].
     pub phase_rad: f64,
-    /// omega [rad/s].
+    /// Angular frequency omega of the swing [rad/s].
     pub omega_rad_s: f64,
     /// Length r from the pivot to the centre of mass [m].
     pub length_m: f64,
 }
 
 impl Pendulum {
-    /// Swing angle [rad], rate [rad/s] and acceleration [rad/s^2] at `t` [s] from the nominal release, (40)-(41).
+    /// Swing angle [rad], rate [rad/s] and acceleration [rad/s^2] at `t` [s] from the nominal release,
+    /// (40)-(41).
     pub fn swing(&self, t: f64) -> (f64, f64, f64) {
         let (sin, cos) = (self.omega_rad_s * t + self.phase_rad).sin_cos();
         let theta = self.amplitude_rad * sin;
@@ -40,12 +42,12 @@ impl Pendulum {
 /// A hook that holds the vehicle still under its canopy until it lets go.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hook {
-    /// From then to the nominal release [s].
+    /// Time from the letting go to the nominal release [s].
     pub lets_go_before_s: f64,
 }
 
-/// How far the motion under the canopy has built up: the share of the steady motion that there is, its derivatives, and the time
-/// that the steady motion would have needed for the way so far [s].
+/// How far the motion under the canopy has built up: the share of the steady motion that there is, its
+/// derivatives, and the time that the steady motion would have needed for the way so far [s].
 #[derive(Clone, Copy, Debug)]
 struct BuildUp {
     share: f64,
@@ -94,14 +96,14 @@ pub struct Parachute {
     pub descent_m_s: f64,
     /// Delay t_d between release and rotor start [s].
     pub delay_s: f64,
-    /// The swing.
+    /// Swing under the canopy.
     pub pendulum: Pendulum,
-    /// What holds it still first, if anything does.
+    /// Hook that holds the vehicle still first; `None`: it hangs in steady descent from the start.
     pub hook: Option<Hook>,
 }
 
 impl Parachute {
-    /// Checks and builds.
+    /// Checks descent rate [m/s], delay [s] and pendulum.
     ///
     /// # Errors
     /// [`ModelError`] when a number is negative or not finite.
@@ -131,13 +133,13 @@ impl Parachute {
         self.descent_m_s + gravity_m_s2 * self.delay_s
     }
 
-    /// The same, held still by a hook first.
+    /// This parachute with a hook that holds the vehicle still first.
     pub fn on_hook(self, hook: Hook) -> Self {
         Self { hook: Some(hook), ..self }
     }
 
-    /// The vehicle under the canopy, adrift at the site, at `t` [s] from the nominal release (negative before), and its acceleration
-    /// in NED [m/s^2]. Position is zero at the nominal release.
+    /// The vehicle under the canopy, adrift at the site, at `t` [s] from the nominal release (negative
+    /// before), and its acceleration in NED [m/s^2]. Position is zero at the nominal release.
     pub fn hanging(&self, t: f64, site: &Environment) -> (BodyState, Vector3<f64>) {
         let (mut state, mut a_ned) = self.in_still_air(t, site.gravity_m_s2);
         let drift = site.drift_ned_m_s();
@@ -149,7 +151,7 @@ impl Parachute {
         (state, a_ned)
     }
 
-    /// How far descent, and drift and swing, have built up.
+    /// How far the descent (first), and drift and swing (second), have built up at `t` [s].
     fn build_up(&self, t: f64, gravity_m_s2: f64) -> (BuildUp, BuildUp) {
         let Some(hook) = self.hook else { return (BuildUp::complete(t), BuildUp::complete(t)) };
         let k = (gravity_m_s2 / self.descent_m_s).min(BUILD_UP_MAX_HZ);
@@ -195,8 +197,8 @@ impl Parachute {
         (state, a_ned)
     }
 
-    /// The paper's state at t = 0 in still air, (40)-(44): the swing at the release with `v_0` in place of the descent rate; pitch and
-    /// rate are not propagated through the delay.
+    /// The paper's state at t = 0 in still air, (40)-(44): the swing at the release with `v_0` in place of
+    /// the descent rate; pitch and rate are not propagated through the delay.
     pub fn state_at_t0(&self, gravity_m_s2: f64) -> BodyState {
         let (mut state, _) = self.in_still_air(0.0, gravity_m_s2);
         state.v_ned.z += gravity_m_s2 * self.delay_s;
@@ -261,8 +263,9 @@ mod tests {
         }
     }
 
-    /// On the hook nothing moves; let go, position, velocity, attitude and rate fit together without a jump, and the descent follows
-    /// the law of a fall with quadratic drag, `dv/dt = g (1 - (v/v_inf)^2)`, from rest.
+    /// On the hook nothing moves; let go, position, velocity, attitude and rate fit together without a jump,
+    /// and the descent follows the law of a fall with quadratic drag, `dv/dt = g (1 - (v/v_inf)^2)`, from
+    /// rest.
     #[test]
     fn closed_form_of_a_descent_from_a_hook() {
         let p = titan(50.0).on_hook(Hook { lets_go_before_s: 8.0 });

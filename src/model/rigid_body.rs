@@ -1,16 +1,17 @@
 //! The rigid body, (1)-(8): how forces and moments move it.
 //!
-//! Assumptions: flat, non-rotating planet; constant mass and inertia; one rigid body. Rotors enter as forces and
-//! moments, with their angular momentum in `M_rot` (22) when it is switched on.
+//! Assumptions: flat, non-rotating planet; constant mass and inertia; one rigid body. Rotors enter as forces
+//! and moments, with their angular momentum in `M_rot` (22) when it is switched on.
 //!
-//! Differs from the paper: its gravity term below (9) lacks the mass; here gravity is an acceleration, [0 0 g].
+//! Differs from the paper: its gravity term below (9) lacks the mass; here gravity is an
+//! acceleration, `[0 0 g]`.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::frames::{Quaternion, quaternion_rate, rotate_ned_from_body};
 use crate::real::Real;
 
-/// Position, attitude, velocity and body rates.
+/// State of the rigid body: position, attitude, velocity and body rates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyState<S = f64> {
     /// Position from the point of release, NED [m].
@@ -26,7 +27,7 @@ pub struct BodyState<S = f64> {
 /// Time derivative of a [`BodyState`], field by field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyRate<S = f64> {
-    /// Velocity, NED [m/s], (1).
+    /// Derivative of the position, NED [m/s], (1).
     pub p_dot_ned: Vector3<S>,
     /// Quaternion rate [1/s], (2).
     pub q_dot: Quaternion<S>,
@@ -36,23 +37,23 @@ pub struct BodyRate<S = f64> {
     pub omega_dot_body: Vector3<S>,
 }
 
-/// Mass and inertia with the inverse at hand.
+/// Mass and inertia of the vehicle, with the inverse of the inertia.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MassProperties {
     /// Mass [kg].
     pub mass_kg: f64,
     /// Inertia about the centre of mass, body axes [kg m^2].
     pub inertia_kg_m2: Matrix3<f64>,
-    /// Its inverse.
+    /// Inverse of the inertia matrix, body axes [1/(kg m^2)].
     pub inertia_inverse: Matrix3<f64>,
 }
 
 impl MassProperties {
-    /// Checks and builds from the mass and the inertia matrix.
+    /// Checks mass [kg] and inertia matrix [kg m^2] and inverts the latter.
     ///
     /// # Errors
-    /// [`super::ModelError`] when the mass is not positive, the matrix is not symmetric positive definite, or the
-    /// principal inertias break the triangle inequality.
+    /// [`super::ModelError`] when the mass is not positive, the matrix is not symmetric positive definite, or
+    /// the principal inertias break the triangle inequality.
     pub fn new(mass_kg: f64, inertia_kg_m2: Matrix3<f64>) -> Result<Self, super::ModelError> {
         super::check_positive("mass", mass_kg)?;
         let asymmetry = (inertia_kg_m2 - inertia_kg_m2.transpose()).amax();

@@ -1,25 +1,28 @@
 //! One rotor: thrust and aerodynamic torque from its speed and the flow through it.
 //!
-//! Two models. The **table** rotor carries computed thrust and torque over (speed, airspeed, angle of the flow), so
-//! windmill, vortex-ring and turbulent-wake states are in the data. The **quadratic** rotor is `T = k omega^2`,
-//! `Q = c T`, which knows no inflow. Assumptions: quasi-static (III.B.1 of the paper), no forces in the rotor's plane.
+//! Two models. The **table** rotor carries computed thrust and torque over (speed, airspeed, angle of the
+//! flow), so windmill, vortex-ring and turbulent-wake states are in the data. The **quadratic** rotor is `T =
+//! k omega^2`, `Q = c T`, which knows no inflow. Assumptions: quasi-static (III.B.1 of the paper), no forces
+//! in the rotor's plane.
 
 use nalgebra::Vector3;
 
 use super::ModelError;
 
-/// Flow at a rotor hub.
+/// Flow of the air at a rotor hub.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inflow {
     /// Airspeed of the hub [m/s].
     pub airspeed_m_s: f64,
-    /// Angle of the flow against the rotor disk [rad]: `atan2(W_i, hypot(U_i, V_i))`; +pi/2 is flow from below, a
-    /// vertical descent. Differs from the paper's (12), `atan2(W_i, U_i)`, for sideways flow only: the disk is round.
+    /// Angle of the flow against the rotor disk [rad]: `atan2(W_i, hypot(U_i, V_i))`; +pi/2 is flow from
+    /// below, a vertical descent. Differs from the paper's (12), `atan2(W_i, U_i)`, for sideways flow only:
+    /// the disk is round.
     pub angle_rad: f64,
 }
 
 impl Inflow {
-    /// Inflow of a hub that moves with `v_body` [m/s] through the air, thrust along the unit vector `axis_body`, (10)-(12).
+    /// Inflow of a hub that moves with `v_body` [m/s] through the air, thrust along the unit vector
+    /// `axis_body`, (10)-(12).
     #[inline(always)]
     pub fn at_hub(v_body: &Vector3<f64>, axis_body: &Vector3<f64>) -> Self {
         let along = v_body.dot(axis_body);
@@ -37,7 +40,7 @@ pub struct RotorLoad {
     pub torque_nm: f64,
 }
 
-/// A rotor model.
+/// A rotor model: thrust and torque by speed, flow and density.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rotor {
     /// Thrust and torque by table.
@@ -54,7 +57,7 @@ pub enum Rotor {
 }
 
 impl Rotor {
-    /// Thrust and torque at the rotor speed [rad/s], inflow and density [kg/m^3].
+    /// Thrust and torque at the rotor speed [rad/s] and inflow; the density [kg/m^3] scales both.
     #[inline(always)]
     pub fn load(&self, omega_rad_s: f64, inflow: Inflow, density_kg_m3: f64) -> RotorLoad {
         match self {
@@ -66,7 +69,8 @@ impl Rotor {
         }
     }
 
-    /// Steepest rise of the torque with the speed, either way, up to `omega_max_rad_s` and at the rotor's own density [N m s].
+    /// Steepest rise of the torque with the speed, either way, up to `omega_max_rad_s` and at the rotor's own
+    /// density [N m s].
     pub fn steepest_torque_nm_s(&self, omega_max_rad_s: f64) -> f64 {
         match self {
             Self::Table(table) => table.steepest_torque_nm_s(),
@@ -76,7 +80,7 @@ impl Rotor {
         }
     }
 
-    /// Thrust and torque in still air.
+    /// Thrust and torque in still air at the speed [rad/s] and density [kg/m^3].
     pub fn static_load(&self, omega_rad_s: f64, density_kg_m3: f64) -> RotorLoad {
         self.load(omega_rad_s, Inflow { airspeed_m_s: 0.0, angle_rad: 0.0 }, density_kg_m3)
     }
@@ -126,11 +130,12 @@ impl Axis {
 }
 
 impl RotorTable {
-    /// A table over `omega_rad_s`, `airspeed_m_s`, `angle_rad`, valid at `density_kg_m3` and scaled with density
-    /// elsewhere. `thrust_torque` holds `[N, N m]` with the angle running fastest, then the airspeed.
+    /// A table over `omega_rad_s`, `airspeed_m_s`, `angle_rad`, valid at `density_kg_m3` and scaled with
+    /// density elsewhere. `thrust_torque` holds `[N, N m]` with the angle running fastest, then the airspeed.
     ///
     /// # Errors
-    /// [`ModelError::Table`] when an axis does not increase, or the cells are not finite or not as many as the grid has.
+    /// [`ModelError::Table`] when an axis does not increase, or the cells are not finite or not as many as
+    /// the grid has.
     pub fn new(
         omega_rad_s: &[f64],
         airspeed_m_s: &[f64],
@@ -165,7 +170,7 @@ impl RotorTable {
         [&self.omega.knots, &self.airspeed.knots, &self.angle.knots]
     }
 
-    /// `[N, N m]` at the knots, the angle running fastest, then the airspeed.
+    /// Thrust and torque `[N, N m]` at the knots, the angle running fastest, then the airspeed.
     pub fn cells(&self) -> &[[f64; 2]] {
         &self.cells
     }
@@ -182,7 +187,7 @@ impl RotorTable {
         steepest
     }
 
-    /// Density that the table holds for [kg/m^3].
+    /// Density for which the table was made [kg/m^3].
     pub fn density_kg_m3(&self) -> f64 {
         self.density_kg_m3
     }
@@ -230,7 +235,8 @@ mod tests {
         assert!((load.torque_nm - 2.0).abs() < 1e-14);
     }
 
-    /// The torque of the table is w v, so its steepest rise with w is the largest v. Of 2 w^2 per unit of c: 4 w.
+    /// The torque of the table is w v, so its steepest rise with w is the largest v. Of 2 w^2 per unit of c:
+    /// 4 w.
     #[test]
     fn closed_form_steepest_torque() {
         assert_eq!(Rotor::Table(table()).steepest_torque_nm_s(1.0), 3.0);

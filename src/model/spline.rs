@@ -20,11 +20,11 @@ pub struct PeriodicSpline {
 /// Value, first and second derivative of a spline at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SplineJet {
-    /// Value.
+    /// Value at the point.
     pub value: f64,
-    /// First derivative.
+    /// First derivative at the point.
     pub first: f64,
-    /// Second derivative.
+    /// Second derivative at the point.
     pub second: f64,
 }
 
@@ -33,8 +33,8 @@ impl PeriodicSpline {
     /// period and must agree (to 1e-9 of the values' size).
     ///
     /// # Errors
-    /// [`ModelError::Table`] when the lengths differ, there are fewer than four knots, they do not increase, a number is
-    /// not finite, or the ends disagree.
+    /// [`ModelError::Table`] when the lengths differ, there are fewer than four knots, they do not increase,
+    /// a number is not finite, or the ends disagree.
     pub fn new(knots: &[f64], values: &[f64]) -> Result<Self, ModelError> {
         let n = knots.len();
         if n != values.len() {
@@ -74,7 +74,8 @@ impl PeriodicSpline {
         &self.knots
     }
 
-    /// Per interval, the polynomial `c0 + c1 d + c2 d^2 + c3 d^3` in the distance `d` from its left knot.
+    /// Coefficients `[c0, c1, c2, c3]` per interval, of `c0 + c1 d + c2 d^2 + c3 d^3` in the distance `d`
+    /// from the left knot.
     pub fn pieces(&self) -> &[[f64; 4]] {
         &self.pieces
     }
@@ -132,7 +133,8 @@ fn periodic_slopes(knots: &[f64], values: &[f64]) -> Vec<f64> {
         a[(i, next)] += 1.0 / h[i];
         b[i] = 3.0 * (secant[prev] / h[prev] + secant[i] / h[i]);
     }
-    // Strictly diagonally dominant, hence regular; a failed solve could only come from knots that are not finite.
+    // Strictly diagonally dominant, hence regular; a failed solve could only come from knots that are not
+    // finite.
     a.lu().solve(&b).map_or_else(|| vec![f64::NAN; m], |s| s.iter().copied().collect())
 }
 

@@ -1,8 +1,8 @@
 //! Trim: the steady state at a commanded velocity, found by solving for it.
 //!
-//! Unknowns are roll, pitch and the thrusts; the equations are zero acceleration and zero angular acceleration at zero
-//! rates, at the given heading. Newton's method with minimum-norm steps copes with more rotors than needed, and with
-//! a yaw moment that nothing can produce (reaction torques off).
+//! Unknowns are roll, pitch and the thrusts; the equations are zero acceleration and zero angular
+//! acceleration at zero rates, at the given heading. Newton's method with minimum-norm steps copes with more
+//! rotors than needed, and with a yaw moment that nothing can produce (reaction torques off).
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -27,7 +27,7 @@ pub struct Trim {
     pub residual: f64,
 }
 
-/// No steady state was found.
+/// Why there is no trim.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TrimError {
     /// The equations have no solution near level flight.
@@ -50,8 +50,8 @@ pub enum TrimError {
 
 /// Steady state at `v_ned` [m/s] with the given heading [rad].
 ///
-/// Thrusts may come out negative or beyond what a rotor can give: whether they are within limits is the caller's
-/// question (the planner asks it).
+/// Thrusts may come out negative or beyond what a rotor can give: whether they are within limits is the
+/// caller's question (the planner asks it).
 ///
 /// # Errors
 /// [`TrimError::NoSolution`] when Newton's method does not reach a residual of 1e-9.

@@ -1,11 +1,11 @@
 //! The vehicle: body, rotors and motors put together, and the balance of every force on it.
 //!
-//! Rotors sit at `position_body` and push along `axis_body` (up, `-z`, for a flat quadrotor). Seen from above, a rotor turns
-//! counter-clockwise when its rotation vector points along its thrust. Rotor order is PX4's: for the quad-X, 1 front
-//! right, 2 rear left, 3 front left, 4 rear right.
+//! Rotors sit at `position_body` and push along `axis_body` (up, `-z`, for a flat quadrotor). Seen from
+//! above, a rotor turns counter-clockwise when its rotation vector points along its thrust. Rotor order is
+//! PX4's: for the quad-X, 1 front right, 2 rear left, 3 front left, 4 rear right.
 //!
-//! Two switches, both off in the paper's study ("cancellation of torque between rotors is assumed"): the **reaction
-//! torque** of each rotor on the body, and the **rotors' angular momentum** (19)-(22).
+//! Two switches, both off in the paper's study ("cancellation of torque between rotors is assumed"): the
+//! **reaction torque** of each rotor on the body, and the **rotors' angular momentum** (19)-(22).
 
 use nalgebra::Vector3;
 
@@ -16,7 +16,7 @@ use super::{BodyAero, Environment, MAX_ROTORS, ModelError, Motor, PerRotor};
 use crate::frames::rotate_body_from_ned;
 use crate::real::Real;
 
-/// Sense of rotation, seen from above.
+/// Sense of rotation of a rotor, seen from above.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RotationSense {
     /// Clockwise.
@@ -35,10 +35,10 @@ impl RotationSense {
     }
 }
 
-/// Where a rotor sits, which way it pushes and turns.
+/// Position, thrust axis and sense of rotation of a rotor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotorMount {
-    /// Hub, from the centre of mass, body axes [m].
+    /// Position of the hub from the centre of mass, body axes [m].
     pub position_body_m: Vector3<f64>,
     /// Unit vector of the thrust, body axes.
     pub axis_body: Vector3<f64>,
@@ -46,12 +46,12 @@ pub struct RotorMount {
     pub spin: RotationSense,
 }
 
-/// What of the rotors' reaction on the body is modelled.
+/// A multirotor: body, rotors and motors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct VehicleOptions {
-    /// The torque that turns a rotor turns the body the other way.
+    /// Whether the torque that turns a rotor turns the body the other way.
     pub reaction_torque: bool,
-    /// `M_rot = H_dot + omega x H`, (22).
+    /// Whether the rotors' angular momentum acts on the body: `M_rot = H_dot + omega x H`, (22).
     pub rotor_momentum: bool,
 }
 
@@ -68,32 +68,33 @@ pub struct Vehicle {
     pub rotor: Rotor,
     /// The motor model, the same for all rotors.
     pub motor: Motor,
-    /// Reaction torque and rotor momentum on or off.
+    /// Switches of reaction torque and rotor momentum.
     pub options: VehicleOptions,
 }
 
 /// Every term of the balance of forces and moments at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ForceBalance {
-    /// Rotor forces (9) [N], body.
+    /// Force of the rotors (9) [N], body.
     pub rotor_force_body: Vector3<f64>,
-    /// Air on the body (17) [N], body.
+    /// Force of the air on the body (17) [N], body.
     pub aero_force_body: Vector3<f64>,
     /// Weight [N], NED.
     pub gravity_force_ned: Vector3<f64>,
-    /// Parachute (while hanging) [N], NED.
+    /// Force of the parachute, while hanging [N], NED.
     pub canopy_force_ned: Vector3<f64>,
-    /// Ground (while touching it) [N], NED.
+    /// Force of the ground, while touching it [N], NED.
     pub ground_force_ned: Vector3<f64>,
     /// Moment of the rotor thrusts (6) [N m], body.
     pub rotor_moment_body: Vector3<f64>,
-    /// Air on the body (18) [N m], body.
+    /// Moment of the air on the body (18) [N m], body.
     pub aero_moment_body: Vector3<f64>,
-    /// Torque that turns the rotors, back on the body [N m], body; zero when switched off.
+    /// Reaction of the torque that turns the rotors [N m], body; zero when switched off.
     pub reaction_moment_body: Vector3<f64>,
-    /// `-(H_dot + omega x H)` of the rotors (22) [N m], body; zero when switched off.
+    /// Moment `-(H_dot + omega x H)` of the rotors' angular momentum (22) [N m], body; zero when switched
+    /// off.
     pub gyro_moment_body: Vector3<f64>,
-    /// Ground (while touching it) [N m], body.
+    /// Moment of the ground, while touching it [N m], body.
     pub ground_moment_body: Vector3<f64>,
     /// Thrust of each rotor [N].
     pub thrust_n: PerRotor,
@@ -102,12 +103,12 @@ pub struct ForceBalance {
 }
 
 impl ForceBalance {
-    /// Forces that act in body axes: rotors and air [N].
+    /// Sum of the forces that act in body axes, rotors and air [N].
     pub fn force_body(&self) -> Vector3<f64> {
         self.rotor_force_body + self.aero_force_body
     }
 
-    /// All moments [N m], body.
+    /// Sum of all moments [N m], body.
     pub fn moment_body(&self) -> Vector3<f64> {
         self.rotor_moment_body + self.aero_moment_body + self.reaction_moment_body + self.gyro_moment_body
     }
@@ -116,25 +117,26 @@ impl ForceBalance {
 /// Derivative of body and rotors, with the balance that made it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VehicleRate {
-    /// The body's derivative.
+    /// Derivative of the body's state.
     pub body: BodyRate,
     /// Angular acceleration of each rotor [rad/s^2].
     pub rotor_acceleration: PerRotor,
-    /// Forces and moments.
+    /// Forces and moments that made it.
     pub balance: ForceBalance,
 }
 
-/// `h lambda` of a Runge-Kutta step `h` and the motor's rate: up to 1.596 the factor by which a step shrinks the fastest motion
-/// falls with the step, as the exponential does; from there it rises, to 1 at 2.785.
+/// `h lambda` of a Runge-Kutta step `h` and the motor's rate: up to 1.596 the factor by which a step shrinks
+/// the fastest motion falls with the step, as the exponential does; from there it rises, to 1 at 2.785.
 const ACCURATE_STEP: f64 = 1.6;
-/// As [`ACCURATE_STEP`], with the steepest torque of the air: stable.
+/// `h lambda` like [`ACCURATE_STEP`], but with the steepest torque of the air and for stability alone.
 const STABLE_STEP: f64 = 2.5;
 
 impl Vehicle {
-    /// Checks the rotor set and builds.
+    /// Checks the rotor set and builds the vehicle.
     ///
     /// # Errors
-    /// [`ModelError::Rotors`] when there are no rotors or more than [`MAX_ROTORS`], or an axis is not a unit vector.
+    /// [`ModelError::Rotors`] when there are no rotors or more than [`MAX_ROTORS`], or an axis is not a unit
+    /// vector.
     pub fn new(
         mass: MassProperties,
         rotors: Vec<RotorMount>,
@@ -166,7 +168,8 @@ impl Vehicle {
         self.rotor.static_load(self.motor.omega_max_rad_s(), density_kg_m3).thrust_n
     }
 
-    /// Longest Runge-Kutta step [s] in which the rotors' speeds are integrated stably, and followed as far as such a step can.
+    /// Longest Runge-Kutta step [s] in which the rotors' speeds are integrated stably, and followed as far as
+    /// such a step can.
     pub fn longest_step_s(&self) -> f64 {
         let motor = self.motor.fastest_rate_per_s();
         let air = match self.motor {
@@ -178,14 +181,15 @@ impl Vehicle {
         (ACCURATE_STEP / motor).min(STABLE_STEP / (motor + air))
     }
 
-    /// Torque per thrust [m] in still air at full throttle: what the reaction torque of a commanded thrust is taken to be
-    /// where only thrusts are known (planner, ideal plant, mixer).
+    /// Torque per thrust [m] in still air at full throttle: what the reaction torque of a commanded thrust is
+    /// taken to be where only thrusts are known (planner, ideal plant, mixer).
     pub fn torque_per_thrust_m(&self, density_kg_m3: f64) -> f64 {
         let load = self.rotor.static_load(self.motor.omega_max_rad_s(), density_kg_m3);
         load.torque_nm / load.thrust_n
     }
 
-    /// Body moment per newton of thrust of rotor `i` [N m/N]: `g_i x axis`, and the reaction torque if it is on.
+    /// Body moment per newton of thrust of rotor `i` [N m/N]: `g_i x axis`, and the reaction torque if it is
+    /// on.
     pub fn moment_per_thrust(&self, i: usize, density_kg_m3: f64) -> Vector3<f64> {
         let r = &self.rotors[i];
         let mut moment = r.position_body_m.cross(&r.axis_body);
@@ -202,8 +206,8 @@ impl Vehicle {
         self.aero.load(rotate_body_from_ned(state.q_ned_from_body, v_air_ned), environment.density_kg_m3)
     }
 
-    /// Derivative of the body under given thrusts [N] (one per rotor), actuators left out: the planner's and the ideal
-    /// plant's dynamics, `f(x, u)` of (25).
+    /// Derivative of the body under given thrusts [N] (one per rotor), actuators left out: the planner's and
+    /// the ideal plant's dynamics, `f(x, u)` of (25).
     #[inline(always)]
     pub fn thrust_derivative<S: Real>(
         &self,
@@ -220,7 +224,8 @@ impl Vehicle {
         derivative(&self.mass, environment.gravity_m_s2, state, force, moment)
     }
 
-    /// Balance of forces under given thrusts [N], actuators left out (rotor momentum too: the speeds are not known).
+    /// Balance of forces under given thrusts [N], actuators left out (rotor momentum too: the speeds are not
+    /// known).
     pub fn thrust_balance(
         &self,
         environment: &Environment,
@@ -249,8 +254,8 @@ impl Vehicle {
         }
     }
 
-    /// Derivative of body and rotors under throttle commands in 0..1, rotors at `rotor_speed` [rad/s]. With `locked`
-    /// rotors (before the end of the release delay) they are held, whatever the command.
+    /// Derivative of body and rotors under throttle commands in 0..1, rotors at `rotor_speed` [rad/s]. With
+    /// `locked` rotors (before the end of the release delay) they are held, whatever the command.
     pub fn powered_derivative(
         &self,
         environment: &Environment,

@@ -75,8 +75,8 @@ pub struct Check {
 }
 
 impl Check {
-    /// Whether the file may be loaded where it belongs: types are right and no value is outside its range without need. PX4's ranges
-    /// do not bind samara's autopilot.
+    /// Whether the file may be loaded where it belongs: types are right and no value is outside its range
+    /// without need. PX4's ranges do not bind samara's autopilot.
     pub fn passes(&self) -> bool {
         !self.findings.iter().any(|f| match f.class {
             Class::WrongType => true,
@@ -91,8 +91,8 @@ impl Check {
     }
 }
 
-/// Values that a drop needs and PX4 takes (it clips to them or multiplies with them as they are) though they are outside the stated
-/// range: name, whether the value may be so, reason.
+/// Values that a drop needs and PX4 takes (it clips to them or multiplies with them as they are) though they
+/// are outside the stated range: name, whether the value may be so, reason.
 type Need = (&'static str, fn(&Parameter, f64) -> bool, &'static str);
 const NEEDED: [Need; 3] = [
     ("MPC_Z_VEL_MAX_DN", above, "PX4 clips the descent setpoint to it and takes it as it is"),
@@ -164,8 +164,8 @@ fn split_advice(metadata: &Metadata, name: &str, value: f64) -> String {
     }
 }
 
-/// The overall gain K that brings `P = p/K` of a rate loop into its range: 1 when it is there, else the power of two nearest to 1 (which
-/// costs no digit), else an end of K's own range; `None` when nothing helps.
+/// The overall gain K that brings `P = p/K` of a rate loop into its range: 1 when it is there, else the power
+/// of two nearest to 1 (which costs no digit), else an end of K's own range; `None` when nothing helps.
 pub(super) fn overall_gain(metadata: &Metadata, k_name: &str, p_name: &str, p: f64) -> Option<f64> {
     let (of_p, of_k) = (metadata.get(p_name)?, metadata.get(k_name)?);
     let fits = |k: f64| of_k.contains(k) && of_p.contains(f64::from((p / k) as f32));

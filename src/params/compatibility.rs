@@ -1,4 +1,5 @@
-//! Whether a parameter file belongs where it is to be used: its header says what it is for and under which gravity.
+//! Whether a parameter file belongs where it is to be used: its header says what it is for and under which
+//! gravity.
 
 use super::ParamsError;
 use super::export::GRAVITY_KEY;
@@ -15,8 +16,8 @@ pub fn to_samara(file: &ParameterFile, gravity_m_s2: f64) -> Result<Purpose, Par
     read(file, gravity_m_s2, Purpose::Samara)
 }
 
-/// Whether a file may be given to a PX4 at a site with that gravity [m/s^2]: `purpose` is [`Purpose::Px4`], or [`Purpose::Px4Froude`]
-/// where the wire is scaled.
+/// Whether a file may be given to a PX4 at a site with that gravity [m/s^2]: `purpose` is [`Purpose::Px4`],
+/// or [`Purpose::Px4Froude`] where the wire is scaled.
 ///
 /// # Errors
 /// [`ParamsError::DoesNotBelong`] with the reason.

@@ -1,10 +1,11 @@
 //! samara's gains, limits and vehicle as PX4 parameters.
 //!
-//! The velocity and attitude loops are acceleration-normalised in PX4 as here; only the gravity that they believe in may differ
-//! ([`Purpose`]). The rate loop's `tau = K (P e + I-term - D dw/dt)` is in normalised torque, so a gain of `k` [1/s] is
-//! `K P = k J/G` with the unit G of [`NormalisedUnits`], axis by axis; a P outside PX4's range is moved to K, which is the same law. The
-//! integral's limit is in normalised torque, after K. samara's law has no derivative terms and no yaw rate integral, and PX4's
-//! defaults for those are not zero, so they are written as zero.
+//! The velocity and attitude loops are acceleration-normalised in PX4 as here; only the gravity that they
+//! believe in may differ ([`Purpose`]). The rate loop's `tau = K (P e + I-term - D dw/dt)` is in normalised
+//! torque, so a gain of `k` [1/s] is `K P = k J/G` with the unit G of [`NormalisedUnits`], axis by axis; a P
+//! outside PX4's range is moved to K, which is the same law. The integral's limit is in normalised torque,
+//! after K. samara's law has no derivative terms and no yaw rate integral, and PX4's defaults for those are
+//! not zero, so they are written as zero.
 
 use std::collections::BTreeMap;
 
@@ -53,8 +54,8 @@ pub struct Export {
 /// Exports a vehicle with its gains.
 ///
 /// # Errors
-/// [`ParamsError::Control`] when a gain or limit is out of range or the rotors cannot be controlled, [`ParamsError::NoUnit`] when PX4's
-/// mixer finds no unit for them.
+/// [`ParamsError::Control`] when a gain or limit is out of range or the rotors cannot be controlled,
+/// [`ParamsError::NoUnit`] when PX4's mixer finds no unit for them.
 pub fn export(subject: &Subject, purpose: Purpose) -> Result<Export, ParamsError> {
     export_for_mixing(subject, purpose, Mixing::default())
 }
@@ -76,7 +77,8 @@ pub fn export_for_mixing(subject: &Subject, purpose: Purpose, mixing: Mixing) ->
     rows.rates(subject, &units, &metadata);
     rows.vehicle(subject, &units);
     if purpose != Purpose::Samara {
-        // PX4's tilt limit starts here and comes to MPC_TILTMAX_AIR by 0.2 rad/s only; a drop is in the air at once.
+        // PX4's tilt limit starts here and comes to MPC_TILTMAX_AIR by 0.2 rad/s only; a drop is in the air
+        // at once.
         rows.real("MPC_TILTMAX_LND", subject.limits.tilt_rad * DEG_PER_RAD);
     }
     let Rows { parameters, mut remarks, .. } = rows;
@@ -263,7 +265,8 @@ mod tests {
         parameters[name].as_f64()
     }
 
-    /// 1.5 kg class: J 0.02, arm 0.17678 m, T_max 7.355 N, K 15 1/s gives 0.0816. Inertia scales with thrust here.
+    /// 1.5 kg class: J 0.02, arm 0.17678 m, T_max 7.355 N, K 15 1/s gives 0.0816. Inertia scales with thrust
+    /// here.
     #[test]
     fn closed_form_the_rate_gain_of_a_small_quadrotor() {
         let rows = exported(0.17678, 0.02 * THRUST_LIMIT_N / 7.355, 15.0, Purpose::Samara);
@@ -271,7 +274,8 @@ mod tests {
         assert_eq!((number(&rows, "MC_PITCHRATE_K"), rows["MC_ROLLRATE_P"]), (1.0, rows["MC_PITCHRATE_P"]));
     }
 
-    /// T_max 300 N, arm 1 m, J 300, K 2: 0.707 is above the range and goes to K 2, P 0.354; P above 3 has no place.
+    /// T_max 300 N, arm 1 m, J 300, K 2: 0.707 is above the range and goes to K 2, P 0.354; P above 3 has no
+    /// place.
     #[test]
     fn closed_form_a_large_rate_gain_goes_to_the_overall_gain() {
         let j = 300.0 * THRUST_LIMIT_N / 300.0;
@@ -285,7 +289,8 @@ mod tests {
         }
     }
 
-    /// With arms of 0.95 m ahead and 1.1 m aside the allocator's unit of roll is 0.95/1.1 of the mixer file's: the file's gain is smaller so.
+    /// With arms of 0.95 m ahead and 1.1 m aside the allocator's unit of roll is 0.95/1.1 of the mixer
+    /// file's: the file's gain is smaller so.
     #[test]
     fn closed_form_roll_gains_are_for_one_kind_of_mixing_and_say_so() {
         let vehicle = quadrotor([0.95, 1.1], [300.0; 3], [0.0; 3], VehicleOptions::default());

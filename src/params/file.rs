@@ -1,9 +1,9 @@
 //! QGroundControl's parameter file.
 //!
-//! A `#` header, then rows `vehicle id <tab> component id <tab> name <tab> value <tab> type`, sorted by name; type 6 is
-//! a 32-bit integer, 9 single precision. QGroundControl writes a float as the double that equals it, with 18 decimals.
-//! The reader takes any origin: LF or CRLF, any vehicle id, `%g` values, no header. Header lines `# Key: value` are kept:
-//! [`crate::params::purpose`] says which ones samara writes.
+//! A `#` header, then rows `vehicle id <tab> component id <tab> name <tab> value <tab> type`, sorted by name;
+//! type 6 is a 32-bit integer, 9 single precision. QGroundControl writes a float as the double that equals
+//! it, with 18 decimals. The reader takes any origin: LF or CRLF, any vehicle id, `%g` values, no header.
+//! Header lines `# Key: value` are kept: [`crate::params::purpose`] says which ones samara writes.
 
 use std::collections::BTreeMap;
 
@@ -239,7 +239,8 @@ fn shortened(text: &str) -> String {
     short
 }
 
-/// The text of a file for vehicle 1: QGroundControl's header with `notes` in it, then the autopilot's parameters by name.
+/// The text of a file for vehicle 1: QGroundControl's header with `notes` in it, then the autopilot's
+/// parameters by name.
 pub fn write(version: &str, notes: &[String], parameters: &BTreeMap<String, Value>) -> String {
     let mut text = format!(
         "# Onboard parameters for Vehicle 1\n#\n# Stack: PX4 Pro\n# Vehicle: Multi-Rotor\n# Version: {version}\n\

@@ -1,8 +1,9 @@
 //! PX4 parameters as samara's gains and limits: the inverse of [`crate::params::export`].
 //!
-//! A file is taken only where it means what samara's autopilot does: written for samara under the site's gravity, or - for PX4 or of
-//! unknown origin - under standard gravity, where all purposes agree. Its rotors and its hover thrust, if it names them, must be the
-//! vehicle's. What does not stand in the file stays as it was.
+//! A file is taken only where it means what samara's autopilot does: written for samara under the site's
+//! gravity, or - for PX4 or of unknown origin - under standard gravity, where all purposes agree. Its rotors
+//! and its hover thrust, if it names them, must be the vehicle's. What does not stand in the file stays as it
+//! was.
 
 use super::compatibility::to_samara;
 use super::export::{hover_thrust, rotor_columns};
@@ -48,8 +49,9 @@ const SAME_GAIN: f64 = 1e-5;
 /// Gains and limits of a file for the subject, whose own fill what the file leaves out.
 ///
 /// # Errors
-/// [`ParamsError::DoesNotBelong`] when the file is for another autopilot, gravity or vehicle, [`ParamsError::NoGains`] when there is
-/// nothing to take, [`ParamsError::Control`] when a gain or limit is out of range.
+/// [`ParamsError::DoesNotBelong`] when the file is for another autopilot, gravity or vehicle,
+/// [`ParamsError::NoGains`] when there is nothing to take, [`ParamsError::Control`] when a gain or limit is
+/// out of range.
 pub fn import(file: &ParameterFile, subject: &Subject) -> Result<Import, ParamsError> {
     let gravity = subject.environment.gravity_m_s2;
     let purpose = to_samara(file, gravity)?;
@@ -69,8 +71,8 @@ pub fn import(file: &ParameterFile, subject: &Subject) -> Result<Import, ParamsE
     Ok(Import { gains, limits, remarks: reader.finish() })
 }
 
-/// Gains and limits with those put in that `number` has under PX4's names; the others stay as they are, to the bit. For K of a
-/// rate loop to count, its P and I must be there as well.
+/// Gains and limits with those put in that `number` has under PX4's names; the others stay as they are, to
+/// the bit. For K of a rate loop to count, its P and I must be there as well.
 ///
 /// # Errors
 /// [`ParamsError::Control`] when a gain or limit is out of range.

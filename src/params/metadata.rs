@@ -1,6 +1,7 @@
-//! What PX4 says of its parameters: type, default, unit, range, decimals. The table is `params/px4/parameters.csv`; a `#`
-//! in a name stands for a rotor's number, 0 to 11. `release` is `current`, `v1.12` (known there, later renamed or
-//! dropped, or not looked up later) or `older` (only older releases know it).
+//! What PX4 says of its parameters: type, default, unit, range, decimals. The table is
+//! `params/px4/parameters.csv`; a `#` in a name stands for a rotor's number, 0 to 11. `release` is `current`,
+//! `v1.12` (known there, later renamed or dropped, or not looked up later) or `older` (only older releases
+//! know it).
 
 /// The table as a file.
 const TABLE: &str = include_str!("../../params/px4/parameters.csv");

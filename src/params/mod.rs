@@ -46,7 +46,8 @@ pub use purpose::Purpose;
 pub use px4_model_parameters::{px4_model_export, px4_model_parameters};
 pub use upload::Upload;
 
-/// Why a parameter file is refused. Errors of a line start with its number, so that `file:` before them makes a place.
+/// Why a parameter file is refused. Errors of a line start with its number, so that `file:` before them makes
+/// a place.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ParamsError {
     /// A row has not five columns.

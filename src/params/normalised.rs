@@ -1,27 +1,28 @@
 //! PX4's normalised torque and thrust in N m and N.
 //!
-//! PX4's allocator takes `M = pinv(E)` of the effectiveness `E` (moments and forces per rotor command, from CA_ROTORn_*), divides the
-//! roll and pitch columns by `s = max over both of sqrt(sum M_i^2/(n/2))`, the yaw column by its largest entry and the thrust
-//! column by its mean. Motor commands become thrusts `T_max u` (THR_MDL_FAC = 1). One unit is then
+//! PX4's allocator takes `M = pinv(E)` of the effectiveness `E` (moments and forces per rotor command, from
+//! CA_ROTORn_*), divides the roll and pitch columns by `s = max over both of sqrt(sum M_i^2/(n/2))`, the yaw
+//! column by its largest entry and the thrust column by its mean. Motor commands become thrusts `T_max u`
+//! (THR_MDL_FAC = 1). One unit is then
 //!
 //! ```text
 //! G_j = (T_max/C_T) (E M)_jj / s_j
 //! ```
 //!
-//! with `(E M)_jj = 1` for what the rotors can make. An X-quad of half-spans lx, ly has `G_roll = G_pitch = 2 sqrt(2) T_max
-//! min(lx, ly)` and `G_yaw = 4 T_max K_M`.
+//! with `(E M)_jj = 1` for what the rotors can make. An X-quad of half-spans lx, ly has `G_roll = G_pitch = 2
+//! sqrt(2) T_max min(lx, ly)` and `G_yaw = 4 T_max K_M`.
 //!
-//! Up to v1.12 PX4 mixes by files instead, and its `quad_x` gives each rotor the same share of roll and of pitch wherever it is:
-//! `u_i = (+-roll +-pitch)/sqrt(2) +-yaw + thrust`. Then `G_roll = 2 sqrt(2) T_max ly` and `G_pitch = 2 sqrt(2) T_max lx`
-//! ([`Mixing::QuadX`]); the two are the same for a square.
+//! Up to v1.12 PX4 mixes by files instead, and its `quad_x` gives each rotor the same share of roll and of
+//! pitch wherever it is: `u_i = (+-roll +-pitch)/sqrt(2) +-yaw + thrust`. Then `G_roll = 2 sqrt(2) T_max ly`
+//! and `G_pitch = 2 sqrt(2) T_max lx` ([`Mixing::QuadX`]); the two are the same for a square.
 
 use nalgebra::{Matrix6, SVector, Vector6};
 
 use super::ParamsError;
 use crate::model::{MAX_ROTORS, Vehicle};
 
-/// CA_ROTORn_CT of every rotor: only ratios matter, but the allocator takes entries of M below [`NEGLIGIBLE`] for zero, so that a
-/// thrust in newton would make it drop rotors. This is PX4's default.
+/// CA_ROTORn_CT of every rotor: only ratios matter, but the allocator takes entries of M below [`NEGLIGIBLE`]
+/// for zero, so that a thrust in newton would make it drop rotors. This is PX4's default.
 pub const THRUST_COEFFICIENT: f64 = 6.5;
 
 /// Below this PX4 takes an entry of M for zero when it counts rotors.
@@ -54,7 +55,8 @@ pub enum Mixing {
 }
 
 impl NormalisedUnits {
-    /// The units of a vehicle with PX4 mixing so. `QuadX` counts only what an X-quad's rotors are: [`Self::of`] holds for all else.
+    /// The units of a vehicle with PX4 mixing so. `QuadX` counts only what an X-quad's rotors are:
+    /// [`Self::of`] holds for all else.
     ///
     /// # Errors
     /// As [`Self::of`].
@@ -193,7 +195,8 @@ mod tests {
         }
     }
 
-    /// The moments that the mixer file makes: u = 1/sqrt(2) on the four rotors of a unit of roll, each with T_max at its half-span.
+    /// The moments that the mixer file makes: u = 1/sqrt(2) on the four rotors of a unit of roll, each with
+    /// T_max at its half-span.
     #[test]
     fn closed_form_of_the_mixer_file() {
         for (lx, ly) in [(0.95, 1.1), (1.1, 0.95), (0.3, 0.3)] {
@@ -206,7 +209,8 @@ mod tests {
         }
     }
 
-    /// A hexagon of arm r: M = 1/(3 C_T r) times sines and cosines; the roll column has two zeros when a rotor is ahead.
+    /// A hexagon of arm r: M = 1/(3 C_T r) times sines and cosines; the roll column has two zeros when a
+    /// rotor is ahead.
     #[test]
     fn closed_form_of_the_hexagon() {
         let r = 1.4;
@@ -218,7 +222,8 @@ mod tests {
         assert!(close(units.yaw_nm.unwrap(), 6.0 * THRUST_LIMIT_N * 0.05), "{units:?}");
     }
 
-    /// The pseudo-inverse by rank factorisation is the one by singular values, also for leaning and for few rotors.
+    /// The pseudo-inverse by rank factorisation is the one by singular values, also for leaning and for few
+    /// rotors.
     #[test]
     fn reference_pseudo_inverse_by_singular_values() {
         for vehicle in [

@@ -1,13 +1,16 @@
-//! What a parameter file is for. PX4 has 9.80665 m/s^2 compiled in, so under another gravity the same names hold different
-//! numbers for different autopilots, and a file must say which it means (`# For: ...` in its header):
+//! What a parameter file is for. PX4 has 9.80665 m/s^2 compiled in, so under another gravity the same names
+//! hold different numbers for different autopilots, and a file must say which it means (`# For: ...` in its
+//! header):
 //!
-//! - **samara**: samara's own autopilot. SI gains; an acceleration command is met in full under the site's gravity.
-//! - **px4**: unmodified PX4. It turns an acceleration command into tilt and thrust with `g0`, so under `g` it is met with
-//!   `g/g0` of it: the velocity loop's gains carry the factor `g0/g`.
-//! - **px4-froude**: PX4 by dynamic similarity. With `k = sqrt(g0/g)` PX4's clock runs k times slower than the site's
-//!   (`dt_px4 = dt/k`), velocities and body rates reach it times k, accelerations times k^2; lengths, attitude and motor
-//!   commands stay. A gain in 1/s^n carries `k^n`: k for 1/s, k^2 for 1/s^2, and the rate loop's, in normalised torque
-//!   (which is a motor command and stays) per rad/s or rad, `1/k` and 1.
+//! - **samara**: samara's own autopilot. SI gains; an acceleration command is met in full under the site's
+//!   gravity.
+//! - **px4**: unmodified PX4. It turns an acceleration command into tilt and thrust with `g0`, so under `g`
+//!   it is met with `g/g0` of it: the velocity loop's gains carry the factor `g0/g`.
+//! - **px4-froude**: PX4 by dynamic similarity. With `k = sqrt(g0/g)` PX4's clock runs k times slower than
+//!   the site's (`dt_px4 = dt/k`), velocities and body rates reach it times k, accelerations times k^2;
+//!   lengths, attitude and motor commands stay. A gain in 1/s^n carries `k^n`: k for 1/s, k^2 for 1/s^2, and
+//!   the rate loop's, in normalised torque (which is a motor command and stays) per rad/s or rad, `1/k` and
+//!   1.
 //!
 //! Under standard gravity the three are the same.
 

@@ -12,7 +12,8 @@ use crate::control::px4::Parameters;
 /// How the PX4 of the model, v1.12, mixes.
 const MIXING: Mixing = Mixing::QuadX;
 
-/// What PX4 flies a subject by: its defaults, the vehicle's hover thrust and thrust curve, velocities up to the subject's speed, and
+/// What PX4 flies a subject by: its defaults, the vehicle's hover thrust and thrust curve, velocities up to
+/// the subject's speed, and
 /// - with a file - what stands there, - without one - the subject's gains and limits in PX4's terms.
 ///
 /// # Errors
@@ -46,7 +47,8 @@ pub fn px4_model_parameters(
     Ok(made)
 }
 
-/// A parameter file's content that holds all that the law reads, so that a flight does not hang on an airframe's own defaults.
+/// A parameter file's content that holds all that the law reads, so that a flight does not hang on an
+/// airframe's own defaults.
 pub fn px4_model_export(
     law: &Parameters,
     purpose: Purpose,
@@ -71,7 +73,8 @@ mod tests {
     use crate::control::{ControlLimits, Gains};
     use crate::model::VehicleOptions;
 
-    /// Property: what is written is what is read; without a file the gains are the export's; PX4's defaults stay where nothing is said.
+    /// Property: what is written is what is read; without a file the gains are the export's; PX4's defaults
+    /// stay where nothing is said.
     #[test]
     fn prop_parameters_survive_a_file() {
         let vehicle = quadrotor([0.95; 2], [890.0; 3], [0.0; 3], VehicleOptions::default());
@@ -87,7 +90,8 @@ mod tests {
         let ours = px4_model_parameters(&subject, purpose, None).unwrap();
         let exported = export_for_mixing(&subject, purpose, MIXING).unwrap().parameters;
         assert_eq!(ours.pitch_p, exported["MC_PITCH_P"].as_f64());
-        // The model's mixer is `quad_x`, which knows no distances: with arms of 0.5 m ahead and 1 m aside a unit of roll is twice one of pitch.
+        // The model's mixer is `quad_x`, which knows no distances: with arms of 0.5 m ahead and 1 m aside a
+        // unit of roll is twice one of pitch.
         let wide = quadrotor([0.5, 1.0], [890.0; 3], [0.0; 3], VehicleOptions::default());
         let of_wide = px4_model_parameters(&Subject { vehicle: &wide, ..subject }, purpose, None).unwrap();
         let torque_per_rate = |k: f64, p: f64| k * p;

@@ -1,8 +1,9 @@
-//! What PX4 must be set to for a drop from a parachute, and why: one table, for who uploads it and for who looks whether a vehicle
-//! is set so.
+//! What PX4 must be set to for a drop from a parachute, and why: one table, for who uploads it and for who
+//! looks whether a vehicle is set so.
 //!
-//! PX4 waits for a takeoff from the ground, which a drop has not got; most of these parameters end an automatism that would stop the
-//! rotors, or spoil the flight, on that account. The gains are not here: they are [`super::export`]'s.
+//! PX4 waits for a takeoff from the ground, which a drop has not got; most of these parameters end an
+//! automatism that would stop the rotors, or spoil the flight, on that account. The gains are not here: they
+//! are [`super::export`]'s.
 
 use super::Value;
 
@@ -43,8 +44,8 @@ fn real(x: f64) -> Option<Value> {
     Some(Value::Real(x as f32))
 }
 
-/// What PX4's tilt limit is at when a drop begins, and what it then comes up to by 0.2 rad/s. The gains' business: looked at beside the
-/// table.
+/// What PX4's tilt limit is at when a drop begins, and what it then comes up to by 0.2 rad/s. The gains'
+/// business: looked at beside the table.
 pub const TILT_LND: &str = "MPC_TILTMAX_LND";
 /// See [`TILT_LND`].
 pub const TILT_AIR: &str = "MPC_TILTMAX_AIR";

@@ -1,7 +1,8 @@
 //! What PX4 is given before a drop, of all that could be given to it.
 //!
-//! What the drop needs ([`super::px4_required`]) stands. Of a file only what is PX4's own to choose is taken: gains, limits, filters. A value
-//! of the drop's own is taken from a file where it will do, and what says whose sensors, wiring and number a vehicle has is never.
+//! What the drop needs ([`super::px4_required`]) stands. Of a file only what is PX4's own to choose is taken:
+//! gains, limits, filters. A value of the drop's own is taken from a file where it will do, and what says
+//! whose sensors, wiring and number a vehicle has is never.
 
 use std::collections::BTreeMap;
 
@@ -10,8 +11,8 @@ use super::px4_required::{DropEnvelope, TILT_AIR, TILT_LND, TILT_SHUT, broken, w
 use super::{ParameterFile, Value};
 use crate::control::px4::Parameters;
 
-/// Beginnings of names that are of one vehicle alone: calibration, sensors, thermal corrections; its number, links and start-up; serial
-/// ports, CAN; the remote control; its log, its flights.
+/// Beginnings of names that are of one vehicle alone: calibration, sensors, thermal corrections; its number,
+/// links and start-up; serial ports, CAN; the remote control; its log, its flights.
 const OF_ONE_VEHICLE: [&str; 12] = [
     "CAL_",
     "SENS_",
@@ -39,7 +40,8 @@ pub struct Upload {
 }
 
 impl Upload {
-    /// What the drop needs where `exported` (gains, limits, vehicle) will not do, and what a file adds and changes.
+    /// What the drop needs where `exported` (gains, limits, vehicle) will not do, and what a file adds and
+    /// changes.
     pub fn new(
         envelope: &DropEnvelope,
         exported: impl IntoIterator<Item = (String, Value)>,

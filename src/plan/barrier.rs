@@ -1,8 +1,9 @@
-//! Bounds and their logarithmic barrier: `-mu sum log(x - lo) - mu sum log(hi - x)`, with multipliers of their own.
+//! Bounds and their logarithmic barrier: `-mu sum log(x - lo) - mu sum log(hi - x)`, with multipliers of
+//! their own.
 
 use nalgebra::SVector;
 
-/// Bounds of a vector; infinite where there is none.
+/// Lower and upper bounds of a vector; infinite where there is none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits<const N: usize> {
     /// Least values.
@@ -11,17 +12,17 @@ pub struct Limits<const N: usize> {
     pub hi: SVector<f64, N>,
 }
 
-/// Multipliers of [`Limits`]; zero where there is no bound.
+/// Multipliers of the bounds in [`Limits`]; zero where there is no bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoundDuals<const N: usize> {
-    /// Of the lower bounds.
+    /// Multipliers of the lower bounds.
     pub lo: SVector<f64, N>,
-    /// Of the upper bounds.
+    /// Multipliers of the upper bounds.
     pub hi: SVector<f64, N>,
 }
 
 impl<const N: usize> BoundDuals<N> {
-    /// No force from any bound.
+    /// Multipliers of bounds that exert no force: zeros.
     pub fn zero() -> Self {
         Self { lo: SVector::zeros(), hi: SVector::zeros() }
     }
@@ -39,8 +40,8 @@ impl<const N: usize> Limits<N> {
         BoundDuals { lo: (x - self.lo).map(|s| mu / s), hi: (self.hi - x).map(|s| mu / s) }
     }
 
-    /// `x` moved into the bounds by at least the fraction `margin` of their distance (or by `margin` itself where
-    /// there is only one).
+    /// The point `x`, moved into the bounds by at least the fraction `margin` of their distance (or by
+    /// `margin` itself where there is only one).
     pub fn interior(&self, x: &SVector<f64, N>, margin: f64) -> SVector<f64, N> {
         SVector::from_fn(|i, _| {
             let (lo, hi) = (self.lo[i], self.hi[i]);
@@ -77,8 +78,8 @@ impl<const N: usize> Limits<N> {
     /// Sum of the logarithms of all distances; `None` on or beyond a bound.
     #[inline(always)]
     pub fn log_distance(&self, x: &SVector<f64, N>) -> Option<f64> {
-        // The logarithm of a product is cheaper than the sum of logarithms; N is small, and distances are far from the
-        // ends of the exponent range.
+        // The logarithm of a product is cheaper than the sum of logarithms; N is small, and distances are far
+        // from the ends of the exponent range.
         let mut product = 1.0;
         for i in 0..N {
             for distance in [x[i] - self.lo[i], self.hi[i] - x[i]] {
@@ -125,7 +126,7 @@ impl<const N: usize> Limits<N> {
         step
     }
 
-    /// Largest `|z s - mu|`.
+    /// Largest deviation `|z s - mu|` from the central path, with `s` the distance from a bound.
     #[inline(always)]
     pub fn complementarity(&self, x: &SVector<f64, N>, z: &BoundDuals<N>, mu: f64) -> f64 {
         let mut worst = 0.0f64;

@@ -1,8 +1,8 @@
 //! Products of small fixed-size matrices.
 //!
-//! Plain loops over columns, in a fixed order of operations: the result is the same bits on every machine (a BLAS-like
-//! kernel that picks fused multiply-add where it finds it would not be), and the compiler unrolls and vectorises them,
-//! since every size is known.
+//! Plain loops over columns, in a fixed order of operations: the result is the same bits on every machine (a
+//! BLAS-like kernel that picks fused multiply-add where it finds it would not be), and the compiler unrolls
+//! and vectorises them, since every size is known.
 
 use nalgebra::SMatrix;
 
@@ -26,7 +26,8 @@ pub fn add_mul<const M: usize, const K: usize, const N: usize>(
     }
 }
 
-/// `out += scale a`. (With nalgebra's operators the compiler sees an iterator instead of a loop over known sizes.)
+/// `out += scale a`. (With nalgebra's operators the compiler sees an iterator instead of a loop over known
+/// sizes.)
 #[inline(always)]
 pub fn add_scaled<const M: usize, const N: usize>(
     out: &mut SMatrix<f64, M, N>,
@@ -93,8 +94,9 @@ pub fn tr_mul<const M: usize, const K: usize, const N: usize>(
 
 /// The inverse of `a`; `None` when it is singular or not finite.
 ///
-/// Gauss-Jordan elimination in place without a search for pivots: made for matrices near plus or minus the identity, such as
-/// the Jacobian of a defect. Where a pivot turns out small, nalgebra's inverse with pivoting takes over.
+/// Gauss-Jordan elimination in place without a search for pivots: made for matrices near plus or minus the
+/// identity, such as the Jacobian of a defect. Where a pivot turns out small, nalgebra's inverse with
+/// pivoting takes over.
 #[inline(always)]
 pub fn inverse<const N: usize>(a: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
     const SMALL: f64 = 1e-2;
@@ -107,8 +109,8 @@ pub fn inverse<const N: usize>(a: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N,
             return a.try_inverse().filter(|x| x.iter().all(|x| x.is_finite()));
         }
         let scale = 1.0 / diagonal;
-        // What the scaled row k takes off each row (off itself, all but the scaled value). No single entry is written: the
-        // processor would have to wait for it before it could load the column again.
+        // What the scaled row k takes off each row (off itself, all but the scaled value). No single entry is
+        // written: the processor would have to wait for it before it could load the column again.
         let mut factors = columns[k];
         factors[k] = diagonal - 1.0;
         columns[k] = unit[k];
@@ -204,7 +206,10 @@ mod tests {
         }
 
         #[test]
-        fn prop_cholesky_solves(values in proptest::collection::vec(-3.0f64..3.0, 16), b in proptest::collection::vec(-3.0f64..3.0, 4)) {
+        fn prop_cholesky_solves(
+            values in proptest::collection::vec(-3.0f64..3.0, 16),
+            b in proptest::collection::vec(-3.0f64..3.0, 4),
+        ) {
             let m: SMatrix<f64, 4, 4> = matrix(&values);
             let a = tr_mul(&m, &m) + SMatrix::identity() * 0.1;
             let b: SVector<f64, 4> = matrix(&b);

@@ -1,9 +1,10 @@
 //! The dynamics of the planner, `x_dot = f(x, u)` of (25), with exact first and second derivatives.
 //!
-//! State `x = [q0 q1 q2 q3, vn ve vd, P Q R]` (the position is not penalised and left out, as in the paper), input
-//! `u` = thrust of each rotor [N], actuators left out. The derivatives are written by hand: the attitude enters through
-//! products of at most degree two, so only the map from air velocity to body loads has derivatives worth the name, and
-//! [`BodyAero::jet`] has those. [`Vehicle::thrust_derivative`], the code that flies, is what they are checked against.
+//! State `x = [q0 q1 q2 q3, vn ve vd, P Q R]` (the position is not penalised and left out, as in the paper),
+//! input `u` = thrust of each rotor [N], actuators left out. The derivatives are written by hand: the
+//! attitude enters through products of at most degree two, so only the map from air velocity to body loads
+//! has derivatives worth the name, and [`BodyAero::jet`] has those. [`Vehicle::thrust_derivative`], the code
+//! that flies, is what they are checked against.
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
@@ -17,40 +18,40 @@ pub const BODY_STATES: usize = 10;
 /// Value and Jacobians of the dynamics at a point.
 #[derive(Clone, Copy, Debug)]
 pub struct Linearisation<const NX: usize, const NU: usize> {
-    /// `f(x, u)`.
+    /// Value `f(x, u)`.
     pub f: SVector<f64, NX>,
-    /// `df/dx`.
+    /// Jacobian `df/dx`.
     pub a: SMatrix<f64, NX, NX>,
-    /// `df/du`.
+    /// Jacobian `df/du`.
     pub b: SMatrix<f64, NX, NU>,
 }
 
 /// Second derivatives of `weights . f(x, u)` at a point.
 #[derive(Clone, Copy, Debug)]
 pub struct Curvature<const NX: usize, const NU: usize> {
-    /// By the states, symmetric.
+    /// Second derivatives by the states, symmetric.
     pub xx: SMatrix<f64, NX, NX>,
-    /// By inputs and states.
+    /// Second derivatives by inputs (rows) and states (columns).
     pub ux: SMatrix<f64, NU, NX>,
-    /// By the inputs, symmetric.
+    /// Second derivatives by the inputs, symmetric.
     pub uu: SMatrix<f64, NU, NU>,
 }
 
 impl<const NX: usize, const NU: usize> Curvature<NX, NU> {
-    /// No curvature.
+    /// The zero curvature, that of a linear function.
     pub fn zero() -> Self {
         Self { xx: SMatrix::zeros(), ux: SMatrix::zeros(), uu: SMatrix::zeros() }
     }
 }
 
-/// A system that the planner can steer: `x_dot = f(x, u)`, twice continuously differentiable, not depending on time.
-/// Another vehicle model (with actuator states, say) is another implementation.
+/// A system that the planner can steer: `x_dot = f(x, u)`, twice continuously differentiable, not depending
+/// on time. Another vehicle model (with actuator states, say) is another implementation.
 pub trait Dynamics<const NX: usize, const NU: usize> {
-    /// `f(x, u)`.
+    /// Value `f(x, u)`.
     fn value(&self, x: &SVector<f64, NX>, u: &SVector<f64, NU>) -> SVector<f64, NX>;
-    /// `f` and its Jacobians.
+    /// Value and Jacobians of `f` at `(x, u)`.
     fn linearise(&self, x: &SVector<f64, NX>, u: &SVector<f64, NU>) -> Linearisation<NX, NU>;
-    /// Second derivatives of `weights . f`.
+    /// Second derivatives of `weights . f` at `(x, u)`.
     fn curvature(
         &self,
         x: &SVector<f64, NX>,
@@ -78,7 +79,7 @@ pub struct VehicleDynamics<const NU: usize> {
 }
 
 impl<const NU: usize> VehicleDynamics<NU> {
-    /// The vehicle at its site; `None` unless it has `NU` rotors.
+    /// The planner's dynamics of a vehicle at its site; `None` unless it has `NU` rotors.
     pub fn new(vehicle: &Vehicle, environment: &Environment) -> Option<Self> {
         if vehicle.rotors.len() != NU {
             return None;

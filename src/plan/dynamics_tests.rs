@@ -54,7 +54,8 @@ fn site() -> Environment {
     Environment::new(9.8, 1.3, Vector3::new(0.5, -0.8, 0.3), anchor).unwrap()
 }
 
-/// `f` with unit perturbations e1 along variable `i` and e2 along `j`; the product's part is the second derivative.
+/// `f` with unit perturbations e1 along variable `i` and e2 along `j`; the product's part is the second
+/// derivative.
 fn dual_flight(
     vehicle: &Vehicle,
     site: &Environment,

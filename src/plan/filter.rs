@@ -1,9 +1,10 @@
-//! The filter of the line search: pairs (constraint violation, barrier objective) that new points must improve on.
+//! The filter of the line search: pairs (constraint violation, barrier objective) that new points must
+//! improve on.
 //!
-//! A. Waechter, L. T. Biegler, "On the implementation of an interior-point filter line-search algorithm for large-scale
-//! nonlinear programming", Math. Program. 106 (2006), section 2.3; its constants.
+//! A. Waechter, L. T. Biegler, "On the implementation of an interior-point filter line-search algorithm for
+//! large-scale nonlinear programming", Math. Program. 106 (2006), section 2.3; its constants.
 
-/// Constraint violation and barrier objective of a point.
+/// Constraint violation and barrier objective of a point, which the filter compares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Merit {
     /// Sum of the absolute defects, theta.
@@ -12,7 +13,7 @@ pub struct Merit {
     pub objective: f64,
 }
 
-/// Points that were left behind.
+/// Corners: the merits of points that the line search has left behind.
 #[derive(Clone, Debug)]
 pub struct Filter {
     corners: Vec<Merit>,
@@ -25,18 +26,18 @@ const GAMMA_PHI: f64 = 1e-8;
 const ARMIJO: f64 = 1e-8;
 
 impl Filter {
-    /// A filter for a problem that starts at the given violation.
+    /// An empty filter for a solve that starts at the constraint violation `violation`.
     pub fn new(violation: f64) -> Self {
         let scale = violation.max(1.0);
         Self { corners: Vec::new(), violation_max: 1e4 * scale, violation_min: 1e-4 * scale }
     }
 
-    /// Forgets all corners (the barrier parameter has changed).
+    /// Forgets all corners, as after a change of the barrier parameter.
     pub fn clear(&mut self) {
         self.corners.clear();
     }
 
-    /// Puts a point that is left behind into the filter.
+    /// Adds the corner of a point that is left behind.
     pub fn add(&mut self, from: Merit) {
         self.corners.push(Merit {
             violation: (1.0 - GAMMA_THETA) * from.violation,
@@ -44,7 +45,7 @@ impl Filter {
         });
     }
 
-    /// Whether no corner dominates the point.
+    /// Whether no corner of the filter dominates the trial point.
     pub fn accepts(&self, trial: Merit) -> bool {
         trial.violation.is_finite()
             && trial.objective.is_finite()
@@ -52,8 +53,9 @@ impl Filter {
             && self.corners.iter().all(|c| trial.violation < c.violation || trial.objective < c.objective)
     }
 
-    /// Whether a trial point at step length `alpha` is taken; `slope` is the directional derivative of the objective. Unless it is taken
-    /// for a decrease of the objective (Armijo), the point left behind enters the filter.
+    /// Whether a trial point at step length `alpha` is taken; `slope` is the directional derivative of the
+    /// objective. Unless it is taken for a decrease of the objective (Armijo), the point left behind enters
+    /// the filter.
     pub fn takes(&mut self, from: Merit, trial: Merit, alpha: f64, slope: f64) -> bool {
         if !self.accepts(trial) {
             return false;

@@ -1,4 +1,4 @@
-//! What the solver starts from: a straight line, a flown trajectory, or an earlier plan moved on in time.
+//! Starting points of the solver: a straight line, a flown trajectory, or an earlier plan moved on in time.
 
 use nalgebra::SVector;
 
@@ -8,7 +8,7 @@ use super::solver::{Iterate, StartFrom};
 use super::vehicle::{Plan, PlanProblem};
 use crate::trajectory::Trajectory;
 
-/// What to start the solver from.
+/// The starting point of the solver, in the terms of a vehicle.
 #[derive(Clone, Debug)]
 pub enum Guess<'a> {
     /// A straight line from the initial state to x_ss over 8 s, thrusts ramped to 0.8 of the hover thrust.
@@ -19,12 +19,12 @@ pub enum Guess<'a> {
     Warm {
         /// The earlier plan.
         plan: &'a Plan,
-        /// By how many nodes time has moved on.
+        /// Number of nodes by which time has moved on since.
         shift: usize,
     },
 }
 
-/// The solver's variables, for a warm start.
+/// The solver's variables for any supported number of rotors, kept for a warm start.
 #[derive(Clone, Debug)]
 pub(super) enum AnyIterate {
     Four(Iterate<BODY_STATES, 4>),
@@ -32,7 +32,7 @@ pub(super) enum AnyIterate {
     Eight(Iterate<BODY_STATES, 8>),
 }
 
-/// A number of rotors that plans are made for.
+/// A number of rotors for which the planner is compiled.
 pub(super) trait RotorCount<const NU: usize> {
     fn wrap(iterate: Iterate<BODY_STATES, NU>) -> AnyIterate;
     fn unwrap(iterate: &AnyIterate) -> Option<&Iterate<BODY_STATES, NU>>;
@@ -57,7 +57,7 @@ rotor_count!(4, Four);
 rotor_count!(6, Six);
 rotor_count!(8, Eight);
 
-/// The starting point that a guess means for the transcribed problem.
+/// The starting point, in the transcribed problem's terms, that a guess stands for.
 pub(super) fn start_from<const NU: usize>(
     nlp: &Problem<VehicleDynamics<NU>, BODY_STATES, NU>,
     guess: &Guess<'_>,
@@ -85,7 +85,8 @@ where
     }
 }
 
-/// Straight line to x_ss over 8 s (or a quarter of a shorter horizon), thrust `min(0.8 hover, 0.6 of the greatest rate)`.
+/// Straight line to x_ss over 8 s (or a quarter of a shorter horizon), thrust `min(0.8 hover, 0.6 of the
+/// greatest rate)`.
 fn straight_line<D, const NU: usize>(
     nlp: &Problem<D, BODY_STATES, NU>,
     hover_n: f64,
@@ -109,8 +110,9 @@ fn flown_state(flight: &Trajectory, t_s: f64) -> SVector<f64, BODY_STATES> {
     SVector::from([q[0], q[1], q[2], q[3], v.x, v.y, v.z, w.x, w.y, w.z])
 }
 
-/// The iterate `shift` nodes later. The horizon moves along, and what is special about its end (the thrust falls off before
-/// t_f) stays with the end: not the last node is repeated but, each time, the one at which least happens.
+/// The iterate `shift` nodes later. The horizon moves along, and what is special about its end (the thrust
+/// falls off before t_f) stays with the end: not the last node is repeated but, each time, the one at which
+/// least happens.
 fn shifted<const NU: usize>(iterate: &Iterate<BODY_STATES, NU>, shift: usize) -> Iterate<BODY_STATES, NU> {
     let mut moved = iterate.clone();
     for _ in 0..shift.min(iterate.lambda.len()) {

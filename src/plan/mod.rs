@@ -1,18 +1,21 @@
-//! How it should fly: the optimal control problem (25)-(31) by direct collocation (32)-(39).
+//! The planner: the optimal control problem (25)-(31) by direct collocation (32)-(39).
 //!
 //! | file | holds |
 //! |---|---|
-//! | [`vehicle`](mod@vehicle) | the planner's face: a drop in the vehicle's terms, a trajectory back |
+//! | [`vehicle`](mod@vehicle) | the planner's interface: a drop in the vehicle's terms, a trajectory back |
 //! | `guess` | what the solver starts from |
 //! | [`problem`] | the problem: cost, bounds, nodes |
 //! | [`dynamics`] | `f(x, u)` with exact first and second derivatives |
 //! | [`transcription`] | Hermite-Simpson defects (33)-(37) and cost (38)-(39) |
 //! | [`solver`] | the interior point method |
-//! | [`riccati`] | its Newton step, by a sweep over the stages |
-//! | [`barrier`], [`filter`], [`restoration`] | bounds; which points are better; the way back to feasibility |
+//! | [`riccati`] | the Newton step of that method, by a sweep over the stages |
+//! | [`barrier`] | bounds and their logarithmic barrier |
+//! | [`filter`] | which of two points is better |
+//! | [`restoration`] | the way back to feasibility |
 //! | [`block`] | products of small matrices |
 //!
-//! Another vehicle model is another [`dynamics::Dynamics`]; another solver takes a [`problem::Problem`] and returns nodes.
+//! Another vehicle model is another [`dynamics::Dynamics`]; another solver takes a [`problem::Problem`] and
+//! returns nodes.
 
 pub mod barrier;
 pub mod block;

@@ -1,33 +1,35 @@
 //! The optimal control problem (25)-(31), transcribed at equidistant nodes (32).
 //!
 //! ```text
-//! min  Phi(x_N) + sum_k dt/2 (L(x_k, u_k) + L(x_k+1, u_k+1))       L = (x - x_ref)' Q (x - x_ref) + (u - u_ref)' R (u - u_ref)
-//! s.t. e_k(x_k, u_k, x_k+1, u_k+1) = 0                              Hermite-Simpson defects (33)-(37)
+//! min  Phi(x_N) + sum_k dt/2 (L(x_k, u_k) + L(x_k+1, u_k+1))
+//!      L = (x - x_ref)' Q (x - x_ref) + (u - u_ref)' R (u - u_ref)
+//! s.t. e_k(x_k, u_k, x_k+1, u_k+1) = 0          Hermite-Simpson defects (33)-(37)
 //!      x_1, u_1 given;  u_min <= u_k <= u_max;  |u_k+1 - u_k| <= dt u_rate;  x_min <= x_k <= x_max
 //! ```
 //!
-//! Differs from the paper: 37 intervals join its 38 nodes (it prints dt = t_f/38 *and* nodes from t_0 to t_f, which cannot
-//! both be); the cost (39) is the trapezoid over nodes (printed with `L_d` on both sides). Beyond the paper, and off by
-//! default: bounds on the states (on the way and at the end) and a reference for the input cost.
+//! Differs from the paper: 37 intervals join its 38 nodes (it prints dt = t_f/38 *and* nodes from t_0 to t_f,
+//! which cannot both be); the cost (39) is the trapezoid over nodes (printed with `L_d` on both sides).
+//! Beyond the paper, and off by default: bounds on the states (on the way and at the end) and a reference for
+//! the input cost.
 
 use nalgebra::SVector;
 
 /// Quadratic cost with diagonal weights, (26)-(30).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuadraticCost<const NX: usize, const NU: usize> {
-    /// x_ss.
+    /// Reference x_ss of the state cost.
     pub x_ref: SVector<f64, NX>,
     /// Input that costs nothing; zero in the paper.
     pub u_ref: SVector<f64, NU>,
-    /// Diagonal of Q.
+    /// Diagonal of Q, the weight of the state along the way.
     pub q: SVector<f64, NX>,
-    /// Diagonal of R.
+    /// Diagonal of R, the weight of the input.
     pub r: SVector<f64, NU>,
     /// Diagonal of S, the weight of the final state.
     pub s: SVector<f64, NX>,
 }
 
-/// Simple bounds; infinite where there is none.
+/// Bounds on inputs, their rates, and states; infinite where there is none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds<const NX: usize, const NU: usize> {
     /// Least input.
@@ -47,7 +49,7 @@ pub struct Bounds<const NX: usize, const NU: usize> {
 }
 
 impl<const NX: usize, const NU: usize> Bounds<NX, NU> {
-    /// Bounds on the input only.
+    /// Bounds on the inputs and their rates only.
     pub fn on_input(u_min: SVector<f64, NU>, u_max: SVector<f64, NU>, u_rate: SVector<f64, NU>) -> Self {
         let (least, greatest) =
             (SVector::from_element(f64::NEG_INFINITY), SVector::from_element(f64::INFINITY));
@@ -65,10 +67,10 @@ impl<const NX: usize, const NU: usize> Bounds<NX, NU> {
     }
 }
 
-/// The transcribed problem.
+/// The optimal control problem, transcribed at equidistant nodes.
 #[derive(Clone, Debug)]
 pub struct Problem<D, const NX: usize, const NU: usize> {
-    /// The dynamics.
+    /// The dynamics `x_dot = f(x, u)`.
     pub dynamics: D,
     /// State at the first node.
     pub x_initial: SVector<f64, NX>,
@@ -78,13 +80,13 @@ pub struct Problem<D, const NX: usize, const NU: usize> {
     pub intervals: usize,
     /// Length of an interval [s].
     pub dt_s: f64,
-    /// The cost.
+    /// The quadratic cost (26)-(30).
     pub cost: QuadraticCost<NX, NU>,
-    /// The bounds.
+    /// Bounds on inputs, rates and states.
     pub bounds: Bounds<NX, NU>,
 }
 
-/// Node values: what a solver starts from, or ends with.
+/// States and inputs at the nodes: what a solver starts from and ends with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nodes<const NX: usize, const NU: usize> {
     /// States, one per node.

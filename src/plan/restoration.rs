@@ -1,9 +1,10 @@
 //! Restoration: when no step is acceptable, walk back towards feasibility.
 //!
-//! Minimises `1/2 sum |e_k|^2 + zeta/2 |s - s_R|^2 - mu' sum log(distance)` by Gauss-Newton steps (Levenberg's zeta keeps them
-//! near the point where the line search failed), until the point is acceptable to the filter and has lost a tenth of its
-//! violation, or the decrease peters out: then the problem has no feasible point nearby. Rare, so the linear algebra
-//! is general-purpose: the same stage recursion, with the next state as a free control.
+//! Minimises `1/2 sum |e_k|^2 + zeta/2 |s - s_R|^2 - mu' sum log(distance)` by Gauss-Newton steps
+//! (Levenberg's zeta keeps them near the point where the line search failed), until the point is acceptable
+//! to the filter and has lost a tenth of its violation, or the decrease peters out: then the problem has no
+//! feasible point nearby. Rare, so the linear algebra is general-purpose: the same stage recursion, with the
+//! next state as a free control.
 
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -130,7 +131,8 @@ fn step<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
         }
         (hessian, gradient)
     };
-    // Stage decision (x', w) with u' = u + w: m maps (x, u, x', w) to the linearised defect, t to the next node.
+    // Stage decision (x', w) with u' = u + w: m maps (x, u, x', w) to the linearised defect, t to the next
+    // node.
     let mut gains: Vec<(DMatrix<f64>, DVector<f64>)> = Vec::with_capacity(n);
     let (mut p, mut p_lin) = own(n);
     for k in (0..n).rev() {

@@ -1,17 +1,17 @@
 //! The Newton step of the interior point method by a sweep over the stages.
 //!
-//! Unknowns are grouped by node: `s_k = (x_k, u_k)`, and the rate-limited moves `w_k = u_k+1 - u_k` are the controls of a
-//! linear-quadratic problem, so that rate limits are bounds on `w`, thrust limits bounds on `s`, and no slack is
-//! needed. Each linearised defect is solved for the next state,
+//! Unknowns are grouped by node: `s_k = (x_k, u_k)`, and the rate-limited moves `w_k = u_k+1 - u_k` are the
+//! controls of a linear-quadratic problem, so that rate limits are bounds on `w`, thrust limits bounds on
+//! `s`, and no slack is needed. Each linearised defect is solved for the next state,
 //!
 //! ```text
 //! dx_k+1 = A dx_k + B du_k + C dw_k + c ,   du_k+1 = du_k + dw_k ,
 //! ```
 //!
-//! and a backward sweep carries the quadratic value function `V_k(ds) = 1/2 ds' P ds + p' ds`. The reduced Hessian of each
-//! stage with respect to `dw_k` (as wide as there are rotors) must be positive definite; that is exactly the condition that
-//! the whole KKT matrix has the inertia of a minimum. The second derivatives of a defect couple its two ends through the
-//! midpoint; they are taken in as a quadratic in `(dx_c, du_c)`.
+//! and a backward sweep carries the quadratic value function `V_k(ds) = 1/2 ds' P ds + p' ds`. The reduced
+//! Hessian of each stage with respect to `dw_k` (as wide as there are rotors) must be positive definite; that
+//! is exactly the condition that the whole KKT matrix has the inertia of a minimum. The second derivatives of
+//! a defect couple its two ends through the midpoint; they are taken in as a quadratic in `(dx_c, du_c)`.
 
 use nalgebra::SVector;
 
@@ -26,24 +26,24 @@ mod stage;
 /// Quadratic terms of node `k`: Hessian of cost, barrier and (weighted) dynamics.
 #[derive(Clone, Copy, Debug)]
 pub struct NodeTerms<const NX: usize, const NU: usize> {
-    /// Hessian by states, inputs and both.
+    /// Hessian of node `k` by states, inputs and both.
     pub hessian: Curvature<NX, NU>,
     /// Diagonal of the barrier's Hessian for the move `w_k` out of this node.
     pub move_barrier: SVector<f64, NU>,
 }
 
-/// Gradients of node `k`.
+/// Gradients of the Lagrangian at node `k`.
 #[derive(Clone, Copy, Debug)]
 pub struct NodeGradient<const NX: usize, const NU: usize> {
-    /// By the state.
+    /// Gradient by the state `x_k`.
     pub x: SVector<f64, NX>,
-    /// By the input.
+    /// Gradient by the input `u_k`.
     pub u: SVector<f64, NU>,
-    /// By the move `w_k`.
+    /// Gradient by the move `w_k`.
     pub w: SVector<f64, NU>,
 }
 
-/// The factored Newton system.
+/// The factored Newton system, stage by stage.
 #[derive(Clone, Debug)]
 pub struct Sweep<const NX: usize, const NU: usize> {
     stages: Vec<Stage<NX, NU>>,
@@ -52,22 +52,22 @@ pub struct Sweep<const NX: usize, const NU: usize> {
 /// Why a Newton system could not be factored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FactorError {
-    /// A linearised defect cannot be solved for the next state (interval).
+    /// The linearised defect of this interval cannot be solved for the next state.
     SingularDefect(usize),
-    /// The reduced Hessian of a stage is not positive definite (interval).
+    /// The reduced Hessian of the stage over this interval is not positive definite.
     Indefinite(usize),
 }
 
 /// A Newton step.
 #[derive(Clone, Debug)]
 pub struct Step<const NX: usize, const NU: usize> {
-    /// Of the states.
+    /// Steps of the states, one per node.
     pub x: Vec<SVector<f64, NX>>,
-    /// Of the inputs.
+    /// Steps of the inputs, one per node.
     pub u: Vec<SVector<f64, NU>>,
-    /// Of the moves.
+    /// Steps of the moves, one per interval.
     pub w: Vec<SVector<f64, NU>>,
-    /// New multipliers of the defects (not their change).
+    /// New multipliers of the defects, one per interval (the multipliers, not their change).
     pub lambda: Vec<SVector<f64, NX>>,
 }
 
@@ -77,7 +77,8 @@ impl<const NX: usize, const NU: usize> Sweep<NX, NU> {
         Self { stages: vec![Stage::empty(); intervals] }
     }
 
-    /// Factors the system: `terms` per node (the first node is fixed: only its move counts), `middles` per interval.
+    /// Factors the system: `terms` per node (the first node is fixed: only its move counts), `middles` per
+    /// interval.
     ///
     /// # Errors
     /// [`FactorError`] names the interval at which it failed; nothing can be solved then.
@@ -91,13 +92,13 @@ impl<const NX: usize, const NU: usize> Sweep<NX, NU> {
         vectorised(Factoring { sweep: self, linearised, dt_s, terms, middles })
     }
 
-    /// The step for the given gradients and defects.
+    /// The Newton step for the given gradients (one per node) and defects (one per interval).
     pub fn solve(&self, gradients: &[NodeGradient<NX, NU>], defects: &[SVector<f64, NX>]) -> Step<NX, NU> {
         vectorised(Substitution { sweep: self, gradients, defects })
     }
 }
 
-/// [`Sweep::factor`] with its arguments.
+/// The arguments of [`Sweep::factor`], as a kernel.
 struct Factoring<'a, const NX: usize, const NU: usize> {
     sweep: &'a mut Sweep<NX, NU>,
     linearised: &'a Linearised<NX, NU>,
@@ -126,7 +127,7 @@ impl<const NX: usize, const NU: usize> Kernel for Factoring<'_, NX, NU> {
     }
 }
 
-/// [`Sweep::solve`] with its arguments.
+/// The arguments of [`Sweep::solve`], as a kernel.
 struct Substitution<'a, const NX: usize, const NU: usize> {
     sweep: &'a Sweep<NX, NU>,
     gradients: &'a [NodeGradient<NX, NU>],

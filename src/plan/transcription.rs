@@ -11,12 +11,12 @@ use super::block::{add_mul, add_scaled, scaled};
 use super::dynamics::{Dynamics, Linearisation};
 use super::problem::{Nodes, Problem};
 
-/// Defects and cost at a point.
+/// Defects and cost at a set of node values.
 #[derive(Clone, Debug)]
 pub struct Evaluation<const NX: usize> {
-    /// Defect of each interval.
+    /// Defect (33) of each interval.
     pub defects: Vec<SVector<f64, NX>>,
-    /// J_d of (32).
+    /// Cost J_d of (32).
     pub objective: f64,
     /// Sum of the absolute defects.
     pub defect_sum: f64,
@@ -27,9 +27,9 @@ pub struct Evaluation<const NX: usize> {
 /// The dynamics linearised at all nodes and midpoints.
 #[derive(Clone, Debug)]
 pub struct Linearised<const NX: usize, const NU: usize> {
-    /// At the nodes.
+    /// Linearisation at each node.
     pub nodes: Vec<Linearisation<NX, NU>>,
-    /// At the midpoints.
+    /// Linearisation at the midpoint of each interval.
     pub middles: Vec<Linearisation<NX, NU>>,
 }
 
@@ -71,7 +71,7 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Problem<D, NX, NU> {
         if k == self.intervals { stage + self.cost.s } else { stage }
     }
 
-    /// J_d, (32), (38), (39).
+    /// Cost J_d of node values, (32), (38), (39).
     pub fn objective(&self, nodes: &Nodes<NX, NU>) -> f64 {
         (0..=self.intervals).fold(0.0, |sum, k| {
             let (dx, du) = (nodes.x[k] - self.cost.x_ref, nodes.u[k] - self.cost.u_ref);
@@ -80,7 +80,7 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Problem<D, NX, NU> {
         })
     }
 
-    /// Defects and cost at `nodes`.
+    /// Defects and cost of node values.
     pub fn evaluate(&self, nodes: &Nodes<NX, NU>) -> Evaluation<NX> {
         let mut left = self.dynamics.value(&nodes.x[0], &nodes.u[0]);
         let mut defects = Vec::with_capacity(self.intervals);
@@ -94,7 +94,7 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Problem<D, NX, NU> {
         Evaluation::new(defects, self.objective(nodes))
     }
 
-    /// The dynamics linearised at nodes and midpoints, with the defects that come with it.
+    /// The dynamics linearised at nodes and midpoints, with defects and cost.
     pub fn linearise(&self, nodes: &Nodes<NX, NU>) -> (Linearised<NX, NU>, Evaluation<NX>) {
         let mut at_nodes = Vec::with_capacity(self.intervals + 1);
         let mut middles = Vec::with_capacity(self.intervals);
@@ -136,23 +136,24 @@ impl<const NX: usize> Evaluation<NX> {
 /// Jacobians of a defect `e_k` with respect to the nodes at its ends.
 #[derive(Clone, Copy, Debug)]
 pub struct DefectJacobian<const NX: usize, const NU: usize> {
-    /// By x_k.
+    /// Jacobian by the state `x_k`.
     pub x_left: SMatrix<f64, NX, NX>,
-    /// By u_k.
+    /// Jacobian by the input `u_k`.
     pub u_left: SMatrix<f64, NX, NU>,
-    /// By x_k+1.
+    /// Jacobian by the state `x_k+1`.
     pub x_right: SMatrix<f64, NX, NX>,
-    /// By u_k+1.
+    /// Jacobian by the input `u_k+1`.
     pub u_right: SMatrix<f64, NX, NU>,
 }
 
 impl<const NX: usize, const NU: usize> Linearised<NX, NU> {
-    /// Jacobians of defect `k`.
+    /// Jacobians of defect `k` with respect to the nodes at its ends.
     #[inline(always)]
     pub fn defect_jacobian(&self, k: usize, dt_s: f64) -> DefectJacobian<NX, NU> {
         let (left, middle, right) = (&self.nodes[k], &self.middles[k], &self.nodes[k + 1]);
         let (w, h12) = (dt_s / 6.0, dt_s * dt_s / 12.0);
-        // By the left state: I + dt/6 (A_k + 2 A_c) + dt^2/12 A_c A_k; by the right: -I + dt/6 (..) - dt^2/12 ..
+        // By the left state: I + dt/6 (A_k + 2 A_c) + dt^2/12 A_c A_k; by the right: -I + dt/6 (..) - dt^2/12
+        // ..
         let by_f = scaled(&middle.a, h12);
         let mut jacobian = DefectJacobian {
             x_left: SMatrix::from_diagonal_element(1.0),

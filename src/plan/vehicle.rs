@@ -1,8 +1,8 @@
 //! Planning for a vehicle: from a release state to a trajectory.
 //!
-//! This is the planner's face: a [`PlanProblem`] in the vehicle's terms, [`plan`] to solve it, a [`Plan`] with the
-//! trajectory, its cost and how the solve ended. The solver underneath is generic in the numbers of states and inputs; here
-//! it meets the rigid body with 4, 6 or 8 rotors.
+//! The planner's interface: a [`PlanProblem`] in the vehicle's terms, [`plan`] to solve it, a [`Plan`]
+//! with the trajectory, its cost and how the solve ended. The solver underneath is generic in the numbers of
+//! states and inputs; here it meets the rigid body with 4, 6 or 8 rotors.
 
 use std::ops::ControlFlow;
 
@@ -19,7 +19,7 @@ use crate::trajectory::{Node, Trajectory, TrajectoryError};
 /// State of the planner as plain numbers: `[q0 q1 q2 q3, vn ve vd, P Q R]`.
 pub type PlanState = [f64; BODY_STATES];
 
-/// What the cost measures inputs from.
+/// The input at which the input cost is zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InputReference {
     /// Zero thrust: the paper's minimum-energy cost (28).
@@ -31,9 +31,9 @@ pub enum InputReference {
 /// The optimal control problem of a drop, (25)-(31).
 #[derive(Clone, Debug)]
 pub struct PlanProblem<'a> {
-    /// The vehicle.
+    /// The vehicle that is planned for.
     pub vehicle: &'a Vehicle,
-    /// Where it flies.
+    /// The site: gravity, air and wind.
     pub environment: &'a Environment,
     /// State at the first node: for a drop, when the rotors are freed.
     pub initial: PlanState,
@@ -41,11 +41,11 @@ pub struct PlanProblem<'a> {
     pub initial_thrust_n: PerRotor,
     /// Commanded steady velocity, NED [m/s].
     pub target_v_ned: Vector3<f64>,
-    /// x_ss; `None`: the solved trim at the target.
+    /// Steady state x_ss at the target; `None`: the trim there, found by solving for it.
     pub x_ss: Option<PlanState>,
-    /// t_f [s].
+    /// Horizon t_f [s].
     pub horizon_s: f64,
-    /// Number of nodes N.
+    /// Number N of nodes of the trajectory.
     pub nodes: usize,
     /// Greatest thrust of a rotor [N], Table 2.
     pub thrust_max_n: f64,
@@ -55,13 +55,14 @@ pub struct PlanProblem<'a> {
     pub cost_state: PlanState,
     /// Diagonal element of R [1/N^2], (30).
     pub cost_input: f64,
-    /// What the input cost is measured from.
+    /// The input at which the input cost is zero.
     pub input_reference: InputReference,
-    /// If given, the velocity at t_f lies within this of the target, axis by axis [m/s] (a terminal set).
+    /// Terminal set: the velocity at t_f lies within this of the target, axis by axis [m/s]; `None`: no
+    /// terminal set.
     pub terminal_velocity_tolerance_m_s: Option<f64>,
 }
 
-/// Why a plan cannot be attempted. (That none was found is a [`Status`].)
+/// Why a plan cannot be attempted. (A solve that found none is no error but a [`Status`].)
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlanError {
     /// There is no steady flight at the target.
@@ -83,28 +84,28 @@ pub enum PlanError {
 pub struct Plan {
     /// How the solve ended.
     pub status: Status,
-    /// In words, what is wrong when it did not converge.
+    /// In words, why the solve did not converge; `None` when it did.
     pub diagnosis: Option<String>,
-    /// The trajectory: the solution, or the best point found.
+    /// The solution as a trajectory, or the best point found.
     pub trajectory: Trajectory,
-    /// J_d of (32).
+    /// Cost J_d of (32).
     pub objective: f64,
-    /// Largest defect, unscaled.
+    /// Largest absolute defect (33), unscaled.
     pub defect_max: f64,
     /// Largest entry of the Lagrangian's gradient, unscaled.
     pub kkt_residual: f64,
     /// Largest product of a bound's multiplier and distance.
     pub complementarity: f64,
-    /// Work done.
+    /// Iterations, evaluations and factorisations that the solve took.
     pub counts: Counts,
     pub(super) iterate: AnyIterate,
 }
 
-/// Plans the manoeuvre. `observer` sees the progress after each iteration and may stop it.
+/// Plans the manoeuvre. `observer` is called after each iteration with its progress, and may stop the solve.
 ///
 /// # Errors
-/// [`PlanError`] for a problem that cannot be posed. A vehicle too weak to fly, or a solve that does not converge, is an
-/// answer: see [`Plan::status`] and [`Plan::diagnosis`].
+/// [`PlanError`] for a problem that cannot be posed. A vehicle too weak to fly, or a solve that does not
+/// converge, is an answer: see [`Plan::status`] and [`Plan::diagnosis`].
 pub fn plan(
     problem: &PlanProblem<'_>,
     guess: &Guess<'_>,
@@ -152,7 +153,7 @@ where
     })
 }
 
-/// Why steady flight at the target is beyond what the rotors can give, if it is.
+/// Why steady flight at the target is beyond the rotors' thrust; `None` when it is not.
 fn weakness(problem: &PlanProblem<'_>, trim_thrust_n: &PerRotor) -> Option<String> {
     let n = problem.vehicle.rotors.len();
     if let Some(i) = trim_thrust_n[..n].iter().position(|&thrust| thrust < 0.0) {
@@ -193,7 +194,7 @@ fn diagnose<const NX: usize, const NU: usize>(solution: &Solution<NX, NU>) -> Op
     }
 }
 
-/// The NLP of a problem for `NU` rotors.
+/// The nonlinear program of a planning problem for `NU` rotors.
 ///
 /// # Errors
 /// [`PlanError::Rotors`] when the vehicle has another number of rotors.

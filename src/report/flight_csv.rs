@@ -1,9 +1,10 @@
-//! The flight log as CSV: one row per sample - time, state, setpoint, commands, rotors, J_state and every term of the balance
-//! of forces.
+//! The flight log as CSV: one row per sample - time, state, setpoint, commands, rotors, J_state and every
+//! term of the balance of forces.
 //!
-//! Comment lines at the top tell version, seed and the hash of the inputs; the header row names each column with its unit
-//! (attitude, throttle and J_state have none). A field is empty where there is nothing to tell: the plan's time before the
-//! release, the setpoint while there is none. Numbers are the shortest that read back to the same bits.
+//! Comment lines at the top tell version, seed and the hash of the inputs; the header row names each column
+//! with its unit (attitude, throttle and J_state have none). A field is empty where there is nothing to tell:
+//! the plan's time before the release, the setpoint while there is none. Numbers are the shortest that read
+//! back to the same bits.
 //!
 //! The sums to check: `m a_ned = C^T (rotor + aero) + gravity + canopy + ground` and
 //! `J omega_dot = rotor_m + aero_m + reaction_m + gyro_m + ground_m - omega x J omega`.
@@ -151,7 +152,8 @@ impl<W: Write> FlightCsv<W> {
             // Most fields of a flight in the plane. (-0 is written as 0.)
             self.row.push_str("0.0,");
         } else {
-            // `{:?}` is the shortest text that reads back to the same number. Writing to a String cannot fail.
+            // `{:?}` is the shortest text that reads back to the same number. Writing to a String cannot
+            // fail.
             let _ = write!(self.row, "{x:?},");
         }
     }

@@ -13,8 +13,8 @@
 //! | [`drops`] | campaigns of whole drops: lines and tables |
 //! | [`study`] | the safety study: tables, trials, page |
 //!
-//! Everything here is text made of its arguments: the same arguments give the same bytes. Wall-clock times are the caller's
-//! and go to the terminal and to `--json` only, never into a file.
+//! Everything here is text made of its arguments: the same arguments give the same bytes. Wall-clock times
+//! are the caller's and go to the terminal and to `--json` only, never into a file.
 
 pub mod drops;
 pub mod figure;

@@ -1,4 +1,5 @@
-//! Exports, checks and differences of PX4 parameter files, for the terminal and as JSON; and the text of the file itself.
+//! Exports, checks and differences of PX4 parameter files, for the terminal and as JSON; and the text of the
+//! file itself.
 
 use serde::Serialize;
 
@@ -35,7 +36,8 @@ pub fn export_text(export: &Export) -> String {
     head + &lines(export.check.findings.iter(), &export.remarks)
 }
 
-/// A checked file: what was found, then the count. `refusal`: why the file does not belong where it was to be used.
+/// A checked file: what was found, then the count. `refusal`: why the file does not belong where it was to be
+/// used.
 pub fn check_text(name: &str, file: &ParameterFile, check: &Check, refusal: Option<&str>) -> String {
     let mut out = format!("{name}: {} parameters, {}\n", file.len(), purpose_words(file.purpose()));
     out += &lines(check.findings.iter(), file.remarks());

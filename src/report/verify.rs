@@ -1,4 +1,5 @@
-//! The checks of `samara verify`: a table for the terminal, 100 columns wide at most, and an object for `--json`.
+//! The checks of `samara verify`: a table for the terminal, 100 columns wide at most, and an object for
+//! `--json`.
 
 use serde::Serialize;
 

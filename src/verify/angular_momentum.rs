@@ -1,4 +1,5 @@
-//! Rotors that speed up where there is no air turn the body the other way: together they keep their angular momentum.
+//! Rotors that speed up where there is no air turn the body the other way: together they keep their angular
+//! momentum.
 
 use std::sync::Arc;
 
@@ -10,7 +11,8 @@ use crate::frames::rotate_ned_from_body;
 use crate::model::{Environment, PerRotor, Vehicle, VehicleOptions};
 use crate::sim::{DropSimulation, PlantKind, PlantState};
 
-/// The quadrotor, turning, whose rotors are driven at unlike speeds for a second.
+/// Angular momentum of body and rotors without air, for a turning quadrotor whose rotors are driven at unlike
+/// speeds for a second.
 pub fn without_air(vehicle: &Vehicle, environment: &Environment) -> Group {
     const THROTTLE: PerRotor = [0.9, 0.3, 0.5, 0.2, 0.7, 0.4, 0.8, 0.1];
     let options = VehicleOptions { reaction_torque: true, rotor_momentum: true };

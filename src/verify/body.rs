@@ -15,7 +15,7 @@ use crate::units::DEG_PER_RAD;
 /// Step of the simulator behind the wire [s].
 const DT_S: f64 = 0.004;
 
-/// `p = v_0 t + g t^2/2`, which a fourth-order integrator meets to rounding.
+/// Free fall: `p = v_0 t + g t^2/2`, which a fourth-order integrator meets to rounding.
 ///
 /// # Errors
 /// [`ModelError`], never in fact: the body is given.
@@ -46,7 +46,7 @@ pub struct SymmetricTop {
 }
 
 impl SymmetricTop {
-    /// A flat one that turns some 0.6 rad/s off its axis.
+    /// A flat top that turns about an axis some 0.6 rad/s off its own.
     ///
     /// # Errors
     /// [`ModelError`], never in fact: the body is given.
@@ -82,7 +82,7 @@ impl SymmetricTop {
         (product(product(precessed, self.start.q_ned_from_body), spun), turned)
     }
 
-    /// State after `steps` steps of `dt_s`.
+    /// State after `steps` steps of `dt_s` of the integrator.
     pub fn flown(&self, dt_s: f64, steps: u32) -> BodyState {
         fly(&self.mass, self.start, dt_s, steps, |_| Load::gravity(0.0))
     }
@@ -144,7 +144,7 @@ pub fn precession() -> Result<Group, ModelError> {
     })
 }
 
-/// A body tumbles for a minute: energy and angular momentum in NED stay.
+/// A body that tumbles for a minute: energy and angular momentum in NED are conserved.
 pub fn tumble(mass: &MassProperties) -> Group {
     let start = level(Vector3::zeros(), Vector3::new(0.4, 1.0, -0.3));
     let end = fly(mass, start, DT_S, 15_000, |_| Load::gravity(0.0));

@@ -1,29 +1,30 @@
 //! A check and its verdict; groups of checks with one source.
 
-/// What was computed against what it should be.
+/// A computed quantity and the value that it should have.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Check {
-    /// The quantity.
+    /// Name of the quantity.
     pub what: String,
-    /// Unit of every number here; empty for a bare number.
+    /// Unit of the check's numbers; empty for a bare number.
     pub unit: &'static str,
-    /// What came out; of a series the value with the largest error.
+    /// Computed value; of a series the one with the largest error.
     pub computed: f64,
-    /// What should have.
+    /// Exact value; of a series the one beside [`Self::computed`].
     pub exact: f64,
     /// The largest deviation, not below zero.
     pub error: f64,
-    /// The largest deviation that is allowed.
+    /// The largest deviation that passes.
     pub bar: f64,
 }
 
 impl Check {
-    /// A number against its exact value.
+    /// Checks a number against its exact value.
     pub fn new(what: impl Into<String>, unit: &'static str, computed: f64, exact: f64, bar: f64) -> Self {
         Self { what: what.into(), unit, computed, exact, error: (computed - exact).abs(), bar }
     }
 
-    /// The worst of a series of `(computed, exact)`; one that is not a number is worse than any other. Without any the check fails.
+    /// Checks a series of `(computed, exact)` by its worst pair; one that is not a number is worse than any
+    /// other. An empty series fails.
     pub fn worst(
         what: impl Into<String>,
         unit: &'static str,
@@ -41,18 +42,18 @@ impl Check {
         checks.reduce(|worst, next| if worse(&worst, &next) { worst } else { next }).unwrap_or(none)
     }
 
-    /// Whether the error is within its bar; one that is not a number is not.
+    /// Whether the error is within the bar; an error that is not a number is not.
     pub fn holds(&self) -> bool {
         self.error <= self.bar
     }
 }
 
-/// Checks of one kind.
+/// Checks of one kind, with one source.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
-    /// Of what.
+    /// Subject of the checks.
     pub title: &'static str,
-    /// Where the exact values come from.
+    /// Source of the exact values.
     pub source: &'static str,
     /// The checks.
     pub checks: Vec<Check>,

@@ -20,7 +20,7 @@ pub struct Fall {
 }
 
 impl Fall {
-    /// From the speed `start_m_s`, below the terminal one.
+    /// The fall from the speed `start_m_s` [m/s], which is below the terminal one.
     pub fn new(vehicle: &Vehicle, environment: &Environment, start_m_s: f64) -> Self {
         let [drag, ..] = vehicle.aero.coefficients();
         let from_below = drag.eval(std::f64::consts::FRAC_PI_2);
@@ -46,7 +46,7 @@ impl Fall {
     }
 }
 
-/// The lander falls through the simulator's plant.
+/// Speed and distance of the lander's fall through the simulator's plant.
 pub fn under_drag(vehicle: &Vehicle, environment: &Environment) -> Group {
     let still = Environment { wind_ned_m_s: Vector3::zeros(), ..environment.clone() };
     let plant = Plant::new(Arc::new(vehicle.clone()), still, PlantKind::Actuator);

@@ -1,4 +1,4 @@
-//! Is the core right? What it computes against what is known from elsewhere: NASA's check cases and closed forms.
+//! Verification of the core: its results against NASA's check cases and closed forms.
 //!
 //! | file | holds |
 //! |---|---|
@@ -13,8 +13,9 @@
 //! | [`steady`] | trim and the motors' steady states |
 //! | [`order`] | orders of convergence of integrator and collocation |
 //!
-//! What is under test is the code that flies: `model::rigid_body`, `frames`, `sim`'s integrator and plant, the vehicle's own tables,
-//! `plan`'s transcription. Only what a case has around it (a round, turning Earth, the standard atmosphere) lives here.
+//! What is under test is the code that flies: `model::rigid_body`, `frames`, `sim`'s integrator and plant,
+//! the vehicle's own tables, `plan`'s transcription. Only what a case has around it (a round, turning Earth,
+//! the standard atmosphere) lives here.
 
 pub mod angular_momentum;
 pub mod body;
@@ -32,10 +33,10 @@ pub use check::{Check, Group};
 use crate::model::{ModelError, TrimError};
 use crate::plan::{PlanError, PlanProblem};
 
-/// Why the checks cannot be made. (That one fails is a result: [`Check::holds`].)
+/// Why the checks cannot be made. (A check that fails is a result: [`Check::holds`].)
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum VerifyError {
-    /// A body or parachute of a check is impossible.
+    /// The body or parachute of a check is impossible.
     #[error("the body of a check")]
     Model(#[from] ModelError),
     /// A vehicle has no steady flight at its target.
@@ -46,8 +47,9 @@ pub enum VerifyError {
     Plan(#[from] PlanError),
 }
 
-/// Every check, group by group. `lander` is the vehicle with speed controllers and a rotor table (`mission/titan_drop.json`),
-/// `quadrotor` the one with a rotor formula and first-order motors (`mission/x500_drop.json`).
+/// All checks, group by group. `lander` is the vehicle with speed controllers and a rotor table
+/// (`mission/titan_drop.json`), `quadrotor` the one with a rotor formula and first-order motors
+/// (`mission/x500_drop.json`).
 ///
 /// # Errors
 /// [`VerifyError`] when a vehicle cannot be checked at all.

@@ -1,8 +1,10 @@
-//! A rotor in hover, axial climb and slow descent by blade-element and momentum theory, against the table that flies.
+//! A rotor in hover, axial climb and slow descent by blade-element and momentum theory, against the table
+//! that flies.
 //!
-//! The lander's table was made by these very equations (`rotor.table.about` in `params/vehicles/titan.json`). So this does not check the
-//! theory, nor that the lander is like a real rotor: it checks that the file holds what it says, and that the inflow's signs and angle,
-//! the scales of thrust and torque and the air's density are right on the way from the file to a load in flight.
+//! The lander's table was made by these very equations (`rotor.table.about` in `params/vehicles/titan.json`).
+//! So this does not check the theory, nor that the lander is like a real rotor: it checks that the file holds
+//! what it says, and that the inflow's signs and angle, the scales of thrust and torque and the air's density
+//! are right on the way from the file to a load in flight.
 //!
 //! With the climb ratio `x = V_c/v_h`, uniform inflow `lambda` and a blade without twist:
 //!
@@ -14,8 +16,8 @@
 //! C_Q  = C_T (kappa v_i + V_c)/(Omega R) + sigma c_d0/8
 //! ```
 //!
-//! Source: J. G. Leishman, *Principles of Helicopter Aerodynamics*, 2nd ed. (2006), 2.13 (climb and descent, the quartic) and
-//! ch. 3 (blade elements). The loss in the vortex ring is the lander's own.
+//! Source: J. G. Leishman, *Principles of Helicopter Aerodynamics*, 2nd ed. (2006), 2.13 (climb and descent,
+//! the quartic) and ch. 3 (blade elements). The loss in the vortex ring is the lander's own.
 
 use std::f64::consts::PI;
 
@@ -25,30 +27,30 @@ use super::{Check, Group};
 use crate::model::Rotor;
 use crate::model::rotor::{Inflow, RotorLoad};
 
-/// What a rotor's table was made of.
+/// Geometry and coefficients that a rotor's table was made from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blades {
-    /// Radius R [m].
+    /// Radius R of the rotor [m].
     pub radius_m: f64,
-    /// Solidity sigma.
+    /// Solidity sigma, blade area over disk area.
     pub solidity: f64,
-    /// Slope of the lift a [1/rad].
+    /// Slope of the lift coefficient a [1/rad].
     pub lift_slope: f64,
-    /// Collective theta [rad].
+    /// Collective pitch theta [rad].
     pub collective_rad: f64,
-    /// Drag of the profile, c_d0.
+    /// Drag coefficient c_d0 of the blade's profile.
     pub profile_drag: f64,
-    /// Factor of the induced power, kappa.
+    /// Induced power factor kappa.
     pub induced_power: f64,
     /// Greatest loss of thrust in the vortex ring.
     pub vortex_ring_loss: f64,
-    /// Climb ratio where it is greatest, x_v.
+    /// Climb ratio x_v at which the loss in the vortex ring is greatest.
     pub vortex_ring_at: f64,
-    /// Width of the vortex ring in climb ratio, w.
+    /// Width w of the vortex ring in climb ratio.
     pub vortex_ring_width: f64,
 }
 
-/// Of the notional lander: `rotor.table.about` in `params/vehicles/titan.json`.
+/// Blades of the notional lander: `rotor.table.about` in `params/vehicles/titan.json`.
 pub const LANDER: Blades = Blades {
     radius_m: 0.65,
     solidity: 0.1,
@@ -71,8 +73,8 @@ impl Blades {
         }
     }
 
-    /// Induced velocity of the thrust in hover [m/s], in closed form: the root of `2 v^2 = sigma a/2 (theta/3 - v/2)`, less what the vortex
-    /// ring takes as far off as that.
+    /// Induced velocity of the thrust in hover [m/s], in closed form: the root of `2 v^2 = sigma a/2 (theta/3
+    /// - v/2)`, less what the vortex ring takes as far off as that.
     fn hover_induced_m_s(&self, omega_rad_s: f64) -> f64 {
         let b = 0.25 * self.solidity * self.lift_slope;
         let v = 0.25 * ((b * b + 16.0 * b * self.collective_rad / 3.0).sqrt() - b);
@@ -104,7 +106,7 @@ impl Blades {
     }
 }
 
-/// A speed [rad/s] and rates of climb [m/s] that are knots of the lander's table, where it does not interpolate.
+/// A speed [rad/s] that is a knot of the lander's table, where it does not interpolate.
 const OMEGA_RAD_S: f64 = 105.0;
 const FLIGHT: [(&str, f64); 5] = [
     ("hover", 0.0),

@@ -8,7 +8,7 @@ use crate::model::rigid_body::{BodyState, MassProperties, derivative};
 use crate::sim::PlantState;
 use crate::sim::integrator::{PlantRate, runge_kutta_4};
 
-/// What acts on a body.
+/// Forces and moment on a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Load {
     /// Gravity, along +down [m/s^2].
@@ -20,7 +20,7 @@ pub struct Load {
 }
 
 impl Load {
-    /// Gravity alone.
+    /// Gravity alone, without other forces or moments.
     pub fn gravity(gravity_m_s2: f64) -> Self {
         Self { gravity_m_s2, force_body: Vector3::zeros(), moment_body: Vector3::zeros() }
     }
@@ -44,7 +44,7 @@ pub fn advance(
     end
 }
 
-/// The state after `steps` steps.
+/// The state after `steps` steps of `dt_s`.
 pub fn fly(
     mass: &MassProperties,
     start: BodyState,
@@ -55,7 +55,7 @@ pub fn fly(
     (0..steps).fold(start, |state, _| advance(mass, &state, dt_s, &load))
 }
 
-/// At the origin, level, with this velocity [m/s] and these body rates [rad/s].
+/// State at the origin, level, with this velocity NED [m/s] and these body rates [rad/s].
 pub fn level(v_ned: Vector3<f64>, omega_body: Vector3<f64>) -> BodyState {
     BodyState { p_ned: Vector3::zeros(), q_ned_from_body: crate::frames::LEVEL, v_ned, omega_body }
 }

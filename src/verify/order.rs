@@ -17,12 +17,12 @@ use crate::plan::problem::Nodes;
 use crate::plan::vehicle::transcribe;
 use crate::sim::{DropSimulation, PlantKind};
 
-/// The order that a method shows between `steps` and twice as many, by its error in `steps`.
+/// Order of convergence that a method shows between `steps` and twice as many, by its error in `steps`.
 fn observed(error: impl Fn(u32) -> f64, steps: u32) -> f64 {
     (error(steps) / error(2 * steps)).log2()
 }
 
-/// Halving the step divides the error by sixteen.
+/// Orders of convergence of integrator and collocation: halving the step divides the error by sixteen.
 ///
 /// # Errors
 /// [`VerifyError`] when the lander has not four rotors.
@@ -63,7 +63,8 @@ fn powered(problem: &PlanProblem<'_>, steps: u32) -> Vector3<f64> {
 const START_M_S: f64 = 3.0;
 const FALL_S: f64 = 30.0;
 
-/// Speed at the end of the lander's fall [m/s] by the planner's own defects, which are driven to zero interval by interval.
+/// Speed at the end of the lander's fall [m/s] by the planner's own defects, which are driven to zero
+/// interval by interval.
 fn collocated_fall(problem: &PlanProblem<'_>) -> Result<impl Fn(u32) -> f64, VerifyError> {
     let mut environment = problem.environment.clone();
     environment.wind_ned_m_s = Vector3::zeros();

@@ -17,7 +17,8 @@ use crate::units::DEG_PER_RAD;
 /// Steps of a motor's run-up, short against every time constant.
 const STEPS: u32 = 4000;
 
-/// Forces and moments at the trim, which was solved for zero accelerations, from the balance that the flight log tells.
+/// Forces and moments at the trim, which was solved for zero accelerations, from the force balance of the
+/// flight log.
 ///
 /// # Errors
 /// [`TrimError`] when there is no steady flight at a target.
@@ -48,7 +49,7 @@ pub fn trim_at_target(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> 
     })
 }
 
-/// The motors of both vehicles in still air.
+/// Steady speeds and run-ups of the motors of both vehicles in still air.
 pub fn motors(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Group {
     let mut checks = of_motor("lander", lander);
     checks.extend(of_motor("quadrotor", quadrotor));
@@ -127,7 +128,7 @@ fn of_motor(name: &str, problem: &PlanProblem<'_>) -> Vec<Check> {
     }
 }
 
-/// A body that nothing moves.
+/// The rates of a body at rest.
 const STILL: BodyRate = {
     const ZERO: Vector3<f64> = Vector3::new(0.0, 0.0, 0.0);
     BodyRate { p_dot_ned: ZERO, q_dot: [0.0; 4], v_dot_ned: ZERO, omega_dot_body: ZERO }

@@ -37,7 +37,8 @@ fn period_s(mut angle_at: impl FnMut() -> f64) -> f64 {
     f64::NAN
 }
 
-/// The hanging phase of a drop, and a body on a line that moves as its forces make it.
+/// Period of the swing: of the hanging phase of a drop, and of a body on a line that moves as its forces make
+/// it.
 ///
 /// # Errors
 /// [`ModelError`] when the site has no possible pendulum.

@@ -1,4 +1,5 @@
-//! The tree of modules, read off the sources: which files `mod` declarations reach, and which file imports from which.
+//! The tree of modules, read off the sources: which files `mod` declarations reach, and which file imports
+//! from which.
 //!
 //! It reads text, not Rust: macros that make imports are not seen.
 
@@ -74,7 +75,8 @@ impl Tree {
         self.0.values().map(|module| module.file.as_path()).collect()
     }
 
-    /// The module that a path leads to from inside module `at`, following what other modules hand on; `None`: out of the crate.
+    /// The module that a path leads to from inside module `at`, following what other modules hand on; `None`:
+    /// out of the crate.
     fn target(&self, at: &[String], path: &[String], depth: usize) -> Option<Segments> {
         let module = self.0.get(at)?;
         let (first, mut rest) = path.split_first()?;
@@ -136,7 +138,8 @@ struct Declaration {
     paths: Vec<String>,
 }
 
-/// The text without comments and without what stands in string literals (paths of files, `".rs"`, excepted); lines stay.
+/// The text without comments and without what stands in string literals (paths of files, `".rs"`, excepted);
+/// lines stay.
 fn code_of(text: &str) -> String {
     let mut code = String::new();
     let mut rest = text;

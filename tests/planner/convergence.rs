@@ -45,8 +45,8 @@ fn closed_form_states_under_a_smooth_input_converge_with_fourth_order() {
         }
         x
     };
-    // Inside an interval the transcription has the input linear, which alone would be of second order: what the states are
-    // compared with is the flow under that same piecewise linear input.
+    // Inside an interval the transcription has the input linear, which alone would be of second order: what
+    // the states are compared with is the flow under that same piecewise linear input.
     let exact = |n: usize| {
         let dt = horizon / n as f64;
         let substeps = 400;
@@ -73,7 +73,8 @@ fn closed_form_states_under_a_smooth_input_converge_with_fourth_order() {
     assert!((3.5..4.6).contains(&order), "order {order:.2}: {coarse:.2e} {fine:.2e}");
 }
 
-/// The optimum itself converges with about second order: piecewise linear inputs on their rate limits, trapezoidal cost.
+/// The optimum itself converges with about second order: piecewise linear inputs on their rate limits,
+/// trapezoidal cost.
 #[test]
 fn closed_form_optimum_converges_with_about_second_order() {
     let (vehicle, environment) = titan();

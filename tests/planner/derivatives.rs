@@ -33,8 +33,10 @@ fn flying(vehicle: &Vehicle, environment: &Environment, x: &X, u: &U) -> X {
 
 prop_compose! {
     /// States anywhere: attitude not of unit length, any direction of flow, sideways too.
-    fn anywhere()(q in prop::array::uniform4(-1.0f64..1.0), v in prop::array::uniform3(-9.0f64..9.0),
-                  w in prop::array::uniform3(-1.0f64..1.0), u in prop::array::uniform4(0.0f64..300.0)) -> (X, U) {
+    fn anywhere()(
+        q in prop::array::uniform4(-1.0f64..1.0), v in prop::array::uniform3(-9.0f64..9.0),
+        w in prop::array::uniform3(-1.0f64..1.0), u in prop::array::uniform4(0.0f64..300.0),
+    ) -> (X, U) {
         (X::from([q[0] + 1.5, q[1], q[2], q[3], v[0], v[1], v[2], w[0], w[1], w[2]]), U::from(u))
     }
 }
@@ -69,14 +71,14 @@ proptest! {
             let l = dynamics.linearise(&x, &u);
             let h = 1e-6;
             for j in 0..10 {
-                let d = X::ith(j, h);
-                let difference = (flying(&vehicle, &environment, &(x + d), &u) - flying(&vehicle, &environment, &(x - d), &u)) / (2.0 * h);
+                let at = |s: f64| flying(&vehicle, &environment, &(x + X::ith(j, s * h)), &u);
+                let difference = (at(1.0) - at(-1.0)) / (2.0 * h);
                 let scale = 1.0 + difference.amax();
                 prop_assert!((difference - l.a.column(j)).amax() < 1e-6 * scale, "state {j}: {difference} {}", l.a.column(j));
             }
             for j in 0..4 {
-                let d = U::ith(j, 1e-3);
-                let difference = (flying(&vehicle, &environment, &x, &(u + d)) - flying(&vehicle, &environment, &x, &(u - d))) / 2e-3;
+                let at = |d: f64| flying(&vehicle, &environment, &x, &(u + U::ith(j, d)));
+                let difference = (at(1e-3) - at(-1e-3)) / 2e-3;
                 prop_assert!((difference - l.b.column(j)).amax() < 1e-7 * (1.0 + difference.amax()), "input {j}");
             }
         }
@@ -84,7 +86,9 @@ proptest! {
 
     /// The curvature is the derivative of the Jacobian.
     #[test]
-    fn prop_curvature_matches_differences_of_the_jacobian((x, u) in anywhere(), weights in prop::array::uniform10(-1.0f64..1.0)) {
+    fn prop_curvature_matches_differences_of_the_jacobian(
+        (x, u) in anywhere(), weights in prop::array::uniform10(-1.0f64..1.0),
+    ) {
         let weights = X::from(weights);
         for (vehicle, environment) in vehicles() {
             let dynamics = VehicleDynamics::<4>::new(&vehicle, &environment).unwrap();
@@ -142,8 +146,8 @@ proptest! {
         }
     }
 
-    /// (33)-(37) by a second path: the cubic Hermite polynomial through both nodes, taken at its middle, Simpson's rule over
-    /// its ends and middle, with the simulator's dynamics.
+    /// (33)-(37) by a second path: the cubic Hermite polynomial through both nodes, taken at its middle,
+    /// Simpson's rule over its ends and middle, with the simulator's dynamics.
     #[test]
     fn prop_defects_re_derived_from_the_hermite_polynomial((x0, u0) in anywhere(), (x1, u1) in anywhere()) {
         let (vehicle, environment) = titan();

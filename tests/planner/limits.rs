@@ -122,7 +122,8 @@ fn an_initial_thrust_outside_its_bounds_is_refused() {
     }
 }
 
-/// Beyond the digits that the numbers have: no "diverged", but the solution with what is wrong with the tolerance.
+/// Beyond the digits that the numbers have: no "diverged", but the solution with what is wrong with the
+/// tolerance.
 #[test]
 fn a_tolerance_below_rounding_stalls_at_the_solution() {
     let (vehicle, environment) = titan();

@@ -113,7 +113,8 @@ fn reference_objectives_from_flown_guesses() {
     assert_optimum(&solve_from(&problem, &Guess::Flown(&guess)), expected);
 }
 
-/// Another program's solution in our defects: what shows a sign error that is consistent in value and derivative.
+/// Another program's solution in our defects: what shows a sign error that is consistent in value and
+/// derivative.
 #[test]
 fn reference_nodes_satisfy_our_defects() {
     let check = |name: &str, problem: &PlanProblem, objective: f64| {

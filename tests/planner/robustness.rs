@@ -37,9 +37,9 @@ fn prop_random_releases_converge() {
     assert!(median < 20 && most < 40, "iterations: median {median}, 95 % {most}, worst {}", iterations[299]);
 }
 
-/// Plans renewed in flight, node by node: moved on, disturbed by up to 0.05 m/s and 0.02 rad/s, primal and dual kept, to 1e-6.
-/// (The yaw rate is left alone: without reaction torques nothing on this vehicle can take a yaw rate away again, and it would
-/// add up from plan to plan.)
+/// Plans renewed in flight, node by node: moved on, disturbed by up to 0.05 m/s and 0.02 rad/s, primal and
+/// dual kept, to 1e-6. (The yaw rate is left alone: without reaction torques nothing on this vehicle can take
+/// a yaw rate away again, and it would add up from plan to plan.)
 #[test]
 fn prop_warm_starts_converge_in_fewer_iterations() {
     let (vehicle, environment) = titan();

@@ -80,8 +80,8 @@ pub fn flight_reference() -> Trajectory {
     Trajectory::new(nodes.iter().enumerate().map(node).collect(), 4).unwrap()
 }
 
-/// The nominal plan: [`flight_reference`]'s velocities, attitude and rate from the same plan solved further (they differ by
-/// less than 3e-6).
+/// The nominal plan: [`flight_reference`]'s velocities, attitude and rate from the same plan solved further
+/// (they differ by less than 3e-6).
 pub fn plan() -> Trajectory {
     let states = rows(&NUMBERS["plan_q0_q2_vn_vd_q"]);
     let mut nodes = flight_reference().nodes().to_vec();

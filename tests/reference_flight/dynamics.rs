@@ -55,8 +55,8 @@ fn reference_trim_pitch_and_thrusts() {
     }
 }
 
-/// Spin-up of one rotor from rest to hover speed in the flow of the release, and spin-down from there. The reference
-/// took explicit steps of 1 ms, so its times are good to two of them.
+/// Spin-up of one rotor from rest to hover speed in the flow of the release, and spin-down from there. The
+/// reference took explicit steps of 1 ms, so its times are good to two of them.
 #[test]
 fn reference_rotor_step_response() {
     let wanted = &NUMBERS["rotor_step_response"];

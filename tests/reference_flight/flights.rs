@@ -71,8 +71,8 @@ fn differences(name: &str, case: usize, wanted: &[Vec<f64>]) -> [f64; 9] {
     worst
 }
 
-/// Velocities to 1e-9 m/s, pitch to 1e-9 rad. What remains is how Runge-Kutta of fourth order treats an angle and a quaternion:
-/// it falls with the fifth power of the step (see the peaks at 4 ms below).
+/// Velocities to 1e-9 m/s, pitch to 1e-9 rad. What remains is how Runge-Kutta of fourth order treats an angle
+/// and a quaternion: it falls with the fifth power of the step (see the peaks at 4 ms below).
 #[test]
 fn reference_flights_second_by_second() {
     let bars = [1e-9, 1e-9, 1e-9, 5e-9, 1e-6, 1e-6, 1e-10, 1e-9, 1e-11];
@@ -195,7 +195,8 @@ fn reference_safety_gains_settle_when_the_target_follows_the_plan() {
     assert_eq!(safety_flight(nominal(), None, 34.5).steady_after_s, None);
 }
 
-/// As a stream of messages flies it, 250 Hz with setpoints held at 50 Hz: J_TPF moves by a tenth of a percent.
+/// As a stream of messages flies it, 250 Hz with setpoints held at 50 Hz: J_TPF moves by a tenth of a
+/// percent.
 #[test]
 fn reference_safety_gains_with_the_rates_of_the_wire() {
     let v = safety_flight_at(nominal(), Some(target_ned()), 34.5, 0.004, Some(0.02));

@@ -1,7 +1,8 @@
 //! samara against an independent implementation of the same model, on the Titan vehicle.
 //!
-//! `tests/data/reference_flights.json` holds that implementation's numbers: a planar program, so what is compared here is
-//! samara's quaternion code, in the vertical plane, with formulas written for that plane alone.
+//! `tests/data/reference_flights.json` holds that implementation's numbers: a planar program, so what is
+//! compared here is samara's quaternion code, in the vertical plane, with formulas written for that plane
+//! alone.
 #![cfg(feature = "files")]
 #![expect(clippy::unwrap_used, reason = "what the tests stand on: a failure here is theirs")]
 

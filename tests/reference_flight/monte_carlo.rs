@@ -1,4 +1,5 @@
-//! The three Monte Carlo campaigns of section V.A over the reference's own 100 draws, and what the paper prints of them.
+//! The three Monte Carlo campaigns of section V.A over the reference's own 100 draws, and what the paper
+//! prints of them.
 
 use std::sync::LazyLock;
 
@@ -69,8 +70,8 @@ fn reference_initial_conditions_of_the_campaigns() {
     }
 }
 
-/// Mean, deviation and extremes of J_TPF to 1e-9; and the means of the paper's campaigns within 5 %, the first worse than the
-/// others by 20 % and more.
+/// Mean, deviation and extremes of J_TPF to 1e-9; and the means of the paper's campaigns within 5 %, the
+/// first worse than the others by 20 % and more.
 #[test]
 fn reference_campaigns() {
     let means = ["NHstep", "NHopt", "PSOopt"].map(|name| {
@@ -89,7 +90,7 @@ fn reference_campaigns() {
     assert!(means[1..].iter().all(|m| (means[0] - m) / means[0] >= 0.20), "{means:?}");
 }
 
-/// The same draws with the pendulum that Table 3 comes from.
+/// The draws of the campaign with the pendulum that Table 3 comes from.
 #[test]
 fn reference_campaign_with_the_longer_pendulum() {
     let j = campaign("PSOopt", 1.0);

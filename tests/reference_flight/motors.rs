@@ -1,5 +1,5 @@
-//! Motors of any speed: the integration follows them, in space and in the batch engine, and what a flight comes to has a limit as
-//! they get faster.
+//! Motors of any speed: the integration follows them, in space and in the batch engine, and what a flight
+//! comes to has a limit as they get faster.
 
 use std::sync::Arc;
 
@@ -76,7 +76,8 @@ fn faster_first_order(vehicle: &mut Vehicle, up_s: f64, down_s: f64) {
     (*tau_up_s, *tau_down_s) = (up_s, down_s);
 }
 
-/// Titan's constants make 0.2 x 0.09/(0.9 x 2.9) s; the x500's shortest is 12.5 ms. Both fly 10 ms, and Titan PX4's 10.8 ms, in one step.
+/// Titan's constants make 0.2 x 0.09/(0.9 x 2.9) s; the x500's shortest is 12.5 ms. Both fly 10 ms, and Titan
+/// PX4's 10.8 ms, in one step.
 #[test]
 fn closed_form_the_shipped_vehicles_take_one_step() {
     let (titan, x500) = (Cases::of("mission/titan_drop.json"), Cases::of("mission/x500_drop.json"));
@@ -87,8 +88,8 @@ fn closed_form_the_shipped_vehicles_take_one_step() {
     assert!(titan.study.vehicle.longest_step_s() > 0.0108);
 }
 
-/// As the time constants go to zero, J_TPF and the speed at the end go to those of rotors that follow at once: halving them halves what
-/// is left. At 10 ms a step the x500 with 2 and 4 ms was lost.
+/// As the time constants go to zero, J_TPF and the speed at the end go to those of rotors that follow at
+/// once: halving them halves what is left. At 10 ms a step the x500 with 2 and 4 ms was lost.
 #[test]
 fn prop_j_tpf_converges_as_motors_get_faster() {
     let mut x500 = Cases::of("mission/x500_drop.json");

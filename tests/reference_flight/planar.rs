@@ -1,4 +1,5 @@
-//! The batch engine's costs, on the Titan vehicle: against the code for flight in space, and against the reference's numbers.
+//! The batch engine's costs, on the Titan vehicle: against the code for flight in space, and against the
+//! reference's numbers.
 
 use nalgebra::Vector3;
 use samara::assess::tracking::control_period_s;
@@ -53,7 +54,8 @@ fn in_space(
     (error.rms(), verdict.finish().unwrap())
 }
 
-/// Seven releases, the study's controllers and references, both plants; on past the plan's end to the steady state.
+/// Seven releases, the study's controllers and references, both plants; on past the plan's end to the steady
+/// state.
 #[test]
 fn prop_batch_costs_are_those_of_flights_in_space() {
     let (velocity, nodes) = (flight_reference(), plan());

@@ -1,4 +1,5 @@
-//! The bench that gains are tuned on, on the Titan vehicle: the reference's numbers, and its engine in space beside the planar one.
+//! The bench that gains are tuned on, on the Titan vehicle: the reference's numbers, and its engine in space
+//! beside the planar one.
 
 use nalgebra::Vector3;
 use samara::assess::ReleaseDistribution;
@@ -70,8 +71,8 @@ fn prop_the_bench_in_space_is_the_planar_one() {
     assert_eq!(lost, Evaluation::DIVERGED);
 }
 
-/// Flights that are left out would not have made a candidate cheaper: what is given up costs more than its ceiling, and what is not
-/// is judged to the bit as by all its flights.
+/// Flights that are left out would not have made a candidate cheaper: what is given up costs more than its
+/// ceiling, and what is not is judged to the bit as by all its flights.
 #[test]
 fn prop_a_candidate_is_given_up_only_when_it_costs_too_much() {
     let plan = plan();
@@ -96,7 +97,8 @@ fn prop_a_candidate_is_given_up_only_when_it_costs_too_much() {
     assert!(spared > 0);
 }
 
-/// The relays find the limits of stability: outer loops are slower than inner ones, and the gains made of them fly the drop.
+/// The relays find the limits of stability: outer loops are slower than inner ones, and the gains made of
+/// them fly the drop.
 #[test]
 fn regress_near_hover_gains_fly() {
     let plan = plan();
@@ -108,7 +110,8 @@ fn regress_near_hover_gains_fly() {
     assert!(flown.j_tpf < 1.0 && flown.rms < 1.0, "{flown:?}");
 }
 
-/// The bars that `ours` was made for, on flights that its tuning never saw: mean at most 0.56, none of 4 x 1000 above 0.66.
+/// The bars that `ours` was made for, on flights that its tuning never saw: mean at most 0.56, none of 4 x
+/// 1000 above 0.66.
 #[test]
 fn regress_our_gains_on_unseen_flights() {
     let plan = plan();

@@ -1,5 +1,6 @@
-//! The batch engine's states, step by step, against the code for flight in space with a vehicle and a site that are varied in the
-//! same way: Titan and the X500, random gains and releases, gusts and a delayed measurement.
+//! The batch engine's states, step by step, against the code for flight in space with a vehicle and a site
+//! that are varied in the same way: Titan and the X500, random gains and releases, gusts and a delayed
+//! measurement.
 
 use std::ops::ControlFlow;
 use std::sync::{Arc, LazyLock};
@@ -10,10 +11,9 @@ use samara::config::load_vehicle;
 use samara::control::{Airframe, Cascade, ControlLimits, Gains, Measurement};
 use samara::frames::quaternion_from_euler;
 use samara::model::rigid_body::{BodyState, MassProperties};
+use samara::model::wind::{Gust, GustShape};
 use samara::model::{Environment, Vehicle};
-use samara::sim::planar::{
-    Flight, Gust, GustShape, LANES, Model, Observer, Release, SetpointTable, State, Variation, fly,
-};
+use samara::sim::planar::{Flight, LANES, Model, Observer, Release, SetpointTable, State, Variation, fly};
 use samara::sim::{DropSimulation, FlightPlan, PlantKind, Reference};
 
 use crate::data::{TITAN, site};
@@ -104,9 +104,10 @@ fn in_space(
     rows
 }
 
-/// Largest difference in velocity, attitude and rate of a flight that is flown in a lane among strangers, and what the flight in
-/// space makes of another last digit of the release: without thrust, with a late measurement, the loop on the ideal plant may
-/// chatter, and then it makes a million times more of it within a second.
+/// Largest difference in velocity, attitude and rate of a flight that is flown in a lane among strangers, and
+/// what the flight in space makes of another last digit of the release: without thrust, with a late
+/// measurement, the loop on the ideal plant may chatter, and then it makes a million times more of it within
+/// a second.
 fn difference(
     vehicle: &Vehicle,
     site: &Environment,

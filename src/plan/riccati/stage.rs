@@ -1,4 +1,5 @@
-//! One interval of the sweep: its defect solved for the next state, and the stage's minimisation over the move `dw`.
+//! One interval of the sweep: its defect solved for the next state, and the stage's minimisation over the
+//! move `dw`.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -6,7 +7,7 @@ use super::super::block::{Cholesky, add_mul, add_scaled, add_tr_mul, inverse, mu
 use super::super::dynamics::Curvature;
 use super::super::transcription::Linearised;
 
-/// What the sweep keeps of an interval.
+/// The factors of one interval that a sweep keeps.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stage<const NX: usize, const NU: usize> {
     /// Inverse of the defect's Jacobian by the next state.
@@ -54,7 +55,8 @@ impl<const NX: usize, const NU: usize> Stage<NX, NU> {
         }
     }
 
-    /// Solves the linearised defect for the next state and expresses the midpoint. `None` when it cannot be solved.
+    /// Solves the linearised defect for the next state and expresses the midpoint. `None` when it cannot be
+    /// solved.
     #[inline(always)]
     pub(super) fn condense(&mut self, linearised: &Linearised<NX, NU>, k: usize, dt_s: f64) -> Option<()> {
         let jacobian = linearised.defect_jacobian(k, dt_s);
@@ -78,8 +80,9 @@ impl<const NX: usize, const NU: usize> Stage<NX, NU> {
         Some(())
     }
 
-    /// Minimises the stage over `dw`: `value` comes in as the value function's Hessian at node k+1 and leaves as that at
-    /// node k, to which the node's own terms are still to be added. Returns `None` when the stage is indefinite.
+    /// Minimises the stage over `dw`: `value` comes in as the value function's Hessian at node k+1 and leaves
+    /// as that at node k, to which the node's own terms are still to be added. Returns `None` when the stage
+    /// is indefinite.
     #[inline(always)]
     pub(super) fn reduce(
         &mut self,

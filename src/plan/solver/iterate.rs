@@ -6,10 +6,10 @@ use super::super::barrier::{BoundDuals, Limits};
 use super::super::problem::{Nodes, Problem};
 use super::super::riccati::Step;
 
-/// Primal and dual variables.
+/// Primal and dual variables of the solver.
 #[derive(Clone, Debug)]
 pub struct Iterate<const NX: usize, const NU: usize> {
-    /// States and inputs.
+    /// States and inputs, node by node.
     pub nodes: Nodes<NX, NU>,
     /// Multipliers of the defects, one per interval.
     pub lambda: Vec<SVector<f64, NX>>,
@@ -21,7 +21,7 @@ pub struct Iterate<const NX: usize, const NU: usize> {
     pub z_w: Vec<BoundDuals<NU>>,
 }
 
-/// Move of the inputs out of node `k`.
+/// Move `w_k = u_k+1 - u_k` of the inputs from node `k` to the next.
 #[inline(always)]
 pub(in crate::plan) fn move_out<const NX: usize, const NU: usize>(
     nodes: &Nodes<NX, NU>,
@@ -30,7 +30,7 @@ pub(in crate::plan) fn move_out<const NX: usize, const NU: usize>(
     nodes.u[k + 1] - nodes.u[k]
 }
 
-/// The bounds as the barrier sees them.
+/// The lower and upper bounds on states, inputs and moves, as the barrier uses them.
 #[derive(Clone, Debug)]
 pub(in crate::plan) struct BoxBounds<const NX: usize, const NU: usize> {
     pub(in crate::plan) x: Limits<NX>,
@@ -74,7 +74,7 @@ impl<const NX: usize, const NU: usize> BoxBounds<NX, NU> {
         if k == self.last { &self.x_end } else { &self.x }
     }
 
-    /// Sum of all logarithms; `None` on or beyond a bound.
+    /// Sum of the logarithms of the distances from all bounds; `None` on or beyond a bound.
     pub(in crate::plan) fn log_distance(&self, nodes: &Nodes<NX, NU>) -> Option<f64> {
         let mut sum = 0.0;
         for k in 0..=self.last {
@@ -91,7 +91,7 @@ impl<const NX: usize, const NU: usize> BoxBounds<NX, NU> {
         Some(sum)
     }
 
-    /// Longest primal step.
+    /// Longest primal step in [0, 1] that keeps the fraction `1 - tau` of the distance from each bound.
     pub(in crate::plan) fn longest_step(&self, nodes: &Nodes<NX, NU>, step: &Step<NX, NU>, tau: f64) -> f64 {
         let mut alpha = 1.0f64;
         for k in 0..=self.last {
@@ -108,7 +108,8 @@ impl<const NX: usize, const NU: usize> BoxBounds<NX, NU> {
         alpha
     }
 
-    /// Moves node values strictly inside all bounds: inputs first into theirs, then within reach of the node before.
+    /// Moves node values strictly inside all bounds: inputs first into theirs, then within reach of the node
+    /// before.
     pub(super) fn interior(&self, nodes: &mut Nodes<NX, NU>, margin: f64) {
         for k in 1..=self.last {
             let boxed = self.u.interior(&nodes.u[k], margin);
@@ -148,7 +149,8 @@ impl<const NX: usize, const NU: usize> Iterate<NX, NU> {
         // Closer to the bounds than a cold start: the neighbouring solution lies on them.
         boxes.interior(&mut self.nodes, 1e-3);
         for k in 1..=boxes.last {
-            // The larger of the old multiplier and the central one: an active bound stays active, none is forgotten.
+            // The larger of the old multiplier and the central one: an active bound stays active, none is
+            // forgotten.
             let keep = |old: f64, centre: f64| if old.is_finite() { old.max(centre) } else { centre };
             let w = move_out(&self.nodes, k - 1);
             let (u, x) = (self.nodes.u[k], self.nodes.x[k]);

@@ -9,7 +9,7 @@ use super::super::transcription::Evaluation;
 use super::Run;
 use super::iterate::move_out;
 
-/// What a line search found.
+/// The result of a line search.
 pub(super) enum Search {
     Moved,
     Failed,

@@ -1,9 +1,9 @@
-//! A primal-dual interior point method on the stage structure: monotone barrier, filter line search, second-order
-//! correction, restoration.
+//! A primal-dual interior point method on the stage structure: monotone barrier, filter line search,
+//! second-order correction, restoration.
 //!
-//! The algorithm is that of IPOPT (Waechter and Biegler 2006), in its order and symbols; the linear algebra is the sweep of
-//! [`super::riccati`]. Where the reduced Hessian is not positive definite, that iteration uses the Gauss-Newton Hessian
-//! (cost and barrier, no curvature of the dynamics), which always is.
+//! The algorithm is that of IPOPT (Waechter and Biegler 2006), in its order and symbols; the linear algebra
+//! is the sweep of [`super::riccati`]. Where the reduced Hessian is not positive definite, that iteration
+//! uses the Gauss-Newton Hessian (cost and barrier, no curvature of the dynamics), which always is.
 //!
 //! | file | holds |
 //! |---|---|
@@ -55,7 +55,8 @@ fn check<D, const NX: usize, const NU: usize>(problem: &Problem<D, NX, NU>) -> R
     if !finite {
         return Err(ProblemError::NotFinite);
     }
-    // A drop starts on its bound, with the rotors at rest. (Bounds on the states hold from the second node on.)
+    // A drop starts on its bound, with the rotors at rest. (Bounds on the states hold from the second node
+    // on.)
     let (u, b) = (&problem.u_initial, &problem.bounds);
     match (0..NU).find(|&i| !(b.u_min[i]..=b.u_max[i]).contains(&u[i])) {
         Some(i) => {
@@ -65,11 +66,12 @@ fn check<D, const NX: usize, const NU: usize>(problem: &Problem<D, NX, NU>) -> R
     }
 }
 
-/// Solves the problem. After each iteration `observer` sees how it stands and may stop it: budgets of time, which the
-/// solver knows nothing of, are kept there.
+/// Solves the problem. After each iteration `observer` sees how it stands and may stop it: budgets of time,
+/// which the solver knows nothing of, are kept there.
 ///
 /// # Errors
-/// [`ProblemError`] for a problem that cannot be posed. That no solution was found is not an error but a [`Status`].
+/// [`ProblemError`] for a problem that cannot be posed. That no solution was found is not an error but a
+/// [`Status`].
 pub fn solve<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
     problem: &Problem<D, NX, NU>,
     start: StartFrom<NX, NU>,
@@ -123,8 +125,8 @@ struct Run<'a, D, const NX: usize, const NU: usize> {
     step_length: f64,
 }
 
-/// A barrier problem is solved well enough for the next when its residual is below this multiple of `mu`. (IPOPT's 10 costs
-/// a fifth more iterations on this problem.)
+/// A barrier problem is solved well enough for the next when its residual is below this multiple of `mu`.
+/// (IPOPT's 10 costs a fifth more iterations on this problem.)
 const BARRIER_TOLERANCE: f64 = 100.0;
 
 impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
@@ -187,7 +189,8 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
                             self.iterate.centre(&self.boxes, self.mu);
                             self.iterate.lambda.fill(SVector::zeros());
                         }
-                        // There was nothing to restore: it is the search for a lower cost that has come to its end.
+                        // There was nothing to restore: it is the search for a lower cost that has come to
+                        // its end.
                         _ if now.defect_max <= self.feasible() => {
                             return self.finish_with_best(Status::Stalled);
                         }

@@ -1,21 +1,23 @@
-//! What a solve is asked and what it answers: settings, starting point, status, progress, work, solution.
+//! Arguments and results of a solve: options, starting point, progress, status, counts, solution.
 
 use super::Iterate;
 use crate::plan::problem::Nodes;
 
-/// Settings of the solver.
+/// Options of the interior point method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverOptions {
     /// Bound on the KKT residual, the complementarity and the largest defect, all unscaled.
     pub tolerance: f64,
-    /// Iterations, restoration included.
+    /// Most iterations, those of the restoration phase included.
     pub max_iterations: usize,
-    /// First barrier parameter of a cold start, in units of the cost. Large enough to hold the first iterates off the bounds:
-    /// with IPOPT's 0.1 the median over 300 random releases is 24 iterations, with 30 it is 17.
+    /// First barrier parameter of a cold start, in units of the cost. Large enough to hold the first iterates
+    /// off the bounds: with IPOPT's 0.1 the median over 300 random releases is 24 iterations, with 30 it is
+    /// 17.
     pub mu_initial: f64,
-    /// First barrier parameter of a warm start, in units of the cost. Over 720 plans renewed in flight, each off a little,
-    /// the mean is 5.8 iterations with 1e-4 and 6.9 with 1e-2 (and a wider margin to the bounds). Off in yaw too, which the
-    /// Titan lander cannot steer and which adds up, it is 11.7 against 11.0.
+    /// First barrier parameter of a warm start, in units of the cost. Over 720 plans renewed in flight, each
+    /// off a little, the mean is 5.8 iterations with 1e-4 and 6.9 with 1e-2 (and a wider margin to the
+    /// bounds). Off in yaw too, which the Titan lander cannot steer and which adds up, it is 11.7 against
+    /// 11.0.
     pub mu_warm: f64,
 }
 
@@ -36,30 +38,31 @@ pub enum Status {
     Stopped,
     /// No point near this one satisfies the constraints.
     Infeasible,
-    /// The constraints hold, but no step gets nearer to the optimum: the tolerance asks for more digits than the numbers have.
+    /// The constraints hold, but no step gets nearer to the optimum: the tolerance asks for more digits than
+    /// the numbers have.
     Stalled,
     /// The iterates left the region where the model can be evaluated.
     Diverged,
 }
 
-/// How a solve stands after an iteration: what an observer sees.
+/// The state of a solve after an iteration, as an observer sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
     /// Iterations so far.
     pub iteration: usize,
-    /// J_d.
+    /// Cost J_d of (32).
     pub objective: f64,
-    /// Largest defect.
+    /// Largest absolute defect (33).
     pub defect_max: f64,
     /// Largest entry of the Lagrangian's gradient.
     pub kkt_residual: f64,
     /// Barrier parameter.
     pub mu: f64,
-    /// Length of the last step.
+    /// Length of the last primal step, from 0 to 1.
     pub step_length: f64,
 }
 
-/// Work done.
+/// How often a solve did what costs time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Interior point iterations.
@@ -76,35 +79,35 @@ pub struct Counts {
     pub restorations: usize,
 }
 
-/// What a solve starts from.
+/// The point from which a solve starts.
 #[derive(Clone, Debug)]
 pub enum StartFrom<const NX: usize, const NU: usize> {
-    /// Node values only.
+    /// Node values only; multipliers are put on the central path.
     Guess(Nodes<NX, NU>),
     /// Primal and dual variables of a neighbouring problem.
     Warm(Iterate<NX, NU>),
 }
 
-/// What a solve ends with.
+/// The result of a solve.
 #[derive(Clone, Debug)]
 pub struct Solution<const NX: usize, const NU: usize> {
-    /// How it ended.
+    /// How the solve ended.
     pub status: Status,
     /// The solution, or the best point found (feasible with the least cost; else the least infeasible).
     pub iterate: Iterate<NX, NU>,
-    /// J_d there.
+    /// Cost J_d at [`Self::iterate`].
     pub objective: f64,
-    /// Largest defect there.
+    /// Largest absolute defect at [`Self::iterate`].
     pub defect_max: f64,
-    /// Largest entry of the Lagrangian's gradient there.
+    /// Largest entry of the Lagrangian's gradient at [`Self::iterate`].
     pub kkt_residual: f64,
-    /// Largest product of a bound's multiplier and distance there.
+    /// Largest product of a bound's multiplier and distance at [`Self::iterate`].
     pub complementarity: f64,
-    /// Work done.
+    /// Iterations, evaluations and factorisations that the solve took.
     pub counts: Counts,
 }
 
-/// A problem that cannot be posed.
+/// Why a problem cannot be posed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ProblemError {
     /// Fewer than two intervals.
@@ -116,19 +119,19 @@ pub enum ProblemError {
     /// The input at the first node, which is given, lies outside its bounds.
     #[error("input {} of the first node must lie from {least} to {greatest}, found {found}", index + 1)]
     InitialInput {
-        /// Which input, from 0.
+        /// Index of the input, from 0.
         index: usize,
-        /// Its least value.
+        /// Least value of that input.
         least: f64,
-        /// Its greatest value.
+        /// Greatest value of that input.
         greatest: f64,
-        /// The given value.
+        /// Value of that input at the first node.
         found: f64,
     },
-    /// The start has another number of nodes than the problem.
+    /// The starting point has another number of nodes than the problem.
     #[error("the guess has another number of nodes than the problem")]
     GuessLength,
-    /// A number that is not finite in the initial state, the weights or the guess.
+    /// The initial state, the weights or the time step are not finite.
     #[error("the initial state, the weights and the step must be finite")]
     NotFinite,
 }

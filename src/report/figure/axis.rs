@@ -24,7 +24,8 @@ impl Axis {
         self.low_px + (x - self.low) / (self.high - self.low) * (self.high_px - self.low_px)
     }
 
-    /// About `count` round numbers within the scale, as numbers and as text; a few more where they would be less than three.
+    /// About `count` round numbers within the scale, as numbers and as text; a few more where they would be
+    /// less than three.
     pub(crate) fn ticks(&self, count: usize) -> Vec<(f64, String)> {
         let finer = (0..3).map(|k| self.about(count << k));
         finer.reduce(|found, finer| if found.len() < FEWEST { finer } else { found }).unwrap_or_default()

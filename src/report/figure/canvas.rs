@@ -1,8 +1,9 @@
 //! The sheet that figures are drawn on: lines, shapes and text in pixels, an SVG text in the end.
 //!
-//! The only file that knows plotters. Its SVG backend takes whole pixels and knows neither dashes nor subscripts, so the
-//! sheet is ten times as fine as its pixels, dashes are cut here, and subscripts and the document's head are put in at
-//! the end. No font is measured: the viewer brings its own, and widths are estimates on the wide side.
+//! The only file that knows plotters. Its SVG backend takes whole pixels and knows neither dashes nor
+//! subscripts, so the sheet is ten times as fine as its pixels, dashes are cut here, and subscripts and the
+//! document's head are put in at the end. No font is measured: the viewer brings its own, and widths are
+//! estimates on the wide side.
 
 use plotters::backend::{DrawingBackend, SVGBackend};
 use plotters::prelude::{Color, FontTransform, IntoFont, RGBColor, ShapeStyle, TextStyle};
@@ -22,7 +23,8 @@ const FINENESS: f64 = 10.0;
 const SIZE_PER_EM: f64 = 1.24;
 /// Curves are thinned to what is visible [px].
 const VISIBLE_PX: f64 = 0.12;
-/// Begin and end of a subscript, end of the text after it: characters of Unicode's private use, which no text holds.
+/// Begin and end of a subscript, end of the text after it: characters of Unicode's private use, which no text
+/// holds.
 const SUBSCRIPT: [char; 3] = ['\u{E000}', '\u{E001}', '\u{E002}'];
 
 /// How a line is drawn.

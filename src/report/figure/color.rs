@@ -1,7 +1,8 @@
 //! Colours: one map for J_state, one small palette for lines; both hold for colour-blind eyes and in grey.
 //!
-//! The map is viridis (van der Walt and Smith, CC0), nine of its colours with straight lines in between, in steps fine
-//! enough to look even and coarse enough that neighbouring points of a path share one. A cost above 1 is outside the map: red.
+//! The map is viridis (van der Walt and Smith, CC0), nine of its colours with straight lines in between, in
+//! steps fine enough to look even and coarse enough that neighbouring points of a path share one. A cost
+//! above 1 is outside the map: red.
 
 /// Red, green, blue.
 pub(crate) type Rgb = (u8, u8, u8);

@@ -1,5 +1,5 @@
-//! How a search came down: the best cost and the middle of each iteration over the evaluations, on a logarithmic scale, for what
-//! breaks a bound or tumbles costs ten times what is good.
+//! How a search came down: the best cost and the middle of each iteration over the evaluations, on a
+//! logarithmic scale, for what breaks a bound or tumbles costs ten times what is good.
 
 use super::axis::{Axis, Panel, SMALL, number, range};
 use super::canvas::{Anchor, Canvas, Font, Point, Stroke, sub, text_width};
@@ -12,7 +12,8 @@ use crate::tune::{Objective, Search};
 
 const HEIGHT_PX: u32 = 420;
 const CORNERS: (Point, Point) = ((70.0, 92.0), (936.0, 360.0));
-/// Draws a search. An iteration with an infinite median, most of its candidates lost, leaves a gap in that curve.
+/// Draws a search. An iteration with an infinite median, most of its candidates lost, leaves a gap in that
+/// curve.
 ///
 /// # Errors
 /// [`FigureError`] when no cost is finite or the backend fails.
@@ -95,7 +96,8 @@ pub fn convergence_figure(mission: &Mission, search: &Search, run: &TuneRun) -> 
     })
 }
 
-/// Round numbers for a logarithmic scale: 1, 2 and 5 times powers of ten over more than a decade, evenly spaced ones over less.
+/// Round numbers for a logarithmic scale: 1, 2 and 5 times powers of ten over more than a decade, evenly
+/// spaced ones over less.
 fn logarithmic_ticks(low: f64, high: f64) -> Vec<(f64, String)> {
     if high / low < 8.0 {
         return Axis { low, high, low_px: 0.0, high_px: 1.0 }.ticks(6);

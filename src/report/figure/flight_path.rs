@@ -1,5 +1,5 @@
-//! The flight path as in the paper's figure 7: north to the right, down downwards, both to the same scale, coloured by
-//! J_state, marks every 1.56 s; the vehicle in its attitude every few seconds.
+//! The flight path as in the paper's figure 7: north to the right, down downwards, both to the same scale,
+//! coloured by J_state, marks every 1.56 s; the vehicle in its attitude every few seconds.
 
 use super::axis::{Axis, Panel, SMALL, number, range, round_step};
 use super::canvas::{Anchor, Font, Pen, Point, Stroke, sub, text_width};

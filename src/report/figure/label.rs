@@ -74,7 +74,8 @@ impl Room {
         }
     }
 
-    /// The best of the candidates, which is taken from now on; among equals the first. `None` without candidates.
+    /// The best of the candidates, which is taken from now on; among equals the first. `None` without
+    /// candidates.
     pub(crate) fn best(&mut self, candidates: impl IntoIterator<Item = Place>) -> Option<Place> {
         let mut best: Option<(f64, Place)> = None;
         for place in candidates {

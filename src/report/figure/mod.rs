@@ -1,5 +1,5 @@
-//! SVG figures, all in one style: white paper, units on every axis, lines named where they run, viridis for J_state, red for
-//! limits. The same data give the same bytes.
+//! SVG figures, all in one style: white paper, units on every axis, lines named where they run, viridis for
+//! J_state, red for limits. The same data give the same bytes.
 //!
 //! | file | holds |
 //! |---|---|
@@ -65,8 +65,8 @@ pub enum FigureError {
     Backend(String),
 }
 
-/// Draws a drop: the flight path, and the motion over time against the plan that was flown. `verdict` is `None` for a
-/// flight that was not released; `by`, for the subtitle, for one by the reference autopilot.
+/// Draws a drop: the flight path, and the motion over time against the plan that was flown. `verdict` is
+/// `None` for a flight that was not released; `by`, for the subtitle, for one by the reference autopilot.
 ///
 /// # Errors
 /// [`FigureError`] when no sample is finite or the backend fails.

@@ -1,5 +1,5 @@
-//! What the figures of the safety study share: one scale of colours and one range of velocities for all of them, so that a
-//! colour or a length means the same in each.
+//! What the figures of the safety study share: one scale of colours and one range of velocities for all of
+//! them, so that a colour or a length means the same in each.
 
 use super::FigureError;
 use super::SMALL;

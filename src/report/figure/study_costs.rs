@@ -1,5 +1,5 @@
-//! Figures 10, 12 and 14: J_TPF of each trial by pitch and pitch rate at the release. On the left both, the cost as colour;
-//! on the right the cost against each. The origin is the nominal release.
+//! Figures 10, 12 and 14: J_TPF of each trial by pitch and pitch rate at the release. On the left both, the
+//! cost as colour; on the right the cost against each. The origin is the nominal release.
 
 use super::FigureError;
 use super::axis::{Axis, Panel};

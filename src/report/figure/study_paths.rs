@@ -1,5 +1,5 @@
-//! Figures 7 and 8: flight paths from the releases under study, two controllers beside each other in a panel, coloured by
-//! J_state, marks every 1.56 s. The point of release is at (0, 0).
+//! Figures 7 and 8: flight paths from the releases under study, two controllers beside each other in a panel,
+//! coloured by J_state, marks every 1.56 s. The point of release is at (0, 0).
 
 use super::FigureError;
 use super::axis::{Axis, Panel, SMALL, range};
@@ -30,8 +30,8 @@ pub struct PathGroup<'a> {
     pub j_tpf: &'a [f64],
 }
 
-/// Draws two panels of two groups each; the first group of a panel is dashed, the second dash-dotted. `until_s` cuts the
-/// flights off.
+/// Draws two panels of two groups each; the first group of a panel is dashed, the second dash-dotted.
+/// `until_s` cuts the flights off.
 ///
 /// # Errors
 /// [`FigureError`] when no position is finite or the backend fails.
@@ -72,7 +72,8 @@ pub fn paths_figure(
     })
 }
 
-/// Both axes to the same scale when the paths leave room for that; a figure of the first seconds stretches north.
+/// Both axes to the same scale when the paths leave room for that; a figure of the first seconds stretches
+/// north.
 fn panel(left: f64, north: (f64, f64), down: (f64, f64)) -> Panel {
     let (mut n, mut d) = (with_margin(north, 0.06), with_margin(down, 0.06));
     d.1 += 0.10 * (d.1 - d.0);

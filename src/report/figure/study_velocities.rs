@@ -1,5 +1,5 @@
-//! Figures 9, 11 and 13: the velocity of each trial, over ground on the left, in body axes on the right, coloured by
-//! J_state.
+//! Figures 9, 11 and 13: the velocity of each trial, over ground on the left, in body axes on the right,
+//! coloured by J_state.
 
 use nalgebra::Vector3;
 

@@ -1,5 +1,5 @@
-//! A column of panels over time: velocities, pitch, pitch rate, thrusts and J_state, each with its limit; with what is out of the plane
-//! (east, roll, roll rate) where there is any.
+//! A column of panels over time: velocities, pitch, pitch rate, thrusts and J_state, each with its limit;
+//! with what is out of the plane (east, roll, roll rate) where there is any.
 
 use nalgebra::Vector3;
 

@@ -65,8 +65,8 @@ impl Rotors {
 }
 
 impl Track {
-    /// A flight, from shortly before its release; all of it when it was not released. Time then counts from the start of
-    /// the simulation.
+    /// A flight, from shortly before its release; all of it when it was not released. Time then counts from
+    /// the start of the simulation.
     pub(crate) fn of_flight(samples: &[Sample], vehicle: &Vehicle, limits: &SafetyLimits) -> Self {
         let rotors = Rotors::of(vehicle);
         let free_s = samples.iter().rev().find_map(|s| s.t_powered_s.map(|t| s.t_s - t));

@@ -1,8 +1,8 @@
 //! `campaign_<name>.csv`: every trial of a campaign, what was drawn and what came of it, a line each.
 //!
-//! Comment lines at the top tell version, seed, hash of the inputs, controller and gains; the header row names each column
-//! with its unit. They do not tell how many trials there are: a campaign that is broken off is the beginning of a longer one,
-//! and [`parse_row`] reads back, to the bit, what [`write_row`] wrote.
+//! Comment lines at the top tell version, seed, hash of the inputs, controller and gains; the header row
+//! names each column with its unit. They do not tell how many trials there are: a campaign that is broken off
+//! is the beginning of a longer one, and [`parse_row`] reads back, to the bit, what [`write_row`] wrote.
 
 use std::fmt::Write as _;
 

@@ -1,5 +1,5 @@
-//! What of the paper's study is reproduced and what is not, each with a bar and, where it is missed, the reason. The judgement
-//! is made of the study's own numbers.
+//! What of the paper's study is reproduced and what is not, each with a bar and, where it is missed, the
+//! reason. The judgement is made of the study's own numbers.
 
 use super::Assessment;
 use crate::assess::{Summary, paper};
@@ -18,8 +18,8 @@ const SPREAD_FACTOR: f64 = 1.5;
 /// The PSO gains shall be better by this share of the paper's own margin.
 const MARGIN_BAR: f64 = 0.5;
 
-/// Reasons for what is missed. They were found once, on the shipped vehicle and mission (README, "The paper, side by side"), and are told
-/// only with those; a run does not look for them again.
+/// Reasons for what is missed. They were found once, on the shipped vehicle and mission (README, "The paper,
+/// side by side"), and are told only with those; a run does not look for them again.
 const WHY_TIE: &str = "Found on this vehicle: the paper's PSO gains keep a limit cycle, whose phase decides their peaks; they track the \
                        trajectory better (tracking RMS in Table 5). The vehicle is a plausible representative of the paper's lander, \
                        fitted to its printed results, not the lander itself.";
@@ -118,7 +118,8 @@ pub fn findings(a: &Assessment<'_>) -> Vec<Finding> {
     ]
 }
 
-/// Both campaigns fly the same releases: what tells is their difference release by release, and its size beside the paper's.
+/// Both campaigns fly the same releases: what tells is their difference release by release, and its size
+/// beside the paper's.
 fn pso_beats_near_hover(near_hover_mean: f64, pso_less_near_hover: &Summary) -> Finding {
     let (near_hover, pso) = (paper::NEAR_HOVER_OPTIMAL.mean, paper::PSO_OPTIMAL.mean);
     let papers = (near_hover - pso) / near_hover;

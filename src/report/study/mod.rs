@@ -1,4 +1,5 @@
-//! What the safety study leaves: tables as text, CSV and JSON, every trial as CSV, and one page that holds all.
+//! What the safety study leaves: tables as text, CSV and JSON, every trial as CSV, and one page that holds
+//! all.
 //!
 //! | file | holds |
 //! |---|---|
@@ -60,8 +61,8 @@ pub struct Assessment<'a> {
     pub bound: f64,
     /// Trials of each campaign.
     pub trials: u64,
-    /// Whether this is the study that stands for the paper's ([`Mission::is_the_papers_study`]): then what the paper prints stands
-    /// beside it.
+    /// Whether this is the study that stands for the paper's ([`Mission::is_the_papers_study`]): then what
+    /// the paper prints stands beside it.
     pub is_the_papers: bool,
     /// J_TPF of the third campaign less that of the second, release by release.
     pub pso_less_near_hover: Summary,

@@ -1,5 +1,5 @@
-//! `assess.html`: the study on one page - verdict, tables, figures, what is reproduced and what is not, and how to make it again.
-//! Everything is inside: no script, no font, no image from elsewhere.
+//! `assess.html`: the study on one page - verdict, tables, figures, what is reproduced and what is not, and
+//! how to make it again. Everything is inside: no script, no font, no image from elsewhere.
 
 use super::findings::findings;
 use super::grid::{escape, rich};

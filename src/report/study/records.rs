@@ -1,5 +1,6 @@
-//! The rows of the study's tables: the object of `--json` and of `assess.json`, and the CSV files. Keys are stable; what is
-//! not finite (a flight that diverged) is `null` in JSON. What the paper does not print is `null` or left out in JSON and empty in CSV.
+//! The rows of the study's tables: the object of `--json` and of `assess.json`, and the CSV files. Keys are
+//! stable; what is not finite (a flight that diverged) is `null` in JSON. What the paper does not print is
+//! `null` or left out in JSON and empty in CSV.
 
 use serde::Serialize;
 

@@ -1,4 +1,5 @@
-//! The study's tables - gains, release cases, campaigns, what is reproduced - and the text of the whole for the terminal.
+//! The study's tables - gains, release cases, campaigns, what is reproduced - and the text of the whole for
+//! the terminal.
 
 use super::findings::{Finding, findings};
 use super::grid::Grid;

@@ -1,9 +1,10 @@
 //! Gains on flights that the tuning never saw, and which of them are best.
 //!
-//! The rule is the same whatever was tuned, and on what: gains must **hold the bounds** on the mission's release cases with real
-//! actuators - track no worse than the bound and come to rest at the target in every case; J_TPF alone would choose gains that
-//! never accelerate. Of those that do, the best have the lowest worst J_TPF on the unseen flights, or on the varied ones when
-//! the tuning was for them; of equals the one that tracks better.
+//! The rule is the same whatever was tuned, and on what: gains must **hold the bounds** on the mission's
+//! release cases with real actuators - track no worse than the bound and come to rest at the target in every
+//! case; J_TPF alone would choose gains that never accelerate. Of those that do, the best have the lowest
+//! worst J_TPF on the unseen flights, or on the varied ones when the tuning was for them; of equals the one
+//! that tracks better.
 
 use super::gains_table;
 use crate::assess::Summary;
@@ -56,7 +57,8 @@ pub struct Contender {
     pub cases: Evaluation,
     /// Random releases.
     pub unseen: Sample,
-    /// The same releases, each with mass, air, wind and delays of its own that the controller does not know of.
+    /// The same releases, each with mass, air, wind and delays of its own that the controller does not know
+    /// of.
     pub varied: Sample,
 }
 
@@ -170,7 +172,8 @@ mod tests {
         Contender { name: name.to_owned(), k: [1.0; 7], tuning: cases, cases, unseen, varied }
     }
 
-    /// Gains that never accelerate are safest of all, and gains that never come to rest track well: neither wins.
+    /// Gains that never accelerate are safest of all, and gains that never come to rest track well: neither
+    /// wins.
     #[test]
     fn the_safest_gains_that_hold_the_bounds_win() {
         let good = Evaluation { rms: 0.3, j_tpf: 0.6, unrest: 0.0 };

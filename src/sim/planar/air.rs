@@ -91,7 +91,7 @@ impl AeroTable {
         at
     }
 
-    /// C_D, C_L and C_M of each lane (and a fourth number that means nothing).
+    /// C_D, C_L and C_M of each lane, and a fourth number without meaning.
     #[inline(always)]
     fn coefficients(&self, alpha: &Lanes) -> [[f64; 4]; LANES] {
         let at = self.intervals(alpha);
@@ -130,7 +130,8 @@ impl AirScale {
 }
 
 impl Flow {
-    /// Of a body with `cos = q0^2 - q2^2`, `sin = 2 q0 q2`, that moves through the air with `v_n`, `v_d` [m/s].
+    /// Flow past a body with `cos = q0^2 - q2^2`, `sin = 2 q0 q2` that moves through the air with `v_n`,
+    /// `v_d` [m/s].
     #[inline(always)]
     pub(super) fn new(cos: &Lanes, sin: &Lanes, v_n: &Lanes, v_d: &Lanes) -> Self {
         let mut flow = Self { u: *cos, w: *cos, speed: *cos, alpha: *cos };

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! a = K_p e + I + a_ff ;  up = g - a_D ;  up_s = clip(up, 0, up_max) ;  a_Ns = clip(a_N, +-m)
-//! theta_c - theta = atan2(-a_Ns c - up_s s, up_s c - a_Ns s)      (atan2(-a_Ns, up_s) less theta, within half a turn)
+//! theta_c - theta = atan2(-a_Ns c - up_s s, up_s c - a_Ns s)
+//!                 = atan2(-a_Ns, up_s) - theta, within half a turn
 //! Q_c = clip(K_ptheta (theta_c - theta)) ;  Q'_c = K_pq (Q_c - Q) + I_Q
 //! d = J_yy Q'_c/(4 l), |d| <= T_lim/2 ;  b = clip(m up_s/4, |d|, T_lim - |d|) ;  T = b +- d
 //! ```
@@ -13,7 +14,7 @@ use crate::control::{Airframe, ControlLimits};
 
 use super::setpoint_table::Setpoint;
 
-/// What the law knows of the vehicle, and its limits.
+/// The cascade in the plane: the numbers of the vehicle that it uses, and its limits.
 #[derive(Clone, Debug)]
 pub(super) struct PlanarCascade {
     gravity_m_s2: f64,
@@ -40,14 +41,14 @@ pub(super) struct LaneGains {
     k_ivx: Lanes,
 }
 
-/// Integrals of the law.
+/// Integrals of velocity errors and pitch rate error, each lane.
 pub(super) struct Integrals {
     n: Lanes,
     d: Lanes,
     q: Lanes,
 }
 
-/// What the law is told.
+/// The measurement that the cascade gets, each lane.
 #[derive(Clone, Copy)]
 pub(super) struct Measured {
     pub(super) v_n: Lanes,
@@ -73,7 +74,7 @@ impl PlanarCascade {
         }
     }
 
-    /// Thrust of a front and a rear rotor [N].
+    /// One control step: thrust of a front and a rear rotor [N].
     #[inline(always)]
     pub(super) fn step(
         &self,
@@ -108,7 +109,7 @@ impl PlanarCascade {
         self.turn(k, m, &up_s, &level, dt_s, held)
     }
 
-    /// From the wanted acceleration to thrusts: attitude, rate and mixer.
+    /// From the acceleration setpoint to thrusts: attitude, rate and mixer.
     #[inline(always)]
     fn turn(
         &self,

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use super::air::{AirScale, Flow};
 use super::cascade::{Integrals, LaneGains, Measured};
-use super::flight::{Flight, Gust};
+use super::flight::Flight;
 use super::lanes::{LANES, Lanes};
 use super::model::Model;
 use super::setpoint_table::SetpointTable;
@@ -29,32 +29,39 @@ pub struct State {
     pub rotor_speed: [Lanes; 2],
 }
 
-/// Sees eight flights go by.
+/// Receives the states of the flights as they are flown.
 pub trait Observer {
-    /// Takes the states at a control step, counted from 0; the last one comes after the last step. A break ends the flights: only
-    /// once no lane matters any more, or a flight would depend on its neighbours. Implement it as `#[inline(always)]`.
+    /// Called with the states at each control step, counted from 0, and once more after the last step. A
+    /// break ends all flights: only once no lane matters any more, or a flight would depend on its
+    /// neighbours. Implement it as `#[inline(always)]`.
     fn observe(&mut self, step: usize, state: &State) -> ControlFlow<()>;
 }
 
-/// Flies eight flights side by side. Inputs that are not finite give states that are not; nothing panics. Allocates nothing.
-pub fn fly<O: Observer>(model: &Model, course: &SetpointTable, flights: &[Flight; LANES], observer: &mut O) {
-    vectorised(Batch { model, course, flights, observer });
+/// Flies eight flights side by side. Inputs that are not finite give states that are not; nothing panics.
+/// Nothing is allocated.
+pub fn fly<O: Observer>(
+    model: &Model,
+    setpoints: &SetpointTable,
+    flights: &[Flight; LANES],
+    observer: &mut O,
+) {
+    vectorised(Batch { model, setpoints, flights, observer });
 }
 
 /// [`fly`] as it is compiled for any processor, for comparison.
 #[cfg(test)]
 pub(super) fn fly_portably<O: Observer>(
     model: &Model,
-    course: &SetpointTable,
+    setpoints: &SetpointTable,
     flights: &[Flight; LANES],
     observer: &mut O,
 ) {
-    Batch { model, course, flights, observer }.run();
+    Batch { model, setpoints, flights, observer }.run();
 }
 
 struct Batch<'a, O> {
     model: &'a Model,
-    course: &'a SetpointTable,
+    setpoints: &'a SetpointTable,
     flights: &'a [Flight; LANES],
     observer: &'a mut O,
 }
@@ -64,47 +71,47 @@ impl<O: Observer> Kernel for Batch<'_, O> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { model, course, flights, observer } = self;
+        let Self { model, setpoints, flights, observer } = self;
         let mut air = Air::new(model, flights);
         let body = Body::new(model, flights, &air);
         let gains = LaneGains::new(flights);
-        let dt_s = course.period_s();
+        let dt_s = setpoints.period_s();
         let steps = steps_in(dt_s, model.longest_step_s);
         let mut state = State::at_release(flights);
         let mut seen = state.measured();
         let mut integrals = Integrals::ZERO;
         let mut thrust = [[0.0; LANES]; 2];
-        for (step, setpoint) in course.setpoints().iter().enumerate() {
+        for (step, setpoint) in setpoints.setpoints().iter().enumerate() {
             if observer.observe(step, &state).is_break() {
                 return;
             }
             let measured = state.measured();
-            let told = body.told(&measured, &seen);
+            let measurement = body.measurement(&measured, &seen);
             seen = measured;
-            let command = model.law.step(&gains, &told, setpoint, dt_s, &mut integrals);
+            let command = model.cascade.step(&gains, &measurement, setpoint, dt_s, &mut integrals);
             air.blow(flights, (step as f64 + 0.5) * dt_s);
             match model.kind {
                 PlantKind::Ideal => step_ideal(model, &body, &air, &mut state, &mut thrust, &command, dt_s),
                 PlantKind::Actuator => {
-                    let omega_c = model.rotors.commanded(&command, model.law.thrust_max_n);
+                    let omega_c = model.rotors.commanded(&command, model.cascade.thrust_max_n);
                     for _ in 0..steps {
                         step_actuator(model, &body, &air, &mut state, &omega_c, dt_s / f64::from(steps));
                     }
                 }
             }
         }
-        let _ = observer.observe(course.steps(), &state);
+        let _ = observer.observe(setpoints.steps(), &state);
     }
 }
 
-/// The air of each lane.
+/// Density and wind of each lane.
 struct Air {
     density_kg_m3: Lanes,
-    /// What the density makes of the rotors' thrust and torque.
+    /// Factor of the air's density on thrust and torque of the rotors.
     rotor_scale: Lanes,
     steady_n: Lanes,
     steady_d: Lanes,
-    /// With the gust.
+    /// Velocity of the air to the north, gust included [m/s].
     wind_n: Lanes,
     wind_d: Lanes,
     gusty: bool,
@@ -125,21 +132,21 @@ impl Air {
         }
     }
 
-    /// The wind at `t_s`.
+    /// Sets the wind to its velocity at `t_s`, gusts included.
     #[inline(always)]
     fn blow(&mut self, flights: &[Flight; LANES], t_s: f64) {
         if !self.gusty {
             return;
         }
         for i in 0..LANES {
-            let [n, d] = flights[i].variation.gust.as_ref().map_or([0.0; 2], |g: &Gust| g.at(t_s));
+            let [n, d] = flights[i].variation.gust.as_ref().map_or([0.0; 2], |gust| gust.at(t_s));
             self.wind_n[i] = self.steady_n[i] + n;
             self.wind_d[i] = self.steady_d[i] + d;
         }
     }
 }
 
-/// The body of each lane.
+/// Mass properties and actuators of each lane.
 struct Body {
     inverse_mass: Lanes,
     inverse_inertia: Lanes,
@@ -167,25 +174,26 @@ impl Body {
         }
     }
 
-    /// What the control law is told: the present, or what was seen a control period ago.
+    /// The state that the controller gets: the present one, or that of a control period ago.
     #[inline(always)]
-    fn told(&self, now: &Measured, before: &Measured) -> Measured {
-        let mut told = *now;
+    fn measurement(&self, now: &Measured, before: &Measured) -> Measured {
+        let mut measured = *now;
         if self.any_delayed {
             for i in 0..LANES {
                 if self.delayed[i] {
-                    told.v_n[i] = before.v_n[i];
-                    told.v_d[i] = before.v_d[i];
-                    told.q0[i] = before.q0[i];
-                    told.q2[i] = before.q2[i];
-                    told.rate[i] = before.rate[i];
+                    measured.v_n[i] = before.v_n[i];
+                    measured.v_d[i] = before.v_d[i];
+                    measured.q0[i] = before.q0[i];
+                    measured.q2[i] = before.q2[i];
+                    measured.rate[i] = before.rate[i];
                 }
             }
         }
-        told
+        measured
     }
 
-    /// Derivative of `[v_n, v_d, q0, q2, Q]` under the thrusts of a front and a rear rotor [N], of which there are two each.
+    /// Derivative of `[v_n, v_d, q0, q2, Q]` under the thrusts of a front and a rear rotor [N], of which
+    /// there are two each.
     #[inline(always)]
     fn derivative(
         &self,
@@ -238,7 +246,8 @@ fn flow_about(air: &Air, turn: &Turn, v_n: &Lanes, v_d: &Lanes) -> Flow {
     Flow::new(&turn.cos, &turn.sin, &n, &d)
 }
 
-/// Stages of the classical Runge-Kutta method: fraction of the step, weight in sixths, fraction at which the stage is followed up.
+/// Stages of the classical Runge-Kutta method: fraction of the step, weight in sixths, fraction at which the
+/// stage is followed up.
 const STAGES: [(f64, f64, f64); 4] = [(0.0, 1.0, 0.5), (0.5, 2.0, 0.5), (0.5, 2.0, 1.0), (1.0, 1.0, 0.0)];
 
 /// One step of `x' = f(fraction of the step, x)`.
@@ -263,7 +272,7 @@ fn runge_kutta_4<const N: usize>(x: &mut [Lanes; N], dt_s: f64, f: impl Fn(f64, 
     }
 }
 
-/// The thrusts run linearly from the last command to the new one.
+/// Steps the ideal plant, whose thrusts run linearly from the last command to the new one.
 #[inline(always)]
 fn step_ideal(
     model: &Model,
@@ -301,7 +310,7 @@ fn step_ideal(
     state.take_body(x);
 }
 
-/// Throttles are held; speed controllers and motors turn the rotors.
+/// Steps the plant with actuators: throttles are held, speed controllers and motors turn the rotors.
 #[inline(always)]
 fn step_actuator(model: &Model, body: &Body, air: &Air, state: &mut State, omega_c: &[Lanes; 2], dt_s: f64) {
     let [front, rear] = state.rotor_speed;
@@ -355,7 +364,7 @@ impl State {
         Measured { v_n: self.v_n, v_d: self.v_d, q0: self.q0, q2: self.q2, rate: self.rate }
     }
 
-    /// Takes over a body's state, its quaternion scaled to unit length.
+    /// Sets the body's part of the state, its quaternion scaled to unit length.
     #[inline(always)]
     fn take_body(&mut self, [v_n, v_d, q0, q2, rate]: [Lanes; 5]) {
         (self.v_n, self.v_d, self.rate) = (v_n, v_d, rate);

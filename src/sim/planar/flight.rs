@@ -1,22 +1,23 @@
-//! What each flight may have of its own.
+//! The inputs of one flight of a batch: gains, release state and variation.
 
 use super::NotPlanar;
 use crate::control::Gains;
 use crate::frames::pitch;
 use crate::model::rigid_body::BodyState;
+use crate::model::wind::Gust;
 
 /// One flight of a batch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flight {
-    /// Gains; those for yaw are not used.
+    /// Gains of the cascade; those for yaw are not used.
     pub gains: Gains,
     /// State at t = 0, rotors at rest.
     pub release: Release,
-    /// How vehicle and air differ from what the control law takes them for.
+    /// How vehicle and air differ from the nominal ones, which the controller assumes.
     pub variation: Variation,
 }
 
-/// State at t = 0.
+/// State of the vehicle at t = 0, in the vertical plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Release {
     /// Velocity north [m/s].
@@ -30,7 +31,7 @@ pub struct Release {
 }
 
 impl Release {
-    /// The planar part of a state.
+    /// The planar part of a state in space.
     ///
     /// # Errors
     /// [`NotPlanar::Sideways`] when the state has a lateral part beyond rounding (1e-9).
@@ -49,27 +50,28 @@ impl Release {
     }
 }
 
-/// Factors on what is flown, wind, gust and delay; the control law keeps the nominal numbers.
+/// Factors on vehicle and air, wind, gust and delay of one flight; the controller keeps the nominal numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Variation {
-    /// On the mass.
+    /// Factor on the mass.
     pub mass: f64,
-    /// On the moment of inertia about the pitch axis.
+    /// Factor on the moment of inertia about the pitch axis.
     pub inertia: f64,
-    /// On C_D, C_L and C_M.
+    /// Factors on C_D, C_L and C_M.
     pub aero: [f64; 3],
-    /// On the density of the air: body and rotors.
+    /// Factor on the density of the air, for body and rotors.
     pub density: f64,
-    /// Wind besides the site's, north and down [m/s].
+    /// Wind in addition to the site's, north and down [m/s].
     pub wind_m_s: [f64; 2],
-    /// A gust on top of it.
+    /// Gust in addition to all steady wind; its velocity is held within a control period, at the value in the
+    /// middle.
     pub gust: Option<Gust>,
-    /// Whether the control law sees the state of one control period ago (at t = 0 the state itself).
+    /// Whether the controller gets the state of one control period ago (at t = 0 the state itself).
     pub delayed: bool,
 }
 
 impl Variation {
-    /// None at all.
+    /// No variation: the nominal vehicle in the nominal air.
     pub const NONE: Self = Self {
         mass: 1.0,
         inertia: 1.0,
@@ -84,42 +86,5 @@ impl Variation {
 impl Default for Variation {
     fn default() -> Self {
         Self::NONE
-    }
-}
-
-/// A gust: air that moves for a while. It is held within a control period, at its value in the middle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gust {
-    /// Its course over time.
-    pub shape: GustShape,
-    /// Its beginning, from t = 0 [s].
-    pub start_s: f64,
-    /// How long it lasts [s]; may be infinite for a step.
-    pub length_s: f64,
-    /// Its largest velocity, north and down [m/s].
-    pub peak_m_s: [f64; 2],
-}
-
-/// SetpointTable of a gust over time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum GustShape {
-    /// At once at its peak, at once gone.
-    Step,
-    /// `(1 - cos(2 pi t/length))/2`, the discrete gust of airworthiness codes.
-    OneMinusCosine,
-}
-
-impl Gust {
-    /// Velocity of the gust at `t_s`, north and down [m/s].
-    pub fn at(&self, t_s: f64) -> [f64; 2] {
-        let t = t_s - self.start_s;
-        if !(t >= 0.0 && t < self.length_s) {
-            return [0.0; 2];
-        }
-        let share = match self.shape {
-            GustShape::Step => 1.0,
-            GustShape::OneMinusCosine => 0.5 * (1.0 - (std::f64::consts::TAU * t / self.length_s).cos()),
-        };
-        self.peak_m_s.map(|v| share * v)
     }
 }

@@ -1,8 +1,8 @@
 //! Numbers of several flights side by side, and the arc tangent that they share.
 //!
-//! What is done to a lane is written as scalar code without branches in a loop over the lanes; the compiler makes vector
-//! instructions of it. No lane sees another, and nothing is fused or reordered, so a flight's numbers do not depend on its lane, on
-//! its neighbours or on the width of the registers.
+//! What is done to a lane is written as scalar code without branches in a loop over the lanes; the compiler
+//! makes vector instructions of it. No lane sees another, and nothing is fused or reordered, so a flight's
+//! numbers do not depend on its lane, on its neighbours or on the width of the registers.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
@@ -15,8 +15,8 @@ pub type Lanes = [f64; LANES];
 /// Beyond this ratio the angle is measured from the diagonal: tan(pi/8).
 const TAN_PI_8: f64 = 0.414_213_562_373_095_03;
 
-/// `(atan(t)/t - 1)/t^2` as a polynomial in `t^2`, |t| <= tan(pi/8): Chebyshev's interpolation, error of the angle below
-/// 6e-18 relative.
+/// `(atan(t)/t - 1)/t^2` as a polynomial in `t^2`, |t| <= tan(pi/8): Chebyshev's interpolation, error of the
+/// angle below 6e-18 relative.
 const ATAN: [f64; 11] = [
     -0.333_333_333_333_333_3,
     0.199_999_999_999_955_2,
@@ -31,7 +31,8 @@ const ATAN: [f64; 11] = [
     -0.019_176_872_294_336_067,
 ];
 
-/// Four-quadrant arc tangent [rad] without branches, within two units in the last place of the exact one; 0 at the origin.
+/// Four-quadrant arc tangent [rad] without branches, within two units in the last place of the exact one; 0
+/// at the origin.
 #[inline(always)]
 pub fn atan2(y: f64, x: f64) -> f64 {
     let (ax, ay) = (x.abs(), y.abs());
@@ -67,8 +68,8 @@ pub fn clip(x: f64, low: f64, high: f64) -> f64 {
 /// Added to this a number's bits end in its nearest integer: 2^52.
 const TWO_52: f64 = 4_503_599_627_370_496.0;
 
-/// The left end `floor(x)` of an interval, `x` clamped to `[0, last]`; a number that is none gives 0. Just below a whole number it
-/// may be that number: for interpolants that are continuous.
+/// The left end `floor(x)` of an interval, `x` clamped to `[0, last]`; a number that is none gives 0. Just
+/// below a whole number it may be that number: for interpolants that are continuous.
 #[inline(always)]
 pub fn interval(x: f64, last: f64) -> f64 {
     let shifted = x - 0.5;

@@ -1,26 +1,27 @@
-//! Many flights at once: vehicles that are symmetric about their x-z plane, side by side in the vertical plane, for tuning and
-//! campaigns.
+//! Many flights at once: vehicles that are symmetric about their x-z plane, side by side in the vertical
+//! plane, for tuning and campaigns.
 //!
 //! | file | holds |
 //! |---|---|
 //! | [`lanes`] | numbers of several flights side by side |
-//! | [`model`] | what all flights share: vehicle, site and control law, checked to stay in the plane |
-//! | [`flight`] | what each flight may have of its own: gains, release, variation, gust |
+//! | [`model`] | what all flights share: vehicle, site and controller, checked to stay in the plane |
+//! | [`flight`] | the inputs of one flight: gains, release, variation |
 //! | [`setpoint_table`] | the setpoints, tabulated once for all flights |
 //! | `air`, `rotors` | loads on the body; thrust, torque and motors |
 //! | `cascade` | the cascade in the plane |
 //! | [`engine`] | integration, control step by control step |
 //!
-//! The state of a flight is `v_N, v_D, q0, q2, Q`, the rotor speeds of the front and the rear pair and the integrals of the
-//! cascade. It follows the same equations as [`super::fly`] with `v_E = P = R = q1 = q3 = 0`:
+//! The state of a flight is `v_N, v_D, q0, q2, Q`, the rotor speeds of the front and the rear pair and the
+//! integrals of the cascade. The equations are those of [`super::fly`] with `v_E = P = R = q1 = q3 = 0`:
 //!
 //! ```text
 //! U = c v_N - s v_D,  W = s v_N + c v_D  (air-relative),  c = q0^2 - q2^2,  s = 2 q0 q2
 //! v_N' = (c F_x + s F_z)/m,  v_D' = (c F_z - s F_x)/m + g,  q0' = -q2 Q/2,  q2' = q0 Q/2,  Q' = M/J_yy
 //! ```
 //!
-//! and tests hold it to that code. Angles beyond the vertical are therefore no special case, and no sine is needed. What a vehicle
-//! must be for this is in [`Model::new`]; one that is not is refused, not approximated.
+//! and tests hold it to that code. Angles beyond the vertical are therefore no special case, and no sine is
+//! needed. What a vehicle must be for this is in [`Model::new`]; one that is not is refused, not
+//! approximated.
 #![expect(
     clippy::needless_range_loop,
     reason = "a loop over lanes indexes many arrays at once, the same way throughout"
@@ -39,7 +40,7 @@ pub mod setpoint_table;
 mod tests;
 
 pub use engine::{Observer, State, fly};
-pub use flight::{Flight, Gust, GustShape, Release, Variation};
+pub use flight::{Flight, Release, Variation};
 pub use lanes::{LANES, Lanes};
 pub use model::Model;
 pub use setpoint_table::SetpointTable;
@@ -49,59 +50,59 @@ use crate::control::ControlError;
 /// Why a flight cannot be flown in the vertical plane.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NotPlanar {
-    /// Not a quadrotor.
+    /// The vehicle is not a quadrotor.
     #[error("the batch engine flies four rotors, a front and a rear pair; found {0} rotors")]
     RotorCount(usize),
-    /// A rotor that does not push straight up.
+    /// A rotor does not push straight up.
     #[error("rotor {rotor} does not push along the body's up axis")]
     RotorAxis {
         /// Number of the rotor, from 1.
         rotor: usize,
     },
-    /// A rotor without a mirror image.
+    /// A rotor has no mirror image.
     #[error("rotor {rotor} has no mirror image on the other side of the x-z plane")]
     RotorPlacement {
         /// Number of the rotor, from 1.
         rotor: usize,
     },
-    /// Pairs at different distances.
+    /// Front and rear pair are at different distances from the centre of mass.
     #[error("the front pair must sit as far ahead ({front_m} m) as the rear pair behind ({rear_m} m)")]
     PairDistance {
-        /// Front pair's x [m].
+        /// Distance of the front pair ahead of the centre of mass [m].
         front_m: f64,
-        /// Rear pair's -x [m].
+        /// Distance of the rear pair behind the centre of mass [m].
         rear_m: f64,
     },
-    /// Rotors of a pair that turn the same way while that matters.
+    /// The rotors of a pair turn the same way although that matters.
     #[error(
         "rotors {first} and {second} turn the same way: with reaction torque or rotor momentum they turn the vehicle out of the plane"
     )]
     PairRotation {
-        /// Number of a rotor of the pair.
+        /// Number of one rotor of the pair, from 1.
         first: usize,
-        /// Number of the other.
+        /// Number of the other rotor of the pair, from 1.
         second: usize,
     },
-    /// Products of inertia that couple pitch to roll or yaw.
+    /// Products of inertia couple pitch to roll or yaw.
     #[error("the products of inertia J_xy and J_yz couple pitch to roll and yaw")]
     Inertia,
-    /// Something that points sideways: wind, velocity, setpoint, release.
+    /// Wind, velocity, setpoint or release has a lateral part.
     #[error("{what} leaves the vertical plane to the north")]
     Sideways {
-        /// What it is.
+        /// Name of the quantity.
         what: &'static str,
     },
-    /// A time that is not positive, or longer than can be tabulated.
+    /// A time is not positive, or longer than can be tabulated.
     #[error("{what} must be {expected}, found {value}")]
     OutOfRange {
-        /// The quantity.
+        /// Name of the quantity.
         what: &'static str,
-        /// What was expected.
+        /// The range that was expected.
         expected: &'static str,
-        /// Its value.
+        /// The value given.
         value: f64,
     },
-    /// The rotors cannot be flown at all.
+    /// The rotors cannot be controlled at all.
     #[error(transparent)]
     Control(#[from] ControlError),
 }

@@ -11,7 +11,7 @@ use crate::sim::PlantKind;
 /// Lateral parts below this share count as the rounding of a file's digits.
 const TOLERANCE: f64 = 1e-9;
 
-/// A vehicle at a site with its control law and one kind of actuators.
+/// A vehicle at a site with its controller and one kind of actuators, for all flights of a batch.
 #[derive(Clone, Debug)]
 pub struct Model {
     pub(super) kind: PlantKind,
@@ -19,7 +19,7 @@ pub struct Model {
     pub(super) inertia_kg_m2: f64,
     pub(super) gravity_m_s2: f64,
     pub(super) density_kg_m3: f64,
-    /// North and down.
+    /// Velocity of the site's wind, north and down [m/s].
     pub(super) wind_m_s: [f64; 2],
     /// Distance of the pairs ahead of and behind the centre of mass [m].
     pub(super) arm_m: f64,
@@ -27,16 +27,17 @@ pub struct Model {
     pub(super) longest_step_s: f64,
     pub(super) aero: AeroTable,
     pub(super) rotors: Rotors,
-    pub(super) law: PlanarCascade,
+    pub(super) cascade: PlanarCascade,
 }
 
 impl Model {
-    /// A vehicle whose plane of symmetry is body x-z, heading north. It has two pairs of rotors that push up, mirrored in the
-    /// plane, front and rear equally far from the centre of mass; where reaction torques or rotor momentum count, the rotors of a
-    /// pair turn opposite ways.
+    /// Checks and prepares a vehicle whose plane of symmetry is body x-z, heading north. It has two pairs of
+    /// rotors that push up, mirrored in the plane, front and rear equally far from the centre of mass; where
+    /// reaction torques or rotor momentum count, the rotors of a pair turn opposite ways.
     ///
     /// # Errors
-    /// [`NotPlanar`] for any other vehicle, wind from the side, or limits and rotors that the control law refuses.
+    /// [`NotPlanar`] for any other vehicle, wind from the side, or limits and rotors that the controller
+    /// refuses.
     pub fn new(
         vehicle: &Vehicle,
         environment: &Environment,
@@ -66,11 +67,11 @@ impl Model {
             longest_step_s: vehicle.longest_step_s(),
             aero: AeroTable::new(&vehicle.aero),
             rotors: Rotors::new(&vehicle.rotor, &vehicle.motor, pairs.map(|hub| [hub.x, hub.z])),
-            law: PlanarCascade::new(&airframe, limits, arm_m),
+            cascade: PlanarCascade::new(&airframe, limits, arm_m),
         })
     }
 
-    /// Which actuators it has.
+    /// The kind of actuators.
     pub fn kind(&self) -> PlantKind {
         self.kind
     }

@@ -1,6 +1,8 @@
-//! Thrust, torque and speed of a front and a rear rotor: [`crate::model::rotor`] and [`crate::model::motor`] in the plane.
+//! Thrust, torque and speed of a front and a rear rotor: [`crate::model::rotor`] and [`crate::model::motor`]
+//! in the plane.
 //!
-//! A hub at `(x, z)` sees `U + Q z` and `W - Q x`; the angle of the flow against the disk is `atan2(W_i, |U_i|)`.
+//! A hub at `(x, z)` sees `U + Q z` and `W - Q x`; the angle of the flow against the disk is `atan2(W_i,
+//! |U_i|)`.
 
 use super::lanes::{LANES, Lanes, atan2, clip, index, interval};
 use crate::model::{Motor, Rotor, RotorTable};
@@ -27,7 +29,7 @@ enum LaneRotor {
     },
 }
 
-/// [`Motor`] with what divides as what multiplies.
+/// A [`Motor`] with reciprocals in place of divisors.
 #[derive(Clone, Debug)]
 enum LaneMotor {
     EscDc {
@@ -47,11 +49,11 @@ enum LaneMotor {
 
 #[derive(Clone, Debug)]
 struct Table {
-    /// Rotor speed, airspeed, angle.
+    /// Grid of rotor speed, airspeed and angle.
     axes: [Axis; 3],
     /// `[T Q]` of a point and of its neighbour along the angle, the angle running fastest, then the airspeed.
     edges: Vec<[f64; 4]>,
-    /// Points per step of speed and of airspeed.
+    /// Number of points per step of speed and of airspeed.
     strides: [usize; 2],
 }
 
@@ -79,7 +81,7 @@ impl Rotors {
         Self { hubs_m, rotor, density_kg_m3, motor: LaneMotor::new(motor), omega_max_rad_s }
     }
 
-    /// What the air's density [kg/m^3] makes of thrust and torque.
+    /// Factor of the air's density [kg/m^3] on thrust and torque.
     pub(super) fn scale(&self, density_kg_m3: &Lanes) -> Lanes {
         density_kg_m3.map(|density| density / self.density_kg_m3)
     }
@@ -96,7 +98,8 @@ impl Rotors {
         omega_c
     }
 
-    /// Load of a rotor of pair `pair` (0 front, 1 rear) on a body that moves with `[u, w]` through the air and turns with `rate`.
+    /// Load of a rotor of pair `pair` (0 front, 1 rear) on a body that moves with `[u, w]` through the air
+    /// and turns with `rate`.
     #[inline(always)]
     pub(super) fn load(
         &self,

@@ -3,13 +3,13 @@
 use super::NotPlanar;
 use crate::sim::FlightPlan;
 
-/// Less than this sideways is rounding [m/s, m/s^2].
+/// Lateral parts below this are rounding [m/s, m/s^2].
 const SIDEWAYS: f64 = 1e-9;
 
-/// More control steps than any study has; keeps a table's size within reason.
+/// Most control steps of a table; keeps its size within reason.
 const MOST_STEPS: u64 = 10_000_000;
 
-/// What all flights of a batch follow, and in which steps.
+/// Setpoints of velocity [m/s] and fed-forward acceleration [m/s^2], north and down.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SetpointTable {
     period_s: f64,
@@ -29,8 +29,8 @@ impl SetpointTable {
     /// Tabulates a plan of flight.
     ///
     /// # Errors
-    /// [`NotPlanar`] when the control period is not positive, the flight is longer than ten million steps, or setpoints or heading
-    /// leave the plane.
+    /// [`NotPlanar`] when the control period is not positive, the flight is longer than ten million steps, or
+    /// setpoints or heading leave the plane.
     pub fn new(plan: &FlightPlan<'_>) -> Result<Self, NotPlanar> {
         let period_s = plan.control_period_s;
         if !(period_s.is_finite() && period_s > 0.0) {
@@ -67,7 +67,7 @@ impl SetpointTable {
         self.period_s
     }
 
-    /// How many control periods a flight has.
+    /// Number of control periods of a flight.
     pub fn steps(&self) -> usize {
         self.setpoints.len()
     }

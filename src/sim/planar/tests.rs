@@ -6,13 +6,12 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 
 use super::engine::fly_portably;
-use super::{
-    Flight, Gust, GustShape, LANES, Model, NotPlanar, Observer, Release, SetpointTable, State, Variation, fly,
-};
+use super::{Flight, LANES, Model, NotPlanar, Observer, Release, SetpointTable, State, Variation, fly};
 use crate::control::test_vehicles::{lander, quadrotor, site};
 use crate::control::{ControlLimits, Gains};
 use crate::frames::quaternion_from_euler;
 use crate::model::rigid_body::BodyState;
+use crate::model::wind::{Gust, GustShape};
 use crate::model::{Motor, RotationSense, Rotor, RotorTable, Vehicle, VehicleOptions};
 use crate::sim::{FlightPlan, PlantKind, Reference};
 
@@ -109,16 +108,16 @@ proptest! {
     ) {
         let kind = if ideal { PlantKind::Ideal } else { PlantKind::Actuator };
         let model = model(&if tables { with_tables() } else { lander(true) }, kind);
-        let course = SetpointTable::new(&plan(1.5)).unwrap();
+        let setpoints = SetpointTable::new(&plan(1.5)).unwrap();
         let (mut wide, mut narrow, mut turned) = (Bits::default(), Bits::default(), Bits::default());
-        fly(&model, &course, &flights, &mut wide);
-        fly_portably(&model, &course, &flights, &mut narrow);
+        fly(&model, &setpoints, &flights, &mut wide);
+        fly_portably(&model, &setpoints, &flights, &mut narrow);
         prop_assert!(wide.0 == narrow.0);
         let mut others = flights;
         others.rotate_left(turn);
         others[broken].release.v_down_m_s = f64::NAN;
         others[broken].variation.mass = 0.0;
-        fly(&model, &course, &others, &mut turned);
+        fly(&model, &setpoints, &others, &mut turned);
         for (a, b) in wide.0.iter().zip(&turned.0) {
             for lane in (0..LANES).filter(|lane| *lane != broken) {
                 prop_assert!(b[lane] == a[(lane + turn) % LANES]);
@@ -211,7 +210,7 @@ fn closed_form_free_fall() {
     }
     let vehicle = quadrotor([0.95, 1.1], [620.0, 890.0, 1160.0], [0.0; 3], VehicleOptions::default());
     let down = Reference::Step(Vector3::new(0.0, 0.0, 900.0));
-    let course = SetpointTable::new(&FlightPlan { reference: down, ..plan(3.0) }).unwrap();
+    let setpoints = SetpointTable::new(&FlightPlan { reference: down, ..plan(3.0) }).unwrap();
     let still = Flight {
         gains: Gains::longitudinal([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]),
         release: Release { v_north_m_s: 0.7, v_down_m_s: 3.0, pitch_rad: 0.1, pitch_rate_rad_s: 1.2 },
@@ -227,7 +226,7 @@ fn closed_form_free_fall() {
             rotor_speed: [[0.0; LANES]; 2],
         };
         let mut end = End(nothing, 0);
-        fly(&model(&vehicle, kind), &course, &[still; LANES], &mut end);
+        fly(&model(&vehicle, kind), &setpoints, &[still; LANES], &mut end);
         let s = end.0;
         assert_eq!(end.1, 300);
         assert!((s.v_n[3] - 0.7).abs() < 1e-12 && (s.v_d[3] - 3.0 - 1.35 * 3.0).abs() < 1e-11);

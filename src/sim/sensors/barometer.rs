@@ -1,7 +1,8 @@
 //! A barometer: PX4's atmosphere, with noise and a drift.
 //!
-//! `p = 1013.25 (1 - 2.25577e-5 h)^5.25588` hPa is what PX4 inverts for an altitude, whatever air a mission has. A pressure that
-//! repeats itself bit by bit is taken for dead there: the noise is small where nothing is said, but not zero.
+//! `p = 1013.25 (1 - 2.25577e-5 h)^5.25588` hPa is what PX4 inverts for an altitude, whatever air a mission
+//! has. A sensor that repeats a pressure bit by bit is taken for dead there: by default the noise is
+//! small but not zero.
 
 use super::noise::Walk;
 use crate::random::Stream;
@@ -13,18 +14,18 @@ pub struct Barometer {
     pub period_us: u64,
     /// Standard deviation of a reading's noise [hPa].
     pub noise_hpa: f64,
-    /// Random walk of its bias [hPa/sqrt(s)].
+    /// Random walk of the bias [hPa/sqrt(s)].
     pub drift_hpa_per_sqrt_s: f64,
 }
 
 impl Default for Barometer {
-    /// At each step; no drift, and noise of 0.01 hPa, about 8 cm.
+    /// A reading at each step; no drift, and noise of 0.01 hPa, about 8 cm.
     fn default() -> Self {
         Self { period_us: 0, noise_hpa: 0.01, drift_hpa_per_sqrt_s: 0.0 }
     }
 }
 
-/// A barometer and what its errors have come to.
+/// A barometer in operation, with the present state of its errors.
 #[derive(Clone, Debug)]
 pub struct BarometerSensor {
     barometer: Barometer,
@@ -33,13 +34,13 @@ pub struct BarometerSensor {
 }
 
 impl BarometerSensor {
-    /// A barometer that is switched on; it takes two streams of a seed, `stream` the first.
+    /// Starts a barometer; it uses two streams of random numbers of the seed, the first of them `stream`.
     pub fn new(barometer: Barometer, seed: u64, stream: u64) -> Self {
         let [white, drift] = [0, 1].map(|i| Stream::new(seed, stream + i));
         Self { barometer, drift: Walk::new(drift), white }
     }
 
-    /// A reading of the pressure [hPa] at an altitude [m]; each has a noise of its own.
+    /// A reading of the pressure [hPa] at an altitude [m]; each reading has a noise of its own.
     pub fn read(&mut self, altitude_m: f64, t_us: u64) -> f64 {
         let mut reading = pressure_hpa(altitude_m);
         if self.barometer.noise_hpa > 0.0 {
@@ -57,7 +58,7 @@ pub fn pressure_hpa(altitude_m: f64) -> f64 {
     1013.25 * (1.0 - 2.25577e-5 * altitude_m).max(0.0).powf(5.25588)
 }
 
-/// The inverse of [`pressure_hpa`].
+/// Altitude [m] that PX4 recovers from a pressure [hPa]: the inverse of [`pressure_hpa`].
 pub fn pressure_altitude_m(pressure_hpa: f64) -> f64 {
     (1.0 - (pressure_hpa.max(0.0) / 1013.25).powf(1.0 / 5.25588)) / 2.25577e-5
 }

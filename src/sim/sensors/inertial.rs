@@ -2,8 +2,9 @@
 //!
 //! `y = quantise(clip(x + b_0 + K W(t) + N / sqrt(dt) n))`,
 //!
-//! with the turn-on bias `b_0`, drawn once per axis, the bias's random walk `W` (variance 1 per second) and a white normal `n`. `N` is the
-//! noise density of Allan's deviation `sigma(tau) = N / sqrt(tau)`, `K` the coefficient of its rise `K sqrt(tau / 3)`.
+//! with the turn-on bias `b_0`, drawn once per axis, the bias's random walk `W` (variance 1 per second) and a
+//! white normal `n`. `N` is the noise density of Allan's deviation `sigma(tau) = N / sqrt(tau)`, `K` the
+//! coefficient of its rise `K sqrt(tau / 3)`.
 
 use nalgebra::Vector3;
 
@@ -11,7 +12,8 @@ use super::noise::Walk;
 use crate::random::Stream;
 use crate::units::US_PER_S;
 
-/// Errors of a triad of sensors, in the unit u of what they measure (m/s^2, rad/s). All zero: the truth to the bit.
+/// Errors of a triad of sensors, in the unit u of what they measure (m/s^2, rad/s). All zero: the truth to
+/// the bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Triad {
     /// Noise density N [u/sqrt(Hz)].
@@ -20,17 +22,17 @@ pub struct Triad {
     pub walk: f64,
     /// Standard deviation of the bias at turn-on [u].
     pub turn_on_bias: f64,
-    /// Smallest step of the reading [u]; 0: none.
+    /// Smallest step of the reading [u]; 0: continuous.
     pub resolution: f64,
-    /// Greatest reading, either way [u]; `None`: none.
+    /// Greatest reading, either way [u]; `None`: unlimited.
     pub range: Option<f64>,
 }
 
-/// A triad and what its errors have come to.
+/// A triad in operation, with the present state of its errors.
 #[derive(Clone, Debug)]
 pub struct TriadSensor {
     triad: Triad,
-    /// Of a reading's white noise [u].
+    /// Standard deviation of the white noise of a reading [u].
     deviation: f64,
     turn_on_bias: Vector3<f64>,
     walk: Walk<3>,
@@ -38,7 +40,8 @@ pub struct TriadSensor {
 }
 
 impl TriadSensor {
-    /// A triad that is switched on, read once in every `period_us`. Takes three streams of a seed, `stream` the first.
+    /// Starts a triad that is read once in every `period_us`. It uses three streams of random numbers of the
+    /// seed, the first of them `stream`.
     pub fn new(triad: Triad, seed: u64, stream: u64, period_us: u64) -> Self {
         let [mut bias, walk, white] = [0, 1, 2].map(|i| Stream::new(seed, stream + i));
         Self {
@@ -50,7 +53,7 @@ impl TriadSensor {
         }
     }
 
-    /// A reading of `truth` at a time; each has a noise of its own.
+    /// A reading of `truth` at a time; each reading has a noise of its own.
     pub fn read(&mut self, truth: Vector3<f64>, t_us: u64) -> Vector3<f64> {
         let triad = &self.triad;
         let mut reading = truth;
@@ -93,7 +96,8 @@ mod tests {
         means.windows(2).map(|w| (w[1] - w[0]).norm_squared()).sum::<f64>() / (6.0 * (means.len() - 1) as f64)
     }
 
-    /// `sigma^2(tau) = N^2 / tau` for white noise; with p pairs of three axes the estimate scatters by about sqrt(3 / (3 p)).
+    /// `sigma^2(tau) = N^2 / tau` for white noise; with p pairs of three axes the estimate scatters by about
+    /// sqrt(3 / (3 p)).
     #[test]
     fn closed_form_allan_variance_of_white_noise_falls_with_time() {
         let triad = Triad { noise_density: 0.01, ..Triad::default() };

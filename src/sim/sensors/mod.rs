@@ -1,4 +1,4 @@
-//! What a vehicle's sensors read, from the truth: errors with parameters, each of which may be zero.
+//! Readings of a vehicle's sensors, made from the truth: errors with parameters, each of which may be zero.
 //!
 //! | file | holds |
 //! |---|---|
@@ -7,9 +7,9 @@
 //! | [`barometer`] | pressure by PX4's atmosphere |
 //! | [`satellite`] | delayed position and velocity |
 //!
-//! The magnetometer is a few lines: the site's field in body axes, and white noise. Each error has a stream of random numbers of its own: a
-//! sensor's readings depend on the seed, on the truth and on when it was read, never on the other sensors. How readings become messages
-//! is the link's business.
+//! The magnetometer is a few lines: the site's field in body axes, and white noise. Each error has a stream
+//! of random numbers of its own: a sensor's readings depend on the seed, on the truth and on when it was
+//! read, never on the other sensors. How readings become messages is the link's business.
 
 use nalgebra::Vector3;
 
@@ -35,7 +35,7 @@ use crate::model::magnetic_field::dipole_ned_gauss;
 use crate::model::rigid_body::BodyState;
 use crate::random::Stream;
 
-/// Streams of random numbers: the first of those that a sensor takes.
+/// Numbers of the streams of random numbers: for each sensor the first of those that it uses.
 mod stream {
     pub(super) const BAROMETER: u64 = 0;
     pub(super) const MAGNETOMETER: u64 = 2;
@@ -44,36 +44,37 @@ mod stream {
     pub(super) const GYROSCOPE: u64 = 8;
 }
 
-/// A magnetometer.
+/// Rate and errors of a magnetometer, and the field around it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Magnetometer {
     /// Time between readings [us]; 0: one at each step.
     pub period_us: u64,
-    /// The field at the site, NED [gauss]; `None`: a dipole's.
+    /// Magnetic field at the site, NED [gauss]; `None`: that of a dipole.
     pub field_ned_gauss: Option<Vector3<f64>>,
     /// Standard deviation of a reading's noise, each axis [gauss].
     pub noise_gauss: f64,
 }
 
 impl Magnetometer {
-    /// The field that it is in at a site, NED [gauss].
+    /// Magnetic field around the magnetometer at a site, NED [gauss].
     pub fn field_at(&self, environment: &Environment) -> Vector3<f64> {
         self.field_ned_gauss.unwrap_or_else(|| dipole_ned_gauss(environment.anchor.latitude_deg))
     }
 }
 
-/// All sensors of a vehicle. The default is ideal, but for a barometer that is not quite silent.
+/// Rates and errors of all sensors of a vehicle. The default is ideal, except for a little noise of the
+/// barometer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SensorSettings {
-    /// Accelerometer, unit m/s^2.
+    /// Errors of the accelerometer, unit m/s^2.
     pub accelerometer: Triad,
-    /// Gyroscope, unit rad/s.
+    /// Errors of the gyroscope, unit rad/s.
     pub gyroscope: Triad,
-    /// Magnetometer.
+    /// Rate and errors of the magnetometer.
     pub magnetometer: Magnetometer,
-    /// Barometer.
+    /// Rate and errors of the barometer.
     pub barometer: Barometer,
-    /// Satellite receiver.
+    /// Rate and errors of the satellite receiver.
     pub satellite: Satellite,
 }
 
@@ -90,7 +91,8 @@ pub struct Sensors {
 }
 
 impl Sensors {
-    /// Sensors at the site, accelerometer and gyroscope read every `period_us`; `seed` draws their errors.
+    /// Starts the sensors at the site, accelerometer and gyroscope read every `period_us`; `seed` draws their
+    /// errors.
     pub fn new(environment: &Environment, settings: SensorSettings, seed: u64, period_us: u64) -> Self {
         let period_us = period_us.max(1);
         let triad = |triad, stream| TriadSensor::new(triad, seed, stream, period_us);
@@ -105,39 +107,40 @@ impl Sensors {
         }
     }
 
-    /// What they are.
+    /// Rates and errors of the sensors.
     pub fn settings(&self) -> &SensorSettings {
         &self.settings
     }
 
-    /// Notes where the vehicle is, for fixes that come late; to be called once at each step.
+    /// Records the vehicle's true position and velocity, for fixes that come late; to be called once at each
+    /// step.
     pub fn note(&mut self, t_us: u64, body: &BodyState) {
         self.receiver.note(t_us, body);
     }
 
-    /// Specific force, body [m/s^2].
+    /// Reading of the accelerometer: specific force, body [m/s^2].
     pub fn accelerometer(&mut self, specific_force_body: Vector3<f64>, t_us: u64) -> Vector3<f64> {
         self.accelerometer.read(specific_force_body, t_us)
     }
 
-    /// Body rates [rad/s].
+    /// Reading of the gyroscope: body rates [rad/s].
     pub fn gyroscope(&mut self, omega_body: Vector3<f64>, t_us: u64) -> Vector3<f64> {
         self.gyroscope.read(omega_body, t_us)
     }
 
-    /// Magnetic field, body [gauss], at an attitude.
+    /// Reading of the magnetometer at an attitude: magnetic field, body [gauss].
     pub fn magnetometer(&mut self, q_ned_from_body: [f64; 4]) -> Vector3<f64> {
         let field = rotate_body_from_ned(q_ned_from_body, self.field_ned_gauss);
         let deviation = self.settings.magnetometer.noise_gauss;
         if deviation > 0.0 { field + self.magnetometer.normals() * deviation } else { field }
     }
 
-    /// Pressure [hPa] at an altitude [m].
+    /// Reading of the barometer: pressure [hPa] at an altitude [m].
     pub fn barometer(&mut self, altitude_m: f64, t_us: u64) -> f64 {
         self.barometer.read(altitude_m, t_us)
     }
 
-    /// The satellite fix that is told at a time, of the receiver's delay before.
+    /// Fix of the satellite receiver that is reported at a time; it is as old as the delay.
     pub fn satellite(&mut self, body: &BodyState, t_us: u64) -> Fix {
         self.receiver.read(body, t_us)
     }

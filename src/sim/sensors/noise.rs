@@ -14,12 +14,12 @@ pub struct Walk<const N: usize> {
 }
 
 impl<const N: usize> Walk<N> {
-    /// Walks at their beginning, which a stream drives.
+    /// Walks at their beginning, driven by a stream of random numbers.
     pub fn new(stream: Stream) -> Self {
         Self { stream, at_us: 0, value: SVector::zeros() }
     }
 
-    /// Where they are at a time; one before the last time asked for is taken for that.
+    /// Values of the walks at a time; a time before the last one asked for counts as that.
     pub fn at(&mut self, t_us: u64) -> SVector<f64, N> {
         if t_us > self.at_us {
             let elapsed_s = (t_us - self.at_us) as f64 / US_PER_S;
@@ -34,7 +34,8 @@ impl<const N: usize> Walk<N> {
 mod tests {
     use super::*;
 
-    /// `Var[W(t) - W(s)] = t - s`, increments independent of what was, in steps long or short; within five standard deviations.
+    /// `Var[W(t) - W(s)] = t - s`, increments independent of what was, in steps long or short; within five
+    /// standard deviations.
     #[test]
     fn closed_form_a_walk_s_increments_have_the_variance_of_their_time() {
         let n = 3_000;

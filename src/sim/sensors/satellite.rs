@@ -1,7 +1,8 @@
 //! A satellite receiver: position and velocity as they were a while ago, with white noise.
 //!
-//! The delay is that between the measurement and its message; the message bears the time of its sending, as a real receiver's
-//! does, and an estimator is told the delay (PX4: EKF2_GPS_DELAY, 110 ms). It is a whole number of simulation steps.
+//! The delay is that between the measurement and its message; the message bears the time of its sending, as a
+//! real receiver's does, and an estimator gets the delay as a parameter (PX4: EKF2_GPS_DELAY, 110 ms). It is
+//! a whole number of simulation steps.
 
 use std::collections::VecDeque;
 
@@ -21,12 +22,12 @@ pub struct Satellite {
     pub vertical_noise_m: f64,
     /// Standard deviation of each component of the velocity [m/s].
     pub speed_noise_m_s: f64,
-    /// Age of a fix when it is told [us].
+    /// Age of a fix when it is reported [us].
     pub delay_us: u64,
 }
 
 impl Default for Satellite {
-    /// 10 Hz, no errors, no delay.
+    /// A receiver with 10 Hz, without errors or delay.
     fn default() -> Self {
         Self {
             period_us: 100_000,
@@ -38,7 +39,7 @@ impl Default for Satellite {
     }
 }
 
-/// Position and velocity, NED [m, m/s].
+/// Position and velocity that a receiver reports.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fix {
     /// Position in the local frame, NED [m].
@@ -53,7 +54,7 @@ impl Fix {
     }
 }
 
-/// A receiver that is switched on, and where it has been.
+/// A satellite receiver in operation, with the recent truth.
 #[derive(Clone, Debug)]
 pub struct Receiver {
     satellite: Satellite,
@@ -65,22 +66,24 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// A receiver in steps of `step_us`; it takes two streams of a seed, `stream` the first.
+    /// Starts a receiver in steps of `step_us`; it uses two streams of random numbers of the seed, the first
+    /// of them `stream`.
     pub fn new(satellite: Satellite, seed: u64, stream: u64, step_us: u64) -> Self {
         let [position, velocity] = [0, 1].map(|i| Stream::new(seed, stream + i));
         let delay_us = (satellite.delay_us + step_us / 2) / step_us * step_us;
         Self { satellite, delay_us, track: Track::default(), position, velocity }
     }
 
-    /// Notes where the vehicle is, for fixes that come late; to be called once at each step.
+    /// Records the truth at a time, later than those before, and forgets what is older than needed for
+    /// `delay_us`.
     pub fn note(&mut self, t_us: u64, body: &BodyState) {
         if self.delay_us > 0 {
             self.track.note(t_us, Fix::of(body), self.delay_us);
         }
     }
 
-    /// The fix that is told at a time: of the delay before it, if that was [noted](Self::note), else of `body`; each has a noise of
-    /// its own.
+    /// The fix that is reported at a time: the truth of the delay before, if that was [recorded](Self::note),
+    /// else of `body`; each fix has a noise of its own.
     pub fn read(&mut self, body: &BodyState, t_us: u64) -> Fix {
         let Satellite { horizontal_noise_m, vertical_noise_m, speed_noise_m_s, .. } = self.satellite;
         let mut fix = self.track.at(t_us.saturating_sub(self.delay_us)).unwrap_or_else(|| Fix::of(body));
@@ -102,14 +105,15 @@ impl Receiver {
     }
 }
 
-/// Where the vehicle has been, as far back as the delay asks.
+/// The true positions and velocities, as far back as the delay needs.
 #[derive(Clone, Debug, Default)]
 struct Track {
     past: VecDeque<(u64, Fix)>,
 }
 
 impl Track {
-    /// Notes the truth of a time, later than those noted before, and forgets what is older than needed for `delay_us` from then.
+    /// Notes the truth of a time, later than those noted before, and forgets what is older than needed for
+    /// `delay_us` from then.
     fn note(&mut self, t_us: u64, truth: Fix, delay_us: u64) {
         self.past.push_back((t_us, truth));
         while self.past.get(1).is_some_and(|(second_us, _)| second_us.saturating_add(delay_us) <= t_us) {
@@ -117,7 +121,8 @@ impl Track {
         }
     }
 
-    /// The truth that was noted last up to a time; before the first, the first. `None`: nothing has been noted.
+    /// The truth that was recorded last up to a time; before the first, the first. `None`: nothing has been
+    /// recorded.
     fn at(&self, t_us: u64) -> Option<Fix> {
         let last = self.past.iter().rev().find(|(noted_us, _)| *noted_us <= t_us);
         last.or(self.past.front()).map(|(_, fix)| *fix)

@@ -1,9 +1,10 @@
-//! The published results, each 5 s of their 30 s: NASA/TM-2015-218675, atmospheric cases 2, 3 and 4 (public domain).
+//! The published results, each 5 s of their 30 s: NASA/TM-2015-218675, atmospheric cases 2, 3 and 4 (public
+//! domain).
 //!
-//! Simulation 4 of cases 2 and 4, simulation 5 of case 3, as anonymised there. Angles are against NED, which turns with the Earth;
-//! rates are against inertial space.
+//! Simulation 4 of cases 2 and 4, simulation 5 of case 3, as anonymised there. Angles are against NED, which
+//! turns with the Earth; rates are against inertial space.
 
-/// A state in the report's terms.
+/// A state at a time, in the quantities and units of the report.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
     /// Time [s].

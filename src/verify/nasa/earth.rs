@@ -1,4 +1,5 @@
-//! What the check cases have around them: gravity, the turning Earth seen from its equator, the standard atmosphere.
+//! What the check cases have around them: gravity, the turning Earth seen from its equator, the standard
+//! atmosphere.
 
 use nalgebra::Vector3;
 
@@ -45,7 +46,8 @@ impl Earth {
         self.rate_ned().cross(v_ned) * -2.0
     }
 
-    /// Density of the US Standard Atmosphere 1976 below 11 km [kg/m^3], by its equations (23), (33a) and (42).
+    /// Density of the US Standard Atmosphere 1976 below 11 km [kg/m^3], by its equations (23), (33a) and
+    /// (42).
     pub fn density_kg_m3(altitude_m: f64) -> f64 {
         const GEOPOTENTIAL_RADIUS_M: f64 = 6_356_766.0;
         const SEA_LEVEL_TEMPERATURE_K: f64 = 288.15;

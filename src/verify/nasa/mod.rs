@@ -1,12 +1,12 @@
-//! NASA's 6-DOF check cases, as far as they concern a core without runways and winds: 2, a tumbling brick; 3, the same with
-//! rotational damping; 4, a falling sphere.
+//! NASA's 6-DOF check cases, as far as they concern a core without runways and winds: 2, a tumbling brick; 3,
+//! the same with rotational damping; 4, a falling sphere.
 //!
-//! NASA states no tolerance: the spread between its own simulations is the yardstick (case 2: 4.7e-3 deg/s), and each bar lies
-//! well below it. Source: D. G. Murri, E. B. Jackson, R. O. Shelton, *Check-Cases for Verification of 6-Degree-of-Freedom Flight
-//! Vehicle Simulations*, NASA/TM-2015-218675 (NESC-RP-12-00770).
+//! NASA states no tolerance: the spread between its own simulations is the yardstick (case 2: 4.7e-3 deg/s),
+//! and each bar lies well below it. Source: D. G. Murri, E. B. Jackson, R. O. Shelton, *Check-Cases for
+//! Verification of 6-Degree-of-Freedom Flight Vehicle Simulations*, NASA/TM-2015-218675 (NESC-RP-12-00770).
 //!
-//! Simulation 5 damps the brick against the air, which turns with the Earth; in simulation 4 of case 3 the rates against inertial
-//! space vanish, and the two differ by the Earth's rate, 4.2e-3 deg/s.
+//! Simulation 5 damps the brick against the air, which turns with the Earth; in simulation 4 of case 3 the
+//! rates against inertial space vanish, and the two differ by the Earth's rate, 4.2e-3 deg/s.
 
 pub mod data;
 mod earth;
@@ -28,7 +28,8 @@ use data::{CASE_2, CASE_3, CASE_4, Row};
 
 /// Step of the integration [s].
 const DT_S: f64 = 0.01;
-/// Altitude of every case at t = 0 [ft]. (The printed table says otherwise for case 2; the published results do not.)
+/// Altitude of every case at t = 0 [ft]. (The printed table says otherwise for case 2; the published results
+/// do not.)
 const ALTITUDE_FT: f64 = 30_000.0;
 /// Body rates of every case at t = 0, with respect to inertial space [deg/s].
 const OMEGA_DEG_S: [f64; 3] = [10.0, 20.0, 30.0];
@@ -46,9 +47,9 @@ pub struct Brick {
     pub area_ft2: f64,
     /// Reference lengths of roll, pitch and yaw: span, chord, span [ft].
     pub length_ft: [f64; 3],
-    /// Drag coefficient.
+    /// Drag coefficient C_D.
     pub c_drag: f64,
-    /// Clp, Cmq, Cnr, per reduced rate `omega l/2V`.
+    /// Damping coefficients Clp, Cmq and Cnr, per reduced rate `omega l/2V`.
     pub c_damping: f64,
 }
 
@@ -79,8 +80,8 @@ impl Brick {
         MassProperties::new(self.mass_slug * KG_PER_SLUG, Matrix3::from_diagonal(&inertia))
     }
 
-    /// What acts on it over the equator. The attitude is that against inertial axes which agree with NED at t = 0; the velocity is
-    /// relative to the turning Earth, and so is the air.
+    /// Forces and moment on the body over the equator. The attitude is that against inertial axes which agree
+    /// with NED at t = 0; the velocity is relative to the turning Earth, and so is the air.
     fn load(&self, earth: &Earth, mass: &MassProperties, state: &BodyState) -> Load {
         let altitude_m = ALTITUDE_FT * M_PER_FT - state.p_ned.z;
         let airspeed = state.v_ned.norm();
@@ -103,7 +104,7 @@ impl Brick {
         }
     }
 
-    /// Our numbers at the times of `rows`, in their form.
+    /// The computed states at the times of `rows`, in the report's terms.
     fn fall(&self, earth: &Earth, rows: &[Row]) -> Result<Vec<Row>, ModelError> {
         let mass = self.mass()?;
         let mut state = level(Vector3::zeros(), Vector3::from(OMEGA_DEG_S) * RAD_PER_DEG);
@@ -115,14 +116,15 @@ impl Brick {
                     state = advance(&mass, &state, DT_S, |x| self.load(earth, &mass, x));
                     steps += 1;
                 }
-                told(earth, &state, row.t_s)
+                in_report_terms(earth, &state, row.t_s)
             })
             .collect())
     }
 }
 
-/// A state in the report's terms. NED turns about north: with the Earth, and with the way east along the equator.
-fn told(earth: &Earth, state: &BodyState, t_s: f64) -> Row {
+/// A state in the report's terms. NED turns about north: with the Earth, and with the way east along the
+/// equator.
+fn in_report_terms(earth: &Earth, state: &BodyState, t_s: f64) -> Row {
     let east_rad = state.p_ned.y / (earth.radius_m + ALTITUDE_FT * M_PER_FT);
     let q_inertial_from_ned = quaternion_from_euler(earth.rate_rad_s * t_s + east_rad, 0.0, 0.0);
     let q = product(conjugate(q_inertial_from_ned), state.q_ned_from_body);
@@ -182,7 +184,7 @@ pub fn case_2(earth: &Earth, brick: &Brick) -> Result<Group, ModelError> {
     Ok(Group { title: "NASA case 2: tumbling brick", source, checks })
 }
 
-/// Case 3: the same with rotational damping.
+/// Case 3: a brick tumbles with rotational damping.
 ///
 /// # Errors
 /// As [`case_2`].
