@@ -7,6 +7,8 @@ mod assess;
 mod autopilot;
 mod belongs;
 mod clock;
+#[cfg(test)]
+mod docs_tests;
 mod drop;
 mod flight_files;
 mod help;

@@ -1,4 +1,4 @@
-"""The example in drop.py and in the README: the same text, and true."""
+"""The example in drop.py and in docs/scripting.md: the same text, and true."""
 
 import re
 import subprocess
@@ -14,7 +14,7 @@ def example(text):
 
 def test_the_example_flies(samara, capsys, monkeypatch, tmp_path):
     code = example(drop.__doc__)
-    assert code == example((REPOSITORY / "README.md").read_text(encoding="utf-8"))
+    assert code == example((REPOSITORY / "docs" / "scripting.md").read_text(encoding="utf-8"))
     # As a user has it, but for the folder, and for the instance that is free.
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mission").symlink_to(MISSION.parent)
@@ -25,7 +25,7 @@ def test_the_example_flies(samara, capsys, monkeypatch, tmp_path):
     samara.sim("--speed", 10)
     samara.autopilot()
     names = {}
-    exec(compile(code, "README.md", "exec"), names)  # noqa: S102
+    exec(compile(code, "scripting.md", "exec"), names)  # noqa: S102
     names["vehicle"].close()
     said = capsys.readouterr().out
     steady_s, j_tpf = (float(x) for x in re.fullmatch(r"steady at (\S+) s\nJ_TPF (\S+)\n", said).groups())

@@ -18,8 +18,8 @@ const SPREAD_FACTOR: f64 = 1.5;
 /// The PSO gains shall be better by this share of the paper's own margin.
 const MARGIN_BAR: f64 = 0.5;
 
-/// Reasons for what is missed. They were found once, on the shipped vehicle and mission (README, "The paper,
-/// side by side"), and are told only with those; a run does not look for them again.
+/// Reasons for what is missed. They were found once, on the shipped vehicle and mission (docs/paper.md), and are
+/// told only with those; a run does not look for them again.
 const WHY_TIE: &str = "Found on this vehicle: the paper's PSO gains keep a limit cycle, whose phase decides their peaks; they track the \
                        trajectory better (tracking RMS in Table 5). The vehicle is a plausible representative of the paper's lander, \
                        fitted to its printed results, not the lander itself.";

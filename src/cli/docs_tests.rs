@@ -1,0 +1,224 @@
+//! The documentation beside the program: links lead somewhere, commands parse, the tutorial's files load.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::{Command, CommandFactory};
+
+use super::help::with_negative_values;
+
+/// Pages outside `docs/`.
+const ROOT_PAGES: [&str; 5] =
+    ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md"];
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// All pages, with their text; paths are relative to the repository.
+fn pages() -> Vec<(PathBuf, String)> {
+    let mut paths: Vec<PathBuf> = ROOT_PAGES.iter().map(PathBuf::from).collect();
+    let mut docs: Vec<PathBuf> = fs::read_dir(root().join("docs"))
+        .unwrap()
+        .map(|entry| Path::new("docs").join(entry.unwrap().file_name()))
+        .filter(|path| path.extension().is_some_and(|e| e == "md"))
+        .collect();
+    docs.sort();
+    paths.extend(docs);
+    paths.into_iter().map(|path| (path.clone(), fs::read_to_string(root().join(&path)).unwrap())).collect()
+}
+
+/// Lines of a page with whether they stand in a fence, and in which language's; the fences themselves left out.
+fn lines(page: &str) -> impl Iterator<Item = (Option<&str>, &str)> {
+    let mut fence = None;
+    page.lines().filter_map(move |line| match line.trim_start().strip_prefix("```") {
+        Some(language) => {
+            fence = if fence.is_some() { None } else { Some(language.trim()) };
+            None
+        }
+        None => Some((fence, line)),
+    })
+}
+
+/// What stands between `open` and `close`, each time.
+fn between<'a>(text: &'a str, open: &'a str, close: &'a str) -> impl Iterator<Item = &'a str> {
+    text.split(open).skip(1).filter_map(move |rest| rest.split_once(close)).map(|(inside, _)| inside)
+}
+
+/// Anchors of a page as hosting platforms and mdBook make them from headings.
+fn anchors(page: &str) -> BTreeSet<String> {
+    let heading = |line: &str| {
+        let kept = line.trim_start_matches('#').trim().to_lowercase();
+        kept.chars()
+            .filter(|c| c.is_alphanumeric() || " -_".contains(*c))
+            .map(|c| if c == ' ' { '-' } else { c })
+            .collect::<String>()
+    };
+    lines(page)
+        .filter(|(fence, line)| fence.is_none() && line.starts_with('#'))
+        .map(|(_, l)| heading(l))
+        .collect()
+}
+
+/// A command of a line of shell: redirections, pipes and comments cut off. None where the line runs another program.
+fn samara_words(line: &str) -> Option<Vec<&str>> {
+    let line = line.split(" #").next()?.split(" > ").next()?.split(" | ").next()?.trim();
+    let words: Vec<&str> = line.split_whitespace().map(|word| word.trim_matches('\'')).collect();
+    let program = words.first()?;
+    (*program == "samara" || program.ends_with("/samara")).then_some(words)
+}
+
+/// Why a command does not parse, or which file of the repository that it names is not there.
+fn wrong_with(words: &[&str]) -> Option<String> {
+    let command = with_negative_values(super::Cli::command());
+    if let Err(e) = command.try_get_matches_from(words)
+        && !matches!(e.kind(), clap::error::ErrorKind::DisplayHelp | clap::error::ErrorKind::DisplayVersion)
+    {
+        return Some(e.to_string());
+    }
+    let kept = |word: &&&str| {
+        let folders = ["mission/", "params/"];
+        folders.iter().any(|folder| word.starts_with(folder)) && !root().join(word).exists()
+    };
+    words.iter().find(kept).map(|word| format!("{word} is not there"))
+}
+
+#[test]
+fn commands_of_the_pages_parse() {
+    let mut count = 0;
+    for (path, page) in pages() {
+        for (fence, line) in lines(&page) {
+            let Some(words) = fence.filter(|f| *f == "sh").and_then(|_| samara_words(line)) else { continue };
+            count += 1;
+            if let Some(why) = wrong_with(&words) {
+                panic!("{}: {line}\n{why}", path.display());
+            }
+        }
+    }
+    assert!(count > 50, "{count} commands found");
+}
+
+/// A command in a sentence may have placeholders and dots: its verb and its options exist.
+#[test]
+fn options_named_in_sentences_exist() {
+    let cli = super::Cli::command();
+    let mut count = 0;
+    for (path, page) in pages() {
+        let prose: String = lines(&page).filter(|(fence, _)| fence.is_none()).map(|(_, l)| l.to_owned() + " ").collect();
+        for code in between(&prose, "`samara ", "`").step_by(1) {
+            let mut command: &Command = &cli;
+            for word in code.split([' ', '=', ',']) {
+                if let Some(option) = word.strip_prefix("--").filter(|o| !o.is_empty()) {
+                    count += 1;
+                    let known = ["help", "version"].contains(&option)
+                        || command.get_arguments().any(|arg| arg.get_long() == Some(option));
+                    assert!(known, "{}: `samara {code}`: no --{option}", path.display());
+                } else if let Some(verb) = command.find_subcommand(word) {
+                    command = verb;
+                }
+            }
+            let verb = code.split_whitespace().next().unwrap_or_default();
+            let named = verb.starts_with('-') || verb.chars().all(|c| c.is_uppercase());
+            assert!(
+                named || verb.split('|').all(|v| cli.find_subcommand(v.trim_end_matches(',')).is_some()),
+                "{}: `samara {code}`",
+                path.display()
+            );
+        }
+    }
+    assert!(count > 30, "{count} options found");
+}
+
+#[test]
+fn examples_of_the_help_parse() {
+    fn examples(command: &Command, found: &mut Vec<String>) {
+        let help = command.get_after_long_help().map(ToString::to_string).unwrap_or_default();
+        found.extend(help.lines().filter_map(|l| l.strip_prefix("  ")).map(str::to_owned));
+        command.get_subcommands().for_each(|c| examples(c, found));
+    }
+    let mut found = Vec::new();
+    examples(&super::Cli::command(), &mut found);
+    let commands: Vec<_> =
+        found.iter().map(|line| line.split("  (").next().unwrap()).filter_map(samara_words).collect();
+    assert!(commands.len() > 40, "{}", commands.len());
+    for words in commands {
+        if let Some(why) = wrong_with(&words) {
+            panic!("{words:?}\n{why}");
+        }
+    }
+}
+
+/// The pages of the book link to each other only, so that the book has no dead link.
+#[test]
+fn links_lead_somewhere() {
+    let pages = pages();
+    let mut count = 0;
+    for (path, page) in &pages {
+        let prose: String =
+            lines(page).filter(|(fence, _)| fence.is_none()).map(|(_, l)| l.to_owned() + "\n").collect();
+        for link in between(&prose, "](", ")") {
+            if link.contains("://") {
+                continue;
+            }
+            count += 1;
+            let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
+            let target = if file.is_empty() { path.clone() } else { path.parent().unwrap().join(file) };
+            assert!(root().join(&target).exists(), "{}: {link} leads nowhere", path.display());
+            if path.starts_with("docs") {
+                assert!(!file.contains(".."), "{}: {link} leads out of the book", path.display());
+            }
+            if !anchor.is_empty() {
+                let text = fs::read_to_string(root().join(&target)).unwrap();
+                assert!(anchors(&text).contains(anchor), "{}: {link}: no such heading", path.display());
+            }
+        }
+    }
+    assert!(count > 80, "{count} links found");
+}
+
+#[test]
+fn the_table_of_contents_has_every_page() {
+    let contents = fs::read_to_string(root().join("docs/SUMMARY.md")).unwrap();
+    for (path, _) in pages().iter().filter(|(path, _)| path.starts_with("docs")) {
+        let name = path.file_name().unwrap().to_str().unwrap();
+        assert!(name == "SUMMARY.md" || contents.contains(&format!("({name})")), "{name}");
+    }
+}
+
+/// Rows of tables cannot be wrapped; everything else can.
+#[test]
+fn no_line_of_prose_is_wider_than_110_columns() {
+    for (path, page) in pages() {
+        for (i, line) in page.lines().enumerate() {
+            assert!(
+                line.starts_with('|') || line.chars().count() <= 110,
+                "{}:{}: {} columns",
+                path.display(),
+                i + 1,
+                line.chars().count()
+            );
+        }
+    }
+}
+
+#[test]
+fn the_readme_is_short() {
+    let readme = fs::read(root().join("README.md")).unwrap();
+    assert!(readme.len() <= 8192, "{} bytes", readme.len());
+}
+
+/// The tutorial's vehicle, gains and mission, as they are printed there, are read.
+#[test]
+fn the_tutorial_s_files_load() {
+    let page = fs::read_to_string(root().join("docs/tutorial.md")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let names: Vec<&str> = between(&page, "Save this as `my/", "`").filter(|n| n.ends_with(".json")).collect();
+    let files: Vec<&str> = between(&page, "```json\n", "```").collect();
+    assert_eq!((names.len(), files.len()), (3, 3));
+    for (name, file) in names.iter().zip(files) {
+        fs::write(folder.path().join(name), file).unwrap();
+    }
+    let mission = samara::config::Mission::load(&folder.path().join("kestrel_drop.json")).unwrap();
+    assert_eq!(mission.name, "kestrel_drop");
+}
