@@ -1,10 +1,5 @@
 //! `samara assess` as a user meets it: tables, files, resuming, one trial again, exit codes.
 #![cfg(feature = "cli")]
-#![expect(
-    clippy::unwrap_used,
-    clippy::disallowed_methods,
-    reason = "a test that drives a program and reads its files"
-)]
 
 use std::collections::BTreeMap;
 use std::fs;

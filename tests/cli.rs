@@ -1,22 +1,13 @@
 //! The program as a user meets it: exit codes, messages, files.
 #![cfg(feature = "cli")]
-#![expect(
-    clippy::unwrap_used,
-    clippy::disallowed_methods,
-    reason = "a test that drives a program and reads its files"
-)]
 
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-#[path = "cli/asked.rs"]
 mod asked;
-#[path = "cli/failures.rs"]
 mod failures;
-#[path = "cli/results.rs"]
 mod results;
-#[path = "cli/titan_px4.rs"]
 mod titan_px4;
 
 fn samara(args: &[&str]) -> Output {

@@ -1,10 +1,5 @@
 //! `samara assess --autopilot` as a user meets it: campaigns of whole drops, by the model of PX4's law and by the reference autopilot.
 #![cfg(feature = "cli")]
-#![expect(
-    clippy::unwrap_used,
-    clippy::disallowed_methods,
-    reason = "a test that drives a program and reads its files"
-)]
 
 use std::collections::BTreeMap;
 use std::fs;

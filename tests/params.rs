@@ -1,10 +1,5 @@
 //! `samara params` and `--params` as a user meets them.
 #![cfg(feature = "cli")]
-#![expect(
-    clippy::unwrap_used,
-    clippy::disallowed_methods,
-    reason = "a test that drives a program and reads its files"
-)]
 
 use std::fs;
 use std::path::Path;

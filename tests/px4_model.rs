@@ -1,11 +1,6 @@
 //! The model of PX4's control law beside PX4 itself, and as a user meets it. PX4's figures are those of v1.12.0, flown in lockstep
 //! with `samara drop MISSION --autopilot px4=DIR` and the same options.
 #![cfg(feature = "cli")]
-#![expect(
-    clippy::unwrap_used,
-    clippy::disallowed_methods,
-    reason = "a test that drives a program and reads its files"
-)]
 
 use std::fs;
 use std::path::Path;

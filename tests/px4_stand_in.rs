@@ -1,11 +1,6 @@
 //! Drops whose PX4 is a shell script that does what a broken PX4 does: nothing, or less. What is true here is what a user must get to
 //! know: on stderr, in drop.json, by the exit code.
 #![cfg(all(target_os = "linux", feature = "cli"))]
-#![expect(
-    clippy::unwrap_used,
-    clippy::disallowed_methods,
-    reason = "a test that drives a program and reads its files"
-)]
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt as _;

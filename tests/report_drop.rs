@@ -1,6 +1,5 @@
 //! What a drop leaves: log, verdict, JSON and figures, of the nominal drop and of flights that went wrong.
 #![cfg(feature = "files")]
-#![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
 use std::ops::ControlFlow;
 use std::path::Path;

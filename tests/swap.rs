@@ -1,6 +1,5 @@
 //! The four swap axes from outside the crate: the recipes of ARCHITECTURE.md, kept true.
 #![cfg(all(feature = "files", feature = "link"))]
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use std::collections::VecDeque;
 use std::ops::ControlFlow;

@@ -1,10 +1,5 @@
 //! `samara tune` as a user meets it: the same gains whatever happens on the way.
 #![cfg(all(feature = "cli", unix))]
-#![expect(
-    clippy::unwrap_used,
-    clippy::disallowed_methods,
-    reason = "a test that drives a program, waits for its files and reads them"
-)]
 
 use std::fs;
 use std::path::Path;

@@ -1,11 +1,6 @@
 //! `samara verify`: NASA's published numbers (NASA/TM-2015-218675), closed forms - and that a wrong constant
 //! does not pass.
 #![cfg(feature = "cli")]
-#![expect(
-    clippy::unwrap_used,
-    clippy::disallowed_methods,
-    reason = "a test that drives a program and reads its files"
-)]
 
 use std::fs;
 use std::path::Path;

@@ -24,15 +24,16 @@ struct Module {
 /// A path such as `crate::model::Vehicle`, piece by piece.
 type Segments = Vec<String>;
 
-/// The crate's modules by their path from the root; the program's stand under `main`.
+/// The crate's modules by their path from the root; the program's stand under `main`, the integration tests' under `tests`.
 pub struct Tree(BTreeMap<Segments, Module>);
 
 impl Tree {
-    /// Reads `src/lib.rs`, `src/main.rs` and every file that they reach.
+    /// Reads `src/lib.rs`, `src/main.rs`, `tests/main.rs` and every file that they reach.
     pub fn read() -> Self {
         let mut tree = Self(BTreeMap::new());
         tree.add(Vec::new(), Path::new("src/lib.rs"), false);
         tree.add(vec!["main".to_owned()], Path::new("src/main.rs"), false);
+        tree.add(vec!["tests".to_owned()], Path::new("tests/main.rs"), true);
         tree
     }
 

@@ -19,7 +19,7 @@ use samara::sim::sensors::{Barometer, Magnetometer, Satellite, Triad};
 use samara::sim::{DropSimulation, SensorSettings};
 use samara::trajectory::Trajectory;
 
-use crate::bench::autopilot_of;
+use super::bench::autopilot_of;
 
 /// A mission with its plan.
 struct Drop {

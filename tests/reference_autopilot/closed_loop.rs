@@ -12,7 +12,7 @@ use samara::model::Parachute;
 use samara::model::parachute::Pendulum;
 use samara::sim::{DropSimulation, FlightPlan, Phase, Reference, Start, fly};
 
-use crate::bench::{Bench, TITAN, actuators, cascade, command, level_no_thrust, site, velocity};
+use super::bench::{Bench, TITAN, actuators, cascade, command, level_no_thrust, site, velocity};
 
 const HANG_S: f64 = 2.0;
 const DURATION_S: f64 = 35.0;

@@ -6,7 +6,7 @@ use mavlink::{Message as _, MessageData as _};
 use samara::autopilot::FlightMode;
 use samara::link::{CommandAck, Link};
 
-use crate::bench::{
+use super::bench::{
     Bench, COMPANION, GROUND, VEHICLE, acks, command, last, level_no_thrust, texts, velocity,
 };
 

@@ -8,8 +8,8 @@ use samara::model::magnetic_field::dipole_ned_gauss;
 use samara::params::Value;
 use samara::sim::sensors::barometer::pressure_hpa;
 
-use crate::bench::{Bench, Sent, acks, command, last, site, texts};
-use crate::parameters::set;
+use super::bench::{Bench, Sent, acks, command, last, site, texts};
+use super::parameters::set;
 
 const ACCEPTED: u8 = 0;
 const TEMPORARILY_REJECTED: u8 = 1;

@@ -6,7 +6,7 @@ use mavlink::dialects::common::*;
 use proptest::prelude::*;
 use samara::link::Link;
 
-use crate::bench::{Bench, Sent, VEHICLE, acks, actuators};
+use super::bench::{Bench, Sent, VEHICLE, acks, actuators};
 
 /// Every message of the dialect.
 fn ids() -> Vec<u32> {

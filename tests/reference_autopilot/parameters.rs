@@ -7,7 +7,7 @@ use samara::control::{Gains, Measurement};
 use samara::link::Link;
 use samara::params::{ParameterFile, Purpose, Value};
 
-use crate::bench::{Bench, COMPANION, Sent, VEHICLE, acks, actuators, command, last, texts, velocity};
+use super::bench::{Bench, COMPANION, Sent, VEHICLE, acks, actuators, command, last, texts, velocity};
 
 /// PARAM_VALUE on a link, in order.
 pub fn values(sent: &[Sent], link: Link) -> Vec<PARAM_VALUE_DATA> {

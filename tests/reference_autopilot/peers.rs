@@ -3,7 +3,7 @@
 use mavlink::dialects::common::*;
 use samara::link::{Decoder, Frame, Link, PeerId, Recipient, Session as _};
 
-use crate::bench::{Bench, VEHICLE, command, decode};
+use super::bench::{Bench, VEHICLE, command, decode};
 
 const PEERS: [PeerId; 2] = [PeerId(4), PeerId(9)];
 

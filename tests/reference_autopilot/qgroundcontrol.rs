@@ -3,8 +3,8 @@
 use mavlink::dialects::common::*;
 use samara::link::Link;
 
-use crate::bench::{Bench, VEHICLE, acks, command, last, texts};
-use crate::parameters::{all_parameters, read, values};
+use super::bench::{Bench, VEHICLE, acks, command, last, texts};
+use super::parameters::{all_parameters, read, values};
 
 /// What QGroundControl looks for before it calls a vehicle set up; `true`: it must not be zero.
 const LOOKED_FOR: [(&str, bool); 34] = [

@@ -4,7 +4,7 @@ use mavlink::dialects::common::*;
 use samara::autopilot::parameters::hash::crc32;
 use samara::link::Link;
 
-use crate::bench::{Bench, GROUND, Sent, VEHICLE, acks, command, last, texts};
+use super::bench::{Bench, GROUND, Sent, VEHICLE, acks, command, last, texts};
 
 fn mission_item(seq: u16, command: MavCmd) -> MavMessage {
     MavMessage::MISSION_ITEM_INT(MISSION_ITEM_INT_DATA {

@@ -5,7 +5,7 @@ use mavlink::dialects::common::*;
 use samara::autopilot::FlightMode;
 use samara::link::Link;
 
-use crate::bench::{Bench, STEP_US, VEHICLE, actuators, level_no_thrust, texts, velocity};
+use super::bench::{Bench, STEP_US, VEHICLE, actuators, level_no_thrust, texts, velocity};
 
 fn message(data: SET_POSITION_TARGET_LOCAL_NED_DATA) -> MavMessage {
     MavMessage::SET_POSITION_TARGET_LOCAL_NED(data)

@@ -3,7 +3,7 @@
 use mavlink::dialects::common::*;
 use samara::link::{Frame, Link, Session as _};
 
-use crate::bench::{Bench, Sent, VEHICLE, command, last, level_no_thrust};
+use super::bench::{Bench, Sent, VEHICLE, command, last, level_no_thrust};
 
 #[test]
 fn regress_the_simulator_is_greeted_as_px4_does() {

@@ -5,7 +5,7 @@ use samara::model::rigid_body::BodyState;
 use samara::model::rotor::Inflow;
 use samara::model::trim;
 
-use crate::data::{NUMBERS, TITAN, number, numbers, pitched, site};
+use super::data::{NUMBERS, TITAN, number, numbers, pitched, site};
 
 #[test]
 fn reference_planar_derivatives() {

@@ -13,7 +13,7 @@ use samara::sim::{DropSimulation, FlightPlan, Phase, PlantKind, Reference, Start
 use samara::trajectory::Trajectory;
 use samara::units::RAD_PER_DEG;
 
-use crate::data::{
+use super::data::{
     NUMBERS, TABLE_3, TITAN, cascade, flight_reference, gains, limits, numbers, rows, site, target_ned,
 };
 

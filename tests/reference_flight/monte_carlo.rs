@@ -11,7 +11,7 @@ use samara::model::parachute::Pendulum;
 use samara::units::RAD_PER_DEG;
 use serde_json::Value;
 
-use crate::data::{TITAN, flight_reference, limits, number, numbers, rows, site, target_ned};
+use super::data::{TITAN, flight_reference, limits, number, numbers, rows, site, target_ned};
 
 static NUMBERS: LazyLock<Value> =
     LazyLock::new(|| serde_json::from_str(include_str!("../data/reference_monte_carlo.json")).unwrap());

@@ -11,7 +11,7 @@ use samara::trajectory::Trajectory;
 use samara::tune::ReleaseCase;
 use samara::units::RAD_PER_DEG;
 
-use crate::data::{
+use super::data::{
     NUMBERS, TABLE_3, TITAN, cascade, flight_reference, gains, limits, number, numbers, plan, site,
     target_ned,
 };

@@ -5,7 +5,7 @@ use samara::assess::tracking::control_period_s;
 use samara::control::Gains;
 use samara::sim::{DropSimulation, FlightPlan, PlantKind, Reference, fly};
 
-use crate::data::{NUMBERS, TABLE_3, TITAN, cascade, flight_reference, gains, number, numbers, plan, site};
+use super::data::{NUMBERS, TABLE_3, TITAN, cascade, flight_reference, gains, number, numbers, plan, site};
 
 fn rms(gains: Gains, kind: PlantKind, case: usize) -> f64 {
     let (velocity, plan) = (flight_reference(), plan());

@@ -14,7 +14,7 @@ use samara::tune::release_cases::random_releases;
 use samara::tune::{Bench, Evaluation, Objective};
 use samara::units::RAD_PER_DEG;
 
-use crate::data::{NUMBERS, TABLE_3, TITAN, gains, limits, number, numbers, plan, site, target_ned};
+use super::data::{NUMBERS, TABLE_3, TITAN, gains, limits, number, numbers, plan, site, target_ned};
 
 fn setting(plan: &Trajectory, plant: PlantKind, settle_s: f64) -> Setting<'_> {
     Setting {

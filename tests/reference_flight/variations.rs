@@ -16,7 +16,7 @@ use samara::model::{Environment, Vehicle};
 use samara::sim::planar::{Flight, LANES, Model, Observer, Release, SetpointTable, State, Variation, fly};
 use samara::sim::{DropSimulation, FlightPlan, PlantKind, Reference};
 
-use crate::data::{TITAN, site};
+use super::data::{TITAN, site};
 
 static X500: LazyLock<Arc<Vehicle>> = LazyLock::new(|| {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("params/vehicles/x500.json");

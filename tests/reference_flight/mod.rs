@@ -4,7 +4,6 @@
 //! compared here is samara's quaternion code, in the vertical plane, with formulas written for that plane
 //! alone.
 #![cfg(feature = "files")]
-#![expect(clippy::unwrap_used, reason = "what the tests stand on: a failure here is theirs")]
 
 mod data;
 mod dynamics;

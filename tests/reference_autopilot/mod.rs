@@ -1,12 +1,9 @@
 //! The reference autopilot behind its wire: frames in, frames out, no sockets. Source of truth: PX4's and the MAVLink
 //! services' behaviour (`regress_*`), the same flight without frames (`closed_form_*`), random frames (`prop_*`).
 #![cfg(all(feature = "files", feature = "link"))]
-#![expect(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod bench;
 mod closed_loop;
-#[path = "../common/command_long.rs"]
-mod command_long;
 mod commands;
 mod estimator;
 mod junk;

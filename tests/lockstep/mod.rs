@@ -1,10 +1,7 @@
 //! Whole drops on the wire in memory: against the same flight without frames, and against themselves.
 #![cfg(all(feature = "files", feature = "link"))]
-#![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod bench;
-#[path = "../common/command_long.rs"]
-mod command_long;
 mod estimator;
 mod failsafes;
 mod flood;

@@ -1,0 +1,30 @@
+//! The integration tests: one program, so that it is linked once. A file's tests are chosen by its name:
+//! `cargo test --test integration swap::`.
+#![expect(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    clippy::disallowed_types,
+    reason = "tests fail by panicking; they drive the program, wait for it and read its files"
+)]
+
+mod architecture;
+mod assess;
+mod cli;
+#[cfg(all(feature = "files", feature = "link"))]
+mod command_long;
+mod drop_campaigns;
+mod fuzz;
+mod lockstep;
+mod params;
+mod planner;
+mod px4;
+mod px4_model;
+mod px4_stand_in;
+mod reference_autopilot;
+mod reference_flight;
+mod report_drop;
+mod swap;
+mod tune;
+mod verify;
