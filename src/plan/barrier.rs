@@ -75,6 +75,11 @@ impl<const N: usize> Limits<N> {
         (gradient, hessian)
     }
 
+    /// Gradient of the barrier and diagonal of its primal Hessian: [`Self::terms`] on the central path.
+    pub fn primal_terms(&self, x: &SVector<f64, N>, mu: f64) -> (SVector<f64, N>, SVector<f64, N>) {
+        self.terms(x, &self.central_duals(x, mu), mu)
+    }
+
     /// Sum of the logarithms of all distances; `None` on or beyond a bound.
     #[inline(always)]
     pub fn log_distance(&self, x: &SVector<f64, N>) -> Option<f64> {

@@ -21,9 +21,18 @@ pub struct Filter {
     violation_min: f64,
 }
 
+/// Least relative decrease of the violation, (18a).
 const GAMMA_THETA: f64 = 1e-5;
+/// Least decrease of the objective as a part of the violation, (18b).
 const GAMMA_PHI: f64 = 1e-8;
-const ARMIJO: f64 = 1e-8;
+/// Least decrease of the objective as a part of its slope (Armijo), (20).
+const ETA_PHI: f64 = 1e-8;
+/// Exponent of the violation in the switching condition, (19).
+const S_THETA: f64 = 1.1;
+/// Exponent of the slope in the switching condition, (19).
+const S_PHI: f64 = 2.3;
+/// Safety factor of the least step length, (23).
+const GAMMA_ALPHA: f64 = 0.05;
 
 impl Filter {
     /// An empty filter for a solve that starts at the constraint violation `violation`.
@@ -62,10 +71,10 @@ impl Filter {
         }
         let noise = 10.0 * f64::EPSILON * from.objective.abs();
         let switching = slope < 0.0
-            && alpha * (-slope).powf(2.3) > from.violation.powf(1.1)
+            && alpha * (-slope).powf(S_PHI) > from.violation.powf(S_THETA)
             && from.violation <= self.violation_min;
         if switching {
-            return trial.objective <= from.objective + ARMIJO * alpha * slope + noise;
+            return trial.objective <= from.objective + ETA_PHI * alpha * slope + noise;
         }
         let better = trial.violation <= (1.0 - GAMMA_THETA) * from.violation
             || trial.objective <= from.objective - GAMMA_PHI * from.violation + noise;
@@ -81,9 +90,9 @@ impl Filter {
         if slope < 0.0 {
             alpha = alpha.min(GAMMA_PHI * from.violation / -slope);
             if from.violation <= self.violation_min {
-                alpha = alpha.min(from.violation.powf(1.1) / (-slope).powf(2.3));
+                alpha = alpha.min(from.violation.powf(S_THETA) / (-slope).powf(S_PHI));
             }
         }
-        (0.05 * alpha).max(1e-12)
+        (GAMMA_ALPHA * alpha).max(1e-12)
     }
 }

@@ -9,7 +9,7 @@
 //! | [`transcription`] | Hermite-Simpson defects (33)-(37) and cost (38)-(39) |
 //! | [`solver`] | the interior point method |
 //! | [`riccati`] | the Newton step of that method, by a sweep over the stages |
-//! | [`barrier`] | bounds and their logarithmic barrier |
+//! | [`barrier`], `box_bounds` | bounds of a vector and their logarithmic barrier; those of a problem |
 //! | [`filter`] | which of two points is better |
 //! | [`restoration`] | the way back to feasibility |
 //! | [`block`] | products of small matrices |
@@ -19,6 +19,7 @@
 
 pub mod barrier;
 pub mod block;
+mod box_bounds;
 pub mod dynamics;
 pub mod filter;
 mod guess;

@@ -94,3 +94,10 @@ pub struct Nodes<const NX: usize, const NU: usize> {
     /// Inputs, one per node.
     pub u: Vec<SVector<f64, NU>>,
 }
+
+impl<const NX: usize, const NU: usize> Nodes<NX, NU> {
+    /// Whether there is one node more than `intervals`.
+    pub(super) fn fits(&self, intervals: usize) -> bool {
+        self.x.len() == intervals + 1 && self.u.len() == intervals + 1
+    }
+}

@@ -3,16 +3,15 @@
 //! Minimises `1/2 sum |e_k|^2 + zeta/2 |s - s_R|^2 - mu' sum log(distance)` by Gauss-Newton steps
 //! (Levenberg's zeta keeps them near the point where the line search failed), until the point is acceptable
 //! to the filter and has lost a tenth of its violation, or the decrease peters out: then the problem has no
-//! feasible point nearby. Rare, so the linear algebra is general-purpose: the same stage recursion, with the
-//! next state as a free control.
+//! feasible point nearby. The step is the sweep of [`super::riccati`] with penalised defects.
 
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{SMatrix, SVector};
 
-use super::dynamics::Dynamics;
+use super::box_bounds::{BoxBounds, move_out};
+use super::dynamics::{Curvature, Dynamics};
 use super::filter::{Filter, Merit};
 use super::problem::{Nodes, Problem};
-use super::riccati::Step;
-use super::solver::{BoxBounds, move_out};
+use super::riccati::{Defects, NodeGradient, NodeTerms, Step, Sweep};
 use super::transcription::{Evaluation, Linearised};
 
 /// How a restoration ended.
@@ -30,6 +29,7 @@ pub enum Restored<const NX: usize, const NU: usize> {
     Failed,
 }
 
+/// Most iterations of one restoration.
 const ITERATIONS: usize = 100;
 /// The violation has a minimum when this many iterations together gain less than a hundredth.
 const PATIENCE: usize = 10;
@@ -68,7 +68,7 @@ pub(super) fn restore<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
                 continue;
             };
             let alpha = boxes.longest_step(&nodes, &step, 0.99);
-            let trial = nodes.advanced(&step, alpha);
+            let trial = step.applied_to(&nodes, alpha);
             let evaluation = problem.evaluate(&trial);
             let trial_value = merit(&evaluation, boxes, &trial, barrier);
             if trial_value.is_finite() && trial_value < value * (1.0 - 1e-9) - 1e-300 {
@@ -102,7 +102,7 @@ fn merit<const NX: usize, const NU: usize>(
     }
 }
 
-/// One Gauss-Newton step; `None` when the stage system is singular.
+/// One Gauss-Newton step from `nodes`; `None` when it cannot be solved for.
 fn step<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
     problem: &Problem<D, NX, NU>,
     boxes: &BoxBounds<NX, NU>,
@@ -112,86 +112,46 @@ fn step<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
     barrier: f64,
     zeta: f64,
 ) -> Option<Step<NX, NU>> {
-    let (n, ns) = (problem.intervals, NX + NU);
-    // Own terms of node k >= 1: zeta and the barrier.
-    let own = |k: usize| {
-        let mut hessian = DMatrix::identity(ns, ns) * zeta;
-        let mut gradient = DVector::zeros(ns);
-        let central = boxes.u.central_duals(&nodes.u[k], barrier);
-        let (g, h) = boxes.u.terms(&nodes.u[k], &central, barrier);
-        for i in 0..NU {
-            hessian[(NX + i, NX + i)] += h[i];
-            gradient[NX + i] += g[i];
-        }
-        let central = boxes.at(k).central_duals(&nodes.x[k], barrier);
-        let (g, h) = boxes.at(k).terms(&nodes.x[k], &central, barrier);
-        for i in 0..NX {
-            hessian[(i, i)] += h[i];
-            gradient[i] += g[i];
-        }
-        (hessian, gradient)
-    };
-    // Stage decision (x', w) with u' = u + w: m maps (x, u, x', w) to the linearised defect, t to the next
-    // node.
-    let mut gains: Vec<(DMatrix<f64>, DVector<f64>)> = Vec::with_capacity(n);
-    let (mut p, mut p_lin) = own(n);
-    for k in (0..n).rev() {
-        let j = linearised.defect_jacobian(k, problem.dt_s);
-        let total = 2 * ns;
-        let mut m = DMatrix::zeros(NX, total);
-        m.view_mut((0, 0), (NX, NX)).copy_from(&j.x_left);
-        m.view_mut((0, NX), (NX, NU)).copy_from(&(j.u_left + j.u_right));
-        m.view_mut((0, ns), (NX, NX)).copy_from(&j.x_right);
-        m.view_mut((0, ns + NX), (NX, NU)).copy_from(&j.u_right);
-        let mut t = DMatrix::zeros(ns, total);
-        t.view_mut((0, ns), (NX, NX)).fill_with_identity();
-        t.view_mut((NX, NX), (NU, NU)).fill_with_identity();
-        t.view_mut((NX, ns + NX), (NU, NU)).fill_with_identity();
-        let defect = DVector::from_column_slice(now.defects[k].as_slice());
-        let mut q = m.tr_mul(&m) + t.tr_mul(&(&p * &t));
-        let mut g = m.tr_mul(&defect) + t.tr_mul(&p_lin);
-        let w = move_out(nodes, k);
-        let (gw, hw) = boxes.w.terms(&w, &boxes.w.central_duals(&w, barrier), barrier);
-        for i in 0..NU {
-            q[(ns + NX + i, ns + NX + i)] += hw[i];
-            g[ns + NX + i] += gw[i];
-        }
-        let factor = q.view((ns, ns), (ns, ns)).clone_owned().cholesky()?;
-        let cross = q.view((ns, 0), (ns, ns)).clone_owned();
-        let gain = -factor.solve(&cross);
-        let offset = -factor.solve(&g.rows(ns, ns).clone_owned());
-        p = q.view((0, 0), (ns, ns)) + cross.tr_mul(&gain);
-        p_lin = g.rows(0, ns) + cross.tr_mul(&offset);
-        if k > 0 {
-            let (h, g) = own(k);
-            p += h;
-            p_lin += g;
-        }
-        gains.push((gain, offset));
+    let n = problem.intervals;
+    let (terms, gradients): (Vec<_>, Vec<_>) =
+        (0..=n).map(|k| quadratic_terms(boxes, nodes, k, barrier, zeta)).unzip();
+    let mut sweep = Sweep::new(n);
+    let no_curvature = vec![Curvature::zero(); n];
+    sweep.factor(linearised, problem.dt_s, Defects::Penalised, &terms, &no_curvature).ok()?;
+    let step = sweep.solve(&gradients, &now.defects);
+    let finite = |v: &[f64]| v.iter().all(|x| x.is_finite());
+    (finite(step.x[n].as_slice()) && finite(step.u[n].as_slice())).then_some(step)
+}
+
+/// Hessian and gradient of `zeta/2 |s - s_R|^2` and the barrier at node `k`; the first node is fixed, only
+/// the move out of it counts.
+fn quadratic_terms<const NX: usize, const NU: usize>(
+    boxes: &BoxBounds<NX, NU>,
+    nodes: &Nodes<NX, NU>,
+    k: usize,
+    barrier: f64,
+    zeta: f64,
+) -> (NodeTerms<NX, NU>, NodeGradient<NX, NU>) {
+    let mut gradient = NodeGradient { x: SVector::zeros(), u: SVector::zeros(), w: SVector::zeros() };
+    let (mut h_x, mut h_u, mut h_w) = (SVector::zeros(), SVector::zeros(), SVector::zeros());
+    if k > 0 {
+        (gradient.x, h_x) = boxes.at(k).primal_terms(&nodes.x[k], barrier);
+        (gradient.u, h_u) = boxes.u.primal_terms(&nodes.u[k], barrier);
     }
-    gains.reverse();
-    let mut step: Step<NX, NU> = Step {
-        x: vec![SVector::zeros(); n + 1],
-        u: vec![SVector::zeros(); n + 1],
-        w: vec![SVector::zeros(); n],
-        lambda: vec![SVector::zeros(); n],
-    };
-    let mut s = DVector::zeros(ns);
-    for (k, (gain, offset)) in gains.iter().enumerate() {
-        let decision = gain * &s + offset;
-        step.x[k + 1] = SVector::from_fn(|i, _| decision[i]);
-        step.w[k] = SVector::from_fn(|i, _| decision[NX + i]);
-        step.u[k + 1] = step.u[k] + step.w[k];
-        s = DVector::from_iterator(ns, step.x[k + 1].iter().chain(step.u[k + 1].iter()).copied());
+    if k < boxes.last {
+        (gradient.w, h_w) = boxes.w.primal_terms(&move_out(nodes, k), barrier);
     }
-    s.iter().all(|x| x.is_finite()).then_some(step)
+    let hessian = Curvature {
+        xx: SMatrix::from_diagonal(&h_x.add_scalar(zeta)),
+        ux: SMatrix::zeros(),
+        uu: SMatrix::from_diagonal(&h_u.add_scalar(zeta)),
+    };
+    (NodeTerms { hessian, move_barrier: h_w }, gradient)
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::SMatrix;
-
-    use super::super::dynamics::{Curvature, Linearisation};
+    use super::super::dynamics::Linearisation;
     use super::super::problem::{Bounds, QuadraticCost};
     use super::*;
 
@@ -244,6 +204,43 @@ mod tests {
         };
         nodes.x[0] = SVector::zeros();
         nodes
+    }
+
+    /// The gradient of what a step minimises, `1/2 sum |e + J ds|^2 + zeta/2 |ds|^2` with the barrier's quadratic
+    /// terms, vanishes at the step; and the multiplier of a defect is what the step leaves of it.
+    #[test]
+    fn closed_form_a_step_minimises_its_quadratic_model() {
+        let problem = problem();
+        let (boxes, nodes, n) = (BoxBounds::new(&problem), far_off(), problem.intervals);
+        let (linearised, now) = problem.linearise(&nodes);
+        let (barrier, zeta) = (1e-4, 1e-3);
+        let d = step(&problem, &boxes, &linearised, &now, &nodes, barrier, zeta).unwrap();
+        let jacobian = |k: usize| linearised.defect_jacobian(k, problem.dt_s);
+        let rest = |k: usize| {
+            let j = jacobian(k);
+            now.defects[k]
+                + j.x_left * d.x[k]
+                + j.u_left * d.u[k]
+                + j.x_right * d.x[k + 1]
+                + j.u_right * d.u[k + 1]
+        };
+        let by_move = |k: usize| {
+            let (g, h) = boxes.w.primal_terms(&move_out(&nodes, k), barrier);
+            g + h.component_mul(&(d.u[k + 1] - d.u[k]))
+        };
+        for k in 1..=n {
+            let (terms, gradient) = quadratic_terms(&boxes, &nodes, k, barrier, zeta);
+            let before = jacobian(k - 1);
+            let mut by_x = gradient.x + terms.hessian.xx * d.x[k] + before.x_right.tr_mul(&rest(k - 1));
+            let mut by_u = gradient.u + terms.hessian.uu * d.u[k] + before.u_right.tr_mul(&rest(k - 1));
+            by_u += by_move(k - 1);
+            if k < n {
+                by_x += jacobian(k).x_left.tr_mul(&rest(k));
+                by_u += jacobian(k).u_left.tr_mul(&rest(k)) - by_move(k);
+            }
+            assert!(by_x.amax() < 1e-12 && by_u.amax() < 1e-12, "{k}: {by_x} {by_u}");
+            assert!((d.lambda[k - 1] - rest(k - 1)).amax() < 1e-12, "{k}");
+        }
     }
 
     #[test]

@@ -12,12 +12,17 @@
 //! Hessian of each stage with respect to `dw_k` (as wide as there are rotors) must be positive definite; that
 //! is exactly the condition that the whole KKT matrix has the inertia of a minimum. The second derivatives of
 //! a defect couple its two ends through the midpoint; they are taken in as a quadratic in `(dx_c, du_c)`.
+//!
+//! The restoration phase takes the defects as least squares instead ([`Defects::Penalised`]): what is left of
+//! a defect moves the next state off the point that would close it, at a cost of half its square. Each stage
+//! then sees the value function minimised over that remainder, and goes on as before.
 
 use nalgebra::SVector;
 
-use self::stage::Stage;
+use self::stage::{Relaxation, Stage};
 use super::block::{add_mul, mul, tr_mul};
 use super::dynamics::Curvature;
+use super::problem::Nodes;
 use super::transcription::Linearised;
 use crate::simd::{Kernel, vectorised};
 
@@ -43,10 +48,21 @@ pub struct NodeGradient<const NX: usize, const NU: usize> {
     pub w: SVector<f64, NU>,
 }
 
+/// How the linearised defects enter the quadratic problem that a sweep solves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Defects {
+    /// The defects are constraints: a full step closes them.
+    Closed,
+    /// Half the sum of the squared defects is part of the cost.
+    Penalised,
+}
+
 /// The factored Newton system, stage by stage.
 #[derive(Clone, Debug)]
 pub struct Sweep<const NX: usize, const NU: usize> {
     stages: Vec<Stage<NX, NU>>,
+    /// One per interval where the defects are penalised, none where they are closed.
+    relaxations: Vec<Relaxation<NX, NU>>,
 }
 
 /// Why a Newton system could not be factored.
@@ -71,10 +87,20 @@ pub struct Step<const NX: usize, const NU: usize> {
     pub lambda: Vec<SVector<f64, NX>>,
 }
 
+impl<const NX: usize, const NU: usize> Step<NX, NU> {
+    /// The node values `nodes`, moved along the step by the part `alpha` of its length.
+    pub(super) fn applied_to(&self, nodes: &Nodes<NX, NU>, alpha: f64) -> Nodes<NX, NU> {
+        Nodes {
+            x: nodes.x.iter().zip(&self.x).map(|(a, d)| a + d * alpha).collect(),
+            u: nodes.u.iter().zip(&self.u).map(|(a, d)| a + d * alpha).collect(),
+        }
+    }
+}
+
 impl<const NX: usize, const NU: usize> Sweep<NX, NU> {
-    /// Room for a system of so many intervals.
+    /// An empty system with room for `intervals` stages.
     pub fn new(intervals: usize) -> Self {
-        Self { stages: vec![Stage::empty(); intervals] }
+        Self { stages: vec![Stage::empty(); intervals], relaxations: Vec::new() }
     }
 
     /// Factors the system: `terms` per node (the first node is fixed: only its move counts), `middles` per
@@ -86,10 +112,11 @@ impl<const NX: usize, const NU: usize> Sweep<NX, NU> {
         &mut self,
         linearised: &Linearised<NX, NU>,
         dt_s: f64,
+        defects: Defects,
         terms: &[NodeTerms<NX, NU>],
         middles: &[Curvature<NX, NU>],
     ) -> Result<(), FactorError> {
-        vectorised(Factoring { sweep: self, linearised, dt_s, terms, middles })
+        vectorised(Factoring { sweep: self, linearised, dt_s, defects, terms, middles })
     }
 
     /// The Newton step for the given gradients (one per node) and defects (one per interval).
@@ -103,6 +130,7 @@ struct Factoring<'a, const NX: usize, const NU: usize> {
     sweep: &'a mut Sweep<NX, NU>,
     linearised: &'a Linearised<NX, NU>,
     dt_s: f64,
+    defects: Defects,
     terms: &'a [NodeTerms<NX, NU>],
     middles: &'a [Curvature<NX, NU>],
 }
@@ -112,9 +140,16 @@ impl<const NX: usize, const NU: usize> Kernel for Factoring<'_, NX, NU> {
 
     #[inline(always)]
     fn run(self) -> Self::Output {
+        let Sweep { stages, relaxations } = self.sweep;
+        relaxations.clear();
         let mut value = self.terms[self.middles.len()].hessian;
-        for (k, stage) in self.sweep.stages.iter_mut().enumerate().rev() {
+        for (k, stage) in stages.iter_mut().enumerate().rev() {
             stage.condense(self.linearised, k, self.dt_s).ok_or(FactorError::SingularDefect(k))?;
+            if self.defects == Defects::Penalised {
+                let (relaxed, relaxation) = stage.relax(&value).ok_or(FactorError::Indefinite(k))?;
+                value = relaxed;
+                relaxations.push(relaxation);
+            }
             let own = &self.terms[k];
             value = stage
                 .reduce(&value, &self.middles[k], &own.move_barrier)
@@ -123,6 +158,7 @@ impl<const NX: usize, const NU: usize> Kernel for Factoring<'_, NX, NU> {
             value.ux += own.hessian.ux;
             value.uu += own.hessian.uu;
         }
+        relaxations.reverse();
         Ok(())
     }
 }
@@ -149,6 +185,9 @@ impl<const NX: usize, const NU: usize> Kernel for Substitution<'_, NX, NU> {
             let s = &sweep.stages[k];
             let c = -mul(&s.by_defect, &defects[k]);
             offsets[k] = c;
+            if let Some(relaxation) = sweep.relaxations.get(k) {
+                (p_x, p_u) = (p_x - mul(&relaxation.xx, &p_x), p_u - mul(&relaxation.ux, &p_x));
+            }
             p_next[k] = p_x;
             let mut v_x = p_x;
             add_mul(&mut v_x, &s.p_xx, &c);
@@ -186,7 +225,11 @@ impl<const NX: usize, const NU: usize> Kernel for Substitution<'_, NX, NU> {
                 + tr_mul(&s.p_ux, &u_next)
                 + tr_mul(&s.mid_next, &curvature);
             step.lambda[k] = -tr_mul(&s.by_defect, &slope);
-            step.x[k + 1] = x_next;
+            step.x[k + 1] = match sweep.relaxations.get(k) {
+                None => x_next,
+                // The multiplier of a penalised defect is what is left of it.
+                Some(_) => x_next + mul(&s.by_defect, &step.lambda[k]),
+            };
             step.u[k + 1] = u_next;
         }
         step

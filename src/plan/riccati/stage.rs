@@ -33,6 +33,17 @@ pub(super) struct Stage<const NX: usize, const NU: usize> {
     pub(super) gain_u: SMatrix<f64, NU, NU>,
 }
 
+/// By how much less a penalised defect lets the value function at the next node rise: with the value
+/// function's Hessian `P` at node k+1 and `G = M (I + M' P M)^-1 M'`, `M` the inverse of the defect's Jacobian
+/// by the next state.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Relaxation<const NX: usize, const NU: usize> {
+    /// `P_xx G`
+    pub(super) xx: SMatrix<f64, NX, NX>,
+    /// `P_ux G`
+    pub(super) ux: SMatrix<f64, NU, NX>,
+}
+
 impl<const NX: usize, const NU: usize> Stage<NX, NU> {
     pub(super) fn empty() -> Self {
         Self {
@@ -78,6 +89,24 @@ impl<const NX: usize, const NU: usize> Stage<NX, NU> {
         add_mul(&mut self.mid_u, &self.mid_next, &self.b);
         add_mul(&mut self.mid_w, &self.mid_next, &self.c);
         Some(())
+    }
+
+    /// The value function's Hessian at node k+1 where the next state may be off by `M r` at a cost of
+    /// `r' r/2`, minimised over the remainder `r` of the defect. Call after [`Self::condense`]. `None` when it
+    /// is not positive definite.
+    #[inline(always)]
+    pub(super) fn relax(&self, value: &Curvature<NX, NU>) -> Option<(Curvature<NX, NU>, Relaxation<NX, NU>)> {
+        let m = &self.by_defect;
+        let mut weight = SMatrix::identity();
+        add_tr_mul(&mut weight, m, &mul(&value.xx, m));
+        let mut g = m.transpose();
+        Cholesky::new(weight)?.solve(&mut g);
+        let g = mul(m, &g);
+        let relaxation = Relaxation { xx: mul(&value.xx, &g), ux: mul(&value.ux, &g) };
+        let xx = value.xx - mul(&relaxation.xx, &value.xx);
+        let ux = value.ux - mul(&relaxation.ux, &value.xx);
+        let uu = value.uu - mul(&relaxation.ux, &value.ux.transpose());
+        Some((Curvature { xx: symmetric_part(&xx), ux, uu: symmetric_part(&uu) }, relaxation))
     }
 
     /// Minimises the stage over `dw`: `value` comes in as the value function's Hessian at node k+1 and leaves

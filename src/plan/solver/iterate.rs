@@ -1,10 +1,10 @@
-//! The solver's variables, the bounds as its barrier sees them, and where it starts from.
+//! The solver's variables, and cold and warm starts.
 
 use nalgebra::SVector;
 
-use super::super::barrier::{BoundDuals, Limits};
-use super::super::problem::{Nodes, Problem};
-use super::super::riccati::Step;
+use super::super::barrier::BoundDuals;
+use super::super::box_bounds::{BoxBounds, move_out};
+use super::super::problem::Nodes;
 
 /// Primal and dual variables of the solver.
 #[derive(Clone, Debug)]
@@ -19,106 +19,6 @@ pub struct Iterate<const NX: usize, const NU: usize> {
     pub z_u: Vec<BoundDuals<NU>>,
     /// Multipliers of the rate bounds, one per interval.
     pub z_w: Vec<BoundDuals<NU>>,
-}
-
-/// Move `w_k = u_k+1 - u_k` of the inputs from node `k` to the next.
-#[inline(always)]
-pub(in crate::plan) fn move_out<const NX: usize, const NU: usize>(
-    nodes: &Nodes<NX, NU>,
-    k: usize,
-) -> SVector<f64, NU> {
-    nodes.u[k + 1] - nodes.u[k]
-}
-
-/// The lower and upper bounds on states, inputs and moves, as the barrier uses them.
-#[derive(Clone, Debug)]
-pub(in crate::plan) struct BoxBounds<const NX: usize, const NU: usize> {
-    pub(in crate::plan) x: Limits<NX>,
-    pub(in crate::plan) x_end: Limits<NX>,
-    pub(in crate::plan) u: Limits<NU>,
-    pub(in crate::plan) w: Limits<NU>,
-    pub(in crate::plan) last: usize,
-    /// Whether any state is bounded; if not, the state's barrier costs nothing.
-    pub(in crate::plan) on_state: bool,
-}
-
-impl<const NX: usize, const NU: usize> BoxBounds<NX, NU> {
-    pub(in crate::plan) fn new<D>(problem: &Problem<D, NX, NU>) -> Self {
-        let b = &problem.bounds;
-        let last = problem.intervals;
-        let limits = |k| {
-            let (lo, hi) = b.on_state(k, last);
-            Limits { lo, hi }
-        };
-        let (x, x_end) = (limits(last - 1), limits(last));
-        let on_state = x_end
-            .lo
-            .iter()
-            .chain(x_end.hi.iter())
-            .chain(x.lo.iter())
-            .chain(x.hi.iter())
-            .any(|b| b.is_finite());
-        let move_max = b.u_rate * problem.dt_s;
-        Self {
-            x,
-            x_end,
-            u: Limits { lo: b.u_min, hi: b.u_max },
-            w: Limits { lo: -move_max, hi: move_max },
-            last,
-            on_state,
-        }
-    }
-
-    #[inline(always)]
-    pub(in crate::plan) fn at(&self, k: usize) -> &Limits<NX> {
-        if k == self.last { &self.x_end } else { &self.x }
-    }
-
-    /// Sum of the logarithms of the distances from all bounds; `None` on or beyond a bound.
-    pub(in crate::plan) fn log_distance(&self, nodes: &Nodes<NX, NU>) -> Option<f64> {
-        let mut sum = 0.0;
-        for k in 0..=self.last {
-            if k > 0 {
-                sum += self.u.log_distance(&nodes.u[k])?;
-                if self.on_state {
-                    sum += self.at(k).log_distance(&nodes.x[k])?;
-                }
-            }
-            if k < self.last {
-                sum += self.w.log_distance(&move_out(nodes, k))?;
-            }
-        }
-        Some(sum)
-    }
-
-    /// Longest primal step in [0, 1] that keeps the fraction `1 - tau` of the distance from each bound.
-    pub(in crate::plan) fn longest_step(&self, nodes: &Nodes<NX, NU>, step: &Step<NX, NU>, tau: f64) -> f64 {
-        let mut alpha = 1.0f64;
-        for k in 0..=self.last {
-            if k > 0 {
-                alpha = alpha.min(self.u.longest_step(&nodes.u[k], &step.u[k], tau));
-                if self.on_state {
-                    alpha = alpha.min(self.at(k).longest_step(&nodes.x[k], &step.x[k], tau));
-                }
-            }
-            if k < self.last {
-                alpha = alpha.min(self.w.longest_step(&move_out(nodes, k), &step.w[k], tau));
-            }
-        }
-        alpha
-    }
-
-    /// Moves node values strictly inside all bounds: inputs first into theirs, then within reach of the node
-    /// before.
-    pub(super) fn interior(&self, nodes: &mut Nodes<NX, NU>, margin: f64) {
-        for k in 1..=self.last {
-            let boxed = self.u.interior(&nodes.u[k], margin);
-            let reach = self.w.hi * (1.0 - 5.0 * margin);
-            let before = nodes.u[k - 1];
-            nodes.u[k] = (boxed - before).sup(&-reach).inf(&reach) + before;
-            nodes.x[k] = self.at(k).interior(&nodes.x[k], margin);
-        }
-    }
 }
 
 impl<const NX: usize, const NU: usize> Iterate<NX, NU> {
@@ -174,19 +74,5 @@ impl<const NX: usize, const NU: usize> Iterate<NX, NU> {
             && self.z_w.len() == intervals
             && self.z_u.len() == intervals + 1
             && self.z_x.len() == intervals + 1
-    }
-}
-
-impl<const NX: usize, const NU: usize> Nodes<NX, NU> {
-    pub(in crate::plan) fn fits(&self, intervals: usize) -> bool {
-        self.x.len() == intervals + 1 && self.u.len() == intervals + 1
-    }
-
-    pub(in crate::plan) fn advanced(&self, step: &Step<NX, NU>, alpha: f64) -> Self {
-        let along = |a: &SVector<f64, NX>, d: &SVector<f64, NX>| a + d * alpha;
-        Self {
-            x: self.x.iter().zip(&step.x).map(|(a, d)| along(a, d)).collect(),
-            u: self.u.iter().zip(&step.u).map(|(a, d)| a + d * alpha).collect(),
-        }
     }
 }

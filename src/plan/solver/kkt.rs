@@ -2,11 +2,11 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use super::super::box_bounds::move_out;
 use super::super::dynamics::{Curvature, Dynamics};
-use super::super::riccati::{NodeGradient, NodeTerms, Sweep};
+use super::super::riccati::{Defects, NodeGradient, NodeTerms, Sweep};
 use super::super::transcription::{Evaluation, Linearised, midpoint};
 use super::Run;
-use super::iterate::move_out;
 
 /// Optimality measures of an iterate.
 #[derive(Clone, Copy, Debug)]
@@ -100,13 +100,13 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
         self.counts.factorisations += 1;
         let (exact, middles) = self.with_curvature(linearised, &terms);
         let dt_s = self.problem.dt_s;
-        if sweep.factor(linearised, dt_s, &exact, &middles).is_ok() {
+        if sweep.factor(linearised, dt_s, Defects::Closed, &exact, &middles).is_ok() {
             return Some(gradients);
         }
         self.counts.gauss_newton += 1;
         self.counts.factorisations += 1;
-        let none = Curvature::zero();
-        sweep.factor(linearised, dt_s, &terms, &vec![none; middles.len()]).ok()?;
+        let none = vec![Curvature::zero(); middles.len()];
+        sweep.factor(linearised, dt_s, Defects::Closed, &terms, &none).ok()?;
         Some(gradients)
     }
 

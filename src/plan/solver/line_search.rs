@@ -1,13 +1,22 @@
 //! The line search: how far along the Newton step, by the filter; second-order correction; the step taken.
 
 use super::super::barrier::{BoundDuals, longest_dual_step};
+use super::super::box_bounds::move_out;
 use super::super::dynamics::Dynamics;
 use super::super::filter::{Filter, Merit};
 use super::super::problem::Nodes;
 use super::super::riccati::{NodeGradient, Step, Sweep};
 use super::super::transcription::Evaluation;
 use super::Run;
-use super::iterate::move_out;
+
+// Constants of Waechter and Biegler (2006), by their names there.
+
+/// Least fraction of the way to a bound that a step may go, (8).
+const TAU_MIN: f64 = 0.99;
+/// Most second-order corrections of one trial point.
+const P_MAX: usize = 4;
+/// A second-order correction must reduce the violation to this part, or it is given up.
+const KAPPA_SOC: f64 = 0.99;
 
 /// The result of a line search.
 pub(super) enum Search {
@@ -39,14 +48,14 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
         now: &Evaluation<NX>,
         filter: &mut Filter,
     ) -> Search {
-        let tau = (1.0 - self.mu).max(0.99);
+        let tau = (1.0 - self.mu).max(TAU_MIN);
         let from = self.merit(now);
         let slope = slope_of(gradients, &step);
         let mut alpha = self.boxes.longest_step(&self.iterate.nodes, &step, tau);
         let least = filter.least_step(from, slope);
         let mut first = true;
         while alpha >= least {
-            let nodes = self.iterate.nodes.advanced(&step, alpha);
+            let nodes = step.applied_to(&self.iterate.nodes, alpha);
             let (trial, evaluation) = self.merit_at(&nodes);
             if filter.takes(from, trial, alpha, slope) {
                 self.accept(nodes, &step, alpha, tau);
@@ -78,19 +87,19 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
         (from, slope): (Merit, f64),
         filter: &mut Filter,
     ) -> Option<(Nodes<NX, NU>, Step<NX, NU>, f64)> {
-        let tau = (1.0 - self.mu).max(0.99);
+        let tau = (1.0 - self.mu).max(TAU_MIN);
         let mut defects: Vec<_> =
             now.defects.iter().zip(&trial.defects).map(|(c, t)| c * alpha + t).collect();
         let mut violation = trial.defect_sum;
-        for _ in 0..4 {
+        for _ in 0..P_MAX {
             let step = sweep.solve(gradients, &defects);
             let length = self.boxes.longest_step(&self.iterate.nodes, &step, tau);
-            let nodes = self.iterate.nodes.advanced(&step, length);
+            let nodes = step.applied_to(&self.iterate.nodes, length);
             let (merit, evaluation) = self.merit_at(&nodes);
             if filter.takes(from, merit, alpha, slope) {
                 return Some((nodes, step, length));
             }
-            if !(evaluation.defect_sum <= 0.99 * violation) {
+            if !(evaluation.defect_sum <= KAPPA_SOC * violation) {
                 return None;
             }
             violation = evaluation.defect_sum;

@@ -9,7 +9,7 @@
 //! |---|---|
 //! | this one | the loop, the best point |
 //! | `options` | options, status, solution |
-//! | `iterate` | variables and bounds; cold and warm starts |
+//! | `iterate` | variables; cold and warm starts |
 //! | `kkt` | gradients, residuals, the Newton system's terms |
 //! | `line_search` | how far to go; second-order correction |
 
@@ -19,6 +19,7 @@ use nalgebra::SVector;
 
 use self::kkt::Residuals;
 use self::line_search::Search;
+use super::box_bounds::BoxBounds;
 use super::dynamics::Dynamics;
 use super::filter::Filter;
 use super::problem::Problem;
@@ -32,7 +33,6 @@ mod line_search;
 mod options;
 
 pub use iterate::Iterate;
-pub(super) use iterate::{BoxBounds, move_out};
 pub use options::{Counts, ProblemError, Progress, Solution, SolverOptions, StartFrom, Status};
 
 fn check<D, const NX: usize, const NU: usize>(problem: &Problem<D, NX, NU>) -> Result<(), ProblemError> {
@@ -66,8 +66,8 @@ fn check<D, const NX: usize, const NU: usize>(problem: &Problem<D, NX, NU>) -> R
     }
 }
 
-/// Solves the problem. After each iteration `observer` sees how it stands and may stop it: budgets of time,
-/// which the solver knows nothing of, are kept there.
+/// Solves the problem. `observer` is called after each iteration with its progress, and may stop the solve:
+/// budgets of time, which the solver knows nothing of, are kept there.
 ///
 /// # Errors
 /// [`ProblemError`] for a problem that cannot be posed. That no solution was found is not an error but a
@@ -97,7 +97,7 @@ pub fn solve<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
             (iterate.warm(&boxes, options.mu_warm), options.mu_warm)
         }
     };
-    // Deviation of a non-finite state in the guess is mended by holding the initial state.
+    // States of the guess that are not finite are replaced by the initial state.
     for x in &mut iterate.nodes.x {
         if !x.iter().all(|c| c.is_finite()) {
             *x = problem.x_initial;
@@ -125,18 +125,29 @@ struct Run<'a, D, const NX: usize, const NU: usize> {
     step_length: f64,
 }
 
-/// A barrier problem is solved well enough for the next when its residual is below this multiple of `mu`.
-/// (IPOPT's 10 costs a fifth more iterations on this problem.)
-const BARRIER_TOLERANCE: f64 = 100.0;
+// Constants of Waechter and Biegler (2006), by their names there.
+
+/// A barrier problem is solved well enough for the next when its residual is at most this multiple of `mu`,
+/// (7). (IPOPT's 10 costs a fifth more iterations on this problem.)
+const KAPPA_EPSILON: f64 = 100.0;
+/// Linear decrease of the barrier parameter, (7).
+const KAPPA_MU: f64 = 0.2;
+/// Superlinear decrease of the barrier parameter, (7).
+const THETA_MU: f64 = 1.5;
+/// Least barrier parameter as a part of the tolerance. (IPOPT's is 0.1.)
+const MU_LEAST: f64 = 0.05;
 
 impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
+    /// Algorithm A of Waechter and Biegler (2006), step by step.
     fn run(mut self, observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Solution<NX, NU> {
+        // initialise.
         let tolerance = self.options.tolerance;
+        let mu_least = MU_LEAST * tolerance;
         let (mut linearised, mut now) = self.problem.linearise(&self.iterate.nodes);
         let mut filter = Filter::new(now.defect_sum);
         let mut sweep = Sweep::new(self.problem.intervals);
-        let mu_least = tolerance * 0.05;
         loop {
+            // check convergence of the whole problem.
             let gradient = self.lagrangian_gradient(&linearised);
             let residuals = self.residuals(&gradient, &now, 0.0);
             self.remember(&now);
@@ -146,60 +157,64 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
             if !(now.is_finite() && residuals.worst().is_finite()) {
                 return self.finish_with_best(Status::Diverged);
             }
-            let progress = Progress {
-                iteration: self.counts.iterations,
-                objective: now.objective,
-                defect_max: now.defect_max,
-                kkt_residual: residuals.dual,
-                mu: self.mu,
-                step_length: self.step_length,
-            };
-            if observer(&progress).is_break() {
+            if observer(&self.progress(&now, residuals)).is_break() {
                 return self.finish_with_best(Status::Stopped);
             }
             if self.counts.iterations >= self.options.max_iterations {
                 return self.finish_with_best(Status::IterationLimit);
             }
             self.counts.iterations += 1;
+            // check convergence of the barrier problem.
             while self.mu > mu_least
-                && self.residuals(&gradient, &now, self.mu).worst() <= BARRIER_TOLERANCE * self.mu
+                && self.residuals(&gradient, &now, self.mu).worst() <= KAPPA_EPSILON * self.mu
             {
-                self.mu = (0.2 * self.mu).min(self.mu.powf(1.5)).max(mu_least);
+                self.mu = (KAPPA_MU * self.mu).min(self.mu.powf(THETA_MU)).max(mu_least);
                 filter.clear();
             }
+            // compute the search direction.
             let Some(gradients) = self.factor(&mut sweep, &linearised) else {
                 return self.finish_with_best(Status::Diverged);
             };
             let step = sweep.solve(&gradients, &now.defects);
-            match self.line_search(&sweep, &gradients, step, &now, &mut filter) {
-                Search::Moved => {}
-                Search::Failed => {
-                    self.counts.restorations += 1;
-                    filter.add(self.merit(&now));
-                    match restoration::restore(
-                        self.problem,
-                        &self.boxes,
-                        &self.iterate.nodes,
-                        self.mu,
-                        &filter,
-                    ) {
-                        Restored::Found { nodes, iterations } => {
-                            self.counts.iterations += iterations;
-                            self.iterate.nodes = nodes;
-                            self.iterate.centre(&self.boxes, self.mu);
-                            self.iterate.lambda.fill(SVector::zeros());
-                        }
-                        // There was nothing to restore: it is the search for a lower cost that has come to
-                        // its end.
-                        _ if now.defect_max <= self.feasible() => {
-                            return self.finish_with_best(Status::Stalled);
-                        }
-                        Restored::Infeasible => return self.finish_with_best(Status::Infeasible),
-                        Restored::Failed => return self.finish_with_best(Status::Diverged),
-                    }
-                }
+            // backtracking line search; accept the trial point and augment the filter.
+            if let Search::Failed = self.line_search(&sweep, &gradients, step, &now, &mut filter)
+                // feasibility restoration.
+                && let Err(status) = self.restore(&now, &mut filter)
+            {
+                return self.finish_with_best(status);
             }
+            // continue with the next iteration.
             (linearised, now) = self.problem.linearise(&self.iterate.nodes);
+        }
+    }
+
+    fn progress(&self, now: &Evaluation<NX>, residuals: Residuals) -> Progress {
+        Progress {
+            iteration: self.counts.iterations,
+            objective: now.objective,
+            defect_max: now.defect_max,
+            kkt_residual: residuals.dual,
+            mu: self.mu,
+            step_length: self.step_length,
+        }
+    }
+
+    /// Goes back towards feasibility from where no step was acceptable, or says how the solve has ended.
+    fn restore(&mut self, now: &Evaluation<NX>, filter: &mut Filter) -> Result<(), Status> {
+        self.counts.restorations += 1;
+        filter.add(self.merit(now));
+        match restoration::restore(self.problem, &self.boxes, &self.iterate.nodes, self.mu, filter) {
+            Restored::Found { nodes, iterations } => {
+                self.counts.iterations += iterations;
+                self.iterate.nodes = nodes;
+                self.iterate.centre(&self.boxes, self.mu);
+                self.iterate.lambda.fill(SVector::zeros());
+                Ok(())
+            }
+            // There was nothing to restore: it is the search for a lower cost that has come to its end.
+            _ if now.defect_max <= self.feasible() => Err(Status::Stalled),
+            Restored::Infeasible => Err(Status::Infeasible),
+            Restored::Failed => Err(Status::Diverged),
         }
     }
 
