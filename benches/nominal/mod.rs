@@ -22,7 +22,7 @@ pub fn solve_cold(problem: &PlanProblem<'_>) -> Plan {
 /// A node after `earlier` was made, from where it leads; to 1e-6.
 pub fn solve_warm(problem: &PlanProblem<'_>, earlier: &Plan) -> Plan {
     let options = SolverOptions { tolerance: 1e-6, ..SolverOptions::default() };
-    let guess = Guess::Warm { plan: earlier, shift: 1 };
+    let guess = earlier.moved_on(1);
     plan(problem, &guess, &options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 

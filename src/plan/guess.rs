@@ -5,7 +5,6 @@ use nalgebra::SVector;
 use super::dynamics::{BODY_STATES, VehicleDynamics};
 use super::problem::{Nodes, Problem};
 use super::solver::{Iterate, StartFrom};
-use super::vehicle::{Plan, PlanProblem};
 use crate::trajectory::Trajectory;
 
 /// The starting point of the solver, in the terms of a vehicle.
@@ -15,10 +14,11 @@ pub enum Guess<'a> {
     StraightLine,
     /// A flown trajectory, sampled at the nodes; its thrusts are clipped to the bounds.
     Flown(&'a Trajectory),
-    /// An earlier plan, moved on by whole nodes: primal and dual variables are kept.
+    /// An earlier plan, moved on by whole nodes: primal and dual variables are kept
+    /// ([`Plan::moved_on`](super::vehicle::Plan::moved_on)).
     Warm {
-        /// The earlier plan.
-        plan: &'a Plan,
+        /// The solver's variables of the earlier plan.
+        iterate: &'a AnyIterate,
         /// Number of nodes by which time has moved on since.
         shift: usize,
     },
@@ -26,9 +26,12 @@ pub enum Guess<'a> {
 
 /// The solver's variables for any supported number of rotors, kept for a warm start.
 #[derive(Clone, Debug)]
-pub(super) enum AnyIterate {
+pub enum AnyIterate {
+    /// Variables of a plan for four rotors.
     Four(Iterate<BODY_STATES, 4>),
+    /// Variables of a plan for six rotors.
     Six(Iterate<BODY_STATES, 6>),
+    /// Variables of a plan for eight rotors.
     Eight(Iterate<BODY_STATES, 8>),
 }
 
@@ -57,30 +60,30 @@ rotor_count!(4, Four);
 rotor_count!(6, Six);
 rotor_count!(8, Eight);
 
-/// The starting point, in the transcribed problem's terms, that a guess stands for.
+/// The starting point, in the transcribed problem's terms, that a guess stands for. `hover_n` is the thrust of
+/// a rotor in hover [N].
 pub(super) fn start_from<const NU: usize>(
     nlp: &Problem<VehicleDynamics<NU>, BODY_STATES, NU>,
     guess: &Guess<'_>,
-    problem: &PlanProblem<'_>,
+    hover_n: f64,
 ) -> StartFrom<BODY_STATES, NU>
 where
     (): RotorCount<NU>,
 {
-    let hover = problem.vehicle.mass.mass_kg * problem.environment.gravity_m_s2 / NU as f64;
     match guess {
-        Guess::StraightLine => StartFrom::Guess(straight_line(nlp, hover)),
+        Guess::StraightLine => StartFrom::Guess(straight_line(nlp, hover_n)),
         Guess::Flown(flight) => StartFrom::Guess(Nodes {
             x: (0..=nlp.intervals).map(|k| flown_state(flight, k as f64 * nlp.dt_s)).collect(),
             u: (0..=nlp.intervals)
                 .map(|k| {
                     let thrust = flight.thrust_n(k as f64 * nlp.dt_s);
-                    SVector::from_fn(|i, _| thrust[i].clamp(0.0, problem.thrust_max_n))
+                    SVector::from_fn(|i, _| thrust[i].clamp(0.0, nlp.bounds.u_max[i]))
                 })
                 .collect(),
         }),
-        Guess::Warm { plan, shift } => match <() as RotorCount<NU>>::unwrap(&plan.iterate) {
+        Guess::Warm { iterate, shift } => match <() as RotorCount<NU>>::unwrap(iterate) {
             Some(iterate) if iterate.nodes.fits(nlp.intervals) => StartFrom::Warm(shifted(iterate, *shift)),
-            _ => StartFrom::Guess(straight_line(nlp, hover)),
+            _ => StartFrom::Guess(straight_line(nlp, hover_n)),
         },
     }
 }

@@ -98,7 +98,14 @@ pub struct Plan {
     pub complementarity: f64,
     /// Iterations, evaluations and factorisations that the solve took.
     pub counts: Counts,
-    pub(super) iterate: AnyIterate,
+    iterate: AnyIterate,
+}
+
+impl Plan {
+    /// A warm start from this plan once time has moved on by `shift` nodes.
+    pub fn moved_on(&self, shift: usize) -> Guess<'_> {
+        Guess::Warm { iterate: &self.iterate, shift }
+    }
 }
 
 /// Plans the manoeuvre. `observer` is called after each iteration with its progress, and may stop the solve.
@@ -131,7 +138,8 @@ where
 {
     let trimmed = trim(problem.vehicle, problem.environment, problem.target_v_ned, 0.0)?;
     let nlp = transcribe::<NU>(problem, &trimmed.q_ned_from_body, &trimmed.thrust_n)?;
-    let start = start_from::<NU>(&nlp, guess, problem);
+    let hover_n = problem.vehicle.mass.mass_kg * problem.environment.gravity_m_s2 / NU as f64;
+    let start = start_from::<NU>(&nlp, guess, hover_n);
     let too_weak = weakness(problem, &trimmed.thrust_n);
     let options = if too_weak.is_some() { SolverOptions { max_iterations: 0, ..*options } } else { *options };
     let solution = solve(&nlp, start, &options, observer)?;

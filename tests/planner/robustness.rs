@@ -64,7 +64,7 @@ fn prop_warm_starts_converge_in_fewer_iterations() {
                 plan
             };
             cold.push(attempt(&Guess::StraightLine).counts.iterations);
-            let plan = attempt(&Guess::Warm { plan: &current, shift: 1 });
+            let plan = attempt(&current.moved_on(1));
             warm.push(plan.counts.iterations);
             current = plan;
         }
