@@ -61,57 +61,8 @@ pub fn trim(
     v_ned: Vector3<f64>,
     heading_rad: f64,
 ) -> Result<Trim, TrimError> {
-    let n = vehicle.rotors.len();
-    let hover = vehicle.mass.mass_kg * environment.gravity_m_s2 / n as f64;
-    // Thrusts in units of the hover thrust, so that all unknowns are of order one.
-    let mut unknowns = DVector::zeros(2 + n);
-    unknowns.rows_mut(2, n).fill(1.0);
-    let state = |z: &DVector<f64>| BodyState {
-        p_ned: Vector3::zeros(),
-        q_ned_from_body: quaternion_from_euler(z[0], z[1], heading_rad),
-        v_ned,
-        omega_body: Vector3::zeros(),
-    };
-    let residual = |z: &DVector<f64>| {
-        let mut thrust = [0.0; MAX_ROTORS];
-        for i in 0..n {
-            thrust[i] = hover * z[2 + i];
-        }
-        let rate = vehicle.thrust_derivative(environment, &state(z), &thrust[..n]);
-        DVector::from_iterator(6, rate.v_dot_ned.iter().chain(rate.omega_dot_body.iter()).copied())
-    };
-    let mut r = residual(&unknowns);
-    for _ in 0..50 {
-        if r.amax() < 1e-14 {
-            break;
-        }
-        let mut jacobian = DMatrix::zeros(6, 2 + n);
-        let h = 1e-6;
-        for j in 0..2 + n {
-            let probe = |s: f64| {
-                let mut z = unknowns.clone();
-                z[j] += s;
-                residual(&z)
-            };
-            let column = (probe(h) - probe(-h)) / (2.0 * h);
-            jacobian.set_column(j, &column);
-        }
-        if !jacobian.iter().chain(r.iter()).all(|x| x.is_finite()) {
-            break;
-        }
-        let Some(svd) = jacobian.try_svd(true, true, f64::EPSILON, 500) else { break };
-        let Ok(step) = svd.solve(&r, 1e-9) else { break };
-        // Attitude moves by at most a quarter turn, thrust by a few hover thrusts a step.
-        let scale = (1.0 / step.amax()).min(1.0);
-        let next = &unknowns - step * scale;
-        let next_r = residual(&next);
-        if !next_r.iter().all(|x| x.is_finite())
-            || (scale == 1.0 && next_r.amax() >= r.amax() && r.amax() < 1e-10)
-        {
-            break;
-        }
-        (unknowns, r) = (next, next_r);
-    }
+    let equations = Equations { vehicle, environment, v_ned, heading_rad };
+    let (unknowns, r) = equations.solve();
     if !(r.amax() < 1e-9) || unknowns[0].abs() > 1.5 || unknowns[1].abs() > 1.5 {
         return Err(TrimError::NoSolution {
             v_ned_m_s: v_ned.into(),
@@ -120,16 +71,90 @@ pub fn trim(
             roll_deg: unknowns[0] * crate::units::DEG_PER_RAD,
         });
     }
-    let mut thrust_n = [0.0; MAX_ROTORS];
-    for i in 0..n {
-        thrust_n[i] = hover * unknowns[2 + i];
-    }
     Ok(Trim {
-        q_ned_from_body: state(&unknowns).q_ned_from_body,
+        q_ned_from_body: equations.attitude(&unknowns),
         v_ned,
         roll_rad: unknowns[0],
         pitch_rad: unknowns[1],
-        thrust_n,
+        thrust_n: equations.thrust_n(&unknowns),
         residual: r.amax(),
     })
+}
+
+/// The equations of steady flight, in roll, pitch and the thrusts over the hover thrust, so that all unknowns
+/// are of order one.
+struct Equations<'a> {
+    vehicle: &'a Vehicle,
+    environment: &'a Environment,
+    v_ned: Vector3<f64>,
+    heading_rad: f64,
+}
+
+impl Equations<'_> {
+    fn attitude(&self, unknowns: &DVector<f64>) -> Quaternion {
+        quaternion_from_euler(unknowns[0], unknowns[1], self.heading_rad)
+    }
+
+    fn thrust_n(&self, unknowns: &DVector<f64>) -> PerRotor {
+        let n = self.vehicle.rotors.len();
+        let hover = self.vehicle.mass.mass_kg * self.environment.gravity_m_s2 / n as f64;
+        std::array::from_fn(|i| if i < n { hover * unknowns[2 + i] } else { 0.0 })
+    }
+
+    /// Acceleration [m/s^2] and angular acceleration [rad/s^2], which are to vanish.
+    fn residual(&self, unknowns: &DVector<f64>) -> DVector<f64> {
+        let state = BodyState {
+            p_ned: Vector3::zeros(),
+            q_ned_from_body: self.attitude(unknowns),
+            v_ned: self.v_ned,
+            omega_body: Vector3::zeros(),
+        };
+        let thrust_n = &self.thrust_n(unknowns)[..self.vehicle.rotors.len()];
+        let rate = self.vehicle.thrust_derivative(self.environment, &state, thrust_n);
+        DVector::from_iterator(6, rate.v_dot_ned.iter().chain(rate.omega_dot_body.iter()).copied())
+    }
+
+    /// The residual's Jacobian by central differences.
+    fn jacobian(&self, unknowns: &DVector<f64>) -> DMatrix<f64> {
+        let h = 1e-6;
+        let mut jacobian = DMatrix::zeros(6, unknowns.len());
+        for j in 0..unknowns.len() {
+            let probe = |s: f64| {
+                let mut z = unknowns.clone();
+                z[j] += s;
+                self.residual(&z)
+            };
+            jacobian.set_column(j, &((probe(h) - probe(-h)) / (2.0 * h)));
+        }
+        jacobian
+    }
+
+    /// Newton's method with minimum-norm steps from level hover: where it stopped, and the residual there.
+    fn solve(&self) -> (DVector<f64>, DVector<f64>) {
+        let mut unknowns = DVector::from_element(2 + self.vehicle.rotors.len(), 1.0);
+        unknowns.rows_mut(0, 2).fill(0.0);
+        let mut r = self.residual(&unknowns);
+        for _ in 0..50 {
+            if r.amax() < 1e-14 {
+                break;
+            }
+            let jacobian = self.jacobian(&unknowns);
+            if !jacobian.iter().chain(r.iter()).all(|x| x.is_finite()) {
+                break;
+            }
+            let Some(svd) = jacobian.try_svd(true, true, f64::EPSILON, 500) else { break };
+            let Ok(step) = svd.solve(&r, 1e-9) else { break };
+            // Attitude moves by at most a quarter turn, thrust by a few hover thrusts a step.
+            let scale = (1.0 / step.amax()).min(1.0);
+            let next = &unknowns - step * scale;
+            let next_r = self.residual(&next);
+            if !next_r.iter().all(|x| x.is_finite())
+                || (scale == 1.0 && next_r.amax() >= r.amax() && r.amax() < 1e-10)
+            {
+                break;
+            }
+            (unknowns, r) = (next, next_r);
+        }
+        (unknowns, r)
+    }
 }

@@ -63,19 +63,8 @@ pub fn motors(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Group {
 fn of_motor(name: &str, problem: &PlanProblem<'_>) -> Vec<Check> {
     let (rotor, motor) = (&problem.vehicle.rotor, &problem.vehicle.motor);
     let torque_nm = |omega: f64| rotor.static_load(omega, problem.environment.density_kg_m3).torque_nm;
-    // The speed after a time under a held command, by the simulator's integrator.
     let turned = |from: f64, throttle: f64, time_s: f64| {
-        let mut state = PlantState::rotors_at_rest(level(Vector3::zeros(), Vector3::zeros()));
-        state.rotor_speed[0] = from;
-        for _ in 0..STEPS {
-            state = runge_kutta_4(&state, time_s / f64::from(STEPS), |_, x| {
-                let mut rotor_acceleration = [0.0; MAX_ROTORS];
-                let omega = x.rotor_speed[0];
-                rotor_acceleration[0] = motor.acceleration(throttle, omega, torque_nm(omega));
-                PlantRate { body: STILL, rotor_acceleration }
-            });
-        }
-        state.rotor_speed[0]
+        speed_after(time_s, from, |omega| motor.acceleration(throttle, omega, torque_nm(omega)))
     };
     let said = |what: &str| format!("{name}: {what}");
     match *motor {
@@ -126,6 +115,21 @@ fn of_motor(name: &str, problem: &PlanProblem<'_>) -> Vec<Check> {
             ]
         }
     }
+}
+
+/// Speed of a rotor [rad/s] after a time [s], from a speed [rad/s] and under an angular acceleration
+/// [rad/s^2] that depends on the speed, by the simulator's integrator.
+fn speed_after(time_s: f64, from: f64, acceleration: impl Fn(f64) -> f64) -> f64 {
+    let mut state = PlantState::rotors_at_rest(level(Vector3::zeros(), Vector3::zeros()));
+    state.rotor_speed[0] = from;
+    for _ in 0..STEPS {
+        state = runge_kutta_4(&state, time_s / f64::from(STEPS), |_, x| {
+            let mut rotor_acceleration = [0.0; MAX_ROTORS];
+            rotor_acceleration[0] = acceleration(x.rotor_speed[0]);
+            PlantRate { body: STILL, rotor_acceleration }
+        });
+    }
+    state.rotor_speed[0]
 }
 
 /// The rates of a body at rest.

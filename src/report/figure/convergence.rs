@@ -1,5 +1,5 @@
-//! How a search came down: the best cost and the middle of each iteration over the evaluations, on a
-//! logarithmic scale, for what breaks a bound or tumbles costs ten times what is good.
+//! The convergence of a search: the best cost and the median of each iteration over the evaluations, on a
+//! logarithmic scale, since a flight that breaks a bound or tumbles costs ten times as much as a good one.
 
 use super::axis::{Axis, Panel, SMALL, number, range};
 use super::canvas::{Anchor, Canvas, Font, Point, Stroke, sub, text_width};
@@ -12,6 +12,7 @@ use crate::tune::{Objective, Search};
 
 const HEIGHT_PX: u32 = 420;
 const CORNERS: (Point, Point) = ((70.0, 92.0), (936.0, 360.0));
+
 /// Draws a search. An iteration with an infinite median, most of its candidates lost, leaves a gap in that
 /// curve.
 ///
@@ -35,33 +36,19 @@ pub fn convergence_figure(mission: &Mission, search: &Search, run: &TuneRun) -> 
         history.iter().map(|p| panel.px(p.evaluations as f64, of(p).max(least).log10())).collect()
     };
     let (best, median) = (curve(&|p| p.cost), curve(&|p| p.median_cost));
-    let e = run.gains.evaluation;
     let headline = format!(
         "{}: {} by {}, cost {} after {} evaluations",
         mission.name,
         run.objective,
         run.method,
-        number(run.bounds.cost(&e), 4),
+        number(run.bounds.cost(&run.gains.evaluation), 4),
         search.tried().len()
     );
-    let j_tpf = sub("J", "TPF");
-    let remark = match run.bounds {
-        Objective::Rms => "The cost is the worst tracking RMS (46).".to_owned(),
-        Objective::JTpf => format!("The cost is the worst {j_tpf} of {} flights.", run.flights),
-        Objective::Safety { rms_bound, .. } => format!(
-            "The cost is the worst {j_tpf} of {} flights, and more where the tracking RMS passes {} or a flight does not come to rest. \
-             Found: {j_tpf} {}, RMS {}.",
-            run.flights,
-            number(rms_bound, 3),
-            number(e.j_tpf, 4),
-            number(e.rms, 4)
-        ),
-    };
     let stamp = Stamp { seed: mission.seed, input_hash: mission.hash_without_gains() };
     let about = stamp.csv_comment().replace("# ", "");
     Canvas::new((WIDTH_PX, HEIGHT_PX)).finish((&headline, about.trim_end()), |pen| {
         pen.text(&headline, (16.0, 28.0), Anchor::Start, Font { size: 19.0, color: INK, bold: true });
-        pen.text(&remark, (16.0, 54.0), Anchor::Start, SMALL);
+        pen.text(&meaning_of_cost(run), (16.0, 54.0), Anchor::Start, SMALL);
         panel.grid(pen, 8, 0, true);
         for (cost, text) in logarithmic_ticks(10f64.powf(low), 10f64.powf(high)) {
             let y = panel.y.px(cost.log10());
@@ -81,19 +68,39 @@ pub fn convergence_figure(mission: &Mission, search: &Search, run: &TuneRun) -> 
         pen.line(&best, Stroke::solid(FIRST, 2.2));
         room.take_line(&median);
         room.take_line(&best);
-        for (name, points, color) in
-            [("median of the iteration", &median, SECOND), ("best so far", &best, FIRST)]
-        {
-            let (w, n) = (text_width(name, 12.5) + 4.0, points.len());
-            let stations = (1..16).map(|k| points[k * (n - 1) / 16]);
-            let places = stations.flat_map(|(x, y)| {
-                [-12.0, 12.0, -26.0].map(|dy| Place::around((x + 0.5 * w, y + dy), w, 14.0))
-            });
-            if let Some(place) = room.best(places) {
-                pen.text(name, place.centre(), Anchor::Middle, Font { color, bold: true, ..title });
-            }
-        }
+        let title = |color| Font { color, bold: true, ..title };
+        name_curve(pen, &median, ("median of the iteration", title(SECOND)), &mut room);
+        name_curve(pen, &best, ("best so far", title(FIRST)), &mut room);
     })
+}
+
+/// The line below the headline: what the cost of the figure is.
+fn meaning_of_cost(run: &TuneRun) -> String {
+    let e = run.gains.evaluation;
+    let j_tpf = sub("J", "TPF");
+    match run.bounds {
+        Objective::Rms => "The cost is the worst tracking RMS (46).".to_owned(),
+        Objective::JTpf => format!("The cost is the worst {j_tpf} of {} flights.", run.flights),
+        Objective::Safety { rms_bound, .. } => format!(
+            "The cost is the worst {j_tpf} of {} flights, and more where the tracking RMS passes {} or a flight does not come to rest. \
+             Found: {j_tpf} {}, RMS {}.",
+            run.flights,
+            number(rms_bound, 3),
+            number(e.j_tpf, 4),
+            number(e.rms, 4)
+        ),
+    }
+}
+
+/// Writes a curve's name beside it, where there is room.
+fn name_curve(pen: &mut Pen<'_>, curve: &[Point], (name, font): (&str, Font), room: &mut Room) {
+    let (w, n) = (text_width(name, font.size) + 4.0, curve.len());
+    let stations = (1..16).map(|k| curve[k * (n - 1) / 16]);
+    let places = stations
+        .flat_map(|(x, y)| [-12.0, 12.0, -26.0].map(|dy| Place::around((x + 0.5 * w, y + dy), w, 14.0)));
+    if let Some(place) = room.best(places) {
+        pen.text(name, place.centre(), Anchor::Middle, font);
+    }
 }
 
 /// Round numbers for a logarithmic scale: 1, 2 and 5 times powers of ten over more than a decade, evenly
