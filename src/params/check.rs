@@ -4,21 +4,21 @@ use super::file::Value;
 use super::metadata::{Kind, Metadata, Parameter};
 use super::purpose::Purpose;
 
-/// What is to say of a value.
+/// Kind of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
-    /// Outside the stated range; a drop needs it, and PX4 takes it.
+    /// The value is outside the stated range, but a drop needs it and PX4 takes it.
     Needed,
-    /// Outside the stated range.
+    /// The value is outside the stated range.
     Outside,
-    /// An integer where PX4 has a float, or the other way round: it is not loaded.
+    /// An integer where PX4 has a float, or the other way round: PX4 does not load it.
     WrongType,
-    /// Only older releases of PX4 know it.
+    /// Only older releases of PX4 have the parameter.
     Older,
 }
 
 impl Class {
-    /// The name in JSON.
+    /// Name of the class in JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::Needed => "needed",
@@ -29,25 +29,25 @@ impl Class {
     }
 }
 
-/// Something to say of a parameter.
+/// A remark on a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// The parameter.
+    /// Name of the parameter.
     pub name: String,
-    /// Its value.
+    /// Value of the parameter.
     pub value: Value,
-    /// What kind of finding.
+    /// Kind of the finding.
     pub class: Class,
-    /// PX4's range in words.
+    /// Range stated by PX4, in words.
     pub range: String,
-    /// PX4's unit; empty for none.
+    /// Unit stated by PX4; empty for none.
     pub unit: &'static str,
-    /// The reason, or what to do.
+    /// Reason, or what to do about it.
     pub advice: String,
 }
 
 impl Finding {
-    /// In words, with name, value and range.
+    /// The finding in words, with name, value and range.
     pub fn text(&self) -> String {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
         let (name, value, range) = (&self.name, self.value, &self.range);
@@ -64,19 +64,19 @@ impl Finding {
 /// The result of a check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Check {
-    /// What the file is for, if it says so.
+    /// Purpose that the file states; `None` when it states none.
     pub purpose: Option<Purpose>,
-    /// Parameters that PX4's table knows.
+    /// Number of parameters in PX4's table.
     pub known: usize,
-    /// Parameters that it does not know: not checked.
+    /// Number of parameters that are not in PX4's table, and so not checked.
     pub unknown: usize,
-    /// What is to say, in the parameters' order.
+    /// Findings in the parameters' order.
     pub findings: Vec<Finding>,
 }
 
 impl Check {
-    /// Whether the file may be loaded where it belongs: types are right and no value is outside its range
-    /// without need. PX4's ranges do not bind samara's autopilot.
+    /// Whether the file may be loaded for its purpose: types are right, and no value is outside its range
+    /// unless a drop needs it. PX4's ranges do not bind samara's autopilot.
     pub fn passes(&self) -> bool {
         !self.findings.iter().any(|f| match f.class {
             Class::WrongType => true,
@@ -85,7 +85,7 @@ impl Check {
         })
     }
 
-    /// How many findings are of a class.
+    /// Number of findings of a class.
     pub fn count(&self, class: Class) -> usize {
         self.findings.iter().filter(|f| f.class == class).count()
     }
@@ -108,7 +108,7 @@ fn zero(_: &Parameter, value: f64) -> bool {
     value == 0.0
 }
 
-/// Checks parameters (names in ascending order give findings in that order).
+/// Checks parameters against PX4's types and ranges; names in ascending order give findings in that order.
 pub fn check<'a>(
     metadata: &Metadata,
     purpose: Option<Purpose>,
@@ -152,7 +152,7 @@ fn judge(metadata: &Metadata, known: &Parameter, name: &str, value: Value) -> Op
     Some((Class::Outside, split_advice(metadata, name, number)))
 }
 
-/// A rate loop's P outside its range may stand in K instead.
+/// Advice to move a part of a P outside its range to K.
 fn split_advice(metadata: &Metadata, name: &str, value: f64) -> String {
     let Some(rate_loop) = name.strip_suffix("RATE_P") else { return String::new() };
     let k_name = format!("{rate_loop}RATE_K");

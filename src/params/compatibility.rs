@@ -1,5 +1,5 @@
-//! Whether a parameter file belongs where it is to be used: its header says what it is for and under which
-//! gravity.
+//! Whether a parameter file may be used for an autopilot at a site: its header says for which autopilot and
+//! gravity it was written.
 
 use super::ParamsError;
 use super::export::GRAVITY_KEY;
@@ -8,7 +8,8 @@ use super::purpose::Purpose;
 use crate::model::environment::same_gravity;
 use crate::units::STANDARD_GRAVITY_M_S2;
 
-/// The purpose by which samara's autopilot is to read a file's numbers at a site with that gravity [m/s^2].
+/// The purpose for which a file's numbers were written, if samara's autopilot may use them at a site with
+/// that gravity [m/s^2].
 ///
 /// # Errors
 /// [`ParamsError::DoesNotBelong`] with the reason.
@@ -16,8 +17,8 @@ pub fn to_samara(file: &ParameterFile, gravity_m_s2: f64) -> Result<Purpose, Par
     read(file, gravity_m_s2, Purpose::Samara)
 }
 
-/// Whether a file may be given to a PX4 at a site with that gravity [m/s^2]: `purpose` is [`Purpose::Px4`],
-/// or [`Purpose::Px4Froude`] where the wire is scaled.
+/// Checks that a file may be given to a PX4 at a site with that gravity [m/s^2]: `purpose` is
+/// [`Purpose::Px4`], or [`Purpose::Px4Froude`] where the wire is scaled.
 ///
 /// # Errors
 /// [`ParamsError::DoesNotBelong`] with the reason.
@@ -25,7 +26,7 @@ pub fn to_px4(file: &ParameterFile, gravity_m_s2: f64, purpose: Purpose) -> Resu
     read(file, gravity_m_s2, purpose).map(|_| ())
 }
 
-/// By what purpose the numbers are to be read where `wanted` is.
+/// The purpose for which the numbers were written, where `wanted` is to use them.
 fn read(file: &ParameterFile, gravity: f64, wanted: Purpose) -> Result<Purpose, ParamsError> {
     let same = |g: f64| same_gravity(g, gravity);
     let standard = same(STANDARD_GRAVITY_M_S2);

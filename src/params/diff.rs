@@ -2,18 +2,19 @@
 
 use super::file::{Entry, ParameterFile, Value};
 
-/// Where two files differ.
+/// A parameter that differs between two files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
-    /// MAVLink component.
+    /// MAVLink component that the parameter belongs to.
     pub component: u8,
-    /// The parameter.
+    /// Name of the parameter.
     pub name: String,
-    /// Its value in the first file.
+    /// Value in the first file; `None`: not there.
     pub a: Option<Value>,
-    /// Its value in the second.
+    /// Value in the second file; `None`: not there.
     pub b: Option<Value>,
-    /// The values agree in the six digits that some programs write; not counted as a difference.
+    /// Whether the values agree in the six digits that some programs write; such a row is not counted as a
+    /// difference.
     pub rounding: bool,
 }
 

@@ -1,11 +1,11 @@
 //! samara's gains, limits and vehicle as PX4 parameters.
 //!
 //! The velocity and attitude loops are acceleration-normalised in PX4 as here; only the gravity that they
-//! believe in may differ ([`Purpose`]). The rate loop's `tau = K (P e + I-term - D dw/dt)` is in normalised
+//! assume may differ ([`Purpose`]). The rate loop's `tau = K (P e + I-term - D dw/dt)` is in normalised
 //! torque, so a gain of `k` [1/s] is `K P = k J/G` with the unit G of [`NormalisedUnits`], axis by axis; a P
-//! outside PX4's range is moved to K, which is the same law. The integral's limit is in normalised torque,
-//! after K. samara's law has no derivative terms and no yaw rate integral, and PX4's defaults for those are
-//! not zero, so they are written as zero.
+//! outside PX4's range is moved to K, which changes nothing. The integral's limit is in normalised torque,
+//! after K. samara's cascade has no derivative terms and no yaw rate integral, and PX4's defaults for those
+//! are not zero, so they are written as zero.
 
 use std::collections::BTreeMap;
 
@@ -21,33 +21,33 @@ use crate::control::{Airframe, ControlLimits, Gains};
 use crate::model::{Environment, Vehicle};
 use crate::units::{DEG_PER_RAD, STANDARD_GRAVITY_M_S2};
 
-/// What is exported.
+/// A vehicle with its site, gains and limits.
 #[derive(Clone, Copy, Debug)]
 pub struct Subject<'a> {
-    /// The vehicle.
+    /// The vehicle, whose rotors and inertia give the units.
     pub vehicle: &'a Vehicle,
-    /// Gravity and density.
+    /// Gravity and density of the air at the site.
     pub environment: &'a Environment,
-    /// The gains.
+    /// Gains of samara's cascade.
     pub gains: &'a Gains,
     /// Limits of the cascade.
     pub limits: &'a ControlLimits,
-    /// No velocity setpoint is larger [m/s]: the safe speed.
+    /// Greatest speed of any velocity setpoint [m/s]: the safe speed.
     pub speed_m_s: f64,
 }
 
-/// Parameters for a purpose.
+/// Parameters for a purpose, with their check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Export {
-    /// What they are for.
+    /// Purpose of the parameters.
     pub purpose: Purpose,
     /// Gravity of the site [m/s^2].
     pub gravity_m_s2: f64,
-    /// By name.
+    /// Parameters by name.
     pub parameters: BTreeMap<String, Value>,
-    /// What PX4's ranges say of them.
+    /// Result of the check against PX4's ranges.
     pub check: Check,
-    /// What else there is to know.
+    /// Remarks beyond the check.
     pub remarks: Vec<String>,
 }
 
@@ -60,7 +60,7 @@ pub fn export(subject: &Subject, purpose: Purpose) -> Result<Export, ParamsError
     export_for_mixing(subject, purpose, Mixing::default())
 }
 
-/// The same for a PX4 that mixes in a certain way.
+/// Exports a vehicle with its gains for a PX4 that mixes in the given way.
 ///
 /// # Errors
 /// As [`export`].
@@ -95,7 +95,8 @@ pub fn export_for_mixing(subject: &Subject, purpose: Purpose, mixing: Mixing) ->
     Ok(Export { purpose, gravity_m_s2: gravity, parameters, check, remarks })
 }
 
-/// What a PX4 that mixes by a file needs otherwise, axis by axis; its mixer knows no distances.
+/// Remarks on gains that a PX4 which mixes by a file needs otherwise, axis by axis: its mixer ignores
+/// distances.
 fn for_quad_x(subject: &Subject, allocated: &NormalisedUnits) -> Result<Vec<String>, ParamsError> {
     if is_quad_x(subject.vehicle).is_err() {
         return Ok(Vec::new());
@@ -117,7 +118,7 @@ fn for_quad_x(subject: &Subject, allocated: &NormalisedUnits) -> Result<Vec<Stri
 }
 
 impl Export {
-    /// The same with these parameters.
+    /// This export with other parameters, checked anew.
     #[must_use]
     pub fn with(self, parameters: BTreeMap<String, Value>) -> Self {
         let rows = parameters.iter().map(|(name, value)| (name.as_str(), *value));
@@ -125,7 +126,7 @@ impl Export {
         Self { parameters, check, ..self }
     }
 
-    /// The header's notes: what the file is for and where it comes from (`origin`: lines of `Key: value`).
+    /// Lines of the header: the file's purpose, gravity and origin (`origin`: lines of `Key: value`).
     pub fn notes(&self, origin: &[String]) -> Vec<String> {
         let mut notes = vec![
             format!("{}: {}", Purpose::KEY, self.purpose.name()),
@@ -145,7 +146,7 @@ impl Export {
     }
 }
 
-/// The header's key for the gravity of the site.
+/// Key of the site's gravity in a file's header.
 pub const GRAVITY_KEY: &str = "Gravity";
 
 struct Rows {

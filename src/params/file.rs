@@ -20,7 +20,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// The number, exactly.
+    /// The value as a double, exactly.
     pub fn as_f64(self) -> f64 {
         match self {
             Self::Int(i) => f64::from(i),
@@ -28,7 +28,7 @@ impl Value {
         }
     }
 
-    /// MAVLink's number for the type.
+    /// MAVLink's number of the type: 6 for integers, 9 for single precision.
     pub fn mavlink_type(self) -> u8 {
         match self {
             Self::Int(_) => 6,
@@ -37,7 +37,7 @@ impl Value {
     }
 }
 
-/// As short as it can be said.
+/// Writes the shortest text that gives the value again.
 impl std::fmt::Display for Value {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         match self {
@@ -50,16 +50,16 @@ impl std::fmt::Display for Value {
 /// The autopilot's own component; others (a gimbal, a radio) keep parameters under the same names.
 pub const AUTOPILOT_COMPONENT: u8 = 1;
 
-/// A parameter as it stands in a file.
+/// A parameter as a file holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entry {
-    /// Its value.
+    /// Value of the parameter.
     pub value: Value,
-    /// Its line, from 1.
+    /// Line of the file, from 1.
     pub line: usize,
 }
 
-/// A parameter file that was read.
+/// The parameters, header and remarks of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ParameterFile {
     entries: BTreeMap<(u8, String), Entry>,
@@ -69,7 +69,7 @@ pub struct ParameterFile {
 }
 
 impl ParameterFile {
-    /// Reads a file's text.
+    /// Parses a file's text.
     ///
     /// # Errors
     /// [`ParamsError`] with the line that is wrong.
@@ -98,7 +98,7 @@ impl ParameterFile {
     }
 
     fn take_comment(&mut self, line: usize, comment: &str) -> Result<(), ParamsError> {
-        // Notes after the first row belong to nobody.
+        // Comments after the first row are ignored.
         let Some((key, value)) = comment.split_once(':').filter(|_| self.entries.is_empty()) else {
             return Ok(());
         };
@@ -135,17 +135,17 @@ impl ParameterFile {
         all.into_iter()
     }
 
-    /// What the header says the file is for.
+    /// The purpose that the header states; `None` when it states none.
     pub fn purpose(&self) -> Option<Purpose> {
         self.purpose
     }
 
-    /// What the header says under a key: `# Key: value`.
+    /// The header's value of a key, as in `# Key: value`.
     pub fn header(&self, key: &str) -> Option<&str> {
         self.header.get(key).map(String::as_str)
     }
 
-    /// What is odd, but no reason to refuse the file.
+    /// Oddities that are no reason to refuse the file.
     pub fn remarks(&self) -> &[String] {
         &self.remarks
     }
@@ -160,7 +160,7 @@ impl ParameterFile {
         self.entries.get(&(component, name.to_owned()))
     }
 
-    /// Every parameter: component, name, entry; by component, then name.
+    /// All parameters as component, name and entry, by component, then name.
     pub fn entries(&self) -> impl Iterator<Item = (u8, &str, &Entry)> {
         self.entries.iter().map(|((component, name), entry)| (*component, name.as_str(), entry))
     }
@@ -176,7 +176,7 @@ impl ParameterFile {
     }
 }
 
-/// A row's columns.
+/// The columns of a row.
 struct Row {
     vehicle: u8,
     component: u8,
@@ -239,8 +239,8 @@ fn shortened(text: &str) -> String {
     short
 }
 
-/// The text of a file for vehicle 1: QGroundControl's header with `notes` in it, then the autopilot's
-/// parameters by name.
+/// Text of a file for vehicle 1: QGroundControl's header with `notes` in it, then the autopilot's parameters
+/// by name.
 pub fn write(version: &str, notes: &[String], parameters: &BTreeMap<String, Value>) -> String {
     let mut text = format!(
         "# Onboard parameters for Vehicle 1\n#\n# Stack: PX4 Pro\n# Vehicle: Multi-Rotor\n# Version: {version}\n\

@@ -1,9 +1,9 @@
 //! PX4 parameters as samara's gains and limits: the inverse of [`crate::params::export`].
 //!
-//! A file is taken only where it means what samara's autopilot does: written for samara under the site's
-//! gravity, or - for PX4 or of unknown origin - under standard gravity, where all purposes agree. Its rotors
-//! and its hover thrust, if it names them, must be the vehicle's. What does not stand in the file stays as it
-//! was.
+//! A file is taken only where its numbers mean the same to samara's autopilot: written for samara under the
+//! site's gravity, or - for PX4 or of unknown origin - under standard gravity, where all purposes agree. Its
+//! rotors and its hover thrust, if it names them, must be the vehicle's. Values that the file does not hold
+//! stay as they were.
 
 use super::compatibility::to_samara;
 use super::export::{hover_thrust, rotor_columns};
@@ -15,7 +15,7 @@ use crate::control::{ControlLimits, Gains};
 use crate::model::Vehicle;
 use crate::units::RAD_PER_DEG;
 
-/// Terms of PX4's law that samara's has not; exported as zero.
+/// Terms of PX4's controller that samara's cascade does not have; exported as zero.
 pub(super) const WITHOUT_COUNTERPART: [&str; 9] = [
     "MC_PITCHRATE_D",
     "MC_PITCHRATE_FF",
@@ -28,25 +28,25 @@ pub(super) const WITHOUT_COUNTERPART: [&str; 9] = [
     "MPC_Z_VEL_D_ACC",
 ];
 
-/// Gains and limits from a file.
+/// Gains and limits read from a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Import {
-    /// The gains.
+    /// Gains of samara's cascade.
     pub gains: Gains,
-    /// The limits.
+    /// Limits of samara's cascade.
     pub limits: ControlLimits,
-    /// What the file leaves out or says that samara's law cannot follow.
+    /// Parameters that the file leaves out, or that samara's cascade cannot follow.
     pub remarks: Vec<String>,
 }
 
-/// Hover thrust of another vehicle, relatively.
+/// Hover thrusts that differ by more than this part are another vehicle's.
 const SAME_HOVER: f64 = 0.02;
-/// Rotor of another vehicle, in parts of its arm.
+/// Rotor positions that differ by more than this part of the arm are another vehicle's.
 const SAME_PLACE: f64 = 0.01;
-/// Roll and pitch differ beyond the rounding to single precision.
+/// Roll and pitch gains that differ by more than this part differ beyond the rounding to single precision.
 const SAME_GAIN: f64 = 1e-5;
 
-/// Gains and limits of a file for the subject, whose own fill what the file leaves out.
+/// Gains and limits of a file for the subject, whose own stand in for what the file leaves out.
 ///
 /// # Errors
 /// [`ParamsError::DoesNotBelong`] when the file is for another autopilot, gravity or vehicle,
@@ -71,8 +71,8 @@ pub fn import(file: &ParameterFile, subject: &Subject) -> Result<Import, ParamsE
     Ok(Import { gains, limits, remarks: reader.finish() })
 }
 
-/// Gains and limits with those put in that `number` has under PX4's names; the others stay as they are, to
-/// the bit. For K of a rate loop to count, its P and I must be there as well.
+/// The given gains and limits, with those replaced that `number` has under PX4's names; the others stay as
+/// they are, to the bit. For K of a rate loop to count, its P and I must be there as well.
 ///
 /// # Errors
 /// [`ParamsError::Control`] when a gain or limit is out of range.
@@ -125,15 +125,15 @@ fn arm_m(vehicle: &Vehicle) -> f64 {
     vehicle.rotors.iter().map(|r| r.position_body_m.norm()).fold(0.0, f64::max)
 }
 
-/// What PX4's numbers mean for a vehicle.
+/// Factors from PX4's normalised numbers to a vehicle's physical ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
     factors: Factors,
-    /// Angular acceleration per normalised torque [1/s^2].
+    /// Angular roll acceleration per normalised torque [1/s^2].
     pub roll: f64,
-    /// Angular acceleration per normalised torque [1/s^2].
+    /// Angular pitch acceleration per normalised torque [1/s^2].
     pub pitch: f64,
-    /// Angular acceleration per normalised torque [1/s^2]; `None` when the rotors have no torque.
+    /// Angular yaw acceleration per normalised torque [1/s^2]; `None` when the rotors have no torque.
     pub yaw: Option<f64>,
 }
 
@@ -204,7 +204,7 @@ impl Reader<'_> {
         }
     }
 
-    /// K times a term of a rate loop; PX4's K is 1 where it is not set.
+    /// Product of K and a term of a rate loop; PX4's K is 1 where it is not set.
     fn rate_gain(&mut self, axis: &str, term: char, factor: f64, otherwise: f64) -> f64 {
         let k = self.number(&format!("MC_{axis}RATE_K")).unwrap_or(1.0);
         self.gain(&format!("MC_{axis}RATE_{term}"), k * factor, otherwise)
@@ -214,7 +214,7 @@ impl Reader<'_> {
         self.number(name).map_or(otherwise, |x| x * factor)
     }
 
-    /// samara's roll loops have pitch's gains.
+    /// Remarks on roll gains that differ from pitch's, which samara's roll loops use.
     fn compare_roll(&mut self, gains: &Gains, scale: &Scale) {
         let f = &scale.factors;
         let (rate_factor, angle_factor) = (scale.roll / f.torque_per_rate, 1.0 / f.rate_per_angle);

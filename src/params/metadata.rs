@@ -1,9 +1,9 @@
-//! What PX4 says of its parameters: type, default, unit, range, decimals. The table is
+//! PX4's own description of its parameters: type, default, unit, range, decimals. The table is
 //! `params/px4/parameters.csv`; a `#` in a name stands for a rotor's number, 0 to 11. `release` is `current`,
 //! `v1.12` (known there, later renamed or dropped, or not looked up later) or `older` (only older releases
 //! know it).
 
-/// The table as a file.
+/// The table `params/px4/parameters.csv`.
 const TABLE: &str = include_str!("../../params/px4/parameters.csv");
 
 /// Type of a parameter.
@@ -18,23 +18,23 @@ pub enum Kind {
 /// One parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameter {
-    /// Name; `#` for a rotor's number.
+    /// Name; `#` stands for a rotor's number.
     pub name: &'static str,
-    /// Type.
+    /// Type of the value.
     pub kind: Kind,
-    /// Default.
+    /// Value unless it is set.
     pub default: f32,
     /// Unit as PX4 writes it; empty for none.
     pub unit: &'static str,
-    /// Least value.
+    /// Least value; `None`: unlimited.
     pub min: Option<f32>,
-    /// Greatest value.
+    /// Greatest value; `None`: unlimited.
     pub max: Option<f32>,
-    /// Decimals that a ground station shows.
+    /// Number of decimals that a ground station shows.
     pub decimals: Option<usize>,
-    /// Which releases know it.
+    /// Releases that have the parameter: `current`, `v1.12` or `older`.
     pub release: &'static str,
-    /// What it does; may be empty.
+    /// Description in a few words; may be empty.
     pub description: &'static str,
 }
 
@@ -56,19 +56,19 @@ impl Parameter {
     }
 }
 
-/// The table.
+/// PX4's parameters by name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Metadata {
     by_name: std::collections::BTreeMap<&'static str, Parameter>,
 }
 
 impl Metadata {
-    /// PX4's parameters.
+    /// The table of PX4's parameters that comes with samara.
     pub fn px4() -> Self {
         Self { by_name: TABLE.lines().skip(1).filter_map(parameter).map(|p| (p.name, p)).collect() }
     }
 
-    /// What is known of a parameter.
+    /// The description of a parameter, also of a rotor's; `None` when it is not in the table.
     pub fn get(&self, name: &str) -> Option<&Parameter> {
         self.by_name.get(name).or_else(|| {
             let digits: String =
@@ -79,7 +79,7 @@ impl Metadata {
         })
     }
 
-    /// Every parameter, by name.
+    /// All parameters in the order of their names.
     pub fn iter(&self) -> impl Iterator<Item = &Parameter> {
         self.by_name.values()
     }

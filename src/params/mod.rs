@@ -4,14 +4,14 @@
 //! |---|---|
 //! | [`file`] | QGroundControl's `.params`, read and written |
 //! | [`metadata`] | type, default, unit, range of PX4's parameters (`params/px4/parameters.csv`) |
-//! | [`purpose`] | what a file is for, and the factors between samara's gains and that purpose's |
+//! | [`purpose`] | purposes of a file, and the factors between samara's gains and theirs |
 //! | [`normalised`] | PX4's normalised torque and thrust in N m and N, for any rotor set |
 //! | [`export`] | gains, limits and vehicle to parameters |
 //! | [`import`] | parameters to gains and limits |
-//! | [`px4_required`] | what PX4 must be set to for a drop, and why |
-//! | [`compatibility`] | whether a file may be used here |
-//! | [`px4_model_parameters`] | parameters for the model of PX4's control law |
-//! | [`upload`] | what PX4 is given before a drop, of all that could be |
+//! | [`px4_required`] | parameters that a drop requires of PX4, and why |
+//! | [`compatibility`] | whether a file may be used for an autopilot at a site |
+//! | [`px4_model_parameters`] | parameters of the model of PX4's controller |
+//! | [`upload`] | the parameters that PX4 gets before a drop |
 //! | [`check`] | a file against PX4's ranges |
 //! | [`diff`] | two files against each other |
 //!
@@ -50,7 +50,7 @@ pub use upload::Upload;
 /// a place.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ParamsError {
-    /// A row has not five columns.
+    /// A row does not have five columns.
     #[error(
         "{line}: expected five columns separated by tabs (vehicle id, component id, name, value, type), found {found}"
     )]
@@ -69,28 +69,28 @@ pub enum ParamsError {
         column: &'static str,
         /// What was expected.
         expected: &'static str,
-        /// What stands there, shortened.
+        /// Text of the column, shortened.
         found: String,
     },
-    /// The same parameter of the same component stands there twice.
+    /// A parameter of a component occurs twice.
     #[error("{line}: {name} stands on line {first} already")]
     Twice {
-        /// Line of the file, from 1.
+        /// Line of the second occurrence, from 1.
         line: usize,
-        /// The parameter.
+        /// Name of the parameter.
         name: String,
-        /// Where it stands first.
+        /// Line of the first occurrence.
         first: usize,
     },
-    /// The header says what the file is for in words that mean nothing here.
+    /// The header states an unknown purpose.
     #[error("{line}: `For:` must be samara, px4 or px4-froude, found `{found}`")]
     UnknownPurpose {
         /// Line of the file, from 1.
         line: usize,
-        /// What stands there, shortened.
+        /// The stated purpose, shortened.
         found: String,
     },
-    /// The file is for something else than samara's autopilot here.
+    /// The file was written for another autopilot, gravity or vehicle.
     #[error("{0}")]
     DoesNotBelong(String),
     /// The file holds none of the gains.
@@ -104,7 +104,7 @@ pub enum ParamsError {
     /// PX4's mixer has no unit for this axis.
     #[error("PX4's mixer finds no {axis} for this rotor set")]
     NoUnit {
-        /// "roll moment", "pitch moment" or "thrust".
+        /// The axis: "roll moment", "pitch moment" or "thrust".
         axis: &'static str,
     },
 }

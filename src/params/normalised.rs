@@ -9,8 +9,8 @@
 //! G_j = (T_max/C_T) (E M)_jj / s_j
 //! ```
 //!
-//! with `(E M)_jj = 1` for what the rotors can make. An X-quad of half-spans lx, ly has `G_roll = G_pitch = 2
-//! sqrt(2) T_max min(lx, ly)` and `G_yaw = 4 T_max K_M`.
+//! with `(E M)_jj = 1` for axes that the rotors can drive. An X-quad of half-spans lx, ly has `G_roll =
+//! G_pitch = 2 sqrt(2) T_max min(lx, ly)` and `G_yaw = 4 T_max K_M`.
 //!
 //! Up to v1.12 PX4 mixes by files instead, and its `quad_x` gives each rotor the same share of roll and of
 //! pitch wherever it is: `u_i = (+-roll +-pitch)/sqrt(2) +-yaw + thrust`. Then `G_roll = 2 sqrt(2) T_max ly`
@@ -31,32 +31,32 @@ const NEGLIGIBLE: f64 = 1e-3;
 /// A rotor's column or row.
 type PerRotorVector = SVector<f64, MAX_ROTORS>;
 
-/// One unit of PX4's normalised torques and thrust.
+/// Physical size of one unit of PX4's normalised torques and thrust.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalisedUnits {
-    /// Roll [N m].
+    /// Moment of one unit of roll torque [N m].
     pub roll_nm: f64,
-    /// Pitch [N m].
+    /// Moment of one unit of pitch torque [N m].
     pub pitch_nm: f64,
-    /// Yaw [N m]; `None` when the rotors have no torque.
+    /// Moment of one unit of yaw torque [N m]; `None` when the rotors have no torque.
     pub yaw_nm: Option<f64>,
-    /// Collective thrust along the body's up axis [N].
+    /// Force of one unit of thrust along the body's up axis [N].
     pub thrust_n: f64,
 }
 
-/// How PX4 makes motor commands of normalised torques and thrust.
+/// PX4's way from normalised torques and thrust to motor commands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mixing {
-    /// By the rotors' CA_*.
+    /// By control allocation, from the rotors' CA_* parameters.
     #[default]
     Allocated,
-    /// By the mixer file `quad_x`, which knows no distances.
+    /// By the mixer file `quad_x`, which ignores distances.
     QuadX,
 }
 
 impl NormalisedUnits {
-    /// The units of a vehicle with PX4 mixing so. `QuadX` counts only what an X-quad's rotors are:
-    /// [`Self::of`] holds for all else.
+    /// Units of a vehicle with the given mixing in air of a density [kg/m^3]. `QuadX` applies to four rotors
+    /// in an X only; for others [`Self::of`] holds.
     ///
     /// # Errors
     /// As [`Self::of`].
@@ -71,7 +71,7 @@ impl NormalisedUnits {
         Ok(Self { roll_nm: share_n * arm_m(1), pitch_nm: share_n * arm_m(0), ..units })
     }
 
-    /// The units of a vehicle in air of a density [kg/m^3], rotors as CA_ROTORn_* would describe them.
+    /// Units of a vehicle in air of a density [kg/m^3], with rotors as CA_ROTORn_* describe them.
     ///
     /// # Errors
     /// [`ParamsError::NoUnit`] when the rotors cannot make roll, pitch or thrust.

@@ -1,6 +1,6 @@
-//! What a parameter file is for. PX4 has 9.80665 m/s^2 compiled in, so under another gravity the same names
-//! hold different numbers for different autopilots, and a file must say which it means (`# For: ...` in its
-//! header):
+//! The purpose of a parameter file. PX4 has 9.80665 m/s^2 compiled in, so under another gravity the same
+//! names hold different numbers for different autopilots, and a file must say which it means (`# For: ...` in
+//! its header):
 //!
 //! - **samara**: samara's own autopilot. SI gains; an acceleration command is met in full under the site's
 //!   gravity.
@@ -16,7 +16,7 @@
 
 use crate::units::STANDARD_GRAVITY_M_S2;
 
-/// What a file is for.
+/// The autopilot, and its way of dealing with gravity, that a parameter file is written for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// samara's own autopilot.
@@ -27,30 +27,30 @@ pub enum Purpose {
     Px4Froude,
 }
 
-/// What a number of samara's is multiplied with for a purpose.
+/// Factors between samara's numbers and those for a purpose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Factors {
-    /// Acceleration per velocity [1/s].
+    /// Factor on an acceleration per velocity [1/s].
     pub acceleration_per_velocity: f64,
-    /// Acceleration per distance [1/s^2].
+    /// Factor on an acceleration per distance [1/s^2].
     pub acceleration_per_distance: f64,
-    /// Body rate per angle [1/s].
+    /// Factor on a body rate per angle [1/s].
     pub rate_per_angle: f64,
-    /// Normalised torque per body rate [s].
+    /// Factor on a normalised torque per body rate [s].
     pub torque_per_rate: f64,
-    /// Normalised torque per angle [-].
+    /// Factor on a normalised torque per angle [-].
     pub torque_per_angle: f64,
-    /// Velocity [m/s].
+    /// Factor on a velocity [m/s].
     pub velocity: f64,
-    /// Body rate [rad/s].
+    /// Factor on a body rate [rad/s].
     pub rate: f64,
 }
 
 impl Purpose {
-    /// The header's key.
+    /// Key of the purpose in a file's header.
     pub const KEY: &'static str = "For";
 
-    /// All three.
+    /// All purposes.
     pub const ALL: [Self; 3] = [Self::Samara, Self::Px4, Self::Px4Froude];
 
     /// The name in files and on the command line.
@@ -62,7 +62,7 @@ impl Purpose {
         }
     }
 
-    /// The purpose of that name.
+    /// The purpose of that name; `None` for any other name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|p| p.name() == name)
     }
@@ -78,7 +78,7 @@ impl Purpose {
         }
     }
 
-    /// The factors at a site's gravity [m/s^2].
+    /// The factors between samara's numbers and the purpose's at a site's gravity [m/s^2].
     pub fn factors(self, gravity_m_s2: f64) -> Factors {
         let k2 = STANDARD_GRAVITY_M_S2 / gravity_m_s2;
         let k = k2.sqrt();

@@ -1,4 +1,4 @@
-//! Parameters for the model of PX4's control law ([`crate::control::px4`]) and back.
+//! Parameters of the model of PX4's controller ([`crate::control::px4`]), from gains or a file and back.
 
 use std::collections::BTreeMap;
 
@@ -12,9 +12,9 @@ use crate::control::px4::Parameters;
 /// How the PX4 of the model, v1.12, mixes.
 const MIXING: Mixing = Mixing::QuadX;
 
-/// What PX4 flies a subject by: its defaults, the vehicle's hover thrust and thrust curve, velocities up to
-/// the subject's speed, and
-/// - with a file - what stands there, - without one - the subject's gains and limits in PX4's terms.
+/// The parameters with which PX4 flies a subject: PX4's defaults, the vehicle's hover thrust and thrust
+/// curve, velocities up to the subject's speed, and the file's parameters, or without a file the subject's
+/// gains and limits in PX4's terms.
 ///
 /// # Errors
 /// [`ParamsError`] when the gains cannot be put in PX4's terms or PX4's mixer finds no unit for the rotors.
@@ -32,7 +32,7 @@ pub fn px4_model_parameters(
         z_vel_max_dn: fastest,
         ..Parameters::default()
     };
-    // What the law does not read it is not told.
+    // Names that the model does not have are passed over.
     let mut take = |name: &str, value: Value| drop(made.set(name, value.as_f64()));
     match given {
         Some(file) => file
@@ -47,15 +47,15 @@ pub fn px4_model_parameters(
     Ok(made)
 }
 
-/// A parameter file's content that holds all that the law reads, so that a flight does not hang on an
+/// Content of a parameter file with every parameter of the model, so that a flight does not depend on an
 /// airframe's own defaults.
 pub fn px4_model_export(
-    law: &Parameters,
+    parameters: &Parameters,
     purpose: Purpose,
     gravity_m_s2: f64,
     remarks: Vec<String>,
 ) -> Export {
-    let rows = Parameters::NAMES.iter().filter_map(|name| Some(((*name).to_owned(), law.get(name)?)));
+    let rows = Parameters::NAMES.iter().filter_map(|name| Some(((*name).to_owned(), parameters.get(name)?)));
     let parameters: BTreeMap<String, Value> =
         rows.map(|(name, value)| (name, Value::Real(value as f32))).collect();
     let check = check(

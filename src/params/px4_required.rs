@@ -1,39 +1,39 @@
-//! What PX4 must be set to for a drop from a parachute, and why: one table, for who uploads it and for who
-//! looks whether a vehicle is set so.
+//! PX4's parameters that a drop from a parachute requires, and why: one table, from which they are uploaded
+//! and by which a vehicle is checked.
 //!
-//! PX4 waits for a takeoff from the ground, which a drop has not got; most of these parameters end an
-//! automatism that would stop the rotors, or spoil the flight, on that account. The gains are not here: they
-//! are [`super::export`]'s.
+//! PX4 expects a takeoff from the ground, which a drop does not have; most of these parameters disable an
+//! automatic reaction that would therefore stop the rotors or spoil the flight. The gains are not here: see
+//! [`super::export`].
 
 use super::Value;
 
-/// What the table depends on.
+/// The quantities of a drop on which the required parameters depend.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DropEnvelope {
-    /// Fastest descent in the setpoints, from t = 0 on [m/s].
+    /// Fastest descent in the setpoints from t = 0 on [m/s].
     pub fastest_descent_m_s: f64,
     /// Fastest horizontal speed in the setpoints [m/s].
     pub fastest_horizontal_m_s: f64,
-    /// Thrust to hover as a part of the greatest thrust, if it is known.
+    /// Thrust in hover as a part of the greatest thrust; `None`: unknown.
     pub hover_thrust: Option<f64>,
 }
 
-/// One parameter of the table.
+/// A parameter of the table, and the values that it may have.
 #[derive(Clone, Copy, Debug)]
 pub struct Rule {
-    /// Its name.
+    /// Name of the parameter.
     pub name: &'static str,
-    /// What to set it to; `None`: nothing, it is only looked at.
+    /// Value to upload; `None`: none, the parameter is only checked.
     pub wanted: fn(&DropEnvelope) -> Option<Value>,
-    /// Whether a value will do.
+    /// Whether a value meets the requirement.
     pub holds: fn(f64, &DropEnvelope) -> bool,
-    /// What happens otherwise, in a few words that follow "NAME = x: ".
+    /// Consequence of a value that does not, in a few words that follow "NAME = x: ".
     pub otherwise: &'static str,
-    /// Otherwise the vehicle would fall without thrust: it must not be released.
+    /// Whether the vehicle would then fall without thrust, so that it must not be released.
     pub grave: bool,
 }
 
-/// Hover thrust that is off by more than this factor is told.
+/// A hover thrust that is off by more than this part breaks the rule.
 const HOVER_TOLERANCE: f64 = 0.2;
 
 fn int(i: i32) -> Option<Value> {
@@ -44,16 +44,16 @@ fn real(x: f64) -> Option<Value> {
     Some(Value::Real(x as f32))
 }
 
-/// What PX4's tilt limit is at when a drop begins, and what it then comes up to by 0.2 rad/s. The gains'
-/// business: looked at beside the table.
+/// PX4's tilt limit at the beginning of a drop, which then slews to [`TILT_AIR`]. Part of the gains, not of
+/// the table, but checked with it.
 pub const TILT_LND: &str = "MPC_TILTMAX_LND";
-/// See [`TILT_LND`].
+/// PX4's tilt limit in flight.
 pub const TILT_AIR: &str = "MPC_TILTMAX_AIR";
-/// What comes of a [`TILT_LND`] below [`TILT_AIR`].
+/// Consequence of a [`TILT_LND`] below [`TILT_AIR`].
 pub const TILT_SHUT: &str =
     "the drop begins with no more tilt than that [deg]; 0.2 rad/s are added until it is MPC_TILTMAX_AIR";
 
-/// The table.
+/// All required parameters.
 pub const RULES: [Rule; 13] = [
     Rule {
         name: "COM_DISARM_PRFLT",
@@ -151,12 +151,12 @@ pub const RULES: [Rule; 13] = [
     },
 ];
 
-/// The table's wishes, by name.
+/// Names and values of the parameters to upload.
 pub fn wanted(envelope: &DropEnvelope) -> impl Iterator<Item = (&'static str, Value)> + '_ {
     RULES.iter().filter_map(|rule| Some((rule.name, (rule.wanted)(envelope)?)))
 }
 
-/// The rule of a parameter that a value breaks.
+/// The rule that a value of a parameter breaks; `None` when it breaks none.
 pub fn broken(name: &str, value: f64, envelope: &DropEnvelope) -> Option<&'static Rule> {
     RULES.iter().find(|rule| rule.name == name && !(rule.holds)(value, envelope))
 }

@@ -1,8 +1,8 @@
-//! What PX4 is given before a drop, of all that could be given to it.
+//! The parameters that PX4 gets before a drop: what a drop requires, the exported gains, and a file.
 //!
-//! What the drop needs ([`super::px4_required`]) stands. Of a file only what is PX4's own to choose is taken:
-//! gains, limits, filters. A value of the drop's own is taken from a file where it will do, and what says
-//! whose sensors, wiring and number a vehicle has is never.
+//! Values that the drop requires ([`super::px4_required`]) come first; a file may change one only to another
+//! that meets the requirement. All other parameters of the file are taken (gains, limits, filters), except
+//! those that describe one vehicle's sensors, wiring and number.
 
 use std::collections::BTreeMap;
 
@@ -11,8 +11,8 @@ use super::px4_required::{DropEnvelope, TILT_AIR, TILT_LND, TILT_SHUT, broken, w
 use super::{ParameterFile, Value};
 use crate::control::px4::Parameters;
 
-/// Beginnings of names that are of one vehicle alone: calibration, sensors, thermal corrections; its number,
-/// links and start-up; serial ports, CAN; the remote control; its log, its flights.
+/// Prefixes of parameters that belong to one vehicle alone: calibration, sensors, thermal corrections; its
+/// number, links and start-up; serial ports, CAN; the remote control; its log, its flights.
 const OF_ONE_VEHICLE: [&str; 12] = [
     "CAL_",
     "SENS_",
@@ -27,21 +27,20 @@ const OF_ONE_VEHICLE: [&str; 12] = [
     "COM_FLIGHT_",
     "LND_FLIGHT_",
 ];
-/// So many names are told, the others counted.
-const TOLD: usize = 4;
+/// Most names in a remark; the others are counted.
+const NAMES_SHOWN: usize = 4;
 
-/// Parameters to be given, and what is to say of those that are not.
+/// Parameters to be sent to PX4, and remarks on those that are not.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Upload {
-    /// By name.
+    /// Parameters to be sent, by name.
     pub parameters: BTreeMap<String, Value>,
-    /// Of a file: what is not sent, and what instead.
+    /// Parameters of a file that are not sent, and why.
     pub remarks: Vec<String>,
 }
 
 impl Upload {
-    /// What the drop needs where `exported` (gains, limits, vehicle) will not do, and what a file adds and
-    /// changes.
+    /// Merges the parameters that the drop requires, `exported` (gains, limits, vehicle) and a file.
     pub fn new(
         envelope: &DropEnvelope,
         exported: impl IntoIterator<Item = (String, Value)>,
@@ -56,13 +55,14 @@ impl Upload {
         }
         if let Some(file) = given {
             made.take(file, envelope);
-            made.tell_of_tilt();
+            made.remark_on_tilt();
         }
         made
     }
 
-    /// PX4 has its defaults for what it is not given.
-    fn tell_of_tilt(&mut self) {
+    /// Remarks on a tilt limit that is lower at the beginning of a flight than later. Where a parameter is
+    /// not sent, PX4 has its default.
+    fn remark_on_tilt(&mut self) {
         let defaults = Parameters::default();
         let of = |name: &str| {
             self.parameters.get(name).map(|v| v.as_f64()).or_else(|| defaults.get(name)).unwrap_or_default()
@@ -91,7 +91,7 @@ impl Upload {
             }
         }
         if !foreign.is_empty() {
-            let more = foreign.len().saturating_sub(TOLD);
+            let more = foreign.len().saturating_sub(NAMES_SHOWN);
             let names = foreign[..foreign.len() - more].join(", ");
             let more = if more > 0 { format!(" and {more} more") } else { String::new() };
             self.remarks.push(format!(
