@@ -1,10 +1,10 @@
 //! The flight log as CSV: one row per sample - time, state, setpoint, commands, rotors, J_state and every
 //! term of the balance of forces.
 //!
-//! Comment lines at the top tell version, seed and the hash of the inputs; the header row names each column
-//! with its unit (attitude, throttle and J_state have none). A field is empty where there is nothing to tell:
-//! the plan's time before the release, the setpoint while there is none. Numbers are the shortest that read
-//! back to the same bits.
+//! Comment lines at the top hold version, seed and the hash of the inputs; the header row names each column
+//! with its unit (attitude, throttle and J_state have none). A field is empty where it has no value: the
+//! plan's time before the release, the setpoint while there is none. Numbers are the shortest that read back
+//! to the same bits.
 //!
 //! The sums to check: `m a_ned = C^T (rotor + aero) + gravity + canopy + ground` and
 //! `J omega_dot = rotor_m + aero_m + reaction_m + gyro_m + ground_m - omega x J omega`.
@@ -19,7 +19,7 @@ use crate::sim::{Phase, Sample};
 
 const STATE: &str = "t_s,t_powered_s,phase,north_m,east_m,down_m,q0,q1,q2,q3,vn_m_s,ve_m_s,vd_m_s,p_rad_s,q_rad_s,r_rad_s,\
                      an_m_s2,ae_m_s2,ad_m_s2,vn_sp_m_s,ve_sp_m_s,vd_sp_m_s,j_state";
-/// Name and unit of the columns that there are one of per rotor.
+/// Name and unit of the columns that exist once per rotor.
 const PER_ROTOR: [(&str, &str); 4] =
     [("throttle", ""), ("rotor_speed", "_rad_s"), ("thrust", "_n"), ("torque", "_nm")];
 const BALANCE: &str = "rotor_fx_n,rotor_fy_n,rotor_fz_n,aero_fx_n,aero_fy_n,aero_fz_n,\
@@ -27,7 +27,7 @@ const BALANCE: &str = "rotor_fx_n,rotor_fy_n,rotor_fz_n,aero_fx_n,aero_fy_n,aero
                        rotor_mx_nm,rotor_my_nm,rotor_mz_nm,aero_mx_nm,aero_my_nm,aero_mz_nm,\
                        reaction_mx_nm,reaction_my_nm,reaction_mz_nm,gyro_mx_nm,gyro_my_nm,gyro_mz_nm";
 
-/// Where there is ground.
+/// Columns of a mission with ground.
 const GROUND: &str = ",ground_fn_n,ground_fe_n,ground_fd_n,ground_mx_nm,ground_my_nm,ground_mz_nm";
 
 /// Writes a flight log, row by row.
@@ -50,7 +50,7 @@ impl<W: Write> FlightCsv<W> {
         Self::begin(out, n_rotors, limits, stamp, false)
     }
 
-    /// The same with columns of what the ground does, for a mission that has one.
+    /// Begins the file like [`Self::new`], with columns of the forces of the ground.
     ///
     /// # Errors
     /// What `out` returns.
@@ -146,7 +146,7 @@ impl<W: Write> FlightCsv<W> {
         }
     }
 
-    /// A number and a comma.
+    /// Appends a number and a comma.
     fn number(&mut self, x: f64) {
         if x == 0.0 {
             // Most fields of a flight in the plane. (-0 is written as 0.)

@@ -1,4 +1,4 @@
-//! What a run leaves: the flight log, the verdict in words and as JSON, the figures.
+//! Results of a run: the flight log, the verdict in words and as JSON, the figures.
 //!
 //! | file | holds |
 //! |---|---|
@@ -13,8 +13,8 @@
 //! | [`drops`] | campaigns of whole drops: lines and tables |
 //! | [`study`] | the safety study: tables, trials, page |
 //!
-//! Everything here is text made of its arguments: the same arguments give the same bytes. Wall-clock times
-//! are the caller's and go to the terminal and to `--json` only, never into a file.
+//! Everything here is text made from its arguments: the same arguments give the same bytes. Wall-clock times
+//! come from the caller and go to the terminal and to `--json` only, never into a file.
 
 pub mod drops;
 pub mod figure;

@@ -1,4 +1,4 @@
-//! Exports, checks and differences of PX4 parameter files, for the terminal and as JSON; and the text of the
+//! Exports, checks and differences of PX4 parameter files, for the terminal and as JSON, and the text of the
 //! file itself.
 
 use serde::Serialize;
@@ -21,7 +21,7 @@ pub fn params_file(mission: &Mission, export: &Export) -> String {
     write(&format!("samara {VERSION}"), &export.notes(&origin), &export.parameters)
 }
 
-/// Findings and remarks, a line each, indented.
+/// Findings and remarks as text, a line each, indented.
 fn lines<'a>(findings: impl Iterator<Item = &'a Finding>, remarks: &[String]) -> String {
     findings.map(Finding::text).chain(remarks.iter().cloned()).map(|line| format!("  {line}\n")).collect()
 }
@@ -30,14 +30,13 @@ fn purpose_words(purpose: Option<Purpose>) -> String {
     purpose.map_or("does not say what it is for".to_owned(), |p| format!("for {} ({})", p.name(), p.words()))
 }
 
-/// What an export is and what to know of it.
+/// An export with its findings and remarks, as text for the terminal.
 pub fn export_text(export: &Export) -> String {
     let head = format!("{} parameters {}\n", export.parameters.len(), purpose_words(Some(export.purpose)));
     head + &lines(export.check.findings.iter(), &export.remarks)
 }
 
-/// A checked file: what was found, then the count. `refusal`: why the file does not belong where it was to be
-/// used.
+/// A checked file as text: findings, then their count. `refusal`: why the file must not be used there.
 pub fn check_text(name: &str, file: &ParameterFile, check: &Check, refusal: Option<&str>) -> String {
     let mut out = format!("{name}: {} parameters, {}\n", file.len(), purpose_words(file.purpose()));
     out += &lines(check.findings.iter(), file.remarks());
@@ -61,7 +60,7 @@ pub fn check_text(name: &str, file: &ParameterFile, check: &Check, refusal: Opti
     out
 }
 
-/// The differences of two files, a line each.
+/// The differences of two files as text, a line each.
 pub fn diff_text(names: [&str; 2], files: [&ParameterFile; 2], differences: &[Difference]) -> String {
     let metadata = Metadata::px4();
     let mut out = String::new();

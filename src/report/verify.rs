@@ -35,7 +35,7 @@ fn failed(groups: &[Group]) -> usize {
     all(groups).filter(|(_, check)| !check.holds()).count()
 }
 
-/// The object of `samara verify --json`. What is not a number is `null`.
+/// The object of `samara verify --json`. Values that are not numbers are `null`.
 pub fn verify_json(groups: &[Group]) -> String {
     let finite = |x: f64| x.is_finite().then_some(x);
     let checks: Vec<CheckObject<'_>> = all(groups)
@@ -54,7 +54,7 @@ pub fn verify_json(groups: &[Group]) -> String {
     text(&VerifyObject { version: VERSION, count: checks.len(), failed: failed(groups), checks })
 }
 
-/// The checks as a table, group by group, with their sources and the sum of it all. Ends with a line's end.
+/// The checks as a table, group by group, with their sources and a summary. Ends with a line end.
 pub fn verify_text(groups: &[Group]) -> String {
     let name = |check: &Check| match check.unit {
         "" => check.what.clone(),

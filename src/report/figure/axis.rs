@@ -6,10 +6,10 @@ use super::color::{GRID, SOFT_INK};
 /// Text of ticks and labels at lines.
 pub(crate) const SMALL: Font = Font { size: 12.0, color: SOFT_INK, bold: false };
 
-/// Ticks that make a scale.
+/// Fewest ticks that make a scale.
 const FEWEST: usize = 3;
 
-/// A straight scale: `low` is drawn at `low_px`, `high` at `high_px`.
+/// A linear scale: `low` is drawn at `low_px`, `high` at `high_px`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Axis {
     pub(crate) low: f64,
@@ -19,13 +19,13 @@ pub(crate) struct Axis {
 }
 
 impl Axis {
-    /// Where a number is drawn [px].
+    /// Pixel at which a number is drawn.
     pub(crate) fn px(&self, x: f64) -> f64 {
         self.low_px + (x - self.low) / (self.high - self.low) * (self.high_px - self.low_px)
     }
 
-    /// About `count` round numbers within the scale, as numbers and as text; a few more where they would be
-    /// less than three.
+    /// About `count` round numbers within the scale, as numbers and as text; at least [`FEWEST`] where the
+    /// scale allows.
     pub(crate) fn ticks(&self, count: usize) -> Vec<(f64, String)> {
         let finer = (0..3).map(|k| self.about(count << k));
         finer.reduce(|found, finer| if found.len() < FEWEST { finer } else { found }).unwrap_or_default()
@@ -53,7 +53,7 @@ pub(crate) fn round_step(x: f64) -> f64 {
     [1.0, 2.0, 5.0].into_iter().map(|m| m * power).find(|s| *s >= x * (1.0 - 1e-9)).unwrap_or(10.0 * power)
 }
 
-/// A number with a proper minus, and none before zero.
+/// A number with a minus sign proper, and none before zero.
 pub(crate) fn number(x: f64, decimals: usize) -> String {
     let text = format!("{:.decimals$}", x.abs());
     if x < 0.0 && text.chars().any(|c| c.is_ascii_digit() && c != '0') {
@@ -63,13 +63,13 @@ pub(crate) fn number(x: f64, decimals: usize) -> String {
     }
 }
 
-/// A given number, with as many decimals (two at most) as it has.
+/// A number with as many decimals (two at most) as it has.
 pub(crate) fn short(x: f64) -> String {
     let text = number(x, 2);
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// The range of the finite ones among `values`, `None` if there are none.
+/// Range of the finite values; `None` when there are none.
 pub(crate) fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     values.filter(|x| x.is_finite()).fold(None, |r, x| match r {
         None => Some((x, x)),
@@ -77,7 +77,7 @@ pub(crate) fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     })
 }
 
-/// A place to draw curves in: an axis to the right, one up or down.
+/// A rectangle for curves: one axis to the right, one up or down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Panel {
     pub(crate) x: Axis,
@@ -85,7 +85,7 @@ pub(crate) struct Panel {
 }
 
 impl Panel {
-    /// Where a pair of numbers is drawn.
+    /// Point at which a pair of numbers is drawn.
     pub(crate) fn px(&self, x: f64, y: f64) -> Point {
         (self.x.px(x), self.y.px(y))
     }

@@ -1,7 +1,7 @@
 //! The sheet that figures are drawn on: lines, shapes and text in pixels, an SVG text in the end.
 //!
-//! The only file that knows plotters. Its SVG backend takes whole pixels and knows neither dashes nor
-//! subscripts, so the sheet is ten times as fine as its pixels, dashes are cut here, and subscripts and the
+//! The only file that uses plotters, whose SVG backend takes whole pixels and has neither dashes nor
+//! subscripts; so the sheet is ten times as fine as its pixels, dashes are cut here, and subscripts and the
 //! document's head are put in at the end. No font is measured: the viewer brings its own, and widths are
 //! estimates on the wide side.
 
@@ -14,25 +14,25 @@ use super::FigureError;
 use super::color::{Rgb, WHITE};
 use super::polyline::{dashes, thinned};
 
-/// A place on the sheet [px], x to the right, y down.
+/// A point on the sheet [px], x to the right, y down.
 pub(crate) type Point = (f64, f64);
 
-/// Grid steps per pixel.
+/// Steps of the sheet per pixel.
 const FINENESS: f64 = 10.0;
-/// plotters takes sizes of 1.24 em.
+/// Size of a font in plotters' terms, per em.
 const SIZE_PER_EM: f64 = 1.24;
-/// Curves are thinned to what is visible [px].
+/// Curves are thinned to this deviation [px], which is not visible.
 const VISIBLE_PX: f64 = 0.12;
-/// Begin and end of a subscript, end of the text after it: characters of Unicode's private use, which no text
-/// holds.
+/// Marks of the beginning and end of a subscript and of the end of the text after it: characters of Unicode's
+/// private use, which no text contains.
 const SUBSCRIPT: [char; 3] = ['\u{E000}', '\u{E001}', '\u{E002}'];
 
-/// How a line is drawn.
+/// Colour, width and dashes of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stroke {
     pub(crate) color: Rgb,
     pub(crate) width: f64,
-    /// Lengths of dash and gap [px].
+    /// Lengths of dash and gap [px]; `None`: solid.
     pub(crate) dash: Option<(f64, f64)>,
 }
 
@@ -46,7 +46,7 @@ impl Stroke {
     }
 }
 
-/// Which point of the text its place is; vertically always the middle.
+/// The point of a text that is put at its place; vertically always the middle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Anchor {
     Start,
@@ -54,7 +54,7 @@ pub(crate) enum Anchor {
     End,
 }
 
-/// How text is set.
+/// Size, colour and weight of text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Font {
     pub(crate) size: f64,
@@ -62,7 +62,7 @@ pub(crate) struct Font {
     pub(crate) bold: bool,
 }
 
-/// A sheet of paper.
+/// A sheet to draw on.
 pub(crate) struct Canvas {
     size: (u32, u32),
     svg: String,
@@ -102,7 +102,7 @@ impl Canvas {
     }
 }
 
-/// plotters's text with our head, subscripts, and without what goes without saying.
+/// The document made of plotters' text: with our head and subscripts, without redundant attributes.
 fn document(svg: &str, (width, height): (u32, u32), (title, description): (&str, &str)) -> String {
     let body = svg.split_once('\n').map_or("", |(_, body)| body);
     let head = format!(
@@ -128,7 +128,7 @@ fn escape(text: &str) -> String {
     plain(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
-/// The text with its subscript set low: `sub("J", "TPF")`.
+/// The text with a subscript: `sub("J", "TPF")`.
 pub(crate) fn sub(base: &str, subscript: &str) -> String {
     format!("{base}{}{subscript}{}", SUBSCRIPT[0], SUBSCRIPT[1])
 }
@@ -152,7 +152,7 @@ pub(crate) fn text_width(text: &str, size: f64) -> f64 {
     em * size
 }
 
-/// Draws on a sheet. What plotters refuses is kept and told at the end.
+/// Draws on a sheet. An error of plotters is kept and returned at the end.
 pub(crate) struct Pen<'a> {
     backend: SVGBackend<'a>,
     failure: Option<String>,
@@ -188,24 +188,24 @@ impl<'a> Pen<'a> {
         self.attempt(|b| b.draw_path(fine, &style));
     }
 
-    /// A filled polygon.
+    /// Draws a filled polygon.
     pub(crate) fn polygon(&mut self, points: &[Point], color: Rgb) {
         let fine: Vec<_> = points.iter().map(|p| fine_point(*p)).collect();
         self.attempt(|b| b.fill_polygon(fine, &shape(color, 0, true)));
     }
 
-    /// A filled rectangle between two corners.
+    /// Draws a filled rectangle between two corners.
     pub(crate) fn rectangle(&mut self, (x0, y0): Point, (x1, y1): Point, color: Rgb) {
         self.polygon(&[(x0, y0), (x1, y0), (x1, y1), (x0, y1)], color);
     }
 
-    /// A filled disc.
+    /// Draws a filled disc.
     pub(crate) fn disc(&mut self, centre: Point, radius: f64, color: Rgb) {
         let style = shape(color, 0, true);
         self.attempt(|b| b.draw_circle(fine_point(centre), fine_width(radius), &style, true));
     }
 
-    /// A text, its middle line at the place.
+    /// Writes a text, its middle line at the place.
     pub(crate) fn text(&mut self, text: &str, at: Point, anchor: Anchor, font: Font) {
         let h_pos = match anchor {
             Anchor::Start => HPos::Left,

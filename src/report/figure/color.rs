@@ -1,30 +1,31 @@
-//! Colours: one map for J_state, one small palette for lines; both hold for colour-blind eyes and in grey.
+//! Colours: one map for J_state, one small palette for lines; both work for colour-blind eyes and in grey.
 //!
 //! The map is viridis (van der Walt and Smith, CC0), nine of its colours with straight lines in between, in
 //! steps fine enough to look even and coarse enough that neighbouring points of a path share one. A cost
 //! above 1 is outside the map: red.
 
-/// Red, green, blue.
+/// A colour as red, green and blue.
 pub(crate) type Rgb = (u8, u8, u8);
 
-/// Text and what is drawn like text.
+/// Colour of text and of what is drawn like text.
 pub(crate) const INK: Rgb = (0x22, 0x22, 0x22);
-/// Text that stands back: ticks, remarks.
+/// Colour of secondary text: ticks, remarks.
 pub(crate) const SOFT_INK: Rgb = (0x55, 0x55, 0x55);
-/// Lines of the grid.
+/// Colour of grid lines.
 pub(crate) const GRID: Rgb = (0xE4, 0xE4, 0xE4);
-/// The time between release and t = 0.
+/// Colour of the time between release and t = 0.
 pub(crate) const BAND: Rgb = (0xEE, 0xEE, 0xEE);
-/// Background.
+/// Colour of the background.
 pub(crate) const WHITE: Rgb = (0xFF, 0xFF, 0xFF);
-/// Limits, and what is beyond them.
+/// Colour of limits, and of what is beyond them.
 pub(crate) const LIMIT: Rgb = (0xC0, 0x1F, 0x2E);
-/// First line of a panel: north, front (Okabe and Ito's blue).
+/// Colour of the first line of a panel: north, front (Okabe and Ito's blue).
 pub(crate) const FIRST: Rgb = (0x00, 0x72, 0xB2);
-/// Second line of a panel: down, rear (Okabe and Ito's vermilion, a little darker for white ground).
+/// Colour of the second line of a panel: down, rear (Okabe and Ito's vermilion, a little darker for white
+/// ground).
 pub(crate) const SECOND: Rgb = (0xCC, 0x55, 0x00);
 
-/// Third line of a panel: east (Okabe and Ito's bluish green, darker for white ground).
+/// Colour of the third line of a panel: east (Okabe and Ito's bluish green, darker for white ground).
 pub(crate) const THIRD: Rgb = (0x00, 0x7A, 0x5A);
 
 const VIRIDIS: [Rgb; 9] = [
@@ -42,7 +43,7 @@ const VIRIDIS: [Rgb; 9] = [
 /// Number of colours that a scale shows.
 const STEPS: usize = 40;
 
-/// The scale of J_state: from `low` to `high` through the map.
+/// A scale of J_state: from `low` to `high` through the map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ColorScale {
     pub(crate) low: f64,
@@ -50,7 +51,7 @@ pub(crate) struct ColorScale {
 }
 
 impl ColorScale {
-    /// The scale that shows these costs, from tenth to tenth; 1, the limit, is its highest end.
+    /// The scale for these costs, rounded to tenths; 1, the limit, is its highest end.
     pub(crate) fn around(costs: impl Iterator<Item = f64>) -> Self {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for c in costs.filter(|c| c.is_finite()) {
@@ -70,7 +71,7 @@ impl ColorScale {
         ((fraction * STEPS as f64) as usize).min(STEPS - 1)
     }
 
-    /// The colour of that number.
+    /// The colour with a number.
     pub(crate) fn color_of_step(step: usize) -> Rgb {
         if step >= STEPS {
             return LIMIT;

@@ -8,9 +8,9 @@ use super::glyph;
 use super::label::{Place, Room};
 use super::track::Track;
 
-/// Marks of the paper's figure 7.
+/// Time between marks on a path [s], as in the paper's figure 7.
 pub(crate) const MARK_INTERVAL_S: f64 = 1.56;
-/// Labels of events.
+/// Font of the labels of events.
 const EVENT: Font = Font { size: 12.5, color: INK, bold: false };
 const PATH_PX: f64 = 4.5;
 
@@ -21,18 +21,18 @@ pub(crate) struct Event {
     pub(crate) strong: bool,
 }
 
-/// What the panel shows.
+/// The panel of a flight path.
 pub(crate) struct FlightPath<'a> {
     pub(crate) track: &'a Track,
     pub(crate) plan: Option<&'a Track>,
     pub(crate) scale: ColorScale,
     pub(crate) events: Vec<Event>,
-    /// Whether it begins under a parachute.
+    /// Whether the flight begins under a parachute.
     pub(crate) parachute: bool,
 }
 
 impl FlightPath<'_> {
-    /// Draws between the corners.
+    /// Draws the panel between two corners.
     pub(crate) fn draw(&self, pen: &mut Pen<'_>, upper_left: Point, lower_right: Point) {
         let panel = self.panel(upper_left, lower_right);
         panel.grid(pen, 5, 7, true);
@@ -56,10 +56,11 @@ impl FlightPath<'_> {
         }
     }
 
-    /// Both axes to the same scale, the path in the middle; at the top room for the parachute.
+    /// A panel with both axes to the same scale, the path in the middle and room for the parachute at the
+    /// top.
     fn panel(&self, (x0, y0): Point, (x1, y1): Point) -> Panel {
         let tracks = || std::iter::once(self.track).chain(self.plan);
-        let all = |f: fn(&super::track::Instant) -> f64| {
+        let all = |f: fn(&super::track::TrackPoint) -> f64| {
             range(tracks().flat_map(|t| t.instants.iter().map(f))).unwrap_or((0.0, 1.0))
         };
         let (north, down) = (all(|i| i.north_m), all(|i| i.down_m));
@@ -75,7 +76,7 @@ impl FlightPath<'_> {
         }
     }
 
-    /// The path, a line for each run of one colour.
+    /// Draws the path, a line for each run of one colour.
     fn path(&self, pen: &mut Pen<'_>, panel: &Panel) {
         let released_s = self.track.release_s.unwrap_or(f64::NEG_INFINITY);
         let hang: Vec<Point> = (self.track.instants.iter())
@@ -103,7 +104,7 @@ impl FlightPath<'_> {
         }
     }
 
-    /// The vehicle every few seconds, with the time beside it.
+    /// Draws the vehicle every few seconds, with the time beside it.
     fn vehicles(&self, pen: &mut Pen<'_>, panel: &Panel, room: &mut Room) {
         let Some((start_s, end_s)) = self.track.span_s() else { return };
         if self.parachute
@@ -161,7 +162,7 @@ impl FlightPath<'_> {
     }
 }
 
-/// Names the dashed line, somewhere along it.
+/// Names the dashed line of the plan, somewhere along it.
 fn label_plan(pen: &mut Pen<'_>, line: &[Point], room: &mut Room) {
     let (w, n) = (text_width("planned path", SMALL.size), line.len());
     let stations = [12, 10, 8, 14, 6, 16].map(|k| line.get(k * n / 20)).into_iter().flatten();
@@ -179,12 +180,12 @@ fn label_plan(pen: &mut Pen<'_>, line: &[Point], room: &mut Room) {
     }
 }
 
-/// Seconds from vehicle to vehicle: about seven in all.
+/// Time between two drawn vehicles [s], for about seven in all.
 pub(crate) fn vehicle_interval_s(duration_s: f64) -> f64 {
     round_step((duration_s / 9.0).max(0.1))
 }
 
-/// A line for each run of points of one colour.
+/// Draws a line for each run of points of one colour.
 pub(crate) fn colored(pen: &mut Pen<'_>, points: &[(Point, usize)], width: f64) {
     let mut start = 0;
     while start + 1 < points.len() {
@@ -198,7 +199,7 @@ pub(crate) fn colored(pen: &mut Pen<'_>, points: &[(Point, usize)], width: f64) 
     }
 }
 
-/// The bar that explains the colours of J with that subscript, its right end at `right`.
+/// Draws the bar that explains the colours of J with that subscript, its right end at `right`.
 pub(crate) fn color_bar(pen: &mut Pen<'_>, scale: &ColorScale, subscript: &str, (right, y): Point) {
     const WIDTH_PX: f64 = 150.0;
     let axis = Axis { low: scale.low, high: scale.high, low_px: right - WIDTH_PX, high_px: right };

@@ -22,7 +22,7 @@ impl Axes {
     }
 }
 
-/// A vehicle with a rotor ahead and one behind; nose up is nose up.
+/// Draws a vehicle with a rotor ahead and one behind; nose up is nose up.
 pub(crate) fn vehicle(pen: &mut Pen<'_>, centre: Point, pitch_rad: f64) {
     let (s, c) = pitch_rad.sin_cos();
     // Nose (cos, -sin) in (north, down); -z of the body is (-sin, -cos). Down is down on the sheet.
@@ -44,7 +44,7 @@ fn frame(pen: &mut Pen<'_>, axes: &Axes, color: Rgb, rim: f64) {
     line((-3.5, -1.8), (3.5, -1.8), 4.2);
 }
 
-/// A canopy with its lines, above a vehicle at `load`.
+/// Draws a canopy with its lines, above a vehicle at `load`.
 pub(crate) fn parachute(pen: &mut Pen<'_>, load: Point) {
     const RADIUS_PX: f64 = 20.0;
     const LINES_PX: f64 = 26.0;
@@ -65,7 +65,7 @@ pub(crate) fn parachute(pen: &mut Pen<'_>, load: Point) {
     pen.line(&[(x - RADIUS_PX, y), (x + RADIUS_PX, y)], Stroke::solid(INK, 1.0));
 }
 
-/// Room that a vehicle takes, whatever its pitch [px].
+/// Width and height that a vehicle takes, whatever its pitch [px].
 pub(crate) const VEHICLE_PX: f64 = 2.0 * ARM_PX + 14.0;
-/// Room above the load that the parachute takes [px].
+/// Height above the load that the parachute takes [px].
 pub(crate) const PARACHUTE_PX: f64 = 44.0;

@@ -1,4 +1,4 @@
-//! Finds room for labels: each goes to the candidate place where it covers least.
+//! Room for labels: each goes to the candidate place where it covers least.
 
 use super::canvas::Point;
 
@@ -36,18 +36,18 @@ impl Place {
     }
 }
 
-/// What is taken in a panel.
+/// The places and lines of a panel that labels must keep off.
 #[derive(Clone, Debug)]
 pub(crate) struct Room {
     bounds: Place,
     taken: Vec<Place>,
-    /// Points of lines, about a pixel apart.
+    /// Points of the lines, about a pixel apart.
     line_points: Vec<Point>,
 }
 
-/// One px of a line under a label is as bad as this much of another label's area [px^2].
+/// Weight of a pixel of a line under a label, as area of another label [px^2].
 const AREA_PER_LINE_POINT: f64 = 12.0;
-/// Area out of bounds, or in common with another label, counts so much more.
+/// Weight of area out of bounds, or shared with another label.
 const OVERLAP_WEIGHT: f64 = 10.0;
 
 impl Room {
@@ -74,7 +74,7 @@ impl Room {
         }
     }
 
-    /// The best of the candidates, which is taken from now on; among equals the first. `None` without
+    /// The best of the candidates, which is taken from now on; the first among equals. `None` without
     /// candidates.
     pub(crate) fn best(&mut self, candidates: impl IntoIterator<Item = Place>) -> Option<Place> {
         let mut best: Option<(f64, Place)> = None;

@@ -3,11 +3,11 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `canvas`, `polyline` | the sheet: lines, shapes, text; `canvas` alone knows plotters |
+//! | `canvas`, `polyline` | the sheet: lines, shapes, text; `canvas` alone uses plotters |
 //! | `color` | the map of J_state, the palette |
 //! | `axis` | scales, ticks, grids |
 //! | `label`, `panel_names` | room for labels; names of lines and limits |
-//! | `track` | what is shown of a flight or a plan |
+//! | `track` | the motion of a flight or a plan |
 //! | `flight_path`, `glyph` | the path as in the paper's figure 7, with small vehicles |
 //! | `convergence` | the cost of a search over its evaluations |
 //! | `time_panels` | velocities, pitch, thrusts, J_state over time |
@@ -50,7 +50,7 @@ use crate::trajectory::Trajectory;
 
 const WIDTH_PX: u32 = 960;
 const HEIGHT_PX: u32 = 760;
-/// Corners of the flight path's panel and of the column.
+/// Corners of the flight path's panel.
 const PATH_CORNERS: ((f64, f64), (f64, f64)) = ((56.0, 112.0), (446.0, 712.0));
 const COLUMN_CORNERS: ((f64, f64), (f64, f64)) = ((514.0, 112.0), (940.0, 712.0));
 
@@ -66,7 +66,8 @@ pub enum FigureError {
 }
 
 /// Draws a drop: the flight path, and the motion over time against the plan that was flown. `verdict` is
-/// `None` for a flight that was not released; `by`, for the subtitle, for one by the reference autopilot.
+/// `None` for a flight that was not released; `by` names the autopilot in the subtitle, `None` for the
+/// reference autopilot.
 ///
 /// # Errors
 /// [`FigureError`] when no sample is finite or the backend fails.
@@ -148,7 +149,7 @@ impl<'a> Sheet<'a> {
         self.events.push(Event { t_s, text: text.to_owned(), strong });
     }
 
-    /// Tells J_TPF and marks where it is.
+    /// Writes J_TPF and marks its place.
     fn peak(&mut self, j_tpf: f64) {
         self.headline += &format!(": {} {j_tpf:.3}", sub("J", "TPF"));
         self.j_tpf = Some(j_tpf);

@@ -1,4 +1,4 @@
-//! What is written in a panel beside its lines: the names of limits and of lines, where there is room.
+//! Names of limits and lines in a panel, where there is room.
 
 use super::axis::{Panel, SMALL, short};
 use super::canvas::{Anchor, Font, Pen, Point, Stroke, text_width};

@@ -2,7 +2,7 @@
 
 use super::canvas::Point;
 
-/// The points that a line needs to stay within `tolerance` of all (Ramer, Douglas and Peucker).
+/// The points of a line that stays within `tolerance` of all points (Ramer, Douglas and Peucker).
 pub(crate) fn thinned(points: &[Point], tolerance: f64) -> Vec<Point> {
     if points.len() < 3 {
         return points.to_vec();

@@ -1,5 +1,5 @@
-//! What the figures of the safety study share: one scale of colours and one range of velocities for all of
-//! them, so that a colour or a length means the same in each.
+//! The common style of the safety study's figures: one scale of colours and one range of velocities for all
+//! of them, so that a colour or a length means the same in each.
 
 use super::FigureError;
 use super::SMALL;
@@ -9,7 +9,7 @@ use super::color::{ColorScale, INK, LIMIT};
 use crate::assess::TraceInstant;
 use crate::config::{Mission, Stamp};
 
-/// Names of axes and panels.
+/// Font of the names of axes and panels.
 pub(super) const AXIS: Font = Font { size: 13.0, color: INK, bold: false };
 /// Width of the figures [px].
 pub(super) const WIDTH_PX: u32 = 960;
@@ -22,11 +22,11 @@ pub struct TrialPoint {
     pub pitch_rad: f64,
     /// Pitch rate at t = 0 [rad/s].
     pub pitch_rate_rad_s: f64,
-    /// J_TPF.
+    /// J_TPF of the trial, (51).
     pub j_tpf: f64,
 }
 
-/// Scales that the figures share.
+/// Scales that all figures of a study share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyStyle {
     pub(super) about: String,
@@ -35,7 +35,7 @@ pub struct StudyStyle {
     pub(super) end_s: f64,
     pub(super) j_state: ColorScale,
     pub(super) j_tpf: ColorScale,
-    /// Lowest and highest J_TPF.
+    /// Lowest and highest J_TPF of the trials.
     pub(super) j_tpf_range: (f64, f64),
     /// Ranges of north, down, body x and body z velocity [m/s].
     pub(super) velocities: [(f64, f64); 4],
@@ -96,7 +96,7 @@ pub(super) fn with_margin((low, high): (f64, f64), fraction: f64) -> (f64, f64) 
     (low - margin, high + margin)
 }
 
-/// A line in red across a panel: the limit.
+/// Draws a limit, a red line.
 pub(super) fn limit(pen: &mut Pen<'_>, from: Point, to: Point) {
     pen.line(&[from, to], Stroke::dashed(LIMIT, 1.2, 8.0, 3.0));
 }

@@ -1,5 +1,5 @@
-//! Figures 10, 12 and 14: J_TPF of each trial by pitch and pitch rate at the release. On the left both, the
-//! cost as colour; on the right the cost against each. The origin is the nominal release.
+//! Figures 10, 12 and 14: J_TPF of each trial by pitch and pitch rate at the release. On the left pitch rate
+//! over pitch, the cost as colour; on the right the cost against each. The origin is the nominal release.
 
 use super::FigureError;
 use super::axis::{Axis, Panel};
@@ -19,7 +19,7 @@ const PITCH: &str = "pitch at release [deg]";
 const RATE: &str = "pitch rate at release [deg/s]";
 const RADIUS_PX: f64 = 3.2;
 
-/// Draws the trials.
+/// Draws the trials of a campaign.
 ///
 /// # Errors
 /// [`FigureError`] when the backend fails.
@@ -43,7 +43,7 @@ pub fn costs_figure(
     })
 }
 
-/// Both: the cost as colour.
+/// Draws pitch rate over pitch, the cost as colour.
 fn map(pen: &mut Pen<'_>, style: &StudyStyle, trials: &[TrialPoint], pitch: (f64, f64), rate: (f64, f64)) {
     let map = Panel {
         x: Axis { low: pitch.0, high: pitch.1, low_px: MAP_PX.0, high_px: MAP_PX.1 },
@@ -66,7 +66,7 @@ fn map(pen: &mut Pen<'_>, style: &StudyStyle, trials: &[TrialPoint], pitch: (f64
 /// Name, range [deg] and value [rad] of a quantity.
 type Quantity = (&'static str, (f64, f64), fn(&TrialPoint) -> f64);
 
-/// The cost against one of them.
+/// Draws the cost against one quantity.
 fn against(pen: &mut Pen<'_>, style: &StudyStyle, trials: &[TrialPoint], row: u8, (name, x, of): Quantity) {
     let height = 0.5 * (BOTTOM_PX - TOP_PX - GAP_PX);
     let top = TOP_PX + f64::from(row) * (height + GAP_PX);

@@ -13,10 +13,10 @@ use crate::assess::TraceInstant;
 const HEIGHT_PX: u32 = 640;
 const TOP_PX: f64 = 118.0;
 const BOTTOM_PX: f64 = 588.0;
-/// Left edges and width of the panels.
+/// Left edges of the panels [px].
 const LEFT_PX: [f64; 2] = [62.0, 540.0];
 const PANEL_PX: f64 = 404.0;
-/// Dash, gap, dash, gap of a controller's paths [px].
+/// Dash, gap, dash, gap of the paths of a panel's two controllers [px].
 const PATTERNS: [[f64; 4]; 2] = [[9.0, 4.0, 9.0, 4.0], [9.0, 3.0, 2.0, 3.0]];
 
 /// The flights of one controller.
@@ -24,9 +24,9 @@ const PATTERNS: [[f64; 4]; 2] = [[9.0, 4.0, 9.0, 4.0], [9.0, 3.0, 2.0, 3.0]];
 pub struct PathGroup<'a> {
     /// Name of the controller.
     pub name: &'a str,
-    /// A flight for each release.
+    /// One flight for each release.
     pub flights: &'a [Vec<TraceInstant>],
-    /// J_TPF of each, of the whole flight.
+    /// J_TPF of each flight, over the whole flight.
     pub j_tpf: &'a [f64],
 }
 
@@ -72,8 +72,8 @@ pub fn paths_figure(
     })
 }
 
-/// Both axes to the same scale when the paths leave room for that; a figure of the first seconds stretches
-/// north.
+/// A panel with both axes to the same scale when the paths leave room for that; a figure of the first seconds
+/// stretches north.
 fn panel(left: f64, north: (f64, f64), down: (f64, f64)) -> Panel {
     let (mut n, mut d) = (with_margin(north, 0.06), with_margin(down, 0.06));
     d.1 += 0.10 * (d.1 - d.0);
@@ -114,7 +114,7 @@ fn path(
     }
 }
 
-/// A broken line with a colour for each point.
+/// Draws a broken line with a colour for each point.
 fn broken(pen: &mut Pen<'_>, points: &[(Point, usize)], pattern: [f64; 4], width: f64) {
     let period: f64 = pattern.iter().sum();
     let mut length = 0.0;

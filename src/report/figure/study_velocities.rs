@@ -41,7 +41,7 @@ pub fn velocities_figure(
     })
 }
 
-/// What a panel shows.
+/// Ranges and titles of a panel.
 struct Axes {
     name: &'static str,
     x: &'static str,
@@ -98,7 +98,7 @@ fn draw_side(
     }
 }
 
-/// Every second colour is enough for a line among a hundred.
+/// Number of the colour, rounded down to an even one: half the colours are enough for a line among a hundred.
 fn even(step: usize) -> usize {
     step - step % 2
 }

@@ -9,24 +9,24 @@ use super::color::{BAND, ColorScale, FIRST, INK, Rgb, SECOND, SOFT_INK, THIRD};
 use super::flight_path::colored;
 use super::label::{Place, Room};
 use super::panel_names::{limit_line, name_line};
-use super::track::{Instant, Track};
+use super::track::{Track, TrackPoint};
 use crate::assess::SafetyLimits;
 use crate::units::DEG_PER_RAD;
 
-/// An east velocity that is told [m/s].
-const EAST_TOLD_M_S: f64 = 0.005;
+/// Least east velocity that is shown [m/s].
+const EAST_SHOWN_M_S: f64 = 0.005;
 pub(crate) const TITLE: Font = Font { size: 12.5, color: INK, bold: false };
 const PANEL_GAP_PX: f64 = 27.0;
-/// Where a panel's title begins, from its corner.
+/// Distance of a panel's title from its left edge [px].
 const TITLE_LEFT_PX: f64 = 34.0;
 const TITLE_ABOVE_PX: f64 = 12.0;
-/// A limit is drawn when the flight comes within this fraction of it; else it is only told.
+/// A limit is drawn when the flight comes within this fraction of it; else it is only named.
 const NEAR_LIMIT: f64 = 0.3;
 const PLAN: Stroke = Stroke { color: INK, width: 1.0, dash: Some((5.0, 4.0)) };
 const PLAN_END: Rgb = (0xA8, 0xA8, 0xA8);
 const TARGET: Stroke = Stroke { color: SOFT_INK, width: 1.0, dash: Some((1.0, 3.0)) };
 
-/// What the column shows.
+/// A column of panels over time.
 pub(crate) struct TimePanels<'a> {
     pub(crate) track: &'a Track,
     pub(crate) plan: Option<&'a Track>,
@@ -36,28 +36,28 @@ pub(crate) struct TimePanels<'a> {
     /// The plan's limit on a rotor's thrust [N].
     pub(crate) thrust_max_n: f64,
     pub(crate) scale: ColorScale,
-    /// Highest J_state, if the flight is judged.
+    /// Highest J_state; `None` for a flight that is not judged.
     pub(crate) j_tpf: Option<f64>,
 }
 
-/// A quantity of a panel.
+/// A line of a panel: a quantity over time.
 struct Line {
     name: &'static str,
     color: Rgb,
     width: f64,
-    of: Box<dyn Fn(&Instant) -> f64>,
+    of: Box<dyn Fn(&TrackPoint) -> f64>,
     target: Option<f64>,
 }
 
 impl Line {
-    fn new(name: &'static str, color: Rgb, of: impl Fn(&Instant) -> f64 + 'static) -> Self {
+    fn new(name: &'static str, color: Rgb, of: impl Fn(&TrackPoint) -> f64 + 'static) -> Self {
         // The first line shows at both sides of a second one that covers it.
         let width = if color == FIRST { 2.2 } else { 1.6 };
         Self { name, color, width, of: Box::new(of), target: None }
     }
 }
 
-/// A panel, before it has a place.
+/// A panel that has no place yet.
 struct Quantity {
     title: &'static str,
     unit: &'static str,
@@ -73,7 +73,7 @@ impl TimePanels<'_> {
         let target = |line: Line, v: f64| Line { target: Some(v), ..line };
         // What is out of the plane is shown where there is any.
         let rolls = self.track.rolls();
-        let drifts = self.target_v_ned.y != 0.0 || self.track.reaches(EAST_TOLD_M_S, |i| i.v_ned.y);
+        let drifts = self.target_v_ned.y != 0.0 || self.track.reaches(EAST_SHOWN_M_S, |i| i.v_ned.y);
         let east = drifts.then(|| target(Line::new("east", THIRD, |i| i.v_ned.y), self.target_v_ned.y));
         let name = |name: &'static str| if rolls { name } else { "" };
         let also = |line: Line| rolls.then_some(line).into_iter();
@@ -128,7 +128,7 @@ impl TimePanels<'_> {
         ]
     }
 
-    /// Draws between the corners.
+    /// Draws the panels between two corners.
     pub(crate) fn draw(&self, pen: &mut Pen<'_>, (x0, y0): Point, (x1, y1): Point) {
         // A flight that was broken off is shorter than its plan.
         let spans = [Some(self.track), self.plan].into_iter().flatten().filter_map(Track::span_s);
@@ -145,7 +145,7 @@ impl TimePanels<'_> {
         self.key(pen, (x1, y0 - 14.0));
     }
 
-    /// What the kinds of line mean, ending at `right`.
+    /// Explains the kinds of line, ending at `right`.
     fn key(&self, pen: &mut Pen<'_>, (right, y): Point) {
         let flown = self.plan.is_some() || self.track.release_s.is_some() || !self.track.since_free;
         let main = if flown { "flown" } else { "planned" };
@@ -234,7 +234,7 @@ impl TimePanels<'_> {
         room
     }
 
-    /// Says once, in the panel without a limit, what the upright line is.
+    /// Names the upright line once, in the panel without a limit.
     fn name_plan_end(&self, pen: &mut Pen<'_>, panel: &Panel, room: &mut Room) {
         let Some((_, end_s)) = self.plan.and_then(Track::span_s) else { return };
         let ((_, y0), (_, y1)) = panel.corners();

@@ -1,4 +1,4 @@
-//! What a figure shows of a flight or of a plan: the motion over time since the rotors were freed.
+//! The motion of a flight or a plan over time since the rotors were freed, as figures show it.
 
 use nalgebra::Vector3;
 
@@ -10,17 +10,17 @@ use crate::sim::{Phase, Sample};
 use crate::trajectory::Trajectory;
 use crate::units::RAD_PER_DEG;
 
-/// Before the release, this fraction of the flight after it is shown.
+/// Part of the flight before the release that is shown, as a fraction of the flight after it.
 const BEFORE_RELEASE: f64 = 0.06;
-/// A plan is drawn in steps of this [s], or finer when it is short.
+/// Longest step in which a plan is drawn [s].
 const PLAN_STEP_S: f64 = 0.02;
 
-/// An instant.
+/// The motion in order of time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Instant {
-    /// Since the rotors were freed [s]; negative before.
+pub(crate) struct TrackPoint {
+    /// Time since the rotors were freed [s]; negative before.
     pub(crate) t_s: f64,
-    /// From the release [m]; of a plan, from where it begins.
+    /// Position north of the release [m]; of a plan, of its beginning.
     pub(crate) north_m: f64,
     pub(crate) down_m: f64,
     pub(crate) v_ned: Vector3<f64>,
@@ -28,25 +28,25 @@ pub(crate) struct Instant {
     pub(crate) pitch_rate_rad_s: f64,
     pub(crate) roll_rad: f64,
     pub(crate) roll_rate_rad_s: f64,
-    /// Mean over the rotors ahead of and behind the centre of mass [N]; NaN where there are none.
+    /// Mean thrust of the rotors ahead of and behind the centre of mass [N]; NaN where there are none.
     pub(crate) front_n: f64,
     pub(crate) rear_n: f64,
     pub(crate) j_state: f64,
-    /// The quantity that J_state is the share of.
+    /// The quantity whose share of its limit is J_state.
     pub(crate) decided_by: &'static str,
 }
 
 /// Instants in order of time.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Track {
-    pub(crate) instants: Vec<Instant>,
-    /// Time of the release [s], if it happened.
+    pub(crate) instants: Vec<TrackPoint>,
+    /// Time of the release [s]; `None`: it did not happen.
     pub(crate) release_s: Option<f64>,
     /// Whether time counts from when the rotors were freed.
     pub(crate) since_free: bool,
 }
 
-/// Which rotors are ahead, which behind.
+/// For each rotor the side: ahead of or behind the centre of mass.
 struct Rotors(Vec<f64>);
 
 impl Rotors {
@@ -65,8 +65,8 @@ impl Rotors {
 }
 
 impl Track {
-    /// A flight, from shortly before its release; all of it when it was not released. Time then counts from
-    /// the start of the simulation.
+    /// The track of a flight, from shortly before its release; of all of it when it was not released, with
+    /// time from the start of the simulation.
     pub(crate) fn of_flight(samples: &[Sample], vehicle: &Vehicle, limits: &SafetyLimits) -> Self {
         let rotors = Rotors::of(vehicle);
         let free_s = samples.iter().rev().find_map(|s| s.t_powered_s.map(|t| s.t_s - t));
@@ -80,7 +80,7 @@ impl Track {
             let body = &s.state.body;
             let (front_n, rear_n) = rotors.front_rear(&s.balance.thrust_n);
             let cost = StateCost::of(body, limits);
-            Instant {
+            TrackPoint {
                 t_s: s.t_s - zero_s,
                 north_m: body.p_ned.x - origin.x,
                 down_m: body.p_ned.z - origin.z,
@@ -99,7 +99,8 @@ impl Track {
         Self { instants, release_s, since_free: free_s.is_some() }
     }
 
-    /// A plan that begins at (north, down) [m]: its velocity, integrated exactly (Simpson's rule on a cubic).
+    /// The track of a plan that begins at (north, down) [m]: its velocity, integrated exactly (Simpson's rule
+    /// on a cubic).
     pub(crate) fn of_plan(
         plan: &Trajectory,
         (mut north_m, mut down_m): (f64, f64),
@@ -125,19 +126,19 @@ impl Track {
         Self { instants, release_s: None, since_free: true }
     }
 
-    /// Whether a quantity ever is as large as `least`, either way.
-    pub(crate) fn reaches(&self, least: f64, quantity: impl Fn(&Instant) -> f64) -> bool {
+    /// Whether the magnitude of a quantity ever reaches `least`.
+    pub(crate) fn reaches(&self, least: f64, quantity: impl Fn(&TrackPoint) -> f64) -> bool {
         self.instants.iter().any(|i| quantity(i).abs() >= least)
     }
 
-    /// Whether it rolls so that the verdict tells it.
+    /// Whether the roll is large enough for the verdict to report it.
     pub(crate) fn rolls(&self) -> bool {
         const TOLD_RAD: f64 = 0.005 * RAD_PER_DEG;
         self.reaches(TOLD_RAD, |i| i.roll_rad) || self.reaches(TOLD_RAD, |i| i.roll_rate_rad_s)
     }
 
     /// A quantity over time.
-    pub(crate) fn curve(&self, quantity: impl Fn(&Instant) -> f64) -> Vec<(f64, f64)> {
+    pub(crate) fn curve(&self, quantity: impl Fn(&TrackPoint) -> f64) -> Vec<(f64, f64)> {
         self.instants.iter().map(|i| (i.t_s, quantity(i))).collect()
     }
 
@@ -147,12 +148,12 @@ impl Track {
     }
 
     /// The first instant at or after `t_s`.
-    pub(crate) fn at(&self, t_s: f64) -> Option<&Instant> {
+    pub(crate) fn at(&self, t_s: f64) -> Option<&TrackPoint> {
         self.instants.get(self.instants.partition_point(|i| i.t_s < t_s - 1e-9))
     }
 
     /// The instant of the largest J_state from the release on, the first of equals.
-    pub(crate) fn riskiest(&self) -> Option<&Instant> {
+    pub(crate) fn riskiest(&self) -> Option<&TrackPoint> {
         let from_s = self.release_s.unwrap_or(f64::NEG_INFINITY);
         let falling = self.instants.iter().filter(|i| i.t_s >= from_s - 1e-9);
         falling.reduce(|worst, i| if i.j_state > worst.j_state { i } else { worst })
@@ -165,7 +166,7 @@ fn planned(
     (north_m, down_m): (f64, f64),
     rotors: &Rotors,
     limits: &SafetyLimits,
-) -> Instant {
+) -> TrackPoint {
     let body = BodyState {
         p_ned: Vector3::zeros(),
         q_ned_from_body: plan.attitude(t_s),
@@ -174,7 +175,7 @@ fn planned(
     };
     let (front_n, rear_n) = rotors.front_rear(&plan.thrust_n(t_s));
     let cost = StateCost::of(&body, limits);
-    Instant {
+    TrackPoint {
         t_s,
         north_m,
         down_m,

@@ -1,7 +1,7 @@
-//! `campaign_<name>.csv`: every trial of a campaign, what was drawn and what came of it, a line each.
+//! `campaign_<name>.csv`: every trial of a campaign, its random numbers and its outcome, a line each.
 //!
-//! Comment lines at the top tell version, seed, hash of the inputs, controller and gains; the header row
-//! names each column with its unit. They do not tell how many trials there are: a campaign that is broken off
+//! Comment lines at the top hold version, seed, hash of the inputs, controller and gains; the header row
+//! names each column with its unit. They leave out the number of trials: a campaign that is broken off
 //! is the beginning of a longer one, and [`parse_row`] reads back, to the bit, what [`write_row`] wrote.
 
 use std::fmt::Write as _;
@@ -65,13 +65,13 @@ pub fn write_row(text: &mut String, release: &RandomRelease, outcome: &TrialOutc
     text.push('\n');
 }
 
-/// Why a line is not the trial that belongs there.
+/// Why a line is not the expected trial.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RowError {
-    /// Not a line of numbers.
+    /// The line does not consist of numbers.
     #[error("{COLUMN_COUNT} numbers are expected")]
     NotNumbers,
-    /// A trial that another seed or distribution drew, or out of order.
+    /// The trial was drawn by another seed or distribution, or is out of order.
     #[error("this is not trial {0} of this mission and seed")]
     OtherTrial(u64),
 }

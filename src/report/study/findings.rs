@@ -1,25 +1,25 @@
-//! What of the paper's study is reproduced and what is not, each with a bar and, where it is missed, the
-//! reason. The judgement is made of the study's own numbers.
+//! Which claims of the paper's study are reproduced, each with a bar and, where it is missed, the reason. The
+//! judgement uses the study's own numbers.
 
 use super::Assessment;
 use crate::assess::{Summary, paper};
 
-/// The means of the campaigns shall lie within this fraction of the paper's.
+/// Largest relative deviation of the campaigns' means from the paper's.
 const MEAN_BAR: f64 = 0.05;
-/// The plan's J_TPF within this fraction.
+/// Largest relative deviation of the plan's J_TPF from the paper's.
 const PLAN_BAR: f64 = 0.02;
-/// Every entry of Table 5 within this fraction.
+/// Largest relative deviation of an entry of Table 5.
 const TABLE_5_BAR: f64 = 0.15;
-/// The first campaign shall be worse than the other two by this fraction.
+/// Least fraction by which the first campaign is worse than the other two.
 const REDUCTION_BAR: f64 = 0.20;
-/// Standard deviations within this factor, either way.
+/// Largest factor between standard deviations and the paper's, either way.
 const SPREAD_FACTOR: f64 = 1.5;
 
-/// The PSO gains shall be better by this share of the paper's own margin.
+/// Least part of the paper's own margin by which the PSO gains are better.
 const MARGIN_BAR: f64 = 0.5;
 
-/// Reasons for what is missed. They were found once, on the shipped vehicle and mission (docs/paper.md), and are
-/// told only with those; a run does not look for them again.
+/// Reasons for missed bars. They were found once, on the shipped vehicle and mission (docs/paper.md), and are
+/// given only with those; a run does not look for them again.
 const WHY_TIE: &str = "Found on this vehicle: the paper's PSO gains keep a limit cycle, whose phase decides their peaks; they track the \
                        trajectory better (tracking RMS in Table 5). The vehicle is a plausible representative of the paper's lander, \
                        fitted to its printed results, not the lander itself.";
@@ -29,20 +29,20 @@ const WHY_SPREAD: &str = "Found on this vehicle. Step: the velocity error of the
 const WHY_STEP_CASES: &str = "Found on this vehicle: the saturated tilt command makes all releases alike; the tilt limit is fitted to case 0.";
 const WHY_OTHER: &str = "It is reproduced with 100 trials and seed 1: these are fewer, or others.";
 
-/// A claim of the paper and what became of it.
+/// A claim of the paper and whether it is reproduced.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// The claim.
+    /// The claim in words.
     pub claim: String,
     /// The paper's figure.
     pub paper: String,
-    /// Ours.
+    /// This study's figure.
     pub here: String,
-    /// The bar.
+    /// The bar in words.
     pub bar: String,
-    /// Whether it holds.
+    /// Whether the figure is within the bar.
     pub reproduced: bool,
-    /// Why not.
+    /// Reason for a missed bar; `None` where none is known.
     pub why: Option<&'static str>,
 }
 
@@ -52,7 +52,7 @@ impl Finding {
         Self { claim: claim.to_owned(), paper, here, bar: bar.to_owned(), reproduced, why }
     }
 
-    /// "reproduced" or "NOT reproduced".
+    /// The words "reproduced" or "NOT reproduced".
     pub fn verdict(&self) -> &'static str {
         if self.reproduced { "reproduced" } else { "NOT reproduced" }
     }
@@ -118,8 +118,8 @@ pub fn findings(a: &Assessment<'_>) -> Vec<Finding> {
     ]
 }
 
-/// Both campaigns fly the same releases: what tells is their difference release by release, and its size
-/// beside the paper's.
+/// Whether PSO gains beat near-hover gains: both campaigns fly the same releases, so the difference release
+/// by release decides, and its size beside the paper's.
 fn pso_beats_near_hover(near_hover_mean: f64, pso_less_near_hover: &Summary) -> Finding {
     let (near_hover, pso) = (paper::NEAR_HOVER_OPTIMAL.mean, paper::PSO_OPTIMAL.mean);
     let papers = (near_hover - pso) / near_hover;

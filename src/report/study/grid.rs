@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 /// A table: the first column to the left, the others to the right.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Grid {
-    /// What the table shows.
+    /// Title of the table.
     pub title: String,
     /// Head of each column.
     pub head: Vec<String>,
@@ -13,12 +13,12 @@ pub struct Grid {
     pub rows: Vec<Row>,
 }
 
-/// A row.
+/// A row of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Its cells.
+    /// Text of each cell.
     pub cells: Vec<String>,
-    /// Whether it stands back: the paper's figures, and other remarks to the row above.
+    /// Whether the row is secondary: the paper's figures, and other remarks to the row above.
     pub aside: bool,
 }
 
@@ -43,7 +43,7 @@ impl Grid {
         self.rows.push(Row { cells, aside });
     }
 
-    /// As aligned text with a title line.
+    /// The table as aligned text with a title line.
     pub fn text(&self) -> String {
         let indent = |row: &Row| if row.aside { 2 } else { 0 };
         let width = |column: usize| {
@@ -72,7 +72,7 @@ impl Grid {
         text
     }
 
-    /// As an HTML table with a caption.
+    /// The table as HTML with a caption.
     pub fn html(&self) -> String {
         let mut html =
             format!("<figure class=\"table\"><table>\n<caption>{}</caption>\n<thead><tr>", rich(&self.title));
@@ -96,12 +96,12 @@ impl Grid {
     }
 }
 
-/// Text as HTML.
+/// Text escaped for HTML.
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// Text as HTML, the symbols of the study (J_TPF, K_pvz) with their subscripts set low.
+/// Text escaped for HTML, the symbols of the study (J_TPF, K_pvz) with subscripts.
 pub fn rich(text: &str) -> String {
     let mut html = escape(text);
     for base in ["J", "K"] {

@@ -1,11 +1,11 @@
-//! What the safety study leaves: tables as text, CSV and JSON, every trial as CSV, and one page that holds
-//! all.
+//! Results of the safety study: tables as text, CSV and JSON, every trial as CSV, and one page with
+//! everything.
 //!
 //! | file | holds |
 //! |---|---|
 //! | [`campaign_csv`] | every trial of a campaign, written and read again |
 //! | [`records`] | the rows of the tables; `--json` and the CSV files |
-//! | [`findings`] | what of the paper is reproduced and what is not, and why |
+//! | [`findings`] | which claims of the paper are reproduced, and why others are not |
 //! | [`grid`], [`tables`] | the tables, as text and as HTML |
 //! | [`only`] | one trial alone |
 //! | [`page`] | `assess.html` |
@@ -21,28 +21,28 @@ pub mod tables;
 use crate::assess::{Controller, Summary, Tally};
 use crate::config::Mission;
 
-/// The name of the campaign with the chosen gains.
+/// Name of the campaign with the chosen gains.
 pub const OURS: &str = "ours";
 
-/// A release case, flown by a controller.
+/// Result of a release case with a controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CaseResult {
     /// Name of the case.
     pub case: String,
-    /// J_TPF, (51).
+    /// J_TPF of the flight, (51).
     pub j_tpf: f64,
-    /// Distance from the optimal trajectory, (45).
+    /// Distance of the flight from the optimal trajectory, (45).
     pub tracking_rms: f64,
 }
 
-/// A controller and what became of it.
+/// A controller and its results.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Assessed {
-    /// The controller; the chosen gains' is named [`OURS`].
+    /// The controller; that with the chosen gains is named [`OURS`].
     pub controller: Controller,
-    /// The release cases, Table 5.
+    /// Results of the release cases, Table 5.
     pub cases: Vec<CaseResult>,
-    /// The campaign.
+    /// Statistics of the campaign.
     pub tally: Tally,
 }
 
@@ -51,22 +51,22 @@ pub struct Assessed {
 pub struct Assessment<'a> {
     /// The mission, with the chosen gains and seed.
     pub mission: &'a Mission,
-    /// The command that makes this study.
+    /// The command that reproduces this study.
     pub command: String,
     /// J_TPF of the plan.
     pub plan_j_tpf: f64,
-    /// Objective of the plan.
+    /// Cost J_d of the plan.
     pub plan_objective: f64,
-    /// A trial is safe when its J_TPF is below this.
+    /// Bound on J_TPF below which a trial is safe.
     pub bound: f64,
-    /// Trials of each campaign.
+    /// Number of trials of each campaign.
     pub trials: u64,
     /// Whether this is the study that stands for the paper's ([`Mission::is_the_papers_study`]): then what
     /// the paper prints stands beside it.
     pub is_the_papers: bool,
     /// J_TPF of the third campaign less that of the second, release by release.
     pub pso_less_near_hover: Summary,
-    /// Control period of the flights whose tracking RMS is told [s].
+    /// Control period of the flights whose tracking RMS is reported [s].
     pub tracking_period_s: f64,
     /// The controllers: near-hover with a step, near-hover, the paper's PSO gains, ours.
     pub assessed: [Assessed; 4],

@@ -1,4 +1,4 @@
-//! One trial alone: what was drawn and what came of it with each controller.
+//! One trial alone: its random numbers and its outcome with each controller.
 
 use serde::Serialize;
 
@@ -10,7 +10,7 @@ use crate::frames::pitch;
 use crate::report::json::{VERSION, text};
 use crate::units::DEG_PER_RAD;
 
-/// A controller, what became of it, and its line of the campaign's CSV file.
+/// A controller, the outcome of the trial with it, and its line of the campaign's CSV file.
 pub type Flown<'a> = (&'a Controller, TrialOutcome, String);
 
 /// The trial as text.

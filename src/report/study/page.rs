@@ -1,5 +1,5 @@
 //! `assess.html`: the study on one page - verdict, tables, figures, what is reproduced and what is not, and
-//! how to make it again. Everything is inside: no script, no font, no image from elsewhere.
+//! how to reproduce it. The page is self-contained: no script, no font, no image from elsewhere.
 
 use super::findings::findings;
 use super::grid::{escape, rich};
@@ -10,11 +10,11 @@ use crate::report::json::VERSION;
 /// A figure of the page.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
-    /// Name of its file.
+    /// Name of the file with the drawing.
     pub file: String,
-    /// What it shows.
+    /// Caption below the drawing.
     pub caption: String,
-    /// The drawing.
+    /// The drawing as an SVG document.
     pub svg: String,
 }
 
@@ -55,7 +55,7 @@ dd{margin:0;overflow-wrap:anywhere}
 @media print{svg{min-width:0}body{max-width:none;padding:0;font-size:10.5pt}figure{break-inside:avoid}h2{break-after:avoid}table{font-size:8.5pt}th,td{padding:.15rem .35rem}.verdict{-webkit-print-color-adjust:exact;print-color-adjust:exact}}
 ";
 
-/// The page.
+/// The HTML document of a study.
 pub fn page(a: &Assessment<'_>, figures: &[Figure]) -> String {
     let m = a.mission;
     let name = escape(&m.name);

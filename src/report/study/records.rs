@@ -1,6 +1,6 @@
 //! The rows of the study's tables: the object of `--json` and of `assess.json`, and the CSV files. Keys are
-//! stable; what is not finite (a flight that diverged) is `null` in JSON. What the paper does not print is
-//! `null` or left out in JSON and empty in CSV.
+//! stable; values that are not finite (a flight that diverged) are `null` in JSON. Figures that the paper
+//! does not print are `null` or left out in JSON and empty in CSV.
 
 use serde::Serialize;
 
@@ -133,12 +133,12 @@ pub fn assess_json(a: &Assessment<'_>, flights_per_s: Option<f64>) -> String {
     })
 }
 
-/// `table4.csv`: the gains.
+/// The file `table4.csv`: the gains.
 pub fn table_4_csv(a: &Assessment<'_>) -> String {
     csv(a, gains_rows(a).iter())
 }
 
-/// `table5.csv`: J_TPF and tracking RMS, a line per controller and case.
+/// The file `table5.csv`: J_TPF and tracking RMS, a line per controller and case.
 pub fn table_5_csv(a: &Assessment<'_>) -> String {
     #[derive(Serialize)]
     struct Line<'a> {
@@ -169,7 +169,7 @@ pub fn table_5_csv(a: &Assessment<'_>) -> String {
     csv(a, lines.iter())
 }
 
-/// `campaigns.csv`: the statistics, a line per campaign.
+/// The file `campaigns.csv`: the statistics, a line per campaign.
 pub fn campaigns_csv(a: &Assessment<'_>) -> String {
     let rows: Vec<CampaignRow<'_>> = a.assessed.iter().map(|x| campaign_row(a, x)).collect();
     csv(a, rows.iter())

@@ -1,12 +1,12 @@
-//! The study's tables - gains, release cases, campaigns, what is reproduced - and the text of the whole for
-//! the terminal.
+//! The study's tables - gains, release cases, campaigns, reproduced claims - and its whole text for the
+//! terminal.
 
 use super::findings::{Finding, findings};
 use super::grid::Grid;
 use super::{Assessed, Assessment, label};
 use crate::assess::{paper, tracking};
 
-/// With three decimals; "-" for what is not a number, "inf" for what diverged.
+/// A number with three decimals; "-" when it is not a number, "inf" for a flight that diverged.
 fn three(x: f64) -> String {
     digits(x, 3)
 }
@@ -25,13 +25,13 @@ fn interval((low, high): (f64, f64), n: usize) -> String {
     format!("[{}, {}]", digits(low, n), digits(high, n))
 }
 
-/// An interval of a probability, rounded outwards: what is told holds.
+/// An interval of a probability, rounded outwards, so that it holds as printed.
 fn probability_interval((low, high): (f64, f64), n: usize) -> String {
     let scale = 10f64.powi(n as i32);
     interval(((low * scale).floor() / scale, (high * scale).ceil() / scale), n)
 }
 
-/// A probability that is nearly one keeps the digits that tell it from one.
+/// Number of digits that tell a probability that is nearly one from one.
 fn probability_digits(trials: u64) -> usize {
     (trials.max(1).ilog10() as usize + 1).clamp(3, 7)
 }
@@ -80,7 +80,7 @@ pub fn table_5(a: &Assessment<'_>) -> Grid {
     grid
 }
 
-/// The campaigns' statistics.
+/// Table of the campaigns' statistics.
 pub fn campaigns(a: &Assessment<'_>) -> Grid {
     let bound = a.bound;
     let title =
@@ -112,7 +112,7 @@ pub fn campaigns(a: &Assessment<'_>) -> Grid {
     grid
 }
 
-/// What of the paper is reproduced.
+/// Table of the reproduced and missed claims.
 pub fn reproduction(all: &[Finding]) -> Grid {
     let mut grid = Grid::new("The paper's findings", ["finding", "the paper", "here", "bar", "verdict"]);
     for f in all {
@@ -121,7 +121,7 @@ pub fn reproduction(all: &[Finding]) -> Grid {
     grid
 }
 
-/// How the tracking RMS is meant.
+/// Explanation of the tracking RMS.
 pub fn tracking_note(a: &Assessment<'_>) -> String {
     let beside = if a.mission.site.environment.wind_ned_m_s.y == 0.0 { "" } else { tracking::OUT_OF_PLANE };
     format!(
@@ -130,10 +130,10 @@ pub fn tracking_note(a: &Assessment<'_>) -> String {
     )
 }
 
-/// How intervals and probability are meant.
+/// Explanation of intervals and probability.
 pub const INTERVALS: &str = "Intervals: Student's t for the mean, Clopper and Pearson's exact one for the probability. Standard deviations with n - 1.";
 
-/// The whole study as text.
+/// The whole study as text for the terminal.
 pub fn assess_text(a: &Assessment<'_>) -> String {
     let mut text = format!(
         "optimal trajectory: objective {:.6}, J_TPF {:.4}{}\n\n",
@@ -181,7 +181,7 @@ pub fn verdict(a: &Assessment<'_>) -> String {
     }
 }
 
-/// A paragraph in lines of at most `width`, the first flush, the others indented.
+/// A paragraph wrapped to lines of at most `width`, the first flush, the others indented.
 fn wrapped(paragraph: &str, width: usize) -> String {
     let (mut text, mut length) = (String::new(), 0);
     for word in paragraph.split_whitespace() {

@@ -3,8 +3,8 @@
 //! The rule is the same whatever was tuned, and on what: gains must **hold the bounds** on the mission's
 //! release cases with real actuators - track no worse than the bound and come to rest at the target in every
 //! case; J_TPF alone would choose gains that never accelerate. Of those that do, the best have the lowest
-//! worst J_TPF on the unseen flights, or on the varied ones when the tuning was for them; of equals the one
-//! that tracks better.
+//! worst J_TPF on the unseen flights, or on the varied ones when the tuning was for them; of equals, those
+//! that track better.
 
 use super::gains_table;
 use crate::assess::Summary;
@@ -13,23 +13,23 @@ use crate::tune::{Evaluation, Longitudinal, Objective};
 /// J_TPF at which a limit is reached.
 const LIMIT: f64 = 1.0;
 
-/// J_TPF of many flights.
+/// Statistics of J_TPF over many flights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// Number of the flights.
+    /// Number of flights.
     pub trials: usize,
-    /// Mean.
+    /// Mean of J_TPF.
     pub mean: f64,
-    /// Standard deviation (n - 1).
+    /// Standard deviation of J_TPF (n - 1).
     pub std: f64,
-    /// Highest.
+    /// Highest J_TPF.
     pub worst: f64,
-    /// Share of them that stayed within every limit.
+    /// Share of the flights that stayed within every limit.
     pub p_safe: f64,
 }
 
 impl Sample {
-    /// Of these flights.
+    /// The statistics of these flights.
     pub fn of(flights: &[Evaluation]) -> Self {
         let mut summary = Summary::default();
         flights.iter().for_each(|e| summary.push(e.j_tpf));
@@ -44,37 +44,37 @@ impl Sample {
     }
 }
 
-/// Gains, and how they do.
+/// A set of gains and its results.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contender {
     /// Name of the gains.
     pub name: String,
-    /// The gains.
+    /// The gains of the longitudinal loops.
     pub k: Longitudinal,
-    /// The worst of the tuning's flights; infinite when one of them diverged.
+    /// Worst of the tuning's flights; infinite when one of them diverged.
     pub tuning: Evaluation,
-    /// The worst of the release cases, with real actuators.
+    /// Worst of the release cases, with real actuators.
     pub cases: Evaluation,
-    /// Random releases.
+    /// Results on random releases.
     pub unseen: Sample,
-    /// The same releases, each with mass, air, wind and delays of its own that the controller does not know
-    /// of.
+    /// Results on the same releases, each with mass, air, wind and delays of its own that the controller does
+    /// not know.
     pub varied: Sample,
 }
 
-/// Gains side by side.
+/// Sets of gains, compared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contest {
-    /// Those to compare with, and last the ones found.
+    /// The gains to compare with, and last the gains found.
     pub contenders: Vec<Contender>,
-    /// What the release cases must hold.
+    /// Bounds that the release cases must hold.
     pub bounds: Objective,
     /// Whether the varied flights decide.
     pub robust: bool,
 }
 
 impl Contest {
-    /// Whether gains hold the bounds.
+    /// Whether a set of gains holds the bounds.
     pub fn allows(&self, c: &Contender) -> bool {
         c.cases.is_finite() && self.bounds.allows(&c.cases)
     }
@@ -88,7 +88,7 @@ impl Contest {
         })
     }
 
-    /// For the terminal.
+    /// The comparison as text for the terminal.
     pub fn text(&self) -> String {
         let sets: Vec<_> = self.contenders.iter().map(|c| (c.name.as_str(), c.k)).collect();
         let trials = self.contenders.first().map_or(0, |c| c.unseen.trials);
@@ -133,7 +133,7 @@ impl Contest {
         out + "\n" + &self.verdict()
     }
 
-    /// Which are best, and why not others.
+    /// The best gains, and why not the others.
     fn verdict(&self) -> String {
         let flights = if self.robust { "varied" } else { "unseen" };
         let mut bound = "come to rest at the target in every release case".to_owned();

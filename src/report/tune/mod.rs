@@ -1,11 +1,11 @@
-//! What a search of gains came to.
+//! The result of a search of gains, as text, JSON and CSV.
 //!
 //! | file | holds |
 //! |---|---|
-//! | [`contest`] | the gains found and others, on flights that the tuning never saw; which are best, and by what rule |
+//! | [`contest`] | the gains found and others, compared on flights that the tuning never saw |
 //! | [`terminal`] | a search, for the terminal |
 //! | [`records`] | a search as JSON |
-//! | [`tables`] | its course and its front as CSV |
+//! | [`tables`] | a search's convergence and its front as CSV |
 //! | [`near_hover`] | the experiments of Ziegler and Nichols |
 
 pub mod contest;
@@ -20,7 +20,7 @@ use crate::tune::search::Tried;
 use crate::tune::{Longitudinal, Objective, Search};
 pub use contest::{Contender, Contest};
 
-/// Table 4's gains, as files name them.
+/// Names of Table 4's gains in files.
 const KEYS: [&str; 7] = [
     "k_pq_per_s",
     "k_iq_per_s2",
@@ -50,17 +50,18 @@ pub struct TuneRun {
     pub bounds: Objective,
     /// The gains found.
     pub gains: Tried,
-    /// Flights that a candidate is judged by.
+    /// Number of flights by which a candidate is judged.
     pub flights: usize,
     /// Control period of the flights [s].
     pub control_period_s: f64,
-    /// Evaluations that were made now, not read from a checkpoint.
+    /// Number of evaluations that were made now, not read from a checkpoint.
     pub fresh_evaluations: usize,
-    /// Whether Ctrl-C ended it.
+    /// Whether Ctrl-C ended the search.
     pub stopped: bool,
     /// Wall time [s].
     pub wall_s: f64,
-    /// The gains found, last, and others, on unseen flights; `None` when Ctrl-C ended the search or these.
+    /// The comparison of the gains found, last, with others on unseen flights; `None` when Ctrl-C ended the
+    /// search or the comparison.
     pub contest: Option<Contest>,
 }
 
@@ -70,7 +71,7 @@ impl TuneRun {
     }
 }
 
-/// Where the gains come from, for their file.
+/// Origin of the gains, for their file.
 pub fn about(mission: &Mission, search: &Search, run: &TuneRun) -> String {
     let e = run.gains.evaluation;
     let bound = match run.bounds {
@@ -96,10 +97,10 @@ pub fn about(mission: &Mission, search: &Search, run: &TuneRun) -> String {
     )
 }
 
-/// The same, as the paper prints them.
+/// Names of Table 4's gains as the paper prints them, in the order of [`KEYS`].
 const NAMES: [&str; 7] = ["K_pq", "K_iq", "K_ptheta", "K_pvz", "K_ivz", "K_pvx", "K_ivx"];
 
-/// Gains side by side, one set a row.
+/// A table of gains, one set a row.
 pub(crate) fn gains_table(sets: &[(&str, Longitudinal)]) -> String {
     let mut out = format!("{:<14}", "gains");
     for key in NAMES {
@@ -114,7 +115,7 @@ pub(crate) fn gains_table(sets: &[(&str, Longitudinal)]) -> String {
     out + "\n"
 }
 
-/// Gains by name.
+/// The gains as a JSON object by name.
 pub(crate) fn named(k: &Longitudinal) -> serde_json::Value {
     KEYS.iter()
         .zip(k)

@@ -1,4 +1,4 @@
-//! The experiments of Ziegler and Nichols and the gains made of them.
+//! The experiments of Ziegler and Nichols and the gains computed from them.
 
 use serde::Serialize;
 
@@ -9,7 +9,7 @@ use crate::config::Mission;
 use crate::report::json::{VERSION, text as json_text};
 use crate::tune::near_hover::{ADJUSTMENTS, NearHover, Ultimate};
 
-/// Where near-hover gains come from, for their file.
+/// Origin of near-hover gains, for their file.
 pub fn about(mission: &Mission) -> String {
     format!(
         "samara {VERSION} tune: mission {}, Ziegler and Nichols on the loops near hover, actuators modelled, then {}. Inputs sha256 {}. \
@@ -20,7 +20,7 @@ pub fn about(mission: &Mission) -> String {
     )
 }
 
-/// The experiments, what was made of each gain and why, for the terminal.
+/// The experiments, the gains and their reasons, as text for the terminal.
 pub fn text(mission: &Mission, found: &NearHover, contest: &Contest) -> String {
     let mut out = format!("{}: Ziegler and Nichols near hover, actuators modelled\n\n", mission.name);
     out += &format!("{:<20} {:>14} {:>14}\n", "loop", "ultimate gain", "period");

@@ -1,4 +1,4 @@
-//! The course of a search and its front, as CSV.
+//! The convergence of a search and its front, as CSV.
 
 use super::KEYS;
 use crate::config::{Mission, Stamp};
@@ -8,12 +8,12 @@ fn stamp(mission: &Mission) -> String {
     Stamp { seed: mission.seed, input_hash: mission.hash_without_gains() }.csv_comment()
 }
 
-/// A number, empty when it is not finite.
+/// A number as text; empty when it is not finite.
 fn cell(x: f64) -> String {
     if x.is_finite() { format!("{x:?}") } else { String::new() }
 }
 
-/// The search, iteration by iteration.
+/// The search as CSV, iteration by iteration.
 pub fn convergence_csv(mission: &Mission, search: &Search) -> String {
     let mut out = stamp(mission) + "iteration,objective,evaluations,diverged,median_cost,cost,rms,j_tpf\n";
     for (i, p) in search.history().iter().enumerate() {
@@ -23,7 +23,7 @@ pub fn convergence_csv(mission: &Mission, search: &Search) -> String {
     out
 }
 
-/// What nothing that was tried beats in both tracking and safety.
+/// The front as CSV: the candidates that no other beats in both tracking and safety.
 pub fn front_csv(mission: &Mission, search: &Search) -> String {
     let mut out = stamp(mission) + "rms,j_tpf," + &KEYS.join(",") + "\n";
     for t in search.front() {

@@ -1,11 +1,11 @@
-//! A search, for the terminal.
+//! A search as text for the terminal.
 
 use super::TuneRun;
 use crate::assess::tracking::OUT_OF_PLANE;
 use crate::config::Mission;
 use crate::tune::Search;
 
-/// What was searched, what it took and came to, and the contest.
+/// The search, its effort and result, and the comparison of gains.
 pub fn text(mission: &Mission, search: &Search, run: &TuneRun) -> String {
     let e = run.gains.evaluation;
     let diverged = search.history().last().map_or(0, |p| p.diverged);

@@ -125,7 +125,7 @@ fn closed_form_errors_are_switched_on_one_by_one() {
     }
 }
 
-/// 110 ms are 27.5 steps of 4 ms, to the nearest: 28. Before anything is old enough, the oldest is told.
+/// 110 ms are 27.5 steps of 4 ms, to the nearest: 28. Before anything is old enough, the oldest is reported.
 #[test]
 fn closed_form_a_fix_is_late_by_whole_steps() {
     let satellite = Satellite { delay_us: 110_000, ..Satellite::default() };
