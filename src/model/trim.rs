@@ -7,7 +7,7 @@
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::rigid_body::BodyState;
-use super::{Environment, MAX_ROTORS, PerRotor, Vehicle};
+use super::{Environment, PerRotor, Vehicle};
 use crate::frames::{Quaternion, quaternion_from_euler};
 
 /// A steady flight condition.

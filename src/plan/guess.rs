@@ -60,8 +60,8 @@ rotor_count!(4, Four);
 rotor_count!(6, Six);
 rotor_count!(8, Eight);
 
-/// The starting point, in the transcribed problem's terms, that a guess stands for. `hover_n` is the thrust of
-/// a rotor in hover [N].
+/// The starting point, in the transcribed problem's terms, that a guess stands for. `hover_n` is the thrust
+/// of a rotor in hover [N].
 pub(super) fn start_from<const NU: usize>(
     nlp: &Problem<VehicleDynamics<NU>, BODY_STATES, NU>,
     guess: &Guess<'_>,

@@ -206,8 +206,8 @@ mod tests {
         nodes
     }
 
-    /// The gradient of what a step minimises, `1/2 sum |e + J ds|^2 + zeta/2 |ds|^2` with the barrier's quadratic
-    /// terms, vanishes at the step; and the multiplier of a defect is what the step leaves of it.
+    /// The gradient of what a step minimises, `1/2 sum |e + J ds|^2 + zeta/2 |ds|^2` with the barrier's
+    /// quadratic terms, vanishes at the step; and the multiplier of a defect is what the step leaves of it.
     #[test]
     fn closed_form_a_step_minimises_its_quadratic_model() {
         let problem = problem();

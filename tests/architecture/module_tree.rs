@@ -24,7 +24,8 @@ struct Module {
 /// A path such as `crate::model::Vehicle`, piece by piece.
 type Segments = Vec<String>;
 
-/// The crate's modules by their path from the root; the program's stand under `main`, the integration tests' under `tests`.
+/// The crate's modules by their path from the root; the program's stand under `main`, the integration tests'
+/// under `tests`.
 pub struct Tree(BTreeMap<Segments, Module>);
 
 impl Tree {

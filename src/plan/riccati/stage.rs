@@ -34,8 +34,8 @@ pub(super) struct Stage<const NX: usize, const NU: usize> {
 }
 
 /// By how much less a penalised defect lets the value function at the next node rise: with the value
-/// function's Hessian `P` at node k+1 and `G = M (I + M' P M)^-1 M'`, `M` the inverse of the defect's Jacobian
-/// by the next state.
+/// function's Hessian `P` at node k+1 and `G = M (I + M' P M)^-1 M'`, `M` the inverse of the defect's
+/// Jacobian by the next state.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Relaxation<const NX: usize, const NU: usize> {
     /// `P_xx G`
@@ -91,9 +91,9 @@ impl<const NX: usize, const NU: usize> Stage<NX, NU> {
         Some(())
     }
 
-    /// The value function's Hessian at node k+1 where the next state may be off by `M r` at a cost of
-    /// `r' r/2`, minimised over the remainder `r` of the defect. Call after [`Self::condense`]. `None` when it
-    /// is not positive definite.
+    /// The value function's Hessian at node k+1 where the next state may be off by `M r` at a cost of `r'
+    /// r/2`, minimised over the remainder `r` of the defect. Call after [`Self::condense`]. `None` when it is
+    /// not positive definite.
     #[inline(always)]
     pub(super) fn relax(&self, value: &Curvature<NX, NU>) -> Option<(Curvature<NX, NU>, Relaxation<NX, NU>)> {
         let m = &self.by_defect;

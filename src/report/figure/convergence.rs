@@ -2,7 +2,7 @@
 //! logarithmic scale, since a flight that breaks a bound or tumbles costs ten times as much as a good one.
 
 use super::axis::{Axis, Panel, SMALL, number, range};
-use super::canvas::{Anchor, Canvas, Font, Point, Stroke, sub, text_width};
+use super::canvas::{Anchor, Canvas, Font, Pen, Point, Stroke, sub, text_width};
 use super::color::{FIRST, GRID, INK, LIMIT, SECOND};
 use super::label::{Place, Room};
 use super::{FigureError, WIDTH_PX};
