@@ -188,11 +188,11 @@ mod tests {
         let result = findings(
             None,
             &[
-                ("MC_AIRMODE", Int(0)),
                 ("MC_PITCHRATE_P", Real(0.707)),
                 ("MC_PITCH_P", Int(4)),
                 ("MC_PR_INT_LIM", Real(30.0)),
                 ("MC_ROLLRATE_P", Real(0.5)),
+                ("MPC_SPOOLUP_TIME", Real(1.0)),
                 ("MPC_XY_VEL_D_ACC", Real(0.0)),
                 ("MPC_Z_VEL_MAX_DN", Real(5.0)),
                 ("MPC_Z_VEL_MAX_UP", Real(9.0)),
@@ -205,9 +205,9 @@ mod tests {
         assert_eq!(
             classes,
             [
-                ("MC_AIRMODE", Class::Older),
                 ("MC_PITCHRATE_P", Class::Outside),
                 ("MC_PITCH_P", Class::WrongType),
+                ("MPC_SPOOLUP_TIME", Class::Older),
                 ("MPC_XY_VEL_D_ACC", Class::Needed),
                 ("MPC_Z_VEL_MAX_DN", Class::Needed),
                 ("MPC_Z_VEL_MAX_UP", Class::Outside),
@@ -215,7 +215,7 @@ mod tests {
             ]
         );
         assert_eq!((result.known, result.unknown), (9, 1));
-        let text = result.findings[1].text();
+        let text = result.findings[0].text();
         assert!(text.contains("0.01 to 0.6") && text.contains("MC_PITCHRATE_K times 2"), "{text}");
         assert!(text.contains("MC_PITCHRATE_P = 0.3535"), "{text}");
         let hopeless = findings(None, &[("MC_YAWRATE_P", Real(11.0))]).findings[0].text();

@@ -1,7 +1,7 @@
 //! PX4's own description of its parameters: type, default, unit, range, decimals. The table is
-//! `params/px4/parameters.csv`; a `#` in a name stands for a rotor's number, 0 to 11. `release` is `current`,
-//! `v1.12` (known there, later renamed or dropped, or not looked up later) or `older` (only older releases
-//! know it).
+//! `params/px4/parameters.csv`; a `#` in a name stands for a rotor's number, 0 to 11. `release` is `current`
+//! (the main branch), `v1.16` (known up to that release at least, no longer in the main branch), `v1.12` (known
+//! there, later renamed or dropped, or not looked up later) or `older` (known to older releases only).
 
 /// The table `params/px4/parameters.csv`.
 const TABLE: &str = include_str!("../../params/px4/parameters.csv");
@@ -116,10 +116,26 @@ mod tests {
         let metadata = Metadata::px4();
         assert_eq!(metadata.iter().count(), TABLE.lines().count() - 1);
         for p in metadata.iter() {
-            assert!(["current", "v1.12", "older"].contains(&p.release), "{p:?}");
+            assert!(["current", "v1.16", "v1.12", "older"].contains(&p.release), "{p:?}");
             assert!(p.contains(f64::from(p.default)), "{p:?}");
         }
         assert!(TABLE.lines().is_sorted_by(|a, b| a.starts_with("name,") || a < b));
+    }
+
+    /// PX4 v1.16.0's sources have them (`multicopter_position_control_params.c` and its neighbours).
+    #[test]
+    fn reference_what_v1_16_knows_is_not_older() {
+        for name in [
+            "MC_AIRMODE",
+            "MPC_HOLD_DZ",
+            "MPC_LAND_RC_HELP",
+            "MPC_USE_HTE",
+            "MPC_XY_MAN_EXPO",
+            "MPC_YAW_EXPO",
+            "MPC_Z_MAN_EXPO",
+        ] {
+            assert!(Metadata::px4().iter().any(|p| p.name == name && p.release == "v1.16"), "{name}");
+        }
     }
 
     #[test]
