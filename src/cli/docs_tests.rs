@@ -29,7 +29,8 @@ fn pages() -> Vec<(PathBuf, String)> {
     paths.into_iter().map(|path| (path.clone(), fs::read_to_string(root().join(&path)).unwrap())).collect()
 }
 
-/// Lines of a page with whether they stand in a fence, and in which language's; the fences themselves left out.
+/// Lines of a page with whether they stand in a fence, and in which language's; the fences themselves left
+/// out.
 fn lines(page: &str) -> impl Iterator<Item = (Option<&str>, &str)> {
     let mut fence = None;
     page.lines().filter_map(move |line| match line.trim_start().strip_prefix("```") {
@@ -61,7 +62,8 @@ fn anchors(page: &str) -> BTreeSet<String> {
         .collect()
 }
 
-/// A command of a line of shell: redirections, pipes and comments cut off. None where the line runs another program.
+/// A command of a line of shell: redirections, pipes and comments cut off. None where the line runs another
+/// program.
 fn samara_words(line: &str) -> Option<Vec<&str>> {
     let line = line.split(" #").next()?.split(" > ").next()?.split(" | ").next()?.trim();
     let words: Vec<&str> = line.split_whitespace().map(|word| word.trim_matches('\'')).collect();
@@ -150,8 +152,8 @@ fn examples_of_the_help_parse() {
     }
 }
 
-/// The pages of the book link to each other only, so that the book has no dead link; ARCHITECTURE.md, which is shown in it,
-/// links nowhere.
+/// The pages of the book link to each other only, so that the book has no dead link; ARCHITECTURE.md, which is
+/// shown in it, links nowhere.
 #[test]
 fn links_lead_somewhere() {
     let pages = pages();
@@ -224,4 +226,32 @@ fn the_tutorial_s_files_load() {
     }
     let mission = samara::config::load_mission(&folder.path().join("kestrel_drop.json")).unwrap();
     assert_eq!(mission.name, "kestrel_drop");
+}
+
+/// Where the lander's plan has its peak of speed: `docs/plan.md`, `docs/paper.md` and titan.json's provenance say so.
+#[test]
+fn regress_the_plan_s_peak_is_where_the_pages_say() {
+    let mission = samara::config::load_mission(&root().join("mission/titan_drop.json")).unwrap();
+    let options = samara::plan::SolverOptions::default();
+    let solve = samara::plan::plan(
+        &mission.plan_problem(),
+        &samara::plan::Guess::StraightLine,
+        &options,
+        &mut |_| std::ops::ControlFlow::Continue(()),
+    );
+    let nodes = solve.unwrap().trajectory;
+    let share = |i: usize| nodes.nodes()[i].v_ned.norm() / 12.0;
+    let round = |x: f64, digits: i32| (x * 10f64.powi(digits)).round() / 10f64.powi(digits);
+    // The first hump, while thrusts rise; then the peak.
+    assert!(share(5) > share(4) && share(5) > share(6));
+    assert_eq!((round(nodes.nodes()[5].t_s, 2), round(share(5), 4)), (4.05, 0.5417));
+    let peak = &nodes.nodes()[14];
+    assert!((0..nodes.nodes().len()).all(|i| share(i) <= share(14)));
+    assert_eq!((round(peak.t_s, 2), round(share(14), 4)), (11.35, 0.5532));
+    assert_eq!([peak.v_ned.x, peak.v_ned.z].map(|v| round(v, 2)), [3.75, 5.48]);
+    assert!(peak.thrust_n[1] > 299.9 && nodes.nodes()[7].thrust_n[1] > 299.9, "long at the limit");
+    for page in ["docs/plan.md", "docs/paper.md", "params/vehicles/titan.json"] {
+        let text = fs::read_to_string(root().join(page)).unwrap();
+        assert!(["0.5417", "11.35 s"].iter().all(|number| text.contains(number)), "{page}");
+    }
 }
