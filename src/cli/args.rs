@@ -4,9 +4,13 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use anyhow::Context as _;
 use clap::Args;
 
-use samara::link::shell::LinkUrl;
+use super::answer::{BadInput as _, Failure};
+use samara::link::shell::ports::MAX_INSTANCE;
+use samara::link::shell::{LinkUrl, Ports, Speed, Wiring, system_of_instance};
+use samara::link::signing::Key;
 
 /// Options that every verb with a mission has.
 #[derive(Args, Debug)]
@@ -34,19 +38,45 @@ pub struct PlanningArgs {
 #[derive(Args, Debug)]
 pub struct NetArgs {
     /// Number of the vehicle: shifts its ports as PX4 does, and its MAVLink system id.
-    #[arg(long, value_name = "0..9", default_value_t = 0, value_parser = super::net::instance)]
+    #[arg(long, value_name = "0..9", default_value_t = 0, value_parser = instance)]
     pub instance: u16,
-    /// Sign what is sent to ground stations, companions and parachute, and let in only what is signed: a file with 64 hexadecimal
-    /// digits or a passphrase, as QGroundControl and MAVProxy take it.
+    /// Sign what is sent to ground stations, companions and parachute, and let in only what is signed: a file
+    /// with 64 hexadecimal digits or a passphrase, as QGroundControl and MAVProxy take it.
     #[arg(long, value_name = "FILE")]
     pub sign_key: Option<PathBuf>,
+}
+
+impl NetArgs {
+    /// The ports of the instance.
+    pub fn ports(&self) -> Result<Ports, Failure> {
+        Ports::of_instance(self.instance).bad_input()
+    }
+
+    /// The MAVLink system of the instance's vehicle.
+    pub fn system(&self) -> Result<u8, Failure> {
+        system_of_instance(self.instance).bad_input()
+    }
+
+    /// The key that frames are signed with, read from its file, if there is one.
+    pub fn key(&self) -> Result<Option<Key>, Failure> {
+        let Some(path) = &self.sign_key else { return Ok(None) };
+        let context = || format!("{}: no key to sign with", path.display());
+        #[expect(clippy::disallowed_methods, reason = "the command line reads the key")]
+        let text = std::fs::read_to_string(path).with_context(context).bad_input()?;
+        Key::parse(&text).with_context(context).bad_input().map(Some)
+    }
+
+    /// Endpoints and key besides the instance's ports.
+    pub fn wiring(&self, link: &LinkArgs) -> Result<Wiring, Failure> {
+        Ok(Wiring { urls: link.links.clone(), key: self.key()? })
+    }
 }
 
 /// Endpoints besides an instance's own.
 #[derive(Args, Debug)]
 pub struct LinkArgs {
-    /// A further endpoint for ground stations: udpin, udpout, tcpin or tcpout, then :HOST:PORT (`in` binds and serves whoever
-    /// comes, `out` goes there). May be repeated.
+    /// A further endpoint for ground stations: udpin, udpout, tcpin or tcpout, then :HOST:PORT (`in` binds
+    /// and serves whoever comes, `out` goes there). May be repeated.
     #[arg(long = "link", value_name = "URL")]
     pub links: Vec<LinkUrl>,
 }
@@ -54,8 +84,8 @@ pub struct LinkArgs {
 /// How long PX4 is waited for.
 #[derive(Args, Debug)]
 pub struct PatienceArgs {
-    /// Wall time that PX4 may take to connect to the simulator [s]; where many drops are flown, also for an answer. A single drop
-    /// waits for an answer for ever: PX4 may stand still in a debugger.
+    /// Wall time that PX4 may take to connect to the simulator [s]; where many drops are flown, also for an
+    /// answer. A single drop waits for an answer for ever: PX4 may stand still in a debugger.
     #[arg(long = "patience", value_name = "S", default_value_t = PATIENCE_S, value_parser = positive)]
     seconds: f64,
 }
@@ -75,16 +105,7 @@ impl PatienceArgs {
     }
 }
 
-/// How fast simulated time shall run.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SpeedArg {
-    /// Simulated seconds per second.
-    Factor(f64),
-    /// As fast as it goes.
-    Max,
-}
-
-/// Who flies a drop.
+/// The autopilot that flies a drop.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AutopilotArg {
     /// samara's own.
@@ -98,27 +119,31 @@ pub enum AutopilotArg {
 /// What can be chosen in place of the mission's own.
 #[derive(Args, Clone, Debug)]
 pub struct ChoiceArgs {
-    /// Gains instead of the mission's, where PX4 flies instead of the file that the mission names for it (`px4_params`): a name beside the
-    /// mission's own gains (ours, safety, near_hover, paper_pso), or a file; `px4_default`: PX4's own, where `drop` or `assess` has it fly.
+    /// Gains instead of the mission's, where PX4 flies instead of the file that the mission names for it
+    /// (`px4_params`): a name beside the mission's own gains (ours, safety, near_hover, paper_pso), or a
+    /// file; `px4_default`: PX4's own, where `drop` or `assess` has it fly.
     #[arg(long, value_name = "NAME|FILE")]
     pub gains: Option<String>,
-    /// Gains and limits of samara's autopilot from a PX4 parameter file that is for it, or for any autopilot under standard gravity. Where
-    /// PX4 flies: a file for it, instead of the mission's `px4_params`.
+    /// Gains and limits of samara's autopilot from a PX4 parameter file that is for it, or for any autopilot
+    /// under standard gravity. Where PX4 flies: a file for it, instead of the mission's `px4_params`.
     #[arg(long, value_name = "FILE", conflicts_with = "gains")]
     pub params: Option<PathBuf>,
     /// Seed of everything random, instead of the mission's.
     #[arg(long, value_name = "N", value_parser = whole::<u64>(0..=u64::MAX))]
     pub seed: Option<u64>,
-    /// Let the vehicle swing under its canopy so that it comes to t = 0 with the pitch and pitch rate of this release case of the
-    /// mission (Table 3: case_0 to case_6).
+    /// Let the vehicle swing under its canopy so that it comes to t = 0 with the pitch and pitch rate of this
+    /// release case of the mission (Table 3: case_0 to case_6).
     #[arg(long, value_name = "NAME")]
     pub case: Option<String>,
 }
 
+/// `--gains` of this name: PX4's own.
+pub const PX4_DEFAULT: &str = "px4_default";
+
 impl ChoiceArgs {
     /// Whether PX4 is to keep the gains that it has.
     pub fn px4s_own_gains(&self) -> bool {
-        self.gains.as_deref() == Some(super::mission::PX4_DEFAULT)
+        self.gains.as_deref() == Some(PX4_DEFAULT)
     }
 }
 
@@ -138,32 +163,34 @@ impl StateArgs {
 }
 
 /// Where the autopilot's state comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum EstimatorChoice {
     /// The simulator's truth (ODOMETRY, HIL_STATE_QUATERNION), as in the paper's study.
+    #[default]
     Truth,
     /// Its own Kalman filter on the sensors (HIL_SENSOR, HIL_GPS).
     Ekf,
 }
 
-/// Simulated seconds per second.
-///
-/// # Errors
-/// What was expected, in words.
-pub fn speed(text: &str) -> Result<SpeedArg, String> {
+/// The value of `--instance`: the number of a vehicle that has ports.
+pub fn instance(text: &str) -> Result<u16, String> {
+    let instance =
+        text.parse::<u16>().map_err(|_| format!("a number from 0 to {MAX_INSTANCE} is expected"))?;
+    Ports::of_instance(instance).map(|_| instance).map_err(|e| e.to_string())
+}
+
+/// The value of `--speed`: simulated seconds per second, or `max`.
+pub fn speed(text: &str) -> Result<Speed, String> {
     if text == "max" {
-        return Ok(SpeedArg::Max);
+        return Ok(Speed::Max);
     }
     match text.parse::<f64>() {
-        Ok(x) if (0.001..=10_000.0).contains(&x) => Ok(SpeedArg::Factor(x)),
+        Ok(x) if (0.001..=10_000.0).contains(&x) => Ok(Speed::Factor(x)),
         _ => Err("a factor from 0.001 to 10000, or `max`, is expected".to_owned()),
     }
 }
 
-/// Who flies.
-///
-/// # Errors
-/// What was expected, in words.
+/// The value of `--autopilot`.
 pub fn autopilot(text: &str) -> Result<AutopilotArg, String> {
     match text.split_once('=') {
         None if text == "reference" => Ok(AutopilotArg::Reference),
@@ -187,9 +214,6 @@ pub fn whole<N: TryFrom<u64>>(
 }
 
 /// A positive number.
-///
-/// # Errors
-/// What was expected, in words.
 pub fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(x) if x.is_finite() && x > 0.0 => Ok(x),

@@ -4,14 +4,16 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::answer::{Answer, BadInput as _, Failure};
 use super::args::{ChoiceArgs, LinkArgs, NetArgs, StateArgs};
 use super::mission::{chosen_mission, note_estimator};
-use super::narrative::Narrator;
-use super::net::{Reporter, block_on, ports_of, system_of, wiring_of};
-use super::outcome::{Answer, BadInput, Failure};
-use super::output::OutputFolder;
+use super::narrator::Narrator;
+use super::reporter::Reporter;
+use super::results::OutputFolder;
 use super::sessions;
+use super::system::block_on;
 use samara::config::Px4Clock;
+use samara::link::Link;
 use samara::link::shell::{AfterSimulator, run_autopilot};
 
 /// The help of `samara autopilot`.
@@ -54,28 +56,29 @@ pub struct AutopilotArgs {
     pub once: bool,
 }
 
-/// `samara autopilot`.
+/// Runs the reference autopilot until Ctrl-C, or until the simulator leaves.
 pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
-    let mut mission = chosen_mission(&args.mission, &args.choice)?;
+    let AutopilotArgs { choice, net, .. } = args;
+    let mut mission = chosen_mission(&args.mission, choice)?;
     if mission.px4.clock == Px4Clock::Froude {
-        return Err(anyhow::anyhow!(
+        return Err(Failure::input(format!(
             "{}: px4_clock is \"froude\", so the simulator speaks to a PX4; the reference autopilot knows the site's gravity and \
              flies this mission with `samara drop`",
             args.mission.display()
-        ))
-        .bad_input();
+        )));
     }
     note_estimator(&mut mission, &args.state);
-    let ports = ports_of(&args.net)?;
-    let wiring = wiring_of(&args.net, &args.link)?;
+    let (ports, wiring) = (net.ports()?, net.wiring(&args.link)?);
     let folder = OutputFolder::create(args.out.as_deref(), &mission.name)?;
-    let mut reporter = Reporter::new(Narrator::alone(false), &mission)
-        .recording(&folder, &["vehicle", "companion"])
+    let narrator = Narrator::alone(false);
+    let mut reporter = Reporter::new(&narrator, &mission)
+        .recording(&folder, &[Link::GroundStation, Link::Api])
         .with_autopilot(&folder);
-    let session = sessions::autopilot(&mission, &args.choice, &args.state, system_of(&args.net)?, true)?;
+    let estimator = args.state.estimator;
+    let session = sessions::autopilot(&mission, choice.params.as_deref(), estimator, net.system()?)?;
     let after = if args.once { AfterSimulator::Return } else { AfterSimulator::Wait };
     block_on(|stop| run_autopilot(session, &ports, &wiring, after, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
-    folder.write_manifest("autopilot", &mission, &[("instance", args.net.instance.to_string())])?;
+    folder.write_manifest("autopilot", &mission, &[("instance", net.instance.to_string())])?;
     Ok(Answer::Yes)
 }

@@ -1,9 +1,11 @@
-//! What is done to the command line as a whole: the long helps are flowed to the terminal's width (in the sources their paragraphs are
-//! broken where the source is), and a value may be negative, so that the option itself says what it expects.
+//! What is done to the command line as a whole: the long helps are flowed to the terminal's width (in the
+//! sources their paragraphs are broken where the source is), and a value may be negative, so that the option
+//! itself says what it expects.
 
 use clap::Command;
 
-/// The command, its options and those of its verbs taking `-5` for a value, not for an option that there is not.
+/// The command, its options and those of its verbs taking `-5` for a value, not for an option that there is
+/// not.
 pub fn with_negative_values(command: Command) -> Command {
     let values = |arg: &clap::Arg| !arg.is_positional() && arg.get_action().takes_values();
     command
@@ -20,7 +22,8 @@ pub fn flowed(command: Command) -> Command {
     command.mut_subcommands(flowed)
 }
 
-/// Each paragraph in one line. Blank lines part paragraphs; indented lines (examples) and those before them stay.
+/// Each paragraph in one line. Blank lines part paragraphs; indented lines (examples) and those before them
+/// stay.
 fn joined(text: &str) -> String {
     let mut out = String::new();
     let mut before = "";
@@ -50,7 +53,7 @@ mod tests {
     #[test]
     fn every_verb_s_help_flows() {
         use clap::CommandFactory;
-        let command = flowed(crate::cli::Cli::command());
+        let command = flowed(crate::cli::verbs::Cli::command());
         for verb in command.get_subcommands() {
             let text = verb.get_after_long_help().map(ToString::to_string).unwrap_or_default();
             assert!(

@@ -4,18 +4,15 @@ use std::path::Path;
 
 use anyhow::Context as _;
 
-use super::args::{ChoiceArgs, EstimatorChoice, StateArgs};
-use super::outcome::{BadInput, Failure};
-use super::output::tell;
+use super::answer::{BadInput as _, Failure};
+use super::args::{ChoiceArgs, EstimatorChoice, PX4_DEFAULT, StateArgs};
+use super::terminal::print_err;
 use samara::config::{Mission, Stamp, load_mission};
 use samara::params::file::AUTOPILOT_COMPONENT;
 use samara::params::{Check, Class, Metadata, ParameterFile, check};
 use samara::report::params::check_text;
 
 /// The mission with the chosen gains and seed.
-///
-/// # Errors
-/// [`Failure::BadInput`] when a file is missing or wrong.
 pub fn chosen_mission(path: &Path, choice: &ChoiceArgs) -> Result<Mission, Failure> {
     let mut mission = load_mission(path).bad_input()?;
     if let Some(gains) = &choice.gains {
@@ -23,7 +20,7 @@ pub fn chosen_mission(path: &Path, choice: &ChoiceArgs) -> Result<Mission, Failu
     }
     if let Some(path) = &choice.params {
         for remark in mission.use_parameters(path).bad_input()? {
-            tell(&format!("samara: {}: {remark}\n", path.display()));
+            print_err(&format!("samara: {}: {remark}\n", path.display()));
         }
     }
     if let Some(seed) = choice.seed {
@@ -35,14 +32,11 @@ pub fn chosen_mission(path: &Path, choice: &ChoiceArgs) -> Result<Mission, Failu
     Ok(mission)
 }
 
-/// The same for what flies a drop: a mission that starts on the ground has none.
-///
-/// # Errors
-/// [`Failure::BadInput`] for such a mission, and as [`chosen_mission`].
+/// The mission with the chosen gains and seed, for a drop: refuses one that starts on the ground.
 pub fn mission_with_a_drop(path: &Path, choice: &ChoiceArgs) -> Result<Mission, Failure> {
     let mission = chosen_mission(path, choice)?;
     if mission.release.standing {
-        return Err(Failure::BadInput(anyhow::anyhow!(
+        return Err(Failure::input(format!(
             "{}: the vehicle starts on the ground, there is no drop; fly it with `samara sim`, `samara autopilot` and a ground \
              station",
             path.display()
@@ -51,14 +45,9 @@ pub fn mission_with_a_drop(path: &Path, choice: &ChoiceArgs) -> Result<Mission, 
     Ok(mission)
 }
 
-/// `--gains` of this name: PX4's own.
-pub const PX4_DEFAULT: &str = "px4_default";
-
-/// The mission for a flight by PX4, and the parameter file that PX4 is given: the chosen one; where nothing is chosen, the one that the
-/// mission names; with the gains [`PX4_DEFAULT`] an empty one. Without a file PX4 flies the mission's gains in its terms.
-///
-/// # Errors
-/// As [`mission_with_a_drop`].
+/// The mission for a flight by PX4, and the parameter file that PX4 is given: the chosen one; where nothing
+/// is chosen, the one that the mission names; with the gains [`PX4_DEFAULT`] an empty one. Without a file PX4
+/// flies the mission's gains in its terms.
 pub fn mission_for_px4(
     path: &Path,
     choice: &ChoiceArgs,
@@ -75,7 +64,7 @@ pub fn mission_for_px4(
         let file = mission.note_parameters(path).bad_input()?;
         let check = check_of(&file);
         if !check.findings.is_empty() || check.unknown > 0 || !file.remarks().is_empty() {
-            tell_of(path, &file, &check);
+            print_check(path, &file, &check);
         }
         refuse_useless(path, &check)?;
         return Ok((mission, Some(file)));
@@ -90,7 +79,7 @@ pub fn mission_for_px4(
     let check = check_of(&file);
     // What a drop needs is no news in a file that was chosen for it.
     if check.findings.iter().any(|f| f.class != Class::Needed) {
-        tell_of(&named, &file, &check);
+        print_check(&named, &file, &check);
     }
     refuse_useless(&named, &check)?;
     Ok((mission, Some(file)))
@@ -101,9 +90,9 @@ fn check_of(file: &ParameterFile) -> Check {
     check(&Metadata::px4(), file.purpose(), rows.map(|(_, name, entry)| (name, entry.value)))
 }
 
-/// Tells what `samara params check` tells of a file.
-fn tell_of(path: &Path, file: &ParameterFile, check: &Check) {
-    tell(&check_text(&path.display().to_string(), file, check, None));
+/// Prints what `samara params check` prints of a file.
+fn print_check(path: &Path, file: &ParameterFile, check: &Check) {
+    print_err(&check_text(&path.display().to_string(), file, check, None));
 }
 
 /// Refuses a value that PX4 would not load, and a file that holds nothing of PX4's.
@@ -114,17 +103,17 @@ fn refuse_useless(path: &Path, check: &Check) -> Result<(), Failure> {
         None if check.known == 0 => "none of PX4's parameters stands in it".to_owned(),
         None => return Ok(()),
     };
-    Err(anyhow::anyhow!("{}: {why}", path.display())).bad_input()
+    Err(Failure::input(format!("{}: {why}", path.display())))
 }
 
-/// Notes what the autopilot flies by, where it is not the truth; what comes of the flight depends on it.
+/// Notes the estimator among the mission's choices, where it is not the truth: the flight depends on it.
 pub fn note_estimator(mission: &mut Mission, state: &StateArgs) {
     if state.estimator == EstimatorChoice::Ekf {
         mission.note_choice("estimator", "ekf");
     }
 }
 
-/// What result files of the mission carry.
+/// The seed and the hash of inputs that result files of the mission carry.
 pub fn stamp_of(mission: &Mission) -> Stamp {
     Stamp { seed: mission.seed, input_hash: mission.inputs.hash.clone() }
 }

@@ -1,32 +1,33 @@
-//! The command line: what was typed, then what to do. The only place that prints, reads the clock and sets exit codes.
+//! The command line: what was typed, then what to do. The only place that prints, reads the clock and sets
+//! exit codes.
 //!
-//! Results go to stdout, everything else to stderr. Exit codes: 0 yes, 1 the result says no, 2 bad input, 3 internal error.
+//! Results go to stdout, everything else to stderr. Exit codes: 0 yes, 1 the result says no, 2 bad input, 3
+//! internal error.
 
+mod answer;
 mod args;
 mod assess;
 mod autopilot;
-mod belongs;
-mod clock;
+mod conclusion;
 #[cfg(test)]
 mod docs_tests;
 mod drop;
-mod flight_files;
 mod help;
-mod interrupt;
 mod mission;
-mod narrative;
-mod net;
-mod outcome;
-mod output;
+mod narrator;
 mod params;
+mod pilot;
 mod plan;
-mod pool;
-mod px4;
+mod planning;
 mod recording;
+mod reporter;
+mod results;
 mod schema;
 mod sessions;
 mod sim;
 mod stream;
+mod system;
+mod terminal;
 mod tune;
 mod verbs;
 mod verify;
@@ -35,9 +36,8 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches};
 
-use outcome::report;
-pub use verbs::Cli;
-use verbs::Verb;
+use terminal::exit_code;
+use verbs::{Cli, Verb};
 
 /// Parses the command line and runs the verb.
 pub fn run() -> ExitCode {
@@ -46,7 +46,7 @@ pub fn run() -> ExitCode {
         Ok(cli) => cli,
         Err(e) => e.exit(),
     };
-    report(match &cli.verb {
+    exit_code(match &cli.verb {
         Verb::Drop(args) => drop::run(args),
         Verb::Plan(args) => plan::run(args),
         Verb::Tune(args) => tune::run(args),

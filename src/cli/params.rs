@@ -1,17 +1,16 @@
 //! `samara params`: PX4 parameter files written, checked and compared.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand, ValueEnum};
 
+use super::answer::{Answer, BadInput as _, Failure};
 use super::args::ChoiceArgs;
 use super::mission::{chosen_mission, mission_for_px4};
-use super::outcome::{Answer, BadInput, Failure};
-use super::output::{OutputFolder, print};
-use super::plan::plan_mission;
-use super::px4::flight::suits;
-use super::px4::upload::whole;
+use super::pilot::px4::upload::{suits, whole};
+use super::planning::plan_mission;
+use super::results::OutputFolder;
+use super::terminal::print;
 use samara::autopilot::parameters::document::markdown;
 use samara::config::{Mission, load_mission, load_parameters};
 use samara::control::px4::is_quad_x;
@@ -103,20 +102,23 @@ struct ExportArgs {
     /// The mission file.
     #[arg(default_value = "mission/titan_drop.json")]
     mission: PathBuf,
-    /// Gains: a name beside the mission's own gains (ours, safety, near_hover, paper_pso), or a file; with --drop `px4_default`: PX4's own.
+    /// Gains: a name beside the mission's own gains (ours, safety, near_hover, paper_pso), or a file; with
+    /// --drop `px4_default`: PX4's own.
     #[arg(long, value_name = "NAME|FILE")]
     gains: Option<String>,
     /// What the file shall be for.
     #[arg(long = "for", value_enum, default_value_t = PurposeArg::Samara)]
     purpose: PurposeArg,
-    /// All that `samara drop --autopilot px4=DIR` gives to PX4: the mission's `px4_params` where no --gains are chosen, and what a drop
-    /// needs besides, with the mission's plan.
+    /// All that `samara drop --autopilot px4=DIR` gives to PX4: the mission's `px4_params` where no --gains
+    /// are chosen, and what a drop needs besides, with the mission's plan.
     #[arg(long)]
     drop: bool,
-    /// With --drop, of a quadrotor in X: for a PX4 that allocates by CA_* (v1.14 and later) instead of mixing by `quad_x`.
+    /// With --drop, of a quadrotor in X: for a PX4 that allocates by CA_* (v1.14 and later) instead of mixing
+    /// by `quad_x`.
     #[arg(long, requires = "drop")]
     allocated: bool,
-    /// The file; `-` for stdout [default: out/<mission name>/<vehicle>_<for>.params, with --drop <vehicle>_<for>_drop.params].
+    /// The file; `-` for stdout [default: out/<mission name>/<vehicle>_<for>.params, with --drop
+    /// <vehicle>_<for>_drop.params].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Print one JSON object on stdout instead of text.
@@ -170,7 +172,7 @@ impl PurposeArg {
     }
 }
 
-/// `samara params`.
+/// Writes, checks, compares or lists parameters.
 pub fn run(args: &ParamsArgs) -> Result<Answer, Failure> {
     match &args.verb {
         ParamsVerb::Export(args) => run_export(args),
@@ -201,28 +203,29 @@ fn run_export(args: &ExportArgs) -> Result<Answer, Failure> {
         return Ok(Answer::Yes);
     }
     let path = match args.out.as_deref() {
-        Some(_) if to_stdout => PathBuf::from("-"),
+        Some(path) if to_stdout => path.to_owned(),
         Some(path) => {
-            let name = path
-                .file_name()
-                .ok_or_else(|| anyhow::anyhow!("--out {}: a file is expected", path.display()));
-            let name = name.bad_input()?.to_string_lossy().into_owned();
+            let Some(name) = path.file_name() else {
+                return Err(Failure::input(format!("--out {}: a file is expected", path.display())));
+            };
             let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-            write(&OutputFolder::create(Some(parent), &mission.name)?, &name, &text)?;
+            let folder = OutputFolder::create(Some(parent), &mission.name)?;
+            folder.write_text(&name.to_string_lossy(), &text)?;
             path.to_owned()
         }
         None => {
             let drop = if args.drop { "_drop" } else { "" };
             let purpose = export.purpose.name().replace('-', "_");
             let name = format!("{}_{purpose}{drop}.params", mission.vehicle_name);
-            write(&OutputFolder::create(None, &mission.name)?, &name, &text)?
+            OutputFolder::create(None, &mission.name)?.write_text(&name, &text)?
         }
     };
-    if args.json {
-        print(&report::export_json(&mission, &path.display().to_string(), &export))?;
+    let path = path.display().to_string();
+    print(&if args.json {
+        report::export_json(&mission, &path, &export)
     } else {
-        print(&format!("{}: {}", path.display(), report::export_text(&export)))?;
-    }
+        format!("{path}: {}", report::export_text(&export))
+    })?;
     Ok(Answer::Yes)
 }
 
@@ -230,25 +233,20 @@ fn run_export(args: &ExportArgs) -> Result<Answer, Failure> {
 fn of_a_drop(args: &ExportArgs, mission: &Mission, given: Option<&ParameterFile>) -> Result<Export, Failure> {
     let (wanted, of_mission) = (args.purpose.purpose(), mission.px4_purpose());
     if wanted != of_mission {
-        let text = format!(
+        return Err(Failure::input(format!(
             "--drop: PX4 flies this mission, by its px4_clock, with parameters for {0}; --for {0} is expected, not {1}",
             of_mission.name(),
             wanted.name()
-        );
-        return Err(anyhow::anyhow!(text)).bad_input();
+        )));
     }
     suits(mission).bad_input()?;
     let timed = plan_mission(mission, false)?;
     if timed.plan.status != Status::Converged {
-        let text = format!("no plan to fly: {}", plan_text(&timed.plan, &mission.limits.safety, None));
-        return Err(anyhow::anyhow!(text)).bad_input();
+        let text = plan_text(&timed.plan, &mission.limits.safety, None);
+        return Err(Failure::input(format!("no plan to fly: {text}")));
     }
     let mixer = !args.allocated && is_quad_x(&mission.vehicle).is_ok();
     whole(mission, &timed.plan.trajectory, given, mixer)
-}
-
-fn write(folder: &OutputFolder, name: &str, text: &str) -> Result<PathBuf, Failure> {
-    folder.write(name, |out| out.write_all(text.as_bytes()))
 }
 
 fn run_check(args: &CheckArgs) -> Result<Answer, Failure> {
@@ -257,12 +255,9 @@ fn run_check(args: &CheckArgs) -> Result<Answer, Failure> {
     let check = check(&Metadata::px4(), file.purpose(), rows);
     let refusal = refusal(args, &file, check.known)?;
     let name = args.file.display().to_string();
-    if args.json {
-        print(&report::check_json(&name, &file, &check, refusal.as_deref()))?;
-    } else {
-        print(&report::check_text(&name, &file, &check, refusal.as_deref()))?;
-    }
-    Ok(if check.passes() && refusal.is_none() { Answer::Yes } else { Answer::No })
+    let words = if args.json { report::check_json } else { report::check_text };
+    print(&words(&name, &file, &check, refusal.as_deref()))?;
+    Ok(Answer::from(check.passes() && refusal.is_none()))
 }
 
 /// Why the file does not belong where it is to be used.
@@ -291,10 +286,7 @@ fn run_diff(args: &DiffArgs) -> Result<Answer, Failure> {
     let differences = diff(&a, &b);
     let names = [args.a.display().to_string(), args.b.display().to_string()];
     let names = [names[0].as_str(), names[1].as_str()];
-    if args.json {
-        print(&report::diff_json(names, [&a, &b], &differences))?;
-    } else {
-        print(&report::diff_text(names, [&a, &b], &differences))?;
-    }
-    Ok(if differences.iter().all(|d| d.rounding) { Answer::Yes } else { Answer::No })
+    let words = if args.json { report::diff_json } else { report::diff_text };
+    print(&words(names, [&a, &b], &differences))?;
+    Ok(Answer::from(differences.iter().all(|d| d.rounding)))
 }

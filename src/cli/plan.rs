@@ -1,22 +1,15 @@
-//! `samara plan`, and the planning that the other verbs begin with.
+//! `samara plan`.
 
-use std::io::Write as _;
-use std::ops::ControlFlow;
-
-use anyhow::Context;
 use clap::Args;
 
+use super::answer::{Answer, BadInput as _, Failure};
 use super::args::{MissionArgs, PlanningArgs, positive, whole};
-use super::clock::Stopwatch;
-use super::mission::stamp_of;
-use super::outcome::{Answer, BadInput, Failure};
-use super::output::{OutputFolder, print, tell};
-use samara::config::{Mission, load_mission, write_trajectory_csv};
-use samara::frames::normalized;
-use samara::model::trim;
-use samara::plan::{Guess, InputReference, Plan, Progress, SolverOptions, Status, plan};
-use samara::report::{plan_figure, plan_json, plan_text};
-use samara::units::{DEG_PER_RAD, RAD_PER_DEG};
+use super::planning::{TimedPlan, solve, write_plan};
+use super::results::OutputFolder;
+use super::terminal::print;
+use samara::config::{Mission, load_mission};
+use samara::plan::{InputReference, SolverOptions, Status};
+use samara::report::{plan_json, plan_text};
 
 /// The help of `samara plan`.
 pub const PLAN_HELP: &str = "\
@@ -48,8 +41,8 @@ pub struct PlanArgs {
     /// Let the velocity at the end lie within this of the target, axis by axis [m/s]; at least 1e-7.
     #[arg(long, value_name = "M_S", value_parser = terminal_tolerance)]
     pub terminal_tolerance: Option<f64>,
-    /// Bound on KKT residual, complementarity and largest defect, from 1e-12 to 0.01. Rounding may not leave the last digits: then the
-    /// solve ends as `stalled`.
+    /// Bound on KKT residual, complementarity and largest defect, from 1e-12 to 0.01. Rounding may not leave
+    /// the last digits: then the solve ends as `stalled`.
     #[arg(long, default_value_t = 1e-8, value_parser = tolerance)]
     pub tolerance: f64,
     /// Budget of iterations; the best point found is returned when it is used up.
@@ -88,60 +81,6 @@ fn terminal_tolerance(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A plan and what it took.
-pub struct TimedPlan {
-    /// The plan.
-    pub plan: Plan,
-    /// Wall time of the solve [ms].
-    pub solve_ms: f64,
-}
-
-/// Plans a mission with the solver's defaults; shows the iterations on stderr if that is wanted.
-///
-/// # Errors
-/// [`Failure::BadInput`] when the problem cannot be posed.
-pub fn plan_mission(mission: &Mission, verbose: bool) -> Result<TimedPlan, Failure> {
-    warn_of_x_ss(mission);
-    let watch = Stopwatch::start();
-    let plan = plan(&mission.plan_problem(), &Guess::StraightLine, &SolverOptions::default(), &mut |p| {
-        if verbose {
-            show(p);
-        }
-        ControlFlow::Continue(())
-    })
-    .with_context(|| posed_by(mission))
-    .bad_input()?;
-    Ok(TimedPlan { plan, solve_ms: watch.ms() })
-}
-
-/// What a problem that has no solution is made of.
-fn posed_by(mission: &Mission) -> String {
-    let v = mission.target_v_ned;
-    format!("{} to target_v_ned_m_s [{} {} {}]", mission.vehicle_file.display(), v.x, v.y, v.z)
-}
-
-/// Further than this from the solved trim x_ss is that of another vehicle [rad]: 1 deg.
-const X_SS_OFF_RAD: f64 = RAD_PER_DEG;
-
-/// Says so when the mission's x_ss is not the steady state of its vehicle: it was meant for another one.
-fn warn_of_x_ss(mission: &Mission) {
-    let Some(x_ss) = mission.plan.x_ss else { return };
-    let trim = trim(&mission.vehicle, &mission.site.environment, mission.target_v_ned, 0.0);
-    // Without a trim there is no plan, which says so itself.
-    let Ok(trim) = trim else { return };
-    let q_ss = normalized([x_ss[0], x_ss[1], x_ss[2], x_ss[3]]);
-    let cos_half: f64 = q_ss.iter().zip(trim.q_ned_from_body).map(|(a, b)| a * b).sum();
-    let off_rad = 2.0 * cos_half.abs().min(1.0).acos();
-    if off_rad > X_SS_OFF_RAD {
-        tell(&format!(
-            "samara: plan.x_ss is {:.1} deg off the steady state of this vehicle at the target (pitch {:.1} deg): is it another's? Left \
-             out, the steady state is solved for\n",
-            off_rad * DEG_PER_RAD,
-            trim.pitch_rad * DEG_PER_RAD
-        ));
-    }
-}
-
 /// `samara plan`.
 pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
     let mission = chosen(args)?;
@@ -152,21 +91,9 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
         max_iterations: args.max_iterations as usize,
         ..SolverOptions::default()
     };
-    warn_of_x_ss(&mission);
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
-    let watch = Stopwatch::start();
-    let plan = plan(&problem, &Guess::StraightLine, &options, &mut |progress| {
-        if args.planning.verbose {
-            show(progress);
-        }
-        match args.time_limit {
-            Some(limit) if watch.ms() > 1e3 * limit => ControlFlow::Break(()),
-            _ => ControlFlow::Continue(()),
-        }
-    })
-    .with_context(|| posed_by(&mission))
-    .bad_input()?;
-    let solve_ms = watch.ms();
+    let TimedPlan { plan, solve_ms } =
+        solve(&mission, &problem, &options, args.planning.verbose, args.time_limit)?;
     write_plan(&folder, &mission, &plan)?;
     folder.write_manifest("plan", &mission, &[])?;
     if args.mission.json {
@@ -175,7 +102,7 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
         print(&plan_text(&plan, &mission.limits.safety, Some(solve_ms)))?;
         print(&format!("results in {}\n", folder.path().display()))?;
     }
-    Ok(if plan.status == Status::Converged { Answer::Yes } else { Answer::No })
+    Ok(Answer::from(plan.status == Status::Converged))
 }
 
 /// The mission with what the command line changes of its plan.
@@ -208,26 +135,4 @@ fn chosen(args: &PlanArgs) -> Result<Mission, Failure> {
         mission.note_choice("time limit", &format!("{limit_s:?}"));
     }
     Ok(mission)
-}
-
-/// Writes `trajectory.csv`, `plan.json` and `plan.svg`.
-///
-/// # Errors
-/// [`Failure::BadInput`] when a file cannot be written.
-pub fn write_plan(folder: &OutputFolder, mission: &Mission, plan: &Plan) -> Result<(), Failure> {
-    folder.write("trajectory.csv", |out| write_trajectory_csv(out, &plan.trajectory, &stamp_of(mission)))?;
-    folder.write("plan.json", |out| out.write_all(plan_json(mission, plan, None).as_bytes()))?;
-    let figure = plan_figure(mission, &plan.trajectory).context("the figure of the plan")?;
-    folder.write("plan.svg", |out| out.write_all(figure.as_bytes()))?;
-    Ok(())
-}
-
-fn show(p: &Progress) {
-    if p.iteration == 0 {
-        tell("iter      objective     defect   gradient         mu     step\n");
-    }
-    tell(&format!(
-        "{:4} {:14.8} {:10.2e} {:10.2e} {:10.1e} {:8.4}\n",
-        p.iteration, p.objective, p.defect_max, p.kkt_residual, p.mu, p.step_length
-    ));
 }

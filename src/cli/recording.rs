@@ -1,27 +1,24 @@
 //! The `.tlog` and `.ulg` files of a run: one flight each.
 //!
-//! Simulated time starts over when an autopilot is replaced or a simulator is. Then a new file begins, `hil.2.tlog` after
-//! `hil.tlog`, so that in each the stamps are those of the messages. Later flights of an earlier run in the same folder go when
-//! its first file is overwritten: the folder holds one run.
+//! Simulated time starts over when an autopilot is replaced or a simulator is. Then a new file begins,
+//! `hil.2.tlog` after `hil.tlog`, so that in each the stamps are those of the messages. Later flights of an
+//! earlier run in the same folder go when its first file is overwritten: the folder holds one run.
 
 use std::fs;
 use std::io;
 
-use super::output::{LateFile, OutputFolder};
+use super::results::{LateFile, OutputFolder};
 use samara::config::Mission;
 use samara::link::{FlightLog, Link, LogEntry, TimeUs, Tlog};
 
-/// The links' recordings by the stem of their files: those of the simulator, of ground stations, and of companions, where the streamer
-/// and the parachute speak. Frames are numbered by link: in one file the numbers of two would seem to have gaps.
-pub const TLOGS: [&str; 3] = ["hil", "vehicle", "companion"];
-
-/// The stem of the file that a link is recorded to.
+/// The stem of the file that a link is recorded to: that of the simulator, of ground stations, and of
+/// companions, where the streamer and the parachute speak. Frames are numbered by link: in one file the
+/// numbers of two would seem to have gaps.
 fn stem_of(link: Link) -> &'static str {
-    let [hil, vehicle, companion] = TLOGS;
     match link {
-        Link::Simulator => hil,
-        Link::GroundStation => vehicle,
-        Link::Api | Link::Parachute => companion,
+        Link::Simulator => "hil",
+        Link::GroundStation => "vehicle",
+        Link::Api | Link::Parachute => "companion",
     }
 }
 
@@ -36,8 +33,9 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// A recording of a mission to `<stem>.tlog`, `<stem>.2.tlog`, ..
-    pub fn new(folder: &OutputFolder, stem: &'static str, mission: &Mission) -> Self {
+    /// A recording of a link to `<stem>.tlog`, `<stem>.2.tlog`, ..
+    pub fn new(folder: &OutputFolder, link: Link, mission: &Mission) -> Self {
+        let stem = stem_of(link);
         let epoch_unix_us = mission.epoch_unix_us;
         let tlog = Tlog::new(folder.late(&name(stem, "tlog", 1)), epoch_unix_us);
         Self { folder: folder.clone(), stem, epoch_unix_us, flights: 1, last: None, tlog }
@@ -49,9 +47,6 @@ impl Recording {
     }
 
     /// Writes a frame; the name of the new file, if time has started over and one has been begun.
-    ///
-    /// # Errors
-    /// Those of the files.
     pub fn write(&mut self, now: TimeUs, frame: &[u8]) -> io::Result<Option<String>> {
         let mut begun = None;
         if self.last.is_none() {
@@ -70,9 +65,6 @@ impl Recording {
     }
 
     /// Closes the file.
-    ///
-    /// # Errors
-    /// Those of the file.
     pub fn finish(self) -> io::Result<()> {
         self.tlog.finish().map(|_| ())
     }
@@ -93,9 +85,6 @@ impl FlightLogs {
     }
 
     /// Writes an entry; a flight that begins gets a file of its own.
-    ///
-    /// # Errors
-    /// Those of the files.
     pub fn write(&mut self, entry: &LogEntry) -> io::Result<()> {
         if let LogEntry::Begin(at, parameters) = entry {
             if let Some(log) = self.current.take() {
@@ -112,9 +101,6 @@ impl FlightLogs {
     }
 
     /// Closes the file.
-    ///
-    /// # Errors
-    /// Those of the file.
     pub fn finish(self) -> io::Result<()> {
         self.current.map_or(Ok(()), |log| log.finish().map(|_| ()))
     }
@@ -154,7 +140,7 @@ mod tests {
         let mission = load_mission(Path::new("mission/titan_drop.json")).unwrap();
         let place = tempfile::tempdir().unwrap();
         let folder = OutputFolder::create(Some(place.path()), "").unwrap();
-        let mut recording = Recording::new(&folder, "hil", &mission);
+        let mut recording = Recording::new(&folder, Link::Simulator, &mission);
         let mut begun = Vec::new();
         for now in [0, 0, 4, 8, 12, 4, 8, 8, 0] {
             begun.extend(recording.write(now, &[0xFD]).unwrap());
@@ -167,7 +153,7 @@ mod tests {
         assert_eq!(of("hil.3.tlog"), [0]);
 
         // Another run that has only one flight.
-        let mut recording = Recording::new(&folder, "hil", &mission);
+        let mut recording = Recording::new(&folder, Link::Simulator, &mission);
         assert!(place.path().join("hil.3.tlog").exists(), "a run that never begins leaves all alone");
         recording.write(4, &[0xFD]).unwrap();
         recording.finish().unwrap();

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::outcome::{Answer, Failure};
-use super::output::{OutputFolder, print};
+use super::answer::{Answer, Failure};
+use super::results::OutputFolder;
+use super::terminal::print;
 use samara::config::schema::schemas;
 
 /// The help of `samara schema`.
@@ -23,7 +24,7 @@ pub struct SchemaArgs {
 pub fn run(args: &SchemaArgs) -> Result<Answer, Failure> {
     let folder = OutputFolder::create(Some(&args.out), "schema")?;
     for (name, text) in schemas() {
-        let path = folder.write(name, |out| std::io::Write::write_all(out, text.as_bytes()))?;
+        let path = folder.write_text(name, &text)?;
         print(&format!("{}\n", path.display()))?;
     }
     Ok(Answer::Yes)

@@ -1,10 +1,12 @@
 //! The parties of a drop, built from a mission.
 
+use std::path::Path;
+
 use anyhow::Context as _;
 
-use super::args::{ChoiceArgs, EstimatorChoice, StateArgs};
-use super::outcome::{BadInput, Failure};
-use super::output::tell;
+use super::answer::{BadInput as _, Failure};
+use super::args::EstimatorChoice;
+use super::terminal::print_err;
 use samara::autopilot::estimator::EstimatorSettings;
 use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, Px4Clock, load_parameters};
@@ -17,7 +19,7 @@ use samara::link::{
 use samara::sim::ReleaseTrigger;
 use samara::trajectory::Trajectory;
 
-/// The scale of the wire to PX4.
+/// The scale of the wire to PX4, where the mission has one.
 pub fn froude(mission: &Mission) -> Option<Froude> {
     match mission.px4.clock {
         Px4Clock::Real => None,
@@ -43,16 +45,13 @@ pub fn simulator(mission: &Mission, system_id: u8, froude: Option<Froude>) -> Si
     SimulatorSession::new(mission.simulation(), config)
 }
 
-/// The reference autopilot with the mission's gains, and with what else a chosen parameter file holds.
-///
-/// # Errors
-/// [`Failure::BadInput`] when the vehicle cannot be controlled or the gains are out of range.
+/// The reference autopilot with the mission's gains, and with what else a parameter file holds. Refuses a
+/// vehicle that cannot be controlled and gains out of range.
 pub fn autopilot(
     mission: &Mission,
-    choice: &ChoiceArgs,
-    state: &StateArgs,
+    parameters: Option<&Path>,
+    estimator: EstimatorChoice,
     system_id: u8,
-    keeps_parameters: bool,
 ) -> Result<AutopilotSession, Failure> {
     let airframe = Airframe::new(&mission.vehicle, &mission.site.environment)
         .with_context(|| mission.vehicle_file.display().to_string())
@@ -61,23 +60,23 @@ pub fn autopilot(
         system_id,
         cascade: Cascade::new(airframe, mission.control.gains, mission.control.limits),
         environment: mission.site.environment.clone(),
-        estimator: (state.estimator == EstimatorChoice::Ekf).then(|| estimator(mission)),
+        estimator: (estimator == EstimatorChoice::Ekf).then(|| estimator_settings(mission)),
         rotors: mission.vehicle.rotors.len(),
         epoch_unix_us: mission.epoch_unix_us,
         parameters: Parameters::of(&mission.parameter_subject(), system_id).bad_input()?,
-        keeps_parameters,
+        keeps_parameters: true,
     });
-    if let Some(path) = &choice.params {
+    if let Some(path) = parameters {
         for remark in session.load_parameters(&load_parameters(path).bad_input()?) {
-            tell(&format!("samara: {}: {remark}\n", path.display()));
+            print_err(&format!("samara: {}: {remark}\n", path.display()));
         }
     }
     Ok(session)
 }
 
-/// The estimator at the mission's site: it knows gravity, the magnetic field and how late satellite fixes are, as a crew would set
-/// it up, and takes the sensors for typical ones.
-fn estimator(mission: &Mission) -> EstimatorSettings {
+/// The estimator at the mission's site: it knows gravity, the magnetic field and how late satellite fixes
+/// are, as a crew would set it up, and takes the sensors for typical ones.
+fn estimator_settings(mission: &Mission) -> EstimatorSettings {
     let field_ned_gauss = mission.sensors.magnetometer.field_at(&mission.site.environment);
     EstimatorSettings {
         gps_delay_us: mission.sensors.satellite.delay_us,
@@ -85,12 +84,12 @@ fn estimator(mission: &Mission) -> EstimatorSettings {
     }
 }
 
-/// What a streamer is told beside the mission.
+/// What a streamer depends on beside the mission.
 #[derive(Clone, Debug, Default)]
 pub struct StreamerChoice {
     /// What tells the time.
     pub clock: Clock,
-    /// What the vehicle must be told and must show before it is released.
+    /// What the vehicle must be given and must show before it is released.
     pub procedure: Option<Procedure>,
     /// Whether the plan's acceleration is sent with its velocity.
     pub feed_forward: bool,
@@ -119,7 +118,7 @@ pub fn streamer(
         ..StreamerConfig::default()
     };
     if let Some(froude) = froude {
-        // What the autopilot's clock sets the pace of.
+        // Periods that the autopilot's clock sets the pace of.
         for period in [&mut config.setpoint_period_us, &mut config.lead_us, &mut config.settle_us] {
             *period = froude.site_us(*period);
         }

@@ -2,19 +2,19 @@
 
 use clap::Args;
 
-use super::args::{ChoiceArgs, MissionArgs, NetArgs, SpeedArg, speed};
-use super::drop::verdict::{
-    answer_of, drop_run, judge, never_released, tell_failsafe, tell_if_stopped, tell_verdict,
-};
-use super::flight_files::write_flight;
+use super::answer::{Answer, BadInput as _, Failure};
+use super::args::{ChoiceArgs, MissionArgs, NetArgs, speed};
+use super::conclusion::Conclusion;
 use super::mission::chosen_mission;
-use super::narrative::Narrator;
-use super::net::{Reporter, block_on, key_of, ports_of, speed_of, system_of};
-use super::outcome::{Answer, BadInput, Failure};
-use super::output::{OutputFolder, print};
+use super::narrator::Narrator;
+use super::pilot::Flown;
+use super::reporter::Reporter;
+use super::results::OutputFolder;
 use super::sessions;
-use samara::link::shell::run_simulator;
-use samara::report::{DropRun, drop_json};
+use super::system::block_on;
+use super::terminal::print;
+use samara::link::Link;
+use samara::link::shell::{Speed, run_simulator};
 
 /// The help of `samara sim`.
 pub const SIM_HELP: &str = "\
@@ -47,58 +47,36 @@ pub struct SimArgs {
     pub net: NetArgs,
     /// Simulated seconds per second, or `max` (as fast as the answers come).
     #[arg(long, value_name = "FACTOR|max", default_value = "1", value_parser = speed)]
-    pub speed: SpeedArg,
+    pub speed: Speed,
 }
 
-/// `samara sim`.
+/// Runs the simulator to the mission's end and judges the flight.
 pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
-    let ports = ports_of(&args.net)?;
-    let key = key_of(&args.net)?;
+    let ports = args.net.ports()?;
+    let key = args.net.key()?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let narrator = Narrator::alone(args.mission.json);
-    let mut reporter = Reporter::new(narrator, &mission).recording(&folder, &["hil"]);
+    let mut reporter = Reporter::new(&narrator, &mission).recording(&folder, &[Link::Simulator]);
     let froude = sessions::froude(&mission);
     if let Some(froude) = froude {
         narrator.say(&format!(
             "the wire is scaled to 9.80665 m/s^2: a PX4 lives k = {:.5} times faster\n",
             froude.k()
-        ))?;
+        ));
     }
-    let session = sessions::simulator(&mission, system_of(&args.net)?, froude);
-    let speed = speed_of(args.speed);
+    narrator.check()?;
+    let session = sessions::simulator(&mission, args.net.system()?, froude);
     let session =
-        block_on(|stop| run_simulator(session, &ports, speed, key, &mut reporter, stop))?.bad_input()?;
+        block_on(|stop| run_simulator(session, &ports, args.speed, key, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
     let record = session.record().clone();
-    let log = session.into_log();
-    let plan_end_s = if mission.release.standing { f64::INFINITY } else { mission.plan.horizon_s };
-    let verdict = judge(&mission, &log, plan_end_s);
-    if !log.is_empty() {
-        write_flight(&folder, &mission, &log, None, verdict.as_ref(), None)?;
-    }
-    let stopped = tell_if_stopped(&narrator, &mission, &log)?;
-    // Where the flight goes is the script's affair once it has come to the ground; a plan is not known here.
-    let landed = verdict.as_ref().is_some_and(|v| v.impact_speed_m_s.is_some());
-    let run = DropRun {
-        ended_at_s: log.last().map_or(0.0, |s| s.t_s),
-        completed: !stopped,
-        must_be_steady: !mission.release.standing && !landed,
-        ..drop_run(&record)
-    };
-    let text = drop_json(&mission, verdict.as_ref(), &run);
-    if !log.is_empty() {
-        folder.write("drop.json", |out| std::io::Write::write_all(out, text.as_bytes()))?;
-        let circumstances = [("instance", args.net.instance.to_string())];
-        folder.write_manifest("sim", &mission, &circumstances)?;
-    }
-    match &verdict {
-        Some(verdict) => tell_verdict(&narrator, &mission, verdict, &log, &run, &folder)?,
-        None => never_released(&narrator, &mission, stopped)?,
-    }
-    tell_failsafe(&narrator, &record)?;
+    let flown = Flown { log: session.into_log(), record, real_time_factor: None, by: None, trouble: None };
+    let mut conclusion = Conclusion::new(&mission, None, &flown);
+    conclusion.write("sim", &[("instance", args.net.instance.to_string())], &folder)?;
+    conclusion.report(&narrator, &folder)?;
     if args.mission.json {
-        print(&text)?;
+        print(&conclusion.json())?;
     }
-    Ok(answer_of(verdict.as_ref(), &run))
+    Ok(conclusion.answer())
 }

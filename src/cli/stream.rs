@@ -4,14 +4,15 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::answer::{Answer, BadInput as _, Failure};
 use super::args::{ChoiceArgs, NetArgs, PlanningArgs};
 use super::mission::mission_with_a_drop;
-use super::narrative::Narrator;
-use super::net::{Reporter, block_on, key_of, ports_of, system_of};
-use super::outcome::{Answer, BadInput, Failure};
-use super::plan::plan_mission;
-use super::px4::upload::envelope;
+use super::narrator::Narrator;
+use super::pilot::px4::upload::envelope;
+use super::planning::plan_mission;
+use super::reporter::Reporter;
 use super::sessions::{self, StreamerChoice};
+use super::system::block_on;
 use samara::link::shell::run_streamer;
 use samara::link::streamer::{Procedure, StreamerState};
 use samara::plan::Status;
@@ -54,18 +55,18 @@ pub struct StreamArgs {
     pub feed_forward: bool,
 }
 
-/// `samara stream`.
+/// Streams a plan from the release to its end, and then the target velocity.
 pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
     let mut mission = mission_with_a_drop(&args.mission, &args.choice)?;
-    let ports = ports_of(&args.net)?;
-    let key = key_of(&args.net)?;
+    let (ports, key) = (args.net.ports()?, args.net.key()?);
     let narrator = Narrator::alone(false);
     let trajectory = match &args.trajectory {
         Some(path) => mission.use_trajectory(path).bad_input()?.trajectory,
         None => {
             let timed = plan_mission(&mission, args.planning.verbose)?;
             let text = plan_text(&timed.plan, &mission.limits.safety, None);
-            narrator.say(&format!("planned in {:.1} ms: {text}", timed.solve_ms))?;
+            narrator.say(&format!("planned in {:.1} ms: {text}", timed.solve_ms));
+            narrator.check()?;
             if timed.plan.status != Status::Converged {
                 return Ok(Answer::No);
             }
@@ -78,17 +79,19 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
         froude: sessions::froude(&mission),
         ..StreamerChoice::default()
     };
-    let session = sessions::streamer(&mission, trajectory, system_of(&args.net)?, choice);
-    let mut reporter = Reporter::new(narrator, &mission);
+    let session = sessions::streamer(&mission, trajectory, args.net.system()?, choice);
+    let mut reporter = Reporter::new(&narrator, &mission);
     let session = block_on(|stop| run_streamer(session, &ports, key, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
-    Ok(match session.state() {
+    let answer = match session.state() {
         StreamerState::Target | StreamerState::Done => Answer::Yes,
-        // It has said why.
+        // The streamer has reported why.
         StreamerState::Failed => Answer::No,
         _ => {
-            narrator.say("stopped before the plan was at its end\n")?;
+            narrator.say("stopped before the plan was at its end\n");
             Answer::No
         }
-    })
+    };
+    narrator.check()?;
+    Ok(answer)
 }

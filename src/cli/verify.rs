@@ -5,8 +5,8 @@ use std::path::Path;
 use anyhow::Context;
 use clap::Args;
 
-use super::outcome::{Answer, BadInput, Failure};
-use super::output::print;
+use super::answer::{Answer, BadInput as _, Failure};
+use super::terminal::print;
 use samara::config::{Mission, load_mission};
 use samara::report::{verify_json, verify_text};
 use samara::verify::{Group, verify};
@@ -40,7 +40,7 @@ pub fn run(args: &VerifyArgs) -> Result<Answer, Failure> {
     let (lander, quadrotor) = (shipped("mission/titan_drop.json")?, shipped("mission/x500_drop.json")?);
     let groups = verify(&lander.plan_problem(), &quadrotor.plan_problem()).bad_input()?;
     print(&if args.json { verify_json(&groups) } else { verify_text(&groups) })?;
-    Ok(if groups.iter().all(Group::holds) { Answer::Yes } else { Answer::No })
+    Ok(Answer::from(groups.iter().all(Group::holds)))
 }
 
 fn shipped(path: &str) -> Result<Mission, Failure> {

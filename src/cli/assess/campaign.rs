@@ -1,6 +1,8 @@
-//! The campaigns: trials flown on all threads, written as they come, in order, and continued where a file of them ends.
+//! The campaigns: trials flown on all threads, written as they come, in order, and continued where a file of
+//! them ends.
 //!
-//! Nothing but the statistics and the first [`SHOWN`] trials is kept, so a campaign of any length takes the same memory.
+//! Nothing but the statistics and the first [`SHOWN`] trials is kept, so a campaign of any length takes the
+//! same memory.
 
 use std::io::{BufRead as _, Write as _};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,10 +11,10 @@ use anyhow::{Context, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
-use super::AssessArgs;
-use crate::cli::narrative::Narrator;
-use crate::cli::outcome::{BadInput, Failure};
-use crate::cli::output::OutputFolder;
+use super::args::AssessArgs;
+use crate::cli::answer::{BadInput as _, Failure};
+use crate::cli::narrator::Narrator;
+use crate::cli::results::OutputFolder;
 use samara::assess::{
     Controller, RandomRelease, ReleaseDistribution, SafetyStudy, Summary, Tally, TrialOutcome,
 };
@@ -26,21 +28,21 @@ const BLOCK: u64 = 128;
 /// Trials that a thread takes at a time.
 const PORTION: usize = 8;
 
-/// What trials are flown with.
-pub struct Bench<'a> {
-    /// Vehicle, site, plan.
+/// What the trials of all campaigns share, and what flies them on all threads.
+pub struct TrialRunner<'a> {
+    /// The vehicle, the site and the plan.
     pub study: &'a SafetyStudy,
-    /// What releases are drawn from.
+    /// The distribution that releases are drawn from.
     pub distribution: ReleaseDistribution,
     /// Seed of the draws.
     pub seed: u64,
-    /// Threads.
+    /// The threads that trials are spread over.
     pub pool: rayon::ThreadPool,
     /// Raised by Ctrl-C.
     pub stop: &'a AtomicBool,
 }
 
-impl Bench<'_> {
+impl TrialRunner<'_> {
     /// The release of a trial.
     pub fn draw(&self, trial: u64) -> RandomRelease {
         self.distribution.draw(self.seed, trial)
@@ -61,11 +63,11 @@ impl Bench<'_> {
 
 /// A campaign that is done.
 pub struct Campaign {
-    /// Its controller.
+    /// The controller that is judged.
     pub controller: Controller,
-    /// Its statistics.
+    /// The statistics of J_TPF.
     pub tally: Tally,
-    /// Its first trials.
+    /// The first [`SHOWN`] trials.
     pub shown: Vec<(RandomRelease, TrialOutcome)>,
     /// Trials that were flown now, not read.
     pub flown_now: u64,
@@ -81,13 +83,10 @@ impl Campaign {
 }
 
 /// Runs the campaigns one after the other; `None` when Ctrl-C stopped them.
-///
-/// # Errors
-/// [`Failure::BadInput`] when a file cannot be written, or continued.
 pub fn run_all(
     args: &AssessArgs,
     mission: &Mission,
-    bench: &Bench<'_>,
+    runner: &TrialRunner<'_>,
     controllers: &[Controller; 4],
     trials: u64,
     folder: &OutputFolder,
@@ -99,13 +98,14 @@ pub fn run_all(
         shown: Vec::new(),
         flown_now: 0,
     });
-    // All files first: what cannot be continued is told before anything is flown, and none is left of another run.
+    // All files first: what cannot be continued is refused before anything is flown, and none is left of
+    // another run.
     let mut kept = [0; 4];
     for (campaign, kept) in campaigns.iter_mut().zip(&mut kept) {
         let head = header(mission, &campaign.controller);
         let name = file_name(&campaign.controller);
         *kept =
-            if args.resume { read(folder, &name, &head, campaign, bench, trials, args.bound)? } else { 0 };
+            if args.resume { read(folder, &name, &head, campaign, runner, trials, args.bound)? } else { 0 };
         if *kept == 0 {
             folder.continued(&name, 0)?.write_all(head.as_bytes()).context(name).bad_input()?;
             *kept = head.len() as u64;
@@ -113,13 +113,14 @@ pub fn run_all(
     }
     let progress = progress_bar(4 * trials);
     for (campaign, kept) in campaigns.iter_mut().zip(kept) {
-        if !run(campaign, kept, args.bound, bench, trials, folder, &progress)? {
+        if !run(campaign, kept, args.bound, runner, trials, folder, &progress)? {
             progress.abandon();
             narrator.say(&format!(
                 "stopped after {} of {trials} trials of {}; the same command with --resume continues\n",
                 campaign.tally.j_tpf.count(),
                 campaign.controller.name
-            ))?;
+            ));
+            narrator.check()?;
             return Ok(None);
         }
     }
@@ -132,7 +133,7 @@ fn run(
     campaign: &mut Campaign,
     kept: u64,
     bound: f64,
-    bench: &Bench<'_>,
+    runner: &TrialRunner<'_>,
     trials: u64,
     folder: &OutputFolder,
     progress: &ProgressBar,
@@ -143,11 +144,11 @@ fn run(
     progress.set_message(campaign.controller.name);
     progress.inc(next);
     while next < trials {
-        if bench.stop.load(Ordering::Relaxed) {
+        if runner.stop.load(Ordering::Relaxed) {
             return Ok(false);
         }
-        let releases: Vec<RandomRelease> = (next..trials.min(next + BLOCK)).map(|k| bench.draw(k)).collect();
-        let outcomes = bench.fly(&campaign.controller, &releases);
+        let releases: Vec<RandomRelease> = (next..trials.min(next + BLOCK)).map(|k| runner.draw(k)).collect();
+        let outcomes = runner.fly(&campaign.controller, &releases);
         let mut text = String::new();
         for (release, outcome) in releases.iter().zip(outcomes) {
             write_row(&mut text, release, &outcome);
@@ -163,13 +164,14 @@ fn run(
     Ok(true)
 }
 
-/// Reads the trials of a file that a run has left; how many bytes of it are whole: 0 when there is none, or not even its head.
+/// Reads the trials of a file that a run has left; how many bytes of it are whole: 0 when there is none, or
+/// not even its head.
 fn read(
     folder: &OutputFolder,
     name: &str,
     head: &str,
     campaign: &mut Campaign,
-    bench: &Bench<'_>,
+    runner: &TrialRunner<'_>,
     trials: u64,
     bound: f64,
 ) -> Result<u64, Failure> {
@@ -190,25 +192,23 @@ fn read(
         match head_lines.next() {
             Some(wanted) if wanted == line => {}
             Some(wanted) => {
-                return Err(anyhow!(
+                return Err(Failure::input(format!(
                     "{}: this campaign is of other inputs; expected {:?}, found {:?}: start it anew without --resume, \
                      or in another folder with --out",
                     place(number),
                     wanted.trim_end(),
                     line.trim_end()
-                ))
-                .bad_input();
+                )));
             }
             None => {
                 let done = campaign.tally.j_tpf.count();
                 if done == trials {
-                    return Err(anyhow!(
+                    return Err(Failure::input(format!(
                         "{}: there are more than {trials} trials in this file; ask for as many with --trials",
                         place(number)
-                    ))
-                    .bad_input();
+                    )));
                 }
-                let release = bench.draw(done);
+                let release = runner.draw(done);
                 let outcome =
                     parse_row(line.trim_end(), &release).with_context(|| place(number)).bad_input()?;
                 campaign.take(release, outcome, bound);
@@ -219,12 +219,9 @@ fn read(
 }
 
 /// J_TPF of `campaigns[1]` less that of `campaigns[0]`, release by release, read from their files.
-///
-/// # Errors
-/// [`Failure::BadInput`] when a file cannot be read.
 pub fn paired_difference(
     mission: &Mission,
-    bench: &Bench<'_>,
+    runner: &TrialRunner<'_>,
     folder: &OutputFolder,
     campaigns: [&Campaign; 2],
 ) -> Result<Summary, Failure> {
@@ -237,7 +234,7 @@ pub fn paired_difference(
     };
     let (mut less, mut more) = (open(campaigns[0])?, open(campaigns[1])?);
     for trial in 0..campaigns[0].tally.j_tpf.count() {
-        let release = bench.draw(trial);
+        let release = runner.draw(trial);
         let j_tpf = |lines: &mut dyn Iterator<Item = std::io::Result<String>>| {
             let line = lines.next().transpose().context("a campaign's file").bad_input()?.unwrap_or_default();
             Ok::<_, Failure>(parse_row(&line, &release).context("a campaign's file").bad_input()?.j_tpf)

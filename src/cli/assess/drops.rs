@@ -3,66 +3,70 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write as _;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc;
 
-use anyhow::Context;
+use anyhow::Context as _;
 
-use super::AssessArgs;
-use crate::cli::args::{AutopilotArg, LinkArgs, NetArgs, SpeedArg};
-use crate::cli::belongs;
-use crate::cli::drop::{
-    Flown, Pilot, Planned, Wires, conclude, cuts_the_plan, fly_reference, tell_if_stopped, tell_remarks,
+use super::args::AssessArgs;
+use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::args::AutopilotArg;
+use crate::cli::conclusion::Conclusion;
+use crate::cli::narrator::Narrator;
+use crate::cli::pilot::px4::{Cpu, Patience};
+use crate::cli::pilot::{
+    Flight, Flown, Pilot, Px4Settings, check_mission, pilot_and_mission, refuse_foreign_options,
 };
-use crate::cli::narrative::Narrator;
-use crate::cli::outcome::{Answer, BadInput, Failure};
-use crate::cli::output::{OutputFolder, print, tell};
-use crate::cli::plan::{plan_mission, write_plan};
-use crate::cli::px4::flight::Px4Drop;
-use crate::cli::px4::{self, Patience};
-use samara::assess::{DropMeasure, RandomDrop};
+use crate::cli::planning::{Planned, plan_mission, write_plan};
+use crate::cli::results::OutputFolder;
+use crate::cli::terminal::{print, print_err};
+use samara::assess::{DropMeasure, DropOutcome, RandomDrop};
 use samara::config::Mission;
-use samara::link::shell::Speed;
 use samara::link::shell::ports::MAX_INSTANCE;
+use samara::link::shell::{Speed, Wiring};
 use samara::plan::Status;
-use samara::report::FlownBy;
 use samara::report::drops::{DropTally, DropTrial, drops_json, drops_text, header, row};
-use samara::report::plan_text;
+use samara::report::{DropRun, FlownBy, plan_text};
 
-/// Drops by PX4 flown side by side unless it is said otherwise: each is a PX4 and a simulator that wait for each other.
+/// Drops by PX4 flown side by side unless it is said otherwise: each is a PX4 and a simulator that wait for
+/// each other.
 const SIDE_BY_SIDE: u16 = 2;
 
 /// What every trial shares.
 struct Campaign<'a> {
     args: &'a AssessArgs,
-    pilot: Pilot,
+    pilot: Box<dyn Pilot>,
     mission: Mission,
     planned: Planned,
-    folder: &'a std::path::Path,
+    folder: &'a Path,
 }
 
 /// Flies the campaign, or one trial of it.
-///
-/// # Errors
-/// [`Failure::BadInput`] when PX4 is not there, the mission does not suit, or a file cannot be written.
 pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Result<Answer, Failure> {
-    belongs::check(autopilot, &args.asked())?;
-    let AssessArgs { choice, state, feed_forward, .. } = args;
-    let (pilot, mission) = Pilot::of(autopilot, &args.mission.mission, choice, state, *feed_forward)?;
+    refuse_foreign_options(autopilot, &args.asked())?;
+    let AssessArgs { choice, state, feed_forward, only, .. } = args;
+    let settings = Px4Settings {
+        feed_forward: *feed_forward,
+        cpu: Cpu::Together,
+        patience: Patience { limit: args.patience.limit(), answers: only.is_none() },
+    };
+    let (pilot, mission) = pilot_and_mission(autopilot, &args.mission.mission, choice, state, settings)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let timed = plan_mission(&mission, false)?;
     write_plan(&folder, &mission, &timed.plan)?;
     if timed.plan.status != Status::Converged {
-        tell(&format!("no plan to fly: {}", plan_text(&timed.plan, &mission.limits.safety, None)));
+        print_err(&format!("no plan to fly: {}", plan_text(&timed.plan, &mission.limits.safety, None)));
         return Ok(Answer::No);
     }
     let planned = Planned { trajectory: timed.plan.trajectory, source: "planned", solve_ms: None };
-    tell_remarks(&mission, &pilot.check(&mission, &planned.trajectory)?);
+    check_mission(pilot.as_ref(), &mission, &planned.trajectory)?;
     let campaign = Campaign { args, pilot, mission, planned, folder: folder.path() };
-    match args.only {
-        Some(trial) => campaign.only(trial, stop),
+    match only {
+        Some(trial) => campaign.only(*trial, stop),
         None => {
-            campaign.look_at_places()?;
+            let mut places = 0..campaign.workers();
+            places.try_for_each(|place| campaign.pilot.check_instance(campaign.instance(place)))?;
             campaign.fly_all(&folder, stop)
         }
     }
@@ -70,7 +74,7 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
 
 impl Campaign<'_> {
     fn autopilot(&self) -> &'static str {
-        self.pilot.name(&self.args.state)
+        self.pilot.name()
     }
 
     fn name(&self) -> String {
@@ -78,43 +82,39 @@ impl Campaign<'_> {
         format!("drops_{}_{gains}", self.autopilot())
     }
 
-    /// One trial, told as `samara drop` tells it, all files kept.
+    /// Flies one trial, reported as `samara drop` reports it, all files kept.
     fn only(&self, trial: u64, stop: &AtomicBool) -> Result<Answer, Failure> {
         let drawn = self.mission.draw_drop(trial);
-        let folder = self.kept(trial)?;
-        let narrator = Narrator::together(self.args.mission.json);
-        let mission = self.mission.with_drop(&drawn);
-        let (trial, flown) = self.fly(&drawn, &mission, self.args.instance, &folder, &narrator, stop)?;
-        self.write(&trial, &mission, &flown, &folder, &narrator)?;
-        let mut tally = DropTally::default();
-        tally.push(&trial);
-        if self.args.mission.json {
-            print(&drops_json(&self.mission, self.autopilot(), &tally))?;
-        } else {
-            print(&format!("\n{}{}", header(&self.mission, self.autopilot()), row(&trial)))?;
-        }
-        Ok(if tally.any_failed() { Answer::No } else { Answer::Yes })
-    }
-
-    /// The folder of a trial whose files are kept, empty.
-    fn kept(&self, trial: u64) -> Result<OutputFolder, Failure> {
         let path = self.folder.join(format!("trial_{trial}"));
         remove_folder(&path)?;
-        OutputFolder::create(Some(&path), &self.mission.name)
+        let folder = OutputFolder::create(Some(&path), &self.mission.name)?;
+        let narrator = Narrator::together(self.args.mission.json);
+        let mission = self.mission.with_drop(&drawn);
+        let flown = self.fly(&mission, self.args.instance, &folder, &narrator, stop)?;
+        let conclusion = Conclusion::new(&mission, Some(&self.planned), &flown);
+        let trial = self.judge(&drawn, &conclusion, &flown);
+        self.write(&drawn, conclusion, &folder, &narrator)?;
+        let mut tally = DropTally::default();
+        tally.push(&trial);
+        print(&if self.args.mission.json {
+            drops_json(&self.mission, self.autopilot(), &tally)
+        } else {
+            format!("\n{}{}", header(&self.mission, self.autopilot()), row(&trial))
+        })?;
+        Ok(Answer::from(!tally.any_failed()))
     }
 
-    /// All files of a flight, as `samara drop` leaves them; what there is to tell is told.
+    /// Writes all files of a flight, as `samara drop` leaves them, and reports what there is to report.
     fn write(
         &self,
-        trial: &DropTrial,
-        mission: &Mission,
-        flown: &Flown,
+        drawn: &RandomDrop,
+        mut conclusion: Conclusion<'_>,
         folder: &OutputFolder,
         narrator: &Narrator,
     ) -> Result<(), Failure> {
-        self.planned.write_to(folder, mission)?;
-        let circumstances = [("trial", trial.drawn.trial.to_string())];
-        conclude(mission, &self.planned, flown, &circumstances, folder, narrator).map(|_| ())
+        self.planned.write_to(folder, conclusion.mission)?;
+        conclusion.write("drop", &[("trial", drawn.trial.to_string())], folder)?;
+        conclusion.report(narrator, folder)
     }
 
     fn fly_all(&self, folder: &OutputFolder, stop: &AtomicBool) -> Result<Answer, Failure> {
@@ -126,7 +126,7 @@ impl Campaign<'_> {
         write(&header(&self.mission, self.autopilot()))?;
         let (next, mut tally, mut by) = (AtomicU64::new(0), DropTally::default(), None);
         let (done, comes) = mpsc::channel();
-        let told = std::thread::scope(|scope| {
+        let written = std::thread::scope(|scope| {
             for place in 0..workers {
                 let (done, next) = (done.clone(), &next);
                 scope.spawn(move || {
@@ -152,38 +152,35 @@ impl Campaign<'_> {
                     write(&row(&trial))?;
                     tally.push(&trial);
                     wanted += 1;
-                    self.tell(&trial, trials);
+                    Self::report(&trial, trials);
                 }
             }
             Ok::<(), Failure>(())
         });
-        told?;
+        written?;
         let mut circumstances =
             vec![("trials", trials.to_string()), ("autopilot", self.autopilot().to_owned())];
         circumstances.extend(by.and_then(|by| by.version).map(|version| ("autopilot_version", version)));
         folder.write_manifest(&self.name(), &self.mission, &circumstances)?;
-        if self.args.mission.json {
-            print(&drops_json(&self.mission, self.autopilot(), &tally))?;
+        print(&if self.args.mission.json {
+            drops_json(&self.mission, self.autopilot(), &tally)
         } else {
             let place = folder.path().join(&csv);
-            print(&format!(
-                "{}\nlines in {}\n",
-                drops_text(&self.mission, self.autopilot(), &tally),
-                place.display()
-            ))?;
-        }
+            let table = drops_text(&self.mission, self.autopilot(), &tally);
+            format!("{table}\nlines in {}\n", place.display())
+        })?;
         let complete = tally.flown() == trials;
         if !complete {
-            tell(&format!("stopped after {} of {trials} drops\n", tally.flown()));
+            print_err(&format!("stopped after {} of {trials} drops\n", tally.flown()));
         }
         // Last: a folder that cannot be removed takes no result away.
         for place in 0..workers {
             remove_folder(&self.folder.join(format!("place_{place}")))?;
         }
-        Ok(if complete && !tally.any_failed() { Answer::Yes } else { Answer::No })
+        Ok(Answer::from(complete && !tally.any_failed()))
     }
 
-    fn tell(&self, trial: &DropTrial, trials: u64) {
+    fn report(trial: &DropTrial, trials: u64) {
         let number = trial.drawn.trial;
         let text = match (&trial.failure, &trial.outcome) {
             (Some(failure), _) => format!("FAILED: {failure}"),
@@ -194,57 +191,52 @@ impl Campaign<'_> {
             ),
             (None, None) => "nothing".to_owned(),
         };
-        tell(&format!("trial {number} of {trials}: {text}\n"));
+        print_err(&format!("trial {number} of {trials}: {text}\n"));
     }
 
-    /// How many fly side by side; each PX4 needs the ports of an instance.
+    /// The number of drops that are flown side by side; each PX4 needs the ports of an instance.
     fn workers(&self) -> u16 {
-        match self.pilot {
-            Pilot::Px4(..) => {
-                self.args.threads.unwrap_or(SIDE_BY_SIDE).min(MAX_INSTANCE + 1 - self.args.instance)
-            }
-            Pilot::Reference(_) | Pilot::Px4Model(_) => self.args.threads.unwrap_or_else(cores),
+        if self.pilot.takes_ports() {
+            self.args.threads.unwrap_or(SIDE_BY_SIDE).min(MAX_INSTANCE + 1 - self.args.instance)
+        } else {
+            self.args.threads.unwrap_or_else(cores)
         }
     }
 
-    /// Whether each PX4 can have its number and ports: what is wrong with them is wrong for every trial.
-    fn look_at_places(&self) -> Result<(), Failure> {
-        let Pilot::Px4(..) = self.pilot else { return Ok(()) };
-        (0..self.workers()).try_for_each(|place| px4::look(self.args.instance + place))
+    /// The number of the vehicle that is flown at one of the places.
+    fn instance(&self, place: u16) -> u16 {
+        self.args.instance + if self.pilot.takes_ports() { place } else { 0 }
     }
 
-    /// A trial at one of the places, unless it was stopped; whatever goes wrong is its failure. The files of one that failed are kept.
+    /// Flies a trial at one of the places; `None` when it was stopped. Whatever goes wrong is the trial's
+    /// failure. The files of one that failed are kept.
     fn trial(&self, number: u64, place: u16, stop: &AtomicBool) -> Option<(DropTrial, Option<FlownBy>)> {
         let drawn = self.mission.draw_drop(number);
-        let failed = |why: Failure| DropTrial { drawn, outcome: None, failure: Some(why.text()) };
+        let failed = |why: &Failure| DropTrial { drawn, outcome: None, failure: Some(why.text()) };
         let scratch = self.folder.join(format!("place_{place}"));
         let folder = match OutputFolder::create(Some(&scratch), &self.mission.name) {
             Ok(folder) => folder,
-            Err(why) => return Some((failed(why), None)),
+            Err(why) => return Some((failed(&why), None)),
         };
         let (mission, narrator) = (self.mission.with_drop(&drawn), Narrator::of_trial(number));
-        let instance = match self.pilot {
-            Pilot::Px4(..) => self.args.instance + place,
-            Pilot::Reference(_) | Pilot::Px4Model(_) => self.args.instance,
-        };
-        let flown = self.fly(&drawn, &mission, instance, &folder, &narrator, stop);
+        let flown = self.fly(&mission, self.instance(place), &folder, &narrator, stop);
         if stop.load(Ordering::Relaxed) {
             return None;
         }
-        let (mut trial, flown) = match flown {
-            Ok((trial, flown)) => (trial, Some(flown)),
+        let concluded =
+            flown.as_ref().map(|flown| (Conclusion::new(&mission, Some(&self.planned), flown), flown));
+        let (mut trial, conclusion) = match concluded {
+            Ok((conclusion, flown)) => (self.judge(&drawn, &conclusion, flown), Some(conclusion)),
             Err(why) => (failed(why), None),
         };
-        if trial.failure.is_some() {
-            let written = flown
-                .as_ref()
-                .map_or(Ok(()), |flown| self.write(&trial, &mission, flown, &folder, &narrator));
-            let kept = written.and_then(|()| self.keep(number, &folder));
-            if let (Err(why), Some(failure)) = (kept, &mut trial.failure) {
+        if let Some(failure) = &mut trial.failure {
+            let written =
+                conclusion.map_or(Ok(()), |conclusion| self.write(&drawn, conclusion, &folder, &narrator));
+            if let Err(why) = written.and_then(|()| self.keep(number, &folder)) {
                 *failure = format!("{failure}; {}", why.text());
             }
         }
-        Some((trial, flown.map(|flown| flown.by)))
+        Some((trial, flown.ok().and_then(|flown| flown.by)))
     }
 
     /// Keeps the files of a trial that failed.
@@ -258,75 +250,66 @@ impl Campaign<'_> {
 
     fn fly(
         &self,
-        drawn: &RandomDrop,
         mission: &Mission,
         instance: u16,
         folder: &OutputFolder,
         narrator: &Narrator,
         stop: &AtomicBool,
-    ) -> Result<(DropTrial, Flown), Failure> {
-        let plan = &self.planned.trajectory;
-        let flown = match &self.pilot {
-            Pilot::Reference(choice) => {
-                let net = NetArgs { instance, sign_key: None };
-                let link = LinkArgs { links: Vec::new() };
-                let (state, speed, stop) = (&self.args.state, SpeedArg::Max, Some(stop));
-                let wires = Wires { choice, state, net: &net, link: &link, speed, stop };
-                fly_reference(&wires, mission, plan, folder, narrator)?
-            }
-            Pilot::Px4(build, parameters) => {
-                let drop = Px4Drop {
-                    build,
-                    instance,
-                    cpu: px4::Cpu::Together,
-                    speed: Speed::Max,
-                    parameters: parameters.as_ref(),
-                    feed_forward: self.args.feed_forward,
-                    patience: Patience {
-                        limit: self.args.patience.limit(),
-                        answers: self.args.only.is_none(),
-                    },
-                };
-                px4::fly(&drop, mission, plan, folder, narrator)?
-            }
-            Pilot::Px4Model(parameters) => {
-                px4::model::fly(mission, plan, parameters.as_ref(), self.args.feed_forward)?
-            }
-        };
+    ) -> Result<Flown, Failure> {
+        self.pilot.fly(&Flight {
+            mission,
+            trajectory: &self.planned.trajectory,
+            folder,
+            narrator,
+            instance,
+            speed: Speed::Max,
+            wiring: &Wiring::default(),
+            stop: Some(stop),
+        })
+    }
+
+    /// Measures a flight and says why it counts as failed, if it does.
+    fn judge(&self, drawn: &RandomDrop, conclusion: &Conclusion<'_>, flown: &Flown) -> DropTrial {
+        let mission = conclusion.mission;
         let measure = DropMeasure {
             limits: mission.limits.safety,
             target_v_ned: mission.target_v_ned,
             steady_within_m_s: mission.limits.steady_within_m_s,
-            plan,
+            plan: &self.planned.trajectory,
         };
         let outcome = measure.of(&flown.log);
-        let stopped = tell_if_stopped(&Narrator::together(true), mission, &flown.log)?;
         let failure = match (&outcome, &flown.trouble) {
             (None, None) => Some("never released".to_owned()),
             (None, Some(trouble)) => Some(format!("never released: {trouble}")),
             (Some(_), Some(trouble)) => Some(trouble.clone()),
-            (Some(o), None) if !o.verdict.limits_passed.is_empty() => {
-                Some(format!("limits passed: {}", o.verdict.limits_passed.join(", ")))
-            }
-            (Some(_), None) if flown.record.failsafe => Some("a failsafe flew".to_owned()),
-            (Some(_), None) if stopped => Some("stopped before the mission's end".to_owned()),
-            (Some(_), None) if cuts_the_plan(&flown.log, plan.end_s()) => {
-                Some("the mission's duration_s ended before the plan".to_owned())
-            }
-            (Some(o), None) if o.verdict.steady_after_s.is_none() => Some("never steady".to_owned()),
-            (Some(_), None) => None,
+            (Some(o), None) => failure_of(o, &conclusion.run),
         };
-        Ok((DropTrial { drawn: *drawn, outcome, failure }, flown))
+        DropTrial { drawn: *drawn, outcome, failure }
     }
 }
 
-/// Processors that there are.
+/// Why a drop that came to its end counts as failed, if it does.
+fn failure_of(outcome: &DropOutcome, run: &DropRun) -> Option<String> {
+    let DropOutcome { verdict, .. } = outcome;
+    if !verdict.limits_passed.is_empty() {
+        return Some(format!("limits passed: {}", verdict.limits_passed.join(", ")));
+    }
+    let reasons = [
+        (run.failsafe, "a failsafe flew"),
+        (!run.completed, "stopped before the mission's end"),
+        (run.plan_cut, "the mission's duration_s ended before the plan"),
+        (verdict.steady_after_s.is_none(), "never steady"),
+    ];
+    reasons.into_iter().find(|(holds, _)| *holds).map(|(_, reason)| reason.to_owned())
+}
+
+/// The number of processors.
 fn cores() -> u16 {
     std::thread::available_parallelism().map_or(1, |n| u16::try_from(n.get()).unwrap_or(u16::MAX))
 }
 
-/// Removes a folder with all that is in it, if it is there.
-fn remove_folder(path: &std::path::Path) -> Result<(), Failure> {
+/// Removes a folder with all that it holds, if it is there.
+fn remove_folder(path: &Path) -> Result<(), Failure> {
     match fs::remove_dir_all(path) {
         Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
             Err(e).with_context(|| format!("cannot remove {}", path.display())).bad_input()

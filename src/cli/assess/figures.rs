@@ -2,8 +2,8 @@
 
 use anyhow::Context;
 
-use super::campaign::{Bench, Campaign};
-use crate::cli::outcome::Failure;
+use super::campaign::{Campaign, TrialRunner};
+use crate::cli::answer::Failure;
 use samara::assess::{Command, Controller, TraceInstant};
 use samara::frames::pitch;
 use samara::model::rigid_body::BodyState;
@@ -26,19 +26,16 @@ struct Shown {
 }
 
 /// Flies what is to be shown and draws figures 7 to 14 of the paper, and 15 and 16 for the chosen gains.
-///
-/// # Errors
-/// [`Failure::Internal`] when a figure cannot be drawn.
 pub fn draw(
     assessment: &Assessment<'_>,
-    bench: &Bench<'_>,
+    runner: &TrialRunner<'_>,
     campaigns: &[Campaign; 4],
 ) -> Result<Vec<Figure>, Failure> {
     let cases: Vec<BodyState> = assessment.mission.study.cases.iter().map(ReleaseCase::state).collect();
     let shown = campaigns.each_ref().map(|campaign| {
         let trials = &campaign.shown[..campaign.shown.len().min(VELOCITY_TRIALS)];
         let flights =
-            bench.in_order(trials, |(release, _)| bench.study.trace(&campaign.controller, &release.state));
+            runner.in_order(trials, |(release, _)| runner.study.trace(&campaign.controller, &release.state));
         let points = campaign.shown.iter().map(|(release, outcome)| TrialPoint {
             pitch_rad: pitch(release.state.q_ned_from_body),
             pitch_rate_rad_s: release.state.omega_body.y,
@@ -48,23 +45,23 @@ pub fn draw(
     });
     let case_flights = campaigns
         .each_ref()
-        .map(|campaign| bench.in_order(&cases, |start| bench.study.trace(&campaign.controller, start)));
+        .map(|campaign| runner.in_order(&cases, |start| runner.study.trace(&campaign.controller, start)));
     let style = StudyStyle::of(
         assessment.mission,
         shown.iter().flat_map(|s| &s.flights).chain(case_flights.iter().flatten()).map(Vec::as_slice),
         shown.iter().flat_map(|s| &s.points),
     )
     .context("the figures' scales")?;
-    let mut figures = paths(assessment, bench, &style, &case_flights)?;
+    let mut figures = paths(assessment, runner, &style, &case_flights)?;
     for ((campaign, shown), number) in campaigns.iter().zip(&shown).zip([9, 11, 13, 15]) {
-        figures.extend(of_campaign(bench, &style, campaign, shown, number)?);
+        figures.extend(of_campaign(runner, &style, campaign, shown, number)?);
     }
     Ok(figures)
 }
 
 fn paths(
     assessment: &Assessment<'_>,
-    bench: &Bench<'_>,
+    runner: &TrialRunner<'_>,
     style: &StudyStyle,
     flights: &[Vec<Vec<TraceInstant>>; 4],
 ) -> Result<Vec<Figure>, Failure> {
@@ -72,7 +69,7 @@ fn paths(
     let names =
         assessment.assessed.each_ref().map(|x| label(&x.controller).replace(", optimal trajectory", ""));
     let group = |i: usize| PathGroup { name: &names[i], flights: &flights[i], j_tpf: &costs[i] };
-    let end_s = bench.study.plan.end_s();
+    let end_s = runner.study.plan.end_s();
     [("fig07_flight_paths.svg", end_s), ("fig08_first_seconds.svg", (FIRST_SECONDS * end_s).ceil())]
         .into_iter()
         .zip([7, 8])
@@ -94,7 +91,7 @@ fn paths(
 }
 
 fn of_campaign(
-    bench: &Bench<'_>,
+    runner: &TrialRunner<'_>,
     style: &StudyStyle,
     campaign: &Campaign,
     shown: &Shown,
@@ -102,7 +99,7 @@ fn of_campaign(
 ) -> Result<[Figure; 2], Failure> {
     let Controller { name, command, .. } = campaign.controller;
     let label = label(&campaign.controller);
-    let plan = (command == Command::Optimal).then_some(&bench.study.plan);
+    let plan = (command == Command::Optimal).then_some(&runner.study.plan);
     let title = format!("Figure {number}. Velocities: {label}");
     let velocities = Figure {
         file: format!("fig{number:02}_velocities_{name}.svg"),

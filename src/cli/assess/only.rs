@@ -1,41 +1,37 @@
 //! `samara assess --only K`: one trial of each campaign again.
 
-use std::io::Write as _;
-
 use anyhow::Context;
 
-use super::AssessArgs;
-use super::campaign::Bench;
+use super::args::AssessArgs;
+use super::campaign::TrialRunner;
+use crate::cli::answer::{Answer, Failure};
 use crate::cli::mission::stamp_of;
-use crate::cli::outcome::{Answer, Failure};
-use crate::cli::output::{OutputFolder, print};
+use crate::cli::results::OutputFolder;
+use crate::cli::terminal::print;
 use samara::assess::{Controller, RandomRelease, TrialOutcome, VerdictBuilder};
 use samara::config::Mission;
 use samara::report::study::campaign_csv::write_row;
 use samara::report::study::{OURS, only};
 use samara::report::{FlightCsv, drop_figure};
 
-/// Flies the trial with each controller: prints what was drawn and what came of it, writes `trial_<K>_<name>.csv` (the
-/// flight) and `.svg`, and `assess_only_manifest.json`.
-///
-/// # Errors
-/// [`Failure::BadInput`] when a file cannot be written.
+/// Flies the trial with each controller: prints what was drawn and what came of it, writes
+/// `trial_<K>_<name>.csv` (the flight) and `.svg`, and `assess_only_manifest.json`.
 pub fn run(
     args: &AssessArgs,
     mission: &Mission,
-    bench: &Bench<'_>,
+    runner: &TrialRunner<'_>,
     controllers: &[Controller; 4],
     trial: u64,
     folder: &OutputFolder,
 ) -> Result<Answer, Failure> {
-    let release = bench.draw(trial);
-    let results = bench.in_order(controllers, |c| {
-        bench.study.fly_releases(c, std::slice::from_ref(&release)).into_iter().next()
+    let release = runner.draw(trial);
+    let results = runner.in_order(controllers, |c| {
+        runner.study.fly_releases(c, std::slice::from_ref(&release)).into_iter().next()
     });
     let flown: Vec<(&Controller, TrialOutcome)> =
         controllers.iter().zip(results).filter_map(|(c, outcome)| Some((c, outcome?))).collect();
     for (controller, _) in &flown {
-        write(mission, bench, controller, &release, folder)?;
+        write(mission, runner, controller, &release, folder)?;
     }
     let rows: Vec<(&Controller, TrialOutcome, String)> = flown
         .iter()
@@ -58,17 +54,17 @@ pub fn run(
         print(&format!("flights and figures in {}/trial_{trial}_*\n", folder.path().display()))?;
     }
     let safe = flown.iter().all(|(c, o)| c.name != OURS || o.j_tpf < args.bound);
-    Ok(if safe { Answer::Yes } else { Answer::No })
+    Ok(Answer::from(safe))
 }
 
 fn write(
     mission: &Mission,
-    bench: &Bench<'_>,
+    runner: &TrialRunner<'_>,
     controller: &Controller,
     release: &RandomRelease,
     folder: &OutputFolder,
 ) -> Result<(), Failure> {
-    let samples = bench.study.samples(controller, &release.state);
+    let samples = runner.study.samples(controller, &release.state);
     let name = format!("trial_{}_{}", release.trial, controller.name);
     folder.write(&format!("{name}.csv"), |out| {
         let mut csv =
@@ -78,10 +74,9 @@ fn write(
     })?;
     let mut verdict = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned)
         .steady_within(mission.limits.steady_within_m_s)
-        .to_plans_end(bench.study.plan.end_s());
+        .to_plans_end(runner.study.plan.end_s());
     samples.iter().for_each(|sample| verdict.observe(sample));
-    let figure = drop_figure(mission, &samples, Some(&bench.study.plan), verdict.finish().as_ref(), None)
+    let figure = drop_figure(mission, &samples, Some(&runner.study.plan), verdict.finish().as_ref(), None)
         .context("the figure of the trial")?;
-    folder.write(&format!("{name}.svg"), |out| out.write_all(figure.as_bytes()))?;
-    Ok(())
+    folder.write_text(&format!("{name}.svg"), &figure).map(|_| ())
 }

@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::cli::args::{
-    AutopilotArg, ChoiceArgs, LinkArgs, MissionArgs, NetArgs, PatienceArgs, PlanningArgs, SpeedArg,
-    StateArgs, autopilot, speed,
+    AutopilotArg, ChoiceArgs, LinkArgs, MissionArgs, NetArgs, PatienceArgs, PlanningArgs, StateArgs,
+    autopilot, speed,
 };
-use crate::cli::belongs;
-use crate::cli::px4::Cpu;
+use crate::cli::pilot::PilotOption;
+use crate::cli::pilot::px4::Cpu;
+use samara::link::shell::Speed;
 
 /// The help of `samara drop`.
 pub const DROP_HELP: &str = "\
@@ -55,8 +56,8 @@ pub struct DropArgs {
     /// What the mission leaves to choose.
     #[command(flatten)]
     pub choice: ChoiceArgs,
-    /// Who flies: samara's own autopilot; PX4 from the build folder of its simulation; or the model of PX4's control law, which
-    /// predicts what PX4 will do.
+    /// Who flies: samara's own autopilot; PX4 from the build folder of its simulation; or the model of PX4's
+    /// control law, which predicts what PX4 will do.
     #[arg(long, value_name = "reference|px4=DIR|px4-model", default_value = "reference", value_parser = autopilot)]
     pub autopilot: AutopilotArg,
     /// What the autopilot flies by.
@@ -65,14 +66,16 @@ pub struct DropArgs {
     /// Fly this trajectory instead of planning one.
     #[arg(long, value_name = "FILE")]
     pub trajectory: Option<PathBuf>,
-    /// Fly each release case of the mission (Table 3), into a folder of its own; beside PX4 the reference autopilot flies them too.
+    /// Fly each release case of the mission (Table 3), into a folder of its own; beside PX4 the reference
+    /// autopilot flies them too.
     #[arg(long, conflicts_with = "case")]
     pub cases: bool,
     /// Send the plan's acceleration with its velocity, to PX4.
     #[arg(long)]
     pub feed_forward: bool,
-    /// Where PX4 runs: all of it is fastest on one processor. `auto`: on one, another for each instance, and the simulator beside
-    /// it on the others; a number: both on that one; `any`: wherever the system puts them.
+    /// Where PX4 runs: all of it is fastest on one processor. `auto`: on one, another for each instance, and
+    /// the simulator beside it on the others; a number: both on that one; `any`: wherever the system puts
+    /// them.
     #[arg(long, value_name = "auto|any|N", default_value = "auto", value_parser = cpu)]
     pub cpu: Cpu,
     /// How long PX4 may keep the flight waiting.
@@ -81,10 +84,10 @@ pub struct DropArgs {
     /// How much to tell of the planning.
     #[command(flatten)]
     pub planning: PlanningArgs,
-    /// Simulated seconds per second, or `max`. With a factor the drop can be watched: the links for ground stations (UDP 14550),
-    /// companions (14540 + instance) and the parachute are open.
+    /// Simulated seconds per second, or `max`. With a factor the drop can be watched: the links for ground
+    /// stations (UDP 14550), companions (14540 + instance) and the parachute are open.
     #[arg(long, value_name = "FACTOR|max", default_value = "max", value_parser = speed)]
-    pub speed: SpeedArg,
+    pub speed: Speed,
     /// Ports.
     #[command(flatten)]
     pub net: NetArgs,
@@ -94,22 +97,32 @@ pub struct DropArgs {
 }
 
 impl DropArgs {
-    /// Options that not every autopilot has, and whether each is asked for.
-    pub fn asked(&self) -> [(&'static str, bool); 8] {
-        [
-            (belongs::ESTIMATOR, self.state.asked()),
-            (belongs::LINK, !self.link.links.is_empty()),
-            (belongs::SIGN_KEY, self.net.sign_key.is_some()),
-            (belongs::SPEED, self.speed != SpeedArg::Max),
-            (belongs::CPU, self.cpu != Cpu::Apart),
-            (belongs::PATIENCE, self.patience.asked()),
-            (belongs::FEED_FORWARD, self.feed_forward),
-            (belongs::PX4_DEFAULT, self.choice.px4s_own_gains()),
-        ]
+    /// The options asked for that not every autopilot has.
+    pub fn asked(&self) -> Vec<PilotOption> {
+        PilotOption::asked([
+            (PilotOption::Estimator, self.state.asked()),
+            (PilotOption::Link, !self.link.links.is_empty()),
+            (PilotOption::SignKey, self.net.sign_key.is_some()),
+            (PilotOption::Speed, self.speed != Speed::Max),
+            (PilotOption::Cpu, self.cpu != Cpu::Apart),
+            (PilotOption::Patience, self.patience.asked()),
+            (PilotOption::FeedForward, self.feed_forward),
+            (PilotOption::Px4sOwnGains, self.choice.px4s_own_gains()),
+        ])
+    }
+
+    /// What does not touch the flight but shows in the .tlog files: the vehicle's number, and that others may
+    /// have taken part.
+    pub fn circumstances(&self) -> Vec<(&'static str, String)> {
+        let mut circumstances = vec![("instance", self.net.instance.to_string())];
+        if let Speed::Factor(factor) = self.speed {
+            circumstances.push(("speed", format!("{factor:?}")));
+        }
+        circumstances
     }
 }
 
-/// Which processor, from what was typed.
+/// The value of `--cpu`.
 fn cpu(text: &str) -> Result<Cpu, String> {
     match text {
         "auto" => Ok(Cpu::Apart),

@@ -1,14 +1,17 @@
 //! `samara drop --cases`: the mission's release cases (Table 3), a drop each, in one table. PX4 has the reference autopilot beside it.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 
-use super::{Concluded, DropArgs, Pilot, begin, circumstances, conclude, plan_or_keep, tell_remarks};
-use crate::cli::args::ChoiceArgs;
+use super::args::DropArgs;
+use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::args::AutopilotArg;
+use crate::cli::conclusion::Conclusion;
 use crate::cli::mission::stamp_of;
-use crate::cli::narrative::Narrator;
-use crate::cli::outcome::{Answer, BadInput, Failure};
-use crate::cli::output::{OutputFolder, print};
+use crate::cli::narrator::Narrator;
+use crate::cli::pilot::{Flight, Pilot, Reference};
+use crate::cli::planning::Planned;
+use crate::cli::results::OutputFolder;
+use crate::cli::terminal::print;
 use samara::assess::Verdict;
 use samara::units::DEG_PER_RAD;
 
@@ -20,54 +23,56 @@ case        flown by     J_TPF  peak pitch  peak pitch rate  peak speed  altitud
 /// Columns of `cases.csv`.
 const COLUMNS: &str = "case,autopilot,j_tpf,peak_pitch_deg,peak_pitch_rate_deg_s,peak_speed_m_s,altitude_lost_m,steady_after_s,decided_by";
 
-/// `samara drop --cases`.
-pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
-    let (pilot, mut mission, narrator, folder) = begin(args)?;
-    let Some(planned) = plan_or_keep(args, &mut mission, &folder, &narrator)? else { return Ok(Answer::No) };
-    tell_remarks(&mission, &pilot.check(&mission, &planned.trajectory)?);
-    let pilots = match pilot {
-        Pilot::Reference(_) => vec![("reference", pilot)],
-        Pilot::Px4(..) | Pilot::Px4Model(_) => {
-            let name = pilot.name(&args.state);
-            let own = ChoiceArgs { params: None, ..args.choice.clone() };
-            vec![(name, pilot), ("reference", Pilot::Reference(own))]
-        }
+/// Flies the mission of `nominal` from each release case, into a folder each below that of `nominal`.
+pub fn run(
+    args: &DropArgs,
+    pilot: &dyn Pilot,
+    planned: &Planned,
+    nominal: &Flight<'_>,
+) -> Result<Answer, Failure> {
+    let Flight { mission, folder, narrator, .. } = *nominal;
+    let beside = Reference::default();
+    let pilots = match args.autopilot {
+        AutopilotArg::Reference => vec![("reference", pilot)],
+        _ => vec![(pilot.name(), pilot), ("reference", &beside as &dyn Pilot)],
     };
     let quiet = Narrator::together(true);
     let (mut all_well, mut objects, mut kept) = (true, Vec::new(), Vec::new());
-    let mut csv = format!("{}{COLUMNS}\n", stamp_of(&mission).csv_comment());
-    narrator.say(HEAD)?;
-    let cases: Vec<String> = mission.study.cases.iter().map(|case| case.name.clone()).collect();
-    for case in &cases {
+    let mut csv = format!("{}{COLUMNS}\n", stamp_of(mission).csv_comment());
+    narrator.say(HEAD);
+    for case in mission.study.cases.iter().map(|case| case.name.as_str()) {
         let mut swinging = mission.clone();
         swinging.use_release_case(case).bad_input()?;
         for (name, pilot) in &pilots {
             let place = OutputFolder::create(Some(&folder.path().join(case).join(name)), &mission.name)?;
             planned.write_to(&place, &swinging)?;
-            let flown = pilot.fly(args, &swinging, &planned.trajectory, &place, &quiet)?;
-            let Concluded { verdict, answer, json, file } =
-                conclude(&swinging, &planned, &flown, &circumstances(args), &place, &quiet)?;
-            all_well &= answer == Answer::Yes;
-            narrator.say(&row(case, name, verdict.as_ref()))?;
-            if answer == Answer::No {
+            let flown =
+                pilot.fly(&Flight { mission: &swinging, folder: &place, narrator: &quiet, ..*nominal })?;
+            let mut conclusion = Conclusion::new(&swinging, Some(planned), &flown);
+            conclusion.write("drop", &args.circumstances(), &place)?;
+            conclusion.report(&quiet, &place)?;
+            let verdict = conclusion.verdict.as_ref();
+            narrator.say(&row(case, name, verdict));
+            if conclusion.answer() == Answer::No {
+                all_well = false;
                 let place = place.path().display();
-                narrator
-                    .say(&format!("  NOT OK: see {place}; `--case {case}` tells what happens in it\n"))?;
+                narrator.say(&format!("  NOT OK: see {place}; `--case {case}` tells what happens in it\n"));
             }
-            csv += &line(case, name, verdict.as_ref());
-            objects.push(object(case, name, &json));
-            kept.push(object(case, name, &file));
+            narrator.check()?;
+            csv += &line(case, name, verdict);
+            objects.push(object(case, name, &conclusion.json()));
+            kept.push(object(case, name, &conclusion.file_json()));
         }
     }
-    folder.write("cases.csv", |out| out.write_all(csv.as_bytes()))?;
-    folder.write("cases.json", |out| out.write_all(all(&kept).as_bytes()))?;
-    folder.write_manifest("cases", &mission, &circumstances(args))?;
+    folder.write_text("cases.csv", &csv)?;
+    folder.write_text("cases.json", &all(&kept))?;
+    folder.write_manifest("cases", mission, &args.circumstances())?;
     if args.mission.json {
         print(&all(&objects))?;
     } else {
-        narrator.say(&format!("results in {}\n", folder.path().display()))?;
+        print(&format!("results in {}\n", folder.path().display()))?;
     }
-    Ok(if all_well { Answer::Yes } else { Answer::No })
+    Ok(Answer::from(all_well))
 }
 
 fn object(case: &str, pilot: &str, drop: &str) -> String {

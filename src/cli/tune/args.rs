@@ -72,10 +72,12 @@ pub struct TuneArgs {
     /// What to make small.
     #[arg(long, value_enum, default_value_t = ObjectiveArg::Safety)]
     pub objective: ObjectiveArg,
-    /// The actuators of the flights: thrusts that follow at once, as in the paper's tuning, or speed controllers, motors and rotors.
+    /// The actuators of the flights: thrusts that follow at once, as in the paper's tuning, or speed
+    /// controllers, motors and rotors.
     #[arg(long, value_enum, default_value_t = ModelArg::Actuator)]
     pub model: ModelArg,
-    /// Largest worst tracking RMS for `safety` and `pareto` [default: that of the paper's PSO gains on this mission].
+    /// Largest worst tracking RMS for `safety` and `pareto` [default: that of the paper's PSO gains on this
+    /// mission].
     #[arg(long, value_name = "X", value_parser = positive)]
     pub rms_bound: Option<f64>,
     /// J_TPF that a bound costs which is broken by as much again, for `safety` and `pareto`.
@@ -84,10 +86,12 @@ pub struct TuneArgs {
     /// Amplitudes of the swing for `safety` and `pareto`, in standard deviations; twelve phases each.
     #[arg(long, value_name = "A,B,..", value_delimiter = ',', default_values_t = AMPLITUDES, value_parser = positive)]
     pub swing: Vec<f64>,
-    /// Judge J_TPF also with mass, inertia, drag, density, wind, delay and measurements that the controller does not know of.
+    /// Judge J_TPF also with mass, inertia, drag, density, wind, delay and measurements that the controller
+    /// does not know of.
     #[arg(long)]
     pub robust: bool,
-    /// Gains to begin at: a name beside the mission's own gains, or a file [default: the mission's own for cma-es, none for swarms].
+    /// Gains to begin at: a name beside the mission's own gains, or a file [default: the mission's own for
+    /// cma-es, none for swarms].
     #[arg(long, value_name = "NAME|FILE")]
     pub start: Option<String>,
     /// Candidates of an iteration [default: 70 in a swarm, 16 for cma-es].

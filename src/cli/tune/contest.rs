@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::args::TuneArgs;
-use super::{setting, settings};
-use crate::cli::outcome::{BadInput, Failure};
+use super::settings::{rms_bound, setting};
+use crate::cli::answer::{BadInput as _, Failure};
 use samara::config::Mission;
 use samara::control::Gains;
 use samara::report::tune::contest::Sample;
@@ -35,7 +35,7 @@ pub fn contest(
     // Real actuators, whatever the tuning had.
     let real = Setting { plant: PlantKind::Actuator, ..setting(args, mission, plan) };
     let cases = Bench::new(real).bad_input()?.with_cases(&mission.study.cases);
-    let bounds = Objective::Safety { rms_bound: settings::rms_bound(args, &cases), penalty: args.penalty };
+    let bounds = Objective::Safety { rms_bound: rms_bound(args, &cases), penalty: args.penalty };
     let (distribution, seed) = (mission.releases(), mission.seed);
     let (g, target_m_s) = (mission.site.environment.gravity_m_s2, mission.target_v_ned.norm());
     let trial = |vary: bool, number: u64| {
@@ -60,7 +60,7 @@ pub fn contest(
     Ok(contenders.map(|contenders| Contest { contenders, bounds, robust: args.robust }))
 }
 
-/// Near-hover's and the paper's, the warning, the mission's own, the ones found.
+/// Gains by name: near-hover's and the paper's, the warning, the mission's own, the ones found.
 fn named(args: &TuneArgs, mission: &Mission, found: &Longitudinal) -> Vec<(String, Longitudinal)> {
     let mut named = vec![
         ("near_hover".to_owned(), Gains::near_hover().as_longitudinal()),

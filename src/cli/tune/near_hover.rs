@@ -1,15 +1,13 @@
 //! `samara tune --method near-hover`: Ziegler and Nichols on the vehicle's own loops.
 
-use std::io::Write as _;
-
 use super::args::TuneArgs;
 use super::contest::contest;
-use super::files::{write_gains, write_tune_manifest};
-use super::{bench, nothing, setting};
-use crate::cli::clock::Stopwatch;
-use crate::cli::interrupt;
-use crate::cli::outcome::{Answer, BadInput, Failure};
-use crate::cli::output::{OutputFolder, print};
+use super::results::{report_nothing, write_gains, write_tune_manifest};
+use super::settings::{bench, setting};
+use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::results::OutputFolder;
+use crate::cli::system::{Stopwatch, interrupt_flag};
+use crate::cli::terminal::print;
 use samara::config::Mission;
 use samara::report::tune::near_hover as report;
 use samara::trajectory::Trajectory;
@@ -20,15 +18,15 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     let watch = Stopwatch::start();
     let found = near_hover(&setting(args, mission, plan)).bad_input()?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
-    folder.remove(&["convergence.csv", "convergence.svg", "front.csv", "checkpoint.json"])?;
+    folder.remove_leftovers(&["convergence.csv", "convergence.svg", "front.csv", "checkpoint.json"])?;
     write_gains(args, &folder, mission, &found.adjusted, &report::about(mission))?;
     let tuning = bench(args, mission, plan)?;
-    let stop = interrupt::flag()?;
+    let stop = interrupt_flag()?;
     let Some(contest) = contest(args, mission, plan, &tuning, &found.adjusted, &stop)? else {
-        return nothing(args, &mission.name, "stopped; the gains are written, but were not tried");
+        return report_nothing(args, &mission.name, "stopped; the gains are written, but were not tried");
     };
     let text = report::text(mission, &found, &contest);
-    folder.write("near_hover.txt", |out| out.write_all(text.as_bytes()))?;
+    folder.write_text("near_hover.txt", &text)?;
     write_tune_manifest(args, &folder, mission)?;
     if args.mission.json {
         print(&report::json(mission, &found, &contest, 1e-3 * watch.ms()))?;

@@ -1,25 +1,20 @@
 //! `samara tune --for px4`: PX4's own parameters, by the evolution strategy on the model of PX4's control law.
 
-use std::io::Write as _;
-
-use anyhow::anyhow;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::args::{MethodArg, ModelArg, ObjectiveArg, STALL, TuneArgs, name_of};
-use super::course::{self, identity_of};
+use super::results::{no_gains, report_nothing};
+use super::search_run::{identity_of, run_search};
 use super::settings::particles;
-use super::{no_gains, nothing};
-use crate::cli::interrupt;
-use crate::cli::outcome::{Answer, BadInput, Failure};
-use crate::cli::output::{OutputFolder, print};
-use crate::cli::plan::plan_mission;
-use crate::cli::pool::pool;
-use crate::cli::px4::flight::suits;
+use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::pilot::px4::upload::suits;
+use crate::cli::results::OutputFolder;
+use crate::cli::system::interrupt_flag;
+use crate::cli::terminal::print;
 use samara::config::Mission;
 use samara::control::px4::is_quad_x;
 use samara::params::{ParameterFile, px4_model_export, px4_model_parameters};
-use samara::plan::Status;
 use samara::report::params::params_file;
 use samara::report::px4_gains::{PX4S_DEFAULTS, Px4Gains, gains_json, gains_text};
 use samara::trajectory::Trajectory;
@@ -30,26 +25,20 @@ use samara::tune::release_cases::AMPLITUDES;
 
 /// Random drops that a candidate is judged by, besides the mission's release cases.
 const DROPS: u64 = 24;
-/// The unseen ones begin at this number.
+/// The number of the first unseen drop.
 const UNSEEN_FROM: u64 = 1_000_000;
 
-/// Tunes, tries on unseen drops, writes `gains.params` and `px4_gains.txt`.
-pub fn run(args: &TuneArgs, mission: &Mission) -> Result<Answer, Failure> {
-    refuse_what_does_not_count(args)?;
+/// Refuses options that have no meaning here, and a mission or a vehicle that PX4 cannot fly.
+pub fn refuse_unsuitable(args: &TuneArgs, mission: &Mission) -> Result<(), Failure> {
+    refuse_meaningless(args)?;
     suits(mission).bad_input()?;
-    is_quad_x(&mission.vehicle).bad_input()?;
-    let timed = plan_mission(mission, false)?;
-    if timed.plan.status != Status::Converged {
-        let diagnosis = timed.plan.diagnosis.as_deref().unwrap_or("not converged");
-        return nothing(args, &mission.name, &format!("no plan to tune on: {diagnosis}"));
-    }
-    let plan = timed.plan.trajectory;
-    pool(args.threads.map(usize::from))?.install(|| search(args, mission, &plan))
+    is_quad_x(&mission.vehicle).bad_input()
 }
 
-fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answer, Failure> {
+/// Tunes, tries on unseen drops, writes `gains.params` and `px4_gains.txt`.
+pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answer, Failure> {
     let purpose = mission.px4_purpose();
-    // PX4 as it comes, told only of the vehicle; and with the mission's gains.
+    // PX4 as it comes, given only the vehicle; and with the mission's gains.
     let untouched = ParameterFile::default();
     let of = |given| px4_model_parameters(&mission.parameter_subject(), purpose, given).bad_input();
     let (defaults, missions) = (of(Some(&untouched))?, of(None)?);
@@ -77,10 +66,10 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
     let mut search = Px4Search::new(&defaults, &missions, settings(args, mission));
     let mut seen = drops(0..DROPS);
     seen.extend(drops_from(&setting, mission.case_parachutes()));
-    let (seen, stop) = (Px4Bench::new(seen, &references), interrupt::flag()?);
+    let (seen, stop) = (Px4Bench::new(seen, &references), interrupt_flag()?);
     let judge =
         |search: &Px4Search, _: usize, candidate: &Candidate| Some(seen.cost(&search.parameters(candidate)));
-    let course = course::run(
+    let done = run_search(
         args,
         &folder,
         &identity(args, mission),
@@ -90,7 +79,7 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
         |search: &Px4Search| progress(search, seen.measured_by()),
     )?;
     let Some((_, best)) = search.best().filter(|(cost, _)| cost.is_finite()) else {
-        return nothing(args, &mission.name, no_gains(course.stopped));
+        return report_nothing(args, &mission.name, no_gains(done.stopped));
     };
     let found = search.parameters(&best);
     let unseen = drops(UNSEEN_FROM..UNSEEN_FROM + u64::from(args.unseen));
@@ -109,14 +98,14 @@ fn search(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answe
         drops: seen.count() as u64,
         unseen: args.unseen,
         evaluations: search.evaluations(),
-        stopped: course.stopped,
+        stopped: done.stopped,
     };
     write(args, &folder, mission, &result)?;
-    let good = result.found.beats(&result.defaults) && !course.stopped;
-    Ok(if good { Answer::Yes } else { Answer::No })
+    let good = result.found.beats(&result.defaults) && !done.stopped;
+    Ok(Answer::from(good))
 }
 
-fn refuse_what_does_not_count(args: &TuneArgs) -> Result<(), Failure> {
+fn refuse_meaningless(args: &TuneArgs) -> Result<(), Failure> {
     let given = [
         (matches!(args.method, MethodArg::Pso | MethodArg::NearHover), "--method"),
         (args.objective != ObjectiveArg::Safety, "--objective"),
@@ -129,7 +118,7 @@ fn refuse_what_does_not_count(args: &TuneArgs) -> Result<(), Failure> {
         (args.start.is_some(), "--start"),
     ];
     match given.iter().find(|(given, _)| *given) {
-        Some((_, option)) => Err(anyhow!("{option} has no meaning with --for px4")).bad_input(),
+        Some((_, option)) => Err(Failure::input(format!("{option} has no meaning with --for px4"))),
         None => Ok(()),
     }
 }
@@ -143,7 +132,7 @@ fn settings(args: &TuneArgs, mission: &Mission) -> Px4SearchSettings {
     }
 }
 
-/// Everything that the course of the search depends on; the most iterations only end it.
+/// Everything that the search depends on; the most iterations only end it.
 fn identity(args: &TuneArgs, mission: &Mission) -> Vec<(&'static str, String)> {
     let mut identity = identity_of(mission);
     let start = format!("{} {:?}", mission.control.gains_name, mission.control.gains.as_longitudinal());
@@ -154,7 +143,7 @@ fn identity(args: &TuneArgs, mission: &Mission) -> Vec<(&'static str, String)> {
     identity
 }
 
-/// Where the search is, for the progress bar.
+/// How far the search is, for the progress bar.
 fn progress(search: &Px4Search, measured_by: &str) -> String {
     let (made, most) = search.iterations();
     let iteration = format!("iteration {} of at most {most}", made + 1);
@@ -177,9 +166,9 @@ fn write(
         mission.site.environment.gravity_m_s2,
         result.remarks(),
     );
-    folder.write("gains.params", |out| out.write_all(params_file(&named, &export).as_bytes()))?;
+    folder.write_text("gains.params", &params_file(&named, &export))?;
     let text = gains_text(mission, result);
-    folder.write("px4_gains.txt", |out| out.write_all(text.as_bytes()))?;
+    folder.write_text("px4_gains.txt", &text)?;
     let options = [
         ("for", "px4".to_owned()),
         ("particles", particles(args)),

@@ -1,23 +1,57 @@
-//! What is searched, and how, as it was asked for.
+//! The flights that judge gains, what is searched, and how, as it was asked for.
 
-use anyhow::anyhow;
-
-use super::args::{MethodArg, ObjectiveArg, TuneArgs, name_of};
-use super::course::identity_of;
-use super::files::start_name;
-use crate::cli::outcome::{BadInput, Failure};
+use super::args::{MethodArg, ModelArg, ObjectiveArg, TuneArgs, name_of};
+use super::search_run::identity_of;
+use crate::cli::answer::{BadInput as _, Failure};
 use samara::config::Mission;
 use samara::control::Gains;
+use samara::sim::PlantKind;
+use samara::trajectory::Trajectory;
+use samara::tune::bench::Setting;
 use samara::tune::cma_es::{CmaSettings, Scale};
+use samara::tune::release_cases::swing_releases;
 use samara::tune::swarm::SwarmSettings;
 use samara::tune::{Bench, Method, Objective, SearchSettings};
 
 /// Bounds on the RMS along the front, as multiples of the bound; the last one is the bound itself.
 const FRONT: [f64; 5] = [1.5, 1.25, 0.85, 0.92, 1.0];
-/// Iterations after which a swarm leaves the rest to the strategy: it finds the valley in these and takes hundreds to come down it.
+/// Iterations after which a swarm leaves the rest to the strategy: it finds the valley in these and takes
+/// hundreds to come down it.
 const SWARM_ITERATIONS: usize = 15;
-/// The strategy that takes over. By the root, integral gains near zero can still grow.
+/// The strategy that takes over from the swarm. By the root, integral gains near zero can still grow.
 const POLISH: CmaSettings = CmaSettings { samples: 16, sigma: 0.1, scale: Scale::Root, tolerance: 1e-5 };
+
+/// The vehicle, the site and the plan that gains are judged on.
+pub fn setting<'a>(args: &TuneArgs, mission: &Mission, plan: &'a Trajectory) -> Setting<'a> {
+    let plan_begins_s = mission.release.hang_s + mission.release.parachute.delay_s;
+    Setting {
+        vehicle: mission.vehicle.clone(),
+        environment: mission.site.environment.clone(),
+        control_limits: mission.control.limits,
+        plant: match args.model {
+            ModelArg::Ideal => PlantKind::Ideal,
+            ModelArg::Actuator => PlantKind::Actuator,
+        },
+        yaw: mission.control.gains,
+        plan,
+        target_v_ned: mission.target_v_ned,
+        settle_s: (mission.duration_s - plan_begins_s - plan.end_s()).max(0.0),
+        safety: mission.limits.safety,
+    }
+}
+
+/// The flights that judge candidates of the search.
+pub fn bench<'a>(args: &TuneArgs, mission: &Mission, plan: &'a Trajectory) -> Result<Bench<'a>, Failure> {
+    let cases = &mission.study.cases;
+    let mut bench = Bench::new(setting(args, mission, plan)).bad_input()?.with_cases(cases);
+    if matches!(args.objective, ObjectiveArg::Safety | ObjectiveArg::Pareto) {
+        bench = bench.with_states(&swing_releases(&mission.releases(), &args.swing));
+    }
+    if args.robust {
+        bench = bench.with_variations(cases);
+    }
+    Ok(bench)
+}
 
 /// The objectives of the search; the gains found are the best under the last.
 pub fn objectives(args: &TuneArgs, bench: &Bench<'_>) -> Result<Vec<Objective>, Failure> {
@@ -25,10 +59,9 @@ pub fn objectives(args: &TuneArgs, bench: &Bench<'_>) -> Result<Vec<Objective>, 
     let bound = || {
         match rms_bound(args, bench) {
         bound if bound.is_finite() => Ok(bound),
-        _ => Err(anyhow!(
-            "the paper's PSO gains cannot fly this mission, so they give no bound on tracking: --rms-bound is needed"
-        ))
-        .bad_input(),
+        _ => Err(Failure::input(
+            "the paper's PSO gains cannot fly this mission, so they give no bound on tracking: --rms-bound is needed".to_owned(),
+        )),
     }
     };
     Ok(match args.objective {
@@ -42,12 +75,13 @@ pub fn objectives(args: &TuneArgs, bench: &Bench<'_>) -> Result<Vec<Objective>, 
     })
 }
 
-/// The bound on tracking: the one asked for, or what the paper's PSO gains reach on these flights; infinite when those are lost.
+/// The bound on the tracking RMS: the one asked for, or what the paper's PSO gains reach on these flights;
+/// infinite when those are lost.
 pub fn rms_bound(args: &TuneArgs, bench: &Bench<'_>) -> f64 {
     args.rms_bound.unwrap_or_else(|| bench.evaluate(&Gains::paper_pso().as_longitudinal()).rms)
 }
 
-/// The search.
+/// The settings of the search.
 pub fn settings(
     args: &TuneArgs,
     mission: &Mission,
@@ -84,12 +118,12 @@ pub fn settings(
     })
 }
 
-/// Candidates of an iteration, as they were asked for.
+/// The number of candidates of an iteration, as it was asked for.
 pub fn particles(args: &TuneArgs) -> String {
     args.particles.map_or_else(|| "default".to_owned(), |n| n.to_string())
 }
 
-/// Everything that the course of a search depends on. The most iterations do not belong to it where they only end it.
+/// Everything that a search depends on. The most iterations do not belong to it where they only end it.
 pub fn identity(
     args: &TuneArgs,
     mission: &Mission,
@@ -124,4 +158,13 @@ pub fn identity(
         identity.push(("iterations", args.iterations.to_string()));
     }
     identity
+}
+
+/// The name of the gains that a search begins at.
+pub fn start_name(args: &TuneArgs, mission: &Mission) -> String {
+    match (&args.start, args.method) {
+        (Some(name), _) => name.clone(),
+        (None, MethodArg::CmaEs) => mission.control.gains_name.clone(),
+        (None, MethodArg::PsoCma | MethodArg::Pso | MethodArg::NearHover) => "none".to_owned(),
+    }
 }

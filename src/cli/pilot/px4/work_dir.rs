@@ -1,21 +1,21 @@
-//! PX4's working directory: made anew for each flight, which removes what is left of the last one; and nothing else.
+//! PX4's working directory: made anew for each flight, which removes what is left of the last one; and
+//! nothing else.
 
 use std::ffi::OsString;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use super::Px4Error;
+use super::error::Px4Error;
 
-/// A folder in it that stands first in PX4's PATH: its start-up script takes `px4-rc.params` from there.
+/// A folder in the working directory that stands first in PX4's PATH: its start-up script takes
+/// `px4-rc.params` from there.
 const HOOKS: &str = "hooks";
-/// A file in it that says whose it is: only a folder with it is ever removed.
+/// A file in the working directory that says whose it is: only a folder with it is ever removed.
 const MARKER: &str = ".samara";
 
-/// Makes it, empty but for the hooks; its path with nothing relative in it.
-///
-/// # Errors
-/// [`Px4Error`] when another's folder stands there, the build is in the way, or it cannot be made.
+/// Makes the directory, empty but for the hooks; gives its path with nothing relative in it. Refuses to make
+/// it where another's folder or the build stands.
 pub(super) fn make(work: &Path, build: &Path, mixer: Option<&str>) -> Result<PathBuf, Px4Error> {
     let io = || format!("cannot make PX4's working directory {}", work.display());
     let work = resolved(work).map_err(Px4Error::io(io()))?;
@@ -64,7 +64,7 @@ fn renew(work: &Path, mixer: Option<&str>) -> std::io::Result<()> {
     write(&format!("{HOOKS}/px4-rc.params"), &text)
 }
 
-/// The PATH with the hooks first; `None` for a folder with a colon in its name, which cannot be in one.
+/// The PATH with the hooks first; `None` for a folder with a colon in its name, which cannot be in a PATH.
 pub(super) fn path_with_hooks(work: &Path) -> Option<OsString> {
     let rest = std::env::var_os("PATH").unwrap_or_default();
     let all = std::iter::once(work.join(HOOKS)).chain(std::env::split_paths(&rest));

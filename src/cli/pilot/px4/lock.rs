@@ -1,7 +1,8 @@
 //! PX4's own lock: one instance of a number on a machine.
 //!
-//! PX4 locks `/tmp/px4_lock-N` and hands the open file down to its start-up script and what that starts. A PX4 that is killed alone
-//! leaves them behind: the next one of that number then ends at once ("PX4 daemon already running for instance N").
+//! PX4 locks `/tmp/px4_lock-N` and hands the open file down to its start-up script and what that starts. A
+//! PX4 that is killed alone leaves them behind: the next one of that number then ends at once ("PX4 daemon
+//! already running for instance N").
 
 use std::fs::{self, File};
 use std::io;
@@ -10,17 +11,14 @@ use std::path::{Path, PathBuf};
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
 
-use super::Px4Error;
+use super::error::Px4Error;
 
-/// Followed by the instance.
+/// The path of PX4's lock, but for the instance.
 const LOCK: &str = "/tmp/px4_lock-";
-/// More of a command line is not shown.
+/// Characters of a command line that are shown at most.
 const COMMAND_AT_MOST: usize = 100;
 
-/// Looks whether the instance is free.
-///
-/// # Errors
-/// [`Px4Error::Running`] with those who hold it.
+/// Refuses an instance that is running already, with those who hold its lock.
 pub fn look(instance: u16) -> Result<(), Px4Error> {
     look_at(instance, PathBuf::from(format!("{LOCK}{instance}")))
 }
@@ -31,10 +29,10 @@ fn look_at(instance: u16, lock: PathBuf) -> Result<(), Px4Error> {
         Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
         other => other.map_err(Px4Error::io(format!("PX4's lock {}", lock.display())))?,
     };
-    // Ours for a moment, until the file is closed.
+    // Held for a moment, until the file is closed.
     match flock(&file, FlockOperation::NonBlockingLockExclusive) {
         Err(Errno::WOULDBLOCK) => {
-            let holders = tell(&holders(&lock), &lock);
+            let holders = words_of(&holders(&lock), &lock);
             Err(Px4Error::Running { instance, lock, holders })
         }
         other => {
@@ -68,7 +66,7 @@ fn command_line(process: &Path) -> String {
     text.trim().chars().take(COMMAND_AT_MOST).collect()
 }
 
-fn tell(holders: &[(u32, String)], lock: &Path) -> String {
+fn words_of(holders: &[(u32, String)], lock: &Path) -> String {
     if holders.is_empty() {
         return format!("somebody (`lsof {}` may tell)", lock.display());
     }

@@ -1,8 +1,8 @@
 //! PX4's process.
 //!
-//! It runs in a working directory of its own, where it keeps its parameters, its console and its log, and in a process group of its
-//! own, since its start-up script has children. All of the group ends with the value that stands for it, and with this process,
-//! however these end.
+//! It runs in a working directory of its own, where it keeps its parameters, its console and its log, and in
+//! a process group of its own, since its start-up script has children. All of the group ends with the value
+//! that stands for it, and with this process, however these end.
 
 use std::fs::{self, File};
 use std::os::unix::process::ExitStatusExt as _;
@@ -10,13 +10,15 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::Duration;
 
-use super::keeper::Keeper;
-use super::{BuildFolder, Px4Error, lock, work};
-use crate::cli::clock::{Stopwatch, pause};
+use super::build_folder::BuildFolder;
+use super::error::Px4Error;
+use super::process_group::ProcessGroup;
+use super::{lock, work_dir};
+use crate::cli::system::{Stopwatch, pause};
 
-/// What it says, in its working directory.
-pub const CONSOLE: &str = "console.log";
-/// Variables that would change a run; what is wanted is set.
+/// The file that PX4's console is kept in, in its working directory.
+const CONSOLE: &str = "console.log";
+/// Variables of the environment that would change a run; what is wanted is set.
 const FOREIGN: [&str; 9] = [
     "PX4_ESTIMATOR",
     "PX4_HOME_ALT",
@@ -28,27 +30,24 @@ const FOREIGN: [&str; 9] = [
     "PX4_SIM_SPEED_FACTOR",
     "PX4_SYS_AUTOSTART",
 ];
-/// How long it is given to close its log.
+/// How long PX4 is given to close its log.
 const FAREWELL: Duration = Duration::from_secs(3);
-/// How often its end is looked for.
+/// How often PX4's end is looked for.
 const LOOK: Duration = Duration::from_millis(10);
-/// Lines of its console that are shown when it has ended by itself or does not answer.
+/// Lines of the console that are shown when PX4 has ended by itself or does not answer.
 const LAST_WORDS: usize = 5;
 
 /// A running PX4.
 #[derive(Debug)]
 pub struct Px4Process {
     child: Child,
-    keeper: Keeper,
+    group: ProcessGroup,
     work: PathBuf,
     ended: Option<ExitStatus>,
 }
 
 impl Px4Process {
     /// Starts instance `instance` in the folder `work`, which is made anew.
-    ///
-    /// # Errors
-    /// [`Px4Error`] when the instance is running already, the folder cannot be made or the program not started.
     pub fn start(
         build: &BuildFolder,
         instance: u16,
@@ -57,7 +56,7 @@ impl Px4Process {
     ) -> Result<Self, Px4Error> {
         let model = build.model()?;
         lock::look(instance)?;
-        let work = work::make(work, build.path(), mixer)?;
+        let work = work_dir::make(work, build.path(), mixer)?;
         let console = |()| {
             #[expect(clippy::disallowed_methods, reason = "the child's console")]
             let file = File::create(work.join(CONSOLE))?;
@@ -66,8 +65,8 @@ impl Px4Process {
         let (out, err) = console(()).map_err(Px4Error::io(format!("cannot write {CONSOLE}")))?;
         let mut command = Command::new(build.program());
         FOREIGN.iter().for_each(|name| _ = command.env_remove(name));
-        let keeper = Keeper::start()?;
-        keeper.adopt(&mut command);
+        let group = ProcessGroup::start()?;
+        group.adopt(&mut command);
         command
             .args(["-i", &instance.to_string(), "-d"])
             .arg(build.etc())
@@ -78,30 +77,31 @@ impl Px4Process {
             .stdin(Stdio::null())
             .stdout(out)
             .stderr(err);
-        if let Some(path) = work::path_with_hooks(&work) {
+        if let Some(path) = work_dir::path_with_hooks(&work) {
             command.env("PATH", path);
         }
         let child =
             command.spawn().map_err(Px4Error::io(format!("cannot start {}", build.program().display())))?;
-        Ok(Self { child, keeper, work, ended: None })
+        Ok(Self { child, group, work, ended: None })
     }
 
-    /// Its working directory.
+    /// PX4's working directory.
     pub fn work(&self) -> &Path {
         &self.work
     }
 
-    /// Ends it: asked first, so that it closes its log, then without asking. Returns once nothing of its group is left.
+    /// Ends PX4: asked first, so that it closes its log, then without asking. Returns once nothing of its
+    /// group is left.
     pub fn stop(&mut self) {
         if self.ended.is_none() {
-            self.keeper.ask();
+            self.group.ask();
             self.wait(FAREWELL);
         }
-        self.keeper.kill();
+        self.group.kill();
         if self.ended.is_none() {
             self.ended = self.child.wait().ok();
         }
-        self.keeper.wait();
+        self.group.wait();
     }
 
     fn wait(&mut self, patience: Duration) {
@@ -116,7 +116,7 @@ impl Px4Process {
         self.ended.is_none()
     }
 
-    /// The end of what it has said, and where that is kept.
+    /// The end of PX4's console, and where that is kept.
     pub fn last_words(&self) -> String {
         #[expect(clippy::disallowed_methods, reason = "the child's console")]
         let text = fs::read(self.work.join(CONSOLE)).unwrap_or_default();
@@ -129,7 +129,7 @@ impl Px4Process {
         }
     }
 
-    /// How it has ended, if it has.
+    /// How PX4 has ended, if it has.
     pub fn ended(&mut self) -> Option<String> {
         if self.has_not_ended() {
             return None;

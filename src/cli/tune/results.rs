@@ -1,22 +1,22 @@
-//! The files of a tuning: gains, parameters, the course of the search, the manifest.
+//! The results of a tuning: gains, parameters, the search step by step, the manifest; or why there are no
+//! gains.
 
-use std::io::Write as _;
-use std::path::PathBuf;
+use anyhow::Context as _;
 
-use anyhow::Context;
-
-use super::args::{MethodArg, TuneArgs, name_of};
-use super::settings::particles;
-use crate::cli::outcome::{BadInput, Failure};
-use crate::cli::output::OutputFolder;
+use super::args::{TuneArgs, name_of};
+use super::settings::{particles, start_name};
+use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::results::OutputFolder;
+use crate::cli::terminal::{print, print_err};
 use samara::config::{Mission, gains_json};
 use samara::control::Gains;
 use samara::params::{Purpose, export};
+use samara::report::convergence_figure;
 use samara::report::params::params_file;
 use samara::report::tune::{TuneRun, tables};
 use samara::tune::{Longitudinal, Search};
 
-/// `gains.json` and `gains.params`.
+/// Writes `gains.json` and `gains.params`.
 pub fn write_gains(
     args: &TuneArgs,
     folder: &OutputFolder,
@@ -27,15 +27,14 @@ pub fn write_gains(
     let yaw = &mission.control.gains;
     let gains = Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(*k) };
     let text = gains_json(&args.name, about, &gains);
-    let path: PathBuf = folder.write("gains.json", |out| out.write_all(text.as_bytes()))?;
+    let path = folder.write_text("gains.json", &text)?;
     let mut with_gains = mission.clone();
     with_gains.use_gains(&path.to_string_lossy()).context("the gains that were written")?;
     let parameters = export(&with_gains.parameter_subject(), Purpose::Samara).bad_input()?;
-    folder.write("gains.params", |out| out.write_all(params_file(&with_gains, &parameters).as_bytes()))?;
-    Ok(())
+    folder.write_text("gains.params", &params_file(&with_gains, &parameters)).map(|_| ())
 }
 
-/// The manifest of a tuning, with the options that made it.
+/// Writes the manifest of a tuning, with the options that made it.
 pub fn write_tune_manifest(args: &TuneArgs, folder: &OutputFolder, mission: &Mission) -> Result<(), Failure> {
     let options = [
         ("method", name_of(args.method)),
@@ -54,31 +53,40 @@ pub fn write_tune_manifest(args: &TuneArgs, folder: &OutputFolder, mission: &Mis
     folder.write_manifest("tune", mission, &options)
 }
 
-/// Name of the gains that a search begins at.
-pub fn start_name(args: &TuneArgs, mission: &Mission) -> String {
-    match (&args.start, args.method) {
-        (Some(name), _) => name.clone(),
-        (None, MethodArg::CmaEs) => mission.control.gains_name.clone(),
-        (None, MethodArg::PsoCma | MethodArg::Pso | MethodArg::NearHover) => "none".to_owned(),
-    }
-}
-
-/// The course of a search: `convergence.csv` and `.svg`, `front.csv`.
-pub fn write_course(
+/// Writes the search step by step: `convergence.csv` and `.svg`, `front.csv`.
+pub fn write_search(
     folder: &OutputFolder,
     mission: &Mission,
     search: &Search,
     run: &TuneRun,
 ) -> Result<(), Failure> {
-    let figure =
-        samara::report::convergence_figure(mission, search, run).context("the figure of the search")?;
+    let figure = convergence_figure(mission, search, run).context("the figure of the search")?;
     let files = [
         ("convergence.csv", tables::convergence_csv(mission, search)),
         ("front.csv", tables::front_csv(mission, search)),
         ("convergence.svg", figure),
     ];
     for (name, text) in files {
-        folder.write(name, |out| out.write_all(text.as_bytes()))?;
+        folder.write_text(name, &text)?;
     }
     Ok(())
+}
+
+/// Why a search has no gains.
+pub fn no_gains(stopped: bool) -> &'static str {
+    if stopped {
+        "stopped before any gains were judged"
+    } else {
+        "no gains were found that fly every release"
+    }
+}
+
+/// Reports why there are no gains.
+pub fn report_nothing(args: &TuneArgs, mission: &str, reason: &str) -> Result<Answer, Failure> {
+    print_err(&format!("samara: {reason}\n"));
+    if args.mission.json {
+        let object = serde_json::json!({ "mission": mission, "gains": null, "reason": reason });
+        print(&format!("{object:#}\n"))?;
+    }
+    Ok(Answer::No)
 }

@@ -1,32 +1,47 @@
-//! The parameters that PX4 is given before a drop: what the drop needs, the vehicle's own (hover thrust, thrust curve) and the gains,
-//! the mission's in PX4's terms or those of a file.
+//! Whether PX4 can fly a mission, and the parameters that it is given before a drop: what the drop needs, the
+//! vehicle's own (hover thrust, thrust curve) and the gains, the mission's in PX4's terms or those of a file.
 
-use crate::cli::outcome::{BadInput, Failure};
-use samara::config::Mission;
+use super::error::Px4Error;
+use crate::cli::answer::{BadInput as _, Failure};
+use samara::config::{Mission, Px4Clock};
+use samara::control::px4::timing::ALIGNS_G0;
 use samara::params::px4_required::DropEnvelope;
 use samara::params::{Export, Mixing, ParameterFile, Upload, export_for_mixing};
 use samara::trajectory::Trajectory;
+use samara::units::STANDARD_GRAVITY_M_S2;
 
-/// The vehicle's own; the rest of an export are gains, limits, and the rotors for a PX4 that allocates by them.
+/// The vehicle's own parameters; the rest of an export are gains, limits, and the rotors for a PX4 that
+/// allocates by them.
 const OF_THE_VEHICLE: [&str; 2] = ["MPC_THR_HOVER", "THR_MDL_FAC"];
-/// Parameters of the rotors.
+/// The beginning of the names of the rotors' parameters.
 const OF_THE_ROTORS: &str = "CA_";
+
+/// Refuses a mission of a site or with sensors that PX4 cannot do with; the error says what to do.
+pub fn suits(mission: &Mission) -> Result<(), Px4Error> {
+    let gravity_m_s2 = mission.site.environment.gravity_m_s2;
+    let scaled = mission.px4.clock == Px4Clock::Froude;
+    if !scaled && !ALIGNS_G0.contains(&(gravity_m_s2 / STANDARD_GRAVITY_M_S2)) {
+        return Err(Px4Error::Gravity { gravity_m_s2 });
+    }
+    if mission.sensors.barometer.noise_hpa == 0.0 {
+        return Err(Px4Error::Barometer);
+    }
+    Ok(())
+}
 
 /// What PX4 is given and judged by, and the mission's export that it was made of.
 #[derive(Clone, Debug)]
 pub struct Preparation {
-    /// What it depends on.
+    /// What the parameters depend on.
     pub envelope: DropEnvelope,
-    /// What is given.
+    /// What PX4 is given.
     pub upload: Upload,
     /// Gains, limits and vehicle of the mission.
     pub export: Export,
 }
 
-/// Prepares a PX4 for the flight. `mixer`: whether it mixes by a file, and not by CA_*.
-///
-/// # Errors
-/// [`Failure::BadInput`] when the gains cannot be put in PX4's terms.
+/// Prepares a PX4 for the flight; `mixer`: whether it mixes by a file, and not by CA_*. Refuses gains that
+/// cannot be put in PX4's terms.
 pub fn preparation(
     mission: &Mission,
     trajectory: &Trajectory,
@@ -52,9 +67,6 @@ pub fn preparation(
 }
 
 /// All that PX4 is given, as a file's content.
-///
-/// # Errors
-/// As [`preparation`].
 pub fn whole(
     mission: &Mission,
     trajectory: &Trajectory,
@@ -63,7 +75,7 @@ pub fn whole(
 ) -> Result<Export, Failure> {
     let Preparation { upload, mut export, .. } = preparation(mission, trajectory, given, mixer)?;
     if given.is_some() {
-        // What was to say of the mission's gains.
+        // Those are remarks on the mission's gains.
         export.remarks.clear();
     }
     export.remarks.extend(upload.remarks);

@@ -3,37 +3,35 @@
 use std::convert::Infallible;
 use std::path::Path;
 
-use super::{BuildFolder, Px4Error};
+use super::build_folder::BuildFolder;
+use super::error::Px4Error;
 
-/// Never there.
+/// A process that is never there.
 #[derive(Debug)]
 pub struct Px4Process(Infallible);
 
 impl Px4Process {
-    /// Refuses.
-    ///
-    /// # Errors
-    /// [`Px4Error::NotHere`].
+    /// Refuses to start PX4.
     pub fn start(_: &BuildFolder, _: u16, _: Option<&str>, _: &Path) -> Result<Self, Px4Error> {
         Err(Px4Error::NotHere)
     }
 
-    /// Its working directory.
+    /// PX4's working directory.
     pub fn work(&self) -> &Path {
         match self.0 {}
     }
 
-    /// Ends it.
+    /// Ends PX4.
     pub fn stop(&mut self) {
         match self.0 {}
     }
 
-    /// The end of what it has said.
+    /// The end of PX4's console.
     pub fn last_words(&self) -> String {
         match self.0 {}
     }
 
-    /// How it has ended.
+    /// How PX4 has ended.
     pub fn ended(&mut self) -> Option<String> {
         match self.0 {}
     }

@@ -3,31 +3,29 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::Px4Error;
+use super::error::Px4Error;
 use samara::control::px4::is_quad_x;
 use samara::model::Vehicle;
 
-/// What must be in it.
+/// Files that must be in a build folder.
 const PROGRAM: &str = "bin/px4";
 const STARTUP: &str = "etc/init.d-posix/rcS";
-/// Where a source tree has it.
+/// Where a source tree has its build folder.
 const IN_SOURCES: &str = "build/px4_sitl_default";
-/// Models of a plain quadrotor that start no simulator of their own and set no gains, by release: up to 1.13, from 1.14 on.
+/// Models of a plain quadrotor that start no simulator of their own and set no gains, by release: up to 1.13,
+/// from 1.14 on.
 const MODELS: [&str; 2] = ["iris", "none_iris"];
 /// The mixer of an X-quad, in releases whose mixers are files.
 const QUAD_X: &str = "quad_x";
 
-/// A build folder.
+/// A build folder of PX4's simulation.
 #[derive(Clone, Debug)]
 pub struct BuildFolder {
     path: PathBuf,
 }
 
 impl BuildFolder {
-    /// The folder, or the one that a source tree has.
-    ///
-    /// # Errors
-    /// [`Px4Error::NotABuild`] with what is missing.
+    /// Opens the folder, or the one that a source tree has; refuses a folder that is no build.
     pub fn open(path: &Path) -> Result<Self, Px4Error> {
         let inner = path.join(IN_SOURCES);
         let folder = if !path.join(PROGRAM).exists() && inner.join(PROGRAM).exists() { &inner } else { path };
@@ -40,20 +38,17 @@ impl BuildFolder {
         Ok(Self { path })
     }
 
-    /// The program.
+    /// The path of PX4's program.
     pub fn program(&self) -> PathBuf {
         self.path.join(PROGRAM)
     }
 
-    /// Scripts, mixers, airframes.
+    /// The folder of scripts, mixers and airframes.
     pub fn etc(&self) -> PathBuf {
         self.path.join("etc")
     }
 
-    /// PX4_SIM_MODEL: whose airframe to start.
-    ///
-    /// # Errors
-    /// [`Px4Error::NoModel`] when none of those that are known is there.
+    /// The value of PX4_SIM_MODEL: the model whose airframe to start.
     pub fn model(&self) -> Result<&'static str, Px4Error> {
         let folder = self.etc().join("init.d-posix/airframes");
         let names = fs::read_dir(&folder).map_err(Px4Error::io(format!("{}", folder.display())))?;
@@ -70,11 +65,8 @@ impl BuildFolder {
         })
     }
 
-    /// The mixer to be asked for, in a release that has them as files; the model's own is for arms of another angle. `None`: PX4
-    /// allocates by its parameters CA_*.
-    ///
-    /// # Errors
-    /// [`Px4Error::Rotors`] when it is not for the vehicle's rotors.
+    /// The mixer to be asked for, in a release that has them as files; the model's own is for arms of another
+    /// angle. `None`: PX4 allocates by its parameters CA_*.
     pub fn mixer(&self, name: &str, vehicle: &Vehicle) -> Result<Option<&'static str>, Px4Error> {
         if !self.etc().join(format!("mixers/{QUAD_X}.main.mix")).is_file() {
             return Ok(None);
@@ -83,7 +75,7 @@ impl BuildFolder {
         Ok(Some(QUAD_X))
     }
 
-    /// The folder.
+    /// Where the folder is.
     pub fn path(&self) -> &Path {
         &self.path
     }

@@ -1,7 +1,9 @@
-//! What a drop tells while it happens, in its order, with simulated times.
+//! What a drop reports on the terminal while it happens, in its order, with simulated times.
 
-use super::outcome::Failure;
-use super::output::{print, tell};
+use std::cell::RefCell;
+
+use super::answer::Failure;
+use super::terminal::{print, print_err};
 use samara::assess::Verdict;
 use samara::config::Mission;
 use samara::link::{SimulatorEvent, StreamerEvent, seconds};
@@ -11,69 +13,78 @@ use samara::link::{SimulatorEvent, StreamerEvent, seconds};
 enum Voice {
     Stdout,
     Stderr,
-    /// Nowhere, but waits and troubles on stderr: who waits for others must not be mute.
+    /// Nowhere, but waits and troubles to stderr: who waits for others must not be mute.
     Quiet,
 }
 
-/// Tells, or is silent.
-#[derive(Clone, Copy, Debug)]
+/// Reports, or is silent. When stdout fails it falls silent and keeps the error, see [`Narrator::check`].
+#[derive(Debug)]
 pub struct Narrator {
     voice: Voice,
-    /// Whether one process holds all parties, so that what one of them tells the others need not.
+    /// Whether one process holds all parties, so that what one of them reports the others need not.
     together: bool,
-    /// The campaign's trial that it tells of.
+    /// The number of the campaign's trial that it reports on.
     trial: Option<u64>,
+    failed: RefCell<Option<Failure>>,
 }
 
 impl Narrator {
-    /// For all parties in one process: on stdout; when that belongs to a JSON object, waits and troubles alone, on stderr.
+    fn new(voice: Voice, together: bool, trial: Option<u64>) -> Self {
+        Self { voice, together, trial, failed: RefCell::new(None) }
+    }
+
+    /// For all parties in one process: on stdout; when that belongs to a JSON object, waits and troubles
+    /// alone, on stderr.
     pub fn together(json: bool) -> Self {
-        let voice = if json { Voice::Quiet } else { Voice::Stdout };
-        Self { voice, together: true, trial: None }
+        Self::new(if json { Voice::Quiet } else { Voice::Stdout }, true, None)
     }
 
     /// For one of many flights: waits and troubles, on stderr.
     pub fn of_trial(trial: u64) -> Self {
-        Self { voice: Voice::Quiet, together: true, trial: Some(trial) }
+        Self::new(Voice::Quiet, true, Some(trial))
     }
 
     /// For one party in a process of its own: on stdout, or on stderr when that belongs to a JSON object.
     pub fn alone(json: bool) -> Self {
-        Self { voice: if json { Voice::Stderr } else { Voice::Stdout }, together: false, trial: None }
+        Self::new(if json { Voice::Stderr } else { Voice::Stdout }, false, None)
     }
 
     /// Says it.
-    pub fn say(&self, text: &str) -> Result<(), Failure> {
+    pub fn say(&self, text: &str) {
+        let mut failed = self.failed.borrow_mut();
         match self.voice {
-            Voice::Stdout => print(text),
-            Voice::Stderr => {
-                tell(text);
-                Ok(())
-            }
-            Voice::Quiet => Ok(()),
+            Voice::Stdout if failed.is_none() => *failed = print(text).err(),
+            Voice::Stderr => print_err(text),
+            Voice::Stdout | Voice::Quiet => {}
         }
     }
 
     /// Says what is wrong or waited for, also where the rest is kept quiet.
-    pub fn warn(&self, text: &str) -> Result<(), Failure> {
+    pub fn warn(&self, text: &str) {
         self.aside(text);
-        self.say(text)
+        self.say(text);
     }
 
     /// Says on stderr what has been said, where that was kept quiet.
     pub fn aside(&self, text: &str) {
         if self.voice == Voice::Quiet {
             let of = self.trial.map_or(String::new(), |trial| format!("trial {trial}: "));
-            tell(&format!("{of}{text}"));
+            print_err(&format!("{of}{text}"));
         }
     }
 
-    fn at(&self, t_s: f64, text: &str) -> Result<(), Failure> {
-        self.say(&format!("{t_s:8.3} s  {text}\n"))
+    /// The first error of stdout since the last check. A flight goes on without a terminal; its verb then
+    /// fails.
+    pub fn check(&self) -> Result<(), Failure> {
+        self.failed.take().map_or(Ok(()), Err)
     }
 
-    /// The start of the hang.
-    pub fn hanging(&self, mission: &Mission) -> Result<(), Failure> {
+    fn at(&self, t_s: f64, text: &str) {
+        self.say(&format!("{t_s:8.3} s  {text}\n"));
+    }
+
+    /// Says how the hang begins.
+    pub fn hanging(&self, mission: &Mission) {
         let descent = format!("under the parachute, {} m/s down", mission.release.parachute.descent_m_s);
         match mission.release.parachute.hook {
             None => self.at(0.0, &format!("hanging {descent}")),
@@ -84,8 +95,8 @@ impl Narrator {
         }
     }
 
-    /// An event of the simulator.
-    pub fn simulator(&self, event: &SimulatorEvent, mission: &Mission) -> Result<(), Failure> {
+    /// Says an event of the simulator.
+    pub fn simulator(&self, event: &SimulatorEvent, mission: &Mission) {
         match event {
             SimulatorEvent::RotorsFree { at } => self.at(
                 seconds(*at),
@@ -94,17 +105,14 @@ impl Narrator {
                     mission.release.parachute.delay_s
                 ),
             ),
-            // The shell has told.
-            SimulatorEvent::Connected { again: false } => Ok(()),
-            // Told by the streamer or in the verdict, or of no interest in lockstep.
+            // The shell has reported it.
+            SimulatorEvent::Connected { again: false } => {}
+            // Reported by the streamer or in the verdict, or of no interest in lockstep.
             SimulatorEvent::Connected { .. }
             | SimulatorEvent::Lockstep { .. }
             | SimulatorEvent::Armed { .. }
             | SimulatorEvent::Finished { .. }
-                if self.together =>
-            {
-                Ok(())
-            }
+                if self.together => {}
             SimulatorEvent::Waiting { .. }
             | SimulatorEvent::GoingOnWithout { .. }
             | SimulatorEvent::PeerLeft { .. }
@@ -113,21 +121,18 @@ impl Narrator {
         }
     }
 
-    /// An event of the streamer.
-    pub fn streamer(&self, event: &StreamerEvent) -> Result<(), Failure> {
+    /// Says an event of the streamer.
+    pub fn streamer(&self, event: &StreamerEvent) {
         match event {
-            // The simulator has told, or an acknowledgement has.
+            // The simulator has reported it, or an acknowledgement has.
             StreamerEvent::ReleaseAsked { .. }
             | StreamerEvent::Tracking { .. }
             | StreamerEvent::Released { told: true, .. }
             | StreamerEvent::Text { severity: 5.., .. }
             | StreamerEvent::Done { .. }
-                if self.together =>
-            {
-                Ok(())
-            }
+                if self.together => {}
             // Repeats what an acknowledgement has said.
-            StreamerEvent::Text { severity: 6.., .. } => Ok(()),
+            StreamerEvent::Text { severity: 6.., .. } => {}
             StreamerEvent::Waiting { .. }
             | StreamerEvent::NotAligned { .. }
             | StreamerEvent::EstimateLost { .. }
@@ -141,14 +146,9 @@ impl Narrator {
         }
     }
 
-    /// When steady flight was reached: what is known at the end only, and no line of the timeline.
+    /// Says when steady flight was reached: what is known at the end only, and no line of the timeline.
     /// `powered_from_s` is the time at which the rotors were freed.
-    pub fn steady(
-        &self,
-        verdict: &Verdict,
-        mission: &Mission,
-        powered_from_s: Option<f64>,
-    ) -> Result<(), Failure> {
+    pub fn steady(&self, verdict: &Verdict, mission: &Mission, powered_from_s: Option<f64>) {
         let v = mission.target_v_ned;
         let (target, within_m_s) =
             (format!("[{} {} {}] m/s", v.x, v.y, v.z), mission.limits.steady_within_m_s);

@@ -1,4 +1,4 @@
-//! Where results go: the output folder and stdout.
+//! The folder that results go to.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,11 +10,11 @@ use std::rc::Rc;
 use anyhow::Context;
 use sha2::{Digest, Sha256};
 
-use super::outcome::{BadInput, Failure};
+use super::answer::{BadInput as _, Failure};
 use samara::config::Mission;
 use samara::report::manifest_json;
 
-/// Names of the files that a run has written.
+/// Names of the files that a run has written, shared by those who write them.
 type Written = Rc<RefCell<BTreeSet<String>>>;
 
 /// The folder that a run writes to.
@@ -25,10 +25,7 @@ pub struct OutputFolder {
 }
 
 impl OutputFolder {
-    /// Makes the folder: `out`, or `out/<mission name>` by default.
-    ///
-    /// # Errors
-    /// [`Failure::BadInput`] when it cannot be made.
+    /// Makes the folder: the one given, or `out/<mission name>`.
     pub fn create(out: Option<&Path>, mission_name: &str) -> Result<Self, Failure> {
         let path = out.map_or_else(|| Path::new("out").join(mission_name), Path::to_owned);
         fs::create_dir_all(&path)
@@ -37,13 +34,13 @@ impl OutputFolder {
         Ok(Self { path, written: Written::default() })
     }
 
-    /// The folder.
+    /// Where the folder is.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// A file that is written while a run goes on; it is made with the first byte, so that a run that does not get that far
-    /// (a busy port) leaves the file of another one alone.
+    /// A file that is written while a run goes on; it is made with the first byte, so that a run that does
+    /// not get that far (a busy port) leaves the file of another one alone.
     pub fn late(&self, name: &str) -> LateFile {
         LateFile {
             path: self.path.join(name),
@@ -53,11 +50,8 @@ impl OutputFolder {
         }
     }
 
-    /// A file that grows while a run goes on, cut to its first `kept` bytes and continued there; 0 begins it anew. Writes go
-    /// straight to the system, so that nothing is lost when the program is killed.
-    ///
-    /// # Errors
-    /// [`Failure::BadInput`] when it cannot be written.
+    /// A file that grows while a run goes on, cut to its first `kept` bytes and continued there; 0 begins it
+    /// anew. Writes go straight to the system, so that nothing is lost when the program is killed.
     pub fn continued(&self, name: &str, kept: u64) -> Result<File, Failure> {
         let path = self.path.join(name);
         let open = || {
@@ -71,9 +65,6 @@ impl OutputFolder {
     }
 
     /// A file of an earlier run, to be read; `None` when there is none.
-    ///
-    /// # Errors
-    /// [`Failure::BadInput`] when it cannot be read.
     pub fn open(&self, name: &str) -> Result<Option<BufReader<File>>, Failure> {
         let path = self.path.join(name);
         match File::options().read(true).open(&path) {
@@ -84,9 +75,6 @@ impl OutputFolder {
     }
 
     /// Writes a file whole: under a temporary name first, so that a reader never sees half of it.
-    ///
-    /// # Errors
-    /// [`Failure::BadInput`] when it cannot be written (full disk, no permission).
     pub fn write(
         &self,
         name: &str,
@@ -109,12 +97,16 @@ impl OutputFolder {
         Ok(path)
     }
 
-    /// Removes files that an earlier run has left and that would be taken for this one's.
-    ///
-    /// # Errors
-    /// [`Failure::BadInput`] when one is there and cannot be removed.
-    pub fn remove(&self, names: &[&str]) -> Result<(), Failure> {
-        for name in names {
+    /// Writes a file of text, as [`OutputFolder::write`] does.
+    pub fn write_text(&self, name: &str, text: &str) -> Result<PathBuf, Failure> {
+        self.write(name, |out| out.write_all(text.as_bytes()))
+    }
+
+    /// Removes those of the named files that this run has not written: an earlier run has left them, and they
+    /// would be taken for this one's.
+    pub fn remove_leftovers(&self, names: &[&str]) -> Result<(), Failure> {
+        let written = self.written.borrow();
+        for name in names.iter().filter(|name| !written.contains(**name)) {
             let path = self.path.join(name);
             match fs::remove_file(&path) {
                 Err(e) if e.kind() != io::ErrorKind::NotFound => {
@@ -128,9 +120,6 @@ impl OutputFolder {
     }
 
     /// SHA-256 of a file of the folder, hexadecimal.
-    ///
-    /// # Errors
-    /// [`Failure::BadInput`] when it cannot be read.
     pub fn sha256(&self, name: &str) -> Result<String, Failure> {
         let path = self.path.join(name);
         let read = || {
@@ -150,11 +139,9 @@ impl OutputFolder {
         Ok(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
     }
 
-    /// Writes `<verb>_manifest.json`: version, seed and hash of the inputs of this run, its circumstances (which are no inputs), and
-    /// the SHA-256 of each file that it has written. What else lies in the folder is not this run's.
-    ///
-    /// # Errors
-    /// [`Failure::BadInput`] when it cannot be written.
+    /// Writes `<verb>_manifest.json`: version, seed and hash of the inputs of this run, its circumstances
+    /// (which are no inputs), and the SHA-256 of each file that it has written. What else lies in the folder
+    /// is of another run.
     pub fn write_manifest(
         &self,
         verb: &str,
@@ -167,16 +154,11 @@ impl OutputFolder {
             .map(|name| Ok((name.clone(), self.sha256(&name)?)))
             .collect::<Result<BTreeMap<_, _>, Failure>>()?;
         let text = manifest_json(mission, verb, circumstances, &files);
-        self.write(&format!("{verb}_manifest.json"), |out| out.write_all(text.as_bytes())).map(|_| ())
+        self.write_text(&format!("{verb}_manifest.json"), &text).map(|_| ())
     }
 }
 
-/// Tells on stderr. When that is gone or full there is nobody left to tell, and no reason to end.
-pub fn tell(text: &str) {
-    let _ = io::stderr().lock().write_all(text.as_bytes());
-}
-
-/// See [`OutputFolder::late`].
+/// A file that is made with its first byte, see [`OutputFolder::late`].
 #[derive(Debug)]
 pub struct LateFile {
     path: PathBuf,
@@ -198,19 +180,5 @@ impl Write for LateFile {
 
     fn flush(&mut self) -> io::Result<()> {
         self.file.as_mut().map_or(Ok(()), Write::flush)
-    }
-}
-
-/// Prints to stdout; a reader that has gone away (`samara plan | head`) is no error.
-///
-/// # Errors
-/// [`Failure::BadInput`] when stdout cannot be written (a full device): results that nobody gets are no success.
-pub fn print(text: &str) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
-            Err(anyhow::Error::from(e).context("cannot write to stdout")).bad_input()
-        }
-        _ => Ok(()),
     }
 }

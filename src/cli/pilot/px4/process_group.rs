@@ -1,7 +1,8 @@
-//! A process group that ends with us.
+//! A process group that ends with this program.
 //!
-//! PX4 has children that outlive it, and we may be killed without a word. So its group is led by a keeper: a shell that reads from a
-//! pipe which only we hold. When we are gone, however that came, the pipe ends and the keeper kills the group, itself with it.
+//! PX4 has children that outlive it, and this program may be killed without a word. So PX4's group is led by
+//! a keeper: a shell that reads from a pipe which only this program holds. When the program is gone, however
+//! that came, the pipe ends and the keeper kills the group, itself with it.
 
 use std::os::unix::process::CommandExt as _;
 use std::process::{Child, Command, Stdio};
@@ -9,29 +10,27 @@ use std::time::Duration;
 
 use rustix::process::{Pid, Signal, kill_process_group, test_kill_process_group};
 
-use super::Px4Error;
-use crate::cli::clock::{Stopwatch, pause};
+use super::error::Px4Error;
+use crate::cli::system::{Stopwatch, pause};
 
-/// It does not heed the SIGTERM that asks the group to end, so that it is there until the end.
+/// The keeper does not heed the SIGTERM that asks the group to end, so that it is there until the end.
 const SCRIPT: &str = "trap '' TERM INT HUP; read -r _; kill -KILL 0";
 /// How long a killed group may take to be gone.
 const PATIENCE: Duration = Duration::from_secs(3);
 /// How often that is looked for.
 const LOOK: Duration = Duration::from_millis(2);
 
-/// The leader of a group.
+/// A group of processes, led by its keeper.
 #[derive(Debug)]
-pub struct Keeper {
+pub struct ProcessGroup {
+    /// The keeper.
     shell: Child,
-    group: Pid,
+    id: Pid,
     ended: bool,
 }
 
-impl Keeper {
-    /// Makes a group.
-    ///
-    /// # Errors
-    /// [`Px4Error::Io`] when there is no shell.
+impl ProcessGroup {
+    /// Makes a group with its keeper in it.
     pub fn start() -> Result<Self, Px4Error> {
         let shell = Command::new("/bin/sh")
             .args(["-c", SCRIPT])
@@ -42,24 +41,25 @@ impl Keeper {
             .process_group(0)
             .spawn()
             .map_err(Px4Error::io("cannot start /bin/sh"))?;
-        let group = Pid::from_child(&shell);
-        Ok(Self { shell, group, ended: false })
+        let id = Pid::from_child(&shell);
+        Ok(Self { shell, id, ended: false })
     }
 
     /// Has a program start in the group.
     pub fn adopt(&self, command: &mut Command) {
-        command.process_group(self.group.as_raw_nonzero().get());
+        command.process_group(self.id.as_raw_nonzero().get());
     }
 
-    /// Asks all of the group to end; they may not.
+    /// Asks all of the group to end; some may not.
     pub fn ask(&self) {
         // A group that is gone is what is wanted.
-        _ = (!self.ended).then(|| kill_process_group(self.group, Signal::TERM));
+        _ = (!self.ended).then(|| kill_process_group(self.id, Signal::TERM));
     }
 
-    /// Kills what is left of the group. The caller then waits for its own child in it, and calls [`Keeper::wait`].
+    /// Kills what is left of the group. The caller then waits for its own child in it, and calls
+    /// [`ProcessGroup::wait`].
     pub fn kill(&self) {
-        _ = (!self.ended).then(|| kill_process_group(self.group, Signal::KILL));
+        _ = (!self.ended).then(|| kill_process_group(self.id, Signal::KILL));
     }
 
     /// Returns once nothing of a killed group is left.
@@ -71,14 +71,14 @@ impl Keeper {
         _ = self.shell.wait();
         self.ended = true;
         let since = Stopwatch::start();
-        while !is_gone(self.group) && since.ms() < 1e3 * PATIENCE.as_secs_f64() {
+        while !is_gone(self.id) && since.ms() < 1e3 * PATIENCE.as_secs_f64() {
             pause(LOOK);
         }
     }
 }
 
-/// Whether nothing of a group runs. The dead that nobody has collected yet do not count: orphans are the system's first process's to
-/// collect, which takes its time, in a container for ever.
+/// Whether nothing of a group runs. The dead that nobody has collected yet do not count: orphans are the
+/// system's first process's to collect, which takes its time, in a container for ever.
 fn is_gone(group: Pid) -> bool {
     test_kill_process_group(group).is_err() || is_dead(group)
 }
@@ -102,7 +102,7 @@ fn is_dead(_: Pid) -> bool {
     false
 }
 
-impl Drop for Keeper {
+impl Drop for ProcessGroup {
     fn drop(&mut self) {
         self.kill();
         self.wait();
@@ -114,33 +114,33 @@ mod tests {
     use super::*;
 
     /// A child of the group that has a child of its own, as PX4 has.
-    fn family(keeper: &Keeper) -> Child {
+    fn family(group: &ProcessGroup) -> Child {
         let mut command = Command::new("/bin/sh");
         command.args(["-c", "sleep 1000 & trap '' TERM; wait; sleep 1000"]);
-        keeper.adopt(&mut command);
+        group.adopt(&mut command);
         command.spawn().unwrap()
     }
 
     #[test]
     fn a_killed_group_is_gone_with_the_children_of_its_children() {
-        let mut keeper = Keeper::start().unwrap();
-        let mut child = family(&keeper);
-        assert!(!is_gone(keeper.group));
-        keeper.ask();
-        keeper.kill();
+        let mut group = ProcessGroup::start().unwrap();
+        let mut child = family(&group);
+        assert!(!is_gone(group.id));
+        group.ask();
+        group.kill();
         child.wait().unwrap();
-        keeper.wait();
-        assert!(is_gone(keeper.group));
+        group.wait();
+        assert!(is_gone(group.id));
     }
 
     /// Our end is the pipe's end; here only the pipe's.
     #[test]
     fn the_group_ends_when_nobody_holds_the_pipe() {
-        let mut keeper = Keeper::start().unwrap();
-        let mut child = family(&keeper);
-        drop(keeper.shell.stdin.take());
+        let mut group = ProcessGroup::start().unwrap();
+        let mut child = family(&group);
+        drop(group.shell.stdin.take());
         child.wait().unwrap();
-        keeper.wait();
-        assert!(is_gone(keeper.group));
+        group.wait();
+        assert!(is_gone(group.id));
     }
 }

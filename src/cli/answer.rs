@@ -1,8 +1,4 @@
-//! How a verb ends: exit codes and the message that goes with them.
-
-use std::process::ExitCode;
-
-use super::output::tell;
+//! How a verb ends: with an answer, or with a failure that says whose it is.
 
 /// What a verb found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,16 +9,27 @@ pub enum Answer {
     No,
 }
 
+impl From<bool> for Answer {
+    fn from(all_well: bool) -> Self {
+        if all_well { Self::Yes } else { Self::No }
+    }
+}
+
 /// Why a verb did not get to an answer.
 #[derive(Debug)]
 pub enum Failure {
     /// A file, a flag, a peer or a place to write to is at fault: exit code 2.
     BadInput(anyhow::Error),
-    /// We are: exit code 3.
+    /// The program is at fault: exit code 3.
     Internal(anyhow::Error),
 }
 
 impl Failure {
+    /// A fault of the input, in words.
+    pub fn input(text: String) -> Self {
+        Self::BadInput(anyhow::Error::msg(text))
+    }
+
     /// The error with its causes, on a line.
     pub fn text(&self) -> String {
         let (Self::BadInput(error) | Self::Internal(error)) = self;
@@ -45,21 +52,5 @@ impl<T, E: Into<anyhow::Error>> BadInput<T> for Result<T, E> {
 impl From<anyhow::Error> for Failure {
     fn from(error: anyhow::Error) -> Self {
         Self::Internal(error)
-    }
-}
-
-/// Prints a failure and gives the exit code.
-pub fn report(result: Result<Answer, Failure>) -> ExitCode {
-    match result {
-        Ok(Answer::Yes) => ExitCode::SUCCESS,
-        Ok(Answer::No) => ExitCode::from(1),
-        Err(Failure::BadInput(e)) => {
-            tell(&format!("samara: {e:#}\n"));
-            ExitCode::from(2)
-        }
-        Err(Failure::Internal(e)) => {
-            tell(&format!("samara: internal error: {e:#}\n"));
-            ExitCode::from(3)
-        }
     }
 }

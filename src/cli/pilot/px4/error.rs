@@ -1,40 +1,7 @@
-//! Real PX4 as the autopilot: started from its build folder, given its parameters, flown and stopped.
-//!
-//! | file | holds |
-//! |---|---|
-//! | [`folder`] | a build folder of PX4: what is in it, which model and mixer suit a vehicle |
-//! | `work` | its working directory: made anew, of our own making only |
-//! | [`process`] | the process: started in a working directory of its own, watched, stopped with all its children |
-//! | `keeper` | the process group, which ends with us, whatever ends us |
-//! | `lock` | whether an instance is running already, and what holds it |
-//! | [`cpu`] | PX4 and simulator on one processor |
-//! | `guest` | it as the simulator watches it: gone, or silent for too long |
-//! | [`upload`] | the parameters that it is given |
-//! | [`flight`] | a drop: simulator and streamer here, PX4 there |
-//! | [`model`] | the same drop by the model of PX4's control law, without PX4 |
-
-pub mod cpu;
-pub mod flight;
-pub mod folder;
-mod guest;
-#[cfg(unix)]
-mod keeper;
-#[cfg(unix)]
-mod lock;
-pub mod model;
-#[cfg_attr(not(unix), path = "process_elsewhere.rs")]
-pub mod process;
-pub mod upload;
-#[cfg(unix)]
-mod work;
+//! Why PX4 cannot be started or cannot fly a mission.
 
 use std::io;
 use std::path::PathBuf;
-
-pub use cpu::Cpu;
-pub use flight::{fly, look};
-pub use folder::BuildFolder;
-pub use guest::Patience;
 
 use samara::control::px4::NotQuadX;
 
@@ -159,7 +126,8 @@ pub enum Px4Error {
 }
 
 impl Px4Error {
-    fn io(what: impl Into<String>) -> impl FnOnce(io::Error) -> Self {
+    /// The error of a file, a folder or the system; `what` was to be done.
+    pub fn io(what: impl Into<String>) -> impl FnOnce(io::Error) -> Self {
         let what = what.into();
         move |source| Self::Io { what, source }
     }

@@ -1,40 +1,42 @@
-//! PX4 as the simulator watches it: gone when its process has ended, and taken to be when it does not come or does not answer.
+//! PX4 as the simulator watches it: gone when its process has ended, and taken to be when it does not come or
+//! does not answer.
 
 use std::time::Duration;
 
 use super::process::Px4Process;
-use crate::cli::clock::Stopwatch;
+use crate::cli::system::Stopwatch;
 use samara::link::shell::Guest;
 use samara::link::{Pace, TimeUs};
 
 /// How long PX4 may keep the simulator waiting, in wall time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Patience {
-    /// For its connection, and for an answer where `answers` says so.
+    /// The longest wait for PX4's connection, and for an answer where `answers` says so.
     pub limit: Duration,
-    /// Whether an answer is given up too: where nobody looks on. One who does may have stopped PX4 in a debugger.
+    /// Whether an answer is given up too: where nobody looks on. Whoever does may have stopped PX4 in a
+    /// debugger.
     pub answers: bool,
 }
 
-/// A PX4 that is watched.
+/// A running PX4 as the simulator watches it.
 #[derive(Debug)]
-pub(super) struct Watched {
+pub(super) struct WatchedPx4 {
     pub(super) px4: Px4Process,
     patience: Patience,
-    /// Port that it should connect to.
+    /// The TCP port that PX4 should connect to.
     port: u16,
     /// What the simulator was seen waiting for, at which simulated time.
     seen: Option<(TimeUs, Pace)>,
     since: Stopwatch,
 }
 
-impl Watched {
+impl WatchedPx4 {
     pub(super) fn new(px4: Px4Process, patience: Patience, port: u16) -> Self {
         Self { px4, patience, port, seen: None, since: Stopwatch::start() }
     }
 }
 
-impl Guest for Watched {
+impl Guest for WatchedPx4 {
     fn gone(&mut self, now: TimeUs, pace: Pace) -> Option<String> {
         if let Some(ended) = self.px4.ended() {
             return Some(ended);

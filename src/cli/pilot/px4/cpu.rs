@@ -1,30 +1,31 @@
 //! Where PX4 and its simulator run.
 //!
-//! PX4's threads hand over to each other many times in a step, and to wake a sleeping processor costs more than they gain: all of PX4 runs
-//! fastest on one. The simulator runs best on another: what it need not do before it answers, it does while PX4 is at work. Where each
-//! processor has a PX4 of its own there is no other, and both share one.
+//! PX4's threads hand over to each other many times in a step, and to wake a sleeping processor costs more
+//! than they gain: all of PX4 runs fastest on one. The simulator runs best on another: what it need not do
+//! before it answers, it does while PX4 is at work. Where each processor has a PX4 of its own there is no
+//! other, and both share one.
 
-use super::Px4Error;
+use super::error::Px4Error;
 
-/// Which.
+/// The processors that PX4 and the simulator run on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cpu {
-    /// PX4 on one of those that this process may use, by the instance, and the simulator on the others.
+    /// PX4 on one of those that this process may use, by the instance; the simulator on the others.
     Apart,
     /// Both on one of them, by the instance.
     Together,
-    /// Wherever the system puts it.
+    /// Both wherever the system puts them.
     Any,
     /// Both on this one.
     Number(usize),
 }
 
-/// This thread, and what it starts meanwhile, on one processor. Ends with the value.
+/// Keeps this thread, and what it starts meanwhile, on one processor, as long as the value lives.
 #[derive(Debug)]
 pub struct Pinned {
     #[cfg(target_os = "linux")]
     before: Option<rustix::thread::CpuSet>,
-    /// Where the thread goes when all has been started.
+    /// The processors that the thread leaves for when all has been started.
     #[cfg(target_os = "linux")]
     aside: Option<rustix::thread::CpuSet>,
 }
@@ -40,9 +41,6 @@ mod linux {
 
     impl Pinned {
         /// Pins the calling thread for an instance.
-        ///
-        /// # Errors
-        /// [`Px4Error::Cpu`] when there is no such processor for us.
         pub fn pin(cpu: Cpu, instance: u16) -> Result<Self, Px4Error> {
             let had = match cpu {
                 Cpu::Any => return Ok(Self { before: None, aside: None }),
@@ -71,9 +69,6 @@ mod linux {
         }
 
         /// All has been started: with [`Cpu::Apart`] the thread leaves the processor to it.
-        ///
-        /// # Errors
-        /// [`Px4Error::Io`] when the system will not have it.
         pub fn step_aside(&self) -> Result<(), Px4Error> {
             match &self.aside {
                 Some(others) => sched_setaffinity(None, others).map_err(of_the_system),
@@ -111,10 +106,7 @@ mod linux {
 
 #[cfg(not(target_os = "linux"))]
 impl Pinned {
-    /// Nothing: the system chooses.
-    ///
-    /// # Errors
-    /// [`Px4Error::Cpu`] when one is asked for.
+    /// Pins nothing: the system chooses.
     pub fn pin(cpu: Cpu, _: u16) -> Result<Self, Px4Error> {
         match cpu {
             Cpu::Apart | Cpu::Together | Cpu::Any => Ok(Self {}),
@@ -124,10 +116,7 @@ impl Pinned {
         }
     }
 
-    /// Nothing.
-    ///
-    /// # Errors
-    /// None.
+    /// Does nothing.
     pub fn step_aside(&self) -> Result<(), Px4Error> {
         Ok(())
     }

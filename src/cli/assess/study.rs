@@ -1,0 +1,201 @@
+//! The paper's safety study: release cases, campaigns, tables, figures, one page.
+
+use std::sync::atomic::AtomicBool;
+
+use super::args::AssessArgs;
+use super::campaign::{self, Campaign, TrialRunner};
+use super::{figures, only};
+use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::mission::chosen_mission;
+use crate::cli::narrator::Narrator;
+use crate::cli::planning::{plan_mission, write_plan};
+use crate::cli::results::OutputFolder;
+use crate::cli::system::{Stopwatch, thread_pool};
+use crate::cli::terminal::print;
+use samara::assess::{Command, Controller, SafetyStudy, Summary, plan_j_tpf, tracking};
+use samara::config::Mission;
+use samara::control::{Airframe, Gains};
+use samara::plan::{Plan, Status};
+use samara::report::study::{Assessed, Assessment, CaseResult, OURS, page, records, tables};
+use samara::report::{plan_json, plan_text};
+
+/// Flies the study, or one trial of it.
+pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
+    let mission = chosen_mission(&args.mission.mission, &args.choice)?;
+    if mission.study.cases.is_empty() {
+        let file = args.mission.mission.display();
+        let text = format!("{file}: tuning.cases is empty; the release cases of Table 5 are expected");
+        return Err(Failure::input(text));
+    }
+    let narrator = Narrator::alone(args.mission.json);
+    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let Some(plan) = planned(args, &mission, &folder, &narrator)? else { return Ok(Answer::No) };
+    let study = study_of(&mission, &plan)?;
+    let runner = TrialRunner {
+        study: &study,
+        distribution: mission.releases(),
+        seed: mission.seed,
+        pool: thread_pool(args.threads)?,
+        stop,
+    };
+    let controllers = controllers_of(&mission);
+    if let Some(trial) = args.only {
+        return only::run(args, &mission, &runner, &controllers, trial, &folder);
+    }
+    let trials = args.trials.unwrap_or(mission.study.monte_carlo.trials as u64);
+    let watch = Stopwatch::start();
+    let Some(campaigns) =
+        campaign::run_all(args, &mission, &runner, &controllers, trials, &folder, &narrator)?
+    else {
+        return Ok(Answer::No);
+    };
+    let flown: u64 = campaigns.iter().map(|c| c.flown_now).sum();
+    let flights_per_s = 1e3 * flown as f64 / watch.ms();
+    let difference = campaign::paired_difference(&mission, &runner, &folder, [&campaigns[1], &campaigns[2]])?;
+    let assessment = Assessment {
+        pso_less_near_hover: difference,
+        ..assessment(args, &mission, &plan, &runner, &campaigns, trials)
+    };
+    write(&assessment, &runner, &campaigns, &folder)?;
+    folder.write_manifest(
+        "assess",
+        &mission,
+        &[("trials", trials.to_string()), ("bound", args.bound.to_string())],
+    )?;
+    if args.mission.json {
+        print(&records::assess_json(&assessment, (flown > 0).then_some(flights_per_s)))?;
+    } else {
+        print(&tables::assess_text(&assessment))?;
+        print(&format!(
+            "{flown} campaign flights, {flights_per_s:.0} a second; results in {0}, start with {0}/assess.html\n",
+            folder.path().display()
+        ))?;
+    }
+    Ok(Answer::from(assessment.safe()))
+}
+
+/// The plan that is flown; `None` when there is none.
+fn planned(
+    args: &AssessArgs,
+    mission: &Mission,
+    folder: &OutputFolder,
+    narrator: &Narrator,
+) -> Result<Option<Plan>, Failure> {
+    let timed = plan_mission(mission, false)?;
+    write_plan(folder, mission, &timed.plan)?;
+    if timed.plan.status == Status::Converged {
+        return Ok(Some(timed.plan));
+    }
+    let text = plan_text(&timed.plan, &mission.limits.safety, None);
+    narrator.say(&format!("no optimal trajectory to assess: {text}"));
+    narrator.check()?;
+    if args.mission.json {
+        print(&plan_json(mission, &timed.plan, Some(timed.solve_ms)))?;
+    }
+    Ok(None)
+}
+
+fn study_of(mission: &Mission, plan: &Plan) -> Result<SafetyStudy, Failure> {
+    Ok(SafetyStudy {
+        vehicle: mission.vehicle.clone(),
+        environment: mission.site.environment.clone(),
+        airframe: Airframe::new(&mission.vehicle, &mission.site.environment).bad_input()?,
+        control_limits: mission.control.limits,
+        limits: mission.limits.safety,
+        target_v_ned: mission.target_v_ned,
+        plan: plan.trajectory.clone(),
+    })
+}
+
+fn controllers_of(mission: &Mission) -> [Controller; 4] {
+    let of = |name, gains_name: &str, gains, command| Controller {
+        name,
+        gains_name: gains_name.to_owned(),
+        gains,
+        command,
+    };
+    [
+        of("near_hover_step", "near_hover", Gains::near_hover(), Command::Step),
+        of("near_hover_optimal", "near_hover", Gains::near_hover(), Command::Optimal),
+        of("paper_pso_optimal", "paper_pso", Gains::paper_pso(), Command::Optimal),
+        of(OURS, &mission.control.gains_name, mission.control.gains, Command::Optimal),
+    ]
+}
+
+/// Flies the release cases and puts the study together.
+fn assessment<'a>(
+    args: &AssessArgs,
+    mission: &'a Mission,
+    plan: &Plan,
+    runner: &TrialRunner<'_>,
+    campaigns: &[Campaign; 4],
+    trials: u64,
+) -> Assessment<'a> {
+    let cases = |controller: &Controller| {
+        runner.in_order(&mission.study.cases, |case| {
+            let start = case.state();
+            CaseResult {
+                case: case.name.clone(),
+                j_tpf: runner.study.outcome(controller, &start).j_tpf,
+                tracking_rms: runner.study.tracking_rms(controller, &start),
+            }
+        })
+    };
+    Assessment {
+        mission,
+        command: command_line(args, mission, trials),
+        plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
+        plan_objective: plan.objective,
+        bound: args.bound,
+        trials,
+        is_the_papers: mission.is_the_papers_study(),
+        pso_less_near_hover: Summary::default(),
+        tracking_period_s: tracking::control_period_s(&plan.trajectory),
+        assessed: campaigns.each_ref().map(|c| Assessed {
+            controller: c.controller.clone(),
+            cases: cases(&c.controller),
+            tally: c.tally,
+        }),
+    }
+}
+
+/// The command that makes the study again, its choices spelt out; folder and number of threads do not belong
+/// to it.
+fn command_line(args: &AssessArgs, mission: &Mission, trials: u64) -> String {
+    let mut command = format!("samara assess {}", args.mission.mission.display());
+    if let Some(gains) = &args.choice.gains {
+        command += &format!(" --gains {gains}");
+    }
+    if let Some(params) = &args.choice.params {
+        command += &format!(" --params {}", params.display());
+    }
+    command += &format!(" --seed {} --trials {trials}", mission.seed);
+    if args.bound != 1.0 {
+        command += &format!(" --bound {}", args.bound);
+    }
+    command
+}
+
+fn write(
+    assessment: &Assessment<'_>,
+    runner: &TrialRunner<'_>,
+    campaigns: &[Campaign; 4],
+    folder: &OutputFolder,
+) -> Result<(), Failure> {
+    let drawn = figures::draw(assessment, runner, campaigns)?;
+    let files = [
+        ("assess.txt", tables::assess_text(assessment)),
+        ("assess.json", records::assess_json(assessment, None)),
+        ("table4.csv", records::table_4_csv(assessment)),
+        ("table5.csv", records::table_5_csv(assessment)),
+        ("campaigns.csv", records::campaigns_csv(assessment)),
+        ("assess.html", page::page(assessment, &drawn)),
+    ];
+    for (name, text) in &files {
+        folder.write_text(name, text)?;
+    }
+    for figure in &drawn {
+        folder.write_text(&figure.file, &figure.svg)?;
+    }
+    Ok(())
+}

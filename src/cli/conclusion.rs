@@ -1,0 +1,192 @@
+//! The conclusion of a flight, judged, written and reported: one for `samara drop`, `samara sim` and a
+//! campaign's drops.
+
+use anyhow::Context as _;
+
+use super::answer::{Answer, Failure};
+use super::mission::stamp_of;
+use super::narrator::Narrator;
+use super::pilot::Flown;
+use super::planning::Planned;
+use super::results::OutputFolder;
+use samara::assess::{Verdict, VerdictBuilder, plan_j_tpf};
+use samara::config::Mission;
+use samara::link::{FlightEvent, seconds};
+use samara::report::{
+    DropEvent, DropRun, FlightCsv, FlownBy, FlownTrajectory, drop_figure, drop_json, verdict_text,
+};
+
+/// The files that a drop may leave; a drop removes those that it has not written.
+pub const DROP_FILES: [&str; 10] = [
+    "plan.json",
+    "plan.svg",
+    "trajectory.csv",
+    "flight.csv",
+    "drop.json",
+    "drop.svg",
+    "hil.tlog",
+    "vehicle.tlog",
+    "companion.tlog",
+    "flight.ulg",
+];
+
+/// A log whose last row is closer to the mission's end than this [s] is complete.
+const STEP_AT_MOST_S: f64 = 0.02;
+
+/// A flight that is over, judged.
+pub struct Conclusion<'a> {
+    pub mission: &'a Mission,
+    planned: Option<&'a Planned>,
+    flown: &'a Flown,
+    /// The verdict, if the vehicle was released.
+    pub verdict: Option<Verdict>,
+    /// What `drop.json` holds besides the verdict.
+    pub run: DropRun,
+}
+
+impl<'a> Conclusion<'a> {
+    /// Judges a flight; `planned`: what was to be flown, where that is known.
+    pub fn new(mission: &'a Mission, planned: Option<&'a Planned>, flown: &'a Flown) -> Self {
+        let plan_end_s = match planned {
+            Some(planned) => planned.trajectory.end_s(),
+            None if mission.release.standing => f64::INFINITY,
+            None => mission.plan.horizon_s,
+        };
+        let verdict = judge(mission, flown, plan_end_s);
+        let last = flown.log.last();
+        let ended_at_s = last.map_or(0.0, |sample| sample.t_s);
+        let powered_s = last.and_then(|sample| sample.t_powered_s).unwrap_or(f64::NEG_INFINITY);
+        // Without a plan, where the flight goes is the script's affair once it has come to the ground.
+        let landed = verdict.as_ref().is_some_and(|v| v.impact_speed_m_s.is_some());
+        let event = |e: &FlightEvent| DropEvent { t_s: seconds(e.at), text: e.text.clone() };
+        let run = DropRun {
+            ended_at_s,
+            completed: mission.duration_s <= ended_at_s + STEP_AT_MOST_S,
+            plan_cut: planned.is_some() && verdict.is_some() && powered_s + STEP_AT_MOST_S < plan_end_s,
+            must_be_steady: planned.is_some() || !(mission.release.standing || landed),
+            trouble: flown.trouble.clone(),
+            autopilot: flown.by.clone(),
+            failsafe: flown.record.failsafe,
+            events: flown.record.events.iter().map(event).collect(),
+            plan_j_tpf: planned.map(|planned| plan_j_tpf(&planned.trajectory, &mission.limits.safety)),
+            ..DropRun::default()
+        };
+        Self { mission, planned, flown, verdict, run }
+    }
+
+    /// Writes the files of the flight, `drop.json` and the manifest of `verb`, whose circumstances are no
+    /// inputs. Without a plan a flight that never began leaves the files of an earlier run alone.
+    pub fn write(
+        &mut self,
+        verb: &str,
+        circumstances: &[(&str, String)],
+        folder: &OutputFolder,
+    ) -> Result<(), Failure> {
+        let flew = !self.flown.log.is_empty();
+        if flew {
+            self.write_flight(folder)?;
+        } else if self.planned.is_none() {
+            return Ok(());
+        }
+        if let Some(planned) = self.planned {
+            let sha256 = folder.sha256("trajectory.csv")?;
+            self.run.trajectory = Some(FlownTrajectory { source: planned.source, sha256 });
+        }
+        folder.write_text("drop.json", &self.file_json())?;
+        if self.planned.is_some() {
+            folder.remove_leftovers(&DROP_FILES)?;
+        }
+        let version = self.flown.by.as_ref().and_then(|by| by.version.clone());
+        let mut circumstances = circumstances.to_vec();
+        circumstances.extend(version.map(|version| ("autopilot_version", version)));
+        folder.write_manifest(verb, self.mission, &circumstances)
+    }
+
+    /// Writes `flight.csv` and `drop.svg`.
+    fn write_flight(&self, folder: &OutputFolder) -> Result<(), Failure> {
+        let Self { mission, flown: Flown { log, by, .. }, .. } = self;
+        folder.write("flight.csv", |out| {
+            let begin = if mission.site.ground.is_some() { FlightCsv::with_ground } else { FlightCsv::new };
+            let mut csv =
+                begin(out, mission.vehicle.rotors.len(), mission.limits.safety, &stamp_of(mission))?;
+            log.iter().try_for_each(|sample| csv.write(sample))?;
+            csv.finish().map(|_| ())
+        })?;
+        let plan = self.planned.map(|planned| &planned.trajectory);
+        let by = by.as_ref().and_then(FlownBy::words);
+        let figure = drop_figure(mission, log, plan, self.verdict.as_ref(), by.as_deref())
+            .context("the figure of the drop")?;
+        folder.write_text("drop.svg", &figure).map(|_| ())
+    }
+
+    /// Reports how the flight ended, the verdict and where the files are.
+    pub fn report(&self, narrator: &Narrator, folder: &OutputFolder) -> Result<(), Failure> {
+        let Self { mission, run, flown, .. } = self;
+        let duration_s = mission.duration_s;
+        if !run.completed {
+            narrator.say(&format!(
+                "stopped at {:.3} s of {duration_s} s: files and verdict are of what was flown\n",
+                run.ended_at_s
+            ));
+        } else if run.plan_cut {
+            narrator.say(&format!(
+                "the mission's duration_s, {duration_s} s, ended before the plan did: whether it becomes steady is not known\n"
+            ));
+        }
+        match &self.verdict {
+            Some(verdict) => {
+                let last = flown.log.last();
+                let powered_from_s = last.and_then(|sample| Some(sample.t_s - sample.t_powered_s?));
+                narrator.steady(verdict, mission, powered_from_s);
+                let text = verdict_text(verdict, &mission.limits.safety, run.misses_steady_flight(verdict));
+                narrator.say(&format!("\n{text}\nresults in {}\n", folder.path().display()));
+                if let Some(factor) = flown.real_time_factor {
+                    narrator.say(&format!("flown at {factor:.0} times real time\n"));
+                }
+            }
+            None if run.completed => narrator.say(&format!(
+                "the vehicle was never released within the mission's {duration_s} s: check the release trigger, hang_s and what the \
+                 vehicle said above\n"
+            )),
+            None => narrator.say("the vehicle had not been released\n"),
+        }
+        if run.failsafe {
+            narrator
+                .say("a failsafe of the autopilot flew part of the manoeuvre: this is no drop by the plan\n");
+        }
+        narrator.check()
+    }
+
+    /// Yes: judged, within the limits, to the end and steady there, by the plan alone.
+    pub fn answer(&self) -> Answer {
+        let verdict = self.verdict.as_ref();
+        let safe = verdict.is_some_and(|v| v.limits_passed.is_empty());
+        Answer::from(safe && self.run.reason(verdict).is_none() && !self.run.failsafe)
+    }
+
+    /// The object of `drop.json`, which holds no durations.
+    pub fn file_json(&self) -> String {
+        drop_json(self.mission, self.verdict.as_ref(), &self.run)
+    }
+
+    /// The object of `--json`.
+    pub fn json(&self) -> String {
+        let plan_solve_ms = self.planned.and_then(|planned| planned.solve_ms);
+        let real_time_factor = self.flown.real_time_factor;
+        let run = DropRun { plan_solve_ms, real_time_factor, ..self.run.clone() };
+        drop_json(self.mission, self.verdict.as_ref(), &run)
+    }
+}
+
+/// The verdict on a flight along a plan that ends at `plan_end_s` [s]; `None` when the vehicle was never
+/// released.
+fn judge(mission: &Mission, flown: &Flown, plan_end_s: f64) -> Option<Verdict> {
+    let mut verdict = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned)
+        .steady_within(mission.limits.steady_within_m_s)
+        .to_plans_end(plan_end_s);
+    if mission.site.ground.is_some() {
+        verdict = verdict.judging_impacts(mission.limits.impact_m_s);
+    }
+    flown.log.iter().for_each(|sample| verdict.observe(sample));
+    verdict.finish()
+}

@@ -1,0 +1,111 @@
+//! What a pilot is: a flight in, what was flown out, and the options that not every pilot has.
+
+use std::sync::atomic::AtomicBool;
+
+use crate::cli::answer::Failure;
+use crate::cli::narrator::Narrator;
+use crate::cli::results::OutputFolder;
+use samara::config::Mission;
+use samara::link::FlightRecord;
+use samara::link::shell::{Speed, Wiring};
+use samara::report::FlownBy;
+use samara::sim::Sample;
+use samara::trajectory::Trajectory;
+
+/// An autopilot, or a model of one, that flies drops. It is made once for a run and flies any number of them.
+pub trait Pilot: Sync {
+    /// The name in results: "reference", "reference_ekf", "px4" or "px4-model".
+    fn name(&self) -> &'static str;
+
+    /// The end of the first line on the terminal, after mission, vehicle and gains.
+    fn introduction(&self) -> &'static str;
+
+    /// Refuses a mission that cannot be flown, before anything is started; gives what there is to remark on
+    /// the parameters that the pilot is given.
+    fn check(&self, mission: &Mission, trajectory: &Trajectory) -> Result<Vec<String>, Failure> {
+        let _ = (mission, trajectory);
+        Ok(Vec::new())
+    }
+
+    /// Whether each flight takes the ports of an instance for itself.
+    fn takes_ports(&self) -> bool {
+        false
+    }
+
+    /// Refuses an instance whose number or ports are taken.
+    fn check_instance(&self, instance: u16) -> Result<(), Failure> {
+        let _ = instance;
+        Ok(())
+    }
+
+    /// Flies the drop to its end, or until the autopilot leaves or refuses.
+    fn fly(&self, flight: &Flight<'_>) -> Result<Flown, Failure>;
+}
+
+/// A drop to be flown.
+pub struct Flight<'a> {
+    pub mission: &'a Mission,
+    pub trajectory: &'a Trajectory,
+    /// Where the files that grow during the flight go.
+    pub folder: &'a OutputFolder,
+    pub narrator: &'a Narrator,
+    /// The vehicle's number, which shifts its ports.
+    pub instance: u16,
+    /// How fast simulated time shall run.
+    pub speed: Speed,
+    /// Further endpoints and the key of what is signed.
+    pub wiring: &'a Wiring,
+    /// Raised to end a campaign's flight; a single flight listens for Ctrl-C itself.
+    pub stop: Option<&'a AtomicBool>,
+}
+
+/// A flight that is over.
+pub struct Flown {
+    /// The flight log.
+    pub log: Vec<Sample>,
+    /// Events of the flight, and whether a failsafe flew part of it.
+    pub record: FlightRecord,
+    /// Simulated seconds per second of wall time, where that is of interest.
+    pub real_time_factor: Option<f64>,
+    /// The autopilot, where it is known.
+    pub by: Option<FlownBy>,
+    /// Why the autopilot did not fly to the end, if it left or refused.
+    pub trouble: Option<String>,
+}
+
+/// An option that not every pilot has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PilotOption {
+    Estimator,
+    Link,
+    SignKey,
+    /// `--speed`, where it is not `max`.
+    Speed,
+    /// `--cpu`, where it is not `auto`.
+    Cpu,
+    /// `--patience`, where it is not the default.
+    Patience,
+    FeedForward,
+    Px4sOwnGains,
+}
+
+impl PilotOption {
+    /// The option as it is typed, and why some pilots do not have it.
+    pub fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Estimator => ("--estimator", "PX4 has an estimator of its own"),
+            Self::Link => ("--link", "PX4's links are its own, and the model flies without a wire"),
+            Self::SignKey => ("--sign-key", "PX4's frames go unsigned, and the model sends none"),
+            Self::Speed => ("--speed", "the model flies without a wire, as fast as it goes"),
+            Self::Cpu => ("--cpu", "no other runs in a process beside the simulator"),
+            Self::Patience => ("--patience", "no other is waited for"),
+            Self::FeedForward => ("--feed-forward", "the reference autopilot is sent velocities alone"),
+            Self::Px4sOwnGains => ("--gains px4_default", "they are PX4's own"),
+        }
+    }
+
+    /// Those options of a verb that are asked for.
+    pub fn asked<const N: usize>(options: [(Self, bool); N]) -> Vec<Self> {
+        options.into_iter().filter(|(_, asked)| *asked).map(|(option, _)| option).collect()
+    }
+}

@@ -1,0 +1,216 @@
+//! Real PX4 as the autopilot: started from its build folder, given its parameters, flown and stopped;
+//! simulator, parachute and streamer are in this process, PX4 in its own.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `build_folder` | a build folder of PX4: what is in it, which model and mixer suit a vehicle |
+//! | `work_dir` | PX4's working directory: made anew, of our own making only |
+//! | `process` | the process: started in its working directory, watched, stopped with all its children |
+//! | `process_group` | the group of processes that ends with this program, whatever ends it |
+//! | `lock` | whether an instance is running already, and what holds it |
+//! | `cpu` | PX4 on one processor, the simulator on others |
+//! | `watched` | PX4 as the simulator watches it: gone, or silent for too long |
+//! | [`upload`] | the parameters that PX4 is given |
+
+mod build_folder;
+mod cpu;
+mod error;
+#[cfg(unix)]
+mod lock;
+#[cfg_attr(not(unix), path = "process_elsewhere.rs")]
+mod process;
+#[cfg(unix)]
+mod process_group;
+pub mod upload;
+mod watched;
+#[cfg(unix)]
+mod work_dir;
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::contract::{Flight, Flown, Pilot, PilotOption};
+use crate::cli::answer::{BadInput as _, Failure};
+use crate::cli::args::ChoiceArgs;
+use crate::cli::mission::mission_for_px4;
+use crate::cli::reporter::Reporter;
+use crate::cli::results::OutputFolder;
+use crate::cli::sessions;
+use crate::cli::system::{Stopwatch, block_on};
+use build_folder::BuildFolder;
+pub use cpu::Cpu;
+use cpu::Pinned;
+use process::Px4Process;
+use samara::config::Mission;
+use samara::link::Link;
+use samara::link::shell::{Ports, run_hosted_drop, system_of_instance};
+use samara::link::streamer::{Clock, Procedure};
+use samara::params::ParameterFile;
+use samara::report::FlownBy;
+use samara::trajectory::Trajectory;
+use upload::{Preparation, preparation, suits};
+pub use watched::Patience;
+use watched::WatchedPx4;
+
+/// The options of a drop that PX4 has.
+pub const OPTIONS: &[PilotOption] = &[
+    PilotOption::Speed,
+    PilotOption::Cpu,
+    PilotOption::Patience,
+    PilotOption::FeedForward,
+    PilotOption::Px4sOwnGains,
+];
+
+/// PX4's working directory in the folder of the results.
+const WORK: &str = "px4";
+/// PX4's log, beside the other files of the flight.
+const LOG: &str = "flight.ulg";
+
+/// What can be set of PX4's flights besides its parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Px4Settings {
+    /// Whether the plan's acceleration is sent with its velocity.
+    pub feed_forward: bool,
+    /// The processors that PX4 and the simulator run on.
+    pub cpu: Cpu,
+    /// How long PX4 may keep the simulator waiting.
+    pub patience: Patience,
+}
+
+/// PX4, from a build folder.
+pub struct Px4 {
+    build: BuildFolder,
+    /// Parameters in place of the mission's gains.
+    parameters: Option<ParameterFile>,
+    settings: Px4Settings,
+}
+
+impl Px4 {
+    /// The PX4 of a build folder with its parameters, and the mission for it.
+    pub fn new(
+        build: &Path,
+        mission: &Path,
+        choice: &ChoiceArgs,
+        settings: Px4Settings,
+    ) -> Result<(Self, Mission), Failure> {
+        let build = BuildFolder::open(build).bad_input()?;
+        let (mut mission, parameters) = mission_for_px4(mission, choice)?;
+        mission.note_choice("autopilot", "px4");
+        Ok((Self { build, parameters, settings }, mission))
+    }
+
+    /// What PX4 needs for the flight, without starting it: its mixer, and what it is given.
+    fn prepare(
+        &self,
+        mission: &Mission,
+        trajectory: &Trajectory,
+    ) -> Result<(Option<&'static str>, Preparation), Failure> {
+        suits(mission).bad_input()?;
+        let mixer = self.build.mixer(&mission.vehicle_name, &mission.vehicle).bad_input()?;
+        Ok((mixer, preparation(mission, trajectory, self.parameters.as_ref(), mixer.is_some())?))
+    }
+}
+
+impl Pilot for Px4 {
+    fn name(&self) -> &'static str {
+        "px4"
+    }
+
+    fn introduction(&self) -> &'static str {
+        ", flown by PX4"
+    }
+
+    fn check(&self, mission: &Mission, trajectory: &Trajectory) -> Result<Vec<String>, Failure> {
+        self.prepare(mission, trajectory).map(|(_, preparation)| preparation.upload.remarks)
+    }
+
+    fn takes_ports(&self) -> bool {
+        true
+    }
+
+    fn check_instance(&self, instance: u16) -> Result<(), Failure> {
+        #[cfg(unix)]
+        lock::look(instance).bad_input()?;
+        Ports::of_instance(instance).and_then(|ports| ports.look()).bad_input()
+    }
+
+    /// Flies the drop to the end, or until PX4 is gone or refuses; both are reported.
+    fn fly(&self, flight: &Flight<'_>) -> Result<Flown, Failure> {
+        let Flight { mission, trajectory, folder, narrator, instance, speed, .. } = *flight;
+        let Px4Settings { feed_forward, cpu, patience } = self.settings;
+        let (mixer, preparation) = self.prepare(mission, trajectory)?;
+        let Preparation { envelope, upload, .. } = preparation;
+        let procedure = Some(Procedure { envelope, upload: upload.parameters });
+        let ports = Ports::of_instance(instance).bad_input()?;
+        let system = system_of_instance(instance).bad_input()?;
+        let froude = sessions::froude(mission);
+        let streamer = sessions::StreamerChoice { clock: Clock::Caller, procedure, feed_forward, froude };
+        let sessions = (
+            sessions::simulator(mission, system, froude),
+            sessions::streamer(mission, trajectory.clone(), system, streamer),
+        );
+        // What PX4 says to ground stations goes by its own sockets.
+        let mut reporter = Reporter::new(narrator, mission).recording(folder, &[Link::Simulator, Link::Api]);
+        let watch = Stopwatch::start();
+        // What the thread starts runs where the thread does.
+        let pinned = Pinned::pin(cpu, instance).bad_input()?;
+        let start = || -> Result<WatchedPx4, anyhow::Error> {
+            let px4 = Px4Process::start(&self.build, instance, mixer, &folder.path().join(WORK))?;
+            pinned.step_aside()?;
+            narrator.say(&format!("PX4 started in {}\n", px4.work().display()));
+            Ok(WatchedPx4::new(px4, patience, ports.simulator))
+        };
+        let (flown, WatchedPx4 { mut px4, .. }) =
+            block_on(|stop| run_hosted_drop(sessions, &ports, speed, start, &mut reporter, stop))?
+                .bad_input()?;
+        let wall_ms = watch.ms();
+        px4.stop();
+        drop(pinned);
+        reporter.finish()?;
+        if let Some(gone) = &flown.gone {
+            narrator.warn(&format!("{gone}\n"));
+        } else if let Some(failure) = flown.streamer.failure() {
+            narrator.aside(&format!("gave up: {failure}\n"));
+        }
+        if flown.unfenced > 0 {
+            let n = flown.unfenced;
+            narrator.warn(&format!(
+                "{n} times PX4 did not answer a TIMESYNC within 1 s: setpoints may have been late\n"
+            ));
+        }
+        keep_log(px4.work(), folder)?;
+        let simulated_s = flown.simulator.sim().time_s();
+        let version = flown.streamer.vehicle_version().map(|v| v.to_string());
+        Ok(Flown {
+            by: Some(FlownBy { name: self.name(), version }),
+            trouble: flown.gone.or_else(|| flown.streamer.failure().map(str::to_owned)),
+            record: flown.simulator.record().clone(),
+            log: flown.simulator.into_log(),
+            real_time_factor: Some(1e3 * simulated_s / wall_ms),
+        })
+    }
+}
+
+/// Copies PX4's newest log to the results.
+fn keep_log(work: &Path, folder: &OutputFolder) -> Result<(), Failure> {
+    let Some(log) = newest(&work.join("log"), "ulg") else { return Ok(()) };
+    folder
+        .write(LOG, |out| {
+            #[expect(clippy::disallowed_methods, reason = "the log of the process that was started here")]
+            let mut file = fs::File::open(&log)?;
+            io::copy(&mut file, out).map(|_| ())
+        })
+        .map(|_| ())
+}
+
+/// The last file by name with an extension in a folder or those in it: PX4 names them by date and time.
+fn newest(folder: &Path, extension: &str) -> Option<PathBuf> {
+    let entries = fs::read_dir(folder).ok()?.filter_map(|entry| Some(entry.ok()?.path()));
+    entries
+        .filter_map(|path| match path.is_dir() {
+            true => newest(&path, extension),
+            false => path.extension().is_some_and(|e| e == extension).then_some(path),
+        })
+        .max()
+}

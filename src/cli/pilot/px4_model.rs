@@ -1,0 +1,109 @@
+//! The drop that PX4 is expected to fly, by the model of its control law, without a wire.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use nalgebra::Vector3;
+
+use super::contract::{Flight, Flown, Pilot, PilotOption};
+use super::px4::upload::{preparation, suits};
+use crate::cli::answer::{BadInput as _, Failure};
+use crate::cli::args::ChoiceArgs;
+use crate::cli::mission::mission_for_px4;
+use crate::cli::system::Stopwatch;
+use samara::config::Mission;
+use samara::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
+use samara::control::px4::{Law, Parameters, is_quad_x};
+use samara::link::FlightRecord;
+use samara::params::{ParameterFile, px4_model_parameters};
+use samara::report::FlownBy;
+use samara::sim::px4_flight::fly_px4;
+use samara::sim::{FlightPlan, Reference};
+use samara::trajectory::Trajectory;
+
+/// The options of a drop that the model has.
+pub const OPTIONS: &[PilotOption] = &[PilotOption::FeedForward, PilotOption::Px4sOwnGains];
+
+/// The model of PX4's control law.
+pub struct Px4Model {
+    /// Parameters in place of the mission's gains.
+    parameters: Option<ParameterFile>,
+    /// Whether the plan's acceleration is sent with its velocity.
+    feed_forward: bool,
+}
+
+impl Px4Model {
+    /// The model with its parameters, and the mission for it.
+    pub fn new(path: &Path, choice: &ChoiceArgs, feed_forward: bool) -> Result<(Self, Mission), Failure> {
+        let (mut mission, parameters) = mission_for_px4(path, choice)?;
+        mission.note_choice("autopilot", "px4-model");
+        Ok((Self { parameters, feed_forward }, mission))
+    }
+}
+
+impl Pilot for Px4Model {
+    fn name(&self) -> &'static str {
+        "px4-model"
+    }
+
+    fn introduction(&self) -> &'static str {
+        ", flown by the model of PX4's control law"
+    }
+
+    fn check(&self, mission: &Mission, trajectory: &Trajectory) -> Result<Vec<String>, Failure> {
+        parameters_for(mission, trajectory, self.parameters.as_ref()).map(|(_, remarks)| remarks)
+    }
+
+    /// Flies the mission, the release at the end of the hang.
+    fn fly(&self, flight: &Flight<'_>) -> Result<Flown, Failure> {
+        let Flight { mission, trajectory, .. } = *flight;
+        let (parameters, _) = parameters_for(mission, trajectory, self.parameters.as_ref())?;
+        // k of Froude's scaling: PX4's clock is slower than the site's by it.
+        let similarity = mission.px4_purpose().factors(mission.site.environment.gravity_m_s2).velocity;
+        let mut sim = mission.simulation();
+        sim.schedule_release(mission.release.hang_s);
+        let then_v_ned = Some(mission.target_v_ned);
+        let plan = FlightPlan {
+            reference: Reference::Plan { trajectory, then_v_ned, feed_forward: self.feed_forward },
+            yaw_sp_rad: 0.0,
+            control_period_s: IMU_PERIOD_S * similarity,
+            setpoint_period_s: Some(SETPOINT_PERIOD_S * similarity),
+            duration_s: mission.duration_s,
+        };
+        let watch = Stopwatch::start();
+        let mut law = Law::new(parameters, similarity);
+        let mut log = Vec::new();
+        let _ = fly_px4(&mut sim, &mut law, &plan, Vector3::zeros(), &mut |sample| {
+            log.push(*sample);
+            ControlFlow::Continue(())
+        });
+        Ok(Flown {
+            log,
+            record: FlightRecord::default(),
+            real_time_factor: Some(1e3 * mission.duration_s / watch.ms()),
+            by: Some(FlownBy { name: self.name(), version: None }),
+            trouble: None,
+        })
+    }
+}
+
+/// What PX4 is set to for the mission, by a file or by the mission's gains in its terms, and what there is to
+/// remark on that.
+fn parameters_for(
+    mission: &Mission,
+    trajectory: &Trajectory,
+    given: Option<&ParameterFile>,
+) -> Result<(Parameters, Vec<String>), Failure> {
+    suits(mission).bad_input()?;
+    is_quad_x(&mission.vehicle).bad_input()?;
+    let mut law =
+        px4_model_parameters(&mission.parameter_subject(), mission.px4_purpose(), given).bad_input()?;
+    let upload = preparation(mission, trajectory, given, true)?.upload;
+    // Where PX4 would not get the file's value the model has not got it either.
+    let own = given.into_iter().flat_map(ParameterFile::entries);
+    for (name, value) in own.filter_map(|(_, name, _)| Some((name, upload.parameters.get(name)?))) {
+        // What the model does not read, it does not get.
+        let _ = law.set(name, value.as_f64());
+    }
+    Ok((law, upload.remarks))
+}

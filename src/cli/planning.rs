@@ -1,0 +1,118 @@
+//! The planning that verbs begin with.
+
+use std::ops::ControlFlow;
+
+use anyhow::Context as _;
+
+use super::answer::{BadInput as _, Failure};
+use super::mission::stamp_of;
+use super::results::OutputFolder;
+use super::system::Stopwatch;
+use super::terminal::print_err;
+use samara::config::{Mission, write_trajectory_csv};
+use samara::frames::normalized;
+use samara::model::trim;
+use samara::plan::{Guess, Plan, PlanProblem, Progress, SolverOptions, plan};
+use samara::report::{plan_figure, plan_json};
+use samara::trajectory::Trajectory;
+use samara::units::{DEG_PER_RAD, RAD_PER_DEG};
+
+/// A plan and what it took.
+pub struct TimedPlan {
+    pub plan: Plan,
+    /// Wall time of the solve [ms].
+    pub solve_ms: f64,
+}
+
+/// Plans a mission with the solver's defaults; shows the iterations on stderr if that is wanted.
+pub fn plan_mission(mission: &Mission, verbose: bool) -> Result<TimedPlan, Failure> {
+    solve(mission, &mission.plan_problem(), &SolverOptions::default(), verbose, None)
+}
+
+/// Solves the problem of a mission, for `time_limit_s` of wall time at most.
+pub fn solve(
+    mission: &Mission,
+    problem: &PlanProblem<'_>,
+    options: &SolverOptions,
+    verbose: bool,
+    time_limit_s: Option<f64>,
+) -> Result<TimedPlan, Failure> {
+    warn_of_x_ss(mission);
+    let watch = Stopwatch::start();
+    let plan = plan(problem, &Guess::StraightLine, options, &mut |progress| {
+        if verbose {
+            show(progress);
+        }
+        match time_limit_s {
+            Some(limit_s) if watch.ms() > 1e3 * limit_s => ControlFlow::Break(()),
+            _ => ControlFlow::Continue(()),
+        }
+    })
+    .with_context(|| posed_by(mission))
+    .bad_input()?;
+    Ok(TimedPlan { plan, solve_ms: watch.ms() })
+}
+
+/// What a problem is made of, for the message that it has no solution.
+fn posed_by(mission: &Mission) -> String {
+    let v = mission.target_v_ned;
+    format!("{} to target_v_ned_m_s [{} {} {}]", mission.vehicle_file.display(), v.x, v.y, v.z)
+}
+
+/// The distance [rad] from the solved trim beyond which x_ss is that of another vehicle: 1 deg.
+const X_SS_OFF_RAD: f64 = RAD_PER_DEG;
+
+/// Says so when the mission's x_ss is not the steady state of its vehicle: it was meant for another one.
+fn warn_of_x_ss(mission: &Mission) {
+    let Some(x_ss) = mission.plan.x_ss else { return };
+    let trim = trim(&mission.vehicle, &mission.site.environment, mission.target_v_ned, 0.0);
+    // Without a trim there is no plan, which says so itself.
+    let Ok(trim) = trim else { return };
+    let q_ss = normalized([x_ss[0], x_ss[1], x_ss[2], x_ss[3]]);
+    let cos_half: f64 = q_ss.iter().zip(trim.q_ned_from_body).map(|(a, b)| a * b).sum();
+    let off_rad = 2.0 * cos_half.abs().min(1.0).acos();
+    if off_rad > X_SS_OFF_RAD {
+        print_err(&format!(
+            "samara: plan.x_ss is {:.1} deg off the steady state of this vehicle at the target (pitch {:.1} deg): is it another's? Left \
+             out, the steady state is solved for\n",
+            off_rad * DEG_PER_RAD,
+            trim.pitch_rad * DEG_PER_RAD
+        ));
+    }
+}
+
+/// Writes `trajectory.csv`, `plan.json` and `plan.svg`.
+pub fn write_plan(folder: &OutputFolder, mission: &Mission, plan: &Plan) -> Result<(), Failure> {
+    folder.write("trajectory.csv", |out| write_trajectory_csv(out, &plan.trajectory, &stamp_of(mission)))?;
+    folder.write_text("plan.json", &plan_json(mission, plan, None))?;
+    let figure = plan_figure(mission, &plan.trajectory).context("the figure of the plan")?;
+    folder.write_text("plan.svg", &figure).map(|_| ())
+}
+
+/// The trajectory of a drop, and where it comes from.
+pub struct Planned {
+    pub trajectory: Trajectory,
+    /// "planned" or "file".
+    pub source: &'static str,
+    /// Wall time of the solve [ms], if one was made.
+    pub solve_ms: Option<f64>,
+}
+
+impl Planned {
+    /// Writes `trajectory.csv`, for a flight with a folder of its own.
+    pub fn write_to(&self, folder: &OutputFolder, mission: &Mission) -> Result<(), Failure> {
+        folder
+            .write("trajectory.csv", |out| write_trajectory_csv(out, &self.trajectory, &stamp_of(mission)))
+            .map(|_| ())
+    }
+}
+
+fn show(p: &Progress) {
+    if p.iteration == 0 {
+        print_err("iter      objective     defect   gradient         mu     step\n");
+    }
+    print_err(&format!(
+        "{:4} {:14.8} {:10.2e} {:10.2e} {:10.1e} {:8.4}\n",
+        p.iteration, p.objective, p.defect_max, p.kkt_residual, p.mu, p.step_length
+    ));
+}

@@ -1,0 +1,74 @@
+//! The search of the cascade's gains.
+
+use super::args::{TuneArgs, name_of};
+use super::contest;
+use super::results::{no_gains, report_nothing, write_gains, write_search, write_tune_manifest};
+use super::search_run::run_search;
+use super::settings::{bench, identity, objectives, settings, start_name};
+use crate::cli::answer::{Answer, Failure};
+use crate::cli::results::OutputFolder;
+use crate::cli::system::{Stopwatch, interrupt_flag};
+use crate::cli::terminal::print;
+use samara::assess::tracking::control_period_s;
+use samara::config::Mission;
+use samara::report::tune::{TuneRun, about, records, terminal};
+use samara::trajectory::Trajectory;
+use samara::tune::{Longitudinal, Search};
+
+/// Searches the gains, tries them beside others, writes and reports them.
+pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answer, Failure> {
+    let watch = Stopwatch::start();
+    let bench = bench(args, mission, plan)?;
+    let settings = settings(args, mission, objectives(args, &bench)?)?;
+    let objective = settings.objectives[settings.objectives.len() - 1];
+    let identity = identity(args, mission, &settings);
+    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let mut search = Search::new(settings);
+    let stop = interrupt_flag()?;
+    let judge = |search: &Search, place: usize, k: &Longitudinal| {
+        let (objective, to_beat) = search.to_beat(place)?;
+        Some(bench.evaluate_below(k, &objective, to_beat))
+    };
+    let done = run_search(args, &folder, &identity, &mut search, &stop, judge, progress)?;
+    let Some(best) = search.best(&objective).filter(|b| b.evaluation.is_finite()) else {
+        return report_nothing(args, &mission.name, no_gains(done.stopped));
+    };
+    let mut run = TuneRun {
+        method: name_of(args.method),
+        objective: name_of(args.objective),
+        model: name_of(args.model),
+        robust: args.robust,
+        start: start_name(args, mission),
+        swing: args.swing.clone(),
+        bounds: objective,
+        gains: best,
+        flights: bench.flights(),
+        control_period_s: control_period_s(plan),
+        fresh_evaluations: done.fresh,
+        stopped: done.stopped,
+        wall_s: 1e-3 * watch.ms(),
+        contest: None,
+    };
+    // What was found is kept before it is tried on anything else.
+    write_gains(args, &folder, mission, &best.k, &about(mission, &search, &run))?;
+    write_search(&folder, mission, &search, &run)?;
+    write_tune_manifest(args, &folder, mission)?;
+    run.contest = contest::contest(args, mission, plan, &bench, &best.k, &stop)?;
+    if args.mission.json {
+        print(&records::json(mission, &search, &run))?;
+    } else {
+        print(&terminal::text(mission, &search, &run))?;
+        print(&format!("results in {}\n", folder.path().display()))?;
+    }
+    let whole = !done.stopped && run.contest.is_some();
+    Ok(Answer::from(objective.allows(&best.evaluation) && whole))
+}
+
+/// How far the search is, for the progress bar.
+fn progress(search: &Search) -> String {
+    let (made, most) = search.iterations();
+    let iteration = format!("iteration {} of at most {most}", made + 1);
+    search.history().last().map_or(iteration.clone(), |p| {
+        format!("{iteration}, best cost {:.4} (RMS {:.4}, J_TPF {:.4})", p.cost, p.best.rms, p.best.j_tpf)
+    })
+}
