@@ -1,9 +1,10 @@
 //! Texts as STATUSTEXT messages and back, as MAVLink's description of that message has it.
 //!
-//! One message holds 50 bytes. A longer text goes in pieces that share an `id` other than 0 and count up in `chunk_seq`; a
-//! receiver takes a piece with a zero byte in it for the last one. Hence every piece but the last is full, and a text whose
-//! last piece would be full as well is followed by an empty one. A character is never torn apart, since ground stations
-//! decode piece by piece: where one does not fit any more, spaces fill the piece.
+//! One message holds 50 bytes. A longer text goes in pieces that share an `id` other than 0 and count up in
+//! `chunk_seq`; a receiver takes a piece with a zero byte in it for the last one. Hence every piece but the
+//! last is full, and a text whose last piece would be full as well is followed by an empty one. A character
+//! is never torn apart, since ground stations decode piece by piece: where one does not fit any more, spaces
+//! fill the piece.
 
 use std::collections::BTreeMap;
 
@@ -67,8 +68,9 @@ pub(super) struct TextReader {
 }
 
 impl TextReader {
-    /// The texts that are known with this message of `sender` (system, component): mostly one, none while pieces are
-    /// missing. One whose end has not come (lost, or a full last piece without the empty one after it) is told with the next.
+    /// The texts that are known with this message of `sender` (system, component): mostly one, none while
+    /// pieces are missing. One whose end has not come (lost, or a full last piece without the empty one after
+    /// it) is told with the next.
     pub(super) fn take(&mut self, sender: (u8, u8), message: &STATUSTEXT_DATA) -> Vec<String> {
         let readable = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
         let length = message.text.iter().position(|&c| c == 0);
@@ -103,8 +105,8 @@ mod tests {
         TextWriter::default().messages(MavSeverity::MAV_SEVERITY_INFO, text)
     }
 
-    /// As MAVSDK puts pieces together: up to one with a zero byte; and each piece must be readable by itself, as for
-    /// QGroundControl. `None`: the end never comes.
+    /// As MAVSDK puts pieces together: up to one with a zero byte; and each piece must be readable by itself,
+    /// as for QGroundControl. `None`: the end never comes.
     fn received(messages: &[STATUSTEXT_DATA]) -> Option<String> {
         let mut whole = String::new();
         for (i, m) in messages.iter().enumerate() {

@@ -1,15 +1,19 @@
-//! The simulator's messages read as a state: ODOMETRY (float32, preferred) or HIL_STATE_QUATERNION of the HIL_SENSOR's
-//! time, and the sensors kept for telemetry.
+//! The simulator's messages, read: the state of the vehicle by ODOMETRY (float32, preferred) or
+//! HIL_STATE_QUATERNION of the HIL_SENSOR's time, and the latest sensors, satellite fix and battery.
 //!
-//! The state is the simulator's truth, as fine as the message that carries it: what is flown by where there is no estimator
-//! (`sensing`), and what the flight log sets beside an estimate. What is not finite is not taken; quaternions are scaled to unit length.
+//! The state is the simulator's truth, as fine as the message that carries it: the vehicle flies by it where
+//! there is no estimator (`sensing`), and the flight log sets it beside an estimate. What is not finite is
+//! not taken; quaternions are scaled to unit length.
 
-use mavlink::dialects::common::{HIL_GPS_DATA, HIL_SENSOR_DATA, HIL_STATE_QUATERNION_DATA, ODOMETRY_DATA};
+use mavlink::dialects::common::{
+    BATTERY_STATUS_DATA, HIL_GPS_DATA, HIL_SENSOR_DATA, HIL_STATE_QUATERNION_DATA, MavFrame, MavMessage,
+    ODOMETRY_DATA,
+};
 use nalgebra::Vector3;
 
-use super::super::TimeUs;
 use crate::control::Measurement;
 use crate::frames::{Quaternion, normalized, rotate_ned_from_body};
+use crate::link::TimeUs;
 use crate::model::Environment;
 use crate::model::environment::GeoPoint;
 
@@ -27,26 +31,39 @@ pub(super) struct VehicleState {
     pub measurement: Measurement,
 }
 
-/// What the simulator said last.
+/// The simulator's latest messages.
 #[derive(Clone, Debug, Default)]
 pub(super) struct HilInput {
     odometry: Option<VehicleState>,
     coarse: Option<VehicleState>,
-    /// Latest sensors.
     pub sensor: Option<HIL_SENSOR_DATA>,
-    /// Latest satellite fix.
     pub gps: Option<HIL_GPS_DATA>,
+    /// Whose charge is known.
+    pub battery: Option<BATTERY_STATUS_DATA>,
 }
 
 impl HilInput {
-    /// Takes an ODOMETRY.
-    pub(super) fn take_odometry(&mut self, message: &ODOMETRY_DATA) {
+    /// Takes a message; all but HIL_SENSOR, ODOMETRY, HIL_STATE_QUATERNION, HIL_GPS and BATTERY_STATUS are
+    /// left alone.
+    pub(super) fn take(&mut self, message: &MavMessage, environment: &Environment) {
+        match message {
+            MavMessage::HIL_SENSOR(m) => self.sensor = Some(m.clone()),
+            MavMessage::ODOMETRY(m) => self.take_odometry(m),
+            MavMessage::HIL_STATE_QUATERNION(m) => self.take_coarse(m, environment),
+            MavMessage::HIL_GPS(m) => self.gps = Some(m.clone()),
+            MavMessage::BATTERY_STATUS(m) if m.battery_remaining >= 0 => self.battery = Some(m.clone()),
+            _ => {}
+        }
+    }
+
+    fn take_odometry(&mut self, message: &ODOMETRY_DATA) {
         let linear = vector([message.vx, message.vy, message.vz]);
         let q = normalized(message.q.map(f64::from));
         // Velocities are in the child frame: LOCAL_NED, or the body's (BODY_NED, BODY_FRD).
-        let v_ned = match message.child_frame_id as u32 {
-            1 => linear,
-            8 | 12 => rotate_ned_from_body(q, linear),
+        #[expect(deprecated, reason = "simulators send it")]
+        let v_ned = match message.child_frame_id {
+            MavFrame::MAV_FRAME_LOCAL_NED => linear,
+            MavFrame::MAV_FRAME_BODY_NED | MavFrame::MAV_FRAME_BODY_FRD => rotate_ned_from_body(q, linear),
             _ => return,
         };
         let omega_body = vector([message.rollspeed, message.pitchspeed, message.yawspeed]);
@@ -56,13 +73,8 @@ impl HilInput {
         }
     }
 
-    /// Takes a HIL_STATE_QUATERNION.
-    pub(super) fn take_coarse(&mut self, message: &HIL_STATE_QUATERNION_DATA, environment: &Environment) {
-        let p_ned = environment.local_ned(&GeoPoint {
-            latitude_deg: f64::from(message.lat) / 1e7,
-            longitude_deg: f64::from(message.lon) / 1e7,
-            altitude_m: f64::from(message.alt) / 1e3,
-        });
+    fn take_coarse(&mut self, message: &HIL_STATE_QUATERNION_DATA, environment: &Environment) {
+        let p_ned = environment.local_ned(&geo_point(message.lat, message.lon, message.alt));
         let v_ned = vector([message.vx, message.vy, message.vz].map(f32::from)) / 100.0;
         let omega_body = vector([message.rollspeed, message.pitchspeed, message.yawspeed]);
         let q = normalized(message.attitude_quaternion.map(f64::from));
@@ -71,7 +83,8 @@ impl HilInput {
         }
     }
 
-    /// The state to fly by at `now`: the finer of those of this very time, else the newest that is young enough.
+    /// The state to fly by at `now`: the finer of those of this very time, else the newest that is young
+    /// enough.
     pub(super) fn state(&self, now: TimeUs) -> Option<VehicleState> {
         let of_now = |s: &VehicleState| s.at == now;
         self.odometry
@@ -80,8 +93,8 @@ impl HilInput {
             .or_else(|| self.latest().filter(|s| now.saturating_sub(s.at) <= STATE_LIFETIME_US))
     }
 
-    /// Forgets what is from after `now`: simulated time has started over, and what came ahead of the HIL_SENSOR that
-    /// shows it is already of the new time.
+    /// Forgets what is from after `now`: simulated time has started over, and what came ahead of the
+    /// HIL_SENSOR that shows it is already of the new time.
     pub(super) fn start_over(&mut self, now: TimeUs) {
         self.odometry = self.odometry.filter(|s| s.at <= now);
         self.coarse = self.coarse.filter(|s| s.at <= now);
@@ -97,8 +110,28 @@ impl HilInput {
     }
 }
 
-fn vector(v: [f32; 3]) -> Vector3<f64> {
+/// Three numbers of the wire as a vector.
+pub(super) fn vector(v: [f32; 3]) -> Vector3<f64> {
     Vector3::from(v.map(f64::from))
+}
+
+/// A place on the globe by the wire's latitude and longitude [degE7] and altitude [mm].
+pub(super) fn geo_point(latitude_e7: i32, longitude_e7: i32, altitude_mm: i32) -> GeoPoint {
+    GeoPoint {
+        latitude_deg: f64::from(latitude_e7) / 1e7,
+        longitude_deg: f64::from(longitude_e7) / 1e7,
+        altitude_m: f64::from(altitude_mm) / 1e3,
+    }
+}
+
+/// An angle in the wire's units [degE7].
+pub(super) fn deg_e7(degrees: f64) -> i32 {
+    (degrees * 1e7).round() as i32
+}
+
+/// A length in the wire's units [mm].
+pub(super) fn millimetres(metres: f64) -> i32 {
+    (metres * 1e3).round() as i32
 }
 
 fn checked(
@@ -123,7 +156,6 @@ mod tests {
     use super::*;
     use crate::frames::quaternion_from_euler;
     use approx::assert_relative_eq;
-    use mavlink::dialects::common::MavFrame;
 
     fn odometry(at: TimeUs) -> ODOMETRY_DATA {
         ODOMETRY_DATA {

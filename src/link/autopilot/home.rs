@@ -1,21 +1,19 @@
 //! Home, as PX4 finds it.
 //!
-//! PX4's commander sets home where it first knows its position, and anew at each arming; before that home goes along with a
-//! vehicle that stands disarmed on something and is carried away. A vehicle that hangs under a canopy stands on nothing. So
-//! home is in mid-air here, where the vehicle was armed: not where it was released, and not the origin of the local frame.
-//! Altitudes "above home" count from there and turn negative as it sinks. DO_SET_HOME puts it elsewhere.
-//! (PX4: HomePosition, COM_HOME_EN.)
-
-use nalgebra::Vector3;
+//! PX4's commander sets home where it first knows its position, and anew at each arming; before that home
+//! goes along with a vehicle that stands disarmed on something and is carried away. A vehicle that hangs
+//! under a canopy stands on nothing. So home is in mid-air here, where the vehicle was armed: not where it
+//! was released, and not the origin of the local frame. Altitudes "above home" count from there and turn
+//! negative as it sinks. DO_SET_HOME puts it elsewhere. (PX4: HomePosition, COM_HOME_EN.)
 
 use mavlink::dialects::common::{HOME_POSITION_DATA, MavMessage};
+use nalgebra::Vector3;
 
-use super::hil::VehicleState;
-use super::telemetry::{deg_e7, millimetres};
+use super::hil::{VehicleState, deg_e7, millimetres};
 use crate::frames::{quaternion_from_euler, yaw};
 use crate::model::Environment;
 
-/// Follows the vehicle's states.
+/// Home, set by the states that it follows and by command.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Home {
     at: Option<VehicleState>,
@@ -37,7 +35,7 @@ impl Home {
         self.at = Some(VehicleState { p_ned: place_ned, ..*state });
     }
 
-    /// Where home is, NED [m].
+    /// Position of home, NED [m].
     pub(super) fn place_ned(&self) -> Option<Vector3<f64>> {
         self.at.map(|home| home.p_ned)
     }
@@ -47,7 +45,8 @@ impl Home {
         self.at.map_or(0.0, |home| home.p_ned.z) - state.p_ned.z
     }
 
-    /// HOME_POSITION, once there is a home: on the globe and in the local frame; its attitude is the heading of that moment.
+    /// HOME_POSITION, once there is a home: on the globe and in the local frame, with the heading of the
+    /// moment it was set.
     pub(super) fn message(&self, environment: &Environment) -> Option<MavMessage> {
         let home = self.at?;
         let point = environment.geo_point(&home.p_ned);

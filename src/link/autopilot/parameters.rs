@@ -1,20 +1,23 @@
 //! The parameter protocol: listed, read, set, checked for change by `_HASH_CHECK`, saved.
 //!
-//! As PX4 does it: integers travel as their bytes; a list begins with the checksum, by which a ground station that knows all values
-//! stops it (PARAM_SET `_HASH_CHECK`), and goes out a few values at a time. Better than PX4: what is refused is said, with the
-//! reason (STATUSTEXT, PARAM_ERROR), and the value in effect; an accepted change is told on both links, and so are the parameters
-//! that follow from it.
+//! As PX4 does it: integers travel as their bytes; a list begins with the checksum, by which a ground station
+//! that knows all values stops it (PARAM_SET `_HASH_CHECK`), and goes out a few values at a time. Better than
+//! PX4: a refusal comes with its reason (STATUSTEXT, PARAM_ERROR) and the value in effect; an accepted change
+//! goes out on both links, and so do the parameters that follow from it.
 
 use std::collections::VecDeque;
 
+use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 
-use super::super::{Frame, Link};
-use super::{AutopilotSession, Peer};
-use crate::autopilot::Severity;
+use super::outbox::{LINKS, Outbox, Peer};
+use super::outcome::Outcome;
 use crate::autopilot::parameters::{Parameters, Refusal};
+use crate::autopilot::{Autopilot, Severity};
+use crate::link::flight_log::LogEntry;
+use crate::link::frame::{Command, Frame};
 use crate::params::export::GRAVITY_KEY;
-use crate::params::{ParameterFile, Purpose, Value, file};
+use crate::params::{Purpose, Value, file};
 
 /// PX4's name for the checksum.
 const HASH: &str = "_HASH_CHECK";
@@ -30,6 +33,41 @@ const TYPE_LAST: u8 = 10;
 /// Most lists that go out on a link at the same time.
 const MAX_LISTS: usize = 32;
 
+/// A request of the parameter protocol, whatever type a value is said to have.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Request {
+    List,
+    /// By index or, where that is negative, by name.
+    Read {
+        index: i16,
+        name: String,
+    },
+    Set {
+        name: String,
+        kind: u8,
+        bits: u32,
+    },
+}
+
+impl Request {
+    /// The request in a frame, with the system and component that it is addressed to; `None` for any other
+    /// message.
+    pub(super) fn read(frame: &Frame) -> Option<((u8, u8), Self)> {
+        let p = frame.payload();
+        let at = |i: usize| (p.u8(i), p.u8(i + 1));
+        Some(match frame.message_id {
+            PARAM_REQUEST_LIST_DATA::ID => (at(0), Self::List),
+            PARAM_REQUEST_READ_DATA::ID => {
+                (at(2), Self::Read { index: p.u16(0) as i16, name: p.text::<16>(4) })
+            }
+            PARAM_SET_DATA::ID => {
+                (at(4), Self::Set { name: p.text::<16>(6), kind: p.u8(22), bits: p.u32(0) })
+            }
+            _ => return None,
+        })
+    }
+}
+
 /// What comes next of a list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Next {
@@ -37,210 +75,241 @@ enum Next {
     Index(usize),
 }
 
-/// The lists that go out on a link, each to the peer that asked for it. They take turns.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Listings(VecDeque<(Peer, Next)>);
-
-impl Listings {
-    /// One list at a time for a peer; asked for again, it starts over, without the checksum.
-    fn begin(&mut self, peer: Peer) {
-        if let Some((_, next)) = self.0.iter_mut().find(|(p, _)| p.id == peer.id) {
-            *next = Next::Index(0);
-        } else if self.0.len() < MAX_LISTS {
-            self.0.push_back((peer, Next::Hash));
-        }
-    }
-
-    fn stop(&mut self, peer: Peer) {
-        self.0.retain(|(p, _)| p.id != peer.id);
-    }
+/// The parameters, and the lists of them that go out, each to the peer that asked for it. On each link they
+/// take turns.
+#[derive(Clone, Debug)]
+pub(super) struct ParameterServer {
+    pub parameters: Parameters,
+    lists: VecDeque<(Peer, Next)>,
+    /// Whether somebody keeps the file that PREFLIGHT_STORAGE asks for.
+    keeps_file: bool,
+    saved: Option<String>,
 }
 
-impl AutopilotSession {
-    /// What is in effect, under PX4's names.
-    pub fn parameters(&self) -> &Parameters {
-        &self.parameters
+impl ParameterServer {
+    /// A server of parameters that nobody has asked for yet.
+    pub(super) fn new(parameters: Parameters, keeps_file: bool) -> Self {
+        Self { parameters, lists: VecDeque::new(), keeps_file, saved: None }
     }
 
-    /// Puts in what a parameter file holds beyond gains and limits; gives remarks on the file.
-    pub fn load_parameters(&mut self, file: &ParameterFile) -> Vec<String> {
-        let remarks = self.parameters.load(file, &mut self.autopilot);
-        if !self.running {
-            self.restart_sensing();
+    /// Takes the text of a parameter file that a ground station wants kept.
+    pub(super) fn take_saved(&mut self) -> Option<String> {
+        self.saved.take()
+    }
+
+    /// Takes a request of a peer.
+    pub(super) fn handle(
+        &mut self,
+        peer: Peer,
+        request: Request,
+        autopilot: &mut Autopilot,
+        outbox: &mut Outbox,
+    ) {
+        match request {
+            Request::List => self.begin_list(peer),
+            Request::Read { index, name } => self.answer_read(peer, index, &name, outbox),
+            // The ground station knows all values.
+            Request::Set { name, .. } if name == HASH => {
+                self.lists.retain(|(p, _)| (p.link, p.id) != (peer.link, peer.id));
+            }
+            Request::Set { name, kind, bits } => self.set(peer, &name, (kind, bits), autopilot, outbox),
         }
-        remarks
     }
 
-    /// The text of a parameter file that a ground station wants kept.
-    pub fn take_saved_parameters(&mut self) -> Option<String> {
-        self.saved_parameters.take()
-    }
-
-    /// PARAM_REQUEST_LIST.
-    pub(super) fn begin_listing(&mut self, peer: Peer) {
-        self.port(peer.link).listings.begin(peer);
+    /// One list at a time for a peer; asked for again, it starts over, without the checksum.
+    fn begin_list(&mut self, peer: Peer) {
+        if let Some((_, next)) = self.lists.iter_mut().find(|(p, _)| (p.link, p.id) == (peer.link, peer.id)) {
+            *next = Next::Index(0);
+        } else if self.lists.iter().filter(|(p, _)| p.link == peer.link).count() < MAX_LISTS {
+            self.lists.push_back((peer, Next::Hash));
+        }
     }
 
     /// Sends the next few values of the lists that are under way.
-    pub(super) fn list_on(&mut self) {
-        for link in super::LINKS {
-            let Some((peer, mut next)) = self.port(link).listings.0.pop_front() else { continue };
+    pub(super) fn list_on(&mut self, outbox: &mut Outbox) {
+        for link in LINKS {
+            let first = self.lists.iter().position(|(peer, _)| peer.link == link);
+            let Some((peer, mut next)) = first.and_then(|i| self.lists.remove(i)) else { continue };
             for _ in 0..AT_A_TIME {
                 next = match next {
                     Next::Hash => {
-                        self.send_hash(peer);
+                        outbox.reply(peer, &self.hash_message());
                         Next::Index(0)
                     }
                     Next::Index(index) => {
-                        self.send_parameter(peer, index);
+                        self.send_value(peer, index, outbox);
                         Next::Index(index + 1)
                     }
                 };
             }
             if matches!(next, Next::Index(index) if index < self.parameters.len()) {
-                self.port(link).listings.0.push_back((peer, next));
+                self.lists.push_back((peer, next));
             }
         }
     }
 
-    fn send_hash(&mut self, peer: Peer) {
-        let message = PARAM_VALUE_DATA {
-            param_value: f32::from_bits(self.parameters.hash()),
-            param_count: self.parameters.len() as u16,
-            param_index: NO_INDEX,
-            param_id: HASH.into(),
-            param_type: MavParamType::MAV_PARAM_TYPE_UINT32,
+    fn answer_read(&mut self, peer: Peer, asked: i16, name: &str, outbox: &mut Outbox) {
+        let index = match usize::try_from(asked) {
+            Ok(index) => Some(index).filter(|&i| i < self.parameters.len()),
+            Err(_) if name == HASH => return outbox.reply(peer, &self.hash_message()),
+            Err(_) => self.parameters.index_of(name),
         };
-        self.reply(peer, &MavMessage::PARAM_VALUE(message));
-    }
-
-    fn send_parameter(&mut self, peer: Peer, index: usize) {
-        if let Some(message) = self.parameter_message(index) {
-            self.reply(peer, &message);
+        match index {
+            Some(index) => self.send_value(peer, index, outbox),
+            None => {
+                let error = MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST;
+                outbox.reply(peer, &param_error(peer, name, asked, error));
+            }
         }
     }
 
-    fn parameter_message(&self, index: usize) -> Option<MavMessage> {
+    fn set(
+        &mut self,
+        peer: Peer,
+        name: &str,
+        (kind, bits): (u8, u32),
+        autopilot: &mut Autopilot,
+        outbox: &mut Outbox,
+    ) {
+        let (reason, error) = match kind {
+            TYPE_INT32 | TYPE_REAL32 => {
+                let value = if kind == TYPE_INT32 {
+                    Value::Int(bits as i32)
+                } else {
+                    Value::Real(f32::from_bits(bits))
+                };
+                match self.parameters.set(name, value, autopilot) {
+                    Ok(changed) => return self.publish(&changed, outbox),
+                    Err(refusal) => (refusal.to_string(), error_of(&refusal)),
+                }
+            }
+            _ => {
+                let error = if self.parameters.index_of(name).is_none() {
+                    MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST
+                } else if (1..=TYPE_LAST).contains(&kind) {
+                    MavParamError::MAV_PARAM_ERROR_TYPE_MISMATCH
+                } else {
+                    MavParamError::MAV_PARAM_ERROR_TYPE_UNSUPPORTED
+                };
+                let known = "only 6 (INT32) and 9 (REAL32) are known";
+                (format!("{name} refused: type {kind}, {known}"), error)
+            }
+        };
+        autopilot.say(Severity::Error, reason);
+        if let Some(index) = self.parameters.index_of(name) {
+            self.send_value(peer, index, outbox);
+        }
+        outbox.reply(peer, &param_error(peer, name, -1, error));
+    }
+
+    /// PREFLIGHT_STORAGE, parameter 1: 1 keep the parameters, 2 back to those of the start. Not in flight, as
+    /// in PX4.
+    pub(super) fn store(
+        &mut self,
+        command: &Command,
+        gravity_m_s2: f64,
+        autopilot: &mut Autopilot,
+        outbox: &mut Outbox,
+    ) -> Outcome {
+        if autopilot.is_armed() {
+            let reason = "parameters are stored and reset only while disarmed";
+            return Outcome::TemporarilyRejected.because(autopilot, reason);
+        }
+        match command.param(1) {
+            Some(1.0) if self.keeps_file => self.saved = Some(self.file_text(gravity_m_s2)),
+            Some(1.0) => {
+                let reason = "parameters are not stored: there is no folder for results";
+                return Outcome::Denied.because(autopilot, reason);
+            }
+            Some(2.0) => {
+                let changed = self.parameters.reset(autopilot);
+                self.publish(&changed, outbox);
+            }
+            _ => return Outcome::Unsupported,
+        }
+        Outcome::Accepted
+    }
+
+    /// The values as a file for `--params`.
+    fn file_text(&self, gravity_m_s2: f64) -> String {
+        let notes = [
+            format!("{}: {}", Purpose::KEY, Purpose::Samara.name()),
+            Purpose::Samara.words().to_owned(),
+            format!("{GRAVITY_KEY}: {gravity_m_s2} m/s^2"),
+        ];
+        let version = concat!("samara ", env!("CARGO_PKG_VERSION"));
+        file::write(version, &notes, &self.parameters.values())
+    }
+
+    /// Logs values that have changed, and sends them to everybody.
+    fn publish(&self, changed: &[usize], outbox: &mut Outbox) {
+        for &index in changed {
+            if let Some(entry) = self.parameters.at(index) {
+                outbox.log.push(LogEntry::Parameter(entry.name.clone(), entry.value));
+            }
+            if let Some(message) = self.value_message(index) {
+                outbox.broadcast(&message);
+            }
+        }
+    }
+
+    fn send_value(&self, peer: Peer, index: usize, outbox: &mut Outbox) {
+        if let Some(message) = self.value_message(index) {
+            outbox.reply(peer, &message);
+        }
+    }
+
+    fn value_message(&self, index: usize) -> Option<MavMessage> {
         let entry = self.parameters.at(index)?;
         let (param_value, param_type) = match entry.value {
             // Integers travel as their bytes.
             Value::Int(x) => (f32::from_bits(x as u32), MavParamType::MAV_PARAM_TYPE_INT32),
             Value::Real(x) => (x, MavParamType::MAV_PARAM_TYPE_REAL32),
         };
-        Some(MavMessage::PARAM_VALUE(PARAM_VALUE_DATA {
+        Some(self.message(&entry.name, index as u16, param_value, param_type))
+    }
+
+    fn hash_message(&self) -> MavMessage {
+        let hash = f32::from_bits(self.parameters.hash());
+        self.message(HASH, NO_INDEX, hash, MavParamType::MAV_PARAM_TYPE_UINT32)
+    }
+
+    fn message(
+        &self,
+        name: &str,
+        param_index: u16,
+        param_value: f32,
+        param_type: MavParamType,
+    ) -> MavMessage {
+        let param_count = self.parameters.len() as u16;
+        let param_id = name.into();
+        MavMessage::PARAM_VALUE(PARAM_VALUE_DATA {
             param_value,
-            param_count: self.parameters.len() as u16,
-            param_index: index as u16,
-            param_id: entry.name.as_str().into(),
-            param_type,
-        }))
-    }
-
-    /// PARAM_REQUEST_READ, by index or, with a negative one, by name.
-    pub(super) fn answer_param_read(&mut self, peer: Peer, frame: &Frame) {
-        let p = frame.payload();
-        let asked = p.u16(0) as i16;
-        let name = p.text::<16>(4);
-        let index = match usize::try_from(asked) {
-            Ok(index) => Some(index).filter(|&i| i < self.parameters.len()),
-            Err(_) if name == HASH => return self.send_hash(peer),
-            Err(_) => self.parameters.index_of(&name),
-        };
-        match index {
-            Some(index) => self.send_parameter(peer, index),
-            None => {
-                let error = MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST;
-                self.send_param_error(peer, &name, asked, error);
-            }
-        }
-    }
-
-    /// PARAM_SET, whatever its type.
-    pub(super) fn set_parameter(&mut self, peer: Peer, frame: &Frame) {
-        let p = frame.payload();
-        let (name, kind) = (p.text::<16>(6), p.u8(22));
-        if name == HASH {
-            // The ground station knows all values.
-            self.port(peer.link).listings.stop(peer);
-            return;
-        }
-        let value = match kind {
-            TYPE_INT32 => Value::Int(p.i32(0)),
-            TYPE_REAL32 => Value::Real(p.f32(0)),
-            _ => return self.refuse_type(peer, &name, kind),
-        };
-        match self.parameters.set(&name, value, &mut self.autopilot) {
-            Ok(changed) => self.tell_parameters(&changed),
-            Err(refusal) => {
-                let error = match &refusal {
-                    Refusal::Unknown(_) => MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST,
-                    Refusal::WrongType { .. } => MavParamError::MAV_PARAM_ERROR_TYPE_MISMATCH,
-                    Refusal::OutOfRange { .. } => MavParamError::MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE,
-                    Refusal::ReadOnly { .. } => MavParamError::MAV_PARAM_ERROR_READ_ONLY,
-                };
-                self.refuse_parameter(peer, &name, refusal.to_string(), error);
-            }
-        }
-    }
-
-    fn refuse_type(&mut self, peer: Peer, name: &str, kind: u8) {
-        let error = if self.parameters.index_of(name).is_none() {
-            MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST
-        } else if (1..=TYPE_LAST).contains(&kind) {
-            MavParamError::MAV_PARAM_ERROR_TYPE_MISMATCH
-        } else {
-            MavParamError::MAV_PARAM_ERROR_TYPE_UNSUPPORTED
-        };
-        let text = format!("{name} refused: type {kind}, only 6 (INT32) and 9 (REAL32) are known");
-        self.refuse_parameter(peer, name, text, error);
-    }
-
-    fn refuse_parameter(&mut self, peer: Peer, name: &str, text: String, error: MavParamError) {
-        self.autopilot.say(Severity::Error, text);
-        if let Some(index) = self.parameters.index_of(name) {
-            self.send_parameter(peer, index);
-        }
-        self.send_param_error(peer, name, -1, error);
-    }
-
-    fn send_param_error(&mut self, peer: Peer, name: &str, param_index: i16, error: MavParamError) {
-        let message = PARAM_ERROR_DATA {
+            param_count,
             param_index,
-            target_system: peer.system,
-            target_component: peer.component,
-            param_id: name.into(),
-            error,
-        };
-        self.reply(peer, &MavMessage::PARAM_ERROR(message));
+            param_id,
+            param_type,
+        })
     }
+}
 
-    /// Values that have changed, to everybody.
-    fn tell_parameters(&mut self, changed: &[usize]) {
-        for &index in changed {
-            if let Some((name, value)) = self.parameters.at(index).map(|e| (e.name.clone(), e.value)) {
-                self.log_parameter(&name, value);
-            }
-            if let Some(message) = self.parameter_message(index) {
-                self.send(Link::GroundStation, &message);
-                self.send(Link::Api, &message);
-            }
-        }
+fn error_of(refusal: &Refusal) -> MavParamError {
+    match refusal {
+        Refusal::Unknown(_) => MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST,
+        Refusal::WrongType { .. } => MavParamError::MAV_PARAM_ERROR_TYPE_MISMATCH,
+        Refusal::OutOfRange { .. } => MavParamError::MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE,
+        Refusal::ReadOnly { .. } => MavParamError::MAV_PARAM_ERROR_READ_ONLY,
     }
+}
 
-    /// The values as a file for `--params`; for the caller to keep when one is asked for by PREFLIGHT_STORAGE.
-    pub(super) fn parameter_file(&self) -> String {
-        let notes = [
-            format!("{}: {}", Purpose::KEY, Purpose::Samara.name()),
-            Purpose::Samara.words().to_owned(),
-            format!("{GRAVITY_KEY}: {} m/s^2", self.environment.gravity_m_s2),
-        ];
-        let version = concat!("samara ", env!("CARGO_PKG_VERSION"));
-        file::write(version, &notes, &self.parameters.values())
-    }
-
-    /// PREFLIGHT_STORAGE 2: the values of the start.
-    pub(super) fn reset_parameters(&mut self) {
-        let changed = self.parameters.reset(&mut self.autopilot);
-        self.tell_parameters(&changed);
-    }
+fn param_error(peer: Peer, name: &str, param_index: i16, error: MavParamError) -> MavMessage {
+    let (target_system, target_component) = (peer.system, peer.component);
+    let param_id = name.into();
+    MavMessage::PARAM_ERROR(PARAM_ERROR_DATA {
+        param_index,
+        target_system,
+        target_component,
+        param_id,
+        error,
+    })
 }

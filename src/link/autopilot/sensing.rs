@@ -1,17 +1,18 @@
-//! Flying on the sensors: HIL_SENSOR and HIL_GPS as the estimator's samples and fixes, its estimate as the state.
+//! Flying on the sensors: HIL_SENSOR and HIL_GPS as the estimator's samples and fixes, its estimate as the
+//! state.
 //!
-//! Fields count as `fields_updated` says; inertial readings only all six together. Altitudes are PX4's, by the pressure, and positions
-//! from the anchor of the site, so that the filter's origin is the local frame's and home's. A HIL_GPS bears the time of its sending:
-//! what it tells is of EKF2_GPS_DELAY before. (MAVLink calls its `eph` and `epv` dilutions; simulators and PX4 mean centimetres.)
+//! Fields count as `fields_updated` says; inertial readings only all six together. Altitudes are PX4's, by
+//! the pressure, and positions from the anchor of the site, so that the filter's origin is the local frame's
+//! and home's. A HIL_GPS bears the time of its sending: its fix is of EKF2_GPS_DELAY before. (MAVLink calls
+//! its `eph` and `epv` dilutions; simulators and PX4 mean centimetres.)
 
 use mavlink::dialects::common::{HIL_GPS_DATA, HIL_SENSOR_DATA};
 use nalgebra::Vector3;
 
-use super::super::TimeUs;
-use super::hil::{STATE_LIFETIME_US, VehicleState};
+use super::hil::{STATE_LIFETIME_US, VehicleState, geo_point, vector};
 use crate::autopilot::estimator::{Estimator, EstimatorSettings, Fix, Inertial, Sample};
+use crate::link::TimeUs;
 use crate::model::Environment;
-use crate::model::environment::GeoPoint;
 use crate::sim::sensors::barometer::pressure_altitude_m;
 
 /// Bits of `fields_updated`: accelerometer and gyro, magnetometer, absolute pressure.
@@ -28,26 +29,26 @@ pub(super) struct Sensing {
 }
 
 impl Sensing {
-    /// Before the first message.
+    /// An estimator that has taken nothing yet.
     pub(super) fn new(settings: EstimatorSettings) -> Self {
         Self { estimator: Estimator::new(settings) }
     }
 
-    /// Forgets everything; what fixes are late by from here on.
+    /// Forgets everything; satellite fixes are late by `gps_delay_us` from here on.
     pub(super) fn begin_anew(&mut self, gps_delay_us: TimeUs) {
         *self = Self::new(EstimatorSettings { gps_delay_us, ..*self.estimator.settings() });
     }
 
-    /// The estimator.
+    /// The estimator behind the messages.
     pub(super) fn estimator(&self) -> &Estimator {
         &self.estimator
     }
 
-    /// Takes the sensors of a step, and before them the latest fix. One that has been taken is not taken again, and one that says it
-    /// is of the future not yet.
+    /// Takes the sensors of a step, and before them the latest fix. One that has been taken is not taken
+    /// again, and one from the future not yet.
     pub(super) fn take(&mut self, sensor: &HIL_SENSOR_DATA, gps: Option<&HIL_GPS_DATA>, site: &Environment) {
-        let told = gps.filter(|gps| gps.fix_type >= FIX_3D && gps.time_usec <= sensor.time_usec);
-        if let Some(fix) = told.and_then(|gps| fix(gps, self.estimator.settings().gps_delay_us, site)) {
+        let usable = gps.filter(|gps| gps.fix_type >= FIX_3D && gps.time_usec <= sensor.time_usec);
+        if let Some(fix) = usable.and_then(|gps| fix(gps, self.estimator.settings().gps_delay_us, site)) {
             self.estimator.take_fix(&fix);
         }
         if let Some(sample) = sample(sensor, site) {
@@ -67,28 +68,23 @@ impl Sensing {
     }
 }
 
-/// `None` before the receiver's delay has passed once: what it told would be of before the beginning.
+/// The fix in a HIL_GPS; `None` before the receiver's delay has passed once, when it would be of before the
+/// beginning.
 fn fix(m: &HIL_GPS_DATA, delay_us: TimeUs, site: &Environment) -> Option<Fix> {
-    let point = GeoPoint {
-        latitude_deg: f64::from(m.lat) / 1e7,
-        longitude_deg: f64::from(m.lon) / 1e7,
-        altitude_m: f64::from(m.alt) / 1e3,
-    };
     // Unknown is as good as the filter believes at best.
     let accuracy_m = |cm: u16| if cm == u16::MAX { 0.0 } else { f64::from(cm) / 100.0 };
     Some(Fix {
         at_us: m.time_usec.checked_sub(delay_us)?,
-        p_ned: site.local_ned(&point),
+        p_ned: site.local_ned(&geo_point(m.lat, m.lon, m.alt)),
         v_ned: Vector3::from([m.vn, m.ve, m.vd].map(f64::from)) / 100.0,
         horizontal_m: accuracy_m(m.eph),
         vertical_m: accuracy_m(m.epv),
     })
 }
 
-/// `None` without new readings of accelerometer and gyro.
+/// The sample in a HIL_SENSOR; `None` without new readings of accelerometer and gyro.
 fn sample(m: &HIL_SENSOR_DATA, site: &Environment) -> Option<Sample> {
     let has = |bits: u32| m.fields_updated.bits() & bits == bits;
-    let vector = |v: [f32; 3]| Vector3::from(v.map(f64::from));
     let altitude_m = || pressure_altitude_m(f64::from(m.abs_pressure)) - site.anchor.altitude_m;
     has(INERTIAL).then(|| Sample {
         at_us: m.time_usec,
@@ -104,6 +100,7 @@ fn sample(m: &HIL_SENSOR_DATA, site: &Environment) -> Option<Sample> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::environment::GeoPoint;
     use mavlink::dialects::common::HilSensorUpdatedFlags;
 
     fn site() -> Environment {

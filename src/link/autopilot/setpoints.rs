@@ -14,18 +14,25 @@
 //! | SET_ATTITUDE_TARGET | 0x07 | attitude and thrust |
 //! | | 0x80 | body rates and thrust |
 //!
-//! in frame LOCAL_NED (1) or BODY_NED (8: turned by the heading; the yaw stays absolute, as in PX4; a position is not taken
-//! there). North and east of a kind come together or not at all; every axis needs one of the three kinds. Acceleration beside a
-//! position or velocity is fed forward. What is not flown is refused with its reason, never flown in part.
+//! in frame LOCAL_NED (1) or BODY_NED (8: turned by the heading; the yaw stays absolute, as in PX4; a
+//! position is not taken there). North and east of a kind come together or not at all; every axis needs one
+//! of the three kinds. Acceleration beside a position or velocity is fed forward. What is not flown is
+//! refused with its reason, never flown in part.
 
-use mavlink::dialects::common::{SET_ATTITUDE_TARGET_DATA, SET_POSITION_TARGET_LOCAL_NED_DATA};
+use mavlink::MessageData as _;
+use mavlink::dialects::common::{
+    MavFrame, MavMessage, SET_ATTITUDE_TARGET_DATA, SET_POSITION_TARGET_LOCAL_NED_DATA,
+};
 use nalgebra::Vector3;
 
-use crate::autopilot::{Setpoint, SetpointRefusal, VelocityFrame, YawSetpoint};
+use super::hil::vector;
+use crate::autopilot::{Autopilot, Setpoint, SetpointRefusal, Severity, VelocityFrame, YawSetpoint};
+use crate::link::TimeUs;
+use crate::link::frame::Frame;
 
 /// Why a setpoint message is not flown; the text for the crew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum SetpointFault {
+pub(super) enum SetpointFault {
     /// A position in a frame that turns with the vehicle.
     #[error("setpoint refused: no position in BODY_NED")]
     BodyPosition,
@@ -64,30 +71,38 @@ pub enum SetpointFault {
     Value(#[from] SetpointRefusal),
 }
 
-/// Reads three axes out of a mask: `Some(true)` all given, `Some(false)` all ignored, `None` mixed.
-fn three_axes(mask: u16, shift: u32) -> Option<bool> {
-    match mask >> shift & 0b111 {
-        0b000 => Some(true),
-        0b111 => Some(false),
+/// The setpoint in a frame, or why it is not flown, with the system and component that it is addressed to;
+/// `None` for any other message.
+pub(super) fn read(frame: &Frame) -> Option<((u8, u8), Result<Setpoint, SetpointFault>)> {
+    const TARGET_AT: usize = 50;
+    match frame.known() {
+        Some(MavMessage::SET_POSITION_TARGET_LOCAL_NED(m)) => {
+            Some(((m.target_system, m.target_component), local_setpoint(m)))
+        }
+        Some(MavMessage::SET_ATTITUDE_TARGET(m)) => {
+            Some(((m.target_system, m.target_component), attitude_setpoint(m)))
+        }
+        Some(MavMessage::SET_POSITION_TARGET_GLOBAL_INT(m)) => {
+            Some(((m.target_system, m.target_component), Err(SetpointFault::Global)))
+        }
+        // A frame that no enum knows is owed the same refusal as one that is not flown.
+        None if frame.message_id == SET_POSITION_TARGET_LOCAL_NED_DATA::ID => {
+            let p = frame.payload();
+            Some(((p.u8(TARGET_AT), p.u8(TARGET_AT + 1)), Err(SetpointFault::Frame)))
+        }
         _ => None,
     }
 }
 
-fn vector(x: f32, y: f32, z: f32) -> Vector3<f64> {
-    Vector3::new(f64::from(x), f64::from(y), f64::from(z))
-}
-
-/// Reads SET_POSITION_TARGET_LOCAL_NED.
-///
-/// # Errors
-/// [`SetpointFault`] for what is not flown; numbers are checked by the autopilot.
-pub fn local_setpoint(message: &SET_POSITION_TARGET_LOCAL_NED_DATA) -> Result<Setpoint, SetpointFault> {
+/// Reads SET_POSITION_TARGET_LOCAL_NED; its numbers are checked by the autopilot.
+fn local_setpoint(message: &SET_POSITION_TARGET_LOCAL_NED_DATA) -> Result<Setpoint, SetpointFault> {
     const FORCE: u16 = 0x200;
     const YAW_IGNORE: u16 = 0x400;
     const YAW_RATE_IGNORE: u16 = 0x800;
-    let frame = match message.coordinate_frame as u32 {
-        1 => VelocityFrame::Ned,
-        8 => VelocityFrame::Heading,
+    #[expect(deprecated, reason = "PX4 takes it")]
+    let frame = match message.coordinate_frame {
+        MavFrame::MAV_FRAME_LOCAL_NED => VelocityFrame::Ned,
+        MavFrame::MAV_FRAME_BODY_NED => VelocityFrame::Heading,
         _ => return Err(SetpointFault::Frame),
     };
     let mask = message.type_mask.bits();
@@ -128,11 +143,8 @@ fn axes(mask: u16, shift: u32, values: [f32; 3]) -> Result<[Option<f64>; 3], Set
     Ok(std::array::from_fn(|i| given(i).then_some(f64::from(values[i]))))
 }
 
-/// Reads SET_ATTITUDE_TARGET.
-///
-/// # Errors
-/// [`SetpointFault`] for what is not flown; numbers are checked by the autopilot.
-pub fn attitude_setpoint(message: &SET_ATTITUDE_TARGET_DATA) -> Result<Setpoint, SetpointFault> {
+/// Reads SET_ATTITUDE_TARGET; its numbers are checked by the autopilot.
+fn attitude_setpoint(message: &SET_ATTITUDE_TARGET_DATA) -> Result<Setpoint, SetpointFault> {
     const THRUST_VECTOR: u8 = 0x20;
     const THRUST_IGNORE: u8 = 0x40;
     const ATTITUDE_IGNORE: u8 = 0x80;
@@ -153,43 +165,54 @@ pub fn attitude_setpoint(message: &SET_ATTITUDE_TARGET_DATA) -> Result<Setpoint,
         }
         return Ok(Setpoint::Attitude { q_ned_from_body: message.q.map(f64::from), collective });
     }
-    match three_axes(u16::from(mask), 0) {
-        Some(true) => Ok(Setpoint::Rates { omega_body: vector(rates[0], rates[1], rates[2]), collective }),
-        Some(false) => Err(SetpointFault::NoAttitude),
-        None => Err(SetpointFault::PartialAxes),
+    match mask & 0b111 {
+        0b000 => Ok(Setpoint::Rates { omega_body: vector(rates), collective }),
+        0b111 => Err(SetpointFault::NoAttitude),
+        _ => Err(SetpointFault::PartialAxes),
     }
 }
 
-/// Remembers what was refused lately, so that a stream of bad setpoints says its fault once in ten seconds instead of
-/// fifty times a second.
+/// Hands setpoints to the autopilot. A fault is reported once in ten seconds, not fifty times a second while
+/// a stream of bad setpoints lasts.
 #[derive(Clone, Debug, Default)]
-pub(super) struct FaultLog {
-    said: Vec<(SetpointFault, u64)>,
+pub(super) struct SetpointInput {
+    reported: Vec<(SetpointFault, TimeUs)>,
 }
 
-impl FaultLog {
-    const QUIET_US: u64 = 10_000_000;
+impl SetpointInput {
+    const QUIET_US: TimeUs = 10_000_000;
 
-    /// Whether this fault is to be said at `now_us`.
-    pub(super) fn is_news(&mut self, now_us: u64, fault: SetpointFault) -> bool {
-        match self.said.iter_mut().find(|(f, _)| *f == fault) {
-            None => {
-                self.said.push((fault, now_us));
-                true
-            }
-            Some((_, at)) if now_us.saturating_sub(*at) >= Self::QUIET_US => {
-                *at = now_us;
-                true
-            }
-            Some(_) => false,
+    /// Offers the autopilot a setpoint that was read, or reports why it is not flown.
+    pub(super) fn handle(
+        &mut self,
+        now: TimeUs,
+        setpoint: Result<Setpoint, SetpointFault>,
+        autopilot: &mut Autopilot,
+    ) {
+        let taken = setpoint.and_then(|setpoint| Ok(autopilot.offer_setpoint(now, setpoint)?));
+        if let Err(fault) = taken
+            && self.is_news(now, fault)
+        {
+            autopilot.say(Severity::Error, fault.to_string());
         }
+    }
+
+    fn is_news(&mut self, now: TimeUs, fault: SetpointFault) -> bool {
+        let recent =
+            |(f, at): &(SetpointFault, TimeUs)| *f == fault && now.saturating_sub(*at) < Self::QUIET_US;
+        if self.reported.iter().any(recent) {
+            return false;
+        }
+        self.reported.retain(|(f, _)| *f != fault);
+        self.reported.push((fault, now));
+        true
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mavlink::dialects::common::{AttitudeTargetTypemask, MavFrame, PositionTargetTypemask};
+    use mavlink::dialects::common::{AttitudeTargetTypemask, PositionTargetTypemask};
 
     fn velocity(mask: u16) -> SET_POSITION_TARGET_LOCAL_NED_DATA {
         SET_POSITION_TARGET_LOCAL_NED_DATA {

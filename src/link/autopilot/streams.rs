@@ -1,18 +1,72 @@
 //! Which message goes out on which link, and how often: PX4's rates, until a peer asks for others.
 //!
-//! Times are simulated. A message is due on its own grid of multiples of its interval, so that rates hold on average
-//! though the control step does not divide the interval.
+//! Times are simulated. A message is due on its own grid of multiples of its interval, so that rates hold on
+//! average though the control step does not divide the interval.
 
-use super::super::{Link, TimeUs, microseconds};
+use mavlink::MessageData as _;
+use mavlink::dialects::common::HEARTBEAT_DATA;
 
-/// What a peer may ask of a stream (SET_MESSAGE_INTERVAL, its parameter 2).
+use super::outbox::{LINKS, index_of};
+use super::outcome::{Outcome, whole};
+use super::telemetry::TABLE;
+use super::vehicle::Condition;
+use crate::link::frame::Command;
+use crate::link::session::Link;
+use crate::link::{TimeUs, microseconds};
+
+/// The schedules of all links.
+#[derive(Clone, Debug)]
+pub(super) struct Streams {
+    schedules: [Schedule; LINKS.len()],
+    /// The condition that the simulator was shown last.
+    shown: Option<Condition>,
+}
+
+impl Default for Streams {
+    fn default() -> Self {
+        Self { schedules: LINKS.map(Schedule::new), shown: None }
+    }
+}
+
+impl Streams {
+    /// Takes a stream of a link that is due, if any; to be called until there is none.
+    pub(super) fn take_due(&mut self, link: Link, now: TimeUs) -> Option<u32> {
+        self.schedules[index_of(link)].take_due(now)
+    }
+
+    /// Whether the condition of the vehicle is another than the simulator was shown last.
+    pub(super) fn take_change(&mut self, condition: Condition) -> bool {
+        self.shown.replace(condition).is_some_and(|shown| shown != condition)
+    }
+
+    /// SET_MESSAGE_INTERVAL: parameter 1 the message, 2 its interval [us], 0 for the link's own rate, -1 for
+    /// none.
+    pub(super) fn set_interval(&mut self, link: Link, command: &Command) -> Outcome {
+        let interval = match command.param(2) {
+            Some(0.0) => Interval::Default,
+            Some(-1.0) => Interval::Off,
+            Some(us) if us >= 1.0 && us.is_finite() => Interval::Every(us as u64),
+            _ => return Outcome::Denied,
+        };
+        let message_id = command.param(1).and_then(whole);
+        Outcome::Denied.unless(message_id.is_some_and(|id| self.schedules[index_of(link)].set(id, interval)))
+    }
+
+    /// The interval of a link's stream as MESSAGE_INTERVAL has it [us]: -1 off, 0 no such stream.
+    pub(super) fn interval_us(&self, link: Link, message_id: u16) -> i32 {
+        self.schedules[index_of(link)].interval_us(u32::from(message_id))
+    }
+
+    /// Makes all streams due now, at their present rates: simulated time has started over.
+    pub(super) fn restart(&mut self) {
+        self.schedules.iter_mut().for_each(Schedule::restart);
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Interval {
-    /// Back to the link's own rate.
+enum Interval {
     Default,
-    /// Off.
     Off,
-    /// One message per so many microseconds.
     Every(TimeUs),
 }
 
@@ -26,88 +80,31 @@ struct Stream {
 
 /// The streams of one link.
 #[derive(Clone, Debug)]
-pub(super) struct Schedule {
+struct Schedule {
     streams: Vec<Stream>,
     earliest_us: TimeUs,
 }
 
-/// Message ids by the names of the table below.
-pub(super) mod id {
-    pub const HEARTBEAT: u32 = 0;
-    pub const SYS_STATUS: u32 = 1;
-    pub const SYSTEM_TIME: u32 = 2;
-    pub const GPS_RAW_INT: u32 = 24;
-    pub const ATTITUDE: u32 = 30;
-    pub const ATTITUDE_QUATERNION: u32 = 31;
-    pub const LOCAL_POSITION_NED: u32 = 32;
-    pub const GLOBAL_POSITION_INT: u32 = 33;
-    pub const SERVO_OUTPUT_RAW: u32 = 36;
-    pub const MISSION_CURRENT: u32 = 42;
-    pub const VFR_HUD: u32 = 74;
-    pub const ATTITUDE_TARGET: u32 = 83;
-    pub const POSITION_TARGET_LOCAL_NED: u32 = 85;
-    pub const HIGHRES_IMU: u32 = 105;
-    pub const TIMESYNC: u32 = 111;
-    pub const ALTITUDE: u32 = 141;
-    pub const BATTERY_STATUS: u32 = 147;
-    pub const AUTOPILOT_VERSION: u32 = 148;
-    pub const ESTIMATOR_STATUS: u32 = 230;
-    pub const HOME_POSITION: u32 = 242;
-    pub const EXTENDED_SYS_STATE: u32 = 245;
-    pub const ODOMETRY: u32 = 331;
-    pub const COMPONENT_METADATA: u32 = 397;
-    pub const AVAILABLE_MODES: u32 = 435;
-    pub const CURRENT_MODE: u32 = 436;
-    pub const AVAILABLE_MODES_MONITOR: u32 = 437;
-}
-
-/// Rates in Hz: message, ground station link, API link. 0: only on request.
-const RATES: [(u32, f64, f64); 23] = [
-    (id::HEARTBEAT, 1.0, 1.0),
-    (id::SYS_STATUS, 1.0, 5.0),
-    (id::SYSTEM_TIME, 1.0, 1.0),
-    (id::GPS_RAW_INT, 1.0, 1.0),
-    (id::ATTITUDE, 15.0, 100.0),
-    (id::ATTITUDE_QUATERNION, 5.0, 5.0),
-    (id::LOCAL_POSITION_NED, 5.0, 30.0),
-    (id::GLOBAL_POSITION_INT, 5.0, 5.0),
-    (id::SERVO_OUTPUT_RAW, 1.0, 1.0),
-    (id::MISSION_CURRENT, 1.0, 1.0),
-    (id::VFR_HUD, 4.0, 4.0),
-    (id::ATTITUDE_TARGET, 2.0, 2.0),
-    (id::POSITION_TARGET_LOCAL_NED, 1.5, 1.5),
-    (id::HIGHRES_IMU, 0.0, 50.0),
-    (id::TIMESYNC, 0.0, 10.0),
-    (id::ALTITUDE, 1.0, 1.0),
-    (id::BATTERY_STATUS, 0.5, 0.5),
-    (id::ESTIMATOR_STATUS, 0.5, 0.5),
-    (id::HOME_POSITION, 0.5, 0.5),
-    (id::EXTENDED_SYS_STATE, 1.0, 1.0),
-    (id::ODOMETRY, 0.0, 30.0),
-    (id::CURRENT_MODE, 0.5, 0.5),
-    (id::AVAILABLE_MODES_MONITOR, 0.3, 0.3),
-];
-
 impl Schedule {
-    /// The streams of a link at PX4's rates; towards the simulator only the HEARTBEAT, which tells it the mode.
-    pub(super) fn new(link: Link) -> Self {
-        let streams = RATES
-            .iter()
-            .map(|&(message_id, ground_hz, api_hz)| {
-                let hz = match link {
-                    Link::GroundStation => ground_hz,
-                    Link::Api => api_hz,
-                    Link::Simulator | Link::Parachute => f64::from(u8::from(message_id == id::HEARTBEAT)),
-                };
-                let default_us = (hz > 0.0).then(|| microseconds(1.0 / hz));
-                Stream { message_id, default_us, interval_us: default_us, next_us: 0 }
-            })
-            .collect();
+    /// The streams of a link at PX4's rates; towards the simulator only the HEARTBEAT, which shows it the
+    /// mode.
+    fn new(link: Link) -> Self {
+        let stream = |&(message_id, ground_hz, api_hz, _): &_| {
+            let hz = match link {
+                Link::GroundStation => ground_hz,
+                Link::Api => api_hz,
+                Link::Simulator | Link::Parachute => f64::from(u8::from(message_id == HEARTBEAT_DATA::ID)),
+            };
+            let default_us = (hz > 0.0).then(|| microseconds(1.0 / hz));
+            Stream { message_id, default_us, interval_us: default_us, next_us: 0 }
+        };
+        // What has no rate on either link is sent on request only.
+        let streams = TABLE.iter().filter(|row| row.1 > 0.0 || row.2 > 0.0).map(stream).collect();
         Self { streams, earliest_us: 0 }
     }
 
     /// Takes a stream that is due, if any; to be called until there is none.
-    pub(super) fn take_due(&mut self, now: TimeUs) -> Option<u32> {
+    fn take_due(&mut self, now: TimeUs) -> Option<u32> {
         if now < self.earliest_us {
             return None;
         }
@@ -132,7 +129,7 @@ impl Schedule {
     }
 
     /// Changes a stream's interval; false when there is no such stream.
-    pub(super) fn set(&mut self, message_id: u32, interval: Interval) -> bool {
+    fn set(&mut self, message_id: u32, interval: Interval) -> bool {
         let Some(stream) = self.streams.iter_mut().find(|s| s.message_id == message_id) else { return false };
         stream.interval_us = match interval {
             Interval::Default => stream.default_us,
@@ -144,8 +141,7 @@ impl Schedule {
         true
     }
 
-    /// MESSAGE_INTERVAL's answer [us]: -1 off, 0 no such stream.
-    pub(super) fn interval_us(&self, message_id: u32) -> i32 {
+    fn interval_us(&self, message_id: u32) -> i32 {
         match self.streams.iter().find(|s| s.message_id == message_id) {
             None => 0,
             Some(Stream { interval_us: None, .. }) => -1,
@@ -153,8 +149,7 @@ impl Schedule {
         }
     }
 
-    /// All streams due now, at their usual rates: simulated time has started over.
-    pub(super) fn restart(&mut self) {
+    fn restart(&mut self) {
         for stream in &mut self.streams {
             stream.next_us = 0;
         }
@@ -165,6 +160,7 @@ impl Schedule {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use mavlink::dialects::common::{ATTITUDE_DATA, HIGHRES_IMU_DATA, LOCAL_POSITION_NED_DATA};
 
     fn count(schedule: &mut Schedule, message_id: u32, seconds: u64) -> usize {
         let mut n = 0;
@@ -186,13 +182,13 @@ mod tests {
     #[test]
     fn regress_px4_rates_hold_on_average() {
         for (link, message_id, per_10_s) in [
-            (Link::GroundStation, id::ATTITUDE, 150),
-            (Link::GroundStation, id::HIGHRES_IMU, 0),
-            (Link::Api, id::ATTITUDE, 1000),
-            (Link::Api, id::LOCAL_POSITION_NED, 300),
-            (Link::Api, id::HEARTBEAT, 10),
-            (Link::Simulator, id::HEARTBEAT, 10),
-            (Link::Simulator, id::ATTITUDE, 0),
+            (Link::GroundStation, ATTITUDE_DATA::ID, 150),
+            (Link::GroundStation, HIGHRES_IMU_DATA::ID, 0),
+            (Link::Api, ATTITUDE_DATA::ID, 1000),
+            (Link::Api, LOCAL_POSITION_NED_DATA::ID, 300),
+            (Link::Api, HEARTBEAT_DATA::ID, 10),
+            (Link::Simulator, HEARTBEAT_DATA::ID, 10),
+            (Link::Simulator, ATTITUDE_DATA::ID, 0),
         ] {
             let n = count(&mut Schedule::new(link), message_id, 10);
             assert!(n.abs_diff(per_10_s) <= 1, "{link:?} {message_id}: {n}");
@@ -200,19 +196,19 @@ mod tests {
     }
 
     #[test]
-    fn closed_form_intervals_are_obeyed_and_told() {
+    fn closed_form_intervals_are_obeyed_and_reported() {
         let mut schedule = Schedule::new(Link::Api);
         assert!(!schedule.set(9999, Interval::Off));
         assert_eq!(schedule.interval_us(9999), 0);
-        assert!(schedule.set(id::ATTITUDE, Interval::Every(20_000)));
-        assert_eq!(schedule.interval_us(id::ATTITUDE), 20_000);
-        assert!(count(&mut schedule, id::ATTITUDE, 4).abs_diff(200) <= 1);
-        assert!(schedule.set(id::ATTITUDE, Interval::Every(1)));
-        assert_eq!(count(&mut schedule.clone(), id::ATTITUDE, 1), 250, "at most one a step");
-        assert!(schedule.set(id::ATTITUDE, Interval::Off));
-        assert_eq!(schedule.interval_us(id::ATTITUDE), -1);
-        assert_eq!(count(&mut schedule.clone(), id::ATTITUDE, 1), 0);
-        assert!(schedule.set(id::ATTITUDE, Interval::Default));
-        assert_eq!(schedule.interval_us(id::ATTITUDE), 10_000);
+        assert!(schedule.set(ATTITUDE_DATA::ID, Interval::Every(20_000)));
+        assert_eq!(schedule.interval_us(ATTITUDE_DATA::ID), 20_000);
+        assert!(count(&mut schedule, ATTITUDE_DATA::ID, 4).abs_diff(200) <= 1);
+        assert!(schedule.set(ATTITUDE_DATA::ID, Interval::Every(1)));
+        assert_eq!(count(&mut schedule.clone(), ATTITUDE_DATA::ID, 1), 250, "at most one a step");
+        assert!(schedule.set(ATTITUDE_DATA::ID, Interval::Off));
+        assert_eq!(schedule.interval_us(ATTITUDE_DATA::ID), -1);
+        assert_eq!(count(&mut schedule.clone(), ATTITUDE_DATA::ID, 1), 0);
+        assert!(schedule.set(ATTITUDE_DATA::ID, Interval::Default));
+        assert_eq!(schedule.interval_us(ATTITUDE_DATA::ID), 10_000);
     }
 }

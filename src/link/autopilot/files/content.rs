@@ -1,5 +1,5 @@
-//! The files that a ground station finds: what this component is made of, and what its parameters mean (MAVLink's component
-//! metadata, version 1), so that it need not guess from a PX4 release.
+//! The files that a ground station finds: what this component is made of, and what its parameters mean
+//! (MAVLink's component metadata, version 1), so that it need not guess from a PX4 release.
 
 use crate::autopilot::parameters::hash::crc32;
 use crate::autopilot::parameters::table::Role;

@@ -1,7 +1,7 @@
 //! MAVLink FTP, read-only: component metadata, and nothing else.
 //!
-//! A request with the sequence of the last one is that one again,
-//! whose answer was lost: the same answer goes out. Bursts go out a few at a time, so that telemetry is not held up.
+//! A request with the sequence of the last one is that one again, whose answer was lost: the same answer goes
+//! out. Bursts go out a few at a time, so that telemetry is not held up.
 
 mod content;
 mod packet;
@@ -10,7 +10,7 @@ mod tests;
 
 use std::collections::VecDeque;
 
-use super::Peer;
+use super::outbox::Peer;
 use crate::autopilot::parameters::Parameters;
 use crate::autopilot::parameters::hash::crc32;
 use crate::link::TimeUs;

@@ -1,5 +1,5 @@
-//! Packets of MAVLink FTP, 251 bytes: sequence (2), session, opcode, size, opcode asked for, burst complete, padding, offset (4), data
-//! (239). An answer carries the session, the request's sequence + 1 and ACK or NAK.
+//! Packets of MAVLink FTP, 251 bytes: sequence (2), session, opcode, size, opcode asked for, burst complete,
+//! padding, offset (4), data (239). An answer carries the session, the request's sequence + 1 and ACK or NAK.
 
 /// Payload of FILE_TRANSFER_PROTOCOL.
 pub(in crate::link::autopilot) type Packet = [u8; 251];

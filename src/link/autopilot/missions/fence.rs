@@ -1,4 +1,5 @@
-//! From the items of a fence plan to areas: each corner of a polygon is an item that tells how many there are, each circle one item.
+//! From the items of a fence plan to areas: each corner of a polygon is an item that tells how many there
+//! are, each circle one item.
 
 use nalgebra::Vector2;
 

@@ -1,10 +1,11 @@
-//! Missions, fences and rally points: uploaded, kept, given back, cleared. No mission is flown; fences are watched
-//! ([`crate::autopilot::fence`]).
+//! Missions, fences and rally points: uploaded, kept, given back, cleared. No mission is flown; fences are
+//! watched ([`crate::autopilot::fence`]).
 //!
-//! As PX4 does it: the vehicle asks for item after item and asks again after 250 ms; a peer that has been silent for 5 s has given
-//! up; a second peer that wants to upload meanwhile gets an error; a plan takes the place of the old one only once it is whole.
-//! Better than PX4: several peers may download at once, each what stood there when it began; a peer that starts its upload again is
-//! not told that it is busy with itself. Times are the vehicle's.
+//! As PX4 does it: the vehicle asks for item after item and asks again after 250 ms; a peer that has been
+//! silent for 5 s has given up; a second peer that wants to upload meanwhile gets an error; a plan takes the
+//! place of the old one only once it is whole. Better than PX4: several peers may download at once, each what
+//! stood there when it began; a peer that starts its upload again is not told that it is busy with itself.
+//! Times are the vehicle's.
 
 mod fence;
 mod plan;
@@ -23,7 +24,7 @@ pub(super) use plan::{Kind, Plan};
 use wire::{Address, CANCELLED, MissionResult};
 pub(super) use wire::{Answer, Request};
 
-use super::Peer;
+use super::outbox::Peer;
 
 /// An item that has not come is asked for again after this [us].
 const RETRY_US: TimeUs = 250_000;
@@ -252,7 +253,8 @@ impl Missions {
         self.ack(peer, number, MissionResult::Accepted, self.plan(kind).opaque_id);
     }
 
-    /// An item that nobody waits for: the last one of a completed upload, whose acknowledgement was lost, is acknowledged again.
+    /// An item that nobody waits for: the last one of a completed upload, whose acknowledgement was lost, is
+    /// acknowledged again.
     fn take_late(&mut self, peer: Peer, number: u8, seq: u16) {
         let again = self.completed.filter(|&(by, kind)| {
             by == peer && kind as u8 == number && self.plan(kind).len() == seq.wrapping_add(1)

@@ -13,7 +13,8 @@ impl Frame {
     /// MISSION: the item is at no place, x and y are its parameters 5 and 6.
     const MISSION: Self = Self(2);
 
-    /// Latitude and longitude, height above sea level or home (GLOBAL, GLOBAL_RELATIVE_ALT and their old twins `_INT`).
+    /// Latitude and longitude, height above sea level or home (GLOBAL, GLOBAL_RELATIVE_ALT and their old
+    /// twins `_INT`).
     pub(super) fn is_global(self) -> bool {
         matches!(self.0, 0 | 3 | 5 | 6)
     }

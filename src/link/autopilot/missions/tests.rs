@@ -90,7 +90,7 @@ fn regress_a_plan_comes_back_as_it_went() {
             let bytes = Encoder::new(1, 1).encode_payload(*id, MavMessage::extra_crc(*id), payload);
             let mut read = None;
             Decoder::new().datagram(&bytes, |frame| read = Request::read(&frame));
-            let Some((245, 190, Request::Upload { kind: 0, seq: s, int: i, item: got })) = read else {
+            let Some(((245, 190), Request::Upload { kind: 0, seq: s, int: i, item: got })) = read else {
                 panic!("{read:?}")
             };
             assert_eq!((s, i, got.command, got.frame, got.z), (seq, int, item.command, item.frame, item.z));

@@ -1,23 +1,12 @@
-//! The messages of the mission protocol by wire offset: an item with a command or a plan of a type that no enum knows is owed an
-//! answer too.
+//! The messages of the mission protocol by wire offset: an item with a command or a plan of a type that no
+//! enum knows is owed an answer too.
+#![expect(deprecated, reason = "deprecated in MAVLink, still sent by ground stations")]
+
+use mavlink::MessageData as _;
+use mavlink::dialects::common::*;
 
 use super::plan::{Frame as ItemFrame, Item};
-use crate::link::Frame;
-
-/// Message numbers.
-mod id {
-    pub const REQUEST_PARTIAL_LIST: u32 = 37;
-    pub const WRITE_PARTIAL_LIST: u32 = 38;
-    pub const ITEM: u32 = 39;
-    pub const REQUEST: u32 = 40;
-    pub const SET_CURRENT: u32 = 41;
-    pub const REQUEST_LIST: u32 = 43;
-    pub const COUNT: u32 = 44;
-    pub const CLEAR_ALL: u32 = 45;
-    pub const ACK: u32 = 47;
-    pub const REQUEST_INT: u32 = 51;
-    pub const ITEM_INT: u32 = 73;
-}
+use crate::link::frame::Frame;
 
 /// `MAV_MISSION_RESULT`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,7 +27,7 @@ pub(in crate::link::autopilot) enum MissionResult {
 /// MISSION_ACK's result by which a ground station gives up: `MAV_MISSION_OPERATION_CANCELLED`.
 pub(super) const CANCELLED: u8 = 15;
 
-/// What a ground station asks. `kind` is a `MAV_MISSION_TYPE`, whatever its number.
+/// A ground station's request. `kind` is a `MAV_MISSION_TYPE`, whatever its number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::link::autopilot) enum Request {
     List { kind: u8 },
@@ -52,13 +41,14 @@ pub(in crate::link::autopilot) enum Request {
 }
 
 impl Request {
-    /// The request in a frame with the system and component that it is addressed to; `None` when it is no such message.
-    pub(in crate::link::autopilot) fn read(frame: &Frame) -> Option<(u8, u8, Self)> {
+    /// The request in a frame, with the system and component that it is addressed to; `None` for any other
+    /// message.
+    pub(in crate::link::autopilot) fn read(frame: &Frame) -> Option<((u8, u8), Self)> {
         let p = frame.payload();
         let at = |i: usize| (p.u8(i), p.u8(i + 1));
-        let ((system, component), request) = match frame.message_id {
-            id::ITEM | id::ITEM_INT => {
-                let int = frame.message_id == id::ITEM_INT;
+        Some(match frame.message_id {
+            MISSION_ITEM_DATA::ID | MISSION_ITEM_INT_DATA::ID => {
+                let int = frame.message_id == MISSION_ITEM_INT_DATA::ID;
                 let item_frame = ItemFrame(p.u8(34));
                 let per_unit = if item_frame.is_global() { 1e7 } else { 1.0 };
                 let place = |i: usize| if int { f64::from(p.i32(i)) } else { f64::from(p.f32(i)) * per_unit };
@@ -74,17 +64,18 @@ impl Request {
                 };
                 (at(32), Self::Upload { kind: p.u8(37), seq: p.u16(28), int, item })
             }
-            id::REQUEST => (at(2), Self::Item { kind: p.u8(4), seq: p.u16(0), int: false }),
-            id::REQUEST_INT => (at(2), Self::Item { kind: p.u8(4), seq: p.u16(0), int: true }),
-            id::SET_CURRENT => (at(2), Self::SetCurrent { seq: p.u16(0) }),
-            id::REQUEST_LIST => (at(0), Self::List { kind: p.u8(2) }),
-            id::COUNT => (at(2), Self::Count { kind: p.u8(4), count: p.u16(0) }),
-            id::CLEAR_ALL => (at(0), Self::Clear { kind: p.u8(2) }),
-            id::ACK => (at(0), Self::Ack { kind: p.u8(3), result: p.u8(2) }),
-            id::REQUEST_PARTIAL_LIST | id::WRITE_PARTIAL_LIST => (at(4), Self::Partial { kind: p.u8(6) }),
+            MISSION_REQUEST_DATA::ID => (at(2), Self::Item { kind: p.u8(4), seq: p.u16(0), int: false }),
+            MISSION_REQUEST_INT_DATA::ID => (at(2), Self::Item { kind: p.u8(4), seq: p.u16(0), int: true }),
+            MISSION_SET_CURRENT_DATA::ID => (at(2), Self::SetCurrent { seq: p.u16(0) }),
+            MISSION_REQUEST_LIST_DATA::ID => (at(0), Self::List { kind: p.u8(2) }),
+            MISSION_COUNT_DATA::ID => (at(2), Self::Count { kind: p.u8(4), count: p.u16(0) }),
+            MISSION_CLEAR_ALL_DATA::ID => (at(0), Self::Clear { kind: p.u8(2) }),
+            MISSION_ACK_DATA::ID => (at(0), Self::Ack { kind: p.u8(3), result: p.u8(2) }),
+            MISSION_REQUEST_PARTIAL_LIST_DATA::ID | MISSION_WRITE_PARTIAL_LIST_DATA::ID => {
+                (at(4), Self::Partial { kind: p.u8(6) })
+            }
             _ => return None,
-        };
-        Some((system, component, request))
+        })
     }
 }
 
@@ -95,31 +86,31 @@ pub(in crate::link::autopilot) struct Answer {
     pub payload: Vec<u8>,
 }
 
-/// Who is answered: system and component.
+/// System and component that a message goes to.
 pub(super) type Address = (u8, u8);
 
 impl Answer {
     pub(super) fn ack((system, component): Address, kind: u8, result: MissionResult, opaque_id: u32) -> Self {
         let mut payload = vec![system, component, result as u8, kind];
         payload.extend(opaque_id.to_le_bytes());
-        Self { message_id: id::ACK, payload }
+        Self { message_id: MISSION_ACK_DATA::ID, payload }
     }
 
     pub(super) fn count((system, component): Address, kind: u8, count: u16, opaque_id: u32) -> Self {
         let mut payload = count.to_le_bytes().to_vec();
         payload.extend([system, component, kind]);
         payload.extend(opaque_id.to_le_bytes());
-        Self { message_id: id::COUNT, payload }
+        Self { message_id: MISSION_COUNT_DATA::ID, payload }
     }
 
     /// The vehicle's request for an item.
     pub(super) fn request((system, component): Address, kind: u8, seq: u16, int: bool) -> Self {
         let [low, high] = seq.to_le_bytes();
-        let message_id = if int { id::REQUEST_INT } else { id::REQUEST };
+        let message_id = if int { MISSION_REQUEST_INT_DATA::ID } else { MISSION_REQUEST_DATA::ID };
         Self { message_id, payload: vec![low, high, system, component, kind] }
     }
 
-    /// An item as it was uploaded; `current`: whether it is the one that is next.
+    /// An item as it was uploaded; `current` says whether it is the one that is next.
     pub(super) fn item(
         (system, component): Address,
         kind: u8,
@@ -138,7 +129,7 @@ impl Answer {
         payload.extend(seq.to_le_bytes());
         payload.extend(item.command.to_le_bytes());
         payload.extend([system, component, item.frame.0, u8::from(current), item.autocontinue, kind]);
-        let message_id = if int { id::ITEM_INT } else { id::ITEM };
+        let message_id = if int { MISSION_ITEM_INT_DATA::ID } else { MISSION_ITEM_DATA::ID };
         Self { message_id, payload }
     }
 }

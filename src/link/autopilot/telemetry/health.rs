@@ -2,9 +2,13 @@
 
 use mavlink::dialects::common::*;
 
-use super::telemetry::{SENSORS, Telemetry};
 use crate::autopilot::estimator::{Accuracy, Estimator, NotAligned};
+use crate::link::TimeUs;
+use crate::link::autopilot::vehicle::Vehicle;
 
+/// Gyroscope, accelerometer, magnetometer, barometer, satellites, ready to arm: what MAVSDK's health looks
+/// at.
+pub(super) const SENSORS: u32 = 0x1000_002F;
 /// Bits of SYS_STATUS.
 const GYRO_AND_ACCELEROMETER: u32 = 0x03;
 const MAGNETOMETER: u32 = 0x04;
@@ -14,41 +18,42 @@ const READY_TO_ARM: u32 = 0x1000_0000;
 /// ESTIMATOR_STATUS when everything but a height above ground is known.
 const KNOWN: u16 = 0x033F;
 
-impl Telemetry<'_> {
-    /// The bits of SYS_STATUS that are not healthy.
-    pub(super) fn ailing(&self) -> u32 {
-        let Some(estimator) = self.estimator else { return if self.ready { 0 } else { SENSORS } };
-        let sensor = match estimator.check_aligned() {
-            Ok(()) if self.ready => return 0,
-            Ok(()) | Err(NotAligned::NoInertial) => GYRO_AND_ACCELEROMETER,
-            Err(NotAligned::NoMagnetometer) => MAGNETOMETER,
-            Err(NotAligned::NoBarometer) => BAROMETER,
-            Err(NotAligned::NoSatellites | NotAligned::NoFix) => SATELLITES,
-            Err(
-                NotAligned::NotCarried
-                | NotAligned::Starting
-                | NotAligned::Tilt
-                | NotAligned::Heading
-                | NotAligned::Velocity,
-            ) => 0,
-        };
-        sensor | READY_TO_ARM
-    }
-
-    /// ESTIMATOR_STATUS, once there is a state. The truth errs by nothing.
-    pub(super) fn estimator_status(&self) -> Option<MavMessage> {
-        self.state?;
-        let mut message = ESTIMATOR_STATUS_DATA { time_usec: self.now, ..ESTIMATOR_STATUS_DATA::DEFAULT };
-        let known = match self.estimator {
-            Some(estimator) => fill(&mut message, estimator)?,
-            None => KNOWN,
-        };
-        message.flags = EstimatorStatusFlags::from_bits_retain(if self.ready { known } else { 0 });
-        Some(MavMessage::ESTIMATOR_STATUS(message))
-    }
+/// The bits of SYS_STATUS that are not healthy.
+pub(super) fn ailing(now: TimeUs, vehicle: &Vehicle) -> u32 {
+    let ready = vehicle.state(now).is_some();
+    let Some(estimator) = vehicle.estimator() else { return if ready { 0 } else { SENSORS } };
+    let sensor = match estimator.check_aligned() {
+        Ok(()) if ready => return 0,
+        Ok(()) | Err(NotAligned::NoInertial) => GYRO_AND_ACCELEROMETER,
+        Err(NotAligned::NoMagnetometer) => MAGNETOMETER,
+        Err(NotAligned::NoBarometer) => BAROMETER,
+        Err(NotAligned::NoSatellites | NotAligned::NoFix) => SATELLITES,
+        Err(
+            NotAligned::NotCarried
+            | NotAligned::Starting
+            | NotAligned::Tilt
+            | NotAligned::Heading
+            | NotAligned::Velocity,
+        ) => 0,
+    };
+    sensor | READY_TO_ARM
 }
 
-/// What the filter says of itself; the flags of what it knows. Ratios are innovations over their gates, as PX4 sends them.
+/// ESTIMATOR_STATUS, once there is a state. The truth errs by nothing.
+pub(super) fn estimator_status(now: TimeUs, vehicle: &Vehicle) -> Option<MavMessage> {
+    vehicle.latest_state()?;
+    let mut message = ESTIMATOR_STATUS_DATA { time_usec: now, ..ESTIMATOR_STATUS_DATA::DEFAULT };
+    let known = match vehicle.estimator() {
+        Some(estimator) => fill(&mut message, estimator)?,
+        None => KNOWN,
+    };
+    message.flags =
+        EstimatorStatusFlags::from_bits_retain(if vehicle.state(now).is_some() { known } else { 0 });
+    Some(MavMessage::ESTIMATOR_STATUS(message))
+}
+
+/// Fills in the filter's accuracy and returns the flags of what it knows. Ratios are innovations over their
+/// gates, as PX4 sends them.
 fn fill(message: &mut ESTIMATOR_STATUS_DATA, estimator: &Estimator) -> Option<u16> {
     let (accuracy, ratios) = (estimator.accuracy()?, estimator.filter()?.test_ratios());
     let ratio = |squared: f64| squared.sqrt() as f32;
@@ -82,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn closed_form_flags_tell_what_is_known() {
+    fn closed_form_flags_show_what_is_known() {
         let good = Accuracy {
             tilt_rad: 0.01,
             heading_rad: 0.02,

@@ -1,0 +1,101 @@
+//! The messages about what the vehicle is: version and capabilities, where its description is to be had, its
+//! modes, and the plans that it keeps.
+
+use mavlink::dialects::common::*;
+
+use crate::autopilot::FlightMode;
+use crate::link::autopilot::files::{FileServer, GENERAL};
+use crate::link::autopilot::missions::{Kind, Missions};
+
+/// AVAILABLE_MODES of all modes that are flown with `index` 0, else of the one with that index from 1, if
+/// there is one.
+pub(in crate::link::autopilot) fn available_modes(index: u32) -> impl Iterator<Item = MavMessage> {
+    let flown = || FlightMode::all().filter(|mode| mode.is_flown());
+    let asked = move |i: &u8| index == 0 || index == u32::from(*i);
+    (1u8..).zip(flown()).filter(move |(i, _)| asked(i)).map(move |(mode_index, mode)| {
+        MavMessage::AVAILABLE_MODES(AVAILABLE_MODES_DATA {
+            custom_mode: mode.custom_mode(),
+            properties: MavModeProperty::MAV_MODE_PROPERTY_AUTO_MODE,
+            number_modes: flown().count() as u8,
+            mode_index,
+            standard_mode: standard_mode(mode),
+            mode_name: mode.name().into(),
+        })
+    })
+}
+
+/// AVAILABLE_MODES_MONITOR: the modes never change.
+pub(super) fn available_modes_monitor() -> MavMessage {
+    MavMessage::AVAILABLE_MODES_MONITOR(AVAILABLE_MODES_MONITOR_DATA { seq: 0 })
+}
+
+/// MISSION_CURRENT: the item that would be next; missions are kept and not flown.
+pub(super) fn mission_current(missions: &Missions) -> MavMessage {
+    let mission = missions.plan(Kind::Mission);
+    MavMessage::MISSION_CURRENT(MISSION_CURRENT_DATA {
+        seq: missions.current(),
+        total: mission.len(),
+        mission_state: if mission.len() == 0 {
+            MissionState::MISSION_STATE_NO_MISSION
+        } else {
+            MissionState::MISSION_STATE_NOT_STARTED
+        },
+        // 2: not in mission mode.
+        mission_mode: 2,
+        mission_id: mission.opaque_id,
+        fence_id: missions.plan(Kind::Fence).opaque_id,
+        rally_points_id: missions.plan(Kind::Rally).opaque_id,
+    })
+}
+
+/// COMPONENT_METADATA: where the description of this component is to be had.
+pub(super) fn component_metadata(time_boot_ms: u32, files: &FileServer) -> Option<MavMessage> {
+    let (file_crc, uri) = (files.crc(GENERAL)?, format!("mftp://{GENERAL}").as_str().into());
+    Some(MavMessage::COMPONENT_METADATA(COMPONENT_METADATA_DATA { time_boot_ms, file_crc, uri }))
+}
+
+/// Version 1.14.0, "official": the PX4 release whose wire behaviour this follows; the custom version names
+/// samara.
+pub(super) fn autopilot_version() -> MavMessage {
+    use MavProtocolCapability as Capability;
+    MavMessage::AUTOPILOT_VERSION(AUTOPILOT_VERSION_DATA {
+        capabilities: Capability::MAV_PROTOCOL_CAPABILITY_MISSION_INT
+            | Capability::MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+            | Capability::MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
+            | Capability::MAV_PROTOCOL_CAPABILITY_FTP
+            | Capability::MAV_PROTOCOL_CAPABILITY_SET_ATTITUDE_TARGET
+            | Capability::MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
+            | Capability::MAV_PROTOCOL_CAPABILITY_MAVLINK2
+            | Capability::MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
+            | Capability::MAV_PROTOCOL_CAPABILITY_MISSION_RALLY,
+        flight_sw_version: 0x010E_00FF,
+        flight_custom_version: *b"samara\0\0",
+        ..AUTOPILOT_VERSION_DATA::DEFAULT
+    })
+}
+
+/// CURRENT_MODE, as MAVLink numbers standard modes.
+pub(super) fn current_mode(mode: FlightMode) -> MavMessage {
+    MavMessage::CURRENT_MODE(CURRENT_MODE_DATA {
+        custom_mode: mode.custom_mode(),
+        intended_custom_mode: mode.custom_mode(),
+        standard_mode: standard_mode(mode),
+    })
+}
+
+fn standard_mode(mode: FlightMode) -> MavStandardMode {
+    match mode {
+        FlightMode::Altctl => MavStandardMode::MAV_STANDARD_MODE_ALTITUDE_HOLD,
+        FlightMode::Posctl => MavStandardMode::MAV_STANDARD_MODE_POSITION_HOLD,
+        FlightMode::AutoTakeoff => MavStandardMode::MAV_STANDARD_MODE_TAKEOFF,
+        FlightMode::AutoMission => MavStandardMode::MAV_STANDARD_MODE_MISSION,
+        FlightMode::AutoRtl => MavStandardMode::MAV_STANDARD_MODE_SAFE_RECOVERY,
+        FlightMode::AutoLand => MavStandardMode::MAV_STANDARD_MODE_LAND,
+        FlightMode::Manual
+        | FlightMode::AutoReady
+        | FlightMode::AutoLoiter
+        | FlightMode::Acro
+        | FlightMode::Offboard
+        | FlightMode::Stabilized => MavStandardMode::MAV_STANDARD_MODE_NON_STANDARD,
+    }
+}

@@ -1,0 +1,306 @@
+//! The telemetry messages, each built from what is known when it is due. A message that needs a state is not
+//! sent before there is one. `time_boot_ms` is simulated time.
+//!
+//! | file | messages about |
+//! |---|---|
+//! | here | the vehicle's condition |
+//! | `motion` | where it is and how it moves |
+//! | `health` | how good the state is |
+//! | `identity` | version, modes, plans |
+//!
+//! A new message is a row of [`TABLE`] and the method that builds it.
+
+mod health;
+mod identity;
+mod motion;
+
+use mavlink::MessageData as _;
+use mavlink::dialects::common::*;
+
+use self::health::{SENSORS, ailing, estimator_status};
+use self::identity::{autopilot_version, component_metadata, current_mode, mission_current};
+use self::motion::Motion;
+use super::files::FileServer;
+use super::hil::VehicleState;
+use super::missions::Missions;
+use super::vehicle::Vehicle;
+use crate::autopilot::FlightMode;
+use crate::link::TimeUs;
+
+pub(super) use self::identity::available_modes;
+
+type Build = fn(&Telemetry<'_>) -> Option<MavMessage>;
+
+/// Every telemetry message: its number, PX4's rates on ground stations' and companions' links [Hz] (none:
+/// only on request), and how it is built.
+pub(super) const TABLE: [(u32, f64, f64, Build); 25] = [
+    (HEARTBEAT_DATA::ID, 1.0, 1.0, |t| Some(t.heartbeat())),
+    (SYS_STATUS_DATA::ID, 1.0, 5.0, |t| Some(t.sys_status())),
+    (SYSTEM_TIME_DATA::ID, 1.0, 1.0, |t| Some(t.system_time())),
+    (GPS_RAW_INT_DATA::ID, 1.0, 1.0, |t| t.gps_raw_int()),
+    (ATTITUDE_DATA::ID, 15.0, 100.0, |t| Some(t.motion()?.attitude())),
+    (ATTITUDE_QUATERNION_DATA::ID, 5.0, 5.0, |t| Some(t.motion()?.attitude_quaternion())),
+    (LOCAL_POSITION_NED_DATA::ID, 5.0, 30.0, |t| Some(t.motion()?.local_position_ned())),
+    (GLOBAL_POSITION_INT_DATA::ID, 5.0, 5.0, |t| Some(t.motion()?.global_position_int())),
+    (SERVO_OUTPUT_RAW_DATA::ID, 1.0, 1.0, |t| Some(t.servo_output_raw())),
+    (MISSION_CURRENT_DATA::ID, 1.0, 1.0, |t| Some(mission_current(t.missions))),
+    (VFR_HUD_DATA::ID, 4.0, 4.0, |t| Some(t.motion()?.vfr_hud())),
+    (ATTITUDE_TARGET_DATA::ID, 2.0, 2.0, |t| t.attitude_target()),
+    (POSITION_TARGET_LOCAL_NED_DATA::ID, 1.5, 1.5, |t| t.position_target()),
+    (HIGHRES_IMU_DATA::ID, 0.0, 50.0, |t| t.highres_imu()),
+    (TIMESYNC_DATA::ID, 0.0, 10.0, |t| Some(t.timesync())),
+    (ALTITUDE_DATA::ID, 1.0, 1.0, |t| Some(t.motion()?.altitude())),
+    (BATTERY_STATUS_DATA::ID, 0.5, 0.5, |t| Some(t.battery_status())),
+    (ESTIMATOR_STATUS_DATA::ID, 0.5, 0.5, |t| estimator_status(t.now, t.vehicle)),
+    (HOME_POSITION_DATA::ID, 0.5, 0.5, |t| t.vehicle.home.message(&t.vehicle.environment)),
+    (EXTENDED_SYS_STATE_DATA::ID, 1.0, 1.0, |t| t.extended_sys_state()),
+    (ODOMETRY_DATA::ID, 0.0, 30.0, |t| Some(t.motion()?.odometry())),
+    (CURRENT_MODE_DATA::ID, 0.5, 0.5, |t| Some(current_mode(t.vehicle.autopilot.mode()))),
+    (AVAILABLE_MODES_MONITOR_DATA::ID, 0.3, 0.3, |_| Some(identity::available_modes_monitor())),
+    (AUTOPILOT_VERSION_DATA::ID, 0.0, 0.0, |_| Some(autopilot_version())),
+    (COMPONENT_METADATA_DATA::ID, 0.0, 0.0, |t| component_metadata(t.boot_ms(), t.files)),
+];
+
+/// What telemetry is made from.
+pub(super) struct Telemetry<'a> {
+    pub now: TimeUs,
+    pub vehicle: &'a Vehicle,
+    pub missions: &'a Missions,
+    pub files: &'a FileServer,
+}
+
+impl Telemetry<'_> {
+    /// The message with this number; `None` when there is no such one or it needs a state that is not there
+    /// yet.
+    pub(super) fn message(&self, message_id: u32) -> Option<MavMessage> {
+        let (.., build) = TABLE.iter().find(|row| row.0 == message_id)?;
+        build(self)
+    }
+
+    fn boot_ms(&self) -> u32 {
+        // Wraps after 49 days, as the wire's number does.
+        (self.now / 1000) as u32
+    }
+
+    fn state(&self) -> Option<VehicleState> {
+        self.vehicle.latest_state()
+    }
+
+    fn motion(&self) -> Option<Motion<'_>> {
+        let (now, time_boot_ms) = (self.now, self.boot_ms());
+        Some(Motion { now, time_boot_ms, vehicle: self.vehicle, state: self.state()? })
+    }
+
+    fn system_time(&self) -> MavMessage {
+        let time_unix_usec = self.vehicle.facts.epoch_unix_us.saturating_add(self.now);
+        MavMessage::SYSTEM_TIME(SYSTEM_TIME_DATA { time_unix_usec, time_boot_ms: self.boot_ms() })
+    }
+
+    /// The request by which a peer may set its clock.
+    fn timesync(&self) -> MavMessage {
+        let ts1 = i64::try_from(self.now).unwrap_or(i64::MAX).saturating_mul(1000);
+        MavMessage::TIMESYNC(TIMESYNC_DATA { tc1: 0, ts1, target_system: 0, target_component: 0 })
+    }
+
+    fn battery_status(&self) -> MavMessage {
+        let battery = self.vehicle.hil.battery.as_ref();
+        MavMessage::BATTERY_STATUS(battery.map_or_else(unknown_battery, Clone::clone))
+    }
+
+    /// HEARTBEAT of a quadrotor, hexarotor or octorotor by the number of rotors.
+    fn heartbeat(&self) -> MavMessage {
+        let Vehicle { autopilot, facts, .. } = self.vehicle;
+        let armed = autopilot.is_armed();
+        let mut base_mode = MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;
+        if armed {
+            base_mode |= MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED;
+        }
+        let system_status = match (armed, autopilot.in_failsafe(), self.state().is_some()) {
+            (true, true, _) => MavState::MAV_STATE_CRITICAL,
+            (true, false, _) => MavState::MAV_STATE_ACTIVE,
+            (false, _, true) => MavState::MAV_STATE_STANDBY,
+            (false, _, false) => MavState::MAV_STATE_BOOT,
+        };
+        MavMessage::HEARTBEAT(HEARTBEAT_DATA {
+            custom_mode: autopilot.mode().custom_mode(),
+            mavtype: match facts.rotors {
+                4 => MavType::MAV_TYPE_QUADROTOR,
+                6 => MavType::MAV_TYPE_HEXAROTOR,
+                8 => MavType::MAV_TYPE_OCTOROTOR,
+                _ => MavType::MAV_TYPE_GENERIC_MULTIROTOR,
+            },
+            autopilot: MavAutopilot::MAV_AUTOPILOT_PX4,
+            base_mode,
+            system_status,
+            mavlink_version: 3,
+        })
+    }
+
+    fn sys_status(&self) -> MavMessage {
+        let sensors = MavSysStatusSensor::from_bits_retain(SENSORS);
+        let fence = MavSysStatusSensor::MAV_SYS_STATUS_GEOFENCE;
+        let mut present = sensors;
+        present.set(fence, self.vehicle.autopilot.has_fence());
+        let mut health = MavSysStatusSensor::from_bits_retain(SENSORS & !ailing(self.now, self.vehicle));
+        // Ground stations take a fence that is not healthy for one that is breached, even where there is
+        // none.
+        health.set(fence, !self.vehicle.autopilot.fence_is_breached());
+        MavMessage::SYS_STATUS(SYS_STATUS_DATA {
+            onboard_control_sensors_present: present,
+            onboard_control_sensors_enabled: present,
+            onboard_control_sensors_health: health,
+            // No volts and amperes are modelled: "not known" in each field's own way.
+            voltage_battery: u16::MAX,
+            current_battery: -1,
+            battery_remaining: self
+                .vehicle
+                .hil
+                .battery
+                .as_ref()
+                .map_or(-1, |battery| battery.battery_remaining),
+            onboard_control_sensors_present_extended: MavSysStatusSensorExtended::empty(),
+            onboard_control_sensors_enabled_extended: MavSysStatusSensorExtended::empty(),
+            onboard_control_sensors_health_extended: MavSysStatusSensorExtended::empty(),
+            ..SYS_STATUS_DATA::DEFAULT
+        })
+    }
+
+    fn extended_sys_state(&self) -> Option<MavMessage> {
+        let autopilot = &self.vehicle.autopilot;
+        let landed_state = match autopilot.mode() {
+            _ if self.vehicle.is_standing(&self.state()?) => MavLandedState::MAV_LANDED_STATE_ON_GROUND,
+            FlightMode::AutoTakeoff if autopilot.is_flying() => MavLandedState::MAV_LANDED_STATE_TAKEOFF,
+            _ if autopilot.is_landing() => MavLandedState::MAV_LANDED_STATE_LANDING,
+            _ => MavLandedState::MAV_LANDED_STATE_IN_AIR,
+        };
+        Some(MavMessage::EXTENDED_SYS_STATE(EXTENDED_SYS_STATE_DATA {
+            vtol_state: MavVtolState::MAV_VTOL_STATE_UNDEFINED,
+            landed_state,
+        }))
+    }
+
+    /// The simulator's fix, once a HIL_GPS has come.
+    fn gps_raw_int(&self) -> Option<MavMessage> {
+        let gps = self.vehicle.hil.gps.as_ref()?;
+        Some(MavMessage::GPS_RAW_INT(GPS_RAW_INT_DATA {
+            time_usec: gps.time_usec,
+            lat: gps.lat,
+            lon: gps.lon,
+            alt: gps.alt,
+            eph: gps.eph,
+            epv: gps.epv,
+            vel: gps.vel,
+            cog: gps.cog,
+            fix_type: match gps.fix_type {
+                0 => GpsFixType::GPS_FIX_TYPE_NO_GPS,
+                1 => GpsFixType::GPS_FIX_TYPE_NO_FIX,
+                2 => GpsFixType::GPS_FIX_TYPE_2D_FIX,
+                _ => GpsFixType::GPS_FIX_TYPE_3D_FIX,
+            },
+            satellites_visible: gps.satellites_visible,
+            alt_ellipsoid: gps.alt,
+            ..GPS_RAW_INT_DATA::DEFAULT
+        }))
+    }
+
+    fn highres_imu(&self) -> Option<MavMessage> {
+        let s = self.vehicle.hil.sensor.as_ref()?;
+        Some(MavMessage::HIGHRES_IMU(HIGHRES_IMU_DATA {
+            time_usec: s.time_usec,
+            xacc: s.xacc,
+            yacc: s.yacc,
+            zacc: s.zacc,
+            xgyro: s.xgyro,
+            ygyro: s.ygyro,
+            zgyro: s.zgyro,
+            xmag: s.xmag,
+            ymag: s.ymag,
+            zmag: s.zmag,
+            abs_pressure: s.abs_pressure,
+            diff_pressure: s.diff_pressure,
+            pressure_alt: s.pressure_alt,
+            temperature: s.temperature,
+            // The bits mean the same in both messages, up to the temperature's.
+            fields_updated: HighresImuUpdatedFlags::from_bits_retain(
+                (s.fields_updated.bits() & 0x1FFF) as u16,
+            ),
+            id: s.id,
+        }))
+    }
+
+    /// Motor commands as pulse widths: 1000 us stopped, 2000 us full; 900 us disarmed.
+    fn servo_output_raw(&self) -> MavMessage {
+        let Vehicle { autopilot, facts, .. } = self.vehicle;
+        let pulse_us = |i: usize| match (i < facts.rotors, autopilot.is_armed()) {
+            (false, _) => 0,
+            (true, false) => 900,
+            (true, true) => 1000 + (1000.0 * autopilot.output().throttle[i]).round() as u16,
+        };
+        MavMessage::SERVO_OUTPUT_RAW(SERVO_OUTPUT_RAW_DATA {
+            time_usec: self.now as u32,
+            servo1_raw: pulse_us(0),
+            servo2_raw: pulse_us(1),
+            servo3_raw: pulse_us(2),
+            servo4_raw: pulse_us(3),
+            servo5_raw: pulse_us(4),
+            servo6_raw: pulse_us(5),
+            servo7_raw: pulse_us(6),
+            servo8_raw: pulse_us(7),
+            ..SERVO_OUTPUT_RAW_DATA::DEFAULT
+        })
+    }
+
+    fn attitude_target(&self) -> Option<MavMessage> {
+        let autopilot = Some(&self.vehicle.autopilot).filter(|autopilot| autopilot.is_armed())?;
+        let out = autopilot.output();
+        let [body_roll_rate, body_pitch_rate, body_yaw_rate] = motion::single(out.rate_sp_body);
+        let lift_max_n = autopilot.cascade().airframe().lift_max_n;
+        Some(MavMessage::ATTITUDE_TARGET(ATTITUDE_TARGET_DATA {
+            time_boot_ms: self.boot_ms(),
+            q: out.q_sp.map(|c| c as f32),
+            body_roll_rate,
+            body_pitch_rate,
+            body_yaw_rate,
+            thrust: (out.collective_n / lift_max_n) as f32,
+            type_mask: AttitudeTargetTypemask::empty(),
+        }))
+    }
+
+    fn position_target(&self) -> Option<MavMessage> {
+        let target = self.vehicle.autopilot.velocity_target()?;
+        let ([vx, vy, vz], [afx, afy, afz]) = (motion::single(target.v_ned), motion::single(target.a_ff_ned));
+        // Bits 0 to 2: an axis without a position.
+        let no_position = (0..3).filter(|&i| target.p_ned[i].is_none()).fold(0, |mask, i| mask | 1 << i);
+        let [x, y, z] = target.p_ned.map(|p| p.map_or(0.0, |p| p as f32));
+        Some(MavMessage::POSITION_TARGET_LOCAL_NED(POSITION_TARGET_LOCAL_NED_DATA {
+            time_boot_ms: self.boot_ms(),
+            x,
+            y,
+            z,
+            vx,
+            vy,
+            vz,
+            afx,
+            afy,
+            afz,
+            yaw: target.yaw_rad as f32,
+            type_mask: PositionTargetTypemask::from_bits_retain(0x0800 | no_position),
+            coordinate_frame: MavFrame::MAV_FRAME_LOCAL_NED,
+            ..POSITION_TARGET_LOCAL_NED_DATA::DEFAULT
+        }))
+    }
+}
+
+/// The battery of a mission without one; the message says so, for ground stations that wait for it.
+fn unknown_battery() -> BATTERY_STATUS_DATA {
+    BATTERY_STATUS_DATA {
+        current_consumed: -1,
+        energy_consumed: -1,
+        temperature: i16::MAX,
+        voltages: [u16::MAX; 10],
+        current_battery: -1,
+        battery_remaining: -1,
+        fault_bitmask: MavBatteryFault::empty(),
+        ..BATTERY_STATUS_DATA::DEFAULT
+    }
+}

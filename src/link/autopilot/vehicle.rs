@@ -1,0 +1,144 @@
+//! The vehicle: the state machine with its controller, and all that it knows of where it is and how it moves.
+
+use mavlink::dialects::common::MavMessage;
+
+use super::hil::{HilInput, VehicleState};
+use super::home::Home;
+use super::sensing::Sensing;
+use crate::autopilot::estimator::Estimator;
+use crate::autopilot::{Autopilot, FlightMode, Severity};
+use crate::link::TimeUs;
+use crate::model::{Environment, PerRotor};
+
+/// Slower than this, disarmed, the vehicle counts as standing on something [m/s], as PX4's landing detector
+/// has it.
+const STANDING_SPEED_M_S: f64 = 0.3;
+
+/// What never changes of a vehicle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Facts {
+    /// MAVLink system.
+    pub system_id: u8,
+    /// Number of rotors.
+    pub rotors: usize,
+    /// Unix time of simulated time 0 [us].
+    pub epoch_unix_us: u64,
+}
+
+/// What the simulator wants to know at once: it may release on "armed in OFFBOARD", and a failsafe spoils the
+/// drop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Condition {
+    mode: FlightMode,
+    armed: bool,
+    failsafe: bool,
+}
+
+/// The vehicle's state machine, its sources of the state, and home.
+#[derive(Clone, Debug)]
+pub(super) struct Vehicle {
+    pub autopilot: Autopilot,
+    pub environment: Environment,
+    pub facts: Facts,
+    pub hil: HilInput,
+    /// The estimator to fly by; `None` flies by the simulator's truth.
+    pub sensing: Option<Sensing>,
+    pub home: Home,
+    /// It has been reported that there is no state to fly by.
+    flies_blind: bool,
+}
+
+impl Vehicle {
+    /// A vehicle that has heard nothing of its simulator.
+    pub(super) fn new(
+        autopilot: Autopilot,
+        environment: Environment,
+        facts: Facts,
+        sensing: Option<Sensing>,
+    ) -> Self {
+        let (hil, home) = (HilInput::default(), Home::default());
+        Self { autopilot, environment, facts, hil, sensing, home, flies_blind: false }
+    }
+
+    /// The estimator, if the vehicle flies by one.
+    pub(super) fn estimator(&self) -> Option<&Estimator> {
+        self.sensing.as_ref().map(Sensing::estimator)
+    }
+
+    /// The newest state, however old: the truth, or the estimate.
+    pub(super) fn latest_state(&self) -> Option<VehicleState> {
+        self.sensing.as_ref().map_or_else(|| self.hil.latest(), Sensing::latest)
+    }
+
+    /// The state to fly by at `now`, if there is one that is young enough.
+    pub(super) fn state(&self, now: TimeUs) -> Option<VehicleState> {
+        self.sensing.as_ref().map_or_else(|| self.hil.state(now), |sensing| sensing.state(now))
+    }
+
+    /// Whether the vehicle stands: not in the air by command, and without speed.
+    pub(super) fn is_standing(&self, state: &VehicleState) -> bool {
+        !self.autopilot.is_in_air() && state.measurement.v_ned.norm() <= STANDING_SPEED_M_S
+    }
+
+    /// Mode, arming and failsafe.
+    pub(super) fn condition(&self) -> Condition {
+        Condition {
+            mode: self.autopilot.mode(),
+            armed: self.autopilot.is_armed(),
+            failsafe: self.autopilot.in_failsafe(),
+        }
+    }
+
+    /// Takes a message of the simulator.
+    pub(super) fn take(&mut self, message: &MavMessage) {
+        self.hil.take(message, &self.environment);
+        if let MavMessage::BATTERY_STATUS(m) = message
+            && m.battery_remaining >= 0
+        {
+            self.autopilot.set_charge(f64::from(m.battery_remaining) / 100.0);
+        }
+    }
+
+    /// Simulated time has started over and is at `now`: the flight that was is forgotten.
+    pub(super) fn start_over(&mut self, now: TimeUs, gps_delay_us: TimeUs) {
+        self.autopilot.restart();
+        self.hil.start_over(now);
+        self.restart_estimator(gps_delay_us);
+        self.home = Home::default();
+    }
+
+    /// Begins the estimate anew, with satellite fixes that are late by `gps_delay_us`.
+    pub(super) fn restart_estimator(&mut self, gps_delay_us: TimeUs) {
+        if let Some(sensing) = &mut self.sensing {
+            sensing.begin_anew(gps_delay_us);
+        }
+    }
+
+    /// One control step at the time of the latest HIL_SENSOR: the throttles, and the state that they were
+    /// made for.
+    pub(super) fn step(&mut self, now: TimeUs) -> (PerRotor, Option<VehicleState>) {
+        if let (Some(sensing), Some(sensor)) = (&mut self.sensing, &self.hil.sensor) {
+            sensing.take(sensor, self.hil.gps.as_ref(), &self.environment);
+            self.autopilot.watch_alignment(now, sensing.estimator().check_aligned());
+        }
+        let Some(state) = self.state(now) else { return (self.step_blind(now), None) };
+        self.flies_blind = false;
+        self.home.follow(&state, self.autopilot.is_armed());
+        if let Some(home) = self.home.place_ned() {
+            self.autopilot.set_home(home);
+        }
+        (self.autopilot.step(now, &state.p_ned, &state.measurement), Some(state))
+    }
+
+    fn step_blind(&mut self, now: TimeUs) -> PerRotor {
+        if !self.flies_blind && self.autopilot.is_armed() {
+            self.flies_blind = true;
+            let text = match self.sensing {
+                Some(_) => "no estimate: flying blind",
+                None => "no ODOMETRY or HIL_STATE_QUATERNION: flying blind",
+            };
+            self.autopilot.say(Severity::Emergency, text);
+        }
+        self.autopilot.coast(now)
+    }
+}
