@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use divan::{Bencher, black_box};
 use nalgebra::Vector3;
-use samara::assess::{Command, Controller, SafetyLimits, SafetyStudy};
+use samara::assess::{SafetyLimits, SafetyStudy, StudyEntry, StudyReference};
 use samara::config::load_vehicle;
-use samara::control::{Airframe, Cascade, ControlLimits, Gains, Measurement};
+use samara::control::{Airframe, Cascade, ControlLimits, Controller as _, Gains, Measurement, Setpoint};
 use samara::frames::quaternion_from_euler;
 use samara::model::environment::GeoPoint;
 use samara::model::rigid_body::BodyState;
@@ -51,12 +51,11 @@ fn cascade(vehicle: &Vehicle) -> Cascade {
 
 #[divan::bench]
 fn control_step(bencher: Bencher<'_, '_>) {
-    let mut law = cascade(&titan());
-    let body = release();
-    let m =
-        Measurement { q_ned_from_body: body.q_ned_from_body, v_ned: body.v_ned, omega_body: body.omega_body };
-    let target = Vector3::new(4.0, 0.0, 4.0);
-    bencher.bench_local(|| law.track_velocity(black_box(&m), target, Vector3::zeros(), 0.0, 0.004));
+    let mut cascade = cascade(&titan());
+    let m = Measurement::from(&release());
+    let (v_ned, a_ff_ned) = (Vector3::new(4.0, 0.0, 4.0), Vector3::zeros());
+    let setpoint = Setpoint::Velocity { v_ned, a_ff_ned, yaw_rad: Some(0.0) };
+    bencher.bench_local(|| cascade.step(black_box(&m), &setpoint, 0.004));
 }
 
 #[divan::bench(args = [PlantKind::Ideal, PlantKind::Actuator])]
@@ -69,6 +68,7 @@ fn plant_step(bencher: Bencher<'_, '_>, kind: PlantKind) {
 #[divan::bench]
 fn campaign_trial(bencher: Bencher<'_, '_>) {
     let vehicle = titan();
+    let controller = Box::new(cascade(&vehicle));
     let node = |t_s| Node {
         t_s,
         q_ned_from_body: samara::frames::LEVEL,
@@ -78,10 +78,8 @@ fn campaign_trial(bencher: Bencher<'_, '_>) {
         a_ned: Vector3::zeros(),
     };
     let study = SafetyStudy {
-        airframe: Airframe::new(&vehicle, &site()).unwrap(),
         vehicle,
         environment: site(),
-        control_limits: ControlLimits::default(),
         limits: SafetyLimits {
             speed_m_s: 12.0,
             pitch_rad: 0.785,
@@ -91,23 +89,20 @@ fn campaign_trial(bencher: Bencher<'_, '_>) {
         target_v_ned: Vector3::new(4.0, 0.0, 4.0),
         plan: Trajectory::new(vec![node(0.0), node(30.0)], 4).unwrap(),
     };
-    let gains = Gains::near_hover();
-    let controller =
-        Controller { name: "bench", gains_name: String::new(), gains, command: Command::Optimal };
-    bencher.bench_local(|| study.outcome(&controller, black_box(&release())));
+    let entry = StudyEntry {
+        name: "bench",
+        gains_name: String::new(),
+        controller,
+        reference: StudyReference::Optimal,
+    };
+    bencher.bench_local(|| study.outcome(&entry, black_box(&release())));
 }
 
 #[divan::bench(args = [PlantKind::Ideal, PlantKind::Actuator])]
 fn flight_of_8625_steps(bencher: Bencher<'_, '_>, kind: PlantKind) {
     let vehicle = titan();
     let mut law = cascade(&vehicle);
-    let flight = FlightPlan {
-        reference: Reference::Step(Vector3::new(4.0, 0.0, 4.0)),
-        yaw_sp_rad: 0.0,
-        control_period_s: 0.004,
-        setpoint_period_s: None,
-        duration_s: 34.5,
-    };
+    let flight = FlightPlan::new(Reference::Step(Vector3::new(4.0, 0.0, 4.0)), 0.004, 34.5);
     bencher.bench_local(|| {
         let mut sim = DropSimulation::at_t0(vehicle.clone(), site(), release(), kind);
         let mut peak = 0.0f64;

@@ -10,7 +10,7 @@ use mavlink::Message as _;
 use mavlink::dialects::common::{HIL_SENSOR_DATA, MavMessage};
 use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, load_gains, load_mission, load_parameters, load_vehicle, read_trajectory_csv};
-use samara::control::{Airframe, Cascade};
+use samara::control::{Airframe, ControlSettings};
 use samara::link::{AutopilotSession, AutopilotSetup, Decoder, Encoder, Hub, HubConfig, Link, Session as _};
 
 /// A target: takes any bytes, and panics where something is wrong.
@@ -149,7 +149,8 @@ fn autopilot() -> AutopilotSession {
     let airframe = Airframe::new(&m.vehicle, &m.site.environment).unwrap();
     AutopilotSession::new(AutopilotSetup {
         system_id: 1,
-        cascade: Cascade::new(airframe, m.control.gains, m.control.limits),
+        control: ControlSettings { airframe, gains: m.control.gains, limits: m.control.limits },
+        controller: None,
         environment: m.site.environment.clone(),
         estimator: None,
         rotors: m.vehicle.rotors.len(),

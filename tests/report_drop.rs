@@ -65,15 +65,16 @@ fn dropped(path: &str) -> Drop {
     );
     sim.schedule_release(mission.release.hang_s);
     let flight = FlightPlan {
-        reference: Reference::Plan {
-            trajectory: &plan.trajectory,
-            then_v_ned: Some(mission.target_v_ned),
-            feed_forward: false,
-        },
-        yaw_sp_rad: 0.0,
-        control_period_s: 0.004,
         setpoint_period_s: Some(0.02),
-        duration_s: mission.duration_s,
+        ..FlightPlan::new(
+            Reference::Plan {
+                trajectory: &plan.trajectory,
+                then_v_ned: Some(mission.target_v_ned),
+                feed_forward: false,
+            },
+            0.004,
+            mission.duration_s,
+        )
     };
     let mut samples = Vec::new();
     let mut builder = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned);

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, SVector, Vector3};
 use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, load_mission};
-use samara::control::{Airframe, Cascade};
+use samara::control::{Airframe, Cascade, ControlSettings};
 use samara::link::{
     AutopilotSession, AutopilotSetup, Decoder, Frame, Link, Lockstep, Session, SimulatorConfig,
     SimulatorSession, StreamerConfig, StreamerSession, Transmit,
@@ -76,17 +76,15 @@ fn another_vehicle_is_planned_and_flown() {
     let mut cascade = Cascade::new(airframe, mission.control.gains, mission.control.limits);
     let mut sim = drop_of(&mission);
     sim.schedule_release(mission.release.hang_s);
-    let flight = FlightPlan {
-        reference: Reference::Plan {
+    let flight = FlightPlan::new(
+        Reference::Plan {
             trajectory: &plan.trajectory,
             then_v_ned: Some(mission.target_v_ned),
             feed_forward: false,
         },
-        yaw_sp_rad: 0.0,
-        control_period_s: 0.01,
-        setpoint_period_s: None,
-        duration_s: mission.duration_s,
-    };
+        0.01,
+        mission.duration_s,
+    );
     let mut end = Vector3::zeros();
     let _ = fly(&mut sim, &mut cascade, &flight, &mut |sample| {
         end = sample.state.body.v_ned;
@@ -221,7 +219,12 @@ fn another_transport_and_another_planner_fly_the_same_drop() {
         let airframe = Airframe::new(&mission.vehicle, &mission.site.environment).unwrap();
         AutopilotSession::new(AutopilotSetup {
             system_id: 1,
-            cascade: Cascade::new(airframe, mission.control.gains, mission.control.limits),
+            control: ControlSettings {
+                airframe,
+                gains: mission.control.gains,
+                limits: mission.control.limits,
+            },
+            controller: None,
             environment: mission.site.environment.clone(),
             estimator: None,
             rotors: 4,

@@ -32,13 +32,11 @@ impl Swarm {
         let site = Environment::new(1.35, 5.4, Vector3::zeros(), anchor).unwrap();
         let model = Model::new(&vehicle, &site, &ControlLimits::default(), kind).unwrap();
         let plan = plan();
-        let flight = FlightPlan {
-            reference: Reference::Plan { trajectory: &plan, then_v_ned: None, feed_forward: false },
-            yaw_sp_rad: 0.0,
-            control_period_s: control_period_s(&plan),
-            setpoint_period_s: None,
-            duration_s: plan.end_s(),
-        };
+        let flight = FlightPlan::new(
+            Reference::Plan { trajectory: &plan, then_v_ned: None, feed_forward: false },
+            control_period_s(&plan),
+            plan.end_s(),
+        );
         let limits = SafetyLimits {
             speed_m_s: 12.0,
             pitch_rad: 45.0 * RAD_PER_DEG,

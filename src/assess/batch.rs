@@ -1,8 +1,9 @@
-//! Costs of many flights at once: what [`super::safety`] and [`super::tracking`] say of a flight, for the flights of
-//! [`crate::sim::planar`].
+//! Costs of many flights at once: what [`super::safety`] and [`super::tracking`] say of a flight, for the
+//! flights of [`crate::sim::planar`].
 //!
-//! A flight is given up at the first control step at which it is faster than 60 m/s, turned by more than 6 rad, or no number; its
-//! peaks are those up to then. So a flight's outcome does not depend on the flights beside it.
+//! A flight is given up at the first control step at which it is faster than 60 m/s, turned by more than 6
+//! rad, or no number; its peaks are those up to then. So a flight's outcome does not depend on the flights
+//! beside it.
 
 #![expect(
     clippy::needless_range_loop,
@@ -20,7 +21,7 @@ use crate::sim::planar::{Flight, LANES, Lanes, Model, NotPlanar, Observer, Setpo
 use crate::sim::{FlightPlan, Reference};
 use crate::trajectory::Trajectory;
 
-/// What flights are judged by.
+/// Setpoints, limits and plan nodes that flights are judged by.
 #[derive(Clone, Debug)]
 pub struct Study {
     course: SetpointTable,
@@ -42,10 +43,11 @@ struct PlanNode {
     state: [f64; 5],
 }
 
-/// What a flight came to.
+/// Costs, peaks and end of a flight.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// J_RMS (45) over the plan's nodes; 1000 for a flight that was given up or did not reach the last node; 0 without a plan.
+    /// J_RMS (45) over the plan's nodes; 1000 for a flight that was given up or did not reach the last node;
+    /// 0 without a plan.
     pub rms: f64,
     /// J_TPF (51); infinite when the state was no number.
     pub j_tpf: f64,
@@ -64,8 +66,8 @@ pub struct Outcome {
 }
 
 impl Study {
-    /// Flights along `plan`; steady means close to `target_m_s`, north and down [m/s]. RMS is against the nodes of the
-    /// trajectory `tracked`, where there is one; the control period must divide its intervals.
+    /// Flights along `plan`; steady means close to `target_m_s`, north and down [m/s]. RMS is against the
+    /// nodes of the trajectory `tracked`, where there is one; the control period must divide its intervals.
     ///
     /// # Errors
     /// [`NotPlanar`] as [`SetpointTable::new`].
@@ -112,8 +114,9 @@ impl Study {
     }
 }
 
-/// Flies and judges each flight; `outcomes` takes as many as there are flights or places, whichever are fewer. Any number of
-/// flights, in groups of [`LANES`]; threads are the caller's affair: split at multiples of [`LANES`].
+/// Flies and judges each flight; `outcomes` takes as many as there are flights or places, whichever are
+/// fewer. Any number of flights, in groups of [`LANES`]; threads are the caller's affair: split at multiples
+/// of [`LANES`].
 pub fn judge_flights(model: &Model, study: &Study, flights: &[Flight], outcomes: &mut [Outcome]) {
     for (flights, outcomes) in flights.chunks(LANES).zip(outcomes.chunks_mut(LANES)) {
         // A last, smaller group fills its lanes with its first flight.
@@ -268,7 +271,8 @@ impl Observer for Judge<'_> {
     }
 }
 
-/// `cos(PITCH_MAX_RAD/2)`: the pitch `2 atan2(q2, q0)` of a unit quaternion passes 6 rad where q0 passes this.
+/// `cos(PITCH_MAX_RAD/2)`: the pitch `2 atan2(q2, q0)` of a unit quaternion passes 6 rad where q0 passes
+/// this.
 const COS_HALF_PITCH_MAX: f64 = -0.989_992_496_600_445_4;
 const _: () = assert!(PITCH_MAX_RAD == 6.0);
 

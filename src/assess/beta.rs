@@ -1,7 +1,8 @@
 //! The beta distribution, which Student's t and the exact binomial interval are made of.
 //!
-//! `I_x(a, b)`, the regularised incomplete beta function, by its continued fraction (Lentz's method); its inverse by
-//! bisection, to the last bit that the function resolves. `ln Gamma` by Lanczos' sum (g = 7, nine terms).
+//! `I_x(a, b)`, the regularised incomplete beta function, by its continued fraction (Lentz's method); its
+//! inverse by bisection, to the last bit that the function resolves. `ln Gamma` by Lanczos' sum (g = 7, nine
+//! terms).
 
 /// `ln Gamma(x)` for x > 0.
 fn ln_gamma(x: f64) -> f64 {

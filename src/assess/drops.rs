@@ -1,7 +1,8 @@
 //! Random drops: what a campaign of whole drops draws for each, and what it measures of each.
 //!
-//! A drop has the swing of a [`RandomRelease`](super::RandomRelease), which decides pitch and pitch rate at the release, a wind, and
-//! noise of its own on every sensor. Trial k draws from stream k, as the releases do: its swing is that of the release of that number.
+//! A drop has the swing of a [`RandomRelease`](super::RandomRelease), which decides pitch and pitch rate at
+//! the release, a wind, and noise of its own on every sensor. Trial k draws from stream k, as the releases
+//! do: its swing is that of the release of that number.
 
 use nalgebra::Vector3;
 
@@ -10,7 +11,7 @@ use crate::frames::{pitch, rotate_ned_from_body};
 use crate::sim::{Phase, Sample};
 use crate::trajectory::Trajectory;
 
-/// What is drawn for a drop.
+/// Random numbers of a drop: swing, wind, seed of the sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RandomDrop {
     /// Number of the trial.
@@ -25,7 +26,7 @@ pub struct RandomDrop {
     pub seed: u64,
 }
 
-/// What a drop is measured against.
+/// Limits, target and plan that a drop is measured against.
 #[derive(Clone, Copy, Debug)]
 pub struct DropMeasure<'a> {
     /// Safety limits.
@@ -34,11 +35,11 @@ pub struct DropMeasure<'a> {
     pub target_v_ned: Vector3<f64>,
     /// How close to it is steady [m/s].
     pub steady_within_m_s: f64,
-    /// What was to be flown.
+    /// Plan that was to be flown.
     pub plan: &'a Trajectory,
 }
 
-/// What came of a drop.
+/// Measures of a drop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DropOutcome {
     /// The verdict from the release to the end.
@@ -54,7 +55,7 @@ pub struct DropOutcome {
 }
 
 impl DropMeasure<'_> {
-    /// What came of a drop; `None` when the vehicle was never released.
+    /// Measures of a flight log; `None` when the vehicle was never released.
     pub fn of(&self, log: &[Sample]) -> Option<DropOutcome> {
         let end_s = self.plan.end_s();
         let mut verdict = VerdictBuilder::new(self.limits, self.target_v_ned)

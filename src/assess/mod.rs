@@ -26,7 +26,7 @@ pub use drops::{DropMeasure, DropOutcome, RandomDrop};
 pub use releases::{RandomRelease, ReleaseDistribution};
 pub use safety::{SafetyLimits, StateCost, Verdict, VerdictBuilder, plan_j_tpf, steady_within_m_s};
 pub use statistics::{CONFIDENCE, Share, Summary, Tally};
-pub use study::{Command, Controller, SafetyStudy, TraceInstant, TrialOutcome};
+pub use study::{OneAtATime, SafetyStudy, StudyEntry, StudyReference, TraceInstant, TrialOutcome};
 pub use tracking::TrackingError;
 
 #[cfg(test)]

@@ -1,7 +1,9 @@
-//! The figures that the paper prints of its safety study, for comparison. They hold for its lander on Titan alone.
+//! The figures that the paper prints of its safety study, for comparison. They hold for its lander on Titan
+//! alone.
 //!
-//! Source: T. I. Opazo and J. W. Langelaan, "Longitudinal control of transition to powered flight for a parachute-dropped
-//! multirotor", Table 5 and sections V and V.A. (The gains of Table 4 are [`crate::control::Gains`]' own.)
+//! Source: T. I. Opazo and J. W. Langelaan, "Longitudinal control of transition to powered flight for a
+//! parachute-dropped multirotor", Table 5 and sections V and V.A. (The gains of Table 4 are
+//! [`crate::control::Gains`]' own.)
 
 /// Statistics of a campaign as the text of section V.A prints them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,7 +18,8 @@ pub struct PrintedCampaign {
     pub max: f64,
 }
 
-/// Hash of the numbers of the mission and vehicle that stand for the paper's, `mission/titan_drop.json` (`config/study_hash.rs`).
+/// Hash of the numbers of the mission and vehicle that stand for the paper's, `mission/titan_drop.json`
+/// (`config/study_hash.rs`).
 pub const STUDY_SHA256: &str = "fda24b16a8079479845d81b03542fa15f3c35e576ba11418d4a1108ff39e288e";
 
 /// J_TPF of the optimal nominal trajectory, section V.
@@ -42,7 +45,7 @@ pub const NEAR_HOVER_OPTIMAL: PrintedCampaign =
 /// V.A.3: PSO controller and optimal trajectory.
 pub const PSO_OPTIMAL: PrintedCampaign = PrintedCampaign { mean: 0.62, std: 0.01, min: 0.6069, max: 0.6358 };
 
-/// What the paper prints of a campaign, by the campaign's name.
+/// Statistics that the paper prints of a campaign, by the campaign's name.
 pub fn campaign(name: &str) -> Option<PrintedCampaign> {
     match name {
         "near_hover_step" => Some(NEAR_HOVER_STEP),
@@ -52,7 +55,7 @@ pub fn campaign(name: &str) -> Option<PrintedCampaign> {
     }
 }
 
-/// What Table 5 prints of a controller, by the campaign's name.
+/// J_TPF by case that Table 5 prints of a controller, by the campaign's name.
 pub fn table_5(name: &str) -> Option<[f64; 7]> {
     match name {
         "near_hover_step" => Some(TABLE_5_NEAR_HOVER),

@@ -1,8 +1,8 @@
 //! Random releases, (40)-(44): the space of initial conditions that a campaign samples.
 //!
-//! The swing's amplitude is normal about 0, its phase uniform over the turn; pitch, pitch rate and velocity at t = 0 follow
-//! from them, the rotors are at rest. Trial k draws from stream k of one ChaCha8 generator: it is the same whichever trials
-//! are flown beside it, in whatever order.
+//! The swing's amplitude is normal about 0, its phase uniform over the turn; pitch, pitch rate and velocity
+//! at t = 0 follow from them, the rotors are at rest. Trial k draws from stream k of one ChaCha8 generator:
+//! it is the same whichever trials are flown beside it, in whatever order.
 
 use nalgebra::Vector3;
 
@@ -11,7 +11,7 @@ use crate::model::Parachute;
 use crate::model::rigid_body::BodyState;
 use crate::random::Stream;
 
-/// What is drawn from.
+/// Distribution of releases.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReleaseDistribution {
     /// Descent, delay, and the pendulum's frequency and length; its amplitude and phase are replaced.
@@ -44,8 +44,8 @@ impl ReleaseDistribution {
         RandomRelease { trial, amplitude_rad, phase_rad, state: self.state(amplitude_rad, phase_rad) }
     }
 
-    /// The drop of a trial: its release's swing, then a wind whose parts in north and in east have the standard deviation
-    /// `wind_sigma_m_s`, then the seed of the sensors' noise.
+    /// The drop of a trial: its release's swing, then a wind whose parts in north and in east have the
+    /// standard deviation `wind_sigma_m_s`, then the seed of the sensors' noise.
     pub fn draw_drop(&self, seed: u64, trial: u64, wind_sigma_m_s: f64) -> RandomDrop {
         let mut stream = Stream::new(seed, trial);
         let (amplitude_rad, phase_rad) = self.swing(&mut stream);
@@ -102,7 +102,8 @@ mod tests {
         assert!(phase.min() >= -1.0 && phase.max() < 1.0);
     }
 
-    /// A drop has its release's swing; the wind's parts have mean 0 and their deviation within four standard errors of 20 000 draws.
+    /// A drop has its release's swing; the wind's parts have mean 0 and their deviation within four standard
+    /// errors of 20 000 draws.
     #[test]
     fn closed_form_moments_of_the_wind() {
         let mut parts = [Summary::default(); 2];

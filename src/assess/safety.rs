@@ -4,10 +4,11 @@
 //! J_state = max(|v|/V_max, |theta|/theta_max, |Q|/Q_max)        J_TPF = max over all steps, ends included
 //! ```
 //!
-//! Differs from the paper: motion out of the plane, which the paper does not have, counts too - roll against the limit of pitch, roll
-//! rate against that of the pitch rate (in the plane both are zero and nothing changes). (49) and (50) are signed there, so that a nose-down dive would cost nothing; here they are
-//! absolute. (48) uses the speed over ground, as the paper does. Table 1's vertical acceleration is reported, not judged: free
-//! fall alone passes it on Earth.
+//! Differs from the paper: motion out of the plane, which the paper does not have, counts too - roll against
+//! the limit of pitch, roll rate against that of the pitch rate (in the plane both are zero and nothing
+//! changes). (49) and (50) are signed there, so that a nose-down dive would cost nothing; here they are
+//! absolute. (48) uses the speed over ground, as the paper does. Table 1's vertical acceleration is reported,
+//! not judged: free fall alone passes it on Earth.
 
 use nalgebra::Vector3;
 
@@ -95,8 +96,8 @@ impl StateCost {
     }
 }
 
-/// J_TPF of a plan, (51): the largest J_state of its nodes, as the paper evaluates its optimum. The velocity between nodes is
-/// not looked at: a coarse plan may pass a limit there.
+/// J_TPF of a plan, (51): the largest J_state of its nodes, as the paper evaluates its optimum. The velocity
+/// between nodes is not looked at: a coarse plan may pass a limit there.
 pub fn plan_j_tpf(plan: &Trajectory, limits: &SafetyLimits) -> f64 {
     let cost = |node: &Node| {
         let body = BodyState {
@@ -110,12 +111,13 @@ pub fn plan_j_tpf(plan: &Trajectory, limits: &SafetyLimits) -> f64 {
     plan.nodes().iter().map(cost).fold(0.0, f64::max)
 }
 
-/// What a drop came to, from the release to the end.
+/// Verdict on a drop, from the release to the end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// J_TPF, (51).
     pub j_tpf: f64,
-    /// Name of the quantity that J_TPF is the share of: "speed", "pitch", "pitch_rate", "roll", "roll_rate"; [`NOT_FINITE`].
+    /// Name of the quantity that J_TPF is the share of: "speed", "pitch", "pitch_rate", "roll", "roll_rate";
+    /// [`NOT_FINITE`].
     pub decided_by: &'static str,
     /// Largest speed [m/s].
     pub peak_speed_m_s: f64,
@@ -129,13 +131,14 @@ pub struct Verdict {
     pub peak_roll_rate_rad_s: f64,
     /// Largest vertical acceleration, either way, with its sign (down is positive) [m/s^2].
     pub peak_vertical_acceleration_m_s2: f64,
-    /// Way down from the release to the end of the plan, or of the flight where there is none or that came first [m].
+    /// Way down from the release to the end of the plan, or of the flight where there is none or that came
+    /// first [m].
     pub altitude_lost_m: f64,
-    /// Time after the rotors were freed [s] from which `|v - v_cmd|` stays within [`steady_within_m_s`], or what the mission says
-    /// instead, to the end.
+    /// Time after the rotors were freed [s] from which `|v - v_cmd|` stays within [`steady_within_m_s`], or
+    /// what the mission says instead, to the end.
     pub steady_after_s: Option<f64>,
-    /// Names of the limits that were passed: "speed", "pitch", "pitch_rate", "roll", "roll_rate"; "state is not finite" when a state was no number,
-    /// "impact".
+    /// Names of the limits that were passed: "speed", "pitch", "pitch_rate", "roll", "roll_rate"; "state is
+    /// not finite" when a state was no number, "impact".
     pub limits_passed: Vec<&'static str>,
     /// Velocity at the end, NED [m/s].
     pub final_v_ned: Vector3<f64>,
@@ -143,7 +146,7 @@ pub struct Verdict {
     pub impact_speed_m_s: Option<f64>,
 }
 
-/// What decides J_TPF, and is passed, when a state was no number.
+/// Name of the limit that is passed, and decides J_TPF, when a state was no number.
 pub const NOT_FINITE: &str = "state is not finite";
 
 /// Steady within this fraction of the commanded velocity.
@@ -210,7 +213,8 @@ impl VerdictBuilder {
         Self { steady_within_m_s, ..self }
     }
 
-    /// Counts the altitude lost to the plan's end [s from the start of powered flight]: what comes after it is steady descent.
+    /// Counts the altitude lost to the plan's end [s from the start of powered flight]: what comes after it
+    /// is steady descent.
     pub fn to_plans_end(self, plan_end_s: f64) -> Self {
         Self { plan_end_s, ..self }
     }
@@ -221,7 +225,8 @@ impl VerdictBuilder {
         self
     }
 
-    /// A touch counts with the speed of the sample before it; what stood there from the start has not come down.
+    /// A touch counts with the speed of the sample before it; what stood there from the start has not come
+    /// down.
     fn observe_ground(&mut self, sample: &Sample) {
         let touching = sample.balance.ground_force_ned.z < 0.0;
         let sank_m_s = match self.last {

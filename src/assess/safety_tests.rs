@@ -83,7 +83,8 @@ fn nothing_observed_gives_no_verdict_and_a_broken_state_the_worst_one() {
     assert_eq!(v.limits_passed, ["state is not finite"]);
 }
 
-/// The same motion turned out of the plane costs the same; beyond the vertical in the plane there is still no roll.
+/// A motion turned out of the plane costs the same; beyond the vertical in the plane there is still no
+/// roll.
 #[test]
 fn closed_form_roll_is_judged_as_pitch_is() {
     let verdict = |euler: [f64; 2], omega: [f64; 3]| {
@@ -115,8 +116,8 @@ fn closed_form_a_hover_can_be_steady() {
     assert!(steady(4.0, 0.039) && !steady(4.0, 0.041));
 }
 
-/// A touch counts with the speed before it, the worst of them; what stood there from the start has not come down; and what was
-/// steady when it touched the ground stays so.
+/// A touch counts with the speed before it, the worst of them; what stood there from the start has not come
+/// down; and what was steady when it touched the ground stays so.
 #[test]
 fn closed_form_impacts_are_judged_by_their_speed() {
     let with = |phase, v_down: f64, touching: bool| {

@@ -1,22 +1,22 @@
 //! Statistics of a campaign, one trial at a time: mean, standard deviation, extremes, and how sure they are.
 //!
-//! Nothing is kept of the trials, so a campaign may be of any length. The mean and the sum of squares follow Welford's
-//! recurrence, in order of the trials, the mean with what rounding takes from it kept beside it: the result depends on the
-//! trials alone, and its error does not grow with their number. Intervals hold with [`CONFIDENCE`]:
-//! Student's t for a mean, Clopper and Pearson's exact one for a probability.
+//! Nothing is kept of the trials, so a campaign may be of any length. The mean and the sum of squares follow
+//! Welford's recurrence, in order of the trials, the mean with what rounding takes from it kept beside it:
+//! the result depends on the trials alone, and its error does not grow with their number. Intervals hold with
+//! [`CONFIDENCE`]: Student's t for a mean, Clopper and Pearson's exact one for a probability.
 
 use super::beta::beta_quantile;
 
 /// Confidence of every interval.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// Mean, standard deviation and extremes of a quantity. A value that is not finite (a flight that diverged) makes mean and
-/// deviation no number.
+/// Mean, standard deviation and extremes of a quantity. A value that is not finite (a flight that diverged)
+/// makes mean and deviation no number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Summary {
     count: u64,
     mean: f64,
-    /// What `mean` lacks to the mean.
+    /// Rounding error of `mean`, to be added.
     mean_rest: f64,
     sum_of_squares: f64,
     min: f64,
@@ -111,8 +111,9 @@ impl Share {
         self.hits as f64 / self.trials as f64
     }
 
-    /// Clopper and Pearson's interval: the probabilities under which so few, or so many, hits are no rarer than half
-    /// of what [`CONFIDENCE`] leaves. It is exact: it covers the true probability at least that often.
+    /// Clopper and Pearson's interval: the probabilities under which so few, or so many, hits are no rarer
+    /// than half of what [`CONFIDENCE`] leaves. It is exact: it covers the true probability at least that
+    /// often.
     pub fn interval(&self) -> (f64, f64) {
         let tail = 0.5 * (1.0 - CONFIDENCE);
         let (k, n) = (self.hits as f64, self.trials as f64);
@@ -122,7 +123,7 @@ impl Share {
     }
 }
 
-/// What is kept of a campaign's trials.
+/// Statistics of a campaign's trials.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tally {
     /// J_TPF.
@@ -149,7 +150,8 @@ mod tests {
         s
     }
 
-    /// n equal steps of h from a: mean a + h (n-1)/2, variance h^2 n (n+1)/12; far from zero, where sums of squares fail.
+    /// n equal steps of h from a: mean a + h (n-1)/2, variance h^2 n (n+1)/12; far from zero, where sums of
+    /// squares fail.
     #[test]
     fn closed_form_evenly_spaced_values() {
         let (n, h, a) = (100_000, 1e-3, 1e6);
@@ -160,7 +162,8 @@ mod tests {
         assert_eq!((s.min(), s.count()), (a, 100_000));
     }
 
-    /// With one degree of freedom T is Cauchy's: t = tan(0.95 pi/2). With two: t = sqrt(2 c^2/(1 - c^2)), c = 0.95.
+    /// With one degree of freedom T is Cauchy's: t = tan(0.95 pi/2). With two: t = sqrt(2 c^2/(1 - c^2)), c =
+    /// 0.95.
     #[test]
     fn closed_form_student() {
         assert!((student_t(1.0) - (0.95 * std::f64::consts::FRAC_PI_2).tan()).abs() < 1e-9);

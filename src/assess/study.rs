@@ -1,8 +1,9 @@
 //! The paper's safety study, section V: controllers flown from many releases on the plant with actuators.
 //!
-//! A flight begins at t = 0 of the study (rotors at rest and free), is commanded at 100 Hz, and lasts as long as the plan;
-//! its cost is J_TPF, (51). Trials fly side by side on the planar engine ([`crate::sim::planar`]) where it can hold them, else
-//! one by one in space; the two agree to 1e-9.
+//! A flight begins at t = 0 of the study (rotors at rest and free), is commanded at 100 Hz, and lasts as long
+//! as the plan; its cost is J_TPF, (51). Any [`Controller`] flies. The cascade's trials fly side by side on
+//! the planar engine ([`crate::sim::planar`]) where it can hold them; all others one at a time in six degrees
+//! of freedom. The two agree to 1e-9.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -13,7 +14,7 @@ use super::batch::{Outcome, Study, judge_flights};
 use super::releases::RandomRelease;
 use super::safety::{SafetyLimits, StateCost};
 use super::tracking::{self, TrackingError};
-use crate::control::{Airframe, Cascade, ControlLimits, Gains};
+use crate::control::{Airframe, Controller, Gains};
 use crate::frames::{bank, pitch, rotate_body_from_ned};
 use crate::model::rigid_body::BodyState;
 use crate::model::{Environment, Vehicle};
@@ -26,39 +27,56 @@ pub const CONTROL_PERIOD_S: f64 = tracking::NOMINAL_PERIOD_S;
 /// A trace keeps about so many instants.
 const TRACE_INSTANTS: f64 = 1500.0;
 
-/// What a controller is told to follow.
+/// Velocity that a controller follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Command {
+pub enum StudyReference {
     /// The target velocity at once.
     Step,
-    /// The velocity of the plan.
+    /// The velocity of the optimal trajectory.
     Optimal,
 }
 
-/// Gains with what they follow: a row of Table 5, a campaign.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Controller {
+/// A controller with what it follows: a row of Table 5, a campaign.
+#[derive(Clone, Debug)]
+pub struct StudyEntry {
     /// Name in files: `near_hover_step`.
     pub name: &'static str,
-    /// Name of the gains.
+    /// Name of the controller's gains.
     pub gains_name: String,
-    /// The gains.
-    pub gains: Gains,
-    /// What is followed.
-    pub command: Command,
+    /// The controller.
+    pub controller: Box<dyn Controller>,
+    /// Velocity that the controller follows.
+    pub reference: StudyReference,
 }
 
-/// What all flights share.
+impl StudyEntry {
+    /// The gains, where the controller is the cascade.
+    pub fn gains(&self) -> Option<&Gains> {
+        self.controller.cascade_settings().map(|settings| &settings.gains)
+    }
+}
+
+/// Why flights are flown one at a time in six degrees of freedom.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum OneAtATime {
+    /// The batch engine flies the cascade alone.
+    #[error("the batch engine flies no controller but the cascade")]
+    Controller,
+    /// The controller is built for another vehicle than the one that is flown.
+    #[error("the controller's model of the vehicle is not that of the vehicle that is flown")]
+    Airframe,
+    /// The vehicle, the site, a release or the reference leaves the vertical plane.
+    #[error(transparent)]
+    NotPlanar(#[from] NotPlanar),
+}
+
+/// The vehicle, site, limits and plan that all flights of a study share.
 #[derive(Clone, Debug)]
 pub struct SafetyStudy {
     /// The vehicle.
     pub vehicle: Arc<Vehicle>,
     /// The site.
     pub environment: Environment,
-    /// The control law's model of the vehicle.
-    pub airframe: Airframe,
-    /// Limits of the cascade.
-    pub control_limits: ControlLimits,
     /// Safety limits, Table 1.
     pub limits: SafetyLimits,
     /// Steady velocity to reach, NED [m/s].
@@ -67,7 +85,7 @@ pub struct SafetyStudy {
     pub plan: Trajectory,
 }
 
-/// What a flight came to.
+/// The peaks and the end of a flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrialOutcome {
     /// J_TPF, (51); infinite when a state was no number.
@@ -86,7 +104,7 @@ pub struct TrialOutcome {
     pub final_v_ned: Vector3<f64>,
 }
 
-/// What figures show of a flight at an instant.
+/// A flight at an instant, for figures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TraceInstant {
     /// Time since the rotors were freed [s].
@@ -117,65 +135,61 @@ impl From<&Outcome> for TrialOutcome {
 }
 
 impl SafetyStudy {
-    /// Flies a trial from each release, side by side where the vehicle and the releases are of the plane. The outcome of a
-    /// release does not depend on the others in the slice.
-    pub fn fly_releases(&self, controller: &Controller, releases: &[RandomRelease]) -> Vec<TrialOutcome> {
-        let alone = |release: &RandomRelease| self.outcome(controller, &release.state);
-        match self.side_by_side(controller, releases) {
-            // A flight that the batch engine gave up on still has its peaks before it.
-            Ok(outcomes) => outcomes
-                .iter()
-                .zip(releases)
-                .map(|(outcome, release)| if outcome.given_up { alone(release) } else { outcome.into() })
-                .collect(),
+    /// Flies a trial from each release: side by side where [`Self::one_at_a_time`] has nothing against it.
+    /// The outcome of a release does not depend on the others in the slice.
+    pub fn fly_releases(&self, entry: &StudyEntry, releases: &[RandomRelease]) -> Vec<TrialOutcome> {
+        let alone = |release: &RandomRelease| self.outcome(entry, &release.state);
+        match self.side_by_side(entry, releases) {
+            Ok((model, study, flights)) => {
+                let mut outcomes = vec![Outcome::default(); flights.len()];
+                judge_flights(&model, &study, &flights, &mut outcomes);
+                // A flight that the batch engine gave up on still has its peaks before it.
+                let judged = outcomes.iter().zip(releases);
+                judged.map(|(o, release)| if o.given_up { alone(release) } else { o.into() }).collect()
+            }
             Err(_) => releases.iter().map(alone).collect(),
         }
     }
 
-    fn side_by_side(
-        &self,
-        controller: &Controller,
-        releases: &[RandomRelease],
-    ) -> Result<Vec<Outcome>, NotPlanar> {
-        let model = Model::new(&self.vehicle, &self.environment, &self.control_limits, PlantKind::Actuator)?;
-        let target_m_s = [self.target_v_ned.x, self.target_v_ned.z];
-        let plan = self.flight_plan(controller, CONTROL_PERIOD_S);
-        let study = Study::new(&plan, None, self.limits, target_m_s)?;
-        let flights = releases
-            .iter()
-            .map(|release| {
-                Ok(Flight {
-                    gains: controller.gains,
-                    release: Release::of(&release.state)?,
-                    variation: Variation::NONE,
-                })
-            })
-            .collect::<Result<Vec<_>, NotPlanar>>()?;
-        let mut outcomes = vec![Outcome::default(); flights.len()];
-        judge_flights(&model, &study, &flights, &mut outcomes);
-        Ok(outcomes)
+    /// Why the flights from such releases are flown one at a time; `None` where they are flown side by side.
+    pub fn one_at_a_time(&self, entry: &StudyEntry, releases: &[RandomRelease]) -> Option<OneAtATime> {
+        self.side_by_side(entry, releases).err()
     }
 
-    fn flight_plan(&self, controller: &Controller, period_s: f64) -> FlightPlan<'_> {
-        let reference = match controller.command {
-            Command::Step => Reference::Step(self.target_v_ned),
-            Command::Optimal => {
+    fn side_by_side(
+        &self,
+        entry: &StudyEntry,
+        releases: &[RandomRelease],
+    ) -> Result<(Model, Study, Vec<Flight>), OneAtATime> {
+        let settings = entry.controller.cascade_settings().ok_or(OneAtATime::Controller)?;
+        if Airframe::new(&self.vehicle, &self.environment).as_ref() != Ok(&settings.airframe) {
+            return Err(OneAtATime::Airframe);
+        }
+        let model = Model::new(&self.vehicle, &self.environment, &settings.limits, PlantKind::Actuator)?;
+        let target_m_s = [self.target_v_ned.x, self.target_v_ned.z];
+        let plan = self.flight_plan(entry, CONTROL_PERIOD_S);
+        let study = Study::new(&plan, None, self.limits, target_m_s)?;
+        let flight = |release: &RandomRelease| {
+            let (gains, variation) = (settings.gains, Variation::NONE);
+            Ok(Flight { gains, release: Release::of(&release.state)?, variation })
+        };
+        Ok((model, study, releases.iter().map(flight).collect::<Result<_, NotPlanar>>()?))
+    }
+
+    fn flight_plan(&self, entry: &StudyEntry, period_s: f64) -> FlightPlan<'_> {
+        let reference = match entry.reference {
+            StudyReference::Step => Reference::Step(self.target_v_ned),
+            StudyReference::Optimal => {
                 Reference::Plan { trajectory: &self.plan, then_v_ned: None, feed_forward: false }
             }
         };
-        FlightPlan {
-            reference,
-            yaw_sp_rad: 0.0,
-            control_period_s: period_s,
-            setpoint_period_s: None,
-            duration_s: self.plan.end_s(),
-        }
+        FlightPlan::new(reference, period_s, self.plan.end_s())
     }
 
     /// Flies from a state at t = 0.
-    pub fn outcome(&self, controller: &Controller, start: &BodyState) -> TrialOutcome {
+    pub fn outcome(&self, entry: &StudyEntry, start: &BodyState) -> TrialOutcome {
         let mut peaks = Peaks::new(self.limits);
-        self.fly(controller, start, CONTROL_PERIOD_S, &mut |sample| {
+        self.fly(entry, start, CONTROL_PERIOD_S, &mut |sample| {
             peaks.observe(sample);
             ControlFlow::Continue(())
         });
@@ -183,19 +197,19 @@ impl SafetyStudy {
     }
 
     /// Distance from the plan, (45), of a flight whose steps fall on the plan's nodes.
-    pub fn tracking_rms(&self, controller: &Controller, start: &BodyState) -> f64 {
+    pub fn tracking_rms(&self, entry: &StudyEntry, start: &BodyState) -> f64 {
         let mut error = TrackingError::new(&self.plan);
         let period_s = tracking::control_period_s(&self.plan);
-        self.fly(controller, start, period_s, &mut |sample| error.observe(sample));
+        self.fly(entry, start, period_s, &mut |sample| error.observe(sample));
         error.rms()
     }
 
     /// A flight for figures, in about 1500 instants.
-    pub fn trace(&self, controller: &Controller, start: &BodyState) -> Vec<TraceInstant> {
+    pub fn trace(&self, entry: &StudyEntry, start: &BodyState) -> Vec<TraceInstant> {
         let steps = self.plan.end_s() / CONTROL_PERIOD_S;
         let every = ((steps / TRACE_INSTANTS).round() as usize).max(1);
         let (mut trace, mut count) = (Vec::new(), 0);
-        self.fly(controller, start, CONTROL_PERIOD_S, &mut |sample| {
+        self.fly(entry, start, CONTROL_PERIOD_S, &mut |sample| {
             if count % every == 0 {
                 trace.push(self.trace_instant(sample));
             }
@@ -206,9 +220,9 @@ impl SafetyStudy {
     }
 
     /// Every sample of a flight.
-    pub fn samples(&self, controller: &Controller, start: &BodyState) -> Vec<Sample> {
+    pub fn samples(&self, entry: &StudyEntry, start: &BodyState) -> Vec<Sample> {
         let mut samples = Vec::new();
-        self.fly(controller, start, CONTROL_PERIOD_S, &mut |sample| {
+        self.fly(entry, start, CONTROL_PERIOD_S, &mut |sample| {
             samples.push(*sample);
             ControlFlow::Continue(())
         });
@@ -228,21 +242,20 @@ impl SafetyStudy {
 
     fn fly(
         &self,
-        controller: &Controller,
+        entry: &StudyEntry,
         start: &BodyState,
         period_s: f64,
         observe: &mut impl FnMut(&Sample) -> ControlFlow<()>,
     ) {
         let (vehicle, environment) = (self.vehicle.clone(), self.environment.clone());
         let mut sim = DropSimulation::at_t0(vehicle, environment, *start, PlantKind::Actuator);
-        let mut cascade = Cascade::new(self.airframe.clone(), controller.gains, self.control_limits);
-        let flight = self.flight_plan(controller, period_s);
+        let flight = self.flight_plan(entry, period_s);
         // Whether it was broken off is the observer's to know.
-        let _ = fly(&mut sim, &mut cascade, &flight, observe);
+        let _ = fly(&mut sim, &mut *entry.controller.clone(), &flight, observe);
     }
 }
 
-/// Gathers an [`TrialOutcome`].
+/// Gathers a [`TrialOutcome`].
 struct Peaks {
     limits: SafetyLimits,
     outcome: TrialOutcome,

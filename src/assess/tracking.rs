@@ -1,11 +1,13 @@
-//! RMS distance of a flight from its plan, (45): over the longitudinal state `[q0 q2 vN vD Q]` at the plan's nodes.
+//! RMS distance of a flight from its plan, (45): over the longitudinal state `[q0 q2 vN vD Q]` at the plan's
+//! nodes.
 //!
 //! ```text
 //! J_RMS = sqrt( 1/N sum_k |x_opt(t_k) - x_sim(t_k)|^2 ),  k = 1..N, the first node included
 //! ```
 //!
-//! (46) takes the worst over the release cases. Differs from the paper: its state has ten entries; the others are zero in the
-//! plane. A flight that is faster than 60 m/s or turned by more than 6 rad is given up and costs [`DIVERGED`].
+//! (46) takes the worst over the release cases. Differs from the paper: its state has ten entries; the others
+//! are zero in the plane. A flight that is faster than 60 m/s or turned by more than 6 rad is given up and
+//! costs [`DIVERGED`].
 
 use std::ops::ControlFlow;
 
@@ -14,7 +16,7 @@ use crate::model::rigid_body::BodyState;
 use crate::sim::Sample;
 use crate::trajectory::Trajectory;
 
-/// What a flight with wind from the side needs said beside its RMS.
+/// Note that belongs beside the RMS of a flight with wind from the side.
 pub const OUT_OF_PLANE: &str =
     " (45) is over q0, q2, v_N, v_D and Q: what the side wind makes of v_E, q1, q3, P and R is not in it.";
 
@@ -27,7 +29,8 @@ pub const NOMINAL_PERIOD_S: f64 = 0.01;
 pub(super) const SPEED_MAX_M_S: f64 = 60.0;
 pub(super) const PITCH_MAX_RAD: f64 = 6.0;
 
-/// Control steps per interval of an evenly spaced plan: as many as bring the period nearest to 10 ms. 81 for the paper's 38 nodes over 30 s.
+/// Control steps per interval of an evenly spaced plan: as many as bring the period nearest to 10 ms. 81 for
+/// the paper's 38 nodes over 30 s.
 pub fn steps_per_interval(plan: &Trajectory) -> u32 {
     let interval_s = plan.end_s() / (plan.nodes().len() - 1) as f64;
     let off = |steps: f64| (interval_s / steps - NOMINAL_PERIOD_S).abs();
@@ -35,7 +38,8 @@ pub fn steps_per_interval(plan: &Trajectory) -> u32 {
     (if off(fewer + 1.0) < off(fewer) { fewer + 1.0 } else { fewer }) as u32
 }
 
-/// Control period [s] that divides the intervals of an evenly spaced plan, near 10 ms: 30/(37 x 81) s for the paper's.
+/// Control period [s] that divides the intervals of an evenly spaced plan, near 10 ms: 30/(37 x 81) s for the
+/// paper's.
 pub fn control_period_s(plan: &Trajectory) -> f64 {
     plan.end_s() / ((plan.nodes().len() - 1) as f64 * f64::from(steps_per_interval(plan)))
 }
@@ -55,8 +59,8 @@ impl<'a> TrackingError<'a> {
         Self { plan, next_node: 0, sum_of_squares: 0.0, diverged: false }
     }
 
-    /// Takes the next sample; breaks when the flight has diverged. Samples must fall on the nodes: the control
-    /// period divides the plan's intervals.
+    /// Takes the next sample; breaks when the flight has diverged. Samples must fall on the nodes: the
+    /// control period divides the plan's intervals.
     pub fn observe(&mut self, sample: &Sample) -> ControlFlow<()> {
         self.observe_state(sample.t_powered_s.unwrap_or(f64::NAN), &sample.state.body)
     }
@@ -149,7 +153,8 @@ mod tests {
         assert!((error.rms() - 0.5).abs() < 1e-15);
     }
 
-    /// The x500's 38 nodes over 5 s, 10 and 149 nodes over 30 s, and nodes closer than 10 ms: each interval is so long.
+    /// The x500's 38 nodes over 5 s, 10 and 149 nodes over 30 s, and nodes closer than 10 ms: each interval
+    /// is so long.
     #[test]
     fn closed_form_the_period_is_the_nearest_to_10_ms() {
         for (intervals, end_s, steps) in

@@ -3,9 +3,9 @@
 use nalgebra::Vector3;
 
 use super::navigator::{Guidance, Situation};
-use super::{Autopilot, FlightMode, Setpoint, Settings, Severity, YawSetpoint};
+use super::{Autopilot, FlightMode, OffboardSetpoint, Settings, Severity, YawSetpoint};
 use crate::control::position::velocity_setpoint;
-use crate::control::{ControlOutput, Measurement};
+use crate::control::{ControlOutput, Measurement, Setpoint};
 use crate::frames::{wrap_pi, yaw};
 use crate::model::{MAX_ROTORS, PerRotor};
 use crate::units::US_PER_S;
@@ -15,15 +15,6 @@ pub const NOMINAL_PERIOD_S: f64 = 0.004;
 
 /// Longest period that is integrated over [s]: a gap in the sensor stream does not wind the integrals up.
 pub const LONGEST_PERIOD_S: f64 = 0.05;
-
-/// What the cascade is being asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Control {
-    Off,
-    Velocity,
-    Attitude,
-    Rates,
-}
 
 /// The target that the vehicle flies to at present, for telemetry.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,8 +40,8 @@ impl VelocityTarget {
 }
 
 impl Autopilot {
-    /// One control step at `now_us` with the position [m, NED] and state of that time: the throttle of each rotor, 0..1. All zero
-    /// while disarmed.
+    /// One control step at `now_us` with the position [m, NED] and state of that time: the throttle of each
+    /// rotor, 0..1. All zero while disarmed.
     pub fn step(&mut self, now_us: u64, p_ned: &Vector3<f64>, measurement: &Measurement) -> PerRotor {
         let dt_s = self.period_s(now_us);
         self.state = Some((now_us, *measurement));
@@ -104,39 +95,32 @@ impl Autopilot {
             self.mode = FlightMode::AutoLoiter;
             self.say(Severity::Info, "takeoff done: HOLD");
         }
-        self.begin_control(Control::Velocity, m);
         let Guidance { p_ned: p_sp, v_ned: v_ff, limits, yaw } = guidance;
         let v_sp = velocity_setpoint(&self.settings.position, &limits, &self.p_ned, &p_sp, &v_ff);
         self.track(m, VelocityTarget { p_ned: p_sp, v_ned: v_sp, ..VelocityTarget::ZERO }, yaw, dt_s);
     }
 
-    fn fly(&mut self, m: &Measurement, setpoint: &Setpoint, dt_s: f64) {
-        let control = match setpoint {
-            Setpoint::Velocity { .. } | Setpoint::Place { .. } => Control::Velocity,
-            Setpoint::Attitude { .. } => Control::Attitude,
-            Setpoint::Rates { .. } => Control::Rates,
-        };
-        self.begin_control(control, m);
+    fn fly(&mut self, m: &Measurement, setpoint: &OffboardSetpoint, dt_s: f64) {
         match *setpoint {
-            Setpoint::Velocity { v, a_ff, yaw, .. } => {
+            OffboardSetpoint::Velocity { v, a_ff, yaw, .. } => {
                 let target = VelocityTarget { v_ned: v, a_ff_ned: a_ff, ..VelocityTarget::ZERO };
                 self.track(m, target, yaw, dt_s);
             }
-            Setpoint::Place { p, v, a, yaw, .. } => {
+            OffboardSetpoint::Place { p, v, a, yaw, .. } => {
                 let target = self.target_of_place(m, p, v, a);
                 self.track(m, target, yaw, dt_s);
             }
-            Setpoint::Attitude { q_ned_from_body, collective } => {
-                self.output = self.cascade.hold_attitude(m, q_ned_from_body, collective, dt_s);
+            OffboardSetpoint::Attitude { q_ned_from_body, collective } => {
+                self.control(m, &Setpoint::Attitude { q_ned_from_body, collective }, dt_s);
             }
-            Setpoint::Rates { omega_body, collective } => {
-                self.output = self.cascade.hold_rates(m, omega_body, collective, dt_s);
+            OffboardSetpoint::Rates { omega_body, collective } => {
+                self.control(m, &Setpoint::Rates { omega_body, collective }, dt_s);
             }
         }
     }
 
-    /// The position loop above the velocity loop; an axis with an acceleration alone flies at the velocity that it has, so that
-    /// nothing but that acceleration is asked for.
+    /// The position loop above the velocity loop; an axis with an acceleration alone flies at the velocity
+    /// that it has, so that nothing but that acceleration is asked for.
     fn target_of_place(
         &self,
         m: &Measurement,
@@ -156,32 +140,44 @@ impl Autopilot {
         VelocityTarget { p_ned: p, v_ned, a_ff_ned, yaw_rad: 0.0 }
     }
 
-    /// The cascade starts anew when the kind of control changes.
-    fn begin_control(&mut self, control: Control, m: &Measurement) {
-        if control != self.control {
-            self.cascade.reset();
-            self.control = control;
-            self.velocity_target = None;
-            self.heading_sp_rad = yaw(m.q_ned_from_body);
-        }
-    }
-
-    /// One step of the cascade to the target, whose heading the setpoint says.
+    /// One step to a velocity target, with the heading that the setpoint says.
     fn track(&mut self, m: &Measurement, target: VelocityTarget, heading: YawSetpoint, dt_s: f64) {
+        let velocity = |yaw_rad| Setpoint::Velocity {
+            v_ned: target.v_ned,
+            a_ff_ned: target.a_ff_ned,
+            yaw_rad: Some(yaw_rad),
+        };
+        self.begin_control(m, &velocity(0.0));
         match heading {
             YawSetpoint::Keep => {}
             YawSetpoint::Angle(angle) => self.heading_sp_rad = angle,
             YawSetpoint::Rate(rate) => self.heading_sp_rad = wrap_pi(self.heading_sp_rad + rate * dt_s),
         }
         let yaw_rad = self.heading_sp_rad;
+        self.control(m, &velocity(yaw_rad), dt_s);
         self.velocity_target = Some(VelocityTarget { yaw_rad, ..target });
-        self.output = self.cascade.track_velocity(m, target.v_ned, target.a_ff_ned, yaw_rad, dt_s);
+    }
+
+    /// One step of the controller.
+    fn control(&mut self, m: &Measurement, setpoint: &Setpoint, dt_s: f64) {
+        self.begin_control(m, setpoint);
+        self.output = self.controller.step(m, setpoint, dt_s);
+    }
+
+    /// The controller starts anew when the kind of setpoint changes.
+    fn begin_control(&mut self, m: &Measurement, setpoint: &Setpoint) {
+        let kind = Some(std::mem::discriminant(setpoint));
+        if kind != self.controlled {
+            self.controller.reset();
+            self.controlled = kind;
+            self.velocity_target = None;
+            self.heading_sp_rad = yaw(m.q_ned_from_body);
+        }
     }
 
     pub(super) fn switch_off(&mut self) {
-        if self.control != Control::Off {
-            self.cascade.reset();
-            self.control = Control::Off;
+        if self.controlled.take().is_some() {
+            self.controller.reset();
         }
         self.velocity_target = None;
         self.output = ControlOutput::ZERO;

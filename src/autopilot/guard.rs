@@ -1,5 +1,5 @@
-//! What the autopilot does on its own: it leaves OFFBOARD when setpoints stop, acts on what [`super::failsafe`] sees, and disarms
-//! after a landing.
+//! Actions that nobody ordered: the autopilot leaves OFFBOARD when setpoints stop, acts on what
+//! [`super::failsafe`] sees, and disarms after a landing.
 
 use super::failsafe::{Action, Seen};
 use super::fence::{Fence, Rule};
@@ -24,12 +24,12 @@ impl Autopilot {
         self.ground_station_heard_us = Some(now_us);
     }
 
-    /// The battery tells its charge, as a share 0..1.
+    /// Takes the battery's charge, as a share 0..1.
     pub fn set_charge(&mut self, charge: f64) {
         self.charge = charge.is_finite().then_some(charge);
     }
 
-    /// What the battery has told.
+    /// The battery's charge as last reported, as a share 0..1.
     pub fn charge(&self) -> Option<f64> {
         self.charge
     }
@@ -121,7 +121,7 @@ impl Autopilot {
         if !self.flying {
             return;
         }
-        let airframe = self.cascade.airframe();
+        let airframe = &self.control_settings.airframe;
         let look = Look {
             measurement,
             target: self.velocity_target.as_ref(),

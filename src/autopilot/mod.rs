@@ -1,15 +1,16 @@
-//! The reference autopilot without its wire: modes, arming and OFFBOARD as PX4 has them, around the control cascade.
+//! The reference autopilot without its wire: modes, arming and OFFBOARD as PX4 has them, around any
+//! controller.
 //!
 //! | file | holds |
 //! |---|---|
 //! | [`modes`] | PX4's modes and numbers; which are flown |
 //! | [`arming`] | checks before arming and disarming, with reasons |
-//! | [`setpoint`] | what a companion may ask for |
+//! | [`setpoint`] | the setpoints that a companion may send |
 //! | [`offboard`] | how long a setpoint lives |
 //! | [`navigator`] | where HOLD, TAKEOFF, LAND and RETURN go |
 //! | [`land_detector`] | whether it stands on something |
 //! | [`orders`] | what a crew may order: modes, places, arming |
-//! | `alignment` | whether the estimate is good enough, and how that is told |
+//! | `alignment` | whether the estimate is good enough, and how that is reported |
 //! | [`failsafe`], `guard` | when the autopilot acts on its own, and how |
 //! | [`fence`] | areas to stay in and to keep out of |
 //! | [`settings`] | what all that goes by |
@@ -18,16 +19,17 @@
 //! | [`event`] | what is said to the crew |
 //! | [`parameters`] | what is in effect, under PX4's names |
 //!
-//! Time is simulated and comes as an argument, in microseconds; it does not run backwards (a restarted simulator is
-//! answered by [`Autopilot::restart`]). The state comes with each step, the simulator's
-//! truth or an estimate; with an estimate comes whether it is good enough ([`Autopilot::watch_alignment`]).
+//! Time is simulated and comes as an argument, in microseconds; it does not run backwards (a restarted
+//! simulator is answered by [`Autopilot::restart`]). The state comes with each step, the simulator's truth or
+//! an estimate; with an estimate comes whether it is good enough ([`Autopilot::watch_alignment`]).
 //!
-//! It wakes up disarmed, in HOLD. Motors turn only while armed, and only once OFFBOARD or TAKEOFF has been in effect since arming:
-//! before that an armed vehicle waits with its motors at zero, as one on the ground or under a canopy must. From then on every
-//! mode flies. HOLD is also what a loss of setpoints leads to, unless COM_OBL_RC_ACT says otherwise.
+//! It wakes up disarmed, in HOLD. Motors turn only while armed, and only once OFFBOARD or TAKEOFF has been in
+//! effect since arming: before that an armed vehicle waits with its motors at zero, as one on the ground or
+//! under a canopy must. From then on every mode flies. HOLD is also what a loss of setpoints leads to, unless
+//! COM_OBL_RC_ACT says otherwise.
 //!
-//! The cascade starts from zero integrals whenever the kind of control changes: with the first velocity setpoint, and
-//! with each switch between velocity, attitude and rates.
+//! The controller is reset whenever the kind of setpoint changes: with the first velocity setpoint, and with
+//! each switch between velocity, attitude and rates.
 
 mod alignment;
 pub mod arming;
@@ -52,24 +54,28 @@ pub use flight::VelocityTarget;
 pub use modes::FlightMode;
 pub use navigator::Navigator;
 pub use orders::ModeRefusal;
-pub use setpoint::{Setpoint, SetpointRefusal, VelocityFrame, YawSetpoint};
+pub use setpoint::{OffboardSetpoint, SetpointRefusal, VelocityFrame, YawSetpoint};
 pub use settings::Settings;
+
+use std::mem::Discriminant;
 
 use nalgebra::Vector3;
 
-use crate::control::{Cascade, ControlLimits, ControlOutput, Gains, Measurement};
+use crate::control::{
+    Cascade, ControlLimits, ControlOutput, ControlSettings, Controller, Gains, Measurement, Setpoint,
+};
 use alignment::Alignment;
 use event::EventQueue;
 use failsafe::Watch;
 use fence::Fence;
-use flight::Control;
 use land_detector::LandDetector;
 use offboard::SetpointStore;
 
 /// The autopilot's state machine with its controller.
 #[derive(Clone, Debug)]
 pub struct Autopilot {
-    cascade: Cascade,
+    controller: Box<dyn Controller>,
+    control_settings: ControlSettings,
     mode: FlightMode,
     armed: bool,
     /// OFFBOARD or TAKEOFF has been in effect since arming: every mode flies.
@@ -93,7 +99,8 @@ pub struct Autopilot {
     p_ned: Vector3<f64>,
     state: Option<(u64, Measurement)>,
     last_step_us: Option<u64>,
-    control: Control,
+    /// Kind of the setpoint being flown; `None` while the motors are off.
+    controlled: Option<Discriminant<Setpoint>>,
     heading_sp_rad: f64,
     velocity_target: Option<VelocityTarget>,
     output: ControlOutput,
@@ -101,11 +108,19 @@ pub struct Autopilot {
 }
 
 impl Autopilot {
-    /// Disarmed, in HOLD, with a controller at rest.
-    pub fn new(cascade: Cascade) -> Self {
+    /// Disarmed, in HOLD, with the paper's cascade at rest.
+    pub fn new(settings: ControlSettings) -> Self {
+        Self::with_controller(Box::new(Cascade::from(settings.clone())), settings)
+    }
+
+    /// Disarmed, in HOLD, with a controller at rest. The settings are what the autopilot knows of the
+    /// vehicle, and the gains and limits that its parameters begin with; changes are handed to
+    /// [`Controller::configure`].
+    pub fn with_controller(controller: Box<dyn Controller>, settings: ControlSettings) -> Self {
         Self {
-            settings: Settings::beside(cascade.gains()),
-            cascade,
+            settings: Settings::beside(&settings.gains),
+            controller,
+            control_settings: settings,
             mode: FlightMode::AutoLoiter,
             armed: false,
             engaged: false,
@@ -124,7 +139,7 @@ impl Autopilot {
             p_ned: Vector3::zeros(),
             state: None,
             last_step_us: None,
-            control: Control::Off,
+            controlled: None,
             heading_sp_rad: 0.0,
             velocity_target: None,
             output: ControlOutput::ZERO,
@@ -136,10 +151,11 @@ impl Autopilot {
     pub fn restart(&mut self) {
         let mut events = std::mem::take(&mut self.events);
         events.say(Event::new(Severity::Warning, "simulated time started over: disarmed"));
-        self.cascade.reset();
+        self.controller.reset();
         let timeout_us = self.setpoints.timeout_us();
         let fence = self.fence.clone();
-        *self = Self { events, fence, settings: self.settings, ..Self::new(self.cascade.clone()) };
+        let new = Self::with_controller(self.controller.clone(), self.control_settings.clone());
+        *self = Self { events, fence, settings: self.settings, ..new };
         self.setpoints.set_timeout_us(timeout_us);
     }
 
@@ -174,19 +190,27 @@ impl Autopilot {
     }
 
     /// The controller.
-    pub fn cascade(&self) -> &Cascade {
-        &self.cascade
+    pub fn controller(&self) -> &dyn Controller {
+        &*self.controller
     }
 
-    /// Replaces gains and limits from the next step on; the integrals stay, so that nothing jumps but what the gains say.
+    /// The airframe, gains and limits in effect.
+    pub fn control_settings(&self) -> &ControlSettings {
+        &self.control_settings
+    }
+
+    /// Replaces gains and limits from the next step on.
     pub fn tune(&mut self, gains: Gains, limits: ControlLimits) {
-        self.cascade.set_gains(gains);
-        self.cascade.set_limits(limits);
+        self.control_settings.gains = gains;
+        self.control_settings.limits = limits;
+        self.controller.configure(&self.control_settings);
     }
 
-    /// Replaces the mass that the controller believes in [kg].
+    /// Replaces the mass that the controller believes in [kg]: the collective for a wanted acceleration
+    /// scales with it.
     pub fn set_mass_kg(&mut self, mass_kg: f64) {
-        self.cascade.set_mass_kg(mass_kg);
+        self.control_settings.airframe.mass_kg = mass_kg;
+        self.controller.configure(&self.control_settings);
     }
 
     /// How long a setpoint lives in OFFBOARD [us].
@@ -199,12 +223,12 @@ impl Autopilot {
         self.setpoints.set_timeout_us(timeout_us);
     }
 
-    /// What the automatic modes and failsafes fly by.
+    /// Settings of the automatic modes and failsafes.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// The same, to be changed; in effect at the next step.
+    /// Settings of the automatic modes and failsafes, to be changed; in effect at the next step.
     pub fn settings_mut(&mut self) -> &mut Settings {
         &mut self.settings
     }
@@ -214,7 +238,7 @@ impl Autopilot {
         self.home_ned = Some(home_ned);
     }
 
-    /// What the last step commanded; zero while the motors are off.
+    /// Output of the last step; zero while the motors are off.
     pub fn output(&self) -> &ControlOutput {
         &self.output
     }
@@ -238,7 +262,7 @@ impl Autopilot {
     ///
     /// # Errors
     /// [`SetpointRefusal`]: the setpoint cannot be flown; the one before stays, and ages.
-    pub fn offer_setpoint(&mut self, now_us: u64, setpoint: Setpoint) -> Result<(), SetpointRefusal> {
+    pub fn offer_setpoint(&mut self, now_us: u64, setpoint: OffboardSetpoint) -> Result<(), SetpointRefusal> {
         let q_now = self.state.map(|(_, m)| m.q_ned_from_body);
         self.setpoints.put(now_us, setpoint.checked(q_now)?);
         Ok(())

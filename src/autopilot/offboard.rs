@@ -1,6 +1,6 @@
 //! OFFBOARD's rule: it may begin, and go on, only with a setpoint younger than PX4's COM_OF_LOSS_T of simulated time.
 
-use super::setpoint::Setpoint;
+use super::setpoint::OffboardSetpoint;
 
 /// How long a setpoint lives unless COM_OF_LOSS_T says otherwise: PX4's default, 1 s [us].
 pub const SETPOINT_TIMEOUT_US: u64 = 1_000_000;
@@ -8,7 +8,7 @@ pub const SETPOINT_TIMEOUT_US: u64 = 1_000_000;
 /// The latest setpoint and when it came.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SetpointStore {
-    latest: Option<(u64, Setpoint)>,
+    latest: Option<(u64, OffboardSetpoint)>,
     timeout_us: u64,
 }
 
@@ -30,12 +30,12 @@ impl SetpointStore {
     }
 
     /// Keeps a setpoint that came at `now_us`.
-    pub fn put(&mut self, now_us: u64, setpoint: Setpoint) {
+    pub fn put(&mut self, now_us: u64, setpoint: OffboardSetpoint) {
         self.latest = Some((now_us, setpoint));
     }
 
     /// The latest setpoint, if it is young enough at `now_us`.
-    pub fn fresh(&self, now_us: u64) -> Option<Setpoint> {
+    pub fn fresh(&self, now_us: u64) -> Option<OffboardSetpoint> {
         // One from the future is from before simulated time began.
         let age = |at| now_us.checked_sub(at);
         self.latest.filter(|&(at, _)| age(at).is_some_and(|us| us <= self.timeout_us)).map(|(_, s)| s)
@@ -48,7 +48,7 @@ mod tests {
 
     #[test]
     fn closed_form_a_setpoint_lives_for_one_second() {
-        let setpoint = Setpoint::Attitude { q_ned_from_body: [1.0, 0.0, 0.0, 0.0], collective: 0.0 };
+        let setpoint = OffboardSetpoint::Attitude { q_ned_from_body: [1.0, 0.0, 0.0, 0.0], collective: 0.0 };
         let mut store = SetpointStore::default();
         assert_eq!(store.fresh(0), None);
         store.put(500, setpoint);

@@ -1,7 +1,7 @@
-//! What a companion may ask for in OFFBOARD: a velocity, a place, an acceleration, an attitude, or body rates.
+//! The setpoints of OFFBOARD: a velocity, a place, an acceleration, an attitude, or body rates.
 //!
-//! What the wire's type masks mean is the business of `link`; here a setpoint is already one of the kinds that are
-//! flown, and its numbers are checked: finite, quaternion near unit length, thrust within 0..1.
+//! `link` reads the wire's type masks; here a setpoint is already one of the kinds
+//! that are flown, and its numbers are checked: finite, quaternion near unit length, thrust within 0..1.
 
 use nalgebra::Vector3;
 
@@ -12,11 +12,12 @@ use crate::frames::{Quaternion, normalized, quaternion_from_euler, rotate_ned_fr
 pub enum VelocityFrame {
     /// North, east, down.
     Ned,
-    /// Forward, right, down, level whatever the tilt: NED turned by the vehicle's heading at the setpoint's arrival.
+    /// Forward, right, down, level whatever the tilt: NED turned by the vehicle's heading at the setpoint's
+    /// arrival.
     Heading,
 }
 
-/// What the nose shall do under a velocity setpoint.
+/// Heading under a velocity setpoint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum YawSetpoint {
     /// Keep the heading that was last commanded, or the one at which velocity control began.
@@ -27,9 +28,9 @@ pub enum YawSetpoint {
     Rate(f64),
 }
 
-/// A setpoint as the control loops take it.
+/// A setpoint as a companion sends it; [`crate::control::Setpoint`] is what the controller is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Setpoint {
+pub enum OffboardSetpoint {
     /// Velocity with acceleration feed-forward.
     Velocity {
         /// Frame of both vectors.
@@ -87,9 +88,9 @@ pub enum SetpointRefusal {
     NoHeading,
 }
 
-impl Setpoint {
-    /// Checks the numbers, scales the quaternion to unit length, turns the heading frame into NED with the vehicle's
-    /// present attitude.
+impl OffboardSetpoint {
+    /// Checks the numbers, scales the quaternion to unit length, turns the heading frame into NED with the
+    /// vehicle's present attitude.
     ///
     /// # Errors
     /// [`SetpointRefusal`] names what is wrong.
@@ -136,7 +137,7 @@ impl YawSetpoint {
     }
 }
 
-/// What turns the vectors of a frame into NED, with the vehicle's present attitude.
+/// Rotation of a frame's vectors into NED, with the vehicle's present attitude.
 fn turn_into_ned(
     frame: VelocityFrame,
     q_now: Option<Quaternion>,
@@ -164,15 +165,15 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
-    fn velocity(frame: VelocityFrame, v: Vector3<f64>) -> Setpoint {
-        Setpoint::Velocity { frame, v, a_ff: Vector3::zeros(), yaw: YawSetpoint::Keep }
+    fn velocity(frame: VelocityFrame, v: Vector3<f64>) -> OffboardSetpoint {
+        OffboardSetpoint::Velocity { frame, v, a_ff: Vector3::zeros(), yaw: YawSetpoint::Keep }
     }
 
     #[test]
     fn closed_form_heading_frame_turns_with_the_nose_and_not_with_the_tilt() {
         let q = quaternion_from_euler(0.2, -0.4, std::f64::consts::FRAC_PI_2);
         let forward_down = velocity(VelocityFrame::Heading, Vector3::new(3.0, 0.0, 1.0));
-        let Ok(Setpoint::Velocity { frame, v, .. }) = forward_down.checked(Some(q)) else {
+        let Ok(OffboardSetpoint::Velocity { frame, v, .. }) = forward_down.checked(Some(q)) else {
             panic!("refused")
         };
         assert_eq!(frame, VelocityFrame::Ned);
@@ -184,12 +185,14 @@ mod tests {
     fn closed_form_nonsense_is_refused_with_its_reason() {
         let nan = velocity(VelocityFrame::Ned, Vector3::new(0.0, f64::NAN, 0.0));
         assert_eq!(nan.checked(None), Err(SetpointRefusal::NotFinite));
-        let attitude = |q, collective| Setpoint::Attitude { q_ned_from_body: q, collective }.checked(None);
+        let attitude =
+            |q, collective| OffboardSetpoint::Attitude { q_ned_from_body: q, collective }.checked(None);
         assert_eq!(attitude([0.0; 4], 0.0), Err(SetpointRefusal::QuaternionLength));
         assert_eq!(attitude([1.0, 0.0, 0.0, 0.0], 1.01), Err(SetpointRefusal::ThrustRange));
         assert_eq!(attitude([1.0, 0.0, 0.0, 0.0], f64::NAN), Err(SetpointRefusal::NotFinite));
-        assert!(attitude([1.001, 0.0, 0.0, 0.0], 0.5).is_ok_and(
-            |s| s == Setpoint::Attitude { q_ned_from_body: [1.0, 0.0, 0.0, 0.0], collective: 0.5 }
-        ));
+        assert!(
+            attitude([1.001, 0.0, 0.0, 0.0], 0.5).is_ok_and(|s| s
+                == OffboardSetpoint::Attitude { q_ned_from_body: [1.0, 0.0, 0.0, 0.0], collective: 0.5 })
+        );
     }
 }

@@ -19,6 +19,15 @@ fn cascade() -> Cascade {
     test_vehicles::cascade(&test_vehicles::lander(true), Gains::near_hover())
 }
 
+fn north_facing(v_ned: Vector3<f64>) -> Setpoint {
+    Setpoint::Velocity { v_ned, a_ff_ned: Vector3::zeros(), yaw_rad: Some(0.0) }
+}
+
+/// A step at the velocity that there is: what is commanded beyond the weight comes of the integrals.
+fn integrals_of(controller: &dyn Controller, m: &Measurement) -> ControlOutput {
+    controller.clone_controller().step(m, &north_facing(m.v_ned), 0.004)
+}
+
 /// An autopilot with a hand on its clock.
 struct Bench {
     autopilot: Autopilot,
@@ -31,7 +40,12 @@ impl Bench {
     fn new() -> Self {
         let measurement =
             Measurement { q_ned_from_body: LEVEL, v_ned: Vector3::zeros(), omega_body: Vector3::zeros() };
-        Self { autopilot: Autopilot::new(cascade()), now_us: 0, p_ned: Vector3::zeros(), measurement }
+        Self {
+            autopilot: Autopilot::new(cascade().settings().clone()),
+            now_us: 0,
+            p_ned: Vector3::zeros(),
+            measurement,
+        }
     }
 
     fn step(&mut self) -> PerRotor {
@@ -47,12 +61,16 @@ impl Bench {
         throttle
     }
 
-    fn offer(&mut self, setpoint: Setpoint) {
+    fn integrals(&self) -> ControlOutput {
+        integrals_of(self.autopilot.controller(), &self.measurement)
+    }
+
+    fn offer(&mut self, setpoint: OffboardSetpoint) {
         self.autopilot.offer_setpoint(self.now_us, setpoint).unwrap();
     }
 
     /// Armed in OFFBOARD with this setpoint.
-    fn engaged(setpoint: Setpoint) -> Self {
+    fn engaged(setpoint: OffboardSetpoint) -> Self {
         let mut bench = Self::new();
         bench.step();
         bench.offer(setpoint);
@@ -66,13 +84,13 @@ impl Bench {
     }
 }
 
-fn level(collective: f64) -> Setpoint {
-    Setpoint::Attitude { q_ned_from_body: LEVEL, collective }
+fn level(collective: f64) -> OffboardSetpoint {
+    OffboardSetpoint::Attitude { q_ned_from_body: LEVEL, collective }
 }
 
-fn velocity(v_down_m_s: f64, yaw: YawSetpoint) -> Setpoint {
+fn velocity(v_down_m_s: f64, yaw: YawSetpoint) -> OffboardSetpoint {
     let v = Vector3::new(0.0, 0.0, v_down_m_s);
-    Setpoint::Velocity { frame: VelocityFrame::Ned, v, a_ff: Vector3::zeros(), yaw }
+    OffboardSetpoint::Velocity { frame: VelocityFrame::Ned, v, a_ff: Vector3::zeros(), yaw }
 }
 
 const OFF: PerRotor = [0.0; MAX_ROTORS];

@@ -12,6 +12,7 @@ mod conclusion;
 #[cfg(test)]
 mod docs_tests;
 mod drop;
+mod estimate;
 mod help;
 mod mission;
 mod narrator;

@@ -10,7 +10,7 @@ use super::terminal::print_err;
 use samara::autopilot::estimator::EstimatorSettings;
 use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, Px4Clock, load_parameters};
-use samara::control::{Airframe, Cascade};
+use samara::control::{Airframe, ControlSettings};
 use samara::link::streamer::{Clock, Procedure};
 use samara::link::{
     AutopilotSession, AutopilotSetup, Froude, SimulatorConfig, SimulatorSession, StreamerConfig,
@@ -58,7 +58,8 @@ pub fn autopilot(
         .bad_input()?;
     let mut session = AutopilotSession::new(AutopilotSetup {
         system_id,
-        cascade: Cascade::new(airframe, mission.control.gains, mission.control.limits),
+        control: ControlSettings { airframe, gains: mission.control.gains, limits: mission.control.limits },
+        controller: None,
         environment: mission.site.environment.clone(),
         estimator: (estimator == EstimatorChoice::Ekf).then(|| estimator_settings(mission)),
         rotors: mission.vehicle.rotors.len(),

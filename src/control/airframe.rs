@@ -1,4 +1,5 @@
-//! What the control law knows of the vehicle: mass, inertia, gravity, the rotors' thrust limit and their allocation.
+//! The controller's model of the vehicle: mass, inertia, gravity, the rotors' thrust limit and their
+//! allocation.
 //!
 //! It knows no aerodynamics and no actuator dynamics; thrust is taken as what a rotor gives in still air,
 //! `T = T_static throttle^2`.
@@ -9,7 +10,7 @@ use super::ControlError;
 use super::mixer::Mixer;
 use crate::model::{Environment, MAX_ROTORS, Vehicle};
 
-/// The control law's model of the vehicle.
+/// The controller's model of the vehicle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Airframe {
     /// Mass [kg].
@@ -59,8 +60,9 @@ impl Airframe {
     }
 }
 
-/// Columns that make one unit of lift, roll, pitch, yaw moment with the least sum of squares of thrust: `B^T (B B^T)^-1`
-/// over the rows that the rotors can make. A yaw row that they cannot make (reaction torques off) gives a zero column.
+/// Columns that make one unit of lift, roll, pitch, yaw moment with the least sum of squares of thrust: `B^T
+/// (B B^T)^-1` over the rows that the rotors can make. A yaw row that they cannot make (reaction torques off)
+/// gives a zero column.
 fn minimum_norm_inverse(
     effectiveness: &SMatrix<f64, 4, MAX_ROTORS>,
 ) -> Result<SMatrix<f64, MAX_ROTORS, 4>, ControlError> {

@@ -1,8 +1,9 @@
 //! Attitude loop: from the attitude error to wanted body rates.
 //!
-//! The error is split into the **tilt**, the shortest rotation that brings the thrust axis where it shall be, and the
-//! **twist** about the thrust axis that remains. Each has its own gain; a heading error does not delay the tilt. In the
-//! vertical plane the tilt error is exactly `theta_c - theta` (within half a turn): `q_c = clip(K_ptheta (theta_c - theta))`.
+//! The error is split into the **tilt**, the shortest rotation that brings the thrust axis where it shall be,
+//! and the **twist** about the thrust axis that remains. Each has its own gain; a heading error does not
+//! delay the tilt. In the vertical plane the tilt error is exactly `theta_c - theta` (within half a turn):
+//! `q_c = clip(K_ptheta (theta_c - theta))`.
 
 use nalgebra::Vector3;
 
@@ -76,7 +77,8 @@ mod tests {
     }
 
     proptest! {
-        /// Turning by the tilt, then by the twist, arrives at the setpoint; the tilt alone brings the thrust axis there.
+        /// Turning by the tilt, then by the twist, arrives at the setpoint; the tilt alone brings the thrust
+        /// axis there.
         #[test]
         fn prop_tilt_then_twist_is_the_whole_error(
             a in -3.0f64..3.0, b in -1.5f64..1.5, c in -3.0f64..3.0,

@@ -1,65 +1,25 @@
 //! The cascade: velocity, attitude, rate, mixer in a row, entered at any of the first three.
 //!
-//! What a step may rely on and what it guarantees: the state is the current one (no delay); integrals start from zero
-//! at [`Cascade::reset`] and are used before their update; every thrust lies in `[0, T_lim]`. An input that is not
-//! finite (or beyond any physical size) is replaced by the last finite one of its kind, and such a measurement leaves the integrals and the
-//! outputs where they were, so that one broken message neither stops the motors nor stays in memory. Nothing allocates.
+//! A step relies on this and guarantees it: the state is the current one (no delay); integrals start
+//! from zero at [`Controller::reset`] and are used before their update; every thrust lies in `[0, T_lim]`. An
+//! input that is not finite (or beyond any physical size) is replaced by the last finite one of its kind, and
+//! such a measurement leaves the integrals and the outputs where they were, so that one broken message
+//! neither stops the motors nor stays in memory. Nothing allocates.
 
 use nalgebra::Vector3;
 
 use super::attitude::rate_setpoint;
 use super::rate::RateLoop;
 use super::velocity::{VelocityLoop, VelocitySetpoint};
-use super::{Airframe, ControlLimits, Gains};
-use crate::frames::{LEVEL, Quaternion, quaternion_from_euler};
-use crate::model::{MAX_ROTORS, PerRotor};
-
-/// What the cascade is told of the vehicle's state.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measurement {
-    /// Attitude, body to NED.
-    pub q_ned_from_body: Quaternion,
-    /// Velocity, NED [m/s].
-    pub v_ned: Vector3<f64>,
-    /// Body rates [rad/s].
-    pub omega_body: Vector3<f64>,
-}
-
-/// What a step commands, and the setpoints in between.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ControlOutput {
-    /// Thrust of each rotor [N].
-    pub thrust_n: PerRotor,
-    /// Throttle of each rotor, `sqrt(T/T_static)`, 0..1.
-    pub throttle: PerRotor,
-    /// Acceleration after all limits, NED [m/s^2]; gravity is not part of it. Zero below the velocity loop.
-    pub acceleration_sp_ned: Vector3<f64>,
-    /// Wanted attitude, body to NED.
-    pub q_sp: Quaternion,
-    /// Wanted body rates [rad/s].
-    pub rate_sp_body: Vector3<f64>,
-    /// Collective before the mixer, along the body's up axis [N].
-    pub collective_n: f64,
-}
-
-impl ControlOutput {
-    /// Motors off, level.
-    pub const ZERO: Self = Self {
-        thrust_n: [0.0; MAX_ROTORS],
-        throttle: [0.0; MAX_ROTORS],
-        acceleration_sp_ned: Vector3::new(0.0, 0.0, 0.0),
-        q_sp: LEVEL,
-        rate_sp_body: Vector3::new(0.0, 0.0, 0.0),
-        collective_n: 0.0,
-    };
-}
+use super::{
+    Airframe, ControlLimits, ControlOutput, ControlSettings, Controller, Gains, Measurement, Setpoint,
+};
+use crate::frames::{LEVEL, Quaternion, quaternion_from_euler, yaw};
 
 /// The controller with its state.
 #[derive(Clone, Debug)]
 pub struct Cascade {
-    airframe: Airframe,
-    gains: Gains,
-    limits: ControlLimits,
+    settings: ControlSettings,
     velocity: VelocityLoop,
     rate: RateLoop,
     held: Held,
@@ -102,53 +62,12 @@ impl Measurement {
 impl Cascade {
     /// A controller at rest, integrals zero.
     pub fn new(airframe: Airframe, gains: Gains, limits: ControlLimits) -> Self {
-        Self {
-            airframe,
-            gains,
-            limits,
-            velocity: VelocityLoop::default(),
-            rate: RateLoop::default(),
-            held: Held::NOTHING,
-            output: ControlOutput::ZERO,
-        }
+        Self::from(ControlSettings { airframe, gains, limits })
     }
 
-    /// Integrals to zero, held inputs forgotten.
-    pub fn reset(&mut self) {
-        self.velocity = VelocityLoop::default();
-        self.rate = RateLoop::default();
-        self.held = Held::NOTHING;
-        self.output = ControlOutput::ZERO;
-    }
-
-    /// Replaces the gains; the integrals stay.
-    pub fn set_gains(&mut self, gains: Gains) {
-        self.gains = gains;
-    }
-
-    /// Replaces the limits; the integrals stay.
-    pub fn set_limits(&mut self, limits: ControlLimits) {
-        self.limits = limits;
-    }
-
-    /// Replaces the mass [kg] that the control law believes in: the collective for a wanted acceleration scales with it.
-    pub fn set_mass_kg(&mut self, mass_kg: f64) {
-        self.airframe.mass_kg = mass_kg;
-    }
-
-    /// The gains in use.
-    pub fn gains(&self) -> &Gains {
-        &self.gains
-    }
-
-    /// The limits in use.
-    pub fn limits(&self) -> &ControlLimits {
-        &self.limits
-    }
-
-    /// What the control law knows of the vehicle.
-    pub fn airframe(&self) -> &Airframe {
-        &self.airframe
+    /// The airframe, gains and limits in use.
+    pub fn settings(&self) -> &ControlSettings {
+        &self.settings
     }
 
     /// The integrals of the velocity loop, NED [m/s^2].
@@ -161,21 +80,20 @@ impl Cascade {
         self.rate.integral()
     }
 
-    /// What the last step commanded.
+    /// The output of the last step.
     pub fn output(&self) -> &ControlOutput {
         &self.output
     }
 
-    /// One step of the whole cascade: velocity setpoint [m/s] and acceleration feed-forward [m/s^2] in NED, heading
-    /// [rad], control period [s].
-    pub fn track_velocity(
+    /// One step of the whole cascade.
+    fn track_velocity(
         &mut self,
         m: &Measurement,
         v_sp_ned: Vector3<f64>,
         a_ff_ned: Vector3<f64>,
         yaw_sp_rad: f64,
         dt_s: f64,
-    ) -> ControlOutput {
+    ) {
         if finite(v_sp_ned.as_slice()) {
             self.held.v_sp_ned = Some(v_sp_ned);
         }
@@ -183,63 +101,47 @@ impl Cascade {
             self.held.yaw_sp_rad = yaw_sp_rad;
         }
         if !m.is_finite() {
-            return self.output;
+            return;
         }
         let setpoint = VelocitySetpoint {
             // With no finite setpoint yet: keep the velocity that there is.
             v_ned: self.held.v_sp_ned.unwrap_or(m.v_ned),
             a_ff_ned: if finite(a_ff_ned.as_slice()) { a_ff_ned } else { Vector3::zeros() },
         };
-        let dt_s = usable_period(dt_s);
-        let tilt = self.limits.tilt_rad;
-        let wanted = self.velocity.step(&self.airframe, &self.gains, tilt, &m.v_ned, &setpoint, dt_s);
+        let ControlSettings { airframe, gains, limits } = &self.settings;
+        let wanted = self.velocity.step(airframe, gains, limits.tilt_rad, &m.v_ned, &setpoint, dt_s);
         let yaw = self.held.yaw_sp_rad;
         let (roll, pitch) = wanted.roll_pitch(yaw);
         self.output.acceleration_sp_ned = wanted.acceleration_sp_ned;
-        self.output.collective_n = self.airframe.mass_kg * wanted.up_m_s2;
+        self.output.collective_n = airframe.mass_kg * wanted.up_m_s2;
         self.attitude_step(m, quaternion_from_euler(roll, pitch, yaw), dt_s);
-        self.output
     }
 
-    /// One step of attitude, rate and mixer. `collective` is the fraction 0..1 of all rotors' largest thrust; exactly
-    /// zero stops all motors, as in PX4, and leaves the integrals alone.
-    pub fn hold_attitude(
-        &mut self,
-        m: &Measurement,
-        q_sp_ned_from_body: Quaternion,
-        collective: f64,
-        dt_s: f64,
-    ) -> ControlOutput {
-        if finite(&q_sp_ned_from_body) && q_sp_ned_from_body.iter().any(|&c| c != 0.0) {
-            self.held.q_sp = q_sp_ned_from_body;
+    /// One step of attitude, rate and mixer. No collective stops all motors, as in PX4, and leaves the
+    /// integrals alone.
+    fn hold_attitude(&mut self, m: &Measurement, q_sp: Quaternion, collective: f64, dt_s: f64) {
+        if finite(&q_sp) && q_sp.iter().any(|&c| c != 0.0) {
+            self.held.q_sp = q_sp;
         }
-        if !self.take_collective(m, collective) {
-            return self.output;
+        if self.take_collective(m, collective) {
+            self.attitude_step(m, self.held.q_sp, dt_s);
         }
-        self.attitude_step(m, self.held.q_sp, usable_period(dt_s));
-        self.output
     }
 
-    /// One step of rate loop and mixer: body rates [rad/s], collective as in [`Self::hold_attitude`].
-    pub fn hold_rates(
-        &mut self,
-        m: &Measurement,
-        rate_sp_body: Vector3<f64>,
-        collective: f64,
-        dt_s: f64,
-    ) -> ControlOutput {
+    /// One step of rate loop and mixer, the collective as in [`Self::hold_attitude`].
+    fn hold_rates(&mut self, m: &Measurement, rate_sp_body: Vector3<f64>, collective: f64, dt_s: f64) {
         if finite(rate_sp_body.as_slice()) {
             self.held.rate_sp = rate_sp_body;
         }
         if !self.take_collective(m, collective) {
-            return self.output;
+            return;
         }
         self.output.q_sp = m.q_ned_from_body;
-        let (rate, yaw) = (self.limits.rate_command_rad_s, self.limits.yaw_rate_command_rad_s);
+        let ControlLimits { rate_command_rad_s: rate, yaw_rate_command_rad_s: yaw, .. } =
+            self.settings.limits;
         let bound = Vector3::new(rate, rate, yaw);
         self.output.rate_sp_body = self.held.rate_sp.zip_map(&bound, |x, b| x.min(b).max(-b));
-        self.rate_step(m, usable_period(dt_s));
-        self.output
+        self.rate_step(m, dt_s);
     }
 
     /// Takes over the collective; false when there is nothing more to do in this step.
@@ -255,23 +157,70 @@ impl Cascade {
             return false;
         }
         self.output.acceleration_sp_ned = Vector3::zeros();
-        self.output.collective_n = self.held.collective * self.airframe.lift_max_n;
+        self.output.collective_n = self.held.collective * self.settings.airframe.lift_max_n;
         true
     }
 
     fn attitude_step(&mut self, m: &Measurement, q_sp: Quaternion, dt_s: f64) {
+        let ControlSettings { gains, limits, .. } = &self.settings;
         self.output.q_sp = q_sp;
-        self.output.rate_sp_body = rate_setpoint(&self.gains, &self.limits, m.q_ned_from_body, q_sp);
+        self.output.rate_sp_body = rate_setpoint(gains, limits, m.q_ned_from_body, q_sp);
         self.rate_step(m, dt_s);
     }
 
     fn rate_step(&mut self, m: &Measurement, dt_s: f64) {
+        let ControlSettings { airframe, gains, limits } = &self.settings;
         let out = &mut self.output;
-        let angular = self.rate.step(&self.gains, &self.limits, &m.omega_body, &out.rate_sp_body, dt_s);
-        let moment = self.airframe.inertia_kg_m2 * angular;
-        out.thrust_n = self.airframe.mixer.thrusts(out.collective_n, &moment);
-        let limit = self.airframe.mixer.thrust_limit_n();
+        let angular = self.rate.step(gains, limits, &m.omega_body, &out.rate_sp_body, dt_s);
+        let moment = airframe.inertia_kg_m2 * angular;
+        out.thrust_n = airframe.mixer.thrusts(out.collective_n, &moment);
+        let limit = airframe.mixer.thrust_limit_n();
         out.throttle = out.thrust_n.map(|t| (t / limit).sqrt());
+    }
+}
+
+impl From<ControlSettings> for Cascade {
+    fn from(settings: ControlSettings) -> Self {
+        Self {
+            settings,
+            velocity: VelocityLoop::default(),
+            rate: RateLoop::default(),
+            held: Held::NOTHING,
+            output: ControlOutput::ZERO,
+        }
+    }
+}
+
+impl Controller for Cascade {
+    fn reset(&mut self) {
+        self.velocity = VelocityLoop::default();
+        self.rate = RateLoop::default();
+        self.held = Held::NOTHING;
+        self.output = ControlOutput::ZERO;
+    }
+
+    fn step(&mut self, m: &Measurement, setpoint: &Setpoint, dt_s: f64) -> ControlOutput {
+        let dt_s = usable_period(dt_s);
+        match *setpoint {
+            Setpoint::Velocity { v_ned, a_ff_ned, yaw_rad } => {
+                let yaw_sp_rad = yaw_rad.unwrap_or_else(|| yaw(m.q_ned_from_body));
+                self.track_velocity(m, v_ned, a_ff_ned, yaw_sp_rad, dt_s);
+            }
+            Setpoint::Attitude { q_ned_from_body, collective } => {
+                self.hold_attitude(m, q_ned_from_body, collective, dt_s);
+            }
+            Setpoint::Rates { omega_body, collective } => self.hold_rates(m, omega_body, collective, dt_s),
+        }
+        self.output
+    }
+
+    /// The integrals stay, so that nothing jumps but what the settings say.
+    fn configure(&mut self, settings: &ControlSettings) {
+        self.settings = settings.clone();
+    }
+
+    fn cascade_settings(&self) -> Option<&ControlSettings> {
+        Some(&self.settings)
     }
 }
 

@@ -4,14 +4,26 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 
 use super::test_vehicles::{MASS_KG, THRUST_LIMIT_N, at_rest, cascade, lander, quadrotor};
-use super::{Cascade, ControlOutput, Gains, Measurement};
-use crate::frames::{LEVEL, pitch, quaternion_from_euler, roll, yaw};
+use super::{Cascade, ControlOutput, Controller as _, Gains, Measurement, Setpoint};
+use crate::frames::{LEVEL, Quaternion, pitch, quaternion_from_euler, roll, yaw};
 use crate::model::VehicleOptions;
 
 const DT: f64 = 0.01;
 
-fn track(law: &mut Cascade, m: &Measurement, v_sp: [f64; 3], yaw_sp: f64) -> ControlOutput {
-    law.track_velocity(m, v_sp.into(), Vector3::zeros(), yaw_sp, DT)
+fn track(controller: &mut Cascade, m: &Measurement, v_sp: [f64; 3], yaw_sp: f64) -> ControlOutput {
+    controller.step(m, &velocity(v_sp.into(), Vector3::zeros(), yaw_sp), DT)
+}
+
+fn velocity(v_ned: Vector3<f64>, a_ff_ned: Vector3<f64>, yaw_rad: f64) -> Setpoint {
+    Setpoint::Velocity { v_ned, a_ff_ned, yaw_rad: Some(yaw_rad) }
+}
+
+fn attitude(q_ned_from_body: Quaternion, collective: f64) -> Setpoint {
+    Setpoint::Attitude { q_ned_from_body, collective }
+}
+
+fn rates(x: f64, y: f64, z: f64, collective: f64) -> Setpoint {
+    Setpoint::Rates { omega_body: Vector3::new(x, y, z), collective }
 }
 
 fn lander_cascade() -> Cascade {
@@ -51,8 +63,8 @@ fn sinking_asks_for_less_than_the_weight_and_climbing_for_more() {
     assert!((hover.thrust_n.iter().sum::<f64>() - weight).abs() < 1e-9);
 }
 
-/// Nose to the right (seen from above, clockwise): the body must be turned so, by the torque of the rotors that turn
-/// counter-clockwise.
+/// Nose to the right (seen from above, clockwise): the body must be turned so, by the torque of the rotors
+/// that turn counter-clockwise.
 #[test]
 fn heading_error_speeds_up_the_rotors_that_turn_the_other_way() {
     let out = track(&mut lander_cascade(), &at_rest(0.0, 0.0, 0.0), [0.0; 3], 0.5);
@@ -64,10 +76,10 @@ fn heading_error_speeds_up_the_rotors_that_turn_the_other_way() {
 
 #[test]
 fn feed_forward_is_added_to_the_wanted_acceleration() {
-    let mut law = lander_cascade();
+    let mut controller = lander_cascade();
     let m = at_rest(0.0, 0.0, 0.0);
     let a_ff = Vector3::new(0.2, -0.1, 0.3);
-    let out = law.track_velocity(&m, Vector3::zeros(), a_ff, 0.0, DT);
+    let out = controller.step(&m, &velocity(Vector3::zeros(), a_ff, 0.0), DT);
     assert!((out.acceleration_sp_ned - a_ff).norm() < 1e-12);
 }
 
@@ -80,30 +92,30 @@ fn tilt_and_rates_stay_within_their_limits() {
     assert!((out.acceleration_sp_ned.x + out.acceleration_sp_ned.y).abs() < 1e-12, "direction kept");
     assert!((out.rate_sp_body.z.to_degrees() - 45.0).abs() < 1e-9);
     let gains = Gains { k_ptheta: 50.0, ..Gains::near_hover() };
-    let out = cascade(&lander(true), gains).hold_attitude(&at_rest(0.0, 1.4, 0.0), LEVEL, 0.5, DT);
+    let out = cascade(&lander(true), gains).step(&at_rest(0.0, 1.4, 0.0), &attitude(LEVEL, 0.5), DT);
     assert!((out.rate_sp_body.y.to_degrees() + 220.0).abs() < 1e-9);
 }
 
 #[test]
 fn zero_collective_stops_the_motors_and_keeps_the_integrals() {
-    let mut law = lander_cascade();
+    let mut controller = lander_cascade();
     let m = Measurement { omega_body: Vector3::new(0.1, 0.2, 0.0), ..at_rest(0.3, -0.2, 0.1) };
-    let out = law.hold_attitude(&m, LEVEL, 0.0, DT);
+    let out = controller.step(&m, &Setpoint::MOTORS_OFF, DT);
     assert_eq!(out.thrust_n, [0.0; 8]);
-    assert_eq!(law.rate_integral(), [0.0; 2]);
-    let out = law.hold_attitude(&m, LEVEL, 0.4, DT);
+    assert_eq!(controller.rate_integral(), [0.0; 2]);
+    let out = controller.step(&m, &attitude(LEVEL, 0.4), DT);
     assert!((out.collective_n - 0.4 * 4.0 * THRUST_LIMIT_N).abs() < 1e-9);
-    assert!(law.rate_integral()[0] != 0.0);
-    assert_eq!(law.hold_rates(&m, Vector3::zeros(), 0.0, DT).thrust_n, [0.0; 8]);
+    assert!(controller.rate_integral()[0] != 0.0);
+    assert_eq!(controller.step(&m, &rates(0.0, 0.0, 0.0, 0.0), DT).thrust_n, [0.0; 8]);
 }
 
 #[test]
 fn held_rates_turn_the_way_they_say() {
-    let mut law = lander_cascade();
+    let mut controller = lander_cascade();
     let m = at_rest(0.0, 0.0, 0.0);
-    let up = law.hold_rates(&m, Vector3::new(0.0, 0.5, 0.0), 0.5, DT).thrust_n;
+    let up = controller.step(&m, &rates(0.0, 0.5, 0.0, 0.5), DT).thrust_n;
     assert!(up[0] > up[1] && up[2] > up[3]);
-    let right = law.hold_rates(&m, Vector3::new(0.5, 0.0, 0.0), 0.5, DT).thrust_n;
+    let right = controller.step(&m, &rates(0.5, 0.0, 0.0, 0.5), DT).thrust_n;
     assert!(right[1] > right[0] && right[2] > right[3]);
 }
 
@@ -112,21 +124,21 @@ fn held_rates_turn_the_way_they_say() {
 fn broken_inputs_are_bridged() {
     let (mut clean, mut broken) = (lander_cascade(), lander_cascade());
     let m = Measurement { v_ned: Vector3::new(0.3, 0.1, 3.0), ..at_rest(0.05, -0.1, 0.02) };
-    for law in [&mut clean, &mut broken] {
-        track(law, &m, [1.0, 0.2, 2.0], 0.1);
+    for controller in [&mut clean, &mut broken] {
+        track(controller, &m, [1.0, 0.2, 2.0], 0.1);
     }
     let before = (broken.velocity_integral_ned(), broken.rate_integral(), *broken.output());
     let nan_m = Measurement { v_ned: Vector3::new(f64::NAN, 0.0, 0.0), ..m };
     let held = track(&mut broken, &nan_m, [1.0, 0.2, 2.0], 0.1);
     assert_eq!((broken.velocity_integral_ned(), broken.rate_integral(), held), before);
-    // A setpoint that is no number: the last one stands. So for heading; feed-forward falls away; a broken period does
-    // not integrate.
+    // A setpoint that is no number: the last one stands. So for heading; feed-forward falls away; a broken
+    // period does not integrate.
     let nan = Vector3::repeat(f64::NAN);
-    let a = broken.track_velocity(&m, nan, nan, f64::INFINITY, DT);
+    let a = broken.step(&m, &velocity(nan, nan, f64::INFINITY), DT);
     let b = track(&mut clean, &m, [1.0, 0.2, 2.0], 0.1);
     assert_eq!(a, b);
     let integral = broken.velocity_integral_ned();
-    broken.track_velocity(&m, Vector3::zeros(), Vector3::zeros(), 0.0, f64::NAN);
+    broken.step(&m, &velocity(Vector3::zeros(), Vector3::zeros(), 0.0), f64::NAN);
     assert_eq!(broken.velocity_integral_ned(), integral);
 }
 
@@ -178,14 +190,15 @@ fn any_number() -> impl Strategy<Value = f64> {
 }
 
 proptest! {
-    /// Whatever comes in, thrusts stay in range, nothing panics, and after sane inputs the output is sane again.
+    /// Whatever comes in, thrusts stay in range, nothing panics, and after sane inputs the output is sane
+    /// again.
     #[test]
     fn prop_any_input_gives_thrusts_in_range(
         x in prop::collection::vec(any_number(), 17 * 6),
         mode in prop::collection::vec(0u8..3, 6),
     ) {
-        let mut law = lander_cascade();
-        let top = law.airframe().mixer.thrust_limit_n();
+        let mut controller = lander_cascade();
+        let top = controller.settings().airframe.mixer.thrust_limit_n();
         for (n, mode) in x.chunks(17).zip(mode) {
             let m = Measurement {
                 q_ned_from_body: [n[0], n[1], n[2], n[3]],
@@ -193,20 +206,45 @@ proptest! {
                 omega_body: Vector3::new(n[7], n[8], n[9]),
             };
             let v = Vector3::new(n[10], n[11], n[12]);
-            let out = match mode {
-                0 => law.track_velocity(&m, v, Vector3::new(n[13], n[14], 0.0), n[15], n[16]),
-                1 => law.hold_attitude(&m, [n[10], n[11], n[12], n[13]], n[14], n[16]),
-                _ => law.hold_rates(&m, v, n[14], n[16]),
+            let setpoint = match mode {
+                0 => velocity(v, Vector3::new(n[13], n[14], 0.0), n[15]),
+                1 => attitude([n[10], n[11], n[12], n[13]], n[14]),
+                _ => rates(v.x, v.y, v.z, n[14]),
             };
+            let out = controller.step(&m, &setpoint, n[16]);
             for i in 0..8 {
                 prop_assert!((0.0..=top).contains(&out.thrust_n[i]), "{out:?}");
                 prop_assert!((0.0..=1.0).contains(&out.throttle[i]));
             }
-            prop_assert!(law.velocity_integral_ned().iter().chain(&law.rate_integral()).all(|i| i.is_finite()));
+            let (v, rate) = (controller.velocity_integral_ned(), controller.rate_integral());
+            prop_assert!(v.iter().chain(&rate).all(|i| i.is_finite()));
         }
         let level = at_rest(0.0, 0.0, 0.0);
-        law.reset();
-        let out = track(&mut law, &level, [0.0; 3], 0.0);
+        controller.reset();
+        let out = track(&mut controller, &level, [0.0; 3], 0.0);
         prop_assert!((out.collective_n - MASS_KG * super::test_vehicles::GRAVITY_M_S2).abs() < 1e-9);
     }
+}
+
+/// Without a heading the present one is held: nothing turns.
+#[test]
+fn no_heading_is_the_present_one() {
+    for heading in [-2.0, 0.0, 1.3] {
+        let m = at_rest(0.0, 0.0, heading);
+        let [v_ned, a_ff_ned] = [Vector3::zeros(); 2];
+        let free = lander_cascade().step(&m, &Setpoint::Velocity { v_ned, a_ff_ned, yaw_rad: None }, DT);
+        let held = lander_cascade().step(&m, &velocity(v_ned, a_ff_ned, yaw(m.q_ned_from_body)), DT);
+        assert_eq!(free, held);
+        assert!(free.rate_sp_body.norm() < 1e-12, "{}", free.rate_sp_body);
+    }
+}
+
+/// Thrust is as the square of the throttle, either way, and held within what a rotor gives.
+#[test]
+fn closed_form_commands_by_thrust_and_by_throttle_agree() {
+    let by_thrust = ControlOutput::from_thrusts([25.0, 100.0, -1.0, 400.0, 0.0, 0.0, 0.0, 0.0], 100.0);
+    assert_eq!(by_thrust.throttle, [0.5, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(by_thrust.collective_n, 225.0);
+    assert_eq!(ControlOutput::from_throttles(by_thrust.throttle, 100.0), by_thrust);
+    assert_eq!(ControlOutput::from_throttles([f64::NAN; 8], 100.0), ControlOutput::ZERO);
 }

@@ -3,46 +3,82 @@
 use super::ControlError;
 use crate::units::RAD_PER_DEG;
 
-/// Gains of the cascade, in SI; `K_P` and `K_I` of Table 4 with the loop they belong to. Roll uses pitch's.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gains {
-    /// Pitch (and roll) rate, proportional [1/s].
-    pub k_pq: f64,
-    /// Pitch (and roll) rate, integral [1/s^2].
-    pub k_iq: f64,
-    /// Pitch (and roll) angle, proportional [1/s].
-    pub k_ptheta: f64,
-    /// Vertical velocity, proportional [1/s].
-    pub k_pvz: f64,
-    /// Vertical velocity, integral [1/s^2].
-    pub k_ivz: f64,
-    /// Horizontal velocity, proportional [1/s].
-    pub k_pvx: f64,
-    /// Horizontal velocity, integral [1/s^2].
-    pub k_ivx: f64,
-    /// Heading, proportional [1/s].
-    pub k_ppsi: f64,
-    /// Yaw rate, proportional [1/s].
-    pub k_pr: f64,
+/// Hands the table of gains to a macro: in Table 4's order the longitudinal gains `[..]`, then those of yaw
+/// `[..]`; each with its meaning, its name and its key in files.
+macro_rules! table_of_gains {
+    ($callback:ident) => {
+        $callback! {
+            [
+                /// Pitch (and roll) rate, proportional [1/s].
+                k_pq "k_pq_per_s"
+                /// Pitch (and roll) rate, integral [1/s^2].
+                k_iq "k_iq_per_s2"
+                /// Pitch (and roll) angle, proportional [1/s].
+                k_ptheta "k_ptheta_per_s"
+                /// Vertical velocity, proportional [1/s].
+                k_pvz "k_pvz_per_s"
+                /// Vertical velocity, integral [1/s^2].
+                k_ivz "k_ivz_per_s2"
+                /// Horizontal velocity, proportional [1/s].
+                k_pvx "k_pvx_per_s"
+                /// Horizontal velocity, integral [1/s^2].
+                k_ivx "k_ivx_per_s2"
+            ]
+            [
+                /// Heading, proportional [1/s].
+                k_ppsi "k_ppsi_per_s"
+                /// Yaw rate, proportional [1/s].
+                k_pr "k_pr_per_s"
+            ]
+        }
+    };
 }
+pub(crate) use table_of_gains;
+
+macro_rules! gains {
+    (
+        [$($(#[$doc:meta])* $name:ident $key:literal)*]
+        [$($(#[$yaw_doc:meta])* $yaw_name:ident $yaw_key:literal)*]
+    ) => {
+        /// Gains of the cascade, in SI; `K_P` and `K_I` of Table 4 with the loop they belong to. Roll uses
+        /// pitch's.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct Gains {
+            $($(#[$doc])* pub $name: f64,)*
+            $($(#[$yaw_doc])* pub $yaw_name: f64,)*
+        }
+
+        impl Gains {
+            /// Keys of the seven longitudinal gains in files, in Table 4's order.
+            pub const LONGITUDINAL_KEYS: [&str; 7] = [$($key),*];
+
+            /// The seven longitudinal gains in Table 4's order, with the study's yaw gains.
+            pub fn longitudinal([$($name),*]: [f64; 7]) -> Self {
+                Self { $($name,)* k_ppsi: Self::K_PPSI, k_pr: Self::K_PR }
+            }
+
+            /// The seven longitudinal gains, in the order that [`Self::longitudinal`] takes them.
+            pub fn as_longitudinal(&self) -> [f64; 7] {
+                [$(self.$name),*]
+            }
+
+            /// Every gain with its name and its key in files.
+            pub fn named(&self) -> [(&'static str, &'static str, f64); 9] {
+                [
+                    $((stringify!($name), $key, self.$name),)*
+                    $((stringify!($yaw_name), $yaw_key, self.$yaw_name),)*
+                ]
+            }
+        }
+    };
+}
+table_of_gains!(gains);
 
 impl Gains {
     /// Heading gain of the study [1/s]: the paper gives none.
     pub const K_PPSI: f64 = 0.5;
     /// Yaw rate gain of the study [1/s]: the paper gives none.
     pub const K_PR: f64 = 1.0;
-
-    /// The seven longitudinal gains in Table 4's order, `[K_pq, K_iq, K_ptheta, K_pvz, K_ivz, K_pvx, K_ivx]`, with the
-    /// study's yaw gains.
-    pub fn longitudinal(k: [f64; 7]) -> Self {
-        let [k_pq, k_iq, k_ptheta, k_pvz, k_ivz, k_pvx, k_ivx] = k;
-        Self { k_pq, k_iq, k_ptheta, k_pvz, k_ivz, k_pvx, k_ivx, k_ppsi: Self::K_PPSI, k_pr: Self::K_PR }
-    }
-
-    /// The seven longitudinal gains, as [`Self::longitudinal`] takes them.
-    pub fn as_longitudinal(&self) -> [f64; 7] {
-        [self.k_pq, self.k_iq, self.k_ptheta, self.k_pvz, self.k_ivz, self.k_pvx, self.k_ivx]
-    }
 
     /// Table 4, first row: the near-hover controller.
     pub fn near_hover() -> Self {
@@ -59,20 +95,9 @@ impl Gains {
     /// # Errors
     /// [`ControlError::OutOfRange`] with the first gain that is not.
     pub fn validate(&self) -> Result<(), ControlError> {
-        let all = [
-            ("k_pq", self.k_pq),
-            ("k_iq", self.k_iq),
-            ("k_ptheta", self.k_ptheta),
-            ("k_pvz", self.k_pvz),
-            ("k_ivz", self.k_ivz),
-            ("k_pvx", self.k_pvx),
-            ("k_ivx", self.k_ivx),
-            ("k_ppsi", self.k_ppsi),
-            ("k_pr", self.k_pr),
-        ];
-        match all.into_iter().find(|(_, k)| !(k.is_finite() && *k >= 0.0)) {
+        match self.named().into_iter().find(|(.., k)| !(k.is_finite() && *k >= 0.0)) {
             None => Ok(()),
-            Some((what, value)) => {
+            Some((what, _, value)) => {
                 Err(ControlError::OutOfRange { what, expected: "finite and at least zero", value })
             }
         }

@@ -1,14 +1,15 @@
 //! Moments and collective to rotor thrusts, each within `[0, T_lim]`.
 //!
-//! Roll and pitch moment first, then the collective, which gives way both ways, then yaw in what room is left. For a
-//! quadrotor in the vertical plane this is the planar rule, with `b` the collective per rotor and `d` the pitch share:
+//! Roll and pitch moment first, then the collective, which gives way both ways, then yaw in what room is
+//! left. For a quadrotor in the vertical plane this is the planar rule, with `b` the collective per rotor and
+//! `d` the pitch share:
 //!
 //! ```text
 //! |d| <= T_lim/2 ;  b + |d| > T_lim: b = T_lim - |d| ;  b - |d| < 0: b = |d| ;  T = b +- d
 //! ```
 //!
-//! For N rotors the shares come from the minimum-norm allocation; the moment is scaled down only as far as no collective
-//! at all could make room for it, and its direction is kept.
+//! For N rotors the shares come from the minimum-norm allocation; the moment is scaled down only as far as no
+//! collective at all could make room for it, and its direction is kept.
 
 use nalgebra::{SMatrix, Vector3};
 
@@ -29,7 +30,8 @@ pub struct Mixer {
 /// A demand larger than this [N or N m] says nothing more than its sign; keeps every product finite.
 const DEMAND_LIMIT: f64 = 1e12;
 
-/// A thrust below this share of the largest is the rounding of a zero. Its square root would be a throttle, and turn the rotor.
+/// A thrust below this share of the largest is the rounding of a zero. Its square root would be a throttle,
+/// and turn the rotor.
 const ROUNDING: f64 = 1e-12;
 
 impl Mixer {
@@ -66,7 +68,8 @@ impl Mixer {
         self.moment[2].iter().any(|&y| y != 0.0)
     }
 
-    /// Thrust of each rotor [N] for a lift [N] and a moment [N m], body axes. A demand that is not a number counts as zero.
+    /// Thrust of each rotor [N] for a lift [N] and a moment [N m], body axes. A demand that is not a number
+    /// counts as zero.
     pub fn thrusts(&self, lift_n: f64, moment_body: &Vector3<f64>) -> PerRotor {
         let n = self.n_rotors;
         let limit = self.thrust_limit_n;
@@ -75,7 +78,8 @@ impl Mixer {
             [bounded(moment_body.x), bounded(moment_body.y), bounded(moment_body.z)];
         let mut tilt: PerRotor =
             std::array::from_fn(|i| self.moment[0][i] * m_roll + self.moment[1][i] * m_pitch);
-        // A lift L fits when 0 <= L c_i + d_i <= T_lim for all i; there is one when s (d_i/c_i - d_j/c_j) <= T_lim/c_i.
+        // A lift L fits when 0 <= L c_i + d_i <= T_lim for all i; there is one when s (d_i/c_i - d_j/c_j) <=
+        // T_lim/c_i.
         let mut scale = 1.0f64;
         for i in 0..n {
             for j in 0..n {
@@ -180,7 +184,8 @@ mod tests {
         // No collective: it comes up to make room.
         let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(0.0, &wanted));
         assert!((moment - Vector3::new(0.0, 600.0, 0.0)).norm() < 1e-9 && lift > 0.0);
-        // Just enough, and what is then nothing is exactly nothing: the root of its rounding would turn the rotors.
+        // Just enough, and what is then nothing is exactly nothing: the root of its rounding would turn the
+        // rotors.
         let thrust = mixer.thrusts(0.0, &Vector3::new(0.0, 600.0, 0.0));
         assert!(thrust.iter().filter(|t| **t == 0.0).count() == 6 && thrust[0] > 100.0, "{thrust:?}");
         // More moment than there is: its direction is kept.

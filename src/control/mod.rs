@@ -1,26 +1,29 @@
-//! How it is flown: the PID cascade from a velocity setpoint to rotor thrusts.
+//! How it is flown: a controller takes a measurement and a setpoint and gives rotor throttles.
 //!
 //! | file | holds |
 //! |---|---|
+//! | [`controller`] | the trait that every controller implements, and what goes in and out |
 //! | [`gains`] | the gains of Table 4, yaw gains, limits |
-//! | [`airframe`] | what the control law knows of the vehicle |
+//! | [`airframe`] | what a controller knows of the vehicle |
 //! | [`position`] | position error to wanted velocity |
 //! | [`velocity`] | velocity error to wanted acceleration, collective and tilt |
 //! | [`attitude`] | attitude error to wanted body rates |
 //! | [`rate`] | body rate error to wanted angular acceleration |
 //! | [`mixer`] | moments and collective to rotor thrusts |
 //! | [`cascade`] | the four in a row, and what survives a broken input |
-//! | [`px4`] | PX4's own law, to tune and predict PX4 |
+//! | [`px4`] | a model of PX4's own controller, to tune and predict PX4 |
 //!
-//! Acceleration-normalised: gains are in SI and carry neither mass nor inertia. The same code flies in tuning, in
-//! campaigns and behind MAVLink. It is pure: no clock, no allocation after construction, no panic on any input.
+//! The cascade is acceleration-normalised: gains are in SI and carry neither mass nor inertia. The same code
+//! flies in tuning, in campaigns and behind MAVLink. It is pure: no clock, no allocation after construction,
+//! no panic on any input.
 //!
-//! In the vertical plane (no lateral motion, heading north) the cascade gives the numbers of the planar law that the
-//! paper's study uses; each file says its part of that law.
+//! In the vertical plane (no lateral motion, heading north) the cascade gives the numbers of the planar
+//! controller that the paper's study uses; each file says its part of it.
 
 pub mod airframe;
 pub mod attitude;
 pub mod cascade;
+pub mod controller;
 pub mod gains;
 pub mod mixer;
 pub mod position;
@@ -36,7 +39,11 @@ mod planar_tests;
 pub(crate) mod test_vehicles;
 
 pub use airframe::Airframe;
-pub use cascade::{Cascade, ControlOutput, Measurement};
+pub use cascade::Cascade;
+pub use controller::{
+    CloneController, ControlOutput, ControlSettings, Controller, Measurement, Setpoint, WithDelay,
+    WithVelocityError,
+};
 pub use gains::{ControlLimits, Gains};
 pub use position::{PositionGains, VelocityLimits};
 
@@ -66,9 +73,9 @@ pub enum ControlError {
     OutOfRange {
         /// Name of the gain or limit.
         what: &'static str,
-        /// What was expected.
+        /// Range that was expected.
         expected: &'static str,
-        /// Its value.
+        /// Value that was found.
         value: f64,
     },
 }

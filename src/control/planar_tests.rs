@@ -1,13 +1,14 @@
-//! The cascade against the planar law, written out as the study has it: two axes, one angle, front and rear rotors.
+//! The cascade against the planar controller, written out as the study has it: two axes, one angle, front and
+//! rear rotors.
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
 use super::test_vehicles::{ARM_M, GRAVITY_M_S2, J_YY, MASS_KG, THRUST_LIMIT_N, cascade, lander};
-use super::{ControlLimits, Gains, Measurement};
+use super::{ControlLimits, Controller as _, Gains, Measurement, Setpoint};
 use crate::frames::quaternion_from_euler;
 
-/// The planar law with its integrals.
+/// The planar controller with its integrals.
 #[derive(Default)]
 struct Planar {
     i_n: f64,
@@ -58,16 +59,16 @@ impl Planar {
 }
 
 proptest! {
-    /// Twenty steps in a row through arbitrary states, so that the integrals and their anti-windup are compared too, in and
-    /// out of every saturation.
+    /// Twenty steps in a row through arbitrary states, so that the integrals and their anti-windup are
+    /// compared too, in and out of every saturation.
     #[test]
-    fn prop_in_the_plane_the_cascade_is_the_planar_law(
+    fn prop_in_the_plane_the_cascade_is_the_planar_controller(
         gains in prop::array::uniform7(0.0f64..5.0),
         states in prop::collection::vec(
             (-12.0f64..12.0, -12.0f64..12.0, -1.5f64..1.5, -2.0f64..2.0, -8.0f64..8.0, -8.0f64..8.0), 20),
     ) {
         let k = Gains::longitudinal(gains);
-        let mut law = cascade(&lander(false), k);
+        let mut cascade = cascade(&lander(false), k);
         let mut planar = Planar::default();
         for (v_n, v_d, theta, q, r_n, r_d) in states {
             let s = PlanarState { v_n, v_d, theta, q };
@@ -77,17 +78,19 @@ proptest! {
                 omega_body: Vector3::new(0.0, q, 0.0),
             };
             let [front, rear] = planar.step(&k, &s, r_n, r_d, 0.05);
-            let out = law.track_velocity(&m, Vector3::new(r_n, 0.0, r_d), Vector3::zeros(), 0.0, 0.05);
+            let v_ned = Vector3::new(r_n, 0.0, r_d);
+            let setpoint = Setpoint::Velocity { v_ned, a_ff_ned: Vector3::zeros(), yaw_rad: Some(0.0) };
+            let out = cascade.step(&m, &setpoint, 0.05);
             for (i, wanted) in [front, rear, front, rear].into_iter().enumerate() {
                 prop_assert!((out.thrust_n[i] - wanted).abs() < 1e-9, "rotor {}: {} against {}",
                              i + 1, out.thrust_n[i], wanted);
                 let throttle = (wanted / THRUST_LIMIT_N).sqrt();
                 prop_assert!((out.throttle[i].powi(2) - throttle.powi(2)).abs() < 1e-11);
             }
-            let v = law.velocity_integral_ned();
+            let v = cascade.velocity_integral_ned();
             prop_assert!((v.x - planar.i_n).abs() < 1e-12 && (v.z - planar.i_d).abs() < 1e-12 && v.y == 0.0);
-            prop_assert!((law.rate_integral()[1] - planar.i_q).abs() < 1e-11);
-            prop_assert!(law.rate_integral()[0].abs() < 1e-14);
+            prop_assert!((cascade.rate_integral()[1] - planar.i_q).abs() < 1e-11);
+            prop_assert!(cascade.rate_integral()[0].abs() < 1e-14);
         }
     }
 }

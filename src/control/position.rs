@@ -6,8 +6,8 @@
 //! vertical:   -v_up <= v_sp,D <= v_dn
 //! ```
 //!
-//! (PX4: PositionControl::_positionControl and ControlMath::constrainXY.) An axis without a position setpoint keeps its `v_ff`.
-//! The loop has no state.
+//! (PX4: PositionControl::_positionControl and ControlMath::constrainXY.) An axis without a position setpoint
+//! keeps its `v_ff`. The loop has no state.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -27,11 +27,12 @@ impl PositionGains {
     pub const PX4_K_PXY: f64 = 0.95;
     /// PX4's MPC_Z_P [1/s].
     pub const PX4_K_PZ: f64 = 1.0;
-    /// A loop this many times slower than the one inside it does not overshoot: `s (s/K_v + 1) + K_p` has a double root at
-    /// `K_p = K_v/4`.
+    /// A loop this many times slower than the one inside it does not overshoot: `s (s/K_v + 1) + K_p` has a
+    /// double root at `K_p = K_v/4`.
     const SEPARATION: f64 = 4.0;
 
-    /// PX4's gains, or a quarter of the slowest loop inside where that is less: a vehicle that turns slowly is not shaken.
+    /// PX4's gains, or a quarter of the slowest loop inside where that is less: a vehicle that turns slowly
+    /// is not shaken.
     pub fn beside(gains: &Gains) -> Self {
         Self {
             k_pxy: Self::PX4_K_PXY.min(gains.k_pvx.min(gains.k_ptheta) / Self::SEPARATION),
@@ -66,8 +67,8 @@ pub fn velocity_setpoint(
     Vector3::new(level.x, level.y, down)
 }
 
-/// `first + second` with a length of at most `limit`: `first` shortened if it must be, then the longest part of `second` that
-/// fits.
+/// `first + second` with a length of at most `limit`: `first` shortened if it must be, then the longest part
+/// of `second` that fits.
 fn constrain_level(first: Vector2<f64>, second: Vector2<f64>, limit: f64) -> Vector2<f64> {
     if (first + second).norm() <= limit {
         return first + second;
@@ -124,7 +125,8 @@ mod tests {
         assert!((far_off - Vector3::new(0.0, 5.0, 0.0)).norm() < 1e-12);
     }
 
-    /// On a velocity loop of gain K_v the position comes to rest without overshoot, at the rate of the double root.
+    /// On a velocity loop of gain K_v the position comes to rest without overshoot, at the rate of the double
+    /// root.
     #[test]
     fn closed_form_a_quarter_of_the_inner_loop_does_not_overshoot() {
         let k_v = 2.0;

@@ -30,7 +30,8 @@ fn aero(coefficients: [f64; 3]) -> BodyAero {
     BodyAero::new(2.0, 2.0, &alpha, &drag, &lift, &pitch).unwrap()
 }
 
-/// A quadrotor with rotors at +-arm, the given inertia and aerodynamic coefficients (drag, lift, pitch; zeros: no air).
+/// A quadrotor with rotors at +-arm, the given inertia and aerodynamic coefficients (drag, lift, pitch;
+/// zeros: no air).
 pub(crate) fn quadrotor(
     arm_m: [f64; 2],
     inertia_kg_m2: [f64; 3],
@@ -70,8 +71,8 @@ pub(crate) fn lander(reaction_torque: bool) -> Vehicle {
     quadrotor([ARM_M, 1.1], [620.0, J_YY, 1160.0], [0.3, 0.2, 0.05], options)
 }
 
-/// The lander with `n` rotors on an ellipse of half axes forward and right [m], some higher than others, turning by turns, their axes
-/// leaning by `lean` so that it helps the reaction torque along.
+/// The lander with `n` rotors on an ellipse of half axes forward and right [m], some higher than others,
+/// turning by turns, their axes leaning by `lean` so that it helps the reaction torque along.
 pub(crate) fn ring(n: u32, [forward_m, right_m]: [f64; 2], lean: f64) -> Vehicle {
     let mut vehicle = lander(true);
     vehicle.rotors = (0..n)

@@ -7,8 +7,8 @@
 //! I_H += K_ivx e_H dt unless clipped and a_H . e_H > 0
 //! ```
 //!
-//! The vertical has priority. Integrals are used before their update. The horizontal gains are the same in every
-//! direction, so the loop works in NED; in the vertical plane the radial clip is the planar one.
+//! The vertical has priority. Integrals are used before their update. The horizontal gains are the same in
+//! every direction, so the loop works in NED; in the vertical plane the radial clip is the planar one.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -20,7 +20,7 @@ pub struct VelocityLoop {
     integral_ned: Vector3<f64>,
 }
 
-/// What the velocity loop shall reach.
+/// Setpoint of the velocity loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VelocitySetpoint {
     /// Velocity, NED [m/s].
@@ -29,7 +29,7 @@ pub struct VelocitySetpoint {
     pub a_ff_ned: Vector3<f64>,
 }
 
-/// What the velocity loop wants.
+/// Output of the velocity loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThrustVector {
     /// Acceleration after all limits, NED [m/s^2]; gravity is not part of it.
@@ -38,8 +38,8 @@ pub struct ThrustVector {
     pub up_m_s2: f64,
 }
 
-/// Bound of the integrals as a multiple of the rotors' largest acceleration. No flight comes near it (the anti-windup
-/// stops the integrals first); it lets the loop recover from a setpoint of absurd size.
+/// Bound of the integrals as a multiple of the rotors' largest acceleration. No flight comes near it (the
+/// anti-windup stops the integrals first); it lets the loop recover from a setpoint of absurd size.
 pub(crate) const INTEGRAL_BOUND: f64 = 10.0;
 
 impl VelocityLoop {
@@ -90,8 +90,8 @@ fn clip_radially(a: Vector2<f64>, limit: f64) -> (Vector2<f64>, bool) {
 }
 
 impl ThrustVector {
-    /// Roll and pitch [rad] that put the thrust along the wanted acceleration at the heading `yaw_rad`. In the plane,
-    /// `theta_c = atan2(-a_N, up)`; level when nothing is wanted.
+    /// Roll and pitch [rad] that put the thrust along the wanted acceleration at the heading `yaw_rad`. In
+    /// the plane, `theta_c = atan2(-a_N, up)`; level when nothing is wanted.
     pub fn roll_pitch(&self, yaw_rad: f64) -> (f64, f64) {
         let (sin, cos) = yaw_rad.sin_cos();
         let a = &self.acceleration_sp_ned;

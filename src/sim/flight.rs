@@ -1,9 +1,9 @@
-//! A whole flight, controller and vehicle, without MAVLink frames: what tuning and campaigns fly, and what a drop over
-//! MAVLink is compared with.
+//! A whole flight, controller and vehicle, without MAVLink frames: what tuning and campaigns fly, and what a
+//! drop over MAVLink is compared with.
 //!
-//! Until the rotors are free the commands are zero. Then the cascade, its integrals at zero, follows the reference, once per
-//! control period, on the true state and without delay; a setpoint period longer than that holds the setpoint as a stream
-//! of messages does.
+//! Until the rotors are free the controller is asked for level attitude without thrust, as a streamer asks an
+//! autopilot. Then it follows the reference, once per control period, on the true state and without delay; a
+//! setpoint period longer than that holds the setpoint as a stream of messages does.
 
 use std::ops::ControlFlow;
 
@@ -11,11 +11,12 @@ use nalgebra::Vector3;
 
 use super::drop::{DropSimulation, Phase};
 use super::record::Sample;
-use crate::control::{Cascade, Measurement};
+use crate::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S, SWITCH_S};
+use crate::control::{Controller, Measurement, Setpoint};
 use crate::model::MAX_ROTORS;
 use crate::trajectory::Trajectory;
 
-/// What the flight shall follow, from t = 0.
+/// Velocities to follow, from t = 0.
 #[derive(Clone, Copy, Debug)]
 pub enum Reference<'a> {
     /// A velocity at once, NED [m/s].
@@ -52,64 +53,85 @@ impl Reference<'_> {
 /// How a flight is flown.
 #[derive(Clone, Copy, Debug)]
 pub struct FlightPlan<'a> {
-    /// What to follow.
+    /// Velocities to follow.
     pub reference: Reference<'a>,
-    /// Heading to hold [rad].
-    pub yaw_sp_rad: f64,
+    /// Heading to hold [rad]; `None` keeps the present one.
+    pub yaw_sp_rad: Option<f64>,
     /// Control period and step of the simulation [s].
     pub control_period_s: f64,
     /// Period of the setpoints [s], held in between; `None`: a fresh one at each control step.
     pub setpoint_period_s: Option<f64>,
+    /// Time from the start of powered flight at which the controller takes up the velocity setpoints [s].
+    pub velocity_from_s: f64,
     /// Length of the flight, from the present time of the simulation [s].
     pub duration_s: f64,
 }
 
-impl FlightPlan<'_> {
+impl<'a> FlightPlan<'a> {
+    /// A flight with the nose north and a fresh setpoint at each control step, velocity-controlled from the
+    /// start.
+    pub fn new(reference: Reference<'a>, control_period_s: f64, duration_s: f64) -> Self {
+        let (yaw_sp_rad, setpoint_period_s, velocity_from_s) = (Some(0.0), None, 0.0);
+        Self { reference, yaw_sp_rad, control_period_s, setpoint_period_s, velocity_from_s, duration_s }
+    }
+
+    /// A flight under PX4, whose clock runs slower than the site's by `similarity`, Froude's k = sqrt(g0/g):
+    /// a control period is one of its IMU samples, setpoints come as a streamer sends them, and the heading
+    /// is not asked for.
+    pub fn under_px4(reference: Reference<'a>, similarity: f64, duration_s: f64) -> Self {
+        Self {
+            yaw_sp_rad: None,
+            setpoint_period_s: Some(SETPOINT_PERIOD_S * similarity),
+            velocity_from_s: SWITCH_S * similarity,
+            ..Self::new(reference, IMU_PERIOD_S * similarity, duration_s)
+        }
+    }
+
     /// How many control periods the flight has.
     pub fn steps(&self) -> u64 {
         // `as u64` saturates: NaN and negatives give 0.
         (self.duration_s / self.control_period_s).round() as u64
     }
 
-    /// Velocity [m/s] and fed-forward acceleration [m/s^2], NED, in force at `t_s` from the start of powered flight.
+    /// Velocity [m/s] and fed-forward acceleration [m/s^2], NED, in force at `t_s` from the start of powered
+    /// flight.
     pub fn setpoint_at(&self, t_s: f64) -> (Vector3<f64>, Vector3<f64>) {
         self.reference.at(setpoint_time(t_s, self.setpoint_period_s))
     }
+
+    /// The setpoint in force now, as [`Self::setpoint_at`]; `None` before the velocity setpoints are taken
+    /// up.
+    fn velocity_now(&self, sim: &DropSimulation) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let t_s = sim.time_powered_s().filter(|_| sim.phase() == Phase::Powered)?;
+        // Powered flight may begin a rounding early.
+        (t_s > self.velocity_from_s - 1e-9).then(|| self.setpoint_at(t_s))
+    }
 }
 
-/// Flies: `observe` gets the state at each control step with the command computed there, and the final state with the last
-/// command; it may break the flight off. Returns whether it did.
+/// Flies: `observe` gets the state at each control step with the command computed there, and the final state
+/// with the last command; it may break the flight off. Returns whether it did.
 pub fn fly(
     sim: &mut DropSimulation,
-    cascade: &mut Cascade,
+    controller: &mut dyn Controller,
     plan: &FlightPlan<'_>,
     observe: &mut impl FnMut(&Sample) -> ControlFlow<()>,
 ) -> ControlFlow<()> {
-    let dt = plan.control_period_s;
+    let dt_s = plan.control_period_s;
     let mut throttle = [0.0; MAX_ROTORS];
-    cascade.reset();
+    controller.reset();
     for _ in 0..plan.steps() {
-        let mut v_sp_ned = None;
-        if let (Phase::Powered, Some(t)) = (sim.phase(), sim.time_powered_s()) {
-            let (v_sp, a_ff) = plan.setpoint_at(t);
-            let body = &sim.state().body;
-            let m = Measurement {
-                q_ned_from_body: body.q_ned_from_body,
-                v_ned: body.v_ned,
-                omega_body: body.omega_body,
-            };
-            throttle = cascade.track_velocity(&m, v_sp, a_ff, plan.yaw_sp_rad, dt).throttle;
-            v_sp_ned = Some(v_sp);
-        }
+        let velocity = plan.velocity_now(sim);
+        let setpoint = velocity.map_or(Setpoint::MOTORS_OFF, |(v_ned, a_ff_ned)| Setpoint::Velocity {
+            v_ned,
+            a_ff_ned,
+            yaw_rad: plan.yaw_sp_rad,
+        });
+        throttle = controller.step(&Measurement::from(&sim.state().body), &setpoint, dt_s).throttle;
         let before = sim.moment();
-        let instant = sim.advance(&throttle, dt);
-        observe(&before.sample(instant, &throttle, v_sp_ned))?;
+        let instant = sim.advance(&throttle, dt_s);
+        observe(&before.sample(instant, &throttle, velocity.map(|(v_ned, _)| v_ned)))?;
     }
-    let v_sp_ned = match (sim.phase(), sim.time_powered_s()) {
-        (Phase::Powered, Some(t)) => Some(plan.setpoint_at(t).0),
-        _ => None,
-    };
-    observe(&sim.sample(&throttle, v_sp_ned))
+    observe(&sim.sample(&throttle, plan.velocity_now(sim).map(|(v_ned, _)| v_ned)))
 }
 
 /// Time of the setpoint in force at `t_s`.

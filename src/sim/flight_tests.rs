@@ -24,7 +24,7 @@ fn falling() -> BodyState {
 }
 
 fn plan(reference: Reference<'_>, duration_s: f64) -> FlightPlan<'_> {
-    FlightPlan { reference, yaw_sp_rad: 0.0, control_period_s: 0.01, setpoint_period_s: None, duration_s }
+    FlightPlan::new(reference, 0.01, duration_s)
 }
 
 fn record(sim: &mut DropSimulation, plan: &FlightPlan<'_>) -> Vec<Sample> {
@@ -38,7 +38,8 @@ fn record(sim: &mut DropSimulation, plan: &FlightPlan<'_>) -> Vec<Sample> {
     samples
 }
 
-/// Without air, on a vehicle that is the same along both axes: a step to the east mirrors a step to the north.
+/// Without air, on a vehicle that is the same along both axes: a step to the east mirrors a step to the
+/// north.
 #[test]
 fn lateral_flight_mirrors_longitudinal_flight() {
     for kind in [PlantKind::Ideal, PlantKind::Actuator] {
@@ -65,7 +66,7 @@ fn lateral_flight_mirrors_longitudinal_flight() {
 fn heading_and_velocity_are_reached_together() {
     let mut sim = DropSimulation::at_t0(Arc::new(lander(true)), site(), falling(), PlantKind::Actuator);
     let target = Vector3::new(2.0, -2.0, 2.0);
-    let flight = FlightPlan { yaw_sp_rad: 2.0, ..plan(Reference::Step(target), 90.0) };
+    let flight = FlightPlan { yaw_sp_rad: Some(2.0), ..plan(Reference::Step(target), 90.0) };
     let samples = record(&mut sim, &flight);
     let end = &samples[samples.len() - 1].state.body;
     assert!((yaw(end.q_ned_from_body) - 2.0).abs() < 0.05, "{}", yaw(end.q_ned_from_body));

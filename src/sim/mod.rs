@@ -6,7 +6,6 @@
 //! | [`plant`] | the vehicle as the controller meets it: ideal thrusts or real actuators |
 //! | [`drop`](mod@drop), `drop/forces` | hang, release, fall, powered flight; what acts in each phase |
 //! | [`flight`] | a whole flight, controller and vehicle, without MAVLink frames |
-//! | [`px4_flight`] | the same under the model of PX4's law |
 //! | [`ground`] | what a vehicle stands on |
 //! | [`battery`] | what the rotors take |
 //! | [`record`] | one row of a flight's record |
@@ -20,7 +19,6 @@ pub mod ground;
 pub mod integrator;
 pub mod planar;
 pub mod plant;
-pub mod px4_flight;
 pub mod record;
 pub mod sensors;
 
@@ -36,6 +34,5 @@ pub use drop::{DropSimulation, Phase, ReleaseTrigger, Start};
 pub use flight::{FlightPlan, Reference, fly};
 pub use ground::Ground;
 pub use plant::{PlantKind, PlantState};
-pub use px4_flight::fly_px4;
 pub use record::Sample;
 pub use sensors::SensorSettings;

@@ -1,11 +1,14 @@
-//! Covariance matrix adaptation evolution strategy (N. Hansen, "The CMA evolution strategy: a tutorial", arXiv 1604.00772, with
-//! its default weights and rates), within bounds: a polish, and a search of its own where flights are dear.
+//! Covariance matrix adaptation evolution strategy (N. Hansen, "The CMA evolution strategy: a tutorial",
+//! arXiv 1604.00772, with its default weights and rates), within bounds: a polish, and a search of its own
+//! where flights are dear.
 //!
-//! It works in coordinates that are scaled to the bounds: 0 at the lower, 1 at the upper one, straight, by the square root or by the
-//! logarithm. By the logarithm a gain of a thousandth can shrink to a ten thousandth but hardly grow into one; by the root it can.
-//! A sample that leaves them is reflected back in; an optimum on a bound is then the edge of a roof, which it can find.
+//! It works in coordinates that are scaled to the bounds: 0 at the lower, 1 at the upper one, straight, by
+//! the square root or by the logarithm. By the logarithm a gain of a thousandth can shrink to a ten
+//! thousandth but hardly grow into one; by the root it can. A sample that leaves them is reflected back in;
+//! an optimum on a bound is then the edge of a roof, which it can find.
 //!
-//! The eigenvalues come from Jacobi's rotations, written here: the same operations in the same order on every processor.
+//! The eigenvalues come from Jacobi's rotations, written here: the same operations in the same order on every
+//! processor.
 
 use super::{Optimiser, usable};
 use crate::random::Stream;

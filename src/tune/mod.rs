@@ -3,7 +3,7 @@
 //! | file | holds | paper |
 //! |---|---|---|
 //! | [`release_cases`] | states at t = 0: the mission's cases, a swing sampled all around | Table 3, (40)-(44) |
-//! | [`bench`](mod@bench) | what a set of gains costs: its flights | (45)-(46), (51) |
+//! | [`gain_judge`] | what a set of gains costs: its flights | (45)-(46), (51) |
 //! | [`unknowns`] | what the controller does not know of | |
 //! | [`objective`] | the number to be made small | (46) |
 //! | [`swarm`] | particle swarm | IV.C |
@@ -12,12 +12,12 @@
 //! | [`px4`] | gains for PX4, on the model of its own law | |
 //! | [`near_hover`](mod@near_hover) | Ziegler and Nichols on the vehicle's own loops | IV.D |
 //!
-//! Optimisers are asked for candidates and told their costs. They own no threads, no clock and nothing to print; random numbers
-//! come from ChaCha8, one stream for each particle, so that a search is its seed and the costs it was told: a search that is
-//! told the same costs again is where it was.
+//! Optimisers are asked for candidates and told their costs. They own no threads, no clock and nothing to
+//! print; random numbers come from ChaCha8, one stream for each particle, so that a search is its seed and
+//! the costs it was told: a search that is told the same costs again is where it was.
 
-pub mod bench;
 pub mod cma_es;
+pub mod gain_judge;
 pub mod near_hover;
 
 pub mod objective;
@@ -27,8 +27,8 @@ pub mod search;
 pub mod swarm;
 pub mod unknowns;
 
-pub use bench::{Bench, Evaluation};
 pub use cma_es::CmaEs;
+pub use gain_judge::{Evaluation, GainJudge};
 pub use objective::Objective;
 pub use release_cases::ReleaseCase;
 pub use search::{Method, Search, SearchSettings};
@@ -40,7 +40,8 @@ pub type Longitudinal = [f64; 7];
 /// The space Y of (46): every gain from 0.0001 to 5.
 pub const BOUNDS: (f64, f64) = (0.0001, 5.0);
 
-/// An optimiser in `N` dimensions: asked for candidates, told what they cost. A cost that is not a number counts as infinite.
+/// An optimiser in `N` dimensions: asked for candidates, told what they cost. A cost that is not a number
+/// counts as infinite.
 pub trait Optimiser<const N: usize> {
     /// The candidates to be judged next; the same until [`Self::tell`] is called.
     fn ask(&self) -> &[[f64; N]];
@@ -48,7 +49,8 @@ pub trait Optimiser<const N: usize> {
     /// Takes the costs of the candidates, in their order, and makes new ones.
     fn tell(&mut self, costs: &[f64]);
 
-    /// A candidate that costs more than this might as well cost infinitely much: what costs it exactly makes no difference.
+    /// A candidate that costs more than this might as well cost infinitely much: what costs it exactly makes
+    /// no difference.
     fn to_beat(&self, _candidate: usize) -> f64 {
         f64::INFINITY
     }
@@ -59,9 +61,9 @@ pub trait Optimiser<const N: usize> {
 
 /// A search under way: asked for candidates, told what they came to. Told the same again it is where it was.
 pub trait Asked {
-    /// What is to be judged.
+    /// Candidate to be judged.
     type Candidate;
-    /// What it came to.
+    /// Judgement of a candidate.
     type Told;
 
     /// The candidates to be judged next; `None` when the search is over.
@@ -71,7 +73,7 @@ pub trait Asked {
     fn tell(&mut self, told: &[Self::Told]);
 }
 
-/// What an optimiser makes of a cost: infinite when it is not a number.
+/// Cost as an optimiser takes it: infinite when it is not a number.
 fn usable(cost: f64) -> f64 {
     if cost.is_nan() { f64::INFINITY } else { cost }
 }

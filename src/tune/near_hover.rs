@@ -1,28 +1,30 @@
-//! Near-hover gains by the rules of Ziegler and Nichols (IV.D), on the vehicle's own loops with its actuators.
+//! Near-hover gains by the rules of Ziegler and Nichols (IV.D), on the vehicle's own loops with its
+//! actuators.
 //!
-//! The vehicle hovers; one loop after the other, from the inside out and each on top of those before, is closed by a relay
-//! (Astrom and Hagglund): the loop's output jumps between plus and minus `d` with the sign of the error. It oscillates with an
-//! amplitude `a` and a period `T_u`, and to first order the ultimate gain, at which a proportional loop would just oscillate, is
+//! The vehicle hovers; one loop after the other, from the inside out and each on top of those before, is
+//! closed by a relay (Astrom and Hagglund): the loop's output jumps between plus and minus `d` with the sign
+//! of the error. It oscillates with an amplitude `a` and a period `T_u`, and to first order the ultimate
+//! gain, at which a proportional loop would just oscillate, is
 //!
 //! ```text
 //! K_u = 4 d/(pi a)          P: K_P = 0.5 K_u          PI: K_P = 0.45 K_u, K_I = 0.54 K_u/T_u
 //! ```
 //!
-//! The rules are made for loops that stand alone and let each swing with a quarter of the amplitude left after a period. In a cascade
-//! every loop is a delay for the next one, and the swings meet. As the paper says of its own gains, they were then tuned by
-//! hand; here that is three stated steps, [`ADJUSTMENTS`].
+//! The rules are made for loops that stand alone and let each swing with a quarter of the amplitude left
+//! after a period. In a cascade every loop is a delay for the next one, and the swings meet. As the paper
+//! says of its own gains, they were then tuned by hand; here that is three stated steps, [`ADJUSTMENTS`].
 
 use nalgebra::Vector3;
 
 use super::Longitudinal;
-use super::bench::Setting;
-use crate::control::{Airframe, Cascade, ControlError, Gains, Measurement};
+use super::gain_judge::Setting;
+use crate::control::{Airframe, Cascade, ControlError, Controller as _, Gains, Measurement, Setpoint};
 use crate::frames::{LEVEL, pitch, quaternion_from_euler};
 use crate::model::rigid_body::BodyState;
 use crate::model::{MAX_ROTORS, PerRotor};
 use crate::sim::{DropSimulation, PlantKind};
 
-/// What is done to the rules' gains, and why.
+/// Adjustments of the rules' gains, each with its reason.
 pub const ADJUSTMENTS: [&str; 3] = [
     "K_P of pitch rate and vertical velocity a tenth: a relay shows how fast the rotors follow small commands; the errors of a release \
      would drive them from one stop to the other",
@@ -58,7 +60,7 @@ pub struct Ultimate {
     pub period_s: f64,
 }
 
-/// What the experiments gave.
+/// Results of the relay experiments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NearHover {
     /// Pitch rate, pitch, vertical and horizontal velocity.
@@ -96,7 +98,8 @@ pub fn near_hover(setting: &Setting<'_>) -> Result<NearHover, NearHoverError> {
     let airframe = Airframe::new(&setting.vehicle, &setting.environment)?;
     let g = airframe.gravity_m_s2;
     let arm_m = setting.vehicle.rotors.iter().map(|r| r.position_body_m.x.abs()).fold(0.0, f64::max);
-    // A fifth of the hover thrust up and down on each rotor; the other relays stay well within what the rotors give.
+    // A fifth of the hover thrust up and down on each rotor; the other relays stay well within what the
+    // rotors give.
     let angular = 0.2 * airframe.mass_kg * g * arm_m / airframe.inertia_kg_m2[(1, 1)];
     let mut k = [0.0; 7];
     let mut rules = [0.0; 7];
@@ -140,7 +143,7 @@ fn swing(
     };
     let (vehicle, environment) = (setting.vehicle.clone(), setting.environment.clone());
     let mut sim = DropSimulation::at_t0(vehicle, environment, hover, PlantKind::Actuator);
-    let mut law = Cascade::new(airframe.clone(), Gains::longitudinal(*k), setting.control_limits);
+    let mut cascade = Cascade::new(airframe.clone(), Gains::longitudinal(*k), setting.control_limits);
     let mut relay_now = 0.0;
     let (mut crossings, mut peaks) = (Vec::new(), Vec::new());
     let mut peak = 0.0f64;
@@ -160,7 +163,7 @@ fn swing(
                 break;
             }
         }
-        sim.step(&command(airframe, &mut law, stage, &body, relay_now), DT_S);
+        sim.step(&command(airframe, &mut cascade, stage, &body, relay_now), DT_S);
     }
     if crossings.len() <= HALF_SWINGS || !peaks.iter().all(|p| p.is_finite()) {
         return Err(NearHoverError::NoSwing(name));
@@ -182,23 +185,22 @@ fn output(stage: Stage, body: &BodyState) -> f64 {
 }
 
 /// Throttles under the relay's output: angular acceleration, rate, or acceleration.
-fn command(airframe: &Airframe, law: &mut Cascade, stage: Stage, body: &BodyState, u: f64) -> PerRotor {
+fn command(airframe: &Airframe, cascade: &mut Cascade, stage: Stage, body: &BodyState, u: f64) -> PerRotor {
     let (g, mass) = (airframe.gravity_m_s2, airframe.mass_kg);
-    let m =
-        Measurement { q_ned_from_body: body.q_ned_from_body, v_ned: body.v_ned, omega_body: body.omega_body };
     let collective = |up: f64| mass * up / airframe.lift_max_n;
-    match stage {
+    let setpoint = match stage {
         Stage::Rate => {
             let moment = airframe.inertia_kg_m2 * Vector3::new(0.0, u, 0.0);
             let thrust = airframe.mixer.thrusts(mass * g, &moment);
             let limit = airframe.mixer.thrust_limit_n();
-            std::array::from_fn::<f64, MAX_ROTORS, _>(|i| (thrust[i] / limit).sqrt())
+            return std::array::from_fn::<f64, MAX_ROTORS, _>(|i| (thrust[i] / limit).sqrt());
         }
-        Stage::Pitch => law.hold_rates(&m, Vector3::new(0.0, u, 0.0), collective(g), DT_S).throttle,
-        Stage::Vertical => law.hold_attitude(&m, LEVEL, collective(g - u), DT_S).throttle,
-        Stage::Horizontal => {
-            let q_sp = quaternion_from_euler(0.0, (-u).atan2(g), 0.0);
-            law.hold_attitude(&m, q_sp, collective(g), DT_S).throttle
-        }
-    }
+        Stage::Pitch => Setpoint::Rates { omega_body: Vector3::new(0.0, u, 0.0), collective: collective(g) },
+        Stage::Vertical => Setpoint::Attitude { q_ned_from_body: LEVEL, collective: collective(g - u) },
+        Stage::Horizontal => Setpoint::Attitude {
+            q_ned_from_body: quaternion_from_euler(0.0, (-u).atan2(g), 0.0),
+            collective: collective(g),
+        },
+    };
+    cascade.step(&Measurement::from(body), &setpoint, DT_S).throttle
 }

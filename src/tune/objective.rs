@@ -2,7 +2,7 @@
 
 use super::Evaluation;
 
-/// What counts.
+/// Quantity that a search makes small.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Objective {
     /// The paper's (46): the worst tracking RMS of the mission's cases.
@@ -18,11 +18,12 @@ pub enum Objective {
     },
 }
 
-/// One percent over a bound costs 0.02 of J_TPF. It must cost more than it gains, or the best gains lie beyond the bounds: along the
-/// front of both, near the paper's RMS, a percent gains 0.01. It should not cost much more: the valley along the bound gets as narrow
-/// as the penalty is steep, and a search loses its way in it.
+/// One percent over a bound costs 0.02 of J_TPF. It must cost more than it gains, or the best gains lie
+/// beyond the bounds: along the front of both, near the paper's RMS, a percent gains 0.01. It should not cost
+/// much more: the valley along the bound gets as narrow as the penalty is steep, and a search loses its way
+/// in it.
 pub const PENALTY: f64 = 2.0;
-/// What tracking costs beside J_TPF: it decides where the release alone sets J_TPF, as on Earth.
+/// Weight of tracking beside J_TPF: it decides where the release alone sets J_TPF, as on Earth.
 const TIE: f64 = 0.01;
 
 impl Objective {

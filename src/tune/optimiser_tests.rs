@@ -126,7 +126,8 @@ const METHODS: [Method; 3] = [
     Method::SwarmThenCmaEs { swarm: SWARM, swarm_iterations: 5, polish: CMA },
 ];
 
-/// What is told of a candidate beyond its own best changes nothing: a search that is told infinity there goes the same way.
+/// What is told of a candidate beyond its own best changes nothing: a search that is told infinity there goes
+/// the same way.
 #[test]
 fn prop_a_candidate_that_is_beaten_need_not_be_judged_to_the_end() {
     for method in METHODS {
@@ -151,7 +152,8 @@ fn prop_a_candidate_that_is_beaten_need_not_be_judged_to_the_end() {
     }
 }
 
-/// However the candidates are parted for judging, and when a search is told its past again, it goes on to the same bits.
+/// However the candidates are parted for judging, and when a search is told its past again, it goes on to the
+/// same bits.
 #[test]
 fn prop_a_search_is_its_seed_and_the_costs_it_was_told() {
     for method in METHODS {

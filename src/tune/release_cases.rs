@@ -1,8 +1,9 @@
-//! Releases that gains are tuned on and tried on: states at t = 0, the end of the release delay, rotors at rest.
+//! Releases that gains are tuned on and tried on: states at t = 0, the end of the release delay, rotors at
+//! rest.
 //!
-//! A mission names its cases (Table 3 of the paper, as printed: truncated digits, the nominal case at 3.67 m/s where (44)
-//! gives 3.675). Around them, [`swing_releases`] samples the swing (40)-(44) in amplitude and phase, and [`random_releases`]
-//! draws from its distribution.
+//! A mission names its cases (Table 3 of the paper, as printed: truncated digits, the nominal case at 3.67
+//! m/s where (44) gives 3.675). Around them, [`swing_releases`] samples the swing (40)-(44) in amplitude and
+//! phase, and [`random_releases`] draws from its distribution.
 
 use nalgebra::Vector3;
 

@@ -1,7 +1,8 @@
 //! A search: an optimiser on an objective, or on several one after the other, with all that was tried.
 //!
-//! Several objectives make a **front**: each bounds the tracking RMS tighter or wider (the epsilon-constraint method), begins at
-//! the best that was tried before, and whatever was tried on the way belongs to the front if nothing beats it in both numbers.
+//! Several objectives make a **front**: each bounds the tracking RMS tighter or wider (the epsilon-constraint
+//! method), begins at the best that was tried before, and whatever was tried on the way belongs to the front
+//! if nothing beats it in both numbers.
 
 use super::cma_es::{CmaEs, CmaSettings};
 use super::swarm::{ParticleSwarm, SwarmSettings};
@@ -14,7 +15,8 @@ pub enum Method {
     Swarm(SwarmSettings),
     /// Evolution strategy.
     CmaEs(CmaSettings),
-    /// A swarm that finds the valley, then an evolution strategy down it, from the best that the swarm has found.
+    /// A swarm that finds the valley, then an evolution strategy down it, from the best that the swarm has
+    /// found.
     SwarmThenCmaEs {
         /// The swarm.
         swarm: SwarmSettings,
@@ -25,7 +27,7 @@ pub enum Method {
     },
 }
 
-/// What to search, and how.
+/// Method, bounds and length of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SearchSettings {
     /// The optimiser.
@@ -43,9 +45,9 @@ pub struct SearchSettings {
 /// A candidate that was judged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tried {
-    /// Its gains.
+    /// Gains of the candidate.
     pub k: Longitudinal,
-    /// What its flights came to.
+    /// Costs of the candidate's flights.
     pub evaluation: Evaluation,
     /// Whether it cost more than it had to beat: then it may not have flown all its flights.
     pub beaten: bool,
@@ -75,8 +77,8 @@ pub struct Search {
     iteration: usize,
     polishing: bool,
     optimiser: AnyOptimiser,
-    /// Asked about before anything else: where the evolution strategy begins, which it does not try itself. What is found is never
-    /// worse.
+    /// Asked about before anything else: where the evolution strategy begins, which it does not try itself.
+    /// What is found is never worse.
     first: Option<Longitudinal>,
     tried: Vec<Tried>,
     history: Vec<Progress>,
@@ -97,8 +99,9 @@ impl Search {
         Self { settings, objective: 0, iteration: 0, polishing: false, optimiser, first, tried, history }
     }
 
-    /// The objective of the candidates to be judged next, and what each must cost at most: the rest of a candidate's flights makes no
-    /// difference once it costs more. Infinite where several objectives make a front, to which every candidate may belong.
+    /// The objective of the candidates to be judged next, and what each must cost at most: the rest of a
+    /// candidate's flights makes no difference once it costs more. Infinite where several objectives make a
+    /// front, to which every candidate may belong.
     pub fn to_beat(&self, candidate: usize) -> Option<(Objective, f64)> {
         let objective = self.settings.objectives.get(self.objective)?;
         let alone = self.settings.objectives.len() == 1 && self.first.is_none();
@@ -133,8 +136,8 @@ impl Search {
         }
     }
 
-    /// The candidate of least cost so far among those that the objective allows, or among all when it allows none; the first of
-    /// equals, `None` before the first costs.
+    /// The candidate of least cost so far among those that the objective allows, or among all when it allows
+    /// none; the first of equals, `None` before the first costs.
     pub fn best(&self, objective: &Objective) -> Option<Tried> {
         let allowed = |t: &&Tried| !t.beaten && objective.allows(&t.evaluation);
         let allowed: Vec<Tried> = self.tried.iter().filter(allowed).copied().collect();
@@ -151,8 +154,8 @@ impl Search {
         &self.history
     }
 
-    /// What nothing that was tried and comes to rest beats in both tracking RMS and J_TPF; RMS ascends. Without candidates that were
-    /// given up in the middle of their flights.
+    /// Front of what was tried and comes to rest: beaten by nothing in both tracking RMS and J_TPF; RMS ascends.
+    /// Without candidates that were given up in the middle of their flights.
     pub fn front(&self) -> Vec<Tried> {
         let mut by_rms: Vec<Tried> = self
             .tried

@@ -10,9 +10,10 @@
 //! then W = 2 W if c < 2, W = W/2 if c > 5, kept in the range of inertia
 //! ```
 //!
-//! N_min = max(2, a quarter of the swarm). It has converged when the best cost has fallen by no more than 1e-6 over the stall
-//! iterations: as a fraction of it where it is above 1, absolute below. Rules as documented (whether W changes without an improvement is left open there; without it a swarm that
-//! begins with W = 1.1 stalls) in "Particle Swarm Optimization Algorithm", Global Optimization Toolbox; random
+//! N_min = max(2, a quarter of the swarm). It has converged when the best cost has fallen by no more than
+//! 1e-6 over the stall iterations: as a fraction of it where it is above 1, absolute below. Rules as
+//! documented (whether W changes without an improvement is left open there; without it a swarm that begins
+//! with W = 1.1 stalls) in "Particle Swarm Optimization Algorithm", Global Optimization Toolbox; random
 //! numbers are our own, so that runs of MATLAB are not repeated digit by digit.
 
 use super::{Optimiser, usable};
@@ -65,7 +66,8 @@ pub struct ParticleSwarm<const N: usize> {
 }
 
 impl<const N: usize> ParticleSwarm<N> {
-    /// A swarm at random within the bounds (lower, upper), velocities within plus and minus their width; at least 3 particles.
+    /// A swarm at random within the bounds (lower, upper), velocities within plus and minus their width; at
+    /// least 3 particles.
     pub fn new(bounds: [(f64, f64); N], settings: SwarmSettings, seed: u64) -> Self {
         let settings = SwarmSettings { particles: settings.particles.max(3), ..settings };
         let mut streams: Vec<Stream> = (0..settings.particles).map(|i| Stream::new(seed, i as u64)).collect();
@@ -176,7 +178,7 @@ impl<const N: usize> Optimiser<N> for ParticleSwarm<N> {
         self.fly();
     }
 
-    /// Its own best: a particle remembers nothing that is no better.
+    /// Cost of the particle's own best: a particle remembers nothing that is no better.
     fn to_beat(&self, candidate: usize) -> f64 {
         self.own_best.get(candidate).map_or(f64::INFINITY, |best| best.1)
     }

@@ -1,5 +1,5 @@
-//! What a controller does not know of: how far mass, air, wind and delays may be off, one at a time in a robust tuning,
-//! all at once and at random in the flights that gains are tried on afterwards.
+//! Unknowns of a controller: how far mass, air, wind and delays may be off, one at a time in a
+//! robust tuning, all at once and at random in the flights that gains are tried on afterwards.
 
 use crate::model::rigid_body::BodyState;
 use crate::sim::planar::Variation;
@@ -55,8 +55,9 @@ pub fn one_at_a_time(
 /// Random numbers of the unknowns are apart from those of the releases of the same seed.
 const APART: u64 = 0x7661_7269_6564;
 
-/// A release with unknowns of its own, every one uniform between its ends; measurements are a control period late in about every other
-/// flight. Trial `k` draws from stream `k` of the seed: it is the same whichever are flown beside it.
+/// A release with unknowns of its own, every one uniform between its ends; measurements are a control period
+/// late in about every other flight. Trial `k` draws from stream `k` of the seed: it is the same whichever
+/// are flown beside it.
 pub fn varied(
     release: &BodyState,
     seed: u64,
@@ -86,7 +87,8 @@ mod tests {
     use crate::frames::LEVEL;
     use nalgebra::Vector3;
 
-    /// Uniform numbers: none beyond its end, means in the middle within four standard errors, half of the chains late.
+    /// Uniform numbers: none beyond its end, means in the middle within four standard errors, half of the
+    /// chains late.
     #[test]
     fn closed_form_ends_and_means_of_the_unknowns() {
         let n = 4000;

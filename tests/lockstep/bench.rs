@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use samara::autopilot::estimator::EstimatorSettings;
 use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, load_mission};
-use samara::control::{Airframe, Cascade};
+use samara::control::{Airframe, Cascade, ControlSettings};
 use samara::link::{
     AutopilotSession, AutopilotSetup, FlightRecord, Link, Lockstep, SimulatorConfig, SimulatorSession,
     StreamerConfig, StreamerEvent, StreamerSession, TimeUs,
@@ -82,7 +82,8 @@ pub fn autopilot_of(m: &Mission, estimator: Option<EstimatorSettings>) -> Autopi
     let airframe = Airframe::new(&m.vehicle, &m.site.environment).unwrap();
     AutopilotSession::new(AutopilotSetup {
         system_id: 1,
-        cascade: Cascade::new(airframe, m.control.gains, m.control.limits),
+        control: ControlSettings { airframe, gains: m.control.gains, limits: m.control.limits },
+        controller: None,
         environment: m.site.environment.clone(),
         estimator,
         rotors: m.vehicle.rotors.len(),

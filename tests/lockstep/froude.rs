@@ -2,7 +2,7 @@
 //! times k, in 1/s^2 times k^2 - and speaks over the scaled wire flies what the site's own autopilot flies without it.
 
 use samara::autopilot::parameters::Parameters;
-use samara::control::{Airframe, Cascade, ControlLimits, Gains};
+use samara::control::{Airframe, ControlLimits, ControlSettings, Gains};
 use samara::link::{
     AutopilotSession, AutopilotSetup, Decoder, Froude, Link, Lockstep, SimulatorConfig, SimulatorSession,
     StreamerConfig, StreamerSession, TimeUs,
@@ -52,7 +52,12 @@ fn autopilot(site: &Environment, k: f64) -> AutopilotSession {
     };
     AutopilotSession::new(AutopilotSetup {
         system_id: 1,
-        cascade: Cascade::new(Airframe::new(&m.vehicle, &environment).unwrap(), gains, limits),
+        control: ControlSettings {
+            airframe: Airframe::new(&m.vehicle, &environment).unwrap(),
+            gains,
+            limits,
+        },
+        controller: None,
         parameters: Parameters::of(&subject, 1).unwrap(),
         environment,
         estimator: None,

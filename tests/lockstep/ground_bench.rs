@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use samara::autopilot::estimator::EstimatorSettings;
 use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, load_mission};
-use samara::control::{Airframe, Cascade, Gains};
+use samara::control::{Airframe, ControlSettings, Gains};
 use samara::link::{
     AutopilotSession, AutopilotSetup, Decoder, Encoder, Link, Session as _, SimulatorConfig, SimulatorSession,
 };
@@ -80,7 +80,8 @@ fn wire_on(sim: DropSimulation, battery: Option<Battery>, estimator: Option<Esti
     let airframe = Airframe::new(&m.vehicle, &m.site.environment).unwrap();
     let autopilot = AutopilotSession::new(AutopilotSetup {
         system_id: 1,
-        cascade: Cascade::new(airframe, GAINS, m.control.limits),
+        control: ControlSettings { airframe, gains: GAINS, limits: m.control.limits },
+        controller: None,
         environment: m.site.environment.clone(),
         estimator,
         rotors: 4,

@@ -75,13 +75,7 @@ fn flown(vehicle: &Vehicle, environment: &Environment, problem: &PlanProblem, ca
     let mut sim =
         DropSimulation::at_t0(Arc::new(vehicle.clone()), environment.clone(), initial, PlantKind::Ideal);
     let mut nodes = Vec::new();
-    let flight = FlightPlan {
-        reference: Reference::Step(problem.target_v_ned),
-        yaw_sp_rad: 0.0,
-        control_period_s: 0.01,
-        setpoint_period_s: None,
-        duration_s: problem.horizon_s,
-    };
+    let flight = FlightPlan::new(Reference::Step(problem.target_v_ned), 0.01, problem.horizon_s);
     let _ = fly(&mut sim, &mut cascade, &flight, &mut |s| {
         nodes.push(Node {
             t_s: s.t_powered_s.unwrap(),

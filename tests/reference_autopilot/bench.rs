@@ -72,7 +72,8 @@ impl Bench {
     pub fn on(estimator: Option<EstimatorSettings>) -> Self {
         let session = AutopilotSession::new(AutopilotSetup {
             system_id: VEHICLE,
-            cascade: cascade(),
+            control: cascade().settings().clone(),
+            controller: None,
             environment: site(),
             estimator,
             rotors: 4,

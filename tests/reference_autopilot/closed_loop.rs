@@ -95,13 +95,7 @@ fn closed_form_a_drop_over_hil_messages_is_the_drop_without_them() {
     let mut sim = under_the_canopy();
     let mut judge = verdict_builder();
     sim.schedule_release(HANG_S);
-    let plan = FlightPlan {
-        reference: Reference::Step(TARGET),
-        yaw_sp_rad: 0.0,
-        control_period_s: 0.004,
-        setpoint_period_s: None,
-        duration_s: DURATION_S,
-    };
+    let plan = FlightPlan::new(Reference::Step(TARGET), 0.004, DURATION_S);
     let outcome = fly(&mut sim, &mut cascade(), &plan, &mut |sample| {
         judge.observe(sample);
         ControlFlow::Continue(())

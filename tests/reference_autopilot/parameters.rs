@@ -3,11 +3,13 @@
 use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 use nalgebra::Vector3;
-use samara::control::{Gains, Measurement};
+use samara::control::{Controller, Gains, Measurement, Setpoint};
 use samara::link::Link;
 use samara::params::{ParameterFile, Purpose, Value};
 
-use super::bench::{Bench, COMPANION, Sent, VEHICLE, acks, actuators, command, last, texts, velocity};
+use super::bench::{
+    Bench, COMPANION, Sent, VEHICLE, acks, actuators, cascade, command, last, texts, velocity,
+};
 
 /// PARAM_VALUE on a link, in order.
 pub fn values(sent: &[Sent], link: Link) -> Vec<PARAM_VALUE_DATA> {
@@ -120,27 +122,29 @@ fn closed_form_a_gain_set_in_flight_acts_at_the_next_step_and_integrals_stay() {
     bench.state.pitchspeed = 0.1;
     bench.send(Link::Api, &MavMessage::SET_POSITION_TARGET_LOCAL_NED(velocity));
     bench.run(0.5);
-    let mut twin = bench.session.autopilot().cascade().clone();
-    let integrals = (twin.velocity_integral_ned(), twin.rate_integral());
-    assert_ne!(integrals, (Vector3::zeros(), [0.0; 2]));
+    let measurement = Measurement {
+        q_ned_from_body: [1.0, 0.0, 0.0, 0.0],
+        v_ned: Vector3::new(0.0, 0.0, 3.0),
+        omega_body: Vector3::new(0.0, f64::from(0.1f32), 0.0),
+    };
+    let setpoint = |v_ned| Setpoint::Velocity { v_ned, a_ff_ned: Vector3::zeros(), yaw_rad: Some(0.0) };
+    // At the velocity that there is, what is commanded beyond the weight comes of the integrals.
+    let of_the_integrals = |controller: &dyn Controller| {
+        controller.clone_controller().step(&measurement, &setpoint(measurement.v_ned), 0.004)
+    };
+    let mut twin = bench.session.autopilot().controller().clone_controller();
+    let integrals = of_the_integrals(&*twin);
+    assert_ne!(integrals.acceleration_sp_ned, Vector3::zeros());
+    assert_ne!(integrals.thrust_n, of_the_integrals(&cascade()).thrust_n);
     let sent = bench.send(Link::Api, &set("MPC_Z_VEL_P_ACC", 1.5, REAL));
     for link in [Link::Api, Link::GroundStation] {
         assert_eq!(values(&sent, link)[0].param_value, 1.5, "told to all");
     }
-    let cascade = bench.session.autopilot().cascade();
-    assert_eq!((cascade.velocity_integral_ned(), cascade.rate_integral()), integrals);
-    twin.set_gains(Gains { k_pvz: 1.5, ..*twin.gains() });
-    let expected = twin.track_velocity(
-        &Measurement {
-            q_ned_from_body: [1.0, 0.0, 0.0, 0.0],
-            v_ned: Vector3::new(0.0, 0.0, 3.0),
-            omega_body: Vector3::new(0.0, f64::from(0.1f32), 0.0),
-        },
-        Vector3::new(1.0, 0.0, 2.0),
-        Vector3::zeros(),
-        0.0,
-        0.004,
-    );
+    assert_eq!(of_the_integrals(bench.session.autopilot().controller()), integrals);
+    let settings = bench.session.autopilot().control_settings();
+    assert_eq!(settings.gains, Gains { k_pvz: 1.5, ..cascade().settings().gains });
+    twin.configure(settings);
+    let expected = twin.step(&measurement, &setpoint(Vector3::new(1.0, 0.0, 2.0)), 0.004);
     let controls = actuators(&bench.step()).controls;
     for (got, wanted) in controls.iter().zip(expected.throttle) {
         assert_eq!(*got, wanted as f32);

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use nalgebra::Vector3;
 use samara::assess::{Verdict, VerdictBuilder};
-use samara::control::{Gains, Measurement};
+use samara::control::{Controller as _, Gains, Measurement, Setpoint};
 use samara::frames::pitch;
 use samara::model::Parachute;
 use samara::model::parachute::Pendulum;
@@ -35,12 +35,12 @@ fn at_t0(case: usize) -> DropSimulation {
 fn differences(name: &str, case: usize, wanted: &[Vec<f64>]) -> [f64; 9] {
     let plan = flight_reference();
     let (gains, reference) = controller(name, &plan);
-    let (mut sim, mut law) = (at_t0(case), cascade(gains));
+    let (mut sim, mut cascade) = (at_t0(case), cascade(gains));
     let mut worst = [0.0f64; 9];
     for step in 0..=3000 {
         let s = *sim.state();
         if step % 100 == 0 {
-            let (v, i) = (law.velocity_integral_ned(), law.rate_integral());
+            let (v, i) = (cascade.velocity_integral_ned(), cascade.rate_integral());
             let found = [
                 s.body.v_ned.x,
                 s.body.v_ned.z,
@@ -59,13 +59,9 @@ fn differences(name: &str, case: usize, wanted: &[Vec<f64>]) -> [f64; 9] {
             let lateral = b.v_ned.y.abs() + b.omega_body.x.abs() + b.omega_body.z.abs();
             assert!(lateral < 1e-15, "left the plane by {lateral:e}");
         }
-        let m = Measurement {
-            q_ned_from_body: s.body.q_ned_from_body,
-            v_ned: s.body.v_ned,
-            omega_body: s.body.omega_body,
-        };
-        let (v_sp, a_ff) = reference.at(step as f64 * 0.01);
-        let out = law.track_velocity(&m, v_sp, a_ff, 0.0, 0.01);
+        let (v_ned, a_ff_ned) = reference.at(step as f64 * 0.01);
+        let setpoint = Setpoint::Velocity { v_ned, a_ff_ned, yaw_rad: Some(0.0) };
+        let out = cascade.step(&Measurement::from(&s.body), &setpoint, 0.01);
         sim.step(&out.throttle, 0.01);
     }
     worst
@@ -97,13 +93,7 @@ fn paper_table_4_is_the_same_in_the_files() {
 fn judged(name: &str, case: usize, dt: f64) -> Verdict {
     let plan = flight_reference();
     let (gains, reference) = controller(name, &plan);
-    let flight = FlightPlan {
-        reference,
-        yaw_sp_rad: 0.0,
-        control_period_s: dt,
-        setpoint_period_s: None,
-        duration_s: 30.0,
-    };
+    let flight = FlightPlan::new(reference, dt, 30.0);
     let mut builder = VerdictBuilder::new(limits(), target_ned());
     let _ = fly(&mut at_t0(case), &mut cascade(gains), &flight, &mut |s| {
         builder.observe(s);
@@ -151,11 +141,12 @@ fn safety_flight_at(
 ) -> Verdict {
     let plan = flight_reference();
     let flight = FlightPlan {
-        reference: Reference::Plan { trajectory: &plan, then_v_ned, feed_forward: false },
-        yaw_sp_rad: 0.0,
-        control_period_s,
         setpoint_period_s,
-        duration_s,
+        ..FlightPlan::new(
+            Reference::Plan { trajectory: &plan, then_v_ned, feed_forward: false },
+            control_period_s,
+            duration_s,
+        )
     };
     let mut sim = DropSimulation::at_t0(TITAN.clone(), site(), start, PlantKind::Actuator);
     let mut builder = VerdictBuilder::new(limits(), target_ned());

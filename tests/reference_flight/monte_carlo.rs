@@ -3,15 +3,15 @@
 
 use std::sync::LazyLock;
 
-use samara::assess::{Command, Controller, ReleaseDistribution, SafetyStudy, Summary, paper};
-use samara::control::{Airframe, ControlLimits, Gains};
+use samara::assess::{ReleaseDistribution, SafetyStudy, StudyEntry, StudyReference, Summary, paper};
+use samara::control::Gains;
 use samara::frames::pitch;
 use samara::model::Parachute;
 use samara::model::parachute::Pendulum;
 use samara::units::RAD_PER_DEG;
 use serde_json::Value;
 
-use super::data::{TITAN, flight_reference, limits, number, numbers, rows, site, target_ned};
+use super::data::{TITAN, cascade, flight_reference, limits, number, numbers, rows, site, target_ned};
 
 static NUMBERS: LazyLock<Value> =
     LazyLock::new(|| serde_json::from_str(include_str!("../data/reference_monte_carlo.json")).unwrap());
@@ -20,8 +20,6 @@ fn study() -> SafetyStudy {
     SafetyStudy {
         vehicle: TITAN.clone(),
         environment: site(),
-        airframe: Airframe::new(&TITAN, &site()).unwrap(),
-        control_limits: ControlLimits::default(),
         limits: limits(),
         target_v_ned: target_ned(),
         plan: flight_reference(),
@@ -38,21 +36,21 @@ fn distribution(length_m: f64) -> ReleaseDistribution {
     }
 }
 
-fn controller(name: &'static str) -> Controller {
-    let (gains, command) = match name {
-        "NHstep" => (Gains::near_hover(), Command::Step),
-        "NHopt" => (Gains::near_hover(), Command::Optimal),
-        _ => (Gains::paper_pso(), Command::Optimal),
+fn entry(name: &'static str) -> StudyEntry {
+    let (gains, reference) = match name {
+        "NHstep" => (Gains::near_hover(), StudyReference::Step),
+        "NHopt" => (Gains::near_hover(), StudyReference::Optimal),
+        _ => (Gains::paper_pso(), StudyReference::Optimal),
     };
-    Controller { name, gains_name: String::new(), gains, command }
+    StudyEntry { name, gains_name: String::new(), controller: Box::new(cascade(gains)), reference }
 }
 
 fn campaign(name: &'static str, length_m: f64) -> Summary {
     let (amplitudes, phases) = (numbers(&NUMBERS["theta0_rad"]), numbers(&NUMBERS["phi_rad"]));
-    let (study, controller) = (study(), controller(name));
+    let (study, entry) = (study(), entry(name));
     let mut j_tpf = Summary::default();
     for (amplitude, phase) in amplitudes.into_iter().zip(phases) {
-        j_tpf.push(study.outcome(&controller, &distribution(length_m).state(amplitude, phase)).j_tpf);
+        j_tpf.push(study.outcome(&entry, &distribution(length_m).state(amplitude, phase)).j_tpf);
     }
     j_tpf
 }

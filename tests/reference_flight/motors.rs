@@ -4,9 +4,9 @@
 use std::sync::Arc;
 
 use nalgebra::Vector3;
-use samara::assess::{Command, Controller, RandomRelease, SafetyStudy, TrialOutcome};
+use samara::assess::{RandomRelease, SafetyStudy, StudyEntry, StudyReference, TrialOutcome};
 use samara::config::load_mission;
-use samara::control::Airframe;
+use samara::control::{Airframe, Cascade};
 use samara::model::{Motor, Vehicle};
 use samara::plan::{Guess, SolverOptions, plan};
 use samara::tune::ReleaseCase;
@@ -14,7 +14,7 @@ use samara::tune::ReleaseCase;
 /// A mission's study with another motor, the flights of its cases with the mission's gains on the plan.
 struct Cases {
     study: SafetyStudy,
-    controller: Controller,
+    entry: StudyEntry,
     releases: Vec<RandomRelease>,
 }
 
@@ -32,21 +32,20 @@ impl Cases {
             phase_rad: 0.0,
             state: case.state(),
         };
+        let airframe = Airframe::new(&m.vehicle, &m.site.environment).unwrap();
         Self {
             study: SafetyStudy {
                 vehicle: m.vehicle.clone(),
                 environment: m.site.environment.clone(),
-                airframe: Airframe::new(&m.vehicle, &m.site.environment).unwrap(),
-                control_limits: m.control.limits,
                 limits: m.limits.safety,
                 target_v_ned: m.target_v_ned,
                 plan: plan.unwrap().trajectory,
             },
-            controller: Controller {
+            entry: StudyEntry {
                 name: "ours",
                 gains_name: m.control.gains_name.clone(),
-                gains: m.control.gains,
-                command: Command::Optimal,
+                controller: Box::new(Cascade::new(airframe, m.control.gains, m.control.limits)),
+                reference: StudyReference::Optimal,
             },
             releases: m.study.cases.iter().enumerate().map(release).collect(),
         }
@@ -58,9 +57,9 @@ impl Cases {
 
     /// Side by side, after a look that they are what flights in space are.
     fn fly(&self) -> Vec<TrialOutcome> {
-        let outcomes = self.study.fly_releases(&self.controller, &self.releases);
+        let outcomes = self.study.fly_releases(&self.entry, &self.releases);
         for (outcome, release) in outcomes.iter().zip(&self.releases) {
-            let alone = self.study.outcome(&self.controller, &release.state);
+            let alone = self.study.outcome(&self.entry, &release.state);
             let off = (outcome.final_v_ned - alone.final_v_ned).norm();
             assert!(
                 (outcome.j_tpf - alone.j_tpf).abs() < 1e-9 && off < 1e-9,

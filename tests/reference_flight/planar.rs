@@ -21,7 +21,7 @@ fn flight_of(case: &ReleaseCase, gains: Gains) -> Flight {
 }
 
 fn along(reference: Reference<'_>, control_period_s: f64, duration_s: f64) -> FlightPlan<'_> {
-    FlightPlan { reference, yaw_sp_rad: 0.0, control_period_s, setpoint_period_s: None, duration_s }
+    FlightPlan::new(reference, control_period_s, duration_s)
 }
 
 fn hermite(trajectory: &Trajectory, then_v_ned: Option<Vector3<f64>>) -> Reference<'_> {

@@ -9,13 +9,11 @@ use super::data::{NUMBERS, TABLE_3, TITAN, cascade, flight_reference, gains, num
 
 fn rms(gains: Gains, kind: PlantKind, case: usize) -> f64 {
     let (velocity, plan) = (flight_reference(), plan());
-    let flight = FlightPlan {
-        reference: Reference::Plan { trajectory: &velocity, then_v_ned: None, feed_forward: false },
-        yaw_sp_rad: 0.0,
-        control_period_s: control_period_s(&plan),
-        setpoint_period_s: None,
-        duration_s: plan.end_s(),
-    };
+    let flight = FlightPlan::new(
+        Reference::Plan { trajectory: &velocity, then_v_ned: None, feed_forward: false },
+        control_period_s(&plan),
+        plan.end_s(),
+    );
     let mut sim = DropSimulation::at_t0(TITAN.clone(), site(), TABLE_3[case].state(), kind);
     let mut error = TrackingError::new(&plan);
     let _ = fly(&mut sim, &mut cascade(gains), &flight, &mut |s| error.observe(s));

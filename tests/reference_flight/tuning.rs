@@ -1,4 +1,4 @@
-//! The bench that gains are tuned on, on the Titan vehicle: the reference's numbers, and its engine in space
+//! The judge that gains are tuned on, on the Titan vehicle: the reference's numbers, and its engine in space
 //! beside the planar one.
 
 use nalgebra::Vector3;
@@ -8,10 +8,10 @@ use samara::model::Parachute;
 use samara::model::parachute::Pendulum;
 use samara::sim::PlantKind;
 use samara::trajectory::Trajectory;
-use samara::tune::bench::Setting;
+use samara::tune::gain_judge::Setting;
 use samara::tune::near_hover::near_hover;
 use samara::tune::release_cases::random_releases;
-use samara::tune::{Bench, Evaluation, Objective};
+use samara::tune::{Evaluation, GainJudge, Objective};
 use samara::units::RAD_PER_DEG;
 
 use super::data::{NUMBERS, TABLE_3, TITAN, gains, limits, number, numbers, plan, site, target_ned};
@@ -30,24 +30,24 @@ fn setting(plan: &Trajectory, plant: PlantKind, settle_s: f64) -> Setting<'_> {
     }
 }
 
-/// (46) of the reference's gains. The bench's plan is 3e-6 from the one that the reference tracks.
+/// (46) of the reference's gains. The judge's plan is 3e-6 from the one that the reference tracks.
 #[test]
 fn reference_worst_rms() {
     let plan = plan();
     for (key, plant) in [("ideal_plant", PlantKind::Ideal), ("actuator_plant", PlantKind::Actuator)] {
-        let bench = Bench::new(setting(&plan, plant, 0.0)).unwrap().with_cases(&TABLE_3);
+        let judge = GainJudge::new(setting(&plan, plant, 0.0)).unwrap().with_cases(&TABLE_3);
         for (name, file) in [("NH", "near_hover"), ("PSO", "paper_pso")] {
             let wanted = numbers(&NUMBERS["tracking_rms"][key][name]).into_iter().fold(0.0, f64::max);
-            let found = bench.evaluate(&gains(file).as_longitudinal()).rms;
+            let found = judge.evaluate(&gains(file).as_longitudinal()).rms;
             assert!((found - wanted).abs() < 2e-5, "{key} {name}: {:.2e}", found - wanted);
         }
     }
-    let bench = Bench::new(setting(&plan, PlantKind::Actuator, 4.5)).unwrap().with_cases(&TABLE_3);
-    let safety = bench.evaluate(&gains("safety").as_longitudinal());
+    let judge = GainJudge::new(setting(&plan, PlantKind::Actuator, 4.5)).unwrap().with_cases(&TABLE_3);
+    let safety = judge.evaluate(&gains("safety").as_longitudinal());
     let wanted = number(&NUMBERS["safety_gains_rms_worst_actuator_plant"]);
     assert!((safety.rms - wanted).abs() < 2e-5 && safety.unrest == 0.0, "{safety:?}");
     // The paper's gains make a limit cycle.
-    assert!(bench.evaluate(&gains("paper_pso").as_longitudinal()).unrest >= 0.01);
+    assert!(judge.evaluate(&gains("paper_pso").as_longitudinal()).unrest >= 0.01);
 }
 
 /// A breath of wind from the side, which the planar engine refuses, puts the flights in space.
@@ -59,7 +59,7 @@ fn prop_the_bench_in_space_is_the_planar_one() {
     in_space.environment.wind_ned_m_s = Vector3::new(0.0, 1e-12, 0.0);
     let case = [TABLE_3[2].clone()];
     let [planar, in_space] =
-        [planar, in_space].map(|s| Bench::new(s).unwrap().with_cases(&case).with_variations(&case));
+        [planar, in_space].map(|s| GainJudge::new(s).unwrap().with_cases(&case).with_variations(&case));
     let k = gains("safety").as_longitudinal();
     assert_eq!(planar.flights(), 16);
     for (i, (p, s)) in planar.fly(&k).iter().zip(in_space.fly(&k)).enumerate() {
@@ -76,16 +76,16 @@ fn prop_the_bench_in_space_is_the_planar_one() {
 #[test]
 fn prop_a_candidate_is_given_up_only_when_it_costs_too_much() {
     let plan = plan();
-    let bench = Bench::new(setting(&plan, PlantKind::Actuator, 4.5)).unwrap().with_cases(&TABLE_3);
-    let bench = bench.with_states(&random_releases(&swing(), 8, 30));
+    let judge = GainJudge::new(setting(&plan, PlantKind::Actuator, 4.5)).unwrap().with_cases(&TABLE_3);
+    let judge = judge.with_states(&random_releases(&swing(), 8, 30));
     let objective = Objective::Safety { rms_bound: 0.367, penalty: 2.0 };
     let mut spared = 0;
     for name in ["near_hover", "paper_pso", "safety", "ours", "ideal_rms"] {
         let k = gains(name).as_longitudinal();
-        let whole = bench.evaluate(&k);
+        let whole = judge.evaluate(&k);
         let cost = objective.cost(&whole);
         for ceiling in [0.5 * cost, 0.95 * cost, cost, f64::INFINITY] {
-            let judged = bench.evaluate_below(&k, &objective, ceiling);
+            let judged = judge.evaluate_below(&k, &objective, ceiling);
             let worse = whole.worse(judged);
             assert_eq!(worse, whole, "{name}: no flight that is not there");
             if judged != whole {
@@ -106,7 +106,7 @@ fn regress_near_hover_gains_fly() {
     let found = near_hover(&setting).unwrap();
     let [rate, pitch, vertical, horizontal] = found.loops.map(|l| l.period_s);
     assert!(rate < pitch && pitch < horizontal && vertical < horizontal, "{found:?}");
-    let flown = Bench::new(setting).unwrap().with_cases(&TABLE_3).evaluate(&found.adjusted);
+    let flown = GainJudge::new(setting).unwrap().with_cases(&TABLE_3).evaluate(&found.adjusted);
     assert!(flown.j_tpf < 1.0 && flown.rms < 1.0, "{flown:?}");
 }
 
@@ -117,11 +117,11 @@ fn regress_our_gains_on_unseen_flights() {
     let plan = plan();
     let setting = setting(&plan, PlantKind::Actuator, 4.5);
     let k = gains("ours").as_longitudinal();
-    let cases = Bench::new(setting.clone()).unwrap().with_cases(&TABLE_3).evaluate(&k);
+    let cases = GainJudge::new(setting.clone()).unwrap().with_cases(&TABLE_3).evaluate(&k);
     assert!(cases.rms <= 0.3670 && cases.unrest == 0.0, "{cases:?}");
     for seed in 1..=4 {
         let states = random_releases(&swing(), seed, 1000);
-        let flights = Bench::new(setting.clone()).unwrap().with_states(&states).fly(&k);
+        let flights = GainJudge::new(setting.clone()).unwrap().with_states(&states).fly(&k);
         let worst = flights.iter().map(|e| e.j_tpf).fold(0.0, f64::max);
         let mean = flights.iter().map(|e| e.j_tpf).sum::<f64>() / 1000.0;
         assert!(mean <= 0.56 && worst <= 0.66, "seed {seed}: mean {mean} worst {worst}");

@@ -8,7 +8,9 @@ use std::sync::{Arc, LazyLock};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use samara::config::load_vehicle;
-use samara::control::{Airframe, Cascade, ControlLimits, Gains, Measurement};
+use samara::control::{
+    Airframe, Cascade, ControlLimits, Controller, Gains, Measurement, Setpoint, WithDelay,
+};
 use samara::frames::quaternion_from_euler;
 use samara::model::rigid_body::{BodyState, MassProperties};
 use samara::model::wind::{Gust, GustShape};
@@ -64,7 +66,11 @@ fn in_space(
 ) -> Vec<[f64; 7]> {
     let (vehicle, site) = varied(nominal.0, nominal.1, &flight.variation);
     let airframe = Airframe::new(nominal.0, nominal.1).unwrap();
-    let mut law = Cascade::new(airframe, flight.gains, ControlLimits::default());
+    let cascade = Cascade::new(airframe, flight.gains, ControlLimits::default());
+    let mut controller: Box<dyn Controller> = Box::new(cascade);
+    if flight.variation.delayed {
+        controller = Box::new(WithDelay::new(controller));
+    }
     let r = &flight.release;
     let body = BodyState {
         p_ned: Vector3::zeros(),
@@ -75,7 +81,6 @@ fn in_space(
     let steady = site.wind_ned_m_s;
     let mut sim = DropSimulation::at_t0(Arc::new(vehicle), site, body, kind);
     let mut rows = Vec::new();
-    let mut before = None;
     for step in 0..=plan.steps() {
         let s = *sim.state();
         let (b, w) = (&s.body, &s.rotor_speed);
@@ -88,13 +93,10 @@ fn in_space(
             w[0],
             w[1],
         ]);
-        let now =
-            Measurement { q_ned_from_body: b.q_ned_from_body, v_ned: b.v_ned, omega_body: b.omega_body };
-        let told = if flight.variation.delayed { before.unwrap_or(now) } else { now };
-        before = Some(now);
         let t_s = step as f64 * PERIOD_S;
         let (v_sp, a_ff) = plan.setpoint_at(t_s);
-        let throttle = law.track_velocity(&told, v_sp, a_ff, 0.0, PERIOD_S).throttle;
+        let setpoint = Setpoint::Velocity { v_ned: v_sp, a_ff_ned: a_ff, yaw_rad: Some(0.0) };
+        let throttle = controller.step(&Measurement::from(b), &setpoint, PERIOD_S).throttle;
         if let Some(gust) = flight.variation.gust {
             let [n, d] = gust.at(t_s + 0.5 * PERIOD_S);
             sim.set_wind_ned(steady + Vector3::new(n, 0.0, d));
@@ -116,13 +118,7 @@ fn difference(
     target: [f64; 2],
     kind: PlantKind,
 ) -> (f64, f64) {
-    let plan = FlightPlan {
-        reference: Reference::Step(Vector3::new(target[0], 0.0, target[1])),
-        yaw_sp_rad: 0.0,
-        control_period_s: PERIOD_S,
-        setpoint_period_s: None,
-        duration_s: 4.0,
-    };
+    let plan = FlightPlan::new(Reference::Step(Vector3::new(target[0], 0.0, target[1])), PERIOD_S, 4.0);
     let model = Model::new(vehicle, site, &ControlLimits::default(), kind).unwrap();
     let mut stranger = *flight;
     stranger.release.v_north_m_s = 50.0;

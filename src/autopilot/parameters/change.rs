@@ -3,6 +3,7 @@
 use super::table::Role;
 use super::{Entry, Parameters, range_in_words};
 use crate::autopilot::Autopilot;
+use crate::control::ControlSettings;
 use crate::params::file::AUTOPILOT_COMPONENT;
 use crate::params::metadata::Kind;
 use crate::params::{ParameterFile, Value, adopt};
@@ -175,9 +176,9 @@ impl Parameters {
             Role::Law => {
                 let touched = touched(&entry.name);
                 let number = |name: &str| touched.contains(&name).then(|| self.number(name)).flatten();
-                let cascade = autopilot.cascade();
-                let (gains, limits) = adopt(&self.scale, &number, (cascade.gains(), cascade.limits()))
-                    .map_err(|error| Refusal::OutOfRange {
+                let ControlSettings { gains, limits, .. } = autopilot.control_settings();
+                let (gains, limits) =
+                    adopt(&self.scale, &number, (gains, limits)).map_err(|error| Refusal::OutOfRange {
                         name: entry.name.clone(),
                         value: entry.value,
                         range: error.to_string(),

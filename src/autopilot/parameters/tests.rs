@@ -4,7 +4,7 @@ use super::table::TABLE;
 use super::*;
 use crate::autopilot::Autopilot;
 use crate::control::test_vehicles::{quadrotor, site};
-use crate::control::{Airframe, Cascade, ControlLimits, Gains};
+use crate::control::{Airframe, ControlLimits, ControlSettings, Gains};
 use crate::model::VehicleOptions;
 use crate::params::ParameterFile;
 use crate::units::RAD_PER_DEG;
@@ -15,8 +15,9 @@ fn bench() -> (Parameters, Autopilot) {
     let (gains, limits) = (Gains::near_hover(), ControlLimits::default());
     let subject =
         Subject { vehicle: &vehicle, environment: &site(), gains: &gains, limits: &limits, speed_m_s: 8.0 };
-    let cascade = Cascade::new(Airframe::new(&vehicle, &site()).unwrap(), gains, limits);
-    (Parameters::of(&subject, 3).unwrap(), Autopilot::new(cascade))
+    let airframe = Airframe::new(&vehicle, &site()).unwrap();
+    let autopilot = Autopilot::new(ControlSettings { airframe, gains, limits });
+    (Parameters::of(&subject, 3).unwrap(), autopilot)
 }
 
 fn real(x: f64) -> Value {
@@ -38,19 +39,19 @@ fn closed_form_indices_are_places_in_name_order() {
 #[test]
 fn closed_form_gains_in_effect_are_those_of_the_parameters_and_no_other_changes() {
     let (mut parameters, mut autopilot) = bench();
-    let before = *autopilot.cascade().gains();
+    let before = autopilot.control_settings().gains;
     let p = parameters.number("MC_PITCHRATE_P").unwrap();
     let k = parameters.number("MC_PITCHRATE_K").unwrap();
     let changed = parameters.set("MC_PITCHRATE_K", real(2.0 * k), &mut autopilot).unwrap();
     let names: Vec<&str> = changed.iter().map(|i| parameters.at(*i).unwrap().name.as_str()).collect();
     assert_eq!(names, ["MC_PITCHRATE_K", "MC_ROLLRATE_P", "MC_ROLLRATE_I"]);
-    let after = *autopilot.cascade().gains();
+    let after = autopilot.control_settings().gains;
     assert!((after.k_pq / before.k_pq - 2.0).abs() < 1e-6 && (after.k_iq / before.k_iq - 2.0).abs() < 1e-6);
     assert_eq!(Gains { k_pq: before.k_pq, k_iq: before.k_iq, ..after }, before);
     parameters.set("MC_PITCHRATE_P", real(p / 2.0), &mut autopilot).unwrap();
-    assert!((autopilot.cascade().gains().k_pq / before.k_pq - 1.0).abs() < 1e-6);
+    assert!((autopilot.control_settings().gains.k_pq / before.k_pq - 1.0).abs() < 1e-6);
     parameters.set("MPC_TILTMAX_AIR", real(25.0), &mut autopilot).unwrap();
-    assert_eq!(autopilot.cascade().limits().tilt_rad, 25.0 * RAD_PER_DEG);
+    assert_eq!(autopilot.control_settings().limits.tilt_rad, 25.0 * RAD_PER_DEG);
     parameters.set("COM_OF_LOSS_T", real(2.5), &mut autopilot).unwrap();
     assert_eq!(autopilot.setpoint_timeout_us(), 2_500_000);
 }
@@ -58,10 +59,10 @@ fn closed_form_gains_in_effect_are_those_of_the_parameters_and_no_other_changes(
 #[test]
 fn closed_form_hover_thrust_scales_the_mass() {
     let (mut parameters, mut autopilot) = bench();
-    let mass = autopilot.cascade().airframe().mass_kg;
+    let mass = autopilot.control_settings().airframe.mass_kg;
     let hover = parameters.number("MPC_THR_HOVER").unwrap();
     parameters.set("MPC_THR_HOVER", real(1.1 * hover), &mut autopilot).unwrap();
-    assert!((autopilot.cascade().airframe().mass_kg / mass - 1.1).abs() < 1e-6);
+    assert!((autopilot.control_settings().airframe.mass_kg / mass - 1.1).abs() < 1e-6);
 }
 
 /// What follows is what an export of the new gains says.
@@ -75,8 +76,7 @@ fn closed_form_roll_follows_pitch() {
         parameters.set(name, value, &mut autopilot).unwrap();
     }
     let vehicle = quadrotor([0.9, 1.1], [250.0, 300.0, 400.0], [0.0; 3], VehicleOptions::default());
-    let cascade = autopilot.cascade();
-    let (gains, limits) = (cascade.gains(), cascade.limits());
+    let ControlSettings { gains, limits, .. } = autopilot.control_settings();
     let subject = Subject { vehicle: &vehicle, environment: &site(), gains, limits, speed_m_s: 8.0 };
     let exported = export(&subject, Purpose::Samara).unwrap().parameters;
     let product = |get: &dyn Fn(&str) -> f64, term: &str| get("MC_ROLLRATE_K") * get(term);
@@ -94,7 +94,7 @@ fn closed_form_roll_follows_pitch() {
 #[test]
 fn regress_what_cannot_be_is_refused_in_words_and_changes_nothing() {
     let (mut parameters, mut autopilot) = bench();
-    let before = (parameters.clone(), *autopilot.cascade().gains());
+    let before = (parameters.clone(), autopilot.control_settings().gains);
     for (name, value, words) in [
         ("NO_SUCH", real(1.0), "unknown parameter NO_SUCH"),
         ("MC_PITCH_P", Value::Int(4), "MC_PITCH_P refused: type 9 (REAL32) expected"),
@@ -111,7 +111,7 @@ fn regress_what_cannot_be_is_refused_in_words_and_changes_nothing() {
     }
     let zero = parameters.set("MC_PR_INT_LIM", real(0.0), &mut autopilot).unwrap_err();
     assert!(zero.to_string().starts_with("MC_PR_INT_LIM refused: 0 where"), "{zero}");
-    assert_eq!((parameters, *autopilot.cascade().gains()), before);
+    assert_eq!((parameters, autopilot.control_settings().gains), before);
 }
 
 #[test]
@@ -159,12 +159,12 @@ fn regress_a_file_is_loaded_and_what_is_unknown_is_told() {
         (autopilot.setpoint_timeout_us(), parameters.get("RTL_RETURN_ALT")),
         (3_000_000, Some(real(40.0)))
     );
-    assert_eq!(autopilot.cascade().gains(), &Gains { k_ptheta: 9.0, ..Gains::near_hover() });
+    assert_eq!(autopilot.control_settings().gains, Gains { k_ptheta: 9.0, ..Gains::near_hover() });
     parameters.set("RTL_RETURN_ALT", real(50.0), &mut autopilot).unwrap();
     parameters.set("MC_PITCH_P", real(2.0), &mut autopilot).unwrap();
     assert_eq!(parameters.reset(&mut autopilot).len(), 3, "MC_PITCH_P, MC_ROLL_P, RTL_RETURN_ALT");
     assert_eq!(parameters.get("RTL_RETURN_ALT"), Some(real(40.0)));
-    assert_eq!(autopilot.cascade().gains().k_ptheta, 9.0);
+    assert_eq!(autopilot.control_settings().gains.k_ptheta, 9.0);
 }
 
 /// A file that has P of a rate loop and no K means a K of 1; what it leaves out keeps its gain.
@@ -172,11 +172,11 @@ fn regress_a_file_is_loaded_and_what_is_unknown_is_told() {
 fn closed_form_a_rate_loop_is_parted_as_in_the_file() {
     let (mut parameters, mut autopilot) = bench();
     parameters.set("MC_PITCHRATE_K", real(4.0), &mut autopilot).unwrap();
-    let before = *autopilot.cascade().gains();
+    let before = autopilot.control_settings().gains;
     let p = 2.0 * 4.0 * parameters.number("MC_PITCHRATE_P").unwrap();
     let file = ParameterFile::parse(&format!("1\t1\tMC_PITCHRATE_P\t{p}\t9\n")).unwrap();
     assert_eq!(parameters.load(&file, &mut autopilot), Vec::<String>::new());
-    let after = autopilot.cascade().gains();
+    let after = autopilot.control_settings().gains;
     assert!((after.k_pq / before.k_pq - 2.0).abs() < 1e-6, "{after:?}");
     assert!((after.k_iq / before.k_iq - 1.0).abs() < 1e-6, "{after:?}");
     assert_eq!(parameters.number("MC_PITCHRATE_K"), Some(1.0));
@@ -200,13 +200,12 @@ fn closed_form_the_gains_of_a_file_are_those_that_the_mission_took_from_it() {
     let imported = crate::params::import(&file, &subject).unwrap();
     let subject = Subject { gains: &imported.gains, limits: &imported.limits, ..subject };
     let airframe = Airframe::new(&vehicle, &site()).unwrap();
-    let mut autopilot = Autopilot::new(Cascade::new(airframe, imported.gains, imported.limits));
+    let (gains, limits) = (imported.gains, imported.limits);
+    let mut autopilot = Autopilot::new(ControlSettings { airframe, gains, limits });
     let mut parameters = Parameters::of(&subject, 3).unwrap();
     assert_eq!(parameters.load(&file, &mut autopilot), Vec::<String>::new());
-    assert_eq!(
-        (autopilot.cascade().gains(), autopilot.cascade().limits()),
-        (&imported.gains, &imported.limits)
-    );
+    let in_effect = autopilot.control_settings();
+    assert_eq!((in_effect.gains, in_effect.limits), (imported.gains, imported.limits));
     for (_, name, entry) in file.entries().filter(|(_, name, _)| !name.starts_with("MC_ROLLRATE")) {
         assert_eq!(parameters.get(name), Some(entry.value), "{name}");
     }
@@ -227,7 +226,7 @@ proptest! {
             }
             Err(_) => prop_assert_eq!(&parameters, &before),
         }
-        prop_assert!(autopilot.cascade().gains().validate().is_ok());
-        prop_assert!(autopilot.cascade().limits().validate().is_ok());
+        prop_assert!(autopilot.control_settings().gains.validate().is_ok());
+        prop_assert!(autopilot.control_settings().limits.validate().is_ok());
     }
 }

@@ -25,7 +25,8 @@ fn happen(bench: &mut Bench, what: u8, x: f64) {
         12 => {
             let p = [Some(x), Some(-x), Some(x)];
             let frame = VelocityFrame::Ned;
-            let place = Setpoint::Place { frame, p, v: [None; 3], a: [None; 3], yaw: YawSetpoint::Rate(x) };
+            let place =
+                OffboardSetpoint::Place { frame, p, v: [None; 3], a: [None; 3], yaw: YawSetpoint::Rate(x) };
             let _ = autopilot.offer_setpoint(now, place);
         }
         _ => drop(autopilot.request_mode(now, mode)),

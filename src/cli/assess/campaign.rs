@@ -13,10 +13,11 @@ use rayon::prelude::*;
 
 use super::args::AssessArgs;
 use crate::cli::answer::{BadInput as _, Failure};
+use crate::cli::estimate::warn_one_at_a_time;
 use crate::cli::narrator::Narrator;
 use crate::cli::results::OutputFolder;
 use samara::assess::{
-    Controller, RandomRelease, ReleaseDistribution, SafetyStudy, Summary, Tally, TrialOutcome,
+    RandomRelease, ReleaseDistribution, SafetyStudy, StudyEntry, Summary, Tally, TrialOutcome,
 };
 use samara::config::Mission;
 use samara::report::study::campaign_csv::{file_name, header, parse_row, write_row};
@@ -53,9 +54,19 @@ impl TrialRunner<'_> {
         self.pool.install(|| items.par_iter().map(f).collect())
     }
 
-    fn fly(&self, controller: &Controller, releases: &[RandomRelease]) -> Vec<TrialOutcome> {
+    /// Warns how long `count` flights take where they are flown one at a time.
+    fn warn_of(&self, entry: &StudyEntry, count: u64) {
+        let release = self.draw(0);
+        let reason = self.study.one_at_a_time(entry, std::slice::from_ref(&release));
+        if let Some(reason) = reason.filter(|_| count > 0) {
+            let threads = self.pool.current_num_threads();
+            warn_one_at_a_time(&reason, count, threads, || self.study.outcome(entry, &release.state));
+        }
+    }
+
+    fn fly(&self, entry: &StudyEntry, releases: &[RandomRelease]) -> Vec<TrialOutcome> {
         let portions: Vec<Vec<TrialOutcome>> = self.pool.install(|| {
-            releases.par_chunks(PORTION).map(|some| self.study.fly_releases(controller, some)).collect()
+            releases.par_chunks(PORTION).map(|some| self.study.fly_releases(entry, some)).collect()
         });
         portions.into_iter().flatten().collect()
     }
@@ -63,8 +74,8 @@ impl TrialRunner<'_> {
 
 /// A campaign that is done.
 pub struct Campaign {
-    /// The controller that is judged.
-    pub controller: Controller,
+    /// The controller that is judged, and what it follows.
+    pub entry: StudyEntry,
     /// The statistics of J_TPF.
     pub tally: Tally,
     /// The first [`SHOWN`] trials.
@@ -87,13 +98,13 @@ pub fn run_all(
     args: &AssessArgs,
     mission: &Mission,
     runner: &TrialRunner<'_>,
-    controllers: &[Controller; 4],
+    entries: &[StudyEntry; 4],
     trials: u64,
     folder: &OutputFolder,
     narrator: &Narrator,
 ) -> Result<Option<[Campaign; 4]>, Failure> {
-    let mut campaigns = controllers.clone().map(|controller| Campaign {
-        controller,
+    let mut campaigns = entries.clone().map(|entry| Campaign {
+        entry,
         tally: Tally::default(),
         shown: Vec::new(),
         flown_now: 0,
@@ -102,8 +113,8 @@ pub fn run_all(
     // another run.
     let mut kept = [0; 4];
     for (campaign, kept) in campaigns.iter_mut().zip(&mut kept) {
-        let head = header(mission, &campaign.controller);
-        let name = file_name(&campaign.controller);
+        let head = header(mission, &campaign.entry);
+        let name = file_name(&campaign.entry);
         *kept =
             if args.resume { read(folder, &name, &head, campaign, runner, trials, args.bound)? } else { 0 };
         if *kept == 0 {
@@ -111,6 +122,8 @@ pub fn run_all(
             *kept = head.len() as u64;
         }
     }
+    let left: u64 = campaigns.iter().map(|campaign| trials - campaign.tally.j_tpf.count()).sum();
+    runner.warn_of(&entries[3], left);
     let progress = progress_bar(4 * trials);
     for (campaign, kept) in campaigns.iter_mut().zip(kept) {
         if !run(campaign, kept, args.bound, runner, trials, folder, &progress)? {
@@ -118,7 +131,7 @@ pub fn run_all(
             narrator.say(&format!(
                 "stopped after {} of {trials} trials of {}; the same command with --resume continues\n",
                 campaign.tally.j_tpf.count(),
-                campaign.controller.name
+                campaign.entry.name
             ));
             narrator.check()?;
             return Ok(None);
@@ -138,17 +151,17 @@ fn run(
     folder: &OutputFolder,
     progress: &ProgressBar,
 ) -> Result<bool, Failure> {
-    let name = file_name(&campaign.controller);
+    let name = file_name(&campaign.entry);
     let mut file = folder.continued(&name, kept)?;
     let mut next = campaign.tally.j_tpf.count();
-    progress.set_message(campaign.controller.name);
+    progress.set_message(campaign.entry.name);
     progress.inc(next);
     while next < trials {
         if runner.stop.load(Ordering::Relaxed) {
             return Ok(false);
         }
         let releases: Vec<RandomRelease> = (next..trials.min(next + BLOCK)).map(|k| runner.draw(k)).collect();
-        let outcomes = runner.fly(&campaign.controller, &releases);
+        let outcomes = runner.fly(&campaign.entry, &releases);
         let mut text = String::new();
         for (release, outcome) in releases.iter().zip(outcomes) {
             write_row(&mut text, release, &outcome);
@@ -227,8 +240,8 @@ pub fn paired_difference(
 ) -> Result<Summary, Failure> {
     let mut difference = Summary::default();
     let open = |campaign: &Campaign| {
-        let name = file_name(&campaign.controller);
-        let head = header(mission, &campaign.controller).lines().count();
+        let name = file_name(&campaign.entry);
+        let head = header(mission, &campaign.entry).lines().count();
         let file = folder.open(&name)?.ok_or_else(|| anyhow!("{name} is gone")).bad_input()?;
         Ok::<_, Failure>(file.lines().skip(head))
     };

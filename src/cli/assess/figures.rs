@@ -4,7 +4,7 @@ use anyhow::Context;
 
 use super::campaign::{Campaign, TrialRunner};
 use crate::cli::answer::Failure;
-use samara::assess::{Command, Controller, TraceInstant};
+use samara::assess::{StudyEntry, StudyReference, TraceInstant};
 use samara::frames::pitch;
 use samara::model::rigid_body::BodyState;
 use samara::report::figure::{
@@ -35,7 +35,7 @@ pub fn draw(
     let shown = campaigns.each_ref().map(|campaign| {
         let trials = &campaign.shown[..campaign.shown.len().min(VELOCITY_TRIALS)];
         let flights =
-            runner.in_order(trials, |(release, _)| runner.study.trace(&campaign.controller, &release.state));
+            runner.in_order(trials, |(release, _)| runner.study.trace(&campaign.entry, &release.state));
         let points = campaign.shown.iter().map(|(release, outcome)| TrialPoint {
             pitch_rad: pitch(release.state.q_ned_from_body),
             pitch_rate_rad_s: release.state.omega_body.y,
@@ -45,7 +45,7 @@ pub fn draw(
     });
     let case_flights = campaigns
         .each_ref()
-        .map(|campaign| runner.in_order(&cases, |start| runner.study.trace(&campaign.controller, start)));
+        .map(|campaign| runner.in_order(&cases, |start| runner.study.trace(&campaign.entry, start)));
     let style = StudyStyle::of(
         assessment.mission,
         shown.iter().flat_map(|s| &s.flights).chain(case_flights.iter().flatten()).map(Vec::as_slice),
@@ -66,8 +66,7 @@ fn paths(
     flights: &[Vec<Vec<TraceInstant>>; 4],
 ) -> Result<Vec<Figure>, Failure> {
     let costs = assessment.assessed.each_ref().map(|x| x.cases.iter().map(|c| c.j_tpf).collect::<Vec<f64>>());
-    let names =
-        assessment.assessed.each_ref().map(|x| label(&x.controller).replace(", optimal trajectory", ""));
+    let names = assessment.assessed.each_ref().map(|x| label(&x.entry).replace(", optimal trajectory", ""));
     let group = |i: usize| PathGroup { name: &names[i], flights: &flights[i], j_tpf: &costs[i] };
     let end_s = runner.study.plan.end_s();
     [("fig07_flight_paths.svg", end_s), ("fig08_first_seconds.svg", (FIRST_SECONDS * end_s).ceil())]
@@ -97,9 +96,9 @@ fn of_campaign(
     shown: &Shown,
     number: usize,
 ) -> Result<[Figure; 2], Failure> {
-    let Controller { name, command, .. } = campaign.controller;
-    let label = label(&campaign.controller);
-    let plan = (command == Command::Optimal).then_some(&runner.study.plan);
+    let StudyEntry { name, reference, .. } = campaign.entry;
+    let label = label(&campaign.entry);
+    let plan = (reference == StudyReference::Optimal).then_some(&runner.study.plan);
     let title = format!("Figure {number}. Velocities: {label}");
     let velocities = Figure {
         file: format!("fig{number:02}_velocities_{name}.svg"),

@@ -8,7 +8,7 @@ use crate::cli::answer::{Answer, Failure};
 use crate::cli::mission::stamp_of;
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::print;
-use samara::assess::{Controller, RandomRelease, TrialOutcome, VerdictBuilder};
+use samara::assess::{RandomRelease, StudyEntry, TrialOutcome, VerdictBuilder};
 use samara::config::Mission;
 use samara::report::study::campaign_csv::write_row;
 use samara::report::study::{OURS, only};
@@ -20,20 +20,20 @@ pub fn run(
     args: &AssessArgs,
     mission: &Mission,
     runner: &TrialRunner<'_>,
-    controllers: &[Controller; 4],
+    entries: &[StudyEntry; 4],
     trial: u64,
     folder: &OutputFolder,
 ) -> Result<Answer, Failure> {
     let release = runner.draw(trial);
-    let results = runner.in_order(controllers, |c| {
+    let results = runner.in_order(entries, |c| {
         runner.study.fly_releases(c, std::slice::from_ref(&release)).into_iter().next()
     });
-    let flown: Vec<(&Controller, TrialOutcome)> =
-        controllers.iter().zip(results).filter_map(|(c, outcome)| Some((c, outcome?))).collect();
-    for (controller, _) in &flown {
-        write(mission, runner, controller, &release, folder)?;
+    let flown: Vec<(&StudyEntry, TrialOutcome)> =
+        entries.iter().zip(results).filter_map(|(c, outcome)| Some((c, outcome?))).collect();
+    for (entry, _) in &flown {
+        write(mission, runner, entry, &release, folder)?;
     }
-    let rows: Vec<(&Controller, TrialOutcome, String)> = flown
+    let rows: Vec<(&StudyEntry, TrialOutcome, String)> = flown
         .iter()
         .map(|(c, outcome)| {
             let mut row = String::new();
@@ -60,12 +60,12 @@ pub fn run(
 fn write(
     mission: &Mission,
     runner: &TrialRunner<'_>,
-    controller: &Controller,
+    entry: &StudyEntry,
     release: &RandomRelease,
     folder: &OutputFolder,
 ) -> Result<(), Failure> {
-    let samples = runner.study.samples(controller, &release.state);
-    let name = format!("trial_{}_{}", release.trial, controller.name);
+    let samples = runner.study.samples(entry, &release.state);
+    let name = format!("trial_{}_{}", release.trial, entry.name);
     folder.write(&format!("{name}.csv"), |out| {
         let mut csv =
             FlightCsv::new(out, mission.vehicle.rotors.len(), mission.limits.safety, &stamp_of(mission))?;

@@ -12,9 +12,9 @@ use crate::cli::planning::{plan_mission, write_plan};
 use crate::cli::results::OutputFolder;
 use crate::cli::system::{Stopwatch, thread_pool};
 use crate::cli::terminal::print;
-use samara::assess::{Command, Controller, SafetyStudy, Summary, plan_j_tpf, tracking};
+use samara::assess::{SafetyStudy, StudyEntry, StudyReference, Summary, plan_j_tpf, tracking};
 use samara::config::Mission;
-use samara::control::{Airframe, Gains};
+use samara::control::{Airframe, Cascade, Gains};
 use samara::plan::{Plan, Status};
 use samara::report::study::{Assessed, Assessment, CaseResult, OURS, page, records, tables};
 use samara::report::{plan_json, plan_text};
@@ -30,7 +30,7 @@ pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     let narrator = Narrator::alone(args.mission.json);
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let Some(plan) = planned(args, &mission, &folder, &narrator)? else { return Ok(Answer::No) };
-    let study = study_of(&mission, &plan)?;
+    let study = study_of(&mission, &plan);
     let runner = TrialRunner {
         study: &study,
         distribution: mission.releases(),
@@ -38,14 +38,13 @@ pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
         pool: thread_pool(args.threads)?,
         stop,
     };
-    let controllers = controllers_of(&mission);
+    let entries = entries_of(&mission)?;
     if let Some(trial) = args.only {
-        return only::run(args, &mission, &runner, &controllers, trial, &folder);
+        return only::run(args, &mission, &runner, &entries, trial, &folder);
     }
     let trials = args.trials.unwrap_or(mission.study.monte_carlo.trials as u64);
     let watch = Stopwatch::start();
-    let Some(campaigns) =
-        campaign::run_all(args, &mission, &runner, &controllers, trials, &folder, &narrator)?
+    let Some(campaigns) = campaign::run_all(args, &mission, &runner, &entries, trials, &folder, &narrator)?
     else {
         return Ok(Answer::No);
     };
@@ -95,31 +94,30 @@ fn planned(
     Ok(None)
 }
 
-fn study_of(mission: &Mission, plan: &Plan) -> Result<SafetyStudy, Failure> {
-    Ok(SafetyStudy {
+fn study_of(mission: &Mission, plan: &Plan) -> SafetyStudy {
+    SafetyStudy {
         vehicle: mission.vehicle.clone(),
         environment: mission.site.environment.clone(),
-        airframe: Airframe::new(&mission.vehicle, &mission.site.environment).bad_input()?,
-        control_limits: mission.control.limits,
         limits: mission.limits.safety,
         target_v_ned: mission.target_v_ned,
         plan: plan.trajectory.clone(),
-    })
+    }
 }
 
-fn controllers_of(mission: &Mission) -> [Controller; 4] {
-    let of = |name, gains_name: &str, gains, command| Controller {
+fn entries_of(mission: &Mission) -> Result<[StudyEntry; 4], Failure> {
+    let airframe = Airframe::new(&mission.vehicle, &mission.site.environment).bad_input()?;
+    let of = |name, gains_name: &str, gains, reference| StudyEntry {
         name,
         gains_name: gains_name.to_owned(),
-        gains,
-        command,
+        controller: Box::new(Cascade::new(airframe.clone(), gains, mission.control.limits)),
+        reference,
     };
-    [
-        of("near_hover_step", "near_hover", Gains::near_hover(), Command::Step),
-        of("near_hover_optimal", "near_hover", Gains::near_hover(), Command::Optimal),
-        of("paper_pso_optimal", "paper_pso", Gains::paper_pso(), Command::Optimal),
-        of(OURS, &mission.control.gains_name, mission.control.gains, Command::Optimal),
-    ]
+    Ok([
+        of("near_hover_step", "near_hover", Gains::near_hover(), StudyReference::Step),
+        of("near_hover_optimal", "near_hover", Gains::near_hover(), StudyReference::Optimal),
+        of("paper_pso_optimal", "paper_pso", Gains::paper_pso(), StudyReference::Optimal),
+        of(OURS, &mission.control.gains_name, mission.control.gains, StudyReference::Optimal),
+    ])
 }
 
 /// Flies the release cases and puts the study together.
@@ -131,13 +129,13 @@ fn assessment<'a>(
     campaigns: &[Campaign; 4],
     trials: u64,
 ) -> Assessment<'a> {
-    let cases = |controller: &Controller| {
+    let cases = |entry: &StudyEntry| {
         runner.in_order(&mission.study.cases, |case| {
             let start = case.state();
             CaseResult {
                 case: case.name.clone(),
-                j_tpf: runner.study.outcome(controller, &start).j_tpf,
-                tracking_rms: runner.study.tracking_rms(controller, &start),
+                j_tpf: runner.study.outcome(entry, &start).j_tpf,
+                tracking_rms: runner.study.tracking_rms(entry, &start),
             }
         })
     };
@@ -152,8 +150,8 @@ fn assessment<'a>(
         pso_less_near_hover: Summary::default(),
         tracking_period_s: tracking::control_period_s(&plan.trajectory),
         assessed: campaigns.each_ref().map(|c| Assessed {
-            controller: c.controller.clone(),
-            cases: cases(&c.controller),
+            entry: c.entry.clone(),
+            cases: cases(&c.entry),
             tally: c.tally,
         }),
     }

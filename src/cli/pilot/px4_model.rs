@@ -3,8 +3,6 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use nalgebra::Vector3;
-
 use super::contract::{Flight, Flown, Pilot, PilotOption};
 use super::px4::upload::{preparation, suits};
 use crate::cli::answer::{BadInput as _, Failure};
@@ -12,13 +10,11 @@ use crate::cli::args::ChoiceArgs;
 use crate::cli::mission::mission_for_px4;
 use crate::cli::system::Stopwatch;
 use samara::config::Mission;
-use samara::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
-use samara::control::px4::{Law, Parameters, is_quad_x};
+use samara::control::px4::{Parameters, Px4Controller, is_quad_x};
 use samara::link::FlightRecord;
 use samara::params::{ParameterFile, px4_model_parameters};
 use samara::report::FlownBy;
-use samara::sim::px4_flight::fly_px4;
-use samara::sim::{FlightPlan, Reference};
+use samara::sim::{self, FlightPlan, Reference};
 use samara::trajectory::Trajectory;
 
 /// The options of a drop that the model has.
@@ -60,20 +56,16 @@ impl Pilot for Px4Model {
         let (parameters, _) = parameters_for(mission, trajectory, self.parameters.as_ref())?;
         // k of Froude's scaling: PX4's clock is slower than the site's by it.
         let similarity = mission.px4_purpose().factors(mission.site.environment.gravity_m_s2).velocity;
-        let mut sim = mission.simulation();
-        sim.schedule_release(mission.release.hang_s);
+        let mut flight = mission.simulation();
+        flight.schedule_release(mission.release.hang_s);
         let then_v_ned = Some(mission.target_v_ned);
-        let plan = FlightPlan {
-            reference: Reference::Plan { trajectory, then_v_ned, feed_forward: self.feed_forward },
-            yaw_sp_rad: 0.0,
-            control_period_s: IMU_PERIOD_S * similarity,
-            setpoint_period_s: Some(SETPOINT_PERIOD_S * similarity),
-            duration_s: mission.duration_s,
-        };
+        let reference = Reference::Plan { trajectory, then_v_ned, feed_forward: self.feed_forward };
+        let plan = FlightPlan::under_px4(reference, similarity, mission.duration_s);
         let watch = Stopwatch::start();
-        let mut law = Law::new(parameters, similarity);
+        let thrust_limit_n = mission.vehicle.static_thrust_n(mission.site.environment.density_kg_m3);
+        let mut controller = Px4Controller::new(parameters, similarity, thrust_limit_n);
         let mut log = Vec::new();
-        let _ = fly_px4(&mut sim, &mut law, &plan, Vector3::zeros(), &mut |sample| {
+        let _ = sim::fly(&mut flight, &mut controller, &plan, &mut |sample| {
             log.push(*sample);
             ControlFlow::Continue(())
         });

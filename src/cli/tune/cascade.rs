@@ -4,8 +4,9 @@ use super::args::{TuneArgs, name_of};
 use super::contest;
 use super::results::{no_gains, report_nothing, write_gains, write_search, write_tune_manifest};
 use super::search_run::run_search;
-use super::settings::{bench, identity, objectives, settings, start_name};
+use super::settings::{identity, judge_of, objectives, settings, start_name};
 use crate::cli::answer::{Answer, Failure};
+use crate::cli::estimate::warn_one_at_a_time;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::{Stopwatch, interrupt_flag};
 use crate::cli::terminal::print;
@@ -13,23 +14,28 @@ use samara::assess::tracking::control_period_s;
 use samara::config::Mission;
 use samara::report::tune::{TuneRun, about, records, terminal};
 use samara::trajectory::Trajectory;
-use samara::tune::{Longitudinal, Search};
+use samara::tune::{Asked as _, Longitudinal, Search};
 
 /// Searches the gains, tries them beside others, writes and reports them.
 pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answer, Failure> {
     let watch = Stopwatch::start();
-    let bench = bench(args, mission, plan)?;
-    let settings = settings(args, mission, objectives(args, &bench)?)?;
+    let judge = judge_of(args, mission, plan)?;
+    let settings = settings(args, mission, objectives(args, &judge)?)?;
     let objective = settings.objectives[settings.objectives.len() - 1];
     let identity = identity(args, mission, &settings);
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let mut search = Search::new(settings);
     let stop = interrupt_flag()?;
-    let judge = |search: &Search, place: usize, k: &Longitudinal| {
+    if let Some(reason) = judge.one_at_a_time() {
+        let candidates = search.ask().map_or(0, <[_]>::len) as u64 * u64::from(args.iterations);
+        let one = || judge.evaluate(&mission.control.gains.as_longitudinal());
+        warn_one_at_a_time(reason, candidates, rayon::current_num_threads(), one);
+    }
+    let cost = |search: &Search, place: usize, k: &Longitudinal| {
         let (objective, to_beat) = search.to_beat(place)?;
-        Some(bench.evaluate_below(k, &objective, to_beat))
+        Some(judge.evaluate_below(k, &objective, to_beat))
     };
-    let done = run_search(args, &folder, &identity, &mut search, &stop, judge, progress)?;
+    let done = run_search(args, &folder, &identity, &mut search, &stop, cost, progress)?;
     let Some(best) = search.best(&objective).filter(|b| b.evaluation.is_finite()) else {
         return report_nothing(args, &mission.name, no_gains(done.stopped));
     };
@@ -42,7 +48,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
         swing: args.swing.clone(),
         bounds: objective,
         gains: best,
-        flights: bench.flights(),
+        flights: judge.flights(),
         control_period_s: control_period_s(plan),
         fresh_evaluations: done.fresh,
         stopped: done.stopped,
@@ -53,7 +59,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     write_gains(args, &folder, mission, &best.k, &about(mission, &search, &run))?;
     write_search(&folder, mission, &search, &run)?;
     write_tune_manifest(args, &folder, mission)?;
-    run.contest = contest::contest(args, mission, plan, &bench, &best.k, &stop)?;
+    run.contest = contest::contest(args, mission, plan, &judge, &best.k, &stop)?;
     if args.mission.json {
         print(&records::json(mission, &search, &run))?;
     } else {

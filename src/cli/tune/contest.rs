@@ -14,9 +14,9 @@ use samara::report::tune::{Contender, Contest};
 use samara::sim::PlantKind;
 use samara::sim::planar::Variation;
 use samara::trajectory::Trajectory;
-use samara::tune::bench::Setting;
+use samara::tune::gain_judge::Setting;
 use samara::tune::unknowns::varied;
-use samara::tune::{Bench, Evaluation, Longitudinal, Objective};
+use samara::tune::{Evaluation, GainJudge, Longitudinal, Objective};
 
 /// Gains that are shown as a warning: the optimum of the paper's problem on the ideal plant.
 const IDEAL: &str = "ideal_rms";
@@ -28,13 +28,13 @@ pub fn contest(
     args: &TuneArgs,
     mission: &Mission,
     plan: &Trajectory,
-    tuning: &Bench<'_>,
+    tuning: &GainJudge<'_>,
     found: &Longitudinal,
     stop: &AtomicBool,
 ) -> Result<Option<Contest>, Failure> {
     // Real actuators, whatever the tuning had.
     let real = Setting { plant: PlantKind::Actuator, ..setting(args, mission, plan) };
-    let cases = Bench::new(real).bad_input()?.with_cases(&mission.study.cases);
+    let cases = GainJudge::new(real).bad_input()?.with_cases(&mission.study.cases);
     let bounds = Objective::Safety { rms_bound: rms_bound(args, &cases), penalty: args.penalty };
     let (distribution, seed) = (mission.releases(), mission.seed);
     let (g, target_m_s) = (mission.site.environment.gravity_m_s2, mission.target_v_ned.norm());

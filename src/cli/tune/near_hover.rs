@@ -3,7 +3,7 @@
 use super::args::TuneArgs;
 use super::contest::contest;
 use super::results::{report_nothing, write_gains, write_tune_manifest};
-use super::settings::{bench, setting};
+use super::settings::{judge_of, setting};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::results::OutputFolder;
 use crate::cli::system::{Stopwatch, interrupt_flag};
@@ -20,7 +20,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     folder.remove_leftovers(&["convergence.csv", "convergence.svg", "front.csv", "checkpoint.json"])?;
     write_gains(args, &folder, mission, &found.adjusted, &report::about(mission))?;
-    let tuning = bench(args, mission, plan)?;
+    let tuning = judge_of(args, mission, plan)?;
     let stop = interrupt_flag()?;
     let Some(contest) = contest(args, mission, plan, &tuning, &found.adjusted, &stop)? else {
         return report_nothing(args, &mission.name, "stopped; the gains are written, but were not tried");

@@ -20,7 +20,7 @@ use samara::report::px4_gains::{PX4S_DEFAULTS, Px4Gains, gains_json, gains_text}
 use samara::trajectory::Trajectory;
 use samara::tune::objective::PENALTY;
 use samara::tune::px4::space::{Candidate, at_bounds, names};
-use samara::tune::px4::{Measures, Px4Bench, Px4Search, Px4SearchSettings, Px4Setting, drops, drops_from};
+use samara::tune::px4::{Measures, Px4Judge, Px4Search, Px4SearchSettings, Px4Setting, drops, drops_from};
 use samara::tune::release_cases::AMPLITUDES;
 
 /// Random drops that a candidate is judged by, besides the mission's release cases.
@@ -66,7 +66,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     let mut search = Px4Search::new(&defaults, &missions, settings(args, mission));
     let mut seen = drops(0..DROPS);
     seen.extend(drops_from(&setting, mission.case_parachutes()));
-    let (seen, stop) = (Px4Bench::new(seen, &references), interrupt_flag()?);
+    let (seen, stop) = (Px4Judge::new(seen, &references), interrupt_flag()?);
     let judge =
         |search: &Px4Search, _: usize, candidate: &Candidate| Some(seen.cost(&search.parameters(candidate)));
     let done = run_search(

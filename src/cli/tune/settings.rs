@@ -7,11 +7,11 @@ use samara::config::Mission;
 use samara::control::Gains;
 use samara::sim::PlantKind;
 use samara::trajectory::Trajectory;
-use samara::tune::bench::Setting;
 use samara::tune::cma_es::{CmaSettings, Scale};
+use samara::tune::gain_judge::Setting;
 use samara::tune::release_cases::swing_releases;
 use samara::tune::swarm::SwarmSettings;
-use samara::tune::{Bench, Method, Objective, SearchSettings};
+use samara::tune::{GainJudge, Method, Objective, SearchSettings};
 
 /// Bounds on the RMS along the front, as multiples of the bound; the last one is the bound itself.
 const FRONT: [f64; 5] = [1.5, 1.25, 0.85, 0.92, 1.0];
@@ -41,23 +41,27 @@ pub fn setting<'a>(args: &TuneArgs, mission: &Mission, plan: &'a Trajectory) -> 
 }
 
 /// The flights that judge candidates of the search.
-pub fn bench<'a>(args: &TuneArgs, mission: &Mission, plan: &'a Trajectory) -> Result<Bench<'a>, Failure> {
+pub fn judge_of<'a>(
+    args: &TuneArgs,
+    mission: &Mission,
+    plan: &'a Trajectory,
+) -> Result<GainJudge<'a>, Failure> {
     let cases = &mission.study.cases;
-    let mut bench = Bench::new(setting(args, mission, plan)).bad_input()?.with_cases(cases);
+    let mut judge = GainJudge::new(setting(args, mission, plan)).bad_input()?.with_cases(cases);
     if matches!(args.objective, ObjectiveArg::Safety | ObjectiveArg::Pareto) {
-        bench = bench.with_states(&swing_releases(&mission.releases(), &args.swing));
+        judge = judge.with_states(&swing_releases(&mission.releases(), &args.swing));
     }
     if args.robust {
-        bench = bench.with_variations(cases);
+        judge = judge.with_variations(cases);
     }
-    Ok(bench)
+    Ok(judge)
 }
 
 /// The objectives of the search; the gains found are the best under the last.
-pub fn objectives(args: &TuneArgs, bench: &Bench<'_>) -> Result<Vec<Objective>, Failure> {
+pub fn objectives(args: &TuneArgs, judge: &GainJudge<'_>) -> Result<Vec<Objective>, Failure> {
     let penalty = args.penalty;
     let bound = || {
-        match rms_bound(args, bench) {
+        match rms_bound(args, judge) {
         bound if bound.is_finite() => Ok(bound),
         _ => Err(Failure::input(
             "the paper's PSO gains cannot fly this mission, so they give no bound on tracking: --rms-bound is needed".to_owned(),
@@ -77,8 +81,8 @@ pub fn objectives(args: &TuneArgs, bench: &Bench<'_>) -> Result<Vec<Objective>, 
 
 /// The bound on the tracking RMS: the one asked for, or what the paper's PSO gains reach on these flights;
 /// infinite when those are lost.
-pub fn rms_bound(args: &TuneArgs, bench: &Bench<'_>) -> f64 {
-    args.rms_bound.unwrap_or_else(|| bench.evaluate(&Gains::paper_pso().as_longitudinal()).rms)
+pub fn rms_bound(args: &TuneArgs, judge: &GainJudge<'_>) -> f64 {
+    args.rms_bound.unwrap_or_else(|| judge.evaluate(&Gains::paper_pso().as_longitudinal()).rms)
 }
 
 /// The settings of the search.

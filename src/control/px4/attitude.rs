@@ -1,5 +1,6 @@
-//! Thrust vector to attitude (`ControlMath::thrustToAttitude`, `bodyzToAttitude`), attitude error to body rates
-//! (`AttitudeControl::update`; Brescianini, Hehn and D'Andrea, "Nonlinear Quadrocopter Attitude Control", 2013).
+//! Thrust vector to attitude (`ControlMath::thrustToAttitude`, `bodyzToAttitude`), attitude error to body
+//! rates (`AttitudeControl::update`; Brescianini, Hehn and D'Andrea, "Nonlinear Quadrocopter Attitude
+//! Control", 2013).
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
@@ -54,7 +55,8 @@ fn canonical(q: Quaternion) -> Quaternion {
     if q[0] < 0.0 { q.map(|c| -c) } else { q }
 }
 
-/// The shortest rotation of one direction to another; by half a turn about x or y where they are opposite (`Quatf(src, dst)`).
+/// The shortest rotation of one direction to another; by half a turn about x or y where they are opposite
+/// (`Quatf(src, dst)`).
 fn shortest(from: Vector3<f64>, to: Vector3<f64>) -> Quaternion {
     let across = from.cross(&to);
     let along = from.dot(&to);
@@ -84,7 +86,8 @@ mod tests {
         assert_eq!(attitude_for(Vector3::zeros(), 0.0), LEVEL);
     }
 
-    /// Closed form: a tilt error alpha asks for P 2 sin(alpha/2); of a yaw error only the weight counts, and its gain is divided by it.
+    /// Closed form: a tilt error alpha asks for P 2 sin(alpha/2); of a yaw error only the weight counts, and
+    /// its gain is divided by it.
     #[test]
     fn closed_form_rates_of_an_error() {
         let p = Parameters::default();

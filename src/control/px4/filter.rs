@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-/// Second-order Butterworth low pass by the bilinear transform (`math::LowPassFilter2p`), three axes. A cutoff of nothing or at
-/// half the sampling rate and beyond filters nothing, as there.
+/// Second-order Butterworth low pass by the bilinear transform (`math::LowPassFilter2p`), three axes. A
+/// cutoff of nothing or at half the sampling rate and beyond filters nothing, as there.
 #[derive(Clone, Debug)]
 pub struct LowPass2 {
     b0: f64,

@@ -1,7 +1,9 @@
 //! Torque and thrust to the motors of a quadrotor in X, and what is done where they do not fit:
-//! `MultirotorMixer::mix_airmode_disabled` (MC_AIRMODE 0), `minimize_saturation`, `mix_yaw`, `update_saturation_status`.
+//! `MultirotorMixer::mix_airmode_disabled` (MC_AIRMODE 0), `minimize_saturation`, `mix_yaw`,
+//! `update_saturation_status`.
 //!
-//! Thrust comes down first, never up; then roll, then pitch give way; yaw is mixed into what is left, for which thrust may come down again.
+//! Thrust comes down first, never up; then roll, then pitch give way; yaw is mixed into what is left, for
+//! which thrust may come down again.
 
 use nalgebra::Vector3;
 use std::f64::consts::FRAC_1_SQRT_2;
@@ -47,7 +49,7 @@ pub fn mix(torque: &Vector3<f64>, thrust: f64) -> Motors {
     motors
 }
 
-/// What the motor commands (-1..1) say of the next step's torque: a stopped motor takes no less.
+/// Torques that motor commands (-1..1) leave no room for in the next step: a stopped motor takes no less.
 pub fn saturation(commands: &Motors) -> Saturation {
     let mut found = Saturation::default();
     for (i, _) in commands.iter().enumerate().filter(|(_, command)| **command < STOPPED) {
@@ -59,7 +61,8 @@ pub fn saturation(commands: &Motors) -> Saturation {
     found
 }
 
-/// Moves the motors along a vector until as few as possible are beyond 0 and `most`, twice, the second time half way.
+/// Moves the motors along a vector until as few as possible are beyond 0 and `most`, twice, the second time
+/// half way.
 fn unsaturate(motors: &mut Motors, along: &Motors, most: f64, only_down: bool) {
     let first = gain(motors, along, most);
     if only_down && first > 0.0 {
@@ -114,7 +117,8 @@ mod tests {
         assert!(near(mix(&Vector3::new(0.1, 0.2, 0.05), 0.5), expected));
     }
 
-    /// Closed forms: without thrust nothing turns; thrust gives way to pitch at the top and not at the bottom.
+    /// Closed forms: without thrust nothing turns; thrust gives way to pitch at the top and not at the
+    /// bottom.
     #[test]
     fn closed_form_saturation() {
         assert!(near(mix(&Vector3::new(0.3, -0.2, 0.0), 0.0), [0.0; 4]));

@@ -1,5 +1,6 @@
-//! PX4 v1.12's control law for a quadrotor in OFFBOARD, written anew from what its sources do: for tuning PX4's gains and for
-//! predicting its flights. [`law`] is the whole; what it has and has not is told in `docs/px4_model.md`.
+//! PX4 v1.12's controller of a quadrotor in OFFBOARD, written anew from what its sources do: for tuning PX4's
+//! gains and for predicting its flights. [`Px4Controller`] is the whole; `docs/px4_model.md` lists what it
+//! has and has not.
 //!
 //! | file | holds | in PX4 v1.12 |
 //! |---|---|---|
@@ -11,13 +12,13 @@
 //! | [`output`] | thrust curve, arming ramp, steps of a motor command | `MultirotorMixer::mix`, `output_limit_calc` |
 //! | [`filter`](mod@filter) | gyroscope's and velocity derivative's filters | `LowPassFilter2p`, `BlockDerivative` |
 //! | [`timing`] | periods and limits that others count on | |
-//! | [`law`] | the loops in their order and at their rates | work queues `rate_ctrl`, `nav_and_controllers` |
+//! | [`controller`] | the loops in their order and at their rates | work queues `rate_ctrl`, `nav_and_controllers` |
 //!
 //! Numbers are PX4's: normalised torque and thrust, gravity of 9.80665 m/s^2 wherever it flies.
 
 pub mod attitude;
+pub mod controller;
 pub mod filter;
-pub mod law;
 pub mod mixer;
 pub mod output;
 pub mod parameters;
@@ -26,11 +27,11 @@ pub mod timing;
 pub mod velocity;
 
 #[cfg(test)]
-mod law_replay_tests;
+mod controller_replay_tests;
 #[cfg(test)]
 mod replay_tests;
 
-pub use law::{Law, Setpoint, Trace};
+pub use controller::{Px4Controller, Trace};
 pub use parameters::Parameters;
 
 use crate::model::{RotationSense, Vehicle};

@@ -1,5 +1,6 @@
-//! Motor thrusts to what HIL_ACTUATOR_CONTROLS carries: thrust curve (`MultirotorMixer::mix`), ramp after arming
-//! (`output_limit_calc`), pulse widths in whole microseconds (`Simulator::actuator_controls_from_outputs`).
+//! Motor thrusts to what HIL_ACTUATOR_CONTROLS carries: thrust curve (`MultirotorMixer::mix`), ramp after
+//! arming (`output_limit_calc`), pulse widths in whole microseconds
+//! (`Simulator::actuator_controls_from_outputs`).
 
 use super::mixer::MOTORS;
 use super::{Parameters, mixer};
@@ -62,7 +63,8 @@ mod tests {
         assert!((0.4 * u * u + 0.6 * u - 0.3).abs() < 1e-12);
     }
 
-    /// The ramp as its source has it: at rest for 50 ms, then the lower end comes up from 900 to 1000 us in half a second.
+    /// The ramp as its source has it: at rest for 50 ms, then the lower end comes up from 900 to 1000 us in
+    /// half a second.
     #[test]
     fn the_outputs_come_up_after_arming() {
         assert_eq!(command(1.0, 0.04), 0.0);

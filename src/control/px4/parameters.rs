@@ -1,14 +1,14 @@
-//! The parameters that the law reads, under PX4's names and with the defaults of v1.12 (which later releases changed in places:
-//! MC_PITCH_P is 4 there). Angles are in degrees here, as in PX4.
+//! The parameters that the controller reads, under PX4's names and with the defaults of v1.12 (which later
+//! releases changed in places: MC_PITCH_P is 4 there). Angles are in degrees here, as in PX4.
 
-/// A parameter's name cannot be set on the law.
+/// A parameter's name is not one that the model of PX4's controller reads.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the model of PX4's control law does not read {0}")]
 pub struct NotRead(pub String);
 
 macro_rules! parameters {
     ($($(#[$doc:meta])* $field:ident $name:literal $default:literal)*) => {
-        /// What the law reads.
+        /// Parameters of the model of PX4's controller.
         #[derive(Clone, Debug, PartialEq)]
         pub struct Parameters {
             $($(#[$doc])* pub $field: f64,)*
@@ -35,7 +35,7 @@ macro_rules! parameters {
             /// Sets a value by PX4's name.
             ///
             /// # Errors
-            /// [`NotRead`] for a name that the law does not read.
+            /// [`NotRead`] for a name that the controller does not read.
             pub fn set(&mut self, name: &str, value: f64) -> Result<(), NotRead> {
                 match name {
                     $($name => self.$field = value,)*

@@ -17,8 +17,8 @@ pub struct RateLoop {
 }
 
 impl RateLoop {
-    /// A step: filtered rates [rad/s] and angular acceleration [rad/s^2], the setpoint [rad/s], what the mixer could not do at the
-    /// step before. Normalised torque.
+    /// A step: filtered rates [rad/s] and angular acceleration [rad/s^2], the setpoint [rad/s], what the
+    /// mixer could not do at the step before. Normalised torque.
     pub fn step(
         &mut self,
         p: &Parameters,
@@ -56,7 +56,8 @@ impl RateLoop {
 mod tests {
     use super::*;
 
-    /// Closed form: P, D and the integral's growth, which is less by (e/400 deg/s)^2, stops at its limit and where the mixer is saturated.
+    /// Closed form: P, D and the integral's growth, which is less by (e/400 deg/s)^2, stops at its limit and
+    /// where the mixer is saturated.
     #[test]
     fn closed_form_torque_of_an_error() {
         let p = Parameters { pitchrate_k: 2.0, ..Parameters::default() };

@@ -1,4 +1,5 @@
-//! The source of truth is PX4 itself: what v1.12.0 estimated and wanted in a drop, from its log (`tests/data/px4_replay.csv`).
+//! The source of truth is PX4 itself: what v1.12.0 estimated and wanted in a drop, from its log
+//! (`tests/data/px4_replay.csv`).
 
 use nalgebra::Vector3;
 

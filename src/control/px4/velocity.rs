@@ -1,5 +1,5 @@
-//! Velocity error to a thrust vector: `PositionControl::_velocityControl` and `_accelerationControl` with the limits that
-//! `MulticopterPositionControl::Run` sets in flight.
+//! Velocity error to a thrust vector: `PositionControl::_velocityControl` and `_accelerationControl` with the
+//! limits that `MulticopterPositionControl::Run` sets in flight.
 //!
 //! ```text
 //! a = a_ff + P (v_sp - v) + I - D dv/dt
@@ -31,8 +31,8 @@ pub struct VelocityLoop {
 }
 
 impl VelocityLoop {
-    /// At rest, after so long in HOLD before OFFBOARD [s]: there the tilt limit comes up from zero towards MPC_TILTMAX_LND, and while
-    /// an attitude is held it stays where it is.
+    /// At rest, after so long in HOLD before OFFBOARD [s]: there the tilt limit comes up from zero towards
+    /// MPC_TILTMAX_LND, and while an attitude is held it stays where it is.
     pub fn new(p: &Parameters, hold_s: f64) -> Self {
         let before_flight = p.tiltmax_lnd_deg.min(p.tiltmax_air_deg) * RAD_PER_DEG;
         Self {
@@ -116,7 +116,8 @@ mod tests {
         VelocityLoop { tilt_limit_rad: p.tiltmax_air_deg * RAD_PER_DEG, ..VelocityLoop::new(p, 0.0) }
     }
 
-    /// Closed form: without an error the thrust is that of hover; an acceleration of g0/2 to the north tilts by atan(1/2).
+    /// Closed form: without an error the thrust is that of hover; an acceleration of g0/2 to the north tilts
+    /// by atan(1/2).
     #[test]
     fn closed_form_hover_and_tilt() {
         let p = Parameters { xy_vel_i: 0.0, ..Parameters::default() };
@@ -144,7 +145,8 @@ mod tests {
         assert_eq!(steps, 288);
     }
 
-    /// As in PX4 (`setZeroIfNanVector3f`): without P there is nothing to track, and an integral stays a number.
+    /// As in PX4 (`setZeroIfNanVector3f`): without P there is nothing to track, and an integral stays a
+    /// number.
     #[test]
     fn regress_without_p_the_integral_stays_a_number() {
         let p = Parameters { xy_vel_p: 0.0, ..Parameters::default() };
@@ -158,7 +160,8 @@ mod tests {
         assert!(velocity.integral_ned.z > 0.0);
     }
 
-    /// Properties of the limits: the vertical comes first, setpoints are clipped, the integral of a saturated axis stands or unwinds.
+    /// Properties of the limits: the vertical comes first, setpoints are clipped, the integral of a saturated
+    /// axis stands or unwinds.
     #[test]
     fn limits_keep_the_vertical_and_the_integrals_do_not_wind_up() {
         let p = Parameters { z_vel_max_up: 10.0, ..Parameters::default() };

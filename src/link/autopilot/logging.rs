@@ -82,7 +82,7 @@ pub(super) fn record(now: TimeUs, vehicle: &Vehicle, state: &VehicleState) -> Op
         sensors,
         fix: hil.gps.as_ref().map(satellite_fix),
         output,
-        collective: output.collective_n / autopilot.cascade().airframe().lift_max_n,
+        collective: output.collective_n / autopilot.control_settings().airframe.lift_max_n,
         target: autopilot.velocity_target().map(|t| (t.v_ned, t.a_ff_ned, t.yaw_rad)),
         rotors: facts.rotors,
         mode: autopilot.mode(),

@@ -57,7 +57,7 @@ use self::vehicle::{Facts, Vehicle};
 use crate::autopilot::Autopilot;
 use crate::autopilot::estimator::{Estimator, EstimatorSettings};
 use crate::autopilot::parameters::Parameters;
-use crate::control::Cascade;
+use crate::control::{ControlSettings, Controller};
 use crate::link::{Frame, Link, LogEntry, Session, TimeUs, Transmit};
 use crate::model::{Environment, PerRotor};
 use crate::params::ParameterFile;
@@ -69,8 +69,10 @@ pub use crate::params::file::AUTOPILOT_COMPONENT;
 pub struct AutopilotSetup {
     /// MAVLink system id of the vehicle.
     pub system_id: u8,
-    /// The controller.
-    pub cascade: Cascade,
+    /// The vehicle as the controller knows it, and the gains and limits that it begins with.
+    pub control: ControlSettings,
+    /// The controller; `None` flies the paper's cascade.
+    pub controller: Option<Box<dyn Controller>>,
     /// Site: the local origin on the globe, and the wind that airspeed is reckoned against.
     pub environment: Environment,
     /// Settings of the estimator to fly by; `None` flies by the simulator's truth.
@@ -103,7 +105,10 @@ impl AutopilotSession {
     pub fn new(setup: AutopilotSetup) -> Self {
         let AutopilotSetup { system_id, rotors, epoch_unix_us, .. } = setup;
         let parameters = setup.parameters.with_estimator(setup.estimator.as_ref());
-        let mut autopilot = Autopilot::new(setup.cascade);
+        let mut autopilot = match setup.controller {
+            Some(controller) => Autopilot::with_controller(controller, setup.control),
+            None => Autopilot::new(setup.control),
+        };
         parameters.settle(&mut autopilot);
         let facts = Facts { system_id, rotors, epoch_unix_us };
         let mut session = Self {

@@ -26,7 +26,7 @@ use mavlink::dialects::common::{
 use nalgebra::Vector3;
 
 use super::hil::vector;
-use crate::autopilot::{Autopilot, Setpoint, SetpointRefusal, Severity, VelocityFrame, YawSetpoint};
+use crate::autopilot::{Autopilot, OffboardSetpoint, SetpointRefusal, Severity, VelocityFrame, YawSetpoint};
 use crate::link::TimeUs;
 use crate::link::frame::Frame;
 
@@ -73,7 +73,7 @@ pub(super) enum SetpointFault {
 
 /// The setpoint in a frame, or why it is not flown, with the system and component that it is addressed to;
 /// `None` for any other message.
-pub(super) fn read(frame: &Frame) -> Option<((u8, u8), Result<Setpoint, SetpointFault>)> {
+pub(super) fn read(frame: &Frame) -> Option<((u8, u8), Result<OffboardSetpoint, SetpointFault>)> {
     const TARGET_AT: usize = 50;
     match frame.known() {
         Some(MavMessage::SET_POSITION_TARGET_LOCAL_NED(m)) => {
@@ -95,7 +95,7 @@ pub(super) fn read(frame: &Frame) -> Option<((u8, u8), Result<Setpoint, Setpoint
 }
 
 /// Reads SET_POSITION_TARGET_LOCAL_NED; its numbers are checked by the autopilot.
-fn local_setpoint(message: &SET_POSITION_TARGET_LOCAL_NED_DATA) -> Result<Setpoint, SetpointFault> {
+fn local_setpoint(message: &SET_POSITION_TARGET_LOCAL_NED_DATA) -> Result<OffboardSetpoint, SetpointFault> {
     const FORCE: u16 = 0x200;
     const YAW_IGNORE: u16 = 0x400;
     const YAW_RATE_IGNORE: u16 = 0x800;
@@ -129,9 +129,9 @@ fn local_setpoint(message: &SET_POSITION_TARGET_LOCAL_NED_DATA) -> Result<Setpoi
         && (a.iter().all(Option::is_some) || a.iter().all(Option::is_none))
     {
         let a_ff = a.map(|a| a.unwrap_or(0.0)).into();
-        return Ok(Setpoint::Velocity { frame, v: Vector3::new(north, east, down), a_ff, yaw });
+        return Ok(OffboardSetpoint::Velocity { frame, v: Vector3::new(north, east, down), a_ff, yaw });
     }
-    Ok(Setpoint::Place { frame, p, v, a, yaw })
+    Ok(OffboardSetpoint::Place { frame, p, v, a, yaw })
 }
 
 /// The axes of one kind that a mask does not ignore.
@@ -144,7 +144,7 @@ fn axes(mask: u16, shift: u32, values: [f32; 3]) -> Result<[Option<f64>; 3], Set
 }
 
 /// Reads SET_ATTITUDE_TARGET; its numbers are checked by the autopilot.
-fn attitude_setpoint(message: &SET_ATTITUDE_TARGET_DATA) -> Result<Setpoint, SetpointFault> {
+fn attitude_setpoint(message: &SET_ATTITUDE_TARGET_DATA) -> Result<OffboardSetpoint, SetpointFault> {
     const THRUST_VECTOR: u8 = 0x20;
     const THRUST_IGNORE: u8 = 0x40;
     const ATTITUDE_IGNORE: u8 = 0x80;
@@ -163,10 +163,10 @@ fn attitude_setpoint(message: &SET_ATTITUDE_TARGET_DATA) -> Result<Setpoint, Set
         if rates_count {
             return Err(SetpointFault::AttitudeAndRates);
         }
-        return Ok(Setpoint::Attitude { q_ned_from_body: message.q.map(f64::from), collective });
+        return Ok(OffboardSetpoint::Attitude { q_ned_from_body: message.q.map(f64::from), collective });
     }
     match mask & 0b111 {
-        0b000 => Ok(Setpoint::Rates { omega_body: vector(rates), collective }),
+        0b000 => Ok(OffboardSetpoint::Rates { omega_body: vector(rates), collective }),
         0b111 => Err(SetpointFault::NoAttitude),
         _ => Err(SetpointFault::PartialAxes),
     }
@@ -186,7 +186,7 @@ impl SetpointInput {
     pub(super) fn handle(
         &mut self,
         now: TimeUs,
-        setpoint: Result<Setpoint, SetpointFault>,
+        setpoint: Result<OffboardSetpoint, SetpointFault>,
         autopilot: &mut Autopilot,
     ) {
         let taken = setpoint.and_then(|setpoint| Ok(autopilot.offer_setpoint(now, setpoint)?));
@@ -242,8 +242,12 @@ mod tests {
             (0x0807, a, YawSetpoint::Angle(0.5)),
             (0x0407, a, YawSetpoint::Rate(0.25)),
         ] {
-            let expected =
-                Setpoint::Velocity { frame: VelocityFrame::Ned, v: Vector3::new(1.0, 2.0, 3.0), a_ff, yaw };
+            let expected = OffboardSetpoint::Velocity {
+                frame: VelocityFrame::Ned,
+                v: Vector3::new(1.0, 2.0, 3.0),
+                a_ff,
+                yaw,
+            };
             assert_eq!(local_setpoint(&velocity(mask)), Ok(expected), "{mask:#06x}");
         }
         for (mask, fault) in [
@@ -282,7 +286,7 @@ mod tests {
             (0x0C3F, none, none, a, YawSetpoint::Keep),
             (0x0CC7, none, v, [None, None, a[2]], YawSetpoint::Keep),
         ] {
-            let expected = Setpoint::Place { frame: VelocityFrame::Ned, p, v, a, yaw };
+            let expected = OffboardSetpoint::Place { frame: VelocityFrame::Ned, p, v, a, yaw };
             assert_eq!(local_setpoint(&position(mask)), Ok(expected), "{mask:#06x}");
         }
         let body = |mask: u16| {
@@ -291,7 +295,7 @@ mod tests {
             local_setpoint(&SET_POSITION_TARGET_LOCAL_NED_DATA { coordinate_frame: frame, ..position(mask) })
         };
         assert_eq!(body(0x0DF8), Err(SetpointFault::BodyPosition));
-        assert!(matches!(body(0x0C3F), Ok(Setpoint::Place { frame: VelocityFrame::Heading, .. })));
+        assert!(matches!(body(0x0C3F), Ok(OffboardSetpoint::Place { frame: VelocityFrame::Heading, .. })));
     }
 
     #[test]
@@ -305,11 +309,11 @@ mod tests {
                 ..Default::default()
             })
         };
-        let level = Setpoint::Attitude { q_ned_from_body: [1.0, 0.0, 0.0, 0.0], collective: 0.25 };
+        let level = OffboardSetpoint::Attitude { q_ned_from_body: [1.0, 0.0, 0.0, 0.0], collective: 0.25 };
         assert_eq!(attitude(0x07, 1.0), Ok(level));
         assert_eq!(attitude(0x00, 0.0), Ok(level));
         assert_eq!(attitude(0x00, 0.1), Err(SetpointFault::AttitudeAndRates));
-        let rates = Setpoint::Rates { omega_body: Vector3::new(0.0, 0.5, 0.0), collective: 0.25 };
+        let rates = OffboardSetpoint::Rates { omega_body: Vector3::new(0.0, 0.5, 0.0), collective: 0.25 };
         assert_eq!(attitude(0x80, 0.5), Ok(rates));
         assert_eq!(attitude(0x81, 0.5), Err(SetpointFault::PartialAxes));
         assert_eq!(attitude(0x87, 0.5), Err(SetpointFault::NoAttitude));

@@ -18,7 +18,7 @@ use super::super::{
 use super::ports::loopback;
 use super::*;
 use crate::autopilot::parameters::Parameters;
-use crate::control::{Airframe, Cascade, ControlLimits, Gains};
+use crate::control::{Airframe, ControlLimits, ControlSettings, Gains};
 use crate::frames::LEVEL;
 use crate::params::Subject;
 use crate::trajectory::{Node, Trajectory};
@@ -89,7 +89,8 @@ pub(super) fn autopilot() -> AutopilotSession {
     };
     AutopilotSession::new(AutopilotSetup {
         system_id: 1,
-        cascade: Cascade::new(airframe, gains, ControlLimits::default()),
+        control: ControlSettings { airframe, gains, limits: ControlLimits::default() },
+        controller: None,
         environment: test_site::environment(),
         estimator: None,
         rotors: 4,

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 use nalgebra::Vector3;
 
-use crate::assess::{Command, Controller, RandomRelease, TrialOutcome};
+use crate::assess::{RandomRelease, StudyEntry, StudyReference, TrialOutcome};
 use crate::config::{Mission, Stamp};
 use crate::frames::pitch;
 
@@ -17,24 +17,21 @@ const COLUMNS: &str = "trial,theta_0_rad,phi_rad,vn_m_s,vd_m_s,pitch_rad,pitch_r
 const COLUMN_COUNT: usize = 16;
 
 /// Name of a campaign's file.
-pub fn file_name(controller: &Controller) -> String {
-    format!("campaign_{}.csv", controller.name)
+pub fn file_name(entry: &StudyEntry) -> String {
+    format!("campaign_{}.csv", entry.name)
 }
 
 /// The lines before the first trial.
-pub fn header(mission: &Mission, controller: &Controller) -> String {
+pub fn header(mission: &Mission, entry: &StudyEntry) -> String {
     let stamp = Stamp { seed: mission.seed, input_hash: mission.inputs.hash.clone() };
-    let command = match controller.command {
-        Command::Step => "target velocity as a step",
-        Command::Optimal => "velocity of the optimal trajectory",
+    let reference = match entry.reference {
+        StudyReference::Step => "target velocity as a step",
+        StudyReference::Optimal => "velocity of the optimal trajectory",
     };
-    format!(
-        "{}# campaign {}: gains {} {:?}, {command}\n{COLUMNS}\n",
-        stamp.csv_comment(),
-        controller.name,
-        controller.gains_name,
-        controller.gains.as_longitudinal(),
-    )
+    let gains = entry.gains().map_or(String::new(), |gains| format!(" {:?}", gains.as_longitudinal()));
+    let StudyEntry { name, gains_name, .. } = entry;
+    let stamp = stamp.csv_comment();
+    format!("{stamp}# campaign {name}: gains {gains_name}{gains}, {reference}\n{COLUMNS}\n")
 }
 
 /// Appends a trial's line.

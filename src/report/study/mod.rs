@@ -18,7 +18,7 @@ pub mod page;
 pub mod records;
 pub mod tables;
 
-use crate::assess::{Controller, Summary, Tally};
+use crate::assess::{StudyEntry, Summary, Tally};
 use crate::config::Mission;
 
 /// Name of the campaign with the chosen gains.
@@ -36,10 +36,10 @@ pub struct CaseResult {
 }
 
 /// A controller and its results.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Assessed {
     /// The controller; that with the chosen gains is named [`OURS`].
-    pub controller: Controller,
+    pub entry: StudyEntry,
     /// Results of the release cases, Table 5.
     pub cases: Vec<CaseResult>,
     /// Statistics of the campaign.
@@ -85,12 +85,12 @@ impl Assessment<'_> {
 }
 
 /// Name of a controller for people.
-pub fn label(controller: &Controller) -> String {
-    match controller.name {
+pub fn label(entry: &StudyEntry) -> String {
+    match entry.name {
         "near_hover_step" => "near-hover, step".to_owned(),
         "near_hover_optimal" => "near-hover, optimal trajectory".to_owned(),
         "paper_pso_optimal" => "paper's PSO, optimal trajectory".to_owned(),
-        _ => format!("{}, optimal trajectory", ours(&controller.gains_name)),
+        _ => format!("{}, optimal trajectory", ours(&entry.gains_name)),
     }
 }
 

@@ -4,14 +4,14 @@ use serde::Serialize;
 
 use super::grid::Grid;
 use super::label;
-use crate::assess::{Controller, RandomRelease, TrialOutcome};
+use crate::assess::{RandomRelease, StudyEntry, TrialOutcome};
 use crate::config::Mission;
 use crate::frames::pitch;
 use crate::report::json::{VERSION, text};
 use crate::units::DEG_PER_RAD;
 
 /// A controller, the outcome of the trial with it, and its line of the campaign's CSV file.
-pub type Flown<'a> = (&'a Controller, TrialOutcome, String);
+pub type Flown<'a> = (&'a StudyEntry, TrialOutcome, String);
 
 /// The trial as text.
 pub fn only_text(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]) -> String {

@@ -141,7 +141,7 @@ fn origin(a: &Assessment<'_>) -> String {
         ),
         (
             "every trial",
-            a.assessed.iter().map(|x| campaign_csv::file_name(&x.controller)).collect::<Vec<_>>().join(", "),
+            a.assessed.iter().map(|x| campaign_csv::file_name(&x.entry)).collect::<Vec<_>>().join(", "),
         ),
     ];
     let mut html = "<h2>How this was made</h2>\n<dl>\n".to_owned();

@@ -6,8 +6,10 @@ use serde::Serialize;
 
 use super::findings::findings;
 use super::{Assessed, Assessment};
-use crate::assess::{CONFIDENCE, Command, Controller, paper};
+use crate::assess::{CONFIDENCE, StudyReference, paper};
 use crate::config::Stamp;
+use crate::control::Gains;
+use crate::control::gains::table_of_gains;
 use crate::report::json::{VERSION, text};
 
 #[derive(Serialize)]
@@ -35,17 +37,22 @@ struct AssessObject<'a> {
     flights_per_s: Option<f64>,
 }
 
-#[derive(Serialize)]
-struct GainsRow<'a> {
-    gains: &'a str,
-    k_pq_per_s: f64,
-    k_iq_per_s2: f64,
-    k_ptheta_per_s: f64,
-    k_pvz_per_s: f64,
-    k_ivz_per_s2: f64,
-    k_pvx_per_s: f64,
-    k_ivx_per_s2: f64,
+macro_rules! gains_row {
+    ([$($(#[$doc:meta])* $name:ident $key:literal)*] [$($yaw:tt)*]) => {
+        #[derive(Serialize)]
+        struct GainsRow<'a> {
+            gains: &'a str,
+            $(#[serde(rename = $key)] $name: f64,)*
+        }
+
+        impl<'a> GainsRow<'a> {
+            fn new(gains: &'a str, k: &Gains) -> Self {
+                Self { gains, $($name: k.$name,)* }
+            }
+        }
+    };
 }
+table_of_gains!(gains_row);
 
 #[derive(Serialize)]
 struct Table5<'a> {
@@ -186,35 +193,21 @@ fn csv<T: Serialize>(a: &Assessment<'_>, rows: impl Iterator<Item = T>) -> Strin
     stamp.csv_comment() + &body
 }
 
-fn command_name(controller: &Controller) -> &'static str {
-    match controller.command {
-        Command::Step => "step",
-        Command::Optimal => "optimal",
+fn reference_name(x: &Assessed) -> &'static str {
+    match x.entry.reference {
+        StudyReference::Step => "step",
+        StudyReference::Optimal => "optimal",
     }
 }
 
 fn gains_rows<'a>(a: &'a Assessment<'_>) -> Vec<GainsRow<'a>> {
     // The first two controllers have the same gains.
-    a.assessed[1..]
-        .iter()
-        .map(|x| {
-            let g = &x.controller.gains;
-            GainsRow {
-                gains: &x.controller.gains_name,
-                k_pq_per_s: g.k_pq,
-                k_iq_per_s2: g.k_iq,
-                k_ptheta_per_s: g.k_ptheta,
-                k_pvz_per_s: g.k_pvz,
-                k_ivz_per_s2: g.k_ivz,
-                k_pvx_per_s: g.k_pvx,
-                k_ivx_per_s2: g.k_ivx,
-            }
-        })
-        .collect()
+    let row = |x: &'a Assessed| Some(GainsRow::new(&x.entry.gains_name, x.entry.gains()?));
+    a.assessed[1..].iter().filter_map(row).collect()
 }
 
 fn table_5<'a>(a: &Assessment<'_>, x: &'a Assessed) -> Table5<'a> {
-    let printed = paper::table_5(x.controller.name).filter(|_| a.is_the_papers);
+    let printed = paper::table_5(x.entry.name).filter(|_| a.is_the_papers);
     let cases = x.cases.iter().enumerate().map(|(i, c)| CaseRow {
         case: &c.case,
         j_tpf: c.j_tpf,
@@ -222,9 +215,9 @@ fn table_5<'a>(a: &Assessment<'_>, x: &'a Assessed) -> Table5<'a> {
         paper_j_tpf: printed.and_then(|p| p.get(i).copied()),
     });
     Table5 {
-        name: x.controller.name,
-        gains: &x.controller.gains_name,
-        command: command_name(&x.controller),
+        name: x.entry.name,
+        gains: &x.entry.gains_name,
+        command: reference_name(x),
         worst_j_tpf: x.cases.iter().map(|c| c.j_tpf).fold(0.0, f64::max),
         cases: cases.collect(),
     }
@@ -232,11 +225,11 @@ fn table_5<'a>(a: &Assessment<'_>, x: &'a Assessed) -> Table5<'a> {
 
 fn campaign_row<'a>(a: &Assessment<'_>, x: &'a Assessed) -> CampaignRow<'a> {
     let (j, safe) = (&x.tally.j_tpf, &x.tally.safe);
-    let printed = paper::campaign(x.controller.name).filter(|_| a.is_the_papers);
+    let printed = paper::campaign(x.entry.name).filter(|_| a.is_the_papers);
     CampaignRow {
-        name: x.controller.name,
-        gains: &x.controller.gains_name,
-        command: command_name(&x.controller),
+        name: x.entry.name,
+        gains: &x.entry.gains_name,
+        command: reference_name(x),
         trials: j.count(),
         mean: j.mean(),
         mean_low: j.mean_interval().0,

@@ -5,6 +5,7 @@ use super::findings::{Finding, findings};
 use super::grid::Grid;
 use super::{Assessed, Assessment, label};
 use crate::assess::{paper, tracking};
+use crate::control::Gains;
 
 /// A number with three decimals; "-" when it is not a number, "inf" for a flight that diverged.
 fn three(x: f64) -> String {
@@ -46,7 +47,8 @@ pub fn table_4(a: &Assessment<'_>) -> Grid {
         super::ours(&a.mission.control.gains_name),
     ];
     for (x, name) in a.assessed[1..].iter().zip(names) {
-        grid.row(&name, x.controller.gains.as_longitudinal().map(|k| digits(k, 4)));
+        let gains = x.entry.gains().map(Gains::as_longitudinal);
+        grid.row(&name, gains.into_iter().flatten().map(|k| digits(k, 4)));
     }
     grid
 }
@@ -60,8 +62,8 @@ pub fn table_5(a: &Assessment<'_>) -> Grid {
     let costs = |x: &Assessed| -> Vec<f64> { x.cases.iter().map(|c| c.j_tpf).collect() };
     for x in &a.assessed {
         let j = costs(x);
-        grid.row(&label(&x.controller), j.iter().copied().chain([worst(&j)]).map(three));
-        if let Some(printed) = paper::table_5(x.controller.name).filter(|_| a.is_the_papers) {
+        grid.row(&label(&x.entry), j.iter().copied().chain([worst(&j)]).map(three));
+        if let Some(printed) = paper::table_5(x.entry.name).filter(|_| a.is_the_papers) {
             grid.aside("the paper", printed.into_iter().chain([worst(&printed)]).map(|p| digits(p, 2)));
         }
         let rms: Vec<f64> = x.cases.iter().map(|c| c.tracking_rms).collect();
@@ -92,7 +94,7 @@ pub fn campaigns(a: &Assessment<'_>) -> Grid {
         let (j, safe) = (&x.tally.j_tpf, &x.tally.safe);
         let n = probability_digits(a.trials);
         grid.row(
-            &label(&x.controller),
+            &label(&x.entry),
             [
                 digits(j.mean(), 4),
                 interval(j.mean_interval(), 4),
@@ -103,7 +105,7 @@ pub fn campaigns(a: &Assessment<'_>) -> Grid {
                 probability_interval(safe.interval(), n),
             ],
         );
-        if let Some(p) = paper::campaign(x.controller.name).filter(|_| a.is_the_papers) {
+        if let Some(p) = paper::campaign(x.entry.name).filter(|_| a.is_the_papers) {
             let empty = String::new;
             let columns = [digits(p.mean, 2), empty(), digits(p.std, 2), digits(p.min, 4), digits(p.max, 4)];
             grid.aside("the paper, 100 trials", columns.into_iter().chain([empty(), empty()]));
@@ -168,7 +170,7 @@ pub fn assess_text(a: &Assessment<'_>) -> String {
 
 /// The study's answer in one sentence.
 pub fn verdict(a: &Assessment<'_>) -> String {
-    let (unsafe_trials, ours) = (a.ours().tally.safe.misses(), label(&a.ours().controller));
+    let (unsafe_trials, ours) = (a.ours().tally.safe.misses(), label(&a.ours().entry));
     if unsafe_trials == 0 {
         format!(
             "{ours}: safe, J_TPF below {} in all {} trials, {:.3} at most",

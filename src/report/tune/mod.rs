@@ -16,20 +16,10 @@ pub mod terminal;
 
 use super::json::VERSION;
 use crate::config::Mission;
+use crate::control::Gains;
 use crate::tune::search::Tried;
 use crate::tune::{Longitudinal, Objective, Search};
 pub use contest::{Contender, Contest};
-
-/// Names of Table 4's gains in files.
-const KEYS: [&str; 7] = [
-    "k_pq_per_s",
-    "k_iq_per_s2",
-    "k_ptheta_per_s",
-    "k_pvz_per_s",
-    "k_ivz_per_s2",
-    "k_pvx_per_s",
-    "k_ivx_per_s2",
-];
 
 /// A search and its result.
 #[derive(Clone, Debug)]
@@ -97,7 +87,7 @@ pub fn about(mission: &Mission, search: &Search, run: &TuneRun) -> String {
     )
 }
 
-/// Names of Table 4's gains as the paper prints them, in the order of [`KEYS`].
+/// Names of Table 4's gains as the paper prints them, in the order of [`Gains::LONGITUDINAL_KEYS`].
 const NAMES: [&str; 7] = ["K_pq", "K_iq", "K_ptheta", "K_pvz", "K_ivz", "K_pvx", "K_ivx"];
 
 /// A table of gains, one set a row.
@@ -117,7 +107,8 @@ pub(crate) fn gains_table(sets: &[(&str, Longitudinal)]) -> String {
 
 /// The gains as a JSON object by name.
 pub(crate) fn named(k: &Longitudinal) -> serde_json::Value {
-    KEYS.iter()
+    Gains::LONGITUDINAL_KEYS
+        .iter()
         .zip(k)
         .map(|(key, x)| ((*key).to_owned(), serde_json::Value::from(*x)))
         .collect::<serde_json::Map<_, _>>()

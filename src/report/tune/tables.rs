@@ -1,7 +1,7 @@
 //! The convergence of a search and its front, as CSV.
 
-use super::KEYS;
 use crate::config::{Mission, Stamp};
+use crate::control::Gains;
 use crate::tune::Search;
 
 fn stamp(mission: &Mission) -> String {
@@ -25,7 +25,7 @@ pub fn convergence_csv(mission: &Mission, search: &Search) -> String {
 
 /// The front as CSV: the candidates that no other beats in both tracking and safety.
 pub fn front_csv(mission: &Mission, search: &Search) -> String {
-    let mut out = stamp(mission) + "rms,j_tpf," + &KEYS.join(",") + "\n";
+    let mut out = stamp(mission) + "rms,j_tpf," + &Gains::LONGITUDINAL_KEYS.join(",") + "\n";
     for t in search.front() {
         let numbers: Vec<String> =
             [t.evaluation.rms, t.evaluation.j_tpf].iter().chain(&t.k).map(|x| format!("{x:?}")).collect();

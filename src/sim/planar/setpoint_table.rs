@@ -40,7 +40,7 @@ impl SetpointTable {
                 value: period_s,
             });
         }
-        if plan.yaw_sp_rad != 0.0 {
+        if plan.yaw_sp_rad != Some(0.0) {
             return Err(NotPlanar::Sideways { what: "the heading" });
         }
         let steps = plan.steps();

@@ -64,13 +64,7 @@ fn model(vehicle: &Vehicle, kind: PlantKind) -> Model {
 }
 
 fn plan(duration_s: f64) -> FlightPlan<'static> {
-    FlightPlan {
-        reference: Reference::Step(Vector3::new(4.0, 0.0, 4.0)),
-        yaw_sp_rad: 0.0,
-        control_period_s: 0.01,
-        setpoint_period_s: None,
-        duration_s,
-    }
+    FlightPlan::new(Reference::Step(Vector3::new(4.0, 0.0, 4.0)), 0.01, duration_s)
 }
 
 fn flight() -> impl Strategy<Value = Flight> {
@@ -165,7 +159,10 @@ fn vehicles_that_are_not_symmetric_are_refused() {
 #[test]
 fn plans_and_releases_that_leave_the_plane_are_refused() {
     let sideways = |what| Err::<SetpointTable, _>(NotPlanar::Sideways { what });
-    assert_eq!(SetpointTable::new(&FlightPlan { yaw_sp_rad: 0.1, ..plan(1.0) }), sideways("the heading"));
+    assert_eq!(
+        SetpointTable::new(&FlightPlan { yaw_sp_rad: Some(0.1), ..plan(1.0) }),
+        sideways("the heading")
+    );
     let east = Reference::Step(Vector3::new(0.0, 1.0, 0.0));
     assert_eq!(SetpointTable::new(&FlightPlan { reference: east, ..plan(1.0) }), sideways("the reference"));
     for (period, duration) in [(0.0, 1.0), (f64::NAN, 1.0), (-0.01, 1.0), (0.01, 1e9), (0.01, f64::INFINITY)]

@@ -1,4 +1,4 @@
-//! What a drop came to, and what it is worth beside the same drops under PX4's defaults.
+//! Measures of a drop, and their cost beside the same drops under PX4's defaults.
 
 use nalgebra::Vector3;
 
@@ -13,8 +13,8 @@ pub struct Measures {
     pub j_tpf: f64,
     /// Way down from the release to the end [m].
     pub altitude_lost_m: f64,
-    /// Time from the start of powered flight from which the velocity stays near the target's [s]; the whole flight where it does
-    /// not.
+    /// Time from the start of powered flight from which the velocity stays near the target's [s]; the whole
+    /// flight where it does not.
     pub steady_s: f64,
     /// Largest tilt, either way, from the release on [rad].
     pub peak_tilt_rad: f64,
@@ -38,7 +38,7 @@ impl Measures {
         steady_share: 0.0,
     };
 
-    /// What to measure by where there is no flight to measure by.
+    /// Scales to measure by where no flight came through.
     pub const SCALES: Self = Self {
         j_tpf: 1.0,
         altitude_lost_m: 100.0,
@@ -91,7 +91,8 @@ impl Measures {
             .all(|x| x.is_finite())
     }
 
-    /// J_TPF, altitude lost, time to steady flight, peak tilt and tracking error, each as a multiple of `reference`'s.
+    /// J_TPF, altitude lost, time to steady flight, peak tilt and tracking error, each as a multiple of
+    /// `reference`'s.
     pub fn ratios(&self, reference: &Self) -> [f64; 5] {
         [
             self.j_tpf / reference.j_tpf,
@@ -102,9 +103,9 @@ impl Measures {
         ]
     }
 
-    /// What is to be made small: the mean of the ratios by their weights; 10 for each unit that J_TPF is above the
-    /// reference's, and for each share of the drops that pass a limit or are not steady at the end. Infinite for what is lost, also
-    /// beside a reference that is.
+    /// Cost that the search makes small: the mean of the ratios by their weights; 10 for each unit that J_TPF is
+    /// above the reference's, and for each share of the drops that pass a limit or are not steady at the end.
+    /// Infinite for what is lost, also beside a reference that is.
     pub fn cost(&self, reference: &Self) -> f64 {
         if self.is_lost() {
             return f64::INFINITY;
@@ -116,7 +117,8 @@ impl Measures {
         if cost.is_nan() { f64::INFINITY } else { cost }
     }
 
-    /// Whether J_TPF is no worse than the reference's, no limit is passed and at least two of the other four ratios are 0.9 or less.
+    /// Whether J_TPF is no worse than the reference's, no limit is passed and at least two of the other four
+    /// ratios are 0.9 or less.
     pub fn beats(&self, reference: &Self) -> bool {
         let better = self.ratios(reference)[1..].iter().filter(|ratio| **ratio <= WELL_BETTER).count();
         !self.is_lost()
@@ -175,7 +177,8 @@ impl Tracking {
     }
 }
 
-/// Weights of the ratios. Altitude and tilt are mostly the release's and the plan's own; on Earth so is J_TPF.
+/// Weights of the ratios. Altitude and tilt are mostly the release's and the plan's own; on Earth so is
+/// J_TPF.
 const WEIGHTS: [f64; 5] = [0.2, 0.1, 0.2, 0.1, 0.4];
 
 /// Cost of what is not to be.
@@ -199,7 +202,8 @@ mod tests {
         steady_share: 1.0,
     };
 
-    /// Closed form: the defaults cost 1 beside themselves and do not beat themselves; two measures well better do.
+    /// Closed form: the defaults cost 1 beside themselves and do not beat themselves; two measures well
+    /// better do.
     #[test]
     fn closed_form_what_measures_are_worth() {
         assert!((DEFAULTS.cost(&DEFAULTS) - 1.0).abs() < 1e-12 && !DEFAULTS.beats(&DEFAULTS));

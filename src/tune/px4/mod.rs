@@ -3,16 +3,16 @@
 //! | file | holds |
 //! |---|---|
 //! | [`space`] | which parameters are searched, and within which bounds |
-//! | [`bench`](mod@bench) | the drops that they are judged by |
+//! | [`judge`] | the drops that they are judged by |
 //! | [`search`](mod@search) | the evolution strategy, and where it begins |
 //! | [`measures`] | what a drop came to, and what that is worth beside PX4's defaults |
 
-pub mod bench;
+pub mod judge;
 pub mod measures;
 pub mod search;
 pub mod space;
 
-pub use bench::{FIXED_SCALES, Px4Bench, Px4Setting, drops, drops_from};
+pub use judge::{FIXED_SCALES, Px4Judge, Px4Setting, drops, drops_from};
 pub use measures::Measures;
 pub use search::{Px4Search, Px4SearchSettings};
 pub use space::{DIMENSIONS, parameters, start, widest};

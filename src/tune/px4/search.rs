@@ -1,5 +1,5 @@
-//! The search for PX4's parameters: an evolution strategy that begins at the better of two, PX4's defaults and the mission's gains
-//! in PX4's terms.
+//! The search for PX4's parameters: an evolution strategy that begins at the better of two, PX4's defaults
+//! and the mission's gains in PX4's terms.
 
 use super::super::cma_es::{CmaEs, CmaSettings, Scale};
 use super::super::{Asked, Optimiser, usable};
@@ -7,7 +7,7 @@ use super::space::{Candidate, DIMENSIONS, parameters, start, widest};
 use crate::control::px4::Parameters;
 use crate::units::DEG_PER_RAD;
 
-/// What to search, and how.
+/// Method, bounds and length of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Px4SearchSettings {
     /// Candidates of an iteration; `None`: as many as the strategy takes by itself.

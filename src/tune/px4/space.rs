@@ -1,7 +1,9 @@
-//! The parameters that are searched. Roll has pitch's gains; yaw, filters and limits of rates stay as they are.
+//! The parameters that are searched. Roll has pitch's gains; yaw, filters and limits of rates stay as they
+//! are.
 //!
-//! The bounds are PX4 v1.12's ranges (`mc_pos_control_params.c`, `mc_att_control_params.c`, `mc_rate_control_params.c`), cut down
-//! where a range goes on beyond anything that flies: I of the horizontal velocity to 3 (of 60), P of the attitude from 2.
+//! The bounds are PX4 v1.12's ranges (`mc_pos_control_params.c`, `mc_att_control_params.c`,
+//! `mc_rate_control_params.c`), cut down where a range goes on beyond anything that flies: I of the
+//! horizontal velocity to 3 (of 60), P of the attitude from 2.
 
 use crate::control::px4::Parameters;
 
@@ -11,7 +13,7 @@ pub const DIMENSIONS: usize = 11;
 /// A candidate, in the order of [`NAMES`].
 pub type Candidate = [f64; DIMENSIONS];
 
-/// What a coordinate sets: one name, or roll's and pitch's; lower and upper bound.
+/// Parameters that a coordinate sets: one name, or roll's and pitch's; lower and upper bound.
 type Coordinate = (&'static [&'static str], f64, f64);
 
 const SPACE: [Coordinate; DIMENSIONS] = [

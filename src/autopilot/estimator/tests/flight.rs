@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::control::{Airframe, Cascade, ControlLimits, Gains, Measurement};
+use crate::control::{Airframe, Cascade, ControlLimits, Controller as _, Gains, Measurement, Setpoint};
 use crate::model::environment::GeoPoint;
 use crate::model::parachute::Pendulum;
 use crate::model::rigid_body::{BodyState, MassProperties};
@@ -105,13 +105,9 @@ pub fn fly(site: &Site, amplitude_rad: f64, phase_rad: f64, duration_s: f64) -> 
         sim.step(&throttle, DT_S);
         let body = sim.state().body;
         if sim.time_powered_s().is_some_and(|t| t >= 0.0) {
-            let measurement = Measurement {
-                q_ned_from_body: body.q_ned_from_body,
-                v_ned: body.v_ned,
-                omega_body: body.omega_body,
-            };
-            let target = Vector3::new(1.5, 1.0, 1.0);
-            throttle = cascade.track_velocity(&measurement, target, Vector3::zeros(), 0.0, DT_S).throttle;
+            let (v_ned, a_ff_ned) = (Vector3::new(1.5, 1.0, 1.0), Vector3::zeros());
+            let setpoint = Setpoint::Velocity { v_ned, a_ff_ned, yaw_rad: Some(0.0) };
+            throttle = cascade.step(&Measurement::from(&body), &setpoint, DT_S).throttle;
         }
         Truth { at_us: k * STEP_US, body, specific_force_body: sim.specific_force_body() }
     };

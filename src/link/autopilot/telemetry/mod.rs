@@ -254,7 +254,7 @@ impl Telemetry<'_> {
         let autopilot = Some(&self.vehicle.autopilot).filter(|autopilot| autopilot.is_armed())?;
         let out = autopilot.output();
         let [body_roll_rate, body_pitch_rate, body_yaw_rate] = motion::single(out.rate_sp_body);
-        let lift_max_n = autopilot.cascade().airframe().lift_max_n;
+        let lift_max_n = autopilot.control_settings().airframe.lift_max_n;
         Some(MavMessage::ATTITUDE_TARGET(ATTITUDE_TARGET_DATA {
             time_boot_ms: self.boot_ms(),
             q: out.q_sp.map(|c| c as f32),

@@ -118,7 +118,7 @@ impl Motion<'_> {
         // Calibrated airspeed, as PX4 sends: what a faultless pitot tube would show.
         let density_ratio = environment.density_kg_m3 / SEA_LEVEL_DENSITY_KG_M3;
         let true_airspeed_m_s = (v - environment.wind_ned_m_s).norm();
-        let lift_max_n = autopilot.cascade().airframe().lift_max_n;
+        let lift_max_n = autopilot.control_settings().airframe.lift_max_n;
         MavMessage::VFR_HUD(VFR_HUD_DATA {
             airspeed: (true_airspeed_m_s * density_ratio.sqrt()) as f32,
             groundspeed: v.xy().norm() as f32,

@@ -1,4 +1,5 @@
-//! The drops that PX4's gains are judged by: seeded swings under the canopy, the fall, the plan, the target velocity.
+//! The drops that PX4's gains are judged by: seeded swings under the canopy, the fall, the plan, the target
+//! velocity.
 
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
@@ -8,22 +9,22 @@ use nalgebra::Vector3;
 use super::Measures;
 use super::measures::Tracking;
 use crate::assess::{ReleaseDistribution, SafetyLimits, VerdictBuilder};
-use crate::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
-use crate::control::px4::{Law, Parameters, output};
+use crate::control::WithVelocityError;
+use crate::control::px4::{Parameters, Px4Controller, output};
 use crate::model::{Environment, Parachute, Vehicle};
-use crate::sim::px4_flight::fly_px4;
-use crate::sim::{DropSimulation, FlightPlan, Reference, Start};
+use crate::sim::{DropSimulation, FlightPlan, Reference, Start, fly};
 use crate::trajectory::Trajectory;
 
-/// Time under the canopy before the release, on PX4's clock [s]: its outputs have come up, its filters are at rest.
+/// Time under the canopy before the release, on PX4's clock [s]: its outputs have come up, its filters are at
+/// rest.
 const HANG_PX4_S: f64 = output::FULL_AUTHORITY_S + 0.05;
 /// Faster than this [m/s] a flight is lost.
 const LOST_M_S: f64 = 60.0;
-/// What PX4's estimated descent is off by, as a part of the distance that counts as steady. On the x500 that is 0.05 m/s; 0.03 to
-/// 0.06 were seen.
+/// Error of PX4's estimated descent, as a part of the distance that counts as steady. On the x500 that
+/// is 0.05 m/s; 0.03 to 0.06 were seen.
 const ESTIMATE_OFF: f64 = 1.0 / 3.0;
 
-/// What the drops are flown with.
+/// Vehicle, site, plan and limits of the drops that PX4's gains are judged by.
 #[derive(Clone, Debug)]
 pub struct Px4Setting<'a> {
     /// The vehicle.
@@ -44,7 +45,7 @@ pub struct Px4Setting<'a> {
     pub settle_s: f64,
     /// How the vehicle comes from the release to t = 0.
     pub start: Start,
-    /// What PX4's estimate of its velocity is off by, NED [m/s].
+    /// Error of PX4's estimate of its velocity, NED [m/s].
     pub v_error_ned: Vector3<f64>,
 }
 
@@ -65,21 +66,20 @@ impl Px4Setting<'_> {
         let (vehicle, environment) = (self.vehicle.clone(), self.environment.clone());
         let mut sim = DropSimulation::new(vehicle, environment, parachute, hang_s, self.start);
         sim.schedule_release(hang_s);
-        let plan = FlightPlan {
-            reference: Reference::Plan {
-                trajectory: self.plan,
-                then_v_ned: Some(self.target_v_ned),
-                feed_forward: false,
-            },
-            yaw_sp_rad: 0.0,
-            control_period_s: IMU_PERIOD_S * similarity,
-            setpoint_period_s: Some(SETPOINT_PERIOD_S * similarity),
-            duration_s: hang_s + parachute.delay_s + self.flight_s(),
+        let reference = Reference::Plan {
+            trajectory: self.plan,
+            then_v_ned: Some(self.target_v_ned),
+            feed_forward: false,
         };
-        let mut law = Law::new(parameters.clone(), similarity);
+        let duration_s = hang_s + parachute.delay_s + self.flight_s();
+        let plan = FlightPlan::under_px4(reference, similarity, duration_s);
+        let thrust_limit_n = self.vehicle.static_thrust_n(self.environment.density_kg_m3);
+        let controller = Px4Controller::new(parameters.clone(), similarity, thrust_limit_n);
+        let mut controller =
+            WithVelocityError { controller: Box::new(controller), v_error_ned: self.v_error_ned };
         let mut verdict = VerdictBuilder::new(self.safety, self.target_v_ned);
         let mut tracking = Tracking::new(self.target_v_ned, self.steady_within_m_s, self.plan.end_s());
-        let flown = fly_px4(&mut sim, &mut law, &plan, self.v_error_ned, &mut |sample| {
+        let flown = fly(&mut sim, &mut controller, &plan, &mut |sample| {
             verdict.observe(sample);
             tracking.observe(sample);
             let lost = !(sample.state.body.v_ned.norm() <= LOST_M_S);
@@ -106,9 +106,10 @@ impl Px4Drop<'_> {
     }
 }
 
-/// Random drops of a seed, by their numbers, as campaigns draw them: swing, and wind on top of the site's, of deviation
-/// `wind_sigma_m_s` north and east. Every other drop is flown as it is known; the others with a mass or an inertia that is a tenth more,
-/// or with an estimated descent that is off by [`ESTIMATE_OFF`] either way.
+/// Random drops of a seed, by their numbers, as campaigns draw them: swing, and wind on top of the site's, of
+/// deviation `wind_sigma_m_s` north and east. Every other drop is flown as it is known; the others with a
+/// mass or an inertia that is a tenth more, or with an estimated descent that is off by [`ESTIMATE_OFF`]
+/// either way.
 pub fn drops<'a>(
     setting: &Px4Setting<'a>,
     releases: &ReleaseDistribution,
@@ -136,20 +137,21 @@ pub fn drops_from<'a>(
     parachutes.into_iter().map(|parachute| Px4Drop { setting: setting.clone(), parachute }).collect()
 }
 
-/// What the cost is measured by where no reference comes through the drops.
+/// Name of the scales that costs are measured by where no reference comes through the drops.
 pub const FIXED_SCALES: &str = "fixed scales";
 
 /// Drops to judge by.
 #[derive(Clone, Debug)]
-pub struct Px4Bench<'a> {
+pub struct Px4Judge<'a> {
     drops: Vec<Px4Drop<'a>>,
     measured_by: &'static str,
     reference: Measures,
 }
 
-impl<'a> Px4Bench<'a> {
-    /// Costs are measured by the flights of one of `references`, each with the name by which it is told: the first that passes no limit
-    /// in the drops; where all do, the first that loses none; where all do, [`Measures::SCALES`].
+impl<'a> Px4Judge<'a> {
+    /// Costs are measured by the flights of one of `references`, each with the name by which it is told: the
+    /// first that passes no limit in the drops; where all do, the first that loses none; where all do,
+    /// [`Measures::SCALES`].
     pub fn new(drops: Vec<Px4Drop<'a>>, references: &[(&'static str, &Parameters)]) -> Self {
         let scales = Self { drops, measured_by: FIXED_SCALES, reference: Measures::SCALES };
         let flown = |(name, parameters): &(&'static str, &Parameters)| (*name, scales.fly(parameters));
@@ -167,7 +169,7 @@ impl<'a> Px4Bench<'a> {
         Measures::mean(&flown)
     }
 
-    /// What parameters cost, [`Measures::cost`].
+    /// Cost of parameters, [`Measures::cost`].
     pub fn cost(&self, parameters: &Parameters) -> f64 {
         self.fly(parameters).cost(&self.reference)
     }
@@ -182,7 +184,7 @@ impl<'a> Px4Bench<'a> {
         self.measured_by
     }
 
-    /// What these came to.
+    /// Measures of the flights that costs are measured by.
     pub fn reference(&self) -> &Measures {
         &self.reference
     }
@@ -271,31 +273,33 @@ mod tests {
         }
     }
 
-    /// Where the first reference loses a drop another one counts, and so do costs: what flies costs less than what falls.
+    /// Where the first reference loses a drop another one counts, and so do costs: what flies costs less than
+    /// what falls.
     #[test]
     fn regress_a_reference_that_is_lost_is_replaced() {
         let plan = plan(Vector3::new(1.0, 0.0, 1.0));
         let (setting, releases) = setting(&plan);
         let (flies, falls) = (flying(), Parameters { thr_max: 0.0, ..flying() });
-        let bench = |references: &[(&'static str, &Parameters)]| {
-            Px4Bench::new(drops(&setting, &releases, 0.0, 1, 0..2), references)
+        let judge = |references: &[(&'static str, &Parameters)]| {
+            Px4Judge::new(drops(&setting, &releases, 0.0, 1, 0..2), references)
         };
         for (references, measured_by) in [
             (&[("flies", &flies), ("falls", &falls)][..], "flies"),
             (&[("falls", &falls), ("flies", &flies)], "flies"),
             (&[("falls", &falls)], FIXED_SCALES),
         ] {
-            let bench = bench(references);
-            assert_eq!(bench.measured_by(), measured_by);
-            assert!(!bench.reference().is_lost());
-            assert!(bench.cost(&flies).is_finite());
-            assert_eq!(bench.cost(&falls), f64::INFINITY);
+            let judge = judge(references);
+            assert_eq!(judge.measured_by(), measured_by);
+            assert!(!judge.reference().is_lost());
+            assert!(judge.cost(&flies).is_finite());
+            assert_eq!(judge.cost(&falls), f64::INFINITY);
         }
     }
 
-    /// A PX4 on a slower clock has come up as far as one on the site's: its law is armed so long before the rotors are free.
+    /// A PX4 on a slower clock has come up as far as one on the site's: it is armed so long before the rotors
+    /// are free.
     #[test]
-    fn regress_the_law_is_past_its_ramp_whatever_the_clock() {
+    fn regress_the_controller_is_past_its_ramp_whatever_the_clock() {
         let plan = plan(Vector3::z());
         let (setting, _) = setting(&plan);
         for similarity in [1.0, 2.695, 6.0] {

@@ -1,13 +1,13 @@
-//! The whole law against what PX4 v1.12.0 logged of itself in lockstep (`tests/data/px4_law.csv`): given PX4's own estimates sample by
-//! sample, the loops, their delays, the mixer and the outputs must give PX4's own.
+//! The whole controller against what PX4 v1.12.0 logged of itself in lockstep (`tests/data/px4_law.csv`):
+//! given PX4's own estimates sample by sample, the loops, their delays, the mixer and the outputs must give
+//! PX4's own.
 
 use nalgebra::Vector3;
 
-use super::law::{Law, Setpoint};
+use super::controller::Px4Controller;
 use super::replay_tests::{SEVEN_DIGITS, rows, vector};
 use super::{Parameters, mixer};
-use crate::control::Measurement;
-use crate::frames::LEVEL;
+use crate::control::{Controller as _, Measurement, Setpoint};
 
 const RECORDED: &str = include_str!("../../../tests/data/px4_law.csv");
 const DT_S: f64 = 0.004;
@@ -27,10 +27,11 @@ fn recorded_with() -> Parameters {
     }
 }
 
-/// The law as PX4 is at the first row: armed long ago, its derivative filled with the velocities before.
-fn until_the_first_row() -> Law {
-    let mut law = Law::held_for(recorded_with(), 1.0, RECORDED_HOLD_S);
-    let watch = Setpoint::Attitude(LEVEL, 0.0);
+/// The controller as PX4 is at the first row: armed long ago, its derivative filled with the velocities
+/// before.
+fn until_the_first_row() -> Px4Controller {
+    let mut controller = Px4Controller::held_for(recorded_with(), 1.0, 1.0, RECORDED_HOLD_S);
+    let watch = Setpoint::MOTORS_OFF;
     let first = rows(RECORDED, "law").next().unwrap();
     let mut m = Measurement {
         q_ned_from_body: first[..4].try_into().unwrap(),
@@ -43,19 +44,20 @@ fn until_the_first_row() -> Law {
     for (dt_s, row) in long_before.chain(velocities.iter().map(|row| (row[0], row))) {
         m.v_ned = vector(&row[1..]);
         for _ in 0..(dt_s / DT_S).round() as usize {
-            law.step(&m, &watch, DT_S);
+            controller.step(&m, &watch, DT_S);
         }
     }
-    law
+    controller
 }
 
-/// PX4's arc cosine of a small tilt is good to 2e-5 rad in single precision; MC_PITCH_P makes 1.3e-4 rad/s of it, and MC_PITCHRATE_P 2e-5.
+/// PX4's arc cosine of a small tilt is good to 2e-5 rad in single precision; MC_PITCH_P makes 1.3e-4 rad/s of
+/// it, and MC_PITCHRATE_P 2e-5.
 const OF_A_SMALL_TILT: [f64; 2] = [1.5e-4, 2.5e-5];
 
 #[test]
 fn px4s_own_loops_mixer_and_outputs_give_the_same_in_the_same_sample() {
-    let mut law = until_the_first_row();
-    let mut setpoint = Setpoint::Attitude(LEVEL, 0.0);
+    let mut controller = until_the_first_row();
+    let mut setpoint = Setpoint::MOTORS_OFF;
     let mut v_ned = Vector3::zeros();
     let (mut turned, mut twisted, mut pushed) = (0.0f64, 0.0f64, 0.0f64);
     let mut count = 0;
@@ -73,9 +75,9 @@ fn px4s_own_loops_mixer_and_outputs_give_the_same_in_the_same_sample() {
             omega_body: vector(&row[4..]),
         };
         // What the mixer is given came with the rates of the sample before.
-        pushed = pushed.max((law.trace().rate_thrust_sp - row[19]).abs());
-        let commands = law.step(&m, &setpoint, DT_S);
-        let trace = law.trace();
+        pushed = pushed.max((controller.trace().rate_thrust_sp - row[19]).abs());
+        let commands = controller.step(&m, &setpoint, DT_S).throttle;
+        let trace = controller.trace();
         turned = turned.max((trace.rate_sp_body - vector(&row[13..])).norm());
         if count > 0 {
             // The first one's angular acceleration needs a sample that is not there.

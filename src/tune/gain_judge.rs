@@ -1,9 +1,11 @@
-//! What a set of gains costs: its flights along the plan, judged in tracking (45)-(46), safety (51) and steadiness.
+//! Cost of a set of gains: its flights along the plan, judged in tracking (45)-(46), safety (51) and
+//! steadiness.
 //!
-//! Flights begin at t = 0 of the study with the rotors at rest, are flown by the cascade at the study's control period and go on
-//! after the plan's end with the target velocity commanded. Vehicles that are symmetric about their x-z plane are flown eight
-//! at a time in that plane ([`crate::sim::planar`]), others one by one in six degrees of freedom. What is varied in a robust bench
-//! the controller does not know of.
+//! Flights begin at t = 0 of the study with the rotors at rest, are flown by the cascade at the study's
+//! control period and go on after the plan's end with the target velocity commanded. Vehicles that are
+//! symmetric about their x-z plane are flown eight at a time in that plane ([`crate::sim::planar`]), others,
+//! and other controllers, one at a time in six degrees of freedom. The controller does not know of the
+//! variations of a robust tuning.
 
 use std::sync::Arc;
 
@@ -11,11 +13,11 @@ use super::unknowns::one_at_a_time;
 use super::{Longitudinal, Objective, ReleaseCase};
 use crate::assess::tracking::control_period_s;
 use crate::assess::{Outcome, SafetyLimits, StateCost, Study, TrackingError, judge_flights};
-use crate::control::{Airframe, Cascade, ControlError, ControlLimits, Gains, Measurement};
+use crate::control::{Airframe, Cascade, ControlError, ControlLimits, Controller, Gains, WithDelay};
 use crate::model::rigid_body::{BodyState, MassProperties};
 use crate::model::{Environment, Vehicle};
 use crate::sim::planar::{Flight, LANES, Model, NotPlanar, Release, Variation};
-use crate::sim::{DropSimulation, FlightPlan, PlantKind, Reference};
+use crate::sim::{DropSimulation, FlightPlan, PlantKind, Reference, fly};
 use crate::trajectory::Trajectory;
 
 /// A flight is at rest when it is steady from so long before its end [s].
@@ -23,7 +25,7 @@ const STEADY_FOR_S: f64 = 1.0;
 /// Steady within this fraction of the commanded velocity.
 const STEADY_FRACTION: f64 = 0.01;
 
-/// What the flights are flown with.
+/// Vehicle, site, plan and limits of the flights that gains are judged by.
 #[derive(Clone, Debug)]
 pub struct Setting<'a> {
     /// The vehicle as the controller knows it.
@@ -46,7 +48,7 @@ pub struct Setting<'a> {
     pub safety: SafetyLimits,
 }
 
-/// One flight of a bench.
+/// One of the flights that gains are judged by.
 #[derive(Clone, Copy, Debug)]
 struct Trial {
     start: BodyState,
@@ -55,15 +57,15 @@ struct Trial {
     tracked: bool,
 }
 
-/// What one flight came to, or the worst of several. Infinite throughout when a flight diverged.
+/// Costs of one flight, or the worst of several. Infinite throughout when a flight diverged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Evaluation {
     /// J_RMS, (45); 0 where tracking is not judged.
     pub rms: f64,
     /// J_TPF, (51).
     pub j_tpf: f64,
-    /// 0 for a flight that has come to rest at the target a second before its end. Otherwise the distance of its velocity
-    /// from the target at the end, as a fraction of it, at least 0.01.
+    /// 0 for a flight that has come to rest at the target a second before its end. Otherwise the distance of
+    /// its velocity from the target at the end, as a fraction of it, at least 0.01.
     pub unrest: f64,
 }
 
@@ -93,22 +95,22 @@ impl Evaluation {
 
 /// Flights to judge gains by.
 #[derive(Clone, Debug)]
-pub struct Bench<'a> {
+pub struct GainJudge<'a> {
     setting: Setting<'a>,
     airframe: Airframe,
-    /// `None` for a vehicle or site that leaves the plane.
-    planar: Option<(Model, Study)>,
+    /// The batch engine's model, or why there is none.
+    planar: Result<(Model, Study), NotPlanar>,
     trials: Vec<Trial>,
 }
 
-impl<'a> Bench<'a> {
-    /// A bench without flights.
+impl<'a> GainJudge<'a> {
+    /// A judge without flights.
     ///
     /// # Errors
     /// [`ControlError`] when the rotors cannot be flown.
     pub fn new(setting: Setting<'a>) -> Result<Self, ControlError> {
         let airframe = Airframe::new(&setting.vehicle, &setting.environment)?;
-        let planar = planar(&setting).ok();
+        let planar = planar(&setting);
         Ok(Self { setting, airframe, planar, trials: Vec::new() })
     }
 
@@ -125,7 +127,8 @@ impl<'a> Bench<'a> {
         self
     }
 
-    /// Adds the cases with what the controller does not know of, one thing at a time ([`super::unknowns`]), judged by J_TPF.
+    /// Adds the cases with what the controller does not know of, one thing at a time ([`super::unknowns`]),
+    /// judged by J_TPF.
     pub fn with_variations(mut self, cases: &[ReleaseCase]) -> Self {
         let setting = &self.setting;
         let (g, target_m_s) = (setting.environment.gravity_m_s2, setting.target_v_ned.norm());
@@ -145,8 +148,8 @@ impl<'a> Bench<'a> {
         self.fly(k).into_iter().fold(Evaluation::PERFECT, Evaluation::worse)
     }
 
-    /// The worst of a candidate's flights, or of some of them that show already that it costs more than `ceiling`. After those of the
-    /// first cases come the last ones: releases far out, variations.
+    /// The worst of a candidate's flights, or of some of them that show already that it costs more than
+    /// `ceiling`. After those of the first cases come the last ones: releases far out, variations.
     pub fn evaluate_below(&self, k: &Longitudinal, objective: &Objective, ceiling: f64) -> Evaluation {
         let mut groups = self.trials.chunks(LANES);
         let first = groups.next();
@@ -165,7 +168,20 @@ impl<'a> Bench<'a> {
         self.fly_trials(k, &self.trials)
     }
 
-    /// Other flights than the bench's own, judged by J_TPF.
+    /// The worst of the flights under another controller than the cascade; each is flown in six degrees of
+    /// freedom.
+    pub fn evaluate_controller(&self, controller: &dyn Controller) -> Evaluation {
+        let flown = self.fly_one_at_a_time(controller, &self.trials);
+        flown.into_iter().fold(Evaluation::PERFECT, Evaluation::worse)
+    }
+
+    /// Why the cascade's flights are flown one at a time in six degrees of freedom; `None` where they are
+    /// flown side by side.
+    pub fn one_at_a_time(&self) -> Option<&NotPlanar> {
+        self.planar.as_ref().err()
+    }
+
+    /// Other flights than the judge's own, judged by J_TPF.
     pub fn fly_others(&self, k: &Longitudinal, others: &[(BodyState, Variation)]) -> Vec<Evaluation> {
         self.fly_trials(k, &others.iter().map(untracked).collect::<Vec<_>>())
     }
@@ -177,13 +193,20 @@ impl<'a> Bench<'a> {
             |t: &Trial| Some(Flight { gains, release: Release::of(&t.start).ok()?, variation: t.variation });
         let flights: Option<Vec<Flight>> = trials.iter().map(flight).collect();
         match (&self.planar, flights) {
-            (Some((model, study)), Some(flights)) => {
+            (Ok((model, study)), Some(flights)) => {
                 let mut outcomes = vec![Outcome::default(); flights.len()];
                 judge_flights(model, study, &flights, &mut outcomes);
                 trials.iter().zip(&outcomes).map(|(t, o)| self.judged(t, o)).collect()
             }
-            _ => trials.iter().map(|t| self.fly_alone(&gains, t)).collect(),
+            _ => {
+                let cascade = Cascade::new(self.airframe.clone(), gains, self.setting.control_limits);
+                self.fly_one_at_a_time(&cascade, trials)
+            }
         }
+    }
+
+    fn fly_one_at_a_time(&self, controller: &dyn Controller, trials: &[Trial]) -> Vec<Evaluation> {
+        trials.iter().map(|trial| self.fly_alone(controller, trial)).collect()
     }
 
     fn judged(&self, trial: &Trial, outcome: &Outcome) -> Evaluation {
@@ -213,41 +236,28 @@ impl<'a> Bench<'a> {
     }
 
     /// One flight in six degrees of freedom.
-    fn fly_alone(&self, gains: &Gains, trial: &Trial) -> Evaluation {
+    fn fly_alone(&self, controller: &dyn Controller, trial: &Trial) -> Evaluation {
         let setting = &self.setting;
-        let flight = flight_plan(setting);
         let Some((vehicle, environment)) = varied(setting, &trial.variation) else {
             return Evaluation::DIVERGED;
         };
         let mut sim = DropSimulation::at_t0(vehicle, environment, trial.start, setting.plant);
-        let mut cascade = Cascade::new(self.airframe.clone(), *gains, setting.control_limits);
+        let mut controller = controller.clone_controller();
+        if trial.variation.delayed {
+            controller = Box::new(WithDelay::new(controller));
+        }
         let mut tracking = TrackingError::new(setting.plan);
         let (mut j_tpf, mut steady_after_s) = (0.0f64, None);
-        let mut before = sim.state().body;
-        let dt_s = flight.control_period_s;
-        for step in 0..=flight.steps() {
-            let t_s = step as f64 * dt_s;
-            let body = sim.state().body;
-            if tracking.observe_state(t_s, &body).is_break() {
-                return Evaluation::DIVERGED;
-            }
-            j_tpf = j_tpf.max(StateCost::of(&body, &setting.safety).max());
+        let flown = fly(&mut sim, &mut *controller, &flight_plan(setting), &mut |sample| {
+            let body = &sample.state.body;
+            j_tpf = j_tpf.max(StateCost::of(body, &setting.safety).max());
             let away = (body.v_ned - setting.target_v_ned).norm();
             steady_after_s = (away <= STEADY_FRACTION * setting.target_v_ned.norm())
-                .then(|| steady_after_s.unwrap_or(t_s));
-            if step == flight.steps() {
-                break;
-            }
-            let known = if trial.variation.delayed { &before } else { &body };
-            let m = Measurement {
-                q_ned_from_body: known.q_ned_from_body,
-                v_ned: known.v_ned,
-                omega_body: known.omega_body,
-            };
-            let (v_sp, a_ff) = flight.setpoint_at(t_s);
-            let throttle = cascade.track_velocity(&m, v_sp, a_ff, flight.yaw_sp_rad, dt_s).throttle;
-            before = body;
-            sim.step(&throttle, dt_s);
+                .then(|| steady_after_s.unwrap_or(sample.t_s));
+            tracking.observe(sample)
+        });
+        if flown.is_break() {
+            return Evaluation::DIVERGED;
         }
         self.evaluation(trial, tracking.rms(), j_tpf, steady_after_s, &sim.state().body.v_ned)
     }
@@ -262,17 +272,15 @@ fn duration_s(setting: &Setting<'_>) -> f64 {
 }
 
 fn flight_plan<'a>(setting: &Setting<'a>) -> FlightPlan<'a> {
-    FlightPlan {
-        reference: Reference::Plan {
+    FlightPlan::new(
+        Reference::Plan {
             trajectory: setting.plan,
             then_v_ned: Some(setting.target_v_ned),
             feed_forward: false,
         },
-        yaw_sp_rad: 0.0,
-        control_period_s: control_period_s(setting.plan),
-        setpoint_period_s: None,
-        duration_s: duration_s(setting),
-    }
+        control_period_s(setting.plan),
+        duration_s(setting),
+    )
 }
 
 fn planar(setting: &Setting<'_>) -> Result<(Model, Study), NotPlanar> {
