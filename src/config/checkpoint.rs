@@ -7,7 +7,7 @@ use std::path::Path;
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
 
-use super::ConfigError;
+use super::error::ConfigError;
 use super::source::Source;
 use crate::tune::Evaluation;
 

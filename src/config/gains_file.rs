@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::ConfigError;
+use super::error::ConfigError;
 use super::number::{Name, NonNegative};
 use super::source::{InputHash, Source};
 use crate::control::Gains;

@@ -1,7 +1,7 @@
 //! The rotor table's CSV: `omega_rad_s,airspeed_m_s,angle_deg,thrust_n,torque_nm`, one line per cell of a full grid, the
 //! angle running fastest, then the airspeed, then the rotor speed; every axis increases.
 
-use super::ConfigError;
+use super::error::ConfigError;
 use super::source::Source;
 use super::table::{self, Row};
 use crate::model::RotorTable;

@@ -6,7 +6,7 @@ use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value};
 
 use super::gains_file::GainsJson;
-use super::mission_json::MissionJson;
+use super::mission::MissionJson;
 use super::vehicle_json::VehicleJson;
 
 /// File name under `params/schema/` and text of each schema.

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
-use super::ConfigError;
+use super::error::ConfigError;
 
 /// Larger files are refused: no mission, table or trajectory comes near, and a device file would never end.
 const LIMIT_BYTES: u64 = 64 << 20;

@@ -1,7 +1,7 @@
 //! Tables of numbers in CSV, read strictly: an exact header, as many fields in every line as the header has, finite
 //! numbers only. Nothing is quoted.
 
-use super::ConfigError;
+use super::error::ConfigError;
 use super::source::Source;
 
 /// A line of numbers and the number of the line in its file, from 1.

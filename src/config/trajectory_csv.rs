@@ -16,7 +16,7 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
-use super::ConfigError;
+use super::error::ConfigError;
 use super::source::{Source, sha256};
 use super::table;
 use crate::model::MAX_ROTORS;

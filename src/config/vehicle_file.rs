@@ -5,10 +5,11 @@
 
 use std::path::Path;
 
+use super::error::ConfigError;
 use super::number::{Exactly, Positive, UnitComponent};
+use super::rotor_table;
 use super::source::{InputHash, Source};
 use super::vehicle_json::{BodyAeroJson, MotorJson, RotorJson, RotorModelJson, SpinJson, VehicleJson};
-use super::{ConfigError, rotor_table};
 use crate::model::rigid_body::MassProperties;
 use crate::model::{BodyAero, MAX_ROTORS, Motor, RotationSense, Rotor, RotorMount, Vehicle, VehicleOptions};
 use crate::units::RAD_PER_DEG;

@@ -3,8 +3,8 @@
 //! Names, gains, seed, number of trials and everything of a drop that the study does not fly (sensors, hang, wire) are not of it.
 
 use super::Mission;
-use super::source::sha256;
 use crate::assess::paper::STUDY_SHA256;
+use crate::config::source::sha256;
 
 impl Mission {
     /// SHA-256, hexadecimal, of vehicle, site, plan, limits, cases and distribution of releases as they are in memory: written out

@@ -4,11 +4,13 @@
 //! chosen: amplitude and phase at the end of the hang, with the mission's frequency and length. The velocity is then what the drop
 //! makes of it: within 0.1 m/s of Table 3's, whose pitch and rate are those of the release.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix2, Vector2};
 
-use super::Mission;
-use crate::model::Parachute;
+use super::release::Release;
 use crate::model::parachute::Pendulum;
+use crate::model::{Environment, Parachute, Vehicle};
 use crate::sim::DropSimulation;
 use crate::tune::ReleaseCase;
 
@@ -40,41 +42,33 @@ pub enum CaseError {
     },
 }
 
-impl Mission {
-    /// Lets the vehicle swing so that a release at the end of the hang brings it to t = 0 with the pitch and the pitch rate of the case
-    /// `name`. The input hash follows.
-    ///
-    /// # Errors
-    /// [`CaseError`] when there is no such case or no swing leads to it; the mission is unchanged then.
-    pub fn use_release_case(&mut self, name: &str) -> Result<(), CaseError> {
-        let Some(case) = self.study.cases.iter().find(|case| case.name == name) else {
-            let known = self.study.cases.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
-            return Err(CaseError::Unknown { name: name.to_owned(), known });
+impl Release {
+    /// The parachute whose swing comes to t = 0 with the pitch and the pitch rate of a release case, if there is such a swing.
+    pub(super) fn swinging_to(
+        &self,
+        case: &ReleaseCase,
+        vehicle: &Arc<Vehicle>,
+        environment: &Environment,
+    ) -> Option<Parachute> {
+        let omega = self.parachute.pendulum.omega_rad_s;
+        // Pitch, and pitch rate over omega, at t = 0 after a swing [rad].
+        let comes_to = |swing: &Vector2<f64>| {
+            let (parachute, environment) = (self.parachute_swinging(swing), environment.clone());
+            let state =
+                DropSimulation::nominal_state_at_t0(vehicle.clone(), environment, parachute, self.start);
+            let q = state.q_ned_from_body;
+            Vector2::new(2.0 * q[2].atan2(q[0]), state.omega_body.y / omega)
         };
-        self.release.parachute =
-            self.swinging_to(case).ok_or_else(|| CaseError::OutOfReach { name: name.to_owned() })?;
-        self.note_choice("release case", name);
-        Ok(())
-    }
-
-    /// The canopies whose swings come to t = 0 with the pitch and pitch rate of a release case, where there is such a swing; in the order
-    /// of the cases.
-    pub fn case_parachutes(&self) -> Vec<Parachute> {
-        self.study.cases.iter().filter_map(|case| self.swinging_to(case)).collect()
-    }
-
-    fn swinging_to(&self, case: &ReleaseCase) -> Option<Parachute> {
-        let omega = self.release.parachute.pendulum.omega_rad_s;
         let wanted = Vector2::new(case.pitch_rad, case.pitch_rate_rad_s / omega);
         // Angle and rate over omega at the release, by Newton's method: what comes to t = 0 is nearly linear in them.
         let mut swing = wanted;
         for _ in 0..ATTEMPTS {
-            let miss = wanted - self.comes_to(&swing);
+            let miss = wanted - comes_to(&swing);
             if miss.norm() < TOLERANCE_RAD {
                 return Some(self.parachute_swinging(&swing));
             }
             let slope = |of: Vector2<f64>| {
-                (self.comes_to(&(swing + of)) - self.comes_to(&(swing - of))) / (2.0 * DIFFERENCE_RAD)
+                (comes_to(&(swing + of)) - comes_to(&(swing - of))) / (2.0 * DIFFERENCE_RAD)
             };
             let slopes =
                 Matrix2::from_columns(&[Vector2::x(), Vector2::y()].map(|axis| slope(axis * DIFFERENCE_RAD)));
@@ -86,26 +80,13 @@ impl Mission {
         None
     }
 
-    /// Pitch, and pitch rate over omega, at t = 0 after a swing [rad].
-    fn comes_to(&self, swing: &Vector2<f64>) -> Vector2<f64> {
-        let state = DropSimulation::nominal_state_at_t0(
-            self.vehicle.clone(),
-            self.site.environment.clone(),
-            self.parachute_swinging(swing),
-            self.release.start,
-        );
-        let q = state.q_ned_from_body;
-        let omega = self.release.parachute.pendulum.omega_rad_s;
-        Vector2::new(2.0 * q[2].atan2(q[0]), state.omega_body.y / omega)
-    }
-
     fn parachute_swinging(&self, swing: &Vector2<f64>) -> Parachute {
         let pendulum = Pendulum {
             amplitude_rad: swing.norm(),
             phase_rad: swing.x.atan2(swing.y),
-            ..self.release.parachute.pendulum
+            ..self.parachute.pendulum
         };
-        Parachute { pendulum, ..self.release.parachute }
+        Parachute { pendulum, ..self.parachute }
     }
 }
 
@@ -114,7 +95,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::config::load_mission;
+    use crate::config::{Mission, load_mission};
 
     fn state_at_t0(mission: &Mission) -> (f64, f64, nalgebra::Vector3<f64>) {
         let (vehicle, environment) = (mission.vehicle.clone(), mission.site.environment.clone());

@@ -1,17 +1,36 @@
-//! What a mission says of the sensors. A sensor that is not named has no errors (a barometer has its little noise).
+//! What is aboard: the battery and the errors of the sensors. A sensor that is not named has no errors (a barometer has its
+//! little noise).
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::ConfigError;
-use super::mission_json::{MissionJson, Px4ClockJson};
-use super::number::{Count, NonNegative, Positive};
-use super::source::Source;
+use super::px4::Px4Clock;
+use crate::config::error::ConfigError;
+use crate::config::number::{Count, NonNegative, Positive};
+use crate::config::source::Source;
 use crate::model::Environment;
 use crate::model::magnetic_field::earth_ned_gauss;
-use crate::sim::SensorSettings;
+use crate::sim::battery::J_PER_WH;
 use crate::sim::sensors::{Barometer, Magnetometer, Satellite, Triad};
+use crate::sim::{Battery, SensorSettings};
 use crate::units::US_PER_S;
+
+/// A store of energy that the rotors' shafts take from.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct BatteryJson {
+    /// Why so.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// Energy at the shafts when full [Wh].
+    capacity_wh: Positive<1_000_000>,
+    /// Charge at the start [%].
+    charge_percent: Count<1, 100>,
+}
+
+pub(super) fn battery(json: &BatteryJson) -> Battery {
+    Battery::new(json.capacity_wh.get() * J_PER_WH, json.charge_percent.get() as f64 / 100.0)
+}
 
 /// Errors of the sensors that the simulator tells of. A sensor that is left out is ideal.
 #[derive(Deserialize, JsonSchema)]
@@ -19,7 +38,7 @@ use crate::units::US_PER_S;
 pub(super) struct SensorsJson {
     /// Why so.
     #[serde(rename = "about")]
-    pub(super) _about: Option<String>,
+    _about: Option<String>,
     /// Accelerometer.
     accelerometer: Option<AccelerometerJson>,
     /// Gyroscope.
@@ -115,14 +134,21 @@ struct GpsJson {
     delay_s: NonNegative<1>,
 }
 
+/// Where and when the sensors are, and for which PX4.
+pub(super) struct Place<'a> {
+    pub(super) environment: &'a Environment,
+    pub(super) epoch_unix_us: u64,
+    pub(super) px4: Px4Clock,
+}
+
 /// The sensors of a mission at its site.
 pub(super) fn sensors(
     source: &Source,
-    json: &MissionJson,
-    environment: &Environment,
+    json: Option<&SensorsJson>,
+    place: &Place,
 ) -> Result<SensorSettings, ConfigError> {
     let mut settings = SensorSettings::default();
-    let Some(sensors) = &json.sensors else { return Ok(settings) };
+    let Some(sensors) = json else { return Ok(settings) };
     if let Some(a) = &sensors.accelerometer {
         settings.accelerometer = Triad {
             noise_density: a.noise_m_s2_per_sqrt_hz.get(),
@@ -142,7 +168,7 @@ pub(super) fn sensors(
         };
     }
     if let Some(m) = &sensors.magnetometer {
-        settings.magnetometer = magnetometer(source, json, m, environment)?;
+        settings.magnetometer = magnetometer(source, m, place)?;
     }
     if let Some(b) = &sensors.barometer {
         settings.barometer = Barometer {
@@ -170,25 +196,24 @@ fn period_us<const LOW: u64, const HIGH: u64>(rate_hz: Count<LOW, HIGH>) -> u64 
 /// A magnetometer in its field; Earth's is refused where gravity is not Earth's, unless it is so for PX4.
 fn magnetometer(
     source: &Source,
-    json: &MissionJson,
     magnetometer: &MagnetometerJson,
-    environment: &Environment,
+    at: &Place,
 ) -> Result<Magnetometer, ConfigError> {
-    let place = "sensors.magnetometer.field";
+    let key = "sensors.magnetometer.field";
     let field_ned_gauss = match magnetometer.field {
         FieldJson::Dipole => None,
         FieldJson::WorldMagneticModel => {
-            let gravity = environment.gravity_m_s2;
-            if !environment.has_earths_gravity() && json.px4_clock != Some(Px4ClockJson::Froude) {
+            let gravity = at.environment.gravity_m_s2;
+            if !at.environment.has_earths_gravity() && at.px4 != Px4Clock::Froude {
                 let message = format!(
                     "expected \"dipole\" where site.gravity_m_s2 is {gravity}: the World Magnetic Model is Earth's"
                 );
-                return Err(source.refuse(place, message));
+                return Err(source.refuse(key, message));
             }
-            let unix_s = json.epoch_unix_us.get() as i64 / 1_000_000;
-            let field = earth_ned_gauss(&environment.anchor, unix_s).map_err(|e| {
+            let unix_s = at.epoch_unix_us as i64 / 1_000_000;
+            let field = earth_ned_gauss(&at.environment.anchor, unix_s).map_err(|e| {
                 let message = format!("{e}; the day is that of epoch_unix_us, the place the site's");
-                source.refuse(place, message)
+                source.refuse(key, message)
             })?;
             Some(field)
         }

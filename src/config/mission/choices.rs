@@ -1,0 +1,103 @@
+//! Choices in place of a mission's own: gains, parameters, a release case, a seed, a trajectory. The hash of the inputs
+//! follows each.
+
+use std::path::Path;
+
+use super::{CaseError, Mission};
+use crate::config::error::ConfigError;
+use crate::config::params_file::{self, refuse};
+use crate::config::trajectory_csv::{TrajectoryFile, load_trajectory};
+use crate::params::compatibility::to_px4;
+use crate::params::{ParameterFile, import};
+
+impl Mission {
+    /// Puts other gains in: those of the file `name_or_path`, or of that name beside the mission's own gains file. The input
+    /// hash follows.
+    ///
+    /// # Errors
+    /// [`ConfigError`] when the file cannot be read or does not hold gains; the mission is unchanged then.
+    pub fn use_gains(&mut self, name_or_path: &str) -> Result<(), ConfigError> {
+        let file = self.inputs.other_gains(name_or_path)?;
+        (self.control.gains, self.control.gains_name) = (file.gains, file.name);
+        Ok(())
+    }
+
+    /// Puts the gains and limits of a parameter file in; what the file leaves out stays. The input hash follows. Returns
+    /// remarks on the file.
+    ///
+    /// # Errors
+    /// [`ConfigError`] when the file cannot be read or does not belong to the mission's vehicle and site; the mission is
+    /// unchanged then.
+    pub fn use_parameters(&mut self, path: &Path) -> Result<Vec<String>, ConfigError> {
+        let (source, file) = params_file::read(path)?;
+        let import = import(&file, &self.parameter_subject()).map_err(|error| refuse(path, error))?;
+        (self.control.gains, self.control.limits) = (import.gains, import.limits);
+        self.control.gains_name = file_name(path);
+        self.inputs.absorb_file("parameters", &source);
+        Ok(file.remarks().iter().cloned().chain(import.remarks).collect())
+    }
+
+    /// Notes that a parameter file is flown which is another autopilot's: name and input hash follow, the gains stay. Returns
+    /// the file.
+    ///
+    /// # Errors
+    /// [`ConfigError`] when the file cannot be read or is not for a PX4 that flies this mission; the mission is unchanged then.
+    pub fn note_parameters(&mut self, path: &Path) -> Result<ParameterFile, ConfigError> {
+        let (source, file) = params_file::read(path)?;
+        to_px4(&file, self.site.environment.gravity_m_s2, self.px4_purpose())
+            .map_err(|error| refuse(path, error))?;
+        self.control.gains_name = file_name(path);
+        self.inputs.absorb_file("parameters", &source);
+        Ok(file)
+    }
+
+    /// Lets the vehicle swing so that a release at the end of the hang brings it to t = 0 with the pitch and the pitch rate of
+    /// the case `name`. The input hash follows.
+    ///
+    /// # Errors
+    /// [`CaseError`] when there is no such case or no swing leads to it; the mission is unchanged then.
+    pub fn use_release_case(&mut self, name: &str) -> Result<(), CaseError> {
+        let cases = &self.study.cases;
+        let Some(case) = cases.iter().find(|case| case.name == name) else {
+            let known = cases.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
+            return Err(CaseError::Unknown { name: name.to_owned(), known });
+        };
+        let swinging = self.release.swinging_to(case, &self.vehicle, &self.site.environment);
+        self.release.parachute = swinging.ok_or_else(|| CaseError::OutOfReach { name: name.to_owned() })?;
+        self.note_choice("release case", name);
+        Ok(())
+    }
+
+    /// Puts another seed in. The input hash follows.
+    pub fn use_seed(&mut self, seed: u64) {
+        if seed != self.seed {
+            self.seed = seed;
+            self.note_choice("seed", &seed.to_string());
+        }
+    }
+
+    /// Reads a trajectory for the mission's vehicle, to be flown instead of a plan. The input hash follows.
+    ///
+    /// # Errors
+    /// [`ConfigError`] when the file is wrong or for another number of rotors; the mission is unchanged then.
+    pub fn use_trajectory(&mut self, path: &Path) -> Result<TrajectoryFile, ConfigError> {
+        let file = load_trajectory(path, self.vehicle.rotors.len())?;
+        self.note_choice("trajectory sha256", &file.sha256);
+        Ok(file)
+    }
+
+    /// Notes what was chosen beside the files and decides what results hold (an option of the command line, the hash of a
+    /// trajectory). The input hash follows.
+    pub fn note_choice(&mut self, name: &str, value: &str) {
+        self.inputs.note(name, value);
+    }
+
+    /// Hash of mission, vehicle and tables without the gains: the inputs of a search for gains.
+    pub fn hash_without_gains(&self) -> String {
+        self.inputs.hash_without_gains()
+    }
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}

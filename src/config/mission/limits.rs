@@ -1,0 +1,61 @@
+//! The limits that a flight is judged by.
+
+use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::assess::{SafetyLimits, steady_within_m_s};
+use crate::config::number::Positive;
+use crate::units::RAD_PER_DEG;
+
+/// Safety limits, Table 1: where J_state is 1.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LimitsJson {
+    /// Why so.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// Speed [m/s].
+    speed_m_s: Positive<1000>,
+    /// Pitch, either way [deg].
+    pitch_deg: Positive<180>,
+    /// Pitch rate, either way [deg/s].
+    pitch_rate_deg_s: Positive<100_000>,
+    /// Vertical acceleration [m/s^2]; reported, not judged.
+    vertical_acceleration_m_s2: Positive<100_000>,
+    /// How close to the target velocity is steady [m/s]; 1 % of the target, and 0.02 m/s at the least, where it is not given.
+    steady_within_m_s: Option<Positive<100>>,
+    /// Speed of a touch of the ground [m/s]; 2.1 where it is not given.
+    impact_speed_m_s: Option<Positive<1000>>,
+}
+
+/// Fastest touch that is no hard landing where the mission gives none [m/s]: three times PX4's landing speed.
+const IMPACT_M_S: f64 = 2.1;
+
+/// Limits that a flight is judged by.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Safety limits, Table 1.
+    pub safety: SafetyLimits,
+    /// How close to the target velocity is steady [m/s].
+    pub steady_within_m_s: f64,
+    /// Fastest touch of the ground that is within the limits [m/s].
+    pub impact_m_s: f64,
+}
+
+impl Limits {
+    pub(super) fn from_json(json: &LimitsJson, target_v_ned: &Vector3<f64>) -> Self {
+        Self {
+            safety: SafetyLimits {
+                speed_m_s: json.speed_m_s.get(),
+                pitch_rad: json.pitch_deg.get() * RAD_PER_DEG,
+                pitch_rate_rad_s: json.pitch_rate_deg_s.get() * RAD_PER_DEG,
+                vertical_acceleration_m_s2: json.vertical_acceleration_m_s2.get(),
+            },
+            steady_within_m_s: json
+                .steady_within_m_s
+                .map_or_else(|| steady_within_m_s(target_v_ned), Positive::get),
+            impact_m_s: json.impact_speed_m_s.map_or(IMPACT_M_S, Positive::get),
+        }
+    }
+}

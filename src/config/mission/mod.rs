@@ -1,0 +1,289 @@
+//! A mission: `mission/*.json`, read and checked with the vehicle and the gains that it names, and what is made of it.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `site`, `release`, `plan`, `limits`, `control`, `study`, `equipment`, `px4` | a section: its JSON, its checks, its meaning |
+//! | `inputs` | the hash of the files and of what was chosen beside them |
+//! | `choices` | gains, parameters, cases, seeds and trajectories in place of the mission's own |
+//! | `release_case` | the swing that brings a drop to one of the cases |
+//! | `study_identity` | whether the mission is the paper's study |
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::assess::{RandomDrop, ReleaseDistribution};
+use crate::config::error::ConfigError;
+use crate::config::number::{Count, Exactly, Name, SpanS, Within};
+use crate::config::source::{InputHash, Source};
+use crate::config::trajectory_csv::Stamp;
+use crate::config::vehicle_file::load_named_vehicle;
+use crate::model::{MAX_ROTORS, Parachute, Vehicle};
+use crate::params::{Purpose, Subject};
+use crate::plan::{PlanProblem, PlanState};
+use crate::sim::{Battery, DropSimulation, SensorSettings};
+
+mod choices;
+mod control;
+mod equipment;
+mod inputs;
+mod limits;
+mod plan;
+mod px4;
+mod release;
+mod release_case;
+mod site;
+mod study;
+mod study_identity;
+
+pub use control::Control;
+pub use inputs::Inputs;
+pub use limits::Limits;
+pub use plan::{PlanInitial, PlanSettings};
+pub use px4::{Px4, Px4Clock};
+pub use release::Release;
+pub use release_case::CaseError;
+pub use site::Site;
+pub use study::{MonteCarlo, Study};
+
+/// A drop: what falls, where, how it is released, where it shall fly to, and how that is planned, judged and tuned. Paths
+/// are relative to this file. NED: north, east, down.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MissionJson {
+    /// What this mission is.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// Name of the mission; results go to out/<name>/.
+    name: Name,
+    /// Vehicle file.
+    vehicle: String,
+    /// Gains file.
+    gains: String,
+    /// Seed of everything random.
+    #[schemars(with = "u64")]
+    seed: Count<0, { u64::MAX }>,
+    /// Time of the simulation's start for stamps in logs [us since 1970-01-01 UTC].
+    epoch_unix_us: Count<0, 4_102_444_800_000_000>,
+    /// How long the simulation runs, from the start of the hang [s].
+    duration_s: SpanS,
+    /// Steady velocity to reach, v_cmd, NED [m/s].
+    target_v_ned_m_s: Exactly<Within<1000>, 3>,
+    /// Gravity, air and place.
+    site: site::SiteJson,
+    /// Descent and swing before the release, and the delay after it.
+    parachute: release::ParachuteJson,
+    /// When and how the vehicle is cut loose.
+    release: release::ReleaseJson,
+    /// The optimal control problem, (25)-(32).
+    plan: plan::PlanJson,
+    /// Safety limits, Table 1.
+    limits: limits::LimitsJson,
+    /// Limits of the cascade.
+    control: control::ControlJson,
+    /// What the gains are tuned on.
+    tuning: study::TuningJson,
+    /// Random releases, (40)-(44).
+    monte_carlo: study::MonteCarloJson,
+    /// The battery; without it the vehicle flies for ever.
+    battery: Option<equipment::BatteryJson>,
+    /// Errors of the sensors; without it they are ideal.
+    sensors: Option<equipment::SensorsJson>,
+    /// How a PX4 that flies this mission is connected; "real" when left out.
+    px4_clock: Option<px4::Px4ClockJson>,
+    /// Parameter file that PX4 flies this mission with; without it, or where gains are chosen, the gains in PX4's terms.
+    px4_params: Option<String>,
+}
+
+/// A drop, ready to be planned and flown.
+#[derive(Clone, Debug)]
+pub struct Mission {
+    /// Name; results go to `out/<name>/`.
+    pub name: String,
+    /// Name of the vehicle.
+    pub vehicle_name: String,
+    /// File of the vehicle.
+    pub vehicle_file: PathBuf,
+    /// The vehicle.
+    pub vehicle: Arc<Vehicle>,
+    /// Steady velocity to reach, v_cmd, NED [m/s].
+    pub target_v_ned: Vector3<f64>,
+    /// Length of the simulation, from the start of the hang [s].
+    pub duration_s: f64,
+    /// Time of the simulation's start [us since 1970-01-01 UTC].
+    pub epoch_unix_us: u64,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Gravity, air, place and ground.
+    pub site: Site,
+    /// Parachute, hang and release.
+    pub release: Release,
+    /// The optimal control problem.
+    pub plan: PlanSettings,
+    /// What a flight is judged by.
+    pub limits: Limits,
+    /// Gains and limits of the cascade.
+    pub control: Control,
+    /// Cases that gains are tuned on, and random releases.
+    pub study: Study,
+    /// Errors of the sensors.
+    pub sensors: SensorSettings,
+    /// The battery, if it matters.
+    pub battery: Option<Battery>,
+    /// How a PX4 flies the mission.
+    pub px4: Px4,
+    /// What the results depend on: the files' hash and what was chosen beside them.
+    pub inputs: Inputs,
+}
+
+/// Reads a mission, its vehicle and its gains.
+///
+/// # Errors
+/// [`ConfigError`] with the place in the file that is refused.
+pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
+    let source = Source::read(path, "mission file", None)?;
+    let json: MissionJson = source.parse()?;
+    let mut hash = InputHash::default();
+    hash.absorb("mission", &source);
+    let vehicle_file = source.resolve(&json.vehicle);
+    let vehicle = load_named_vehicle(&vehicle_file, Some(path), &mut hash)?;
+    let (inputs, gains) = Inputs::of_files(&source.resolve(&json.gains), path, hash)?;
+
+    let (target_v_ned, epoch_unix_us) =
+        (Vector3::from(json.target_v_ned_m_s.get()), json.epoch_unix_us.get() as u64);
+    let site = Site::from_json(&source, &json.site, json.release.standing())?;
+    let release = Release::from_json(&source, &json.release, &json.parachute, &site.environment)?;
+    release.check_duration(&source, json.duration_s.get())?;
+    let gravity_m_s2 = site.environment.gravity_m_s2;
+    let px4 = Px4::from_json(&source, json.px4_clock, json.px4_params.as_deref(), gravity_m_s2)?;
+    let place = equipment::Place { environment: &site.environment, epoch_unix_us, px4: px4.clock };
+    Ok(Mission {
+        name: json.name.0,
+        vehicle_name: vehicle.name,
+        vehicle_file,
+        vehicle: Arc::new(vehicle.vehicle),
+        target_v_ned,
+        duration_s: json.duration_s.get(),
+        epoch_unix_us,
+        seed: json.seed.get() as u64,
+        plan: PlanSettings::from_json(&source, &json.plan, &target_v_ned)?,
+        limits: Limits::from_json(&json.limits, &target_v_ned),
+        control: Control::from_json(&json.control, gains),
+        study: Study::from_json(&source, &json.tuning, &json.monte_carlo)?,
+        sensors: equipment::sensors(&source, json.sensors.as_ref(), &place)?,
+        battery: json.battery.as_ref().map(equipment::battery),
+        site,
+        release,
+        px4,
+        inputs,
+    })
+}
+
+impl Mission {
+    /// The simulation at its beginning: under the canopy, or standing.
+    pub fn simulation(&self) -> DropSimulation {
+        let (vehicle, environment) = (self.vehicle.clone(), self.site.environment.clone());
+        let Release { parachute, hang_s, start, standing, .. } = self.release;
+        match self.site.ground {
+            Some(ground) if standing => DropSimulation::standing(vehicle, environment, ground),
+            Some(ground) => DropSimulation::new(vehicle, environment, parachute, hang_s, start).above(ground),
+            None => DropSimulation::new(vehicle, environment, parachute, hang_s, start),
+        }
+    }
+
+    /// The state that a plan starts from, [`PlanInitial`]; adrift with the wind.
+    pub fn plan_initial_state(&self) -> PlanState {
+        let (environment, release) = (&self.site.environment, &self.release);
+        match self.plan.initial {
+            PlanInitial::Paper => {
+                let drift = environment.drift_ned_m_s();
+                let v0 = release.parachute.v0_m_s(environment.gravity_m_s2);
+                [1.0, 0.0, 0.0, 0.0, drift.x, drift.y, v0, 0.0, 0.0, 0.0]
+            }
+            PlanInitial::Release => {
+                let body = DropSimulation::nominal_state_at_t0(
+                    self.vehicle.clone(),
+                    environment.clone(),
+                    release.parachute,
+                    release.start,
+                );
+                let (q, v, w) = (body.q_ned_from_body, body.v_ned, body.omega_body);
+                [q[0], q[1], q[2], q[3], v.x, v.y, v.z, w.x, w.y, w.z]
+            }
+        }
+    }
+
+    /// The planner's problem: from the nominal state at t = 0, rotors at rest, to the target.
+    pub fn plan_problem(&self) -> PlanProblem<'_> {
+        PlanProblem {
+            vehicle: &self.vehicle,
+            environment: &self.site.environment,
+            initial: self.plan_initial_state(),
+            initial_thrust_n: [0.0; MAX_ROTORS],
+            target_v_ned: self.target_v_ned,
+            x_ss: self.plan.x_ss,
+            horizon_s: self.plan.horizon_s,
+            nodes: self.plan.nodes,
+            thrust_max_n: self.plan.thrust_max_n,
+            thrust_rate_n_s: self.plan.thrust_slew_n_s,
+            cost_state: self.plan.cost_state,
+            cost_input: self.plan.cost_input,
+            input_reference: self.plan.cost_input_reference,
+            terminal_velocity_tolerance_m_s: None,
+        }
+    }
+
+    /// The random releases, (40)-(44).
+    pub fn releases(&self) -> ReleaseDistribution {
+        self.study.monte_carlo.releases(self.release.parachute, &self.site.environment)
+    }
+
+    /// The drop of a trial of a campaign.
+    pub fn draw_drop(&self, trial: u64) -> RandomDrop {
+        self.releases().draw_drop(self.seed, trial, self.study.monte_carlo.wind_sigma_m_s)
+    }
+
+    /// The mission with what was drawn for a drop: swing, wind and noise. Name and hash of the inputs stay; the plan's start
+    /// is not what was drawn, since nobody knows that beforehand.
+    pub fn with_drop(&self, drop: &RandomDrop) -> Self {
+        let mut mission = self.clone();
+        mission.release.parachute.pendulum =
+            self.study.monte_carlo.pendulum(drop.amplitude_rad, drop.phase_rad);
+        mission.site.environment.wind_ned_m_s += drop.wind_ned_m_s;
+        mission.seed = drop.seed;
+        mission
+    }
+
+    /// The parachutes whose swings come to t = 0 with the pitch and pitch rate of a release case, where there is such a
+    /// swing; in the order of the cases.
+    pub fn case_parachutes(&self) -> Vec<Parachute> {
+        let cases = self.study.cases.iter();
+        cases
+            .filter_map(|case| self.release.swinging_to(case, &self.vehicle, &self.site.environment))
+            .collect()
+    }
+
+    /// What a parameter file of this mission is about.
+    pub fn parameter_subject(&self) -> Subject<'_> {
+        Subject {
+            vehicle: &self.vehicle,
+            environment: &self.site.environment,
+            gains: &self.control.gains,
+            limits: &self.control.limits,
+            speed_m_s: self.limits.safety.speed_m_s,
+        }
+    }
+
+    /// The purpose that a parameter file must have for a PX4 to fly this mission with it.
+    pub fn px4_purpose(&self) -> Purpose {
+        self.px4.purpose()
+    }
+
+    /// What the mission's result files report of their origin.
+    pub fn stamp(&self) -> Stamp {
+        Stamp { seed: self.seed, input_hash: self.inputs.hash.clone() }
+    }
+}

@@ -1,0 +1,148 @@
+//! The optimal control problem as the mission sets it.
+
+use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::config::error::ConfigError;
+use crate::config::number::{Count, Exactly, NonNegative, Positive, SpanS, Within};
+use crate::config::source::Source;
+use crate::plan::InputReference;
+
+/// The optimal control problem, (25)-(32).
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PlanJson {
+    /// Why so.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// Horizon t_f from the start of the rotors [s].
+    horizon_s: SpanS,
+    /// What the plan starts from; "paper" when left out.
+    initial: Option<InitialJson>,
+    /// Number of nodes N; N - 1 intervals fill the horizon.
+    nodes: Count<3, 10_000>,
+    /// Greatest thrust of a rotor [N].
+    thrust_max_n: Positive<1_000_000>,
+    /// Greatest rate of change of a rotor's thrust [N/s].
+    thrust_slew_n_s: Positive<1_000_000_000>,
+    /// Diagonal of Q and S over the state [q0, q1, q2, q3, vn, ve, vd, p, q, r] in SI.
+    cost_state: Exactly<NonNegative<1_000_000_000>, 10>,
+    /// Diagonal of R [1/N^2].
+    cost_input_per_n2: NonNegative<1_000_000_000>,
+    /// Thrust that costs nothing.
+    cost_input_reference: InputReferenceJson,
+    /// Reference state x_ss of the cost, (31); the solved trim at the target velocity when left out.
+    x_ss: Option<StateJson>,
+}
+
+/// State that a plan starts from, rotors at rest.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum InitialJson {
+    /// (44): level and still, descending at v_0 = descent + g t_d.
+    Paper,
+    /// Where the drop comes to after a release at the end of the hang: with its swing, braked by the air.
+    Release,
+}
+
+/// Thrust that costs nothing.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum InputReferenceJson {
+    /// Zero, as in the paper.
+    Zero,
+    /// The thrusts of the trim.
+    Trim,
+}
+
+/// A state of the vehicle.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct StateJson {
+    /// Attitude, body to NED, scalar first.
+    q_ned_from_body: Exactly<Within<2>, 4>,
+    /// Velocity, NED [m/s].
+    v_ned_m_s: Exactly<Within<1000>, 3>,
+    /// Body rates [rad/s].
+    omega_body_rad_s: Exactly<Within<1000>, 3>,
+}
+
+/// State that a plan starts from, rotors at rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlanInitial {
+    /// The paper's (44) without the swing: level and still, descending at `v_0 = descent + g t_d`.
+    Paper,
+    /// The drop's state after a release at the end of the hang, with its swing and braked by the air.
+    Release,
+}
+
+/// The optimal control problem, (25)-(32), but for the vehicle, its initial state and its target.
+#[derive(Clone, Debug)]
+pub struct PlanSettings {
+    /// Horizon of the plan, t_f [s].
+    pub horizon_s: f64,
+    /// State that the plan starts from.
+    pub initial: PlanInitial,
+    /// Number of nodes of the plan; one more than its intervals.
+    pub nodes: usize,
+    /// Greatest thrust of a rotor in the plan [N].
+    pub thrust_max_n: f64,
+    /// Greatest rate of change of a rotor's thrust in the plan [N/s].
+    pub thrust_slew_n_s: f64,
+    /// Diagonal of Q and S over `[q0 q1 q2 q3 vn ve vd p q r]`.
+    pub cost_state: [f64; 10],
+    /// Diagonal of R [1/N^2].
+    pub cost_input: f64,
+    /// Thrust that costs nothing.
+    pub cost_input_reference: InputReference,
+    /// Reference state of the cost, (31), in the order of `cost_state`; `None`: the solved trim.
+    pub x_ss: Option<[f64; 10]>,
+}
+
+impl PlanSettings {
+    pub(super) fn from_json(
+        source: &Source,
+        json: &PlanJson,
+        target_v_ned: &Vector3<f64>,
+    ) -> Result<Self, ConfigError> {
+        Ok(Self {
+            horizon_s: json.horizon_s.get(),
+            initial: match json.initial {
+                Some(InitialJson::Release) => PlanInitial::Release,
+                Some(InitialJson::Paper) | None => PlanInitial::Paper,
+            },
+            nodes: json.nodes.get(),
+            thrust_max_n: json.thrust_max_n.get(),
+            thrust_slew_n_s: json.thrust_slew_n_s.get(),
+            cost_state: json.cost_state.0.map(NonNegative::get),
+            cost_input: json.cost_input_per_n2.get(),
+            cost_input_reference: match json.cost_input_reference {
+                InputReferenceJson::Zero => InputReference::Zero,
+                InputReferenceJson::Trim => InputReference::Trim,
+            },
+            x_ss: json.x_ss.as_ref().map(|x_ss| steady_state(source, x_ss, target_v_ned)).transpose()?,
+        })
+    }
+}
+
+fn steady_state(
+    source: &Source,
+    x_ss: &StateJson,
+    target_v_ned: &Vector3<f64>,
+) -> Result<[f64; 10], ConfigError> {
+    let (q, v, w) = (x_ss.q_ned_from_body.get(), x_ss.v_ned_m_s.get(), x_ss.omega_body_rad_s.get());
+    let target: [f64; 3] = (*target_v_ned).into();
+    if v != target {
+        let message = format!(
+            "expected the target velocity {target:?} (x_ss is the steady state there; left out, it is solved for), found {v:?}"
+        );
+        return Err(source.refuse("plan.x_ss.v_ned_m_s", message));
+    }
+    let length = q.iter().map(|q| q * q).sum::<f64>().sqrt();
+    if (length - 1.0).abs() >= 1e-3 {
+        let message = format!("expected a quaternion of length 1 (to 0.001), found length {length}");
+        return Err(source.refuse("plan.x_ss.q_ned_from_body", message));
+    }
+    Ok([q[0], q[1], q[2], q[3], v[0], v[1], v[2], w[0], w[1], w[2]])
+}

@@ -1,0 +1,136 @@
+//! The study: releases that gains are tuned on, and random releases.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::assess::ReleaseDistribution;
+use crate::config::error::ConfigError;
+use crate::config::number::{AngleDeg, Count, Exactly, Name, NonNegative, Within};
+use crate::config::source::Source;
+use crate::model::parachute::Pendulum;
+use crate::model::{Environment, Parachute};
+use crate::tune::ReleaseCase;
+use crate::units::RAD_PER_DEG;
+
+/// What the gains are tuned on.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TuningJson {
+    /// Where the cases come from.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// Releases, Table 3.
+    cases: Vec<CaseJson>,
+}
+
+/// A state at t = 0, rotors at rest.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct CaseJson {
+    /// Name of the case.
+    name: Name,
+    /// Velocity, NED [m/s].
+    v_ned_m_s: Exactly<Within<1000>, 3>,
+    /// Pitch [deg].
+    pitch_deg: AngleDeg,
+    /// Pitch rate [deg/s].
+    pitch_rate_deg_s: Within<100_000>,
+}
+
+/// Random releases: amplitude theta_0 normal about 0, phase uniform over the turn.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MonteCarloJson {
+    /// Where the distribution comes from.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// Releases in a campaign.
+    trials: Count<2, 1_000_000>,
+    /// Standard deviation of the amplitude [deg].
+    amplitude_sigma_deg: NonNegative<180>,
+    /// Frequency of the swing [rad/s].
+    omega_rad_s: NonNegative<100>,
+    /// Length of the pendulum [m].
+    length_m: NonNegative<1000>,
+    /// Standard deviation of the wind in north and in east, about the site's, in campaigns of whole drops [m/s]; 0 when left out.
+    wind_sigma_m_s: Option<NonNegative<100>>,
+}
+
+/// The releases that gains are tuned on and that a safety study draws.
+#[derive(Clone, Debug)]
+pub struct Study {
+    /// Releases that the gains are tuned on, Table 3; each has a name of its own.
+    pub cases: Vec<ReleaseCase>,
+    /// Random releases.
+    pub monte_carlo: MonteCarlo,
+}
+
+/// Random releases, (40)-(44): the swing's amplitude is normal about 0, its phase uniform over the turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MonteCarlo {
+    /// Releases in a campaign.
+    pub trials: usize,
+    /// Standard deviation of the amplitude theta_0 [rad].
+    pub amplitude_sigma_rad: f64,
+    /// Frequency of the swing [rad/s].
+    pub omega_rad_s: f64,
+    /// Length r of the pendulum [m].
+    pub length_m: f64,
+    /// Standard deviation of the wind in north and in east, in campaigns of whole drops [m/s].
+    pub wind_sigma_m_s: f64,
+}
+
+impl Study {
+    pub(super) fn from_json(
+        source: &Source,
+        tuning: &TuningJson,
+        monte_carlo: &MonteCarloJson,
+    ) -> Result<Self, ConfigError> {
+        check_names(source, &tuning.cases)?;
+        let case = |case: &CaseJson| ReleaseCase {
+            name: case.name.0.clone(),
+            v_ned: case.v_ned_m_s.get().into(),
+            pitch_rad: case.pitch_deg.get() * RAD_PER_DEG,
+            pitch_rate_rad_s: case.pitch_rate_deg_s.get() * RAD_PER_DEG,
+        };
+        Ok(Self {
+            cases: tuning.cases.iter().map(case).collect(),
+            monte_carlo: MonteCarlo {
+                trials: monte_carlo.trials.get(),
+                amplitude_sigma_rad: monte_carlo.amplitude_sigma_deg.get() * RAD_PER_DEG,
+                omega_rad_s: monte_carlo.omega_rad_s.get(),
+                length_m: monte_carlo.length_m.get(),
+                wind_sigma_m_s: monte_carlo.wind_sigma_m_s.map_or(0.0, NonNegative::get),
+            },
+        })
+    }
+}
+
+/// A case is chosen by its name, and names the folder of its drop.
+fn check_names(source: &Source, cases: &[CaseJson]) -> Result<(), ConfigError> {
+    for (i, case) in cases.iter().enumerate() {
+        let name = &case.name.0;
+        if let Some(first) = cases[..i].iter().position(|c| c.name.0 == *name) {
+            let message = format!("expected a name of its own, `{name}` is that of tuning.cases[{first}]");
+            return Err(source.refuse(&format!("tuning.cases[{i}].name"), message));
+        }
+    }
+    Ok(())
+}
+
+impl MonteCarlo {
+    /// The pendulum of the random releases with this amplitude and phase [rad].
+    pub(super) fn pendulum(&self, amplitude_rad: f64, phase_rad: f64) -> Pendulum {
+        Pendulum { amplitude_rad, phase_rad, omega_rad_s: self.omega_rad_s, length_m: self.length_m }
+    }
+
+    /// The distribution of releases under a canopy at a site.
+    pub(super) fn releases(&self, parachute: Parachute, site: &Environment) -> ReleaseDistribution {
+        ReleaseDistribution {
+            parachute: Parachute { pendulum: self.pendulum(0.0, 0.0), ..parachute },
+            gravity_m_s2: site.gravity_m_s2,
+            drift_ned_m_s: site.drift_ned_m_s(),
+            amplitude_sigma_rad: self.amplitude_sigma_rad,
+        }
+    }
+}
