@@ -29,7 +29,6 @@ mod source;
 mod table;
 mod trajectory_csv;
 mod vehicle_file;
-mod vehicle_json;
 
 pub use checkpoint::{SearchIdentity, Told, checkpoint_json, load_checkpoint};
 pub use error::ConfigError;

@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 
 use super::gains_file::GainsJson;
 use super::mission::MissionJson;
-use super::vehicle_json::VehicleJson;
+use super::vehicle_file::VehicleJson;
 
 /// File name under `params/schema/` and text of each schema.
 pub fn schemas() -> [(&'static str, String); 3] {

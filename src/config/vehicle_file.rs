@@ -1,19 +1,53 @@
 //! The vehicle file: `params/vehicles/*.json`, with the rotor table in a CSV beside it.
 //!
-//! The file as it is written is [`super::vehicle_json`]; [`load_vehicle`] checks what serde cannot (relations between
-//! numbers) and builds the model. Angles are in degrees in the file and in radians inside.
+//! The structs whose names end in `Json` are the file as it is written; [`load_vehicle`] checks what serde cannot (relations
+//! between numbers) and builds the model. Angles are in degrees in the file and in radians inside.
 
 use std::path::Path;
 
+use nalgebra::{Matrix3, Vector3};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use super::error::ConfigError;
-use super::number::{Exactly, Positive, UnitComponent};
+use super::number::{AngleDeg, Exactly, Name, NonNegative, Positive, TimeConstantS, UnitComponent, Within};
 use super::rotor_table;
 use super::source::{InputHash, Source};
-use super::vehicle_json::{BodyAeroJson, MotorJson, RotorJson, RotorModelJson, SpinJson, VehicleJson};
 use crate::model::rigid_body::MassProperties;
 use crate::model::{BodyAero, MAX_ROTORS, Motor, RotationSense, Rotor, RotorMount, Vehicle, VehicleOptions};
 use crate::units::RAD_PER_DEG;
-use nalgebra::{Matrix3, Vector3};
+
+/// A multirotor: mass, rotors, body aerodynamics, rotor and motor models. Body axes: x forward, y right, z down.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct VehicleJson {
+    /// What this vehicle is.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// Name of the vehicle.
+    name: Name,
+    /// Mass [kg].
+    mass_kg: Positive<100_000>,
+    /// Moments of inertia about the centre of mass, Jxx, Jyy, Jzz [kg m^2]. Each is at most the sum of the others.
+    inertia_kg_m2: Exactly<Positive<10_000_000>, 3>,
+    /// Off-diagonal entries Jxy, Jxz, Jyz of the inertia matrix [kg m^2], with the sign that they have in the matrix;
+    /// 0 when left out.
+    inertia_off_diagonal_kg_m2: Option<Exactly<Within<10_000_000>, 3>>,
+    /// The rotors, 1 to 8, in PX4's order (quad-X: front right, rear left, front left, rear right).
+    #[schemars(length(min = 1, max = 8))]
+    rotors: Vec<RotorJson>,
+    /// Which reactions of the rotors on the body are modelled.
+    effects: EffectsJson,
+    /// Body aerodynamics, (13)-(18).
+    body_aero: BodyAeroJson,
+    /// The rotor model, the same for all rotors.
+    rotor: RotorModelJson,
+    /// The motor model, the same for all rotors.
+    motor: MotorJson,
+    /// Where the numbers come from.
+    #[serde(rename = "provenance")]
+    _provenance: Option<Vec<String>>,
+}
 
 /// A vehicle as its file describes it.
 #[derive(Clone, Debug)]
@@ -27,9 +61,6 @@ pub struct VehicleFile {
     /// SHA-256 of the file and its tables, hexadecimal.
     pub input_hash: String,
 }
-
-/// Entries of a coefficient table: the spline's equations are solved as a full matrix of this size.
-const MOST_ANGLES: usize = 721;
 
 /// Reads a vehicle file and its tables.
 ///
@@ -72,12 +103,47 @@ pub(super) fn load_named_vehicle(
     Ok(VehicleFile { name: json.name.0, vehicle, rotor_radius_m, input_hash: own.hex() })
 }
 
+/// Which reactions of the rotors on the body are modelled.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct EffectsJson {
+    /// Why.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// The torque that turns a rotor turns the body the other way.
+    reaction_torque: bool,
+    /// The rotors' angular momentum acts on the body, (19)-(22).
+    rotor_momentum: bool,
+}
+
 fn build_mass(source: &Source, json: &VehicleJson) -> Result<MassProperties, ConfigError> {
     let [xx, yy, zz] = json.inertia_kg_m2.0.map(Positive::get);
     let [xy, xz, yz] = json.inertia_off_diagonal_kg_m2.map_or([0.0; 3], Exactly::get);
     let inertia = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     MassProperties::new(json.mass_kg.get(), inertia)
         .map_err(|e| source.refuse("inertia_kg_m2", e.to_string()))
+}
+
+/// Where a rotor sits, which way it pushes and turns.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct RotorJson {
+    /// Hub, from the centre of mass, body axes [m].
+    position_body_m: Exactly<Within<100>, 3>,
+    /// Unit vector of the thrust, body axes; [0, 0, -1] pushes up.
+    axis_body: Exactly<UnitComponent, 3>,
+    /// Sense of rotation, seen from above.
+    spin_from_above: SpinJson,
+}
+
+/// Sense of rotation.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum SpinJson {
+    /// Clockwise.
+    Cw,
+    /// Counter-clockwise.
+    Ccw,
 }
 
 fn build_mounts(source: &Source, rotors: &[RotorJson]) -> Result<Vec<RotorMount>, ConfigError> {
@@ -99,6 +165,31 @@ fn build_mounts(source: &Source, rotors: &[RotorJson]) -> Result<Vec<RotorMount>
     };
     rotors.iter().enumerate().map(mount).collect()
 }
+
+/// Coefficients over the angle of attack; a periodic cubic spline runs through them.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct BodyAeroJson {
+    /// Where the coefficients come from.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// Reference area S [m^2].
+    reference_area_m2: Positive<10_000>,
+    /// Reference span b [m].
+    reference_span_m: Positive<1000>,
+    /// Angles of attack, increasing from -180 to 180 [deg].
+    #[schemars(length(max = 721))]
+    alpha_deg: Vec<AngleDeg>,
+    /// Drag coefficient at each angle, (13).
+    c_drag: Vec<Within<1000>>,
+    /// Lift coefficient at each angle, (14).
+    c_lift: Vec<Within<1000>>,
+    /// Pitching moment coefficient at each angle, (15).
+    c_pitch: Vec<Within<1000>>,
+}
+
+/// Entries of a coefficient table: the spline's equations are solved as a full matrix of this size.
+const MOST_ANGLES: usize = 721;
 
 fn build_aero(source: &Source, json: &BodyAeroJson) -> Result<BodyAero, ConfigError> {
     let alpha_deg: Vec<f64> = json.alpha_deg.iter().map(|a| a.get()).collect();
@@ -124,6 +215,49 @@ fn build_aero(source: &Source, json: &BodyAeroJson) -> Result<BodyAero, ConfigEr
         .map_err(|e| source.refuse("body_aero", e.to_string()))
 }
 
+/// The rotor model.
+#[derive(Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum RotorModelJson {
+    /// Thrust and torque by table over rotor speed, airspeed and flow angle.
+    Table(RotorTableJson),
+    /// Thrust = k omega^2, torque = c thrust.
+    Quadratic(QuadraticJson),
+}
+
+/// A table of thrust and torque, in a CSV file.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct RotorTableJson {
+    /// How the table was made.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// CSV file, relative to this file; columns omega_rad_s, airspeed_m_s, angle_deg, thrust_n, torque_nm, a full grid with
+    /// the angle running fastest, then the airspeed.
+    file: String,
+    /// Density that the table holds for; thrust and torque scale with density [kg/m^3].
+    density_kg_m3: Positive<1000>,
+    /// Radius [m].
+    radius_m: Option<Positive<100>>,
+}
+
+/// Thrust = k omega^2, torque = c thrust.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct QuadraticJson {
+    /// Where the coefficients come from.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// k [N/(rad/s)^2].
+    thrust_n_per_rad2_s2: Positive<1000>,
+    /// c [m].
+    torque_per_thrust_m: NonNegative<100>,
+    /// Density that k holds for [kg/m^3].
+    density_kg_m3: Positive<1000>,
+    /// Radius [m].
+    radius_m: Option<Positive<100>>,
+}
+
 type BuiltRotor = (Rotor, Option<f64>, Option<Source>);
 
 fn build_rotor(source: &Source, json: &RotorModelJson) -> Result<BuiltRotor, ConfigError> {
@@ -142,6 +276,71 @@ fn build_rotor(source: &Source, json: &RotorModelJson) -> Result<BuiltRotor, Con
             Ok((rotor, q.radius_m.map(Positive::get), None))
         }
     }
+}
+
+/// The thrust at full throttle in still air scales the control channel: a rotor that gives none cannot be commanded.
+fn check_static_thrust(source: &Source, vehicle: &Vehicle) -> Result<(), ConfigError> {
+    let density = match &vehicle.rotor {
+        Rotor::Table(table) => table.density_kg_m3(),
+        Rotor::Quadratic { density_kg_m3, .. } => *density_kg_m3,
+    };
+    let thrust_n = vehicle.static_thrust_n(density);
+    if thrust_n.is_finite() && thrust_n > 0.0 {
+        return Ok(());
+    }
+    let message = format!(
+        "expected a rotor that lifts at full throttle ({} rad/s) in still air, found a thrust of {thrust_n} N",
+        vehicle.motor.omega_max_rad_s()
+    );
+    Err(source.refuse("rotor", message))
+}
+
+/// The motor with its speed controller.
+#[derive(Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum MotorJson {
+    /// Speed controller and DC motor with limits of voltage and current.
+    EscDc(EscDcJson),
+    /// First-order lag with separate time constants up and down.
+    FirstOrder(FirstOrderJson),
+}
+
+/// Speed controller and DC motor.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct EscDcJson {
+    /// Rotor speed at full throttle [rad/s].
+    omega_max_rad_s: Positive<100_000>,
+    /// Torque per current [N m/A].
+    torque_constant_nm_a: Positive<1000>,
+    /// Voltage per speed [V s/rad].
+    back_emf_constant_v_s_rad: Positive<1000>,
+    /// Resistance of the winding [ohm].
+    resistance_ohm: Positive<1000>,
+    /// Largest voltage [V].
+    voltage_max_v: Positive<100_000>,
+    /// Largest current [A].
+    current_max_a: Positive<100_000>,
+    /// Smallest current [A]; 0: no active braking, negative: braking.
+    current_min_a: Within<100_000>,
+    /// Voltage per speed error [V s/rad].
+    esc_gain_v_s_rad: NonNegative<1000>,
+    /// Moment of inertia of rotor and motor about the shaft [kg m^2].
+    rotor_inertia_kg_m2: Positive<10_000>,
+}
+
+/// First-order lag of the rotor speed.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct FirstOrderJson {
+    /// Rotor speed at full throttle [rad/s].
+    omega_max_rad_s: Positive<100_000>,
+    /// Time constant speeding up [s].
+    tau_up_s: TimeConstantS,
+    /// Time constant slowing down [s].
+    tau_down_s: TimeConstantS,
+    /// Moment of inertia of rotor and motor about the shaft [kg m^2], for the gyroscopic moment.
+    rotor_inertia_kg_m2: NonNegative<10_000>,
 }
 
 fn build_motor(source: &Source, json: &MotorJson) -> Result<Motor, ConfigError> {
@@ -193,21 +392,4 @@ fn check_longest_step(source: &Source, vehicle: &Vehicle) -> Result<(), ConfigEr
         1.0 / vehicle.motor.fastest_rate_per_s(),
     );
     Err(source.refuse("motor.esc_dc.rotor_inertia_kg_m2", message))
-}
-
-/// The thrust at full throttle in still air scales the control channel: a rotor that gives none cannot be commanded.
-fn check_static_thrust(source: &Source, vehicle: &Vehicle) -> Result<(), ConfigError> {
-    let density = match &vehicle.rotor {
-        Rotor::Table(table) => table.density_kg_m3(),
-        Rotor::Quadratic { density_kg_m3, .. } => *density_kg_m3,
-    };
-    let thrust_n = vehicle.static_thrust_n(density);
-    if thrust_n.is_finite() && thrust_n > 0.0 {
-        return Ok(());
-    }
-    let message = format!(
-        "expected a rotor that lifts at full throttle ({} rad/s) in still air, found a thrust of {thrust_n} N",
-        vehicle.motor.omega_max_rad_s()
-    );
-    Err(source.refuse("rotor", message))
 }
