@@ -6,6 +6,7 @@ mod random;
 mod refusals;
 mod schemas;
 mod spoil;
+mod study_identity;
 mod trajectories;
 mod vehicles;
 

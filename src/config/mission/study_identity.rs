@@ -1,28 +1,192 @@
-//! What makes a safety study the one that it is: a hash of the numbers that its flights depend on.
+//! Whether a mission is the paper's study: a hash of the numbers that the study's flights depend on, each under a name.
 //!
-//! Names, gains, seed, number of trials and everything of a drop that the study does not fly (sensors, hang, wire) are not of it.
+//! Names in the code are not of it, nor is what the study does not fly: names, gains, the seed, the number of trials, sensors,
+//! hang and wire. A plan that starts from the release ([`PlanInitial::Release`]) is never the paper's, so the swing that it
+//! starts with is left out too.
 
-use super::Mission;
+use std::fmt::{Debug, Write};
+
+use super::{Mission, PlanInitial, PlanSettings};
 use crate::assess::paper::STUDY_SHA256;
 use crate::config::source::sha256;
+use crate::model::{Motor, RotationSense, Rotor, Vehicle};
+use crate::plan::InputReference;
 
 impl Mission {
-    /// SHA-256, hexadecimal, of vehicle, site, plan, limits, cases and distribution of releases as they are in memory: written out
-    /// with all digits, so that it follows every bit.
-    pub fn study_sha256(&self) -> String {
+    /// The numbers of vehicle, site, plan, limits, cases and distribution of releases as they are in memory: `name=value`, a
+    /// line each, in a fixed order. A value has all the digits that read back to the same bits.
+    pub fn study_numbers(&self) -> String {
+        let mut text = Numbers(String::new());
+        text.vehicle(&self.vehicle);
         let site = &self.site.environment;
-        let site = (site.gravity_m_s2, site.density_kg_m3, site.wind_ned_m_s);
-        let plan = (self.target_v_ned, self.plan_initial_state(), self.plan.horizon_s, self.plan.nodes);
-        let cost =
-            (self.plan.cost_state, self.plan.cost_input, self.plan.cost_input_reference, self.plan.x_ss);
-        let limits =
-            (self.limits.safety, self.control.limits, self.plan.thrust_max_n, self.plan.thrust_slew_n_s);
-        let releases = (self.releases(), &self.study.cases);
-        sha256(&format!("{:?}", (&self.vehicle, site, plan, cost, limits, releases)))
+        text.put("site.gravity_m_s2", site.gravity_m_s2);
+        text.put("site.density_kg_m3", site.density_kg_m3);
+        text.list("site.wind_ned_m_s", &site.wind_ned_m_s);
+        text.list("target_v_ned_m_s", &self.target_v_ned);
+        text.plan(&self.plan);
+        let (safety, cascade) = (&self.limits.safety, &self.control.limits);
+        text.put("limits.speed_m_s", safety.speed_m_s);
+        text.put("limits.pitch_rad", safety.pitch_rad);
+        text.put("limits.pitch_rate_rad_s", safety.pitch_rate_rad_s);
+        text.put("limits.vertical_acceleration_m_s2", safety.vertical_acceleration_m_s2);
+        text.put("control.tilt_limit_rad", cascade.tilt_rad);
+        text.put("control.rate_command_limit_rad_s", cascade.rate_command_rad_s);
+        text.put("control.yaw_rate_command_limit_rad_s", cascade.yaw_rate_command_rad_s);
+        text.put("control.rate_integral_limit_rad_s2", cascade.rate_integral_rad_s2);
+        let (parachute, random) = (&self.release.parachute, &self.study.monte_carlo);
+        text.put("parachute.descent_m_s", parachute.descent_m_s);
+        text.put("parachute.delay_s", parachute.delay_s);
+        if let Some(hook) = parachute.hook {
+            text.put("parachute.hook.lets_go_before_s", hook.lets_go_before_s);
+        }
+        text.put("monte_carlo.amplitude_sigma_rad", random.amplitude_sigma_rad);
+        text.put("monte_carlo.omega_rad_s", random.omega_rad_s);
+        text.put("monte_carlo.length_m", random.length_m);
+        for (i, case) in self.study.cases.iter().enumerate() {
+            text.list(&format!("cases[{i}].v_ned_m_s"), &case.v_ned);
+            text.put(&format!("cases[{i}].pitch_rad"), case.pitch_rad);
+            text.put(&format!("cases[{i}].pitch_rate_rad_s"), case.pitch_rate_rad_s);
+        }
+        text.0
     }
 
     /// Whether this is the study that stands for the paper's: then what the paper prints may stand beside it.
     pub fn is_the_papers_study(&self) -> bool {
-        self.study_sha256() == STUDY_SHA256
+        sha256(&self.study_numbers()) == STUDY_SHA256
+    }
+}
+
+/// Lines of `name=value`.
+struct Numbers(String);
+
+impl Numbers {
+    fn put(&mut self, name: &str, value: impl Debug) {
+        // Writing to a string does not fail. `{:?}` of a number is the shortest text that reads back to the same bits.
+        let _ = writeln!(self.0, "{name}={value:?}");
+    }
+
+    fn list<'a>(&mut self, name: &str, values: impl IntoIterator<Item = &'a f64>) {
+        for (i, value) in values.into_iter().enumerate() {
+            self.put(&format!("{name}[{i}]"), value);
+        }
+    }
+
+    fn word(&mut self, name: &str, word: &str) {
+        let _ = writeln!(self.0, "{name}={word}");
+    }
+
+    fn vehicle(&mut self, vehicle: &Vehicle) {
+        let inertia = &vehicle.mass.inertia_kg_m2;
+        self.put("vehicle.mass_kg", vehicle.mass.mass_kg);
+        for (entry, at) in
+            [("xx", (0, 0)), ("yy", (1, 1)), ("zz", (2, 2)), ("xy", (0, 1)), ("xz", (0, 2)), ("yz", (1, 2))]
+        {
+            self.put(&format!("vehicle.inertia_kg_m2.{entry}"), inertia[at]);
+        }
+        for (i, mount) in vehicle.rotors.iter().enumerate() {
+            self.list(&format!("vehicle.rotors[{i}].position_body_m"), &mount.position_body_m);
+            self.list(&format!("vehicle.rotors[{i}].axis_body"), &mount.axis_body);
+            let sense = match mount.spin {
+                RotationSense::Cw => "cw",
+                RotationSense::Ccw => "ccw",
+            };
+            self.word(&format!("vehicle.rotors[{i}].spin_from_above"), sense);
+        }
+        self.put("vehicle.effects.reaction_torque", vehicle.options.reaction_torque);
+        self.put("vehicle.effects.rotor_momentum", vehicle.options.rotor_momentum);
+        let aero = &vehicle.aero;
+        self.put("vehicle.body_aero.reference_area_m2", aero.area_m2());
+        self.put("vehicle.body_aero.reference_span_m", aero.span_m());
+        let [c_drag, c_lift, c_pitch] = aero.coefficients();
+        self.list("vehicle.body_aero.alpha_rad", c_drag.knots());
+        // The value at each knot but the last, which is the first a turn later.
+        for (name, spline) in [("c_drag", c_drag), ("c_lift", c_lift), ("c_pitch", c_pitch)] {
+            self.list(&format!("vehicle.body_aero.{name}"), spline.pieces().iter().map(|[value, ..]| value));
+        }
+        self.rotor(&vehicle.rotor);
+        self.motor(&vehicle.motor);
+    }
+
+    fn rotor(&mut self, rotor: &Rotor) {
+        match rotor {
+            Rotor::Table(table) => {
+                let [omega, airspeed, angle] = table.knots();
+                self.put("vehicle.rotor.table.density_kg_m3", table.density_kg_m3());
+                self.list("vehicle.rotor.table.omega_rad_s", omega);
+                self.list("vehicle.rotor.table.airspeed_m_s", airspeed);
+                self.list("vehicle.rotor.table.angle_rad", angle);
+                self.list("vehicle.rotor.table.thrust_n", table.cells().iter().map(|[thrust, _]| thrust));
+                self.list("vehicle.rotor.table.torque_nm", table.cells().iter().map(|[_, torque]| torque));
+            }
+            Rotor::Quadratic { thrust_n_per_rad2_s2, torque_per_thrust_m, density_kg_m3 } => {
+                self.put("vehicle.rotor.quadratic.thrust_n_per_rad2_s2", thrust_n_per_rad2_s2);
+                self.put("vehicle.rotor.quadratic.torque_per_thrust_m", torque_per_thrust_m);
+                self.put("vehicle.rotor.quadratic.density_kg_m3", density_kg_m3);
+            }
+        }
+    }
+
+    fn motor(&mut self, motor: &Motor) {
+        let (model, numbers) = match *motor {
+            Motor::EscDc {
+                omega_max_rad_s,
+                torque_constant_nm_a,
+                back_emf_constant_v_s_rad,
+                resistance_ohm,
+                voltage_max_v,
+                current_max_a,
+                current_min_a,
+                esc_gain_v_s_rad,
+                rotor_inertia_kg_m2,
+            } => (
+                "esc_dc",
+                vec![
+                    ("omega_max_rad_s", omega_max_rad_s),
+                    ("torque_constant_nm_a", torque_constant_nm_a),
+                    ("back_emf_constant_v_s_rad", back_emf_constant_v_s_rad),
+                    ("resistance_ohm", resistance_ohm),
+                    ("voltage_max_v", voltage_max_v),
+                    ("current_max_a", current_max_a),
+                    ("current_min_a", current_min_a),
+                    ("esc_gain_v_s_rad", esc_gain_v_s_rad),
+                    ("rotor_inertia_kg_m2", rotor_inertia_kg_m2),
+                ],
+            ),
+            Motor::FirstOrder { omega_max_rad_s, tau_up_s, tau_down_s, rotor_inertia_kg_m2 } => (
+                "first_order",
+                vec![
+                    ("omega_max_rad_s", omega_max_rad_s),
+                    ("tau_up_s", tau_up_s),
+                    ("tau_down_s", tau_down_s),
+                    ("rotor_inertia_kg_m2", rotor_inertia_kg_m2),
+                ],
+            ),
+        };
+        for (name, value) in numbers {
+            self.put(&format!("vehicle.motor.{model}.{name}"), value);
+        }
+    }
+
+    fn plan(&mut self, plan: &PlanSettings) {
+        self.put("plan.horizon_s", plan.horizon_s);
+        let initial = match plan.initial {
+            PlanInitial::Paper => "paper",
+            PlanInitial::Release => "release",
+        };
+        self.word("plan.initial", initial);
+        self.put("plan.nodes", plan.nodes);
+        self.put("plan.thrust_max_n", plan.thrust_max_n);
+        self.put("plan.thrust_slew_n_s", plan.thrust_slew_n_s);
+        self.list("plan.cost_state", &plan.cost_state);
+        self.put("plan.cost_input_per_n2", plan.cost_input);
+        let reference = match plan.cost_input_reference {
+            InputReference::Zero => "zero",
+            InputReference::Trim => "trim",
+        };
+        self.word("plan.cost_input_reference", reference);
+        match &plan.x_ss {
+            Some(x_ss) => self.list("plan.x_ss", x_ss),
+            None => self.word("plan.x_ss", "trim"),
+        }
     }
 }
