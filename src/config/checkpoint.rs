@@ -1,5 +1,5 @@
-//! The checkpoint of a search: what it was told so far. A search is its settings, its seed and the costs that it was told, so this is
-//! all there is to keep.
+//! The checkpoint of a search: its settings, its seed and the evaluations so far, which determine how it goes
+//! on.
 
 use core::fmt::Debug;
 use std::path::Path;
@@ -14,8 +14,8 @@ use crate::tune::Evaluation;
 /// Everything that a search depends on: names and values, in an order.
 pub type SearchIdentity = [(&'static str, String)];
 
-/// What a search is told of a candidate: numbers, or that a flight was lost.
-pub trait Told: Sized {
+/// Evaluation of a candidate in a search: numbers, or a flight that was lost.
+pub trait Evaluated: Sized {
     /// The numbers as they stand in the file.
     type Numbers: DeserializeOwned + Debug;
 
@@ -27,7 +27,7 @@ pub trait Told: Sized {
 }
 
 /// The evaluation of gains: `[rms, j_tpf, unrest]`.
-impl Told for Evaluation {
+impl Evaluated for Evaluation {
     type Numbers = [f64; 3];
 
     fn numbers(&self) -> Option<[f64; 3]> {
@@ -40,7 +40,7 @@ impl Told for Evaluation {
 }
 
 /// A cost; what is not finite is that of a lost flight.
-impl Told for f64 {
+impl Evaluated for f64 {
     type Numbers = Self;
 
     fn numbers(&self) -> Option<Self> {
@@ -57,15 +57,16 @@ impl Told for f64 {
 struct CheckpointJson<E> {
     /// Everything that the search depends on.
     search: serde_json::Map<String, serde_json::Value>,
-    /// What each candidate came to; null where a flight was lost.
+    /// Evaluation of each candidate; null where a flight was lost.
     evaluations: E,
 }
 
 /// Reads a checkpoint of this search.
 ///
 /// # Errors
-/// [`ConfigError`] when the file cannot be read, is no checkpoint or belongs to another search; then it names what differs.
-pub fn load_checkpoint<T: Told>(path: &Path, search: &SearchIdentity) -> Result<Vec<T>, ConfigError> {
+/// [`ConfigError`] when the file cannot be read, is no checkpoint or belongs to another search; then it names
+/// what differs.
+pub fn load_checkpoint<T: Evaluated>(path: &Path, search: &SearchIdentity) -> Result<Vec<T>, ConfigError> {
     let source = Source::read(path, "checkpoint", None)?;
     // Whose it is comes first: another search's evaluations may be of another form.
     let whose: CheckpointJson<IgnoredAny> = source.parse()?;
@@ -90,9 +91,9 @@ pub fn load_checkpoint<T: Told>(path: &Path, search: &SearchIdentity) -> Result<
 }
 
 /// The text of a checkpoint, as [`load_checkpoint`] reads it back to the last bit.
-pub fn checkpoint_json<T: Told>(search: &SearchIdentity, told: &[T]) -> String {
+pub fn checkpoint_json<T: Evaluated>(search: &SearchIdentity, evaluations: &[T]) -> String {
     let row = |t: &T| t.numbers().map_or("    null".to_owned(), |numbers| format!("    {numbers:?}"));
-    let rows: Vec<String> = told.iter().map(row).collect();
+    let rows: Vec<String> = evaluations.iter().map(row).collect();
     let quoted = |text: &str| serde_json::Value::from(text).to_string();
     let fields: Vec<String> =
         search.iter().map(|(name, value)| format!("    {}: {}", quoted(name), quoted(value))).collect();
@@ -113,10 +114,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("checkpoint.json");
         let some = Evaluation { rms: 0.1 + 0.2, j_tpf: 5e-324, unrest: 0.0 };
-        let told = [some, Evaluation::DIVERGED, Evaluation { rms: 1.0 / 3.0, ..some }];
+        let evaluations = [some, Evaluation::DIVERGED, Evaluation { rms: 1.0 / 3.0, ..some }];
         let mut search = [("seed", "1".to_owned()), ("start", "a \"b\"".to_owned())];
-        std::fs::write(&path, checkpoint_json(&search, &told)).unwrap();
-        assert_eq!(load_checkpoint::<Evaluation>(&path, &search).unwrap(), told);
+        std::fs::write(&path, checkpoint_json(&search, &evaluations)).unwrap();
+        assert_eq!(load_checkpoint::<Evaluation>(&path, &search).unwrap(), evaluations);
         search[1].1 = "c".to_owned();
         let refused = load_checkpoint::<Evaluation>(&path, &search).unwrap_err().to_string();
         assert!(
@@ -134,11 +135,11 @@ mod tests {
         let path = folder.path().join("checkpoint.json");
         let search = [("seed", "1".to_owned())];
         std::fs::write(&path, checkpoint_json(&search, &[0.1 + 0.2, f64::INFINITY, 1e300, 5e-324])).unwrap();
-        let told: Vec<f64> = load_checkpoint(&path, &search).unwrap();
-        assert_eq!(told, [0.1 + 0.2, f64::INFINITY, 1e300, 5e-324]);
+        let evaluations: Vec<f64> = load_checkpoint(&path, &search).unwrap();
+        assert_eq!(evaluations, [0.1 + 0.2, f64::INFINITY, 1e300, 5e-324]);
     }
 
-    /// Where the wrong number stands is told; whose the checkpoint is comes before the form of its numbers.
+    /// The place of a wrong number is reported; whose the checkpoint is comes before the form of its numbers.
     #[test]
     fn evaluations_of_another_form_are_refused_with_their_place() {
         let folder = tempfile::tempdir().unwrap();

@@ -10,13 +10,13 @@ pub enum ConfigError {
     /// The file cannot be read.
     #[error("cannot read {role} {}: {reason}{}", path.display(), whence(path, named_in.as_ref()))]
     Read {
-        /// What the file was to be ("mission file").
+        /// Role of the file ("mission file").
         role: &'static str,
         /// The path that was tried.
         path: PathBuf,
         /// The file that names it; `None` when it was given on the command line.
         named_in: Option<PathBuf>,
-        /// What the system said.
+        /// Reason that the operating system gives.
         reason: String,
     },
     /// The text is not the JSON that was expected.
@@ -30,7 +30,7 @@ pub enum ConfigError {
         column: usize,
         /// Where in the document: `rotors[2].axis_body`; empty for the document itself.
         json_path: String,
-        /// What is wrong and what was expected.
+        /// Fault, and what was expected.
         message: String,
     },
     /// A CSV table is not what was expected.
@@ -42,7 +42,7 @@ pub enum ConfigError {
         line: usize,
         /// Column in characters, from 1.
         column: usize,
-        /// What is wrong and what was expected.
+        /// Fault, and what was expected.
         message: String,
     },
     /// A parameter file is not what was expected, or is not for the mission's vehicle and site.
@@ -50,7 +50,7 @@ pub enum ConfigError {
     Parameters {
         /// The file.
         file: PathBuf,
-        /// What is wrong; begins with the line, if it is one line's fault.
+        /// Fault; begins with the line, if it is one line's.
         error: ParamsError,
     },
 }

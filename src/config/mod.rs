@@ -14,8 +14,9 @@
 //! | `number` | numbers with a range |
 //! | `table` | CSV |
 //!
-//! A file is refused with `file:line:column`, the path of the value in the document, and what was expected there.
-//! Unknown and repeated keys, numbers out of their range, NaN and text after the document are all refused.
+//! A file is refused with `file:line:column`, the path of the value in the document, and what was expected
+//! there. Unknown and repeated keys, numbers out of their range, NaN and text after the document are all
+//! refused.
 
 mod checkpoint;
 mod error;
@@ -30,7 +31,7 @@ mod table;
 mod trajectory_csv;
 mod vehicle_file;
 
-pub use checkpoint::{SearchIdentity, Told, checkpoint_json, load_checkpoint};
+pub use checkpoint::{SearchIdentity, Evaluated, checkpoint_json, load_checkpoint};
 pub use error::ConfigError;
 pub use gains_file::{GainsFile, gains_json, gains_path, load_gains};
 pub use mission::{

@@ -1,5 +1,5 @@
-//! Numbers with a range: they refuse what is outside while the file is being parsed, so that the error knows its place,
-//! and they show the range in the schema.
+//! Numbers with a range: they refuse what is outside while the file is being parsed, so that the error knows
+//! its place, and they show the range in the schema.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -112,8 +112,8 @@ macro_rules! number {
 }
 
 number! {
-    /// At most `MAX`, either way. Like the other bounds, `MAX` is far beyond anything that flies: it keeps out what would make
-    /// arithmetic overflow.
+    /// At most `MAX`, either way. Like the other bounds, `MAX` is far beyond anything that flies: it keeps
+    /// out what would make arithmetic overflow.
     Within<MAX>: Range::from_to(-(MAX as f64), MAX as f64)
 }
 number! {
@@ -141,7 +141,8 @@ number! {
     UnitComponent: Range::from_to(-1.0, 1.0)
 }
 number! {
-    /// A motor's time constant [s]: what is faster would take more than 13 steps of integration in a control period of 10 ms.
+    /// A motor's time constant [s]: what is faster would take more than 13 steps of integration in a control
+    /// period of 10 ms.
     TimeConstantS: Range::from_to(0.0005, 100.0).of("a time", " s")
 }
 

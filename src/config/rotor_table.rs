@@ -1,5 +1,5 @@
-//! The rotor table's CSV: `omega_rad_s,airspeed_m_s,angle_deg,thrust_n,torque_nm`, one line per cell of a full grid, the
-//! angle running fastest, then the airspeed, then the rotor speed; every axis increases.
+//! The rotor table's CSV: `omega_rad_s,airspeed_m_s,angle_deg,thrust_n,torque_nm`, one line per cell of a
+//! full grid, the angle running fastest, then the airspeed, then the rotor speed; every axis increases.
 
 use super::error::ConfigError;
 use super::source::Source;
@@ -44,8 +44,8 @@ pub(super) fn parse(source: &Source, density_kg_m3: f64) -> Result<RotorTable, C
         .map_err(|e| table::refuse(source, after, 1, format!("the table ends early or late: {e}")))
 }
 
-/// The axes, as they show themselves line by line: the first line of a new block may bring a new, greater value, every
-/// other line stands where the grid has it.
+/// The axes, as they show themselves line by line: the first line of a new block may bring a new, greater
+/// value, every other line stands where the grid has it.
 #[derive(Default)]
 struct Grid {
     axes: [Vec<f64>; 3],
@@ -68,8 +68,8 @@ impl Grid {
         Ok(grid)
     }
 
-    /// The place of the line after `place`: one further in the angle, or at its start and one further in the airspeed, and
-    /// so on. An axis that has not come to its end yet ends where a slower column changes.
+    /// The place of the line after `place`: one further in the angle, or at its start and one further in the
+    /// airspeed, and so on. An axis that has not come to its end yet ends where a slower column changes.
     fn next(&self, place: [usize; 3], complete: &mut [bool; 3], values: &[f64]) -> [usize; 3] {
         let mut next = place;
         for c in [2, 1] {

@@ -1,5 +1,6 @@
-//! JSON schemas of the mission, vehicle and gains files, made from the structs that read them, so that an editor can
-//! complete and check. What they cannot say (relations between numbers, the tables' contents) the loader checks.
+//! JSON schemas of the mission, vehicle and gains files, made from the structs that read them, so that an
+//! editor can complete and check. What they cannot say (relations between numbers, the tables' contents) the
+//! loader checks.
 
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
@@ -28,5 +29,6 @@ fn text<T: JsonSchema>(title: &str) -> String {
     for (key, value) in generated.as_object().into_iter().flatten() {
         schema.entry(key).or_insert_with(|| value.clone());
     }
-    format!("{:#}\n", Value::Object(schema))
+    // The lines of a doc comment end where the code is wide enough.
+    format!("{:#}\n", Value::Object(schema)).replace("\\n", " ")
 }

@@ -1,8 +1,8 @@
-//! A file's text and the places in it: reading with a size limit, strict JSON, and the line and column of anything that
-//! is refused.
+//! A file's text and the places in it: reading with a size limit, strict JSON, and the line and column of
+//! anything that is refused.
 //!
-//! A place is where the refused thing *starts*: the value for a wrong value, the key for one that is unknown or given
-//! twice, the object for one that lacks a key. Syntax errors are where the parser stopped.
+//! A place is where the refused thing *starts*: the value for a wrong value, the key for one that is unknown
+//! or given twice, the object for one that lacks a key. Syntax errors are where the parser stopped.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -82,12 +82,14 @@ impl Source {
         let full = error.to_string();
         let suffix = format!(" at line {} column {}", error.line(), error.column());
         let mut message = full.strip_suffix(&suffix).unwrap_or(&full).to_owned();
-        // An object by the name that it has in the code; a list in its place is read as one of too few or too many entries.
+        // An object by the name that it has in the code; a list in its place is read as one of too few or too
+        // many entries.
         if let Some((found, _)) = message.split_once(", expected struct ") {
             let found = if found.starts_with("invalid length") { "invalid type: a list" } else { found };
             message = format!("{found}, expected an object");
         }
-        // serde's derive reports a repeated key for the object that holds it; the key comes second where it stands now.
+        // serde's derive reports a repeated key for the object that holds it; the key comes second where it
+        // stands now.
         let repeated = message.strip_prefix("duplicate field `").and_then(|m| m.split('`').next());
         let path = match repeated {
             Some(key) if path.is_empty() => key.to_owned(),
@@ -134,7 +136,7 @@ impl Source {
 }
 
 /// Hash of the inputs, in the order in which they are absorbed.
-#[derive(Clone, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct InputHash(Sha256);
 
 impl InputHash {
@@ -174,8 +176,8 @@ fn line_column(text: &str, offset: usize) -> (usize, usize) {
     (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
 }
 
-/// The last start of `path` - of its key or its value, whichever was reached - at or before the byte `stop`. `None` when
-/// the text does not get there.
+/// The last start of `path` - of its key or its value, whichever was reached - at or before the byte `stop`.
+/// `None` when the text does not get there.
 fn locate(text: &str, path: &str, stop: usize) -> Option<usize> {
     let mut scan = Scan { text, at: 0, path, stop, found: None };
     let _ = scan.value("", 0);

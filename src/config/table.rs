@@ -1,5 +1,5 @@
-//! Tables of numbers in CSV, read strictly: an exact header, as many fields in every line as the header has, finite
-//! numbers only. Nothing is quoted.
+//! Tables of numbers in CSV, read strictly: an exact header, as many fields in every line as the header has,
+//! finite numbers only. Nothing is quoted.
 
 use super::error::ConfigError;
 use super::source::Source;

@@ -7,9 +7,9 @@
 //! t_s,q0,q1,q2,q3,vn_m_s,ve_m_s,vd_m_s,p_rad_s,q_rad_s,r_rad_s,t1_n,...,an_m_s2,ae_m_s2,ad_m_s2
 //! ```
 //!
-//! One line per node, t = 0 when the rotors are free; attitude body to NED, scalar first; the accelerations are the slopes
-//! of the cubic Hermite velocity. Numbers are the shortest that read back to the same bits. Comment lines stand at the top
-//! only; a reader skips them.
+//! One line per node, t = 0 when the rotors are free; attitude body to NED, scalar first; the accelerations
+//! are the slopes of the cubic Hermite velocity. Numbers are the shortest that read back to the same bits.
+//! Comment lines stand at the top only; a reader skips them.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -31,7 +31,7 @@ fn columns(n_rotors: usize) -> Vec<&'static str> {
     [&BEFORE_THRUSTS[..], &THRUSTS[..n_rotors], &AFTER_THRUSTS[..]].concat()
 }
 
-/// What a result file says of its origin.
+/// Origin of a result file: seed and inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stamp {
     /// Seed of the run.
@@ -51,7 +51,7 @@ impl Stamp {
 /// Writes a trajectory.
 ///
 /// # Errors
-/// What `out` returns.
+/// The error that `out` returns.
 pub fn write_trajectory_csv(out: &mut impl Write, trajectory: &Trajectory, stamp: &Stamp) -> io::Result<()> {
     let n = trajectory.n_rotors().min(MAX_ROTORS);
     writeln!(out, "{}{}", stamp.csv_comment(), columns(n).join(","))?;
@@ -60,7 +60,8 @@ pub fn write_trajectory_csv(out: &mut impl Write, trajectory: &Trajectory, stamp
         values.extend(node.q_ned_from_body);
         values.extend(node.v_ned.iter().chain(node.omega_body.iter()).chain(&node.thrust_n[..n]));
         values.extend(node.a_ned.iter());
-        // `{:?}` is the shortest text that reads back to the same number, with an exponent where that is shorter.
+        // `{:?}` is the shortest text that reads back to the same number, with an exponent where that is
+        // shorter.
         let fields: Vec<String> = values.iter().map(|x| format!("{x:?}")).collect();
         writeln!(out, "{}", fields.join(","))?;
     }
@@ -70,8 +71,9 @@ pub fn write_trajectory_csv(out: &mut impl Write, trajectory: &Trajectory, stamp
 /// Reads a trajectory.
 ///
 /// # Errors
-/// [`ConfigError`] with the place in the file: a column that is missing, a line with too few or too many numbers, a number
-/// that is not finite, a first node that is not at t = 0, time that does not increase, a thrust below zero, an attitude that is no rotation, fewer than two nodes.
+/// [`ConfigError`] with the place in the file: a column that is missing, a line with too few or too many
+/// numbers, a number that is not finite, a first node that is not at t = 0, time that does not increase, a
+/// thrust below zero, an attitude that is no rotation, fewer than two nodes.
 pub fn read_trajectory_csv(path: &Path) -> Result<Trajectory, ConfigError> {
     parse(&Source::read(path, "trajectory file", None)?)
 }
@@ -145,7 +147,8 @@ fn parse(source: &Source) -> Result<Trajectory, ConfigError> {
     Trajectory::new(nodes, n_rotors).map_err(|e| table::refuse(source, last_line, 1, e.to_string()))
 }
 
-/// The first number that is beyond what such a quantity is in any file: its column, itself, and the most it may be, either way.
+/// The first number that is beyond what such a quantity is in any file: its column, itself, and the most it
+/// may be, either way.
 fn beyond<'a>(columns: &[&'a str], x: &[f64]) -> Option<(&'a str, f64, f64)> {
     let most = |name: &str| match name {
         "t_s" => 900.0,

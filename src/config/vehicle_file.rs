@@ -1,7 +1,8 @@
 //! The vehicle file: `params/vehicles/*.json`, with the rotor table in a CSV beside it.
 //!
-//! The structs whose names end in `Json` are the file as it is written; [`load_vehicle`] checks what serde cannot (relations
-//! between numbers) and builds the model. Angles are in degrees in the file and in radians inside.
+//! The structs whose names end in `Json` are the file as it is written; [`load_vehicle`] checks what serde
+//! cannot (relations between numbers) and builds the model. Angles are in degrees in the file and in radians
+//! inside.
 
 use std::path::Path;
 
@@ -17,21 +18,23 @@ use crate::model::rigid_body::MassProperties;
 use crate::model::{BodyAero, MAX_ROTORS, Motor, RotationSense, Rotor, RotorMount, Vehicle, VehicleOptions};
 use crate::units::RAD_PER_DEG;
 
-/// A multirotor: mass, rotors, body aerodynamics, rotor and motor models. Body axes: x forward, y right, z down.
+/// A multirotor: mass, rotors, body aerodynamics, rotor and motor models. Body axes: x forward, y right, z
+/// down.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct VehicleJson {
-    /// What this vehicle is.
+    /// Description of the vehicle, for the reader.
     #[serde(rename = "about")]
     _about: Option<String>,
     /// Name of the vehicle.
     name: Name,
     /// Mass [kg].
     mass_kg: Positive<100_000>,
-    /// Moments of inertia about the centre of mass, Jxx, Jyy, Jzz [kg m^2]. Each is at most the sum of the others.
+    /// Moments of inertia about the centre of mass, Jxx, Jyy, Jzz [kg m^2]. Each is at most the sum of the
+    /// others.
     inertia_kg_m2: Exactly<Positive<10_000_000>, 3>,
-    /// Off-diagonal entries Jxy, Jxz, Jyz of the inertia matrix [kg m^2], with the sign that they have in the matrix;
-    /// 0 when left out.
+    /// Off-diagonal entries Jxy, Jxz, Jyz of the inertia matrix [kg m^2], with the sign that they have in the
+    /// matrix; 0 when left out.
     inertia_off_diagonal_kg_m2: Option<Exactly<Within<10_000_000>, 3>>,
     /// The rotors, 1 to 8, in PX4's order (quad-X: front right, rear left, front left, rear right).
     #[schemars(length(min = 1, max = 8))]
@@ -107,7 +110,7 @@ pub(super) fn load_named_vehicle(
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct EffectsJson {
-    /// Why.
+    /// Remarks for the reader.
     #[serde(rename = "about")]
     _about: Option<String>,
     /// The torque that turns a rotor turns the body the other way.
@@ -232,8 +235,8 @@ struct RotorTableJson {
     /// How the table was made.
     #[serde(rename = "about")]
     _about: Option<String>,
-    /// CSV file, relative to this file; columns omega_rad_s, airspeed_m_s, angle_deg, thrust_n, torque_nm, a full grid with
-    /// the angle running fastest, then the airspeed.
+    /// CSV file, relative to this file; columns omega_rad_s, airspeed_m_s, angle_deg, thrust_n, torque_nm, a
+    /// full grid with the angle running fastest, then the airspeed.
     file: String,
     /// Density that the table holds for; thrust and torque scale with density [kg/m^3].
     density_kg_m3: Positive<1000>,
@@ -248,9 +251,9 @@ struct QuadraticJson {
     /// Where the coefficients come from.
     #[serde(rename = "about")]
     _about: Option<String>,
-    /// k [N/(rad/s)^2].
+    /// Thrust coefficient k [N/(rad/s)^2].
     thrust_n_per_rad2_s2: Positive<1000>,
-    /// c [m].
+    /// Torque per thrust, c [m].
     torque_per_thrust_m: NonNegative<100>,
     /// Density that k holds for [kg/m^3].
     density_kg_m3: Positive<1000>,
@@ -278,7 +281,8 @@ fn build_rotor(source: &Source, json: &RotorModelJson) -> Result<BuiltRotor, Con
     }
 }
 
-/// The thrust at full throttle in still air scales the control channel: a rotor that gives none cannot be commanded.
+/// The thrust at full throttle in still air scales the control channel: a rotor that gives none cannot be
+/// commanded.
 fn check_static_thrust(source: &Source, vehicle: &Vehicle) -> Result<(), ConfigError> {
     let density = match &vehicle.rotor {
         Rotor::Table(table) => table.density_kg_m3(),
@@ -378,7 +382,8 @@ fn build_motor(source: &Source, json: &MotorJson) -> Result<Motor, ConfigError> 
 /// Least step of integration that rotors may need [s]: 1.6 time constants of 0.5 ms.
 const SHORTEST_STEP_S: f64 = 0.0008;
 
-/// Rotors that follow too fast take too many steps of integration; the time constants of the first-order motor have bounds of their own.
+/// Rotors that follow too fast take too many steps of integration; the time constants of the first-order
+/// motor have bounds of their own.
 fn check_longest_step(source: &Source, vehicle: &Vehicle) -> Result<(), ConfigError> {
     let Motor::EscDc { rotor_inertia_kg_m2, .. } = vehicle.motor else { return Ok(()) };
     let longest_s = vehicle.longest_step_s();

@@ -1,5 +1,5 @@
-//! Choices in place of a mission's own: gains, parameters, a release case, a seed, a trajectory. The hash of the inputs
-//! follows each.
+//! Choices in place of a mission's own: gains, parameters, a release case, a seed, a trajectory. The hash of
+//! the inputs follows each.
 
 use std::path::Path;
 
@@ -11,8 +11,8 @@ use crate::params::compatibility::to_px4;
 use crate::params::{ParameterFile, import};
 
 impl Mission {
-    /// Puts other gains in: those of the file `name_or_path`, or of that name beside the mission's own gains file. The input
-    /// hash follows.
+    /// Puts other gains in: those of the file `name_or_path`, or of that name beside the mission's own gains
+    /// file. The input hash follows.
     ///
     /// # Errors
     /// [`ConfigError`] when the file cannot be read or does not hold gains; the mission is unchanged then.
@@ -22,12 +22,12 @@ impl Mission {
         Ok(())
     }
 
-    /// Puts the gains and limits of a parameter file in; what the file leaves out stays. The input hash follows. Returns
-    /// remarks on the file.
+    /// Puts the gains and limits of a parameter file in; what the file leaves out stays. The input hash
+    /// follows. Returns remarks on the file.
     ///
     /// # Errors
-    /// [`ConfigError`] when the file cannot be read or does not belong to the mission's vehicle and site; the mission is
-    /// unchanged then.
+    /// [`ConfigError`] when the file cannot be read or does not belong to the mission's vehicle and site; the
+    /// mission is unchanged then.
     pub fn use_parameters(&mut self, path: &Path) -> Result<Vec<String>, ConfigError> {
         let (source, file) = params_file::read(path)?;
         let import = import(&file, &self.parameter_subject()).map_err(|error| refuse(path, error))?;
@@ -37,11 +37,12 @@ impl Mission {
         Ok(file.remarks().iter().cloned().chain(import.remarks).collect())
     }
 
-    /// Notes that a parameter file is flown which is another autopilot's: name and input hash follow, the gains stay. Returns
-    /// the file.
+    /// Notes that a parameter file is flown which is another autopilot's: name and input hash follow, the
+    /// gains stay. Returns the file.
     ///
     /// # Errors
-    /// [`ConfigError`] when the file cannot be read or is not for a PX4 that flies this mission; the mission is unchanged then.
+    /// [`ConfigError`] when the file cannot be read or is not for a PX4 that flies this mission; the mission
+    /// is unchanged then.
     pub fn note_parameters(&mut self, path: &Path) -> Result<ParameterFile, ConfigError> {
         let (source, file) = params_file::read(path)?;
         to_px4(&file, self.site.environment.gravity_m_s2, self.px4_purpose())
@@ -51,8 +52,8 @@ impl Mission {
         Ok(file)
     }
 
-    /// Lets the vehicle swing so that a release at the end of the hang brings it to t = 0 with the pitch and the pitch rate of
-    /// the case `name`. The input hash follows.
+    /// Lets the vehicle swing so that a release at the end of the hang brings it to t = 0 with the pitch and
+    /// the pitch rate of the case `name`. The input hash follows.
     ///
     /// # Errors
     /// [`CaseError`] when there is no such case or no swing leads to it; the mission is unchanged then.
@@ -86,8 +87,8 @@ impl Mission {
         Ok(file)
     }
 
-    /// Notes what was chosen beside the files and decides what results hold (an option of the command line, the hash of a
-    /// trajectory). The input hash follows.
+    /// Notes what was chosen beside the files and decides what results hold (an option of the command line,
+    /// the hash of a trajectory). The input hash follows.
     pub fn note_choice(&mut self, name: &str, value: &str) {
         self.inputs.note(name, value);
     }

@@ -12,7 +12,7 @@ use crate::units::RAD_PER_DEG;
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ControlJson {
-    /// Why so.
+    /// Remarks for the reader.
     #[serde(rename = "about")]
     _about: Option<String>,
     /// Largest commanded tilt [deg].

@@ -1,5 +1,5 @@
-//! What is aboard: the battery and the errors of the sensors. A sensor that is not named has no errors (a barometer has its
-//! little noise).
+//! What is aboard: the battery and the errors of the sensors. A sensor that is not named has no errors (a
+//! barometer has its little noise).
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -19,7 +19,7 @@ use crate::units::US_PER_S;
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct BatteryJson {
-    /// Why so.
+    /// Remarks for the reader.
     #[serde(rename = "about")]
     _about: Option<String>,
     /// Energy at the shafts when full [Wh].
@@ -32,11 +32,11 @@ pub(super) fn battery(json: &BatteryJson) -> Battery {
     Battery::new(json.capacity_wh.get() * J_PER_WH, json.charge_percent.get() as f64 / 100.0)
 }
 
-/// Errors of the sensors that the simulator tells of. A sensor that is left out is ideal.
+/// Errors of the sensors that the simulator reports. A sensor that is left out is ideal.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SensorsJson {
-    /// Why so.
+    /// Remarks for the reader.
     #[serde(rename = "about")]
     _about: Option<String>,
     /// Accelerometer.
@@ -101,8 +101,8 @@ struct MagnetometerJson {
 enum FieldJson {
     /// A dipole along the axis of rotation: no declination.
     Dipole,
-    /// Earth's, by the World Magnetic Model on the day of epoch_unix_us (2020 to 2029); on Earth, or where px4_clock is "froude": PX4
-    /// looks up the declination of Earth's field at the place it finds itself.
+    /// Earth's, by the World Magnetic Model on the day of epoch_unix_us (2020 to 2029); on Earth, or where
+    /// px4_clock is "froude": PX4 looks up the declination of Earth's field where it is.
     WorldMagneticModel,
 }
 
@@ -130,7 +130,7 @@ struct GpsJson {
     vertical_noise_m: NonNegative<100>,
     /// Standard deviation of each component of the velocity [m/s].
     velocity_noise_m_s: NonNegative<10>,
-    /// Age of a fix when it is told, to the nearest step of the simulation [s].
+    /// Age of a fix when it is reported, to the nearest step of the simulation [s].
     delay_s: NonNegative<1>,
 }
 

@@ -1,4 +1,5 @@
-//! The inputs of a mission: the hash of its files and of what was chosen beside them, and where its gains come from.
+//! The inputs of a mission: the hash of its files and of what was chosen beside them, and where its gains
+//! come from.
 
 use std::path::{Path, PathBuf};
 
@@ -7,24 +8,15 @@ use crate::config::gains_file::{GainsFile, gains_path, load_named_gains};
 use crate::config::source::{InputHash, Source};
 
 /// Everything that the results of a mission depend on.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Inputs {
     /// SHA-256 of mission, vehicle, tables and gains, and of what was chosen beside them, hexadecimal.
     pub hash: String,
-    /// What was chosen beside the files: name and value, in the order of choosing.
+    /// Choices beside the files: name and value, in the order of choosing.
     pub choices: Vec<(String, String)>,
     /// The directory of the mission's own gains file.
     gains_directory: PathBuf,
     hash_without_gains: InputHash,
-}
-
-impl std::fmt::Debug for Inputs {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.debug_struct("Inputs")
-            .field("hash", &self.hash)
-            .field("choices", &self.choices)
-            .finish_non_exhaustive()
-    }
 }
 
 impl Inputs {
@@ -41,7 +33,8 @@ impl Inputs {
         Ok((inputs, gains))
     }
 
-    /// Reads gains: those of the file `name_or_path`, or of that name beside the mission's own gains file. The hash follows.
+    /// Reads gains: those of the file `name_or_path`, or of that name beside the mission's own gains file.
+    /// The hash follows.
     pub(super) fn other_gains(&mut self, name_or_path: &str) -> Result<GainsFile, ConfigError> {
         let path = gains_path(name_or_path, &self.gains_directory);
         let gains = self.read_gains(&path, None).map_err(|error| self.with_known_names(error))?;

@@ -12,7 +12,7 @@ use crate::units::RAD_PER_DEG;
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct LimitsJson {
-    /// Why so.
+    /// Remarks for the reader.
     #[serde(rename = "about")]
     _about: Option<String>,
     /// Speed [m/s].
@@ -23,9 +23,10 @@ pub(super) struct LimitsJson {
     pitch_rate_deg_s: Positive<100_000>,
     /// Vertical acceleration [m/s^2]; reported, not judged.
     vertical_acceleration_m_s2: Positive<100_000>,
-    /// How close to the target velocity is steady [m/s]; 1 % of the target, and 0.02 m/s at the least, where it is not given.
+    /// How close to the target velocity is steady [m/s]; when left out, 1 % of the target and at least 0.02
+    /// m/s.
     steady_within_m_s: Option<Positive<100>>,
-    /// Speed of a touch of the ground [m/s]; 2.1 where it is not given.
+    /// Speed of a touch of the ground [m/s]; 2.1 when left out.
     impact_speed_m_s: Option<Positive<1000>>,
 }
 

@@ -1,4 +1,5 @@
-//! A mission: `mission/*.json`, read and checked with the vehicle and the gains that it names, and what is made of it.
+//! A mission: `mission/*.json`, read and checked with the vehicle and the gains that it names, and what is
+//! made of it.
 //!
 //! | file | holds |
 //! |---|---|
@@ -49,12 +50,12 @@ pub use release_case::CaseError;
 pub use site::Site;
 pub use study::{MonteCarlo, Study};
 
-/// A drop: what falls, where, how it is released, where it shall fly to, and how that is planned, judged and tuned. Paths
-/// are relative to this file. NED: north, east, down.
+/// A drop: what falls, where, how it is released, where it shall fly to, and how that is planned, judged and
+/// tuned. Paths are relative to this file. NED: north, east, down.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MissionJson {
-    /// What this mission is.
+    /// Description of the mission, for the reader.
     #[serde(rename = "about")]
     _about: Option<String>,
     /// Name of the mission; results go to out/<name>/.
@@ -84,7 +85,7 @@ pub(super) struct MissionJson {
     limits: limits::LimitsJson,
     /// Limits of the cascade.
     control: control::ControlJson,
-    /// What the gains are tuned on.
+    /// Releases that the gains are tuned on.
     tuning: study::TuningJson,
     /// Random releases, (40)-(44).
     monte_carlo: study::MonteCarloJson,
@@ -93,8 +94,9 @@ pub(super) struct MissionJson {
     /// Errors of the sensors; without it they are ideal.
     sensors: Option<equipment::SensorsJson>,
     /// How a PX4 that flies this mission is connected; "real" when left out.
-    px4_clock: Option<px4::Px4ClockJson>,
-    /// Parameter file that PX4 flies this mission with; without it, or where gains are chosen, the gains in PX4's terms.
+    px4_clock: Option<Px4Clock>,
+    /// Parameter file that PX4 flies this mission with; without it, or where gains are chosen, the gains in
+    /// PX4's terms.
     px4_params: Option<String>,
 }
 
@@ -123,7 +125,7 @@ pub struct Mission {
     pub release: Release,
     /// The optimal control problem.
     pub plan: PlanSettings,
-    /// What a flight is judged by.
+    /// Limits that a flight is judged by.
     pub limits: Limits,
     /// Gains and limits of the cascade.
     pub control: Control,
@@ -135,7 +137,7 @@ pub struct Mission {
     pub battery: Option<Battery>,
     /// How a PX4 flies the mission.
     pub px4: Px4,
-    /// What the results depend on: the files' hash and what was chosen beside them.
+    /// Hash of the files, and choices beside them.
     pub inputs: Inputs,
 }
 
@@ -246,8 +248,8 @@ impl Mission {
         self.releases().draw_drop(self.seed, trial, self.study.monte_carlo.wind_sigma_m_s)
     }
 
-    /// The mission with what was drawn for a drop: swing, wind and noise. Name and hash of the inputs stay; the plan's start
-    /// is not what was drawn, since nobody knows that beforehand.
+    /// The mission with what was drawn for a drop: swing, wind and noise. Name and hash of the inputs stay;
+    /// the plan's start is not what was drawn, since nobody knows that beforehand.
     pub fn with_drop(&self, drop: &RandomDrop) -> Self {
         let mut mission = self.clone();
         mission.release.parachute.pendulum =
@@ -257,8 +259,8 @@ impl Mission {
         mission
     }
 
-    /// The parachutes whose swings come to t = 0 with the pitch and pitch rate of a release case, where there is such a
-    /// swing; in the order of the cases.
+    /// The parachutes whose swings come to t = 0 with the pitch and pitch rate of a release case, where there
+    /// is such a swing; in the order of the cases.
     pub fn case_parachutes(&self) -> Vec<Parachute> {
         let cases = self.study.cases.iter();
         cases
@@ -266,7 +268,7 @@ impl Mission {
             .collect()
     }
 
-    /// What a parameter file of this mission is about.
+    /// Vehicle, site, gains and limits that a parameter file of this mission is about.
     pub fn parameter_subject(&self) -> Subject<'_> {
         Subject {
             vehicle: &self.vehicle,
@@ -282,7 +284,7 @@ impl Mission {
         self.px4.purpose()
     }
 
-    /// What the mission's result files report of their origin.
+    /// The origin that the mission's result files name.
     pub fn stamp(&self) -> Stamp {
         Stamp { seed: self.seed, input_hash: self.inputs.hash.clone() }
     }

@@ -13,13 +13,13 @@ use crate::plan::InputReference;
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PlanJson {
-    /// Why so.
+    /// Remarks for the reader.
     #[serde(rename = "about")]
     _about: Option<String>,
     /// Horizon t_f from the start of the rotors [s].
     horizon_s: SpanS,
-    /// What the plan starts from; "paper" when left out.
-    initial: Option<InitialJson>,
+    /// State that the plan starts from; "paper" when left out.
+    initial: Option<PlanInitial>,
     /// Number of nodes N; N - 1 intervals fill the horizon.
     nodes: Count<3, 10_000>,
     /// Greatest thrust of a rotor [N].
@@ -34,16 +34,6 @@ pub(super) struct PlanJson {
     cost_input_reference: InputReferenceJson,
     /// Reference state x_ss of the cost, (31); the solved trim at the target velocity when left out.
     x_ss: Option<StateJson>,
-}
-
-/// State that a plan starts from, rotors at rest.
-#[derive(Clone, Copy, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-enum InitialJson {
-    /// (44): level and still, descending at v_0 = descent + g t_d.
-    Paper,
-    /// Where the drop comes to after a release at the end of the hang: with its swing, braked by the air.
-    Release,
 }
 
 /// Thrust that costs nothing.
@@ -69,11 +59,12 @@ struct StateJson {
 }
 
 /// State that a plan starts from, rotors at rest.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum PlanInitial {
-    /// The paper's (44) without the swing: level and still, descending at `v_0 = descent + g t_d`.
+    /// State (44) of the paper without the swing: level and still, descending at v_0 = descent + g t_d.
     Paper,
-    /// The drop's state after a release at the end of the hang, with its swing and braked by the air.
+    /// State of the drop at t = 0 after a release at the end of the hang: with its swing, braked by the air.
     Release,
 }
 
@@ -108,10 +99,7 @@ impl PlanSettings {
     ) -> Result<Self, ConfigError> {
         Ok(Self {
             horizon_s: json.horizon_s.get(),
-            initial: match json.initial {
-                Some(InitialJson::Release) => PlanInitial::Release,
-                Some(InitialJson::Paper) | None => PlanInitial::Paper,
-            },
+            initial: json.initial.unwrap_or(PlanInitial::Paper),
             nodes: json.nodes.get(),
             thrust_max_n: json.thrust_max_n.get(),
             thrust_slew_n_s: json.thrust_slew_n_s.get(),

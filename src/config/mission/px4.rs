@@ -9,22 +9,14 @@ use crate::config::error::ConfigError;
 use crate::config::source::Source;
 use crate::params::Purpose;
 
-/// How a PX4 is connected, which takes 9.80665 m/s^2 for gravity.
-#[derive(Clone, Copy, Deserialize, JsonSchema)]
+/// Connection of a PX4, which takes 9.80665 m/s^2 for gravity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Px4ClockJson {
-    /// As it is; where gravity differs from Earth's, PX4's estimator does not start.
-    Real,
-    /// By Froude's similarity: time, velocities, accelerations and rates are scaled on the wire to 9.80665 m/s^2.
-    Froude,
-}
-
-/// How a PX4 that flies the mission is connected.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Px4Clock {
-    /// In the site's units and time.
+    /// In the site's units and time; where gravity differs from Earth's, PX4's estimator does not start.
     Real,
-    /// By Froude's similarity, in the units and time of standard gravity.
+    /// By Froude's similarity: time, velocities, accelerations and rates are scaled on the wire to 9.80665
+    /// m/s^2.
     Froude,
 }
 
@@ -43,14 +35,11 @@ const FROUDE_GRAVITY_M_S2: std::ops::RangeInclusive<f64> = 0.1..=100.0;
 impl Px4 {
     pub(super) fn from_json(
         source: &Source,
-        clock: Option<Px4ClockJson>,
+        clock: Option<Px4Clock>,
         params: Option<&str>,
         gravity_m_s2: f64,
     ) -> Result<Self, ConfigError> {
-        let clock = match clock {
-            None | Some(Px4ClockJson::Real) => Px4Clock::Real,
-            Some(Px4ClockJson::Froude) => Px4Clock::Froude,
-        };
+        let clock = clock.unwrap_or(Px4Clock::Real);
         if clock == Px4Clock::Froude && !FROUDE_GRAVITY_M_S2.contains(&gravity_m_s2) {
             let message = format!(
                 "expected \"real\" where site.gravity_m_s2 is {gravity_m_s2}: below 0.1 the steps get too long"

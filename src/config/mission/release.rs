@@ -15,7 +15,7 @@ use crate::units::RAD_PER_DEG;
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ParachuteJson {
-    /// Why so.
+    /// Remarks for the reader.
     #[serde(rename = "about")]
     _about: Option<String>,
     /// Rate of descent over ground [m/s].
@@ -34,7 +34,7 @@ struct PendulumJson {
     amplitude_deg: AngleDeg,
     /// Phase phi at the end of the hang [deg].
     phase_deg: AngleDeg,
-    /// omega [rad/s].
+    /// Angular frequency omega of the swing [rad/s].
     omega_rad_s: NonNegative<100>,
     /// Length r from the pivot to the centre of mass [m].
     length_m: NonNegative<1000>,
@@ -44,13 +44,14 @@ struct PendulumJson {
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ReleaseJson {
-    /// How it comes from the release to t = 0.
+    /// How the vehicle comes from the release to t = 0.
     start: StartJson,
     /// Time from the beginning to the nominal release [s].
     hang_s: DelayS,
-    /// Of this, the time on a hook that holds the vehicle still before it is let go under its canopy [s]; 0 when left out.
+    /// Part of hang_s that a hook holds the vehicle still, before it is let go under its canopy [s]; 0 when
+    /// left out.
     hook_s: Option<DelayS>,
-    /// What cuts it loose.
+    /// Trigger of the release.
     trigger: TriggerJson,
 }
 
@@ -62,12 +63,12 @@ enum StartJson {
     Release,
     /// The paper's study: (44) holds at t = 0, attitude and rates as at the release.
     T0,
-    /// No drop: it stands on the ground, right below the local origin, without a parachute. The rest of the release and the parachute
-    /// do not matter then.
+    /// No drop: it stands on the ground, right below the local origin, without a parachute. The rest of the
+    /// release and the parachute do not matter then.
     Ground,
 }
 
-/// What cuts the vehicle loose.
+/// Trigger of the release.
 #[derive(Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 enum TriggerJson {
@@ -77,10 +78,10 @@ enum TriggerJson {
     Time,
     /// An altitude, passed on the way down.
     Altitude {
-        /// Above mean sea level [m].
+        /// Altitude above mean sea level [m].
         altitude_m: Within<1_000_000>,
     },
-    /// Armed and in OFFBOARD.
+    /// The autopilot is armed and in OFFBOARD.
     ArmedOffboard,
 }
 
@@ -102,7 +103,7 @@ pub struct Release {
     pub start: Start,
     /// Whether the vehicle stands on the ground at the start, instead of hanging under its canopy.
     pub standing: bool,
-    /// What cuts the vehicle loose.
+    /// Trigger of the release.
     pub trigger: ReleaseTrigger,
 }
 

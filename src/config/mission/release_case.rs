@@ -1,8 +1,10 @@
-//! A mission's release cases (Table 3) as drops: the swing that brings the vehicle to t = 0 with a case's pitch and pitch rate.
+//! A mission's release cases (Table 3) as drops: the swing that brings the vehicle to t = 0 with a case's
+//! pitch and pitch rate.
 //!
-//! A case is a state at t = 0. A drop comes there from its canopy, through the fall, turning on as it was released; so its swing is
-//! chosen: amplitude and phase at the end of the hang, with the mission's frequency and length. The velocity is then what the drop
-//! makes of it: within 0.1 m/s of Table 3's, whose pitch and rate are those of the release.
+//! A case is a state at t = 0. A drop comes there from its canopy, through the fall, turning on as it was
+//! released; so its swing is chosen: amplitude and phase at the end of the hang, with the mission's frequency
+//! and length. The velocity is then what the drop makes of it: within 0.1 m/s of Table 3's, whose pitch and
+//! rate are those of the release.
 
 use std::sync::Arc;
 
@@ -43,7 +45,8 @@ pub enum CaseError {
 }
 
 impl Release {
-    /// The parachute whose swing comes to t = 0 with the pitch and the pitch rate of a release case, if there is such a swing.
+    /// The parachute whose swing comes to t = 0 with the pitch and the pitch rate of a release case, if there
+    /// is such a swing.
     pub(super) fn swinging_to(
         &self,
         case: &ReleaseCase,
@@ -60,7 +63,8 @@ impl Release {
             Vector2::new(2.0 * q[2].atan2(q[0]), state.omega_body.y / omega)
         };
         let wanted = Vector2::new(case.pitch_rad, case.pitch_rate_rad_s / omega);
-        // Angle and rate over omega at the release, by Newton's method: what comes to t = 0 is nearly linear in them.
+        // Angle and rate over omega at the release, by Newton's method: what comes to t = 0 is nearly linear
+        // in them.
         let mut swing = wanted;
         for _ in 0..ATTEMPTS {
             let miss = wanted - comes_to(&swing);

@@ -14,7 +14,7 @@ use crate::sim::Ground;
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SiteJson {
-    /// Where this is.
+    /// Remarks on the place, for the reader.
     #[serde(rename = "about")]
     _about: Option<String>,
     /// Gravity [m/s^2].
@@ -25,9 +25,9 @@ pub(super) struct SiteJson {
     wind_ned_m_s: Exactly<Within<200>, 3>,
     /// Latitude of the local frame's origin, the point of release at the end of the hang [deg].
     latitude_deg: LatitudeDeg,
-    /// Its longitude [deg].
+    /// Longitude of the local frame's origin [deg].
     longitude_deg: AngleDeg,
-    /// Its altitude above mean sea level [m].
+    /// Altitude of the local frame's origin above mean sea level [m].
     altitude_m: Within<100_000>,
     /// Altitude of level ground above mean sea level [m]; without it there is none.
     ground_altitude_m: Option<Within<100_000>>,

@@ -12,14 +12,14 @@ use crate::model::{Environment, Parachute};
 use crate::tune::ReleaseCase;
 use crate::units::RAD_PER_DEG;
 
-/// What the gains are tuned on.
+/// Releases that the gains are tuned on.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct TuningJson {
     /// Where the cases come from.
     #[serde(rename = "about")]
     _about: Option<String>,
-    /// Releases, Table 3.
+    /// Releases by name; Table 3 for the paper's mission.
     cases: Vec<CaseJson>,
 }
 
@@ -52,7 +52,8 @@ pub(super) struct MonteCarloJson {
     omega_rad_s: NonNegative<100>,
     /// Length of the pendulum [m].
     length_m: NonNegative<1000>,
-    /// Standard deviation of the wind in north and in east, about the site's, in campaigns of whole drops [m/s]; 0 when left out.
+    /// Standard deviation of the wind in north and in east, about the site's, in campaigns of whole drops
+    /// [m/s]; 0 when left out.
     wind_sigma_m_s: Option<NonNegative<100>>,
 }
 

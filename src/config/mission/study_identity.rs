@@ -1,8 +1,9 @@
-//! Whether a mission is the paper's study: a hash of the numbers that the study's flights depend on, each under a name.
+//! Whether a mission is the paper's study: a hash of the numbers that the study's flights depend on, each
+//! under a name.
 //!
-//! Names in the code are not of it, nor is what the study does not fly: names, gains, the seed, the number of trials, sensors,
-//! hang and wire. A plan that starts from the release ([`PlanInitial::Release`]) is never the paper's, so the swing that it
-//! starts with is left out too.
+//! Names in the code are not of it, nor is what the study does not fly: names, gains, the seed, the number of
+//! trials, sensors, hang and wire. A plan that starts from the release ([`PlanInitial::Release`]) is never
+//! the paper's, so the swing that it starts with is left out too.
 
 use std::fmt::{Debug, Write};
 
@@ -13,8 +14,9 @@ use crate::model::{Motor, RotationSense, Rotor, Vehicle};
 use crate::plan::InputReference;
 
 impl Mission {
-    /// The numbers of vehicle, site, plan, limits, cases and distribution of releases as they are in memory: `name=value`, a
-    /// line each, in a fixed order. A value has all the digits that read back to the same bits.
+    /// The numbers of vehicle, site, plan, limits, cases and distribution of releases as they are in memory:
+    /// `name=value`, a line each, in a fixed order. A value has all the digits that read back to the same
+    /// bits.
     pub fn study_numbers(&self) -> String {
         let mut text = Numbers(String::new());
         text.vehicle(&self.vehicle);
@@ -61,7 +63,8 @@ struct Numbers(String);
 
 impl Numbers {
     fn put(&mut self, name: &str, value: impl Debug) {
-        // Writing to a string does not fail. `{:?}` of a number is the shortest text that reads back to the same bits.
+        // Writing to a string does not fail. `{:?}` of a number is the shortest text that reads back to the
+        // same bits.
         let _ = writeln!(self.0, "{name}={value:?}");
     }
 

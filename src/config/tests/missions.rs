@@ -110,7 +110,8 @@ fn the_plan_starts_from_the_paper_s_state_or_from_the_release_adrift_with_the_wi
     let x500 = load_mission(&shipped("mission/x500_drop.json")).unwrap();
     assert_eq!(x500.plan.initial, PlanInitial::Release);
     let down = x500.plan_initial_state()[6];
-    // Closed form, quadratic drag of the flat body: v_t tanh(artanh(5/v_t) + g t_d/v_t) with v_t = 18.2 m/s, instead of 9.9.
+    // Closed form, quadratic drag of the flat body: v_t tanh(artanh(5/v_t) + g t_d/v_t) with v_t = 18.2 m/s,
+    // instead of 9.9.
     assert!((down - 9.126639126).abs() < 1e-9, "{down}");
     let left_out = titan("\"initial\": \"paper\",", "").loaded.unwrap();
     assert_eq!(left_out.plan.initial, PlanInitial::Paper);

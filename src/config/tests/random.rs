@@ -1,5 +1,5 @@
-//! Whatever is done to a file, reading it ends in a value or an error, never in a panic; and an error has a place inside
-//! the file.
+//! Whatever is done to a file, reading it ends in a value or an error, never in a panic; and an error has a
+//! place inside the file.
 
 use std::path::Path;
 

@@ -1,4 +1,5 @@
-//! Every way in which a mission is refused, with the exact place; and what the parts that may be left out are read as.
+//! Every way in which a mission is refused, with the exact place; and what the parts that may be left out are
+//! read as.
 
 use std::path::Path;
 
@@ -170,7 +171,8 @@ fn ground_and_battery_are_read_and_refused() {
     assert!(standing.release.standing && standing.simulation().on_ground());
 }
 
-/// Without the object the sensors are ideal; each of them stands for itself; what it says is bounded and strict.
+/// Without the object the sensors are ideal; each of them stands for itself; what it says is bounded and
+/// strict.
 #[test]
 fn sensors_are_read_and_refused() {
     let with = |mission: &str, sensors: &str| {

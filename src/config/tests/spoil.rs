@@ -50,7 +50,8 @@ pub(super) struct Spoilt<T> {
     pub(super) loaded: Result<T, ConfigError>,
 }
 
-/// Replaces the first `from` in a copy of `file` by `to`, then loads `main` (which may be another file that names it).
+/// Replaces the first `from` in a copy of `file` by `to`, then loads `main` (which may be another file that
+/// names it).
 pub(super) fn spoil<T>(
     load: impl Fn(&Path) -> Result<T, ConfigError>,
     main: &str,

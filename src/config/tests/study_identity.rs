@@ -1,5 +1,5 @@
-//! Which mission is the paper's study: the shipped one, and none with another number. The shipped files are what says which
-//! numbers there are.
+//! Which mission is the paper's study: the shipped one, and none with another number. The shipped files are
+//! what says which numbers there are.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -83,7 +83,8 @@ fn pointers(value: &Value, at: &str) -> Vec<String> {
     }
 }
 
-/// The nearest other number, towards zero; of an angle in degrees, whose radians may round to the same, the third.
+/// The nearest other number, towards zero; of an angle in degrees, whose radians may round to the same, the
+/// third.
 fn nudged(x: f64, in_degrees: bool) -> f64 {
     if x == 0.0 { 1e-300 } else { f64::from_bits(x.to_bits() - if in_degrees { 3 } else { 1 }) }
 }
@@ -104,8 +105,8 @@ fn small_study() -> tempfile::TempDir {
     dir
 }
 
-/// Each number of the three files by the smallest step: the text of the study follows, but for numbers that are not of it; and
-/// each number of the text follows one of the files'.
+/// Each number of the three files by the smallest step: the text of the study follows, but for numbers that
+/// are not of it; and each number of the text follows one of the files'.
 #[test]
 fn prop_every_number_of_the_study_counts() {
     let dir = small_study();
