@@ -31,7 +31,7 @@ mod table;
 mod trajectory_csv;
 mod vehicle_file;
 
-pub use checkpoint::{SearchIdentity, Evaluated, checkpoint_json, load_checkpoint};
+pub use checkpoint::{Evaluated, SearchIdentity, checkpoint_json, load_checkpoint};
 pub use error::ConfigError;
 pub use gains_file::{GainsFile, gains_json, gains_path, load_gains};
 pub use mission::{

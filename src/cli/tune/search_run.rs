@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::args::TuneArgs;
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::results::OutputFolder;
-use samara::config::{Mission, SearchIdentity, Told, checkpoint_json, load_checkpoint};
+use samara::config::{Evaluated, Mission, SearchIdentity, checkpoint_json, load_checkpoint};
 use samara::tune::Asked;
 
 const CHECKPOINT: &str = "checkpoint.json";
@@ -49,7 +49,7 @@ pub fn run_search<S>(
 where
     S: Asked + Sync,
     S::Candidate: Sync,
-    S::Told: Told + Send,
+    S::Told: Evaluated + Send,
 {
     let mut judged: Vec<S::Told> = if args.resume {
         load_checkpoint(&folder.path().join(CHECKPOINT), identity).bad_input()?

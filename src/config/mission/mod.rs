@@ -3,7 +3,8 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `site`, `release`, `plan`, `limits`, `control`, `study`, `equipment`, `px4` | a section: its JSON, its checks, its meaning |
+//! | `site`, `release`, `plan`, `limits` | sections, each with its JSON, its checks and its meaning |
+//! | `control`, `study`, `equipment`, `px4` | sections, likewise |
 //! | `inputs` | the hash of the files and of what was chosen beside them |
 //! | `choices` | gains, parameters, cases, seeds and trajectories in place of the mission's own |
 //! | `release_case` | the swing that brings a drop to one of the cases |

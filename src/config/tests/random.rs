@@ -46,7 +46,10 @@ proptest! {
     #[test]
     fn prop_spoilt_files_never_panic(
         which in any::<prop::sample::Index>(),
-        edits in prop::collection::vec((any::<prop::sample::Index>(), 0..4usize, prop::sample::select(SPOILERS)), 1..4),
+        edits in prop::collection::vec(
+            (any::<prop::sample::Index>(), 0..4usize, prop::sample::select(SPOILERS)),
+            1..4,
+        ),
     ) {
         let dir = copy();
         let files = shipped_files();

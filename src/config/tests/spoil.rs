@@ -6,7 +6,7 @@ use super::{ConfigError, Mission, load_mission};
 
 /// The paper's mission.
 pub(super) const TITAN: &str = "mission/titan_drop.json";
-/// Its gains.
+/// Gains of the paper's mission.
 pub(super) const OURS: &str = "params/gains/ours.json";
 
 /// A file of the repository.

@@ -52,7 +52,11 @@ proptest! {
 
     #[test]
     fn prop_a_trajectory_comes_back_to_the_last_bit(
-        n_rotors in 1usize..=8, values in proptest::collection::vec(proptest::num::f64::NORMAL | proptest::num::f64::ZERO | proptest::num::f64::SUBNORMAL, 1..40)
+        n_rotors in 1usize..=8,
+        values in proptest::collection::vec(
+            proptest::num::f64::NORMAL | proptest::num::f64::ZERO | proptest::num::f64::SUBNORMAL,
+            1..40,
+        )
     ) {
         let values: Vec<f64> = values.iter().map(|x| if x.abs() <= 1e3 { *x } else { 1.0 / x }).collect();
         let there = trajectory(n_rotors, &values);
