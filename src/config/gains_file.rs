@@ -25,7 +25,8 @@ macro_rules! gains_json {
         [$($(#[$doc:meta])* $name:ident $key:literal)*]
         [$($(#[$yaw_doc:meta])* $yaw_name:ident $yaw_key:literal)*]
     ) => {
-        /// Gains of the cascade, acceleration-normalised: they carry neither mass nor inertia. Table 4, and yaw.
+        /// Gains of the cascade, acceleration-normalised: they carry neither mass nor inertia. Table 4, and
+        /// yaw.
         #[derive(Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub(super) struct GainsJson {
