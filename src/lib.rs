@@ -40,6 +40,7 @@ pub mod real;
 pub mod report;
 pub mod sim;
 pub mod simd;
+pub mod time;
 pub mod trajectory;
 pub mod tune;
 pub mod units;

@@ -12,7 +12,7 @@ mod prose;
 
 /// The floors, lowest first; modules on one floor do not know each other.
 const FLOORS: &[&[&str]] = &[
-    &["random", "real", "simd", "units"],
+    &["random", "real", "simd", "time", "units"],
     &["frames"],
     &["model"],
     &["trajectory"],

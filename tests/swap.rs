@@ -11,8 +11,8 @@ use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, load_mission};
 use samara::control::{Airframe, Cascade, ControlSettings};
 use samara::link::{
-    AutopilotSession, AutopilotSetup, Decoder, Frame, Link, Lockstep, Session, SimulatorConfig,
-    SimulatorSession, StreamerConfig, StreamerSession, Transmit,
+    AutopilotSession, AutopilotSetup, Decoder, Frame, HilConfig, HilSession, Link, Lockstep, Session,
+    StreamerConfig, StreamerSession, Transmit,
 };
 use samara::model::rigid_body::MassProperties;
 use samara::model::{MAX_ROTORS, RotationSense, RotorMount, Vehicle, trim};
@@ -233,7 +233,7 @@ fn another_transport_and_another_planner_fly_the_same_drop() {
             keeps_parameters: false,
         })
     };
-    let simulator = || SimulatorSession::new(drop_of(&mission), SimulatorConfig::default());
+    let simulator = || HilSession::new(drop_of(&mission), HilConfig::default());
     let streamer = || {
         let config = StreamerConfig {
             hang_s: mission.release.hang_s,
@@ -248,7 +248,7 @@ fn another_transport_and_another_planner_fly_the_same_drop() {
     let piped = Piped { inner: autopilot(), decoder: Decoder::new(), out: VecDeque::new() };
     let mut through_pipe = Lockstep::new(simulator(), piped, streamer());
     through_pipe.run(&mut |_, _, _| {}).unwrap();
-    let (a, b) = (direct.simulator.log(), through_pipe.simulator.log());
+    let (a, b) = (direct.simulator.run().log(), through_pipe.simulator.run().log());
     assert_eq!(a.len(), b.len());
     let end = a.last().unwrap().state.body.v_ned;
     assert!((end - mission.target_v_ned).norm() < 0.1, "{end}");

@@ -24,10 +24,12 @@ pub mod tracking;
 pub use batch::{Outcome, Study, judge_flights};
 pub use drops::{DropMeasure, DropOutcome, RandomDrop};
 pub use releases::{RandomRelease, ReleaseDistribution};
-pub use safety::{SafetyLimits, StateCost, Verdict, VerdictBuilder, plan_j_tpf, steady_within_m_s};
+pub use safety::{Verdict, VerdictBuilder, plan_j_tpf, steady_within_m_s};
 pub use statistics::{CONFIDENCE, Share, Summary, Tally};
 pub use study::{OneAtATime, SafetyStudy, StudyEntry, StudyReference, TraceInstant, TrialOutcome};
 pub use tracking::TrackingError;
+
+pub use crate::sim::{SafetyLimits, StateCost};
 
 #[cfg(test)]
 mod safety_tests;

@@ -7,6 +7,7 @@ use crate::frames::quaternion_from_euler;
 use crate::model::ForceBalance;
 use crate::model::rigid_body::BodyState;
 
+use crate::sim::limits::*;
 use crate::sim::{Phase, PlantState, Sample};
 
 const LIMITS: SafetyLimits =

@@ -12,12 +12,12 @@ use nalgebra::Vector3;
 
 use super::batch::{Outcome, Study, judge_flights};
 use super::releases::RandomRelease;
-use super::safety::{SafetyLimits, StateCost};
 use super::tracking::{self, TrackingError};
 use crate::control::{Airframe, Controller, Gains};
 use crate::frames::{bank, pitch, rotate_body_from_ned};
 use crate::model::rigid_body::BodyState;
 use crate::model::{Environment, Vehicle};
+use crate::sim::limits::{SafetyLimits, StateCost};
 use crate::sim::planar::{Flight, Model, NotPlanar, Release, Variation};
 use crate::sim::{DropSimulation, FlightPlan, PlantKind, Reference, Sample, fly};
 use crate::trajectory::Trajectory;

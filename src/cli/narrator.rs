@@ -6,7 +6,8 @@ use super::answer::Failure;
 use super::terminal::{print, print_err};
 use samara::assess::Verdict;
 use samara::config::Mission;
-use samara::link::{SimulatorEvent, StreamerEvent, seconds};
+use samara::link::{HilEvent, StreamerEvent, TimeUs, Timed};
+use samara::sim::DropEvent;
 
 /// Where a narrator's words go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,70 +80,71 @@ impl Narrator {
         self.failed.take().map_or(Ok(()), Err)
     }
 
-    fn at(&self, t_s: f64, text: &str) {
-        self.say(&format!("{t_s:8.3} s  {text}\n"));
+    fn at(&self, at: TimeUs, text: &str) {
+        self.say(&format!("{}\n", Timed { at, event: text }));
     }
 
     /// Says how the hang begins.
     pub fn hanging(&self, mission: &Mission) {
         let descent = format!("under the parachute, {} m/s down", mission.release.parachute.descent_m_s);
         match mission.release.parachute.hook {
-            None => self.at(0.0, &format!("hanging {descent}")),
+            None => self.at(0, &format!("hanging {descent}")),
             Some(hook) => {
                 let lets_go_s = mission.release.hang_s - hook.lets_go_before_s;
-                self.at(0.0, &format!("hanging still on a hook; let go at {lets_go_s} s {descent}"))
+                self.at(0, &format!("hanging still on a hook; let go at {lets_go_s} s {descent}"))
             }
         }
     }
 
     /// Says an event of the simulator.
-    pub fn simulator(&self, event: &SimulatorEvent, mission: &Mission) {
-        match event {
-            SimulatorEvent::RotorsFree { at } => self.at(
-                seconds(*at),
+    pub fn simulator(&self, event: &Timed<HilEvent>, mission: &Mission) {
+        match &event.event {
+            HilEvent::Drop(DropEvent::RotorsFree) => self.at(
+                event.at,
                 &format!(
                     "rotors free after {} s of fall, the plan begins",
                     mission.release.parachute.delay_s
                 ),
             ),
             // The shell has reported it.
-            SimulatorEvent::Connected { again: false } => {}
+            HilEvent::Connected { again: false } => {}
             // Reported by the streamer or in the verdict, or of no interest in lockstep.
-            SimulatorEvent::Connected { .. }
-            | SimulatorEvent::Lockstep { .. }
-            | SimulatorEvent::Armed { .. }
-            | SimulatorEvent::Finished { .. }
+            HilEvent::Connected { .. }
+            | HilEvent::Lockstep
+            | HilEvent::Drop(DropEvent::Armed { .. })
+            | HilEvent::Finished
                 if self.together => {}
-            SimulatorEvent::Waiting { .. }
-            | SimulatorEvent::GoingOnWithout { .. }
-            | SimulatorEvent::PeerLeft { .. }
-            | SimulatorEvent::ModeUntold { .. } => self.warn(&format!("{event}\n")),
-            other => self.say(&format!("{other}\n")),
+            connected @ HilEvent::Connected { .. } => self.say(&format!("{connected}\n")),
+            HilEvent::Waiting { .. }
+            | HilEvent::GoingOnWithout { .. }
+            | HilEvent::PeerLeft
+            | HilEvent::Drop(DropEvent::ModeUnknown) => self.warn(&format!("{event}\n")),
+            _ => self.say(&format!("{event}\n")),
         }
     }
 
     /// Says an event of the streamer.
-    pub fn streamer(&self, event: &StreamerEvent) {
-        match event {
+    pub fn streamer(&self, event: &Timed<StreamerEvent>) {
+        match &event.event {
             // The simulator has reported it, or an acknowledgement has.
-            StreamerEvent::ReleaseAsked { .. }
-            | StreamerEvent::Tracking { .. }
+            StreamerEvent::ReleaseAsked
+            | StreamerEvent::Tracking
             | StreamerEvent::Released { told: true, .. }
             | StreamerEvent::Text { severity: 5.., .. }
-            | StreamerEvent::Done { .. }
+            | StreamerEvent::Done
                 if self.together => {}
             // Repeats what an acknowledgement has said.
             StreamerEvent::Text { severity: 6.., .. } => {}
             StreamerEvent::Waiting { .. }
             | StreamerEvent::NotAligned { .. }
             | StreamerEvent::EstimateLost { .. }
-            | StreamerEvent::NotHeld { .. }
+            | StreamerEvent::NotHeld
             | StreamerEvent::Late { .. }
             | StreamerEvent::Trap { .. }
             | StreamerEvent::Refused { .. }
             | StreamerEvent::Unanswered { .. }
             | StreamerEvent::Lost { .. } => self.warn(&format!("{event}\n")),
-            other => self.say(&format!("{other}\n")),
+            _ => self.say(&format!("{event}\n")),
         }
     }
 

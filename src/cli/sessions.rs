@@ -13,10 +13,10 @@ use samara::config::{Mission, Px4Clock, load_parameters};
 use samara::control::{Airframe, ControlSettings};
 use samara::link::streamer::{Clock, Procedure};
 use samara::link::{
-    AutopilotSession, AutopilotSetup, Froude, SimulatorConfig, SimulatorSession, StreamerConfig,
-    StreamerSession, microseconds,
+    AutopilotSession, AutopilotSetup, Froude, HilConfig, HilSession, StreamerConfig, StreamerSession,
+    microseconds,
 };
-use samara::sim::ReleaseTrigger;
+use samara::sim::{DropRunConfig, ReleaseTrigger};
 use samara::trajectory::Trajectory;
 
 /// The scale of the wire to PX4, where the mission has one.
@@ -28,21 +28,24 @@ pub fn froude(mission: &Mission) -> Option<Froude> {
 }
 
 /// The simulator with its parachute.
-pub fn simulator(mission: &Mission, system_id: u8, froude: Option<Froude>) -> SimulatorSession {
-    let default = SimulatorConfig::default();
-    let config = SimulatorConfig {
-        system_id,
-        froude,
+pub fn simulator(mission: &Mission, system_id: u8, froude: Option<Froude>) -> HilSession {
+    let default = DropRunConfig::default();
+    let run = DropRunConfig {
         step_us: froude.map_or(default.step_us, Froude::step_us),
         duration_us: microseconds(mission.duration_s),
         trigger: mission.release.trigger,
-        sensors: mission.sensors,
-        seed: mission.seed,
         battery: mission.battery,
         limits: Some(mission.limits.safety),
-        ..default
     };
-    SimulatorSession::new(mission.simulation(), config)
+    let config = HilConfig {
+        system_id,
+        froude,
+        run,
+        sensors: mission.sensors,
+        seed: mission.seed,
+        ..HilConfig::default()
+    };
+    HilSession::new(mission.simulation(), config)
 }
 
 /// The reference autopilot with the mission's gains, and with what else a parameter file holds. Refuses a

@@ -70,8 +70,9 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let session =
         block_on(|stop| run_simulator(session, &ports, args.speed, key, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
-    let record = session.record().clone();
-    let flown = Flown { log: session.into_log(), record, real_time_factor: None, by: None, trouble: None };
+    let record = session.run().record().clone();
+    let log = session.into_run().into_log();
+    let flown = Flown { log, record, real_time_factor: None, by: None, trouble: None };
     let mut conclusion = Conclusion::new(&mission, None, &flown);
     conclusion.write("sim", &[("instance", args.net.instance.to_string())], &folder)?;
     conclusion.report(&narrator, &folder)?;

@@ -4,10 +4,11 @@ use mavlink::Message as _;
 use mavlink::dialects::common::MavMessage;
 use proptest::prelude::*;
 
-use super::simulator::{SimulatorConfig, SimulatorSession};
+use super::hil::{HilConfig, HilSession};
 use super::streamer::{StreamerConfig, StreamerSession};
-use super::{Decoder, Encoder, Link, Session, test_site};
+use super::{Decoder, Encoder, Link, Session};
 use crate::frames::LEVEL;
+use crate::sim::test_site;
 use crate::trajectory::{Node, Trajectory};
 
 /// Messages that a session looks at: HEARTBEAT, SET_MODE, ATTITUDE, COMMAND_INT, _LONG, _ACK, HIL_ACTUATOR_CONTROLS,
@@ -35,7 +36,7 @@ proptest! {
         frames in proptest::collection::vec(
             (0usize..9, proptest::collection::vec(any::<u8>(), 0..80), any::<bool>(), 0usize..6, 0u8..3), 1..60),
     ) {
-        let mut simulator = SimulatorSession::new(test_site::drop_simulation(), SimulatorConfig::default());
+        let mut simulator = HilSession::new(test_site::drop_simulation(), HilConfig::default());
         let mut streamer = streamer();
         simulator.peer_connected();
         let mut decoder = Decoder::new();
@@ -65,7 +66,7 @@ proptest! {
             while let Some(event) = simulator.poll_event() { let _ = event.to_string(); }
             while let Some(event) = streamer.poll_event() { let _ = event.to_string(); }
         }
-        let body = &simulator.sim().state().body;
+        let body = &simulator.run().simulation().state().body;
         prop_assert!(body.v_ned.iter().chain(body.omega_body.iter()).all(|x| x.is_finite()));
     }
 }

@@ -8,9 +8,9 @@
 //!
 //! Frames of the ground station's link leave by the tap; what a ground station sends is put in by [`Lockstep::deliver`].
 
-use super::simulator::Missing;
+use super::hil::Missing;
 use super::{
-    Decoder, Faults, Frame, Link, Pace, PeerId, Session, SimulatorSession, StreamerSession, TimeUs, Transmit,
+    Decoder, Faults, Frame, HilSession, Link, Pace, PeerId, Session, StreamerSession, TimeUs, Transmit,
     seconds,
 };
 
@@ -45,7 +45,7 @@ pub enum Party {
 #[derive(Clone, Debug)]
 pub struct Lockstep<A> {
     /// The simulator, which hosts the parachute.
-    pub simulator: SimulatorSession,
+    pub simulator: HilSession,
     /// The autopilot.
     pub autopilot: A,
     /// The streamer.
@@ -55,7 +55,7 @@ pub struct Lockstep<A> {
 
 impl<A: Session> Lockstep<A> {
     /// Connects the three; the simulator has its peer.
-    pub fn new(mut simulator: SimulatorSession, autopilot: A, streamer: StreamerSession) -> Self {
+    pub fn new(mut simulator: HilSession, autopilot: A, streamer: StreamerSession) -> Self {
         simulator.peer_connected();
         Self { simulator, autopilot, streamer, decoder: Decoder::new() }
     }

@@ -14,11 +14,11 @@
 //! | [`tlog`] | the record of what went over the wire |
 //! | [`flight_log`] | what the autopilot knew and commanded, as ULog |
 //! | [`parachute`] | the parachute component: release by command |
-//! | [`simulator`] | the simulator: lockstep, release triggers, sensors, flight log |
+//! | [`hil`] | the simulator's side of PX4's HIL link: lockstep, sensors as messages |
 //! | [`streamer`] | the offboard streamer: arms, releases, streams the plan |
 //! | [`autopilot`] | the reference autopilot: HIL client, vehicle for ground stations and companions |
 //! | [`lockstep`] | all of them on a wire in memory |
-//! | `time`, `statustext` | seconds and microseconds; long texts in pieces |
+//! | `statustext` | long texts in pieces |
 //!
 //! A session owns no socket and no clock: [`session`] has the contract. The sockets and the only clock are in `shell`.
 
@@ -29,6 +29,7 @@ pub mod faults;
 pub mod flight_log;
 pub mod frame;
 pub mod froude;
+pub mod hil;
 pub mod hub;
 pub mod lockstep;
 pub mod parachute;
@@ -37,10 +38,8 @@ pub mod session;
 #[cfg(feature = "cli")]
 pub mod shell;
 pub mod signing;
-pub mod simulator;
 mod statustext;
 pub mod streamer;
-mod time;
 pub mod tlog;
 
 #[cfg(test)]
@@ -49,8 +48,6 @@ mod codec_tests;
 mod junk_tests;
 #[cfg(test)]
 mod parachute_tests;
-#[cfg(test)]
-mod test_site;
 
 pub use autopilot::{AutopilotSession, AutopilotSetup};
 pub use decoder::Decoder;
@@ -59,14 +56,13 @@ pub use faults::Faults;
 pub use flight_log::{FlightLog, LogEntry};
 pub use frame::{Command, Frame, Message, Payload, SetMode};
 pub use froude::Froude;
+pub use hil::{HilConfig, HilEvent, HilSession, Pace, Silence};
 pub use hub::{EndpointId, Hub, HubConfig, HubEvent};
 pub use lockstep::{Lockstep, LockstepError, Party};
 pub use parachute::ParachuteComponent;
 pub use peer::{PeerId, Recipient};
 pub use session::{Link, Session, Transmit};
-pub use simulator::{
-    FlightEvent, FlightRecord, Pace, Silence, SimulatorConfig, SimulatorEvent, SimulatorSession,
-};
 pub use streamer::{StreamerConfig, StreamerEvent, StreamerSession};
-pub use time::{TimeUs, microseconds, seconds};
 pub use tlog::Tlog;
+
+pub use crate::time::{TimeUs, Timed, microseconds, seconds};

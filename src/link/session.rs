@@ -12,7 +12,7 @@
 //!
 //! **Time** is simulated time in microseconds, and it passes only by [`Session::handle_time`] and by the time stamps of
 //! frames. The host's `now` never runs backwards while the session's peer stays the same. One of the parties makes the
-//! time of the others: the [`SimulatorSession`](super::SimulatorSession), whose `next_wake` is its next step as soon as
+//! time of the others: the [`HilSession`](super::HilSession), whose `next_wake` is its next step as soon as
 //! that may be made, and `None` as long as it waits for an autopilot. So a host in simulated time is
 //!
 //! ```text
@@ -30,7 +30,7 @@
 
 use super::frame::Frame;
 use super::peer::{PeerId, Recipient};
-use super::time::TimeUs;
+use crate::time::TimeUs;
 
 /// A party on the wire, without socket and clock; the head of this module has the whole contract.
 pub trait Session {

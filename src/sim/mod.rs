@@ -5,6 +5,8 @@
 //! | [`integrator`] | classical Runge-Kutta step |
 //! | [`plant`] | the vehicle as the controller meets it: ideal thrusts or real actuators |
 //! | [`drop`](mod@drop), `drop/forces` | hang, release, fall, powered flight; what acts in each phase |
+//! | [`drop_run`] | a drop under its mission's trigger, with log, record and events |
+//! | [`limits`] | safety limits, and a state's share of them |
 //! | [`flight`] | a whole flight, controller and vehicle, without MAVLink frames |
 //! | [`ground`] | what a vehicle stands on |
 //! | [`battery`] | what the rotors take |
@@ -14,25 +16,33 @@
 
 pub mod battery;
 pub mod drop;
+pub mod drop_run;
 pub mod flight;
 pub mod ground;
 pub mod integrator;
+pub mod limits;
 pub mod planar;
 pub mod plant;
 pub mod record;
 pub mod sensors;
 
 #[cfg(test)]
+mod drop_run_tests;
+#[cfg(test)]
 mod drop_tests;
 #[cfg(test)]
 mod flight_tests;
 #[cfg(test)]
 mod ground_tests;
+#[cfg(test)]
+pub(crate) mod test_site;
 
 pub use battery::Battery;
 pub use drop::{DropSimulation, Phase, ReleaseTrigger, Start};
+pub use drop_run::{DropEvent, DropRun, DropRunConfig, FlightRecord, ReleaseCause};
 pub use flight::{FlightPlan, Reference, fly};
 pub use ground::Ground;
+pub use limits::{SafetyLimits, StateCost};
 pub use plant::{PlantKind, PlantState};
 pub use record::Sample;
 pub use sensors::SensorSettings;

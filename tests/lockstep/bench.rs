@@ -9,11 +9,11 @@ use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, load_mission};
 use samara::control::{Airframe, Cascade, ControlSettings};
 use samara::link::{
-    AutopilotSession, AutopilotSetup, FlightRecord, Link, Lockstep, SimulatorConfig, SimulatorSession,
-    StreamerConfig, StreamerEvent, StreamerSession, TimeUs,
+    AutopilotSession, AutopilotSetup, HilConfig, HilSession, Link, Lockstep, StreamerConfig, StreamerEvent,
+    StreamerSession, TimeUs, Timed,
 };
 use samara::model::Parachute;
-use samara::sim::{DropSimulation, ReleaseTrigger, Sample, Start};
+use samara::sim::{DropRunConfig, DropSimulation, FlightRecord, ReleaseTrigger, Sample, Start};
 use samara::trajectory::{Node, Trajectory};
 use serde_json::Value;
 
@@ -59,18 +59,19 @@ pub fn plan() -> Trajectory {
 
 pub struct Flown {
     pub log: Vec<Sample>,
-    pub events: Vec<StreamerEvent>,
+    pub events: Vec<Timed<StreamerEvent>>,
     pub record: FlightRecord,
 }
 
-pub fn simulator() -> SimulatorSession {
+pub fn simulator() -> HilSession {
     simulator_of(simulation(), ReleaseTrigger::Command)
 }
 
-pub fn simulator_of(sim: DropSimulation, trigger: ReleaseTrigger) -> SimulatorSession {
+pub fn simulator_of(sim: DropSimulation, trigger: ReleaseTrigger) -> HilSession {
     let limits = Some(mission().limits.safety);
-    let config = SimulatorConfig { seed: mission().seed, trigger, limits, ..SimulatorConfig::default() };
-    SimulatorSession::new(sim, config)
+    let run = DropRunConfig { trigger, limits, ..DropRunConfig::default() };
+    let config = HilConfig { seed: mission().seed, run, ..HilConfig::default() };
+    HilSession::new(sim, config)
 }
 
 pub fn autopilot() -> AutopilotSession {
@@ -116,7 +117,7 @@ pub fn drop_on_the_wire(tap: impl FnMut(TimeUs, Link, &[u8])) -> Flown {
 }
 
 pub fn fly(
-    simulator: SimulatorSession,
+    simulator: HilSession,
     streamer: StreamerSession,
     mut tap: impl FnMut(TimeUs, Link, &[u8]),
 ) -> Flown {
@@ -124,6 +125,6 @@ pub fn fly(
     wire.run(&mut tap).unwrap();
     assert_eq!(wire.faults().dropped(), 0);
     let events = std::iter::from_fn(|| wire.streamer.poll_event()).collect();
-    let record = wire.simulator.record().clone();
-    Flown { log: wire.simulator.into_log(), events, record }
+    let record = wire.simulator.run().record().clone();
+    Flown { log: wire.simulator.into_run().into_log(), events, record }
 }

@@ -10,13 +10,12 @@ use samara::autopilot::estimator::{Estimator, EstimatorSettings, Noise};
 use samara::config::{Mission, load_mission};
 use samara::frames::{conjugate, product, rotation_vector};
 use samara::link::{
-    AutopilotSession, Lockstep, SimulatorConfig, SimulatorSession, StreamerConfig, StreamerSession,
-    microseconds,
+    AutopilotSession, HilConfig, HilSession, Lockstep, StreamerConfig, StreamerSession, microseconds,
 };
 use samara::model::rigid_body::BodyState;
 use samara::plan::{Guess, SolverOptions, plan};
 use samara::sim::sensors::{Barometer, Magnetometer, Satellite, Triad};
-use samara::sim::{DropSimulation, SensorSettings};
+use samara::sim::{DropRunConfig, DropSimulation, SensorSettings};
 use samara::trajectory::Trajectory;
 
 use super::bench::autopilot_of;
@@ -40,11 +39,11 @@ impl Drop {
     fn wire(&self, seed: u64, sensors: SensorSettings, on_estimator: bool) -> Lockstep<AutopilotSession> {
         let m = &self.mission;
         let (vehicle, site) = (m.vehicle.clone(), m.site.environment.clone());
-        let config = SimulatorConfig {
-            duration_us: microseconds(m.duration_s),
+        let config = HilConfig {
+            run: DropRunConfig { duration_us: microseconds(m.duration_s), ..DropRunConfig::default() },
             sensors,
             seed,
-            ..SimulatorConfig::default()
+            ..HilConfig::default()
         };
         let settings = EstimatorSettings {
             gps_delay_us: sensors.satellite.delay_us,
@@ -60,7 +59,7 @@ impl Drop {
         let simulation =
             DropSimulation::new(vehicle, site, m.release.parachute, m.release.hang_s, m.release.start);
         Lockstep::new(
-            SimulatorSession::new(simulation, config),
+            HilSession::new(simulation, config),
             autopilot,
             StreamerSession::new(streamer, self.plan.clone()),
         )
@@ -69,9 +68,9 @@ impl Drop {
     fn verdict(&self, seed: u64, sensors: SensorSettings, on_estimator: bool) -> Verdict {
         let mut wire = self.wire(seed, sensors, on_estimator);
         wire.run(&mut |_, _, _| {}).unwrap();
-        assert!(!wire.simulator.record().failsafe, "{:?}", wire.simulator.record());
+        assert!(!wire.simulator.run().record().failsafe, "{:?}", wire.simulator.run().record());
         let mut verdict = VerdictBuilder::new(self.mission.limits.safety, self.mission.target_v_ned);
-        wire.simulator.log().iter().for_each(|sample| verdict.observe(sample));
+        wire.simulator.run().log().iter().for_each(|sample| verdict.observe(sample));
         verdict.finish().unwrap()
     }
 }
@@ -132,14 +131,14 @@ fn consistency<const N: usize>(
             std::f64::consts::TAU * seed as f64 / seeds as f64;
         let mut wire = drop.wire(seed, sensors, true);
         for (sum, look_s) in sums.iter_mut().zip(looks_s) {
-            while wire.simulator.sim().time_s() < look_s - 1e-6 {
+            while wire.simulator.run().simulation().time_s() < look_s - 1e-6 {
                 wire.step(&mut |_, _, _| {}).unwrap();
             }
             let estimator = wire.autopilot.estimator().unwrap();
             // The filter stands behind the present.
             let at_s = estimator.filter_us().unwrap() as f64 * 1e-6;
-            let sim = wire.simulator.sim();
-            let past = wire.simulator.log().iter().rfind(|s| (s.t_s - at_s).abs() < 1e-4);
+            let sim = wire.simulator.run().simulation();
+            let past = wire.simulator.run().log().iter().rfind(|s| (s.t_s - at_s).abs() < 1e-4);
             let truth = past.map_or(&sim.state().body, |sample| &sample.state.body);
             assert!(past.is_some() || (sim.time_s() - at_s).abs() < 1e-4);
             *sum += squared_error(estimator, truth) / seeds as f64;
@@ -226,11 +225,11 @@ fn regress_the_truth_is_flown_whatever_the_sensors_say() {
     let drop = Drop::of("titan_drop.json");
     let end = |sensors| {
         let mut wire = drop.wire(1, sensors, false);
-        while wire.simulator.sim().time_s() < 13.0 {
+        while wire.simulator.run().simulation().time_s() < 13.0 {
             wire.step(&mut |_, _, _| {}).unwrap();
         }
         assert!(wire.autopilot.estimator().is_none());
-        wire.simulator.log().last().unwrap().state
+        wire.simulator.run().log().last().unwrap().state
     };
     assert_eq!(end(drop.mission.sensors), end(as_the_filter_thinks()));
 }

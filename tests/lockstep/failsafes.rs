@@ -86,7 +86,8 @@ fn regress_fence() {
 fn regress_an_uploaded_fence() {
     let mut wire = Wire::hovering(10.0, None);
     let north_m = wire.body().p_ned.x + 30.0;
-    let point = wire.simulator.sim().environment().geo_point(&nalgebra::Vector3::new(north_m, 0.0, 0.0));
+    let point =
+        wire.simulator.run().simulation().environment().geo_point(&nalgebra::Vector3::new(north_m, 0.0, 0.0));
     let count = MISSION_COUNT_DATA {
         count: 1,
         target_system: 1,
@@ -135,11 +136,9 @@ fn regress_fence_terminates() {
     wire.fly(1.5);
     assert!(!wire.is_armed() && wire.said("Failsafe: TERMINATE"));
     wire.fly(5.0);
-    let touch = wire.simulator.record().events.iter().find(|e| e.text.starts_with("on the ground")).unwrap();
-    let speed: f64 =
-        touch.text.trim_start_matches("on the ground at ").trim_end_matches(" m/s").parse().unwrap();
+    let speed = wire.touch_speed_m_s();
     // sqrt(2 g h) from 10 m, less what the air takes.
-    assert!((10.0..14.0).contains(&speed), "{}", touch.text);
+    assert!((10.0..14.0).contains(&speed), "{speed}");
 }
 
 /// Energy for some seconds: warned at 15 %, home at 7 %, down at 5 %.

@@ -278,7 +278,7 @@ fn a_flood_of_bad_frames_changes_nothing_and_is_counted_by_kind() {
         }
     }
     assert!(flood.sent >= FRAMES, "{}", flood.sent);
-    assert!(wire.simulator.log() == alone.simulator.log(), "the flight is another");
+    assert!(wire.simulator.run().log() == alone.simulator.run().log(), "the flight is another");
     for (i, expected) in flood.expected.iter().enumerate() {
         let counted = flood.hub.faults(flood.endpoints[i]);
         assert_eq!(Faults { skipped_bytes: 0, ..counted }, *expected, "peer {i}");

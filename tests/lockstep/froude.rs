@@ -4,12 +4,12 @@
 use samara::autopilot::parameters::Parameters;
 use samara::control::{Airframe, ControlLimits, ControlSettings, Gains};
 use samara::link::{
-    AutopilotSession, AutopilotSetup, Decoder, Froude, Link, Lockstep, SimulatorConfig, SimulatorSession,
-    StreamerConfig, StreamerSession, TimeUs,
+    AutopilotSession, AutopilotSetup, Decoder, Froude, HilConfig, HilSession, Link, Lockstep, StreamerConfig,
+    StreamerSession, TimeUs,
 };
 use samara::model::Environment;
 use samara::params::Subject;
-use samara::sim::{DropSimulation, Phase, Sample};
+use samara::sim::{DropRunConfig, DropSimulation, Phase, Sample};
 
 use super::bench::{mission, plan};
 
@@ -82,7 +82,8 @@ fn fly(
         m.release.hang_s,
         m.release.start,
     );
-    let simulator = SimulatorConfig { step_us, froude, seed: m.seed, ..SimulatorConfig::default() };
+    let run = DropRunConfig { step_us, ..DropRunConfig::default() };
+    let simulator = HilConfig { run, froude, seed: m.seed, ..HilConfig::default() };
     let streamer = StreamerConfig {
         froude,
         hang_s: m.release.hang_s,
@@ -93,14 +94,11 @@ fn fly(
         ..StreamerConfig::default()
     };
     let autopilot = autopilot(site, froude.map_or(1.0, Froude::k));
-    let mut wire = Lockstep::new(
-        SimulatorSession::new(sim, simulator),
-        autopilot,
-        StreamerSession::new(streamer, plan()),
-    );
+    let mut wire =
+        Lockstep::new(HilSession::new(sim, simulator), autopilot, StreamerSession::new(streamer, plan()));
     wire.run(tap).unwrap();
     assert_eq!(wire.faults().dropped(), 0);
-    wire.simulator.into_log()
+    wire.simulator.into_run().into_log()
 }
 
 #[test]

@@ -10,11 +10,11 @@ use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, load_mission};
 use samara::control::{Airframe, ControlSettings, Gains};
 use samara::link::{
-    AutopilotSession, AutopilotSetup, Decoder, Encoder, Link, Session as _, SimulatorConfig, SimulatorSession,
+    AutopilotSession, AutopilotSetup, Decoder, Encoder, HilConfig, HilSession, Link, Session as _, Timed,
 };
 use samara::model::rigid_body::BodyState;
 use samara::params::{Subject, Value};
-use samara::sim::{Battery, DropSimulation, Ground};
+use samara::sim::{Battery, DropEvent, DropRunConfig, DropSimulation, Ground};
 
 use crate::command_long::command_long;
 
@@ -39,7 +39,7 @@ const GAINS: Gains = Gains {
 pub const GROUND: Ground = Ground { down_m: 120.0 };
 
 pub struct Wire {
-    pub simulator: SimulatorSession,
+    pub simulator: HilSession,
     pub autopilot: AutopilotSession,
     station: Encoder,
     /// Everything said on the ground station's link.
@@ -62,13 +62,12 @@ fn wire(sim: DropSimulation, battery: Option<Battery>) -> Wire {
 /// On the truth, or on the estimator with the mission's sensors.
 fn wire_on(sim: DropSimulation, battery: Option<Battery>, estimator: Option<EstimatorSettings>) -> Wire {
     let m = &*MISSION;
-    let config = SimulatorConfig {
-        duration_us: 600_000_000,
-        battery,
+    let config = HilConfig {
+        run: DropRunConfig { duration_us: 600_000_000, battery, ..DropRunConfig::default() },
         sensors: m.sensors,
-        ..SimulatorConfig::default()
+        ..HilConfig::default()
     };
-    let mut simulator = SimulatorSession::new(sim, config);
+    let mut simulator = HilSession::new(sim, config);
     simulator.peer_connected();
     let subject = Subject {
         vehicle: &m.vehicle,
@@ -153,12 +152,12 @@ impl Wire {
     }
 
     pub fn body(&self) -> &BodyState {
-        &self.simulator.sim().state().body
+        &self.simulator.run().simulation().state().body
     }
 
     /// Height above the ground.
     pub fn height_m(&self) -> f64 {
-        self.simulator.sim().ground().unwrap().down_m - self.body().p_ned.z
+        self.simulator.run().simulation().ground().unwrap().down_m - self.body().p_ned.z
     }
 
     /// Main and sub mode.
@@ -172,7 +171,7 @@ impl Wire {
     }
 
     pub fn now_s(&self) -> f64 {
-        self.simulator.sim().time_s()
+        self.simulator.run().simulation().time_s()
     }
 
     pub fn fly(&mut self, seconds: f64) {
@@ -189,6 +188,15 @@ impl Wire {
             assert!(self.now_s() < end, "not so after {limit_s} s: {p} {v} {:?}", self.texts);
             self.step();
         }
+    }
+
+    /// Speed of descent at which the vehicle first came to the ground [m/s].
+    pub fn touch_speed_m_s(&self) -> f64 {
+        let speed = |e: &Timed<DropEvent>| match e.event {
+            DropEvent::TouchedGround { speed_m_s } => Some(speed_m_s),
+            _ => None,
+        };
+        self.simulator.run().record().events.iter().find_map(speed).unwrap()
     }
 
     pub fn step(&mut self) {

@@ -1,7 +1,7 @@
 //! Each release trigger through a whole drop: simulator, parachute, autopilot and streamer; and what is remembered of it.
 
-use samara::link::{StreamerEvent, TimeUs, microseconds};
-use samara::sim::{Phase, ReleaseTrigger};
+use samara::link::{StreamerEvent, TimeUs, Timed, microseconds};
+use samara::sim::{DropEvent, Phase, ReleaseTrigger};
 
 use super::bench::{Flown, fly, mission, simulation, simulator_of, streamer_that};
 use super::verdict;
@@ -19,15 +19,12 @@ fn phases(flown: &Flown) -> [TimeUs; 2] {
 
 /// When the vehicle was released, and when the plan began, as the streamer knows it.
 fn told(flown: &Flown) -> [TimeUs; 2] {
-    let released = |e: &StreamerEvent| match e {
-        StreamerEvent::Released { released_at, told: true, .. } => Some(*released_at),
+    let released = flown.events.iter().find_map(|e| match e.event {
+        StreamerEvent::Released { released_at, told: true } => Some(released_at),
         _ => None,
-    };
-    let tracking = |e: &StreamerEvent| match e {
-        StreamerEvent::Tracking { at } => Some(*at),
-        _ => None,
-    };
-    [flown.events.iter().find_map(released).unwrap(), flown.events.iter().find_map(tracking).unwrap()]
+    });
+    let tracking = flown.events.iter().find(|e| e.event == StreamerEvent::Tracking).map(|e| e.at);
+    [released.unwrap(), tracking.unwrap()]
 }
 
 #[test]
@@ -54,7 +51,7 @@ fn every_trigger_releases_at_its_time_and_the_plan_follows() {
             verdict.limits_passed.is_empty() && (verdict.j_tpf / 0.5551 - 1.0).abs() < 0.005,
             "{verdict:?}"
         );
-        let happened: Vec<&str> = flown.record.events.iter().map(|e| e.text.as_str()).collect();
+        let happened: Vec<String> = flown.record.events.iter().map(|e| e.event.to_string()).collect();
         assert_eq!(happened, ["armed", cause, "rotors free"]);
         assert!(!flown.record.failsafe);
     }
@@ -73,8 +70,9 @@ fn a_streamer_that_ends_leaves_a_failsafe_on_record() {
     };
     let streamer = samara::link::StreamerSession::new(config, super::bench::plan());
     let flown = fly(simulator_of(simulation(), ReleaseTrigger::Command), streamer, |_, _, _| {});
-    let happened: Vec<(TimeUs, &str)> = flown.record.events.iter().map(|e| (e.at, e.text.as_str())).collect();
+    let happened = &flown.record.events;
     // The last setpoint, of 15.496 s, lives for a second; a step later its loss is heard.
-    assert_eq!(happened[3..], [(16_500_000, "failsafe: the autopilot has taken over")], "{happened:?}");
+    let failsafe = Timed { at: 16_500_000, event: DropEvent::Failsafe { active: true } };
+    assert_eq!(happened[3..], [failsafe], "{happened:?}");
     assert!(flown.record.failsafe);
 }

@@ -6,10 +6,9 @@ use crate::cli::answer::Failure;
 use crate::cli::narrator::Narrator;
 use crate::cli::results::OutputFolder;
 use samara::config::Mission;
-use samara::link::FlightRecord;
 use samara::link::shell::{Speed, Wiring};
 use samara::report::FlownBy;
-use samara::sim::Sample;
+use samara::sim::{FlightRecord, Sample};
 use samara::trajectory::Trajectory;
 
 /// An autopilot, or a model of one, that flies drops. It is made once for a run and flies any number of them.

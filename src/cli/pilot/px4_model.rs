@@ -11,10 +11,9 @@ use crate::cli::mission::mission_for_px4;
 use crate::cli::system::Stopwatch;
 use samara::config::Mission;
 use samara::control::px4::{Parameters, Px4Controller, is_quad_x};
-use samara::link::FlightRecord;
 use samara::params::{ParameterFile, px4_model_parameters};
 use samara::report::FlownBy;
-use samara::sim::{self, FlightPlan, Reference};
+use samara::sim::{self, FlightPlan, FlightRecord, Reference};
 use samara::trajectory::Trajectory;
 
 /// The options of a drop that the model has.

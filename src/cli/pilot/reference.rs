@@ -95,15 +95,15 @@ impl Pilot for Reference {
                     .bad_input()?;
             }
         }
-        let flown_s = wire.simulator.sim().time_s();
+        let flown_s = wire.simulator.run().simulation().time_s();
         reporter.finish()?;
         Ok(Flown {
-            record: wire.simulator.record().clone(),
+            record: wire.simulator.run().record().clone(),
             real_time_factor: Some(1e3 * flown_s / watch.ms()),
             by: Some(FlownBy { name: self.name(), version: None }),
             // Of a single flight, verdict and events tell all that there is.
             trouble: flight.stop.and(wire.streamer.failure()).map(str::to_owned),
-            log: wire.simulator.into_log(),
+            log: wire.simulator.into_run().into_log(),
         })
     }
 }

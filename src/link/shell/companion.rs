@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use mavlink::dialects::common::{MavMessage, TIMESYNC_DATA};
 
-use super::super::simulator::SimulatorSession;
+use super::super::hil::HilSession;
 use super::super::streamer::{STREAMER_COMPONENT, STREAMER_SYSTEM, StreamerState};
 use super::super::{Decoder, Encoder, Frame, Link, Session as _, StreamerSession, TimeUs, Transmit};
 use super::clock::Since;
@@ -107,7 +107,7 @@ impl Companion {
     }
 
     /// Takes what has come. The simulator hears the autopilot's HEARTBEAT this way, which it does not get on its own link.
-    pub(super) fn receive<O: Observer>(&mut self, simulator: &mut SimulatorSession, observer: &mut O) {
+    pub(super) fn receive<O: Observer>(&mut self, simulator: &mut HilSession, observer: &mut O) {
         let now = simulator.now();
         let Self { session, links, fence, stamp, answers, .. } = self;
         links.receive(observer, |observer, link, frame: &Frame| {
@@ -141,7 +141,7 @@ impl Companion {
 
     /// Lets the session act at the simulator's time, once for each, and sends what it wants sent: to the autopilot and, without a
     /// socket, to the parachute.
-    pub(super) fn act<O: Observer>(&mut self, simulator: &mut SimulatorSession, observer: &mut O) {
+    pub(super) fn act<O: Observer>(&mut self, simulator: &mut HilSession, observer: &mut O) {
         let now = simulator.now();
         if self.ticked != Some(now) {
             self.ticked = Some(now);

@@ -5,7 +5,7 @@ use std::fmt;
 use std::io;
 use std::net::SocketAddr;
 
-use super::super::{Faults, Link, LogEntry, SimulatorEvent, StreamerEvent, TimeUs, seconds};
+use super::super::{Faults, HilEvent, Link, LogEntry, StreamerEvent, TimeUs, Timed};
 
 /// What a socket is for, or as which it was typed.
 pub type What = Cow<'static, str>;
@@ -133,9 +133,9 @@ pub enum Notice {
         faults: Faults,
     },
     /// Of the simulator.
-    Simulator(SimulatorEvent),
+    Simulator(Timed<HilEvent>),
     /// Of the streamer.
-    Streamer(StreamerEvent),
+    Streamer(Timed<StreamerEvent>),
     /// The autopilot's STATUSTEXT.
     Autopilot {
         /// Simulated time.
@@ -169,7 +169,7 @@ impl fmt::Display for Notice {
             }
             Self::Simulator(event) => event.fmt(f),
             Self::Streamer(event) => event.fmt(f),
-            Self::Autopilot { at, text, .. } => write!(f, "{:8.3} s  > {text}", seconds(*at)),
+            Self::Autopilot { at, text, .. } => Timed { at: *at, event: format_args!("> {text}") }.fmt(f),
         }
     }
 }

@@ -9,7 +9,7 @@ use tokio::net::TcpStream;
 use super::super::parachute::PARACHUTE_COMPONENT;
 use super::super::signing::Key;
 use super::super::streamer::StreamerState;
-use super::super::{Frame, Link, Pace, Session as _, SimulatorSession, StreamerSession, TimeUs, Transmit};
+use super::super::{Frame, HilSession, Link, Pace, Session as _, StreamerSession, TimeUs, Transmit};
 use super::clock::{Pacer, Since, Speed, WATCH_PERIOD};
 use super::companion::Companion;
 use super::connection::Connection;
@@ -26,7 +26,7 @@ const HALF_FRAME_PATIENCE: Duration = Duration::from_secs(1);
 pub(super) const PEER_MEMORY: Duration = Duration::from_secs(10);
 
 struct Shell<'a, O> {
-    session: SimulatorSession,
+    session: HilSession,
     connection: Option<Connection>,
     parachute: Links,
     viewer: Viewer,
@@ -51,7 +51,7 @@ pub trait Guest {
 #[derive(Debug)]
 pub struct HostedDrop {
     /// The simulator.
-    pub simulator: SimulatorSession,
+    pub simulator: HilSession,
     /// The streamer.
     pub streamer: StreamerSession,
     /// Why the autopilot is gone, if it left before the end.
@@ -67,13 +67,13 @@ pub struct HostedDrop {
 /// # Errors
 /// [`ShellError`] when a port cannot be had.
 pub async fn run_simulator<O: Observer>(
-    session: SimulatorSession,
+    session: HilSession,
     ports: &Ports,
     speed: Speed,
     key: Option<Key>,
     observer: &mut O,
     stop: impl Future<Output = ()>,
-) -> Result<SimulatorSession, ShellError> {
+) -> Result<HilSession, ShellError> {
     let server = TcpServer::bind(ports.simulator, "simulator, for the autopilot", observer).await?;
     let remotes = [ports.ground_station, ports.api];
     let mut shell = Shell::open(session, ports, speed, key, &remotes, observer).await?;
@@ -90,7 +90,7 @@ pub async fn run_simulator<O: Observer>(
 /// # Errors
 /// [`ShellError`] when a port cannot be had; what `start` fails with.
 pub async fn run_hosted_drop<O: Observer, G: Guest, E: From<ShellError>>(
-    (session, streamer): (SimulatorSession, StreamerSession),
+    (session, streamer): (HilSession, StreamerSession),
     ports: &Ports,
     speed: Speed,
     start: impl FnOnce() -> Result<G, E>,
@@ -119,7 +119,7 @@ impl Guest for Unknown {
 impl<'a, O: Observer> Shell<'a, O> {
     /// Without autopilot and companion. The parachute speaks to the loopback ports `remotes` unasked.
     async fn open(
-        session: SimulatorSession,
+        session: HilSession,
         ports: &Ports,
         speed: Speed,
         key: Option<Key>,

@@ -10,10 +10,10 @@ use tokio::sync::oneshot;
 
 use mavlink::dialects::common::{HIL_ACTUATOR_CONTROLS_DATA, MavMessage};
 
-use super::super::simulator::Missing;
+use super::super::hil::Missing;
 use super::super::{
-    AutopilotSession, AutopilotSetup, Decoder, Encoder, Frame, SimulatorConfig, SimulatorEvent,
-    SimulatorSession, StreamerConfig, StreamerEvent, StreamerSession, test_site,
+    AutopilotSession, AutopilotSetup, Decoder, Encoder, Frame, HilConfig, HilEvent, HilSession,
+    StreamerConfig, StreamerEvent, StreamerSession, Timed,
 };
 use super::ports::loopback;
 use super::*;
@@ -21,6 +21,7 @@ use crate::autopilot::parameters::Parameters;
 use crate::control::{Airframe, ControlLimits, ControlSettings, Gains};
 use crate::frames::LEVEL;
 use crate::params::Subject;
+use crate::sim::{DropEvent, DropRunConfig, test_site};
 use crate::trajectory::{Node, Trajectory};
 
 /// Collects notices and completes its signal at the first one that the test waits for.
@@ -68,10 +69,10 @@ pub(super) fn free_ports() -> Ports {
     }
 }
 
-pub(super) fn simulator(duration_us: u64) -> SimulatorSession {
-    SimulatorSession::new(
+pub(super) fn simulator(duration_us: u64) -> HilSession {
+    HilSession::new(
         test_site::drop_simulation(),
-        SimulatorConfig { duration_us, ..SimulatorConfig::default() },
+        HilConfig { run: DropRunConfig { duration_us, ..DropRunConfig::default() }, ..HilConfig::default() },
     )
 }
 
@@ -142,13 +143,16 @@ fn three_parties_on_sockets_fly_the_drop() {
     });
     let flown = flown.unwrap();
     assert!(streamed.unwrap().is_over(), "{:#?}", c.notices);
-    assert!(heard(&a.notices, |n| matches!(n, Notice::Simulator(SimulatorEvent::Released { .. }))));
+    assert!(heard(&a.notices, |n| matches!(
+        n,
+        Notice::Simulator(Timed { event: HilEvent::Drop(DropEvent::Released { .. }), .. })
+    )));
     assert!(heard(&b.notices, |n| matches!(n, Notice::Autopilot { .. })));
-    assert!(heard(&c.notices, |n| matches!(n, Notice::Streamer(StreamerEvent::Target { .. }))));
+    assert!(heard(&c.notices, |n| matches!(n, Notice::Streamer(Timed { event: StreamerEvent::Target, .. }))));
     // As on the wire in memory; what is sent by UDP may come a step or two later.
     let mut wire = super::super::Lockstep::new(simulator(9_000_000), autopilot(), streamer());
     wire.run(&mut |_, _, _| {}).unwrap();
-    let end = |session: &SimulatorSession| session.log().last().unwrap().state.body.v_ned;
+    let end = |session: &HilSession| session.run().log().last().unwrap().state.body.v_ned;
     assert!((end(&flown) - end(&wire.simulator)).norm() < 0.05, "{} {}", end(&flown), end(&wire.simulator));
     assert!(flown.counts().unanswered < 250, "{:?}", flown.counts());
 }
@@ -179,7 +183,10 @@ fn a_peer_that_says_nothing_is_named_and_time_stops() {
     let is_wait = |n: &Notice| {
         matches!(
             n,
-            Notice::Simulator(SimulatorEvent::Waiting { at: 5_000_000, missing: Missing::AnyFrame, .. })
+            Notice::Simulator(Timed {
+                at: 5_000_000,
+                event: HilEvent::Waiting { missing: Missing::AnyFrame, .. }
+            })
         )
     };
     let (mut a, stop) = ears(is_wait);
@@ -247,8 +254,11 @@ fn a_peer_that_leaves_is_waited_for_and_the_drop_starts_over() {
     });
     assert!(session.unwrap().now() >= 12_000);
     assert!(heard(&a.notices, |n| matches!(n, Notice::TurnedAway { .. })));
-    assert!(heard(&a.notices, |n| matches!(n, Notice::Simulator(SimulatorEvent::PeerLeft { .. }))));
-    assert!(heard(&a.notices, |n| matches!(n, Notice::Simulator(SimulatorEvent::Connected { again: true }))));
+    assert!(heard(&a.notices, |n| matches!(n, Notice::Simulator(Timed { event: HilEvent::PeerLeft, .. }))));
+    assert!(heard(&a.notices, |n| matches!(
+        n,
+        Notice::Simulator(Timed { event: HilEvent::Connected { again: true }, .. })
+    )));
 }
 
 #[test]
@@ -285,7 +295,8 @@ fn garbage_on_every_socket_is_told_and_does_no_harm() {
 #[test]
 fn a_streamer_alone_says_what_it_misses() {
     let ports = free_ports();
-    let (mut a, stop) = ears(|n| matches!(n, Notice::Streamer(StreamerEvent::Waiting { .. })));
+    let (mut a, stop) =
+        ears(|n| matches!(n, Notice::Streamer(Timed { event: StreamerEvent::Waiting { .. }, .. })));
     let session = block_on(run_streamer(streamer(), &ports, None, &mut a, stop)).unwrap();
     assert!(!session.is_over());
     assert!(heard(&a.notices, |n| n.to_string().contains("HEARTBEAT from the autopilot of system 1")));
@@ -311,7 +322,7 @@ fn a_watched_drop_reaches_the_ground_station() {
         block_on(run_watched_drop(wire, &ports, &Wiring::default(), Speed::Factor(40.0), &mut a, stop))
             .unwrap();
     alone.run(&mut |_, _, _| {}).unwrap();
-    assert!(watched.simulator.log() == alone.simulator.log());
+    assert!(watched.simulator.run().log() == alone.simulator.run().log());
     let (mut decoder, mut buffer) = (Decoder::new(), [0; 2048]);
     let mut senders: Vec<(u8, u8)> = Vec::new();
     while let Ok(len) = watcher.recv(&mut buffer) {

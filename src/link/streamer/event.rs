@@ -1,24 +1,20 @@
-//! What the streamer has to tell, with simulated times (the vehicle's `time_boot_ms`).
+//! What the streamer reports; the simulated time of a report is the vehicle's `time_boot_ms`.
 
 use core::time::Duration;
 use std::fmt;
 
-use super::super::{TimeUs, seconds};
+use crate::time::{TimeUs, seconds};
 
-/// An event.
+/// A report of the streamer.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StreamerEvent {
     /// Heartbeat and clock of the vehicle have been heard; zero-thrust setpoints start.
     VehicleHeard {
-        /// Simulated time.
-        at: TimeUs,
         /// The vehicle's system.
         system_id: u8,
     },
     /// The parameters are with the vehicle.
     Uploaded {
-        /// Simulated time.
-        at: TimeUs,
         /// How many.
         set: usize,
         /// Those that it does not have.
@@ -26,26 +22,20 @@ pub enum StreamerEvent {
     },
     /// A parameter of the vehicle is not fit for a drop.
     Trap {
-        /// Simulated time.
-        at: TimeUs,
         /// The parameter.
         name: &'static str,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
         /// What comes of it.
         otherwise: &'static str,
     },
     /// The estimator has attitude and velocity.
     Aligned {
-        /// Simulated time.
-        at: TimeUs,
         /// Whether it has said so.
         told: bool,
     },
     /// The estimator is not ready.
     NotAligned {
-        /// Simulated time.
-        at: TimeUs,
         /// What it lacks.
         lacking: String,
         /// What the vehicle said meanwhile.
@@ -53,8 +43,6 @@ pub enum StreamerEvent {
     },
     /// The estimator has lost what it had.
     EstimateLost {
-        /// Simulated time.
-        at: TimeUs,
         /// What it lacks.
         lacking: String,
         /// What the vehicle said meanwhile.
@@ -62,73 +50,42 @@ pub enum StreamerEvent {
     },
     /// The vehicle is in a mode in which its tilt limit comes up.
     Holds {
-        /// Simulated time.
-        at: TimeUs,
         /// For how long it is left in it.
         for_us: TimeUs,
     },
     /// The vehicle was not for long enough in such a mode.
-    NotHeld {
-        /// Simulated time.
-        at: TimeUs,
-    },
+    NotHeld,
     /// The release is asked for later than it was to be.
     Late {
-        /// Simulated time.
-        at: TimeUs,
         /// By how much.
         late: TimeUs,
     },
     /// Velocity setpoints wait: the vehicle believes to be on the ground.
-    HeldBack {
-        /// Simulated time.
-        at: TimeUs,
-    },
+    HeldBack,
     /// Arming has waited in vain for the vehicle's own checks.
     ChecksNotPassed {
-        /// Simulated time.
-        at: TimeUs,
         /// Whether the vehicle has told of them.
         told: bool,
     },
     /// OFFBOARD has been accepted.
-    Offboard {
-        /// Simulated time.
-        at: TimeUs,
-    },
+    Offboard,
     /// Arming has been accepted.
-    Armed {
-        /// Simulated time.
-        at: TimeUs,
-    },
+    Armed,
     /// The parachute has been told to cut.
-    ReleaseAsked {
-        /// Simulated time.
-        at: TimeUs,
-    },
+    ReleaseAsked,
     /// The release and its instant are known.
     Released {
-        /// Simulated time.
-        at: TimeUs,
-        /// The release.
+        /// Simulated time of the release.
         released_at: TimeUs,
         /// Whether the parachute said so; otherwise it is the time of its acknowledgement.
         told: bool,
     },
     /// The first setpoint of the plan has been sent.
-    Tracking {
-        /// Simulated time.
-        at: TimeUs,
-    },
+    Tracking,
     /// The plan is over, the target velocity follows.
-    Target {
-        /// Simulated time.
-        at: TimeUs,
-    },
+    Target,
     /// A command has been refused.
     Refused {
-        /// Simulated time.
-        at: TimeUs,
         /// What was asked.
         what: &'static str,
         /// The answer.
@@ -138,8 +95,6 @@ pub enum StreamerEvent {
     },
     /// A command has not been answered.
     Unanswered {
-        /// Simulated time.
-        at: TimeUs,
         /// What was asked.
         what: &'static str,
         /// Component that should have answered.
@@ -147,8 +102,6 @@ pub enum StreamerEvent {
     },
     /// The vehicle is no longer armed in OFFBOARD while it should be.
     Lost {
-        /// Simulated time.
-        at: TimeUs,
         /// "armed" or "in OFFBOARD".
         what: &'static str,
         /// What the vehicle said meanwhile.
@@ -156,22 +109,15 @@ pub enum StreamerEvent {
     },
     /// Vehicle or parachute said something.
     Text {
-        /// Simulated time.
-        at: TimeUs,
         /// `MAV_SEVERITY`, 0 the worst, 7 debug.
         severity: u8,
         /// The text.
         text: String,
     },
-    /// The vehicle's clock has jumped back: it has been started anew, and so is the streamer.
-    VehicleRestarted {
-        /// The vehicle's new time.
-        at: TimeUs,
-    },
-    /// Nothing comes.
+    /// The vehicle's clock has jumped back to the time of this report: it has been started anew, and so is the streamer.
+    VehicleRestarted,
+    /// Nothing comes; the time is the last that was heard.
     Waiting {
-        /// Simulated time last heard.
-        at: TimeUs,
         /// What is missing.
         missing: &'static str,
         /// From which system.
@@ -181,16 +127,11 @@ pub enum StreamerEvent {
     },
     /// The streamer has given up.
     Failed {
-        /// Simulated time.
-        at: TimeUs,
         /// Why.
         reason: String,
     },
     /// The stream is at its end.
-    Done {
-        /// Simulated time.
-        at: TimeUs,
-    },
+    Done,
 }
 
 fn join(said: &[String]) -> String {
@@ -199,104 +140,82 @@ fn join(said: &[String]) -> String {
 
 impl fmt::Display for StreamerEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let s = |at: &TimeUs| seconds(*at);
         match self {
-            Self::VehicleHeard { at, system_id } => {
-                write!(f, "{:8.3} s  vehicle {system_id} heard, streaming level attitude, no thrust", s(at))
+            Self::VehicleHeard { system_id } => {
+                write!(f, "vehicle {system_id} heard, streaming level attitude, no thrust")
             }
-            Self::Uploaded { at, set, absent } => {
-                write!(f, "{:8.3} s  {set} parameters set, each echoed", s(at))?;
-                if absent.is_empty() {
-                    return Ok(());
-                }
-                write!(f, "; unknown to this autopilot: {}", absent.join(" "))
+            Self::Uploaded { set, absent } if absent.is_empty() => {
+                write!(f, "{set} parameters set, each echoed")
             }
-            Self::Trap { at, name, value, otherwise } => {
-                write!(f, "{:8.3} s  {name} = {value}: {otherwise}", s(at))
+            Self::Uploaded { set, absent } => {
+                let absent = absent.join(" ");
+                write!(f, "{set} parameters set, each echoed; unknown to this autopilot: {absent}")
             }
-            Self::Aligned { at, told: true } => {
-                write!(f, "{:8.3} s  the estimator has attitude and velocity", s(at))
+            Self::Trap { name, value, otherwise } => write!(f, "{name} = {value}: {otherwise}"),
+            Self::NotAligned { lacking, said } => {
+                write!(f, "waiting for the estimator: no {lacking} yet{}", join(said))
             }
-            Self::Aligned { at, told: false } => {
-                write!(f, "{:8.3} s  the estimator tells nothing (ESTIMATOR_STATUS); going on", s(at))
+            Self::EstimateLost { lacking, said } => {
+                write!(f, "the estimator has lost {lacking}: waiting for it{}", join(said))
             }
-            Self::NotAligned { at, lacking, said } => {
-                write!(f, "{:8.3} s  waiting for the estimator: no {lacking} yet{}", s(at), join(said))
+            Self::Holds { for_us } => {
+                write!(f, "left in HOLD for {:.2} s: PX4's tilt limit comes up there", seconds(*for_us))
             }
-            Self::EstimateLost { at, lacking, said } => {
-                write!(f, "{:8.3} s  the estimator has lost {lacking}: waiting for it{}", s(at), join(said))
+            Self::Late { late } => write!(f, "the release comes {:.1} s after hang_s", seconds(*late)),
+            Self::Released { released_at, told: true } => {
+                write!(f, "released at {:.3} s", seconds(*released_at))
             }
-            Self::Holds { at, for_us } => write!(
+            Self::Released { released_at, told: false } => write!(
                 f,
-                "{:8.3} s  left in HOLD for {:.2} s: PX4's tilt limit comes up there",
-                s(at),
-                s(for_us)
+                "release acknowledged but its time not told (NAMED_VALUE_INT t_release); taking {:.3} s",
+                seconds(*released_at)
             ),
-            Self::NotHeld { at } => write!(
-                f,
-                "{:8.3} s  not long enough in HOLD: PX4's tilt limit is not up, and comes with 0.2 rad/s only",
-                s(at)
-            ),
-            Self::Late { at, late } => {
-                write!(f, "{:8.3} s  the release comes {:.1} s after hang_s", s(at), s(late))
+            Self::Refused { what, result, said } => write!(f, "{what} refused ({result}){}", join(said)),
+            Self::Unanswered { what, by } => {
+                write!(f, "{what}: no COMMAND_ACK from the {by}, asking again")
             }
-            Self::HeldBack { at } => write!(
-                f,
-                "{:8.3} s  the vehicle believes to be on the ground (EXTENDED_SYS_STATE): velocity setpoints wait, it would keep its \
-                 rotors at zero thrust",
-                s(at)
-            ),
-            Self::ChecksNotPassed { at, told: true } => {
+            Self::Lost { what, said } => write!(f, "the vehicle is no longer {what}{}", join(said)),
+            Self::Text { text, .. } => write!(f, "> {text}"),
+            Self::Waiting { missing, system_id, waited } => {
+                let waited_s = waited.as_secs_f64();
                 write!(
                     f,
-                    "{:8.3} s  the vehicle's checks before arming do not pass (SYS_STATUS); asking why",
-                    s(at)
+                    "waiting since {waited_s:.1} s for {missing} from the autopilot of system {system_id}"
                 )
             }
-            Self::ChecksNotPassed { at, told: false } => {
-                write!(
-                    f,
-                    "{:8.3} s  the vehicle tells nothing of its checks before arming (SYS_STATUS); going on",
-                    s(at)
-                )
+            Self::Failed { reason } => write!(f, "gave up: {reason}"),
+            plain => f.write_str(plain.fixed_text()),
+        }
+    }
+}
+
+impl StreamerEvent {
+    /// The text of a report that has no values in it.
+    fn fixed_text(&self) -> &'static str {
+        match self {
+            Self::Aligned { told: true } => "the estimator has attitude and velocity",
+            Self::Aligned { told: false } => "the estimator tells nothing (ESTIMATOR_STATUS); going on",
+            Self::NotHeld => {
+                "not long enough in HOLD: PX4's tilt limit is not up, and comes with 0.2 rad/s only"
             }
-            Self::Offboard { at } => write!(f, "{:8.3} s  OFFBOARD accepted", s(at)),
-            Self::Armed { at } => write!(f, "{:8.3} s  armed", s(at)),
-            Self::ReleaseAsked { at } => write!(f, "{:8.3} s  release commanded", s(at)),
-            Self::Released { at, released_at, told: true } => {
-                write!(f, "{:8.3} s  released at {:.3} s", s(at), s(released_at))
+            Self::HeldBack => {
+                "the vehicle believes to be on the ground (EXTENDED_SYS_STATE): velocity setpoints wait, it would keep its \
+                 rotors at zero thrust"
             }
-            Self::Released { at, released_at, told: false } => write!(
-                f,
-                "{:8.3} s  release acknowledged but its time not told (NAMED_VALUE_INT t_release); taking {:.3} s",
-                s(at),
-                s(released_at)
-            ),
-            Self::Tracking { at } => write!(f, "{:8.3} s  streaming the plan", s(at)),
-            Self::Target { at } => {
-                write!(f, "{:8.3} s  plan at its end, streaming the target velocity", s(at))
+            Self::ChecksNotPassed { told: true } => {
+                "the vehicle's checks before arming do not pass (SYS_STATUS); asking why"
             }
-            Self::Refused { at, what, result, said } => {
-                write!(f, "{:8.3} s  {what} refused ({result}){}", s(at), join(said))
+            Self::ChecksNotPassed { told: false } => {
+                "the vehicle tells nothing of its checks before arming (SYS_STATUS); going on"
             }
-            Self::Unanswered { at, what, by } => {
-                write!(f, "{:8.3} s  {what}: no COMMAND_ACK from the {by}, asking again", s(at))
-            }
-            Self::Lost { at, what, said } => {
-                write!(f, "{:8.3} s  the vehicle is no longer {what}{}", s(at), join(said))
-            }
-            Self::Text { at, text, .. } => write!(f, "{:8.3} s  > {text}", s(at)),
-            Self::VehicleRestarted { at } => {
-                write!(f, "{:8.3} s  the vehicle's clock went back: starting over", s(at))
-            }
-            Self::Waiting { at, missing, system_id, waited } => write!(
-                f,
-                "{:8.3} s  waiting since {:.1} s for {missing} from the autopilot of system {system_id}",
-                s(at),
-                waited.as_secs_f64()
-            ),
-            Self::Failed { at, reason } => write!(f, "{:8.3} s  gave up: {reason}", s(at)),
-            Self::Done { at } => write!(f, "{:8.3} s  stream ended", s(at)),
+            Self::Offboard => "OFFBOARD accepted",
+            Self::Armed => "armed",
+            Self::ReleaseAsked => "release commanded",
+            Self::Tracking => "streaming the plan",
+            Self::Target => "plan at its end, streaming the target velocity",
+            Self::VehicleRestarted => "the vehicle's clock went back: starting over",
+            Self::Done => "stream ended",
+            _ => "",
         }
     }
 }

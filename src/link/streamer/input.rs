@@ -3,7 +3,7 @@
 use mavlink::dialects::common::{HEARTBEAT_DATA, MavMessage, MavModeFlag};
 
 use super::super::parachute::{PARACHUTE_COMPONENT, T_END, T_RELEASE};
-use super::super::{Frame, TimeUs};
+use super::super::{Frame, TimeUs, Timed};
 use super::machine::{AUTOPILOT_VERSION, ESTIMATOR_STATUS, EXTENDED_SYS_STATE, SYS_STATUS};
 use super::{
     AUTOPILOT_COMPONENT, AutopilotVersion, Clock, Flight, STREAMER_COMPONENT, STREAMER_SYSTEM, Shown,
@@ -85,7 +85,7 @@ impl StreamerSession {
         }
         let at = self.flight.now;
         self.flight.said.push_back((at, text.clone()));
-        self.events.push_back(StreamerEvent::Text { at, severity, text });
+        self.report(StreamerEvent::Text { severity, text });
     }
 
     /// The site's time of milliseconds on the wire.
@@ -105,7 +105,7 @@ impl StreamerSession {
         }
         let now = self.site_us(TimeUs::from(time_boot_ms));
         if now + CLOCK_JITTER_US < self.flight.now {
-            self.events.push_back(StreamerEvent::VehicleRestarted { at: now });
+            self.events.push_back(Timed { at: now, event: StreamerEvent::VehicleRestarted });
             self.flight = Flight { heartbeat_heard: true, ..Flight::new() };
         }
         if now > self.flight.now || self.flight.state == StreamerState::WaitingForVehicle {
@@ -140,7 +140,7 @@ impl StreamerSession {
         ] {
             if flying && was && !is {
                 let said = self.said_since(at.saturating_sub(2_000_000));
-                self.events.push_back(StreamerEvent::Lost { at, what, said });
+                self.report(StreamerEvent::Lost { what, said });
             }
         }
     }

@@ -33,14 +33,14 @@ impl StreamerSession {
     pub(super) fn fail(&mut self, reason: String) {
         self.enter(StreamerState::Failed);
         self.flight.failure = Some(reason.clone());
-        self.events.push_back(StreamerEvent::Failed { at: self.flight.now, reason });
+        self.report(StreamerEvent::Failed { reason });
     }
 
     /// The vehicle is gone; whether that is a success depends on how far the plan had come.
     pub(super) fn end(&mut self, why: &str) {
         if self.flight.state == StreamerState::Target {
             self.enter(StreamerState::Done);
-            self.events.push_back(StreamerEvent::Done { at: self.flight.now });
+            self.report(StreamerEvent::Done);
         } else {
             self.fail(format!("{why}, and the plan is not at its end"));
         }
@@ -96,7 +96,7 @@ impl StreamerSession {
                     let command = MavCmd::MAV_CMD_DO_SET_MODE;
                     Request::to_autopilot(c.vehicle_system, command, px4_offboard, "OFFBOARD", c.attempts)
                 }) {
-                    self.events.push_back(StreamerEvent::Offboard { at: now });
+                    self.report(StreamerEvent::Offboard);
                     self.flight.readiness.forget_checks();
                     self.enter(StreamerState::Arming);
                 }
@@ -111,7 +111,7 @@ impl StreamerSession {
                         Request::to_autopilot(c.vehicle_system, command, params, "arming", c.attempts);
                     if hurry { request.hurried() } else { request }
                 }) {
-                    self.events.push_back(StreamerEvent::Armed { at: now });
+                    self.report(StreamerEvent::Armed);
                     self.flight.armed_at = now;
                     self.enter(StreamerState::Hanging);
                 }
@@ -129,7 +129,7 @@ impl StreamerSession {
             return;
         }
         let system_id = self.config.vehicle_system;
-        self.events.push_back(StreamerEvent::VehicleHeard { at: self.flight.now, system_id });
+        self.report(StreamerEvent::VehicleHeard { system_id });
         if self.config.clock == Clock::Vehicle {
             // As fine as the control loop.
             self.wish_for(ATTITUDE, self.config.lead_us.max(1_000));
@@ -177,9 +177,9 @@ impl StreamerSession {
                 match result {
                     Some(result) => {
                         let result = result_name(result);
-                        self.events.push_back(StreamerEvent::Refused { at: now, what, result, said });
+                        self.report(StreamerEvent::Refused { what, result, said });
                     }
-                    None => self.events.push_back(StreamerEvent::Unanswered { at: now, what, by }),
+                    None => self.report(StreamerEvent::Unanswered { what, by }),
                 }
                 if gave_up {
                     let how = result
@@ -207,9 +207,9 @@ impl StreamerSession {
         {
             let late = now - microseconds(self.config.hang_s);
             if late >= LATE_US {
-                self.events.push_back(StreamerEvent::Late { at: now, late });
+                self.report(StreamerEvent::Late { late });
             }
-            self.events.push_back(StreamerEvent::ReleaseAsked { at: now });
+            self.report(StreamerEvent::ReleaseAsked);
             self.enter(StreamerState::Releasing);
         }
     }
@@ -238,7 +238,7 @@ impl StreamerSession {
     pub(super) fn note_release(&mut self, released_at: TimeUs, told: bool) {
         if self.flight.released_at.is_none() {
             self.flight.released_at = Some(released_at);
-            self.events.push_back(StreamerEvent::Released { at: self.flight.now, released_at, told });
+            self.report(StreamerEvent::Released { released_at, told });
         }
     }
 
@@ -256,11 +256,10 @@ impl StreamerSession {
             StreamerState::Target
         };
         if state != self.flight.state {
-            let at = self.flight.now;
             match state {
-                StreamerState::Tracking => self.events.push_back(StreamerEvent::Tracking { at }),
-                StreamerState::Target => self.events.push_back(StreamerEvent::Target { at }),
-                StreamerState::Done => self.events.push_back(StreamerEvent::Done { at }),
+                StreamerState::Tracking => self.report(StreamerEvent::Tracking),
+                StreamerState::Target => self.report(StreamerEvent::Target),
+                StreamerState::Done => self.report(StreamerEvent::Done),
                 _ => {}
             }
             self.enter(state);

@@ -26,7 +26,7 @@ use nalgebra::Vector3;
 use self::procedure::Readiness;
 use self::request::Request;
 use super::statustext::TextReader;
-use super::{Encoder, Frame, Link, Session, TimeUs, Transmit, microseconds};
+use super::{Encoder, Frame, Link, Session, TimeUs, Timed, Transmit, microseconds};
 use crate::trajectory::Trajectory;
 
 mod config;
@@ -114,7 +114,7 @@ pub struct StreamerSession {
     trajectory: Trajectory,
     encoder: Encoder,
     outbox: VecDeque<Vec<u8>>,
-    events: VecDeque<StreamerEvent>,
+    events: VecDeque<Timed<StreamerEvent>>,
     flight: Flight,
     texts: TextReader,
     next_report: Duration,
@@ -229,8 +229,12 @@ impl StreamerSession {
     }
 
     /// The next event.
-    pub fn poll_event(&mut self) -> Option<StreamerEvent> {
+    pub fn poll_event(&mut self) -> Option<Timed<StreamerEvent>> {
         self.events.pop_front()
+    }
+
+    fn report(&mut self, event: StreamerEvent) {
+        self.events.push_back(Timed { at: self.flight.now, event });
     }
 
     /// Nothing has come for `waited`, by the caller's measure; may be called as often as one likes.
@@ -255,7 +259,7 @@ impl StreamerSession {
             _ => "ATTITUDE (the clock)",
         };
         let system_id = self.config.vehicle_system;
-        self.events.push_back(StreamerEvent::Waiting { at: self.flight.now, missing, system_id, waited });
+        self.report(StreamerEvent::Waiting { missing, system_id, waited });
     }
 }
 

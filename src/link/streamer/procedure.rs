@@ -121,11 +121,10 @@ impl StreamerSession {
     }
 
     fn judge_parameters(&mut self, outcome: Outcome) {
-        let at = self.flight.now;
         let envelope = self.config.procedure.as_ref().map(|p| p.envelope).unwrap_or_default();
         if outcome.set > 0 || !outcome.absent.is_empty() {
             let Outcome { set, absent, .. } = &outcome;
-            self.events.push_back(StreamerEvent::Uploaded { at, set: *set, absent: absent.clone() });
+            self.report(StreamerEvent::Uploaded { set: *set, absent: absent.clone() });
         }
         if let Some((name, wanted, has)) = outcome.refused.first() {
             let count = outcome.refused.len();
@@ -141,7 +140,7 @@ impl StreamerSession {
         for (name, value) in &outcome.values {
             if let Some(rule) = broken(name, value.as_f64(), &envelope) {
                 let (name, value, otherwise) = (rule.name, value.as_f64(), rule.otherwise);
-                self.events.push_back(StreamerEvent::Trap { at, name, value, otherwise });
+                self.report(StreamerEvent::Trap { name, value, otherwise });
                 grave = grave.or(rule.grave.then_some(name));
             }
         }
@@ -164,13 +163,8 @@ impl StreamerSession {
         // Of what was uploaded it has been said before.
         let uploaded = self.config.procedure.as_ref().is_some_and(|p| !p.upload.is_empty());
         if before < in_flight && !uploaded {
-            let at = self.flight.now;
-            self.events.push_back(StreamerEvent::Trap {
-                at,
-                name: TILT_LND,
-                value: before,
-                otherwise: TILT_SHUT,
-            });
+            let (name, otherwise) = (TILT_LND, TILT_SHUT);
+            self.report(StreamerEvent::Trap { name, value: before, otherwise });
         }
     }
 
@@ -191,7 +185,7 @@ impl StreamerSession {
             let aligned = *ready.aligned_since.get_or_insert(now);
             if now >= aligned + self.config.autopilots_us(PROBATION_US) {
                 let told = ready.estimator.is_some();
-                self.events.push_back(StreamerEvent::Aligned { at: now, told });
+                self.report(StreamerEvent::Aligned { told });
                 self.begin_hold();
             }
             return;
@@ -201,7 +195,7 @@ impl StreamerSession {
             ready.reported_at = Some(now);
             let said = self.said_since(now.saturating_sub(REPORT_US));
             let lacking = lacking.join(", ");
-            self.events.push_back(StreamerEvent::NotAligned { at: now, lacking, said });
+            self.report(StreamerEvent::NotAligned { lacking, said });
         }
     }
 
@@ -222,20 +216,20 @@ impl StreamerSession {
         if self.flight.released_at.is_some() {
             // An answer that is still to come would be taken for that to OFFBOARD.
             if !self.flight.request.as_ref().is_some_and(|request| request.is_under_way(at)) {
-                self.events.push_back(StreamerEvent::NotHeld { at });
+                self.report(StreamerEvent::NotHeld);
                 self.enter(StreamerState::RequestingOffboard);
             }
         } else if !lacking.is_empty() {
             let lacking = lacking.join(", ");
             let said = self.said_since(since);
-            self.events.push_back(StreamerEvent::EstimateLost { at, lacking, said });
+            self.report(StreamerEvent::EstimateLost { lacking, said });
             self.flight.readiness.aligned_since = None;
             self.flight.readiness.reported_at = Some(at);
             self.enter(StreamerState::Aligning);
         } else if self.flight.shown.controls {
             let held_since = self.flight.readiness.held_since;
             if held_since.is_none() {
-                self.events.push_back(StreamerEvent::Holds { at, for_us: hold_us });
+                self.report(StreamerEvent::Holds { for_us: hold_us });
             }
             if at >= self.flight.readiness.held_since.get_or_insert(at).saturating_add(hold_us) {
                 self.enter(StreamerState::RequestingOffboard);
@@ -270,7 +264,7 @@ impl StreamerSession {
         };
         self.flight.request = Some(request);
         if gives_up {
-            self.events.push_back(StreamerEvent::NotHeld { at });
+            self.report(StreamerEvent::NotHeld);
             self.enter(StreamerState::RequestingOffboard);
         }
     }
@@ -286,7 +280,7 @@ impl StreamerSession {
         let waits = at < since + self.config.autopilots_us(CHECKS_US);
         if !waits {
             let told = self.flight.readiness.checks_pass.is_some();
-            self.events.push_back(StreamerEvent::ChecksNotPassed { at, told });
+            self.report(StreamerEvent::ChecksNotPassed { told });
         }
         waits
     }
@@ -311,11 +305,9 @@ impl StreamerSession {
     pub(super) fn holds_back(&mut self) -> bool {
         let ready = &mut self.flight.readiness;
         let holds = self.config.procedure.is_some() && ready.landed_state == Some(ON_GROUND);
-        if holds && !ready.held_back {
-            let at = self.flight.now;
-            self.events.push_back(StreamerEvent::HeldBack { at });
+        if holds && !std::mem::replace(&mut ready.held_back, true) {
+            self.report(StreamerEvent::HeldBack);
         }
-        ready.held_back |= holds;
         holds
     }
 }

@@ -47,7 +47,7 @@ pub(super) struct Scene {
     pub(super) now: TimeUs,
     /// Everything that the streamer sent, with its time.
     pub(super) sent: Vec<(TimeUs, Frame)>,
-    pub(super) events: Vec<StreamerEvent>,
+    pub(super) events: Vec<Timed<StreamerEvent>>,
 }
 
 impl Scene {
@@ -163,6 +163,6 @@ impl Scene {
     }
 }
 
-pub(super) fn texts(events: &[StreamerEvent]) -> Vec<String> {
+pub(super) fn texts(events: &[Timed<StreamerEvent>]) -> Vec<String> {
     events.iter().map(ToString::to_string).collect()
 }

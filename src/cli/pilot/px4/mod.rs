@@ -180,13 +180,13 @@ impl Pilot for Px4 {
             ));
         }
         keep_log(px4.work(), folder)?;
-        let simulated_s = flown.simulator.sim().time_s();
+        let simulated_s = flown.simulator.run().simulation().time_s();
         let version = flown.streamer.vehicle_version().map(|v| v.to_string());
         Ok(Flown {
             by: Some(FlownBy { name: self.name(), version }),
             trouble: flown.gone.or_else(|| flown.streamer.failure().map(str::to_owned)),
-            record: flown.simulator.record().clone(),
-            log: flown.simulator.into_log(),
+            record: flown.simulator.run().record().clone(),
+            log: flown.simulator.into_run().into_log(),
             real_time_factor: Some(1e3 * simulated_s / wall_ms),
         })
     }

@@ -1,27 +1,29 @@
-//! What the simulator says about the vehicle: sensors and truth as HIL messages.
+//! Sensors, truth and battery of the vehicle as HIL messages.
 //!
-//! What sensors read is [`crate::sim::sensors`]'; here it becomes messages, in their units and integers. The truth
+//! [`crate::sim::sensors`] has what sensors read; here it becomes messages, in their units and integers. The truth
 //! (HIL_STATE_QUATERNION, ODOMETRY) has no errors.
 
 use mavlink::dialects::common::{
-    HIL_GPS_DATA, HIL_SENSOR_DATA, HIL_STATE_QUATERNION_DATA, HilSensorUpdatedFlags, MavFrame, ODOMETRY_DATA,
+    BATTERY_STATUS_DATA, HIL_GPS_DATA, HIL_SENSOR_DATA, HIL_STATE_QUATERNION_DATA, HilSensorUpdatedFlags,
+    MavBatteryFault, MavFrame, MavMessage, ODOMETRY_DATA,
 };
 use nalgebra::Vector3;
 
-use super::super::TimeUs;
+use super::rates::Due;
 use crate::frames::rotate_body_from_ned;
 use crate::model::Environment;
 use crate::sim::sensors::Sensors;
 use crate::sim::sensors::barometer::pressure_altitude_m;
-use crate::sim::{DropSimulation, SensorSettings};
+use crate::sim::{Battery, DropRun, DropSimulation, SensorSettings};
+use crate::time::TimeUs;
 use crate::units::{DEG_PER_RAD, SEA_LEVEL_DENSITY_KG_M3, STANDARD_GRAVITY_M_S2};
 
-/// Bits of `fields_updated`: accelerometer and gyroscope; magnetometer; of the barometer pressure, pressure altitude and temperature. A
-/// multirotor has no airspeed sensor: the differential pressure (0x400) is never there.
+/// Bits of `fields_updated`: accelerometer and gyroscope; magnetometer; of the barometer pressure, pressure altitude and
+/// temperature. A multirotor has no airspeed sensor: the differential pressure (0x400) is never there.
 const INERTIAL: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x007 | 0x038);
 const MAGNETOMETER: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x1C0);
 const BAROMETER: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x1A00);
-/// Accuracy of a fix that is told at the least [m], horizontal and vertical: nobody believes a receiver without errors.
+/// Accuracy of a fix that is reported at the least [m], horizontal and vertical: nobody believes a receiver without errors.
 const LEAST_ACCURACY_M: [f64; 2] = [0.9, 1.2];
 /// Below this ground speed [m/s] there is no course.
 const COURSE_SPEED_M_S: f64 = 0.1;
@@ -52,7 +54,27 @@ impl HilSensors {
         Self { sensors: Sensors::new(environment, settings, seed, step_us), last }
     }
 
-    /// Notes the truth of a step, for what is told with a delay.
+    /// Makes the messages of a step, HIL_SENSOR last, and hands each to `send`.
+    pub(super) fn messages(&mut self, run: &DropRun, due: Due, send: &mut impl FnMut(&MavMessage)) {
+        let sim = run.simulation();
+        let truth = Truth { at: run.now(), sim, specific_force_body: sim.specific_force_body() };
+        self.note(&truth);
+        if due.state_quaternion {
+            send(&MavMessage::HIL_STATE_QUATERNION(self.state_quaternion(&truth)));
+        }
+        if due.odometry {
+            send(&MavMessage::ODOMETRY(self.odometry(&truth)));
+        }
+        if let Some(battery) = run.battery().filter(|_| due.battery) {
+            send(&MavMessage::BATTERY_STATUS(battery_status(battery)));
+        }
+        if due.gps {
+            send(&MavMessage::HIL_GPS(self.gps(&truth)));
+        }
+        send(&MavMessage::HIL_SENSOR(self.sensor(&truth, due.magnetometer, due.barometer)));
+    }
+
+    /// Notes the truth of a step, for what is reported with a delay.
     pub fn note(&mut self, truth: &Truth<'_>) {
         self.sensors.note(truth.at, &truth.sim.state().body);
     }
@@ -175,15 +197,32 @@ impl HilSensors {
     }
 }
 
+/// BATTERY_STATUS: what is left and what has been taken; no volts, no amperes. PX4 does not listen to it here (it has a
+/// battery of its own, SIM_BAT_DRAIN); samara's autopilot does.
+fn battery_status(battery: &Battery) -> BATTERY_STATUS_DATA {
+    BATTERY_STATUS_DATA {
+        current_consumed: -1,
+        // hJ
+        energy_consumed: (battery.consumed_j() / 100.0).round() as i32,
+        temperature: i16::MAX,
+        voltages: [u16::MAX; 10],
+        current_battery: -1,
+        battery_remaining: (battery.charge() * 100.0).ceil() as i8,
+        fault_bitmask: MavBatteryFault::empty(),
+        ..BATTERY_STATUS_DATA::DEFAULT
+    }
+}
+
 fn single(v: Vector3<f64>) -> [f32; 3] {
     v.map(|x| x as f32).into()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::{seconds, test_site};
     use super::*;
     use crate::model::MAX_ROTORS;
+    use crate::sim::test_site;
+    use crate::time::seconds;
 
     fn ideal(sim: &DropSimulation, seed: u64) -> HilSensors {
         HilSensors::new(sim.environment(), SensorSettings::default(), seed, 4_000)

@@ -1,4 +1,4 @@
-//! A small quadrotor under a canopy on Earth, for the tests of the sessions.
+//! A small quadrotor under a canopy on Earth, for the tests of a drop and of the sessions that fly one.
 
 use std::sync::Arc;
 

@@ -2,9 +2,9 @@
 
 use mavlink::dialects::common::*;
 
-use super::super::{Link, Session, test_site};
-use super::tests::{Hand, config};
+use super::tests::{Hand, config, config_by};
 use super::*;
+use crate::sim::{FlightRecord, ReleaseTrigger, test_site};
 
 const RELEASE: [f32; 2] = [1.0, 0.0];
 const OFFBOARD: u32 = 6 << 16;
@@ -54,51 +54,54 @@ fn the_other_triggers_cut_as_well() {
         (ReleaseTrigger::ArmedOffboard, 2.0, ReleaseCause::ArmedOffboard, 804_000),
     ] {
         let sim = test_site::drop_simulation_at(test_site::environment(), hang_s);
-        let mut hand = Hand::with(sim, SimulatorConfig { trigger, ..config() });
+        let mut hand = Hand::with(sim, config_by(trigger));
         hand.session.peer_connected();
         hand.fly(400_000, 0.0, false);
         hand.say(&heartbeat(OFFBOARD, false, MavState::MAV_STATE_STANDBY));
         hand.fly(800_000, 0.0, false);
-        assert_eq!(hand.session.sim().release_time_s(), None);
+        assert_eq!(hand.session.run().simulation().release_time_s(), None);
         hand.answer(800_000, 0.0, true);
         hand.fly(2_000_000, 0.0, true);
-        assert!(hand.events().contains(&SimulatorEvent::Released { at, cause }), "{trigger:?}");
+        assert!(
+            hand.events().contains(&Timed { at, event: HilEvent::Drop(DropEvent::Released { cause }) }),
+            "{trigger:?}"
+        );
     }
 }
 
 #[test]
 fn an_armed_autopilot_that_tells_no_mode_is_not_waited_for_in_silence() {
     for (trigger, told) in [(ReleaseTrigger::ArmedOffboard, 1), (ReleaseTrigger::Command, 0)] {
-        let mut hand = Hand::connected(SimulatorConfig { trigger, ..config() });
+        let mut hand = Hand::connected(config_by(trigger));
         hand.say(&px4_greeting());
         hand.fly(400_000, 0.0, false);
         hand.fly(3_000_000, 0.0, true);
-        let untold = SimulatorEvent::ModeUntold { at: 404_000 };
+        let untold = Timed { at: 404_000, event: HilEvent::Drop(DropEvent::ModeUnknown) };
         assert_eq!(hand.events().iter().filter(|e| **e == untold).count(), told, "{trigger:?}");
-        assert_eq!(hand.session.sim().phase(), Phase::Hanging);
+        assert_eq!(hand.session.run().simulation().phase(), Phase::Hanging);
     }
-    let text = SimulatorEvent::ModeUntold { at: 0 }.to_string();
+    let text = Timed { at: 0, event: HilEvent::Drop(DropEvent::ModeUnknown) }.to_string();
     assert!(text.contains("armed_offboard") && text.contains("choose another trigger"), "{text}");
 }
 
 #[test]
 fn px4s_heartbeat_may_come_to_the_parachutes_socket() {
-    let mut hand = Hand::connected(SimulatorConfig { trigger: ReleaseTrigger::ArmedOffboard, ..config() });
+    let mut hand = Hand::connected(config_by(ReleaseTrigger::ArmedOffboard));
     hand.say(&px4_greeting());
     hand.say_outside(&heartbeat(HOLD, false, MavState::MAV_STATE_STANDBY));
     hand.fly(400_000, 0.0, false);
     hand.fly(800_000, 0.0, true);
-    assert_eq!(hand.session.sim().phase(), Phase::Hanging);
+    assert_eq!(hand.session.run().simulation().phase(), Phase::Hanging);
     // Somebody else's does not count.
     let encoder = std::mem::replace(&mut hand.encoder, Encoder::new(2, 1));
     hand.say_outside(&heartbeat(OFFBOARD, true, MavState::MAV_STATE_ACTIVE));
     hand.encoder = encoder;
     hand.fly(804_000, 0.0, true);
-    assert_eq!(hand.session.sim().phase(), Phase::Hanging);
+    assert_eq!(hand.session.run().simulation().phase(), Phase::Hanging);
     hand.say_outside(&heartbeat(OFFBOARD, true, MavState::MAV_STATE_ACTIVE));
     hand.fly(808_000, 0.0, true);
-    assert_eq!(hand.session.sim().release_time_s(), Some(0.808));
-    assert!(!hand.events().iter().any(|e| matches!(e, SimulatorEvent::ModeUntold { .. })));
+    assert_eq!(hand.session.run().simulation().release_time_s(), Some(0.808));
+    assert!(!hand.events().iter().any(|e| e.event == HilEvent::Drop(DropEvent::ModeUnknown)));
 }
 
 #[test]
@@ -113,12 +116,15 @@ fn a_new_peer_finds_the_drop_at_its_beginning() {
     assert_eq!((hand.session.now(), hand.session.pace()), (3_000_000, Pace::NoPeer));
     hand.session.peer_connected();
     assert_eq!((hand.session.now(), hand.session.pace()), (0, Pace::Free));
-    assert_eq!((hand.session.sim().phase(), hand.session.log().len()), (Phase::Hanging, 0));
+    assert_eq!(
+        (hand.session.run().simulation().phase(), hand.session.run().log().len()),
+        (Phase::Hanging, 0)
+    );
     assert_eq!(hand.session.encoder, sequence);
-    assert_eq!(hand.session.record(), &FlightRecord::default());
+    assert_eq!(hand.session.run().record(), &FlightRecord::default());
     let events = hand.events();
-    assert!(events.contains(&SimulatorEvent::PeerLeft { at: 3_000_000 }));
-    assert!(events.contains(&SimulatorEvent::Connected { again: true }));
+    assert!(events.contains(&Timed { at: 3_000_000, event: HilEvent::PeerLeft }));
+    assert!(events.contains(&Timed { at: 0, event: HilEvent::Connected { again: true } }));
     hand.step();
     assert_eq!(hand.drain(Link::Simulator)[0].payload().u64(0), 4_000);
 }
@@ -128,7 +134,7 @@ fn nothing_is_released_while_no_autopilot_is_connected() {
     let mut hand = Hand::new(config());
     let refused = |hand: &mut Hand| {
         assert_eq!(hand.gripper(), (1, vec!["Release refused: no autopilot is connected".to_owned()]));
-        assert_eq!(hand.session.sim().phase(), Phase::Hanging);
+        assert_eq!(hand.session.run().simulation().phase(), Phase::Hanging);
     };
     refused(&mut hand);
     hand.session.peer_connected();
@@ -137,18 +143,18 @@ fn nothing_is_released_while_no_autopilot_is_connected() {
     refused(&mut hand);
     hand.session.peer_connected();
     assert_eq!(hand.gripper().0, 0);
-    assert_eq!(hand.session.sim().phase(), Phase::Falling);
+    assert_eq!(hand.session.run().simulation().phase(), Phase::Falling);
 }
 
 #[test]
 fn a_release_before_the_first_step_does_not_outlive_its_autopilot() {
     let mut hand = Hand::connected(config());
     assert_eq!(hand.gripper().0, 0);
-    assert_eq!((hand.session.now(), hand.session.sim().phase()), (0, Phase::Falling));
+    assert_eq!((hand.session.now(), hand.session.run().simulation().phase()), (0, Phase::Falling));
     hand.session.peer_left();
     hand.session.peer_connected();
-    assert_eq!(hand.session.sim().phase(), Phase::Hanging);
-    assert!(hand.events().contains(&SimulatorEvent::Connected { again: true }));
+    assert_eq!(hand.session.run().simulation().phase(), Phase::Hanging);
+    assert!(hand.events().contains(&Timed { at: 0, event: HilEvent::Connected { again: true } }));
 }
 
 /// What one autopilot asked for is not sent to the next: PX4 would take ODOMETRY for vision.
@@ -184,15 +190,15 @@ fn a_failsafe_after_the_release_is_remembered() {
         }
         hand.session.release(ReleaseCause::Command);
         hand.fly(2_000_000, 0.0, true);
-        hand.session.record().clone()
+        hand.session.run().record().clone()
     };
     assert!(fly(true, true).failsafe, "in flight");
     assert!(fly(false, false).failsafe, "from the canopy into the flight");
     let early = fly(false, true);
     assert!(!early.failsafe, "under the canopy only");
-    let told: Vec<(u64, &str)> = early.events.iter().map(|e| (e.at, e.text.as_str())).collect();
+    let told: Vec<(u64, String)> = early.events.iter().map(|e| (e.at, e.event.to_string())).collect();
     assert_eq!(
-        told,
+        told.iter().map(|(at, text)| (*at, text.as_str())).collect::<Vec<_>>(),
         [
             (4_000, "armed"),
             (400_000, "failsafe: the autopilot has taken over"),
@@ -210,5 +216,5 @@ fn who_is_disarmed_flies_no_failsafe() {
     hand.session.release(ReleaseCause::Command);
     hand.say(&heartbeat(HOLD, false, MavState::MAV_STATE_CRITICAL));
     hand.fly(1_000_000, 0.0, false);
-    assert!(!hand.session.record().failsafe);
+    assert!(!hand.session.run().record().failsafe);
 }

@@ -4,31 +4,32 @@ use core::time::Duration;
 
 use mavlink::dialects::common::*;
 
-use super::super::{Decoder, Encoder, Frame, Link, Session, TimeUs, test_site};
+use super::super::decoder::Decoder;
 use super::*;
+use crate::sim::{DropRunConfig, ReleaseTrigger, test_site};
 
 pub(super) struct Hand {
-    pub(super) session: SimulatorSession,
+    pub(super) session: HilSession,
     pub(super) encoder: Encoder,
     pub(super) script: Encoder,
     pub(super) decoder: Decoder,
 }
 
 impl Hand {
-    pub(super) fn new(config: SimulatorConfig) -> Self {
+    pub(super) fn new(config: HilConfig) -> Self {
         Self::with(test_site::drop_simulation(), config)
     }
 
-    pub(super) fn with(sim: DropSimulation, config: SimulatorConfig) -> Self {
+    pub(super) fn with(sim: DropSimulation, config: HilConfig) -> Self {
         Self {
-            session: SimulatorSession::new(sim, config),
+            session: HilSession::new(sim, config),
             encoder: Encoder::new(1, 1),
             script: Encoder::new(255, 190),
             decoder: Decoder::new(),
         }
     }
 
-    pub(super) fn connected(config: SimulatorConfig) -> Self {
+    pub(super) fn connected(config: HilConfig) -> Self {
         let mut hand = Self::new(config);
         hand.session.peer_connected();
         hand
@@ -88,7 +89,7 @@ impl Hand {
         self.drain(Link::Simulator).iter().map(|f| f.message_id).collect()
     }
 
-    pub(super) fn events(&mut self) -> Vec<SimulatorEvent> {
+    pub(super) fn events(&mut self) -> Vec<Timed<HilEvent>> {
         std::iter::from_fn(|| self.session.poll_event()).collect()
     }
 
@@ -102,8 +103,13 @@ impl Hand {
     }
 }
 
-pub(super) fn config() -> SimulatorConfig {
-    SimulatorConfig { duration_us: 8_000_000, ..SimulatorConfig::default() }
+pub(super) fn config() -> HilConfig {
+    config_by(ReleaseTrigger::Command)
+}
+
+pub(super) fn config_by(trigger: ReleaseTrigger) -> HilConfig {
+    let run = DropRunConfig { duration_us: 8_000_000, trigger, ..DropRunConfig::default() };
+    HilConfig { run, ..HilConfig::default() }
 }
 
 #[test]
@@ -142,7 +148,7 @@ fn free_run_until_the_first_answer_then_one_step_per_answer() {
     hand.step();
     assert_eq!((hand.session.now(), hand.session.pace()), (164_000, Pace::AwaitingControls));
     assert_eq!((hand.session.counts().steps, hand.session.counts().unanswered), (41, 40));
-    assert!(hand.events().contains(&SimulatorEvent::Lockstep { at: 160_000 }));
+    assert!(hand.events().contains(&Timed { at: 160_000, event: HilEvent::Lockstep }));
 }
 
 #[test]
@@ -169,14 +175,14 @@ fn a_peer_that_never_answers_stops_the_free_run_and_is_named() {
 #[test]
 fn silence_can_end_in_going_on_without() {
     let silence = Silence::FreeRunAfter(Duration::from_millis(500));
-    let mut hand = Hand::connected(SimulatorConfig { silence, ..config() });
+    let mut hand = Hand::connected(HilConfig { silence, ..config() });
     hand.fly(40_000, 0.0, false);
     hand.step();
     hand.session.handle_silence(Duration::from_millis(400));
     assert_eq!(hand.session.pace(), Pace::AwaitingControls);
     hand.session.handle_silence(Duration::from_millis(500));
     assert_eq!(hand.session.pace(), Pace::Ready);
-    let event = SimulatorEvent::GoingOnWithout { at: 44_000, missing: Missing::ActuatorControls };
+    let event = Timed { at: 44_000, event: HilEvent::GoingOnWithout { missing: Missing::ActuatorControls } };
     assert!(hand.events().contains(&event));
 }
 
@@ -188,7 +194,7 @@ fn answers_from_the_future_are_not_used() {
     hand.answer(1_000_000, 0.9, true);
     assert_eq!(hand.session.pace(), Pace::AwaitingControls);
     assert_eq!(hand.session.counts().mistimed, 1);
-    assert!(hand.events().contains(&SimulatorEvent::Mistimed { at: 44_000, stamp: 1_000_000 }));
+    assert!(hand.events().contains(&Timed { at: 44_000, event: HilEvent::Mistimed { stamp: 1_000_000 } }));
 }
 
 #[test]
@@ -198,10 +204,10 @@ fn controls_that_are_no_commands_are_tamed_and_counted() {
     for control in [f32::NAN, f32::INFINITY, -3.0, 1e30] {
         hand.step();
         hand.answer(hand.session.now(), control, true);
-        assert!(hand.session.throttle[..4].iter().all(|t| (0.0..=1.0).contains(t)));
+        assert!(hand.session.run().throttle()[..4].iter().all(|t| (0.0..=1.0).contains(t)));
     }
     hand.fly(2_000_000, f32::NAN, true);
-    assert!(hand.session.sim().state().body.v_ned.iter().all(|v| v.is_finite()));
+    assert!(hand.session.run().simulation().state().body.v_ned.iter().all(|v| v.is_finite()));
     assert_eq!(hand.session.counts().clamped, 8);
     assert!(hand.session.counts().not_finite > 8);
     // Motors that are off may say -1.
@@ -234,13 +240,16 @@ fn a_gripper_command_cuts_now() {
     let mut hand = Hand::connected(config());
     hand.fly(1_000_000, 0.0, true);
     hand.command(Link::Parachute, MavCmd::MAV_CMD_DO_GRIPPER, [0.0, 0.0], (1, 161));
-    assert_eq!(hand.session.sim().release_time_s(), Some(1.0));
+    assert_eq!(hand.session.run().simulation().release_time_s(), Some(1.0));
     let ids: Vec<u32> = hand.drain(Link::Parachute).iter().map(|f| f.message_id).collect();
     assert!(ids.ends_with(&[77, 253, 252]), "{ids:?}");
     hand.fly(2_000_000, 0.0, true);
     let events = hand.events();
-    assert!(events.contains(&SimulatorEvent::Released { at: 1_000_000, cause: ReleaseCause::Command }));
-    assert!(events.contains(&SimulatorEvent::RotorsFree { at: 1_500_000 }));
+    assert!(events.contains(&Timed {
+        at: 1_000_000,
+        event: HilEvent::Drop(DropEvent::Released { cause: ReleaseCause::Command })
+    }));
+    assert!(events.contains(&Timed { at: 1_500_000, event: HilEvent::Drop(DropEvent::RotorsFree) }));
 }
 
 #[test]
@@ -248,8 +257,8 @@ fn the_mission_ends_and_its_log_is_whole() {
     let mut hand = Hand::connected(config());
     hand.fly(20_000_000, 0.0, false);
     assert_eq!((hand.session.now(), hand.session.pace()), (8_000_000, Pace::Done));
-    assert_eq!(hand.events().last(), Some(&SimulatorEvent::Finished { at: 8_000_000 }));
-    let log = hand.session.into_log();
+    assert_eq!(hand.events().last(), Some(&Timed { at: 8_000_000, event: HilEvent::Finished }));
+    let log = hand.session.into_run().into_log();
     assert_eq!(log.len(), 2_001);
     assert!((log[0].t_s, log[2_000].t_s) == (0.0, 8.0));
 }

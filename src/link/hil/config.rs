@@ -1,13 +1,11 @@
-//! How a simulator session runs, what its caller may do next, and what it counts.
+//! How a HIL session runs, what its host may do next, and what it counts.
 
 use core::time::Duration;
 
-use super::super::{Froude, TimeUs};
-use crate::assess::SafetyLimits;
-use crate::control::px4::timing::IMU_PERIOD_US;
-use crate::sim::{Battery, ReleaseTrigger, SensorSettings};
+use super::super::froude::Froude;
+use crate::sim::{DropRunConfig, SensorSettings};
 
-/// What happens when an answer stays out.
+/// What happens when the autopilot does not answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Silence {
     /// Waits for ever, and says so.
@@ -16,50 +14,38 @@ pub enum Silence {
     FreeRunAfter(Duration),
 }
 
-/// How a session runs.
+/// How a HIL session runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SimulatorConfig {
+pub struct HilConfig {
     /// System of the vehicle; the simulator and the parachute are components of it.
     pub system_id: u8,
-    /// Step of the simulation and period of HIL_SENSOR; with [`Self::froude`] that scale's.
-    pub step_us: TimeUs,
     /// Scale of the wire; `None`: the site's own units and time.
     pub froude: Option<Froude>,
-    /// Length of the mission.
-    pub duration_us: TimeUs,
-    /// What cuts the vehicle loose. That an autopilot is armed, HIL_ACTUATOR_CONTROLS say; that it is in OFFBOARD, only its
-    /// HEARTBEAT does.
-    pub trigger: ReleaseTrigger,
+    /// The drop. Its step is the period of HIL_SENSOR; with [`Self::froude`] it must be that scale's. That an autopilot is
+    /// armed, HIL_ACTUATOR_CONTROLS say; that it is in OFFBOARD, only its HEARTBEAT does.
+    pub run: DropRunConfig,
     /// Errors of the sensors, and the period of HIL_GPS.
     pub sensors: SensorSettings,
-    /// Draws the sensors' errors.
+    /// Seed of the sensors' errors.
     pub seed: u64,
-    /// What happens when an answer stays out.
+    /// What happens when the autopilot does not answer.
     pub silence: Silence,
-    /// The battery; without one nothing is told of any.
-    pub battery: Option<Battery>,
-    /// Limits whose passing is told.
-    pub limits: Option<SafetyLimits>,
 }
 
-impl Default for SimulatorConfig {
+impl Default for HilConfig {
     fn default() -> Self {
         Self {
             system_id: 1,
-            step_us: IMU_PERIOD_US,
             froude: None,
-            duration_us: 45_000_000,
-            trigger: ReleaseTrigger::Command,
+            run: DropRunConfig::default(),
             sensors: SensorSettings::default(),
             seed: 1,
             silence: Silence::KeepWaiting,
-            battery: None,
-            limits: None,
         }
     }
 }
 
-/// What the caller may do next.
+/// What the host may do next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
     /// No autopilot is connected.
@@ -76,7 +62,7 @@ pub enum Pace {
 
 /// What has been counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct SimulatorCounts {
+pub struct HilCounts {
     /// Steps made.
     pub steps: u64,
     /// Steps made without an answer, the free run included.

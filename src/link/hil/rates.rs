@@ -1,14 +1,18 @@
 //! Which HIL messages are due, and SET_MESSAGE_INTERVAL about them.
 //!
 //! HIL_STATE_QUATERNION goes out with every step unless asked otherwise; ODOMETRY only to a peer that asks for it, since
-//! PX4, which does not, would take it for vision. HIL_SENSOR is the clock and its rate is not for sale; magnetometer and barometer are
-//! in it when they have been read.
+//! PX4, which does not, would take it for vision. HIL_SENSOR is the clock, and its rate cannot be changed; magnetometer
+//! and barometer are in it when they have been read.
 
-use super::super::{Command, TimeUs};
+use mavlink::MessageData as _;
+use mavlink::dialects::common::{HIL_STATE_QUATERNION_DATA, ODOMETRY_DATA};
+
+use super::super::frame::Command;
 use crate::sim::SensorSettings;
+use crate::time::TimeUs;
 
-const HIL_STATE_QUATERNION_ID: f32 = 115.0;
-const ODOMETRY_ID: f32 = 331.0;
+const HIL_STATE_QUATERNION_ID: f32 = HIL_STATE_QUATERNION_DATA::ID as f32;
+const ODOMETRY_ID: f32 = ODOMETRY_DATA::ID as f32;
 /// Period of BATTERY_STATUS, where there is a battery.
 const BATTERY_PERIOD_US: TimeUs = 500_000;
 
@@ -90,8 +94,8 @@ impl HilRates {
         }
     }
 
-    /// MAV_CMD_SET_MESSAGE_INTERVAL: param1 the message, param2 the interval [us], 0 the default, -1 off. An interval shorter
-    /// than the step is as good as the step.
+    /// MAV_CMD_SET_MESSAGE_INTERVAL: param1 the message, param2 the interval [us], 0 the default, -1 off. An interval
+    /// shorter than the step is as good as the step.
     pub(super) fn set(&mut self, command: &Command, now: TimeUs) -> SetInterval {
         let (rate, default) = match command.param(1) {
             Some(HIL_STATE_QUATERNION_ID) => (&mut self.state_quaternion, Some(self.step_us)),
@@ -109,8 +113,8 @@ impl HilRates {
     }
 }
 
-/// The least number of whole steps that an interval has room in: no more often than asked. (PX4 asks for 5000 us where a step has
-/// 4000.)
+/// The least number of whole steps that an interval has room in: no more often than asked. (PX4 asks for 5000 us where a
+/// step has 4000.)
 fn whole_steps(us: f32, step_us: TimeUs) -> TimeUs {
     let steps = (f64::from(us) / step_us as f64).ceil().max(1.0);
     (steps as TimeUs).saturating_mul(step_us)

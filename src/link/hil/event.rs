@@ -1,0 +1,81 @@
+//! What a HIL session reports.
+
+use core::time::Duration;
+use std::fmt;
+
+use crate::sim::DropEvent;
+use crate::time::TimeUs;
+
+/// What a wait is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Missing {
+    /// The autopilot has connected and not sent a single frame.
+    AnyFrame,
+    /// The autopilot owes the answer to a HIL_SENSOR.
+    ActuatorControls,
+}
+
+impl fmt::Display for Missing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::AnyFrame => "any message from the autopilot, which has connected but sent nothing",
+            Self::ActuatorControls => "HIL_ACTUATOR_CONTROLS from the autopilot, the answer to HIL_SENSOR",
+        })
+    }
+}
+
+/// A report of a HIL session: what happened in the drop, and what happened on the link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum HilEvent {
+    /// Something has happened in the drop.
+    Drop(DropEvent),
+    /// An autopilot has connected; `again`: the drop has started over for it.
+    Connected {
+        /// The drop had begun with an earlier one.
+        again: bool,
+    },
+    /// The first answer has come; from here on, simulator and autopilot run in lockstep.
+    Lockstep,
+    /// An answer is missing; simulated time stands still.
+    Waiting {
+        /// What is missing.
+        missing: Missing,
+        /// For how long, as the host measures.
+        waited: Duration,
+    },
+    /// The step is made without the answer.
+    GoingOnWithout {
+        /// What was missing.
+        missing: Missing,
+    },
+    /// HIL_ACTUATOR_CONTROLS with a time that no HIL_SENSOR had; not used.
+    Mistimed {
+        /// Time of the message [us].
+        stamp: TimeUs,
+    },
+    /// The autopilot has gone; simulated time stands still.
+    PeerLeft,
+    /// The mission is over.
+    Finished,
+}
+
+impl fmt::Display for HilEvent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Drop(event @ DropEvent::Armed { .. }) => write!(f, "autopilot {event}"),
+            Self::Drop(event) => event.fmt(f),
+            Self::Connected { again: false } => f.write_str("autopilot connected"),
+            Self::Connected { again: true } => f.write_str("autopilot connected; the drop starts over"),
+            Self::Lockstep => f.write_str("first answer from the autopilot, lockstep from here"),
+            Self::Waiting { missing, waited } => {
+                write!(f, "waiting since {:.1} s for {missing}", waited.as_secs_f64())
+            }
+            Self::GoingOnWithout { missing } => write!(f, "going on without {missing}"),
+            Self::Mistimed { stamp } => {
+                write!(f, "ignored HIL_ACTUATOR_CONTROLS stamped {stamp} us: no HIL_SENSOR had that time")
+            }
+            Self::PeerLeft => f.write_str("autopilot disconnected; waiting for a new one"),
+            Self::Finished => f.write_str("end of the mission"),
+        }
+    }
+}

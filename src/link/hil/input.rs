@@ -1,0 +1,143 @@
+//! Messages of the autopilot: on the simulator link, and its HEARTBEAT also where the parachute hears it.
+//!
+//! PX4 says on the simulator link that it is armed (HIL_ACTUATOR_CONTROLS) but not in which mode: it sends one HEARTBEAT
+//! there, at the start, with no mode in it. A router that brings its HEARTBEAT to the parachute's socket makes up for that.
+
+use mavlink::dialects::common::{
+    HEARTBEAT_DATA, HIL_ACTUATOR_CONTROLS_DATA, MavCmd, MavMessage, MavModeFlag, MavResult, MavState,
+};
+
+use super::super::encoder::CommandAck;
+use super::super::frame::{Command, Frame};
+use super::rates::SetInterval;
+use super::{HilEvent, HilSession, Pace, SIMULATOR_COMPONENT};
+use crate::autopilot::FlightMode;
+
+/// MAV_COMP_ID_AUTOPILOT1.
+const AUTOPILOT_COMPONENT: u8 = 1;
+
+/// What is known of the autopilot on the link.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Peer {
+    /// It has sent a frame.
+    pub(super) heard: bool,
+    /// It has answered a HIL_SENSOR.
+    pub(super) answered: bool,
+    /// Its HEARTBEAT on the simulator link names its mode: what is heard elsewhere is older.
+    mode_on_link: bool,
+}
+
+impl HilSession {
+    pub(super) fn take_from_autopilot(&mut self, frame: &Frame) {
+        self.peer.heard = true;
+        match frame.known() {
+            Some(MavMessage::HIL_ACTUATOR_CONTROLS(m)) => self.take_controls(m),
+            Some(MavMessage::HEARTBEAT(m)) => {
+                self.peer.mode_on_link |= m.custom_mode != 0;
+                self.take_heartbeat(m);
+            }
+            _ => {
+                if let Some(command) = frame.command() {
+                    self.take_command(&command, (frame.system_id, frame.component_id));
+                }
+            }
+        }
+    }
+
+    /// The parachute's socket hears everybody; of the autopilot, while it is connected, its HEARTBEAT counts.
+    pub(super) fn take_from_outside(&mut self, frame: &Frame) {
+        let from_autopilot =
+            (frame.system_id, frame.component_id) == (self.config.system_id, AUTOPILOT_COMPONENT);
+        if from_autopilot
+            && !matches!(self.pace, Pace::NoPeer | Pace::Done)
+            && !self.peer.mode_on_link
+            && let Some(MavMessage::HEARTBEAT(m)) = frame.known()
+        {
+            self.take_heartbeat(m);
+        }
+    }
+
+    fn take_controls(&mut self, m: &HIL_ACTUATOR_CONTROLS_DATA) {
+        let stamp = self.config.froude.map_or(m.time_usec, |f| f.site_us(m.time_usec));
+        let now = self.now();
+        if now == 0 || stamp > now {
+            self.counts.mistimed += 1;
+            // One report at the 1st, 2nd, 4th, 8th .. of them.
+            if self.counts.mistimed.is_power_of_two() {
+                self.report(HilEvent::Mistimed { stamp });
+            }
+            return;
+        }
+        let armed = m.mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
+        self.run.set_armed(armed);
+        self.report_drop();
+        let mut throttle = *self.run.throttle();
+        let n_rotors = self.run.simulation().vehicle().rotors.len();
+        for (command, control) in throttle.iter_mut().zip(m.controls).take(n_rotors) {
+            let control = f64::from(control);
+            self.counts.not_finite += u64::from(!control.is_finite());
+            self.counts.clamped += u64::from(control.is_finite() && armed && !(0.0..=1.0).contains(&control));
+            *command = if control.is_finite() { control.clamp(0.0, 1.0) } else { 0.0 };
+        }
+        self.run.set_throttle(throttle);
+        if !std::mem::replace(&mut self.peer.answered, true) {
+            self.report(HilEvent::Lockstep);
+        }
+        if stamp == now {
+            if matches!(self.pace, Pace::Free | Pace::AwaitingControls) {
+                self.pace = Pace::Ready;
+            }
+        } else {
+            self.counts.mistimed += 1;
+            if self.pace == Pace::Free {
+                self.pace = Pace::AwaitingControls;
+            }
+        }
+    }
+
+    fn take_heartbeat(&mut self, m: &HEARTBEAT_DATA) {
+        let offboard = FlightMode::from_custom_mode(m.custom_mode) == Some(FlightMode::Offboard);
+        self.run.set_mode((m.custom_mode != 0).then_some(offboard));
+        let armed = m.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
+        if armed {
+            self.run.set_armed(true);
+        }
+        self.run.set_failsafe(armed && m.system_status == MavState::MAV_STATE_CRITICAL);
+        self.report_drop();
+    }
+
+    fn take_command(&mut self, command: &Command, from: (u8, u8)) {
+        let ours = [0, self.config.system_id].contains(&command.target_system)
+            && [0, SIMULATOR_COMPONENT].contains(&command.target_component);
+        if !ours {
+            return;
+        }
+        let result = if command.command == MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL as u16 {
+            match self.rates.set(&self.in_site_time(command), self.now()) {
+                SetInterval::Done => MavResult::MAV_RESULT_ACCEPTED,
+                SetInterval::Refused => MavResult::MAV_RESULT_DENIED,
+            }
+        } else {
+            MavResult::MAV_RESULT_UNSUPPORTED
+        };
+        let ack = CommandAck {
+            command: command.command,
+            result: result as u8,
+            target_system: from.0,
+            target_component: from.1,
+            ..CommandAck::default()
+        };
+        self.outbox.push_back(self.encoder.encode_command_ack(&ack));
+    }
+
+    /// The interval of SET_MESSAGE_INTERVAL is on the wire's clock.
+    fn in_site_time(&self, command: &Command) -> Command {
+        let mut command = *command;
+        if let Some(froude) = self.config.froude
+            && command.params[1] > 0.0
+        {
+            command.params[1] = (f64::from(command.params[1]) * froude.k()) as f32;
+        }
+        command
+    }
+}

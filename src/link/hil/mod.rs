@@ -1,0 +1,290 @@
+//! The simulator's side of PX4's HIL link: a host of a [`DropRun`], in lockstep with an autopilot.
+//!
+//! At each time t, every [`step_us`](crate::sim::DropRunConfig::step_us), the session sends HIL_STATE_QUATERNION, ODOMETRY
+//! (to a peer that asked for it), BATTERY_STATUS and HIL_GPS when due, and HIL_SENSOR last, all stamped t. The autopilot
+//! answers with HIL_ACTUATOR_CONTROLS of that stamp, whose commands hold over [t, t + step). Until the first answer the
+//! session runs free, at the host's pace and for a limited time; from then on each step waits for its answer. The first
+//! message is that of the first step, not of time 0, because a time stamp of 0 does not start PX4's clock.
+//!
+//! **Time stands still without an autopilot**, and nothing is released then. Whenever one connects it finds the vehicle
+//! under its canopy at time 0, whatever an earlier one has done.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `config`, `event` | how a session runs; what it reports |
+//! | `input` | messages of the autopilot |
+//! | `rates`, [`messages`] | which messages are due at a step, and what is in them |
+//!
+//! The next step is the session's [`next_wake`](Session::next_wake); how fast steps follow each other is the host's
+//! business, and [`HilSession::pace`] says what is waited for. How long an answer has been missing is measured by the host
+//! ([`HilSession::handle_silence`]) and reported in events that name the message and the side.
+
+use core::time::Duration;
+use std::collections::VecDeque;
+
+use mavlink::dialects::common::MavSeverity;
+use nalgebra::Vector3;
+
+use self::input::Peer;
+use self::messages::HilSensors;
+use self::rates::HilRates;
+use super::encoder::Encoder;
+use super::frame::Frame;
+use super::parachute::ParachuteComponent;
+use super::session::{Link, Session, Transmit};
+use crate::sim::{DropEvent, DropRun, DropSimulation, Phase, ReleaseCause};
+use crate::time::{TimeUs, Timed};
+
+mod config;
+mod event;
+mod input;
+pub mod messages;
+mod rates;
+
+#[cfg(test)]
+mod release_tests;
+#[cfg(test)]
+mod tests;
+
+pub use config::{HilConfig, HilCounts, Pace, Silence};
+pub use event::{HilEvent, Missing};
+
+/// Component of the simulator: the number that PX4's Gazebo bridge uses.
+pub const SIMULATOR_COMPONENT: u8 = 200;
+/// Longest free run before the first answer.
+const FREE_RUN_LIMIT_US: TimeUs = 5_000_000;
+/// After such a silence the first report is made, the next after twice as long, and so on.
+const FIRST_REPORT: Duration = Duration::from_secs(1);
+
+/// A simulator's session on the HIL link, with the parachute that it hosts; the head of this module has its protocol.
+#[derive(Clone, Debug)]
+pub struct HilSession {
+    config: HilConfig,
+    run: DropRun,
+    sensors: HilSensors,
+    rates: HilRates,
+    encoder: Encoder,
+    parachute: ParachuteComponent,
+    outbox: VecDeque<Vec<u8>>,
+    events: VecDeque<Timed<HilEvent>>,
+    counts: HilCounts,
+    pace: Pace,
+    peer: Peer,
+    next_report: Duration,
+}
+
+impl HilSession {
+    /// A session about a drop that has not begun. No autopilot is connected.
+    pub fn new(simulation: DropSimulation, config: HilConfig) -> Self {
+        Self::hosting(DropRun::new(simulation, config.run), config)
+    }
+
+    fn hosting(run: DropRun, config: HilConfig) -> Self {
+        let step_us = config.run.step_us;
+        let environment = run.simulation().environment();
+        Self {
+            sensors: HilSensors::new(environment, config.sensors, config.seed, step_us),
+            rates: HilRates::new(step_us, &config.sensors),
+            encoder: Encoder::new(config.system_id, SIMULATOR_COMPONENT).scaled(config.froude),
+            parachute: ParachuteComponent::new(config.system_id).scaled(config.froude),
+            outbox: VecDeque::new(),
+            events: VecDeque::new(),
+            counts: HilCounts::default(),
+            pace: Pace::NoPeer,
+            peer: Peer::default(),
+            next_report: FIRST_REPORT,
+            run,
+            config,
+        }
+    }
+
+    /// An autopilot has connected. It finds the drop at its beginning.
+    pub fn peer_connected(&mut self) {
+        let again = self.run.has_begun();
+        let mut fresh = Self::hosting(self.run.clone(), self.config);
+        fresh.run.restart();
+        std::mem::swap(&mut fresh.encoder, &mut self.encoder);
+        std::mem::swap(&mut fresh.parachute, &mut self.parachute);
+        std::mem::swap(&mut fresh.events, &mut self.events);
+        *self = fresh;
+        self.parachute.restart();
+        if self.run.simulation().phase() == Phase::Hanging {
+            self.parachute.allow_release();
+        } else {
+            self.parachute.refuse_release("the vehicle hangs from no parachute");
+        }
+        self.pace = Pace::Free;
+        self.report(HilEvent::Connected { again });
+    }
+
+    /// The autopilot has gone. The drop stands still; a finished one stays finished.
+    pub fn peer_left(&mut self) {
+        if !matches!(self.pace, Pace::NoPeer | Pace::Done) {
+            self.pace = Pace::NoPeer;
+            self.parachute.refuse_release("no autopilot is connected");
+            self.report(HilEvent::PeerLeft);
+        }
+    }
+
+    /// The host makes no further step: everybody is notified, unless the mission has come to its end.
+    pub fn stop(&mut self) {
+        if self.pace != Pace::Done {
+            self.end("stopped");
+        }
+    }
+
+    fn end(&mut self, why: &'static str) {
+        self.pace = Pace::Done;
+        self.parachute.refuse_release("the mission is over");
+        self.parachute.note_end(self.now(), why);
+    }
+
+    /// What the host may do next.
+    pub fn pace(&self) -> Pace {
+        self.pace
+    }
+
+    /// Simulated time [us].
+    pub fn now(&self) -> TimeUs {
+        self.run.now()
+    }
+
+    /// The drop that is flown, with its log and record.
+    pub fn run(&self) -> &DropRun {
+        &self.run
+    }
+
+    /// The drop that was flown, for keeps.
+    pub fn into_run(self) -> DropRun {
+        self.run
+    }
+
+    /// How the session runs.
+    pub fn config(&self) -> &HilConfig {
+        &self.config
+    }
+
+    /// What has been counted.
+    pub fn counts(&self) -> &HilCounts {
+        &self.counts
+    }
+
+    /// The next event.
+    pub fn poll_event(&mut self) -> Option<Timed<HilEvent>> {
+        self.events.pop_front()
+    }
+
+    /// Notes the velocity setpoint that the autopilot flies by, NED [m/s], for the flight log; the link does not carry it.
+    pub fn note_setpoint(&mut self, v_sp_ned: Option<Vector3<f64>>) {
+        self.run.note_setpoint(v_sp_ned);
+    }
+
+    /// Cuts the vehicle loose now.
+    pub fn release(&mut self, cause: ReleaseCause) {
+        self.run.release(cause);
+        self.report_drop();
+    }
+
+    /// What the session waits for.
+    pub fn missing(&self) -> Option<Missing> {
+        (self.pace == Pace::AwaitingControls).then_some(if self.peer.heard {
+            Missing::ActuatorControls
+        } else {
+            Missing::AnyFrame
+        })
+    }
+
+    /// An answer has been missing for `waited`, by the host's clock; may be called as often as one likes.
+    pub fn handle_silence(&mut self, waited: Duration) {
+        let Some(missing) = self.missing() else { return };
+        if waited >= self.next_report {
+            self.next_report = waited * 2;
+            self.report(HilEvent::Waiting { missing, waited });
+        }
+        if let Silence::FreeRunAfter(patience) = self.config.silence
+            && waited >= patience
+        {
+            self.counts.unanswered += 1;
+            self.report(HilEvent::GoingOnWithout { missing });
+            self.pace = Pace::Ready;
+        }
+    }
+
+    /// Makes one step and sends the messages of the new time; HIL_SENSOR last, since it is the clock.
+    fn advance(&mut self) {
+        self.counts.steps += 1;
+        self.counts.unanswered += u64::from(self.pace == Pace::Free);
+        self.run.step();
+        self.report_drop();
+        let Self { run, sensors, rates, encoder, outbox, .. } = self;
+        sensors.messages(run, rates.due(run.now()), &mut |m| outbox.push_back(encoder.encode(m)));
+        self.parachute.handle_time(self.run.now());
+        self.next_report = FIRST_REPORT;
+        if self.run.is_over() {
+            self.report(HilEvent::Finished);
+            self.end("end of the mission");
+        } else if self.peer.answered || self.now() >= FREE_RUN_LIMIT_US {
+            self.pace = Pace::AwaitingControls;
+        } else {
+            self.pace = Pace::Free;
+        }
+    }
+
+    fn report(&mut self, event: HilEvent) {
+        self.events.push_back(Timed { at: self.run.now(), event });
+    }
+
+    /// Reports what has happened in the drop, to the host and by the parachute to everybody on the wire.
+    fn report_drop(&mut self) {
+        while let Some(Timed { at, event }) = self.run.poll_event() {
+            let warning = match event {
+                DropEvent::Released { cause } => {
+                    self.parachute.note_release(self.run.now(), at, cause.text());
+                    None
+                }
+                DropEvent::ReleasedUnarmed | DropEvent::ModeUnknown => Some(event.to_string()),
+                DropEvent::LimitPassed { .. } => Some(event.to_string().replacen('l', "L", 1)),
+                _ => None,
+            };
+            if let Some(text) = warning {
+                self.parachute.say(MavSeverity::MAV_SEVERITY_WARNING, &text);
+            }
+            self.events.push_back(Timed { at, event: HilEvent::Drop(event) });
+        }
+    }
+}
+
+impl Session for HilSession {
+    fn handle_input(&mut self, link: Link, frame: &Frame) {
+        match link {
+            Link::Simulator => self.take_from_autopilot(frame),
+            Link::Parachute => {
+                self.take_from_outside(frame);
+                self.parachute.handle_input(link, frame);
+                if self.parachute.take_release() {
+                    self.release(ReleaseCause::Command);
+                }
+            }
+            Link::GroundStation | Link::Api => {}
+        }
+    }
+
+    /// Makes the steps of the simulation that are due by `now`.
+    fn handle_time(&mut self, now: TimeUs) {
+        while self.next_wake().is_some_and(|at| at <= now) {
+            self.advance();
+        }
+    }
+
+    /// The time of the next step, if the [pace](Self::pace) allows one.
+    fn next_wake(&self) -> Option<TimeUs> {
+        matches!(self.pace, Pace::Free | Pace::Ready).then(|| self.now() + self.config.run.step_us)
+    }
+
+    fn poll_output(&mut self) -> Option<Transmit> {
+        match self.outbox.pop_front() {
+            Some(bytes) => Some(Transmit::to_all(Link::Simulator, bytes)),
+            None => self.parachute.poll_output(),
+        }
+    }
+}

@@ -1,0 +1,408 @@
+//! A drop as it is flown: the simulation under the mission's release trigger, with all that is recorded and reported of it.
+//!
+//! A [`DropRun`] knows no wire. Its host (a session of a simulator's link, a test, a flight without frames) brings what the
+//! autopilot commands and reports of itself, makes the steps, and takes the events:
+//!
+//! ```text
+//! run.set_armed(..); run.set_mode(..); run.set_failsafe(..);       what the autopilot reports
+//! run.set_throttle(..);                                            what it commands
+//! run.step();                                                      release, ground, limits, battery, log
+//! while let Some(event) = run.poll_event() { .. }
+//! ```
+//!
+//! Within a step the order is: motion under the commands held, the release by its trigger, the limits, the battery. A
+//! release by command, [`DropRun::release`], comes between two steps.
+
+use std::fmt;
+
+use nalgebra::Vector3;
+
+use super::battery::Battery;
+use super::drop::{DropSimulation, Phase, ReleaseTrigger};
+use super::limits::{SafetyLimits, StateCost};
+use super::record::Sample;
+use crate::control::px4::timing::IMU_PERIOD_US;
+use crate::model::{MAX_ROTORS, PerRotor};
+use crate::time::{TimeUs, Timed, microseconds, seconds};
+
+/// What a drop is flown by, besides its simulation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DropRunConfig {
+    /// Step of the simulation [us].
+    pub step_us: TimeUs,
+    /// Length of the mission [us].
+    pub duration_us: TimeUs,
+    /// What cuts the vehicle loose, besides a command.
+    pub trigger: ReleaseTrigger,
+    /// Battery at the beginning; `None`: no battery is simulated.
+    pub battery: Option<Battery>,
+    /// Limits whose passing is reported.
+    pub limits: Option<SafetyLimits>,
+}
+
+impl Default for DropRunConfig {
+    /// PX4's IMU period for 45 s, release by command.
+    fn default() -> Self {
+        Self {
+            step_us: IMU_PERIOD_US,
+            duration_us: 45_000_000,
+            trigger: ReleaseTrigger::Command,
+            battery: None,
+            limits: None,
+        }
+    }
+}
+
+/// Why the vehicle was cut loose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReleaseCause {
+    /// A command to the parachute.
+    Command,
+    /// The mission's time.
+    Time,
+    /// The mission's altitude.
+    Altitude,
+    /// Armed and in OFFBOARD.
+    ArmedOffboard,
+    /// It came to the ground under its canopy.
+    Ground,
+}
+
+impl ReleaseCause {
+    /// A few words.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Command => "by command",
+            Self::Time => "at the mission's time",
+            Self::Altitude => "at the altitude",
+            Self::ArmedOffboard => "armed in OFFBOARD",
+            Self::Ground => "on the ground, which it reached under its canopy",
+        }
+    }
+}
+
+/// Something that happened in a flight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DropEvent {
+    /// The autopilot has been armed or disarmed.
+    Armed {
+        /// Armed, or disarmed.
+        armed: bool,
+    },
+    /// The autopilot is armed but does not report its mode, which the release waits for.
+    ModeUnknown,
+    /// The autopilot, armed, has gone into a failsafe or left it.
+    Failsafe {
+        /// Gone into it, or left it.
+        active: bool,
+    },
+    /// The vehicle has been cut loose.
+    Released {
+        /// Why.
+        cause: ReleaseCause,
+    },
+    /// The vehicle has been cut loose while the autopilot was not armed: it falls.
+    ReleasedUnarmed,
+    /// The delay is over, the rotors may turn.
+    RotorsFree,
+    /// A limit of the mission has been passed, for the first time.
+    LimitPassed {
+        /// Part of the state's cost, as [`StateCost::parts`] names it.
+        name: &'static str,
+    },
+    /// The vehicle has come to the ground.
+    TouchedGround {
+        /// Speed of descent at the step before [m/s].
+        speed_m_s: f64,
+    },
+}
+
+impl fmt::Display for DropEvent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Armed { armed: true } => "armed",
+            Self::Armed { armed: false } => "disarmed",
+            Self::ModeUnknown => {
+                "armed, but the release trigger armed_offboard waits for OFFBOARD in a HEARTBEAT, and no HEARTBEAT of the autopilot has \
+                 named a mode (PX4 sends none on the simulator link: choose another trigger, or bring its HEARTBEAT to the parachute's \
+                 UDP port 14600 + instance)"
+            }
+            Self::Failsafe { active: true } => "failsafe: the autopilot has taken over",
+            Self::Failsafe { active: false } => "failsafe over",
+            Self::Released { cause } => return write!(f, "released {}", cause.text()),
+            Self::ReleasedUnarmed => "released while the autopilot is not armed",
+            Self::RotorsFree => "rotors free",
+            Self::LimitPassed { name } => return write!(f, "limit passed: {}", name.replace('_', " ")),
+            Self::TouchedGround { speed_m_s } => return write!(f, "on the ground at {speed_m_s:.2} m/s"),
+        })
+    }
+}
+
+/// A flight in events: equal for equal flights, however long one had to wait for their parties.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FlightRecord {
+    /// What happened, in order: arming, release, rotors free, failsafes, limits.
+    pub events: Vec<Timed<DropEvent>>,
+    /// Whether the autopilot was in a failsafe, armed, at any time after the release: then it was not the plan that was
+    /// flown.
+    pub failsafe: bool,
+}
+
+/// What the autopilot has reported of itself.
+#[derive(Clone, Copy, Debug, Default)]
+struct AutopilotReport {
+    armed: bool,
+    /// Whether its mode is OFFBOARD; `None` while no mode has been reported.
+    offboard: Option<bool>,
+    failsafe: bool,
+}
+
+/// A drop with its release trigger, log and record; the head of this module says how it is hosted.
+#[derive(Clone, Debug)]
+pub struct DropRun {
+    config: DropRunConfig,
+    initial: DropSimulation,
+    simulation: DropSimulation,
+    now: TimeUs,
+    throttle: PerRotor,
+    v_sp_ned: Option<Vector3<f64>>,
+    autopilot: AutopilotReport,
+    battery: Option<Battery>,
+    log: Vec<Sample>,
+    record: FlightRecord,
+    /// How many events of the record have been polled.
+    polled: usize,
+    reported_phase: Phase,
+    /// Whether the vehicle was on the ground at the last step.
+    on_ground: bool,
+    limits_passed: [bool; 5],
+}
+
+impl DropRun {
+    /// A drop that has not begun.
+    pub fn new(simulation: DropSimulation, config: DropRunConfig) -> Self {
+        let mut initial = simulation;
+        if config.trigger == ReleaseTrigger::Time {
+            initial.schedule_release(initial.nominal_release_s());
+        }
+        Self {
+            now: 0,
+            throttle: [0.0; MAX_ROTORS],
+            v_sp_ned: None,
+            autopilot: AutopilotReport::default(),
+            battery: config.battery,
+            log: Vec::new(),
+            record: FlightRecord::default(),
+            polled: 0,
+            reported_phase: initial.phase(),
+            on_ground: initial.on_ground(),
+            limits_passed: [false; 5],
+            simulation: initial.clone(),
+            initial,
+            config,
+        }
+    }
+
+    /// Starts over: the vehicle under its canopy at time 0, an empty log, nothing known of the autopilot.
+    pub fn restart(&mut self) {
+        *self = Self::new(self.initial.clone(), self.config);
+    }
+
+    /// How the drop is flown.
+    pub fn config(&self) -> &DropRunConfig {
+        &self.config
+    }
+
+    /// Simulated time [us].
+    pub fn now(&self) -> TimeUs {
+        self.now
+    }
+
+    /// Whether a step has been made or the vehicle has been cut loose.
+    pub fn has_begun(&self) -> bool {
+        self.now > 0 || self.simulation.phase() != self.initial.phase()
+    }
+
+    /// Whether the mission has come to its end; a further step is made all the same.
+    pub fn is_over(&self) -> bool {
+        self.now >= self.config.duration_us
+    }
+
+    /// The vehicle, its site and its state.
+    pub fn simulation(&self) -> &DropSimulation {
+        &self.simulation
+    }
+
+    /// The battery, if one is simulated.
+    pub fn battery(&self) -> Option<&Battery> {
+        self.battery.as_ref()
+    }
+
+    /// Flight log: the state at each step with the commands that then held; once the mission is over, its end.
+    pub fn log(&self) -> &[Sample] {
+        &self.log
+    }
+
+    /// Flight log, for keeps.
+    pub fn into_log(self) -> Vec<Sample> {
+        self.log
+    }
+
+    /// What has happened so far.
+    pub fn record(&self) -> &FlightRecord {
+        &self.record
+    }
+
+    /// The next event that has not been polled; each is in the [record](Self::record) too.
+    pub fn poll_event(&mut self) -> Option<Timed<DropEvent>> {
+        let event = self.record.events.get(self.polled).copied();
+        self.polled += usize::from(event.is_some());
+        event
+    }
+
+    /// Throttle commands in force, 0..1.
+    pub fn throttle(&self) -> &PerRotor {
+        &self.throttle
+    }
+
+    /// Sets the throttle commands, 0..1, for the steps that follow.
+    pub fn set_throttle(&mut self, throttle: PerRotor) {
+        self.throttle = throttle;
+    }
+
+    /// Notes the velocity setpoint that the autopilot flies by, NED [m/s], for the log.
+    pub fn note_setpoint(&mut self, v_sp_ned: Option<Vector3<f64>>) {
+        self.v_sp_ned = v_sp_ned;
+    }
+
+    /// The autopilot reports that it is armed, or disarmed.
+    pub fn set_armed(&mut self, armed: bool) {
+        if std::mem::replace(&mut self.autopilot.armed, armed) == armed {
+            return;
+        }
+        self.report(DropEvent::Armed { armed });
+        let waits = self.config.trigger == ReleaseTrigger::ArmedOffboard
+            && self.simulation.phase() == Phase::Hanging
+            && self.autopilot.offboard.is_none();
+        if armed && waits {
+            self.report(DropEvent::ModeUnknown);
+        }
+    }
+
+    /// The autopilot reports its mode: OFFBOARD, or another one; `None`: it reports that it has none to report.
+    pub fn set_mode(&mut self, offboard: Option<bool>) {
+        self.autopilot.offboard = offboard.or(self.autopilot.offboard.map(|_| false));
+    }
+
+    /// The autopilot reports a failsafe, or the end of one.
+    pub fn set_failsafe(&mut self, active: bool) {
+        if std::mem::replace(&mut self.autopilot.failsafe, active) != active {
+            self.report(DropEvent::Failsafe { active });
+        }
+        self.record_failsafe();
+    }
+
+    /// Cuts the vehicle loose now; once it is loose, nothing more happens.
+    pub fn release(&mut self, cause: ReleaseCause) {
+        if self.simulation.phase() == Phase::Hanging {
+            self.simulation.release();
+            self.report_release(cause);
+            self.report_free_rotors();
+        }
+    }
+
+    /// Makes one step under the commands that have been set.
+    pub fn step(&mut self) {
+        let dt_s = seconds(self.config.step_us);
+        let before = self.simulation.advance_sampled(&self.throttle, self.v_sp_ned, dt_s);
+        self.log.push(before);
+        self.now += self.config.step_us;
+        self.check_trigger();
+        self.report_free_rotors();
+        self.report_touch(before.state.body.v_ned.z);
+        self.check_limits();
+        if let Some(battery) = &mut self.battery {
+            battery.discharge(&before, dt_s);
+        }
+        self.record_failsafe();
+        if self.is_over() {
+            self.log.push(self.simulation.sample(&self.throttle, self.v_sp_ned));
+        }
+    }
+
+    fn check_trigger(&mut self) {
+        let hangs = self.simulation.phase() == Phase::Hanging;
+        if !hangs && self.simulation.on_ground() {
+            self.report_release(ReleaseCause::Ground);
+        }
+        match self.config.trigger {
+            // The simulation itself has cut at the time set; it remains to be reported.
+            ReleaseTrigger::Time if !hangs => self.report_release(ReleaseCause::Time),
+            ReleaseTrigger::Altitude(altitude_m) => {
+                let p_ned = &self.simulation.state().body.p_ned;
+                if self.simulation.environment().geo_point(p_ned).altitude_m <= altitude_m {
+                    self.release(ReleaseCause::Altitude);
+                }
+            }
+            ReleaseTrigger::ArmedOffboard
+                if self.autopilot.armed && self.autopilot.offboard == Some(true) =>
+            {
+                self.release(ReleaseCause::ArmedOffboard);
+            }
+            ReleaseTrigger::Command | ReleaseTrigger::Time | ReleaseTrigger::ArmedOffboard => {}
+        }
+    }
+
+    fn report(&mut self, event: DropEvent) {
+        self.report_at(self.now, event);
+    }
+
+    fn report_at(&mut self, at: TimeUs, event: DropEvent) {
+        self.record.events.push(Timed { at, event });
+    }
+
+    fn report_release(&mut self, cause: ReleaseCause) {
+        if let (Phase::Hanging, Some(t_s)) = (self.reported_phase, self.simulation.release_time_s()) {
+            let at = microseconds(t_s);
+            self.reported_phase = Phase::Falling;
+            self.report_at(at, DropEvent::Released { cause });
+            if !self.autopilot.armed {
+                self.report_at(at, DropEvent::ReleasedUnarmed);
+            }
+        }
+    }
+
+    fn report_free_rotors(&mut self) {
+        if let (Phase::Falling, Phase::Powered) = (self.reported_phase, self.simulation.phase()) {
+            self.reported_phase = Phase::Powered;
+            let at = self.simulation.powered_from_s().map_or(self.now, microseconds);
+            self.report_at(at, DropEvent::RotorsFree);
+        }
+    }
+
+    /// Reports that the vehicle has come to the ground, sinking at `v_down_m_s` the step before.
+    fn report_touch(&mut self, v_down_m_s: f64) {
+        let on_ground = self.simulation.on_ground();
+        if on_ground && !self.on_ground {
+            self.report(DropEvent::TouchedGround { speed_m_s: v_down_m_s.max(0.0) });
+        }
+        self.on_ground = on_ground;
+    }
+
+    /// Looks at the state from the release on, as the verdict does.
+    fn check_limits(&mut self) {
+        let Some(limits) = self.config.limits.filter(|_| self.simulation.phase() != Phase::Hanging) else {
+            return;
+        };
+        let parts = StateCost::of(&self.simulation.state().body, &limits).parts();
+        for (i, (name, share)) in parts.into_iter().enumerate() {
+            if share > 1.0 && !std::mem::replace(&mut self.limits_passed[i], true) {
+                self.report(DropEvent::LimitPassed { name });
+            }
+        }
+    }
+
+    fn record_failsafe(&mut self) {
+        self.record.failsafe |= self.autopilot.failsafe && self.simulation.phase() != Phase::Hanging;
+    }
+}

@@ -1,0 +1,180 @@
+//! A drop's trigger, log, record and events, without a wire.
+
+use super::drop_run::*;
+use super::limits::SafetyLimits;
+use super::test_site::{DELAY_S, HANG_S, drop_simulation, drop_simulation_at, environment};
+use super::{Battery, Ground, Phase, ReleaseTrigger};
+use crate::model::MAX_ROTORS;
+use crate::time::{TimeUs, Timed, microseconds, seconds};
+
+fn config(trigger: ReleaseTrigger) -> DropRunConfig {
+    DropRunConfig { duration_us: 4_000_000, trigger, ..DropRunConfig::default() }
+}
+
+fn run(trigger: ReleaseTrigger) -> DropRun {
+    DropRun::new(drop_simulation(), config(trigger))
+}
+
+fn step_until(run: &mut DropRun, until: TimeUs) {
+    while run.now() < until {
+        run.step();
+    }
+}
+
+fn events(run: &DropRun) -> Vec<(TimeUs, String)> {
+    run.record().events.iter().map(|e| (e.at, e.event.to_string())).collect()
+}
+
+/// All of the events by name.
+fn texts(run: &DropRun) -> Vec<String> {
+    run.record().events.iter().map(|e| e.event.to_string()).collect()
+}
+
+#[test]
+fn closed_form_each_trigger_cuts_at_its_time() {
+    // The hang begins 2 s times 5 m/s above 600 m: 605.01 m is passed in the step that ends at 1 s.
+    for (trigger, cause, at) in [
+        (ReleaseTrigger::Command, ReleaseCause::Command, 1_200_000),
+        (ReleaseTrigger::Time, ReleaseCause::Time, microseconds(HANG_S)),
+        (ReleaseTrigger::Altitude(605.01), ReleaseCause::Altitude, 1_000_000),
+        (ReleaseTrigger::ArmedOffboard, ReleaseCause::ArmedOffboard, 804_000),
+    ] {
+        let mut run = run(trigger);
+        run.set_mode(Some(false));
+        run.set_armed(true);
+        step_until(&mut run, 800_000);
+        run.set_mode(Some(true));
+        step_until(&mut run, 1_200_000);
+        if trigger == ReleaseTrigger::Command {
+            run.release(ReleaseCause::Command);
+        }
+        step_until(&mut run, 4_000_000);
+        let free = at + microseconds(DELAY_S);
+        let happened: Vec<_> = run.record().events.iter().map(|e| (e.at, e.event)).collect();
+        let expected = [
+            (0, DropEvent::Armed { armed: true }),
+            (at, DropEvent::Released { cause }),
+            (free, DropEvent::RotorsFree),
+        ];
+        assert_eq!(happened, expected, "{trigger:?}");
+        assert_eq!(run.simulation().release_time_s(), Some(seconds(at)));
+    }
+}
+
+#[test]
+fn a_command_cuts_whatever_the_trigger_is_and_only_once() {
+    for trigger in [ReleaseTrigger::Time, ReleaseTrigger::Altitude(0.0), ReleaseTrigger::ArmedOffboard] {
+        let mut run = run(trigger);
+        step_until(&mut run, 400_000);
+        run.release(ReleaseCause::Command);
+        step_until(&mut run, 3_000_000);
+        run.release(ReleaseCause::Command);
+        let expected = ["released by command", "released while the autopilot is not armed", "rotors free"];
+        assert_eq!(texts(&run), expected, "{trigger:?}");
+    }
+}
+
+#[test]
+fn an_autopilot_without_a_mode_is_reported_where_the_release_waits_for_one() {
+    for (trigger, mode, reports) in [
+        (ReleaseTrigger::ArmedOffboard, None, 1),
+        (ReleaseTrigger::ArmedOffboard, Some(false), 0),
+        (ReleaseTrigger::Command, None, 0),
+    ] {
+        let mut run = run(trigger);
+        run.set_mode(mode);
+        step_until(&mut run, 400_000);
+        run.set_armed(true);
+        run.set_armed(true);
+        step_until(&mut run, 3_000_000);
+        let unknown = Timed { at: 400_000, event: DropEvent::ModeUnknown };
+        assert_eq!(run.record().events.iter().filter(|e| **e == unknown).count(), reports, "{trigger:?}");
+        assert_eq!(run.simulation().phase(), Phase::Hanging);
+    }
+}
+
+#[test]
+fn a_failsafe_counts_from_the_release_on() {
+    let fly = |begins: TimeUs, ends: TimeUs| {
+        let mut run = run(ReleaseTrigger::Time);
+        step_until(&mut run, begins);
+        run.set_failsafe(true);
+        step_until(&mut run, ends);
+        run.set_failsafe(false);
+        step_until(&mut run, 4_000_000);
+        run.record().failsafe
+    };
+    assert!(!fly(400_000, 800_000), "under the canopy");
+    assert!(fly(400_000, 2_400_000), "into the flight");
+    assert!(fly(2_400_000, 2_800_000), "in flight");
+}
+
+#[test]
+fn a_limit_is_reported_when_it_is_first_passed_after_the_release() {
+    // It sinks at 5 m/s under the canopy: above the limit, but not yet a flight.
+    let limits = SafetyLimits {
+        speed_m_s: 4.0,
+        pitch_rad: 1.0,
+        pitch_rate_rad_s: 1.0,
+        vertical_acceleration_m_s2: 1.0,
+    };
+    let mut run = DropRun::new(
+        drop_simulation(),
+        DropRunConfig { limits: Some(limits), ..config(ReleaseTrigger::Time) },
+    );
+    step_until(&mut run, 4_000_000);
+    let passed: Vec<_> = events(&run).into_iter().filter(|(_, text)| text.starts_with("limit")).collect();
+    assert_eq!(passed, [(microseconds(HANG_S), "limit passed: speed".to_owned())]);
+}
+
+#[test]
+fn closed_form_it_comes_to_the_ground_under_its_canopy_at_the_speed_of_descent() {
+    // From 10 m above the origin at 5 m/s: the ground 5 m above it is reached after 1 s.
+    let simulation = drop_simulation().above(Ground { down_m: -5.0 });
+    let mut run = DropRun::new(simulation, config(ReleaseTrigger::Command));
+    step_until(&mut run, 1_100_000);
+    let happened = events(&run);
+    let find = |text: &str| happened.iter().find(|(_, t)| t.starts_with(text)).map(|(at, _)| *at);
+    let released = find("released on the ground").unwrap();
+    assert!(released.abs_diff(1_000_000) <= 4_000, "{happened:?}");
+    assert!(find("on the ground at 5.00 m/s").unwrap().abs_diff(1_000_000) <= 4_000, "{happened:?}");
+}
+
+/// Log and events are those of the bare simulation, stepped by hand.
+#[test]
+fn prop_a_run_changes_nothing_in_the_flight() {
+    let mut run = run(ReleaseTrigger::Time);
+    let mut bare = drop_simulation_at(environment(), HANG_S);
+    bare.schedule_release(HANG_S);
+    let mut throttle = [0.0; MAX_ROTORS];
+    let mut log = Vec::new();
+    while !run.is_over() {
+        throttle[..4].fill(0.4 + 0.1 * (run.now() as f64 * 1e-5).sin());
+        run.set_throttle(throttle);
+        run.step();
+        log.push(bare.advance_sampled(&throttle, None, 0.004));
+    }
+    log.push(bare.sample(&throttle, None));
+    assert_eq!(run.log(), log);
+    assert_eq!(log.last().map(|s| s.t_s), Some(4.0));
+}
+
+#[test]
+fn a_run_that_starts_over_is_the_run_that_was() {
+    let battery = Some(Battery::new(1e4, 1.0));
+    let mut run = DropRun::new(drop_simulation(), DropRunConfig { battery, ..config(ReleaseTrigger::Time) });
+    let mut fly = || {
+        run.set_armed(true);
+        run.set_throttle([0.5; MAX_ROTORS]);
+        step_until(&mut run, 4_000_000);
+        let polled: Vec<_> = std::iter::from_fn(|| run.poll_event()).collect();
+        assert_eq!(polled, run.record().events, "each event is polled once");
+        let flown = (run.log().to_vec(), run.record().clone(), run.battery().copied());
+        run.restart();
+        assert!(!run.has_begun() && run.log().is_empty() && run.poll_event().is_none());
+        flown
+    };
+    let first = fly();
+    assert!(first.2.unwrap().consumed_j() > 0.0);
+    assert_eq!(fly(), first);
+}

@@ -1,0 +1,95 @@
+//! Safety limits of a flight and a state's share of them: the cost of a state, (47)-(50).
+//!
+//! ```text
+//! J_state = max(|v|/V_max, |theta|/theta_max, |Q|/Q_max)
+//! ```
+//!
+//! Differs from the paper: motion out of the plane, which the paper does not have, counts too - roll against the limit of
+//! pitch, roll rate against that of the pitch rate (in the plane both are zero and nothing changes). (49) and (50) are
+//! signed there, so that a nose-down dive would cost nothing; here they are absolute. (48) uses the speed over ground, as
+//! the paper does. Table 1's vertical acceleration is reported, not judged: free fall alone passes it on Earth.
+
+use crate::frames::{bank, pitch};
+use crate::model::rigid_body::BodyState;
+
+/// Name of what decides J_TPF, and is passed, when a state was no number.
+pub const NOT_FINITE: &str = "state is not finite";
+
+/// Limits of a safe flight, Table 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SafetyLimits {
+    /// Speed [m/s].
+    pub speed_m_s: f64,
+    /// Pitch, either way, and roll [rad].
+    pub pitch_rad: f64,
+    /// Pitch rate, either way, and roll rate [rad/s].
+    pub pitch_rate_rad_s: f64,
+    /// Vertical acceleration [m/s^2]; reported, not judged.
+    pub vertical_acceleration_m_s2: f64,
+}
+
+/// The parts of J_state, each 1 at its limit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StateCost {
+    /// J_v, (48).
+    pub speed: f64,
+    /// J_theta, (49).
+    pub pitch: f64,
+    /// J_Q, (50).
+    pub pitch_rate: f64,
+    /// Share of the pitch's limit that the roll takes, as (49).
+    pub roll: f64,
+    /// Share of the pitch rate's limit that the roll rate takes, as (50).
+    pub roll_rate: f64,
+}
+
+impl StateCost {
+    /// The cost of a state.
+    pub fn of(body: &BodyState, limits: &SafetyLimits) -> Self {
+        Self {
+            speed: body.v_ned.norm() / limits.speed_m_s,
+            pitch: pitch(body.q_ned_from_body).abs() / limits.pitch_rad,
+            pitch_rate: body.omega_body.y.abs() / limits.pitch_rate_rad_s,
+            roll: bank(body.q_ned_from_body).abs() / limits.pitch_rad,
+            roll_rate: body.omega_body.x.abs() / limits.pitch_rate_rad_s,
+        }
+    }
+
+    /// J_state, (47). A cost that is not a number is infinite.
+    pub fn max(&self) -> f64 {
+        let all = self.parts().map(|(_, cost)| cost);
+        if all.iter().any(|c| c.is_nan()) {
+            return f64::INFINITY;
+        }
+        all.into_iter().fold(0.0, f64::max)
+    }
+
+    /// Each part with its name.
+    pub fn parts(&self) -> [(&'static str, f64); 5] {
+        [
+            ("speed", self.speed),
+            ("pitch", self.pitch),
+            ("pitch_rate", self.pitch_rate),
+            ("roll", self.roll),
+            ("roll_rate", self.roll_rate),
+        ]
+    }
+
+    /// Name of the largest part, the first of equals; [`NOT_FINITE`] for what is not a number.
+    pub fn decided_by(&self) -> &'static str {
+        let worst =
+            self.parts().into_iter().reduce(|worst, part| if part.1 > worst.1 { part } else { worst });
+        if self.max().is_finite() { worst.map_or("", |(name, _)| name) } else { NOT_FINITE }
+    }
+
+    /// Each part the larger of the two.
+    pub(crate) fn worse(&self, other: &Self) -> Self {
+        Self {
+            speed: self.speed.max(other.speed),
+            pitch: self.pitch.max(other.pitch),
+            pitch_rate: self.pitch_rate.max(other.pitch_rate),
+            roll: self.roll.max(other.roll),
+            roll_rate: self.roll_rate.max(other.roll_rate),
+        }
+    }
+}
