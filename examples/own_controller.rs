@@ -16,8 +16,7 @@ use samara::config::{Mission, load_mission};
 use samara::control::{Airframe, ControlOutput, ControlSettings, Controller, Measurement, Setpoint};
 use samara::frames::{conjugate, product};
 use samara::link::{
-    AutopilotSession, AutopilotSetup, Lockstep, SimulatorConfig, SimulatorSession, StreamerConfig,
-    StreamerSession,
+    AutopilotSession, AutopilotSetup, HilConfig, HilSession, Lockstep, StreamerConfig, StreamerSession,
 };
 use samara::model::{MAX_ROTORS, Trim, trim};
 use samara::plan::dynamics::{Dynamics as _, VehicleDynamics};
@@ -144,13 +143,13 @@ pub fn drop_over_the_wire(
         target_v_ned: mission.target_v_ned,
         ..StreamerConfig::default()
     };
-    let simulator = SimulatorSession::new(mission.simulation(), SimulatorConfig::default());
+    let simulator = HilSession::new(mission.simulation(), HilConfig::default());
     let mut wire = Lockstep::new(simulator, autopilot, StreamerSession::new(streamer, plan.clone()));
     wire.run(&mut |_, _, _| {})?;
     let mut verdict = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned)
         .steady_within(mission.limits.steady_within_m_s)
         .to_plans_end(plan.end_s());
-    wire.simulator.log().iter().for_each(|sample| verdict.observe(sample));
+    wire.simulator.run().log().iter().for_each(|sample| verdict.observe(sample));
     verdict.finish().ok_or_else(|| "the vehicle was never released".into())
 }
 

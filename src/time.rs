@@ -1,4 +1,5 @@
-//! Simulated time: whole microseconds; the only place that turns it into seconds and back, and that prints it.
+//! Simulated time: whole microseconds; the only place that turns it into seconds and back, and that prints
+//! it.
 
 use std::fmt;
 

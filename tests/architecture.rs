@@ -12,8 +12,8 @@ mod prose;
 
 /// The floors, lowest first; modules on one floor do not know each other.
 const FLOORS: &[&[&str]] = &[
-    &["random", "real", "simd", "time", "units"],
-    &["frames"],
+    &["random", "real", "simd", "units"],
+    &["frames", "time"],
     &["model"],
     &["trajectory"],
     &["control", "plan"],

@@ -58,7 +58,8 @@ impl<'a> Conclusion<'a> {
         let powered_s = last.and_then(|sample| sample.t_powered_s).unwrap_or(f64::NEG_INFINITY);
         // Without a plan, where the flight goes is the script's affair once it has come to the ground.
         let landed = verdict.as_ref().is_some_and(|v| v.impact_speed_m_s.is_some());
-        let event = |e: &Timed<samara::sim::DropEvent>| DropEvent { t_s: seconds(e.at), text: e.event.to_string() };
+        let event =
+            |e: &Timed<samara::sim::DropEvent>| DropEvent { t_s: seconds(e.at), text: e.event.to_string() };
         let run = DropRun {
             ended_at_s,
             completed: mission.duration_s <= ended_at_s + STEP_AT_MOST_S,

@@ -1,7 +1,9 @@
 //! Decoder and encoder against each other, against pymavlink's bytes, and against damage.
 
-use super::frame::{Frame, Message};
-use super::{CommandAck, Decoder, Encoder, Faults};
+use super::decoder::Decoder;
+use super::encoder::Encoder;
+use super::faults::Faults;
+use super::frame::{CommandAck, Frame, Message};
 use mavlink::dialects::common::*;
 use mavlink::{MAV_STX, MAV_STX_V2, MavlinkVersion, Message as _, calculate_crc};
 use proptest::prelude::*;
@@ -208,13 +210,16 @@ proptest! {
 
     /// Floats, NaN among them, come through bit by bit; trailing zeros are trimmed and restored.
     #[test]
-    fn prop_setpoints_survive(vx in any::<u32>(), vy in any::<u32>(), yaw in any::<u32>(), t in any::<u32>()) {
+    fn prop_setpoints_survive(
+        vx in any::<u32>(), vy in any::<u32>(), yaw in any::<u32>(), t in any::<u32>(),
+    ) {
         let message = MavMessage::SET_POSITION_TARGET_LOCAL_NED(SET_POSITION_TARGET_LOCAL_NED_DATA {
             time_boot_ms: t, vx: f32::from_bits(vx), vy: f32::from_bits(vy), yaw: f32::from_bits(yaw),
             ..Default::default()
         });
         let (frames, _) = stream(&Encoder::new(1, 1).encode(&message));
         let Some(MavMessage::SET_POSITION_TARGET_LOCAL_NED(got)) = frames[0].known() else { panic!() };
-        prop_assert_eq!((got.vx.to_bits(), got.vy.to_bits(), got.yaw.to_bits(), got.time_boot_ms), (vx, vy, yaw, t));
+        let bits = (got.vx.to_bits(), got.vy.to_bits(), got.yaw.to_bits(), got.time_boot_ms);
+        prop_assert_eq!(bits, (vx, vy, yaw, t));
     }
 }

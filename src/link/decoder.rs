@@ -9,7 +9,7 @@ use mavlink::dialects::common::MavMessage;
 use mavlink::error::ParserError;
 use mavlink::{MAV_STX, MAV_STX_V2, MavlinkVersion, Message as _, calculate_crc};
 
-use super::Faults;
+use super::faults::Faults;
 use super::frame::{Frame, Message};
 
 /// MAVLink 2: a signature of 13 bytes follows the checksum.
@@ -88,8 +88,8 @@ enum Found {
 }
 
 /// Finds frames in bytes: in a stream (by [`Decoder::push`] and [`Decoder::next_frame`]) or in datagrams
-/// ([`Decoder::datagram`]). After damage it looks for the next start marker inside what it held for a frame, so that
-/// nothing sound is lost.
+/// ([`Decoder::datagram`]). After damage it looks for the next start marker inside what it held for a frame,
+/// so that nothing sound is lost.
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
     buffer: Vec<u8>,
@@ -143,9 +143,10 @@ impl Decoder {
         self.buffer.len() - self.start
     }
 
-    /// Declares that the rest of the frame at the start will not come (the peer fell silent): it counts as truncated,
-    /// and what stands behind its start marker is examined by the next [`Self::next_frame`]. A stray start marker
-    /// cannot hold back the frames that follow it for longer than the caller is willing to wait.
+    /// Declares that the rest of the frame at the start will not come (the peer fell silent): it counts as
+    /// truncated, and what stands behind its start marker is examined by the next [`Self::next_frame`]. A
+    /// stray start marker cannot hold back the frames that follow it for longer than the caller is willing to
+    /// wait.
     pub fn give_up(&mut self) {
         if self.pending() > 0 {
             self.faults.truncated += 1;
@@ -174,7 +175,7 @@ impl Decoder {
     }
 }
 
-/// What it means that bytes end.
+/// Meaning of the end of the bytes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum End {
     /// More will come.
@@ -209,8 +210,8 @@ fn examine(bytes: &[u8], end: End, faults: &mut Faults) -> Found {
 fn examine_whole(bytes: &[u8], next: Option<u8>, end: End, header: Header, faults: &mut Faults) -> Found {
     let crc_extra = MavMessage::extra_crc(header.message_id);
     if crc_extra == 0 && MavMessage::default_message_from_id(header.message_id).is_none() {
-        // Without its checksum the only evidence for a frame is that another one begins right behind it. In a stream one
-        // waits to see that, lest it depend on how the stream is cut.
+        // Without its checksum the only evidence for a frame is that another one begins right behind it. In a
+        // stream one waits to see that, lest it depend on how the stream is cut.
         if next.is_none() && end == End::MayGoOn {
             return Found::Incomplete;
         }

@@ -1,31 +1,14 @@
 //! Messages to bytes: MAVLink 2 frames of one component.
 //!
-//! Serialising is the mavlink crate's; the frame around it is written here, so that values which the crate's enums
-//! cannot hold (an acknowledgement of a command nobody knows) can be sent as well.
+//! Serialising is the mavlink crate's; the frame around it is written here, so that values which the crate's
+//! enums cannot hold (an acknowledgement of a command nobody knows) can be sent as well.
 
-use mavlink::dialects::common::MavMessage;
-use mavlink::{MAV_STX_V2, MavlinkVersion, Message as _, calculate_crc};
+use mavlink::dialects::common::{COMMAND_ACK_DATA, MavMessage};
+use mavlink::{MAV_STX_V2, MavlinkVersion, Message as _, MessageData as _, calculate_crc};
 
-use super::Froude;
 use super::decoder::{CHECKSUM_LEN, HEADER_LEN_V2};
-use super::frame::{COMMAND_ACK_ID, MAX_FRAME_LEN};
-
-/// A COMMAND_ACK in plain numbers: the command may be one that the crate's enum does not have.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct CommandAck {
-    /// The command answered (`MAV_CMD`).
-    pub command: u16,
-    /// `MAV_RESULT`.
-    pub result: u8,
-    /// Progress in percent when the result is IN_PROGRESS, 255 when unknown; otherwise 0.
-    pub progress: u8,
-    /// Further detail of the result.
-    pub result_param2: i32,
-    /// System that the command came from.
-    pub target_system: u8,
-    /// Component that the command came from.
-    pub target_component: u8,
-}
+use super::frame::{CommandAck, MAX_FRAME_LEN};
+use super::froude::Froude;
 
 /// Makes the MAVLink 2 frames of one component on one link: sequence numbers without gaps.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -81,11 +64,11 @@ impl Encoder {
         payload[4..8].copy_from_slice(&ack.result_param2.to_le_bytes());
         payload[8] = ack.target_system;
         payload[9] = ack.target_component;
-        self.encode_payload(COMMAND_ACK_ID, MavMessage::extra_crc(COMMAND_ACK_ID), &payload)
+        self.encode_payload(COMMAND_ACK_DATA::ID, MavMessage::extra_crc(COMMAND_ACK_DATA::ID), &payload)
     }
 
-    /// The frame of a message given by its number, its CRC_EXTRA and its payload in wire order; bytes beyond 255 are
-    /// cut off. For messages and values that the crate cannot express.
+    /// The frame of a message given by its number, its CRC_EXTRA and its payload in wire order; bytes beyond
+    /// 255 are cut off. For messages and values that the crate cannot express.
     pub fn encode_payload(&mut self, message_id: u32, crc_extra: u8, payload: &[u8]) -> Vec<u8> {
         let payload = &payload[..payload.len().min(255)];
         let len = mavlink::utils::remove_trailing_zeroes(payload);

@@ -23,14 +23,15 @@ pub struct Faults {
     pub mavlink1: u64,
     /// Sound frames that were signed.
     pub signed: u64,
-    /// Sound frames with more payload than their message has fields (a newer dialect's extension); the excess is not read.
+    /// Sound frames with more payload than their message has fields (a newer dialect's extension); the excess
+    /// is not read.
     pub oversize: u64,
     /// Frames refused because their signature is not of our key.
     pub bad_signature: u64,
     /// Frames refused because they are not signed, while we have a key.
     pub unsigned: u64,
-    /// Frames refused because their signature is not newer than the last of that sender, or a new sender's is more than a
-    /// minute old: somebody plays back what he has recorded.
+    /// Frames refused because their signature is not newer than the last of that sender, or a new sender's is
+    /// more than a minute old: somebody plays back what he has recorded.
     pub replayed: u64,
     /// Frames with the sequence number of the frame before them; taken.
     pub repeated: u64,

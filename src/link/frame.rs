@@ -1,31 +1,30 @@
 //! One MAVLink frame as received.
 //!
-//! The mavlink crate's enums are strict: a COMMAND_LONG with a command number it does not know, or a parameter type out
-//! of range, does not parse, though the frame is sound and an autopilot owes its sender an answer. Such a frame is
-//! [`Message::Unparsed`]; the raw payload of every frame can be read by offset ([`Payload`]), and the messages that must
-//! be answered whatever they hold have accessors that read the payload itself ([`Frame::command`],
-//! [`Frame::set_mode`]).
+//! The mavlink crate's enums are strict: a COMMAND_LONG with a command number it does not know, or a
+//! parameter type out of range, does not parse, though the frame is sound and an autopilot owes its sender an
+//! answer. Such a frame is [`Message::Unparsed`]; the raw payload of every frame can be read by offset
+//! ([`Payload`]), and the messages that must be answered whatever they hold have accessors that read the
+//! payload itself ([`Frame::command`], [`Frame::set_mode`]).
 //!
-//! Offsets are those of the wire (fields sorted by size), beyond the end of a trimmed payload everything is zero.
+//! Offsets are those of the wire (fields sorted by size), beyond the end of a trimmed payload everything is
+//! zero.
 
-use mavlink::dialects::common::MavMessage;
-use mavlink::{MavlinkVersion, Message as _};
+use mavlink::dialects::common::{
+    COMMAND_ACK_DATA, COMMAND_INT_DATA, COMMAND_LONG_DATA, MavMessage, MavResult, PARAM_SET_DATA,
+};
+use mavlink::{MavlinkVersion, Message as _, MessageData as _};
 
-use super::PeerId;
+use super::peer::PeerId;
 
 /// Longest frame: MAVLink 2, 255 bytes of payload, signed.
 pub const MAX_FRAME_LEN: usize = 280;
 
-/// COMMAND_INT.
-pub const COMMAND_INT_ID: u32 = 75;
-/// COMMAND_LONG.
-pub const COMMAND_LONG_ID: u32 = 76;
-/// COMMAND_ACK.
-pub const COMMAND_ACK_ID: u32 = 77;
-/// SET_MODE.
-pub const SET_MODE_ID: u32 = 11;
-/// PARAM_SET.
-pub const PARAM_SET_ID: u32 = 23;
+#[expect(deprecated, reason = "deprecated in MAVLink, still sent by ground stations")]
+const SET_MODE_ID: u32 = mavlink::dialects::common::SET_MODE_DATA::ID;
+/// Message id of PARAM_SET.
+pub const PARAM_SET_ID: u32 = PARAM_SET_DATA::ID;
+/// Bytes of a MAVLink 2 frame that hold its message id.
+const MESSAGE_ID_AT: std::ops::Range<usize> = 7..10;
 
 /// A message: parsed, or sound on the wire but with a value that the crate's enums do not know.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,9 +35,45 @@ pub const PARAM_SET_ID: u32 = 23;
 pub enum Message {
     /// Parsed.
     Known(MavMessage),
-    /// The checksum is right and the message is one of the dialect, but a field holds a value that the parser refuses.
-    /// Read it through [`Frame::payload`].
+    /// The checksum is right and the message is one of the dialect, but a field holds a value that the parser
+    /// refuses. Read it through [`Frame::payload`].
     Unparsed,
+}
+
+/// A COMMAND_ACK in plain numbers: the command may be one that the crate's enum does not have.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CommandAck {
+    /// The command answered (`MAV_CMD`).
+    pub command: u16,
+    /// `MAV_RESULT`.
+    pub result: u8,
+    /// Progress in percent when the result is IN_PROGRESS, 255 when unknown; otherwise 0.
+    pub progress: u8,
+    /// Further detail of the result.
+    pub result_param2: i32,
+    /// System that the command came from.
+    pub target_system: u8,
+    /// Component that the command came from.
+    pub target_component: u8,
+}
+
+impl CommandAck {
+    /// The answer to a command of the component `from` (system, component).
+    pub fn new(command: &Command, result: MavResult, from: (u8, u8)) -> Self {
+        Self {
+            command: command.command,
+            result: result as u8,
+            target_system: from.0,
+            target_component: from.1,
+            ..Self::default()
+        }
+    }
+}
+
+/// The message id of a MAVLink 2 frame given by its bytes; `None` when they are too few.
+pub(super) fn message_id(frame: &[u8]) -> Option<u32> {
+    let [a, b, c] = *frame.get(MESSAGE_ID_AT)? else { return None };
+    Some(u32::from_le_bytes([a, b, c, 0]))
 }
 
 /// A received frame whose checksum was right.
@@ -54,7 +89,7 @@ pub struct Frame {
     pub message_id: u32,
     /// The message.
     pub message: Message,
-    /// By whom it came; [`PeerId::ONLY`] unless the receiving side tells its peers apart.
+    /// Peer that it came by; [`PeerId::ONLY`] unless the receiving side distinguishes its peers.
     pub peer: PeerId,
     bytes: [u8; MAX_FRAME_LEN],
     len: u16,
@@ -132,9 +167,9 @@ impl Frame {
     }
 
     /// COMMAND_ACK, whatever its command number and result.
-    pub fn command_ack(&self) -> Option<super::CommandAck> {
+    pub fn command_ack(&self) -> Option<CommandAck> {
         let p = self.payload();
-        (self.message_id == COMMAND_ACK_ID).then(|| super::CommandAck {
+        (self.message_id == COMMAND_ACK_DATA::ID).then(|| CommandAck {
             command: p.u16(0),
             result: p.u8(2),
             progress: p.u8(3),
@@ -144,24 +179,26 @@ impl Frame {
         })
     }
 
-    /// The system that the message is addressed to; `None` for a message without target. 0 means every system.
+    /// The system that the message is addressed to; `None` for a message without target. 0 means every
+    /// system.
     pub fn target_system(&self) -> Option<u8> {
         match (&self.message, self.message_id) {
             (Message::Known(message), _) => message.target_system_id(),
-            (_, COMMAND_INT_ID | COMMAND_LONG_ID) => Some(self.payload().u8(30)),
+            (_, COMMAND_INT_DATA::ID | COMMAND_LONG_DATA::ID) => Some(self.payload().u8(30)),
             (_, SET_MODE_ID | PARAM_SET_ID) => Some(self.payload().u8(4)),
-            (_, COMMAND_ACK_ID) => Some(self.payload().u8(8)),
+            (_, COMMAND_ACK_DATA::ID) => Some(self.payload().u8(8)),
             _ => None,
         }
     }
 
-    /// The component that the message is addressed to; `None` for a message without one. 0 means every component.
+    /// The component that the message is addressed to; `None` for a message without one. 0 means every
+    /// component.
     pub fn target_component(&self) -> Option<u8> {
         match (&self.message, self.message_id) {
             (Message::Known(message), _) => message.target_component_id(),
-            (_, COMMAND_INT_ID | COMMAND_LONG_ID) => Some(self.payload().u8(31)),
+            (_, COMMAND_INT_DATA::ID | COMMAND_LONG_DATA::ID) => Some(self.payload().u8(31)),
             (_, PARAM_SET_ID) => Some(self.payload().u8(5)),
-            (_, COMMAND_ACK_ID) => Some(self.payload().u8(9)),
+            (_, COMMAND_ACK_DATA::ID) => Some(self.payload().u8(9)),
             _ => None,
         }
     }
@@ -250,12 +287,12 @@ pub struct Command {
 
 impl Command {
     fn read(message_id: u32, p: Payload<'_>) -> Option<Self> {
-        if message_id != COMMAND_LONG_ID && message_id != COMMAND_INT_ID {
+        if message_id != COMMAND_LONG_DATA::ID && message_id != COMMAND_INT_DATA::ID {
             return None;
         }
         let mut params: [f32; 7] = std::array::from_fn(|i| p.f32(4 * i));
         let mut xy = None;
-        if message_id == COMMAND_INT_ID {
+        if message_id == COMMAND_INT_DATA::ID {
             let [x, y] = [p.i32(16), p.i32(20)];
             (params[4], params[5], xy) = (x as f32, y as f32, Some([x, y]));
         }
@@ -270,7 +307,8 @@ impl Command {
         })
     }
 
-    /// Parameter `number` (1 to 7); `None` when it is NaN, which means "not given", or there is no such number.
+    /// Parameter `number` (1 to 7); `None` when it is NaN, which means "not given", or there is no such
+    /// number.
     pub fn param(&self, number: usize) -> Option<f32> {
         let value = *self.params.get(number.checked_sub(1)?)?;
         (!value.is_nan()).then_some(value)

@@ -1,21 +1,26 @@
 //! PX4 under another gravity, by Froude's similarity.
 //!
-//! PX4 has `g0 = 9.80665 m/s^2` compiled in; under `g` a vehicle and its image under `g0` move alike when lengths and masses are the
-//! same and time runs `k = sqrt(g0/g)` times faster: velocities and rates times k, accelerations times k^2, and forces too, so that
-//! attitude, thrust over weight and the commands to the motors stay as they are. So everything that has seconds in its unit is
-//! scaled where a message becomes bytes or is read, and nowhere else: the sessions live in the site's units and time, **the wire is
-//! PX4's**.
+//! PX4 has `g0 = 9.80665 m/s^2` compiled in; under `g` a vehicle and its image under `g0` move alike when
+//! lengths and masses are the same and time runs `k = sqrt(g0/g)` times faster: velocities and rates times k,
+//! accelerations times k^2, and forces too, so that attitude, thrust over weight and the commands to the
+//! motors stay as they are. So everything that has seconds in its unit is scaled where a message becomes
+//! bytes or is read, and nowhere else: the sessions live in the site's units and time, **the wire is PX4's**.
 //!
-//! PX4 wants a HIL_SENSOR every 4 ms of its clock. The simulator's step is that times k, to the microsecond, and k is the ratio of
-//! the two, so that whole steps are whole steps on both sides (1.35 m/s^2: 10.781 ms, k = 2.69525, 1.3e-5 beside the root).
-//! Pressure and magnetic field are not scaled: PX4 makes an altitude, a length, of the one, and a direction of the other.
+//! PX4 wants a HIL_SENSOR every 4 ms of its clock. The simulator's step is that times k, to the microsecond,
+//! and k is the ratio of the two, so that whole steps are whole steps on both sides (1.35 m/s^2: 10.781 ms, k
+//! = 2.69525, 1.3e-5 beside the root). Pressure and magnetic field are not scaled: PX4 makes an altitude, a
+//! length, of the one, and a direction of the other.
 
 use mavlink::dialects::common::{COMMAND_LONG_DATA, MavCmd, MavMessage};
 
-use super::TimeUs;
-use super::parachute::{T_END, T_RELEASE};
 use crate::control::px4::timing::IMU_PERIOD_US;
+use crate::time::TimeUs;
 use crate::units::STANDARD_GRAVITY_M_S2;
+
+/// Name of the NAMED_VALUE_INT that carries the instant of the release [ms].
+pub const T_RELEASE: &str = "t_release";
+/// Name of the NAMED_VALUE_INT that carries the end of the simulation [ms].
+pub const T_END: &str = "t_end";
 
 /// The scale between a site and the wire of a PX4 that lives under standard gravity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,7 +35,7 @@ impl Froude {
         Self { step_us: ((IMU_PERIOD_US as f64 * k).round() as TimeUs).max(1) }
     }
 
-    /// How much faster time runs for PX4: k.
+    /// Factor k by which time runs faster for PX4.
     pub fn k(self) -> f64 {
         self.step_us as f64 / IMU_PERIOD_US as f64
     }
@@ -50,8 +55,8 @@ impl Froude {
         ratio(site_us, IMU_PERIOD_US, self.step_us)
     }
 
-    /// A message in the site's units as PX4 is to read it. What has no seconds in it stays; so does a message that samara does not
-    /// send to PX4 or its companions.
+    /// A message in the site's units as PX4 is to read it. What has no seconds in it stays; so does a message
+    /// that samara does not send to PX4 or its companions.
     pub fn wire_message(self, message: &MavMessage) -> MavMessage {
         let mut message = message.clone();
         let k = self.k();
@@ -123,7 +128,7 @@ fn scale<const N: usize>(fields: [&mut f32; N], factor: f64) {
     fields.into_iter().for_each(|x| *x = (f64::from(*x) * factor) as f32);
 }
 
-/// What is too much for the field is its largest value.
+/// A value too large for the field becomes the field's largest.
 fn scale_i16<const N: usize>(fields: [&mut i16; N], factor: f64) {
     fields.into_iter().for_each(|x| *x = (f64::from(*x) * factor).round() as i16);
 }
@@ -149,7 +154,8 @@ mod tests {
         assert_eq!(Froude::under(STANDARD_GRAVITY_M_S2 * 4.0).k(), 0.5);
     }
 
-    /// Whole steps are whole steps on both sides, also in milliseconds; in between, a time comes back to half a unit of the coarser side.
+    /// Whole steps are whole steps on both sides, also in milliseconds; in between, a time comes back to half
+    /// a unit of the coarser side.
     #[test]
     fn prop_times_survive_the_wire() {
         for gravity in [0.1, 1.35, 1.62, 3.71, 8.87, 9.80665, 24.8] {

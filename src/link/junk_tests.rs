@@ -4,15 +4,17 @@ use mavlink::Message as _;
 use mavlink::dialects::common::MavMessage;
 use proptest::prelude::*;
 
+use super::decoder::Decoder;
+use super::encoder::Encoder;
 use super::hil::{HilConfig, HilSession};
+use super::session::{Link, Session};
 use super::streamer::{StreamerConfig, StreamerSession};
-use super::{Decoder, Encoder, Link, Session};
 use crate::frames::LEVEL;
 use crate::sim::test_site;
 use crate::trajectory::{Node, Trajectory};
 
-/// Messages that a session looks at: HEARTBEAT, SET_MODE, ATTITUDE, COMMAND_INT, _LONG, _ACK, HIL_ACTUATOR_CONTROLS,
-/// NAMED_VALUE_INT, STATUSTEXT.
+/// Messages that a session looks at: HEARTBEAT, SET_MODE, ATTITUDE, COMMAND_INT, _LONG, _ACK,
+/// HIL_ACTUATOR_CONTROLS, NAMED_VALUE_INT, STATUSTEXT.
 const IDS: [u32; 9] = [0, 11, 30, 75, 76, 77, 93, 252, 253];
 /// Commands that a session knows, and what they are about.
 const COMMANDS: [u16; 6] = [208, 211, 400, 511, 512, 65_000];
@@ -34,7 +36,9 @@ proptest! {
     #[test]
     fn prop_any_content_is_survived(
         frames in proptest::collection::vec(
-            (0usize..9, proptest::collection::vec(any::<u8>(), 0..80), any::<bool>(), 0usize..6, 0u8..3), 1..60),
+            (0usize..9, proptest::collection::vec(any::<u8>(), 0..80), any::<bool>(), 0usize..6, 0u8..3),
+            1..60,
+        ),
     ) {
         let mut simulator = HilSession::new(test_site::drop_simulation(), HilConfig::default());
         let mut streamer = streamer();

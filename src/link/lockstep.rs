@@ -1,23 +1,27 @@
 //! The wire in memory: simulator with parachute, autopilot and streamer in one thread, in lockstep.
 //!
-//! Everything they say to each other is encoded to MAVLink 2 frames and decoded on the other side, as on sockets, but
-//! simulated time stands still until all has been delivered. Within a step at time t the order is: the simulator's
-//! messages of t, the autopilot's answer and telemetry of t, what the streamer and the parachute make of them, and their
-//! answers; so a setpoint sent at t is with the autopilot before its step at t + 4 ms, and a release commanded at t is a
-//! release at t. Same sessions, same bytes, every time.
+//! Everything they say to each other is encoded to MAVLink 2 frames and decoded on the other side, as on
+//! sockets, but simulated time stands still until all has been delivered. Within a step at time t the order
+//! is: the simulator's messages of t, the autopilot's answer and telemetry of t, what the streamer and the
+//! parachute make of them, and their answers; so a setpoint sent at t is with the autopilot before its step
+//! at t + 4 ms, and a release commanded at t is a release at t. Same sessions, same bytes, every time.
 //!
-//! Frames of the ground station's link leave by the tap; what a ground station sends is put in by [`Lockstep::deliver`].
+//! Frames of the ground station's link leave by the tap; what a ground station sends is put in by
+//! [`Lockstep::deliver`].
 
-use super::hil::Missing;
-use super::{
-    Decoder, Faults, Frame, HilSession, Link, Pace, PeerId, Session, StreamerSession, TimeUs, Transmit,
-    seconds,
-};
+use super::decoder::Decoder;
+use super::faults::Faults;
+use super::frame::Frame;
+use super::hil::{HilSession, Missing, Pace};
+use super::peer::PeerId;
+use super::session::{Link, Session, Transmit};
+use super::streamer::StreamerSession;
+use crate::time::{TimeUs, seconds};
 
 /// Rounds of answers to answers within one step; what is still in flight then is delivered in the next step.
 const MAX_ROUNDS: usize = 32;
 
-/// Why the lockstep stands still.
+/// A reason why the lockstep stands still.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LockstepError {
     /// The autopilot has not answered.
@@ -30,7 +34,7 @@ pub enum LockstepError {
     },
 }
 
-/// Who of the three has sent a frame.
+/// One of the three parties, as the sender of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Party {
     /// The simulator, or its parachute.
@@ -41,7 +45,7 @@ pub enum Party {
     Streamer,
 }
 
-/// The parties and the wires between them. See the head of this file.
+/// Simulator, autopilot and streamer with the wires between them, in one thread.
 #[derive(Clone, Debug)]
 pub struct Lockstep<A> {
     /// The simulator, which hosts the parachute.
@@ -60,8 +64,8 @@ impl<A: Session> Lockstep<A> {
         Self { simulator, autopilot, streamer, decoder: Decoder::new() }
     }
 
-    /// Makes one step of the simulation and delivers all that follows from it. Every frame goes by `tap`, once, with its
-    /// simulated time and its link. Returns whether the mission goes on.
+    /// Makes one step of the simulation and delivers all that follows from it. Every frame goes by `tap`,
+    /// once, with its simulated time and its link. Returns whether the mission goes on.
     ///
     /// # Errors
     /// [`LockstepError::NoAnswer`] when the autopilot has not answered the step before.
@@ -106,7 +110,7 @@ impl<A: Session> Lockstep<A> {
         Ok(())
     }
 
-    /// Makes no further step: the simulator tells everybody, as at the end of the mission.
+    /// Makes no further step: the simulator notifies everybody, as at the end of the mission.
     pub fn stop(&mut self, tap: &mut impl FnMut(TimeUs, &Transmit)) {
         self.simulator.stop();
         while let Some(sent) = self.simulator.poll_output() {
@@ -114,8 +118,9 @@ impl<A: Session> Lockstep<A> {
         }
     }
 
-    /// Puts in what came from outside by `link`: for the autopilot what comes from ground stations and companions, for the
-    /// parachute what comes to its own socket, for the simulator what comes from an autopilot.
+    /// Puts in what came from outside by `link`: for the autopilot what comes from ground stations and
+    /// companions, for the parachute what comes to its own socket, for the simulator what comes from an
+    /// autopilot.
     pub fn deliver(&mut self, link: Link, frame: &Frame) {
         match link {
             Link::GroundStation | Link::Api => self.autopilot.handle_input(link, frame),

@@ -20,7 +20,8 @@
 //! | [`lockstep`] | all of them on a wire in memory |
 //! | `statustext` | long texts in pieces |
 //!
-//! A session owns no socket and no clock: [`session`] has the contract. The sockets and the only clock are in `shell`.
+//! A session owns no socket and no clock: [`session`] has the contract. The sockets and the only clock are in
+//! `shell`.
 
 pub mod autopilot;
 pub mod decoder;
@@ -51,10 +52,10 @@ mod parachute_tests;
 
 pub use autopilot::{AutopilotSession, AutopilotSetup};
 pub use decoder::Decoder;
-pub use encoder::{CommandAck, Encoder};
+pub use encoder::Encoder;
 pub use faults::Faults;
 pub use flight_log::{FlightLog, LogEntry};
-pub use frame::{Command, Frame, Message, Payload, SetMode};
+pub use frame::{Command, CommandAck, Frame, Message, Payload, SetMode};
 pub use froude::Froude;
 pub use hil::{HilConfig, HilEvent, HilSession, Pace, Silence};
 pub use hub::{EndpointId, Hub, HubConfig, HubEvent};

@@ -1,38 +1,41 @@
 //! The parachute as a MAVLink component of the vehicle's system, hosted by the simulator.
 //!
-//! MAV_COMP_ID_PARACHUTE, with a heartbeat at 1 Hz. It cuts the vehicle loose on MAV_CMD_DO_GRIPPER (param2 = 0,
-//! release), answers every command addressed to it exactly once, tells everyone by STATUSTEXT, and puts the instant of
-//! the release on the wire as NAMED_VALUE_INT `t_release` (ms of simulated time), at once and then at 1 Hz for whoever
-//! joins later; and, as `t_end`, that the simulation is over. MAV_CMD_DO_PARACHUTE, on a real vehicle "canopy out, motors dead", is refused with the reason.
+//! MAV_COMP_ID_PARACHUTE, with a heartbeat at 1 Hz. It cuts the vehicle loose on MAV_CMD_DO_GRIPPER (param2 =
+//! 0, release), answers every command addressed to it exactly once, reports by STATUSTEXT to everyone, and
+//! puts the instant of the release on the wire as NAMED_VALUE_INT `t_release` (ms of simulated time), at once
+//! and then at 1 Hz for whoever joins later; and, as `t_end`, that the simulation is over.
+//! MAV_CMD_DO_PARACHUTE, on a real vehicle "canopy out, motors dead", is refused with the reason.
 
 use std::collections::VecDeque;
 
+use mavlink::MessageData as _;
 use mavlink::dialects::common::{
     HEARTBEAT_DATA, MavAutopilot, MavCmd, MavMessage, MavModeFlag, MavResult, MavSeverity, MavState, MavType,
     NAMED_VALUE_INT_DATA,
 };
 
 use super::statustext::TextWriter;
-use super::{
-    Command, CommandAck, Encoder, Frame, Froude, Link, PeerId, Recipient, Session, TimeUs, Transmit, seconds,
-};
+
+use super::encoder::Encoder;
+use super::frame::{Command, CommandAck, Frame};
+use super::froude::Froude;
+pub use super::froude::{T_END, T_RELEASE};
+use super::peer::{PeerId, Recipient};
+use super::session::{Link, Session, Transmit};
+use crate::time::{TimeUs, seconds};
 
 /// MAV_COMP_ID_PARACHUTE.
 pub const PARACHUTE_COMPONENT: u8 = 161;
-/// Name of the NAMED_VALUE_INT that carries the instant of the release.
-pub const T_RELEASE: &str = "t_release";
-/// Name of the NAMED_VALUE_INT that carries the end of the simulation.
-pub const T_END: &str = "t_end";
 
 const HEARTBEAT_PERIOD_US: TimeUs = 1_000_000;
 /// `GRIPPER_ACTION_RELEASE` and `GRIPPER_ACTION_GRAB`.
 const GRIPPER_RELEASE: f32 = 0.0;
 const GRIPPER_GRAB: f32 = 1.0;
-const HEARTBEAT_ID: f32 = 0.0;
-const NAMED_VALUE_INT_ID: f32 = 252.0;
+const HEARTBEAT_ID: f32 = HEARTBEAT_DATA::ID as f32;
+const NAMED_VALUE_INT_ID: f32 = NAMED_VALUE_INT_DATA::ID as f32;
 
-/// The component. The simulator asks [`Self::take_release`] whether it has been told to cut, cuts, and tells it with
-/// [`Self::note_release`]; a release that something else triggered is told the same way.
+/// The parachute component. The simulator asks [`Self::take_release`] whether a command to cut has come,
+/// cuts, and reports it by [`Self::note_release`], as it does a release that something else triggered.
 #[derive(Clone, Debug)]
 pub struct ParachuteComponent {
     encoder: Encoder,
@@ -67,8 +70,8 @@ impl Answer {
 }
 
 impl ParachuteComponent {
-    /// The parachute of system `system_id`, the vehicle hanging on it without an autopilot: it does not let go before
-    /// [`Self::allow_release`].
+    /// The parachute of system `system_id`, the vehicle hanging on it without an autopilot: it does not let
+    /// go before [`Self::allow_release`].
     pub fn new(system_id: u8) -> Self {
         Self {
             encoder: Encoder::new(system_id, PARACHUTE_COMPONENT),
@@ -82,7 +85,7 @@ impl ParachuteComponent {
         }
     }
 
-    /// On a wire of that scale.
+    /// The component on a wire of that scale.
     pub fn scaled(self, froude: Option<Froude>) -> Self {
         Self { encoder: self.encoder.scaled(froude), ..self }
     }
@@ -142,14 +145,7 @@ impl ParachuteComponent {
         }
         let to = Recipient::Peer(peer);
         let answer = self.answer(command, to);
-        let ack = CommandAck {
-            command: command.command,
-            result: answer.result as u8,
-            target_system: from.0,
-            target_component: from.1,
-            ..CommandAck::default()
-        };
-        let bytes = self.encoder.encode_command_ack(&ack);
+        let bytes = self.encoder.encode_command_ack(&CommandAck::new(command, answer.result, from));
         self.outbox.push_back((to, bytes));
         if let Some(text) = answer.text {
             let refused = answer.result != MavResult::MAV_RESULT_ACCEPTED;

@@ -2,7 +2,15 @@
 
 use mavlink::dialects::common::{COMMAND_INT_DATA, COMMAND_LONG_DATA, MavCmd, MavMessage};
 
-use super::{CommandAck, Decoder, Encoder, Frame, Link, ParachuteComponent, Session};
+use super::decoder::Decoder;
+
+use super::encoder::Encoder;
+
+use super::frame::{CommandAck, Frame};
+
+use super::parachute::ParachuteComponent;
+
+use super::session::{Link, Session};
 
 fn command(command: MavCmd, param2: f32, target: (u8, u8)) -> MavMessage {
     MavMessage::COMMAND_LONG(COMMAND_LONG_DATA {

@@ -1,8 +1,8 @@
-//! Who is at the other end of a link.
+//! Peers at the other end of a link.
 //!
-//! A link may have several peers: ground stations on one UDP port, clients of one TCP server. A frame says by which it
-//! came ([`super::Frame::peer`]), so that the answer goes to whoever asked and to nobody else; what is for everybody goes
-//! to all of them.
+//! A link may have several peers: ground stations on one UDP port, clients of one TCP server. A frame says by
+//! which it came ([`super::Frame::peer`]), so that the answer goes to whoever asked and to nobody else; what
+//! is for everybody goes to all of them.
 
 /// A peer of a party, by the number that the receiving side gave it; never used again for another.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]

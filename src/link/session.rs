@@ -1,32 +1,75 @@
 //! The contract between a party on the wire and its host.
 //!
-//! A [`Session`] owns no socket and no clock. Its host brings it frames and simulated time and sends what it wants sent:
+//! A [`Session`] owns no socket and no clock. Its host brings it frames and simulated time, and sends what it
+//! wants sent. **Time** is simulated time in microseconds, and it passes only by [`Session::handle_time`] and
+//! by the time stamps of frames; the host's `now` never runs backwards while the session's peer stays the
+//! same.
 //!
-//! ```text
-//! loop {
-//!     send every frame of poll_output(), until that is None
-//!     wait for a frame, or until next_wake()
-//!     handle_input(link, frame)   or   handle_time(now)
+//! One of the parties makes the time of the others: [`HilSession`](super::hil::HilSession), whose `next_wake`
+//! is its next step as soon as that may be made, and `None` as long as it waits for its autopilot. A host in
+//! simulated time calls `handle_time` at once; one in wall time waits until that time has come. This is a
+//! whole host, with an autopilot that answers and leaves the motors at rest:
+//!
+//! ```
+//! # #[cfg(feature = "files")]
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! use mavlink::dialects::common::{HIL_ACTUATOR_CONTROLS_DATA, MavMessage};
+//! use samara::link::{Decoder, Encoder, Frame, HilConfig, HilSession, Link, Session, TimeUs, Transmit};
+//!
+//! struct Idle {
+//!     encoder: Encoder,
+//!     answer: Option<Transmit>,
 //! }
+//!
+//! impl Session for Idle {
+//!     fn handle_input(&mut self, link: Link, frame: &Frame) {
+//!         if let Some(MavMessage::HIL_SENSOR(m)) = frame.known() {
+//!             let controls = HIL_ACTUATOR_CONTROLS_DATA { time_usec: m.time_usec, ..Default::default() };
+//!             let bytes = self.encoder.encode(&MavMessage::HIL_ACTUATOR_CONTROLS(controls));
+//!             self.answer = Some(Transmit::to_all(link, bytes));
+//!         }
+//!     }
+//!     fn handle_time(&mut self, _now: TimeUs) {}
+//!     fn next_wake(&self) -> Option<TimeUs> {
+//!         None
+//!     }
+//!     fn poll_output(&mut self) -> Option<Transmit> {
+//!         self.answer.take()
+//!     }
+//! }
+//!
+//! let mission = samara::config::load_mission("mission/titan_drop.json".as_ref())?;
+//! let mut simulator = HilSession::new(mission.simulation(), HilConfig::default());
+//! let mut autopilot = Idle { encoder: Encoder::new(1, 1), answer: None };
+//! let mut wire = Decoder::new();
+//! simulator.peer_connected();
+//! while let Some(at) = simulator.next_wake().filter(|at| *at <= 1_000_000) {
+//!     simulator.handle_time(at);
+//!     autopilot.handle_time(at);
+//!     while let Some(sent) = simulator.poll_output() {
+//!         wire.datagram(&sent.bytes, |frame| autopilot.handle_input(sent.link, &frame));
+//!     }
+//!     while let Some(sent) = autopilot.poll_output() {
+//!         wire.datagram(&sent.bytes, |frame| simulator.handle_input(sent.link, &frame));
+//!     }
+//!     while let Some(event) = simulator.poll_event() {
+//!         println!("{event}");
+//!     }
+//! }
+//! assert_eq!(simulator.run().log().len(), 250);
+//! # Ok(())
+//! # }
+//! # #[cfg(not(feature = "files"))]
+//! # fn main() {}
 //! ```
 //!
-//! **Time** is simulated time in microseconds, and it passes only by [`Session::handle_time`] and by the time stamps of
-//! frames. The host's `now` never runs backwards while the session's peer stays the same. One of the parties makes the
-//! time of the others: the [`HilSession`](super::HilSession), whose `next_wake` is its next step as soon as
-//! that may be made, and `None` as long as it waits for an autopilot. So a host in simulated time is
+//! [`Lockstep`](super::lockstep::Lockstep) is that host for simulator, autopilot and streamer; `shell` has
+//! those with sockets.
 //!
-//! ```text
-//! while let Some(at) = simulator.next_wake() {
-//!     simulator.handle_time(at); autopilot.handle_time(at); ..
-//!     pass frames until nobody has any more
-//! }
-//! ```
-//!
-//! as [`Lockstep`](super::Lockstep) does it, and a host in wall time waits in front of `handle_time` until `at` has come.
-//!
-//! **Wall time** reaches a session as a length only: a session whose peer may fall silent while simulated time stands
-//! still has a `handle_silence(waited)`, which its host calls every now and then with the time since the last frame or
-//! step. What begins and ends outside the wire is told by name: `peer_connected`, `peer_left`, `stop`.
+//! **Wall time** reaches a session as a length only: a session whose peer may fall silent while simulated
+//! time stands still has a `handle_silence(waited)`, which its host calls every now and then with the time
+//! since the last frame or step. What begins and ends outside the wire has methods of its own:
+//! `peer_connected`, `peer_left`, `stop`.
 
 use super::frame::Frame;
 use super::peer::{PeerId, Recipient};
@@ -37,15 +80,15 @@ pub trait Session {
     /// Takes a frame that came by `link`.
     fn handle_input(&mut self, link: Link, frame: &Frame);
 
-    /// Takes the time and does all that falls due by `now`. To be called at [`Self::next_wake`]; earlier and more often
-    /// is allowed.
+    /// Takes the time and does all that falls due by `now`. To be called at [`Self::next_wake`]; earlier and
+    /// more often is allowed.
     fn handle_time(&mut self, now: TimeUs);
 
     /// The next frame to send; to be called until `None` after each of the two above.
     fn poll_output(&mut self) -> Option<Transmit>;
 
-    /// The simulated time at which [`Self::handle_time`] has something to do next, which may have passed; `None`: not
-    /// before a frame has come.
+    /// The simulated time at which [`Self::handle_time`] has something to do next, which may have passed;
+    /// `None`: not before a frame has come.
     fn next_wake(&self) -> Option<TimeUs>;
 }
 
@@ -65,9 +108,9 @@ pub enum Link {
 /// An encoded frame that a session wants sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Transmit {
-    /// By which connection.
+    /// Connection to send it by.
     pub link: Link,
-    /// To which of its peers.
+    /// Peers of that connection that it is for.
     pub to: Recipient,
     /// The frame.
     pub bytes: Vec<u8>,

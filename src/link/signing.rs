@@ -1,12 +1,14 @@
-//! MAVLink 2 signing: who has the key may speak, and nobody may play back what was said.
+//! MAVLink 2 signing: only holders of the key may send, and nobody may play back what was sent.
 //!
-//! A signature is 13 bytes behind the checksum: link id, 48 bits of time in units of 10 us since 2015-01-01 UTC, and the
-//! first 6 bytes of SHA-256 over key, frame (from the start marker to the checksum), link id and time
-//! (<https://mavlink.io/en/guide/message_signing.html>).
+//! A signature is 13 bytes behind the checksum: link id, 48 bits of time in units of 10 us since 2015-01-01
+//! UTC, and the first 6 bytes of SHA-256 over key, frame (from the start marker to the checksum), link id and
+//! time (<https://mavlink.io/en/guide/message_signing.html>).
 //!
-//! Time comes as an argument. The protocol wants the real time there: a receiver that does not know a sender yet
-//! takes nothing from it that is more than a minute behind its own clock.
+//! Time comes as an argument. The protocol wants the real time there: a receiver that does not know a sender
+//! yet takes nothing from it that is more than a minute behind its own clock.
 
+use mavlink::MessageData as _;
+use mavlink::dialects::common::RADIO_STATUS_DATA;
 use sha2::{Digest, Sha256};
 
 use super::decoder::SIGNATURE_LEN;
@@ -18,12 +20,10 @@ const EPOCH_UNIX_US: u64 = 1_420_070_400_000_000;
 const NEW_STREAM_WINDOW: u64 = 6_000_000;
 /// Most senders whose last time stamps are remembered; a further one is not believed.
 const MAX_STREAMS: usize = 256;
-/// RADIO_STATUS: made by radios on the way, which have no key.
-const RADIO_STATUS_ID: u32 = 109;
 /// Bytes of the digest that are sent.
 const DIGEST_LEN: usize = 6;
 
-/// Why a text is no key.
+/// A reason why a text is no key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum KeyError {
     /// Nothing there.
@@ -46,8 +46,8 @@ impl Key {
         Self(Sha256::digest(passphrase.as_bytes()).into())
     }
 
-    /// Reads a key file: 64 hexadecimal digits are the key, any other text is a passphrase. A line break at the end is not
-    /// part of it.
+    /// Reads a key file: 64 hexadecimal digits are the key, any other text is a passphrase. A line break at
+    /// the end is not part of it.
     ///
     /// # Errors
     /// [`KeyError`] for an empty text.
@@ -84,7 +84,7 @@ fn hexadecimal(text: &str) -> Option<[u8; 32]> {
     Some(key)
 }
 
-/// Why a frame is not let in.
+/// A reason why a frame is not let in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
     /// It is not signed.
@@ -135,7 +135,8 @@ impl Signing {
     /// [`Refusal`] with the reason.
     pub fn check(&mut self, frame: &Frame, now_unix_us: u64) -> Result<(), Refusal> {
         if !frame.is_signed() {
-            return if frame.message_id == RADIO_STATUS_ID { Ok(()) } else { Err(Refusal::Unsigned) };
+            // Made by radios on the way, which have no key.
+            return if frame.message_id == RADIO_STATUS_DATA::ID { Ok(()) } else { Err(Refusal::Unsigned) };
         }
         let bytes = frame.bytes();
         let (signed_part, digest) = bytes.split_at(bytes.len() - DIGEST_LEN);

@@ -1,11 +1,11 @@
 //! The `.tlog`: what went over the wire, for mavlogdump, MAVExplorer and QGroundControl's replay.
 //!
-//! One record per frame: the time as a big-endian u64 of Unix microseconds, then the raw frame. The time is the
-//! mission's epoch plus simulated time, so that a drop writes the same bytes whenever it is run.
+//! One record per frame: the time as a big-endian u64 of Unix microseconds, then the raw frame. The time is
+//! the mission's epoch plus simulated time, so that a drop writes the same bytes whenever it is run.
 
 use std::io::{self, Write};
 
-use super::TimeUs;
+use crate::time::TimeUs;
 
 /// Writes a `.tlog` to anything that takes bytes; give it a buffered writer.
 #[derive(Debug)]
@@ -21,8 +21,8 @@ impl<W: Write> Tlog<W> {
         Self { epoch_unix_us, last: 0, out }
     }
 
-    /// Writes one frame seen at simulated time `now`. Readers want stamps that do not decrease; an earlier time is
-    /// written as the last one.
+    /// Writes one frame seen at simulated time `now`. Readers want stamps that do not decrease; an earlier
+    /// time is written as the last one.
     ///
     /// # Errors
     /// Those of the writer.

@@ -1,7 +1,7 @@
 //! A battery as a store of energy: what the rotors' shafts take is gone, `E_dot = -sum Q_i omega_i`.
 //!
-//! No voltage, no losses, no recovery: the capacity is the energy that reaches the shafts. A battery that is empty does not stop
-//! the motors; what to do about it is the autopilot's business.
+//! No voltage, no losses, no recovery: the capacity is the energy that reaches the shafts. A battery that is
+//! empty does not stop the motors; what to do about it is the autopilot's business.
 
 use super::Sample;
 

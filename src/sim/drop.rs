@@ -1,14 +1,15 @@
 //! The drop: hang under the canopy, release, fall with the rotors locked at rest, powered flight.
 //!
-//! The hang is kinematic (steady descent and prescribed swing, (40)-(43)); the canopy's force is what the motion
-//! takes. How the vehicle comes from the release to t = 0, the end of the delay t_d, is one of two [`Start`]s. A change of
-//! phase inside a step is met exactly by splitting the step.
+//! The hang is kinematic (steady descent and prescribed swing, (40)-(43)); the canopy's force is what the
+//! motion takes. How the vehicle comes from the release to t = 0, the end of the delay t_d, is one of two
+//! [`Start`]s. A change of phase inside a step is met exactly by splitting the step.
 
 use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::plant::{Instant, Plant, PlantKind, PlantState};
+use super::integrator::PlantState;
+use super::plant::{Loads, Plant, PlantKind};
 use crate::model::parachute::Pendulum;
 use crate::model::rigid_body::BodyState;
 use crate::model::{Environment, MAX_ROTORS, Parachute, PerRotor, Vehicle};
@@ -16,7 +17,7 @@ use crate::model::{Environment, MAX_ROTORS, Parachute, PerRotor, Vehicle};
 mod forces;
 mod landing;
 
-/// Where in the drop the vehicle is.
+/// Phase of a drop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     /// Under the canopy.
@@ -27,13 +28,14 @@ pub enum Phase {
     Powered,
 }
 
-/// How the vehicle comes from the release to t = 0.
+/// Motion of the vehicle from the release to t = 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
     /// The drop: the body falls for t_d under gravity and the air, and turns as it was turning.
     Release,
-    /// The paper's study: at t = 0 the vehicle has the attitude and rates of the release and `v_d` is larger by `g t_d`,
-    /// (44). In between it falls in a vacuum without turning (the rate is carried along, not propagated).
+    /// The paper's study: at t = 0 the vehicle has the attitude and rates of the release and `v_d` is larger
+    /// by `g t_d`, (44). In between it falls in a vacuum without turning (the rate is carried along, not
+    /// propagated).
     T0,
 }
 
@@ -94,8 +96,8 @@ impl Clock {
 }
 
 impl DropSimulation {
-    /// A vehicle with real actuators under its canopy at time 0. The swing has its phase phi at `hang_s`, the nominal
-    /// release; the release itself comes by [`Self::release`] or [`Self::schedule_release`].
+    /// A vehicle with real actuators under its canopy at time 0. The swing has its phase phi at `hang_s`, the
+    /// nominal release; the release itself comes by [`Self::release`] or [`Self::schedule_release`].
     pub fn new(
         vehicle: Arc<Vehicle>,
         environment: Environment,
@@ -135,8 +137,8 @@ impl DropSimulation {
         }
     }
 
-    /// The state at the moment when the rotors are freed after a release at the nominal time: what a plan starts from that is made
-    /// before the drop.
+    /// The state at the moment when the rotors are freed after a release at the nominal time: what a plan
+    /// starts from that is made before the drop.
     pub fn nominal_state_at_t0(
         vehicle: Arc<Vehicle>,
         environment: Environment,
@@ -145,7 +147,8 @@ impl DropSimulation {
     ) -> BodyState {
         let mut sim = Self::new(vehicle, environment, parachute, 0.0, start);
         sim.release();
-        // Whole steps to the end of the delay; the last one ends there, since it is a boundary between phases.
+        // Whole steps to the end of the delay; the last one ends there, since it is a boundary between
+        // phases.
         while sim.phase != Phase::Powered {
             let remaining_s = sim.powered_from_s().unwrap_or(0.0) - sim.clock.time_s;
             sim.step(&[0.0; MAX_ROTORS], FALL_STEP_S.min(remaining_s));
@@ -202,7 +205,8 @@ impl DropSimulation {
         }
     }
 
-    /// Cuts the vehicle loose at a time of the simulation [s], between steps or within one; a time in the past is now.
+    /// Cuts the vehicle loose at a time of the simulation [s], between steps or within one; a time in the
+    /// past is now.
     pub fn schedule_release(&mut self, time_s: f64) {
         self.release_at_s = Some(time_s);
         self.cross_boundary();
@@ -223,14 +227,14 @@ impl DropSimulation {
         self.powered_from_s().map(|t| self.clock.time_s - t)
     }
 
-    /// Advances by `dt_s` [s] under throttle commands that are held. Commands that are not numbers count as zero; a time that
-    /// is not positive does nothing.
+    /// Advances by `dt_s` [s] under throttle commands that are held. Commands that are not numbers count as
+    /// zero; a time that is not positive does nothing.
     pub fn step(&mut self, throttle: &PerRotor, dt_s: f64) {
         self.advance(throttle, dt_s);
     }
 
     /// [`Self::step`], and what acted on the vehicle at the step's beginning.
-    pub fn advance(&mut self, throttle: &PerRotor, dt_s: f64) -> Instant {
+    pub fn advance(&mut self, throttle: &PerRotor, dt_s: f64) -> Loads {
         self.throttle = throttle.map(|d| if d.is_nan() { 0.0 } else { d.clamp(0.0, 1.0) });
         let mut remaining = if dt_s.is_finite() { dt_s } else { 0.0 };
         let mut first = None;
@@ -241,12 +245,12 @@ impl DropSimulation {
                 }
                 _ => remaining,
             };
-            let instant = self.advance_phase(h);
-            first.get_or_insert(instant);
+            let loads = self.advance_phase(h);
+            first.get_or_insert(loads);
             remaining = if h < remaining { remaining - h } else { 0.0 };
             self.cross_boundary();
         }
-        first.unwrap_or_else(|| self.instant())
+        first.unwrap_or_else(|| self.loads())
     }
 
     /// Time at which the present phase ends [s], if that is known.
@@ -269,19 +273,19 @@ impl DropSimulation {
         self.meet_ground();
     }
 
-    fn advance_phase(&mut self, h: f64) -> Instant {
+    fn advance_phase(&mut self, h: f64) -> Loads {
         if self.phase == Phase::Powered || self.dynamic_fall() {
             let locked = self.phase != Phase::Powered;
             self.clock.advance(h);
             return self.plant.step(&mut self.state, &self.throttle, locked, h);
         }
-        let instant = self.instant();
+        let loads = self.loads();
         self.clock.advance(h);
         self.state.body = match self.released {
             None => self.hanging().0,
             Some(r) => self.vacuum_fall(&r),
         };
-        instant
+        loads
     }
 
     fn dynamic_fall(&self) -> bool {

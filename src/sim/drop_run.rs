@@ -1,7 +1,8 @@
-//! A drop as it is flown: the simulation under the mission's release trigger, with all that is recorded and reported of it.
+//! A drop as it is flown: the simulation under the mission's release trigger, with all that is recorded and
+//! reported of it.
 //!
-//! A [`DropRun`] knows no wire. Its host (a session of a simulator's link, a test, a flight without frames) brings what the
-//! autopilot commands and reports of itself, makes the steps, and takes the events:
+//! A [`DropRun`] knows no wire. Its host (a session of a simulator's link, a test, a flight without frames)
+//! brings what the autopilot commands and reports of itself, makes the steps, and takes the events:
 //!
 //! ```text
 //! run.set_armed(..); run.set_mode(..); run.set_failsafe(..);       what the autopilot reports
@@ -10,8 +11,8 @@
 //! while let Some(event) = run.poll_event() { .. }
 //! ```
 //!
-//! Within a step the order is: motion under the commands held, the release by its trigger, the limits, the battery. A
-//! release by command, [`DropRun::release`], comes between two steps.
+//! Within a step the order is: motion under the commands held, the release by its trigger, the limits, the
+//! battery. A release by command, [`DropRun::release`], comes between two steps.
 
 use std::fmt;
 
@@ -53,7 +54,7 @@ impl Default for DropRunConfig {
     }
 }
 
-/// Why the vehicle was cut loose.
+/// Cause of a release.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReleaseCause {
     /// A command to the parachute.
@@ -98,7 +99,7 @@ pub enum DropEvent {
     },
     /// The vehicle has been cut loose.
     Released {
-        /// Why.
+        /// Cause of the release.
         cause: ReleaseCause,
     },
     /// The vehicle has been cut loose while the autopilot was not armed: it falls.
@@ -143,8 +144,8 @@ impl fmt::Display for DropEvent {
 pub struct FlightRecord {
     /// What happened, in order: arming, release, rotors free, failsafes, limits.
     pub events: Vec<Timed<DropEvent>>,
-    /// Whether the autopilot was in a failsafe, armed, at any time after the release: then it was not the plan that was
-    /// flown.
+    /// Whether the autopilot was in a failsafe, armed, at any time after the release: then it was not the
+    /// plan that was flown.
     pub failsafe: bool,
 }
 
@@ -238,7 +239,8 @@ impl DropRun {
         self.battery.as_ref()
     }
 
-    /// Flight log: the state at each step with the commands that then held; once the mission is over, its end.
+    /// Flight log: the state at each step with the commands that then held; once the mission is over, its
+    /// end.
     pub fn log(&self) -> &[Sample] {
         &self.log
     }
@@ -289,7 +291,8 @@ impl DropRun {
         }
     }
 
-    /// The autopilot reports its mode: OFFBOARD, or another one; `None`: it reports that it has none to report.
+    /// The autopilot reports its mode: OFFBOARD, or another one; `None`: it reports that it has none to
+    /// report.
     pub fn set_mode(&mut self, offboard: Option<bool>) {
         self.autopilot.offboard = offboard.or(self.autopilot.offboard.map(|_| false));
     }

@@ -178,3 +178,49 @@ fn a_run_that_starts_over_is_the_run_that_was() {
     assert!(first.2.unwrap().consumed_j() > 0.0);
     assert_eq!(fly(), first);
 }
+
+/// ArduPilot's JSON interface, as far as a drop needs it: another simulator protocol is another host.
+struct JsonHost(DropRun);
+
+impl JsonHost {
+    /// Takes a servo packet (magic, frame rate, frame count, 16 pulse widths [us]), makes the step that it
+    /// asks for and returns the answer; `None` for what is no servo packet.
+    fn handle_datagram(&mut self, packet: &[u8; 40]) -> Option<String> {
+        let word = |at: usize| u16::from_le_bytes([packet[at], packet[at + 1]]);
+        if word(0) != 18_458 {
+            return None;
+        }
+        let throttle = |i: usize| ((f64::from(word(8 + 2 * i)) - 1_000.0) / 1_000.0).clamp(0.0, 1.0);
+        self.0.set_armed(true);
+        self.0.set_throttle(std::array::from_fn(throttle));
+        self.0.step();
+        let (t_s, sim) = (seconds(self.0.now()), self.0.simulation());
+        let body = &sim.state().body;
+        let numbers = |x: nalgebra::Vector3<f64>| format!("[{}, {}, {}]", x.x, x.y, x.z);
+        let (gyro, accel) = (numbers(body.omega_body), numbers(sim.specific_force_body()));
+        let (p, q, v) = (numbers(body.p_ned), body.q_ned_from_body, numbers(body.v_ned));
+        Some(format!(
+            r#"{{"timestamp": {t_s}, "imu": {{"gyro": {gyro}, "accel_body": {accel}}}, "position": {p}, "quaternion": {q:?}, "velocity": {v}}}"#
+        ))
+    }
+}
+
+#[test]
+fn another_protocol_is_another_host() {
+    let mut packet = [0; 40];
+    packet[..2].copy_from_slice(&18_458_u16.to_le_bytes());
+    packet[8..].chunks_exact_mut(2).for_each(|pwm| pwm.copy_from_slice(&1_500_u16.to_le_bytes()));
+    let mut host = JsonHost(run(ReleaseTrigger::Time));
+    assert_eq!(host.handle_datagram(&[0; 40]), None);
+    let mut answer = String::new();
+    while !host.0.is_over() {
+        answer = host.handle_datagram(&packet).unwrap();
+    }
+    // The flight is that of the commands without a protocol.
+    let mut bare = run(ReleaseTrigger::Time);
+    bare.set_armed(true);
+    bare.set_throttle([0.5; MAX_ROTORS]);
+    step_until(&mut bare, 4_000_000);
+    assert_eq!((host.0.log(), host.0.record()), (bare.log(), bare.record()));
+    assert!(answer.starts_with(r#"{"timestamp": 4, "imu": {"gyro": ["#), "{answer}");
+}

@@ -73,7 +73,8 @@ fn windy() -> Environment {
     Environment { wind_ned_m_s: Vector3::new(6.0, -2.0, 0.0), ..site() }
 }
 
-/// Adrift with the wind, the vehicle feels no wind: under the canopy and in the fall it is the calm day's drop, carried along.
+/// Adrift with the wind, the vehicle feels no wind: under the canopy and in the fall it is the calm day's
+/// drop, carried along.
 #[test]
 fn closed_form_a_drop_in_wind_is_the_calm_drop_carried_along() {
     let drift = Vector3::new(6.0, -2.0, 0.0);
@@ -221,7 +222,8 @@ fn closed_form_integration_is_of_fourth_order() {
     }
 }
 
-/// The ideal plant's thrust runs linearly from the last command to the new one: over the first step its mean is half.
+/// The ideal plant's thrust runs linearly from the last command to the new one: over the first step its mean
+/// is half.
 #[test]
 fn closed_form_ideal_plant_ramps_from_zero() {
     let body = BodyState {

@@ -1,18 +1,23 @@
 //! The ground: a level plane that a vehicle stands on, lands on and falls onto.
 //!
-//! Each foot below the plane, at depth `d`, is pushed up by a spring with a damper that never pull, and held by friction:
+//! Each foot below the plane, at depth `d`, is pushed up by a spring with a damper that never pull, and held
+//! by friction:
 //!
 //! ```text
-//! N_i = max(0, m/n (w^2 d + 2 w d_dot))                    w = 40 rad/s: critically damped, sags g/w^2, leaves with e^-2 = 14 % of the speed it came with
+//! N_i = max(0, m/n (w^2 d + 2 w d_dot))                    w = 40 rad/s
 //! F_i = -min(mu N_i, m/n c |v_t|) v_t/|v_t|                mu = 0.8, c = 150 1/s
 //! ```
 //!
-//! with `v_t` the foot's velocity along the plane, `n` the number of feet. Assumptions: vehicle files tell of no landing gear, so
-//! the feet are points under the rotors at the height of the centre of mass, and the altitude of a vehicle that stands is the
-//! ground's, less the sag (6 mm on Earth, 1 mm on Titan). The plane is rigid and level; a crash breaks nothing; friction is
-//! viscous at a creep, so that a steady side force F moves what stands by `F/(m c)` (a tenth of a newton on 2 kg: 0.3 mm/s).
-//! The stiffness is chosen for Runge-Kutta steps of 4 ms, not for a material: an impact lasts some 1/w, and its peak
-//! acceleration, about `2 w` times its speed, means nothing. The speed does, and that is what is judged.
+//! with `v_t` the foot's velocity along the plane, `n` the number of feet. The contact is critically damped,
+//! sags by g/w^2, and lets a foot leave with e^-2 = 14 % of the speed it came with.
+//!
+//! Assumptions: vehicle files have no landing gear, so the feet are points under the rotors at the height of
+//! the centre of mass, and the altitude of a vehicle that stands is the ground's, less the sag (6 mm on
+//! Earth, 1 mm on Titan). The plane is rigid and level; a crash breaks nothing; friction is viscous at a
+//! creep, so that a steady side force F moves what stands by `F/(m c)` (a tenth of a newton on 2 kg: 0.3
+//! mm/s). The stiffness is chosen for Runge-Kutta steps of 4 ms, not for a material: an impact lasts some
+//! 1/w, and its peak acceleration, about `2 w` times its speed, means nothing. The speed does, and that is
+//! what is judged.
 
 use nalgebra::Vector3;
 
@@ -30,11 +35,11 @@ const CREEP_RATE_PER_S: f64 = 150.0;
 /// A level plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
-    /// Where it is: position down from the local origin [m].
+    /// Position of the plane, down from the local origin [m].
     pub down_m: f64,
 }
 
-/// What the ground does to a vehicle.
+/// Force and moment of the ground on a vehicle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reaction {
     /// Force, NED [N].
@@ -44,7 +49,7 @@ pub struct Reaction {
 }
 
 impl Ground {
-    /// What it does to a vehicle in this state; nothing to one above it.
+    /// Reaction to a vehicle in this state; zero to one above the plane.
     pub fn reaction(&self, vehicle: &Vehicle, body: &BodyState) -> Reaction {
         let mut sum = Reaction::default();
         let share_kg = vehicle.mass.mass_kg / vehicle.rotors.len() as f64;
@@ -63,7 +68,7 @@ impl Ground {
         sum
     }
 
-    /// Whether the vehicle touches it.
+    /// Whether a vehicle in this state touches the plane.
     pub fn touches(&self, vehicle: &Vehicle, body: &BodyState) -> bool {
         vehicle.rotors.iter().any(|mount| {
             let arm_body = Vector3::new(mount.position_body_m.x, mount.position_body_m.y, 0.0);

@@ -51,8 +51,9 @@ fn closed_form_what_stands_weighs_its_weight_and_stays() {
     assert!((specific.z + sim.environment().gravity_m_s2).abs() < 1e-9, "an accelerometer at rest");
 }
 
-/// From a height h it arrives at sqrt(2 g h) and goes `v/(e w)` deep; where the spring would begin to pull, 2/w later, it leaves
-/// with `v e^-2`; in the end it rests. (Gravity changes that but a little at such a speed.)
+/// From a height h it arrives at sqrt(2 g h) and goes `v/(e w)` deep; where the spring would begin to pull,
+/// 2/w later, it leaves with `v e^-2`; in the end it rests. (Gravity changes that but a little at such a
+/// speed.)
 #[test]
 fn closed_form_a_fall_arrives_at_its_speed_and_comes_to_rest() {
     let mut sim = falling(5.0, [0.0; 3], LEVEL);

@@ -1,12 +1,11 @@
-//! Classical fourth-order Runge-Kutta step of the vehicle's state: body and rotor speeds together; and into how many such steps a
-//! time is divided.
+//! Classical fourth-order Runge-Kutta step of the vehicle's state: body and rotor speeds together; and into
+//! how many such steps a time is divided.
 //!
-//! Assumes commands that are held, or that the right-hand side varies smoothly, over the step. Allocates nothing.
+//! Assumes commands that are held, or that the right-hand side varies smoothly, over the step. Allocates
+//! nothing.
 
-use crate::model::PerRotor;
 use crate::model::rigid_body::{BodyRate, BodyState};
-
-use super::plant::PlantState;
+use crate::model::{MAX_ROTORS, PerRotor};
 
 /// No more steps than this, whatever the vehicle; those from files need far fewer.
 const MOST_STEPS: f64 = 1000.0;
@@ -15,6 +14,22 @@ const MOST_STEPS: f64 = 1000.0;
 pub fn steps_in(dt_s: f64, longest_s: f64) -> u32 {
     // `as u32` saturates: NaN gives 0.
     ((dt_s / longest_s - 1e-9).ceil().min(MOST_STEPS) as u32).max(1)
+}
+
+/// State of the vehicle with its rotors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlantState {
+    /// Position, attitude, velocity, rates.
+    pub body: BodyState,
+    /// Speed of each rotor [rad/s]; zero throughout on the ideal plant.
+    pub rotor_speed: PerRotor,
+}
+
+impl PlantState {
+    /// The body with its rotors at rest.
+    pub fn rotors_at_rest(body: BodyState) -> Self {
+        Self { body, rotor_speed: [0.0; MAX_ROTORS] }
+    }
 }
 
 /// Time derivative of a [`PlantState`].
@@ -26,7 +41,8 @@ pub struct PlantRate {
     pub rotor_acceleration: PerRotor,
 }
 
-/// One step of `dt_s` from `x` under `x_dot = f(fraction of the step, x)`; the stages sit at 0, 1/2, 1/2 and 1.
+/// One step of `dt_s` from `x` under `x_dot = f(fraction of the step, x)`; the stages sit at 0, 1/2, 1/2 and
+/// 1.
 #[inline]
 pub fn runge_kutta_4(
     x: &PlantState,

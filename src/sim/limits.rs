@@ -4,10 +4,11 @@
 //! J_state = max(|v|/V_max, |theta|/theta_max, |Q|/Q_max)
 //! ```
 //!
-//! Differs from the paper: motion out of the plane, which the paper does not have, counts too - roll against the limit of
-//! pitch, roll rate against that of the pitch rate (in the plane both are zero and nothing changes). (49) and (50) are
-//! signed there, so that a nose-down dive would cost nothing; here they are absolute. (48) uses the speed over ground, as
-//! the paper does. Table 1's vertical acceleration is reported, not judged: free fall alone passes it on Earth.
+//! Differs from the paper: motion out of the plane, which the paper does not have, counts too - roll against
+//! the limit of pitch, roll rate against that of the pitch rate (in the plane both are zero and nothing
+//! changes). (49) and (50) are signed there, so that a nose-down dive would cost nothing; here they are
+//! absolute. (48) uses the speed over ground, as the paper does. Table 1's vertical acceleration is reported,
+//! not judged: free fall alone passes it on Earth.
 
 use crate::frames::{bank, pitch};
 use crate::model::rigid_body::BodyState;

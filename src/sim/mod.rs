@@ -2,7 +2,7 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | [`integrator`] | classical Runge-Kutta step |
+//! | [`integrator`] | state of the vehicle with its rotors; classical Runge-Kutta step |
 //! | [`plant`] | the vehicle as the controller meets it: ideal thrusts or real actuators |
 //! | [`drop`](mod@drop), `drop/forces` | hang, release, fall, powered flight; what acts in each phase |
 //! | [`drop_run`] | a drop under its mission's trigger, with log, record and events |
@@ -42,7 +42,8 @@ pub use drop::{DropSimulation, Phase, ReleaseTrigger, Start};
 pub use drop_run::{DropEvent, DropRun, DropRunConfig, FlightRecord, ReleaseCause};
 pub use flight::{FlightPlan, Reference, fly};
 pub use ground::Ground;
+pub use integrator::PlantState;
 pub use limits::{SafetyLimits, StateCost};
-pub use plant::{PlantKind, PlantState};
+pub use plant::PlantKind;
 pub use record::Sample;
 pub use sensors::SensorSettings;

@@ -1,24 +1,24 @@
 //! The vehicle as the controller meets it.
 //!
-//! Two plants. **Actuator**: throttle commands drive speed controllers and motors, rotors load them; the paper's safety
-//! evaluation, and every drop. **Ideal**: "the actuator dynamics are removed" as in the paper's tuning: within each control
-//! period the thrust runs linearly from the last command to the new one, from zero at the start.
+//! Two plants. **Actuator**: throttle commands drive speed controllers and motors, rotors load them; the
+//! paper's safety evaluation, and every drop. **Ideal**: "the actuator dynamics are removed" as in the
+//! paper's tuning: within each control period the thrust runs linearly from the last command to the new one,
+//! from zero at the start.
 //!
-//! Rotor speeds stay at zero or above; the quaternion is normalised after each step (not inside the dynamics). A step of the caller
-//! is integrated in as many equal ones as the motors need ([`Vehicle::longest_step_s`]): one, at 10 ms, for the vehicles that come with
-//! samara.
+//! Rotor speeds stay at zero or above; the quaternion is normalised after each step (not inside the
+//! dynamics). A step of the caller is integrated in as many equal ones as the motors need
+//! ([`Vehicle::longest_step_s`]): one, at 10 ms, for the vehicles that come with samara.
 
 use std::sync::Arc;
 
 use nalgebra::Vector3;
 
 use super::ground::Ground;
-use super::integrator::{PlantRate, runge_kutta_4, steps_in};
+use super::integrator::{PlantRate, PlantState, runge_kutta_4, steps_in};
 use crate::frames::normalized;
-use crate::model::rigid_body::BodyState;
 use crate::model::{Environment, ForceBalance, MAX_ROTORS, PerRotor, Vehicle};
 
-/// Which actuators the plant has.
+/// Kind of a plant's actuators.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PlantKind {
     /// Thrusts follow the commands within one control period.
@@ -28,25 +28,9 @@ pub enum PlantKind {
     Actuator,
 }
 
-/// State of the vehicle with its rotors.
+/// Forces, moments and acceleration of the vehicle at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlantState {
-    /// Position, attitude, velocity, rates.
-    pub body: BodyState,
-    /// Speed of each rotor [rad/s]; zero throughout on the ideal plant.
-    pub rotor_speed: PerRotor,
-}
-
-impl PlantState {
-    /// The body with its rotors at rest.
-    pub fn rotors_at_rest(body: BodyState) -> Self {
-        Self { body, rotor_speed: [0.0; MAX_ROTORS] }
-    }
-}
-
-/// What acts on the vehicle at an instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Instant {
+pub struct Loads {
     /// Acceleration, NED [m/s^2].
     pub a_ned: Vector3<f64>,
     /// Forces and moments.
@@ -61,7 +45,7 @@ pub struct Plant {
     kind: PlantKind,
     static_thrust_n: f64,
     longest_step_s: f64,
-    /// What it may land on; the ideal plant flies through it.
+    /// Ground below, if there is one; the ideal plant flies through it.
     ground: Option<Ground>,
     /// The ideal plant's thrusts, as last commanded [N].
     thrust_n: PerRotor,
@@ -86,7 +70,7 @@ impl Plant {
         &self.environment
     }
 
-    /// What it may land on.
+    /// Ground below, if there is one.
     pub fn ground(&self) -> Option<&Ground> {
         self.ground.as_ref()
     }
@@ -101,21 +85,21 @@ impl Plant {
         self.environment.wind_ned_m_s = wind_ned_m_s;
     }
 
-    /// Which actuators it has.
+    /// Kind of the actuators.
     pub fn kind(&self) -> PlantKind {
         self.kind
     }
 
-    /// What acts on the vehicle under the throttle commands, rotors free or locked.
-    pub fn instant(&self, state: &PlantState, throttle: &PerRotor, locked: bool) -> Instant {
+    /// Forces, moments and acceleration of the vehicle under the throttle commands, rotors free or locked.
+    pub fn loads(&self, state: &PlantState, throttle: &PerRotor, locked: bool) -> Loads {
         if self.kind == PlantKind::Ideal && !locked {
             let balance = self.vehicle.thrust_balance(&self.environment, &state.body, &self.thrust_n);
             let n = self.vehicle.rotors.len();
             let rate = self.vehicle.thrust_derivative(&self.environment, &state.body, &self.thrust_n[..n]);
-            return Instant { a_ned: rate.v_dot_ned, balance };
+            return Loads { a_ned: rate.v_dot_ned, balance };
         }
         let rate = self.derivative(state, throttle, locked);
-        Instant { a_ned: rate.body.v_dot_ned, balance: rate.balance }
+        Loads { a_ned: rate.body.v_dot_ned, balance: rate.balance }
     }
 
     #[inline]
@@ -142,8 +126,9 @@ impl Plant {
         rate
     }
 
-    /// Advances the state by `dt_s` under held throttle commands in 0..1 and returns what acted at its beginning.
-    pub fn step(&mut self, state: &mut PlantState, throttle: &PerRotor, locked: bool, dt_s: f64) -> Instant {
+    /// Advances the state by `dt_s` under held throttle commands in 0..1 and returns what acted at its
+    /// beginning.
+    pub fn step(&mut self, state: &mut PlantState, throttle: &PerRotor, locked: bool, dt_s: f64) -> Loads {
         match self.kind {
             PlantKind::Ideal if !locked => self.step_ideal(state, throttle, dt_s),
             _ if locked => self.step_actuator(state, throttle, locked, dt_s),
@@ -159,12 +144,12 @@ impl Plant {
         }
     }
 
-    fn step_actuator(&self, state: &mut PlantState, throttle: &PerRotor, locked: bool, dt_s: f64) -> Instant {
+    fn step_actuator(&self, state: &mut PlantState, throttle: &PerRotor, locked: bool, dt_s: f64) -> Loads {
         let mut first = None;
         let mut next = runge_kutta_4(state, dt_s, |_, x| {
             let rate = self.derivative(x, throttle, locked);
             if first.is_none() {
-                first = Some(Instant { a_ned: rate.body.v_dot_ned, balance: rate.balance });
+                first = Some(Loads { a_ned: rate.body.v_dot_ned, balance: rate.balance });
             }
             PlantRate { body: rate.body, rotor_acceleration: rate.rotor_acceleration }
         });
@@ -172,13 +157,13 @@ impl Plant {
         for speed in &mut next.rotor_speed {
             *speed = speed.max(0.0);
         }
-        let instant = first.unwrap_or_else(|| self.instant(state, throttle, locked));
+        let loads = first.unwrap_or_else(|| self.loads(state, throttle, locked));
         *state = next;
-        instant
+        loads
     }
 
-    fn step_ideal(&mut self, state: &mut PlantState, throttle: &PerRotor, dt_s: f64) -> Instant {
-        let instant = self.instant(state, throttle, false);
+    fn step_ideal(&mut self, state: &mut PlantState, throttle: &PerRotor, dt_s: f64) -> Loads {
+        let loads = self.loads(state, throttle, false);
         let n = self.vehicle.rotors.len();
         let from = self.thrust_n;
         let to: PerRotor = throttle.map(|d| self.static_thrust_n * d * d);
@@ -190,6 +175,6 @@ impl Plant {
         next.body.q_ned_from_body = normalized(next.body.q_ned_from_body);
         self.thrust_n = to;
         *state = next;
-        instant
+        loads
     }
 }

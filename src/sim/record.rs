@@ -3,15 +3,17 @@
 use nalgebra::Vector3;
 
 use super::drop::Phase;
-use super::plant::{Instant, PlantState};
+use super::integrator::PlantState;
+use super::plant::Loads;
 use crate::model::{ForceBalance, PerRotor};
 
-/// The vehicle at an instant.
+/// One row of a flight's record: the vehicle at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// Time since the simulation began [s].
     pub t_s: f64,
-    /// Time since the rotors were freed, the plan's time [s]; negative before; `None` while the release is not known.
+    /// Time since the rotors were freed, the plan's time [s]; negative before; `None` while the release is
+    /// not known.
     pub t_powered_s: Option<f64>,
     /// Phase of the drop.
     pub phase: Phase,
@@ -29,20 +31,15 @@ pub struct Sample {
 
 /// The part of a [`Sample`] that is known before the forces are.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Moment {
+pub(super) struct RowStart {
     pub(super) t_s: f64,
     pub(super) t_powered_s: Option<f64>,
     pub(super) phase: Phase,
     pub(super) state: PlantState,
 }
 
-impl Moment {
-    pub(super) fn sample(
-        self,
-        instant: Instant,
-        throttle: &PerRotor,
-        v_sp_ned: Option<Vector3<f64>>,
-    ) -> Sample {
+impl RowStart {
+    pub(super) fn sample(self, loads: Loads, throttle: &PerRotor, v_sp_ned: Option<Vector3<f64>>) -> Sample {
         Sample {
             t_s: self.t_s,
             t_powered_s: self.t_powered_s,
@@ -50,8 +47,8 @@ impl Moment {
             state: self.state,
             v_sp_ned,
             throttle: *throttle,
-            balance: instant.balance,
-            a_ned: instant.a_ned,
+            balance: loads.balance,
+            a_ned: loads.a_ned,
         }
     }
 }

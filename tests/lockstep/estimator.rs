@@ -1,5 +1,5 @@
-//! Drops on the autopilot's own estimator: how far the flight is from that on the truth, and whether the filter knows its errors
-//! while its own estimate is flown by.
+//! Drops on the autopilot's own estimator: how far the flight is from that on the truth, and whether the
+//! filter knows its errors while its own estimate is flown by.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -152,7 +152,8 @@ fn consistency<const N: usize>(
     sums
 }
 
-/// Bounds of the mean of so many draws of chi-square with [`SEEN`] degrees of freedom, at 3.3 sigmas, by Wilson and Hilferty's cube.
+/// Bounds of the mean of so many draws of chi-square with [`SEEN`] degrees of freedom, at 3.3 sigmas, by
+/// Wilson and Hilferty's cube.
 fn chi_square_bounds(seeds: u64) -> [f64; 2] {
     let freedom = (seeds as usize * SEEN) as f64;
     let c = 2.0 / (9.0 * freedom);
@@ -189,9 +190,10 @@ fn closed_form_the_filter_is_never_too_sure_with_the_missions_sensors() {
     }
 }
 
-/// J_TPF on the estimator beside that on the truth. Bounds are above what seeds 1 to 10 made: with the mission's ideal sensors
-/// 0.0005; with a small autopilot's on Titan 0.012, since the pitch is known to a degree or two only (0.05 m/s^2 of bias are 2 deg
-/// of weight there) and the velocity to some cm/s; on Earth 0.0002, since the peak is the speed of the fall, which nobody controls.
+/// J_TPF on the estimator beside that on the truth. Bounds are above what seeds 1 to 10 made: with the
+/// mission's ideal sensors 0.0005; with a small autopilot's on Titan 0.012, since the pitch is known to a
+/// degree or two only (0.05 m/s^2 of bias are 2 deg of weight there) and the velocity to some cm/s; on Earth
+/// 0.0002, since the peak is the speed of the fall, which nobody controls.
 #[test]
 fn regress_a_drop_on_the_estimator_is_the_drop_on_the_truth() {
     let [titan, x500] = ["titan_drop.json", "x500_drop.json"].map(Drop::of);

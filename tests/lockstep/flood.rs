@@ -1,5 +1,5 @@
-//! A hundred thousand bad frames from two peers while a drop is flown: the flight is the same to the bit, everything bad is
-//! counted by kind, and what is answered goes to whoever asked.
+//! A hundred thousand bad frames from two peers while a drop is flown: the flight is the same to the bit,
+//! everything bad is counted by kind, and what is answered goes to whoever asked.
 
 use mavlink::Message as _;
 use mavlink::dialects::common::*;

@@ -1,4 +1,5 @@
-//! The flood against a vehicle with a key: whoever has it is answered, whoever has not is counted and changes nothing.
+//! The flood against a vehicle with a key: whoever has it is answered, whoever has not is counted and changes
+//! nothing.
 
 use mavlink::dialects::common::*;
 use rand_chacha::ChaCha8Rng;

@@ -1,5 +1,6 @@
-//! Froude's similarity in closed form: an autopilot that lives in the image of a site - gravity and thrust times k^2, gains in 1/s
-//! times k, in 1/s^2 times k^2 - and speaks over the scaled wire flies what the site's own autopilot flies without it.
+//! Froude's similarity in closed form: an autopilot that lives in the image of a site - gravity and thrust
+//! times k^2, gains in 1/s times k, in 1/s^2 times k^2 - and speaks over the scaled wire flies what the
+//! site's own autopilot flies without it.
 
 use samara::autopilot::parameters::Parameters;
 use samara::control::{Airframe, ControlLimits, ControlSettings, Gains};
@@ -13,7 +14,8 @@ use samara::sim::{DropRunConfig, DropSimulation, Phase, Sample};
 
 use super::bench::{mission, plan};
 
-/// The image of a site in which accelerations are `k^2` times as large: dynamic pressure and thrust grow with the density.
+/// The image of a site in which accelerations are `k^2` times as large: dynamic pressure and thrust grow with
+/// the density.
 fn image(site: &Environment, k: f64) -> Environment {
     Environment {
         gravity_m_s2: site.gravity_m_s2 * k * k,

@@ -74,8 +74,8 @@ fn regress_takeoff_hover_return_and_land_from_the_ground() {
     assert_eq!(format!("{:.2}", wire.touch_speed_m_s()), "0.70");
 }
 
-/// On sensors as the mission has them: up, hold, down again, and the landing is noticed. Metres are the receiver's: 0.3 m of noise at
-/// 10 Hz, which the filter takes for the 0.9 m that it claims.
+/// On sensors as the mission has them: up, hold, down again, and the landing is noticed. Metres are the
+/// receiver's: 0.3 m of noise at 10 Hz, which the filter takes for the 0.9 m that it claims.
 #[test]
 fn regress_takeoff_hover_and_land_on_the_estimator() {
     let mut wire = Wire::on_ground_on_estimator();
@@ -121,7 +121,8 @@ fn regress_drop_hold_and_land() {
     assert!(!wire.simulator.run().record().failsafe);
 }
 
-/// Position in OFFBOARD, with a velocity fed forward, and LAND where there is no ground: down until told otherwise.
+/// Position in OFFBOARD, with a velocity fed forward, and LAND where there is no ground: down until told
+/// otherwise.
 #[test]
 fn regress_offboard_flies_to_positions() {
     let mut wire = Wire::hovering(10.0, None);

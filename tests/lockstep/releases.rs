@@ -1,4 +1,5 @@
-//! Each release trigger through a whole drop: simulator, parachute, autopilot and streamer; and what is remembered of it.
+//! Each release trigger through a whole drop: simulator, parachute, autopilot and streamer; and what is
+//! remembered of it.
 
 use samara::link::{StreamerEvent, TimeUs, Timed, microseconds};
 use samara::sim::{DropEvent, Phase, ReleaseTrigger};

@@ -1,4 +1,4 @@
-//! The same drop with every party behind its sockets, as in three terminals.
+//! A drop with every party behind its sockets, as in three terminals, is the drop in memory.
 
 use std::time::Duration;
 
@@ -47,8 +47,8 @@ fn closed_form_three_terminals_fly_the_drop_of_the_wire_in_memory() {
     watched(&viewer);
 }
 
-/// A viewer (PX4's Hawkeye) wants to know what flies, and then its state, as often as the autopilot asks for it: every second step,
-/// once it has.
+/// A viewer (PX4's Hawkeye) wants to know what flies, and then its state, as often as the autopilot asks for
+/// it: every second step, once it has.
 fn watched(viewer: &std::net::UdpSocket) {
     viewer.set_nonblocking(true).unwrap();
     let (mut decoder, mut ids, mut times_us) = (samara::link::Decoder::new(), Vec::new(), Vec::new());

@@ -12,8 +12,7 @@ use super::outbox::Peer;
 use super::outcome::{Outcome, whole};
 use super::telemetry::available_modes;
 use crate::autopilot::FlightMode;
-use crate::link::encoder::CommandAck;
-use crate::link::frame::Command;
+use crate::link::frame::{Command, CommandAck};
 
 /// Command numbers, by the names of the match below.
 #[expect(deprecated, reason = "some are deprecated in MAVLink, still sent by ground stations")]

@@ -6,8 +6,8 @@
 //! | `topics` | its rows, under PX4's names |
 //! | [`ulog`] | the container |
 //!
-//! Stamps are microseconds of simulated time since the vehicle's boot; `vehicle_gps_position.time_utc_usec` tells the
-//! mission's own date. The same flight gives the same bytes.
+//! Stamps are microseconds of simulated time since the vehicle's boot; `vehicle_gps_position.time_utc_usec`
+//! tells the mission's own date. The same flight gives the same bytes.
 
 mod record;
 mod topics;
@@ -20,8 +20,8 @@ pub use record::{LogEntry, Pose, SatelliteFix, Sensors, StepRecord};
 use topics::TOPICS;
 use ulog::{Scalar, Ulog};
 
-use super::TimeUs;
 use crate::params::Value;
+use crate::time::TimeUs;
 
 /// Writes the flight log of one flight.
 #[derive(Debug)]

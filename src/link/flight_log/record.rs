@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-use super::super::TimeUs;
 use crate::autopilot::estimator::Accuracy;
 use crate::autopilot::{Event, FlightMode};
 use crate::control::ControlOutput;
 use crate::frames::{LEVEL, Quaternion};
 use crate::model::environment::GeoPoint;
 use crate::params::Value;
+use crate::time::TimeUs;
 
 /// Position, attitude and motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +37,7 @@ impl Pose {
         omega_body: Vector3::new(0.0, 0.0, 0.0),
     };
 
-    /// Where nobody has told: no numbers.
+    /// A pose that nobody has reported: no numbers.
     pub const UNKNOWN: Self = {
         let nothing = Vector3::new(f64::NAN, f64::NAN, f64::NAN);
         Self {
@@ -93,9 +93,9 @@ pub struct StepRecord {
     pub density_kg_m3: f64,
     /// The state that was flown by.
     pub estimate: Pose,
-    /// The simulator's truth; [`Pose::UNKNOWN`] when it does not tell.
+    /// The simulator's truth; [`Pose::UNKNOWN`] when it does not report it.
     pub truth: Pose,
-    /// How good the estimate is; `None` when the truth was flown by.
+    /// Quality of the estimate; `None` when the truth was flown by.
     pub accuracy: Option<Accuracy>,
     /// Inertial sensors, magnetometer, barometer.
     pub sensors: Sensors,

@@ -1,5 +1,6 @@
-//! The topics of the flight log under PX4's names and field names, so that pyulog, PlotJuggler and Flight Review find what they
-//! look for. Frames: local NED, body FRD; quaternions are Hamilton's, scalar first, body to NED.
+//! The topics of the flight log under PX4's names and field names, so that pyulog, PlotJuggler and Flight
+//! Review find what they look for. Frames: local NED, body FRD; quaternions are Hamilton's, scalar first,
+//! body to NED.
 //!
 //! Names and meanings: PX4's `msg/` folder (v1.14 and later); fields that mean nothing here are left out.
 

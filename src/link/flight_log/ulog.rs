@@ -1,8 +1,10 @@
-//! The ULog container, as PX4 writes it: header, definitions (formats, information, parameters, subscriptions), data.
+//! The ULog container, as PX4 writes it: header, definitions (formats, information, parameters,
+//! subscriptions), data.
 //!
-//! Layout: <https://docs.px4.io/main/en/dev_log/ulog_file_format>. All numbers are little-endian. A message is its
-//! length (u16, without these three bytes), its type (one letter) and its body. What a topic's rows hold is given by one
-//! function that names and writes the fields in one go ([`Row`]), so that format and data cannot differ.
+//! Layout: <https://docs.px4.io/main/en/dev_log/ulog_file_format>. All numbers are little-endian. A message
+//! is its length (u16, without these three bytes), its type (one letter) and its body. What a topic's rows
+//! hold is given by one function that names and writes the fields in one go ([`Row`]), so that format and
+//! data cannot differ.
 
 use std::io::{self, Write};
 
@@ -91,8 +93,8 @@ pub struct Ulog<W: Write> {
 }
 
 impl<W: Write> Ulog<W> {
-    /// Begins a log at `start_us` since the vehicle's boot: header and definitions. `specimen` is any record; only the
-    /// fields' names and lengths are taken from it.
+    /// Begins a log at `start_us` since the vehicle's boot: header and definitions. `specimen` is any record;
+    /// only the fields' names and lengths are taken from it.
     ///
     /// # Errors
     /// Those of the writer.

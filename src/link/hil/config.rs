@@ -21,8 +21,8 @@ pub struct HilConfig {
     pub system_id: u8,
     /// Scale of the wire; `None`: the site's own units and time.
     pub froude: Option<Froude>,
-    /// The drop. Its step is the period of HIL_SENSOR; with [`Self::froude`] it must be that scale's. That an autopilot is
-    /// armed, HIL_ACTUATOR_CONTROLS say; that it is in OFFBOARD, only its HEARTBEAT does.
+    /// The drop. Its step is the period of HIL_SENSOR; with [`Self::froude`] it must be that scale's. That an
+    /// autopilot is armed, HIL_ACTUATOR_CONTROLS say; that it is in OFFBOARD, only its HEARTBEAT does.
     pub run: DropRunConfig,
     /// Errors of the sensors, and the period of HIL_GPS.
     pub sensors: SensorSettings,

@@ -1,17 +1,17 @@
-//! Messages of the autopilot: on the simulator link, and its HEARTBEAT also where the parachute hears it.
+//! Messages of the autopilot: on the simulator link, and its HEARTBEAT also on the parachute's socket.
 //!
-//! PX4 says on the simulator link that it is armed (HIL_ACTUATOR_CONTROLS) but not in which mode: it sends one HEARTBEAT
-//! there, at the start, with no mode in it. A router that brings its HEARTBEAT to the parachute's socket makes up for that.
+//! PX4 says on the simulator link that it is armed (HIL_ACTUATOR_CONTROLS) but not in which mode: it sends
+//! one HEARTBEAT there, at the start, with no mode in it. A router that brings its HEARTBEAT to the
+//! parachute's socket makes up for that.
 
 use mavlink::dialects::common::{
-    HEARTBEAT_DATA, HIL_ACTUATOR_CONTROLS_DATA, MavCmd, MavMessage, MavModeFlag, MavResult, MavState,
+    HEARTBEAT_DATA, HIL_ACTUATOR_CONTROLS_DATA, MavMessage, MavModeFlag, MavState,
 };
 
-use super::super::encoder::CommandAck;
-use super::super::frame::{Command, Frame};
-use super::rates::SetInterval;
-use super::{HilEvent, HilSession, Pace, SIMULATOR_COMPONENT};
+use super::super::frame::{Command, CommandAck, Frame};
+use super::{HilCounts, HilEvent, HilSession, Pace, SIMULATOR_COMPONENT};
 use crate::autopilot::FlightMode;
+use crate::model::{MAX_ROTORS, PerRotor};
 
 /// MAV_COMP_ID_AUTOPILOT1.
 const AUTOPILOT_COMPONENT: u8 = 1;
@@ -23,7 +23,7 @@ pub(super) struct Peer {
     pub(super) heard: bool,
     /// It has answered a HIL_SENSOR.
     pub(super) answered: bool,
-    /// Its HEARTBEAT on the simulator link names its mode: what is heard elsewhere is older.
+    /// A HEARTBEAT on the simulator link has named its mode: what comes elsewhere is older.
     mode_on_link: bool,
 }
 
@@ -44,7 +44,8 @@ impl HilSession {
         }
     }
 
-    /// The parachute's socket hears everybody; of the autopilot, while it is connected, its HEARTBEAT counts.
+    /// Everybody may send to the parachute's socket; of the autopilot, while it is connected, its HEARTBEAT
+    /// counts.
     pub(super) fn take_from_outside(&mut self, frame: &Frame) {
         let from_autopilot =
             (frame.system_id, frame.component_id) == (self.config.system_id, AUTOPILOT_COMPONENT);
@@ -68,18 +69,10 @@ impl HilSession {
             }
             return;
         }
-        let armed = m.mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
-        self.run.set_armed(armed);
+        self.run.set_armed(m.mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED));
         self.report_drop();
-        let mut throttle = *self.run.throttle();
         let n_rotors = self.run.simulation().vehicle().rotors.len();
-        for (command, control) in throttle.iter_mut().zip(m.controls).take(n_rotors) {
-            let control = f64::from(control);
-            self.counts.not_finite += u64::from(!control.is_finite());
-            self.counts.clamped += u64::from(control.is_finite() && armed && !(0.0..=1.0).contains(&control));
-            *command = if control.is_finite() { control.clamp(0.0, 1.0) } else { 0.0 };
-        }
-        self.run.set_throttle(throttle);
+        self.run.set_throttle(throttle_of(m, n_rotors, &mut self.counts));
         if !std::mem::replace(&mut self.peer.answered, true) {
             self.report(HilEvent::Lockstep);
         }
@@ -112,32 +105,21 @@ impl HilSession {
         if !ours {
             return;
         }
-        let result = if command.command == MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL as u16 {
-            match self.rates.set(&self.in_site_time(command), self.now()) {
-                SetInterval::Done => MavResult::MAV_RESULT_ACCEPTED,
-                SetInterval::Refused => MavResult::MAV_RESULT_DENIED,
-            }
-        } else {
-            MavResult::MAV_RESULT_UNSUPPORTED
-        };
-        let ack = CommandAck {
-            command: command.command,
-            result: result as u8,
-            target_system: from.0,
-            target_component: from.1,
-            ..CommandAck::default()
-        };
+        let ack = CommandAck::new(command, self.rates.command(command, self.now()), from);
         self.outbox.push_back(self.encoder.encode_command_ack(&ack));
     }
+}
 
-    /// The interval of SET_MESSAGE_INTERVAL is on the wire's clock.
-    fn in_site_time(&self, command: &Command) -> Command {
-        let mut command = *command;
-        if let Some(froude) = self.config.froude
-            && command.params[1] > 0.0
-        {
-            command.params[1] = (f64::from(command.params[1]) * froude.k()) as f32;
-        }
-        command
+/// Throttles of the motors' commands, 0..1: a command that is no number is 0, one beyond the range is
+/// clamped, and both are counted.
+fn throttle_of(m: &HIL_ACTUATOR_CONTROLS_DATA, n_rotors: usize, counts: &mut HilCounts) -> PerRotor {
+    let armed = m.mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
+    let mut throttle = [0.0; MAX_ROTORS];
+    for (throttle, control) in throttle.iter_mut().zip(m.controls).take(n_rotors) {
+        let control = f64::from(control);
+        counts.not_finite += u64::from(!control.is_finite());
+        counts.clamped += u64::from(control.is_finite() && armed && !(0.0..=1.0).contains(&control));
+        *throttle = if control.is_finite() { control.clamp(0.0, 1.0) } else { 0.0 };
     }
+    throttle
 }

@@ -1,7 +1,7 @@
 //! Sensors, truth and battery of the vehicle as HIL messages.
 //!
-//! [`crate::sim::sensors`] has what sensors read; here it becomes messages, in their units and integers. The truth
-//! (HIL_STATE_QUATERNION, ODOMETRY) has no errors.
+//! [`crate::sim::sensors`] has what sensors read; here it becomes messages, in their units and integers. The
+//! truth (HIL_STATE_QUATERNION, ODOMETRY) has no errors.
 
 use mavlink::dialects::common::{
     BATTERY_STATUS_DATA, HIL_GPS_DATA, HIL_SENSOR_DATA, HIL_STATE_QUATERNION_DATA, HilSensorUpdatedFlags,
@@ -18,12 +18,14 @@ use crate::sim::{Battery, DropRun, DropSimulation, SensorSettings};
 use crate::time::TimeUs;
 use crate::units::{DEG_PER_RAD, SEA_LEVEL_DENSITY_KG_M3, STANDARD_GRAVITY_M_S2};
 
-/// Bits of `fields_updated`: accelerometer and gyroscope; magnetometer; of the barometer pressure, pressure altitude and
-/// temperature. A multirotor has no airspeed sensor: the differential pressure (0x400) is never there.
+/// Bits of `fields_updated`: accelerometer and gyroscope; magnetometer; of the barometer pressure, pressure
+/// altitude and temperature. A multirotor has no airspeed sensor: the differential pressure (0x400) is never
+/// there.
 const INERTIAL: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x007 | 0x038);
 const MAGNETOMETER: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x1C0);
 const BAROMETER: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x1A00);
-/// Accuracy of a fix that is reported at the least [m], horizontal and vertical: nobody believes a receiver without errors.
+/// Accuracy of a fix that is reported at the least [m], horizontal and vertical: nobody believes a receiver
+/// without errors.
 const LEAST_ACCURACY_M: [f64; 2] = [0.9, 1.2];
 /// Below this ground speed [m/s] there is no course.
 const COURSE_SPEED_M_S: f64 = 0.1;
@@ -35,7 +37,8 @@ pub struct Truth<'a> {
     pub at: TimeUs,
     /// The simulation, standing at that time.
     pub sim: &'a DropSimulation,
-    /// What the accelerometer reads, body [m/s^2]; [`DropSimulation::specific_force_body`], once for all messages.
+    /// What the accelerometer reads, body [m/s^2]; [`DropSimulation::specific_force_body`], once for all
+    /// messages.
     pub specific_force_body: Vector3<f64>,
 }
 
@@ -79,7 +82,8 @@ impl HilSensors {
         self.sensors.note(truth.at, &truth.sim.state().body);
     }
 
-    /// HIL_SENSOR: accelerometer and gyroscope, and what else is due; body FRD, `id` 0, which drives PX4's clock.
+    /// HIL_SENSOR: accelerometer and gyroscope, and what else is due; body FRD, `id` 0, which drives PX4's
+    /// clock.
     pub fn sensor(&mut self, truth: &Truth<'_>, magnetometer: bool, barometer: bool) -> HIL_SENSOR_DATA {
         let body = &truth.sim.state().body;
         let m = &mut self.last;
@@ -135,13 +139,15 @@ impl HilSensors {
         }
     }
 
-    /// HIL_STATE_QUATERNION: the truth, velocities and accelerations in coarse integers, for logs and viewers.
+    /// HIL_STATE_QUATERNION: the truth, velocities and accelerations in coarse integers, for logs and
+    /// viewers.
     pub fn state_quaternion(&self, truth: &Truth<'_>) -> HIL_STATE_QUATERNION_DATA {
         let body = &truth.sim.state().body;
         let environment = truth.sim.environment();
         let point = environment.geo_point(&body.p_ned);
         let true_airspeed_m_s = (body.v_ned - environment.wind_ned_m_s).norm();
-        // What a pitot tube shows: the speed that makes the same dynamic pressure in the standard air of sea level.
+        // What a pitot tube shows: the speed that makes the same dynamic pressure in the standard air of sea
+        // level.
         let indicated_airspeed_m_s =
             true_airspeed_m_s * (environment.density_kg_m3 / SEA_LEVEL_DENSITY_KG_M3).sqrt();
         let cm_s = |speed_m_s: f64| (speed_m_s * 100.0).round() as u16;
@@ -197,8 +203,8 @@ impl HilSensors {
     }
 }
 
-/// BATTERY_STATUS: what is left and what has been taken; no volts, no amperes. PX4 does not listen to it here (it has a
-/// battery of its own, SIM_BAT_DRAIN); samara's autopilot does.
+/// BATTERY_STATUS: what is left and what has been taken; no volts, no amperes. PX4 does not listen to it here
+/// (it has a battery of its own, SIM_BAT_DRAIN); samara's autopilot does.
 fn battery_status(battery: &Battery) -> BATTERY_STATUS_DATA {
     BATTERY_STATUS_DATA {
         current_consumed: -1,

@@ -1,13 +1,14 @@
 //! The simulator's side of PX4's HIL link: a host of a [`DropRun`], in lockstep with an autopilot.
 //!
-//! At each time t, every [`step_us`](crate::sim::DropRunConfig::step_us), the session sends HIL_STATE_QUATERNION, ODOMETRY
-//! (to a peer that asked for it), BATTERY_STATUS and HIL_GPS when due, and HIL_SENSOR last, all stamped t. The autopilot
-//! answers with HIL_ACTUATOR_CONTROLS of that stamp, whose commands hold over [t, t + step). Until the first answer the
-//! session runs free, at the host's pace and for a limited time; from then on each step waits for its answer. The first
-//! message is that of the first step, not of time 0, because a time stamp of 0 does not start PX4's clock.
+//! At each time t, every [`step_us`](crate::sim::DropRunConfig::step_us), the session sends
+//! HIL_STATE_QUATERNION, ODOMETRY (to a peer that asked for it), BATTERY_STATUS and HIL_GPS when due, and
+//! HIL_SENSOR last, all stamped t. The autopilot answers with HIL_ACTUATOR_CONTROLS of that stamp, whose
+//! commands hold over [t, t + step). Until the first answer the session runs free, at the host's pace and for
+//! a limited time; from then on each step waits for its answer. The first message is that of the first step,
+//! not of time 0, because a time stamp of 0 does not start PX4's clock.
 //!
-//! **Time stands still without an autopilot**, and nothing is released then. Whenever one connects it finds the vehicle
-//! under its canopy at time 0, whatever an earlier one has done.
+//! **Time stands still without an autopilot**, and nothing is released then. Whenever one connects it finds
+//! the vehicle under its canopy at time 0, whatever an earlier one has done.
 //!
 //! | file | holds |
 //! |---|---|
@@ -15,9 +16,10 @@
 //! | `input` | messages of the autopilot |
 //! | `rates`, [`messages`] | which messages are due at a step, and what is in them |
 //!
-//! The next step is the session's [`next_wake`](Session::next_wake); how fast steps follow each other is the host's
-//! business, and [`HilSession::pace`] says what is waited for. How long an answer has been missing is measured by the host
-//! ([`HilSession::handle_silence`]) and reported in events that name the message and the side.
+//! The next step is the session's [`next_wake`](Session::next_wake); how fast steps follow each other is the
+//! host's business, and [`HilSession::pace`] says what is waited for. How long an answer has been missing is
+//! measured by the host ([`HilSession::handle_silence`]) and reported in events that name the message and the
+//! side.
 
 use core::time::Duration;
 use std::collections::VecDeque;
@@ -56,7 +58,8 @@ const FREE_RUN_LIMIT_US: TimeUs = 5_000_000;
 /// After such a silence the first report is made, the next after twice as long, and so on.
 const FIRST_REPORT: Duration = Duration::from_secs(1);
 
-/// A simulator's session on the HIL link, with the parachute that it hosts; the head of this module has its protocol.
+/// A simulator's session on the HIL link, with the parachute that it hosts; the head of this module has its
+/// protocol.
 #[derive(Clone, Debug)]
 pub struct HilSession {
     config: HilConfig,
@@ -84,7 +87,7 @@ impl HilSession {
         let environment = run.simulation().environment();
         Self {
             sensors: HilSensors::new(environment, config.sensors, config.seed, step_us),
-            rates: HilRates::new(step_us, &config.sensors),
+            rates: HilRates::new(step_us, &config.sensors, config.froude),
             encoder: Encoder::new(config.system_id, SIMULATOR_COMPONENT).scaled(config.froude),
             parachute: ParachuteComponent::new(config.system_id).scaled(config.froude),
             outbox: VecDeque::new(),
@@ -174,7 +177,8 @@ impl HilSession {
         self.events.pop_front()
     }
 
-    /// Notes the velocity setpoint that the autopilot flies by, NED [m/s], for the flight log; the link does not carry it.
+    /// Notes the velocity setpoint that the autopilot flies by, NED [m/s], for the flight log; the link does
+    /// not carry it.
     pub fn note_setpoint(&mut self, v_sp_ned: Option<Vector3<f64>>) {
         self.run.note_setpoint(v_sp_ned);
     }

@@ -1,13 +1,14 @@
 //! Which HIL messages are due, and SET_MESSAGE_INTERVAL about them.
 //!
-//! HIL_STATE_QUATERNION goes out with every step unless asked otherwise; ODOMETRY only to a peer that asks for it, since
-//! PX4, which does not, would take it for vision. HIL_SENSOR is the clock, and its rate cannot be changed; magnetometer
-//! and barometer are in it when they have been read.
+//! HIL_STATE_QUATERNION goes out with every step unless asked otherwise; ODOMETRY only to a peer that asks
+//! for it, since PX4, which does not, would take it for vision. HIL_SENSOR is the clock, and its rate cannot
+//! be changed; magnetometer and barometer are in it when they have been read.
 
 use mavlink::MessageData as _;
-use mavlink::dialects::common::{HIL_STATE_QUATERNION_DATA, ODOMETRY_DATA};
+use mavlink::dialects::common::{HIL_STATE_QUATERNION_DATA, MavCmd, MavResult, ODOMETRY_DATA};
 
 use super::super::frame::Command;
+use super::super::froude::Froude;
 use crate::sim::SensorSettings;
 use crate::time::TimeUs;
 
@@ -25,13 +26,6 @@ pub(super) struct Due {
     pub(super) magnetometer: bool,
     pub(super) barometer: bool,
     pub(super) battery: bool,
-}
-
-/// What becomes of a SET_MESSAGE_INTERVAL.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum SetInterval {
-    Done,
-    Refused,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -62,6 +56,7 @@ impl Rate {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HilRates {
     step_us: TimeUs,
+    froude: Option<Froude>,
     state_quaternion: Rate,
     odometry: Rate,
     gps: Rate,
@@ -71,9 +66,11 @@ pub(super) struct HilRates {
 }
 
 impl HilRates {
-    pub(super) fn new(step_us: TimeUs, sensors: &SensorSettings) -> Self {
+    /// Rates at a step of the simulation, to a peer on a wire of the scale `froude`.
+    pub(super) fn new(step_us: TimeUs, sensors: &SensorSettings, froude: Option<Froude>) -> Self {
         Self {
             step_us,
+            froude,
             state_quaternion: Rate::every(step_us),
             odometry: Rate { period_us: None, next: 0 },
             gps: Rate::every(sensors.satellite.period_us),
@@ -94,27 +91,33 @@ impl HilRates {
         }
     }
 
-    /// MAV_CMD_SET_MESSAGE_INTERVAL: param1 the message, param2 the interval [us], 0 the default, -1 off. An interval
-    /// shorter than the step is as good as the step.
-    pub(super) fn set(&mut self, command: &Command, now: TimeUs) -> SetInterval {
+    /// MAV_CMD_SET_MESSAGE_INTERVAL: param1 the message, param2 the interval on the wire's clock [us], 0 the
+    /// default, -1 off. An interval shorter than the step is as good as the step. Other commands are not
+    /// supported.
+    pub(super) fn command(&mut self, command: &Command, now: TimeUs) -> MavResult {
+        if command.command != MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL as u16 {
+            return MavResult::MAV_RESULT_UNSUPPORTED;
+        }
+        let k = self.froude.map_or(1.0, Froude::k);
+        let interval = command.param(2).map(|us| if us > 0.0 { (f64::from(us) * k) as f32 } else { us });
         let (rate, default) = match command.param(1) {
             Some(HIL_STATE_QUATERNION_ID) => (&mut self.state_quaternion, Some(self.step_us)),
             Some(ODOMETRY_ID) => (&mut self.odometry, None),
-            _ => return SetInterval::Refused,
+            _ => return MavResult::MAV_RESULT_DENIED,
         };
-        let period_us = match command.param(2) {
+        let period_us = match interval {
             Some(0.0) => default,
             Some(-1.0) => None,
             Some(us) if us > 0.0 && us.is_finite() => Some(whole_steps(us, self.step_us)),
-            _ => return SetInterval::Refused,
+            _ => return MavResult::MAV_RESULT_DENIED,
         };
         *rate = Rate { period_us, next: now.saturating_add(self.step_us) };
-        SetInterval::Done
+        MavResult::MAV_RESULT_ACCEPTED
     }
 }
 
-/// The least number of whole steps that an interval has room in: no more often than asked. (PX4 asks for 5000 us where a
-/// step has 4000.)
+/// The least number of whole steps that an interval has room in: no more often than asked. (PX4 asks for 5000
+/// us where a step has 4000.)
 fn whole_steps(us: f32, step_us: TimeUs) -> TimeUs {
     let steps = (f64::from(us) / step_us as f64).ceil().max(1.0);
     (steps as TimeUs).saturating_mul(step_us)
@@ -124,7 +127,11 @@ fn whole_steps(us: f32, step_us: TimeUs) -> TimeUs {
 mod tests {
     use super::*;
 
-    fn set(rates: &mut HilRates, message: f32, interval: f32) -> SetInterval {
+    fn at_4_ms(sensors: &SensorSettings) -> HilRates {
+        HilRates::new(4_000, sensors, None)
+    }
+
+    fn set(rates: &mut HilRates, message: f32, interval: f32) -> MavResult {
         let mut params = [0.0; 7];
         (params[0], params[1]) = (message, interval);
         let command = Command {
@@ -136,7 +143,7 @@ mod tests {
             target_component: 0,
             confirmation: 0,
         };
-        rates.set(&command, 0)
+        rates.command(&command, 0)
     }
 
     /// How many in the second second; the first one begins with one of each kind.
@@ -147,24 +154,24 @@ mod tests {
 
     #[test]
     fn defaults_are_truth_at_every_step_fixes_at_10_hz_and_no_odometry() {
-        assert_eq!(count(&mut HilRates::new(4_000, &SensorSettings::default()), |d| d.state_quaternion), 250);
-        assert_eq!(count(&mut HilRates::new(4_000, &SensorSettings::default()), |d| d.gps), 10);
-        assert_eq!(count(&mut HilRates::new(4_000, &SensorSettings::default()), |d| d.odometry), 0);
+        assert_eq!(count(&mut at_4_ms(&SensorSettings::default()), |d| d.state_quaternion), 250);
+        assert_eq!(count(&mut at_4_ms(&SensorSettings::default()), |d| d.gps), 10);
+        assert_eq!(count(&mut at_4_ms(&SensorSettings::default()), |d| d.odometry), 0);
     }
 
     /// And the first step has them all, or an estimator would begin without.
     #[test]
     fn slow_sensors_are_due_at_their_rate_and_others_at_every_step() {
         let mut settings = SensorSettings::default();
-        let all = HilRates::new(4_000, &settings).due(4_000);
+        let all = at_4_ms(&settings).due(4_000);
         assert!(all.gps && all.magnetometer && all.barometer);
-        assert_eq!(count(&mut HilRates::new(4_000, &settings), |d| d.magnetometer && d.barometer), 250);
+        assert_eq!(count(&mut at_4_ms(&settings), |d| d.magnetometer && d.barometer), 250);
         (settings.magnetometer.period_us, settings.barometer.period_us) = (10_000, 20_000);
-        let mut rates = HilRates::new(4_000, &settings);
+        let mut rates = at_4_ms(&settings);
         let first = rates.due(4_000);
         assert!(first.magnetometer && first.barometer);
         assert_eq!(count(&mut rates, |d| d.magnetometer), 100);
-        assert_eq!(count(&mut HilRates::new(4_000, &settings), |d| d.barometer), 50);
+        assert_eq!(count(&mut at_4_ms(&settings), |d| d.barometer), 50);
     }
 
     #[test]
@@ -172,21 +179,21 @@ mod tests {
         for (interval, expected) in
             [(5_000.0, 125), (1.0, 250), (4_000.0, 250), (20_000.0, 50), (1e6, 1), (-1.0, 0), (0.0, 0)]
         {
-            let mut rates = HilRates::new(4_000, &SensorSettings::default());
-            assert_eq!(set(&mut rates, 331.0, interval), SetInterval::Done);
+            let mut rates = at_4_ms(&SensorSettings::default());
+            assert_eq!(set(&mut rates, 331.0, interval), MavResult::MAV_RESULT_ACCEPTED);
             assert_eq!(count(&mut rates, |d| d.odometry), expected, "{interval}");
         }
     }
 
     #[test]
     fn what_cannot_be_is_refused() {
-        let mut rates = HilRates::new(4_000, &SensorSettings::default());
+        let mut rates = at_4_ms(&SensorSettings::default());
         for (message, interval) in
             [(107.0, 4e3), (331.0, f32::NAN), (331.0, -2.0), (f32::NAN, 4e3), (331.5, 1.0)]
         {
-            assert_eq!(set(&mut rates, message, interval), SetInterval::Refused);
+            assert_eq!(set(&mut rates, message, interval), MavResult::MAV_RESULT_DENIED);
         }
-        assert_eq!(set(&mut rates, 331.0, f32::MAX), SetInterval::Done);
+        assert_eq!(set(&mut rates, 331.0, f32::MAX), MavResult::MAV_RESULT_ACCEPTED);
         assert_eq!(count(&mut rates, |d| d.odometry), 0);
     }
 }

@@ -1,10 +1,11 @@
-//! Frames that come by two ways: straight from their sender, and through a router that passes them on as they are.
+//! Frames that come by two ways: straight from their sender, and through a router that passes them on as they
+//! are.
 
 use std::collections::VecDeque;
 
 use super::EndpointId;
 
-/// How long the other way may take [us].
+/// The other way may take this long [us].
 const MEMORY_US: u64 = 1_000_000;
 /// Most frames that are remembered.
 const MOST: usize = 256;

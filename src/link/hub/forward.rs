@@ -1,27 +1,37 @@
 //! What one peer says and others should hear, by PX4's rules (`Mavlink::forward_message`).
 //!
-//! A frame for a component goes to the peers by whom that component was heard; a frame for everybody goes to all peers that
-//! have spoken. What is for us alone is not passed on, nothing goes back to where it came from, nor to a peer by whom its
-//! sender is heard as well (two ways to the same network would make a loop). Frames pass unchanged, sequence number and
-//! signature included.
+//! A frame for a component goes to the peers by whom that component was heard; a frame for everybody goes to
+//! all peers that have spoken. What is for us alone is not passed on, nothing goes back to where it came
+//! from, nor to a peer by whom its sender is heard as well (two ways to the same network would make a loop).
+//! Frames pass unchanged, sequence number and signature included.
 //!
 //! Differs from PX4: there a link has one peer, here each peer counts as a link.
 
-use super::super::Frame;
+use mavlink::MessageData as _;
+use mavlink::dialects::common::{
+    AUTH_KEY_DATA, HIL_ACTUATOR_CONTROLS_DATA, HIL_CONTROLS_DATA, HIL_GPS_DATA, HIL_OPTICAL_FLOW_DATA,
+    HIL_RC_INPUTS_RAW_DATA, HIL_SENSOR_DATA, HIL_STATE_QUATERNION_DATA, RADIO_STATUS_DATA,
+    SETUP_SIGNING_DATA,
+};
+
+use super::super::frame::Frame;
+
+#[expect(deprecated, reason = "deprecated in MAVLink, still a simulator's message")]
+const HIL_STATE_ID: u32 = mavlink::dialects::common::HIL_STATE_DATA::ID;
 
 /// Messages that never leave the link they came by: those of a simulator, of the link itself, and secrets.
 const STAYS: [u32; 11] = [
-    7,   // AUTH_KEY
-    90,  // HIL_STATE
-    91,  // HIL_CONTROLS
-    92,  // HIL_RC_INPUTS_RAW
-    93,  // HIL_ACTUATOR_CONTROLS
-    107, // HIL_SENSOR
-    109, // RADIO_STATUS
-    113, // HIL_GPS
-    114, // HIL_OPTICAL_FLOW
-    115, // HIL_STATE_QUATERNION
-    256, // SETUP_SIGNING
+    AUTH_KEY_DATA::ID,
+    HIL_STATE_ID,
+    HIL_CONTROLS_DATA::ID,
+    HIL_RC_INPUTS_RAW_DATA::ID,
+    HIL_ACTUATOR_CONTROLS_DATA::ID,
+    HIL_SENSOR_DATA::ID,
+    RADIO_STATUS_DATA::ID,
+    HIL_GPS_DATA::ID,
+    HIL_OPTICAL_FLOW_DATA::ID,
+    HIL_STATE_QUATERNION_DATA::ID,
+    SETUP_SIGNING_DATA::ID,
 ];
 
 /// Whom a frame is for, as its target fields say.

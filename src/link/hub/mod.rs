@@ -1,21 +1,21 @@
 //! Between a party and its sockets: many peers on several endpoints, without socket and clock.
 //!
 //! An endpoint is a socket of one of the party's links. Bytes go in with the address they came from
-//! ([`Hub::datagram`], [`Hub::stream`]); sound frames come out with the number of their peer. What the party sends
-//! goes through [`Hub::send`], which says what goes to which address:
+//! ([`Hub::datagram`], [`Hub::stream`]); sound frames come out with the number of their peer. What the party
+//! sends goes through [`Hub::send`], which says what goes to which address:
 //!
-//! - a peer counts once it has sent a sound frame, and is served until it has been silent for the hub's memory; what is
-//!   kept ([`Hub::keep`]: default remotes, connections) is served anyhow;
+//! - a peer counts once it has sent a sound frame, and is served until it has been silent for the hub's
+//!   memory; what is kept ([`Hub::keep`]: default remotes, connections) is served anyhow;
 //! - an answer goes to the peer that asked, everything else to all peers of the link;
-//! - **every peer gets sequence numbers of its own**, without gaps. PX4 and mavlink-router number frames per link; with
-//!   several peers on a link and answers to one of them, all others would count losses;
-//! - with a key, everything is signed and only what is signed is let in. Without one, signed frames are taken like any
-//!   other, as the protocol's C library does; the link id is the endpoint's number;
-//! - what one peer says and others should hear is passed on (`forward`); where a router stands in between, what comes by two
-//!   ways is taken once ([`Hub::expect_doubles`]).
+//! - **every peer gets sequence numbers of its own**, without gaps. PX4 and mavlink-router number frames per
+//!   link; with several peers on a link and answers to one of them, all others would count losses;
+//! - with a key, everything is signed and only what is signed is let in. Without one, signed frames are taken
+//!   like any other, as the protocol's C library does; the link id is the endpoint's number;
+//! - what one peer says and others should hear is passed on (`forward`); where a router stands in between,
+//!   what comes by two ways is taken once ([`Hub::expect_doubles`]).
 //!
-//! Everything is bounded: peers, components of a peer, frames to be passed on. Time is in Unix microseconds and
-//! must not run backwards.
+//! Everything is bounded: peers, components of a peer, frames to be passed on. Time is in Unix microseconds
+//! and must not run backwards.
 
 mod doubles;
 mod forward;
@@ -29,8 +29,12 @@ use std::collections::VecDeque;
 use self::doubles::Doubles;
 use self::forward::{Target, may_leave};
 use self::peers::Peer;
+use super::decoder::Decoder;
+use super::faults::Faults;
+use super::frame::Frame;
+use super::peer::PeerId;
+use super::session::{Link, Transmit};
 use super::signing::{Key, Refusal, Signing};
-use super::{Decoder, Faults, Frame, Link, PeerId, Transmit};
 
 /// Most peers of a hub; more is a mistake somewhere, or malice.
 pub const MAX_PEERS: usize = 32;
@@ -41,12 +45,12 @@ const MAX_FORWARDS: usize = 1024;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EndpointId(pub u8);
 
-/// How a hub works.
+/// Settings of a hub.
 #[derive(Clone, Debug)]
 pub struct HubConfig {
     /// System and component of the party.
     pub own: (u8, u8),
-    /// How long a silent peer is served [us].
+    /// A silent peer is served for this long [us].
     pub memory_us: u64,
     /// Whether frames are passed on between peers.
     pub forwards: bool,
@@ -59,7 +63,7 @@ pub struct HubConfig {
 pub enum HubEvent<A> {
     /// It has spoken for the first time, or after a silence.
     Heard(EndpointId, A),
-    /// There is no room for it; told once until there is.
+    /// There is no room for a peer; reported once until there is.
     Crowded(EndpointId, A),
 }
 
@@ -120,13 +124,14 @@ impl<A: Copy + PartialEq> Hub<A> {
         }
     }
 
-    /// From now on a frame that has come by one peer is dropped when it comes by another within a second: a router passes on
-    /// what its sender says here as well.
+    /// From now on a frame that has come by one peer is dropped when it comes by another within a second: a
+    /// router passes on what its sender says here as well.
     pub fn expect_doubles(&mut self) {
         self.doubles = Some(Doubles::default());
     }
 
-    /// What the peers of an endpoint say to everybody is not passed on to these addresses: they speak to them themselves.
+    /// What the peers of an endpoint say to everybody is not passed on to these addresses: they speak to them
+    /// themselves.
     pub fn reaches_itself(&mut self, endpoint: EndpointId, addresses: Vec<A>) {
         self.reached.push((endpoint, addresses));
     }
@@ -146,7 +151,7 @@ impl<A: Copy + PartialEq> Hub<A> {
         self.endpoints.get(usize::from(endpoint.0)).map(|e| e.1).unwrap_or_default()
     }
 
-    /// How many peers are served.
+    /// Number of peers that are served.
     pub fn served(&self, now: u64) -> usize {
         self.peers.iter().filter(|p| p.is_served(now, self.memory_us)).count()
     }

@@ -4,12 +4,13 @@ use mavlink::dialects::common::MavMessage;
 use mavlink::{Message as _, calculate_crc};
 
 use super::super::decoder::{Decoder, HEADER_LEN_V2, INCOMPATIBLE_SIGNED};
+use super::super::faults::Faults;
+use super::super::peer::PeerId;
 use super::super::signing::Signing;
-use super::super::{Faults, PeerId};
 use super::EndpointId;
 
-/// Most components of one peer that are remembered for routes and sequence numbers; what more there are is heard all the
-/// same.
+/// Most components of one peer that are remembered for routes and sequence numbers; what more there are is
+/// heard all the same.
 const MAX_COMPONENTS: usize = 16;
 
 /// A component that was heard by a peer, or one of ours that speaks to it.
@@ -62,8 +63,8 @@ impl<A> Peer<A> {
         self.heard.iter().map(|n| n.component)
     }
 
-    /// Notes a frame's sender and sequence number, and counts what does not follow the last. What others than the first say
-    /// through a peer may have been thinned on the way: nothing of it is missed.
+    /// Notes a frame's sender and sequence number, and counts what does not follow the last. What others than
+    /// the first say through a peer may have been thinned on the way: nothing of it is missed.
     pub(super) fn note_sequence(&mut self, component: (u8, u8), sequence: u8, faults: &mut Faults) {
         let is_first = self.heard.first().is_none_or(|n| n.component == component);
         let Some(last) = self.heard.iter_mut().find(|n| n.component == component) else {
@@ -99,8 +100,8 @@ impl<A> Peer<A> {
         }
     }
 
-    /// One of our frames as this peer gets it: with a sequence number of its own, so that a frame for another peer is no gap
-    /// to this one, and signed if there is a key.
+    /// One of our frames as this peer gets it: with a sequence number of its own, so that a frame for another
+    /// peer is no gap to this one, and signed if there is a key.
     pub(super) fn seal(&mut self, frame: &[u8], signing: Option<&mut Signing>, now: u64) -> Vec<u8> {
         let mut bytes = frame.to_vec();
         let Some(&[_, len, _, _, _, system, component, a, b, c]) = frame.first_chunk::<HEADER_LEN_V2>()

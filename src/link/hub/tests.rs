@@ -3,8 +3,12 @@
 use mavlink::Message as _;
 use mavlink::dialects::common::*;
 
+use super::super::decoder::Decoder;
+use super::super::encoder::Encoder;
+use super::super::frame::Frame;
+use super::super::peer::PeerId;
+use super::super::session::{Link, Transmit};
 use super::super::signing::Key;
-use super::super::{Decoder, Encoder, Frame, Link, PeerId, Transmit};
 use super::*;
 
 const NOW: u64 = 1_800_000_000_000_000;
@@ -180,8 +184,8 @@ fn two_ways_to_one_network_make_no_loop() {
     assert!(forwarded(&mut hub).is_empty());
 }
 
-/// A vehicle whose parachute stands behind the autopilot: commands to it and its answers go through, what it says to everybody
-/// goes to those that it does not reach itself, and it takes once what comes by two ways.
+/// A vehicle whose parachute stands behind the autopilot: commands to it and its answers go through, what it
+/// says to everybody goes to those that it does not reach itself, and it takes once what comes by two ways.
 #[test]
 fn a_component_behind_the_party_is_reached_through_it() {
     const GRIPPER: (u8, u8) = (1, 161);

@@ -1,16 +1,19 @@
-//! The reference autopilot on sockets: TCP client of the simulator, UDP 18570 + N for ground stations, 14580 + N for
-//! companions; and the way from these to the parachute.
+//! The reference autopilot on sockets: TCP client of the simulator, UDP 18570 + N for ground stations, 14580
+//! + N for companions; and the way from these to the parachute.
 
 use std::collections::VecDeque;
 use std::future::Future;
 use std::time::Duration;
 
-use mavlink::dialects::common::MavMessage;
+use mavlink::MessageData as _;
+use mavlink::dialects::common::{MavMessage, STATUSTEXT_DATA};
 
-use super::super::autopilot::AUTOPILOT_COMPONENT;
+use super::super::autopilot::{AUTOPILOT_COMPONENT, AutopilotSession};
+use super::super::decoder::Decoder;
+use super::super::frame::{Frame, message_id};
+use super::super::session::{Link, Session as _, Transmit};
 use super::super::signing::Key;
 use super::super::statustext::TextReader;
-use super::super::{AutopilotSession, Decoder, Frame, Link, Session as _, TimeUs, Transmit};
 use super::clock::Since;
 use super::connection::Connection;
 use super::links::Links;
@@ -19,9 +22,7 @@ use super::ports::Ports;
 use super::simulator::PEER_MEMORY;
 use super::tcp_client::TcpClient;
 use super::url::LinkUrl;
-
-/// STATUSTEXT.
-const STATUSTEXT_ID: u32 = 253;
+use crate::time::TimeUs;
 
 /// What the autopilot does when the simulator has left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,7 +116,7 @@ pub async fn run_autopilot<O: Observer>(
             break;
         }
     }
-    shell.links.tell_counts(shell.observer);
+    shell.links.report_counts(shell.observer);
     Ok(shell.session)
 }
 
@@ -184,7 +185,7 @@ impl<O: Observer> Shell<'_, O> {
                 (Link::Simulator, None) => {}
                 (Link::GroundStation, _) => {
                     self.links.send(&sent);
-                    self.tell_words(at, &sent.bytes);
+                    self.report_texts(at, &sent.bytes);
                 }
                 (Link::Api | Link::Parachute, _) => self.links.send(&sent),
             }
@@ -199,9 +200,9 @@ impl<O: Observer> Shell<'_, O> {
     }
 
     /// The autopilot speaks to its operators by STATUSTEXT; ours reads it here.
-    fn tell_words(&mut self, at: TimeUs, bytes: &[u8]) {
+    fn report_texts(&mut self, at: TimeUs, bytes: &[u8]) {
         let Self { own_words, texts, observer, .. } = self;
-        if bytes.get(7..10) != Some(&STATUSTEXT_ID.to_le_bytes()[..3]) {
+        if message_id(bytes) != Some(STATUSTEXT_DATA::ID) {
             return;
         }
         own_words.datagram(bytes, |frame| {

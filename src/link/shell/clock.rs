@@ -7,15 +7,17 @@
 
 use std::time::{Duration, Instant, SystemTime};
 
-use super::super::{TimeUs, seconds};
+use crate::time::{TimeUs, seconds};
 
-/// A step that is late by more than this is not made up for: the clock starts anew from there. In simulated time, because what
-/// is made up for passes in a burst, in which those who are not in lockstep cannot get a word in.
+/// A step that is late by more than this is not made up for: the clock starts anew from there. In simulated
+/// time, because what is made up for passes in a burst, in which those who are not in lockstep cannot get a
+/// word in.
 const LATE_SIMULATED_S: f64 = 0.1;
 /// Less than this cannot be kept: timers wake to the millisecond.
 const LATE_LEAST: Duration = Duration::from_millis(5);
 
-/// How often a host looks at what passes in wall time alone: a silence, a process that has ended, a patience that is over.
+/// How often a host looks at what passes in wall time alone: a silence, a process that has ended, a patience
+/// that is over.
 pub(super) const WATCH_PERIOD: Duration = Duration::from_millis(100);
 
 /// How fast simulated time runs.
@@ -71,7 +73,8 @@ impl Pacer {
     }
 }
 
-/// Unix time that never runs backwards, for peers and signatures: the system's at the start, from there on our own.
+/// Unix time that never runs backwards, for peers and signatures: the system's at the start, from there on
+/// our own.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct UnixClock {
     started: Instant,

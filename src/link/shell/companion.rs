@@ -1,21 +1,26 @@
 //! A streamer beside the simulator, for an autopilot that is a process of its own.
 //!
-//! The autopilot's link for companions lives in wall time: a frame that has been handed to the socket is with the autopilot some time
-//! later, and a simulator that does not wait would be steps ahead by then. So each batch of frames is followed by a TIMESYNC, which
-//! the autopilot answers in the order of arrival: once the answer is there all before it has been taken, and the next HIL_SENSOR
-//! may go. Setpoints are thus in force at the same simulated time at any speed.
+//! The autopilot's link for companions lives in wall time: a frame that has been handed to the socket is with
+//! the autopilot some time later, and a simulator that does not wait would be steps ahead by then. So each
+//! batch of frames is followed by a TIMESYNC, which the autopilot answers in the order of arrival: once the
+//! answer is there all before it has been taken, and the next HIL_SENSOR may go. Setpoints are thus in force
+//! at the same simulated time at any speed.
 
 use std::time::Duration;
 
 use mavlink::dialects::common::{MavMessage, TIMESYNC_DATA};
 
+use super::super::decoder::Decoder;
+use super::super::encoder::Encoder;
+use super::super::frame::Frame;
 use super::super::hil::HilSession;
-use super::super::streamer::{STREAMER_COMPONENT, STREAMER_SYSTEM, StreamerState};
-use super::super::{Decoder, Encoder, Frame, Link, Session as _, StreamerSession, TimeUs, Transmit};
+use super::super::session::{Link, Session as _, Transmit};
+use super::super::streamer::{STREAMER_COMPONENT, STREAMER_SYSTEM, StreamerSession, StreamerState};
 use super::clock::Since;
 use super::links::Links;
 use super::notice::{Notice, Observer, ShellError};
 use super::ports::Ports;
+use crate::time::TimeUs;
 
 /// An autopilot that has not answered a TIMESYNC for so long will not; time goes on without.
 const FENCE_PATIENCE: Duration = Duration::from_secs(1);
@@ -29,7 +34,7 @@ struct Fence {
     since: Since,
 }
 
-/// See the head of this file.
+/// A streamer with its socket and the fence that keeps simulated time behind the autopilot.
 #[derive(Debug)]
 pub(super) struct Companion {
     initial: StreamerSession,
@@ -40,7 +45,8 @@ pub(super) struct Companion {
     decoder: Decoder,
     fence: Option<Fence>,
     stamp: i64,
-    /// The autopilot has answered a TIMESYNC. Before, nothing waits for one: its receiver may be asleep in simulated time.
+    /// The autopilot has answered a TIMESYNC. Before, nothing waits for one: its receiver may be asleep in
+    /// simulated time.
     answers: bool,
     /// When it was sent the first one.
     asked: Option<Since>,
@@ -86,7 +92,8 @@ impl Companion {
         self.since = Since::now();
     }
 
-    /// Whether the vehicle's software is still starting, in wall time: it has not been heard, or has not listened yet.
+    /// Whether the vehicle's software is still starting, in wall time: it has not been heard, or has not
+    /// listened yet.
     pub(super) fn vehicle_starts(&self) -> bool {
         let deaf = !self.answers && self.asked.as_ref().is_some_and(|since| since.elapsed() < FENCE_PATIENCE);
         deaf || self.is_unheard()
@@ -106,7 +113,8 @@ impl Companion {
         self.links.readable().await;
     }
 
-    /// Takes what has come. The simulator hears the autopilot's HEARTBEAT this way, which it does not get on its own link.
+    /// Takes what has come. The simulator gets the autopilot's HEARTBEAT this way, which does not come on its
+    /// own link.
     pub(super) fn receive<O: Observer>(&mut self, simulator: &mut HilSession, observer: &mut O) {
         let now = simulator.now();
         let Self { session, links, fence, stamp, answers, .. } = self;
@@ -133,21 +141,21 @@ impl Companion {
         }
     }
 
-    /// Takes what the parachute says, without a socket.
-    pub(super) fn hear_parachute(&mut self, sent: &Transmit) {
+    /// Takes a frame of the parachute, without a socket.
+    pub(super) fn take_from_parachute(&mut self, sent: &Transmit) {
         let Self { session, decoder, .. } = self;
         decoder.datagram(&sent.bytes, |frame| session.handle_input(Link::Parachute, &frame));
     }
 
-    /// Lets the session act at the simulator's time, once for each, and sends what it wants sent: to the autopilot and, without a
-    /// socket, to the parachute.
+    /// Lets the session act at the simulator's time, once for each, and sends what it wants sent: to the
+    /// autopilot and, without a socket, to the parachute.
     pub(super) fn act<O: Observer>(&mut self, simulator: &mut HilSession, observer: &mut O) {
         let now = simulator.now();
         if self.ticked != Some(now) {
             self.ticked = Some(now);
             self.session.handle_time(now);
         }
-        self.tell(observer);
+        self.report(observer);
         let mut any = false;
         while let Some(sent) = self.session.poll_output() {
             any = true;
@@ -161,8 +169,8 @@ impl Companion {
         simulator.note_setpoint(self.session.velocity_setpoint_ned());
     }
 
-    /// Tells what the session has to tell.
-    pub(super) fn tell<O: Observer>(&mut self, observer: &mut O) {
+    /// Passes on what the session reports.
+    pub(super) fn report<O: Observer>(&mut self, observer: &mut O) {
         while let Some(event) = self.session.poll_event() {
             observer.notice(Notice::Streamer(event));
         }
@@ -177,7 +185,7 @@ impl Companion {
         self.fence = self.answers.then(|| Fence { stamp: self.stamp, since: Since::now() });
     }
 
-    pub(super) fn tell_counts(&self, observer: &mut impl Observer) {
-        self.links.tell_counts(observer);
+    pub(super) fn report_counts(&self, observer: &mut impl Observer) {
+        self.links.report_counts(observer);
     }
 }

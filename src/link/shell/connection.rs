@@ -7,18 +7,21 @@ use std::time::Duration;
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::TcpStream;
 
-use super::super::{Decoder, Frame};
+use super::super::decoder::Decoder;
+
+use super::super::frame::Frame;
 use super::clock::Since;
 use super::notice::{GarbageWatch, Observer, What};
 
 /// A peer that does not read for this long is gone.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Pauses of the processor between two looks of [`Connection::spin`]: a sibling on the same core shall not suffer.
+/// Pauses of the processor between two looks of [`Connection::spin`]: a sibling on the same core shall not
+/// suffer.
 #[cfg(unix)]
 const PAUSES: u32 = 60;
 
-/// How long a peer is given to close its side as well.
+/// A peer is given this long to close its side as well.
 const FAREWELL: Duration = Duration::from_millis(200);
 
 /// The connection.
@@ -53,8 +56,9 @@ impl Connection {
         }
     }
 
-    /// Looks for something to read, again and again for `patience`, without giving the processor up: to be woken takes longer than
-    /// an autopilot's step. Whether there was something; it is received at the next [`Self::receive`].
+    /// Looks for something to read, again and again for `patience`, without giving the processor up: to be
+    /// woken takes longer than an autopilot's step. Whether there was something; it is received at the next
+    /// [`Self::receive`].
     #[cfg(unix)]
     pub(super) fn spin(&mut self, patience: Duration) -> bool {
         use rustix::io::Errno;
@@ -117,8 +121,8 @@ impl Connection {
         self.garbage.look(&self.what, self.decoder.faults(), observer);
     }
 
-    /// Ends it so that the peer reads all that was sent and then the end. (To close with something unread would be a reset, which
-    /// may overtake the last messages.)
+    /// Ends it so that the peer reads all that was sent and then the end. (To close with something unread
+    /// would be a reset, which may overtake the last messages.)
     pub(super) async fn close(mut self) {
         let _ = self.stream.shutdown().await;
         let mut unread = [0; 4096];

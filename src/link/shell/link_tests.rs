@@ -7,13 +7,18 @@ use std::time::Duration;
 use mavlink::dialects::common::*;
 use tokio::sync::oneshot;
 
+use super::super::decoder::Decoder;
+use super::super::encoder::Encoder;
+use super::super::frame::Frame;
+use super::super::hub::{Hub, HubConfig};
+use super::super::session::{Link, Transmit};
 use super::super::signing::Key;
-use super::super::{Decoder, Encoder, Frame, Hub, HubConfig, Link, Transmit};
 use super::ports::loopback;
 use super::tests::{autopilot, block_on, ears, free_ports, heard};
 use super::*;
 
-/// Runs an autopilot without a simulator (it beats once a second) while `script` does what it does in a thread of its own.
+/// Runs an autopilot without a simulator (it beats once a second) while `script` does what it does in a
+/// thread of its own.
 fn with_autopilot<T: Send + 'static>(
     ports: Ports,
     wiring: Wiring,

@@ -4,15 +4,20 @@ use std::net::SocketAddr;
 use std::task::Poll;
 use std::time::Duration;
 
+use mavlink::MessageData as _;
+use mavlink::dialects::common::HEARTBEAT_DATA;
+
+use super::super::frame::{Frame, message_id};
+use super::super::hub::{EndpointId, Hub, HubConfig, HubEvent};
+use super::super::session::{Link, Transmit};
 use super::super::signing::Key;
-use super::super::{EndpointId, Frame, Hub, HubConfig, HubEvent, Link, Transmit};
 use super::clock::UnixClock;
 use super::endpoint::{Arrival, Endpoint};
 use super::notice::{GarbageWatch, Notice, Observer, ShellError, What};
 use super::ports::{Ports, loopback};
 use super::url::LinkUrl;
 
-/// One endpoint, what it is called and what has been told of it.
+/// One endpoint with its name and the faults reported of it.
 #[derive(Debug)]
 struct Named {
     endpoint: Endpoint,
@@ -32,7 +37,8 @@ pub(super) struct Links {
 }
 
 impl Links {
-    /// For a party of system and component `own`, without endpoints yet; silent peers are served for `memory`.
+    /// For a party of system and component `own`, without endpoints yet; silent peers are served for
+    /// `memory`.
     pub(super) fn new(own: (u8, u8), memory: Duration, forwards: bool, key: Option<Key>) -> Self {
         let memory_us = u64::try_from(memory.as_micros()).unwrap_or(u64::MAX);
         let hub = Hub::new(HubConfig { own, memory_us, forwards, key });
@@ -73,8 +79,8 @@ impl Links {
         Ok(())
     }
 
-    /// Opens the way to the parachute, so that who meets the autopilot alone meets the parachute too, as through a MAVLink
-    /// router. It speaks to the instance's default remotes itself.
+    /// Opens the way to the parachute, so that who meets the autopilot alone meets the parachute too, as
+    /// through a MAVLink router. It speaks to the instance's default remotes itself.
     pub(super) async fn route_to_parachute(
         &mut self,
         ports: &Ports,
@@ -123,7 +129,7 @@ impl Links {
         for (i, named) in endpoints.iter_mut().enumerate() {
             let id = EndpointId(i as u8);
             let (link, what) = (named.link, &named.what);
-            let mut told = Vec::new();
+            let mut notices = Vec::new();
             let mut frames = Vec::new();
             named.endpoint.receive(observer, &mut |arrival| match arrival {
                 Arrival::Datagram(from, bytes) => {
@@ -136,7 +142,7 @@ impl Links {
                 }
                 Arrival::Connected(peer) => {
                     let room = hub.keep(now, id, peer);
-                    told.push(if room {
+                    notices.push(if room {
                         Notice::Connected { peer, what: what.clone() }
                     } else {
                         Notice::Crowded { peer, what: what.clone() }
@@ -145,18 +151,18 @@ impl Links {
                 }
                 Arrival::Ended(peer, reason) => {
                     hub.forget(id, peer);
-                    told.push(Notice::Disconnected { peer, reason });
+                    notices.push(Notice::Disconnected { peer, reason });
                     true
                 }
             });
-            told.into_iter().for_each(|notice| observer.notice(notice));
+            notices.into_iter().for_each(|notice| observer.notice(notice));
             frames.iter().for_each(|frame| each(observer, link, frame));
             named.garbage.look(what, &hub.faults(id), observer);
         }
-        self.tell_and_pass_on(observer);
+        self.report_and_pass_on(observer);
     }
 
-    fn tell_and_pass_on(&mut self, observer: &mut impl Observer) {
+    fn report_and_pass_on(&mut self, observer: &mut impl Observer) {
         while let Some(event) = self.hub.poll_event() {
             let what = |id: EndpointId| self.endpoints[usize::from(id.0)].what.clone();
             observer.notice(match event {
@@ -178,21 +184,20 @@ impl Links {
         };
         hub.send(now, transmit, &mut out);
         // By this the parachute knows its router.
-        if self.routes && transmit.link == Link::Api && is_heartbeat(&transmit.bytes) {
+        if self.routes
+            && transmit.link == Link::Api
+            && message_id(&transmit.bytes) == Some(HEARTBEAT_DATA::ID)
+        {
             let beat = Transmit::to_all(Link::Parachute, transmit.bytes.clone());
             hub.send(now, &beat, &mut out);
         }
     }
 
     /// At the end: what came by each endpoint, if anything was wrong with it.
-    pub(super) fn tell_counts(&self, observer: &mut impl Observer) {
+    pub(super) fn report_counts(&self, observer: &mut impl Observer) {
         for (i, named) in self.endpoints.iter().enumerate() {
             let faults = self.hub.faults(EndpointId(i as u8));
             observer.notice(Notice::Counts { what: named.what.clone(), faults });
         }
     }
-}
-
-fn is_heartbeat(frame: &[u8]) -> bool {
-    frame.get(7..10) == Some(&[0; 3])
 }

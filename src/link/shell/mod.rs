@@ -8,19 +8,21 @@
 //! | [`url`] | endpoints as they are typed |
 //! | `endpoint` | sockets for ground stations and companions, by kind |
 //! | `links` | a party's endpoints and the hub between them and its session |
-//! | [`notice`] | what is told to the caller; errors |
+//! | [`notice`] | notices to the caller; errors |
 //! | [`simulator`] | [`run_simulator`]: TCP server for the autopilot, UDP for the parachute |
-//! | `spin` | waiting for an answer without giving the processor up, while that pays |
-//! | `companion` | a streamer beside the simulator: what an autopilot in a process of its own must have taken before time goes on |
+//! | `busy_wait` | waiting for an answer without giving the processor up, while that pays |
+//! | `companion` | a streamer beside the simulator, and the fence that holds simulated time back |
 //! | [`autopilot`] | [`run_autopilot`]: TCP client of the simulator, UDP for ground stations and companions |
 //! | [`streamer`] | [`run_streamer`]: UDP |
-//! | [`watched`] | [`run_watched_drop`]: the drop in memory at a speed to watch, with ground stations on UDP |
+//! | [`watched`] | [`run_watched_drop`]: the drop in memory at a speed to watch, ground stations on UDP |
 //! | `viewer` | the flight to be watched: HIL_STATE_QUATERNION on UDP |
 //!
-//! Loopback only, unless an endpoint is asked for by its URL; only a key keeps strangers out. Each `run_*` returns when its session is over or `stop` completes,
-//! and gives its session back, so that what has been flown can be written. A single-threaded runtime is enough.
+//! Loopback only, unless an endpoint is asked for by its URL; only a key keeps strangers out. Each `run_*`
+//! returns when its session is over or `stop` completes, and gives its session back, so that what has been
+//! flown can be written. A single-threaded runtime is enough.
 
 pub mod autopilot;
+mod busy_wait;
 pub mod clock;
 mod companion;
 mod connection;
@@ -29,7 +31,6 @@ mod links;
 pub mod notice;
 pub mod ports;
 pub mod simulator;
-mod spin;
 pub mod streamer;
 pub mod tcp_client;
 pub mod tcp_server;

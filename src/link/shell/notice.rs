@@ -1,19 +1,29 @@
-//! What the shell tells its caller, and why it cannot go on.
+//! Notices of the shell to its caller, and the reasons why it cannot go on.
 
 use std::borrow::Cow;
 use std::fmt;
 use std::io;
 use std::net::SocketAddr;
 
-use super::super::{Faults, HilEvent, Link, LogEntry, StreamerEvent, TimeUs, Timed};
+use super::super::faults::Faults;
+
+use super::super::flight_log::LogEntry;
+
+use super::super::hil::HilEvent;
+
+use super::super::session::Link;
+
+use super::super::streamer::StreamerEvent;
+
+use crate::time::{TimeUs, Timed};
 
 /// What a socket is for, or as which it was typed.
 pub type What = Cow<'static, str>;
 
-/// Why sockets cannot be used.
+/// A reason why sockets cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ShellError {
-    /// Somebody else has the port.
+    /// Another process has the port.
     #[error(
         "{protocol} port {port} ({what}) is in use: is another instance running? --instance shifts the ports"
     )]
@@ -22,7 +32,7 @@ pub enum ShellError {
         protocol: &'static str,
         /// The port.
         port: u16,
-        /// What it is for.
+        /// Purpose of the port.
         what: What,
     },
     /// The port cannot be had for another reason.
@@ -32,7 +42,7 @@ pub enum ShellError {
         protocol: &'static str,
         /// The port.
         port: u16,
-        /// What it is for.
+        /// Purpose of the port.
         what: What,
         /// The system's reason.
         source: io::Error,
@@ -73,70 +83,71 @@ pub enum Notice {
     Open {
         /// "TCP" or "UDP".
         protocol: &'static str,
-        /// Where.
+        /// Address.
         at: SocketAddr,
-        /// What for.
+        /// Purpose of the socket.
         what: What,
     },
     /// A connection stands.
     Connected {
-        /// To whom.
+        /// Address of the peer.
         peer: SocketAddr,
-        /// What for.
+        /// Purpose of the socket.
         what: What,
     },
     /// A connection has ended.
     Disconnected {
-        /// Whose.
+        /// Address of the peer.
         peer: SocketAddr,
-        /// Why.
+        /// Reason, in words.
         reason: String,
     },
     /// A second autopilot has tried to connect and has been sent away.
     TurnedAway {
-        /// Who.
+        /// Address of the peer.
         peer: SocketAddr,
     },
     /// Nobody listens there yet; it is tried again and again.
     NobodyThere {
-        /// Where.
+        /// Address.
         at: SocketAddr,
         /// What should be there.
         what: What,
     },
-    /// A peer has spoken on a UDP socket for the first time, or after a silence.
+    /// A peer has sent a frame on a UDP socket for the first time, or after a silence.
     Heard {
-        /// Who.
+        /// Address of the peer.
         peer: SocketAddr,
-        /// On which socket.
+        /// Purpose of the socket.
         what: What,
     },
     /// There is no room for a further peer.
     Crowded {
-        /// Who.
+        /// Address of the peer.
         peer: SocketAddr,
-        /// On which socket.
+        /// Purpose of the socket.
         what: What,
     },
     /// At the end: everything that came, by kind.
     Counts {
-        /// On which socket.
+        /// Purpose of the socket.
         what: What,
         /// The counts.
         faults: Faults,
     },
-    /// Bytes have come that are no frames, or frames that are not let in; told at the 1st, 2nd, 4th, .. time.
+    /// Bytes have come that are no frames, or frames that are not let in; reported at the 1st, 2nd, 4th, ..
+    /// time.
     Garbage {
-        /// On which socket.
+        /// Purpose of the socket.
         what: What,
         /// All that this socket has dropped so far.
         faults: Faults,
     },
-    /// Of the simulator.
+    /// A report of the simulator.
     Simulator(Timed<HilEvent>),
-    /// Of the streamer.
+    /// A report of the streamer.
     Streamer(Timed<StreamerEvent>),
-    /// The autopilot's STATUSTEXT.
+    /// A STATUSTEXT of the autopilot.
     Autopilot {
         /// Simulated time.
         at: TimeUs,
@@ -174,7 +185,7 @@ impl fmt::Display for Notice {
     }
 }
 
-/// Who wants to know.
+/// Receiver of what happens on the sockets.
 pub trait Observer {
     /// Something happened.
     fn notice(&mut self, notice: Notice);
@@ -184,7 +195,7 @@ pub trait Observer {
         let _ = (now, link, bytes);
     }
 
-    /// A ground station wants the parameters kept: the text of a parameter file.
+    /// Takes the text of a parameter file that a ground station wants kept.
     fn keep_parameters(&mut self, text: &str) {
         let _ = text;
     }
@@ -201,17 +212,17 @@ impl<F: FnMut(Notice)> Observer for F {
     }
 }
 
-/// Tells of a decoder's faults at the 1st, 2nd, 4th, .. of them.
+/// Reports a decoder's faults at the 1st, 2nd, 4th, .. of them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct GarbageWatch {
-    tell_from: u64,
+    report_from: u64,
 }
 
 impl GarbageWatch {
     pub(super) fn look(&mut self, what: &What, faults: &Faults, observer: &mut impl Observer) {
         let bad = faults.skipped_bytes + faults.refused();
-        if bad > self.tell_from {
-            self.tell_from = bad.saturating_mul(2);
+        if bad > self.report_from {
+            self.report_from = bad.saturating_mul(2);
             observer.notice(Notice::Garbage { what: what.clone(), faults: *faults });
         }
     }

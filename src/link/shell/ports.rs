@@ -1,8 +1,8 @@
-//! Which ports and which MAVLink system an instance has: PX4's scheme.
+//! Ports and MAVLink system of an instance, by PX4's scheme.
 //!
-//! Ten instances, as with PX4: the API port of the eleventh, 14540 + 10, would be the ground station's 14550 (PX4 lets those
-//! beyond share 14549, which serves no streamer). Within the range no two instances meet, in no port and no system, and none
-//! meets a ground station (system 255) or a streamer (245).
+//! Ten instances, as with PX4: the API port of the eleventh, 14540 + 10, would be the ground station's 14550
+//! (PX4 lets those beyond share 14549, which serves no streamer). Within the range no two instances meet, in
+//! no port and no system, and none meets a ground station (system 255) or a streamer (245).
 
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, UdpSocket};
 

@@ -6,23 +6,26 @@ use std::time::Duration;
 
 use tokio::net::TcpStream;
 
+use super::super::frame::Frame;
+use super::super::hil::{HilSession, Pace};
 use super::super::parachute::PARACHUTE_COMPONENT;
+use super::super::session::{Link, Session as _, Transmit};
 use super::super::signing::Key;
-use super::super::streamer::StreamerState;
-use super::super::{Frame, HilSession, Link, Pace, Session as _, StreamerSession, TimeUs, Transmit};
+use super::super::streamer::{StreamerSession, StreamerState};
+use super::busy_wait::BusyWait;
 use super::clock::{Pacer, Since, Speed, WATCH_PERIOD};
 use super::companion::Companion;
 use super::connection::Connection;
 use super::links::Links;
 use super::notice::{Notice, Observer, ShellError};
 use super::ports::Ports;
-use super::spin::Spin;
 use super::tcp_server::TcpServer;
 use super::viewer::Viewer;
+use crate::time::TimeUs;
 
 /// Half a frame and then nothing for this long: the rest is not coming.
 const HALF_FRAME_PATIENCE: Duration = Duration::from_secs(1);
-/// How long a peer of the parachute is remembered.
+/// A peer of the parachute is remembered for this long.
 pub(super) const PEER_MEMORY: Duration = Duration::from_secs(10);
 
 struct Shell<'a, O> {
@@ -35,15 +38,16 @@ struct Shell<'a, O> {
     /// While the autopilot's software is starting.
     starting: Pacer,
     waiting: Since,
-    /// Of a turn; kept for its room.
+    /// Frames of one turn; kept for their room.
     sent: Vec<Transmit>,
-    spin: Spin,
+    busy_wait: BusyWait,
     observer: &'a mut O,
 }
 
-/// The autopilot as somebody knows it who has started it.
+/// An autopilot's process, as known to the program that has started it.
 pub trait Guest {
-    /// Why it is gone, if it is, or is taken to be. `now` and `pace`: simulated time, and what the simulator waits for.
+    /// The reason why the process is gone, if it is or is taken to be. `now` is simulated time [us], and
+    /// `pace` says what the simulator waits for.
     fn gone(&mut self, now: TimeUs, pace: Pace) -> Option<String>;
 }
 
@@ -54,15 +58,15 @@ pub struct HostedDrop {
     pub simulator: HilSession,
     /// The streamer.
     pub streamer: StreamerSession,
-    /// Why the autopilot is gone, if it left before the end.
+    /// The reason why the autopilot is gone, if it left before the end.
     pub gone: Option<String>,
-    /// How often simulated time went on although the autopilot had not yet taken what it was sent.
+    /// Number of times that simulated time went on although the autopilot had not yet taken what it was sent.
     pub unfenced: u64,
 }
 
-/// Runs the simulator until the mission is over or `stop` completes. Before the first answer, and at [`Speed::Factor`], it
-/// keeps the pace of the clock; an autopilot that leaves is waited for, and the drop then starts over. The
-/// parachute tells everybody when it is over.
+/// Runs the simulator until the mission is over or `stop` completes. Before the first answer, and at
+/// [`Speed::Factor`], it keeps the pace of the clock; an autopilot that leaves is waited for, and the drop
+/// then starts over. The parachute reports the end to everybody.
 ///
 /// # Errors
 /// [`ShellError`] when a port cannot be had.
@@ -82,10 +86,11 @@ pub async fn run_simulator<O: Observer>(
     Ok(shell.session)
 }
 
-/// Runs the simulator with a streamer beside it for an autopilot that `start` starts and its guest watches, until the mission is
-/// over, the streamer has given up, the autopilot is gone for good or `stop` completes. It is started once the ports are ours, so that
-/// it cannot meet another simulator. Until the autopilot's first HEARTBEAT, simulated time runs no faster than the clock: its
-/// software starts in wall time. The streamer's clock must be the caller's.
+/// Runs the simulator with a streamer beside it for an autopilot that `start` starts and its guest watches,
+/// until the mission is over, the streamer has given up, the autopilot is gone for good or `stop` completes.
+/// It is started once the ports are ours, so that it cannot meet another simulator. Until the autopilot's
+/// first HEARTBEAT, simulated time runs no faster than the clock: its software starts in wall time. The
+/// streamer's clock must be the caller's.
 ///
 /// # Errors
 /// [`ShellError`] when a port cannot be had; what `start` fails with.
@@ -143,12 +148,12 @@ impl<'a, O: Observer> Shell<'a, O> {
             starting: Pacer::new(starting),
             waiting: Since::now(),
             sent: Vec::new(),
-            spin: Spin::new(speed),
+            busy_wait: BusyWait::new(speed),
             observer,
         })
     }
 
-    /// Why the guest is gone, if that ended it.
+    /// Runs to the end; returns the reason why the guest is gone, if that ended it.
     async fn run(
         &mut self,
         server: TcpServer,
@@ -168,10 +173,10 @@ impl<'a, O: Observer> Shell<'a, O> {
                 None => WATCH_PERIOD,
             };
             let mut accepted = None;
-            let answered = pace == Pace::AwaitingControls && self.spin.look(self.connection.as_mut());
+            let answered = pace == Pace::AwaitingControls && self.busy_wait.look(self.connection.as_mut());
             if pause.is_zero() {
                 self.step().await;
-            } else if !answered || self.spin.others_are_due() {
+            } else if !answered || self.busy_wait.others_are_due() {
                 tokio::select! {
                     () = &mut stop => {
                         self.session.stop();
@@ -200,9 +205,9 @@ impl<'a, O: Observer> Shell<'a, O> {
         }
         self.act();
         self.send().await;
-        self.parachute.tell_counts(self.observer);
+        self.parachute.report_counts(self.observer);
         if let Some(companion) = &self.companion {
-            companion.tell_counts(self.observer);
+            companion.report_counts(self.observer);
         }
         // First, so that an autopilot whose connection ends does not find it open.
         drop(server);
@@ -232,12 +237,12 @@ impl<'a, O: Observer> Shell<'a, O> {
         self.companion.as_ref().is_some_and(|c| c.session.state() == StreamerState::Failed)
     }
 
-    /// The companion's turn, once the autopilot has answered; until then it only tells what it waits for.
+    /// The companion's turn, once the autopilot has answered; until then it only reports what it waits for.
     fn act(&mut self) {
         let Some(companion) = &mut self.companion else { return };
         match self.session.pace() {
             Pace::Free | Pace::Ready | Pace::Done => companion.act(&mut self.session, self.observer),
-            Pace::NoPeer | Pace::AwaitingControls => companion.tell(self.observer),
+            Pace::NoPeer | Pace::AwaitingControls => companion.report(self.observer),
         }
     }
 
@@ -344,7 +349,7 @@ impl<'a, O: Observer> Shell<'a, O> {
             if sent.link != Link::Simulator {
                 self.parachute.send(&sent);
                 if let Some(companion) = &mut self.companion {
-                    companion.hear_parachute(&sent);
+                    companion.take_from_parachute(&sent);
                 }
             }
         }

@@ -3,9 +3,9 @@
 use std::future::Future;
 use std::time::Duration;
 
+use super::super::session::{Link, Session as _};
 use super::super::signing::Key;
-use super::super::streamer::{STREAMER_COMPONENT, STREAMER_SYSTEM};
-use super::super::{Link, Session as _, StreamerSession};
+use super::super::streamer::{STREAMER_COMPONENT, STREAMER_SYSTEM, StreamerSession};
 use super::clock::{Since, WATCH_PERIOD};
 use super::links::Links;
 use super::notice::{Notice, Observer, ShellError};
@@ -55,6 +55,6 @@ pub async fn run_streamer<O: Observer>(
             socket.send(&sent);
         }
     }
-    socket.tell_counts(observer);
+    socket.report_counts(observer);
     Ok(session)
 }

@@ -18,13 +18,13 @@ pub struct TcpClient {
     at: SocketAddr,
     what: &'static str,
     tried: Option<Since>,
-    told: bool,
+    reported: bool,
 }
 
 impl TcpClient {
     /// For the port on which `what` should listen.
     pub fn new(port: u16, what: &'static str) -> Self {
-        Self { at: loopback(port), what, tried: None, told: false }
+        Self { at: loopback(port), what, tried: None, reported: false }
     }
 
     /// How long until it is time for the next try.
@@ -32,7 +32,8 @@ impl TcpClient {
         self.tried.map_or(Duration::ZERO, |tried| RETRY.saturating_sub(tried.elapsed()))
     }
 
-    /// Tries once, if it is time to; the connection has no Nagle's delay. That nobody is there is told once.
+    /// Tries once, if it is time to; the connection has no Nagle's delay. That nobody is there is reported
+    /// once.
     pub async fn try_connect(&mut self, observer: &mut impl Observer) -> Option<(TcpStream, SocketAddr)> {
         if !self.until_next_try().is_zero() {
             return None;
@@ -41,12 +42,12 @@ impl TcpClient {
         // On the loopback interface this is decided at once.
         if let Ok(stream) = TcpStream::connect(self.at).await {
             let _ = stream.set_nodelay(true);
-            self.told = false;
+            self.reported = false;
             observer.notice(Notice::Connected { peer: self.at, what: self.what.into() });
             return Some((stream, self.at));
         }
-        if !self.told {
-            self.told = true;
+        if !self.reported {
+            self.reported = true;
             observer.notice(Notice::NobodyThere { at: self.at, what: self.what.into() });
         }
         None

@@ -10,11 +10,12 @@ use tokio::sync::oneshot;
 
 use mavlink::dialects::common::{HIL_ACTUATOR_CONTROLS_DATA, MavMessage};
 
-use super::super::hil::Missing;
-use super::super::{
-    AutopilotSession, AutopilotSetup, Decoder, Encoder, Frame, HilConfig, HilEvent, HilSession,
-    StreamerConfig, StreamerEvent, StreamerSession, Timed,
-};
+use super::super::autopilot::{AutopilotSession, AutopilotSetup};
+use super::super::decoder::Decoder;
+use super::super::encoder::Encoder;
+use super::super::frame::Frame;
+use super::super::hil::{HilConfig, HilEvent, HilSession, Missing};
+use super::super::streamer::{StreamerConfig, StreamerEvent, StreamerSession};
 use super::ports::loopback;
 use super::*;
 use crate::autopilot::parameters::Parameters;
@@ -22,6 +23,7 @@ use crate::control::{Airframe, ControlLimits, ControlSettings, Gains};
 use crate::frames::LEVEL;
 use crate::params::Subject;
 use crate::sim::{DropEvent, DropRunConfig, test_site};
+use crate::time::Timed;
 use crate::trajectory::{Node, Trajectory};
 
 /// Collects notices and completes its signal at the first one that the test waits for.

@@ -1,16 +1,16 @@
-//! Endpoints as they are typed: `udpin:HOST:PORT`, `udpout:HOST:PORT`, `tcpin:HOST:PORT`, `tcpout:HOST:PORT`, each with
-//! `?mode=normal` (as without) or `?mode=onboard` after it.
+//! Endpoints as they are typed: `udpin:HOST:PORT`, `udpout:HOST:PORT`, `tcpin:HOST:PORT`, `tcpout:HOST:PORT`,
+//! each with `?mode=normal` (as without) or `?mode=onboard` after it.
 //!
-//! `in` binds HOST:PORT and serves whoever comes; `out` sends to, or connects to, HOST:PORT. The names are those of
-//! pymavlink and MAVSDK. HOST is a name, an IPv4 address, or an IPv6 address in brackets; only what is typed here is ever
-//! bound outside the loopback interface.
+//! `in` binds HOST:PORT and serves whoever comes; `out` sends to, or connects to, HOST:PORT. The names are
+//! those of pymavlink and MAVSDK. HOST is a name, an IPv4 address, or an IPv6 address in brackets; only what
+//! is typed here is ever bound outside the loopback interface.
 
 use std::fmt;
 use std::io;
 use std::net::{SocketAddr, ToSocketAddrs as _};
 use std::str::FromStr;
 
-use super::super::Link;
+use super::super::session::Link;
 
 /// A kind of endpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,7 +29,8 @@ pub enum Kind {
 const KINDS: [(&str, Kind); 4] =
     [("udpin", Kind::UdpIn), ("udpout", Kind::UdpOut), ("tcpin", Kind::TcpIn), ("tcpout", Kind::TcpOut)];
 
-/// What an endpoint is for: which streams it has, at which rates, by the names that PX4's `mavlink start -m` has.
+/// What an endpoint is for: which streams it has, at which rates, by the names that PX4's `mavlink start -m`
+/// has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Profile {
     /// A ground station's.
@@ -65,7 +66,7 @@ pub struct LinkUrl {
     pub profile: Profile,
 }
 
-/// Why a text is no endpoint.
+/// A reason why a text is no endpoint.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum UrlError {
     /// Another scheme.

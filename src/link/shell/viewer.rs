@@ -1,19 +1,22 @@
 //! A viewer of the flight: the truth as HIL_STATE_QUATERNION to UDP 19410 + N, where PX4's Hawkeye listens.
 //!
-//! A HEARTBEAT now and then tells it what flies. It is sent where a flight keeps the pace of the clock; at full speed there is nothing to be watched. Nobody has to be there.
+//! A HEARTBEAT now and then says what flies. Frames are sent where a flight keeps the pace of the clock; at
+//! full speed there is nothing to be watched. Nobody has to be there.
 
 use std::net::{SocketAddr, UdpSocket};
 
-use mavlink::dialects::common::{HEARTBEAT_DATA, MavAutopilot, MavMessage, MavState, MavType};
+use mavlink::MessageData as _;
+use mavlink::dialects::common::{
+    HEARTBEAT_DATA, HIL_STATE_QUATERNION_DATA, MavAutopilot, MavMessage, MavState, MavType,
+};
 
 use super::super::autopilot::AUTOPILOT_COMPONENT;
-use super::super::{Encoder, Link, Transmit};
+use super::super::encoder::Encoder;
+use super::super::frame::message_id;
+use super::super::session::{Link, Transmit};
 use super::clock::Speed;
 use super::ports::{Ports, loopback};
 
-/// Where a MAVLink 2 frame has its message, and HIL_STATE_QUATERNION there.
-const MESSAGE_AT: std::ops::Range<usize> = 7..10;
-const HIL_STATE_QUATERNION: [u8; 3] = [115, 0, 0];
 /// One HEARTBEAT for so many of them: about a second of flight, at the rate that autopilots ask for.
 const PER_HEARTBEAT: u32 = 125;
 
@@ -22,7 +25,7 @@ const PER_HEARTBEAT: u32 = 125;
 pub(super) struct Viewer {
     socket: Option<UdpSocket>,
     at: SocketAddr,
-    /// Its HEARTBEAT goes out under the vehicle's address.
+    /// Encodes the HEARTBEAT, under the vehicle's address.
     encoder: Encoder,
     shown: u32,
 }
@@ -43,7 +46,7 @@ impl Viewer {
     pub(super) fn show(&mut self, sent: &Transmit) {
         if let Some(socket) = &self.socket
             && sent.link == Link::Simulator
-            && sent.bytes.get(MESSAGE_AT) == Some(&HIL_STATE_QUATERNION[..])
+            && message_id(&sent.bytes) == Some(HIL_STATE_QUATERNION_DATA::ID)
         {
             if self.shown.is_multiple_of(PER_HEARTBEAT) {
                 _ = socket.send_to(&self.encoder.encode(&heartbeat()), self.at);

@@ -1,15 +1,16 @@
 //! The drop in memory, at a speed to watch, with ground stations and scripts listening on UDP.
 //!
-//! Simulator, autopilot and streamer stay in lockstep on their wire in memory, so the flight is the same as without
-//! watchers; these get what the autopilot and the parachute send, and may send, outside the lockstep.
+//! Simulator, autopilot and streamer stay in lockstep on their wire in memory, so the flight is the same as
+//! without watchers; these get what the autopilot and the parachute send, and may send, outside the lockstep.
 
 use std::future::Future;
 use std::time::Duration;
 
-use super::super::autopilot::AUTOPILOT_COMPONENT;
-use super::super::lockstep::Party;
+use super::super::autopilot::{AUTOPILOT_COMPONENT, AutopilotSession};
+use super::super::lockstep::{Lockstep, LockstepError, Party};
 use super::super::parachute::PARACHUTE_COMPONENT;
-use super::super::{AutopilotSession, Link, Lockstep, LockstepError, PeerId, Session as _, TimeUs, Transmit};
+use super::super::peer::PeerId;
+use super::super::session::{Link, Session as _, Transmit};
 use super::autopilot::Wiring;
 use super::clock::{Pacer, Speed};
 use super::links::Links;
@@ -17,8 +18,9 @@ use super::notice::{Notice, Observer, ShellError};
 use super::ports::Ports;
 use super::simulator::PEER_MEMORY;
 use super::viewer::Viewer;
+use crate::time::TimeUs;
 
-/// Why a watched drop cannot go on.
+/// A reason why a watched drop cannot go on.
 #[derive(Debug, thiserror::Error)]
 pub enum WatchedError {
     /// A port cannot be had.
@@ -98,8 +100,8 @@ pub async fn run_watched_drop<O: Observer>(
             break;
         }
     }
-    sockets.vehicle.tell_counts(observer);
-    sockets.parachute.tell_counts(observer);
+    sockets.vehicle.report_counts(observer);
+    sockets.parachute.report_counts(observer);
     Ok(wire)
 }
 
@@ -131,7 +133,7 @@ impl Sockets {
     fn receive<O: Observer>(&mut self, wire: &mut Lockstep<AutopilotSession>, observer: &mut O) {
         let now: TimeUs = wire.simulator.now();
         self.vehicle.receive(observer, |observer, link, frame| {
-            // What the parachute says is known.
+            // The parachute's own frames are known.
             if link != Link::Parachute {
                 observer.frame(now, link, frame.bytes());
                 wire.deliver(link, frame);

@@ -1,7 +1,7 @@
 //! Against frames that pymavlink signed:
 //!
 //! ```text
-//! mav = MAVLink(None, srcSystem=255, srcComponent=190)          # pymavlink 2.4.50, dialect common, MAVLink 2
+//! mav = MAVLink(None, srcSystem=255, srcComponent=190)  # pymavlink 2.4.50, common, MAVLink 2
 //! mav.signing.secret_key = sha256(b"titan").digest()            # the last frame: bytes(range(32))
 //! mav.signing.sign_outgoing, mav.signing.link_id, mav.signing.timestamp = True, 3, 36_000_000_000_000
 //! mav.seq = 7; mav.heartbeat_encode(6, 8, 0, 0, 4).pack(mav)
@@ -9,7 +9,9 @@
 //! mav.seq = 9; mav.param_request_list_encode(1, 1).pack(mav)
 //! ```
 
-use super::super::{Decoder, Encoder};
+use super::super::decoder::Decoder;
+
+use super::super::encoder::Encoder;
 use super::*;
 use mavlink::dialects::common::{HEARTBEAT_DATA, MavMessage, RADIO_STATUS_DATA};
 

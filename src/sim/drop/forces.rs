@@ -1,51 +1,51 @@
 //! What acts on a vehicle in each phase of its drop, and the rows of the record that hold it.
 //!
-//! Under the canopy the motion is prescribed and the canopy's force is what is missing from `m a`; in the study's fall,
-//! [`Start::T0`](super::super::Start), there is gravity alone.
+//! Under the canopy the motion is prescribed and the canopy's force is what is missing from `m a`; in the
+//! study's fall, [`Start::T0`](super::super::Start), there is gravity alone.
 
 use nalgebra::Vector3;
 
-use super::super::plant::Instant;
-use super::super::record::{Moment, Sample};
+use super::super::plant::Loads;
+use super::super::record::{RowStart, Sample};
 use super::{DropSimulation, Phase};
 use crate::frames::{rotate_body_from_ned, rotate_ned_from_body};
 use crate::model::{ForceBalance, PerRotor};
 
 impl DropSimulation {
     /// What acts on the vehicle now, under the last commands.
-    pub(super) fn instant(&self) -> Instant {
-        self.instant_under(&self.throttle)
+    pub(super) fn loads(&self) -> Loads {
+        self.loads_under(&self.throttle)
     }
 
-    fn instant_under(&self, throttle: &PerRotor) -> Instant {
+    fn loads_under(&self, throttle: &PerRotor) -> Loads {
         let gravity = self.environment().gravity_ned();
         let mass = self.vehicle().mass.mass_kg;
         match self.phase {
             Phase::Falling if !self.dynamic_fall() => {
                 let balance = ForceBalance { gravity_force_ned: gravity * mass, ..ForceBalance::default() };
-                Instant { a_ned: gravity, balance }
+                Loads { a_ned: gravity, balance }
             }
             Phase::Hanging => {
                 let (body, a_ned) = self.hanging();
-                let mut balance = self.plant.instant(&self.state, throttle, true).balance;
+                let mut balance = self.plant.loads(&self.state, throttle, true).balance;
                 let others =
                     rotate_ned_from_body(body.q_ned_from_body, balance.force_body()) + gravity * mass;
                 balance.canopy_force_ned = a_ned * mass - others;
-                Instant { a_ned, balance }
+                Loads { a_ned, balance }
             }
-            Phase::Falling => self.plant.instant(&self.state, throttle, true),
-            Phase::Powered => self.plant.instant(&self.state, throttle, false),
+            Phase::Falling => self.plant.loads(&self.state, throttle, true),
+            Phase::Powered => self.plant.loads(&self.state, throttle, false),
         }
     }
 
     /// Every force and moment on the vehicle now, under the given commands.
     pub fn balance(&self, throttle: &PerRotor) -> ForceBalance {
-        self.instant_under(throttle).balance
+        self.loads_under(throttle).balance
     }
 
     /// Acceleration now, NED [m/s^2].
     pub fn acceleration_ned(&self) -> Vector3<f64> {
-        self.instant().a_ned
+        self.loads().a_ned
     }
 
     /// What an accelerometer at the centre of mass reads, body [m/s^2]: acceleration without gravity.
@@ -56,7 +56,7 @@ impl DropSimulation {
 
     /// A row of the record: the state now under the given commands and setpoint.
     pub fn sample(&self, throttle: &PerRotor, v_sp_ned: Option<Vector3<f64>>) -> Sample {
-        self.moment().sample(self.instant_under(throttle), throttle, v_sp_ned)
+        self.moment().sample(self.loads_under(throttle), throttle, v_sp_ned)
     }
 
     /// Advances by `dt_s` [s] as [`Self::step`] does; the row of the record for the step's beginning.
@@ -67,13 +67,13 @@ impl DropSimulation {
         dt_s: f64,
     ) -> Sample {
         let moment = self.moment();
-        let instant = self.advance(throttle, dt_s);
-        moment.sample(instant, throttle, v_sp_ned)
+        let loads = self.advance(throttle, dt_s);
+        moment.sample(loads, throttle, v_sp_ned)
     }
 
     /// The state now, for a record whose forces come with the next step.
-    pub(in crate::sim) fn moment(&self) -> Moment {
-        Moment {
+    pub(in crate::sim) fn moment(&self) -> RowStart {
+        RowStart {
             t_s: self.clock.time_s,
             t_powered_s: self.time_powered_s(),
             phase: self.phase,

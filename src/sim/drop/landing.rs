@@ -12,7 +12,8 @@ use crate::model::rigid_body::BodyState;
 use crate::model::{Environment, Vehicle};
 
 impl DropSimulation {
-    /// A vehicle that stands level at rest, nose north, right below the local origin; without a parachute, rotors free.
+    /// A vehicle that stands level at rest, nose north, right below the local origin; without a parachute,
+    /// rotors free.
     pub fn standing(vehicle: Arc<Vehicle>, environment: Environment, ground: Ground) -> Self {
         let down_m = ground.standing_down_m(environment.gravity_m_s2);
         let state = BodyState {
@@ -24,7 +25,7 @@ impl DropSimulation {
         Self::at_t0(vehicle, environment, state, PlantKind::Actuator).above(ground)
     }
 
-    /// The same with a ground below. A vehicle that comes down to it under its canopy is cut loose there.
+    /// Puts a ground below. A vehicle that comes down to it under its canopy is cut loose there.
     pub fn above(mut self, ground: Ground) -> Self {
         self.plant.set_ground(ground);
         self

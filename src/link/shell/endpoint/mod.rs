@@ -101,8 +101,8 @@ impl Endpoint {
         }
     }
 
-    /// Sends to one address. What cannot be sent is lost, as datagrams are; a connection that cannot take more has ended,
-    /// as the next [`Self::receive`] tells.
+    /// Sends to one address. What cannot be sent is lost, as datagrams are; a connection that cannot take
+    /// more has ended, as the next [`Self::receive`] reports.
     pub(super) fn send(&mut self, to: SocketAddr, bytes: &[u8]) {
         match self {
             Self::Udp(udp) => udp.send(to, bytes),

@@ -24,14 +24,14 @@ pub(in super::super) struct TcpOut {
     at: SocketAddr,
     what: What,
     tried: Option<Since>,
-    told: bool,
+    reported: bool,
     trying: Option<JoinHandle<io::Result<TcpStream>>>,
     connected: Option<Stream>,
 }
 
 impl TcpOut {
     pub(super) fn new(at: SocketAddr, what: What) -> Self {
-        Self { at, what, tried: None, told: false, trying: None, connected: None }
+        Self { at, what, tried: None, reported: false, trying: None, connected: None }
     }
 
     pub(super) fn poll_readable(&mut self, cx: &mut Context<'_>) -> Poll<()> {
@@ -57,12 +57,12 @@ impl TcpOut {
         if let Some(result) = self.finished() {
             match result {
                 Ok(stream) => {
-                    self.told = false;
+                    self.reported = false;
                     if each(Arrival::Connected(self.at)) {
                         self.connected = Some(Stream::new(stream, self.at));
                     }
                 }
-                Err(_) if !std::mem::replace(&mut self.told, true) => {
+                Err(_) if !std::mem::replace(&mut self.reported, true) => {
                     observer.notice(Notice::NobodyThere { at: self.at, what: self.what.clone() });
                 }
                 Err(_) => {}
@@ -74,7 +74,7 @@ impl TcpOut {
         }
     }
 
-    /// How the running try has ended, if it has.
+    /// Outcome of the running try, if it has ended.
     fn finished(&mut self) -> Option<io::Result<TcpStream>> {
         let trying = self.trying.as_mut()?;
         let mut cx = Context::from_waker(Waker::noop());

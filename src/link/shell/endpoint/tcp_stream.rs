@@ -1,4 +1,5 @@
-//! One TCP connection that never makes anybody wait: what the peer does not take at once is kept, up to a limit.
+//! One TCP connection that never makes anybody wait: what the peer does not take at once is kept, up to a
+//! limit.
 
 use std::io;
 use std::net::SocketAddr;
@@ -41,7 +42,8 @@ impl Stream {
         self.stream.poll_read_ready(cx).map(|_| ())
     }
 
-    /// Takes what has come and sends what waits; false once the connection has ended, which `each` has then been told.
+    /// Takes what has come and sends what waits; false once the connection has ended, which `each` has then
+    /// been told.
     pub(super) fn receive(&mut self, each: &mut impl FnMut(Arrival<'_>) -> bool) -> bool {
         let mut buffer = [0; 4096];
         for _ in 0..AT_A_TIME {

@@ -67,7 +67,8 @@ impl Udp {
                 }
                 Ok(_) => {}
                 Err(e) if e.kind() == io::ErrorKind::WouldBlock => break,
-                // The answer to a datagram that nobody wanted (ECONNREFUSED); the socket is as good as before.
+                // The answer to a datagram that nobody wanted (ECONNREFUSED); the socket is as good as
+                // before.
                 Err(_) => {}
             }
         }

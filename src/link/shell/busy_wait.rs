@@ -1,15 +1,16 @@
 //! Waiting for an autopilot's answer without giving the processor up, while that pays.
 //!
-//! PX4 answers a step within some 40 us; to put a processor to sleep and be woken on it may take as long again. So at full speed the answer is
-//! looked for at once. It pays where the autopilot runs on another processor, or goes before the simulator on the same; where it waits for this very
-//! one, looking for it only holds it up, which is noticed.
+//! PX4 answers a step within some 40 us; to put a processor to sleep and be woken on it may take as long
+//! again. So at full speed the answer is looked for at once. It pays where the autopilot runs on another
+//! processor, or goes before the simulator on the same; where it waits for this very one, looking for it only
+//! holds it up, which is noticed.
 
 use std::time::Duration;
 
 use super::clock::Speed;
 use super::connection::Connection;
 
-/// How long an answer is looked for.
+/// An answer is looked for this long.
 const PATIENCE: Duration = Duration::from_micros(200);
 /// After so many answers in a row that did not come meanwhile, this does not pay here.
 const MISSES: u32 = 4;
@@ -18,17 +19,17 @@ const REST: u32 = 1_000;
 /// After so many answers that came meanwhile the other sockets have their turn.
 const PER_TURN: u32 = 16;
 
-/// See the head of this file.
+/// Busy waiting for an answer, as long as that pays.
 #[derive(Debug)]
-pub(super) struct Spin {
+pub(super) struct BusyWait {
     pays: bool,
     misses: u32,
     rest: u32,
     since_turn: u32,
 }
 
-impl Spin {
-    /// At full speed only: who keeps the pace of a clock has time.
+impl BusyWait {
+    /// Waits busily at full speed only: a host that keeps the pace of a clock has time.
     pub(super) fn new(speed: Speed) -> Self {
         Self { pays: speed == Speed::Max, misses: 0, rest: 0, since_turn: 0 }
     }
@@ -92,17 +93,17 @@ mod tests {
         block_on(async {
             let (mut connection, mut far) = connected().await;
             let heartbeat = Encoder::new(1, 1).encode(&MavMessage::HEARTBEAT(HEARTBEAT_DATA::default()));
-            let mut spin = Spin::new(Speed::Max);
+            let mut busy_wait = BusyWait::new(Speed::Max);
             far.write_all(&heartbeat).await.unwrap();
-            assert!(spin.look(Some(&mut connection)));
+            assert!(busy_wait.look(Some(&mut connection)));
             assert_eq!(received(&mut connection), [0]);
-            assert!((0..MISSES).all(|_| !spin.look(Some(&mut connection))));
+            assert!((0..MISSES).all(|_| !busy_wait.look(Some(&mut connection))));
             far.write_all(&heartbeat).await.unwrap();
-            assert!((0..REST).all(|_| !spin.look(Some(&mut connection))), "it rests");
-            assert!(spin.look(Some(&mut connection)));
+            assert!((0..REST).all(|_| !busy_wait.look(Some(&mut connection))), "it rests");
+            assert!(busy_wait.look(Some(&mut connection)));
             assert_eq!(received(&mut connection), [0]);
-            assert!(!spin.look(None));
-            assert!(!Spin::new(Speed::Factor(2.0)).look(Some(&mut connection)));
+            assert!(!busy_wait.look(None));
+            assert!(!BusyWait::new(Speed::Factor(2.0)).look(Some(&mut connection)));
         });
     }
 
@@ -111,7 +112,7 @@ mod tests {
         block_on(async {
             let (mut connection, far) = connected().await;
             drop(far);
-            assert!(!Spin::new(Speed::Max).look(Some(&mut connection)));
+            assert!(!BusyWait::new(Speed::Max).look(Some(&mut connection)));
             Connection::readable(Some(&connection)).await;
             assert!(connection.receive(&mut |_: Notice| (), |_, _: &Frame| ()).is_err());
         });
@@ -119,8 +120,8 @@ mod tests {
 
     #[test]
     fn the_other_sockets_have_their_turn() {
-        let mut spin = Spin::new(Speed::Max);
-        let turns = (0..10 * PER_TURN).filter(|_| spin.others_are_due()).count();
+        let mut busy_wait = BusyWait::new(Speed::Max);
+        let turns = (0..10 * PER_TURN).filter(|_| busy_wait.others_are_due()).count();
         assert_eq!(turns, 10);
     }
 }
