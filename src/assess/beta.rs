@@ -91,6 +91,19 @@ mod tests {
         }
     }
 
+    /// Shapes from 0.5 to 1000, two standard deviations about the mean, by mpmath at 50 digits.
+    #[test]
+    fn reference_beta_distribution_is_that_of_another_library() {
+        let rows: Vec<&str> = include_str!("../../tests/data/beta.csv").lines().skip(2).collect();
+        assert_eq!(rows.len(), 108);
+        for row in rows {
+            let numbers: Vec<f64> = row.split(',').map(|number| number.parse().unwrap()).collect();
+            let [x, a, b, wanted] = numbers[..] else { panic!("{row}") };
+            let value = beta_cdf(x, a, b);
+            assert!((value - wanted).abs() < 1e-12, "{row}: {value}");
+        }
+    }
+
     /// `I_x(1, b) = 1 - (1 - x)^b`, `I_x(a, 1) = x^a`, `I_x(1/2, 1/2) = 2/pi asin(sqrt x)`.
     #[test]
     fn closed_form_beta_distribution() {
