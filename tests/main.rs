@@ -26,5 +26,6 @@ mod reference_autopilot;
 mod reference_flight;
 mod report_drop;
 mod swap;
+mod toolchain;
 mod tune;
 mod verify;
