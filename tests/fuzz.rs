@@ -11,7 +11,7 @@ use std::path::Path;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
-/// Mutations of all inputs of a target together.
+/// Mutations of all inputs of a target together; another number by SAMARA_FUZZ_MUTATIONS.
 const MUTATIONS: usize = 1_000;
 
 fn kept(target: &str) -> Vec<Vec<u8>> {
@@ -54,7 +54,8 @@ fn replay(name: &str) {
     target(&[]);
     inputs.iter().for_each(|input| target(input));
     let mut dice = ChaCha8Rng::seed_from_u64(6);
-    for i in 0..MUTATIONS {
+    let mutations = std::env::var("SAMARA_FUZZ_MUTATIONS").map_or(MUTATIONS, |n| n.parse().unwrap());
+    for i in 0..mutations {
         let mut input = inputs[i % inputs.len()].clone();
         let other = &inputs[dice.next_u32() as usize % inputs.len()];
         mutate(&mut input, other, &mut dice);
