@@ -2,9 +2,8 @@
 //! gravity it was written.
 
 use super::ParamsError;
-use super::export::GRAVITY_KEY;
 use super::file::ParameterFile;
-use super::purpose::Purpose;
+use super::purpose::{GRAVITY_KEY, Purpose};
 use crate::model::environment::same_gravity;
 use crate::units::STANDARD_GRAVITY_M_S2;
 

@@ -13,6 +13,7 @@ use super::check::overall_gain;
 use super::file::Value;
 use super::metadata::Metadata;
 use super::normalised::{Mixing, NormalisedUnits, THRUST_COEFFICIENT};
+pub use super::purpose::GRAVITY_KEY;
 use super::purpose::{Factors, Purpose};
 use super::{Check, ParamsError, check};
 use crate::control::px4::is_quad_x;
@@ -146,8 +147,18 @@ impl Export {
     }
 }
 
-/// Key of the site's gravity in a file's header.
-pub const GRAVITY_KEY: &str = "Gravity";
+/// Terms of PX4's controller that samara's cascade does not have; exported as zero.
+pub(super) const WITHOUT_COUNTERPART: [&str; 9] = [
+    "MC_PITCHRATE_D",
+    "MC_PITCHRATE_FF",
+    "MC_ROLLRATE_D",
+    "MC_ROLLRATE_FF",
+    "MC_YAWRATE_D",
+    "MC_YAWRATE_FF",
+    "MC_YAWRATE_I",
+    "MPC_XY_VEL_D_ACC",
+    "MPC_Z_VEL_D_ACC",
+];
 
 struct Rows {
     factors: Factors,
@@ -181,7 +192,7 @@ impl Rows {
         // PX4 clips velocity setpoints; no setpoint of a safe plan is faster than the safe speed.
         self.real("MPC_Z_VEL_MAX_DN", subject.speed_m_s * f.velocity);
         self.real("MPC_XY_VEL_MAX", subject.speed_m_s * f.velocity);
-        for name in super::import::WITHOUT_COUNTERPART {
+        for name in WITHOUT_COUNTERPART {
             self.real(name, 0.0);
         }
     }

@@ -6,7 +6,7 @@
 //! stay as they were.
 
 use super::compatibility::to_samara;
-use super::export::{hover_thrust, rotor_columns};
+use super::export::{WITHOUT_COUNTERPART, hover_thrust, rotor_columns};
 use super::file::{ParameterFile, Value};
 use super::normalised::NormalisedUnits;
 use super::purpose::Factors;
@@ -14,19 +14,6 @@ use super::{ParamsError, Subject};
 use crate::control::{ControlLimits, Gains};
 use crate::model::Vehicle;
 use crate::units::RAD_PER_DEG;
-
-/// Terms of PX4's controller that samara's cascade does not have; exported as zero.
-pub(super) const WITHOUT_COUNTERPART: [&str; 9] = [
-    "MC_PITCHRATE_D",
-    "MC_PITCHRATE_FF",
-    "MC_ROLLRATE_D",
-    "MC_ROLLRATE_FF",
-    "MC_YAWRATE_D",
-    "MC_YAWRATE_FF",
-    "MC_YAWRATE_I",
-    "MPC_XY_VEL_D_ACC",
-    "MPC_Z_VEL_D_ACC",
-];
 
 /// Gains and limits read from a file.
 #[derive(Clone, Debug, PartialEq)]

@@ -16,6 +16,9 @@
 
 use crate::units::STANDARD_GRAVITY_M_S2;
 
+/// Key of the site's gravity in a file's header.
+pub const GRAVITY_KEY: &str = "Gravity";
+
 /// The autopilot, and its way of dealing with gravity, that a parameter file is written for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {

@@ -1,5 +1,22 @@
 //! A check and its verdict; groups of checks with one source.
 
+use crate::model::{ModelError, TrimError};
+use crate::plan::PlanError;
+
+/// Why the checks cannot be made. (A check that fails is a result: [`Check::holds`].)
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum VerifyError {
+    /// The body or parachute of a check is impossible.
+    #[error("the body of a check")]
+    Model(#[from] ModelError),
+    /// A vehicle has no steady flight at its target.
+    #[error("a vehicle that is verified")]
+    Trim(#[from] TrimError),
+    /// The transcription has no code for the lander.
+    #[error("the lander's plan")]
+    Plan(#[from] PlanError),
+}
+
 /// A computed quantity and the value that it should have.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Check {

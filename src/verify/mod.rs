@@ -28,24 +28,9 @@ pub mod order;
 pub mod steady;
 pub mod swing;
 
-pub use check::{Check, Group};
+pub use check::{Check, Group, VerifyError};
 
-use crate::model::{ModelError, TrimError};
-use crate::plan::{PlanError, PlanProblem};
-
-/// Why the checks cannot be made. (A check that fails is a result: [`Check::holds`].)
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum VerifyError {
-    /// The body or parachute of a check is impossible.
-    #[error("the body of a check")]
-    Model(#[from] ModelError),
-    /// A vehicle has no steady flight at its target.
-    #[error("a vehicle that is verified")]
-    Trim(#[from] TrimError),
-    /// The transcription has no code for the lander.
-    #[error("the lander's plan")]
-    Plan(#[from] PlanError),
-}
+use crate::plan::PlanProblem;
 
 /// All checks, group by group. `lander` is the vehicle with speed controllers and a rotor table
 /// (`mission/titan_drop.json`), `quadrotor` the one with a rotor formula and first-order motors

@@ -6,7 +6,7 @@ use super::super::box_bounds::move_out;
 use super::super::dynamics::{Curvature, Dynamics};
 use super::super::riccati::{Defects, NodeGradient, NodeTerms, Sweep};
 use super::super::transcription::{Evaluation, Linearised, midpoint};
-use super::Run;
+use super::state::Run;
 
 /// Optimality measures of an iterate.
 #[derive(Clone, Copy, Debug)]

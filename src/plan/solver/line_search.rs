@@ -7,7 +7,7 @@ use super::super::filter::{Filter, Merit};
 use super::super::problem::Nodes;
 use super::super::riccati::{NodeGradient, Step, Sweep};
 use super::super::transcription::Evaluation;
-use super::Run;
+use super::state::Run;
 
 // Constants of Waechter and Biegler (2006), by their names there.
 

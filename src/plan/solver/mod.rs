@@ -9,6 +9,7 @@
 //! |---|---|
 //! | this one | the loop, the best point |
 //! | `options` | options, status, solution |
+//! | `state` | the state of a running solve |
 //! | `iterate` | variables; cold and warm starts |
 //! | `kkt` | gradients, residuals, the Newton system's terms |
 //! | `line_search` | how far to go; second-order correction |
@@ -19,6 +20,7 @@ use nalgebra::SVector;
 
 use self::kkt::Residuals;
 use self::line_search::Search;
+use self::state::{Best, Run};
 use super::box_bounds::BoxBounds;
 use super::dynamics::Dynamics;
 use super::filter::Filter;
@@ -31,6 +33,7 @@ mod iterate;
 mod kkt;
 mod line_search;
 mod options;
+mod state;
 
 pub use iterate::Iterate;
 pub use options::{Counts, ProblemError, Progress, Solution, SolverOptions, StartFrom, Status};
@@ -105,24 +108,6 @@ pub fn solve<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
     }
     Ok(Run { problem, boxes, options, iterate, mu, counts: Counts::default(), best: None, step_length: 0.0 }
         .run(observer))
-}
-
-/// The best point seen.
-struct Best<const NX: usize, const NU: usize> {
-    iterate: Iterate<NX, NU>,
-    objective: f64,
-    defect_max: f64,
-}
-
-struct Run<'a, D, const NX: usize, const NU: usize> {
-    problem: &'a Problem<D, NX, NU>,
-    boxes: BoxBounds<NX, NU>,
-    options: &'a SolverOptions,
-    iterate: Iterate<NX, NU>,
-    mu: f64,
-    counts: Counts,
-    best: Option<Best<NX, NU>>,
-    step_length: f64,
 }
 
 // Constants of Waechter and Biegler (2006), by their names there.

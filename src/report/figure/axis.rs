@@ -1,10 +1,12 @@
 //! Axes: from numbers to pixels, round ticks, numbers as text.
 
 use super::canvas::{Anchor, Font, Pen, Point, Stroke};
-use super::color::{GRID, SOFT_INK};
+use super::color::{GRID, INK, SOFT_INK};
 
 /// Text of ticks and labels at lines.
 pub(crate) const SMALL: Font = Font { size: 12.0, color: SOFT_INK, bold: false };
+/// Font of titles of panels and axes, and of names beside lines.
+pub(crate) const TITLE: Font = Font { size: 12.5, color: INK, bold: false };
 
 /// Fewest ticks that make a scale.
 const FEWEST: usize = 3;

@@ -10,12 +10,20 @@ use plotters::prelude::{Color, FontTransform, IntoFont, RGBColor, ShapeStyle, Te
 use plotters::style::FontStyle;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::FigureError;
 use super::color::{Rgb, WHITE};
+pub(crate) use super::polyline::Point;
 use super::polyline::{dashes, thinned};
 
-/// A point on the sheet [px], x to the right, y down.
-pub(crate) type Point = (f64, f64);
+/// Why a figure cannot be drawn.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FigureError {
+    /// There is nothing to draw.
+    #[error("there is nothing to draw: no position in the flight is finite")]
+    Empty,
+    /// The drawing backend failed.
+    #[error("the figure could not be drawn: {0}")]
+    Backend(String),
+}
 
 /// Steps of the sheet per pixel.
 const FINENESS: f64 = 10.0;

@@ -1,11 +1,12 @@
 //! The convergence of a search: the best cost and the median of each iteration over the evaluations, on a
 //! logarithmic scale, since a flight that breaks a bound or tumbles costs ten times as much as a good one.
 
-use super::axis::{Axis, Panel, SMALL, number, range};
+use super::WIDTH_PX;
+use super::axis::{Axis, Panel, SMALL, TITLE, number, range};
+use super::canvas::FigureError;
 use super::canvas::{Anchor, Canvas, Font, Pen, Point, Stroke, sub, text_width};
 use super::color::{FIRST, GRID, INK, LIMIT, SECOND};
 use super::label::{Place, Room};
-use super::{FigureError, WIDTH_PX};
 use crate::config::{Mission, Stamp};
 use crate::report::tune::TuneRun;
 use crate::tune::{Objective, Search};
@@ -55,9 +56,8 @@ pub fn convergence_figure(mission: &Mission, search: &Search, run: &TuneRun) -> 
             pen.line(&[(x0, y), (x1, y)], Stroke::solid(GRID, 1.0));
             pen.text(&text, (x0 - 7.0, y), Anchor::End, SMALL);
         }
-        let title = Font { size: 12.5, color: INK, bold: false };
-        pen.text("cost (log)", (x0, y0 - 14.0), Anchor::Middle, title);
-        pen.text("evaluations", (0.5 * (x0 + x1), y1 + 38.0), Anchor::Middle, title);
+        pen.text("cost (log)", (x0, y0 - 14.0), Anchor::Middle, TITLE);
+        pen.text("evaluations", (0.5 * (x0 + x1), y1 + 38.0), Anchor::Middle, TITLE);
         // A front's bounds change on the way.
         for pair in history.windows(2).filter(|w| w[0].objective != w[1].objective) {
             let x = panel.x.px(pair[0].evaluations as f64);
@@ -68,7 +68,7 @@ pub fn convergence_figure(mission: &Mission, search: &Search, run: &TuneRun) -> 
         pen.line(&best, Stroke::solid(FIRST, 2.2));
         room.take_line(&median);
         room.take_line(&best);
-        let title = |color| Font { color, bold: true, ..title };
+        let title = |color| Font { color, bold: true, ..TITLE };
         name_curve(pen, &median, ("median of the iteration", title(SECOND)), &mut room);
         name_curve(pen, &best, ("best so far", title(FIRST)), &mut room);
     })

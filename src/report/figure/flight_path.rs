@@ -1,7 +1,7 @@
 //! The flight path as in the paper's figure 7: north to the right, down downwards, both to the same scale,
 //! coloured by J_state, marks every 1.56 s; the vehicle in its attitude every few seconds.
 
-use super::axis::{Axis, Panel, SMALL, number, range, round_step};
+use super::axis::{Axis, Panel, SMALL, TITLE, number, range, round_step};
 use super::canvas::{Anchor, Font, Pen, Point, Stroke, sub, text_width};
 use super::color::{ColorScale, INK, WHITE};
 use super::glyph;
@@ -10,8 +10,6 @@ use super::track::Track;
 
 /// Time between marks on a path [s], as in the paper's figure 7.
 pub(crate) const MARK_INTERVAL_S: f64 = 1.56;
-/// Font of the labels of events.
-const EVENT: Font = Font { size: 12.5, color: INK, bold: false };
 const PATH_PX: f64 = 4.5;
 
 /// A point of the path with a name.
@@ -37,8 +35,8 @@ impl FlightPath<'_> {
         let panel = self.panel(upper_left, lower_right);
         panel.grid(pen, 5, 7, true);
         let (_, (x1, y1)) = panel.corners();
-        pen.text("altitude lost [m]", (upper_left.0 - 40.0, upper_left.1 - 14.0), Anchor::Start, EVENT);
-        pen.text("north [m]", (0.5 * (upper_left.0 + x1), y1 + 32.0), Anchor::Middle, EVENT);
+        pen.text("altitude lost [m]", (upper_left.0 - 40.0, upper_left.1 - 14.0), Anchor::Start, TITLE);
+        pen.text("north [m]", (0.5 * (upper_left.0 + x1), y1 + 32.0), Anchor::Middle, TITLE);
         let mut room = Room::new(upper_left, (x1, y1));
         let px = |track: &Track| -> Vec<Point> {
             track.instants.iter().map(|i| panel.px(i.north_m, i.down_m)).collect()
@@ -139,7 +137,7 @@ impl FlightPath<'_> {
         for event in &self.events {
             let Some(i) = self.track.at(event.t_s) else { continue };
             let at = panel.px(i.north_m, i.down_m);
-            let font = Font { bold: event.strong, ..EVENT };
+            let font = Font { bold: event.strong, ..TITLE };
             let (w, h) = (text_width(&event.text, font.size), 15.0);
             let mut candidates = Vec::new();
             for reach in [26.0, 40.0, 60.0] {
@@ -213,5 +211,5 @@ pub(crate) fn color_bar(pen: &mut Pen<'_>, scale: &ColorScale, subscript: &str, 
         pen.line(&[(axis.px(tick), y + 9.0), (axis.px(tick), y + 12.0)], Stroke::solid(SMALL.color, 1.0));
         pen.text(&text, (axis.px(tick), y + 20.0), Anchor::Middle, SMALL);
     }
-    pen.text(&sub("J", subscript), (axis.low_px - 8.0, y + 4.5), Anchor::End, EVENT);
+    pen.text(&sub("J", subscript), (axis.low_px - 8.0, y + 4.5), Anchor::End, TITLE);
 }

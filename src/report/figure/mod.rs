@@ -29,6 +29,7 @@ mod study_velocities;
 mod time_panels;
 mod track;
 
+pub use canvas::FigureError;
 pub use convergence::convergence_figure;
 
 use axis::{SMALL, number};
@@ -53,17 +54,6 @@ const HEIGHT_PX: u32 = 760;
 /// Corners of the flight path's panel.
 const PATH_CORNERS: ((f64, f64), (f64, f64)) = ((56.0, 112.0), (446.0, 712.0));
 const COLUMN_CORNERS: ((f64, f64), (f64, f64)) = ((514.0, 112.0), (940.0, 712.0));
-
-/// Why a figure cannot be drawn.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum FigureError {
-    /// There is nothing to draw.
-    #[error("there is nothing to draw: no position in the flight is finite")]
-    Empty,
-    /// The drawing backend failed.
-    #[error("the figure could not be drawn: {0}")]
-    Backend(String),
-}
 
 /// Draws a drop: the flight path, and the motion over time against the plan that was flown. `verdict` is
 /// `None` for a flight that was not released; `by` names the autopilot in the subtitle, `None` for the

@@ -1,10 +1,9 @@
 //! Names of limits and lines in a panel, where there is room.
 
-use super::axis::{Panel, SMALL, short};
+use super::axis::{Panel, SMALL, TITLE, short};
 use super::canvas::{Anchor, Font, Pen, Point, Stroke, text_width};
 use super::color::{LIMIT, Rgb};
 use super::label::{Place, Room};
-use super::time_panels::TITLE;
 
 /// Draws a limit across the panel and names it where there is room, rather at the right.
 pub(crate) fn limit_line(pen: &mut Pen<'_>, panel: &Panel, limit: f64, name: &str, room: &mut Room) {

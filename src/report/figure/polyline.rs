@@ -1,6 +1,7 @@
 //! Lines as points: thinned to what is visible, cut into dashes.
 
-use super::canvas::Point;
+/// A point on the sheet [px], x to the right, y down.
+pub(crate) type Point = (f64, f64);
 
 /// The points of a line that stays within `tolerance` of all points (Ramer, Douglas and Peucker).
 pub(crate) fn thinned(points: &[Point], tolerance: f64) -> Vec<Point> {

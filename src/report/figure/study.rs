@@ -1,9 +1,8 @@
 //! The common style of the safety study's figures: one scale of colours and one range of velocities for all
 //! of them, so that a colour or a length means the same in each.
 
-use super::FigureError;
-use super::SMALL;
-use super::axis::range;
+use super::axis::{SMALL, range};
+use super::canvas::FigureError;
 use super::canvas::{Anchor, Canvas, Font, Pen, Point, Stroke};
 use super::color::{ColorScale, INK, LIMIT};
 use crate::assess::TraceInstant;

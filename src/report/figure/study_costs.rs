@@ -1,8 +1,8 @@
 //! Figures 10, 12 and 14: J_TPF of each trial by pitch and pitch rate at the release. On the left pitch rate
 //! over pitch, the cost as colour; on the right the cost against each. The origin is the nominal release.
 
-use super::FigureError;
 use super::axis::{Axis, Panel};
+use super::canvas::FigureError;
 use super::canvas::{Anchor, Pen, Stroke, sub};
 use super::color::{INK, SOFT_INK};
 use super::flight_path::color_bar;

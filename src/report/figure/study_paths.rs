@@ -1,8 +1,8 @@
 //! Figures 7 and 8: flight paths from the releases under study, two controllers beside each other in a panel,
 //! coloured by J_state, marks every 1.56 s. The point of release is at (0, 0).
 
-use super::FigureError;
 use super::axis::{Axis, Panel, SMALL, range};
+use super::canvas::FigureError;
 use super::canvas::{Anchor, Font, Pen, Point, Stroke, sub, text_width};
 use super::color::{ColorScale, INK, SOFT_INK, WHITE};
 use super::flight_path::{MARK_INTERVAL_S, color_bar};

@@ -3,8 +3,8 @@
 
 use nalgebra::Vector3;
 
-use super::FigureError;
 use super::axis::{Axis, Panel, SMALL};
+use super::canvas::FigureError;
 use super::canvas::{Anchor, Pen, Point, Stroke, text_width};
 use super::color::INK;
 use super::flight_path::{color_bar, colored};

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use super::axis::{Axis, Panel, SMALL, range, short};
+use super::axis::{Axis, Panel, SMALL, TITLE, range, short};
 use super::canvas::{Anchor, Font, Pen, Point, Stroke, sub, text_width};
 use super::color::{BAND, ColorScale, FIRST, INK, Rgb, SECOND, SOFT_INK, THIRD};
 use super::flight_path::colored;
@@ -15,7 +15,6 @@ use crate::units::DEG_PER_RAD;
 
 /// Least east velocity that is shown [m/s].
 const EAST_SHOWN_M_S: f64 = 0.005;
-pub(crate) const TITLE: Font = Font { size: 12.5, color: INK, bold: false };
 const PANEL_GAP_PX: f64 = 27.0;
 /// Distance of a panel's title from its left edge [px].
 const TITLE_LEFT_PX: f64 = 34.0;

@@ -1,0 +1,24 @@
+//! The state of a running solve.
+
+use super::super::box_bounds::BoxBounds;
+use super::super::problem::Problem;
+use super::{Counts, Iterate, SolverOptions};
+
+/// The best point seen: feasible with the least cost, else the least infeasible.
+pub(super) struct Best<const NX: usize, const NU: usize> {
+    pub(super) iterate: Iterate<NX, NU>,
+    pub(super) objective: f64,
+    pub(super) defect_max: f64,
+}
+
+/// A running solve.
+pub(super) struct Run<'a, D, const NX: usize, const NU: usize> {
+    pub(super) problem: &'a Problem<D, NX, NU>,
+    pub(super) boxes: BoxBounds<NX, NU>,
+    pub(super) options: &'a SolverOptions,
+    pub(super) iterate: Iterate<NX, NU>,
+    pub(super) mu: f64,
+    pub(super) counts: Counts,
+    pub(super) best: Option<Best<NX, NU>>,
+    pub(super) step_length: f64,
+}
