@@ -12,23 +12,46 @@
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
+use nalgebra::Vector3;
+
 use crate::assess::{SafetyLimits, StateCost};
 use crate::config::Stamp;
-use crate::model::MAX_ROTORS;
+use crate::model::{ForceBalance, MAX_ROTORS, PerRotor};
 use crate::sim::{Phase, Sample};
 
 const STATE: &str = "t_s,t_powered_s,phase,north_m,east_m,down_m,q0,q1,q2,q3,vn_m_s,ve_m_s,vd_m_s,p_rad_s,q_rad_s,r_rad_s,\
                      an_m_s2,ae_m_s2,ad_m_s2,vn_sp_m_s,ve_sp_m_s,vd_sp_m_s,j_state";
-/// Name and unit of the columns that exist once per rotor.
-const PER_ROTOR: [(&str, &str); 4] =
-    [("throttle", ""), ("rotor_speed", "_rad_s"), ("thrust", "_n"), ("torque", "_nm")];
-const BALANCE: &str = "rotor_fx_n,rotor_fy_n,rotor_fz_n,aero_fx_n,aero_fy_n,aero_fz_n,\
-                       gravity_fn_n,gravity_fe_n,gravity_fd_n,canopy_fn_n,canopy_fe_n,canopy_fd_n,\
-                       rotor_mx_nm,rotor_my_nm,rotor_mz_nm,aero_mx_nm,aero_my_nm,aero_mz_nm,\
-                       reaction_mx_nm,reaction_my_nm,reaction_mz_nm,gyro_mx_nm,gyro_my_nm,gyro_mz_nm";
+/// A quantity of each rotor: the columns' name and unit, and the values.
+type PerRotorColumns = (&'static str, &'static str, fn(&Sample) -> &PerRotor);
+const PER_ROTOR: [PerRotorColumns; 4] = [
+    ("throttle", "", |s| &s.throttle),
+    ("rotor_speed", "_rad_s", |s| &s.state.rotor_speed),
+    ("thrust", "_n", |s| &s.balance.thrust_n),
+    ("torque", "_nm", |s| &s.balance.torque_nm),
+];
 
-/// Columns of a mission with ground.
-const GROUND: &str = ",ground_fn_n,ground_fe_n,ground_fd_n,ground_mx_nm,ground_my_nm,ground_mz_nm";
+/// A vector of the balance of forces and moments: the columns' name, letters of the axes and unit, and the
+/// vector.
+type VectorColumns = (&'static str, [char; 3], &'static str, fn(&ForceBalance) -> &Vector3<f64>);
+const BODY: [char; 3] = ['x', 'y', 'z'];
+const NED: [char; 3] = ['n', 'e', 'd'];
+const BALANCE: [VectorColumns; 8] = [
+    ("rotor_f", BODY, "_n", |b| &b.rotor_force_body),
+    ("aero_f", BODY, "_n", |b| &b.aero_force_body),
+    ("gravity_f", NED, "_n", |b| &b.gravity_force_ned),
+    ("canopy_f", NED, "_n", |b| &b.canopy_force_ned),
+    ("rotor_m", BODY, "_nm", |b| &b.rotor_moment_body),
+    ("aero_m", BODY, "_nm", |b| &b.aero_moment_body),
+    ("reaction_m", BODY, "_nm", |b| &b.reaction_moment_body),
+    ("gyro_m", BODY, "_nm", |b| &b.gyro_moment_body),
+];
+/// Further vectors of a mission with ground.
+const GROUND: [VectorColumns; 2] =
+    [("ground_f", NED, "_n", |b| &b.ground_force_ned), ("ground_m", BODY, "_nm", |b| &b.ground_moment_body)];
+
+fn vectors(ground: bool) -> impl Iterator<Item = &'static VectorColumns> {
+    BALANCE.iter().chain(GROUND.iter().filter(move |_| ground))
+}
 
 /// Writes a flight log, row by row.
 #[derive(Debug)]
@@ -45,7 +68,7 @@ impl<W: Write> FlightCsv<W> {
     /// Begins the file: comment lines and header. `out` should be buffered; `limits` give J_state its scale.
     ///
     /// # Errors
-    /// What `out` returns.
+    /// Errors of `out`.
     pub fn new(out: W, n_rotors: usize, limits: SafetyLimits, stamp: &Stamp) -> io::Result<Self> {
         Self::begin(out, n_rotors, limits, stamp, false)
     }
@@ -53,7 +76,7 @@ impl<W: Write> FlightCsv<W> {
     /// Begins the file like [`Self::new`], with columns of the forces of the ground.
     ///
     /// # Errors
-    /// What `out` returns.
+    /// Errors of `out`.
     pub fn with_ground(out: W, n_rotors: usize, limits: SafetyLimits, stamp: &Stamp) -> io::Result<Self> {
         Self::begin(out, n_rotors, limits, stamp, true)
     }
@@ -67,43 +90,32 @@ impl<W: Write> FlightCsv<W> {
     ) -> io::Result<Self> {
         let n_rotors = n_rotors.min(MAX_ROTORS);
         let mut header = format!("{}{STATE}", stamp.csv_comment());
-        for (name, unit) in PER_ROTOR {
+        for (name, unit, _) in PER_ROTOR {
             for i in 1..=n_rotors {
                 header += &format!(",{name}_{i}{unit}");
             }
         }
-        let more = if ground { GROUND } else { "" };
-        writeln!(out, "{header},{BALANCE}{more}")?;
+        for (name, axes, unit, _) in vectors(ground) {
+            for axis in axes {
+                header += &format!(",{name}{axis}{unit}");
+            }
+        }
+        writeln!(out, "{header}")?;
         Ok(Self { out, n_rotors, limits, ground, row: String::with_capacity(2048) })
     }
 
     /// Writes a sample.
     ///
     /// # Errors
-    /// What the output returns.
+    /// Errors of the output.
     pub fn write(&mut self, sample: &Sample) -> io::Result<()> {
         self.row.clear();
         self.write_state(sample);
-        let n = self.n_rotors;
-        let b = &sample.balance;
-        for per_rotor in [&sample.throttle, &sample.state.rotor_speed, &b.thrust_n, &b.torque_nm] {
-            self.numbers(&per_rotor[..n]);
+        for (.., values) in PER_ROTOR {
+            self.numbers(&values(sample)[..self.n_rotors]);
         }
-        for vector in [
-            &b.rotor_force_body,
-            &b.aero_force_body,
-            &b.gravity_force_ned,
-            &b.canopy_force_ned,
-            &b.rotor_moment_body,
-            &b.aero_moment_body,
-            &b.reaction_moment_body,
-            &b.gyro_moment_body,
-        ] {
-            self.numbers(vector.as_slice());
-        }
-        if self.ground {
-            self.numbers(b.ground_force_ned.as_slice());
-            self.numbers(b.ground_moment_body.as_slice());
+        for (.., vector) in vectors(self.ground) {
+            self.numbers(vector(&sample.balance).as_slice());
         }
         self.row.pop();
         self.row.push('\n');
@@ -113,7 +125,7 @@ impl<W: Write> FlightCsv<W> {
     /// Ends the file and returns the output, flushed.
     ///
     /// # Errors
-    /// What the output returns.
+    /// Errors of the output.
     pub fn finish(mut self) -> io::Result<W> {
         self.out.flush()?;
         Ok(self.out)
