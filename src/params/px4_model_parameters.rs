@@ -9,7 +9,7 @@ use super::{
 };
 use crate::control::px4::Parameters;
 
-/// How the PX4 of the model, v1.12, mixes.
+/// Mixing of the modelled PX4, v1.12.
 const MIXING: Mixing = Mixing::QuadX;
 
 /// The parameters with which PX4 flies a subject: PX4's defaults, the vehicle's hover thrust and thrust

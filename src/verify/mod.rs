@@ -13,7 +13,7 @@
 //! | [`steady`] | trim and the motors' steady states |
 //! | [`order`] | orders of convergence of integrator and collocation |
 //!
-//! What is under test is the code that flies: `model::rigid_body`, `frames`, `sim`'s integrator and plant,
+//! The code under test is the code that flies: `model::rigid_body`, `frames`, `sim`'s integrator and plant,
 //! the vehicle's own tables, `plan`'s transcription. Only what a case has around it (a round, turning Earth,
 //! the standard atmosphere) lives here.
 

@@ -33,7 +33,7 @@ pub(super) struct Stage<const NX: usize, const NU: usize> {
     pub(super) gain_u: SMatrix<f64, NU, NU>,
 }
 
-/// By how much less a penalised defect lets the value function at the next node rise: with the value
+/// The reduction of the value function at the next node by a penalised defect: with the value
 /// function's Hessian `P` at node k+1 and `G = M (I + M' P M)^-1 M'`, `M` the inverse of the defect's
 /// Jacobian by the next state.
 #[derive(Clone, Copy, Debug)]

@@ -62,7 +62,7 @@ pub struct Progress {
     pub step_length: f64,
 }
 
-/// How often a solve did what costs time.
+/// Numbers of iterations, evaluations and factorisations of a solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Interior point iterations.

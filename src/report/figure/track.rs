@@ -46,7 +46,7 @@ pub(crate) struct Track {
     pub(crate) since_free: bool,
 }
 
-/// For each rotor the side: ahead of or behind the centre of mass.
+/// Distance of each rotor ahead of the centre of mass [m], negative behind.
 struct Rotors(Vec<f64>);
 
 impl Rotors {
@@ -133,8 +133,8 @@ impl Track {
 
     /// Whether the roll is large enough for the verdict to report it.
     pub(crate) fn rolls(&self) -> bool {
-        const TOLD_RAD: f64 = 0.005 * RAD_PER_DEG;
-        self.reaches(TOLD_RAD, |i| i.roll_rad) || self.reaches(TOLD_RAD, |i| i.roll_rate_rad_s)
+        const SHOWN_RAD: f64 = 0.005 * RAD_PER_DEG;
+        self.reaches(SHOWN_RAD, |i| i.roll_rad) || self.reaches(SHOWN_RAD, |i| i.roll_rate_rad_s)
     }
 
     /// A quantity over time.

@@ -1,7 +1,7 @@
 //! Numbers of several flights side by side, and the arc tangent that they share.
 //!
-//! What is done to a lane is written as scalar code without branches in a loop over the lanes; the compiler
-//! makes vector instructions of it. No lane sees another, and nothing is fused or reordered, so a flight's
+//! Operations on a lane are written as scalar code without branches in a loop over the lanes; the compiler
+//! makes vector instructions of them. No lane sees another, and nothing is fused or reordered, so a flight's
 //! numbers do not depend on its lane, on its neighbours or on the width of the registers.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};

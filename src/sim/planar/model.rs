@@ -1,4 +1,4 @@
-//! What all flights of a batch share, checked to stay in the vertical plane.
+//! The common part of all flights of a batch: vehicle, site and controller, checked to stay in the plane.
 
 use super::NotPlanar;
 use super::air::AeroTable;

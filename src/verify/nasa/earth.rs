@@ -1,4 +1,4 @@
-//! What the check cases have around them: gravity, the turning Earth seen from its equator, the standard
+//! Surroundings of the check cases: gravity, the turning Earth seen from its equator, the standard
 //! atmosphere.
 
 use nalgebra::Vector3;
