@@ -185,8 +185,9 @@ impl<const NX: usize, const NU: usize> Kernel for Substitution<'_, NX, NU> {
             let s = &sweep.stages[k];
             let c = -mul(&s.by_defect, &defects[k]);
             offsets[k] = c;
-            if let Some(relaxation) = sweep.relaxations.get(k) {
-                (p_x, p_u) = (p_x - mul(&relaxation.xx, &p_x), p_u - mul(&relaxation.ux, &p_x));
+            if let Some(Relaxation { k_x, k_u }) = sweep.relaxations.get(k) {
+                let by_rest = tr_mul(&s.by_defect, &p_x);
+                (p_x, p_u) = (p_x - tr_mul(k_x, &by_rest), p_u - tr_mul(k_u, &by_rest));
             }
             p_next[k] = p_x;
             let mut v_x = p_x;

@@ -3,7 +3,9 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::super::block::{Cholesky, add_mul, add_scaled, add_tr_mul, inverse, mul, scaled, symmetric_part};
+use super::super::block::{
+    Cholesky, add_mul, add_scaled, add_tr_mul, inverse, mul, scaled, symmetric_part, tr_mul,
+};
 use super::super::dynamics::Curvature;
 use super::super::transcription::Linearised;
 
@@ -33,15 +35,12 @@ pub(super) struct Stage<const NX: usize, const NU: usize> {
     pub(super) gain_u: SMatrix<f64, NU, NU>,
 }
 
-/// The reduction of the value function at the next node by a penalised defect: with the value
-/// function's Hessian `P` at node k+1 and `G = M (I + M' P M)^-1 M'`, `M` the inverse of the defect's
-/// Jacobian by the next state.
+/// Gains of the remainder of a penalised defect, `r = -k_x y - k_u u`, with `y` the next state that would
+/// close the defect and `u` the next input.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Relaxation<const NX: usize, const NU: usize> {
-    /// `P_xx G`
-    pub(super) xx: SMatrix<f64, NX, NX>,
-    /// `P_ux G`
-    pub(super) ux: SMatrix<f64, NU, NX>,
+    pub(super) k_x: SMatrix<f64, NX, NX>,
+    pub(super) k_u: SMatrix<f64, NX, NU>,
 }
 
 impl<const NX: usize, const NU: usize> Stage<NX, NU> {
@@ -92,21 +91,29 @@ impl<const NX: usize, const NU: usize> Stage<NX, NU> {
     }
 
     /// The value function's Hessian at node k+1 where the next state may be off by `M r` at a cost of `r'
-    /// r/2`, minimised over the remainder `r` of the defect. Call after [`Self::condense`]. `None` when it is
-    /// not positive definite.
+    /// r/2`, minimised over the remainder `r` of the defect; as a sum of squares (Joseph's form), since next
+    /// to a bound the Hessian is huge. Call after [`Self::condense`]. `None` when it is not positive
+    /// definite.
     #[inline(always)]
     pub(super) fn relax(&self, value: &Curvature<NX, NU>) -> Option<(Curvature<NX, NU>, Relaxation<NX, NU>)> {
         let m = &self.by_defect;
         let mut weight = SMatrix::identity();
         add_tr_mul(&mut weight, m, &mul(&value.xx, m));
-        let mut g = m.transpose();
-        Cholesky::new(weight)?.solve(&mut g);
-        let g = mul(m, &g);
-        let relaxation = Relaxation { xx: mul(&value.xx, &g), ux: mul(&value.ux, &g) };
-        let xx = value.xx - mul(&relaxation.xx, &value.xx);
-        let ux = value.ux - mul(&relaxation.ux, &value.xx);
-        let uu = value.uu - mul(&relaxation.ux, &value.ux.transpose());
-        Some((Curvature { xx: symmetric_part(&xx), ux, uu: symmetric_part(&uu) }, relaxation))
+        let mut s = m.transpose();
+        Cholesky::new(weight)?.solve(&mut s);
+        let (k_x, k_u) = (mul(&s, &value.xx), mul(&s, &value.ux.transpose()));
+        // The next state by y and u.
+        let by_y = SMatrix::identity() - mul(m, &k_x);
+        let by_u = -mul(m, &k_u);
+        let mut xx = tr_mul(&k_x, &k_x);
+        add_tr_mul(&mut xx, &by_y, &mul(&value.xx, &by_y));
+        let mut ux = tr_mul(&k_u, &k_x) + mul(&value.ux, &by_y);
+        add_tr_mul(&mut ux, &by_u, &mul(&value.xx, &by_y));
+        let cross = mul(&value.ux, &by_u);
+        let mut uu = value.uu + cross + cross.transpose() + tr_mul(&k_u, &k_u);
+        add_tr_mul(&mut uu, &by_u, &mul(&value.xx, &by_u));
+        let relaxed = Curvature { xx: symmetric_part(&xx), ux, uu: symmetric_part(&uu) };
+        Some((relaxed, Relaxation { k_x, k_u }))
     }
 
     /// Minimises the stage over `dw`: `value` comes in as the value function's Hessian at node k+1 and leaves
