@@ -181,6 +181,26 @@ fn links_lead_somewhere() {
     assert!(count > 80, "{count} links found");
 }
 
+/// Files and folders named in backticks; a Rust file also as it is below `src`.
+#[test]
+fn files_named_in_the_pages_exist() {
+    const FOLDERS: [&str; 9] =
+        ["src/", "tests/", "scripts/", "benches/", "examples/", "params/", "mission/", "docs/", "fuzz/"];
+    let mut count = 0;
+    for (path, page) in pages() {
+        for code in page.split('`').skip(1).step_by(2) {
+            let named = code.ends_with(".rs") || FOLDERS.iter().any(|folder| code.starts_with(folder));
+            let pattern = code.contains([' ', '*', '<', '{', '\n', ':', '$']) || code.contains("NAME");
+            if named && !pattern {
+                count += 1;
+                let found = root().join(code).exists() || root().join("src").join(code).exists();
+                assert!(found, "{}: `{code}` is not there", path.display());
+            }
+        }
+    }
+    assert!(count > 100, "{count} files found");
+}
+
 #[test]
 fn the_table_of_contents_has_every_page() {
     let contents = fs::read_to_string(root().join("docs/SUMMARY.md")).unwrap();
