@@ -1,4 +1,5 @@
 //! The documentation beside the program: links lead somewhere, commands parse, the tutorial's files load.
+#![expect(clippy::disallowed_methods, reason = "tests that read pages and write a mission")]
 
 use std::collections::BTreeSet;
 use std::fs;
