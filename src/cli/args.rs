@@ -168,7 +168,7 @@ pub enum EstimatorChoice {
     /// The simulator's truth (ODOMETRY, HIL_STATE_QUATERNION), as in the paper's study.
     #[default]
     Truth,
-    /// Its own Kalman filter on the sensors (HIL_SENSOR, HIL_GPS).
+    /// The autopilot's own Kalman filter on the sensors (HIL_SENSOR, HIL_GPS).
     Ekf,
 }
 

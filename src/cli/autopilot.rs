@@ -42,7 +42,7 @@ pub struct AutopilotArgs {
     /// What the mission leaves to choose.
     #[command(flatten)]
     pub choice: ChoiceArgs,
-    /// What it flies by.
+    /// What the autopilot flies by.
     #[command(flatten)]
     pub state: StateArgs,
     /// Ports.

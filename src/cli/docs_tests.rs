@@ -153,8 +153,8 @@ fn examples_of_the_help_parse() {
     }
 }
 
-/// The pages of the book link to each other only, so that the book has no dead link; ARCHITECTURE.md, which is
-/// shown in it, links nowhere.
+/// The pages of the book link to each other only, so that the book has no dead link; ARCHITECTURE.md, which
+/// is shown in it, links nowhere.
 #[test]
 fn links_lead_somewhere() {
     let pages = pages();
@@ -249,7 +249,8 @@ fn the_tutorial_s_files_load() {
     assert_eq!(mission.name, "kestrel_drop");
 }
 
-/// Where the lander's plan has its peak of speed: `docs/plan.md`, `docs/paper.md` and titan.json's provenance say so.
+/// Where the lander's plan has its peak of speed: `docs/plan.md`, `docs/paper.md` and titan.json's provenance
+/// say so.
 #[test]
 fn regress_the_plan_s_peak_is_where_the_pages_say() {
     let mission = samara::config::load_mission(&root().join("mission/titan_drop.json")).unwrap();

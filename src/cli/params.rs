@@ -130,7 +130,7 @@ struct ExportArgs {
 struct CheckArgs {
     /// The parameter file.
     file: PathBuf,
-    /// What it is to be for.
+    /// What the file is to be for.
     #[arg(long = "for", value_enum)]
     purpose: Option<PurposeArg>,
     /// A mission whose vehicle samara is to fly with it.

@@ -51,7 +51,7 @@ pub struct PlanArgs {
     /// Budget of time [s]; the best point found is returned when it is used up.
     #[arg(long, value_name = "S", value_parser = positive)]
     pub time_limit: Option<f64>,
-    /// How much to tell of it.
+    /// How much to show of the planning.
     #[command(flatten)]
     pub planning: PlanningArgs,
 }

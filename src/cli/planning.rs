@@ -1,23 +1,25 @@
 //! The planning that verbs begin with.
 
 use std::ops::ControlFlow;
+use std::path::Path;
 
 use anyhow::Context as _;
 
 use super::answer::{BadInput as _, Failure};
 use super::mission::stamp_of;
+use super::narrator::Narrator;
 use super::results::OutputFolder;
 use super::system::Stopwatch;
-use super::terminal::print_err;
+use super::terminal::{print, print_err};
 use samara::config::{Mission, write_trajectory_csv};
 use samara::frames::normalized;
 use samara::model::trim;
-use samara::plan::{Guess, Plan, PlanProblem, Progress, SolverOptions, plan};
-use samara::report::{plan_figure, plan_json};
+use samara::plan::{Guess, Plan, PlanProblem, Progress, SolverOptions, Status, plan};
+use samara::report::{plan_figure, plan_json, plan_text};
 use samara::trajectory::Trajectory;
 use samara::units::{DEG_PER_RAD, RAD_PER_DEG};
 
-/// A plan and what it took.
+/// A plan and the time that it took.
 pub struct TimedPlan {
     pub plan: Plan,
     /// Wall time of the solve [ms].
@@ -27,6 +29,15 @@ pub struct TimedPlan {
 /// Plans a mission with the solver's defaults; shows the iterations on stderr if that is wanted.
 pub fn plan_mission(mission: &Mission, verbose: bool) -> Result<TimedPlan, Failure> {
     solve(mission, &mission.plan_problem(), &SolverOptions::default(), verbose, None)
+}
+
+/// Plans a mission as [`plan_mission`] does, and says what came of it.
+pub fn plan_and_say(mission: &Mission, verbose: bool, narrator: &Narrator) -> Result<TimedPlan, Failure> {
+    let timed = plan_mission(mission, verbose)?;
+    let text = plan_text(&timed.plan, &mission.limits.safety, None);
+    narrator.say(&format!("planned in {:.1} ms: {text}", timed.solve_ms));
+    narrator.check()?;
+    Ok(timed)
 }
 
 /// Solves the problem of a mission, for `time_limit_s` of wall time at most.
@@ -99,6 +110,33 @@ pub struct Planned {
 }
 
 impl Planned {
+    /// The trajectory of a file, kept in the folder as it was given.
+    pub fn given(path: &Path, mission: &mut Mission, folder: &OutputFolder) -> Result<Self, Failure> {
+        let file = mission.use_trajectory(path).bad_input()?;
+        folder.write_text("trajectory.csv", &file.text)?;
+        Ok(Self { trajectory: file.trajectory, source: "file", solve_ms: None })
+    }
+
+    /// A plan, written and reported; `None` when none was found (with `json` the plan's object says why).
+    pub fn found(
+        mission: &Mission,
+        verbose: bool,
+        json: bool,
+        folder: &OutputFolder,
+        narrator: &Narrator,
+    ) -> Result<Option<Self>, Failure> {
+        let TimedPlan { plan, solve_ms } = plan_and_say(mission, verbose, narrator)?;
+        write_plan(folder, mission, &plan)?;
+        if plan.status == Status::Converged {
+            let (trajectory, solve_ms) = (plan.trajectory, Some(solve_ms));
+            return Ok(Some(Self { trajectory, source: "planned", solve_ms }));
+        }
+        if json {
+            print(&plan_json(mission, &plan, Some(solve_ms)))?;
+        }
+        Ok(None)
+    }
+
     /// Writes `trajectory.csv`, for a flight with a folder of its own.
     pub fn write_to(&self, folder: &OutputFolder, mission: &Mission) -> Result<(), Failure> {
         folder

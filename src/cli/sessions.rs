@@ -91,7 +91,7 @@ fn estimator_settings(mission: &Mission) -> EstimatorSettings {
 /// What a streamer depends on beside the mission.
 #[derive(Clone, Debug, Default)]
 pub struct StreamerChoice {
-    /// What tells the time.
+    /// The streamer's clock.
     pub clock: Clock,
     /// What the vehicle must be given and must show before it is released.
     pub procedure: Option<Procedure>,

@@ -9,14 +9,13 @@ use super::args::{ChoiceArgs, NetArgs, PlanningArgs};
 use super::mission::mission_with_a_drop;
 use super::narrator::Narrator;
 use super::pilot::px4::upload::envelope;
-use super::planning::plan_mission;
+use super::planning::plan_and_say;
 use super::reporter::Reporter;
 use super::sessions::{self, StreamerChoice};
 use super::system::block_on;
 use samara::link::shell::run_streamer;
 use samara::link::streamer::{Procedure, StreamerState};
 use samara::plan::Status;
-use samara::report::plan_text;
 
 /// The help of `samara stream`.
 pub const STREAM_HELP: &str = "\
@@ -47,7 +46,7 @@ pub struct StreamArgs {
     /// Stream this trajectory instead of planning one.
     #[arg(long, value_name = "FILE")]
     pub trajectory: Option<PathBuf>,
-    /// How much to tell of the planning.
+    /// How much to show of the planning.
     #[command(flatten)]
     pub planning: PlanningArgs,
     /// Send the plan's acceleration with its velocity.
@@ -63,10 +62,7 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
     let trajectory = match &args.trajectory {
         Some(path) => mission.use_trajectory(path).bad_input()?.trajectory,
         None => {
-            let timed = plan_mission(&mission, args.planning.verbose)?;
-            let text = plan_text(&timed.plan, &mission.limits.safety, None);
-            narrator.say(&format!("planned in {:.1} ms: {text}", timed.solve_ms));
-            narrator.check()?;
+            let timed = plan_and_say(&mission, args.planning.verbose, &narrator)?;
             if timed.plan.status != Status::Converged {
                 return Ok(Answer::No);
             }

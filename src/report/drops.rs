@@ -37,7 +37,8 @@ const MEASURES: [Measure; 9] = [
     ("tracking_rms_m_s", "velocity from the plan, RMS [m/s]", |o| Some(o.tracking_rms_m_s)),
 ];
 
-/// A measure of a trial. What is not finite, as after a state that was none, would hide the other trials' means: it is none.
+/// A measure of a trial. What is not finite, as after a state that was none, would hide the other trials'
+/// means: it is none.
 fn measured((.., of): &Measure, trial: &DropTrial) -> Option<f64> {
     trial.outcome.as_ref().and_then(of).filter(|x| x.is_finite())
 }

@@ -110,8 +110,8 @@ fn closed_form_statistics_of_three_drops() {
     assert!(table.starts_with(head) && table.contains(j_tpf), "{table}");
 }
 
-/// A drop without a release has no measures, one whose state was lost has those that are numbers; neither takes the others' means
-/// away, and both are told.
+/// A drop without a release has no measures, one whose state was lost has those that are numbers; neither
+/// takes the others' means away, and both are told.
 #[test]
 fn failures_are_told_and_hide_nothing() {
     let tally = tally(&[good(0, 0.4, 3.0), never_released(1), good(2, 0.6, 5.0), lost(3)]);

@@ -1,7 +1,8 @@
-//! The objects that `--json` prints and that `plan.json` holds: one object, stable keys that end in their units.
+//! The objects that `--json` prints and that `plan.json` holds: one object, stable keys that end in their
+//! units.
 //!
-//! What is not finite (the J_TPF of a flight that diverged) is `null`. Wall-clock numbers stand only in objects that
-//! are given them; files are not.
+//! What is not finite (the J_TPF of a flight that diverged) is `null`. Wall-clock numbers stand only in
+//! objects that are given them; files are not.
 
 use std::collections::BTreeMap;
 
@@ -59,12 +60,12 @@ pub struct FlownTrajectory {
     pub sha256: String,
 }
 
-/// Who flew a drop.
+/// The autopilot that flew a drop.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FlownBy {
     /// "reference", "reference_ekf" (on its own estimator), "px4" or "px4-model".
     pub name: &'static str,
-    /// Release and git hash, as PX4 has told them.
+    /// Release and git hash, as PX4 reports them.
     pub version: Option<String>,
 }
 
@@ -85,11 +86,11 @@ impl FlownBy {
 pub struct DropEvent {
     /// Simulated time [s].
     pub t_s: f64,
-    /// What.
+    /// What happened, in words.
     pub text: String,
 }
 
-/// What a drop's object tells beside the verdict.
+/// What a drop's object holds besides the verdict.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DropRun {
     /// What was flown, where that is known.
@@ -104,11 +105,11 @@ pub struct DropRun {
     pub must_be_steady: bool,
     /// Why the autopilot did not fly to the end, if it left or refused.
     pub trouble: Option<String>,
-    /// Who flew, where that is known.
+    /// The autopilot, where it is known.
     pub autopilot: Option<FlownBy>,
     /// Whether a failsafe of the autopilot flew part of the manoeuvre.
     pub failsafe: bool,
-    /// What happened, in its order.
+    /// What happened, in order of time.
     pub events: Vec<DropEvent>,
     /// J_TPF of the plan that was flown.
     pub plan_j_tpf: Option<f64>,
@@ -119,7 +120,8 @@ pub struct DropRun {
 }
 
 impl DropRun {
-    /// Why there is no verdict, or none of the whole manoeuvre, or why that was no transition to steady flight.
+    /// Why there is no verdict, or none of the whole manoeuvre, or why that was no transition to steady
+    /// flight.
     pub fn reason(&self, verdict: Option<&Verdict>) -> Option<String> {
         let reason = match (verdict, self.completed) {
             (Some(_), false) => Some("stopped before the mission's end"),
@@ -140,10 +142,10 @@ impl DropRun {
     }
 }
 
-/// The object of `samara drop --json`. Peaks are magnitudes. Without a verdict (the vehicle was never released) what it would tell
-/// is `null`.
+/// The object of `samara drop --json`. Peaks are magnitudes. Without a verdict (the vehicle was never
+/// released) the verdict's keys are `null`.
 pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) -> String {
-    let told = |value: fn(&Verdict) -> f64| verdict.map(value);
+    let of = |value: fn(&Verdict) -> f64| verdict.map(value);
     text(&DropObject {
         mission: &mission.name,
         version: VERSION,
@@ -156,15 +158,15 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         completed: run.completed && !run.plan_cut && run.trouble.is_none(),
         ended_at_s: run.ended_at_s,
         reason: run.reason(verdict),
-        j_tpf: told(|v| v.j_tpf),
+        j_tpf: of(|v| v.j_tpf),
         decided_by: verdict.map(|v| v.decided_by),
-        peak_speed_m_s: told(|v| v.peak_speed_m_s),
-        peak_pitch_deg: told(|v| v.peak_pitch_rad.abs() * DEG_PER_RAD),
-        peak_pitch_rate_deg_s: told(|v| v.peak_pitch_rate_rad_s.abs() * DEG_PER_RAD),
-        peak_roll_deg: told(|v| v.peak_roll_rad.abs() * DEG_PER_RAD),
-        peak_roll_rate_deg_s: told(|v| v.peak_roll_rate_rad_s.abs() * DEG_PER_RAD),
-        peak_vertical_acceleration_m_s2: told(|v| v.peak_vertical_acceleration_m_s2.abs()),
-        altitude_lost_m: told(|v| v.altitude_lost_m),
+        peak_speed_m_s: of(|v| v.peak_speed_m_s),
+        peak_pitch_deg: of(|v| v.peak_pitch_rad.abs() * DEG_PER_RAD),
+        peak_pitch_rate_deg_s: of(|v| v.peak_pitch_rate_rad_s.abs() * DEG_PER_RAD),
+        peak_roll_deg: of(|v| v.peak_roll_rad.abs() * DEG_PER_RAD),
+        peak_roll_rate_deg_s: of(|v| v.peak_roll_rate_rad_s.abs() * DEG_PER_RAD),
+        peak_vertical_acceleration_m_s2: of(|v| v.peak_vertical_acceleration_m_s2.abs()),
+        altitude_lost_m: of(|v| v.altitude_lost_m),
         steady_after_s: verdict.and_then(|v| v.steady_after_s),
         final_v_ned_m_s: verdict.map(|v| v.final_v_ned.into()),
         limits_passed: verdict.map(|v| v.limits_passed.as_slice()),
@@ -243,9 +245,9 @@ struct ManifestObject<'a> {
     files: &'a BTreeMap<String, String>,
 }
 
-/// The object of `<verb>_manifest.json`: what a run of `verb` had for input, what was chosen beside the files, circumstances
-/// that are no inputs (the vehicle's number, the speed of a watched run: they show in the .tlog files only), and the SHA-256 of each
-/// file that it wrote, by name.
+/// The object of `<verb>_manifest.json`: what a run of `verb` had for input, what was chosen beside the
+/// files, circumstances that are no inputs (the vehicle's number, the speed of a watched run: they show in
+/// the .tlog files only), and the SHA-256 of each file that it wrote, by name.
 pub fn manifest_json(
     mission: &Mission,
     verb: &str,

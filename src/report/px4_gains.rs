@@ -1,4 +1,5 @@
-//! Gains for PX4: what was found, beside PX4's defaults, for the terminal, for the parameter file and as JSON.
+//! Gains for PX4: what was found, beside PX4's defaults, for the terminal, for the parameter file and as
+//! JSON.
 
 use serde_json::json;
 
@@ -16,17 +17,18 @@ pub const PX4S_DEFAULTS: &str = "PX4's defaults";
 /// A search's result.
 #[derive(Clone, Debug)]
 pub struct Px4Gains {
-    /// Name.
+    /// Name of the gains.
     pub name: String,
     /// What the parameters are for.
     pub purpose: Purpose,
     /// PX4's defaults on the unseen drops.
     pub defaults: Measures,
-    /// What costs were measured by: [`PX4S_DEFAULTS`], unless these do not come through the drops within the limits.
+    /// What costs were measured by: [`PX4S_DEFAULTS`], unless these do not come through the drops within the
+    /// limits.
     pub measured_by: &'static str,
     /// The parameters found on the unseen drops.
     pub found: Measures,
-    /// All that the law reads.
+    /// All parameters that the model of PX4's controller reads.
     pub parameters: Parameters,
     /// Those of them that the search left at a bound.
     pub at_bounds: Vec<&'static str>,
@@ -52,13 +54,13 @@ const MEASURES: [Measure; 5] = [
 ];
 
 impl Px4Gains {
-    /// What is to be said of bounds.
+    /// The remark on parameters at a bound of the search, if there are any.
     fn bounded(&self) -> Option<String> {
         let names = self.at_bounds.join(", ");
         (!names.is_empty()).then(|| format!("within 3 % of a bound of the search: {names}"))
     }
 
-    /// What is to be said of the measure, if it is not the usual one.
+    /// The remark on the measure of costs, if it is not the usual one.
     fn other_measure(&self) -> Option<String> {
         let by = self.measured_by;
         (by != PX4S_DEFAULTS).then(|| {
@@ -66,9 +68,9 @@ impl Px4Gains {
         })
     }
 
-    /// What stands in the header of the parameter file.
+    /// The remarks in the header of the parameter file.
     pub fn remarks(&self) -> Vec<String> {
-        let told = |m: &Measures| {
+        let listed = |m: &Measures| {
             let values = MEASURES.iter().map(|(name, unit, digits, of)| {
                 let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
                 format!("{name} {:.digits$}{unit}", of(m))
@@ -81,9 +83,9 @@ impl Px4Gains {
                 "found on the model of PX4 v1.12's control law, {} drops; means of {} others: {}",
                 self.drops,
                 self.unseen,
-                told(&self.found)
+                listed(&self.found)
             ),
-            format!("PX4's defaults on the same: {}", told(&self.defaults)),
+            format!("PX4's defaults on the same: {}", listed(&self.defaults)),
         ];
         found.into_iter().chain(measured_by).chain(self.bounded()).collect()
     }
@@ -128,8 +130,8 @@ pub fn gains_text(mission: &Mission, gains: &Px4Gains) -> String {
     out += &format!(
         "\n{verdict} PX4's defaults: J_TPF no worse, no limit passed, two of the other four a tenth better\n"
     );
-    let told = gains.other_measure().into_iter().chain(gains.bounded());
-    out + &told.map(|told| told + "\n").collect::<String>()
+    let remarks = gains.other_measure().into_iter().chain(gains.bounded());
+    out + &remarks.map(|remark| remark + "\n").collect::<String>()
 }
 
 /// The object of `--json`.

@@ -14,8 +14,9 @@ struct Line {
     mark: String,
 }
 
-/// The verdict as an aligned table: quantity, value, limit, and whether the limit held; J_TPF with the quantity that decides it, and
-/// steady flight marked if it was to be reached and was not. Ends with a line's end.
+/// The verdict as an aligned table: quantity, value, limit, and whether the limit held; J_TPF with the
+/// quantity that decides it, and steady flight marked if it was to be reached and was not. Ends with a line's
+/// end.
 pub fn verdict_text(verdict: &Verdict, limits: &SafetyLimits, misses_steady_flight: bool) -> String {
     let passed = |name: &str| verdict.limits_passed.contains(&name);
     let judged = |quantity, name, value: f64, digits, unit, limit: String| Line {
@@ -25,7 +26,7 @@ pub fn verdict_text(verdict: &Verdict, limits: &SafetyLimits, misses_steady_flig
         limit,
         mark: if passed(name) { "EXCEEDED" } else { "ok" }.to_owned(),
     };
-    let told = |quantity, value: String, unit| Line {
+    let stated = |quantity, value: String, unit| Line {
         quantity,
         value,
         unit,
@@ -69,12 +70,12 @@ pub fn verdict_text(verdict: &Verdict, limits: &SafetyLimits, misses_steady_flig
                 acceleration,
             )
         },
-        told("altitude lost", fixed(verdict.altitude_lost_m, 1), "m"),
+        stated("altitude lost", fixed(verdict.altitude_lost_m, 1), "m"),
         Line {
             mark: if misses_steady_flight { "NOT STEADY" } else { "" }.to_owned(),
-            ..told("steady after", steady, if verdict.steady_after_s.is_some() { "s" } else { "" })
+            ..stated("steady after", steady, if verdict.steady_after_s.is_some() { "s" } else { "" })
         },
-        told("final velocity, NED", velocity, "m/s"),
+        stated("final velocity, NED", velocity, "m/s"),
     ]);
     if let Some(speed) = verdict.impact_speed_m_s {
         lines.push(judged("speed of impact", "impact", speed, 2, "m/s", String::new()));

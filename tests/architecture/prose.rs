@@ -8,6 +8,7 @@ use super::sources;
 
 /// Files and folders that keep the rules. Rooms are added as they come to keep them, never taken out.
 const ROOMS: &[&str] = &[
+    "src/cli",
     "src/config",
     "src/frames.rs",
     "src/link/codec_tests.rs",
@@ -30,6 +31,7 @@ const ROOMS: &[&str] = &[
     "src/link/signing",
     "src/link/signing.rs",
     "src/link/tlog.rs",
+    "src/main.rs",
     "src/model",
     "src/params",
     "src/plan",
@@ -66,14 +68,7 @@ const ROOMS: &[&str] = &[
 ];
 
 /// Files in these rooms that do not keep the rules yet.
-const LATER: &[&str] = &[
-    "src/model/magnetic_field.rs",
-    "src/report/drops.rs",
-    "src/report/drops_tests.rs",
-    "src/report/json.rs",
-    "src/report/px4_gains.rs",
-    "src/report/verdict.rs",
-];
+const LATER: &[&str] = &["src/model/magnetic_field.rs"];
 
 /// Columns of a line, `rustfmt.toml`'s `max_width`, which rustfmt does not apply to comments.
 const WIDTH: usize = 110;

@@ -1,4 +1,4 @@
-//! `samara assess --autopilot`: a campaign of whole drops, by the reference autopilot or by PX4, several side by side.
+//! `samara assess --autopilot`: a campaign of whole drops, by any of the autopilots, several side by side.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -15,9 +15,7 @@ use crate::cli::args::AutopilotArg;
 use crate::cli::conclusion::Conclusion;
 use crate::cli::narrator::Narrator;
 use crate::cli::pilot::px4::{Cpu, Patience};
-use crate::cli::pilot::{
-    Flight, Flown, Pilot, Px4Settings, check_mission, pilot_and_mission, refuse_foreign_options,
-};
+use crate::cli::pilot::{Flight, Flown, Pilot, PilotRequest, Px4Settings, pilot_and_mission};
 use crate::cli::planning::{Planned, plan_mission, write_plan};
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::{print, print_err};
@@ -44,14 +42,18 @@ struct Campaign<'a> {
 
 /// Flies the campaign, or one trial of it.
 pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Result<Answer, Failure> {
-    refuse_foreign_options(autopilot, &args.asked())?;
-    let AssessArgs { choice, state, feed_forward, only, .. } = args;
-    let settings = Px4Settings {
-        feed_forward: *feed_forward,
-        cpu: Cpu::Together,
-        patience: Patience { limit: args.patience.limit(), answers: only.is_none() },
-    };
-    let (pilot, mission) = pilot_and_mission(autopilot, &args.mission.mission, choice, state, settings)?;
+    let (pilot, mission) = pilot_and_mission(&PilotRequest {
+        autopilot,
+        mission: &args.mission.mission,
+        choice: &args.choice,
+        state: &args.state,
+        settings: Px4Settings {
+            feed_forward: args.feed_forward,
+            cpu: Cpu::Together,
+            patience: Patience { limit: args.patience.limit(), answers: args.only.is_none() },
+        },
+        options: args.asked(),
+    })?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let timed = plan_mission(&mission, false)?;
     write_plan(&folder, &mission, &timed.plan)?;
@@ -60,10 +62,10 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
         return Ok(Answer::No);
     }
     let planned = Planned { trajectory: timed.plan.trajectory, source: "planned", solve_ms: None };
-    check_mission(pilot.as_ref(), &mission, &planned.trajectory)?;
+    pilot.check(&mission, &planned.trajectory)?;
     let campaign = Campaign { args, pilot, mission, planned, folder: folder.path() };
-    match only {
-        Some(trial) => campaign.only(*trial, stop),
+    match args.only {
+        Some(trial) => campaign.only(trial, stop),
         None => {
             let mut places = 0..campaign.workers();
             places.try_for_each(|place| campaign.pilot.check_instance(campaign.instance(place)))?;

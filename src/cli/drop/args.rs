@@ -8,8 +8,8 @@ use crate::cli::args::{
     AutopilotArg, ChoiceArgs, LinkArgs, MissionArgs, NetArgs, PatienceArgs, PlanningArgs, StateArgs,
     autopilot, speed,
 };
-use crate::cli::pilot::PilotOption;
-use crate::cli::pilot::px4::Cpu;
+use crate::cli::pilot::px4::{Cpu, Patience};
+use crate::cli::pilot::{PilotOption, PilotRequest, Px4Settings};
 use samara::link::shell::Speed;
 
 /// The help of `samara drop`.
@@ -56,8 +56,8 @@ pub struct DropArgs {
     /// What the mission leaves to choose.
     #[command(flatten)]
     pub choice: ChoiceArgs,
-    /// Who flies: samara's own autopilot; PX4 from the build folder of its simulation; or the model of PX4's
-    /// control law, which predicts what PX4 will do.
+    /// The autopilot that flies: samara's own; PX4 from the build folder of its simulation; or the model of
+    /// PX4's control law, which predicts what PX4 will do.
     #[arg(long, value_name = "reference|px4=DIR|px4-model", default_value = "reference", value_parser = autopilot)]
     pub autopilot: AutopilotArg,
     /// What the autopilot flies by.
@@ -81,7 +81,7 @@ pub struct DropArgs {
     /// How long PX4 may keep the flight waiting.
     #[command(flatten)]
     pub patience: PatienceArgs,
-    /// How much to tell of the planning.
+    /// How much to show of the planning.
     #[command(flatten)]
     pub planning: PlanningArgs,
     /// Simulated seconds per second, or `max`. With a factor the drop can be watched: the links for ground
@@ -97,18 +97,29 @@ pub struct DropArgs {
 }
 
 impl DropArgs {
-    /// The options asked for that not every autopilot has.
-    pub fn asked(&self) -> Vec<PilotOption> {
-        PilotOption::asked([
-            (PilotOption::Estimator, self.state.asked()),
-            (PilotOption::Link, !self.link.links.is_empty()),
-            (PilotOption::SignKey, self.net.sign_key.is_some()),
-            (PilotOption::Speed, self.speed != Speed::Max),
-            (PilotOption::Cpu, self.cpu != Cpu::Apart),
-            (PilotOption::Patience, self.patience.asked()),
-            (PilotOption::FeedForward, self.feed_forward),
-            (PilotOption::Px4sOwnGains, self.choice.px4s_own_gains()),
-        ])
+    /// The pilot that is asked for.
+    pub fn pilot(&self) -> PilotRequest<'_> {
+        PilotRequest {
+            autopilot: &self.autopilot,
+            mission: &self.mission.mission,
+            choice: &self.choice,
+            state: &self.state,
+            settings: Px4Settings {
+                feed_forward: self.feed_forward,
+                cpu: self.cpu,
+                patience: Patience { limit: self.patience.limit(), answers: self.cases },
+            },
+            options: PilotOption::asked([
+                (PilotOption::Estimator, self.state.asked()),
+                (PilotOption::Link, !self.link.links.is_empty()),
+                (PilotOption::SignKey, self.net.sign_key.is_some()),
+                (PilotOption::Speed, self.speed != Speed::Max),
+                (PilotOption::Cpu, self.cpu != Cpu::Apart),
+                (PilotOption::Patience, self.patience.asked()),
+                (PilotOption::FeedForward, self.feed_forward),
+                (PilotOption::Px4sOwnGains, self.choice.px4s_own_gains()),
+            ]),
+        }
     }
 
     /// What does not touch the flight but shows in the .tlog files: the vehicle's number, and that others may

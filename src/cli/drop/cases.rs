@@ -1,4 +1,5 @@
-//! `samara drop --cases`: the mission's release cases (Table 3), a drop each, in one table. PX4 has the reference autopilot beside it.
+//! `samara drop --cases`: the mission's release cases (Table 3), a drop each, in one table. PX4 has the
+//! reference autopilot beside it.
 
 use std::fmt::Write as _;
 

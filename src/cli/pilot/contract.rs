@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 use crate::cli::answer::Failure;
 use crate::cli::narrator::Narrator;
 use crate::cli::results::OutputFolder;
+use crate::cli::terminal::print_err;
 use samara::config::Mission;
 use samara::link::shell::{Speed, Wiring};
 use samara::report::FlownBy;
@@ -19,11 +20,11 @@ pub trait Pilot: Sync {
     /// The end of the first line on the terminal, after mission, vehicle and gains.
     fn introduction(&self) -> &'static str;
 
-    /// Refuses a mission that cannot be flown, before anything is started; gives what there is to remark on
-    /// the parameters that the pilot is given.
-    fn check(&self, mission: &Mission, trajectory: &Trajectory) -> Result<Vec<String>, Failure> {
+    /// Refuses a mission that cannot be flown, before anything is started: what is wrong is wrong for every
+    /// flight. Prints what there is to remark on the parameters that the pilot is given.
+    fn check(&self, mission: &Mission, trajectory: &Trajectory) -> Result<(), Failure> {
         let _ = (mission, trajectory);
-        Ok(Vec::new())
+        Ok(())
     }
 
     /// Whether each flight takes the ports of an instance for itself.
@@ -106,5 +107,12 @@ impl PilotOption {
     /// Those options of a verb that are asked for.
     pub fn asked<const N: usize>(options: [(Self, bool); N]) -> Vec<Self> {
         options.into_iter().filter(|(_, asked)| *asked).map(|(option, _)| option).collect()
+    }
+}
+
+/// Prints remarks on the parameters that a pilot is given in place of the mission's gains.
+pub fn print_remarks(mission: &Mission, remarks: &[String]) {
+    for remark in remarks {
+        print_err(&format!("samara: {}: {remark}\n", mission.control.gains_name));
     }
 }

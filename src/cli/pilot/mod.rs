@@ -17,41 +17,43 @@ use std::path::Path;
 
 use super::answer::Failure;
 use super::args::{AutopilotArg, ChoiceArgs, StateArgs};
-use super::terminal::print_err;
 pub use contract::{Flight, Flown, Pilot, PilotOption};
 pub use px4::Px4Settings;
 pub use reference::Reference;
 use samara::config::Mission;
-use samara::trajectory::Trajectory;
 
 /// The autopilots as they are typed, with the options that each has.
 const PILOTS: [(&str, &[PilotOption]); 3] =
     [("reference", reference::OPTIONS), ("px4=DIR", px4::OPTIONS), ("px4-model", px4_model::OPTIONS)];
 
-/// Refuses the first option that is asked for and that the autopilot does not have, never passes it over: who
-/// asks for signed frames and gets unsigned ones should know.
-pub fn refuse_foreign_options(autopilot: &AutopilotArg, asked: &[PilotOption]) -> Result<(), Failure> {
+/// What a verb asks of a pilot.
+pub struct PilotRequest<'a> {
+    pub autopilot: &'a AutopilotArg,
+    /// The mission's file.
+    pub mission: &'a Path,
+    pub choice: &'a ChoiceArgs,
+    pub state: &'a StateArgs,
+    pub settings: Px4Settings,
+    /// The options asked for that not every pilot has.
+    pub options: Vec<PilotOption>,
+}
+
+/// The pilot that is asked for and the mission for it, which notes what decides the flight beside the files.
+/// An option that the pilot does not have is refused, never passed over: who asks for signed frames and gets
+/// unsigned ones should know.
+pub fn pilot_and_mission(request: &PilotRequest<'_>) -> Result<(Box<dyn Pilot>, Mission), Failure> {
+    let PilotRequest { autopilot, mission, choice, state, settings, ref options } = *request;
     let own = match autopilot {
         AutopilotArg::Reference => reference::OPTIONS,
         AutopilotArg::Px4(_) => px4::OPTIONS,
         AutopilotArg::Px4Model => px4_model::OPTIONS,
     };
-    let Some(foreign) = asked.iter().find(|option| !own.contains(option)) else { return Ok(()) };
-    let (option, why) = foreign.words();
-    let owners: Vec<&str> =
-        PILOTS.iter().filter(|(_, own)| own.contains(foreign)).map(|(name, _)| *name).collect();
-    let owners = owners.join(" or ");
-    Err(Failure::input(format!("{option}: --autopilot {owners} is expected with it; {why}")))
-}
-
-/// The pilot of `--autopilot` and the mission for it, which notes what decides the flight beside the files.
-pub fn pilot_and_mission(
-    autopilot: &AutopilotArg,
-    mission: &Path,
-    choice: &ChoiceArgs,
-    state: &StateArgs,
-    settings: Px4Settings,
-) -> Result<(Box<dyn Pilot>, Mission), Failure> {
+    if let Some(foreign) = options.iter().find(|option| !own.contains(option)) {
+        let (option, why) = foreign.words();
+        let owners = PILOTS.iter().filter(|(_, own)| own.contains(foreign)).map(|(name, _)| *name);
+        let owners = owners.collect::<Vec<_>>().join(" or ");
+        return Err(Failure::input(format!("{option}: --autopilot {owners} is expected with it; {why}")));
+    }
     let feed_forward = settings.feed_forward;
     let (pilot, mut mission): (Box<dyn Pilot>, Mission) = match autopilot {
         AutopilotArg::Reference => {
@@ -71,13 +73,4 @@ pub fn pilot_and_mission(
         mission.note_choice("feed forward", "yes");
     }
     Ok((pilot, mission))
-}
-
-/// Refuses a mission that the pilot cannot fly: what is wrong is wrong for every flight. Prints, once, what
-/// there is to remark on the parameters that PX4 is given.
-pub fn check_mission(pilot: &dyn Pilot, mission: &Mission, trajectory: &Trajectory) -> Result<(), Failure> {
-    for remark in pilot.check(mission, trajectory)? {
-        print_err(&format!("samara: {}: {remark}\n", mission.control.gains_name));
-    }
-    Ok(())
 }

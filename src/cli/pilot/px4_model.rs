@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use super::contract::{Flight, Flown, Pilot, PilotOption};
+use super::contract::{Flight, Flown, Pilot, PilotOption, print_remarks};
 use super::px4::upload::{preparation, suits};
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::args::ChoiceArgs;
@@ -45,8 +45,10 @@ impl Pilot for Px4Model {
         ", flown by the model of PX4's control law"
     }
 
-    fn check(&self, mission: &Mission, trajectory: &Trajectory) -> Result<Vec<String>, Failure> {
-        parameters_for(mission, trajectory, self.parameters.as_ref()).map(|(_, remarks)| remarks)
+    fn check(&self, mission: &Mission, trajectory: &Trajectory) -> Result<(), Failure> {
+        let (_, remarks) = parameters_for(mission, trajectory, self.parameters.as_ref())?;
+        print_remarks(mission, &remarks);
+        Ok(())
     }
 
     /// Flies the mission, the release at the end of the hang.
@@ -87,14 +89,14 @@ fn parameters_for(
 ) -> Result<(Parameters, Vec<String>), Failure> {
     suits(mission).bad_input()?;
     is_quad_x(&mission.vehicle).bad_input()?;
-    let mut law =
+    let mut parameters =
         px4_model_parameters(&mission.parameter_subject(), mission.px4_purpose(), given).bad_input()?;
     let upload = preparation(mission, trajectory, given, true)?.upload;
     // Where PX4 would not get the file's value the model has not got it either.
     let own = given.into_iter().flat_map(ParameterFile::entries);
     for (name, value) in own.filter_map(|(_, name, _)| Some((name, upload.parameters.get(name)?))) {
         // What the model does not read, it does not get.
-        let _ = law.set(name, value.as_f64());
+        let _ = parameters.set(name, value.as_f64());
     }
-    Ok((law, upload.remarks))
+    Ok((parameters, upload.remarks))
 }

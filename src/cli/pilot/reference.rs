@@ -101,7 +101,7 @@ impl Pilot for Reference {
             record: wire.simulator.run().record().clone(),
             real_time_factor: Some(1e3 * flown_s / watch.ms()),
             by: Some(FlownBy { name: self.name(), version: None }),
-            // Of a single flight, verdict and events tell all that there is.
+            // Of a single flight, verdict and events report all that there is.
             trouble: flight.stop.and(wire.streamer.failure()).map(str::to_owned),
             log: wire.simulator.into_run().into_log(),
         })

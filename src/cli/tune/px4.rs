@@ -1,4 +1,5 @@
-//! `samara tune --for px4`: PX4's own parameters, by the evolution strategy on the model of PX4's control law.
+//! `samara tune --for px4`: PX4's own parameters, by the evolution strategy on the model of PX4's
+//! controller.
 
 use nalgebra::Vector3;
 use rayon::prelude::*;

@@ -5,6 +5,9 @@
 //! before it answers, it does while PX4 is at work. Where each processor has a PX4 of its own there is no
 //! other, and both share one.
 
+#[cfg(target_os = "linux")]
+use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+
 use super::error::Px4Error;
 
 /// The processors that PX4 and the simulator run on.
@@ -24,83 +27,71 @@ pub enum Cpu {
 #[derive(Debug)]
 pub struct Pinned {
     #[cfg(target_os = "linux")]
-    before: Option<rustix::thread::CpuSet>,
+    before: Option<CpuSet>,
     /// The processors that the thread leaves for when all has been started.
     #[cfg(target_os = "linux")]
-    aside: Option<rustix::thread::CpuSet>,
+    aside: Option<CpuSet>,
 }
 
 #[cfg(target_os = "linux")]
-mod linux {
-    use std::fmt::Write as _;
-    use std::io;
-
-    use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
-
-    use super::{Cpu, Pinned, Px4Error};
-
-    impl Pinned {
-        /// Pins the calling thread for an instance.
-        pub fn pin(cpu: Cpu, instance: u16) -> Result<Self, Px4Error> {
-            let had = match cpu {
-                Cpu::Any => return Ok(Self { before: None, aside: None }),
-                _ => sched_getaffinity(None).map_err(of_the_system)?,
-            };
-            let allowed: Vec<usize> = (0..CpuSet::MAX_CPU).filter(|n| had.is_set(*n)).collect();
-            let chosen = match cpu {
-                // From the last one on: the first has the system's interrupts.
-                Cpu::Apart | Cpu::Together => {
-                    allowed.iter().rev().cycle().nth(usize::from(instance)).copied()
-                }
-                Cpu::Number(n) => Some(n),
-                Cpu::Any => None,
-            };
-            let Some(chosen) = chosen else { return Ok(Self { before: None, aside: None }) };
-            if !allowed.contains(&chosen) {
-                return Err(Px4Error::Cpu { wanted: chosen, had: list(&allowed) });
-            }
-            let mut one = CpuSet::new();
-            one.set(chosen);
-            sched_setaffinity(None, &one).map_err(of_the_system)?;
-            let mut others = had;
-            others.unset(chosen);
-            let aside = (cpu == Cpu::Apart && others.count() > 0).then_some(others);
-            Ok(Self { before: Some(had), aside })
+impl Pinned {
+    /// Pins the calling thread for an instance.
+    pub fn pin(cpu: Cpu, instance: u16) -> Result<Self, Px4Error> {
+        let had = match cpu {
+            Cpu::Any => return Ok(Self { before: None, aside: None }),
+            _ => sched_getaffinity(None).map_err(of_the_system)?,
+        };
+        let allowed: Vec<usize> = (0..CpuSet::MAX_CPU).filter(|n| had.is_set(*n)).collect();
+        let chosen = match cpu {
+            // From the last one on: the first has the system's interrupts.
+            Cpu::Apart | Cpu::Together => allowed.iter().rev().cycle().nth(usize::from(instance)).copied(),
+            Cpu::Number(n) => Some(n),
+            Cpu::Any => None,
+        };
+        let Some(chosen) = chosen else { return Ok(Self { before: None, aside: None }) };
+        if !allowed.contains(&chosen) {
+            return Err(Px4Error::Cpu { wanted: chosen, had: list(&allowed) });
         }
-
-        /// All has been started: with [`Cpu::Apart`] the thread leaves the processor to it.
-        pub fn step_aside(&self) -> Result<(), Px4Error> {
-            match &self.aside {
-                Some(others) => sched_setaffinity(None, others).map_err(of_the_system),
-                None => Ok(()),
-            }
-        }
+        let mut one = CpuSet::new();
+        one.set(chosen);
+        sched_setaffinity(None, &one).map_err(of_the_system)?;
+        let mut others = had;
+        others.unset(chosen);
+        let aside = (cpu == Cpu::Apart && others.count() > 0).then_some(others);
+        Ok(Self { before: Some(had), aside })
     }
 
-    impl Drop for Pinned {
-        fn drop(&mut self) {
-            if let Some(before) = &self.before {
-                // What was allowed before is allowed again.
-                _ = sched_setaffinity(None, before);
-            }
+    /// All has been started: with [`Cpu::Apart`] the thread leaves the processor to it.
+    pub fn step_aside(&self) -> Result<(), Px4Error> {
+        match &self.aside {
+            Some(others) => sched_setaffinity(None, others).map_err(of_the_system),
+            None => Ok(()),
         }
     }
+}
 
-    fn of_the_system(error: rustix::io::Errno) -> Px4Error {
-        Px4Error::io("cannot choose a processor (--cpu any leaves it to the system)")(io::Error::from(error))
-    }
-
-    fn list(numbers: &[usize]) -> String {
-        let mut text = String::new();
-        for (i, n) in numbers.iter().enumerate() {
-            let before = match i {
-                0 => "",
-                _ if i + 1 == numbers.len() => " or ",
-                _ => ", ",
-            };
-            _ = write!(text, "{before}{n}");
+#[cfg(target_os = "linux")]
+impl Drop for Pinned {
+    fn drop(&mut self) {
+        if let Some(before) = &self.before {
+            // What was allowed before is allowed again.
+            _ = sched_setaffinity(None, before);
         }
-        text
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn of_the_system(error: rustix::io::Errno) -> Px4Error {
+    Px4Error::io("cannot choose a processor (--cpu any leaves it to the system)")(std::io::Error::from(error))
+}
+
+/// "0", "0 or 1", "0, 1 or 2".
+#[cfg(target_os = "linux")]
+fn list(numbers: &[usize]) -> String {
+    let texts: Vec<String> = numbers.iter().map(usize::to_string).collect();
+    match texts.split_last() {
+        Some((last, others)) if !others.is_empty() => format!("{} or {last}", others.join(", ")),
+        _ => texts.concat(),
     }
 }
 

@@ -100,7 +100,7 @@ pub enum Px4Error {
         instance: u16,
         /// PX4's lock.
         lock: PathBuf,
-        /// Who holds it.
+        /// The processes that hold the lock.
         holders: String,
     },
     /// A processor that cannot be had.

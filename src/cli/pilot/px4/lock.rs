@@ -41,7 +41,7 @@ fn look_at(instance: u16, lock: PathBuf) -> Result<(), Px4Error> {
     }
 }
 
-/// Processes that have the file open, with their command lines; none where the system does not tell.
+/// Processes that have the file open, with their command lines; none where the system does not show them.
 fn holders(lock: &Path) -> Vec<(u32, String)> {
     let ours = std::process::id();
     let processes = fs::read_dir("/proc").into_iter().flatten().filter_map(Result::ok);
@@ -60,7 +60,7 @@ fn has_open(process: &Path, file: &Path) -> bool {
 }
 
 fn command_line(process: &Path) -> String {
-    #[expect(clippy::disallowed_methods, reason = "what the system tells of a process")]
+    #[expect(clippy::disallowed_methods, reason = "what the system shows of a process")]
     let bytes = fs::read(process.join("cmdline")).unwrap_or_default();
     let text = String::from_utf8_lossy(&bytes).replace('\0', " ");
     text.trim().chars().take(COMMAND_AT_MOST).collect()

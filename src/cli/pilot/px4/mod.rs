@@ -30,7 +30,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::contract::{Flight, Flown, Pilot, PilotOption};
+use super::contract::{Flight, Flown, Pilot, PilotOption, print_remarks};
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::args::ChoiceArgs;
 use crate::cli::mission::mission_for_px4;
@@ -121,8 +121,10 @@ impl Pilot for Px4 {
         ", flown by PX4"
     }
 
-    fn check(&self, mission: &Mission, trajectory: &Trajectory) -> Result<Vec<String>, Failure> {
-        self.prepare(mission, trajectory).map(|(_, preparation)| preparation.upload.remarks)
+    fn check(&self, mission: &Mission, trajectory: &Trajectory) -> Result<(), Failure> {
+        let (_, preparation) = self.prepare(mission, trajectory)?;
+        print_remarks(mission, &preparation.upload.remarks);
+        Ok(())
     }
 
     fn takes_ports(&self) -> bool {

@@ -86,7 +86,7 @@ fn is_gone(group: Pid) -> bool {
 #[cfg(target_os = "linux")]
 fn is_dead(group: Pid) -> bool {
     let processes = std::fs::read_dir("/proc").into_iter().flatten().filter_map(Result::ok);
-    #[expect(clippy::disallowed_methods, reason = "what the system tells of a process")]
+    #[expect(clippy::disallowed_methods, reason = "what the system shows of a process")]
     let mut stats = processes.filter_map(|process| std::fs::read_to_string(process.path().join("stat")).ok());
     let runs = |stat: &String| {
         // Number, (name), state, parent, group.
