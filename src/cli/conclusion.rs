@@ -16,19 +16,9 @@ use samara::report::{
     DropEvent, DropRun, FlightCsv, FlownBy, FlownTrajectory, drop_figure, drop_json, verdict_text,
 };
 
-/// The files that a drop may leave; a drop removes those that it has not written.
-pub const DROP_FILES: [&str; 10] = [
-    "plan.json",
-    "plan.svg",
-    "trajectory.csv",
-    "flight.csv",
-    "drop.json",
-    "drop.svg",
-    "hil.tlog",
-    "vehicle.tlog",
-    "companion.tlog",
-    "flight.ulg",
-];
+/// The files that the flight of a drop may leave; a drop removes those that it has not written.
+pub const FLIGHT_FILES: [&str; 7] =
+    ["flight.csv", "drop.json", "drop.svg", "hil.tlog", "vehicle.tlog", "companion.tlog", "flight.ulg"];
 
 /// A log whose last row is closer to the mission's end than this [s] is complete.
 const STEP_AT_MOST_S: f64 = 0.02;
@@ -95,7 +85,7 @@ impl<'a> Conclusion<'a> {
         }
         folder.write_text("drop.json", &self.file_json())?;
         if self.planned.is_some() {
-            folder.remove_leftovers(&DROP_FILES)?;
+            folder.remove_leftovers(&FLIGHT_FILES)?;
         }
         let version = self.flown.by.as_ref().and_then(|by| by.version.clone());
         let mut circumstances = circumstances.to_vec();

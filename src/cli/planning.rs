@@ -113,6 +113,7 @@ impl Planned {
     /// The trajectory of a file, kept in the folder as it was given.
     pub fn given(path: &Path, mission: &mut Mission, folder: &OutputFolder) -> Result<Self, Failure> {
         let file = mission.use_trajectory(path).bad_input()?;
+        folder.remove_leftovers(&["plan.json", "plan.svg"])?;
         folder.write_text("trajectory.csv", &file.text)?;
         Ok(Self { trajectory: file.trajectory, source: "file", solve_ms: None })
     }

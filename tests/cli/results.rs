@@ -69,6 +69,20 @@ fn results_say_what_was_flown_and_nothing_stale_remains() {
     }
 }
 
+/// A drop on the wire, then one without a wire into the same folder: no recording of the first is left.
+#[test]
+fn a_drop_without_a_wire_leaves_no_recording_of_an_earlier_one() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().to_str().unwrap();
+    for (autopilot, count) in [("reference", 10), ("px4-model", 6)] {
+        let args = ["drop", "mission/x500_drop.json", "--autopilot", autopilot, "--json", "--out", folder];
+        assert_eq!(json(&samara(&args))["autopilot"], autopilot);
+        let manifest = object(&out.path().join("drop_manifest.json"));
+        assert_eq!(listed(&manifest), files(out.path()), "{autopilot}");
+        assert_eq!(listed(&manifest).len(), count, "{autopilot}");
+    }
+}
+
 #[test]
 fn the_hash_covers_the_options() {
     let out = tempfile::tempdir().unwrap();

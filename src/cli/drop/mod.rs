@@ -12,7 +12,7 @@ mod args;
 mod cases;
 
 use super::answer::{Answer, Failure};
-use super::conclusion::{Conclusion, DROP_FILES};
+use super::conclusion::{Conclusion, FLIGHT_FILES};
 use super::narrator::Narrator;
 use super::pilot::{Flight, pilot_and_mission};
 use super::planning::Planned;
@@ -45,7 +45,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     };
     let Some(planned) = planned else {
         if !args.cases {
-            folder.remove_leftovers(&DROP_FILES)?;
+            folder.remove_leftovers(&FLIGHT_FILES)?;
             folder.write_manifest("drop", &mission, &args.circumstances())?;
         }
         return Ok(Answer::No);
