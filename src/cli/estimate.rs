@@ -1,12 +1,13 @@
-//! Estimate of how long flights take that are flown one at a time in six degrees of freedom: one is flown and timed.
+//! Estimate of how long flights take that are flown one at a time in six degrees of freedom: one is flown and
+//! timed.
 
 use std::fmt::Display;
 
 use super::system::Stopwatch;
 use super::terminal::print_err;
 
-/// Reports on stderr why flights are not flown side by side, and about how long `count` times `one` takes on `threads`
-/// threads.
+/// Reports on stderr why flights are not flown side by side, and about how long `count` times `one` takes on
+/// `threads` threads.
 pub fn warn_one_at_a_time<T>(reason: &dyn Display, count: u64, threads: usize, one: impl FnOnce() -> T) {
     let watch = Stopwatch::start();
     std::hint::black_box(one());
