@@ -1,5 +1,5 @@
-//! A controller of your own in the safety study, in a Monte Carlo campaign and behind MAVLink: a linear-quadratic
-//! regulator about the steady state that the drop shall reach.
+//! A controller of your own in the safety study, in a Monte Carlo campaign and behind MAVLink: a
+//! linear-quadratic regulator about the steady state that the drop shall reach.
 //!
 //! ```sh
 //! cargo run --release --example own_controller
@@ -25,8 +25,8 @@ use samara::trajectory::Trajectory;
 
 type Failure = Box<dyn std::error::Error>;
 
-/// A regulator of `e = [v - v_sp, tilt, roll and pitch rate, integral of v - v_sp]` for a quadrotor: `T = T_trim - K e`. The
-/// heading is left alone.
+/// A regulator of `e = [v - v_sp, tilt, roll and pitch rate, integral of v - v_sp]` for a quadrotor: `T =
+/// T_trim - K e`. The heading is left alone.
 #[derive(Clone, Debug)]
 pub struct Lqr {
     trim: Trim,
@@ -36,7 +36,8 @@ pub struct Lqr {
 }
 
 impl Lqr {
-    /// The regulator about the mission's target velocity; `None` where there is no steady flight or not four rotors.
+    /// The regulator about the mission's target velocity; `None` where there is no steady flight or not four
+    /// rotors.
     pub fn new(mission: &Mission) -> Option<Self> {
         let (vehicle, site) = (&mission.vehicle, &mission.site.environment);
         let trim = trim(vehicle, site, mission.target_v_ned, 0.0).ok()?;
@@ -62,7 +63,7 @@ impl Lqr {
         let mut b = SMatrix::<f64, 10, 4>::zeros();
         b.fixed_view_mut::<7, 4>(0, 0).copy_from(&(inverse * at_trim.b * DT_S));
         // What is worth as much as a thrust of 50 N: m/s, rad, rad/s, m.
-        let worth = SVector::from([1.0, 1.0, 0.2, 0.15, 0.15, 0.3, 0.3, 5.0, 5.0, 1.0]);
+        let worth = SVector::from([1.0, 1.0, 0.2, 0.15, 0.15, 0.3, 0.3, 2.0, 2.0, 1.0]);
         let cost = SMatrix::from_diagonal(&worth.map(|w: f64| w.powi(-2)));
         let thrust_cost = SMatrix::<f64, 4, 4>::identity() / 50.0f64.powi(2);
         let (mut p, mut gain) = (cost, SMatrix::<f64, 4, 10>::zeros());
@@ -119,7 +120,8 @@ pub fn study(mission: &Mission, plan: &Trajectory, controller: &Lqr, trials: u64
     (cases, campaign)
 }
 
-/// The whole drop in lockstep over MAVLink: simulator, the reference autopilot with this controller, streamer.
+/// The whole drop in lockstep over MAVLink: simulator, the reference autopilot with this controller,
+/// streamer.
 pub fn drop_over_the_wire(
     mission: &Mission,
     plan: &Trajectory,

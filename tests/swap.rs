@@ -23,6 +23,25 @@ use samara::plan::{Guess, plan};
 use samara::sim::{DropSimulation, FlightPlan, Phase, Reference, fly};
 use samara::trajectory::{Node, Trajectory};
 
+#[path = "../examples/own_controller.rs"]
+#[expect(dead_code, reason = "the example's main")]
+mod own_controller;
+
+/// Controller: the regulator of `examples/own_controller.rs` through the study, a campaign and the lockstep wire. Steady at the
+/// target means within 1 % of it.
+#[test]
+fn another_controller_flies_study_campaign_and_wire() {
+    let mission = titan();
+    let plan = own_controller::planned(&mission).unwrap();
+    let lqr = own_controller::Lqr::new(&mission).unwrap();
+    let (cases, campaign) = own_controller::study(&mission, &plan, &lqr, 20);
+    assert!(cases.len() == 7 && cases.iter().all(|j_tpf| *j_tpf < 0.9), "{cases:?}");
+    assert!(campaign.count() == 20 && campaign.max() < 0.9, "{campaign:?}");
+    let verdict = own_controller::drop_over_the_wire(&mission, &plan, &lqr).unwrap();
+    assert!(verdict.j_tpf < 0.9 && verdict.limits_passed.is_empty(), "{verdict:?}");
+    assert!(verdict.steady_after_s.is_some_and(|t_s| t_s < 34.0), "{verdict:?}");
+}
+
 fn titan() -> Mission {
     load_mission(Path::new("mission/titan_drop.json")).unwrap()
 }

@@ -236,7 +236,9 @@ mod tests {
 
         /// The roll and pitch moment is met whenever the rotors can make it at any collective.
         #[test]
-        fn prop_possible_moments_are_met(lift in 0.0f64..1700.0, x in -200.0f64..200.0, y in -200.0f64..200.0) {
+        fn prop_possible_moments_are_met(
+            lift in 0.0f64..1700.0, x in -200.0f64..200.0, y in -200.0f64..200.0,
+        ) {
             for vehicle in vehicles() {
                 let thrust = airframe(&vehicle).mixer.thrusts(lift, &Vector3::new(x, y, 0.0));
                 let (_, moment) = lift_and_moment(&vehicle, &thrust);

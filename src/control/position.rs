@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! v_P = K_P (p_sp - p) ;  v_sp = v_ff + v_P
-//! horizontal: |v_sp| <= v_xy, the position's part first: v_P shortened to v_xy, then as much of v_ff as there is room for
+//! horizontal: |v_sp| <= v_xy, the position's part first: v_P shortened to v_xy, then as much of v_ff as fits
 //! vertical:   -v_up <= v_sp,D <= v_dn
 //! ```
 //!
@@ -148,7 +148,8 @@ mod tests {
     proptest! {
         #[test]
         fn prop_never_faster_than_the_limits(
-            p in prop::array::uniform3(-1e3f64..1e3), v in prop::array::uniform3(-30.0f64..30.0), limit in 0.0f64..20.0,
+            p in prop::array::uniform3(-1e3f64..1e3), v in prop::array::uniform3(-30.0f64..30.0),
+            limit in 0.0f64..20.0,
         ) {
             let limits = VelocityLimits { level_m_s: limit, ..LIMITS };
             let sp = velocity_setpoint(&GAINS, &limits, &Vector3::zeros(), &p.map(Some), &v.into());

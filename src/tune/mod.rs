@@ -2,7 +2,7 @@
 //!
 //! | file | holds | paper |
 //! |---|---|---|
-//! | [`release_cases`] | states at t = 0: the mission's cases, a swing sampled all around | Table 3, (40)-(44) |
+//! | [`release_cases`] | states at t = 0: the mission's cases, a sampled swing | Table 3, (40)-(44) |
 //! | [`gain_judge`] | what a set of gains costs: its flights | (45)-(46), (51) |
 //! | [`unknowns`] | what the controller does not know of | |
 //! | [`objective`] | the number to be made small | (46) |

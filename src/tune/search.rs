@@ -154,8 +154,8 @@ impl Search {
         &self.history
     }
 
-    /// Front of what was tried and comes to rest: beaten by nothing in both tracking RMS and J_TPF; RMS ascends.
-    /// Without candidates that were given up in the middle of their flights.
+    /// Front of what was tried and comes to rest: beaten by nothing in both tracking RMS and J_TPF; RMS
+    /// ascends. Without candidates that were given up in the middle of their flights.
     pub fn front(&self) -> Vec<Tried> {
         let mut by_rms: Vec<Tried> = self
             .tried

@@ -5,14 +5,14 @@
 //! | file | holds | in PX4 v1.12 |
 //! |---|---|---|
 //! | [`parameters`] | names and defaults | `mc_*_params.c`, `imu_gyro_parameters.c`, `motor_params.c` |
-//! | [`velocity`] | velocity error to a thrust vector, tilt limit | `PositionControl::_velocityControl`, `_accelerationControl`; `MulticopterPositionControl::Run` |
-//! | [`attitude`] | thrust vector to attitude, attitude to body rates | `ControlMath::bodyzToAttitude`, `AttitudeControl::update` |
+//! | [`velocity`] | velocity error to a thrust vector, tilt limit | `PositionControl`'s loops, its `Run` |
+//! | [`attitude`] | thrust vector to attitude to body rates | `bodyzToAttitude`, `AttitudeControl::update` |
 //! | [`rate`] | body rates to torque | `RateControl::update`, `updateIntegral` |
 //! | [`mixer`] | torque and thrust to motors, saturation | `MultirotorMixer::mix_airmode_disabled` |
-//! | [`output`] | thrust curve, arming ramp, steps of a motor command | `MultirotorMixer::mix`, `output_limit_calc` |
-//! | [`filter`](mod@filter) | gyroscope's and velocity derivative's filters | `LowPassFilter2p`, `BlockDerivative` |
+//! | [`output`] | thrust curve, arming ramp, command steps | `MultirotorMixer::mix`, `output_limit_calc` |
+//! | [`filter`](mod@filter) | filters of gyroscope and derivative | `LowPassFilter2p`, `BlockDerivative` |
 //! | [`timing`] | periods and limits that others count on | |
-//! | [`controller`] | the loops in their order and at their rates | work queues `rate_ctrl`, `nav_and_controllers` |
+//! | [`controller`] | the loops in order and at their rates | queues `rate_ctrl`, `nav_and_controllers` |
 //!
 //! Numbers are PX4's: normalised torque and thrust, gravity of 9.80665 m/s^2 wherever it flies.
 

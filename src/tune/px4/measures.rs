@@ -103,9 +103,9 @@ impl Measures {
         ]
     }
 
-    /// Cost that the search makes small: the mean of the ratios by their weights; 10 for each unit that J_TPF is
-    /// above the reference's, and for each share of the drops that pass a limit or are not steady at the end.
-    /// Infinite for what is lost, also beside a reference that is.
+    /// Cost that the search makes small: the mean of the ratios by their weights; 10 for each unit that J_TPF
+    /// is above the reference's, and for each share of the drops that pass a limit or are not steady at the
+    /// end. Infinite for what is lost, also beside a reference that is.
     pub fn cost(&self, reference: &Self) -> f64 {
         if self.is_lost() {
             return f64::INFINITY;
