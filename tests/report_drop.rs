@@ -87,7 +87,7 @@ fn dropped(path: &str) -> Drop {
 }
 
 fn stamp(mission: &Mission) -> Stamp {
-    Stamp { seed: mission.seed, input_hash: mission.inputs.hash.clone() }
+    mission.stamp()
 }
 
 impl Drop {

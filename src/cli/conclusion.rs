@@ -4,7 +4,6 @@
 use anyhow::Context as _;
 
 use super::answer::{Answer, Failure};
-use super::mission::stamp_of;
 use super::narrator::Narrator;
 use super::pilot::Flown;
 use super::planning::Planned;
@@ -98,8 +97,7 @@ impl<'a> Conclusion<'a> {
         let Self { mission, flown: Flown { log, by, .. }, .. } = self;
         folder.write("flight.csv", |out| {
             let begin = if mission.site.ground.is_some() { FlightCsv::with_ground } else { FlightCsv::new };
-            let mut csv =
-                begin(out, mission.vehicle.rotors.len(), mission.limits.safety, &stamp_of(mission))?;
+            let mut csv = begin(out, mission.vehicle.rotors.len(), mission.limits.safety, &mission.stamp())?;
             log.iter().try_for_each(|sample| csv.write(sample))?;
             csv.finish().map(|_| ())
         })?;

@@ -7,7 +7,7 @@ use anyhow::Context as _;
 use super::answer::{BadInput as _, Failure};
 use super::args::{ChoiceArgs, EstimatorChoice, PX4_DEFAULT, StateArgs};
 use super::terminal::print_err;
-use samara::config::{Mission, Stamp, load_mission};
+use samara::config::{Mission, load_mission};
 use samara::params::file::AUTOPILOT_COMPONENT;
 use samara::params::{Check, Class, Metadata, ParameterFile, check};
 use samara::report::params::check_text;
@@ -111,9 +111,4 @@ pub fn note_estimator(mission: &mut Mission, state: &StateArgs) {
     if state.estimator == EstimatorChoice::Ekf {
         mission.note_choice("estimator", "ekf");
     }
-}
-
-/// The seed and the hash of inputs that result files of the mission carry.
-pub fn stamp_of(mission: &Mission) -> Stamp {
-    Stamp { seed: mission.seed, input_hash: mission.inputs.hash.clone() }
 }

@@ -6,7 +6,6 @@ use std::path::Path;
 use anyhow::Context as _;
 
 use super::answer::{BadInput as _, Failure};
-use super::mission::stamp_of;
 use super::narrator::Narrator;
 use super::results::OutputFolder;
 use super::system::Stopwatch;
@@ -94,7 +93,7 @@ fn warn_of_x_ss(mission: &Mission) {
 
 /// Writes `trajectory.csv`, `plan.json` and `plan.svg`.
 pub fn write_plan(folder: &OutputFolder, mission: &Mission, plan: &Plan) -> Result<(), Failure> {
-    folder.write("trajectory.csv", |out| write_trajectory_csv(out, &plan.trajectory, &stamp_of(mission)))?;
+    folder.write("trajectory.csv", |out| write_trajectory_csv(out, &plan.trajectory, &mission.stamp()))?;
     folder.write_text("plan.json", &plan_json(mission, plan, None))?;
     let figure = plan_figure(mission, &plan.trajectory).context("the figure of the plan")?;
     folder.write_text("plan.svg", &figure).map(|_| ())
@@ -141,7 +140,7 @@ impl Planned {
     /// Writes `trajectory.csv`, for a flight with a folder of its own.
     pub fn write_to(&self, folder: &OutputFolder, mission: &Mission) -> Result<(), Failure> {
         folder
-            .write("trajectory.csv", |out| write_trajectory_csv(out, &self.trajectory, &stamp_of(mission)))
+            .write("trajectory.csv", |out| write_trajectory_csv(out, &self.trajectory, &mission.stamp()))
             .map(|_| ())
     }
 }

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::json::{VERSION, text};
 use crate::assess::{DropOutcome, RandomDrop, Summary};
-use crate::config::{Mission, Stamp};
+use crate::config::Mission;
 use crate::units::DEG_PER_RAD;
 
 /// A trial that is over.
@@ -48,7 +48,7 @@ const DRAWN: &str =
 
 /// The lines before the first trial.
 pub fn header(mission: &Mission, autopilot: &str) -> String {
-    let stamp = Stamp { seed: mission.seed, input_hash: mission.inputs.hash.clone() };
+    let stamp = mission.stamp();
     let columns: Vec<&str> = MEASURES.iter().map(|(column, ..)| *column).collect();
     format!(
         "{}# drops of {} by {autopilot}, gains {}\n{DRAWN},{},limits_passed,failure\n",

@@ -5,7 +5,6 @@ use anyhow::Context;
 use super::args::AssessArgs;
 use super::campaign::TrialRunner;
 use crate::cli::answer::{Answer, Failure};
-use crate::cli::mission::stamp_of;
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::print;
 use samara::assess::{RandomRelease, StudyEntry, TrialOutcome, VerdictBuilder};
@@ -68,7 +67,7 @@ fn write(
     let name = format!("trial_{}_{}", release.trial, entry.name);
     folder.write(&format!("{name}.csv"), |out| {
         let mut csv =
-            FlightCsv::new(out, mission.vehicle.rotors.len(), mission.limits.safety, &stamp_of(mission))?;
+            FlightCsv::new(out, mission.vehicle.rotors.len(), mission.limits.safety, &mission.stamp())?;
         samples.iter().try_for_each(|sample| csv.write(sample))?;
         csv.finish().map(|_| ())
     })?;

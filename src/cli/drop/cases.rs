@@ -7,7 +7,6 @@ use super::args::DropArgs;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::args::AutopilotArg;
 use crate::cli::conclusion::Conclusion;
-use crate::cli::mission::stamp_of;
 use crate::cli::narrator::Narrator;
 use crate::cli::pilot::{Flight, Pilot, Reference};
 use crate::cli::planning::Planned;
@@ -39,7 +38,7 @@ pub fn run(
     };
     let quiet = Narrator::together(true);
     let (mut all_well, mut objects, mut kept) = (true, Vec::new(), Vec::new());
-    let mut csv = format!("{}{COLUMNS}\n", stamp_of(mission).csv_comment());
+    let mut csv = format!("{}{COLUMNS}\n", mission.stamp().csv_comment());
     narrator.say(HEAD);
     for case in mission.study.cases.iter().map(|case| case.name.as_str()) {
         let mut swinging = mission.clone();

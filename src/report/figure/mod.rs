@@ -45,7 +45,7 @@ pub use study_paths::{PathGroup, paths_figure};
 pub use study_velocities::velocities_figure;
 
 use crate::assess::{Verdict, plan_j_tpf};
-use crate::config::{Mission, Stamp};
+use crate::config::Mission;
 use crate::sim::Sample;
 use crate::trajectory::Trajectory;
 
@@ -168,7 +168,7 @@ impl<'a> Sheet<'a> {
             scale,
             j_tpf: self.j_tpf,
         };
-        let stamp = Stamp { seed: mission.seed, input_hash: mission.inputs.hash.clone() };
+        let stamp = mission.stamp();
         let about = stamp.csv_comment().replace("# ", "");
         let (headline, by) = (self.headline, self.by);
         Canvas::new((WIDTH_PX, HEIGHT_PX)).finish((&headline, about.trim_end()), |pen| {

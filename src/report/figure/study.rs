@@ -6,7 +6,7 @@ use super::canvas::FigureError;
 use super::canvas::{Anchor, Canvas, Font, Pen, Point, Stroke};
 use super::color::{ColorScale, INK, LIMIT};
 use crate::assess::TraceInstant;
-use crate::config::{Mission, Stamp};
+use crate::config::Mission;
 
 /// Font of the names of axes and panels.
 pub(super) const AXIS: Font = Font { size: 13.0, color: INK, bold: false };
@@ -55,7 +55,7 @@ impl StudyStyle {
         let instants = || flights.clone().flatten();
         let over = |of: fn(&TraceInstant) -> f64| range(instants().map(of)).ok_or(FigureError::Empty);
         let among = |of: fn(&TrialPoint) -> f64| range(trials.clone().map(of)).ok_or(FigureError::Empty);
-        let stamp = Stamp { seed: mission.seed, input_hash: mission.inputs.hash.clone() };
+        let stamp = mission.stamp();
         Ok(Self {
             about: stamp.csv_comment().replace("# ", "").trim_end().to_owned(),
             target_v_ned: mission.target_v_ned.into(),

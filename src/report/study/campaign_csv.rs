@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use nalgebra::Vector3;
 
 use crate::assess::{RandomRelease, StudyEntry, StudyReference, TrialOutcome};
-use crate::config::{Mission, Stamp};
+use crate::config::Mission;
 use crate::frames::pitch;
 
 const COLUMNS: &str = "trial,theta_0_rad,phi_rad,vn_m_s,vd_m_s,pitch_rad,pitch_rate_rad_s,j_tpf,peak_speed_m_s,\
@@ -23,7 +23,7 @@ pub fn file_name(entry: &StudyEntry) -> String {
 
 /// The lines before the first trial.
 pub fn header(mission: &Mission, entry: &StudyEntry) -> String {
-    let stamp = Stamp { seed: mission.seed, input_hash: mission.inputs.hash.clone() };
+    let stamp = mission.stamp();
     let reference = match entry.reference {
         StudyReference::Step => "target velocity as a step",
         StudyReference::Optimal => "velocity of the optimal trajectory",

@@ -7,7 +7,6 @@ use serde::Serialize;
 use super::findings::findings;
 use super::{Assessed, Assessment};
 use crate::assess::{CONFIDENCE, StudyReference, paper};
-use crate::config::Stamp;
 use crate::control::Gains;
 use crate::control::gains::table_of_gains;
 use crate::report::json::{VERSION, text};
@@ -183,7 +182,7 @@ pub fn campaigns_csv(a: &Assessment<'_>) -> String {
 }
 
 fn csv<T: Serialize>(a: &Assessment<'_>, rows: impl Iterator<Item = T>) -> String {
-    let stamp = Stamp { seed: a.mission.seed, input_hash: a.mission.inputs.hash.clone() };
+    let stamp = a.mission.stamp();
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
         // Flat structs of numbers and text into memory: this does not fail.
