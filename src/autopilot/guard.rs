@@ -1,9 +1,10 @@
 //! Actions that nobody ordered: the autopilot leaves OFFBOARD when setpoints stop, acts on what
 //! [`super::failsafe`] sees, and disarms after a landing.
 
-use super::failsafe::{Action, Seen};
+use super::failsafe::Seen;
 use super::fence::{Fence, Rule};
 use super::land_detector::Look;
+use super::settings::Action;
 use super::{Autopilot, FlightMode, Navigator, Severity};
 use crate::control::Measurement;
 use crate::units::US_PER_S;

@@ -13,6 +13,7 @@
 //! | `alignment` | whether the estimate is good enough, and how that is reported |
 //! | [`failsafe`], `guard` | when the autopilot acts on its own, and how |
 //! | [`fence`] | areas to stay in and to keep out of |
+//! | [`missions`] | missions, fences and rally points as they are kept |
 //! | [`settings`] | what all that goes by |
 //! | [`flight`] | the control step: from setpoint and state to throttles |
 //! | [`estimator`] | position, velocity and attitude from the sensors |
@@ -40,6 +41,7 @@ pub mod fence;
 pub mod flight;
 mod guard;
 pub mod land_detector;
+pub mod missions;
 pub mod modes;
 pub mod navigator;
 pub mod offboard;

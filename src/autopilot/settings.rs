@@ -2,7 +2,7 @@
 //! setpoints, which leads to HOLD here, and the gains of the position loop, which follow the loops inside
 //! ([`PositionGains::beside`]).
 
-use super::failsafe::Action;
+use super::modes::FlightMode;
 use crate::control::{Gains, PositionGains, VelocityLimits};
 
 /// The settings.
@@ -48,6 +48,57 @@ pub struct Settings {
     pub battery_critical: f64,
     /// BAT_EMERGEN_THR.
     pub battery_emergency: f64,
+}
+
+/// What a failsafe does, from mild to severe.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Action {
+    /// Nothing.
+    Nothing,
+    /// Says so.
+    Warn,
+    /// HOLD.
+    Hold,
+    /// RETURN.
+    Return,
+    /// LAND.
+    Land,
+    /// Stops the motors.
+    Terminate,
+}
+
+impl Action {
+    /// The mode that it leads to.
+    pub fn mode(self) -> Option<FlightMode> {
+        match self {
+            Self::Hold => Some(FlightMode::AutoLoiter),
+            Self::Return => Some(FlightMode::AutoRtl),
+            Self::Land => Some(FlightMode::AutoLand),
+            Self::Nothing | Self::Warn | Self::Terminate => None,
+        }
+    }
+
+    /// Its name, as crews know it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nothing => "no action",
+            Self::Warn => "warning",
+            Self::Hold => "HOLD",
+            Self::Return => "RETURN",
+            Self::Land => "LAND",
+            Self::Terminate => "TERMINATE",
+        }
+    }
+
+    /// What a mode amounts to: a failsafe milder than that does not take its place.
+    pub fn of_mode(mode: FlightMode) -> Self {
+        match mode {
+            FlightMode::AutoLoiter => Self::Hold,
+            FlightMode::AutoRtl => Self::Return,
+            FlightMode::AutoLand => Self::Land,
+            _ => Self::Nothing,
+        }
+    }
 }
 
 /// COM_LOW_BAT_ACT.

@@ -5,12 +5,14 @@
 //! | [`table`] | the declaration: every parameter and what it is to the autopilot |
 //! | `change` | a new value: checked, put into effect |
 //! | [`document`] | the declaration as a page |
+//! | [`component_metadata`] | the parameters' meaning as MAVLink's component metadata |
 //! | [`hash`] | the checksum over names and values |
 //!
 //! Values are those that ground stations see, in single precision. The gains themselves are the mission's, in double precision,
 //! until one is set; the others stay to the bit then. Conversions are those of [`crate::params`] for samara's own autopilot.
 
 mod change;
+pub mod component_metadata;
 pub mod document;
 pub mod hash;
 pub mod table;

@@ -7,11 +7,11 @@ use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 
 use super::AutopilotSession;
-use super::missions::Kind;
 use super::outbox::Peer;
 use super::outcome::{Outcome, whole};
 use super::telemetry::available_modes;
 use crate::autopilot::FlightMode;
+use crate::autopilot::missions::Kind;
 use crate::link::frame::{Command, CommandAck};
 
 /// Command numbers, by the names of the match below.
@@ -82,7 +82,7 @@ impl AutopilotSession {
                 self.parameters.store(command, gravity_m_s2, &mut vehicle.autopilot, &mut self.outbox)
             }
             cmd::MISSION_START => {
-                let reason = match self.missions.plan(Kind::Mission).len() {
+                let reason = match self.missions.plan(Kind::Mission).count() {
                     0 => "there is no mission to start",
                     _ => "the mission is kept and not flown",
                 };

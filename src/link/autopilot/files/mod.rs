@@ -3,7 +3,6 @@
 //! A request with the sequence of the last one is that one again, whose answer was lost: the same answer goes
 //! out. Bursts go out a few at a time, so that telemetry is not held up.
 
-mod content;
 mod packet;
 #[cfg(test)]
 mod tests;
@@ -12,10 +11,9 @@ use std::collections::VecDeque;
 
 use super::outbox::Peer;
 use crate::autopilot::parameters::Parameters;
+use crate::autopilot::parameters::component_metadata::{Content, contents};
 use crate::autopilot::parameters::hash::crc32;
 use crate::link::TimeUs;
-use content::Content;
-pub(super) use content::GENERAL;
 pub(super) use packet::Packet;
 use packet::{Answer, DATA_LEN, HEADER_LEN, Nak, op, packet, path_of, piece};
 
@@ -63,7 +61,7 @@ impl FileServer {
     /// Serves the metadata of these parameters.
     pub(super) fn new(parameters: &Parameters) -> Self {
         Self {
-            files: content::contents(parameters),
+            files: contents(parameters),
             sessions: Vec::new(),
             bursts: Vec::new(),
             last: VecDeque::new(),

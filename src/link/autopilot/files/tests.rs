@@ -1,6 +1,7 @@
 //! The file server by its packets.
 
 use super::*;
+use crate::autopilot::parameters::component_metadata::GENERAL;
 use crate::control::test_vehicles::{lander, site};
 use crate::control::{ControlLimits, Gains};
 use crate::link::{Link, PeerId};

@@ -7,8 +7,6 @@
 //! stood there when it began; a peer that starts its upload again is not told that it is busy with itself.
 //! Times are the vehicle's.
 
-mod fence;
-mod plan;
 #[cfg(test)]
 mod tests;
 mod wire;
@@ -16,11 +14,10 @@ mod wire;
 use std::collections::VecDeque;
 
 use crate::autopilot::fence::Fence;
+use crate::autopilot::missions::{Item, Kind, Plan, areas_of};
 use crate::autopilot::{Event, Severity};
 use crate::link::TimeUs;
 use crate::model::Environment;
-use plan::Item;
-pub(super) use plan::{Kind, Plan};
 use wire::{Address, CANCELLED, MissionResult};
 pub(super) use wire::{Answer, Request};
 
@@ -85,7 +82,7 @@ impl Missions {
     /// The areas of the fence in the local frame, if it was uploaded or cleared since the last call.
     pub(super) fn take_new_fence(&mut self, environment: &Environment) -> Option<Fence> {
         let is_new = std::mem::take(&mut self.fence_is_new);
-        is_new.then(|| Fence::new(fence::areas(&self.plan(Kind::Fence).items, environment)))
+        is_new.then(|| self.plan(Kind::Fence).fence(environment))
     }
 
     /// The next message to send.
@@ -106,7 +103,7 @@ impl Missions {
 
     /// Makes another mission item the next; false when there is no such item.
     pub(super) fn set_current(&mut self, seq: u16) -> bool {
-        let known = seq < self.plan(Kind::Mission).len();
+        let known = seq < self.plan(Kind::Mission).count();
         if known {
             self.current = seq;
         } else {
@@ -149,7 +146,7 @@ impl Missions {
             return self.ack(peer, number, MissionResult::Unsupported, 0);
         };
         let plan = self.plan(kind).clone();
-        self.answer(peer, Answer::count(peer.address(), number, plan.len(), plan.opaque_id));
+        self.answer(peer, Answer::count(peer.address(), number, plan.count(), plan.opaque_id));
         self.downloads.retain(|d| d.peer != peer);
         if self.downloads.len() == MOST_DOWNLOADS {
             self.downloads.remove(0);
@@ -233,14 +230,14 @@ impl Missions {
             let text = format!("{} refused: item {seq} (command {})", upload.kind.name(), item.command);
             self.upload = None;
             self.say(Severity::Error, text);
-            return self.ack(peer, number, result, 0);
+            return self.ack(peer, number, result.into(), 0);
         }
         upload.items.push(item);
         if upload.items.len() < upload.count {
             return self.ask(now);
         }
         let (kind, items) = (upload.kind, std::mem::take(&mut upload.items));
-        if let (Kind::Fence, Err(seq)) = (kind, fence::areas_of(&items)) {
+        if let (Kind::Fence, Err(seq)) = (kind, areas_of(&items)) {
             self.upload = None;
             self.say(
                 Severity::Error,
@@ -257,7 +254,7 @@ impl Missions {
     /// acknowledged again.
     fn take_late(&mut self, peer: Peer, number: u8, seq: u16) {
         let again = self.completed.filter(|&(by, kind)| {
-            by == peer && kind as u8 == number && self.plan(kind).len() == seq.wrapping_add(1)
+            by == peer && kind as u8 == number && self.plan(kind).count() == seq.wrapping_add(1)
         });
         match again {
             Some((_, kind)) => {
@@ -302,13 +299,14 @@ impl Missions {
         if kind == Kind::Mission {
             self.current = items.iter().rposition(|item| item.current == 1).unwrap_or(0) as u16;
         }
+        let plan = Plan::new(items);
         if kind == Kind::Fence {
             self.fence_is_new = true;
-            if items.iter().any(|item| item.command == fence::RETURN_POINT) {
+            if plan.has_return_point() {
                 self.say(Severity::Warning, "fence: the return point is kept, not flown to");
             }
         }
-        self.plans[kind as usize] = Plan::new(items);
+        self.plans[kind as usize] = plan;
     }
 
     fn ack(&mut self, peer: Peer, kind: u8, result: MissionResult, opaque_id: u32) {

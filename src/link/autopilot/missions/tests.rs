@@ -1,7 +1,7 @@
 //! The mission protocol against PX4's behaviour, with hands on clock and messages.
 
-use super::plan::{Frame as ItemFrame, Item};
 use super::*;
+use crate::autopilot::missions::ItemFrame;
 use crate::link::{Decoder, Encoder, Link, PeerId};
 use mavlink::Message as _;
 use mavlink::dialects::common::MavMessage;
@@ -105,7 +105,7 @@ fn regress_a_plan_comes_back_as_it_went() {
     assert_eq!(ack(&beyond, SCRIPT, 0).0, 13);
     assert_eq!(upload_all(&mut missions, 0, GROUND, 0, &items).1, opaque_id, "the same plan, the same id");
     assert_eq!(ack(&send(&mut missions, 0, GROUND, Request::Clear { kind: 255 }), GROUND, 255), (0, 0));
-    assert!(Kind::ALL.iter().all(|kind| missions.plan(*kind).len() == 0));
+    assert!(Kind::ALL.iter().all(|kind| missions.plan(*kind).count() == 0));
 }
 
 #[test]

@@ -5,7 +5,7 @@
 use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 
-use super::plan::{Frame as ItemFrame, Item};
+use crate::autopilot::missions::{Item, ItemFault, ItemFrame};
 use crate::link::frame::Frame;
 
 /// `MAV_MISSION_RESULT`.
@@ -22,6 +22,19 @@ pub(in crate::link::autopilot) enum MissionResult {
     InvalidLongitude = 11,
     InvalidAltitude = 12,
     InvalidSequence = 13,
+}
+
+impl From<ItemFault> for MissionResult {
+    fn from(fault: ItemFault) -> Self {
+        match fault {
+            ItemFault::Command => Self::Unsupported,
+            ItemFault::Frame => Self::UnsupportedFrame,
+            ItemFault::Size => Self::InvalidParam1,
+            ItemFault::Latitude => Self::InvalidLatitude,
+            ItemFault::Longitude => Self::InvalidLongitude,
+            ItemFault::Altitude => Self::InvalidAltitude,
+        }
+    }
 }
 
 /// MISSION_ACK's result by which a ground station gives up: `MAV_MISSION_OPERATION_CANCELLED`.

@@ -4,8 +4,10 @@
 use mavlink::dialects::common::*;
 
 use crate::autopilot::FlightMode;
-use crate::link::autopilot::files::{FileServer, GENERAL};
-use crate::link::autopilot::missions::{Kind, Missions};
+use crate::autopilot::missions::Kind;
+use crate::autopilot::parameters::component_metadata::GENERAL;
+use crate::link::autopilot::files::FileServer;
+use crate::link::autopilot::missions::Missions;
 
 /// AVAILABLE_MODES of all modes that are flown with `index` 0, else of the one with that index from 1, if
 /// there is one.
@@ -34,8 +36,8 @@ pub(super) fn mission_current(missions: &Missions) -> MavMessage {
     let mission = missions.plan(Kind::Mission);
     MavMessage::MISSION_CURRENT(MISSION_CURRENT_DATA {
         seq: missions.current(),
-        total: mission.len(),
-        mission_state: if mission.len() == 0 {
+        total: mission.count(),
+        mission_state: if mission.count() == 0 {
             MissionState::MISSION_STATE_NO_MISSION
         } else {
             MissionState::MISSION_STATE_NOT_STARTED

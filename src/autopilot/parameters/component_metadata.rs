@@ -1,28 +1,29 @@
 //! The files that a ground station finds: what this component is made of, and what its parameters mean
 //! (MAVLink's component metadata, version 1), so that it need not guess from a PX4 release.
 
-use crate::autopilot::parameters::hash::crc32;
-use crate::autopilot::parameters::table::Role;
-use crate::autopilot::parameters::{Entry, Parameters};
-use crate::params::Value;
+use super::hash::crc32;
+use super::table::Role;
+use super::{Entry, Parameters};
 use crate::params::metadata::Kind;
 
 /// The file that COMPONENT_METADATA names.
-pub(in crate::link::autopilot) const GENERAL: &str = "/etc/extras/component_general.json";
-/// The file that it names in turn.
-pub(super) const PARAMETERS: &str = "/etc/extras/parameters.json";
+pub const GENERAL: &str = "/etc/extras/component_general.json";
+/// The file that [`GENERAL`] names in turn.
+pub const PARAMETERS: &str = "/etc/extras/parameters.json";
 /// `COMP_METADATA_TYPE_PARAMETER`.
 const PARAMETER_TYPE: u8 = 1;
 
-/// A file.
+/// A file of the component's description.
 #[derive(Clone, Debug)]
-pub(super) struct Content {
+pub struct Content {
+    /// Absolute path.
     pub path: &'static str,
+    /// Content.
     pub bytes: Vec<u8>,
 }
 
 /// Every file, by path.
-pub(super) fn contents(parameters: &Parameters) -> Vec<Content> {
+pub fn contents(parameters: &Parameters) -> Vec<Content> {
     let meanings = parameters_json(parameters).into_bytes();
     let crc = crc32(0, &meanings);
     let general = format!(
@@ -49,7 +50,7 @@ fn parameter_json(entry: &Entry) -> String {
         ("category", quoted("Standard")),
         ("shortDesc", quoted(known.description)),
         ("longDesc", quoted(&entry.role.words())),
-        ("default", number(entry.start)),
+        ("default", entry.start.to_string()),
     ];
     if matches!(entry.role, Role::AtBeginning(_)) {
         fields.push(("rebootRequired", "true".to_owned()));
@@ -68,15 +69,11 @@ fn parameter_json(entry: &Entry) -> String {
     format!("{{{}}}", fields.join(","))
 }
 
-fn number(value: Value) -> String {
-    value.to_string()
-}
-
 fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
-/// Where ground stations file it: PX4's groups.
+/// The group under which ground stations show a parameter, as PX4 has it.
 fn group(name: &str) -> &'static str {
     match name.split('_').next() {
         Some("CA" | "THR") => "Geometry",
