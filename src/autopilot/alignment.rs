@@ -1,10 +1,10 @@
-//! Whether the estimate is good enough to fly by, for autopilots that fly on one: a reason not to arm while it is not, and said when it
-//! becomes so, when it ceases to be so, and when it does not become so for long.
+//! Whether the estimate is good enough to fly by, for autopilots that fly on one: a reason not to arm while
+//! it is not, and said when it becomes so, when it ceases to be so, and when it does not become so for long.
 
 use super::estimator::NotAligned;
 use super::{Autopilot, Severity};
 
-/// After this time without alignment the crew is told what is wanting [us].
+/// After this time without alignment it is reported what is wanting [us].
 const PATIENCE_US: u64 = 15_000_000;
 
 /// What is known of the alignment. Without an estimator nothing is ever wanting.
@@ -14,12 +14,12 @@ pub(super) struct Alignment {
     /// When the filter was first heard of [us].
     since_us: Option<u64>,
     /// What the crew knows: aligned or not; `None` before anything was said.
-    told: Option<bool>,
+    reported: Option<bool>,
 }
 
 impl Default for Alignment {
     fn default() -> Self {
-        Self { now: Ok(()), since_us: None, told: None }
+        Self { now: Ok(()), since_us: None, reported: None }
     }
 }
 
@@ -32,7 +32,7 @@ impl Alignment {
     fn follow(&mut self, now_us: u64, aligned: Result<(), NotAligned>) -> Option<(Severity, String)> {
         self.now = aligned;
         let waited_us = now_us.saturating_sub(*self.since_us.get_or_insert(now_us));
-        let news = match (aligned, self.told) {
+        let news = match (aligned, self.reported) {
             (Ok(()), Some(true)) | (Err(_), Some(false)) => return None,
             (Err(_), None) if waited_us < PATIENCE_US => return None,
             (Ok(()), _) => (Severity::Info, "estimator aligned".to_owned()),
@@ -41,13 +41,14 @@ impl Alignment {
             }
             (Err(why), Some(true)) => (Severity::Critical, why.to_string()),
         };
-        self.told = Some(aligned.is_ok());
+        self.reported = Some(aligned.is_ok());
         Some(news)
     }
 }
 
 impl Autopilot {
-    /// Takes what the estimator says of itself at a step; to be called before the step, and by those alone who have an estimator.
+    /// Takes what the estimator says of itself at a step; to be called before the step, and by those alone
+    /// who have an estimator.
     pub fn watch_alignment(&mut self, now_us: u64, aligned: Result<(), NotAligned>) {
         if let Some((severity, text)) = self.alignment.follow(now_us, aligned) {
             self.say(severity, text);

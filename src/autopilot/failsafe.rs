@@ -1,9 +1,10 @@
-//! When the autopilot acts on its own: setpoints, ground stations, fence, battery. What it does is one of PX4's actions, chosen
-//! by PX4's parameters ([`Settings`](super::Settings)).
+//! When the autopilot acts on its own: setpoints, ground stations, fence, battery. What it does is one of
+//! PX4's actions, chosen by PX4's parameters ([`Settings`](super::Settings)).
 //!
-//! A condition acts when it arises, not while it lasts: whoever chooses another mode then has it. It can arise again once it has
-//! been over. A failsafe never takes a vehicle that lands or returns to something milder. Only what flies is watched, so that an
-//! armed vehicle under its canopy or on the ground is left alone.
+//! A condition acts when it arises, not while it lasts: whoever chooses another mode then has it. It can
+//! arise again once it has been over. A failsafe never takes a vehicle that lands or returns to something
+//! milder. Only what flies is watched, so that an armed vehicle under its canopy or on the ground is left
+//! alone.
 
 use nalgebra::Vector3;
 
@@ -102,7 +103,7 @@ pub struct Seen {
     pub left_fence: bool,
     /// Whether it is in an area to keep out of.
     pub entered_fence: bool,
-    /// Share of the battery's charge, 0..1; `None` when no battery tells.
+    /// Share of the battery's charge, 0..1; `None` without a battery that reports it.
     pub charge: Option<f64>,
 }
 

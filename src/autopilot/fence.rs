@@ -1,8 +1,8 @@
 //! Areas on the map that a vehicle must stay in, or keep out of, as PX4's `Geofence` judges them.
 //!
-//! With areas to stay in, it must be in at least one of them; it must be in none of those to keep out of. Heights do not count:
-//! an area reaches from the ground to the sky, and GF_MAX_VER_DIST is the lid. What follows is GF_ACTION
-//! ([`super::failsafe`]).
+//! With areas to stay in, it must be in at least one of them; it must be in none of those to keep out of.
+//! Heights do not count: an area reaches from the ground to the sky, and GF_MAX_VER_DIST is the lid. What
+//! follows is GF_ACTION ([`super::failsafe`]).
 
 use std::sync::Arc;
 
@@ -23,7 +23,8 @@ pub enum Outline {
 }
 
 impl Outline {
-    /// Whether it holds a place. A polygon that crosses itself holds what an odd number of its edges lies around of, as in PX4.
+    /// Whether it holds a place. A polygon that crosses itself holds what an odd number of its edges lies
+    /// around of, as in PX4.
     pub fn holds(&self, p_ne: Vector2<f64>) -> bool {
         match self {
             Self::Circle { centre_ne, radius_m } => (p_ne - centre_ne).norm() < *radius_m,
@@ -52,7 +53,7 @@ pub enum Rule {
 /// An area of the fence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Area {
-    /// What it asks for.
+    /// Whether to stay in or to keep out.
     pub rule: Rule,
     /// Where it is.
     pub outline: Outline,

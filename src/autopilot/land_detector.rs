@@ -1,15 +1,16 @@
-//! Whether the vehicle stands on something, found as PX4 finds it: not by a sensor, but by a vehicle that does not move although
-//! it is told to sink, or whose motors do not carry it.
+//! Whether the vehicle stands on something, found as PX4 finds it: not by a sensor, but by a vehicle that
+//! does not move although it is commanded to sink, or whose motors do not carry it.
 //!
 //! ```text
 //! still:     |v_D| < 0.25 m/s, |v_H| < 1.5 m/s, |omega| < 20 deg/s
-//! told:      v_sp,D > 1.1 * 0.25 m/s and |v_D| < v_sp,D/2       (it does not follow)
+//! commanded: v_sp,D > 1.1 * 0.25 m/s and |v_D| < v_sp,D/2       (it does not follow)
 //! unloaded:  collective < 0.3 m g
-//! landed:    still and (told or unloaded) for 1 s; in the air again as soon as neither told nor unloaded
+//! landed:    still and (commanded or unloaded) for 1 s; in the air again as soon as it is neither
 //! ```
 //!
-//! The thresholds are PX4's LNDMC_Z_VEL_MAX, LNDMC_XY_VEL_MAX, LNDMC_ROT_MAX and its share of the hover thrust; the second is the
-//! sum of its three stages (contact, maybe landed, landed). A fall without thrust is no standing: it does not stay still.
+//! The thresholds are PX4's LNDMC_Z_VEL_MAX, LNDMC_XY_VEL_MAX, LNDMC_ROT_MAX and its share of the hover
+//! thrust; the second is the sum of its three stages (contact, maybe landed, landed). A fall without thrust
+//! is no standing: it does not stay still.
 
 use super::flight::VelocityTarget;
 use crate::control::{ControlOutput, Measurement};
@@ -28,7 +29,7 @@ const UNLOADED: f64 = 0.3;
 /// How long it must look like it [us].
 const LANDED_AFTER_US: u64 = 1_000_000;
 
-/// What the detector is told in a step.
+/// What the detector looks at in a step.
 #[derive(Clone, Copy, Debug)]
 pub struct Look<'a> {
     /// Attitude, velocity, rates.
@@ -57,9 +58,9 @@ impl LandDetector {
             && m.v_ned.xy().norm() < STILL_LEVEL_M_S
             && m.omega_body.norm() < STILL_RATE_RAD_S;
         let v_sp_down = look.target.map_or(0.0, |target| target.v_ned.z);
-        let told = v_sp_down > DESCENT_FACTOR * STILL_DOWN_M_S && v_down < 0.5 * v_sp_down;
+        let commanded = v_sp_down > DESCENT_FACTOR * STILL_DOWN_M_S && v_down < 0.5 * v_sp_down;
         let unloaded = look.output.collective_n < UNLOADED * look.weight_n;
-        if !(still && (told || unloaded)) {
+        if !(still && (commanded || unloaded)) {
             *self = Self::default();
             return;
         }
@@ -110,8 +111,8 @@ mod tests {
         assert_eq!(landed_after_s(0.0, 0.0, 2.9, 0.0), Some(1.0));
         for (what, in_the_air) in [
             ("hovers", landed_after_s(0.0, 0.0, 10.0, 0.0)),
-            ("sinks as told", landed_after_s(0.2, 0.28, 10.0, 0.0)),
-            ("sinks slowly as told", landed_after_s(0.0, 0.27, 10.0, 0.0)),
+            ("sinks as commanded", landed_after_s(0.2, 0.28, 10.0, 0.0)),
+            ("sinks slowly as commanded", landed_after_s(0.0, 0.27, 10.0, 0.0)),
             ("falls", landed_after_s(2.0, 0.7, 0.0, 0.0)),
             ("turns", landed_after_s(0.0, 0.7, 9.0, 0.4)),
             ("climbs", landed_after_s(-0.3, -1.0, 2.0, 0.0)),

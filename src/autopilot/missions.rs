@@ -1,5 +1,5 @@
-//! Missions, fences and rally points as they are kept: three plans of items, which items may stand in which, and the
-//! areas of a fence. No mission is flown; the areas are watched ([`super::fence`]).
+//! Missions, fences and rally points as they are kept: three plans of items, which items may stand in which,
+//! and the areas of a fence. No mission is flown; the areas are watched ([`super::fence`]).
 
 use std::sync::Arc;
 
@@ -13,11 +13,11 @@ use crate::model::environment::GeoPoint;
 /// What is wrong with an item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ItemFault {
-    /// Its command may not stand in such a plan.
+    /// The item's command may not stand in such a plan.
     Command,
-    /// Its frame does not fit its command.
+    /// The item's frame does not fit its command.
     Frame,
-    /// The size of its area, parameter 1, is none.
+    /// Parameter 1 is no size of an area.
     Size,
     /// Latitude beyond the poles.
     Latitude,

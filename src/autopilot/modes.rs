@@ -1,8 +1,9 @@
 //! Flight modes by PX4's numbers: `custom_mode = main << 16 | sub << 24`.
 //!
-//! All of PX4's modes are known by name, so that a refusal can say what was asked. Flown are **OFFBOARD** (setpoints from a
-//! companion) and the automatic modes HOLD, TAKEOFF, LAND and RETURN ([`super::navigator`]). HOLD is where the vehicle wakes up.
-//! The rest need sticks or a mission that is flown.
+//! All of PX4's modes are known by name, so that a refusal can say what was asked. Flown are **OFFBOARD**
+//! (setpoints from a companion) and the automatic modes HOLD, TAKEOFF, LAND and RETURN
+//! ([`super::navigator`]). HOLD is where the vehicle wakes up. The rest need sticks or a mission that is
+//! flown.
 
 /// One of PX4's flight modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

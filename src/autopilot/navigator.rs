@@ -1,4 +1,5 @@
-//! Where the automatic modes go: HOLD, TAKEOFF, LAND and RETURN as position and velocity setpoints, from where the vehicle is.
+//! Where the automatic modes go: HOLD, TAKEOFF, LAND and RETURN as position and velocity setpoints, from
+//! where the vehicle is.
 //!
 //! | mode | what it does |
 //! |---|---|
@@ -7,10 +8,11 @@
 //! | LAND | brakes and keeps its place over the ground, sinks at MPC_LAND_SPEED until something stops it |
 //! | RETURN | up to RTL_RETURN_ALT, over to home, down to RTL_DESCEND_ALT, waits RTL_LAND_DELAY, lands |
 //!
-//! A stop is a speed below 0.3 m/s, or 10 s of braking: in wind the vehicle may need longer for the last of it than that.
-//! Places are flown to in a straight line at the speed that the position loop asks for, within MPC_XY_CRUISE, MPC_Z_V_AUTO_UP and
-//! MPC_Z_V_AUTO_DN; the heading stays. (PX4 also limits acceleration and jerk on the way, lets RETURN climb less the closer home
-//! is (RTL_CONE_ANG), turns the nose to where it flies, and slows LAND down in two steps.)
+//! A stop is a speed below 0.3 m/s, or 10 s of braking: in wind the vehicle may need longer for the last of
+//! it than that. Places are flown to in a straight line at the speed that the position loop asks for, within
+//! MPC_XY_CRUISE, MPC_Z_V_AUTO_UP and MPC_Z_V_AUTO_DN; the heading stays. (PX4 also limits acceleration and
+//! jerk on the way, lets RETURN climb less the closer home is (RTL_CONE_ANG), turns the nose to where it
+//! flies, and slows LAND down in two steps.)
 
 use nalgebra::Vector3;
 

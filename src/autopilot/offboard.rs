@@ -1,4 +1,5 @@
-//! OFFBOARD's rule: it may begin, and go on, only with a setpoint younger than PX4's COM_OF_LOSS_T of simulated time.
+//! OFFBOARD's rule: it may begin, and go on, only with a setpoint younger than PX4's COM_OF_LOSS_T of
+//! simulated time.
 
 use super::setpoint::OffboardSetpoint;
 

@@ -1,4 +1,5 @@
-//! What a crew may order: a mode, a place to hold, a height to take off to, a speed, arming and disarming. What is refused is said.
+//! What a crew may order: a mode, a place to hold, a height to take off to, a speed, arming and disarming.
+//! What is refused is said.
 
 use nalgebra::Vector3;
 

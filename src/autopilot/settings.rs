@@ -1,6 +1,6 @@
-//! What the automatic modes and failsafes fly by, under PX4's parameter names and with PX4's defaults, except the loss of
-//! setpoints, which leads to HOLD here, and the gains of the position loop, which follow the loops inside
-//! ([`PositionGains::beside`]).
+//! What the automatic modes and failsafes fly by, under PX4's parameter names and with PX4's defaults, except
+//! the loss of setpoints, which leads to HOLD here, and the gains of the position loop, which follow the
+//! loops inside ([`PositionGains::beside`]).
 
 use super::modes::FlightMode;
 use crate::control::{Gains, PositionGains, VelocityLimits};
@@ -78,7 +78,7 @@ impl Action {
         }
     }
 
-    /// Its name, as crews know it.
+    /// Name of the action, as crews know it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Nothing => "no action",
@@ -163,7 +163,8 @@ impl Settings {
         })
     }
 
-    /// Changes a setting to the value of a parameter, in PX4's terms; false when no setting has that name or that value.
+    /// Changes a setting to the value of a parameter, in PX4's terms; false when no setting has that name or
+    /// that value.
     pub fn set(&mut self, name: &str, value: f64) -> bool {
         let action = |codes: &[(i32, Action)]| {
             codes.iter().find(|(code, _)| f64::from(*code) == value).map(|(_, action)| *action)

@@ -70,7 +70,7 @@ pub(super) struct TextReader {
 impl TextReader {
     /// The texts that are known with this message of `sender` (system, component): mostly one, none while
     /// pieces are missing. One whose end has not come (lost, or a full last piece without the empty one after
-    /// it) is told with the next.
+    /// it) is returned with the next.
     pub(super) fn take(&mut self, sender: (u8, u8), message: &STATUSTEXT_DATA) -> Vec<String> {
         let readable = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
         let length = message.text.iter().position(|&c| c == 0);

@@ -1,9 +1,10 @@
 //! Where the filter begins: hanging under a canopy, or standing.
 //!
-//! A load on a line that swings is accelerated, so its accelerometer does not show where down is: on an ideal pendulum it shows the
-//! line, whatever the swing. Level from the accelerometer is therefore only a first guess, with the swing for its error; the
-//! satellite velocity then tells the real tilt, since `R f + g` must be the acceleration. Heading comes from the magnetometer by
-//! this guess, and is as wrong as the tilt makes it through the field's dip.
+//! A load on a line that swings is accelerated, so its accelerometer does not show where down is: on an ideal
+//! pendulum it shows the line, whatever the swing. Level from the accelerometer is therefore only a first
+//! guess, with the swing for its error; the satellite velocity then shows the real tilt, since `R f + g` must
+//! be the acceleration. Heading comes from the magnetometer by this guess, and is as wrong as the tilt makes
+//! it through the field's dip.
 
 use nalgebra::Vector3;
 
@@ -95,7 +96,8 @@ impl Alignment {
     }
 }
 
-/// The variances to begin with; the vehicle is about upright, so that its own axes serve for tilt and heading.
+/// The variances to begin with; the vehicle is about upright, so that its own axes serve for tilt and
+/// heading.
 fn variances(settings: &EstimatorSettings, fix: &Fix) -> Column {
     let noise = &settings.noise;
     let mut sigma = [0.0; N];

@@ -1,12 +1,12 @@
 //! The covariance of the error state: propagation, and the update by one scalar measurement.
 //!
-//! Sola (2017), "Quaternion kinematics for the error-state Kalman filter", (269), (274)-(276). Measurements are taken one number
-//! at a time, so that the innovation's covariance is a number and nothing is inverted; the update has Joseph's form, which keeps
-//! the covariance positive whatever the gain's rounding. Products are plain loops over arrays: no allocation, and the same
-//! operations in the same order on every processor.
+//! Sola (2017), "Quaternion kinematics for the error-state Kalman filter", (269), (274)-(276). Measurements
+//! are taken one number at a time, so that the innovation's covariance is a number and nothing is inverted;
+//! the update has Joseph's form, which keeps the covariance positive whatever the gain's rounding. Products
+//! are plain loops over arrays: no allocation, and the same operations in the same order on every processor.
 
-/// Size of the error state: position, velocity, attitude, accelerometer bias, gyro bias (three each, Sola's order), and the
-/// barometer's offset.
+/// Size of the error state: position, velocity, attitude, accelerometer bias, gyro bias (three each, Sola's
+/// order), and the barometer's offset.
 pub const N: usize = 16;
 /// Where position begins.
 pub const POSITION: usize = 0;
@@ -105,8 +105,8 @@ impl Covariance {
         dot(h, &self.times(h)) + r
     }
 
-    /// Takes a measurement with the row `h` and noise of variance `r` in, and returns the gain, (274) and (276) in Joseph's form
-    /// `(I - K h) P (I - K h)^T + K r K^T`.
+    /// Takes a measurement with the row `h` and noise of variance `r` in, and returns the gain, (274) and
+    /// (276) in Joseph's form `(I - K h) P (I - K h)^T + K r K^T`.
     pub fn update(&mut self, h: &Column, r: f64) -> Column {
         let ph = self.times(h);
         let s = dot(h, &ph) + r;

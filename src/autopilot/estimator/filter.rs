@@ -1,7 +1,8 @@
-//! The error-state Kalman filter: a nominal state, the covariance of its error, predictions and gated measurements.
+//! The error-state Kalman filter: a nominal state, the covariance of its error, predictions and gated
+//! measurements.
 //!
-//! Sola (2017): prediction (269), correction (274)-(276), injection (282), reset (286). All measurements are of the filter's own
-//! time; delays are [`super::Estimator`]'s affair.
+//! Sola (2017): prediction (269), correction (274)-(276), injection (282), reset (286). All measurements are
+//! of the filter's own time; delays are [`super::Estimator`]'s affair.
 
 use nalgebra::Vector3;
 
@@ -37,7 +38,7 @@ pub struct Fix {
     pub v_ned: Vector3<f64>,
     /// Accuracy that the receiver claims, north and east [m].
     pub horizontal_m: f64,
-    /// The same, down [m].
+    /// Accuracy that the receiver claims, down [m].
     pub vertical_m: f64,
 }
 
@@ -105,8 +106,8 @@ impl Filter {
         self.believed_us
     }
 
-    /// One step of `dt_s` [s] between two inertial measurements. A jump of the force, as at the release, came at any time between
-    /// them; over a gap the vehicle may have done anything that it could.
+    /// One step of `dt_s` [s] between two inertial measurements. A jump of the force, as at the release, came
+    /// at any time between them; over a gap the vehicle may have done anything that it could.
     pub fn predict(&mut self, settings: &EstimatorSettings, before: &Inertial, after: &Inertial, dt_s: f64) {
         let inertial = Inertial::mean(before, after);
         self.covariance.transform(&self.state.transition(&inertial, dt_s));
@@ -172,10 +173,10 @@ impl Filter {
         self.ratios.height = self.correct(&h, innovation, settings.noise.baro_m.powi(2));
     }
 
-    /// Takes the direction of the horizontal field, by the present attitude, for the heading; not before it knows about how it
-    /// leans, since a row at a wrong tilt makes the filter believe that the field has told it the tilt. The row is that of the field as
-    /// expected: the measured one's has the noise of the innovation in it, and where the field is steep, what the two have in common
-    /// turns the tilt.
+    /// Takes the direction of the horizontal field, by the present attitude, for the heading; not before it
+    /// knows about how it leans, since a row at a wrong tilt makes the filter believe that the field has
+    /// shown it the tilt. The row is that of the field as expected: the measured one's has the noise of the
+    /// innovation in it, and where the field is steep, what the two have in common turns the tilt.
     pub fn take_field(&mut self, settings: &EstimatorSettings, field_body: &Vector3<f64>) {
         let Some((angle, _, horizontal)) = self.field_direction(field_body) else { return };
         let expected_body = rotate_body_from_ned(self.state.q_ned_from_body, settings.field_ned_gauss);
@@ -194,7 +195,8 @@ impl Filter {
         self.ratios.heading = self.correct(&h, innovation, r);
     }
 
-    /// Variances of tilt (both axes together) and of heading [rad^2]. The attitude's error is in body axes; heading is about down.
+    /// Variances of tilt (both axes together) and of heading [rad^2]. The attitude's error is in body axes;
+    /// heading is about down.
     pub fn attitude_variances(&self) -> (f64, f64) {
         let down_body = rotate_body_from_ned(self.state.q_ned_from_body, Vector3::z());
         let (mut trace, mut about_down) = (0.0, 0.0);
@@ -207,9 +209,10 @@ impl Filter {
         (trace - about_down, about_down)
     }
 
-    /// Where the measured field points by the present attitude, north over east [rad], the row of its derivatives by the error
-    /// state, and the horizontal part's size [gauss]. With `m = R m_body`, an error of the attitude makes it
-    /// `m - R [m_body]x dtheta`, (278). No angle of Euler's is in it, so it has no singular attitude.
+    /// Where the measured field points by the present attitude, north over east [rad], the row of its
+    /// derivatives by the error state, and the horizontal part's size [gauss]. With `m = R m_body`, an error
+    /// of the attitude makes it `m - R [m_body]x dtheta`, (278). No angle of Euler's is in it, so it has no
+    /// singular attitude.
     pub(super) fn field_direction(&self, field_body: &Vector3<f64>) -> Option<(f64, Column, f64)> {
         let q = self.state.q_ned_from_body;
         let m = rotate_ned_from_body(q, *field_body);

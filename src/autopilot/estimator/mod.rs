@@ -1,5 +1,5 @@
-//! The reference autopilot's estimator: an error-state Kalman filter on inertial measurements, satellites, barometer and
-//! magnetometer.
+//! The reference autopilot's estimator: an error-state Kalman filter on inertial measurements, satellites,
+//! barometer and magnetometer.
 //!
 //! | file | holds |
 //! |---|---|
@@ -12,14 +12,15 @@
 //!
 //! Equations are of Sola (2017), "Quaternion kinematics for the error-state Kalman filter", arXiv:1711.02508.
 //!
-//! **Delay.** A satellite fix is old when it comes. The filter stands that far behind the present and takes every measurement at
-//! its own time and in order; from there the nominal state alone is run forward through the inertial samples that wait. That
-//! is PX4's delayed horizon without its output predictor: at 30 samples it is cheap to run the samples again, and then there is
-//! no second set of gains and nothing to converge. Neither a measurement is moved to another time nor a covariance rolled back.
+//! **Delay.** A satellite fix is old when it comes. The filter stands that far behind the present and takes
+//! every measurement at its own time and in order; from there the nominal state alone is run forward through
+//! the inertial samples that wait. That is PX4's delayed horizon without its output predictor: at 30 samples
+//! it is cheap to run the samples again, and then there is no second set of gains and nothing to converge.
+//! Neither a measurement is moved to another time nor a covariance rolled back.
 //!
-//! **Assumptions.** Flat, non-rotating ground; uniform gravity and field, both given; sensors at the centre of mass, without
-//! delay but for the satellites; white noise and biases that walk. Specific force is never taken for gravity, but for the
-//! first guess of level, which has the swing for its error.
+//! **Assumptions.** Flat, non-rotating ground; uniform gravity and field, both given; sensors at the centre
+//! of mass, without delay but for the satellites; white noise and biases that walk. Specific force is never
+//! taken for gravity, but for the first guess of level, which has the swing for its error.
 
 pub mod alignment;
 pub mod covariance;
@@ -40,8 +41,8 @@ use alignment::Alignment;
 use covariance::{POSITION, VELOCITY};
 use history::Queue;
 
-/// Samples that may wait: a second at 250 Hz, the longest delay of a mission. Where more would have to, the filter stands less far
-/// behind.
+/// Samples that may wait: a second at 250 Hz, the longest delay of a mission. Where more would have to, the
+/// filter stands less far behind.
 const SAMPLES: usize = 256;
 /// Fixes that may wait: a second at 20 Hz, and some.
 const FIXES: usize = 24;
@@ -127,12 +128,12 @@ impl Accuracy {
         self.tilt_rad <= ALIGNED_TILT_RAD
     }
 
-    /// The same of the heading.
+    /// Whether the heading is good enough to fly by.
     pub fn knows_heading(&self) -> bool {
         self.heading_rad <= ALIGNED_HEADING_RAD
     }
 
-    /// The same of the velocity.
+    /// Whether the velocity is good enough to fly by.
     pub fn knows_velocity(&self) -> bool {
         self.speed_m_s <= ALIGNED_SPEED_M_S
     }
@@ -176,7 +177,7 @@ impl Estimator {
         }
     }
 
-    /// What it goes by.
+    /// Settings of the estimator.
     pub fn settings(&self) -> &EstimatorSettings {
         &self.settings
     }
@@ -191,7 +192,8 @@ impl Estimator {
         self.behind.map(|s| s.at_us)
     }
 
-    /// Takes a fix, stamped with the time at which it was measured. One that is no number, or not newer than the last, is not taken.
+    /// Takes a fix, stamped with the time at which it was measured. One that is no number, or not newer than
+    /// the last, is not taken.
     pub fn take_fix(&mut self, fix: &Fix) {
         if fix.is_sound() && self.fixed_us.is_none_or(|at| at < fix.at_us) {
             self.fixed_us = Some(fix.at_us);
@@ -199,7 +201,8 @@ impl Estimator {
         }
     }
 
-    /// Takes the sensors' sample. Inertial readings that are no numbers, and samples that are not newer, are not taken.
+    /// Takes the sensors' sample. Inertial readings that are no numbers, and samples that are not newer, are
+    /// not taken.
     pub fn take(&mut self, sample: &Sample) {
         let inertial = &sample.inertial;
         let mut numbers = inertial.specific_force_body.iter().chain(inertial.omega_body.iter());
@@ -272,7 +275,8 @@ impl Estimator {
         });
     }
 
-    /// Time of the latest sample [us], position [m, NED] and what the control loops need, there; `None` before the filter has begun.
+    /// Time of the latest sample [us], position [m, NED] and what the control loops need, there; `None`
+    /// before the filter has begun.
     pub fn estimate(&self) -> Option<(u64, Vector3<f64>, Measurement)> {
         let (state, omega_body) = self.present?;
         let NominalState { q_ned_from_body, v_ned, .. } = state;

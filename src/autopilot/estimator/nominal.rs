@@ -1,8 +1,9 @@
 //! The nominal state, its motion under inertial measurements, and the error state's transition.
 //!
-//! Sola (2017): (260) nominal kinematics, (265) noise impulses, (270) error-state transition, (283) injection, (287) reset.
-//! Differs from (260): the force of a step is turned by the attitude of its middle and measurements are means over the step, so that
-//! the step is of second order; (270) has the terms that go with it. Gravity is a parameter, along down.
+//! Sola (2017): (260) nominal kinematics, (265) noise impulses, (270) error-state transition, (283)
+//! injection, (287) reset. Differs from (260): the force of a step is turned by the attitude of its middle
+//! and measurements are means over the step, so that the step is of second order; (270) has the terms that go
+//! with it. Gravity is a parameter, along down.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -108,7 +109,8 @@ impl NominalState {
     }
 }
 
-/// How the errors are seen after `dx` has been injected, (287): the attitude's are counted from the new attitude.
+/// How the errors are seen after `dx` has been injected, (287): the attitude's are counted from the new
+/// attitude.
 pub fn reset(dx: &Column) -> Matrix {
     let half = Vector3::new(dx[ATTITUDE], dx[ATTITUDE + 1], dx[ATTITUDE + 2]) * 0.5;
     let mut g = IDENTITY;

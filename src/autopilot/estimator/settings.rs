@@ -1,4 +1,4 @@
-//! What the estimator is told: site, noise of the sensors, delay of the satellite receiver.
+//! Settings of the estimator: site, noise of the sensors, delay of the satellite receiver.
 
 use nalgebra::Vector3;
 
@@ -31,12 +31,13 @@ pub struct Noise {
     pub gps_speed_m_s: f64,
     /// Least that is believed of a satellite position's accuracy, north and east [m].
     pub gps_horizontal_m: f64,
-    /// The same, down [m].
+    /// Least that is believed of a satellite position's accuracy, down [m].
     pub gps_vertical_m: f64,
 }
 
 impl Noise {
-    /// Small vehicles' sensors, about PX4's EKF2 values (EKF2_ACC_NOISE, EKF2_GYR_NOISE and so on, as densities at 250 Hz).
+    /// Small vehicles' sensors, about PX4's EKF2 values (EKF2_ACC_NOISE, EKF2_GYR_NOISE and so on, as
+    /// densities at 250 Hz).
     pub const TYPICAL: Self = Self {
         accelerometer: 0.02,
         gyro: 0.001,
@@ -70,7 +71,8 @@ pub struct EstimatorSettings {
 }
 
 impl EstimatorSettings {
-    /// Typical sensors without delay, and a swing of 10 deg, at a site with this gravity [m/s^2] and field [gauss, NED].
+    /// Typical sensors without delay, and a swing of 10 deg, at a site with this gravity [m/s^2] and field
+    /// [gauss, NED].
     pub fn at_site(gravity_m_s2: f64, field_ned_gauss: Vector3<f64>) -> Self {
         Self {
             gravity_m_s2,

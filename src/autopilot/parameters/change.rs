@@ -38,7 +38,7 @@ pub enum Refusal {
     ReadOnly {
         /// The parameter.
         name: String,
-        /// What it is.
+        /// Why it cannot be changed.
         why: String,
     },
 }
@@ -56,8 +56,8 @@ const RATE_LOOPS: [(&str, &[&str]); 2] =
     [("MC_PITCHRATE_K", &["MC_PITCHRATE_P", "MC_PITCHRATE_I"]), ("MC_YAWRATE_K", &["MC_YAWRATE_P"])];
 
 impl Parameters {
-    /// Changes a parameter and what flies by it; indices of all that have a new value by it, its own first. A parameter that cannot
-    /// be changed takes the value that it has.
+    /// Changes a parameter and what flies by it; indices of all that have a new value by it, its own first. A
+    /// parameter that cannot be changed takes the value that it has.
     ///
     /// # Errors
     /// [`Refusal`]; nothing is changed then.
@@ -83,8 +83,8 @@ impl Parameters {
         Ok(changed)
     }
 
-    /// Puts in what a file holds; what the autopilot has not or does not take is told. Gains that a mission has taken from the same
-    /// file stay what they are, to the bit.
+    /// Puts in what a file holds; returns remarks on what is not taken. Gains that a mission
+    /// has taken from the same file stay what they are, to the bit.
     pub fn load(&mut self, file: &ParameterFile, autopilot: &mut Autopilot) -> Vec<String> {
         let mut remarks = Vec::new();
         let mut unknown = Vec::new();
@@ -112,8 +112,8 @@ impl Parameters {
         }
     }
 
-    /// Parts the gains of a rate loop between K and the rest as a file does, K being 1 where it has none; what the file leaves out
-    /// keeps its product with K.
+    /// Parts the gains of a rate loop between K and the rest as a file does, K being 1 where it has none;
+    /// what the file leaves out keeps its product with K.
     fn part_as_in(&mut self, file: &ParameterFile, k: &str, terms: &[&str]) {
         if !terms.iter().chain([&k]).any(|name| file.get(name).is_some()) {
             return;
@@ -173,7 +173,7 @@ impl Parameters {
     fn put_into_effect(&self, index: usize, autopilot: &mut Autopilot) -> Result<(), Refusal> {
         let entry = &self.entries[index];
         match entry.role {
-            Role::Law => {
+            Role::Controller => {
                 let touched = touched(&entry.name);
                 let number = |name: &str| touched.contains(&name).then(|| self.number(name)).flatten();
                 let ControlSettings { gains, limits, .. } = autopilot.control_settings();
@@ -204,7 +204,8 @@ impl Parameters {
         Ok(())
     }
 
-    /// Roll's parameters after a change of pitch's. Roll keeps its overall gain K; its P and I carry the difference.
+    /// Roll's parameters after a change of pitch's. Roll keeps its overall gain K; its P and I carry the
+    /// difference.
     fn follow(&mut self, leader: usize) -> Vec<usize> {
         let leader = self.entries[leader].name.clone();
         let per_torque = self.scale.pitch / self.scale.roll;
@@ -233,7 +234,8 @@ impl Parameters {
     }
 }
 
-/// The parameters that must be read together with one to know its gain: K of a rate loop multiplies its P and I.
+/// The parameters that must be read together with one to know its gain: K of a rate loop multiplies its P and
+/// I.
 fn touched(name: &str) -> Vec<&str> {
     match name {
         "MC_PITCHRATE_P" => vec!["MC_PITCHRATE_K", "MC_PITCHRATE_P"],

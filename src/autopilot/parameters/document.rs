@@ -41,7 +41,7 @@ fn row(declared: &Declaration, known: &Parameter) -> String {
         Role::SetpointLife => known.default.to_string(),
         // PX4 has nothing else to fly by.
         Role::Estimator => "0".to_owned(),
-        Role::Law
+        Role::Controller
         | Role::Follows(_)
         | Role::Hover
         | Role::Vehicle

@@ -1,5 +1,5 @@
-//! CRC-32 as PX4 counts it over parameters and files: reflected 0xEDB88320, from 0, nothing inverted at the end. (zlib's inverts
-//! before and after.)
+//! CRC-32 as PX4 counts it over parameters and files: reflected 0xEDB88320, from 0, nothing inverted at the
+//! end. (zlib's inverts before and after.)
 
 /// Continues a checksum over some bytes; a new one starts from 0.
 pub fn crc32(start: u32, bytes: &[u8]) -> u32 {
@@ -12,8 +12,8 @@ pub fn crc32(start: u32, bytes: &[u8]) -> u32 {
 mod tests {
     use super::*;
 
-    /// The check value of CRC-32 (ISO-HDLC), which starts from and ends with all ones inverted, and of CRC-32/JAMCRC, which does
-    /// not invert at the end.
+    /// The check value of CRC-32 (ISO-HDLC), which starts from and ends with all ones inverted, and of
+    /// CRC-32/JAMCRC, which does not invert at the end.
     #[test]
     fn reference_check_values_of_the_catalogue() {
         assert_eq!(!crc32(u32::MAX, b"123456789"), 0xCBF4_3926);

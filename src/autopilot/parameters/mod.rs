@@ -8,8 +8,9 @@
 //! | [`component_metadata`] | the parameters' meaning as MAVLink's component metadata |
 //! | [`hash`] | the checksum over names and values |
 //!
-//! Values are those that ground stations see, in single precision. The gains themselves are the mission's, in double precision,
-//! until one is set; the others stay to the bit then. Conversions are those of [`crate::params`] for samara's own autopilot.
+//! Values are those that ground stations see, in single precision. The gains themselves are the mission's, in
+//! double precision, until one is set; the others stay to the bit then. Conversions are those of
+//! [`crate::params`] for samara's own autopilot.
 
 mod change;
 pub mod component_metadata;
@@ -39,13 +40,13 @@ const US_PER_MS: f64 = 1e3;
 /// A parameter of the autopilot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// Its name.
+    /// PX4's name of the parameter.
     pub name: String,
-    /// Its value.
+    /// Value in effect.
     pub value: Value,
-    /// What it was at the start.
+    /// Value at the start.
     pub start: Value,
-    /// What it is to the autopilot.
+    /// The role of the parameter in the autopilot.
     pub role: Role,
     /// PX4's metadata, with the range that holds here.
     pub known: Parameter,
@@ -137,7 +138,8 @@ impl Parameters {
         self.entries.iter()
     }
 
-    /// PX4's `_HASH_CHECK`: the checksum over each name's bytes and its value's four, little-endian, in order.
+    /// PX4's `_HASH_CHECK`: the checksum over each name's bytes and its value's four, little-endian, in
+    /// order.
     pub fn hash(&self) -> u32 {
         self.entries.iter().fold(0, |crc, entry| {
             let value = match entry.value {
@@ -188,7 +190,7 @@ fn entry(
         },
         Role::SetpointLife => Value::Real((SETPOINT_TIMEOUT_US as f64 / US_PER_S) as f32),
         Role::SystemId => Value::Int(i32::from(system_id)),
-        Role::Law | Role::Follows(_) | Role::Hover | Role::Vehicle => *exported.get(&name)?,
+        Role::Controller | Role::Follows(_) | Role::Hover | Role::Vehicle => *exported.get(&name)?,
     };
     let known = described(declared, metadata)?;
     // What the mission says may lie outside; it can be set again.

@@ -1,5 +1,6 @@
-//! The declaration: every parameter that the autopilot has, and what it is to it. Type, unit, default, range, decimals and
-//! description are PX4's (`params/px4/parameters.csv`) unless a row says otherwise; a `#` stands for a rotor's number.
+//! The declaration: every parameter that the autopilot has, and what it is to it. Type, unit, default, range,
+//! decimals and description are PX4's (`params/px4/parameters.csv`) unless a row says otherwise; a `#` stands
+//! for a rotor's number.
 
 use crate::params::Value;
 
@@ -7,8 +8,8 @@ use crate::params::Value;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Role {
     /// A gain or limit of the cascade: in effect at the next control step.
-    Law,
-    /// The same gain or limit for roll, which flies pitch's: it follows the parameter of that name.
+    Controller,
+    /// A gain or limit of roll, which flies pitch's: it follows the parameter of that name.
     Follows(&'static str),
     /// The collective that carries the weight: scales the mass that the controller believes in.
     Hover,
@@ -16,7 +17,7 @@ pub enum Role {
     SetpointLife,
     /// What the automatic modes and failsafes go by: in effect at the next control step.
     Setting,
-    /// Kept and told, and nothing flies by it yet.
+    /// Kept and shown, and nothing flies by it yet.
     Kept(Value),
     /// What the mission's vehicle says: it cannot be changed here.
     Vehicle,
@@ -34,7 +35,7 @@ impl Role {
     /// The role in a few words.
     pub fn words(self) -> String {
         match self {
-            Self::Law => "acts at the next control step".to_owned(),
+            Self::Controller => "acts at the next control step".to_owned(),
             Self::Follows(leader) => format!("follows {leader}: roll flies pitch's gains"),
             Self::Hover => {
                 "acts at the next control step: the mass that the controller believes in".to_owned()
@@ -56,7 +57,7 @@ impl Role {
     pub fn is_settable(self) -> bool {
         matches!(
             self,
-            Self::Law
+            Self::Controller
                 | Self::Hover
                 | Self::SetpointLife
                 | Self::Setting
@@ -71,7 +72,7 @@ impl Role {
 pub struct Declaration {
     /// PX4's name; `#` for a rotor's number.
     pub name: &'static str,
-    /// What it is to the autopilot.
+    /// The role of the parameter in the autopilot.
     pub role: Role,
     /// Least and greatest value where PX4's do not fit.
     pub range: Option<(f32, f32)>,
@@ -101,12 +102,12 @@ const fn absent(name: &'static str) -> Declaration {
     row(name, Role::Fact(Value::Real(0.0)))
 }
 
-/// Gains of a vehicle that is no PX4 quadrotor lie outside PX4's ranges: any that is not negative is taken, and a slip of some
-/// decimals is not.
+/// Gains of a vehicle that is no PX4 quadrotor lie outside PX4's ranges: any that is not negative is taken,
+/// and a slip of some decimals is not.
 const MOST_GAIN: f32 = 100.0;
 
 const fn gain(name: &'static str) -> Declaration {
-    within(name, Role::Law, 0.0, MOST_GAIN)
+    within(name, Role::Controller, 0.0, MOST_GAIN)
 }
 
 const fn follows(name: &'static str, leader: &'static str) -> Declaration {
@@ -167,8 +168,8 @@ pub const TABLE: &[Declaration] = &[
     absent("MC_PITCHRATE_D"),
     absent("MC_PITCHRATE_FF"),
     gain("MC_PITCHRATE_I"),
-    within("MC_PITCHRATE_K", Role::Law, 0.01, MOST_GAIN),
-    within("MC_PITCHRATE_MAX", Role::Law, LEAST_RATE, 1800.0),
+    within("MC_PITCHRATE_K", Role::Controller, 0.01, MOST_GAIN),
+    within("MC_PITCHRATE_MAX", Role::Controller, LEAST_RATE, 1800.0),
     gain("MC_PITCHRATE_P"),
     gain("MC_PITCH_P"),
     gain("MC_PR_INT_LIM"),
@@ -183,14 +184,14 @@ pub const TABLE: &[Declaration] = &[
     absent("MC_YAWRATE_D"),
     absent("MC_YAWRATE_FF"),
     absent("MC_YAWRATE_I"),
-    within("MC_YAWRATE_K", Role::Law, 0.01, MOST_GAIN),
-    within("MC_YAWRATE_MAX", Role::Law, LEAST_RATE, 1800.0),
+    within("MC_YAWRATE_K", Role::Controller, 0.01, MOST_GAIN),
+    within("MC_YAWRATE_MAX", Role::Controller, LEAST_RATE, 1800.0),
     gain("MC_YAWRATE_P"),
     gain("MC_YAW_P"),
     setting("MIS_TAKEOFF_ALT"),
     within("MPC_LAND_SPEED", Role::Setting, 0.6, 5.0),
     within("MPC_THR_HOVER", Role::Hover, 0.01, 1.0),
-    within("MPC_TILTMAX_AIR", Role::Law, 1.0, 89.0),
+    within("MPC_TILTMAX_AIR", Role::Controller, 1.0, 89.0),
     setting("MPC_TKO_SPEED"),
     setting("MPC_XY_CRUISE"),
     setting("MPC_XY_P"),
@@ -240,7 +241,7 @@ mod tests {
                 assert_eq!(matches!(value, Value::Int(_)), known.kind == Kind::Int, "{}", declared.name);
             }
             if let Role::Follows(leader) = declared.role {
-                assert!(TABLE.iter().any(|d| d.name == leader && d.role == Role::Law));
+                assert!(TABLE.iter().any(|d| d.name == leader && d.role == Role::Controller));
             }
         }
     }

@@ -182,7 +182,8 @@ fn closed_form_a_rate_loop_is_parted_as_in_the_file() {
     assert_eq!(parameters.number("MC_PITCHRATE_K"), Some(1.0));
 }
 
-/// A file exported for the mission, imported by it and loaded: the gains of the import to the bit, and the file's digits.
+/// A file exported for the mission, imported by it and loaded: the gains of the import to the bit, and the
+/// file's digits.
 #[test]
 fn closed_form_the_gains_of_a_file_are_those_that_the_mission_took_from_it() {
     let (from, _) = bench();

@@ -58,7 +58,8 @@ fn closed_form_takeoff_climbs_to_its_height_above_home() {
     assert!((bench.p_ned - Vector3::new(1.0, 2.0, 2.5)).norm() < 0.1, "{}", bench.p_ned);
 }
 
-/// LAND sinks at its speed as long as nothing stops it; stopped for a second it has landed, and disarms two seconds later.
+/// LAND sinks at its speed as long as nothing stops it; stopped for a second it has landed, and disarms two
+/// seconds later.
 #[test]
 fn closed_form_land_sinks_until_stopped_and_disarms() {
     let mut bench = Bench::engaged(velocity(0.0, YawSetpoint::Keep));

@@ -1,5 +1,5 @@
-//! Whether the filter knows how wrong it is: normalised squared errors inside their chi-square bounds through hang, fall and
-//! pull-out (Bar-Shalom, Li, Kirubarajan 2001, section 5.4.2).
+//! Whether the filter knows how wrong it is: normalised squared errors inside their chi-square bounds through
+//! hang, fall and pull-out (Bar-Shalom, Li, Kirubarajan 2001, section 5.4.2).
 
 use super::super::covariance::N;
 use super::super::{Estimator, Filter, Inertial, NominalState};
@@ -43,8 +43,8 @@ fn flight_of(site: &Site, seed: u64) -> [f64; LOOKS_S.len()] {
     looks
 }
 
-/// The sum over the seeds is chi-square of `seeds x N` degrees of freedom; its bounds at 3.3 sigmas (99.9 %) by Wilson and
-/// Hilferty's cube.
+/// The sum over the seeds is chi-square of `seeds x N` degrees of freedom; its bounds at 3.3 sigmas (99.9 %)
+/// by Wilson and Hilferty's cube.
 fn check_consistent(site: &Site) {
     let flights: Vec<_> = (0..SEEDS).map(|seed| flight_of(site, seed)).collect();
     let freedom = (SEEDS as usize * N) as f64;
@@ -69,8 +69,9 @@ fn closed_form_errors_are_as_large_as_the_filter_says_on_titan() {
     check_consistent(&TITAN);
 }
 
-/// Without noise and without measurements the nominal state follows the simulation from the hang to the pull-out, up to the
-/// error of the steps: half a step of each jump of the force (release, start of the rotors) and rounding beside it.
+/// Without noise and without measurements the nominal state follows the simulation from the hang to the
+/// pull-out, up to the error of the steps: half a step of each jump of the force (release, start of the
+/// rotors) and rounding beside it.
 #[test]
 fn closed_form_inertial_prediction_follows_the_simulation() {
     for site in [EARTH, TITAN] {

@@ -34,8 +34,8 @@ fn nudge(j: usize, h: f64) -> Column {
     dx
 }
 
-/// Level, nose north, in a field without declination: one that points beside north says that the heading is wrong, and by symmetry
-/// nothing of the pitch, however steep it is.
+/// Level, nose north, in a field without declination: one that points beside north says that the heading is
+/// wrong, and by symmetry nothing of the pitch, however steep it is.
 #[test]
 fn closed_form_a_field_that_points_beside_turns_the_heading_alone() {
     let settings = EstimatorSettings::at_site(9.8, Vector3::new(0.2, 0.0, 0.45));
@@ -100,7 +100,8 @@ proptest! {
         }
     }
 
-    /// (287): errors counted from the state after an injection. Sola's G is of first order in what is injected.
+    /// (287): errors counted from the state after an injection. Sola's G is of first order in what is
+    /// injected.
     #[test]
     fn prop_the_reset_is_the_derivative_of_counting_anew(
         angles in prop::array::uniform3(-1.4f64..1.4), turn in prop::array::uniform3(-0.05f64..0.05),

@@ -1,4 +1,5 @@
-//! True flights for the estimator's tests: hang with a swing, fall, pull-out, flown on the truth, on Earth and on Titan.
+//! True flights for the estimator's tests: hang with a swing, fall, pull-out, flown on the truth, on Earth
+//! and on Titan.
 
 use std::sync::Arc;
 

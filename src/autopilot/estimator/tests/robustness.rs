@@ -7,7 +7,8 @@ use super::flight::{EARTH, Site, TITAN, Truth, fly};
 use super::sensors::{Random, Sensors};
 use super::{error, settings, squared_error};
 
-/// Flies a drop with sensors that are tampered with, and returns the estimator and the last error of position, velocity, attitude.
+/// Flies a drop with sensors that are tampered with, and returns the estimator and the last error of
+/// position, velocity, attitude.
 fn fly_with(
     site: &Site,
     duration_s: f64,
@@ -70,7 +71,8 @@ fn closed_form_it_knows_where_it_is_in_the_present() {
     }
 }
 
-/// A magnetometer and a barometer of 50 Hz whose samples are not each other's, nor the first one's: none waits for another.
+/// A magnetometer and a barometer of 50 Hz whose samples are not each other's, nor the first one's: none
+/// waits for another.
 #[test]
 fn regress_sensors_with_rates_of_their_own_are_all_taken() {
     for [field_at, altitude_at] in [[0, 3], [3, 0], [2, 2], [4, 1]] {
@@ -139,7 +141,7 @@ fn closed_form_it_recovers_from_a_gap_and_from_a_jump_of_the_fixes() {
     assert!((p_ned.x - 60.0).abs() < 2.5, "{p_ned:?}");
 }
 
-/// A receiver's latest fix that is told with every sample is one fix.
+/// A receiver's latest fix that comes with every sample is one fix.
 #[test]
 fn closed_form_a_fix_counts_once() {
     let (_, once) = fly_with(&EARTH, 9.0, |_, _, _| true);

@@ -1,4 +1,5 @@
-//! Sensors of the estimator's tests that err as the filter's settings say: white noise, walking biases, late satellites.
+//! Sensors of the estimator's tests that err as the filter's settings say: white noise, walking biases, late
+//! satellites.
 
 use nalgebra::Vector3;
 

@@ -4,7 +4,7 @@
 //! As PX4 does it: the vehicle asks for item after item and asks again after 250 ms; a peer that has been
 //! silent for 5 s has given up; a second peer that wants to upload meanwhile gets an error; a plan takes the
 //! place of the old one only once it is whole. Better than PX4: several peers may download at once, each what
-//! stood there when it began; a peer that starts its upload again is not told that it is busy with itself.
+//! stood there when it began; a peer that starts its upload again is not refused for being busy with itself.
 //! Times are the vehicle's.
 
 #[cfg(test)]

@@ -260,7 +260,7 @@ fn closed_form_a_fence_falls_into_its_areas() {
     };
     assert_eq!([judged(44.9, 45.0), judged(45.1, 45.0)], [(false, false), (true, false)]);
     assert_eq!([judged(40.0, -5.1), judged(40.0, -4.9)], [(true, true), (true, false)]);
-    assert_eq!(missions.take_new_fence(&site), None, "told once");
+    assert_eq!(missions.take_new_fence(&site), None, "once");
 
     // Corners that are missing, or of another polygon.
     for broken in [
