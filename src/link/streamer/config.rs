@@ -1,12 +1,21 @@
 //! What is to be streamed, and when.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Vector3;
 
-use super::super::{Froude, TimeUs};
-use super::Procedure;
 use crate::control::px4::timing::{IMU_PERIOD_US, SETPOINT_PERIOD_US};
+use crate::link::froude::Froude;
+use crate::params::Value;
+use crate::params::px4_required::DropEnvelope;
+use crate::time::TimeUs;
 
-/// What tells the time.
+/// MAVLink system of the streamer: MAVSDK's of an offboard script.
+pub const STREAMER_SYSTEM: u8 = 245;
+/// MAVLink component of the streamer (`MAV_COMP_ID_MISSIONPLANNER`), as MAVSDK has it.
+pub const STREAMER_COMPONENT: u8 = 190;
+
+/// The source of the streamer's time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Clock {
     /// `time_boot_ms` of the vehicle's ATTITUDE.
@@ -37,7 +46,7 @@ pub struct StreamerConfig {
     pub feed_forward: bool,
     /// Period of the setpoints.
     pub setpoint_period_us: TimeUs,
-    /// How far ahead of its time a setpoint is sent.
+    /// How far ahead of its time a setpoint is sent [us].
     pub lead_us: TimeUs,
     /// Shortest time between arming and release; PX4 wants 0.6 s at the least.
     pub settle_us: TimeUs,
@@ -45,14 +54,14 @@ pub struct StreamerConfig {
     pub end_s: Option<f64>,
     /// How often a command is tried.
     pub attempts: u32,
-    /// What tells the time.
+    /// The source of the streamer's time.
     pub clock: Clock,
-    /// What the vehicle must be told and must show before it is released; `None`: nothing.
+    /// What the vehicle must be given and must show before it is released; `None`: nothing.
     pub procedure: Option<Procedure>,
 }
 
 impl StreamerConfig {
-    /// The site's time of a span on the autopilot's clock.
+    /// The site's time of a span on the autopilot's clock [us].
     pub(super) fn autopilots_us(&self, span_us: TimeUs) -> TimeUs {
         self.froude.map_or(span_us, |f| f.site_us(span_us))
     }
@@ -78,4 +87,13 @@ impl Default for StreamerConfig {
             procedure: None,
         }
     }
+}
+
+/// What a PX4 is given, and what its parameters are judged by, before it may be released.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Procedure {
+    /// What the rules depend on.
+    pub envelope: DropEnvelope,
+    /// Parameters that the vehicle is given before anything else.
+    pub upload: BTreeMap<String, Value>,
 }

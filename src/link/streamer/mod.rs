@@ -1,80 +1,85 @@
 //! The offboard streamer: what a companion computer does in a drop.
 //!
-//! Its clock is `time_boot_ms` of the vehicle's ATTITUDE, that is, simulated time: it asks for that message at the
-//! simulator's rate and acts when one comes. Beside a simulator in the same process its clock is the caller's ([`Clock`]). What it sends before t = 0 of the plan is a level attitude without thrust (a
-//! vehicle that is armed with velocity setpoints under the canopy may hold its motors down to the ground), from t = 0 the
-//! plan's velocity, after t_f the target velocity.
+//! | file | holds |
+//! |---|---|
+//! | here | the session: frames in and out, time |
+//! | `drop_states` | the states of every drop and what leads from one to the next |
+//! | `px4_states` | those that a PX4 needs beside them |
+//! | `config` | what is streamed, and when |
+//! | `vehicle` | the vehicle as it shows itself |
+//! | `setpoint` | the plan as setpoints |
+//! | `request`, `parameters` | a command until it is answered; parameters given and asked for |
+//! | `silence` | how long nothing has come |
+//! | `event` | what is reported |
+//!
+//! Its clock is `time_boot_ms` of the vehicle's ATTITUDE, that is, simulated time: it asks for that message
+//! at the simulator's rate and acts when one comes. Beside a simulator in the same process its clock is the
+//! caller's ([`Clock`]). What it sends before t = 0 of the plan is a level attitude without thrust (a vehicle
+//! that is armed with velocity setpoints under the canopy may hold its motors down to the ground), from t = 0
+//! the plan's velocity, after t_f the target velocity.
 //!
 //! ```text
-//! WaitingForVehicle -> Streaming -> RequestingOffboard -> Arming -> Hanging -> Releasing -> Falling -> Tracking -> Target -> Done
+//! WaitingForVehicle -> Streaming -> RequestingOffboard -> Arming -> Hanging -> Releasing -> Falling
+//! -> Tracking -> Target -> Done
 //! ```
 //!
-//! With a [`Procedure`], which a PX4 needs, parameters come before the stream, and after its start a wait for the estimator and one in
-//! HOLD, for PX4's tilt limit (Streaming -> Aligning -> Holding -> RequestingOffboard).
+//! With a [`Procedure`], which a PX4 needs, parameters come before the stream, and after its start a wait for
+//! the estimator and one in HOLD, for PX4's tilt limit (Streaming -> Aligning -> Holding ->
+//! RequestingOffboard).
 //!
-//! t = 0 is the release, as the parachute tells it (NAMED_VALUE_INT `t_release`), plus t_d. A setpoint is sent `lead` ahead of
-//! its time, one period of the control loop, so that it is in force when that time comes.
+//! t = 0 is the release, as the parachute reports it (NAMED_VALUE_INT `t_release`), plus t_d. A setpoint is
+//! sent `lead` ahead of its time, one period of the control loop, so that it is in force when that time
+//! comes.
 //!
-//! The stream is at its end when the parachute tells that the simulation is (NAMED_VALUE_INT `t_end`). Where nobody tells
-//! anything any more, a long silence says so: how long it is, the caller measures. An end before the plan's is a failure.
+//! The stream is at its end when the parachute reports that the simulation is (NAMED_VALUE_INT `t_end`).
+//! Where nobody reports anything any more, a long silence says so: how long it is, the caller measures. An
+//! end before the plan's is a failure.
 
 use core::time::Duration;
 use std::collections::VecDeque;
 
+use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
-use self::procedure::Readiness;
+use self::px4_states::Readiness;
 use self::request::Request;
-use super::statustext::TextReader;
-use super::{Encoder, Frame, Link, Session, TimeUs, Timed, Transmit, microseconds};
+use self::setpoint::SetpointSource;
+use self::silence::Silence;
+use self::vehicle::VehicleView;
+use crate::link::encoder::Encoder;
+use crate::link::frame::Frame;
+use crate::link::parachute::{PARACHUTE_COMPONENT, T_END, T_RELEASE};
+use crate::link::session::{Link, Session, Transmit};
+use crate::link::statustext::TextReader;
+use crate::params::file::AUTOPILOT_COMPONENT;
+use crate::time::{TimeUs, Timed, microseconds};
 use crate::trajectory::Trajectory;
 
 mod config;
+mod drop_states;
 mod event;
-mod input;
-mod machine;
 mod parameters;
-mod procedure;
+mod px4_states;
 mod request;
 mod setpoint;
-mod version;
+mod silence;
+mod vehicle;
 
-#[cfg(test)]
-mod careful;
-#[cfg(test)]
-mod hold_tests;
-#[cfg(test)]
-mod readiness_tests;
-#[cfg(test)]
-mod scene;
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-mod trouble_tests;
 
-pub use config::{Clock, StreamerConfig};
+pub use config::{Clock, Procedure, STREAMER_COMPONENT, STREAMER_SYSTEM, StreamerConfig};
 pub use event::StreamerEvent;
-pub use procedure::Procedure;
-pub use version::AutopilotVersion;
-
-/// MAVSDK's ids of an offboard script: system 245, component MAV_COMP_ID_MISSIONPLANNER.
-pub const STREAMER_SYSTEM: u8 = 245;
-/// See [`STREAMER_SYSTEM`].
-pub const STREAMER_COMPONENT: u8 = 190;
-/// MAV_COMP_ID_AUTOPILOT1.
-pub const AUTOPILOT_COMPONENT: u8 = 1;
+pub use vehicle::AutopilotVersion;
 
 const HEARTBEAT_PERIOD_US: TimeUs = 1_000_000;
-/// A silence of this length is told, then the next after twice as long, and so on.
-const FIRST_REPORT: Duration = Duration::from_secs(2);
-/// A vehicle that is silent for this long after the plan has been flown is gone.
-const GONE_AFTER_PLAN: Duration = Duration::from_secs(4);
-/// Before, it is given the time for a new start.
-const GONE: Duration = Duration::from_secs(15);
-/// It is also given this many times its longest pause so far: simulated time may run very slowly.
-const PAUSES: u32 = 4;
+/// The clock may go back by less than this [us] without meaning a new start (messages that overtake each
+/// other).
+const CLOCK_JITTER_US: TimeUs = 1_000_000;
+/// How PX4 says that it does not have a parameter.
+const PX4_UNKNOWN_PARAMETER: &str = "unknown param: ";
 
-/// Where the streamer is in the drop.
+/// State of the streamer in the drop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StreamerState {
     /// Neither heartbeat nor clock of the vehicle yet.
@@ -107,71 +112,55 @@ pub enum StreamerState {
     Failed,
 }
 
+impl StreamerState {
+    /// Whether the vehicle must stay armed and in OFFBOARD.
+    fn is_flight(self) -> bool {
+        matches!(self, Self::Hanging | Self::Releasing | Self::Falling | Self::Tracking | Self::Target)
+    }
+}
+
 /// The streamer: see the head of this file.
 #[derive(Clone, Debug)]
 pub struct StreamerSession {
     config: StreamerConfig,
-    trajectory: Trajectory,
+    setpoints: SetpointSource,
+    flight: Flight,
+    texts: TextReader,
+    silence: Silence,
     encoder: Encoder,
     outbox: VecDeque<Vec<u8>>,
     events: VecDeque<Timed<StreamerEvent>>,
-    flight: Flight,
-    texts: TextReader,
-    next_report: Duration,
-    /// How long nothing has come, and the longest that this was with a vehicle that then went on.
-    silence: Duration,
-    longest_pause: Duration,
 }
 
 /// Everything that starts over with the vehicle.
 #[derive(Clone, Debug)]
 struct Flight {
     state: StreamerState,
+    /// When the state was entered.
     since: TimeUs,
     now: TimeUs,
-    heartbeat_heard: bool,
     next_heartbeat: TimeUs,
-    next_setpoint: TimeUs,
     request: Option<Request>,
     armed_at: TimeUs,
     released_at: Option<TimeUs>,
-    velocity_sp_ned: Option<Vector3<f64>>,
-    said: VecDeque<(TimeUs, String)>,
-    shown: Shown,
-    shown_at: TimeUs,
+    vehicle: VehicleView,
     readiness: Readiness,
     failure: Option<String>,
-    version: Option<AutopilotVersion>,
-}
-
-/// What the vehicle's heartbeat shows, and what has been told of it.
-#[derive(Clone, Copy, Debug, Default)]
-struct Shown {
-    armed: bool,
-    offboard: bool,
-    /// In a mode that controls altitude or position: PX4's tilt limit moves.
-    controls: bool,
 }
 
 impl Flight {
-    fn new() -> Self {
+    fn new(vehicle: VehicleView) -> Self {
         Self {
             state: StreamerState::WaitingForVehicle,
             since: 0,
             now: 0,
-            heartbeat_heard: false,
             next_heartbeat: 0,
-            next_setpoint: 0,
             request: None,
             armed_at: 0,
             released_at: None,
-            velocity_sp_ned: None,
-            said: VecDeque::new(),
-            shown: Shown::default(),
-            shown_at: 0,
+            vehicle,
             readiness: Readiness::default(),
             failure: None,
-            version: None,
         }
     }
 }
@@ -182,18 +171,16 @@ impl StreamerSession {
         Self {
             encoder: Encoder::new(STREAMER_SYSTEM, STREAMER_COMPONENT).scaled(config.froude),
             config,
-            trajectory,
+            setpoints: SetpointSource::new(trajectory),
+            flight: Flight::new(VehicleView::default()),
+            texts: TextReader::default(),
+            silence: Silence::default(),
             outbox: VecDeque::new(),
             events: VecDeque::new(),
-            flight: Flight::new(),
-            texts: TextReader::default(),
-            next_report: FIRST_REPORT,
-            silence: Duration::ZERO,
-            longest_pause: Duration::ZERO,
         }
     }
 
-    /// Where in the drop it is.
+    /// State in the drop.
     pub fn state(&self) -> StreamerState {
         self.flight.state
     }
@@ -208,9 +195,9 @@ impl StreamerSession {
         self.flight.failure.as_deref()
     }
 
-    /// Which software the vehicle flies, if it was asked and has told.
+    /// The software that the vehicle flies, if it was asked for and has been reported.
     pub fn vehicle_version(&self) -> Option<AutopilotVersion> {
-        self.flight.version
+        self.flight.vehicle.version
     }
 
     /// Simulated time as last heard.
@@ -220,7 +207,7 @@ impl StreamerSession {
 
     /// The velocity setpoint last sent, NED [m/s].
     pub fn velocity_setpoint_ned(&self) -> Option<Vector3<f64>> {
-        self.flight.velocity_sp_ned
+        self.setpoints.velocity_ned
     }
 
     /// Simulated time of t = 0 of the plan, once the release is known.
@@ -237,36 +224,130 @@ impl StreamerSession {
         self.events.push_back(Timed { at: self.flight.now, event });
     }
 
+    fn send(&mut self, message: &MavMessage) {
+        let bytes = self.encoder.encode(message);
+        self.outbox.push_back(bytes);
+    }
+
     /// Nothing has come for `waited`, by the caller's measure; may be called as often as one likes.
     /// A vehicle that has been heard and then stays silent is gone, and the stream is at its end.
     pub fn handle_silence(&mut self, waited: Duration) {
         if self.is_over() {
             return;
         }
-        if self.flight.state != StreamerState::WaitingForVehicle {
-            self.silence = waited;
-            let least = if self.flight.state == StreamerState::Target { GONE_AFTER_PLAN } else { GONE };
-            if waited >= least.max(PAUSES * self.longest_pause) {
-                return self.end(&format!("the vehicle has said nothing for {:.1} s", waited.as_secs_f64()));
-            }
+        let (state, heartbeat_heard) = (self.flight.state, self.flight.vehicle.heartbeat_heard);
+        let was_heard = state != StreamerState::WaitingForVehicle;
+        if was_heard && self.silence.is_end(waited, state == StreamerState::Target) {
+            return self.end(&format!("the vehicle has said nothing for {:.1} s", waited.as_secs_f64()));
         }
-        if waited < self.next_report {
+        if self.silence.is_report_due(waited) {
+            let missing = if was_heard || heartbeat_heard { "ATTITUDE (the clock)" } else { "HEARTBEAT" };
+            let system_id = self.config.vehicle_system;
+            self.report(StreamerEvent::Waiting { missing, system_id, waited });
+        }
+    }
+
+    /// The time has come to `now`: transitions first, then what is sent at a rate.
+    fn tick(&mut self, now: TimeUs) {
+        self.flight.now = now;
+        self.silence.ends(self.config.clock == Clock::Vehicle || self.flight.vehicle.heartbeat_heard);
+        // A state may be left in the tick in which it was entered; there are few of them.
+        while self.step_state() {}
+        if self.is_over() || self.flight.state == StreamerState::WaitingForVehicle {
             return;
         }
-        self.next_report = waited * 2;
-        let missing = match (self.flight.state, self.flight.heartbeat_heard) {
-            (StreamerState::WaitingForVehicle, false) => "HEARTBEAT",
-            _ => "ATTITUDE (the clock)",
-        };
-        let system_id = self.config.vehicle_system;
-        self.report(StreamerEvent::Waiting { missing, system_id, waited });
+        if now >= self.flight.next_heartbeat {
+            self.flight.next_heartbeat = now - now % HEARTBEAT_PERIOD_US + HEARTBEAT_PERIOD_US;
+            self.send(&heartbeat());
+        }
+        let follows_plan = matches!(self.flight.state, StreamerState::Tracking | StreamerState::Target);
+        let start = self.plan_start();
+        if let Some(setpoint) = self.setpoints.poll(now, start, follows_plan, &self.config) {
+            self.send(&setpoint);
+        }
+    }
+
+    fn take_of_autopilot(&mut self, frame: &Frame) {
+        self.flight.vehicle.take_status(frame);
+        match frame.known() {
+            Some(MavMessage::PARAM_VALUE(m)) => {
+                if let Some(exchange) = &mut self.flight.readiness.exchange {
+                    exchange.take(m);
+                }
+            }
+            Some(MavMessage::PARAM_ERROR(m)) => self.take_absence(m.param_id.to_str().unwrap_or_default()),
+            Some(MavMessage::ATTITUDE(m)) if self.config.clock == Clock::Vehicle => {
+                self.take_clock(self.site_us(TimeUs::from(m.time_boot_ms)));
+            }
+            Some(MavMessage::HEARTBEAT(m)) => {
+                let (now, flies) = (self.flight.now, self.flight.state.is_flight());
+                let lost = self.flight.vehicle.take_heartbeat(now, m);
+                for what in lost.into_iter().filter(|_| flies) {
+                    let said = self.flight.vehicle.said_since(now.saturating_sub(2_000_000));
+                    self.report(StreamerEvent::Lost { what, said });
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn take_text(&mut self, severity: u8, text: String) {
+        if let Some((_, name)) = text.split_once(PX4_UNKNOWN_PARAMETER) {
+            // PX4 says it once for each, and there may be dozens.
+            return self.take_absence(name);
+        }
+        self.flight.vehicle.remember(self.flight.now, text.clone());
+        self.report(StreamerEvent::Text { severity, text });
+    }
+
+    fn take_absence(&mut self, name: &str) {
+        if let Some(exchange) = &mut self.flight.readiness.exchange {
+            exchange.take_absence(name);
+        }
+    }
+
+    /// The site's time of milliseconds on the wire [us].
+    fn site_us(&self, wire_ms: TimeUs) -> TimeUs {
+        self.config.autopilots_us(wire_ms * 1_000)
+    }
+
+    fn take_clock(&mut self, now: TimeUs) {
+        if now + CLOCK_JITTER_US < self.flight.now {
+            self.events.push_back(Timed { at: now, event: StreamerEvent::VehicleRestarted });
+            self.flight = Flight::new(VehicleView::default());
+            self.flight.vehicle.heartbeat_heard = true;
+            self.setpoints.restart();
+        }
+        if now > self.flight.now || self.flight.state == StreamerState::WaitingForVehicle {
+            self.tick(now);
+        }
     }
 }
 
 impl Session for StreamerSession {
     fn handle_input(&mut self, link: Link, frame: &Frame) {
-        if matches!(link, Link::Api | Link::Parachute) {
-            self.take(frame);
+        let from = (frame.system_id, frame.component_id);
+        if !matches!(link, Link::Api | Link::Parachute) || from.0 != self.config.vehicle_system {
+            return;
+        }
+        if let (Some(ack), Some(request)) = (frame.command_ack(), &mut self.flight.request) {
+            return request.take_ack(&ack, from, (STREAMER_SYSTEM, STREAMER_COMPONENT));
+        }
+        match (from.1, frame.known()) {
+            (AUTOPILOT_COMPONENT | PARACHUTE_COMPONENT, Some(MavMessage::STATUSTEXT(m))) => {
+                for text in self.texts.take(from, m) {
+                    self.take_text(m.severity as u8, text);
+                }
+            }
+            (AUTOPILOT_COMPONENT, _) => self.take_of_autopilot(frame),
+            (PARACHUTE_COMPONENT, Some(MavMessage::NAMED_VALUE_INT(m))) => {
+                match (m.name.to_str(), TimeUs::try_from(m.value)) {
+                    (Ok(T_RELEASE), Ok(ms)) => self.note_release(self.site_us(ms), true),
+                    (Ok(T_END), Ok(ms)) => self.note_end(self.site_us(ms)),
+                    _ => {}
+                }
+            }
+            _ => {}
         }
     }
 
@@ -285,4 +366,15 @@ impl Session for StreamerSession {
     fn poll_output(&mut self) -> Option<Transmit> {
         self.outbox.pop_front().map(|bytes| Transmit::to_all(Link::Api, bytes))
     }
+}
+
+fn heartbeat() -> MavMessage {
+    MavMessage::HEARTBEAT(HEARTBEAT_DATA {
+        custom_mode: 0,
+        mavtype: MavType::MAV_TYPE_GCS,
+        autopilot: MavAutopilot::MAV_AUTOPILOT_INVALID,
+        base_mode: MavModeFlag::empty(),
+        system_status: MavState::MAV_STATE_ACTIVE,
+        mavlink_version: 3,
+    })
 }

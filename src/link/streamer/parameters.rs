@@ -6,8 +6,9 @@ use mavlink::dialects::common::{
     MavMessage, MavParamType, PARAM_REQUEST_READ_DATA, PARAM_SET_DATA, PARAM_VALUE_DATA,
 };
 
-use super::super::TimeUs;
 use crate::params::Value;
+use crate::params::file::AUTOPILOT_COMPONENT;
+use crate::time::TimeUs;
 
 /// What is not answered is sent again after this.
 const RETRY_US: TimeUs = 300_000;
@@ -53,7 +54,7 @@ impl Item {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Exchange(Vec<Item>);
 
-/// What has come of an exchange.
+/// Result of an exchange.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Outcome {
     /// What the vehicle has.
@@ -99,7 +100,7 @@ impl Exchange {
         self.0.iter_mut().filter(due).take(AT_A_TIME).map(send).collect()
     }
 
-    /// Takes the vehicle's word on a parameter.
+    /// Takes the vehicle's value of a parameter.
     pub(super) fn take(&mut self, m: &PARAM_VALUE_DATA) {
         let value = match m.param_type {
             MavParamType::MAV_PARAM_TYPE_INT32 => Value::Int(m.param_value.to_bits() as i32),
@@ -112,7 +113,7 @@ impl Exchange {
         }
     }
 
-    /// Takes its word that it does not have a parameter.
+    /// The vehicle does not have a parameter.
     pub(super) fn take_absence(&mut self, name: &str) {
         if let Some(item) = self.0.iter_mut().find(|item| item.name == name && item.tries > 0) {
             item.known = Known::Absent;
@@ -124,7 +125,7 @@ impl Exchange {
         self.0.iter().all(Item::is_over)
     }
 
-    /// What has come of it.
+    /// Its result so far.
     pub(super) fn outcome(&self) -> Outcome {
         let mut outcome = Outcome::default();
         for item in &self.0 {
@@ -146,7 +147,7 @@ impl Exchange {
 }
 
 fn message(name: &str, set: Option<Value>, system_id: u8) -> MavMessage {
-    let (target_system, target_component) = (system_id, super::AUTOPILOT_COMPONENT);
+    let (target_system, target_component) = (system_id, AUTOPILOT_COMPONENT);
     let Some(value) = set else {
         return MavMessage::PARAM_REQUEST_READ(PARAM_REQUEST_READ_DATA {
             param_index: BY_NAME,

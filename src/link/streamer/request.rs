@@ -2,10 +2,12 @@
 
 use mavlink::dialects::common::{COMMAND_LONG_DATA, MavCmd};
 
-use super::super::{CommandAck, TimeUs};
+use crate::link::frame::CommandAck;
+use crate::params::file::AUTOPILOT_COMPONENT;
+use crate::time::TimeUs;
 
-/// An unanswered or refused command is repeated after this simulated time. A refusal is told only then, so that the
-/// STATUSTEXT that explains it, which may come after it, is told with it.
+/// An unanswered or refused command is repeated after this simulated time. A refusal is reported only then,
+/// so that the STATUSTEXT that explains it, which may come after it, is reported with it.
 const RETRY_US: TimeUs = 1_000_000;
 
 const ACCEPTED: u8 = 0;
@@ -18,7 +20,7 @@ pub(super) struct Request {
     message: COMMAND_LONG_DATA,
     /// In words, for the messages.
     pub(super) what: &'static str,
-    /// Who is to answer, in words.
+    /// The component that is to answer, in words.
     pub(super) by: &'static str,
     attempts_left: u32,
     retry_us: TimeUs,
@@ -37,7 +39,7 @@ pub(super) enum Progress {
     Accepted,
     /// It was refused (`Some`: the result) or not answered, and is worth another try.
     Again(Option<u8>),
-    /// The same, but it is not to be tried again.
+    /// It was refused or not answered, and is not to be tried again.
     GaveUp(Option<u8>),
 }
 
@@ -51,7 +53,7 @@ impl Request {
         Self { message, what, by, attempts_left: attempts, retry_us: RETRY_US, sent_at: None, result: None }
     }
 
-    /// The same, five times as often: there is no time to wait for what explains a refusal.
+    /// This request repeated five times as often: there is no time to wait for what explains a refusal.
     pub(super) fn hurried(self) -> Self {
         Self { retry_us: self.retry_us / 5, attempts_left: self.attempts_left.saturating_mul(5), ..self }
     }
@@ -61,7 +63,7 @@ impl Request {
         self.result.is_none() && self.sent_at.is_some_and(|at| now < at + self.retry_us)
     }
 
-    /// Arms or switches mode: commands to the autopilot.
+    /// A command to the autopilot of a system.
     pub(super) fn to_autopilot(
         system_id: u8,
         command: MavCmd,
@@ -75,7 +77,7 @@ impl Request {
             param2: params[1],
             param3: params[2],
             target_system: system_id,
-            target_component: super::AUTOPILOT_COMPONENT,
+            target_component: AUTOPILOT_COMPONENT,
             ..COMMAND_LONG_DATA::default()
         };
         Self::new(message, what, "autopilot", attempts)
@@ -96,6 +98,7 @@ impl Request {
         self.sent_at
     }
 
+    /// What is to be done about it at `now`.
     pub(super) fn poll(&mut self, now: TimeUs) -> Progress {
         if self.result == Some(ACCEPTED) {
             return Progress::Accepted;
@@ -118,19 +121,21 @@ impl Request {
     }
 }
 
+/// Names of `MAV_RESULT`, by number.
+const RESULTS: [&str; 10] = [
+    "ACCEPTED",
+    "TEMPORARILY_REJECTED",
+    "DENIED",
+    "UNSUPPORTED",
+    "FAILED",
+    "IN_PROGRESS",
+    "CANCELLED",
+    "COMMAND_LONG_ONLY",
+    "COMMAND_INT_ONLY",
+    "COMMAND_UNSUPPORTED_MAV_FRAME",
+];
+
 /// The name of a `MAV_RESULT`.
 pub(super) fn result_name(result: u8) -> String {
-    match result {
-        0 => "ACCEPTED".into(),
-        1 => "TEMPORARILY_REJECTED".into(),
-        2 => "DENIED".into(),
-        UNSUPPORTED => "UNSUPPORTED".into(),
-        4 => "FAILED".into(),
-        IN_PROGRESS => "IN_PROGRESS".into(),
-        6 => "CANCELLED".into(),
-        7 => "COMMAND_LONG_ONLY".into(),
-        8 => "COMMAND_INT_ONLY".into(),
-        9 => "COMMAND_UNSUPPORTED_MAV_FRAME".into(),
-        other => format!("result {other}"),
-    }
+    RESULTS.get(usize::from(result)).map_or_else(|| format!("result {result}"), |name| (*name).to_owned())
 }

@@ -3,14 +3,20 @@
 use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
-use super::scene::{Scene, WILLING, plan, texts};
+mod hold;
+mod readiness;
+mod scripted_px4;
+mod scripted_vehicle;
+mod trouble;
+
+use self::scripted_vehicle::{ScriptedVehicle, WILLING, plan, texts};
 use super::*;
 
 #[test]
 fn a_willing_vehicle_is_taken_through_all_states() {
-    let mut scene = Scene::new(WILLING, |_| ());
-    scene.run(12_000_000);
-    assert_eq!(scene.streamer.state(), StreamerState::Done);
+    let mut script = ScriptedVehicle::new(WILLING, |_| ());
+    script.run(12_000_000);
+    assert_eq!(script.streamer.state(), StreamerState::Done);
     let expected = [
         "   0.004 s  vehicle 1 heard, streaming level attitude, no thrust",
         "   0.508 s  OFFBOARD accepted",
@@ -21,15 +27,15 @@ fn a_willing_vehicle_is_taken_through_all_states() {
         "   7.496 s  plan at its end, streaming the target velocity",
         "   8.500 s  stream ended",
     ];
-    assert_eq!(texts(&scene.events), expected);
+    assert_eq!(texts(&script.events), expected);
 }
 
 #[test]
 fn setpoints_come_at_50_hz_ahead_of_their_time_with_the_right_masks() {
-    let mut scene = Scene::new(WILLING, |_| ());
-    scene.run(12_000_000);
-    let level = scene.setpoints(82);
-    let velocity = scene.setpoints(84);
+    let mut script = ScriptedVehicle::new(WILLING, |_| ());
+    script.run(12_000_000);
+    let level = script.setpoints(82);
+    let velocity = script.setpoints(84);
     // t = 0 at 5.5 s; the end at 8.5 s.
     assert_eq!(velocity.len(), 151);
     assert_eq!((velocity[0].0, velocity[150].0), (5_496_000, 8_496_000));
@@ -50,9 +56,9 @@ fn setpoints_come_at_50_hz_ahead_of_their_time_with_the_right_masks() {
 
 #[test]
 fn feed_forward_sends_the_acceleration_with_its_mask() {
-    let mut scene = Scene::new(WILLING, |c| c.feed_forward = true);
-    scene.run(7_000_000);
-    let velocity = scene.setpoints(84);
+    let mut script = ScriptedVehicle::new(WILLING, |c| c.feed_forward = true);
+    script.run(7_000_000);
+    let velocity = script.setpoints(84);
     let Some(MavMessage::SET_POSITION_TARGET_LOCAL_NED(m)) = velocity[20].1.known() else { panic!() };
     assert_eq!(m.type_mask.bits(), 0x0C07);
     assert_eq!(m.afx, plan().acceleration_ned(0.4).x as f32);

@@ -1,49 +1,40 @@
-//! What a PX4 needs before it may be released, and what it would trip over.
+//! The states that a PX4 goes through beside those of every drop, and what it would trip over.
 //!
-//! Parameters are uploaded and looked at ([`crate::params::px4_required`] says which, and why). The estimator must have a velocity, and a
-//! PX4 must then be in HOLD for as long as its tilt limit takes from zero, before OFFBOARD is asked for: the limit stays where it is
-//! while an attitude is streamed, and is what the first velocity setpoints have to do with. The vehicle must show itself armed and in
-//! OFFBOARD before it is released, and the first velocity setpoint is held back while it believes to be on the ground: a PX4 that does
-//! would keep its rotors at zero thrust. Once the plan has begun nothing is taken back: a vehicle on the ground may have landed.
+//! Parameters are uploaded and looked at ([`crate::params::px4_required`] has which, and why). The estimator
+//! must have a velocity, and a PX4 must then be in HOLD for as long as its tilt limit takes from zero, before
+//! OFFBOARD is asked for: the limit stays where it is while an attitude is streamed, and is what the first
+//! velocity setpoints have to do with. The vehicle must show itself armed and in OFFBOARD before it is
+//! released, and the first velocity setpoint is held back while it believes to be on the ground: a PX4 that
+//! does would keep its rotors at zero thrust. Once the plan has begun nothing is taken back: a vehicle on the
+//! ground may have landed.
 
 use std::collections::BTreeMap;
 
 use mavlink::dialects::common::{MavCmd, MavMessage};
 
-use super::super::{TimeUs, microseconds};
-use super::parameters::{Exchange, Outcome};
+use super::event::StreamerEvent;
+use super::parameters::{Exchange, Outcome, TRIES};
 use super::request::{Progress, Request};
-use super::{StreamerEvent, StreamerSession, StreamerState};
+use super::{StreamerSession, StreamerState};
 use crate::autopilot::FlightMode;
 use crate::control::px4::timing::TILT_LIMIT_SLEW_RAD_S;
 use crate::params::Value;
-use crate::params::px4_required::{DropEnvelope, RULES, TILT_AIR, TILT_LND, TILT_SHUT, broken};
+use crate::params::px4_required::{RULES, TILT_AIR, TILT_LND, TILT_SHUT, broken};
+use crate::time::{TimeUs, microseconds};
 use crate::units::RAD_PER_DEG;
 
-/// The procedure of an autopilot that must not be trusted blindly.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Procedure {
-    /// What the rules depend on.
-    pub envelope: DropEnvelope,
-    /// Parameters that the vehicle is given before anything else.
-    pub upload: BTreeMap<String, Value>,
-}
-
-/// Bits of ESTIMATOR_STATUS.flags: attitude, horizontal velocity, vertical velocity.
-const NEEDED: [(u16, &str); 3] = [(1, "attitude"), (2, "horizontal velocity"), (4, "vertical velocity")];
-/// These must hold for so long: PX4 believes in a velocity after a probation.
+/// The estimator must have what is needed for so long [us]: PX4 believes in a velocity after a probation.
 const PROBATION_US: TimeUs = 1_000_000;
-/// An estimator that has not told anything for so long will not.
+/// An estimator that has not reported anything for so long will not [us].
 const MUTE_US: TimeUs = 10_000_000;
-/// A wait is told after this, and again after each such time.
+/// A wait is reported after this, and again after each such time [us].
 const REPORT_US: TimeUs = 5_000_000;
 /// The heartbeat that shows the armed vehicle may come so much later than the acknowledgement.
 const SHOWN_AFTER_US: TimeUs = 1_200_000;
-/// MAV_SYS_STATUS_PREARM_CHECK.
-const PREARM_CHECK: u32 = 0x1000_0000;
 /// Checks that have not passed after this are asked about: only a refusal explains them.
 const CHECKS_US: TimeUs = 10_000_000;
-/// How much longer than the tilt limit takes PX4 is left in HOLD [s]: it may have got there later than it seemed.
+/// How much longer than the tilt limit takes PX4 is left in HOLD [s]: it may have got there later than it
+/// seemed.
 const HOLD_MARGIN_S: f64 = 0.25;
 /// A vehicle that shows no such mode after this, though it has accepted it, is not in HOLD.
 const HOLD_SHOWN_US: TimeUs = 2_500_000;
@@ -54,53 +45,16 @@ const STEEPEST_DEG: f64 = 90.0;
 /// MAV_LANDED_STATE_ON_GROUND.
 const ON_GROUND: u8 = 1;
 
-/// What is known of the vehicle's readiness.
+/// How far the vehicle is on its way to be released.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Readiness {
-    exchange: Option<Exchange>,
-    /// Flags of ESTIMATOR_STATUS.
-    estimator: Option<u16>,
+    pub exchange: Option<Exchange>,
     aligned_since: Option<TimeUs>,
-    /// How long it must be in HOLD, on its clock; nothing where it has no tilt limit that must come up.
+    /// How long it must be in HOLD, on its clock [us]; 0 where it has no tilt limit that must come up.
     hold_us: TimeUs,
     held_since: Option<TimeUs>,
-    landed_state: Option<u8>,
-    /// Whether the checks before arming pass, as SYS_STATUS tells.
-    checks_pass: Option<bool>,
     reported_at: Option<TimeUs>,
     held_back: bool,
-}
-
-impl Readiness {
-    pub(super) fn exchange(&mut self) -> Option<&mut Exchange> {
-        self.exchange.as_mut()
-    }
-
-    pub(super) fn take_estimator(&mut self, flags: u16) {
-        self.estimator = Some(flags);
-    }
-
-    /// Takes what SYS_STATUS tells of sensors: there, in use, healthy.
-    pub(super) fn take_sensors(&mut self, present: u32, enabled: u32, healthy: u32) {
-        if present & enabled & PREARM_CHECK != 0 {
-            self.checks_pass = Some(healthy & PREARM_CHECK != 0);
-        }
-    }
-
-    /// What the estimator has told that it has not got.
-    fn lacking(&self) -> impl Iterator<Item = &'static str> + use<> {
-        let flags = self.estimator.unwrap_or(u16::MAX);
-        NEEDED.iter().filter(move |(bit, _)| flags & bit == 0).map(|(_, name)| *name)
-    }
-
-    /// What was told of the checks holds no more: it was for another mode.
-    pub(super) fn forget_checks(&mut self) {
-        self.checks_pass = None;
-    }
-
-    pub(super) fn take_landed_state(&mut self, landed_state: u8) {
-        self.landed_state = Some(landed_state);
-    }
 }
 
 impl StreamerSession {
@@ -129,8 +83,7 @@ impl StreamerSession {
         if let Some((name, wanted, has)) = outcome.refused.first() {
             let count = outcome.refused.len();
             return self.fail(format!(
-                "{count} parameters were not taken: {name} = {has} after PARAM_SET {wanted}, {} times",
-                super::parameters::TRIES
+                "{count} parameters were not taken: {name} = {has} after PARAM_SET {wanted}, {TRIES} times"
             ));
         }
         if outcome.values.is_empty() {
@@ -168,23 +121,24 @@ impl StreamerSession {
         }
     }
 
-    /// Waits until the estimator has what velocity setpoints need. Who has been released has no time for that.
+    /// Waits until the estimator has what velocity setpoints need; a vehicle that has been released has no
+    /// time for that.
     pub(super) fn align(&mut self) {
         let now = self.flight.now;
         if self.flight.released_at.is_some() {
             return self.enter(StreamerState::RequestingOffboard);
         }
         let since = self.flight.since;
-        let ready = &mut self.flight.readiness;
-        let lacking: Vec<&str> = match ready.estimator {
-            Some(_) => ready.lacking().collect(),
+        let (vehicle, ready) = (&self.flight.vehicle, &mut self.flight.readiness);
+        let lacking = match vehicle.estimator {
+            Some(_) => vehicle.lacking(),
             None if now >= since + self.config.autopilots_us(MUTE_US) => Vec::new(),
             None => vec!["ESTIMATOR_STATUS"],
         };
         if lacking.is_empty() {
             let aligned = *ready.aligned_since.get_or_insert(now);
             if now >= aligned + self.config.autopilots_us(PROBATION_US) {
-                let told = ready.estimator.is_some();
+                let told = vehicle.estimator.is_some();
                 self.report(StreamerEvent::Aligned { told });
                 self.begin_hold();
             }
@@ -193,26 +147,27 @@ impl StreamerSession {
         ready.aligned_since = None;
         if now >= ready.reported_at.unwrap_or(since) + REPORT_US {
             ready.reported_at = Some(now);
-            let said = self.said_since(now.saturating_sub(REPORT_US));
+            let said = vehicle.said_since(now.saturating_sub(REPORT_US));
             let lacking = lacking.join(", ");
             self.report(StreamerEvent::NotAligned { lacking, said });
         }
     }
 
-    /// HOLD comes before OFFBOARD where there is a tilt limit to come up, unless the vehicle flies in OFFBOARD already.
+    /// HOLD comes before OFFBOARD where there is a tilt limit to come up, unless the vehicle flies in
+    /// OFFBOARD already.
     fn begin_hold(&mut self) {
-        let flies = self.flight.shown.armed && self.flight.shown.offboard;
+        let flies = self.flight.vehicle.armed && self.flight.vehicle.offboard;
         let needless = self.flight.readiness.hold_us == 0 || flies;
         self.flight.readiness.held_since = None;
         self.enter(if needless { StreamerState::RequestingOffboard } else { StreamerState::Holding });
     }
 
-    /// Waits until PX4's tilt limit has come up, and asks for HOLD while that is not so; where the estimator is lost meanwhile, waits
-    /// for the estimator again. Who has been released has no time for that.
+    /// Waits in HOLD, and asks for it, until PX4's tilt limit has come up; where the estimator is lost
+    /// meanwhile, waits for the estimator again. A vehicle that has been released has no time for that.
     pub(super) fn hold(&mut self) {
         let (at, since) = (self.flight.now, self.flight.since);
         let hold_us = self.config.autopilots_us(self.flight.readiness.hold_us);
-        let lacking: Vec<&str> = self.flight.readiness.lacking().collect();
+        let lacking = self.flight.vehicle.lacking();
         if self.flight.released_at.is_some() {
             // An answer that is still to come would be taken for that to OFFBOARD.
             if !self.flight.request.as_ref().is_some_and(|request| request.is_under_way(at)) {
@@ -221,12 +176,12 @@ impl StreamerSession {
             }
         } else if !lacking.is_empty() {
             let lacking = lacking.join(", ");
-            let said = self.said_since(since);
+            let said = self.flight.vehicle.said_since(since);
             self.report(StreamerEvent::EstimateLost { lacking, said });
             self.flight.readiness.aligned_since = None;
             self.flight.readiness.reported_at = Some(at);
             self.enter(StreamerState::Aligning);
-        } else if self.flight.shown.controls {
+        } else if self.flight.vehicle.controls {
             let held_since = self.flight.readiness.held_since;
             if held_since.is_none() {
                 self.report(StreamerEvent::Holds { for_us: hold_us });
@@ -269,17 +224,18 @@ impl StreamerSession {
         }
     }
 
-    /// Whether arming must wait: PX4 refuses it until its checks pass, and in its first seconds without a word.
+    /// Whether arming must wait: PX4 refuses it until its checks pass, and in its first seconds without a
+    /// word.
     pub(super) fn awaits_checks(&mut self) -> bool {
         let (at, since) = (self.flight.now, self.flight.since);
-        let passed = self.flight.readiness.checks_pass == Some(true);
+        let passed = self.flight.vehicle.checks_pass == Some(true);
         let hurry = self.flight.released_at.is_some();
         if self.config.procedure.is_none() || self.flight.request.is_some() || passed || hurry {
             return false;
         }
         let waits = at < since + self.config.autopilots_us(CHECKS_US);
         if !waits {
-            let told = self.flight.readiness.checks_pass.is_some();
+            let told = self.flight.vehicle.checks_pass.is_some();
             self.report(StreamerEvent::ChecksNotPassed { told });
         }
         waits
@@ -290,12 +246,12 @@ impl StreamerSession {
         if self.config.procedure.is_none() {
             return true;
         }
-        if self.flight.shown_at < self.flight.armed_at + self.config.autopilots_us(SHOWN_AFTER_US) {
+        if self.flight.vehicle.shown_at < self.flight.armed_at + self.config.autopilots_us(SHOWN_AFTER_US) {
             return false;
         }
-        if !self.flight.shown.offboard {
+        if !self.flight.vehicle.offboard {
             self.enter(StreamerState::RequestingOffboard);
-        } else if !self.flight.shown.armed {
+        } else if !self.flight.vehicle.armed {
             self.enter(StreamerState::Arming);
         }
         self.flight.state == StreamerState::Hanging
@@ -303,9 +259,8 @@ impl StreamerSession {
 
     /// Whether velocity setpoints must wait, because the vehicle believes to be on the ground.
     pub(super) fn holds_back(&mut self) -> bool {
-        let ready = &mut self.flight.readiness;
-        let holds = self.config.procedure.is_some() && ready.landed_state == Some(ON_GROUND);
-        if holds && !std::mem::replace(&mut ready.held_back, true) {
+        let holds = self.config.procedure.is_some() && self.flight.vehicle.landed_state == Some(ON_GROUND);
+        if holds && !std::mem::replace(&mut self.flight.readiness.held_back, true) {
             self.report(StreamerEvent::HeldBack);
         }
         holds

@@ -4,16 +4,17 @@ use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, PI};
 
 use mavlink::dialects::common::*;
 
-use super::super::{CommandAck, TimeUs};
-use super::careful::{ALIGNED, Careful, FAIL, HELD, PASS, S};
-use super::scene::{Answers, WILLING};
+use super::scripted_px4::{ALIGNED, FAIL, HELD, PASS, S, ScriptedPx4};
+use super::scripted_vehicle::{Answers, WILLING};
 use super::*;
 use crate::autopilot::FlightMode;
+use crate::link::{CommandAck, TimeUs};
 
 const NOT_HELD: &str = "not long enough in HOLD: PX4's tilt limit is not up, and comes with 0.2 rad/s only";
 
-/// PX4's tilt limit goes by 0.2 rad/s from zero to MPC_TILTMAX_LND, or to MPC_TILTMAX_AIR where that is less; a quarter of a second more
-/// is for what the streamer does not see. A vehicle without the first, samara's own, is not held.
+/// PX4's tilt limit goes by 0.2 rad/s from zero to MPC_TILTMAX_LND, or to MPC_TILTMAX_AIR where that is less;
+/// a quarter of a second more is for what the streamer does not see. A vehicle without the first, samara's
+/// own, is not held.
 #[test]
 fn px4_is_left_in_hold_until_its_tilt_limit_is_up() {
     for (tilt_deg, comes_up_s) in [
@@ -22,7 +23,7 @@ fn px4_is_left_in_hold_until_its_tilt_limit_is_up() {
         (Some([89.0, 30.0]), Some(FRAC_PI_6 / 0.2)),
         (None, None),
     ] {
-        let mut careful = Careful::new(Some(ALIGNED), PASS, WILLING);
+        let mut careful = ScriptedPx4::new(Some(ALIGNED), PASS, WILLING);
         careful.tilt_deg = tilt_deg;
         careful.until(StreamerState::Aligning);
         let shut = "MPC_TILTMAX_LND = 12: the drop begins with no more tilt than that";
@@ -33,8 +34,8 @@ fn px4_is_left_in_hold_until_its_tilt_limit_is_up() {
         );
         careful.estimator = Some(ALIGNED);
         let mut held_us = 0;
-        while careful.scene.streamer.state() != StreamerState::RequestingOffboard {
-            held_us += TimeUs::from(careful.scene.streamer.state() == StreamerState::Holding) * 4_000;
+        while careful.script.streamer.state() != StreamerState::RequestingOffboard {
+            held_us += TimeUs::from(careful.script.streamer.state() == StreamerState::Holding) * 4_000;
             careful.step();
         }
         let expected_us = comes_up_s.map_or(0, |s: f64| (1e6 * (s + 0.25)) as TimeUs);
@@ -46,7 +47,7 @@ fn px4_is_left_in_hold_until_its_tilt_limit_is_up() {
 
 #[test]
 fn an_estimate_that_is_lost_in_hold_is_told_and_waited_for_again() {
-    let mut careful = Careful::new(Some(ALIGNED), PASS, WILLING);
+    let mut careful = ScriptedPx4::new(Some(ALIGNED), PASS, WILLING);
     careful.until(StreamerState::Holding);
     careful.run(3 * S);
     careful.told();
@@ -62,26 +63,26 @@ fn an_estimate_that_is_lost_in_hold_is_told_and_waited_for_again() {
 }
 
 /// How often the vehicle was asked for a mode of that main number.
-fn mode_requests(careful: &Careful, main: f32) -> usize {
-    let commands = careful.scene.sent.iter().filter_map(|(_, frame)| match frame.known() {
+fn mode_requests(careful: &ScriptedPx4, main: f32) -> usize {
+    let commands = careful.script.sent.iter().filter_map(|(_, frame)| match frame.known() {
         Some(MavMessage::COMMAND_LONG(m)) => Some(m),
         _ => None,
     });
     commands.filter(|m| m.command == MavCmd::MAV_CMD_DO_SET_MODE && m.param2 == main).count()
 }
 
-/// A vehicle in a mode of sticks is asked into HOLD, once. Where it does not go there the limit does not come up, and the drop is flown
-/// with what there is.
+/// A vehicle in a mode of sticks is asked into HOLD, once. Where it does not go there the limit does not come
+/// up, and the drop is flown with what there is.
 #[test]
 fn a_px4_that_is_not_in_hold_is_asked_into_it() {
     for goes in [true, false] {
-        let mut careful = Careful::new(Some(ALIGNED), PASS, WILLING);
-        careful.scene.mode_before = FlightMode::Stabilized;
+        let mut careful = ScriptedPx4::new(Some(ALIGNED), PASS, WILLING);
+        careful.script.mode_before = FlightMode::Stabilized;
         careful.until(StreamerState::Holding);
         careful.run(S);
         assert_eq!(mode_requests(&careful, 4.0), 1);
         if goes {
-            careful.scene.mode_before = FlightMode::AutoLoiter;
+            careful.script.mode_before = FlightMode::AutoLoiter;
         }
         careful.told();
         careful.until(StreamerState::RequestingOffboard);
@@ -95,8 +96,8 @@ fn a_px4_that_is_not_in_hold_is_asked_into_it() {
 #[test]
 fn hold_is_asked_for_three_times() {
     let deaf = Answers { offboard: None, ..WILLING };
-    let mut careful = Careful::new(Some(ALIGNED), PASS, deaf);
-    careful.scene.mode_before = FlightMode::Manual;
+    let mut careful = ScriptedPx4::new(Some(ALIGNED), PASS, deaf);
+    careful.script.mode_before = FlightMode::Manual;
     let at = careful.until(StreamerState::Holding);
     let waited = careful.until(StreamerState::RequestingOffboard) - at;
     assert!((3 * S..3 * S + 40_000).contains(&waited), "{waited} us");
@@ -107,17 +108,17 @@ fn hold_is_asked_for_three_times() {
 /// Time in another mode does not count: whoever takes the vehicle out of HOLD makes the wait begin again.
 #[test]
 fn regress_time_outside_hold_does_not_count() {
-    let mut careful = Careful::new(Some(ALIGNED), PASS, WILLING);
+    let mut careful = ScriptedPx4::new(Some(ALIGNED), PASS, WILLING);
     careful.until(StreamerState::Holding);
     careful.run(2 * S);
-    careful.scene.mode_before = FlightMode::Stabilized;
+    careful.script.mode_before = FlightMode::Stabilized;
     careful.run(3 * S / 2);
-    careful.scene.mode_before = FlightMode::AutoLoiter;
+    careful.script.mode_before = FlightMode::AutoLoiter;
     careful.told();
     while !careful.told().contains(&HELD.to_owned()) {
         careful.step();
     }
-    let at = careful.scene.now;
+    let at = careful.script.now;
     assert!(careful.until(StreamerState::RequestingOffboard) - at > 4 * S);
 }
 
@@ -125,17 +126,17 @@ fn regress_time_outside_hold_does_not_count() {
 #[test]
 fn only_a_vehicle_that_flies_in_offboard_is_not_held() {
     for armed in [true, false] {
-        let mut careful = Careful::new(Some(0), PASS, WILLING);
-        careful.scene.armed = armed;
-        careful.scene.mode_before = FlightMode::Offboard;
+        let mut careful = ScriptedPx4::new(Some(0), PASS, WILLING);
+        careful.script.armed = armed;
+        careful.script.mode_before = FlightMode::Offboard;
         careful.until(StreamerState::Aligning);
         careful.run(2 * S);
         careful.estimator = Some(ALIGNED);
         let next = if armed { StreamerState::RequestingOffboard } else { StreamerState::Holding };
-        while careful.scene.streamer.state() == StreamerState::Aligning {
+        while careful.script.streamer.state() == StreamerState::Aligning {
             careful.step();
         }
-        let reached = careful.scene.streamer.state();
+        let reached = careful.script.streamer.state();
         assert!(reached == next || armed && reached == StreamerState::Arming, "{armed}: {reached:?}");
     }
 }
@@ -143,12 +144,12 @@ fn only_a_vehicle_that_flies_in_offboard_is_not_held() {
 /// An answer to HOLD that is under way when the vehicle is released is not taken for one to OFFBOARD.
 #[test]
 fn regress_a_late_answer_to_hold_is_not_one_to_offboard() {
-    let mut careful = Careful::new(Some(ALIGNED), PASS, Answers { offboard: None, ..WILLING });
-    careful.scene.mode_before = FlightMode::Stabilized;
+    let mut careful = ScriptedPx4::new(Some(ALIGNED), PASS, Answers { offboard: None, ..WILLING });
+    careful.script.mode_before = FlightMode::Stabilized;
     careful.until(StreamerState::Holding);
     careful.run(20_000);
-    let at = careful.scene.now;
-    careful.scene.tell_release(at);
+    let at = careful.script.now;
+    careful.script.tell_release(at);
     careful.run(20_000);
     let ack = CommandAck {
         command: 176,
@@ -156,10 +157,10 @@ fn regress_a_late_answer_to_hold_is_not_one_to_offboard() {
         target_component: STREAMER_COMPONENT,
         ..Default::default()
     };
-    let bytes = careful.scene.vehicle.encode_command_ack(&ack);
-    careful.scene.hear(&bytes);
+    let bytes = careful.script.vehicle.encode_command_ack(&ack);
+    careful.script.hear(&bytes);
     careful.run(S / 2);
-    assert_eq!(careful.scene.streamer.state(), StreamerState::RequestingOffboard);
+    assert_eq!(careful.script.streamer.state(), StreamerState::RequestingOffboard);
     assert_eq!(mode_requests(&careful, 6.0), 1);
 }
 
@@ -167,28 +168,29 @@ fn regress_a_late_answer_to_hold_is_not_one_to_offboard() {
 #[test]
 fn prop_a_nonsensical_tilt_limit_is_no_endless_hold() {
     for tilt_deg in [1e30, f32::INFINITY, f32::NAN, -5.0, f32::MIN] {
-        let mut careful = Careful::new(Some(ALIGNED), PASS, WILLING);
+        let mut careful = ScriptedPx4::new(Some(ALIGNED), PASS, WILLING);
         careful.tilt_deg = Some([tilt_deg; 2]);
         assert!(careful.until(StreamerState::RequestingOffboard) < 15 * S, "{tilt_deg}");
     }
 }
 
-/// Who has been released already is armed as fast as it goes, whatever the estimator, the tilt limit and the checks.
+/// Who has been released already is armed as fast as it goes, whatever the estimator, the tilt limit and the
+/// checks.
 #[test]
 fn regress_a_vehicle_that_is_released_too_soon_is_not_held() {
     for (state, estimator) in [(StreamerState::Aligning, Some(0)), (StreamerState::Holding, Some(ALIGNED))] {
-        let mut careful = Careful::new(estimator, FAIL, WILLING);
+        let mut careful = ScriptedPx4::new(estimator, FAIL, WILLING);
         careful.until(state);
         careful.run(S / 2);
-        let at = careful.scene.now;
-        careful.scene.tell_release(at);
+        let at = careful.script.now;
+        careful.script.tell_release(at);
         // Its checks do not pass yet: the first tries are refused.
-        careful.scene.answers = Answers { arming: Some(1), ..WILLING };
+        careful.script.answers = Answers { arming: Some(1), ..WILLING };
         careful.run(S / 2);
         assert!((2..=3).contains(&careful.armings()), "{state:?}");
-        careful.scene.answers = WILLING;
+        careful.script.answers = WILLING;
         careful.run(S / 4);
-        let reached = careful.scene.streamer.state();
+        let reached = careful.script.streamer.state();
         assert!(matches!(reached, StreamerState::Falling | StreamerState::Tracking), "{reached:?}");
     }
 }
@@ -196,8 +198,8 @@ fn regress_a_vehicle_that_is_released_too_soon_is_not_held() {
 /// A release that the streamer commands later than it was to says so.
 #[test]
 fn a_release_that_comes_late_is_told() {
-    let mut careful = Careful::new(Some(ALIGNED), PASS, WILLING);
-    careful.scene.streamer.config.hang_s = 5.0;
+    let mut careful = ScriptedPx4::new(Some(ALIGNED), PASS, WILLING);
+    careful.script.streamer.config.hang_s = 5.0;
     let at = careful.until(StreamerState::Releasing);
     let late = format!("the release comes {:.1} s after hang_s", at as f64 * 1e-6 - 5.0);
     assert!(careful.told().contains(&late), "{late}");

@@ -1,35 +1,33 @@
-//! The streamer's states and what leads from one to the next.
+//! The states of a drop and what leads from one to the next: the stream, OFFBOARD, arming, the release, the
+//! plan.
 
-use mavlink::dialects::common::{COMMAND_LONG_DATA, MavCmd, MavMessage};
+use mavlink::MessageData as _;
+use mavlink::dialects::common::*;
 
-use super::super::parachute::PARACHUTE_COMPONENT;
-use super::super::{TimeUs, microseconds, seconds};
+use super::config::{Clock, StreamerConfig};
+use super::event::StreamerEvent;
 use super::request::{Progress, Request, result_name};
-use super::{
-    Clock, FIRST_REPORT, HEARTBEAT_PERIOD_US, StreamerConfig, StreamerEvent, StreamerSession, StreamerState,
-};
+use super::{StreamerSession, StreamerState};
 use crate::autopilot::FlightMode;
+use crate::link::parachute::PARACHUTE_COMPONENT;
+use crate::time::{TimeUs, microseconds, seconds};
 
-/// Ids of messages that are asked for.
-pub(super) const SYS_STATUS: u16 = 1;
-const ATTITUDE: u16 = 30;
-pub(super) const AUTOPILOT_VERSION: u16 = 148;
-pub(super) const ESTIMATOR_STATUS: u16 = 230;
-pub(super) const EXTENDED_SYS_STATE: u16 = 245;
 /// Setpoints must have run for this long before OFFBOARD is asked for.
 const STREAM_FIRST_US: TimeUs = 500_000;
-/// A release that comes so much later than it was to is told.
+/// A release that comes so much later than it was to is reported.
 const LATE_US: TimeUs = 100_000;
 /// How long after the acknowledgement the instant of the release is waited for.
 const T_RELEASE_PATIENCE_US: TimeUs = 1_000_000;
 
 impl StreamerSession {
+    /// Enters a state; what was under way in the one before is dropped.
     pub(super) fn enter(&mut self, state: StreamerState) {
         self.flight.state = state;
         self.flight.since = self.flight.now;
         self.flight.request = None;
     }
 
+    /// Gives up.
     pub(super) fn fail(&mut self, reason: String) {
         self.enter(StreamerState::Failed);
         self.flight.failure = Some(reason.clone());
@@ -46,47 +44,24 @@ impl StreamerSession {
         }
     }
 
-    /// The parachute has told the end of the simulation. Who waits for a vehicle waits for the next one.
+    /// The simulation has ended, by the parachute; a streamer that waits for a vehicle waits for the next
+    /// one.
     pub(super) fn note_end(&mut self, at: TimeUs) {
         if !self.is_over() && self.flight.state != StreamerState::WaitingForVehicle {
             self.end(&format!("the simulation ended at {:.3} s", seconds(at)));
         }
     }
 
-    pub(super) fn send(&mut self, message: &MavMessage) {
-        let bytes = self.encoder.encode(message);
-        self.outbox.push_back(bytes);
-    }
-
-    /// The vehicle's clock has come to `now`.
-    pub(super) fn tick(&mut self, now: TimeUs) {
-        self.flight.now = now;
-        if self.config.clock == Clock::Vehicle || self.flight.heartbeat_heard {
-            self.next_report = FIRST_REPORT;
-        }
-        self.longest_pause = self.longest_pause.max(std::mem::take(&mut self.silence));
-        // A state may be left in the tick in which it was entered; there are few of them.
-        while self.step_state() {}
-        if self.is_over() || self.flight.state == StreamerState::WaitingForVehicle {
-            return;
-        }
-        if now >= self.flight.next_heartbeat {
-            self.flight.next_heartbeat = now - now % HEARTBEAT_PERIOD_US + HEARTBEAT_PERIOD_US;
-            self.send_heartbeat();
-        }
-        self.stream(now);
-    }
-
     /// One transition of the state machine; whether there was one.
-    fn step_state(&mut self) -> bool {
+    pub(super) fn step_state(&mut self) -> bool {
         let now = self.flight.now;
         let before = self.flight.state;
         match before {
             StreamerState::WaitingForVehicle => self.wait_for_vehicle(),
             StreamerState::Parameters => self.exchange_parameters(),
             StreamerState::Streaming if now >= self.flight.since + STREAM_FIRST_US => {
-                let careful = self.config.procedure.is_some();
-                self.enter(if careful { StreamerState::Aligning } else { StreamerState::RequestingOffboard });
+                let is_px4 = self.config.procedure.is_some();
+                self.enter(if is_px4 { StreamerState::Aligning } else { StreamerState::RequestingOffboard });
             }
             StreamerState::Aligning => self.align(),
             StreamerState::Holding => self.hold(),
@@ -97,7 +72,8 @@ impl StreamerSession {
                     Request::to_autopilot(c.vehicle_system, command, px4_offboard, "OFFBOARD", c.attempts)
                 }) {
                     self.report(StreamerEvent::Offboard);
-                    self.flight.readiness.forget_checks();
+                    // They were for another mode.
+                    self.flight.vehicle.checks_pass = None;
                     self.enter(StreamerState::Arming);
                 }
             }
@@ -125,32 +101,32 @@ impl StreamerSession {
     }
 
     fn wait_for_vehicle(&mut self) {
-        if !self.flight.heartbeat_heard {
+        if !self.flight.vehicle.heartbeat_heard {
             return;
         }
         let system_id = self.config.vehicle_system;
         self.report(StreamerEvent::VehicleHeard { system_id });
         if self.config.clock == Clock::Vehicle {
             // As fine as the control loop.
-            self.wish_for(ATTITUDE, self.config.lead_us.max(1_000));
+            self.wish_for(ATTITUDE_DATA::ID, self.config.lead_us.max(1_000));
         }
         if self.config.procedure.is_none() {
             return self.enter(StreamerState::Streaming);
         }
-        self.wish(MavCmd::MAV_CMD_REQUEST_MESSAGE, [f32::from(AUTOPILOT_VERSION), 0.0, 0.0]);
-        self.wish_for(SYS_STATUS, 100_000);
-        self.wish_for(ESTIMATOR_STATUS, 100_000);
-        self.wish_for(EXTENDED_SYS_STATE, 20_000);
+        self.wish(MavCmd::MAV_CMD_REQUEST_MESSAGE, [AUTOPILOT_VERSION_DATA::ID as f32, 0.0, 0.0]);
+        self.wish_for(SYS_STATUS_DATA::ID, 100_000);
+        self.wish_for(ESTIMATOR_STATUS_DATA::ID, 100_000);
+        self.wish_for(EXTENDED_SYS_STATE_DATA::ID, 20_000);
         self.enter(StreamerState::Parameters);
     }
 
-    /// Asks for a message again and again.
-    fn wish_for(&mut self, message_id: u16, interval_us: TimeUs) {
-        let interval = [f32::from(message_id), interval_us as f32, 0.0];
+    /// Asks for a message at an interval.
+    fn wish_for(&mut self, message_id: u32, interval_us: TimeUs) {
+        let interval = [message_id as f32, interval_us as f32, 0.0];
         self.wish(MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL, interval);
     }
 
-    /// A command of which it does not matter what becomes of it.
+    /// Sends the autopilot a command whose answer does not matter.
     fn wish(&mut self, command: MavCmd, params: [f32; 3]) {
         let system_id = self.config.vehicle_system;
         if let Progress::Send(m) =
@@ -173,7 +149,7 @@ impl StreamerSession {
             Progress::Accepted => return true,
             Progress::Send(message) => self.send(&MavMessage::COMMAND_LONG(message)),
             Progress::Again(result) | Progress::GaveUp(result) => {
-                let said = self.said_since(sent_at.unwrap_or(0));
+                let said = self.flight.vehicle.said_since(sent_at.unwrap_or(0));
                 match result {
                     Some(result) => {
                         let result = result_name(result);
@@ -235,6 +211,7 @@ impl StreamerSession {
         }
     }
 
+    /// The release and its instant are known, from the parachute or by its acknowledgement.
     pub(super) fn note_release(&mut self, released_at: TimeUs, told: bool) {
         if self.flight.released_at.is_none() {
             self.flight.released_at = Some(released_at);
@@ -250,7 +227,7 @@ impl StreamerSession {
             StreamerState::Done
         } else if ahead < start || self.flight.state == StreamerState::Falling && self.holds_back() {
             StreamerState::Falling
-        } else if ahead < start + microseconds(self.trajectory.end_s()) {
+        } else if ahead < start + microseconds(self.setpoints.trajectory.end_s()) {
             StreamerState::Tracking
         } else {
             StreamerState::Target

@@ -1,16 +1,17 @@
-//! The streamer's waits for a PX4 to be ready: estimator (ESTIMATOR_STATUS) and checks before arming (SYS_STATUS) that are never
-//! told, do not hold, hold late, or hold and are lost again. The spans are those of `procedure.rs`, in steps of 4 ms.
+//! The streamer's waits for a PX4 to be ready: estimator (ESTIMATOR_STATUS) and checks before arming
+//! (SYS_STATUS) that are never reported, do not hold, hold late, or hold and are lost again. The spans are
+//! those of `px4_states.rs`, in steps of 4 ms.
 
 use mavlink::dialects::common::*;
 
-use super::super::Encoder;
-use super::careful::{ALIGNED, Careful, FAIL, HELD, PASS, PREARM_CHECK, S};
-use super::scene::{Answers, Scene, WILLING, texts};
+use super::scripted_px4::{ALIGNED, FAIL, HELD, PASS, PREARM_CHECK, S, ScriptedPx4};
+use super::scripted_vehicle::{Answers, ScriptedVehicle, WILLING, texts};
 use super::*;
+use crate::link::Encoder;
 
 /// A vehicle whose estimator is ready, in OFFBOARD, about to be armed.
-fn about_to_arm(sensors: Option<[u32; 3]>) -> Careful {
-    let mut careful = Careful::new(Some(ALIGNED), sensors, WILLING);
+fn about_to_arm(sensors: Option<[u32; 3]>) -> ScriptedPx4 {
+    let mut careful = ScriptedPx4::new(Some(ALIGNED), sensors, WILLING);
     careful.until(StreamerState::Arming);
     careful.told();
     careful
@@ -20,9 +21,9 @@ fn about_to_arm(sensors: Option<[u32; 3]>) -> Careful {
 fn checks_that_pass_are_waited_for_and_no_longer() {
     let mut careful = about_to_arm(FAIL);
     careful.run(7 * S);
-    assert_eq!((careful.scene.streamer.state(), careful.armings()), (StreamerState::Arming, 0));
+    assert_eq!((careful.script.streamer.state(), careful.armings()), (StreamerState::Arming, 0));
     careful.sensors = PASS;
-    let at = careful.scene.now;
+    let at = careful.script.now;
     // The next SYS_STATUS, the next step, its answer.
     assert!(careful.until(StreamerState::Hanging) <= at + 108_000);
     assert_eq!((careful.told(), careful.armings()), (vec!["armed".to_owned()], 1));
@@ -31,16 +32,16 @@ fn checks_that_pass_are_waited_for_and_no_longer() {
 /// What passed before OFFBOARD was the checks of another mode.
 #[test]
 fn what_was_told_before_offboard_does_not_count() {
-    let mut careful = Careful::new(Some(ALIGNED), PASS, WILLING);
+    let mut careful = ScriptedPx4::new(Some(ALIGNED), PASS, WILLING);
     careful.until(StreamerState::RequestingOffboard);
     careful.sensors = None;
     careful.until(StreamerState::Arming);
     careful.run(5 * S);
-    assert_eq!((careful.scene.streamer.state(), careful.armings()), (StreamerState::Arming, 0));
+    assert_eq!((careful.script.streamer.state(), careful.armings()), (StreamerState::Arming, 0));
 }
 
-/// After ten seconds arming is asked for all the same: only a refusal says what is wrong. The words tell silence from checks that
-/// do not pass, and come once. Checks that are not there or not in use are none.
+/// After ten seconds arming is asked for all the same: only a refusal says what is wrong. The words tell
+/// silence from checks that do not pass, and come once. Checks that are not there or not in use are none.
 #[test]
 fn checks_that_do_not_pass_are_asked_about_after_ten_seconds() {
     const SILENT: &str = "the vehicle tells nothing of its checks before arming (SYS_STATUS); going on";
@@ -54,12 +55,12 @@ fn checks_that_do_not_pass_are_asked_about_after_ten_seconds() {
         (Some([u32::MAX, u32::MAX, !PREARM_CHECK]), FAILING),
     ] {
         let mut careful = about_to_arm(sensors);
-        let since = careful.scene.now;
-        careful.scene.answers = Answers { arming: Some(1), text: "Preflight Fail: no fix", ..WILLING };
+        let since = careful.script.now;
+        careful.script.answers = Answers { arming: Some(1), text: "Preflight Fail: no fix", ..WILLING };
         while careful.armings() == 0 {
             careful.step();
         }
-        let waited = careful.scene.now - since;
+        let waited = careful.script.now - since;
         assert!((10 * S..10 * S + 8_000).contains(&waited), "{sensors:?}: {waited} us");
         careful.until(StreamerState::Failed);
         let told = careful.told();
@@ -78,14 +79,14 @@ fn checks_that_do_not_pass_are_asked_about_after_ten_seconds() {
 #[test]
 fn checks_lost_between_two_tries_do_not_hold_the_next_one_up() {
     let mut careful = about_to_arm(PASS);
-    careful.scene.answers = Answers { arming: Some(1), ..WILLING };
+    careful.script.answers = Answers { arming: Some(1), ..WILLING };
     while careful.armings() == 0 {
         careful.step();
     }
     careful.sensors = FAIL;
     careful.run(3 * S / 2);
     assert_eq!(careful.armings(), 2);
-    careful.scene.answers = WILLING;
+    careful.script.answers = WILLING;
     careful.until(StreamerState::Hanging);
     assert!(!careful.told().iter().any(|text| text.contains("SYS_STATUS")));
 }
@@ -98,7 +99,7 @@ fn checks_lost_under_the_canopy_are_waited_for_anew() {
     careful.run(2 * S);
     careful.told();
     careful.sensors = FAIL;
-    careful.scene.armed = false;
+    careful.script.armed = false;
     careful.run(S);
     assert!(careful.told().contains(&"the vehicle is no longer armed".to_owned()));
     // It hangs until its release is due, and the release waits for it.
@@ -106,7 +107,7 @@ fn checks_lost_under_the_canopy_are_waited_for_anew() {
     careful.until(StreamerState::Arming);
     assert_eq!(careful.armings(), 1);
     careful.run(5 * S);
-    assert_eq!((careful.scene.streamer.state(), careful.armings()), (StreamerState::Arming, 1));
+    assert_eq!((careful.script.streamer.state(), careful.armings()), (StreamerState::Arming, 1));
     careful.sensors = PASS;
     careful.until(StreamerState::Hanging);
     careful.until(StreamerState::Releasing);
@@ -116,39 +117,40 @@ fn checks_lost_under_the_canopy_are_waited_for_anew() {
 /// Without a procedure nothing is waited for.
 #[test]
 fn a_streamer_without_a_procedure_asks_at_once() {
-    let mut scene = Scene::new(WILLING, |_| ());
-    scene.run(S);
-    assert_eq!(scene.streamer.state(), StreamerState::Hanging);
+    let mut script = ScriptedVehicle::new(WILLING, |_| ());
+    script.run(S);
+    assert_eq!(script.streamer.state(), StreamerState::Hanging);
 }
 
 /// Ready for a second on end; what is lost in it begins it anew.
 #[test]
 fn an_estimator_must_hold_for_a_second() {
-    let mut careful = Careful::new(Some(0), PASS, WILLING);
+    let mut careful = ScriptedPx4::new(Some(0), PASS, WILLING);
     careful.until(StreamerState::Aligning);
     careful.estimator = Some(ALIGNED);
     careful.run(900_000);
     careful.estimator = Some(1);
     careful.run(200_000);
-    assert_eq!(careful.scene.streamer.state(), StreamerState::Aligning, "it was lost again");
+    assert_eq!(careful.script.streamer.state(), StreamerState::Aligning, "it was lost again");
     careful.told();
     careful.estimator = Some(ALIGNED);
-    let at = careful.scene.now;
+    let at = careful.script.now;
     let waited = careful.until(StreamerState::Holding) - at;
     assert!((S..S + 108_000).contains(&waited), "{waited} us");
     assert_eq!(careful.told(), ["the estimator has attitude and velocity", HELD]);
 }
 
-/// What is lacking is named every five seconds, with the vehicle's words; it is waited for as long as it takes.
+/// What is lacking is named every five seconds, with the vehicle's words; it is waited for as long as it
+/// takes.
 #[test]
 fn what_an_estimator_lacks_is_named() {
-    let mut careful = Careful::new(Some(1), PASS, WILLING);
+    let mut careful = ScriptedPx4::new(Some(1), PASS, WILLING);
     let since = careful.until(StreamerState::Aligning);
     careful.told();
     careful.run(2 * S);
     let text = STATUSTEXT_DATA { text: "EKF waiting".into(), ..Default::default() };
-    careful.scene.vehicle_says(&MavMessage::STATUSTEXT(text));
-    careful.run(since + 16 * S - careful.scene.now);
+    careful.script.vehicle_says(&MavMessage::STATUSTEXT(text));
+    careful.run(since + 16 * S - careful.script.now);
     careful.estimator = Some(3);
     careful.run(5 * S);
     let waiting = "waiting for the estimator: no";
@@ -164,10 +166,11 @@ fn what_an_estimator_lacks_is_named() {
     );
 }
 
-/// An autopilot that does not know the message is not waited for: ten seconds, and the second that everybody is given.
+/// An autopilot that does not know the message is not waited for: ten seconds, and the second that everybody
+/// is given.
 #[test]
 fn an_estimator_that_tells_nothing_is_believed() {
-    let mut careful = Careful::new(None, PASS, WILLING);
+    let mut careful = ScriptedPx4::new(None, PASS, WILLING);
     let since = careful.until(StreamerState::Aligning);
     careful.told();
     let waited = careful.until(StreamerState::Holding) - since;
@@ -185,10 +188,10 @@ fn an_estimator_that_tells_nothing_is_believed() {
 /// Who says nothing of its parameters cannot be judged, and is not released.
 #[test]
 fn a_vehicle_without_parameters_is_given_up() {
-    let mut scene = Scene::new(WILLING, |c| c.procedure = Some(Procedure::default()));
-    scene.run(5 * S);
-    let told = texts(&scene.events);
-    assert_eq!(scene.streamer.state(), StreamerState::Failed);
+    let mut script = ScriptedVehicle::new(WILLING, |c| c.procedure = Some(Procedure::default()));
+    script.run(5 * S);
+    let told = texts(&script.events);
+    assert_eq!(script.streamer.state(), StreamerState::Failed);
     let words = "gave up: no PARAM_VALUE has come: the vehicle's parameters are not known";
     assert!(told.last().unwrap().ends_with(words), "{told:#?}");
 }
@@ -206,8 +209,8 @@ fn others_words_on_checks_are_not_the_autopilots() {
     });
     for (system, component) in [(2, 1), (1, 154)] {
         let bytes = Encoder::new(system, component).encode(&status);
-        careful.scene.hear(&bytes);
+        careful.script.hear(&bytes);
     }
     careful.run(5 * S);
-    assert_eq!((careful.scene.streamer.state(), careful.armings()), (StreamerState::Arming, 0));
+    assert_eq!((careful.script.streamer.state(), careful.armings()), (StreamerState::Arming, 0));
 }

@@ -3,10 +3,10 @@
 use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
-use super::super::{CommandAck, Decoder, Encoder, Frame, Link, Session, TimeUs};
 use super::*;
 use crate::autopilot::FlightMode;
 use crate::frames::LEVEL;
+use crate::link::{CommandAck, Decoder, Encoder, Frame, Link, Session, TimeUs};
 use crate::trajectory::Node;
 
 /// A plan from 3 m/s down to 1 m/s north in 2 s.
@@ -35,7 +35,7 @@ pub(super) struct Answers {
 pub(super) const WILLING: Answers =
     Answers { offboard: Some(0), arming: Some(0), release: Some(0), tells_release: true, text: "" };
 
-pub(super) struct Scene {
+pub(super) struct ScriptedVehicle {
     pub(super) streamer: StreamerSession,
     pub(super) vehicle: Encoder,
     pub(super) parachute: Encoder,
@@ -50,7 +50,7 @@ pub(super) struct Scene {
     pub(super) events: Vec<Timed<StreamerEvent>>,
 }
 
-impl Scene {
+impl ScriptedVehicle {
     pub(super) fn new(answers: Answers, change: impl FnOnce(&mut StreamerConfig)) -> Self {
         let mut config = StreamerConfig {
             hang_s: 5.0,

@@ -1,12 +1,12 @@
-//! A careful streamer and the PX4 that it waits for, for tests.
+//! A streamer with a procedure and the PX4 that it waits for, scripted.
 
 use mavlink::dialects::common::*;
 
-use super::super::TimeUs;
-use super::scene::{Answers, Scene, texts};
+use super::scripted_vehicle::{Answers, ScriptedVehicle, texts};
 use super::*;
 use crate::params::Value;
 use crate::params::px4_required::{RULES, TILT_AIR};
+use crate::time::TimeUs;
 
 /// Bits of ESTIMATOR_STATUS.flags.
 pub(super) const ALIGNED: u16 = 7;
@@ -15,9 +15,10 @@ pub(super) const S: TimeUs = 1_000_000;
 /// For a tilt limit of 45 deg: 45 deg/(0.2 rad/s) + 0.25 s.
 pub(super) const HELD: &str = "left in HOLD for 4.18 s: PX4's tilt limit comes up there";
 
-/// A careful streamer and a vehicle with fit parameters. Nobody tells of estimator or checks but who is said to.
-pub(super) struct Careful {
-    pub(super) scene: Scene,
+/// A streamer with a procedure and a vehicle with fit parameters. Estimator and checks are reported only as
+/// told here.
+pub(super) struct ScriptedPx4 {
+    pub(super) script: ScriptedVehicle,
     pub(super) answered: usize,
     /// Flags of ESTIMATOR_STATUS, told every 0.1 s.
     pub(super) estimator: Option<u16>,
@@ -27,37 +28,37 @@ pub(super) struct Careful {
     pub(super) tilt_deg: Option<[f32; 2]>,
 }
 
-impl Careful {
+impl ScriptedPx4 {
     pub(super) fn new(estimator: Option<u16>, sensors: Option<[u32; 3]>, answers: Answers) -> Self {
-        let scene = Scene::new(answers, |c| {
+        let script = ScriptedVehicle::new(answers, |c| {
             c.procedure = Some(Procedure::default());
             c.hang_s = 60.0;
         });
-        Self { scene, answered: 0, estimator, sensors, tilt_deg: Some([45.0; 2]) }
+        Self { script, answered: 0, estimator, sensors, tilt_deg: Some([45.0; 2]) }
     }
 
     /// Until `state` is reached; the time of that.
     pub(super) fn until(&mut self, state: StreamerState) -> TimeUs {
-        while self.scene.streamer.state() != state {
-            assert!(self.scene.now < 100 * S, "never {state:?}: {:#?}", texts(&self.scene.events));
+        while self.script.streamer.state() != state {
+            assert!(self.script.now < 100 * S, "never {state:?}: {:#?}", texts(&self.script.events));
             self.step();
         }
-        self.scene.now
+        self.script.now
     }
 
     pub(super) fn run(&mut self, span: TimeUs) {
-        let until = self.scene.now + span;
-        while self.scene.now < until {
+        let until = self.script.now + span;
+        while self.script.now < until {
             self.step();
         }
     }
 
     pub(super) fn step(&mut self) {
-        if self.scene.now.is_multiple_of(100_000) {
+        if self.script.now.is_multiple_of(100_000) {
             self.tell();
         }
-        self.scene.run(self.scene.now + 4_000);
-        while let Some((_, frame)) = self.scene.sent.get(self.answered) {
+        self.script.run(self.script.now + 4_000);
+        while let Some((_, frame)) = self.script.sent.get(self.answered) {
             self.answered += 1;
             if let Some(MavMessage::PARAM_REQUEST_READ(m)) = frame.known() {
                 let (param_id, name) = (m.param_id, m.param_id.to_str().unwrap());
@@ -76,7 +77,7 @@ impl Careful {
                     Some(None) => (1.0, MavParamType::MAV_PARAM_TYPE_REAL32),
                 };
                 let value = PARAM_VALUE_DATA { param_id, param_value, param_type, ..Default::default() };
-                self.scene.vehicle_says(&MavMessage::PARAM_VALUE(value));
+                self.script.vehicle_says(&MavMessage::PARAM_VALUE(value));
             }
         }
     }
@@ -85,11 +86,11 @@ impl Careful {
         if let Some(flags) = self.estimator {
             let flags = EstimatorStatusFlags::from_bits_retain(flags);
             let status = ESTIMATOR_STATUS_DATA { flags, ..Default::default() };
-            self.scene.vehicle_says(&MavMessage::ESTIMATOR_STATUS(status));
+            self.script.vehicle_says(&MavMessage::ESTIMATOR_STATUS(status));
         }
         if let Some(sensors) = self.sensors {
             let [present, enabled, health] = sensors.map(MavSysStatusSensor::from_bits_retain);
-            self.scene.vehicle_says(&MavMessage::SYS_STATUS(SYS_STATUS_DATA {
+            self.script.vehicle_says(&MavMessage::SYS_STATUS(SYS_STATUS_DATA {
                 onboard_control_sensors_present: present,
                 onboard_control_sensors_enabled: enabled,
                 onboard_control_sensors_health: health,
@@ -100,13 +101,13 @@ impl Careful {
 
     /// What was told since the last time it was asked, without the simulated times.
     pub(super) fn told(&mut self) -> Vec<String> {
-        let told = texts(&std::mem::take(&mut self.scene.events));
+        let told = texts(&std::mem::take(&mut self.script.events));
         told.iter().map(|text| text.split_once(" s  ").unwrap().1.to_owned()).collect()
     }
 
     /// How often arming has been asked for.
     pub(super) fn armings(&self) -> usize {
-        self.scene.sent.iter().filter_map(|(_, f)| f.command()).filter(|c| c.command == 400).count()
+        self.script.sent.iter().filter_map(|(_, f)| f.command()).filter(|c| c.command == 400).count()
     }
 }
 
