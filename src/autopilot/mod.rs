@@ -13,6 +13,7 @@
 //! | `alignment` | whether the estimate is good enough, and how that is reported |
 //! | [`failsafe`], `guard` | when the autopilot acts on its own, and how |
 //! | [`fence`] | areas to stay in and to keep out of |
+//! | [`flight_log`] | what the autopilot knew and commanded, as ULog |
 //! | [`missions`] | missions, fences and rally points as they are kept |
 //! | [`settings`] | what all that goes by |
 //! | [`flight`] | the control step: from setpoint and state to throttles |
@@ -39,6 +40,7 @@ pub mod event;
 pub mod failsafe;
 pub mod fence;
 pub mod flight;
+pub mod flight_log;
 mod guard;
 pub mod land_detector;
 pub mod missions;

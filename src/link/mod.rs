@@ -12,7 +12,6 @@
 //! | [`peer`] | who is at the other end of a link |
 //! | [`froude`] | PX4 under another gravity: the wire's scale |
 //! | [`tlog`] | the record of what went over the wire |
-//! | [`flight_log`] | what the autopilot knew and commanded, as ULog |
 //! | [`parachute`] | the parachute component: release by command |
 //! | [`hil`] | the simulator's side of PX4's HIL link: lockstep, sensors as messages |
 //! | [`streamer`] | the offboard streamer: arms, releases, streams the plan |
@@ -27,7 +26,6 @@ pub mod autopilot;
 pub mod decoder;
 pub mod encoder;
 pub mod faults;
-pub mod flight_log;
 pub mod frame;
 pub mod froude;
 pub mod hil;
@@ -54,7 +52,6 @@ pub use autopilot::{AutopilotSession, AutopilotSetup};
 pub use decoder::Decoder;
 pub use encoder::Encoder;
 pub use faults::Faults;
-pub use flight_log::{FlightLog, LogEntry};
 pub use frame::{Command, CommandAck, Frame, Message, Payload, SetMode};
 pub use froude::Froude;
 pub use hil::{HilConfig, HilEvent, HilSession, Pace, Silence};
@@ -66,4 +63,5 @@ pub use session::{Link, Session, Transmit};
 pub use streamer::{StreamerConfig, StreamerEvent, StreamerSession};
 pub use tlog::Tlog;
 
+pub use crate::autopilot::flight_log::{FlightLog, LogEntry};
 pub use crate::time::{TimeUs, Timed, microseconds, seconds};

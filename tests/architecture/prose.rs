@@ -17,7 +17,7 @@ const ROOMS: &[&str] = &[
     "src/link/decoder.rs",
     "src/link/encoder.rs",
     "src/link/faults.rs",
-    "src/link/flight_log",
+    "src/autopilot/flight_log",
     "src/link/frame.rs",
     "src/link/froude.rs",
     "src/link/hil",

@@ -3,7 +3,7 @@
 use mavlink::dialects::common::*;
 
 use super::outbox::Peer;
-use crate::link::TimeUs;
+use crate::time::TimeUs;
 
 /// Services, and before the simulator's time HEARTBEATs, go on at least this often [us].
 const SERVICE_PERIOD_US: TimeUs = 100_000;

@@ -22,9 +22,9 @@ use nalgebra::Vector3;
 use super::outcome::{Outcome, whole};
 use super::vehicle::Vehicle;
 use crate::autopilot::{FlightMode, Severity, YawSetpoint};
-use crate::link::TimeUs;
 use crate::link::frame::Command;
 use crate::model::environment::GeoPoint;
+use crate::time::TimeUs;
 
 /// `MAV_FRAME`s whose altitudes count from home.
 const RELATIVE_FRAMES: [u8; 2] = [3, 6];

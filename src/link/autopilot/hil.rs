@@ -13,9 +13,9 @@ use nalgebra::Vector3;
 
 use crate::control::Measurement;
 use crate::frames::{Quaternion, normalized, rotate_ned_from_body};
-use crate::link::TimeUs;
 use crate::model::Environment;
 use crate::model::environment::GeoPoint;
+use crate::time::TimeUs;
 
 /// A state older than this is no state to fly by [us].
 pub(super) const STATE_LIFETIME_US: TimeUs = 100_000;

@@ -7,10 +7,10 @@ use nalgebra::Vector3;
 
 use super::hil::{VehicleState, vector};
 use super::vehicle::Vehicle;
+use crate::autopilot::flight_log::{LogEntry, Pose, SatelliteFix, Sensors, StepRecord};
 use crate::frames::rotate_ned_from_body;
-use crate::link::TimeUs;
-use crate::link::flight_log::{LogEntry, Pose, SatelliteFix, Sensors, StepRecord};
 use crate::model::environment::GeoPoint;
+use crate::time::TimeUs;
 
 /// Entries of a flight's log that wait to be fetched; before simulated time runs there is no flight. Bounded:
 /// when nobody fetches, the oldest go, and a gap stands for them.

@@ -56,11 +56,13 @@ use self::telemetry::Telemetry;
 use self::vehicle::{Facts, Vehicle};
 use crate::autopilot::Autopilot;
 use crate::autopilot::estimator::{Estimator, EstimatorSettings};
+use crate::autopilot::flight_log::LogEntry;
 use crate::autopilot::parameters::Parameters;
 use crate::control::{ControlSettings, Controller};
-use crate::link::{Frame, Link, LogEntry, Session, TimeUs, Transmit};
+use crate::link::{Frame, Link, Session, Transmit};
 use crate::model::{Environment, PerRotor};
 use crate::params::ParameterFile;
+use crate::time::TimeUs;
 
 pub use crate::params::file::AUTOPILOT_COMPONENT;
 

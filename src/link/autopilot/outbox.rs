@@ -7,10 +7,12 @@ use mavlink::Message as _;
 use mavlink::dialects::common::{MavMessage, MavSeverity};
 
 use super::logging::LogQueue;
+use crate::autopilot::flight_log::LogEntry;
 use crate::autopilot::{Event, Severity};
 use crate::link::statustext::TextWriter;
-use crate::link::{CommandAck, Encoder, Frame, Link, LogEntry, PeerId, Recipient, TimeUs, Transmit};
+use crate::link::{CommandAck, Encoder, Frame, Link, PeerId, Recipient, Transmit};
 use crate::params::file::AUTOPILOT_COMPONENT;
+use crate::time::TimeUs;
 
 /// The links that an autopilot serves.
 pub(super) const LINKS: [Link; 3] = [Link::Simulator, Link::GroundStation, Link::Api];

@@ -12,9 +12,9 @@ use mavlink::dialects::common::*;
 
 use super::outbox::{LINKS, Outbox, Peer};
 use super::outcome::Outcome;
+use crate::autopilot::flight_log::LogEntry;
 use crate::autopilot::parameters::{Parameters, Refusal};
 use crate::autopilot::{Autopilot, Severity};
-use crate::link::flight_log::LogEntry;
 use crate::link::frame::{Command, Frame};
 use crate::params::export::GRAVITY_KEY;
 use crate::params::{Purpose, Value, file};

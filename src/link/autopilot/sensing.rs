@@ -11,9 +11,9 @@ use nalgebra::Vector3;
 
 use super::hil::{STATE_LIFETIME_US, VehicleState, geo_point, vector};
 use crate::autopilot::estimator::{Estimator, EstimatorSettings, Fix, Inertial, Sample};
-use crate::link::TimeUs;
 use crate::model::Environment;
 use crate::sim::sensors::barometer::pressure_altitude_m;
+use crate::time::TimeUs;
 
 /// Bits of `fields_updated`: accelerometer and gyro, magnetometer, absolute pressure.
 const INERTIAL: u32 = 0x03F;

@@ -27,8 +27,8 @@ use nalgebra::Vector3;
 
 use super::hil::vector;
 use crate::autopilot::{Autopilot, OffboardSetpoint, SetpointRefusal, Severity, VelocityFrame, YawSetpoint};
-use crate::link::TimeUs;
 use crate::link::frame::Frame;
+use crate::time::TimeUs;
 
 /// Why a setpoint message is not flown; the text for the crew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

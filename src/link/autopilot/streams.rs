@@ -12,7 +12,7 @@ use super::telemetry::TABLE;
 use super::vehicle::Condition;
 use crate::link::frame::Command;
 use crate::link::session::Link;
-use crate::link::{TimeUs, microseconds};
+use crate::time::{TimeUs, microseconds};
 
 /// The schedules of all links.
 #[derive(Clone, Debug)]

@@ -7,8 +7,8 @@ use super::home::Home;
 use super::sensing::Sensing;
 use crate::autopilot::estimator::Estimator;
 use crate::autopilot::{Autopilot, FlightMode, Severity};
-use crate::link::TimeUs;
 use crate::model::{Environment, PerRotor};
+use crate::time::TimeUs;
 
 /// Slower than this, disarmed, the vehicle counts as standing on something [m/s], as PX4's landing detector
 /// has it.

@@ -7,7 +7,7 @@ use std::net::SocketAddr;
 
 use super::super::faults::Faults;
 
-use super::super::flight_log::LogEntry;
+use crate::autopilot::flight_log::LogEntry;
 
 use super::super::hil::HilEvent;
 

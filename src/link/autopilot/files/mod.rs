@@ -13,7 +13,7 @@ use super::outbox::Peer;
 use crate::autopilot::parameters::Parameters;
 use crate::autopilot::parameters::component_metadata::{Content, contents};
 use crate::autopilot::parameters::hash::crc32;
-use crate::link::TimeUs;
+use crate::time::TimeUs;
 pub(super) use packet::Packet;
 use packet::{Answer, DATA_LEN, HEADER_LEN, Nak, op, packet, path_of, piece};
 

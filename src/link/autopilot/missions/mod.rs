@@ -16,8 +16,8 @@ use std::collections::VecDeque;
 use crate::autopilot::fence::Fence;
 use crate::autopilot::missions::{Item, Kind, Plan, areas_of};
 use crate::autopilot::{Event, Severity};
-use crate::link::TimeUs;
 use crate::model::Environment;
+use crate::time::TimeUs;
 use wire::{Address, CANCELLED, MissionResult};
 pub(super) use wire::{Answer, Request};
 

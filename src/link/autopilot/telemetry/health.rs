@@ -3,8 +3,8 @@
 use mavlink::dialects::common::*;
 
 use crate::autopilot::estimator::{Accuracy, Estimator, NotAligned};
-use crate::link::TimeUs;
 use crate::link::autopilot::vehicle::Vehicle;
+use crate::time::TimeUs;
 
 /// Gyroscope, accelerometer, magnetometer, barometer, satellites, ready to arm: what MAVSDK's health looks
 /// at.

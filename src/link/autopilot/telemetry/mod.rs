@@ -25,7 +25,7 @@ use super::hil::VehicleState;
 use super::missions::Missions;
 use super::vehicle::Vehicle;
 use crate::autopilot::FlightMode;
-use crate::link::TimeUs;
+use crate::time::TimeUs;
 
 pub(super) use self::identity::available_modes;
 

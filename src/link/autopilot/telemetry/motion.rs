@@ -4,9 +4,9 @@ use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
 use crate::frames::{pitch, roll, rotate_body_from_ned, yaw};
-use crate::link::TimeUs;
 use crate::link::autopilot::hil::{VehicleState, deg_e7, millimetres};
 use crate::link::autopilot::vehicle::Vehicle;
+use crate::time::TimeUs;
 use crate::units::{DEG_PER_RAD, SEA_LEVEL_DENSITY_KG_M3};
 
 /// A vector in the wire's single precision.
