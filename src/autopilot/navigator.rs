@@ -3,7 +3,7 @@
 //!
 //! | mode | what it does |
 //! |---|---|
-//! | HOLD | brakes to a stop, then keeps the place where it stopped; or goes to a place given by DO_REPOSITION |
+//! | HOLD | brakes to a stop, then keeps the place where it stopped; or goes to DO_REPOSITION's place |
 //! | TAKEOFF | straight up to a height above home at MPC_TKO_SPEED; then HOLD there |
 //! | LAND | brakes and keeps its place over the ground, sinks at MPC_LAND_SPEED until something stops it |
 //! | RETURN | up to RTL_RETURN_ALT, over to home, down to RTL_DESCEND_ALT, waits RTL_LAND_DELAY, lands |

@@ -68,7 +68,7 @@ impl Bench {
         Self::on(None)
     }
 
-    /// The same on an estimator.
+    /// Before the first HIL_SENSOR, on an estimator or the truth.
     pub fn on(estimator: Option<EstimatorSettings>) -> Self {
         let session = AutopilotSession::new(AutopilotSetup {
             system_id: VEHICLE,

@@ -1,5 +1,5 @@
-//! The vehicle flies on HIL messages alone: hang, OFFBOARD, arm, release, velocity setpoints at 50 Hz, steady state; and
-//! flies as the same controller does without frames.
+//! The vehicle flies on HIL messages alone: hang, OFFBOARD, arm, release, velocity setpoints at 50 Hz, steady
+//! state; and flies as the same controller does without frames.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;

@@ -130,7 +130,8 @@ fn regress_modes_by_command_and_by_message() {
     for (params, expected) in [
         (&[1.0, 4.0, 3.0][..], ACCEPTED),
         (&[f32::NAN, 4.0, 3.0], ACCEPTED),
-        // PX4 rejects for the time being what it knows and does not enter, and any AUTO that it does not know.
+        // PX4 rejects for the time being what it knows and does not enter, and any AUTO that it does not
+        // know.
         (&[1.0, 7.0], TEMPORARILY_REJECTED),
         (&[1.0, 1.0], TEMPORARILY_REJECTED),
         (&[1.0, 4.0, 5.0], ACCEPTED),
@@ -179,7 +180,8 @@ fn regress_what_is_not_flown_is_refused_with_a_reason() {
     }
 }
 
-/// The buttons of a ground station enter their modes; a place in a COMMAND_INT is in degE7, its height by its frame.
+/// The buttons of a ground station enter their modes; a place in a COMMAND_INT is in degE7, its height by its
+/// frame.
 #[test]
 fn regress_navigation_commands() {
     let mut bench = Bench::running();

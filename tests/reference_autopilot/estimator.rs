@@ -1,5 +1,5 @@
-//! The autopilot on its own estimator: what it tells while it aligns, flies and loses its satellites. The vehicle stands; its truth is
-//! told from elsewhere, so that whoever looks at it is found out.
+//! The autopilot on its own estimator: what it tells while it aligns, flies and loses its satellites. The
+//! vehicle stands; its truth is told from elsewhere, so that whoever looks at it is found out.
 
 use mavlink::dialects::common::*;
 use samara::autopilot::estimator::EstimatorSettings;

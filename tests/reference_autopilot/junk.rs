@@ -77,7 +77,9 @@ proptest! {
     }
 
     #[test]
-    fn prop_random_commands_get_one_ack(number in 0u16..700, words in payload(), long in any::<bool>(), link in link()) {
+    fn prop_random_commands_get_one_ack(
+        number in 0u16..700, words in payload(), long in any::<bool>(), link in link(),
+    ) {
         let mut bench = Bench::running();
         let mut payload = [0; 35];
         let len = words.len().min(28);

@@ -1,5 +1,6 @@
-//! The reference autopilot behind its wire: frames in, frames out, no sockets. Source of truth: PX4's and the MAVLink
-//! services' behaviour (`regress_*`), the same flight without frames (`closed_form_*`), random frames (`prop_*`).
+//! The reference autopilot behind its wire: frames in, frames out, no sockets. Source of truth: PX4's and the
+//! MAVLink services' behaviour (`regress_*`), the same flight without frames (`closed_form_*`), random frames
+//! (`prop_*`).
 #![cfg(all(feature = "files", feature = "link"))]
 
 mod bench;

@@ -113,7 +113,8 @@ fn regress_the_checksum_stops_the_list() {
     assert_eq!((hash.param_index, hash.param_value.to_bits()), (65_535, first[0].param_value.to_bits()));
 }
 
-/// The flight with a gain set after a second is the flight of a cascade whose gain is set then, integrals kept, to the bit.
+/// The flight with a gain set after a second is the flight of a cascade whose gain is set then, integrals
+/// kept, to the bit.
 #[test]
 fn closed_form_a_gain_set_in_flight_acts_at_the_next_step_and_integrals_stay() {
     let mut bench = Bench::engaged();

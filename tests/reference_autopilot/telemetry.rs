@@ -202,7 +202,8 @@ fn regress_the_simulator_hears_of_a_failsafe_and_of_its_end() {
     assert_eq!(beats(bench.step()), [MavState::MAV_STATE_ACTIVE]);
 }
 
-/// The simulator was killed in mid-flight; the next one has a vehicle hanging, and may release on "armed in OFFBOARD".
+/// The simulator was killed in mid-flight; the next one has a vehicle hanging, and may release on "armed in
+/// OFFBOARD".
 #[test]
 fn regress_a_new_simulator_is_not_greeted_with_the_old_flight() {
     let mut bench = Bench::engaged();

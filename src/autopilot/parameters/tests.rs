@@ -214,7 +214,9 @@ fn closed_form_the_gains_of_a_file_are_those_that_the_mission_took_from_it() {
 
 proptest! {
     #[test]
-    fn prop_no_value_gets_past_its_range(index in 0usize..TABLE.len(), bits in any::<u32>(), real in any::<bool>()) {
+    fn prop_no_value_gets_past_its_range(
+        index in 0usize..TABLE.len(), bits in any::<u32>(), real in any::<bool>(),
+    ) {
         let (mut parameters, mut autopilot) = bench();
         let value = if real { Value::Real(f32::from_bits(bits)) } else { Value::Int(bits as i32) };
         let name = parameters.at(index).unwrap().name.clone();

@@ -36,14 +36,14 @@ pub enum StreamerEvent {
     },
     /// The estimator is not ready.
     NotAligned {
-        /// What it lacks.
+        /// Quantities that the estimator lacks.
         lacking: String,
         /// What the vehicle said meanwhile.
         said: Vec<String>,
     },
     /// The estimator has lost what it had.
     EstimateLost {
-        /// What it lacks.
+        /// Quantities that the estimator lacks.
         lacking: String,
         /// What the vehicle said meanwhile.
         said: Vec<String>,
@@ -114,7 +114,8 @@ pub enum StreamerEvent {
         /// The text.
         text: String,
     },
-    /// The vehicle's clock has jumped back to the time of this report: it has been started anew, and so is the streamer.
+    /// The vehicle's clock has jumped back to the time of this report: it has been started anew, and so is
+    /// the streamer.
     VehicleRestarted,
     /// Nothing comes; the time is the last that was heard.
     Waiting {

@@ -125,7 +125,7 @@ impl Exchange {
         self.0.iter().all(Item::is_over)
     }
 
-    /// Its result so far.
+    /// Result of the exchange so far.
     pub(super) fn outcome(&self) -> Outcome {
         let mut outcome = Outcome::default();
         for item in &self.0 {

@@ -200,7 +200,10 @@ fn regress_sessions_are_few_and_the_peers_own() {
 proptest! {
     #[test]
     fn prop_any_packet_gets_at_most_one_answer_and_sessions_stay_few(
-        packets in proptest::collection::vec((any::<[u8; 16]>(), 0u8..20, 0u8..4, 0u8..12, 0u64..20_000_000), 1..100)
+        packets in proptest::collection::vec(
+            (any::<[u8; 16]>(), 0u8..20, 0u8..4, 0u8..12, 0u64..20_000_000),
+            1..100,
+        )
     ) {
         let (mut server, mut now) = (server(), 0);
         for (head, opcode, session, system, wait) in packets {

@@ -122,7 +122,7 @@ fn regress_time_outside_hold_does_not_count() {
     assert!(careful.until(StreamerState::RequestingOffboard) - at > 4 * S);
 }
 
-/// Who flies in OFFBOARD is left there; who stands in it disarmed has a limit that is shut.
+/// A vehicle that flies in OFFBOARD is left there; one that stands in it disarmed has a limit that is shut.
 #[test]
 fn only_a_vehicle_that_flies_in_offboard_is_not_held() {
     for armed in [true, false] {
@@ -174,8 +174,8 @@ fn prop_a_nonsensical_tilt_limit_is_no_endless_hold() {
     }
 }
 
-/// Who has been released already is armed as fast as it goes, whatever the estimator, the tilt limit and the
-/// checks.
+/// A vehicle that has been released already is armed as fast as it goes, whatever the estimator, the tilt
+/// limit and the checks.
 #[test]
 fn regress_a_vehicle_that_is_released_too_soon_is_not_held() {
     for (state, estimator) in [(StreamerState::Aligning, Some(0)), (StreamerState::Holding, Some(ALIGNED))] {

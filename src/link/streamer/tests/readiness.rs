@@ -185,7 +185,7 @@ fn an_estimator_that_tells_nothing_is_believed() {
     );
 }
 
-/// Who says nothing of its parameters cannot be judged, and is not released.
+/// A vehicle that says nothing of its parameters cannot be judged, and is not released.
 #[test]
 fn a_vehicle_without_parameters_is_given_up() {
     let mut script = ScriptedVehicle::new(WILLING, |c| c.procedure = Some(Procedure::default()));

@@ -42,7 +42,7 @@ pub(super) struct ScriptedVehicle {
     pub(super) decoder: Decoder,
     pub(super) answers: Answers,
     pub(super) armed: bool,
-    /// Its mode before it is armed in OFFBOARD.
+    /// Mode before it is armed in OFFBOARD.
     pub(super) mode_before: FlightMode,
     pub(super) now: TimeUs,
     /// Everything that the streamer sent, with its time.
