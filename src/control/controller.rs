@@ -103,6 +103,10 @@ impl ControlOutput {
 
     /// Commands by the throttle of each rotor, held within 0..1; as [`Self::from_thrusts`] otherwise.
     pub fn from_throttles(throttle: PerRotor, thrust_limit_n: f64) -> Self {
+        #[expect(
+            clippy::manual_clamp,
+            reason = "a throttle that is no number counts as zero; `clamp` keeps it"
+        )]
         let throttle = throttle.map(|d| d.max(0.0).min(1.0));
         let thrust_n = throttle.map(|d| thrust_limit_n * d * d);
         Self { thrust_n, throttle, collective_n: thrust_n.iter().sum(), ..Self::ZERO }

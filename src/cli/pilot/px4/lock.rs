@@ -114,6 +114,12 @@ mod tests {
         let file = File::create(&lock).unwrap();
         flock(&file, FlockOperation::LockExclusive).unwrap();
         let mut heir = Command::new("sleep").arg("1000").stdin(Stdio::from(file)).spawn().unwrap();
+        // Between exec and its first instruction a process shows no command line yet.
+        let shows = || !command_line(&PathBuf::from(format!("/proc/{}", heir.id()))).is_empty();
+        assert!((0..500).any(|_| {
+            std::thread::sleep(std::time::Duration::from_millis(10));
+            shows()
+        }));
         let error = look_at(3, lock.clone()).unwrap_err().to_string();
         heir.kill().unwrap();
         heir.wait().unwrap();
