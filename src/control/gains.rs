@@ -33,6 +33,7 @@ macro_rules! table_of_gains {
         }
     };
 }
+#[cfg(feature = "files")]
 pub(crate) use table_of_gains;
 
 macro_rules! gains {

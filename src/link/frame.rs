@@ -24,6 +24,7 @@ const SET_MODE_ID: u32 = mavlink::dialects::common::SET_MODE_DATA::ID;
 /// Message id of PARAM_SET.
 pub const PARAM_SET_ID: u32 = PARAM_SET_DATA::ID;
 /// Bytes of a MAVLink 2 frame that hold its message id.
+#[cfg(feature = "cli")]
 const MESSAGE_ID_AT: std::ops::Range<usize> = 7..10;
 
 /// A message: parsed, or sound on the wire but with a value that the crate's enums do not know.
@@ -71,6 +72,7 @@ impl CommandAck {
 }
 
 /// The message id of a MAVLink 2 frame given by its bytes; `None` when they are too few.
+#[cfg(feature = "cli")]
 pub(super) fn message_id(frame: &[u8]) -> Option<u32> {
     let [a, b, c] = *frame.get(MESSAGE_ID_AT)? else { return None };
     Some(u32::from_le_bytes([a, b, c, 0]))
