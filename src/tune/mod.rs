@@ -5,7 +5,7 @@
 //! | [`release_cases`] | states at t = 0: the mission's cases, a sampled swing | Table 3, (40)-(44) |
 //! | [`gain_judge`] | what a set of gains costs: its flights | (45)-(46), (51) |
 //! | [`unknowns`] | what the controller does not know of | |
-//! | [`objective`] | the number to be made small | (46) |
+//! | [`objective`] | the costs of flights, and the number to be made small | (46) |
 //! | [`swarm`] | particle swarm | IV.C |
 //! | [`cma_es`] | evolution strategy that learns the shape of the valley | |
 //! | [`search`] | an optimiser on an objective, with the best and the front of all that was tried | |
@@ -28,8 +28,8 @@ pub mod swarm;
 pub mod unknowns;
 
 pub use cma_es::CmaEs;
-pub use gain_judge::{Evaluation, GainJudge};
-pub use objective::Objective;
+pub use gain_judge::GainJudge;
+pub use objective::{Evaluation, Objective};
 pub use release_cases::ReleaseCase;
 pub use search::{Method, Search, SearchSettings};
 pub use swarm::ParticleSwarm;

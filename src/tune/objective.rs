@@ -1,6 +1,40 @@
-//! The number that a search makes small.
+//! The number that a search makes small, and the costs of flights that it is made of.
 
-use super::Evaluation;
+/// Costs of one flight, or the worst of several. Infinite throughout when a flight diverged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Evaluation {
+    /// J_RMS, (45); 0 where tracking is not judged.
+    pub rms: f64,
+    /// J_TPF, (51).
+    pub j_tpf: f64,
+    /// 0 for a flight that has come to rest at the target a second before its end. Otherwise the distance of
+    /// its velocity from the target at the end, as a fraction of it, at least 0.01.
+    pub unrest: f64,
+}
+
+impl Evaluation {
+    /// Nothing amiss.
+    pub const PERFECT: Self = Self { rms: 0.0, j_tpf: 0.0, unrest: 0.0 };
+    /// A flight that was lost.
+    pub const DIVERGED: Self = Self { rms: f64::INFINITY, j_tpf: f64::INFINITY, unrest: f64::INFINITY };
+
+    /// The worse of two in each number.
+    pub fn worse(self, other: Self) -> Self {
+        if !(self.is_finite() && other.is_finite()) {
+            return Self::DIVERGED;
+        }
+        Self {
+            rms: self.rms.max(other.rms),
+            j_tpf: self.j_tpf.max(other.j_tpf),
+            unrest: self.unrest.max(other.unrest),
+        }
+    }
+
+    /// Whether every flight came to its end.
+    pub fn is_finite(&self) -> bool {
+        self.rms.is_finite() && self.j_tpf.is_finite() && self.unrest.is_finite()
+    }
+}
 
 /// Quantity that a search makes small.
 #[derive(Clone, Copy, Debug, PartialEq)]
