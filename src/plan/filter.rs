@@ -2,7 +2,8 @@
 //! improve on.
 //!
 //! A. Waechter, L. T. Biegler, "On the implementation of an interior-point filter line-search algorithm for
-//! large-scale nonlinear programming", Math. Program. 106 (2006), section 2.3; its constants.
+//! large-scale nonlinear programming", Math. Program. 106 (2006), section 2.3; its constants, cited by its
+//! equations.
 
 /// Constraint violation and barrier objective of a point, which the filter compares.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,9 +22,9 @@ pub struct Filter {
     violation_min: f64,
 }
 
-/// Least relative decrease of the violation, (18a).
+/// Least relative decrease of the violation, (18).
 const GAMMA_THETA: f64 = 1e-5;
-/// Least decrease of the objective as a part of the violation, (18b).
+/// Least decrease of the objective as a part of the violation, (18).
 const GAMMA_PHI: f64 = 1e-8;
 /// Least decrease of the objective as a part of its slope (Armijo), (20).
 const ETA_PHI: f64 = 1e-8;

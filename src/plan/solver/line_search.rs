@@ -9,13 +9,13 @@ use super::super::riccati::{NodeGradient, Step, Sweep};
 use super::super::transcription::Evaluation;
 use super::state::Run;
 
-// Constants of Waechter and Biegler (2006), by their names there.
+// Constants of Waechter and Biegler (2006), by their names, equations and steps there.
 
 /// Least fraction of the way to a bound that a step may go, (8).
 const TAU_MIN: f64 = 0.99;
-/// Most second-order corrections of one trial point.
+/// Most second-order corrections of one trial point, step.
 const P_MAX: usize = 4;
-/// A second-order correction must reduce the violation to this part, or it is given up.
+/// A second-order correction must reduce the violation to this part, or it is given up, step.
 const KAPPA_SOC: f64 = 0.99;
 
 /// The result of a line search.

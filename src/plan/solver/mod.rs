@@ -110,16 +110,16 @@ pub fn solve<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
         .run(observer))
 }
 
-// Constants of Waechter and Biegler (2006), by their names there.
+// Constants of Waechter and Biegler (2006), by their names and equations there.
 
 /// A barrier problem is solved well enough for the next when its residual is at most this multiple of `mu`,
-/// (7). (IPOPT's 10 costs a fifth more iterations on this problem.)
+/// step A-3. (IPOPT's 10 costs a fifth more iterations on this problem.)
 const KAPPA_EPSILON: f64 = 100.0;
 /// Linear decrease of the barrier parameter, (7).
 const KAPPA_MU: f64 = 0.2;
 /// Superlinear decrease of the barrier parameter, (7).
 const THETA_MU: f64 = 1.5;
-/// Least barrier parameter as a part of the tolerance. (IPOPT's is 0.1.)
+/// Least barrier parameter as a part of the tolerance, (7). (The paper's is 0.1.)
 const MU_LEAST: f64 = 0.05;
 
 impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
