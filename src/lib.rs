@@ -2,12 +2,13 @@
 //! stopped rotors, to steady powered flight.
 //!
 //! It implements T. I. Opazo and J. W. Langelaan, "Longitudinal control of transition to powered flight for a
-//! parachute-dropped multirotor" ("the paper"; its equations are cited as "(33)"). The modules stand on floors: each imports
-//! only what is listed above it.
+//! parachute-dropped multirotor" ("the paper"; its equations are cited as "(33)"). The modules stand on
+//! floors: each imports only what is listed above it.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`frames`], [`units`], [`real`], [`simd`], [`random`] | rotations, conversion factors, the scalar of the dynamics, wider registers, random numbers |
+//! | [`frames`], [`units`] | rotations, conversion factors |
+//! | [`real`], [`simd`], [`random`] | the scalar of the dynamics, wider registers, random numbers |
 //! | [`model`] | what flies: vehicle, air, parachute |
 //! | [`trajectory`] | a planned trajectory |
 //! | [`control`], [`plan`] | how it is flown; how it should fly (neither knows the other) |

@@ -122,7 +122,8 @@ fn a_mission_of_another_vehicle_has_nothing_of_the_papers() {
     assert!(!text.contains("the paper"), "{text}");
 }
 
-/// The lander with other limits, another mass, a side wind: nothing of the paper's, and no reasons that were found on another.
+/// The lander with other limits, another mass, a side wind: nothing of the paper's, and no reasons that were
+/// found on another.
 #[test]
 fn a_mission_that_is_not_the_papers_has_nothing_of_the_papers() {
     let folder = tempfile::tempdir().unwrap();
@@ -164,7 +165,8 @@ fn prop_the_same_bytes_on_one_thread_and_on_two() {
     assert_same(one.path(), two.path());
 }
 
-/// Killed in the middle of a campaign, then continued; and continued again where a line was cut off, and to more trials.
+/// Killed in the middle of a campaign, then continued; and continued again where a line was cut off, and to
+/// more trials.
 #[test]
 fn prop_a_resumed_study_has_the_bytes_of_an_uninterrupted_one() {
     let [whole, broken] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];

@@ -42,8 +42,8 @@ fn spoilt_mission(folder: &Path, from: &str, to: &str) -> String {
     path.to_str().unwrap().to_owned()
 }
 
-/// MODEL figures of an independent implementation: nominal J_TPF .5551, steady to 1 % at 31.24 s (start `t0`; the drop starts
-/// at the release and differs in the third digit of v_d).
+/// MODEL figures of an independent implementation: nominal J_TPF .5551, steady to 1 % at 31.24 s (start `t0`;
+/// the drop starts at the release and differs in the third digit of v_d).
 #[test]
 fn reference_drop_of_titan() {
     let out = tempfile::tempdir().unwrap();
@@ -65,7 +65,7 @@ fn reference_drop_of_titan() {
     }
 }
 
-/// The same bytes in every file on every run.
+/// Every run writes the same bytes to every file.
 /// Both missions become steady with the gains they ship, within their limits.
 #[test]
 fn shipped_missions_come_to_rest() {
@@ -204,7 +204,8 @@ fn a_target_that_x_ss_contradicts_is_refused() {
     assert!(stderr(&output).contains("plan.x_ss.v_ned_m_s"), "{}", stderr(&output));
 }
 
-/// Released at once by the mission's time, with a delay that is no multiple of the setpoints' period: the plan is flown.
+/// Released at once by the mission's time, with a delay that is no multiple of the setpoints' period: the
+/// plan is flown.
 #[test]
 fn a_release_at_the_very_start_is_flown() {
     let out = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! `samara assess --autopilot` as a user meets it: campaigns of whole drops, by the model of PX4's law and by the reference autopilot.
+//! `samara assess --autopilot` as a user meets it: campaigns of whole drops, by the model of PX4's law and by
+//! the reference autopilot.
 #![cfg(feature = "cli")]
 
 use std::collections::BTreeMap;
@@ -57,8 +58,8 @@ fn entries(folder: &Path) -> Vec<String> {
     names
 }
 
-/// Several side by side end in any order; what is written and printed is in order and the same to the byte. A longer campaign
-/// begins with the shorter one's lines, and a trial alone has its line.
+/// Several side by side end in any order; what is written and printed is in order and the same to the byte. A
+/// longer campaign begins with the shorter one's lines, and a trial alone has its line.
 #[test]
 fn prop_a_campaign_is_the_same_however_many_fly_side_by_side() {
     for (autopilot, trials, file) in
@@ -101,8 +102,8 @@ fn prop_a_campaign_is_the_same_however_many_fly_side_by_side() {
     }
 }
 
-/// A limit of speed that some drops pass: a trial failed if, and only if, its own line has a greater speed; every place where it is
-/// told says the same.
+/// A limit of speed that some drops pass: a trial failed if, and only if, its own line has a greater speed;
+/// every place where it is told says the same.
 #[test]
 fn prop_a_failed_drop_is_told_wherever_there_is_a_place_for_it() {
     let folder = tempfile::tempdir().unwrap();
@@ -169,7 +170,8 @@ fn drops_without_a_release_are_failures_without_measures() {
     }
 }
 
-/// A drop that cannot even begin is a failed trial, not the end of the campaign: the others are flown and told.
+/// A drop that cannot even begin is a failed trial, not the end of the campaign: the others are flown and
+/// told.
 #[test]
 fn a_place_that_cannot_be_used_fails_its_trials_only() {
     let folder = tempfile::tempdir().unwrap();

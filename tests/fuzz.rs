@@ -1,5 +1,6 @@
-//! The fuzz targets on their kept inputs and on mutations of them, the same ones every time. A fuzzer proper is
-//! `cargo +nightly fuzz run decoder` (see fuzz/README.md); what it finds is kept in fuzz/corpus and so replayed here.
+//! The fuzz targets on their kept inputs and on mutations of them, the same ones every time. A fuzzer proper
+//! is `cargo +nightly fuzz run decoder` (see fuzz/README.md); what it finds is kept in fuzz/corpus and so
+//! replayed here.
 #![cfg(all(feature = "files", feature = "link"))]
 
 #[path = "../fuzz/targets.rs"]

@@ -248,8 +248,8 @@ fn the_page_on_flying_px4_says_what_is_set_and_why() {
     assert!(page.contains(&table), "docs/fly_px4.md does not hold:\n{table}");
 }
 
-/// What `samara drop` gives to PX4, for who starts it by hand: the table of the procedure, vehicle, gains, and no rotors for a PX4 that
-/// mixes by a file.
+/// What `samara drop` gives to PX4, for who starts it by hand: the table of the procedure, vehicle, gains,
+/// and no rotors for a PX4 that mixes by a file.
 #[test]
 fn an_export_for_a_drop_has_what_a_drop_needs() {
     let wanted = samara::params::px4_required::RULES.iter().filter(|rule| rule.name != "MPC_THR_MAX");

@@ -1,5 +1,5 @@
-//! The model of PX4's control law beside PX4 itself, and as a user meets it. PX4's figures are those of v1.12.0, flown in lockstep
-//! with `samara drop MISSION --autopilot px4=DIR` and the same options.
+//! The model of PX4's control law beside PX4 itself, and as a user meets it. PX4's figures are those of
+//! v1.12.0, flown in lockstep with `samara drop MISSION --autopilot px4=DIR` and the same options.
 #![cfg(feature = "cli")]
 
 use std::fs;
@@ -21,8 +21,9 @@ fn json(output: &Output) -> serde_json::Value {
 /// PX4 as it comes, with its default gains; what the vehicle and the drop need is added.
 const DEFAULTS: &str = "# For: px4\n1\t1\tMPC_XY_VEL_MAX\t20\t9\n";
 
-/// What is compared, and how near: altitude, speed and J_TPF are mostly the fall's, the rest is the law's. PX4's own time to steady
-/// flight was 4.93 to 5.90 s in three drops with its defaults, its peak pitch 7.6 to 8.4 deg.
+/// What is compared, and how near: altitude, speed and J_TPF are mostly the fall's, the rest is the law's.
+/// PX4's own time to steady flight was 4.93 to 5.90 s in three drops with its defaults, its peak pitch 7.6 to
+/// 8.4 deg.
 const JUDGED: [(&str, f64); 5] = [
     ("j_tpf", 0.05),
     ("peak_speed_m_s", 0.02),
@@ -140,7 +141,8 @@ fn elsewhere(folder: &Path, change: impl FnOnce(&mut serde_json::Value)) -> Stri
     path.to_str().unwrap().to_owned()
 }
 
-/// A mission that names a file for PX4 flies it where nothing is chosen, as if it had been; chosen gains come before it. All that
+/// A mission that names a file for PX4 flies it where nothing is chosen, as if it had been; chosen gains come
+/// before it. All that
 /// `params export --drop` writes is of that file then.
 #[test]
 fn the_file_that_a_mission_names_for_px4_is_flown() {

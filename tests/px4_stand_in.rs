@@ -1,5 +1,5 @@
-//! Drops whose PX4 is a shell script that does what a broken PX4 does: nothing, or less. What is true here is what a user must get to
-//! know: on stderr, in drop.json, by the exit code.
+//! Drops whose PX4 is a shell script that does what a broken PX4 does: nothing, or less. What is true here is
+//! what a user must get to know: on stderr, in drop.json, by the exit code.
 #![cfg(all(target_os = "linux", feature = "cli"))]
 
 use std::fs;

@@ -27,8 +27,8 @@ use samara::trajectory::{Node, Trajectory};
 #[expect(dead_code, reason = "the example's main")]
 mod own_controller;
 
-/// Controller: the regulator of `examples/own_controller.rs` through the study, a campaign and the lockstep wire. Steady at the
-/// target means within 1 % of it.
+/// Controller: the regulator of `examples/own_controller.rs` through the study, a campaign and the lockstep
+/// wire. Steady at the target means within 1 % of it.
 #[test]
 fn another_controller_flies_study_campaign_and_wire() {
     let mission = titan();
@@ -112,7 +112,8 @@ fn another_vehicle_is_planned_and_flown() {
     assert!((end - mission.target_v_ned).norm() < 0.1, "{end}");
 }
 
-/// Controller: any function from state to throttles. Here a proportional law on the descent, rotors all alike.
+/// Controller: any function from state to throttles. Here a proportional law on the descent, rotors all
+/// alike.
 #[test]
 fn another_controller_flies_the_simulation() {
     let mission = titan();
@@ -146,8 +147,8 @@ fn ramp(mission: &Mission) -> Trajectory {
     Trajectory::new(vec![node(0.0, start), node(20.0, mission.target_v_ned)], 4).unwrap()
 }
 
-/// A solver of another system: the double integrator, to a closed form. Minimising `x(1)' S x(1)` with heavy S from rest at 1
-/// with an input that costs little brings it to the origin.
+/// A solver of another system: the double integrator, to a closed form. Minimising `x(1)' S x(1)` with heavy
+/// S from rest at 1 with an input that costs little brings it to the origin.
 #[test]
 fn other_dynamics_are_solved() {
     struct DoubleIntegrator;
@@ -229,8 +230,8 @@ impl Session for Piped {
     }
 }
 
-/// Transport and planner at once: a ramp as the plan, the autopilot behind a byte pipe; the flight is the same to the bit as
-/// on the direct wire.
+/// Transport and planner at once: a ramp as the plan, the autopilot behind a byte pipe; the flight is the
+/// same to the bit as on the direct wire.
 #[test]
 fn another_transport_and_another_planner_fly_the_same_drop() {
     let mission = titan();

@@ -120,7 +120,7 @@ fn prop_resumed_for_longer_is_as_if_it_had_been_longer_from_the_start() {
     }
 }
 
-/// The same of PX4's parameters: killed and resumed, resumed for longer, and another search's checkpoint.
+/// A search for PX4's parameters: killed and resumed, resumed for longer, and another search's checkpoint.
 #[test]
 fn prop_a_search_for_px4_goes_on_from_its_checkpoint() {
     const FILES: [&str; 3] = ["gains.params", "px4_gains.txt", "checkpoint.json"];

@@ -6,78 +6,6 @@ use std::path::{Path, PathBuf};
 
 use super::sources;
 
-/// Files and folders that keep the rules. Rooms are added as they come to keep them, never taken out.
-const ROOMS: &[&str] = &[
-    "src/autopilot",
-    "src/cli",
-    "src/config",
-    "src/assess",
-    "src/control",
-    "src/frames.rs",
-    "src/link/autopilot",
-    "src/link/codec_tests.rs",
-    "src/link/decoder.rs",
-    "src/link/encoder.rs",
-    "src/link/faults.rs",
-    "src/link/frame.rs",
-    "src/link/froude.rs",
-    "src/link/hil",
-    "src/link/hub",
-    "src/link/junk_tests.rs",
-    "src/link/lockstep.rs",
-    "src/link/mod.rs",
-    "src/link/parachute.rs",
-    "src/link/parachute_tests.rs",
-    "src/link/peer.rs",
-    "src/link/session.rs",
-    "src/link/shell",
-    "src/link/signing",
-    "src/link/signing.rs",
-    "src/link/statustext.rs",
-    "src/link/streamer",
-    "src/link/tlog.rs",
-    "src/main.rs",
-    "src/model",
-    "src/params",
-    "src/plan",
-    "src/random.rs",
-    "src/real.rs",
-    "src/report",
-    "src/sim/battery.rs",
-    "src/sim/drop",
-    "src/sim/drop.rs",
-    "src/sim/drop_run.rs",
-    "src/sim/drop_run_tests.rs",
-    "src/sim/drop_tests.rs",
-    "src/sim/ground.rs",
-    "src/sim/ground_tests.rs",
-    "src/sim/integrator.rs",
-    "src/sim/limits.rs",
-    "src/sim/mod.rs",
-    "src/sim/flight.rs",
-    "src/sim/planar",
-    "src/sim/plant.rs",
-    "src/sim/record.rs",
-    "src/sim/sensors",
-    "src/sim/test_site.rs",
-    "src/simd.rs",
-    "src/time.rs",
-    "src/trajectory.rs",
-    "src/tune",
-    "src/units.rs",
-    "src/verify",
-    "tests/architecture",
-    "tests/architecture.rs",
-    "tests/lockstep",
-    "tests/planner",
-    "tests/reference_autopilot",
-    "tests/reference_flight",
-    "tests/verify.rs",
-];
-
-/// Files in these rooms that do not keep the rules yet.
-const LATER: &[&str] = &["src/model/magnetic_field.rs"];
-
 /// Columns of a line, `rustfmt.toml`'s `max_width`, which rustfmt does not apply to comments.
 const WIDTH: usize = 110;
 
@@ -85,13 +13,7 @@ const WIDTH: usize = 110;
 const POINTS_ELSEWHERE: &[&str] = &["Its", "The same", "Who", "What it"];
 
 fn files() -> Vec<PathBuf> {
-    let mut files: Vec<PathBuf> = ROOMS
-        .iter()
-        .map(Path::new)
-        .flat_map(|room| if room.is_dir() { sources(room) } else { vec![room.to_owned()] })
-        .collect();
-    files.retain(|file| !LATER.iter().any(|later| file == Path::new(later)));
-    files
+    ["src", "tests"].iter().flat_map(|folder| sources(Path::new(folder))).collect()
 }
 
 /// For each line whether a string literal stands on it, in part or whole.

@@ -90,7 +90,8 @@ fn the_hash_covers_who_flies_and_how() {
     assert_eq!(hashes.len(), 4);
 }
 
-/// Without voltage no rotor turns: it falls, slowly in Titan's air, past no limit. Nor is a plan flown of which half a second fits in.
+/// Without voltage no rotor turns: it falls, slowly in Titan's air, past no limit. Nor is a plan flown of
+/// which half a second fits in.
 #[test]
 fn a_drop_that_does_not_become_steady_is_no_success() {
     let out = tempfile::tempdir().unwrap();
@@ -116,7 +117,8 @@ fn a_drop_that_does_not_become_steady_is_no_success() {
     }
 }
 
-/// A swing and a side wind: it is the roll that comes nearest to a limit, and all that is told of the drop says so.
+/// A swing and a side wind: it is the roll that comes nearest to a limit, and all that is told of the drop
+/// says so.
 #[test]
 fn a_trial_alone_leaves_all_files_and_says_what_decides() {
     for (autopilot, files) in
@@ -153,7 +155,8 @@ fn a_trial_alone_leaves_all_files_and_says_what_decides() {
     }
 }
 
-/// MAVLink 2: a record is a stamp of 8 bytes and a frame, which tells its length, number and sender. A link's numbers have no gaps.
+/// MAVLink 2: a record is a stamp of 8 bytes and a frame, which tells its length, number and sender. A link's
+/// numbers have no gaps.
 #[test]
 fn numbers_in_a_recording_have_no_gaps() {
     let out = tempfile::tempdir().unwrap();

@@ -50,7 +50,8 @@ fn a_passed_limit_says_no_and_names_it() {
     assert!(String::from_utf8_lossy(&text.stdout).contains("EXCEEDED"));
 }
 
-/// A wire that is scaled for PX4, and what is for PX4, are not for the reference autopilot; nor the other way round.
+/// A wire that is scaled for PX4, and what is for PX4, are not for the reference autopilot; nor the other way
+/// round.
 #[test]
 fn what_is_for_px4_by_froude_scaling_is_refused_elsewhere() {
     let out = tempfile::tempdir().unwrap();
@@ -242,7 +243,8 @@ fn verbose_shows_the_iterations() {
     }
 }
 
-/// Inside half a width of 1e-7 m/s the solver converges; below there is no room for it, and the option says so.
+/// Inside half a width of 1e-7 m/s the solver converges; below there is no room for it, and the option says
+/// so.
 #[test]
 fn a_terminal_tolerance_has_a_floor() {
     let out = tempfile::tempdir().unwrap();

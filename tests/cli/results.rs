@@ -116,7 +116,8 @@ fn the_hash_covers_the_options() {
     assert_eq!(names, ["plan.json", "plan.svg", "trajectory.csv"]);
 }
 
-/// On the estimator the errors of the sensors are flown, the same on every run; the manifest says so, and the truth is the default.
+/// On the estimator the errors of the sensors are flown, the same on every run; the manifest says so, and the
+/// truth is the default.
 #[test]
 fn a_drop_on_the_estimator_says_so_and_is_repeatable() {
     let fly = |options: &[&str]| {

@@ -1,4 +1,5 @@
-//! The paper's lander on Titan flown by a real, unmodified PX4 over the scaled wire. Needs a build folder of PX4's simulation in SAMARA_PX4.
+//! The paper's lander on Titan flown by a real, unmodified PX4 over the scaled wire. Needs a build folder of
+//! PX4's simulation in SAMARA_PX4.
 
 use super::{code, json, samara, stderr};
 

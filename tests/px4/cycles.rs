@@ -26,7 +26,8 @@ fn random(cycle: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// PX4 killed alone, which leaves its start-up script behind; we asked to end, by Ctrl-C and by SIGTERM; we killed without a word.
+/// PX4 killed alone, which leaves its start-up script behind; we asked to end, by Ctrl-C and by SIGTERM; we
+/// killed without a word.
 #[test]
 fn whoever_ends_and_however_nothing_is_left() {
     let Some(px4) = px4("whoever_ends_and_however_nothing_is_left") else { return };

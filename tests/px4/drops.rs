@@ -9,8 +9,8 @@ use rustix::process::{Signal, kill_process};
 use super::harness::{INSTANCES, MISSION, mission, number, px4, start_drop, verdict};
 use super::traces::{groups, main_process, nothing_is_left};
 
-/// The mission's own limits and target; J_TPF is at least that of the fall (half a second from 5 m/s, with air 9.1 m/s), and the
-/// reference autopilot predicts it.
+/// The mission's own limits and target; J_TPF is at least that of the fall (half a second from 5 m/s, with
+/// air 9.1 m/s), and the reference autopilot predicts it.
 #[test]
 fn reference_a_drop_is_flown_to_its_verdict() {
     let Some(px4) = px4("reference_a_drop_is_flown_to_its_verdict") else { return };
@@ -64,7 +64,7 @@ fn two_vehicles_side_by_side_do_not_meet() {
     }
 }
 
-/// The same number twice: the second is told so, and the first flies on.
+/// One number given twice: the second is refused, and the first flies on.
 #[test]
 fn a_second_one_of_the_same_number_is_refused() {
     let Some(px4) = px4("a_second_one_of_the_same_number_is_refused") else { return };
@@ -78,7 +78,8 @@ fn a_second_one_of_the_same_number_is_refused() {
     assert_eq!(status.code(), Some(0), "{said}");
 }
 
-/// A debugger's stop: simulated time stands still, what is waited for is named, and the flight is the same afterwards.
+/// A debugger's stop: simulated time stands still, what is waited for is named, and the flight is the same
+/// afterwards.
 #[test]
 fn a_pause_of_px4_loses_nothing() {
     let Some(px4) = px4("a_pause_of_px4_loses_nothing") else { return };

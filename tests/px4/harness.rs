@@ -24,7 +24,8 @@ pub struct Px4 {
     _turn: MutexGuard<'static, ()>,
 }
 
-/// The build folder, if there is one; otherwise says that the test is skipped, past the capture of the test's output.
+/// The build folder, if there is one; otherwise says that the test is skipped, past the capture of the test's
+/// output.
 pub fn px4(test: &str) -> Option<Px4> {
     let Some(build) = std::env::var_os("SAMARA_PX4").filter(|folder| !folder.is_empty()) else {
         let text = format!("SKIPPED {test}: it needs PX4, and SAMARA_PX4 does not name a build folder\n");

@@ -40,7 +40,7 @@ fn a_px4_that_is_killed_in_flight_and_started_again_flies_the_drop_from_its_begi
     assert_eq!(status.code(), Some(0), "the second flight passes no limit: {said}");
 }
 
-/// Who waits for what, on both sides.
+/// Both sides say what they wait for.
 #[test]
 fn what_is_waited_for_is_named() {
     let Some(_px4) = px4("what_is_waited_for_is_named") else { return };
