@@ -72,8 +72,8 @@ impl Observer for Reporter<'_> {
             Notice::Simulator(event) => self.narrator.simulator(event, self.mission),
             Notice::Streamer(event) => self.narrator.streamer(event),
             // Not worth a word unless something was wrong.
-            Notice::Counts { faults, .. } if !faults.any() => {}
-            Notice::Disconnected { .. } | Notice::TurnedAway { .. } => {
+            Notice::Counts(_, faults) if !faults.any() => {}
+            Notice::Disconnected(..) | Notice::TurnedAway(_) => {
                 self.narrator.warn(&format!("{notice}\n"));
             }
             other => self.narrator.say(&format!("{other}\n")),

@@ -3,26 +3,27 @@
 
 use std::collections::VecDeque;
 use std::future::Future;
+use std::net::SocketAddr;
 use std::time::Duration;
 
 use mavlink::MessageData as _;
 use mavlink::dialects::common::{MavMessage, STATUSTEXT_DATA};
+use tokio::net::TcpStream;
 
-use super::super::autopilot::{AUTOPILOT_COMPONENT, AutopilotSession};
+use super::super::autopilot::AutopilotSession;
 use super::super::decoder::Decoder;
 use super::super::frame::{Frame, message_id};
 use super::super::session::{Link, Session as _, Transmit};
-use super::super::signing::Key;
 use super::super::statustext::TextReader;
 use super::clock::Since;
 use super::connection::Connection;
-use super::links::Links;
+use super::links::{Links, Wiring};
 use super::notice::{Notice, Observer, ShellError};
-use super::ports::Ports;
-use super::simulator::PEER_MEMORY;
-use super::tcp_client::TcpClient;
-use super::url::LinkUrl;
+use super::ports::{Ports, loopback};
 use crate::time::TimeUs;
+
+/// From one try to connect to the next.
+const RETRY: Duration = Duration::from_millis(250);
 
 /// What the autopilot does when the simulator has left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,15 +32,6 @@ pub enum AfterSimulator {
     Wait,
     /// It returns.
     Return,
-}
-
-/// What is wired besides an instance's own ports.
-#[derive(Clone, Debug, Default)]
-pub struct Wiring {
-    /// Further endpoints for ground stations.
-    pub urls: Vec<LinkUrl>,
-    /// The key that everything but the simulator's link is signed with.
-    pub key: Option<Key>,
 }
 
 struct Shell<'a, O> {
@@ -66,18 +58,8 @@ pub async fn run_autopilot<O: Observer>(
     observer: &mut O,
     stop: impl Future<Output = ()>,
 ) -> Result<AutopilotSession, ShellError> {
-    let own = (session.system_id(), AUTOPILOT_COMPONENT);
-    let mut links = Links::new(own, PEER_MEMORY, true, wiring.key);
-    let (at, remotes) = (ports.autopilot_ground, [ports.ground_station]);
-    let what = "autopilot, for ground stations";
-    links.bind_udp(Link::GroundStation, at, what, &remotes, observer).await?;
-    let (at, remotes) = (ports.autopilot_api, [ports.api]);
-    links.bind_udp(Link::Api, at, "autopilot, for companions", &remotes, observer).await?;
-    links.route_to_parachute(ports, observer).await?;
-    for url in &wiring.urls {
-        links.open(url, observer).await?;
-    }
-    let mut client = TcpClient::new(ports.simulator, "simulator");
+    let links = Links::of_autopilot(session.system_id(), ports, wiring, "autopilot, ", observer).await?;
+    let mut dialler = Dialler { at: loopback(ports.simulator), tried: None, reported: false };
     let mut shell = Shell {
         session,
         connection: None,
@@ -91,13 +73,13 @@ pub async fn run_autopilot<O: Observer>(
     let mut stop = std::pin::pin!(stop);
     loop {
         if shell.connection.is_none()
-            && let Some((stream, peer)) = client.try_connect(shell.observer).await
+            && let Some(connection) = dialler.try_connect(shell.observer).await
         {
-            shell.connection = Some(Connection::new(stream, peer, "simulator link"));
+            shell.connection = Some(connection);
             shell.session.simulator_connected();
             shell.send().await;
         }
-        let retry = shell.connection.is_none().then(|| client.until_next_try());
+        let retry = shell.connection.is_none().then(|| dialler.until_next_try());
         let pause = shell.until_wake().min(retry.unwrap_or(Duration::MAX));
         tokio::select! {
             () = &mut stop => break,
@@ -118,6 +100,37 @@ pub async fn run_autopilot<O: Observer>(
     }
     shell.links.report_counts(shell.observer);
     Ok(shell.session)
+}
+
+/// Tries to connect until the simulator is there, as PX4 does.
+struct Dialler {
+    at: SocketAddr,
+    tried: Option<Since>,
+    reported: bool,
+}
+
+impl Dialler {
+    fn until_next_try(&self) -> Duration {
+        self.tried.map_or(Duration::ZERO, |tried| RETRY.saturating_sub(tried.elapsed()))
+    }
+
+    /// Tries once, if it is time to. That nobody is there is reported once.
+    async fn try_connect(&mut self, observer: &mut impl Observer) -> Option<Connection> {
+        if !self.until_next_try().is_zero() {
+            return None;
+        }
+        self.tried = Some(Since::now());
+        // On the loopback interface this is decided at once.
+        if let Ok(stream) = TcpStream::connect(self.at).await {
+            self.reported = false;
+            observer.notice(Notice::Connected(self.at, "simulator".into()));
+            return Some(Connection::new(stream, self.at, "simulator link"));
+        }
+        if !std::mem::replace(&mut self.reported, true) {
+            observer.notice(Notice::NobodyThere(self.at, "simulator".into()));
+        }
+        None
+    }
 }
 
 /// Takes what the session wants sent; `now` stands in for simulated time before there is one.
@@ -171,7 +184,7 @@ impl<O: Observer> Shell<'_, O> {
 
     fn disconnect(&mut self, reason: String) {
         if let Some(connection) = self.connection.take() {
-            self.observer.notice(Notice::Disconnected { peer: connection.peer, reason });
+            self.observer.notice(Notice::Disconnected(connection.peer, reason));
         }
     }
 

@@ -27,13 +27,6 @@ const FENCE_PATIENCE: Duration = Duration::from_secs(1);
 /// The autopilot may be silent while simulated time stands still.
 const PEER_MEMORY: Duration = Duration::from_secs(600);
 
-/// A TIMESYNC that has not been answered.
-#[derive(Debug)]
-struct Fence {
-    stamp: i64,
-    since: Since,
-}
-
 /// A streamer with its socket and the fence that keeps simulated time behind the autopilot.
 #[derive(Debug)]
 pub(super) struct Companion {
@@ -43,7 +36,9 @@ pub(super) struct Companion {
     /// Frames of its own go out under the streamer's address.
     encoder: Encoder,
     decoder: Decoder,
-    fence: Option<Fence>,
+    /// Since when the last TIMESYNC has not been answered, if it is waited for.
+    fence: Option<Since>,
+    /// Stamp of the last TIMESYNC.
     stamp: i64,
     /// The autopilot has answered a TIMESYNC. Before, nothing waits for one: its receiver may be asleep in
     /// simulated time.
@@ -121,7 +116,7 @@ impl Companion {
         links.receive(observer, |observer, link, frame: &Frame| {
             if let Some(MavMessage::TIMESYNC(m)) = frame.known() {
                 *answers |= m.tc1 != 0 && (1..=*stamp).contains(&m.ts1);
-                if fence.as_ref().is_some_and(|f| f.stamp == m.ts1 && m.tc1 != 0) {
+                if m.ts1 == *stamp && m.tc1 != 0 {
                     *fence = None;
                 }
                 return;
@@ -132,7 +127,7 @@ impl Companion {
                 simulator.handle_input(Link::Parachute, frame);
             }
         });
-        if self.fence.as_ref().is_some_and(|f| f.since.elapsed() >= FENCE_PATIENCE) {
+        if self.fence.is_some_and(|since| since.elapsed() >= FENCE_PATIENCE) {
             self.fence = None;
             self.unfenced += 1;
         }
@@ -182,7 +177,7 @@ impl Companion {
         let ping = TIMESYNC_DATA { tc1: 0, ts1: self.stamp, ..TIMESYNC_DATA::default() };
         let bytes = self.encoder.encode(&MavMessage::TIMESYNC(ping));
         self.links.send(&Transmit::to_all(Link::Api, bytes));
-        self.fence = self.answers.then(|| Fence { stamp: self.stamp, since: Since::now() });
+        self.fence = self.answers.then(Since::now);
     }
 
     pub(super) fn report_counts(&self, observer: &mut impl Observer) {

@@ -37,6 +37,8 @@ pub(super) struct Connection {
 
 impl Connection {
     pub(super) fn new(stream: TcpStream, peer: SocketAddr, what: &'static str) -> Self {
+        // Small frames shall not wait for company.
+        let _ = stream.set_nodelay(true);
         Self {
             stream,
             peer,

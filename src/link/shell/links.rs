@@ -7,6 +7,7 @@ use std::time::Duration;
 use mavlink::MessageData as _;
 use mavlink::dialects::common::HEARTBEAT_DATA;
 
+use super::super::autopilot::AUTOPILOT_COMPONENT;
 use super::super::frame::{Frame, message_id};
 use super::super::hub::{EndpointId, Hub, HubConfig, HubEvent};
 use super::super::session::{Link, Transmit};
@@ -16,6 +17,18 @@ use super::endpoint::{Arrival, Endpoint};
 use super::notice::{GarbageWatch, Notice, Observer, ShellError, What};
 use super::ports::{Ports, loopback};
 use super::url::LinkUrl;
+
+/// A peer that is silent is served for this long.
+pub(super) const PEER_MEMORY: Duration = Duration::from_secs(10);
+
+/// What is wired besides an instance's own ports.
+#[derive(Clone, Debug, Default)]
+pub struct Wiring {
+    /// Further endpoints for ground stations.
+    pub urls: Vec<LinkUrl>,
+    /// The key that everything but the simulator's link is signed with.
+    pub key: Option<Key>,
+}
 
 /// One endpoint with its name and the faults reported of it.
 #[derive(Debug)]
@@ -45,17 +58,40 @@ impl Links {
         Self { hub, endpoints: Vec::new(), clock: UnixClock::start(), routes: false }
     }
 
+    /// The links of an autopilot: to ground stations, to companions, to the parachute, and those that are
+    /// wired besides. Purposes begin with `prefix`.
+    pub(super) async fn of_autopilot(
+        system_id: u8,
+        ports: &Ports,
+        wiring: &Wiring,
+        prefix: &str,
+        observer: &mut impl Observer,
+    ) -> Result<Self, ShellError> {
+        let mut links = Self::new((system_id, AUTOPILOT_COMPONENT), PEER_MEMORY, true, wiring.key);
+        let (at, remotes) = (ports.autopilot_ground, [ports.ground_station]);
+        let what = format!("{prefix}for ground stations");
+        links.bind_udp(Link::GroundStation, at, what, &remotes, observer).await?;
+        let (at, remotes) = (ports.autopilot_api, [ports.api]);
+        let what = format!("{prefix}for companions");
+        links.bind_udp(Link::Api, at, what, &remotes, observer).await?;
+        links.route_to_parachute(ports, observer).await?;
+        for url in &wiring.urls {
+            links.open(url, observer).await?;
+        }
+        Ok(links)
+    }
+
     /// Binds a loopback UDP port; `defaults` are the loopback ports that are sent to unasked.
     pub(super) async fn bind_udp(
         &mut self,
         link: Link,
         port: u16,
-        what: &'static str,
+        what: impl Into<What>,
         defaults: &[u16],
         observer: &mut impl Observer,
     ) -> Result<(), ShellError> {
-        let what = What::from(what);
-        let endpoint = Endpoint::udp(loopback(port), &what, observer).await?;
+        let what = what.into();
+        let endpoint = Endpoint::udp(loopback(port), None, &what, observer).await?;
         let id = self.add(endpoint, link, what);
         for remote in defaults {
             self.hub.keep(self.clock.now_us(), id, loopback(*remote));
@@ -143,15 +179,15 @@ impl Links {
                 Arrival::Connected(peer) => {
                     let room = hub.keep(now, id, peer);
                     notices.push(if room {
-                        Notice::Connected { peer, what: what.clone() }
+                        Notice::Connected(peer, what.clone())
                     } else {
-                        Notice::Crowded { peer, what: what.clone() }
+                        Notice::Crowded(peer, what.clone())
                     });
                     room
                 }
                 Arrival::Ended(peer, reason) => {
                     hub.forget(id, peer);
-                    notices.push(Notice::Disconnected { peer, reason });
+                    notices.push(Notice::Disconnected(peer, reason));
                     true
                 }
             });
@@ -166,8 +202,8 @@ impl Links {
         while let Some(event) = self.hub.poll_event() {
             let what = |id: EndpointId| self.endpoints[usize::from(id.0)].what.clone();
             observer.notice(match event {
-                HubEvent::Heard(id, peer) => Notice::Heard { peer, what: what(id) },
-                HubEvent::Crowded(id, peer) => Notice::Crowded { peer, what: what(id) },
+                HubEvent::Heard(id, peer) => Notice::Heard(peer, what(id)),
+                HubEvent::Crowded(id, peer) => Notice::Crowded(peer, what(id)),
             });
         }
         while let Some((id, to, bytes)) = self.hub.poll_forward() {
@@ -197,7 +233,7 @@ impl Links {
     pub(super) fn report_counts(&self, observer: &mut impl Observer) {
         for (i, named) in self.endpoints.iter().enumerate() {
             let faults = self.hub.faults(EndpointId(i as u8));
-            observer.notice(Notice::Counts { what: named.what.clone(), faults });
+            observer.notice(Notice::Counts(named.what.clone(), faults));
         }
     }
 }

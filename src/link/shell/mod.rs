@@ -4,9 +4,9 @@
 //! |---|---|
 //! | [`ports`] | which ports an instance has |
 //! | [`clock`] | the wall clock: pacing by a speed factor |
-//! | [`tcp_server`], [`tcp_client`] | the two ends of the simulator's link |
 //! | [`url`] | endpoints as they are typed |
 //! | `endpoint` | sockets for ground stations and companions, by kind |
+//! | `connection` | the simulator's link: one TCP connection as frames |
 //! | `links` | a party's endpoints and the hub between them and its session |
 //! | [`notice`] | notices to the caller; errors |
 //! | [`simulator`] | [`run_simulator`]: TCP server for the autopilot, UDP for the parachute |
@@ -32,8 +32,6 @@ pub mod notice;
 pub mod ports;
 pub mod simulator;
 pub mod streamer;
-pub mod tcp_client;
-pub mod tcp_server;
 pub mod url;
 mod viewer;
 pub mod watched;
@@ -43,8 +41,9 @@ mod link_tests;
 #[cfg(test)]
 mod tests;
 
-pub use autopilot::{AfterSimulator, Wiring, run_autopilot};
+pub use autopilot::{AfterSimulator, run_autopilot};
 pub use clock::Speed;
+pub use links::Wiring;
 pub use notice::{Notice, Observer, ShellError};
 pub use ports::{Ports, system_of_instance};
 pub use simulator::{Guest, HostedDrop, run_hosted_drop, run_simulator};

@@ -6,15 +6,10 @@ use std::io;
 use std::net::SocketAddr;
 
 use super::super::faults::Faults;
-
-use crate::autopilot::flight_log::LogEntry;
-
 use super::super::hil::HilEvent;
-
 use super::super::session::Link;
-
 use super::super::streamer::StreamerEvent;
-
+use crate::autopilot::flight_log::LogEntry;
 use crate::time::{TimeUs, Timed};
 
 /// What a socket is for, or as which it was typed.
@@ -88,61 +83,23 @@ pub enum Notice {
         /// Purpose of the socket.
         what: What,
     },
-    /// A connection stands.
-    Connected {
-        /// Address of the peer.
-        peer: SocketAddr,
-        /// Purpose of the socket.
-        what: What,
-    },
-    /// A connection has ended.
-    Disconnected {
-        /// Address of the peer.
-        peer: SocketAddr,
-        /// Reason, in words.
-        reason: String,
-    },
-    /// A second autopilot has tried to connect and has been sent away.
-    TurnedAway {
-        /// Address of the peer.
-        peer: SocketAddr,
-    },
-    /// Nobody listens there yet; it is tried again and again.
-    NobodyThere {
-        /// Address.
-        at: SocketAddr,
-        /// What should be there.
-        what: What,
-    },
-    /// A peer has sent a frame on a UDP socket for the first time, or after a silence.
-    Heard {
-        /// Address of the peer.
-        peer: SocketAddr,
-        /// Purpose of the socket.
-        what: What,
-    },
-    /// There is no room for a further peer.
-    Crowded {
-        /// Address of the peer.
-        peer: SocketAddr,
-        /// Purpose of the socket.
-        what: What,
-    },
-    /// At the end: everything that came, by kind.
-    Counts {
-        /// Purpose of the socket.
-        what: What,
-        /// The counts.
-        faults: Faults,
-    },
-    /// Bytes have come that are no frames, or frames that are not let in; reported at the 1st, 2nd, 4th, ..
-    /// time.
-    Garbage {
-        /// Purpose of the socket.
-        what: What,
-        /// All that this socket has dropped so far.
-        faults: Faults,
-    },
+    /// A connection with this peer stands, for this purpose.
+    Connected(SocketAddr, What),
+    /// The connection with this peer has ended, for this reason.
+    Disconnected(SocketAddr, String),
+    /// A second autopilot has tried to connect, from this address, and has been sent away.
+    TurnedAway(SocketAddr),
+    /// Nobody listens at this address yet, where this should be; it is tried again and again.
+    NobodyThere(SocketAddr, What),
+    /// This peer has sent a frame on a UDP socket of this purpose for the first time, or after a silence.
+    Heard(SocketAddr, What),
+    /// There is no room for this further peer on the socket of this purpose.
+    Crowded(SocketAddr, What),
+    /// At the end: everything that came by the socket of this purpose, by kind.
+    Counts(What, Faults),
+    /// Bytes have come by the socket of this purpose that are no frames, or frames that are not let in;
+    /// reported at the 1st, 2nd, 4th, .. time, with all that the socket has dropped so far.
+    Garbage(What, Faults),
     /// A report of the simulator.
     Simulator(Timed<HilEvent>),
     /// A report of the streamer.
@@ -162,16 +119,14 @@ impl fmt::Display for Notice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Open { protocol, at, what } => write!(f, "{protocol} {at} open ({what})"),
-            Self::Connected { peer, what } => write!(f, "connected to {what} {peer}"),
-            Self::Disconnected { peer, reason } => write!(f, "connection to {peer} ended: {reason}"),
-            Self::TurnedAway { peer } => {
-                write!(f, "turned {peer} away: an autopilot is connected already")
-            }
-            Self::NobodyThere { at, what } => write!(f, "no {what} at {at} yet; trying on"),
-            Self::Heard { peer, what } => write!(f, "heard {peer} ({what})"),
-            Self::Crowded { peer, what } => write!(f, "no room for {peer} ({what}): too many peers"),
-            Self::Counts { what, faults } => write!(f, "{what}: {faults}"),
-            Self::Garbage { what, faults } => {
+            Self::Connected(peer, what) => write!(f, "connected to {what} {peer}"),
+            Self::Disconnected(peer, reason) => write!(f, "connection to {peer} ended: {reason}"),
+            Self::TurnedAway(peer) => write!(f, "turned {peer} away: an autopilot is connected already"),
+            Self::NobodyThere(at, what) => write!(f, "no {what} at {at} yet; trying on"),
+            Self::Heard(peer, what) => write!(f, "heard {peer} ({what})"),
+            Self::Crowded(peer, what) => write!(f, "no room for {peer} ({what}): too many peers"),
+            Self::Counts(what, faults) => write!(f, "{what}: {faults}"),
+            Self::Garbage(what, faults) => {
                 write!(f, "{what}: dropped {} bytes that are no frames", faults.skipped_bytes)?;
                 if faults.refused() > 0 {
                     write!(f, ", refused {} frames", faults.refused())?;
@@ -223,7 +178,7 @@ impl GarbageWatch {
         let bad = faults.skipped_bytes + faults.refused();
         if bad > self.report_from {
             self.report_from = bad.saturating_mul(2);
-            observer.notice(Notice::Garbage { what: what.clone(), faults: *faults });
+            observer.notice(Notice::Garbage(what.clone(), *faults));
         }
     }
 }

@@ -42,25 +42,6 @@ impl Ports {
         Ok(Self::shifted(instance))
     }
 
-    /// Whether those that a hosted drop binds are free, now.
-    ///
-    /// # Errors
-    /// [`ShellError`] with the first that cannot be had.
-    pub fn look(&self) -> Result<(), ShellError> {
-        let at = |port| SocketAddr::from((Ipv4Addr::LOCALHOST, port));
-        let tcp = ("TCP", at(self.simulator), "simulator, for the autopilot");
-        let streamer = ("UDP", at(self.api), "streamer, for the autopilot");
-        let parachute = ("UDP", at(self.parachute), "parachute");
-        for (protocol, at, what) in [tcp, streamer, parachute] {
-            let bound = match protocol {
-                "TCP" => TcpListener::bind(at).map(drop),
-                _ => UdpSocket::bind(at).map(drop),
-            };
-            bound.map_err(|e| ShellError::bind(protocol, at, &what.into(), e))?;
-        }
-        Ok(())
-    }
-
     fn shifted(instance: u16) -> Self {
         Self {
             simulator: 4560 + instance,
@@ -72,6 +53,24 @@ impl Ports {
             viewer: 19410 + instance,
         }
     }
+
+    /// Whether those that a hosted drop binds are free, now.
+    ///
+    /// # Errors
+    /// [`ShellError`] with the first that cannot be had.
+    pub fn look(&self) -> Result<(), ShellError> {
+        let tcp = ("TCP", loopback(self.simulator), "simulator, for the autopilot");
+        let streamer = ("UDP", loopback(self.api), "streamer, for the autopilot");
+        let parachute = ("UDP", loopback(self.parachute), "parachute");
+        for (protocol, at, what) in [tcp, streamer, parachute] {
+            let bound = match protocol {
+                "TCP" => TcpListener::bind(at).map(drop),
+                _ => UdpSocket::bind(at).map(drop),
+            };
+            bound.map_err(|e| ShellError::bind(protocol, at, &what.into(), e))?;
+        }
+        Ok(())
+    }
 }
 
 /// MAVLink system of an instance's vehicle, as PX4 counts: instance 0 is system 1.
@@ -79,10 +78,7 @@ impl Ports {
 /// # Errors
 /// [`ShellError::Instance`] above [`MAX_INSTANCE`].
 pub fn system_of_instance(instance: u16) -> Result<u8, ShellError> {
-    match u8::try_from(instance) {
-        Ok(n) if instance <= MAX_INSTANCE => Ok(n + 1),
-        _ => Err(ShellError::Instance { instance, max: MAX_INSTANCE }),
-    }
+    Ports::of_instance(instance).map(|_| instance as u8 + 1)
 }
 
 /// A port on the loopback interface.

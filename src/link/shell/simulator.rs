@@ -4,7 +4,7 @@ use std::future::Future;
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use tokio::net::TcpStream;
+use tokio::net::{TcpListener, TcpStream};
 
 use super::super::frame::Frame;
 use super::super::hil::{HilSession, Pace};
@@ -16,17 +16,18 @@ use super::busy_wait::BusyWait;
 use super::clock::{Pacer, Since, Speed, WATCH_PERIOD};
 use super::companion::Companion;
 use super::connection::Connection;
-use super::links::Links;
-use super::notice::{Notice, Observer, ShellError};
-use super::ports::Ports;
-use super::tcp_server::TcpServer;
+use super::endpoint::listen;
+use super::links::{Links, PEER_MEMORY};
+use super::notice::{Notice, Observer, ShellError, What};
+use super::ports::{Ports, loopback};
 use super::viewer::Viewer;
 use crate::time::TimeUs;
 
 /// Half a frame and then nothing for this long: the rest is not coming.
 const HALF_FRAME_PATIENCE: Duration = Duration::from_secs(1);
-/// A peer of the parachute is remembered for this long.
-pub(super) const PEER_MEMORY: Duration = Duration::from_secs(10);
+
+/// Purpose of the TCP port.
+const PURPOSE: What = What::Borrowed("simulator, for the autopilot");
 
 struct Shell<'a, O> {
     session: HilSession,
@@ -78,7 +79,7 @@ pub async fn run_simulator<O: Observer>(
     observer: &mut O,
     stop: impl Future<Output = ()>,
 ) -> Result<HilSession, ShellError> {
-    let server = TcpServer::bind(ports.simulator, "simulator, for the autopilot", observer).await?;
+    let server = listen(loopback(ports.simulator), &PURPOSE, observer).await?;
     let remotes = [ports.ground_station, ports.api];
     let mut shell = Shell::open(session, ports, speed, key, &remotes, observer).await?;
     shell.parachute.expect_doubles();
@@ -102,7 +103,7 @@ pub async fn run_hosted_drop<O: Observer, G: Guest, E: From<ShellError>>(
     observer: &mut O,
     stop: impl Future<Output = ()>,
 ) -> Result<(HostedDrop, G), E> {
-    let server = TcpServer::bind(ports.simulator, "simulator, for the autopilot", observer).await?;
+    let server = listen(loopback(ports.simulator), &PURPOSE, observer).await?;
     let mut companion = Companion::open(streamer, ports, observer).await?;
     let mut shell = Shell::open(session, ports, speed, None, &[ports.ground_station], observer).await?;
     shell.companion = Some(&mut companion);
@@ -110,6 +111,17 @@ pub async fn run_hosted_drop<O: Observer, G: Guest, E: From<ShellError>>(
     let gone = shell.run(server, speed, &mut guest, stop).await;
     let simulator = shell.session;
     Ok((HostedDrop { simulator, unfenced: companion.unfenced, streamer: companion.session, gone }, guest))
+}
+
+/// The next connection. Safe to cancel.
+async fn accept(server: &TcpListener) -> (TcpStream, SocketAddr) {
+    loop {
+        // A connection that is gone before it is accepted is nobody's loss.
+        if let Ok(accepted) = server.accept().await {
+            return accepted;
+        }
+        tokio::task::yield_now().await;
+    }
 }
 
 /// An autopilot of which nothing is known but its connection.
@@ -156,7 +168,7 @@ impl<'a, O: Observer> Shell<'a, O> {
     /// Runs to the end; returns the reason why the guest is gone, if that ended it.
     async fn run(
         &mut self,
-        server: TcpServer,
+        server: TcpListener,
         speed: Speed,
         guest: &mut impl Guest,
         stop: impl Future<Output = ()>,
@@ -182,7 +194,7 @@ impl<'a, O: Observer> Shell<'a, O> {
                         self.session.stop();
                         break;
                     }
-                    new = server.accept() => accepted = Some(new),
+                    new = accept(&server) => accepted = Some(new),
                     () = Connection::readable(self.connection.as_ref()) => {}
                     () = self.parachute.readable() => {}
                     () = Self::heard(&mut self.companion) => {}
@@ -286,10 +298,10 @@ impl<'a, O: Observer> Shell<'a, O> {
 
     fn admit(&mut self, stream: TcpStream, peer: SocketAddr) {
         if self.connection.is_some() {
-            self.observer.notice(Notice::TurnedAway { peer });
+            self.observer.notice(Notice::TurnedAway(peer));
             return;
         }
-        self.observer.notice(Notice::Connected { peer, what: "autopilot".into() });
+        self.observer.notice(Notice::Connected(peer, "autopilot".into()));
         self.connection = Some(Connection::new(stream, peer, "simulator link"));
         self.session.peer_connected();
         if let Some(companion) = &mut self.companion {
@@ -302,7 +314,7 @@ impl<'a, O: Observer> Shell<'a, O> {
 
     fn disconnect(&mut self, reason: String) {
         if let Some(connection) = self.connection.take() {
-            self.observer.notice(Notice::Disconnected { peer: connection.peer, reason });
+            self.observer.notice(Notice::Disconnected(connection.peer, reason));
             self.session.peer_left();
         }
     }

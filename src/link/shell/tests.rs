@@ -255,7 +255,7 @@ fn a_peer_that_leaves_is_waited_for_and_the_drop_starts_over() {
         tokio::join!(run_simulator(simulator(45_000_000), &ports, Speed::Max, None, &mut a, stop), script)
     });
     assert!(session.unwrap().now() >= 12_000);
-    assert!(heard(&a.notices, |n| matches!(n, Notice::TurnedAway { .. })));
+    assert!(heard(&a.notices, |n| matches!(n, Notice::TurnedAway(_))));
     assert!(heard(&a.notices, |n| matches!(n, Notice::Simulator(Timed { event: HilEvent::PeerLeft, .. }))));
     assert!(heard(&a.notices, |n| matches!(
         n,
@@ -289,9 +289,9 @@ fn garbage_on_every_socket_is_told_and_does_no_harm() {
     });
     assert!(session.unwrap().counts().steps >= 1_260);
     for what in ["simulator link", "parachute"] {
-        assert!(heard(&a.notices, |n| matches!(n, Notice::Garbage { what: w, .. } if *w == what)), "{what}");
+        assert!(heard(&a.notices, |n| matches!(n, Notice::Garbage(w, _) if *w == what)), "{what}");
     }
-    assert!(!heard(&a.notices, |n| matches!(n, Notice::Heard { .. })), "garbage makes nobody a peer");
+    assert!(!heard(&a.notices, |n| matches!(n, Notice::Heard(..))), "garbage makes nobody a peer");
 }
 
 #[test]

@@ -11,12 +11,10 @@ use super::super::lockstep::{Lockstep, LockstepError, Party};
 use super::super::parachute::PARACHUTE_COMPONENT;
 use super::super::peer::PeerId;
 use super::super::session::{Link, Session as _, Transmit};
-use super::autopilot::Wiring;
 use super::clock::{Pacer, Speed};
-use super::links::Links;
+use super::links::{Links, PEER_MEMORY, Wiring};
 use super::notice::{Notice, Observer, ShellError};
 use super::ports::Ports;
-use super::simulator::PEER_MEMORY;
 use super::viewer::Viewer;
 use crate::time::TimeUs;
 
@@ -113,15 +111,7 @@ impl Sockets {
         observer: &mut O,
     ) -> Result<Self, ShellError> {
         let system = wire.autopilot.system_id();
-        let mut vehicle = Links::new((system, AUTOPILOT_COMPONENT), PEER_MEMORY, true, wiring.key);
-        let (ground, api) = ([ports.ground_station], [ports.api]);
-        let (at, what) = (ports.autopilot_ground, "for ground stations");
-        vehicle.bind_udp(Link::GroundStation, at, what, &ground, observer).await?;
-        vehicle.bind_udp(Link::Api, ports.autopilot_api, "for companions", &api, observer).await?;
-        vehicle.route_to_parachute(ports, observer).await?;
-        for url in &wiring.urls {
-            vehicle.open(url, observer).await?;
-        }
+        let vehicle = Links::of_autopilot(system, ports, wiring, "", observer).await?;
         let mut parachute = Links::new((system, PARACHUTE_COMPONENT), PEER_MEMORY, false, wiring.key);
         let both = [ports.ground_station, ports.api];
         parachute.expect_doubles();
