@@ -48,7 +48,7 @@ pub fn decoder(data: &[u8]) {
     let endpoint = hub.add_endpoint(Link::GroundStation);
     for (i, bytes) in data.chunks(64).enumerate() {
         hub.datagram(i as u64 * 1000, endpoint, i as u8, bytes, |frame| {
-            let _ = (frame.target_system(), frame.command(), frame.set_mode(), frame.command_ack());
+            let _ = (frame.target(), frame.command(), frame.set_mode(), frame.command_ack());
         });
     }
 }

@@ -3,7 +3,7 @@
 use super::decoder::Decoder;
 use super::encoder::Encoder;
 use super::faults::Faults;
-use super::frame::{CommandAck, Frame, Message};
+use super::frame::{CommandAck, Frame};
 use mavlink::dialects::common::*;
 use mavlink::{MAV_STX, MAV_STX_V2, MavlinkVersion, Message as _, calculate_crc};
 use proptest::prelude::*;
@@ -77,9 +77,9 @@ fn an_unknown_command_is_unparsed_and_readable() {
     (payload[30], payload[31], payload[32]) = (1, 161, 2);
     let bytes = Encoder::new(255, 190).encode_payload(76, MavMessage::extra_crc(76), &payload);
     let (frames, decoder) = stream(&bytes);
-    assert_eq!(frames[0].message, Message::Unparsed);
+    assert_eq!(frames[0].message, None);
     assert_eq!(decoder.faults().unparsed, 1);
-    assert_eq!((frames[0].target_system(), frames[0].target_component()), (Some(1), Some(161)));
+    assert_eq!(frames[0].target(), (1, 161));
     let command = frames[0].command().unwrap();
     assert_eq!((command.command, command.confirmation), (65_000, 2));
     assert_eq!([command.param(1), command.param(2), command.param(3)], [Some(0.0), Some(2.5), None]);
@@ -97,7 +97,7 @@ fn an_ack_for_an_unknown_command_can_be_sent_and_read() {
     };
     let (frames, _) = stream(&Encoder::new(1, 1).encode_command_ack(&ack));
     assert_eq!(frames[0].command_ack(), Some(ack));
-    assert_eq!(frames[0].target_system(), Some(255));
+    assert_eq!(frames[0].target(), (255, 190));
 }
 
 #[test]

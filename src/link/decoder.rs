@@ -10,71 +10,10 @@ use mavlink::error::ParserError;
 use mavlink::{MAV_STX, MAV_STX_V2, MavlinkVersion, Message as _, calculate_crc};
 
 use super::faults::Faults;
-use super::frame::{Frame, Message};
+use super::frame::{Frame, Header};
 
-/// MAVLink 2: a signature of 13 bytes follows the checksum.
-pub(super) const INCOMPATIBLE_SIGNED: u8 = 0x01;
-pub(super) const SIGNATURE_LEN: usize = 13;
-pub(super) const CHECKSUM_LEN: usize = 2;
-const HEADER_LEN_V1: usize = 6;
-pub(super) const HEADER_LEN_V2: usize = 10;
 /// Most bytes that a stream keeps while it waits for the rest of a frame; any frame is far shorter.
 const MAX_BUFFERED: usize = 1 << 16;
-
-/// A frame's header and where its parts lie.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Header {
-    pub system_id: u8,
-    pub component_id: u8,
-    pub sequence: u8,
-    pub message_id: u32,
-    pub payload_at: usize,
-    pub payload_len: usize,
-    version: MavlinkVersion,
-    pub signed: bool,
-    incompatible: bool,
-}
-
-impl Header {
-    /// Reads a header at the start of `bytes`; `None` when there are too few.
-    fn read(bytes: &[u8]) -> Option<Self> {
-        match *bytes {
-            [MAV_STX, len, sequence, system_id, component_id, id, ..] => Some(Self {
-                system_id,
-                component_id,
-                sequence,
-                message_id: u32::from(id),
-                payload_at: HEADER_LEN_V1,
-                payload_len: usize::from(len),
-                version: MavlinkVersion::V1,
-                signed: false,
-                incompatible: false,
-            }),
-            [MAV_STX_V2, len, incompatible, _, sequence, system_id, component_id, a, b, c, ..] => {
-                Some(Self {
-                    system_id,
-                    component_id,
-                    sequence,
-                    message_id: u32::from_le_bytes([a, b, c, 0]),
-                    payload_at: HEADER_LEN_V2,
-                    payload_len: usize::from(len),
-                    version: MavlinkVersion::V2,
-                    signed: incompatible & INCOMPATIBLE_SIGNED != 0,
-                    incompatible: incompatible & !INCOMPATIBLE_SIGNED != 0,
-                })
-            }
-            _ => None,
-        }
-    }
-
-    fn checksum_at(&self) -> usize {
-        self.payload_at + self.payload_len
-    }
-
-    fn frame_len(&self) -> usize {
-        self.checksum_at() + CHECKSUM_LEN + if self.signed { SIGNATURE_LEN } else { 0 }
-    }
-}
 
 /// What stands at the start of some bytes.
 #[expect(clippy::large_enum_variant, reason = "lives for one call; boxing it would allocate per frame")]
@@ -231,7 +170,7 @@ fn examine_whole(bytes: &[u8], next: Option<u8>, end: End, header: Header, fault
     faults.signed += u64::from(header.signed);
     faults.mavlink1 += u64::from(matches!(header.version, MavlinkVersion::V1));
     let message = match MavMessage::parse(header.version, header.message_id, &bytes[header.payload_at..at]) {
-        Ok(message) => Message::Known(message),
+        Ok(message) => Some(message),
         Err(
             ParserError::InvalidEnum { .. }
             | ParserError::UnknownMessage { .. }
@@ -239,7 +178,7 @@ fn examine_whole(bytes: &[u8], next: Option<u8>, end: End, header: Header, fault
             | ParserError::BytesError(_),
         ) => {
             faults.unparsed += 1;
-            Message::Unparsed
+            None
         }
     };
     Found::Frame(Frame::from_checked(bytes, header, message), bytes.len())

@@ -6,8 +6,7 @@
 use mavlink::dialects::common::{COMMAND_ACK_DATA, MavMessage};
 use mavlink::{MAV_STX_V2, MavlinkVersion, Message as _, MessageData as _, calculate_crc};
 
-use super::decoder::{CHECKSUM_LEN, HEADER_LEN_V2};
-use super::frame::{CommandAck, MAX_FRAME_LEN};
+use super::frame::{CHECKSUM_LEN, CommandAck, HEADER_LEN_V2, MAX_FRAME_LEN};
 use super::froude::Froude;
 
 /// Makes the MAVLink 2 frames of one component on one link: sequence numbers without gaps.
@@ -33,11 +32,6 @@ impl Encoder {
     /// The system.
     pub fn system_id(&self) -> u8 {
         self.system_id
-    }
-
-    /// The component.
-    pub fn component_id(&self) -> u8 {
-        self.component_id
     }
 
     /// The frame of `message`.

@@ -17,7 +17,7 @@ pub struct Faults {
     pub unknown_id: u64,
     /// Frames with MAVLink 2 incompatibility flags other than "signed"; a receiver must drop them.
     pub incompatible: u64,
-    /// Sound frames with a value that the parser refuses, given out as [`super::Message::Unparsed`].
+    /// Sound frames with a value that the parser refuses, given out without a [`super::Frame::message`].
     pub unparsed: u64,
     /// Sound frames of MAVLink 1; taken like those of MAVLink 2.
     pub mavlink1: u64,
@@ -76,61 +76,35 @@ impl Faults {
 
     /// Adds what another has counted.
     pub fn add(&mut self, other: &Self) {
-        for (sum, (_, count)) in self.all_mut().into_iter().zip(other.all()) {
-            *sum += count;
+        for ((_, sum), (_, count)) in self.all().into_iter().zip({ *other }.all()) {
+            *sum += *count;
         }
     }
 
     /// Every count with its name.
-    fn all(&self) -> [(&'static str, u64); 21] {
+    fn all(&mut self) -> [(&'static str, &mut u64); 21] {
         [
-            ("frames", self.frames),
-            ("skipped bytes", self.skipped_bytes),
-            ("bad checksum", self.bad_crc),
-            ("cut off", self.truncated),
-            ("unknown message", self.unknown_id),
-            ("unknown flags", self.incompatible),
-            ("odd values", self.unparsed),
-            ("MAVLink 1", self.mavlink1),
-            ("signed", self.signed),
-            ("oversize", self.oversize),
-            ("bad signature", self.bad_signature),
-            ("unsigned", self.unsigned),
-            ("replayed", self.replayed),
-            ("repeated", self.repeated),
-            ("late", self.late),
-            ("doubled", self.doubled),
-            ("missed", self.missed),
-            ("wrong target", self.wrong_target),
-            ("in our name", self.own_name),
-            ("too many peers", self.crowded),
-            ("not forwarded", self.not_forwarded),
-        ]
-    }
-
-    fn all_mut(&mut self) -> [&mut u64; 21] {
-        [
-            &mut self.frames,
-            &mut self.skipped_bytes,
-            &mut self.bad_crc,
-            &mut self.truncated,
-            &mut self.unknown_id,
-            &mut self.incompatible,
-            &mut self.unparsed,
-            &mut self.mavlink1,
-            &mut self.signed,
-            &mut self.oversize,
-            &mut self.bad_signature,
-            &mut self.unsigned,
-            &mut self.replayed,
-            &mut self.repeated,
-            &mut self.late,
-            &mut self.doubled,
-            &mut self.missed,
-            &mut self.wrong_target,
-            &mut self.own_name,
-            &mut self.crowded,
-            &mut self.not_forwarded,
+            ("frames", &mut self.frames),
+            ("skipped bytes", &mut self.skipped_bytes),
+            ("bad checksum", &mut self.bad_crc),
+            ("cut off", &mut self.truncated),
+            ("unknown message", &mut self.unknown_id),
+            ("unknown flags", &mut self.incompatible),
+            ("odd values", &mut self.unparsed),
+            ("MAVLink 1", &mut self.mavlink1),
+            ("signed", &mut self.signed),
+            ("oversize", &mut self.oversize),
+            ("bad signature", &mut self.bad_signature),
+            ("unsigned", &mut self.unsigned),
+            ("replayed", &mut self.replayed),
+            ("repeated", &mut self.repeated),
+            ("late", &mut self.late),
+            ("doubled", &mut self.doubled),
+            ("missed", &mut self.missed),
+            ("wrong target", &mut self.wrong_target),
+            ("in our name", &mut self.own_name),
+            ("too many peers", &mut self.crowded),
+            ("not forwarded", &mut self.not_forwarded),
         ]
     }
 }
@@ -139,7 +113,7 @@ impl Faults {
 impl fmt::Display for Faults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} frames", self.frames)?;
-        for (name, count) in self.all().into_iter().skip(1).filter(|(_, count)| *count > 0) {
+        for (name, count) in { *self }.all().into_iter().skip(1).filter(|(_, count)| **count > 0) {
             write!(f, ", {name} {count}")?;
         }
         Ok(())
@@ -151,15 +125,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn closed_form_counts_add_kind_by_kind_and_are_told_by_name() {
+    fn closed_form_counts_add_kind_by_kind_and_are_reported_by_name() {
         let mut sum = Faults::default();
-        for (i, count) in sum.all_mut().into_iter().enumerate() {
+        for (i, (_, count)) in sum.all().into_iter().enumerate() {
             *count = i as u64;
         }
         let once = sum;
         sum.add(&once);
         for (i, (_, count)) in sum.all().into_iter().enumerate() {
-            assert_eq!(count, 2 * i as u64);
+            assert_eq!(*count, 2 * i as u64);
         }
         let some = Faults { frames: 12, bad_crc: 3, unsigned: 1, ..Faults::default() };
         assert_eq!(some.to_string(), "12 frames, bad checksum 3, unsigned 1");

@@ -2,44 +2,32 @@
 //!
 //! The mavlink crate's enums are strict: a COMMAND_LONG with a command number it does not know, or a
 //! parameter type out of range, does not parse, though the frame is sound and an autopilot owes its sender an
-//! answer. Such a frame is [`Message::Unparsed`]; the raw payload of every frame can be read by offset
+//! answer. Such a frame has no [`Frame::message`]; the raw payload of every frame can be read by offset
 //! ([`Payload`]), and the messages that must be answered whatever they hold have accessors that read the
 //! payload itself ([`Frame::command`], [`Frame::set_mode`]).
 //!
 //! Offsets are those of the wire (fields sorted by size), beyond the end of a trimmed payload everything is
 //! zero.
 
-use mavlink::dialects::common::{
-    COMMAND_ACK_DATA, COMMAND_INT_DATA, COMMAND_LONG_DATA, MavMessage, MavResult, PARAM_SET_DATA,
-};
-use mavlink::{MavlinkVersion, Message as _, MessageData as _};
+use mavlink::dialects::common::*;
+use mavlink::{MAV_STX, MAV_STX_V2, MavlinkVersion, Message as _, MessageData as _};
 
 use super::peer::PeerId;
 
+/// MAVLink 2: a signature of 13 bytes follows the checksum.
+pub(super) const INCOMPATIBLE_SIGNED: u8 = 0x01;
+pub(super) const SIGNATURE_LEN: usize = 13;
+pub(super) const CHECKSUM_LEN: usize = 2;
+const HEADER_LEN_V1: usize = 6;
+pub(super) const HEADER_LEN_V2: usize = 10;
 /// Longest frame: MAVLink 2, 255 bytes of payload, signed.
 pub const MAX_FRAME_LEN: usize = 280;
 
 #[expect(deprecated, reason = "deprecated in MAVLink, still sent by ground stations")]
-const SET_MODE_ID: u32 = mavlink::dialects::common::SET_MODE_DATA::ID;
-/// Message id of PARAM_SET.
-pub const PARAM_SET_ID: u32 = PARAM_SET_DATA::ID;
+const SET_MODE_ID: u32 = SET_MODE_DATA::ID;
 /// Bytes of a MAVLink 2 frame that hold its message id.
 #[cfg(feature = "cli")]
 const MESSAGE_ID_AT: std::ops::Range<usize> = 7..10;
-
-/// A message: parsed, or sound on the wire but with a value that the crate's enums do not know.
-#[derive(Clone, Debug, PartialEq)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "nearly every message is Known; boxing it would allocate per frame"
-)]
-pub enum Message {
-    /// Parsed.
-    Known(MavMessage),
-    /// The checksum is right and the message is one of the dialect, but a field holds a value that the parser
-    /// refuses. Read it through [`Frame::payload`].
-    Unparsed,
-}
 
 /// A COMMAND_ACK in plain numbers: the command may be one that the crate's enum does not have.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -78,6 +66,62 @@ pub(super) fn message_id(frame: &[u8]) -> Option<u32> {
     Some(u32::from_le_bytes([a, b, c, 0]))
 }
 
+/// A frame's header and where its parts lie.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Header {
+    pub system_id: u8,
+    pub component_id: u8,
+    pub sequence: u8,
+    pub message_id: u32,
+    pub payload_at: usize,
+    pub payload_len: usize,
+    pub version: MavlinkVersion,
+    pub signed: bool,
+    /// Has flags that a receiver must know and does not.
+    pub incompatible: bool,
+}
+
+impl Header {
+    /// Reads a header at the start of `bytes`; `None` when there are too few.
+    pub(super) fn read(bytes: &[u8]) -> Option<Self> {
+        match *bytes {
+            [MAV_STX, len, sequence, system_id, component_id, id, ..] => Some(Self {
+                system_id,
+                component_id,
+                sequence,
+                message_id: u32::from(id),
+                payload_at: HEADER_LEN_V1,
+                payload_len: usize::from(len),
+                version: MavlinkVersion::V1,
+                signed: false,
+                incompatible: false,
+            }),
+            [MAV_STX_V2, len, incompatible, _, sequence, system_id, component_id, a, b, c, ..] => {
+                Some(Self {
+                    system_id,
+                    component_id,
+                    sequence,
+                    message_id: u32::from_le_bytes([a, b, c, 0]),
+                    payload_at: HEADER_LEN_V2,
+                    payload_len: usize::from(len),
+                    version: MavlinkVersion::V2,
+                    signed: incompatible & INCOMPATIBLE_SIGNED != 0,
+                    incompatible: incompatible & !INCOMPATIBLE_SIGNED != 0,
+                })
+            }
+            _ => None,
+        }
+    }
+
+    pub(super) fn checksum_at(&self) -> usize {
+        self.payload_at + self.payload_len
+    }
+
+    pub(super) fn frame_len(&self) -> usize {
+        self.checksum_at() + CHECKSUM_LEN + if self.signed { SIGNATURE_LEN } else { 0 }
+    }
+}
+
 /// A received frame whose checksum was right.
 #[derive(Clone, PartialEq)]
 pub struct Frame {
@@ -89,8 +133,9 @@ pub struct Frame {
     pub sequence: u8,
     /// Number of the message.
     pub message_id: u32,
-    /// The message.
-    pub message: Message,
+    /// The message, parsed; `None` where a field holds a value that the crate's enums do not know. It is then
+    /// read through [`Frame::payload`].
+    pub message: Option<MavMessage>,
     /// Peer that it came by; [`PeerId::ONLY`] unless the receiving side distinguishes its peers.
     pub peer: PeerId,
     bytes: [u8; MAX_FRAME_LEN],
@@ -102,7 +147,7 @@ pub struct Frame {
 
 impl Frame {
     /// Cuts a frame, header to checksum or signature, that the decoder has checked.
-    pub(super) fn from_checked(bytes: &[u8], header: super::decoder::Header, message: Message) -> Self {
+    pub(super) fn from_checked(bytes: &[u8], header: Header, message: Option<MavMessage>) -> Self {
         let mut copy = [0; MAX_FRAME_LEN];
         let len = bytes.len().min(MAX_FRAME_LEN);
         copy[..len].copy_from_slice(&bytes[..len]);
@@ -147,10 +192,7 @@ impl Frame {
 
     /// The parsed message, if it parsed.
     pub fn known(&self) -> Option<&MavMessage> {
-        match &self.message {
-            Message::Known(message) => Some(message),
-            Message::Unparsed => None,
-        }
+        self.message.as_ref()
     }
 
     /// COMMAND_LONG or COMMAND_INT, whatever its command number and frame.
@@ -181,27 +223,19 @@ impl Frame {
         })
     }
 
-    /// The system that the message is addressed to; `None` for a message without target. 0 means every
-    /// system.
-    pub fn target_system(&self) -> Option<u8> {
-        match (&self.message, self.message_id) {
-            (Message::Known(message), _) => message.target_system_id(),
-            (_, COMMAND_INT_DATA::ID | COMMAND_LONG_DATA::ID) => Some(self.payload().u8(30)),
-            (_, SET_MODE_ID | PARAM_SET_ID) => Some(self.payload().u8(4)),
-            (_, COMMAND_ACK_DATA::ID) => Some(self.payload().u8(8)),
-            _ => None,
-        }
-    }
-
-    /// The component that the message is addressed to; `None` for a message without one. 0 means every
-    /// component.
-    pub fn target_component(&self) -> Option<u8> {
-        match (&self.message, self.message_id) {
-            (Message::Known(message), _) => message.target_component_id(),
-            (_, COMMAND_INT_DATA::ID | COMMAND_LONG_DATA::ID) => Some(self.payload().u8(31)),
-            (_, PARAM_SET_ID) => Some(self.payload().u8(5)),
-            (_, COMMAND_ACK_DATA::ID) => Some(self.payload().u8(9)),
-            _ => None,
+    /// System and component that the message is addressed to; 0 means every one, and stands for what a message
+    /// without target, or without a component in it, does not say.
+    pub fn target(&self) -> (u8, u8) {
+        let p = self.payload();
+        match (self.known(), self.message_id) {
+            (Some(message), _) => {
+                (message.target_system_id().unwrap_or(0), message.target_component_id().unwrap_or(0))
+            }
+            (None, COMMAND_INT_DATA::ID | COMMAND_LONG_DATA::ID) => (p.u8(30), p.u8(31)),
+            (None, SET_MODE_ID) => (p.u8(4), 0),
+            (None, PARAM_SET_DATA::ID) => (p.u8(4), p.u8(5)),
+            (None, COMMAND_ACK_DATA::ID) => (p.u8(8), p.u8(9)),
+            (None, _) => (0, 0),
         }
     }
 }

@@ -18,6 +18,7 @@
 //! | [`autopilot`] | the reference autopilot: HIL client, vehicle for ground stations and companions |
 //! | [`lockstep`] | all of them on a wire in memory |
 //! | `statustext` | long texts in pieces |
+//! | `wire` | the wire's units; messages of more than one sender |
 //!
 //! A session owns no socket and no clock: [`session`] has the contract. The sockets and the only clock are in
 //! `shell`.
@@ -40,6 +41,7 @@ pub mod signing;
 mod statustext;
 pub mod streamer;
 pub mod tlog;
+mod wire;
 
 #[cfg(test)]
 mod codec_tests;
@@ -52,7 +54,7 @@ pub use autopilot::{AutopilotSession, AutopilotSetup};
 pub use decoder::Decoder;
 pub use encoder::Encoder;
 pub use faults::Faults;
-pub use frame::{Command, CommandAck, Frame, Message, Payload, SetMode};
+pub use frame::{Command, CommandAck, Frame, Payload, SetMode};
 pub use froude::Froude;
 pub use hil::{HilConfig, HilEvent, HilSession, Pace, Silence};
 pub use hub::{EndpointId, Hub, HubConfig, HubEvent};

@@ -9,12 +9,7 @@
 use std::collections::VecDeque;
 
 use mavlink::MessageData as _;
-use mavlink::dialects::common::{
-    HEARTBEAT_DATA, MavAutopilot, MavCmd, MavMessage, MavModeFlag, MavResult, MavSeverity, MavState, MavType,
-    NAMED_VALUE_INT_DATA,
-};
-
-use super::statustext::TextWriter;
+use mavlink::dialects::common::*;
 
 use super::encoder::Encoder;
 use super::frame::{Command, CommandAck, Frame};
@@ -22,6 +17,8 @@ use super::froude::Froude;
 pub use super::froude::{T_END, T_RELEASE};
 use super::peer::{PeerId, Recipient};
 use super::session::{Link, Session, Transmit};
+use super::statustext::TextWriter;
+use super::wire::heartbeat_of;
 use crate::time::{TimeUs, seconds};
 
 /// MAV_COMP_ID_PARACHUTE.
@@ -49,25 +46,8 @@ pub struct ParachuteComponent {
     outbox: VecDeque<(Recipient, Vec<u8>)>,
 }
 
-/// What a command comes to.
-struct Answer {
-    result: MavResult,
-    text: Option<String>,
-}
-
-impl Answer {
-    fn accepted(text: Option<&str>) -> Self {
-        Self { result: MavResult::MAV_RESULT_ACCEPTED, text: text.map(str::to_owned) }
-    }
-
-    fn denied(text: &str) -> Self {
-        Self { result: MavResult::MAV_RESULT_DENIED, text: Some(text.to_owned()) }
-    }
-
-    fn not_now(text: String) -> Self {
-        Self { result: MavResult::MAV_RESULT_TEMPORARILY_REJECTED, text: Some(text) }
-    }
-}
+/// Result of a command, and what is to be said about it.
+type Answer = (MavResult, Option<String>);
 
 impl ParachuteComponent {
     /// The parachute of system `system_id`, the vehicle hanging on it without an autopilot: it does not let
@@ -144,11 +124,11 @@ impl ParachuteComponent {
             return;
         }
         let to = Recipient::Peer(peer);
-        let answer = self.answer(command, to);
-        let bytes = self.encoder.encode_command_ack(&CommandAck::new(command, answer.result, from));
+        let (result, text) = self.answer(command, to);
+        let bytes = self.encoder.encode_command_ack(&CommandAck::new(command, result, from));
         self.outbox.push_back((to, bytes));
-        if let Some(text) = answer.text {
-            let refused = answer.result != MavResult::MAV_RESULT_ACCEPTED;
+        if let Some(text) = text {
+            let refused = result != MavResult::MAV_RESULT_ACCEPTED;
             let severity =
                 if refused { MavSeverity::MAV_SEVERITY_WARNING } else { MavSeverity::MAV_SEVERITY_NOTICE };
             self.say(severity, &text);
@@ -159,33 +139,36 @@ impl ParachuteComponent {
         const GRIPPER: u16 = MavCmd::MAV_CMD_DO_GRIPPER as u16;
         const PARACHUTE: u16 = MavCmd::MAV_CMD_DO_PARACHUTE as u16;
         const REQUEST: u16 = MavCmd::MAV_CMD_REQUEST_MESSAGE as u16;
+        const ACCEPTED: Answer = (MavResult::MAV_RESULT_ACCEPTED, None);
+        let denied = |text: &str| (MavResult::MAV_RESULT_DENIED, Some(text.to_owned()));
         match (command.command, self.released_at) {
             (GRIPPER, Some(_)) if command.param(2) == Some(GRIPPER_RELEASE) => {
-                Answer::accepted(Some("Vehicle is loose already"))
+                (MavResult::MAV_RESULT_ACCEPTED, Some("Vehicle is loose already".to_owned()))
             }
             (GRIPPER, None) if command.param(2) == Some(GRIPPER_RELEASE) => {
                 if let Some(reason) = self.refusal {
-                    return Answer::not_now(format!("Release refused: {reason}"));
+                    let text = format!("Release refused: {reason}");
+                    return (MavResult::MAV_RESULT_TEMPORARILY_REJECTED, Some(text));
                 }
                 self.release_asked = true;
-                Answer::accepted(None)
+                ACCEPTED
             }
             (GRIPPER, _) if command.param(2) == Some(GRIPPER_GRAB) => {
-                Answer::denied("Gripper refused: it can only release")
+                denied("Gripper refused: it can only release")
             }
-            (GRIPPER, _) => Answer::denied("Gripper refused: param2 must be 0, release"),
-            (PARACHUTE, None) => Answer::denied("DO_PARACHUTE refused: hangs; DO_GRIPPER cuts"),
-            (PARACHUTE, Some(_)) => Answer::denied("DO_PARACHUTE refused: no canopy any more"),
+            (GRIPPER, _) => denied("Gripper refused: param2 must be 0, release"),
+            (PARACHUTE, None) => denied("DO_PARACHUTE refused: hangs; DO_GRIPPER cuts"),
+            (PARACHUTE, Some(_)) => denied("DO_PARACHUTE refused: no canopy any more"),
             (REQUEST, _) if command.param(1) == Some(HEARTBEAT_ID) => {
                 self.send_heartbeat(to);
-                Answer::accepted(None)
+                ACCEPTED
             }
             (REQUEST, Some(_)) if command.param(1) == Some(NAMED_VALUE_INT_ID) => {
                 self.send_t_release(self.now, to);
-                Answer::accepted(None)
+                ACCEPTED
             }
-            (REQUEST, _) => Answer { result: MavResult::MAV_RESULT_DENIED, text: None },
-            _ => Answer { result: MavResult::MAV_RESULT_UNSUPPORTED, text: None },
+            (REQUEST, _) => (MavResult::MAV_RESULT_DENIED, None),
+            _ => (MavResult::MAV_RESULT_UNSUPPORTED, None),
         }
     }
 
@@ -195,15 +178,7 @@ impl ParachuteComponent {
     }
 
     fn send_heartbeat(&mut self, to: Recipient) {
-        let heartbeat = HEARTBEAT_DATA {
-            custom_mode: 0,
-            mavtype: MavType::MAV_TYPE_PARACHUTE,
-            autopilot: MavAutopilot::MAV_AUTOPILOT_INVALID,
-            base_mode: MavModeFlag::empty(),
-            system_status: MavState::MAV_STATE_ACTIVE,
-            mavlink_version: 3,
-        };
-        self.send(to, &MavMessage::HEARTBEAT(heartbeat));
+        self.send(to, &heartbeat_of(MavType::MAV_TYPE_PARACHUTE));
     }
 
     fn send_t_release(&mut self, now: TimeUs, to: Recipient) {

@@ -72,7 +72,7 @@
 //! `peer_connected`, `peer_left`, `stop`.
 
 use super::frame::Frame;
-use super::peer::{PeerId, Recipient};
+use super::peer::Recipient;
 use crate::time::TimeUs;
 
 /// A party on the wire, without socket and clock; the head of this module has the whole contract.
@@ -120,10 +120,5 @@ impl Transmit {
     /// To every peer of a link.
     pub fn to_all(link: Link, bytes: Vec<u8>) -> Self {
         Self { link, to: Recipient::All, bytes }
-    }
-
-    /// To one peer of a link.
-    pub fn to_peer(link: Link, peer: PeerId, bytes: Vec<u8>) -> Self {
-        Self { link, to: Recipient::Peer(peer), bytes }
     }
 }

@@ -11,8 +11,7 @@ use mavlink::MessageData as _;
 use mavlink::dialects::common::RADIO_STATUS_DATA;
 use sha2::{Digest, Sha256};
 
-use super::decoder::SIGNATURE_LEN;
-use super::frame::Frame;
+use super::frame::{Frame, SIGNATURE_LEN};
 
 /// 2015-01-01 00:00 UTC in Unix microseconds.
 const EPOCH_UNIX_US: u64 = 1_420_070_400_000_000;

@@ -5,16 +5,13 @@
 //! there is no estimator (`sensing`), and the flight log sets it beside an estimate. What is not finite is
 //! not taken; quaternions are scaled to unit length.
 
-use mavlink::dialects::common::{
-    BATTERY_STATUS_DATA, HIL_GPS_DATA, HIL_SENSOR_DATA, HIL_STATE_QUATERNION_DATA, MavFrame, MavMessage,
-    ODOMETRY_DATA,
-};
+use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
 use crate::control::Measurement;
 use crate::frames::{Quaternion, normalized, rotate_ned_from_body};
+use crate::link::wire::{geo_point, vector};
 use crate::model::Environment;
-use crate::model::environment::GeoPoint;
 use crate::time::TimeUs;
 
 /// A state older than this is no state to fly by [us].
@@ -110,30 +107,6 @@ impl HilInput {
     }
 }
 
-/// Three numbers of the wire as a vector.
-pub(super) fn vector(v: [f32; 3]) -> Vector3<f64> {
-    Vector3::from(v.map(f64::from))
-}
-
-/// A place on the globe by the wire's latitude and longitude [degE7] and altitude [mm].
-pub(super) fn geo_point(latitude_e7: i32, longitude_e7: i32, altitude_mm: i32) -> GeoPoint {
-    GeoPoint {
-        latitude_deg: f64::from(latitude_e7) / 1e7,
-        longitude_deg: f64::from(longitude_e7) / 1e7,
-        altitude_m: f64::from(altitude_mm) / 1e3,
-    }
-}
-
-/// An angle in the wire's units [degE7].
-pub(super) fn deg_e7(degrees: f64) -> i32 {
-    (degrees * 1e7).round() as i32
-}
-
-/// A length in the wire's units [mm].
-pub(super) fn millimetres(metres: f64) -> i32 {
-    (metres * 1e3).round() as i32
-}
-
 fn checked(
     at: TimeUs,
     p_ned: Vector3<f64>,
@@ -155,6 +128,7 @@ fn checked(
 mod tests {
     use super::*;
     use crate::frames::quaternion_from_euler;
+    use crate::model::environment::GeoPoint;
     use approx::assert_relative_eq;
 
     fn odometry(at: TimeUs) -> ODOMETRY_DATA {

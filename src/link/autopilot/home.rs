@@ -9,8 +9,9 @@
 use mavlink::dialects::common::{HOME_POSITION_DATA, MavMessage};
 use nalgebra::Vector3;
 
-use super::hil::{VehicleState, deg_e7, millimetres};
+use super::hil::VehicleState;
 use crate::frames::{quaternion_from_euler, yaw};
+use crate::link::wire::{degrees_e7_and_mm, single};
 use crate::model::Environment;
 
 /// Home, set by the states that it follows and by command.
@@ -49,19 +50,11 @@ impl Home {
     /// moment it was set.
     pub(super) fn message(&self, environment: &Environment) -> Option<MavMessage> {
         let home = self.at?;
-        let point = environment.geo_point(&home.p_ned);
-        let [x, y, z] = home.p_ned.map(|x| x as f32).into();
         let heading = yaw(home.measurement.q_ned_from_body);
-        Some(MavMessage::HOME_POSITION(HOME_POSITION_DATA {
-            latitude: deg_e7(point.latitude_deg),
-            longitude: deg_e7(point.longitude_deg),
-            altitude: millimetres(point.altitude_m),
-            x,
-            y,
-            z,
-            q: quaternion_from_euler(0.0, 0.0, heading).map(|c| c as f32),
-            time_usec: home.at,
-            ..HOME_POSITION_DATA::DEFAULT
-        }))
+        let q = quaternion_from_euler(0.0, 0.0, heading).map(|c| c as f32);
+        let mut m = HOME_POSITION_DATA { q, time_usec: home.at, ..HOME_POSITION_DATA::DEFAULT };
+        [m.latitude, m.longitude, m.altitude] = degrees_e7_and_mm(&environment.geo_point(&home.p_ned));
+        [m.x, m.y, m.z] = single(home.p_ned);
+        Some(MavMessage::HOME_POSITION(m))
     }
 }

@@ -5,10 +5,11 @@ use std::collections::VecDeque;
 use mavlink::dialects::common::{HIL_GPS_DATA, HIL_SENSOR_DATA};
 use nalgebra::Vector3;
 
-use super::hil::{VehicleState, vector};
+use super::hil::VehicleState;
 use super::vehicle::Vehicle;
 use crate::autopilot::flight_log::{LogEntry, Pose, SatelliteFix, Sensors, StepRecord};
 use crate::frames::rotate_ned_from_body;
+use crate::link::wire::vector;
 use crate::model::environment::GeoPoint;
 use crate::time::TimeUs;
 

@@ -253,9 +253,8 @@ impl AutopilotSession {
                 self.setpoints.handle(now, setpoint, &mut self.vehicle.autopilot);
             }
         } else if let Some(message) = frame.known() {
-            let target = (frame.target_system().unwrap_or(0), frame.target_component().unwrap_or(0));
             match (peer.link, message) {
-                _ if !self.is_for_us(target) => {}
+                _ if !self.is_for_us(frame.target()) => {}
                 (Link::Simulator, MavMessage::HIL_SENSOR(m)) => self.control_step(m.time_usec, message),
                 (_, MavMessage::FILE_TRANSFER_PROTOCOL(m)) => {
                     self.files.handle(now, peer, &m.payload);

@@ -9,8 +9,9 @@
 use mavlink::dialects::common::{HIL_GPS_DATA, HIL_SENSOR_DATA};
 use nalgebra::Vector3;
 
-use super::hil::{STATE_LIFETIME_US, VehicleState, geo_point, vector};
+use super::hil::{STATE_LIFETIME_US, VehicleState};
 use crate::autopilot::estimator::{Estimator, EstimatorSettings, Fix, Inertial, Sample};
+use crate::link::wire::{geo_point, vector};
 use crate::model::Environment;
 use crate::sim::sensors::barometer::pressure_altitude_m;
 use crate::time::TimeUs;

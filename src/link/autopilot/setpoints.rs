@@ -25,9 +25,9 @@ use mavlink::dialects::common::{
 };
 use nalgebra::Vector3;
 
-use super::hil::vector;
 use crate::autopilot::{Autopilot, OffboardSetpoint, SetpointRefusal, Severity, VelocityFrame, YawSetpoint};
 use crate::link::frame::Frame;
+use crate::link::wire::vector;
 use crate::time::TimeUs;
 
 /// Why a setpoint message is not flown; the text for the crew.

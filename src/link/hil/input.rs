@@ -4,28 +4,13 @@
 //! one HEARTBEAT there, at the start, with no mode in it. A router that brings its HEARTBEAT to the
 //! parachute's socket makes up for that.
 
-use mavlink::dialects::common::{
-    HEARTBEAT_DATA, HIL_ACTUATOR_CONTROLS_DATA, MavMessage, MavModeFlag, MavState,
-};
+use mavlink::dialects::common::*;
 
 use super::super::frame::{Command, CommandAck, Frame};
 use super::{HilCounts, HilEvent, HilSession, Pace, SIMULATOR_COMPONENT};
 use crate::autopilot::FlightMode;
 use crate::model::{MAX_ROTORS, PerRotor};
-
-/// MAV_COMP_ID_AUTOPILOT1.
-const AUTOPILOT_COMPONENT: u8 = 1;
-
-/// What is known of the autopilot on the link.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Peer {
-    /// It has sent a frame.
-    pub(super) heard: bool,
-    /// It has answered a HIL_SENSOR.
-    pub(super) answered: bool,
-    /// A HEARTBEAT on the simulator link has named its mode: what comes elsewhere is older.
-    mode_on_link: bool,
-}
+use crate::params::file::AUTOPILOT_COMPONENT;
 
 impl HilSession {
     pub(super) fn take_from_autopilot(&mut self, frame: &Frame) {

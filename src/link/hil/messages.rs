@@ -3,14 +3,13 @@
 //! [`crate::sim::sensors`] has what sensors read; here it becomes messages, in their units and integers. The
 //! truth (HIL_STATE_QUATERNION, ODOMETRY) has no errors.
 
-use mavlink::dialects::common::{
-    BATTERY_STATUS_DATA, HIL_GPS_DATA, HIL_SENSOR_DATA, HIL_STATE_QUATERNION_DATA, HilSensorUpdatedFlags,
-    MavBatteryFault, MavFrame, MavMessage, ODOMETRY_DATA,
-};
+use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
-use super::rates::Due;
-use crate::frames::rotate_body_from_ned;
+use super::super::wire;
+use super::super::wire::{UNKNOWN_BATTERY, degrees_e7_and_mm, single};
+use super::rates::HilRates;
+use crate::control::Measurement;
 use crate::model::Environment;
 use crate::sim::sensors::Sensors;
 use crate::sim::sensors::barometer::pressure_altitude_m;
@@ -58,23 +57,31 @@ impl HilSensors {
     }
 
     /// Makes the messages of a step, HIL_SENSOR last, and hands each to `send`.
-    pub(super) fn messages(&mut self, run: &DropRun, due: Due, send: &mut impl FnMut(&MavMessage)) {
-        let sim = run.simulation();
-        let truth = Truth { at: run.now(), sim, specific_force_body: sim.specific_force_body() };
+    pub(super) fn messages(
+        &mut self,
+        run: &DropRun,
+        rates: &mut HilRates,
+        send: &mut impl FnMut(&MavMessage),
+    ) {
+        let (at, sim) = (run.now(), run.simulation());
+        let truth = Truth { at, sim, specific_force_body: sim.specific_force_body() };
         self.note(&truth);
-        if due.state_quaternion {
+        if rates.state_quaternion.due(at) {
             send(&MavMessage::HIL_STATE_QUATERNION(self.state_quaternion(&truth)));
         }
-        if due.odometry {
+        if rates.odometry.due(at) {
             send(&MavMessage::ODOMETRY(self.odometry(&truth)));
         }
-        if let Some(battery) = run.battery().filter(|_| due.battery) {
+        if let Some(battery) = run.battery()
+            && rates.battery.due(at)
+        {
             send(&MavMessage::BATTERY_STATUS(battery_status(battery)));
         }
-        if due.gps {
+        if rates.gps.due(at) {
             send(&MavMessage::HIL_GPS(self.gps(&truth)));
         }
-        send(&MavMessage::HIL_SENSOR(self.sensor(&truth, due.magnetometer, due.barometer)));
+        let (magnetometer, barometer) = (rates.magnetometer.due(at), rates.barometer.due(at));
+        send(&MavMessage::HIL_SENSOR(self.sensor(&truth, magnetometer, barometer)));
     }
 
     /// Notes the truth of a step, for what is reported with a delay.
@@ -109,23 +116,23 @@ impl HilSensors {
     /// HIL_GPS: a 3D fix, as old as the receiver's delay, stamped with the time of its sending.
     pub fn gps(&mut self, truth: &Truth<'_>) -> HIL_GPS_DATA {
         let fix = self.sensors.satellite(&truth.sim.state().body, truth.at);
-        let point = truth.sim.environment().geo_point(&fix.p_ned);
-        let v_cm_s = fix.v_ned * 100.0;
+        let [lat, lon, alt] = degrees_e7_and_mm(&truth.sim.environment().geo_point(&fix.p_ned));
+        let [vn, ve, vd] = (fix.v_ned * 100.0).map(|v| v.round() as i16).into();
         let ground_speed = fix.v_ned.xy().norm();
         let course_deg = fix.v_ned.y.atan2(fix.v_ned.x) * DEG_PER_RAD;
         let receiver = &self.sensors.settings().satellite;
         let accuracy_cm = |deviation_m: f64, least_m: f64| (deviation_m.max(least_m) * 100.0).round() as u16;
         HIL_GPS_DATA {
             time_usec: truth.at,
-            lat: (point.latitude_deg * 1e7).round() as i32,
-            lon: (point.longitude_deg * 1e7).round() as i32,
-            alt: (point.altitude_m * 1e3).round() as i32,
+            lat,
+            lon,
+            alt,
             eph: accuracy_cm(receiver.horizontal_noise_m, LEAST_ACCURACY_M[0]),
             epv: accuracy_cm(receiver.vertical_noise_m, LEAST_ACCURACY_M[1]),
             vel: (ground_speed * 100.0).round() as u16,
-            vn: v_cm_s.x.round() as i16,
-            ve: v_cm_s.y.round() as i16,
-            vd: v_cm_s.z.round() as i16,
+            vn,
+            ve,
+            vd,
             cog: if ground_speed < COURSE_SPEED_M_S {
                 u16::MAX
             } else {
@@ -144,62 +151,31 @@ impl HilSensors {
     pub fn state_quaternion(&self, truth: &Truth<'_>) -> HIL_STATE_QUATERNION_DATA {
         let body = &truth.sim.state().body;
         let environment = truth.sim.environment();
-        let point = environment.geo_point(&body.p_ned);
         let true_airspeed_m_s = (body.v_ned - environment.wind_ned_m_s).norm();
         // What a pitot tube shows: the speed that makes the same dynamic pressure in the standard air of sea
         // level.
         let indicated_airspeed_m_s =
             true_airspeed_m_s * (environment.density_kg_m3 / SEA_LEVEL_DENSITY_KG_M3).sqrt();
         let cm_s = |speed_m_s: f64| (speed_m_s * 100.0).round() as u16;
-        let [rollspeed, pitchspeed, yawspeed] = single(body.omega_body);
-        let [vx, vy, vz] = (body.v_ned * 100.0).map(|v| v.round() as i16).into();
         let milli_g = truth.specific_force_body * (1e3 / STANDARD_GRAVITY_M_S2);
-        let [xacc, yacc, zacc] = milli_g.map(|a| a.round() as i16).into();
-        HIL_STATE_QUATERNION_DATA {
+        let mut m = HIL_STATE_QUATERNION_DATA {
             time_usec: truth.at,
             attitude_quaternion: body.q_ned_from_body.map(|c| c as f32),
-            rollspeed,
-            pitchspeed,
-            yawspeed,
-            lat: (point.latitude_deg * 1e7).round() as i32,
-            lon: (point.longitude_deg * 1e7).round() as i32,
-            alt: (point.altitude_m * 1e3).round() as i32,
-            vx,
-            vy,
-            vz,
             ind_airspeed: cm_s(indicated_airspeed_m_s),
             true_airspeed: cm_s(true_airspeed_m_s),
-            xacc,
-            yacc,
-            zacc,
-        }
+            ..HIL_STATE_QUATERNION_DATA::DEFAULT
+        };
+        [m.rollspeed, m.pitchspeed, m.yawspeed] = single(body.omega_body);
+        [m.lat, m.lon, m.alt] = degrees_e7_and_mm(&environment.geo_point(&body.p_ned));
+        [m.vx, m.vy, m.vz] = (body.v_ned * 100.0).map(|v| v.round() as i16).into();
+        [m.xacc, m.yacc, m.zacc] = milli_g.map(|a| a.round() as i16).into();
+        m
     }
 
     /// ODOMETRY: the truth in single precision; position in the local NED frame, velocities in body FRD.
     pub fn odometry(&self, truth: &Truth<'_>) -> ODOMETRY_DATA {
         let body = &truth.sim.state().body;
-        let [x, y, z] = single(body.p_ned);
-        let [vx, vy, vz] = single(rotate_body_from_ned(body.q_ned_from_body, body.v_ned));
-        let [rollspeed, pitchspeed, yawspeed] = single(body.omega_body);
-        ODOMETRY_DATA {
-            time_usec: truth.at,
-            frame_id: MavFrame::MAV_FRAME_LOCAL_NED,
-            child_frame_id: MavFrame::MAV_FRAME_BODY_FRD,
-            x,
-            y,
-            z,
-            q: body.q_ned_from_body.map(|c| c as f32),
-            vx,
-            vy,
-            vz,
-            rollspeed,
-            pitchspeed,
-            yawspeed,
-            // NaN in the first element: covariance unknown.
-            pose_covariance: std::array::from_fn(|i| if i == 0 { f32::NAN } else { 0.0 }),
-            velocity_covariance: std::array::from_fn(|i| if i == 0 { f32::NAN } else { 0.0 }),
-            ..ODOMETRY_DATA::default()
-        }
+        wire::odometry(truth.at, body.p_ned, &Measurement::from(body))
     }
 }
 
@@ -207,20 +183,11 @@ impl HilSensors {
 /// (it has a battery of its own, SIM_BAT_DRAIN); samara's autopilot does.
 fn battery_status(battery: &Battery) -> BATTERY_STATUS_DATA {
     BATTERY_STATUS_DATA {
-        current_consumed: -1,
         // hJ
         energy_consumed: (battery.consumed_j() / 100.0).round() as i32,
-        temperature: i16::MAX,
-        voltages: [u16::MAX; 10],
-        current_battery: -1,
         battery_remaining: (battery.charge() * 100.0).ceil() as i8,
-        fault_bitmask: MavBatteryFault::empty(),
-        ..BATTERY_STATUS_DATA::DEFAULT
+        ..UNKNOWN_BATTERY
     }
-}
-
-fn single(v: Vector3<f64>) -> [f32; 3] {
-    v.map(|x| x as f32).into()
 }
 
 #[cfg(test)]

@@ -27,7 +27,6 @@ use std::collections::VecDeque;
 use mavlink::dialects::common::MavSeverity;
 use nalgebra::Vector3;
 
-use self::input::Peer;
 use self::messages::HilSensors;
 use self::rates::HilRates;
 use super::encoder::Encoder;
@@ -74,6 +73,17 @@ pub struct HilSession {
     pace: Pace,
     peer: Peer,
     next_report: Duration,
+}
+
+/// What is known of the autopilot on the link.
+#[derive(Clone, Copy, Debug, Default)]
+struct Peer {
+    /// It has sent a frame.
+    heard: bool,
+    /// It has answered a HIL_SENSOR.
+    answered: bool,
+    /// A HEARTBEAT on the simulator link has named its mode: what comes elsewhere is older.
+    mode_on_link: bool,
 }
 
 impl HilSession {
@@ -221,7 +231,7 @@ impl HilSession {
         self.run.step();
         self.report_drop();
         let Self { run, sensors, rates, encoder, outbox, .. } = self;
-        sensors.messages(run, rates.due(run.now()), &mut |m| outbox.push_back(encoder.encode(m)));
+        sensors.messages(run, rates, &mut |m| outbox.push_back(encoder.encode(m)));
         self.parachute.handle_time(self.run.now());
         self.next_report = FIRST_REPORT;
         if self.run.is_over() {

@@ -17,33 +17,21 @@ const ODOMETRY_ID: f32 = ODOMETRY_DATA::ID as f32;
 /// Period of BATTERY_STATUS, where there is a battery.
 const BATTERY_PERIOD_US: TimeUs = 500_000;
 
-/// What is due at a step, besides HIL_SENSOR.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Due {
-    pub(super) state_quaternion: bool,
-    pub(super) odometry: bool,
-    pub(super) gps: bool,
-    pub(super) magnetometer: bool,
-    pub(super) barometer: bool,
-    pub(super) battery: bool,
-}
-
+/// How often a message goes out.
 #[derive(Clone, Copy, Debug)]
-struct Rate {
+pub(super) struct Rate {
     /// `None`: off.
     period_us: Option<TimeUs>,
     next: TimeUs,
+    /// Step of the simulation.
+    step_us: TimeUs,
 }
 
 impl Rate {
-    fn every(period_us: TimeUs) -> Self {
-        Self { period_us: Some(period_us), next: 0 }
-    }
-
     /// Whether the message is due at the step `now`: the one nearest to its time.
-    fn due(&mut self, now: TimeUs, step_us: TimeUs) -> bool {
+    pub(super) fn due(&mut self, now: TimeUs) -> bool {
         let Some(period_us) = self.period_us else { return false };
-        if now + step_us / 2 < self.next {
+        if now + self.step_us / 2 < self.next {
             return false;
         }
         // Keep the phase, unless behind by more than a period.
@@ -53,41 +41,32 @@ impl Rate {
     }
 }
 
+/// The rates of all messages but HIL_SENSOR, and of the sensors in that.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HilRates {
     step_us: TimeUs,
     froude: Option<Froude>,
-    state_quaternion: Rate,
-    odometry: Rate,
-    gps: Rate,
-    magnetometer: Rate,
-    barometer: Rate,
-    battery: Rate,
+    pub(super) state_quaternion: Rate,
+    pub(super) odometry: Rate,
+    pub(super) gps: Rate,
+    pub(super) magnetometer: Rate,
+    pub(super) barometer: Rate,
+    pub(super) battery: Rate,
 }
 
 impl HilRates {
     /// Rates at a step of the simulation, to a peer on a wire of the scale `froude`.
     pub(super) fn new(step_us: TimeUs, sensors: &SensorSettings, froude: Option<Froude>) -> Self {
+        let every = |period_us| Rate { period_us: Some(period_us), next: 0, step_us };
         Self {
             step_us,
             froude,
-            state_quaternion: Rate::every(step_us),
-            odometry: Rate { period_us: None, next: 0 },
-            gps: Rate::every(sensors.satellite.period_us),
-            magnetometer: Rate::every(sensors.magnetometer.period_us),
-            barometer: Rate::every(sensors.barometer.period_us),
-            battery: Rate::every(BATTERY_PERIOD_US),
-        }
-    }
-
-    pub(super) fn due(&mut self, now: TimeUs) -> Due {
-        Due {
-            state_quaternion: self.state_quaternion.due(now, self.step_us),
-            odometry: self.odometry.due(now, self.step_us),
-            gps: self.gps.due(now, self.step_us),
-            magnetometer: self.magnetometer.due(now, self.step_us),
-            barometer: self.barometer.due(now, self.step_us),
-            battery: self.battery.due(now, self.step_us),
+            state_quaternion: every(step_us),
+            odometry: Rate { period_us: None, next: 0, step_us },
+            gps: every(sensors.satellite.period_us),
+            magnetometer: every(sensors.magnetometer.period_us),
+            barometer: every(sensors.barometer.period_us),
+            battery: every(BATTERY_PERIOD_US),
         }
     }
 
@@ -111,7 +90,7 @@ impl HilRates {
             Some(us) if us > 0.0 && us.is_finite() => Some(whole_steps(us, self.step_us)),
             _ => return MavResult::MAV_RESULT_DENIED,
         };
-        *rate = Rate { period_us, next: now.saturating_add(self.step_us) };
+        *rate = Rate { period_us, next: now.saturating_add(self.step_us), step_us: self.step_us };
         MavResult::MAV_RESULT_ACCEPTED
     }
 }
@@ -147,31 +126,31 @@ mod tests {
     }
 
     /// How many in the second second; the first one begins with one of each kind.
-    fn count(rates: &mut HilRates, pick: impl Fn(Due) -> bool) -> usize {
-        (1..=250).for_each(|i| _ = rates.due(i * 4_000));
-        (251..=500).filter(|i| pick(rates.due(i * 4_000))).count()
+    fn count(rates: &mut HilRates, due: impl Fn(&mut HilRates, TimeUs) -> bool) -> usize {
+        (1..=250).for_each(|i| _ = due(rates, i * 4_000));
+        (251..=500).filter(|i| due(rates, i * 4_000)).count()
     }
 
     #[test]
     fn defaults_are_truth_at_every_step_fixes_at_10_hz_and_no_odometry() {
-        assert_eq!(count(&mut at_4_ms(&SensorSettings::default()), |d| d.state_quaternion), 250);
-        assert_eq!(count(&mut at_4_ms(&SensorSettings::default()), |d| d.gps), 10);
-        assert_eq!(count(&mut at_4_ms(&SensorSettings::default()), |d| d.odometry), 0);
+        assert_eq!(count(&mut at_4_ms(&SensorSettings::default()), |r, at| r.state_quaternion.due(at)), 250);
+        assert_eq!(count(&mut at_4_ms(&SensorSettings::default()), |r, at| r.gps.due(at)), 10);
+        assert_eq!(count(&mut at_4_ms(&SensorSettings::default()), |r, at| r.odometry.due(at)), 0);
     }
 
     /// And the first step has them all, or an estimator would begin without.
     #[test]
     fn slow_sensors_are_due_at_their_rate_and_others_at_every_step() {
         let mut settings = SensorSettings::default();
-        let all = at_4_ms(&settings).due(4_000);
-        assert!(all.gps && all.magnetometer && all.barometer);
-        assert_eq!(count(&mut at_4_ms(&settings), |d| d.magnetometer && d.barometer), 250);
+        let both = |r: &mut HilRates, at| r.magnetometer.due(at) & r.barometer.due(at);
+        let mut rates = at_4_ms(&settings);
+        assert!(rates.gps.due(4_000) && both(&mut rates, 4_000));
+        assert_eq!(count(&mut at_4_ms(&settings), both), 250);
         (settings.magnetometer.period_us, settings.barometer.period_us) = (10_000, 20_000);
         let mut rates = at_4_ms(&settings);
-        let first = rates.due(4_000);
-        assert!(first.magnetometer && first.barometer);
-        assert_eq!(count(&mut rates, |d| d.magnetometer), 100);
-        assert_eq!(count(&mut at_4_ms(&settings), |d| d.barometer), 50);
+        assert!(both(&mut rates, 4_000));
+        assert_eq!(count(&mut rates, |r, at| r.magnetometer.due(at)), 100);
+        assert_eq!(count(&mut at_4_ms(&settings), |r, at| r.barometer.due(at)), 50);
     }
 
     #[test]
@@ -181,7 +160,7 @@ mod tests {
         {
             let mut rates = at_4_ms(&SensorSettings::default());
             assert_eq!(set(&mut rates, 331.0, interval), MavResult::MAV_RESULT_ACCEPTED);
-            assert_eq!(count(&mut rates, |d| d.odometry), expected, "{interval}");
+            assert_eq!(count(&mut rates, |r, at| r.odometry.due(at)), expected, "{interval}");
         }
     }
 
@@ -194,6 +173,6 @@ mod tests {
             assert_eq!(set(&mut rates, message, interval), MavResult::MAV_RESULT_DENIED);
         }
         assert_eq!(set(&mut rates, 331.0, f32::MAX), MavResult::MAV_RESULT_ACCEPTED);
-        assert_eq!(count(&mut rates, |d| d.odometry), 0);
+        assert_eq!(count(&mut rates, |r, at| r.odometry.due(at)), 0);
     }
 }

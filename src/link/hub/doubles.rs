@@ -3,8 +3,6 @@
 
 use std::collections::VecDeque;
 
-use super::EndpointId;
-
 /// The other way may take this long [us].
 const MEMORY_US: u64 = 1_000_000;
 /// Most frames that are remembered.
@@ -12,27 +10,27 @@ const MOST: usize = 256;
 
 /// A frame, and by whom it came when.
 #[derive(Clone, Debug)]
-struct Heard<A> {
+struct Heard<P> {
     at: u64,
-    from: (EndpointId, A),
+    from: P,
     bytes: Vec<u8>,
 }
 
-/// What was heard of late.
+/// What was heard of late, and by which peer `P`.
 #[derive(Clone, Debug)]
-pub(super) struct Doubles<A> {
-    heard: VecDeque<Heard<A>>,
+pub(super) struct Doubles<P> {
+    heard: VecDeque<Heard<P>>,
 }
 
-impl<A> Default for Doubles<A> {
+impl<P> Default for Doubles<P> {
     fn default() -> Self {
         Self { heard: VecDeque::new() }
     }
 }
 
-impl<A: Copy + PartialEq> Doubles<A> {
+impl<P: PartialEq> Doubles<P> {
     /// Whether the same bytes have come by another peer. What a peer says twice it wants to say twice.
-    pub(super) fn holds(&mut self, now: u64, from: (EndpointId, A), bytes: &[u8]) -> bool {
+    pub(super) fn holds(&mut self, now: u64, from: P, bytes: &[u8]) -> bool {
         while self.heard.front().is_some_and(|h| now.saturating_sub(h.at) > MEMORY_US) {
             self.heard.pop_front();
         }
@@ -40,7 +38,7 @@ impl<A: Copy + PartialEq> Doubles<A> {
     }
 
     /// Remembers a frame.
-    pub(super) fn note(&mut self, now: u64, from: (EndpointId, A), bytes: &[u8]) {
+    pub(super) fn note(&mut self, now: u64, from: P, bytes: &[u8]) {
         if self.heard.len() == MOST {
             self.heard.pop_front();
         }

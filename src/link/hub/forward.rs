@@ -8,21 +8,15 @@
 //! Differs from PX4: there a link has one peer, here each peer counts as a link.
 
 use mavlink::MessageData as _;
-use mavlink::dialects::common::{
-    AUTH_KEY_DATA, HIL_ACTUATOR_CONTROLS_DATA, HIL_CONTROLS_DATA, HIL_GPS_DATA, HIL_OPTICAL_FLOW_DATA,
-    HIL_RC_INPUTS_RAW_DATA, HIL_SENSOR_DATA, HIL_STATE_QUATERNION_DATA, RADIO_STATUS_DATA,
-    SETUP_SIGNING_DATA,
-};
+use mavlink::dialects::common::*;
 
 use super::super::frame::Frame;
 
-#[expect(deprecated, reason = "deprecated in MAVLink, still a simulator's message")]
-const HIL_STATE_ID: u32 = mavlink::dialects::common::HIL_STATE_DATA::ID;
-
 /// Messages that never leave the link they came by: those of a simulator, of the link itself, and secrets.
+#[expect(deprecated, reason = "HIL_STATE is, and is still a simulator's message")]
 const STAYS: [u32; 11] = [
     AUTH_KEY_DATA::ID,
-    HIL_STATE_ID,
+    HIL_STATE_DATA::ID,
     HIL_CONTROLS_DATA::ID,
     HIL_RC_INPUTS_RAW_DATA::ID,
     HIL_ACTUATOR_CONTROLS_DATA::ID,
@@ -48,9 +42,7 @@ pub(super) enum Target {
 impl Target {
     /// Of a frame, where `own` is our system and component.
     pub(super) fn of(frame: &Frame, own: (u8, u8)) -> Self {
-        let system = frame.target_system().unwrap_or(0);
-        let component = frame.target_component().unwrap_or(0);
-        match (system, component) {
+        match frame.target() {
             (0, _) => Self::Everybody,
             target if target == own => Self::Us,
             (system, component) => Self::Others { system, component },

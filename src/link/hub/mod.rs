@@ -28,6 +28,7 @@ use std::collections::VecDeque;
 
 use self::doubles::Doubles;
 use self::forward::{Target, may_leave};
+pub use self::peers::EndpointId;
 use self::peers::Peer;
 use super::decoder::Decoder;
 use super::faults::Faults;
@@ -40,10 +41,6 @@ use super::signing::{Key, Refusal, Signing};
 pub const MAX_PEERS: usize = 32;
 /// Most frames that wait to be passed on.
 const MAX_FORWARDS: usize = 1024;
-
-/// An endpoint, by the order in which they were added.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct EndpointId(pub u8);
 
 /// Settings of a hub.
 #[derive(Clone, Debug)]
@@ -67,39 +64,33 @@ pub enum HubEvent<A> {
     Crowded(EndpointId, A),
 }
 
-/// A frame to be passed on: by which endpoint, to whom.
-type Forward<A> = (EndpointId, A, Vec<u8>);
-
 /// See the head of this file. `A` is an address.
 #[derive(Clone, Debug)]
 pub struct Hub<A> {
-    own: (u8, u8),
-    memory_us: u64,
-    forwards: bool,
+    config: HubConfig,
     signing: Option<Signing>,
     endpoints: Vec<(Link, Faults)>,
     peers: Vec<Peer<A>>,
     last_id: PeerId,
-    crowded_told: bool,
-    doubles: Option<Doubles<A>>,
+    crowded_reported: bool,
+    doubles: Option<Doubles<(EndpointId, A)>>,
     /// Whom the peers of an endpoint speak to themselves.
     reached: Vec<(EndpointId, Vec<A>)>,
     events: VecDeque<HubEvent<A>>,
-    to_forward: VecDeque<Forward<A>>,
+    /// Frames to be passed on: by which endpoint, to whom.
+    to_forward: VecDeque<(EndpointId, A, Vec<u8>)>,
 }
 
 impl<A: Copy + PartialEq> Hub<A> {
     /// A hub without endpoints.
     pub fn new(config: HubConfig) -> Self {
         Self {
-            own: config.own,
-            memory_us: config.memory_us,
-            forwards: config.forwards,
             signing: config.key.map(Signing::new),
+            config,
             endpoints: Vec::new(),
             peers: Vec::new(),
             last_id: PeerId::ONLY,
-            crowded_told: false,
+            crowded_reported: false,
             doubles: None,
             reached: Vec::new(),
             events: VecDeque::new(),
@@ -115,13 +106,11 @@ impl<A: Copy + PartialEq> Hub<A> {
 
     /// Serves an address until it is forgotten, also while it is silent. False if there is no room.
     pub fn keep(&mut self, now: u64, endpoint: EndpointId, address: A) -> bool {
-        match self.admit(now, endpoint, address) {
-            Some(i) => {
-                self.peers[i].kept = true;
-                true
-            }
-            None => false,
+        let admitted = self.admit(now, endpoint, address);
+        if let Some(i) = admitted {
+            self.peers[i].kept = true;
         }
+        admitted.is_some()
     }
 
     /// From now on a frame that has come by one peer is dropped when it comes by another within a second: a
@@ -153,7 +142,7 @@ impl<A: Copy + PartialEq> Hub<A> {
 
     /// Number of peers that are served.
     pub fn served(&self, now: u64) -> usize {
-        self.peers.iter().filter(|p| p.is_served(now, self.memory_us)).count()
+        self.peers.iter().filter(|p| p.is_served(now, self.config.memory_us)).count()
     }
 
     /// Takes a datagram and gives out its frames.
@@ -232,18 +221,18 @@ impl<A: Copy + PartialEq> Hub<A> {
             return false;
         }
         let sender = (frame.system_id, frame.component_id);
-        if sender == self.own {
+        if sender == self.config.own {
             self.count(endpoint, |faults| faults.own_name += 1);
             return false;
         }
         let Some(i) = self.admit(now, endpoint, from) else {
             self.count(endpoint, |faults| faults.crowded += 1);
-            if !std::mem::replace(&mut self.crowded_told, true) {
+            if !std::mem::replace(&mut self.crowded_reported, true) {
                 self.events.push_back(HubEvent::Crowded(endpoint, from));
             }
             return false;
         };
-        let (peer, memory_us) = (&mut self.peers[i], self.memory_us);
+        let (peer, memory_us) = (&mut self.peers[i], self.config.memory_us);
         frame.peer = peer.id;
         if !peer.is_heard(now, memory_us) {
             self.events.push_back(HubEvent::Heard(endpoint, from));
@@ -261,19 +250,19 @@ impl<A: Copy + PartialEq> Hub<A> {
     }
 
     fn route(&mut self, now: u64, endpoint: EndpointId, frame: &Frame) {
-        let target = Target::of(frame, self.own);
+        let target = Target::of(frame, self.config.own);
         let (mut known, mut full) = (false, false);
         let reached = |address: A| {
             target == Target::Everybody
                 && self.reached.iter().any(|(by, to)| *by == endpoint && to.contains(&address))
         };
         for peer in &self.peers {
-            let heard = peer.is_served(now, self.memory_us) && target.reaches(peer.components());
+            let heard = peer.is_served(now, self.config.memory_us) && target.reaches(peer.components());
             known |= heard;
             let sender = (frame.system_id, frame.component_id);
             let is_way_back = peer.id == frame.peer || peer.components().any(|c| c == sender);
             let is_needless = is_way_back || reached(peer.address);
-            if !heard || is_needless || !self.forwards || !may_leave(frame.message_id) {
+            if !heard || is_needless || !self.config.forwards || !may_leave(frame.message_id) {
                 continue;
             }
             if self.to_forward.len() < MAX_FORWARDS {
@@ -282,7 +271,7 @@ impl<A: Copy + PartialEq> Hub<A> {
                 full = true;
             }
         }
-        let nobodys = !known && !target.includes(self.own);
+        let nobodys = !known && !target.includes(self.config.own);
         self.count(endpoint, |faults| {
             faults.wrong_target += u64::from(nobodys);
             faults.not_forwarded += u64::from(full);
@@ -302,14 +291,14 @@ impl<A: Copy + PartialEq> Hub<A> {
         if self.peers.len() == MAX_PEERS {
             return None;
         }
-        self.crowded_told = false;
+        self.crowded_reported = false;
         self.last_id = PeerId(self.last_id.0.wrapping_add(1).max(1));
         self.peers.push(Peer::new(self.last_id, endpoint, address));
         Some(self.peers.len() - 1)
     }
 
     fn expire(&mut self, now: u64) {
-        let memory_us = self.memory_us;
+        let memory_us = self.config.memory_us;
         // A new one is not served before its first frame is noted, within the same call.
         self.peers.retain(|p| p.is_served(now, memory_us));
     }

@@ -3,15 +3,19 @@
 use mavlink::dialects::common::MavMessage;
 use mavlink::{Message as _, calculate_crc};
 
-use super::super::decoder::{Decoder, HEADER_LEN_V2, INCOMPATIBLE_SIGNED};
+use super::super::decoder::Decoder;
 use super::super::faults::Faults;
+use super::super::frame::{HEADER_LEN_V2, INCOMPATIBLE_SIGNED};
 use super::super::peer::PeerId;
 use super::super::signing::Signing;
-use super::EndpointId;
 
 /// Most components of one peer that are remembered for routes and sequence numbers; what more there are is
 /// heard all the same.
 const MAX_COMPONENTS: usize = 16;
+
+/// An endpoint, by the order in which they were added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EndpointId(pub u8);
 
 /// A component that was heard by a peer, or one of ours that speaks to it.
 #[derive(Clone, Copy, Debug)]

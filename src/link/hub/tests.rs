@@ -6,7 +6,7 @@ use mavlink::dialects::common::*;
 use super::super::decoder::Decoder;
 use super::super::encoder::Encoder;
 use super::super::frame::Frame;
-use super::super::peer::PeerId;
+use super::super::peer::{PeerId, Recipient};
 use super::super::session::{Link, Transmit};
 use super::super::signing::Key;
 use super::*;
@@ -110,7 +110,7 @@ fn an_answer_goes_to_the_peer_that_asked_and_nobody_misses_a_number() {
         let transmit = if to_all {
             Transmit::to_all(Link::GroundStation, bytes)
         } else {
-            Transmit::to_peer(Link::GroundStation, ids[i % 2], bytes)
+            Transmit { link: Link::GroundStation, to: Recipient::Peer(ids[i % 2]), bytes }
         };
         let sent = send(&mut hub, NOW, &transmit);
         if !to_all {

@@ -51,6 +51,7 @@ use crate::link::frame::Frame;
 use crate::link::parachute::{PARACHUTE_COMPONENT, T_END, T_RELEASE};
 use crate::link::session::{Link, Session, Transmit};
 use crate::link::statustext::TextReader;
+use crate::link::wire::heartbeat_of;
 use crate::params::file::AUTOPILOT_COMPONENT;
 use crate::time::{TimeUs, Timed, microseconds};
 use crate::trajectory::Trajectory;
@@ -258,7 +259,7 @@ impl StreamerSession {
         }
         if now >= self.flight.next_heartbeat {
             self.flight.next_heartbeat = now - now % HEARTBEAT_PERIOD_US + HEARTBEAT_PERIOD_US;
-            self.send(&heartbeat());
+            self.send(&heartbeat_of(MavType::MAV_TYPE_GCS));
         }
         let follows_plan = matches!(self.flight.state, StreamerState::Tracking | StreamerState::Target);
         let start = self.plan_start();
@@ -366,15 +367,4 @@ impl Session for StreamerSession {
     fn poll_output(&mut self) -> Option<Transmit> {
         self.outbox.pop_front().map(|bytes| Transmit::to_all(Link::Api, bytes))
     }
-}
-
-fn heartbeat() -> MavMessage {
-    MavMessage::HEARTBEAT(HEARTBEAT_DATA {
-        custom_mode: 0,
-        mavtype: MavType::MAV_TYPE_GCS,
-        autopilot: MavAutopilot::MAV_AUTOPILOT_INVALID,
-        base_mode: MavModeFlag::empty(),
-        system_status: MavState::MAV_STATE_ACTIVE,
-        mavlink_version: 3,
-    })
 }

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 use super::config::StreamerConfig;
 use crate::frames::quaternion_from_euler;
+use crate::link::wire::single;
 use crate::params::file::AUTOPILOT_COMPONENT;
 use crate::sim::Reference;
 use crate::time::{TimeUs, seconds};
@@ -69,22 +70,17 @@ impl SetpointSource {
         let (v_ned, a_ned) = Reference::Plan { trajectory, then_v_ned, feed_forward }.at(t_s);
         self.velocity_ned = Some(v_ned);
         let mask = if feed_forward { VELOCITY_AND_ACCELERATION } else { VELOCITY_ONLY };
-        let [vx, vy, vz] = v_ned.map(|v| v as f32).into();
-        let [afx, afy, afz] = a_ned.map(|a| a as f32).into();
-        MavMessage::SET_POSITION_TARGET_LOCAL_NED(SET_POSITION_TARGET_LOCAL_NED_DATA {
+        let mut m = SET_POSITION_TARGET_LOCAL_NED_DATA {
             time_boot_ms: (now / 1_000) as u32,
-            vx,
-            vy,
-            vz,
-            afx,
-            afy,
-            afz,
             type_mask: PositionTargetTypemask::from_bits_retain(mask),
             target_system: config.vehicle_system,
             target_component: AUTOPILOT_COMPONENT,
             coordinate_frame: MavFrame::MAV_FRAME_LOCAL_NED,
-            ..SET_POSITION_TARGET_LOCAL_NED_DATA::default()
-        })
+            ..SET_POSITION_TARGET_LOCAL_NED_DATA::DEFAULT
+        };
+        [m.vx, m.vy, m.vz] = single(v_ned);
+        [m.afx, m.afy, m.afz] = single(a_ned);
+        MavMessage::SET_POSITION_TARGET_LOCAL_NED(m)
     }
 }
 

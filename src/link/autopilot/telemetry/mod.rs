@@ -25,6 +25,7 @@ use super::hil::VehicleState;
 use super::missions::Missions;
 use super::vehicle::Vehicle;
 use crate::autopilot::FlightMode;
+use crate::link::wire::{UNKNOWN_BATTERY, single};
 use crate::time::TimeUs;
 
 pub(super) use self::identity::available_modes;
@@ -104,7 +105,8 @@ impl Telemetry<'_> {
 
     fn battery_status(&self) -> MavMessage {
         let battery = self.vehicle.hil.battery.as_ref();
-        MavMessage::BATTERY_STATUS(battery.map_or_else(unknown_battery, Clone::clone))
+        // Ground stations wait for it, also where a mission has none.
+        MavMessage::BATTERY_STATUS(battery.map_or(UNKNOWN_BATTERY, Clone::clone))
     }
 
     /// HEARTBEAT of a quadrotor, hexarotor or octorotor by the number of rotors.
@@ -253,54 +255,33 @@ impl Telemetry<'_> {
     fn attitude_target(&self) -> Option<MavMessage> {
         let autopilot = Some(&self.vehicle.autopilot).filter(|autopilot| autopilot.is_armed())?;
         let out = autopilot.output();
-        let [body_roll_rate, body_pitch_rate, body_yaw_rate] = motion::single(out.rate_sp_body);
         let lift_max_n = autopilot.control_settings().airframe.lift_max_n;
-        Some(MavMessage::ATTITUDE_TARGET(ATTITUDE_TARGET_DATA {
+        let mut m = ATTITUDE_TARGET_DATA {
             time_boot_ms: self.boot_ms(),
             q: out.q_sp.map(|c| c as f32),
-            body_roll_rate,
-            body_pitch_rate,
-            body_yaw_rate,
             thrust: (out.collective_n / lift_max_n) as f32,
             type_mask: AttitudeTargetTypemask::empty(),
-        }))
+            ..ATTITUDE_TARGET_DATA::DEFAULT
+        };
+        [m.body_roll_rate, m.body_pitch_rate, m.body_yaw_rate] = single(out.rate_sp_body);
+        Some(MavMessage::ATTITUDE_TARGET(m))
     }
 
     fn position_target(&self) -> Option<MavMessage> {
         let target = self.vehicle.autopilot.velocity_target()?;
-        let ([vx, vy, vz], [afx, afy, afz]) = (motion::single(target.v_ned), motion::single(target.a_ff_ned));
         // Bits 0 to 2: an axis without a position.
         let no_position = (0..3).filter(|&i| target.p_ned[i].is_none()).fold(0, |mask, i| mask | 1 << i);
-        let [x, y, z] = target.p_ned.map(|p| p.map_or(0.0, |p| p as f32));
-        Some(MavMessage::POSITION_TARGET_LOCAL_NED(POSITION_TARGET_LOCAL_NED_DATA {
+        let no_yaw_rate = PositionTargetTypemask::POSITION_TARGET_TYPEMASK_YAW_RATE_IGNORE;
+        let mut m = POSITION_TARGET_LOCAL_NED_DATA {
             time_boot_ms: self.boot_ms(),
-            x,
-            y,
-            z,
-            vx,
-            vy,
-            vz,
-            afx,
-            afy,
-            afz,
             yaw: target.yaw_rad as f32,
-            type_mask: PositionTargetTypemask::from_bits_retain(0x0800 | no_position),
+            type_mask: PositionTargetTypemask::from_bits_retain(no_position) | no_yaw_rate,
             coordinate_frame: MavFrame::MAV_FRAME_LOCAL_NED,
             ..POSITION_TARGET_LOCAL_NED_DATA::DEFAULT
-        }))
-    }
-}
-
-/// The battery of a mission without one; the message says so, for ground stations that wait for it.
-fn unknown_battery() -> BATTERY_STATUS_DATA {
-    BATTERY_STATUS_DATA {
-        current_consumed: -1,
-        energy_consumed: -1,
-        temperature: i16::MAX,
-        voltages: [u16::MAX; 10],
-        current_battery: -1,
-        battery_remaining: -1,
-        fault_bitmask: MavBatteryFault::empty(),
-        ..BATTERY_STATUS_DATA::DEFAULT
+        };
+        [m.x, m.y, m.z] = target.p_ned.map(|p| p.map_or(0.0, |p| p as f32));
+        [m.vx, m.vy, m.vz] = single(target.v_ned);
+        [m.afx, m.afy, m.afz] = single(target.a_ff_ned);
+        Some(MavMessage::POSITION_TARGET_LOCAL_NED(m))
     }
 }

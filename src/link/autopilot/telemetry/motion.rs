@@ -1,18 +1,14 @@
 //! The messages about where the vehicle is and how it moves.
 
 use mavlink::dialects::common::*;
-use nalgebra::Vector3;
 
-use crate::frames::{pitch, roll, rotate_body_from_ned, yaw};
-use crate::link::autopilot::hil::{VehicleState, deg_e7, millimetres};
+use crate::control::Measurement;
+use crate::frames::{pitch, roll, yaw};
+use crate::link::autopilot::hil::VehicleState;
 use crate::link::autopilot::vehicle::Vehicle;
+use crate::link::wire::{self, degrees_e7_and_mm, millimetres, single};
 use crate::time::TimeUs;
 use crate::units::{DEG_PER_RAD, SEA_LEVEL_DENSITY_KG_M3};
-
-/// A vector in the wire's single precision.
-pub(super) fn single(v: Vector3<f64>) -> [f32; 3] {
-    v.map(|x| x as f32).into()
-}
 
 /// What these messages are made from.
 pub(super) struct Motion<'a> {
@@ -24,29 +20,20 @@ pub(super) struct Motion<'a> {
 
 impl Motion<'_> {
     pub(super) fn attitude(&self) -> MavMessage {
-        let (m, time_boot_ms) = (&self.state.measurement, self.time_boot_ms);
-        let q = m.q_ned_from_body;
-        let [roll, pitch, yaw] = [roll(q), pitch(q), yaw(q)].map(|x| x as f32);
-        let [rollspeed, pitchspeed, yawspeed] = single(m.omega_body);
-        let data = ATTITUDE_DATA { time_boot_ms, roll, pitch, yaw, rollspeed, pitchspeed, yawspeed };
-        MavMessage::ATTITUDE(data)
+        let q = self.state.measurement.q_ned_from_body;
+        let mut m = ATTITUDE_DATA { time_boot_ms: self.time_boot_ms, ..ATTITUDE_DATA::DEFAULT };
+        [m.roll, m.pitch, m.yaw] = [roll(q), pitch(q), yaw(q)].map(|x| x as f32);
+        [m.rollspeed, m.pitchspeed, m.yawspeed] = single(self.state.measurement.omega_body);
+        MavMessage::ATTITUDE(m)
     }
 
     pub(super) fn attitude_quaternion(&self) -> MavMessage {
-        let (m, time_boot_ms) = (&self.state.measurement, self.time_boot_ms);
-        let [q1, q2, q3, q4] = m.q_ned_from_body.map(|c| c as f32);
-        let [rollspeed, pitchspeed, yawspeed] = single(m.omega_body);
-        MavMessage::ATTITUDE_QUATERNION(ATTITUDE_QUATERNION_DATA {
-            time_boot_ms,
-            q1,
-            q2,
-            q3,
-            q4,
-            rollspeed,
-            pitchspeed,
-            yawspeed,
-            repr_offset_q: [0.0; 4],
-        })
+        let Measurement { q_ned_from_body, omega_body, .. } = self.state.measurement;
+        let time_boot_ms = self.time_boot_ms;
+        let mut m = ATTITUDE_QUATERNION_DATA { time_boot_ms, ..ATTITUDE_QUATERNION_DATA::DEFAULT };
+        [m.q1, m.q2, m.q3, m.q4] = q_ned_from_body.map(|c| c as f32);
+        [m.rollspeed, m.pitchspeed, m.yawspeed] = single(omega_body);
+        MavMessage::ATTITUDE_QUATERNION(m)
     }
 
     pub(super) fn local_position_ned(&self) -> MavMessage {
@@ -55,31 +42,14 @@ impl Motion<'_> {
         MavMessage::LOCAL_POSITION_NED(LOCAL_POSITION_NED_DATA { time_boot_ms, x, y, z, vx, vy, vz })
     }
 
-    /// Velocities in body axes, as MAVLink has them for the child frame BODY_FRD; accuracies unknown.
+    /// All covariances unknown.
     pub(super) fn odometry(&self) -> MavMessage {
-        let m = &self.state.measurement;
-        let [x, y, z] = single(self.state.p_ned);
-        let [vx, vy, vz] = single(rotate_body_from_ned(m.q_ned_from_body, m.v_ned));
-        let [rollspeed, pitchspeed, yawspeed] = single(m.omega_body);
         MavMessage::ODOMETRY(ODOMETRY_DATA {
-            time_usec: self.state.at,
-            x,
-            y,
-            z,
-            q: m.q_ned_from_body.map(|c| c as f32),
-            vx,
-            vy,
-            vz,
-            rollspeed,
-            pitchspeed,
-            yawspeed,
             pose_covariance: [f32::NAN; 21],
             velocity_covariance: [f32::NAN; 21],
-            frame_id: MavFrame::MAV_FRAME_LOCAL_NED,
-            child_frame_id: MavFrame::MAV_FRAME_BODY_FRD,
-            reset_counter: 0,
             estimator_type: MavEstimatorType::MAV_ESTIMATOR_TYPE_AUTOPILOT,
             quality: 100,
+            ..wire::odometry(self.state.at, self.state.p_ned, &self.state.measurement)
         })
     }
 
@@ -97,19 +67,16 @@ impl Motion<'_> {
     }
 
     pub(super) fn global_position_int(&self) -> MavMessage {
-        let point = self.vehicle.environment.geo_point(&self.state.p_ned);
-        let [vx, vy, vz] = (self.state.measurement.v_ned * 100.0).map(|v| v.round() as i16).into();
-        MavMessage::GLOBAL_POSITION_INT(GLOBAL_POSITION_INT_DATA {
+        let mut m = GLOBAL_POSITION_INT_DATA {
             time_boot_ms: self.time_boot_ms,
-            lat: deg_e7(point.latitude_deg),
-            lon: deg_e7(point.longitude_deg),
-            alt: millimetres(point.altitude_m),
             relative_alt: millimetres(self.vehicle.home.height_m(&self.state)),
-            vx,
-            vy,
-            vz,
             hdg: (self.heading_deg() * 100.0) as u16,
-        })
+            ..GLOBAL_POSITION_INT_DATA::DEFAULT
+        };
+        let point = self.vehicle.environment.geo_point(&self.state.p_ned);
+        [m.lat, m.lon, m.alt] = degrees_e7_and_mm(&point);
+        [m.vx, m.vy, m.vz] = (self.state.measurement.v_ned * 100.0).map(|v| v.round() as i16).into();
+        MavMessage::GLOBAL_POSITION_INT(m)
     }
 
     pub(super) fn vfr_hud(&self) -> MavMessage {
