@@ -115,10 +115,9 @@ impl Narrator {
             | HilEvent::Finished
                 if self.together => {}
             connected @ HilEvent::Connected { .. } => self.say(&format!("{connected}\n")),
-            HilEvent::Waiting { .. }
-            | HilEvent::GoingOnWithout { .. }
-            | HilEvent::PeerLeft
-            | HilEvent::Drop(DropEvent::ModeUnknown) => self.warn(&format!("{event}\n")),
+            HilEvent::Waiting { .. } | HilEvent::PeerLeft | HilEvent::Drop(DropEvent::ModeUnknown) => {
+                self.warn(&format!("{event}\n"))
+            }
             _ => self.say(&format!("{event}\n")),
         }
     }
@@ -129,7 +128,7 @@ impl Narrator {
             // The simulator has reported it, or an acknowledgement has.
             StreamerEvent::ReleaseAsked
             | StreamerEvent::Tracking
-            | StreamerEvent::Released { told: true, .. }
+            | StreamerEvent::Released { reported: true, .. }
             | StreamerEvent::Text { severity: 5.., .. }
             | StreamerEvent::Done
                 if self.together => {}

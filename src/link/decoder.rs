@@ -6,7 +6,6 @@
 //! Signatures are not looked at here: that takes a key ([`super::signing`]).
 
 use mavlink::dialects::common::MavMessage;
-use mavlink::error::ParserError;
 use mavlink::{MAV_STX, MAV_STX_V2, MavlinkVersion, Message as _, calculate_crc};
 
 use super::faults::Faults;
@@ -138,11 +137,8 @@ fn examine(bytes: &[u8], end: End, faults: &mut Faults) -> Found {
         faults.skipped_bytes += 1;
         return Found::Skip(1);
     }
-    let Some(bytes) = bytes.get(..header.frame_len()).map(|frame| (frame, bytes.get(header.frame_len())))
-    else {
-        return Found::Incomplete;
-    };
-    examine_whole(bytes.0, bytes.1.copied(), end, header, faults)
+    let Some((frame, rest)) = bytes.split_at_checked(header.frame_len()) else { return Found::Incomplete };
+    examine_whole(frame, rest.first().copied(), end, header, faults)
 }
 
 /// Checks a candidate of full length; `next` is the byte behind it.
@@ -169,17 +165,8 @@ fn examine_whole(bytes: &[u8], next: Option<u8>, end: End, header: Header, fault
     faults.frames += 1;
     faults.signed += u64::from(header.signed);
     faults.mavlink1 += u64::from(matches!(header.version, MavlinkVersion::V1));
-    let message = match MavMessage::parse(header.version, header.message_id, &bytes[header.payload_at..at]) {
-        Ok(message) => Some(message),
-        Err(
-            ParserError::InvalidEnum { .. }
-            | ParserError::UnknownMessage { .. }
-            | ParserError::InvalidPayloadSize { .. }
-            | ParserError::BytesError(_),
-        ) => {
-            faults.unparsed += 1;
-            None
-        }
-    };
+    let payload = &bytes[header.payload_at..at];
+    let message = MavMessage::parse(header.version, header.message_id, payload).ok();
+    faults.unparsed += u64::from(message.is_none());
     Found::Frame(Frame::from_checked(bytes, header, message), bytes.len())
 }

@@ -36,13 +36,8 @@ impl Encoder {
 
     /// The frame of `message`.
     pub fn encode(&mut self, message: &MavMessage) -> Vec<u8> {
-        match self.froude {
-            Some(froude) => self.encode_as_it_is(&froude.wire_message(message)),
-            None => self.encode_as_it_is(message),
-        }
-    }
-
-    fn encode_as_it_is(&mut self, message: &MavMessage) -> Vec<u8> {
+        let scaled = self.froude.map(|froude| froude.wire_message(message));
+        let message = scaled.as_ref().unwrap_or(message);
         let mut payload = [0; 255];
         let len = message.ser(MavlinkVersion::V2, &mut payload);
         let id = message.message_id();

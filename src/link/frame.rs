@@ -47,11 +47,11 @@ pub struct CommandAck {
 }
 
 impl CommandAck {
-    /// The answer to a command of the component `from` (system, component).
-    pub fn new(command: &Command, result: MavResult, from: (u8, u8)) -> Self {
+    /// The answer to a command of the component `from` (system, component): a `MAV_RESULT`.
+    pub fn new(command: &Command, result: u8, from: (u8, u8)) -> Self {
         Self {
             command: command.command,
-            result: result as u8,
+            result,
             target_system: from.0,
             target_component: from.1,
             ..Self::default()
@@ -303,7 +303,7 @@ impl<'a> Payload<'a> {
 }
 
 /// A COMMAND_LONG or COMMAND_INT.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Command {
     /// The command's number (`MAV_CMD`), known or not.
     pub command: u16,

@@ -56,7 +56,7 @@ pub use encoder::Encoder;
 pub use faults::Faults;
 pub use frame::{Command, CommandAck, Frame, Payload, SetMode};
 pub use froude::Froude;
-pub use hil::{HilConfig, HilEvent, HilSession, Pace, Silence};
+pub use hil::{HilConfig, HilEvent, HilSession, Pace};
 pub use hub::{EndpointId, Hub, HubConfig, HubEvent};
 pub use lockstep::{Lockstep, LockstepError, Party};
 pub use parachute::ParachuteComponent;

@@ -125,7 +125,7 @@ impl ParachuteComponent {
         }
         let to = Recipient::Peer(peer);
         let (result, text) = self.answer(command, to);
-        let bytes = self.encoder.encode_command_ack(&CommandAck::new(command, result, from));
+        let bytes = self.encoder.encode_command_ack(&CommandAck::new(command, result as u8, from));
         self.outbox.push_back((to, bytes));
         if let Some(text) = text {
             let refused = result != MavResult::MAV_RESULT_ACCEPTED;

@@ -32,14 +32,12 @@ impl TextWriter {
                 pieces.push([0; PIECE]);
             }
         }
-        let message = |(i, piece): (usize, [u8; PIECE])| STATUSTEXT_DATA {
-            severity,
-            text: piece.into(),
-            id,
-            chunk_seq: i as u8,
+        let message = |(chunk_seq, piece): (u8, [u8; PIECE])| {
+            let text = piece.into();
+            STATUSTEXT_DATA { severity, text, id, chunk_seq }
         };
         // A 257th piece could not be numbered.
-        pieces.into_iter().take(256).enumerate().map(message).collect()
+        (0..=u8::MAX).zip(pieces).map(message).collect()
     }
 }
 

@@ -7,7 +7,13 @@ use nalgebra::Vector3;
 use crate::control::Measurement;
 use crate::frames::rotate_body_from_ned;
 use crate::model::environment::GeoPoint;
+use crate::params::Value;
 use crate::time::TimeUs;
+
+/// Fields of HIL_SENSOR that accelerometer and gyroscope make.
+pub(super) const INERTIAL: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x007 | 0x038);
+/// Fields of HIL_SENSOR that the magnetometer makes.
+pub(super) const MAGNETOMETER: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x1C0);
 
 /// Three numbers of the wire as a vector.
 pub(super) fn vector(v: [f32; 3]) -> Vector3<f64> {
@@ -78,4 +84,12 @@ pub(super) fn odometry(time_usec: TimeUs, p_ned: Vector3<f64>, state: &Measureme
     [m.rollspeed, m.pitchspeed, m.yawspeed] = single(state.omega_body);
     (m.pose_covariance[0], m.velocity_covariance[0]) = (f32::NAN, f32::NAN);
     m
+}
+
+/// A parameter's value and type in PARAM_VALUE and PARAM_SET. Integers travel as their bytes.
+pub(super) fn param_value(value: Value) -> (f32, MavParamType) {
+    match value {
+        Value::Int(x) => (f32::from_bits(x as u32), MavParamType::MAV_PARAM_TYPE_INT32),
+        Value::Real(x) => (x, MavParamType::MAV_PARAM_TYPE_REAL32),
+    }
 }

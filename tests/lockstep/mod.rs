@@ -112,7 +112,7 @@ fn the_release_comes_at_the_missions_time_and_the_rotors_half_a_second_later() {
     let first = |phase| wire.log.iter().find(|s| s.phase == phase).map(|s| s.t_s).unwrap();
     assert!((first(Phase::Falling) - 10.0).abs() < 1e-9 && (first(Phase::Powered) - 10.5).abs() < 1e-9);
     let at = |event| wire.events.iter().find(|e| e.event == event).map(|e| e.at);
-    let released = StreamerEvent::Released { released_at: 10_000_000, told: true };
+    let released = StreamerEvent::Released { released_at: 10_000_000, reported: true };
     assert!(at(released).is_some());
     // Setpoints are sent one step ahead of their time.
     assert_eq!(at(StreamerEvent::Tracking), Some(10_496_000));

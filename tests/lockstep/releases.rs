@@ -21,7 +21,7 @@ fn phases(flown: &Flown) -> [TimeUs; 2] {
 /// When the vehicle was released, and when the plan began, as the streamer knows it.
 fn told(flown: &Flown) -> [TimeUs; 2] {
     let released = flown.events.iter().find_map(|e| match e.event {
-        StreamerEvent::Released { released_at, told: true } => Some(released_at),
+        StreamerEvent::Released { released_at, reported: true } => Some(released_at),
         _ => None,
     });
     let tracking = flown.events.iter().find(|e| e.event == StreamerEvent::Tracking).map(|e| e.at);

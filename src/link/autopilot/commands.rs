@@ -5,6 +5,7 @@
 
 use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
+use num_traits::FromPrimitive as _;
 
 use super::AutopilotSession;
 use super::outbox::Peer;
@@ -14,31 +15,6 @@ use crate::autopilot::FlightMode;
 use crate::autopilot::missions::Kind;
 use crate::link::frame::{Command, CommandAck};
 
-/// Command numbers, by the names of the match below.
-#[expect(deprecated, reason = "some are deprecated in MAVLink, still sent by ground stations")]
-mod cmd {
-    use mavlink::dialects::common::MavCmd;
-
-    pub const NAV_RETURN_TO_LAUNCH: u16 = MavCmd::MAV_CMD_NAV_RETURN_TO_LAUNCH as u16;
-    pub const NAV_LAND: u16 = MavCmd::MAV_CMD_NAV_LAND as u16;
-    pub const NAV_TAKEOFF: u16 = MavCmd::MAV_CMD_NAV_TAKEOFF as u16;
-    pub const DO_SET_MODE: u16 = MavCmd::MAV_CMD_DO_SET_MODE as u16;
-    pub const DO_CHANGE_SPEED: u16 = MavCmd::MAV_CMD_DO_CHANGE_SPEED as u16;
-    pub const DO_SET_HOME: u16 = MavCmd::MAV_CMD_DO_SET_HOME as u16;
-    pub const DO_REPOSITION: u16 = MavCmd::MAV_CMD_DO_REPOSITION as u16;
-    pub const DO_PARACHUTE: u16 = MavCmd::MAV_CMD_DO_PARACHUTE as u16;
-    pub const DO_GRIPPER: u16 = MavCmd::MAV_CMD_DO_GRIPPER as u16;
-    pub const DO_SET_MISSION_CURRENT: u16 = MavCmd::MAV_CMD_DO_SET_MISSION_CURRENT as u16;
-    pub const PREFLIGHT_STORAGE: u16 = MavCmd::MAV_CMD_PREFLIGHT_STORAGE as u16;
-    pub const MISSION_START: u16 = MavCmd::MAV_CMD_MISSION_START as u16;
-    pub const COMPONENT_ARM_DISARM: u16 = MavCmd::MAV_CMD_COMPONENT_ARM_DISARM as u16;
-    pub const GET_HOME_POSITION: u16 = MavCmd::MAV_CMD_GET_HOME_POSITION as u16;
-    pub const GET_MESSAGE_INTERVAL: u16 = MavCmd::MAV_CMD_GET_MESSAGE_INTERVAL as u16;
-    pub const SET_MESSAGE_INTERVAL: u16 = MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL as u16;
-    pub const REQUEST_MESSAGE: u16 = MavCmd::MAV_CMD_REQUEST_MESSAGE as u16;
-    pub const REQUEST_AUTOPILOT_CAPABILITIES: u16 = MavCmd::MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES as u16;
-}
-
 impl AutopilotSession {
     /// Obeys a command that is addressed to this autopilot, and answers its sender; leaves others alone.
     pub(super) fn handle_command(&mut self, peer: Peer, command: &Command) {
@@ -46,53 +22,51 @@ impl AutopilotSession {
             return;
         }
         // Addressed to every component: the parachute's commands are the parachute's to answer.
-        let of_parachute = matches!(command.command, cmd::DO_PARACHUTE | cmd::DO_GRIPPER);
+        let known = MavCmd::from_u16(command.command);
+        let of_parachute = matches!(known, Some(MavCmd::MAV_CMD_DO_PARACHUTE | MavCmd::MAV_CMD_DO_GRIPPER));
         if of_parachute && command.target_component == 0 {
             return;
         }
-        let outcome = self.obey(peer, command);
-        let ack = CommandAck {
-            command: command.command,
-            result: outcome as u8,
-            target_system: peer.system,
-            target_component: peer.component,
-            ..CommandAck::default()
-        };
+        let outcome = known.map_or(Outcome::Unsupported, |known| self.obey(peer, known, command));
+        let ack = CommandAck::new(command, outcome as u8, (peer.system, peer.component));
         self.outbox.reply_command_ack(peer, &ack);
     }
 
-    fn obey(&mut self, peer: Peer, command: &Command) -> Outcome {
+    #[expect(deprecated, reason = "some are deprecated in MAVLink, still sent by ground stations")]
+    fn obey(&mut self, peer: Peer, known: MavCmd, command: &Command) -> Outcome {
         let (now, vehicle) = (self.clock.now(), &mut self.vehicle);
-        match command.command {
-            cmd::DO_SET_MODE => vehicle.set_mode(now, command),
-            cmd::COMPONENT_ARM_DISARM => vehicle.arm_or_disarm(now, command),
-            cmd::NAV_TAKEOFF => vehicle.take_off(now, command),
-            cmd::NAV_LAND => vehicle.enter(now, FlightMode::AutoLand),
-            cmd::NAV_RETURN_TO_LAUNCH => vehicle.enter(now, FlightMode::AutoRtl),
-            cmd::DO_REPOSITION => vehicle.reposition(now, command),
-            cmd::DO_CHANGE_SPEED => vehicle.change_speed(command),
-            cmd::DO_SET_HOME => vehicle.set_home(command),
-            cmd::REQUEST_MESSAGE => self.send_requested(peer, command),
-            cmd::GET_HOME_POSITION => self.send_message(peer, HOME_POSITION_DATA::ID),
-            cmd::REQUEST_AUTOPILOT_CAPABILITIES => self.send_message(peer, AUTOPILOT_VERSION_DATA::ID),
-            cmd::SET_MESSAGE_INTERVAL => self.streams.set_interval(peer.link, command),
-            cmd::GET_MESSAGE_INTERVAL => self.send_interval(peer, command),
-            cmd::PREFLIGHT_STORAGE => {
+        match known {
+            MavCmd::MAV_CMD_DO_SET_MODE => vehicle.set_mode(now, command),
+            MavCmd::MAV_CMD_COMPONENT_ARM_DISARM => vehicle.arm_or_disarm(now, command),
+            MavCmd::MAV_CMD_NAV_TAKEOFF => vehicle.take_off(now, command),
+            MavCmd::MAV_CMD_NAV_LAND => vehicle.enter(now, FlightMode::AutoLand),
+            MavCmd::MAV_CMD_NAV_RETURN_TO_LAUNCH => vehicle.enter(now, FlightMode::AutoRtl),
+            MavCmd::MAV_CMD_DO_REPOSITION => vehicle.reposition(now, command),
+            MavCmd::MAV_CMD_DO_CHANGE_SPEED => vehicle.change_speed(command),
+            MavCmd::MAV_CMD_DO_SET_HOME => vehicle.set_home(command),
+            MavCmd::MAV_CMD_REQUEST_MESSAGE => self.send_requested(peer, command),
+            MavCmd::MAV_CMD_GET_HOME_POSITION => self.send_message(peer, HOME_POSITION_DATA::ID),
+            MavCmd::MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES => {
+                self.send_message(peer, AUTOPILOT_VERSION_DATA::ID)
+            }
+            MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL => self.streams.of(peer.link).set_interval(command),
+            MavCmd::MAV_CMD_GET_MESSAGE_INTERVAL => self.send_interval(peer, command),
+            MavCmd::MAV_CMD_PREFLIGHT_STORAGE => {
                 let gravity_m_s2 = vehicle.environment.gravity_m_s2;
                 self.parameters.store(command, gravity_m_s2, &mut vehicle.autopilot, &mut self.outbox)
             }
-            cmd::MISSION_START => {
+            MavCmd::MAV_CMD_MISSION_START => {
                 let reason = match self.missions.plan(Kind::Mission).count() {
                     0 => "there is no mission to start",
                     _ => "the mission is kept and not flown",
                 };
                 Outcome::Unsupported.because(&mut vehicle.autopilot, reason)
             }
-            cmd::DO_SET_MISSION_CURRENT => {
+            MavCmd::MAV_CMD_DO_SET_MISSION_CURRENT => {
                 let seq = command.param(1).and_then(whole).and_then(|seq| u16::try_from(seq).ok());
                 Outcome::Denied.unless(seq.is_some_and(|seq| self.missions.set_current(seq)))
             }
-            cmd::DO_GRIPPER | cmd::DO_PARACHUTE => {
+            MavCmd::MAV_CMD_DO_GRIPPER | MavCmd::MAV_CMD_DO_PARACHUTE => {
                 let reason = "the parachute is component 161: command that";
                 Outcome::Unsupported.because(&mut vehicle.autopilot, reason)
             }
@@ -125,7 +99,7 @@ impl AutopilotSession {
     fn send_interval(&mut self, peer: Peer, command: &Command) -> Outcome {
         let message_id = command.param(1).and_then(whole).and_then(|id| u16::try_from(id).ok());
         let Some(message_id) = message_id else { return Outcome::Denied };
-        let interval_us = self.streams.interval_us(peer.link, message_id);
+        let interval_us = self.streams.of(peer.link).interval_us(message_id);
         let message = MESSAGE_INTERVAL_DATA { interval_us, message_id };
         self.outbox.reply(peer, &MavMessage::MESSAGE_INTERVAL(message));
         Outcome::Accepted

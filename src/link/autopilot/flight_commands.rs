@@ -17,6 +17,7 @@
 //! is reported: that is PX4's answer to each DO_SET_MODE that it does not follow, an unknown kind of AUTO
 //! included. (A main mode that it does not know it accepts and ignores; that is not copied.)
 
+use mavlink::dialects::common::MavFrame;
 use nalgebra::Vector3;
 
 use super::outcome::{Outcome, whole};
@@ -27,9 +28,17 @@ use crate::model::environment::GeoPoint;
 use crate::time::TimeUs;
 
 /// `MAV_FRAME`s whose altitudes count from home.
-const RELATIVE_FRAMES: [u8; 2] = [3, 6];
+#[expect(deprecated, reason = "deprecated in MAVLink, still sent by ground stations")]
+const RELATIVE_FRAMES: [u8; 2] =
+    [MavFrame::MAV_FRAME_GLOBAL_RELATIVE_ALT as u8, MavFrame::MAV_FRAME_GLOBAL_RELATIVE_ALT_INT as u8];
 /// `MAV_FRAME`s of a place on the globe.
-const GLOBAL_FRAMES: [u8; 4] = [0, 3, 5, 6];
+#[expect(deprecated, reason = "deprecated in MAVLink, still sent by ground stations")]
+const GLOBAL_FRAMES: [u8; 4] = [
+    MavFrame::MAV_FRAME_GLOBAL as u8,
+    MavFrame::MAV_FRAME_GLOBAL_INT as u8,
+    RELATIVE_FRAMES[0],
+    RELATIVE_FRAMES[1],
+];
 /// Bit of DO_REPOSITION's parameter 2: enter HOLD.
 const CHANGE_MODE: u32 = 1;
 /// Parameter 2 of COMPONENT_ARM_DISARM that skips the checks.
@@ -59,14 +68,19 @@ impl Vehicle {
     fn enter_numbered(&mut self, now: TimeUs, main: u8, sub: u8) -> Outcome {
         match FlightMode::from_numbers(main, sub) {
             Some(mode) => self.enter(now, mode),
-            None if main == FlightMode::AutoLoiter.main_number() => Outcome::TemporarilyRejected
-                .because(&mut self.autopilot, "mode refused: unsupported auto mode"),
+            None if main == FlightMode::AutoLoiter.main_number() => {
+                self.refuse(Outcome::TemporarilyRejected, "mode refused: unsupported auto mode")
+            }
             None => self.no_such_mode(),
         }
     }
 
     fn no_such_mode(&mut self) -> Outcome {
-        Outcome::Denied.because(&mut self.autopilot, "mode refused: no such mode")
+        self.refuse(Outcome::Denied, "mode refused: no such mode")
+    }
+
+    fn refuse(&mut self, outcome: Outcome, reason: &'static str) -> Outcome {
+        outcome.because(&mut self.autopilot, reason)
     }
 
     /// Enters a mode; a refusal has been reported.
@@ -80,10 +94,7 @@ impl Vehicle {
         let done = match command.param(1) {
             Some(1.0) => self.autopilot.arm(now, force).is_ok(),
             Some(0.0) => self.autopilot.disarm(force).is_ok(),
-            _ => {
-                let reason = "arm/disarm refused: parameter 1 must be 0 or 1";
-                return Outcome::Denied.because(&mut self.autopilot, reason);
-            }
+            _ => return self.refuse(Outcome::Denied, "arm/disarm refused: parameter 1 must be 0 or 1"),
         };
         Outcome::TemporarilyRejected.unless(done)
     }
@@ -103,12 +114,13 @@ impl Vehicle {
         let in_hold = self.autopilot.mode() == FlightMode::AutoLoiter;
         let flags = command.param(2).map_or(0, |flags| flags as u32);
         if flags & CHANGE_MODE == 0 && !in_hold {
-            let reason = "REPOSITION refused: not in HOLD, and not to be entered";
-            return Outcome::TemporarilyRejected.because(&mut self.autopilot, reason);
+            return self.refuse(
+                Outcome::TemporarilyRejected,
+                "REPOSITION refused: not in HOLD, and not to be entered",
+            );
         }
         let Some(state) = self.latest_state().filter(|_| self.autopilot.is_in_air()) else {
-            let reason = "REPOSITION refused: not flying";
-            return Outcome::TemporarilyRejected.because(&mut self.autopilot, reason);
+            return self.refuse(Outcome::TemporarilyRejected, "REPOSITION refused: not flying");
         };
         let place = match self.place_of(command, &state.p_ned) {
             Ok(Some(place)) => place,
@@ -142,8 +154,7 @@ impl Vehicle {
     /// DO_SET_HOME.
     pub(super) fn set_home(&mut self, command: &Command) -> Outcome {
         let Some(state) = self.latest_state() else {
-            let reason = "home refused: no position yet";
-            return Outcome::TemporarilyRejected.because(&mut self.autopilot, reason);
+            return self.refuse(Outcome::TemporarilyRejected, "home refused: no position yet");
         };
         let place = match command.param(1) {
             Some(1.0) => state.p_ned,
@@ -159,7 +170,7 @@ impl Vehicle {
     }
 
     fn no_such_place(&mut self) -> Outcome {
-        Outcome::Denied.because(&mut self.autopilot, "refused: no such place")
+        self.refuse(Outcome::Denied, "refused: no such place")
     }
 
     /// Position down of parameter 7 [m], when it is given.

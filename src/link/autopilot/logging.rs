@@ -79,7 +79,7 @@ pub(super) fn record(now: TimeUs, vehicle: &Vehicle, state: &VehicleState) -> Op
         density_kg_m3: environment.density_kg_m3,
         estimate: pose(state),
         truth: hil.state(now).as_ref().map_or(Pose::UNKNOWN, pose),
-        accuracy: vehicle.estimator().and_then(|estimator| estimator.accuracy()),
+        accuracy: vehicle.estimator.as_ref().and_then(|estimator| estimator.accuracy()),
         sensors,
         fix: hil.gps.as_ref().map(satellite_fix),
         output,

@@ -49,7 +49,6 @@ use self::logging::record;
 use self::missions::Missions;
 use self::outbox::{LINKS, Outbox, Peer};
 use self::parameters::ParameterServer;
-use self::sensing::Sensing;
 use self::setpoints::SetpointInput;
 use self::streams::Streams;
 use self::telemetry::Telemetry;
@@ -114,7 +113,7 @@ impl AutopilotSession {
         parameters.settle(&mut autopilot);
         let facts = Facts { system_id, rotors, epoch_unix_us };
         let mut session = Self {
-            vehicle: Vehicle::new(autopilot, setup.environment, facts, setup.estimator.map(Sensing::new)),
+            vehicle: Vehicle::new(autopilot, setup.environment, facts, setup.estimator.map(Estimator::new)),
             clock: Clock::default(),
             setpoints: SetpointInput::default(),
             files: FileServer::new(&parameters),
@@ -134,7 +133,7 @@ impl AutopilotSession {
 
     /// The estimator, if the vehicle flies by one.
     pub fn estimator(&self) -> Option<&Estimator> {
-        self.vehicle.estimator()
+        self.vehicle.estimator.as_ref()
     }
 
     /// MAVLink system of the vehicle.
@@ -317,7 +316,7 @@ impl AutopilotSession {
             self.send_heartbeat(&[Link::Simulator]);
         }
         for link in LINKS {
-            while let Some(message_id) = self.streams.take_due(link, now) {
+            while let Some(message_id) = self.streams.of(link).take_due(now) {
                 if let Some(message) = self.telemetry().message(message_id) {
                     self.outbox.send(link, &message);
                 }

@@ -5,10 +5,11 @@ use std::collections::VecDeque;
 
 use mavlink::Message as _;
 use mavlink::dialects::common::{MavMessage, MavSeverity};
+use num_traits::FromPrimitive as _;
 
 use super::logging::LogQueue;
+use crate::autopilot::Event;
 use crate::autopilot::flight_log::LogEntry;
-use crate::autopilot::{Event, Severity};
 use crate::link::statustext::TextWriter;
 use crate::link::{CommandAck, Encoder, Frame, Link, PeerId, Recipient, Transmit};
 use crate::params::file::AUTOPILOT_COMPONENT;
@@ -115,7 +116,8 @@ impl Outbox {
 
     /// Reports an event as STATUSTEXT to ground stations and companions, and logs it.
     pub(super) fn report(&mut self, now: TimeUs, event: Event) {
-        for message in self.texts.messages(mav_severity(event.severity), &event.text) {
+        let severity = MavSeverity::from_u8(event.severity as u8).unwrap_or_default();
+        for message in self.texts.messages(severity, &event.text) {
             self.broadcast(&MavMessage::STATUSTEXT(message));
         }
         self.log.push(LogEntry::Said(now, event));
@@ -130,17 +132,5 @@ impl Outbox {
         }
         let bytes = encode(&mut self.encoders[index_of(link)]);
         self.frames.push_back(Transmit { link, to, bytes });
-    }
-}
-
-fn mav_severity(severity: Severity) -> MavSeverity {
-    match severity {
-        Severity::Emergency => MavSeverity::MAV_SEVERITY_EMERGENCY,
-        Severity::Alert => MavSeverity::MAV_SEVERITY_ALERT,
-        Severity::Critical => MavSeverity::MAV_SEVERITY_CRITICAL,
-        Severity::Error => MavSeverity::MAV_SEVERITY_ERROR,
-        Severity::Warning => MavSeverity::MAV_SEVERITY_WARNING,
-        Severity::Notice => MavSeverity::MAV_SEVERITY_NOTICE,
-        Severity::Info => MavSeverity::MAV_SEVERITY_INFO,
     }
 }

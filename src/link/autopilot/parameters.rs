@@ -9,6 +9,7 @@ use std::collections::VecDeque;
 
 use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
+use num_traits::FromPrimitive as _;
 
 use super::outbox::{LINKS, Outbox, Peer};
 use super::outcome::Outcome;
@@ -16,6 +17,7 @@ use crate::autopilot::flight_log::LogEntry;
 use crate::autopilot::parameters::{Parameters, Refusal};
 use crate::autopilot::{Autopilot, Severity};
 use crate::link::frame::{Command, Frame};
+use crate::link::wire::param_value;
 use crate::params::export::GRAVITY_KEY;
 use crate::params::{Purpose, Value, file};
 
@@ -25,11 +27,6 @@ const HASH: &str = "_HASH_CHECK";
 const AT_A_TIME: usize = 5;
 /// Index of what is no parameter.
 const NO_INDEX: u16 = u16::MAX;
-const TYPE_INT32: u8 = 6;
-const TYPE_REAL32: u8 = 9;
-/// Highest `MAV_PARAM_TYPE`.
-const TYPE_LAST: u8 = 10;
-
 /// Most lists that go out on a link at the same time.
 const MAX_LISTS: usize = 32;
 
@@ -171,26 +168,19 @@ impl ParameterServer {
         autopilot: &mut Autopilot,
         outbox: &mut Outbox,
     ) {
-        let (reason, error) = match kind {
-            TYPE_INT32 | TYPE_REAL32 => {
-                let value = if kind == TYPE_INT32 {
-                    Value::Int(bits as i32)
-                } else {
-                    Value::Real(f32::from_bits(bits))
-                };
-                match self.parameters.set(name, value, autopilot) {
-                    Ok(changed) => return self.publish(&changed, outbox),
-                    Err(refusal) => (refusal.to_string(), error_of(&refusal)),
-                }
+        let value = match MavParamType::from_u8(kind) {
+            Some(MavParamType::MAV_PARAM_TYPE_INT32) => Ok(Value::Int(bits as i32)),
+            Some(MavParamType::MAV_PARAM_TYPE_REAL32) => Ok(Value::Real(f32::from_bits(bits))),
+            _ if self.parameters.index_of(name).is_none() => {
+                Err(MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST)
             }
-            _ => {
-                let error = if self.parameters.index_of(name).is_none() {
-                    MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST
-                } else if (1..=TYPE_LAST).contains(&kind) {
-                    MavParamError::MAV_PARAM_ERROR_TYPE_MISMATCH
-                } else {
-                    MavParamError::MAV_PARAM_ERROR_TYPE_UNSUPPORTED
-                };
+            Some(_) => Err(MavParamError::MAV_PARAM_ERROR_TYPE_MISMATCH),
+            None => Err(MavParamError::MAV_PARAM_ERROR_TYPE_UNSUPPORTED),
+        };
+        let (reason, error) = match value.map(|value| self.parameters.set(name, value, autopilot)) {
+            Ok(Ok(changed)) => return self.publish(&changed, outbox),
+            Ok(Err(refusal)) => (refusal.to_string(), error_of(&refusal)),
+            Err(error) => {
                 let known = "only 6 (INT32) and 9 (REAL32) are known";
                 (format!("{name} refused: type {kind}, {known}"), error)
             }
@@ -261,11 +251,7 @@ impl ParameterServer {
 
     fn value_message(&self, index: usize) -> Option<MavMessage> {
         let entry = self.parameters.at(index)?;
-        let (param_value, param_type) = match entry.value {
-            // Integers travel as their bytes.
-            Value::Int(x) => (f32::from_bits(x as u32), MavParamType::MAV_PARAM_TYPE_INT32),
-            Value::Real(x) => (x, MavParamType::MAV_PARAM_TYPE_REAL32),
-        };
+        let (param_value, param_type) = param_value(entry.value);
         Some(self.message(&entry.name, index as u16, param_value, param_type))
     }
 
@@ -281,15 +267,9 @@ impl ParameterServer {
         param_value: f32,
         param_type: MavParamType,
     ) -> MavMessage {
-        let param_count = self.parameters.len() as u16;
-        let param_id = name.into();
-        MavMessage::PARAM_VALUE(PARAM_VALUE_DATA {
-            param_value,
-            param_count,
-            param_index,
-            param_id,
-            param_type,
-        })
+        let (param_count, param_id) = (self.parameters.len() as u16, name.into());
+        let data = PARAM_VALUE_DATA { param_value, param_count, param_index, param_id, param_type };
+        MavMessage::PARAM_VALUE(data)
     }
 }
 
@@ -303,13 +283,7 @@ fn error_of(refusal: &Refusal) -> MavParamError {
 }
 
 fn param_error(peer: Peer, name: &str, param_index: i16, error: MavParamError) -> MavMessage {
-    let (target_system, target_component) = (peer.system, peer.component);
-    let param_id = name.into();
-    MavMessage::PARAM_ERROR(PARAM_ERROR_DATA {
-        param_index,
-        target_system,
-        target_component,
-        param_id,
-        error,
-    })
+    let (target_system, target_component, param_id) = (peer.system, peer.component, name.into());
+    let data = PARAM_ERROR_DATA { param_index, target_system, target_component, param_id, error };
+    MavMessage::PARAM_ERROR(data)
 }

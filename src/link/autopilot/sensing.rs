@@ -6,66 +6,33 @@
 //! and home's. A HIL_GPS bears the time of its sending: its fix is of EKF2_GPS_DELAY before. (MAVLink calls
 //! its `eph` and `epv` dilutions; simulators and PX4 mean centimetres.)
 
-use mavlink::dialects::common::{HIL_GPS_DATA, HIL_SENSOR_DATA};
+use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
-use super::hil::{STATE_LIFETIME_US, VehicleState};
-use crate::autopilot::estimator::{Estimator, EstimatorSettings, Fix, Inertial, Sample};
-use crate::link::wire::{geo_point, vector};
+use crate::autopilot::estimator::{Estimator, Fix, Inertial, Sample};
+use crate::link::wire::{INERTIAL, MAGNETOMETER, geo_point, vector};
 use crate::model::Environment;
 use crate::sim::sensors::barometer::pressure_altitude_m;
 use crate::time::TimeUs;
 
-/// Bits of `fields_updated`: accelerometer and gyro, magnetometer, absolute pressure.
-const INERTIAL: u32 = 0x03F;
-const FIELD: u32 = 0x1C0;
-const PRESSURE: u32 = 0x200;
+const PRESSURE: HilSensorUpdatedFlags = HilSensorUpdatedFlags::HIL_SENSOR_UPDATED_ABS_PRESSURE;
 /// The least `fix_type` that has an altitude.
-const FIX_3D: u8 = 3;
+pub(super) const FIX_3D: u8 = GpsFixType::GPS_FIX_TYPE_3D_FIX as u8;
 
-/// The estimator with its messages.
-#[derive(Clone, Debug)]
-pub(super) struct Sensing {
-    estimator: Estimator,
-}
-
-impl Sensing {
-    /// An estimator that has taken nothing yet.
-    pub(super) fn new(settings: EstimatorSettings) -> Self {
-        Self { estimator: Estimator::new(settings) }
+/// Gives the estimator the sensors of a step, and before them the latest fix. One that has been taken is not
+/// taken again, and one from the future not yet.
+pub(super) fn sense(
+    estimator: &mut Estimator,
+    sensor: &HIL_SENSOR_DATA,
+    gps: Option<&HIL_GPS_DATA>,
+    site: &Environment,
+) {
+    let usable = gps.filter(|gps| gps.fix_type >= FIX_3D && gps.time_usec <= sensor.time_usec);
+    if let Some(fix) = usable.and_then(|gps| fix(gps, estimator.settings().gps_delay_us, site)) {
+        estimator.take_fix(&fix);
     }
-
-    /// Forgets everything; satellite fixes are late by `gps_delay_us` from here on.
-    pub(super) fn begin_anew(&mut self, gps_delay_us: TimeUs) {
-        *self = Self::new(EstimatorSettings { gps_delay_us, ..*self.estimator.settings() });
-    }
-
-    /// The estimator behind the messages.
-    pub(super) fn estimator(&self) -> &Estimator {
-        &self.estimator
-    }
-
-    /// Takes the sensors of a step, and before them the latest fix. One that has been taken is not taken
-    /// again, and one from the future not yet.
-    pub(super) fn take(&mut self, sensor: &HIL_SENSOR_DATA, gps: Option<&HIL_GPS_DATA>, site: &Environment) {
-        let usable = gps.filter(|gps| gps.fix_type >= FIX_3D && gps.time_usec <= sensor.time_usec);
-        if let Some(fix) = usable.and_then(|gps| fix(gps, self.estimator.settings().gps_delay_us, site)) {
-            self.estimator.take_fix(&fix);
-        }
-        if let Some(sample) = sample(sensor, site) {
-            self.estimator.take(&sample);
-        }
-    }
-
-    /// The newest estimate, however old.
-    pub(super) fn latest(&self) -> Option<VehicleState> {
-        let (at, p_ned, measurement) = self.estimator.estimate()?;
-        Some(VehicleState { at, p_ned, measurement })
-    }
-
-    /// The estimate to fly by at `now`, if it is young enough.
-    pub(super) fn state(&self, now: TimeUs) -> Option<VehicleState> {
-        self.latest().filter(|s| now.saturating_sub(s.at) <= STATE_LIFETIME_US)
+    if let Some(sample) = sample(sensor, site) {
+        estimator.take(&sample);
     }
 }
 
@@ -85,7 +52,7 @@ fn fix(m: &HIL_GPS_DATA, delay_us: TimeUs, site: &Environment) -> Option<Fix> {
 
 /// The sample in a HIL_SENSOR; `None` without new readings of accelerometer and gyro.
 fn sample(m: &HIL_SENSOR_DATA, site: &Environment) -> Option<Sample> {
-    let has = |bits: u32| m.fields_updated.bits() & bits == bits;
+    let has = |fields| m.fields_updated.contains(fields);
     let altitude_m = || pressure_altitude_m(f64::from(m.abs_pressure)) - site.anchor.altitude_m;
     has(INERTIAL).then(|| Sample {
         at_us: m.time_usec,
@@ -93,7 +60,7 @@ fn sample(m: &HIL_SENSOR_DATA, site: &Environment) -> Option<Sample> {
             specific_force_body: vector([m.xacc, m.yacc, m.zacc]),
             omega_body: vector([m.xgyro, m.ygyro, m.zgyro]),
         },
-        field_body: has(FIELD).then(|| vector([m.xmag, m.ymag, m.zmag])),
+        field_body: has(MAGNETOMETER).then(|| vector([m.xmag, m.ymag, m.zmag])),
         altitude_m: has(PRESSURE).then(altitude_m),
     })
 }
@@ -102,7 +69,6 @@ fn sample(m: &HIL_SENSOR_DATA, site: &Environment) -> Option<Sample> {
 mod tests {
     use super::*;
     use crate::model::environment::GeoPoint;
-    use mavlink::dialects::common::HilSensorUpdatedFlags;
 
     fn site() -> Environment {
         let anchor = GeoPoint { latitude_deg: 47.0, longitude_deg: 8.0, altitude_m: 600.0 };

@@ -20,9 +20,7 @@
 //! refused with its reason, never flown in part.
 
 use mavlink::MessageData as _;
-use mavlink::dialects::common::{
-    MavFrame, MavMessage, SET_ATTITUDE_TARGET_DATA, SET_POSITION_TARGET_LOCAL_NED_DATA,
-};
+use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
 use crate::autopilot::{Autopilot, OffboardSetpoint, SetpointRefusal, Severity, VelocityFrame, YawSetpoint};
@@ -76,14 +74,10 @@ pub(super) enum SetpointFault {
 pub(super) fn read(frame: &Frame) -> Option<((u8, u8), Result<OffboardSetpoint, SetpointFault>)> {
     const TARGET_AT: usize = 50;
     match frame.known() {
-        Some(MavMessage::SET_POSITION_TARGET_LOCAL_NED(m)) => {
-            Some(((m.target_system, m.target_component), local_setpoint(m)))
-        }
-        Some(MavMessage::SET_ATTITUDE_TARGET(m)) => {
-            Some(((m.target_system, m.target_component), attitude_setpoint(m)))
-        }
-        Some(MavMessage::SET_POSITION_TARGET_GLOBAL_INT(m)) => {
-            Some(((m.target_system, m.target_component), Err(SetpointFault::Global)))
+        Some(MavMessage::SET_POSITION_TARGET_LOCAL_NED(m)) => Some((frame.target(), local_setpoint(m))),
+        Some(MavMessage::SET_ATTITUDE_TARGET(m)) => Some((frame.target(), attitude_setpoint(m))),
+        Some(MavMessage::SET_POSITION_TARGET_GLOBAL_INT(_)) => {
+            Some((frame.target(), Err(SetpointFault::Global)))
         }
         // A frame that no enum knows is owed the same refusal as one that is not flown.
         None if frame.message_id == SET_POSITION_TARGET_LOCAL_NED_DATA::ID => {
@@ -96,17 +90,15 @@ pub(super) fn read(frame: &Frame) -> Option<((u8, u8), Result<OffboardSetpoint, 
 
 /// Reads SET_POSITION_TARGET_LOCAL_NED; its numbers are checked by the autopilot.
 fn local_setpoint(message: &SET_POSITION_TARGET_LOCAL_NED_DATA) -> Result<OffboardSetpoint, SetpointFault> {
-    const FORCE: u16 = 0x200;
-    const YAW_IGNORE: u16 = 0x400;
-    const YAW_RATE_IGNORE: u16 = 0x800;
+    use PositionTargetTypemask as Mask;
     #[expect(deprecated, reason = "PX4 takes it")]
     let frame = match message.coordinate_frame {
         MavFrame::MAV_FRAME_LOCAL_NED => VelocityFrame::Ned,
         MavFrame::MAV_FRAME_BODY_NED => VelocityFrame::Heading,
         _ => return Err(SetpointFault::Frame),
     };
-    let mask = message.type_mask.bits();
-    if mask & FORCE != 0 {
+    let (flags, mask) = (message.type_mask, message.type_mask.bits());
+    if flags.contains(Mask::POSITION_TARGET_TYPEMASK_FORCE_SET) {
         return Err(SetpointFault::Force);
     }
     let p = axes(mask, 0, [message.x, message.y, message.z])?;
@@ -118,7 +110,10 @@ fn local_setpoint(message: &SET_POSITION_TARGET_LOCAL_NED_DATA) -> Result<Offboa
     if (0..3).any(|i| p[i].is_none() && v[i].is_none() && a[i].is_none()) {
         return Err(SetpointFault::EmptyAxis);
     }
-    let yaw = match (mask & YAW_IGNORE == 0, mask & YAW_RATE_IGNORE == 0) {
+    let gives = |ignore| !flags.contains(ignore);
+    let (yaw, yaw_rate) =
+        (Mask::POSITION_TARGET_TYPEMASK_YAW_IGNORE, Mask::POSITION_TARGET_TYPEMASK_YAW_RATE_IGNORE);
+    let yaw = match (gives(yaw), gives(yaw_rate)) {
         (false, false) => YawSetpoint::Keep,
         (true, false) => YawSetpoint::Angle(f64::from(message.yaw)),
         (false, true) => YawSetpoint::Rate(f64::from(message.yaw_rate)),
@@ -145,19 +140,17 @@ fn axes(mask: u16, shift: u32, values: [f32; 3]) -> Result<[Option<f64>; 3], Set
 
 /// Reads SET_ATTITUDE_TARGET; its numbers are checked by the autopilot.
 fn attitude_setpoint(message: &SET_ATTITUDE_TARGET_DATA) -> Result<OffboardSetpoint, SetpointFault> {
-    const THRUST_VECTOR: u8 = 0x20;
-    const THRUST_IGNORE: u8 = 0x40;
-    const ATTITUDE_IGNORE: u8 = 0x80;
-    let mask = message.type_mask.bits();
-    if mask & THRUST_VECTOR != 0 {
+    use AttitudeTargetTypemask as Mask;
+    let (flags, mask) = (message.type_mask, message.type_mask.bits());
+    if flags.contains(Mask::ATTITUDE_TARGET_TYPEMASK_THRUST_BODY_SET) {
         return Err(SetpointFault::ThrustVector);
     }
-    if mask & THRUST_IGNORE != 0 {
+    if flags.contains(Mask::ATTITUDE_TARGET_TYPEMASK_THROTTLE_IGNORE) {
         return Err(SetpointFault::NoThrust);
     }
     let collective = f64::from(message.thrust);
     let rates = [message.body_roll_rate, message.body_pitch_rate, message.body_yaw_rate];
-    if mask & ATTITUDE_IGNORE == 0 {
+    if !flags.contains(Mask::ATTITUDE_TARGET_TYPEMASK_ATTITUDE_IGNORE) {
         // Zero rates beside an attitude say nothing: scripts that leave the mask at 0 send them.
         let rates_count = (0..3).any(|i| mask & 1 << i == 0 && rates[i] != 0.0);
         if rates_count {
@@ -212,7 +205,6 @@ impl SetpointInput {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mavlink::dialects::common::{AttitudeTargetTypemask, PositionTargetTypemask};
 
     fn velocity(mask: u16) -> SET_POSITION_TARGET_LOCAL_NED_DATA {
         SET_POSITION_TARGET_LOCAL_NED_DATA {

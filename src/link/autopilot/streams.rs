@@ -14,7 +14,7 @@ use crate::link::frame::Command;
 use crate::link::session::Link;
 use crate::time::{TimeUs, microseconds};
 
-/// The schedules of all links.
+/// The streams of each link.
 #[derive(Clone, Debug)]
 pub(super) struct Streams {
     schedules: [Schedule; LINKS.len()],
@@ -29,9 +29,9 @@ impl Default for Streams {
 }
 
 impl Streams {
-    /// Takes a stream of a link that is due, if any; to be called until there is none.
-    pub(super) fn take_due(&mut self, link: Link, now: TimeUs) -> Option<u32> {
-        self.schedules[index_of(link)].take_due(now)
+    /// The streams of a link.
+    pub(super) fn of(&mut self, link: Link) -> &mut Schedule {
+        &mut self.schedules[index_of(link)]
     }
 
     /// Whether the condition of the vehicle is another than the simulator was shown last.
@@ -39,35 +39,13 @@ impl Streams {
         self.shown.replace(condition).is_some_and(|shown| shown != condition)
     }
 
-    /// SET_MESSAGE_INTERVAL: parameter 1 the message, 2 its interval [us], 0 for the link's own rate, -1 for
-    /// none.
-    pub(super) fn set_interval(&mut self, link: Link, command: &Command) -> Outcome {
-        let interval = match command.param(2) {
-            Some(0.0) => Interval::Default,
-            Some(-1.0) => Interval::Off,
-            Some(us) if us >= 1.0 && us.is_finite() => Interval::Every(us as u64),
-            _ => return Outcome::Denied,
-        };
-        let message_id = command.param(1).and_then(whole);
-        Outcome::Denied.unless(message_id.is_some_and(|id| self.schedules[index_of(link)].set(id, interval)))
-    }
-
-    /// The interval of a link's stream as MESSAGE_INTERVAL has it [us]: -1 off, 0 no such stream.
-    pub(super) fn interval_us(&self, link: Link, message_id: u16) -> i32 {
-        self.schedules[index_of(link)].interval_us(u32::from(message_id))
-    }
-
     /// Makes all streams due now, at their present rates: simulated time has started over.
     pub(super) fn restart(&mut self) {
-        self.schedules.iter_mut().for_each(Schedule::restart);
+        for schedule in &mut self.schedules {
+            schedule.streams.iter_mut().for_each(|stream| stream.next_us = 0);
+            schedule.earliest_us = 0;
+        }
     }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Interval {
-    Default,
-    Off,
-    Every(TimeUs),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -80,7 +58,7 @@ struct Stream {
 
 /// The streams of one link.
 #[derive(Clone, Debug)]
-struct Schedule {
+pub(super) struct Schedule {
     streams: Vec<Stream>,
     earliest_us: TimeUs,
 }
@@ -104,7 +82,7 @@ impl Schedule {
     }
 
     /// Takes a stream that is due, if any; to be called until there is none.
-    fn take_due(&mut self, now: TimeUs) -> Option<u32> {
+    pub(super) fn take_due(&mut self, now: TimeUs) -> Option<u32> {
         if now < self.earliest_us {
             return None;
         }
@@ -118,42 +96,34 @@ impl Schedule {
             }
             return Some(stream.message_id);
         }
-        self.earliest_us = self
-            .streams
-            .iter()
-            .filter(|s| s.interval_us.is_some())
-            .map(|s| s.next_us)
-            .min()
-            .unwrap_or(TimeUs::MAX);
+        let running = self.streams.iter().filter(|s| s.interval_us.is_some());
+        self.earliest_us = running.map(|s| s.next_us).min().unwrap_or(TimeUs::MAX);
         None
     }
 
-    /// Changes a stream's interval; false when there is no such stream.
-    fn set(&mut self, message_id: u32, interval: Interval) -> bool {
-        let Some(stream) = self.streams.iter_mut().find(|s| s.message_id == message_id) else { return false };
-        stream.interval_us = match interval {
-            Interval::Default => stream.default_us,
-            Interval::Off => None,
-            Interval::Every(us) => Some(us.max(1)),
+    /// SET_MESSAGE_INTERVAL: parameter 1 the message, 2 its interval [us], 0 for the link's own rate, -1 for
+    /// none.
+    pub(super) fn set_interval(&mut self, command: &Command) -> Outcome {
+        let message_id = command.param(1).and_then(whole);
+        let found = self.streams.iter_mut().find(|s| Some(s.message_id) == message_id);
+        let Some(stream) = found else { return Outcome::Denied };
+        stream.interval_us = match command.param(2) {
+            Some(0.0) => stream.default_us,
+            Some(-1.0) => None,
+            Some(us) if us >= 1.0 && us.is_finite() => Some(us as TimeUs),
+            _ => return Outcome::Denied,
         };
-        stream.next_us = 0;
-        self.earliest_us = 0;
-        true
+        (stream.next_us, self.earliest_us) = (0, 0);
+        Outcome::Accepted
     }
 
-    fn interval_us(&self, message_id: u32) -> i32 {
-        match self.streams.iter().find(|s| s.message_id == message_id) {
+    /// The interval of a stream as MESSAGE_INTERVAL has it [us]: -1 off, 0 no such stream.
+    pub(super) fn interval_us(&self, message_id: u16) -> i32 {
+        match self.streams.iter().find(|s| s.message_id == u32::from(message_id)) {
             None => 0,
             Some(Stream { interval_us: None, .. }) => -1,
             Some(Stream { interval_us: Some(us), .. }) => i32::try_from(*us).unwrap_or(i32::MAX),
         }
-    }
-
-    fn restart(&mut self) {
-        for stream in &mut self.streams {
-            stream.next_us = 0;
-        }
-        self.earliest_us = 0;
     }
 }
 
@@ -198,17 +168,21 @@ mod tests {
     #[test]
     fn closed_form_intervals_are_obeyed_and_reported() {
         let mut schedule = Schedule::new(Link::Api);
-        assert!(!schedule.set(9999, Interval::Off));
+        let set = |schedule: &mut Schedule, message_id: u32, interval_us: f32| {
+            let params = [message_id as f32, interval_us, 0.0, 0.0, 0.0, 0.0, 0.0];
+            schedule.set_interval(&Command { params, ..Command::default() })
+        };
+        assert_eq!(set(&mut schedule, 9999, -1.0), Outcome::Denied);
         assert_eq!(schedule.interval_us(9999), 0);
-        assert!(schedule.set(ATTITUDE_DATA::ID, Interval::Every(20_000)));
-        assert_eq!(schedule.interval_us(ATTITUDE_DATA::ID), 20_000);
+        assert_eq!(set(&mut schedule, ATTITUDE_DATA::ID, 20_000.0), Outcome::Accepted);
+        assert_eq!(schedule.interval_us(ATTITUDE_DATA::ID as u16), 20_000);
         assert!(count(&mut schedule, ATTITUDE_DATA::ID, 4).abs_diff(200) <= 1);
-        assert!(schedule.set(ATTITUDE_DATA::ID, Interval::Every(1)));
+        assert_eq!(set(&mut schedule, ATTITUDE_DATA::ID, 1.0), Outcome::Accepted);
         assert_eq!(count(&mut schedule.clone(), ATTITUDE_DATA::ID, 1), 250, "at most one a step");
-        assert!(schedule.set(ATTITUDE_DATA::ID, Interval::Off));
-        assert_eq!(schedule.interval_us(ATTITUDE_DATA::ID), -1);
+        assert_eq!(set(&mut schedule, ATTITUDE_DATA::ID, -1.0), Outcome::Accepted);
+        assert_eq!(schedule.interval_us(ATTITUDE_DATA::ID as u16), -1);
         assert_eq!(count(&mut schedule.clone(), ATTITUDE_DATA::ID, 1), 0);
-        assert!(schedule.set(ATTITUDE_DATA::ID, Interval::Default));
-        assert_eq!(schedule.interval_us(ATTITUDE_DATA::ID), 10_000);
+        assert_eq!(set(&mut schedule, ATTITUDE_DATA::ID, 0.0), Outcome::Accepted);
+        assert_eq!(schedule.interval_us(ATTITUDE_DATA::ID as u16), 10_000);
     }
 }

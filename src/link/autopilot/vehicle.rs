@@ -2,10 +2,10 @@
 
 use mavlink::dialects::common::MavMessage;
 
-use super::hil::{HilInput, VehicleState};
+use super::hil::{HilInput, STATE_LIFETIME_US, VehicleState};
 use super::home::Home;
-use super::sensing::Sensing;
-use crate::autopilot::estimator::Estimator;
+use super::sensing::sense;
+use crate::autopilot::estimator::{Estimator, EstimatorSettings};
 use crate::autopilot::{Autopilot, FlightMode, Severity};
 use crate::model::{Environment, PerRotor};
 use crate::time::TimeUs;
@@ -42,7 +42,7 @@ pub(super) struct Vehicle {
     pub facts: Facts,
     pub hil: HilInput,
     /// The estimator to fly by; `None` flies by the simulator's truth.
-    pub sensing: Option<Sensing>,
+    pub estimator: Option<Estimator>,
     pub home: Home,
     /// It has been reported that there is no state to fly by.
     flies_blind: bool,
@@ -54,25 +54,25 @@ impl Vehicle {
         autopilot: Autopilot,
         environment: Environment,
         facts: Facts,
-        sensing: Option<Sensing>,
+        estimator: Option<Estimator>,
     ) -> Self {
         let (hil, home) = (HilInput::default(), Home::default());
-        Self { autopilot, environment, facts, hil, sensing, home, flies_blind: false }
-    }
-
-    /// The estimator, if the vehicle flies by one.
-    pub(super) fn estimator(&self) -> Option<&Estimator> {
-        self.sensing.as_ref().map(Sensing::estimator)
+        Self { autopilot, environment, facts, hil, estimator, home, flies_blind: false }
     }
 
     /// The newest state, however old: the truth, or the estimate.
     pub(super) fn latest_state(&self) -> Option<VehicleState> {
-        self.sensing.as_ref().map_or_else(|| self.hil.latest(), Sensing::latest)
+        let Some(estimator) = &self.estimator else { return self.hil.latest() };
+        let (at, p_ned, measurement) = estimator.estimate()?;
+        Some(VehicleState { at, p_ned, measurement })
     }
 
     /// The state to fly by at `now`, if there is one that is young enough.
     pub(super) fn state(&self, now: TimeUs) -> Option<VehicleState> {
-        self.sensing.as_ref().map_or_else(|| self.hil.state(now), |sensing| sensing.state(now))
+        match self.estimator {
+            Some(_) => self.latest_state().filter(|s| now.saturating_sub(s.at) <= STATE_LIFETIME_US),
+            None => self.hil.state(now),
+        }
     }
 
     /// Whether the vehicle stands: not in the air by command, and without speed.
@@ -109,17 +109,17 @@ impl Vehicle {
 
     /// Begins the estimate anew, with satellite fixes that are late by `gps_delay_us`.
     pub(super) fn restart_estimator(&mut self, gps_delay_us: TimeUs) {
-        if let Some(sensing) = &mut self.sensing {
-            sensing.begin_anew(gps_delay_us);
+        if let Some(estimator) = &mut self.estimator {
+            *estimator = Estimator::new(EstimatorSettings { gps_delay_us, ..*estimator.settings() });
         }
     }
 
     /// One control step at the time of the latest HIL_SENSOR: the throttles, and the state that they were
     /// made for.
     pub(super) fn step(&mut self, now: TimeUs) -> (PerRotor, Option<VehicleState>) {
-        if let (Some(sensing), Some(sensor)) = (&mut self.sensing, &self.hil.sensor) {
-            sensing.take(sensor, self.hil.gps.as_ref(), &self.environment);
-            self.autopilot.watch_alignment(now, sensing.estimator().check_aligned());
+        if let (Some(estimator), Some(sensor)) = (&mut self.estimator, &self.hil.sensor) {
+            sense(estimator, sensor, self.hil.gps.as_ref(), &self.environment);
+            self.autopilot.watch_alignment(now, estimator.check_aligned());
         }
         let Some(state) = self.state(now) else { return (self.step_blind(now), None) };
         self.flies_blind = false;
@@ -133,7 +133,7 @@ impl Vehicle {
     fn step_blind(&mut self, now: TimeUs) -> PerRotor {
         if !self.flies_blind && self.autopilot.is_armed() {
             self.flies_blind = true;
-            let text = match self.sensing {
+            let text = match self.estimator {
                 Some(_) => "no estimate: flying blind",
                 None => "no ODOMETRY or HIL_STATE_QUATERNION: flying blind",
             };

@@ -1,18 +1,7 @@
 //! How a HIL session runs, what its host may do next, and what it counts.
 
-use core::time::Duration;
-
 use super::super::froude::Froude;
 use crate::sim::{DropRunConfig, SensorSettings};
-
-/// What happens when the autopilot does not answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Silence {
-    /// Waits for ever, and says so.
-    KeepWaiting,
-    /// After this long the step is made under the old commands.
-    FreeRunAfter(Duration),
-}
 
 /// How a HIL session runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,8 +17,6 @@ pub struct HilConfig {
     pub sensors: SensorSettings,
     /// Seed of the sensors' errors.
     pub seed: u64,
-    /// What happens when the autopilot does not answer.
-    pub silence: Silence,
 }
 
 impl Default for HilConfig {
@@ -40,7 +27,6 @@ impl Default for HilConfig {
             run: DropRunConfig::default(),
             sensors: SensorSettings::default(),
             seed: 1,
-            silence: Silence::KeepWaiting,
         }
     }
 }

@@ -43,11 +43,6 @@ pub enum HilEvent {
         /// For how long, as the host measures.
         waited: Duration,
     },
-    /// The step is made without the answer.
-    GoingOnWithout {
-        /// What was missing.
-        missing: Missing,
-    },
     /// HIL_ACTUATOR_CONTROLS with a time that no HIL_SENSOR had; not used.
     Mistimed {
         /// Time of the message [us].
@@ -70,7 +65,6 @@ impl fmt::Display for HilEvent {
             Self::Waiting { missing, waited } => {
                 write!(f, "waiting since {:.1} s for {missing}", waited.as_secs_f64())
             }
-            Self::GoingOnWithout { missing } => write!(f, "going on without {missing}"),
             Self::Mistimed { stamp } => {
                 write!(f, "ignored HIL_ACTUATOR_CONTROLS stamped {stamp} us: no HIL_SENSOR had that time")
             }

@@ -90,7 +90,8 @@ impl HilSession {
         if !ours {
             return;
         }
-        let ack = CommandAck::new(command, self.rates.command(command, self.now()), from);
+        let result = self.rates.command(command, self.now());
+        let ack = CommandAck::new(command, result as u8, from);
         self.outbox.push_back(self.encoder.encode_command_ack(&ack));
     }
 }

@@ -7,7 +7,7 @@ use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
 use super::super::wire;
-use super::super::wire::{UNKNOWN_BATTERY, degrees_e7_and_mm, single};
+use super::super::wire::{INERTIAL, MAGNETOMETER, UNKNOWN_BATTERY, degrees_e7_and_mm, single};
 use super::rates::HilRates;
 use crate::control::Measurement;
 use crate::model::Environment;
@@ -17,11 +17,8 @@ use crate::sim::{Battery, DropRun, DropSimulation, SensorSettings};
 use crate::time::TimeUs;
 use crate::units::{DEG_PER_RAD, SEA_LEVEL_DENSITY_KG_M3, STANDARD_GRAVITY_M_S2};
 
-/// Bits of `fields_updated`: accelerometer and gyroscope; magnetometer; of the barometer pressure, pressure
-/// altitude and temperature. A multirotor has no airspeed sensor: the differential pressure (0x400) is never
-/// there.
-const INERTIAL: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x007 | 0x038);
-const MAGNETOMETER: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x1C0);
+/// Fields of HIL_SENSOR that the barometer makes: pressure, pressure altitude and temperature. A multirotor has
+/// no airspeed sensor: the differential pressure (0x400) is never there.
 const BAROMETER: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x1A00);
 /// Accuracy of a fix that is reported at the least [m], horizontal and vertical: nobody believes a receiver
 /// without errors.
@@ -116,34 +113,28 @@ impl HilSensors {
     /// HIL_GPS: a 3D fix, as old as the receiver's delay, stamped with the time of its sending.
     pub fn gps(&mut self, truth: &Truth<'_>) -> HIL_GPS_DATA {
         let fix = self.sensors.satellite(&truth.sim.state().body, truth.at);
-        let [lat, lon, alt] = degrees_e7_and_mm(&truth.sim.environment().geo_point(&fix.p_ned));
-        let [vn, ve, vd] = (fix.v_ned * 100.0).map(|v| v.round() as i16).into();
         let ground_speed = fix.v_ned.xy().norm();
         let course_deg = fix.v_ned.y.atan2(fix.v_ned.x) * DEG_PER_RAD;
         let receiver = &self.sensors.settings().satellite;
         let accuracy_cm = |deviation_m: f64, least_m: f64| (deviation_m.max(least_m) * 100.0).round() as u16;
-        HIL_GPS_DATA {
+        let mut m = HIL_GPS_DATA {
             time_usec: truth.at,
-            lat,
-            lon,
-            alt,
             eph: accuracy_cm(receiver.horizontal_noise_m, LEAST_ACCURACY_M[0]),
             epv: accuracy_cm(receiver.vertical_noise_m, LEAST_ACCURACY_M[1]),
             vel: (ground_speed * 100.0).round() as u16,
-            vn,
-            ve,
-            vd,
             cog: if ground_speed < COURSE_SPEED_M_S {
                 u16::MAX
             } else {
                 // 360.00 deg would be 36000, which the field does not have.
                 ((course_deg.rem_euclid(360.0) * 100.0).round() as u16) % 36_000
             },
-            fix_type: 3,
+            fix_type: GpsFixType::GPS_FIX_TYPE_3D_FIX as u8,
             satellites_visible: 12,
-            id: 0,
-            yaw: 0,
-        }
+            ..HIL_GPS_DATA::DEFAULT
+        };
+        [m.lat, m.lon, m.alt] = degrees_e7_and_mm(&truth.sim.environment().geo_point(&fix.p_ned));
+        [m.vn, m.ve, m.vd] = (fix.v_ned * 100.0).map(|v| v.round() as i16).into();
+        m
     }
 
     /// HIL_STATE_QUATERNION: the truth, velocities and accelerations in coarse integers, for logs and
@@ -283,10 +274,10 @@ mod tests {
             assert_eq!((gps.time_usec, gps.eph, gps.epv), (step * 4_000, 90, 120));
             altitudes_mm.push((gps.alt, ideal(&sim, 1).gps(&truth).alt));
         }
-        for (i, (told, _)) in altitudes_mm.iter().enumerate() {
-            assert_eq!(*told, altitudes_mm[i.saturating_sub(2)].1, "{i}");
+        for (i, (sent, _)) in altitudes_mm.iter().enumerate() {
+            assert_eq!(*sent, altitudes_mm[i.saturating_sub(2)].1, "{i}");
         }
-        // 2 m of noise are told as an accuracy of 2 m; the rest of the message's accuracy stays.
+        // 2 m of noise are sent as an accuracy of 2 m; the rest of the message's accuracy stays.
         settings.satellite.horizontal_noise_m = 2.0;
         let mut sensors = HilSensors::new(sim.environment(), settings, 1, 4_000);
         let truth = Truth { at: 40_000, sim: &sim, specific_force_body: Vector3::zeros() };

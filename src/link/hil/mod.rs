@@ -47,7 +47,7 @@ mod release_tests;
 #[cfg(test)]
 mod tests;
 
-pub use config::{HilConfig, HilCounts, Pace, Silence};
+pub use config::{HilConfig, HilCounts, Pace};
 pub use event::{HilEvent, Missing};
 
 /// Component of the simulator: the number that PX4's Gazebo bridge uses.
@@ -214,13 +214,6 @@ impl HilSession {
         if waited >= self.next_report {
             self.next_report = waited * 2;
             self.report(HilEvent::Waiting { missing, waited });
-        }
-        if let Silence::FreeRunAfter(patience) = self.config.silence
-            && waited >= patience
-        {
-            self.counts.unanswered += 1;
-            self.report(HilEvent::GoingOnWithout { missing });
-            self.pace = Pace::Ready;
         }
     }
 

@@ -113,15 +113,7 @@ mod tests {
     fn set(rates: &mut HilRates, message: f32, interval: f32) -> MavResult {
         let mut params = [0.0; 7];
         (params[0], params[1]) = (message, interval);
-        let command = Command {
-            command: 511,
-            params,
-            xy: None,
-            frame: 0,
-            target_system: 0,
-            target_component: 0,
-            confirmation: 0,
-        };
+        let command = Command { command: 511, params, ..Command::default() };
         rates.command(&command, 0)
     }
 

@@ -71,13 +71,13 @@ fn the_other_triggers_cut_as_well() {
 
 #[test]
 fn an_armed_autopilot_that_tells_no_mode_is_not_waited_for_in_silence() {
-    for (trigger, told) in [(ReleaseTrigger::ArmedOffboard, 1), (ReleaseTrigger::Command, 0)] {
+    for (trigger, reports) in [(ReleaseTrigger::ArmedOffboard, 1), (ReleaseTrigger::Command, 0)] {
         let mut hand = Hand::connected(config_by(trigger));
         hand.say(&px4_greeting());
         hand.fly(400_000, 0.0, false);
         hand.fly(3_000_000, 0.0, true);
-        let untold = Timed { at: 404_000, event: HilEvent::Drop(DropEvent::ModeUnknown) };
-        assert_eq!(hand.events().iter().filter(|e| **e == untold).count(), told, "{trigger:?}");
+        let unknown = Timed { at: 404_000, event: HilEvent::Drop(DropEvent::ModeUnknown) };
+        assert_eq!(hand.events().iter().filter(|e| **e == unknown).count(), reports, "{trigger:?}");
         assert_eq!(hand.session.run().simulation().phase(), Phase::Hanging);
     }
     let text = Timed { at: 0, event: HilEvent::Drop(DropEvent::ModeUnknown) }.to_string();
@@ -196,9 +196,9 @@ fn a_failsafe_after_the_release_is_remembered() {
     assert!(fly(false, false).failsafe, "from the canopy into the flight");
     let early = fly(false, true);
     assert!(!early.failsafe, "under the canopy only");
-    let told: Vec<(u64, String)> = early.events.iter().map(|e| (e.at, e.event.to_string())).collect();
+    let reports: Vec<(u64, String)> = early.events.iter().map(|e| (e.at, e.event.to_string())).collect();
     assert_eq!(
-        told.iter().map(|(at, text)| (*at, text.as_str())).collect::<Vec<_>>(),
+        reports.iter().map(|(at, text)| (*at, text.as_str())).collect::<Vec<_>>(),
         [
             (4_000, "armed"),
             (400_000, "failsafe: the autopilot has taken over"),

@@ -138,7 +138,7 @@ fn the_thirty_third_peer_is_turned_away_until_there_is_room() {
         assert!(hear(&mut hub, NOW, ground, 999, &bytes).is_empty());
     }
     assert_eq!(hub.poll_event(), Some(HubEvent::Crowded(ground, 999)));
-    assert_eq!(hub.poll_event(), None, "told once");
+    assert_eq!(hub.poll_event(), None, "reported once");
     assert_eq!(hub.faults(ground).crowded, 3);
     assert_eq!(hear(&mut hub, NOW + 11 * S, ground, 999, &bytes).len(), 1);
 }

@@ -80,10 +80,7 @@ impl Companion {
     /// Another autopilot, another flight.
     pub(super) fn restart(&mut self) {
         self.session = self.initial.clone();
-        self.fence = None;
-        self.answers = false;
-        self.asked = None;
-        self.ticked = None;
+        (self.fence, self.answers, self.asked, self.ticked) = (None, false, None, None);
         self.since = Since::now();
     }
 

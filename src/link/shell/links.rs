@@ -107,11 +107,7 @@ impl Links {
     ) -> Result<(), ShellError> {
         let what = What::from(url.to_string());
         let endpoint = Endpoint::open(url, &what, observer).await?;
-        let remote = endpoint.default_remote();
-        let id = self.add(endpoint, url.profile.link(), what);
-        if let Some(remote) = remote {
-            self.hub.keep(self.clock.now_us(), id, remote);
-        }
+        self.add(endpoint, url.link, what);
         Ok(())
     }
 
@@ -123,10 +119,8 @@ impl Links {
         observer: &mut impl Observer,
     ) -> Result<(), ShellError> {
         let what = What::from("autopilot, for the parachute");
-        let parachute = loopback(ports.parachute);
-        let endpoint = Endpoint::udp_towards(parachute, &what, observer).await?;
+        let endpoint = Endpoint::udp_towards(loopback(ports.parachute), &what, observer).await?;
         let id = self.add(endpoint, Link::Parachute, what);
-        self.hub.keep(self.clock.now_us(), id, parachute);
         self.hub.reaches_itself(id, [ports.ground_station, ports.api].map(loopback).to_vec());
         self.routes = true;
         Ok(())
@@ -138,8 +132,12 @@ impl Links {
     }
 
     fn add(&mut self, endpoint: Endpoint, link: Link, what: What) -> EndpointId {
+        let id = self.hub.add_endpoint(link);
+        if let Some(remote) = endpoint.default_remote() {
+            self.hub.keep(self.clock.now_us(), id, remote);
+        }
         self.endpoints.push(Named { endpoint, link, what, garbage: GarbageWatch::default() });
-        self.hub.add_endpoint(link)
+        id
     }
 
     /// Waits until there may be something to be received. Safe to cancel.

@@ -83,7 +83,8 @@ pub async fn run_simulator<O: Observer>(
     let remotes = [ports.ground_station, ports.api];
     let mut shell = Shell::open(session, ports, speed, key, &remotes, observer).await?;
     shell.parachute.expect_doubles();
-    shell.run(server, speed, &mut Unknown, stop).await;
+    // Nothing is known of the autopilot but its connection.
+    shell.run(server, speed, |_, _| None, stop).await;
     Ok(shell.session)
 }
 
@@ -108,7 +109,7 @@ pub async fn run_hosted_drop<O: Observer, G: Guest, E: From<ShellError>>(
     let mut shell = Shell::open(session, ports, speed, None, &[ports.ground_station], observer).await?;
     shell.companion = Some(&mut companion);
     let mut guest = start()?;
-    let gone = shell.run(server, speed, &mut guest, stop).await;
+    let gone = shell.run(server, speed, |now, pace| guest.gone(now, pace), stop).await;
     let simulator = shell.session;
     Ok((HostedDrop { simulator, unfenced: companion.unfenced, streamer: companion.session, gone }, guest))
 }
@@ -121,15 +122,6 @@ async fn accept(server: &TcpListener) -> (TcpStream, SocketAddr) {
             return accepted;
         }
         tokio::task::yield_now().await;
-    }
-}
-
-/// An autopilot of which nothing is known but its connection.
-struct Unknown;
-
-impl Guest for Unknown {
-    fn gone(&mut self, _: TimeUs, _: Pace) -> Option<String> {
-        None
     }
 }
 
@@ -165,12 +157,12 @@ impl<'a, O: Observer> Shell<'a, O> {
         })
     }
 
-    /// Runs to the end; returns the reason why the guest is gone, if that ended it.
+    /// Runs to the end; returns the reason why the guest is gone, if that ended it: what `is_gone` says.
     async fn run(
         &mut self,
         server: TcpListener,
         speed: Speed,
-        guest: &mut impl Guest,
+        mut is_gone: impl FnMut(TimeUs, Pace) -> Option<String>,
         stop: impl Future<Output = ()>,
     ) -> Option<String> {
         let mut gone = None;
@@ -179,7 +171,7 @@ impl<'a, O: Observer> Shell<'a, O> {
             let pace = self.session.pace();
             let hurries = speed == Speed::Max && pace == Pace::Ready && !self.starts();
             let pause = match self.session.next_wake() {
-                Some(_) if self.is_fenced() => WATCH_PERIOD,
+                Some(_) if self.companion.as_ref().is_some_and(|c| c.is_fenced()) => WATCH_PERIOD,
                 Some(_) if hurries => Duration::ZERO,
                 Some(at) => self.until(at).min(WATCH_PERIOD),
                 None => WATCH_PERIOD,
@@ -200,7 +192,7 @@ impl<'a, O: Observer> Shell<'a, O> {
                     () = Self::heard(&mut self.companion) => {}
                     () = tokio::task::yield_now(), if answered => {}
                     () = tokio::time::sleep(pause) => {
-                        gone = guest.gone(self.session.now(), self.session.pace());
+                        gone = is_gone(self.session.now(), self.session.pace());
                     }
                 }
             }
@@ -235,10 +227,6 @@ impl<'a, O: Observer> Shell<'a, O> {
             Some(companion) => companion.readable().await,
             None => std::future::pending().await,
         }
-    }
-
-    fn is_fenced(&self) -> bool {
-        self.companion.as_ref().is_some_and(|c| c.is_fenced())
     }
 
     fn starts(&self) -> bool {

@@ -29,29 +29,9 @@ pub enum Kind {
 const KINDS: [(&str, Kind); 4] =
     [("udpin", Kind::UdpIn), ("udpout", Kind::UdpOut), ("tcpin", Kind::TcpIn), ("tcpout", Kind::TcpOut)];
 
-/// What an endpoint is for: which streams it has, at which rates, by the names that PX4's `mavlink start -m`
-/// has.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Profile {
-    /// A ground station's.
-    #[default]
-    Normal,
-    /// A companion's: as at UDP 14540.
-    Onboard,
-}
-
-/// The profiles by name.
-const PROFILES: [(&str, Profile); 2] = [("normal", Profile::Normal), ("onboard", Profile::Onboard)];
-
-impl Profile {
-    /// The autopilot's link with these streams.
-    pub fn link(self) -> Link {
-        match self {
-            Self::Normal => Link::GroundStation,
-            Self::Onboard => Link::Api,
-        }
-    }
-}
+/// What an endpoint is for: the link whose streams and rates it has, by the names that PX4's `mavlink start -m`
+/// has. Without one it is a ground station's.
+const PROFILES: [(&str, Link); 2] = [("normal", Link::GroundStation), ("onboard", Link::Api)];
 
 /// An endpoint as typed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -62,8 +42,8 @@ pub struct LinkUrl {
     pub host: String,
     /// Port.
     pub port: u16,
-    /// What for.
-    pub profile: Profile,
+    /// The autopilot's link that it belongs to: ground stations' or companions'.
+    pub link: Link,
 }
 
 /// A reason why a text is no endpoint.
@@ -95,12 +75,12 @@ impl FromStr for LinkUrl {
         let kind = kind.ok_or_else(|| UrlError::Kind(text.to_owned()))?;
         // `udpin://host:port` is common, too.
         let rest = rest.strip_prefix("//").unwrap_or(rest);
-        let (rest, profile) = match rest.split_once('?') {
-            None => (rest, Profile::default()),
+        let (rest, link) = match rest.split_once('?') {
+            None => (rest, Link::GroundStation),
             Some((rest, query)) => {
                 let name = query.strip_prefix("mode=").unwrap_or_default();
-                let profile = PROFILES.iter().find(|(known, _)| *known == name);
-                (rest, profile.ok_or_else(|| UrlError::Profile(text.to_owned()))?.1)
+                let link = PROFILES.iter().find(|(known, _)| *known == name);
+                (rest, link.ok_or_else(|| UrlError::Profile(text.to_owned()))?.1)
             }
         };
         let (host, port) = rest.rsplit_once(':').ok_or_else(|| UrlError::Port(text.to_owned()))?;
@@ -113,7 +93,7 @@ impl FromStr for LinkUrl {
         if bracketed.is_none() && host.contains([':', '[', ']']) {
             return Err(UrlError::Brackets(text.to_owned()));
         }
-        Ok(Self { kind, host: host.to_owned(), port, profile })
+        Ok(Self { kind, host: host.to_owned(), port, link })
     }
 }
 
@@ -136,10 +116,7 @@ impl fmt::Display for LinkUrl {
         } else {
             write!(f, "{name}:{}:{}", self.host, self.port)?;
         }
-        match self.profile {
-            Profile::Normal => Ok(()),
-            Profile::Onboard => f.write_str("?mode=onboard"),
-        }
+        if self.link == Link::Api { f.write_str("?mode=onboard") } else { Ok(()) }
     }
 }
 
@@ -160,11 +137,11 @@ mod tests {
             assert_eq!(url.to_string(), text);
         }
         let typed = |text: &str| text.parse::<LinkUrl>().unwrap();
-        for (text, profile) in
-            [("", Profile::Normal), ("?mode=normal", Profile::Normal), ("?mode=onboard", Profile::Onboard)]
+        for (text, link) in
+            [("", Link::GroundStation), ("?mode=normal", Link::GroundStation), ("?mode=onboard", Link::Api)]
         {
             let url = typed(&format!("udpout:127.0.0.1:14541{text}"));
-            assert_eq!((url.port, url.profile), (14541, profile));
+            assert_eq!((url.port, url.link), (14541, link));
             assert_eq!(typed(&url.to_string()), url);
         }
         assert_eq!("udpin://127.0.0.1:1".parse::<LinkUrl>().unwrap().to_string(), "udpin:127.0.0.1:1");
@@ -189,8 +166,8 @@ mod tests {
             let error = text.parse::<LinkUrl>().unwrap_err().to_string();
             assert!(error.contains(reason) && error.contains(&format!("`{text}`")), "{text}: {error}");
         }
-        let (kind, host, profile) = (Kind::UdpOut, "no such host".to_owned(), Profile::Normal);
-        let nowhere = LinkUrl { kind, host, port: 1, profile };
+        let (kind, host, link) = (Kind::UdpOut, "no such host".to_owned(), Link::Api);
+        let nowhere = LinkUrl { kind, host, port: 1, link };
         assert!(nowhere.resolve().is_err());
     }
 }

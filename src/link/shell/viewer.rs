@@ -6,9 +6,7 @@
 use std::net::{SocketAddr, UdpSocket};
 
 use mavlink::MessageData as _;
-use mavlink::dialects::common::{
-    HEARTBEAT_DATA, HIL_STATE_QUATERNION_DATA, MavAutopilot, MavMessage, MavState, MavType,
-};
+use mavlink::dialects::common::*;
 
 use super::super::autopilot::AUTOPILOT_COMPONENT;
 use super::super::encoder::Encoder;

@@ -212,10 +212,10 @@ impl StreamerSession {
     }
 
     /// The release and its instant are known, from the parachute or by its acknowledgement.
-    pub(super) fn note_release(&mut self, released_at: TimeUs, told: bool) {
+    pub(super) fn note_release(&mut self, released_at: TimeUs, reported: bool) {
         if self.flight.released_at.is_none() {
             self.flight.released_at = Some(released_at);
-            self.report(StreamerEvent::Released { released_at, told });
+            self.report(StreamerEvent::Released { released_at, reported });
         }
     }
 

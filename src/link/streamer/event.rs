@@ -32,7 +32,7 @@ pub enum StreamerEvent {
     /// The estimator has attitude and velocity.
     Aligned {
         /// Whether it has said so.
-        told: bool,
+        reported: bool,
     },
     /// The estimator is not ready.
     NotAligned {
@@ -64,21 +64,21 @@ pub enum StreamerEvent {
     HeldBack,
     /// Arming has waited in vain for the vehicle's own checks.
     ChecksNotPassed {
-        /// Whether the vehicle has told of them.
-        told: bool,
+        /// Whether the vehicle has reported them.
+        reported: bool,
     },
     /// OFFBOARD has been accepted.
     Offboard,
     /// Arming has been accepted.
     Armed,
-    /// The parachute has been told to cut.
+    /// The release has been commanded to the parachute.
     ReleaseAsked,
     /// The release and its instant are known.
     Released {
         /// Simulated time of the release.
         released_at: TimeUs,
         /// Whether the parachute said so; otherwise it is the time of its acknowledgement.
-        told: bool,
+        reported: bool,
     },
     /// The first setpoint of the plan has been sent.
     Tracking,
@@ -163,10 +163,10 @@ impl fmt::Display for StreamerEvent {
                 write!(f, "left in HOLD for {:.2} s: PX4's tilt limit comes up there", seconds(*for_us))
             }
             Self::Late { late } => write!(f, "the release comes {:.1} s after hang_s", seconds(*late)),
-            Self::Released { released_at, told: true } => {
+            Self::Released { released_at, reported: true } => {
                 write!(f, "released at {:.3} s", seconds(*released_at))
             }
-            Self::Released { released_at, told: false } => write!(
+            Self::Released { released_at, reported: false } => write!(
                 f,
                 "release acknowledged but its time not told (NAMED_VALUE_INT t_release); taking {:.3} s",
                 seconds(*released_at)
@@ -194,8 +194,8 @@ impl StreamerEvent {
     /// The text of a report that has no values in it.
     fn fixed_text(&self) -> &'static str {
         match self {
-            Self::Aligned { told: true } => "the estimator has attitude and velocity",
-            Self::Aligned { told: false } => "the estimator tells nothing (ESTIMATOR_STATUS); going on",
+            Self::Aligned { reported: true } => "the estimator has attitude and velocity",
+            Self::Aligned { reported: false } => "the estimator tells nothing (ESTIMATOR_STATUS); going on",
             Self::NotHeld => {
                 "not long enough in HOLD: PX4's tilt limit is not up, and comes with 0.2 rad/s only"
             }
@@ -203,10 +203,10 @@ impl StreamerEvent {
                 "the vehicle believes to be on the ground (EXTENDED_SYS_STATE): velocity setpoints wait, it would keep its \
                  rotors at zero thrust"
             }
-            Self::ChecksNotPassed { told: true } => {
+            Self::ChecksNotPassed { reported: true } => {
                 "the vehicle's checks before arming do not pass (SYS_STATUS); asking why"
             }
-            Self::ChecksNotPassed { told: false } => {
+            Self::ChecksNotPassed { reported: false } => {
                 "the vehicle tells nothing of its checks before arming (SYS_STATUS); going on"
             }
             Self::Offboard => "OFFBOARD accepted",

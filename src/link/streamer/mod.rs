@@ -41,7 +41,7 @@ use std::collections::VecDeque;
 use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
-use self::px4_states::Readiness;
+use self::parameters::Exchange;
 use self::request::Request;
 use self::setpoint::SetpointSource;
 use self::silence::Silence;
@@ -81,9 +81,10 @@ const CLOCK_JITTER_US: TimeUs = 1_000_000;
 const PX4_UNKNOWN_PARAMETER: &str = "unknown param: ";
 
 /// State of the streamer in the drop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StreamerState {
     /// Neither heartbeat nor clock of the vehicle yet.
+    #[default]
     WaitingForVehicle,
     /// Streaming the level attitude; parameters are given and asked for.
     Parameters,
@@ -134,7 +135,7 @@ pub struct StreamerSession {
 }
 
 /// Everything that starts over with the vehicle.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Flight {
     state: StreamerState,
     /// When the state was entered.
@@ -149,21 +150,16 @@ struct Flight {
     failure: Option<String>,
 }
 
-impl Flight {
-    fn new(vehicle: VehicleView) -> Self {
-        Self {
-            state: StreamerState::WaitingForVehicle,
-            since: 0,
-            now: 0,
-            next_heartbeat: 0,
-            request: None,
-            armed_at: 0,
-            released_at: None,
-            vehicle,
-            readiness: Readiness::default(),
-            failure: None,
-        }
-    }
+/// How far the vehicle is on its way to be released.
+#[derive(Clone, Debug, Default)]
+struct Readiness {
+    exchange: Option<Exchange>,
+    aligned_since: Option<TimeUs>,
+    /// How long it must be in HOLD, on its clock [us]; 0 where it has no tilt limit that must come up.
+    hold_us: TimeUs,
+    held_since: Option<TimeUs>,
+    reported_at: Option<TimeUs>,
+    held_back: bool,
 }
 
 impl StreamerSession {
@@ -173,7 +169,7 @@ impl StreamerSession {
             encoder: Encoder::new(STREAMER_SYSTEM, STREAMER_COMPONENT).scaled(config.froude),
             config,
             setpoints: SetpointSource::new(trajectory),
-            flight: Flight::new(VehicleView::default()),
+            flight: Flight::default(),
             texts: TextReader::default(),
             silence: Silence::default(),
             outbox: VecDeque::new(),
@@ -315,7 +311,7 @@ impl StreamerSession {
     fn take_clock(&mut self, now: TimeUs) {
         if now + CLOCK_JITTER_US < self.flight.now {
             self.events.push_back(Timed { at: now, event: StreamerEvent::VehicleRestarted });
-            self.flight = Flight::new(VehicleView::default());
+            self.flight = Flight::default();
             self.flight.vehicle.heartbeat_heard = true;
             self.setpoints.restart();
         }

@@ -2,10 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use mavlink::dialects::common::{
-    MavMessage, MavParamType, PARAM_REQUEST_READ_DATA, PARAM_SET_DATA, PARAM_VALUE_DATA,
-};
+use mavlink::dialects::common::*;
 
+use crate::link::wire::param_value;
 use crate::params::Value;
 use crate::params::file::AUTOPILOT_COMPONENT;
 use crate::time::TimeUs;
@@ -156,16 +155,7 @@ fn message(name: &str, set: Option<Value>, system_id: u8) -> MavMessage {
             param_id: name.into(),
         });
     };
-    let (param_value, param_type) = match value {
-        // Integers travel as their bytes.
-        Value::Int(i) => (f32::from_bits(i as u32), MavParamType::MAV_PARAM_TYPE_INT32),
-        Value::Real(x) => (x, MavParamType::MAV_PARAM_TYPE_REAL32),
-    };
-    MavMessage::PARAM_SET(PARAM_SET_DATA {
-        param_value,
-        target_system,
-        target_component,
-        param_id: name.into(),
-        param_type,
-    })
+    let ((param_value, param_type), param_id) = (param_value(value), name.into());
+    let data = PARAM_SET_DATA { param_value, target_system, target_component, param_id, param_type };
+    MavMessage::PARAM_SET(data)
 }

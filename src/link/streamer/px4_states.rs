@@ -10,7 +10,7 @@
 
 use std::collections::BTreeMap;
 
-use mavlink::dialects::common::{MavCmd, MavMessage};
+use mavlink::dialects::common::{MavCmd, MavLandedState, MavMessage};
 
 use super::event::StreamerEvent;
 use super::parameters::{Exchange, Outcome, TRIES};
@@ -42,20 +42,7 @@ const HOLD_SHOWN_US: TimeUs = 2_500_000;
 const HOLD_TRIES: u32 = 3;
 /// A tilt limit beyond it [deg] is none.
 const STEEPEST_DEG: f64 = 90.0;
-/// MAV_LANDED_STATE_ON_GROUND.
-const ON_GROUND: u8 = 1;
-
-/// How far the vehicle is on its way to be released.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Readiness {
-    pub exchange: Option<Exchange>,
-    aligned_since: Option<TimeUs>,
-    /// How long it must be in HOLD, on its clock [us]; 0 where it has no tilt limit that must come up.
-    hold_us: TimeUs,
-    held_since: Option<TimeUs>,
-    reported_at: Option<TimeUs>,
-    held_back: bool,
-}
+const ON_GROUND: u8 = MavLandedState::MAV_LANDED_STATE_ON_GROUND as u8;
 
 impl StreamerSession {
     /// Uploads and reads; on to the stream when all is answered.
@@ -138,8 +125,8 @@ impl StreamerSession {
         if lacking.is_empty() {
             let aligned = *ready.aligned_since.get_or_insert(now);
             if now >= aligned + self.config.autopilots_us(PROBATION_US) {
-                let told = vehicle.estimator.is_some();
-                self.report(StreamerEvent::Aligned { told });
+                let reported = vehicle.estimator.is_some();
+                self.report(StreamerEvent::Aligned { reported });
                 self.begin_hold();
             }
             return;
@@ -235,8 +222,8 @@ impl StreamerSession {
         }
         let waits = at < since + self.config.autopilots_us(CHECKS_US);
         if !waits {
-            let told = self.flight.vehicle.checks_pass.is_some();
-            self.report(StreamerEvent::ChecksNotPassed { told });
+            let reported = self.flight.vehicle.checks_pass.is_some();
+            self.report(StreamerEvent::ChecksNotPassed { reported });
         }
         waits
     }

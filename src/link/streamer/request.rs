@@ -1,6 +1,7 @@
 //! A command that wants an answer: sent, answered or sent again, given up.
 
-use mavlink::dialects::common::{COMMAND_LONG_DATA, MavCmd};
+use mavlink::dialects::common::{COMMAND_LONG_DATA, MavCmd, MavResult};
+use num_traits::FromPrimitive as _;
 
 use crate::link::frame::CommandAck;
 use crate::params::file::AUTOPILOT_COMPONENT;
@@ -10,9 +11,9 @@ use crate::time::TimeUs;
 /// so that the STATUSTEXT that explains it, which may come after it, is reported with it.
 const RETRY_US: TimeUs = 1_000_000;
 
-const ACCEPTED: u8 = 0;
-const UNSUPPORTED: u8 = 3;
-const IN_PROGRESS: u8 = 5;
+const ACCEPTED: u8 = MavResult::MAV_RESULT_ACCEPTED as u8;
+const UNSUPPORTED: u8 = MavResult::MAV_RESULT_UNSUPPORTED as u8;
+const IN_PROGRESS: u8 = MavResult::MAV_RESULT_IN_PROGRESS as u8;
 
 /// One command on its way.
 #[derive(Clone, Debug)]
@@ -121,21 +122,10 @@ impl Request {
     }
 }
 
-/// Names of `MAV_RESULT`, by number.
-const RESULTS: [&str; 10] = [
-    "ACCEPTED",
-    "TEMPORARILY_REJECTED",
-    "DENIED",
-    "UNSUPPORTED",
-    "FAILED",
-    "IN_PROGRESS",
-    "CANCELLED",
-    "COMMAND_LONG_ONLY",
-    "COMMAND_INT_ONLY",
-    "COMMAND_UNSUPPORTED_MAV_FRAME",
-];
-
 /// The name of a `MAV_RESULT`.
 pub(super) fn result_name(result: u8) -> String {
-    RESULTS.get(usize::from(result)).map_or_else(|| format!("result {result}"), |name| (*name).to_owned())
+    MavResult::from_u8(result).map_or_else(
+        || format!("result {result}"),
+        |known| format!("{known:?}").trim_start_matches("MAV_RESULT_").to_owned(),
+    )
 }

@@ -14,8 +14,7 @@ use crate::time::TimeUs;
 const TEXTS: usize = 8;
 /// Bits of ESTIMATOR_STATUS.flags that velocity setpoints need.
 const NEEDED: [(u16, &str); 3] = [(1, "attitude"), (2, "horizontal velocity"), (4, "vertical velocity")];
-/// MAV_SYS_STATUS_PREARM_CHECK.
-const PREARM_CHECK: u32 = 0x1000_0000;
+const PREARM_CHECK: u32 = MavSysStatusSensor::MAV_SYS_STATUS_PREARM_CHECK.bits();
 
 /// The vehicle by its latest messages.
 #[derive(Clone, Debug, Default)]

@@ -2,21 +2,33 @@
 //!
 //! A request with the sequence of the last one is that one again, whose answer was lost: the same answer goes
 //! out. Bursts go out a few at a time, so that telemetry is not held up.
+//!
+//! Packets of MAVLink FTP, 251 bytes: sequence (2), session, opcode, size, opcode asked for, burst complete,
+//! padding, offset (4), data (239). An answer carries the session, the request's sequence + 1 and ACK or NAK.
 
-mod packet;
 #[cfg(test)]
 mod tests;
 
 use std::collections::VecDeque;
+use std::ops::RangeInclusive;
+
+use mavlink::dialects::common::{MavFtpErr as Nak, MavFtpOpcode as Op};
+use num_traits::FromPrimitive as _;
 
 use super::outbox::Peer;
 use crate::autopilot::parameters::Parameters;
 use crate::autopilot::parameters::component_metadata::{Content, contents};
 use crate::autopilot::parameters::hash::crc32;
 use crate::time::TimeUs;
-pub(super) use packet::Packet;
-use packet::{Answer, DATA_LEN, HEADER_LEN, Nak, op, packet, path_of, piece};
 
+/// Payload of FILE_TRANSFER_PROTOCOL.
+pub(super) type Packet = [u8; 251];
+
+const HEADER_LEN: usize = 12;
+const DATA_LEN: usize = 251 - HEADER_LEN;
+
+/// What an answer holds: its session and its data.
+type Answer = Result<(u8, Vec<u8>), Nak>;
 /// Most sessions of one peer.
 const MOST_OF_PEER: usize = 2;
 /// Most sessions.
@@ -27,6 +39,9 @@ const MOST_PEERS: usize = 8;
 const IDLE_US: TimeUs = 10_000_000;
 /// Packets of a burst that go out at a time.
 const BURST_AT_A_TIME: usize = 5;
+
+/// Opcodes from CreateFile to RenameFile: all that lie between are requests to write.
+const WRITING: RangeInclusive<u8> = Op::MAV_FTP_OPCODE_CREATEFILE as u8..=Op::MAV_FTP_OPCODE_RENAME as u8;
 
 #[derive(Clone, Copy, Debug)]
 struct Session {
@@ -48,7 +63,7 @@ struct Burst {
 }
 
 /// The server.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct FileServer {
     files: Vec<Content>,
     sessions: Vec<Session>,
@@ -60,13 +75,7 @@ pub(super) struct FileServer {
 impl FileServer {
     /// Serves the metadata of these parameters.
     pub(super) fn new(parameters: &Parameters) -> Self {
-        Self {
-            files: contents(parameters),
-            sessions: Vec::new(),
-            bursts: Vec::new(),
-            last: VecDeque::new(),
-            answers: VecDeque::new(),
-        }
+        Self { files: contents(parameters), ..Self::default() }
     }
 
     /// Checksum of a file, PX4's CRC-32.
@@ -89,7 +98,7 @@ impl FileServer {
     /// Takes a request.
     pub(super) fn handle(&mut self, now: TimeUs, peer: Peer, request: &Packet) {
         let [low, high, session, opcode, size, ..] = *request;
-        if opcode >= op::ACK {
+        if opcode >= Op::MAV_FTP_OPCODE_ACK as u8 {
             return;
         }
         let sequence = u16::from_le_bytes([low, high]);
@@ -99,30 +108,32 @@ impl FileServer {
             return;
         }
         let offset = u32::from_le_bytes([request[8], request[9], request[10], request[11]]) as usize;
-        let data = request.get(HEADER_LEN..HEADER_LEN + usize::from(size)).ok_or(Nak::InvalidDataSize);
-        let answer = match opcode {
-            op::NONE => Ok((session, Vec::new())),
-            op::TERMINATE_SESSION => self.terminate(peer, session),
-            op::RESET_SESSIONS => {
+        let data =
+            request.get(HEADER_LEN..HEADER_LEN + usize::from(size)).ok_or(Nak::MAV_FTP_ERR_INVALIDDATASIZE);
+        let answer = match Op::from_u8(opcode) {
+            Some(Op::MAV_FTP_OPCODE_NONE) => Ok((session, Vec::new())),
+            Some(Op::MAV_FTP_OPCODE_TERMINATESESSION) => self.terminate(peer, session),
+            Some(Op::MAV_FTP_OPCODE_RESETSESSION) => {
                 self.sessions.retain(|s| s.peer != peer);
                 self.bursts.retain(|b| b.peer != peer);
                 Ok((session, Vec::new()))
             }
-            op::LIST_DIRECTORY => data.and_then(|data| self.list(session, data, offset)),
-            op::OPEN_FILE_RO => data.and_then(|data| self.open(now, peer, data)),
-            op::READ_FILE => self.read(now, peer, session, offset, usize::from(size)),
-            op::CALC_FILE_CRC32 => data.and_then(|data| {
+            Some(Op::MAV_FTP_OPCODE_LISTDIRECTORY) => data.and_then(|data| self.list(session, data, offset)),
+            Some(Op::MAV_FTP_OPCODE_OPENFILERO) => data.and_then(|data| self.open(now, peer, data)),
+            Some(Op::MAV_FTP_OPCODE_READFILE) => self.read(now, peer, session, offset, usize::from(size)),
+            Some(Op::MAV_FTP_OPCODE_CALCFILECRC) => data.and_then(|data| {
                 let file = self.find(data)?;
                 Ok((session, crc32(0, &self.files[file].bytes).to_le_bytes().to_vec()))
             }),
-            op::BURST_READ_FILE => {
-                match self.begin_burst(now, peer, session, sequence, offset, usize::from(size)) {
+            Some(Op::MAV_FTP_OPCODE_BURSTREADFILE) => {
+                let size = usize::from(size);
+                match self.begin_burst(now, Burst { peer, session, file: 0, sequence, offset, size }) {
                     Ok(()) => return,
                     Err(nak) => Err(nak),
                 }
             }
-            opcode if op::WRITING.contains(&opcode) => Err(Nak::FileProtected),
-            _ => Err(Nak::UnknownCommand),
+            _ if WRITING.contains(&opcode) => Err(Nak::MAV_FTP_ERR_FILEPROTECTED),
+            _ => Err(Nak::MAV_FTP_ERR_UNKNOWNCOMMAND),
         };
         let packet = packet(sequence.wrapping_add(1), session, opcode, offset, answer);
         self.remember(peer, sequence, packet);
@@ -148,36 +159,42 @@ impl FileServer {
 
     fn find(&self, path: &[u8]) -> Result<usize, Nak> {
         let path = path_of(path);
-        self.files.iter().position(|f| f.path.trim_start_matches('/') == path).ok_or(Nak::FileNotFound)
+        self.files
+            .iter()
+            .position(|f| f.path.trim_start_matches('/') == path)
+            .ok_or(Nak::MAV_FTP_ERR_FILENOTFOUND)
     }
 
     fn open(&mut self, now: TimeUs, peer: Peer, path: &[u8]) -> Answer {
         let file = self.find(path)?;
         let own = self.sessions.iter().filter(|s| s.peer == peer).count();
         if own >= MOST_OF_PEER {
-            return Err(Nak::NoSessionsAvailable);
+            return Err(Nak::MAV_FTP_ERR_NOSESSIONSAVAILABLE);
         }
         if self.sessions.len() >= MOST_SESSIONS {
             let idle = self.sessions.iter().position(|s| now.saturating_sub(s.used_us) > IDLE_US);
-            let id = self.sessions.remove(idle.ok_or(Nak::NoSessionsAvailable)?).id;
+            let id = self.sessions.remove(idle.ok_or(Nak::MAV_FTP_ERR_NOSESSIONSAVAILABLE)?).id;
             self.bursts.retain(|b| b.session != id);
         }
         let free = (0..=u8::MAX).find(|id| self.sessions.iter().all(|s| s.id != *id));
-        let id = free.ok_or(Nak::NoSessionsAvailable)?;
+        let id = free.ok_or(Nak::MAV_FTP_ERR_NOSESSIONSAVAILABLE)?;
         self.sessions.push(Session { id, peer, file, used_us: now });
         Ok((id, (self.files[file].bytes.len() as u32).to_le_bytes().to_vec()))
     }
 
     fn session(&mut self, now: TimeUs, peer: Peer, id: u8) -> Result<Session, Nak> {
         let found = self.sessions.iter_mut().find(|s| s.id == id && s.peer == peer);
-        let session = found.ok_or(Nak::InvalidSession)?;
+        let session = found.ok_or(Nak::MAV_FTP_ERR_INVALIDSESSION)?;
         session.used_us = now;
         Ok(*session)
     }
 
     fn terminate(&mut self, peer: Peer, id: u8) -> Answer {
-        let at =
-            self.sessions.iter().position(|s| s.id == id && s.peer == peer).ok_or(Nak::InvalidSession)?;
+        let at = self
+            .sessions
+            .iter()
+            .position(|s| s.id == id && s.peer == peer)
+            .ok_or(Nak::MAV_FTP_ERR_INVALIDSESSION)?;
         self.sessions.remove(at);
         self.bursts.retain(|b| b.session != id);
         Ok((id, Vec::new()))
@@ -186,26 +203,18 @@ impl FileServer {
     fn read(&mut self, now: TimeUs, peer: Peer, id: u8, offset: usize, size: usize) -> Answer {
         let session = self.session(now, peer, id)?;
         let rest = self.files[session.file].bytes.get(offset..).filter(|rest| !rest.is_empty());
-        let rest = rest.ok_or(Nak::EndOfFile)?;
+        let rest = rest.ok_or(Nak::MAV_FTP_ERR_EOF)?;
         Ok((id, rest[..rest.len().min(piece(size))].to_vec()))
     }
 
-    fn begin_burst(
-        &mut self,
-        now: TimeUs,
-        peer: Peer,
-        id: u8,
-        sequence: u16,
-        offset: usize,
-        size: usize,
-    ) -> Result<(), Nak> {
-        let session = self.session(now, peer, id)?;
-        if offset >= self.files[session.file].bytes.len() {
-            return Err(Nak::EndOfFile);
+    /// Begins a burst from the file of its session.
+    fn begin_burst(&mut self, now: TimeUs, burst: Burst) -> Result<(), Nak> {
+        let file = self.session(now, burst.peer, burst.session)?.file;
+        if burst.offset >= self.files[file].bytes.len() {
+            return Err(Nak::MAV_FTP_ERR_EOF);
         }
-        self.bursts.retain(|b| b.session != id);
-        let size = piece(size);
-        self.bursts.push(Burst { peer, session: id, file: session.file, sequence, offset, size });
+        self.bursts.retain(|b| b.session != burst.session);
+        self.bursts.push(Burst { file, size: piece(burst.size), ..burst });
         Ok(())
     }
 
@@ -216,7 +225,13 @@ impl FileServer {
         let data = bytes[burst.offset..end].to_vec();
         burst.sequence = burst.sequence.wrapping_add(1);
         let answer = Ok((burst.session, data));
-        let mut sent = packet(burst.sequence, burst.session, op::BURST_READ_FILE, burst.offset, answer);
+        let mut sent = packet(
+            burst.sequence,
+            burst.session,
+            Op::MAV_FTP_OPCODE_BURSTREADFILE as u8,
+            burst.offset,
+            answer,
+        );
         // The last packet says that the burst is over.
         sent[6] = u8::from(end == bytes.len());
         burst.offset = end;
@@ -241,10 +256,10 @@ impl FileServer {
         }
         entries.dedup();
         if entries.is_empty() {
-            return Err(Nak::FileNotFound);
+            return Err(Nak::MAV_FTP_ERR_FILENOTFOUND);
         }
         let mut data = Vec::new();
-        for entry in entries.get(offset..).filter(|rest| !rest.is_empty()).ok_or(Nak::EndOfFile)? {
+        for entry in entries.get(offset..).filter(|rest| !rest.is_empty()).ok_or(Nak::MAV_FTP_ERR_EOF)? {
             if data.len() + entry.len() > DATA_LEN {
                 break;
             }
@@ -252,4 +267,33 @@ impl FileServer {
         }
         Ok((session, data))
     }
+}
+
+/// How much a read gives: all that fits, unless less is asked for.
+fn piece(size: usize) -> usize {
+    if size == 0 { DATA_LEN } else { size.min(DATA_LEN) }
+}
+
+/// A path up to its first zero, without slashes at its ends; empty when it is no text.
+fn path_of(data: &[u8]) -> &str {
+    let end = data.iter().position(|b| *b == 0).unwrap_or(data.len());
+    std::str::from_utf8(&data[..end]).unwrap_or("?").trim_matches('/')
+}
+
+fn packet(sequence: u16, asked: u8, opcode: u8, offset: usize, answer: Answer) -> Packet {
+    let mut packet = [0; 251];
+    packet[..2].copy_from_slice(&sequence.to_le_bytes());
+    packet[5] = opcode;
+    packet[8..HEADER_LEN].copy_from_slice(&(offset as u32).to_le_bytes());
+    let nak;
+    let (session, kind, data) = match &answer {
+        Ok((session, data)) => (*session, Op::MAV_FTP_OPCODE_ACK, data.as_slice()),
+        Err(reason) => {
+            nak = [*reason as u8];
+            (asked, Op::MAV_FTP_OPCODE_NAK, nak.as_slice())
+        }
+    };
+    (packet[2], packet[3], packet[4]) = (session, kind as u8, data.len() as u8);
+    packet[HEADER_LEN..HEADER_LEN + data.len()].copy_from_slice(data);
+    packet
 }

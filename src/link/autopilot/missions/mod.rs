@@ -13,12 +13,13 @@ mod wire;
 
 use std::collections::VecDeque;
 
+use mavlink::dialects::common::{MavMissionResult as MissionResult, MavMissionType};
+
 use crate::autopilot::fence::Fence;
 use crate::autopilot::missions::{Item, Kind, Plan, areas_of};
 use crate::autopilot::{Event, Severity};
 use crate::model::Environment;
 use crate::time::TimeUs;
-use wire::{Address, CANCELLED, MissionResult};
 pub(super) use wire::{Answer, Request};
 
 use super::outbox::Peer;
@@ -29,8 +30,7 @@ const RETRY_US: TimeUs = 250_000;
 const TIMEOUT_US: TimeUs = 5_000_000;
 /// Most peers that download at once; the one that was silent longest makes room.
 const MOST_DOWNLOADS: usize = 8;
-/// `MAV_MISSION_TYPE_ALL`.
-const ALL: u8 = 255;
+const ALL: u8 = MavMissionType::MAV_MISSION_TYPE_ALL as u8;
 
 /// A plan on its way in.
 #[derive(Clone, Debug)]
@@ -124,7 +124,7 @@ impl Missions {
             Request::SetCurrent { seq } => {
                 self.set_current(seq);
             }
-            Request::Partial { kind } => self.ack(peer, kind, MissionResult::Unsupported, 0),
+            Request::Partial { kind } => self.ack(peer, kind, MissionResult::MAV_MISSION_UNSUPPORTED, 0),
         }
     }
 
@@ -143,10 +143,10 @@ impl Missions {
 
     fn list(&mut self, now: TimeUs, peer: Peer, number: u8) {
         let Some(kind) = Kind::from_number(number) else {
-            return self.ack(peer, number, MissionResult::Unsupported, 0);
+            return self.ack(peer, number, MissionResult::MAV_MISSION_UNSUPPORTED, 0);
         };
         let plan = self.plan(kind).clone();
-        self.answer(peer, Answer::count(peer.address(), number, plan.count(), plan.opaque_id));
+        self.answer(peer, Answer::count(peer, number, plan.count(), plan.opaque_id));
         self.downloads.retain(|d| d.peer != peer);
         if self.downloads.len() == MOST_DOWNLOADS {
             self.downloads.remove(0);
@@ -156,7 +156,7 @@ impl Missions {
 
     fn give(&mut self, now: TimeUs, peer: Peer, number: u8, seq: u16, int: bool) {
         let Some(kind) = Kind::from_number(number) else {
-            return self.ack(peer, number, MissionResult::Unsupported, 0);
+            return self.ack(peer, number, MissionResult::MAV_MISSION_UNSUPPORTED, 0);
         };
         let own = self.downloads.iter_mut().find(|d| d.peer == peer && d.kind == kind);
         let plan = match own {
@@ -169,30 +169,30 @@ impl Missions {
         match plan.items.get(usize::from(seq)) {
             Some(item) => {
                 let current = kind == Kind::Mission && seq == self.current;
-                let answer = Answer::item(peer.address(), number, seq, int, item, current);
+                let answer = Answer::item(peer, number, seq, int, item, current);
                 self.answer(peer, answer);
             }
-            None => self.ack(peer, number, MissionResult::InvalidSequence, 0),
+            None => self.ack(peer, number, MissionResult::MAV_MISSION_INVALID_SEQUENCE, 0),
         }
     }
 
     fn begin(&mut self, now: TimeUs, peer: Peer, number: u8, count: usize) {
         let Some(kind) = Kind::from_number(number) else {
-            return self.ack(peer, number, MissionResult::Unsupported, 0);
+            return self.ack(peer, number, MissionResult::MAV_MISSION_UNSUPPORTED, 0);
         };
         if self.is_busy_with_another_than(peer) {
             self.say(Severity::Error, "upload refused: another one is under way");
-            return self.ack(peer, number, MissionResult::Error, 0);
+            return self.ack(peer, number, MissionResult::MAV_MISSION_ERROR, 0);
         }
         (self.upload, self.completed) = (None, None);
         if count > kind.capacity() {
             let (name, most) = (kind.name(), kind.capacity());
             self.say(Severity::Error, format!("{name} refused: at most {most} items"));
-            return self.ack(peer, number, MissionResult::NoSpace, 0);
+            return self.ack(peer, number, MissionResult::MAV_MISSION_NO_SPACE, 0);
         }
         if count == 0 {
             self.replace(kind, Vec::new());
-            return self.ack(peer, number, MissionResult::Accepted, 0);
+            return self.ack(peer, number, MissionResult::MAV_MISSION_ACCEPTED, 0);
         }
         let items = Vec::with_capacity(count);
         self.upload = Some(Upload { peer, kind, count, items, int: true, asked_us: now, heard_us: now });
@@ -208,7 +208,7 @@ impl Missions {
         let Some(upload) = &mut self.upload else { return };
         upload.asked_us = now;
         let seq = upload.items.len() as u16;
-        let answer = Answer::request(upload.peer.address(), upload.kind as u8, seq, upload.int);
+        let answer = Answer::request(upload.peer, upload.kind as u8, seq, upload.int);
         let peer = upload.peer;
         self.answer(peer, answer);
     }
@@ -219,7 +219,7 @@ impl Missions {
         };
         upload.heard_us = now;
         if upload.kind as u8 != number {
-            return self.ack(peer, number, MissionResult::Error, 0);
+            return self.ack(peer, number, MissionResult::MAV_MISSION_ERROR, 0);
         }
         if usize::from(seq) != upload.items.len() {
             // The right one is asked for again in time.
@@ -243,11 +243,11 @@ impl Missions {
                 Severity::Error,
                 format!("fence refused: the polygon of item {seq} has too few corners"),
             );
-            return self.ack(peer, number, MissionResult::InvalidParam1, 0);
+            return self.ack(peer, number, MissionResult::MAV_MISSION_INVALID_PARAM1, 0);
         }
         (self.upload, self.completed) = (None, Some((peer, kind)));
         self.replace(kind, items);
-        self.ack(peer, number, MissionResult::Accepted, self.plan(kind).opaque_id);
+        self.ack(peer, number, MissionResult::MAV_MISSION_ACCEPTED, self.plan(kind).opaque_id);
     }
 
     /// An item that nobody waits for: the last one of a completed upload, whose acknowledgement was lost, is
@@ -258,9 +258,9 @@ impl Missions {
         });
         match again {
             Some((_, kind)) => {
-                self.ack(peer, number, MissionResult::Accepted, self.plan(kind).opaque_id);
+                self.ack(peer, number, MissionResult::MAV_MISSION_ACCEPTED, self.plan(kind).opaque_id);
             }
-            None => self.ack(peer, number, MissionResult::Error, 0),
+            None => self.ack(peer, number, MissionResult::MAV_MISSION_ERROR, 0),
         }
     }
 
@@ -269,9 +269,9 @@ impl Missions {
         let Some(upload) = self.upload.as_mut().filter(|u| u.peer == peer && u.kind as u8 == number) else {
             return;
         };
-        if result == CANCELLED {
+        if result == MissionResult::MAV_MISSION_OPERATION_CANCELLED as u8 {
             self.upload = None;
-        } else if result == MissionResult::Unsupported as u8 {
+        } else if result == MissionResult::MAV_MISSION_UNSUPPORTED as u8 {
             upload.int = !upload.int;
             upload.heard_us = now;
             self.ask(now);
@@ -282,17 +282,17 @@ impl Missions {
         let kinds = match Kind::from_number(number) {
             Some(kind) => vec![kind],
             None if number == ALL => Kind::ALL.to_vec(),
-            None => return self.ack(peer, number, MissionResult::Unsupported, 0),
+            None => return self.ack(peer, number, MissionResult::MAV_MISSION_UNSUPPORTED, 0),
         };
         if self.is_busy_with_another_than(peer) {
             self.say(Severity::Error, "clearing refused: an upload is under way");
-            return self.ack(peer, number, MissionResult::Error, 0);
+            return self.ack(peer, number, MissionResult::MAV_MISSION_ERROR, 0);
         }
         (self.upload, self.completed) = (None, None);
         for kind in kinds {
             self.replace(kind, Vec::new());
         }
-        self.ack(peer, number, MissionResult::Accepted, 0);
+        self.ack(peer, number, MissionResult::MAV_MISSION_ACCEPTED, 0);
     }
 
     fn replace(&mut self, kind: Kind, items: Vec<Item>) {
@@ -310,7 +310,7 @@ impl Missions {
     }
 
     fn ack(&mut self, peer: Peer, kind: u8, result: MissionResult, opaque_id: u32) {
-        self.answer(peer, Answer::ack(peer.address(), kind, result, opaque_id));
+        self.answer(peer, Answer::ack(peer, kind, result, opaque_id));
     }
 
     fn answer(&mut self, peer: Peer, answer: Answer) {
@@ -319,11 +319,5 @@ impl Missions {
 
     fn say(&mut self, severity: Severity, text: impl Into<std::borrow::Cow<'static, str>>) {
         self.said.push_back(Event::new(severity, text));
-    }
-}
-
-impl Peer {
-    fn address(self) -> Address {
-        (self.system, self.component)
     }
 }

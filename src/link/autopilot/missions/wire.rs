@@ -5,44 +5,27 @@
 use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 
+use super::super::outbox::Peer;
 use crate::autopilot::missions::{Item, ItemFault, ItemFrame};
 use crate::link::frame::Frame;
 
-/// `MAV_MISSION_RESULT`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub(in crate::link::autopilot) enum MissionResult {
-    Accepted = 0,
-    Error = 1,
-    UnsupportedFrame = 2,
-    Unsupported = 3,
-    NoSpace = 4,
-    InvalidParam1 = 6,
-    InvalidLatitude = 10,
-    InvalidLongitude = 11,
-    InvalidAltitude = 12,
-    InvalidSequence = 13,
-}
-
-impl From<ItemFault> for MissionResult {
+/// The answer to an upload with this fault.
+impl From<ItemFault> for MavMissionResult {
     fn from(fault: ItemFault) -> Self {
         match fault {
-            ItemFault::Command => Self::Unsupported,
-            ItemFault::Frame => Self::UnsupportedFrame,
-            ItemFault::Size => Self::InvalidParam1,
-            ItemFault::Latitude => Self::InvalidLatitude,
-            ItemFault::Longitude => Self::InvalidLongitude,
-            ItemFault::Altitude => Self::InvalidAltitude,
+            ItemFault::Command => Self::MAV_MISSION_UNSUPPORTED,
+            ItemFault::Frame => Self::MAV_MISSION_UNSUPPORTED_FRAME,
+            ItemFault::Size => Self::MAV_MISSION_INVALID_PARAM1,
+            ItemFault::Latitude => Self::MAV_MISSION_INVALID_PARAM5_X,
+            ItemFault::Longitude => Self::MAV_MISSION_INVALID_PARAM6_Y,
+            ItemFault::Altitude => Self::MAV_MISSION_INVALID_PARAM7,
         }
     }
 }
 
-/// MISSION_ACK's result by which a ground station gives up: `MAV_MISSION_OPERATION_CANCELLED`.
-pub(super) const CANCELLED: u8 = 15;
-
 /// A ground station's request. `kind` is a `MAV_MISSION_TYPE`, whatever its number.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::link::autopilot) enum Request {
+pub(crate) enum Request {
     List { kind: u8 },
     Item { kind: u8, seq: u16, int: bool },
     Count { kind: u8, count: u16 },
@@ -56,7 +39,7 @@ pub(in crate::link::autopilot) enum Request {
 impl Request {
     /// The request in a frame, with the system and component that it is addressed to; `None` for any other
     /// message.
-    pub(in crate::link::autopilot) fn read(frame: &Frame) -> Option<((u8, u8), Self)> {
+    pub(crate) fn read(frame: &Frame) -> Option<((u8, u8), Self)> {
         let p = frame.payload();
         let at = |i: usize| (p.u8(i), p.u8(i + 1));
         Some(match frame.message_id {
@@ -94,44 +77,34 @@ impl Request {
 
 /// A message to a peer: its number and its payload in wire order.
 #[derive(Clone, Debug, PartialEq)]
-pub(in crate::link::autopilot) struct Answer {
+pub(crate) struct Answer {
     pub message_id: u32,
     pub payload: Vec<u8>,
 }
 
-/// System and component that a message goes to.
-pub(super) type Address = (u8, u8);
-
 impl Answer {
-    pub(super) fn ack((system, component): Address, kind: u8, result: MissionResult, opaque_id: u32) -> Self {
-        let mut payload = vec![system, component, result as u8, kind];
+    pub(super) fn ack(to: Peer, kind: u8, result: MavMissionResult, opaque_id: u32) -> Self {
+        let mut payload = vec![to.system, to.component, result as u8, kind];
         payload.extend(opaque_id.to_le_bytes());
         Self { message_id: MISSION_ACK_DATA::ID, payload }
     }
 
-    pub(super) fn count((system, component): Address, kind: u8, count: u16, opaque_id: u32) -> Self {
+    pub(super) fn count(to: Peer, kind: u8, count: u16, opaque_id: u32) -> Self {
         let mut payload = count.to_le_bytes().to_vec();
-        payload.extend([system, component, kind]);
+        payload.extend([to.system, to.component, kind]);
         payload.extend(opaque_id.to_le_bytes());
         Self { message_id: MISSION_COUNT_DATA::ID, payload }
     }
 
     /// The vehicle's request for an item.
-    pub(super) fn request((system, component): Address, kind: u8, seq: u16, int: bool) -> Self {
+    pub(super) fn request(to: Peer, kind: u8, seq: u16, int: bool) -> Self {
         let [low, high] = seq.to_le_bytes();
         let message_id = if int { MISSION_REQUEST_INT_DATA::ID } else { MISSION_REQUEST_DATA::ID };
-        Self { message_id, payload: vec![low, high, system, component, kind] }
+        Self { message_id, payload: vec![low, high, to.system, to.component, kind] }
     }
 
     /// An item as it was uploaded; `current` says whether it is the one that is next.
-    pub(super) fn item(
-        (system, component): Address,
-        kind: u8,
-        seq: u16,
-        int: bool,
-        item: &Item,
-        current: bool,
-    ) -> Self {
+    pub(super) fn item(to: Peer, kind: u8, seq: u16, int: bool, item: &Item, current: bool) -> Self {
         let per_unit = if item.frame.is_global() { 1e7 } else { 1.0 };
         let place =
             |x: f64| if int { (x as i32).to_le_bytes() } else { ((x / per_unit) as f32).to_le_bytes() };
@@ -141,7 +114,7 @@ impl Answer {
         payload.extend(item.z.to_le_bytes());
         payload.extend(seq.to_le_bytes());
         payload.extend(item.command.to_le_bytes());
-        payload.extend([system, component, item.frame.0, u8::from(current), item.autocontinue, kind]);
+        payload.extend([to.system, to.component, item.frame.0, u8::from(current), item.autocontinue, kind]);
         let message_id = if int { MISSION_ITEM_INT_DATA::ID } else { MISSION_ITEM_DATA::ID };
         Self { message_id, payload }
     }

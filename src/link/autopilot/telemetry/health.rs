@@ -21,7 +21,7 @@ const KNOWN: u16 = 0x033F;
 /// The bits of SYS_STATUS that are not healthy.
 pub(super) fn ailing(now: TimeUs, vehicle: &Vehicle) -> u32 {
     let ready = vehicle.state(now).is_some();
-    let Some(estimator) = vehicle.estimator() else { return if ready { 0 } else { SENSORS } };
+    let Some(estimator) = &vehicle.estimator else { return if ready { 0 } else { SENSORS } };
     let sensor = match estimator.check_aligned() {
         Ok(()) if ready => return 0,
         Ok(()) | Err(NotAligned::NoInertial) => GYRO_AND_ACCELEROMETER,
@@ -43,7 +43,7 @@ pub(super) fn ailing(now: TimeUs, vehicle: &Vehicle) -> u32 {
 pub(super) fn estimator_status(now: TimeUs, vehicle: &Vehicle) -> Option<MavMessage> {
     vehicle.latest_state()?;
     let mut message = ESTIMATOR_STATUS_DATA { time_usec: now, ..ESTIMATOR_STATUS_DATA::DEFAULT };
-    let known = match vehicle.estimator() {
+    let known = match &vehicle.estimator {
         Some(estimator) => fill(&mut message, estimator)?,
         None => KNOWN,
     };

@@ -11,7 +11,7 @@ use crate::link::autopilot::missions::Missions;
 
 /// AVAILABLE_MODES of all modes that are flown with `index` 0, else of the one with that index from 1, if
 /// there is one.
-pub(in crate::link::autopilot) fn available_modes(index: u32) -> impl Iterator<Item = MavMessage> {
+pub(crate) fn available_modes(index: u32) -> impl Iterator<Item = MavMessage> {
     let flown = || FlightMode::all().filter(|mode| mode.is_flown());
     let asked = move |i: &u8| index == 0 || index == u32::from(*i);
     (1u8..).zip(flown()).filter(move |(i, _)| asked(i)).map(move |(mode_index, mode)| {

@@ -16,13 +16,14 @@ mod motion;
 
 use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
+use num_traits::FromPrimitive as _;
 
 use self::health::{SENSORS, ailing, estimator_status};
 use self::identity::{autopilot_version, component_metadata, current_mode, mission_current};
-use self::motion::Motion;
 use super::files::FileServer;
 use super::hil::VehicleState;
 use super::missions::Missions;
+use super::sensing::FIX_3D;
 use super::vehicle::Vehicle;
 use crate::autopilot::FlightMode;
 use crate::link::wire::{UNKNOWN_BATTERY, single};
@@ -39,23 +40,23 @@ pub(super) const TABLE: [(u32, f64, f64, Build); 25] = [
     (SYS_STATUS_DATA::ID, 1.0, 5.0, |t| Some(t.sys_status())),
     (SYSTEM_TIME_DATA::ID, 1.0, 1.0, |t| Some(t.system_time())),
     (GPS_RAW_INT_DATA::ID, 1.0, 1.0, |t| t.gps_raw_int()),
-    (ATTITUDE_DATA::ID, 15.0, 100.0, |t| Some(t.motion()?.attitude())),
-    (ATTITUDE_QUATERNION_DATA::ID, 5.0, 5.0, |t| Some(t.motion()?.attitude_quaternion())),
-    (LOCAL_POSITION_NED_DATA::ID, 5.0, 30.0, |t| Some(t.motion()?.local_position_ned())),
-    (GLOBAL_POSITION_INT_DATA::ID, 5.0, 5.0, |t| Some(t.motion()?.global_position_int())),
+    (ATTITUDE_DATA::ID, 15.0, 100.0, |t| Some(t.attitude(&t.state()?))),
+    (ATTITUDE_QUATERNION_DATA::ID, 5.0, 5.0, |t| Some(t.attitude_quaternion(&t.state()?))),
+    (LOCAL_POSITION_NED_DATA::ID, 5.0, 30.0, |t| Some(t.local_position_ned(&t.state()?))),
+    (GLOBAL_POSITION_INT_DATA::ID, 5.0, 5.0, |t| Some(t.global_position_int(&t.state()?))),
     (SERVO_OUTPUT_RAW_DATA::ID, 1.0, 1.0, |t| Some(t.servo_output_raw())),
     (MISSION_CURRENT_DATA::ID, 1.0, 1.0, |t| Some(mission_current(t.missions))),
-    (VFR_HUD_DATA::ID, 4.0, 4.0, |t| Some(t.motion()?.vfr_hud())),
+    (VFR_HUD_DATA::ID, 4.0, 4.0, |t| Some(t.vfr_hud(&t.state()?))),
     (ATTITUDE_TARGET_DATA::ID, 2.0, 2.0, |t| t.attitude_target()),
     (POSITION_TARGET_LOCAL_NED_DATA::ID, 1.5, 1.5, |t| t.position_target()),
     (HIGHRES_IMU_DATA::ID, 0.0, 50.0, |t| t.highres_imu()),
     (TIMESYNC_DATA::ID, 0.0, 10.0, |t| Some(t.timesync())),
-    (ALTITUDE_DATA::ID, 1.0, 1.0, |t| Some(t.motion()?.altitude())),
+    (ALTITUDE_DATA::ID, 1.0, 1.0, |t| Some(t.altitude(&t.state()?))),
     (BATTERY_STATUS_DATA::ID, 0.5, 0.5, |t| Some(t.battery_status())),
     (ESTIMATOR_STATUS_DATA::ID, 0.5, 0.5, |t| estimator_status(t.now, t.vehicle)),
     (HOME_POSITION_DATA::ID, 0.5, 0.5, |t| t.vehicle.home.message(&t.vehicle.environment)),
     (EXTENDED_SYS_STATE_DATA::ID, 1.0, 1.0, |t| t.extended_sys_state()),
-    (ODOMETRY_DATA::ID, 0.0, 30.0, |t| Some(t.motion()?.odometry())),
+    (ODOMETRY_DATA::ID, 0.0, 30.0, |t| Some(t.odometry(&t.state()?))),
     (CURRENT_MODE_DATA::ID, 0.5, 0.5, |t| Some(current_mode(t.vehicle.autopilot.mode()))),
     (AVAILABLE_MODES_MONITOR_DATA::ID, 0.3, 0.3, |_| Some(identity::available_modes_monitor())),
     (AUTOPILOT_VERSION_DATA::ID, 0.0, 0.0, |_| Some(autopilot_version())),
@@ -85,11 +86,6 @@ impl Telemetry<'_> {
 
     fn state(&self) -> Option<VehicleState> {
         self.vehicle.latest_state()
-    }
-
-    fn motion(&self) -> Option<Motion<'_>> {
-        let (now, time_boot_ms) = (self.now, self.boot_ms());
-        Some(Motion { now, time_boot_ms, vehicle: self.vehicle, state: self.state()? })
     }
 
     fn system_time(&self) -> MavMessage {
@@ -147,6 +143,7 @@ impl Telemetry<'_> {
         // Ground stations take a fence that is not healthy for one that is breached, even where there is
         // none.
         health.set(fence, !self.vehicle.autopilot.fence_is_breached());
+        let battery_remaining = self.vehicle.hil.battery.as_ref().map_or(-1, |b| b.battery_remaining);
         MavMessage::SYS_STATUS(SYS_STATUS_DATA {
             onboard_control_sensors_present: present,
             onboard_control_sensors_enabled: present,
@@ -154,12 +151,7 @@ impl Telemetry<'_> {
             // No volts and amperes are modelled: "not known" in each field's own way.
             voltage_battery: u16::MAX,
             current_battery: -1,
-            battery_remaining: self
-                .vehicle
-                .hil
-                .battery
-                .as_ref()
-                .map_or(-1, |battery| battery.battery_remaining),
+            battery_remaining,
             onboard_control_sensors_present_extended: MavSysStatusSensorExtended::empty(),
             onboard_control_sensors_enabled_extended: MavSysStatusSensorExtended::empty(),
             onboard_control_sensors_health_extended: MavSysStatusSensorExtended::empty(),
@@ -193,12 +185,7 @@ impl Telemetry<'_> {
             epv: gps.epv,
             vel: gps.vel,
             cog: gps.cog,
-            fix_type: match gps.fix_type {
-                0 => GpsFixType::GPS_FIX_TYPE_NO_GPS,
-                1 => GpsFixType::GPS_FIX_TYPE_NO_FIX,
-                2 => GpsFixType::GPS_FIX_TYPE_2D_FIX,
-                _ => GpsFixType::GPS_FIX_TYPE_3D_FIX,
-            },
+            fix_type: GpsFixType::from_u8(gps.fix_type.min(FIX_3D)).unwrap_or_default(),
             satellites_visible: gps.satellites_visible,
             alt_ellipsoid: gps.alt,
             ..GPS_RAW_INT_DATA::DEFAULT
@@ -207,17 +194,8 @@ impl Telemetry<'_> {
 
     fn highres_imu(&self) -> Option<MavMessage> {
         let s = self.vehicle.hil.sensor.as_ref()?;
-        Some(MavMessage::HIGHRES_IMU(HIGHRES_IMU_DATA {
+        let mut m = HIGHRES_IMU_DATA {
             time_usec: s.time_usec,
-            xacc: s.xacc,
-            yacc: s.yacc,
-            zacc: s.zacc,
-            xgyro: s.xgyro,
-            ygyro: s.ygyro,
-            zgyro: s.zgyro,
-            xmag: s.xmag,
-            ymag: s.ymag,
-            zmag: s.zmag,
             abs_pressure: s.abs_pressure,
             diff_pressure: s.diff_pressure,
             pressure_alt: s.pressure_alt,
@@ -227,7 +205,12 @@ impl Telemetry<'_> {
                 (s.fields_updated.bits() & 0x1FFF) as u16,
             ),
             id: s.id,
-        }))
+            ..HIGHRES_IMU_DATA::DEFAULT
+        };
+        [m.xacc, m.yacc, m.zacc] = [s.xacc, s.yacc, s.zacc];
+        [m.xgyro, m.ygyro, m.zgyro] = [s.xgyro, s.ygyro, s.zgyro];
+        [m.xmag, m.ymag, m.zmag] = [s.xmag, s.ymag, s.zmag];
+        Some(MavMessage::HIGHRES_IMU(m))
     }
 
     /// Motor commands as pulse widths: 1000 us stopped, 2000 us full; 900 us disarmed.
@@ -238,18 +221,10 @@ impl Telemetry<'_> {
             (true, false) => 900,
             (true, true) => 1000 + (1000.0 * autopilot.output().throttle[i]).round() as u16,
         };
-        MavMessage::SERVO_OUTPUT_RAW(SERVO_OUTPUT_RAW_DATA {
-            time_usec: self.now as u32,
-            servo1_raw: pulse_us(0),
-            servo2_raw: pulse_us(1),
-            servo3_raw: pulse_us(2),
-            servo4_raw: pulse_us(3),
-            servo5_raw: pulse_us(4),
-            servo6_raw: pulse_us(5),
-            servo7_raw: pulse_us(6),
-            servo8_raw: pulse_us(7),
-            ..SERVO_OUTPUT_RAW_DATA::DEFAULT
-        })
+        let mut m = SERVO_OUTPUT_RAW_DATA { time_usec: self.now as u32, ..SERVO_OUTPUT_RAW_DATA::DEFAULT };
+        [m.servo1_raw, m.servo2_raw, m.servo3_raw, m.servo4_raw] = [0, 1, 2, 3].map(pulse_us);
+        [m.servo5_raw, m.servo6_raw, m.servo7_raw, m.servo8_raw] = [4, 5, 6, 7].map(pulse_us);
+        MavMessage::SERVO_OUTPUT_RAW(m)
     }
 
     fn attitude_target(&self) -> Option<MavMessage> {

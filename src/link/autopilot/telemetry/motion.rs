@@ -2,86 +2,78 @@
 
 use mavlink::dialects::common::*;
 
+use super::Telemetry;
 use crate::control::Measurement;
 use crate::frames::{pitch, roll, yaw};
 use crate::link::autopilot::hil::VehicleState;
 use crate::link::autopilot::vehicle::Vehicle;
 use crate::link::wire::{self, degrees_e7_and_mm, millimetres, single};
-use crate::time::TimeUs;
 use crate::units::{DEG_PER_RAD, SEA_LEVEL_DENSITY_KG_M3};
 
-/// What these messages are made from.
-pub(super) struct Motion<'a> {
-    pub now: TimeUs,
-    pub time_boot_ms: u32,
-    pub vehicle: &'a Vehicle,
-    pub state: VehicleState,
-}
-
-impl Motion<'_> {
-    pub(super) fn attitude(&self) -> MavMessage {
-        let q = self.state.measurement.q_ned_from_body;
-        let mut m = ATTITUDE_DATA { time_boot_ms: self.time_boot_ms, ..ATTITUDE_DATA::DEFAULT };
+impl Telemetry<'_> {
+    pub(super) fn attitude(&self, state: &VehicleState) -> MavMessage {
+        let q = state.measurement.q_ned_from_body;
+        let mut m = ATTITUDE_DATA { time_boot_ms: self.boot_ms(), ..ATTITUDE_DATA::DEFAULT };
         [m.roll, m.pitch, m.yaw] = [roll(q), pitch(q), yaw(q)].map(|x| x as f32);
-        [m.rollspeed, m.pitchspeed, m.yawspeed] = single(self.state.measurement.omega_body);
+        [m.rollspeed, m.pitchspeed, m.yawspeed] = single(state.measurement.omega_body);
         MavMessage::ATTITUDE(m)
     }
 
-    pub(super) fn attitude_quaternion(&self) -> MavMessage {
-        let Measurement { q_ned_from_body, omega_body, .. } = self.state.measurement;
-        let time_boot_ms = self.time_boot_ms;
+    pub(super) fn attitude_quaternion(&self, state: &VehicleState) -> MavMessage {
+        let Measurement { q_ned_from_body, omega_body, .. } = state.measurement;
+        let time_boot_ms = self.boot_ms();
         let mut m = ATTITUDE_QUATERNION_DATA { time_boot_ms, ..ATTITUDE_QUATERNION_DATA::DEFAULT };
         [m.q1, m.q2, m.q3, m.q4] = q_ned_from_body.map(|c| c as f32);
         [m.rollspeed, m.pitchspeed, m.yawspeed] = single(omega_body);
         MavMessage::ATTITUDE_QUATERNION(m)
     }
 
-    pub(super) fn local_position_ned(&self) -> MavMessage {
-        let time_boot_ms = self.time_boot_ms;
-        let ([x, y, z], [vx, vy, vz]) = (single(self.state.p_ned), single(self.state.measurement.v_ned));
+    pub(super) fn local_position_ned(&self, state: &VehicleState) -> MavMessage {
+        let time_boot_ms = self.boot_ms();
+        let ([x, y, z], [vx, vy, vz]) = (single(state.p_ned), single(state.measurement.v_ned));
         MavMessage::LOCAL_POSITION_NED(LOCAL_POSITION_NED_DATA { time_boot_ms, x, y, z, vx, vy, vz })
     }
 
     /// All covariances unknown.
-    pub(super) fn odometry(&self) -> MavMessage {
+    pub(super) fn odometry(&self, state: &VehicleState) -> MavMessage {
         MavMessage::ODOMETRY(ODOMETRY_DATA {
             pose_covariance: [f32::NAN; 21],
             velocity_covariance: [f32::NAN; 21],
             estimator_type: MavEstimatorType::MAV_ESTIMATOR_TYPE_AUTOPILOT,
             quality: 100,
-            ..wire::odometry(self.state.at, self.state.p_ned, &self.state.measurement)
+            ..wire::odometry(state.at, state.p_ned, &state.measurement)
         })
     }
 
-    pub(super) fn altitude(&self) -> MavMessage {
-        let above_origin = -self.state.p_ned.z as f32;
+    pub(super) fn altitude(&self, state: &VehicleState) -> MavMessage {
+        let above_origin = -state.p_ned.z as f32;
         MavMessage::ALTITUDE(ALTITUDE_DATA {
             time_usec: self.now,
             altitude_monotonic: above_origin,
-            altitude_amsl: self.vehicle.environment.geo_point(&self.state.p_ned).altitude_m as f32,
+            altitude_amsl: self.vehicle.environment.geo_point(&state.p_ned).altitude_m as f32,
             altitude_local: above_origin,
-            altitude_relative: self.vehicle.home.height_m(&self.state) as f32,
+            altitude_relative: self.vehicle.home.height_m(state) as f32,
             altitude_terrain: f32::NAN,
             bottom_clearance: f32::NAN,
         })
     }
 
-    pub(super) fn global_position_int(&self) -> MavMessage {
+    pub(super) fn global_position_int(&self, state: &VehicleState) -> MavMessage {
         let mut m = GLOBAL_POSITION_INT_DATA {
-            time_boot_ms: self.time_boot_ms,
-            relative_alt: millimetres(self.vehicle.home.height_m(&self.state)),
-            hdg: (self.heading_deg() * 100.0) as u16,
+            time_boot_ms: self.boot_ms(),
+            relative_alt: millimetres(self.vehicle.home.height_m(state)),
+            hdg: (heading_deg(state) * 100.0) as u16,
             ..GLOBAL_POSITION_INT_DATA::DEFAULT
         };
-        let point = self.vehicle.environment.geo_point(&self.state.p_ned);
+        let point = self.vehicle.environment.geo_point(&state.p_ned);
         [m.lat, m.lon, m.alt] = degrees_e7_and_mm(&point);
-        [m.vx, m.vy, m.vz] = (self.state.measurement.v_ned * 100.0).map(|v| v.round() as i16).into();
+        [m.vx, m.vy, m.vz] = (state.measurement.v_ned * 100.0).map(|v| v.round() as i16).into();
         MavMessage::GLOBAL_POSITION_INT(m)
     }
 
-    pub(super) fn vfr_hud(&self) -> MavMessage {
+    pub(super) fn vfr_hud(&self, state: &VehicleState) -> MavMessage {
         let Vehicle { autopilot, environment, .. } = self.vehicle;
-        let v = self.state.measurement.v_ned;
+        let v = state.measurement.v_ned;
         // Calibrated airspeed, as PX4 sends: what a faultless pitot tube would show.
         let density_ratio = environment.density_kg_m3 / SEA_LEVEL_DENSITY_KG_M3;
         let true_airspeed_m_s = (v - environment.wind_ned_m_s).norm();
@@ -89,15 +81,15 @@ impl Motion<'_> {
         MavMessage::VFR_HUD(VFR_HUD_DATA {
             airspeed: (true_airspeed_m_s * density_ratio.sqrt()) as f32,
             groundspeed: v.xy().norm() as f32,
-            alt: environment.geo_point(&self.state.p_ned).altitude_m as f32,
+            alt: environment.geo_point(&state.p_ned).altitude_m as f32,
             climb: -v.z as f32,
-            heading: self.heading_deg() as i16,
+            heading: heading_deg(state) as i16,
             throttle: (100.0 * autopilot.output().collective_n / lift_max_n).round() as u16,
         })
     }
+}
 
-    /// Heading in [0, 360) deg.
-    fn heading_deg(&self) -> f64 {
-        (yaw(self.state.measurement.q_ned_from_body) * DEG_PER_RAD).rem_euclid(360.0)
-    }
+/// Heading in [0, 360) deg.
+fn heading_deg(state: &VehicleState) -> f64 {
+    (yaw(state.measurement.q_ned_from_body) * DEG_PER_RAD).rem_euclid(360.0)
 }

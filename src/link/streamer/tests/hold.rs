@@ -28,7 +28,7 @@ fn px4_is_left_in_hold_until_its_tilt_limit_is_up() {
         careful.until(StreamerState::Aligning);
         let shut = "MPC_TILTMAX_LND = 12: the drop begins with no more tilt than that";
         assert_eq!(
-            careful.told().iter().any(|text| text.starts_with(shut)),
+            careful.reports().iter().any(|text| text.starts_with(shut)),
             tilt_deg == Some([12.0, 45.0]),
             "{tilt_deg:?}"
         );
@@ -40,8 +40,8 @@ fn px4_is_left_in_hold_until_its_tilt_limit_is_up() {
         }
         let expected_us = comes_up_s.map_or(0, |s: f64| (1e6 * (s + 0.25)) as TimeUs);
         assert!((expected_us..=expected_us + 8_000).contains(&held_us), "{tilt_deg:?}: {held_us} us");
-        let told = careful.told();
-        assert_eq!(told.iter().any(|text| text.starts_with("left in HOLD for ")), comes_up_s.is_some());
+        let reports = careful.reports();
+        assert_eq!(reports.iter().any(|text| text.starts_with("left in HOLD for ")), comes_up_s.is_some());
     }
 }
 
@@ -50,11 +50,11 @@ fn an_estimate_that_is_lost_in_hold_is_told_and_waited_for_again() {
     let mut careful = ScriptedPx4::new(Some(ALIGNED), PASS, WILLING);
     careful.until(StreamerState::Holding);
     careful.run(3 * S);
-    careful.told();
+    careful.reports();
     careful.estimator = Some(1);
     careful.until(StreamerState::Aligning);
     assert_eq!(
-        careful.told(),
+        careful.reports(),
         ["the estimator has lost horizontal velocity, vertical velocity: waiting for it"]
     );
     careful.estimator = Some(ALIGNED);
@@ -84,10 +84,10 @@ fn a_px4_that_is_not_in_hold_is_asked_into_it() {
         if goes {
             careful.script.mode_before = FlightMode::AutoLoiter;
         }
-        careful.told();
+        careful.reports();
         careful.until(StreamerState::RequestingOffboard);
         let words = if goes { HELD } else { NOT_HELD };
-        assert!(careful.told().last().unwrap().starts_with(words), "{goes}");
+        assert!(careful.reports().last().unwrap().starts_with(words), "{goes}");
         assert_eq!(mode_requests(&careful, 4.0), 1, "it has accepted it");
     }
 }
@@ -102,7 +102,7 @@ fn hold_is_asked_for_three_times() {
     let waited = careful.until(StreamerState::RequestingOffboard) - at;
     assert!((3 * S..3 * S + 40_000).contains(&waited), "{waited} us");
     assert_eq!(mode_requests(&careful, 4.0), 3);
-    assert_eq!(careful.told().last().unwrap(), NOT_HELD);
+    assert_eq!(careful.reports().last().unwrap(), NOT_HELD);
 }
 
 /// Time in another mode does not count: whoever takes the vehicle out of HOLD makes the wait begin again.
@@ -114,8 +114,8 @@ fn regress_time_outside_hold_does_not_count() {
     careful.script.mode_before = FlightMode::Stabilized;
     careful.run(3 * S / 2);
     careful.script.mode_before = FlightMode::AutoLoiter;
-    careful.told();
-    while !careful.told().contains(&HELD.to_owned()) {
+    careful.reports();
+    while !careful.reports().contains(&HELD.to_owned()) {
         careful.step();
     }
     let at = careful.script.now;
@@ -202,5 +202,5 @@ fn a_release_that_comes_late_is_told() {
     careful.script.streamer.config.hang_s = 5.0;
     let at = careful.until(StreamerState::Releasing);
     let late = format!("the release comes {:.1} s after hang_s", at as f64 * 1e-6 - 5.0);
-    assert!(careful.told().contains(&late), "{late}");
+    assert!(careful.reports().contains(&late), "{late}");
 }

@@ -13,7 +13,7 @@ use crate::link::Encoder;
 fn about_to_arm(sensors: Option<[u32; 3]>) -> ScriptedPx4 {
     let mut careful = ScriptedPx4::new(Some(ALIGNED), sensors, WILLING);
     careful.until(StreamerState::Arming);
-    careful.told();
+    careful.reports();
     careful
 }
 
@@ -26,7 +26,7 @@ fn checks_that_pass_are_waited_for_and_no_longer() {
     let at = careful.script.now;
     // The next SYS_STATUS, the next step, its answer.
     assert!(careful.until(StreamerState::Hanging) <= at + 108_000);
-    assert_eq!((careful.told(), careful.armings()), (vec!["armed".to_owned()], 1));
+    assert_eq!((careful.reports(), careful.armings()), (vec!["armed".to_owned()], 1));
 }
 
 /// What passed before OFFBOARD was the checks of another mode.
@@ -40,7 +40,7 @@ fn what_was_told_before_offboard_does_not_count() {
     assert_eq!((careful.script.streamer.state(), careful.armings()), (StreamerState::Arming, 0));
 }
 
-/// After ten seconds arming is asked for all the same: only a refusal says what is wrong. The words tell
+/// After ten seconds arming is asked for all the same: only a refusal says what is wrong. The words say
 /// silence from checks that do not pass, and come once. Checks that are not there or not in use are none.
 #[test]
 fn checks_that_do_not_pass_are_asked_about_after_ten_seconds() {
@@ -63,15 +63,15 @@ fn checks_that_do_not_pass_are_asked_about_after_ten_seconds() {
         let waited = careful.script.now - since;
         assert!((10 * S..10 * S + 8_000).contains(&waited), "{sensors:?}: {waited} us");
         careful.until(StreamerState::Failed);
-        let told = careful.told();
-        assert_eq!(told.iter().filter(|text| *text == words).count(), 1, "{told:#?}");
-        assert_eq!(told.iter().filter(|text| text.contains("SYS_STATUS")).count(), 1, "{told:#?}");
+        let reports = careful.reports();
+        assert_eq!(reports.iter().filter(|text| *text == words).count(), 1, "{reports:#?}");
+        assert_eq!(reports.iter().filter(|text| text.contains("SYS_STATUS")).count(), 1, "{reports:#?}");
         assert_eq!(
-            told.last().unwrap(),
+            reports.last().unwrap(),
             "gave up: arming was refused (TEMPORARILY_REJECTED) by the autopilot"
         );
         let refusal = "arming refused (TEMPORARILY_REJECTED); the vehicle says: Preflight Fail: no fix";
-        assert!(told.iter().any(|text| text.starts_with(refusal)), "{told:#?}");
+        assert!(reports.iter().any(|text| text.starts_with(refusal)), "{reports:#?}");
     }
 }
 
@@ -88,7 +88,7 @@ fn checks_lost_between_two_tries_do_not_hold_the_next_one_up() {
     assert_eq!(careful.armings(), 2);
     careful.script.answers = WILLING;
     careful.until(StreamerState::Hanging);
-    assert!(!careful.told().iter().any(|text| text.contains("SYS_STATUS")));
+    assert!(!careful.reports().iter().any(|text| text.contains("SYS_STATUS")));
 }
 
 /// A vehicle that disarms itself under the canopy is armed again, and its checks are waited for again.
@@ -97,11 +97,11 @@ fn checks_lost_under_the_canopy_are_waited_for_anew() {
     let mut careful = about_to_arm(PASS);
     careful.until(StreamerState::Hanging);
     careful.run(2 * S);
-    careful.told();
+    careful.reports();
     careful.sensors = FAIL;
     careful.script.armed = false;
     careful.run(S);
-    assert!(careful.told().contains(&"the vehicle is no longer armed".to_owned()));
+    assert!(careful.reports().contains(&"the vehicle is no longer armed".to_owned()));
     // It hangs until its release is due, and the release waits for it.
     careful.until(StreamerState::RequestingOffboard);
     careful.until(StreamerState::Arming);
@@ -132,12 +132,12 @@ fn an_estimator_must_hold_for_a_second() {
     careful.estimator = Some(1);
     careful.run(200_000);
     assert_eq!(careful.script.streamer.state(), StreamerState::Aligning, "it was lost again");
-    careful.told();
+    careful.reports();
     careful.estimator = Some(ALIGNED);
     let at = careful.script.now;
     let waited = careful.until(StreamerState::Holding) - at;
     assert!((S..S + 108_000).contains(&waited), "{waited} us");
-    assert_eq!(careful.told(), ["the estimator has attitude and velocity", HELD]);
+    assert_eq!(careful.reports(), ["the estimator has attitude and velocity", HELD]);
 }
 
 /// What is lacking is named every five seconds, with the vehicle's words; it is waited for as long as it
@@ -146,7 +146,7 @@ fn an_estimator_must_hold_for_a_second() {
 fn what_an_estimator_lacks_is_named() {
     let mut careful = ScriptedPx4::new(Some(1), PASS, WILLING);
     let since = careful.until(StreamerState::Aligning);
-    careful.told();
+    careful.reports();
     careful.run(2 * S);
     let text = STATUSTEXT_DATA { text: "EKF waiting".into(), ..Default::default() };
     careful.script.vehicle_says(&MavMessage::STATUSTEXT(text));
@@ -155,7 +155,7 @@ fn what_an_estimator_lacks_is_named() {
     careful.run(5 * S);
     let waiting = "waiting for the estimator: no";
     assert_eq!(
-        careful.told(),
+        careful.reports(),
         [
             "> EKF waiting".to_owned(),
             format!("{waiting} horizontal velocity, vertical velocity yet; the vehicle says: EKF waiting"),
@@ -172,11 +172,11 @@ fn what_an_estimator_lacks_is_named() {
 fn an_estimator_that_tells_nothing_is_believed() {
     let mut careful = ScriptedPx4::new(None, PASS, WILLING);
     let since = careful.until(StreamerState::Aligning);
-    careful.told();
+    careful.reports();
     let waited = careful.until(StreamerState::Holding) - since;
     assert!((11 * S..11 * S + 8_000).contains(&waited), "{waited} us");
     assert_eq!(
-        careful.told(),
+        careful.reports(),
         [
             "waiting for the estimator: no ESTIMATOR_STATUS yet",
             "the estimator tells nothing (ESTIMATOR_STATUS); going on",
@@ -190,10 +190,10 @@ fn an_estimator_that_tells_nothing_is_believed() {
 fn a_vehicle_without_parameters_is_given_up() {
     let mut script = ScriptedVehicle::new(WILLING, |c| c.procedure = Some(Procedure::default()));
     script.run(5 * S);
-    let told = texts(&script.events);
+    let reports = texts(&script.events);
     assert_eq!(script.streamer.state(), StreamerState::Failed);
     let words = "gave up: no PARAM_VALUE has come: the vehicle's parameters are not known";
-    assert!(told.last().unwrap().ends_with(words), "{told:#?}");
+    assert!(reports.last().unwrap().ends_with(words), "{reports:#?}");
 }
 
 /// Another vehicle's word, or another component's, is not the autopilot's.

@@ -16,13 +16,13 @@ pub(super) const S: TimeUs = 1_000_000;
 pub(super) const HELD: &str = "left in HOLD for 4.18 s: PX4's tilt limit comes up there";
 
 /// A streamer with a procedure and a vehicle with fit parameters. Estimator and checks are reported only as
-/// told here.
+/// sent here.
 pub(super) struct ScriptedPx4 {
     pub(super) script: ScriptedVehicle,
     pub(super) answered: usize,
-    /// Flags of ESTIMATOR_STATUS, told every 0.1 s.
+    /// Flags of ESTIMATOR_STATUS, sent every 0.1 s.
     pub(super) estimator: Option<u16>,
-    /// Present, enabled and healthy sensors of SYS_STATUS, told every 0.1 s.
+    /// Present, enabled and healthy sensors of SYS_STATUS, sent every 0.1 s.
     pub(super) sensors: Option<[u32; 3]>,
     /// MPC_TILTMAX_LND and MPC_TILTMAX_AIR [deg], if it has them.
     pub(super) tilt_deg: Option<[f32; 2]>,
@@ -55,7 +55,7 @@ impl ScriptedPx4 {
 
     pub(super) fn step(&mut self) {
         if self.script.now.is_multiple_of(100_000) {
-            self.tell();
+            self.report();
         }
         self.script.run(self.script.now + 4_000);
         while let Some((_, frame)) = self.script.sent.get(self.answered) {
@@ -82,7 +82,7 @@ impl ScriptedPx4 {
         }
     }
 
-    fn tell(&mut self) {
+    fn report(&mut self) {
         if let Some(flags) = self.estimator {
             let flags = EstimatorStatusFlags::from_bits_retain(flags);
             let status = ESTIMATOR_STATUS_DATA { flags, ..Default::default() };
@@ -99,10 +99,10 @@ impl ScriptedPx4 {
         }
     }
 
-    /// What was told since the last time it was asked, without the simulated times.
-    pub(super) fn told(&mut self) -> Vec<String> {
-        let told = texts(&std::mem::take(&mut self.script.events));
-        told.iter().map(|text| text.split_once(" s  ").unwrap().1.to_owned()).collect()
+    /// What was reported since the last call, without the simulated times.
+    pub(super) fn reports(&mut self) -> Vec<String> {
+        let reports = texts(&std::mem::take(&mut self.script.events));
+        reports.iter().map(|text| text.split_once(" s  ").unwrap().1.to_owned()).collect()
     }
 
     /// How often arming has been asked for.

@@ -45,10 +45,11 @@ fn what_stays_refused_or_unanswered_is_given_up_and_explained() {
         let mut script = ScriptedVehicle::new(answers, |_| ());
         script.run(20_000_000);
         assert_eq!(script.streamer.state(), StreamerState::Failed);
-        let Some(Timed { at, event: StreamerEvent::Failed { reason: told } }) = script.events.last() else {
+        let Some(Timed { at, event: StreamerEvent::Failed { reason: reported } }) = script.events.last()
+        else {
             panic!()
         };
-        assert_eq!(told, reason);
+        assert_eq!(reported, reason);
         // A dead script's setpoints do not go on.
         assert!(script.sent.iter().all(|(t, _)| t <= at));
     }
@@ -92,11 +93,11 @@ fn a_release_that_something_else_triggers_is_followed() {
 fn without_word_of_the_instant_the_acknowledgement_counts() {
     let mut script = ScriptedVehicle::new(Answers { tells_release: false, ..WILLING }, |_| ());
     script.run(12_000_000);
-    let told = |e: &Timed<StreamerEvent>| match e.event {
-        StreamerEvent::Released { released_at, told } => Some((released_at, told)),
+    let released = |e: &Timed<StreamerEvent>| match e.event {
+        StreamerEvent::Released { released_at, reported } => Some((released_at, reported)),
         _ => None,
     };
-    assert_eq!(script.events.iter().find_map(told), Some((5_000_000, false)));
+    assert_eq!(script.events.iter().find_map(released), Some((5_000_000, false)));
 }
 
 #[test]
@@ -160,10 +161,10 @@ fn the_simulations_end_ends_the_stream_in_every_state() {
         let mut script = scene_in(state);
         script.tell_instant("t_end", 20_000_000);
         assert_eq!(script.streamer.state(), StreamerState::Failed, "{state:?}");
-        let told = last_event(&mut script);
+        let last = last_event(&mut script);
         assert!(
-            told.ends_with("gave up: the simulation ended at 20.000 s, and the plan is not at its end"),
-            "{told}"
+            last.ends_with("gave up: the simulation ended at 20.000 s, and the plan is not at its end"),
+            "{last}"
         );
     }
     let mut script = scene_in(StreamerState::Target);
@@ -175,7 +176,7 @@ fn the_simulations_end_ends_the_stream_in_every_state() {
     assert_eq!(script.streamer.state(), StreamerState::WaitingForVehicle);
 }
 
-/// EXTENDED_SYS_STATE of a vehicle, once it has been told to be careful.
+/// EXTENDED_SYS_STATE of a vehicle, once the test lets it be careful.
 fn shows_landed_state(script: &mut ScriptedVehicle, landed_state: MavLandedState) {
     script.streamer.config.procedure = Some(Procedure::default());
     script.vehicle_says(&MavMessage::EXTENDED_SYS_STATE(EXTENDED_SYS_STATE_DATA {
@@ -225,8 +226,8 @@ fn a_vehicle_that_stays_silent_is_gone_in_every_state() {
         assert_eq!(script.streamer.state(), state, "it may be starting anew");
         silent_for(&mut script, 15);
         assert_eq!(script.streamer.state(), StreamerState::Failed, "{state:?}");
-        let told = last_event(&mut script);
-        assert!(told.contains("the vehicle has said nothing for 15.0 s"), "{told}");
+        let last = last_event(&mut script);
+        assert!(last.contains("the vehicle has said nothing for 15.0 s"), "{last}");
     }
     let mut script = scene_in(StreamerState::Target);
     silent_for(&mut script, 4);
@@ -256,10 +257,10 @@ fn silence_names_what_is_missing() {
     for s in 1..10 {
         script.streamer.handle_silence(Duration::from_secs(s));
     }
-    let told: Vec<Timed<StreamerEvent>> = std::iter::from_fn(|| script.streamer.poll_event()).collect();
-    assert_eq!(told.len(), 3, "{told:?}");
+    let reports: Vec<Timed<StreamerEvent>> = std::iter::from_fn(|| script.streamer.poll_event()).collect();
+    assert_eq!(reports.len(), 3, "{reports:?}");
     assert!(
-        told[0].to_string().ends_with("waiting since 2.0 s for HEARTBEAT from the autopilot of system 1")
+        reports[0].to_string().ends_with("waiting since 2.0 s for HEARTBEAT from the autopilot of system 1")
     );
     script.run(1_000_000);
     script.streamer.handle_silence(Duration::from_secs(2));
