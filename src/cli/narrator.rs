@@ -138,7 +138,7 @@ impl Narrator {
             | StreamerEvent::NotAligned { .. }
             | StreamerEvent::EstimateLost { .. }
             | StreamerEvent::NotHeld
-            | StreamerEvent::Late { .. }
+            | StreamerEvent::Late(_)
             | StreamerEvent::Trap { .. }
             | StreamerEvent::Refused { .. }
             | StreamerEvent::Unanswered { .. }

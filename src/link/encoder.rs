@@ -46,13 +46,9 @@ impl Encoder {
 
     /// The frame of a COMMAND_ACK for any command number.
     pub fn encode_command_ack(&mut self, ack: &CommandAck) -> Vec<u8> {
-        let mut payload = [0; 10];
-        payload[..2].copy_from_slice(&ack.command.to_le_bytes());
-        payload[2] = ack.result;
-        payload[3] = ack.progress;
-        payload[4..8].copy_from_slice(&ack.result_param2.to_le_bytes());
-        payload[8] = ack.target_system;
-        payload[9] = ack.target_component;
+        let CommandAck { command, result, progress, result_param2, target_system, target_component } = *ack;
+        let ([a, b], [c, d, e, f]) = (command.to_le_bytes(), result_param2.to_le_bytes());
+        let payload = [a, b, result, progress, c, d, e, f, target_system, target_component];
         self.encode_payload(COMMAND_ACK_DATA::ID, MavMessage::extra_crc(COMMAND_ACK_DATA::ID), &payload)
     }
 

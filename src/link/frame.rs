@@ -25,9 +25,6 @@ pub const MAX_FRAME_LEN: usize = 280;
 
 #[expect(deprecated, reason = "deprecated in MAVLink, still sent by ground stations")]
 const SET_MODE_ID: u32 = SET_MODE_DATA::ID;
-/// Bytes of a MAVLink 2 frame that hold its message id.
-#[cfg(feature = "cli")]
-const MESSAGE_ID_AT: std::ops::Range<usize> = 7..10;
 
 /// A COMMAND_ACK in plain numbers: the command may be one that the crate's enum does not have.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -62,7 +59,7 @@ impl CommandAck {
 /// The message id of a MAVLink 2 frame given by its bytes; `None` when they are too few.
 #[cfg(feature = "cli")]
 pub(super) fn message_id(frame: &[u8]) -> Option<u32> {
-    let [a, b, c] = *frame.get(MESSAGE_ID_AT)? else { return None };
+    let [a, b, c] = *frame.get(7..HEADER_LEN_V2)? else { return None };
     Some(u32::from_le_bytes([a, b, c, 0]))
 }
 
@@ -133,8 +130,8 @@ pub struct Frame {
     pub sequence: u8,
     /// Number of the message.
     pub message_id: u32,
-    /// The message, parsed; `None` where a field holds a value that the crate's enums do not know. It is then
-    /// read through [`Frame::payload`].
+    /// The message, parsed; `None` where a field holds a value that the crate's enums do not know. It is
+    /// then read through [`Frame::payload`].
     pub message: Option<MavMessage>,
     /// Peer that it came by; [`PeerId::ONLY`] unless the receiving side distinguishes its peers.
     pub peer: PeerId,
@@ -223,8 +220,8 @@ impl Frame {
         })
     }
 
-    /// System and component that the message is addressed to; 0 means every one, and stands for what a message
-    /// without target, or without a component in it, does not say.
+    /// System and component that the message is addressed to; 0 means every one, and stands for what a
+    /// message without target, or without a component in it, does not say.
     pub fn target(&self) -> (u8, u8) {
         let p = self.payload();
         match (self.known(), self.message_id) {

@@ -21,17 +21,14 @@ use crate::time::{TimeUs, seconds};
 /// Rounds of answers to answers within one step; what is still in flight then is delivered in the next step.
 const MAX_ROUNDS: usize = 32;
 
-/// A reason why the lockstep stands still.
+/// The lockstep stands still, because the autopilot has not answered.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum LockstepError {
-    /// The autopilot has not answered.
-    #[error("at {:.3} s the simulator misses {missing}", seconds(*at))]
-    NoAnswer {
-        /// Simulated time.
-        at: TimeUs,
-        /// What is missing.
-        missing: Missing,
-    },
+#[error("at {:.3} s the simulator misses {missing}", seconds(*at))]
+pub struct LockstepError {
+    /// Simulated time.
+    pub at: TimeUs,
+    /// What is missing.
+    pub missing: Missing,
 }
 
 /// One of the three parties, as the sender of a frame.
@@ -68,7 +65,7 @@ impl<A: Session> Lockstep<A> {
     /// once, with its simulated time and its link. Returns whether the mission goes on.
     ///
     /// # Errors
-    /// [`LockstepError::NoAnswer`] when the autopilot has not answered the step before.
+    /// [`LockstepError`] when the autopilot has not answered the step before.
     pub fn step(&mut self, tap: &mut impl FnMut(TimeUs, Link, &[u8])) -> Result<bool, LockstepError> {
         self.step_sending(&mut |now, sent, _| tap(now, sent.link, &sent.bytes))
     }
@@ -85,7 +82,7 @@ impl<A: Session> Lockstep<A> {
             let missing = self.simulator.missing().unwrap_or(Missing::AnyFrame);
             return match self.simulator.pace() {
                 Pace::Done => Ok(false),
-                _ => Err(LockstepError::NoAnswer { at: self.simulator.now(), missing }),
+                _ => Err(LockstepError { at: self.simulator.now(), missing }),
             };
         };
         self.simulator.handle_time(now);

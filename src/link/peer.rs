@@ -25,9 +25,6 @@ pub enum Recipient {
 impl Recipient {
     /// Whether a frame with this recipient goes to `peer`.
     pub fn includes(self, peer: PeerId) -> bool {
-        match self {
-            Self::All => true,
-            Self::Peer(only) => only == peer,
-        }
+        self == Self::All || self == Self::Peer(peer)
     }
 }

@@ -157,12 +157,10 @@ impl Vehicle {
             return self.refuse(Outcome::TemporarilyRejected, "home refused: no position yet");
         };
         let place = match command.param(1) {
-            Some(1.0) => state.p_ned,
-            _ => match self.place_of(command, &state.p_ned) {
-                Ok(Some(place)) => place,
-                Ok(None) | Err(NoPlace) => return self.no_such_place(),
-            },
+            Some(1.0) => Some(state.p_ned),
+            _ => self.place_of(command, &state.p_ned).unwrap_or(None),
         };
+        let Some(place) = place else { return self.no_such_place() };
         self.home.set(&state, place);
         self.autopilot.set_home(place);
         self.autopilot.say(Severity::Info, "home is set");

@@ -9,7 +9,7 @@ use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
 use crate::control::Measurement;
-use crate::frames::{Quaternion, normalized, rotate_ned_from_body};
+use crate::frames::{normalized, rotate_ned_from_body};
 use crate::link::wire::{geo_point, vector};
 use crate::model::Environment;
 use crate::time::TimeUs;
@@ -65,19 +65,17 @@ impl HilInput {
         };
         let omega_body = vector([message.rollspeed, message.pitchspeed, message.yawspeed]);
         let p_ned = vector([message.x, message.y, message.z]);
-        if let Some(state) = checked(message.time_usec, p_ned, q, v_ned, omega_body) {
-            self.odometry = Some(state);
-        }
+        let measurement = Measurement { q_ned_from_body: q, v_ned, omega_body };
+        self.odometry = checked(message.time_usec, p_ned, measurement).or(self.odometry);
     }
 
     fn take_coarse(&mut self, message: &HIL_STATE_QUATERNION_DATA, environment: &Environment) {
         let p_ned = environment.local_ned(&geo_point(message.lat, message.lon, message.alt));
         let v_ned = vector([message.vx, message.vy, message.vz].map(f32::from)) / 100.0;
         let omega_body = vector([message.rollspeed, message.pitchspeed, message.yawspeed]);
-        let q = normalized(message.attitude_quaternion.map(f64::from));
-        if let Some(state) = checked(message.time_usec, p_ned, q, v_ned, omega_body) {
-            self.coarse = Some(state);
-        }
+        let q_ned_from_body = normalized(message.attitude_quaternion.map(f64::from));
+        let measurement = Measurement { q_ned_from_body, v_ned, omega_body };
+        self.coarse = checked(message.time_usec, p_ned, measurement).or(self.coarse);
     }
 
     /// The state to fly by at `now`: the finer of those of this very time, else the newest that is young
@@ -107,21 +105,13 @@ impl HilInput {
     }
 }
 
-fn checked(
-    at: TimeUs,
-    p_ned: Vector3<f64>,
-    q: Quaternion,
-    v_ned: Vector3<f64>,
-    omega_body: Vector3<f64>,
-) -> Option<VehicleState> {
-    let vectors = p_ned.iter().chain(v_ned.iter()).chain(omega_body.iter());
+/// The state, if all of it is finite.
+fn checked(at: TimeUs, p_ned: Vector3<f64>, measurement: Measurement) -> Option<VehicleState> {
+    let Measurement { q_ned_from_body, v_ned, omega_body } = &measurement;
+    let vectors = p_ned.iter().chain(v_ned).chain(omega_body);
     // A zero quaternion has become NaN in `normalized`.
-    let sound = vectors.chain(&q).all(|x| x.is_finite());
-    sound.then_some(VehicleState {
-        at,
-        p_ned,
-        measurement: Measurement { q_ned_from_body: q, v_ned, omega_body },
-    })
+    let sound = vectors.chain(q_ned_from_body).all(|x| x.is_finite());
+    sound.then_some(VehicleState { at, p_ned, measurement })
 }
 
 #[cfg(test)]

@@ -148,7 +148,7 @@ impl AutopilotSession {
 
     /// Number of answers that were dropped because too many were asked for at once.
     pub fn unanswered(&self) -> u64 {
-        self.outbox.unanswered()
+        self.outbox.unanswered
     }
 
     /// The parameters in effect, under PX4's names.
@@ -168,7 +168,7 @@ impl AutopilotSession {
 
     /// The text of a parameter file that a ground station wants kept.
     pub fn take_saved_parameters(&mut self) -> Option<String> {
-        self.parameters.take_saved()
+        self.parameters.saved.take()
     }
 
     /// The next entry of the flight log; fetch until `None` after each `handle_input`.
@@ -339,8 +339,8 @@ impl AutopilotSession {
         while let Some(event) = self.missions.poll_event() {
             self.vehicle.autopilot.say(event.severity, event.text);
         }
-        while let Some((peer, answer)) = self.missions.poll_answer() {
-            self.outbox.reply_payload(peer, answer.message_id, &answer.payload);
+        while let Some(answer) = self.missions.poll_answer() {
+            self.outbox.reply_payload(answer.to, answer.message_id, &answer.payload);
         }
         while let Some((peer, payload)) = self.files.poll_answer() {
             let (target_network, target_system, target_component) = (0, peer.system, peer.component);

@@ -54,7 +54,8 @@ pub(super) struct Outbox {
     encoders: [Encoder; LINKS.len()],
     frames: VecDeque<Transmit>,
     texts: TextWriter,
-    unanswered: u64,
+    /// Number of answers that were dropped because too many were asked for at once.
+    pub unanswered: u64,
     pub log: LogQueue,
 }
 
@@ -73,11 +74,6 @@ impl Outbox {
     /// Takes the next frame to send.
     pub(super) fn poll(&mut self) -> Option<Transmit> {
         self.frames.pop_front()
-    }
-
-    /// Number of answers that were dropped because too many were asked for at once.
-    pub(super) fn unanswered(&self) -> u64 {
-        self.unanswered
     }
 
     /// Drops the frames that wait for a simulator.
@@ -116,7 +112,7 @@ impl Outbox {
 
     /// Reports an event as STATUSTEXT to ground stations and companions, and logs it.
     pub(super) fn report(&mut self, now: TimeUs, event: Event) {
-        let severity = MavSeverity::from_u8(event.severity as u8).unwrap_or_default();
+        let severity = MavSeverity::from_u8(event.severity as u8).unwrap_or(MavSeverity::MAV_SEVERITY_INFO);
         for message in self.texts.messages(severity, &event.text) {
             self.broadcast(&MavMessage::STATUSTEXT(message));
         }

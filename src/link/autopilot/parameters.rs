@@ -80,18 +80,14 @@ pub(super) struct ParameterServer {
     lists: VecDeque<(Peer, Next)>,
     /// Whether somebody keeps the file that PREFLIGHT_STORAGE asks for.
     keeps_file: bool,
-    saved: Option<String>,
+    /// The text of a parameter file that a ground station wants kept.
+    pub saved: Option<String>,
 }
 
 impl ParameterServer {
     /// A server of parameters that nobody has asked for yet.
     pub(super) fn new(parameters: Parameters, keeps_file: bool) -> Self {
         Self { parameters, lists: VecDeque::new(), keeps_file, saved: None }
-    }
-
-    /// Takes the text of a parameter file that a ground station wants kept.
-    pub(super) fn take_saved(&mut self) -> Option<String> {
-        self.saved.take()
     }
 
     /// Takes a request of a peer.
@@ -251,23 +247,17 @@ impl ParameterServer {
 
     fn value_message(&self, index: usize) -> Option<MavMessage> {
         let entry = self.parameters.at(index)?;
-        let (param_value, param_type) = param_value(entry.value);
-        Some(self.message(&entry.name, index as u16, param_value, param_type))
+        Some(self.message(&entry.name, index as u16, param_value(entry.value)))
     }
 
     fn hash_message(&self) -> MavMessage {
         let hash = f32::from_bits(self.parameters.hash());
-        self.message(HASH, NO_INDEX, hash, MavParamType::MAV_PARAM_TYPE_UINT32)
+        self.message(HASH, NO_INDEX, (hash, MavParamType::MAV_PARAM_TYPE_UINT32))
     }
 
-    fn message(
-        &self,
-        name: &str,
-        param_index: u16,
-        param_value: f32,
-        param_type: MavParamType,
-    ) -> MavMessage {
-        let (param_count, param_id) = (self.parameters.len() as u16, name.into());
+    fn message(&self, name: &str, param_index: u16, value: (f32, MavParamType)) -> MavMessage {
+        let ((param_value, param_type), param_id) = (value, name.into());
+        let param_count = self.parameters.len() as u16;
         let data = PARAM_VALUE_DATA { param_value, param_count, param_index, param_id, param_type };
         MavMessage::PARAM_VALUE(data)
     }

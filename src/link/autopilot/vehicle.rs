@@ -82,11 +82,8 @@ impl Vehicle {
 
     /// Mode, arming and failsafe.
     pub(super) fn condition(&self) -> Condition {
-        Condition {
-            mode: self.autopilot.mode(),
-            armed: self.autopilot.is_armed(),
-            failsafe: self.autopilot.in_failsafe(),
-        }
+        let Self { autopilot, .. } = self;
+        Condition { mode: autopilot.mode(), armed: autopilot.is_armed(), failsafe: autopilot.in_failsafe() }
     }
 
     /// Takes a message of the simulator.

@@ -43,11 +43,8 @@ pub enum HilEvent {
         /// For how long, as the host measures.
         waited: Duration,
     },
-    /// HIL_ACTUATOR_CONTROLS with a time that no HIL_SENSOR had; not used.
-    Mistimed {
-        /// Time of the message [us].
-        stamp: TimeUs,
-    },
+    /// HIL_ACTUATOR_CONTROLS with this time, which no HIL_SENSOR had; not used.
+    Mistimed(TimeUs),
     /// The autopilot has gone; simulated time stands still.
     PeerLeft,
     /// The mission is over.
@@ -65,7 +62,7 @@ impl fmt::Display for HilEvent {
             Self::Waiting { missing, waited } => {
                 write!(f, "waiting since {:.1} s for {missing}", waited.as_secs_f64())
             }
-            Self::Mistimed { stamp } => {
+            Self::Mistimed(stamp) => {
                 write!(f, "ignored HIL_ACTUATOR_CONTROLS stamped {stamp} us: no HIL_SENSOR had that time")
             }
             Self::PeerLeft => f.write_str("autopilot disconnected; waiting for a new one"),

@@ -50,7 +50,7 @@ impl HilSession {
             self.counts.mistimed += 1;
             // One report at the 1st, 2nd, 4th, 8th .. of them.
             if self.counts.mistimed.is_power_of_two() {
-                self.report(HilEvent::Mistimed { stamp });
+                self.report(HilEvent::Mistimed(stamp));
             }
             return;
         }

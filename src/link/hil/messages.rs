@@ -17,8 +17,8 @@ use crate::sim::{Battery, DropRun, DropSimulation, SensorSettings};
 use crate::time::TimeUs;
 use crate::units::{DEG_PER_RAD, SEA_LEVEL_DENSITY_KG_M3, STANDARD_GRAVITY_M_S2};
 
-/// Fields of HIL_SENSOR that the barometer makes: pressure, pressure altitude and temperature. A multirotor has
-/// no airspeed sensor: the differential pressure (0x400) is never there.
+/// Fields of HIL_SENSOR that the barometer makes: pressure, pressure altitude and temperature. A multirotor
+/// has no airspeed sensor: the differential pressure (0x400) is never there.
 const BAROMETER: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x1A00);
 /// Accuracy of a fix that is reported at the least [m], horizontal and vertical: nobody believes a receiver
 /// without errors.

@@ -180,7 +180,7 @@ fn answers_from_the_future_are_not_used() {
     hand.answer(1_000_000, 0.9, true);
     assert_eq!(hand.session.pace(), Pace::AwaitingControls);
     assert_eq!(hand.session.counts().mistimed, 1);
-    assert!(hand.events().contains(&Timed { at: 44_000, event: HilEvent::Mistimed { stamp: 1_000_000 } }));
+    assert!(hand.events().contains(&Timed { at: 44_000, event: HilEvent::Mistimed(1_000_000) }));
 }
 
 #[test]

@@ -22,13 +22,12 @@ pub(super) struct Doubles<P> {
     heard: VecDeque<Heard<P>>,
 }
 
-impl<P> Default for Doubles<P> {
-    fn default() -> Self {
+impl<P: PartialEq> Doubles<P> {
+    /// Nothing was heard yet.
+    pub(super) fn new() -> Self {
         Self { heard: VecDeque::new() }
     }
-}
 
-impl<P: PartialEq> Doubles<P> {
     /// Whether the same bytes have come by another peer. What a peer says twice it wants to say twice.
     pub(super) fn holds(&mut self, now: u64, from: P, bytes: &[u8]) -> bool {
         while self.heard.front().is_some_and(|h| now.saturating_sub(h.at) > MEMORY_US) {

@@ -10,8 +10,6 @@
 use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 
-use super::super::frame::Frame;
-
 /// Messages that never leave the link they came by: those of a simulator, of the link itself, and secrets.
 #[expect(deprecated, reason = "HIL_STATE is, and is still a simulator's message")]
 const STAYS: [u32; 11] = [
@@ -28,44 +26,18 @@ const STAYS: [u32; 11] = [
     SETUP_SIGNING_DATA::ID,
 ];
 
-/// Whom a frame is for, as its target fields say.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Target {
-    /// Us and nobody else.
-    Us,
-    /// Everybody.
-    Everybody,
-    /// A system, and if it is not 0, one component of it; our own system's other components among them.
-    Others { system: u8, component: u8 },
+/// Whether we, system and component `own`, are among those whom a frame is for.
+pub(super) fn includes(target: (u8, u8), own: (u8, u8)) -> bool {
+    target.0 == 0 || target == own || target == (own.0, 0)
 }
 
-impl Target {
-    /// Of a frame, where `own` is our system and component.
-    pub(super) fn of(frame: &Frame, own: (u8, u8)) -> Self {
-        match frame.target() {
-            (0, _) => Self::Everybody,
-            target if target == own => Self::Us,
-            (system, component) => Self::Others { system, component },
-        }
-    }
-
-    /// Whether we are among those meant.
-    pub(super) fn includes(self, own: (u8, u8)) -> bool {
-        match self {
-            Self::Us | Self::Everybody => true,
-            Self::Others { system, component } => system == own.0 && component == 0,
-        }
-    }
-
-    /// Whether a peer by whom `heard` (systems and components) have spoken gets the frame.
-    pub(super) fn reaches(self, heard: impl IntoIterator<Item = (u8, u8)>) -> bool {
-        let mut heard = heard.into_iter();
-        match self {
-            Self::Us => false,
-            Self::Everybody => heard.next().is_some(),
-            Self::Others { system, component } => {
-                heard.any(|(s, c)| s == system && (component == 0 || c == component))
-            }
+/// Whether a peer by whom `heard` (systems and components) have spoken gets a frame: one for everybody, for a
+/// component among them that is not us, or for any component of a system among them.
+pub(super) fn reaches(target: (u8, u8), own: (u8, u8), mut heard: impl Iterator<Item = (u8, u8)>) -> bool {
+    match target {
+        (0, _) => heard.next().is_some(),
+        (system, component) => {
+            target != own && heard.any(|(s, c)| s == system && (component == 0 || c == component))
         }
     }
 }

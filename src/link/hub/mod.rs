@@ -27,7 +27,7 @@ mod tests;
 use std::collections::VecDeque;
 
 use self::doubles::Doubles;
-use self::forward::{Target, may_leave};
+use self::forward::{includes, may_leave, reaches};
 pub use self::peers::EndpointId;
 use self::peers::Peer;
 use super::decoder::Decoder;
@@ -116,7 +116,7 @@ impl<A: Copy + PartialEq> Hub<A> {
     /// From now on a frame that has come by one peer is dropped when it comes by another within a second: a
     /// router passes on what its sender says here as well.
     pub fn expect_doubles(&mut self) {
-        self.doubles = Some(Doubles::default());
+        self.doubles = Some(Doubles::new());
     }
 
     /// What the peers of an endpoint say to everybody is not passed on to these addresses: they speak to them
@@ -250,14 +250,13 @@ impl<A: Copy + PartialEq> Hub<A> {
     }
 
     fn route(&mut self, now: u64, endpoint: EndpointId, frame: &Frame) {
-        let target = Target::of(frame, self.config.own);
+        let (target, own) = (frame.target(), self.config.own);
         let (mut known, mut full) = (false, false);
         let reached = |address: A| {
-            target == Target::Everybody
-                && self.reached.iter().any(|(by, to)| *by == endpoint && to.contains(&address))
+            target.0 == 0 && self.reached.iter().any(|(by, to)| *by == endpoint && to.contains(&address))
         };
         for peer in &self.peers {
-            let heard = peer.is_served(now, self.config.memory_us) && target.reaches(peer.components());
+            let heard = peer.is_served(now, self.config.memory_us) && reaches(target, own, peer.components());
             known |= heard;
             let sender = (frame.system_id, frame.component_id);
             let is_way_back = peer.id == frame.peer || peer.components().any(|c| c == sender);
@@ -271,7 +270,7 @@ impl<A: Copy + PartialEq> Hub<A> {
                 full = true;
             }
         }
-        let nobodys = !known && !target.includes(self.config.own);
+        let nobodys = !known && !includes(target, own);
         self.count(endpoint, |faults| {
             faults.wrong_target += u64::from(nobodys);
             faults.not_forwarded += u64::from(full);

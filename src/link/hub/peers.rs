@@ -41,16 +41,8 @@ pub(super) struct Peer<A> {
 
 impl<A> Peer<A> {
     pub(super) fn new(id: PeerId, endpoint: EndpointId, address: A) -> Self {
-        Self {
-            id,
-            endpoint,
-            address,
-            kept: false,
-            heard_at: None,
-            decoder: Decoder::new(),
-            heard: Vec::new(),
-            sent: Vec::new(),
-        }
+        let (decoder, heard, sent) = (Decoder::new(), Vec::new(), Vec::new());
+        Self { id, endpoint, address, kept: false, heard_at: None, decoder, heard, sent }
     }
 
     pub(super) fn is_served(&self, now: u64, memory: u64) -> bool {

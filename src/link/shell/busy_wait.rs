@@ -42,13 +42,9 @@ impl BusyWait {
             return false;
         }
         let came = connection.spin(PATIENCE);
-        if came {
-            self.misses = 0;
-        } else {
-            self.misses += 1;
-            if self.misses == MISSES {
-                (self.misses, self.rest) = (0, REST);
-            }
+        self.misses = if came { 0 } else { self.misses + 1 };
+        if self.misses == MISSES {
+            (self.misses, self.rest) = (0, REST);
         }
         came
     }

@@ -32,12 +32,12 @@ const PEER_MEMORY: Duration = Duration::from_secs(600);
 pub(super) struct Companion {
     initial: StreamerSession,
     pub(super) session: StreamerSession,
-    links: Links,
+    pub(super) links: Links,
     /// Frames of its own go out under the streamer's address.
     encoder: Encoder,
     decoder: Decoder,
-    /// Since when the last TIMESYNC has not been answered, if it is waited for.
-    fence: Option<Since>,
+    /// Since when the last TIMESYNC has not been answered, if simulated time waits for it.
+    pub(super) fence: Option<Since>,
     /// Stamp of the last TIMESYNC.
     stamp: i64,
     /// The autopilot has answered a TIMESYNC. Before, nothing waits for one: its receiver may be asleep in
@@ -93,16 +93,6 @@ impl Companion {
 
     fn is_unheard(&self) -> bool {
         self.session.state() == StreamerState::WaitingForVehicle
-    }
-
-    /// Whether the autopilot has yet to take what it was sent.
-    pub(super) fn is_fenced(&self) -> bool {
-        self.fence.is_some()
-    }
-
-    /// Waits until there may be something to be received. Safe to cancel.
-    pub(super) async fn readable(&mut self) {
-        self.links.readable().await;
     }
 
     /// Takes what has come. The simulator gets the autopilot's HEARTBEAT this way, which does not come on its
@@ -175,9 +165,5 @@ impl Companion {
         let bytes = self.encoder.encode(&MavMessage::TIMESYNC(ping));
         self.links.send(&Transmit::to_all(Link::Api, bytes));
         self.fence = self.answers.then(Since::now);
-    }
-
-    pub(super) fn report_counts(&self, observer: &mut impl Observer) {
-        self.links.report_counts(observer);
     }
 }

@@ -39,14 +39,8 @@ impl Connection {
     pub(super) fn new(stream: TcpStream, peer: SocketAddr, what: &'static str) -> Self {
         // Small frames shall not wait for company.
         let _ = stream.set_nodelay(true);
-        Self {
-            stream,
-            peer,
-            what: what.into(),
-            decoder: Decoder::new(),
-            garbage: GarbageWatch::default(),
-            outgoing: Vec::new(),
-        }
+        let (decoder, garbage, outgoing) = (Decoder::new(), GarbageWatch::default(), Vec::new());
+        Self { stream, peer, what: what.into(), decoder, garbage, outgoing }
     }
 
     /// Waits until there is something to read; for ever without a connection. Safe to cancel.

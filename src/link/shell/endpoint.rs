@@ -1,5 +1,5 @@
-//! The sockets of a link: UDP, and TCP as server and as client. They move bytes; who a peer is and what it gets
-//! is the hub's business. None of them ever waits.
+//! The sockets of a link: UDP, and TCP as server and as client. They move bytes; who a peer is and what it
+//! gets is the hub's business. None of them ever waits.
 
 use std::future::Future as _;
 use std::io;
@@ -38,6 +38,8 @@ pub(super) enum Arrival<'a> {
     Stream(SocketAddr, &'a [u8]),
     /// A connection has ended, and why.
     Ended(SocketAddr, String),
+    /// Nobody listens there yet.
+    NobodyThere(SocketAddr),
 }
 
 /// A socket with its connections.
@@ -62,10 +64,7 @@ impl Endpoint {
             Kind::UdpIn => return Self::udp(at, None, what, observer).await,
             Kind::UdpOut => return Self::udp_towards(at, what, observer).await,
             Kind::TcpIn => TcpSource::Server(listen(at, what, observer).await?, Vec::new()),
-            Kind::TcpOut => {
-                let what = what.clone();
-                TcpSource::Client { at, what, tried: None, reported: false, trying: None }
-            }
+            Kind::TcpOut => TcpSource::Client { at, tried: None, reported: false, trying: None },
         };
         Ok(Self::Tcp(source, Vec::new()))
     }
@@ -81,7 +80,7 @@ impl Endpoint {
         // Until the system says so once, nothing can be sent.
         let _ = socket.writable().await;
         let at = socket.local_addr().unwrap_or(at);
-        observer.notice(Notice::Open { protocol: "UDP", at, what: what.clone() });
+        observer.notice(Notice::Open("UDP", at, what.clone()));
         Ok(Self::Udp { socket, remote, buffer: vec![0; DATAGRAM_LEN].into_boxed_slice() })
     }
 
@@ -124,11 +123,7 @@ impl Endpoint {
     }
 
     /// Takes what has come, without waiting; `each` answers whether it has room for a connection.
-    pub(super) fn receive(
-        &mut self,
-        observer: &mut impl Observer,
-        each: &mut impl FnMut(Arrival<'_>) -> bool,
-    ) {
+    pub(super) fn receive(&mut self, each: &mut impl FnMut(Arrival<'_>) -> bool) {
         match self {
             Self::Udp { socket, remote, buffer } => {
                 for _ in 0..DATAGRAMS_AT_A_TIME {
@@ -145,7 +140,7 @@ impl Endpoint {
                 }
             }
             Self::Tcp(source, streams) => {
-                for (stream, peer) in source.take_new(streams.is_empty(), observer) {
+                for (stream, peer) in source.take_new(streams.is_empty(), each) {
                     if each(Arrival::Connected(peer)) {
                         streams.push(Stream::new(stream, peer));
                     }
@@ -177,7 +172,7 @@ pub(super) async fn listen(
 ) -> Result<TcpListener, ShellError> {
     let listener = TcpListener::bind(at).await.map_err(|e| ShellError::bind("TCP", at, what, e))?;
     let at = listener.local_addr().unwrap_or(at);
-    observer.notice(Notice::Open { protocol: "TCP", at, what: what.clone() });
+    observer.notice(Notice::Open("TCP", at, what.clone()));
     Ok(listener)
 }
 
@@ -189,7 +184,6 @@ pub(super) enum TcpSource {
     /// We make one, trying until somebody listens, and another when it has ended.
     Client {
         at: SocketAddr,
-        what: What,
         tried: Option<Since>,
         reported: bool,
         trying: Option<JoinHandle<io::Result<TcpStream>>>,
@@ -212,7 +206,11 @@ impl TcpSource {
     }
 
     /// The connections that are new. That nobody listens is reported once.
-    fn take_new(&mut self, idle: bool, observer: &mut impl Observer) -> Vec<(TcpStream, SocketAddr)> {
+    fn take_new(
+        &mut self,
+        idle: bool,
+        each: &mut impl FnMut(Arrival<'_>) -> bool,
+    ) -> Vec<(TcpStream, SocketAddr)> {
         let mut cx = Context::from_waker(Waker::noop());
         match self {
             Self::Server(listener, accepted) => {
@@ -222,7 +220,7 @@ impl TcpSource {
                 }
                 return std::mem::take(accepted);
             }
-            Self::Client { at, what, reported, trying: running @ Some(_), .. } if idle => {
+            Self::Client { at, reported, trying: running @ Some(_), .. } if idle => {
                 let Some(Poll::Ready(result)) = running.as_mut().map(|r| Pin::new(r).poll(&mut cx)) else {
                     return Vec::new();
                 };
@@ -232,7 +230,7 @@ impl TcpSource {
                     return vec![(stream, *at)];
                 }
                 if !std::mem::replace(reported, true) {
-                    observer.notice(Notice::NobodyThere(*at, what.clone()));
+                    each(Arrival::NobodyThere(*at));
                 }
             }
             Self::Client { at, tried, trying, .. } => {

@@ -28,7 +28,7 @@ fn with_autopilot<T: Send + 'static>(
     let (open, opened) = std::sync::mpsc::channel();
     let api = ports.autopilot_api;
     let (mut a, _) = ears(move |n| {
-        if matches!(n, Notice::Open { at, .. } if at.port() == api) {
+        if matches!(n, Notice::Open(_, at, _) if at.port() == api) {
             open.send(()).unwrap();
         }
         false

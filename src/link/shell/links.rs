@@ -68,12 +68,10 @@ impl Links {
         observer: &mut impl Observer,
     ) -> Result<Self, ShellError> {
         let mut links = Self::new((system_id, AUTOPILOT_COMPONENT), PEER_MEMORY, true, wiring.key);
-        let (at, remotes) = (ports.autopilot_ground, [ports.ground_station]);
-        let what = format!("{prefix}for ground stations");
-        links.bind_udp(Link::GroundStation, at, what, &remotes, observer).await?;
-        let (at, remotes) = (ports.autopilot_api, [ports.api]);
-        let what = format!("{prefix}for companions");
-        links.bind_udp(Link::Api, at, what, &remotes, observer).await?;
+        let (at, what) = (ports.autopilot_ground, format!("{prefix}for ground stations"));
+        links.bind_udp(Link::GroundStation, at, what, &[ports.ground_station], observer).await?;
+        let (at, what) = (ports.autopilot_api, format!("{prefix}for companions"));
+        links.bind_udp(Link::Api, at, what, &[ports.api], observer).await?;
         links.route_to_parachute(ports, observer).await?;
         for url in &wiring.urls {
             links.open(url, observer).await?;
@@ -163,34 +161,31 @@ impl Links {
         for (i, named) in endpoints.iter_mut().enumerate() {
             let id = EndpointId(i as u8);
             let (link, what) = (named.link, &named.what);
-            let mut notices = Vec::new();
-            let mut frames = Vec::new();
-            named.endpoint.receive(observer, &mut |arrival| match arrival {
+            named.endpoint.receive(&mut |arrival| match arrival {
                 Arrival::Datagram(from, bytes) => {
-                    hub.datagram(now, id, from, bytes, |frame| frames.push(frame.clone()));
+                    hub.datagram(now, id, from, bytes, |frame| each(observer, link, frame));
                     true
                 }
                 Arrival::Stream(from, bytes) => {
-                    hub.stream(now, id, from, bytes, |frame| frames.push(frame.clone()));
+                    hub.stream(now, id, from, bytes, |frame| each(observer, link, frame));
                     true
                 }
                 Arrival::Connected(peer) => {
-                    let room = hub.keep(now, id, peer);
-                    notices.push(if room {
-                        Notice::Connected(peer, what.clone())
-                    } else {
-                        Notice::Crowded(peer, what.clone())
-                    });
+                    let (room, what) = (hub.keep(now, id, peer), what.clone());
+                    let connected = if room { Notice::Connected } else { Notice::Crowded };
+                    observer.notice(connected(peer, what));
                     room
                 }
                 Arrival::Ended(peer, reason) => {
                     hub.forget(id, peer);
-                    notices.push(Notice::Disconnected(peer, reason));
+                    observer.notice(Notice::Disconnected(peer, reason));
+                    true
+                }
+                Arrival::NobodyThere(at) => {
+                    observer.notice(Notice::NobodyThere(at, what.clone()));
                     true
                 }
             });
-            notices.into_iter().for_each(|notice| observer.notice(notice));
-            frames.iter().for_each(|frame| each(observer, link, frame));
             named.garbage.look(what, &hub.faults(id), observer);
         }
         self.report_and_pass_on(observer);

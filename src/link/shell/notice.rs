@@ -74,15 +74,8 @@ impl ShellError {
 /// Something that happened.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Notice {
-    /// A socket is open.
-    Open {
-        /// "TCP" or "UDP".
-        protocol: &'static str,
-        /// Address.
-        at: SocketAddr,
-        /// Purpose of the socket.
-        what: What,
-    },
+    /// A socket, "TCP" or "UDP", is open at this address for this purpose.
+    Open(&'static str, SocketAddr, What),
     /// A connection with this peer stands, for this purpose.
     Connected(SocketAddr, What),
     /// The connection with this peer has ended, for this reason.
@@ -118,7 +111,7 @@ pub enum Notice {
 impl fmt::Display for Notice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Open { protocol, at, what } => write!(f, "{protocol} {at} open ({what})"),
+            Self::Open(protocol, at, what) => write!(f, "{protocol} {at} open ({what})"),
             Self::Connected(peer, what) => write!(f, "connected to {what} {peer}"),
             Self::Disconnected(peer, reason) => write!(f, "connection to {peer} ended: {reason}"),
             Self::TurnedAway(peer) => write!(f, "turned {peer} away: an autopilot is connected already"),
@@ -145,20 +138,14 @@ pub trait Observer {
     /// Something happened.
     fn notice(&mut self, notice: Notice);
 
-    /// A frame has come or gone by `link` at simulated time `now`, for a `.tlog`.
-    fn frame(&mut self, now: TimeUs, link: Link, bytes: &[u8]) {
-        let _ = (now, link, bytes);
-    }
+    /// A frame has come or gone by a link at a simulated time, for a `.tlog`.
+    fn frame(&mut self, _now: TimeUs, _link: Link, _bytes: &[u8]) {}
 
     /// Takes the text of a parameter file that a ground station wants kept.
-    fn keep_parameters(&mut self, text: &str) {
-        let _ = text;
-    }
+    fn keep_parameters(&mut self, _text: &str) {}
 
     /// The autopilot has an entry for its flight log.
-    fn log(&mut self, entry: LogEntry) {
-        let _ = entry;
-    }
+    fn log(&mut self, _entry: LogEntry) {}
 }
 
 impl<F: FnMut(Notice)> Observer for F {

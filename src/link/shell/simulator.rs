@@ -171,7 +171,7 @@ impl<'a, O: Observer> Shell<'a, O> {
             let pace = self.session.pace();
             let hurries = speed == Speed::Max && pace == Pace::Ready && !self.starts();
             let pause = match self.session.next_wake() {
-                Some(_) if self.companion.as_ref().is_some_and(|c| c.is_fenced()) => WATCH_PERIOD,
+                Some(_) if self.companion.as_ref().is_some_and(|c| c.fence.is_some()) => WATCH_PERIOD,
                 Some(_) if hurries => Duration::ZERO,
                 Some(at) => self.until(at).min(WATCH_PERIOD),
                 None => WATCH_PERIOD,
@@ -211,7 +211,7 @@ impl<'a, O: Observer> Shell<'a, O> {
         self.send().await;
         self.parachute.report_counts(self.observer);
         if let Some(companion) = &self.companion {
-            companion.report_counts(self.observer);
+            companion.links.report_counts(self.observer);
         }
         // First, so that an autopilot whose connection ends does not find it open.
         drop(server);
@@ -224,7 +224,7 @@ impl<'a, O: Observer> Shell<'a, O> {
     /// Waits for something from the companion's socket; for ever without one.
     async fn heard(companion: &mut Option<&mut Companion>) {
         match companion {
-            Some(companion) => companion.readable().await,
+            Some(companion) => companion.links.readable().await,
             None => std::future::pending().await,
         }
     }
@@ -308,13 +308,10 @@ impl<'a, O: Observer> Shell<'a, O> {
     }
 
     fn look_at_silence(&mut self) {
-        if self.session.pace() != Pace::AwaitingControls {
+        if self.session.pace() != Pace::AwaitingControls || self.waiting.elapsed() < WATCH_PERIOD {
             return;
         }
         let waited = self.waiting.elapsed();
-        if waited < HALF_FRAME_PATIENCE.min(WATCH_PERIOD) {
-            return;
-        }
         let Self { session, connection, observer, .. } = self;
         if let Some(connection) = connection
             && waited >= HALF_FRAME_PATIENCE

@@ -29,8 +29,8 @@ pub enum Kind {
 const KINDS: [(&str, Kind); 4] =
     [("udpin", Kind::UdpIn), ("udpout", Kind::UdpOut), ("tcpin", Kind::TcpIn), ("tcpout", Kind::TcpOut)];
 
-/// What an endpoint is for: the link whose streams and rates it has, by the names that PX4's `mavlink start -m`
-/// has. Without one it is a ground station's.
+/// What an endpoint is for: the link whose streams and rates it has, by the names that PX4's `mavlink start
+/// -m` has. Without one it is a ground station's.
 const PROFILES: [(&str, Link); 2] = [("normal", Link::GroundStation), ("onboard", Link::Api)];
 
 /// An endpoint as typed.
@@ -70,9 +70,9 @@ impl FromStr for LinkUrl {
     type Err = UrlError;
 
     fn from_str(text: &str) -> Result<Self, UrlError> {
-        let (kind, rest) = text.split_once(':').ok_or_else(|| UrlError::Kind(text.to_owned()))?;
-        let kind = KINDS.iter().find(|(name, _)| *name == kind).map(|(_, kind)| *kind);
-        let kind = kind.ok_or_else(|| UrlError::Kind(text.to_owned()))?;
+        let (name, rest) = text.split_once(':').unwrap_or_default();
+        let known = KINDS.iter().find(|(known, _)| *known == name);
+        let kind = known.ok_or_else(|| UrlError::Kind(text.to_owned()))?.1;
         // `udpin://host:port` is common, too.
         let rest = rest.strip_prefix("//").unwrap_or(rest);
         let (rest, link) = match rest.split_once('?') {

@@ -133,11 +133,11 @@ impl Sockets {
         parachute.receive(observer, |observer, link, frame| {
             if (frame.system_id, frame.component_id) == *autopilot {
                 *router = Some(frame.peer);
-            } else if *router == Some(frame.peer) {
-                // Recorded as it came to the autopilot.
-                wire.deliver(link, frame);
             } else {
-                observer.frame(now, link, frame.bytes());
+                // By way of the autopilot it has been recorded as it came there.
+                if *router != Some(frame.peer) {
+                    observer.frame(now, link, frame.bytes());
+                }
                 wire.deliver(link, frame);
             }
         });

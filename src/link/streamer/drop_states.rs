@@ -31,7 +31,7 @@ impl StreamerSession {
     pub(super) fn fail(&mut self, reason: String) {
         self.enter(StreamerState::Failed);
         self.flight.failure = Some(reason.clone());
-        self.report(StreamerEvent::Failed { reason });
+        self.report(StreamerEvent::Failed(reason));
     }
 
     /// The vehicle is gone; whether that is a success depends on how far the plan had come.
@@ -105,7 +105,7 @@ impl StreamerSession {
             return;
         }
         let system_id = self.config.vehicle_system;
-        self.report(StreamerEvent::VehicleHeard { system_id });
+        self.report(StreamerEvent::VehicleHeard(system_id));
         if self.config.clock == Clock::Vehicle {
             // As fine as the control loop.
             self.wish_for(ATTITUDE_DATA::ID, self.config.lead_us.max(1_000));
@@ -143,29 +143,25 @@ impl StreamerSession {
         let (what, by, sent_at) = (request.what, request.by, request.sent_at());
         let progress = request.poll(now);
         self.flight.request = Some(request);
-        let gave_up = matches!(progress, Progress::GaveUp(_));
-        match progress {
-            Progress::Pending => {}
+        let (result, gave_up) = match progress {
+            Progress::Pending => return false,
             Progress::Accepted => return true,
-            Progress::Send(message) => self.send(&MavMessage::COMMAND_LONG(message)),
-            Progress::Again(result) | Progress::GaveUp(result) => {
-                let said = self.flight.vehicle.said_since(sent_at.unwrap_or(0));
-                match result {
-                    Some(result) => {
-                        let result = result_name(result);
-                        self.report(StreamerEvent::Refused { what, result, said });
-                    }
-                    None => self.report(StreamerEvent::Unanswered { what, by }),
-                }
-                if gave_up {
-                    let how = result
-                        .map_or("never answered".to_owned(), |r| format!("refused ({})", result_name(r)));
-                    self.fail(format!("{what} was {how} by the {by}"));
-                } else {
-                    // The next tick sends it again.
-                    return false;
-                }
+            Progress::Send(message) => {
+                self.send(&MavMessage::COMMAND_LONG(message));
+                return false;
             }
+            // The next tick sends it again.
+            Progress::Again(result) => (result.map(result_name), false),
+            Progress::GaveUp(result) => (result.map(result_name), true),
+        };
+        let said = self.flight.vehicle.said_since(sent_at.unwrap_or(0));
+        self.report(match result.clone() {
+            Some(result) => StreamerEvent::Refused { what, result, said },
+            None => StreamerEvent::Unanswered { what, by },
+        });
+        if gave_up {
+            let how = result.map_or("never answered".to_owned(), |result| format!("refused ({result})"));
+            self.fail(format!("{what} was {how} by the {by}"));
         }
         false
     }
@@ -183,7 +179,7 @@ impl StreamerSession {
         {
             let late = now - microseconds(self.config.hang_s);
             if late >= LATE_US {
-                self.report(StreamerEvent::Late { late });
+                self.report(StreamerEvent::Late(late));
             }
             self.report(StreamerEvent::ReleaseAsked);
             self.enter(StreamerState::Releasing);

@@ -8,11 +8,9 @@ use crate::time::{TimeUs, seconds};
 /// A report of the streamer.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StreamerEvent {
-    /// Heartbeat and clock of the vehicle have been heard; zero-thrust setpoints start.
-    VehicleHeard {
-        /// The vehicle's system.
-        system_id: u8,
-    },
+    /// Heartbeat and clock of the vehicle, which is this system, have been heard; zero-thrust setpoints
+    /// start.
+    VehicleHeard(u8),
     /// The parameters are with the vehicle.
     Uploaded {
         /// How many.
@@ -48,18 +46,12 @@ pub enum StreamerEvent {
         /// What the vehicle said meanwhile.
         said: Vec<String>,
     },
-    /// The vehicle is in a mode in which its tilt limit comes up.
-    Holds {
-        /// For how long it is left in it.
-        for_us: TimeUs,
-    },
+    /// The vehicle is in a mode in which its tilt limit comes up, and is left in it for this long.
+    Holds(TimeUs),
     /// The vehicle was not for long enough in such a mode.
     NotHeld,
-    /// The release is asked for later than it was to be.
-    Late {
-        /// By how much.
-        late: TimeUs,
-    },
+    /// The release is asked for later by this than it was to be.
+    Late(TimeUs),
     /// Velocity setpoints wait: the vehicle believes to be on the ground.
     HeldBack,
     /// Arming has waited in vain for the vehicle's own checks.
@@ -126,11 +118,8 @@ pub enum StreamerEvent {
         /// For how long, as the caller measures.
         waited: Duration,
     },
-    /// The streamer has given up.
-    Failed {
-        /// Why.
-        reason: String,
-    },
+    /// The streamer has given up, for this reason.
+    Failed(String),
     /// The stream is at its end.
     Done,
 }
@@ -142,7 +131,7 @@ fn join(said: &[String]) -> String {
 impl fmt::Display for StreamerEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::VehicleHeard { system_id } => {
+            Self::VehicleHeard(system_id) => {
                 write!(f, "vehicle {system_id} heard, streaming level attitude, no thrust")
             }
             Self::Uploaded { set, absent } if absent.is_empty() => {
@@ -159,10 +148,10 @@ impl fmt::Display for StreamerEvent {
             Self::EstimateLost { lacking, said } => {
                 write!(f, "the estimator has lost {lacking}: waiting for it{}", join(said))
             }
-            Self::Holds { for_us } => {
+            Self::Holds(for_us) => {
                 write!(f, "left in HOLD for {:.2} s: PX4's tilt limit comes up there", seconds(*for_us))
             }
-            Self::Late { late } => write!(f, "the release comes {:.1} s after hang_s", seconds(*late)),
+            Self::Late(late) => write!(f, "the release comes {:.1} s after hang_s", seconds(*late)),
             Self::Released { released_at, reported: true } => {
                 write!(f, "released at {:.3} s", seconds(*released_at))
             }
@@ -184,7 +173,7 @@ impl fmt::Display for StreamerEvent {
                     "waiting since {waited_s:.1} s for {missing} from the autopilot of system {system_id}"
                 )
             }
-            Self::Failed { reason } => write!(f, "gave up: {reason}"),
+            Self::Failed(reason) => write!(f, "gave up: {reason}"),
             plain => f.write_str(plain.fixed_text()),
         }
     }

@@ -69,12 +69,9 @@ pub(super) struct Outcome {
 impl Exchange {
     /// Sets some parameters and reads others.
     pub(super) fn new<'a>(set: &BTreeMap<String, Value>, read: impl Iterator<Item = &'a str>) -> Self {
-        let item = |name: &str, set| Item {
-            name: name.to_owned(),
-            set,
-            sent_at: None,
-            tries: 0,
-            known: Known::Nothing,
+        let item = |name: &str, set| {
+            let name = name.to_owned();
+            Item { name, set, sent_at: None, tries: 0, known: Known::Nothing }
         };
         let reads = read.filter(|name| !set.contains_key(*name)).map(|name| item(name, None));
         Self(set.iter().map(|(name, value)| item(name, Some(*value))).chain(reads).collect())

@@ -169,9 +169,8 @@ impl StreamerSession {
             self.flight.readiness.reported_at = Some(at);
             self.enter(StreamerState::Aligning);
         } else if self.flight.vehicle.controls {
-            let held_since = self.flight.readiness.held_since;
-            if held_since.is_none() {
-                self.report(StreamerEvent::Holds { for_us: hold_us });
+            if self.flight.readiness.held_since.is_none() {
+                self.report(StreamerEvent::Holds(hold_us));
             }
             if at >= self.flight.readiness.held_since.get_or_insert(at).saturating_add(hold_us) {
                 self.enter(StreamerState::RequestingOffboard);

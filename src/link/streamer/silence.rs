@@ -12,17 +12,12 @@ const GONE: Duration = Duration::from_secs(15);
 const PAUSES: u32 = 4;
 
 /// The present silence of a vehicle, and its longest so far after which it went on.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Silence {
     lasts: Duration,
     longest_pause: Duration,
-    next_report: Duration,
-}
-
-impl Default for Silence {
-    fn default() -> Self {
-        Self { lasts: Duration::ZERO, longest_pause: Duration::ZERO, next_report: FIRST_REPORT }
-    }
+    /// `None`: the first.
+    next_report: Option<Duration>,
 }
 
 impl Silence {
@@ -30,7 +25,7 @@ impl Silence {
     pub(super) fn ends(&mut self, reports_begin_anew: bool) {
         self.longest_pause = self.longest_pause.max(std::mem::take(&mut self.lasts));
         if reports_begin_anew {
-            self.next_report = FIRST_REPORT;
+            self.next_report = None;
         }
     }
 
@@ -43,9 +38,9 @@ impl Silence {
 
     /// Whether a silence of this length is to be reported.
     pub(super) fn is_report_due(&mut self, waited: Duration) -> bool {
-        let due = waited >= self.next_report;
+        let due = waited >= self.next_report.unwrap_or(FIRST_REPORT);
         if due {
-            self.next_report = waited * 2;
+            self.next_report = Some(waited * 2);
         }
         due
     }

@@ -64,7 +64,7 @@ pub(super) struct Missions {
     downloads: Vec<Download>,
     /// The upload that was completed last, whose acknowledgement may be lost.
     completed: Option<(Peer, Kind)>,
-    answers: VecDeque<(Peer, Answer)>,
+    answers: VecDeque<Answer>,
     said: VecDeque<Event>,
 }
 
@@ -86,7 +86,7 @@ impl Missions {
     }
 
     /// The next message to send.
-    pub(super) fn poll_answer(&mut self) -> Option<(Peer, Answer)> {
+    pub(super) fn poll_answer(&mut self) -> Option<Answer> {
         self.answers.pop_front()
     }
 
@@ -146,7 +146,7 @@ impl Missions {
             return self.ack(peer, number, MissionResult::MAV_MISSION_UNSUPPORTED, 0);
         };
         let plan = self.plan(kind).clone();
-        self.answer(peer, Answer::count(peer, number, plan.count(), plan.opaque_id));
+        self.answers.push_back(Answer::count(peer, number, plan.count(), plan.opaque_id));
         self.downloads.retain(|d| d.peer != peer);
         if self.downloads.len() == MOST_DOWNLOADS {
             self.downloads.remove(0);
@@ -169,8 +169,7 @@ impl Missions {
         match plan.items.get(usize::from(seq)) {
             Some(item) => {
                 let current = kind == Kind::Mission && seq == self.current;
-                let answer = Answer::item(peer, number, seq, int, item, current);
-                self.answer(peer, answer);
+                self.answers.push_back(Answer::item(peer, number, seq, int, item, current));
             }
             None => self.ack(peer, number, MissionResult::MAV_MISSION_INVALID_SEQUENCE, 0),
         }
@@ -208,9 +207,7 @@ impl Missions {
         let Some(upload) = &mut self.upload else { return };
         upload.asked_us = now;
         let seq = upload.items.len() as u16;
-        let answer = Answer::request(upload.peer, upload.kind as u8, seq, upload.int);
-        let peer = upload.peer;
-        self.answer(peer, answer);
+        self.answers.push_back(Answer::request(upload.peer, upload.kind as u8, seq, upload.int));
     }
 
     fn take(&mut self, now: TimeUs, peer: Peer, number: u8, seq: u16, int: bool, item: Item) {
@@ -310,11 +307,7 @@ impl Missions {
     }
 
     fn ack(&mut self, peer: Peer, kind: u8, result: MissionResult, opaque_id: u32) {
-        self.answer(peer, Answer::ack(peer, kind, result, opaque_id));
-    }
-
-    fn answer(&mut self, peer: Peer, answer: Answer) {
-        self.answers.push_back((peer, answer));
+        self.answers.push_back(Answer::ack(peer, kind, result, opaque_id));
     }
 
     fn say(&mut self, severity: Severity, text: impl Into<std::borrow::Cow<'static, str>>) {

@@ -78,6 +78,7 @@ impl Request {
 /// A message to a peer: its number and its payload in wire order.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Answer {
+    pub to: Peer,
     pub message_id: u32,
     pub payload: Vec<u8>,
 }
@@ -86,21 +87,21 @@ impl Answer {
     pub(super) fn ack(to: Peer, kind: u8, result: MavMissionResult, opaque_id: u32) -> Self {
         let mut payload = vec![to.system, to.component, result as u8, kind];
         payload.extend(opaque_id.to_le_bytes());
-        Self { message_id: MISSION_ACK_DATA::ID, payload }
+        Self { to, message_id: MISSION_ACK_DATA::ID, payload }
     }
 
     pub(super) fn count(to: Peer, kind: u8, count: u16, opaque_id: u32) -> Self {
         let mut payload = count.to_le_bytes().to_vec();
         payload.extend([to.system, to.component, kind]);
         payload.extend(opaque_id.to_le_bytes());
-        Self { message_id: MISSION_COUNT_DATA::ID, payload }
+        Self { to, message_id: MISSION_COUNT_DATA::ID, payload }
     }
 
     /// The vehicle's request for an item.
     pub(super) fn request(to: Peer, kind: u8, seq: u16, int: bool) -> Self {
         let [low, high] = seq.to_le_bytes();
         let message_id = if int { MISSION_REQUEST_INT_DATA::ID } else { MISSION_REQUEST_DATA::ID };
-        Self { message_id, payload: vec![low, high, to.system, to.component, kind] }
+        Self { to, message_id, payload: vec![low, high, to.system, to.component, kind] }
     }
 
     /// An item as it was uploaded; `current` says whether it is the one that is next.
@@ -116,6 +117,6 @@ impl Answer {
         payload.extend(item.command.to_le_bytes());
         payload.extend([to.system, to.component, item.frame.0, u8::from(current), item.autocontinue, kind]);
         let message_id = if int { MISSION_ITEM_INT_DATA::ID } else { MISSION_ITEM_DATA::ID };
-        Self { message_id, payload }
+        Self { to, message_id, payload }
     }
 }

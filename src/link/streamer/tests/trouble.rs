@@ -45,8 +45,7 @@ fn what_stays_refused_or_unanswered_is_given_up_and_explained() {
         let mut script = ScriptedVehicle::new(answers, |_| ());
         script.run(20_000_000);
         assert_eq!(script.streamer.state(), StreamerState::Failed);
-        let Some(Timed { at, event: StreamerEvent::Failed { reason: reported } }) = script.events.last()
-        else {
+        let Some(Timed { at, event: StreamerEvent::Failed(reported) }) = script.events.last() else {
             panic!()
         };
         assert_eq!(reported, reason);
