@@ -37,14 +37,7 @@ pub fn simulator(mission: &Mission, system_id: u8, froude: Option<Froude>) -> Hi
         battery: mission.battery,
         limits: Some(mission.limits.safety),
     };
-    let config = HilConfig {
-        system_id,
-        froude,
-        run,
-        sensors: mission.sensors,
-        seed: mission.seed,
-        ..HilConfig::default()
-    };
+    let config = HilConfig { system_id, froude, run, sensors: mission.sensors, seed: mission.seed };
     HilSession::new(mission.simulation(), config)
 }
 

@@ -33,7 +33,7 @@ fn send(missions: &mut Missions, now: TimeUs, peer: Peer, request: Request) -> V
 }
 
 fn drain(missions: &mut Missions) -> Vec<(Peer, u32, Vec<u8>)> {
-    std::iter::from_fn(|| missions.poll_answer()).map(|(p, a)| (p, a.message_id, a.payload)).collect()
+    std::iter::from_fn(|| missions.poll_answer()).map(|a| (a.to, a.message_id, a.payload)).collect()
 }
 
 fn texts(missions: &mut Missions) -> Vec<String> {
