@@ -69,8 +69,8 @@ pub(super) const UNKNOWN_BATTERY: BATTERY_STATUS_DATA = BATTERY_STATUS_DATA {
     ..BATTERY_STATUS_DATA::DEFAULT
 };
 
-/// ODOMETRY in single precision: position NED from the local origin [m], velocities in body axes, as MAVLink has
-/// them for the child frame BODY_FRD. The first covariances are NaN: unknown.
+/// ODOMETRY in single precision: position NED from the local origin [m], velocities in body axes, as MAVLink
+/// has them for the child frame BODY_FRD. The first covariances are NaN: unknown.
 pub(super) fn odometry(time_usec: TimeUs, p_ned: Vector3<f64>, state: &Measurement) -> ODOMETRY_DATA {
     let mut m = ODOMETRY_DATA {
         time_usec,
