@@ -107,7 +107,7 @@ impl<const N: usize> CmaEs<N> {
         std::array::from_fn(|r| (0..N).map(|c| axes[r][c] * along[c]).sum())
     }
 
-    fn update(&mut self, best_first: &[usize]) {
+    fn adapt(&mut self, best_first: &[usize]) {
         let n = N as f64;
         let weights = weights(best_first.len());
         let mu_eff = 1.0 / weights.iter().map(|w| w * w).sum::<f64>();
@@ -157,16 +157,16 @@ fn weights(samples: usize) -> Vec<f64> {
 }
 
 impl<const N: usize> Optimiser<N> for CmaEs<N> {
-    fn ask(&self) -> &[[f64; N]] {
+    fn candidates(&self) -> &[[f64; N]] {
         &self.candidates
     }
 
-    fn tell(&mut self, costs: &[f64]) {
+    fn update(&mut self, costs: &[f64]) {
         let mut best_first: Vec<usize> = (0..self.steps.len()).collect();
         let cost = |i: usize| costs.get(i).map_or(f64::INFINITY, |c| usable(*c));
         // A stable sort: equals stay in their order.
         best_first.sort_by(|&a, &b| cost(a).total_cmp(&cost(b)));
-        self.update(&best_first);
+        self.adapt(&best_first);
         self.sample();
     }
 

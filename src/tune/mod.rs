@@ -12,9 +12,9 @@
 //! | [`px4`] | gains for PX4, on the model of its own law | |
 //! | [`near_hover`](mod@near_hover) | Ziegler and Nichols on the vehicle's own loops | IV.D |
 //!
-//! Optimisers are asked for candidates and told their costs. They own no threads, no clock and nothing to
-//! print; random numbers come from ChaCha8, one stream for each particle, so that a search is its seed and
-//! the costs it was told: a search that is told the same costs again is where it was.
+//! Optimisers give candidates and take their costs. They own no threads, no clock and nothing to print;
+//! random numbers come from ChaCha8, one stream for each particle, so that a search is its seed and the costs
+//! it was given: a search that is given the same costs again is where it was.
 
 pub mod cma_es;
 pub mod gain_judge;
@@ -40,14 +40,14 @@ pub type Longitudinal = [f64; 7];
 /// The space Y of (46): every gain from 0.0001 to 5.
 pub const BOUNDS: (f64, f64) = (0.0001, 5.0);
 
-/// An optimiser in `N` dimensions: asked for candidates, told what they cost. A cost that is not a number
+/// An optimiser in `N` dimensions: it gives candidates and takes their costs. A cost that is not a number
 /// counts as infinite.
 pub trait Optimiser<const N: usize> {
-    /// The candidates to be judged next; the same until [`Self::tell`] is called.
-    fn ask(&self) -> &[[f64; N]];
+    /// The candidates to be judged next; the same until [`Self::update`] is called.
+    fn candidates(&self) -> &[[f64; N]];
 
     /// Takes the costs of the candidates, in their order, and makes new ones.
-    fn tell(&mut self, costs: &[f64]);
+    fn update(&mut self, costs: &[f64]);
 
     /// A candidate that costs more than this might as well cost infinitely much: what costs it exactly makes
     /// no difference.
@@ -59,18 +59,19 @@ pub trait Optimiser<const N: usize> {
     fn has_converged(&self) -> bool;
 }
 
-/// A search under way: asked for candidates, told what they came to. Told the same again it is where it was.
-pub trait Asked {
+/// A search under way: it gives candidates and takes their judgements. Given the same again it is where it
+/// was.
+pub trait CandidateSearch {
     /// Candidate to be judged.
     type Candidate;
     /// Judgement of a candidate.
-    type Told;
+    type Judgement;
 
     /// The candidates to be judged next; `None` when the search is over.
-    fn ask(&self) -> Option<&[Self::Candidate]>;
+    fn candidates(&self) -> Option<&[Self::Candidate]>;
 
-    /// Takes what the candidates came to, in their order.
-    fn tell(&mut self, told: &[Self::Told]);
+    /// Takes the judgements of the candidates, in their order, and makes new ones.
+    fn update(&mut self, judgements: &[Self::Judgement]);
 }
 
 /// Cost as an optimiser takes it: infinite when it is not a number.

@@ -3,7 +3,7 @@
 use super::cma_es::{CmaSettings, Scale};
 use super::search::{Method, Search, SearchSettings};
 use super::swarm::SwarmSettings;
-use super::{Asked, CmaEs, Evaluation, Objective, Optimiser, ParticleSwarm};
+use super::{CandidateSearch, CmaEs, Evaluation, Objective, Optimiser, ParticleSwarm};
 
 type Point = [f64; 5];
 
@@ -27,13 +27,13 @@ const BOUNDS: [(f64, f64); 5] = [(-2.0, 2.0); 5];
 fn run(mut optimiser: impl Optimiser<5>, f: fn(&Point) -> f64, iterations: usize) -> (f64, Point, usize) {
     let mut best = (f64::INFINITY, [f64::NAN; 5], 0);
     for _ in 0..iterations {
-        let costs: Vec<f64> = optimiser.ask().iter().map(f).collect();
-        for (x, cost) in optimiser.ask().iter().zip(&costs) {
+        let costs: Vec<f64> = optimiser.candidates().iter().map(f).collect();
+        for (x, cost) in optimiser.candidates().iter().zip(&costs) {
             assert!(x.iter().all(|x| (-2.0..=2.0).contains(x)), "{x:?}");
             best = if *cost < best.0 { (*cost, *x, best.2) } else { best };
         }
         best.2 += costs.len();
-        optimiser.tell(&costs);
+        optimiser.update(&costs);
         if optimiser.has_converged() {
             break;
         }
@@ -126,15 +126,15 @@ const METHODS: [Method; 3] = [
     Method::SwarmThenCmaEs { swarm: SWARM, swarm_iterations: 5, polish: CMA },
 ];
 
-/// What is told of a candidate beyond its own best changes nothing: a search that is told infinity there goes
+/// The cost of a candidate beyond its own best changes nothing: a search that is given infinity there goes
 /// the same way.
 #[test]
 fn prop_a_candidate_that_is_beaten_need_not_be_judged_to_the_end() {
     for method in METHODS {
         let one = SearchSettings { objectives: vec![Objective::JTpf], ..settings(method) };
         let (mut whole, mut short, mut spared) = (Search::new(one.clone()), Search::new(one), 0);
-        while let Some(candidates) = whole.ask() {
-            assert_eq!(short.ask().unwrap(), candidates);
+        while let Some(candidates) = whole.candidates() {
+            assert_eq!(short.candidates().unwrap(), candidates);
             let exact: Vec<Evaluation> = candidates.iter().map(judged).collect();
             let cut = |(i, e): (usize, &Evaluation)| match short.to_beat(i).unwrap() {
                 (objective, to_beat) if objective.cost(e) > to_beat => Evaluation::DIVERGED,
@@ -142,48 +142,49 @@ fn prop_a_candidate_that_is_beaten_need_not_be_judged_to_the_end() {
             };
             let cut: Vec<Evaluation> = exact.iter().enumerate().map(cut).collect();
             spared += cut.iter().zip(&exact).filter(|(a, b)| a != b).count();
-            whole.tell(&exact);
-            short.tell(&cut);
+            whole.update(&exact);
+            short.update(&cut);
         }
-        assert!(short.ask().is_none());
+        assert!(short.candidates().is_none());
         assert_eq!(short.best(&Objective::JTpf).unwrap().k, whole.best(&Objective::JTpf).unwrap().k);
         assert_eq!(short.front(), whole.front());
         assert_eq!(spared > 20, !matches!(method, Method::CmaEs(_)), "{spared}");
     }
 }
 
-/// However the candidates are parted for judging, and when a search is told its past again, it goes on to the
-/// same bits.
+/// However the candidates are parted for judging, and when a search is given its past again, it goes on to
+/// the same bits.
 #[test]
 fn prop_a_search_is_its_seed_and_the_costs_it_was_told() {
     for method in METHODS {
         let mut whole = Search::new(settings(method));
-        while let Some(candidates) = whole.ask() {
+        while let Some(candidates) = whole.candidates() {
             let evaluations: Vec<Evaluation> = candidates.iter().map(judged).collect();
-            whole.tell(&evaluations);
+            whole.update(&evaluations);
         }
         let mut resumed = Search::new(settings(method));
-        let mut past = whole.tried().iter().take(7 * resumed.ask().unwrap().len()).map(|t| t.evaluation);
-        while let Some(n) = resumed.ask().map(<[_]>::len) {
+        let mut past =
+            whole.tried().iter().take(7 * resumed.candidates().unwrap().len()).map(|t| t.evaluation);
+        while let Some(n) = resumed.candidates().map(<[_]>::len) {
             let mut evaluations: Vec<Evaluation> = past.by_ref().take(n).collect();
             // The past may end within a generation: those of the two methods are of different sizes.
-            let chunks = resumed.ask().unwrap()[evaluations.len()..].chunks(3);
+            let chunks = resumed.candidates().unwrap()[evaluations.len()..].chunks(3);
             evaluations.extend(chunks.flat_map(|c| c.iter().map(judged).collect::<Vec<_>>()));
-            resumed.tell(&evaluations);
+            resumed.update(&evaluations);
         }
         assert_eq!(resumed.tried(), whole.tried());
         assert_eq!(resumed.history(), whole.history());
         let other = Search::new(SearchSettings { seed: 6, ..settings(method) });
-        assert_ne!(other.ask().unwrap()[0], whole.tried()[0].k);
+        assert_ne!(other.candidates().unwrap()[0], whole.tried()[0].k);
     }
 }
 
 #[test]
 fn closed_form_the_front_holds_what_nothing_beats() {
     let mut search = Search::new(settings(METHODS[0]));
-    while let Some(candidates) = search.ask() {
+    while let Some(candidates) = search.candidates() {
         let evaluations: Vec<Evaluation> = candidates.iter().map(judged).collect();
-        search.tell(&evaluations);
+        search.update(&evaluations);
     }
     let front = search.front();
     assert!(front.len() > 3);

@@ -6,7 +6,7 @@
 
 use super::cma_es::{CmaEs, CmaSettings};
 use super::swarm::{ParticleSwarm, SwarmSettings};
-use super::{Asked, BOUNDS, Evaluation, Longitudinal, Objective, Optimiser};
+use super::{BOUNDS, CandidateSearch, Evaluation, Longitudinal, Objective, Optimiser};
 
 /// Which optimiser.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,7 +77,7 @@ pub struct Search {
     iteration: usize,
     polishing: bool,
     optimiser: AnyOptimiser,
-    /// Asked about before anything else: where the evolution strategy begins, which it does not try itself.
+    /// The first candidate of all: where the evolution strategy begins, which it does not try itself.
     /// What is found is never worse.
     first: Option<Longitudinal>,
     tried: Vec<Tried>,
@@ -178,17 +178,17 @@ impl Search {
     }
 }
 
-impl Asked for Search {
+impl CandidateSearch for Search {
     type Candidate = Longitudinal;
-    type Told = Evaluation;
+    type Judgement = Evaluation;
 
-    fn ask(&self) -> Option<&[Longitudinal]> {
+    fn candidates(&self) -> Option<&[Longitudinal]> {
         let first = self.first.as_ref().map(std::slice::from_ref);
         (self.objective < self.settings.objectives.len())
-            .then(|| first.unwrap_or_else(|| self.optimiser.ask()))
+            .then(|| first.unwrap_or_else(|| self.optimiser.candidates()))
     }
 
-    fn tell(&mut self, evaluations: &[Evaluation]) {
+    fn update(&mut self, evaluations: &[Evaluation]) {
         let Some(&objective) = self.settings.objectives.get(self.objective) else { return };
         let costs: Vec<f64> = evaluations.iter().map(|e| objective.cost(e)).collect();
         if let Some(k) = self.first.take() {
@@ -197,12 +197,12 @@ impl Asked for Search {
             return;
         }
         let to_beat = |i: usize| self.to_beat(i).map_or(f64::INFINITY, |(_, cost)| cost);
-        let candidates = self.optimiser.ask().iter().zip(evaluations).enumerate();
+        let candidates = self.optimiser.candidates().iter().zip(evaluations).enumerate();
         let tried: Vec<Tried> = candidates
             .map(|(i, (&k, &evaluation))| Tried { k, evaluation, beaten: costs[i] > to_beat(i) })
             .collect();
         self.tried.extend(tried);
-        self.optimiser.tell(&costs);
+        self.optimiser.update(&costs);
         self.note(&objective, costs);
         self.iteration += 1;
         if self.begins_to_polish() {

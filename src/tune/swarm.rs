@@ -165,11 +165,11 @@ fn least_neighbours(settings: &SwarmSettings) -> usize {
 }
 
 impl<const N: usize> Optimiser<N> for ParticleSwarm<N> {
-    fn ask(&self) -> &[[f64; N]] {
+    fn candidates(&self) -> &[[f64; N]] {
         &self.x
     }
 
-    fn tell(&mut self, costs: &[f64]) {
+    fn update(&mut self, costs: &[f64]) {
         let first = self.history.is_empty();
         let improved = self.remember(costs);
         if !first {

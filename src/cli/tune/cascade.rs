@@ -14,7 +14,7 @@ use samara::assess::tracking::control_period_s;
 use samara::config::Mission;
 use samara::report::tune::{TuneRun, about, records, terminal};
 use samara::trajectory::Trajectory;
-use samara::tune::{Asked as _, Longitudinal, Search};
+use samara::tune::{CandidateSearch as _, Longitudinal, Search};
 
 /// Searches the gains, tries them beside others, writes and reports them.
 pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answer, Failure> {
@@ -27,7 +27,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     let mut search = Search::new(settings);
     let stop = interrupt_flag()?;
     if let Some(reason) = judge.one_at_a_time() {
-        let candidates = search.ask().map_or(0, <[_]>::len) as u64 * u64::from(args.iterations);
+        let candidates = search.candidates().map_or(0, <[_]>::len) as u64 * u64::from(args.iterations);
         let one = || judge.evaluate(&mission.control.gains.as_longitudinal());
         warn_one_at_a_time(reason, candidates, rayon::current_num_threads(), one);
     }

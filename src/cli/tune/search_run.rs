@@ -11,7 +11,7 @@ use super::args::TuneArgs;
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::results::OutputFolder;
 use samara::config::{Evaluated, Mission, SearchIdentity, checkpoint_json, load_checkpoint};
-use samara::tune::Asked;
+use samara::tune::CandidateSearch;
 
 const CHECKPOINT: &str = "checkpoint.json";
 
@@ -43,25 +43,25 @@ pub fn run_search<S>(
     identity: &SearchIdentity,
     search: &mut S,
     stop: &AtomicBool,
-    judge: impl Fn(&S, usize, &S::Candidate) -> Option<S::Told> + Sync,
+    judge: impl Fn(&S, usize, &S::Candidate) -> Option<S::Judgement> + Sync,
     progress: impl Fn(&S) -> String,
 ) -> Result<SearchRun, Failure>
 where
-    S: Asked + Sync,
+    S: CandidateSearch + Sync,
     S::Candidate: Sync,
-    S::Told: Evaluated + Send,
+    S::Judgement: Evaluated + Send,
 {
-    let mut judged: Vec<S::Told> = if args.resume {
+    let mut judged: Vec<S::Judgement> = if args.resume {
         load_checkpoint(&folder.path().join(CHECKPOINT), identity).bad_input()?
     } else {
         Vec::new()
     };
     let mut used = 0;
-    while let Some(n) = search.ask().map(<[_]>::len).filter(|n| judged.len() - used >= *n) {
-        search.tell(&judged[used..used + n]);
+    while let Some(n) = search.candidates().map(<[_]>::len).filter(|n| judged.len() - used >= *n) {
+        search.update(&judged[used..used + n]);
         used += n;
     }
-    let keep = |judged: &[S::Told]| {
+    let keep = |judged: &[S::Judgement]| {
         let text = checkpoint_json(identity, judged);
         folder.write_text(CHECKPOINT, &text).map(|_| ())
     };
@@ -73,22 +73,22 @@ where
     let bar = ProgressBar::no_length();
     let style = ProgressStyle::with_template("{spinner} {elapsed} {msg}, {rate}");
     bar.set_style(style.context("the progress bar")?.with_key("rate", rate));
-    while let Some(candidates) = search.ask() {
+    while let Some(candidates) = search.candidates() {
         bar.set_message(progress(search));
         let judge_one = |(place, candidate): (usize, &S::Candidate)| {
             let going = !stop.load(Ordering::Relaxed);
             bar.inc(u64::from(going));
             going.then(|| judge(search, place, candidate)).flatten()
         };
-        let fresh: Option<Vec<S::Told>> =
+        let fresh: Option<Vec<S::Judgement>> =
             candidates.par_iter().enumerate().with_max_len(1).map(judge_one).collect();
         let Some(fresh) = fresh else { break };
-        search.tell(&fresh);
+        search.update(&fresh);
         judged.extend(fresh);
         keep(&judged)?;
     }
     bar.finish_and_clear();
-    Ok(SearchRun { fresh: judged.len() - used, stopped: search.ask().is_some() })
+    Ok(SearchRun { fresh: judged.len() - used, stopped: search.candidates().is_some() })
 }
 
 fn rate(state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write) {

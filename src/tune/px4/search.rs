@@ -2,7 +2,7 @@
 //! and the mission's gains in PX4's terms.
 
 use super::super::cma_es::{CmaEs, CmaSettings, Scale};
-use super::super::{Asked, Optimiser, usable};
+use super::super::{CandidateSearch, Optimiser, usable};
 use super::space::{Candidate, DIMENSIONS, parameters, start, widest};
 use crate::control::px4::Parameters;
 use crate::units::DEG_PER_RAD;
@@ -20,7 +20,7 @@ pub struct Px4SearchSettings {
     pub seed: u64,
 }
 
-/// A search under way. The first it asks about are the two that it may begin at.
+/// A search under way. The first candidates are the two that it may begin at.
 #[derive(Clone, Debug)]
 pub struct Px4Search {
     settings: Px4SearchSettings,
@@ -94,18 +94,18 @@ impl Px4Search {
     }
 }
 
-impl Asked for Px4Search {
+impl CandidateSearch for Px4Search {
     type Candidate = Candidate;
     /// A cost; one that is not a number counts as infinite.
-    type Told = f64;
+    type Judgement = f64;
 
-    fn ask(&self) -> Option<&[Candidate]> {
+    fn candidates(&self) -> Option<&[Candidate]> {
         let Some(strategy) = &self.strategy else { return Some(&self.starts) };
         let over = self.iteration >= self.settings.iterations || strategy.has_converged();
-        (!over).then(|| strategy.ask())
+        (!over).then(|| strategy.candidates())
     }
 
-    fn tell(&mut self, costs: &[f64]) {
+    fn update(&mut self, costs: &[f64]) {
         let Some(mut strategy) = self.strategy.take() else {
             self.note(&self.starts.clone(), costs);
             let first = self.best.map_or(self.starts[0], |(_, candidate)| candidate);
@@ -114,8 +114,8 @@ impl Asked for Px4Search {
             self.strategy = Some(CmaEs::new(self.bounds, first, settings, self.settings.seed));
             return;
         };
-        self.note(strategy.ask(), costs);
-        strategy.tell(costs);
+        self.note(strategy.candidates(), costs);
+        strategy.update(costs);
         self.strategy = Some(strategy);
         self.iteration += 1;
     }
@@ -141,32 +141,32 @@ mod tests {
     }
 
     fn run(search: &mut Px4Search) -> Vec<f64> {
-        let mut told = Vec::new();
-        while let Some(candidates) = search.ask() {
+        let mut judged = Vec::new();
+        while let Some(candidates) = search.candidates() {
             let costs: Vec<f64> = candidates.iter().map(cost).collect();
-            search.tell(&costs);
-            told.extend(costs);
+            search.update(&costs);
+            judged.extend(costs);
         }
-        told
+        judged
     }
 
     #[test]
     fn prop_it_is_its_seed_and_what_it_was_told_and_goes_on_for_longer() {
         let mut whole = search(5);
-        let told = run(&mut whole);
-        assert_eq!((told.len(), whole.evaluations(), whole.iterations()), (2 + 5 * 6, 2 + 5 * 6, (5, 5)));
-        let least = told.iter().copied().fold(f64::INFINITY, f64::min);
+        let judged = run(&mut whole);
+        assert_eq!((judged.len(), whole.evaluations(), whole.iterations()), (2 + 5 * 6, 2 + 5 * 6, (5, 5)));
+        let least = judged.iter().copied().fold(f64::INFINITY, f64::min);
         let (best, candidate) = whole.best().unwrap();
-        assert!(best == least && cost(&candidate) == least && least < told[0].min(told[1]));
-        // Told what a shorter one was told, in the same portions.
+        assert!(best == least && cost(&candidate) == least && least < judged[0].min(judged[1]));
+        // Given what a shorter one was given, in the same portions.
         let (mut shorter, mut longer) = (search(2), search(5));
         let mut rest = &run(&mut shorter)[..];
-        assert_eq!(rest, &told[..2 + 2 * 6]);
-        while let Some(n) = longer.ask().map(<[_]>::len).filter(|n| rest.len() >= *n) {
-            longer.tell(&rest[..n]);
+        assert_eq!(rest, &judged[..2 + 2 * 6]);
+        while let Some(n) = longer.candidates().map(<[_]>::len).filter(|n| rest.len() >= *n) {
+            longer.update(&rest[..n]);
             rest = &rest[n..];
         }
-        assert_eq!(run(&mut longer), told[2 + 2 * 6..]);
+        assert_eq!(run(&mut longer), judged[2 + 2 * 6..]);
         assert_eq!(longer.best(), whole.best());
     }
 
@@ -174,9 +174,9 @@ mod tests {
     #[test]
     fn what_has_no_cost_is_never_the_best() {
         let mut search = search(1);
-        search.tell(&[f64::NAN, 3.0]);
+        search.update(&[f64::NAN, 3.0]);
         assert_eq!(search.best(), Some((3.0, search.starts()[1])));
-        search.tell(&[f64::NAN; 6]);
-        assert_eq!((search.best().map(|b| b.0), search.ask()), (Some(3.0), None));
+        search.update(&[f64::NAN; 6]);
+        assert_eq!((search.best().map(|b| b.0), search.candidates()), (Some(3.0), None));
     }
 }
