@@ -8,7 +8,6 @@ use super::answer::{BadInput as _, Failure};
 use super::args::{ChoiceArgs, EstimatorChoice, PX4_DEFAULT, StateArgs};
 use super::terminal::print_err;
 use samara::config::{Mission, load_mission};
-use samara::params::file::AUTOPILOT_COMPONENT;
 use samara::params::{Check, Class, Metadata, ParameterFile, check};
 use samara::report::params::check_text;
 
@@ -86,8 +85,7 @@ pub fn mission_for_px4(
 }
 
 fn check_of(file: &ParameterFile) -> Check {
-    let rows = file.entries().filter(|(component, ..)| *component == AUTOPILOT_COMPONENT);
-    check(&Metadata::px4(), file.purpose(), rows.map(|(_, name, entry)| (name, entry.value)))
+    check(&Metadata::px4(), file.purpose(), file.own().map(|(name, entry)| (name, entry.value)))
 }
 
 /// Prints what `samara params check` prints of a file.

@@ -14,7 +14,7 @@ use super::terminal::print;
 use samara::autopilot::parameters::document::markdown;
 use samara::config::{Mission, load_mission, load_parameters};
 use samara::control::px4::is_quad_x;
-use samara::params::compatibility::to_px4;
+use samara::params::compatibility::written_for;
 use samara::params::{Export, Metadata, ParameterFile, Purpose, check, diff, export, import};
 use samara::plan::Status;
 use samara::report::{params as report, plan_text};
@@ -268,12 +268,13 @@ fn refusal(args: &CheckArgs, file: &ParameterFile, known: usize) -> Result<Optio
     }
     let Some(mission) = &args.mission else { return Ok(None) };
     let mission = load_mission(mission).bad_input()?;
-    let by_samara = import(file, &mission.parameter_subject()).map(|_| ());
+    let by_samara = import(file, &mission.parameter_subject());
     // PX4 takes any file with something of its own in it, but for one that is not for it.
     let is_px4s = file.purpose() != Some(Purpose::Samara) && known > 0 && suits(&mission).is_ok();
-    let by_px4 = is_px4s.then(|| to_px4(file, mission.site.environment.gravity_m_s2, mission.px4_purpose()));
+    let by_px4 =
+        is_px4s.then(|| written_for(file, mission.site.environment.gravity_m_s2, mission.px4_purpose()));
     Ok(match (by_samara, by_px4) {
-        (Ok(()), _) | (_, Some(Ok(()))) => None,
+        (Ok(_), _) | (_, Some(Ok(_))) => None,
         (_, Some(Err(e))) if matches!(file.purpose(), Some(Purpose::Px4 | Purpose::Px4Froude)) => {
             Some(e.to_string())
         }

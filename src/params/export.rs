@@ -91,9 +91,7 @@ pub fn export_for_mixing(subject: &Subject, purpose: Purpose, mixing: Mixing) ->
             "PX4's estimator aligns between 0.8 and 1.2 g0 only; under {gravity} m/s^2 it needs its state from outside, or px4-froude"
         ));
     }
-    let check =
-        check(&metadata, Some(purpose), parameters.iter().map(|(name, value)| (name.as_str(), *value)));
-    Ok(Export { purpose, gravity_m_s2: gravity, parameters, check, remarks })
+    Ok(Export::checked(&metadata, purpose, gravity, parameters, remarks))
 }
 
 /// Remarks on gains that a PX4 which mixes by a file needs otherwise, axis by axis: its mixer ignores
@@ -119,12 +117,23 @@ fn for_quad_x(subject: &Subject, allocated: &NormalisedUnits) -> Result<Vec<Stri
 }
 
 impl Export {
+    /// Parameters for a purpose under a gravity [m/s^2], checked against PX4's ranges.
+    pub(super) fn checked(
+        metadata: &Metadata,
+        purpose: Purpose,
+        gravity_m_s2: f64,
+        parameters: BTreeMap<String, Value>,
+        remarks: Vec<String>,
+    ) -> Self {
+        let rows = parameters.iter().map(|(name, value)| (name.as_str(), *value));
+        let check = check(metadata, Some(purpose), rows);
+        Self { purpose, gravity_m_s2, parameters, check, remarks }
+    }
+
     /// This export with other parameters, checked anew.
     #[must_use]
     pub fn with(self, parameters: BTreeMap<String, Value>) -> Self {
-        let rows = parameters.iter().map(|(name, value)| (name.as_str(), *value));
-        let check = check(&Metadata::px4(), Some(self.purpose), rows);
-        Self { parameters, check, ..self }
+        Self::checked(&Metadata::px4(), self.purpose, self.gravity_m_s2, parameters, self.remarks)
     }
 
     /// Lines of the header: the file's purpose, gravity and origin (`origin`: lines of `Key: value`).
@@ -135,7 +144,7 @@ impl Export {
             format!("{}: {} m/s^2", GRAVITY_KEY, self.gravity_m_s2),
         ];
         if self.purpose == Purpose::Px4Froude {
-            let k = self.purpose.factors(self.gravity_m_s2).velocity;
+            let k = self.purpose.factors(self.gravity_m_s2).k;
             notes.push(format!(
                 "k = {k:.6}; dt_px4 = dt/k, v_px4 = k v, a_px4 = k^2 a; motor commands as they are"
             ));
@@ -160,6 +169,27 @@ pub(super) const WITHOUT_COUNTERPART: [&str; 9] = [
     "MPC_Z_VEL_D_ACC",
 ];
 
+/// PX4's names for a number of the cascade, pitch's before roll's, which samara's cascade has not; where the
+/// number stands in `T`; the purpose's factor on it.
+type Row<T> = (&'static [&'static str], fn(&mut T) -> &mut f64, fn(&Factors) -> f64);
+
+/// Gains of the velocity and attitude loops.
+pub(super) const GAINS: [Row<Gains>; 6] = [
+    (&["MPC_XY_VEL_P_ACC"], |k| &mut k.k_pvx, |f| f.acceleration_per_velocity),
+    (&["MPC_XY_VEL_I_ACC"], |k| &mut k.k_ivx, |f| f.acceleration_per_distance),
+    (&["MPC_Z_VEL_P_ACC"], |k| &mut k.k_pvz, |f| f.acceleration_per_velocity),
+    (&["MPC_Z_VEL_I_ACC"], |k| &mut k.k_ivz, |f| f.acceleration_per_distance),
+    (&["MC_PITCH_P", "MC_ROLL_P"], |k| &mut k.k_ptheta, |f| f.k),
+    (&["MC_YAW_P"], |k| &mut k.k_ppsi, |f| f.k),
+];
+
+/// Limits of angles and rates, which PX4 has in degrees.
+pub(super) const LIMITS: [Row<ControlLimits>; 3] = [
+    (&["MPC_TILTMAX_AIR"], |l| &mut l.tilt_rad, |_| 1.0),
+    (&["MC_PITCHRATE_MAX", "MC_ROLLRATE_MAX"], |l| &mut l.rate_command_rad_s, |f| f.k),
+    (&["MC_YAWRATE_MAX"], |l| &mut l.yaw_rate_command_rad_s, |f| f.k),
+];
+
 struct Rows {
     factors: Factors,
     parameters: BTreeMap<String, Value>,
@@ -176,22 +206,16 @@ impl Rows {
     }
 
     fn velocity_and_attitude(&mut self, subject: &Subject) {
-        let (f, gains, limits) = (self.factors, subject.gains, subject.limits);
-        self.real("MPC_XY_VEL_P_ACC", gains.k_pvx * f.acceleration_per_velocity);
-        self.real("MPC_XY_VEL_I_ACC", gains.k_ivx * f.acceleration_per_distance);
-        self.real("MPC_Z_VEL_P_ACC", gains.k_pvz * f.acceleration_per_velocity);
-        self.real("MPC_Z_VEL_I_ACC", gains.k_ivz * f.acceleration_per_distance);
-        self.real("MC_PITCH_P", gains.k_ptheta * f.rate_per_angle);
-        self.real("MC_ROLL_P", gains.k_ptheta * f.rate_per_angle);
-        self.real("MC_YAW_P", gains.k_ppsi * f.rate_per_angle);
-        let rate_deg_s = limits.rate_command_rad_s * DEG_PER_RAD * f.rate;
-        self.real("MC_PITCHRATE_MAX", rate_deg_s);
-        self.real("MC_ROLLRATE_MAX", rate_deg_s);
-        self.real("MC_YAWRATE_MAX", limits.yaw_rate_command_rad_s * DEG_PER_RAD * f.rate);
-        self.real("MPC_TILTMAX_AIR", limits.tilt_rad * DEG_PER_RAD);
+        let (f, mut gains, mut limits) = (self.factors, *subject.gains, *subject.limits);
+        for (names, gain, factor) in GAINS {
+            names.iter().for_each(|name| self.real(name, *gain(&mut gains) * factor(&f)));
+        }
+        for (names, limit, factor) in LIMITS {
+            names.iter().for_each(|name| self.real(name, *limit(&mut limits) * DEG_PER_RAD * factor(&f)));
+        }
         // PX4 clips velocity setpoints; no setpoint of a safe plan is faster than the safe speed.
-        self.real("MPC_Z_VEL_MAX_DN", subject.speed_m_s * f.velocity);
-        self.real("MPC_XY_VEL_MAX", subject.speed_m_s * f.velocity);
+        self.real("MPC_Z_VEL_MAX_DN", subject.speed_m_s * f.k);
+        self.real("MPC_XY_VEL_MAX", subject.speed_m_s * f.k);
         for name in WITHOUT_COUNTERPART {
             self.real(name, 0.0);
         }
@@ -213,12 +237,12 @@ impl Rows {
                 continue;
             };
             let name = |term: &str| format!("MC_{axis}RATE_{term}");
-            let p = k_p * j / g * f.torque_per_rate;
+            let p = k_p * j / g * f.torque_per_rate();
             let k = overall_gain(metadata, &name("K"), &name("P"), p).unwrap_or(1.0);
             self.real(&name("K"), k);
             self.real(&name("P"), p / k);
             if let Some(limit) = limit {
-                self.real(&name("I"), gains.k_iq * j / g * f.torque_per_angle / k);
+                self.real(&name("I"), gains.k_iq * j / g / k);
                 self.real(limit, limits.rate_integral_rad_s2 * j / g);
             }
         }

@@ -81,15 +81,18 @@ impl ParameterFile {
             if let Some(comment) = line.strip_prefix('#') {
                 file.take_comment(number, comment.trim())?;
             } else if !line.is_empty() {
-                let row = Row::parse(number, line)?;
-                vehicles.entry(row.vehicle).or_insert(number);
+                let (vehicle, (component, name), value) = row(number, line)?;
+                vehicles.entry(vehicle).or_insert(number);
                 if line.matches('\t').count() != 4 {
                     spaced.get_or_insert(number);
                 }
-                let name = row.name.clone();
-                let entry = Entry { value: row.value, line: number };
-                if let Some(first) = file.entries.insert((row.component, row.name), entry) {
-                    return Err(ParamsError::Twice { line: number, name, first: first.line });
+                let entry = Entry { value, line: number };
+                if let Some(first) = file.entries.insert((component, name.to_owned()), entry) {
+                    return Err(ParamsError::Twice {
+                        line: number,
+                        name: name.to_owned(),
+                        first: first.line,
+                    });
                 }
             }
         }
@@ -121,18 +124,14 @@ impl ParameterFile {
                 "line {line}: columns are not separated by single tabs; QGroundControl skips such a row"
             ));
         }
-        let others: Vec<String> =
-            self.components().filter(|c| *c != AUTOPILOT_COMPONENT).map(|c| c.to_string()).collect();
+        let components = self.entries.keys().map(|(component, _)| *component);
+        let mut others: Vec<String> =
+            components.filter(|c| *c != AUTOPILOT_COMPONENT).map(|c| c.to_string()).collect();
+        others.dedup();
         if !others.is_empty() {
             self.remarks
                 .push(format!("parameters of component {} are not the autopilot's", others.join(", ")));
         }
-    }
-
-    fn components(&self) -> impl Iterator<Item = u8> {
-        let mut all: Vec<u8> = self.entries.keys().map(|(component, _)| *component).collect();
-        all.dedup();
-        all.into_iter()
     }
 
     /// The purpose that the header states; `None` when it states none.
@@ -165,6 +164,12 @@ impl ParameterFile {
         self.entries.iter().map(|((component, name), entry)| (*component, name.as_str(), entry))
     }
 
+    /// The autopilot's own parameters as name and entry, by name.
+    pub fn own(&self) -> impl Iterator<Item = (&str, &Entry)> {
+        let own = |(component, name, entry)| (component == AUTOPILOT_COMPONENT).then_some((name, entry));
+        self.entries().filter_map(own)
+    }
+
     /// Number of parameters.
     pub fn len(&self) -> usize {
         self.entries.len()
@@ -176,50 +181,36 @@ impl ParameterFile {
     }
 }
 
-/// The columns of a row.
-struct Row {
-    vehicle: u8,
-    component: u8,
-    name: String,
-    value: Value,
-}
-
-impl Row {
-    fn parse(line: usize, text: &str) -> Result<Self, ParamsError> {
-        let columns: Vec<&str> = text.split_whitespace().collect();
-        let &[vehicle, component, name, value, kind] = columns.as_slice() else {
-            return Err(ParamsError::Columns { line, found: columns.len() });
-        };
-        let refuse = |column, expected, found: &str| ParamsError::Field {
-            line,
-            column,
-            expected,
-            found: shortened(found),
-        };
-        let id = |column, text: &str| {
-            text.parse::<u8>().map_err(|_| refuse(column, "a whole number from 0 to 255", text))
-        };
-        let named = name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_') && name.len() <= 16;
-        if !named {
-            return Err(refuse("name", "at most 16 letters, digits and `_`", name));
-        }
-        let value = match kind {
-            "6" => Value::Int(
-                whole(value).ok_or_else(|| refuse("value", "a 32-bit whole number (type 6)", value))?,
-            ),
-            "9" => match value.parse::<f32>() {
-                Ok(x) if x.is_finite() => Value::Real(x),
-                _ => return Err(refuse("value", "a finite number in single precision (type 9)", value)),
-            },
-            _ => return Err(refuse("type", "6 (32-bit integer) or 9 (single precision)", kind)),
-        };
-        Ok(Self {
-            vehicle: id("vehicle id", vehicle)?,
-            component: id("component id", component)?,
-            name: name.to_owned(),
-            value,
-        })
+/// A row's vehicle id, component id with name, and value.
+fn row(line: usize, text: &str) -> Result<(u8, (u8, &str), Value), ParamsError> {
+    let columns: Vec<&str> = text.split_whitespace().collect();
+    let &[vehicle, component, name, value, kind] = columns.as_slice() else {
+        return Err(ParamsError::Columns { line, found: columns.len() });
+    };
+    let refuse = |column, expected, found: &str| ParamsError::Field {
+        line,
+        column,
+        expected,
+        found: shortened(found),
+    };
+    let id = |column, text: &str| {
+        text.parse::<u8>().map_err(|_| refuse(column, "a whole number from 0 to 255", text))
+    };
+    let named = name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_') && name.len() <= 16;
+    if !named {
+        return Err(refuse("name", "at most 16 letters, digits and `_`", name));
     }
+    let value = match kind {
+        "6" => {
+            Value::Int(whole(value).ok_or_else(|| refuse("value", "a 32-bit whole number (type 6)", value))?)
+        }
+        "9" => match value.parse::<f32>() {
+            Ok(x) if x.is_finite() => Value::Real(x),
+            _ => return Err(refuse("value", "a finite number in single precision (type 9)", value)),
+        },
+        _ => return Err(refuse("type", "6 (32-bit integer) or 9 (single precision)", kind)),
+    };
+    Ok((id("vehicle id", vehicle)?, (id("component id", component)?, name), value))
 }
 
 /// A whole number, also when written as `4.0` or `4e3`.

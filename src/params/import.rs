@@ -5,11 +5,11 @@
 //! rotors and its hover thrust, if it names them, must be the vehicle's. Values that the file does not hold
 //! stay as they were.
 
-use super::compatibility::to_samara;
-use super::export::{WITHOUT_COUNTERPART, hover_thrust, rotor_columns};
+use super::compatibility::written_for;
+use super::export::{GAINS, LIMITS, WITHOUT_COUNTERPART, hover_thrust, rotor_columns};
 use super::file::{ParameterFile, Value};
 use super::normalised::NormalisedUnits;
-use super::purpose::Factors;
+use super::purpose::{Factors, Purpose};
 use super::{ParamsError, Subject};
 use crate::control::{ControlLimits, Gains};
 use crate::model::Vehicle;
@@ -41,21 +41,31 @@ const SAME_GAIN: f64 = 1e-5;
 /// out of range.
 pub fn import(file: &ParameterFile, subject: &Subject) -> Result<Import, ParamsError> {
     let gravity = subject.environment.gravity_m_s2;
-    let purpose = to_samara(file, gravity)?;
+    let purpose = written_for(file, gravity, Purpose::Samara)?;
     let units = NormalisedUnits::of(subject.vehicle, subject.environment.density_kg_m3)?;
     same_vehicle(file, subject, &units)?;
     let scale = Scale::new(&units, subject.vehicle, purpose.factors(gravity));
     let number = |name: &str| file.get(name).map(Value::as_f64);
-    let mut reader = Reader { number: &number, missing: Vec::new(), taken: 0, remarks: Vec::new() };
-    let gains = reader.gains(&scale, subject.gains);
-    if reader.taken == 0 {
+    let outer = GAINS.iter().map(|(names, ..)| names[0]);
+    let names: Vec<&str> = outer.chain(scale.rate_gains().map(|(_, name, ..)| name)).collect();
+    let missing: Vec<&str> = names.iter().copied().filter(|name| number(name).is_none()).collect();
+    if missing.len() == names.len() {
         return Err(ParamsError::NoGains);
     }
-    let limits = reader.limits(&scale, subject.limits);
-    gains.validate()?;
-    limits.validate()?;
-    reader.compare_roll(&gains, &scale);
-    Ok(Import { gains, limits, remarks: reader.finish() })
+    let (gains, limits) = adopt(&scale, &number, (subject.gains, subject.limits))?;
+    let mut remarks = of_roll(&number, &gains, &scale);
+    if !missing.is_empty() {
+        remarks.push(format!("not in the file, left as they were: {}", missing.join(", ")));
+    }
+    let ignored: Vec<&str> =
+        WITHOUT_COUNTERPART.into_iter().filter(|name| number(name).is_some_and(|x| x != 0.0)).collect();
+    if !ignored.is_empty() {
+        remarks.push(format!("not in samara's law, ignored: {}", ignored.join(", ")));
+    }
+    if let Some(f) = number("THR_MDL_FAC").filter(|f| *f != 1.0) {
+        remarks.push(format!("THR_MDL_FAC is {f}; samara's thrust is quadratic in the command, 1"));
+    }
+    Ok(Import { gains, limits, remarks })
 }
 
 /// The given gains and limits, with those replaced that `number` has under PX4's names; the others stay as
@@ -68,11 +78,42 @@ pub fn adopt(
     number: &dyn Fn(&str) -> Option<f64>,
     (gains, limits): (&Gains, &ControlLimits),
 ) -> Result<(Gains, ControlLimits), ParamsError> {
-    let mut reader = Reader { number, missing: Vec::new(), taken: 0, remarks: Vec::new() };
-    let (gains, limits) = (reader.gains(scale, gains), reader.limits(scale, limits));
+    let (mut gains, mut limits, f) = (*gains, *limits, &scale.factors);
+    let take = |to: &mut f64, name: &str, factor: f64| *to = number(name).map_or(*to, |x| x * factor);
+    for (names, gain, factor) in GAINS {
+        take(gain(&mut gains), names[0], 1.0 / factor(f));
+    }
+    for (k_name, name, gain, factor) in scale.rate_gains() {
+        // PX4's K is 1 where it is not set.
+        take(gain(&mut gains), name, number(k_name).unwrap_or(1.0) * factor);
+    }
+    for (names, limit, factor) in LIMITS {
+        take(limit(&mut limits), names[0], RAD_PER_DEG / factor(f));
+    }
+    take(&mut limits.rate_integral_rad_s2, "MC_PR_INT_LIM", scale.pitch);
     gains.validate()?;
     limits.validate()?;
     Ok((gains, limits))
+}
+
+/// Remarks on roll gains that differ from pitch's, which samara's roll loops use.
+fn of_roll(number: &dyn Fn(&str) -> Option<f64>, gains: &Gains, scale: &Scale) -> Vec<String> {
+    let f = &scale.factors;
+    let k = number("MC_ROLLRATE_K").unwrap_or(1.0);
+    let mut remarks = Vec::new();
+    for (name, factor, pitch) in [
+        ("MC_ROLLRATE_P", k * (scale.roll / f.torque_per_rate()), gains.k_pq),
+        ("MC_ROLL_P", 1.0 / f.k, gains.k_ptheta),
+    ] {
+        if let Some(roll) = number(name).map(|x| x * factor)
+            && !((roll - pitch).abs() <= SAME_GAIN * pitch.abs())
+        {
+            remarks.push(format!(
+                "{name} means {roll:.6} 1/s; samara's roll loops have pitch's gain, {pitch:.6} 1/s"
+            ));
+        }
+    }
+    remarks
 }
 
 fn same_vehicle(file: &ParameterFile, subject: &Subject, units: &NormalisedUnits) -> Result<(), ParamsError> {
@@ -135,104 +176,20 @@ impl Scale {
             yaw: units.yaw_nm.map(|yaw_nm| yaw_nm / inertia[(2, 2)]),
         }
     }
-}
 
-struct Reader<'a> {
-    number: &'a dyn Fn(&str) -> Option<f64>,
-    missing: Vec<String>,
-    taken: usize,
-    remarks: Vec<String>,
-}
-
-impl Reader<'_> {
-    fn number(&self, name: &str) -> Option<f64> {
-        (self.number)(name)
-    }
-
-    fn gains(&mut self, scale: &Scale, old: &Gains) -> Gains {
-        let f = &scale.factors;
-        let mut gains = Gains {
-            k_pvx: self.gain("MPC_XY_VEL_P_ACC", 1.0 / f.acceleration_per_velocity, old.k_pvx),
-            k_ivx: self.gain("MPC_XY_VEL_I_ACC", 1.0 / f.acceleration_per_distance, old.k_ivx),
-            k_pvz: self.gain("MPC_Z_VEL_P_ACC", 1.0 / f.acceleration_per_velocity, old.k_pvz),
-            k_ivz: self.gain("MPC_Z_VEL_I_ACC", 1.0 / f.acceleration_per_distance, old.k_ivz),
-            k_ptheta: self.gain("MC_PITCH_P", 1.0 / f.rate_per_angle, old.k_ptheta),
-            k_ppsi: self.gain("MC_YAW_P", 1.0 / f.rate_per_angle, old.k_ppsi),
-            k_pq: self.rate_gain("PITCH", 'P', scale.pitch / f.torque_per_rate, old.k_pq),
-            k_iq: self.rate_gain("PITCH", 'I', scale.pitch / f.torque_per_angle, old.k_iq),
-            k_pr: old.k_pr,
+    /// The rate loops' gains: PX4's names of the loop's K and of the term, the gain, the factor from PX4's
+    /// product of both.
+    fn rate_gains(&self) -> impl Iterator<Item = RateGain> {
+        let torque_per_rate = self.factors.torque_per_rate();
+        let pitch: [RateGain; 2] = [
+            ("MC_PITCHRATE_K", "MC_PITCHRATE_P", |k| &mut k.k_pq, self.pitch / torque_per_rate),
+            ("MC_PITCHRATE_K", "MC_PITCHRATE_I", |k| &mut k.k_iq, self.pitch),
+        ];
+        let yaw = |yaw: f64| -> RateGain {
+            ("MC_YAWRATE_K", "MC_YAWRATE_P", |k| &mut k.k_pr, yaw / torque_per_rate)
         };
-        if let Some(yaw) = scale.yaw {
-            gains.k_pr = self.rate_gain("YAW", 'P', yaw / f.torque_per_rate, old.k_pr);
-        }
-        gains
-    }
-
-    fn limits(&mut self, scale: &Scale, old: &ControlLimits) -> ControlLimits {
-        let rate = RAD_PER_DEG / scale.factors.rate;
-        ControlLimits {
-            tilt_rad: self.limit("MPC_TILTMAX_AIR", RAD_PER_DEG, old.tilt_rad),
-            rate_command_rad_s: self.limit("MC_PITCHRATE_MAX", rate, old.rate_command_rad_s),
-            yaw_rate_command_rad_s: self.limit("MC_YAWRATE_MAX", rate, old.yaw_rate_command_rad_s),
-            rate_integral_rad_s2: self.limit("MC_PR_INT_LIM", scale.pitch, old.rate_integral_rad_s2),
-        }
-    }
-
-    fn gain(&mut self, name: &str, factor: f64, otherwise: f64) -> f64 {
-        match self.number(name) {
-            Some(x) => {
-                self.taken += 1;
-                x * factor
-            }
-            None => {
-                self.missing.push(name.to_owned());
-                otherwise
-            }
-        }
-    }
-
-    /// Product of K and a term of a rate loop; PX4's K is 1 where it is not set.
-    fn rate_gain(&mut self, axis: &str, term: char, factor: f64, otherwise: f64) -> f64 {
-        let k = self.number(&format!("MC_{axis}RATE_K")).unwrap_or(1.0);
-        self.gain(&format!("MC_{axis}RATE_{term}"), k * factor, otherwise)
-    }
-
-    fn limit(&mut self, name: &str, factor: f64, otherwise: f64) -> f64 {
-        self.number(name).map_or(otherwise, |x| x * factor)
-    }
-
-    /// Remarks on roll gains that differ from pitch's, which samara's roll loops use.
-    fn compare_roll(&mut self, gains: &Gains, scale: &Scale) {
-        let f = &scale.factors;
-        let (rate_factor, angle_factor) = (scale.roll / f.torque_per_rate, 1.0 / f.rate_per_angle);
-        let k = self.number("MC_ROLLRATE_K").unwrap_or(1.0);
-        for (name, factor, pitch) in
-            [("MC_ROLLRATE_P", k * rate_factor, gains.k_pq), ("MC_ROLL_P", angle_factor, gains.k_ptheta)]
-        {
-            if let Some(roll) = self.number(name).map(|x| x * factor)
-                && !((roll - pitch).abs() <= SAME_GAIN * pitch.abs())
-            {
-                self.remarks.push(format!(
-                    "{name} means {roll:.6} 1/s; samara's roll loops have pitch's gain, {pitch:.6} 1/s"
-                ));
-            }
-        }
-    }
-
-    fn finish(mut self) -> Vec<String> {
-        if !self.missing.is_empty() {
-            self.remarks.push(format!("not in the file, left as they were: {}", self.missing.join(", ")));
-        }
-        let ignored: Vec<&str> = WITHOUT_COUNTERPART
-            .into_iter()
-            .filter(|name| self.number(name).is_some_and(|x| x != 0.0))
-            .collect();
-        if !ignored.is_empty() {
-            self.remarks.push(format!("not in samara's law, ignored: {}", ignored.join(", ")));
-        }
-        if let Some(f) = self.number("THR_MDL_FAC").filter(|f| *f != 1.0) {
-            self.remarks.push(format!("THR_MDL_FAC is {f}; samara's thrust is quadratic in the command, 1"));
-        }
-        self.remarks
+        pitch.into_iter().chain(self.yaw.map(yaw))
     }
 }
+
+type RateGain = (&'static str, &'static str, fn(&mut Gains) -> &mut f64, f64);

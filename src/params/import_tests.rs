@@ -97,7 +97,7 @@ fn a_file_is_refused_where_it_does_not_belong() {
 }
 
 #[test]
-fn what_the_file_leaves_out_stays_and_what_cannot_be_followed_is_told() {
+fn what_the_file_leaves_out_stays_and_what_cannot_be_followed_is_reported() {
     let (vehicle, gains, limits, earth) =
         (lander(true), Gains::paper_pso(), ControlLimits::default(), at(STANDARD_GRAVITY_M_S2));
     let subject =

@@ -30,23 +30,23 @@ pub enum Purpose {
     Px4Froude,
 }
 
-/// Factors between samara's numbers and those for a purpose.
+/// Factors between samara's numbers and those for a purpose. A normalised torque per angle has the factor 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Factors {
     /// Factor on an acceleration per velocity [1/s].
     pub acceleration_per_velocity: f64,
     /// Factor on an acceleration per distance [1/s^2].
     pub acceleration_per_distance: f64,
-    /// Factor on a body rate per angle [1/s].
-    pub rate_per_angle: f64,
+    /// Froude's k, 1 where nothing is scaled: the factor on a velocity [m/s], a body rate [rad/s] and a body
+    /// rate per angle [1/s].
+    pub k: f64,
+}
+
+impl Factors {
     /// Factor on a normalised torque per body rate [s].
-    pub torque_per_rate: f64,
-    /// Factor on a normalised torque per angle [-].
-    pub torque_per_angle: f64,
-    /// Factor on a velocity [m/s].
-    pub velocity: f64,
-    /// Factor on a body rate [rad/s].
-    pub rate: f64,
+    pub fn torque_per_rate(&self) -> f64 {
+        1.0 / self.k
+    }
 }
 
 impl Purpose {
@@ -84,28 +84,11 @@ impl Purpose {
     /// The factors between samara's numbers and the purpose's at a site's gravity [m/s^2].
     pub fn factors(self, gravity_m_s2: f64) -> Factors {
         let k2 = STANDARD_GRAVITY_M_S2 / gravity_m_s2;
-        let k = k2.sqrt();
-        let none = Factors {
-            acceleration_per_velocity: 1.0,
-            acceleration_per_distance: 1.0,
-            rate_per_angle: 1.0,
-            torque_per_rate: 1.0,
-            torque_per_angle: 1.0,
-            velocity: 1.0,
-            rate: 1.0,
+        let (acceleration_per_velocity, acceleration_per_distance, k) = match self {
+            Self::Samara => (1.0, 1.0, 1.0),
+            Self::Px4 => (k2, k2, 1.0),
+            Self::Px4Froude => (k2.sqrt(), k2, k2.sqrt()),
         };
-        match self {
-            Self::Samara => none,
-            Self::Px4 => Factors { acceleration_per_velocity: k2, acceleration_per_distance: k2, ..none },
-            Self::Px4Froude => Factors {
-                acceleration_per_velocity: k,
-                acceleration_per_distance: k2,
-                rate_per_angle: k,
-                torque_per_rate: 1.0 / k,
-                torque_per_angle: 1.0,
-                velocity: k,
-                rate: k,
-            },
-        }
+        Factors { acceleration_per_velocity, acceleration_per_distance, k }
     }
 }

@@ -1,12 +1,7 @@
 //! Parameters of the model of PX4's controller ([`crate::control::px4`]), from gains or a file and back.
 
-use std::collections::BTreeMap;
-
 use super::export::{export_for_mixing, hover_thrust};
-use super::file::AUTOPILOT_COMPONENT;
-use super::{
-    Export, Metadata, Mixing, NormalisedUnits, ParameterFile, ParamsError, Purpose, Subject, Value, check,
-};
+use super::{Export, Metadata, Mixing, NormalisedUnits, ParameterFile, ParamsError, Purpose, Subject, Value};
 use crate::control::px4::Parameters;
 
 /// Mixing of the modelled PX4, v1.12.
@@ -24,7 +19,7 @@ pub fn px4_model_parameters(
     given: Option<&ParameterFile>,
 ) -> Result<Parameters, ParamsError> {
     let units = NormalisedUnits::mixed(subject.vehicle, subject.environment.density_kg_m3, MIXING)?;
-    let fastest = subject.speed_m_s * purpose.factors(subject.environment.gravity_m_s2).velocity;
+    let fastest = subject.speed_m_s * purpose.factors(subject.environment.gravity_m_s2).k;
     let mut made = Parameters {
         thr_hover: f64::from(hover_thrust(subject.vehicle, subject.environment, &units) as f32),
         thr_mdl_fac: 1.0,
@@ -35,10 +30,7 @@ pub fn px4_model_parameters(
     // Names that the model does not have are passed over.
     let mut take = |name: &str, value: Value| drop(made.set(name, value.as_f64()));
     match given {
-        Some(file) => file
-            .entries()
-            .filter(|(component, ..)| *component == AUTOPILOT_COMPONENT)
-            .for_each(|(_, name, entry)| take(name, entry.value)),
+        Some(file) => file.own().for_each(|(name, entry)| take(name, entry.value)),
         None => export_for_mixing(subject, purpose, MIXING)?
             .parameters
             .iter()
@@ -55,15 +47,9 @@ pub fn px4_model_export(
     gravity_m_s2: f64,
     remarks: Vec<String>,
 ) -> Export {
-    let rows = Parameters::NAMES.iter().filter_map(|name| Some(((*name).to_owned(), parameters.get(name)?)));
-    let parameters: BTreeMap<String, Value> =
-        rows.map(|(name, value)| (name, Value::Real(value as f32))).collect();
-    let check = check(
-        &Metadata::px4(),
-        Some(purpose),
-        parameters.iter().map(|(name, value)| (name.as_str(), *value)),
-    );
-    Export { purpose, gravity_m_s2, parameters, check, remarks }
+    let row = |name: &&str| Some(((*name).to_owned(), Value::Real(parameters.get(name)? as f32)));
+    let parameters = Parameters::NAMES.iter().filter_map(row).collect();
+    Export::checked(&Metadata::px4(), purpose, gravity_m_s2, parameters, remarks)
 }
 
 #[cfg(test)]

@@ -53,102 +53,46 @@ pub const TILT_AIR: &str = "MPC_TILTMAX_AIR";
 pub const TILT_SHUT: &str =
     "the drop begins with no more tilt than that [deg]; 0.2 rad/s are added until it is MPC_TILTMAX_AIR";
 
-/// All required parameters.
+const fn rule(
+    name: &'static str,
+    wanted: fn(&DropEnvelope) -> Option<Value>,
+    holds: fn(f64, &DropEnvelope) -> bool,
+    otherwise: &'static str,
+) -> Rule {
+    Rule { name, wanted, holds, otherwise, grave: false }
+}
+
+/// All required parameters: name, value to upload, which values will do, consequence of others.
+#[rustfmt::skip]
 pub const RULES: [Rule; 13] = [
-    Rule {
-        name: "COM_DISARM_PRFLT",
-        wanted: |_| real(-1.0),
-        holds: |x, _| x <= 0.0,
-        otherwise: "PX4 disarms itself so many seconds after arming when it has not seen a takeoff, and a hook or a slow canopy is none",
-        grave: false,
-    },
-    Rule {
-        name: "COM_DISARM_LAND",
-        wanted: |_| real(-1.0),
-        holds: |x, _| x <= 0.0,
-        otherwise: "PX4 disarms itself when it takes a slow descent under the canopy for a landing",
-        grave: false,
-    },
-    Rule {
-        name: "COM_LKDOWN_TKO",
-        wanted: |_| real(-1.0),
-        holds: |x, _| x < 0.0,
-        otherwise: "an attitude beyond FD_FAIL_R or FD_FAIL_P within so many seconds of the takeoff, which is the start of the descent, stops \
-                    the rotors for good",
-        grave: false,
-    },
-    Rule {
-        name: "FD_FAIL_R",
-        wanted: |_| int(180),
-        holds: |x, _| x == 0.0 || x >= 180.0,
-        otherwise: "a roll beyond it [deg] counts as a failure; under a canopy it may be a swing",
-        grave: false,
-    },
-    Rule {
-        name: "FD_FAIL_P",
-        wanted: |_| int(180),
-        holds: |x, _| x == 0.0 || x >= 180.0,
-        otherwise: "a pitch beyond it [deg] counts as a failure; under a canopy it may be a swing",
-        grave: false,
-    },
-    Rule {
-        name: "EKF2_GPS_CHECK",
-        wanted: |_| int(21),
-        // Bits 5 to 7: drift and speed, which are judged as at rest.
-        holds: |x, _| (x as i64) & 0xE0 == 0,
-        otherwise: "the checks of drift and speed (32, 64, 128) never pass while it descends: the estimator stays without a velocity, and \
-                    velocity setpoints are then refused",
-        grave: false,
-    },
-    Rule {
-        name: "MPC_USE_HTE",
-        wanted: |_| int(0),
-        holds: |x, _| x == 0.0,
-        otherwise: "the estimator of the hover thrust learns from the fall, and the flight depends on what it has learnt",
-        grave: false,
-    },
-    Rule {
-        name: "COM_RCL_EXCEPT",
-        wanted: |_| int(4),
-        holds: |x, _| (x as i64) & 4 != 0,
-        otherwise: "without a remote control PX4 may leave OFFBOARD (bit 2 excepts it)",
-        grave: false,
-    },
-    Rule {
-        name: "COM_OF_LOSS_T",
-        wanted: |_| real(1.0),
-        holds: |x, _| x >= 0.1,
-        otherwise: "OFFBOARD is lost after so many seconds without a setpoint, and they come every 0.02 s",
-        grave: false,
-    },
-    Rule {
-        name: "MPC_THR_HOVER",
-        wanted: |c| c.hover_thrust.and_then(real),
-        holds: |x, c| c.hover_thrust.is_none_or(|h| (x / h - 1.0).abs() <= HOVER_TOLERANCE),
-        otherwise: "the vehicle hovers at another thrust: vertical gains and thrust are off by that factor",
-        grave: false,
-    },
-    Rule {
-        name: "MPC_THR_MAX",
-        wanted: |_| None,
-        holds: |x, c| x > c.hover_thrust.unwrap_or(0.1),
-        otherwise: "the greatest thrust does not carry the vehicle",
-        grave: true,
-    },
-    Rule {
-        name: "MPC_Z_VEL_MAX_DN",
-        wanted: |c| real(c.fastest_descent_m_s.max(1.0)),
-        holds: |x, c| x + 1e-3 >= c.fastest_descent_m_s,
-        otherwise: "faster descents are clipped to it: the plan is not what will be flown",
-        grave: false,
-    },
-    Rule {
-        name: "MPC_XY_VEL_MAX",
-        wanted: |c| real(c.fastest_horizontal_m_s.max(12.0)),
-        holds: |x, c| x + 1e-3 >= c.fastest_horizontal_m_s,
-        otherwise: "faster horizontal flight is clipped to it: the plan is not what will be flown",
-        grave: false,
-    },
+    rule("COM_DISARM_PRFLT", |_| real(-1.0), |x, _| x <= 0.0,
+        "PX4 disarms itself so many seconds after arming when it has not seen a takeoff, and a hook or a slow canopy is none"),
+    rule("COM_DISARM_LAND", |_| real(-1.0), |x, _| x <= 0.0,
+        "PX4 disarms itself when it takes a slow descent under the canopy for a landing"),
+    rule("COM_LKDOWN_TKO", |_| real(-1.0), |x, _| x < 0.0,
+        "an attitude beyond FD_FAIL_R or FD_FAIL_P within so many seconds of the takeoff, which is the start of the descent, stops the rotors for good"),
+    rule("FD_FAIL_R", |_| int(180), |x, _| x == 0.0 || x >= 180.0,
+        "a roll beyond it [deg] counts as a failure; under a canopy it may be a swing"),
+    rule("FD_FAIL_P", |_| int(180), |x, _| x == 0.0 || x >= 180.0,
+        "a pitch beyond it [deg] counts as a failure; under a canopy it may be a swing"),
+    // Bits 5 to 7: drift and speed, which are judged as at rest.
+    rule("EKF2_GPS_CHECK", |_| int(21), |x, _| (x as i64) & 0xE0 == 0,
+        "the checks of drift and speed (32, 64, 128) never pass while it descends: the estimator stays without a velocity, and velocity setpoints are then refused"),
+    rule("MPC_USE_HTE", |_| int(0), |x, _| x == 0.0,
+        "the estimator of the hover thrust learns from the fall, and the flight depends on what it has learnt"),
+    rule("COM_RCL_EXCEPT", |_| int(4), |x, _| (x as i64) & 4 != 0,
+        "without a remote control PX4 may leave OFFBOARD (bit 2 excepts it)"),
+    rule("COM_OF_LOSS_T", |_| real(1.0), |x, _| x >= 0.1,
+        "OFFBOARD is lost after so many seconds without a setpoint, and they come every 0.02 s"),
+    rule("MPC_THR_HOVER", |c| c.hover_thrust.and_then(real),
+        |x, c| c.hover_thrust.is_none_or(|h| (x / h - 1.0).abs() <= HOVER_TOLERANCE),
+        "the vehicle hovers at another thrust: vertical gains and thrust are off by that factor"),
+    Rule { grave: true, ..rule("MPC_THR_MAX", |_| None, |x, c| x > c.hover_thrust.unwrap_or(0.1),
+        "the greatest thrust does not carry the vehicle") },
+    rule("MPC_Z_VEL_MAX_DN", |c| real(c.fastest_descent_m_s.max(1.0)), |x, c| x + 1e-3 >= c.fastest_descent_m_s,
+        "faster descents are clipped to it: the plan is not what will be flown"),
+    rule("MPC_XY_VEL_MAX", |c| real(c.fastest_horizontal_m_s.max(12.0)), |x, c| x + 1e-3 >= c.fastest_horizontal_m_s,
+        "faster horizontal flight is clipped to it: the plan is not what will be flown"),
 ];
 
 /// Names and values of the parameters to upload.

@@ -6,7 +6,6 @@
 
 use std::collections::BTreeMap;
 
-use super::file::AUTOPILOT_COMPONENT;
 use super::px4_required::{DropEnvelope, TILT_AIR, TILT_LND, TILT_SHUT, broken, wanted};
 use super::{ParameterFile, Value};
 use crate::control::px4::Parameters;
@@ -74,9 +73,8 @@ impl Upload {
     }
 
     fn take(&mut self, file: &ParameterFile, envelope: &DropEnvelope) {
-        let own = file.entries().filter(|(component, ..)| *component == AUTOPILOT_COMPONENT);
         let mut foreign = Vec::new();
-        for (_, name, entry) in own {
+        for (name, entry) in file.own() {
             if OF_ONE_VEHICLE.iter().any(|beginning| name.starts_with(beginning)) {
                 foreign.push(name);
                 continue;
@@ -112,13 +110,13 @@ mod tests {
             let file = ParameterFile::parse(text).unwrap();
             Upload::new(&DropEnvelope::default(), [], Some(&file)).remarks
         };
-        for (rows, told) in [
+        for (rows, warned) in [
             ("", true),
             ("1\t1\tMPC_TILTMAX_LND\t45\t9\n", false),
             ("1\t1\tMPC_TILTMAX_AIR\t12\t9\n", false),
             ("1\t1\tMPC_TILTMAX_AIR\t30\t9\n1\t1\tMPC_TILTMAX_LND\t20\t9\n", true),
         ] {
-            assert_eq!(remarks(rows).iter().any(|r| r.contains(TILT_SHUT)), told, "{rows}");
+            assert_eq!(remarks(rows).iter().any(|r| r.contains(TILT_SHUT)), warned, "{rows}");
         }
         assert!(Upload::new(&DropEnvelope::default(), [], None).remarks.is_empty());
     }

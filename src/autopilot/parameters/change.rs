@@ -4,7 +4,6 @@ use super::table::Role;
 use super::{Entry, Parameters, range_in_words};
 use crate::autopilot::Autopilot;
 use crate::control::ControlSettings;
-use crate::params::file::AUTOPILOT_COMPONENT;
 use crate::params::metadata::Kind;
 use crate::params::{ParameterFile, Value, adopt};
 use crate::units::US_PER_S;
@@ -91,7 +90,7 @@ impl Parameters {
         for (k, terms) in RATE_LOOPS {
             self.part_as_in(file, k, terms);
         }
-        for (_, name, entry) in file.entries().filter(|(component, ..)| *component == AUTOPILOT_COMPONENT) {
+        for (name, entry) in file.own() {
             match self.start_from(name, entry.value, autopilot) {
                 Ok(()) => {}
                 Err(Refusal::Unknown(name)) => unknown.push(name),

@@ -56,7 +56,7 @@ impl Pilot for Px4Model {
         let Flight { mission, trajectory, .. } = *flight;
         let (parameters, _) = parameters_for(mission, trajectory, self.parameters.as_ref())?;
         // k of Froude's scaling: PX4's clock is slower than the site's by it.
-        let similarity = mission.px4_purpose().factors(mission.site.environment.gravity_m_s2).velocity;
+        let similarity = mission.px4_purpose().factors(mission.site.environment.gravity_m_s2).k;
         let mut flight = mission.simulation();
         flight.schedule_release(mission.release.hang_s);
         let then_v_ned = Some(mission.target_v_ned);

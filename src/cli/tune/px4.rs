@@ -46,7 +46,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     let setting = Px4Setting {
         vehicle: mission.vehicle.clone(),
         environment: mission.site.environment.clone(),
-        similarity: purpose.factors(mission.site.environment.gravity_m_s2).velocity,
+        similarity: purpose.factors(mission.site.environment.gravity_m_s2).k,
         safety: mission.limits.safety,
         plan,
         target_v_ned: mission.target_v_ned,
@@ -77,7 +77,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
         &mut search,
         &stop,
         judge,
-        |search: &Px4Search| progress(search, seen.measured_by()),
+        |search: &Px4Search| progress(search, seen.measured_by),
     )?;
     let Some((_, best)) = search.best().filter(|(cost, _)| cost.is_finite()) else {
         return report_nothing(args, &mission.name, no_gains(done.stopped));
@@ -92,7 +92,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
         name: args.name.clone(),
         purpose,
         defaults: on_unseen(&defaults),
-        measured_by: seen.measured_by(),
+        measured_by: seen.measured_by,
         found: on_unseen(&found),
         parameters: found,
         at_bounds: at_bounds(&best, search.bounds()),

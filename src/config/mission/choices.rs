@@ -7,7 +7,7 @@ use super::{CaseError, Mission};
 use crate::config::error::ConfigError;
 use crate::config::params_file::{self, refuse};
 use crate::config::trajectory_csv::{TrajectoryFile, load_trajectory};
-use crate::params::compatibility::to_px4;
+use crate::params::compatibility::written_for;
 use crate::params::{ParameterFile, import};
 
 impl Mission {
@@ -45,7 +45,7 @@ impl Mission {
     /// is unchanged then.
     pub fn note_parameters(&mut self, path: &Path) -> Result<ParameterFile, ConfigError> {
         let (source, file) = params_file::read(path)?;
-        to_px4(&file, self.site.environment.gravity_m_s2, self.px4_purpose())
+        written_for(&file, self.site.environment.gravity_m_s2, self.px4_purpose())
             .map_err(|error| refuse(path, error))?;
         self.control.gains_name = file_name(path);
         self.inputs.absorb_file("parameters", &source);

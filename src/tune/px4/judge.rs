@@ -144,13 +144,15 @@ pub const FIXED_SCALES: &str = "fixed scales";
 #[derive(Clone, Debug)]
 pub struct Px4Judge<'a> {
     drops: Vec<Px4Drop<'a>>,
-    measured_by: &'static str,
-    reference: Measures,
+    /// Name of the flights that costs are measured by.
+    pub measured_by: &'static str,
+    /// Measures of the flights that costs are measured by.
+    pub reference: Measures,
 }
 
 impl<'a> Px4Judge<'a> {
-    /// Costs are measured by the flights of one of `references`, each with the name by which it is told: the
-    /// first that passes no limit in the drops; where all do, the first that loses none; where all do,
+    /// Costs are measured by the flights of one of `references`, each with the name by which it is reported:
+    /// the first that passes no limit in the drops; where all do, the first that loses none; where all do,
     /// [`Measures::SCALES`].
     pub fn new(drops: Vec<Px4Drop<'a>>, references: &[(&'static str, &Parameters)]) -> Self {
         let scales = Self { drops, measured_by: FIXED_SCALES, reference: Measures::SCALES };
@@ -177,16 +179,6 @@ impl<'a> Px4Judge<'a> {
     /// How many drops there are.
     pub fn count(&self) -> usize {
         self.drops.len()
-    }
-
-    /// By whose flights costs are measured.
-    pub fn measured_by(&self) -> &'static str {
-        self.measured_by
-    }
-
-    /// Measures of the flights that costs are measured by.
-    pub fn reference(&self) -> &Measures {
-        &self.reference
     }
 }
 
@@ -289,8 +281,8 @@ mod tests {
             (&[("falls", &falls)], FIXED_SCALES),
         ] {
             let judge = judge(references);
-            assert_eq!(judge.measured_by(), measured_by);
-            assert!(!judge.reference().is_lost());
+            assert_eq!(judge.measured_by, measured_by);
+            assert!(!judge.reference.is_lost());
             assert!(judge.cost(&flies).is_finite());
             assert_eq!(judge.cost(&falls), f64::INFINITY);
         }

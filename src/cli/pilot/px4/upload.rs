@@ -85,7 +85,7 @@ pub fn whole(
 /// What the setpoints will demand, in PX4's units.
 pub fn envelope(mission: &Mission, trajectory: &Trajectory) -> DropEnvelope {
     let setpoints = || trajectory.nodes().iter().map(|n| n.v_ned).chain([mission.target_v_ned]);
-    let scale = mission.px4_purpose().factors(mission.site.environment.gravity_m_s2).velocity;
+    let scale = mission.px4_purpose().factors(mission.site.environment.gravity_m_s2).k;
     DropEnvelope {
         fastest_descent_m_s: scale * setpoints().map(|v| v.z).fold(0.0, f64::max),
         fastest_horizontal_m_s: scale * setpoints().map(|v| v.xy().norm()).fold(0.0, f64::max),
