@@ -73,6 +73,15 @@ pub fn steady_within_m_s(v_cmd_ned: &Vector3<f64>) -> f64 {
     (STEADY_FRACTION * v_cmd_ned.norm()).max(STEADY_LEAST_M_S)
 }
 
+/// Keeps in each pair the number of the larger size, with its sign.
+pub(super) fn keep_larger<const N: usize>(peaks: [(&mut f64, f64); N]) {
+    for (peak, now) in peaks {
+        if now.abs() > peak.abs() {
+            *peak = now;
+        }
+    }
+}
+
 /// Makes a [`Verdict`] of a flight's samples, given one by one in order of time.
 #[derive(Clone, Debug)]
 pub struct VerdictBuilder {
@@ -162,17 +171,13 @@ impl VerdictBuilder {
         let cost = StateCost::of(body, &self.limits);
         self.infinite |= cost.max() == f64::INFINITY;
         self.peak = self.peak.worse(&cost);
-        for (peak, now) in [
+        keep_larger([
             (&mut self.pitch_rad, pitch(body.q_ned_from_body)),
             (&mut self.pitch_rate_rad_s, body.omega_body.y),
             (&mut self.roll_rad, bank(body.q_ned_from_body)),
             (&mut self.roll_rate_rad_s, body.omega_body.x),
             (&mut self.vertical_acceleration_m_s2, sample.a_ned.z),
-        ] {
-            if now.abs() > peak.abs() {
-                *peak = now;
-            }
-        }
+        ]);
         let near = (body.v_ned - self.v_cmd_ned).norm() <= self.steady_within_m_s;
         self.observe_ground(sample);
         match sample.t_powered_s {

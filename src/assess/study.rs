@@ -12,6 +12,7 @@ use nalgebra::Vector3;
 
 use super::batch::{Outcome, Study, judge_flights};
 use super::releases::RandomRelease;
+use super::safety::keep_larger;
 use super::tracking::{self, TrackingError};
 use crate::control::{Airframe, Controller, Gains};
 use crate::frames::{bank, pitch, rotate_body_from_ned};
@@ -86,7 +87,7 @@ pub struct SafetyStudy {
 }
 
 /// The peaks and the end of a flight.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TrialOutcome {
     /// J_TPF, (51); infinite when a state was no number.
     pub j_tpf: f64,
@@ -127,10 +128,24 @@ impl From<&Outcome> for TrialOutcome {
             peak_speed_m_s: outcome.peak_speed_m_s,
             peak_pitch_rad: outcome.peak_pitch_rad,
             peak_pitch_rate_rad_s: outcome.peak_pitch_rate_rad_s,
-            peak_roll_rad: 0.0,
-            peak_roll_rate_rad_s: 0.0,
             final_v_ned: Vector3::new(v_north_m_s, 0.0, v_down_m_s),
+            ..Self::default()
         }
+    }
+}
+
+impl TrialOutcome {
+    /// Takes the next state of the flight.
+    fn observe(&mut self, body: &BodyState, limits: &SafetyLimits) {
+        self.j_tpf = self.j_tpf.max(StateCost::of(body, limits).max());
+        self.peak_speed_m_s = self.peak_speed_m_s.max(body.v_ned.norm());
+        keep_larger([
+            (&mut self.peak_pitch_rad, pitch(body.q_ned_from_body)),
+            (&mut self.peak_pitch_rate_rad_s, body.omega_body.y),
+            (&mut self.peak_roll_rad, bank(body.q_ned_from_body)),
+            (&mut self.peak_roll_rate_rad_s, body.omega_body.x),
+        ]);
+        self.final_v_ned = body.v_ned;
     }
 }
 
@@ -188,12 +203,12 @@ impl SafetyStudy {
 
     /// Flies from a state at t = 0.
     pub fn outcome(&self, entry: &StudyEntry, start: &BodyState) -> TrialOutcome {
-        let mut peaks = Peaks::new(self.limits);
+        let mut outcome = TrialOutcome::default();
         self.fly(entry, start, CONTROL_PERIOD_S, &mut |sample| {
-            peaks.observe(sample);
+            outcome.observe(&sample.state.body, &self.limits);
             ControlFlow::Continue(())
         });
-        peaks.outcome
+        outcome
     }
 
     /// Distance from the plan, (45), of a flight whose steps fall on the plan's nodes.
@@ -252,44 +267,5 @@ impl SafetyStudy {
         let flight = self.flight_plan(entry, period_s);
         // Whether it was broken off is the observer's to know.
         let _ = fly(&mut sim, &mut *entry.controller.clone(), &flight, observe);
-    }
-}
-
-/// Gathers a [`TrialOutcome`].
-struct Peaks {
-    limits: SafetyLimits,
-    outcome: TrialOutcome,
-}
-
-impl Peaks {
-    fn new(limits: SafetyLimits) -> Self {
-        let outcome = TrialOutcome {
-            j_tpf: 0.0,
-            peak_speed_m_s: 0.0,
-            peak_pitch_rad: 0.0,
-            peak_pitch_rate_rad_s: 0.0,
-            peak_roll_rad: 0.0,
-            peak_roll_rate_rad_s: 0.0,
-            final_v_ned: Vector3::zeros(),
-        };
-        Self { limits, outcome }
-    }
-
-    fn observe(&mut self, sample: &Sample) {
-        let (body, o) = (&sample.state.body, &mut self.outcome);
-        let cost = StateCost::of(body, &self.limits);
-        o.j_tpf = o.j_tpf.max(cost.max());
-        o.peak_speed_m_s = o.peak_speed_m_s.max(body.v_ned.norm());
-        for (peak, now) in [
-            (&mut o.peak_pitch_rad, pitch(body.q_ned_from_body)),
-            (&mut o.peak_pitch_rate_rad_s, body.omega_body.y),
-            (&mut o.peak_roll_rad, bank(body.q_ned_from_body)),
-            (&mut o.peak_roll_rate_rad_s, body.omega_body.x),
-        ] {
-            if now.abs() > peak.abs() {
-                *peak = now;
-            }
-        }
-        o.final_v_ned = body.v_ned;
     }
 }
