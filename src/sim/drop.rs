@@ -227,14 +227,10 @@ impl DropSimulation {
         self.powered_from_s().map(|t| self.clock.time_s - t)
     }
 
-    /// Advances by `dt_s` [s] under throttle commands that are held. Commands that are not numbers count as
-    /// zero; a time that is not positive does nothing.
-    pub fn step(&mut self, throttle: &PerRotor, dt_s: f64) {
-        self.advance(throttle, dt_s);
-    }
-
-    /// [`Self::step`], and what acted on the vehicle at the step's beginning.
-    pub fn advance(&mut self, throttle: &PerRotor, dt_s: f64) -> Loads {
+    /// Advances by `dt_s` [s] under throttle commands that are held, and returns what acted on the vehicle at
+    /// the step's beginning. Commands that are not numbers count as zero; a time that is not positive does
+    /// nothing.
+    pub fn step(&mut self, throttle: &PerRotor, dt_s: f64) -> Loads {
         self.throttle = throttle.map(|d| if d.is_nan() { 0.0 } else { d.clamp(0.0, 1.0) });
         let mut remaining = if dt_s.is_finite() { dt_s } else { 0.0 };
         let mut first = None;

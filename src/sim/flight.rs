@@ -128,7 +128,7 @@ pub fn fly(
         });
         throttle = controller.step(&Measurement::from(&sim.state().body), &setpoint, dt_s).throttle;
         let before = sim.moment();
-        let instant = sim.advance(&throttle, dt_s);
+        let instant = sim.step(&throttle, dt_s);
         observe(&before.sample(instant, &throttle, velocity.map(|(v_ned, _)| v_ned)))?;
     }
     observe(&sim.sample(&throttle, plan.velocity_now(sim).map(|(v_ned, _)| v_ned)))

@@ -67,7 +67,7 @@ impl DropSimulation {
         dt_s: f64,
     ) -> Sample {
         let moment = self.moment();
-        let loads = self.advance(throttle, dt_s);
+        let loads = self.step(throttle, dt_s);
         moment.sample(loads, throttle, v_sp_ned)
     }
 
