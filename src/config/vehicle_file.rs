@@ -15,7 +15,9 @@ use super::number::{AngleDeg, Exactly, Name, NonNegative, Positive, TimeConstant
 use super::rotor_table;
 use super::source::{InputHash, Source};
 use crate::model::rigid_body::MassProperties;
-use crate::model::{BodyAero, MAX_ROTORS, Motor, RotationSense, Rotor, RotorMount, Vehicle, VehicleOptions};
+use crate::model::{
+    BodyAero, EscDc, MAX_ROTORS, Motor, RotationSense, Rotor, RotorMount, Vehicle, VehicleOptions,
+};
 use crate::units::RAD_PER_DEG;
 
 /// A multirotor: mass, rotors, body aerodynamics, rotor and motor models. Body axes: x forward, y right, z
@@ -358,7 +360,7 @@ fn build_motor(source: &Source, json: &MotorJson) -> Result<Motor, ConfigError> 
                 );
                 return Err(source.refuse("motor.esc_dc.current_min_a", message));
             }
-            Ok(Motor::EscDc {
+            Ok(Motor::EscDc(EscDc {
                 omega_max_rad_s: m.omega_max_rad_s.get(),
                 torque_constant_nm_a: m.torque_constant_nm_a.get(),
                 back_emf_constant_v_s_rad: m.back_emf_constant_v_s_rad.get(),
@@ -368,7 +370,7 @@ fn build_motor(source: &Source, json: &MotorJson) -> Result<Motor, ConfigError> 
                 current_min_a: m.current_min_a.get(),
                 esc_gain_v_s_rad: m.esc_gain_v_s_rad.get(),
                 rotor_inertia_kg_m2: m.rotor_inertia_kg_m2.get(),
-            })
+            }))
         }
         MotorJson::FirstOrder(m) => Ok(Motor::FirstOrder {
             omega_max_rad_s: m.omega_max_rad_s.get(),
@@ -385,7 +387,7 @@ const SHORTEST_STEP_S: f64 = 0.0008;
 /// Rotors that follow too fast take too many steps of integration; the time constants of the first-order
 /// motor have bounds of their own.
 fn check_longest_step(source: &Source, vehicle: &Vehicle) -> Result<(), ConfigError> {
-    let Motor::EscDc { rotor_inertia_kg_m2, .. } = vehicle.motor else { return Ok(()) };
+    let Motor::EscDc(EscDc { rotor_inertia_kg_m2, .. }) = vehicle.motor else { return Ok(()) };
     let longest_s = vehicle.longest_step_s();
     if longest_s >= SHORTEST_STEP_S {
         return Ok(());

@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | [`rigid_body`] | translation and rotation of the body | (1)-(8) |
 //! | [`body_aero`] | body forces and moment from coefficient tables | (13)-(18) |
+//! | `axis` | the axis of a table | |
 //! | [`rotor`] | thrust and torque of one rotor, inflow at the hub | (10)-(12), III.A |
 //! | [`motor`] | speed controller and motor: rotor speed from throttle | III.B, (23)-(24) |
 //! | [`vehicle`] | the vehicle: all of the above with its geometry; force balance | (5)-(9), (19)-(22) |
@@ -13,6 +14,7 @@
 //! | [`parachute`] | descent and swing before the release | (40)-(44) |
 //! | [`trim`](mod@trim) | the steady state at a commanded velocity | (31) |
 
+pub(crate) mod axis;
 pub mod body_aero;
 pub mod environment;
 pub mod magnetic_field;
@@ -27,7 +29,7 @@ pub mod wind;
 
 pub use body_aero::BodyAero;
 pub use environment::Environment;
-pub use motor::Motor;
+pub use motor::{EscDc, Motor};
 pub use parachute::Parachute;
 pub use rotor::{Rotor, RotorTable};
 pub use trim::{Trim, TrimError, trim};
@@ -43,19 +45,11 @@ pub type PerRotor = [f64; MAX_ROTORS];
 /// Why a part of the vehicle or its surroundings cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ModelError {
-    /// A quantity that must be positive and finite is not.
-    #[error("{what} must be positive, found {value}")]
-    NotPositive {
-        /// Name of the quantity.
-        what: String,
-        /// The value given.
-        value: f64,
-    },
     /// A quantity is not finite or outside its range.
     #[error("{what} must be {expected}, found {value}")]
     OutOfRange {
         /// Name of the quantity.
-        what: String,
+        what: &'static str,
         /// The range that was expected.
         expected: &'static str,
         /// The value given.
@@ -77,12 +71,13 @@ pub enum ModelError {
     MagneticField(String),
 }
 
-fn check_positive(what: &str, value: f64) -> Result<(), ModelError> {
-    if value.is_finite() && value > 0.0 {
-        Ok(())
-    } else {
-        Err(ModelError::NotPositive { what: what.to_owned(), value })
-    }
+/// Refuses a `value` for which what is `expected` does not hold.
+fn check(holds: bool, what: &'static str, expected: &'static str, value: f64) -> Result<(), ModelError> {
+    if holds { Ok(()) } else { Err(ModelError::OutOfRange { what, expected, value }) }
+}
+
+fn check_positive(what: &'static str, value: f64) -> Result<(), ModelError> {
+    check(value.is_finite() && value > 0.0, what, "positive", value)
 }
 
 fn check_increasing(knots: &[f64]) -> Result<(), ModelError> {

@@ -11,33 +11,8 @@
 /// A motor with its speed controller.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motor {
-    /// Speed controller with voltage feed-forward and proportional gain on a DC motor:
-    ///
-    /// ```text
-    /// V = clip(K_e omega_c + K_esc (omega_c - omega), 0, V_max)
-    /// I = clip((V - K_e omega)/R, I_min, I_max)
-    /// omega_dot = (K_t I - Q_aero)/J_r
-    /// ```
-    EscDc {
-        /// Speed at full throttle [rad/s].
-        omega_max_rad_s: f64,
-        /// Torque constant K_t [N m/A].
-        torque_constant_nm_a: f64,
-        /// Back-EMF constant K_e [V s/rad].
-        back_emf_constant_v_s_rad: f64,
-        /// Resistance R of the winding [ohm].
-        resistance_ohm: f64,
-        /// Greatest voltage V_max [V].
-        voltage_max_v: f64,
-        /// Greatest current I_max [A].
-        current_max_a: f64,
-        /// Least current I_min [A]; 0: no active braking.
-        current_min_a: f64,
-        /// Proportional gain K_esc of the speed controller [V s/rad].
-        esc_gain_v_s_rad: f64,
-        /// Moment of inertia J_r of rotor and motor [kg m^2].
-        rotor_inertia_kg_m2: f64,
-    },
+    /// Speed controller on a DC motor.
+    EscDc(EscDc),
     /// `omega_dot = (omega_c - omega)/tau`, with tau by the sign of the difference.
     FirstOrder {
         /// Speed at full throttle [rad/s].
@@ -51,22 +26,49 @@ pub enum Motor {
     },
 }
 
+/// Speed controller with voltage feed-forward and proportional gain on a DC motor:
+///
+/// ```text
+/// V = clip(K_e omega_c + K_esc (omega_c - omega), 0, V_max)
+/// I = clip((V - K_e omega)/R, I_min, I_max)
+/// omega_dot = (K_t I - Q_aero)/J_r
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EscDc {
+    /// Speed at full throttle [rad/s].
+    pub omega_max_rad_s: f64,
+    /// Torque constant K_t [N m/A].
+    pub torque_constant_nm_a: f64,
+    /// Back-EMF constant K_e [V s/rad].
+    pub back_emf_constant_v_s_rad: f64,
+    /// Resistance R of the winding [ohm].
+    pub resistance_ohm: f64,
+    /// Greatest voltage V_max [V].
+    pub voltage_max_v: f64,
+    /// Greatest current I_max [A].
+    pub current_max_a: f64,
+    /// Least current I_min [A]; 0: no active braking.
+    pub current_min_a: f64,
+    /// Proportional gain K_esc of the speed controller [V s/rad].
+    pub esc_gain_v_s_rad: f64,
+    /// Moment of inertia J_r of rotor and motor [kg m^2].
+    pub rotor_inertia_kg_m2: f64,
+}
+
 impl Motor {
     /// Speed at full throttle [rad/s].
     pub fn omega_max_rad_s(&self) -> f64 {
         match self {
-            Self::EscDc { omega_max_rad_s, .. } | Self::FirstOrder { omega_max_rad_s, .. } => {
-                *omega_max_rad_s
-            }
+            Self::EscDc(m) => m.omega_max_rad_s,
+            Self::FirstOrder { omega_max_rad_s, .. } => *omega_max_rad_s,
         }
     }
 
     /// Moment of inertia of rotor and motor about the shaft [kg m^2].
     pub fn rotor_inertia_kg_m2(&self) -> f64 {
         match self {
-            Self::EscDc { rotor_inertia_kg_m2, .. } | Self::FirstOrder { rotor_inertia_kg_m2, .. } => {
-                *rotor_inertia_kg_m2
-            }
+            Self::EscDc(m) => m.rotor_inertia_kg_m2,
+            Self::FirstOrder { rotor_inertia_kg_m2, .. } => *rotor_inertia_kg_m2,
         }
     }
 
@@ -75,14 +77,10 @@ impl Motor {
     /// [`super::Vehicle::longest_step_s`].
     pub fn fastest_rate_per_s(&self) -> f64 {
         match *self {
-            Self::EscDc {
-                torque_constant_nm_a: k_t,
-                back_emf_constant_v_s_rad: k_e,
-                resistance_ohm,
-                esc_gain_v_s_rad: k_esc,
-                rotor_inertia_kg_m2,
-                ..
-            } => k_t * (k_e + k_esc) / (resistance_ohm * rotor_inertia_kg_m2),
+            Self::EscDc(m) => {
+                m.torque_constant_nm_a * (m.back_emf_constant_v_s_rad + m.esc_gain_v_s_rad)
+                    / (m.resistance_ohm * m.rotor_inertia_kg_m2)
+            }
             Self::FirstOrder { tau_up_s, tau_down_s, .. } => 1.0 / tau_up_s.min(tau_down_s),
         }
     }
@@ -92,22 +90,14 @@ impl Motor {
     #[inline(always)]
     pub fn acceleration(&self, throttle: f64, omega: f64, torque_aero: f64) -> f64 {
         let rate = match *self {
-            Self::EscDc {
-                omega_max_rad_s,
-                torque_constant_nm_a,
-                back_emf_constant_v_s_rad: k_e,
-                resistance_ohm,
-                voltage_max_v,
-                current_max_a,
-                current_min_a,
-                esc_gain_v_s_rad,
-                rotor_inertia_kg_m2,
-            } => {
-                let omega_c = throttle * omega_max_rad_s;
+            Self::EscDc(ref m) => {
+                let k_e = m.back_emf_constant_v_s_rad;
+                let omega_c = throttle * m.omega_max_rad_s;
                 let voltage =
-                    (k_e * omega_c + esc_gain_v_s_rad * (omega_c - omega)).clamp(0.0, voltage_max_v);
-                let current = ((voltage - k_e * omega) / resistance_ohm).clamp(current_min_a, current_max_a);
-                (torque_constant_nm_a * current - torque_aero) / rotor_inertia_kg_m2
+                    (k_e * omega_c + m.esc_gain_v_s_rad * (omega_c - omega)).clamp(0.0, m.voltage_max_v);
+                let current =
+                    ((voltage - k_e * omega) / m.resistance_ohm).clamp(m.current_min_a, m.current_max_a);
+                (m.torque_constant_nm_a * current - torque_aero) / m.rotor_inertia_kg_m2
             }
             Self::FirstOrder { omega_max_rad_s, tau_up_s, tau_down_s, .. } => {
                 let difference = throttle * omega_max_rad_s - omega;

@@ -8,6 +8,7 @@
 use nalgebra::Vector3;
 
 use super::ModelError;
+use super::axis::Axis;
 
 /// Flow of the air at a rotor hub.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,36 +98,20 @@ pub struct RotorTable {
     density_kg_m3: f64,
 }
 
-#[derive(Clone, Debug, PartialEq)]
-struct Axis {
-    knots: Vec<f64>,
-    inverse_spacing: Option<f64>,
+fn axis(name: &str, knots: &[f64]) -> Result<Axis, ModelError> {
+    if knots.len() < 2 || knots.iter().any(|k| !k.is_finite()) {
+        return Err(ModelError::Table(format!("{name}: at least 2 finite entries expected")));
+    }
+    super::check_increasing(knots).map_err(|e| ModelError::Table(format!("{name}: {e}")))?;
+    Ok(Axis::new(knots))
 }
 
-impl Axis {
-    fn new(name: &str, knots: &[f64]) -> Result<Self, ModelError> {
-        if knots.len() < 2 || knots.iter().any(|k| !k.is_finite()) {
-            return Err(ModelError::Table(format!("{name}: at least 2 finite entries expected")));
-        }
-        super::check_increasing(knots).map_err(|e| ModelError::Table(format!("{name}: {e}")))?;
-        let n = knots.len() - 1;
-        let spacing = (knots[n] - knots[0]) / n as f64;
-        let even = knots.windows(2).all(|w| (w[1] - w[0] - spacing).abs() < 1e-9 * spacing);
-        Ok(Self { knots: knots.to_vec(), inverse_spacing: even.then(|| 1.0 / spacing) })
-    }
-
-    /// Left knot and fraction of the interval; clamped.
-    #[inline(always)]
-    fn locate(&self, x: f64) -> (usize, f64) {
-        let last = self.knots.len() - 2;
-        let i = match self.inverse_spacing {
-            // `as usize` saturates: NaN and negatives give 0.
-            Some(inv) => (((x - self.knots[0]) * inv) as usize).min(last),
-            None => self.knots[1..=last].partition_point(|&k| k <= x),
-        };
-        let fraction = (x - self.knots[i]) / (self.knots[i + 1] - self.knots[i]);
-        (i, fraction.clamp(0.0, 1.0))
-    }
+/// Left knot and fraction of the interval; clamped.
+#[inline(always)]
+fn locate(axis: &Axis, x: f64) -> (usize, f64) {
+    let i = axis.interval(x);
+    let fraction = (x - axis.knots[i]) / (axis.knots[i + 1] - axis.knots[i]);
+    (i, fraction.clamp(0.0, 1.0))
 }
 
 impl RotorTable {
@@ -144,9 +129,9 @@ impl RotorTable {
         density_kg_m3: f64,
     ) -> Result<Self, ModelError> {
         let (omega, airspeed, angle) = (
-            Axis::new("rotor speed", omega_rad_s)?,
-            Axis::new("airspeed", airspeed_m_s)?,
-            Axis::new("flow angle", angle_rad)?,
+            axis("rotor speed", omega_rad_s)?,
+            axis("airspeed", airspeed_m_s)?,
+            axis("flow angle", angle_rad)?,
         );
         super::check_positive("the table's density", density_kg_m3)?;
         let expected = omega_rad_s.len() * airspeed_m_s.len() * angle_rad.len();
@@ -165,9 +150,14 @@ impl RotorTable {
         Ok(Self { omega, airspeed, angle, cells: thrust_torque, density_kg_m3 })
     }
 
+    /// The axes of rotor speed [rad/s], airspeed [m/s] and flow angle [rad].
+    pub(crate) fn axes(&self) -> [&Axis; 3] {
+        [&self.omega, &self.airspeed, &self.angle]
+    }
+
     /// Knots of rotor speed [rad/s], airspeed [m/s] and flow angle [rad].
     pub fn knots(&self) -> [&[f64]; 3] {
-        [&self.omega.knots, &self.airspeed.knots, &self.angle.knots]
+        self.axes().map(|axis| axis.knots.as_slice())
     }
 
     /// Thrust and torque `[N, N m]` at the knots, the angle running fastest, then the airspeed.
@@ -195,9 +185,9 @@ impl RotorTable {
     /// Thrust and torque; the density scales both.
     #[inline(always)]
     pub fn load(&self, omega_rad_s: f64, inflow: Inflow, density_kg_m3: f64) -> RotorLoad {
-        let (i, a) = self.omega.locate(omega_rad_s);
-        let (j, b) = self.airspeed.locate(inflow.airspeed_m_s);
-        let (k, c) = self.angle.locate(inflow.angle_rad);
+        let (i, a) = locate(&self.omega, omega_rad_s);
+        let (j, b) = locate(&self.airspeed, inflow.airspeed_m_s);
+        let (k, c) = locate(&self.angle, inflow.angle_rad);
         let (nj, nk) = (self.airspeed.knots.len(), self.angle.knots.len());
         let mix = |x: [f64; 2], y: [f64; 2], s: f64| [x[0] + s * (y[0] - x[0]), x[1] + s * (y[1] - x[1])];
         let along_angle = |i: usize, j: usize| {

@@ -4,17 +4,16 @@
 //! continuously differentiable, also across the wrap at +-180 deg. (With linear tables most plans fail.)
 
 use super::ModelError;
+use super::axis::Axis;
 use crate::real::Real;
 
 /// A twice continuously differentiable periodic interpolant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PeriodicSpline {
-    /// Knots, increasing; the last one is the first one a period later.
-    knots: Vec<f64>,
+    /// The last knot is the first one a period later.
+    axis: Axis,
     /// Per interval, the polynomial `c0 + c1 d + c2 d^2 + c3 d^3` in the distance `d` from its left knot.
     pieces: Vec<[f64; 4]>,
-    /// 1/spacing if the knots are equidistant: finds the interval without a search.
-    inverse_spacing: Option<f64>,
 }
 
 /// Value, first and second derivative of a spline at a point.
@@ -64,14 +63,12 @@ impl PeriodicSpline {
                 [values[i], s0, (3.0 * secant - 2.0 * s0 - s1) / h, (s0 + s1 - 2.0 * secant) / (h * h)]
             })
             .collect();
-        let spacing = (knots[n - 1] - knots[0]) / (n - 1) as f64;
-        let even = knots.windows(2).all(|w| (w[1] - w[0] - spacing).abs() < 1e-9 * spacing);
-        Ok(Self { knots: knots.to_vec(), pieces, inverse_spacing: even.then(|| 1.0 / spacing) })
+        Ok(Self { axis: Axis::new(knots), pieces })
     }
 
     /// The knots; the last one is the first one a period later.
     pub fn knots(&self) -> &[f64] {
-        &self.knots
+        &self.axis.knots
     }
 
     /// Coefficients `[c0, c1, c2, c3]` per interval, of `c0 + c1 d + c2 d^2 + c3 d^3` in the distance `d`
@@ -85,31 +82,26 @@ impl PeriodicSpline {
         Self { pieces: self.pieces.iter().map(|p| p.map(|c| factor * c)).collect(), ..self.clone() }
     }
 
-    #[inline(always)]
-    fn interval(&self, x: f64) -> usize {
-        let last = self.pieces.len() - 1;
-        match self.inverse_spacing {
-            // `as usize` saturates: NaN and negatives give 0.
-            Some(inv) => (((x - self.knots[0]) * inv) as usize).min(last),
-            None => self.knots[1..=last].partition_point(|&k| k <= x),
-        }
+    /// The knots with the way to find an interval.
+    pub(crate) fn axis(&self) -> &Axis {
+        &self.axis
     }
 
     /// Value at `x`, which lies between the first and the last knot (beyond, the outermost piece continues).
     #[inline(always)]
     pub fn eval<S: Real>(&self, x: S) -> S {
-        let i = self.interval(x.value());
+        let i = self.axis.interval(x.value());
         let [c0, c1, c2, c3] = self.pieces[i].map(S::from_f64);
-        let d = x - S::from_f64(self.knots[i]);
+        let d = x - S::from_f64(self.axis.knots[i]);
         c0 + d * (c1 + d * (c2 + d * c3))
     }
 
     /// Value and first two derivatives at `x`.
     #[inline(always)]
     pub fn jet(&self, x: f64) -> SplineJet {
-        let i = self.interval(x);
+        let i = self.axis.interval(x);
         let [c0, c1, c2, c3] = self.pieces[i];
-        let d = x - self.knots[i];
+        let d = x - self.axis.knots[i];
         SplineJet {
             value: c0 + d * (c1 + d * (c2 + d * c3)),
             first: c1 + d * (2.0 * c2 + d * 3.0 * c3),

@@ -173,9 +173,7 @@ impl Vehicle {
     pub fn longest_step_s(&self) -> f64 {
         let motor = self.motor.fastest_rate_per_s();
         let air = match self.motor {
-            Motor::EscDc { omega_max_rad_s, rotor_inertia_kg_m2, .. } => {
-                self.rotor.steepest_torque_nm_s(omega_max_rad_s) / rotor_inertia_kg_m2
-            }
+            Motor::EscDc(m) => self.rotor.steepest_torque_nm_s(m.omega_max_rad_s) / m.rotor_inertia_kg_m2,
             Motor::FirstOrder { .. } => 0.0,
         };
         (ACCURATE_STEP / motor).min(STABLE_STEP / (motor + air))

@@ -68,21 +68,13 @@ fn of_motor(name: &str, problem: &PlanProblem<'_>) -> Vec<Check> {
     };
     let said = |what: &str| format!("{name}: {what}");
     match *motor {
-        Motor::EscDc {
-            omega_max_rad_s,
-            torque_constant_nm_a: k_t,
-            back_emf_constant_v_s_rad: k_e,
-            resistance_ohm,
-            current_max_a,
-            esc_gain_v_s_rad,
-            rotor_inertia_kg_m2,
-            ..
-        } => {
+        Motor::EscDc(m) => {
             // I = (K_e + K_esc)(omega_c - omega)/R carries Q/K_t: the command that holds a speed.
-            let omega = 0.8 * omega_max_rad_s;
-            let lag = torque_nm(omega) / k_t * resistance_ohm / (k_e + esc_gain_v_s_rad);
-            let throttle = (omega + lag) / omega_max_rad_s;
-            let at_the_limit = k_t * current_max_a / rotor_inertia_kg_m2;
+            let omega = 0.8 * m.omega_max_rad_s;
+            let lag = torque_nm(omega) / m.torque_constant_nm_a * m.resistance_ohm
+                / (m.back_emf_constant_v_s_rad + m.esc_gain_v_s_rad);
+            let throttle = (omega + lag) / m.omega_max_rad_s;
+            let at_the_limit = m.torque_constant_nm_a * m.current_max_a / m.rotor_inertia_kg_m2;
             vec![
                 Check::new(said("steady speed"), "rad/s", turned(0.0, throttle, 10.0), omega, 1e-9),
                 Check::new(

@@ -114,8 +114,8 @@ fn prop_j_tpf_converges_as_rotors_get_lighter() {
     titan.releases.truncate(3);
     let mut at = |inertia: f64| {
         titan.with(|v| {
-            let Motor::EscDc { rotor_inertia_kg_m2, .. } = &mut v.motor else { unreachable!() };
-            *rotor_inertia_kg_m2 = inertia;
+            let Motor::EscDc(motor) = &mut v.motor else { unreachable!() };
+            motor.rotor_inertia_kg_m2 = inertia;
         });
         titan.fly()
     };

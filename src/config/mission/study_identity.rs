@@ -131,28 +131,18 @@ impl Numbers {
 
     fn motor(&mut self, motor: &Motor) {
         let (model, numbers) = match *motor {
-            Motor::EscDc {
-                omega_max_rad_s,
-                torque_constant_nm_a,
-                back_emf_constant_v_s_rad,
-                resistance_ohm,
-                voltage_max_v,
-                current_max_a,
-                current_min_a,
-                esc_gain_v_s_rad,
-                rotor_inertia_kg_m2,
-            } => (
+            Motor::EscDc(m) => (
                 "esc_dc",
                 vec![
-                    ("omega_max_rad_s", omega_max_rad_s),
-                    ("torque_constant_nm_a", torque_constant_nm_a),
-                    ("back_emf_constant_v_s_rad", back_emf_constant_v_s_rad),
-                    ("resistance_ohm", resistance_ohm),
-                    ("voltage_max_v", voltage_max_v),
-                    ("current_max_a", current_max_a),
-                    ("current_min_a", current_min_a),
-                    ("esc_gain_v_s_rad", esc_gain_v_s_rad),
-                    ("rotor_inertia_kg_m2", rotor_inertia_kg_m2),
+                    ("omega_max_rad_s", m.omega_max_rad_s),
+                    ("torque_constant_nm_a", m.torque_constant_nm_a),
+                    ("back_emf_constant_v_s_rad", m.back_emf_constant_v_s_rad),
+                    ("resistance_ohm", m.resistance_ohm),
+                    ("voltage_max_v", m.voltage_max_v),
+                    ("current_max_a", m.current_max_a),
+                    ("current_min_a", m.current_min_a),
+                    ("esc_gain_v_s_rad", m.esc_gain_v_s_rad),
+                    ("rotor_inertia_kg_m2", m.rotor_inertia_kg_m2),
                 ],
             ),
             Motor::FirstOrder { omega_max_rad_s, tau_up_s, tau_down_s, rotor_inertia_kg_m2 } => (

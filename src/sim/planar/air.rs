@@ -8,15 +8,14 @@
 
 use super::lanes::{LANES, Lanes, atan2, index, interval};
 use crate::model::BodyAero;
+use crate::model::axis::Axis;
 
 /// The three splines, interleaved so that an interval's coefficients lie together.
 #[derive(Clone, Debug)]
 pub(super) struct AeroTable {
     /// Per interval, four rows `c0..c3` of `[C_D, C_L, C_M, left knot in the first row]`.
     pieces: Vec<[[f64; 4]; 4]>,
-    /// Left knots, and 1/spacing if they are equidistant.
-    knots: Vec<f64>,
-    inverse_spacing: Option<f64>,
+    axis: Axis,
     area_m2: f64,
     span_m: f64,
 }
@@ -46,21 +45,17 @@ pub(super) struct AirScale {
 impl AeroTable {
     pub(super) fn new(aero: &BodyAero) -> Self {
         let splines = aero.coefficients();
-        let knots = splines[0].knots();
-        let n = knots.len() - 1;
-        let spacing = (knots[n] - knots[0]) / n as f64;
-        let even = knots.windows(2).all(|w| (w[1] - w[0] - spacing).abs() < 1e-9 * spacing);
+        let axis = splines[0].axis().clone();
         let piece = |i: usize| {
             let row = |k: usize| {
-                let knot = if k == 0 { knots[i] } else { 0.0 };
+                let knot = if k == 0 { axis.knots[i] } else { 0.0 };
                 [splines[0].pieces()[i][k], splines[1].pieces()[i][k], splines[2].pieces()[i][k], knot]
             };
             [row(0), row(1), row(2), row(3)]
         };
         Self {
-            pieces: (0..n).map(piece).collect(),
-            knots: knots[..n].to_vec(),
-            inverse_spacing: even.then(|| 1.0 / spacing),
+            pieces: (0..axis.knots.len() - 1).map(piece).collect(),
+            axis,
             area_m2: aero.area_m2(),
             span_m: aero.span_m(),
         }
@@ -76,15 +71,15 @@ impl AeroTable {
     fn intervals(&self, alpha: &Lanes) -> [usize; LANES] {
         let mut at = [0; LANES];
         let last = self.pieces.len() - 1;
-        match self.inverse_spacing {
+        match self.axis.inverse_spacing {
             Some(inverse) => {
                 for i in 0..LANES {
-                    at[i] = index(interval((alpha[i] - self.knots[0]) * inverse, last as f64));
+                    at[i] = index(interval((alpha[i] - self.axis.knots[0]) * inverse, last as f64));
                 }
             }
             None => {
                 for i in 0..LANES {
-                    at[i] = self.knots[1..].partition_point(|&k| k <= alpha[i]);
+                    at[i] = self.axis.interval(alpha[i]);
                 }
             }
         }

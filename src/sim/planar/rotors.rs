@@ -5,6 +5,7 @@
 //! |U_i|)`.
 
 use super::lanes::{LANES, Lanes, atan2, clip, index, interval};
+use crate::model::axis::Axis;
 use crate::model::{Motor, Rotor, RotorTable};
 
 /// Rotors and motors of the two pairs.
@@ -55,12 +56,6 @@ struct Table {
     edges: Vec<[f64; 4]>,
     /// Number of points per step of speed and of airspeed.
     strides: [usize; 2],
-}
-
-#[derive(Clone, Debug)]
-struct Axis {
-    knots: Vec<f64>,
-    inverse_spacing: Option<f64>,
 }
 
 /// Thrust [N], and torque of the air [N m], of one rotor.
@@ -177,24 +172,14 @@ fn not_backwards(rate: f64, omega: f64) -> f64 {
 impl LaneMotor {
     fn new(motor: &Motor) -> Self {
         match *motor {
-            Motor::EscDc {
-                torque_constant_nm_a,
-                back_emf_constant_v_s_rad,
-                resistance_ohm,
-                voltage_max_v,
-                current_max_a,
-                current_min_a,
-                esc_gain_v_s_rad,
-                rotor_inertia_kg_m2,
-                ..
-            } => Self::EscDc {
-                k_t: torque_constant_nm_a,
-                k_e: back_emf_constant_v_s_rad,
-                k_esc: esc_gain_v_s_rad,
-                conductance: 1.0 / resistance_ohm,
-                voltage_max: voltage_max_v,
-                current: [current_min_a, current_max_a],
-                per_inertia: 1.0 / rotor_inertia_kg_m2,
+            Motor::EscDc(m) => Self::EscDc {
+                k_t: m.torque_constant_nm_a,
+                k_e: m.back_emf_constant_v_s_rad,
+                k_esc: m.esc_gain_v_s_rad,
+                conductance: 1.0 / m.resistance_ohm,
+                voltage_max: m.voltage_max_v,
+                current: [m.current_min_a, m.current_max_a],
+                per_inertia: 1.0 / m.rotor_inertia_kg_m2,
             },
             Motor::FirstOrder { tau_up_s, tau_down_s, .. } => {
                 Self::FirstOrder { per_tau_up: 1.0 / tau_up_s, per_tau_down: 1.0 / tau_down_s }
@@ -203,45 +188,36 @@ impl LaneMotor {
     }
 }
 
-impl Axis {
-    fn new(knots: &[f64]) -> Self {
-        let n = knots.len() - 1;
-        let spacing = (knots[n] - knots[0]) / n as f64;
-        let even = knots.windows(2).all(|w| (w[1] - w[0] - spacing).abs() < 1e-9 * spacing);
-        Self { knots: knots.to_vec(), inverse_spacing: even.then(|| 1.0 / spacing) }
-    }
-
-    /// Left knots, counted from 0, and fractions of the intervals; clamped.
-    #[inline(always)]
-    fn locate(&self, x: &Lanes) -> (Lanes, Lanes) {
-        let last = self.knots.len() - 2;
-        let (mut left, mut fraction) = ([0.0; LANES], [0.0; LANES]);
-        match self.inverse_spacing {
-            Some(inverse) => {
-                for i in 0..LANES {
-                    let along = (x[i] - self.knots[0]) * inverse;
-                    left[i] = interval(along, last as f64);
-                    fraction[i] = clip(along - left[i], 0.0, 1.0);
-                }
-            }
-            // Past each knot in turn: the axes are short, and a search would go lane by lane.
-            None => {
-                let (mut from, mut to) = ([self.knots[0]; LANES], [self.knots[1]; LANES]);
-                for (k, w) in self.knots.windows(2).enumerate().skip(1) {
-                    for i in 0..LANES {
-                        let past = w[0] <= x[i];
-                        left[i] = if past { k as f64 } else { left[i] };
-                        from[i] = if past { w[0] } else { from[i] };
-                        to[i] = if past { w[1] } else { to[i] };
-                    }
-                }
-                for i in 0..LANES {
-                    fraction[i] = clip((x[i] - from[i]) / (to[i] - from[i]), 0.0, 1.0);
-                }
+/// Left knots, counted from 0, and fractions of the intervals; clamped.
+#[inline(always)]
+fn locate(axis: &Axis, x: &Lanes) -> (Lanes, Lanes) {
+    let last = axis.knots.len() - 2;
+    let (mut left, mut fraction) = ([0.0; LANES], [0.0; LANES]);
+    match axis.inverse_spacing {
+        Some(inverse) => {
+            for i in 0..LANES {
+                let along = (x[i] - axis.knots[0]) * inverse;
+                left[i] = interval(along, last as f64);
+                fraction[i] = clip(along - left[i], 0.0, 1.0);
             }
         }
-        (left, fraction)
+        // Past each knot in turn: the axes are short, and a search would go lane by lane.
+        None => {
+            let (mut from, mut to) = ([axis.knots[0]; LANES], [axis.knots[1]; LANES]);
+            for (k, w) in axis.knots.windows(2).enumerate().skip(1) {
+                for i in 0..LANES {
+                    let past = w[0] <= x[i];
+                    left[i] = if past { k as f64 } else { left[i] };
+                    from[i] = if past { w[0] } else { from[i] };
+                    to[i] = if past { w[1] } else { to[i] };
+                }
+            }
+            for i in 0..LANES {
+                fraction[i] = clip((x[i] - from[i]) / (to[i] - from[i]), 0.0, 1.0);
+            }
+        }
     }
+    (left, fraction)
 }
 
 impl Table {
@@ -249,7 +225,7 @@ impl Table {
         let knots = table.knots();
         let edge = |w: &[[f64; 2]]| [w[0][0], w[0][1], w[1][0], w[1][1]];
         Self {
-            axes: knots.map(Axis::new),
+            axes: table.axes().map(Axis::clone),
             edges: table.cells().windows(2).map(edge).collect(),
             strides: [knots[1].len() * knots[2].len(), knots[2].len()],
         }
@@ -258,9 +234,9 @@ impl Table {
     /// Thrust and torque at the table's density.
     #[inline(always)]
     fn load(&self, omega: &Lanes, airspeed: &Lanes, angle: &Lanes) -> LaneLoad {
-        let (i_omega, a) = self.axes[0].locate(omega);
-        let (i_airspeed, b) = self.axes[1].locate(airspeed);
-        let (i_angle, c) = self.axes[2].locate(angle);
+        let (i_omega, a) = locate(&self.axes[0], omega);
+        let (i_airspeed, b) = locate(&self.axes[1], airspeed);
+        let (i_angle, c) = locate(&self.axes[2], angle);
         let [per_omega, per_airspeed] = self.strides;
         let mut at = [0; LANES];
         for i in 0..LANES {

@@ -12,7 +12,7 @@ use crate::control::{ControlLimits, Gains};
 use crate::frames::quaternion_from_euler;
 use crate::model::rigid_body::BodyState;
 use crate::model::wind::{Gust, GustShape};
-use crate::model::{Motor, RotationSense, Rotor, RotorTable, Vehicle, VehicleOptions};
+use crate::model::{EscDc, Motor, RotationSense, Rotor, RotorTable, Vehicle, VehicleOptions};
 use crate::sim::{FlightPlan, PlantKind, Reference};
 
 /// The bits of every number of every lane at every step.
@@ -42,7 +42,7 @@ fn with_tables() -> Vehicle {
         }
     }
     vehicle.rotor = Rotor::Table(RotorTable::new(&omega, &airspeed, &angle, cells, 5.0).unwrap());
-    vehicle.motor = Motor::EscDc {
+    vehicle.motor = Motor::EscDc(EscDc {
         omega_max_rad_s: 133.0,
         torque_constant_nm_a: 0.9,
         back_emf_constant_v_s_rad: 0.9,
@@ -52,7 +52,7 @@ fn with_tables() -> Vehicle {
         current_min_a: 0.0,
         esc_gain_v_s_rad: 2.0,
         rotor_inertia_kg_m2: 0.09,
-    };
+    });
     for rotor in &mut vehicle.rotors {
         rotor.position_body_m.z = if rotor.position_body_m.x > 0.0 { -0.3 } else { -0.1 };
     }

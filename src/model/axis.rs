@@ -1,0 +1,29 @@
+//! An axis of a table: its knots, and the interval between two of them that a value lies in.
+
+/// Increasing knots, at least two.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Axis {
+    pub(crate) knots: Vec<f64>,
+    /// 1/spacing if the knots are equidistant: finds the interval without a search.
+    pub(crate) inverse_spacing: Option<f64>,
+}
+
+impl Axis {
+    pub(crate) fn new(knots: &[f64]) -> Self {
+        let n = knots.len() - 1;
+        let spacing = (knots[n] - knots[0]) / n as f64;
+        let even = knots.windows(2).all(|w| (w[1] - w[0] - spacing).abs() < 1e-9 * spacing);
+        Self { knots: knots.to_vec(), inverse_spacing: even.then(|| 1.0 / spacing) }
+    }
+
+    /// Left knot of the interval that `x` lies in, from 0; the outermost one beyond the ends.
+    #[inline(always)]
+    pub(crate) fn interval(&self, x: f64) -> usize {
+        let last = self.knots.len() - 2;
+        match self.inverse_spacing {
+            // `as usize` saturates: NaN and negatives give 0.
+            Some(inv) => (((x - self.knots[0]) * inv) as usize).min(last),
+            None => self.knots[1..=last].partition_point(|&k| k <= x),
+        }
+    }
+}
