@@ -1,5 +1,7 @@
 //! Gains (Table 4 of the paper, and yaw) and limits of the cascade.
 
+use std::f64::consts::FRAC_PI_2;
+
 use super::ControlError;
 use crate::units::RAD_PER_DEG;
 
@@ -96,13 +98,14 @@ impl Gains {
     /// # Errors
     /// [`ControlError::OutOfRange`] with the first gain that is not.
     pub fn validate(&self) -> Result<(), ControlError> {
-        match self.named().into_iter().find(|(.., k)| !(k.is_finite() && *k >= 0.0)) {
-            None => Ok(()),
-            Some((what, _, value)) => {
-                Err(ControlError::OutOfRange { what, expected: "finite and at least zero", value })
-            }
-        }
+        self.named().into_iter().try_for_each(|(what, _, k)| {
+            check(k.is_finite() && k >= 0.0, what, "finite and at least zero", k)
+        })
     }
+}
+
+fn check(holds: bool, what: &'static str, expected: &'static str, value: f64) -> Result<(), ControlError> {
+    if holds { Ok(()) } else { Err(ControlError::OutOfRange { what, expected, value }) }
 }
 
 /// Limits of the cascade.
@@ -141,16 +144,9 @@ impl ControlLimits {
             ("yaw rate command limit", self.yaw_rate_command_rad_s),
             ("rate integral limit", self.rate_integral_rad_s2),
         ];
-        if let Some((what, value)) = all.into_iter().find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
-            return Err(ControlError::OutOfRange { what, expected: "positive and finite", value });
+        for (what, value) in all {
+            check(value.is_finite() && value > 0.0, what, "positive and finite", value)?;
         }
-        if self.tilt_rad >= std::f64::consts::FRAC_PI_2 {
-            return Err(ControlError::OutOfRange {
-                what: "tilt limit",
-                expected: "below a quarter turn",
-                value: self.tilt_rad,
-            });
-        }
-        Ok(())
+        check(self.tilt_rad < FRAC_PI_2, "tilt limit", "below a quarter turn", self.tilt_rad)
     }
 }

@@ -68,20 +68,11 @@ impl Environment {
     ) -> Result<Self, ModelError> {
         super::check_positive("gravity", gravity_m_s2)?;
         super::check_positive("density", density_kg_m3)?;
-        if !wind_ned_m_s.iter().all(|w| w.is_finite()) {
-            return Err(ModelError::OutOfRange {
-                what: "wind".into(),
-                expected: "finite",
-                value: wind_ned_m_s.norm(),
-            });
-        }
-        if !(anchor.latitude_deg.abs() < 90.0) {
-            return Err(ModelError::OutOfRange {
-                what: "latitude".into(),
-                expected: "between -90 and 90 deg, poles excluded",
-                value: anchor.latitude_deg,
-            });
-        }
+        let steady = wind_ned_m_s.iter().all(|w| w.is_finite());
+        super::check(steady, "wind", "finite", wind_ned_m_s.norm())?;
+        let latitude_deg = anchor.latitude_deg;
+        let expected = "between -90 and 90 deg, poles excluded";
+        super::check(latitude_deg.abs() < 90.0, "latitude", expected, latitude_deg)?;
         Ok(Self { gravity_m_s2, density_kg_m3, wind_ned_m_s, anchor })
     }
 

@@ -13,7 +13,7 @@
 use nalgebra::Vector3;
 
 use super::rigid_body::BodyState;
-use super::{Environment, ModelError};
+use super::{Environment, ModelError, check};
 use crate::frames::quaternion_from_euler;
 
 /// Swing under the canopy: `theta(t) = theta_0 sin(omega t + phi)`, (40).
@@ -114,17 +114,10 @@ impl Parachute {
             ("pendulum length", pendulum.length_m),
             ("pendulum frequency", pendulum.omega_rad_s),
         ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(ModelError::OutOfRange { what: what.into(), expected: "at least zero", value });
-            }
+            check(value.is_finite() && value >= 0.0, what, "at least zero", value)?;
         }
-        if !(pendulum.amplitude_rad.is_finite() && pendulum.phase_rad.is_finite()) {
-            return Err(ModelError::OutOfRange {
-                what: "pendulum amplitude and phase".into(),
-                expected: "finite",
-                value: pendulum.amplitude_rad,
-            });
-        }
+        let finite = pendulum.amplitude_rad.is_finite() && pendulum.phase_rad.is_finite();
+        check(finite, "pendulum amplitude and phase", "finite", pendulum.amplitude_rad)?;
         Ok(Self { descent_m_s, delay_s, pendulum, hook: None })
     }
 

@@ -57,13 +57,8 @@ impl MassProperties {
     pub fn new(mass_kg: f64, inertia_kg_m2: Matrix3<f64>) -> Result<Self, super::ModelError> {
         super::check_positive("mass", mass_kg)?;
         let asymmetry = (inertia_kg_m2 - inertia_kg_m2.transpose()).amax();
-        if !(asymmetry <= 1e-9 * inertia_kg_m2.amax()) {
-            return Err(super::ModelError::OutOfRange {
-                what: "inertia".into(),
-                expected: "a symmetric matrix",
-                value: asymmetry,
-            });
-        }
+        let symmetric = asymmetry <= 1e-9 * inertia_kg_m2.amax();
+        super::check(symmetric, "inertia", "a symmetric matrix", asymmetry)?;
         let principal = inertia_kg_m2.symmetric_eigenvalues();
         for p in principal.iter() {
             super::check_positive("principal inertia", *p)?;
@@ -72,8 +67,9 @@ impl MassProperties {
         if principal.iter().any(|p| 2.0 * p > sum * (1.0 + 1e-12)) {
             return Err(super::ModelError::InertiaTriangle([principal[0], principal[1], principal[2]]));
         }
-        let inertia_inverse = inertia_kg_m2.try_inverse().ok_or(super::ModelError::NotPositive {
-            what: "determinant of the inertia".into(),
+        let inertia_inverse = inertia_kg_m2.try_inverse().ok_or(super::ModelError::OutOfRange {
+            what: "determinant of the inertia",
+            expected: "positive",
             value: 0.0,
         })?;
         Ok(Self { mass_kg, inertia_kg_m2, inertia_inverse })
