@@ -1,5 +1,7 @@
 //! Starting points of the solver: a straight line, a flown trajectory, or an earlier plan moved on in time.
 
+use std::any::Any;
+
 use nalgebra::SVector;
 
 use super::dynamics::{BODY_STATES, VehicleDynamics};
@@ -24,41 +26,9 @@ pub enum Guess<'a> {
     },
 }
 
-/// The solver's variables for any supported number of rotors, kept for a warm start.
-#[derive(Clone, Debug)]
-pub enum AnyIterate {
-    /// Variables of a plan for four rotors.
-    Four(Iterate<BODY_STATES, 4>),
-    /// Variables of a plan for six rotors.
-    Six(Iterate<BODY_STATES, 6>),
-    /// Variables of a plan for eight rotors.
-    Eight(Iterate<BODY_STATES, 8>),
-}
-
-/// A number of rotors for which the planner is compiled.
-pub(super) trait RotorCount<const NU: usize> {
-    fn wrap(iterate: Iterate<BODY_STATES, NU>) -> AnyIterate;
-    fn unwrap(iterate: &AnyIterate) -> Option<&Iterate<BODY_STATES, NU>>;
-}
-
-macro_rules! rotor_count {
-    ($count:literal, $variant:ident) => {
-        impl RotorCount<$count> for () {
-            fn wrap(iterate: Iterate<BODY_STATES, $count>) -> AnyIterate {
-                AnyIterate::$variant(iterate)
-            }
-            fn unwrap(iterate: &AnyIterate) -> Option<&Iterate<BODY_STATES, $count>> {
-                match iterate {
-                    AnyIterate::$variant(iterate) => Some(iterate),
-                    _ => None,
-                }
-            }
-        }
-    };
-}
-rotor_count!(4, Four);
-rotor_count!(6, Six);
-rotor_count!(8, Eight);
+/// The solver's variables of a plan, kept for a warm start: an [`Iterate`] for the number of rotors that the
+/// plan was made for.
+pub type AnyIterate = dyn Any + Send + Sync;
 
 /// The starting point, in the transcribed problem's terms, that a guess stands for. `hover_n` is the thrust
 /// of a rotor in hover [N].
@@ -66,10 +36,7 @@ pub(super) fn start_from<const NU: usize>(
     nlp: &Problem<VehicleDynamics<NU>, BODY_STATES, NU>,
     guess: &Guess<'_>,
     hover_n: f64,
-) -> StartFrom<BODY_STATES, NU>
-where
-    (): RotorCount<NU>,
-{
+) -> StartFrom<BODY_STATES, NU> {
     match guess {
         Guess::StraightLine => StartFrom::Guess(straight_line(nlp, hover_n)),
         Guess::Flown(flight) => StartFrom::Guess(Nodes {
@@ -81,7 +48,7 @@ where
                 })
                 .collect(),
         }),
-        Guess::Warm { iterate, shift } => match <() as RotorCount<NU>>::unwrap(iterate) {
+        Guess::Warm { iterate, shift } => match iterate.downcast_ref::<Iterate<BODY_STATES, NU>>() {
             Some(iterate) if iterate.nodes.fits(nlp.intervals) => StartFrom::Warm(shifted(iterate, *shift)),
             _ => StartFrom::Guess(straight_line(nlp, hover_n)),
         },

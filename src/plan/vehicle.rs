@@ -5,11 +5,12 @@
 //! states and inputs; here it meets the rigid body with 4, 6 or 8 rotors.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use nalgebra::{SVector, Vector3};
 
 use super::dynamics::{BODY_STATES, Dynamics, VehicleDynamics};
-use super::guess::{AnyIterate, Guess, RotorCount, start_from};
+use super::guess::{AnyIterate, Guess, start_from};
 use super::problem::{Bounds, Nodes, Problem, QuadraticCost};
 use super::solver::{Counts, ProblemError, Progress, Solution, SolverOptions, Status, solve};
 use crate::frames::Quaternion;
@@ -98,13 +99,13 @@ pub struct Plan {
     pub complementarity: f64,
     /// Iterations, evaluations and factorisations that the solve took.
     pub counts: Counts,
-    iterate: AnyIterate,
+    iterate: Arc<AnyIterate>,
 }
 
 impl Plan {
     /// A warm start from this plan once time has moved on by `shift` nodes.
     pub fn moved_on(&self, shift: usize) -> Guess<'_> {
-        Guess::Warm { iterate: &self.iterate, shift }
+        Guess::Warm { iterate: &*self.iterate, shift }
     }
 }
 
@@ -132,10 +133,7 @@ fn plan_for<const NU: usize>(
     guess: &Guess<'_>,
     options: &SolverOptions,
     observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-) -> Result<Plan, PlanError>
-where
-    (): RotorCount<NU>,
-{
+) -> Result<Plan, PlanError> {
     let trimmed = trim(problem.vehicle, problem.environment, problem.target_v_ned, 0.0)?;
     let nlp = transcribe::<NU>(problem, &trimmed.q_ned_from_body, &trimmed.thrust_n)?;
     let hover_n = problem.vehicle.mass.mass_kg * problem.environment.gravity_m_s2 / NU as f64;
@@ -157,7 +155,7 @@ where
         kkt_residual: solution.kkt_residual,
         complementarity: solution.complementarity,
         counts: solution.counts,
-        iterate: <() as RotorCount<NU>>::wrap(solution.iterate),
+        iterate: Arc::new(solution.iterate),
     })
 }
 
