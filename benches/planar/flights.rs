@@ -25,6 +25,6 @@ fn main() {
         println!("seconds {:.6}", start.elapsed().as_secs_f64());
     }
     for o in outcomes.iter().take(490) {
-        println!("cost {:?} {:?}", o.rms, o.j_tpf);
+        println!("cost {:?} {:?}", o.rms, o.trial.j_tpf);
     }
 }

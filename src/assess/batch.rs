@@ -15,7 +15,7 @@ use std::ops::ControlFlow;
 use nalgebra::Vector3;
 
 use super::SafetyLimits;
-use super::safety::steady_within_m_s;
+use super::safety::{TrialOutcome, steady_within_m_s};
 use super::tracking::{DIVERGED, PITCH_MAX_RAD, SPEED_MAX_M_S};
 use crate::sim::planar::{Flight, LANES, Lanes, Model, NotPlanar, Observer, SetpointTable, State, fly};
 use crate::sim::{FlightPlan, Reference};
@@ -49,20 +49,12 @@ pub struct Outcome {
     /// J_RMS (45) over the plan's nodes; 1000 for a flight that was given up or did not reach the last node;
     /// 0 without a plan.
     pub rms: f64,
-    /// J_TPF (51); infinite when the state was no number.
-    pub j_tpf: f64,
-    /// Largest speed [m/s].
-    pub peak_speed_m_s: f64,
-    /// Largest pitch, either way, with its sign [rad].
-    pub peak_pitch_rad: f64,
-    /// Largest pitch rate, either way, with its sign [rad/s].
-    pub peak_pitch_rate_rad_s: f64,
+    /// Peaks and end of the flight; no roll.
+    pub trial: TrialOutcome,
     /// Time [s] from which the velocity stays within 1 % of the target to the end.
     pub steady_after_s: Option<f64>,
     /// Whether the flight was given up.
     pub given_up: bool,
-    /// Velocity at the end, or where the flight was given up, north and down [m/s].
-    pub final_v_m_s: [f64; 2],
 }
 
 impl Study {
@@ -220,14 +212,17 @@ impl<'a> Judge<'a> {
                 0 => 0.0,
                 _ => (self.sum_of_squares[i] / n as f64).sqrt(),
             },
-            j_tpf: if self.finite[i] { shares.into_iter().fold(0.0, f64::max) } else { f64::INFINITY },
-            peak_speed_m_s: speed,
-            peak_pitch_rad: pitch,
-            peak_pitch_rate_rad_s: self.rate[i],
+            trial: TrialOutcome {
+                j_tpf: if self.finite[i] { shares.into_iter().fold(0.0, f64::max) } else { f64::INFINITY },
+                peak_speed_m_s: speed,
+                peak_pitch_rad: pitch,
+                peak_pitch_rate_rad_s: self.rate[i],
+                final_v_ned: Vector3::new(self.final_v[0][i], 0.0, self.final_v[1][i]),
+                ..TrialOutcome::default()
+            },
             steady_after_s: (self.steady_since[i] >= 0.0)
                 .then(|| self.steady_since[i] * self.study.course.period_s()),
             given_up: self.going[i] == 0.0,
-            final_v_m_s: [self.final_v[0][i], self.final_v[1][i]],
         }
     }
 }

@@ -24,9 +24,9 @@ pub mod tracking;
 pub use batch::{Outcome, Study, judge_flights};
 pub use drops::{DropMeasure, DropOutcome, RandomDrop};
 pub use releases::{RandomRelease, ReleaseDistribution};
-pub use safety::{Verdict, VerdictBuilder, plan_j_tpf, steady_within_m_s};
+pub use safety::{TrialOutcome, Verdict, VerdictBuilder, plan_j_tpf, steady_within_m_s};
 pub use statistics::{CONFIDENCE, Share, Summary, Tally};
-pub use study::{OneAtATime, SafetyStudy, StudyEntry, StudyReference, TraceInstant, TrialOutcome};
+pub use study::{OneAtATime, SafetyStudy, StudyEntry, StudyReference, TraceInstant};
 pub use tracking::TrackingError;
 
 pub use crate::sim::{SafetyLimits, StateCost};

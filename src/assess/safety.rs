@@ -27,8 +27,42 @@ pub fn plan_j_tpf(plan: &Trajectory, limits: &SafetyLimits) -> f64 {
     plan.nodes().iter().map(cost).fold(0.0, f64::max)
 }
 
+/// The peaks and the end of a flight.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TrialOutcome {
+    /// J_TPF, (51); infinite when a state was no number.
+    pub j_tpf: f64,
+    /// Largest speed [m/s].
+    pub peak_speed_m_s: f64,
+    /// Largest pitch, either way, with its sign [rad].
+    pub peak_pitch_rad: f64,
+    /// Largest pitch rate, either way, with its sign [rad/s].
+    pub peak_pitch_rate_rad_s: f64,
+    /// Largest roll, either way, with its sign [rad]; zero in the plane.
+    pub peak_roll_rad: f64,
+    /// Largest roll rate, either way, with its sign [rad/s]; zero in the plane.
+    pub peak_roll_rate_rad_s: f64,
+    /// Velocity at the end, or where the flight was given up, NED [m/s].
+    pub final_v_ned: Vector3<f64>,
+}
+
+impl TrialOutcome {
+    /// Takes the next state of the flight.
+    pub(super) fn observe(&mut self, body: &BodyState, limits: &SafetyLimits) {
+        self.j_tpf = self.j_tpf.max(StateCost::of(body, limits).max());
+        self.peak_speed_m_s = self.peak_speed_m_s.max(body.v_ned.norm());
+        keep_larger([
+            (&mut self.peak_pitch_rad, pitch(body.q_ned_from_body)),
+            (&mut self.peak_pitch_rate_rad_s, body.omega_body.y),
+            (&mut self.peak_roll_rad, bank(body.q_ned_from_body)),
+            (&mut self.peak_roll_rate_rad_s, body.omega_body.x),
+        ]);
+        self.final_v_ned = body.v_ned;
+    }
+}
+
 /// Verdict on a drop, from the release to the end.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Verdict {
     /// J_TPF, (51).
     pub j_tpf: f64,
@@ -74,7 +108,7 @@ pub fn steady_within_m_s(v_cmd_ned: &Vector3<f64>) -> f64 {
 }
 
 /// Keeps in each pair the number of the larger size, with its sign.
-pub(super) fn keep_larger<const N: usize>(peaks: [(&mut f64, f64); N]) {
+fn keep_larger<const N: usize>(peaks: [(&mut f64, f64); N]) {
     for (peak, now) in peaks {
         if now.abs() > peak.abs() {
             *peak = now;
@@ -90,18 +124,13 @@ pub struct VerdictBuilder {
     steady_within_m_s: f64,
     peak: StateCost,
     infinite: bool,
-    pitch_rad: f64,
-    pitch_rate_rad_s: f64,
-    roll_rad: f64,
-    roll_rate_rad_s: f64,
-    vertical_acceleration_m_s2: f64,
-    steady_since_s: Option<f64>,
+    /// Peaks, steadiness and impact so far; the rest is filled in at the end.
+    verdict: Verdict,
     first_down_m: Option<f64>,
     plan_end_s: f64,
     plan_end_down_m: f64,
     last: Option<BodyState>,
     impact_limit_m_s: Option<f64>,
-    impact_speed_m_s: Option<f64>,
     touching: bool,
 }
 
@@ -114,18 +143,12 @@ impl VerdictBuilder {
             steady_within_m_s: steady_within_m_s(&v_cmd_ned),
             peak: StateCost::default(),
             infinite: false,
-            pitch_rad: 0.0,
-            pitch_rate_rad_s: 0.0,
-            roll_rad: 0.0,
-            roll_rate_rad_s: 0.0,
-            vertical_acceleration_m_s2: 0.0,
-            steady_since_s: None,
+            verdict: Verdict::default(),
             first_down_m: None,
             plan_end_s: f64::INFINITY,
             plan_end_down_m: 0.0,
             last: None,
             impact_limit_m_s: None,
-            impact_speed_m_s: None,
             touching: false,
         }
     }
@@ -157,7 +180,8 @@ impl VerdictBuilder {
             None => 0.0,
         };
         if touching && !self.touching && sank_m_s > 0.0 {
-            self.impact_speed_m_s = Some(self.impact_speed_m_s.map_or(sank_m_s, |worst| worst.max(sank_m_s)));
+            let worst = &mut self.verdict.impact_speed_m_s;
+            *worst = Some(worst.map_or(sank_m_s, |worst| worst.max(sank_m_s)));
         }
         self.touching = touching;
     }
@@ -171,22 +195,23 @@ impl VerdictBuilder {
         let cost = StateCost::of(body, &self.limits);
         self.infinite |= cost.max() == f64::INFINITY;
         self.peak = self.peak.worse(&cost);
+        let so_far = &mut self.verdict;
         keep_larger([
-            (&mut self.pitch_rad, pitch(body.q_ned_from_body)),
-            (&mut self.pitch_rate_rad_s, body.omega_body.y),
-            (&mut self.roll_rad, bank(body.q_ned_from_body)),
-            (&mut self.roll_rate_rad_s, body.omega_body.x),
-            (&mut self.vertical_acceleration_m_s2, sample.a_ned.z),
+            (&mut so_far.peak_pitch_rad, pitch(body.q_ned_from_body)),
+            (&mut so_far.peak_pitch_rate_rad_s, body.omega_body.y),
+            (&mut so_far.peak_roll_rad, bank(body.q_ned_from_body)),
+            (&mut so_far.peak_roll_rate_rad_s, body.omega_body.x),
+            (&mut so_far.peak_vertical_acceleration_m_s2, sample.a_ned.z),
         ]);
         let near = (body.v_ned - self.v_cmd_ned).norm() <= self.steady_within_m_s;
         self.observe_ground(sample);
         match sample.t_powered_s {
             // What was steady when it came to the ground stays so.
-            _ if self.impact_speed_m_s.is_some() => {}
+            _ if self.verdict.impact_speed_m_s.is_some() => {}
             Some(t) if near && sample.phase == Phase::Powered => {
-                self.steady_since_s.get_or_insert(t);
+                self.verdict.steady_after_s.get_or_insert(t);
             }
-            _ => self.steady_since_s = None,
+            _ => self.verdict.steady_after_s = None,
         }
         self.first_down_m.get_or_insert(body.p_ned.z);
         if sample.t_powered_s.is_none_or(|t| t <= self.plan_end_s) {
@@ -203,23 +228,18 @@ impl VerdictBuilder {
     /// The verdict; `None` when nothing was observed from the release on.
     pub fn finish(self) -> Option<Verdict> {
         let (last, first_down_m) = (self.last?, self.first_down_m?);
-        let impact = self.impact_speed_m_s.zip(self.impact_limit_m_s).is_some_and(|(v, limit)| v > limit);
+        let impact =
+            self.verdict.impact_speed_m_s.zip(self.impact_limit_m_s).is_some_and(|(v, limit)| v > limit);
         let passed = self.peak.parts().map(|(name, cost)| (name, cost > 1.0));
         let passed = passed.into_iter().chain([(NOT_FINITE, self.infinite), ("impact", impact)]);
         Some(Verdict {
             j_tpf: self.j_tpf(),
             decided_by: if self.infinite { NOT_FINITE } else { self.peak.decided_by() },
             peak_speed_m_s: self.peak.speed * self.limits.speed_m_s,
-            peak_pitch_rad: self.pitch_rad,
-            peak_pitch_rate_rad_s: self.pitch_rate_rad_s,
-            peak_roll_rad: self.roll_rad,
-            peak_roll_rate_rad_s: self.roll_rate_rad_s,
-            peak_vertical_acceleration_m_s2: self.vertical_acceleration_m_s2,
             altitude_lost_m: self.plan_end_down_m - first_down_m,
-            steady_after_s: self.steady_since_s,
             limits_passed: passed.filter(|(_, passed)| *passed).map(|(name, _)| name).collect(),
             final_v_ned: last.v_ned,
-            impact_speed_m_s: self.impact_speed_m_s,
+            ..self.verdict
         })
     }
 }

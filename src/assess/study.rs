@@ -12,10 +12,10 @@ use nalgebra::Vector3;
 
 use super::batch::{Outcome, Study, judge_flights};
 use super::releases::RandomRelease;
-use super::safety::keep_larger;
+use super::safety::TrialOutcome;
 use super::tracking::{self, TrackingError};
 use crate::control::{Airframe, Controller, Gains};
-use crate::frames::{bank, pitch, rotate_body_from_ned};
+use crate::frames::rotate_body_from_ned;
 use crate::model::rigid_body::BodyState;
 use crate::model::{Environment, Vehicle};
 use crate::sim::limits::{SafetyLimits, StateCost};
@@ -86,25 +86,6 @@ pub struct SafetyStudy {
     pub plan: Trajectory,
 }
 
-/// The peaks and the end of a flight.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TrialOutcome {
-    /// J_TPF, (51); infinite when a state was no number.
-    pub j_tpf: f64,
-    /// Largest speed [m/s].
-    pub peak_speed_m_s: f64,
-    /// Largest pitch, either way, with its sign [rad].
-    pub peak_pitch_rad: f64,
-    /// Largest pitch rate, either way, with its sign [rad/s].
-    pub peak_pitch_rate_rad_s: f64,
-    /// Largest roll, either way, with its sign [rad]; zero in the plane.
-    pub peak_roll_rad: f64,
-    /// Largest roll rate, either way, with its sign [rad/s]; zero in the plane.
-    pub peak_roll_rate_rad_s: f64,
-    /// Velocity at the end, NED [m/s].
-    pub final_v_ned: Vector3<f64>,
-}
-
 /// A flight at an instant, for figures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TraceInstant {
@@ -120,35 +101,6 @@ pub struct TraceInstant {
     pub j_state: f64,
 }
 
-impl From<&Outcome> for TrialOutcome {
-    fn from(outcome: &Outcome) -> Self {
-        let [v_north_m_s, v_down_m_s] = outcome.final_v_m_s;
-        Self {
-            j_tpf: outcome.j_tpf,
-            peak_speed_m_s: outcome.peak_speed_m_s,
-            peak_pitch_rad: outcome.peak_pitch_rad,
-            peak_pitch_rate_rad_s: outcome.peak_pitch_rate_rad_s,
-            final_v_ned: Vector3::new(v_north_m_s, 0.0, v_down_m_s),
-            ..Self::default()
-        }
-    }
-}
-
-impl TrialOutcome {
-    /// Takes the next state of the flight.
-    fn observe(&mut self, body: &BodyState, limits: &SafetyLimits) {
-        self.j_tpf = self.j_tpf.max(StateCost::of(body, limits).max());
-        self.peak_speed_m_s = self.peak_speed_m_s.max(body.v_ned.norm());
-        keep_larger([
-            (&mut self.peak_pitch_rad, pitch(body.q_ned_from_body)),
-            (&mut self.peak_pitch_rate_rad_s, body.omega_body.y),
-            (&mut self.peak_roll_rad, bank(body.q_ned_from_body)),
-            (&mut self.peak_roll_rate_rad_s, body.omega_body.x),
-        ]);
-        self.final_v_ned = body.v_ned;
-    }
-}
-
 impl SafetyStudy {
     /// Flies a trial from each release: side by side where [`Self::one_at_a_time`] has nothing against it.
     /// The outcome of a release does not depend on the others in the slice.
@@ -160,7 +112,7 @@ impl SafetyStudy {
                 judge_flights(&model, &study, &flights, &mut outcomes);
                 // A flight that the batch engine gave up on still has its peaks before it.
                 let judged = outcomes.iter().zip(releases);
-                judged.map(|(o, release)| if o.given_up { alone(release) } else { o.into() }).collect()
+                judged.map(|(o, release)| if o.given_up { alone(release) } else { o.trial }).collect()
             }
             Err(_) => releases.iter().map(alone).collect(),
         }

@@ -175,12 +175,11 @@ impl<'a> GainJudge<'a> {
     }
 
     fn judged(&self, trial: &Trial, outcome: &Outcome) -> Evaluation {
-        if outcome.given_up || !outcome.j_tpf.is_finite() {
+        let Outcome { trial: flown, rms, steady_after_s, given_up } = outcome;
+        if *given_up || !flown.j_tpf.is_finite() {
             return Evaluation::DIVERGED;
         }
-        let [v_n, v_d] = outcome.final_v_m_s;
-        let v_ned = nalgebra::Vector3::new(v_n, 0.0, v_d);
-        self.evaluation(trial, outcome.rms, outcome.j_tpf, outcome.steady_after_s, &v_ned)
+        self.evaluation(trial, *rms, flown.j_tpf, *steady_after_s, &flown.final_v_ned)
     }
 
     fn evaluation(

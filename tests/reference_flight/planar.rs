@@ -76,12 +76,12 @@ fn prop_batch_costs_are_those_of_flights_in_space() {
                 let (rms, v) = in_space(kind, gains(name), &flight, &nodes, case);
                 let pairs = [
                     (found.rms, rms),
-                    (found.j_tpf, v.j_tpf),
-                    (found.peak_speed_m_s, v.peak_speed_m_s),
-                    (found.peak_pitch_rad, v.peak_pitch_rad),
-                    (found.peak_pitch_rate_rad_s, v.peak_pitch_rate_rad_s),
-                    (found.final_v_m_s[0], v.final_v_ned.x),
-                    (found.final_v_m_s[1], v.final_v_ned.z),
+                    (found.trial.j_tpf, v.j_tpf),
+                    (found.trial.peak_speed_m_s, v.peak_speed_m_s),
+                    (found.trial.peak_pitch_rad, v.peak_pitch_rad),
+                    (found.trial.peak_pitch_rate_rad_s, v.peak_pitch_rate_rad_s),
+                    (found.trial.final_v_ned.x, v.final_v_ned.x),
+                    (found.trial.final_v_ned.z, v.final_v_ned.z),
                     (found.steady_after_s.unwrap_or(-1.0), v.steady_after_s.unwrap_or(-1.0)),
                 ];
                 for (i, (found, wanted)) in pairs.into_iter().enumerate() {
@@ -134,11 +134,11 @@ fn reference_batch_j_tpf_of_all_cases_and_controllers() {
             let outcomes = judged(PlantKind::Actuator, gains(name), &along(reference, dt_s, 30.0), None);
             for (case, found) in outcomes.iter().enumerate() {
                 let what = format!("{key} {suffix} case {case}");
-                assert!((found.j_tpf - j_tpf[case]).abs() < 1e-9, "{what}: {}", found.j_tpf);
-                assert!((found.peak_speed_m_s - speed[case]).abs() < 2e-9, "{what}");
+                assert!((found.trial.j_tpf - j_tpf[case]).abs() < 1e-9, "{what}: {}", found.trial.j_tpf);
+                assert!((found.trial.peak_speed_m_s - speed[case]).abs() < 2e-9, "{what}");
                 let steepest = if pitch[0][case].abs() > pitch[1][case].abs() { 0 } else { 1 };
                 let wanted = pitch[steepest][case] * RAD_PER_DEG;
-                assert!((found.peak_pitch_rad - wanted).abs() < 2e-9, "{what}");
+                assert!((found.trial.peak_pitch_rad - wanted).abs() < 2e-9, "{what}");
                 assert_eq!(found.rms, 0.0, "no nodes, no error");
             }
         }
@@ -171,10 +171,10 @@ fn lost_flights_cost_a_thousand_and_leave_the_others_alone() {
     assert!(outcomes[1].rms < 1.0 && !outcomes[1].given_up);
     for lost in [0, 2, 3] {
         assert_eq!(outcomes[lost].rms, 1000.0);
-        assert!(outcomes[lost].given_up && outcomes[lost].j_tpf > 1.0, "{lost}");
+        assert!(outcomes[lost].given_up && outcomes[lost].trial.j_tpf > 1.0, "{lost}");
     }
-    assert_eq!(outcomes[0].peak_speed_m_s, 80.0f64.hypot(TABLE_3[2].v_ned.z));
-    assert_eq!(outcomes[2].j_tpf, f64::INFINITY);
+    assert_eq!(outcomes[0].trial.peak_speed_m_s, 80.0f64.hypot(TABLE_3[2].v_ned.z));
+    assert_eq!(outcomes[2].trial.j_tpf, f64::INFINITY);
     let off_grid =
         judged(PlantKind::Ideal, gains("safety"), &along(hermite(&velocity, None), 0.01, 30.0), Some(&nodes));
     assert!(off_grid.iter().all(|o| o.rms == 1000.0 && !o.given_up));
