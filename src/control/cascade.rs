@@ -193,10 +193,7 @@ impl From<ControlSettings> for Cascade {
 
 impl Controller for Cascade {
     fn reset(&mut self) {
-        self.velocity = VelocityLoop::default();
-        self.rate = RateLoop::default();
-        self.held = Held::NOTHING;
-        self.output = ControlOutput::ZERO;
+        *self = Self::from(self.settings.clone());
     }
 
     fn step(&mut self, m: &Measurement, setpoint: &Setpoint, dt_s: f64) -> ControlOutput {
