@@ -52,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_what_differs_is_told() {
+    fn only_what_differs_is_listed() {
         let parse = |text: &str| ParameterFile::parse(text).unwrap();
         let a =
             parse("1\t1\tA\t1\t9\n1\t1\tB\t0.123456789\t9\n1\t1\tC\t4\t6\n1\t1\tD\t1\t6\n1\t1\tE\t0\t9\n");

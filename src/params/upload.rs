@@ -105,7 +105,7 @@ mod tests {
 
     /// By PX4's defaults, 12 and 45 deg, and by what a file has of the two.
     #[test]
-    fn a_tilt_limit_that_begins_below_its_end_is_told() {
+    fn a_tilt_limit_that_begins_below_its_end_is_warned_of() {
         let remarks = |text: &str| {
             let file = ParameterFile::parse(text).unwrap();
             Upload::new(&DropEnvelope::default(), [], Some(&file)).remarks

@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn closed_form_an_end_out_of_reach_is_told() {
+    fn closed_form_an_end_out_of_reach_is_infeasible() {
         let mut problem = problem();
         // From rest with |u| <= 1 in 4 s: never at ten turns.
         (problem.bounds.x_end_min[0], problem.bounds.x_end_max[0]) = (60.0, 61.0);

@@ -155,7 +155,7 @@ fn prop_a_candidate_that_is_beaten_need_not_be_judged_to_the_end() {
 /// However the candidates are parted for judging, and when a search is given its past again, it goes on to
 /// the same bits.
 #[test]
-fn prop_a_search_is_its_seed_and_the_costs_it_was_told() {
+fn prop_a_search_is_its_seed_and_the_costs_given() {
     for method in METHODS {
         let mut whole = Search::new(settings(method));
         while let Some(candidates) = whole.candidates() {

@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn prop_it_is_its_seed_and_what_it_was_told_and_goes_on_for_longer() {
+    fn prop_it_is_its_seed_and_the_costs_given_and_goes_on_for_longer() {
         let mut whole = search(5);
         let judged = run(&mut whole);
         assert_eq!((judged.len(), whole.evaluations(), whole.iterations()), (2 + 5 * 6, 2 + 5 * 6, (5, 5)));
