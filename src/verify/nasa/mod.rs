@@ -24,7 +24,7 @@ use crate::model::ModelError;
 use crate::model::rigid_body::{BodyState, MassProperties};
 use crate::units::{DEG_PER_RAD, KG_PER_SLUG, M_PER_FT, RAD_PER_DEG};
 
-use data::{CASE_2, CASE_3, CASE_4, Row};
+use data::{Row, published};
 
 /// Step of the integration [s].
 const DT_S: f64 = 0.01;
@@ -104,21 +104,19 @@ impl Brick {
         }
     }
 
-    /// The computed states at the times of `rows`, in the report's terms.
-    fn fall(&self, earth: &Earth, rows: &[Row]) -> Result<Vec<Row>, ModelError> {
-        let mass = self.mass()?;
+    /// The fall to the times of the published states of a case.
+    fn fall(&self, earth: &Earth, case: u8) -> Result<Fall, ModelError> {
+        let (mass, nasa) = (self.mass()?, published(case));
         let mut state = level(Vector3::zeros(), Vector3::from(OMEGA_DEG_S) * RAD_PER_DEG);
         let mut steps = 0u32;
-        Ok(rows
-            .iter()
-            .map(|row| {
-                while f64::from(steps) * DT_S < row.t_s - 0.5 * DT_S {
-                    state = advance(&mass, &state, DT_S, |x| self.load(earth, &mass, x));
-                    steps += 1;
-                }
-                in_report_terms(earth, &state, row.t_s)
-            })
-            .collect())
+        let mut at = |t_s: f64| {
+            while f64::from(steps) * DT_S < t_s - 0.5 * DT_S {
+                state = advance(&mass, &state, DT_S, |x| self.load(earth, &mass, x));
+                steps += 1;
+            }
+            in_report_terms(earth, &state, t_s)
+        };
+        Ok(Fall { ours: nasa.iter().map(|row| at(row.t_s)).collect(), nasa })
     }
 }
 
@@ -139,36 +137,37 @@ fn in_report_terms(earth: &Earth, state: &BodyState, t_s: f64) -> Row {
     }
 }
 
-/// A quantity of all rows.
-fn series<'a>(
-    ours: &'a [Row],
-    nasa: &'a [Row],
-    of: impl Fn(&Row) -> f64 + Copy + 'a,
-) -> impl Iterator<Item = (f64, f64)> + 'a {
-    ours.iter().zip(nasa).map(move |(a, b)| (of(a), of(b)))
+/// A fall as computed and as published, at the same times.
+struct Fall {
+    ours: Vec<Row>,
+    nasa: Vec<Row>,
 }
 
-fn rates(ours: &[Row], nasa: &[Row], bar_deg_s: f64) -> Vec<Check> {
-    let of =
-        |(i, name)| Check::worst(name, "deg/s", series(ours, nasa, move |r| r.omega_deg_s[i]), bar_deg_s);
-    ["roll rate", "pitch rate", "yaw rate"].into_iter().enumerate().map(of).collect()
-}
+impl Fall {
+    fn check(&self, name: &str, unit: &'static str, of: impl Fn(&Row) -> f64, bar: f64) -> Check {
+        Check::worst(name, unit, self.ours.iter().zip(&self.nasa).map(|(a, b)| (of(a), of(b))), bar)
+    }
 
-fn attitude(ours: &[Row], nasa: &[Row], bar_deg: f64) -> Vec<Check> {
-    let of = |(i, name)| {
-        // The angle nearest to NASA's: 180 deg and -180 deg are one.
-        let near = series(ours, nasa, move |r| r.euler_deg[i])
-            .map(|(a, b)| (b + wrap_pi((a - b) * RAD_PER_DEG) * DEG_PER_RAD, b));
-        Check::worst(name, "deg", near, bar_deg)
-    };
-    ["roll angle", "pitch angle", "yaw angle"].into_iter().enumerate().map(of).collect()
-}
+    fn rates(&self, bar_deg_s: f64) -> [Check; 3] {
+        let names = ["roll rate", "pitch rate", "yaw rate"];
+        std::array::from_fn(|i| self.check(names[i], "deg/s", |r| r.omega_deg_s[i], bar_deg_s))
+    }
 
-fn path(ours: &[Row], nasa: &[Row], [bar_ft, bar_ft_s]: [f64; 2]) -> Vec<Check> {
-    vec![
-        Check::worst("altitude", "ft", series(ours, nasa, |r| r.altitude_ft), bar_ft),
-        Check::worst("vertical speed", "ft/s", series(ours, nasa, |r| r.speed_down_ft_s), bar_ft_s),
-    ]
+    fn attitude(&self, bar_deg: f64) -> [Check; 3] {
+        std::array::from_fn(|i| {
+            // The angle nearest to NASA's: 180 deg and -180 deg are one.
+            let angles = self.ours.iter().zip(&self.nasa).map(|(a, b)| (a.euler_deg[i], b.euler_deg[i]));
+            let near = angles.map(|(a, b)| (b + wrap_pi((a - b) * RAD_PER_DEG) * DEG_PER_RAD, b));
+            Check::worst(["roll angle", "pitch angle", "yaw angle"][i], "deg", near, bar_deg)
+        })
+    }
+
+    fn path(&self, bar_ft: f64, bar_ft_s: f64) -> [Check; 2] {
+        [
+            self.check("altitude", "ft", |r| r.altitude_ft, bar_ft),
+            self.check("vertical speed", "ft/s", |r| r.speed_down_ft_s, bar_ft_s),
+        ]
+    }
 }
 
 /// Case 2: a brick tumbles, without aerodynamics, over the turning ellipsoid.
@@ -176,12 +175,17 @@ fn path(ours: &[Row], nasa: &[Row], [bar_ft, bar_ft_s]: [f64; 2]) -> Vec<Check> 
 /// # Errors
 /// [`ModelError`] when the brick is impossible.
 pub fn case_2(earth: &Earth, brick: &Brick) -> Result<Group, ModelError> {
-    let ours = brick.fall(earth, &CASE_2)?;
-    let mut checks = rates(&ours, &CASE_2, 1e-9);
-    checks.extend(attitude(&ours, &CASE_2, 1e-6));
-    checks.extend(path(&ours, &CASE_2, [1e-4, 1e-5]));
-    let source = "NASA/TM-2015-218675, atmospheric case 2, simulation 4; worst of 0, 5, .. 30 s";
-    Ok(Group { title: "NASA case 2: tumbling brick", source, checks })
+    let fall = brick.fall(earth, 2)?;
+    Ok(Group {
+        title: "NASA case 2: tumbling brick",
+        source: "NASA/TM-2015-218675, atmospheric case 2, simulation 4; worst of 0, 5, .. 30 s",
+        checks: fall
+            .rates(1e-9)
+            .into_iter()
+            .chain(fall.attitude(1e-6))
+            .chain(fall.path(1e-4, 1e-5))
+            .collect(),
+    })
 }
 
 /// Case 3: a brick tumbles with rotational damping.
@@ -189,12 +193,17 @@ pub fn case_2(earth: &Earth, brick: &Brick) -> Result<Group, ModelError> {
 /// # Errors
 /// As [`case_2`].
 pub fn case_3(earth: &Earth, brick: &Brick) -> Result<Group, ModelError> {
-    let ours = brick.fall(earth, &CASE_3)?;
-    let mut checks = rates(&ours, &CASE_3, 1e-4);
-    checks.extend(attitude(&ours, &CASE_3, 2e-3));
-    checks.extend(path(&ours, &CASE_3, [1e-4, 1e-5]));
-    let source = "NASA/TM-2015-218675, atmospheric case 3, simulation 5; worst of 0, 5, .. 30 s";
-    Ok(Group { title: "NASA case 3: tumbling brick with rotational damping", source, checks })
+    let fall = brick.fall(earth, 3)?;
+    Ok(Group {
+        title: "NASA case 3: tumbling brick with rotational damping",
+        source: "NASA/TM-2015-218675, atmospheric case 3, simulation 5; worst of 0, 5, .. 30 s",
+        checks: fall
+            .rates(1e-4)
+            .into_iter()
+            .chain(fall.attitude(2e-3))
+            .chain(fall.path(1e-4, 1e-5))
+            .collect(),
+    })
 }
 
 /// Case 4: a sphere falls through the air over a sphere that does not turn.
@@ -202,15 +211,11 @@ pub fn case_3(earth: &Earth, brick: &Brick) -> Result<Group, ModelError> {
 /// # Errors
 /// As [`case_2`].
 pub fn case_4(earth: &Earth, sphere: &Brick) -> Result<Group, ModelError> {
-    let ours = sphere.fall(earth, &CASE_4)?;
-    let mut checks = path(&ours, &CASE_4, [2e-4, 5e-5]);
-    checks.extend(attitude(&ours, &CASE_4, 1e-7));
-    checks.push(Check::worst(
-        "density of the air",
-        "slug/ft^3",
-        series(&ours, &CASE_4, |r| r.density_slug_ft3),
-        2e-9,
-    ));
-    let source = "NASA/TM-2015-218675, atmospheric case 4, simulation 4; worst of 0, 5, .. 30 s";
-    Ok(Group { title: "NASA case 4: falling sphere", source, checks })
+    let fall = sphere.fall(earth, 4)?;
+    let density = fall.check("density of the air", "slug/ft^3", |r| r.density_slug_ft3, 2e-9);
+    Ok(Group {
+        title: "NASA case 4: falling sphere",
+        source: "NASA/TM-2015-218675, atmospheric case 4, simulation 4; worst of 0, 5, .. 30 s",
+        checks: fall.path(2e-4, 5e-5).into_iter().chain(fall.attitude(1e-7)).chain([density]).collect(),
+    })
 }
