@@ -18,42 +18,7 @@ pub struct Figure {
     pub svg: String,
 }
 
-const STYLE: &str = "\
-:root{color-scheme:light}
-body{font:16px/1.5 system-ui,-apple-system,'Segoe UI',Roboto,'Helvetica Neue',Arial,sans-serif;color:#222;background:#fff;max-width:62rem;margin:0 auto;padding:1.5rem 1rem 4rem}
-h1{font-size:1.7rem;line-height:1.2;margin:0 0 .3rem}
-h2{font-size:1.25rem;margin:2.6rem 0 .6rem;border-bottom:1px solid #ddd;padding-bottom:.2rem}
-p{margin:.5rem 0;max-width:46rem}
-.soft{color:#555}
-.verdict{font-size:1.1rem;border-left:5px solid #1b7f5c;background:#f2f8f5;padding:.6rem .9rem;margin:1rem 0;max-width:none}
-.verdict.no{border-color:#c01f2e;background:#fbf2f3}
-figure{margin:1.2rem 0}
-figure.table{overflow-x:auto}
-table{border-collapse:collapse;font-size:.9rem;font-variant-numeric:tabular-nums}
-caption{text-align:left;font-weight:600;padding:0 0 .4rem}
-th,td{padding:.22rem .55rem;text-align:right;white-space:nowrap}
-th:first-child{text-align:left}
-thead th{border-bottom:1.5px solid #222;vertical-align:bottom}
-tbody th{font-weight:500}
-tbody tr{border-top:1px solid #eee}
-tr.aside{border-top:0;color:#555}
-tr.aside th{padding-left:1.5rem;font-weight:400}
-.words td{text-align:left;white-space:normal;min-width:6.5rem}
-.words th:first-child{white-space:normal;min-width:13rem}
-.words thead th{text-align:left}
-.words td:last-child{white-space:nowrap}
-sub{font-size:.75em;line-height:0}
-.drawing{overflow-x:auto}
-svg{width:100%;min-width:44rem;height:auto;display:block}
-figcaption{font-size:.92rem;color:#333;max-width:46rem;margin-top:.3rem}
-code,pre{font:13px/1.5 ui-monospace,SFMono-Regular,Menlo,Consolas,monospace}
-pre{background:#f6f6f6;padding:.7rem .9rem;overflow-x:auto}
-dl{display:grid;grid-template-columns:max-content 1fr;gap:.1rem 1rem;font-size:.92rem}
-dt{color:#555}
-dd{margin:0;overflow-wrap:anywhere}
-@media(max-width:40rem){dl{grid-template-columns:1fr}dd{margin-bottom:.4rem}body{padding:1rem .7rem 3rem}}
-@media print{svg{min-width:0}body{max-width:none;padding:0;font-size:10.5pt}figure{break-inside:avoid}h2{break-after:avoid}table{font-size:8.5pt}th,td{padding:.15rem .35rem}.verdict{-webkit-print-color-adjust:exact;print-color-adjust:exact}}
-";
+const STYLE: &str = include_str!("page.css");
 
 /// The HTML document of a study.
 pub fn page(a: &Assessment<'_>, figures: &[Figure]) -> String {
