@@ -5,6 +5,7 @@
 //! | [`flight_csv`] | the flight log: every sample, every term of the balance of forces |
 //! | [`verdict`] | the verdict and the plan for the terminal |
 //! | [`verify`] | the checks of `samara verify` |
+//! | `columns` | numbers and tables for the terminal |
 //! | [`json`] | the objects of `--json` and of `plan.json` |
 //! | [`params`] | exports, checks and differences of parameter files |
 //! | [`tune`] | searches of gains |
@@ -16,6 +17,7 @@
 //! Everything here is text made from its arguments: the same arguments give the same bytes. Wall-clock times
 //! come from the caller and go to the terminal and to `--json` only, never into a file.
 
+mod columns;
 pub mod drops;
 pub mod figure;
 pub mod flight_csv;

@@ -1,102 +1,67 @@
 //! The verdict on a drop and the outcome of a plan, as text for the terminal.
 
+use super::columns::{fixed, short};
 use super::json::status_name;
 use crate::assess::{SafetyLimits, Verdict, plan_j_tpf};
 use crate::plan::Plan;
 use crate::units::DEG_PER_RAD;
 
-/// A line of the table: quantity, value and unit, limit, mark.
-struct Line {
-    quantity: &'static str,
-    value: String,
-    unit: &'static str,
-    limit: String,
-    mark: String,
-}
-
 /// The verdict as an aligned table: quantity, value, limit, and whether the limit held; J_TPF with the
 /// quantity that decides it, and steady flight marked if it was to be reached and was not. Ends with a line's
 /// end.
 pub fn verdict_text(verdict: &Verdict, limits: &SafetyLimits, misses_steady_flight: bool) -> String {
-    let passed = |name: &str| verdict.limits_passed.contains(&name);
-    let judged = |quantity, name, value: f64, digits, unit, limit: String| Line {
-        quantity,
-        value: fixed(value, digits),
-        unit,
-        limit,
-        mark: if passed(name) { "EXCEEDED" } else { "ok" }.to_owned(),
+    let line = |quantity: &str, value: String, unit: &str, limit: &str, mark: &str| {
+        [quantity.to_owned(), value, unit.to_owned(), limit.to_owned(), mark.to_owned()]
     };
-    let stated = |quantity, value: String, unit| Line {
-        quantity,
-        value,
-        unit,
-        limit: String::new(),
-        mark: String::new(),
-    };
-    let speed = short(limits.speed_m_s);
-    let pitch = format!("+-{}", short(limits.pitch_rad * DEG_PER_RAD));
-    let rate = format!("+-{}", short(limits.pitch_rate_rad_s * DEG_PER_RAD));
-    let acceleration = format!("+-{}", short(limits.vertical_acceleration_m_s2));
-    let steady = verdict.steady_after_s.map_or("never".to_owned(), |t| fixed(t, 2));
-    let v = verdict.final_v_ned;
-    let velocity = format!("{} {} {}", fixed(v.x, 2), fixed(v.y, 2), fixed(v.z, 2));
-    let mut j_tpf = judged("J_TPF", "", verdict.j_tpf, 4, "", "1".to_owned());
-    if verdict.limits_passed.iter().any(|&name| name != "impact") || !(verdict.j_tpf <= 1.0) {
-        j_tpf.mark = "EXCEEDED".to_owned();
-    }
-    j_tpf.mark += &format!(", decided by {}", verdict.decided_by.replace('_', " "));
-    let (theta, q) = (verdict.peak_pitch_rad * DEG_PER_RAD, verdict.peak_pitch_rate_rad_s * DEG_PER_RAD);
-    let (phi, p) = (verdict.peak_roll_rad * DEG_PER_RAD, verdict.peak_roll_rate_rad_s * DEG_PER_RAD);
+    let mark = |exceeded: bool| if exceeded { "EXCEEDED" } else { "ok" };
+    let passed = |name: &str| mark(verdict.limits_passed.contains(&name));
+    let either_way = |limit: f64| format!("+-{}", short(limit, 6));
+    let speed = short(limits.speed_m_s, 6);
+    let pitch = either_way(limits.pitch_rad * DEG_PER_RAD);
+    let rate = either_way(limits.pitch_rate_rad_s * DEG_PER_RAD);
+    let acceleration = either_way(limits.vertical_acceleration_m_s2);
+    let exceeded = verdict.limits_passed.iter().any(|&name| name != "impact") || !(verdict.j_tpf <= 1.0);
+    let decided = format!("{}, decided by {}", mark(exceeded), verdict.decided_by.replace('_', " "));
+    let theta = fixed(verdict.peak_pitch_rad * DEG_PER_RAD, 2);
+    let q = fixed(verdict.peak_pitch_rate_rad_s * DEG_PER_RAD, 2);
+    let phi = fixed(verdict.peak_roll_rad * DEG_PER_RAD, 2);
+    let p = fixed(verdict.peak_roll_rate_rad_s * DEG_PER_RAD, 2);
     let mut lines = vec![
-        j_tpf,
-        judged("peak speed", "speed", verdict.peak_speed_m_s, 2, "m/s", speed),
-        judged("peak pitch", "pitch", theta, 2, "deg", pitch.clone()),
-        judged("peak pitch rate", "pitch_rate", q, 2, "deg/s", rate.clone()),
+        line("J_TPF", fixed(verdict.j_tpf, 4), "", "1", &decided),
+        line("peak speed", fixed(verdict.peak_speed_m_s, 2), "m/s", &speed, passed("speed")),
+        line("peak pitch", theta, "deg", &pitch, passed("pitch")),
+        line("peak pitch rate", q, "deg/s", &rate, passed("pitch_rate")),
     ];
-    // A flight in the plane has no roll to tell of.
-    if fixed(phi, 2) != "0.00" || fixed(p, 2) != "0.00" {
-        lines.push(judged("peak roll", "roll", phi, 2, "deg", pitch));
-        lines.push(judged("peak roll rate", "roll_rate", p, 2, "deg/s", rate));
+    // A flight in the plane has no roll to report.
+    if phi != "0.00" || p != "0.00" {
+        lines.push(line("peak roll", phi, "deg", &pitch, passed("roll")));
+        lines.push(line("peak roll rate", p, "deg/s", &rate, passed("roll_rate")));
     }
-    lines.extend([
-        Line {
-            mark: "not judged".to_owned(),
-            ..judged(
-                "peak vertical acceleration",
-                "",
-                verdict.peak_vertical_acceleration_m_s2,
-                2,
-                "m/s^2",
-                acceleration,
-            )
-        },
-        stated("altitude lost", fixed(verdict.altitude_lost_m, 1), "m"),
-        Line {
-            mark: if misses_steady_flight { "NOT STEADY" } else { "" }.to_owned(),
-            ..stated("steady after", steady, if verdict.steady_after_s.is_some() { "s" } else { "" })
-        },
-        stated("final velocity, NED", velocity, "m/s"),
-    ]);
+    let peak = fixed(verdict.peak_vertical_acceleration_m_s2, 2);
+    lines.push(line("peak vertical acceleration", peak, "m/s^2", &acceleration, "not judged"));
+    lines.push(line("altitude lost", fixed(verdict.altitude_lost_m, 1), "m", "", ""));
+    let (steady, unit) = verdict.steady_after_s.map_or(("never".to_owned(), ""), |t| (fixed(t, 2), "s"));
+    let missed = if misses_steady_flight { "NOT STEADY" } else { "" };
+    lines.push(line("steady after", steady, unit, "", missed));
+    let velocity = verdict.final_v_ned.as_slice().iter().map(|v| fixed(*v, 2)).collect::<Vec<_>>();
+    lines.push(line("final velocity, NED", velocity.join(" "), "m/s", "", ""));
     if let Some(speed) = verdict.impact_speed_m_s {
-        lines.push(judged("speed of impact", "impact", speed, 2, "m/s", String::new()));
+        lines.push(line("speed of impact", fixed(speed, 2), "m/s", "", passed("impact")));
     }
     table(&lines)
 }
 
-fn table(lines: &[Line]) -> String {
-    let width = |of: fn(&Line) -> usize| lines.iter().map(of).max().unwrap_or(0);
-    let (quantity, unit) = (width(|l| l.quantity.len()), width(|l| l.unit.len()));
-    let (value, limit) = (width(|l| l.value.len()), width(|l| l.limit.len()).max("limit".len()));
-    let mut text = format!("{:quantity$}  {:>value$} {:unit$}  {:>limit$}\n", "", "value", "", "limit");
-    for l in lines {
-        let row = format!(
-            "{:quantity$}  {:>value$} {:unit$}  {:>limit$}  {}",
-            l.quantity, l.value, l.unit, l.limit, l.mark
-        );
-        text += row.trim_end();
-        text.push('\n');
-    }
-    text
+/// Quantity, value, unit, limit and mark, a line each, below a head.
+fn table(lines: &[[String; 5]]) -> String {
+    let widths = [0, 1, 2, 3].map(|column| lines.iter().map(|l| l[column].len()).max().unwrap_or(0));
+    let [quantity, value, unit, limit] = widths;
+    let limit = limit.max("limit".len());
+    let head = ["", "value", "", "limit", ""].map(str::to_owned);
+    let row = |[name, number, its_unit, bound, mark]: &[String; 5]| {
+        let row = format!("{name:quantity$}  {number:>value$} {its_unit:unit$}  {bound:>limit$}  {mark}");
+        row.trim_end().to_owned() + "\n"
+    };
+    std::iter::once(&head).chain(lines).map(row).collect()
 }
 
 /// A plan in one line: how the solve ended, its cost, its safety, the work. `solve_ms` is the caller's.
@@ -109,26 +74,11 @@ pub fn plan_text(plan: &Plan, limits: &SafetyLimits, solve_ms: Option<f64>) -> S
         plan.objective,
         plan_j_tpf(&plan.trajectory, limits),
         plan.trajectory.nodes().len(),
-        short(plan.trajectory.end_s()),
+        short(plan.trajectory.end_s(), 6),
     );
     if let Some(diagnosis) = &plan.diagnosis {
         text += diagnosis;
         text.push('\n');
     }
     text
-}
-
-/// With that many decimals; no "-0.00".
-fn fixed(x: f64, digits: usize) -> String {
-    let text = format!("{x:.digits$}");
-    match text.strip_prefix('-') {
-        Some(rest) if rest.chars().all(|c| c == '0' || c == '.') => rest.to_owned(),
-        _ => text,
-    }
-}
-
-/// A given number as it was given: up to six decimals (degrees come back from radians), none that are zero.
-fn short(x: f64) -> String {
-    let text = fixed(x, 6);
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }

@@ -2,6 +2,7 @@
 
 use super::canvas::{Anchor, Font, Pen, Point, Stroke};
 use super::color::{GRID, INK, SOFT_INK};
+use crate::report::columns;
 
 /// Text of ticks and labels at lines.
 pub(crate) const SMALL: Font = Font { size: 12.0, color: SOFT_INK, bold: false };
@@ -21,6 +22,11 @@ pub(crate) struct Axis {
 }
 
 impl Axis {
+    /// The scale from the lower to the higher of two numbers, between the pixels at which they are drawn.
+    pub(crate) fn new((low, high): (f64, f64), (low_px, high_px): (f64, f64)) -> Self {
+        Self { low, high, low_px, high_px }
+    }
+
     /// Pixel at which a number is drawn.
     pub(crate) fn px(&self, x: f64) -> f64 {
         self.low_px + (x - self.low) / (self.high - self.low) * (self.high_px - self.low_px)
@@ -57,18 +63,12 @@ pub(crate) fn round_step(x: f64) -> f64 {
 
 /// A number with a minus sign proper, and none before zero.
 pub(crate) fn number(x: f64, decimals: usize) -> String {
-    let text = format!("{:.decimals$}", x.abs());
-    if x < 0.0 && text.chars().any(|c| c.is_ascii_digit() && c != '0') {
-        format!("\u{2212}{text}")
-    } else {
-        text
-    }
+    columns::fixed(x, decimals).replace('-', "\u{2212}")
 }
 
 /// A number with as many decimals (two at most) as it has.
 pub(crate) fn short(x: f64) -> String {
-    let text = number(x, 2);
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    columns::short(x, 2).replace('-', "\u{2212}")
 }
 
 /// Range of the finite values; `None` when there are none.
@@ -106,13 +106,13 @@ impl Panel {
             let px = self.x.px(x);
             pen.line(&[(px, y0), (px, y1)], line);
             if below {
-                pen.text(&text, (px, y1 + 13.0), Anchor::Middle, SMALL);
+                pen.text(&text, (px, y1 + 13.0), Anchor::Center, SMALL);
             }
         }
         for (y, text) in self.y.ticks(rows) {
             let px = self.y.px(y);
             pen.line(&[(x0, px), (x1, px)], line);
-            pen.text(&text, (x0 - 7.0, px), Anchor::End, SMALL);
+            pen.text(&text, (x0 - 7.0, px), Anchor::Right, SMALL);
         }
     }
 }
@@ -122,7 +122,7 @@ mod tests {
     use super::*;
 
     fn texts(low: f64, high: f64, count: usize) -> Vec<String> {
-        let axis = Axis { low, high, low_px: 0.0, high_px: 100.0 };
+        let axis = Axis::new((low, high), (0.0, 100.0));
         axis.ticks(count).into_iter().map(|t| t.1).collect()
     }
 

@@ -8,9 +8,11 @@
 use plotters::backend::{DrawingBackend, SVGBackend};
 use plotters::prelude::{Color, FontTransform, IntoFont, RGBColor, ShapeStyle, TextStyle};
 use plotters::style::FontStyle;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+/// The point of a text that is put at its place; vertically always the middle.
+pub(crate) use plotters::style::text_anchor::HPos as Anchor;
+use plotters::style::text_anchor::{Pos, VPos};
 
-use super::color::{Rgb, WHITE};
+use super::color::{INK, Rgb, WHITE};
 pub(crate) use super::polyline::Point;
 use super::polyline::{dashes, thinned};
 
@@ -54,14 +56,6 @@ impl Stroke {
     }
 }
 
-/// The point of a text that is put at its place; vertically always the middle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Anchor {
-    Start,
-    Middle,
-    End,
-}
-
 /// Size, colour and weight of text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Font {
@@ -70,43 +64,28 @@ pub(crate) struct Font {
     pub(crate) bold: bool,
 }
 
-/// A sheet to draw on.
-pub(crate) struct Canvas {
+/// Draws on a white sheet of `size` pixels and returns the document. `title` and `origin`, the comment lines
+/// of a result's stamp, go into its head.
+///
+/// # Errors
+/// [`FigureError`] when plotters fails.
+pub(crate) fn sheet(
     size: (u32, u32),
-    svg: String,
-}
-
-impl Canvas {
-    /// A white sheet of `size` pixels.
-    pub(crate) fn new(size: (u32, u32)) -> Self {
-        Self { size, svg: String::new() }
-    }
-
-    /// Draws on the sheet and returns the document. `about` goes into its head: title, then description.
-    ///
-    /// # Errors
-    /// [`FigureError`] when plotters fails.
-    pub(crate) fn finish(
-        mut self,
-        about: (&str, &str),
-        draw: impl FnOnce(&mut Pen<'_>),
-    ) -> Result<String, FigureError> {
-        let fine = |x: u32| (f64::from(x) * FINENESS) as u32;
-        let (width, height) = self.size;
-        let mut pen = Pen {
-            backend: SVGBackend::with_string(&mut self.svg, (fine(width), fine(height))),
-            failure: None,
-        };
-        let (w, h) = (f64::from(width), f64::from(height));
-        pen.polygon(&[(0.0, 0.0), (w, 0.0), (w, h), (0.0, h)], WHITE);
-        draw(&mut pen);
-        pen.attempt(|backend| backend.present());
-        let failure = pen.failure.take();
-        drop(pen);
-        match failure {
-            Some(reason) => Err(FigureError::Backend(reason)),
-            None => Ok(document(&self.svg, self.size, about)),
-        }
+    (title, origin): (&str, &str),
+    draw: impl FnOnce(&mut Pen<'_>),
+) -> Result<String, FigureError> {
+    let fine = |x: u32| (f64::from(x) * FINENESS) as u32;
+    let mut svg = String::new();
+    let backend = SVGBackend::with_string(&mut svg, (fine(size.0), fine(size.1)));
+    let mut pen = Pen { backend, failure: None };
+    pen.rectangle((0.0, 0.0), (f64::from(size.0), f64::from(size.1)), WHITE);
+    draw(&mut pen);
+    pen.attempt(|backend| backend.present());
+    let failure = pen.failure.take();
+    drop(pen);
+    match failure {
+        Some(reason) => Err(FigureError::Backend(reason)),
+        None => Ok(document(&svg, size, (title, origin.replace("# ", "").trim_end()))),
     }
 }
 
@@ -213,13 +192,14 @@ impl<'a> Pen<'a> {
         self.attempt(|b| b.draw_circle(fine_point(centre), fine_width(radius), &style, true));
     }
 
+    /// Draws a disc within a dark rim.
+    pub(crate) fn dot(&mut self, centre: Point, (outer, inner): (f64, f64), color: Rgb) {
+        self.disc(centre, outer, INK);
+        self.disc(centre, inner, color);
+    }
+
     /// Writes a text, its middle line at the place.
     pub(crate) fn text(&mut self, text: &str, at: Point, anchor: Anchor, font: Font) {
-        let h_pos = match anchor {
-            Anchor::Start => HPos::Left,
-            Anchor::Middle => HPos::Center,
-            Anchor::End => HPos::Right,
-        };
         let weight = if font.bold { FontStyle::Bold } else { FontStyle::Normal };
         let color = rgb(font.color);
         let style = TextStyle::from(
@@ -229,7 +209,7 @@ impl<'a> Pen<'a> {
                 .transform(FontTransform::None),
         )
         .color(&color)
-        .pos(Pos::new(h_pos, VPos::Center));
+        .pos(Pos::new(anchor, VPos::Center));
         let open = text.matches(SUBSCRIPT[1]).count();
         let text = format!("{text}{}", SUBSCRIPT[2].to_string().repeat(open));
         self.attempt(|b| b.draw_text(&text, &style, fine_point(at)));
@@ -259,12 +239,11 @@ mod tests {
 
     #[test]
     fn text_is_escaped_and_subscripts_are_set() {
-        let svg = Canvas::new((20, 10))
-            .finish(("a < b", "c & d"), |pen| {
-                let font = Font { size: 10.0, color: WHITE, bold: false };
-                pen.text(&format!("1 < {}", sub("J", "TPF")), (1.0, 5.0), Anchor::Start, font);
-            })
-            .unwrap();
+        let svg = sheet((20, 10), ("a < b", "c & d"), |pen| {
+            let font = Font { size: 10.0, color: WHITE, bold: false };
+            pen.text(&format!("1 < {}", sub("J", "TPF")), (1.0, 5.0), Anchor::Left, font);
+        })
+        .unwrap();
         assert!(svg.contains("<title>a &lt; b</title>") && svg.contains("1 &lt; J<tspan"), "{svg}");
         assert!(svg.contains("viewBox=\"0 0 200 100\"") && svg.trim_end().ends_with("</svg>"), "{svg}");
     }

@@ -4,11 +4,12 @@
 use super::WIDTH_PX;
 use super::axis::{Axis, Panel, SMALL, TITLE, number, range};
 use super::canvas::FigureError;
-use super::canvas::{Anchor, Canvas, Font, Pen, Point, Stroke, sub, text_width};
+use super::canvas::{self, Anchor, Font, Pen, Point, Stroke, sub, text_width};
 use super::color::{FIRST, GRID, INK, LIMIT, SECOND};
 use super::label::{Place, Room};
 use crate::config::{Mission, Stamp};
 use crate::report::tune::TuneRun;
+use crate::tune::search::Progress;
 use crate::tune::{Objective, Search};
 
 const HEIGHT_PX: u32 = 420;
@@ -29,14 +30,11 @@ pub fn convergence_figure(mission: &Mission, search: &Search, run: &TuneRun) -> 
     let decades = (tallest / least).max(1.1).log10();
     // The logarithm of the cost is drawn straight.
     let (low, high) = (least.log10() - 0.06 * decades, least.log10() + 1.04 * decades);
-    let panel = Panel {
-        x: Axis { low: 0.0, high: last, low_px: x0, high_px: x1 },
-        y: Axis { low, high, low_px: y1, high_px: y0 },
-    };
-    let curve = |of: &dyn Fn(&crate::tune::search::Progress) -> f64| -> Vec<Point> {
+    let panel = Panel { x: Axis::new((0.0, last), (x0, x1)), y: Axis::new((low, high), (y1, y0)) };
+    let curve = |of: fn(&Progress) -> f64| -> Vec<Point> {
         history.iter().map(|p| panel.px(p.evaluations as f64, of(p).max(least).log10())).collect()
     };
-    let (best, median) = (curve(&|p| p.cost), curve(&|p| p.median_cost));
+    let (best, median) = (curve(|p| p.cost), curve(|p| p.median_cost));
     let headline = format!(
         "{}: {} by {}, cost {} after {} evaluations",
         mission.name,
@@ -46,28 +44,25 @@ pub fn convergence_figure(mission: &Mission, search: &Search, run: &TuneRun) -> 
         search.tried().len()
     );
     let stamp = Stamp { seed: mission.seed, input_hash: mission.hash_without_gains() };
-    let about = stamp.csv_comment().replace("# ", "");
-    Canvas::new((WIDTH_PX, HEIGHT_PX)).finish((&headline, about.trim_end()), |pen| {
-        pen.text(&headline, (16.0, 28.0), Anchor::Start, Font { size: 19.0, color: INK, bold: true });
-        pen.text(&meaning_of_cost(run), (16.0, 54.0), Anchor::Start, SMALL);
+    canvas::sheet((WIDTH_PX, HEIGHT_PX), (&headline, &stamp.csv_comment()), |pen| {
+        pen.text(&headline, (16.0, 28.0), Anchor::Left, Font { size: 19.0, color: INK, bold: true });
+        pen.text(&meaning_of_cost(run), (16.0, 54.0), Anchor::Left, SMALL);
         panel.grid(pen, 8, 0, true);
         for (cost, text) in logarithmic_ticks(10f64.powf(low), 10f64.powf(high)) {
             let y = panel.y.px(cost.log10());
             pen.line(&[(x0, y), (x1, y)], Stroke::solid(GRID, 1.0));
-            pen.text(&text, (x0 - 7.0, y), Anchor::End, SMALL);
+            pen.text(&text, (x0 - 7.0, y), Anchor::Right, SMALL);
         }
-        pen.text("cost (log)", (x0, y0 - 14.0), Anchor::Middle, TITLE);
-        pen.text("evaluations", (0.5 * (x0 + x1), y1 + 38.0), Anchor::Middle, TITLE);
+        pen.text("cost (log)", (x0, y0 - 14.0), Anchor::Center, TITLE);
+        pen.text("evaluations", (0.5 * (x0 + x1), y1 + 38.0), Anchor::Center, TITLE);
         // A front's bounds change on the way.
         for pair in history.windows(2).filter(|w| w[0].objective != w[1].objective) {
             let x = panel.x.px(pair[0].evaluations as f64);
             pen.line(&[(x, y0), (x, y1)], Stroke::dashed(LIMIT, 1.0, 3.0, 3.0));
         }
-        let mut room = Room::new((x0, y0), (x1, y1));
-        pen.line(&median, Stroke::solid(SECOND, 1.2));
-        pen.line(&best, Stroke::solid(FIRST, 2.2));
-        room.take_line(&median);
-        room.take_line(&best);
+        let mut room = Room::new(CORNERS);
+        room.line(pen, &median, Stroke::solid(SECOND, 1.2));
+        room.line(pen, &best, Stroke::solid(FIRST, 2.2));
         let title = |color| Font { color, bold: true, ..TITLE };
         name_curve(pen, &median, ("median of the iteration", title(SECOND)), &mut room);
         name_curve(pen, &best, ("best so far", title(FIRST)), &mut room);
@@ -98,16 +93,14 @@ fn name_curve(pen: &mut Pen<'_>, curve: &[Point], (name, font): (&str, Font), ro
     let stations = (1..16).map(|k| curve[k * (n - 1) / 16]);
     let places = stations
         .flat_map(|(x, y)| [-12.0, 12.0, -26.0].map(|dy| Place::around((x + 0.5 * w, y + dy), w, 14.0)));
-    if let Some(place) = room.best(places) {
-        pen.text(name, place.centre(), Anchor::Middle, font);
-    }
+    room.write(pen, (name, font), places);
 }
 
 /// Round numbers for a logarithmic scale: 1, 2 and 5 times powers of ten over more than a decade, evenly
 /// spaced ones over less.
 fn logarithmic_ticks(low: f64, high: f64) -> Vec<(f64, String)> {
     if high / low < 8.0 {
-        return Axis { low, high, low_px: 0.0, high_px: 1.0 }.ticks(6);
+        return Axis::new((low, high), (0.0, 1.0)).ticks(6);
     }
     let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
     let many = last - first > 4;

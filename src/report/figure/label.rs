@@ -1,6 +1,6 @@
 //! Room for labels: each goes to the candidate place where it covers least.
 
-use super::canvas::Point;
+use super::canvas::{Anchor, Font, Pen, Point, Stroke};
 
 /// An upright rectangle [px].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +51,7 @@ const AREA_PER_LINE_POINT: f64 = 12.0;
 const OVERLAP_WEIGHT: f64 = 10.0;
 
 impl Room {
-    pub(crate) fn new((x0, y0): Point, (x1, y1): Point) -> Self {
+    pub(crate) fn new(((x0, y0), (x1, y1)): (Point, Point)) -> Self {
         Self { bounds: Place { x0, y0, x1, y1 }, taken: Vec::new(), line_points: Vec::new() }
     }
 
@@ -71,6 +71,24 @@ impl Room {
                 self.line_points
                     .extend((0..n).map(|i| (a.0 + (b.0 - a.0) * at(i), a.1 + (b.1 - a.1) * at(i))));
             }
+        }
+    }
+
+    /// Draws a line and keeps labels off it.
+    pub(crate) fn line(&mut self, pen: &mut Pen<'_>, points: &[Point], stroke: Stroke) {
+        pen.line(points, stroke);
+        self.take_line(points);
+    }
+
+    /// Writes a text in the middle of the best of the candidates.
+    pub(crate) fn write(
+        &mut self,
+        pen: &mut Pen<'_>,
+        (text, font): (&str, Font),
+        candidates: impl IntoIterator<Item = Place>,
+    ) {
+        if let Some(place) = self.best(candidates) {
+            pen.text(text, place.centre(), Anchor::Center, font);
         }
     }
 
@@ -103,7 +121,7 @@ mod tests {
 
     #[test]
     fn a_label_goes_where_nothing_is() {
-        let mut room = Room::new((0.0, 0.0), (100.0, 100.0));
+        let mut room = Room::new(((0.0, 0.0), (100.0, 100.0)));
         room.take_line(&[(0.0, 50.0), (100.0, 50.0)]);
         let at = |x, y| Place::around((x, y), 20.0, 10.0);
         // On the line, out of bounds, free.

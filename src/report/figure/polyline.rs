@@ -1,4 +1,4 @@
-//! Lines as points: thinned to what is visible, cut into dashes.
+//! Lines as points: thinned to what is visible, cut into dashes and into runs.
 
 /// A point on the sheet [px], x to the right, y down.
 pub(crate) type Point = (f64, f64);
@@ -36,6 +36,20 @@ fn distance(p: Point, a: Point, b: Point) -> f64 {
         0.0
     };
     (p.0 - a.0 - along * dx).hypot(p.1 - a.1 - along * dy)
+}
+
+/// The parts of a line whose points have one key, each with that key; a part ends where the next one begins.
+pub(crate) fn runs<K: Copy + PartialEq>(points: &[(Point, K)]) -> Vec<(K, Vec<Point>)> {
+    let mut runs = Vec::new();
+    let mut start = 0;
+    while start + 1 < points.len() {
+        let key = points[start].1;
+        let run = points[start..].iter().take_while(|p| p.1 == key).count();
+        let end = (start + run + 1).min(points.len());
+        runs.push((key, points[start..end].iter().map(|p| p.0).collect()));
+        start += run;
+    }
+    runs
 }
 
 /// Cuts a line of at least one point into dashes [px].

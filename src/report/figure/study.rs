@@ -1,17 +1,19 @@
 //! The common style of the safety study's figures: one scale of colours and one range of velocities for all
 //! of them, so that a colour or a length means the same in each.
 
-use super::axis::{SMALL, range};
+use super::axis::{Axis, Panel, SMALL, range};
 use super::canvas::FigureError;
-use super::canvas::{Anchor, Canvas, Font, Pen, Point, Stroke};
-use super::color::{ColorScale, INK, LIMIT};
+use super::canvas::{self, Anchor, Font, Pen};
+use super::color::{ColorScale, INK};
 use crate::assess::TraceInstant;
 use crate::config::Mission;
 
 /// Font of the names of axes and panels.
 pub(super) const AXIS: Font = Font { size: 13.0, color: INK, bold: false };
-/// Width of the figures [px].
-pub(super) const WIDTH_PX: u32 = 960;
+const WIDTH_PX: u32 = 960;
+/// Left edges of the two columns of panels, and their width [px].
+pub(super) const LEFT_PX: [f64; 2] = [62.0, 540.0];
+pub(super) const PANEL_PX: f64 = 404.0;
 const TITLE: Font = Font { size: 18.0, color: INK, bold: true };
 
 /// A trial in a figure of costs.
@@ -28,7 +30,7 @@ pub struct TrialPoint {
 /// Scales that all figures of a study share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyStyle {
-    pub(super) about: String,
+    origin: String,
     pub(super) target_v_ned: [f64; 3],
     /// End of the flights [s].
     pub(super) end_s: f64,
@@ -55,9 +57,8 @@ impl StudyStyle {
         let instants = || flights.clone().flatten();
         let over = |of: fn(&TraceInstant) -> f64| range(instants().map(of)).ok_or(FigureError::Empty);
         let among = |of: fn(&TrialPoint) -> f64| range(trials.clone().map(of)).ok_or(FigureError::Empty);
-        let stamp = mission.stamp();
         Ok(Self {
-            about: stamp.csv_comment().replace("# ", "").trim_end().to_owned(),
+            origin: mission.stamp().csv_comment(),
             target_v_ned: mission.target_v_ned.into(),
             end_s: mission.plan.horizon_s,
             j_state: ColorScale::around(instants().map(|i| i.j_state)),
@@ -81,21 +82,30 @@ impl StudyStyle {
         remark: &str,
         draw: impl FnOnce(&mut Pen<'_>),
     ) -> Result<String, FigureError> {
-        Canvas::new((WIDTH_PX, height_px)).finish((title, &self.about), |pen| {
-            pen.text(title, (16.0, 26.0), Anchor::Start, TITLE);
-            pen.text(remark, (16.0, 51.0), Anchor::Start, SMALL);
+        canvas::sheet((WIDTH_PX, height_px), (title, &self.origin), |pen| {
+            pen.text(title, (16.0, 26.0), Anchor::Left, TITLE);
+            pen.text(remark, (16.0, 51.0), Anchor::Left, SMALL);
             draw(pen);
         })
     }
+}
+
+/// Draws a grid with its numbers and writes the names of the axes, that of the upright one `above` the panel
+/// [px].
+pub(super) fn grid(pen: &mut Pen<'_>, panel: &Panel, [x, y]: [&str; 2], rows: usize, above: f64) {
+    let ((x0, y0), (x1, y1)) = panel.corners();
+    pen.text(y, (x0 - 44.0, y0 - above), Anchor::Left, AXIS);
+    pen.text(x, (0.5 * (x0 + x1), y1 + 34.0), Anchor::Center, AXIS);
+    panel.grid(pen, 6, rows, true);
+}
+
+/// The scale of a column of panels.
+pub(super) fn column(range: (f64, f64), column: usize) -> Axis {
+    Axis::new(range, (LEFT_PX[column], LEFT_PX[column] + PANEL_PX))
 }
 
 /// A range with a little air around it.
 pub(super) fn with_margin((low, high): (f64, f64), fraction: f64) -> (f64, f64) {
     let margin = (fraction * (high - low)).max(1e-6);
     (low - margin, high + margin)
-}
-
-/// Draws a limit, a red line.
-pub(super) fn limit(pen: &mut Pen<'_>, from: Point, to: Point) {
-    pen.line(&[from, to], Stroke::dashed(LIMIT, 1.2, 8.0, 3.0));
 }

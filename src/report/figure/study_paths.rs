@@ -4,18 +4,16 @@
 use super::axis::{Axis, Panel, SMALL, range};
 use super::canvas::FigureError;
 use super::canvas::{Anchor, Font, Pen, Point, Stroke, sub, text_width};
-use super::color::{ColorScale, INK, SOFT_INK, WHITE};
-use super::flight_path::{MARK_INTERVAL_S, color_bar};
+use super::color::{ColorScale, SOFT_INK};
+use super::flight_path::{MARK_INTERVAL_S, color_bar, marks};
 use super::label::{Place, Room};
-use super::study::{AXIS, StudyStyle, with_margin};
+use super::polyline::runs;
+use super::study::{AXIS, LEFT_PX, PANEL_PX, StudyStyle, column, grid, with_margin};
 use crate::assess::TraceInstant;
 
 const HEIGHT_PX: u32 = 640;
 const TOP_PX: f64 = 118.0;
 const BOTTOM_PX: f64 = 588.0;
-/// Left edges of the panels [px].
-const LEFT_PX: [f64; 2] = [62.0, 540.0];
-const PANEL_PX: f64 = 404.0;
 /// Dash, gap, dash, gap of the paths of a panel's two controllers [px].
 const PATTERNS: [[f64; 4]; 2] = [[9.0, 4.0, 9.0, 4.0], [9.0, 3.0, 2.0, 3.0]];
 
@@ -28,6 +26,13 @@ pub struct PathGroup<'a> {
     pub flights: &'a [Vec<TraceInstant>],
     /// J_TPF of each flight, over the whole flight.
     pub j_tpf: &'a [f64],
+}
+
+impl PathGroup<'_> {
+    /// The flights up to a time.
+    fn shown(&self, until_s: f64) -> impl Iterator<Item = &[TraceInstant]> {
+        self.flights.iter().map(move |f| &f[..f.partition_point(|i| i.t_s <= until_s + 1e-9)])
+    }
 }
 
 /// Draws two panels of two groups each; the first group of a panel is dashed, the second dash-dotted.
@@ -45,24 +50,18 @@ pub fn paths_figure(
         "One path per release case, marks every {MARK_INTERVAL_S} s.{}",
         if until_s < style.end_s - 1e-9 { " The axis to the north is stretched." } else { "" }
     );
-    let shown = |flight: &'_ [TraceInstant]| -> Vec<TraceInstant> {
-        flight.iter().filter(|i| i.t_s <= until_s + 1e-9).copied().collect()
-    };
-    let all: Vec<Vec<TraceInstant>> =
-        panels.iter().flatten().flat_map(|g| g.flights).map(|f| shown(f)).collect();
-    let over = |of: fn(&TraceInstant) -> f64| range(all.iter().flatten().map(of)).ok_or(FigureError::Empty);
+    let all = || panels.iter().flatten().flat_map(|group| group.shown(until_s)).flatten();
+    let over = |of: fn(&TraceInstant) -> f64| range(all().map(of)).ok_or(FigureError::Empty);
     let (north, down) = (over(|i| i.north_down_m.0)?, over(|i| i.north_down_m.1)?);
     style.sheet(HEIGHT_PX, title, &remark, |pen| {
         color_bar(pen, &style.j_state, "state", (LEFT_PX[1] + PANEL_PX, 40.0));
-        for (groups, left) in panels.iter().zip(LEFT_PX) {
-            let panel = panel(left, north, down);
-            pen.text("altitude lost [m]", (left - 44.0, TOP_PX - 14.0), Anchor::Start, AXIS);
-            pen.text("north [m]", (left + 0.5 * PANEL_PX, BOTTOM_PX + 34.0), Anchor::Middle, AXIS);
-            panel.grid(pen, 6, 8, true);
-            let mut room = Room::new(panel.corners().0, panel.corners().1);
+        for (side, groups) in panels.iter().enumerate() {
+            let panel = panel(side, north, down);
+            grid(pen, &panel, ["north [m]", "altitude lost [m]"], 8, 14.0);
+            let mut room = Room::new(panel.corners());
             for (group, pattern) in groups.iter().zip(PATTERNS) {
-                for flight in group.flights.iter().map(|f| shown(f)) {
-                    path(pen, &panel, &flight, &style.j_state, pattern, &mut room);
+                for flight in group.shown(until_s) {
+                    path(pen, &panel, flight, &style.j_state, pattern, &mut room);
                 }
             }
             for (group, pattern) in groups.iter().zip(PATTERNS) {
@@ -74,7 +73,7 @@ pub fn paths_figure(
 
 /// A panel with both axes to the same scale when the paths leave room for that; a figure of the first seconds
 /// stretches north.
-fn panel(left: f64, north: (f64, f64), down: (f64, f64)) -> Panel {
+fn panel(side: usize, north: (f64, f64), down: (f64, f64)) -> Panel {
     let (mut n, mut d) = (with_margin(north, 0.06), with_margin(down, 0.06));
     d.1 += 0.10 * (d.1 - d.0);
     let (width, height) = (PANEL_PX, BOTTOM_PX - TOP_PX);
@@ -84,10 +83,11 @@ fn panel(left: f64, north: (f64, f64), down: (f64, f64)) -> Panel {
         n.1 = n.0 + per_px * width;
         d.1 = d.0 + per_px * height;
     }
-    Panel {
-        x: Axis { low: n.0, high: n.1, low_px: left, high_px: left + width },
-        y: Axis { low: d.0, high: d.1, low_px: TOP_PX, high_px: BOTTOM_PX },
-    }
+    Panel { x: column(n, side), y: Axis::new(d, (TOP_PX, BOTTOM_PX)) }
+}
+
+fn point(panel: &Panel, i: &TraceInstant) -> Point {
+    panel.px(i.north_down_m.0, i.north_down_m.1)
 }
 
 fn path(
@@ -98,47 +98,33 @@ fn path(
     pattern: [f64; 4],
     room: &mut Room,
 ) {
-    let at = |i: &TraceInstant| panel.px(i.north_down_m.0, i.north_down_m.1);
+    let at = |i: &TraceInstant| point(panel, i);
     let points: Vec<(Point, usize)> = flight.iter().map(|i| (at(i), scale.step(i.j_state))).collect();
     let line: Vec<Point> = points.iter().map(|p| p.0).collect();
     room.take_line(&line);
     broken(pen, &points, pattern, 2.0);
     let end_s = flight.last().map_or(0.0, |i| i.t_s);
-    for k in 0..1000 {
-        let t_s = f64::from(k) * MARK_INTERVAL_S;
-        let Some(i) = flight.iter().find(|i| i.t_s >= t_s - 1e-9).filter(|_| t_s <= end_s + 1e-9) else {
-            break;
-        };
-        pen.disc(at(i), 2.4, INK);
-        pen.disc(at(i), 1.5, WHITE);
-    }
+    marks(pen, (2.4, 1.5), |t_s| {
+        flight.iter().find(|i| i.t_s >= t_s - 1e-9).filter(|_| t_s <= end_s + 1e-9).map(at)
+    });
 }
 
 /// Draws a broken line with a colour for each point.
 fn broken(pen: &mut Pen<'_>, points: &[(Point, usize)], pattern: [f64; 4], width: f64) {
     let period: f64 = pattern.iter().sum();
-    let mut length = 0.0;
-    let mut run: Vec<Point> = Vec::new();
-    let mut color = None;
-    for pair in points.windows(2) {
-        let ((a, step), (b, _)) = (pair[0], pair[1]);
+    let (mut length, mut before) = (0.0, None);
+    let drawn = points.iter().map(|&(p, step)| {
+        let piece = before.replace(p).map_or(0.0, |q: Point| (p.0 - q.0).hypot(p.1 - q.1));
+        length += if piece.is_finite() { piece } else { 0.0 };
         let place = length % period;
         let drawn = place < pattern[0]
             || (pattern[0] + pattern[1]..pattern[0] + pattern[1] + pattern[2]).contains(&place);
-        if color != drawn.then_some(step) {
-            if let Some(step) = color {
-                pen.line(&run, Stroke::solid(ColorScale::color_of_step(step), width));
-            }
-            run.clear();
-            run.push(a);
-            color = drawn.then_some(step);
+        (p, drawn.then_some(step))
+    });
+    for (step, line) in runs(&drawn.collect::<Vec<_>>()) {
+        if let Some(step) = step {
+            pen.line(&line, Stroke::solid(ColorScale::color_of_step(step), width));
         }
-        run.push(b);
-        let piece = (b.0 - a.0).hypot(b.1 - a.1);
-        length += if piece.is_finite() { piece } else { 0.0 };
-    }
-    if let Some(step) = color {
-        pen.line(&run, Stroke::solid(ColorScale::color_of_step(step), width));
     }
 }
 
@@ -151,13 +137,8 @@ fn name(
     pattern: [f64; 4],
     room: &mut Room,
 ) {
-    let ends = group.flights.iter().filter_map(|f| f.iter().rfind(|i| i.t_s <= until_s + 1e-9));
-    let Some((x, y)) = ends
-        .map(|i| panel.px(i.north_down_m.0, i.north_down_m.1))
-        .reduce(|a, b| if b.1 > a.1 { b } else { a })
-    else {
-        return;
-    };
+    let ends = group.shown(until_s).filter_map(|flight| flight.last()).map(|i| point(panel, i));
+    let Some((x, y)) = ends.reduce(|a, b| if b.1 > a.1 { b } else { a }) else { return };
     let bold = Font { bold: true, ..AXIS };
     let costs = range(group.j_tpf.iter().copied())
         .map_or(String::new(), |(low, high)| format!("{} {low:.3} to {high:.3}", sub("J", "TPF")));
@@ -177,6 +158,6 @@ fn name(
         }
         x = end;
     }
-    pen.text(group.name, (left + 40.0, centre.1 - 8.0), Anchor::Start, bold);
-    pen.text(&costs, (left + 40.0, centre.1 + 9.0), Anchor::Start, SMALL);
+    pen.text(group.name, (left + 40.0, centre.1 - 8.0), Anchor::Left, bold);
+    pen.text(&costs, (left + 40.0, centre.1 + 9.0), Anchor::Left, SMALL);
 }

@@ -2,10 +2,11 @@
 
 use nalgebra::Vector3;
 
-use crate::assess::{SafetyLimits, StateCost};
+use crate::assess::StateCost;
+use crate::config::Mission;
 use crate::frames::{bank, pitch};
+use crate::model::PerRotor;
 use crate::model::rigid_body::BodyState;
-use crate::model::{PerRotor, Vehicle};
 use crate::sim::{Phase, Sample};
 use crate::trajectory::Trajectory;
 use crate::units::RAD_PER_DEG;
@@ -15,7 +16,7 @@ const BEFORE_RELEASE: f64 = 0.06;
 /// Longest step in which a plan is drawn [s].
 const PLAN_STEP_S: f64 = 0.02;
 
-/// The motion in order of time.
+/// The motion at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TrackPoint {
     /// Time since the rotors were freed [s]; negative before.
@@ -36,7 +37,7 @@ pub(crate) struct TrackPoint {
     pub(crate) decided_by: &'static str,
 }
 
-/// Instants in order of time.
+/// The motion in order of time.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Track {
     pub(crate) instants: Vec<TrackPoint>,
@@ -46,29 +47,36 @@ pub(crate) struct Track {
     pub(crate) since_free: bool,
 }
 
-/// Distance of each rotor ahead of the centre of mass [m], negative behind.
-struct Rotors(Vec<f64>);
-
-impl Rotors {
-    fn of(vehicle: &Vehicle) -> Self {
-        Self(vehicle.rotors.iter().map(|r| r.position_body_m.x).collect())
-    }
-
-    fn mean(&self, thrust_n: &PerRotor, wanted: impl Fn(f64) -> bool) -> f64 {
-        let chosen = || self.0.iter().zip(thrust_n).filter(|(x, _)| wanted(**x)).map(|(_, t)| *t);
-        chosen().sum::<f64>() / chosen().count() as f64
-    }
-
-    fn front_rear(&self, thrust_n: &PerRotor) -> (f64, f64) {
-        (self.mean(thrust_n, |x| x > 0.0), self.mean(thrust_n, |x| x < 0.0))
+impl TrackPoint {
+    /// The point of a body whose position is that on the figure.
+    fn of(mission: &Mission, t_s: f64, body: &BodyState, thrust_n: &PerRotor) -> Self {
+        let mean = |wanted: fn(f64) -> bool| {
+            let rotors = || mission.vehicle.rotors.iter().zip(thrust_n);
+            let chosen = || rotors().filter(|(rotor, _)| wanted(rotor.position_body_m.x));
+            chosen().map(|(_, t)| *t).sum::<f64>() / chosen().count() as f64
+        };
+        let cost = StateCost::of(body, &mission.limits.safety);
+        Self {
+            t_s,
+            north_m: body.p_ned.x,
+            down_m: body.p_ned.z,
+            v_ned: body.v_ned,
+            pitch_rad: pitch(body.q_ned_from_body),
+            pitch_rate_rad_s: body.omega_body.y,
+            roll_rad: bank(body.q_ned_from_body),
+            roll_rate_rad_s: body.omega_body.x,
+            front_n: mean(|ahead_m| ahead_m > 0.0),
+            rear_n: mean(|ahead_m| ahead_m < 0.0),
+            j_state: cost.max(),
+            decided_by: cost.decided_by(),
+        }
     }
 }
 
 impl Track {
     /// The track of a flight, from shortly before its release; of all of it when it was not released, with
     /// time from the start of the simulation.
-    pub(crate) fn of_flight(samples: &[Sample], vehicle: &Vehicle, limits: &SafetyLimits) -> Self {
-        let rotors = Rotors::of(vehicle);
+    pub(crate) fn of_flight(mission: &Mission, samples: &[Sample]) -> Self {
         let free_s = samples.iter().rev().find_map(|s| s.t_powered_s.map(|t| s.t_s - t));
         let zero_s = free_s.unwrap_or(0.0);
         let end_s = samples.last().map_or(0.0, |s| s.t_s - zero_s);
@@ -77,23 +85,8 @@ impl Track {
         let release_s = released.map(|s| s.t_s - zero_s);
         let from_s = release_s.map_or(f64::NEG_INFINITY, |t| t - BEFORE_RELEASE * (end_s - t));
         let instant = |s: &Sample| {
-            let body = &s.state.body;
-            let (front_n, rear_n) = rotors.front_rear(&s.balance.thrust_n);
-            let cost = StateCost::of(body, limits);
-            TrackPoint {
-                t_s: s.t_s - zero_s,
-                north_m: body.p_ned.x - origin.x,
-                down_m: body.p_ned.z - origin.z,
-                v_ned: body.v_ned,
-                pitch_rad: pitch(body.q_ned_from_body),
-                pitch_rate_rad_s: body.omega_body.y,
-                roll_rad: bank(body.q_ned_from_body),
-                roll_rate_rad_s: body.omega_body.x,
-                front_n,
-                rear_n,
-                j_state: cost.max(),
-                decided_by: cost.decided_by(),
-            }
+            let body = BodyState { p_ned: s.state.body.p_ned - origin, ..s.state.body };
+            TrackPoint::of(mission, s.t_s - zero_s, &body, &s.balance.thrust_n)
         };
         let instants = samples.iter().map(instant).filter(|i| i.t_s >= from_s).collect();
         Self { instants, release_s, since_free: free_s.is_some() }
@@ -101,13 +94,13 @@ impl Track {
 
     /// The track of a plan that begins at (north, down) [m]: its velocity, integrated exactly (Simpson's rule
     /// on a cubic).
-    pub(crate) fn of_plan(
-        plan: &Trajectory,
-        (mut north_m, mut down_m): (f64, f64),
-        vehicle: &Vehicle,
-        limits: &SafetyLimits,
-    ) -> Self {
-        let rotors = Rotors::of(vehicle);
+    pub(crate) fn of_plan(mission: &Mission, plan: &Trajectory, (north_m, down_m): (f64, f64)) -> Self {
+        let mut p_ned = Vector3::new(north_m, 0.0, down_m);
+        let point = |t_s: f64, p_ned| {
+            let (q_ned_from_body, v_ned) = (plan.attitude(t_s), plan.velocity_ned(t_s));
+            let body = BodyState { p_ned, q_ned_from_body, v_ned, omega_body: plan.body_rates(t_s) };
+            TrackPoint::of(mission, t_s, &body, &plan.thrust_n(t_s))
+        };
         let mut instants = Vec::new();
         for pair in plan.nodes().windows(2) {
             let (from_s, to_s) = (pair[0].t_s, pair[1].t_s);
@@ -115,14 +108,12 @@ impl Track {
             let h = (to_s - from_s) / steps as f64;
             for i in 0..steps {
                 let t_s = from_s + i as f64 * h;
-                instants.push(planned(plan, t_s, (north_m, down_m), &rotors, limits));
+                instants.push(point(t_s, p_ned));
                 let v = |t: f64| plan.velocity_ned(t);
-                let way = (v(t_s) + v(t_s + 0.5 * h) * 4.0 + v(t_s + h)) * (h / 6.0);
-                north_m += way.x;
-                down_m += way.z;
+                p_ned += (v(t_s) + v(t_s + 0.5 * h) * 4.0 + v(t_s + h)) * (h / 6.0);
             }
         }
-        instants.push(planned(plan, plan.end_s(), (north_m, down_m), &rotors, limits));
+        instants.push(point(plan.end_s(), p_ned));
         Self { instants, release_s: None, since_free: true }
     }
 
@@ -157,36 +148,5 @@ impl Track {
         let from_s = self.release_s.unwrap_or(f64::NEG_INFINITY);
         let falling = self.instants.iter().filter(|i| i.t_s >= from_s - 1e-9);
         falling.reduce(|worst, i| if i.j_state > worst.j_state { i } else { worst })
-    }
-}
-
-fn planned(
-    plan: &Trajectory,
-    t_s: f64,
-    (north_m, down_m): (f64, f64),
-    rotors: &Rotors,
-    limits: &SafetyLimits,
-) -> TrackPoint {
-    let body = BodyState {
-        p_ned: Vector3::zeros(),
-        q_ned_from_body: plan.attitude(t_s),
-        v_ned: plan.velocity_ned(t_s),
-        omega_body: plan.body_rates(t_s),
-    };
-    let (front_n, rear_n) = rotors.front_rear(&plan.thrust_n(t_s));
-    let cost = StateCost::of(&body, limits);
-    TrackPoint {
-        t_s,
-        north_m,
-        down_m,
-        v_ned: body.v_ned,
-        pitch_rad: pitch(body.q_ned_from_body),
-        pitch_rate_rad_s: body.omega_body.y,
-        roll_rad: bank(body.q_ned_from_body),
-        roll_rate_rad_s: body.omega_body.x,
-        front_n,
-        rear_n,
-        j_state: cost.max(),
-        decided_by: cost.decided_by(),
     }
 }
