@@ -103,7 +103,7 @@ impl Drop {
     fn csv(&self) -> Vec<u8> {
         let n = self.mission.vehicle.rotors.len();
         let mut csv =
-            FlightCsv::new(Vec::new(), n, self.mission.limits.safety, &stamp(&self.mission)).unwrap();
+            FlightCsv::new(Vec::new(), n, self.mission.limits.safety, &stamp(&self.mission), false).unwrap();
         for sample in &self.samples {
             csv.write(sample).unwrap();
         }

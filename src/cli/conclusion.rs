@@ -96,8 +96,8 @@ impl<'a> Conclusion<'a> {
     fn write_flight(&self, folder: &OutputFolder) -> Result<(), Failure> {
         let Self { mission, flown: Flown { log, by, .. }, .. } = self;
         folder.write("flight.csv", |out| {
-            let begin = if mission.site.ground.is_some() { FlightCsv::with_ground } else { FlightCsv::new };
-            let mut csv = begin(out, mission.vehicle.rotors.len(), mission.limits.safety, &mission.stamp())?;
+            let (n_rotors, ground) = (mission.vehicle.rotors.len(), mission.site.ground.is_some());
+            let mut csv = FlightCsv::new(out, n_rotors, mission.limits.safety, &mission.stamp(), ground)?;
             log.iter().try_for_each(|sample| csv.write(sample))?;
             csv.finish().map(|_| ())
         })?;

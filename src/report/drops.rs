@@ -2,9 +2,8 @@
 
 use std::fmt::Write as _;
 
-use serde::Serialize;
-
-use super::json::{VERSION, text};
+use super::columns::columns;
+use super::json::{head, object, text};
 use crate::assess::{DropOutcome, RandomDrop, Summary};
 use crate::config::Mission;
 use crate::units::DEG_PER_RAD;
@@ -110,24 +109,20 @@ impl DropTally {
 
 /// The campaign as a table, and each failure with its reason.
 pub fn drops_text(mission: &Mission, autopilot: &str, tally: &DropTally) -> String {
+    const WIDTHS: [usize; 6] = [35, 9, 9, 9, 9, 6];
     let mut out = format!(
-        "{} drops of {}, flown by {autopilot}, gains {}, seed {}: {} failed\n\n{:35} {:>9} {:>9} {:>9} {:>9} {:>6}\n",
+        "{} drops of {}, flown by {autopilot}, gains {}, seed {}: {} failed\n\n",
         tally.flown,
         mission.name,
         mission.control.gains_name,
         mission.seed,
         tally.failures.len(),
-        "",
-        "mean",
-        "std",
-        "min",
-        "max",
-        "drops"
     );
+    out += &columns(&WIDTHS, ["", "mean", "std", "min", "max", "drops"]);
     for ((_, words, _), s) in MEASURES.iter().zip(&tally.summaries) {
         let number = |x: f64| if x.is_finite() { format!("{x:.4}") } else { "-".to_owned() };
         let [mean, std, min, max] = [s.mean(), s.std(), s.min(), s.max()].map(number);
-        let _ = writeln!(out, "{words:35} {mean:>9} {std:>9} {min:>9} {max:>9} {:>6}", s.count());
+        out += &columns(&WIDTHS, [*words, &mean, &std, &min, &max, &s.count().to_string()]);
     }
     for (trial, failure) in &tally.failures {
         let _ = writeln!(out, "trial {trial} failed: {failure}");
@@ -135,59 +130,20 @@ pub fn drops_text(mission: &Mission, autopilot: &str, tally: &DropTally) -> Stri
     out
 }
 
-#[derive(Serialize)]
-struct DropsObject<'a> {
-    mission: &'a str,
-    version: &'static str,
-    seed: u64,
-    input_hash: &'a str,
-    autopilot: &'a str,
-    gains: &'a str,
-    trials: u64,
-    failed: Vec<FailureObject<'a>>,
-    measures: Vec<MeasureObject>,
-}
-
-#[derive(Serialize)]
-struct FailureObject<'a> {
-    trial: u64,
-    failure: &'a str,
-}
-
-#[derive(Serialize)]
-struct MeasureObject {
-    name: &'static str,
-    count: u64,
-    mean: f64,
-    std: f64,
-    min: f64,
-    max: f64,
-}
-
 /// The campaign as a JSON object.
 pub fn drops_json(mission: &Mission, autopilot: &str, tally: &DropTally) -> String {
-    let measures = MEASURES.iter().zip(&tally.summaries).map(|((name, ..), s)| MeasureObject {
-        name,
-        count: s.count(),
-        mean: s.mean(),
-        std: s.std(),
-        min: s.min(),
-        max: s.max(),
+    let failures = tally.failures.iter();
+    let failures = failures.map(|(trial, failure)| object! { trial: trial, failure: failure });
+    let measures = MEASURES.iter().zip(&tally.summaries).map(|((name, ..), s)| {
+        object! { name: name, count: s.count(), mean: s.mean(), std: s.std(), min: s.min(), max: s.max() }
     });
-    text(&DropsObject {
-        mission: &mission.name,
-        version: VERSION,
-        seed: mission.seed,
-        input_hash: &mission.inputs.hash,
-        autopilot,
+    text(&object! {
+        #[serde(flatten)] head: head(mission),
+        autopilot: autopilot,
         gains: &mission.control.gains_name,
         trials: tally.flown,
-        failed: tally
-            .failures
-            .iter()
-            .map(|(trial, failure)| FailureObject { trial: *trial, failure })
-            .collect(),
-        measures: measures.collect(),
+        failed: failures.collect::<Vec<_>>(),
+        measures: measures.collect::<Vec<_>>(),
     })
 }
 

@@ -83,10 +83,10 @@ fn line(trial: &DropTrial) -> std::collections::BTreeMap<String, String> {
 fn closed_form_statistics_of_three_drops() {
     let tally = tally(&[good(0, 0.4, 3.0), good(1, 0.5, 4.0), good(2, 0.9, 8.0)]);
     assert_eq!((tally.flown(), tally.any_failed()), (3, false));
-    let told = json(&tally);
-    assert_eq!((&told["trials"], &told["failed"]), (&3.into(), &serde_json::json!([])));
+    let object = json(&tally);
+    assert_eq!((&object["trials"], &object["failed"]), (&3.into(), &serde_json::json!([])));
     let measure = |name: &str| {
-        let all = told["measures"].as_array().unwrap();
+        let all = object["measures"].as_array().unwrap();
         all.iter().find(|m| m["name"] == name).unwrap().clone()
     };
     for (name, expected) in [
@@ -111,9 +111,9 @@ fn closed_form_statistics_of_three_drops() {
 }
 
 /// A drop without a release has no measures, one whose state was lost has those that are numbers; neither
-/// takes the others' means away, and both are told.
+/// takes the others' means away, and both are reported.
 #[test]
-fn failures_are_told_and_hide_nothing() {
+fn failures_are_reported_and_hide_nothing() {
     let tally = tally(&[good(0, 0.4, 3.0), never_released(1), good(2, 0.6, 5.0), lost(3)]);
     assert!(tally.any_failed());
     let table = drops_text(&mission(), "reference", &tally);
@@ -132,12 +132,12 @@ fn failures_are_told_and_hide_nothing() {
         ),
         "{table}"
     );
-    let told = json(&tally);
+    let object = json(&tally);
     let failed = serde_json::json!([
         { "trial": 1, "failure": "never released" },
         { "trial": 3, "failure": "limits passed: speed, state is not finite" }
     ]);
-    assert_eq!((&told["trials"], &told["failed"]), (&4.into(), &failed));
+    assert_eq!((&object["trials"], &object["failed"]), (&4.into(), &failed));
 }
 
 /// Nothing flown: no numbers, which are "-" in the table and null in JSON; one drop has no deviation.

@@ -59,29 +59,17 @@ pub struct FlightCsv<W: Write> {
     out: W,
     n_rotors: usize,
     limits: SafetyLimits,
-    /// Whether there are columns of the ground.
     ground: bool,
     row: String,
 }
 
 impl<W: Write> FlightCsv<W> {
     /// Begins the file: comment lines and header. `out` should be buffered; `limits` give J_state its scale.
+    /// `ground`: whether there are columns of the forces of the ground.
     ///
     /// # Errors
     /// Errors of `out`.
-    pub fn new(out: W, n_rotors: usize, limits: SafetyLimits, stamp: &Stamp) -> io::Result<Self> {
-        Self::begin(out, n_rotors, limits, stamp, false)
-    }
-
-    /// Begins the file like [`Self::new`], with columns of the forces of the ground.
-    ///
-    /// # Errors
-    /// Errors of `out`.
-    pub fn with_ground(out: W, n_rotors: usize, limits: SafetyLimits, stamp: &Stamp) -> io::Result<Self> {
-        Self::begin(out, n_rotors, limits, stamp, true)
-    }
-
-    fn begin(
+    pub fn new(
         mut out: W,
         n_rotors: usize,
         limits: SafetyLimits,

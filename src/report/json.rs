@@ -15,40 +15,32 @@ use crate::units::DEG_PER_RAD;
 
 pub(super) const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-#[derive(Serialize)]
-struct DropObject<'a> {
-    mission: &'a str,
-    version: &'static str,
-    seed: u64,
-    input_hash: &'a str,
-    gains: &'a str,
-    autopilot: Option<&'a str>,
-    autopilot_version: Option<&'a str>,
-    trajectory: Option<&'a FlownTrajectory>,
-    completed: bool,
-    ended_at_s: f64,
-    reason: Option<String>,
-    j_tpf: Option<f64>,
-    decided_by: Option<&'a str>,
-    peak_speed_m_s: Option<f64>,
-    peak_pitch_deg: Option<f64>,
-    peak_pitch_rate_deg_s: Option<f64>,
-    peak_roll_deg: Option<f64>,
-    peak_roll_rate_deg_s: Option<f64>,
-    peak_vertical_acceleration_m_s2: Option<f64>,
-    altitude_lost_m: Option<f64>,
-    steady_after_s: Option<f64>,
-    final_v_ned_m_s: Option<[f64; 3]>,
-    limits_passed: Option<&'a [&'static str]>,
-    failsafe: bool,
-    events: &'a [DropEvent],
-    #[serde(skip_serializing_if = "Option::is_none")]
-    impact_speed_m_s: Option<f64>,
-    plan_j_tpf: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    plan_solve_ms: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    real_time_factor: Option<f64>,
+/// A JSON object, each key once beside its value, in the order of the file. Attributes are serde's; so a key
+/// that may be left out is `#[serde(flatten)] _: value.map(|value| object! { key: value })`.
+macro_rules! object {
+    ($($(#[$attribute:meta])* $key:ident: $value:expr),* $(,)?) => {{
+        // The type of each value is a parameter with the key's name, so that none has to be written.
+        #[allow(non_camel_case_types)]
+        let object = {
+            #[derive(serde::Serialize)]
+            struct Object<$($key),*> {
+                $($(#[$attribute])* $key: $key),*
+            }
+            Object { $($key: $value),* }
+        };
+        object
+    }};
+}
+pub(super) use object;
+
+/// The keys that an object of a mission's results begins with.
+pub(super) fn head(mission: &Mission) -> impl Serialize {
+    head_with(mission, mission.inputs.hash.clone())
+}
+
+/// Such keys with another hash of the inputs.
+pub(super) fn head_with(mission: &Mission, input_hash: String) -> impl Serialize {
+    object! { mission: &mission.name, version: VERSION, seed: mission.seed, input_hash: input_hash }
 }
 
 /// Where a trajectory that was flown comes from.
@@ -146,11 +138,9 @@ impl DropRun {
 /// released) the verdict's keys are `null`.
 pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) -> String {
     let of = |value: fn(&Verdict) -> f64| verdict.map(value);
-    text(&DropObject {
-        mission: &mission.name,
-        version: VERSION,
-        seed: mission.seed,
-        input_hash: &mission.inputs.hash,
+    let impact_speed_m_s = verdict.and_then(|v| v.impact_speed_m_s);
+    text(&object! {
+        #[serde(flatten)] head: head(mission),
         gains: &mission.control.gains_name,
         autopilot: run.autopilot.as_ref().map(|by| by.name),
         autopilot_version: run.autopilot.as_ref().and_then(|by| by.version.as_deref()),
@@ -168,52 +158,24 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         peak_vertical_acceleration_m_s2: of(|v| v.peak_vertical_acceleration_m_s2.abs()),
         altitude_lost_m: of(|v| v.altitude_lost_m),
         steady_after_s: verdict.and_then(|v| v.steady_after_s),
-        final_v_ned_m_s: verdict.map(|v| v.final_v_ned.into()),
+        final_v_ned_m_s: verdict.map(|v| <[f64; 3]>::from(v.final_v_ned)),
         limits_passed: verdict.map(|v| v.limits_passed.as_slice()),
         failsafe: run.failsafe,
         events: &run.events,
-        impact_speed_m_s: verdict.and_then(|v| v.impact_speed_m_s),
+        #[serde(flatten)] impact: impact_speed_m_s.map(|speed| object! { impact_speed_m_s: speed }),
         plan_j_tpf: run.plan_j_tpf,
-        plan_solve_ms: run.plan_solve_ms,
-        real_time_factor: run.real_time_factor,
+        #[serde(flatten)] solve: run.plan_solve_ms.map(|ms| object! { plan_solve_ms: ms }),
+        #[serde(flatten)] pace: run.real_time_factor.map(|factor| object! { real_time_factor: factor }),
     })
-}
-
-#[derive(Serialize)]
-struct PlanObject<'a> {
-    mission: &'a str,
-    version: &'static str,
-    seed: u64,
-    input_hash: &'a str,
-    status: &'static str,
-    diagnosis: Option<&'a str>,
-    objective: f64,
-    j_tpf: f64,
-    nodes: usize,
-    horizon_s: f64,
-    iterations: usize,
-    evaluations: usize,
-    factorisations: usize,
-    gauss_newton_iterations: usize,
-    corrections: usize,
-    restorations: usize,
-    defect_max: f64,
-    kkt_residual: f64,
-    complementarity: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    solve_ms: Option<f64>,
 }
 
 /// The object of `samara plan --json`; without `solve_ms`, of `plan.json`.
 pub fn plan_json(mission: &Mission, plan: &Plan, solve_ms: Option<f64>) -> String {
     let counts = &plan.counts;
-    text(&PlanObject {
-        mission: &mission.name,
-        version: VERSION,
-        seed: mission.seed,
-        input_hash: &mission.inputs.hash,
+    text(&object! {
+        #[serde(flatten)] head: head(mission),
         status: status_name(plan.status),
-        diagnosis: plan.diagnosis.as_deref(),
+        diagnosis: &plan.diagnosis,
         objective: plan.objective,
         j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
         nodes: plan.trajectory.nodes().len(),
@@ -227,22 +189,8 @@ pub fn plan_json(mission: &Mission, plan: &Plan, solve_ms: Option<f64>) -> Strin
         defect_max: plan.defect_max,
         kkt_residual: plan.kkt_residual,
         complementarity: plan.complementarity,
-        solve_ms,
+        #[serde(flatten)] solve: solve_ms.map(|ms| object! { solve_ms: ms }),
     })
-}
-
-#[derive(Serialize)]
-struct ManifestObject<'a> {
-    verb: &'a str,
-    version: &'static str,
-    mission: &'a str,
-    vehicle: &'a str,
-    gains: &'a str,
-    seed: u64,
-    input_hash: &'a str,
-    choices: BTreeMap<&'a str, &'a str>,
-    circumstances: BTreeMap<&'a str, &'a str>,
-    files: &'a BTreeMap<String, String>,
 }
 
 /// The object of `<verb>_manifest.json`: what a run of `verb` had for input, what was chosen beside the
@@ -254,17 +202,19 @@ pub fn manifest_json(
     circumstances: &[(&str, String)],
     files: &BTreeMap<String, String>,
 ) -> String {
-    text(&ManifestObject {
-        verb,
+    let choices = mission.inputs.choices.iter().map(|(name, value)| (name, value));
+    let circumstances = circumstances.iter().map(|(name, value)| (name, value));
+    text(&object! {
+        verb: verb,
         version: VERSION,
         mission: &mission.name,
         vehicle: &mission.vehicle_name,
         gains: &mission.control.gains_name,
         seed: mission.seed,
         input_hash: &mission.inputs.hash,
-        circumstances: circumstances.iter().map(|(name, value)| (*name, value.as_str())).collect(),
-        choices: mission.inputs.choices.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect(),
-        files,
+        choices: choices.collect::<BTreeMap<_, _>>(),
+        circumstances: circumstances.collect::<BTreeMap<_, _>>(),
+        files: files,
     })
 }
 

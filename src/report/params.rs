@@ -1,9 +1,11 @@
 //! Exports, checks and differences of PX4 parameter files, for the terminal and as JSON, and the text of the
 //! file itself.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
-use super::json::{VERSION, text};
+use super::json::{VERSION, head, object, text};
 use crate::config::Mission;
 use crate::params::file::write;
 use crate::params::{Check, Class, Difference, Export, Finding, Metadata, ParameterFile, Purpose, Value};
@@ -106,80 +108,40 @@ fn number(value: Value) -> Number {
     }
 }
 
-#[derive(Serialize)]
-struct FindingObject<'a> {
-    name: &'a str,
-    value: Number,
-    class: &'static str,
-    range: &'a str,
-    unit: &'static str,
-    text: String,
-}
-
-fn finding_objects(check: &Check) -> Vec<FindingObject<'_>> {
-    let object = |f: &'_ Finding| (f.class.name(), f.unit, f.text());
-    check
-        .findings
-        .iter()
-        .map(|f| {
-            let (class, unit, text) = object(f);
-            FindingObject { name: &f.name, value: number(f.value), class, range: &f.range, unit, text }
-        })
-        .collect()
-}
-
-#[derive(Serialize)]
-struct ExportObject<'a> {
-    mission: &'a str,
-    version: &'static str,
-    seed: u64,
-    input_hash: &'a str,
-    gains: &'a str,
-    file: &'a str,
-    #[serde(rename = "for")]
-    purpose: &'static str,
-    gravity_m_s2: f64,
-    parameters: std::collections::BTreeMap<&'a str, Number>,
-    findings: Vec<FindingObject<'a>>,
-    remarks: &'a [String],
+fn finding_objects(check: &Check) -> Vec<impl Serialize> {
+    let findings = check.findings.iter().map(|f| {
+        object! {
+            name: &f.name,
+            value: number(f.value),
+            class: f.class.name(),
+            range: &f.range,
+            unit: f.unit,
+            text: f.text(),
+        }
+    });
+    findings.collect()
 }
 
 /// The object of `samara params export --json`.
 pub fn export_json(mission: &Mission, file: &str, export: &Export) -> String {
-    text(&ExportObject {
-        mission: &mission.name,
-        version: VERSION,
-        seed: mission.seed,
-        input_hash: &mission.inputs.hash,
+    let parameters = export.parameters.iter().map(|(name, value)| (name, number(*value)));
+    text(&object! {
+        #[serde(flatten)] head: head(mission),
         gains: &mission.control.gains_name,
-        file,
-        purpose: export.purpose.name(),
+        file: file,
+        r#for: export.purpose.name(),
         gravity_m_s2: export.gravity_m_s2,
-        parameters: export.parameters.iter().map(|(name, value)| (name.as_str(), number(*value))).collect(),
+        parameters: parameters.collect::<BTreeMap<_, _>>(),
         findings: finding_objects(&export.check),
         remarks: &export.remarks,
     })
 }
 
-#[derive(Serialize)]
-struct CheckObject<'a> {
-    file: &'a str,
-    #[serde(rename = "for")]
-    purpose: Option<&'static str>,
-    ok: bool,
-    parameters: usize,
-    checked: usize,
-    not_in_table: usize,
-    does_not_belong: Option<&'a str>,
-    findings: Vec<FindingObject<'a>>,
-    remarks: &'a [String],
-}
-
 /// The object of `samara params check --json`.
 pub fn check_json(name: &str, file: &ParameterFile, check: &Check, refusal: Option<&str>) -> String {
-    text(&CheckObject {
+    text(&object! {
         file: name,
-        purpose: file.purpose().map(Purpose::name),
+        r#for: file.purpose().map(Purpose::name),
         ok: check.passes() && refusal.is_none(),
         parameters: file.len(),
         checked: check.known,
@@ -190,46 +152,22 @@ pub fn check_json(name: &str, file: &ParameterFile, check: &Check, refusal: Opti
     })
 }
 
-#[derive(Serialize)]
-struct DifferenceObject<'a> {
-    component: u8,
-    name: &'a str,
-    a: Option<Number>,
-    b: Option<Number>,
-}
-
-#[derive(Serialize)]
-struct DiffObject<'a> {
-    a: &'a str,
-    b: &'a str,
-    for_a: Option<&'static str>,
-    for_b: Option<&'static str>,
-    same: bool,
-    differences: Vec<DifferenceObject<'a>>,
-    rounding: Vec<DifferenceObject<'a>>,
-}
-
 /// The object of `samara params diff --json`.
 pub fn diff_json(names: [&str; 2], files: [&ParameterFile; 2], differences: &[Difference]) -> String {
-    let objects = |rounding: bool| -> Vec<DifferenceObject> {
-        differences
-            .iter()
-            .filter(|d| d.rounding == rounding)
-            .map(|d| DifferenceObject {
-                component: d.component,
-                name: &d.name,
-                a: d.a.map(number),
-                b: d.b.map(number),
-            })
-            .collect()
+    let objects = |rounding: bool| -> Vec<_> {
+        let of = differences.iter().filter(|d| d.rounding == rounding);
+        of.map(|d| {
+            object! { component: d.component, name: &d.name, a: d.a.map(number), b: d.b.map(number) }
+        })
+        .collect()
     };
     let [for_a, for_b] = files.map(|f| f.purpose().map(Purpose::name));
     let counted = objects(false);
-    text(&DiffObject {
+    text(&object! {
         a: names[0],
         b: names[1],
-        for_a,
-        for_b,
+        for_a: for_a,
+        for_b: for_b,
         same: counted.is_empty(),
         differences: counted,
         rounding: objects(true),

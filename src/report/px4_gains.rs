@@ -1,9 +1,7 @@
 //! Gains for PX4: what was found, beside PX4's defaults, for the terminal, for the parameter file and as
 //! JSON.
 
-use serde_json::json;
-
-use super::json::VERSION;
+use super::json::{head, object, text};
 use crate::config::Mission;
 use crate::control::px4::Parameters;
 use crate::params::Purpose;
@@ -137,35 +135,30 @@ pub fn gains_text(mission: &Mission, gains: &Px4Gains) -> String {
 /// The object of `--json`.
 pub fn gains_json(mission: &Mission, gains: &Px4Gains) -> String {
     let measures = |m: &Measures| {
-        json!({
-            "j_tpf": m.j_tpf,
-            "altitude_lost_m": m.altitude_lost_m,
-            "steady_after_s": m.steady_s,
-            "peak_tilt_deg": m.peak_tilt_rad * DEG_PER_RAD,
-            "velocity_rms_m_s": m.velocity_rms_m_s,
-            "unsafe_share": m.unsafe_share,
-            "steady_share": m.steady_share,
-        })
+        object! {
+            j_tpf: m.j_tpf,
+            altitude_lost_m: m.altitude_lost_m,
+            steady_after_s: m.steady_s,
+            peak_tilt_deg: m.peak_tilt_rad * DEG_PER_RAD,
+            velocity_rms_m_s: m.velocity_rms_m_s,
+            unsafe_share: m.unsafe_share,
+            steady_share: m.steady_share,
+        }
     };
-    let parameters: serde_json::Map<String, serde_json::Value> =
-        names().filter_map(|name| Some((name.to_owned(), json!(gains.parameters.get(name)?)))).collect();
-    let object = json!({
-        "mission": mission.name,
-        "version": VERSION,
-        "seed": mission.seed,
-        "input_hash": mission.inputs.hash,
-        "for": gains.purpose.name(),
-        "name": gains.name,
-        "gains": parameters,
-        "at_bounds": gains.at_bounds,
-        "evaluations": gains.evaluations,
-        "drops_per_evaluation": gains.drops,
-        "unseen_drops": gains.unseen,
-        "defaults": measures(&gains.defaults),
-        "measured_by": gains.measured_by,
-        "found": measures(&gains.found),
-        "better": gains.found.beats(&gains.defaults),
-        "stopped": gains.stopped,
-    });
-    format!("{object:#}\n")
+    let parameters = names().filter_map(|name| Some((name.to_owned(), gains.parameters.get(name)?.into())));
+    text(&object! {
+        #[serde(flatten)] head: head(mission),
+        r#for: gains.purpose.name(),
+        name: &gains.name,
+        gains: parameters.collect::<serde_json::Map<_, _>>(),
+        at_bounds: &gains.at_bounds,
+        evaluations: gains.evaluations,
+        drops_per_evaluation: gains.drops,
+        unseen_drops: gains.unseen,
+        defaults: measures(&gains.defaults),
+        measured_by: gains.measured_by,
+        found: measures(&gains.found),
+        better: gains.found.beats(&gains.defaults),
+        stopped: gains.stopped,
+    })
 }

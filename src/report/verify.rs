@@ -1,31 +1,8 @@
 //! The checks of `samara verify`: a table for the terminal, 100 columns wide at most, and an object for
 //! `--json`.
 
-use serde::Serialize;
-
-use super::json::{VERSION, text};
+use super::json::{VERSION, object, text};
 use crate::verify::{Check, Group};
-
-#[derive(Serialize)]
-struct VerifyObject<'a> {
-    version: &'static str,
-    count: usize,
-    failed: usize,
-    checks: Vec<CheckObject<'a>>,
-}
-
-#[derive(Serialize)]
-struct CheckObject<'a> {
-    group: &'a str,
-    what: &'a str,
-    unit: &'a str,
-    computed: Option<f64>,
-    exact: Option<f64>,
-    error: Option<f64>,
-    bar: f64,
-    holds: bool,
-    source: &'a str,
-}
 
 fn all(groups: &[Group]) -> impl Iterator<Item = (&Group, &Check)> {
     groups.iter().flat_map(|group| group.checks.iter().map(move |check| (group, check)))
@@ -38,8 +15,8 @@ fn failed(groups: &[Group]) -> usize {
 /// The object of `samara verify --json`. Values that are not numbers are `null`.
 pub fn verify_json(groups: &[Group]) -> String {
     let finite = |x: f64| x.is_finite().then_some(x);
-    let checks: Vec<CheckObject<'_>> = all(groups)
-        .map(|(group, check)| CheckObject {
+    let checks = all(groups).map(|(group, check)| {
+        object! {
             group: group.title,
             what: &check.what,
             unit: check.unit,
@@ -49,9 +26,10 @@ pub fn verify_json(groups: &[Group]) -> String {
             bar: check.bar,
             holds: check.holds(),
             source: group.source,
-        })
-        .collect();
-    text(&VerifyObject { version: VERSION, count: checks.len(), failed: failed(groups), checks })
+        }
+    });
+    let checks: Vec<_> = checks.collect();
+    text(&object! { version: VERSION, count: checks.len(), failed: failed(groups), checks: checks })
 }
 
 /// The checks as a table, group by group, with their sources and a summary. Ends with a line end.
@@ -104,13 +82,13 @@ mod tests {
 
     #[test]
     fn closed_form_numbers_have_nine_digits() {
-        let told = [12.618_390_775_7, -177.786_288_441, 0.001_437_059_590_86, 3e-12, 0.0, f64::NAN];
-        let text: Vec<String> = told.map(significant).into();
+        let numbers = [12.618_390_775_7, -177.786_288_441, 0.001_437_059_590_86, 3e-12, 0.0, f64::NAN];
+        let text: Vec<String> = numbers.map(significant).into();
         assert_eq!(text, ["12.6183908", "-177.786288", "0.00143705959", "3.000e-12", "0", "NaN"]);
     }
 
     #[test]
-    fn a_check_that_fails_is_told() {
+    fn a_check_that_fails_is_reported() {
         let checks = vec![Check::new("x", "m", 1.0, 2.0, 0.5), Check::new("y", "", f64::NAN, 2.0, 0.5)];
         let groups = [Group { title: "Group", source: "Source", checks }];
         let table = verify_text(&groups);

@@ -66,8 +66,8 @@ fn write(
     let samples = runner.study.samples(entry, &release.state);
     let name = format!("trial_{}_{}", release.trial, entry.name);
     folder.write(&format!("{name}.csv"), |out| {
-        let mut csv =
-            FlightCsv::new(out, mission.vehicle.rotors.len(), mission.limits.safety, &mission.stamp())?;
+        let (n_rotors, limits) = (mission.vehicle.rotors.len(), mission.limits.safety);
+        let mut csv = FlightCsv::new(out, n_rotors, limits, &mission.stamp(), false)?;
         samples.iter().try_for_each(|sample| csv.write(sample))?;
         csv.finish().map(|_| ())
     })?;

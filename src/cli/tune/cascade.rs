@@ -12,7 +12,7 @@ use crate::cli::system::{Stopwatch, interrupt_flag};
 use crate::cli::terminal::print;
 use samara::assess::tracking::control_period_s;
 use samara::config::Mission;
-use samara::report::tune::{TuneRun, about, records, terminal};
+use samara::report::tune::{TuneRun, about, records};
 use samara::trajectory::Trajectory;
 use samara::tune::{CandidateSearch as _, Longitudinal, Search};
 
@@ -63,7 +63,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     if args.mission.json {
         print(&records::json(mission, &search, &run))?;
     } else {
-        print(&terminal::text(mission, &search, &run))?;
+        print(&records::text(mission, &search, &run))?;
         print(&format!("results in {}\n", folder.path().display()))?;
     }
     let whole = !done.stopped && run.contest.is_some();

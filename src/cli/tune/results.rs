@@ -13,7 +13,7 @@ use samara::control::Gains;
 use samara::params::{Purpose, export};
 use samara::report::convergence_figure;
 use samara::report::params::params_file;
-use samara::report::tune::{TuneRun, tables};
+use samara::report::tune::{TuneRun, records};
 use samara::tune::{Longitudinal, Search};
 
 /// Writes `gains.json` and `gains.params`.
@@ -62,8 +62,8 @@ pub fn write_search(
 ) -> Result<(), Failure> {
     let figure = convergence_figure(mission, search, run).context("the figure of the search")?;
     let files = [
-        ("convergence.csv", tables::convergence_csv(mission, search)),
-        ("front.csv", tables::front_csv(mission, search)),
+        ("convergence.csv", records::convergence_csv(mission, search)),
+        ("front.csv", records::front_csv(mission, search)),
         ("convergence.svg", figure),
     ];
     for (name, text) in files {

@@ -1,6 +1,8 @@
 //! Which claims of the paper's study are reproduced, each with a bar and, where it is missed, the reason. The
 //! judgement uses the study's own numbers.
 
+use serde::Serialize;
+
 use super::Assessment;
 use crate::assess::{Summary, paper};
 
@@ -30,7 +32,7 @@ const WHY_STEP_CASES: &str = "Found on this vehicle: the saturated tilt command 
 const WHY_OTHER: &str = "It is reproduced with 100 trials and seed 1: these are fewer, or others.";
 
 /// A claim of the paper and whether it is reproduced.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
     /// The claim in words.
     pub claim: String,

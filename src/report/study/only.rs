@@ -1,13 +1,11 @@
 //! One trial alone: its random numbers and its outcome with each controller.
 
-use serde::Serialize;
-
 use super::grid::Grid;
 use super::label;
 use crate::assess::{RandomRelease, StudyEntry, TrialOutcome};
 use crate::config::Mission;
 use crate::frames::pitch;
-use crate::report::json::{VERSION, text};
+use crate::report::json::{head, object, text};
 use crate::units::DEG_PER_RAD;
 
 /// A controller, the outcome of the trial with it, and its line of the campaign's CSV file.
@@ -59,63 +57,31 @@ pub fn only_text(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]
     out
 }
 
-#[derive(Serialize)]
-struct OnlyObject<'a> {
-    mission: &'a str,
-    version: &'static str,
-    seed: u64,
-    input_hash: &'a str,
-    trial: u64,
-    theta_0_rad: f64,
-    phi_rad: f64,
-    v_ned_m_s: [f64; 3],
-    pitch_rad: f64,
-    pitch_rate_rad_s: f64,
-    flights: Vec<OnlyFlight<'a>>,
-}
-
-#[derive(Serialize)]
-struct OnlyFlight<'a> {
-    name: &'static str,
-    gains: &'a str,
-    j_tpf: f64,
-    peak_speed_m_s: f64,
-    peak_pitch_rad: f64,
-    peak_pitch_rate_rad_s: f64,
-    peak_roll_rad: f64,
-    peak_roll_rate_rad_s: f64,
-    final_v_ned_m_s: [f64; 3],
-    csv_row: &'a str,
-}
-
 /// The trial as one JSON object.
 pub fn only_json(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]) -> String {
     let state = &release.state;
-    text(&OnlyObject {
-        mission: &mission.name,
-        version: VERSION,
-        seed: mission.seed,
-        input_hash: &mission.inputs.hash,
+    let flights = flown.iter().map(|(c, o, row)| {
+        object! {
+            name: c.name,
+            gains: &c.gains_name,
+            j_tpf: o.j_tpf,
+            peak_speed_m_s: o.peak_speed_m_s,
+            peak_pitch_rad: o.peak_pitch_rad,
+            peak_pitch_rate_rad_s: o.peak_pitch_rate_rad_s,
+            peak_roll_rad: o.peak_roll_rad,
+            peak_roll_rate_rad_s: o.peak_roll_rate_rad_s,
+            final_v_ned_m_s: <[f64; 3]>::from(o.final_v_ned),
+            csv_row: row.trim_end(),
+        }
+    });
+    text(&object! {
+        #[serde(flatten)] head: head(mission),
         trial: release.trial,
         theta_0_rad: release.amplitude_rad,
         phi_rad: release.phase_rad,
-        v_ned_m_s: state.v_ned.into(),
+        v_ned_m_s: <[f64; 3]>::from(state.v_ned),
         pitch_rad: pitch(state.q_ned_from_body),
         pitch_rate_rad_s: state.omega_body.y,
-        flights: flown
-            .iter()
-            .map(|(c, o, row)| OnlyFlight {
-                name: c.name,
-                gains: &c.gains_name,
-                j_tpf: o.j_tpf,
-                peak_speed_m_s: o.peak_speed_m_s,
-                peak_pitch_rad: o.peak_pitch_rad,
-                peak_pitch_rate_rad_s: o.peak_pitch_rate_rad_s,
-                peak_roll_rad: o.peak_roll_rad,
-                peak_roll_rate_rad_s: o.peak_roll_rate_rad_s,
-                final_v_ned_m_s: o.final_v_ned.into(),
-                csv_row: row.trim_end(),
-            })
-            .collect(),
+        flights: flights.collect::<Vec<_>>(),
     })
 }

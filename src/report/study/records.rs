@@ -5,36 +5,11 @@
 use serde::Serialize;
 
 use super::findings::findings;
-use super::{Assessed, Assessment};
+use super::{Assessed, Assessment, CaseResult};
 use crate::assess::{CONFIDENCE, StudyReference, paper};
 use crate::control::Gains;
 use crate::control::gains::table_of_gains;
-use crate::report::json::{VERSION, text};
-
-#[derive(Serialize)]
-struct AssessObject<'a> {
-    mission: &'a str,
-    vehicle: &'a str,
-    version: &'static str,
-    seed: u64,
-    input_hash: &'a str,
-    command: &'a str,
-    gains: &'a str,
-    trials: u64,
-    bound: f64,
-    safe: bool,
-    confidence: f64,
-    plan_objective: f64,
-    plan_j_tpf: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    paper_plan_j_tpf: Option<f64>,
-    table4: Vec<GainsRow<'a>>,
-    table5: Vec<Table5<'a>>,
-    campaigns: Vec<CampaignRow<'a>>,
-    findings: Vec<FindingRow>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    flights_per_s: Option<f64>,
-}
+use crate::report::json::{VERSION, object, text};
 
 macro_rules! gains_row {
     ([$($(#[$doc:meta])* $name:ident $key:literal)*] [$($yaw:tt)*]) => {
@@ -53,60 +28,24 @@ macro_rules! gains_row {
 }
 table_of_gains!(gains_row);
 
-#[derive(Serialize)]
-struct Table5<'a> {
-    name: &'static str,
-    gains: &'a str,
-    command: &'static str,
-    worst_j_tpf: f64,
-    cases: Vec<CaseRow<'a>>,
-}
-
-#[derive(Serialize)]
-struct CaseRow<'a> {
-    case: &'a str,
-    j_tpf: f64,
-    tracking_rms: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    paper_j_tpf: Option<f64>,
-}
-
-#[derive(Serialize)]
-struct CampaignRow<'a> {
-    name: &'static str,
-    gains: &'a str,
-    command: &'static str,
-    trials: u64,
-    mean: f64,
-    mean_low: f64,
-    mean_high: f64,
-    std: f64,
-    min: f64,
-    max: f64,
-    p_safe: f64,
-    p_safe_low: f64,
-    p_safe_high: f64,
-    unsafe_trials: u64,
-    paper_mean: Option<f64>,
-    paper_std: Option<f64>,
-    paper_min: Option<f64>,
-    paper_max: Option<f64>,
-}
-
-#[derive(Serialize)]
-struct FindingRow {
-    claim: String,
-    paper: String,
-    here: String,
-    bar: String,
-    reproduced: bool,
-    why: Option<&'static str>,
-}
-
 /// The object of `samara assess --json`; without `flights_per_s`, of `assess.json`.
 pub fn assess_json(a: &Assessment<'_>, flights_per_s: Option<f64>) -> String {
     let m = a.mission;
-    text(&AssessObject {
+    let table_5 = a.assessed.iter().map(|x| {
+        object! {
+            name: x.entry.name,
+            gains: &x.entry.gains_name,
+            command: reference_name(x),
+            worst_j_tpf: x.cases.iter().map(|c| c.j_tpf).fold(0.0, f64::max),
+            cases: cases(a, x).map(|(c, printed)| object! {
+                case: &c.case,
+                j_tpf: c.j_tpf,
+                tracking_rms: c.tracking_rms,
+                #[serde(flatten)] paper: printed.map(|printed| object! { paper_j_tpf: printed }),
+            }).collect::<Vec<_>>(),
+        }
+    });
+    text(&object! {
         mission: &m.name,
         vehicle: &m.vehicle_name,
         version: VERSION,
@@ -120,68 +59,44 @@ pub fn assess_json(a: &Assessment<'_>, flights_per_s: Option<f64>) -> String {
         confidence: CONFIDENCE,
         plan_objective: a.plan_objective,
         plan_j_tpf: a.plan_j_tpf,
-        paper_plan_j_tpf: a.is_the_papers.then_some(paper::PLAN_J_TPF),
+        #[serde(flatten)] paper: a.is_the_papers.then(|| object! { paper_plan_j_tpf: paper::PLAN_J_TPF }),
         table4: gains_rows(a),
-        table5: a.assessed.iter().map(|x| table_5(a, x)).collect(),
-        campaigns: a.assessed.iter().map(|x| campaign_row(a, x)).collect(),
-        findings: findings(a)
-            .into_iter()
-            .map(|f| FindingRow {
-                claim: f.claim,
-                paper: f.paper,
-                here: f.here,
-                bar: f.bar,
-                reproduced: f.reproduced,
-                why: f.why,
-            })
-            .collect(),
-        flights_per_s,
+        table5: table_5.collect::<Vec<_>>(),
+        campaigns: campaign_rows(a),
+        findings: findings(a),
+        #[serde(flatten)] pace: flights_per_s.map(|rate| object! { flights_per_s: rate }),
     })
 }
 
 /// The file `table4.csv`: the gains.
 pub fn table_4_csv(a: &Assessment<'_>) -> String {
-    csv(a, gains_rows(a).iter())
+    csv(a, gains_rows(a))
 }
 
 /// The file `table5.csv`: J_TPF and tracking RMS, a line per controller and case.
 pub fn table_5_csv(a: &Assessment<'_>) -> String {
-    #[derive(Serialize)]
-    struct Line<'a> {
-        name: &'static str,
-        gains: &'a str,
-        command: &'static str,
-        case: &'a str,
-        j_tpf: f64,
-        tracking_rms: f64,
-        paper_j_tpf: Option<f64>,
-    }
-    let lines: Vec<Line<'_>> = a
-        .assessed
-        .iter()
-        .map(|x| table_5(a, x))
-        .flat_map(|t| {
-            t.cases.into_iter().map(move |c| Line {
-                name: t.name,
-                gains: t.gains,
-                command: t.command,
-                case: c.case,
+    let of = |x| {
+        cases(a, x).map(move |(c, printed)| {
+            object! {
+                name: x.entry.name,
+                gains: &x.entry.gains_name,
+                command: reference_name(x),
+                case: &c.case,
                 j_tpf: c.j_tpf,
                 tracking_rms: c.tracking_rms,
-                paper_j_tpf: c.paper_j_tpf,
-            })
+                paper_j_tpf: printed,
+            }
         })
-        .collect();
-    csv(a, lines.iter())
+    };
+    csv(a, a.assessed.iter().flat_map(of))
 }
 
 /// The file `campaigns.csv`: the statistics, a line per campaign.
 pub fn campaigns_csv(a: &Assessment<'_>) -> String {
-    let rows: Vec<CampaignRow<'_>> = a.assessed.iter().map(|x| campaign_row(a, x)).collect();
-    csv(a, rows.iter())
+    csv(a, campaign_rows(a))
 }
 
-fn csv<T: Serialize>(a: &Assessment<'_>, rows: impl Iterator<Item = T>) -> String {
+fn csv(a: &Assessment<'_>, rows: impl IntoIterator<Item = impl Serialize>) -> String {
     let stamp = a.mission.stamp();
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
@@ -205,44 +120,39 @@ fn gains_rows<'a>(a: &'a Assessment<'_>) -> Vec<GainsRow<'a>> {
     a.assessed[1..].iter().filter_map(row).collect()
 }
 
-fn table_5<'a>(a: &Assessment<'_>, x: &'a Assessed) -> Table5<'a> {
+/// A controller's results case by case, each with the J_TPF that the paper prints.
+fn cases<'a>(
+    a: &Assessment<'_>,
+    x: &'a Assessed,
+) -> impl Iterator<Item = (&'a CaseResult, Option<f64>)> + use<'a> {
     let printed = paper::table_5(x.entry.name).filter(|_| a.is_the_papers);
-    let cases = x.cases.iter().enumerate().map(|(i, c)| CaseRow {
-        case: &c.case,
-        j_tpf: c.j_tpf,
-        tracking_rms: c.tracking_rms,
-        paper_j_tpf: printed.and_then(|p| p.get(i).copied()),
-    });
-    Table5 {
-        name: x.entry.name,
-        gains: &x.entry.gains_name,
-        command: reference_name(x),
-        worst_j_tpf: x.cases.iter().map(|c| c.j_tpf).fold(0.0, f64::max),
-        cases: cases.collect(),
-    }
+    x.cases.iter().enumerate().map(move |(i, c)| (c, printed.and_then(|p| p.get(i).copied())))
 }
 
-fn campaign_row<'a>(a: &Assessment<'_>, x: &'a Assessed) -> CampaignRow<'a> {
-    let (j, safe) = (&x.tally.j_tpf, &x.tally.safe);
-    let printed = paper::campaign(x.entry.name).filter(|_| a.is_the_papers);
-    CampaignRow {
-        name: x.entry.name,
-        gains: &x.entry.gains_name,
-        command: reference_name(x),
-        trials: j.count(),
-        mean: j.mean(),
-        mean_low: j.mean_interval().0,
-        mean_high: j.mean_interval().1,
-        std: j.std(),
-        min: j.min(),
-        max: j.max(),
-        p_safe: safe.probability(),
-        p_safe_low: safe.interval().0,
-        p_safe_high: safe.interval().1,
-        unsafe_trials: safe.misses(),
-        paper_mean: printed.map(|p| p.mean),
-        paper_std: printed.map(|p| p.std),
-        paper_min: printed.map(|p| p.min),
-        paper_max: printed.map(|p| p.max),
-    }
+fn campaign_rows(a: &Assessment<'_>) -> Vec<impl Serialize> {
+    let rows = a.assessed.iter().map(|x| {
+        let (j, safe) = (&x.tally.j_tpf, &x.tally.safe);
+        let printed = paper::campaign(x.entry.name).filter(|_| a.is_the_papers);
+        object! {
+            name: x.entry.name,
+            gains: &x.entry.gains_name,
+            command: reference_name(x),
+            trials: j.count(),
+            mean: j.mean(),
+            mean_low: j.mean_interval().0,
+            mean_high: j.mean_interval().1,
+            std: j.std(),
+            min: j.min(),
+            max: j.max(),
+            p_safe: safe.probability(),
+            p_safe_low: safe.interval().0,
+            p_safe_high: safe.interval().1,
+            unsafe_trials: safe.misses(),
+            paper_mean: printed.map(|p| p.mean),
+            paper_std: printed.map(|p| p.std),
+            paper_min: printed.map(|p| p.min),
+            paper_max: printed.map(|p| p.max),
+        }
+    });
+    rows.collect()
 }

@@ -6,6 +6,7 @@ use super::grid::Grid;
 use super::{Assessed, Assessment, label};
 use crate::assess::{paper, tracking};
 use crate::control::Gains;
+use crate::report::tune::NAMES;
 
 /// A number with three decimals; "-" when it is not a number, "inf" for a flight that diverged.
 fn three(x: f64) -> String {
@@ -32,14 +33,14 @@ fn probability_interval((low, high): (f64, f64), n: usize) -> String {
     interval(((low * scale).floor() / scale, (high * scale).ceil() / scale), n)
 }
 
-/// Number of digits that tell a probability that is nearly one from one.
+/// Number of digits that distinguish a probability that is nearly one from one.
 fn probability_digits(trials: u64) -> usize {
     (trials.max(1).ilog10() as usize + 1).clamp(3, 7)
 }
 
 /// Table 4: the gains.
 pub fn table_4(a: &Assessment<'_>) -> Grid {
-    let head = ["gains", "K_pq", "K_iq", "K_ptheta", "K_pvz", "K_ivz", "K_pvx", "K_ivx"];
+    let head = ["gains"].into_iter().chain(NAMES);
     let mut grid = Grid::new("Table 4. Longitudinal gains: proportional [1/s], integral [1/s^2]", head);
     let names = [
         "near-hover (paper)".to_owned(),
@@ -153,7 +154,7 @@ pub fn assess_text(a: &Assessment<'_>) -> String {
         text += "The paper's findings\n";
         for f in &found {
             let why = f.why.map_or(String::new(), |why| format!(". {why}"));
-            let told = format!(
+            let line = format!(
                 "{}: {}: {} here, {} in the paper ({}){why}",
                 f.verdict(),
                 f.claim,
@@ -161,7 +162,7 @@ pub fn assess_text(a: &Assessment<'_>) -> String {
                 f.paper,
                 f.bar
             );
-            text += &wrapped(&told, 118);
+            text += &wrapped(&line, 118);
         }
         text.push('\n');
     }

@@ -8,6 +8,7 @@
 
 use super::gains_table;
 use crate::assess::Summary;
+use crate::report::columns::columns;
 use crate::tune::{Evaluation, Longitudinal, Objective};
 
 /// J_TPF at which a limit is reached.
@@ -90,45 +91,24 @@ impl Contest {
 
     /// The comparison as text for the terminal.
     pub fn text(&self) -> String {
+        const WIDTHS: [usize; 12] = [14, 7, 7, 7, 7, 9, 7, 7, 9, 7, 7, 8];
         let sets: Vec<_> = self.contenders.iter().map(|c| (c.name.as_str(), c.k)).collect();
         let trials = self.contenders.first().map_or(0, |c| c.unseen.trials);
-        let mut out = gains_table(&sets);
-        out += &format!(
-            "\n{:<14} {:>15} {:>15} {:>25} {:>25} {:>8}\n",
-            "",
-            "tuning's flights",
-            "release cases",
-            format!("J_TPF, {trials} unseen"),
-            "J_TPF, the same varied",
-            "within",
-        );
-        out += &format!(
-            "{:<14} {:>7} {:>7} {:>7} {:>7} {:>9} {:>7} {:>7} {:>9} {:>7} {:>7} {:>8}\n",
-            "gains",
-            "RMS",
-            "J_TPF",
-            "RMS",
-            "at rest",
-            "worst",
-            "mean",
-            "std",
-            "worst",
-            "mean",
-            "std",
-            "limits",
-        );
+        let unseen = format!("J_TPF, {trials} unseen");
+        let groups = ["", "tuning's flights", "release cases", &unseen, "J_TPF, the same varied", "within"];
+        let heads =
+            ["RMS", "J_TPF", "RMS", "at rest", "worst", "mean", "std", "worst", "mean", "std", "limits"];
+        let mut out = gains_table(&sets) + "\n" + &columns(&[14, 15, 15, 25, 25, 8], groups);
+        out += &columns(&WIDTHS, ["gains"].into_iter().chain(heads));
         for c in &self.contenders {
-            let at_rest = if c.cases.unrest == 0.0 { "yes" } else { "no" };
-            let numbers = [c.tuning.rms, c.tuning.j_tpf, c.cases.rms].map(fixed);
-            let [tuning_rms, tuning_j, rms] = numbers;
-            let row = |s: &Sample| format!("{:>9} {:>7} {:>7}", fixed(s.worst), fixed(s.mean), fixed(s.std));
-            out += &format!(
-                "{:<14} {tuning_rms:>7} {tuning_j:>7} {rms:>7} {at_rest:>7} {} {} {:>7.1}%\n",
-                c.name,
-                row(&c.unseen),
-                row(&c.varied),
-                50.0 * (c.unseen.p_safe + c.varied.p_safe),
-            );
+            let mut cells = vec![c.name.clone()];
+            cells.extend([c.tuning.rms, c.tuning.j_tpf, c.cases.rms].map(fixed));
+            cells.push(if c.cases.unrest == 0.0 { "yes" } else { "no" }.to_owned());
+            for s in [&c.unseen, &c.varied] {
+                cells.extend([s.worst, s.mean, s.std].map(fixed));
+            }
+            cells.push(format!("{:.1}%", 50.0 * (c.unseen.p_safe + c.varied.p_safe)));
+            out += &columns(&WIDTHS, cells);
         }
         out + "\n" + &self.verdict()
     }

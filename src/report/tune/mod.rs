@@ -3,17 +3,14 @@
 //! | file | holds |
 //! |---|---|
 //! | [`contest`] | the gains found and others, compared on flights that the tuning never saw |
-//! | [`terminal`] | a search, for the terminal |
-//! | [`records`] | a search as JSON |
-//! | [`tables`] | a search's convergence and its front as CSV |
+//! | [`records`] | a search for the terminal and as JSON, its convergence and its front as CSV |
 //! | [`near_hover`] | the experiments of Ziegler and Nichols |
 
 pub mod contest;
 pub mod near_hover;
 pub mod records;
-pub mod tables;
-pub mod terminal;
 
+use super::columns::columns;
 use super::json::VERSION;
 use crate::config::Mission;
 use crate::control::Gains;
@@ -88,21 +85,17 @@ pub fn about(mission: &Mission, search: &Search, run: &TuneRun) -> String {
 }
 
 /// Names of Table 4's gains as the paper prints them, in the order of [`Gains::LONGITUDINAL_KEYS`].
-const NAMES: [&str; 7] = ["K_pq", "K_iq", "K_ptheta", "K_pvz", "K_ivz", "K_pvx", "K_ivx"];
+pub(super) const NAMES: [&str; 7] = ["K_pq", "K_iq", "K_ptheta", "K_pvz", "K_ivz", "K_pvx", "K_ivx"];
 
 /// A table of gains, one set a row.
 pub(crate) fn gains_table(sets: &[(&str, Longitudinal)]) -> String {
-    let mut out = format!("{:<14}", "gains");
-    for key in NAMES {
-        out += &format!(" {key:>8}");
-    }
+    const WIDTHS: [usize; 8] = [14, 8, 8, 8, 8, 8, 8, 8];
+    let mut out = columns(&WIDTHS, ["gains"].into_iter().chain(NAMES));
     for (name, k) in sets {
-        out += &format!("\n{name:<14}");
-        for x in k {
-            out += &format!(" {x:>8.4}");
-        }
+        let numbers = k.iter().map(|x| format!("{x:.4}"));
+        out += &columns(&WIDTHS, std::iter::once((*name).to_owned()).chain(numbers));
     }
-    out + "\n"
+    out
 }
 
 /// The gains as a JSON object by name.

@@ -1,13 +1,12 @@
 //! The experiments of Ziegler and Nichols and the gains computed from them.
 
-use serde::Serialize;
-
 use super::contest::Contest;
-use super::records::{ContenderObject, best, contenders};
+use super::records::{best, contenders};
 use super::{NAMES, named};
 use crate::config::Mission;
-use crate::report::json::{VERSION, text as json_text};
-use crate::tune::near_hover::{ADJUSTMENTS, NearHover, Ultimate};
+use crate::report::columns::columns;
+use crate::report::json::{VERSION, object, text as json_text};
+use crate::tune::near_hover::{ADJUSTMENTS, NearHover};
 
 /// Origin of near-hover gains, for their file.
 pub fn about(mission: &Mission) -> String {
@@ -23,9 +22,10 @@ pub fn about(mission: &Mission) -> String {
 /// The experiments, the gains and their reasons, as text for the terminal.
 pub fn text(mission: &Mission, found: &NearHover, contest: &Contest) -> String {
     let mut out = format!("{}: Ziegler and Nichols near hover, actuators modelled\n\n", mission.name);
-    out += &format!("{:<20} {:>14} {:>14}\n", "loop", "ultimate gain", "period");
+    out += &columns(&[20, 14, 14], ["loop", "ultimate gain", "period"]);
     for l in &found.loops {
-        out += &format!("{:<20} {:>10.4} 1/s {:>12.3} s\n", l.name, l.gain_per_s, l.period_s);
+        let (gain, period) = (format!("{:.4} 1/s", l.gain_per_s), format!("{:.3} s", l.period_s));
+        out += &columns(&[20, 14, 14], [l.name, &gain, &period]);
     }
     out += "\nThe rules, P 0.5 K_u; PI 0.45 K_u and 0.54 K_u/T_u, are for loops that stand alone near hover. Adjusted by hand for a cascade that \
             begins far from it:\n\n";
@@ -41,49 +41,27 @@ pub fn text(mission: &Mission, found: &NearHover, contest: &Contest) -> String {
     out + "\n" + &contest.text()
 }
 
-#[derive(Serialize)]
-struct LoopObject {
-    name: &'static str,
-    relay: f64,
-    amplitude: f64,
-    ultimate_gain_per_s: f64,
-    ultimate_period_s: f64,
-}
-
-#[derive(Serialize)]
-struct NearHoverObject<'a> {
-    mission: &'a str,
-    version: &'static str,
-    input_hash: String,
-    method: &'static str,
-    loops: Vec<LoopObject>,
-    by_the_rules: serde_json::Value,
-    adjustments: [&'static str; 3],
-    gains: serde_json::Value,
-    wall_s: f64,
-    contenders: Vec<ContenderObject<'a>>,
-    best: Option<&'a str>,
-}
-
 /// The object of `samara tune --method near-hover --json`.
 pub fn json(mission: &Mission, found: &NearHover, contest: &Contest, wall_s: f64) -> String {
-    let row = |l: &Ultimate| LoopObject {
-        name: l.name,
-        relay: l.relay,
-        amplitude: l.amplitude,
-        ultimate_gain_per_s: l.gain_per_s,
-        ultimate_period_s: l.period_s,
-    };
-    json_text(&NearHoverObject {
+    let loops = found.loops.iter().map(|l| {
+        object! {
+            name: l.name,
+            relay: l.relay,
+            amplitude: l.amplitude,
+            ultimate_gain_per_s: l.gain_per_s,
+            ultimate_period_s: l.period_s,
+        }
+    });
+    json_text(&object! {
         mission: &mission.name,
         version: VERSION,
         input_hash: mission.hash_without_gains(),
         method: "near-hover",
-        loops: found.loops.iter().map(row).collect(),
+        loops: loops.collect::<Vec<_>>(),
         by_the_rules: named(&found.by_the_rules),
         adjustments: ADJUSTMENTS,
         gains: named(&found.adjusted),
-        wall_s,
+        wall_s: wall_s,
         contenders: contenders(Some(contest)),
         best: best(Some(contest)),
     })

@@ -1,57 +1,74 @@
-//! A search as JSON.
+//! A search of gains for the terminal, as JSON and as CSV.
 
 use serde::Serialize;
 
-use super::contest::{Contender, Contest};
+use super::contest::Contest;
 use super::{TuneRun, named};
-use crate::config::Mission;
-use crate::report::json::{VERSION, text};
+use crate::assess::tracking::OUT_OF_PLANE;
+use crate::config::{Mission, Stamp};
+use crate::control::Gains;
+use crate::report::json::{head_with, object, text as json_text};
 use crate::tune::Search;
 
-#[derive(Serialize)]
-pub(crate) struct ContenderObject<'a> {
-    name: &'a str,
-    gains: serde_json::Value,
-    rms: f64,
-    at_rest: bool,
-    allowed: bool,
-    tuning_rms: f64,
-    tuning_j_tpf_worst: f64,
-    unseen_trials: usize,
-    unseen_j_tpf_mean: f64,
-    unseen_j_tpf_std: f64,
-    unseen_j_tpf_worst: f64,
-    unseen_p_safe: f64,
-    varied_j_tpf_mean: f64,
-    varied_j_tpf_std: f64,
-    varied_j_tpf_worst: f64,
-    varied_p_safe: f64,
+/// The search, its effort and result, and the comparison of gains.
+pub fn text(mission: &Mission, search: &Search, run: &TuneRun) -> String {
+    let e = run.gains.evaluation;
+    let diverged = search.history().last().map_or(0, |p| p.diverged);
+    let out = format!(
+        "{}: {} by {}, {} plant: {} evaluations of {} flights in {:.1} s ({} diverged){}\n\
+         commanded every {:.3} ms;{} \
+         cost {:.4}: worst tracking RMS {:.4}, worst J_TPF {:.4}{}\n\n",
+        mission.name,
+        run.objective,
+        run.method,
+        run.model,
+        search.tried().len(),
+        run.flights,
+        run.wall_s,
+        diverged,
+        if run.stopped { ", stopped" } else { "" },
+        1e3 * run.control_period_s,
+        if mission.site.environment.wind_ned_m_s.y == 0.0 { "" } else { OUT_OF_PLANE },
+        run.cost(),
+        e.rms,
+        e.j_tpf,
+        if run.bounds.allows(&e) { "" } else { ": THE BOUNDS DO NOT HOLD" },
+    );
+    out + &run
+        .contest
+        .as_ref()
+        .map_or_else(|| "stopped: not tried on unseen flights; --resume goes on\n".to_owned(), Contest::text)
 }
 
 /// The contenders; none when there was no contest.
-pub(crate) fn contenders(contest: Option<&Contest>) -> Vec<ContenderObject<'_>> {
-    contest.map_or_else(Vec::new, |of| of.contenders.iter().map(|c| contender(of, c)).collect())
-}
-
-fn contender<'a>(contest: &Contest, c: &'a Contender) -> ContenderObject<'a> {
-    ContenderObject {
-        name: &c.name,
-        gains: named(&c.k),
-        rms: c.cases.rms,
-        at_rest: c.cases.unrest == 0.0,
-        allowed: contest.allows(c),
-        tuning_rms: c.tuning.rms,
-        tuning_j_tpf_worst: c.tuning.j_tpf,
-        unseen_trials: c.unseen.trials,
-        unseen_j_tpf_mean: c.unseen.mean,
-        unseen_j_tpf_std: c.unseen.std,
-        unseen_j_tpf_worst: c.unseen.worst,
-        unseen_p_safe: c.unseen.p_safe,
-        varied_j_tpf_mean: c.varied.mean,
-        varied_j_tpf_std: c.varied.std,
-        varied_j_tpf_worst: c.varied.worst,
-        varied_p_safe: c.varied.p_safe,
-    }
+pub(crate) fn contenders<'a>(contest: Option<&'a Contest>) -> Vec<impl Serialize + use<'a>> {
+    let of = |contest: &'a Contest| {
+        contest
+            .contenders
+            .iter()
+            .map(|c| {
+                object! {
+                    name: &c.name,
+                    gains: named(&c.k),
+                    rms: c.cases.rms,
+                    at_rest: c.cases.unrest == 0.0,
+                    allowed: contest.allows(c),
+                    tuning_rms: c.tuning.rms,
+                    tuning_j_tpf_worst: c.tuning.j_tpf,
+                    unseen_trials: c.unseen.trials,
+                    unseen_j_tpf_mean: c.unseen.mean,
+                    unseen_j_tpf_std: c.unseen.std,
+                    unseen_j_tpf_worst: c.unseen.worst,
+                    unseen_p_safe: c.unseen.p_safe,
+                    varied_j_tpf_mean: c.varied.mean,
+                    varied_j_tpf_std: c.varied.std,
+                    varied_j_tpf_worst: c.varied.worst,
+                    varied_p_safe: c.varied.p_safe,
+                }
+            })
+            .collect()
+    };
+    contest.map_or_else(Vec::new, of)
 }
 
 /// Name of the best contender.
@@ -59,41 +76,11 @@ pub(crate) fn best(contest: Option<&Contest>) -> Option<&str> {
     contest.and_then(Contest::best).map(|c| c.name.as_str())
 }
 
-#[derive(Serialize)]
-struct TuneObject<'a> {
-    mission: &'a str,
-    version: &'static str,
-    seed: u64,
-    input_hash: String,
-    method: &'a str,
-    objective: &'a str,
-    model: &'a str,
-    robust: bool,
-    gains: serde_json::Value,
-    cost: f64,
-    rms: f64,
-    j_tpf: f64,
-    allowed: bool,
-    evaluations: usize,
-    diverged: usize,
-    iterations: usize,
-    flights_per_evaluation: usize,
-    control_period_s: f64,
-    stopped: bool,
-    wall_s: f64,
-    evaluations_per_s: f64,
-    contenders: Vec<ContenderObject<'a>>,
-    best: Option<&'a str>,
-}
-
 /// The object of `samara tune --json`.
 pub fn json(mission: &Mission, search: &Search, run: &TuneRun) -> String {
     let e = run.gains.evaluation;
-    text(&TuneObject {
-        mission: &mission.name,
-        version: VERSION,
-        seed: mission.seed,
-        input_hash: mission.hash_without_gains(),
+    json_text(&object! {
+        #[serde(flatten)] head: head_with(mission, mission.hash_without_gains()),
         method: &run.method,
         objective: &run.objective,
         model: &run.model,
@@ -114,4 +101,34 @@ pub fn json(mission: &Mission, search: &Search, run: &TuneRun) -> String {
         contenders: contenders(run.contest.as_ref()),
         best: best(run.contest.as_ref()),
     })
+}
+
+fn stamp(mission: &Mission) -> String {
+    Stamp { seed: mission.seed, input_hash: mission.hash_without_gains() }.csv_comment()
+}
+
+/// A number as text; empty when it is not finite.
+fn cell(x: f64) -> String {
+    if x.is_finite() { format!("{x:?}") } else { String::new() }
+}
+
+/// The search as CSV, iteration by iteration.
+pub fn convergence_csv(mission: &Mission, search: &Search) -> String {
+    let mut out = stamp(mission) + "iteration,objective,evaluations,diverged,median_cost,cost,rms,j_tpf\n";
+    for (i, p) in search.history().iter().enumerate() {
+        let costs = [p.median_cost, p.cost, p.best.rms, p.best.j_tpf].map(cell).join(",");
+        out += &format!("{i},{},{},{},{costs}\n", p.objective, p.evaluations, p.diverged);
+    }
+    out
+}
+
+/// The front as CSV: the candidates that no other beats in both tracking and safety.
+pub fn front_csv(mission: &Mission, search: &Search) -> String {
+    let mut out = stamp(mission) + "rms,j_tpf," + &Gains::LONGITUDINAL_KEYS.join(",") + "\n";
+    for t in search.front() {
+        let numbers: Vec<String> =
+            [t.evaluation.rms, t.evaluation.j_tpf].iter().chain(&t.k).map(|x| format!("{x:?}")).collect();
+        out += &(numbers.join(",") + "\n");
+    }
+    out
 }
