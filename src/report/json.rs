@@ -35,11 +35,7 @@ pub(super) use object;
 
 /// The keys that an object of a mission's results begins with.
 pub(super) fn head(mission: &Mission) -> impl Serialize {
-    head_with(mission, mission.inputs.hash.clone())
-}
-
-/// Such keys with another hash of the inputs.
-pub(super) fn head_with(mission: &Mission, input_hash: String) -> impl Serialize {
+    let input_hash = &mission.inputs.hash;
     object! { mission: &mission.name, version: VERSION, seed: mission.seed, input_hash: input_hash }
 }
 

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::json::{VERSION, head, object, text};
 use crate::config::Mission;
@@ -94,17 +94,12 @@ pub fn diff_text(names: [&str; 2], files: [&ParameterFile; 2], differences: &[Di
     out
 }
 
-#[derive(Serialize)]
-#[serde(untagged)]
-enum Number {
-    Int(i32),
-    Real(f32),
-}
-
-fn number(value: Value) -> Number {
-    match value {
-        Value::Int(i) => Number::Int(i),
-        Value::Real(x) => Number::Real(x),
+impl Serialize for Value {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Int(i) => serializer.serialize_i32(*i),
+            Self::Real(x) => serializer.serialize_f32(*x),
+        }
     }
 }
 
@@ -112,7 +107,7 @@ fn finding_objects(check: &Check) -> Vec<impl Serialize> {
     let findings = check.findings.iter().map(|f| {
         object! {
             name: &f.name,
-            value: number(f.value),
+            value: f.value,
             class: f.class.name(),
             range: &f.range,
             unit: f.unit,
@@ -124,7 +119,7 @@ fn finding_objects(check: &Check) -> Vec<impl Serialize> {
 
 /// The object of `samara params export --json`.
 pub fn export_json(mission: &Mission, file: &str, export: &Export) -> String {
-    let parameters = export.parameters.iter().map(|(name, value)| (name, number(*value)));
+    let parameters = export.parameters.iter().map(|(name, value)| (name, value));
     text(&object! {
         #[serde(flatten)] head: head(mission),
         gains: &mission.control.gains_name,
@@ -157,7 +152,7 @@ pub fn diff_json(names: [&str; 2], files: [&ParameterFile; 2], differences: &[Di
     let objects = |rounding: bool| -> Vec<_> {
         let of = differences.iter().filter(|d| d.rounding == rounding);
         of.map(|d| {
-            object! { component: d.component, name: &d.name, a: d.a.map(number), b: d.b.map(number) }
+            object! { component: d.component, name: &d.name, a: d.a, b: d.b }
         })
         .collect()
     };

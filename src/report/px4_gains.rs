@@ -1,6 +1,7 @@
 //! Gains for PX4: what was found, beside PX4's defaults, for the terminal, for the parameter file and as
 //! JSON.
 
+use super::columns::columns;
 use super::json::{head, object, text};
 use crate::config::Mission;
 use crate::control::px4::Parameters;
@@ -100,28 +101,24 @@ pub fn gains_text(mission: &Mission, gains: &Px4Gains) -> String {
         gains.drops,
         if gains.stopped { ", stopped" } else { "" }
     );
-    out += &format!("{:<22}{:>12}{:>12}\n", "parameter", "default", "found");
+    const WIDTHS: [usize; 4] = [22, 11, 11, 7];
+    out += &columns(&WIDTHS, ["parameter", "default", "found"]);
     let defaults = Parameters::default();
     for name in names() {
         let value = |p: &Parameters| p.get(name).map_or_else(String::new, |x| format!("{x:.4}"));
-        out += &format!("{name:<22}{:>12}{:>12}\n", value(&defaults), value(&gains.parameters));
+        out += &columns(&WIDTHS, [name, &value(&defaults), &value(&gains.parameters)]);
     }
-    out += &format!(
-        "\n{:<22}{:>12}{:>12}{:>8}\n",
-        format!("{} unseen drops", gains.unseen),
-        "default",
-        "found",
-        "ratio"
-    );
+    let unseen = format!("{} unseen drops", gains.unseen);
+    out += &format!("\n{}", columns(&WIDTHS, [&unseen, "default", "found", "ratio"]));
     for (name, unit, digits, of) in MEASURES {
         let (d, f) = (of(&gains.defaults), of(&gains.found));
-        let row = format!("{:<22}{d:>12.digits$}{f:>12.digits$}{:>8.3} {unit}", name, f / d);
+        let row = format!("{name:<22}{d:>12.digits$}{f:>12.digits$}{:>8.3} {unit}", f / d);
         out += &format!("{}\n", row.trim_end());
     }
-    let share = |of: fn(&Measures) -> f64| (100.0 * of(&gains.defaults), 100.0 * of(&gains.found));
-    for (name, (d, f)) in
-        [("limit passed", share(|m| m.unsafe_share)), ("steady at the end", share(|m| m.steady_share))]
-    {
+    let shares: [(&str, fn(&Measures) -> f64); 2] =
+        [("limit passed", |m| m.unsafe_share), ("steady at the end", |m| m.steady_share)];
+    for (name, of) in shares {
+        let [d, f] = [&gains.defaults, &gains.found].map(|m| 100.0 * of(m));
         out += &format!("{name:<22}{d:>12.1}{f:>12.1}         %\n");
     }
     let verdict = if gains.found.beats(&gains.defaults) { "better than" } else { "NOT better than" };

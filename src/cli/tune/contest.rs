@@ -7,9 +7,10 @@ use rayon::prelude::*;
 use super::args::TuneArgs;
 use super::settings::{rms_bound, setting};
 use crate::cli::answer::{BadInput as _, Failure};
+use samara::assess::Tally;
 use samara::config::Mission;
 use samara::control::Gains;
-use samara::report::tune::contest::Sample;
+use samara::report::tune::contest::tally;
 use samara::report::tune::{Contender, Contest};
 use samara::sim::PlantKind;
 use samara::sim::planar::Variation;
@@ -44,16 +45,16 @@ pub fn contest(
     };
     let unseen = u64::from(args.unseen);
     let portions: Vec<u64> = (0..unseen).step_by(PORTION).collect();
-    let sample = |k: &Longitudinal, vary: bool| -> Option<Sample> {
+    let flown_by = |k: &Longitudinal, vary: bool| -> Option<Tally> {
         let fly = |&first: &u64| {
             let trials: Vec<_> = (first..unseen).take(PORTION).map(|number| trial(vary, number)).collect();
             (!stop.load(Ordering::Relaxed)).then(|| cases.fly_others(k, &trials))
         };
         let flown: Option<Vec<Vec<Evaluation>>> = portions.par_iter().with_max_len(1).map(fly).collect();
-        flown.map(|f| Sample::of(&f.concat()))
+        flown.map(|f| tally(&f.concat()))
     };
     let contender = |(name, k): (String, Longitudinal)| {
-        let (unseen, varied) = (sample(&k, false)?, sample(&k, true)?);
+        let (unseen, varied) = (flown_by(&k, false)?, flown_by(&k, true)?);
         Some(Contender { name, k, tuning: tuning.evaluate(&k), cases: cases.evaluate(&k), unseen, varied })
     };
     let contenders: Option<Vec<Contender>> = named(args, mission, found).into_iter().map(contender).collect();

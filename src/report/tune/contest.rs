@@ -7,42 +7,21 @@
 //! that track better.
 
 use super::gains_table;
-use crate::assess::Summary;
+use crate::assess::Tally;
 use crate::report::columns::columns;
 use crate::tune::{Evaluation, Longitudinal, Objective};
 
 /// J_TPF at which a limit is reached.
 const LIMIT: f64 = 1.0;
 
-/// Statistics of J_TPF over many flights.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
-    /// Number of flights.
-    pub trials: usize,
-    /// Mean of J_TPF.
-    pub mean: f64,
-    /// Standard deviation of J_TPF (n - 1).
-    pub std: f64,
-    /// Highest J_TPF.
-    pub worst: f64,
-    /// Share of the flights that stayed within every limit.
-    pub p_safe: f64,
-}
-
-impl Sample {
-    /// The statistics of these flights.
-    pub fn of(flights: &[Evaluation]) -> Self {
-        let mut summary = Summary::default();
-        flights.iter().for_each(|e| summary.push(e.j_tpf));
-        let safe = flights.iter().filter(|e| e.j_tpf <= LIMIT).count();
-        Self {
-            trials: flights.len(),
-            mean: summary.mean(),
-            std: summary.std(),
-            worst: flights.iter().map(|e| e.j_tpf).fold(0.0, f64::max),
-            p_safe: safe as f64 / flights.len() as f64,
-        }
+/// J_TPF of these flights, and how many of them stayed within every limit.
+pub fn tally(flights: &[Evaluation]) -> Tally {
+    let mut tally = Tally::default();
+    for flight in flights {
+        tally.j_tpf.push(flight.j_tpf);
+        tally.safe.push(flight.j_tpf <= LIMIT);
     }
+    tally
 }
 
 /// A set of gains and its results.
@@ -57,10 +36,10 @@ pub struct Contender {
     /// Worst of the release cases, with real actuators.
     pub cases: Evaluation,
     /// Results on random releases.
-    pub unseen: Sample,
+    pub unseen: Tally,
     /// Results on the same releases, each with mass, air, wind and delays of its own that the controller does
     /// not know.
-    pub varied: Sample,
+    pub varied: Tally,
 }
 
 /// Sets of gains, compared.
@@ -82,7 +61,7 @@ impl Contest {
 
     /// The best gains by the rule; `None` when none hold the bounds.
     pub fn best(&self) -> Option<&Contender> {
-        let order = |c: &Contender| (if self.robust { c.varied.worst } else { c.unseen.worst }, c.cases.rms);
+        let order = |c: &Contender| (if self.robust { c.varied } else { c.unseen }.j_tpf.max(), c.cases.rms);
         self.contenders.iter().filter(|c| self.allows(c)).min_by(|a, b| {
             let (a, b) = (order(a), order(b));
             a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
@@ -93,7 +72,7 @@ impl Contest {
     pub fn text(&self) -> String {
         const WIDTHS: [usize; 12] = [14, 7, 7, 7, 7, 9, 7, 7, 9, 7, 7, 8];
         let sets: Vec<_> = self.contenders.iter().map(|c| (c.name.as_str(), c.k)).collect();
-        let trials = self.contenders.first().map_or(0, |c| c.unseen.trials);
+        let trials = self.contenders.first().map_or(0, |c| c.unseen.j_tpf.count());
         let unseen = format!("J_TPF, {trials} unseen");
         let groups = ["", "tuning's flights", "release cases", &unseen, "J_TPF, the same varied", "within"];
         let heads =
@@ -104,10 +83,11 @@ impl Contest {
             let mut cells = vec![c.name.clone()];
             cells.extend([c.tuning.rms, c.tuning.j_tpf, c.cases.rms].map(fixed));
             cells.push(if c.cases.unrest == 0.0 { "yes" } else { "no" }.to_owned());
-            for s in [&c.unseen, &c.varied] {
-                cells.extend([s.worst, s.mean, s.std].map(fixed));
+            for j in [&c.unseen.j_tpf, &c.varied.j_tpf] {
+                cells.extend([j.max(), j.mean(), j.std()].map(fixed));
             }
-            cells.push(format!("{:.1}%", 50.0 * (c.unseen.p_safe + c.varied.p_safe)));
+            let p_safe = [&c.unseen, &c.varied].map(|tally| tally.safe.probability());
+            cells.push(format!("{:.1}%", 50.0 * (p_safe[0] + p_safe[1])));
             out += &columns(&WIDTHS, cells);
         }
         out + "\n" + &self.verdict()
@@ -147,8 +127,8 @@ mod tests {
     use super::*;
 
     fn contender(name: &str, cases: Evaluation, unseen: f64, varied: f64) -> Contender {
-        let sample = |worst| Sample { trials: 10, mean: worst, std: 0.0, worst, p_safe: 1.0 };
-        let (unseen, varied) = (sample(unseen), sample(varied));
+        let flown = |j_tpf| tally(&[Evaluation { j_tpf, ..Evaluation::PERFECT }; 10]);
+        let (unseen, varied) = (flown(unseen), flown(varied));
         Contender { name: name.to_owned(), k: [1.0; 7], tuning: cases, cases, unseen, varied }
     }
 
@@ -184,10 +164,11 @@ mod tests {
     }
 
     #[test]
-    fn closed_form_of_a_sample() {
+    fn closed_form_of_a_tally() {
         let flight = |j_tpf| Evaluation { j_tpf, ..Evaluation::PERFECT };
-        let s = Sample::of(&[0.5, 0.7, 1.2].map(flight));
-        assert!((s.mean - 0.8).abs() < 1e-15 && (s.std - 0.13f64.sqrt()).abs() < 1e-15, "{s:?}");
-        assert_eq!((s.trials, s.worst, s.p_safe), (3, 1.2, 2.0 / 3.0));
+        let Tally { j_tpf: j, safe } = tally(&[0.5, 0.7, 1.2].map(flight));
+        assert!((j.mean() - 0.8).abs() < 1e-15 && (j.std() - 0.13f64.sqrt()).abs() < 1e-15, "{j:?}");
+        assert_eq!((j.count(), j.max(), safe.probability()), (3, 1.2, 2.0 / 3.0));
+        assert_eq!(tally(&[flight(LIMIT)]).safe.probability(), 1.0);
     }
 }

@@ -7,7 +7,7 @@ use super::{TuneRun, named};
 use crate::assess::tracking::OUT_OF_PLANE;
 use crate::config::{Mission, Stamp};
 use crate::control::Gains;
-use crate::report::json::{head_with, object, text as json_text};
+use crate::report::json::{VERSION, object, text as json_text};
 use crate::tune::Search;
 
 /// The search, its effort and result, and the comparison of gains.
@@ -55,15 +55,15 @@ pub(crate) fn contenders<'a>(contest: Option<&'a Contest>) -> Vec<impl Serialize
                     allowed: contest.allows(c),
                     tuning_rms: c.tuning.rms,
                     tuning_j_tpf_worst: c.tuning.j_tpf,
-                    unseen_trials: c.unseen.trials,
-                    unseen_j_tpf_mean: c.unseen.mean,
-                    unseen_j_tpf_std: c.unseen.std,
-                    unseen_j_tpf_worst: c.unseen.worst,
-                    unseen_p_safe: c.unseen.p_safe,
-                    varied_j_tpf_mean: c.varied.mean,
-                    varied_j_tpf_std: c.varied.std,
-                    varied_j_tpf_worst: c.varied.worst,
-                    varied_p_safe: c.varied.p_safe,
+                    unseen_trials: c.unseen.j_tpf.count(),
+                    unseen_j_tpf_mean: c.unseen.j_tpf.mean(),
+                    unseen_j_tpf_std: c.unseen.j_tpf.std(),
+                    unseen_j_tpf_worst: c.unseen.j_tpf.max(),
+                    unseen_p_safe: c.unseen.safe.probability(),
+                    varied_j_tpf_mean: c.varied.j_tpf.mean(),
+                    varied_j_tpf_std: c.varied.j_tpf.std(),
+                    varied_j_tpf_worst: c.varied.j_tpf.max(),
+                    varied_p_safe: c.varied.safe.probability(),
                 }
             })
             .collect()
@@ -80,7 +80,10 @@ pub(crate) fn best(contest: Option<&Contest>) -> Option<&str> {
 pub fn json(mission: &Mission, search: &Search, run: &TuneRun) -> String {
     let e = run.gains.evaluation;
     json_text(&object! {
-        #[serde(flatten)] head: head_with(mission, mission.hash_without_gains()),
+        mission: &mission.name,
+        version: VERSION,
+        seed: mission.seed,
+        input_hash: mission.hash_without_gains(),
         method: &run.method,
         objective: &run.objective,
         model: &run.model,
