@@ -101,9 +101,7 @@ impl Drop {
     }
 
     fn csv(&self) -> Vec<u8> {
-        let n = self.mission.vehicle.rotors.len();
-        let mut csv =
-            FlightCsv::new(Vec::new(), n, self.mission.limits.safety, &stamp(&self.mission), false).unwrap();
+        let mut csv = FlightCsv::new(Vec::new(), &self.mission, false).unwrap();
         for sample in &self.samples {
             csv.write(sample).unwrap();
         }

@@ -96,8 +96,7 @@ impl<'a> Conclusion<'a> {
     fn write_flight(&self, folder: &OutputFolder) -> Result<(), Failure> {
         let Self { mission, flown: Flown { log, by, .. }, .. } = self;
         folder.write("flight.csv", |out| {
-            let (n_rotors, ground) = (mission.vehicle.rotors.len(), mission.site.ground.is_some());
-            let mut csv = FlightCsv::new(out, n_rotors, mission.limits.safety, &mission.stamp(), ground)?;
+            let mut csv = FlightCsv::new(out, mission, mission.site.ground.is_some())?;
             log.iter().try_for_each(|sample| csv.write(sample))?;
             csv.finish().map(|_| ())
         })?;

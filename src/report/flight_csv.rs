@@ -15,7 +15,7 @@ use std::io::{self, Write};
 use nalgebra::Vector3;
 
 use crate::assess::{SafetyLimits, StateCost};
-use crate::config::Stamp;
+use crate::config::Mission;
 use crate::model::{ForceBalance, MAX_ROTORS, PerRotor};
 use crate::sim::{Phase, Sample};
 
@@ -58,26 +58,21 @@ fn vectors(ground: bool) -> impl Iterator<Item = &'static VectorColumns> {
 pub struct FlightCsv<W: Write> {
     out: W,
     n_rotors: usize,
+    /// Give J_state its scale.
     limits: SafetyLimits,
     ground: bool,
     row: String,
 }
 
 impl<W: Write> FlightCsv<W> {
-    /// Begins the file: comment lines and header. `out` should be buffered; `limits` give J_state its scale.
-    /// `ground`: whether there are columns of the forces of the ground.
+    /// Begins the file of a mission's flight: comment lines and header. `out` should be buffered; `ground`:
+    /// whether there are columns of the forces of the ground.
     ///
     /// # Errors
     /// Errors of `out`.
-    pub fn new(
-        mut out: W,
-        n_rotors: usize,
-        limits: SafetyLimits,
-        stamp: &Stamp,
-        ground: bool,
-    ) -> io::Result<Self> {
-        let n_rotors = n_rotors.min(MAX_ROTORS);
-        let mut header = format!("{}{STATE}", stamp.csv_comment());
+    pub fn new(mut out: W, mission: &Mission, ground: bool) -> io::Result<Self> {
+        let n_rotors = mission.vehicle.rotors.len().min(MAX_ROTORS);
+        let mut header = format!("{}{STATE}", mission.stamp().csv_comment());
         for (name, unit, _) in PER_ROTOR {
             for i in 1..=n_rotors {
                 header += &format!(",{name}_{i}{unit}");
@@ -89,6 +84,7 @@ impl<W: Write> FlightCsv<W> {
             }
         }
         writeln!(out, "{header}")?;
+        let limits = mission.limits.safety;
         Ok(Self { out, n_rotors, limits, ground, row: String::with_capacity(2048) })
     }
 

@@ -66,8 +66,7 @@ fn write(
     let samples = runner.study.samples(entry, &release.state);
     let name = format!("trial_{}_{}", release.trial, entry.name);
     folder.write(&format!("{name}.csv"), |out| {
-        let (n_rotors, limits) = (mission.vehicle.rotors.len(), mission.limits.safety);
-        let mut csv = FlightCsv::new(out, n_rotors, limits, &mission.stamp(), false)?;
+        let mut csv = FlightCsv::new(out, mission, false)?;
         samples.iter().try_for_each(|sample| csv.write(sample))?;
         csv.finish().map(|_| ())
     })?;
