@@ -1,8 +1,6 @@
 //! Exports, checks and differences of PX4 parameter files, for the terminal and as JSON, and the text of the
 //! file itself.
 
-use std::collections::BTreeMap;
-
 use serde::{Serialize, Serializer};
 
 use super::json::{VERSION, head, object, text};
@@ -119,14 +117,13 @@ fn finding_objects(check: &Check) -> Vec<impl Serialize> {
 
 /// The object of `samara params export --json`.
 pub fn export_json(mission: &Mission, file: &str, export: &Export) -> String {
-    let parameters = export.parameters.iter().map(|(name, value)| (name, value));
     text(&object! {
         #[serde(flatten)] head: head(mission),
         gains: &mission.control.gains_name,
         file: file,
         r#for: export.purpose.name(),
         gravity_m_s2: export.gravity_m_s2,
-        parameters: parameters.collect::<BTreeMap<_, _>>(),
+        parameters: &export.parameters,
         findings: finding_objects(&export.check),
         remarks: &export.remarks,
     })

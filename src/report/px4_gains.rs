@@ -52,6 +52,12 @@ const MEASURES: [Measure; 5] = [
     ("velocity error, RMS", "m/s", 4, |m| m.velocity_rms_m_s),
 ];
 
+/// Shares of the drops.
+const SHARES: [Measure; 2] = [
+    ("limit passed", "%", 1, |m| 100.0 * m.unsafe_share),
+    ("steady at the end", "%", 1, |m| 100.0 * m.steady_share),
+];
+
 impl Px4Gains {
     /// The remark on parameters at a bound of the search, if there are any.
     fn bounded(&self) -> Option<String> {
@@ -110,16 +116,11 @@ pub fn gains_text(mission: &Mission, gains: &Px4Gains) -> String {
     }
     let unseen = format!("{} unseen drops", gains.unseen);
     out += &format!("\n{}", columns(&WIDTHS, [&unseen, "default", "found", "ratio"]));
-    for (name, unit, digits, of) in MEASURES {
+    for (name, unit, digits, of) in MEASURES.into_iter().chain(SHARES) {
         let (d, f) = (of(&gains.defaults), of(&gains.found));
-        let row = format!("{name:<22}{d:>12.digits$}{f:>12.digits$}{:>8.3} {unit}", f / d);
+        let ratio = if unit == "%" { String::new() } else { format!("{:.3}", f / d) };
+        let row = format!("{name:<22}{d:>12.digits$}{f:>12.digits$}{ratio:>8} {unit}");
         out += &format!("{}\n", row.trim_end());
-    }
-    let shares: [(&str, fn(&Measures) -> f64); 2] =
-        [("limit passed", |m| m.unsafe_share), ("steady at the end", |m| m.steady_share)];
-    for (name, of) in shares {
-        let [d, f] = [&gains.defaults, &gains.found].map(|m| 100.0 * of(m));
-        out += &format!("{name:<22}{d:>12.1}{f:>12.1}         %\n");
     }
     let verdict = if gains.found.beats(&gains.defaults) { "better than" } else { "NOT better than" };
     out += &format!(

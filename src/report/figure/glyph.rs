@@ -1,47 +1,28 @@
 //! Small pictures on the flight path: the vehicle in its attitude, seen from the east, and the parachute.
 
 use super::canvas::{Pen, Point, Stroke};
-use super::color::{INK, Rgb, WHITE};
+use super::color::{INK, WHITE};
 
 /// Half the vehicle's arm [px].
 pub(crate) const ARM_PX: f64 = 15.0;
-
-/// Axes of a picture that is turned by the pitch: ahead (north at zero pitch, drawn to the right) and up.
-struct Axes {
-    centre: Point,
-    ahead: Point,
-    up: Point,
-}
-
-impl Axes {
-    fn at(&self, ahead_px: f64, up_px: f64) -> Point {
-        (
-            self.centre.0 + ahead_px * self.ahead.0 + up_px * self.up.0,
-            self.centre.1 + ahead_px * self.ahead.1 + up_px * self.up.1,
-        )
-    }
-}
 
 /// Draws a vehicle with a rotor ahead and one behind; nose up is nose up.
 pub(crate) fn vehicle(pen: &mut Pen<'_>, centre: Point, pitch_rad: f64) {
     let (s, c) = pitch_rad.sin_cos();
     // Nose (cos, -sin) in (north, down); -z of the body is (-sin, -cos). Down is down on the sheet.
-    let axes = Axes { centre, ahead: (c, -s), up: (-s, -c) };
+    let at = |(ahead, up): Point| (centre.0 + ahead * c + up * -s, centre.1 + ahead * -s + up * -c);
     // A white rim keeps it apart from the path.
-    frame(pen, &axes, WHITE, 3.0);
-    frame(pen, &axes, INK, 0.0);
-}
-
-fn frame(pen: &mut Pen<'_>, axes: &Axes, color: Rgb, rim: f64) {
-    let mut line = |a: (f64, f64), b: (f64, f64), width: f64| {
-        pen.line(&[axes.at(a.0, a.1), axes.at(b.0, b.1)], Stroke::solid(color, width + rim));
-    };
-    line((-ARM_PX, 0.0), (ARM_PX, 0.0), 2.0);
-    for x in [-ARM_PX, ARM_PX] {
-        line((x, 0.0), (x, 4.5), 1.4);
-        line((x - 7.0, 4.5), (x + 7.0, 4.5), 1.6);
+    for (color, rim) in [(WHITE, 3.0), (INK, 0.0)] {
+        let mut line = |from: Point, to: Point, width: f64| {
+            pen.line(&[at(from), at(to)], Stroke::solid(color, width + rim));
+        };
+        line((-ARM_PX, 0.0), (ARM_PX, 0.0), 2.0);
+        for x in [-ARM_PX, ARM_PX] {
+            line((x, 0.0), (x, 4.5), 1.4);
+            line((x - 7.0, 4.5), (x + 7.0, 4.5), 1.6);
+        }
+        line((-3.5, -1.8), (3.5, -1.8), 4.2);
     }
-    line((-3.5, -1.8), (3.5, -1.8), 4.2);
 }
 
 /// Draws a canopy with its lines, above a vehicle at `load`.

@@ -74,6 +74,11 @@ impl Room {
         }
     }
 
+    /// Keeps labels off a coloured line.
+    pub(crate) fn take_points(&mut self, points: &[(Point, usize)]) {
+        self.take_line(&points.iter().map(|p| p.0).collect::<Vec<_>>());
+    }
+
     /// Draws a line and keeps labels off it.
     pub(crate) fn line(&mut self, pen: &mut Pen<'_>, points: &[Point], stroke: Stroke) {
         pen.line(points, stroke);

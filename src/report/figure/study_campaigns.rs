@@ -73,11 +73,9 @@ fn draw_side(
         panel.px(v.x, v.z)
     };
     for flight in flights {
-        let points: Vec<(Point, usize)> =
-            flight.iter().map(|i| (px(i), even(style.j_state.step(i.j_state)))).collect();
-        let points = sparse(&points);
-        let line: Vec<Point> = points.iter().map(|p| p.0).collect();
-        room.take_line(&line);
+        let points = flight.iter().map(|i| (px(i), even(style.j_state.step(i.j_state))));
+        let points = sparse(&points.collect::<Vec<_>>());
+        room.take_points(&points);
         colored(pen, &points, 0.9);
     }
     for first in flights.iter().filter_map(|f| f.first()) {

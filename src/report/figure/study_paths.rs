@@ -100,8 +100,7 @@ fn path(
 ) {
     let at = |i: &TraceInstant| point(panel, i);
     let points: Vec<(Point, usize)> = flight.iter().map(|i| (at(i), scale.step(i.j_state))).collect();
-    let line: Vec<Point> = points.iter().map(|p| p.0).collect();
-    room.take_line(&line);
+    room.take_points(&points);
     broken(pen, &points, pattern, 2.0);
     let end_s = flight.last().map_or(0.0, |i| i.t_s);
     marks(pen, (2.4, 1.5), |t_s| {

@@ -44,7 +44,6 @@ impl Line {
 /// A panel that has no place yet.
 struct Quantity {
     title: &'static str,
-    unit: &'static str,
     lines: Vec<Line>,
     limit: Option<f64>,
     limit_name: &'static str,
@@ -64,9 +63,8 @@ fn quantities(sheet: &Sheet<'_>) -> [Quantity; 4] {
     if target_v_ned.y != 0.0 || sheet.track.reaches(EAST_SHOWN_M_S, |i| i.v_ned.y) {
         velocities.push(target(Line::new("east", THIRD, |i| i.v_ned.y), target_v_ned.y));
     }
-    let turn = |[title, with_roll, unit]: [&'static str; 3], pitch, roll, limit_rad: f64| Quantity {
+    let turn = |[title, with_roll]: [&'static str; 2], pitch, roll, limit_rad: f64| Quantity {
         title: if rolls { with_roll } else { title },
-        unit,
         lines: if rolls {
             vec![Line::new("pitch", FIRST, pitch), Line::new("roll", SECOND, roll)]
         } else {
@@ -78,28 +76,26 @@ fn quantities(sheet: &Sheet<'_>) -> [Quantity; 4] {
     };
     [
         Quantity {
-            title: "velocity",
-            unit: "m/s",
+            title: "velocity [m/s]",
             lines: velocities,
             limit: None,
             limit_name: "limit",
             both_ways: false,
         },
         turn(
-            ["pitch", "pitch and roll", "deg"],
+            ["pitch [deg]", "pitch and roll [deg]"],
             |i| i.pitch_rad * DEG_PER_RAD,
             |i| i.roll_rad * DEG_PER_RAD,
             limits.pitch_rad,
         ),
         turn(
-            ["pitch rate", "pitch and roll rate", "deg/s"],
+            ["pitch rate [deg/s]", "pitch and roll rate [deg/s]"],
             |i| i.pitch_rate_rad_s * DEG_PER_RAD,
             |i| i.roll_rate_rad_s * DEG_PER_RAD,
             limits.pitch_rate_rad_s,
         ),
         Quantity {
-            title: "thrust per rotor",
-            unit: "N",
+            title: "thrust per rotor [N]",
             lines: vec![Line::new("front", FIRST, |i| i.front_n), Line::new("rear", SECOND, |i| i.rear_n)],
             limit: Some(mission.plan.thrust_max_n),
             limit_name: "plan's limit",
@@ -175,7 +171,7 @@ fn draw_quantity(pen: &mut Pen<'_>, sheet: &Sheet<'_>, time: Axis, (y0, y1): (f6
     let least = 0.02 * q.limit.unwrap_or(10.0);
     let margin = (0.08 * (high - low)).max(0.5 * (least - (high - low)));
     let panel = Panel { x: time, y: Axis::new((low - margin, high + margin), (y1, y0)) };
-    let mut title = format!("{} [{}]", q.title, q.unit);
+    let mut title = q.title.to_owned();
     if let (Some(limit), None, None) = (q.limit, above, below) {
         let sign = if q.both_ways { "\u{b1}" } else { "" };
         title += &format!(", {} {sign}{}", q.limit_name, short(limit));
@@ -221,7 +217,7 @@ fn draw_cost(pen: &mut Pen<'_>, sheet: &Sheet<'_>, time: Axis, (y0, y1): (f64, f
     let mut room = frame(pen, sheet, &panel, &sub("J", "state"), true);
     let points: Vec<_> = costs.iter().map(|p| (panel.px(p.0, p.1), sheet.scale.step(p.1))).collect();
     rimmed(pen, &points, (3.4, 2.4));
-    room.take_line(&points.iter().map(|p| p.0).collect::<Vec<_>>());
+    room.take_points(&points);
     limit_line(pen, &panel, 1.0, "limit", &mut room);
     if let Some(plan) = sheet.plan {
         let line: Vec<Point> = plan.curve(|i| i.j_state).iter().map(|p| panel.px(p.0, p.1)).collect();

@@ -79,15 +79,12 @@ pub enum RowError {
 /// [`RowError`] when it is not.
 pub fn parse_row(line: &str, expected: &RandomRelease) -> Result<TrialOutcome, RowError> {
     let (trial, rest) = line.split_once(',').ok_or(RowError::NotNumbers)?;
-    let mut numbers = [0.0; COLUMN_COUNT - 1];
-    let mut fields = rest.split(',');
-    for x in &mut numbers {
-        *x = fields.next().and_then(|f| f.parse().ok()).ok_or(RowError::NotNumbers)?;
-    }
-    if fields.next().is_some() {
+    let numbers: Result<Vec<f64>, _> = rest.split(',').map(str::parse).collect();
+    let Ok(&[amplitude, phase, _, _, _, _, j_tpf, speed, pitch, rate, roll, roll_rate, vn, ve, vd]) =
+        numbers.as_deref()
+    else {
         return Err(RowError::NotNumbers);
-    }
-    let [amplitude, phase, _, _, _, _, j_tpf, speed, pitch, rate, roll, roll_rate, vn, ve, vd] = numbers;
+    };
     let drawn = (expected.amplitude_rad, expected.phase_rad);
     if trial.parse() != Ok(expected.trial) || (amplitude, phase) != drawn {
         return Err(RowError::OtherTrial(expected.trial));

@@ -78,6 +78,11 @@ impl Assessment<'_> {
         &self.assessed[3]
     }
 
+    /// What the paper prints of a controller, if this is its study.
+    fn printed<T>(&self, of: fn(&str) -> Option<T>, x: &Assessed) -> Option<T> {
+        of(x.entry.name).filter(|_| self.is_the_papers)
+    }
+
     /// Whether every trial with the chosen gains stayed below the bound.
     pub fn safe(&self) -> bool {
         self.ours().tally.safe.misses() == 0

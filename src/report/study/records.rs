@@ -125,14 +125,14 @@ fn cases<'a>(
     a: &Assessment<'_>,
     x: &'a Assessed,
 ) -> impl Iterator<Item = (&'a CaseResult, Option<f64>)> + use<'a> {
-    let printed = paper::table_5(x.entry.name).filter(|_| a.is_the_papers);
+    let printed = a.printed(paper::table_5, x);
     x.cases.iter().enumerate().map(move |(i, c)| (c, printed.and_then(|p| p.get(i).copied())))
 }
 
 fn campaign_rows(a: &Assessment<'_>) -> Vec<impl Serialize> {
     let rows = a.assessed.iter().map(|x| {
         let (j, safe) = (&x.tally.j_tpf, &x.tally.safe);
-        let printed = paper::campaign(x.entry.name).filter(|_| a.is_the_papers);
+        let printed = a.printed(paper::campaign, x);
         object! {
             name: x.entry.name,
             gains: &x.entry.gains_name,

@@ -8,11 +8,7 @@ use crate::assess::{paper, tracking};
 use crate::control::Gains;
 use crate::report::tune::NAMES;
 
-/// A number with three decimals; "-" when it is not a number, "inf" for a flight that diverged.
-fn three(x: f64) -> String {
-    digits(x, 3)
-}
-
+/// A number with that many decimals; "-" when it is not a number, "inf" for a flight that diverged.
 fn digits(x: f64, n: usize) -> String {
     if x.is_nan() {
         "-".to_owned()
@@ -59,16 +55,18 @@ pub fn table_5(a: &Assessment<'_>) -> Grid {
     let cases = a.ours().cases.iter().map(|c| c.case.replace('_', "-"));
     let head = std::iter::once("controller".to_owned()).chain(cases).chain(["worst".to_owned()]);
     let mut grid = Grid::new("Table 5. J_TPF by release case", head);
-    let worst = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
+    let and_worst = |values: &[f64], n| {
+        let worst = values.iter().copied().fold(0.0, f64::max);
+        values.iter().chain([&worst]).map(|x| digits(*x, n)).collect::<Vec<_>>()
+    };
     let costs = |x: &Assessed| -> Vec<f64> { x.cases.iter().map(|c| c.j_tpf).collect() };
     for x in &a.assessed {
-        let j = costs(x);
-        grid.row(&label(&x.entry), j.iter().copied().chain([worst(&j)]).map(three));
-        if let Some(printed) = paper::table_5(x.entry.name).filter(|_| a.is_the_papers) {
-            grid.aside("the paper", printed.into_iter().chain([worst(&printed)]).map(|p| digits(p, 2)));
+        grid.row(&label(&x.entry), and_worst(&costs(x), 3));
+        if let Some(printed) = a.printed(paper::table_5, x) {
+            grid.aside("the paper", and_worst(&printed, 2));
         }
         let rms: Vec<f64> = x.cases.iter().map(|c| c.tracking_rms).collect();
-        grid.aside("tracking RMS (45)", rms.iter().copied().chain([worst(&rms)]).map(three));
+        grid.aside("tracking RMS (45)", and_worst(&rms, 3));
     }
     let first = costs(&a.assessed[0]);
     let compared = if a.is_the_papers {
@@ -106,7 +104,7 @@ pub fn campaigns(a: &Assessment<'_>) -> Grid {
                 probability_interval(safe.interval(), n),
             ],
         );
-        if let Some(p) = paper::campaign(x.entry.name).filter(|_| a.is_the_papers) {
+        if let Some(p) = a.printed(paper::campaign, x) {
             let empty = String::new;
             let columns = [digits(p.mean, 2), empty(), digits(p.std, 2), digits(p.min, 4), digits(p.max, 4)];
             grid.aside("the paper, 100 trials", columns.into_iter().chain([empty(), empty()]));

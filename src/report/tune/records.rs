@@ -41,34 +41,29 @@ pub fn text(mission: &Mission, search: &Search, run: &TuneRun) -> String {
 }
 
 /// The contenders; none when there was no contest.
-pub(crate) fn contenders<'a>(contest: Option<&'a Contest>) -> Vec<impl Serialize + use<'a>> {
-    let of = |contest: &'a Contest| {
-        contest
-            .contenders
-            .iter()
-            .map(|c| {
-                object! {
-                    name: &c.name,
-                    gains: named(&c.k),
-                    rms: c.cases.rms,
-                    at_rest: c.cases.unrest == 0.0,
-                    allowed: contest.allows(c),
-                    tuning_rms: c.tuning.rms,
-                    tuning_j_tpf_worst: c.tuning.j_tpf,
-                    unseen_trials: c.unseen.j_tpf.count(),
-                    unseen_j_tpf_mean: c.unseen.j_tpf.mean(),
-                    unseen_j_tpf_std: c.unseen.j_tpf.std(),
-                    unseen_j_tpf_worst: c.unseen.j_tpf.max(),
-                    unseen_p_safe: c.unseen.safe.probability(),
-                    varied_j_tpf_mean: c.varied.j_tpf.mean(),
-                    varied_j_tpf_std: c.varied.j_tpf.std(),
-                    varied_j_tpf_worst: c.varied.j_tpf.max(),
-                    varied_p_safe: c.varied.safe.probability(),
-                }
-            })
-            .collect()
-    };
-    contest.map_or_else(Vec::new, of)
+pub(crate) fn contenders(contest: Option<&Contest>) -> Vec<impl Serialize> {
+    let all = contest.into_iter().flat_map(|of| of.contenders.iter().map(move |c| (of, c)));
+    let objects = all.map(|(of, c)| {
+        object! {
+            name: &c.name,
+            gains: named(&c.k),
+            rms: c.cases.rms,
+            at_rest: c.cases.unrest == 0.0,
+            allowed: of.allows(c),
+            tuning_rms: c.tuning.rms,
+            tuning_j_tpf_worst: c.tuning.j_tpf,
+            unseen_trials: c.unseen.j_tpf.count(),
+            unseen_j_tpf_mean: c.unseen.j_tpf.mean(),
+            unseen_j_tpf_std: c.unseen.j_tpf.std(),
+            unseen_j_tpf_worst: c.unseen.j_tpf.max(),
+            unseen_p_safe: c.unseen.safe.probability(),
+            varied_j_tpf_mean: c.varied.j_tpf.mean(),
+            varied_j_tpf_std: c.varied.j_tpf.std(),
+            varied_j_tpf_worst: c.varied.j_tpf.max(),
+            varied_p_safe: c.varied.safe.probability(),
+        }
+    });
+    objects.collect()
 }
 
 /// Name of the best contender.
