@@ -32,29 +32,21 @@ pub enum Condition {
 }
 
 impl Condition {
-    const ALL: [Self; 8] = [
-        Self::DataLinkLost,
-        Self::FenceDistance,
-        Self::FenceHeight,
-        Self::FenceLeft,
-        Self::FenceEntered,
-        Self::BatteryLow,
-        Self::BatteryCritical,
-        Self::BatteryEmergency,
+    /// All conditions in the order of their declaration, with words for the crew.
+    const ALL: [(Self, &'static str); 8] = [
+        (Self::DataLinkLost, "Connection to ground station lost"),
+        (Self::FenceDistance, "Geofence: maximum distance exceeded"),
+        (Self::FenceHeight, "Geofence: maximum height exceeded"),
+        (Self::FenceLeft, "Geofence: outside the area to stay in"),
+        (Self::FenceEntered, "Geofence: inside an area to keep out of"),
+        (Self::BatteryLow, "Low battery level"),
+        (Self::BatteryCritical, "Critical battery level"),
+        (Self::BatteryEmergency, "Dangerous battery level"),
     ];
 
     /// Words for the crew.
     pub fn text(self) -> &'static str {
-        match self {
-            Self::DataLinkLost => "Connection to ground station lost",
-            Self::FenceDistance => "Geofence: maximum distance exceeded",
-            Self::FenceHeight => "Geofence: maximum height exceeded",
-            Self::FenceLeft => "Geofence: outside the area to stay in",
-            Self::FenceEntered => "Geofence: inside an area to keep out of",
-            Self::BatteryLow => "Low battery level",
-            Self::BatteryCritical => "Critical battery level",
-            Self::BatteryEmergency => "Dangerous battery level",
-        }
+        Self::ALL[self as usize].1
     }
 
     /// What the settings want done about it.
@@ -117,9 +109,9 @@ impl Watch {
     /// Takes a look; the conditions that have arisen since the last one.
     pub fn look(&mut self, settings: &Settings, seen: &Seen) -> impl Iterator<Item = Condition> + use<> {
         let before = self.holds;
-        self.holds = Condition::ALL.map(|condition| condition.holds(settings, seen));
+        self.holds = Condition::ALL.map(|(condition, _)| condition.holds(settings, seen));
         let now = self.holds;
-        (0..now.len()).filter(move |&i| now[i] && !before[i]).map(|i| Condition::ALL[i])
+        (0..now.len()).filter(move |&i| now[i] && !before[i]).map(|i| Condition::ALL[i].0)
     }
 
     /// Whether the vehicle was outside the fence at the last look.
@@ -128,7 +120,7 @@ impl Watch {
             use Condition::{FenceDistance, FenceEntered, FenceHeight, FenceLeft};
             matches!(condition, FenceDistance | FenceHeight | FenceLeft | FenceEntered)
         };
-        Condition::ALL.into_iter().zip(self.holds).any(|(condition, holds)| holds && fence(condition))
+        Condition::ALL.into_iter().zip(self.holds).any(|((condition, _), holds)| holds && fence(condition))
     }
 }
 
@@ -152,6 +144,11 @@ mod tests {
             assert!(settings.set(name, value));
         }
         settings
+    }
+
+    #[test]
+    fn the_table_is_in_the_order_of_declaration() {
+        assert!(Condition::ALL.iter().enumerate().all(|(i, (condition, _))| *condition as usize == i));
     }
 
     #[test]

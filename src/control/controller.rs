@@ -81,6 +81,12 @@ pub struct ControlOutput {
     pub collective_n: f64,
 }
 
+impl Default for ControlOutput {
+    fn default() -> Self {
+        Self::ZERO
+    }
+}
+
 impl ControlOutput {
     /// Motors off, level.
     pub const ZERO: Self = Self {

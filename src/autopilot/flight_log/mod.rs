@@ -48,8 +48,8 @@ impl<W: Write> FlightLog<W> {
         ];
         let parameters: Vec<_> =
             parameters.iter().map(|(name, value)| (name.clone(), scalar(*value))).collect();
-        let specimen = StepRecord::specimen();
-        let ulog = Ulog::new(out, start, &information, &parameters, &TOPICS, &specimen)?;
+        let any = StepRecord::default();
+        let ulog = Ulog::new(out, start, &information, &parameters, &TOPICS, &any)?;
         Ok(Self { ulog })
     }
 

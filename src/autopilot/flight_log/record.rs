@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use crate::autopilot::estimator::Accuracy;
 use crate::autopilot::{Event, FlightMode};
 use crate::control::ControlOutput;
-use crate::frames::{LEVEL, Quaternion};
+use crate::frames::Quaternion;
 use crate::model::environment::GeoPoint;
 use crate::params::Value;
 use crate::time::TimeUs;
@@ -27,16 +27,13 @@ pub struct Pose {
     pub omega_body: Vector3<f64>,
 }
 
-impl Pose {
-    /// At the origin, level, at rest.
-    pub const REST: Self = Self {
-        p_ned: Vector3::new(0.0, 0.0, 0.0),
-        q_ned_from_body: LEVEL,
-        v_ned: Vector3::new(0.0, 0.0, 0.0),
-        a_ned: Vector3::new(0.0, 0.0, 0.0),
-        omega_body: Vector3::new(0.0, 0.0, 0.0),
-    };
+impl Default for Pose {
+    fn default() -> Self {
+        Self::UNKNOWN
+    }
+}
 
+impl Pose {
     /// A pose that nobody has reported: no numbers.
     pub const UNKNOWN: Self = {
         let nothing = Vector3::new(f64::NAN, f64::NAN, f64::NAN);
@@ -79,7 +76,7 @@ pub struct SatelliteFix {
 }
 
 /// One control step.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct StepRecord {
     /// Simulated time.
     pub at: TimeUs,
@@ -119,33 +116,6 @@ pub struct StepRecord {
     pub landed: bool,
     /// MAVLink system id.
     pub system_id: u8,
-}
-
-impl StepRecord {
-    /// A record of nothing, from which the topics' formats are made.
-    pub(super) fn specimen() -> Self {
-        Self {
-            at: 0,
-            epoch_unix_us: 0,
-            origin: GeoPoint { latitude_deg: 0.0, longitude_deg: 0.0, altitude_m: 0.0 },
-            gravity_m_s2: 1.0,
-            density_kg_m3: 0.0,
-            estimate: Pose::REST,
-            truth: Pose::REST,
-            accuracy: None,
-            sensors: Sensors::default(),
-            fix: None,
-            output: ControlOutput::ZERO,
-            collective: 0.0,
-            target: None,
-            rotors: 0,
-            mode: FlightMode::AutoLoiter,
-            armed: false,
-            failsafe: false,
-            landed: true,
-            system_id: 1,
-        }
-    }
 }
 
 /// An entry of the flight log.

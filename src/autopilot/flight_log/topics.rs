@@ -32,46 +32,32 @@ const ACCURACIES: [Named; 4] = [
     ("evv", |a| a.speed_m_s),
 ];
 
+type Fields = fn(&StepRecord, &mut Row);
+
+const fn topic(name: &'static str, period_us: u64, fields: Fields) -> Topic<StepRecord> {
+    Topic { name, period_us, fields }
+}
+
 /// Everything that is logged.
 pub(super) const TOPICS: [Topic<StepRecord>; 18] = [
-    Topic { name: "vehicle_attitude", period_us: EACH, fields: |r, row| attitude(r, &r.estimate, row) },
-    Topic { name: "vehicle_attitude_setpoint", period_us: EACH, fields: attitude_setpoint },
-    Topic { name: "vehicle_angular_velocity", period_us: EACH, fields: |r, row| rates(r, &r.estimate, row) },
-    Topic { name: "vehicle_rates_setpoint", period_us: EACH, fields: rates_setpoint },
-    Topic { name: "actuator_motors", period_us: EACH, fields: motors },
-    Topic { name: "sensor_combined", period_us: EACH, fields: sensors },
-    Topic {
-        name: "vehicle_local_position",
-        period_us: OFTEN,
-        fields: |r, row| position(r, &r.estimate, r.accuracy.as_ref(), row),
-    },
-    Topic { name: "vehicle_local_position_setpoint", period_us: OFTEN, fields: position_setpoint },
-    Topic { name: "vehicle_global_position", period_us: SELDOM, fields: |r, row| globe(r, &r.estimate, row) },
-    Topic { name: "vehicle_gps_position", period_us: SELDOM, fields: satellites },
-    Topic { name: "vehicle_air_data", period_us: OFTEN, fields: air },
-    Topic { name: "vehicle_magnetometer", period_us: OFTEN, fields: magnetometer },
-    Topic { name: "vehicle_status", period_us: SELDOM, fields: status },
-    Topic { name: "vehicle_land_detected", period_us: SELDOM, fields: land_detected },
-    Topic {
-        name: "vehicle_attitude_groundtruth",
-        period_us: EACH,
-        fields: |r, row| attitude(r, &r.truth, row),
-    },
-    Topic {
-        name: "vehicle_angular_velocity_groundtruth",
-        period_us: EACH,
-        fields: |r, row| rates(r, &r.truth, row),
-    },
-    Topic {
-        name: "vehicle_local_position_groundtruth",
-        period_us: OFTEN,
-        fields: |r, row| position(r, &r.truth, None, row),
-    },
-    Topic {
-        name: "vehicle_global_position_groundtruth",
-        period_us: SELDOM,
-        fields: |r, row| globe(r, &r.truth, row),
-    },
+    topic("vehicle_attitude", EACH, |r, row| attitude(r, &r.estimate, row)),
+    topic("vehicle_attitude_setpoint", EACH, attitude_setpoint),
+    topic("vehicle_angular_velocity", EACH, |r, row| rates(r, &r.estimate, row)),
+    topic("vehicle_rates_setpoint", EACH, rates_setpoint),
+    topic("actuator_motors", EACH, motors),
+    topic("sensor_combined", EACH, sensors),
+    topic("vehicle_local_position", OFTEN, |r, row| position(r, &r.estimate, r.accuracy.as_ref(), row)),
+    topic("vehicle_local_position_setpoint", OFTEN, position_setpoint),
+    topic("vehicle_global_position", SELDOM, |r, row| globe(r, &r.estimate, row)),
+    topic("vehicle_gps_position", SELDOM, satellites),
+    topic("vehicle_air_data", OFTEN, air),
+    topic("vehicle_magnetometer", OFTEN, magnetometer),
+    topic("vehicle_status", SELDOM, status),
+    topic("vehicle_land_detected", SELDOM, land_detected),
+    topic("vehicle_attitude_groundtruth", EACH, |r, row| attitude(r, &r.truth, row)),
+    topic("vehicle_angular_velocity_groundtruth", EACH, |r, row| rates(r, &r.truth, row)),
+    topic("vehicle_local_position_groundtruth", OFTEN, |r, row| position(r, &r.truth, None, row)),
+    topic("vehicle_global_position_groundtruth", SELDOM, |r, row| globe(r, &r.truth, row)),
 ];
 
 fn attitude(r: &StepRecord, pose: &Pose, row: &mut Row) {
@@ -186,14 +172,8 @@ fn status(r: &StepRecord, row: &mut Row) {
     // HIL on; a rotary wing, MAV_TYPE_QUADROTOR or its kin by number of rotors.
     row.u8("hil_state", 1);
     row.u8("vehicle_type", 1);
-    row.u8(
-        "system_type",
-        match r.rotors {
-            6 => 13,
-            8 => 14,
-            _ => 2,
-        },
-    );
+    let by_rotors = [(6, 13), (8, 14)].iter().find(|(rotors, _)| *rotors == r.rotors);
+    row.u8("system_type", by_rotors.map_or(2, |(_, kind)| *kind));
     row.u8("system_id", r.system_id);
     row.u8("component_id", 1);
 }

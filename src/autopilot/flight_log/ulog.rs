@@ -48,8 +48,6 @@ macro_rules! scalar_field {
 
 impl Row {
     scalar_field!(u8, u8, "uint8_t");
-    scalar_field!(u16, u16, "uint16_t");
-    scalar_field!(u32, u32, "uint32_t");
     scalar_field!(u64, u64, "uint64_t");
     scalar_field!(f64, f64, "double");
 
@@ -93,7 +91,7 @@ pub struct Ulog<W: Write> {
 }
 
 impl<W: Write> Ulog<W> {
-    /// Begins a log at `start_us` since the vehicle's boot: header and definitions. `specimen` is any record;
+    /// Begins a log at `start_us` since the vehicle's boot: header and definitions. `any` is any record;
     /// only the fields' names and lengths are taken from it.
     ///
     /// # Errors
@@ -104,7 +102,7 @@ impl<W: Write> Ulog<W> {
         information: &[(&str, Scalar<'_>)],
         parameters: &[(String, Scalar<'_>)],
         topics: &[Topic<R>],
-        specimen: &R,
+        any: &R,
     ) -> io::Result<Self> {
         let mut log = Self { out, last: vec![None; topics.len()], row: Row::default() };
         log.out.write_all(b"ULog\x01\x12\x35\x01")?;
@@ -113,7 +111,7 @@ impl<W: Write> Ulog<W> {
         log.message(b'B', &[0; 40])?;
         for topic in topics {
             let mut row = Row { bytes: Vec::new(), format: Some(String::new()) };
-            (topic.fields)(specimen, &mut row);
+            (topic.fields)(any, &mut row);
             let fields = row.format.unwrap_or_default();
             log.message(b'F', format!("{}:uint64_t timestamp;{fields}", topic.name).as_bytes())?;
         }
