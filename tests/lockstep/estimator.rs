@@ -108,11 +108,11 @@ const SEEN: usize = 9;
 /// Normalised squared error of position, velocity and attitude, by their part of the covariance.
 fn squared_error(estimator: &Estimator, truth: &BodyState) -> f64 {
     let filter = estimator.filter().unwrap();
-    let state = filter.state();
+    let state = &filter.state;
     let turn = rotation_vector(product(conjugate(state.q_ned_from_body), truth.q_ned_from_body));
     let parts = [truth.p_ned - state.p_ned, truth.v_ned - state.v_ned, turn];
     let e = SVector::<f64, SEEN>::from_fn(|i, _| parts[i / 3][i % 3]);
-    let p = SMatrix::<f64, SEEN, SEEN>::from_fn(|i, j| filter.covariance().at(i, j));
+    let p = SMatrix::<f64, SEEN, SEEN>::from_fn(|i, j| filter.covariance.at(i, j));
     e.dot(&p.cholesky().unwrap().solve(&e))
 }
 

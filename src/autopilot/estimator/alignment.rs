@@ -8,7 +8,6 @@
 
 use nalgebra::Vector3;
 
-use super::NotAligned;
 use super::covariance::{
     ACCELEROMETER_BIAS, ATTITUDE, BARO_OFFSET, Column, GYRO_BIAS, N, POSITION, VELOCITY,
 };
@@ -23,6 +22,41 @@ const SAMPLES: u32 = 62;
 const CARRIED: [f64; 2] = [0.5, 1.5];
 /// Heading where the field says nothing [rad]: any.
 const UNKNOWN_HEADING_RAD: f64 = 2.0;
+
+/// Why the estimate is not good enough to arm on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NotAligned {
+    /// No accelerometer and gyro have been heard.
+    #[error("estimator waits for accelerometer and gyro")]
+    NoInertial,
+    /// No magnetometer has been heard.
+    #[error("estimator waits for the magnetometer")]
+    NoMagnetometer,
+    /// No barometer has been heard.
+    #[error("estimator waits for the barometer")]
+    NoBarometer,
+    /// No satellite fix has been heard.
+    #[error("estimator waits for a GPS fix")]
+    NoSatellites,
+    /// The specific force is not the weight's: it falls, or is thrown about.
+    #[error("estimator waits: nothing carries the vehicle")]
+    NotCarried,
+    /// All has been heard and the filter is about to begin.
+    #[error("estimator is starting")]
+    Starting,
+    /// Roll and pitch are uncertain.
+    #[error("estimator: tilt uncertain")]
+    Tilt,
+    /// Yaw is uncertain.
+    #[error("estimator: heading uncertain")]
+    Heading,
+    /// Velocity is uncertain.
+    #[error("estimator: velocity uncertain")]
+    Velocity,
+    /// No satellite fix has been believed for long.
+    #[error("estimator: no GPS fix it believes")]
+    NoFix,
+}
 
 /// What is gathered before the filter begins.
 #[derive(Clone, Copy, Debug, Default)]

@@ -73,10 +73,14 @@ pub struct TestRatios {
 /// A nominal state and what is known of its error.
 #[derive(Clone, Debug)]
 pub struct Filter {
-    pub(super) state: NominalState,
-    pub(super) covariance: Covariance,
-    pub(super) ratios: TestRatios,
-    believed_us: u64,
+    /// The nominal state.
+    pub state: NominalState,
+    /// Covariance of the error.
+    pub covariance: Covariance,
+    /// How the latest measurements fitted.
+    pub ratios: TestRatios,
+    /// Time of the latest fix that was believed [us].
+    pub believed_us: u64,
 }
 
 impl Filter {
@@ -84,26 +88,6 @@ impl Filter {
     pub fn new(now_us: u64, state: NominalState, variances: &Column) -> Self {
         let covariance = Covariance::of_variances(variances);
         Self { state, covariance, ratios: TestRatios::default(), believed_us: now_us }
-    }
-
-    /// The nominal state.
-    pub fn state(&self) -> &NominalState {
-        &self.state
-    }
-
-    /// Covariance of its error.
-    pub fn covariance(&self) -> &Covariance {
-        &self.covariance
-    }
-
-    /// How the latest measurements fitted.
-    pub fn test_ratios(&self) -> &TestRatios {
-        &self.ratios
-    }
-
-    /// Time of the latest fix that was believed [us].
-    pub fn believed_us(&self) -> u64 {
-        self.believed_us
     }
 
     /// One step of `dt_s` [s] between two inertial measurements. A jump of the force, as at the release, came

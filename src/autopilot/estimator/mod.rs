@@ -8,7 +8,6 @@
 //! | [`filter`] | predictions and gated measurements |
 //! | [`alignment`] | where it begins, hanging or standing |
 //! | [`settings`] | site, noise, delay |
-//! | `history` | samples between the filter and the present |
 //!
 //! Equations are of Sola (2017), "Quaternion kinematics for the error-state Kalman filter", arXiv:1711.02508.
 //!
@@ -25,13 +24,15 @@
 pub mod alignment;
 pub mod covariance;
 pub mod filter;
-mod history;
 pub mod nominal;
 pub mod settings;
 
+pub use alignment::NotAligned;
 pub use filter::{Filter, Fix, TestRatios};
 pub use nominal::{Inertial, NominalState};
 pub use settings::{EstimatorSettings, Noise};
+
+use std::collections::VecDeque;
 
 use nalgebra::Vector3;
 
@@ -39,7 +40,6 @@ use crate::control::Measurement;
 use crate::units::{RAD_PER_DEG, US_PER_S};
 use alignment::Alignment;
 use covariance::{POSITION, VELOCITY};
-use history::Queue;
 
 /// Samples that may wait: a second at 250 Hz, the longest delay of a mission. Where more would have to, the
 /// filter stands less far behind.
@@ -68,41 +68,6 @@ pub struct Sample {
     pub field_body: Option<Vector3<f64>>,
     /// Barometer's altitude over the local origin [m].
     pub altitude_m: Option<f64>,
-}
-
-/// Why the estimate is not good enough to arm on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NotAligned {
-    /// No accelerometer and gyro have been heard.
-    #[error("estimator waits for accelerometer and gyro")]
-    NoInertial,
-    /// No magnetometer has been heard.
-    #[error("estimator waits for the magnetometer")]
-    NoMagnetometer,
-    /// No barometer has been heard.
-    #[error("estimator waits for the barometer")]
-    NoBarometer,
-    /// No satellite fix has been heard.
-    #[error("estimator waits for a GPS fix")]
-    NoSatellites,
-    /// The specific force is not the weight's: it falls, or is thrown about.
-    #[error("estimator waits: nothing carries the vehicle")]
-    NotCarried,
-    /// All has been heard and the filter is about to begin.
-    #[error("estimator is starting")]
-    Starting,
-    /// Roll and pitch are uncertain.
-    #[error("estimator: tilt uncertain")]
-    Tilt,
-    /// Yaw is uncertain.
-    #[error("estimator: heading uncertain")]
-    Heading,
-    /// Velocity is uncertain.
-    #[error("estimator: velocity uncertain")]
-    Velocity,
-    /// No satellite fix has been believed for long.
-    #[error("estimator: no GPS fix it believes")]
-    NoFix,
 }
 
 /// One sigma of the estimate at the filter's time.
@@ -147,8 +112,9 @@ pub struct Estimator {
     filter: Option<Filter>,
     /// The sample that the filter stands at.
     behind: Option<Sample>,
-    samples: Queue<Sample, SAMPLES>,
-    fixes: Queue<Fix, FIXES>,
+    /// Samples between the filter and the present, oldest first.
+    samples: VecDeque<Sample>,
+    fixes: VecDeque<Fix>,
     /// Time of the latest fix that was taken.
     fixed_us: Option<u64>,
     /// When a field and an altitude were last taken.
@@ -167,8 +133,8 @@ impl Estimator {
             alignment: Alignment::default(),
             filter: None,
             behind: None,
-            samples: Queue::default(),
-            fixes: Queue::default(),
+            samples: VecDeque::with_capacity(SAMPLES),
+            fixes: VecDeque::with_capacity(FIXES),
             fixed_us: None,
             field_us: None,
             altitude_us: None,
@@ -197,7 +163,10 @@ impl Estimator {
     pub fn take_fix(&mut self, fix: &Fix) {
         if fix.is_sound() && self.fixed_us.is_none_or(|at| at < fix.at_us) {
             self.fixed_us = Some(fix.at_us);
-            self.fixes.push(*fix);
+            if self.fixes.len() == FIXES {
+                self.fixes.pop_front();
+            }
+            self.fixes.push_back(*fix);
         }
     }
 
@@ -218,11 +187,11 @@ impl Estimator {
             altitude_m: when_due(altitude_m, &mut self.altitude_us, now_us),
             ..*sample
         };
-        if self.samples.is_full() {
+        if self.samples.len() == SAMPLES {
             self.follow();
         }
-        self.samples.push(sample);
-        while self.samples.first().is_some_and(|s| now_us - s.at_us >= self.settings.gps_delay_us) {
+        self.samples.push_back(sample);
+        while self.samples.front().is_some_and(|s| now_us - s.at_us >= self.settings.gps_delay_us) {
             self.follow();
         }
         self.look_ahead();
@@ -230,15 +199,15 @@ impl Estimator {
 
     /// The filter goes on to the next sample.
     fn follow(&mut self) {
-        let Some(sample) = self.samples.pop() else { return };
+        let Some(sample) = self.samples.pop_front() else { return };
         let before = self.behind.replace(sample);
         if let (Some(filter), Some(before)) = (&mut self.filter, &before) {
             let dt_s = (sample.at_us - before.at_us) as f64 / US_PER_S;
             filter.predict(&self.settings, &before.inertial, &sample.inertial, dt_s);
         }
         let mut fix = None;
-        while self.fixes.first().is_some_and(|f| f.at_us <= sample.at_us) {
-            fix = self.fixes.pop().filter(|f| sample.at_us - f.at_us <= FIX_LIFETIME_US);
+        while self.fixes.front().is_some_and(|f| f.at_us <= sample.at_us) {
+            fix = self.fixes.pop_front().filter(|f| sample.at_us - f.at_us <= FIX_LIFETIME_US);
         }
         let Some(filter) = &mut self.filter else {
             let force_body = &sample.inertial.specific_force_body;
@@ -255,7 +224,7 @@ impl Estimator {
         if let Some(field_body) = &sample.field_body {
             filter.take_field(&self.settings, field_body);
         }
-        if !filter.state().is_finite() {
+        if !filter.state.is_finite() {
             // Readings of absurd size: nothing of it is worth keeping.
             (self.filter, self.alignment) = (None, Alignment::default());
         }
@@ -264,8 +233,8 @@ impl Estimator {
     /// The nominal state at the latest sample.
     fn look_ahead(&mut self) {
         self.present = self.filter.as_ref().zip(self.behind).map(|(filter, behind)| {
-            let (mut state, mut last) = (*filter.state(), behind);
-            for sample in self.samples.iter() {
+            let (mut state, mut last) = (filter.state, behind);
+            for sample in &self.samples {
                 let dt_s = (sample.at_us - last.at_us) as f64 / US_PER_S;
                 let inertial = Inertial::mean(&last.inertial, &sample.inertial);
                 state.predict(&inertial, self.settings.gravity_m_s2, dt_s);
@@ -286,7 +255,7 @@ impl Estimator {
     /// How good the estimate is; `None` before the filter has begun.
     pub fn accuracy(&self) -> Option<Accuracy> {
         let filter = self.filter.as_ref()?;
-        let p = filter.covariance();
+        let p = &filter.covariance;
         let sigma = |i: usize| p.at(i, i).max(0.0).sqrt();
         let (tilt, heading) = filter.attitude_variances();
         Some(Accuracy {
@@ -313,7 +282,7 @@ impl Estimator {
             Err(NotAligned::Heading)
         } else if !accuracy.knows_velocity() {
             Err(NotAligned::Velocity)
-        } else if now_us.saturating_sub(filter.believed_us()) > GPS_LOST_US {
+        } else if now_us.saturating_sub(filter.believed_us) > GPS_LOST_US {
             Err(NotAligned::NoFix)
         } else {
             Ok(())

@@ -32,11 +32,11 @@ fn flight_of(site: &Site, seed: u64) -> [f64; LOOKS_S.len()] {
         estimator.take(&sensors.sample(truth));
         states.push(sensors.state(truth));
         let Some(filter) = estimator.filter() else { continue };
-        let e = error(&states[i - late], filter.state());
+        let e = error(&states[i - late], &filter.state);
         if let Some(k) = LOOKS_S.iter().position(|t| (t / DT_S).round() as usize == i + 1) {
-            looks[k] = squared_error(&e, filter.covariance()).unwrap();
+            looks[k] = squared_error(&e, &filter.covariance).unwrap();
         } else if i % 25 == 0 {
-            assert!(squared_error(&e, filter.covariance()).is_some(), "seed {seed}, step {i}");
+            assert!(squared_error(&e, &filter.covariance).is_some(), "seed {seed}, step {i}");
         }
     }
     assert_eq!(estimator.check_aligned(), Ok(()), "seed {seed}: {:?}", estimator.accuracy());
@@ -95,7 +95,7 @@ fn closed_form_inertial_prediction_follows_the_simulation() {
             let dt_s = DT_S;
             filter.predict(&settings(&site), &quiet(i - 1), &quiet(i), dt_s);
             state.predict(&Inertial::mean(&quiet(i - 1), &quiet(i)), site.gravity_m_s2, dt_s);
-            assert_eq!(state, *filter.state());
+            assert_eq!(state, filter.state);
             let body = &flight[i].body;
             let truth = NominalState {
                 p_ned: body.p_ned,

@@ -43,7 +43,7 @@ fn closed_form_a_field_that_points_beside_turns_the_heading_alone() {
         let mut filter = Filter::new(0, state([0.0; 3], [0.0; 3]), &[1e-3; N]);
         let (sin, cos) = beside_rad.sin_cos();
         filter.take_field(&settings, &Vector3::new(0.2 * cos, 0.2 * sin, 0.45));
-        let turn = rotation_vector(filter.state().q_ned_from_body);
+        let turn = rotation_vector(filter.state.q_ned_from_body);
         assert!(turn.y.abs() < 1e-12 && turn.z * beside_rad < 0.0, "{turn}");
     }
 }

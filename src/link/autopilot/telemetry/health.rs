@@ -55,7 +55,7 @@ pub(super) fn estimator_status(now: TimeUs, vehicle: &Vehicle) -> Option<MavMess
 /// Fills in the filter's accuracy and returns the flags of what it knows. Ratios are innovations over their
 /// gates, as PX4 sends them.
 fn fill(message: &mut ESTIMATOR_STATUS_DATA, estimator: &Estimator) -> Option<u16> {
-    let (accuracy, ratios) = (estimator.accuracy()?, estimator.filter()?.test_ratios());
+    let (accuracy, ratios) = (estimator.accuracy()?, &estimator.filter()?.ratios);
     let ratio = |squared: f64| squared.sqrt() as f32;
     message.vel_ratio = ratio(ratios.velocity);
     message.pos_horiz_ratio = ratio(ratios.position);
