@@ -2,7 +2,7 @@
 //! it is not, and said when it becomes so, when it ceases to be so, and when it does not become so for long.
 
 use super::estimator::NotAligned;
-use super::{Autopilot, Severity};
+use super::event::Severity;
 
 /// After this time without alignment it is reported what is wanting [us].
 const PATIENCE_US: u64 = 15_000_000;
@@ -29,7 +29,11 @@ impl Alignment {
     }
 
     /// Takes the alignment of a step; what is worth saying of it.
-    fn follow(&mut self, now_us: u64, aligned: Result<(), NotAligned>) -> Option<(Severity, String)> {
+    pub(super) fn follow(
+        &mut self,
+        now_us: u64,
+        aligned: Result<(), NotAligned>,
+    ) -> Option<(Severity, String)> {
         self.now = aligned;
         let waited_us = now_us.saturating_sub(*self.since_us.get_or_insert(now_us));
         let news = match (aligned, self.reported) {
@@ -43,16 +47,6 @@ impl Alignment {
         };
         self.reported = Some(aligned.is_ok());
         Some(news)
-    }
-}
-
-impl Autopilot {
-    /// Takes what the estimator says of itself at a step; to be called before the step, and by those alone
-    /// who have an estimator.
-    pub fn watch_alignment(&mut self, now_us: u64, aligned: Result<(), NotAligned>) {
-        if let Some((severity, text)) = self.alignment.follow(now_us, aligned) {
-            self.say(severity, text);
-        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Actions that nobody ordered: the autopilot leaves OFFBOARD when setpoints stop, acts on what
 //! [`super::failsafe`] sees, and disarms after a landing.
 
+use super::estimator::NotAligned;
 use super::failsafe::Seen;
 use super::fence::{Fence, Rule};
 use super::land_detector::Look;
@@ -14,6 +15,14 @@ fn seconds(us: u64) -> f64 {
 }
 
 impl Autopilot {
+    /// Takes what the estimator says of itself at a step; to be called before the step, and by those alone
+    /// who have an estimator.
+    pub fn watch_alignment(&mut self, now_us: u64, aligned: Result<(), NotAligned>) {
+        if let Some((severity, text)) = self.alignment.follow(now_us, aligned) {
+            self.say(severity, text);
+        }
+    }
+
     /// A ground station was heard.
     pub fn hear_ground_station(&mut self, now_us: u64) {
         let silent = self
@@ -62,10 +71,10 @@ impl Autopilot {
 
     /// OFFBOARD goes on only while setpoints come.
     pub(super) fn watch_setpoints(&mut self, now_us: u64) {
-        if self.mode != FlightMode::Offboard || self.setpoints.fresh(now_us).is_some() {
+        if self.mode != FlightMode::Offboard || self.fresh_setpoint(now_us).is_some() {
             return;
         }
-        let timeout_s = seconds(self.setpoints.timeout_us());
+        let timeout_s = seconds(self.settings.setpoint_timeout_us);
         if self.armed {
             self.say(Severity::Critical, format!("OFFBOARD lost: no setpoint for {timeout_s} s"));
             self.act(self.settings.setpoint_loss);
@@ -122,11 +131,11 @@ impl Autopilot {
         if !self.flying {
             return;
         }
-        let airframe = &self.control_settings.airframe;
+        let airframe = &self.loops.settings.airframe;
         let look = Look {
             measurement,
-            target: self.velocity_target.as_ref(),
-            output: &self.output,
+            target: self.loops.velocity_target.as_ref(),
+            output: &self.loops.output,
             weight_n: airframe.mass_kg * airframe.gravity_m_s2,
         };
         let landed = self.land_detector.is_landed();

@@ -5,18 +5,17 @@
 //! |---|---|
 //! | [`modes`] | PX4's modes and numbers; which are flown |
 //! | [`arming`] | checks before arming and disarming, with reasons |
-//! | [`setpoint`] | the setpoints that a companion may send |
-//! | [`offboard`] | how long a setpoint lives |
+//! | [`setpoint`] | the setpoints that a companion may send, and how long one lives |
 //! | [`navigator`] | where HOLD, TAKEOFF, LAND and RETURN go |
 //! | [`land_detector`] | whether it stands on something |
-//! | [`orders`] | what a crew may order: modes, places, arming |
+//! | `orders` | what a crew may order: modes, places, arming |
 //! | `alignment` | whether the estimate is good enough, and how that is reported |
 //! | [`failsafe`], `guard` | when the autopilot acts on its own, and how |
 //! | [`fence`] | areas to stay in and to keep out of |
 //! | [`flight_log`] | what the autopilot knew and commanded, as ULog |
 //! | [`missions`] | missions, fences and rally points as they are kept |
 //! | [`settings`] | what all that goes by |
-//! | [`flight`] | the control step: from setpoint and state to throttles |
+//! | [`flight`] | the control loops: from setpoint and state to throttles |
 //! | [`estimator`] | position, velocity and attitude from the sensors |
 //! | [`event`] | what is said to the crew |
 //! | [`parameters`] | what is in effect, under PX4's names |
@@ -46,8 +45,7 @@ pub mod land_detector;
 pub mod missions;
 pub mod modes;
 pub mod navigator;
-pub mod offboard;
-pub mod orders;
+mod orders;
 pub mod parameters;
 pub mod setpoint;
 pub mod settings;
@@ -55,31 +53,39 @@ pub mod settings;
 pub use arming::{ArmingRefusal, DisarmingRefusal};
 pub use event::{Event, Severity};
 pub use flight::VelocityTarget;
-pub use modes::FlightMode;
+pub use modes::{FlightMode, ModeRefusal};
 pub use navigator::Navigator;
-pub use orders::ModeRefusal;
 pub use setpoint::{OffboardSetpoint, SetpointRefusal, VelocityFrame, YawSetpoint};
 pub use settings::Settings;
 
-use std::mem::Discriminant;
+use std::borrow::Cow;
 
 use nalgebra::Vector3;
 
 use crate::control::{
-    Cascade, ControlLimits, ControlOutput, ControlSettings, Controller, Gains, Measurement, Setpoint,
+    Cascade, ControlLimits, ControlOutput, ControlSettings, Controller, Gains, Measurement,
 };
+use crate::model::{MAX_ROTORS, PerRotor};
+use crate::units::US_PER_S;
 use alignment::Alignment;
 use event::EventQueue;
 use failsafe::Watch;
 use fence::Fence;
+use flight::{ControlLoops, StepState};
 use land_detector::LandDetector;
-use offboard::SetpointStore;
+use navigator::Situation;
+use setpoint::SetpointStore;
+
+/// Control period of the first step, before two stamps show it [s]: 250 Hz.
+const NOMINAL_PERIOD_S: f64 = 0.004;
+
+/// Longest period that is integrated over [s]: a gap in the sensor stream does not wind the integrals up.
+const LONGEST_PERIOD_S: f64 = 0.05;
 
 /// The autopilot's state machine with its controller.
 #[derive(Clone, Debug)]
 pub struct Autopilot {
-    controller: Box<dyn Controller>,
-    control_settings: ControlSettings,
+    loops: ControlLoops,
     mode: FlightMode,
     armed: bool,
     /// OFFBOARD or TAKEOFF has been in effect since arming: every mode flies.
@@ -103,11 +109,6 @@ pub struct Autopilot {
     p_ned: Vector3<f64>,
     state: Option<(u64, Measurement)>,
     last_step_us: Option<u64>,
-    /// Kind of the setpoint being flown; `None` while the motors are off.
-    controlled: Option<Discriminant<Setpoint>>,
-    heading_sp_rad: f64,
-    velocity_target: Option<VelocityTarget>,
-    output: ControlOutput,
     events: EventQueue,
 }
 
@@ -123,8 +124,7 @@ impl Autopilot {
     pub fn with_controller(controller: Box<dyn Controller>, settings: ControlSettings) -> Self {
         Self {
             settings: Settings::beside(&settings.gains),
-            controller,
-            control_settings: settings,
+            loops: ControlLoops::new(controller, settings),
             mode: FlightMode::AutoLoiter,
             armed: false,
             engaged: false,
@@ -143,24 +143,79 @@ impl Autopilot {
             p_ned: Vector3::zeros(),
             state: None,
             last_step_us: None,
-            controlled: None,
-            heading_sp_rad: 0.0,
-            velocity_target: None,
-            output: ControlOutput::ZERO,
             events: EventQueue::default(),
         }
     }
 
     /// Back to the state it woke up in, events kept: the simulator has started over.
     pub fn restart(&mut self) {
-        let mut events = std::mem::take(&mut self.events);
-        events.say(Event::new(Severity::Warning, "simulated time started over: disarmed"));
-        self.controller.reset();
-        let timeout_us = self.setpoints.timeout_us();
-        let fence = self.fence.clone();
-        let new = Self::with_controller(self.controller.clone(), self.control_settings.clone());
-        *self = Self { events, fence, settings: self.settings, ..new };
-        self.setpoints.set_timeout_us(timeout_us);
+        self.say(Severity::Warning, "simulated time started over: disarmed");
+        self.loops.controller.reset();
+        let ControlLoops { controller, settings, .. } = self.loops.clone();
+        let (events, fence) = (std::mem::take(&mut self.events), self.fence.clone());
+        *self =
+            Self { events, fence, settings: self.settings, ..Self::with_controller(controller, settings) };
+    }
+
+    /// One control step at `now_us` with the position [m, NED] and state of that time: the throttle of each
+    /// rotor, 0..1. All zero while disarmed.
+    pub fn step(&mut self, now_us: u64, p_ned: &Vector3<f64>, measurement: &Measurement) -> PerRotor {
+        let state = StepState { p_ned: *p_ned, measurement, dt_s: self.period_s(now_us) };
+        self.state = Some((now_us, *measurement));
+        self.p_ned = *p_ned;
+        self.watch_setpoints(now_us);
+        self.watch_conditions(now_us);
+        if !self.armed {
+            return [0.0; MAX_ROTORS];
+        }
+        match self.mode {
+            FlightMode::Offboard => {
+                if let Some(setpoint) = self.fresh_setpoint(now_us) {
+                    self.loops.fly(&state, &setpoint, &self.settings);
+                }
+            }
+            // Down: nothing to carry any more.
+            _ if self.land_detector.is_landed() && self.is_landing() => self.loops.switch_off(),
+            _ if self.engaged => self.navigate(now_us, &state),
+            _ => self.loops.switch_off(),
+        }
+        self.flying |= self.loops.output.collective_n > 0.0;
+        self.watch_ground(now_us, measurement);
+        self.loops.output.throttle
+    }
+
+    /// A step without a state: the motors keep their last commands.
+    pub fn coast(&mut self, now_us: u64) -> PerRotor {
+        self.last_step_us = Some(now_us);
+        self.watch_setpoints(now_us);
+        self.loops.output.throttle
+    }
+
+    fn period_s(&mut self, now_us: u64) -> f64 {
+        match self.last_step_us.replace(now_us) {
+            None => NOMINAL_PERIOD_S,
+            Some(last_us) => (now_us.saturating_sub(last_us) as f64 / US_PER_S).min(LONGEST_PERIOD_S),
+        }
+    }
+
+    fn navigate(&mut self, now_us: u64, state: &StepState<'_>) {
+        let situation = Situation {
+            now_us,
+            p_ned: state.p_ned,
+            v_ned: state.measurement.v_ned,
+            home_ned: *self.home_ned.get_or_insert(state.p_ned),
+            settings: &self.settings,
+        };
+        let (guidance, arrived) = self.navigator.step(&situation);
+        if arrived && self.mode == FlightMode::AutoTakeoff {
+            self.mode = FlightMode::AutoLoiter;
+            self.say(Severity::Info, "takeoff done: HOLD");
+        }
+        self.loops.follow(state, &guidance, &self.settings);
+    }
+
+    fn fresh_setpoint(&self, now_us: u64) -> Option<OffboardSetpoint> {
+        self.setpoints.fresh(now_us, self.settings.setpoint_timeout_us)
     }
 
     /// The mode.
@@ -195,36 +250,23 @@ impl Autopilot {
 
     /// The controller.
     pub fn controller(&self) -> &dyn Controller {
-        &*self.controller
+        &*self.loops.controller
     }
 
     /// The airframe, gains and limits in effect.
     pub fn control_settings(&self) -> &ControlSettings {
-        &self.control_settings
+        &self.loops.settings
     }
 
     /// Replaces gains and limits from the next step on.
     pub fn tune(&mut self, gains: Gains, limits: ControlLimits) {
-        self.control_settings.gains = gains;
-        self.control_settings.limits = limits;
-        self.controller.configure(&self.control_settings);
+        self.loops.configure(|settings| (settings.gains, settings.limits) = (gains, limits));
     }
 
     /// Replaces the mass that the controller believes in [kg]: the collective for a wanted acceleration
     /// scales with it.
     pub fn set_mass_kg(&mut self, mass_kg: f64) {
-        self.control_settings.airframe.mass_kg = mass_kg;
-        self.controller.configure(&self.control_settings);
-    }
-
-    /// How long a setpoint lives in OFFBOARD [us].
-    pub fn setpoint_timeout_us(&self) -> u64 {
-        self.setpoints.timeout_us()
-    }
-
-    /// Changes how long a setpoint lives in OFFBOARD [us].
-    pub fn set_setpoint_timeout_us(&mut self, timeout_us: u64) {
-        self.setpoints.set_timeout_us(timeout_us);
+        self.loops.configure(|settings| settings.airframe.mass_kg = mass_kg);
     }
 
     /// Settings of the automatic modes and failsafes.
@@ -244,12 +286,12 @@ impl Autopilot {
 
     /// Output of the last step; zero while the motors are off.
     pub fn output(&self) -> &ControlOutput {
-        &self.output
+        &self.loops.output
     }
 
     /// The velocity being flown to; `None` outside velocity control.
     pub fn velocity_target(&self) -> Option<&VelocityTarget> {
-        self.velocity_target.as_ref()
+        self.loops.velocity_target.as_ref()
     }
 
     /// Takes the oldest thing to say.
@@ -258,7 +300,7 @@ impl Autopilot {
     }
 
     /// Has something said with the autopilot's own events, in their order.
-    pub fn say(&mut self, severity: Severity, text: impl Into<std::borrow::Cow<'static, str>>) {
+    pub fn say(&mut self, severity: Severity, text: impl Into<Cow<'static, str>>) {
         self.events.say(Event::new(severity, text));
     }
 

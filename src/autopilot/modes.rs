@@ -5,8 +5,10 @@
 //! ([`super::navigator`]). HOLD is where the vehicle wakes up. The rest need sticks or a mission that is
 //! flown.
 
+use crate::units::US_PER_S;
+
 /// One of PX4's flight modes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum FlightMode {
     /// Sticks straight to attitude.
     Manual,
@@ -19,6 +21,7 @@ pub enum FlightMode {
     /// Automatic takeoff: flown.
     AutoTakeoff,
     /// Hold: flown.
+    #[default]
     AutoLoiter,
     /// Mission from waypoints.
     AutoMission,
@@ -101,6 +104,20 @@ impl FlightMode {
     pub fn is_flown(self) -> bool {
         matches!(self, Self::Offboard | Self::AutoLoiter | Self::AutoTakeoff | Self::AutoLand | Self::AutoRtl)
     }
+}
+
+/// Why a mode is not entered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ModeRefusal {
+    /// This autopilot does not fly the mode.
+    #[error("{} is not flown here", .0.name())]
+    NotFlown(FlightMode),
+    /// OFFBOARD without a setpoint that is young enough.
+    #[error("OFFBOARD refused: no setpoint in the last {} s", *timeout_us as f64 / US_PER_S)]
+    NoSetpoint {
+        /// How young it has to be [us].
+        timeout_us: u64,
+    },
 }
 
 #[cfg(test)]

@@ -6,23 +6,9 @@ use nalgebra::Vector3;
 use super::failsafe::Watch;
 use super::land_detector::LandDetector;
 use super::{
-    ArmingRefusal, Autopilot, DisarmingRefusal, FlightMode, Navigator, Severity, YawSetpoint, arming,
+    ArmingRefusal, Autopilot, DisarmingRefusal, FlightMode, ModeRefusal, Navigator, Severity, YawSetpoint,
+    arming,
 };
-use crate::units::US_PER_S;
-
-/// Why a mode is not entered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ModeRefusal {
-    /// This autopilot does not fly the mode.
-    #[error("{} is not flown here", .0.name())]
-    NotFlown(FlightMode),
-    /// OFFBOARD without a setpoint that is young enough.
-    #[error("OFFBOARD refused: no setpoint in the last {} s", *timeout_us as f64 / US_PER_S)]
-    NoSetpoint {
-        /// How young it has to be [us].
-        timeout_us: u64,
-    },
-}
 
 impl Autopilot {
     /// Enters a mode.
@@ -32,8 +18,8 @@ impl Autopilot {
     pub fn request_mode(&mut self, now_us: u64, mode: FlightMode) -> Result<(), ModeRefusal> {
         let refusal = if !mode.is_flown() {
             Some(ModeRefusal::NotFlown(mode))
-        } else if mode == FlightMode::Offboard && self.setpoints.fresh(now_us).is_none() {
-            Some(ModeRefusal::NoSetpoint { timeout_us: self.setpoints.timeout_us() })
+        } else if mode == FlightMode::Offboard && self.fresh_setpoint(now_us).is_none() {
+            Some(ModeRefusal::NoSetpoint { timeout_us: self.settings.setpoint_timeout_us })
         } else {
             None
         };
@@ -113,7 +99,7 @@ impl Autopilot {
         (self.armed, self.engaged, self.flying, self.failsafe) = (false, false, false, false);
         (self.land_detector, self.watch) = (LandDetector::default(), Watch::default());
         self.navigator = Navigator::begin(self.mode);
-        self.switch_off();
+        self.loops.switch_off();
         self.say(Severity::Info, text);
         Ok(())
     }

@@ -1,4 +1,6 @@
-//! The setpoints of OFFBOARD: a velocity, a place, an acceleration, an attitude, or body rates.
+//! The setpoints of OFFBOARD: a velocity, a place, an acceleration, an attitude, or body rates; and the rule
+//! that OFFBOARD may begin, and go on, only with a setpoint younger than PX4's COM_OF_LOSS_T of simulated
+//! time.
 //!
 //! `link` reads the wire's type masks; here a setpoint is already one of the kinds
 //! that are flown, and its numbers are checked: finite, quaternion near unit length, thrust within 0..1.
@@ -160,6 +162,24 @@ fn check_thrust(collective: f64) -> Result<(), SetpointRefusal> {
     if (0.0..=1.0).contains(&collective) { Ok(()) } else { Err(SetpointRefusal::ThrustRange) }
 }
 
+/// The latest setpoint and when it came.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SetpointStore(Option<(u64, OffboardSetpoint)>);
+
+impl SetpointStore {
+    /// Keeps a setpoint that came at `now_us`.
+    pub fn put(&mut self, now_us: u64, setpoint: OffboardSetpoint) {
+        self.0 = Some((now_us, setpoint));
+    }
+
+    /// The latest setpoint, if it is no older than `timeout_us` at `now_us`.
+    pub fn fresh(&self, now_us: u64, timeout_us: u64) -> Option<OffboardSetpoint> {
+        // One from the future is from before simulated time began.
+        let age = |at| now_us.checked_sub(at);
+        self.0.filter(|&(at, _)| age(at).is_some_and(|us| us <= timeout_us)).map(|(_, s)| s)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -167,6 +187,18 @@ mod tests {
 
     fn velocity(frame: VelocityFrame, v: Vector3<f64>) -> OffboardSetpoint {
         OffboardSetpoint::Velocity { frame, v, a_ff: Vector3::zeros(), yaw: YawSetpoint::Keep }
+    }
+
+    #[test]
+    fn closed_form_a_setpoint_lives_for_so_long() {
+        let setpoint = OffboardSetpoint::Attitude { q_ned_from_body: [1.0, 0.0, 0.0, 0.0], collective: 0.0 };
+        let mut store = SetpointStore::default();
+        assert_eq!(store.fresh(0, 1_000_000), None);
+        store.put(500, setpoint);
+        assert_eq!(store.fresh(1_000_500, 1_000_000), Some(setpoint));
+        assert_eq!(store.fresh(1_000_501, 1_000_000), None);
+        assert_eq!(store.fresh(499, 1_000_000), None, "a clock that has started over");
+        assert_eq!((store.fresh(520, 20), store.fresh(521, 20)), (Some(setpoint), None));
     }
 
     #[test]

@@ -5,6 +5,9 @@
 use super::modes::FlightMode;
 use crate::control::{Gains, PositionGains, VelocityLimits};
 
+/// How long a setpoint lives unless COM_OF_LOSS_T says otherwise: PX4's default, 1 s [us].
+pub const SETPOINT_TIMEOUT_US: u64 = 1_000_000;
+
 /// The settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -28,6 +31,8 @@ pub struct Settings {
     pub descend_height_m: f64,
     /// RTL_LAND_DELAY [s]; `None` for ever.
     pub land_delay_s: Option<f64>,
+    /// COM_OF_LOSS_T: how long a setpoint lives in OFFBOARD [us].
+    pub setpoint_timeout_us: u64,
     /// COM_OBL_RC_ACT: what follows from a loss of setpoints.
     pub setpoint_loss: Action,
     /// NAV_DLL_ACT: what follows from silence of all ground stations.
@@ -133,6 +138,7 @@ impl Settings {
             return_height_m: 60.0,
             descend_height_m: 30.0,
             land_delay_s: Some(0.0),
+            setpoint_timeout_us: SETPOINT_TIMEOUT_US,
             setpoint_loss: Action::Hold,
             data_link_loss: Action::Nothing,
             data_link_timeout_s: 10.0,

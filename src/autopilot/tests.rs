@@ -9,7 +9,7 @@ mod random;
 use nalgebra::Vector3;
 
 use super::*;
-use crate::control::{Gains, test_vehicles};
+use crate::control::{Setpoint, test_vehicles};
 use crate::frames::{LEVEL, quaternion_from_euler};
 use crate::model::{MAX_ROTORS, PerRotor};
 

@@ -21,7 +21,7 @@ pub struct Environment {
 }
 
 /// A point on the globe.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GeoPoint {
     /// Latitude [deg].
     pub latitude_deg: f64,

@@ -190,7 +190,8 @@ impl Parameters {
                 autopilot.settings_mut().set(&entry.name, entry.value.as_f64());
             }
             Role::SetpointLife => {
-                autopilot.set_setpoint_timeout_us((entry.value.as_f64() * US_PER_S).round() as u64);
+                autopilot.settings_mut().setpoint_timeout_us =
+                    (entry.value.as_f64() * US_PER_S).round() as u64;
             }
             Role::Kept(_)
             | Role::AtBeginning(_)

@@ -26,9 +26,8 @@ use std::collections::BTreeMap;
 pub use change::Refusal;
 use table::{Declaration, ESTIMATOR, GPS_DELAY, Role, TABLE};
 
-use super::Settings;
 use super::estimator::EstimatorSettings;
-use super::offboard::SETPOINT_TIMEOUT_US;
+use super::settings::{SETPOINT_TIMEOUT_US, Settings};
 use crate::params::metadata::Kind;
 use crate::params::{
     Metadata, NormalisedUnits, Parameter, ParamsError, Purpose, Scale, Subject, Value, export,
