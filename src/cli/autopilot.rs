@@ -16,20 +16,6 @@ use samara::config::Px4Clock;
 use samara::link::Link;
 use samara::link::shell::{AfterSimulator, run_autopilot};
 
-/// The help of `samara autopilot`.
-pub const AUTOPILOT_HELP: &str = "\
-Connects to the simulator at TCP 4560 + instance and tries until it is there. Binds UDP 18570 + instance (ground stations, sends to
-14550) and 14580 + instance (companions and scripts, sends to 14540 + instance). Writes vehicle.tlog (ground stations' link),
-companion.tlog (companions' link) and flight.ulg (vehicle.2.tlog, flight.2.ulg, .. when the simulator starts over) and autopilot_manifest.json to the folder of --out.
-
-Examples:
-  samara autopilot
-  samara autopilot --gains paper_pso
-  samara autopilot --estimator ekf mission/x500_drop.json
-  samara autopilot --once --instance 1 --out out/second
-  samara autopilot --link tcpin:127.0.0.1:5760 --link udpout:192.0.2.7:14550
-  samara autopilot --sign-key key.txt";
-
 /// `samara autopilot`.
 #[derive(Args, Debug)]
 pub struct AutopilotArgs {

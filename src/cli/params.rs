@@ -19,61 +19,6 @@ use samara::params::{Export, Metadata, ParameterFile, Purpose, check, diff, expo
 use samara::plan::Status;
 use samara::report::{params as report, plan_text};
 
-/// The help of `samara params`.
-pub const PARAMS_HELP: &str = "\
-A file says in its header what it is for, and is refused elsewhere: samara's own autopilot,
-unmodified PX4, PX4 by Froude scaling. Under standard gravity the three are the same.
-
-Examples:
-  samara params export
-  samara params check params/px4/titan_px4.params
-  samara params diff params/px4/titan_samara.params vehicle.params
-  samara params list
-  samara drop --params params/px4/titan_samara.params";
-
-const EXPORT_HELP: &str = "\
-Writes gains, limits, hover thrust and rotors of a mission as a parameter file of QGroundControl.
-A gain outside PX4's range is moved between P and K of its rate loop, which is the same law, or
-else written and told.
-
-JSON (--json): mission, version, seed, input_hash, gains, file, for, gravity_m_s2, parameters (by
-name), findings (name, value, class: needed, outside, wrong_type or older; range, unit, text),
-remarks.
-
-Examples:
-  samara params export
-  samara params export --gains near_hover --for px4 --out titan_px4.params
-  samara params export mission/x500_drop.json --for px4 --json
-  samara params export mission/x500_drop.json --for px4 --drop
-  samara params export --out -        (to stdout)";
-
-const CHECK_HELP: &str = "\
-Reads a parameter file of any origin and holds it against PX4's types and ranges. A value that a
-drop needs and PX4 takes although it lies outside the stated range is told and does no harm.
-
-JSON (--json): file, for (null if the file does not say), ok, parameters, checked, not_in_table,
-does_not_belong (null if it does), findings (name, value, class, range, unit, text), remarks.
-
-Exit code 1 when a value is outside its range without need or of the wrong type (PX4's ranges do
-not bind a file for samara's own autopilot), or the file does not belong where it was to be used;
-2 when it is no parameter file.
-
-Examples:
-  samara params check vehicle.params
-  samara params check params/px4/x500_px4.params --for px4
-  samara params check vehicle.params --mission mission/x500_drop.json    (would a drop take it?)";
-
-const DIFF_HELP: &str = "\
-Numbers that agree in six digits, as many as some programs write, count as equal.
-
-JSON (--json): a, b, for_a, for_b, same, differences and rounding (component, name, a, b; null where missing).
-
-Exit code 1 when they differ.
-
-Examples:
-  samara params diff before.params after.params
-  samara params diff params/px4/titan_samara.params params/px4/titan_px4.params --json";
-
 /// `samara params`.
 #[derive(Args, Debug)]
 pub struct ParamsArgs {
@@ -85,13 +30,13 @@ pub struct ParamsArgs {
 #[derive(Debug, Subcommand)]
 enum ParamsVerb {
     /// Write a mission's gains and vehicle as PX4 parameters.
-    #[command(after_long_help = EXPORT_HELP)]
+    #[command(after_long_help = include_str!("help/params_export.txt"))]
     Export(ExportArgs),
     /// Hold a file against PX4's types and ranges.
-    #[command(after_long_help = CHECK_HELP)]
+    #[command(after_long_help = include_str!("help/params_check.txt"))]
     Check(CheckArgs),
     /// Compare two files.
-    #[command(after_long_help = DIFF_HELP)]
+    #[command(after_long_help = include_str!("help/params_diff.txt"))]
     Diff(DiffArgs),
     /// Print what samara's own autopilot has for parameters, and what each does, as Markdown.
     List,

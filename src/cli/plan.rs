@@ -11,21 +11,6 @@ use samara::config::{Mission, load_mission};
 use samara::plan::{InputReference, SolverOptions, Status};
 use samara::report::{plan_json, plan_text};
 
-/// The help of `samara plan`.
-pub const PLAN_HELP: &str = "\
-Writes trajectory.csv, plan.json, plan.svg and plan_manifest.json (inputs, options, SHA-256 of each file) to the folder of --out.
-Gains and seed do not enter a plan.
-
-JSON (--json): see plan.json, which holds the same keys but solve_ms: status (converged, iteration_limit, stopped, infeasible,
-stalled, diverged), diagnosis, objective (J_d), iterations, j_tpf, defect_max, kkt_residual and more.
-
-Exit code 1 when the plan did not converge.
-
-Examples:
-  samara plan
-  samara plan mission/x500_drop.json --nodes 51
-  samara plan --input-cost trim --json";
-
 /// `samara plan`.
 #[derive(Args, Debug)]
 pub struct PlanArgs {

@@ -9,9 +9,6 @@ use super::results::OutputFolder;
 use super::terminal::print;
 use samara::config::schema::schemas;
 
-/// The help of `samara schema`.
-pub const SCHEMA_HELP: &str = "Examples:\n  samara schema\n  samara schema --out /tmp/schema";
-
 /// `samara schema`.
 #[derive(Args, Debug)]
 pub struct SchemaArgs {

@@ -16,23 +16,6 @@ use super::terminal::print;
 use samara::link::Link;
 use samara::link::shell::{Speed, run_simulator};
 
-/// The help of `samara sim`.
-pub const SIM_HELP: &str = "\
-Listens on TCP 4560 + instance for an autopilot and waits for it; serves the parachute on UDP 14600 + instance. Ends with the
-mission and prints the verdict. Writes flight.csv, drop.json, drop.svg, hil.tlog and sim_manifest.json to the folder of --out. When an
-autopilot is replaced in flight, the new flight is recorded to hil.2.tlog.
-
-JSON (--json): the object of `samara drop --json`; trajectory and plan_j_tpf are null, since the simulator does not know the plan.
-What happens meanwhile is told on stderr.
-
-Exit code 1 when a limit was passed, a failsafe flew, the vehicle was never released, a drop never became steady at the target (one that came to
-the ground need not) or the mission was stopped (Ctrl-C) before its end.
-
-Examples:
-  samara sim
-  samara sim --speed 10 mission/x500_drop.json
-  samara sim --instance 1 --out out/second --json";
-
 /// `samara sim`.
 #[derive(Args, Debug)]
 pub struct SimArgs {

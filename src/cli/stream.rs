@@ -17,20 +17,6 @@ use samara::link::shell::run_streamer;
 use samara::link::streamer::{Procedure, StreamerState};
 use samara::plan::Status;
 
-/// The help of `samara stream`.
-pub const STREAM_HELP: &str = "\
-Binds UDP 14540 + instance. Plans, waits for the vehicle, streams a level attitude without thrust, waits for the vehicle's estimator
-and, with PX4, in HOLD until its tilt limit has come up (1 to 4 s of its clock), asks for OFFBOARD, arms, commands the release after
-the mission's hang (if the mission leaves the release to a command), streams the plan's velocity at 50 Hz from the moment the rotors
-are free, then the target velocity, until Ctrl-C or the vehicle is gone.
-
-Exit code 1 when no plan was found, the vehicle refused, or the stream ended before the plan did.
-
-Examples:
-  samara stream
-  samara stream --trajectory out/titan_drop/trajectory.csv
-  samara stream --feed-forward";
-
 /// `samara stream`.
 #[derive(Args, Debug)]
 pub struct StreamArgs {

@@ -2,16 +2,16 @@
 
 use clap::{Parser, Subcommand};
 
-use super::assess::{ASSESS_HELP, AssessArgs};
-use super::autopilot::{AUTOPILOT_HELP, AutopilotArgs};
-use super::drop::{DROP_HELP, DropArgs};
-use super::params::{PARAMS_HELP, ParamsArgs};
-use super::plan::{PLAN_HELP, PlanArgs};
-use super::schema::{SCHEMA_HELP, SchemaArgs};
-use super::sim::{SIM_HELP, SimArgs};
-use super::stream::{STREAM_HELP, StreamArgs};
-use super::tune::{TUNE_HELP, TuneArgs};
-use super::verify::{VERIFY_HELP, VerifyArgs};
+use super::assess::AssessArgs;
+use super::autopilot::AutopilotArgs;
+use super::drop::DropArgs;
+use super::params::ParamsArgs;
+use super::plan::PlanArgs;
+use super::schema::SchemaArgs;
+use super::sim::SimArgs;
+use super::stream::StreamArgs;
+use super::tune::TuneArgs;
+use super::verify::VerifyArgs;
 
 /// Plan and fly the drop of a multirotor from a parachute.
 #[derive(Debug, Parser)]
@@ -29,33 +29,33 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Verb {
     /// Plan, drop and fly a vehicle over MAVLink, and judge the flight.
-    #[command(after_long_help = DROP_HELP)]
+    #[command(after_long_help = include_str!("help/drop.txt"))]
     Drop(DropArgs),
     /// Solve the optimal control problem of the drop by direct collocation.
-    #[command(after_long_help = PLAN_HELP)]
+    #[command(after_long_help = include_str!("help/plan.txt"))]
     Plan(PlanArgs),
     /// Search the gains of the cascade.
-    #[command(after_long_help = TUNE_HELP)]
+    #[command(after_long_help = include_str!("help/tune.txt"))]
     Tune(TuneArgs),
     /// Fly the paper's safety study: release cases, Monte Carlo campaigns, figures, one page.
-    #[command(after_long_help = ASSESS_HELP)]
+    #[command(after_long_help = include_str!("help/assess.txt"))]
     Assess(AssessArgs),
     /// Run the simulator alone: a HIL server for the reference autopilot or PX4.
-    #[command(after_long_help = SIM_HELP)]
+    #[command(after_long_help = include_str!("help/sim.txt"))]
     Sim(SimArgs),
     /// Run the reference autopilot alone: HIL client, links for ground stations and companions.
-    #[command(after_long_help = AUTOPILOT_HELP)]
+    #[command(after_long_help = include_str!("help/autopilot.txt"))]
     Autopilot(AutopilotArgs),
     /// Run the offboard streamer alone: plans, arms, commands the release, streams the velocity.
-    #[command(after_long_help = STREAM_HELP)]
+    #[command(after_long_help = include_str!("help/stream.txt"))]
     Stream(StreamArgs),
     /// Write, check and compare PX4 parameter files.
-    #[command(after_long_help = PARAMS_HELP)]
+    #[command(after_long_help = include_str!("help/params.txt"))]
     Params(ParamsArgs),
     /// Hold the code against NASA's check cases and closed forms, each error against its bar.
-    #[command(after_long_help = VERIFY_HELP)]
+    #[command(after_long_help = include_str!("help/verify.txt"))]
     Verify(VerifyArgs),
     /// Write the JSON schemas of mission, vehicle and gains files.
-    #[command(after_long_help = SCHEMA_HELP)]
+    #[command(after_long_help = include_str!("help/schema.txt"))]
     Schema(SchemaArgs),
 }

@@ -18,7 +18,7 @@ mod study;
 
 use super::answer::{Answer, Failure};
 use super::system::interrupt_flag;
-pub use args::{ASSESS_HELP, AssessArgs};
+pub use args::AssessArgs;
 
 /// Flies the study, or drops by an autopilot.
 pub fn run(args: &AssessArgs) -> Result<Answer, Failure> {

@@ -12,41 +12,6 @@ use crate::cli::pilot::px4::{Cpu, Patience};
 use crate::cli::pilot::{PilotOption, PilotRequest, Px4Settings};
 use samara::link::shell::Speed;
 
-/// The help of `samara drop`.
-pub const DROP_HELP: &str = "\
-Writes to the folder of --out: flight.csv (every term of the force balance at 250 Hz), trajectory.csv (what was flown), plan.json and
-plan.svg (unless --trajectory was given), drop.json (the verdict), drop.svg, flight.ulg (the autopilot's log, as PX4 writes it),
-vehicle.tlog (the link of ground stations), companion.tlog (that of the streamer and the parachute), hil.tlog (simulator and
-autopilot) and drop_manifest.json (inputs, options, SHA-256 of each file).
-
-JSON (--json): mission, version, seed, input_hash, gains, autopilot (reference, reference_ekf, px4 or px4-model), autopilot_version
-(PX4's, as it tells it, or null), trajectory (source: planned or file; sha256 of trajectory.csv), completed (to the end of mission and
-plan, by an autopilot that did not leave or refuse), ended_at_s, reason (why it was not completed or never released, or \"not steady\",
-or null), j_tpf, decided_by (the quantity that J_TPF is the share of), peak_speed_m_s, peak_pitch_deg,
-peak_pitch_rate_deg_s, peak_roll_deg, peak_roll_rate_deg_s, peak_vertical_acceleration_m_s2, altitude_lost_m (from the
-release to the plan's end), steady_after_s (null if never), final_v_ned_m_s, limits_passed (list), failsafe (whether one flew part of the manoeuvre), events (list of t_s, text),
-plan_j_tpf, plan_solve_ms, real_time_factor, and impact_speed_m_s if it came to the ground. Peaks are magnitudes here; the table on the terminal gives them their signs. When the
-vehicle was never released the verdict's keys are null; when no plan was found the object is that of `samara plan --json`. Roll and
-roll rate are judged against the limits of pitch and pitch rate.
-
-With --cases each drop's files are in <case>/px4 or <case>/reference, the table in cases.csv, all objects in cases.json; the JSON object
-has `cases`, a list of case, autopilot, drop.
-
-Exit code 1 when a limit was passed, a failsafe flew, steady flight was not reached, the plan did not converge, the vehicle was never
-released, PX4 left, refused or never came, or the mission was stopped (Ctrl-C) before its end or ended before the plan.
-
-Examples:
-  samara drop
-  samara drop --gains paper_pso
-  samara drop --params params/px4/titan_samara.params
-  samara drop --estimator ekf mission/x500_drop.json
-  samara drop --speed 1          (watch it in QGroundControl)
-  samara drop mission/x500_drop.json --out /tmp/x500
-  samara drop mission/x500_drop.json --autopilot px4=../PX4-Autopilot/build/px4_sitl_default
-  samara drop mission/titan_px4.json --cases --autopilot px4=../PX4-Autopilot/build/px4_sitl_default
-  samara drop mission/x500_drop.json --autopilot px4-model --gains x500
-  samara drop --trajectory out/titan_drop/trajectory.csv --json";
-
 /// `samara drop`.
 #[derive(Args, Debug)]
 pub struct DropArgs {

@@ -18,7 +18,7 @@ use super::pilot::{Flight, pilot_and_mission};
 use super::planning::Planned;
 use super::results::OutputFolder;
 use super::terminal::print;
-pub use args::{DROP_HELP, DropArgs};
+pub use args::DropArgs;
 use samara::link::shell::Speed;
 
 /// Plans, flies and judges a drop, or each release case.

@@ -6,54 +6,6 @@ use crate::cli::args::{MissionArgs, positive, whole};
 use samara::tune::objective::PENALTY;
 use samara::tune::release_cases::AMPLITUDES;
 
-/// The help of `samara tune`.
-pub const TUNE_HELP: &str = "\
-Searches the seven longitudinal gains within [0.0001, 5]. Writes to the folder of --out: gains.json (for --gains), gains.params
-(PX4's parameters, for samara's own autopilot), convergence.csv and convergence.svg, front.csv (tracking RMS against J_TPF) and
-checkpoint.json (for --resume; renewed after each iteration). Ctrl-C stops and keeps the best so far.
-
-Methods: pso-cma, a particle swarm of 15 iterations at most that finds the valley, then an evolution strategy that goes down it; pso,
-the particle swarm of the paper alone (rules of MATLAB's particleswarm); cma-es, the evolution strategy alone, which begins at --start, for
-polishing or where flights are dear; near-hover, Ziegler and Nichols on the vehicle's own loops.
-
-Objectives: safety, the least worst J_TPF of gains that track no worse than --rms-bound and come to rest at the target, over the
-mission's cases and a swing of --swing standard deviations in twelve phases each; what breaks a bound costs --penalty; rms, the paper's (46), the least worst
-tracking RMS of the mission's cases; j-tpf, J_TPF alone (ill-posed: gains that never accelerate are safe); pareto, safety at
-five bounds on the RMS, for the front of both.
-
-For PX4 (--for px4): eleven parameters of PX4 v1.12 within its ranges (MPC_XY_VEL_*_ACC, MPC_Z_VEL_*_ACC, MC_PITCH_P, MC_PITCHRATE_*
-and roll's, MPC_TILTMAX_AIR and with it MPC_TILTMAX_LND), by the evolution strategy, on the mission's release cases and seeded drops,
-flown by the model of PX4's control law (docs/px4_model.md). Small is to be: altitude lost, time to steady flight, peak tilt and velocity error, as multiples of those
-under PX4's defaults, with J_TPF no worse and no limit passed. Writes gains.params (all that the law reads, for PX4 or, under another
-gravity, for PX4 by Froude scaling), px4_gains.txt and checkpoint.json. Of the options below --particles, --iterations, --seed, --unseen,
---name, --threads and --resume count. Exit code 1 when the gains found do not beat the defaults on unseen drops (J_TPF no worse, no limit passed, two of the four
-measures a tenth better).
-
-JSON (--json; when no gains were found mission, gains: null and reason): mission, version, seed, input_hash, method, objective, model, gains (by name), cost, rms, j_tpf, allowed (whether the
-objective's bounds hold), evaluations, diverged, iterations, flights_per_evaluation, stopped, wall_s, evaluations_per_s,
-contenders (name, gains, rms, at_rest, allowed, tuning_rms, tuning_j_tpf_worst, unseen_trials, unseen_j_tpf_mean,
-unseen_j_tpf_std, unseen_j_tpf_worst, unseen_p_safe, varied_j_tpf_mean, varied_j_tpf_std, varied_j_tpf_worst, varied_p_safe; empty when
-stopped), best (name; null when none is allowed or it was stopped).
-
-At the end the gains are tried, beside others, on --unseen random releases that the search did not see, and on the same with mass, inertia,
-aerodynamics, density, wind, delay and sensor delay off at random. Best are, of those that hold the bounds of the objective (tracking RMS,
-coming to rest), the ones with the lowest worst J_TPF on the unseen flights; with --robust on the varied ones.
-
---resume goes on from a checkpoint of the same search. --iterations may be another (but for pareto), and what is not of the search
-(--unseen, --name, --threads) too; anything else is refused and named. So it is with --for px4.
-
-Exit code 1 when the objective's bounds do not hold for the best gains found, or the search or the unseen flights were stopped.
-
-Examples:
-  samara tune                                            (safe gains)
-  samara tune --method pso --model ideal --objective rms (the paper's problem, the paper's way)
-  samara tune --method cma-es --start safety --robust
-  samara tune --objective pareto --method cma-es --out /tmp/front
-  samara tune --method near-hover
-  samara tune mission/x500_drop.json --for px4 --iterations 60
-  samara tune --resume --iterations 500                  (after Ctrl-C, a crash or a power cut; or for longer)
-  samara drop --gains out/titan_drop/gains.json          (fly what was found)";
-
 /// Iterations after which a swarm that finds nothing better stops.
 pub const STALL: u32 = 20;
 
