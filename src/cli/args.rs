@@ -184,10 +184,8 @@ pub fn speed(text: &str) -> Result<Speed, String> {
     if text == "max" {
         return Ok(Speed::Max);
     }
-    match text.parse::<f64>() {
-        Ok(x) if (0.001..=10_000.0).contains(&x) => Ok(Speed::Factor(x)),
-        _ => Err("a factor from 0.001 to 10000, or `max`, is expected".to_owned()),
-    }
+    let expected = "a factor from 0.001 to 10000, or `max`, is expected";
+    number(text, |x| (0.001..=10_000.0).contains(&x), expected).map(Speed::Factor)
 }
 
 /// The value of `--autopilot`.
@@ -215,8 +213,10 @@ pub fn whole<N: TryFrom<u64>>(
 
 /// A positive number.
 pub fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(x) if x.is_finite() && x > 0.0 => Ok(x),
-        _ => Err("a positive number is expected".to_owned()),
-    }
+    number(text, |x| x.is_finite() && x > 0.0, "a positive number is expected")
+}
+
+/// A number that fits; otherwise what is expected.
+pub fn number(text: &str, fits: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|x| fits(*x)).ok_or_else(|| expected.to_owned())
 }

@@ -59,38 +59,29 @@ pub fn mission_for_px4(
         mission.note_choice("gains", PX4_DEFAULT);
         return Ok((mission, Some(ParameterFile::default())));
     }
-    if let Some(path) = &choice.params {
-        let file = mission.note_parameters(path).bad_input()?;
-        let check = check_of(&file);
-        if !check.findings.is_empty() || check.unknown > 0 || !file.remarks().is_empty() {
-            print_check(path, &file, &check);
-        }
-        refuse_useless(path, &check)?;
-        return Ok((mission, Some(file)));
-    }
-    let Some(named) = mission.px4.params.clone().filter(|_| choice.gains.is_none()) else {
-        return Ok((mission, None));
+    let named = mission.px4.params.clone().filter(|_| choice.gains.is_none());
+    let Some(given) = choice.params.clone().or(named) else { return Ok((mission, None)) };
+    let file = mission.note_parameters(&given);
+    let file = match choice.params {
+        Some(_) => file.bad_input()?,
+        None => file.with_context(|| format!("{}: px4_params", path.display())).bad_input()?,
     };
-    let file = mission
-        .note_parameters(&named)
-        .with_context(|| format!("{}: px4_params", path.display()))
-        .bad_input()?;
     let check = check_of(&file);
-    // What a drop needs is no news in a file that was chosen for it.
-    if check.findings.iter().any(|f| f.class != Class::Needed) {
-        print_check(&named, &file, &check);
+    let remarkable = match choice.params {
+        Some(_) => !check.findings.is_empty() || check.unknown > 0 || !file.remarks().is_empty(),
+        // What a drop needs is no news in a file that was chosen for it.
+        None => check.findings.iter().any(|f| f.class != Class::Needed),
+    };
+    if remarkable {
+        // What `samara params check` prints of a file.
+        print_err(&check_text(&given.display().to_string(), &file, &check, None));
     }
-    refuse_useless(&named, &check)?;
+    refuse_useless(&given, &check)?;
     Ok((mission, Some(file)))
 }
 
 fn check_of(file: &ParameterFile) -> Check {
     check(&Metadata::px4(), file.purpose(), file.own().map(|(name, entry)| (name, entry.value)))
-}
-
-/// Prints what `samara params check` prints of a file.
-fn print_check(path: &Path, file: &ParameterFile, check: &Check) {
-    print_err(&check_text(&path.display().to_string(), file, check, None));
 }
 
 /// Refuses a value that PX4 would not load, and a file that holds nothing of PX4's.

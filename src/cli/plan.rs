@@ -3,10 +3,9 @@
 use clap::Args;
 
 use super::answer::{Answer, BadInput as _, Failure};
-use super::args::{MissionArgs, PlanningArgs, positive, whole};
+use super::args::{MissionArgs, PlanningArgs, number, positive, whole};
 use super::planning::{TimedPlan, solve, write_plan};
 use super::results::OutputFolder;
-use super::terminal::print;
 use samara::config::{Mission, load_mission};
 use samara::plan::{InputReference, SolverOptions, Status};
 use samara::report::{plan_json, plan_text};
@@ -51,19 +50,13 @@ pub enum InputCost {
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(x) if (1e-12..=1e-2).contains(&x) => Ok(x),
-        _ => Err("a number from 1e-12 to 0.01 is expected".to_owned()),
-    }
+    number(text, |x| (1e-12..=1e-2).contains(&x), "a number from 1e-12 to 0.01 is expected")
 }
 
 /// Half the width of an interval that an interior point method can work in.
 fn terminal_tolerance(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(x) if x.is_finite() && x >= 1e-7 => Ok(x),
-        _ => Err("a velocity of at least 1e-7 m/s is expected: the solver works inside the interval, and needs room there"
-            .to_owned()),
-    }
+    let expected = "a velocity of at least 1e-7 m/s is expected: the solver works inside the interval, and needs room there";
+    number(text, |x| x.is_finite() && x >= 1e-7, expected)
 }
 
 /// `samara plan`.
@@ -81,43 +74,40 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
         solve(&mission, &problem, &options, args.planning.verbose, args.time_limit)?;
     write_plan(&folder, &mission, &plan)?;
     folder.write_manifest("plan", &mission, &[])?;
-    if args.mission.json {
-        print(&plan_json(&mission, &plan, Some(solve_ms)))?;
-    } else {
-        print(&plan_text(&plan, &mission.limits.safety, Some(solve_ms)))?;
-        print(&format!("results in {}\n", folder.path().display()))?;
-    }
+    folder.print_result(
+        args.mission.json,
+        || plan_json(&mission, &plan, Some(solve_ms)),
+        || plan_text(&plan, &mission.limits.safety, Some(solve_ms)),
+    )?;
     Ok(Answer::from(plan.status == Status::Converged))
 }
 
 /// The mission with what the command line changes of its plan.
 fn chosen(args: &PlanArgs) -> Result<Mission, Failure> {
     let mut mission = load_mission(&args.mission.mission).bad_input()?;
-    if let Some(nodes) = args.nodes.map(|n| n as usize).filter(|n| *n != mission.plan.nodes) {
-        mission.plan.nodes = nodes;
-        mission.note_choice("nodes", &nodes.to_string());
-    }
-    let (reference, name) = match args.input_cost {
-        Some(InputCost::Zero) => (InputReference::Zero, "zero"),
-        Some(InputCost::Trim) => (InputReference::Trim, "trim"),
-        None => (mission.plan.cost_input_reference, ""),
+    let (plan, usual) = (&mut mission.plan, SolverOptions::default());
+    let nodes = args.nodes.map(|n| n as usize).filter(|n| *n != plan.nodes);
+    plan.nodes = nodes.unwrap_or(plan.nodes);
+    let input_cost = match args.input_cost {
+        Some(InputCost::Zero) => Some((InputReference::Zero, "zero")),
+        Some(InputCost::Trim) => Some((InputReference::Trim, "trim")),
+        None => None,
     };
-    if reference != mission.plan.cost_input_reference {
-        mission.plan.cost_input_reference = reference;
-        mission.note_choice("input cost", name);
-    }
-    if let Some(within_m_s) = args.terminal_tolerance {
-        mission.note_choice("terminal tolerance", &format!("{within_m_s:?}"));
-    }
-    let usual = SolverOptions::default();
-    if args.tolerance != usual.tolerance {
-        mission.note_choice("tolerance", &format!("{:?}", args.tolerance));
-    }
-    if args.max_iterations as usize != usual.max_iterations {
-        mission.note_choice("max iterations", &args.max_iterations.to_string());
-    }
-    if let Some(limit_s) = args.time_limit {
-        mission.note_choice("time limit", &format!("{limit_s:?}"));
+    let input_cost = input_cost.filter(|(reference, _)| *reference != plan.cost_input_reference);
+    plan.cost_input_reference = input_cost.map_or(plan.cost_input_reference, |(reference, _)| reference);
+    let max_iterations =
+        (args.max_iterations as usize != usual.max_iterations).then_some(args.max_iterations);
+    for (name, value) in [
+        ("nodes", nodes.map(|n| n.to_string())),
+        ("input cost", input_cost.map(|(_, name)| name.to_owned())),
+        ("terminal tolerance", args.terminal_tolerance.map(|within_m_s| format!("{within_m_s:?}"))),
+        ("tolerance", (args.tolerance != usual.tolerance).then(|| format!("{:?}", args.tolerance))),
+        ("max iterations", max_iterations.map(|n| n.to_string())),
+        ("time limit", args.time_limit.map(|limit_s| format!("{limit_s:?}"))),
+    ] {
+        if let Some(value) = value {
+            mission.note_choice(name, &value);
+        }
     }
     Ok(mission)
 }

@@ -22,66 +22,88 @@ fn stem_of(link: Link) -> &'static str {
     }
 }
 
-/// Writes frames as they come; a file is made with its first frame.
-pub struct Recording {
+/// Files of one flight each: `<stem>.<extension>`, `<stem>.2.<extension>`, ..
+struct FlightFiles {
     folder: OutputFolder,
     stem: &'static str,
-    epoch_unix_us: u64,
+    extension: &'static str,
     flights: u32,
-    last: Option<TimeUs>,
-    tlog: Tlog<LateFile>,
+}
+
+impl FlightFiles {
+    fn new(folder: &OutputFolder, stem: &'static str, extension: &'static str) -> Self {
+        Self { folder: folder.clone(), stem, extension, flights: 0 }
+    }
+
+    /// The next flight's file; the first one removes the later ones of an earlier run.
+    fn next(&mut self) -> io::Result<LateFile> {
+        self.flights += 1;
+        for later in (2..).take_while(|_| self.flights == 1) {
+            match fs::remove_file(self.folder.path().join(self.name(later))) {
+                Err(e) if e.kind() == io::ErrorKind::NotFound => break,
+                removed => removed?,
+            }
+        }
+        Ok(self.folder.late(&self.name(self.flights)))
+    }
+
+    fn name(&self, flight: u32) -> String {
+        let Self { stem, extension, .. } = self;
+        if flight == 1 { format!("{stem}.{extension}") } else { format!("{stem}.{flight}.{extension}") }
+    }
+}
+
+/// Writes frames as they come; a file is made with its first frame.
+pub struct Recording {
+    files: FlightFiles,
+    epoch_unix_us: u64,
+    last: TimeUs,
+    tlog: Option<Tlog<LateFile>>,
 }
 
 impl Recording {
     /// A recording of a link to `<stem>.tlog`, `<stem>.2.tlog`, ..
     pub fn new(folder: &OutputFolder, link: Link, mission: &Mission) -> Self {
-        let stem = stem_of(link);
-        let epoch_unix_us = mission.epoch_unix_us;
-        let tlog = Tlog::new(folder.late(&name(stem, "tlog", 1)), epoch_unix_us);
-        Self { folder: folder.clone(), stem, epoch_unix_us, flights: 1, last: None, tlog }
+        let files = FlightFiles::new(folder, stem_of(link), "tlog");
+        Self { files, epoch_unix_us: mission.epoch_unix_us, last: 0, tlog: None }
     }
 
     /// Whether the frames of a link go here.
     pub fn records(&self, link: Link) -> bool {
-        self.stem == stem_of(link)
+        self.files.stem == stem_of(link)
     }
 
     /// Writes a frame; the name of the new file, if time has started over and one has been begun.
     pub fn write(&mut self, now: TimeUs, frame: &[u8]) -> io::Result<Option<String>> {
-        let mut begun = None;
-        if self.last.is_none() {
-            remove_leftovers(&self.folder, self.stem, "tlog")?;
-        }
-        if self.last.is_some_and(|last| now < last) {
-            self.flights += 1;
-            let name = name(self.stem, "tlog", self.flights);
-            let next = Tlog::new(self.folder.late(&name), self.epoch_unix_us);
-            std::mem::replace(&mut self.tlog, next).finish()?;
-            begun = Some(name);
-        }
-        self.last = Some(now);
-        self.tlog.write(now, frame)?;
+        let before = self.tlog.take_if(|_| now < self.last);
+        let begun = before.map(Tlog::finish).transpose()?.map(|_| self.files.name(self.files.flights + 1));
+        self.last = now;
+        let tlog = match &mut self.tlog {
+            Some(tlog) => tlog,
+            none => none.insert(Tlog::new(self.files.next()?, self.epoch_unix_us)),
+        };
+        tlog.write(now, frame)?;
         Ok(begun)
     }
 
     /// Closes the file.
     pub fn finish(self) -> io::Result<()> {
-        self.tlog.finish().map(|_| ())
+        self.tlog.map_or(Ok(()), |tlog| tlog.finish().map(|_| ()))
     }
 }
 
 /// Writes the autopilot's flight logs, `flight.ulg`, `flight.2.ulg`, ..
 pub struct FlightLogs {
-    folder: OutputFolder,
+    files: FlightFiles,
     vehicle_name: String,
-    flights: u32,
     current: Option<FlightLog<LateFile>>,
 }
 
 impl FlightLogs {
     /// The logs of a vehicle.
     pub fn new(folder: &OutputFolder, vehicle_name: &str) -> Self {
-        Self { folder: folder.clone(), vehicle_name: vehicle_name.to_owned(), flights: 0, current: None }
+        let files = FlightFiles::new(folder, "flight", "ulg");
+        Self { files, vehicle_name: vehicle_name.to_owned(), current: None }
     }
 
     /// Writes an entry; a flight that begins gets a file of its own.
@@ -90,12 +112,7 @@ impl FlightLogs {
             if let Some(log) = self.current.take() {
                 log.finish()?;
             }
-            self.flights += 1;
-            if self.flights == 1 {
-                remove_leftovers(&self.folder, "flight", "ulg")?;
-            }
-            let file = self.folder.late(&name("flight", "ulg", self.flights));
-            self.current = Some(FlightLog::new(file, *at, &self.vehicle_name, parameters)?);
+            self.current = Some(FlightLog::new(self.files.next()?, *at, &self.vehicle_name, parameters)?);
         }
         self.current.as_mut().map_or(Ok(()), |log| log.write(entry))
     }
@@ -104,21 +121,6 @@ impl FlightLogs {
     pub fn finish(self) -> io::Result<()> {
         self.current.map_or(Ok(()), |log| log.finish().map(|_| ()))
     }
-}
-
-fn remove_leftovers(folder: &OutputFolder, stem: &str, extension: &str) -> io::Result<()> {
-    for flight in 2.. {
-        match fs::remove_file(folder.path().join(name(stem, extension, flight))) {
-            Ok(()) => {}
-            Err(e) if e.kind() == io::ErrorKind::NotFound => break,
-            Err(e) => return Err(e),
-        }
-    }
-    Ok(())
-}
-
-fn name(stem: &str, extension: &str, flight: u32) -> String {
-    if flight == 1 { format!("{stem}.{extension}") } else { format!("{stem}.{flight}.{extension}") }
 }
 
 #[cfg(test)]

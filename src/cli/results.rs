@@ -11,17 +11,24 @@ use anyhow::Context;
 use sha2::{Digest, Sha256};
 
 use super::answer::{BadInput as _, Failure};
+use super::terminal::print;
 use samara::config::Mission;
 use samara::report::manifest_json;
-
-/// Names of the files that a run has written, shared by those who write them.
-type Written = Rc<RefCell<BTreeSet<String>>>;
 
 /// The folder that a run writes to.
 #[derive(Clone, Debug)]
 pub struct OutputFolder {
     path: PathBuf,
-    written: Written,
+    /// Names of the files that the run has written, shared by those who write them.
+    written: Rc<RefCell<BTreeSet<String>>>,
+}
+
+/// What came of removing something; what was not there is gone, too.
+pub fn gone(removed: io::Result<()>) -> io::Result<()> {
+    match removed {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
+        other => other,
+    }
 }
 
 impl OutputFolder {
@@ -31,7 +38,7 @@ impl OutputFolder {
         fs::create_dir_all(&path)
             .with_context(|| format!("cannot make the output folder {}", path.display()))
             .bad_input()?;
-        Ok(Self { path, written: Written::default() })
+        Ok(Self { path, written: Rc::default() })
     }
 
     /// Where the folder is.
@@ -42,12 +49,7 @@ impl OutputFolder {
     /// A file that is written while a run goes on; it is made with the first byte, so that a run that does
     /// not get that far (a busy port) leaves the file of another one alone.
     pub fn late(&self, name: &str) -> LateFile {
-        LateFile {
-            path: self.path.join(name),
-            name: name.to_owned(),
-            file: None,
-            written: self.written.clone(),
-        }
+        LateFile { folder: self.clone(), name: name.to_owned(), file: None }
     }
 
     /// A file that grows while a run goes on, cut to its first `kept` bytes and continued there; 0 begins it
@@ -108,15 +110,21 @@ impl OutputFolder {
         let written = self.written.borrow();
         for name in names.iter().filter(|name| !written.contains(**name)) {
             let path = self.path.join(name);
-            match fs::remove_file(&path) {
-                Err(e) if e.kind() != io::ErrorKind::NotFound => {
-                    let context = format!("cannot remove {}, which is of an earlier run", path.display());
-                    return Err(anyhow::Error::from(e).context(context)).bad_input();
-                }
-                _ => {}
-            }
+            gone(fs::remove_file(&path))
+                .with_context(|| format!("cannot remove {}, which is of an earlier run", path.display()))
+                .bad_input()?;
         }
         Ok(())
+    }
+
+    /// Prints a result: its JSON object, or its text and where the files are.
+    pub fn print_result(
+        &self,
+        json: bool,
+        object: impl FnOnce() -> String,
+        text: impl FnOnce() -> String,
+    ) -> Result<(), Failure> {
+        print(&if json { object() } else { format!("{}results in {}\n", text(), self.path.display()) })
     }
 
     /// SHA-256 of a file of the folder, hexadecimal.
@@ -161,19 +169,18 @@ impl OutputFolder {
 /// A file that is made with its first byte, see [`OutputFolder::late`].
 #[derive(Debug)]
 pub struct LateFile {
-    path: PathBuf,
+    folder: OutputFolder,
     name: String,
     file: Option<BufWriter<File>>,
-    written: Written,
 }
 
 impl Write for LateFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         if self.file.is_none() {
             #[expect(clippy::disallowed_methods, reason = "one of two places that make result files")]
-            let file = File::create(&self.path)?;
+            let file = File::create(self.folder.path.join(&self.name))?;
             self.file = Some(BufWriter::new(file));
-            self.written.borrow_mut().insert(self.name.clone());
+            self.folder.written.borrow_mut().insert(self.name.clone());
         }
         self.file.as_mut().map_or(Ok(0), |file| file.write(bytes))
     }

@@ -7,7 +7,7 @@
 //! | [`ulog`] | the container |
 //!
 //! Stamps are microseconds of simulated time since the vehicle's boot; `vehicle_gps_position.time_utc_usec`
-//! tells the mission's own date. The same flight gives the same bytes.
+//! has the mission's own date. The same flight gives the same bytes.
 
 mod record;
 mod topics;

@@ -11,7 +11,6 @@ use anyhow::{Context, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
-use super::args::AssessArgs;
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::estimate::warn_one_at_a_time;
 use crate::cli::narrator::Narrator;
@@ -31,12 +30,16 @@ const PORTION: usize = 8;
 
 /// What the trials of all campaigns share, and what flies them on all threads.
 pub struct TrialRunner<'a> {
+    pub mission: &'a Mission,
     /// The vehicle, the site and the plan.
-    pub study: &'a SafetyStudy,
+    pub study: SafetyStudy,
     /// The distribution that releases are drawn from.
     pub distribution: ReleaseDistribution,
-    /// Seed of the draws.
-    pub seed: u64,
+    /// Trials of each campaign.
+    pub trials: u64,
+    /// J_TPF that a safe trial stays below.
+    pub bound: f64,
+    pub folder: &'a OutputFolder,
     /// The threads that trials are spread over.
     pub pool: rayon::ThreadPool,
     /// Raised by Ctrl-C.
@@ -46,7 +49,7 @@ pub struct TrialRunner<'a> {
 impl TrialRunner<'_> {
     /// The release of a trial.
     pub fn draw(&self, trial: u64) -> RandomRelease {
-        self.distribution.draw(self.seed, trial)
+        self.distribution.draw(self.mission.seed, trial)
     }
 
     /// Does something for each of `items` on all threads; the results are in the items' order.
@@ -65,9 +68,10 @@ impl TrialRunner<'_> {
     }
 
     fn fly(&self, entry: &StudyEntry, releases: &[RandomRelease]) -> Vec<TrialOutcome> {
-        let portions: Vec<Vec<TrialOutcome>> = self.pool.install(|| {
-            releases.par_chunks(PORTION).map(|some| self.study.fly_releases(entry, some)).collect()
-        });
+        let study = &self.study;
+        let portions: Vec<Vec<TrialOutcome>> = self
+            .pool
+            .install(|| releases.par_chunks(PORTION).map(|some| study.fly_releases(entry, some)).collect());
         portions.into_iter().flatten().collect()
     }
 }
@@ -91,18 +95,92 @@ impl Campaign {
             self.shown.push((release, outcome));
         }
     }
+
+    /// Flies what is missing and appends it to the campaign's file; whether it came to the end.
+    fn run(&mut self, kept: u64, runner: &TrialRunner<'_>, progress: &ProgressBar) -> Result<bool, Failure> {
+        let name = file_name(&self.entry);
+        let mut file = runner.folder.continued(&name, kept)?;
+        let mut next = self.tally.j_tpf.count();
+        progress.set_message(self.entry.name);
+        progress.inc(next);
+        while next < runner.trials {
+            if runner.stop.load(Ordering::Relaxed) {
+                return Ok(false);
+            }
+            let block = next..runner.trials.min(next + BLOCK);
+            let releases: Vec<RandomRelease> = block.map(|k| runner.draw(k)).collect();
+            let outcomes = runner.fly(&self.entry, &releases);
+            let mut text = String::new();
+            for (release, outcome) in releases.iter().zip(outcomes) {
+                write_row(&mut text, release, &outcome);
+                self.take(*release, outcome, runner.bound);
+            }
+            file.write_all(text.as_bytes())
+                .with_context(|| format!("cannot write {}", runner.folder.path().join(&name).display()))
+                .bad_input()?;
+            next += releases.len() as u64;
+            self.flown_now += releases.len() as u64;
+            progress.inc(releases.len() as u64);
+        }
+        Ok(true)
+    }
+
+    /// Reads the trials of a file that a run has left; how many bytes of it are whole: 0 when there is none,
+    /// or not even its head.
+    fn read(&mut self, head: &str, runner: &TrialRunner<'_>) -> Result<u64, Failure> {
+        let name = file_name(&self.entry);
+        let path = runner.folder.path().join(&name);
+        let place = |line: u64| format!("{}:{line}", path.display());
+        let Some(mut file) = runner.folder.open(&name)? else { return Ok(0) };
+        let (mut kept, mut number, mut line) = (0, 0, String::new());
+        let mut head_lines = head.split_inclusive('\n');
+        loop {
+            line.clear();
+            number += 1;
+            file.read_line(&mut line).with_context(|| place(number)).bad_input()?;
+            // The end, or a line that was being written when the run ended.
+            if !line.ends_with('\n') {
+                let whole_head = number > head.lines().count() as u64;
+                return Ok(if whole_head { kept } else { 0 });
+            }
+            match head_lines.next() {
+                Some(wanted) if wanted == line => {}
+                Some(wanted) => {
+                    return Err(Failure::input(format!(
+                        "{}: this campaign is of other inputs; expected {:?}, found {:?}: start it anew without --resume, \
+                         or in another folder with --out",
+                        place(number),
+                        wanted.trim_end(),
+                        line.trim_end()
+                    )));
+                }
+                None if self.tally.j_tpf.count() == runner.trials => {
+                    return Err(Failure::input(format!(
+                        "{}: there are more than {} trials in this file; ask for as many with --trials",
+                        place(number),
+                        runner.trials
+                    )));
+                }
+                None => {
+                    let release = runner.draw(self.tally.j_tpf.count());
+                    let outcome =
+                        parse_row(line.trim_end(), &release).with_context(|| place(number)).bad_input()?;
+                    self.take(release, outcome, runner.bound);
+                }
+            }
+            kept += line.len() as u64;
+        }
+    }
 }
 
-/// Runs the campaigns one after the other; `None` when Ctrl-C stopped them.
+/// Runs the campaigns one after the other, or what is missing of them; `None` when Ctrl-C stopped them.
 pub fn run_all(
-    args: &AssessArgs,
-    mission: &Mission,
     runner: &TrialRunner<'_>,
     entries: &[StudyEntry; 4],
-    trials: u64,
-    folder: &OutputFolder,
+    resume: bool,
     narrator: &Narrator,
 ) -> Result<Option<[Campaign; 4]>, Failure> {
+    let TrialRunner { mission, folder, trials, .. } = *runner;
     let mut campaigns = entries.clone().map(|entry| Campaign {
         entry,
         tally: Tally::default(),
@@ -114,10 +192,9 @@ pub fn run_all(
     let mut kept = [0; 4];
     for (campaign, kept) in campaigns.iter_mut().zip(&mut kept) {
         let head = header(mission, &campaign.entry);
-        let name = file_name(&campaign.entry);
-        *kept =
-            if args.resume { read(folder, &name, &head, campaign, runner, trials, args.bound)? } else { 0 };
+        *kept = if resume { campaign.read(&head, runner)? } else { 0 };
         if *kept == 0 {
+            let name = file_name(&campaign.entry);
             folder.continued(&name, 0)?.write_all(head.as_bytes()).context(name).bad_input()?;
             *kept = head.len() as u64;
         }
@@ -126,7 +203,7 @@ pub fn run_all(
     runner.warn_of(&entries[3], left);
     let progress = progress_bar(4 * trials);
     for (campaign, kept) in campaigns.iter_mut().zip(kept) {
-        if !run(campaign, kept, args.bound, runner, trials, folder, &progress)? {
+        if !campaign.run(kept, runner, &progress)? {
             progress.abandon();
             narrator.say(&format!(
                 "stopped after {} of {trials} trials of {}; the same command with --resume continues\n",
@@ -141,108 +218,13 @@ pub fn run_all(
     Ok(Some(campaigns))
 }
 
-/// Flies what is missing of a campaign and appends it to its file; whether it came to the end.
-fn run(
-    campaign: &mut Campaign,
-    kept: u64,
-    bound: f64,
-    runner: &TrialRunner<'_>,
-    trials: u64,
-    folder: &OutputFolder,
-    progress: &ProgressBar,
-) -> Result<bool, Failure> {
-    let name = file_name(&campaign.entry);
-    let mut file = folder.continued(&name, kept)?;
-    let mut next = campaign.tally.j_tpf.count();
-    progress.set_message(campaign.entry.name);
-    progress.inc(next);
-    while next < trials {
-        if runner.stop.load(Ordering::Relaxed) {
-            return Ok(false);
-        }
-        let releases: Vec<RandomRelease> = (next..trials.min(next + BLOCK)).map(|k| runner.draw(k)).collect();
-        let outcomes = runner.fly(&campaign.entry, &releases);
-        let mut text = String::new();
-        for (release, outcome) in releases.iter().zip(outcomes) {
-            write_row(&mut text, release, &outcome);
-            campaign.take(*release, outcome, bound);
-        }
-        file.write_all(text.as_bytes())
-            .with_context(|| format!("cannot write {}", folder.path().join(&name).display()))
-            .bad_input()?;
-        next += releases.len() as u64;
-        campaign.flown_now += releases.len() as u64;
-        progress.inc(releases.len() as u64);
-    }
-    Ok(true)
-}
-
-/// Reads the trials of a file that a run has left; how many bytes of it are whole: 0 when there is none, or
-/// not even its head.
-fn read(
-    folder: &OutputFolder,
-    name: &str,
-    head: &str,
-    campaign: &mut Campaign,
-    runner: &TrialRunner<'_>,
-    trials: u64,
-    bound: f64,
-) -> Result<u64, Failure> {
-    let path = folder.path().join(name);
-    let place = |line: u64| format!("{}:{line}", path.display());
-    let Some(mut file) = folder.open(name)? else { return Ok(0) };
-    let (mut kept, mut number, mut line) = (0, 0, String::new());
-    let mut head_lines = head.split_inclusive('\n');
-    loop {
-        line.clear();
-        number += 1;
-        file.read_line(&mut line).with_context(|| place(number)).bad_input()?;
-        // The end, or a line that was being written when the run ended.
-        if !line.ends_with('\n') {
-            let whole_head = number > head.lines().count() as u64;
-            return Ok(if whole_head { kept } else { 0 });
-        }
-        match head_lines.next() {
-            Some(wanted) if wanted == line => {}
-            Some(wanted) => {
-                return Err(Failure::input(format!(
-                    "{}: this campaign is of other inputs; expected {:?}, found {:?}: start it anew without --resume, \
-                     or in another folder with --out",
-                    place(number),
-                    wanted.trim_end(),
-                    line.trim_end()
-                )));
-            }
-            None => {
-                let done = campaign.tally.j_tpf.count();
-                if done == trials {
-                    return Err(Failure::input(format!(
-                        "{}: there are more than {trials} trials in this file; ask for as many with --trials",
-                        place(number)
-                    )));
-                }
-                let release = runner.draw(done);
-                let outcome =
-                    parse_row(line.trim_end(), &release).with_context(|| place(number)).bad_input()?;
-                campaign.take(release, outcome, bound);
-            }
-        }
-        kept += line.len() as u64;
-    }
-}
-
 /// J_TPF of `campaigns[1]` less that of `campaigns[0]`, release by release, read from their files.
-pub fn paired_difference(
-    mission: &Mission,
-    runner: &TrialRunner<'_>,
-    folder: &OutputFolder,
-    campaigns: [&Campaign; 2],
-) -> Result<Summary, Failure> {
+pub fn paired_difference(runner: &TrialRunner<'_>, campaigns: [&Campaign; 2]) -> Result<Summary, Failure> {
     let mut difference = Summary::default();
     let open = |campaign: &Campaign| {
         let name = file_name(&campaign.entry);
-        let head = header(mission, &campaign.entry).lines().count();
-        let file = folder.open(&name)?.ok_or_else(|| anyhow!("{name} is gone")).bad_input()?;
+        let head = header(runner.mission, &campaign.entry).lines().count();
+        let file = runner.folder.open(&name)?.ok_or_else(|| anyhow!("{name} is gone")).bad_input()?;
         Ok::<_, Failure>(file.lines().skip(head))
     };
     let (mut less, mut more) = (open(campaigns[0])?, open(campaigns[1])?);

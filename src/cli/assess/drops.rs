@@ -17,7 +17,7 @@ use crate::cli::narrator::Narrator;
 use crate::cli::pilot::px4::{Cpu, Patience};
 use crate::cli::pilot::{Flight, Flown, Pilot, PilotRequest, Px4Settings, pilot_and_mission};
 use crate::cli::planning::{Planned, plan_mission, write_plan};
-use crate::cli::results::OutputFolder;
+use crate::cli::results::{OutputFolder, gone};
 use crate::cli::terminal::{print, print_err};
 use samara::assess::{DropMeasure, DropOutcome, RandomDrop};
 use samara::config::Mission;
@@ -312,10 +312,5 @@ fn cores() -> u16 {
 
 /// Removes a folder with all that it holds, if it is there.
 fn remove_folder(path: &Path) -> Result<(), Failure> {
-    match fs::remove_dir_all(path) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
-            Err(e).with_context(|| format!("cannot remove {}", path.display())).bad_input()
-        }
-        _ => Ok(()),
-    }
+    gone(fs::remove_dir_all(path)).with_context(|| format!("cannot remove {}", path.display())).bad_input()
 }

@@ -31,11 +31,11 @@ pub fn draw(
     runner: &TrialRunner<'_>,
     campaigns: &[Campaign; 4],
 ) -> Result<Vec<Figure>, Failure> {
+    let study = &runner.study;
     let cases: Vec<BodyState> = assessment.mission.study.cases.iter().map(ReleaseCase::state).collect();
     let shown = campaigns.each_ref().map(|campaign| {
         let trials = &campaign.shown[..campaign.shown.len().min(VELOCITY_TRIALS)];
-        let flights =
-            runner.in_order(trials, |(release, _)| runner.study.trace(&campaign.entry, &release.state));
+        let flights = runner.in_order(trials, |(release, _)| study.trace(&campaign.entry, &release.state));
         let points = campaign.shown.iter().map(|(release, outcome)| TrialPoint {
             pitch_rad: pitch(release.state.q_ned_from_body),
             pitch_rate_rad_s: release.state.omega_body.y,
@@ -45,7 +45,7 @@ pub fn draw(
     });
     let case_flights = campaigns
         .each_ref()
-        .map(|campaign| runner.in_order(&cases, |start| runner.study.trace(&campaign.entry, start)));
+        .map(|campaign| runner.in_order(&cases, |start| study.trace(&campaign.entry, start)));
     let style = StudyStyle::of(
         assessment.mission,
         shown.iter().flat_map(|s| &s.flights).chain(case_flights.iter().flatten()).map(Vec::as_slice),

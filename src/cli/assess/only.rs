@@ -2,13 +2,10 @@
 
 use anyhow::Context;
 
-use super::args::AssessArgs;
 use super::campaign::TrialRunner;
 use crate::cli::answer::{Answer, Failure};
-use crate::cli::results::OutputFolder;
 use crate::cli::terminal::print;
 use samara::assess::{RandomRelease, StudyEntry, TrialOutcome, VerdictBuilder};
-use samara::config::Mission;
 use samara::report::study::campaign_csv::write_row;
 use samara::report::study::{OURS, only};
 use samara::report::{FlightCsv, drop_figure};
@@ -16,53 +13,41 @@ use samara::report::{FlightCsv, drop_figure};
 /// Flies the trial with each controller: prints what was drawn and what came of it, writes
 /// `trial_<K>_<name>.csv` (the flight) and `.svg`, and `assess_only_manifest.json`.
 pub fn run(
-    args: &AssessArgs,
-    mission: &Mission,
     runner: &TrialRunner<'_>,
     entries: &[StudyEntry; 4],
     trial: u64,
-    folder: &OutputFolder,
+    json: bool,
 ) -> Result<Answer, Failure> {
+    let TrialRunner { mission, folder, bound, .. } = *runner;
     let release = runner.draw(trial);
-    let results = runner.in_order(entries, |c| {
-        runner.study.fly_releases(c, std::slice::from_ref(&release)).into_iter().next()
+    let study = &runner.study;
+    let results = runner.in_order(entries, |entry| {
+        study.fly_releases(entry, std::slice::from_ref(&release)).into_iter().next()
     });
     let flown: Vec<(&StudyEntry, TrialOutcome)> =
-        entries.iter().zip(results).filter_map(|(c, outcome)| Some((c, outcome?))).collect();
-    for (entry, _) in &flown {
-        write(mission, runner, entry, &release, folder)?;
+        entries.iter().zip(results).filter_map(|(entry, outcome)| Some((entry, outcome?))).collect();
+    let mut rows = Vec::new();
+    for (entry, outcome) in &flown {
+        write(runner, entry, &release)?;
+        let mut row = String::new();
+        write_row(&mut row, &release, outcome);
+        rows.push((*entry, *outcome, row));
     }
-    let rows: Vec<(&StudyEntry, TrialOutcome, String)> = flown
-        .iter()
-        .map(|(c, outcome)| {
-            let mut row = String::new();
-            write_row(&mut row, &release, outcome);
-            (*c, *outcome, row)
-        })
-        .collect();
     // Beside the manifest of the campaigns, which may be in the same folder.
-    folder.write_manifest(
-        "assess_only",
-        mission,
-        &[("only", trial.to_string()), ("bound", args.bound.to_string())],
-    )?;
-    if args.mission.json {
+    let circumstances = [("only", trial.to_string()), ("bound", bound.to_string())];
+    folder.write_manifest("assess_only", mission, &circumstances)?;
+    if json {
         print(&only::only_json(mission, &release, &rows))?;
     } else {
         print(&only::only_text(mission, &release, &rows))?;
         print(&format!("flights and figures in {}/trial_{trial}_*\n", folder.path().display()))?;
     }
-    let safe = flown.iter().all(|(c, o)| c.name != OURS || o.j_tpf < args.bound);
+    let safe = flown.iter().all(|(entry, o)| entry.name != OURS || o.j_tpf < bound);
     Ok(Answer::from(safe))
 }
 
-fn write(
-    mission: &Mission,
-    runner: &TrialRunner<'_>,
-    entry: &StudyEntry,
-    release: &RandomRelease,
-    folder: &OutputFolder,
-) -> Result<(), Failure> {
+fn write(runner: &TrialRunner<'_>, entry: &StudyEntry, release: &RandomRelease) -> Result<(), Failure> {
+    let TrialRunner { mission, folder, .. } = *runner;
     let samples = runner.study.samples(entry, &release.state);
     let name = format!("trial_{}_{}", release.trial, entry.name);
     folder.write(&format!("{name}.csv"), |out| {

@@ -12,7 +12,7 @@ use crate::cli::planning::{plan_mission, write_plan};
 use crate::cli::results::OutputFolder;
 use crate::cli::system::{Stopwatch, thread_pool};
 use crate::cli::terminal::print;
-use samara::assess::{SafetyStudy, StudyEntry, StudyReference, Summary, plan_j_tpf, tracking};
+use samara::assess::{SafetyStudy, StudyEntry, StudyReference, plan_j_tpf, tracking};
 use samara::config::Mission;
 use samara::control::{Airframe, Cascade, Gains};
 use samara::plan::{Plan, Status};
@@ -30,37 +30,30 @@ pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     let narrator = Narrator::alone(args.mission.json);
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let Some(plan) = planned(args, &mission, &folder, &narrator)? else { return Ok(Answer::No) };
-    let study = study_of(&mission, &plan);
     let runner = TrialRunner {
-        study: &study,
+        mission: &mission,
+        study: study_of(&mission, &plan),
         distribution: mission.releases(),
-        seed: mission.seed,
+        trials: args.trials.unwrap_or(mission.study.monte_carlo.trials as u64),
+        bound: args.bound,
+        folder: &folder,
         pool: thread_pool(args.threads)?,
         stop,
     };
     let entries = entries_of(&mission)?;
     if let Some(trial) = args.only {
-        return only::run(args, &mission, &runner, &entries, trial, &folder);
+        return only::run(&runner, &entries, trial, args.mission.json);
     }
-    let trials = args.trials.unwrap_or(mission.study.monte_carlo.trials as u64);
     let watch = Stopwatch::start();
-    let Some(campaigns) = campaign::run_all(args, &mission, &runner, &entries, trials, &folder, &narrator)?
-    else {
+    let Some(campaigns) = campaign::run_all(&runner, &entries, args.resume, &narrator)? else {
         return Ok(Answer::No);
     };
     let flown: u64 = campaigns.iter().map(|c| c.flown_now).sum();
     let flights_per_s = 1e3 * flown as f64 / watch.ms();
-    let difference = campaign::paired_difference(&mission, &runner, &folder, [&campaigns[1], &campaigns[2]])?;
-    let assessment = Assessment {
-        pso_less_near_hover: difference,
-        ..assessment(args, &mission, &plan, &runner, &campaigns, trials)
-    };
-    write(&assessment, &runner, &campaigns, &folder)?;
-    folder.write_manifest(
-        "assess",
-        &mission,
-        &[("trials", trials.to_string()), ("bound", args.bound.to_string())],
-    )?;
+    let assessment = assessment(args, &plan, &runner, &campaigns)?;
+    write(&assessment, &runner, &campaigns)?;
+    let circumstances = [("trials", runner.trials.to_string()), ("bound", args.bound.to_string())];
+    folder.write_manifest("assess", &mission, &circumstances)?;
     if args.mission.json {
         print(&records::assess_json(&assessment, (flown > 0).then_some(flights_per_s)))?;
     } else {
@@ -123,38 +116,37 @@ fn entries_of(mission: &Mission) -> Result<[StudyEntry; 4], Failure> {
 /// Flies the release cases and puts the study together.
 fn assessment<'a>(
     args: &AssessArgs,
-    mission: &'a Mission,
     plan: &Plan,
-    runner: &TrialRunner<'_>,
+    runner: &TrialRunner<'a>,
     campaigns: &[Campaign; 4],
-    trials: u64,
-) -> Assessment<'a> {
+) -> Result<Assessment<'a>, Failure> {
+    let (mission, study) = (runner.mission, &runner.study);
     let cases = |entry: &StudyEntry| {
         runner.in_order(&mission.study.cases, |case| {
             let start = case.state();
             CaseResult {
                 case: case.name.clone(),
-                j_tpf: runner.study.outcome(entry, &start).j_tpf,
-                tracking_rms: runner.study.tracking_rms(entry, &start),
+                j_tpf: study.outcome(entry, &start).j_tpf,
+                tracking_rms: study.tracking_rms(entry, &start),
             }
         })
     };
-    Assessment {
+    Ok(Assessment {
         mission,
-        command: command_line(args, mission, trials),
+        command: command_line(args, mission, runner.trials),
         plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
         plan_objective: plan.objective,
-        bound: args.bound,
-        trials,
+        bound: runner.bound,
+        trials: runner.trials,
         is_the_papers: mission.is_the_papers_study(),
-        pso_less_near_hover: Summary::default(),
+        pso_less_near_hover: campaign::paired_difference(runner, [&campaigns[1], &campaigns[2]])?,
         tracking_period_s: tracking::control_period_s(&plan.trajectory),
         assessed: campaigns.each_ref().map(|c| Assessed {
             entry: c.entry.clone(),
             cases: cases(&c.entry),
             tally: c.tally,
         }),
-    }
+    })
 }
 
 /// The command that makes the study again, its choices spelt out; folder and number of threads do not belong
@@ -178,7 +170,6 @@ fn write(
     assessment: &Assessment<'_>,
     runner: &TrialRunner<'_>,
     campaigns: &[Campaign; 4],
-    folder: &OutputFolder,
 ) -> Result<(), Failure> {
     let drawn = figures::draw(assessment, runner, campaigns)?;
     let files = [
@@ -190,10 +181,10 @@ fn write(
         ("assess.html", page::page(assessment, &drawn)),
     ];
     for (name, text) in &files {
-        folder.write_text(name, text)?;
+        runner.folder.write_text(name, text)?;
     }
     for figure in &drawn {
-        folder.write_text(&figure.file, &figure.svg)?;
+        runner.folder.write_text(&figure.file, &figure.svg)?;
     }
     Ok(())
 }

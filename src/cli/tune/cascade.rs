@@ -9,7 +9,6 @@ use crate::cli::answer::{Answer, Failure};
 use crate::cli::estimate::warn_one_at_a_time;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::{Stopwatch, interrupt_flag};
-use crate::cli::terminal::print;
 use samara::assess::tracking::control_period_s;
 use samara::config::Mission;
 use samara::report::tune::{TuneRun, about, records};
@@ -60,12 +59,11 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     write_search(&folder, mission, &search, &run)?;
     write_tune_manifest(args, &folder, mission)?;
     run.contest = contest::contest(args, mission, plan, &judge, &best.k, &stop)?;
-    if args.mission.json {
-        print(&records::json(mission, &search, &run))?;
-    } else {
-        print(&records::text(mission, &search, &run))?;
-        print(&format!("results in {}\n", folder.path().display()))?;
-    }
+    folder.print_result(
+        args.mission.json,
+        || records::json(mission, &search, &run),
+        || records::text(mission, &search, &run),
+    )?;
     let whole = !done.stopped && run.contest.is_some();
     Ok(Answer::from(objective.allows(&best.evaluation) && whole))
 }

@@ -7,7 +7,6 @@ use super::settings::{judge_of, setting};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::results::OutputFolder;
 use crate::cli::system::{Stopwatch, interrupt_flag};
-use crate::cli::terminal::print;
 use samara::config::Mission;
 use samara::report::tune::near_hover as report;
 use samara::trajectory::Trajectory;
@@ -28,11 +27,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     let text = report::text(mission, &found, &contest);
     folder.write_text("near_hover.txt", &text)?;
     write_tune_manifest(args, &folder, mission)?;
-    if args.mission.json {
-        print(&report::json(mission, &found, &contest, 1e-3 * watch.ms()))?;
-    } else {
-        print(&text)?;
-        print(&format!("results in {}\n", folder.path().display()))?;
-    }
+    let object = || report::json(mission, &found, &contest, 1e-3 * watch.ms());
+    folder.print_result(args.mission.json, object, || text)?;
     Ok(Answer::Yes)
 }

@@ -12,7 +12,6 @@ use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::pilot::px4::upload::suits;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::interrupt_flag;
-use crate::cli::terminal::print;
 use samara::config::Mission;
 use samara::control::px4::is_quad_x;
 use samara::params::{ParameterFile, px4_model_export, px4_model_parameters};
@@ -177,10 +176,5 @@ fn write(
         ("unseen", args.unseen.to_string()),
     ];
     folder.write_manifest("tune", mission, &options)?;
-    if args.mission.json {
-        print(&gains_json(mission, result))
-    } else {
-        print(&text)?;
-        print(&format!("results in {}\n", folder.path().display()))
-    }
+    folder.print_result(args.mission.json, || gains_json(mission, result), || text)
 }

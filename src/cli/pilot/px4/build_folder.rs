@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::error::Px4Error;
+use anyhow::{Context as _, Result, anyhow, bail};
+
 use samara::control::px4::is_quad_x;
 use samara::model::Vehicle;
 
@@ -26,15 +27,19 @@ pub struct BuildFolder {
 
 impl BuildFolder {
     /// Opens the folder, or the one that a source tree has; refuses a folder that is no build.
-    pub fn open(path: &Path) -> Result<Self, Px4Error> {
+    pub fn open(path: &Path) -> Result<Self> {
         let inner = path.join(IN_SOURCES);
         let folder = if !path.join(PROGRAM).exists() && inner.join(PROGRAM).exists() { &inner } else { path };
         for missing in [PROGRAM, STARTUP] {
             if !folder.join(missing).is_file() {
-                return Err(Px4Error::NotABuild { folder: path.to_owned(), missing });
+                bail!(
+                    "{}: no `{missing}` in it. A build folder of PX4's simulation is expected, as `make px4_sitl_default` leaves it in \
+                     build/px4_sitl_default: it holds bin/px4 and etc/init.d-posix/rcS",
+                    path.display()
+                );
             }
         }
-        let path = fs::canonicalize(folder).map_err(Px4Error::io(format!("{}", folder.display())))?;
+        let path = fs::canonicalize(folder).with_context(|| folder.display().to_string())?;
         Ok(Self { path })
     }
 
@@ -49,29 +54,28 @@ impl BuildFolder {
     }
 
     /// The value of PX4_SIM_MODEL: the model whose airframe to start.
-    pub fn model(&self) -> Result<&'static str, Px4Error> {
+    pub fn model(&self) -> Result<&'static str> {
         let folder = self.etc().join("init.d-posix/airframes");
-        let names = fs::read_dir(&folder).map_err(Px4Error::io(format!("{}", folder.display())))?;
+        let names = fs::read_dir(&folder).with_context(|| folder.display().to_string())?;
         let mut found: Vec<String> =
             names.filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect();
         found.sort();
         // `10016_iris`: its number, its name.
         let is_there =
             |model: &&str| found.iter().any(|name| name.split_once('_').is_some_and(|(_, m)| m == *model));
-        MODELS.into_iter().find(is_there).ok_or_else(|| Px4Error::NoModel {
-            folder,
-            known: MODELS.join(", "),
-            found: found.join(" "),
+        MODELS.into_iter().find(is_there).ok_or_else(|| {
+            let (folder, known) = (folder.display(), MODELS.join(", "));
+            anyhow!("{folder}: none of the models {known} in it, found {}", found.join(" "))
         })
     }
 
     /// The mixer to be asked for, in a release that has them as files; the model's own is for arms of another
     /// angle. `None`: PX4 allocates by its parameters CA_*.
-    pub fn mixer(&self, name: &str, vehicle: &Vehicle) -> Result<Option<&'static str>, Px4Error> {
+    pub fn mixer(&self, name: &str, vehicle: &Vehicle) -> Result<Option<&'static str>> {
         if !self.etc().join(format!("mixers/{QUAD_X}.main.mix")).is_file() {
             return Ok(None);
         }
-        is_quad_x(vehicle).map_err(|why| Px4Error::Rotors { vehicle: name.to_owned(), why })?;
+        is_quad_x(vehicle).with_context(|| format!("vehicle {name}: this PX4 mixes by `quad_x`"))?;
         Ok(Some(QUAD_X))
     }
 
@@ -132,8 +136,10 @@ mod tests {
         let mut turned = vehicle.clone();
         turned.rotors[2].spin = RotationSense::Ccw;
         let error = folder.mixer("x", &turned).unwrap_err();
-        let why = std::error::Error::source(&error).unwrap().to_string();
-        assert_eq!(why, "rotor 3 must be front left and turn clockwise in PX4's quadrotor in X");
+        assert_eq!(
+            error.root_cause().to_string(),
+            "rotor 3 must be front left and turn clockwise in PX4's quadrotor in X"
+        );
         let new = build(&[&common[..], &["etc/init.d-posix/airframes/10016_none_iris"]].concat());
         let folder = BuildFolder::open(new.path()).unwrap();
         assert_eq!((folder.model().unwrap(), folder.mixer("x", &vehicle).unwrap()), ("none_iris", None));

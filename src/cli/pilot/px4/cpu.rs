@@ -8,7 +8,7 @@
 #[cfg(target_os = "linux")]
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
-use super::error::Px4Error;
+use anyhow::{Context as _, Result, bail};
 
 /// The processors that PX4 and the simulator run on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,10 +36,10 @@ pub struct Pinned {
 #[cfg(target_os = "linux")]
 impl Pinned {
     /// Pins the calling thread for an instance.
-    pub fn pin(cpu: Cpu, instance: u16) -> Result<Self, Px4Error> {
+    pub fn pin(cpu: Cpu, instance: u16) -> Result<Self> {
         let had = match cpu {
             Cpu::Any => return Ok(Self { before: None, aside: None }),
-            _ => sched_getaffinity(None).map_err(of_the_system)?,
+            _ => sched_getaffinity(None).context(BY_THE_SYSTEM)?,
         };
         let allowed: Vec<usize> = (0..CpuSet::MAX_CPU).filter(|n| had.is_set(*n)).collect();
         let chosen = match cpu {
@@ -50,11 +50,11 @@ impl Pinned {
         };
         let Some(chosen) = chosen else { return Ok(Self { before: None, aside: None }) };
         if !allowed.contains(&chosen) {
-            return Err(Px4Error::Cpu { wanted: chosen, had: list(&allowed) });
+            bail!("--cpu {chosen}: {} expected", list(&allowed));
         }
         let mut one = CpuSet::new();
         one.set(chosen);
-        sched_setaffinity(None, &one).map_err(of_the_system)?;
+        sched_setaffinity(None, &one).context(BY_THE_SYSTEM)?;
         let mut others = had;
         others.unset(chosen);
         let aside = (cpu == Cpu::Apart && others.count() > 0).then_some(others);
@@ -62,11 +62,8 @@ impl Pinned {
     }
 
     /// All has been started: with [`Cpu::Apart`] the thread leaves the processor to it.
-    pub fn step_aside(&self) -> Result<(), Px4Error> {
-        match &self.aside {
-            Some(others) => sched_setaffinity(None, others).map_err(of_the_system),
-            None => Ok(()),
-        }
+    pub fn step_aside(&self) -> Result<()> {
+        self.aside.map_or(Ok(()), |others| sched_setaffinity(None, &others)).context(BY_THE_SYSTEM)
     }
 }
 
@@ -80,10 +77,9 @@ impl Drop for Pinned {
     }
 }
 
+/// What cannot be done when the system refuses.
 #[cfg(target_os = "linux")]
-fn of_the_system(error: rustix::io::Errno) -> Px4Error {
-    Px4Error::io("cannot choose a processor (--cpu any leaves it to the system)")(std::io::Error::from(error))
-}
+const BY_THE_SYSTEM: &str = "cannot choose a processor (--cpu any leaves it to the system)";
 
 /// "0", "0 or 1", "0, 1 or 2".
 #[cfg(target_os = "linux")]
@@ -98,17 +94,17 @@ fn list(numbers: &[usize]) -> String {
 #[cfg(not(target_os = "linux"))]
 impl Pinned {
     /// Pins nothing: the system chooses.
-    pub fn pin(cpu: Cpu, _: u16) -> Result<Self, Px4Error> {
+    pub fn pin(cpu: Cpu, _: u16) -> Result<Self> {
         match cpu {
             Cpu::Apart | Cpu::Together | Cpu::Any => Ok(Self {}),
             Cpu::Number(wanted) => {
-                Err(Px4Error::Cpu { wanted, had: "auto or any (a number under Linux only)".to_owned() })
+                bail!("--cpu {wanted}: auto or any (a number under Linux only) expected")
             }
         }
     }
 
     /// Does nothing.
-    pub fn step_aside(&self) -> Result<(), Px4Error> {
+    pub fn step_aside(&self) -> Result<()> {
         Ok(())
     }
 }

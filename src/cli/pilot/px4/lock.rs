@@ -6,12 +6,11 @@
 
 use std::fs::{self, File};
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use anyhow::{Context as _, Result, bail};
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
-
-use super::error::Px4Error;
 
 /// The path of PX4's lock, but for the instance.
 const LOCK: &str = "/tmp/px4_lock-";
@@ -19,25 +18,26 @@ const LOCK: &str = "/tmp/px4_lock-";
 const COMMAND_AT_MOST: usize = 100;
 
 /// Refuses an instance that is running already, with those who hold its lock.
-pub fn look(instance: u16) -> Result<(), Px4Error> {
-    look_at(instance, PathBuf::from(format!("{LOCK}{instance}")))
+pub fn look(instance: u16) -> Result<()> {
+    look_at(instance, Path::new(&format!("{LOCK}{instance}")))
 }
 
-fn look_at(instance: u16, lock: PathBuf) -> Result<(), Px4Error> {
+fn look_at(instance: u16, lock: &Path) -> Result<()> {
+    let context = || format!("PX4's lock {}", lock.display());
     #[expect(clippy::disallowed_methods, reason = "PX4's lock")]
-    let file = match File::open(&lock) {
+    let file = match File::open(lock) {
         Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
-        other => other.map_err(Px4Error::io(format!("PX4's lock {}", lock.display())))?,
+        other => other.with_context(context)?,
     };
     // Held for a moment, until the file is closed.
     match flock(&file, FlockOperation::NonBlockingLockExclusive) {
-        Err(Errno::WOULDBLOCK) => {
-            let holders = words_of(&holders(&lock), &lock);
-            Err(Px4Error::Running { instance, lock, holders })
-        }
-        other => {
-            other.map_err(|e| Px4Error::io(format!("PX4's lock {}", lock.display()))(io::Error::from(e)))
-        }
+        Err(Errno::WOULDBLOCK) => bail!(
+            "PX4 instance {instance} is running already: {} is held by {}. (A killed PX4 leaves its start-up script behind, which holds \
+             it on.) End that, or choose another --instance",
+            lock.display(),
+            words_of(&holders(lock), lock)
+        ),
+        other => other.with_context(context),
     }
 }
 
@@ -83,7 +83,7 @@ mod tests {
 
     /// Free, or soon: what another test starts has our open files for a moment, between fork and exec.
     fn becomes_free(lock: &Path) -> bool {
-        let tries = std::iter::repeat_with(|| look_at(3, lock.to_owned()).is_ok());
+        let tries = std::iter::repeat_with(|| look_at(3, lock).is_ok());
         tries.take(500).any(|free| {
             if !free {
                 std::thread::sleep(std::time::Duration::from_millis(10));
@@ -96,11 +96,11 @@ mod tests {
     fn a_lock_is_free_when_it_is_not_there_not_held_or_let_go() {
         let place = tempfile::tempdir().unwrap();
         let lock = place.path().join("lock");
-        look_at(3, lock.clone()).unwrap();
+        look_at(3, &lock).unwrap();
         let file = File::create(&lock).unwrap();
         assert!(becomes_free(&lock));
         flock(&file, FlockOperation::LockExclusive).unwrap();
-        assert!(look_at(3, lock.clone()).is_err());
+        assert!(look_at(3, &lock).is_err());
         drop(file);
         assert!(becomes_free(&lock));
     }
@@ -115,12 +115,12 @@ mod tests {
         flock(&file, FlockOperation::LockExclusive).unwrap();
         let mut heir = Command::new("sleep").arg("1000").stdin(Stdio::from(file)).spawn().unwrap();
         // Between exec and its first instruction a process shows no command line yet.
-        let shows = || !command_line(&PathBuf::from(format!("/proc/{}", heir.id()))).is_empty();
+        let shows = || !command_line(Path::new(&format!("/proc/{}", heir.id()))).is_empty();
         assert!((0..500).any(|_| {
             std::thread::sleep(std::time::Duration::from_millis(10));
             shows()
         }));
-        let error = look_at(3, lock.clone()).unwrap_err().to_string();
+        let error = look_at(3, &lock).unwrap_err().to_string();
         heir.kill().unwrap();
         heir.wait().unwrap();
         assert!(error.starts_with("PX4 instance 3 is running already"), "{error}");

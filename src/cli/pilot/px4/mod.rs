@@ -14,7 +14,6 @@
 
 mod build_folder;
 mod cpu;
-mod error;
 #[cfg(unix)]
 mod lock;
 #[cfg_attr(not(unix), path = "process_elsewhere.rs")]

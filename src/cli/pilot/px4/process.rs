@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::Duration;
 
+use anyhow::{Context as _, Result};
+
 use super::build_folder::BuildFolder;
-use super::error::Px4Error;
 use super::process_group::ProcessGroup;
 use super::{lock, work_dir};
 use crate::cli::system::{Stopwatch, pause};
@@ -48,21 +49,13 @@ pub struct Px4Process {
 
 impl Px4Process {
     /// Starts instance `instance` in the folder `work`, which is made anew.
-    pub fn start(
-        build: &BuildFolder,
-        instance: u16,
-        mixer: Option<&str>,
-        work: &Path,
-    ) -> Result<Self, Px4Error> {
+    pub fn start(build: &BuildFolder, instance: u16, mixer: Option<&str>, work: &Path) -> Result<Self> {
         let model = build.model()?;
         lock::look(instance)?;
         let work = work_dir::make(work, build.path(), mixer)?;
-        let console = |()| {
-            #[expect(clippy::disallowed_methods, reason = "the child's console")]
-            let file = File::create(work.join(CONSOLE))?;
-            Ok((file.try_clone()?, file))
-        };
-        let (out, err) = console(()).map_err(Px4Error::io(format!("cannot write {CONSOLE}")))?;
+        #[expect(clippy::disallowed_methods, reason = "the child's console")]
+        let console = File::create(work.join(CONSOLE)).and_then(|file| Ok((file.try_clone()?, file)));
+        let (out, err) = console.with_context(|| format!("cannot write {CONSOLE}"))?;
         let mut command = Command::new(build.program());
         FOREIGN.iter().for_each(|name| _ = command.env_remove(name));
         let group = ProcessGroup::start()?;
@@ -80,8 +73,7 @@ impl Px4Process {
         if let Some(path) = work_dir::path_with_hooks(&work) {
             command.env("PATH", path);
         }
-        let child =
-            command.spawn().map_err(Px4Error::io(format!("cannot start {}", build.program().display())))?;
+        let child = command.spawn().with_context(|| format!("cannot start {}", build.program().display()))?;
         Ok(Self { child, group, work, ended: None })
     }
 

@@ -3,8 +3,9 @@
 use std::convert::Infallible;
 use std::path::Path;
 
+use anyhow::{Result, bail};
+
 use super::build_folder::BuildFolder;
-use super::error::Px4Error;
 
 /// A process that is never there.
 #[derive(Debug)]
@@ -12,8 +13,8 @@ pub struct Px4Process(Infallible);
 
 impl Px4Process {
     /// Refuses to start PX4.
-    pub fn start(_: &BuildFolder, _: u16, _: Option<&str>, _: &Path) -> Result<Self, Px4Error> {
-        Err(Px4Error::NotHere)
+    pub fn start(_: &BuildFolder, _: u16, _: Option<&str>, _: &Path) -> Result<Self> {
+        bail!("PX4's simulation runs under Linux and macOS; here only --autopilot reference flies")
     }
 
     /// PX4's working directory.

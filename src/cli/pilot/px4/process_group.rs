@@ -8,9 +8,9 @@ use std::os::unix::process::CommandExt as _;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
+use anyhow::{Context as _, Result};
 use rustix::process::{Pid, Signal, kill_process_group, test_kill_process_group};
 
-use super::error::Px4Error;
 use crate::cli::system::{Stopwatch, pause};
 
 /// The keeper does not heed the SIGTERM that asks the group to end, so that it is there until the end.
@@ -31,7 +31,7 @@ pub struct ProcessGroup {
 
 impl ProcessGroup {
     /// Makes a group with its keeper in it.
-    pub fn start() -> Result<Self, Px4Error> {
+    pub fn start() -> Result<Self> {
         let shell = Command::new("/bin/sh")
             .args(["-c", SCRIPT])
             .current_dir("/")
@@ -40,7 +40,7 @@ impl ProcessGroup {
             .stderr(Stdio::null())
             .process_group(0)
             .spawn()
-            .map_err(Px4Error::io("cannot start /bin/sh"))?;
+            .context("cannot start /bin/sh")?;
         let id = Pid::from_child(&shell);
         Ok(Self { shell, id, ended: false })
     }

@@ -1,7 +1,8 @@
 //! Whether PX4 can fly a mission, and the parameters that it is given before a drop: what the drop needs, the
 //! vehicle's own (hover thrust, thrust curve) and the gains, the mission's in PX4's terms or those of a file.
 
-use super::error::Px4Error;
+use anyhow::bail;
+
 use crate::cli::answer::{BadInput as _, Failure};
 use samara::config::{Mission, Px4Clock};
 use samara::control::px4::timing::ALIGNS_G0;
@@ -17,14 +18,20 @@ const OF_THE_VEHICLE: [&str; 2] = ["MPC_THR_HOVER", "THR_MDL_FAC"];
 const OF_THE_ROTORS: &str = "CA_";
 
 /// Refuses a mission of a site or with sensors that PX4 cannot do with; the error says what to do.
-pub fn suits(mission: &Mission) -> Result<(), Px4Error> {
+pub fn suits(mission: &Mission) -> anyhow::Result<()> {
     let gravity_m_s2 = mission.site.environment.gravity_m_s2;
     let scaled = mission.px4.clock == Px4Clock::Froude;
     if !scaled && !ALIGNS_G0.contains(&(gravity_m_s2 / STANDARD_GRAVITY_M_S2)) {
-        return Err(Px4Error::Gravity { gravity_m_s2 });
+        bail!(
+            "PX4 has 9.80665 m/s^2 compiled in and its estimator aligns between 0.8 and 1.2 of it; the mission's site has {gravity_m_s2} \
+             m/s^2: scale the wire with \"px4_clock\": \"froude\", as mission/titan_px4.json does"
+        );
     }
     if mission.sensors.barometer.noise_hpa == 0.0 {
-        return Err(Px4Error::Barometer);
+        bail!(
+            "the mission's barometer has no noise: PX4 takes a constant one for stale and its estimator never starts; set \
+             sensors.barometer.noise_hpa (0.01)"
+        );
     }
     Ok(())
 }

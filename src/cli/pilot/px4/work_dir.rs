@@ -6,7 +6,9 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use super::error::Px4Error;
+use anyhow::{Context as _, Result, bail};
+
+use crate::cli::results::gone;
 
 /// A folder in the working directory that stands first in PX4's PATH: its start-up script takes
 /// `px4-rc.params` from there.
@@ -16,24 +18,35 @@ const MARKER: &str = ".samara";
 
 /// Makes the directory, empty but for the hooks; gives its path with nothing relative in it. Refuses to make
 /// it where another's folder or the build stands.
-pub(super) fn make(work: &Path, build: &Path, mixer: Option<&str>) -> Result<PathBuf, Px4Error> {
-    let io = || format!("cannot make PX4's working directory {}", work.display());
-    let work = resolved(work).map_err(Px4Error::io(io()))?;
+pub(super) fn make(work: &Path, build: &Path, mixer: Option<&str>) -> Result<PathBuf> {
+    let context = || format!("cannot make PX4's working directory {}", work.display());
+    let work = resolved(work).with_context(context)?;
+    let place = work.display();
     if work.starts_with(build) || build.starts_with(&work) {
-        return Err(Px4Error::InTheBuild { work, build: build.to_owned() });
+        bail!(
+            "{place}: PX4's working directory is made anew there for each flight, and it lies in PX4's build folder {} or holds it: choose \
+             another --out",
+            build.display()
+        );
     }
     if mixer.is_some() && path_with_hooks(&work).is_none() {
-        return Err(Px4Error::Colon { work });
+        bail!(
+            "{place}: PX4's start-up script is told the vehicle's mixer by way of its PATH, and a folder with a colon in its name cannot \
+             stand there: choose another --out"
+        );
     }
     let holds_something = match fs::read_dir(&work) {
         Ok(mut entries) => entries.next().is_some(),
         Err(e) if e.kind() == ErrorKind::NotFound => false,
-        Err(e) => return Err(Px4Error::io(io())(e)),
+        other => other.map(|_| false).with_context(context)?,
     };
     if holds_something && !work.join(MARKER).is_file() {
-        return Err(Px4Error::NotOurs { work, marker: MARKER });
+        bail!(
+            "{place}: PX4's working directory is made anew there for each flight, and what stands there is not one that samara made (no \
+             {MARKER} in it): move it away, or choose another --out"
+        );
     }
-    renew(&work, mixer).map_err(Px4Error::io(io()))?;
+    renew(&work, mixer).with_context(context)?;
     Ok(work)
 }
 
@@ -46,10 +59,8 @@ fn resolved(work: &Path) -> std::io::Result<PathBuf> {
 }
 
 fn renew(work: &Path, mixer: Option<&str>) -> std::io::Result<()> {
-    match fs::remove_dir_all(work) {
-        Err(e) if e.kind() != ErrorKind::NotFound => return Err(e),
-        _ => fs::create_dir_all(work.join(HOOKS))?,
-    }
+    gone(fs::remove_dir_all(work))?;
+    fs::create_dir_all(work.join(HOOKS))?;
     let write = |name: &str, text: &str| {
         #[expect(clippy::disallowed_methods, reason = "files for the child")]
         fs::write(work.join(name), text)
@@ -100,7 +111,8 @@ mod tests {
         }
         let link = root.join("link");
         std::os::unix::fs::symlink(root.join("px4"), &link).unwrap();
-        assert!(matches!(make(&link, &elsewhere, None), Err(Px4Error::NotOurs { .. })));
+        let error = make(&link, &elsewhere, None).unwrap_err().to_string();
+        assert!(error.contains("not one that samara made"), "{error}");
     }
 
     #[test]
