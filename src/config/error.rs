@@ -19,29 +19,17 @@ pub enum ConfigError {
         /// Reason that the operating system gives.
         reason: String,
     },
-    /// The text is not the JSON that was expected.
+    /// The text is not the JSON or the table that was expected.
     #[error("{}:{line}:{column}: {}{message}", file.display(), at(json_path))]
-    Json {
+    Content {
         /// The file.
         file: PathBuf,
         /// Line, from 1.
         line: usize,
         /// Column in characters, from 1.
         column: usize,
-        /// Where in the document: `rotors[2].axis_body`; empty for the document itself.
+        /// Where in the document: `rotors[2].axis_body`; empty for the document itself and in a table.
         json_path: String,
-        /// Fault, and what was expected.
-        message: String,
-    },
-    /// A CSV table is not what was expected.
-    #[error("{}:{line}:{column}: {message}", file.display())]
-    Table {
-        /// The file.
-        file: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        /// Column in characters, from 1.
-        column: usize,
         /// Fault, and what was expected.
         message: String,
     },
@@ -56,16 +44,8 @@ pub enum ConfigError {
 }
 
 fn starts_with_line(error: &ParamsError) -> bool {
-    match error {
-        ParamsError::Columns { .. }
-        | ParamsError::Field { .. }
-        | ParamsError::Twice { .. }
-        | ParamsError::UnknownPurpose { .. } => true,
-        ParamsError::DoesNotBelong(_)
-        | ParamsError::NoGains
-        | ParamsError::Control(_)
-        | ParamsError::NoUnit { .. } => false,
-    }
+    use ParamsError::{Columns, Field, Twice, UnknownPurpose};
+    matches!(error, Columns { .. } | Field { .. } | Twice { .. } | UnknownPurpose { .. })
 }
 
 fn at(json_path: &str) -> String {

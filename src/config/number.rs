@@ -77,6 +77,23 @@ impl Visitor<'_> for Range {
     }
 }
 
+/// Has a type's schema stand where the type is used, not by its name.
+macro_rules! inline_schema {
+    ([$($generics:tt)*] $type:ty, $name:expr, |$generator:pat_param| $schema:expr) => {
+        impl<$($generics)*> JsonSchema for $type {
+            fn inline_schema() -> bool {
+                true
+            }
+            fn schema_name() -> Cow<'static, str> {
+                $name.into()
+            }
+            fn json_schema($generator: &mut SchemaGenerator) -> Schema {
+                $schema
+            }
+        }
+    };
+}
+
 macro_rules! number {
     ($(#[$doc:meta])* $name:ident $(<$max:ident>)?: $range:expr) => {
         $(#[$doc])*
@@ -97,17 +114,11 @@ macro_rules! number {
             }
         }
 
-        impl $(<const $max: u64>)? JsonSchema for $name $(<$max>)? {
-            fn inline_schema() -> bool {
-                true
-            }
-            fn schema_name() -> Cow<'static, str> {
-                format!("{} {}", stringify!($name), Self::RANGE).into()
-            }
-            fn json_schema(_: &mut SchemaGenerator) -> Schema {
-                Self::RANGE.schema()
-            }
-        }
+        inline_schema!(
+            [$(const $max: u64)?] $name $(<$max>)?,
+            format!("{} {}", stringify!($name), Self::RANGE),
+            |_| Self::RANGE.schema()
+        );
     };
 }
 
@@ -188,17 +199,11 @@ impl<'de, const LOW: u64, const HIGH: u64> Deserialize<'de> for Count<LOW, HIGH>
     }
 }
 
-impl<const LOW: u64, const HIGH: u64> JsonSchema for Count<LOW, HIGH> {
-    fn inline_schema() -> bool {
-        true
-    }
-    fn schema_name() -> Cow<'static, str> {
-        format!("Count{LOW}To{HIGH}").into()
-    }
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({ "type": "integer", "minimum": LOW, "maximum": HIGH })
-    }
-}
+inline_schema!(
+    [const LOW: u64, const HIGH: u64] Count<LOW, HIGH>,
+    format!("Count{LOW}To{HIGH}"),
+    |_| json_schema!({ "type": "integer", "minimum": LOW, "maximum": HIGH })
+);
 
 /// Exactly `N` entries (serde's own arrays report a fourth entry of three as "trailing characters").
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -230,18 +235,14 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Exactly<T, N
     }
 }
 
-impl<T: JsonSchema, const N: usize> JsonSchema for Exactly<T, N> {
-    fn inline_schema() -> bool {
-        true
-    }
-    fn schema_name() -> Cow<'static, str> {
-        format!("{}_{N}", T::schema_name()).into()
-    }
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+inline_schema!(
+    [T: JsonSchema, const N: usize] Exactly<T, N>,
+    format!("{}_{N}", T::schema_name()),
+    |generator| {
         let items = generator.subschema_for::<T>();
         json_schema!({ "type": "array", "items": items, "minItems": N, "maxItems": N })
     }
-}
+);
 
 impl<const MAX: u64, const N: usize> Exactly<Within<MAX>, N> {
     /// The bare numbers.
@@ -275,14 +276,8 @@ impl<'de> Deserialize<'de> for Name {
     }
 }
 
-impl JsonSchema for Name {
-    fn inline_schema() -> bool {
-        true
-    }
-    fn schema_name() -> Cow<'static, str> {
-        "Name".into()
-    }
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({ "type": "string", "pattern": "^[A-Za-z0-9_-]{1,64}$" })
-    }
-}
+inline_schema!(
+    [] Name,
+    "Name",
+    |_| json_schema!({ "type": "string", "pattern": "^[A-Za-z0-9_-]{1,64}$" })
+);

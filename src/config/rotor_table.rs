@@ -13,19 +13,10 @@ const COLUMNS: [&str; 5] = ["omega_rad_s", "airspeed_m_s", "angle_deg", "thrust_
 pub(super) fn parse(source: &Source, density_kg_m3: f64) -> Result<RotorTable, ConfigError> {
     let mut lines = table::lines(source);
     let header = COLUMNS.join(",");
-    match lines.next() {
-        Some((_, text)) if text == header => {}
-        Some((line, _)) => {
-            return Err(table::refuse(source, line, 1, format!("expected the header `{header}`")));
-        }
-        None => {
-            return Err(table::refuse(
-                source,
-                1,
-                1,
-                format!("the file is empty; expected the header `{header}`"),
-            ));
-        }
+    let (line, found, fault) =
+        lines.next().map_or((1, "", "the file is empty; "), |(line, text)| (line, text, ""));
+    if found != header {
+        return Err(table::refuse(source, line, 1, format!("{fault}expected the header `{header}`")));
     }
     let rows =
         lines.map(|(line, text)| table::row(source, line, text, &COLUMNS)).collect::<Result<Vec<_>, _>>()?;

@@ -121,7 +121,7 @@ impl Source {
 
     fn error(&self, place: usize, json_path: String, message: String) -> ConfigError {
         let (line, column) = line_column(&self.text, place);
-        ConfigError::Json { file: self.file.clone(), line, column, json_path, message }
+        ConfigError::Content { file: self.file.clone(), line, column, json_path, message }
     }
 
     /// Offset in bytes of the parser's line and column (which counts bytes), on a character's border.

@@ -22,7 +22,7 @@ pub(super) fn lines(source: &Source) -> impl Iterator<Item = (usize, &str)> {
 
 /// Refuses a place in a table.
 pub(super) fn refuse(source: &Source, line: usize, column: usize, message: String) -> ConfigError {
-    ConfigError::Table { file: source.file.clone(), line, column, message }
+    ConfigError::Content { file: source.file.clone(), line, column, json_path: String::new(), message }
 }
 
 /// No quantity in SI that flies comes near; beyond, products of two numbers of a table might overflow.
@@ -38,18 +38,13 @@ pub(super) fn row(source: &Source, line: usize, text: &str, columns: &[&str]) ->
     let mut values = Vec::with_capacity(columns.len());
     let mut column = 1;
     for (field, name) in text.split(',').zip(columns) {
-        match field.trim().parse::<f64>() {
-            Ok(x) if x.abs() <= MOST => values.push(x),
-            Ok(x) if x.is_finite() => {
-                let message =
-                    format!("{name}: expected a number from -1e9 to 1e9, found `{}`", shortened(field));
-                return Err(refuse(source, line, column, message));
-            }
-            _ => {
-                let message = format!("{name}: expected a finite number, found `{}`", shortened(field));
-                return Err(refuse(source, line, column, message));
-            }
-        }
+        let number = field.trim().parse::<f64>().ok().filter(|x| x.is_finite());
+        let Some(x) = number.filter(|x| x.abs() <= MOST) else {
+            let expected = if number.is_some() { "number from -1e9 to 1e9" } else { "finite number" };
+            let message = format!("{name}: expected a {expected}, found `{}`", shortened(field));
+            return Err(refuse(source, line, column, message));
+        };
+        values.push(x);
         column += field.chars().count() + 1;
     }
     Ok(Row { line, values })

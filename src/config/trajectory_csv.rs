@@ -119,32 +119,32 @@ fn parse(source: &Source) -> Result<Trajectory, ConfigError> {
             return Err(table::refuse(source, line, column_of(text, name, &columns), message));
         }
         let node = node(&x, n_rotors);
-        if nodes.is_empty() && node.t_s != 0.0 {
-            let message = format!(
-                "t_s: expected the first node at t = 0, when the rotors are free, found {:?}",
-                node.t_s
-            );
-            return Err(table::refuse(source, line, 1, message));
-        }
-        if let Some(i) = node.thrust_n.iter().position(|&thrust| thrust < 0.0) {
-            let message =
-                format!("{}: expected a thrust of at least 0, found {:?}", THRUSTS[i], node.thrust_n[i]);
-            return Err(table::refuse(source, line, 1, message));
-        }
-        if let Some(before) = nodes.last().filter(|before| node.t_s <= before.t_s) {
-            let message = format!("t_s must increase, but {:?} follows {:?}", node.t_s, before.t_s);
-            return Err(table::refuse(source, line, 1, message));
-        }
-        let length = node.q_ned_from_body.iter().map(|q| q * q).sum::<f64>().sqrt();
-        if (length - 1.0).abs() > 0.1 {
-            let message =
-                format!("q0..q3: expected a quaternion of length 1 (to 0.1), found length {length}");
-            return Err(table::refuse(source, line, 1, message));
-        }
+        check(&node, nodes.last()).map_err(|message| table::refuse(source, line, 1, message))?;
         nodes.push(node);
         last_line = line;
     }
     Trajectory::new(nodes, n_rotors).map_err(|e| table::refuse(source, last_line, 1, e.to_string()))
+}
+
+/// What is wrong with a node after the one before it.
+fn check(node: &Node, before: Option<&Node>) -> Result<(), String> {
+    let t_s = node.t_s;
+    if before.is_none() && t_s != 0.0 {
+        return Err(format!(
+            "t_s: expected the first node at t = 0, when the rotors are free, found {t_s:?}"
+        ));
+    }
+    if let Some((name, thrust_n)) = THRUSTS.iter().zip(node.thrust_n).find(|(_, thrust_n)| *thrust_n < 0.0) {
+        return Err(format!("{name}: expected a thrust of at least 0, found {thrust_n:?}"));
+    }
+    if let Some(before) = before.filter(|before| t_s <= before.t_s) {
+        return Err(format!("t_s must increase, but {t_s:?} follows {:?}", before.t_s));
+    }
+    let length = node.q_ned_from_body.iter().map(|q| q * q).sum::<f64>().sqrt();
+    if (length - 1.0).abs() > 0.1 {
+        return Err(format!("q0..q3: expected a quaternion of length 1 (to 0.1), found length {length}"));
+    }
+    Ok(())
 }
 
 /// The first number that is beyond what such a quantity is in any file: its column, itself, and the most it

@@ -61,10 +61,6 @@ pub struct VehicleFile {
     pub name: String,
     /// The model.
     pub vehicle: Vehicle,
-    /// Radius of a rotor [m], for drawings; the models do not use it.
-    pub rotor_radius_m: Option<f64>,
-    /// SHA-256 of the file and its tables, hexadecimal.
-    pub input_hash: String,
 }
 
 /// Reads a vehicle file and its tables.
@@ -75,7 +71,7 @@ pub fn load_vehicle(path: &Path) -> Result<VehicleFile, ConfigError> {
     load_named_vehicle(path, None, &mut InputHash::default())
 }
 
-/// As [`load_vehicle`], for a vehicle that another file names; the bytes read go into `hash` too.
+/// As [`load_vehicle`], for a vehicle that another file names; the bytes read go into `hash`.
 pub(super) fn load_named_vehicle(
     path: &Path,
     named_in: Option<&Path>,
@@ -83,16 +79,8 @@ pub(super) fn load_named_vehicle(
 ) -> Result<VehicleFile, ConfigError> {
     let source = Source::read(path, "vehicle file", named_in)?;
     let json: VehicleJson = source.parse()?;
-    let mut own = InputHash::default();
-    for h in [&mut *hash, &mut own] {
-        h.absorb("vehicle", &source);
-    }
-    let (rotor, rotor_radius_m, table) = build_rotor(&source, &json.rotor)?;
-    if let Some(table) = table {
-        for h in [hash, &mut own] {
-            h.absorb("rotor table", &table);
-        }
-    }
+    hash.absorb("vehicle", &source);
+    let rotor = build_rotor(&source, &json.rotor, hash)?;
     let motor = build_motor(&source, &json.motor)?;
     let options = VehicleOptions {
         reaction_torque: json.effects.reaction_torque,
@@ -105,7 +93,7 @@ pub(super) fn load_named_vehicle(
         .map_err(|e| source.refuse("rotors", e.to_string()))?;
     check_static_thrust(&source, &vehicle)?;
     check_longest_step(&source, &vehicle)?;
-    Ok(VehicleFile { name: json.name.0, vehicle, rotor_radius_m, input_hash: own.hex() })
+    Ok(VehicleFile { name: json.name.0, vehicle })
 }
 
 /// Which reactions of the rotors on the body are modelled.
@@ -243,7 +231,8 @@ struct RotorTableJson {
     /// Density that the table holds for; thrust and torque scale with density [kg/m^3].
     density_kg_m3: Positive<1000>,
     /// Radius [m].
-    radius_m: Option<Positive<100>>,
+    #[serde(rename = "radius_m")]
+    _radius_m: Option<Positive<100>>,
 }
 
 /// Thrust = k omega^2, torque = c thrust.
@@ -260,26 +249,24 @@ struct QuadraticJson {
     /// Density that k holds for [kg/m^3].
     density_kg_m3: Positive<1000>,
     /// Radius [m].
-    radius_m: Option<Positive<100>>,
+    #[serde(rename = "radius_m")]
+    _radius_m: Option<Positive<100>>,
 }
 
-type BuiltRotor = (Rotor, Option<f64>, Option<Source>);
-
-fn build_rotor(source: &Source, json: &RotorModelJson) -> Result<BuiltRotor, ConfigError> {
+/// The rotor model; the bytes of a table go into `hash`.
+fn build_rotor(source: &Source, json: &RotorModelJson, hash: &mut InputHash) -> Result<Rotor, ConfigError> {
     match json {
         RotorModelJson::Table(t) => {
             let file = Source::read(&source.resolve(&t.file), "rotor table", Some(&source.file))?;
             let table = rotor_table::parse(&file, t.density_kg_m3.get())?;
-            Ok((Rotor::Table(table), t.radius_m.map(Positive::get), Some(file)))
+            hash.absorb("rotor table", &file);
+            Ok(Rotor::Table(table))
         }
-        RotorModelJson::Quadratic(q) => {
-            let rotor = Rotor::Quadratic {
-                thrust_n_per_rad2_s2: q.thrust_n_per_rad2_s2.get(),
-                torque_per_thrust_m: q.torque_per_thrust_m.get(),
-                density_kg_m3: q.density_kg_m3.get(),
-            };
-            Ok((rotor, q.radius_m.map(Positive::get), None))
-        }
+        RotorModelJson::Quadratic(q) => Ok(Rotor::Quadratic {
+            thrust_n_per_rad2_s2: q.thrust_n_per_rad2_s2.get(),
+            torque_per_thrust_m: q.torque_per_thrust_m.get(),
+            density_kg_m3: q.density_kg_m3.get(),
+        }),
     }
 }
 
@@ -349,35 +336,27 @@ struct FirstOrderJson {
     rotor_inertia_kg_m2: NonNegative<10_000>,
 }
 
+/// A struct or variant made of the JSON struct whose fields have the same names.
+macro_rules! fields {
+    ($($type:ident)::+, $json:ident: $($field:ident)*) => {
+        $($type)::+ { $($field: $json.$field.get()),* }
+    };
+}
+
 fn build_motor(source: &Source, json: &MotorJson) -> Result<Motor, ConfigError> {
     match json {
         MotorJson::EscDc(m) => {
-            if m.current_min_a.get() > m.current_max_a.get() {
-                let message = format!(
-                    "expected at most current_max_a, {}, found {}",
-                    m.current_max_a.get(),
-                    m.current_min_a.get()
-                );
+            let (least_a, most_a) = (m.current_min_a.get(), m.current_max_a.get());
+            if least_a > most_a {
+                let message = format!("expected at most current_max_a, {most_a}, found {least_a}");
                 return Err(source.refuse("motor.esc_dc.current_min_a", message));
             }
-            Ok(Motor::EscDc(EscDc {
-                omega_max_rad_s: m.omega_max_rad_s.get(),
-                torque_constant_nm_a: m.torque_constant_nm_a.get(),
-                back_emf_constant_v_s_rad: m.back_emf_constant_v_s_rad.get(),
-                resistance_ohm: m.resistance_ohm.get(),
-                voltage_max_v: m.voltage_max_v.get(),
-                current_max_a: m.current_max_a.get(),
-                current_min_a: m.current_min_a.get(),
-                esc_gain_v_s_rad: m.esc_gain_v_s_rad.get(),
-                rotor_inertia_kg_m2: m.rotor_inertia_kg_m2.get(),
-            }))
+            Ok(Motor::EscDc(fields!(EscDc, m: omega_max_rad_s torque_constant_nm_a back_emf_constant_v_s_rad
+                resistance_ohm voltage_max_v current_max_a current_min_a esc_gain_v_s_rad rotor_inertia_kg_m2)))
         }
-        MotorJson::FirstOrder(m) => Ok(Motor::FirstOrder {
-            omega_max_rad_s: m.omega_max_rad_s.get(),
-            tau_up_s: m.tau_up_s.get(),
-            tau_down_s: m.tau_down_s.get(),
-            rotor_inertia_kg_m2: m.rotor_inertia_kg_m2.get(),
-        }),
+        MotorJson::FirstOrder(m) => {
+            Ok(fields!(Motor::FirstOrder, m: omega_max_rad_s tau_up_s tau_down_s rotor_inertia_kg_m2))
+        }
     }
 }
 

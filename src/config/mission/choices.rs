@@ -87,12 +87,6 @@ impl Mission {
         Ok(file)
     }
 
-    /// Notes what was chosen beside the files and decides what results hold (an option of the command line,
-    /// the hash of a trajectory). The input hash follows.
-    pub fn note_choice(&mut self, name: &str, value: &str) {
-        self.inputs.note(name, value);
-    }
-
     /// Hash of mission, vehicle and tables without the gains: the inputs of a search for gains.
     pub fn hash_without_gains(&self) -> String {
         self.inputs.hash_without_gains()

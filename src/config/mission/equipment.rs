@@ -1,6 +1,7 @@
 //! What is aboard: the battery and the errors of the sensors. A sensor that is not named has no errors (a
 //! barometer has its little noise).
 
+use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -134,18 +135,13 @@ struct GpsJson {
     delay_s: NonNegative<1>,
 }
 
-/// Where and when the sensors are, and for which PX4.
-pub(super) struct Place<'a> {
-    pub(super) environment: &'a Environment,
-    pub(super) epoch_unix_us: u64,
-    pub(super) px4: Px4Clock,
-}
-
-/// The sensors of a mission at its site.
+/// The sensors of a mission at its site, on the day of `epoch_unix_us`.
 pub(super) fn sensors(
     source: &Source,
     json: Option<&SensorsJson>,
-    place: &Place,
+    site: &Environment,
+    epoch_unix_us: u64,
+    px4: Px4Clock,
 ) -> Result<SensorSettings, ConfigError> {
     let mut settings = SensorSettings::default();
     let Some(sensors) = json else { return Ok(settings) };
@@ -168,7 +164,14 @@ pub(super) fn sensors(
         };
     }
     if let Some(m) = &sensors.magnetometer {
-        settings.magnetometer = magnetometer(source, m, place)?;
+        settings.magnetometer = Magnetometer {
+            period_us: m.rate_hz.map_or(0, period_us),
+            field_ned_gauss: match m.field {
+                FieldJson::Dipole => None,
+                FieldJson::WorldMagneticModel => Some(earths_field(source, site, epoch_unix_us, px4)?),
+            },
+            noise_gauss: m.noise_gauss.get(),
+        };
     }
     if let Some(b) = &sensors.barometer {
         settings.barometer = Barometer {
@@ -193,34 +196,20 @@ fn period_us<const LOW: u64, const HIGH: u64>(rate_hz: Count<LOW, HIGH>) -> u64 
     (US_PER_S / rate_hz.get() as f64).round() as u64
 }
 
-/// A magnetometer in its field; Earth's is refused where gravity is not Earth's, unless it is so for PX4.
-fn magnetometer(
+/// Earth's magnetic field, NED [gauss], which is refused where gravity is not Earth's, unless it is so for PX4.
+fn earths_field(
     source: &Source,
-    magnetometer: &MagnetometerJson,
-    at: &Place,
-) -> Result<Magnetometer, ConfigError> {
-    let key = "sensors.magnetometer.field";
-    let field_ned_gauss = match magnetometer.field {
-        FieldJson::Dipole => None,
-        FieldJson::WorldMagneticModel => {
-            let gravity = at.environment.gravity_m_s2;
-            if !at.environment.has_earths_gravity() && at.px4 != Px4Clock::Froude {
-                let message = format!(
-                    "expected \"dipole\" where site.gravity_m_s2 is {gravity}: the World Magnetic Model is Earth's"
-                );
-                return Err(source.refuse(key, message));
-            }
-            let unix_s = at.epoch_unix_us as i64 / 1_000_000;
-            let field = earth_ned_gauss(&at.environment.anchor, unix_s).map_err(|e| {
-                let message = format!("{e}; the day is that of epoch_unix_us, the place the site's");
-                source.refuse(key, message)
-            })?;
-            Some(field)
-        }
-    };
-    Ok(Magnetometer {
-        period_us: magnetometer.rate_hz.map_or(0, period_us),
-        field_ned_gauss,
-        noise_gauss: magnetometer.noise_gauss.get(),
-    })
+    site: &Environment,
+    epoch_unix_us: u64,
+    px4: Px4Clock,
+) -> Result<Vector3<f64>, ConfigError> {
+    let refuse = |message| source.refuse("sensors.magnetometer.field", message);
+    if !site.has_earths_gravity() && px4 != Px4Clock::Froude {
+        return Err(refuse(format!(
+            "expected \"dipole\" where site.gravity_m_s2 is {}: the World Magnetic Model is Earth's",
+            site.gravity_m_s2
+        )));
+    }
+    earth_ned_gauss(&site.anchor, epoch_unix_us as i64 / 1_000_000)
+        .map_err(|e| refuse(format!("{e}; the day is that of epoch_unix_us, the place the site's")))
 }

@@ -162,7 +162,6 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
     release.check_duration(&source, json.duration_s.get())?;
     let gravity_m_s2 = site.environment.gravity_m_s2;
     let px4 = Px4::from_json(&source, json.px4_clock, json.px4_params.as_deref(), gravity_m_s2)?;
-    let place = equipment::Place { environment: &site.environment, epoch_unix_us, px4: px4.clock };
     Ok(Mission {
         name: json.name.0,
         vehicle_name: vehicle.name,
@@ -176,7 +175,13 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
         limits: Limits::from_json(&json.limits, &target_v_ned),
         control: Control::from_json(&json.control, gains),
         study: Study::from_json(&source, &json.tuning, &json.monte_carlo)?,
-        sensors: equipment::sensors(&source, json.sensors.as_ref(), &place)?,
+        sensors: equipment::sensors(
+            &source,
+            json.sensors.as_ref(),
+            &site.environment,
+            epoch_unix_us,
+            px4.clock,
+        )?,
         battery: json.battery.as_ref().map(equipment::battery),
         site,
         release,
@@ -282,7 +287,16 @@ impl Mission {
 
     /// The purpose that a parameter file must have for a PX4 to fly this mission with it.
     pub fn px4_purpose(&self) -> Purpose {
-        self.px4.purpose()
+        match self.px4.clock {
+            Px4Clock::Real => Purpose::Px4,
+            Px4Clock::Froude => Purpose::Px4Froude,
+        }
+    }
+
+    /// Notes what was chosen beside the files and decides what results hold (an option of the command line,
+    /// the hash of a trajectory). The input hash follows.
+    pub fn note_choice(&mut self, name: &str, value: &str) {
+        self.inputs.note(name, value);
     }
 
     /// The origin that the mission's result files name.

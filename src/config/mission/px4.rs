@@ -7,7 +7,6 @@ use serde::Deserialize;
 
 use crate::config::error::ConfigError;
 use crate::config::source::Source;
-use crate::params::Purpose;
 
 /// Connection of a PX4, which takes 9.80665 m/s^2 for gravity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -47,13 +46,5 @@ impl Px4 {
             return Err(source.refuse("px4_clock", message));
         }
         Ok(Self { clock, params: params.map(|path| source.resolve(path)) })
-    }
-
-    /// The purpose that a parameter file must have for a PX4 to fly the mission with it.
-    pub(super) fn purpose(&self) -> Purpose {
-        match self.clock {
-            Px4Clock::Real => Purpose::Px4,
-            Px4Clock::Froude => Purpose::Px4Froude,
-        }
     }
 }

@@ -10,6 +10,7 @@ use std::fmt::{Debug, Write};
 use super::{Mission, PlanInitial, PlanSettings};
 use crate::assess::paper::STUDY_SHA256;
 use crate::config::source::sha256;
+use crate::model::motor::EscDc;
 use crate::model::{Motor, RotationSense, Rotor, Vehicle};
 use crate::plan::InputReference;
 
@@ -56,6 +57,14 @@ impl Mission {
     pub fn is_the_papers_study(&self) -> bool {
         sha256(&self.study_numbers()) == STUDY_SHA256
     }
+}
+
+/// Puts all fields of a struct; a test sees to the names, which are not to change with the code.
+macro_rules! put_fields {
+    ($text:ident, $section:literal, $type:ident $value:ident: $($field:ident)*) => {{
+        let $type { $($field),* } = $value;
+        $($text.put(concat!($section, ".", stringify!($field)), $field);)*
+    }};
 }
 
 /// Lines of `name=value`.
@@ -130,33 +139,16 @@ impl Numbers {
     }
 
     fn motor(&mut self, motor: &Motor) {
-        let (model, numbers) = match *motor {
-            Motor::EscDc(m) => (
-                "esc_dc",
-                vec![
-                    ("omega_max_rad_s", m.omega_max_rad_s),
-                    ("torque_constant_nm_a", m.torque_constant_nm_a),
-                    ("back_emf_constant_v_s_rad", m.back_emf_constant_v_s_rad),
-                    ("resistance_ohm", m.resistance_ohm),
-                    ("voltage_max_v", m.voltage_max_v),
-                    ("current_max_a", m.current_max_a),
-                    ("current_min_a", m.current_min_a),
-                    ("esc_gain_v_s_rad", m.esc_gain_v_s_rad),
-                    ("rotor_inertia_kg_m2", m.rotor_inertia_kg_m2),
-                ],
-            ),
-            Motor::FirstOrder { omega_max_rad_s, tau_up_s, tau_down_s, rotor_inertia_kg_m2 } => (
-                "first_order",
-                vec![
-                    ("omega_max_rad_s", omega_max_rad_s),
-                    ("tau_up_s", tau_up_s),
-                    ("tau_down_s", tau_down_s),
-                    ("rotor_inertia_kg_m2", rotor_inertia_kg_m2),
-                ],
-            ),
-        };
-        for (name, value) in numbers {
-            self.put(&format!("vehicle.motor.{model}.{name}"), value);
+        match motor {
+            Motor::EscDc(motor) => put_fields!(self, "vehicle.motor.esc_dc", EscDc motor: omega_max_rad_s
+                torque_constant_nm_a back_emf_constant_v_s_rad resistance_ohm voltage_max_v current_max_a
+                current_min_a esc_gain_v_s_rad rotor_inertia_kg_m2),
+            Motor::FirstOrder { omega_max_rad_s, tau_up_s, tau_down_s, rotor_inertia_kg_m2 } => {
+                self.put("vehicle.motor.first_order.omega_max_rad_s", omega_max_rad_s);
+                self.put("vehicle.motor.first_order.tau_up_s", tau_up_s);
+                self.put("vehicle.motor.first_order.tau_down_s", tau_down_s);
+                self.put("vehicle.motor.first_order.rotor_inertia_kg_m2", rotor_inertia_kg_m2);
+            }
         }
     }
 

@@ -28,9 +28,7 @@ fn load(file: &Path) -> Result<(), ConfigError> {
 fn check(file: &Path) -> Result<(), TestCaseError> {
     let Err(error) = load(file) else { return Ok(()) };
     prop_assert!(!error.to_string().is_empty());
-    if let ConfigError::Json { file, line, column, .. } | ConfigError::Table { file, line, column, .. } =
-        error
-    {
+    if let ConfigError::Content { file, line, column, .. } = error {
         let text = std::fs::read_to_string(&file).unwrap();
         let lines: Vec<&str> = text.split('\n').collect();
         prop_assert!((1..=lines.len() + 1).contains(&line), "line {line} of {}", lines.len());

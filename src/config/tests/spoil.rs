@@ -85,7 +85,7 @@ impl<T> Spoilt<T> {
         let error = self.loaded.err().expect("it was accepted");
         let shown = error.to_string();
         match error {
-            ConfigError::Json { file, line, column, json_path, message } => {
+            ConfigError::Content { file, line, column, json_path, message } => {
                 assert_eq!((line, column), place(&self.text, needle, skip), "{json_path}: {message}");
                 assert_eq!(json_path, path, "{message}");
                 assert!(message.contains(says), "{message}");

@@ -83,7 +83,7 @@ fn regress_the_file_as_it_looks() {
 #[track_caller]
 fn refused(text: &str, place: (usize, usize), says: &str) {
     match read(text).unwrap_err() {
-        ConfigError::Table { line, column, message, .. } => {
+        ConfigError::Content { line, column, message, .. } => {
             assert_eq!((line, column), place, "{message}");
             assert!(message.contains(says), "{message}");
         }

@@ -22,7 +22,7 @@ fn x500(from: &str, to: &str) -> Spoilt<VehicleFile> {
 #[track_caller]
 fn assert_table(loaded: Result<VehicleFile, ConfigError>, at: (usize, usize), says: &str) {
     match loaded.unwrap_err() {
-        ConfigError::Table { file, line, column, message } => {
+        ConfigError::Content { file, line, column, message, .. } => {
             assert!(file.ends_with("titan_rotor.csv"));
             assert_eq!((line, column), at, "{message}");
             assert!(message.contains(says), "{message}");
@@ -38,8 +38,6 @@ fn reference_titan_loads_with_its_static_thrust() {
     assert!((titan.vehicle.static_thrust_n(5.4) - 431.96945384024576).abs() < 1e-10);
     let hover = (790.0f64 * 1.35 / (4.0 * 431.96945384024576)).sqrt();
     assert!((hover - 0.785641).abs() < 1e-6);
-    assert_eq!(titan.rotor_radius_m, Some(0.65));
-    assert_eq!(titan.input_hash.len(), 64);
 }
 
 /// Values of the table between its nodes, as an independent implementation interpolates them.
