@@ -256,19 +256,15 @@ fn check_type(entry: &Entry, value: Value) -> Result<(), Refusal> {
 }
 
 fn check(entry: &Entry, value: Value) -> Result<(), Refusal> {
-    let name = || entry.name.clone();
     check_type(entry, value)?;
-    if !value.as_f64().is_finite() {
-        return Err(Refusal::OutOfRange { name: name(), value, range: range_in_words(&entry.known) });
+    let (name, x) = (entry.name.clone(), value.as_f64());
+    if x.is_finite() && same(value, entry.value) {
+        Ok(())
+    } else if x.is_finite() && !entry.role.is_settable() {
+        Err(Refusal::ReadOnly { name, why: entry.role.words() })
+    } else if !(x.is_finite() && entry.known.contains(x)) {
+        Err(Refusal::OutOfRange { name, value, range: range_in_words(&entry.known) })
+    } else {
+        Ok(())
     }
-    if same(value, entry.value) {
-        return Ok(());
-    }
-    if !entry.role.is_settable() {
-        return Err(Refusal::ReadOnly { name: name(), why: entry.role.words() });
-    }
-    if !entry.known.contains(value.as_f64()) {
-        return Err(Refusal::OutOfRange { name: name(), value, range: range_in_words(&entry.known) });
-    }
-    Ok(())
 }

@@ -1,6 +1,6 @@
 //! The declaration as a page: `docs/parameters.md`.
 
-use super::table::{Declaration, Role, TABLE};
+use super::table::{Declaration, Role, table};
 use super::{described, range_in_words};
 use crate::autopilot::Settings;
 use crate::control::Gains;
@@ -24,7 +24,7 @@ stands for a rotor's number.
 /// The page, in Markdown.
 pub fn markdown() -> String {
     let metadata = Metadata::px4();
-    let rows = TABLE.iter().filter_map(|declared| Some(row(declared, &described(declared, &metadata)?)));
+    let rows = table().filter_map(|declared| Some(row(&declared, &described(&declared, &metadata)?)));
     std::iter::once(HEAD.to_owned()).chain(rows).collect()
 }
 

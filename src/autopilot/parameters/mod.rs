@@ -24,7 +24,7 @@ mod tests;
 use std::collections::BTreeMap;
 
 pub use change::Refusal;
-use table::{Declaration, ESTIMATOR, GPS_DELAY, Role, TABLE};
+use table::{Declaration, ESTIMATOR, GPS_DELAY, Role, table};
 
 use super::estimator::EstimatorSettings;
 use super::settings::{SETPOINT_TIMEOUT_US, Settings};
@@ -70,10 +70,9 @@ impl Parameters {
         let metadata = Metadata::px4();
         let rotors = subject.vehicle.rotors.len();
         let defaults = Settings::beside(subject.gains);
-        let mut entries: Vec<Entry> = TABLE
-            .iter()
+        let mut entries: Vec<Entry> = table()
             .flat_map(|declared| names(declared.name, rotors).map(move |name| (declared, name)))
-            .filter_map(|(declared, name)| entry(declared, name, &exported, &metadata, system_id, &defaults))
+            .filter_map(|(declared, name)| entry(&declared, name, &exported, &metadata, system_id, &defaults))
             .collect();
         entries.sort_by(|a, b| a.name.cmp(&b.name));
         let units = NormalisedUnits::of(subject.vehicle, subject.environment.density_kg_m3)?;
