@@ -97,12 +97,8 @@ impl Action {
 
     /// What a mode amounts to: a failsafe milder than that does not take its place.
     pub fn of_mode(mode: FlightMode) -> Self {
-        match mode {
-            FlightMode::AutoLoiter => Self::Hold,
-            FlightMode::AutoRtl => Self::Return,
-            FlightMode::AutoLand => Self::Land,
-            _ => Self::Nothing,
-        }
+        let flown = [Self::Hold, Self::Return, Self::Land];
+        flown.into_iter().find(|action| action.mode() == Some(mode)).unwrap_or(Self::Nothing)
     }
 }
 

@@ -64,7 +64,7 @@ pub(super) fn load_named_gains(
 ) -> Result<GainsFile, ConfigError> {
     let source = Source::read(path, "gains file", named_in)?;
     let json: GainsJson = source.parse()?;
-    hash.absorb("gains", &source);
+    hash.absorb("gains", &source.text);
     Ok(GainsFile { gains: json.gains(), name: json.name.0 })
 }
 

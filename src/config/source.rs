@@ -62,17 +62,13 @@ impl Source {
         }
         let mut json = serde_json::Deserializer::from_str(&self.text);
         let mut track = serde_path_to_error::Track::new();
-        let value = T::deserialize(serde_path_to_error::Deserializer::new(&mut json, &mut track));
-        match value {
-            Ok(value) => match json.end() {
-                Ok(()) => Ok(value),
-                Err(e) => {
-                    let message = "text after the end of the document; expected nothing more".to_owned();
-                    Err(self.error(self.offset(e.line(), e.column()), String::new(), message))
-                }
-            },
-            Err(e) => Err(self.explain(&e, track.path().to_string())),
-        }
+        let value = T::deserialize(serde_path_to_error::Deserializer::new(&mut json, &mut track))
+            .map_err(|e| self.explain(&e, track.path().to_string()))?;
+        json.end().map_err(|e| {
+            let message = "text after the end of the document; expected nothing more".to_owned();
+            self.error(self.offset(e.line(), e.column()), String::new(), message)
+        })?;
+        Ok(value)
     }
 
     /// A parser's error with its place and the path of the value that it was in.
@@ -140,13 +136,9 @@ impl Source {
 pub(super) struct InputHash(Sha256);
 
 impl InputHash {
-    /// Takes a file in: its role, its length, its bytes - so that no two sets of files look alike.
-    pub(super) fn absorb(&mut self, role: &str, source: &Source) {
-        self.absorb_text(role, &source.text);
-    }
-
-    /// As [`Self::absorb`], for a text that is no file.
-    pub(super) fn absorb_text(&mut self, role: &str, text: &str) {
+    /// Takes the text of a file or of a choice in: its role, its length, its bytes - so that no two sets of
+    /// inputs look alike.
+    pub(super) fn absorb(&mut self, role: &str, text: &str) {
         self.0.update(format!("{role} {}\n", text.len()));
         self.0.update(text);
     }

@@ -79,7 +79,7 @@ pub(super) fn load_named_vehicle(
 ) -> Result<VehicleFile, ConfigError> {
     let source = Source::read(path, "vehicle file", named_in)?;
     let json: VehicleJson = source.parse()?;
-    hash.absorb("vehicle", &source);
+    hash.absorb("vehicle", &source.text);
     let rotor = build_rotor(&source, &json.rotor, hash)?;
     let motor = build_motor(&source, &json.motor)?;
     let options = VehicleOptions {
@@ -259,7 +259,7 @@ fn build_rotor(source: &Source, json: &RotorModelJson, hash: &mut InputHash) -> 
         RotorModelJson::Table(t) => {
             let file = Source::read(&source.resolve(&t.file), "rotor table", Some(&source.file))?;
             let table = rotor_table::parse(&file, t.density_kg_m3.get())?;
-            hash.absorb("rotor table", &file);
+            hash.absorb("rotor table", &file.text);
             Ok(Rotor::Table(table))
         }
         RotorModelJson::Quadratic(q) => Ok(Rotor::Quadratic {

@@ -75,13 +75,9 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
 }
 
 impl Campaign<'_> {
-    fn autopilot(&self) -> &'static str {
-        self.pilot.name()
-    }
-
     fn name(&self) -> String {
         let gains = self.mission.control.gains_name.trim_end_matches(".params");
-        format!("drops_{}_{gains}", self.autopilot())
+        format!("drops_{}_{gains}", self.pilot.name())
     }
 
     /// Flies one trial, reported as `samara drop` reports it, all files kept.
@@ -99,9 +95,9 @@ impl Campaign<'_> {
         let mut tally = DropTally::default();
         tally.push(&trial);
         print(&if self.args.mission.json {
-            drops_json(&self.mission, self.autopilot(), &tally)
+            drops_json(&self.mission, self.pilot.name(), &tally)
         } else {
-            format!("\n{}{}", header(&self.mission, self.autopilot()), row(&trial))
+            format!("\n{}{}", header(&self.mission, self.pilot.name()), row(&trial))
         })?;
         Ok(Answer::from(!tally.any_failed()))
     }
@@ -125,7 +121,7 @@ impl Campaign<'_> {
         let csv = format!("{}.csv", self.name());
         let mut file = folder.continued(&csv, 0)?;
         let mut write = |text: &str| file.write_all(text.as_bytes()).context(csv.clone()).bad_input();
-        write(&header(&self.mission, self.autopilot()))?;
+        write(&header(&self.mission, self.pilot.name()))?;
         let (next, mut tally, mut by) = (AtomicU64::new(0), DropTally::default(), None);
         let (done, comes) = mpsc::channel();
         let written = std::thread::scope(|scope| {
@@ -161,14 +157,14 @@ impl Campaign<'_> {
         });
         written?;
         let mut circumstances =
-            vec![("trials", trials.to_string()), ("autopilot", self.autopilot().to_owned())];
+            vec![("trials", trials.to_string()), ("autopilot", self.pilot.name().to_owned())];
         circumstances.extend(by.and_then(|by| by.version).map(|version| ("autopilot_version", version)));
         folder.write_manifest(&self.name(), &self.mission, &circumstances)?;
         print(&if self.args.mission.json {
-            drops_json(&self.mission, self.autopilot(), &tally)
+            drops_json(&self.mission, self.pilot.name(), &tally)
         } else {
             let place = folder.path().join(&csv);
-            let table = drops_text(&self.mission, self.autopilot(), &tally);
+            let table = drops_text(&self.mission, self.pilot.name(), &tally);
             format!("{table}\nlines in {}\n", place.display())
         })?;
         let complete = tally.flown() == trials;
@@ -225,10 +221,11 @@ impl Campaign<'_> {
         if stop.load(Ordering::Relaxed) {
             return None;
         }
-        let concluded =
-            flown.as_ref().map(|flown| (Conclusion::new(&mission, Some(&self.planned), flown), flown));
-        let (mut trial, conclusion) = match concluded {
-            Ok((conclusion, flown)) => (self.judge(&drawn, &conclusion, flown), Some(conclusion)),
+        let (mut trial, conclusion) = match &flown {
+            Ok(flown) => {
+                let conclusion = Conclusion::new(&mission, Some(&self.planned), flown);
+                (self.judge(&drawn, &conclusion, flown), Some(conclusion))
+            }
             Err(why) => (failed(why), None),
         };
         if let Some(failure) = &mut trial.failure {

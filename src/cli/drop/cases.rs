@@ -11,6 +11,7 @@ use crate::cli::narrator::Narrator;
 use crate::cli::pilot::{Flight, Pilot, Reference};
 use crate::cli::planning::Planned;
 use crate::cli::results::OutputFolder;
+use crate::cli::terminal::print;
 use samara::assess::Verdict;
 use samara::units::DEG_PER_RAD;
 
@@ -66,7 +67,11 @@ pub fn run(
     folder.write_text("cases.csv", &csv)?;
     folder.write_text("cases.json", &all(&kept))?;
     folder.write_manifest("cases", mission, &args.circumstances())?;
-    folder.print_result(args.mission.json, || all(&objects), String::new)?;
+    if args.mission.json {
+        print(&all(&objects))?;
+    } else {
+        print(&format!("results in {}\n", folder.path().display()))?;
+    }
     Ok(Answer::from(all_well))
 }
 

@@ -22,8 +22,7 @@ pub trait Pilot: Sync {
 
     /// Refuses a mission that cannot be flown, before anything is started: what is wrong is wrong for every
     /// flight. Prints what there is to remark on the parameters that the pilot is given.
-    fn check(&self, mission: &Mission, trajectory: &Trajectory) -> Result<(), Failure> {
-        let _ = (mission, trajectory);
+    fn check(&self, _mission: &Mission, _trajectory: &Trajectory) -> Result<(), Failure> {
         Ok(())
     }
 
@@ -33,8 +32,7 @@ pub trait Pilot: Sync {
     }
 
     /// Refuses an instance whose number or ports are taken.
-    fn check_instance(&self, instance: u16) -> Result<(), Failure> {
-        let _ = instance;
+    fn check_instance(&self, _instance: u16) -> Result<(), Failure> {
         Ok(())
     }
 

@@ -85,7 +85,7 @@ impl Inputs {
     fn absorb(&mut self, name: &str, value: &str) {
         let mut hash = InputHash::default();
         hash.follow(&self.hash);
-        hash.absorb_text(name, value);
+        hash.absorb(name, value);
         self.hash = hash.hex();
     }
 
@@ -93,7 +93,7 @@ impl Inputs {
     pub(super) fn absorb_file(&mut self, role: &str, source: &Source) {
         let mut hash = self.hash_without_gains.clone();
         hash.follow(&self.hash);
-        hash.absorb(role, source);
+        hash.absorb(role, &source.text);
         self.hash = hash.hex();
     }
 }

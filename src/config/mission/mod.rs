@@ -150,7 +150,7 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
     let source = Source::read(path, "mission file", None)?;
     let json: MissionJson = source.parse()?;
     let mut hash = InputHash::default();
-    hash.absorb("mission", &source);
+    hash.absorb("mission", &source.text);
     let vehicle_file = source.resolve(&json.vehicle);
     let vehicle = load_named_vehicle(&vehicle_file, Some(path), &mut hash)?;
     let (inputs, gains) = Inputs::of_files(&source.resolve(&json.gains), path, hash)?;

@@ -24,7 +24,7 @@ pub enum Cpu {
 }
 
 /// Keeps this thread, and what it starts meanwhile, on one processor, as long as the value lives.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Pinned {
     #[cfg(target_os = "linux")]
     before: Option<CpuSet>,
@@ -37,10 +37,10 @@ pub struct Pinned {
 impl Pinned {
     /// Pins the calling thread for an instance.
     pub fn pin(cpu: Cpu, instance: u16) -> Result<Self> {
-        let had = match cpu {
-            Cpu::Any => return Ok(Self { before: None, aside: None }),
-            _ => sched_getaffinity(None).context(BY_THE_SYSTEM)?,
-        };
+        if cpu == Cpu::Any {
+            return Ok(Self::default());
+        }
+        let had = sched_getaffinity(None).context(BY_THE_SYSTEM)?;
         let allowed: Vec<usize> = (0..CpuSet::MAX_CPU).filter(|n| had.is_set(*n)).collect();
         let chosen = match cpu {
             // From the last one on: the first has the system's interrupts.
@@ -48,7 +48,7 @@ impl Pinned {
             Cpu::Number(n) => Some(n),
             Cpu::Any => None,
         };
-        let Some(chosen) = chosen else { return Ok(Self { before: None, aside: None }) };
+        let Some(chosen) = chosen else { return Ok(Self::default()) };
         if !allowed.contains(&chosen) {
             bail!("--cpu {chosen}: {} expected", list(&allowed));
         }
