@@ -83,9 +83,9 @@ pub(super) const ESTIMATOR: &str = "EKF2_EN";
 /// How old a satellite fix is when it comes [ms].
 pub(super) const GPS_DELAY: &str = "EKF2_GPS_DELAY";
 
-/// Every parameter, by name: a line of `table.csv` each, with its role, what the role is of (a value, a leader),
-/// and the least and greatest value where PX4's do not fit. Gains of a vehicle that is no PX4 quadrotor lie
-/// outside PX4's ranges: any that is not negative is taken, and a slip of some decimals is not.
+/// Every parameter, by name: a line of `table.csv` each, with its role, what the role is of (a value, a
+/// leader), and the least and greatest value where PX4's do not fit. Gains of a vehicle that is no PX4
+/// quadrotor lie outside PX4's ranges: any that is not negative is taken, and a slip of some decimals is not.
 pub fn table() -> impl Iterator<Item = Declaration> {
     include_str!("table.csv").lines().skip(1).filter_map(declaration)
 }

@@ -196,7 +196,8 @@ fn period_us<const LOW: u64, const HIGH: u64>(rate_hz: Count<LOW, HIGH>) -> u64 
     (US_PER_S / rate_hz.get() as f64).round() as u64
 }
 
-/// Earth's magnetic field, NED [gauss], which is refused where gravity is not Earth's, unless it is so for PX4.
+/// Earth's magnetic field, NED [gauss], which is refused where gravity is not Earth's, unless it is so for
+/// PX4.
 fn earths_field(
     source: &Source,
     site: &Environment,

@@ -10,8 +10,8 @@ use std::fmt::{Debug, Write};
 use super::{Mission, PlanInitial, PlanSettings};
 use crate::assess::paper::STUDY_SHA256;
 use crate::config::source::sha256;
-use crate::model::motor::EscDc;
-use crate::model::{Motor, RotationSense, Rotor, Vehicle};
+
+use crate::model::{EscDc, Motor, RotationSense, Rotor, Vehicle};
 use crate::plan::InputReference;
 
 impl Mission {
