@@ -89,7 +89,7 @@ impl ControlLoops {
                 self.track(state, target, yaw);
             }
             OffboardSetpoint::Place { p, v, a, yaw, .. } => {
-                let target = target_of_place(state, (p, v, a), &settings.position, &settings.greatest);
+                let target = target_of_place(state, [p, v, a], &settings.position, &settings.greatest);
                 self.track(state, target, yaw);
             }
             OffboardSetpoint::Attitude { q_ned_from_body, collective } => {
@@ -104,7 +104,7 @@ impl ControlLoops {
     /// One step to where an automatic mode goes.
     pub fn follow(&mut self, state: &StepState<'_>, guidance: &Guidance, settings: &Settings) {
         let v = [0, 1, 2].map(|i| Some(guidance.v_ned[i]));
-        let place = (guidance.p_ned, v, [None; 3]);
+        let place = [guidance.p_ned, v, [None; 3]];
         let target = target_of_place(state, place, &settings.position, &guidance.limits);
         self.track(state, target, guidance.yaw);
     }
@@ -158,7 +158,7 @@ impl ControlLoops {
 /// acceleration alone flies at the velocity that it has, so that nothing but that acceleration is asked for.
 fn target_of_place(
     state: &StepState<'_>,
-    (p, v, a): ([Option<f64>; 3], [Option<f64>; 3], [Option<f64>; 3]),
+    [p, v, a]: [[Option<f64>; 3]; 3],
     gains: &PositionGains,
     limits: &VelocityLimits,
 ) -> VelocityTarget {
