@@ -351,8 +351,9 @@ fn build_motor(source: &Source, json: &MotorJson) -> Result<Motor, ConfigError> 
                 let message = format!("expected at most current_max_a, {most_a}, found {least_a}");
                 return Err(source.refuse("motor.esc_dc.current_min_a", message));
             }
-            Ok(Motor::EscDc(fields!(EscDc, m: omega_max_rad_s torque_constant_nm_a back_emf_constant_v_s_rad
-                resistance_ohm voltage_max_v current_max_a current_min_a esc_gain_v_s_rad rotor_inertia_kg_m2)))
+            Ok(Motor::EscDc(fields!(EscDc, m: omega_max_rad_s torque_constant_nm_a
+                back_emf_constant_v_s_rad resistance_ohm voltage_max_v current_max_a current_min_a
+                esc_gain_v_s_rad rotor_inertia_kg_m2)))
         }
         MotorJson::FirstOrder(m) => {
             Ok(fields!(Motor::FirstOrder, m: omega_max_rad_s tau_up_s tau_down_s rotor_inertia_kg_m2))
