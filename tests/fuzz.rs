@@ -9,8 +9,8 @@ mod targets;
 use std::fs;
 use std::path::Path;
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
+use chacha20::ChaCha8Rng;
+use chacha20::rand_core::{Rng as _, SeedableRng as _};
 
 /// Mutations of all inputs of a target together; another number by SAMARA_FUZZ_MUTATIONS.
 const MUTATIONS: usize = 1_000;

@@ -144,14 +144,21 @@ impl<W: Write> FlightCsv<W> {
 
     /// Appends a number and a comma.
     fn number(&mut self, x: f64) {
-        if x == 0.0 {
-            // Most fields of a flight in the plane. (-0 is written as 0.)
-            self.row.push_str("0.0,");
-        } else {
-            // `{:?}` is the shortest text that reads back to the same number. Writing to a String cannot
-            // fail.
-            let _ = write!(self.row, "{x:?},");
-        }
+        push_number(&mut self.row, x);
+        self.row.push(',');
+    }
+}
+
+/// Appends the shortest text that reads back to the same number, as `{:?}` does; -0 as 0.
+fn push_number(row: &mut String, x: f64) {
+    if x == 0.0 {
+        // Most fields of a flight in the plane.
+        row.push_str("0.0");
+    } else if (1e-5..1e-4).contains(&x.abs()) {
+        // `{:?}` has an exponent here, ryu has none. Writing to a String cannot fail.
+        let _ = write!(row, "{x:?}");
+    } else {
+        row.push_str(ryu::Buffer::new().format(x));
     }
 }
 
@@ -160,5 +167,24 @@ fn phase_name(phase: Phase) -> &'static str {
         Phase::Hanging => "hanging",
         Phase::Falling => "falling",
         Phase::Powered => "powered",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::push_number;
+
+    proptest! {
+        #[test]
+        fn prop_a_number_is_written_as_debug_writes_it(x in any::<f64>(), exponent in -30..30i32) {
+            for x in [x, 1.0 / x, (x % 1.0) * 10f64.powi(exponent), 10f64.powi(exponent), f64::from(exponent)] {
+                let mut row = String::new();
+                push_number(&mut row, x);
+                let wanted = if x == 0.0 { "0.0".to_owned() } else { format!("{x:?}") };
+                prop_assert_eq!(row, wanted);
+            }
+        }
     }
 }

@@ -1,10 +1,10 @@
 //! A hundred thousand bad frames from two peers while a drop is flown: the flight is the same to the bit,
 //! everything bad is counted by kind, and what is answered goes to whoever asked.
 
+use chacha20::ChaCha8Rng;
+use chacha20::rand_core::{Rng as _, SeedableRng as _};
 use mavlink::Message as _;
 use mavlink::dialects::common::*;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use samara::link::signing::Key;
 use samara::link::{
     Decoder, Encoder, EndpointId, Faults, Frame, Hub, HubConfig, Link, Lockstep, Party, Transmit,

@@ -1,9 +1,9 @@
 //! The flood against a vehicle with a key: whoever has it is answered, whoever has not is counted and changes
 //! nothing.
 
+use chacha20::ChaCha8Rng;
+use chacha20::rand_core::SeedableRng as _;
 use mavlink::dialects::common::*;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng as _;
 use samara::link::signing::Key;
 use samara::link::{
     AutopilotSession, Encoder, EndpointId, Faults, Frame, Hub, HubConfig, Link, Lockstep, Party, Transmit,

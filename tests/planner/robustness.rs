@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+use chacha20::ChaCha8Rng;
+use chacha20::rand_core::{Rng, SeedableRng};
 use samara::plan::{Guess, SolverOptions, Status, plan};
 use samara::units::RAD_PER_DEG;
 
