@@ -12,9 +12,8 @@ use samara::config::load_mission;
 use samara::control::{Airframe, Cascade};
 use samara::plan::{Guess, SolverOptions, plan};
 
-const TRIALS: u64 = 400;
-
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// Flies `trials` random releases for each swing [deg, 1 sigma], and prints a row for each.
+pub fn campaign(trials: u64, swings_deg: &[f64]) -> Result<Vec<Tally>, Box<dyn std::error::Error>> {
     let mission = load_mission("mission/titan_drop.json".as_ref())?;
     let plan = plan(&mission.plan_problem(), &Guess::StraightLine, &SolverOptions::default(), &mut |_| {
         ControlFlow::Continue(())
@@ -33,18 +32,25 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         controller: Box::new(Cascade::new(airframe, mission.control.gains, mission.control.limits)),
         reference: StudyReference::Optimal,
     };
-    println!("swing (1 sigma)   mean J_TPF    worst   safe of {TRIALS}");
-    for sigma_deg in [1.0f64, 3.0, 6.0, 9.0] {
+    println!("swing (1 sigma)   mean J_TPF    worst   safe of {trials}");
+    let mut rows = Vec::new();
+    for sigma_deg in swings_deg {
         let mut releases = mission.releases();
         releases.amplitude_sigma_rad = sigma_deg.to_radians();
-        let drawn: Vec<RandomRelease> = (0..TRIALS).map(|k| releases.draw(mission.seed, k)).collect();
+        let drawn: Vec<RandomRelease> = (0..trials).map(|k| releases.draw(mission.seed, k)).collect();
         let mut tally = Tally::default();
         for outcome in study.fly_releases(&entry, &drawn) {
             tally.push(outcome.j_tpf, 1.0);
         }
-        let j = tally.j_tpf;
-        let safe = TRIALS - tally.safe.misses();
+        let j = &tally.j_tpf;
+        let safe = trials - tally.safe.misses();
         println!("{sigma_deg:11.0} deg {:12.4} {:8.4} {safe:6}", j.mean(), j.max());
+        rows.push(tally);
     }
+    Ok(rows)
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    campaign(400, &[1.0, 3.0, 6.0, 9.0])?;
     Ok(())
 }

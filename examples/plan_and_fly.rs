@@ -7,15 +7,15 @@
 
 use std::ops::ControlFlow;
 
-use samara::assess::VerdictBuilder;
+use samara::assess::{Verdict, VerdictBuilder};
 use samara::config::load_mission;
 use samara::control::{Airframe, Cascade};
 use samara::plan::{Guess, SolverOptions, plan};
 use samara::report::{plan_text, verdict_text};
 use samara::sim::{FlightPlan, Reference, fly};
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let path = std::env::args().nth(1).unwrap_or_else(|| "mission/titan_drop.json".to_owned());
+/// Plans and flies the mission of a file.
+pub fn plan_and_fly(path: &str) -> Result<Verdict, Box<dyn std::error::Error>> {
     let mission = load_mission(path.as_ref())?;
 
     // The optimal trajectory from the release to the target velocity.
@@ -44,5 +44,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         });
     let verdict = verdict.finish().ok_or("the vehicle was never released")?;
     println!("{}", verdict_text(&verdict, &mission.limits.safety, verdict.steady_after_s.is_none()));
+    Ok(verdict)
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let path = std::env::args().nth(1);
+    plan_and_fly(path.as_deref().unwrap_or("mission/titan_drop.json"))?;
     Ok(())
 }

@@ -15,6 +15,7 @@ mod cli;
 #[cfg(all(feature = "files", feature = "link"))]
 mod command_long;
 mod drop_campaigns;
+mod examples;
 mod fuzz;
 mod lockstep;
 mod params;
