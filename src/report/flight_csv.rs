@@ -179,7 +179,8 @@ mod tests {
     proptest! {
         #[test]
         fn prop_a_number_is_written_as_debug_writes_it(x in any::<f64>(), exponent in -30..30i32) {
-            for x in [x, 1.0 / x, (x % 1.0) * 10f64.powi(exponent), 10f64.powi(exponent), f64::from(exponent)] {
+            let power = 10f64.powi(exponent);
+            for x in [x, 1.0 / x, (x % 1.0) * power, power, f64::from(exponent)] {
                 let mut row = String::new();
                 push_number(&mut row, x);
                 let wanted = if x == 0.0 { "0.0".to_owned() } else { format!("{x:?}") };
