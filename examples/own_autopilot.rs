@@ -58,9 +58,10 @@ fn measurement(m: &HIL_STATE_QUATERNION_DATA) -> Measurement {
 }
 
 /// Flies until the simulator ends: each HIL_SENSOR is answered with HIL_ACTUATOR_CONTROLS of its time, which
-/// keeps the lockstep. At `release_us` of simulated time the parachute, behind a UDP port of its own, is told
-/// to let go. Returns the number of answers.
+/// keeps the lockstep. At `release_us` of simulated time the parachute, behind a UDP port of its own, gets
+/// the command to let go. Returns the number of answers.
 pub fn fly(
+    system_id: u8,
     simulator: impl ToSocketAddrs,
     parachute: impl ToSocketAddrs,
     airframe: &Airframe,
@@ -71,7 +72,7 @@ pub fn fly(
     simulator.set_nodelay(true)?;
     let companion = UdpSocket::bind("127.0.0.1:0")?;
     companion.connect(parachute)?;
-    let (mut decoder, mut encoder) = (Decoder::new(), Encoder::new(1, 1));
+    let (mut decoder, mut encoder) = (Decoder::new(), Encoder::new(system_id, 1));
     let (mut state, mut answers, mut released) = (None, 0, false);
     let mut bytes = [0; 4096];
     loop {
@@ -90,7 +91,7 @@ pub fn fly(
                         // Component 161 is the parachute; param2 = 0 lets go.
                         let release = COMMAND_LONG_DATA {
                             command: MavCmd::MAV_CMD_DO_GRIPPER,
-                            target_system: 1,
+                            target_system: system_id,
                             target_component: 161,
                             ..COMMAND_LONG_DATA::default()
                         };
@@ -124,6 +125,6 @@ pub fn fly(
 fn main() -> Result<(), Failure> {
     let mission = samara::config::load_mission("mission/x500_drop.json".as_ref())?;
     let airframe = Airframe::new(&mission.vehicle, &mission.site.environment)?;
-    fly("127.0.0.1:4560", "127.0.0.1:14600", &airframe, mission.target_v_ned, 15_000_000)?;
+    fly(1, "127.0.0.1:4560", "127.0.0.1:14600", &airframe, mission.target_v_ned, 15_000_000)?;
     Ok(())
 }
