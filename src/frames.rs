@@ -10,6 +10,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::math;
 use crate::real::Real;
 
 /// A quaternion `[w, x, y, z]`, body to NED; not necessarily of unit length.
@@ -86,9 +87,9 @@ pub fn normalized(q: Quaternion) -> Quaternion {
 
 /// Roll, pitch, yaw [rad] to a quaternion (rotations in the order yaw, pitch, roll).
 pub fn quaternion_from_euler(roll: f64, pitch: f64, yaw: f64) -> Quaternion {
-    let (sr, cr) = (0.5 * roll).sin_cos();
-    let (sp, cp) = (0.5 * pitch).sin_cos();
-    let (sy, cy) = (0.5 * yaw).sin_cos();
+    let (sr, cr) = math::sin_cos(0.5 * roll);
+    let (sp, cp) = math::sin_cos(0.5 * pitch);
+    let (sy, cy) = math::sin_cos(0.5 * yaw);
     [
         cr * cp * cy + sr * sp * sy,
         sr * cp * cy - cr * sp * sy,
@@ -101,9 +102,9 @@ pub fn quaternion_from_euler(roll: f64, pitch: f64, yaw: f64) -> Quaternion {
 pub fn quaternion_from_rotation_vector(rotation: Vector3<f64>) -> Quaternion {
     let half = 0.5 * rotation.norm();
     // sin(x) / x, which is 1 to the last bit where the division would fail.
-    let sinc = if half < 1e-9 { 1.0 } else { half.sin() / half };
+    let sinc = if half < 1e-9 { 1.0 } else { math::sin(half) / half };
     let v = rotation * (0.5 * sinc);
-    [half.cos(), v.x, v.y, v.z]
+    [math::cos(half), v.x, v.y, v.z]
 }
 
 /// The rotation vector [rad] of a unit quaternion, at most pi long: the inverse of
@@ -113,12 +114,12 @@ pub fn rotation_vector(q: Quaternion) -> Vector3<f64> {
     let [w, x, y, z] = if q[0] < 0.0 { q.map(|c| -c) } else { q };
     let v = Vector3::new(x, y, z);
     let sin = v.norm();
-    if sin < 1e-12 { v * 2.0 } else { v * (2.0 * sin.atan2(w) / sin) }
+    if sin < 1e-12 { v * 2.0 } else { v * (2.0 * math::atan2(sin, w) / sin) }
 }
 
 /// Roll [rad], in (-pi, pi].
 pub fn roll(q: Quaternion) -> f64 {
-    (2.0 * (q[0] * q[1] + q[2] * q[3])).atan2(1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2]))
+    math::atan2(2.0 * (q[0] * q[1] + q[2] * q[3]), 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2]))
 }
 
 /// Lateral parts of a quaternion below this are the rounding of planar flight: sums over the rotors cancel to
@@ -129,9 +130,9 @@ const PLANAR_TOLERANCE: f64 = 1e-9;
 /// through the vertical and beyond, as the paper's planar angle does; otherwise Euler's, within +-pi/2.
 pub fn pitch(q: Quaternion) -> f64 {
     if q[1].abs().max(q[3].abs()) < PLANAR_TOLERANCE {
-        2.0 * q[2].atan2(q[0])
+        2.0 * math::atan2(q[2], q[0])
     } else {
-        (2.0 * (q[0] * q[2] - q[3] * q[1])).clamp(-1.0, 1.0).asin()
+        math::asin((2.0 * (q[0] * q[2] - q[3] * q[1])).clamp(-1.0, 1.0))
     }
 }
 
@@ -143,7 +144,7 @@ pub fn bank(q: Quaternion) -> f64 {
 
 /// Yaw (heading) [rad], in (-pi, pi], north to east positive.
 pub fn yaw(q: Quaternion) -> f64 {
-    (2.0 * (q[0] * q[3] + q[1] * q[2])).atan2(1.0 - 2.0 * (q[2] * q[2] + q[3] * q[3]))
+    math::atan2(2.0 * (q[0] * q[3] + q[1] * q[2]), 1.0 - 2.0 * (q[2] * q[2] + q[3] * q[3]))
 }
 
 /// An angle folded into [-pi, pi).
@@ -162,7 +163,11 @@ mod tests {
     fn closed_form_pitch_up_turns_the_nose_above_the_horizon() {
         let q = quaternion_from_euler(0.0, 0.3, 0.0);
         let nose_ned = rotate_ned_from_body(q, Vector3::x());
-        assert_relative_eq!(nose_ned, Vector3::new(0.3f64.cos(), 0.0, -(0.3f64.sin())), epsilon = 1e-15);
+        assert_relative_eq!(
+            nose_ned,
+            Vector3::new(math::cos(0.3f64), 0.0, -(math::sin(0.3f64))),
+            epsilon = 1e-15
+        );
     }
 
     #[test]
@@ -174,7 +179,7 @@ mod tests {
 
     #[test]
     fn closed_form_planar_pitch_counts_through_the_vertical() {
-        let q = [(2.0f64 / 2.0).cos(), 0.0, (2.0f64 / 2.0).sin(), 0.0];
+        let q = [math::cos(2.0f64 / 2.0), 0.0, math::sin(2.0f64 / 2.0), 0.0];
         assert_relative_eq!(pitch(q), 2.0, epsilon = 1e-15);
     }
 

@@ -8,6 +8,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`frames`], [`units`] | rotations, conversion factors |
+//! | [`math`] | elementary functions, the same on every machine |
 //! | [`real`], [`simd`], [`random`] | the scalar of the dynamics, wider registers, random numbers |
 //! | [`model`] | what flies: vehicle, air, parachute |
 //! | [`trajectory`] | a planned trajectory |
@@ -32,6 +33,7 @@ pub mod control;
 pub mod frames;
 #[cfg(feature = "link")]
 pub mod link;
+pub mod math;
 pub mod model;
 pub mod params;
 pub mod plan;

@@ -1,6 +1,7 @@
 //! Random numbers: ChaCha8 (Bernstein 2008), one stream of a seed for each use, so that no two uses disturb
 //! each other and each is the same wherever it runs.
 
+use crate::math;
 use chacha20::ChaCha8Rng;
 use chacha20::rand_core::{Rng as _, SeedableRng as _};
 use nalgebra::SVector;
@@ -51,7 +52,7 @@ impl Stream {
     /// Normal with mean 0 and standard deviation 1 (Box and Muller 1958, the first of the pair).
     pub fn normal(&mut self) -> f64 {
         let (u, v) = (1.0 - self.uniform(), self.uniform());
-        (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+        (-2.0 * math::ln(u)).sqrt() * math::cos(std::f64::consts::TAU * v)
     }
 
     /// `N` independent normal numbers with mean 0 and standard deviation 1.

@@ -50,7 +50,7 @@ impl Real for f64 {
     }
     #[inline(always)]
     fn atan2(self, x: Self) -> Self {
-        f64::atan2(self, x)
+        crate::math::atan2(self, x)
     }
 }
 

@@ -74,7 +74,7 @@ fn gains(particle: usize) -> Gains {
     let highest = [5.0, 0.5, 2.0, 5.0, 1.0, 3.0, 0.05];
     let mut k = [0.0; 7];
     for (j, k) in k.iter_mut().enumerate() {
-        let x = (particle as f64 + 1.0) * (2.0f64.powf(1.0 / (j as f64 + 2.0)));
+        let x = (particle as f64 + 1.0) * (samara::math::powf(2.0, 1.0 / (j as f64 + 2.0)));
         *k = highest[j] * (0.02 + 0.98 * x.fract());
     }
     Gains::longitudinal(k)

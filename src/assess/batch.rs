@@ -17,6 +17,7 @@ use nalgebra::Vector3;
 use super::SafetyLimits;
 use super::safety::{TrialOutcome, steady_within_m_s};
 use super::tracking::{DIVERGED, PITCH_MAX_RAD, SPEED_MAX_M_S};
+use crate::math;
 use crate::sim::planar::{Flight, LANES, Lanes, Model, NotPlanar, Observer, SetpointTable, State, fly};
 use crate::sim::{FlightPlan, Reference};
 use crate::trajectory::Trajectory;
@@ -198,7 +199,7 @@ impl<'a> Judge<'a> {
     fn outcome(&self, i: usize) -> Outcome {
         let limits = &self.study.limits;
         let speed = self.speed2[i].sqrt();
-        let pitch = 2.0 * self.q2[i].atan2(self.q0[i]);
+        let pitch = 2.0 * math::atan2(self.q2[i], self.q0[i]);
         let shares = [
             speed / limits.speed_m_s,
             pitch.abs() / limits.pitch_rad,

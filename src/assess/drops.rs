@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 
 use super::{SafetyLimits, Verdict, VerdictBuilder};
 use crate::frames::{pitch, rotate_ned_from_body};
+use crate::math;
 use crate::sim::{Phase, Sample};
 use crate::trajectory::Trajectory;
 
@@ -75,7 +76,7 @@ impl DropMeasure<'_> {
         }
         let tilt = |sample: &Sample| {
             let up_ned = rotate_ned_from_body(sample.state.body.q_ned_from_body, -Vector3::z());
-            (-up_ned.z).clamp(-1.0, 1.0).acos()
+            math::acos((-up_ned.z).clamp(-1.0, 1.0))
         };
         Some(DropOutcome {
             verdict,

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::estimator::NotAligned;
 use crate::control::Measurement;
 use crate::frames::rotate_ned_from_body;
+use crate::math;
 use crate::units::RAD_PER_DEG;
 
 /// The state must be younger than this to arm [us].
@@ -53,7 +54,7 @@ pub fn check_arming(
         return Err(ArmingRefusal::StaleState);
     }
     let up_ned = rotate_ned_from_body(measurement.q_ned_from_body, -Vector3::z());
-    if -up_ned.z < ARMING_TILT_RAD.cos() { Err(ArmingRefusal::Tilted) } else { Ok(()) }
+    if -up_ned.z < math::cos(ARMING_TILT_RAD) { Err(ArmingRefusal::Tilted) } else { Ok(()) }
 }
 
 #[cfg(test)]

@@ -99,6 +99,7 @@ impl Fence {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math;
     use proptest::prelude::*;
 
     fn polygon(corners: &[(f64, f64)]) -> Outline {
@@ -152,7 +153,7 @@ mod tests {
         ) {
             let corner = |i: usize| {
                 let angle = turn + core::f64::consts::TAU * i as f64 / n as f64;
-                Vector2::new(10.0 * angle.cos(), 10.0 * angle.sin())
+                Vector2::new(10.0 * math::cos(angle), 10.0 * math::sin(angle))
             };
             let p = Vector2::new(x, y);
             let side = |i: usize| (corner(i + 1) - corner(i)).perp(&(p - corner(i)));

@@ -12,6 +12,7 @@ use super::system::Stopwatch;
 use super::terminal::{print, print_err};
 use samara::config::{Mission, write_trajectory_csv};
 use samara::frames::normalized;
+use samara::math;
 use samara::model::trim;
 use samara::plan::{Guess, Plan, PlanProblem, Progress, SolverOptions, Status, plan};
 use samara::report::{plan_figure, plan_json, plan_text};
@@ -80,7 +81,7 @@ fn warn_of_x_ss(mission: &Mission) {
     let Ok(trim) = trim else { return };
     let q_ss = normalized([x_ss[0], x_ss[1], x_ss[2], x_ss[3]]);
     let cos_half: f64 = q_ss.iter().zip(trim.q_ned_from_body).map(|(a, b)| a * b).sum();
-    let off_rad = 2.0 * cos_half.abs().min(1.0).acos();
+    let off_rad = 2.0 * math::acos(cos_half.abs().min(1.0));
     if off_rad > X_SS_OFF_RAD {
         print_err(&format!(
             "samara: plan.x_ss is {:.1} deg off the steady state of this vehicle at the target (pitch {:.1} deg): is it another's? Left \

@@ -7,6 +7,7 @@ use proptest::prelude::*;
 use super::test_vehicles::{ARM_M, GRAVITY_M_S2, J_YY, MASS_KG, THRUST_LIMIT_N, cascade, lander};
 use super::{ControlLimits, Controller as _, Gains, Measurement, Setpoint};
 use crate::frames::quaternion_from_euler;
+use crate::math;
 
 /// The planar controller with its integrals.
 #[derive(Default)]
@@ -32,9 +33,9 @@ impl Planar {
         let up = GRAVITY_M_S2 - a_d;
         let up_max = 4.0 * THRUST_LIMIT_N / MASS_KG;
         let up_s = up.clamp(0.0, up_max);
-        let m_x = (up_s * limits.tilt_rad.tan()).min((up_max * up_max - up_s * up_s).max(0.0).sqrt());
+        let m_x = (up_s * math::tan(limits.tilt_rad)).min((up_max * up_max - up_s * up_s).max(0.0).sqrt());
         let a_ns = a_n.clamp(-m_x, m_x);
-        let theta_c = if up_s <= 1e-9 && a_ns == 0.0 { 0.0 } else { (-a_ns).atan2(up_s) };
+        let theta_c = if up_s <= 1e-9 && a_ns == 0.0 { 0.0 } else { math::atan2(-a_ns, up_s) };
         if !((up > up_max && e_d < 0.0) || (up < 0.0 && e_d > 0.0)) {
             self.i_d += k.k_ivz * e_d * dt;
         }

@@ -91,6 +91,7 @@ fn constrain_level(first: Vector2<f64>, second: Vector2<f64>, limit: f64) -> Vec
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math;
     use proptest::prelude::*;
 
     const GAINS: PositionGains = PositionGains { k_pxy: 0.5, k_pz: 2.0 };
@@ -139,7 +140,7 @@ mod tests {
             v += k_v * (v_sp - v) * dt;
             p += v * dt;
             let t = f64::from(step) * dt;
-            let exact = 1.0 - (1.0 + 0.5 * k_v * t) * (-0.5 * k_v * t).exp();
+            let exact = 1.0 - (1.0 + 0.5 * k_v * t) * math::exp(-0.5 * k_v * t);
             assert!((p - exact).abs() < 1e-3 && p < 1.0, "{t} s: {p} {exact}");
         }
         assert_eq!(PositionGains::beside(&Gains { k_pvx: 9.0, k_pvz: 9.0, ..inner }).k_pxy, 0.95);

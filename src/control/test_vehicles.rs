@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{Airframe, Cascade, ControlLimits, Gains, Measurement};
 use crate::frames::quaternion_from_euler;
+use crate::math;
 use crate::model::environment::GeoPoint;
 use crate::model::rigid_body::MassProperties;
 use crate::model::{BodyAero, Environment, Motor, RotationSense, Rotor, RotorMount, Vehicle, VehicleOptions};
@@ -22,7 +23,7 @@ pub(crate) fn site() -> Environment {
 fn aero(coefficients: [f64; 3]) -> BodyAero {
     let alpha: Vec<f64> = (0..=8).map(|i| (f64::from(i) / 4.0 - 1.0) * std::f64::consts::PI).collect();
     let [drag, lift, pitch] = coefficients.map(|c| {
-        let mut table: Vec<f64> = alpha.iter().map(|a| c * (2.0 * a).sin()).collect();
+        let mut table: Vec<f64> = alpha.iter().map(|a| c * math::sin(2.0 * a)).collect();
         table[8] = table[0];
         table
     });
@@ -77,7 +78,7 @@ pub(crate) fn ring(n: u32, [forward_m, right_m]: [f64; 2], lean: f64) -> Vehicle
     let mut vehicle = lander(true);
     vehicle.rotors = (0..n)
         .map(|i| {
-            let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(n)).sin_cos();
+            let (sin, cos) = math::sin_cos(std::f64::consts::TAU * f64::from(i) / f64::from(n));
             let spin = if i % 2 == 0 { RotationSense::Cw } else { RotationSense::Ccw };
             let lean = -lean * spin.sign();
             RotorMount {

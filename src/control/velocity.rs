@@ -13,6 +13,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::{Airframe, Gains};
+use crate::math;
 
 /// State of the velocity loop.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -64,7 +65,7 @@ impl VelocityLoop {
         let up = airframe.gravity_m_s2 - a.z;
         let up_max = airframe.up_max_m_s2();
         let up_s = up.min(up_max).max(0.0);
-        let level_max = (up_s * tilt_rad.tan()).min((up_max * up_max - up_s * up_s).max(0.0).sqrt());
+        let level_max = (up_s * math::tan(tilt_rad)).min((up_max * up_max - up_s * up_s).max(0.0).sqrt());
         let (level, clipped) = clip_radially(a.xy(), level_max);
         let bound = INTEGRAL_BOUND * up_max;
         if !((up > up_max && e.z < 0.0) || (up < 0.0 && e.z > 0.0)) {
@@ -93,12 +94,12 @@ impl ThrustVector {
     /// Roll and pitch [rad] that put the thrust along the wanted acceleration at the heading `yaw_rad`. In
     /// the plane, `theta_c = atan2(-a_N, up)`; level when nothing is wanted.
     pub fn roll_pitch(&self, yaw_rad: f64) -> (f64, f64) {
-        let (sin, cos) = yaw_rad.sin_cos();
+        let (sin, cos) = math::sin_cos(yaw_rad);
         let a = &self.acceleration_sp_ned;
         let (ahead, right) = (cos * a.x + sin * a.y, cos * a.y - sin * a.x);
         if self.up_m_s2 <= 1e-9 && ahead == 0.0 && right == 0.0 {
             return (0.0, 0.0);
         }
-        (right.atan2(ahead.hypot(self.up_m_s2)), (-ahead).atan2(self.up_m_s2))
+        (math::atan2(right, math::hypot(ahead, self.up_m_s2)), math::atan2(-ahead, self.up_m_s2))
     }
 }

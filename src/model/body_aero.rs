@@ -14,6 +14,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::ModelError;
 use super::spline::PeriodicSpline;
+use crate::math;
 use crate::real::Real;
 
 /// The body's coefficient tables and reference dimensions.
@@ -144,7 +145,7 @@ impl BodyAero {
                 hessian: [Matrix3::zeros(); 3],
             };
         }
-        let alpha = w.atan2(u);
+        let alpha = math::atan2(w, u);
         let r = r2.sqrt();
         let (cos, sin) = (u / r, w / r);
         let (d, l, m) = (self.c_drag.jet(alpha), self.c_lift.jet(alpha), self.c_pitch.jet(alpha));

@@ -4,6 +4,7 @@
 use nalgebra::Vector3;
 
 use super::ModelError;
+use crate::math;
 use crate::units::{DEG_PER_RAD, EARTH_RADIUS_M, RAD_PER_DEG, STANDARD_GRAVITY_M_S2};
 
 /// The site: gravity, density, wind, and the place of the local NED frame's origin on the globe.
@@ -35,7 +36,7 @@ impl GeoPoint {
     /// The point at `p_ned` [m] from this one: an equirectangular chart on a sphere of Earth's mean radius,
     /// good to millimetres over the kilometre of a drop. (Ground stations draw every site on Earth's map.)
     pub fn moved(&self, p_ned: &Vector3<f64>) -> Self {
-        let cos_lat = (self.latitude_deg * RAD_PER_DEG).cos();
+        let cos_lat = math::cos(self.latitude_deg * RAD_PER_DEG);
         Self {
             latitude_deg: self.latitude_deg + p_ned.x / EARTH_RADIUS_M * DEG_PER_RAD,
             longitude_deg: self.longitude_deg + p_ned.y / (EARTH_RADIUS_M * cos_lat) * DEG_PER_RAD,
@@ -99,7 +100,7 @@ impl Environment {
 
     /// The local position [m] of a point of the globe: the inverse of [`Environment::geo_point`].
     pub fn local_ned(&self, point: &GeoPoint) -> Vector3<f64> {
-        let cos_lat = (self.anchor.latitude_deg * RAD_PER_DEG).cos();
+        let cos_lat = math::cos(self.anchor.latitude_deg * RAD_PER_DEG);
         Vector3::new(
             (point.latitude_deg - self.anchor.latitude_deg) * RAD_PER_DEG * EARTH_RADIUS_M,
             (point.longitude_deg - self.anchor.longitude_deg) * RAD_PER_DEG * EARTH_RADIUS_M * cos_lat,

@@ -16,6 +16,7 @@ use nalgebra::Vector3;
 
 use super::ModelError;
 use super::environment::GeoPoint;
+use crate::math;
 use crate::units::RAD_PER_DEG;
 
 /// Field of the dipole at the equator [gauss].
@@ -23,7 +24,7 @@ const EQUATOR_FIELD_GAUSS: f64 = 0.312;
 
 /// The dipole's field at a latitude, NED [gauss].
 pub fn dipole_ned_gauss(latitude_deg: f64) -> Vector3<f64> {
-    let (sin, cos) = (latitude_deg * RAD_PER_DEG).sin_cos();
+    let (sin, cos) = math::sin_cos(latitude_deg * RAD_PER_DEG);
     Vector3::new(cos, 0.0, 2.0 * sin) * EQUATOR_FIELD_GAUSS
 }
 
@@ -65,7 +66,7 @@ pub fn earth_ned_gauss(point: &GeoPoint, unix_s: i64) -> Result<Vector3<f64>, Mo
     let years = (year - epoch) as f32 + year_share;
 
     // Geodetic to geocentric: radius, and the colatitude theta. phi: geodetic latitude.
-    let (sin_phi, cos_phi) = (point.latitude_deg as f32 * RAD_PER_DEG as f32).sin_cos();
+    let (sin_phi, cos_phi) = math::sin_cos_f32(point.latitude_deg as f32 * RAD_PER_DEG as f32);
     let height_m = point.altitude_m as f32;
     let vertical_m = SEMI_MAJOR_M / (1.0 - ECCENTRICITY_SQUARED * sin_phi * sin_phi).sqrt();
     let from_axis_m = (vertical_m + height_m) * cos_phi;
@@ -73,7 +74,7 @@ pub fn earth_ned_gauss(point: &GeoPoint, unix_s: i64) -> Result<Vector3<f64>, Mo
     let radius_m = (from_axis_m * from_axis_m + from_equator_m * from_equator_m).sqrt();
     let (sin_theta, cos_theta) = (from_axis_m / radius_m, from_equator_m / radius_m);
 
-    let longitude = (point.longitude_deg as f32 * RAD_PER_DEG as f32).sin_cos();
+    let longitude = math::sin_cos_f32(point.longitude_deg as f32 * RAD_PER_DEG as f32);
     let ratio = REFERENCE_RADIUS_M / radius_m;
     let [south, east, up] = geocentric_nt(file, years, ratio, (sin_theta, cos_theta), longitude);
 
@@ -239,7 +240,7 @@ mod tests {
             let fields = [0.0, 90.0, -135.0].map(|longitude_deg: f64| {
                 let point = GeoPoint { latitude_deg, longitude_deg, altitude_m: 0.0 };
                 let field = earth_ned_gauss(&point, EPOCHS_UNIX_S[2]).unwrap();
-                let (sin, cos) = (-longitude_deg * RAD_PER_DEG * latitude_deg.signum()).sin_cos();
+                let (sin, cos) = math::sin_cos(-longitude_deg * RAD_PER_DEG * latitude_deg.signum());
                 Vector3::new(cos * field.x - sin * field.y, sin * field.x + cos * field.y, field.z)
             });
             for other in &fields[1..] {

@@ -15,6 +15,7 @@ use nalgebra::Vector3;
 use super::rigid_body::BodyState;
 use super::{Environment, ModelError, check};
 use crate::frames::quaternion_from_euler;
+use crate::math;
 
 /// Swing under the canopy: `theta(t) = theta_0 sin(omega t + phi)`, (40).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +34,7 @@ impl Pendulum {
     /// Swing angle [rad], rate [rad/s] and acceleration [rad/s^2] at `t` [s] from the nominal release,
     /// (40)-(41).
     pub fn swing(&self, t: f64) -> (f64, f64, f64) {
-        let (sin, cos) = (self.omega_rad_s * t + self.phase_rad).sin_cos();
+        let (sin, cos) = math::sin_cos(self.omega_rad_s * t + self.phase_rad);
         let theta = self.amplitude_rad * sin;
         (theta, self.omega_rad_s * self.amplitude_rad * cos, -self.omega_rad_s * self.omega_rad_s * theta)
     }
@@ -67,10 +68,10 @@ impl BuildUp {
         if t <= 0.0 {
             return Self { share: 0.0, rate: 0.0, acceleration: 0.0, steady_time_s: 0.0 };
         }
-        let share = (k * t).tanh();
+        let share = math::tanh(k * t);
         let rate = k * (1.0 - share * share);
         // ln(cosh(k t))/k, without cosh's overflow.
-        let steady_time_s = t + ((-2.0 * k * t).exp().ln_1p() - std::f64::consts::LN_2) / k;
+        let steady_time_s = t + (math::ln_1p(math::exp(-2.0 * k * t)) - std::f64::consts::LN_2) / k;
         Self { share, rate, acceleration: -2.0 * k * share * rate, steady_time_s }
     }
 
@@ -169,14 +170,14 @@ impl Parachute {
         let (descent, swing) = self.build_up(t, gravity_m_s2);
         let (descent_0, swing_0) = self.build_up(0.0, gravity_m_s2);
         let (theta, rate, acceleration) = self.swing(t, &swing);
-        let (sin, cos) = theta.sin_cos();
+        let (sin, cos) = math::sin_cos(theta);
         let (theta_0, ..) = self.swing(0.0, &swing_0);
         let state = BodyState {
             p_ned: Vector3::new(
-                r * (sin - theta_0.sin()),
+                r * (sin - math::sin(theta_0)),
                 0.0,
                 self.descent_m_s * (descent.steady_time_s - descent_0.steady_time_s)
-                    + r * (cos - theta_0.cos()),
+                    + r * (cos - math::cos(theta_0)),
             ),
             q_ned_from_body: quaternion_from_euler(0.0, theta, 0.0),
             v_ned: Vector3::new(rate * r * cos, 0.0, self.descent_m_s * descent.share - rate * r * sin),
@@ -285,7 +286,7 @@ mod tests {
             assert!((a.z - 1.35 * (1.0 - (s.v_ned.z / 3.0).powi(2))).abs() < 1e-12, "{t}");
         }
         // Eight seconds are 3.6 time constants g/v: what is missing then is 2 exp(-7.2) of the descent.
-        assert!((still.hanging(0.0, &site).0.v_ned.z / 3.0 - 3.6f64.tanh()).abs() < 1e-12);
+        assert!((still.hanging(0.0, &site).0.v_ned.z / 3.0 - math::tanh(3.6f64)).abs() < 1e-12);
     }
 
     /// In steady descent the load has the wind's horizontal velocity and its own rate of descent over ground.

@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 
 use super::ModelError;
 use super::axis::Axis;
+use crate::math;
 
 /// Flow of the air at a rotor hub.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +29,7 @@ impl Inflow {
     pub fn at_hub(v_body: &Vector3<f64>, axis_body: &Vector3<f64>) -> Self {
         let along = v_body.dot(axis_body);
         let in_disk = v_body - axis_body * along;
-        Self { airspeed_m_s: v_body.norm(), angle_rad: (-along).atan2(in_disk.norm()) }
+        Self { airspeed_m_s: v_body.norm(), angle_rad: math::atan2(-along, in_disk.norm()) }
     }
 }
 

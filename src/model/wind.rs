@@ -1,5 +1,7 @@
 //! Gusts: wind that changes over time.
 
+use crate::math;
+
 /// A gust in the vertical plane to the north: air that moves for a while, besides the steady wind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gust {
@@ -31,7 +33,7 @@ impl Gust {
         }
         let share = match self.shape {
             GustShape::Step => 1.0,
-            GustShape::OneMinusCosine => 0.5 * (1.0 - (std::f64::consts::TAU * t / self.length_s).cos()),
+            GustShape::OneMinusCosine => 0.5 * (1.0 - math::cos(std::f64::consts::TAU * t / self.length_s)),
         };
         self.peak_m_s.map(|v| share * v)
     }

@@ -1,6 +1,7 @@
 //! Bounds and their logarithmic barrier: `-mu sum log(x - lo) - mu sum log(hi - x)`, with multipliers of
 //! their own.
 
+use crate::math;
 use nalgebra::SVector;
 
 /// Lower and upper bounds of a vector; infinite where there is none.
@@ -96,7 +97,7 @@ impl<const N: usize> Limits<N> {
                 }
             }
         }
-        Some(product.ln())
+        Some(math::ln(product))
     }
 
     /// Longest step in [0, 1] along `dx` that keeps the fraction `1 - tau` of each distance.

@@ -5,6 +5,7 @@ use num_dual::HyperDual64;
 use proptest::prelude::*;
 
 use super::dynamics::*;
+use crate::math;
 use crate::model::environment::GeoPoint;
 use crate::model::rigid_body::{BodyState, MassProperties};
 use crate::model::{BodyAero, Environment, Vehicle};
@@ -18,9 +19,9 @@ fn vehicle() -> Vehicle {
         2.0,
         1.5,
         &alpha,
-        &table(&|a| 0.2 - 0.15 * (2.0 * a).cos()),
-        &table(&|a| 0.2 * (2.0 * a).sin()),
-        &table(&|a| 0.1 * (2.0 * a + 0.3).sin()),
+        &table(&|a| 0.2 - 0.15 * math::cos(2.0 * a)),
+        &table(&|a| 0.2 * math::sin(2.0 * a)),
+        &table(&|a| 0.1 * math::sin(2.0 * a + 0.3)),
     );
     let inertia = Matrix3::new(6.0, 0.1, -0.3, 0.1, 8.0, 0.2, -0.3, 0.2, 11.0);
     let at = |x: f64, y: f64, spin| RotorMount {

@@ -5,6 +5,8 @@
 //! large-scale nonlinear programming", Math. Program. 106 (2006), section 2.3; its constants, cited by its
 //! equations.
 
+use crate::math;
+
 /// Constraint violation and barrier objective of a point, which the filter compares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Merit {
@@ -72,7 +74,7 @@ impl Filter {
         }
         let noise = 10.0 * f64::EPSILON * from.objective.abs();
         let switching = slope < 0.0
-            && alpha * (-slope).powf(S_PHI) > from.violation.powf(S_THETA)
+            && alpha * math::powf(-slope, S_PHI) > math::powf(from.violation, S_THETA)
             && from.violation <= self.violation_min;
         if switching {
             return trial.objective <= from.objective + ETA_PHI * alpha * slope + noise;
@@ -91,7 +93,7 @@ impl Filter {
         if slope < 0.0 {
             alpha = alpha.min(GAMMA_PHI * from.violation / -slope);
             if from.violation <= self.violation_min {
-                alpha = alpha.min(from.violation.powf(S_THETA) / (-slope).powf(S_PHI));
+                alpha = alpha.min(math::powf(from.violation, S_THETA) / math::powf(-slope, S_PHI));
             }
         }
         (GAMMA_ALPHA * alpha).max(1e-12)

@@ -154,16 +154,17 @@ mod tests {
     use super::super::dynamics::Linearisation;
     use super::super::problem::{Bounds, QuadraticCost};
     use super::*;
+    use crate::math;
 
     /// A driven pendulum: `x_1' = x_2`, `x_2' = u - sin x_1`.
     struct Pendulum;
 
     impl Dynamics<2, 1> for Pendulum {
         fn value(&self, x: &SVector<f64, 2>, u: &SVector<f64, 1>) -> SVector<f64, 2> {
-            SVector::from([x[1], u[0] - x[0].sin()])
+            SVector::from([x[1], u[0] - math::sin(x[0])])
         }
         fn linearise(&self, x: &SVector<f64, 2>, u: &SVector<f64, 1>) -> Linearisation<2, 1> {
-            let a = SMatrix::<f64, 2, 2>::new(0.0, 1.0, -x[0].cos(), 0.0);
+            let a = SMatrix::<f64, 2, 2>::new(0.0, 1.0, -math::cos(x[0]), 0.0);
             Linearisation { f: self.value(x, u), a, b: SVector::from([0.0, 1.0]) }
         }
         fn curvature(
@@ -173,7 +174,7 @@ mod tests {
             weights: &SVector<f64, 2>,
         ) -> Curvature<2, 1> {
             let mut c = Curvature::zero();
-            c.xx[(0, 0)] = weights[1] * x[0].sin();
+            c.xx[(0, 0)] = weights[1] * math::sin(x[0]);
             c
         }
     }
@@ -200,7 +201,7 @@ mod tests {
     fn far_off() -> Nodes<2, 1> {
         let mut nodes = Nodes {
             x: (0..=20).map(|k| SVector::from([f64::from(k * k % 7) - 3.0, f64::from(k % 5)])).collect(),
-            u: (0..=20).map(|k| SVector::from([0.3 * (0.2 * f64::from(k)).sin()])).collect(),
+            u: (0..=20).map(|k| SVector::from([0.3 * math::sin(0.2 * f64::from(k))])).collect(),
         };
         nodes.x[0] = SVector::zeros();
         nodes

@@ -2,6 +2,7 @@
 //! `--json`.
 
 use super::json::{VERSION, object, text};
+use crate::math;
 use crate::verify::{Check, Group};
 
 fn all(groups: &[Group]) -> impl Iterator<Item = (&Group, &Check)> {
@@ -68,7 +69,7 @@ fn significant(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();
     }
-    let magnitude = x.abs().log10().floor();
+    let magnitude = math::log10(x.abs()).floor();
     if !(-4.0..9.0).contains(&magnitude) {
         return format!("{x:.3e}");
     }

@@ -4,6 +4,7 @@ use super::drop_run::*;
 use super::limits::SafetyLimits;
 use super::test_site::{DELAY_S, HANG_S, drop_simulation, drop_simulation_at, environment};
 use super::{Battery, Ground, Phase, ReleaseTrigger};
+use crate::math;
 use crate::model::MAX_ROTORS;
 use crate::time::{TimeUs, Timed, microseconds, seconds};
 
@@ -149,7 +150,7 @@ fn prop_a_run_changes_nothing_in_the_flight() {
     let mut throttle = [0.0; MAX_ROTORS];
     let mut log = Vec::new();
     while !run.is_over() {
-        throttle[..4].fill(0.4 + 0.1 * (run.now() as f64 * 1e-5).sin());
+        throttle[..4].fill(0.4 + 0.1 * math::sin(run.now() as f64 * 1e-5));
         run.set_throttle(throttle);
         run.step();
         log.push(bare.advance_sampled(&throttle, None, 0.004));

@@ -8,6 +8,7 @@ use super::ground::{CONTACT_FREQUENCY_RAD_S, FRICTION, Ground};
 use super::{DropSimulation, PlantKind};
 use crate::control::test_vehicles::{quadrotor, site};
 use crate::frames::{LEVEL, quaternion_from_euler, roll};
+use crate::math;
 use crate::model::rigid_body::BodyState;
 use crate::model::{Environment, MAX_ROTORS, Vehicle, VehicleOptions};
 
@@ -73,7 +74,7 @@ fn closed_form_a_fall_arrives_at_its_speed_and_comes_to_rest() {
     }
     let closed = arrives / (std::f64::consts::E * CONTACT_FREQUENCY_RAD_S);
     assert!((deepest / closed - 1.0).abs() < 0.1, "{deepest} {closed}");
-    assert!((leaves / (arrives * (-2.0f64).exp()) - 1.0).abs() < 0.1, "{leaves} {arrives}");
+    assert!((leaves / (arrives * math::exp(-2.0f64)) - 1.0).abs() < 0.1, "{leaves} {arrives}");
     assert!(sim.state().body.v_ned.norm() < 1e-6);
 }
 

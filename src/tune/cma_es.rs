@@ -11,6 +11,7 @@
 //! processor.
 
 use super::{Optimiser, usable};
+use crate::math;
 use crate::random::Stream;
 
 /// How a coordinate is scaled to its bounds.
@@ -142,7 +143,7 @@ impl<const N: usize> CmaEs<N> {
                     + c_mu * rank_mu;
             }
         }
-        self.sigma = (self.sigma * (c_sigma / d_sigma * (length / expected_length - 1.0)).exp()).min(1.0);
+        self.sigma = (self.sigma * math::exp(c_sigma / d_sigma * (length / expected_length - 1.0))).min(1.0);
         let (axes, variances) = jacobi(self.covariance);
         self.axes = (axes, variances.map(|v| v.max(1e-20).sqrt()));
     }
@@ -151,7 +152,7 @@ impl<const N: usize> CmaEs<N> {
 /// Weights of the better half of `samples`, falling with the logarithm of the rank, summing to 1.
 fn weights(samples: usize) -> Vec<f64> {
     let raw: Vec<f64> =
-        (1..=samples / 2).map(|i| ((samples as f64 + 1.0) / 2.0).ln() - (i as f64).ln()).collect();
+        (1..=samples / 2).map(|i| math::ln((samples as f64 + 1.0) / 2.0) - math::ln(i as f64)).collect();
     let sum: f64 = raw.iter().sum();
     raw.iter().map(|w| w / sum).collect()
 }
@@ -180,7 +181,7 @@ fn scaled(scale: Scale, (low, high): (f64, f64), x: f64) -> f64 {
     match scale {
         Scale::Linear => (x - low) / (high - low),
         Scale::Root => (x.sqrt() - low.sqrt()) / (high.sqrt() - low.sqrt()),
-        Scale::Logarithmic => (x / low).ln() / (high / low).ln(),
+        Scale::Logarithmic => math::ln(x / low) / math::ln(high / low),
     }
 }
 
@@ -191,7 +192,7 @@ fn unscaled(scale: Scale, (low, high): (f64, f64), s: f64) -> f64 {
             let root = low.sqrt() + (high.sqrt() - low.sqrt()) * s;
             root * root
         }
-        Scale::Logarithmic => low * (s * (high / low).ln()).exp(),
+        Scale::Logarithmic => low * math::exp(s * math::ln(high / low)),
     };
     x.clamp(low, high)
 }

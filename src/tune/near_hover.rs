@@ -20,6 +20,7 @@ use super::Longitudinal;
 use super::gain_judge::Setting;
 use crate::control::{Airframe, Cascade, ControlError, Controller as _, Gains, Measurement, Setpoint};
 use crate::frames::{LEVEL, pitch, quaternion_from_euler};
+use crate::math;
 use crate::model::rigid_body::BodyState;
 use crate::model::{MAX_ROTORS, PerRotor};
 use crate::sim::{DropSimulation, PlantKind};
@@ -198,7 +199,7 @@ fn command(airframe: &Airframe, cascade: &mut Cascade, stage: Stage, body: &Body
         Stage::Pitch => Setpoint::Rates { omega_body: Vector3::new(0.0, u, 0.0), collective: collective(g) },
         Stage::Vertical => Setpoint::Attitude { q_ned_from_body: LEVEL, collective: collective(g - u) },
         Stage::Horizontal => Setpoint::Attitude {
-            q_ned_from_body: quaternion_from_euler(0.0, (-u).atan2(g), 0.0),
+            q_ned_from_body: quaternion_from_euler(0.0, math::atan2(-u, g), 0.0),
             collective: collective(g),
         },
     };

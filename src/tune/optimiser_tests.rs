@@ -4,6 +4,7 @@ use super::cma_es::{CmaSettings, Scale};
 use super::search::{Method, Search, SearchSettings};
 use super::swarm::SwarmSettings;
 use super::{CandidateSearch, CmaEs, Evaluation, Objective, Optimiser, ParticleSwarm};
+use crate::math;
 
 type Point = [f64; 5];
 
@@ -18,7 +19,7 @@ fn rosenbrock(x: &Point) -> f64 {
 
 /// Many minima; within -2..2 moved by 2.5 the best is where every coordinate is at its upper bound.
 fn rastrigin_at_bound(x: &Point) -> f64 {
-    x.iter().map(|x| (x - 2.0).powi(2) + 4.0 * (1.0 - (std::f64::consts::TAU * (x - 2.0)).cos())).sum()
+    x.iter().map(|x| (x - 2.0).powi(2) + 4.0 * (1.0 - math::cos(std::f64::consts::TAU * (x - 2.0)))).sum()
 }
 
 const BOUNDS: [(f64, f64); 5] = [(-2.0, 2.0); 5];

@@ -60,6 +60,7 @@ pub fn random_releases(swing: &ReleaseDistribution, seed: u64, count: usize) -> 
 mod tests {
     use super::*;
     use crate::frames::pitch;
+    use crate::math;
     use crate::model::Parachute;
     use crate::model::parachute::Pendulum;
     use crate::units::RAD_PER_DEG;
@@ -80,7 +81,7 @@ mod tests {
         assert_eq!(states.len(), 48);
         let widest = states.iter().map(|s| pitch(s.q_ned_from_body)).fold(0.0, f64::max);
         // The last amplitude's phases lie half a step, 15 deg, beside the peak.
-        let beside = (15.0 * RAD_PER_DEG).cos();
+        let beside = math::cos(15.0 * RAD_PER_DEG);
         assert!((widest - 3.2 * 3.0 * RAD_PER_DEG * beside).abs() < 1e-12);
         assert!((states[0].omega_body.y - 0.8 * 6.0 * RAD_PER_DEG).abs() < 1e-15, "phase 0: fastest");
     }

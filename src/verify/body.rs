@@ -8,6 +8,7 @@ use crate::frames::{
     Quaternion, conjugate, product, quaternion_from_euler, quaternion_from_rotation_vector,
     rotate_ned_from_body, rotation_vector, wrap_pi,
 };
+use crate::math;
 use crate::model::ModelError;
 use crate::model::rigid_body::{BodyState, MassProperties};
 use crate::units::DEG_PER_RAD;
@@ -76,7 +77,7 @@ impl SymmetricTop {
     pub fn exact(&self, t_s: f64) -> (Quaternion, Vector3<f64>) {
         let precessed = quaternion_from_rotation_vector(self.precession_ned() * t_s);
         let spun = quaternion_from_rotation_vector(Vector3::z() * (-self.body_cone_rate() * t_s));
-        let (sin, cos) = (self.body_cone_rate() * t_s).sin_cos();
+        let (sin, cos) = math::sin_cos(self.body_cone_rate() * t_s);
         let omega = self.start.omega_body;
         let turned = Vector3::new(omega.x * cos - omega.y * sin, omega.x * sin + omega.y * cos, omega.z);
         (product(product(precessed, self.start.q_ned_from_body), spun), turned)
@@ -99,7 +100,7 @@ impl SymmetricTop {
         let across = along.cross(&Vector3::x()).normalize();
         let azimuth = |state: &BodyState| {
             let axis = rotate_ned_from_body(state.q_ned_from_body, Vector3::z());
-            axis.dot(&along.cross(&across)).atan2(axis.dot(&across))
+            math::atan2(axis.dot(&along.cross(&across)), axis.dot(&across))
         };
         let (mut state, mut swept) = (self.start, 0.0);
         for _ in 0..steps {

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 use super::motion::level;
 use super::{Check, Group};
+use crate::math;
 use crate::model::rigid_body::BodyState;
 use crate::model::{Environment, MAX_ROTORS, Vehicle};
 use crate::sim::plant::Plant;
@@ -32,17 +33,17 @@ impl Fall {
 
     /// Speed at `t_s` [m/s]: `v_t tanh(g t/v_t + artanh(v_0/v_t))`.
     pub fn speed_m_s(&self, t_s: f64) -> f64 {
-        self.terminal_m_s * self.phase(t_s).tanh()
+        self.terminal_m_s * math::tanh(self.phase(t_s))
     }
 
     /// Distance fallen by `t_s` [m]: `v_t^2/g ln(cosh .. / cosh ..)`.
     fn distance_m(&self, t_s: f64) -> f64 {
         let scale_m = self.terminal_m_s * self.terminal_m_s / self.gravity_m_s2;
-        scale_m * (self.phase(t_s).cosh() / self.phase(0.0).cosh()).ln()
+        scale_m * math::ln(math::cosh(self.phase(t_s)) / math::cosh(self.phase(0.0)))
     }
 
     fn phase(&self, t_s: f64) -> f64 {
-        self.gravity_m_s2 * t_s / self.terminal_m_s + (self.start_m_s / self.terminal_m_s).atanh()
+        self.gravity_m_s2 * t_s / self.terminal_m_s + math::atanh(self.start_m_s / self.terminal_m_s)
     }
 }
 

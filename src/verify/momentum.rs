@@ -24,6 +24,7 @@ use std::f64::consts::PI;
 use nalgebra::Vector3;
 
 use super::{Check, Group};
+use crate::math;
 use crate::model::Rotor;
 use crate::model::rotor::{Inflow, RotorLoad};
 
@@ -79,7 +80,7 @@ impl Blades {
         let b = 0.25 * self.solidity * self.lift_slope;
         let v = 0.25 * ((b * b + 16.0 * b * self.collective_rad / 3.0).sqrt() - b);
         let off = self.vortex_ring_at / self.vortex_ring_width;
-        v * omega_rad_s * self.radius_m * (1.0 - self.vortex_ring_loss * (-off * off).exp()).sqrt()
+        v * omega_rad_s * self.radius_m * (1.0 - self.vortex_ring_loss * math::exp(-off * off)).sqrt()
     }
 
     /// Thrust and torque at the rate of climb [m/s], negative in descent, above -2 v_h.
@@ -97,7 +98,7 @@ impl Blades {
         }
         let v_h = 0.5 * (low + high);
         let off = (climb / v_h - self.vortex_ring_at) / self.vortex_ring_width;
-        let c_thrust = 2.0 * v_h * v_h * (1.0 - self.vortex_ring_loss * (-off * off).exp());
+        let c_thrust = 2.0 * v_h * v_h * (1.0 - self.vortex_ring_loss * math::exp(-off * off));
         let induced = inflow(v_h) - climb;
         let c_torque =
             c_thrust * (self.induced_power * induced + climb) + self.solidity * self.profile_drag / 8.0;

@@ -9,6 +9,7 @@ use super::fall::Fall;
 use super::motion::level;
 use super::{Check, Group, VerifyError};
 use crate::frames::quaternion_from_euler;
+use crate::math;
 use crate::model::rigid_body::BodyState;
 use crate::model::{MAX_ROTORS, PerRotor};
 use crate::plan::PlanProblem;
@@ -19,7 +20,7 @@ use crate::sim::{DropSimulation, PlantKind};
 
 /// Order of convergence that a method shows between `steps` and twice as many, by its error in `steps`.
 fn observed(error: impl Fn(u32) -> f64, steps: u32) -> f64 {
-    (error(steps) / error(2 * steps)).log2()
+    math::log2(error(steps) / error(2 * steps))
 }
 
 /// Orders of convergence of integrator and collocation: halving the step divides the error by sixteen.

@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use super::motion::level;
 use super::{Check, Group};
 use crate::frames::rotate_ned_from_body;
+use crate::math;
 use crate::model::rigid_body::{BodyRate, BodyState};
 use crate::model::{MAX_ROTORS, Motor, TrimError, trim};
 use crate::plan::PlanProblem;
@@ -39,7 +40,7 @@ pub fn trim_at_target(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> 
     if let Some(x_ss) = lander.x_ss {
         let trim = trim(lander.vehicle, lander.environment, lander.target_v_ned, 0.0)?;
         // The paper prints two digits of q2.
-        let printed = 2.0 * x_ss[2].asin() * DEG_PER_RAD;
+        let printed = 2.0 * math::asin(x_ss[2]) * DEG_PER_RAD;
         checks.push(Check::new("lander: pitch", "deg", trim.pitch_rad * DEG_PER_RAD, printed, 1e-4));
     }
     Ok(Group {

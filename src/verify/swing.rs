@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 use super::motion::{Load, advance, level};
 use super::{Check, Group};
 use crate::frames::{pitch, rotate_body_from_ned};
+use crate::math;
 use crate::model::parachute::Pendulum;
 use crate::model::{Environment, ModelError, Parachute, Vehicle};
 use crate::sim::{DropSimulation, Start};
@@ -75,9 +76,9 @@ fn hanging(vehicle: &Vehicle, environment: &Environment) -> Result<f64, ModelErr
 fn on_a_line(vehicle: &Vehicle, gravity_m_s2: f64) -> f64 {
     let mass = &vehicle.mass;
     let mut state = level(Vector3::zeros(), Vector3::zeros());
-    state.p_ned = Vector3::new(AMPLITUDE_RAD.sin(), 0.0, AMPLITUDE_RAD.cos()) * LENGTH_M;
+    state.p_ned = Vector3::new(math::sin(AMPLITUDE_RAD), 0.0, math::cos(AMPLITUDE_RAD)) * LENGTH_M;
     period_s(|| {
-        let now = state.p_ned.x.atan2(state.p_ned.z);
+        let now = math::atan2(state.p_ned.x, state.p_ned.z);
         state = advance(mass, &state, DT_S, |x| {
             let r2 = x.p_ned.norm_squared();
             let pull = mass.mass_kg * (x.v_ned.norm_squared() + gravity_m_s2 * x.p_ned.z) / r2;

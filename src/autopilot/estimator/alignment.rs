@@ -15,6 +15,7 @@ use super::filter::{Filter, Fix};
 use super::nominal::NominalState;
 use super::settings::EstimatorSettings;
 use crate::frames::{product, quaternion_from_euler, rotate_ned_from_body};
+use crate::math;
 
 /// Samples of the accelerometer that make a guess of level: a quarter of a second.
 const SAMPLES: u32 = 62;
@@ -112,12 +113,12 @@ impl Alignment {
         self.check(settings.gravity_m_s2).ok()?;
         let (field_body, altitude_m) = (self.field_body?, self.altitude_m?);
         let up = self.force_sum_body.normalize();
-        let roll = (-up.y).atan2(-up.z);
-        let pitch = up.x.atan2(up.y.hypot(up.z));
+        let roll = math::atan2(-up.y, -up.z);
+        let pitch = math::atan2(up.x, math::hypot(up.y, up.z));
         let level = quaternion_from_euler(roll, pitch, 0.0);
         let m = rotate_ned_from_body(level, field_body);
         let field = settings.field_ned_gauss;
-        let heading = field.y.atan2(field.x) - m.y.atan2(m.x);
+        let heading = math::atan2(field.y, field.x) - math::atan2(m.y, m.x);
         let state = NominalState {
             p_ned: fix.p_ned,
             v_ned: fix.v_ned,
@@ -141,13 +142,13 @@ fn variances(settings: &EstimatorSettings, fix: &Fix) -> Column {
     sigma[VELOCITY..VELOCITY + 3].fill(noise.gps_speed_m_s);
     let tilt = settings.hang_tilt_rad;
     let field = settings.field_ned_gauss;
-    let heading = (field.z * tilt).hypot(noise.magnetometer_gauss) / field.xy().norm();
+    let heading = math::hypot(field.z * tilt, noise.magnetometer_gauss) / field.xy().norm();
     // Also where it is no number.
     let heading = if heading < UNKNOWN_HEADING_RAD { heading } else { UNKNOWN_HEADING_RAD };
     sigma[ATTITUDE..ATTITUDE + 3].copy_from_slice(&[tilt, tilt, heading]);
     sigma[ACCELEROMETER_BIAS..ACCELEROMETER_BIAS + 3].fill(noise.accelerometer_bias);
     sigma[GYRO_BIAS..GYRO_BIAS + 3].fill(noise.gyro_bias);
     // The offset was read against the fix's own altitude and is as wrong as that at the least.
-    sigma[BARO_OFFSET] = noise.baro_offset_m.hypot(vertical);
+    sigma[BARO_OFFSET] = math::hypot(noise.baro_offset_m, vertical);
     sigma.map(|s| s * s)
 }

@@ -10,6 +10,7 @@ use super::covariance::{ATTITUDE, BARO_OFFSET, Column, Covariance, N, POSITION, 
 use super::nominal::{Inertial, NominalState, impulses, reset};
 use super::settings::EstimatorSettings;
 use crate::frames::{dcm_body_from_ned, rotate_body_from_ned, rotate_ned_from_body, wrap_pi};
+use crate::math;
 use crate::units::{RAD_PER_DEG, US_PER_S};
 
 /// Innovations beyond this many standard deviations are not believed.
@@ -210,7 +211,7 @@ impl Filter {
             h[ATTITUDE + j] =
                 (m.x * by_attitude[(1, j)] - m.y * by_attitude[(0, j)]) / (horizontal * horizontal);
         }
-        Some((m.y.atan2(m.x), h, horizontal))
+        Some((math::atan2(m.y, m.x), h, horizontal))
     }
 
     /// One number: gate, (274)-(276), injection and reset. Returns the innovation over its gate, squared.

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix2, Vector2};
 
 use super::release::Release;
+use crate::math;
 use crate::model::parachute::Pendulum;
 use crate::model::{Environment, Parachute, Vehicle};
 use crate::sim::DropSimulation;
@@ -60,7 +61,7 @@ impl Release {
             let state =
                 DropSimulation::nominal_state_at_t0(vehicle.clone(), environment, parachute, self.start);
             let q = state.q_ned_from_body;
-            Vector2::new(2.0 * q[2].atan2(q[0]), state.omega_body.y / omega)
+            Vector2::new(2.0 * math::atan2(q[2], q[0]), state.omega_body.y / omega)
         };
         let wanted = Vector2::new(case.pitch_rad, case.pitch_rate_rad_s / omega);
         // Angle and rate over omega at the release, by Newton's method: what comes to t = 0 is nearly linear
@@ -87,7 +88,7 @@ impl Release {
     fn parachute_swinging(&self, swing: &Vector2<f64>) -> Parachute {
         let pendulum = Pendulum {
             amplitude_rad: swing.norm(),
-            phase_rad: swing.x.atan2(swing.y),
+            phase_rad: math::atan2(swing.x, swing.y),
             ..self.parachute.pendulum
         };
         Parachute { pendulum, ..self.parachute }
@@ -109,7 +110,7 @@ mod tests {
             mission.release.parachute,
             mission.release.start,
         );
-        (2.0 * s.q_ned_from_body[2].atan2(s.q_ned_from_body[0]), s.omega_body.y, s.v_ned)
+        (2.0 * math::atan2(s.q_ned_from_body[2], s.q_ned_from_body[0]), s.omega_body.y, s.v_ned)
     }
 
     /// Table 3: pitch and rate to the last digit, velocities as the swing makes them.

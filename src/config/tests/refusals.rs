@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::spoil::{OURS, TITAN, shipped, spoil, titan, titan_with};
 use super::*;
+use crate::math;
 use crate::sim::{ReleaseTrigger, SensorSettings};
 
 #[test]
@@ -202,7 +203,10 @@ fn sensors_are_read_and_refused() {
     let magnetometer = "{ \"magnetometer\": { \"field\": \"world_magnetic_model\", \"noise_gauss\": 0 } }";
     // PX4's default home on 2026-01-01, by the same model: about 3.4 deg of declination, 0.48 gauss.
     let field = x500(magnetometer).loaded.unwrap().sensors.magnetometer.field_ned_gauss.unwrap();
-    assert!((field.norm() - 0.48).abs() < 0.01 && (field.y.atan2(field.x) - 0.06).abs() < 0.01, "{field:?}");
+    assert!(
+        (field.norm() - 0.48).abs() < 0.01 && (math::atan2(field.y, field.x) - 0.06).abs() < 0.01,
+        "{field:?}"
+    );
     with(TITAN, magnetometer).refused_at(
         ("\"world_magnetic_model\"", 0),
         "sensors.magnetometer.field",

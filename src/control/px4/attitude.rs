@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::Parameters;
 use crate::frames::{Quaternion, conjugate, dcm_body_from_ned, product};
+use crate::math;
 use crate::units::RAD_PER_DEG;
 
 /// FLT_EPSILON, below which PX4 sees no thrust.
@@ -14,7 +15,7 @@ const NO_THRUST: f64 = 1.192_092_9e-7;
 /// The attitude that points the rotors along a thrust (NED, not zero) with a heading [rad].
 pub fn attitude_for(thrust_ned: Vector3<f64>, yaw_rad: f64) -> Quaternion {
     let z = if thrust_ned.norm_squared() < NO_THRUST { Vector3::z() } else { -thrust_ned.normalize() };
-    let y_of_heading = Vector3::new(-yaw_rad.sin(), yaw_rad.cos(), 0.0);
+    let y_of_heading = Vector3::new(-math::sin(yaw_rad), math::cos(yaw_rad), 0.0);
     let mut x = y_of_heading.cross(&z);
     if z.z < 0.0 {
         x = -x;
@@ -38,8 +39,8 @@ pub fn rates_for(p: &Parameters, q: Quaternion, q_sp: Quaternion, yaw_rate_rad_s
     let weight = p.yaw_weight.clamp(0.0, 1.0);
     // What the full setpoint adds to the reduced one: a turn about the body's z axis.
     let mix = canonical(product(conjugate(reduced), q_sp));
-    let half = [mix[0].clamp(-1.0, 1.0).acos(), mix[3].clamp(-1.0, 1.0).asin()].map(|x| weight * x);
-    let wanted = product(reduced, [half[0].cos(), 0.0, 0.0, half[1].sin()]);
+    let half = [math::acos(mix[0].clamp(-1.0, 1.0)), math::asin(mix[3].clamp(-1.0, 1.0))].map(|x| weight * x);
+    let wanted = product(reduced, [math::cos(half[0]), 0.0, 0.0, math::sin(half[1])]);
     let error = canonical(product(conjugate(q), wanted));
     let yaw_p = if weight > 1e-4 { p.yaw_p / weight } else { p.yaw_p };
     let gain = Vector3::new(p.roll_p, p.pitch_p, yaw_p);
@@ -78,7 +79,7 @@ mod tests {
     #[test]
     fn closed_form_the_attitude_of_a_thrust() {
         for heading in [0.0, 1.0, -2.0] {
-            let (sin, cos) = f64::sin_cos(heading);
+            let (sin, cos) = math::sin_cos(heading);
             let q = attitude_for(Vector3::new(0.3 * cos, 0.3 * sin, -0.3), heading);
             assert!((pitch(q) + std::f64::consts::FRAC_PI_4).abs() < 1e-12);
             assert!(roll(q).abs() < 1e-12 && (yaw(q) - heading).abs() < 1e-12);
@@ -92,10 +93,10 @@ mod tests {
     fn closed_form_rates_of_an_error() {
         let p = Parameters::default();
         let rates = rates_for(&p, quaternion_from_euler(0.0, 0.3, 0.0), LEVEL, 0.0);
-        let expected = -6.5 * 2.0 * f64::sin(0.15);
+        let expected = -6.5 * 2.0 * math::sin(0.15);
         assert!((rates - Vector3::y() * expected).norm() < 1e-12, "{rates}");
         let rates = rates_for(&p, LEVEL, quaternion_from_euler(0.0, 0.0, 0.2), 0.0);
-        let expected = 2.8 / 0.4 * 2.0 * f64::sin(0.5 * 0.4 * 0.2);
+        let expected = 2.8 / 0.4 * 2.0 * math::sin(0.5 * 0.4 * 0.2);
         assert!((rates - Vector3::z() * expected).norm() < 1e-12, "{rates}");
         let rates = rates_for(&p, LEVEL, quaternion_from_euler(1.5, 0.0, 0.0), 0.3);
         assert!((rates - Vector3::new(220.0 * RAD_PER_DEG, 0.0, 0.3)).norm() < 1e-12, "{rates}");

@@ -1,5 +1,6 @@
 //! The filters of PX4 that matter to its loops.
 
+use crate::math;
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -22,7 +23,7 @@ impl LowPass2 {
         if !(cutoff_hz > 0.0 && sampling_hz > 0.0 && cutoff_hz < 0.5 * sampling_hz) {
             return Self { b0: 1.0, a1: 0.0, a2: 0.0, delay: None };
         }
-        let ohm = (PI * cutoff_hz.max(LEAST_CUTOFF_HZ) / sampling_hz).tan();
+        let ohm = math::tan(PI * cutoff_hz.max(LEAST_CUTOFF_HZ) / sampling_hz);
         let damping = 2.0 * FRAC_1_SQRT_2 * ohm;
         let c = 1.0 + damping + ohm * ohm;
         Self {
@@ -77,7 +78,7 @@ mod tests {
             let mut filter = LowPass2::new(250.0, 40.0);
             let power = (0..5000)
                 .map(|i| {
-                    filter.apply(Vector3::x() * (2.0 * PI * frequency_hz * f64::from(i) / 250.0).sin()).x
+                    filter.apply(Vector3::x() * math::sin(2.0 * PI * frequency_hz * f64::from(i) / 250.0)).x
                 })
                 .skip(2500)
                 .map(|y| y * y / 2500.0)

@@ -14,6 +14,7 @@ use nalgebra::{Vector2, Vector3};
 use super::Parameters;
 use super::filter::Derivative;
 use super::timing::TILT_LIMIT_SLEW_RAD_S;
+use crate::math;
 use crate::units::{RAD_PER_DEG, STANDARD_GRAVITY_M_S2 as G0};
 
 /// The least thrust that still has a direction (`setThrustLimits`).
@@ -89,10 +90,10 @@ impl VelocityLoop {
 
     fn thrust_vector(&self, p: &Parameters, least: f64, wanted: Vector3<f64>) -> Vector3<f64> {
         let up = Vector3::new(-wanted.x, -wanted.y, G0).normalize();
-        let tilt = up.z.acos().min(self.tilt_limit_rad);
+        let tilt = math::acos(up.z).min(self.tilt_limit_rad);
         let across = up.xy();
         let across = if across.norm_squared() < NO_DIRECTION { Vector2::x() } else { across.normalize() };
-        let body_z = Vector3::new(across.x * tilt.sin(), across.y * tilt.sin(), tilt.cos());
+        let body_z = Vector3::new(across.x * math::sin(tilt), across.y * math::sin(tilt), math::cos(tilt));
         let collective = (wanted.z * (p.thr_hover / G0) - p.thr_hover) / body_z.z;
         body_z * collective.min(-least)
     }
@@ -139,7 +140,7 @@ mod tests {
         let mut steps = 0;
         while velocity.tilt_limit_rad < 45.0 * RAD_PER_DEG - 1e-9 {
             let thrust = velocity.step(&p, Vector3::zeros(), fast, Vector3::zeros(), DT_S);
-            assert!((thrust.x.atan2(-thrust.z) - velocity.tilt_limit_rad).abs() < 1e-9);
+            assert!((math::atan2(thrust.x, -thrust.z) - velocity.tilt_limit_rad).abs() < 1e-9);
             steps += 1;
         }
         assert_eq!(steps, 288);

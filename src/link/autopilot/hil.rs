@@ -118,6 +118,7 @@ fn checked(at: TimeUs, p_ned: Vector3<f64>, measurement: Measurement) -> Option<
 mod tests {
     use super::*;
     use crate::frames::quaternion_from_euler;
+    use crate::math;
     use crate::model::environment::GeoPoint;
     use approx::assert_relative_eq;
 
@@ -151,7 +152,11 @@ mod tests {
         let mut input = HilInput::default();
         input.take_odometry(&odometry(4_000));
         let v = input.state(4_000).unwrap().measurement.v_ned;
-        assert_relative_eq!(v, Vector3::new(2.0 * 0.5f64.cos(), 2.0 * 0.5f64.sin(), 0.0), epsilon = 1e-6);
+        assert_relative_eq!(
+            v,
+            Vector3::new(2.0 * math::cos(0.5f64), 2.0 * math::sin(0.5f64), 0.0),
+            epsilon = 1e-6
+        );
         let ned = ODOMETRY_DATA { child_frame_id: MavFrame::MAV_FRAME_LOCAL_NED, ..odometry(8_000) };
         input.take_odometry(&ned);
         assert_eq!(input.state(8_000).unwrap().measurement.v_ned, Vector3::new(2.0, 0.0, 0.0));

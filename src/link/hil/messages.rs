@@ -10,6 +10,7 @@ use super::super::wire;
 use super::super::wire::{INERTIAL, MAGNETOMETER, UNKNOWN_BATTERY, degrees_e7_and_mm, single};
 use super::rates::HilRates;
 use crate::control::Measurement;
+use crate::math;
 use crate::model::Environment;
 use crate::sim::sensors::Sensors;
 use crate::sim::sensors::barometer::pressure_altitude_m;
@@ -114,7 +115,7 @@ impl HilSensors {
     pub fn gps(&mut self, truth: &Truth<'_>) -> HIL_GPS_DATA {
         let fix = self.sensors.satellite(&truth.sim.state().body, truth.at);
         let ground_speed = fix.v_ned.xy().norm();
-        let course_deg = fix.v_ned.y.atan2(fix.v_ned.x) * DEG_PER_RAD;
+        let course_deg = math::atan2(fix.v_ned.y, fix.v_ned.x) * DEG_PER_RAD;
         let receiver = &self.sensors.settings().satellite;
         let accuracy_cm = |deviation_m: f64, least_m: f64| (deviation_m.max(least_m) * 100.0).round() as u16;
         let mut m = HIL_GPS_DATA {
@@ -206,7 +207,7 @@ mod tests {
         assert!((m.zacc + 9.80665).abs() < 1e-6 && m.xacc.abs() < 1e-6, "{m:?}");
         assert_eq!((m.time_usec, m.id, m.fields_updated.bits()), (8_000, 0, 0x1BFF));
         // 47.4 deg north: the field points down and north.
-        assert!((f64::from(m.xmag) - 0.312 * 47.4f64.to_radians().cos()).abs() < 1e-7 && m.zmag > 0.4);
+        assert!((f64::from(m.xmag) - 0.312 * math::cos(47.4f64.to_radians())).abs() < 1e-7 && m.zmag > 0.4);
     }
 
     #[test]

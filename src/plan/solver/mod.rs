@@ -28,6 +28,7 @@ use super::problem::Problem;
 use super::restoration::{self, Restored};
 use super::riccati::Sweep;
 use super::transcription::Evaluation;
+use crate::math;
 
 mod iterate;
 mod kkt;
@@ -153,7 +154,7 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
             while self.mu > mu_least
                 && self.residuals(&gradient, &now, self.mu).worst() <= KAPPA_EPSILON * self.mu
             {
-                self.mu = (KAPPA_MU * self.mu).min(self.mu.powf(THETA_MU)).max(mu_least);
+                self.mu = (KAPPA_MU * self.mu).min(math::powf(self.mu, THETA_MU)).max(mu_least);
                 filter.clear();
             }
             // compute the search direction.

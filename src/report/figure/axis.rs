@@ -2,6 +2,7 @@
 
 use super::canvas::{Anchor, Font, Pen, Point, Stroke};
 use super::color::{GRID, INK, SOFT_INK};
+use crate::math;
 use crate::report::columns;
 
 /// Text of ticks and labels at lines.
@@ -44,7 +45,7 @@ impl Axis {
         if !(step > 0.0 && step.is_finite()) {
             return Vec::new();
         }
-        let decimals = (-(step.log10() + 1e-9).floor()).clamp(0.0, 12.0) as usize;
+        let decimals = (-(math::log10(step) + 1e-9).floor()).clamp(0.0, 12.0) as usize;
         let first = (self.low / step - 1e-6).ceil();
         // At most 10 count ticks fit, whatever the numbers are.
         (0..10 * count)
@@ -57,7 +58,7 @@ impl Axis {
 
 /// The round number - 1, 2 or 5 times a power of ten - at or above `x`.
 pub(crate) fn round_step(x: f64) -> f64 {
-    let power = 10f64.powf((x.log10() + 1e-9).floor());
+    let power = math::powf(10f64, (math::log10(x) + 1e-9).floor());
     [1.0, 2.0, 5.0].into_iter().map(|m| m * power).find(|s| *s >= x * (1.0 - 1e-9)).unwrap_or(10.0 * power)
 }
 

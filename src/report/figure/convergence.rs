@@ -8,6 +8,7 @@ use super::canvas::{self, Anchor, Font, Pen, Point, Stroke, sub, text_width};
 use super::color::{FIRST, GRID, INK, LIMIT, SECOND};
 use super::label::{Place, Room};
 use crate::config::{Mission, Stamp};
+use crate::math;
 use crate::report::tune::TuneRun;
 use crate::tune::search::Progress;
 use crate::tune::{Objective, Search};
@@ -27,12 +28,12 @@ pub fn convergence_figure(mission: &Mission, search: &Search, run: &TuneRun) -> 
     let ((x0, y0), (x1, y1)) = CORNERS;
     let last = history.last().map_or(1, |p| p.evaluations) as f64;
     let least = least.max(f64::MIN_POSITIVE);
-    let decades = (tallest / least).max(1.1).log10();
+    let decades = math::log10((tallest / least).max(1.1));
     // The logarithm of the cost is drawn straight.
-    let (low, high) = (least.log10() - 0.06 * decades, least.log10() + 1.04 * decades);
+    let (low, high) = (math::log10(least) - 0.06 * decades, math::log10(least) + 1.04 * decades);
     let panel = Panel { x: Axis::new((0.0, last), (x0, x1)), y: Axis::new((low, high), (y1, y0)) };
     let curve = |of: fn(&Progress) -> f64| -> Vec<Point> {
-        history.iter().map(|p| panel.px(p.evaluations as f64, of(p).max(least).log10())).collect()
+        history.iter().map(|p| panel.px(p.evaluations as f64, math::log10(of(p).max(least)))).collect()
     };
     let (best, median) = (curve(|p| p.cost), curve(|p| p.median_cost));
     let headline = format!(
@@ -48,8 +49,8 @@ pub fn convergence_figure(mission: &Mission, search: &Search, run: &TuneRun) -> 
         pen.text(&headline, (16.0, 28.0), Anchor::Left, Font { size: 19.0, color: INK, bold: true });
         pen.text(&meaning_of_cost(run), (16.0, 54.0), Anchor::Left, SMALL);
         panel.grid(pen, 8, 0, true);
-        for (cost, text) in logarithmic_ticks(10f64.powf(low), 10f64.powf(high)) {
-            let y = panel.y.px(cost.log10());
+        for (cost, text) in logarithmic_ticks(math::powf(10f64, low), math::powf(10f64, high)) {
+            let y = panel.y.px(math::log10(cost));
             pen.line(&[(x0, y), (x1, y)], Stroke::solid(GRID, 1.0));
             pen.text(&text, (x0 - 7.0, y), Anchor::Right, SMALL);
         }
@@ -102,7 +103,7 @@ fn logarithmic_ticks(low: f64, high: f64) -> Vec<(f64, String)> {
     if high / low < 8.0 {
         return Axis::new((low, high), (0.0, 1.0)).ticks(6);
     }
-    let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
+    let (first, last) = (math::log10(low).floor() as i32, math::log10(high).ceil() as i32);
     let many = last - first > 4;
     (first..=last)
         .flat_map(|power| {

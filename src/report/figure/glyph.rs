@@ -2,13 +2,14 @@
 
 use super::canvas::{Pen, Point, Stroke};
 use super::color::{INK, WHITE};
+use crate::math;
 
 /// Half the vehicle's arm [px].
 pub(crate) const ARM_PX: f64 = 15.0;
 
 /// Draws a vehicle with a rotor ahead and one behind; nose up is nose up.
 pub(crate) fn vehicle(pen: &mut Pen<'_>, centre: Point, pitch_rad: f64) {
-    let (s, c) = pitch_rad.sin_cos();
+    let (s, c) = math::sin_cos(pitch_rad);
     // Nose (cos, -sin) in (north, down); -z of the body is (-sin, -cos). Down is down on the sheet.
     let at = |(ahead, up): Point| (centre.0 + ahead * c + up * -s, centre.1 + ahead * -s + up * -c);
     // A white rim keeps it apart from the path.
@@ -33,7 +34,7 @@ pub(crate) fn parachute(pen: &mut Pen<'_>, load: Point) {
     let arc = |from: f64, to: f64, rx: f64, ry: f64| -> Vec<Point> {
         (0..=24)
             .map(|i| from + (to - from) * f64::from(i) / 24.0)
-            .map(|a: f64| (x - rx * a.cos(), y - ry * a.sin()))
+            .map(|a: f64| (x - rx * math::cos(a), y - ry * math::sin(a)))
             .collect()
     };
     let half_turn = std::f64::consts::PI;

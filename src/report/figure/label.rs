@@ -1,6 +1,7 @@
 //! Room for labels: each goes to the candidate place where it covers least.
 
 use super::canvas::{Anchor, Font, Pen, Point, Stroke};
+use crate::math;
 
 /// An upright rectangle [px].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,7 +65,7 @@ impl Room {
     pub(crate) fn take_line(&mut self, points: &[Point]) {
         for pair in points.windows(2) {
             let (a, b) = (pair[0], pair[1]);
-            let length = (b.0 - a.0).hypot(b.1 - a.1);
+            let length = math::hypot(b.0 - a.0, b.1 - a.1);
             if length.is_finite() {
                 let n = (length.min(5000.0).ceil() as usize).max(1);
                 let at = |i: usize| i as f64 / n as f64;

@@ -1,5 +1,7 @@
 //! Lines as points: thinned to what is visible, cut into dashes and into runs.
 
+use crate::math;
+
 /// A point on the sheet [px], x to the right, y down.
 pub(crate) type Point = (f64, f64);
 
@@ -35,7 +37,7 @@ fn distance(p: Point, a: Point, b: Point) -> f64 {
     } else {
         0.0
     };
-    (p.0 - a.0 - along * dx).hypot(p.1 - a.1 - along * dy)
+    math::hypot(p.0 - a.0 - along * dx, p.1 - a.1 - along * dy)
 }
 
 /// The parts of a line whose points have one key, each with that key; a part ends where the next one begins.
@@ -58,7 +60,7 @@ pub(crate) fn dashes(points: &[Point], dash: f64, gap: f64) -> Vec<Vec<Point>> {
     let (mut drawing, mut left) = (true, dash);
     for pair in points.windows(2) {
         let (a, b) = (pair[0], pair[1]);
-        let length = (b.0 - a.0).hypot(b.1 - a.1);
+        let length = math::hypot(b.0 - a.0, b.1 - a.1);
         let at = |s: f64| (a.0 + (b.0 - a.0) * s / length, a.1 + (b.1 - a.1) * s / length);
         let mut done = 0.0;
         while length - done > left {

@@ -13,6 +13,7 @@ use super::label::{Place, Room};
 use super::study::{LEFT_PX, PANEL_PX, StudyStyle, TrialPoint, column, grid, with_margin};
 use crate::assess::TraceInstant;
 use crate::frames::rotate_body_from_ned;
+use crate::math;
 use crate::trajectory::Trajectory;
 use crate::units::DEG_PER_RAD;
 
@@ -98,7 +99,7 @@ fn even(step: usize) -> usize {
 fn sparse(points: &[(Point, usize)]) -> Vec<(Point, usize)> {
     let mut kept: Vec<(Point, usize)> = Vec::new();
     for (i, p) in points.iter().enumerate() {
-        let far = |q: &(Point, usize)| (p.0.0 - q.0.0).hypot(p.0.1 - q.0.1) >= SPARSE_PX;
+        let far = |q: &(Point, usize)| math::hypot(p.0.0 - q.0.0, p.0.1 - q.0.1) >= SPARSE_PX;
         if i + 1 == points.len() || kept.last().is_none_or(far) {
             kept.push(*p);
         }

@@ -10,6 +10,7 @@ use super::label::{Place, Room};
 use super::polyline::runs;
 use super::study::{AXIS, LEFT_PX, PANEL_PX, StudyStyle, column, grid, with_margin};
 use crate::assess::TraceInstant;
+use crate::math;
 
 const HEIGHT_PX: u32 = 640;
 const TOP_PX: f64 = 118.0;
@@ -113,7 +114,7 @@ fn broken(pen: &mut Pen<'_>, points: &[(Point, usize)], pattern: [f64; 4], width
     let period: f64 = pattern.iter().sum();
     let (mut length, mut before) = (0.0, None);
     let drawn = points.iter().map(|&(p, step)| {
-        let piece = before.replace(p).map_or(0.0, |q: Point| (p.0 - q.0).hypot(p.1 - q.1));
+        let piece = before.replace(p).map_or(0.0, |q: Point| math::hypot(p.0 - q.0, p.1 - q.1));
         length += if piece.is_finite() { piece } else { 0.0 };
         let place = length % period;
         let drawn = place < pattern[0]

@@ -11,6 +11,7 @@
 use super::flight::Flight;
 use super::lanes::{LANES, Lanes, atan2, clip};
 use crate::control::{Airframe, ControlLimits};
+use crate::math;
 
 use super::setpoint_table::Setpoint;
 
@@ -64,7 +65,7 @@ impl PlanarCascade {
         Self {
             gravity_m_s2: airframe.gravity_m_s2,
             up_max_m_s2,
-            tan_tilt: limits.tilt_rad.tan(),
+            tan_tilt: math::tan(limits.tilt_rad),
             rate_max_rad_s: limits.rate_command_rad_s,
             rate_integral_max: limits.rate_integral_rad_s2,
             velocity_integral_max: crate::control::velocity::INTEGRAL_BOUND * up_max_m_s2,

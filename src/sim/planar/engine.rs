@@ -8,6 +8,7 @@ use super::flight::Flight;
 use super::lanes::{LANES, Lanes};
 use super::model::Model;
 use super::setpoint_table::SetpointTable;
+use crate::math;
 use crate::sim::PlantKind;
 use crate::sim::integrator::steps_in;
 use crate::simd::{Kernel, vectorised};
@@ -352,8 +353,8 @@ impl State {
         Self {
             v_n: flights.map(|f| f.release.v_north_m_s),
             v_d: flights.map(|f| f.release.v_down_m_s),
-            q0: flights.map(|f| (0.5 * f.release.pitch_rad).cos()),
-            q2: flights.map(|f| (0.5 * f.release.pitch_rad).sin()),
+            q0: flights.map(|f| math::cos(0.5 * f.release.pitch_rad)),
+            q2: flights.map(|f| math::sin(0.5 * f.release.pitch_rad)),
             rate: flights.map(|f| f.release.pitch_rate_rad_s),
             rotor_speed: [[0.0; LANES]; 2],
         }

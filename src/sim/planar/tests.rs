@@ -10,6 +10,7 @@ use super::{Flight, LANES, Model, NotPlanar, Observer, Release, SetpointTable, S
 use crate::control::test_vehicles::{lander, quadrotor, site};
 use crate::control::{ControlLimits, Gains};
 use crate::frames::quaternion_from_euler;
+use crate::math;
 use crate::model::rigid_body::BodyState;
 use crate::model::wind::{Gust, GustShape};
 use crate::model::{EscDc, Motor, RotationSense, Rotor, RotorTable, Vehicle, VehicleOptions};
@@ -227,6 +228,6 @@ fn closed_form_free_fall() {
         let s = end.0;
         assert_eq!(end.1, 300);
         assert!((s.v_n[3] - 0.7).abs() < 1e-12 && (s.v_d[3] - 3.0 - 1.35 * 3.0).abs() < 1e-11);
-        assert!((2.0 * s.q2[3].atan2(s.q0[3]) - 3.7).abs() < 1e-9 && s.rate[3] == 1.2);
+        assert!((2.0 * math::atan2(s.q2[3], s.q0[3]) - 3.7).abs() < 1e-9 && s.rate[3] == 1.2);
     }
 }

@@ -5,6 +5,7 @@
 //! small but not zero.
 
 use super::noise::Walk;
+use crate::math;
 use crate::random::Stream;
 
 /// Rate and errors of a barometer.
@@ -55,12 +56,12 @@ impl BarometerSensor {
 
 /// The pressure [hPa] from which PX4 recovers an altitude [m].
 pub fn pressure_hpa(altitude_m: f64) -> f64 {
-    1013.25 * (1.0 - 2.25577e-5 * altitude_m).max(0.0).powf(5.25588)
+    1013.25 * math::powf((1.0 - 2.25577e-5 * altitude_m).max(0.0), 5.25588)
 }
 
 /// Altitude [m] that PX4 recovers from a pressure [hPa]: the inverse of [`pressure_hpa`].
 pub fn pressure_altitude_m(pressure_hpa: f64) -> f64 {
-    (1.0 - (pressure_hpa.max(0.0) / 1013.25).powf(1.0 / 5.25588)) / 2.25577e-5
+    (1.0 - math::powf(pressure_hpa.max(0.0) / 1013.25, 1.0 / 5.25588)) / 2.25577e-5
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use crate::assess::Verdict;
 use crate::frames::dcm_body_from_ned;
+use crate::math;
 use crate::sim::{Phase, Sample};
 
 /// The measures of a drop, or the means of several.
@@ -160,7 +161,7 @@ impl Tracking {
             return;
         }
         let body = &sample.state.body;
-        let tilt = dcm_body_from_ned(body.q_ned_from_body)[(2, 2)].clamp(-1.0, 1.0).acos();
+        let tilt = math::acos(dcm_body_from_ned(body.q_ned_from_body)[(2, 2)].clamp(-1.0, 1.0));
         self.peak_tilt_rad = self.peak_tilt_rad.max(tilt);
         let Some(t) = sample.t_powered_s else { return };
         if let Some(v_sp) = sample.v_sp_ned.filter(|_| t <= self.plan_end_s) {

@@ -3,6 +3,7 @@
 
 use nalgebra::Vector3;
 
+use crate::math;
 use crate::units::STANDARD_GRAVITY_M_S2;
 
 /// The planet of a check case, seen from the equator.
@@ -58,7 +59,8 @@ impl Earth {
         let geopotential_m = GEOPOTENTIAL_RADIUS_M * altitude_m / (GEOPOTENTIAL_RADIUS_M + altitude_m);
         let temperature_k = SEA_LEVEL_TEMPERATURE_K + LAPSE_K_M * geopotential_m;
         let exponent = -STANDARD_GRAVITY_M_S2 / (GAS_J_KG_K * LAPSE_K_M);
-        let pressure_pa = SEA_LEVEL_PRESSURE_PA * (temperature_k / SEA_LEVEL_TEMPERATURE_K).powf(exponent);
+        let pressure_pa =
+            SEA_LEVEL_PRESSURE_PA * math::powf(temperature_k / SEA_LEVEL_TEMPERATURE_K, exponent);
         pressure_pa / (GAS_J_KG_K * temperature_k)
     }
 }

@@ -8,6 +8,7 @@ use super::super::nominal::{NominalState, reset};
 use super::super::{EstimatorSettings, Filter, Inertial};
 use super::{error, squared_error};
 use crate::frames::{quaternion_from_euler, rotation_vector};
+use crate::math;
 
 const DT_S: f64 = 0.004;
 /// Step of the differences: small against curvature, large against rounding.
@@ -41,7 +42,7 @@ fn closed_form_a_field_that_points_beside_turns_the_heading_alone() {
     let settings = EstimatorSettings::at_site(9.8, Vector3::new(0.2, 0.0, 0.45));
     for beside_rad in [0.05f64, -0.05] {
         let mut filter = Filter::new(0, state([0.0; 3], [0.0; 3]), &[1e-3; N]);
-        let (sin, cos) = beside_rad.sin_cos();
+        let (sin, cos) = math::sin_cos(beside_rad);
         filter.take_field(&settings, &Vector3::new(0.2 * cos, 0.2 * sin, 0.45));
         let turn = rotation_vector(filter.state.q_ned_from_body);
         assert!(turn.y.abs() < 1e-12 && turn.z * beside_rad < 0.0, "{turn}");
