@@ -17,6 +17,7 @@ mod command_long;
 mod drop_campaigns;
 mod examples;
 mod fuzz;
+mod kept_files;
 mod lockstep;
 mod params;
 mod planner;
