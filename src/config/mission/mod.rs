@@ -59,7 +59,7 @@ pub(super) struct MissionJson {
     /// Description of the mission, for the reader.
     #[serde(rename = "about")]
     _about: Option<String>,
-    /// Name of the mission; results go to out/<name>/.
+    /// Name of the mission; results go to `out/NAME/`.
     name: Name,
     /// Vehicle file.
     vehicle: String,
@@ -104,7 +104,7 @@ pub(super) struct MissionJson {
 /// A drop, ready to be planned and flown.
 #[derive(Clone, Debug)]
 pub struct Mission {
-    /// Name; results go to `out/<name>/`.
+    /// Name; results go to `out/NAME/`.
     pub name: String,
     /// Name of the vehicle.
     pub vehicle_name: String,
