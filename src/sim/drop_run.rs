@@ -160,6 +160,7 @@ struct AutopilotReport {
 
 /// A drop with its release trigger, log and record; the head of this module says how it is hosted.
 #[derive(Clone, Debug)]
+    /// The drop before its release is scheduled.
 pub struct DropRun {
     config: DropRunConfig,
     initial: DropSimulation,
@@ -182,9 +183,11 @@ pub struct DropRun {
 impl DropRun {
     /// A drop that has not begun.
     pub fn new(simulation: DropSimulation, config: DropRunConfig) -> Self {
-        let mut initial = simulation;
+        let initial = simulation;
+        let mut simulation = initial.clone();
+        // Without a hang this releases at once; the first step reports it.
         if config.trigger == ReleaseTrigger::Time {
-            initial.schedule_release(initial.nominal_release_s());
+            simulation.schedule_release(initial.nominal_release_s());
         }
         Self {
             now: 0,
@@ -196,9 +199,9 @@ impl DropRun {
             record: FlightRecord::default(),
             polled: 0,
             reported_phase: initial.phase(),
-            on_ground: initial.on_ground(),
+            on_ground: simulation.on_ground(),
             limits_passed: [false; 5],
-            simulation: initial.clone(),
+            simulation,
             initial,
             config,
         }
@@ -219,9 +222,9 @@ impl DropRun {
         self.now
     }
 
-    /// Whether a step has been made or the vehicle has been cut loose.
+    /// Whether a step has been made or the vehicle has been cut loose by a command.
     pub fn has_begun(&self) -> bool {
-        self.now > 0 || self.simulation.phase() != self.initial.phase()
+        self.now > 0 || self.reported_phase != self.initial.phase()
     }
 
     /// Whether the mission has come to its end; a further step is made all the same.

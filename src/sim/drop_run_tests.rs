@@ -62,6 +62,25 @@ fn closed_form_each_trigger_cuts_at_its_time() {
     }
 }
 
+/// A host hears of a release at the very beginning like of any other, and again after a new start.
+#[test]
+fn a_drop_without_a_hang_reports_its_release_at_time_0() {
+    let mut run = DropRun::new(drop_simulation_at(environment(), 0.0), config(ReleaseTrigger::Time));
+    for _ in 0..2 {
+        assert_eq!((run.simulation().phase(), run.has_begun()), (Phase::Falling, false));
+        step_until(&mut run, 1_000_000);
+        let expected = [
+            (0, DropEvent::Released { cause: ReleaseCause::Time }),
+            (0, DropEvent::ReleasedUnarmed),
+            (microseconds(DELAY_S), DropEvent::RotorsFree),
+        ];
+        let happened: Vec<_> = run.record().events.iter().map(|e| (e.at, e.event)).collect();
+        assert_eq!(happened, expected);
+        assert!(run.has_begun());
+        run.restart();
+    }
+}
+
 #[test]
 fn a_command_cuts_whatever_the_trigger_is_and_only_once() {
     for trigger in [ReleaseTrigger::Time, ReleaseTrigger::Altitude(0.0), ReleaseTrigger::ArmedOffboard] {
