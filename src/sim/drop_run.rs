@@ -160,7 +160,6 @@ struct AutopilotReport {
 
 /// A drop with its release trigger, log and record; the head of this module says how it is hosted.
 #[derive(Clone, Debug)]
-    /// The drop before its release is scheduled.
 pub struct DropRun {
     config: DropRunConfig,
     initial: DropSimulation,

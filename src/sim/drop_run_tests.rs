@@ -179,6 +179,22 @@ fn prop_a_run_changes_nothing_in_the_flight() {
     assert_eq!(log.last().map(|s| s.t_s), Some(4.0));
 }
 
+/// The log of steps beyond the end is that of a longer mission: a row for each step, and one end.
+#[test]
+fn steps_after_the_end_repeat_no_row() {
+    let mut beyond = run(ReleaseTrigger::Time);
+    let duration_us = 4_400_000;
+    let mut longer =
+        DropRun::new(drop_simulation(), DropRunConfig { duration_us, ..config(ReleaseTrigger::Time) });
+    for run in [&mut beyond, &mut longer] {
+        step_until(run, 4_000_000);
+        run.set_throttle([0.5; MAX_ROTORS]);
+        step_until(run, duration_us);
+    }
+    assert!(beyond.log().is_sorted_by(|a, b| a.t_s < b.t_s));
+    assert_eq!(beyond.log(), longer.log());
+}
+
 #[test]
 fn a_run_that_starts_over_is_the_run_that_was() {
     let battery = Some(Battery::new(1e4, 1.0));
