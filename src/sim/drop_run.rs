@@ -124,9 +124,7 @@ impl fmt::Display for DropEvent {
             Self::Armed { armed: true } => "armed",
             Self::Armed { armed: false } => "disarmed",
             Self::ModeUnknown => {
-                "armed, but the release trigger armed_offboard waits for OFFBOARD in a HEARTBEAT, and no HEARTBEAT of the autopilot has \
-                 named a mode (PX4 sends none on the simulator link: choose another trigger, or bring its HEARTBEAT to the parachute's \
-                 UDP port 14600 + instance)"
+                "armed, but the release trigger armed_offboard waits for OFFBOARD, and the autopilot has reported no mode"
             }
             Self::Failsafe { active: true } => "failsafe: the autopilot has taken over",
             Self::Failsafe { active: false } => "failsafe over",

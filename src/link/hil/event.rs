@@ -55,6 +55,11 @@ impl fmt::Display for HilEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Drop(event @ DropEvent::Armed { .. }) => write!(f, "autopilot {event}"),
+            Self::Drop(event @ DropEvent::ModeUnknown) => write!(
+                f,
+                "{event} (a HEARTBEAT would name it, and PX4 sends none on the simulator link: choose another trigger, or bring its \
+                 HEARTBEAT to the parachute's UDP port 14600 + instance)"
+            ),
             Self::Drop(event) => event.fmt(f),
             Self::Connected { again: false } => f.write_str("autopilot connected"),
             Self::Connected { again: true } => f.write_str("autopilot connected; the drop starts over"),

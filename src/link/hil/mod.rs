@@ -249,7 +249,9 @@ impl HilSession {
                     self.parachute.note_release(self.run.now(), at, cause.text());
                     None
                 }
-                DropEvent::ReleasedUnarmed | DropEvent::ModeUnknown => Some(event.to_string()),
+                DropEvent::ReleasedUnarmed | DropEvent::ModeUnknown => {
+                    Some(HilEvent::Drop(event).to_string())
+                }
                 DropEvent::LimitPassed { .. } => Some(event.to_string().replacen('l', "L", 1)),
                 _ => None,
             };
