@@ -52,7 +52,7 @@ pub struct Outcome {
     pub rms: f64,
     /// Peaks and end of the flight; no roll.
     pub trial: TrialOutcome,
-    /// Time [s] from which the velocity stays within 1 % of the target to the end.
+    /// Time [s] from which the velocity stays within [`steady_within_m_s`] of the target to the end.
     pub steady_after_s: Option<f64>,
     /// Whether the flight was given up.
     pub given_up: bool,

@@ -2,7 +2,7 @@
 //!
 //! | file | holds | paper |
 //! |---|---|---|
-//! | [`safety`] | J_state, J_TPF, the verdict on a drop | (47)-(51), Table 1 |
+//! | [`safety`] | J_TPF, the verdict on a drop | (51) |
 //! | [`tracking`] | RMS distance of a flight from its plan | (45)-(46) |
 //! | [`batch`] | both for many planar flights at once | |
 //! | [`releases`] | random releases | (40)-(44), IV.B |

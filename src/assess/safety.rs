@@ -1,8 +1,10 @@
 //! Safety of a flight: the peak of a state's cost J_state, which is J_TPF (51), and the verdict on a drop.
 //!
 //! ```text
-//! J_TPF = max over all steps, ends included, of J_state        J_state: [`StateCost`], (47)-(50)
+//! J_TPF = max over all steps, ends included, of J_state
 //! ```
+//!
+//! J_state, (47)-(50), is [`StateCost`]'s.
 
 use nalgebra::Vector3;
 

@@ -169,8 +169,8 @@ pub(super) const WITHOUT_COUNTERPART: [&str; 9] = [
     "MPC_Z_VEL_D_ACC",
 ];
 
-/// PX4's names for a number of the cascade, pitch's before roll's, which samara's cascade has not; where the
-/// number stands in `T`; the purpose's factor on it.
+/// PX4's names for a number of the cascade: written under each, read from the first (pitch's; samara's roll
+/// uses pitch's gains). Where the number stands in `T`; the purpose's factor on it.
 type Row<T> = (&'static [&'static str], fn(&mut T) -> &mut f64, fn(&Factors) -> f64);
 
 /// Gains of the velocity and attitude loops.

@@ -32,7 +32,7 @@ pub struct Parameter {
     pub max: Option<f32>,
     /// Number of decimals that a ground station shows.
     pub decimals: Option<usize>,
-    /// Releases that have the parameter: `current`, `v1.12` or `older`.
+    /// Releases that have the parameter: `current`, `v1.16`, `v1.12` or `older`.
     pub release: &'static str,
     /// Description in a few words; may be empty.
     pub description: &'static str,

@@ -140,7 +140,7 @@ impl fmt::Display for DropEvent {
 /// A flight in events: equal for equal flights, however long one had to wait for their parties.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FlightRecord {
-    /// What happened, in order: arming, release, rotors free, failsafes, limits.
+    /// Every [`DropEvent`], in the order in which it was reported.
     pub events: Vec<Timed<DropEvent>>,
     /// Whether the autopilot was in a failsafe, armed, at any time after the release: then it was not the
     /// plan that was flown.
@@ -160,6 +160,7 @@ struct AutopilotReport {
 #[derive(Clone, Debug)]
 pub struct DropRun {
     config: DropRunConfig,
+    /// The drop before its release is scheduled.
     initial: DropSimulation,
     simulation: DropSimulation,
     now: TimeUs,
@@ -316,6 +317,10 @@ impl DropRun {
 
     /// Makes one step under the commands that have been set.
     pub fn step(&mut self) {
+        if self.is_over() {
+            // The end row, which `before` replaces.
+            self.log.pop();
+        }
         let dt_s = seconds(self.config.step_us);
         let before = self.simulation.advance_sampled(&self.throttle, self.v_sp_ned, dt_s);
         self.log.push(before);

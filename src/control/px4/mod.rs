@@ -5,7 +5,7 @@
 //! | file | holds | in PX4 v1.12 |
 //! |---|---|---|
 //! | [`parameters`] | names and defaults | `mc_*_params.c`, `imu_gyro_parameters.c`, `motor_params.c` |
-//! | [`velocity`] | velocity error to a thrust vector, tilt limit | `PositionControl`'s loops, its `Run` |
+//! | [`velocity`] | velocity error to thrust vector, tilt | `PositionControl`, `MulticopterPositionControl` |
 //! | [`attitude`] | thrust vector to attitude to body rates | `bodyzToAttitude`, `AttitudeControl::update` |
 //! | [`rate`] | body rates to torque | `RateControl::update`, `updateIntegral` |
 //! | [`mixer`] | torque and thrust to motors, saturation | `MultirotorMixer::mix_airmode_disabled` |
