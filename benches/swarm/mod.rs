@@ -5,7 +5,7 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 use samara::assess::tracking::control_period_s;
-use samara::assess::{Outcome, SafetyLimits, Study, judge_flights};
+use samara::assess::{BatchMeasure, Outcome, SafetyLimits, judge_flights};
 use samara::config::{load_mission, load_vehicle};
 use samara::control::{ControlLimits, Gains};
 use samara::model::Environment;
@@ -21,7 +21,7 @@ pub const PARTICLES: usize = 70;
 /// The tuning problem.
 pub struct Swarm {
     model: Model,
-    study: Study,
+    measure: BatchMeasure,
 }
 
 impl Swarm {
@@ -43,7 +43,7 @@ impl Swarm {
             pitch_rate_rad_s: 90.0 * RAD_PER_DEG,
             vertical_acceleration_m_s2: 3.0,
         };
-        Self { model, study: Study::of(&flight, limits, [4.0, 4.0]).unwrap() }
+        Self { model, measure: BatchMeasure::of(&flight, limits, [4.0, 4.0]).unwrap() }
     }
 
     /// Flies on as many threads as told, in equal parts.
@@ -51,7 +51,7 @@ impl Swarm {
         let part = flights.len().div_ceil(LANES).div_ceil(threads) * LANES;
         std::thread::scope(|scope| {
             for (flights, outcomes) in flights.chunks(part).zip(outcomes.chunks_mut(part)) {
-                scope.spawn(|| judge_flights(&self.model, &self.study, flights, outcomes));
+                scope.spawn(|| judge_flights(&self.model, &self.measure, flights, outcomes));
             }
         });
     }

@@ -24,8 +24,8 @@ use crate::trajectory::Trajectory;
 
 /// Setpoints, limits and plan nodes that flights are judged by.
 #[derive(Clone, Debug)]
-pub struct Study {
-    course: SetpointTable,
+pub struct BatchMeasure {
+    setpoints: SetpointTable,
     limits: SafetyLimits,
     /// Velocity of the steady state, north and down [m/s].
     target_m_s: [f64; 2],
@@ -58,7 +58,7 @@ pub struct Outcome {
     pub given_up: bool,
 }
 
-impl Study {
+impl BatchMeasure {
     /// Flights along `plan`; steady means close to `target_m_s`, north and down [m/s]. RMS is against the
     /// nodes of the trajectory `tracked`, where there is one; the control period must divide its intervals.
     ///
@@ -70,8 +70,8 @@ impl Study {
         limits: SafetyLimits,
         target_m_s: [f64; 2],
     ) -> Result<Self, NotPlanar> {
-        let course = SetpointTable::new(plan)?;
-        let dt_s = course.period_s();
+        let setpoints = SetpointTable::new(plan)?;
+        let dt_s = setpoints.period_s();
         let nodes = tracked.map_or(&[][..], Trajectory::nodes);
         let on_grid: Vec<PlanNode> = nodes
             .iter()
@@ -79,17 +79,17 @@ impl Study {
                 let step = (n.t_s / dt_s).round();
                 let state =
                     [n.q_ned_from_body[0], n.q_ned_from_body[2], n.v_ned.x, n.v_ned.z, n.omega_body.y];
-                let reached = (step * dt_s - n.t_s).abs() < 1e-6 && step <= course.steps() as f64;
+                let reached = (step * dt_s - n.t_s).abs() < 1e-6 && step <= setpoints.steps() as f64;
                 reached.then_some(PlanNode { step: step as usize, state })
             })
             .collect();
         let missed = nodes.len() - on_grid.len();
         let steady_within = steady_within_m_s(&Vector3::new(target_m_s[0], 0.0, target_m_s[1]));
         let steady_within2 = steady_within * steady_within;
-        Ok(Self { course, limits, target_m_s, steady_within2, nodes: on_grid, missed })
+        Ok(Self { setpoints, limits, target_m_s, steady_within2, nodes: on_grid, missed })
     }
 
-    /// A study along the trajectory of the plan's own reference, if it has one.
+    /// A measure along the trajectory of the plan's own reference, if it has one.
     ///
     /// # Errors
     /// [`NotPlanar`] as [`SetpointTable::new`].
@@ -102,20 +102,20 @@ impl Study {
     }
 
     /// The setpoints.
-    pub fn course(&self) -> &SetpointTable {
-        &self.course
+    pub fn setpoints(&self) -> &SetpointTable {
+        &self.setpoints
     }
 }
 
 /// Flies and judges each flight; `outcomes` takes as many as there are flights or places, whichever are
 /// fewer. Any number of flights, in groups of [`LANES`]; threads are the caller's affair: split at multiples
 /// of [`LANES`].
-pub fn judge_flights(model: &Model, study: &Study, flights: &[Flight], outcomes: &mut [Outcome]) {
+pub fn judge_flights(model: &Model, measure: &BatchMeasure, flights: &[Flight], outcomes: &mut [Outcome]) {
     for (flights, outcomes) in flights.chunks(LANES).zip(outcomes.chunks_mut(LANES)) {
         // A last, smaller group fills its lanes with its first flight.
         let lanes = std::array::from_fn(|i| *flights.get(i).unwrap_or(&flights[0]));
-        let mut judge = Judge::new(study);
-        fly(model, &study.course, &lanes, &mut judge);
+        let mut judge = Judge::new(measure);
+        fly(model, &measure.setpoints, &lanes, &mut judge);
         for (i, outcome) in outcomes.iter_mut().enumerate().take(flights.len()) {
             *outcome = judge.outcome(i);
         }
@@ -124,7 +124,7 @@ pub fn judge_flights(model: &Model, study: &Study, flights: &[Flight], outcomes:
 
 /// Collects the costs of eight flights.
 struct Judge<'a> {
-    study: &'a Study,
+    measure: &'a BatchMeasure,
     next_node: usize,
     sum_of_squares: Lanes,
     /// Largest square of the speed.
@@ -143,9 +143,9 @@ struct Judge<'a> {
 }
 
 impl<'a> Judge<'a> {
-    fn new(study: &'a Study) -> Self {
+    fn new(measure: &'a BatchMeasure) -> Self {
         Self {
-            study,
+            measure,
             next_node: 0,
             sum_of_squares: [0.0; LANES],
             speed2: [0.0; LANES],
@@ -197,7 +197,7 @@ impl<'a> Judge<'a> {
     }
 
     fn outcome(&self, i: usize) -> Outcome {
-        let limits = &self.study.limits;
+        let limits = &self.measure.limits;
         let speed = self.speed2[i].sqrt();
         let pitch = 2.0 * math::atan2(self.q2[i], self.q0[i]);
         let shares = [
@@ -205,8 +205,8 @@ impl<'a> Judge<'a> {
             pitch.abs() / limits.pitch_rad,
             self.rate[i].abs() / limits.pitch_rate_rad_s,
         ];
-        let n = self.study.nodes.len();
-        let unfinished = self.going[i] == 0.0 || self.study.missed > 0 || self.next_node < n;
+        let n = self.measure.nodes.len();
+        let unfinished = self.going[i] == 0.0 || self.measure.missed > 0 || self.next_node < n;
         Outcome {
             rms: match n {
                 _ if unfinished => DIVERGED,
@@ -222,7 +222,7 @@ impl<'a> Judge<'a> {
                 ..TrialOutcome::default()
             },
             steady_after_s: (self.steady_since[i] >= 0.0)
-                .then(|| self.steady_since[i] * self.study.course.period_s()),
+                .then(|| self.steady_since[i] * self.measure.setpoints.period_s()),
             given_up: self.going[i] == 0.0,
         }
     }
@@ -231,8 +231,8 @@ impl<'a> Judge<'a> {
 impl Observer for Judge<'_> {
     #[inline(always)]
     fn observe(&mut self, step: usize, state: &State) -> ControlFlow<()> {
-        let [target_n, target_d] = self.study.target_m_s;
-        let near2 = self.study.steady_within2;
+        let [target_n, target_d] = self.measure.target_m_s;
+        let near2 = self.measure.steady_within2;
         let mut lost = false;
         for i in 0..LANES {
             let going = self.going[i] > 0.0;
@@ -251,7 +251,7 @@ impl Observer for Judge<'_> {
             self.steady_since[i] = if near { since } else { -1.0 };
             lost |= going & !in_hand(state, i);
         }
-        if let Some(node) = self.study.nodes.get(self.next_node)
+        if let Some(node) = self.measure.nodes.get(self.next_node)
             && node.step == step
         {
             self.track(state, node);
@@ -260,7 +260,7 @@ impl Observer for Judge<'_> {
         if lost {
             self.give_up(state)?;
         }
-        if step == self.study.course.steps() {
+        if step == self.measure.setpoints.steps() {
             self.land(state);
         }
         ControlFlow::Continue(())

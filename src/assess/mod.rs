@@ -21,7 +21,7 @@ pub mod statistics;
 pub mod study;
 pub mod tracking;
 
-pub use batch::{Outcome, Study, judge_flights};
+pub use batch::{BatchMeasure, Outcome, judge_flights};
 pub use drops::{DropMeasure, DropOutcome, RandomDrop};
 pub use releases::{RandomRelease, ReleaseDistribution};
 pub use safety::{TrialOutcome, Verdict, VerdictBuilder, plan_j_tpf, steady_within_m_s};

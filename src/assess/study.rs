@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::batch::{Outcome, Study, judge_flights};
+use super::batch::{BatchMeasure, Outcome, judge_flights};
 use super::releases::RandomRelease;
 use super::safety::TrialOutcome;
 use super::tracking::{self, TrackingError};
@@ -107,9 +107,9 @@ impl SafetyStudy {
     pub fn fly_releases(&self, entry: &StudyEntry, releases: &[RandomRelease]) -> Vec<TrialOutcome> {
         let alone = |release: &RandomRelease| self.outcome(entry, &release.state);
         match self.side_by_side(entry, releases) {
-            Ok((model, study, flights)) => {
+            Ok((model, measure, flights)) => {
                 let mut outcomes = vec![Outcome::default(); flights.len()];
-                judge_flights(&model, &study, &flights, &mut outcomes);
+                judge_flights(&model, &measure, &flights, &mut outcomes);
                 // A flight that the batch engine gave up on still has its peaks before it.
                 let judged = outcomes.iter().zip(releases);
                 judged.map(|(o, release)| if o.given_up { alone(release) } else { o.trial }).collect()
@@ -127,7 +127,7 @@ impl SafetyStudy {
         &self,
         entry: &StudyEntry,
         releases: &[RandomRelease],
-    ) -> Result<(Model, Study, Vec<Flight>), OneAtATime> {
+    ) -> Result<(Model, BatchMeasure, Vec<Flight>), OneAtATime> {
         let settings = entry.controller.cascade_settings().ok_or(OneAtATime::Controller)?;
         if Airframe::new(&self.vehicle, &self.environment).as_ref() != Ok(&settings.airframe) {
             return Err(OneAtATime::Airframe);
@@ -135,12 +135,12 @@ impl SafetyStudy {
         let model = Model::new(&self.vehicle, &self.environment, &settings.limits, PlantKind::Actuator)?;
         let target_m_s = [self.target_v_ned.x, self.target_v_ned.z];
         let plan = self.flight_plan(entry, CONTROL_PERIOD_S);
-        let study = Study::new(&plan, None, self.limits, target_m_s)?;
+        let measure = BatchMeasure::new(&plan, None, self.limits, target_m_s)?;
         let flight = |release: &RandomRelease| {
             let (gains, variation) = (settings.gains, Variation::NONE);
             Ok(Flight { gains, release: Release::of(&release.state)?, variation })
         };
-        Ok((model, study, releases.iter().map(flight).collect::<Result<_, NotPlanar>>()?))
+        Ok((model, measure, releases.iter().map(flight).collect::<Result<_, NotPlanar>>()?))
     }
 
     fn flight_plan(&self, entry: &StudyEntry, period_s: f64) -> FlightPlan<'_> {

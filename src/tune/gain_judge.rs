@@ -13,7 +13,7 @@ use super::objective::{Evaluation, Objective};
 use super::unknowns::one_at_a_time;
 use super::{Longitudinal, ReleaseCase};
 use crate::assess::tracking::control_period_s;
-use crate::assess::{Outcome, SafetyLimits, StateCost, Study, TrackingError, judge_flights};
+use crate::assess::{BatchMeasure, Outcome, SafetyLimits, StateCost, TrackingError, judge_flights};
 use crate::control::{Airframe, Cascade, ControlError, ControlLimits, Controller, Gains, WithDelay};
 use crate::model::rigid_body::{BodyState, MassProperties};
 use crate::model::{Environment, Vehicle};
@@ -64,7 +64,7 @@ pub struct GainJudge<'a> {
     setting: Setting<'a>,
     airframe: Airframe,
     /// The batch engine's model, or why there is none.
-    planar: Result<(Model, Study), NotPlanar>,
+    planar: Result<(Model, BatchMeasure), NotPlanar>,
     trials: Vec<Trial>,
 }
 
@@ -158,9 +158,9 @@ impl<'a> GainJudge<'a> {
             |t: &Trial| Some(Flight { gains, release: Release::of(&t.start).ok()?, variation: t.variation });
         let flights: Option<Vec<Flight>> = trials.iter().map(flight).collect();
         match (&self.planar, flights) {
-            (Ok((model, study)), Some(flights)) => {
+            (Ok((model, measure)), Some(flights)) => {
                 let mut outcomes = vec![Outcome::default(); flights.len()];
-                judge_flights(model, study, &flights, &mut outcomes);
+                judge_flights(model, measure, &flights, &mut outcomes);
                 trials.iter().zip(&outcomes).map(|(t, o)| self.judged(t, o)).collect()
             }
             _ => {
@@ -247,14 +247,14 @@ fn flight_plan<'a>(setting: &Setting<'a>) -> FlightPlan<'a> {
     )
 }
 
-fn planar(setting: &Setting<'_>) -> Result<(Model, Study), NotPlanar> {
+fn planar(setting: &Setting<'_>) -> Result<(Model, BatchMeasure), NotPlanar> {
     let Setting { vehicle, environment, control_limits, plant, target_v_ned: v, .. } = setting;
     if v.y != 0.0 {
         return Err(NotPlanar::Sideways { what: "the target velocity" });
     }
     let model = Model::new(vehicle, environment, control_limits, *plant)?;
-    let study = Study::new(&flight_plan(setting), Some(setting.plan), setting.safety, [v.x, v.z])?;
-    Ok((model, study))
+    let measure = BatchMeasure::new(&flight_plan(setting), Some(setting.plan), setting.safety, [v.x, v.z])?;
+    Ok((model, measure))
 }
 
 /// The vehicle and the site as they are flown; `None` when there is no such vehicle.

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 use samara::assess::tracking::control_period_s;
-use samara::assess::{Outcome, Study, TrackingError, Verdict, VerdictBuilder, judge_flights};
+use samara::assess::{BatchMeasure, Outcome, TrackingError, Verdict, VerdictBuilder, judge_flights};
 use samara::control::{ControlLimits, Gains};
 use samara::sim::planar::{Flight, Model, Release, Variation};
 use samara::sim::{DropSimulation, FlightPlan, PlantKind, Reference, fly};
@@ -31,10 +31,10 @@ fn hermite(trajectory: &Trajectory, then_v_ned: Option<Vector3<f64>>) -> Referen
 /// The seven cases, judged.
 fn judged(kind: PlantKind, gains: Gains, plan: &FlightPlan<'_>, nodes: Option<&Trajectory>) -> Vec<Outcome> {
     let model = Model::new(&TITAN, &site(), &ControlLimits::default(), kind).unwrap();
-    let study = Study::new(plan, nodes, limits(), [target_ned().x, target_ned().z]).unwrap();
+    let measure = BatchMeasure::new(plan, nodes, limits(), [target_ned().x, target_ned().z]).unwrap();
     let flights: Vec<Flight> = TABLE_3.iter().map(|case| flight_of(case, gains)).collect();
     let mut outcomes = vec![Outcome::default(); flights.len()];
-    judge_flights(&model, &study, &flights, &mut outcomes);
+    judge_flights(&model, &measure, &flights, &mut outcomes);
     outcomes
 }
 
@@ -152,9 +152,9 @@ fn lost_flights_cost_a_thousand_and_leave_the_others_alone() {
     let dt_s = control_period_s(&nodes);
     let flight = along(hermite(&velocity, None), dt_s, nodes.end_s());
     let model = Model::new(&TITAN, &site(), &ControlLimits::default(), PlantKind::Ideal).unwrap();
-    let study = Study::of(&flight, limits(), [4.0, 4.0]);
-    let study_with_nodes = Study::new(&flight, Some(&nodes), limits(), [4.0, 4.0]).unwrap();
-    assert_eq!(study.unwrap().course().steps(), 37 * 81);
+    let measure = BatchMeasure::of(&flight, limits(), [4.0, 4.0]);
+    let measure_with_nodes = BatchMeasure::new(&flight, Some(&nodes), limits(), [4.0, 4.0]).unwrap();
+    assert_eq!(measure.unwrap().setpoints().steps(), 37 * 81);
     let good = flight_of(&TABLE_3[2], gains("safety"));
     let mut fast = good;
     fast.release.v_north_m_s = 80.0;
@@ -164,9 +164,9 @@ fn lost_flights_cost_a_thousand_and_leave_the_others_alone() {
     let mut tumbling = good;
     tumbling.gains.k_ptheta = -3.0;
     let mut outcomes = [Outcome::default(); 4];
-    judge_flights(&model, &study_with_nodes, &[fast, good, broken, tumbling], &mut outcomes);
+    judge_flights(&model, &measure_with_nodes, &[fast, good, broken, tumbling], &mut outcomes);
     let mut alone = [Outcome::default(); 1];
-    judge_flights(&model, &study_with_nodes, &[good], &mut alone);
+    judge_flights(&model, &measure_with_nodes, &[good], &mut alone);
     assert_eq!(outcomes[1], alone[0]);
     assert!(outcomes[1].rms < 1.0 && !outcomes[1].given_up);
     for lost in [0, 2, 3] {
