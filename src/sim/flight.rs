@@ -127,9 +127,9 @@ pub fn fly(
             yaw_rad: plan.yaw_sp_rad,
         });
         throttle = controller.step(&Measurement::from(&sim.state().body), &setpoint, dt_s).throttle;
-        let before = sim.moment();
-        let instant = sim.step(&throttle, dt_s);
-        observe(&before.sample(instant, &throttle, velocity.map(|(v_ned, _)| v_ned)))?;
+        let row = sim.row_start();
+        let loads = sim.step(&throttle, dt_s);
+        observe(&row.sample(loads, &throttle, velocity.map(|(v_ned, _)| v_ned)))?;
     }
     observe(&sim.sample(&throttle, plan.velocity_now(sim).map(|(v_ned, _)| v_ned)))
 }

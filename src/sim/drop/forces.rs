@@ -56,7 +56,7 @@ impl DropSimulation {
 
     /// A row of the record: the state now under the given commands and setpoint.
     pub fn sample(&self, throttle: &PerRotor, v_sp_ned: Option<Vector3<f64>>) -> Sample {
-        self.moment().sample(self.loads_under(throttle), throttle, v_sp_ned)
+        self.row_start().sample(self.loads_under(throttle), throttle, v_sp_ned)
     }
 
     /// Advances by `dt_s` [s] as [`Self::step`] does; the row of the record for the step's beginning.
@@ -66,13 +66,13 @@ impl DropSimulation {
         v_sp_ned: Option<Vector3<f64>>,
         dt_s: f64,
     ) -> Sample {
-        let moment = self.moment();
+        let row = self.row_start();
         let loads = self.step(throttle, dt_s);
-        moment.sample(loads, throttle, v_sp_ned)
+        row.sample(loads, throttle, v_sp_ned)
     }
 
     /// The state now, for a record whose forces come with the next step.
-    pub(in crate::sim) fn moment(&self) -> RowStart {
+    pub(in crate::sim) fn row_start(&self) -> RowStart {
         RowStart {
             t_s: self.clock.time_s,
             t_powered_s: self.time_powered_s(),
