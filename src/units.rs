@@ -11,12 +11,8 @@ pub const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
 pub const SEA_LEVEL_DENSITY_KG_M3: f64 = 1.225;
 /// Metres of arc per degree of latitude on a sphere of 6371 km, for the local-to-global anchor.
 pub const EARTH_RADIUS_M: f64 = 6_371_000.0;
-/// Pascal per hectopascal.
-pub const PA_PER_HPA: f64 = 100.0;
 /// Microseconds per second.
 pub const US_PER_S: f64 = 1e6;
-/// Milliseconds per second.
-pub const MS_PER_S: f64 = 1e3;
 /// Gauss per tesla.
 pub const GAUSS_PER_TESLA: f64 = 1e4;
 /// Metres per foot.

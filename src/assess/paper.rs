@@ -25,9 +25,6 @@ pub const STUDY_SHA256: &str = "44247c7ad1c5c39dceab7f86f087f13ca13ffb29063f6836
 /// J_TPF of the optimal nominal trajectory, section V.
 pub const PLAN_J_TPF: f64 = 0.5475;
 
-/// Trials of each campaign.
-pub const TRIALS: u64 = 100;
-
 /// Table 5, near-hover controller (step command), cases 0 to 6.
 pub const TABLE_5_NEAR_HOVER: [f64; 7] = [0.77, 0.77, 0.90, 1.01, 0.98, 0.88, 0.80];
 

@@ -63,11 +63,6 @@ impl Mixer {
         self.thrust_limit_n
     }
 
-    /// Whether the rotors can make a yaw moment.
-    pub fn yaws(&self) -> bool {
-        self.moment[2].iter().any(|&y| y != 0.0)
-    }
-
     /// Thrust of each rotor [N] for a lift [N] and a moment [N m], body axes. A demand that is not a number
     /// counts as zero.
     pub fn thrusts(&self, lift_n: f64, moment_body: &Vector3<f64>) -> PerRotor {
@@ -149,6 +144,11 @@ mod tests {
         [lander(true), lander(false), ring(6, 0.0), ring(8, 0.1), five]
     }
 
+    /// Whether the rotors can make a yaw moment.
+    fn yaws(mixer: &Mixer) -> bool {
+        mixer.moment[2].iter().any(|&y| y != 0.0)
+    }
+
     fn lift_and_moment(vehicle: &Vehicle, thrust: &PerRotor) -> (f64, Vector3<f64>) {
         let mut sum = (0.0, Vector3::zeros());
         for (i, r) in vehicle.rotors.iter().enumerate() {
@@ -162,13 +162,13 @@ mod tests {
     fn small_demands_are_met_exactly() {
         for vehicle in vehicles() {
             let mixer = airframe(&vehicle).mixer;
-            let yaw = if mixer.yaws() { 3.0 } else { 0.0 };
+            let yaw = if yaws(&mixer) { 3.0 } else { 0.0 };
             let wanted = Vector3::new(20.0, -30.0, yaw);
             let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(800.0, &wanted));
             assert!((lift - 800.0).abs() < 1e-9 && (moment - wanted).norm() < 1e-9, "{lift} {moment}");
         }
         assert!(
-            !airframe(&lander(false)).mixer.yaws(),
+            !yaws(&airframe(&lander(false)).mixer),
             "without reaction torque nothing yaws a flat quadrotor"
         );
     }

@@ -3,7 +3,7 @@
 //!
 //! A mission names its cases (Table 3 of the paper, as printed: truncated digits, the nominal case at 3.67
 //! m/s where (44) gives 3.675). Around them, [`swing_releases`] samples the swing (40)-(44) in amplitude and
-//! phase, and [`random_releases`] draws from its distribution.
+//! phase.
 
 use nalgebra::Vector3;
 
@@ -49,11 +49,6 @@ pub fn swing_releases(swing: &ReleaseDistribution, amplitudes: &[f64]) -> Vec<Bo
         (0..PHASES).map(move |k| swing.state(a * swing.amplitude_sigma_rad, phase(k))).collect::<Vec<_>>()
     };
     amplitudes.iter().enumerate().flat_map(at).collect()
-}
-
-/// The first `count` random releases of a seed: those of a campaign.
-pub fn random_releases(swing: &ReleaseDistribution, seed: u64, count: usize) -> Vec<BodyState> {
-    (0..count).map(|trial| swing.draw(seed, trial as u64).state).collect()
 }
 
 #[cfg(test)]

@@ -6,11 +6,11 @@ use samara::assess::ReleaseDistribution;
 use samara::control::{ControlLimits, Gains};
 use samara::model::Parachute;
 use samara::model::parachute::Pendulum;
+use samara::model::rigid_body::BodyState;
 use samara::sim::PlantKind;
 use samara::trajectory::Trajectory;
 use samara::tune::gain_judge::Setting;
 use samara::tune::near_hover::near_hover;
-use samara::tune::release_cases::random_releases;
 use samara::tune::{Evaluation, GainJudge, Objective};
 use samara::units::RAD_PER_DEG;
 
@@ -126,6 +126,11 @@ fn regress_our_gains_on_unseen_flights() {
         let mean = flights.iter().map(|e| e.j_tpf).sum::<f64>() / 1000.0;
         assert!(mean <= 0.56 && worst <= 0.66, "seed {seed}: mean {mean} worst {worst}");
     }
+}
+
+/// The first `count` random releases of a seed: those of a campaign.
+fn random_releases(swing: &ReleaseDistribution, seed: u64, count: usize) -> Vec<BodyState> {
+    (0..count).map(|trial| swing.draw(seed, trial as u64).state).collect()
 }
 
 /// (40)-(44), the pendulum of the paper's text.

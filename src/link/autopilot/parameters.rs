@@ -18,7 +18,7 @@ use crate::autopilot::parameters::{Parameters, Refusal};
 use crate::autopilot::{Autopilot, Severity};
 use crate::link::frame::{Command, Frame};
 use crate::link::wire::param_value;
-use crate::params::export::GRAVITY_KEY;
+use crate::params::purpose::GRAVITY_KEY;
 use crate::params::{Purpose, Value, file};
 
 /// PX4's name for the checksum.
