@@ -129,7 +129,7 @@ impl<const N: usize> CmaEs<N> {
         self.path_sigma = std::array::from_fn(|k| (1.0 - c_sigma) * self.path_sigma[k] + keep * white[k]);
         let length = self.path_sigma.iter().map(|p| p * p).sum::<f64>().sqrt();
         self.generation += 1;
-        let usual = (1.0 - (1.0 - c_sigma).powi(2 * self.generation)).sqrt();
+        let usual = (1.0 - math::powf(1.0 - c_sigma, 2.0 * f64::from(self.generation))).sqrt();
         let moving = length / usual < (1.4 + 2.0 / (n + 1.0)) * expected_length;
         let h = if moving { 1.0 } else { 0.0 };
         let keep = h * (c_c * (2.0 - c_c) * mu_eff).sqrt();
