@@ -44,8 +44,11 @@ pub enum ConfigError {
 }
 
 fn starts_with_line(error: &ParamsError) -> bool {
-    use ParamsError::{Columns, Field, Twice, UnknownPurpose};
-    matches!(error, Columns { .. } | Field { .. } | Twice { .. } | UnknownPurpose { .. })
+    use ParamsError::{Columns, Control, DoesNotBelong, Field, NoGains, NoUnit, Twice, UnknownPurpose};
+    match error {
+        Columns { .. } | Field { .. } | Twice { .. } | UnknownPurpose { .. } => true,
+        DoesNotBelong(_) | NoGains | Control(_) | NoUnit { .. } => false,
+    }
 }
 
 fn at(json_path: &str) -> String {
