@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, SVector, Vector3};
+use samara::assess::{SafetyStudy, StudyEntry, StudyReference};
 use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, load_mission};
 use samara::control::{Airframe, Cascade, ControlSettings};
@@ -14,14 +15,16 @@ use samara::link::{
     AutopilotSession, AutopilotSetup, Decoder, Frame, HilConfig, HilSession, Link, Lockstep, Session,
     StreamerConfig, StreamerSession, Transmit,
 };
-use samara::model::rigid_body::MassProperties;
+use samara::model::rigid_body::{BodyState, MassProperties};
 use samara::model::{MAX_ROTORS, RotationSense, RotorMount, Vehicle, trim};
 use samara::plan::dynamics::{Curvature, Dynamics, Linearisation};
 use samara::plan::problem::{Bounds, Nodes, Problem, QuadraticCost};
 use samara::plan::solver::{SolverOptions, StartFrom, Status, solve};
 use samara::plan::{Guess, plan};
-use samara::sim::{DropSimulation, FlightPlan, Phase, Reference, fly};
+use samara::sim::{DropSimulation, FlightPlan, Phase, PlantKind, Reference, fly};
 use samara::trajectory::{Node, Trajectory};
+use samara::tune::GainJudge;
+use samara::tune::gain_judge::Setting;
 
 #[path = "../examples/own_controller.rs"]
 #[expect(dead_code, reason = "the example's main")]
@@ -40,6 +43,52 @@ fn another_controller_flies_study_campaign_and_wire() {
     let verdict = own_controller::drop_over_the_wire(&mission, &plan, &lqr).unwrap();
     assert!(verdict.j_tpf < 0.9 && verdict.limits_passed.is_empty(), "{verdict:?}");
     assert!(verdict.steady_after_s.is_some_and(|t_s| t_s < 34.0), "{verdict:?}");
+}
+
+/// Controller: the same regulator under the judge that gains are tuned on, whose flights are the study's.
+/// Both take the RMS at the period that divides the plan's intervals, the study the rest at 10 ms: close by.
+#[test]
+fn another_controller_is_judged_by_the_flights_of_the_study() {
+    let mission = titan();
+    let plan = own_controller::planned(&mission).unwrap();
+    let lqr = own_controller::Lqr::new(&mission).unwrap();
+    let setting = Setting {
+        vehicle: mission.vehicle.clone(),
+        environment: mission.site.environment.clone(),
+        control_limits: mission.control.limits,
+        plant: PlantKind::Actuator,
+        yaw: mission.control.gains,
+        plan: &plan,
+        target_v_ned: mission.target_v_ned,
+        settle_s: 0.0,
+        safety: mission.limits.safety,
+    };
+    let cases = &mission.study.cases;
+    let judged = GainJudge::new(setting).unwrap().with_cases(cases).evaluate_controller(&lqr);
+
+    let study = SafetyStudy {
+        vehicle: mission.vehicle.clone(),
+        environment: mission.site.environment.clone(),
+        limits: mission.limits.safety,
+        target_v_ned: mission.target_v_ned,
+        plan: plan.clone(),
+    };
+    let entry = StudyEntry {
+        name: "lqr",
+        gains_name: "lqr".to_owned(),
+        controller: Box::new(lqr),
+        reference: StudyReference::Optimal,
+    };
+    let worst = |cost: &dyn Fn(&BodyState) -> f64| cases.iter().map(|c| cost(&c.state())).fold(0.0, f64::max);
+    let outcome = |start: &BodyState| study.outcome(&entry, start);
+    let target = mission.target_v_ned;
+    let rms = worst(&|start| study.tracking_rms(&entry, start));
+    let j_tpf = worst(&|start| outcome(start).j_tpf);
+    let unrest = worst(&|start| (outcome(start).final_v_ned - target).norm() / target.norm());
+    assert!(rms > 0.1 && j_tpf > 0.1 && unrest > 0.02, "{rms} {j_tpf} {unrest}");
+    assert_eq!(judged.rms, rms);
+    assert!((judged.j_tpf - j_tpf).abs() < 1e-4, "{judged:?}, the study's J_TPF {j_tpf}");
+    assert!((judged.unrest - unrest).abs() < 1e-4, "{judged:?}, at the study's end {unrest}");
 }
 
 fn titan() -> Mission {
