@@ -27,6 +27,21 @@ pub struct Node {
     pub a_ned: Vector3<f64>,
 }
 
+#[cfg(test)]
+impl Node {
+    /// Level, turning nowhere, without thrust, at a velocity that does not change.
+    pub(crate) fn level(t_s: f64, v_ned: Vector3<f64>) -> Self {
+        Self {
+            t_s,
+            q_ned_from_body: crate::frames::LEVEL,
+            v_ned,
+            omega_body: Vector3::zeros(),
+            thrust_n: [0.0; 8],
+            a_ned: Vector3::zeros(),
+        }
+    }
+}
+
 /// Nodes in order of time, with interpolation between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {

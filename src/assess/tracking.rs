@@ -103,22 +103,15 @@ impl<'a> TrackingError<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::{LEVEL, quaternion_from_euler};
+    use crate::frames::quaternion_from_euler;
     use crate::model::ForceBalance;
     use crate::sim::{Phase, PlantState};
     use crate::trajectory::Node;
     use nalgebra::Vector3;
 
     fn plan() -> Trajectory {
-        let node = |t_s| Node {
-            t_s,
-            q_ned_from_body: LEVEL,
-            v_ned: Vector3::new(0.0, 0.0, 4.0),
-            omega_body: Vector3::zeros(),
-            thrust_n: [0.0; 8],
-            a_ned: Vector3::zeros(),
-        };
-        Trajectory::new(vec![node(0.0), node(0.81), node(1.62)], 4).unwrap()
+        let nodes = [0.0, 0.81, 1.62].map(|t_s| Node::level(t_s, Vector3::new(0.0, 0.0, 4.0)));
+        Trajectory::new(nodes.to_vec(), 4).unwrap()
     }
 
     fn sample(t_s: f64, v_down: f64, pitch_rad: f64) -> Sample {

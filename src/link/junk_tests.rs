@@ -2,6 +2,7 @@
 
 use mavlink::Message as _;
 use mavlink::dialects::common::MavMessage;
+use nalgebra::Vector3;
 use proptest::prelude::*;
 
 use super::decoder::Decoder;
@@ -9,7 +10,6 @@ use super::encoder::Encoder;
 use super::hil::{HilConfig, HilSession};
 use super::session::{Link, Session};
 use super::streamer::{StreamerConfig, StreamerSession};
-use crate::frames::LEVEL;
 use crate::sim::test_site;
 use crate::trajectory::{Node, Trajectory};
 
@@ -20,15 +20,8 @@ const IDS: [u32; 9] = [0, 11, 30, 75, 76, 77, 93, 252, 253];
 const COMMANDS: [u16; 6] = [208, 211, 400, 511, 512, 65_000];
 
 fn streamer() -> StreamerSession {
-    let node = |t_s| Node {
-        t_s,
-        q_ned_from_body: LEVEL,
-        v_ned: nalgebra::Vector3::zeros(),
-        omega_body: nalgebra::Vector3::zeros(),
-        thrust_n: [0.0; 8],
-        a_ned: nalgebra::Vector3::zeros(),
-    };
-    let plan = Trajectory::new(vec![node(0.0), node(1.0)], 4).unwrap();
+    let nodes = [0.0, 1.0].map(|t_s| Node::level(t_s, Vector3::zeros()));
+    let plan = Trajectory::new(nodes.to_vec(), 4).unwrap();
     StreamerSession::new(StreamerConfig::default(), plan)
 }
 

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::{DropSimulation, FlightPlan, Phase, PlantKind, Reference, Sample, Start, fly};
 use crate::control::Gains;
 use crate::control::test_vehicles::{cascade, lander, quadrotor, site};
-use crate::frames::{LEVEL, quaternion_from_euler, yaw};
+use crate::frames::{LEVEL, yaw};
 use crate::model::parachute::Pendulum;
 use crate::model::rigid_body::BodyState;
 use crate::model::{Parachute, Vehicle, VehicleOptions};
@@ -99,14 +99,7 @@ fn whole_drop_has_its_phases_in_order() {
 }
 
 fn ramp() -> Trajectory {
-    let node = |t_s: f64| Node {
-        t_s,
-        q_ned_from_body: quaternion_from_euler(0.0, 0.0, 0.0),
-        v_ned: Vector3::new(t_s, 0.0, 3.675),
-        omega_body: Vector3::zeros(),
-        thrust_n: [0.0; 8],
-        a_ned: Vector3::x(),
-    };
+    let node = |t_s: f64| Node { a_ned: Vector3::x(), ..Node::level(t_s, Vector3::new(t_s, 0.0, 3.675)) };
     Trajectory::new(vec![node(0.0), node(1.0)], 4).unwrap()
 }
 

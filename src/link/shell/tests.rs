@@ -20,7 +20,6 @@ use super::ports::loopback;
 use super::*;
 use crate::autopilot::parameters::Parameters;
 use crate::control::{Airframe, ControlLimits, ControlSettings, Gains};
-use crate::frames::LEVEL;
 use crate::params::Subject;
 use crate::sim::{DropEvent, DropRunConfig, test_site};
 use crate::time::Timed;
@@ -104,16 +103,9 @@ pub(super) fn autopilot() -> AutopilotSession {
 }
 
 pub(super) fn streamer() -> StreamerSession {
-    let node = |t_s, v_ned| Node {
-        t_s,
-        q_ned_from_body: LEVEL,
-        v_ned,
-        omega_body: Vector3::zeros(),
-        thrust_n: [0.0; 8],
-        a_ned: Vector3::zeros(),
-    };
     let slow = Vector3::new(0.0, 0.0, 1.0);
-    let plan = Trajectory::new(vec![node(0.0, Vector3::new(0.0, 0.0, 9.0)), node(2.0, slow)], 4).unwrap();
+    let nodes = vec![Node::level(0.0, Vector3::new(0.0, 0.0, 9.0)), Node::level(2.0, slow)];
+    let plan = Trajectory::new(nodes, 4).unwrap();
     let config = StreamerConfig {
         hang_s: test_site::HANG_S,
         delay_s: test_site::DELAY_S,

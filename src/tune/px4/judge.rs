@@ -205,22 +205,14 @@ mod tests {
     use crate::control::test_vehicles::{
         ARM_M, GRAVITY_M_S2, J_YY, MASS_KG, THRUST_LIMIT_N, quadrotor, site,
     };
-    use crate::frames::LEVEL;
     use crate::model::VehicleOptions;
     use crate::model::parachute::Pendulum;
     use crate::trajectory::Node;
 
     /// From 4 m/s down to the target in 2 s.
     fn plan(target_v_ned: Vector3<f64>) -> Trajectory {
-        let node = |t_s: f64, v_ned| Node {
-            t_s,
-            q_ned_from_body: LEVEL,
-            v_ned,
-            omega_body: Vector3::zeros(),
-            thrust_n: [0.0; 8],
-            a_ned: Vector3::zeros(),
-        };
-        Trajectory::new(vec![node(0.0, Vector3::z() * 4.0), node(2.0, target_v_ned)], 4).unwrap()
+        Trajectory::new(vec![Node::level(0.0, Vector3::z() * 4.0), Node::level(2.0, target_v_ned)], 4)
+            .unwrap()
     }
 
     /// A heavy quadrotor on a moon without air, and a swing.

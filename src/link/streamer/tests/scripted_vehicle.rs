@@ -5,21 +5,13 @@ use nalgebra::Vector3;
 
 use super::*;
 use crate::autopilot::FlightMode;
-use crate::frames::LEVEL;
 use crate::link::{CommandAck, Decoder, Encoder, Frame, Link, Session, TimeUs};
 use crate::trajectory::Node;
 
 /// A plan from 3 m/s down to 1 m/s north in 2 s.
 pub(super) fn plan() -> Trajectory {
-    let node = |t_s: f64, v_ned| Node {
-        t_s,
-        q_ned_from_body: LEVEL,
-        v_ned,
-        omega_body: Vector3::zeros(),
-        thrust_n: [0.0; 8],
-        a_ned: Vector3::zeros(),
-    };
-    Trajectory::new(vec![node(0.0, Vector3::new(0.0, 0.0, 3.0)), node(2.0, Vector3::x())], 4).unwrap()
+    let nodes = vec![Node::level(0.0, Vector3::new(0.0, 0.0, 3.0)), Node::level(2.0, Vector3::x())];
+    Trajectory::new(nodes, 4).unwrap()
 }
 
 /// What the vehicle and its parachute answer.
