@@ -2,6 +2,7 @@
 //! reference autopilot beside it.
 
 use std::fmt::Write as _;
+use std::sync::atomic::Ordering;
 
 use super::args::DropArgs;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
@@ -11,6 +12,7 @@ use crate::cli::narrator::Narrator;
 use crate::cli::pilot::{Flight, Pilot, Reference};
 use crate::cli::planning::Planned;
 use crate::cli::results::OutputFolder;
+use crate::cli::system::interrupt_flag;
 use crate::cli::terminal::print;
 use samara::assess::Verdict;
 use samara::units::DEG_PER_RAD;
@@ -40,10 +42,17 @@ pub fn run(
     let (mut all_well, mut objects, mut kept) = (true, Vec::new(), Vec::new());
     let mut csv = format!("{}{COLUMNS}\n", mission.stamp().csv_comment());
     narrator.say(HEAD);
-    for case in mission.study.cases.iter().map(|case| case.name.as_str()) {
+    // Each flight listens for Ctrl-C itself, and ends by it; here it ends the series.
+    let stop = interrupt_flag()?;
+    'cases: for case in mission.study.cases.iter().map(|case| case.name.as_str()) {
         let mut swinging = mission.clone();
         swinging.use_release_case(case).bad_input()?;
         for (name, pilot) in &pilots {
+            if stop.load(Ordering::Relaxed) {
+                all_well = false;
+                narrator.warn("stopped: the cases that follow were not flown\n");
+                break 'cases;
+            }
             let place = OutputFolder::create(Some(&folder.path().join(case).join(name)), &mission.name)?;
             planned.write_to(&place, &swinging)?;
             let flown =
