@@ -212,7 +212,10 @@ impl Campaign<'_> {
         let drawn = self.mission.draw_drop(number);
         let failed = |why: &Failure| DropTrial { drawn, outcome: None, failure: Some(why.text()) };
         let scratch = self.folder.join(format!("place_{place}"));
-        let folder = match OutputFolder::create(Some(&scratch), &self.mission.name) {
+        // The files of the trial that was flown here before are not this one's.
+        let emptied = if scratch.is_dir() { remove_folder(&scratch) } else { Ok(()) };
+        let made = emptied.and_then(|()| OutputFolder::create(Some(&scratch), &self.mission.name));
+        let folder = match made {
             Ok(folder) => folder,
             Err(why) => return Some((failed(&why), None)),
         };
