@@ -25,7 +25,7 @@ use samara::link::shell::ports::MAX_INSTANCE;
 use samara::link::shell::{Speed, Wiring};
 use samara::plan::Status;
 use samara::report::drops::{DropTally, DropTrial, drops_json, drops_text, header, row};
-use samara::report::{DropRun, FlownBy, plan_text};
+use samara::report::{DropRun, FlownBy, plan_json, plan_text};
 
 /// Drops by PX4 flown side by side unless it is said otherwise: each is a PX4 and a simulator that wait for
 /// each other.
@@ -59,6 +59,9 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
     write_plan(&folder, &mission, &timed.plan)?;
     if timed.plan.status != Status::Converged {
         print_err(&format!("no plan to fly: {}", plan_text(&timed.plan, &mission.limits.safety, None)));
+        if args.mission.json {
+            print(&plan_json(&mission, &timed.plan, Some(timed.solve_ms)))?;
+        }
         return Ok(Answer::No);
     }
     let planned = Planned { trajectory: timed.plan.trajectory, source: "planned", solve_ms: None };

@@ -46,6 +46,11 @@ pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     }
     let watch = Stopwatch::start();
     let Some(campaigns) = campaign::run_all(&runner, &entries, args.resume, &narrator)? else {
+        if args.mission.json {
+            let reason = "stopped before the campaigns were complete";
+            let object = serde_json::json!({ "mission": mission.name, "campaigns": null, "reason": reason });
+            print(&format!("{object:#}\n"))?;
+        }
         return Ok(Answer::No);
     };
     let flown: u64 = campaigns.iter().map(|c| c.flown_now).sum();
