@@ -164,6 +164,9 @@ fn command_line(args: &AssessArgs, mission: &Mission, trials: u64) -> String {
     if let Some(params) = &args.choice.params {
         command += &format!(" --params {}", params.display());
     }
+    if let Some(case) = &args.choice.case {
+        command += &format!(" --case {case}");
+    }
     command += &format!(" --seed {} --trials {trials}", mission.seed);
     if args.bound != 1.0 {
         command += &format!(" --bound {}", args.bound);
