@@ -39,20 +39,20 @@ fn own_autopilot_flies_the_drop_over_tcp() {
     let airframe = Airframe::new(&mission.vehicle, &mission.site.environment).unwrap();
     let out = tempfile::tempdir().unwrap();
     let mut simulator = Command::new(env!("CARGO_BIN_EXE_samara"))
-        .args(["sim", "mission/x500_drop.json", "--instance", "7", "--speed", "max", "--json", "--out"])
+        .args(["sim", "mission/x500_drop.json", "--instance", "5", "--speed", "max", "--json", "--out"])
         .arg(out.path())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // It says when it listens. Instance 7 is system 8.
+    // It says when it listens. Instance 5 is system 6.
     let mut said = BufReader::new(simulator.stderr.take().unwrap()).lines();
-    let listening = said.by_ref().find(|line| line.as_ref().is_ok_and(|line| line.contains("4567")));
+    let listening = said.by_ref().find(|line| line.as_ref().is_ok_and(|line| line.contains("4565")));
     assert!(listening.is_some(), "{:?}", simulator.wait_with_output());
     let rest = std::thread::spawn(move || said.map_while(Result::ok).collect::<Vec<_>>());
     let v_sp_ned = mission.target_v_ned;
     let answers =
-        own_autopilot::fly(8, "127.0.0.1:4567", "127.0.0.1:14607", &airframe, v_sp_ned, 15_000_000).unwrap();
+        own_autopilot::fly(6, "127.0.0.1:4565", "127.0.0.1:14605", &airframe, v_sp_ned, 15_000_000).unwrap();
     let output = simulator.wait_with_output().unwrap();
     let said = rest.join().unwrap();
     assert!(output.status.success(), "{said:?}");
