@@ -14,7 +14,7 @@ use crate::model::environment::GeoPoint;
 use crate::time::TimeUs;
 
 /// Entries of a flight's log that wait to be fetched; before simulated time runs there is no flight. Bounded:
-/// when nobody fetches, the oldest go, and a gap stands for them.
+/// when nobody fetches, the oldest go, and a gap stands for them. Beginnings of flights stay.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LogQueue {
     waiting: VecDeque<LogEntry>,
@@ -40,12 +40,22 @@ impl LogQueue {
         if !self.in_flight {
             return;
         }
-        if self.waiting.len() == Self::MOST {
-            self.waiting.pop_front();
-            self.waiting.pop_front();
-            self.waiting.push_front(LogEntry::Gap);
+        while self.waiting.len() >= Self::MOST {
+            self.shorten();
         }
         self.waiting.push_back(entry);
+    }
+
+    /// Puts a gap in place of the oldest entry that neither begins a flight nor is a gap; where one stands
+    /// before it, that stands for both.
+    fn shorten(&mut self) {
+        let lasting = |entry: &LogEntry| matches!(entry, LogEntry::Begin(..) | LogEntry::Gap);
+        match self.waiting.iter().position(|entry| !lasting(entry)) {
+            Some(i) if i == 0 || self.waiting[i - 1] != LogEntry::Gap => self.waiting[i] = LogEntry::Gap,
+            Some(i) => _ = self.waiting.remove(i),
+            // Nothing but beginnings.
+            None => _ = self.waiting.pop_front(),
+        }
     }
 
     /// Takes the oldest entry.
@@ -114,5 +124,44 @@ fn satellite_fix(m: &HIL_GPS_DATA) -> SatelliteFix {
         },
         v_ned: Vector3::new(f64::from(m.vn), f64::from(m.ve), f64::from(m.vd)) * 0.01,
         satellites: m.satellites_visible,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::params::Value;
+
+    fn parameter(n: usize) -> LogEntry {
+        LogEntry::Parameter(n.to_string(), Value::Int(0))
+    }
+
+    fn fetched(queue: &mut LogQueue) -> Vec<LogEntry> {
+        std::iter::from_fn(|| queue.poll()).collect()
+    }
+
+    /// Two flights that nobody fetches, each with more than there is room for: both begin, in one entry each,
+    /// and the latest entries are there to the last.
+    #[test]
+    fn regress_a_full_queue_keeps_where_flights_begin() {
+        let begin = |at| LogEntry::Begin(at, BTreeMap::new());
+        let mut queue = LogQueue::default();
+        for at in [4_000, 8_000] {
+            queue.begin(begin(at));
+            (0..2 * LogQueue::MOST).for_each(|n| queue.push(parameter(n)));
+        }
+        let kept = LogQueue::MOST - 4;
+        let mut expected = vec![begin(4_000), LogEntry::Gap, begin(8_000), LogEntry::Gap];
+        expected.extend((2 * LogQueue::MOST - kept..2 * LogQueue::MOST).map(parameter));
+        assert_eq!(fetched(&mut queue), expected);
+    }
+
+    #[test]
+    fn beginnings_alone_are_bounded_too() {
+        let mut queue = LogQueue::default();
+        (0..2 * LogQueue::MOST as u64).for_each(|at| queue.begin(LogEntry::Begin(at, BTreeMap::new())));
+        assert_eq!(fetched(&mut queue).len(), LogQueue::MOST);
     }
 }
