@@ -7,9 +7,10 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`frames`], [`units`] | rotations, conversion factors |
 //! | [`math`] | elementary functions, the same on every machine |
-//! | [`real`], [`simd`], [`random`] | the scalar of the dynamics, wider registers, random numbers |
+//! | [`real`], [`simd`] | the scalar of the dynamics, wider registers |
+//! | [`random`], [`units`] | random numbers, conversion factors |
+//! | [`frames`], [`time`] | rotations; simulated time |
 //! | [`model`] | what flies: vehicle, air, parachute |
 //! | [`trajectory`] | a planned trajectory |
 //! | [`control`], [`plan`] | how it is flown; how it should fly (neither knows the other) |
