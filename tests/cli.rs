@@ -65,7 +65,6 @@ fn reference_drop_of_titan() {
     }
 }
 
-/// Every run writes the same bytes to every file.
 /// Both missions become steady with the gains they ship, within their limits.
 #[test]
 fn shipped_missions_come_to_rest() {

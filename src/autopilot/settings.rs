@@ -150,7 +150,6 @@ impl Settings {
 
     /// The value of a parameter in PX4's terms; `None` when no setting has that name.
     pub fn get(&self, name: &str) -> Option<f64> {
-        // A copy is written to only where the code of an action must be found.
         let code = |codes: &[(i32, Action)], action: Action| {
             codes.iter().find(|(_, a)| *a == action).map_or(0.0, |(code, _)| f64::from(*code))
         };
@@ -161,6 +160,7 @@ impl Settings {
             "COM_LOW_BAT_ACT" => f64::from(self.battery as i32),
             "COM_DISARM_LAND" => self.disarm_after_landing_s.unwrap_or(-1.0),
             "RTL_LAND_DELAY" => self.land_delay_s.unwrap_or(-1.0),
+            // number() gives a place to write to: read it from a copy.
             _ => *self.clone().number(name)?,
         })
     }
