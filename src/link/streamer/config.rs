@@ -62,8 +62,8 @@ pub struct StreamerConfig {
 
 impl StreamerConfig {
     /// The site's time of a span on the autopilot's clock [us].
-    pub(super) fn autopilots_us(&self, span_us: TimeUs) -> TimeUs {
-        self.froude.map_or(span_us, |f| f.site_us(span_us))
+    pub(super) fn site_span_us(&self, autopilot_span_us: TimeUs) -> TimeUs {
+        self.froude.map_or(autopilot_span_us, |f| f.site_us(autopilot_span_us))
     }
 }
 

@@ -274,7 +274,7 @@ impl StreamerSession {
             }
             Some(MavMessage::PARAM_ERROR(m)) => self.take_absence(m.param_id.to_str().unwrap_or_default()),
             Some(MavMessage::ATTITUDE(m)) if self.config.clock == Clock::Vehicle => {
-                self.take_clock(self.site_us(TimeUs::from(m.time_boot_ms)));
+                self.take_clock(self.site_us(u64::from(m.time_boot_ms)));
             }
             Some(MavMessage::HEARTBEAT(m)) => {
                 let (now, flies) = (self.flight.now, self.flight.state.is_flight());
@@ -304,8 +304,8 @@ impl StreamerSession {
     }
 
     /// The site's time of milliseconds on the wire [us].
-    fn site_us(&self, wire_ms: TimeUs) -> TimeUs {
-        self.config.autopilots_us(wire_ms * 1_000)
+    fn site_us(&self, wire_ms: u64) -> TimeUs {
+        self.config.site_span_us(wire_ms * 1_000)
     }
 
     fn take_clock(&mut self, now: TimeUs) {

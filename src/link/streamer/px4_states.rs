@@ -119,12 +119,12 @@ impl StreamerSession {
         let (vehicle, ready) = (&self.flight.vehicle, &mut self.flight.readiness);
         let lacking = match vehicle.estimator {
             Some(_) => vehicle.lacking(),
-            None if now >= since + self.config.autopilots_us(MUTE_US) => Vec::new(),
+            None if now >= since + self.config.site_span_us(MUTE_US) => Vec::new(),
             None => vec!["ESTIMATOR_STATUS"],
         };
         if lacking.is_empty() {
             let aligned = *ready.aligned_since.get_or_insert(now);
-            if now >= aligned + self.config.autopilots_us(PROBATION_US) {
+            if now >= aligned + self.config.site_span_us(PROBATION_US) {
                 let reported = vehicle.estimator.is_some();
                 self.report(StreamerEvent::Aligned { reported });
                 self.begin_hold();
@@ -153,7 +153,7 @@ impl StreamerSession {
     /// meanwhile, waits for the estimator again. A vehicle that has been released has no time for that.
     pub(super) fn hold(&mut self) {
         let (at, since) = (self.flight.now, self.flight.since);
-        let hold_us = self.config.autopilots_us(self.flight.readiness.hold_us);
+        let hold_us = self.config.site_span_us(self.flight.readiness.hold_us);
         let lacking = self.flight.vehicle.lacking();
         if self.flight.released_at.is_some() {
             // An answer that is still to come would be taken for that to OFFBOARD.
@@ -201,7 +201,7 @@ impl StreamerSession {
             Progress::Pending | Progress::Again(_) => false,
             Progress::GaveUp(_) => true,
             // Which a heartbeat must show.
-            Progress::Accepted => at >= self.flight.since + self.config.autopilots_us(HOLD_SHOWN_US),
+            Progress::Accepted => at >= self.flight.since + self.config.site_span_us(HOLD_SHOWN_US),
         };
         self.flight.request = Some(request);
         if gives_up {
@@ -219,7 +219,7 @@ impl StreamerSession {
         if self.config.procedure.is_none() || self.flight.request.is_some() || passed || hurry {
             return false;
         }
-        let waits = at < since + self.config.autopilots_us(CHECKS_US);
+        let waits = at < since + self.config.site_span_us(CHECKS_US);
         if !waits {
             let reported = self.flight.vehicle.checks_pass.is_some();
             self.report(StreamerEvent::ChecksNotPassed { reported });
@@ -232,7 +232,7 @@ impl StreamerSession {
         if self.config.procedure.is_none() {
             return true;
         }
-        if self.flight.vehicle.shown_at < self.flight.armed_at + self.config.autopilots_us(SHOWN_AFTER_US) {
+        if self.flight.vehicle.shown_at < self.flight.armed_at + self.config.site_span_us(SHOWN_AFTER_US) {
             return false;
         }
         if !self.flight.vehicle.offboard {
