@@ -18,13 +18,12 @@ pub use super::froude::{T_END, T_RELEASE};
 use super::peer::{PeerId, Recipient};
 use super::session::{Link, Session, Transmit};
 use super::statustext::TextWriter;
-use super::wire::heartbeat_of;
+use super::wire::{heartbeat_after, heartbeat_of};
 use crate::time::{TimeUs, seconds};
 
 /// MAV_COMP_ID_PARACHUTE.
 pub const PARACHUTE_COMPONENT: u8 = 161;
 
-const HEARTBEAT_PERIOD_US: TimeUs = 1_000_000;
 /// `GRIPPER_ACTION_RELEASE` and `GRIPPER_ACTION_GRAB`.
 const GRIPPER_RELEASE: f32 = 0.0;
 const GRIPPER_GRAB: f32 = 1.0;
@@ -209,7 +208,7 @@ impl Session for ParachuteComponent {
     fn handle_time(&mut self, now: TimeUs) {
         self.now = now;
         if now >= self.next_heartbeat {
-            self.next_heartbeat = now - now % HEARTBEAT_PERIOD_US + HEARTBEAT_PERIOD_US;
+            self.next_heartbeat = heartbeat_after(now);
             self.send_heartbeat(Recipient::All);
             self.send_t_release(now, Recipient::All);
         }

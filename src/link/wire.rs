@@ -45,6 +45,14 @@ pub(super) fn millimetres(metres: f64) -> i32 {
     (metres * 1e3).round() as i32
 }
 
+/// Time between two HEARTBEATs of a component [us].
+pub(super) const HEARTBEAT_PERIOD_US: TimeUs = 1_000_000;
+
+/// When the first HEARTBEAT after `now` is due: they are sent at whole periods.
+pub(super) fn heartbeat_after(now: TimeUs) -> TimeUs {
+    now - now % HEARTBEAT_PERIOD_US + HEARTBEAT_PERIOD_US
+}
+
 /// The HEARTBEAT of a component that is no autopilot.
 pub(super) fn heartbeat_of(mavtype: MavType) -> MavMessage {
     MavMessage::HEARTBEAT(HEARTBEAT_DATA {

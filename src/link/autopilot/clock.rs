@@ -3,11 +3,11 @@
 use mavlink::dialects::common::*;
 
 use super::outbox::Peer;
+use crate::link::wire::HEARTBEAT_PERIOD_US;
 use crate::time::TimeUs;
 
 /// Services, and before the simulator's time HEARTBEATs, go on at least this often [us].
 const SERVICE_PERIOD_US: TimeUs = 100_000;
-const HEARTBEAT_PERIOD_US: TimeUs = 1_000_000;
 
 /// Simulated time: the stamp of the latest HIL_SENSOR; the host's time before the first.
 #[derive(Clone, Copy, Debug, Default)]

@@ -51,7 +51,7 @@ use crate::link::frame::Frame;
 use crate::link::parachute::{PARACHUTE_COMPONENT, T_END, T_RELEASE};
 use crate::link::session::{Link, Session, Transmit};
 use crate::link::statustext::TextReader;
-use crate::link::wire::heartbeat_of;
+use crate::link::wire::{heartbeat_after, heartbeat_of};
 use crate::params::file::AUTOPILOT_COMPONENT;
 use crate::time::{TimeUs, Timed, microseconds};
 use crate::trajectory::Trajectory;
@@ -73,7 +73,6 @@ pub use config::{Clock, Procedure, STREAMER_COMPONENT, STREAMER_SYSTEM, Streamer
 pub use event::StreamerEvent;
 pub use vehicle::AutopilotVersion;
 
-const HEARTBEAT_PERIOD_US: TimeUs = 1_000_000;
 /// The clock may go back by less than this [us] without meaning a new start (messages that overtake each
 /// other).
 const CLOCK_JITTER_US: TimeUs = 1_000_000;
@@ -254,7 +253,7 @@ impl StreamerSession {
             return;
         }
         if now >= self.flight.next_heartbeat {
-            self.flight.next_heartbeat = now - now % HEARTBEAT_PERIOD_US + HEARTBEAT_PERIOD_US;
+            self.flight.next_heartbeat = heartbeat_after(now);
             self.send(&heartbeat_of(MavType::MAV_TYPE_GCS));
         }
         let follows_plan = matches!(self.flight.state, StreamerState::Tracking | StreamerState::Target);
