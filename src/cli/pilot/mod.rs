@@ -43,10 +43,11 @@ pub struct PilotRequest<'a> {
 /// unsigned ones should know.
 pub fn pilot_and_mission(request: &PilotRequest<'_>) -> Result<(Box<dyn Pilot>, Mission), Failure> {
     let PilotRequest { autopilot, mission, choice, state, settings, ref options } = *request;
-    let own = match autopilot {
-        AutopilotArg::Reference => reference::OPTIONS,
-        AutopilotArg::Px4(_) => px4::OPTIONS,
-        AutopilotArg::Px4Model => px4_model::OPTIONS,
+    let [of_reference, of_px4, of_px4_model] = PILOTS;
+    let (_, own) = match autopilot {
+        AutopilotArg::Reference => of_reference,
+        AutopilotArg::Px4(_) => of_px4,
+        AutopilotArg::Px4Model => of_px4_model,
     };
     if let Some(foreign) = options.iter().find(|option| !own.contains(option)) {
         let (option, why) = foreign.words();
