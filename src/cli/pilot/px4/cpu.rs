@@ -8,7 +8,9 @@
 #[cfg(target_os = "linux")]
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
-use anyhow::{Context as _, Result, bail};
+#[cfg(target_os = "linux")]
+use anyhow::Context as _;
+use anyhow::{Result, bail};
 
 /// The processors that PX4 and the simulator run on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
