@@ -252,7 +252,7 @@ impl HilSession {
                 DropEvent::ReleasedUnarmed | DropEvent::ModeUnknown => {
                     Some(HilEvent::Drop(event).to_string())
                 }
-                DropEvent::LimitPassed { .. } => Some(event.to_string().replacen('l', "L", 1)),
+                DropEvent::LimitPassed { name } => Some(format!("Limit passed: {}", name.replace('_', " "))),
                 _ => None,
             };
             if let Some(text) = warning {
