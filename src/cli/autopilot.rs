@@ -12,6 +12,7 @@ use super::reporter::Reporter;
 use super::results::OutputFolder;
 use super::sessions;
 use super::system::block_on;
+use super::terminal::print_remarks;
 use samara::config::Px4Clock;
 use samara::link::Link;
 use samara::link::shell::{AfterSimulator, run_autopilot};
@@ -61,7 +62,11 @@ pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
         .recording(&folder, &[Link::GroundStation, Link::Api])
         .with_autopilot(&folder);
     let estimator = args.state.estimator;
-    let session = sessions::autopilot(&mission, choice.params.as_deref(), estimator, net.system()?)?;
+    let (session, remarks) =
+        sessions::autopilot(&mission, choice.params.as_deref(), estimator, net.system()?)?;
+    if let Some(path) = &choice.params {
+        print_remarks(path.display(), &remarks);
+    }
     let after = if args.once { AfterSimulator::Return } else { AfterSimulator::Wait };
     block_on(|stop| run_autopilot(session, &ports, &wiring, after, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;

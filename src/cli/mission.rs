@@ -6,7 +6,7 @@ use anyhow::Context as _;
 
 use super::answer::{BadInput as _, Failure};
 use super::args::{ChoiceArgs, EstimatorChoice, PX4_DEFAULT, StateArgs};
-use super::terminal::print_err;
+use super::terminal::{print_err, print_remarks};
 use samara::config::{Mission, load_mission};
 use samara::params::{Check, Class, Metadata, ParameterFile, check};
 use samara::report::params::check_text;
@@ -18,9 +18,7 @@ pub fn chosen_mission(path: &Path, choice: &ChoiceArgs) -> Result<Mission, Failu
         mission.use_gains(gains).bad_input()?;
     }
     if let Some(path) = &choice.params {
-        for remark in mission.use_parameters(path).bad_input()? {
-            print_err(&format!("samara: {}: {remark}\n", path.display()));
-        }
+        print_remarks(path.display(), &mission.use_parameters(path).bad_input()?);
     }
     if let Some(seed) = choice.seed {
         mission.use_seed(seed);

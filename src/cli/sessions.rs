@@ -6,7 +6,6 @@ use anyhow::Context as _;
 
 use super::answer::{BadInput as _, Failure};
 use super::args::EstimatorChoice;
-use super::terminal::print_err;
 use samara::autopilot::estimator::EstimatorSettings;
 use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, Px4Clock, load_parameters};
@@ -41,14 +40,14 @@ pub fn simulator(mission: &Mission, system_id: u8, froude: Option<Froude>) -> Hi
     HilSession::new(mission.simulation(), config)
 }
 
-/// The reference autopilot with the mission's gains, and with what else a parameter file holds. Refuses a
-/// vehicle that cannot be controlled and gains out of range.
+/// The reference autopilot with the mission's gains, and with what else a parameter file holds; and remarks
+/// on what of the file is not taken. Refuses a vehicle that cannot be controlled and gains out of range.
 pub fn autopilot(
     mission: &Mission,
     parameters: Option<&Path>,
     estimator: EstimatorChoice,
     system_id: u8,
-) -> Result<AutopilotSession, Failure> {
+) -> Result<(AutopilotSession, Vec<String>), Failure> {
     let airframe = Airframe::new(&mission.vehicle, &mission.site.environment)
         .with_context(|| mission.vehicle_file.display().to_string())
         .bad_input()?;
@@ -63,12 +62,11 @@ pub fn autopilot(
         parameters: Parameters::of(&mission.parameter_subject(), system_id).bad_input()?,
         keeps_parameters: true,
     });
-    if let Some(path) = parameters {
-        for remark in session.load_parameters(&load_parameters(path).bad_input()?) {
-            print_err(&format!("samara: {}: {remark}\n", path.display()));
-        }
-    }
-    Ok(session)
+    let remarks = match parameters {
+        Some(path) => session.load_parameters(&load_parameters(path).bad_input()?),
+        None => Vec::new(),
+    };
+    Ok((session, remarks))
 }
 
 /// The estimator at the mission's site: it knows gravity, the magnetic field and how late satellite fixes

@@ -1,5 +1,6 @@
 //! The terminal: results on stdout, everything else on stderr, and the exit code.
 
+use std::fmt::Display;
 use std::io::{self, Write as _};
 use std::process::ExitCode;
 
@@ -20,6 +21,13 @@ pub fn print(text: &str) -> Result<(), Failure> {
 /// Prints to stderr. When that is gone or full nobody is left to read, and there is no reason to end.
 pub fn print_err(text: &str) {
     let _ = io::stderr().lock().write_all(text.as_bytes());
+}
+
+/// Prints remarks on parameters to stderr, each behind what they are of: a file, or the name of the gains.
+pub fn print_remarks(of: impl Display, remarks: &[String]) {
+    for remark in remarks {
+        print_err(&format!("samara: {of}: {remark}\n"));
+    }
 }
 
 /// Prints a failure and gives the exit code.

@@ -65,7 +65,7 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
         return Ok(Answer::No);
     }
     let planned = Planned { trajectory: timed.plan.trajectory, source: "planned", solve_ms: None };
-    pilot.check(&mission, &planned.trajectory)?;
+    pilot.check(&mission, &planned.trajectory, args.instance)?;
     let campaign = Campaign { args, pilot, mission, planned, folder: folder.path() };
     match args.only {
         Some(trial) => campaign.only(trial, stop),

@@ -50,7 +50,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
         }
         return Ok(Answer::No);
     };
-    pilot.check(&mission, &planned.trajectory)?;
+    pilot.check(&mission, &planned.trajectory, args.net.instance)?;
     let flight = Flight {
         mission: &mission,
         trajectory: &planned.trajectory,

@@ -5,7 +5,6 @@ use std::sync::atomic::AtomicBool;
 use crate::cli::answer::Failure;
 use crate::cli::narrator::Narrator;
 use crate::cli::results::OutputFolder;
-use crate::cli::terminal::print_err;
 use samara::config::Mission;
 use samara::link::shell::{Speed, Wiring};
 use samara::report::FlownBy;
@@ -21,10 +20,9 @@ pub trait Pilot: Sync {
     fn introduction(&self) -> &'static str;
 
     /// Refuses a mission that cannot be flown, before anything is started: what is wrong is wrong for every
-    /// flight. Prints what there is to remark on the parameters that the pilot is given.
-    fn check(&self, _mission: &Mission, _trajectory: &Trajectory) -> Result<(), Failure> {
-        Ok(())
-    }
+    /// flight, of which the first is by the vehicle of this number. Prints what there is to remark on the
+    /// parameters that the pilot is given.
+    fn check(&self, mission: &Mission, trajectory: &Trajectory, instance: u16) -> Result<(), Failure>;
 
     /// Whether each flight takes the ports of an instance for itself.
     fn takes_ports(&self) -> bool {
@@ -105,12 +103,5 @@ impl PilotOption {
     /// Those options of a verb that are asked for.
     pub fn asked<const N: usize>(options: [(Self, bool); N]) -> Vec<Self> {
         options.into_iter().filter(|(_, asked)| *asked).map(|(option, _)| option).collect()
-    }
-}
-
-/// Prints remarks on the parameters that a pilot is given in place of the mission's gains.
-pub fn print_remarks(mission: &Mission, remarks: &[String]) {
-    for remark in remarks {
-        print_err(&format!("samara: {}: {remark}\n", mission.control.gains_name));
     }
 }

@@ -3,12 +3,13 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use super::contract::{Flight, Flown, Pilot, PilotOption, print_remarks};
+use super::contract::{Flight, Flown, Pilot, PilotOption};
 use super::px4::upload::{preparation, suits};
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::args::ChoiceArgs;
 use crate::cli::mission::mission_for_px4;
 use crate::cli::system::Stopwatch;
+use crate::cli::terminal::print_remarks;
 use samara::config::Mission;
 use samara::control::px4::{Parameters, Px4Controller, is_quad_x};
 use samara::params::{ParameterFile, px4_model_parameters};
@@ -45,9 +46,9 @@ impl Pilot for Px4Model {
         ", flown by the model of PX4's control law"
     }
 
-    fn check(&self, mission: &Mission, trajectory: &Trajectory) -> Result<(), Failure> {
+    fn check(&self, mission: &Mission, trajectory: &Trajectory, _: u16) -> Result<(), Failure> {
         let (_, remarks) = parameters_for(mission, trajectory, self.parameters.as_ref())?;
-        print_remarks(mission, &remarks);
+        print_remarks(&mission.control.gains_name, &remarks);
         Ok(())
     }
 

@@ -11,10 +11,12 @@ use crate::cli::mission::{mission_with_a_drop, note_estimator};
 use crate::cli::reporter::Reporter;
 use crate::cli::sessions::{self, StreamerChoice};
 use crate::cli::system::{Stopwatch, block_on, interrupt_flag};
+use crate::cli::terminal::print_remarks;
 use samara::config::Mission;
 use samara::link::shell::{Notice, Observer, Ports, Speed, run_watched_drop, system_of_instance};
 use samara::link::{AutopilotSession, Link, Lockstep};
 use samara::report::FlownBy;
+use samara::trajectory::Trajectory;
 
 /// The options of a drop that the reference autopilot has.
 pub const OPTIONS: &[PilotOption] =
@@ -52,14 +54,24 @@ impl Pilot for Reference {
         }
     }
 
+    fn check(&self, mission: &Mission, _: &Trajectory, instance: u16) -> Result<(), Failure> {
+        let Some(path) = &self.parameters else { return Ok(()) };
+        let system = system_of_instance(instance).bad_input()?;
+        let (_, remarks) = sessions::autopilot(mission, Some(path), self.estimator, system)?;
+        print_remarks(path.display(), &remarks);
+        Ok(())
+    }
+
     /// Flies the drop; at a speed to watch the ground links are open.
     fn fly(&self, flight: &Flight<'_>) -> Result<Flown, Failure> {
         let Flight { mission, folder, narrator, wiring, .. } = *flight;
         let system = system_of_instance(flight.instance).bad_input()?;
         let ports = Ports::of_instance(flight.instance).bad_input()?;
+        let (autopilot, _) =
+            sessions::autopilot(mission, self.parameters.as_deref(), self.estimator, system)?;
         let mut wire = Lockstep::new(
             sessions::simulator(mission, system, None),
-            sessions::autopilot(mission, self.parameters.as_deref(), self.estimator, system)?,
+            autopilot,
             sessions::streamer(mission, flight.trajectory.clone(), system, StreamerChoice::default()),
         );
         let mut reporter = Reporter::new(narrator, mission)

@@ -29,7 +29,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::contract::{Flight, Flown, Pilot, PilotOption, print_remarks};
+use super::contract::{Flight, Flown, Pilot, PilotOption};
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::args::ChoiceArgs;
 use crate::cli::mission::mission_for_px4;
@@ -37,6 +37,7 @@ use crate::cli::reporter::Reporter;
 use crate::cli::results::OutputFolder;
 use crate::cli::sessions;
 use crate::cli::system::{Stopwatch, block_on};
+use crate::cli::terminal::print_remarks;
 use build_folder::BuildFolder;
 pub use cpu::Cpu;
 use cpu::Pinned;
@@ -120,9 +121,9 @@ impl Pilot for Px4 {
         ", flown by PX4"
     }
 
-    fn check(&self, mission: &Mission, trajectory: &Trajectory) -> Result<(), Failure> {
+    fn check(&self, mission: &Mission, trajectory: &Trajectory, _: u16) -> Result<(), Failure> {
         let (_, preparation) = self.prepare(mission, trajectory)?;
-        print_remarks(mission, &preparation.upload.remarks);
+        print_remarks(&mission.control.gains_name, &preparation.upload.remarks);
         Ok(())
     }
 
