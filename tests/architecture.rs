@@ -146,7 +146,7 @@ fn unsafe_code_stands_in_one_place() {
 /// An error that has a source does not tell it in its own text: whoever prints the chain would print it
 /// twice.
 #[test]
-fn no_error_tells_its_source_twice() {
+fn no_error_shows_its_source_twice() {
     let mut faults = Vec::new();
     for path in sources(Path::new("src")) {
         let source = fs::read_to_string(&path).unwrap();

@@ -105,7 +105,7 @@ fn prop_a_campaign_is_the_same_however_many_fly_side_by_side() {
 /// A limit of speed that some drops pass: a trial failed if, and only if, its own line has a greater speed;
 /// every place where it is told says the same.
 #[test]
-fn prop_a_failed_drop_is_told_wherever_there_is_a_place_for_it() {
+fn prop_a_failed_drop_is_reported_wherever_there_is_a_place_for_it() {
     let folder = tempfile::tempdir().unwrap();
     let mission = changed(folder.path(), "\"speed_m_s\": 20.0", "\"speed_m_s\": 9.5");
     let out = folder.path().join("out");

@@ -93,7 +93,7 @@ fn a_px4_that_never_connects_ends_with_what_is_missing_and_its_last_words() {
 }
 
 #[test]
-fn a_px4_that_ends_is_told_by_its_exit_code_and_its_last_words() {
+fn a_px4_that_ends_is_reported_by_its_exit_code_and_its_last_lines() {
     let px4 = StandIn::new("echo ERROR no such airframe\nexit 7");
     let out = px4.path("out");
     let output = px4.samara("drop", MISSION, &out, &["--json"]);

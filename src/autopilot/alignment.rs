@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn closed_form_each_change_is_told_once_and_waiting_only_when_it_is_long() {
+    fn closed_form_each_change_is_reported_once_and_waiting_only_when_it_is_long() {
         let mut alignment = Alignment::default();
         assert_eq!(alignment.now(), Ok(()), "no estimator, nothing wanting");
         let mut follow =

@@ -158,7 +158,7 @@ fn a_release_that_is_not_allowed_is_put_off_with_the_reason() {
 }
 
 #[test]
-fn the_end_is_told_in_words_and_as_a_number() {
+fn the_end_is_sent_as_text_and_as_a_number() {
     let mut component = attended();
     component.note_end(45_000_000, "end of the mission");
     let frames = drain(&mut component);

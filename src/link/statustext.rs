@@ -147,7 +147,7 @@ mod tests {
 
     /// PX4 numbers every text, and ends none that fills its last piece.
     #[test]
-    fn reference_a_text_of_px4_that_never_ends_is_told_with_the_next() {
+    fn reference_a_text_of_px4_that_never_ends_is_reported_with_the_next() {
         let mut reader = TextReader::default();
         let numbered = |id, text: &str| STATUSTEXT_DATA { id, ..sent(text)[0].clone() };
         assert!(reader.take((1, 1), &numbered(7, &"x".repeat(50))).is_empty());

@@ -88,7 +88,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn closed_form_the_worst_of_a_series_is_told_and_nan_never_holds() {
+    fn closed_form_the_worst_of_a_series_is_shown_and_nan_never_holds() {
         let worst = |series: &[(f64, f64)]| Check::worst("x", "m", series.iter().copied(), 0.5);
         let check = worst(&[(1.0, 1.0), (2.0, 2.4), (3.0, 3.1)]);
         assert_eq!((check.computed, check.exact), (2.0, 2.4));

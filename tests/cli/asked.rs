@@ -214,7 +214,7 @@ fn cases_are_kept_in_one_table() {
 
 /// An option says itself what it expects, also of a number with a minus, which is no other option.
 #[test]
-fn numbers_that_do_not_suit_are_told_what_is_expected() {
+fn numbers_that_do_not_suit_are_refused_with_what_is_expected() {
     let whole = "a whole number from ";
     for (args, words) in [
         (["assess", "--trials", "-5"], whole),
@@ -232,7 +232,7 @@ fn numbers_that_do_not_suit_are_told_what_is_expected() {
 }
 
 #[test]
-fn files_that_do_not_suit_are_told_what_is_expected() {
+fn files_that_do_not_suit_are_refused_with_what_is_expected() {
     let out = tempfile::tempdir().unwrap();
     let file = |text: &str| {
         let path = out.path().join("file.json");

@@ -162,7 +162,7 @@ fn a_place_that_cannot_be_written_is_named() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_device_is_told_and_a_closed_pipe_is_not() {
+fn a_full_device_is_reported_and_a_closed_pipe_is_not() {
     let out = tempfile::tempdir().unwrap();
     let run = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_samara"));
@@ -259,7 +259,7 @@ fn a_terminal_tolerance_has_a_floor() {
 
 /// An x_ss with another attitude than this vehicle's steady one: 10 deg nose up.
 #[test]
-fn regress_an_x_ss_of_another_vehicle_is_told() {
+fn regress_an_x_ss_of_another_vehicle_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
     assert_eq!(stderr(&samara(&["plan", "--out", out])), "");

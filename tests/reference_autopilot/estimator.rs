@@ -118,7 +118,7 @@ fn without_satellites_it_never_aligns_and_says_why() {
 }
 
 #[test]
-fn it_aligns_and_what_is_told_is_the_estimate() {
+fn it_aligns_and_what_is_sent_is_the_estimate() {
     let mut stand = Stand::new();
     let sent = stand.run(0.2);
     assert!(last(&sent, Link::Api, 230).is_none());
@@ -158,7 +158,7 @@ fn it_aligns_and_what_is_told_is_the_estimate() {
 }
 
 #[test]
-fn lost_satellites_are_told_and_found_again() {
+fn lost_satellites_are_reported_and_found_again() {
     let mut stand = Stand::new();
     stand.run(15.0);
     stand.gps = None;

@@ -22,7 +22,7 @@ fn mission_item(seq: u16, command: MavCmd) -> MavMessage {
 }
 
 #[test]
-fn regress_a_mission_is_kept_told_and_not_flown() {
+fn regress_a_mission_is_kept_given_back_and_not_flown() {
     let mut bench = Bench::running();
     let count = MavMessage::MISSION_COUNT(MISSION_COUNT_DATA {
         count: 2,
@@ -52,7 +52,7 @@ fn regress_a_mission_is_kept_told_and_not_flown() {
 }
 
 #[test]
-fn regress_modes_are_told_by_name() {
+fn regress_modes_are_sent_by_name() {
     let mut bench = Bench::running();
     let request = |params: &[f32]| command(MavCmd::MAV_CMD_REQUEST_MESSAGE, params);
     let names = |sent: &[Sent]| -> Vec<String> {

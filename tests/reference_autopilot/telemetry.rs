@@ -121,7 +121,7 @@ fn closed_form_position_attitude_and_time_are_the_simulators() {
 }
 
 #[test]
-fn regress_health_and_landed_state_tell_what_mavsdk_waits_for() {
+fn regress_health_and_landed_state_show_what_mavsdk_waits_for() {
     let mut bench = Bench::new();
     let landed = |sent: &[Sent]| match last(sent, Link::Api, 245) {
         Some(MavMessage::EXTENDED_SYS_STATE(m)) => m.landed_state,

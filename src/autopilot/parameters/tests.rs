@@ -143,7 +143,7 @@ fn reference_hash_over_names_and_values_in_order() {
 }
 
 #[test]
-fn regress_a_file_is_loaded_and_what_is_unknown_is_told() {
+fn regress_a_file_is_loaded_and_what_is_unknown_is_reported() {
     let (mut parameters, mut autopilot) = bench();
     let text = "1\t1\tCOM_OF_LOSS_T\t3\t9\n1\t1\tMC_PITCH_P\t9\t9\n1\t1\tNAV_DLL_ACT\t6\t6\n\
                 1\t1\tRTL_RETURN_ALT\t40\t9\n1\t1\tUAVCAN_ENABLE\t1\t6\n1\t42\tNO\t1\t6\n";

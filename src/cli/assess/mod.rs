@@ -29,7 +29,7 @@ pub fn run(args: &AssessArgs) -> Result<Answer, Failure> {
     // The study has no autopilot on a wire.
     match args.asked().first() {
         Some(option) => {
-            let (option, _) = option.words();
+            let (option, _) = option.text();
             Err(Failure::input(format!("{option}: --autopilot is expected with it")))
         }
         None => study::run(args, &stop),

@@ -87,7 +87,7 @@ pub enum PilotOption {
 
 impl PilotOption {
     /// The option as it is typed, and why some pilots do not have it.
-    pub fn words(self) -> (&'static str, &'static str) {
+    pub fn text(self) -> (&'static str, &'static str) {
         match self {
             Self::Estimator => ("--estimator", "PX4 has an estimator of its own"),
             Self::Link => ("--link", "PX4's links are its own, and the model flies without a wire"),

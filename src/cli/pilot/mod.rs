@@ -50,7 +50,7 @@ pub fn pilot_and_mission(request: &PilotRequest<'_>) -> Result<(Box<dyn Pilot>, 
         AutopilotArg::Px4Model => of_px4_model,
     };
     if let Some(foreign) = options.iter().find(|option| !own.contains(option)) {
-        let (option, why) = foreign.words();
+        let (option, why) = foreign.text();
         let owners = PILOTS.iter().filter(|(_, own)| own.contains(foreign)).map(|(name, _)| *name);
         let owners = owners.collect::<Vec<_>>().join(" or ");
         return Err(Failure::input(format!("{option}: --autopilot {owners} is expected with it; {why}")));

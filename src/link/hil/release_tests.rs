@@ -70,7 +70,7 @@ fn the_other_triggers_cut_as_well() {
 }
 
 #[test]
-fn an_armed_autopilot_that_tells_no_mode_is_not_waited_for_in_silence() {
+fn an_armed_autopilot_that_reports_no_mode_is_not_waited_for_in_silence() {
     for (trigger, reports) in [(ReleaseTrigger::ArmedOffboard, 1), (ReleaseTrigger::Command, 0)] {
         let mut hand = Hand::connected(config_by(trigger));
         hand.say(&px4_greeting());

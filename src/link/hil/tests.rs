@@ -250,7 +250,7 @@ fn the_mission_ends_and_its_log_is_whole() {
 }
 
 #[test]
-fn the_end_is_told_to_those_who_listen() {
+fn the_end_is_sent_to_those_who_listen() {
     let mut hand = Hand::connected(config());
     hand.fly(4_000, 0.0, false);
     hand.session.stop();

@@ -242,7 +242,7 @@ fn forwarding_can_be_off_and_is_bounded() {
 }
 
 #[test]
-fn sequence_numbers_tell_losses_repetitions_and_overtaking() {
+fn sequence_numbers_show_losses_repetitions_and_overtaking() {
     let (mut hub, ground, _) = hub(config());
     let mut frames: Vec<Vec<u8>> = Vec::new();
     let mut peer = Encoder::new(255, 190);

@@ -256,7 +256,7 @@ fn a_peer_that_leaves_is_waited_for_and_the_drop_starts_over() {
 }
 
 #[test]
-fn garbage_on_every_socket_is_told_and_does_no_harm() {
+fn garbage_on_every_socket_is_reported_and_does_no_harm() {
     let ports = free_ports();
     let (mut a, _) = ears(|_| false);
     let (done, stop) = oneshot::channel::<()>();

@@ -46,7 +46,7 @@ fn px4_is_left_in_hold_until_its_tilt_limit_is_up() {
 }
 
 #[test]
-fn an_estimate_that_is_lost_in_hold_is_told_and_waited_for_again() {
+fn an_estimate_that_is_lost_in_hold_is_reported_and_waited_for_again() {
     let mut careful = ScriptedPx4::new(Some(ALIGNED), PASS, WILLING);
     careful.until(StreamerState::Holding);
     careful.run(3 * S);
@@ -149,7 +149,7 @@ fn regress_a_late_answer_to_hold_is_not_one_to_offboard() {
     careful.until(StreamerState::Holding);
     careful.run(20_000);
     let at = careful.script.now;
-    careful.script.tell_release(at);
+    careful.script.report_release(at);
     careful.run(20_000);
     let ack = CommandAck {
         command: 176,
@@ -183,7 +183,7 @@ fn regress_a_vehicle_that_is_released_too_soon_is_not_held() {
         careful.until(state);
         careful.run(S / 2);
         let at = careful.script.now;
-        careful.script.tell_release(at);
+        careful.script.report_release(at);
         // Its checks do not pass yet: the first tries are refused.
         careful.script.answers = Answers { arming: Some(1), ..WILLING };
         careful.run(S / 2);
@@ -197,7 +197,7 @@ fn regress_a_vehicle_that_is_released_too_soon_is_not_held() {
 
 /// A release that the streamer commands later than it was to says so.
 #[test]
-fn a_release_that_comes_late_is_told() {
+fn a_release_that_comes_late_is_reported() {
     let mut careful = ScriptedPx4::new(Some(ALIGNED), PASS, WILLING);
     careful.script.streamer.config.hang_s = 5.0;
     let at = careful.until(StreamerState::Releasing);

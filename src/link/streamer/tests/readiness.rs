@@ -31,7 +31,7 @@ fn checks_that_pass_are_waited_for_and_no_longer() {
 
 /// What passed before OFFBOARD was the checks of another mode.
 #[test]
-fn what_was_told_before_offboard_does_not_count() {
+fn what_was_reported_before_offboard_does_not_count() {
     let mut careful = ScriptedPx4::new(Some(ALIGNED), PASS, WILLING);
     careful.until(StreamerState::RequestingOffboard);
     careful.sensors = None;
@@ -169,7 +169,7 @@ fn what_an_estimator_lacks_is_named() {
 /// An autopilot that does not know the message is not waited for: ten seconds, and the second that everybody
 /// is given.
 #[test]
-fn an_estimator_that_tells_nothing_is_believed() {
+fn an_estimator_that_reports_nothing_is_believed() {
     let mut careful = ScriptedPx4::new(None, PASS, WILLING);
     let since = careful.until(StreamerState::Aligning);
     careful.reports();
@@ -198,7 +198,7 @@ fn a_vehicle_without_parameters_is_given_up() {
 
 /// Another vehicle's word, or another component's, is not the autopilot's.
 #[test]
-fn others_words_on_checks_are_not_the_autopilots() {
+fn others_reports_on_checks_are_not_the_autopilots() {
     let mut careful = about_to_arm(None);
     let all = MavSysStatusSensor::from_bits_retain(PREARM_CHECK);
     let status = MavMessage::SYS_STATUS(SYS_STATUS_DATA {

@@ -132,16 +132,16 @@ impl ScriptedVehicle {
             self.vehicle_says(&MavMessage::STATUSTEXT(STATUSTEXT_DATA { text, ..Default::default() }));
         }
         if to_parachute && result == 0 && self.answers.tells_release {
-            self.tell_release(self.now);
+            self.report_release(self.now);
         }
     }
 
-    pub(super) fn tell_release(&mut self, at: TimeUs) {
-        self.tell_instant("t_release", at);
+    pub(super) fn report_release(&mut self, at: TimeUs) {
+        self.report_instant("t_release", at);
     }
 
     /// What the parachute has to say about an instant.
-    pub(super) fn tell_instant(&mut self, name: &str, at: TimeUs) {
+    pub(super) fn report_instant(&mut self, name: &str, at: TimeUs) {
         let bytes = self.parachute.encode(&MavMessage::NAMED_VALUE_INT(NAMED_VALUE_INT_DATA {
             time_boot_ms: 0,
             value: (at / 1_000) as i32,

@@ -8,7 +8,7 @@ use super::*;
 use crate::link::CommandAck;
 
 #[test]
-fn a_refusal_is_told_with_the_vehicles_own_words_and_tried_again() {
+fn a_refusal_is_reported_with_the_vehicles_own_text_and_tried_again() {
     let mut script =
         ScriptedVehicle::new(Answers { arming: Some(1), text: "Preflight Fail: no fix", ..WILLING }, |_| ());
     script.run(2_400_000);
@@ -78,7 +78,7 @@ fn a_release_that_something_else_triggers_is_followed() {
     let mut script = ScriptedVehicle::new(WILLING, |c| c.commands_release = false);
     script.run(6_000_000);
     assert_eq!(script.streamer.state(), StreamerState::Hanging);
-    script.tell_release(5_996_000);
+    script.report_release(5_996_000);
     script.run(6_100_000);
     assert_eq!(script.streamer.state(), StreamerState::Falling);
     script.run(6_600_000);
@@ -89,7 +89,7 @@ fn a_release_that_something_else_triggers_is_followed() {
 }
 
 #[test]
-fn without_word_of_the_instant_the_acknowledgement_counts() {
+fn without_a_report_of_the_instant_the_acknowledgement_counts() {
     let mut script = ScriptedVehicle::new(Answers { tells_release: false, ..WILLING }, |_| ());
     script.run(12_000_000);
     let released = |e: &Timed<StreamerEvent>| match e.event {
@@ -110,7 +110,7 @@ fn a_late_armed_vehicle_has_time_to_settle() {
 }
 
 #[test]
-fn a_vehicle_that_starts_over_is_followed_and_one_that_disarms_is_told() {
+fn a_vehicle_that_starts_over_is_followed_and_one_that_disarms_is_reported() {
     let mut script = ScriptedVehicle::new(WILLING, |_| ());
     script.run(6_000_000);
     script.armed = false;
@@ -158,7 +158,7 @@ fn last_event(script: &mut ScriptedVehicle) -> String {
 fn the_simulations_end_ends_the_stream_in_every_state() {
     for state in BEFORE_THE_PLANS_END {
         let mut script = scene_in(state);
-        script.tell_instant("t_end", 20_000_000);
+        script.report_instant("t_end", 20_000_000);
         assert_eq!(script.streamer.state(), StreamerState::Failed, "{state:?}");
         let last = last_event(&mut script);
         assert!(
@@ -167,11 +167,11 @@ fn the_simulations_end_ends_the_stream_in_every_state() {
         );
     }
     let mut script = scene_in(StreamerState::Target);
-    script.tell_instant("t_end", 20_000_000);
+    script.report_instant("t_end", 20_000_000);
     assert_eq!(script.streamer.state(), StreamerState::Done);
     // Who has not met a vehicle yet waits on.
     let mut script = ScriptedVehicle::new(WILLING, |_| ());
-    script.tell_instant("t_end", 20_000_000);
+    script.report_instant("t_end", 20_000_000);
     assert_eq!(script.streamer.state(), StreamerState::WaitingForVehicle);
 }
 
@@ -196,7 +196,7 @@ fn a_landing_takes_nothing_back() {
         let (_, last) = script.sent.iter().rfind(|(_, f)| matches!(f.message_id, 82 | 84)).unwrap();
         assert_eq!(last.message_id, 84, "velocities, not the level attitude without thrust");
         script.run(script.now + 3_000_000);
-        script.tell_instant("t_end", 20_000_000);
+        script.report_instant("t_end", 20_000_000);
         assert_eq!(script.streamer.state(), StreamerState::Done);
     }
 }
