@@ -26,12 +26,14 @@ pub struct Narrator {
     together: bool,
     /// The number of the campaign's trial that it reports on.
     trial: Option<u64>,
+    /// Texts of what the simulator has reported of the drop; of some of it the parachute sends a STATUSTEXT.
+    reported: RefCell<Vec<String>>,
     failed: RefCell<Option<Failure>>,
 }
 
 impl Narrator {
     fn new(voice: Voice, together: bool, trial: Option<u64>) -> Self {
-        Self { voice, together, trial, failed: RefCell::new(None) }
+        Self { voice, together, trial, reported: RefCell::default(), failed: RefCell::new(None) }
     }
 
     /// For all parties in one process: on stdout; when that belongs to a JSON object, waits and troubles
@@ -98,6 +100,9 @@ impl Narrator {
 
     /// Says an event of the simulator.
     pub fn simulator(&self, event: &Timed<HilEvent>, mission: &Mission) {
+        if matches!(event.event, HilEvent::Drop(_)) {
+            self.reported.borrow_mut().push(event.event.to_string());
+        }
         match &event.event {
             HilEvent::Drop(DropEvent::RotorsFree) => self.at(
                 event.at,
@@ -132,6 +137,7 @@ impl Narrator {
             | StreamerEvent::Text { severity: 5.., .. }
             | StreamerEvent::Done
                 if self.together => {}
+            StreamerEvent::Text { text, .. } if self.together && self.has_reported(text) => {}
             // Repeats what an acknowledgement has said.
             StreamerEvent::Text { severity: 6.., .. } => {}
             StreamerEvent::Waiting { .. }
@@ -145,6 +151,11 @@ impl Narrator {
             | StreamerEvent::Lost { .. } => self.warn(&format!("{event}\n")),
             _ => self.say(&format!("{event}\n")),
         }
+    }
+
+    /// Whether the simulator has reported it, in these letters, small or capital.
+    fn has_reported(&self, text: &str) -> bool {
+        self.reported.borrow().iter().any(|reported| reported.eq_ignore_ascii_case(text))
     }
 
     /// Says when steady flight was reached: what is known at the end only, and no line of the timeline.

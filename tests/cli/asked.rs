@@ -176,6 +176,26 @@ fn numbers_in_a_recording_have_no_gaps() {
     }
 }
 
+/// What the simulator reports of the drop is not repeated when the parachute's STATUSTEXT of it arrives, a
+/// period of the control loop later with an older stamp.
+#[test]
+fn regress_a_limit_that_is_passed_has_one_line_in_the_order_of_time() {
+    let out = tempfile::tempdir().unwrap();
+    let root = fs::canonicalize(".").unwrap();
+    let text = fs::read_to_string(X500).unwrap();
+    let text = text.replace("\"../params", &format!("\"{}/params", root.display()));
+    let mission = out.path().join("mission.json");
+    assert!(text.contains("\"speed_m_s\": 20.0"));
+    fs::write(&mission, text.replace("\"speed_m_s\": 20.0", "\"speed_m_s\": 8.0")).unwrap();
+    let output =
+        samara(&["drop", mission.to_str().unwrap(), "--out", out.path().join("results").to_str().unwrap()]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    let stamps: Vec<f64> =
+        said.lines().filter_map(|line| line.split_once(" s  ")?.0.trim().parse().ok()).collect();
+    assert!(stamps.len() >= 6 && stamps.is_sorted(), "{said}");
+    assert_eq!(said.to_lowercase().matches("limit passed: speed").count(), 1, "{said}");
+}
+
 /// Stamped lines are in order of time; when it was steady is known at the end and has no stamp.
 #[test]
 fn the_timeline_runs_forward() {
