@@ -253,3 +253,38 @@ fn an_unsafe_trial_says_no() {
         assert_eq!(code(&samara(bad, out.path())), 2, "{bad:?}");
     }
 }
+
+/// The command in the results, run again, flies the same inputs: it names the release case too.
+#[test]
+fn regress_the_command_makes_the_study_again() {
+    let out = tempfile::tempdir().unwrap();
+    let first = json(&samara(&[QUICK, "--case", "case_0", "--trials", "2", "--json"], out.path()));
+    let command = first["command"].as_str().unwrap();
+    let args: Vec<&str> = command.strip_prefix("samara assess ").unwrap().split(' ').collect();
+    let again = json(&samara(&[&args[..], &["--json"]].concat(), out.path()));
+    assert_eq!((&again["input_hash"], &again["command"]), (&first["input_hash"], &first["command"]));
+    let other = json(&samara(&[QUICK, "--trials", "2", "--json"], out.path()));
+    assert_ne!(other["input_hash"], first["input_hash"]);
+}
+
+/// Ctrl-C in the campaigns: stdout holds an object that says so.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_stopped_study_has_an_object_too() {
+    let out = tempfile::tempdir().unwrap();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_samara"))
+        .args(["assess", QUICK, "--trials", "1000000", "--json", "--out", out.path().to_str().unwrap()])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let first = out.path().join("campaign_near_hover_step.csv");
+    while child.try_wait().unwrap().is_none() && fs::metadata(&first).map_or(0, |m| m.len()) < 2_000 {
+        std::thread::yield_now();
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(code(&output), 1);
+    let object = json(&output);
+    assert!(object["campaigns"].is_null() && object["reason"].as_str().unwrap().starts_with("stopped"));
+}

@@ -152,6 +152,10 @@ fn drops_without_a_release_are_failures_without_measures() {
     let folder = tempfile::tempdir().unwrap();
     let never = "\"trigger\": { \"altitude\": { \"altitude_m\": -500 } }";
     let mission = changed(folder.path(), "\"trigger\": \"command\"", never);
+    // Of a campaign that was killed.
+    let place = folder.path().join("place_0");
+    fs::create_dir(&place).unwrap();
+    fs::write(place.join("stale.txt"), "of another trial").unwrap();
     let output = assess(&mission, &[&REFERENCE, &["--trials", "2", "--json"]], folder.path());
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     let told = json(&output);
@@ -167,7 +171,40 @@ fn drops_without_a_release_are_failures_without_measures() {
         );
         let kept = folder.path().join(format!("trial_{}", line["trial"]));
         assert!(kept.join("flight.csv").exists(), "what was flown is kept");
+        assert!(!kept.join("stale.txt").exists(), "what was not flown is not");
     }
+}
+
+/// A mission without a plan: nothing is flown, and stdout holds the plan's object.
+#[test]
+fn without_a_plan_the_object_is_the_plans() {
+    let folder = tempfile::tempdir().unwrap();
+    let mission = changed(folder.path(), "\"thrust_max_n\": 8.54858", "\"thrust_max_n\": 3.0");
+    for autopilot in [&[][..], &MODEL, &REFERENCE] {
+        let output = Command::new(env!("CARGO_BIN_EXE_samara"))
+            .args(["assess", &mission, "--json", "--trials", "2", "--out"])
+            .arg(folder.path())
+            .args(autopilot)
+            .output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(1), "{autopilot:?}: {}", stderr(&output));
+        let plan = json(&output);
+        assert!(plan["status"].is_string() && plan["status"] != "converged", "{autopilot:?}: {plan}");
+    }
+}
+
+/// A parameter that the reference autopilot has not got is remarked on once, however many drops are flown.
+#[test]
+fn regress_remarks_on_a_parameter_file_are_printed_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("gains.params");
+    let file = fs::read_to_string("params/px4/x500_samara.params").unwrap();
+    fs::write(&path, format!("{file}1\t1\tNOT_OF_SAMARA\t1\t6\n")).unwrap();
+    let args = ["--trials", "3", "--params", path.to_str().unwrap()];
+    let output = assess(X500, &[&REFERENCE, &args], &folder.path().join("out"));
+    assert!(output.status.code().is_some_and(|code| code <= 1), "{}", stderr(&output));
+    let remark = "not parameters of samara's autopilot, ignored: NOT_OF_SAMARA\n";
+    assert_eq!(stderr(&output).matches(remark).count(), 1, "{}", stderr(&output));
 }
 
 /// A drop that cannot even begin is a failed trial, not the end of the campaign: the others are flown and

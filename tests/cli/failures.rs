@@ -223,6 +223,31 @@ fn an_interrupted_drop_says_so_in_its_files() {
     assert!(ended_s > 0.4 && ended_s < 44.0, "{ended_s}");
 }
 
+/// Ctrl-C in a series of drops: no further one begins, what was flown is in the table, and the answer is no.
+#[cfg(target_os = "linux")]
+#[test]
+fn regress_an_interrupted_series_of_drops_flies_no_more_of_them() {
+    use std::io::{BufRead as _, BufReader};
+    let out = tempfile::tempdir().unwrap();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_samara"))
+        .args(["drop", "--cases", "--out", out.path().to_str().unwrap()])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines().map(Result::unwrap);
+    assert!(lines.any(|line| line.starts_with("case_0 ")), "{:?}", child.wait());
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let rest: Vec<String> = lines.collect();
+    assert_eq!(child.wait().unwrap().code(), Some(1));
+    let stopped = "stopped: the cases that follow were not flown";
+    assert_eq!(rest.iter().filter(|line| *line == stopped).count(), 1, "{rest:?}");
+    let table = fs::read_to_string(out.path().join("cases.csv")).unwrap();
+    let flown = table.lines().filter(|line| line.starts_with("case_")).count();
+    assert!((1..7).contains(&flown), "{table}");
+    assert!(out.path().join("cases_manifest.json").exists());
+}
+
 #[test]
 fn options_out_of_range_are_refused() {
     for tolerance in ["1e-13", "1", "nan", "-1e-8"] {
