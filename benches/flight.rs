@@ -87,6 +87,7 @@ fn campaign_trial(bencher: Bencher<'_, '_>) {
             vertical_acceleration_m_s2: 3.0,
         },
         target_v_ned: Vector3::new(4.0, 0.0, 4.0),
+        steady_within_m_s: 0.057,
         plan: Trajectory::new(vec![node(0.0), node(30.0)], 4).unwrap(),
     };
     let entry = StudyEntry {

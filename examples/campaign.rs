@@ -24,6 +24,7 @@ pub fn campaign(trials: u64, swings_deg: &[f64]) -> Result<Vec<Tally>, Box<dyn s
         environment: mission.site.environment.clone(),
         limits: mission.limits.safety,
         target_v_ned: mission.target_v_ned,
+        steady_within_m_s: mission.limits.steady_within_m_s,
         plan: plan.trajectory,
     };
     let entry = StudyEntry {

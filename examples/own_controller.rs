@@ -103,6 +103,7 @@ pub fn study(mission: &Mission, plan: &Trajectory, controller: &Lqr, trials: u64
         environment: mission.site.environment.clone(),
         limits: mission.limits.safety,
         target_v_ned: mission.target_v_ned,
+        steady_within_m_s: mission.limits.steady_within_m_s,
         plan: plan.clone(),
     };
     let entry = StudyEntry {

@@ -60,6 +60,7 @@ fn another_controller_is_judged_by_the_flights_of_the_study() {
         yaw: mission.control.gains,
         plan: &plan,
         target_v_ned: mission.target_v_ned,
+        steady_within_m_s: mission.limits.steady_within_m_s,
         settle_s: 0.0,
         safety: mission.limits.safety,
     };
@@ -71,6 +72,7 @@ fn another_controller_is_judged_by_the_flights_of_the_study() {
         environment: mission.site.environment.clone(),
         limits: mission.limits.safety,
         target_v_ned: mission.target_v_ned,
+        steady_within_m_s: mission.limits.steady_within_m_s,
         plan: plan.clone(),
     };
     let entry = StudyEntry {

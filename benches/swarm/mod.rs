@@ -43,7 +43,7 @@ impl Swarm {
             pitch_rate_rad_s: 90.0 * RAD_PER_DEG,
             vertical_acceleration_m_s2: 3.0,
         };
-        Self { model, measure: BatchMeasure::of(&flight, limits, [4.0, 4.0]).unwrap() }
+        Self { model, measure: BatchMeasure::new(&flight, Some(&plan), limits, [4.0, 4.0], 0.057).unwrap() }
     }
 
     /// Flies on as many threads as told, in equal parts.

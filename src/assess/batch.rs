@@ -15,11 +15,11 @@ use std::ops::ControlFlow;
 use nalgebra::Vector3;
 
 use super::SafetyLimits;
-use super::safety::{TrialOutcome, steady_within_m_s};
+use super::safety::TrialOutcome;
 use super::tracking::{DIVERGED, PITCH_MAX_RAD, SPEED_MAX_M_S};
 use crate::math;
+use crate::sim::FlightPlan;
 use crate::sim::planar::{Flight, LANES, Lanes, Model, NotPlanar, Observer, SetpointTable, State, fly};
-use crate::sim::{FlightPlan, Reference};
 use crate::trajectory::Trajectory;
 
 /// Setpoints, limits and plan nodes that flights are judged by.
@@ -52,15 +52,16 @@ pub struct Outcome {
     pub rms: f64,
     /// Peaks and end of the flight; no roll.
     pub trial: TrialOutcome,
-    /// Time [s] from which the velocity stays within [`steady_within_m_s`] of the target to the end.
+    /// Time [s] from which the velocity stays so close to the target as is steady, to the end.
     pub steady_after_s: Option<f64>,
     /// Whether the flight was given up.
     pub given_up: bool,
 }
 
 impl BatchMeasure {
-    /// Flights along `plan`; steady means close to `target_m_s`, north and down [m/s]. RMS is against the
-    /// nodes of the trajectory `tracked`, where there is one; the control period must divide its intervals.
+    /// Flights along `plan`; steady means within `steady_within_m_s` of `target_m_s`, north and down [m/s].
+    /// RMS is against the nodes of the trajectory `tracked`, where there is one; the control period must
+    /// divide its intervals.
     ///
     /// # Errors
     /// [`NotPlanar`] as [`SetpointTable::new`].
@@ -69,6 +70,7 @@ impl BatchMeasure {
         tracked: Option<&Trajectory>,
         limits: SafetyLimits,
         target_m_s: [f64; 2],
+        steady_within_m_s: f64,
     ) -> Result<Self, NotPlanar> {
         let setpoints = SetpointTable::new(plan)?;
         let dt_s = setpoints.period_s();
@@ -84,21 +86,8 @@ impl BatchMeasure {
             })
             .collect();
         let missed = nodes.len() - on_grid.len();
-        let steady_within = steady_within_m_s(&Vector3::new(target_m_s[0], 0.0, target_m_s[1]));
-        let steady_within2 = steady_within * steady_within;
+        let steady_within2 = steady_within_m_s * steady_within_m_s;
         Ok(Self { setpoints, limits, target_m_s, steady_within2, nodes: on_grid, missed })
-    }
-
-    /// A measure along the trajectory of the plan's own reference, if it has one.
-    ///
-    /// # Errors
-    /// [`NotPlanar`] as [`SetpointTable::new`].
-    pub fn of(plan: &FlightPlan<'_>, limits: SafetyLimits, target_m_s: [f64; 2]) -> Result<Self, NotPlanar> {
-        let tracked = match plan.reference {
-            Reference::Plan { trajectory, .. } => Some(trajectory),
-            Reference::Step(_) => None,
-        };
-        Self::new(plan, tracked, limits, target_m_s)
     }
 
     /// The setpoints.

@@ -82,6 +82,8 @@ pub struct SafetyStudy {
     pub limits: SafetyLimits,
     /// Steady velocity to reach, NED [m/s].
     pub target_v_ned: Vector3<f64>,
+    /// How close to that velocity is steady [m/s]: [`super::steady_within_m_s`], or what the mission says.
+    pub steady_within_m_s: f64,
     /// The plan from the nominal release; flights last as long.
     pub plan: Trajectory,
 }
@@ -135,7 +137,7 @@ impl SafetyStudy {
         let model = Model::new(&self.vehicle, &self.environment, &settings.limits, PlantKind::Actuator)?;
         let target_m_s = [self.target_v_ned.x, self.target_v_ned.z];
         let plan = self.flight_plan(entry, CONTROL_PERIOD_S);
-        let measure = BatchMeasure::new(&plan, None, self.limits, target_m_s)?;
+        let measure = BatchMeasure::new(&plan, None, self.limits, target_m_s, self.steady_within_m_s)?;
         let flight = |release: &RandomRelease| {
             let (gains, variation) = (settings.gains, Variation::NONE);
             Ok(Flight { gains, release: Release::of(&release.state)?, variation })

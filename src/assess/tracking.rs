@@ -26,8 +26,10 @@ pub const DIVERGED: f64 = 1000.0;
 /// Control period that the study and the tuning are meant for [s].
 pub const NOMINAL_PERIOD_S: f64 = 0.01;
 
-pub(super) const SPEED_MAX_M_S: f64 = 60.0;
-pub(super) const PITCH_MAX_RAD: f64 = 6.0;
+/// Speed beyond which a flight is given up [m/s].
+pub const SPEED_MAX_M_S: f64 = 60.0;
+/// Pitch, either way, beyond which a flight is given up [rad].
+pub const PITCH_MAX_RAD: f64 = 6.0;
 
 /// Control steps per interval of an evenly spaced plan: as many as bring the period nearest to 10 ms. 81 for
 /// the paper's 38 nodes over 30 s.

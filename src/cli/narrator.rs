@@ -177,7 +177,9 @@ impl Narrator {
             None if verdict.impact_speed_m_s.is_some() => {
                 self.say(&format!("on the ground, and not steady within {within} of {target} before\n"))
             }
-            None => self.say(&format!("never steady within {within} of {target}\n")),
+            None => {
+                self.say(&format!("never steady within {within} of {target} (limits.steady_within_m_s)\n"))
+            }
         }
     }
 }

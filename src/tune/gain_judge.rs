@@ -7,24 +7,27 @@
 //! and other controllers, one at a time in six degrees of freedom. The controller does not know of the
 //! variations of a robust tuning.
 
+use std::fmt;
 use std::sync::Arc;
 
 use super::objective::{Evaluation, Objective};
 use super::unknowns::one_at_a_time;
 use super::{Longitudinal, ReleaseCase};
-use crate::assess::tracking::control_period_s;
+use crate::assess::tracking::{PITCH_MAX_RAD, SPEED_MAX_M_S, control_period_s};
 use crate::assess::{BatchMeasure, Outcome, SafetyLimits, StateCost, TrackingError, judge_flights};
 use crate::control::{Airframe, Cascade, ControlError, ControlLimits, Controller, Gains, WithDelay};
+use crate::frames::pitch;
 use crate::model::rigid_body::{BodyState, MassProperties};
 use crate::model::{Environment, Vehicle};
 use crate::sim::planar::{Flight, LANES, Model, NotPlanar, Release, Variation};
 use crate::sim::{DropSimulation, FlightPlan, PlantKind, Reference, fly};
 use crate::trajectory::Trajectory;
+use crate::units::DEG_PER_RAD;
 
 /// A flight is at rest when it is steady from so long before its end [s].
 const STEADY_FOR_S: f64 = 1.0;
-/// Steady within this fraction of the commanded velocity.
-const STEADY_FRACTION: f64 = 0.01;
+/// What a flight that is not at rest costs at the least, as a fraction of the target velocity.
+const UNREST_LEAST: f64 = 0.01;
 
 /// Vehicle, site, plan and limits of the flights that gains are judged by.
 #[derive(Clone, Debug)]
@@ -43,6 +46,9 @@ pub struct Setting<'a> {
     pub plan: &'a Trajectory,
     /// Velocity after the plan's end, NED [m/s].
     pub target_v_ned: nalgebra::Vector3<f64>,
+    /// How close to that velocity is steady [m/s]: [`crate::assess::steady_within_m_s`], or what the mission
+    /// says.
+    pub steady_within_m_s: f64,
     /// How long a flight goes on after the plan's end [s].
     pub settle_s: f64,
     /// Limits that J_state is measured by.
@@ -56,6 +62,73 @@ struct Trial {
     variation: Variation,
     /// Whether it is judged by tracking and steadiness too.
     tracked: bool,
+}
+
+/// Where and why a flight was lost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Loss {
+    /// It became too fast or turned too far.
+    Diverged {
+        /// Time since the rotors were freed [s].
+        t_s: f64,
+        /// Speed then [m/s]; not a number where the state was none.
+        speed_m_s: f64,
+        /// Pitch then [rad].
+        pitch_rad: f64,
+    },
+    /// The varied vehicle is none: its mass or inertia is out of bounds.
+    NoVehicle,
+}
+
+/// One of the flights that gains were judged by, and how they lost it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LostFlight {
+    /// Which flight, from 1.
+    pub number: usize,
+    /// How many there are.
+    pub of: usize,
+    /// The state that it was released in.
+    pub start: BodyState,
+    /// What the controller did not know of.
+    pub variation: Variation,
+    /// How it was lost.
+    pub loss: Loss,
+}
+
+impl fmt::Display for LostFlight {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (v, start_pitch) = (&self.start.v_ned, pitch(self.start.q_ned_from_body));
+        write!(
+            f,
+            "flight {} of {}, released at [{:.2} {:.2} {:.2}] m/s, pitch {:.1} deg and {:.1} deg/s, ",
+            self.number,
+            self.of,
+            v.x,
+            v.y,
+            v.z,
+            start_pitch * DEG_PER_RAD,
+            self.start.omega_body.y * DEG_PER_RAD,
+        )?;
+        if self.variation != Variation::NONE {
+            let Variation { mass, inertia, aero, density, wind_m_s, delayed, .. } = &self.variation;
+            write!(
+                f,
+                "unknown to the controller mass x {mass:.2}, inertia x {inertia:.2}, air loads x {aero:.2?}, \
+                 density x {density:.2}, wind {wind_m_s:.1?} m/s{}, ",
+                if *delayed { ", a period of delay" } else { "" },
+            )?;
+        }
+        match self.loss {
+            Loss::Diverged { t_s, speed_m_s, pitch_rad } => write!(
+                f,
+                "was given up {t_s:.2} s after the rotors were freed, at {speed_m_s:.1} m/s and {:.0} deg of \
+                 pitch: at most {SPEED_MAX_M_S:.0} m/s and {:.0} deg are flown on",
+                pitch_rad * DEG_PER_RAD,
+                PITCH_MAX_RAD * DEG_PER_RAD,
+            ),
+            Loss::NoVehicle => f.write_str("has a vehicle whose mass or inertia is out of bounds"),
+        }
+    }
 }
 
 /// Flights to judge gains by.
@@ -140,6 +213,22 @@ impl<'a> GainJudge<'a> {
         flown.into_iter().fold(Evaluation::PERFECT, Evaluation::worse)
     }
 
+    /// The first of a candidate's flights that is lost, flown again in six degrees of freedom; `None` when
+    /// none is.
+    pub fn first_lost(&self, k: &Longitudinal) -> Option<LostFlight> {
+        let cascade = self.cascade(k);
+        self.trials.iter().enumerate().find_map(|(i, trial)| {
+            let loss = self.fly_alone(&cascade, trial).err()?;
+            Some(LostFlight {
+                number: i + 1,
+                of: self.trials.len(),
+                start: trial.start,
+                variation: trial.variation,
+                loss,
+            })
+        })
+    }
+
     /// Why the cascade's flights are flown one at a time in six degrees of freedom; `None` where they are
     /// flown side by side.
     pub fn one_at_a_time(&self) -> Option<&NotPlanar> {
@@ -152,8 +241,7 @@ impl<'a> GainJudge<'a> {
     }
 
     fn fly_trials(&self, k: &Longitudinal, trials: &[Trial]) -> Vec<Evaluation> {
-        let yaw = &self.setting.yaw;
-        let gains = Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(*k) };
+        let gains = self.gains(k);
         let flight =
             |t: &Trial| Some(Flight { gains, release: Release::of(&t.start).ok()?, variation: t.variation });
         let flights: Option<Vec<Flight>> = trials.iter().map(flight).collect();
@@ -163,15 +251,22 @@ impl<'a> GainJudge<'a> {
                 judge_flights(model, measure, &flights, &mut outcomes);
                 trials.iter().zip(&outcomes).map(|(t, o)| self.judged(t, o)).collect()
             }
-            _ => {
-                let cascade = Cascade::new(self.airframe.clone(), gains, self.setting.control_limits);
-                self.fly_one_at_a_time(&cascade, trials)
-            }
+            _ => self.fly_one_at_a_time(&self.cascade(k), trials),
         }
     }
 
+    fn gains(&self, k: &Longitudinal) -> Gains {
+        let yaw = &self.setting.yaw;
+        Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(*k) }
+    }
+
+    fn cascade(&self, k: &Longitudinal) -> Cascade {
+        Cascade::new(self.airframe.clone(), self.gains(k), self.setting.control_limits)
+    }
+
     fn fly_one_at_a_time(&self, controller: &dyn Controller, trials: &[Trial]) -> Vec<Evaluation> {
-        trials.iter().map(|trial| self.fly_alone(controller, trial)).collect()
+        let flown = trials.iter().map(|trial| self.fly_alone(controller, trial));
+        flown.map(|e| e.unwrap_or(Evaluation::DIVERGED)).collect()
     }
 
     fn judged(&self, trial: &Trial, outcome: &Outcome) -> Evaluation {
@@ -195,15 +290,15 @@ impl<'a> GainJudge<'a> {
         }
         let target = &self.setting.target_v_ned;
         let at_rest = steady_after_s.is_some_and(|t| t <= duration_s(&self.setting) - STEADY_FOR_S);
-        let away = (final_v_ned - target).norm() / target.norm();
-        Evaluation { rms, j_tpf, unrest: if at_rest { 0.0 } else { away.max(STEADY_FRACTION) } }
+        let away = (final_v_ned - target).norm() / target.norm().max(self.setting.steady_within_m_s);
+        Evaluation { rms, j_tpf, unrest: if at_rest { 0.0 } else { away.max(UNREST_LEAST) } }
     }
 
     /// One flight in six degrees of freedom.
-    fn fly_alone(&self, controller: &dyn Controller, trial: &Trial) -> Evaluation {
+    fn fly_alone(&self, controller: &dyn Controller, trial: &Trial) -> Result<Evaluation, Loss> {
         let setting = &self.setting;
         let Some((vehicle, environment)) = varied(setting, &trial.variation) else {
-            return Evaluation::DIVERGED;
+            return Err(Loss::NoVehicle);
         };
         let mut sim = DropSimulation::at_t0(vehicle, environment, trial.start, setting.plant);
         let mut controller = controller.clone_controller();
@@ -216,14 +311,19 @@ impl<'a> GainJudge<'a> {
             let body = &sample.state.body;
             j_tpf = j_tpf.max(StateCost::of(body, &setting.safety).max());
             let away = (body.v_ned - setting.target_v_ned).norm();
-            steady_after_s = (away <= STEADY_FRACTION * setting.target_v_ned.norm())
-                .then(|| steady_after_s.unwrap_or(sample.t_s));
+            steady_after_s =
+                (away <= setting.steady_within_m_s).then(|| steady_after_s.unwrap_or(sample.t_s));
             tracking.observe(sample)
         });
+        let end = &sim.state().body;
         if flown.is_break() {
-            return Evaluation::DIVERGED;
+            return Err(Loss::Diverged {
+                t_s: sim.time_powered_s().unwrap_or(0.0),
+                speed_m_s: end.v_ned.norm(),
+                pitch_rad: pitch(end.q_ned_from_body),
+            });
         }
-        self.evaluation(trial, tracking.rms(), j_tpf, steady_after_s, &sim.state().body.v_ned)
+        Ok(self.evaluation(trial, tracking.rms(), j_tpf, steady_after_s, &end.v_ned))
     }
 }
 
@@ -253,7 +353,13 @@ fn planar(setting: &Setting<'_>) -> Result<(Model, BatchMeasure), NotPlanar> {
         return Err(NotPlanar::Sideways { what: "the target velocity" });
     }
     let model = Model::new(vehicle, environment, control_limits, *plant)?;
-    let measure = BatchMeasure::new(&flight_plan(setting), Some(setting.plan), setting.safety, [v.x, v.z])?;
+    let measure = BatchMeasure::new(
+        &flight_plan(setting),
+        Some(setting.plan),
+        setting.safety,
+        [v.x, v.z],
+        setting.steady_within_m_s,
+    )?;
     Ok((model, measure))
 }
 

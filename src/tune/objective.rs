@@ -8,7 +8,8 @@ pub struct Evaluation {
     /// J_TPF, (51).
     pub j_tpf: f64,
     /// 0 for a flight that has come to rest at the target a second before its end. Otherwise the distance of
-    /// its velocity from the target at the end, as a fraction of it, at least 0.01.
+    /// its velocity from the target at the end, at least 0.01, as a fraction of the target's size or, where
+    /// that is larger, of the distance that is steady.
     pub unrest: f64,
 }
 

@@ -82,6 +82,7 @@ pub struct Search {
     first: Option<Longitudinal>,
     tried: Vec<Tried>,
     history: Vec<Progress>,
+    lost: bool,
 }
 
 impl std::fmt::Debug for Search {
@@ -96,7 +97,8 @@ impl Search {
         let optimiser = optimiser(&settings, 0, settings.start);
         let first = settings.start.filter(|_| matches!(settings.method, Method::CmaEs(_)));
         let (tried, history) = (Vec::new(), Vec::new());
-        Self { settings, objective: 0, iteration: 0, polishing: false, optimiser, first, tried, history }
+        let (objective, iteration, polishing, lost) = (0, 0, false, false);
+        Self { settings, objective, iteration, polishing, optimiser, first, tried, history, lost }
     }
 
     /// The objective of the candidates to be judged next, and what each must cost at most: the rest of a
@@ -144,6 +146,12 @@ impl Search {
         best_of(&allowed, objective).or_else(|| best_of(&self.tried, objective))
     }
 
+    /// Whether it ended after its first iteration because each candidate lost a flight: there is nothing to
+    /// begin at.
+    pub fn is_lost(&self) -> bool {
+        self.lost
+    }
+
     /// Everything that was tried, in order.
     pub fn tried(&self) -> &[Tried] {
         &self.tried
@@ -184,7 +192,7 @@ impl CandidateSearch for Search {
 
     fn candidates(&self) -> Option<&[Longitudinal]> {
         let first = self.first.as_ref().map(std::slice::from_ref);
-        (self.objective < self.settings.objectives.len())
+        (self.objective < self.settings.objectives.len() && !self.lost)
             .then(|| first.unwrap_or_else(|| self.optimiser.candidates()))
     }
 
@@ -205,6 +213,9 @@ impl CandidateSearch for Search {
         self.optimiser.update(&costs);
         self.note(&objective, costs);
         self.iteration += 1;
+        self.lost = self.objective == 0
+            && self.iteration == 1
+            && self.tried.iter().all(|t| objective.cost(&t.evaluation).is_infinite());
         if self.begins_to_polish() {
             if let Some(best) = best_of(&self.tried, &objective) {
                 self.optimiser = polish(&self.settings, self.objective, best.k);

@@ -22,6 +22,7 @@ fn study() -> SafetyStudy {
         environment: site(),
         limits: limits(),
         target_v_ned: target_ned(),
+        steady_within_m_s: samara::assess::steady_within_m_s(&target_ned()),
         plan: flight_reference(),
     }
 }

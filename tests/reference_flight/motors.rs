@@ -39,6 +39,7 @@ impl Cases {
                 environment: m.site.environment.clone(),
                 limits: m.limits.safety,
                 target_v_ned: m.target_v_ned,
+                steady_within_m_s: m.limits.steady_within_m_s,
                 plan: plan.unwrap().trajectory,
             },
             entry: StudyEntry {

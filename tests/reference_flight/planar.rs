@@ -3,7 +3,9 @@
 
 use nalgebra::Vector3;
 use samara::assess::tracking::control_period_s;
-use samara::assess::{BatchMeasure, Outcome, TrackingError, Verdict, VerdictBuilder, judge_flights};
+use samara::assess::{
+    BatchMeasure, Outcome, TrackingError, Verdict, VerdictBuilder, judge_flights, steady_within_m_s,
+};
 use samara::control::{ControlLimits, Gains};
 use samara::sim::planar::{Flight, Model, Release, Variation};
 use samara::sim::{DropSimulation, FlightPlan, PlantKind, Reference, fly};
@@ -31,7 +33,9 @@ fn hermite(trajectory: &Trajectory, then_v_ned: Option<Vector3<f64>>) -> Referen
 /// The seven cases, judged.
 fn judged(kind: PlantKind, gains: Gains, plan: &FlightPlan<'_>, nodes: Option<&Trajectory>) -> Vec<Outcome> {
     let model = Model::new(&TITAN, &site(), &ControlLimits::default(), kind).unwrap();
-    let measure = BatchMeasure::new(plan, nodes, limits(), [target_ned().x, target_ned().z]).unwrap();
+    let target = target_ned();
+    let near = steady_within_m_s(&target);
+    let measure = BatchMeasure::new(plan, nodes, limits(), [target.x, target.z], near).unwrap();
     let flights: Vec<Flight> = TABLE_3.iter().map(|case| flight_of(case, gains)).collect();
     let mut outcomes = vec![Outcome::default(); flights.len()];
     judge_flights(&model, &measure, &flights, &mut outcomes);
@@ -152,9 +156,8 @@ fn lost_flights_cost_a_thousand_and_leave_the_others_alone() {
     let dt_s = control_period_s(&nodes);
     let flight = along(hermite(&velocity, None), dt_s, nodes.end_s());
     let model = Model::new(&TITAN, &site(), &ControlLimits::default(), PlantKind::Ideal).unwrap();
-    let measure = BatchMeasure::of(&flight, limits(), [4.0, 4.0]);
-    let measure_with_nodes = BatchMeasure::new(&flight, Some(&nodes), limits(), [4.0, 4.0]).unwrap();
-    assert_eq!(measure.unwrap().setpoints().steps(), 37 * 81);
+    let measure_with_nodes = BatchMeasure::new(&flight, Some(&nodes), limits(), [4.0, 4.0], 0.05).unwrap();
+    assert_eq!(measure_with_nodes.setpoints().steps(), 37 * 81);
     let good = flight_of(&TABLE_3[2], gains("safety"));
     let mut fast = good;
     fast.release.v_north_m_s = 80.0;

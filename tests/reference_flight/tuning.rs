@@ -3,15 +3,17 @@
 
 use nalgebra::Vector3;
 use samara::assess::ReleaseDistribution;
+use samara::assess::tracking::{PITCH_MAX_RAD, SPEED_MAX_M_S};
 use samara::control::{ControlLimits, Gains};
 use samara::model::Parachute;
 use samara::model::parachute::Pendulum;
 use samara::model::rigid_body::BodyState;
 use samara::sim::PlantKind;
 use samara::trajectory::Trajectory;
-use samara::tune::gain_judge::Setting;
+use samara::tune::cma_es::CmaSettings;
+use samara::tune::gain_judge::{Loss, Setting};
 use samara::tune::near_hover::near_hover;
-use samara::tune::{Evaluation, GainJudge, Objective};
+use samara::tune::{CandidateSearch as _, Evaluation, GainJudge, Method, Objective, Search, SearchSettings};
 use samara::units::RAD_PER_DEG;
 
 use super::data::{NUMBERS, TABLE_3, TITAN, gains, limits, number, numbers, plan, site, target_ned};
@@ -25,6 +27,7 @@ fn setting(plan: &Trajectory, plant: PlantKind, settle_s: f64) -> Setting<'_> {
         yaw: Gains::near_hover(),
         plan,
         target_v_ned: target_ned(),
+        steady_within_m_s: samara::assess::steady_within_m_s(&target_ned()),
         settle_s,
         safety: limits(),
     }
@@ -69,6 +72,61 @@ fn prop_the_bench_in_space_is_the_planar_one() {
     // A pitch loop as fast as its rate loop tumbles.
     let lost = planar.evaluate(&[3.52, 2.11, 1.665, 3.79, 3.37, 0.431, 0.0032]);
     assert_eq!(lost, Evaluation::DIVERGED);
+}
+
+/// At a hover 1 % of the target is nothing and a distance as a fraction of it has no meaning: the mission's
+/// tolerance takes both places, in the plane and in space. After the plan the vehicle is told to stop; it has
+/// come to rest when it is within the tolerance a second before the end.
+#[test]
+fn prop_a_hover_target_is_judged_like_any_other() {
+    let plan = plan();
+    let case = [TABLE_3[2].clone()];
+    let k = gains("safety").as_longitudinal();
+    let evaluated = |settle_s: f64, side_wind_m_s: f64| {
+        let mut hover = setting(&plan, PlantKind::Actuator, settle_s);
+        (hover.target_v_ned, hover.steady_within_m_s) = (Vector3::zeros(), 0.1);
+        hover.environment.wind_ned_m_s = Vector3::new(0.0, side_wind_m_s, 0.0);
+        GainJudge::new(hover).unwrap().with_cases(&case).evaluate(&k)
+    };
+    for (settle_s, rested) in [(25.0, true), (2.0, false)] {
+        let [plane, space] = [0.0, 1e-12].map(|wind| evaluated(settle_s, wind));
+        assert_eq!(plane.unrest == 0.0, rested, "{plane:?}");
+        assert!(plane.is_finite() && (plane.unrest - space.unrest).abs() < 1e-5, "{plane:?} {space:?}");
+        assert!(rested || plane.unrest > 1.0, "more than the tolerance away: {plane:?}");
+    }
+}
+
+/// A search whose first candidates each lose a flight ends there, and the judge says which flight and how: a
+/// pitch loop as fast as its rate loop turns over in one of the variations.
+#[test]
+fn a_search_without_a_start_that_flies_ends_at_once() {
+    let plan = plan();
+    let case = [TABLE_3[2].clone()];
+    let judge = GainJudge::new(setting(&plan, PlantKind::Actuator, 0.0)).unwrap();
+    let judge = judge.with_cases(&case).with_variations(&case);
+    let tumbling = [3.52, 2.11, 1.665, 3.79, 3.37, 0.431, 0.0032];
+    let lost = judge.first_lost(&tumbling).unwrap();
+    let Loss::Diverged { t_s, speed_m_s, pitch_rad } = lost.loss else { panic!("{lost}") };
+    assert!(speed_m_s > SPEED_MAX_M_S || pitch_rad.abs() > PITCH_MAX_RAD, "{lost}");
+    assert!((0.0..plan.end_s()).contains(&t_s) && lost.start == case[0].state(), "{lost}");
+    assert!(judge.first_lost(&gains("safety").as_longitudinal()).is_none());
+
+    let cma = CmaSettings { samples: 4, sigma: 1e-9, tolerance: 0.0, ..CmaSettings::default() };
+    let settings = |start| SearchSettings {
+        method: Method::CmaEs(cma),
+        objectives: vec![Objective::Rms],
+        iterations: 3,
+        start: Some(start),
+        seed: 1,
+    };
+    for (start, judged, lost) in [(tumbling, 5, true), (gains("safety").as_longitudinal(), 13, false)] {
+        let mut search = Search::new(settings(start));
+        while let Some(candidates) = search.candidates() {
+            let evaluations: Vec<_> = candidates.iter().map(|k| judge.evaluate(k)).collect();
+            search.update(&evaluations);
+        }
+        assert_eq!((search.tried().len(), search.is_lost()), (judged, lost));
+    }
 }
 
 /// Flights that are left out would not have made a candidate cheaper: what is given up costs more than its

@@ -98,6 +98,7 @@ fn study_of(mission: &Mission, plan: &Plan) -> SafetyStudy {
         environment: mission.site.environment.clone(),
         limits: mission.limits.safety,
         target_v_ned: mission.target_v_ned,
+        steady_within_m_s: mission.limits.steady_within_m_s,
         plan: plan.trajectory.clone(),
     }
 }

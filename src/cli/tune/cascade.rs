@@ -13,7 +13,7 @@ use samara::assess::tracking::control_period_s;
 use samara::config::Mission;
 use samara::report::tune::{TuneRun, about, records};
 use samara::trajectory::Trajectory;
-use samara::tune::{CandidateSearch as _, Longitudinal, Search};
+use samara::tune::{CandidateSearch as _, GainJudge, Longitudinal, Search};
 
 /// Searches the gains, tries them beside others, writes and reports them.
 pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answer, Failure> {
@@ -36,7 +36,12 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     };
     let done = run_search(args, &folder, &identity, &mut search, &stop, cost, progress)?;
     let Some(best) = search.best(&objective).filter(|b| b.evaluation.is_finite()) else {
-        return report_nothing(args, &mission.name, no_gains(done.stopped));
+        let why = search.is_lost().then(|| lost(&judge, &search)).flatten();
+        return report_nothing(
+            args,
+            &mission.name,
+            &why.unwrap_or_else(|| no_gains(done.stopped).to_owned()),
+        );
     };
     let mut run = TuneRun {
         method: name_of(args.method),
@@ -66,6 +71,17 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     )?;
     let whole = !done.stopped && run.contest.is_some();
     Ok(Answer::from(objective.allows(&best.evaluation) && whole))
+}
+
+/// Why the search ended at its first candidates: the flight that its first one loses.
+fn lost(judge: &GainJudge<'_>, search: &Search) -> Option<String> {
+    let first = search.tried().first()?;
+    let flight = judge.first_lost(&first.k)?;
+    let (n, k) = (search.tried().len(), first.k.map(|x| format!("{x:.3}")).join(" "));
+    Some(format!(
+        "each of the first {n} candidates loses a flight. With the first (k = {k}), {flight}. Expected: a start \
+         that flies (--start GAINS), more candidates (--particles), or a plan that can be flown"
+    ))
 }
 
 /// How far the search is, for the progress bar.

@@ -35,6 +35,7 @@ pub fn setting<'a>(args: &TuneArgs, mission: &Mission, plan: &'a Trajectory) -> 
         yaw: mission.control.gains,
         plan,
         target_v_ned: mission.target_v_ned,
+        steady_within_m_s: mission.limits.steady_within_m_s,
         settle_s: (mission.duration_s - plan_begins_s - plan.end_s()).max(0.0),
         safety: mission.limits.safety,
     }
