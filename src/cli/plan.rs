@@ -7,7 +7,7 @@ use super::args::{MissionArgs, PlanningArgs, number, positive, whole};
 use super::planning::{TimedPlan, solve, write_plan};
 use super::results::OutputFolder;
 use samara::config::{Mission, load_mission};
-use samara::plan::{InputReference, SolverOptions, Status};
+use samara::plan::{InputReference, SolverOptions, Status, TERMINAL_TOLERANCE_LEAST_M_S};
 use samara::report::{plan_json, plan_text};
 
 /// `samara plan`.
@@ -22,7 +22,8 @@ pub struct PlanArgs {
     /// What the input cost is measured from, instead of the mission's choice.
     #[arg(long, value_enum)]
     pub input_cost: Option<InputCost>,
-    /// Let the velocity at the end lie within this of the target, axis by axis [m/s]; at least 1e-7.
+    /// Velocity at the end within this of the target, axis by axis, instead of the mission's [m/s]; at least
+    /// 1e-7.
     #[arg(long, value_name = "M_S", value_parser = terminal_tolerance)]
     pub terminal_tolerance: Option<f64>,
     /// Bound on KKT residual, complementarity and largest defect, from 1e-12 to 0.01. Rounding may not leave
@@ -56,14 +57,12 @@ fn tolerance(text: &str) -> Result<f64, String> {
 /// Half the width of an interval that an interior point method can work in.
 fn terminal_tolerance(text: &str) -> Result<f64, String> {
     let expected = "a velocity of at least 1e-7 m/s is expected: the solver works inside the interval, and needs room there";
-    number(text, |x| x.is_finite() && x >= 1e-7, expected)
+    number(text, |x| x.is_finite() && x >= TERMINAL_TOLERANCE_LEAST_M_S, expected)
 }
 
 /// `samara plan`.
 pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
     let mission = chosen(args)?;
-    let mut problem = mission.plan_problem();
-    problem.terminal_velocity_tolerance_m_s = args.terminal_tolerance;
     let options = SolverOptions {
         tolerance: args.tolerance,
         max_iterations: args.max_iterations as usize,
@@ -71,7 +70,7 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
     };
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let TimedPlan { plan, solve_ms } =
-        solve(&mission, &problem, &options, args.planning.verbose, args.time_limit)?;
+        solve(&mission, &mission.plan_problem(), &options, args.planning.verbose, args.time_limit)?;
     write_plan(&folder, &mission, &plan)?;
     folder.write_manifest("plan", &mission, &[])?;
     folder.print_result(
@@ -95,12 +94,14 @@ fn chosen(args: &PlanArgs) -> Result<Mission, Failure> {
     };
     let input_cost = input_cost.filter(|(reference, _)| *reference != plan.cost_input_reference);
     plan.cost_input_reference = input_cost.map_or(plan.cost_input_reference, |(reference, _)| reference);
+    let terminal = args.terminal_tolerance.filter(|x| Some(*x) != plan.terminal_tolerance_m_s);
+    plan.terminal_tolerance_m_s = terminal.or(plan.terminal_tolerance_m_s);
     let max_iterations =
         (args.max_iterations as usize != usual.max_iterations).then_some(args.max_iterations);
     for (name, value) in [
         ("nodes", nodes.map(|n| n.to_string())),
         ("input cost", input_cost.map(|(_, name)| name.to_owned())),
-        ("terminal tolerance", args.terminal_tolerance.map(|within_m_s| format!("{within_m_s:?}"))),
+        ("terminal tolerance", terminal.map(|within_m_s| format!("{within_m_s:?}"))),
         ("tolerance", (args.tolerance != usual.tolerance).then(|| format!("{:?}", args.tolerance))),
         ("max iterations", max_iterations.map(|n| n.to_string())),
         ("time limit", args.time_limit.map(|limit_s| format!("{limit_s:?}"))),

@@ -35,4 +35,6 @@ mod dynamics_tests;
 
 pub use guess::Guess;
 pub use solver::{Counts, Progress, SolverOptions, Status};
-pub use vehicle::{InputReference, Plan, PlanError, PlanProblem, PlanState, plan};
+pub use vehicle::{
+    InputReference, Plan, PlanError, PlanProblem, PlanState, TERMINAL_TOLERANCE_LEAST_M_S, plan,
+};

@@ -29,6 +29,9 @@ pub enum InputReference {
     Trim,
 }
 
+/// Least half width of the terminal set [m/s]: an interior point method needs room inside.
+pub const TERMINAL_TOLERANCE_LEAST_M_S: f64 = 1e-7;
+
 /// The optimal control problem of a drop, (25)-(31).
 #[derive(Clone, Debug)]
 pub struct PlanProblem<'a> {

@@ -240,7 +240,7 @@ impl Mission {
             cost_state: self.plan.cost_state,
             cost_input: self.plan.cost_input,
             input_reference: self.plan.cost_input_reference,
-            terminal_velocity_tolerance_m_s: None,
+            terminal_velocity_tolerance_m_s: self.plan.terminal_tolerance_m_s,
         }
     }
 

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use crate::config::error::ConfigError;
 use crate::config::number::{Count, Exactly, NonNegative, Positive, SpanS, Within};
 use crate::config::source::Source;
-use crate::plan::InputReference;
+use crate::plan::{InputReference, TERMINAL_TOLERANCE_LEAST_M_S};
 
 /// The optimal control problem, (25)-(32).
 #[derive(Deserialize, JsonSchema)]
@@ -32,6 +32,9 @@ pub(super) struct PlanJson {
     cost_input_per_n2: NonNegative<1_000_000_000>,
     /// Thrust that costs nothing.
     cost_input_reference: InputReferenceJson,
+    /// Velocity at the plan's end within this of the target, axis by axis, from 1e-7 [m/s]; free when left out,
+    /// as in the paper, whose optimum drifts off the target in its last seconds.
+    terminal_tolerance_m_s: Option<Positive<1000>>,
     /// Reference state x_ss of the cost, (31); the solved trim at the target velocity when left out.
     x_ss: Option<StateJson>,
 }
@@ -87,6 +90,8 @@ pub struct PlanSettings {
     pub cost_input: f64,
     /// Thrust that costs nothing.
     pub cost_input_reference: InputReference,
+    /// Velocity at the plan's end within this of the target, axis by axis [m/s]; `None`: free.
+    pub terminal_tolerance_m_s: Option<f64>,
     /// Reference state of the cost, (31), in the order of `cost_state`; `None`: the solved trim.
     pub x_ss: Option<[f64; 10]>,
 }
@@ -109,8 +114,21 @@ impl PlanSettings {
                 InputReferenceJson::Zero => InputReference::Zero,
                 InputReferenceJson::Trim => InputReference::Trim,
             },
+            terminal_tolerance_m_s: terminal_tolerance_m_s(source, json)?,
             x_ss: json.x_ss.as_ref().map(|x_ss| steady_state(source, x_ss, target_v_ned)).transpose()?,
         })
+    }
+}
+
+fn terminal_tolerance_m_s(source: &Source, json: &PlanJson) -> Result<Option<f64>, ConfigError> {
+    match json.terminal_tolerance_m_s.map(Positive::get) {
+        Some(tolerance) if tolerance < TERMINAL_TOLERANCE_LEAST_M_S => Err(source.refuse(
+            "plan.terminal_tolerance_m_s",
+            format!(
+                "expected at least {TERMINAL_TOLERANCE_LEAST_M_S:e} m/s (the solver works inside the interval), found {tolerance:e}"
+            ),
+        )),
+        tolerance => Ok(tolerance),
     }
 }
 

@@ -169,6 +169,9 @@ impl Numbers {
             InputReference::Trim => "trim",
         };
         self.word("plan.cost_input_reference", reference);
+        if let Some(tolerance) = plan.terminal_tolerance_m_s {
+            self.put("plan.terminal_tolerance_m_s", tolerance);
+        }
         match &plan.x_ss {
             Some(x_ss) => self.list("plan.x_ss", x_ss),
             None => self.word("plan.x_ss", "trim"),
