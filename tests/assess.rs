@@ -51,7 +51,7 @@ fn assert_same(a: &Path, b: &Path) {
 #[test]
 fn paper_study_of_titan() {
     let out = tempfile::tempdir().unwrap();
-    let output = samara(&["--trials", "3", "--json"], out.path());
+    let output = samara(&["--paper", "--trials", "3", "--json"], out.path());
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let study = json(&output);
     assert_eq!((study["gains"].as_str(), study["trials"].as_u64()), (Some("ours"), Some(3)));
@@ -95,7 +95,7 @@ fn paper_study_of_titan() {
 #[test]
 fn regress_table_5_as_text() {
     let out = tempfile::tempdir().unwrap();
-    let output = samara(&["--trials", "2"], out.path());
+    let output = samara(&["--paper", "--trials", "2"], out.path());
     let text = String::from_utf8(output.stdout).unwrap();
     let table = "\
 controller                       case-0  case-1  case-2  case-3  case-4  case-5  case-6  worst
@@ -128,7 +128,7 @@ fn a_mission_of_another_vehicle_has_nothing_of_the_papers() {
 fn a_mission_that_is_not_the_papers_has_nothing_of_the_papers() {
     let folder = tempfile::tempdir().unwrap();
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mission = fs::read_to_string(root.join("mission/titan_drop.json")).unwrap();
+    let mission = fs::read_to_string(root.join("mission/titan_paper.json")).unwrap();
     let mission = mission.replace("../params", root.join("params").to_str().unwrap());
     for (from, to, rms_note) in [
         ("\"speed_m_s\": 12", "\"speed_m_s\": 11", false),

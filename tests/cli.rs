@@ -33,7 +33,7 @@ fn panic_with(output: &Output, error: &dyn std::fmt::Display) -> serde_json::Val
 
 /// A mission whose text is changed, in a folder of its own beside links to the shipped vehicle and gains.
 fn spoilt_mission(folder: &Path, from: &str, to: &str) -> String {
-    let text = fs::read_to_string("mission/titan_drop.json").unwrap();
+    let text = fs::read_to_string("mission/titan_paper.json").unwrap();
     assert!(text.contains(from), "{from} is not in the mission");
     let root = fs::canonicalize(".").unwrap();
     let text = text.replace("\"../params", &format!("\"{}/params", root.display())).replace(from, to);
@@ -47,7 +47,15 @@ fn spoilt_mission(folder: &Path, from: &str, to: &str) -> String {
 #[test]
 fn reference_drop_of_titan() {
     let out = tempfile::tempdir().unwrap();
-    let output = samara(&["drop", "--gains", "safety", "--json", "--out", out.path().to_str().unwrap()]);
+    let output = samara(&[
+        "drop",
+        "mission/titan_paper.json",
+        "--gains",
+        "safety",
+        "--json",
+        "--out",
+        out.path().to_str().unwrap(),
+    ]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let verdict = json(&output);
     let number = |key: &str| verdict[key].as_f64().unwrap();
@@ -65,14 +73,16 @@ fn reference_drop_of_titan() {
     }
 }
 
-/// Both missions become steady with the gains they ship, within their limits.
+/// Shipped missions become steady with the gains they ship, within their limits; the lander before its plan
+/// ends, since that plan comes to rest.
 #[test]
 fn shipped_missions_come_to_rest() {
     let out = tempfile::tempdir().unwrap();
     for mission in ["mission/titan_drop.json", "mission/x500_drop.json"] {
         let output = samara(&["drop", mission, "--json", "--out", out.path().to_str().unwrap()]);
         assert_eq!(code(&output), 0, "{}", stderr(&output));
-        assert!(json(&output)["steady_after_s"].as_f64().is_some(), "{mission}: {}", json(&output));
+        let steady_after_s = json(&output)["steady_after_s"].as_f64().unwrap();
+        assert!(steady_after_s < 25.0, "{mission}: {}", json(&output));
     }
 }
 

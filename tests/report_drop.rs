@@ -23,7 +23,7 @@ struct Drop {
     verdict: Verdict,
 }
 
-static DROP: LazyLock<Drop> = LazyLock::new(|| dropped("mission/titan_drop.json"));
+static DROP: LazyLock<Drop> = LazyLock::new(|| dropped("mission/titan_paper.json"));
 
 fn planned(mission: &Mission) -> Plan {
     let (body, _) = mission.release.parachute.hanging(0.0, &mission.site.environment);
@@ -163,7 +163,7 @@ fn the_figures_are_small_well_formed_and_the_same_each_time() {
         assert!(figure.contains(text), "{text}");
     }
     // The same flight, planned and flown anew.
-    assert!(dropped("mission/titan_drop.json").figure() == figure);
+    assert!(dropped("mission/titan_paper.json").figure() == figure);
 }
 
 #[test]

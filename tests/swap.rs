@@ -94,7 +94,7 @@ fn another_controller_is_judged_by_the_flights_of_the_study() {
 }
 
 fn titan() -> Mission {
-    load_mission(Path::new("mission/titan_drop.json")).unwrap()
+    load_mission(Path::new("mission/titan_paper.json")).unwrap()
 }
 
 fn drop_of(mission: &Mission) -> DropSimulation {

@@ -13,7 +13,7 @@ use samara::verify::nasa::{Brick, Earth, case_2, case_3, case_4};
 use samara::verify::{Group, verify};
 
 fn missions() -> [Mission; 2] {
-    ["mission/titan_drop.json", "mission/x500_drop.json"].map(|path| load_mission(Path::new(path)).unwrap())
+    ["mission/titan_paper.json", "mission/x500_drop.json"].map(|path| load_mission(Path::new(path)).unwrap())
 }
 
 fn failures(group: &Group) -> Vec<&str> {
@@ -88,7 +88,7 @@ fn the_verb_prints_one_object_and_says_no_with_exit_code_1() {
             fs::copy(&path, spoilt.path().join(&path)).unwrap();
         }
     }
-    let path = spoilt.path().join("mission/titan_drop.json");
+    let path = spoilt.path().join("mission/titan_paper.json");
     let text = fs::read_to_string(&path).unwrap();
     assert!(text.contains("-0.0026"));
     fs::write(&path, text.replace("-0.0026", "-0.0027")).unwrap();

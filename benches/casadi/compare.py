@@ -18,7 +18,7 @@ import casadi as ca
 import numpy as np
 
 REPOSITORY = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
-MISSION = os.path.join(REPOSITORY, "mission", "titan_drop.json")
+MISSION = os.path.join(REPOSITORY, "mission", "titan_paper.json")
 OBJECTIVE = 229.184232163  # of an independent implementation, converged to 1e-12
 ROUNDS = 9
 SOLVES_PER_ROUND = 100

@@ -10,7 +10,7 @@ use samara::plan::{Guess, Plan, PlanProblem, SolverOptions, plan};
 
 /// The Titan mission as shipped.
 pub fn titan() -> Mission {
-    load_mission(&Path::new(env!("CARGO_MANIFEST_DIR")).join("mission/titan_drop.json")).unwrap()
+    load_mission(&Path::new(env!("CARGO_MANIFEST_DIR")).join("mission/titan_paper.json")).unwrap()
 }
 
 /// Cold, to 1e-8.

@@ -59,7 +59,7 @@ impl Swarm {
 
 /// `n` flights: each particle's gains on each release.
 pub fn flights(n: usize) -> Vec<Flight> {
-    let mission = Path::new(env!("CARGO_MANIFEST_DIR")).join("mission/titan_drop.json");
+    let mission = Path::new(env!("CARGO_MANIFEST_DIR")).join("mission/titan_paper.json");
     let cases = load_mission(&mission).unwrap().study.cases;
     let flight = |k: usize| Flight {
         gains: gains(k / cases.len() % PARTICLES),

@@ -19,7 +19,7 @@ pub struct PrintedCampaign {
 }
 
 /// SHA-256 of the named numbers of the mission and vehicle that stand for the paper's,
-/// `mission/titan_drop.json`: of the text that `config::Mission::study_numbers` makes of them.
+/// `mission/titan_paper.json`: of the text that `config::Mission::study_numbers` makes of them.
 pub const STUDY_SHA256: &str = "44247c7ad1c5c39dceab7f86f087f13ca13ffb29063f68366e401e08e2f4dc82";
 
 /// J_TPF of the optimal nominal trajectory, section V.

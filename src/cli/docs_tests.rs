@@ -253,7 +253,7 @@ fn the_tutorial_s_files_load() {
 /// say so.
 #[test]
 fn regress_the_plan_s_peak_is_where_the_pages_say() {
-    let mission = samara::config::load_mission(&root().join("mission/titan_drop.json")).unwrap();
+    let mission = samara::config::load_mission(&root().join("mission/titan_paper.json")).unwrap();
     let options = samara::plan::SolverOptions::default();
     let solve = samara::plan::plan(
         &mission.plan_problem(),

@@ -47,16 +47,16 @@ pub fn run() -> ExitCode {
         Ok(cli) => cli,
         Err(e) => e.exit(),
     };
-    exit_code(match &cli.verb {
-        Verb::Drop(args) => drop::run(args),
-        Verb::Plan(args) => plan::run(args),
-        Verb::Tune(args) => tune::run(args),
+    exit_code(match cli.verb {
+        Verb::Drop(args) => drop::run(&args),
+        Verb::Plan(args) => plan::run(&args),
+        Verb::Tune(args) => tune::run(&args),
         Verb::Assess(args) => assess::run(args),
-        Verb::Sim(args) => sim::run(args),
-        Verb::Autopilot(args) => autopilot::run(args),
-        Verb::Stream(args) => stream::run(args),
-        Verb::Params(args) => params::run(args),
-        Verb::Verify(args) => verify::run(args),
-        Verb::Schema(args) => schema::run(args),
+        Verb::Sim(args) => sim::run(&args),
+        Verb::Autopilot(args) => autopilot::run(&args),
+        Verb::Stream(args) => stream::run(&args),
+        Verb::Params(args) => params::run(&args),
+        Verb::Verify(args) => verify::run(&args),
+        Verb::Schema(args) => schema::run(&args),
     })
 }

@@ -21,7 +21,7 @@ pub struct VerifyArgs {
 
 /// Makes every check.
 pub fn run(args: &VerifyArgs) -> Result<Answer, Failure> {
-    let (lander, quadrotor) = (shipped("mission/titan_drop.json")?, shipped("mission/x500_drop.json")?);
+    let (lander, quadrotor) = (shipped("mission/titan_paper.json")?, shipped("mission/x500_drop.json")?);
     let groups = verify(&lander.plan_problem(), &quadrotor.plan_problem()).bad_input()?;
     print(&if args.json { verify_json(&groups) } else { verify_text(&groups) })?;
     Ok(Answer::from(groups.iter().all(Group::holds)))

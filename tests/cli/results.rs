@@ -96,7 +96,7 @@ fn the_hash_covers_the_options() {
     let mut hashes = vec![
         hash("plan", &["--nodes", "51"]),
         hash("plan", &["--input-cost", "trim"]),
-        hash("plan", &["--terminal-tolerance", "0.04"]),
+        hash("plan", &["--terminal-tolerance", "0.03"]),
         hash("plan", &["--tolerance", "1e-6"]),
         hash("plan", &["--max-iterations", "4"]),
         hash("drop", &["--seed", "2"]),

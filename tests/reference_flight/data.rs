@@ -25,7 +25,7 @@ pub static TITAN: LazyLock<Arc<Vehicle>> = LazyLock::new(|| {
 
 /// Table 3, as the mission has it.
 pub static TABLE_3: LazyLock<Vec<ReleaseCase>> = LazyLock::new(|| {
-    let path: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("mission/titan_drop.json");
+    let path: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("mission/titan_paper.json");
     load_mission(&path).unwrap().study.cases
 });
 

@@ -80,7 +80,7 @@ fn faster_first_order(vehicle: &mut Vehicle, up_s: f64, down_s: f64) {
 /// PX4's 10.8 ms, in one step.
 #[test]
 fn closed_form_the_shipped_vehicles_take_one_step() {
-    let (titan, x500) = (Cases::of("mission/titan_drop.json"), Cases::of("mission/x500_drop.json"));
+    let (titan, x500) = (Cases::of("mission/titan_paper.json"), Cases::of("mission/x500_drop.json"));
     let tau_s = 0.2 * 0.09 / (0.9 * 2.9);
     assert!((titan.study.vehicle.motor.fastest_rate_per_s() * tau_s - 1.0).abs() < 1e-12);
     assert!((titan.study.vehicle.longest_step_s() / (1.6 * tau_s) - 1.0).abs() < 1e-12);
@@ -111,7 +111,7 @@ fn prop_j_tpf_converges_as_motors_get_faster() {
 /// Titan with ever lighter rotors: at 0.001 kg m^2 they were taken to stand still, and it fell.
 #[test]
 fn prop_j_tpf_converges_as_rotors_get_lighter() {
-    let mut titan = Cases::of("mission/titan_drop.json");
+    let mut titan = Cases::of("mission/titan_paper.json");
     titan.releases.truncate(3);
     let mut at = |inertia: f64| {
         titan.with(|v| {

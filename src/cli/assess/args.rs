@@ -16,6 +16,9 @@ pub struct AssessArgs {
     /// What the mission leaves to choose.
     #[command(flatten)]
     pub choice: ChoiceArgs,
+    /// Fly the paper's own study, mission/titan_paper.json, and print the paper's results beside ours.
+    #[arg(long, conflicts_with_all = ["mission", "autopilot"])]
+    pub paper: bool,
     /// Trials of each campaign, instead of the mission's.
     #[arg(long, value_name = "N", value_parser = whole::<u64>(2..=1_000_000_000))]
     pub trials: Option<u64>,

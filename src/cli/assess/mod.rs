@@ -20,8 +20,15 @@ use super::answer::{Answer, Failure};
 use super::system::interrupt_flag;
 pub use args::AssessArgs;
 
+/// The paper's study.
+const PAPER: &str = "mission/titan_paper.json";
+
 /// Flies the study, or drops by an autopilot.
-pub fn run(args: &AssessArgs) -> Result<Answer, Failure> {
+pub fn run(mut args: AssessArgs) -> Result<Answer, Failure> {
+    if args.paper {
+        args.mission.mission = PAPER.into();
+    }
+    let args = &args;
     let stop = interrupt_flag()?;
     if let Some(autopilot) = &args.autopilot {
         return drops::run(args, autopilot, &stop);

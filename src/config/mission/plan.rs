@@ -32,8 +32,8 @@ pub(super) struct PlanJson {
     cost_input_per_n2: NonNegative<1_000_000_000>,
     /// Thrust that costs nothing.
     cost_input_reference: InputReferenceJson,
-    /// Velocity at the plan's end within this of the target, axis by axis, from 1e-7 [m/s]; free when left out,
-    /// as in the paper, whose optimum drifts off the target in its last seconds.
+    /// Velocity at the plan's end within this of the target, axis by axis, from 1e-7 [m/s]; free when left
+    /// out, as in the paper, whose optimum drifts off the target in its last seconds.
     terminal_tolerance_m_s: Option<Positive<1000>>,
     /// Reference state x_ss of the cost, (31); the solved trim at the target velocity when left out.
     x_ss: Option<StateJson>,

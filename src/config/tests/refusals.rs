@@ -46,10 +46,16 @@ fn numbers_out_of_range_are_refused() {
         "number out of range; expected a finite number",
     );
     titan("\"seed\": 1", "\"seed\": -1").refused_at(("-1,\n", 0), "seed", "expected a whole number from 0");
-    titan("\"name\": \"titan_drop\"", "\"name\": \"../x\"").refused_at(
+    titan("\"name\": \"titan_paper\"", "\"name\": \"../x\"").refused_at(
         ("\"../x\"", 0),
         "name",
         "letters, digits",
+    );
+    let zero = "\"cost_input_reference\": \"zero\",";
+    titan(zero, &format!("{zero} \"terminal_tolerance_m_s\": 1e-9,")).refused_at(
+        ("1e-9", 0),
+        "plan.terminal_tolerance_m_s",
+        "expected at least 1e-7 m/s",
     );
     titan("\"pitch_rate_deg_s\": 18.8", "\"pitch_rate_deg_s\": \"18.8\"").refused_at(
         ("\"18.8\"", 0),
@@ -220,7 +226,7 @@ fn a_fault_in_a_named_file_is_reported_there() {
     in_vehicle("790.0", "-790.0").refused_at(("-790.0", 0), "mass_kg", "greater than 0");
     let shown = titan("vehicles/titan.json", "vehicles/none.json").loaded.unwrap_err().to_string();
     assert!(
-        shown.contains("none.json") && shown.contains("named in") && shown.contains("titan_drop.json"),
+        shown.contains("none.json") && shown.contains("named in") && shown.contains("titan_paper.json"),
         "{shown}"
     );
     let shown = load_mission(Path::new("none.json")).unwrap_err().to_string();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::{ConfigError, Mission, load_mission};
 
 /// The paper's mission.
-pub(super) const TITAN: &str = "mission/titan_drop.json";
+pub(super) const TITAN: &str = "mission/titan_paper.json";
 /// Gains of the paper's mission.
 pub(super) const OURS: &str = "params/gains/ours.json";
 

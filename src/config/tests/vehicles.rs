@@ -62,7 +62,7 @@ fn reference_titan_rotor_table_between_its_nodes() {
 
 #[test]
 fn reference_titan_trim_at_4_0_4() {
-    let mission = load_mission(&shipped("mission/titan_drop.json")).unwrap();
+    let mission = load_mission(&shipped("mission/titan_paper.json")).unwrap();
     let trim = trim(&mission.vehicle, &mission.site.environment, mission.target_v_ned, 0.0).unwrap();
     assert!(
         (trim.pitch_rad / RAD_PER_DEG + 0.2979368855193513).abs() < 1e-9,
@@ -79,7 +79,7 @@ fn reference_titan_trim_at_4_0_4() {
 /// Planar derivatives of (vn, vd, pitch, pitch rate) under thrusts per front and rear rotor.
 #[test]
 fn reference_titan_spot_dynamics() {
-    let mission = load_mission(&shipped("mission/titan_drop.json")).unwrap();
+    let mission = load_mission(&shipped("mission/titan_paper.json")).unwrap();
     let rows = [
         (
             [0.0, 3.675, 0.0, 0.0],
