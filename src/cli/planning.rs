@@ -9,7 +9,7 @@ use super::answer::{BadInput as _, Failure};
 use super::narrator::Narrator;
 use super::results::OutputFolder;
 use super::system::Stopwatch;
-use super::terminal::{print, print_err};
+use super::terminal::{print, print_err, print_remarks};
 use samara::config::{Mission, write_trajectory_csv};
 use samara::frames::normalized;
 use samara::math;
@@ -49,6 +49,7 @@ pub fn solve(
     time_limit_s: Option<f64>,
 ) -> Result<TimedPlan, Failure> {
     warn_of_x_ss(mission);
+    print_remarks(&mission.name, &mission.contradictions());
     let watch = Stopwatch::start();
     let plan = plan(problem, &Guess::StraightLine, options, &mut |progress| {
         if verbose {

@@ -8,6 +8,7 @@
 //! | [`rotor`] | thrust and torque of one rotor, inflow at the hub | (10)-(12), III.A |
 //! | [`motor`] | speed controller and motor: rotor speed from throttle | III.B, (23)-(24) |
 //! | [`vehicle`] | the vehicle: all of the above with its geometry; force balance | (5)-(9), (19)-(22) |
+//! | [`rotor_limits`] | the greatest thrust of a rotor, and how fast it comes | |
 //! | [`environment`] | gravity, density, wind, the site's place on the globe | |
 //! | [`magnetic_field`] | Earth's field from the World Magnetic Model; a dipole's | |
 //! | [`wind`] | gusts | |
@@ -22,6 +23,7 @@ pub mod motor;
 pub mod parachute;
 pub mod rigid_body;
 pub mod rotor;
+pub mod rotor_limits;
 pub mod spline;
 pub mod trim;
 pub mod vehicle;
@@ -32,6 +34,7 @@ pub use environment::Environment;
 pub use motor::{EscDc, Motor};
 pub use parachute::Parachute;
 pub use rotor::{Rotor, RotorTable};
+pub use rotor_limits::RotorLimits;
 pub use trim::{Trim, TrimError, trim};
 pub use vehicle::{ForceBalance, RotationSense, RotorMount, Vehicle, VehicleOptions};
 

@@ -282,6 +282,16 @@ fn a_terminal_tolerance_has_a_floor() {
     assert!(stderr(&refused).contains("at least 1e-7 m/s"), "{}", stderr(&refused));
 }
 
+/// A plan may ask for thrust that the rotors do not have: it is made, and the number stands on stderr.
+#[test]
+fn a_thrust_that_the_rotors_do_not_have_is_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = spoilt_mission(folder.path(), "\"thrust_max_n\": 300.0", "\"thrust_max_n\": 5000.0");
+    let output = samara(&["plan", &path, "--out", folder.path().to_str().unwrap()]);
+    let said = stderr(&output);
+    assert!(said.contains("titan_paper: plan.thrust_max_n 5000 N: a rotor makes "), "{said}");
+}
+
 /// An x_ss with another attitude than this vehicle's steady one: 10 deg nose up.
 #[test]
 fn regress_an_x_ss_of_another_vehicle_is_reported() {

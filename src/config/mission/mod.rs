@@ -8,6 +8,7 @@
 //! | `inputs` | the hash of the files and of what was chosen beside them |
 //! | `choices` | gains, parameters, cases, seeds and trajectories in place of the mission's own |
 //! | `release_case` | the swing that brings a drop to one of the cases |
+//! | `contradictions` | numbers that the vehicle contradicts |
 //! | `study_identity` | whether the mission is the paper's study |
 
 use std::path::{Path, PathBuf};
@@ -23,12 +24,13 @@ use crate::config::number::{Count, Exactly, Name, SpanS, Within};
 use crate::config::source::{InputHash, Source};
 use crate::config::trajectory_csv::Stamp;
 use crate::config::vehicle_file::load_named_vehicle;
-use crate::model::{MAX_ROTORS, Parachute, Vehicle};
+use crate::model::{MAX_ROTORS, Parachute, RotorLimits, Vehicle};
 use crate::params::{Purpose, Subject};
 use crate::plan::{PlanProblem, PlanState};
 use crate::sim::{Battery, DropSimulation, SensorSettings};
 
 mod choices;
+mod contradictions;
 mod control;
 mod equipment;
 mod inputs;
@@ -161,6 +163,7 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
     let release = Release::from_json(&source, &json.release, &json.parachute, &site.environment)?;
     release.check_duration(&source, json.duration_s.get())?;
     let gravity_m_s2 = site.environment.gravity_m_s2;
+    let rotor_limits = RotorLimits::of(&vehicle.vehicle, site.environment.density_kg_m3);
     let px4 = Px4::from_json(&source, json.px4_clock, json.px4_params.as_deref(), gravity_m_s2)?;
     Ok(Mission {
         name: json.name.0,
@@ -171,7 +174,7 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
         duration_s: json.duration_s.get(),
         epoch_unix_us,
         seed: json.seed.get() as u64,
-        plan: PlanSettings::from_json(&source, &json.plan, &target_v_ned)?,
+        plan: PlanSettings::from_json(&source, &json.plan, &target_v_ned, &rotor_limits)?,
         limits: Limits::from_json(&json.limits, &target_v_ned),
         control: Control::from_json(&json.control, gains),
         study: Study::from_json(&source, &json.tuning, &json.monte_carlo)?,

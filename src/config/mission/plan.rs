@@ -7,6 +7,7 @@ use serde::Deserialize;
 use crate::config::error::ConfigError;
 use crate::config::number::{Count, Exactly, NonNegative, Positive, SpanS, Within};
 use crate::config::source::Source;
+use crate::model::RotorLimits;
 use crate::plan::{InputReference, TERMINAL_TOLERANCE_LEAST_M_S};
 
 /// The optimal control problem, (25)-(32).
@@ -22,10 +23,11 @@ pub(super) struct PlanJson {
     initial: Option<PlanInitial>,
     /// Number of nodes N; N - 1 intervals fill the horizon.
     nodes: Count<3, 10_000>,
-    /// Greatest thrust of a rotor [N].
-    thrust_max_n: Positive<1_000_000>,
-    /// Greatest rate of change of a rotor's thrust [N/s].
-    thrust_slew_n_s: Positive<1_000_000_000>,
+    /// Greatest thrust of a rotor [N]; left out, the thrust that rotor and motor hold in the site's air.
+    thrust_max_n: Option<Positive<1_000_000>>,
+    /// Greatest rate of change of a rotor's thrust [N/s]; left out, the mean rate at which rotor and motor
+    /// make 90 % of their thrust, or lose it, in the site's air.
+    thrust_slew_n_s: Option<Positive<1_000_000_000>>,
     /// Diagonal of Q and S over the state [q0, q1, q2, q3, vn, ve, vd, p, q, r] in SI.
     cost_state: Exactly<NonNegative<1_000_000_000>, 10>,
     /// Diagonal of R [1/N^2].
@@ -101,13 +103,14 @@ impl PlanSettings {
         source: &Source,
         json: &PlanJson,
         target_v_ned: &Vector3<f64>,
+        rotors: &RotorLimits,
     ) -> Result<Self, ConfigError> {
         Ok(Self {
             horizon_s: json.horizon_s.get(),
             initial: json.initial.unwrap_or(PlanInitial::Paper),
             nodes: json.nodes.get(),
-            thrust_max_n: json.thrust_max_n.get(),
-            thrust_slew_n_s: json.thrust_slew_n_s.get(),
+            thrust_max_n: json.thrust_max_n.map_or(rotors.thrust_n, Positive::get),
+            thrust_slew_n_s: json.thrust_slew_n_s.map_or(rotors.thrust_slew_n_s, Positive::get),
             cost_state: json.cost_state.0.map(NonNegative::get),
             cost_input: json.cost_input_per_n2.get(),
             cost_input_reference: match json.cost_input_reference {

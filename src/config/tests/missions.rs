@@ -6,6 +6,7 @@ use super::spoil::{TITAN, copy, shipped, shipped_files, titan};
 use super::*;
 use crate::control::{ControlLimits, Gains};
 use crate::model::parachute::Hook;
+use crate::model::{Motor, Rotor, RotorLimits};
 use crate::plan::InputReference;
 use crate::sim::{ReleaseTrigger, Start};
 use crate::units::RAD_PER_DEG;
@@ -125,4 +126,74 @@ fn written_gains_read_back_to_the_last_bit() {
         Gains::longitudinal([1.0 / 3.0, 1e-20, 0.1 + 0.2, 5.0, 0.0, 1e6 - 1e-10, 2.2250738585072014e-308]);
     std::fs::write(&path, gains_json("mine", "a \"quoted\" \n about", &gains)).unwrap();
     assert_eq!(load_gains(&path).unwrap(), GainsFile { name: "mine".into(), gains });
+}
+
+/// First-order motors on rotors whose thrust grows with the square of the speed: both limits by hand. 90 % of
+/// the thrust is sqrt(0.9) of the speed.
+#[test]
+fn closed_form_what_the_rotors_of_the_x500_can_do() {
+    let m = load_mission(&shipped("mission/x500_drop.json")).unwrap();
+    let Motor::FirstOrder { omega_max_rad_s, tau_up_s, tau_down_s, .. } = m.vehicle.motor else { panic!() };
+    let Rotor::Quadratic { thrust_n_per_rad2_s2, density_kg_m3, .. } = m.vehicle.rotor else { panic!() };
+    for density in [1.225, 0.909] {
+        let limits = RotorLimits::of(&m.vehicle, density);
+        let thrust_n = thrust_n_per_rad2_s2 * omega_max_rad_s.powi(2) * density / density_kg_m3;
+        assert!((limits.thrust_n / thrust_n - 1.0).abs() < 1e-12, "{limits:?}");
+        let (rise_s, fall_s) =
+            (tau_up_s * -crate::math::ln(1.0 - 0.9f64.sqrt()), tau_down_s * -crate::math::ln(0.1f64.sqrt()));
+        let slew = 0.9 * thrust_n / rise_s.max(fall_s);
+        assert!((limits.thrust_slew_n_s / slew - 1.0).abs() < 1e-3, "{limits:?}, by hand {slew}");
+    }
+}
+
+/// The lander's motors hold a speed below that commanded: there the motor's torque is the air's.
+#[test]
+fn prop_the_lander_s_greatest_thrust_is_held() {
+    let m = load_mission(&shipped(TITAN)).unwrap();
+    let limits = RotorLimits::of(&m.vehicle, m.site.environment.density_kg_m3);
+    let at = |omega: f64| m.vehicle.rotor.static_load(omega, m.site.environment.density_kg_m3);
+    let speed =
+        (0..).map(|i| 0.001 * f64::from(i)).find(|omega| at(*omega).thrust_n >= limits.thrust_n).unwrap();
+    let rate = m.vehicle.motor.acceleration(1.0, speed, at(speed).torque_nm);
+    let before = m.vehicle.motor.acceleration(1.0, speed - 1.0, at(speed - 1.0).torque_nm);
+    assert!(
+        rate.abs() < 0.01 * before.abs(),
+        "{limits:?}: {rate} rad/s^2, {before} a radian per second below"
+    );
+}
+
+/// Thrust and slew that the mission leaves out are the rotors'.
+#[test]
+fn limits_that_are_left_out_are_those_of_the_rotors() {
+    let m = titan("\"thrust_max_n\": 300.0,\n    \"thrust_slew_n_s\": 60.0,", "").loaded.unwrap();
+    let limits = RotorLimits::of(&m.vehicle, m.site.environment.density_kg_m3);
+    assert_eq!((m.plan.thrust_max_n, m.plan.thrust_slew_n_s), (limits.thrust_n, limits.thrust_slew_n_s));
+}
+
+/// What the shipped missions ask is what their vehicles can do; what is beyond is reported with the key and
+/// the vehicle's own number.
+#[test]
+fn numbers_that_the_vehicle_contradicts_are_reported() {
+    for path in ["titan_drop", "titan_paper", "titan_px4", "x500_drop", "x500_ground"] {
+        let m = load_mission(&shipped(&format!("mission/{path}.json"))).unwrap();
+        assert_eq!(m.contradictions(), Vec::<String>::new(), "{path}");
+    }
+    let odd = |change: &dyn Fn(&mut Mission)| {
+        let mut m = load_mission(&shipped("mission/x500_drop.json")).unwrap();
+        change(&mut m);
+        m.contradictions().join("\n")
+    };
+    for (words, change) in [
+        (
+            "plan.thrust_max_n 16 N: a rotor makes 8.55 N",
+            &(|m: &mut Mission| m.plan.thrust_max_n = 16.0) as &dyn Fn(&mut Mission),
+        ),
+        ("plan.thrust_slew_n_s 100000 N/s", &|m| m.plan.thrust_slew_n_s = 1e5),
+        ("of the weight in air of 0.2 kg/m^3", &|m| m.site.environment.density_kg_m3 = 0.2),
+        ("without its parachute the vehicle falls at", &|m| m.release.parachute.descent_m_s = 90.0),
+        ("limits: passed by the release already", &|m| m.limits.safety.speed_m_s = 5.0),
+    ] {
+        let found = odd(change);
+        assert!(found.contains(words), "{words}: {found}");
+    }
 }
