@@ -43,8 +43,7 @@ impl RotorLimits {
         };
         let thrust_n = load(omega_held).thrust_n;
         let dt_s = STEP / vehicle.motor.fastest_rate_per_s();
-        // Time until the thrust has passed a value, from a speed at a throttle: midpoint rule, the last step in
-        // part.
+        // Time until the thrust has passed a value: midpoint rule, the last step in part.
         let until = |throttle: f64, from_omega: f64, passed: &dyn Fn(f64) -> f64| {
             let (mut omega, mut t_s) = (from_omega, 0.0);
             for _ in 0..STEPS {
