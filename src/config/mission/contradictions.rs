@@ -13,88 +13,86 @@ const ROUNDING: f64 = 0.01;
 /// Least ratio of the rotors' thrust to the weight at which a vehicle can be steered with room to spare.
 const THRUST_TO_WEIGHT: f64 = 1.2;
 
-impl Mission {
-    /// What is odd, each with the key, the number and what the vehicle makes of it.
-    pub fn contradictions(&self) -> Vec<String> {
-        let environment = &self.site.environment;
-        let (density, gravity) = (environment.density_kg_m3, environment.gravity_m_s2);
-        let rotors = RotorLimits::of(&self.vehicle, density);
-        let mut odd = Vec::new();
-        let (thrust, slew) = (self.plan.thrust_max_n, self.plan.thrust_slew_n_s);
-        if thrust > (1.0 + ROUNDING) * rotors.thrust_n {
-            odd.push(format!(
-                "plan.thrust_max_n {thrust} N: a rotor makes {:.2} N at full throttle in air of {density} kg/m^3",
-                rotors.thrust_n
-            ));
-        }
-        if slew > (1.0 + ROUNDING) * rotors.thrust_slew_n_s {
-            odd.push(format!(
-                "plan.thrust_slew_n_s {slew} N/s: a rotor's thrust comes and goes at {:.1} N/s in the mean",
-                rotors.thrust_slew_n_s
-            ));
-        }
-        let up: f64 = self.vehicle.rotors.iter().map(|r| -r.axis_body.z).sum();
-        let ratio = rotors.thrust_n * up / (self.vehicle.mass.mass_kg * gravity);
-        if ratio < THRUST_TO_WEIGHT {
-            odd.push(format!(
-                "site: the rotors lift {ratio:.2} of the weight in air of {density} kg/m^3; from {THRUST_TO_WEIGHT} on there \
-                 is room to steer"
-            ));
-        }
-        let descent = self.release.parachute.descent_m_s;
-        if let Some(terminal) = self.terminal_speed_m_s().filter(|terminal| descent > *terminal) {
-            odd.push(format!(
-                "parachute.descent_m_s {descent} m/s: without its parachute the vehicle falls at {terminal:.1} m/s at most"
-            ));
-        }
-        let start = self.plan_initial_state();
-        let q: Quaternion = [start[0], start[1], start[2], start[3]];
-        let at_t0 = BodyState {
-            p_ned: Vector3::zeros(),
-            q_ned_from_body: q,
-            v_ned: Vector3::new(start[4], start[5], start[6]),
-            omega_body: Vector3::new(start[7], start[8], start[9]),
-        };
-        let cost = StateCost::of(&at_t0, &self.limits.safety);
-        if cost.max() > 1.0 {
-            odd.push(format!(
-                "limits: passed by the release already: J_state is {:.2} at t = 0 ({:.1} m/s)",
-                cost.max(),
-                at_t0.v_ned.norm()
-            ));
-        }
-        if self.limits.steady_within_m_s > 0.5 * self.limits.safety.speed_m_s {
-            odd.push(format!(
-                "limits.steady_within_m_s {} m/s: more than half of limits.speed_m_s",
-                self.limits.steady_within_m_s
-            ));
-        }
-        odd
+/// What is odd, each with the key, the number and what the vehicle makes of it.
+pub(super) fn of(mission: &Mission) -> Vec<String> {
+    let environment = &mission.site.environment;
+    let (density, gravity) = (environment.density_kg_m3, environment.gravity_m_s2);
+    let rotors = RotorLimits::of(&mission.vehicle, density);
+    let mut odd = Vec::new();
+    let (thrust, slew) = (mission.plan.thrust_max_n, mission.plan.thrust_slew_n_s);
+    if thrust > (1.0 + ROUNDING) * rotors.thrust_n {
+        odd.push(format!(
+            "plan.thrust_max_n {thrust} N: a rotor makes {:.2} N at full throttle in air of {density} kg/m^3",
+            rotors.thrust_n
+        ));
     }
+    if slew > (1.0 + ROUNDING) * rotors.thrust_slew_n_s {
+        odd.push(format!(
+            "plan.thrust_slew_n_s {slew} N/s: a rotor's thrust comes and goes at {:.1} N/s in the mean",
+            rotors.thrust_slew_n_s
+        ));
+    }
+    let up: f64 = mission.vehicle.rotors.iter().map(|r| -r.axis_body.z).sum();
+    let ratio = rotors.thrust_n * up / (mission.vehicle.mass.mass_kg * gravity);
+    if ratio < THRUST_TO_WEIGHT {
+        odd.push(format!(
+            "site: the rotors lift {ratio:.2} of the weight in air of {density} kg/m^3; from {THRUST_TO_WEIGHT} on there \
+             is room to steer"
+        ));
+    }
+    let descent = mission.release.parachute.descent_m_s;
+    if let Some(terminal) = terminal_speed_m_s(mission).filter(|terminal| descent > *terminal) {
+        odd.push(format!(
+            "parachute.descent_m_s {descent} m/s: without its parachute the vehicle falls at {terminal:.1} m/s at most"
+        ));
+    }
+    let start = mission.plan_initial_state();
+    let q: Quaternion = [start[0], start[1], start[2], start[3]];
+    let at_t0 = BodyState {
+        p_ned: Vector3::zeros(),
+        q_ned_from_body: q,
+        v_ned: Vector3::new(start[4], start[5], start[6]),
+        omega_body: Vector3::new(start[7], start[8], start[9]),
+    };
+    let cost = StateCost::of(&at_t0, &mission.limits.safety);
+    if cost.max() > 1.0 {
+        odd.push(format!(
+            "limits: passed by the release already: J_state is {:.2} at t = 0 ({:.1} m/s)",
+            cost.max(),
+            at_t0.v_ned.norm()
+        ));
+    }
+    if mission.limits.steady_within_m_s > 0.5 * mission.limits.safety.speed_m_s {
+        odd.push(format!(
+            "limits.steady_within_m_s {} m/s: more than half of limits.speed_m_s",
+            mission.limits.steady_within_m_s
+        ));
+    }
+    odd
+}
 
-    /// Speed of the vehicle's level fall with its rotors at rest [m/s]; `None` when it is above 1000 m/s.
-    pub fn terminal_speed_m_s(&self) -> Option<f64> {
-        const FASTEST_M_S: f64 = 1000.0;
-        let environment = &self.site.environment;
-        let calm = Environment { wind_ned_m_s: Vector3::zeros(), ..environment.clone() };
-        let weight_n = self.vehicle.mass.mass_kg * environment.gravity_m_s2;
-        let falls_on = |speed_m_s: f64| {
-            let state = BodyState {
-                p_ned: Vector3::zeros(),
-                q_ned_from_body: LEVEL,
-                v_ned: Vector3::new(0.0, 0.0, speed_m_s),
-                omega_body: Vector3::zeros(),
-            };
-            -self.vehicle.aero_load(&calm, &state).force_body.z < weight_n
+/// Speed of the vehicle's level fall with its rotors at rest [m/s]; `None` when it is above 1000 m/s.
+fn terminal_speed_m_s(mission: &Mission) -> Option<f64> {
+    const FASTEST_M_S: f64 = 1000.0;
+    let environment = &mission.site.environment;
+    let calm = Environment { wind_ned_m_s: Vector3::zeros(), ..environment.clone() };
+    let weight_n = mission.vehicle.mass.mass_kg * environment.gravity_m_s2;
+    let falls_on = |speed_m_s: f64| {
+        let state = BodyState {
+            p_ned: Vector3::zeros(),
+            q_ned_from_body: LEVEL,
+            v_ned: Vector3::new(0.0, 0.0, speed_m_s),
+            omega_body: Vector3::zeros(),
         };
-        let (mut low, mut high) = (0.0, FASTEST_M_S);
-        if falls_on(high) {
-            return None;
-        }
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if falls_on(middle) { low = middle } else { high = middle }
-        }
-        Some(low)
+        -mission.vehicle.aero_load(&calm, &state).force_body.z < weight_n
+    };
+    let (mut low, mut high) = (0.0, FASTEST_M_S);
+    if falls_on(high) {
+        return None;
     }
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if falls_on(middle) { low = middle } else { high = middle }
+    }
+    Some(low)
 }

@@ -194,6 +194,11 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
 }
 
 impl Mission {
+    /// Numbers that the vehicle contradicts: each with its key and what the vehicle makes of it.
+    pub fn contradictions(&self) -> Vec<String> {
+        contradictions::of(self)
+    }
+
     /// The simulation at its beginning: under the canopy, or standing.
     pub fn simulation(&self) -> DropSimulation {
         let (vehicle, environment) = (self.vehicle.clone(), self.site.environment.clone());
