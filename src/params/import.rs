@@ -1,4 +1,4 @@
-//! PX4 parameters as samara's gains and limits: the inverse of [`crate::params::export`].
+//! PX4 parameters as samara's gains and limits: the inverse of [`mod@crate::params::export`].
 //!
 //! A file is taken only where its numbers mean the same to samara's autopilot: written for samara under the
 //! site's gravity, or - for PX4 or of unknown origin - under standard gravity, where all purposes agree. Its

@@ -2,18 +2,18 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | [`file`] | QGroundControl's `.params`, read and written |
+//! | [`mod@file`] | QGroundControl's `.params`, read and written |
 //! | [`metadata`] | type, default, unit, range of PX4's parameters (`params/px4/parameters.csv`) |
 //! | [`purpose`] | purposes of a file, and the factors between samara's gains and theirs |
 //! | [`normalised`] | PX4's normalised torque and thrust in N m and N, for any rotor set |
-//! | [`export`] | gains, limits and vehicle to parameters |
-//! | [`import`] | parameters to gains and limits |
+//! | [`mod@export`] | gains, limits and vehicle to parameters |
+//! | [`mod@import`] | parameters to gains and limits |
 //! | [`px4_required`] | parameters that a drop requires of PX4, and why |
 //! | [`compatibility`] | whether a file may be used for an autopilot at a site |
-//! | [`px4_model_parameters`] | parameters of the model of PX4's controller |
+//! | [`mod@px4_model_parameters`] | parameters of the model of PX4's controller |
 //! | [`upload`] | the parameters that PX4 gets before a drop |
-//! | [`check`] | a file against PX4's ranges |
-//! | [`diff`] | two files against each other |
+//! | [`mod@check`] | a file against PX4's ranges |
+//! | [`mod@diff`] | two files against each other |
 //!
 //! Text in, text out: files are opened elsewhere.
 

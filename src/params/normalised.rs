@@ -21,7 +21,7 @@ use nalgebra::{Matrix6, SVector, Vector6};
 use super::ParamsError;
 use crate::model::{MAX_ROTORS, Vehicle};
 
-/// CA_ROTORn_CT of every rotor: only ratios matter, but the allocator takes entries of M below [`NEGLIGIBLE`]
+/// CA_ROTORn_CT of every rotor: only ratios matter, but the allocator takes entries of M below `NEGLIGIBLE`
 /// for zero, so that a thrust in newton would make it drop rotors. This is PX4's default.
 pub const THRUST_COEFFICIENT: f64 = 6.5;
 

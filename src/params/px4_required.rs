@@ -3,7 +3,7 @@
 //!
 //! PX4 expects a takeoff from the ground, which a drop does not have; most of these parameters disable an
 //! automatic reaction that would therefore stop the rotors or spoil the flight. The gains are not here: see
-//! [`super::export`].
+//! [`mod@super::export`].
 
 use super::Value;
 

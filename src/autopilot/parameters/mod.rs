@@ -2,7 +2,7 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | [`table`] | the declaration: every parameter and what it is to the autopilot |
+//! | [`mod@table`] | the declaration: every parameter and what it is to the autopilot |
 //! | `change` | a new value: checked, put into effect |
 //! | [`document`] | the declaration as a page |
 //! | [`component_metadata`] | the parameters' meaning as MAVLink's component metadata |

@@ -10,7 +10,7 @@ use crate::control::px4::Parameters;
 /// How many numbers are searched.
 pub const DIMENSIONS: usize = 11;
 
-/// A candidate, in the order of [`NAMES`].
+/// A candidate, in the order of [`names`].
 pub type Candidate = [f64; DIMENSIONS];
 
 /// Parameters that a coordinate sets: one name, or roll's and pitch's; lower and upper bound.
