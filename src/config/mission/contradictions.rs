@@ -1,10 +1,12 @@
 //! Numbers of a mission that its vehicle contradicts: they are no mistake of form, so that the mission loads,
 //! but whoever wrote them should know.
 
-use super::Mission;
+use super::limits::Limits;
+use super::plan::PlanSettings;
 use crate::frames::{LEVEL, Quaternion};
 use crate::model::rigid_body::BodyState;
-use crate::model::{Environment, RotorLimits};
+use crate::model::{Environment, RotorLimits, Vehicle};
+use crate::plan::PlanState;
 use crate::sim::StateCost;
 use nalgebra::Vector3;
 
@@ -13,13 +15,20 @@ const ROUNDING: f64 = 0.01;
 /// Least ratio of the rotors' thrust to the weight at which a vehicle can be steered with room to spare.
 const THRUST_TO_WEIGHT: f64 = 1.2;
 
-/// What is odd, each with the key, the number and what the vehicle makes of it.
-pub(super) fn of(mission: &Mission) -> Vec<String> {
-    let environment = &mission.site.environment;
+/// What is odd, each with the key, the number and what the vehicle makes of it; `start` is the state that the
+/// plan starts from, `descent_m_s` the speed under the canopy [m/s].
+pub(super) fn of(
+    vehicle: &Vehicle,
+    environment: &Environment,
+    plan: &PlanSettings,
+    limits: &Limits,
+    descent_m_s: f64,
+    start: &PlanState,
+) -> Vec<String> {
     let (density, gravity) = (environment.density_kg_m3, environment.gravity_m_s2);
-    let rotors = RotorLimits::of(&mission.vehicle, density);
+    let rotors = RotorLimits::of(vehicle, density);
     let mut odd = Vec::new();
-    let (thrust, slew) = (mission.plan.thrust_max_n, mission.plan.thrust_slew_n_s);
+    let (thrust, slew) = (plan.thrust_max_n, plan.thrust_slew_n_s);
     if thrust > (1.0 + ROUNDING) * rotors.thrust_n {
         odd.push(format!(
             "plan.thrust_max_n {thrust} N: a rotor makes {:.2} N at full throttle in air of {density} kg/m^3",
@@ -32,21 +41,21 @@ pub(super) fn of(mission: &Mission) -> Vec<String> {
             rotors.thrust_slew_n_s
         ));
     }
-    let up: f64 = mission.vehicle.rotors.iter().map(|r| -r.axis_body.z).sum();
-    let ratio = rotors.thrust_n * up / (mission.vehicle.mass.mass_kg * gravity);
+    let up: f64 = vehicle.rotors.iter().map(|r| -r.axis_body.z).sum();
+    let ratio = rotors.thrust_n * up / (vehicle.mass.mass_kg * gravity);
     if ratio < THRUST_TO_WEIGHT {
         odd.push(format!(
             "site: the rotors lift {ratio:.2} of the weight in air of {density} kg/m^3; from {THRUST_TO_WEIGHT} on there \
              is room to steer"
         ));
     }
-    let descent = mission.release.parachute.descent_m_s;
-    if let Some(terminal) = terminal_speed_m_s(mission).filter(|terminal| descent > *terminal) {
+    if let Some(terminal) =
+        terminal_speed_m_s(vehicle, environment).filter(|terminal| descent_m_s > *terminal)
+    {
         odd.push(format!(
-            "parachute.descent_m_s {descent} m/s: without its parachute the vehicle falls at {terminal:.1} m/s at most"
+            "parachute.descent_m_s {descent_m_s} m/s: without its parachute the vehicle falls at {terminal:.1} m/s at most"
         ));
     }
-    let start = mission.plan_initial_state();
     let q: Quaternion = [start[0], start[1], start[2], start[3]];
     let at_t0 = BodyState {
         p_ned: Vector3::zeros(),
@@ -54,7 +63,7 @@ pub(super) fn of(mission: &Mission) -> Vec<String> {
         v_ned: Vector3::new(start[4], start[5], start[6]),
         omega_body: Vector3::new(start[7], start[8], start[9]),
     };
-    let cost = StateCost::of(&at_t0, &mission.limits.safety);
+    let cost = StateCost::of(&at_t0, &limits.safety);
     if cost.max() > 1.0 {
         odd.push(format!(
             "limits: passed by the release already: J_state is {:.2} at t = 0 ({:.1} m/s)",
@@ -62,21 +71,20 @@ pub(super) fn of(mission: &Mission) -> Vec<String> {
             at_t0.v_ned.norm()
         ));
     }
-    if mission.limits.steady_within_m_s > 0.5 * mission.limits.safety.speed_m_s {
+    if limits.steady_within_m_s > 0.5 * limits.safety.speed_m_s {
         odd.push(format!(
             "limits.steady_within_m_s {} m/s: more than half of limits.speed_m_s",
-            mission.limits.steady_within_m_s
+            limits.steady_within_m_s
         ));
     }
     odd
 }
 
 /// Speed of the vehicle's level fall with its rotors at rest [m/s]; `None` when it is above 1000 m/s.
-fn terminal_speed_m_s(mission: &Mission) -> Option<f64> {
+fn terminal_speed_m_s(vehicle: &Vehicle, environment: &Environment) -> Option<f64> {
     const FASTEST_M_S: f64 = 1000.0;
-    let environment = &mission.site.environment;
     let calm = Environment { wind_ned_m_s: Vector3::zeros(), ..environment.clone() };
-    let weight_n = mission.vehicle.mass.mass_kg * environment.gravity_m_s2;
+    let weight_n = vehicle.mass.mass_kg * environment.gravity_m_s2;
     let falls_on = |speed_m_s: f64| {
         let state = BodyState {
             p_ned: Vector3::zeros(),
@@ -84,7 +92,7 @@ fn terminal_speed_m_s(mission: &Mission) -> Option<f64> {
             v_ned: Vector3::new(0.0, 0.0, speed_m_s),
             omega_body: Vector3::zeros(),
         };
-        -mission.vehicle.aero_load(&calm, &state).force_body.z < weight_n
+        -vehicle.aero_load(&calm, &state).force_body.z < weight_n
     };
     let (mut low, mut high) = (0.0, FASTEST_M_S);
     if falls_on(high) {

@@ -196,7 +196,9 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
 impl Mission {
     /// Numbers that the vehicle contradicts: each with its key and what the vehicle makes of it.
     pub fn contradictions(&self) -> Vec<String> {
-        contradictions::of(self)
+        let (environment, descent_m_s) = (&self.site.environment, self.release.parachute.descent_m_s);
+        let start = self.plan_initial_state();
+        contradictions::of(&self.vehicle, environment, &self.plan, &self.limits, descent_m_s, &start)
     }
 
     /// The simulation at its beginning: under the canopy, or standing.
