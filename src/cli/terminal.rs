@@ -23,7 +23,7 @@ pub fn print_err(text: &str) {
     let _ = io::stderr().lock().write_all(text.as_bytes());
 }
 
-/// Prints remarks on parameters to stderr, each behind what they are of: a file, or the name of the gains.
+/// Prints remarks to stderr, each behind what it is of: a parameter file, gains or a mission.
 pub fn print_remarks(of: impl Display, remarks: &[String]) {
     for remark in remarks {
         print_err(&format!("samara: {of}: {remark}\n"));

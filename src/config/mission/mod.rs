@@ -163,7 +163,8 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
     let release = Release::from_json(&source, &json.release, &json.parachute, &site.environment)?;
     release.check_duration(&source, json.duration_s.get())?;
     let gravity_m_s2 = site.environment.gravity_m_s2;
-    let rotor_limits = RotorLimits::of(&vehicle.vehicle, site.environment.density_kg_m3);
+    let rotor_limits = || RotorLimits::of(&vehicle.vehicle, site.environment.density_kg_m3);
+    let plan = PlanSettings::from_json(&source, &json.plan, &target_v_ned, rotor_limits)?;
     let px4 = Px4::from_json(&source, json.px4_clock, json.px4_params.as_deref(), gravity_m_s2)?;
     Ok(Mission {
         name: json.name.0,
@@ -174,7 +175,7 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
         duration_s: json.duration_s.get(),
         epoch_unix_us,
         seed: json.seed.get() as u64,
-        plan: PlanSettings::from_json(&source, &json.plan, &target_v_ned, &rotor_limits)?,
+        plan,
         limits: Limits::from_json(&json.limits, &target_v_ned),
         control: Control::from_json(&json.control, gains),
         study: Study::from_json(&source, &json.tuning, &json.monte_carlo)?,

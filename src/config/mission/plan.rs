@@ -103,14 +103,31 @@ impl PlanSettings {
         source: &Source,
         json: &PlanJson,
         target_v_ned: &Vector3<f64>,
-        rotors: &RotorLimits,
+        rotor_limits: impl Fn() -> RotorLimits,
     ) -> Result<Self, ConfigError> {
+        // What a rotor does is computed only where a key is left out.
+        let or_the_rotors = |key: &str, given: Option<f64>, own: fn(&RotorLimits) -> f64| match given {
+            Some(given) => Ok(given),
+            None => Some(own(&rotor_limits())).filter(|x| *x > 0.0 && x.is_finite()).ok_or_else(|| {
+                let message =
+                    "expected, for the vehicle's rotors and motors hold no thrust in the site's air";
+                source.refuse(key, message.to_owned())
+            }),
+        };
         Ok(Self {
             horizon_s: json.horizon_s.get(),
             initial: json.initial.unwrap_or(PlanInitial::Paper),
             nodes: json.nodes.get(),
-            thrust_max_n: json.thrust_max_n.map_or(rotors.thrust_n, Positive::get),
-            thrust_slew_n_s: json.thrust_slew_n_s.map_or(rotors.thrust_slew_n_s, Positive::get),
+            thrust_max_n: or_the_rotors(
+                "plan.thrust_max_n",
+                json.thrust_max_n.map(Positive::get),
+                |rotors| rotors.thrust_n,
+            )?,
+            thrust_slew_n_s: or_the_rotors(
+                "plan.thrust_slew_n_s",
+                json.thrust_slew_n_s.map(Positive::get),
+                |rotors| rotors.thrust_slew_n_s,
+            )?,
             cost_state: json.cost_state.0.map(NonNegative::get),
             cost_input: json.cost_input_per_n2.get(),
             cost_input_reference: match json.cost_input_reference {
