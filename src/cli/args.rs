@@ -12,11 +12,14 @@ use samara::link::shell::ports::MAX_INSTANCE;
 use samara::link::shell::{LinkUrl, Ports, Speed, Wiring, system_of_instance};
 use samara::link::signing::Key;
 
+/// The mission where none is named.
+pub const DEFAULT_MISSION: &str = "titan_drop";
+
 /// Options that every verb with a mission has.
 #[derive(Args, Debug)]
 pub struct MissionArgs {
-    /// The mission file.
-    #[arg(default_value = "mission/titan_drop.json")]
+    /// The mission: a file, or a name - of a file in ./mission, or of a mission that samara brings along.
+    #[arg(value_name = "NAME|FILE", default_value = DEFAULT_MISSION)]
     pub mission: PathBuf,
     /// Folder for the results [default: out/<mission name>].
     #[arg(long, value_name = "DIR")]
@@ -120,8 +123,9 @@ pub enum AutopilotArg {
 #[derive(Args, Clone, Debug)]
 pub struct ChoiceArgs {
     /// Gains instead of the mission's, where PX4 flies instead of the file that the mission names for it
-    /// (`px4_params`): a name beside the mission's own gains (ours, safety, near_hover, paper_pso), or a
-    /// file; `px4_default`: PX4's own, where `drop` or `assess` has it fly.
+    /// (`px4_params`): a file, or a name - beside the mission's own gains, or of gains that samara brings
+    /// along (ours, safety, near_hover, paper_pso); `px4_default`: PX4's own, where `drop` or `assess` has it
+    /// fly.
     #[arg(long, value_name = "NAME|FILE")]
     pub gains: Option<String>,
     /// Gains and limits of samara's autopilot from a PX4 parameter file that is for it, or for any autopilot

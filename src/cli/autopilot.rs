@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::answer::{Answer, BadInput as _, Failure};
-use super::args::{ChoiceArgs, LinkArgs, NetArgs, StateArgs};
-use super::mission::{chosen_mission, note_estimator};
+use super::args::{ChoiceArgs, DEFAULT_MISSION, LinkArgs, NetArgs, StateArgs};
+use super::mission::{chosen_mission, note_estimator, origin};
 use super::narrator::Narrator;
 use super::reporter::Reporter;
 use super::results::OutputFolder;
@@ -20,8 +20,8 @@ use samara::link::shell::{AfterSimulator, run_autopilot};
 /// `samara autopilot`.
 #[derive(Args, Debug)]
 pub struct AutopilotArgs {
-    /// The mission file.
-    #[arg(default_value = "mission/titan_drop.json")]
+    /// The mission: a file, or a name - of a file in ./mission, or of a mission that samara brings along.
+    #[arg(value_name = "NAME|FILE", default_value = DEFAULT_MISSION)]
     pub mission: PathBuf,
     /// Folder for the results [default: out/<mission name>].
     #[arg(long, value_name = "DIR")]
@@ -51,13 +51,14 @@ pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
         return Err(Failure::input(format!(
             "{}: px4_clock is \"froude\", so the simulator speaks to a PX4; the reference autopilot knows the site's gravity and \
              flies this mission with `samara drop`",
-            args.mission.display()
+            mission.file.display()
         )));
     }
     note_estimator(&mut mission, &args.state);
     let (ports, wiring) = (net.ports()?, net.wiring(&args.link)?);
     let folder = OutputFolder::create(args.out.as_deref(), &mission.name)?;
     let narrator = Narrator::alone(false);
+    narrator.say(&origin(&args.mission, &mission));
     let mut reporter = Reporter::new(&narrator, &mission)
         .recording(&folder, &[Link::GroundStation, Link::Api])
         .with_autopilot(&folder);

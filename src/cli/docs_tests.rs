@@ -5,7 +5,10 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use clap::{Command, CommandFactory};
+use clap::error::ErrorKind;
+use clap::{ArgMatches, Command, CommandFactory};
+use samara::config::plain_name;
+use samara::config::shipped::{MISSIONS, names_in};
 
 use super::help::with_negative_values;
 
@@ -72,13 +75,28 @@ fn samara_words(line: &str) -> Option<Vec<&str>> {
     (*program == "samara" || program.ends_with("/samara")).then_some(words)
 }
 
-/// Why a command does not parse, or which file of the repository that it names is not there.
+/// The missions that a parsed command names by a name alone.
+fn missions(command: &Command, matches: &ArgMatches) -> Vec<PathBuf> {
+    if let Some((verb, matches)) = matches.subcommand() {
+        return command.find_subcommand(verb).map_or(Vec::new(), |command| missions(command, matches));
+    }
+    let mission = command.get_arguments().find(|arg| arg.get_id() == "mission");
+    let path = mission.and_then(|_| matches.get_one::<PathBuf>("mission"));
+    path.into_iter().filter(|path| plain_name(path).is_some()).cloned().collect()
+}
+
+/// Why a command does not parse, or which mission or file of the repository that it names is not there.
 fn wrong_with(words: &[&str]) -> Option<String> {
     let command = with_negative_values(super::Cli::command());
-    if let Err(e) = command.try_get_matches_from(words)
-        && !matches!(e.kind(), clap::error::ErrorKind::DisplayHelp | clap::error::ErrorKind::DisplayVersion)
-    {
-        return Some(e.to_string());
+    let known = |name: &PathBuf| names_in(MISSIONS).any(|known| Path::new(known) == name);
+    match command.clone().try_get_matches_from(words) {
+        Ok(matches) => {
+            if let Some(name) = missions(&command, &matches).iter().find(|name| !known(name)) {
+                return Some(format!("no mission {}", name.display()));
+            }
+        }
+        Err(e) if matches!(e.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {}
+        Err(e) => return Some(e.to_string()),
     }
     let kept = |word: &&&str| {
         let folders = ["mission/", "params/"];

@@ -5,15 +5,42 @@ use std::path::Path;
 use anyhow::Context as _;
 
 use super::answer::{BadInput as _, Failure};
-use super::args::{ChoiceArgs, EstimatorChoice, PX4_DEFAULT, StateArgs};
-use super::terminal::{print_err, print_remarks};
-use samara::config::{Mission, load_mission};
+use super::args::{ChoiceArgs, EstimatorChoice, MissionArgs, PX4_DEFAULT, StateArgs};
+use super::terminal::{print, print_err, print_remarks};
+use samara::config::shipped::is_built_in;
+use samara::config::{Mission, load_mission, mission_path, plain_name};
 use samara::params::{Check, Class, Metadata, ParameterFile, check};
 use samara::report::params::check_text;
 
+/// The mission of a file or of a name.
+pub fn open_mission(name_or_path: &Path) -> Result<Mission, Failure> {
+    load_mission(&mission_path(name_or_path).bad_input()?).bad_input()
+}
+
+/// A line for each name that was typed: the file that it means, or that it is built in. Nothing for a path.
+pub fn origin(typed: &Path, mission: &Mission) -> String {
+    let mut lines = String::new();
+    if let Some(name) = plain_name(typed) {
+        lines += &match is_built_in(&mission.file) {
+            true => format!("mission {name}: built in\n"),
+            false => format!("mission ./{}\n", mission.file.display()),
+        };
+    }
+    // Beside a mission of one's own they may be taken for one's own, too.
+    if is_built_in(&mission.inputs.gains_file) && !is_built_in(&mission.file) {
+        lines += &format!("gains {}: built in\n", mission.control.gains_name);
+    }
+    lines
+}
+
+/// Prints [`origin`], but not beside a JSON object.
+pub fn print_origin(args: &MissionArgs, mission: &Mission) -> Result<(), Failure> {
+    if args.json { Ok(()) } else { print(&origin(&args.mission, mission)) }
+}
+
 /// The mission with the chosen gains and seed.
-pub fn chosen_mission(path: &Path, choice: &ChoiceArgs) -> Result<Mission, Failure> {
-    let mut mission = load_mission(path).bad_input()?;
+pub fn chosen_mission(name_or_path: &Path, choice: &ChoiceArgs) -> Result<Mission, Failure> {
+    let mut mission = open_mission(name_or_path)?;
     if let Some(gains) = &choice.gains {
         mission.use_gains(gains).bad_input()?;
     }
@@ -36,7 +63,7 @@ pub fn mission_with_a_drop(path: &Path, choice: &ChoiceArgs) -> Result<Mission, 
         return Err(Failure::input(format!(
             "{}: the vehicle starts on the ground, there is no drop; fly it with `samara sim`, `samara autopilot` and a ground \
              station",
-            path.display()
+            mission.file.display()
         )));
     }
     Ok(mission)
@@ -62,7 +89,7 @@ pub fn mission_for_px4(
     let file = mission.note_parameters(&given);
     let file = match choice.params {
         Some(_) => file.bad_input()?,
-        None => file.with_context(|| format!("{}: px4_params", path.display())).bad_input()?,
+        None => file.with_context(|| format!("{}: px4_params", mission.file.display())).bad_input()?,
     };
     let check = check_of(&file);
     let remarkable = match choice.params {

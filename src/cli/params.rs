@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand, ValueEnum};
 
 use super::answer::{Answer, BadInput as _, Failure};
-use super::args::ChoiceArgs;
-use super::mission::{chosen_mission, mission_for_px4};
+use super::args::{ChoiceArgs, DEFAULT_MISSION};
+use super::mission::{chosen_mission, mission_for_px4, open_mission, origin};
 use super::pilot::px4::upload::{suits, whole};
 use super::planning::plan_mission;
 use super::results::OutputFolder;
 use super::terminal::print;
 use samara::autopilot::parameters::document::markdown;
-use samara::config::{Mission, load_mission, load_parameters};
+use samara::config::{Mission, load_parameters};
 use samara::control::px4::is_quad_x;
 use samara::params::compatibility::written_for;
 use samara::params::{Export, Metadata, ParameterFile, Purpose, check, diff, export, import};
@@ -44,11 +44,11 @@ enum ParamsVerb {
 
 #[derive(Args, Debug)]
 struct ExportArgs {
-    /// The mission file.
-    #[arg(default_value = "mission/titan_drop.json")]
+    /// The mission: a file, or a name - of a file in ./mission, or of a mission that samara brings along.
+    #[arg(value_name = "NAME|FILE", default_value = DEFAULT_MISSION)]
     mission: PathBuf,
-    /// Gains: a name beside the mission's own gains (ours, safety, near_hover, paper_pso), or a file; with
-    /// --drop `px4_default`: PX4's own.
+    /// Gains: a file, or a name - beside the mission's own gains, or of gains that samara brings along (ours,
+    /// safety, near_hover, paper_pso); with --drop `px4_default`: PX4's own.
     #[arg(long, value_name = "NAME|FILE")]
     gains: Option<String>,
     /// What the file shall be for.
@@ -78,8 +78,8 @@ struct CheckArgs {
     /// What the file is to be for.
     #[arg(long = "for", value_enum)]
     purpose: Option<PurposeArg>,
-    /// A mission whose vehicle samara is to fly with it.
-    #[arg(long, value_name = "MISSION")]
+    /// A mission whose vehicle samara is to fly with it, by file or by name.
+    #[arg(long, value_name = "NAME|FILE")]
     mission: Option<PathBuf>,
     /// Print one JSON object on stdout instead of text.
     #[arg(long)]
@@ -169,7 +169,7 @@ fn run_export(args: &ExportArgs) -> Result<Answer, Failure> {
     print(&if args.json {
         report::export_json(&mission, &path, &export)
     } else {
-        format!("{path}: {}", report::export_text(&export))
+        format!("{}{path}: {}", origin(&args.mission, &mission), report::export_text(&export))
     })?;
     Ok(Answer::Yes)
 }
@@ -212,7 +212,7 @@ fn refusal(args: &CheckArgs, file: &ParameterFile, known: usize) -> Result<Optio
         return Ok(Some(format!("for {} is wanted, the file: {is}", wanted.name())));
     }
     let Some(mission) = &args.mission else { return Ok(None) };
-    let mission = load_mission(mission).bad_input()?;
+    let mission = open_mission(mission)?;
     let by_samara = import(file, &mission.parameter_subject());
     // PX4 takes any file with something of its own in it, but for one that is not for it.
     let is_px4s = file.purpose() != Some(Purpose::Samara) && known > 0 && suits(&mission).is_ok();

@@ -2,11 +2,12 @@
 
 use clap::Args;
 
-use super::answer::{Answer, BadInput as _, Failure};
+use super::answer::{Answer, Failure};
 use super::args::{MissionArgs, PlanningArgs, number, positive, whole};
+use super::mission::{open_mission, print_origin};
 use super::planning::{TimedPlan, solve, write_plan};
 use super::results::OutputFolder;
-use samara::config::{Mission, load_mission};
+use samara::config::Mission;
 use samara::plan::{InputReference, SolverOptions, Status, TERMINAL_TOLERANCE_LEAST_M_S};
 use samara::report::{plan_json, plan_text};
 
@@ -63,6 +64,7 @@ fn terminal_tolerance(text: &str) -> Result<f64, String> {
 /// `samara plan`.
 pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
     let mission = chosen(args)?;
+    print_origin(&args.mission, &mission)?;
     let options = SolverOptions {
         tolerance: args.tolerance,
         max_iterations: args.max_iterations as usize,
@@ -83,7 +85,7 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
 
 /// The mission with what the command line changes of its plan.
 fn chosen(args: &PlanArgs) -> Result<Mission, Failure> {
-    let mut mission = load_mission(&args.mission.mission).bad_input()?;
+    let mut mission = open_mission(&args.mission.mission)?;
     let (plan, usual) = (&mut mission.plan, SolverOptions::default());
     let nodes = args.nodes.map(|n| n as usize).filter(|n| *n != plan.nodes);
     plan.nodes = nodes.unwrap_or(plan.nodes);

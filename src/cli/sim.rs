@@ -5,7 +5,7 @@ use clap::Args;
 use super::answer::{Answer, BadInput as _, Failure};
 use super::args::{ChoiceArgs, MissionArgs, NetArgs, speed};
 use super::conclusion::Conclusion;
-use super::mission::chosen_mission;
+use super::mission::{chosen_mission, origin};
 use super::narrator::Narrator;
 use super::pilot::Flown;
 use super::reporter::Reporter;
@@ -40,6 +40,7 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let key = args.net.key()?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let narrator = Narrator::alone(args.mission.json);
+    narrator.say(&origin(&args.mission.mission, &mission));
     let mut reporter = Reporter::new(&narrator, &mission).recording(&folder, &[Link::Simulator]);
     let froude = sessions::froude(&mission);
     if let Some(froude) = froude {

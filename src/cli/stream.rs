@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::answer::{Answer, BadInput as _, Failure};
-use super::args::{ChoiceArgs, NetArgs, PlanningArgs};
-use super::mission::mission_with_a_drop;
+use super::args::{ChoiceArgs, DEFAULT_MISSION, NetArgs, PlanningArgs};
+use super::mission::{mission_with_a_drop, origin};
 use super::narrator::Narrator;
 use super::pilot::px4::upload::envelope;
 use super::planning::plan_and_say;
@@ -20,8 +20,8 @@ use samara::plan::Status;
 /// `samara stream`.
 #[derive(Args, Debug)]
 pub struct StreamArgs {
-    /// The mission file.
-    #[arg(default_value = "mission/titan_drop.json")]
+    /// The mission: a file, or a name - of a file in ./mission, or of a mission that samara brings along.
+    #[arg(value_name = "NAME|FILE", default_value = DEFAULT_MISSION)]
     pub mission: PathBuf,
     /// What the mission leaves to choose.
     #[command(flatten)]
@@ -45,6 +45,7 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
     let mut mission = mission_with_a_drop(&args.mission, &args.choice)?;
     let (ports, key) = (args.net.ports()?, args.net.key()?);
     let narrator = Narrator::alone(false);
+    narrator.say(&origin(&args.mission, &mission));
     let trajectory = match &args.trajectory {
         Some(path) => mission.use_trajectory(path).bad_input()?.trajectory,
         None => {

@@ -1,13 +1,10 @@
 //! `samara verify`.
 
-use std::path::Path;
-
-use anyhow::Context;
 use clap::Args;
 
 use super::answer::{Answer, BadInput as _, Failure};
 use super::terminal::print;
-use samara::config::{Mission, load_mission};
+use samara::config::Mission;
 use samara::report::{verify_json, verify_text};
 use samara::verify::{Group, verify};
 
@@ -21,14 +18,9 @@ pub struct VerifyArgs {
 
 /// Makes every check.
 pub fn run(args: &VerifyArgs) -> Result<Answer, Failure> {
-    let (lander, quadrotor) = (shipped("mission/titan_paper.json")?, shipped("mission/x500_drop.json")?);
+    let (lander, quadrotor) =
+        (Mission::shipped("titan_paper").bad_input()?, Mission::shipped("x500_drop").bad_input()?);
     let groups = verify(&lander.plan_problem(), &quadrotor.plan_problem()).bad_input()?;
     print(&if args.json { verify_json(&groups) } else { verify_text(&groups) })?;
     Ok(Answer::from(groups.iter().all(Group::holds)))
-}
-
-fn shipped(path: &str) -> Result<Mission, Failure> {
-    load_mission(Path::new(path))
-        .context("the vehicles that are checked are the project's own: run this in its folder")
-        .bad_input()
 }

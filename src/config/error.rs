@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::shipped::is_built_in;
 use crate::params::ParamsError;
 
 /// A file that cannot be used.
@@ -18,6 +19,28 @@ pub enum ConfigError {
         named_in: Option<PathBuf>,
         /// Reason that the operating system gives.
         reason: String,
+    },
+    /// No file has the name that was given.
+    #[error(
+        "no {role} of the name `{name}` (looked for {}){} expected one of {}, or a path{}",
+        tried.display(),
+        did_you_mean(near.as_deref()),
+        known.join(", "),
+        if *is_here { format!(": there is a ./{name} here") } else { String::new() }
+    )]
+    Unknown {
+        /// Role of the file ("mission file").
+        role: &'static str,
+        /// The name.
+        name: String,
+        /// The path on disk that the name would have meant.
+        tried: PathBuf,
+        /// The name that was probably meant.
+        near: Option<String>,
+        /// All names, on disk and built in, in order.
+        known: Vec<String>,
+        /// Whether something of that very path is in the current directory.
+        is_here: bool,
     },
     /// The text is not the JSON or the table that was expected.
     #[error("{}:{line}:{column}: {}{message}", file.display(), at(json_path))]
@@ -51,12 +74,17 @@ fn starts_with_line(error: &ParamsError) -> bool {
     }
 }
 
+/// A hint at what was probably meant, to stand between what was found and what was expected.
+pub(super) fn did_you_mean(near: Option<&str>) -> String {
+    near.map_or_else(|| ";".to_owned(), |near| format!(", did you mean `{near}`?"))
+}
+
 fn at(json_path: &str) -> String {
     if json_path.is_empty() { String::new() } else { format!("{json_path}: ") }
 }
 
 fn whence(path: &std::path::Path, named_in: Option<&PathBuf>) -> String {
-    match (named_in, path.is_relative()) {
+    match (named_in, path.is_relative() && !is_built_in(path)) {
         (Some(file), _) => {
             format!(" (named in {}; paths in a file are relative to that file)", file.display())
         }

@@ -1,6 +1,6 @@
 //! The gains file: `params/gains/*.json`, read and written.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -66,14 +66,6 @@ pub(super) fn load_named_gains(
     let json: GainsJson = source.parse()?;
     hash.absorb("gains", &source.text);
     Ok(GainsFile { gains: json.gains(), name: json.name.0 })
-}
-
-/// The file that `name_or_path` means: a path when it has a directory or ends in `.json`, otherwise the name
-/// of a file in `directory`.
-pub fn gains_path(name_or_path: &str, directory: &Path) -> PathBuf {
-    let path = Path::new(name_or_path);
-    let is_file = path.components().count() > 1 || path.is_absolute() || name_or_path.ends_with(".json");
-    if is_file { path.to_owned() } else { directory.join(format!("{name_or_path}.json")) }
 }
 
 /// The text of a gains file, as [`load_gains`] reads it back to the last bit. `name` must be a plain name

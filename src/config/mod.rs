@@ -10,6 +10,8 @@
 //! | `rotor_table` | the rotor table beside a vehicle |
 //! | [`schema`] | JSON schemas of these files |
 //! | `trajectory_csv` | `trajectory.csv`, read and written |
+//! | [`shipped`] | the files that the program brings along |
+//! | `names` | which file a plain name means |
 //! | `source` | a file's text, strict JSON, the place of anything refused, the hash of the inputs |
 //! | `number` | numbers with a range |
 //! | `table` | CSV |
@@ -22,10 +24,12 @@ mod checkpoint;
 mod error;
 mod gains_file;
 mod mission;
+mod names;
 mod number;
 mod params_file;
 mod rotor_table;
 pub mod schema;
+pub mod shipped;
 mod source;
 mod table;
 mod trajectory_csv;
@@ -33,11 +37,12 @@ mod vehicle_file;
 
 pub use checkpoint::{Evaluated, SearchIdentity, checkpoint_json, load_checkpoint};
 pub use error::ConfigError;
-pub use gains_file::{GainsFile, gains_json, gains_path, load_gains};
+pub use gains_file::{GainsFile, gains_json, load_gains};
 pub use mission::{
     CaseError, Control, Inputs, Limits, Mission, MonteCarlo, PlanInitial, PlanSettings, Px4, Px4Clock,
     Release, Site, Study, load_mission,
 };
+pub use names::{gains_path, mission_path, plain_name};
 pub use params_file::load_parameters;
 pub use trajectory_csv::{Stamp, TrajectoryFile, read_trajectory_csv, write_trajectory_csv};
 pub use vehicle_file::{VehicleFile, load_vehicle};

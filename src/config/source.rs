@@ -11,6 +11,7 @@ use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
 use super::error::ConfigError;
+use super::shipped;
 
 /// Larger files are refused: no mission, table or trajectory comes near, and a device file would never end.
 const LIMIT_BYTES: u64 = 64 << 20;
@@ -34,6 +35,9 @@ impl Source {
             named_in: named_in.map(Path::to_owned),
             reason,
         };
+        if let Some(found) = shipped::read(path) {
+            return Ok(Self { file: path.to_owned(), text: found.map_err(refuse)?.to_owned() });
+        }
         let mut bytes = Vec::new();
         #[expect(clippy::disallowed_methods, reason = "this is where config/ reads files")]
         let file = std::fs::File::open(path).map_err(|e| refuse(e.to_string()))?;
@@ -51,7 +55,7 @@ impl Source {
 
     /// A path that this file names: relative to this file's directory.
     pub(super) fn resolve(&self, path: &str) -> PathBuf {
-        self.file.parent().unwrap_or(Path::new("")).join(path)
+        shipped::resolve(&self.file, path)
     }
 
     /// The document as a `T`; unknown and repeated keys are refused by `T`, text after the document here.

@@ -1,5 +1,6 @@
 //! The files that are shipped, and copies of them that are spoilt.
 
+mod built_in;
 mod choices;
 mod missions;
 mod random;

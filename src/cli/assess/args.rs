@@ -16,7 +16,7 @@ pub struct AssessArgs {
     /// What the mission leaves to choose.
     #[command(flatten)]
     pub choice: ChoiceArgs,
-    /// Fly the paper's own study, mission/titan_paper.json, and print the paper's results beside ours.
+    /// Fly the paper's own study, mission `titan_paper`, and print the paper's results beside ours.
     #[arg(long, conflicts_with_all = ["mission", "autopilot"])]
     pub paper: bool,
     /// Trials of each campaign, instead of the mission's.

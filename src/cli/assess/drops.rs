@@ -13,6 +13,7 @@ use super::args::AssessArgs;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::args::AutopilotArg;
 use crate::cli::conclusion::Conclusion;
+use crate::cli::mission::print_origin;
 use crate::cli::narrator::Narrator;
 use crate::cli::pilot::px4::{Cpu, Patience};
 use crate::cli::pilot::{Flight, Flown, Pilot, PilotRequest, Px4Settings, pilot_and_mission};
@@ -54,6 +55,7 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
         },
         options: args.asked(),
     })?;
+    print_origin(&args.mission, &mission)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let timed = plan_mission(&mission, false)?;
     write_plan(&folder, &mission, &timed.plan)?;

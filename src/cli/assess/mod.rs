@@ -21,7 +21,7 @@ use super::system::interrupt_flag;
 pub use args::AssessArgs;
 
 /// The paper's study.
-const PAPER: &str = "mission/titan_paper.json";
+const PAPER: &str = "titan_paper";
 
 /// Flies the study, or drops by an autopilot.
 pub fn run(mut args: AssessArgs) -> Result<Answer, Failure> {

@@ -6,7 +6,7 @@ use super::args::AssessArgs;
 use super::campaign::{self, Campaign, TrialRunner};
 use super::{figures, only};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
-use crate::cli::mission::chosen_mission;
+use crate::cli::mission::{chosen_mission, origin};
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::{plan_mission, write_plan};
 use crate::cli::results::OutputFolder;
@@ -14,6 +14,7 @@ use crate::cli::system::{Stopwatch, thread_pool};
 use crate::cli::terminal::print;
 use samara::assess::{SafetyStudy, StudyEntry, StudyReference, plan_j_tpf, tracking};
 use samara::config::Mission;
+use samara::config::shipped::is_built_in;
 use samara::control::{Airframe, Cascade, Gains};
 use samara::plan::{Plan, Status};
 use samara::report::study::{Assessed, Assessment, CaseResult, OURS, page, records, tables};
@@ -23,11 +24,12 @@ use samara::report::{plan_json, plan_text};
 pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
     if mission.study.cases.is_empty() {
-        let file = args.mission.mission.display();
+        let file = mission.file.display();
         let text = format!("{file}: tuning.cases is empty; the release cases of Table 5 are expected");
         return Err(Failure::input(text));
     }
     let narrator = Narrator::alone(args.mission.json);
+    narrator.say(&origin(&args.mission.mission, &mission));
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let Some(plan) = planned(args, &mission, &folder, &narrator)? else { return Ok(Answer::No) };
     let runner = TrialRunner {
@@ -158,7 +160,9 @@ fn assessment<'a>(
 /// The command that makes the study again, its choices spelt out; folder and number of threads do not belong
 /// to it.
 fn command_line(args: &AssessArgs, mission: &Mission, trials: u64) -> String {
-    let mut command = format!("samara assess {}", args.mission.mission.display());
+    // A built-in mission by its name, which means it anywhere else, too.
+    let mission_file = if is_built_in(&mission.file) { &args.mission.mission } else { &mission.file };
+    let mut command = format!("samara assess {}", mission_file.display());
     if let Some(gains) = &args.choice.gains {
         command += &format!(" --gains {gains}");
     }

@@ -13,6 +13,7 @@ mod cases;
 
 use super::answer::{Answer, Failure};
 use super::conclusion::{Conclusion, FLIGHT_FILES};
+use super::mission::origin;
 use super::narrator::Narrator;
 use super::pilot::{Flight, pilot_and_mission};
 use super::planning::Planned;
@@ -30,6 +31,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
         return Err(Failure::input(text.to_owned()));
     }
     let narrator = Narrator::together(args.mission.json);
+    narrator.say(&origin(&args.mission.mission, &mission));
     narrator.say(&format!(
         "samara drop: {}, vehicle {}, gains {}{}\n",
         mission.name,

@@ -68,7 +68,8 @@ fn named(args: &TuneArgs, mission: &Mission, found: &Longitudinal) -> Vec<(Strin
         ("paper_pso".to_owned(), Gains::paper_pso().as_longitudinal()),
     ];
     let mut shelf = mission.clone();
-    if args.name != IDEAL && shelf.use_gains(IDEAL).is_ok() {
+    let beside = shelf.gains_beside().iter().any(|name| name == IDEAL);
+    if args.name != IDEAL && beside && shelf.use_gains(IDEAL).is_ok() {
         named.push((shelf.control.gains_name, shelf.control.gains.as_longitudinal()));
     }
     if !named.iter().any(|(name, _)| *name == mission.control.gains_name)

@@ -20,18 +20,19 @@ mod results;
 mod search_run;
 mod settings;
 
-use super::answer::{Answer, BadInput as _, Failure};
+use super::answer::{Answer, Failure};
+use super::mission::{open_mission, print_origin};
 use super::planning::plan_mission;
 use super::system::thread_pool;
 pub use args::TuneArgs;
 use args::{ForArg, MethodArg};
 use results::report_nothing;
-use samara::config::load_mission;
 use samara::plan::Status;
 
 /// Searches gains for samara's cascade or for PX4.
 pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
-    let mut mission = load_mission(&args.mission.mission).bad_input()?;
+    let mut mission = open_mission(&args.mission.mission)?;
+    print_origin(&args.mission, &mission)?;
     if let Some(seed) = args.seed {
         mission.use_seed(seed);
     }
@@ -41,7 +42,7 @@ pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
     } else if mission.study.cases.is_empty() {
         return Err(Failure::input(format!(
             "{}: tuning.cases is empty; releases to tune on are expected",
-            args.mission.mission.display()
+            mission.file.display()
         )));
     }
     let timed = plan_mission(&mission, false)?;

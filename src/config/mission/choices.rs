@@ -12,10 +12,11 @@ use crate::params::{ParameterFile, import};
 
 impl Mission {
     /// Puts other gains in: those of the file `name_or_path`, or of that name beside the mission's own gains
-    /// file. The input hash follows.
+    /// file, or the built-in ones of that name. The input hash follows.
     ///
     /// # Errors
-    /// [`ConfigError`] when the file cannot be read or does not hold gains; the mission is unchanged then.
+    /// [`ConfigError`] when nothing has the name, or the file cannot be read or does not hold gains; the
+    /// mission is unchanged then.
     pub fn use_gains(&mut self, name_or_path: &str) -> Result<(), ConfigError> {
         let file = self.inputs.other_gains(name_or_path)?;
         (self.control.gains, self.control.gains_name) = (file.gains, file.name);

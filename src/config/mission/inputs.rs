@@ -4,7 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::config::error::ConfigError;
-use crate::config::gains_file::{GainsFile, gains_path, load_named_gains};
+use crate::config::gains_file::{GainsFile, load_named_gains};
+use crate::config::names::{gains_path, names_of};
 use crate::config::source::{InputHash, Source};
 
 /// Everything that the results of a mission depend on.
@@ -14,6 +15,8 @@ pub struct Inputs {
     pub hash: String,
     /// Choices beside the files: name and value, in the order of choosing.
     pub choices: Vec<(String, String)>,
+    /// File of the gains; of built-in ones the path begins with `built-in:`.
+    pub gains_file: PathBuf,
     /// The directory of the mission's own gains file.
     gains_directory: PathBuf,
     hash_without_gains: InputHash,
@@ -27,17 +30,22 @@ impl Inputs {
         hash_without_gains: InputHash,
     ) -> Result<(Self, GainsFile), ConfigError> {
         let gains_directory = gains_file.parent().map(Path::to_owned).unwrap_or_default();
-        let mut inputs =
-            Self { hash: String::new(), choices: Vec::new(), gains_directory, hash_without_gains };
+        let mut inputs = Self {
+            hash: String::new(),
+            choices: Vec::new(),
+            gains_file: PathBuf::new(),
+            gains_directory,
+            hash_without_gains,
+        };
         let gains = inputs.read_gains(gains_file, Some(named_in))?;
         Ok((inputs, gains))
     }
 
-    /// Reads gains: those of the file `name_or_path`, or of that name beside the mission's own gains file.
-    /// The hash follows.
+    /// Reads gains: those of the file `name_or_path`, or of that name beside the mission's own gains file, or
+    /// the built-in ones of that name. The hash follows.
     pub(super) fn other_gains(&mut self, name_or_path: &str) -> Result<GainsFile, ConfigError> {
-        let path = gains_path(name_or_path, &self.gains_directory);
-        let gains = self.read_gains(&path, None).map_err(|error| self.with_known_names(error))?;
+        let path = gains_path(name_or_path, &self.gains_directory)?;
+        let gains = self.read_gains(&path, None)?;
         for (name, value) in self.choices.clone() {
             self.absorb(&name, &value);
         }
@@ -47,28 +55,13 @@ impl Inputs {
     fn read_gains(&mut self, path: &Path, named_in: Option<&Path>) -> Result<GainsFile, ConfigError> {
         let mut hash = self.hash_without_gains.clone();
         let gains = load_named_gains(path, named_in, &mut hash)?;
-        self.hash = hash.hex();
+        (self.hash, self.gains_file) = (hash.hex(), path.to_owned());
         Ok(gains)
     }
 
-    /// An error about a missing file of gains, with the names of those that there are beside it.
-    fn with_known_names(&self, error: ConfigError) -> ConfigError {
-        let ConfigError::Read { role, path, named_in, reason } = error else { return error };
-        let known = self.known_names().filter(|_| path.parent() == Some(&self.gains_directory));
-        let reason =
-            known.map_or(reason.clone(), |names| format!("{reason}; expected one of {names}, or a file"));
-        ConfigError::Read { role, path, named_in, reason }
-    }
-
-    /// The names of the gains beside the mission's own, in order, if there are any.
-    fn known_names(&self) -> Option<String> {
-        let files =
-            std::fs::read_dir(&self.gains_directory).ok()?.filter_map(|entry| Some(entry.ok()?.path()));
-        let gains = files.filter(|path| path.extension().is_some_and(|e| e == "json"));
-        let mut names: Vec<String> =
-            gains.filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned())).collect();
-        names.sort();
-        (!names.is_empty()).then(|| names.join(", "))
+    /// Names of the gains beside the mission's own, in order.
+    pub(super) fn gains_beside(&self) -> Vec<String> {
+        names_of(&self.gains_directory)
     }
 
     /// Hash of mission, vehicle and tables alone, hexadecimal.

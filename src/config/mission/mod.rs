@@ -21,6 +21,7 @@ use serde::Deserialize;
 use crate::assess::{RandomDrop, ReleaseDistribution};
 use crate::config::error::ConfigError;
 use crate::config::number::{Count, Exactly, Name, SpanS, Within};
+use crate::config::shipped::{MISSIONS, built_in, is_built_in, names_in};
 use crate::config::source::{InputHash, Source};
 use crate::config::trajectory_csv::Stamp;
 use crate::config::vehicle_file::load_named_vehicle;
@@ -108,6 +109,8 @@ pub(super) struct MissionJson {
 pub struct Mission {
     /// Name; results go to `out/NAME/`.
     pub name: String,
+    /// File of the mission; of a built-in one the path begins with `built-in:`.
+    pub file: PathBuf,
     /// Name of the vehicle.
     pub vehicle_name: String,
     /// File of the vehicle.
@@ -144,12 +147,13 @@ pub struct Mission {
     pub inputs: Inputs,
 }
 
-/// Reads a mission, its vehicle and its gains.
+/// Reads a mission, its vehicle and its gains. The path is of the disk, or a built-in mission's
+/// (`built-in:mission/titan_drop.json`); [`mission_path`](crate::config::mission_path) makes one of a name.
 ///
 /// # Errors
 /// [`ConfigError`] with the place in the file that is refused.
 pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
-    let source = Source::read(path, "mission file", None)?;
+    let source = Source::read(path, "mission file", None).map_err(|e| naming_the_built_in(e, path))?;
     let json: MissionJson = source.parse()?;
     let mut hash = InputHash::default();
     hash.absorb("mission", &source.text);
@@ -168,6 +172,7 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
     let px4 = Px4::from_json(&source, json.px4_clock, json.px4_params.as_deref(), gravity_m_s2)?;
     Ok(Mission {
         name: json.name.0,
+        file: path.to_owned(),
         vehicle_name: vehicle.name,
         vehicle_file,
         vehicle: Arc::new(vehicle.vehicle),
@@ -194,7 +199,35 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
     })
 }
 
+/// An error about a file that cannot be read, with the built-in mission of that name, if there is one: a path
+/// as the documentation prints it leads nowhere outside the project.
+fn naming_the_built_in(error: ConfigError, path: &Path) -> ConfigError {
+    let stem = path.file_stem().and_then(|stem| stem.to_str()).filter(|_| !is_built_in(path));
+    let name = stem.filter(|stem| names_in(MISSIONS).any(|name| name == *stem));
+    match (error, name) {
+        (ConfigError::Read { role, path, named_in, reason }, Some(name)) => {
+            let reason = format!("{reason}; the built-in mission of that name is `{name}`");
+            ConfigError::Read { role, path, named_in, reason }
+        }
+        (error, _) => error,
+    }
+}
+
 impl Mission {
+    /// The mission of this name that the program brings along: `titan_drop`, `x500_drop`, .., with its
+    /// vehicle and its gains. No file is read.
+    ///
+    /// # Errors
+    /// [`ConfigError::Read`] when no built-in mission has the name.
+    pub fn shipped(name: &str) -> Result<Self, ConfigError> {
+        load_mission(&built_in(MISSIONS, name))
+    }
+
+    /// Names of the gains that lie beside the mission's own, in order.
+    pub fn gains_beside(&self) -> Vec<String> {
+        self.inputs.gains_beside()
+    }
+
     /// Numbers that the vehicle contradicts: each with its key and what the vehicle makes of it.
     pub fn contradictions(&self) -> Vec<String> {
         let (environment, descent_m_s) = (&self.site.environment, self.release.parachute.descent_m_s);

@@ -1,0 +1,66 @@
+//! Missions and gains by name, in any folder: those of the folder first, else those inside the program.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use super::{code, samara, stderr};
+
+fn samara_in(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_samara")).current_dir(folder).args(args).output().unwrap()
+}
+
+fn first_line(output: &Output) -> String {
+    let text = String::from_utf8_lossy(&output.stdout);
+    format!("{} ({})", text.lines().next().unwrap_or_default(), stderr(output))
+}
+
+/// Every file that a drop writes elsewhere is, byte by byte, the one that it writes in the project.
+#[test]
+fn a_built_in_mission_flies_as_the_file_does() {
+    let (elsewhere, out) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let by_name = samara_in(elsewhere.path(), &["drop", "x500_drop", "--gains", "x500_hover"]);
+    assert_eq!(code(&by_name), 0, "{}", stderr(&by_name));
+    assert_eq!(first_line(&by_name), "mission x500_drop: built in ()");
+    let folder = out.path().to_str().unwrap();
+    let by_file = samara(&["drop", "mission/x500_drop.json", "--gains", "x500_hover", "--out", folder]);
+    assert!(first_line(&by_file).starts_with("samara drop: x500_drop"), "a path says nothing of itself");
+    let mut count = 0;
+    for entry in fs::read_dir(out.path()).unwrap() {
+        let file = entry.unwrap().file_name();
+        let there = fs::read(elsewhere.path().join("out/x500_drop").join(&file)).unwrap();
+        assert!(fs::read(out.path().join(&file)).unwrap() == there, "{}", file.display());
+        count += 1;
+    }
+    assert!(count > 8, "{count} files");
+}
+
+/// A mission of one's own under a shipped one's name comes first; gains that are not beside it are built in,
+/// and that is said.
+#[test]
+fn the_folder_s_own_files_come_first_and_the_first_line_says_which() {
+    let here = tempfile::tempdir().unwrap();
+    let plan = |args: &[&str]| samara_in(here.path(), &[&["plan"], args].concat());
+    assert_eq!(first_line(&plan(&[])), "mission titan_drop: built in ()");
+    fs::create_dir_all(here.path().join("mission")).unwrap();
+    let text = fs::read_to_string("mission/titan_drop.json").unwrap();
+    let text = text.replace("../params", "built-in:params").replace("\"nodes\": 38", "\"nodes\": 41");
+    fs::write(here.path().join("mission/titan_drop.json"), text).unwrap();
+    let own = plan(&["titan_drop"]);
+    assert_eq!(first_line(&own), "mission ./mission/titan_drop.json ()");
+    assert_eq!(first_line(&samara_in(here.path(), &["plan", "x500_drop"])), "mission x500_drop: built in ()");
+    let json = plan(&["--json"]);
+    assert_eq!(serde_json::from_slice::<serde_json::Value>(&json.stdout).unwrap()["nodes"], 41);
+    let misspelt = plan(&["titan_dorp"]);
+    assert_eq!(code(&misspelt), 2);
+    assert!(stderr(&misspelt).contains("did you mean `titan_drop`?"), "{}", stderr(&misspelt));
+    let path = plan(&["mission/x500_drop.json"]);
+    assert!(stderr(&path).contains("the built-in mission of that name is `x500_drop`"), "{}", stderr(&path));
+}
+
+/// The checks fly the project's own vehicles, wherever they are made.
+#[test]
+fn verify_needs_no_folder() {
+    let output = samara_in(tempfile::tempdir().unwrap().path(), &["verify", "--json"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+}
