@@ -14,6 +14,7 @@ mod docs_tests;
 mod drop;
 mod estimate;
 mod help;
+mod init;
 mod mission;
 mod narrator;
 mod params;
@@ -58,5 +59,6 @@ pub fn run() -> ExitCode {
         Verb::Params(args) => params::run(&args),
         Verb::Verify(args) => verify::run(&args),
         Verb::Schema(args) => schema::run(&args),
+        Verb::Init(args) => init::run(&args),
     })
 }

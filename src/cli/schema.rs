@@ -1,6 +1,6 @@
 //! `samara schema`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -9,17 +9,26 @@ use super::results::OutputFolder;
 use super::terminal::print;
 use samara::config::schema::schemas;
 
+/// Folder of the schemas in the project and in what `samara init` writes.
+const USUAL: &str = "params/schema";
+
 /// `samara schema`.
 #[derive(Args, Debug)]
 pub struct SchemaArgs {
-    /// Folder to write to.
-    #[arg(long, value_name = "DIR", default_value = "params/schema")]
-    pub out: PathBuf,
+    /// Folder to write to [default: params/schema, where there is one].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
 }
 
 /// Writes the schemas.
 pub fn run(args: &SchemaArgs) -> Result<Answer, Failure> {
-    let folder = OutputFolder::create(Some(&args.out), "schema")?;
+    let usual = Path::new(USUAL);
+    let Some(out) = args.out.as_deref().or(usual.is_dir().then_some(usual)) else {
+        return Err(Failure::input(format!(
+            "there is no folder {USUAL} here; --out DIR is expected, or `samara init DIR`, which writes the schemas too"
+        )));
+    };
+    let folder = OutputFolder::create(Some(out), "schema")?;
     for (name, text) in schemas() {
         let path = folder.write_text(name, &text)?;
         print(&format!("{}\n", path.display()))?;

@@ -5,6 +5,7 @@ use clap::{Parser, Subcommand};
 use super::assess::AssessArgs;
 use super::autopilot::AutopilotArgs;
 use super::drop::DropArgs;
+use super::init::InitArgs;
 use super::params::ParamsArgs;
 use super::plan::PlanArgs;
 use super::schema::SchemaArgs;
@@ -58,4 +59,7 @@ pub enum Verb {
     /// Write the JSON schemas of mission, vehicle and gains files.
     #[command(after_long_help = include_str!("help/schema.txt"))]
     Schema(SchemaArgs),
+    /// Write missions, vehicles, gains and schemas to a folder, to edit.
+    #[command(after_long_help = include_str!("help/init.txt"))]
+    Init(InitArgs),
 }

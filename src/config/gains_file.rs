@@ -30,6 +30,9 @@ macro_rules! gains_json {
         #[derive(Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub(super) struct GainsJson {
+        /// JSON schema of the file, for editors; samara does not read it.
+        #[serde(rename = "$schema")]
+        _schema: Option<String>,
             /// Where the gains come from.
             #[serde(rename = "about")]
             _about: Option<String>,

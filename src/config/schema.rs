@@ -21,8 +21,11 @@ pub fn schemas() -> [(&'static str, String); 3] {
 
 fn text<T: JsonSchema>(title: &str) -> String {
     let generated = SchemaSettings::draft2020_12().into_generator().into_root_schema_for::<T>();
-    let mut schema =
-        Map::from_iter([("$schema".to_owned(), Value::Null), ("title".to_owned(), title.into())]);
+    let mut schema = Map::from_iter([
+        ("$schema".to_owned(), Value::Null),
+        ("$id".to_owned(), format!("urn:samara:schema:{title}").into()),
+        ("title".to_owned(), title.into()),
+    ]);
     for key in ["$schema", "description"] {
         schema.insert(key.to_owned(), generated.get(key).cloned().unwrap_or_default());
     }

@@ -25,6 +25,9 @@ use crate::units::RAD_PER_DEG;
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct VehicleJson {
+    /// JSON schema of the file, for editors; samara does not read it.
+    #[serde(rename = "$schema")]
+    _schema: Option<String>,
     /// Description of the vehicle, for the reader.
     #[serde(rename = "about")]
     _about: Option<String>,

@@ -58,6 +58,32 @@ fn the_folder_s_own_files_come_first_and_the_first_line_says_which() {
     assert!(stderr(&path).contains("the built-in mission of that name is `x500_drop`"), "{}", stderr(&path));
 }
 
+/// What `init` writes is what is inside, and it overwrites nothing.
+#[test]
+fn init_writes_an_editable_copy_once() {
+    let here = tempfile::tempdir().unwrap();
+    let written = samara_in(here.path(), &["init", "mine"]);
+    assert_eq!(code(&written), 0, "{}", stderr(&written));
+    let text = String::from_utf8(written.stdout).unwrap();
+    assert!(text.contains("mine/mission/x500_drop.json\n") && text.contains("next:\n  cd mine\n"), "{text}");
+    let mine = here.path().join("mine");
+    for file in
+        ["mission/titan_px4.json", "params/vehicles/titan_rotor.csv", "params/schema/gains.schema.json"]
+    {
+        assert!(fs::read(mine.join(file)).unwrap() == fs::read(file).unwrap(), "{file}");
+    }
+    assert!(first_line(&samara_in(&mine, &["plan"])).starts_with("mission ./mission/titan_drop.json"));
+    fs::remove_file(mine.join("README.md")).unwrap();
+    fs::write(mine.join("mission/x500_drop.json"), "mine").unwrap();
+    let again = samara_in(here.path(), &["init", "mine"]);
+    assert_eq!(code(&again), 2);
+    assert!(stderr(&again).contains("is there already"), "{}", stderr(&again));
+    assert!(!mine.join("README.md").exists());
+    assert_eq!(fs::read_to_string(mine.join("mission/x500_drop.json")).unwrap(), "mine");
+    let schema = samara_in(here.path(), &["schema"]);
+    assert!(code(&schema) == 2 && stderr(&schema).contains("--out DIR is expected"), "{}", stderr(&schema));
+}
+
 /// The checks fly the project's own vehicles, wherever they are made.
 #[test]
 fn verify_needs_no_folder() {

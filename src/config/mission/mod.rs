@@ -59,6 +59,9 @@ pub use study::{MonteCarlo, Study};
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MissionJson {
+    /// JSON schema of the file, for editors; samara does not read it.
+    #[serde(rename = "$schema")]
+    _schema: Option<String>,
     /// Description of the mission, for the reader.
     #[serde(rename = "about")]
     _about: Option<String>,

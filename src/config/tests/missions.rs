@@ -24,6 +24,11 @@ fn every_shipped_file_loads() {
             _ => load_vehicle(&path).unwrap().name,
         };
         assert_eq!(name, stem, "a file is named after what it holds");
+        let json: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+        let (first, schema) = json.as_object().unwrap().iter().next().unwrap();
+        assert_eq!(first, "$schema", "{file}");
+        let schema = path.with_file_name(schema.as_str().unwrap());
+        assert!(schema.is_file(), "{file}: {} is not there", schema.display());
     }
 }
 

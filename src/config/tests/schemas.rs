@@ -14,6 +14,12 @@ fn regress_schemas_are_current_and_show_the_ranges() {
                 && text.contains("\"additionalProperties\": false")
         );
     }
+    for (name, text) in schemas() {
+        let schema: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let title = name.strip_suffix(".schema.json").unwrap();
+        assert_eq!(schema["$id"], format!("urn:samara:schema:{title}"));
+        assert!(schema["properties"]["$schema"].is_object() && schema["additionalProperties"] == false);
+    }
     let [_, (_, vehicle), _] = schemas();
     let vehicle: serde_json::Value = serde_json::from_str(&vehicle).unwrap();
     assert_eq!(vehicle["properties"]["mass_kg"]["exclusiveMinimum"], 0);
