@@ -23,7 +23,7 @@ fn generation_of_490_flights(bencher: Bencher<'_, '_>, kind: PlantKind) {
 }
 
 fn bench(bencher: Bencher<'_, '_>, kind: PlantKind, n: usize) {
-    let swarm = swarm::Swarm::new(kind);
+    let swarm = swarm::Swarm::new(kind, 4);
     let flights = swarm::flights(n);
     let mut outcomes = vec![Outcome::default(); n];
     bencher.bench_local(|| {

@@ -8,8 +8,8 @@ use samara::assess::tracking::control_period_s;
 use samara::assess::{BatchMeasure, Outcome, SafetyLimits, judge_flights};
 use samara::config::{load_mission, load_vehicle};
 use samara::control::{ControlLimits, Gains};
-use samara::model::Environment;
 use samara::model::environment::GeoPoint;
+use samara::model::{Environment, RotationSense, RotorMount, Vehicle};
 use samara::sim::planar::{Flight, LANES, Model, Release, Variation};
 use samara::sim::{FlightPlan, PlantKind, Reference};
 use samara::trajectory::{Node, Trajectory};
@@ -25,9 +25,11 @@ pub struct Swarm {
 }
 
 impl Swarm {
-    pub fn new(kind: PlantKind) -> Self {
+    /// The paper's vehicle with 4, 6 or 8 rotors of its own in pairs, as many places fore and aft as pairs but for 4.
+    pub fn new(kind: PlantKind, rotors: usize) -> Self {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-        let vehicle = load_vehicle(&root.join("params/vehicles/titan.json")).unwrap().vehicle;
+        let mut vehicle = load_vehicle(&root.join("params/vehicles/titan.json")).unwrap().vehicle;
+        lay_out(&mut vehicle, rotors);
         let anchor = GeoPoint { latitude_deg: 0.0, longitude_deg: 0.0, altitude_m: 0.0 };
         let site = Environment::new(1.35, 5.4, Vector3::zeros(), anchor).unwrap();
         let model = Model::new(&vehicle, &site, &ControlLimits::default(), kind).unwrap();
@@ -55,6 +57,24 @@ impl Swarm {
             }
         });
     }
+}
+
+/// Puts rotors in pairs in place of the quadrotor's: a hexa X for 6, an octo X for 8.
+fn lay_out(vehicle: &mut Vehicle, rotors: usize) {
+    let right: &[[f64; 2]] = match rotors {
+        4 => return,
+        6 => &[[1.1, 0.65], [0.0, 1.3], [-1.1, 0.65]],
+        _ => &[[1.2, 0.5], [0.5, 1.2], [-0.5, 1.2], [-1.2, 0.5]],
+    };
+    let mount = |x: f64, y: f64, spin| RotorMount {
+        position_body_m: Vector3::new(x, y, 0.0),
+        axis_body: -Vector3::z(),
+        spin,
+    };
+    vehicle.rotors = right
+        .iter()
+        .flat_map(|&[x, y]| [mount(x, y, RotationSense::Ccw), mount(x, -y, RotationSense::Cw)])
+        .collect();
 }
 
 /// `n` flights: each particle's gains on each release.

@@ -73,7 +73,9 @@ pub enum PlanError {
     #[error("the target velocity cannot be reached")]
     Target(#[from] TrimError),
     /// The planner has no code for this number of rotors.
-    #[error("plans are made for 4, 6 or 8 rotors; this vehicle has {0}")]
+    #[error(
+        "plans are made for 4, 6 or 8 rotors; this vehicle has {0}: it flies along a trajectory made elsewhere (--trajectory)"
+    )]
     Rotors(usize),
     /// The problem is ill-posed.
     #[error(transparent)]

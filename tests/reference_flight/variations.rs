@@ -1,6 +1,6 @@
 //! The batch engine's states, step by step, against the code for flight in space with a vehicle and a site
-//! that are varied in the same way: Titan and the X500, random gains and releases, gusts and a delayed
-//! measurement.
+//! that are varied in the same way: Titan and the X500, also with other rotors, random gains and releases,
+//! gusts and a delayed measurement.
 
 use std::ops::ControlFlow;
 use std::sync::{Arc, LazyLock};
@@ -14,7 +14,7 @@ use samara::control::{
 use samara::frames::quaternion_from_euler;
 use samara::model::rigid_body::{BodyState, MassProperties};
 use samara::model::wind::{Gust, GustShape};
-use samara::model::{Environment, Vehicle};
+use samara::model::{Environment, RotationSense, RotorMount, Vehicle};
 use samara::sim::planar::{Flight, LANES, Model, Observer, Release, SetpointTable, State, Variation, fly};
 use samara::sim::{DropSimulation, FlightPlan, PlantKind, Reference};
 
@@ -36,9 +36,65 @@ struct Record {
 impl Observer for Record {
     fn observe(&mut self, _step: usize, s: &State) -> ControlFlow<()> {
         let i = self.lane;
-        let [front, rear] = s.rotor_speed;
+        let [front, rear, ..] = s.rotor_speed;
         self.rows.push([s.v_n[i], s.v_d[i], s.q0[i], s.q2[i], s.rate[i], front[i], rear[i]]);
         ControlFlow::Continue(())
+    }
+}
+
+/// Rotors in place of a quadrotor's four, as wide as those: `(x, y, z)` of the right half in shares of the
+/// half-spans, with the sense of rotation; mirror images turn the other way.
+fn with_rotors(vehicle: &Vehicle, right: &[([f64; 3], RotationSense)]) -> Vehicle {
+    let mut vehicle = vehicle.clone();
+    let span = vehicle.rotors[0].position_body_m;
+    let mount = |[x, y, z]: [f64; 3], spin| RotorMount {
+        position_body_m: Vector3::new(x * span.x.abs(), y * span.y.abs(), z * span.x.abs()),
+        axis_body: -Vector3::z(),
+        spin,
+    };
+    let other = |spin| if spin == RotationSense::Cw { RotationSense::Ccw } else { RotationSense::Cw };
+    vehicle.rotors = right
+        .iter()
+        .flat_map(|&([x, y, z], spin)| [mount([x, y, z], spin), mount([x, -y, z], other(spin))])
+        .collect();
+    vehicle
+}
+
+/// Titan or the X500 with rotors of another layout: the quadrotor itself, one that is longer ahead, a hexa X,
+/// an octo X, four coaxial pairs, and two rotors ahead, one behind, without reaction torques.
+fn laid_out(vehicle: &Vehicle, layout: usize) -> Vehicle {
+    use RotationSense::{Ccw, Cw};
+    match layout {
+        0 => vehicle.clone(),
+        1 => with_rotors(vehicle, &[([1.1, 1.0, 0.0], Ccw), ([-0.9, 1.0, 0.1], Cw)]),
+        2 => with_rotors(vehicle, &[([0.0, 1.4, 0.1], Cw), ([1.2, 0.7, 0.0], Ccw), ([-1.2, 0.7, 0.0], Ccw)]),
+        3 => with_rotors(
+            vehicle,
+            &[
+                ([1.3, 0.5, 0.0], Cw),
+                ([0.5, 1.3, -0.1], Ccw),
+                ([-0.6, 1.3, 0.0], Cw),
+                ([-1.2, 0.5, 0.1], Ccw),
+            ],
+        ),
+        4 => with_rotors(
+            vehicle,
+            &[
+                ([1.0, 1.0, -0.2], Ccw),
+                ([1.0, 1.0, 0.2], Cw),
+                ([-1.0, 1.0, -0.2], Cw),
+                ([-1.0, 1.0, 0.2], Ccw),
+            ],
+        ),
+        _ => {
+            let mut three = with_rotors(vehicle, &[([0.6, 1.0, 0.0], Ccw), ([-1.2, 0.0, 0.0], Cw)]);
+            three.rotors.pop();
+            (three.options.reaction_torque, three.options.rotor_momentum) = (false, false);
+            // Less weight on fewer rotors.
+            let inertia = Matrix3::from(three.mass.inertia_kg_m2) * 0.75;
+            three.mass = MassProperties::new(three.mass.mass_kg * 0.75, inertia).unwrap();
+            three
+        }
     }
 }
 
@@ -179,17 +235,17 @@ fn flight() -> impl Strategy<Value = Flight> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(ProptestConfig::with_cases(300))]
 
-    /// Any gains, release and variation, in any lane.
+    /// Any gains, release, variation and layout of the rotors, in any lane.
     #[test]
     fn prop_varied_flights_are_the_flights_in_space(
         flight in flight(), lane in 0..LANES, earthly in prop::bool::ANY, ideal in prop::bool::ANY,
-        target in prop::array::uniform2(-1.0f64..4.0),
+        layout in 0usize..6, target in prop::array::uniform2(-1.0f64..4.0),
     ) {
         let (vehicle, site) = if earthly { (&*X500, earth()) } else { (&*TITAN, site()) };
         let kind = if ideal { PlantKind::Ideal } else { PlantKind::Actuator };
-        let (apart, amplified) = difference(vehicle, &site, lane, &flight, target, kind);
+        let (apart, amplified) = difference(&laid_out(vehicle, layout), &site, lane, &flight, target, kind);
         prop_assert!(apart < f64::max(1e-6, 10.0 * amplified), "{apart:e}, {amplified:e} of the last digit");
     }
 }

@@ -7,8 +7,14 @@
 //! Q_c = clip(K_ptheta (theta_c - theta)) ;  Q'_c = K_pq (Q_c - Q) + I_Q
 //! d = J_yy Q'_c/(4 l), |d| <= T_lim/2 ;  b = clip(m up_s/4, |d|, T_lim - |d|) ;  T = b +- d
 //! ```
+//!
+//! The last line is that of two pairs at `+-l`. Of other rotors a group has the thrust `g b + p d`, where `b`
+//! and `d` are the shares of the first group in lift and pitch moment and `g`, `p` the group's as parts of
+//! those; `d` and then `b` are within what leaves every thrust in `[0, T_lim]`, as in
+//! [`crate::control::mixer`].
 
 use super::flight::Flight;
+use super::groups::{Group, MOST_GROUPS, of_groups, share};
 use super::lanes::{LANES, Lanes, atan2, clip};
 use crate::control::{Airframe, ControlLimits};
 use crate::math;
@@ -24,10 +30,18 @@ pub(super) struct PlanarCascade {
     rate_max_rad_s: f64,
     rate_integral_max: f64,
     velocity_integral_max: f64,
-    /// Thrust of a rotor per upward acceleration, m/4 [kg].
+    /// Thrust of a rotor of the first group per upward acceleration, m/4 of a quadrotor [kg].
     thrust_per_up: f64,
-    /// Thrust of a front rotor per angular acceleration, J_yy/(4 l) [kg m].
+    /// Thrust of a rotor of the first group per angular acceleration, J_yy/(4 l) of a quadrotor [kg m].
     thrust_per_turn: f64,
+    /// Least and greatest `d` that some collective makes room for [N].
+    turn_n: [f64; 2],
+    /// Share of each group in the lift, as a part of the first's.
+    lift_share: [f64; MOST_GROUPS],
+    /// Inverse of [`Self::lift_share`].
+    per_lift_share: [f64; MOST_GROUPS],
+    /// Share of each group in the pitch moment, as a part of the first's.
+    turn_share: [f64; MOST_GROUPS],
     pub(super) thrust_max_n: f64,
 }
 
@@ -60,8 +74,10 @@ pub(super) struct Measured {
 }
 
 impl PlanarCascade {
-    pub(super) fn new(airframe: &Airframe, limits: &ControlLimits, arm_m: f64) -> Self {
+    pub(super) fn new(airframe: &Airframe, limits: &ControlLimits, groups: &[Group]) -> Self {
         let up_max_m_s2 = airframe.up_max_m_s2();
+        let shares = Shares::of(groups);
+        let thrust_max_n = airframe.mixer.thrust_limit_n();
         Self {
             gravity_m_s2: airframe.gravity_m_s2,
             up_max_m_s2,
@@ -69,22 +85,26 @@ impl PlanarCascade {
             rate_max_rad_s: limits.rate_command_rad_s,
             rate_integral_max: limits.rate_integral_rad_s2,
             velocity_integral_max: crate::control::velocity::INTEGRAL_BOUND * up_max_m_s2,
-            thrust_per_up: airframe.mass_kg / 4.0,
-            thrust_per_turn: airframe.inertia_kg_m2[(1, 1)] / (4.0 * arm_m),
-            thrust_max_n: airframe.mixer.thrust_limit_n(),
+            thrust_per_up: airframe.mass_kg / shares.per_lift,
+            thrust_per_turn: airframe.inertia_kg_m2[(1, 1)] / shares.per_pitch_m,
+            turn_n: shares.turn_range().map(|turn| turn * thrust_max_n),
+            lift_share: shares.lift,
+            per_lift_share: shares.lift.map(|lift| 1.0 / lift),
+            turn_share: shares.turn,
+            thrust_max_n,
         }
     }
 
-    /// One control step: thrust of a front and a rear rotor [N].
+    /// One control step: thrust of a rotor of each group [N].
     #[inline(always)]
-    pub(super) fn step(
+    pub(super) fn step<const G: usize>(
         &self,
         k: &LaneGains,
         m: &Measured,
         r: &Setpoint,
         dt_s: f64,
         held: &mut Integrals,
-    ) -> [Lanes; 2] {
+    ) -> [Lanes; G] {
         let (mut up_s, mut level) = ([0.0; LANES], [0.0; LANES]);
         let up_max = self.up_max_m_s2;
         let bound = self.velocity_integral_max;
@@ -112,7 +132,7 @@ impl PlanarCascade {
 
     /// From the acceleration setpoint to thrusts: attitude, rate and mixer.
     #[inline(always)]
-    fn turn(
+    fn turn<const G: usize>(
         &self,
         k: &LaneGains,
         m: &Measured,
@@ -120,9 +140,10 @@ impl PlanarCascade {
         level: &Lanes,
         dt_s: f64,
         held: &mut Integrals,
-    ) -> [Lanes; 2] {
-        let (mut front, mut rear) = ([0.0; LANES], [0.0; LANES]);
+    ) -> [Lanes; G] {
+        let mut thrust = [[0.0; LANES]; G];
         let limit = self.thrust_max_n;
+        let [turn_min, turn_max] = self.turn_n;
         for i in 0..LANES {
             let (cos, sin) = (m.q0[i] * m.q0[i] - m.q2[i] * m.q2[i], 2.0 * m.q0[i] * m.q2[i]);
             // Nothing wanted: level.
@@ -133,12 +154,69 @@ impl PlanarCascade {
             let wanted = k.k_pq[i] * e_q + held.q[i];
             held.q[i] =
                 clip(held.q[i] + k.k_iq[i] * e_q * dt_s, -self.rate_integral_max, self.rate_integral_max);
-            let d = clip(self.thrust_per_turn * wanted, -0.5 * limit, 0.5 * limit);
-            let b = clip(self.thrust_per_up * up_s[i], d.abs(), limit - d.abs());
-            front[i] = clip(b + d, 0.0, limit);
-            rear[i] = clip(b - d, 0.0, limit);
+            let d = clip(self.thrust_per_turn * wanted, turn_min, turn_max);
+            let (mut lowest, mut highest) = (-d, limit - d);
+            for group in 1..G {
+                let (turn, per_lift) = (self.turn_share[group] * d, self.per_lift_share[group]);
+                let (low, high) = (-turn * per_lift, (limit - turn) * per_lift);
+                lowest = if low > lowest { low } else { lowest };
+                highest = if high < highest { high } else { highest };
+            }
+            let b = clip(self.thrust_per_up * up_s[i], lowest, highest);
+            thrust[0][i] = clip(b + d, 0.0, limit);
+            for group in 1..G {
+                let turn = self.turn_share[group] * d;
+                thrust[group][i] = clip(self.lift_share[group] * b + turn, 0.0, limit);
+            }
         }
-        [front, rear]
+        thrust
+    }
+}
+
+/// Shares of the groups in lift and pitch moment: the minimum-norm allocation.
+struct Shares {
+    /// Lift of all rotors per thrust of a rotor of the first group; 4 of a quadrotor.
+    per_lift: f64,
+    /// Pitch moment of all rotors per thrust of a rotor of the first group [m]; 4 l of a quadrotor.
+    per_pitch_m: f64,
+    groups: usize,
+    /// Share of a rotor of each group in the lift, as a part of the first's.
+    lift: [f64; MOST_GROUPS],
+    /// Share of a rotor of each group in the pitch moment, as a part of the first's.
+    turn: [f64; MOST_GROUPS],
+}
+
+impl Shares {
+    /// With `n` rotors, `S1` the sum of their arms and `S2` of the squares, a rotor at `x` has the share
+    /// `(S2 - S1 x)/(n S2 - S1^2)` of the lift and `(n x - S1)/(n S2 - S1^2)` of the moment.
+    fn of(groups: &[Group]) -> Self {
+        let sum = |f: &dyn Fn(f64) -> f64| groups.iter().map(|g| g.count * f(g.hub_m[0])).sum::<f64>();
+        let first = groups.first().map_or(0.0, |g| g.hub_m[0]);
+        // Arms as parts of the first, so that equal ones cancel to nothing.
+        let part = |x: f64| share(x, first);
+        let (n, s1, s2) = (sum(&|_| 1.0), sum(&|x| part(x)), sum(&|x| part(x) * part(x)));
+        let determinant = n * s2 - s1 * s1;
+        let (lift, turn) = (|x: f64| s2 - s1 * part(x), |x: f64| n * part(x) - s1);
+        Self {
+            per_lift: determinant / lift(first),
+            per_pitch_m: determinant / turn(first) * first,
+            groups: groups.len(),
+            lift: of_groups(groups, |g| lift(g.hub_m[0]) / lift(first)),
+            turn: of_groups(groups, |g| turn(g.hub_m[0]) / turn(first)),
+        }
+    }
+
+    /// Least and greatest share `d` of the first group in a pitch moment, as a part of the greatest thrust,
+    /// for which there is a collective that keeps every thrust in range.
+    fn turn_range(&self) -> [f64; 2] {
+        let (mut least, mut most) = (0.0f64, 0.0f64);
+        for i in 0..self.groups {
+            for j in 0..self.groups {
+                let spread = (self.turn[i] * self.lift[j] - self.turn[j] * self.lift[i]) / self.lift[j];
+                (least, most) = (least.min(spread), most.max(spread));
+            }
+        }
+        [1.0 / least, 1.0 / most]
     }
 }
 

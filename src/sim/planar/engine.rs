@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use super::air::{AirScale, Flow};
 use super::cascade::{Integrals, LaneGains, Measured};
 use super::flight::Flight;
+use super::groups::MOST_GROUPS;
 use super::lanes::{LANES, Lanes};
 use super::model::Model;
 use super::setpoint_table::SetpointTable;
@@ -26,8 +27,10 @@ pub struct State {
     pub q2: Lanes,
     /// Pitch rate Q [rad/s].
     pub rate: Lanes,
-    /// Speeds of a front and a rear rotor [rad/s]; zero throughout on the ideal plant.
-    pub rotor_speed: [Lanes; 2],
+    /// Speed of a rotor of each group [rad/s]: of the group farthest ahead or behind (of two as far, that
+    /// ahead), then of the others from front to rear; zero where there is none, and throughout on the ideal
+    /// plant.
+    pub rotor_speed: [Lanes; MOST_GROUPS],
 }
 
 /// Receives the states of the flights as they are flown.
@@ -46,7 +49,12 @@ pub fn fly<O: Observer>(
     flights: &[Flight; LANES],
     observer: &mut O,
 ) {
-    vectorised(Batch { model, setpoints, flights, observer });
+    let batch = Batch { model, setpoints, flights, observer };
+    match model.groups {
+        2 => vectorised(Grouped::<_, 2>(batch)),
+        3 => vectorised(Grouped::<_, 3>(batch)),
+        _ => vectorised(Grouped::<_, MOST_GROUPS>(batch)),
+    }
 }
 
 /// [`fly`] as it is compiled for any processor, for comparison.
@@ -57,7 +65,12 @@ pub(super) fn fly_portably<O: Observer>(
     flights: &[Flight; LANES],
     observer: &mut O,
 ) {
-    Batch { model, setpoints, flights, observer }.run();
+    let batch = Batch { model, setpoints, flights, observer };
+    match model.groups {
+        2 => Grouped::<_, 2>(batch).run(),
+        3 => Grouped::<_, 3>(batch).run(),
+        _ => Grouped::<_, MOST_GROUPS>(batch).run(),
+    }
 }
 
 struct Batch<'a, O> {
@@ -67,21 +80,24 @@ struct Batch<'a, O> {
     observer: &'a mut O,
 }
 
-impl<O: Observer> Kernel for Batch<'_, O> {
+/// The flights of vehicles with `G` groups of rotors.
+struct Grouped<'a, O, const G: usize>(Batch<'a, O>);
+
+impl<O: Observer, const G: usize> Kernel for Grouped<'_, O, G> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        let Self { model, setpoints, flights, observer } = self;
+        let Batch { model, setpoints, flights, observer } = self.0;
         let mut air = Air::new(model, flights);
-        let body = Body::new(model, flights, &air);
+        let body = Body::<G>::new(model, flights, &air);
         let gains = LaneGains::new(flights);
         let dt_s = setpoints.period_s();
         let steps = steps_in(dt_s, model.longest_step_s);
         let mut state = State::at_release(flights);
         let mut seen = state.measured();
         let mut integrals = Integrals::ZERO;
-        let mut thrust = [[0.0; LANES]; 2];
+        let mut thrust = [[0.0; LANES]; G];
         for (step, setpoint) in setpoints.setpoints().iter().enumerate() {
             if observer.observe(step, &state).is_break() {
                 return;
@@ -148,11 +164,13 @@ impl Air {
 }
 
 /// Mass properties and actuators of each lane.
-struct Body {
+struct Body<const G: usize> {
     inverse_mass: Lanes,
     inverse_inertia: Lanes,
     gravity_m_s2: f64,
+    count: [f64; G],
     arm_m: f64,
+    arm_share: [f64; G],
     scale: AirScale,
     /// Thrust that a rotor of the ideal plant gives per thrust commanded: that of the air's density.
     thrust_ratio: Lanes,
@@ -160,14 +178,16 @@ struct Body {
     any_delayed: bool,
 }
 
-impl Body {
+impl<const G: usize> Body<G> {
     fn new(model: &Model, flights: &[Flight; LANES], air: &Air) -> Self {
         let scale = |i: usize| model.aero.scale_of(air.density_kg_m3[i], flights[i].variation.aero);
         Self {
             inverse_mass: flights.map(|f| 1.0 / (f.variation.mass * model.mass_kg)),
             inverse_inertia: flights.map(|f| 1.0 / (f.variation.inertia * model.inertia_kg_m2)),
             gravity_m_s2: model.gravity_m_s2,
+            count: std::array::from_fn(|group| model.count[group]),
             arm_m: model.arm_m,
+            arm_share: std::array::from_fn(|group| model.arm_share[group]),
             scale: AirScale::new(std::array::from_fn(scale)),
             thrust_ratio: flights.map(|f| f.variation.density),
             delayed: flights.map(|f| f.variation.delayed),
@@ -193,27 +213,32 @@ impl Body {
         measured
     }
 
-    /// Derivative of `[v_n, v_d, q0, q2, Q]` under the thrusts of a front and a rear rotor [N], of which
-    /// there are two each.
+    /// Derivative of `[v_n, v_d, q0, q2, Q]` under the thrusts of a rotor of each group [N].
     #[inline(always)]
     fn derivative(
         &self,
         x: &[Lanes; 5],
         load: &super::air::AirLoad,
         turn: &Turn,
-        thrust: &[Lanes; 2],
+        thrust: &[Lanes; G],
     ) -> [Lanes; 5] {
         let [_, _, q0, q2, rate] = x;
         let mut out = [[0.0; LANES]; 5];
         for i in 0..LANES {
-            let (front, rear) = (2.0 * thrust[0][i], 2.0 * thrust[1][i]);
+            let first = self.count[0] * thrust[0][i];
+            let (mut lift, mut couple) = (first, first);
+            for group in 1..G {
+                let more = self.count[group] * thrust[group][i];
+                lift += more;
+                couple += self.arm_share[group] * more;
+            }
             let f_x = load.f_x[i] * self.inverse_mass[i];
-            let f_z = (load.f_z[i] - (front + rear)) * self.inverse_mass[i];
+            let f_z = (load.f_z[i] - lift) * self.inverse_mass[i];
             out[0][i] = turn.cos[i] * f_x + turn.sin[i] * f_z;
             out[1][i] = turn.cos[i] * f_z - turn.sin[i] * f_x + self.gravity_m_s2;
             out[2][i] = -0.5 * rate[i] * q2[i];
             out[3][i] = 0.5 * rate[i] * q0[i];
-            out[4][i] = (load.m_y[i] + self.arm_m * (front - rear)) * self.inverse_inertia[i];
+            out[4][i] = (load.m_y[i] + self.arm_m * couple) * self.inverse_inertia[i];
         }
         out
     }
@@ -251,100 +276,154 @@ fn flow_about(air: &Air, turn: &Turn, v_n: &Lanes, v_d: &Lanes) -> Flow {
 /// stage is followed up.
 const STAGES: [(f64, f64, f64); 4] = [(0.0, 1.0, 0.5), (0.5, 2.0, 0.5), (0.5, 2.0, 1.0), (1.0, 1.0, 0.0)];
 
+/// Body `[v_n, v_d, q0, q2, Q]` and rotor speeds, or their rates.
+#[derive(Clone, Copy)]
+struct Whole<const G: usize> {
+    body: [Lanes; 5],
+    speed: [Lanes; G],
+}
+
 /// One step of `x' = f(fraction of the step, x)`.
 #[inline(always)]
-fn runge_kutta_4<const N: usize>(x: &mut [Lanes; N], dt_s: f64, f: impl Fn(f64, &[Lanes; N]) -> [Lanes; N]) {
-    let mut sum = [[0.0; LANES]; N];
+fn runge_kutta_4<const G: usize>(x: &mut Whole<G>, dt_s: f64, f: impl Fn(f64, &Whole<G>) -> Whole<G>) {
+    let mut sum = Whole { body: [[0.0; LANES]; 5], speed: [[0.0; LANES]; G] };
     let mut at = *x;
     // One loop and not four calls: `f` is long.
     for (fraction, weight, next) in STAGES {
         let rate = f(fraction, &at);
-        for k in 0..N {
+        for k in 0..5 {
             for i in 0..LANES {
-                sum[k][i] += weight * rate[k][i];
-                at[k][i] = x[k][i] + (next * dt_s) * rate[k][i];
+                sum.body[k][i] += weight * rate.body[k][i];
+                at.body[k][i] = x.body[k][i] + (next * dt_s) * rate.body[k][i];
+            }
+        }
+        for k in 0..G {
+            for i in 0..LANES {
+                sum.speed[k][i] += weight * rate.speed[k][i];
+                at.speed[k][i] = x.speed[k][i] + (next * dt_s) * rate.speed[k][i];
             }
         }
     }
-    for k in 0..N {
+    for k in 0..5 {
         for i in 0..LANES {
-            x[k][i] += (dt_s / 6.0) * sum[k][i];
+            x.body[k][i] += (dt_s / 6.0) * sum.body[k][i];
+        }
+    }
+    for k in 0..G {
+        for i in 0..LANES {
+            x.speed[k][i] += (dt_s / 6.0) * sum.speed[k][i];
         }
     }
 }
 
 /// Steps the ideal plant, whose thrusts run linearly from the last command to the new one.
 #[inline(always)]
-fn step_ideal(
+fn step_ideal<const G: usize>(
     model: &Model,
-    body: &Body,
+    body: &Body<G>,
     air: &Air,
     state: &mut State,
-    thrust: &mut [Lanes; 2],
-    command: &[Lanes; 2],
+    thrust: &mut [Lanes; G],
+    command: &[Lanes; G],
     dt_s: f64,
 ) {
     let from = *thrust;
-    for pair in 0..2 {
+    for group in 0..G {
         for i in 0..LANES {
-            thrust[pair][i] = command[pair][i] * body.thrust_ratio[i];
+            thrust[group][i] = command[group][i] * body.thrust_ratio[i];
         }
     }
     let to = thrust;
-    let mut x = [state.v_n, state.v_d, state.q0, state.q2, state.rate];
+    let mut x = Whole::<0> { body: [state.v_n, state.v_d, state.q0, state.q2, state.rate], speed: [] };
     runge_kutta_4(
         &mut x,
         dt_s,
         #[inline(always)]
-        |fraction, x| {
+        |fraction, Whole { body: x, .. }| {
             let turn = Turn::of(&x[2], &x[3]);
             let flow = flow_about(air, &turn, &x[0], &x[1]);
             let mut now = from;
-            for pair in 0..2 {
+            for group in 0..G {
                 for i in 0..LANES {
-                    now[pair][i] += fraction * (to[pair][i] - from[pair][i]);
+                    now[group][i] += fraction * (to[group][i] - from[group][i]);
                 }
             }
-            body.derivative(x, &model.aero.load(&body.scale, &flow), &turn, &now)
+            let load = model.aero.load(&body.scale, &flow);
+            Whole { body: body.derivative(x, &load, &turn, &now), speed: [] }
         },
     );
-    state.take_body(x);
+    state.take_body(x.body);
+}
+
+/// `f` of each group, one call after the other: a loop as long as this is not unrolled, and keeps its numbers
+/// in memory.
+#[inline(always)]
+fn unrolled<const G: usize>(mut f: impl FnMut(usize)) {
+    const { assert!(G <= MOST_GROUPS && MOST_GROUPS == 4) };
+    if G > 0 {
+        f(0);
+    }
+    if G > 1 {
+        f(1);
+    }
+    if G > 2 {
+        f(2);
+    }
+    if G > 3 {
+        f(3);
+    }
 }
 
 /// Steps the plant with actuators: throttles are held, speed controllers and motors turn the rotors.
 #[inline(always)]
-fn step_actuator(model: &Model, body: &Body, air: &Air, state: &mut State, omega_c: &[Lanes; 2], dt_s: f64) {
-    let [front, rear] = state.rotor_speed;
-    let mut x = [state.v_n, state.v_d, state.q0, state.q2, state.rate, front, rear];
+fn step_actuator<const G: usize>(
+    model: &Model,
+    body: &Body<G>,
+    air: &Air,
+    state: &mut State,
+    omega_c: &[Lanes; G],
+    dt_s: f64,
+) {
+    let mut x = Whole::<G> {
+        body: [state.v_n, state.v_d, state.q0, state.q2, state.rate],
+        speed: std::array::from_fn(|group| state.rotor_speed[group]),
+    };
     runge_kutta_4(
         &mut x,
         dt_s,
         #[inline(always)]
-        |_, x| {
-            let [v_n, v_d, q0, q2, rate, front, rear] = x;
+        |_, Whole { body: x, speed }| {
+            let [v_n, v_d, q0, q2, rate] = x;
             let turn = Turn::of(q0, q2);
             let flow = flow_about(air, &turn, v_n, v_d);
             let through = [&flow.u, &flow.w];
-            let front_load = model.rotors.load(0, front, through, rate, &air.rotor_scale);
-            let rear_load = model.rotors.load(1, rear, through, rate, &air.rotor_scale);
-            let thrust = [front_load.thrust, rear_load.thrust];
-            let body_rate = body.derivative(
-                &[*v_n, *v_d, *q0, *q2, *rate],
-                &model.aero.load(&body.scale, &flow),
-                &turn,
-                &thrust,
+            let (mut thrust, mut torque) = ([[0.0; LANES]; G], [[0.0; LANES]; G]);
+            unrolled::<G>(
+                #[inline(always)]
+                |group| {
+                    let load = model.rotors.load(group, &speed[group], through, rate, &air.rotor_scale);
+                    (thrust[group], torque[group]) = (load.thrust, load.torque);
+                },
             );
-            let [a, b, c, d, e] = body_rate;
-            let front_rate = model.rotors.acceleration(&omega_c[0], front, &front_load.torque);
-            let rear_rate = model.rotors.acceleration(&omega_c[1], rear, &rear_load.torque);
-            [a, b, c, d, e, front_rate, rear_rate]
+            let load = model.aero.load(&body.scale, &flow);
+            let body = body.derivative(x, &load, &turn, &thrust);
+            let mut speed_rate = [[0.0; LANES]; G];
+            unrolled::<G>(
+                #[inline(always)]
+                |group| {
+                    speed_rate[group] =
+                        model.rotors.acceleration(&omega_c[group], &speed[group], &torque[group]);
+                },
+            );
+            Whole { body, speed: speed_rate }
         },
     );
-    let [v_n, v_d, q0, q2, rate, front, rear] = x;
-    state.take_body([v_n, v_d, q0, q2, rate]);
-    for i in 0..LANES {
-        state.rotor_speed[0][i] = if front[i] < 0.0 { 0.0 } else { front[i] };
-        state.rotor_speed[1][i] = if rear[i] < 0.0 { 0.0 } else { rear[i] };
+    state.take_body(x.body);
+    for group in 0..G {
+        for i in 0..LANES {
+            let speed = x.speed[group][i];
+            state.rotor_speed[group][i] = if speed < 0.0 { 0.0 } else { speed };
+        }
     }
 }
 
@@ -356,7 +435,7 @@ impl State {
             q0: flights.map(|f| math::cos(0.5 * f.release.pitch_rad)),
             q2: flights.map(|f| math::sin(0.5 * f.release.pitch_rad)),
             rate: flights.map(|f| f.release.pitch_rate_rad_s),
-            rotor_speed: [[0.0; LANES]; 2],
+            rotor_speed: [[0.0; LANES]; MOST_GROUPS],
         }
     }
 

@@ -6,13 +6,15 @@
 //! | [`lanes`] | numbers of several flights side by side |
 //! | [`model`] | what all flights share: vehicle, site and controller, checked to stay in the plane |
 //! | [`flight`] | the inputs of one flight: gains, release, variation |
+//! | `groups` | rotors that do the same in the plane |
 //! | [`setpoint_table`] | the setpoints, tabulated once for all flights |
 //! | `air`, `rotors` | loads on the body; thrust, torque and motors |
 //! | `cascade` | the cascade in the plane |
 //! | [`engine`] | integration, control step by control step |
 //!
-//! The state of a flight is `v_N, v_D, q0, q2, Q`, the rotor speeds of the front and the rear pair and the
-//! integrals of the cascade. The equations are those of [`super::fly`] with `v_E = P = R = q1 = q3 = 0`:
+//! The state of a flight is `v_N, v_D, q0, q2, Q`, the rotor speed of each group of rotors that are mirror
+//! images at one place fore and aft, and the integrals of the cascade. The equations are those of
+//! [`super::fly`] with `v_E = P = R = q1 = q3 = 0`:
 //!
 //! ```text
 //! U = c v_N - s v_D,  W = s v_N + c v_D  (air-relative),  c = q0^2 - q2^2,  s = 2 q0 q2
@@ -31,6 +33,7 @@ mod air;
 mod cascade;
 pub mod engine;
 pub mod flight;
+mod groups;
 pub mod lanes;
 pub mod model;
 mod rotors;
@@ -50,9 +53,16 @@ use crate::control::ControlError;
 /// Why a flight cannot be flown in the vertical plane.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NotPlanar {
-    /// The vehicle is not a quadrotor.
-    #[error("the batch engine flies four rotors, a front and a rear pair; found {0} rotors")]
-    RotorCount(usize),
+    /// The rotors sit at too many places fore and aft.
+    #[error(
+        "the batch engine flies rotors at {most} places fore and aft at most, mirror images counted once; found {found}"
+    )]
+    Groups {
+        /// Number of places.
+        found: usize,
+        /// Most places that are flown.
+        most: usize,
+    },
     /// A rotor does not push straight up.
     #[error("rotor {rotor} does not push along the body's up axis")]
     RotorAxis {
@@ -65,13 +75,13 @@ pub enum NotPlanar {
         /// Number of the rotor, from 1.
         rotor: usize,
     },
-    /// Front and rear pair are at different distances from the centre of mass.
-    #[error("the front pair must sit as far ahead ({front_m} m) as the rear pair behind ({rear_m} m)")]
-    PairDistance {
-        /// Distance of the front pair ahead of the centre of mass [m].
-        front_m: f64,
-        /// Distance of the rear pair behind the centre of mass [m].
-        rear_m: f64,
+    /// A rotor in the plane of symmetry has a torque that nothing cancels.
+    #[error(
+        "rotor {rotor} sits in the x-z plane: with reaction torque or rotor momentum it turns the vehicle out of it"
+    )]
+    LoneRotation {
+        /// Number of the rotor, from 1.
+        rotor: usize,
     },
     /// The rotors of a pair turn the same way although that matters.
     #[error(

@@ -1,18 +1,19 @@
-//! Thrust, torque and speed of a front and a rear rotor: [`crate::model::rotor`] and [`crate::model::motor`]
+//! Thrust, torque and speed of one rotor of each group: [`crate::model::rotor`] and [`crate::model::motor`]
 //! in the plane.
 //!
 //! A hub at `(x, z)` sees `U + Q z` and `W - Q x`; the angle of the flow against the disk is `atan2(W_i,
 //! |U_i|)`.
 
+use super::groups::MOST_GROUPS;
 use super::lanes::{LANES, Lanes, atan2, clip, index, interval};
 use crate::model::axis::Axis;
 use crate::model::{Motor, Rotor, RotorTable};
 
-/// Rotors and motors of the two pairs.
+/// Rotors and motors of the groups.
 #[derive(Clone, Debug)]
 pub(super) struct Rotors {
-    /// `(x, z)` of the front and the rear hubs [m].
-    hubs_m: [[f64; 2]; 2],
+    /// `(x, z)` of the hubs of each group [m].
+    hubs_m: [[f64; 2]; MOST_GROUPS],
     rotor: LaneRotor,
     /// Density that the rotor's numbers hold for [kg/m^3].
     density_kg_m3: f64,
@@ -65,7 +66,7 @@ pub(super) struct LaneLoad {
 }
 
 impl Rotors {
-    pub(super) fn new(rotor: &Rotor, motor: &Motor, hubs_m: [[f64; 2]; 2]) -> Self {
+    pub(super) fn new(rotor: &Rotor, motor: &Motor, hubs_m: [[f64; 2]; MOST_GROUPS]) -> Self {
         let (rotor, density_kg_m3) = match rotor {
             Rotor::Table(table) => (LaneRotor::Table(Table::new(table)), table.density_kg_m3()),
             Rotor::Quadratic { thrust_n_per_rad2_s2: k, torque_per_thrust_m: c, density_kg_m3 } => {
@@ -81,24 +82,24 @@ impl Rotors {
         density_kg_m3.map(|density| density / self.density_kg_m3)
     }
 
-    /// Commanded speeds of the pairs [rad/s] for commanded thrusts [N] of at most `thrust_max_n`.
+    /// Commanded speeds of the groups [rad/s] for commanded thrusts [N] of at most `thrust_max_n`.
     #[inline(always)]
-    pub(super) fn commanded(&self, thrust: &[Lanes; 2], thrust_max_n: f64) -> [Lanes; 2] {
-        let mut omega_c = [[0.0; LANES]; 2];
-        for pair in 0..2 {
+    pub(super) fn commanded<const G: usize>(&self, thrust: &[Lanes; G], thrust_max_n: f64) -> [Lanes; G] {
+        let mut omega_c = [[0.0; LANES]; G];
+        for group in 0..G {
             for i in 0..LANES {
-                omega_c[pair][i] = self.omega_max_rad_s * (thrust[pair][i] / thrust_max_n).sqrt();
+                omega_c[group][i] = self.omega_max_rad_s * (thrust[group][i] / thrust_max_n).sqrt();
             }
         }
         omega_c
     }
 
-    /// Load of a rotor of pair `pair` (0 front, 1 rear) on a body that moves with `[u, w]` through the air
+    /// Load of a rotor of a group on a body that moves with `[u, w]` through the air
     /// and turns with `rate`.
     #[inline(always)]
     pub(super) fn load(
         &self,
-        pair: usize,
+        group: usize,
         omega: &Lanes,
         flow: [&Lanes; 2],
         rate: &Lanes,
@@ -113,7 +114,7 @@ impl Rotors {
                 }
             }
             LaneRotor::Table(table) => {
-                let [x, z] = self.hubs_m[pair];
+                let [x, z] = self.hubs_m[group];
                 let (mut airspeed, mut angle) = ([0.0; LANES], [0.0; LANES]);
                 for i in 0..LANES {
                     let (u, w) = (flow[0][i] + rate[i] * z, flow[1][i] - rate[i] * x);

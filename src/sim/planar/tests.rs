@@ -6,9 +6,10 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 
 use super::engine::fly_portably;
+use super::groups::{self, MOST_GROUPS};
 use super::{Flight, LANES, Model, NotPlanar, Observer, Release, SetpointTable, State, Variation, fly};
-use crate::control::test_vehicles::{lander, quadrotor, site};
-use crate::control::{ControlLimits, Gains};
+use crate::control::test_vehicles::{lander, quadrotor, ring, site};
+use crate::control::{ControlError, ControlLimits, Gains};
 use crate::frames::quaternion_from_euler;
 use crate::math;
 use crate::model::rigid_body::BodyState;
@@ -22,7 +23,7 @@ struct Bits(Vec<[[u64; 7]; LANES]>);
 
 impl Observer for Bits {
     fn observe(&mut self, _step: usize, s: &State) -> ControlFlow<()> {
-        let [front, rear] = s.rotor_speed;
+        let [front, rear, ..] = s.rotor_speed;
         let lane = |i| [s.v_n[i], s.v_d[i], s.q0[i], s.q2[i], s.rate[i], front[i], rear[i]].map(f64::to_bits);
         self.0.push(std::array::from_fn(lane));
         ControlFlow::Continue(())
@@ -129,7 +130,7 @@ fn refusal(change: impl FnOnce(&mut Vehicle)) -> NotPlanar {
 
 #[test]
 fn vehicles_that_are_not_symmetric_are_refused() {
-    assert_eq!(refusal(|v| v.rotors.truncate(3)), NotPlanar::RotorCount(3));
+    assert_eq!(refusal(|v| v.rotors.truncate(3)), NotPlanar::RotorPlacement { rotor: 2 });
     assert_eq!(
         refusal(|v| v.rotors[1].axis_body = Vector3::new(0.0, 0.6, -0.8)),
         NotPlanar::RotorAxis { rotor: 2 }
@@ -139,10 +140,10 @@ fn vehicles_that_are_not_symmetric_are_refused() {
         refusal(|v| v.rotors[0].spin = RotationSense::Cw),
         NotPlanar::PairRotation { first: 1, second: 3 }
     );
-    let shifted = refusal(|v| v.rotors.iter_mut().for_each(|r| r.position_body_m.x += 0.1));
-    assert!(matches!(shifted, NotPlanar::PairDistance { front_m, rear_m } if front_m > rear_m), "{shifted}");
-    let ahead = refusal(|v| v.rotors.iter_mut().for_each(|r| r.position_body_m.x += 2.0));
-    assert!(matches!(ahead, NotPlanar::PairDistance { .. }), "{ahead}");
+    let middle = refusal(|v| v.rotors[1].position_body_m.y = 0.0);
+    assert_eq!(middle, NotPlanar::LoneRotation { rotor: 2 });
+    let level = refusal(|v| v.rotors.iter_mut().for_each(|r| r.position_body_m.x = 0.3));
+    assert_eq!(level, NotPlanar::Control(ControlError::NotSteerable { axis: "pitch" }));
     let coupled = refusal(|v| {
         (v.mass.inertia_kg_m2[(0, 1)], v.mass.inertia_kg_m2[(1, 0)]) = (5.0, 5.0);
     });
@@ -151,9 +152,19 @@ fn vehicles_that_are_not_symmetric_are_refused() {
     let mut quiet = lander(false);
     quiet.rotors[0].spin = RotationSense::Cw;
     assert!(Model::new(&quiet, &site(), &ControlLimits::default(), PlantKind::Ideal).is_ok());
+    // Six places fore and aft.
+    quiet.rotors = ring(8, [1.0, 1.2], 0.0).rotors;
+    quiet.rotors[6].position_body_m.x = 0.2;
+    quiet.rotors[2].position_body_m.x = 0.2;
+    quiet.rotors.swap_remove(4);
+    assert_eq!(groups::groups(&quiet).map(|g| g.len()), Ok(4));
+    for (i, rotor) in quiet.rotors.iter_mut().enumerate() {
+        rotor.position_body_m = Vector3::new(i as f64 - 2.0, 0.0, 0.0);
+    }
+    assert_eq!(groups::groups(&quiet), Err(NotPlanar::Groups { found: 7, most: 4 }));
     let mut side = site();
     side.wind_ned_m_s.y = 1.0;
-    let found = Model::new(&quiet, &side, &ControlLimits::default(), PlantKind::Ideal).unwrap_err();
+    let found = Model::new(&lander(false), &side, &ControlLimits::default(), PlantKind::Ideal).unwrap_err();
     assert_eq!(found.to_string(), "the wind leaves the vertical plane to the north");
 }
 
@@ -221,7 +232,7 @@ fn closed_form_free_fall() {
             q0: [0.0; LANES],
             q2: [0.0; LANES],
             rate: [0.0; LANES],
-            rotor_speed: [[0.0; LANES]; 2],
+            rotor_speed: [[0.0; LANES]; MOST_GROUPS],
         };
         let mut end = End(nothing, 0);
         fly(&model(&vehicle, kind), &setpoints, &[still; LANES], &mut end);
