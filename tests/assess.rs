@@ -227,6 +227,8 @@ fn prop_one_trial_alone_is_the_campaigns() {
         let log = fs::read_to_string(one.path().join(format!("trial_4_{name}.csv"))).unwrap();
         assert_eq!(log.lines().filter(|l| l.starts_with(|c: char| c.is_ascii_digit())).count(), 501);
         assert!(one.path().join(format!("trial_4_{name}.svg")).exists());
+        let page = fs::read_to_string(one.path().join(format!("trial_4_{name}.html"))).unwrap();
+        assert!(page.contains(&format!(", trial 4, {name}</title>")), "{name}");
     }
     assert_eq!(trial["flights"].as_array().unwrap().len(), 4);
     let manifest = fs::read_to_string(one.path().join("assess_only_manifest.json")).unwrap();

@@ -12,7 +12,7 @@ use samara::control::{Airframe, Cascade};
 use samara::frames::rotate_ned_from_body;
 use samara::model::MAX_ROTORS;
 use samara::plan::{Guess, InputReference, Plan, PlanProblem, SolverOptions, plan};
-use samara::report::{DropEvent, DropRun, FigureError, FlightCsv, FlownBy};
+use samara::report::{DropEvent, DropRun, FigureError, FlightCsv, FlownBy, ShownDrop, drop_page};
 use samara::report::{drop_figure, drop_json, plan_figure, plan_json, plan_text, verdict_text};
 use samara::sim::{DropSimulation, FlightPlan, Phase, Reference, Sample, fly};
 
@@ -98,6 +98,18 @@ impl Drop {
 
     fn plan_figure(&self) -> String {
         plan_figure(&self.mission, &self.plan.trajectory).unwrap()
+    }
+
+    fn page(&self, mission: &Mission, run: &DropRun) -> String {
+        drop_page(&ShownDrop {
+            mission,
+            title: &mission.name,
+            gains: &mission.control.gains_name,
+            samples: &self.samples,
+            plan: Some(&self.plan.trajectory),
+            verdict: Some(&self.verdict),
+            run,
+        })
     }
 
     fn csv(&self) -> Vec<u8> {
@@ -192,6 +204,82 @@ fn a_figure_of_an_awkward_flight_is_drawn_or_refused() {
         sample.state.body.p_ned.z = f64::NAN;
     }
     assert_eq!(draw(&samples), Err(FigureError::Empty));
+}
+
+/// The data of a page, as its script reads them.
+fn data_of(page: &str) -> serde_json::Value {
+    let block = page.split("<script id=\"drop\" type=\"application/json\">").nth(1).unwrap();
+    serde_json::from_str(block.split("</script>").next().unwrap()).unwrap()
+}
+
+#[test]
+fn the_page_holds_the_whole_flight_and_is_the_same_each_time() {
+    let run = DropRun { completed: true, must_be_steady: true, ..DropRun::default() };
+    let page = DROP.page(&DROP.mission, &run);
+    assert!(page == DROP.page(&DROP.mission, &run));
+    assert!(page.len() < 3_000_000, "{}", page.len());
+    assert!(page.contains("Safe: at most 55 % of a safety limit is used, that of speed."));
+    assert!(page.contains("default-src 'none'; script-src 'sha256-") && !page.contains("unsafe-"));
+    assert!(!page.split("<script").next().unwrap().contains("{{"), "every name of the template is filled in");
+    let data = data_of(&page);
+    assert_eq!(data["flight"]["count"], DROP.samples.len());
+    let names = |motion: &str| -> Vec<String> {
+        let channels = data[motion]["channels"].as_array().unwrap();
+        channels.iter().map(|c| c["name"].as_str().unwrap().to_owned()).collect()
+    };
+    // As the columns of the log.
+    let log = String::from_utf8(DROP.csv()).unwrap();
+    let header: Vec<&str> = log.lines().find(|l| l.starts_with("t_s")).unwrap().split(',').collect();
+    assert!(names("flight").iter().all(|name| header.contains(&name.as_str())), "{:?}", names("flight"));
+    assert!(names("plan").contains(&"thrust_4_n".to_owned()));
+    let times = &data["times"];
+    assert_eq!((times["released_s"].as_f64(), times["free_s"].as_f64()), (Some(10.0), Some(10.5)));
+    let marks: Vec<&str> =
+        data["marks"].as_array().unwrap().iter().map(|m| m["short"].as_str().unwrap()).collect();
+    assert_eq!(marks, ["released", "rotors free", "highest J 0.555: speed", "plan ends", "steady"]);
+}
+
+/// Names and events come from files and from others on the wire.
+#[test]
+fn what_comes_from_files_cannot_become_markup() {
+    let evil = "</script><script>alert(1)</script><!--<img src=x onerror='alert(2)'>&";
+    let mut mission = DROP.mission.clone();
+    for name in [&mut mission.name, &mut mission.vehicle_name, &mut mission.control.gains_name] {
+        *name = evil.to_owned();
+    }
+    let events = vec![DropEvent { t_s: 1.0, text: evil.to_owned() }];
+    let trouble = Some(evil.to_owned());
+    let page = DROP.page(&mission, &DropRun { completed: true, trouble, events, ..DropRun::default() });
+    let harmless = DROP.page(&DROP.mission, &DropRun { completed: true, ..DropRun::default() });
+    for part in ["<script", "</script", "<!--", "<img"] {
+        assert_eq!(page.matches(part).count(), harmless.matches(part).count(), "{part}");
+    }
+    let data = data_of(&page);
+    assert_eq!(
+        (&data["mission"], &data["vehicle"], &data["gains"]),
+        (&evil.into(), &evil.into(), &evil.into())
+    );
+    assert!(data["marks"].as_array().unwrap().iter().any(|m| m["text"] == evil));
+}
+
+/// Flights that broke off, diverged or were never released have a page, too.
+#[test]
+fn a_page_of_an_awkward_flight_is_rendered() {
+    let render = |samples: &[Sample], verdict: Option<&Verdict>| {
+        let run = DropRun::default();
+        let mission = &DROP.mission;
+        let drop = ShownDrop { mission, title: "x", gains: "y", samples, plan: None, verdict, run: &run };
+        data_of(&drop_page(&drop))
+    };
+    assert_eq!(render(&[], None)["flight"]["count"], 0);
+    let mut samples: Vec<Sample> = DROP.samples.iter().step_by(50).copied().collect();
+    assert_eq!(render(&samples[..2], None)["flight"]["count"], 2);
+    for (k, sample) in samples.iter_mut().enumerate().skip(20) {
+        sample.state.body.p_ned.z = [40.0, 1e200, f64::INFINITY, f64::NAN][k % 4];
+    }
+    let data = render(&samples, Some(&DROP.verdict));
+    let down = data["flight"]["channels"].as_array().unwrap().iter().find(|c| c["name"] == "down_m").unwrap();
+    assert_eq!(down["gaps"][0], serde_json::json!([21, 24]), "1e200, infinity, no number");
 }
 
 #[test]

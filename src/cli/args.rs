@@ -29,6 +29,14 @@ pub struct MissionArgs {
     pub json: bool,
 }
 
+/// Whether the page of a flight is written.
+#[derive(Args, Debug)]
+pub struct PageArgs {
+    /// Leave out drop.html, the page that replays the flight (about a megabyte).
+    #[arg(long)]
+    pub no_html: bool,
+}
+
 /// What every verb that plans has.
 #[derive(Args, Debug)]
 pub struct PlanningArgs {

@@ -4,6 +4,7 @@
 use anyhow::Context as _;
 
 use super::answer::{Answer, Failure};
+use super::args::PageArgs;
 use super::narrator::Narrator;
 use super::pilot::Flown;
 use super::planning::Planned;
@@ -12,12 +13,21 @@ use samara::assess::{Verdict, VerdictBuilder, plan_j_tpf};
 use samara::config::Mission;
 use samara::link::{Timed, seconds};
 use samara::report::{
-    DropEvent, DropRun, FlightCsv, FlownBy, FlownTrajectory, drop_figure, drop_json, verdict_text,
+    DropEvent, DropRun, FlightCsv, FlownBy, FlownTrajectory, ShownDrop, drop_figure, drop_json, drop_page,
+    verdict_text,
 };
 
 /// The files that the flight of a drop may leave; a drop removes those that it has not written.
-pub const FLIGHT_FILES: [&str; 7] =
-    ["flight.csv", "drop.json", "drop.svg", "hil.tlog", "vehicle.tlog", "companion.tlog", "flight.ulg"];
+pub const FLIGHT_FILES: [&str; 8] = [
+    "flight.csv",
+    "drop.json",
+    "drop.svg",
+    "drop.html",
+    "hil.tlog",
+    "vehicle.tlog",
+    "companion.tlog",
+    "flight.ulg",
+];
 
 /// A log whose last row is closer to the mission's end than this [s] is complete.
 const STEP_AT_MOST_S: f64 = 0.02;
@@ -31,6 +41,8 @@ pub struct Conclusion<'a> {
     pub verdict: Option<Verdict>,
     /// What `drop.json` holds besides the verdict.
     pub run: DropRun,
+    /// Whether `drop.html` is written.
+    page: bool,
 }
 
 impl<'a> Conclusion<'a> {
@@ -61,7 +73,12 @@ impl<'a> Conclusion<'a> {
             plan_j_tpf: planned.map(|planned| plan_j_tpf(&planned.trajectory, &mission.limits.safety)),
             ..DropRun::default()
         };
-        Self { mission, planned, flown, verdict, run }
+        Self { mission, planned, flown, verdict, run, page: true }
+    }
+
+    /// This conclusion with `drop.html` or without it.
+    pub fn with_page(self, args: &PageArgs) -> Self {
+        Self { page: !args.no_html, ..self }
     }
 
     /// Writes the files of the flight, `drop.json` and the manifest of `verb`, whose circumstances are no
@@ -92,7 +109,7 @@ impl<'a> Conclusion<'a> {
         folder.write_manifest(verb, self.mission, &circumstances)
     }
 
-    /// Writes `flight.csv` and `drop.svg`.
+    /// Writes `flight.csv`, `drop.svg` and `drop.html`.
     fn write_flight(&self, folder: &OutputFolder) -> Result<(), Failure> {
         let Self { mission, flown: Flown { log, by, .. }, .. } = self;
         folder.write("flight.csv", |out| {
@@ -104,7 +121,20 @@ impl<'a> Conclusion<'a> {
         let by = by.as_ref().and_then(FlownBy::words);
         let figure = drop_figure(mission, log, plan, self.verdict.as_ref(), by.as_deref())
             .context("the figure of the drop")?;
-        folder.write_text("drop.svg", &figure).map(|_| ())
+        folder.write_text("drop.svg", &figure)?;
+        if self.page {
+            let page = drop_page(&ShownDrop {
+                mission,
+                title: &mission.name,
+                gains: &mission.control.gains_name,
+                samples: log,
+                plan,
+                verdict: self.verdict.as_ref(),
+                run: &self.run,
+            });
+            folder.write_text("drop.html", &page)?;
+        }
+        Ok(())
     }
 
     /// Reports how the flight ended, the verdict and where the files are.

@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::answer::{Answer, BadInput as _, Failure};
-use super::args::{ChoiceArgs, MissionArgs, NetArgs, speed};
+use super::args::{ChoiceArgs, MissionArgs, NetArgs, PageArgs, speed};
 use super::conclusion::Conclusion;
 use super::mission::{chosen_mission, origin};
 use super::narrator::Narrator;
@@ -28,6 +28,9 @@ pub struct SimArgs {
     /// Ports.
     #[command(flatten)]
     pub net: NetArgs,
+    /// The page.
+    #[command(flatten)]
+    pub page: PageArgs,
     /// Simulated seconds per second, or `max` (as fast as the answers come).
     #[arg(long, value_name = "FACTOR|max", default_value = "1", value_parser = speed)]
     pub speed: Speed,
@@ -57,7 +60,7 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let record = session.run().record().clone();
     let log = session.into_run().into_log();
     let flown = Flown { log, record, real_time_factor: None, by: None, trouble: None };
-    let mut conclusion = Conclusion::new(&mission, None, &flown);
+    let mut conclusion = Conclusion::new(&mission, None, &flown).with_page(&args.page);
     conclusion.write("sim", &[("instance", args.net.instance.to_string())], &folder)?;
     conclusion.report(&narrator, &folder)?;
     if args.mission.json {

@@ -11,6 +11,9 @@
 //! | [`tune`] | searches of gains |
 //! | [`px4_gains`] | gains for PX4 beside its defaults |
 //! | [`figure`] | SVG figures |
+//! | [`replay`] | the page on which a drop is seen again |
+//! | `shown_drop` | what figure and page show of a drop |
+//! | `plan_motion` | the motion along a plan, for both |
 //! | [`drops`] | campaigns of whole drops: lines and tables |
 //! | [`study`] | the safety study: tables, trials, page |
 //!
@@ -23,7 +26,10 @@ pub mod figure;
 pub mod flight_csv;
 pub mod json;
 pub mod params;
+mod plan_motion;
 pub mod px4_gains;
+pub mod replay;
+mod shown_drop;
 pub mod study;
 pub mod tune;
 pub mod verdict;
@@ -32,5 +38,7 @@ pub mod verify;
 pub use figure::{FigureError, convergence_figure, drop_figure, plan_figure};
 pub use flight_csv::FlightCsv;
 pub use json::{DropEvent, DropRun, FlownBy, FlownTrajectory, drop_json, manifest_json, plan_json};
+pub use replay::drop_page;
+pub use shown_drop::ShownDrop;
 pub use verdict::{plan_text, verdict_text};
 pub use verify::{verify_json, verify_text};

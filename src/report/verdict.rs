@@ -10,6 +10,15 @@ use crate::units::DEG_PER_RAD;
 /// quantity that decides it, and steady flight marked if it was to be reached and was not. Ends with a line's
 /// end.
 pub fn verdict_text(verdict: &Verdict, limits: &SafetyLimits, misses_steady_flight: bool) -> String {
+    table(&verdict_lines(verdict, limits, misses_steady_flight))
+}
+
+/// The verdict as lines of quantity, value, unit, limit and mark.
+pub(super) fn verdict_lines(
+    verdict: &Verdict,
+    limits: &SafetyLimits,
+    misses_steady_flight: bool,
+) -> Vec<[String; 5]> {
     let line = |quantity: &str, value: String, unit: &str, limit: &str, mark: &str| {
         [quantity.to_owned(), value, unit.to_owned(), limit.to_owned(), mark.to_owned()]
     };
@@ -48,7 +57,7 @@ pub fn verdict_text(verdict: &Verdict, limits: &SafetyLimits, misses_steady_flig
     if let Some(speed) = verdict.impact_speed_m_s {
         lines.push(line("speed of impact", fixed(speed, 2), "m/s", "", passed("impact")));
     }
-    table(&lines)
+    lines
 }
 
 /// Quantity, value, unit, limit and mark, a line each, below a head.

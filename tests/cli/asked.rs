@@ -134,9 +134,12 @@ fn a_trial_alone_leaves_all_files_and_says_what_decides() {
             .map(|e| e.unwrap().file_name().to_str().unwrap().to_owned())
             .collect();
         found.sort();
-        let mut expected =
-            [files, &["drop.json", "drop.svg", "drop_manifest.json", "flight.csv", "trajectory.csv"]]
-                .concat();
+        let mut expected = [
+            files,
+            &["drop.html", "drop.json", "drop.svg", "drop_manifest.json", "flight.csv"],
+            &["trajectory.csv"],
+        ]
+        .concat();
         expected.sort_unstable();
         assert_eq!(found, expected, "{autopilot}");
         let manifest = object(&trial.join("drop_manifest.json"));

@@ -62,11 +62,33 @@ fn results_say_what_was_flown_and_nothing_stale_remains() {
     // No plan is found any more: the flight's files are of another run and go.
     let mission = spoilt_mission(out.path(), "\"thrust_max_n\": 300.0", "\"thrust_max_n\": 200.0");
     assert_eq!(code(&samara(&["drop", &mission, "--out", folder])), 1);
-    for name in
-        ["drop.json", "flight.csv", "drop.svg", "hil.tlog", "vehicle.tlog", "companion.tlog", "flight.ulg"]
-    {
+    for name in [
+        "drop.json",
+        "flight.csv",
+        "drop.svg",
+        "drop.html",
+        "hil.tlog",
+        "vehicle.tlog",
+        "companion.tlog",
+        "flight.ulg",
+    ] {
         assert!(!out.path().join(name).exists(), "{name}");
     }
+}
+
+/// The page of an earlier run would be taken for this one's.
+#[test]
+fn a_drop_without_a_page_leaves_none() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().to_str().unwrap();
+    let args = ["drop", "mission/x500_drop.json", "--autopilot", "px4-model", "--out", folder];
+    samara(&args);
+    let first = fs::read(out.path().join("drop.html")).unwrap();
+    samara(&args);
+    assert!(fs::read(out.path().join("drop.html")).unwrap() == first, "the same drop, the same bytes");
+    samara(&[&args[..], &["--no-html"]].concat());
+    assert!(!out.path().join("drop.html").exists());
+    assert_eq!(listed(&object(&out.path().join("drop_manifest.json"))), files(out.path()));
 }
 
 /// A drop on the wire, then one without a wire into the same folder: no recording of the first is left.
@@ -74,7 +96,7 @@ fn results_say_what_was_flown_and_nothing_stale_remains() {
 fn a_drop_without_a_wire_leaves_no_recording_of_an_earlier_one() {
     let out = tempfile::tempdir().unwrap();
     let folder = out.path().to_str().unwrap();
-    for (autopilot, count) in [("reference", 10), ("px4-model", 6)] {
+    for (autopilot, count) in [("reference", 11), ("px4-model", 7)] {
         let args = ["drop", "mission/x500_drop.json", "--autopilot", autopilot, "--json", "--out", folder];
         assert_eq!(json(&samara(&args))["autopilot"], autopilot);
         let manifest = object(&out.path().join("drop_manifest.json"));

@@ -3,7 +3,8 @@
 use clap::Args;
 
 use crate::cli::args::{
-    AutopilotArg, ChoiceArgs, MissionArgs, PatienceArgs, StateArgs, autopilot, instance, positive, whole,
+    AutopilotArg, ChoiceArgs, MissionArgs, PageArgs, PatienceArgs, StateArgs, autopilot, instance, positive,
+    whole,
 };
 use crate::cli::pilot::PilotOption;
 
@@ -48,6 +49,9 @@ pub struct AssessArgs {
     /// How long PX4 may keep a flight waiting.
     #[command(flatten)]
     pub patience: PatienceArgs,
+    /// Pages of flights whose files are kept.
+    #[command(flatten)]
+    pub page: PageArgs,
     /// Threads to fly on [default: one for each core; 2 for drops by PX4, and there no more than instances
     /// are left]; the results are the same.
     #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=1024))]

@@ -94,7 +94,7 @@ impl Campaign<'_> {
         let narrator = Narrator::together(self.args.mission.json);
         let mission = self.mission.with_drop(&drawn);
         let flown = self.fly(&mission, self.args.instance, &folder, &narrator, stop)?;
-        let conclusion = Conclusion::new(&mission, Some(&self.planned), &flown);
+        let conclusion = Conclusion::new(&mission, Some(&self.planned), &flown).with_page(&self.args.page);
         let trial = self.judge(&drawn, &conclusion, &flown);
         self.write(&drawn, conclusion, &folder, &narrator)?;
         let mut tally = DropTally::default();
@@ -231,7 +231,8 @@ impl Campaign<'_> {
         }
         let (mut trial, conclusion) = match &flown {
             Ok(flown) => {
-                let conclusion = Conclusion::new(&mission, Some(&self.planned), flown);
+                let conclusion =
+                    Conclusion::new(&mission, Some(&self.planned), flown).with_page(&self.args.page);
                 (self.judge(&drawn, &conclusion, flown), Some(conclusion))
             }
             Err(why) => (failed(why), None),

@@ -2,21 +2,22 @@
 
 use anyhow::Context;
 
+use super::args::AssessArgs;
 use super::campaign::TrialRunner;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::terminal::print;
 use samara::assess::{RandomRelease, StudyEntry, TrialOutcome, VerdictBuilder};
 use samara::report::study::campaign_csv::write_row;
 use samara::report::study::{OURS, only};
-use samara::report::{FlightCsv, drop_figure};
+use samara::report::{DropRun, FlightCsv, ShownDrop, drop_figure, drop_page};
 
 /// Flies the trial with each controller: prints what was drawn and what came of it, writes
-/// `trial_<K>_<name>.csv` (the flight) and `.svg`, and `assess_only_manifest.json`.
+/// `trial_<K>_<name>.csv` (the flight), `.svg` and `.html`, and `assess_only_manifest.json`.
 pub fn run(
     runner: &TrialRunner<'_>,
     entries: &[StudyEntry; 4],
     trial: u64,
-    json: bool,
+    args: &AssessArgs,
 ) -> Result<Answer, Failure> {
     let TrialRunner { mission, folder, bound, .. } = *runner;
     let release = runner.draw(trial);
@@ -28,7 +29,7 @@ pub fn run(
         entries.iter().zip(results).filter_map(|(entry, outcome)| Some((entry, outcome?))).collect();
     let mut rows = Vec::new();
     for (entry, outcome) in &flown {
-        write(runner, entry, &release)?;
+        write(runner, entry, &release, args)?;
         let mut row = String::new();
         write_row(&mut row, &release, outcome);
         rows.push((*entry, *outcome, row));
@@ -36,7 +37,7 @@ pub fn run(
     // Beside the manifest of the campaigns, which may be in the same folder.
     let circumstances = [("only", trial.to_string()), ("bound", bound.to_string())];
     folder.write_manifest("assess_only", mission, &circumstances)?;
-    if json {
+    if args.mission.json {
         print(&only::only_json(mission, &release, &rows))?;
     } else {
         print(&only::only_text(mission, &release, &rows))?;
@@ -46,7 +47,12 @@ pub fn run(
     Ok(Answer::from(safe))
 }
 
-fn write(runner: &TrialRunner<'_>, entry: &StudyEntry, release: &RandomRelease) -> Result<(), Failure> {
+fn write(
+    runner: &TrialRunner<'_>,
+    entry: &StudyEntry,
+    release: &RandomRelease,
+    args: &AssessArgs,
+) -> Result<(), Failure> {
     let TrialRunner { mission, folder, .. } = *runner;
     let samples = runner.study.samples(entry, &release.state);
     let name = format!("trial_{}_{}", release.trial, entry.name);
@@ -59,7 +65,21 @@ fn write(runner: &TrialRunner<'_>, entry: &StudyEntry, release: &RandomRelease) 
         .steady_within(mission.limits.steady_within_m_s)
         .to_plans_end(runner.study.plan.end_s());
     samples.iter().for_each(|sample| verdict.observe(sample));
-    let figure = drop_figure(mission, &samples, Some(&runner.study.plan), verdict.finish().as_ref(), None)
+    let verdict = verdict.finish();
+    let figure = drop_figure(mission, &samples, Some(&runner.study.plan), verdict.as_ref(), None)
         .context("the figure of the trial")?;
-    folder.write_text(&format!("{name}.svg"), &figure).map(|_| ())
+    folder.write_text(&format!("{name}.svg"), &figure)?;
+    if !args.page.no_html {
+        let page = drop_page(&ShownDrop {
+            mission,
+            title: &format!("{}, trial {}, {}", mission.name, release.trial, entry.name),
+            gains: &entry.gains_name,
+            samples: &samples,
+            plan: Some(&runner.study.plan),
+            verdict: verdict.as_ref(),
+            run: &DropRun { completed: true, must_be_steady: true, ..DropRun::default() },
+        });
+        folder.write_text(&format!("{name}.html"), &page)?;
+    }
+    Ok(())
 }

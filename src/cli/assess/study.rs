@@ -44,7 +44,7 @@ pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     };
     let entries = entries_of(&mission)?;
     if let Some(trial) = args.only {
-        return only::run(&runner, &entries, trial, args.mission.json);
+        return only::run(&runner, &entries, trial, args);
     }
     let watch = Stopwatch::start();
     let Some(campaigns) = campaign::run_all(&runner, &entries, args.resume, &narrator)? else {

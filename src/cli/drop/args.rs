@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::cli::args::{
-    AutopilotArg, ChoiceArgs, LinkArgs, MissionArgs, NetArgs, PatienceArgs, PlanningArgs, StateArgs,
-    autopilot, speed,
+    AutopilotArg, ChoiceArgs, LinkArgs, MissionArgs, NetArgs, PageArgs, PatienceArgs, PlanningArgs,
+    StateArgs, autopilot, speed,
 };
 use crate::cli::pilot::px4::{Cpu, Patience};
 use crate::cli::pilot::{PilotOption, PilotRequest, Px4Settings};
@@ -46,6 +46,9 @@ pub struct DropArgs {
     /// How long PX4 may keep the flight waiting.
     #[command(flatten)]
     pub patience: PatienceArgs,
+    /// The page.
+    #[command(flatten)]
+    pub page: PageArgs,
     /// How much to show of the planning.
     #[command(flatten)]
     pub planning: PlanningArgs,

@@ -57,7 +57,7 @@ pub fn run(
             planned.write_to(&place, &swinging)?;
             let flown =
                 pilot.fly(&Flight { mission: &swinging, folder: &place, narrator: &quiet, ..*nominal })?;
-            let mut conclusion = Conclusion::new(&swinging, Some(planned), &flown);
+            let mut conclusion = Conclusion::new(&swinging, Some(planned), &flown).with_page(&args.page);
             conclusion.write("drop", &args.circumstances(), &place)?;
             conclusion.report(&quiet, &place)?;
             let verdict = conclusion.verdict.as_ref();

@@ -67,7 +67,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
         return cases::run(args, pilot.as_ref(), &planned, &flight);
     }
     let flown = pilot.fly(&flight)?;
-    let mut conclusion = Conclusion::new(&mission, Some(&planned), &flown);
+    let mut conclusion = Conclusion::new(&mission, Some(&planned), &flown).with_page(&args.page);
     conclusion.write("drop", &args.circumstances(), &folder)?;
     conclusion.report(&narrator, &folder)?;
     if args.mission.json {

@@ -7,14 +7,13 @@ use crate::config::Mission;
 use crate::frames::{bank, pitch};
 use crate::model::PerRotor;
 use crate::model::rigid_body::BodyState;
+use crate::report::plan_motion::plan_motion;
 use crate::sim::{Phase, Sample};
 use crate::trajectory::Trajectory;
 use crate::units::RAD_PER_DEG;
 
 /// Part of the flight before the release that is shown, as a fraction of the flight after it.
 const BEFORE_RELEASE: f64 = 0.06;
-/// Longest step in which a plan is drawn [s].
-const PLAN_STEP_S: f64 = 0.02;
 
 /// The motion at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,28 +91,12 @@ impl Track {
         Self { instants, release_s, since_free: free_s.is_some() }
     }
 
-    /// The track of a plan that begins at (north, down) [m]: its velocity, integrated exactly (Simpson's rule
-    /// on a cubic).
+    /// The track of a plan that begins at (north, down) [m].
     pub(crate) fn of_plan(mission: &Mission, plan: &Trajectory, (north_m, down_m): (f64, f64)) -> Self {
-        let mut p_ned = Vector3::new(north_m, 0.0, down_m);
-        let point = |t_s: f64, p_ned| {
-            let (q_ned_from_body, v_ned) = (plan.attitude(t_s), plan.velocity_ned(t_s));
-            let body = BodyState { p_ned, q_ned_from_body, v_ned, omega_body: plan.body_rates(t_s) };
-            TrackPoint::of(mission, t_s, &body, &plan.thrust_n(t_s))
-        };
-        let mut instants = Vec::new();
-        for pair in plan.nodes().windows(2) {
-            let (from_s, to_s) = (pair[0].t_s, pair[1].t_s);
-            let steps = (((to_s - from_s) / PLAN_STEP_S).ceil() as usize).clamp(4, 1000);
-            let h = (to_s - from_s) / steps as f64;
-            for i in 0..steps {
-                let t_s = from_s + i as f64 * h;
-                instants.push(point(t_s, p_ned));
-                let v = |t: f64| plan.velocity_ned(t);
-                p_ned += (v(t_s) + v(t_s + 0.5 * h) * 4.0 + v(t_s + h)) * (h / 6.0);
-            }
-        }
-        instants.push(point(plan.end_s(), p_ned));
+        let states = plan_motion(plan, Vector3::new(north_m, 0.0, down_m));
+        let point =
+            |(t_s, body): &(f64, BodyState)| TrackPoint::of(mission, *t_s, body, &plan.thrust_n(*t_s));
+        let instants = states.iter().map(point).collect();
         Self { instants, release_s: None, since_free: true }
     }
 

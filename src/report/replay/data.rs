@@ -1,0 +1,208 @@
+//! The flight, the plan and what is known about them, as the page's script takes them.
+
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use super::channel::Channel;
+use crate::assess::StateCost;
+use crate::model::RotationSense;
+use crate::model::rigid_body::BodyState;
+use crate::report::json::{VERSION, object};
+use crate::report::plan_motion::plan_motion;
+use crate::report::shown_drop::ShownDrop;
+use crate::sim::{Phase, Sample};
+use crate::units::DEG_PER_RAD;
+
+/// More rows than this of a log are thinned, evenly: pages have bounds.
+const ROWS_MAX: usize = 20_000;
+/// Steps of time [s], position [m], velocity [m/s], attitude, body rates [rad/s] and J_state.
+const TIME_S: f64 = 1e-6;
+const POSITION_M: f64 = 1e-4;
+const VELOCITY_M_S: f64 = 1e-4;
+const ATTITUDE: f64 = 1e-6;
+const RATE_RAD_S: f64 = 1e-5;
+const COST: f64 = 1e-5;
+
+/// The precision of the numbers, in words.
+pub(super) const PRECISION: &str = "time to 1 us, position to 0.1 mm, velocity to 0.1 mm/s, attitude to 1e-6, \
+                                    body rates to 1e-5 rad/s, thrusts and rotor speeds to a ten thousandth";
+
+/// Columns of one motion.
+#[derive(Serialize)]
+struct Motion {
+    count: usize,
+    channels: Vec<Channel>,
+}
+
+/// An instant with a name, on the time line and on the path.
+#[derive(Serialize)]
+struct Mark {
+    t_s: f64,
+    text: String,
+    short: String,
+}
+
+/// Times of the simulation [s].
+struct Times {
+    released_s: Option<f64>,
+    free_s: Option<f64>,
+    steady_s: Option<f64>,
+}
+
+impl Times {
+    fn of(drop: &ShownDrop<'_>) -> Self {
+        let samples = drop.samples;
+        let free_s = samples.iter().rev().find_map(|s| s.t_powered_s.map(|t| s.t_s - t));
+        Self {
+            released_s: samples.iter().find(|s| s.phase != Phase::Hanging).map(|s| s.t_s),
+            free_s,
+            steady_s: drop.verdict.and_then(|v| Some(v.steady_after_s? + free_s?)),
+        }
+    }
+}
+
+/// The rows of a log that the page has: all, or every second, third, .., with those that begin a phase, and
+/// the last.
+pub(super) fn rows(samples: &[Sample]) -> Vec<&Sample> {
+    let stride = samples.len().div_ceil(ROWS_MAX).max(1);
+    let begins = |i: usize| i > 0 && samples[i].phase != samples[i - 1].phase;
+    let kept = |i: usize| i.is_multiple_of(stride) || i + 1 == samples.len() || begins(i);
+    samples.iter().enumerate().filter(|(i, _)| kept(*i)).map(|(_, sample)| sample).collect()
+}
+
+/// The page's data as JSON without `<`, which no block of a page ends in.
+pub(super) fn object(drop: &ShownDrop<'_>) -> String {
+    let ShownDrop { mission, verdict, .. } = *drop;
+    let (times, limits) = (Times::of(drop), &mission.limits.safety);
+    let environment = &mission.site.environment;
+    let rotors = mission.vehicle.rotors.iter().map(|rotor| {
+        object! {
+            position_body_m: <[f64; 3]>::from(rotor.position_body_m),
+            axis_body: <[f64; 3]>::from(rotor.axis_body),
+            spin: match rotor.spin { RotationSense::Cw => "cw", RotationSense::Ccw => "ccw" },
+        }
+    });
+    let object = object! {
+        format: 1,
+        version: VERSION,
+        mission: &mission.name,
+        vehicle: &mission.vehicle_name,
+        gains: drop.gains,
+        seed: mission.seed,
+        input_hash: &mission.inputs.hash,
+        target_v_ned_m_s: <[f64; 3]>::from(mission.target_v_ned),
+        wind_ned_m_s: <[f64; 3]>::from(environment.wind_ned_m_s),
+        standing: mission.release.standing,
+        ground_down_m: mission.site.ground.map(|ground| ground.down_m),
+        canopy_length_m: mission.release.parachute.pendulum.length_m,
+        limits: object! {
+            speed_m_s: limits.speed_m_s,
+            pitch_deg: limits.pitch_rad * DEG_PER_RAD,
+            pitch_rate_deg_s: limits.pitch_rate_rad_s * DEG_PER_RAD,
+            thrust_n: mission.plan.thrust_max_n,
+            rotor_rad_s: mission.vehicle.motor.omega_max_rad_s(),
+        },
+        rotors: rotors.collect::<Vec<_>>(),
+        verdict: verdict.map(|v| object! { j_tpf: v.j_tpf, decided_by: v.decided_by }),
+        times: object! { released_s: times.released_s, free_s: times.free_s, steady_s: times.steady_s },
+        marks: marks(drop, &times),
+        flight: flight(drop),
+        plan: planned(drop, &times),
+    };
+    // Structs of strings, numbers and lists of them always serialise.
+    serde_json::to_string(&object).unwrap_or_default().replace('<', "\\u003c")
+}
+
+fn marks(drop: &ShownDrop<'_>, times: &Times) -> Vec<Mark> {
+    let mark =
+        |t_s: f64, text: &str, short: &str| Mark { t_s, text: text.to_owned(), short: short.to_owned() };
+    let mut marks: Vec<Mark> = drop.run.events.iter().map(|e| mark(e.t_s, &e.text, &e.text)).collect();
+    let named = |marks: &[Mark], t_s: f64| marks.iter().any(|m| (m.t_s - t_s).abs() < 0.01);
+    // A trial begins with its release and reports no events.
+    for (t_s, text) in [(times.released_s, "released"), (times.free_s, "rotors free")] {
+        if let Some(t_s) = t_s.filter(|t| !named(&marks, *t)) {
+            marks.push(mark(t_s, text, text));
+        }
+    }
+    let released_s = times.released_s.unwrap_or(f64::INFINITY);
+    let cost = |s: &Sample| StateCost::of(&s.state.body, &drop.mission.limits.safety);
+    let judged = drop.samples.iter().filter(|s| s.t_s >= released_s).map(|s| (s.t_s, cost(s)));
+    let worst = judged.reduce(|worst, next| if next.1.max() > worst.1.max() { next } else { worst });
+    if let Some((t_s, cost)) = worst.filter(|_| drop.verdict.is_some()) {
+        let what = format!("highest J {:.3}: {}", cost.max(), cost.decided_by().replace('_', " "));
+        marks.push(mark(t_s, &format!("{what}, the share of its limit that is used"), &what));
+    }
+    if let Some(t_s) = times.steady_s {
+        marks.push(mark(t_s, "steady at the target velocity from here to the end", "steady"));
+    }
+    if let (Some(plan), Some(free_s)) = (drop.plan, times.free_s) {
+        marks.push(mark(free_s + plan.end_s(), "the plan ends, its last velocity is held", "plan ends"));
+    }
+    marks.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
+    marks
+}
+
+const POSITIONS: [&str; 3] = ["north_m", "east_m", "down_m"];
+const ATTITUDES: [&str; 4] = ["q0", "q1", "q2", "q3"];
+const VELOCITIES: [&str; 3] = ["vn_m_s", "ve_m_s", "vd_m_s"];
+const RATES: [&str; 3] = ["p_rad_s", "q_rad_s", "r_rad_s"];
+
+/// Columns of a motion, named as in `flight.csv`.
+fn motion<T>(
+    drop: &ShownDrop<'_>,
+    rows: &[T],
+    time_s: impl Fn(&T) -> f64,
+    body: impl Fn(&T) -> &BodyState,
+) -> Vec<Channel> {
+    let limits = &drop.mission.limits.safety;
+    let mut channels = vec![Channel::new("t_s", TIME_S, rows.iter().map(time_s))];
+    let mut add = |name: &str, step: f64, of: &dyn Fn(&BodyState) -> f64| {
+        channels.push(Channel::new(name, step, rows.iter().map(|row| of(body(row)))));
+    };
+    for (i, name) in POSITIONS.iter().enumerate() {
+        add(name, POSITION_M, &|body| body.p_ned[i]);
+    }
+    for (i, name) in ATTITUDES.iter().enumerate() {
+        add(name, ATTITUDE, &|body| body.q_ned_from_body[i]);
+    }
+    for (i, name) in VELOCITIES.iter().enumerate() {
+        add(name, VELOCITY_M_S, &|body| body.v_ned[i]);
+    }
+    for (i, name) in RATES.iter().enumerate() {
+        add(name, RATE_RAD_S, &|body| body.omega_body[i]);
+    }
+    add("j_state", COST, &|body| StateCost::of(body, limits).max());
+    channels
+}
+
+fn flight(drop: &ShownDrop<'_>) -> Motion {
+    let rows = rows(drop.samples);
+    let mut channels = motion(drop, &rows, |s| s.t_s, |s| &s.state.body);
+    let phase = |s: &&Sample| match s.phase {
+        Phase::Hanging => 0.0,
+        Phase::Falling => 1.0,
+        Phase::Powered => 2.0,
+    };
+    channels.push(Channel::new("phase", 1.0, rows.iter().map(phase)));
+    for i in 0..drop.mission.vehicle.rotors.len() {
+        let thrust = rows.iter().map(|s| s.balance.thrust_n[i]);
+        channels.push(Channel::scaled(&format!("thrust_{}_n", i + 1), thrust));
+        let speed = rows.iter().map(|s| s.state.rotor_speed[i]);
+        channels.push(Channel::scaled(&format!("rotor_speed_{}_rad_s", i + 1), speed));
+    }
+    Motion { count: rows.len(), channels }
+}
+
+/// The plan, from where the flight was when the rotors were freed; none without a release.
+fn planned(drop: &ShownDrop<'_>, times: &Times) -> Option<Motion> {
+    let (plan, free_s) = (drop.plan?, times.free_s?);
+    let start = drop.samples.iter().find(|s| s.t_s >= free_s - 1e-9);
+    let rows = plan_motion(plan, start.map_or(Vector3::zeros(), |s| s.state.body.p_ned));
+    let mut channels = motion(drop, &rows, |row| row.0, |row| &row.1);
+    let thrusts: Vec<_> = rows.iter().map(|row| plan.thrust_n(row.0)).collect();
+    for i in 0..plan.n_rotors() {
+        let thrust = thrusts.iter().map(|t| t[i]);
+        channels.push(Channel::scaled(&format!("thrust_{}_n", i + 1), thrust));
+    }
+    Some(Motion { count: rows.len(), channels })
+}
