@@ -235,9 +235,10 @@ impl<'a> GainJudge<'a> {
         self.planar.as_ref().err()
     }
 
-    /// Other flights than the judge's own, judged by J_TPF.
+    /// Other flights than the judge's own, judged in everything.
     pub fn fly_others(&self, k: &Longitudinal, others: &[(BodyState, Variation)]) -> Vec<Evaluation> {
-        self.fly_trials(k, &others.iter().map(untracked).collect::<Vec<_>>())
+        let trial = |&(start, variation): &(BodyState, Variation)| Trial { start, variation, tracked: true };
+        self.fly_trials(k, &others.iter().map(trial).collect::<Vec<_>>())
     }
 
     fn fly_trials(&self, k: &Longitudinal, trials: &[Trial]) -> Vec<Evaluation> {

@@ -77,6 +77,14 @@ impl Objective {
         }
     }
 
+    /// The largest worst tracking RMS that is allowed, where there is a bound.
+    pub fn rms_bound(&self) -> Option<f64> {
+        match self {
+            Self::Safety { rms_bound, .. } => Some(*rms_bound),
+            Self::Rms | Self::JTpf => None,
+        }
+    }
+
     /// Whether the bounds hold.
     pub fn allows(&self, e: &Evaluation) -> bool {
         match self {

@@ -8,7 +8,7 @@
 use nalgebra::Vector3;
 
 use crate::assess::ReleaseDistribution;
-use crate::frames::quaternion_from_euler;
+use crate::frames::{pitch, quaternion_from_euler};
 use crate::model::rigid_body::BodyState;
 
 /// A state at t = 0; rotors at rest.
@@ -36,6 +36,30 @@ impl ReleaseCase {
     }
 }
 
+/// Amplitude of [`cases_of_swing`], in standard deviations.
+const CASE_AMPLITUDE: f64 = 3.0;
+/// Steps of phase over half a turn in [`cases_of_swing`].
+const CASE_STEPS: usize = 5;
+
+/// Release cases made as Table 3 is: `case_0` without a swing, `case_1` to `case_6` a swing of three standard
+/// deviations at the phases 0, 36 .. 180 deg. Without a swing `case_0` alone.
+pub fn cases_of_swing(swing: &ReleaseDistribution) -> Vec<ReleaseCase> {
+    let case = |number: usize, state: BodyState| ReleaseCase {
+        name: format!("case_{number}"),
+        v_ned: state.v_ned,
+        pitch_rad: pitch(state.q_ned_from_body),
+        pitch_rate_rad_s: state.omega_body.y,
+    };
+    let mut cases = vec![case(0, swing.state(0.0, 0.0))];
+    if swing.amplitude_sigma_rad != 0.0 {
+        let phase_rad = |step: usize| std::f64::consts::PI * step as f64 / CASE_STEPS as f64;
+        let amplitude_rad = CASE_AMPLITUDE * swing.amplitude_sigma_rad;
+        cases
+            .extend((0..=CASE_STEPS).map(|step| case(step + 1, swing.state(amplitude_rad, phase_rad(step)))));
+    }
+    cases
+}
+
 /// Amplitudes of [`swing_releases`] that are taken unless others are asked for, in standard deviations.
 pub const AMPLITUDES: [f64; 4] = [0.8, 1.6, 2.4, 3.2];
 /// Phases of [`swing_releases`], evenly over the turn; those of every other amplitude lie between.
@@ -54,7 +78,6 @@ pub fn swing_releases(swing: &ReleaseDistribution, amplitudes: &[f64]) -> Vec<Bo
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::pitch;
     use crate::math;
     use crate::model::Parachute;
     use crate::model::parachute::Pendulum;
@@ -68,6 +91,23 @@ mod tests {
             drift_ned_m_s: Vector3::zeros(),
             amplitude_sigma_rad: 3.0 * RAD_PER_DEG,
         }
+    }
+
+    /// (40) to (44) by hand: at phase 0 the swing is fastest and upright, and the vehicle has fallen half a
+    /// second from 3 m/s; at 180 deg it swings back; without a swing there is one case.
+    #[test]
+    fn closed_form_cases_of_a_swing() {
+        let cases = cases_of_swing(&paper());
+        let names: Vec<&str> = cases.iter().map(|c| c.name.as_str()).collect();
+        assert_eq!(names, ["case_0", "case_1", "case_2", "case_3", "case_4", "case_5", "case_6"]);
+        assert!((cases[0].v_ned - Vector3::new(0.0, 0.0, 3.675)).norm() < 1e-12 && cases[0].pitch_rad == 0.0);
+        let theta_0 = 9.0 * RAD_PER_DEG;
+        assert!((cases[1].pitch_rate_rad_s - 2.0 * theta_0).abs() < 1e-12, "{:?}", cases[1]);
+        assert!(cases[1].pitch_rad.abs() < 1e-12 && cases[6].pitch_rad.abs() < 1e-12);
+        assert!((cases[6].pitch_rate_rad_s + 2.0 * theta_0).abs() < 1e-12);
+        assert!((cases[3].pitch_rad - theta_0 * math::sin(72.0 * RAD_PER_DEG)).abs() < 1e-12);
+        let still = ReleaseDistribution { amplitude_sigma_rad: 0.0, ..paper() };
+        assert_eq!(cases_of_swing(&still).len(), 1);
     }
 
     #[test]

@@ -28,8 +28,7 @@ pub struct TuneArgs {
     /// controllers, motors and rotors.
     #[arg(long, value_enum, default_value_t = ModelArg::Actuator)]
     pub model: ModelArg,
-    /// Largest worst tracking RMS for `safety` and `pareto` [default: that of the paper's PSO gains on this
-    /// mission].
+    /// Largest worst tracking RMS for `safety` and `pareto` [default: what the mission's own gains reach].
     #[arg(long, value_name = "X", value_parser = positive)]
     pub rms_bound: Option<f64>,
     /// J_TPF that a bound costs which is broken by as much again, for `safety` and `pareto`.

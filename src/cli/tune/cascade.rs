@@ -9,9 +9,10 @@ use crate::cli::answer::{Answer, Failure};
 use crate::cli::estimate::warn_one_at_a_time;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::{Stopwatch, interrupt_flag};
+use crate::cli::terminal::print_err;
 use samara::assess::tracking::control_period_s;
 use samara::config::Mission;
-use samara::report::tune::{TuneRun, about, records};
+use samara::report::tune::{Standing, TuneRun, about, records};
 use samara::trajectory::Trajectory;
 use samara::tune::{CandidateSearch as _, GainJudge, Longitudinal, Search};
 
@@ -19,8 +20,14 @@ use samara::tune::{CandidateSearch as _, GainJudge, Longitudinal, Search};
 pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answer, Failure> {
     let watch = Stopwatch::start();
     let judge = judge_of(args, mission, plan)?;
-    let settings = settings(args, mission, objectives(args, &judge)?)?;
+    let settings = settings(args, mission, objectives(args, mission, &judge)?)?;
     let objective = settings.objectives[settings.objectives.len() - 1];
+    if let (None, Some(bound)) = (args.rms_bound, objective.rms_bound()) {
+        let own = &mission.control.gains_name;
+        print_err(&format!(
+            "samara: tracking RMS of at most {bound:.4}, what {own} reaches on these flights (--rms-bound)\n"
+        ));
+    }
     let identity = identity(args, mission, &settings);
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let mut search = Search::new(settings);
@@ -69,8 +76,8 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
         || records::json(mission, &search, &run),
         || records::text(mission, &search, &run),
     )?;
-    let whole = !done.stopped && run.contest.is_some();
-    Ok(Answer::from(objective.allows(&best.evaluation) && whole))
+    let better = run.contest.is_some_and(|contest| contest.standing() != Standing::NotBetter);
+    Ok(Answer::from(better && objective.allows(&best.evaluation) && !done.stopped))
 }
 
 /// Why the search ended at its first candidates: the flight that its first one loses.

@@ -4,14 +4,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use super::args::TuneArgs;
+use super::args::{ObjectiveArg, TuneArgs};
 use super::settings::{rms_bound, setting};
 use crate::cli::answer::{BadInput as _, Failure};
-use samara::assess::Tally;
 use samara::config::Mission;
 use samara::control::Gains;
-use samara::report::tune::contest::tally;
-use samara::report::tune::{Contender, Contest};
+use samara::report::tune::{Contender, Contest, UnseenFlights};
 use samara::sim::PlantKind;
 use samara::sim::planar::Variation;
 use samara::trajectory::Trajectory;
@@ -21,6 +19,8 @@ use samara::tune::{Evaluation, GainJudge, Longitudinal, Objective};
 
 /// Gains that are shown as a warning: the optimum of the paper's problem on the ideal plant.
 const IDEAL: &str = "ideal_rms";
+/// The name of the mission's own gains where theirs is taken.
+const OWN: &str = "mission's own";
 /// Unseen flights between two looks at Ctrl-C.
 const PORTION: usize = 64;
 
@@ -36,7 +36,13 @@ pub fn contest(
     // Real actuators, whatever the tuning had.
     let real = Setting { plant: PlantKind::Actuator, ..setting(args, mission, plan) };
     let cases = GainJudge::new(real).bad_input()?.with_cases(&mission.study.cases);
-    let bounds = Objective::Safety { rms_bound: rms_bound(args, &cases), penalty: args.penalty };
+    let objective = match args.objective {
+        ObjectiveArg::Rms => Objective::Rms,
+        ObjectiveArg::JTpf => Objective::JTpf,
+        ObjectiveArg::Safety | ObjectiveArg::Pareto => {
+            Objective::Safety { rms_bound: rms_bound(args, mission, &cases), penalty: args.penalty }
+        }
+    };
     let (distribution, seed) = (mission.releases(), mission.seed);
     let (g, target_m_s) = (mission.site.environment.gravity_m_s2, mission.target_v_ned.norm());
     let trial = |vary: bool, number: u64| {
@@ -45,24 +51,26 @@ pub fn contest(
     };
     let unseen = u64::from(args.unseen);
     let portions: Vec<u64> = (0..unseen).step_by(PORTION).collect();
-    let flown_by = |k: &Longitudinal, vary: bool| -> Option<Tally> {
+    let flown_by = |k: &Longitudinal, vary: bool| -> Option<UnseenFlights> {
         let fly = |&first: &u64| {
             let trials: Vec<_> = (first..unseen).take(PORTION).map(|number| trial(vary, number)).collect();
             (!stop.load(Ordering::Relaxed)).then(|| cases.fly_others(k, &trials))
         };
         let flown: Option<Vec<Vec<Evaluation>>> = portions.par_iter().with_max_len(1).map(fly).collect();
-        flown.map(|f| tally(&f.concat()))
+        flown.map(|f| UnseenFlights::of(&f.concat()))
     };
     let contender = |(name, k): (String, Longitudinal)| {
         let (unseen, varied) = (flown_by(&k, false)?, flown_by(&k, true)?);
         Some(Contender { name, k, tuning: tuning.evaluate(&k), cases: cases.evaluate(&k), unseen, varied })
     };
-    let contenders: Option<Vec<Contender>> = named(args, mission, found).into_iter().map(contender).collect();
-    Ok(contenders.map(|contenders| Contest { contenders, bounds, robust: args.robust }))
+    let (sets, own) = named(args, mission, found);
+    let contenders: Option<Vec<Contender>> = sets.into_iter().map(contender).collect();
+    Ok(contenders.map(|contenders| Contest { contenders, own, objective, robust: args.robust }))
 }
 
-/// Gains by name: near-hover's and the paper's, the warning, the mission's own, the ones found.
-fn named(args: &TuneArgs, mission: &Mission, found: &Longitudinal) -> Vec<(String, Longitudinal)> {
+/// Gains by name: near-hover's and the paper's, the warning, the mission's own, the ones found; and the place
+/// of the mission's own.
+fn named(args: &TuneArgs, mission: &Mission, found: &Longitudinal) -> (Vec<(String, Longitudinal)>, usize) {
     let mut named = vec![
         ("near_hover".to_owned(), Gains::near_hover().as_longitudinal()),
         ("paper_pso".to_owned(), Gains::paper_pso().as_longitudinal()),
@@ -72,11 +80,12 @@ fn named(args: &TuneArgs, mission: &Mission, found: &Longitudinal) -> Vec<(Strin
     if args.name != IDEAL && beside && shelf.use_gains(IDEAL).is_ok() {
         named.push((shelf.control.gains_name, shelf.control.gains.as_longitudinal()));
     }
-    if !named.iter().any(|(name, _)| *name == mission.control.gains_name)
-        && mission.control.gains_name != args.name
-    {
-        named.push((mission.control.gains_name.clone(), mission.control.gains.as_longitudinal()));
-    }
+    let (own_name, own_k) = (&mission.control.gains_name, mission.control.gains.as_longitudinal());
+    let own = named.iter().position(|(_, k)| *k == own_k).unwrap_or_else(|| {
+        let taken = *own_name == args.name || named.iter().any(|(name, _)| name == own_name);
+        named.push((if taken { OWN.to_owned() } else { own_name.clone() }, own_k));
+        named.len() - 1
+    });
     named.push((args.name.clone(), *found));
-    named
+    (named, own)
 }

@@ -39,11 +39,6 @@ pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
     let for_px4 = args.target == ForArg::Px4;
     if for_px4 {
         px4::refuse_unsuitable(args, &mission)?;
-    } else if mission.study.cases.is_empty() {
-        return Err(Failure::input(format!(
-            "{}: tuning.cases is empty; releases to tune on are expected",
-            mission.file.display()
-        )));
     }
     let timed = plan_mission(&mission, false)?;
     if timed.plan.status != Status::Converged {

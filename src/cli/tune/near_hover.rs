@@ -8,7 +8,7 @@ use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::results::OutputFolder;
 use crate::cli::system::{Stopwatch, interrupt_flag};
 use samara::config::Mission;
-use samara::report::tune::near_hover as report;
+use samara::report::tune::{Standing, near_hover as report};
 use samara::trajectory::Trajectory;
 use samara::tune::near_hover::near_hover;
 
@@ -29,5 +29,5 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     write_tune_manifest(args, &folder, mission)?;
     let object = || report::json(mission, &found, &contest, 1e-3 * watch.ms());
     folder.print_result(args.mission.json, object, || text)?;
-    Ok(Answer::Yes)
+    Ok(Answer::from(contest.standing() != Standing::NotBetter))
 }

@@ -4,7 +4,6 @@ use super::args::{MethodArg, ModelArg, ObjectiveArg, TuneArgs, name_of};
 use super::search_run::identity_of;
 use crate::cli::answer::{BadInput as _, Failure};
 use samara::config::Mission;
-use samara::control::Gains;
 use samara::sim::PlantKind;
 use samara::trajectory::Trajectory;
 use samara::tune::cma_es::{CmaSettings, Scale};
@@ -59,15 +58,23 @@ pub fn judge_of<'a>(
 }
 
 /// The objectives of the search; the gains found are the best under the last.
-pub fn objectives(args: &TuneArgs, judge: &GainJudge<'_>) -> Result<Vec<Objective>, Failure> {
+pub fn objectives(
+    args: &TuneArgs,
+    mission: &Mission,
+    judge: &GainJudge<'_>,
+) -> Result<Vec<Objective>, Failure> {
     let penalty = args.penalty;
     let bound = || {
-        match rms_bound(args, judge) {
-        bound if bound.is_finite() => Ok(bound),
-        _ => Err(Failure::input(
-            "the paper's PSO gains cannot fly this mission, so they give no bound on tracking: --rms-bound is needed".to_owned(),
-        )),
-    }
+        let bound = rms_bound(args, mission, judge);
+        if bound.is_finite() {
+            return Ok(bound);
+        }
+        let lost = judge.first_lost(&mission.control.gains.as_longitudinal());
+        Err(Failure::input(format!(
+            "the mission's own gains, {}, lose a flight, so they give no bound on tracking{}. Expected: --rms-bound X,              other gains in the mission, or --objective rms first",
+            mission.control.gains_name,
+            lost.map_or_else(String::new, |flight| format!(": {flight}")),
+        )))
     };
     Ok(match args.objective {
         ObjectiveArg::Rms => vec![Objective::Rms],
@@ -80,10 +87,10 @@ pub fn objectives(args: &TuneArgs, judge: &GainJudge<'_>) -> Result<Vec<Objectiv
     })
 }
 
-/// The bound on the tracking RMS: the one asked for, or what the paper's PSO gains reach on these flights;
-/// infinite when those are lost.
-pub fn rms_bound(args: &TuneArgs, judge: &GainJudge<'_>) -> f64 {
-    args.rms_bound.unwrap_or_else(|| judge.evaluate(&Gains::paper_pso().as_longitudinal()).rms)
+/// The bound on the tracking RMS: the one asked for, or what the mission's own gains reach on these flights;
+/// infinite when those lose one.
+pub fn rms_bound(args: &TuneArgs, mission: &Mission, judge: &GainJudge<'_>) -> f64 {
+    args.rms_bound.unwrap_or_else(|| judge.evaluate(&mission.control.gains.as_longitudinal()).rms)
 }
 
 /// The settings of the search.

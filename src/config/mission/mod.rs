@@ -93,6 +93,7 @@ pub(super) struct MissionJson {
     /// Limits of the cascade.
     control: control::ControlJson,
     /// Releases that the gains are tuned on.
+    #[serde(default)]
     tuning: study::TuningJson,
     /// Random releases, (40)-(44).
     monte_carlo: study::MonteCarloJson,
@@ -186,7 +187,13 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
         plan,
         limits: Limits::from_json(&json.limits, &target_v_ned),
         control: Control::from_json(&json.control, gains),
-        study: Study::from_json(&source, &json.tuning, &json.monte_carlo)?,
+        study: Study::from_json(
+            &source,
+            &json.tuning,
+            &json.monte_carlo,
+            release.parachute,
+            &site.environment,
+        )?,
         sensors: equipment::sensors(
             &source,
             json.sensors.as_ref(),

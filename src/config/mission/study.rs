@@ -10,16 +10,19 @@ use crate::config::source::Source;
 use crate::model::parachute::Pendulum;
 use crate::model::{Environment, Parachute};
 use crate::tune::ReleaseCase;
+use crate::tune::release_cases::cases_of_swing;
 use crate::units::RAD_PER_DEG;
 
 /// Releases that the gains are tuned on.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct TuningJson {
     /// Where the cases come from.
     #[serde(rename = "about")]
     _about: Option<String>,
-    /// Releases by name; Table 3 for the paper's mission.
+    /// Releases by name; Table 3 for the paper's mission. Left out or empty: one without a swing and, as in
+    /// that table, a swing of three standard deviations of monte_carlo at the phases 0, 36 .. 180 deg.
+    #[serde(default)]
     cases: Vec<CaseJson>,
 }
 
@@ -60,7 +63,7 @@ pub(super) struct MonteCarloJson {
 /// The releases that gains are tuned on and that a safety study draws.
 #[derive(Clone, Debug)]
 pub struct Study {
-    /// Releases that the gains are tuned on, Table 3; each has a name of its own.
+    /// Releases that the gains are tuned on, Table 3, at least one; each has a name of its own.
     pub cases: Vec<ReleaseCase>,
     /// Random releases.
     pub monte_carlo: MonteCarlo,
@@ -86,6 +89,8 @@ impl Study {
         source: &Source,
         tuning: &TuningJson,
         monte_carlo: &MonteCarloJson,
+        parachute: Parachute,
+        site: &Environment,
     ) -> Result<Self, ConfigError> {
         check_names(source, &tuning.cases)?;
         let case = |case: &CaseJson| ReleaseCase {
@@ -94,16 +99,18 @@ impl Study {
             pitch_rad: case.pitch_deg.get() * RAD_PER_DEG,
             pitch_rate_rad_s: case.pitch_rate_deg_s.get() * RAD_PER_DEG,
         };
-        Ok(Self {
-            cases: tuning.cases.iter().map(case).collect(),
-            monte_carlo: MonteCarlo {
-                trials: monte_carlo.trials.get(),
-                amplitude_sigma_rad: monte_carlo.amplitude_sigma_deg.get() * RAD_PER_DEG,
-                omega_rad_s: monte_carlo.omega_rad_s.get(),
-                length_m: monte_carlo.length_m.get(),
-                wind_sigma_m_s: monte_carlo.wind_sigma_m_s.map_or(0.0, NonNegative::get),
-            },
-        })
+        let monte_carlo = MonteCarlo {
+            trials: monte_carlo.trials.get(),
+            amplitude_sigma_rad: monte_carlo.amplitude_sigma_deg.get() * RAD_PER_DEG,
+            omega_rad_s: monte_carlo.omega_rad_s.get(),
+            length_m: monte_carlo.length_m.get(),
+            wind_sigma_m_s: monte_carlo.wind_sigma_m_s.map_or(0.0, NonNegative::get),
+        };
+        let mut cases: Vec<ReleaseCase> = tuning.cases.iter().map(case).collect();
+        if cases.is_empty() {
+            cases = cases_of_swing(&monte_carlo.releases(parachute, site));
+        }
+        Ok(Self { cases, monte_carlo })
     }
 }
 

@@ -1,10 +1,11 @@
-//! Gains on flights that the tuning never saw, and which of them are best.
+//! Gains on flights that the tuning never saw, which of them are best, and whether those found are better
+//! than the mission's own.
 //!
-//! The rule is the same whatever was tuned, and on what: gains must **hold the bounds** on the mission's
+//! The objective that was asked for decides. For safety, gains must **hold the bounds** on the mission's
 //! release cases with real actuators - track no worse than the bound and come to rest at the target in every
-//! case; J_TPF alone would choose gains that never accelerate. Of those that do, the best have the lowest
-//! worst J_TPF on the unseen flights, or on the varied ones when the tuning was for them; of equals, those
-//! that track better.
+//! case; of those that do, the best have the lowest worst J_TPF on the unseen flights, or on the varied ones
+//! when the tuning was for them; of equals, those that track better. For tracking or for J_TPF alone that
+//! number's worst on these flights decides.
 
 use super::gains_table;
 use crate::assess::Tally;
@@ -14,14 +15,26 @@ use crate::tune::{Evaluation, Longitudinal, Objective};
 /// J_TPF at which a limit is reached.
 const LIMIT: f64 = 1.0;
 
-/// J_TPF of these flights, and how many of them stayed within every limit.
-pub fn tally(flights: &[Evaluation]) -> Tally {
-    let mut tally = Tally::default();
-    for flight in flights {
-        tally.j_tpf.push(flight.j_tpf);
-        tally.safe.push(flight.j_tpf <= LIMIT);
+/// The results of one set of gains on flights that no tuning saw.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UnseenFlights {
+    /// J_TPF of the flights, and how many of them stayed within every limit.
+    pub tally: Tally,
+    /// Worst tracking RMS, (45); infinite when a flight was lost.
+    pub rms_worst: f64,
+}
+
+impl UnseenFlights {
+    /// The results of these flights.
+    pub fn of(flights: &[Evaluation]) -> Self {
+        let mut unseen = Self { tally: Tally::default(), rms_worst: 0.0 };
+        for flight in flights {
+            unseen.tally.j_tpf.push(flight.j_tpf);
+            unseen.tally.safe.push(flight.j_tpf <= LIMIT);
+            unseen.rms_worst = unseen.rms_worst.max(flight.rms);
+        }
+        unseen
     }
-    tally
 }
 
 /// A set of gains and its results.
@@ -36,10 +49,10 @@ pub struct Contender {
     /// Worst of the release cases, with real actuators.
     pub cases: Evaluation,
     /// Results on random releases.
-    pub unseen: Tally,
+    pub unseen: UnseenFlights,
     /// Results on the same releases, each with mass, air, wind and delays of its own that the controller does
     /// not know.
-    pub varied: Tally,
+    pub varied: UnseenFlights,
 }
 
 /// Sets of gains, compared.
@@ -47,32 +60,90 @@ pub struct Contender {
 pub struct Contest {
     /// The gains to compare with, and last the gains found.
     pub contenders: Vec<Contender>,
-    /// Bounds that the release cases must hold.
-    pub bounds: Objective,
+    /// Place of the mission's own gains among them.
+    pub own: usize,
+    /// What is to be small, with the bounds that the release cases must hold.
+    pub objective: Objective,
     /// Whether the varied flights decide.
     pub robust: bool,
+}
+
+/// How the gains found stand beside the mission's own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// They are better.
+    Better,
+    /// They are the mission's own, found again.
+    Same,
+    /// They are not better.
+    NotBetter,
+}
+
+impl Standing {
+    /// The word for it in JSON.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Better => "better",
+            Self::Same => "same",
+            Self::NotBetter => "not_better",
+        }
+    }
 }
 
 impl Contest {
     /// Whether a set of gains holds the bounds.
     pub fn allows(&self, c: &Contender) -> bool {
-        c.cases.is_finite() && self.bounds.allows(&c.cases)
+        c.cases.is_finite() && self.objective.allows(&c.cases)
     }
 
     /// The best gains by the rule; `None` when none hold the bounds.
     pub fn best(&self) -> Option<&Contender> {
-        let order = |c: &Contender| (if self.robust { c.varied } else { c.unseen }.j_tpf.max(), c.cases.rms);
-        self.contenders.iter().filter(|c| self.allows(c)).min_by(|a, b| {
-            let (a, b) = (order(a), order(b));
-            a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
-        })
+        self.contenders.iter().filter(|c| self.allows(c)).min_by(|a, b| self.order(a, b))
+    }
+
+    /// How the gains found stand beside the mission's own: better when they alone hold the bounds, or when
+    /// both do and they come first by the rule.
+    pub fn standing(&self) -> Standing {
+        let Some((own, found)) = self.own_and_found() else { return Standing::NotBetter };
+        if own.k == found.k {
+            return Standing::Same;
+        }
+        let first = !self.allows(own) || self.order(found, own).is_lt();
+        if self.allows(found) && first { Standing::Better } else { Standing::NotBetter }
+    }
+
+    /// The mission's own gains; `None` in an empty contest.
+    pub fn own(&self) -> Option<&Contender> {
+        self.contenders.get(self.own)
+    }
+
+    fn own_and_found(&self) -> Option<(&Contender, &Contender)> {
+        Some((self.own()?, self.contenders.last()?))
+    }
+
+    fn deciding<'c>(&self, c: &'c Contender) -> &'c UnseenFlights {
+        if self.robust { &c.varied } else { &c.unseen }
+    }
+
+    /// The number that decides, and its name.
+    fn number(&self, c: &Contender) -> (f64, &'static str) {
+        let flown = self.deciding(c);
+        match self.objective {
+            Objective::Rms => (flown.rms_worst, "worst tracking RMS"),
+            Objective::JTpf | Objective::Safety { .. } => (flown.tally.j_tpf.max(), "worst J_TPF"),
+        }
+    }
+
+    fn order(&self, a: &Contender, b: &Contender) -> std::cmp::Ordering {
+        let number = |c| self.number(c).0;
+        number(a).total_cmp(&number(b)).then(a.cases.rms.total_cmp(&b.cases.rms))
     }
 
     /// The comparison as text for the terminal.
     pub fn text(&self) -> String {
         const WIDTHS: [usize; 12] = [14, 7, 7, 7, 7, 9, 7, 7, 9, 7, 7, 8];
         let sets: Vec<_> = self.contenders.iter().map(|c| (c.name.as_str(), c.k)).collect();
-        let trials = self.contenders.first().map_or(0, |c| c.unseen.j_tpf.count());
+        let trials = self.contenders.first().map_or(0, |c| c.unseen.tally.j_tpf.count());
         let unseen = format!("J_TPF, {trials} unseen");
         let groups = ["", "tuning's flights", "release cases", &unseen, "J_TPF, the same varied", "within"];
         let heads =
@@ -83,39 +154,74 @@ impl Contest {
             let mut cells = vec![c.name.clone()];
             cells.extend([c.tuning.rms, c.tuning.j_tpf, c.cases.rms].map(fixed));
             cells.push(if c.cases.unrest == 0.0 { "yes" } else { "no" }.to_owned());
-            for j in [&c.unseen.j_tpf, &c.varied.j_tpf] {
+            for j in [&c.unseen.tally.j_tpf, &c.varied.tally.j_tpf] {
                 cells.extend([j.max(), j.mean(), j.std()].map(fixed));
             }
-            let p_safe = [&c.unseen, &c.varied].map(|tally| tally.safe.probability());
+            let p_safe = [&c.unseen, &c.varied].map(|flown| flown.tally.safe.probability());
             cells.push(format!("{:.1}%", 50.0 * (p_safe[0] + p_safe[1])));
             out += &columns(&WIDTHS, cells);
         }
-        out + "\n" + &self.verdict()
+        out + "\n" + &self.bounds() + &self.verdict() + "\n"
     }
 
-    /// The best gains, and why not the others.
-    fn verdict(&self) -> String {
-        let flights = if self.robust { "varied" } else { "unseen" };
-        let mut bound = "come to rest at the target in every release case".to_owned();
-        if let Objective::Safety { rms_bound, .. } = self.bounds
-            && rms_bound.is_finite()
-        {
-            bound = format!("track within an RMS of {rms_bound:.4} and {bound}");
-        }
-        let mut out = match self.best() {
-            Some(c) => format!(
-                "best: {}, of those that {bound} the lowest worst J_TPF on the {flights} flights\n",
-                c.name
-            ),
-            None => format!("best: none, for none of them {bound}\n"),
-        };
+    /// What the bounds are, which gains do not hold them, and the best of those that do.
+    fn bounds(&self) -> String {
+        let Objective::Safety { rms_bound, .. } = self.objective else { return String::new() };
+        let mut out = format!(
+            "bounds: a tracking RMS of at most {rms_bound:.4} and rest at the target, in every release case\n"
+        );
         let others: Vec<&str> =
             self.contenders.iter().filter(|c| !self.allows(c)).map(|c| c.name.as_str()).collect();
-        if !others.is_empty() && others.len() < self.contenders.len() {
-            out += &format!("that do not: {}\n", others.join(", "));
+        if !others.is_empty() {
+            out += &format!("not within them: {}\n", others.join(", "));
         }
-        out
+        let best = self.best().map_or("none", |c| &c.name);
+        out + &format!("lowest worst J_TPF within them, {} flights: {best}\n", self.kind())
     }
+
+    fn kind(&self) -> &'static str {
+        if self.robust { "varied" } else { "unseen" }
+    }
+
+    /// The answer in a sentence: whether the gains found are better than the mission's own.
+    pub fn verdict(&self) -> String {
+        let Some((own, found)) = self.own_and_found() else { return String::new() };
+        let (own_name, name) = (&own.name, &found.name);
+        let numbers = || {
+            let ((own, what), (found, _)) = (self.number(own), self.number(found));
+            let count = self.deciding(&self.contenders[0]).tally.j_tpf.count();
+            let (found, own) = apart(found, own);
+            format!("{what} {found} against {own} on {count} {} flights", self.kind())
+        };
+        let outside = |c: &Contender| match (c.cases.is_finite(), c.cases.unrest == 0.0) {
+            (false, _) => "loses a release case",
+            (true, false) => "does not come to rest in every release case",
+            (true, true) => "breaks the bound on tracking in a release case",
+        };
+        match (self.standing(), self.allows(own), self.allows(found)) {
+            (Standing::Same, ..) => format!("{name} is {own_name} found again: nothing changes"),
+            (Standing::Better, true, _) => format!("{name} is better than {own_name} ({})", numbers()),
+            (Standing::Better, false, _) => {
+                format!("{name} is better than {own_name}, which {}", outside(own))
+            }
+            (Standing::NotBetter, own_holds, false) => {
+                let then = if own_holds { format!("keep {own_name}") } else { "neither will do".to_owned() };
+                format!("{name} is not better than {own_name} (it {}): {then}", outside(found))
+            }
+            (Standing::NotBetter, _, true) => {
+                format!("{name} is not better than {own_name} ({}): keep {own_name}", numbers())
+            }
+        }
+    }
+}
+
+/// Two numbers with as many digits, three or more, as tell them apart.
+fn apart(a: f64, b: f64) -> (String, String) {
+    let text = |digits: usize| {
+        [a, b].map(|x| if x.is_finite() { format!("{x:.digits$}") } else { "lost".to_owned() })
+    };
+    let [a, b] = (3..9).map(text).find(|[a, b]| a != b).unwrap_or_else(|| text(3));
+    (a, b)
 }
 
 fn fixed(x: f64) -> String {
@@ -127,48 +233,116 @@ mod tests {
     use super::*;
 
     fn contender(name: &str, cases: Evaluation, unseen: f64, varied: f64) -> Contender {
-        let flown = |j_tpf| tally(&[Evaluation { j_tpf, ..Evaluation::PERFECT }; 10]);
+        let flown = |j_tpf| UnseenFlights::of(&[Evaluation { j_tpf, ..Evaluation::PERFECT }; 10]);
         let (unseen, varied) = (flown(unseen), flown(varied));
-        Contender { name: name.to_owned(), k: [1.0; 7], tuning: cases, cases, unseen, varied }
+        // Gains of its own.
+        let k = [name.len() as f64; 7];
+        Contender { name: name.to_owned(), k, tuning: cases, cases, unseen, varied }
     }
+
+    const GOOD: Evaluation = Evaluation { rms: 0.3, j_tpf: 0.6, unrest: 0.0 };
+    const SAFETY: Objective = Objective::Safety { rms_bound: 0.35, penalty: 1.0 };
 
     /// Gains that never accelerate are safest of all, and gains that never come to rest track well: neither
     /// wins.
     #[test]
     fn the_safest_gains_that_hold_the_bounds_win() {
-        let good = Evaluation { rms: 0.3, j_tpf: 0.6, unrest: 0.0 };
         let mut contest = Contest {
             contenders: vec![
-                contender("lazy", Evaluation { rms: 2.0, ..good }, 0.4, 0.4),
-                contender("restless", Evaluation { unrest: 0.01, ..good }, 0.5, 0.5),
+                contender("lazy", Evaluation { rms: 2.0, ..GOOD }, 0.4, 0.4),
+                contender("restless", Evaluation { unrest: 0.01, ..GOOD }, 0.5, 0.5),
                 contender("lost", Evaluation::DIVERGED, 0.5, 0.5),
-                contender("safe", good, 0.6, 0.9),
-                contender("robust", good, 0.7, 0.8),
+                contender("safe", GOOD, 0.6, 0.9),
+                contender("robust", GOOD, 0.7, 0.8),
             ],
-            bounds: Objective::Safety { rms_bound: 0.35, penalty: 1.0 },
+            own: 3,
+            objective: SAFETY,
             robust: false,
         };
         let best = |c: &Contest| c.best().map(|c| c.name.clone());
         assert_eq!(best(&contest).as_deref(), Some("safe"));
         let text = contest.text();
+        assert!(text.contains("bounds: a tracking RMS of at most 0.3500 and rest at the target"), "{text}");
+        assert!(text.contains("not within them: lazy, restless, lost\n"), "{text}");
+        assert!(text.contains("within them, unseen flights: safe\n"), "{text}");
         assert!(
-            text.contains("best: safe, of those that track within an RMS of 0.3500 and come to rest"),
+            text.ends_with(
+                "robust is not better than safe (worst J_TPF 0.700 against 0.600 on 10 unseen flights): keep safe\n"
+            ),
             "{text}"
         );
-        assert!(text.ends_with("that do not: lazy, restless, lost\n"), "{text}");
         contest.robust = true;
         assert_eq!(best(&contest).as_deref(), Some("robust"));
+        let text = contest.text();
+        assert!(
+            text.ends_with(
+                "robust is better than safe (worst J_TPF 0.800 against 0.900 on 10 varied flights)\n"
+            ),
+            "{text}"
+        );
         contest.contenders.truncate(3);
         assert_eq!(best(&contest), None);
-        assert!(contest.text().contains("best: none"));
+        assert!(
+            contest.text().contains("unseen flights: none")
+                || contest.text().contains("varied flights: none")
+        );
+    }
+
+    /// The mission's own gains and those found, each within the bounds or not, and the same gains again.
+    #[test]
+    fn the_answer_names_the_reason() {
+        let restless = Evaluation { unrest: 0.01, ..GOOD };
+        let between = |own: Evaluation, found: Evaluation, objective| {
+            let contenders = vec![contender("ours", own, 0.6, 0.6), contender("tuned", found, 0.5, 0.5)];
+            Contest { contenders, own: 0, objective, robust: false }
+        };
+        for (own, found, standing, verdict) in [
+            (GOOD, GOOD, Standing::Better, "(worst J_TPF 0.500 against 0.600 on 10 unseen flights)"),
+            (
+                restless,
+                GOOD,
+                Standing::Better,
+                "tuned is better than ours, which does not come to rest in every release case",
+            ),
+            (
+                GOOD,
+                restless,
+                Standing::NotBetter,
+                "(it does not come to rest in every release case): keep ours",
+            ),
+            (GOOD, Evaluation::DIVERGED, Standing::NotBetter, "(it loses a release case): keep ours"),
+            (
+                GOOD,
+                Evaluation { rms: 0.4, ..GOOD },
+                Standing::NotBetter,
+                "(it breaks the bound on tracking in a release case): keep ours",
+            ),
+            (restless, restless, Standing::NotBetter, "): neither will do"),
+        ] {
+            let contest = between(own, found, SAFETY);
+            assert_eq!(contest.standing(), standing, "{own:?} {found:?}");
+            assert!(contest.verdict().ends_with(verdict), "{}", contest.verdict());
+        }
+        // J_TPF alone asks for no rest, tracking for the tracking of the unseen flights.
+        assert_eq!(between(GOOD, restless, Objective::JTpf).standing(), Standing::Better);
+        let mut tracking = between(GOOD, GOOD, Objective::Rms);
+        assert_eq!(tracking.standing(), Standing::NotBetter, "as good is not better");
+        tracking.contenders[1].unseen.rms_worst = -0.000_01;
+        assert_eq!(tracking.standing(), Standing::Better);
+        let mut again = between(GOOD, GOOD, SAFETY);
+        again.contenders[1].k = again.contenders[0].k;
+        assert_eq!(again.standing(), Standing::Same);
+        assert_eq!(again.verdict(), "tuned is ours found again: nothing changes");
     }
 
     #[test]
     fn closed_form_of_a_tally() {
-        let flight = |j_tpf| Evaluation { j_tpf, ..Evaluation::PERFECT };
-        let Tally { j_tpf: j, safe } = tally(&[0.5, 0.7, 1.2].map(flight));
+        let flight = |j_tpf| Evaluation { j_tpf, rms: j_tpf / 2.0, ..Evaluation::PERFECT };
+        let UnseenFlights { tally: Tally { j_tpf: j, safe }, rms_worst } =
+            UnseenFlights::of(&[0.5, 0.7, 1.2].map(flight));
         assert!((j.mean() - 0.8).abs() < 1e-15 && (j.std() - 0.13f64.sqrt()).abs() < 1e-15, "{j:?}");
         assert_eq!((j.count(), j.max(), safe.probability()), (3, 1.2, 2.0 / 3.0));
-        assert_eq!(tally(&[flight(LIMIT)]).safe.probability(), 1.0);
+        assert_eq!(rms_worst, 0.6);
+        assert_eq!(UnseenFlights::of(&[flight(LIMIT)]).tally.safe.probability(), 1.0);
     }
 }

@@ -16,7 +16,7 @@ use crate::config::Mission;
 use crate::control::Gains;
 use crate::tune::search::Tried;
 use crate::tune::{Longitudinal, Objective, Search};
-pub use contest::{Contender, Contest};
+pub use contest::{Contender, Contest, Standing, UnseenFlights};
 
 /// A search and its result.
 #[derive(Clone, Debug)]

@@ -1,7 +1,7 @@
 //! The experiments of Ziegler and Nichols and the gains computed from them.
 
 use super::contest::Contest;
-use super::records::{best, contenders};
+use super::records::{best, contenders, own, standing};
 use super::{NAMES, named};
 use crate::config::Mission;
 use crate::report::columns::columns;
@@ -64,5 +64,7 @@ pub fn json(mission: &Mission, found: &NearHover, contest: &Contest, wall_s: f64
         wall_s: wall_s,
         contenders: contenders(Some(contest)),
         best: best(Some(contest)),
+        own: own(Some(contest)),
+        standing: standing(Some(contest)),
     })
 }

@@ -52,15 +52,17 @@ pub(crate) fn contenders(contest: Option<&Contest>) -> Vec<impl Serialize> {
             allowed: of.allows(c),
             tuning_rms: c.tuning.rms,
             tuning_j_tpf_worst: c.tuning.j_tpf,
-            unseen_trials: c.unseen.j_tpf.count(),
-            unseen_j_tpf_mean: c.unseen.j_tpf.mean(),
-            unseen_j_tpf_std: c.unseen.j_tpf.std(),
-            unseen_j_tpf_worst: c.unseen.j_tpf.max(),
-            unseen_p_safe: c.unseen.safe.probability(),
-            varied_j_tpf_mean: c.varied.j_tpf.mean(),
-            varied_j_tpf_std: c.varied.j_tpf.std(),
-            varied_j_tpf_worst: c.varied.j_tpf.max(),
-            varied_p_safe: c.varied.safe.probability(),
+            unseen_trials: c.unseen.tally.j_tpf.count(),
+            unseen_j_tpf_mean: c.unseen.tally.j_tpf.mean(),
+            unseen_j_tpf_std: c.unseen.tally.j_tpf.std(),
+            unseen_j_tpf_worst: c.unseen.tally.j_tpf.max(),
+            unseen_rms_worst: c.unseen.rms_worst,
+            unseen_p_safe: c.unseen.tally.safe.probability(),
+            varied_j_tpf_mean: c.varied.tally.j_tpf.mean(),
+            varied_j_tpf_std: c.varied.tally.j_tpf.std(),
+            varied_j_tpf_worst: c.varied.tally.j_tpf.max(),
+            varied_rms_worst: c.varied.rms_worst,
+            varied_p_safe: c.varied.tally.safe.probability(),
         }
     });
     objects.collect()
@@ -69,6 +71,16 @@ pub(crate) fn contenders(contest: Option<&Contest>) -> Vec<impl Serialize> {
 /// Name of the best contender.
 pub(crate) fn best(contest: Option<&Contest>) -> Option<&str> {
     contest.and_then(Contest::best).map(|c| c.name.as_str())
+}
+
+/// Name of the mission's own contender.
+pub(crate) fn own(contest: Option<&Contest>) -> Option<&str> {
+    contest.and_then(Contest::own).map(|c| c.name.as_str())
+}
+
+/// How the gains found stand beside the mission's own, in a word.
+pub(crate) fn standing(contest: Option<&Contest>) -> Option<&'static str> {
+    contest.map(|contest| contest.standing().word())
 }
 
 /// The object of `samara tune --json`.
@@ -98,6 +110,9 @@ pub fn json(mission: &Mission, search: &Search, run: &TuneRun) -> String {
         evaluations_per_s: run.fresh_evaluations as f64 / run.wall_s,
         contenders: contenders(run.contest.as_ref()),
         best: best(run.contest.as_ref()),
+        own: own(run.contest.as_ref()),
+        standing: standing(run.contest.as_ref()),
+        rms_bound: run.bounds.rms_bound(),
     })
 }
 
