@@ -7,7 +7,7 @@
 
 use std::ops::ControlFlow;
 
-use samara::assess::{RandomRelease, SafetyStudy, StudyEntry, StudyReference, Tally};
+use samara::assess::{RandomRelease, StudyEntry, StudyReference, Tally};
 use samara::config::load_mission;
 use samara::control::{Airframe, Cascade};
 use samara::plan::{Guess, SolverOptions, plan};
@@ -19,14 +19,7 @@ pub fn campaign(trials: u64, swings_deg: &[f64]) -> Result<Vec<Tally>, Box<dyn s
         ControlFlow::Continue(())
     })?;
     let airframe = Airframe::new(&mission.vehicle, &mission.site.environment)?;
-    let study = SafetyStudy {
-        vehicle: mission.vehicle.clone(),
-        environment: mission.site.environment.clone(),
-        limits: mission.limits.safety,
-        target_v_ned: mission.target_v_ned,
-        steady_within_m_s: mission.limits.steady_within_m_s,
-        plan: plan.trajectory,
-    };
+    let study = mission.safety_study(&plan.trajectory);
     let entry = StudyEntry {
         name: "ours",
         gains_name: mission.control.gains_name.clone(),

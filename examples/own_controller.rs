@@ -10,7 +10,7 @@
 use std::ops::ControlFlow;
 
 use nalgebra::{SMatrix, SVector, Vector3};
-use samara::assess::{SafetyStudy, StudyEntry, StudyReference, Summary, Verdict, VerdictBuilder};
+use samara::assess::{StudyEntry, StudyReference, Summary, Verdict, VerdictBuilder};
 use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, load_mission};
 use samara::control::{Airframe, ControlOutput, ControlSettings, Controller, Measurement, Setpoint};
@@ -98,14 +98,7 @@ impl Controller for Lqr {
 
 /// J_TPF of the mission's release cases and over `trials` random releases.
 pub fn study(mission: &Mission, plan: &Trajectory, controller: &Lqr, trials: u64) -> (Vec<f64>, Summary) {
-    let study = SafetyStudy {
-        vehicle: mission.vehicle.clone(),
-        environment: mission.site.environment.clone(),
-        limits: mission.limits.safety,
-        target_v_ned: mission.target_v_ned,
-        steady_within_m_s: mission.limits.steady_within_m_s,
-        plan: plan.clone(),
-    };
+    let study = mission.safety_study(plan);
     let entry = StudyEntry {
         name: "lqr",
         gains_name: "lqr".to_owned(),

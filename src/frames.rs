@@ -142,6 +142,12 @@ pub fn bank(q: Quaternion) -> f64 {
     if q[1].abs().max(q[3].abs()) < PLANAR_TOLERANCE { 0.0 } else { roll(q) }
 }
 
+/// Angle between the body's up axis and the vertical [rad], in [0, pi].
+pub fn tilt(q: Quaternion) -> f64 {
+    let up_ned = rotate_ned_from_body(q, -Vector3::z());
+    math::acos((-up_ned.z).clamp(-1.0, 1.0))
+}
+
 /// Yaw (heading) [rad], in (-pi, pi], north to east positive.
 pub fn yaw(q: Quaternion) -> f64 {
     math::atan2(2.0 * (q[0] * q[3] + q[1] * q[2]), 1.0 - 2.0 * (q[2] * q[2] + q[3] * q[3]))

@@ -116,10 +116,17 @@ fn a_mission_of_another_vehicle_has_nothing_of_the_papers() {
     let out = tempfile::tempdir().unwrap();
     let output = samara(&[QUICK, "--trials", "2", "--json"], out.path());
     let study = json(&output);
-    assert_eq!(study["findings"].as_array().unwrap().len(), 0);
-    assert!(study.get("paper_plan_j_tpf").is_none() && study["campaigns"][0]["paper_mean"].is_null());
+    assert!(study.get("findings").is_none() && study.get("table5").is_none());
+    let names: Vec<&str> =
+        study["campaigns"].as_array().unwrap().iter().map(|c| c["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["optimal", "step"]);
     let text = fs::read_to_string(out.path().join("assess.txt")).unwrap();
-    assert!(!text.contains("the paper"), "{text}");
+    let page = fs::read_to_string(out.path().join("assess.html")).unwrap();
+    for words in [text, page] {
+        for paper in ["paper", "Table", "Figure 7", "near-hover"] {
+            assert!(!words.contains(paper), "{paper}: {words}");
+        }
+    }
 }
 
 /// The lander with other limits, another mass, a side wind: nothing of the paper's, and no reasons that were
@@ -144,9 +151,11 @@ fn a_mission_that_is_not_the_papers_has_nothing_of_the_papers() {
         assert!(text.contains("commanded every 10.010 ms"), "{text}");
         assert_eq!(text.contains("side wind makes of v_E"), rms_note, "{to}: {text}");
         let page = fs::read_to_string(folder.path().join("assess.html")).unwrap();
-        assert!(page.contains("nothing of the paper's"), "{to}");
+        for paper in ["the paper", "Table 5", "Figure 7"] {
+            assert!(!page.contains(paper), "{to}: {paper}");
+        }
         // Roll and roll rate count in J_TPF: a trial's line tells them.
-        let rows = fs::read_to_string(folder.path().join("campaign_ours.csv")).unwrap();
+        let rows = fs::read_to_string(folder.path().join("campaign_optimal.csv")).unwrap();
         let line = |start: &str| -> Vec<String> {
             rows.lines().find(|l| l.starts_with(start)).unwrap().split(',').map(str::to_owned).collect()
         };
@@ -176,7 +185,7 @@ fn prop_a_resumed_study_has_the_bytes_of_an_uninterrupted_one() {
         .stdout(std::process::Stdio::null())
         .spawn()
         .unwrap();
-    let first = broken.path().join("campaign_near_hover_step.csv");
+    let first = broken.path().join("campaign_optimal.csv");
     while child.try_wait().unwrap().is_none() && fs::metadata(&first).map_or(0, |m| m.len()) < 2_000 {
         std::thread::yield_now();
     }
@@ -192,20 +201,24 @@ fn prop_a_resumed_study_has_the_bytes_of_an_uninterrupted_one() {
         let text = fs::read(&path).unwrap();
         fs::write(&path, &text[..text.len().min(bytes)]).unwrap();
     };
-    cut("campaign_near_hover_step.csv", 5_000);
-    cut("campaign_near_hover_optimal.csv", 30);
-    fs::remove_file(broken.path().join("campaign_ours.csv")).unwrap();
-    let output = samara(&[QUICK, "--trials", "150", "--resume", "--threads", "1"], broken.path());
-    assert!(code(&output) <= 1, "{}", stderr(&output));
-    assert_same(whole.path(), broken.path());
+    let resumed = || {
+        let output = samara(&[QUICK, "--trials", "150", "--resume", "--threads", "1"], broken.path());
+        assert!(code(&output) <= 1, "{}", stderr(&output));
+        assert_same(whole.path(), broken.path());
+    };
+    cut("campaign_optimal.csv", 5_000);
+    cut("campaign_step.csv", 30);
+    resumed();
+    fs::remove_file(broken.path().join("campaign_step.csv")).unwrap();
+    resumed();
 
     // Fewer than there are would throw trials away; another seed's are not ours.
     for (args, said) in [(["--trials", "20"], "more than 20 trials"), (["--seed", "2"], "of other inputs")] {
         let output = samara(&[&[QUICK, "--resume"][..], &args].concat(), broken.path());
         assert_eq!(code(&output), 2);
-        assert!(stderr(&output).contains(said) && stderr(&output).contains("campaign_near_hover_step.csv:"));
+        assert!(stderr(&output).contains(said) && stderr(&output).contains("campaign_optimal.csv:"));
     }
-    let path = broken.path().join("campaign_near_hover_step.csv");
+    let path = broken.path().join("campaign_optimal.csv");
     let spoilt = fs::read_to_string(&path).unwrap().replacen("\n1,", "\n7,", 1);
     fs::write(&path, spoilt).unwrap();
     let output = samara(&[QUICK, "--trials", "150", "--resume"], broken.path());
@@ -225,17 +238,18 @@ fn prop_one_trial_alone_is_the_campaigns() {
         let row = rows.lines().find(|l| l.starts_with("4,")).unwrap();
         assert_eq!(flight["csv_row"], row);
         let log = fs::read_to_string(one.path().join(format!("trial_4_{name}.csv"))).unwrap();
-        assert_eq!(log.lines().filter(|l| l.starts_with(|c: char| c.is_ascii_digit())).count(), 501);
+        // To the mission's end, beyond the plan's 5 s.
+        assert!(log.lines().filter(|l| l.starts_with(|c: char| c.is_ascii_digit())).count() > 1000);
         assert!(one.path().join(format!("trial_4_{name}.svg")).exists());
         let page = fs::read_to_string(one.path().join(format!("trial_4_{name}.html"))).unwrap();
         assert!(page.contains(&format!(", trial 4, {name}</title>")), "{name}");
     }
-    assert_eq!(trial["flights"].as_array().unwrap().len(), 4);
+    assert_eq!(trial["flights"].as_array().unwrap().len(), 2);
     let manifest = fs::read_to_string(one.path().join("assess_only_manifest.json")).unwrap();
     let manifest: serde_json::Value = serde_json::from_str(&manifest).unwrap();
     assert_eq!(
         manifest["files"].as_object().unwrap().keys().filter(|f| f.starts_with("trial_4_")).count(),
-        8
+        4
     );
 }
 
@@ -246,7 +260,7 @@ fn an_unsafe_trial_says_no() {
     assert_eq!(code(&output), 1, "{}", stderr(&output));
     let study = json(&output);
     assert_eq!(
-        (study["safe"].as_bool(), study["campaigns"][3]["unsafe_trials"].as_u64()),
+        (study["safe"].as_bool(), study["campaigns"][0]["unsafe_trials"].as_u64()),
         (Some(false), Some(2))
     );
     let output = samara(&["--only", "0", "--bound", "0.5"], out.path());
@@ -280,7 +294,7 @@ fn a_stopped_study_has_an_object_too() {
         .stderr(std::process::Stdio::null())
         .spawn()
         .unwrap();
-    let first = out.path().join("campaign_near_hover_step.csv");
+    let first = out.path().join("campaign_optimal.csv");
     while child.try_wait().unwrap().is_none() && fs::metadata(&first).map_or(0, |m| m.len()) < 2_000 {
         std::thread::yield_now();
     }
@@ -289,4 +303,77 @@ fn a_stopped_study_has_an_object_too() {
     assert_eq!(code(&output), 1);
     let object = json(&output);
     assert!(object["campaigns"].is_null() && object["reason"].as_str().unwrap().starts_with("stopped"));
+}
+
+/// The same verdict as a drop's: limits of altitude, tilt and time, and steady flight, judged where they are
+/// given; each is named with its number.
+#[test]
+fn limits_are_judged_as_a_drop_judges_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mission = fs::read_to_string(root.join(QUICK)).unwrap();
+    let mission = mission.replace("../params", root.join("params").to_str().unwrap());
+    let with = |limit: &str| {
+        let path = folder.path().join("mission.json");
+        let text = mission.replacen("\"pitch_deg\":", &format!("{limit}, \"pitch_deg\":"), 1);
+        assert_ne!(text, mission);
+        fs::write(&path, text).unwrap();
+        let path = path.to_str().unwrap().to_owned();
+        let study = samara(&[&path, "--trials", "2", "--json"], &folder.path().join("study"));
+        let drop = Command::new(env!("CARGO_BIN_EXE_samara"))
+            .args(["drop", &path, "--json", "--out"])
+            .arg(folder.path().join("drop"))
+            .output()
+            .unwrap();
+        assert_eq!(code(&study), code(&drop), "{limit}: {} {}", stderr(&study), stderr(&drop));
+        (code(&study), json(&study), json(&drop))
+    };
+    for (limit, name, failure) in [
+        ("\"altitude_lost_m\": 5", "altitude_lost", "altitude lost 16"),
+        ("\"tilt_deg\": 2", "tilt", "tilt "),
+        ("\"steady_after_s\": 0.5", "steady_after", "steady after "),
+    ] {
+        let (code, study, drop) = with(limit);
+        assert_eq!(
+            (code, &study["safe"], &study["campaigns"][0]["unsafe_trials"]),
+            (1, &false.into(), &2.into())
+        );
+        let why = study["campaigns"][0]["worst"][0]["failure"].as_str().unwrap();
+        assert!(why.starts_with(failure) && why.contains("limit"), "{why}");
+        assert_eq!(drop["limits_passed"], serde_json::json!([name]));
+    }
+    let (code, study, drop) = with("\"altitude_lost_m\": 500, \"tilt_deg\": 80, \"steady_after_s\": 30");
+    assert_eq!((code, &study["safe"], &drop["limits_passed"]), (0, &true.into(), &serde_json::json!([])));
+    let measured = &study["campaigns"][0]["measures"][2];
+    assert_eq!((&measured["name"], &measured["limit"]), (&"altitude_lost_m".into(), &500.0.into()));
+    // Never steady: half a micrometre per second is no flight's.
+    let (code, study, drop) = with("\"steady_within_m_s\": 0.0000005");
+    assert_eq!((code, drop["reason"].as_str()), (1, Some("not steady")));
+    let why = study["campaigns"][0]["worst"][0]["failure"].as_str().unwrap();
+    assert!(why.starts_with("never steady within"), "{why}");
+}
+
+/// The footprint: a point of release, and a point per trial where the plan ended; both files parse.
+#[test]
+fn the_footprint_is_where_the_trials_were() {
+    let out = tempfile::tempdir().unwrap();
+    let study = json(&samara(&[QUICK, "--trials", "3", "--json"], out.path()));
+    let geojson = fs::read_to_string(out.path().join("footprint.geojson")).unwrap();
+    let geojson: serde_json::Value = serde_json::from_str(&geojson).unwrap();
+    let features = geojson["features"].as_array().unwrap();
+    assert_eq!((&geojson["type"], features.len()), (&"FeatureCollection".into(), 1 + 2 * 3));
+    let at = |feature: &serde_json::Value| -> Vec<f64> {
+        let place = feature["geometry"]["coordinates"].as_array().unwrap();
+        place.iter().map(|x| x.as_f64().unwrap()).collect()
+    };
+    let (release, first) = (at(&features[0]), &features[1]);
+    // A degree of latitude on a sphere of 6371 km is 111.19 km.
+    let north_m = (at(first)[1] - release[1]) * 111_194.9;
+    assert!((north_m - first["properties"]["north_m"].as_f64().unwrap()).abs() < 1e-2, "{first}");
+    let lost = first["properties"]["altitude_lost_m"].as_f64().unwrap();
+    assert!((release[2] - at(first)[2] - lost).abs() < 1e-6 && lost > 5.0, "{first}");
+    assert_eq!(study["campaigns"][0]["trials"], 3);
+    let kml = fs::read_to_string(out.path().join("footprint.kml")).unwrap();
+    assert_eq!(kml.matches("<Placemark>").count(), 1 + 2 * 3);
+    assert_eq!(kml.matches("<Placemark>").count(), kml.matches("</Placemark>").count());
 }

@@ -336,6 +336,8 @@ fn reference_j_tpf_of_the_plan() {
 
 fn bad_verdict() -> Verdict {
     Verdict {
+        peak_tilt_rad: 0.5,
+        way_ned_m: Vector3::new(0.0, 0.0, 1234.56),
         j_tpf: 1.25,
         decided_by: "speed",
         peak_speed_m_s: 15.0,
@@ -365,12 +367,12 @@ altitude lost                  1234.6 m
 steady after                    never                NOT STEADY
 final velocity, NED  4.00 0.00 12.00 m/s
 ";
-    let found = verdict_text(&bad_verdict(), &DROP.mission.limits.safety, true);
+    let found = verdict_text(&bad_verdict(), &DROP.mission.limits, true);
     let squeezed = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert_eq!(squeezed(&found), squeezed(expected), "{found}");
     let rolled =
         Verdict { peak_roll_rad: -0.9, decided_by: "roll", limits_passed: vec!["roll"], ..bad_verdict() };
-    let rolled = squeezed(&verdict_text(&rolled, &DROP.mission.limits.safety, false));
+    let rolled = squeezed(&verdict_text(&rolled, &DROP.mission.limits, false));
     assert!(rolled.contains("EXCEEDED, decided by roll") && rolled.contains("after never final"), "{rolled}");
     assert!(
         rolled.contains("peak roll -51.57 deg +-45 EXCEEDED peak roll rate 0.00 deg/s +-90 ok"),

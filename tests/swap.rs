@@ -67,14 +67,7 @@ fn another_controller_is_judged_by_the_flights_of_the_study() {
     let cases = &mission.study.cases;
     let judged = GainJudge::new(setting).unwrap().with_cases(cases).evaluate_controller(&lqr);
 
-    let study = SafetyStudy {
-        vehicle: mission.vehicle.clone(),
-        environment: mission.site.environment.clone(),
-        limits: mission.limits.safety,
-        target_v_ned: mission.target_v_ned,
-        steady_within_m_s: mission.limits.steady_within_m_s,
-        plan: plan.clone(),
-    };
+    let study = SafetyStudy { settle_s: 0.0, ..mission.safety_study(&plan) };
     let entry = StudyEntry {
         name: "lqr",
         gains_name: "lqr".to_owned(),

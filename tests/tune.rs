@@ -105,7 +105,8 @@ fn prop_resumed_for_longer_is_as_if_it_had_been_longer_from_the_start() {
     let (whole, parts) = (folder.path().join("whole"), folder.path().join("parts"));
     let search = |out: &Path, more: &[&str]| {
         let output = run(out, more);
-        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        // Whether they beat the mission's own gains does not matter here.
+        assert!(output.status.code().is_some_and(|c| c < 2), "{}", String::from_utf8_lossy(&output.stderr));
         json(&output)
     };
     // Fifteen iterations of the swarm, then those of the strategy; the first part ends in the swarm.
@@ -118,6 +119,26 @@ fn prop_resumed_for_longer_is_as_if_it_had_been_longer_from_the_start() {
         let [a, b] = [&whole, &parts].map(|folder| fs::read(folder.join(file)).unwrap());
         assert!(a == b, "{file} differs");
     }
+}
+
+/// Four candidates at random do not track as well as the mission's own gains: the last line says so, the exit
+/// code is 1, and the gains are written all the same.
+#[test]
+fn the_answer_is_whether_the_gains_are_better_than_the_missions_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let search = |more: &[&str]| {
+        let mut args = vec!["tune", "mission/x500_drop.json", "--unseen", "8", "--objective", "rms"];
+        args.extend(more);
+        let mut command = Command::new(env!("CARGO_BIN_EXE_samara"));
+        command.args(args).arg("--out").arg(folder.path()).output().unwrap()
+    };
+    let random = search(&["--method", "pso", "--particles", "4", "--iterations", "1"]);
+    let text = String::from_utf8(random.stdout).unwrap();
+    assert_eq!(random.status.code(), Some(1), "{text}");
+    let last = text.lines().last().unwrap();
+    assert!(last.starts_with("tuned is not better than x500 (worst tracking RMS "), "{last}");
+    assert!(last.ends_with(" on 8 unseen flights): keep x500"), "{last}");
+    assert!(folder.path().join("gains.json").exists());
 }
 
 /// A search for PX4's parameters: killed and resumed, resumed for longer, and another search's checkpoint.

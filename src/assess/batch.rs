@@ -31,6 +31,8 @@ pub struct BatchMeasure {
     target_m_s: [f64; 2],
     /// Square of the speed error within which the flight is steady [m^2/s^2].
     steady_within2: f64,
+    /// Last control step of the way that is measured.
+    way_steps: usize,
     nodes: Vec<PlanNode>,
     /// Nodes that fall on no control step.
     missed: usize,
@@ -87,7 +89,15 @@ impl BatchMeasure {
             .collect();
         let missed = nodes.len() - on_grid.len();
         let steady_within2 = steady_within_m_s * steady_within_m_s;
-        Ok(Self { setpoints, limits, target_m_s, steady_within2, nodes: on_grid, missed })
+        let way_steps = setpoints.steps();
+        Ok(Self { setpoints, limits, target_m_s, steady_within2, way_steps, nodes: on_grid, missed })
+    }
+
+    /// Measures the way to this time [s] instead of to the flight's end.
+    pub fn to_plans_end(mut self, plan_end_s: f64) -> Self {
+        let steps = (plan_end_s / self.setpoints.period_s()).round();
+        self.way_steps = self.setpoints.steps().min(steps.max(0.0) as usize);
+        self
     }
 
     /// The setpoints.
@@ -126,6 +136,8 @@ struct Judge<'a> {
     /// Step since when it is steady; negative when it is not.
     steady_since: Lanes,
     final_v: [Lanes; 2],
+    /// Sum of the velocities north and down for the trapezoid rule [m/s].
+    way: [Lanes; 2],
     /// 1 while a flight goes on, 0 once it is given up.
     going: Lanes,
     finite: [bool; LANES],
@@ -143,6 +155,7 @@ impl<'a> Judge<'a> {
             rate: [0.0; LANES],
             steady_since: [-1.0; LANES],
             final_v: [[0.0; LANES]; 2],
+            way: [[0.0; LANES]; 2],
             going: [1.0; LANES],
             finite: [true; LANES],
         }
@@ -196,6 +209,8 @@ impl<'a> Judge<'a> {
         ];
         let n = self.measure.nodes.len();
         let unfinished = self.going[i] == 0.0 || self.measure.missed > 0 || self.next_node < n;
+        let period_s = self.measure.setpoints.period_s();
+        let steady_after_s = (self.steady_since[i] >= 0.0).then(|| self.steady_since[i] * period_s);
         Outcome {
             rms: match n {
                 _ if unfinished => DIVERGED,
@@ -208,10 +223,12 @@ impl<'a> Judge<'a> {
                 peak_pitch_rad: pitch,
                 peak_pitch_rate_rad_s: self.rate[i],
                 final_v_ned: Vector3::new(self.final_v[0][i], 0.0, self.final_v[1][i]),
+                peak_tilt_rad: pitch.abs().min(std::f64::consts::PI),
+                way_ned_m: Vector3::new(self.way[0][i], 0.0, self.way[1][i]) * period_s,
+                steady_after_s,
                 ..TrialOutcome::default()
             },
-            steady_after_s: (self.steady_since[i] >= 0.0)
-                .then(|| self.steady_since[i] * self.measure.setpoints.period_s()),
+            steady_after_s,
             given_up: self.going[i] == 0.0,
         }
     }
@@ -223,9 +240,20 @@ impl Observer for Judge<'_> {
         let [target_n, target_d] = self.measure.target_m_s;
         let near2 = self.measure.steady_within2;
         let mut lost = false;
+        let ends = (step == 0) | (step == self.measure.way_steps);
+        let share = if step > self.measure.way_steps {
+            0.0
+        } else if ends {
+            0.5
+        } else {
+            1.0
+        };
         for i in 0..LANES {
             let going = self.going[i] > 0.0;
             let (v_n, v_d) = (state.v_n[i], state.v_d[i]);
+            let share = if going { share } else { 0.0 };
+            self.way[0][i] += share * v_n;
+            self.way[1][i] += share * v_d;
             let speed2 = v_n * v_n + v_d * v_d;
             let faster = going & (speed2 > self.speed2[i]);
             self.speed2[i] = if faster { speed2 } else { self.speed2[i] };

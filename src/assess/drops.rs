@@ -6,9 +6,8 @@
 
 use nalgebra::Vector3;
 
-use super::{SafetyLimits, Verdict, VerdictBuilder};
-use crate::frames::{pitch, rotate_ned_from_body};
-use crate::math;
+use super::{FlightLimits, SafetyLimits, Verdict, VerdictBuilder};
+use crate::frames::pitch;
 use crate::sim::{Phase, Sample};
 use crate::trajectory::Trajectory;
 
@@ -36,6 +35,8 @@ pub struct DropMeasure<'a> {
     pub target_v_ned: Vector3<f64>,
     /// How close to it is steady [m/s].
     pub steady_within_m_s: f64,
+    /// Limits beside the safety limits.
+    pub flight_limits: FlightLimits,
     /// Plan that was to be flown.
     pub plan: &'a Trajectory,
 }
@@ -49,8 +50,6 @@ pub struct DropOutcome {
     pub release_pitch_rad: f64,
     /// Pitch rate at the release [rad/s].
     pub release_pitch_rate_rad_s: f64,
-    /// Largest angle between the body's up axis and the vertical from the release on [rad].
-    pub peak_tilt_rad: f64,
     /// Root of the mean square of `|v - v_plan|` over the plan [m/s].
     pub tracking_rms_m_s: f64,
 }
@@ -61,6 +60,7 @@ impl DropMeasure<'_> {
         let end_s = self.plan.end_s();
         let mut verdict = VerdictBuilder::new(self.limits, self.target_v_ned)
             .steady_within(self.steady_within_m_s)
+            .within(self.flight_limits)
             .to_plans_end(end_s);
         log.iter().for_each(|sample| verdict.observe(sample));
         let verdict = verdict.finish()?;
@@ -74,15 +74,10 @@ impl DropMeasure<'_> {
                 count += 1;
             }
         }
-        let tilt = |sample: &Sample| {
-            let up_ned = rotate_ned_from_body(sample.state.body.q_ned_from_body, -Vector3::z());
-            math::acos((-up_ned.z).clamp(-1.0, 1.0))
-        };
         Some(DropOutcome {
             verdict,
             release_pitch_rad: pitch(release.q_ned_from_body),
             release_pitch_rate_rad_s: release.omega_body.y,
-            peak_tilt_rad: loose().map(tilt).fold(0.0, f64::max),
             tracking_rms_m_s: (sum / f64::from(count)).sqrt(),
         })
     }

@@ -24,7 +24,7 @@ pub mod tracking;
 pub use batch::{BatchMeasure, Outcome, judge_flights};
 pub use drops::{DropMeasure, DropOutcome, RandomDrop};
 pub use releases::{RandomRelease, ReleaseDistribution};
-pub use safety::{TrialOutcome, Verdict, VerdictBuilder, plan_j_tpf, steady_within_m_s};
+pub use safety::{FlightLimits, TrialOutcome, Verdict, VerdictBuilder, plan_j_tpf, steady_within_m_s};
 pub use statistics::{CONFIDENCE, Share, Summary, Tally};
 pub use study::{OneAtATime, SafetyStudy, StudyEntry, StudyReference, TraceInstant};
 pub use tracking::TrackingError;

@@ -8,7 +8,7 @@
 
 use nalgebra::Vector3;
 
-use crate::frames::{bank, pitch};
+use crate::frames::{bank, pitch, tilt};
 use crate::model::rigid_body::BodyState;
 use crate::sim::limits::{NOT_FINITE, SafetyLimits, StateCost};
 use crate::sim::{Phase, Sample};
@@ -46,6 +46,44 @@ pub struct TrialOutcome {
     pub peak_roll_rate_rad_s: f64,
     /// Velocity at the end, or where the flight was given up, NED [m/s].
     pub final_v_ned: Vector3<f64>,
+    /// Largest angle between the body's up axis and the vertical [rad].
+    pub peak_tilt_rad: f64,
+    /// Way from the release to the plan's end, or to where the flight was given up, NED [m]; the way down is
+    /// the altitude lost.
+    pub way_ned_m: Vector3<f64>,
+    /// Time after t = 0 from which the velocity stays within what is steady, to the end [s].
+    pub steady_after_s: Option<f64>,
+}
+
+/// Limits beside those of J_state; each is judged where it is given.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FlightLimits {
+    /// Way down from the release to the plan's end [m].
+    pub altitude_lost_m: Option<f64>,
+    /// Angle between the body's up axis and the vertical [rad].
+    pub tilt_rad: Option<f64>,
+    /// Time after t = 0 by which the flight is steady [s].
+    pub steady_after_s: Option<f64>,
+}
+
+impl FlightLimits {
+    /// Names of the limits that a flight has passed: "altitude_lost", "tilt", "steady_after". A flight that is
+    /// never steady has passed none by that.
+    pub fn passed(
+        &self,
+        altitude_lost_m: f64,
+        tilt_rad: f64,
+        steady_after_s: Option<f64>,
+    ) -> impl Iterator<Item = &'static str> + use<> {
+        let over =
+            |value: Option<f64>, limit: Option<f64>| value.zip(limit).is_some_and(|(x, most)| x > most);
+        let passed = [
+            ("altitude_lost", over(Some(altitude_lost_m), self.altitude_lost_m)),
+            ("tilt", over(Some(tilt_rad), self.tilt_rad)),
+            ("steady_after", over(steady_after_s, self.steady_after_s)),
+        ];
+        passed.into_iter().filter(|(_, passed)| *passed).map(|(name, _)| name)
+    }
 }
 
 impl TrialOutcome {
@@ -60,6 +98,7 @@ impl TrialOutcome {
             (&mut self.peak_roll_rate_rad_s, body.omega_body.x),
         ]);
         self.final_v_ned = body.v_ned;
+        self.peak_tilt_rad = self.peak_tilt_rad.max(tilt(body.q_ned_from_body));
     }
 }
 
@@ -90,12 +129,17 @@ pub struct Verdict {
     /// what the mission says instead, to the end.
     pub steady_after_s: Option<f64>,
     /// Names of the limits that were passed: "speed", "pitch", "pitch_rate", "roll", "roll_rate"; "state is
-    /// not finite" when a state was no number, "impact".
+    /// not finite" when a state was no number, "impact"; those of [`FlightLimits`].
     pub limits_passed: Vec<&'static str>,
     /// Velocity at the end, NED [m/s].
     pub final_v_ned: Vector3<f64>,
     /// Fastest that it came to the ground, if it did [m/s].
     pub impact_speed_m_s: Option<f64>,
+    /// Largest angle between the body's up axis and the vertical [rad].
+    pub peak_tilt_rad: f64,
+    /// Way from the release to the end of the plan, or of the flight where there is none or that came first,
+    /// NED [m].
+    pub way_ned_m: Vector3<f64>,
 }
 
 /// Steady within this fraction of the commanded velocity.
@@ -128,11 +172,12 @@ pub struct VerdictBuilder {
     infinite: bool,
     /// Peaks, steadiness and impact so far; the rest is filled in at the end.
     verdict: Verdict,
-    first_down_m: Option<f64>,
+    first_p_ned: Option<Vector3<f64>>,
     plan_end_s: f64,
-    plan_end_down_m: f64,
+    plan_end_p_ned: Vector3<f64>,
     last: Option<BodyState>,
     impact_limit_m_s: Option<f64>,
+    flight_limits: FlightLimits,
     touching: bool,
 }
 
@@ -146,11 +191,12 @@ impl VerdictBuilder {
             peak: StateCost::default(),
             infinite: false,
             verdict: Verdict::default(),
-            first_down_m: None,
+            first_p_ned: None,
             plan_end_s: f64::INFINITY,
-            plan_end_down_m: 0.0,
+            plan_end_p_ned: Vector3::zeros(),
             last: None,
             impact_limit_m_s: None,
+            flight_limits: FlightLimits::default(),
             touching: false,
         }
     }
@@ -169,6 +215,12 @@ impl VerdictBuilder {
     /// Judges also how fast the vehicle comes to the ground [m/s]: a limit of its own, no part of J_TPF.
     pub fn judging_impacts(mut self, limit_m_s: f64) -> Self {
         self.impact_limit_m_s = Some(limit_m_s);
+        self
+    }
+
+    /// Judges also altitude lost, tilt and time to steady flight, where there are limits: no part of J_TPF.
+    pub fn within(mut self, limits: FlightLimits) -> Self {
+        self.flight_limits = limits;
         self
     }
 
@@ -205,6 +257,7 @@ impl VerdictBuilder {
             (&mut so_far.peak_roll_rate_rad_s, body.omega_body.x),
             (&mut so_far.peak_vertical_acceleration_m_s2, sample.a_ned.z),
         ]);
+        so_far.peak_tilt_rad = so_far.peak_tilt_rad.max(tilt(body.q_ned_from_body));
         let near = (body.v_ned - self.v_cmd_ned).norm() <= self.steady_within_m_s;
         self.observe_ground(sample);
         match sample.t_powered_s {
@@ -215,9 +268,9 @@ impl VerdictBuilder {
             }
             _ => self.verdict.steady_after_s = None,
         }
-        self.first_down_m.get_or_insert(body.p_ned.z);
+        self.first_p_ned.get_or_insert(body.p_ned);
         if sample.t_powered_s.is_none_or(|t| t <= self.plan_end_s) {
-            self.plan_end_down_m = body.p_ned.z;
+            self.plan_end_p_ned = body.p_ned;
         }
         self.last = Some(*body);
     }
@@ -229,7 +282,10 @@ impl VerdictBuilder {
 
     /// The verdict; `None` when nothing was observed from the release on.
     pub fn finish(self) -> Option<Verdict> {
-        let (last, first_down_m) = (self.last?, self.first_down_m?);
+        let (last, first_p_ned) = (self.last?, self.first_p_ned?);
+        let way_ned_m = self.plan_end_p_ned - first_p_ned;
+        let Verdict { peak_tilt_rad, steady_after_s, .. } = self.verdict;
+        let beside = self.flight_limits.passed(way_ned_m.z, peak_tilt_rad, steady_after_s);
         let impact =
             self.verdict.impact_speed_m_s.zip(self.impact_limit_m_s).is_some_and(|(v, limit)| v > limit);
         let passed = self.peak.parts().map(|(name, cost)| (name, cost > 1.0));
@@ -238,8 +294,9 @@ impl VerdictBuilder {
             j_tpf: self.j_tpf(),
             decided_by: if self.infinite { NOT_FINITE } else { self.peak.decided_by() },
             peak_speed_m_s: self.peak.speed * self.limits.speed_m_s,
-            altitude_lost_m: self.plan_end_down_m - first_down_m,
-            limits_passed: passed.filter(|(_, passed)| *passed).map(|(name, _)| name).collect(),
+            altitude_lost_m: way_ned_m.z,
+            way_ned_m,
+            limits_passed: passed.filter(|(_, passed)| *passed).map(|(name, _)| name).chain(beside).collect(),
             final_v_ned: last.v_ned,
             ..self.verdict
         })

@@ -101,6 +101,11 @@ impl Share {
         self.hits += u64::from(hit);
     }
 
+    /// Trials.
+    pub fn trials(&self) -> u64 {
+        self.trials
+    }
+
     /// Trials in which it did not hold.
     pub fn misses(&self) -> u64 {
         self.trials - self.hits

@@ -1,7 +1,7 @@
 //! The paper's safety study, section V: controllers flown from many releases on the plant with actuators.
 //!
 //! A flight begins at t = 0 of the study (rotors at rest and free), is commanded at 100 Hz, and lasts as long
-//! as the plan; its cost is J_TPF, (51). Any [`Controller`] flies. The cascade's trials fly side by side on
+//! as the plan, in a study that is not the paper's a while longer; its cost is J_TPF, (51). Any [`Controller`] flies. The cascade's trials fly side by side on
 //! the planar engine ([`crate::sim::planar`]) where it can hold them; all others one at a time in six degrees
 //! of freedom. The two agree to 1e-9.
 
@@ -84,8 +84,12 @@ pub struct SafetyStudy {
     pub target_v_ned: Vector3<f64>,
     /// How close to that velocity is steady [m/s]: [`super::steady_within_m_s`], or what the mission says.
     pub steady_within_m_s: f64,
-    /// The plan from the nominal release; flights last as long.
+    /// The plan from the nominal release.
     pub plan: Trajectory,
+    /// How long a flight goes on after the plan's end, the target velocity commanded [s]; 0 in the paper's.
+    pub settle_s: f64,
+    /// Time from the release to t = 0 [s], whose fall is part of the altitude lost.
+    pub delay_s: f64,
 }
 
 /// A flight at an instant, for figures.
@@ -114,7 +118,14 @@ impl SafetyStudy {
                 judge_flights(&model, &measure, &flights, &mut outcomes);
                 // A flight that the batch engine gave up on still has its peaks before it.
                 let judged = outcomes.iter().zip(releases);
-                judged.map(|(o, release)| if o.given_up { alone(release) } else { o.trial }).collect()
+                let whole = |(o, release): (&Outcome, &RandomRelease)| {
+                    if o.given_up {
+                        return alone(release);
+                    }
+                    let way_ned_m = self.way_to_t0(&release.state) + o.trial.way_ned_m;
+                    TrialOutcome { way_ned_m, ..o.trial }
+                };
+                judged.map(whole).collect()
             }
             Err(_) => releases.iter().map(alone).collect(),
         }
@@ -137,7 +148,8 @@ impl SafetyStudy {
         let model = Model::new(&self.vehicle, &self.environment, &settings.limits, PlantKind::Actuator)?;
         let target_m_s = [self.target_v_ned.x, self.target_v_ned.z];
         let plan = self.flight_plan(entry, CONTROL_PERIOD_S);
-        let measure = BatchMeasure::new(&plan, None, self.limits, target_m_s, self.steady_within_m_s)?;
+        let measure = BatchMeasure::new(&plan, None, self.limits, target_m_s, self.steady_within_m_s)?
+            .to_plans_end(self.plan.end_s());
         let flight = |release: &RandomRelease| {
             let (gains, variation) = (settings.gains, Variation::NONE);
             Ok(Flight { gains, release: Release::of(&release.state)?, variation })
@@ -149,17 +161,31 @@ impl SafetyStudy {
         let reference = match entry.reference {
             StudyReference::Step => Reference::Step(self.target_v_ned),
             StudyReference::Optimal => {
-                Reference::Plan { trajectory: &self.plan, then_v_ned: None, feed_forward: false }
+                let then_v_ned = (self.settle_s > 0.0).then_some(self.target_v_ned);
+                Reference::Plan { trajectory: &self.plan, then_v_ned, feed_forward: false }
             }
         };
-        FlightPlan::new(reference, period_s, self.plan.end_s())
+        FlightPlan::new(reference, period_s, self.plan.end_s() + self.settle_s)
+    }
+
+    /// The way from the release to a state at t = 0, in free fall, NED [m].
+    fn way_to_t0(&self, start: &BodyState) -> Vector3<f64> {
+        let t = self.delay_s;
+        start.v_ned * t - Vector3::z() * (0.5 * self.environment.gravity_m_s2 * t * t)
     }
 
     /// Flies from a state at t = 0.
     pub fn outcome(&self, entry: &StudyEntry, start: &BodyState) -> TrialOutcome {
+        let (to_t0, plan_end_s) = (self.way_to_t0(start), self.plan.end_s());
         let mut outcome = TrialOutcome::default();
         self.fly(entry, start, CONTROL_PERIOD_S, &mut |sample| {
-            outcome.observe(&sample.state.body, &self.limits);
+            let body = &sample.state.body;
+            outcome.observe(body, &self.limits);
+            if sample.t_s <= plan_end_s + 0.5 * CONTROL_PERIOD_S {
+                outcome.way_ned_m = to_t0 + (body.p_ned - start.p_ned);
+            }
+            let near = (body.v_ned - self.target_v_ned).norm() <= self.steady_within_m_s;
+            outcome.steady_after_s = near.then(|| outcome.steady_after_s.unwrap_or(sample.t_s));
             ControlFlow::Continue(())
         });
         outcome

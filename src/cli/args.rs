@@ -1,5 +1,6 @@
 //! The options that several verbs share; those of one verb stand beside it.
 
+use std::fmt;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -125,6 +126,16 @@ pub enum AutopilotArg {
     Px4(PathBuf),
     /// The model of PX4's control law.
     Px4Model,
+}
+
+impl fmt::Display for AutopilotArg {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Reference => f.write_str("reference"),
+            Self::Px4(folder) => write!(f, "px4={}", folder.display()),
+            Self::Px4Model => f.write_str("px4-model"),
+        }
+    }
 }
 
 /// What can be chosen in place of the mission's own.

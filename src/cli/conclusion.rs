@@ -156,7 +156,7 @@ impl<'a> Conclusion<'a> {
                 let last = flown.log.last();
                 let powered_from_s = last.and_then(|sample| Some(sample.t_s - sample.t_powered_s?));
                 narrator.steady(verdict, mission, powered_from_s);
-                let text = verdict_text(verdict, &mission.limits.safety, run.misses_steady_flight(verdict));
+                let text = verdict_text(verdict, &mission.limits, run.misses_steady_flight(verdict));
                 narrator.say(&format!("\n{text}\nresults in {}\n", folder.path().display()));
                 if let Some(factor) = flown.real_time_factor {
                     narrator.say(&format!("flown at {factor:.0} times real time\n"));
@@ -172,7 +172,28 @@ impl<'a> Conclusion<'a> {
             narrator
                 .say("a failsafe of the autopilot flew part of the manoeuvre: this is no drop by the plan\n");
         }
+        if let Some(sentence) = self.sentence() {
+            narrator.say(&format!("{sentence}\n"));
+        }
         narrator.check()
+    }
+
+    /// What was decided, in a sentence; `None` where nothing was released.
+    fn sentence(&self) -> Option<String> {
+        let verdict = self.verdict.as_ref()?;
+        let j_tpf = format!("J_TPF {:.3}", verdict.j_tpf);
+        if !verdict.limits_passed.is_empty() {
+            let passed = verdict.limits_passed.join(", ").replace('_', " ");
+            return Some(format!("NOT safe: {j_tpf}, limits passed: {passed}"));
+        }
+        if self.run.failsafe {
+            return Some(format!("NOT safe: {j_tpf}, a failsafe flew"));
+        }
+        Some(match (self.run.reason(Some(verdict)), verdict.steady_after_s) {
+            (Some(reason), _) => format!("NOT safe: {j_tpf}, {reason}"),
+            (None, Some(t_s)) => format!("safe: {j_tpf}, steady after {t_s:.2} s"),
+            (None, None) => format!("safe: {j_tpf}"),
+        })
     }
 
     /// Yes: judged, within the limits, to the end and steady there, by the plan alone.
@@ -201,6 +222,7 @@ impl<'a> Conclusion<'a> {
 fn judge(mission: &Mission, flown: &Flown, plan_end_s: f64) -> Option<Verdict> {
     let mut verdict = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned)
         .steady_within(mission.limits.steady_within_m_s)
+        .within(mission.limits.flight)
         .to_plans_end(plan_end_s);
     if mission.site.ground.is_some() {
         verdict = verdict.judging_impacts(mission.limits.impact_m_s);

@@ -18,7 +18,8 @@ pub fn warn_one_at_a_time<T>(reason: &dyn Display, count: u64, threads: usize, o
     ));
 }
 
-fn words(seconds: f64) -> String {
+/// A length of time in words.
+pub fn words(seconds: f64) -> String {
     match seconds {
         s if s < 100.0 => format!("{:.0} s", s.max(1.0)),
         s if s < 6000.0 => format!("{:.0} min", s / 60.0),

@@ -21,6 +21,7 @@ mod params;
 mod pilot;
 mod plan;
 mod planning;
+mod progress;
 mod recording;
 mod reporter;
 mod results;

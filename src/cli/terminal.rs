@@ -10,12 +10,51 @@ use super::answer::{Answer, BadInput, Failure};
 /// written to is one: results that nobody gets are no success.
 pub fn print(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    let object = text.starts_with('{');
+    let painted = (!object && colored(&out)).then(|| painted(text));
+    match out.write_all(painted.as_deref().unwrap_or(text).as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
             Err(anyhow::Error::from(e).context("cannot write to stdout")).bad_input()
         }
         _ => Ok(()),
     }
+}
+
+/// Whether words of a verdict are coloured: on a terminal alone, and not where NO_COLOR is set
+/// (<https://no-color.org>).
+fn colored(out: &impl io::IsTerminal) -> bool {
+    out.is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+}
+
+/// Words that say no.
+const BAD: [&str; 7] =
+    ["EXCEEDED", "NOT STEADY", "NOT safe", "NOT OK", "NOT reproduced", "FAILED", "THE BOUNDS DO NOT HOLD"];
+/// Words that say yes.
+const GOOD: [&str; 2] = ["ok", "safe"];
+
+/// The text with the words of a verdict in green and red.
+fn painted(text: &str) -> String {
+    let whole = |line: &str, at: usize, word: &str| {
+        let letter = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
+        !line[..at].ends_with(letter) && !line[at + word.len()..].starts_with(letter)
+    };
+    let mut out = String::with_capacity(text.len());
+    for line in text.split_inclusive('\n') {
+        let found = |words: &[&'static str]| {
+            words.iter().find_map(|word| {
+                let at = line.match_indices(word).find(|(at, _)| whole(line, *at, word))?.0;
+                Some((at, *word))
+            })
+        };
+        match found(&BAD).map(|found| (found, 31)).or_else(|| found(&GOOD).map(|found| (found, 32))) {
+            Some(((at, word), color)) => {
+                let (before, after) = (&line[..at], &line[at + word.len()..]);
+                out += &format!("{before}\u{1b}[{color}m{word}\u{1b}[0m{after}");
+            }
+            None => out += line,
+        }
+    }
+    out
 }
 
 /// Prints to stderr. When that is gone or full nobody is left to read, and there is no reason to end.
@@ -42,4 +81,18 @@ pub fn exit_code(result: Result<Answer, Failure>) -> ExitCode {
         print_err(&format!("samara: {whose}{}\n", failure.text()));
     }
     ExitCode::from(code)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::painted;
+
+    /// Whole words alone, one a line, and no before yes.
+    #[test]
+    fn closed_form_words_of_a_verdict_are_painted() {
+        let text = "J_TPF 0.5  ok, decided by speed\npitch  EXCEEDED\ngains safety, unsafe\nours: NOT safe\n";
+        let expected = "J_TPF 0.5  \u{1b}[32mok\u{1b}[0m, decided by speed\npitch  \u{1b}[31mEXCEEDED\u{1b}[0m\n\
+                        gains safety, unsafe\nours: \u{1b}[31mNOT safe\u{1b}[0m\n";
+        assert_eq!(painted(text), expected);
+    }
 }

@@ -30,7 +30,7 @@ const MEASURES: [Measure; 9] = [
         Some(o.verdict.peak_pitch_rate_rad_s.abs() * DEG_PER_RAD)
     }),
     ("peak_roll_deg", "peak roll [deg]", |o| Some(o.verdict.peak_roll_rad.abs() * DEG_PER_RAD)),
-    ("peak_tilt_deg", "peak tilt [deg]", |o| Some(o.peak_tilt_rad * DEG_PER_RAD)),
+    ("peak_tilt_deg", "peak tilt [deg]", |o| Some(o.verdict.peak_tilt_rad * DEG_PER_RAD)),
     ("altitude_lost_m", "altitude lost to the plan's end [m]", |o| Some(o.verdict.altitude_lost_m)),
     ("steady_after_s", "steady after [s]", |o| o.verdict.steady_after_s),
     ("tracking_rms_m_s", "velocity from the plan, RMS [m/s]", |o| Some(o.tracking_rms_m_s)),
@@ -99,6 +99,11 @@ impl DropTally {
     /// Trials.
     pub fn flown(&self) -> u64 {
         self.flown
+    }
+
+    /// Trials that failed.
+    pub fn failed(&self) -> usize {
+        self.failures.len()
     }
 
     /// Whether a trial failed.

@@ -18,6 +18,8 @@ fn drawn(trial: u64) -> RandomDrop {
 /// A drop that reached steady flight, with a J_TPF and a time to it.
 fn good(trial: u64, j_tpf: f64, steady_after_s: f64) -> DropTrial {
     let verdict = Verdict {
+        peak_tilt_rad: 0.75,
+        way_ned_m: Vector3::new(3.0, -1.0, 20.0),
         j_tpf,
         decided_by: "speed",
         peak_speed_m_s: 10.0 * j_tpf,
@@ -36,7 +38,6 @@ fn good(trial: u64, j_tpf: f64, steady_after_s: f64) -> DropTrial {
         verdict,
         release_pitch_rad: 0.125,
         release_pitch_rate_rad_s: -0.25,
-        peak_tilt_rad: 0.75,
         tracking_rms_m_s: 0.5,
     };
     DropTrial { drawn: drawn(trial), outcome: Some(outcome), failure: None }

@@ -153,6 +153,7 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         peak_roll_rate_deg_s: of(|v| v.peak_roll_rate_rad_s.abs() * DEG_PER_RAD),
         peak_vertical_acceleration_m_s2: of(|v| v.peak_vertical_acceleration_m_s2.abs()),
         altitude_lost_m: of(|v| v.altitude_lost_m),
+        peak_tilt_deg: of(|v| v.peak_tilt_rad * DEG_PER_RAD),
         steady_after_s: verdict.and_then(|v| v.steady_after_s),
         final_v_ned_m_s: verdict.map(|v| <[f64; 3]>::from(v.final_v_ned)),
         limits_passed: verdict.map(|v| v.limits_passed.as_slice()),

@@ -14,12 +14,14 @@
 //! | [`replay`] | the page on which a drop is seen again |
 //! | `shown_drop` | what figure and page show of a drop |
 //! | `plan_motion` | the motion along a plan, for both |
+//! | [`campaign`] | campaigns of a mission's own gains: tables, page, footprint |
 //! | [`drops`] | campaigns of whole drops: lines and tables |
 //! | [`study`] | the safety study: tables, trials, page |
 //!
 //! Everything here is text made from its arguments: the same arguments give the same bytes. Wall-clock times
 //! come from the caller and go to the terminal and to `--json` only, never into a file.
 
+pub mod campaign;
 mod columns;
 pub mod drops;
 pub mod figure;

@@ -3,22 +3,24 @@
 use super::columns::{fixed, short};
 use super::json::status_name;
 use crate::assess::{SafetyLimits, Verdict, plan_j_tpf};
+use crate::config::Limits;
 use crate::plan::Plan;
 use crate::units::DEG_PER_RAD;
 
 /// The verdict as an aligned table: quantity, value, limit, and whether the limit held; J_TPF with the
 /// quantity that decides it, and steady flight marked if it was to be reached and was not. Ends with a line's
 /// end.
-pub fn verdict_text(verdict: &Verdict, limits: &SafetyLimits, misses_steady_flight: bool) -> String {
+pub fn verdict_text(verdict: &Verdict, limits: &Limits, misses_steady_flight: bool) -> String {
     table(&verdict_lines(verdict, limits, misses_steady_flight))
 }
 
 /// The verdict as lines of quantity, value, unit, limit and mark.
 pub(super) fn verdict_lines(
     verdict: &Verdict,
-    limits: &SafetyLimits,
+    limits: &Limits,
     misses_steady_flight: bool,
 ) -> Vec<[String; 5]> {
+    let (limits, beside) = (&limits.safety, &limits.flight);
     let line = |quantity: &str, value: String, unit: &str, limit: &str, mark: &str| {
         [quantity.to_owned(), value, unit.to_owned(), limit.to_owned(), mark.to_owned()]
     };
@@ -29,7 +31,9 @@ pub(super) fn verdict_lines(
     let pitch = either_way(limits.pitch_rad * DEG_PER_RAD);
     let rate = either_way(limits.pitch_rate_rad_s * DEG_PER_RAD);
     let acceleration = either_way(limits.vertical_acceleration_m_s2);
-    let exceeded = verdict.limits_passed.iter().any(|&name| name != "impact") || !(verdict.j_tpf <= 1.0);
+    // No part of J_TPF.
+    const BESIDE: [&str; 4] = ["impact", "altitude_lost", "tilt", "steady_after"];
+    let exceeded = verdict.limits_passed.iter().any(|name| !BESIDE.contains(name)) || !(verdict.j_tpf <= 1.0);
     let decided = format!("{}, decided by {}", mark(exceeded), verdict.decided_by.replace('_', " "));
     let theta = fixed(verdict.peak_pitch_rad * DEG_PER_RAD, 2);
     let q = fixed(verdict.peak_pitch_rate_rad_s * DEG_PER_RAD, 2);
@@ -48,10 +52,20 @@ pub(super) fn verdict_lines(
     }
     let peak = fixed(verdict.peak_vertical_acceleration_m_s2, 2);
     lines.push(line("peak vertical acceleration", peak, "m/s^2", &acceleration, "not judged"));
-    lines.push(line("altitude lost", fixed(verdict.altitude_lost_m, 1), "m", "", ""));
+    // Limit and mark of what is judged only where there is a limit.
+    let judged = |limit: Option<f64>, name: &str| {
+        limit.map_or((String::new(), ""), |limit| (short(limit, 6), passed(name)))
+    };
+    if let Some(limit) = beside.tilt_rad {
+        let (limit, mark) = judged(Some(limit * DEG_PER_RAD), "tilt");
+        lines.push(line("peak tilt", fixed(verdict.peak_tilt_rad * DEG_PER_RAD, 2), "deg", &limit, mark));
+    }
+    let (limit, mark) = judged(beside.altitude_lost_m, "altitude_lost");
+    lines.push(line("altitude lost", fixed(verdict.altitude_lost_m, 1), "m", &limit, mark));
     let (steady, unit) = verdict.steady_after_s.map_or(("never".to_owned(), ""), |t| (fixed(t, 2), "s"));
-    let missed = if misses_steady_flight { "NOT STEADY" } else { "" };
-    lines.push(line("steady after", steady, unit, "", missed));
+    let (limit, mark) = judged(beside.steady_after_s, "steady_after");
+    let mark = if misses_steady_flight { "NOT STEADY" } else { mark };
+    lines.push(line("steady after", steady, unit, &limit, mark));
     let velocity = verdict.final_v_ned.as_slice().iter().map(|v| fixed(*v, 2)).collect::<Vec<_>>();
     lines.push(line("final velocity, NED", velocity.join(" "), "m/s", "", ""));
     if let Some(speed) = verdict.impact_speed_m_s {

@@ -24,6 +24,8 @@ fn study() -> SafetyStudy {
         target_v_ned: target_ned(),
         steady_within_m_s: samara::assess::steady_within_m_s(&target_ned()),
         plan: flight_reference(),
+        settle_s: 0.0,
+        delay_s: 0.5,
     }
 }
 

@@ -34,14 +34,7 @@ impl Cases {
         };
         let airframe = Airframe::new(&m.vehicle, &m.site.environment).unwrap();
         Self {
-            study: SafetyStudy {
-                vehicle: m.vehicle.clone(),
-                environment: m.site.environment.clone(),
-                limits: m.limits.safety,
-                target_v_ned: m.target_v_ned,
-                steady_within_m_s: m.limits.steady_within_m_s,
-                plan: plan.unwrap().trajectory,
-            },
+            study: SafetyStudy { settle_s: 0.0, ..m.safety_study(&plan.unwrap().trajectory) },
             entry: StudyEntry {
                 name: "ours",
                 gains_name: m.control.gains_name.clone(),
@@ -62,10 +55,14 @@ impl Cases {
         for (outcome, release) in outcomes.iter().zip(&self.releases) {
             let alone = self.study.outcome(&self.entry, &release.state);
             let off = (outcome.final_v_ned - alone.final_v_ned).norm();
+            // The way: by the trapezoid rule over the control steps there, integrated here.
+            let (way, tilt) =
+                ((outcome.way_ned_m - alone.way_ned_m).norm(), outcome.peak_tilt_rad - alone.peak_tilt_rad);
             assert!(
-                (outcome.j_tpf - alone.j_tpf).abs() < 1e-9 && off < 1e-9,
+                (outcome.j_tpf - alone.j_tpf).abs() < 1e-9 && off < 1e-9 && way < 2e-3 && tilt.abs() < 1e-7,
                 "{outcome:?}, in space {alone:?}"
             );
+            assert_eq!(outcome.steady_after_s, alone.steady_after_s);
         }
         outcomes
     }
@@ -128,4 +125,21 @@ fn prop_j_tpf_converges_as_rotors_get_lighter() {
         }
     }
     assert!(limit.iter().all(|o| (o.final_v_ned - Vector3::new(4.0, 0.0, 4.0)).norm() < 1.0), "{limit:?}");
+}
+
+/// To the mission's end, beyond the plan: each of the shipped designs is steady then, and the way is that to the
+/// plan's end. [`Cases::fly`] holds both paths against each other.
+#[test]
+fn prop_the_way_and_the_time_to_steady_flight_are_the_same_in_the_plane() {
+    for mission in ["mission/titan_drop.json", "mission/x500_drop.json"] {
+        let mut cases = Cases::of(mission);
+        cases.releases.truncate(4);
+        let to_the_plans_end = cases.fly();
+        cases.study.settle_s = 12.0;
+        for (long, short) in cases.fly().iter().zip(&to_the_plans_end) {
+            assert!(long.steady_after_s.is_some(), "{mission}: {long:?}");
+            assert!((long.way_ned_m - short.way_ned_m).norm() < 1e-9, "{mission}: {long:?}, {short:?}");
+            assert!(long.way_ned_m.z > 5.0 && long.peak_tilt_rad < 0.6, "{mission}: {long:?}");
+        }
+    }
 }

@@ -8,21 +8,20 @@ use std::io::{BufRead as _, Write as _};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, anyhow};
-use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::estimate::warn_one_at_a_time;
 use crate::cli::narrator::Narrator;
+use crate::cli::progress::Progress;
 use crate::cli::results::OutputFolder;
 use samara::assess::{
     RandomRelease, ReleaseDistribution, SafetyStudy, StudyEntry, Summary, Tally, TrialOutcome,
 };
 use samara::config::Mission;
+use samara::report::campaign::{CampaignSummary, SHOWN, TrialJudge, TrialRecord};
 use samara::report::study::campaign_csv::{file_name, header, parse_row, write_row};
 
-/// Trials that figures show as points.
-pub const SHOWN: usize = 1000;
 /// Trials between two looks at Ctrl-C and two writes to the disk.
 const BLOCK: u64 = 128;
 /// Trials that a thread takes at a time.
@@ -37,8 +36,8 @@ pub struct TrialRunner<'a> {
     pub distribution: ReleaseDistribution,
     /// Trials of each campaign.
     pub trials: u64,
-    /// J_TPF that a safe trial stays below.
-    pub bound: f64,
+    /// What makes a trial fail.
+    pub judge: TrialJudge,
     pub folder: &'a OutputFolder,
     /// The threads that trials are spread over.
     pub pool: rayon::ThreadPool,
@@ -82,6 +81,8 @@ pub struct Campaign {
     pub entry: StudyEntry,
     /// The statistics of J_TPF.
     pub tally: Tally,
+    /// All that the page of a mission's own campaigns shows.
+    pub summary: CampaignSummary,
     /// The first [`SHOWN`] trials.
     pub shown: Vec<(RandomRelease, TrialOutcome)>,
     /// Trials that were flown now, not read.
@@ -89,20 +90,21 @@ pub struct Campaign {
 }
 
 impl Campaign {
-    fn take(&mut self, release: RandomRelease, outcome: TrialOutcome, bound: f64) {
-        self.tally.push(outcome.j_tpf, bound);
+    fn take(&mut self, release: RandomRelease, outcome: TrialOutcome, judge: &TrialJudge) {
+        self.tally.push(outcome.j_tpf, judge.bound);
+        self.summary.push(&TrialRecord::of_flight(release.trial, &outcome, judge));
         if self.shown.len() < SHOWN {
             self.shown.push((release, outcome));
         }
     }
 
     /// Flies what is missing and appends it to the campaign's file; whether it came to the end.
-    fn run(&mut self, kept: u64, runner: &TrialRunner<'_>, progress: &ProgressBar) -> Result<bool, Failure> {
+    fn run(&mut self, kept: u64, runner: &TrialRunner<'_>, progress: &Progress) -> Result<bool, Failure> {
         let name = file_name(&self.entry);
         let mut file = runner.folder.continued(&name, kept)?;
         let mut next = self.tally.j_tpf.count();
         progress.set_message(self.entry.name);
-        progress.inc(next);
+        progress.skip(next);
         while next < runner.trials {
             if runner.stop.load(Ordering::Relaxed) {
                 return Ok(false);
@@ -113,7 +115,7 @@ impl Campaign {
             let mut text = String::new();
             for (release, outcome) in releases.iter().zip(outcomes) {
                 write_row(&mut text, release, &outcome);
-                self.take(*release, outcome, runner.bound);
+                self.take(*release, outcome, &runner.judge);
             }
             file.write_all(text.as_bytes())
                 .with_context(|| format!("cannot write {}", runner.folder.path().join(&name).display()))
@@ -165,7 +167,7 @@ impl Campaign {
                     let release = runner.draw(self.tally.j_tpf.count());
                     let outcome =
                         parse_row(line.trim_end(), &release).with_context(|| place(number)).bad_input()?;
-                    self.take(release, outcome, runner.bound);
+                    self.take(release, outcome, &runner.judge);
                 }
             }
             kept += line.len() as u64;
@@ -174,22 +176,23 @@ impl Campaign {
 }
 
 /// Runs the campaigns one after the other, or what is missing of them; `None` when Ctrl-C stopped them.
-pub fn run_all(
+pub fn run_all<const N: usize>(
     runner: &TrialRunner<'_>,
-    entries: &[StudyEntry; 4],
+    entries: &[StudyEntry; N],
     resume: bool,
     narrator: &Narrator,
-) -> Result<Option<[Campaign; 4]>, Failure> {
+) -> Result<Option<[Campaign; N]>, Failure> {
     let TrialRunner { mission, folder, trials, .. } = *runner;
     let mut campaigns = entries.clone().map(|entry| Campaign {
         entry,
         tally: Tally::default(),
+        summary: CampaignSummary::default(),
         shown: Vec::new(),
         flown_now: 0,
     });
     // All files first: what cannot be continued is refused before anything is flown, and none is left of
     // another run.
-    let mut kept = [0; 4];
+    let mut kept = [0; N];
     for (campaign, kept) in campaigns.iter_mut().zip(&mut kept) {
         let head = header(mission, &campaign.entry);
         *kept = if resume { campaign.read(&head, runner)? } else { 0 };
@@ -200,11 +203,13 @@ pub fn run_all(
         }
     }
     let left: u64 = campaigns.iter().map(|campaign| trials - campaign.tally.j_tpf.count()).sum();
-    runner.warn_of(&entries[3], left);
-    let progress = progress_bar(4 * trials);
+    if let Some(last) = entries.last() {
+        runner.warn_of(last, left);
+    }
+    let progress = Progress::new("assess", "flights", N as u64 * trials);
     for (campaign, kept) in campaigns.iter_mut().zip(kept) {
         if !campaign.run(kept, runner, &progress)? {
-            progress.abandon();
+            progress.finish();
             narrator.say(&format!(
                 "stopped after {} of {trials} trials of {}; the same command with --resume continues\n",
                 campaign.tally.j_tpf.count(),
@@ -214,7 +219,7 @@ pub fn run_all(
             return Ok(None);
         }
     }
-    progress.finish_and_clear();
+    progress.finish();
     Ok(Some(campaigns))
 }
 
@@ -238,13 +243,4 @@ pub fn paired_difference(runner: &TrialRunner<'_>, campaigns: [&Campaign; 2]) ->
         difference.push(j_tpf(&mut more)? - less);
     }
     Ok(difference)
-}
-
-/// A bar on stderr; nothing where that is no terminal.
-fn progress_bar(length: u64) -> ProgressBar {
-    let bar = ProgressBar::new(length);
-    if let Ok(style) = ProgressStyle::with_template("{msg:20} {bar:30} {pos}/{len} flights, {eta} left") {
-        bar.set_style(style);
-    }
-    bar
 }

@@ -10,6 +10,8 @@ use std::sync::mpsc;
 use anyhow::Context as _;
 
 use super::args::AssessArgs;
+use super::own::write_page;
+use super::study::Command;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::args::AutopilotArg;
 use crate::cli::conclusion::Conclusion;
@@ -20,11 +22,12 @@ use crate::cli::pilot::{Flight, Flown, Pilot, PilotRequest, Px4Settings, pilot_a
 use crate::cli::planning::{Planned, plan_mission, write_plan};
 use crate::cli::results::{OutputFolder, gone};
 use crate::cli::terminal::{print, print_err};
-use samara::assess::{DropMeasure, DropOutcome, RandomDrop};
+use samara::assess::{DropMeasure, DropOutcome, RandomDrop, plan_j_tpf, tracking};
 use samara::config::Mission;
 use samara::link::shell::ports::MAX_INSTANCE;
 use samara::link::shell::{Speed, Wiring};
 use samara::plan::Status;
+use samara::report::campaign::{CampaignReport, CampaignSummary, NamedCampaign, TrialJudge, TrialRecord};
 use samara::report::drops::{DropTally, DropTrial, drops_json, drops_text, header, row};
 use samara::report::{DropRun, FlownBy, plan_json, plan_text};
 
@@ -102,7 +105,8 @@ impl Campaign<'_> {
         print(&if self.args.mission.json {
             drops_json(&self.mission, self.pilot.name(), &tally)
         } else {
-            format!("\n{}{}", header(&self.mission, self.pilot.name()), row(&trial))
+            let outcome = trial.failure.as_ref().map_or("ok".to_owned(), |why| format!("FAILED: {why}"));
+            format!("trial {} of the campaign: {outcome}\n", drawn.trial)
         })?;
         Ok(Answer::from(!tally.any_failed()))
     }
@@ -128,6 +132,7 @@ impl Campaign<'_> {
         let mut write = |text: &str| file.write_all(text.as_bytes()).context(csv.clone()).bad_input();
         write(&header(&self.mission, self.pilot.name()))?;
         let (next, mut tally, mut by) = (AtomicU64::new(0), DropTally::default(), None);
+        let mut summary = CampaignSummary::default();
         let (done, comes) = mpsc::channel();
         let written = std::thread::scope(|scope| {
             for place in 0..workers {
@@ -154,6 +159,7 @@ impl Campaign<'_> {
                 while let Some(trial) = early.remove(&wanted) {
                     write(&row(&trial))?;
                     tally.push(&trial);
+                    summary.push(&TrialRecord::of_drop(&trial));
                     wanted += 1;
                     Self::report(&trial, trials);
                 }
@@ -164,13 +170,23 @@ impl Campaign<'_> {
         let mut circumstances =
             vec![("trials", trials.to_string()), ("autopilot", self.pilot.name().to_owned())];
         circumstances.extend(by.and_then(|by| by.version).map(|version| ("autopilot_version", version)));
+        let page = format!("{}.html", self.name());
+        if tally.flown() > 0 {
+            self.write_page(folder, trials, summary, &csv)?;
+        }
         folder.write_manifest(&self.name(), &self.mission, &circumstances)?;
         print(&if self.args.mission.json {
             drops_json(&self.mission, self.pilot.name(), &tally)
         } else {
             let place = folder.path().join(&csv);
             let table = drops_text(&self.mission, self.pilot.name(), &tally);
-            format!("{table}\nlines in {}\n", place.display())
+            let page = folder.path().join(&page);
+            let (flown, failed) = (tally.flown(), tally.failed());
+            let verdict = match failed {
+                0 => format!("safe in all {flown} drops"),
+                _ => format!("NOT safe: {failed} of {flown} drops failed"),
+            };
+            format!("{table}\nlines in {}, start with {}\n{verdict}\n", place.display(), page.display())
         })?;
         let complete = tally.flown() == trials;
         if !complete {
@@ -181,6 +197,40 @@ impl Campaign<'_> {
             remove_folder(&self.folder.join(format!("place_{place}")))?;
         }
         Ok(Answer::from(complete && !tally.any_failed()))
+    }
+
+    /// Writes the page of the campaign.
+    fn write_page(
+        &self,
+        folder: &OutputFolder,
+        trials: u64,
+        summary: CampaignSummary,
+        csv: &str,
+    ) -> Result<(), Failure> {
+        let (mission, name) = (&self.mission, self.name());
+        let mut command = Command::of(self.args, mission);
+        if let Some(autopilot) = &self.args.autopilot {
+            command = command.by(autopilot);
+        }
+        let by = self.pilot.name();
+        let report = CampaignReport {
+            mission,
+            flown_by: format!("{by}, whole drops from the hang to the end, with wind and sensor noise drawn"),
+            command: command.with_trials(trials),
+            alone: command.alone(),
+            judge: TrialJudge::of(mission, 1.0),
+            plan_j_tpf: plan_j_tpf(&self.planned.trajectory, &mission.limits.safety),
+            campaigns: vec![NamedCampaign {
+                name: name.clone(),
+                label: format!("{}, flown by {by}", mission.control.gains_name),
+                summary,
+                file: csv.to_owned(),
+            }],
+            cases: Vec::new(),
+            tracking_period_s: tracking::control_period_s(&self.planned.trajectory),
+        };
+        let prefix = format!("{name}_");
+        write_page(folder, &report, [&name, &prefix], [], &[csv.to_owned()])
     }
 
     fn report(trial: &DropTrial, trials: u64) {
@@ -283,6 +333,7 @@ impl Campaign<'_> {
             limits: mission.limits.safety,
             target_v_ned: mission.target_v_ned,
             steady_within_m_s: mission.limits.steady_within_m_s,
+            flight_limits: mission.limits.flight,
             plan: &self.planned.trajectory,
         };
         let outcome = measure.of(&flown.log);

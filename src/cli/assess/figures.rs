@@ -25,6 +25,33 @@ struct Shown {
     points: Vec<TrialPoint>,
 }
 
+/// Flies what is to be shown of a mission's own campaign: velocities, and J_TPF by release.
+pub fn of_own(runner: &TrialRunner<'_>, campaign: &Campaign) -> Result<[Figure; 2], Failure> {
+    let shown = shown(runner, campaign);
+    let flights = shown.flights.iter().map(Vec::as_slice);
+    let style =
+        StudyStyle::of(runner.mission, flights, shown.points.iter()).context("the figures' scales")?;
+    let gains = &campaign.entry.gains_name;
+    let titles = [
+        format!("Velocities: {gains}, along the plan"),
+        format!("J_TPF by release: {gains}, along the plan"),
+    ];
+    figures_of(runner, &style, campaign, &shown, &titles, &["velocities.svg", "costs.svg"])
+}
+
+/// Flies the first trials of a campaign again, to be drawn.
+fn shown(runner: &TrialRunner<'_>, campaign: &Campaign) -> Shown {
+    let trials = &campaign.shown[..campaign.shown.len().min(VELOCITY_TRIALS)];
+    let study = &runner.study;
+    let flights = runner.in_order(trials, |(release, _)| study.trace(&campaign.entry, &release.state));
+    let points = campaign.shown.iter().map(|(release, outcome)| TrialPoint {
+        pitch_rad: pitch(release.state.q_ned_from_body),
+        pitch_rate_rad_s: release.state.omega_body.y,
+        j_tpf: outcome.j_tpf,
+    });
+    Shown { flights, points: points.collect() }
+}
+
 /// Flies what is to be shown and draws figures 7 to 14 of the paper, and 15 and 16 for the chosen gains.
 pub fn draw(
     assessment: &Assessment<'_>,
@@ -33,16 +60,7 @@ pub fn draw(
 ) -> Result<Vec<Figure>, Failure> {
     let study = &runner.study;
     let cases: Vec<BodyState> = assessment.mission.study.cases.iter().map(ReleaseCase::state).collect();
-    let shown = campaigns.each_ref().map(|campaign| {
-        let trials = &campaign.shown[..campaign.shown.len().min(VELOCITY_TRIALS)];
-        let flights = runner.in_order(trials, |(release, _)| study.trace(&campaign.entry, &release.state));
-        let points = campaign.shown.iter().map(|(release, outcome)| TrialPoint {
-            pitch_rad: pitch(release.state.q_ned_from_body),
-            pitch_rate_rad_s: release.state.omega_body.y,
-            j_tpf: outcome.j_tpf,
-        });
-        Shown { flights, points: points.collect() }
-    });
+    let shown = campaigns.each_ref().map(|campaign| shown(runner, campaign));
     let case_flights = campaigns
         .each_ref()
         .map(|campaign| runner.in_order(&cases, |start| study.trace(&campaign.entry, start)));
@@ -96,25 +114,40 @@ fn of_campaign(
     shown: &Shown,
     number: usize,
 ) -> Result<[Figure; 2], Failure> {
-    let StudyEntry { name, reference, .. } = campaign.entry;
+    let StudyEntry { name, .. } = campaign.entry;
     let label = label(&campaign.entry);
-    let plan = (reference == StudyReference::Optimal).then_some(&runner.study.plan);
-    let title = format!("Figure {number}. Velocities: {label}");
+    let next = number + 1;
+    let titles = [
+        format!("Figure {number}. Velocities: {label}"),
+        format!("Figure {next}. J_TPF by release: {label}"),
+    ];
+    let files = [format!("fig{number:02}_velocities_{name}.svg"), format!("fig{next:02}_costs_{name}.svg")];
+    figures_of(runner, style, campaign, shown, &titles, &[&files[0], &files[1]])
+}
+
+fn figures_of(
+    runner: &TrialRunner<'_>,
+    style: &StudyStyle,
+    campaign: &Campaign,
+    shown: &Shown,
+    titles: &[String; 2],
+    files: &[&str; 2],
+) -> Result<[Figure; 2], Failure> {
+    let plan = (campaign.entry.reference == StudyReference::Optimal).then_some(&runner.study.plan);
+    let (drawn, flown) = (shown.flights.len(), campaign.tally.j_tpf.count());
+    let title = &titles[0];
     let velocities = Figure {
-        file: format!("fig{number:02}_velocities_{name}.svg"),
-        svg: velocities_figure(style, &title, &shown.flights, plan)
-            .with_context(|| format!("figure {number}"))?,
+        file: files[0].to_owned(),
+        svg: velocities_figure(style, title, &shown.flights, plan).with_context(|| title.clone())?,
         caption: format!(
-            "{title}. Each line is a trial of the campaign, over ground (left) and in body axes (right), coloured by J_state."
+            "{title}. Each line is one of the first {drawn} of {flown} trials, over ground (left) and in body axes (right), coloured by J_state."
         ),
     };
-    let number = number + 1;
-    let title = format!("Figure {number}. J_TPF by release: {label}");
+    let title = &titles[1];
     let drawn_title = title.replace("J_TPF", &samara::report::figure::j_tpf());
     let costs = Figure {
-        file: format!("fig{number:02}_costs_{name}.svg"),
-        svg: costs_figure(style, &drawn_title, &shown.points, campaign.tally.j_tpf.count())
-            .with_context(|| format!("figure {number}"))?,
+        file: files[1].to_owned(),
+        svg: costs_figure(style, &drawn_title, &shown.points, flown).with_context(|| title.clone())?,
         caption: format!(
             "{title}. Left: each trial by pitch and pitch rate at t = 0, coloured by J_TPF; right: J_TPF against each."
         ),

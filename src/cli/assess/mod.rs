@@ -1,12 +1,15 @@
-//! `samara assess`: the paper's safety study, or a campaign of whole drops.
+//! `samara assess`: campaigns of flights with the mission's own gains, the paper's safety study, or a campaign
+//! of whole drops.
 //!
 //! | file | holds |
 //! |---|---|
 //! | `args` | what can be typed |
-//! | `study` | the study: release cases, campaigns, tables, figures, one page |
+//! | `study` | the plan, what flies the trials, the command that makes it again |
+//! | `own` | campaigns of the mission's own gains: tables, figures, footprint, one page |
+//! | `paper` | `--paper`: release cases, campaigns of four controllers, the paper's results beside them |
 //! | `campaign` | a campaign's trials, flown, written and continued |
-//! | `figures` | the study's figures |
-//! | `only` | one trial of the study again |
+//! | `figures` | the figures of flights |
+//! | `only` | one trial again |
 //! | `drops` | `--autopilot`: a campaign of whole drops |
 
 mod args;
@@ -14,6 +17,8 @@ mod campaign;
 mod drops;
 mod figures;
 mod only;
+mod own;
+mod paper;
 mod study;
 
 use super::answer::{Answer, Failure};

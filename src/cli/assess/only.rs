@@ -4,6 +4,7 @@ use anyhow::Context;
 
 use super::args::AssessArgs;
 use super::campaign::TrialRunner;
+use super::own::OPTIMAL;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::terminal::print;
 use samara::assess::{RandomRelease, StudyEntry, TrialOutcome, VerdictBuilder};
@@ -15,11 +16,11 @@ use samara::report::{DropRun, FlightCsv, ShownDrop, drop_figure, drop_page};
 /// `trial_<K>_<name>.csv` (the flight), `.svg` and `.html`, and `assess_only_manifest.json`.
 pub fn run(
     runner: &TrialRunner<'_>,
-    entries: &[StudyEntry; 4],
+    entries: &[StudyEntry],
     trial: u64,
     args: &AssessArgs,
 ) -> Result<Answer, Failure> {
-    let TrialRunner { mission, folder, bound, .. } = *runner;
+    let TrialRunner { mission, folder, ref judge, .. } = *runner;
     let release = runner.draw(trial);
     let study = &runner.study;
     let results = runner.in_order(entries, |entry| {
@@ -35,7 +36,7 @@ pub fn run(
         rows.push((*entry, *outcome, row));
     }
     // Beside the manifest of the campaigns, which may be in the same folder.
-    let circumstances = [("only", trial.to_string()), ("bound", bound.to_string())];
+    let circumstances = [("only", trial.to_string()), ("bound", judge.bound.to_string())];
     folder.write_manifest("assess_only", mission, &circumstances)?;
     if args.mission.json {
         print(&only::only_json(mission, &release, &rows))?;
@@ -43,8 +44,14 @@ pub fn run(
         print(&only::only_text(mission, &release, &rows))?;
         print(&format!("flights and figures in {}/trial_{trial}_*\n", folder.path().display()))?;
     }
-    let safe = flown.iter().all(|(entry, o)| entry.name != OURS || o.j_tpf < bound);
-    Ok(Answer::from(safe))
+    let failure = flown
+        .iter()
+        .filter(|(entry, _)| [OURS, OPTIMAL].contains(&entry.name))
+        .find_map(|(_, outcome)| judge.failure(outcome));
+    if let (false, Some(why)) = (args.mission.json, &failure) {
+        print(&format!("FAILED: {why}\n"))?;
+    }
+    Ok(Answer::from(failure.is_none()))
 }
 
 fn write(
@@ -63,6 +70,7 @@ fn write(
     })?;
     let mut verdict = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned)
         .steady_within(mission.limits.steady_within_m_s)
+        .within(mission.limits.flight)
         .to_plans_end(runner.study.plan.end_s());
     samples.iter().for_each(|sample| verdict.observe(sample));
     let verdict = verdict.finish();

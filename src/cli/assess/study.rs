@@ -1,71 +1,55 @@
-//! The paper's safety study: release cases, campaigns, tables, figures, one page.
+//! What the paper's study and a mission's own campaigns share: the plan, what flies the trials, the command
+//! that makes it again.
 
 use std::sync::atomic::AtomicBool;
 
 use super::args::AssessArgs;
-use super::campaign::{self, Campaign, TrialRunner};
-use super::{figures, only};
-use crate::cli::answer::{Answer, BadInput as _, Failure};
+use super::campaign::TrialRunner;
+use super::{only, own, paper};
+use crate::cli::answer::{Answer, Failure};
+use crate::cli::args::AutopilotArg;
 use crate::cli::mission::{chosen_mission, origin};
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::{plan_mission, write_plan};
 use crate::cli::results::OutputFolder;
-use crate::cli::system::{Stopwatch, thread_pool};
+use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
-use samara::assess::{SafetyStudy, StudyEntry, StudyReference, plan_j_tpf, tracking};
+use samara::assess::{FlightLimits, SafetyStudy};
 use samara::config::Mission;
 use samara::config::shipped::is_built_in;
-use samara::control::{Airframe, Cascade, Gains};
 use samara::plan::{Plan, Status};
-use samara::report::study::{Assessed, Assessment, CaseResult, OURS, page, records, tables};
+use samara::report::campaign::TrialJudge;
 use samara::report::{plan_json, plan_text};
 
-/// Flies the study, or one trial of it.
+/// Flies the campaigns, or one trial of each.
 pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let Some(plan) = planned(args, &mission, &folder, &narrator)? else { return Ok(Answer::No) };
+    let whole = mission.safety_study(&plan.trajectory);
     let runner = TrialRunner {
         mission: &mission,
-        study: study_of(&mission, &plan),
+        // The paper's flights end with the plan, and only J_TPF judges them.
+        study: if args.paper { SafetyStudy { settle_s: 0.0, ..whole } } else { whole },
         distribution: mission.releases(),
         trials: args.trials.unwrap_or(mission.study.monte_carlo.trials as u64),
-        bound: args.bound,
+        judge: if args.paper {
+            TrialJudge { bound: args.bound, limits: FlightLimits::default(), steady_within_m_s: None }
+        } else {
+            TrialJudge::of(&mission, args.bound)
+        },
         folder: &folder,
         pool: thread_pool(args.threads)?,
         stop,
     };
-    let entries = entries_of(&mission)?;
-    if let Some(trial) = args.only {
-        return only::run(&runner, &entries, trial, args);
+    match (args.only, args.paper) {
+        (Some(trial), true) => only::run(&runner, &paper::entries_of(&mission)?, trial, args),
+        (Some(trial), false) => only::run(&runner, &own::entries_of(&mission)?, trial, args),
+        (None, true) => paper::run(args, &plan, &runner, &narrator),
+        (None, false) => own::run(args, &plan, &runner, &narrator),
     }
-    let watch = Stopwatch::start();
-    let Some(campaigns) = campaign::run_all(&runner, &entries, args.resume, &narrator)? else {
-        if args.mission.json {
-            let reason = "stopped before the campaigns were complete";
-            let object = serde_json::json!({ "mission": mission.name, "campaigns": null, "reason": reason });
-            print(&format!("{object:#}\n"))?;
-        }
-        return Ok(Answer::No);
-    };
-    let flown: u64 = campaigns.iter().map(|c| c.flown_now).sum();
-    let flights_per_s = 1e3 * flown as f64 / watch.ms();
-    let assessment = assessment(args, &plan, &runner, &campaigns)?;
-    write(&assessment, &runner, &campaigns)?;
-    let circumstances = [("trials", runner.trials.to_string()), ("bound", args.bound.to_string())];
-    folder.write_manifest("assess", &mission, &circumstances)?;
-    if args.mission.json {
-        print(&records::assess_json(&assessment, (flown > 0).then_some(flights_per_s)))?;
-    } else {
-        print(&tables::assess_text(&assessment))?;
-        print(&format!(
-            "{flown} campaign flights, {flights_per_s:.0} a second; results in {0}, start with {0}/assess.html\n",
-            folder.path().display()
-        ))?;
-    }
-    Ok(Answer::from(assessment.safe()))
 }
 
 /// The plan that is flown; `None` when there is none.
@@ -89,110 +73,66 @@ fn planned(
     Ok(None)
 }
 
-fn study_of(mission: &Mission, plan: &Plan) -> SafetyStudy {
-    SafetyStudy {
-        vehicle: mission.vehicle.clone(),
-        environment: mission.site.environment.clone(),
-        limits: mission.limits.safety,
-        target_v_ned: mission.target_v_ned,
-        steady_within_m_s: mission.limits.steady_within_m_s,
-        plan: plan.trajectory.clone(),
-    }
+/// Writes the manifest.
+pub fn finish(args: &AssessArgs, runner: &TrialRunner<'_>) -> Result<(), Failure> {
+    let circumstances = [("trials", runner.trials.to_string()), ("bound", args.bound.to_string())];
+    runner.folder.write_manifest("assess", runner.mission, &circumstances)
 }
 
-fn entries_of(mission: &Mission) -> Result<[StudyEntry; 4], Failure> {
-    let airframe = Airframe::new(&mission.vehicle, &mission.site.environment).bad_input()?;
-    let of = |name, gains_name: &str, gains, reference| StudyEntry {
-        name,
-        gains_name: gains_name.to_owned(),
-        controller: Box::new(Cascade::new(airframe.clone(), gains, mission.control.limits)),
-        reference,
-    };
-    Ok([
-        of("near_hover_step", "near_hover", Gains::near_hover(), StudyReference::Step),
-        of("near_hover_optimal", "near_hover", Gains::near_hover(), StudyReference::Optimal),
-        of("paper_pso_optimal", "paper_pso", Gains::paper_pso(), StudyReference::Optimal),
-        of(OURS, &mission.control.gains_name, mission.control.gains, StudyReference::Optimal),
-    ])
+/// The answer of campaigns that were stopped.
+pub fn stopped(args: &AssessArgs, mission: &Mission) -> Result<Answer, Failure> {
+    if args.mission.json {
+        let reason = "stopped before the campaigns were complete";
+        let object = serde_json::json!({ "mission": mission.name, "campaigns": null, "reason": reason });
+        print(&format!("{object:#}\n"))?;
+    }
+    Ok(Answer::No)
 }
 
-/// Flies the release cases and puts the study together.
-fn assessment<'a>(
-    args: &AssessArgs,
-    plan: &Plan,
-    runner: &TrialRunner<'a>,
-    campaigns: &[Campaign; 4],
-) -> Result<Assessment<'a>, Failure> {
-    let (mission, study) = (runner.mission, &runner.study);
-    let cases = |entry: &StudyEntry| {
-        runner.in_order(&mission.study.cases, |case| {
-            let start = case.state();
-            CaseResult {
-                case: case.name.clone(),
-                j_tpf: study.outcome(entry, &start).j_tpf,
-                tracking_rms: study.tracking_rms(entry, &start),
-            }
-        })
-    };
-    Ok(Assessment {
-        mission,
-        command: command_line(args, mission, runner.trials),
-        plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
-        plan_objective: plan.objective,
-        bound: runner.bound,
-        trials: runner.trials,
-        is_the_papers: mission.is_the_papers_study(),
-        pso_less_near_hover: campaign::paired_difference(runner, [&campaigns[1], &campaigns[2]])?,
-        tracking_period_s: tracking::control_period_s(&plan.trajectory),
-        assessed: campaigns.each_ref().map(|c| Assessed {
-            entry: c.entry.clone(),
-            cases: cases(&c.entry),
-            tally: c.tally,
-        }),
-    })
+/// The command that makes the campaigns again, its choices spelt out; folder and number of threads do not
+/// belong to it.
+pub struct Command {
+    text: String,
+    bound: String,
 }
 
-/// The command that makes the study again, its choices spelt out; folder and number of threads do not belong
-/// to it.
-fn command_line(args: &AssessArgs, mission: &Mission, trials: u64) -> String {
-    // A built-in mission by its name, which means it anywhere else, too.
-    let mission_file = if is_built_in(&mission.file) { &args.mission.mission } else { &mission.file };
-    let mut command = format!("samara assess {}", mission_file.display());
-    if let Some(gains) = &args.choice.gains {
-        command += &format!(" --gains {gains}");
+impl Command {
+    /// The command up to the number of trials.
+    pub fn of(args: &AssessArgs, mission: &Mission) -> Self {
+        let mut text = if args.paper {
+            "samara assess --paper".to_owned()
+        } else {
+            // A built-in mission by its name, which means it anywhere else, too.
+            let file = if is_built_in(&mission.file) { &args.mission.mission } else { &mission.file };
+            format!("samara assess {}", file.display())
+        };
+        if let Some(gains) = &args.choice.gains {
+            text += &format!(" --gains {gains}");
+        }
+        if let Some(params) = &args.choice.params {
+            text += &format!(" --params {}", params.display());
+        }
+        if let Some(case) = &args.choice.case {
+            text += &format!(" --case {case}");
+        }
+        text += &format!(" --seed {}", mission.seed);
+        let bound = if args.bound == 1.0 { String::new() } else { format!(" --bound {}", args.bound) };
+        Self { text, bound }
     }
-    if let Some(params) = &args.choice.params {
-        command += &format!(" --params {}", params.display());
-    }
-    if let Some(case) = &args.choice.case {
-        command += &format!(" --case {case}");
-    }
-    command += &format!(" --seed {} --trials {trials}", mission.seed);
-    if args.bound != 1.0 {
-        command += &format!(" --bound {}", args.bound);
-    }
-    command
-}
 
-fn write(
-    assessment: &Assessment<'_>,
-    runner: &TrialRunner<'_>,
-    campaigns: &[Campaign; 4],
-) -> Result<(), Failure> {
-    let drawn = figures::draw(assessment, runner, campaigns)?;
-    let files = [
-        ("assess.txt", tables::assess_text(assessment)),
-        ("assess.json", records::assess_json(assessment, None)),
-        ("table4.csv", records::table_4_csv(assessment)),
-        ("table5.csv", records::table_5_csv(assessment)),
-        ("campaigns.csv", records::campaigns_csv(assessment)),
-        ("assess.html", page::page(assessment, &drawn)),
-    ];
-    for (name, text) in &files {
-        runner.folder.write_text(name, text)?;
+    /// The command with the autopilot that flies whole drops.
+    pub fn by(mut self, autopilot: &AutopilotArg) -> Self {
+        self.text += &format!(" --autopilot {autopilot}");
+        self
     }
-    for figure in &drawn {
-        runner.folder.write_text(&figure.file, &figure.svg)?;
+
+    /// The whole command.
+    pub fn with_trials(&self, trials: u64) -> String {
+        format!("{} --trials {trials}{}", self.text, self.bound)
     }
-    Ok(())
+
+    /// The command that takes `--only`.
+    pub fn alone(&self) -> String {
+        format!("{}{}", self.text, self.bound)
+    }
 }

@@ -9,7 +9,7 @@ use crate::cli::answer::{Answer, Failure};
 use crate::cli::estimate::warn_one_at_a_time;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::{Stopwatch, interrupt_flag};
-use crate::cli::terminal::print_err;
+use crate::cli::terminal::{print, print_err};
 use samara::assess::tracking::control_period_s;
 use samara::config::Mission;
 use samara::report::tune::{Standing, TuneRun, about, records};
@@ -76,6 +76,9 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
         || records::json(mission, &search, &run),
         || records::text(mission, &search, &run),
     )?;
+    if let (false, Some(contest)) = (args.mission.json, &run.contest) {
+        print(&(contest.verdict() + "\n"))?;
+    }
     let better = run.contest.is_some_and(|contest| contest.standing() != Standing::NotBetter);
     Ok(Answer::from(better && objective.allows(&best.evaluation) && !done.stopped))
 }
@@ -92,10 +95,10 @@ fn lost(judge: &GainJudge<'_>, search: &Search) -> Option<String> {
 }
 
 /// How far the search is, for the progress bar.
-fn progress(search: &Search) -> String {
+fn progress(search: &Search) -> (usize, usize, String) {
     let (made, most) = search.iterations();
-    let iteration = format!("iteration {} of at most {most}", made + 1);
-    search.history().last().map_or(iteration.clone(), |p| {
-        format!("{iteration}, best cost {:.4} (RMS {:.4}, J_TPF {:.4})", p.cost, p.best.rms, p.best.j_tpf)
-    })
+    let best = search.history().last().map_or_else(String::new, |p| {
+        format!("best cost {:.4} (RMS {:.4}, J_TPF {:.4})", p.cost, p.best.rms, p.best.j_tpf)
+    });
+    (made, most, best)
 }

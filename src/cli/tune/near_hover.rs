@@ -7,6 +7,7 @@ use super::settings::{judge_of, setting};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::results::OutputFolder;
 use crate::cli::system::{Stopwatch, interrupt_flag};
+use crate::cli::terminal::print;
 use samara::config::Mission;
 use samara::report::tune::{Standing, near_hover as report};
 use samara::trajectory::Trajectory;
@@ -25,9 +26,13 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
         return report_nothing(args, &mission.name, "stopped; the gains are written, but were not tried");
     };
     let text = report::text(mission, &found, &contest);
-    folder.write_text("near_hover.txt", &text)?;
+    let verdict = contest.verdict() + "\n";
+    folder.write_text("near_hover.txt", &format!("{text}{verdict}"))?;
     write_tune_manifest(args, &folder, mission)?;
     let object = || report::json(mission, &found, &contest, 1e-3 * watch.ms());
     folder.print_result(args.mission.json, object, || text)?;
+    if !args.mission.json {
+        print(&verdict)?;
+    }
     Ok(Answer::from(contest.standing() != Standing::NotBetter))
 }

@@ -50,11 +50,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
         plan,
         target_v_ned: mission.target_v_ned,
         steady_within_m_s: mission.limits.steady_within_m_s,
-        settle_s: (mission.duration_s
-            - mission.release.hang_s
-            - mission.release.parachute.delay_s
-            - plan.end_s())
-        .max(0.0),
+        settle_s: mission.settle_s(plan),
         start: mission.release.start,
         v_error_ned: Vector3::zeros(),
     };
@@ -144,12 +140,10 @@ fn identity(args: &TuneArgs, mission: &Mission) -> Vec<(&'static str, String)> {
 }
 
 /// How far the search is, for the progress bar.
-fn progress(search: &Px4Search, measured_by: &str) -> String {
+fn progress(search: &Px4Search, measured_by: &str) -> (usize, usize, String) {
     let (made, most) = search.iterations();
-    let iteration = format!("iteration {} of at most {most}", made + 1);
-    search
-        .best()
-        .map_or(iteration.clone(), |(cost, _)| format!("{iteration}, best cost {cost:.4} (1: {measured_by})"))
+    let best = search.best().map_or_else(String::new, |(cost, _)| format!("best cost {cost:.4} (1: {measured_by})"));
+    (made, most, best)
 }
 
 fn write(

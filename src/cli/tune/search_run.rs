@@ -3,12 +3,11 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use anyhow::Context as _;
-use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
 use super::args::TuneArgs;
 use crate::cli::answer::{BadInput as _, Failure};
+use crate::cli::progress::Progress;
 use crate::cli::results::OutputFolder;
 use samara::config::{Evaluated, Mission, SearchIdentity, checkpoint_json, load_checkpoint};
 use samara::tune::CandidateSearch;
@@ -36,7 +35,8 @@ pub fn identity_of(mission: &Mission) -> Vec<(&'static str, String)> {
 
 /// Runs a search to its end. With `--resume` it is first given what the checkpoint holds. `judge` gives the
 /// judgement on a candidate, by its place among those asked about; `None` when there is nothing to judge it
-/// by. `progress` says how far the search is.
+/// by. `progress` gives the iterations made, the
+/// most there are, and how well the search goes.
 pub fn run_search<S>(
     args: &TuneArgs,
     folder: &OutputFolder,
@@ -44,7 +44,7 @@ pub fn run_search<S>(
     search: &mut S,
     stop: &AtomicBool,
     judge: impl Fn(&S, usize, &S::Candidate) -> Option<S::Judgement> + Sync,
-    progress: impl Fn(&S) -> String,
+    progress: impl Fn(&S) -> (usize, usize, String),
 ) -> Result<SearchRun, Failure>
 where
     S: CandidateSearch + Sync,
@@ -70,11 +70,13 @@ where
         keep(&judged)?;
     }
     judged.truncate(used);
-    let bar = ProgressBar::no_length();
-    let style = ProgressStyle::with_template("{spinner} {elapsed} {msg}, {rate}");
-    bar.set_style(style.context("the progress bar")?.with_key("rate", rate));
+    let (mut evaluated, bar) = (0, Progress::new("tune", "evaluations", 0));
     while let Some(candidates) = search.candidates() {
-        bar.set_message(progress(search));
+        let (made, most, message) = progress(search);
+        // At most: a search may come to its end before.
+        bar.set_whole(evaluated + (candidates.len() * most.saturating_sub(made)) as u64);
+        evaluated += candidates.len() as u64;
+        bar.set_message(&message);
         let judge_one = |(place, candidate): (usize, &S::Candidate)| {
             let going = !stop.load(Ordering::Relaxed);
             bar.inc(u64::from(going));
@@ -87,11 +89,6 @@ where
         judged.extend(fresh);
         keep(&judged)?;
     }
-    bar.finish_and_clear();
+    bar.finish();
     Ok(SearchRun { fresh: judged.len() - used, stopped: search.candidates().is_some() })
-}
-
-fn rate(state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write) {
-    // A bar that cannot be written is no reason to end a search.
-    let _ = write!(out, "{:.0} evaluations a second", state.per_sec());
 }

@@ -22,7 +22,6 @@ const POLISH: CmaSettings = CmaSettings { samples: 16, sigma: 0.1, scale: Scale:
 
 /// The vehicle, the site and the plan that gains are judged on.
 pub fn setting<'a>(args: &TuneArgs, mission: &Mission, plan: &'a Trajectory) -> Setting<'a> {
-    let plan_begins_s = mission.release.hang_s + mission.release.parachute.delay_s;
     Setting {
         vehicle: mission.vehicle.clone(),
         environment: mission.site.environment.clone(),
@@ -35,7 +34,7 @@ pub fn setting<'a>(args: &TuneArgs, mission: &Mission, plan: &'a Trajectory) -> 
         plan,
         target_v_ned: mission.target_v_ned,
         steady_within_m_s: mission.limits.steady_within_m_s,
-        settle_s: (mission.duration_s - plan_begins_s - plan.end_s()).max(0.0),
+        settle_s: mission.settle_s(plan),
         safety: mission.limits.safety,
     }
 }

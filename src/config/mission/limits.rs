@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::assess::{SafetyLimits, steady_within_m_s};
+use crate::assess::{FlightLimits, SafetyLimits, steady_within_m_s};
 use crate::config::number::Positive;
 use crate::units::RAD_PER_DEG;
 
@@ -28,6 +28,13 @@ pub(super) struct LimitsJson {
     steady_within_m_s: Option<Positive<100>>,
     /// Speed of a touch of the ground [m/s]; 2.1 when left out.
     impact_speed_m_s: Option<Positive<1000>>,
+    /// Way down from the release to the plan's end [m]; left out, it is reported and not judged.
+    altitude_lost_m: Option<Positive<100_000>>,
+    /// Angle between the body's up axis and the vertical, from the release on [deg]; left out, it is reported
+    /// and not judged.
+    tilt_deg: Option<Positive<180>>,
+    /// Time after t = 0 by which the flight is steady [s]; left out, it must be steady at the mission's end.
+    steady_after_s: Option<Positive<900>>,
 }
 
 /// Fastest touch that is no hard landing where the mission gives none [m/s]: three times PX4's landing speed.
@@ -40,6 +47,8 @@ pub struct Limits {
     pub safety: SafetyLimits,
     /// How close to the target velocity is steady [m/s].
     pub steady_within_m_s: f64,
+    /// Limits of altitude lost, tilt and time to steady flight, where they are given.
+    pub flight: FlightLimits,
     /// Fastest touch of the ground that is within the limits [m/s].
     pub impact_m_s: f64,
 }
@@ -56,6 +65,11 @@ impl Limits {
             steady_within_m_s: json
                 .steady_within_m_s
                 .map_or_else(|| steady_within_m_s(target_v_ned), Positive::get),
+            flight: FlightLimits {
+                altitude_lost_m: json.altitude_lost_m.map(Positive::get),
+                tilt_rad: json.tilt_deg.map(|limit| limit.get() * RAD_PER_DEG),
+                steady_after_s: json.steady_after_s.map(Positive::get),
+            },
             impact_m_s: json.impact_speed_m_s.map_or(IMPACT_M_S, Positive::get),
         }
     }

@@ -18,7 +18,7 @@ use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::assess::{RandomDrop, ReleaseDistribution};
+use crate::assess::{RandomDrop, ReleaseDistribution, SafetyStudy};
 use crate::config::error::ConfigError;
 use crate::config::number::{Count, Exactly, Name, SpanS, Within};
 use crate::config::shipped::{MISSIONS, built_in, is_built_in, names_in};
@@ -29,6 +29,7 @@ use crate::model::{MAX_ROTORS, Parachute, RotorLimits, Vehicle};
 use crate::params::{Purpose, Subject};
 use crate::plan::{PlanProblem, PlanState};
 use crate::sim::{Battery, DropSimulation, SensorSettings};
+use crate::trajectory::Trajectory;
 
 mod choices;
 mod contradictions;
@@ -301,6 +302,26 @@ impl Mission {
     /// The random releases, (40)-(44).
     pub fn releases(&self) -> ReleaseDistribution {
         self.study.monte_carlo.releases(self.release.parachute, &self.site.environment)
+    }
+
+    /// How long the mission goes on after the end of a plan [s].
+    pub fn settle_s(&self, plan: &Trajectory) -> f64 {
+        let plan_begins_s = self.release.hang_s + self.release.parachute.delay_s;
+        (self.duration_s - plan_begins_s - plan.end_s()).max(0.0)
+    }
+
+    /// The study of controllers along a plan: flights from t = 0 to the mission's end.
+    pub fn safety_study(&self, plan: &Trajectory) -> SafetyStudy {
+        SafetyStudy {
+            vehicle: self.vehicle.clone(),
+            environment: self.site.environment.clone(),
+            limits: self.limits.safety,
+            target_v_ned: self.target_v_ned,
+            steady_within_m_s: self.limits.steady_within_m_s,
+            plan: plan.clone(),
+            settle_s: self.settle_s(plan),
+            delay_s: self.release.parachute.delay_s,
+        }
     }
 
     /// The drop of a trial of a campaign.

@@ -10,6 +10,7 @@
 //! | `track`, `sheet` | the motion of a flight or a plan; what a figure of it shows |
 //! | `flight_path`, `glyph` | the path as in the paper's figure 7, with small vehicles |
 //! | `convergence` | the cost of a search over its evaluations |
+//! | `distribution` | the share of a campaign's trials below each value, beside the limit |
 //! | `time_panels` | velocities, pitch, thrusts, J_state over time |
 //! | `study`, `study_paths`, `study_campaigns` | the paper's figures 7 to 14 |
 
@@ -17,6 +18,7 @@ mod axis;
 mod canvas;
 mod color;
 mod convergence;
+mod distribution;
 mod flight_path;
 mod glyph;
 mod label;
@@ -30,6 +32,7 @@ mod track;
 
 pub use canvas::FigureError;
 pub use convergence::convergence_figure;
+pub use distribution::{Distribution, distribution_figure};
 
 use axis::{SMALL, number};
 use canvas::{Anchor, Font, Pen, Point, sub};

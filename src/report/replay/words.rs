@@ -122,7 +122,7 @@ pub(super) fn table(drop: &ShownDrop<'_>) -> String {
         "<div class=\"wide\"><table>\n<caption>The verdict</caption>\n<thead><tr><th></th><th>value</th>\
                     <th></th><th>limit</th><th></th></tr></thead>\n<tbody>\n"
             .to_owned();
-    for [quantity, value, unit, limit, mark] in verdict_lines(verdict, &drop.mission.limits.safety, missed) {
+    for [quantity, value, unit, limit, mark] in verdict_lines(verdict, &drop.mission.limits, missed) {
         let class = if mark.contains("EXCEEDED") || mark.contains("NOT") { " class=\"no\"" } else { "" };
         let quantity = escape(&quantity).replace("J_TPF", "J<sub>TPF</sub>");
         html += &format!(

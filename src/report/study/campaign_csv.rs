@@ -13,8 +13,9 @@ use crate::config::Mission;
 use crate::frames::pitch;
 
 const COLUMNS: &str = "trial,theta_0_rad,phi_rad,vn_m_s,vd_m_s,pitch_rad,pitch_rate_rad_s,j_tpf,peak_speed_m_s,\
-                       peak_pitch_rad,peak_pitch_rate_rad_s,peak_roll_rad,peak_roll_rate_rad_s,vn_end_m_s,ve_end_m_s,vd_end_m_s";
-const COLUMN_COUNT: usize = 16;
+                       peak_pitch_rad,peak_pitch_rate_rad_s,peak_roll_rad,peak_roll_rate_rad_s,vn_end_m_s,ve_end_m_s,vd_end_m_s,\
+                       peak_tilt_rad,way_north_m,way_east_m,altitude_lost_m,steady_after_s";
+const COLUMN_COUNT: usize = 21;
 
 /// Name of a campaign's file.
 pub fn file_name(entry: &StudyEntry) -> String {
@@ -56,8 +57,17 @@ pub fn write_row(text: &mut String, release: &RandomRelease, outcome: &TrialOutc
         end.x,
         end.y,
         end.z,
+        outcome.peak_tilt_rad,
+        outcome.way_ned_m.x,
+        outcome.way_ned_m.y,
+        outcome.way_ned_m.z,
     ] {
         let _ = write!(text, ",{x:?}");
+    }
+    // Empty where the flight was never steady.
+    text.push(',');
+    if let Some(t_s) = outcome.steady_after_s {
+        let _ = write!(text, "{t_s:?}");
     }
     text.push('\n');
 }
@@ -79,9 +89,33 @@ pub enum RowError {
 /// [`RowError`] when it is not.
 pub fn parse_row(line: &str, expected: &RandomRelease) -> Result<TrialOutcome, RowError> {
     let (trial, rest) = line.split_once(',').ok_or(RowError::NotNumbers)?;
+    let (rest, steady) = rest.rsplit_once(',').ok_or(RowError::NotNumbers)?;
+    let steady: Option<Result<f64, _>> = (!steady.is_empty()).then(|| steady.parse());
+    let steady_after_s = steady.transpose().map_err(|_| RowError::NotNumbers)?;
     let numbers: Result<Vec<f64>, _> = rest.split(',').map(str::parse).collect();
-    let Ok(&[amplitude, phase, _, _, _, _, j_tpf, speed, pitch, rate, roll, roll_rate, vn, ve, vd]) =
-        numbers.as_deref()
+    let Ok(
+        &[
+            amplitude,
+            phase,
+            _,
+            _,
+            _,
+            _,
+            j_tpf,
+            speed,
+            pitch,
+            rate,
+            roll,
+            roll_rate,
+            vn,
+            ve,
+            vd,
+            tilt,
+            way_north,
+            way_east,
+            way_down,
+        ],
+    ) = numbers.as_deref()
     else {
         return Err(RowError::NotNumbers);
     };
@@ -97,6 +131,9 @@ pub fn parse_row(line: &str, expected: &RandomRelease) -> Result<TrialOutcome, R
         peak_roll_rad: roll,
         peak_roll_rate_rad_s: roll_rate,
         final_v_ned: Vector3::new(vn, ve, vd),
+        peak_tilt_rad: tilt,
+        way_ned_m: Vector3::new(way_north, way_east, way_down),
+        steady_after_s,
     })
 }
 
@@ -122,6 +159,9 @@ mod tests {
             peak_roll_rad: 0.2,
             peak_roll_rate_rad_s: -1e-300,
             final_v_ned: Vector3::new(4.0, 1e-17, f64::INFINITY),
+            peak_tilt_rad: 0.4,
+            way_ned_m: Vector3::new(-0.0, 1e-7, 20.0 / 3.0),
+            steady_after_s: Some(1.9),
         };
         (release, outcome)
     }
@@ -134,6 +174,11 @@ mod tests {
         assert_eq!(text.split(',').count(), COLUMN_COUNT);
         assert_eq!(COLUMNS.split(',').count(), COLUMN_COUNT);
         assert_eq!(parse_row(text.trim_end(), &release), Ok(outcome));
+        let never = TrialOutcome { steady_after_s: None, ..outcome };
+        text.clear();
+        write_row(&mut text, &release, &never);
+        assert!(text.ends_with(",\n"), "{text}");
+        assert_eq!(parse_row(text.trim_end(), &release), Ok(never));
     }
 
     #[test]

@@ -53,6 +53,8 @@ pub struct Assessment<'a> {
     pub mission: &'a Mission,
     /// The command that reproduces this study.
     pub command: String,
+    /// The command that, with `--only K`, flies trial K alone.
+    pub alone: String,
     /// J_TPF of the plan.
     pub plan_j_tpf: f64,
     /// Cost J_d of the plan.

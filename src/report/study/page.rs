@@ -18,7 +18,8 @@ pub struct Figure {
     pub svg: String,
 }
 
-const STYLE: &str = include_str!("page.css");
+/// The style sheet of the pages.
+pub(crate) const STYLE: &str = include_str!("page.css");
 
 /// The HTML document of a study.
 pub fn page(a: &Assessment<'_>, figures: &[Figure]) -> String {
@@ -46,7 +47,7 @@ pub fn page(a: &Assessment<'_>, figures: &[Figure]) -> String {
     html += &format!(
         "<h2>Release cases and gains</h2>\n{}<p class=\"soft\">{}</p>\n{}",
         table_5(a).html(),
-        tracking_note(a),
+        tracking_note(a.mission, a.tracking_period_s),
         table_4(a).html()
     );
     html += &reproduced(a);
@@ -115,7 +116,8 @@ fn origin(a: &Assessment<'_>) -> String {
     }
     let command = escape(&a.command);
     html + &format!(
-        "</dl>\n<pre>{command}\n{command} --only 0     # trial 0 alone, with its flight log and figure</pre>\n\
-         <p class=\"soft\">The same command gives the same bytes, on any number of threads. Campaign \u{201c}{OURS}\u{201d} is flown with the gains named above.</p>\n"
+        "</dl>\n<pre>{command}\n{} --only 0     # trial 0 alone, with its flight log and figure</pre>\n\
+         <p class=\"soft\">The same command gives the same bytes, on any number of threads. Campaign \u{201c}{OURS}\u{201d} is flown with the gains named above.</p>\n",
+        escape(&a.alone)
     )
 }

@@ -5,6 +5,7 @@ use super::findings::{Finding, findings};
 use super::grid::Grid;
 use super::{Assessed, Assessment, label};
 use crate::assess::{paper, tracking};
+use crate::config::Mission;
 use crate::control::Gains;
 use crate::report::tune::NAMES;
 
@@ -24,13 +25,13 @@ fn interval((low, high): (f64, f64), n: usize) -> String {
 }
 
 /// An interval of a probability, rounded outwards, so that it holds as printed.
-fn probability_interval((low, high): (f64, f64), n: usize) -> String {
+pub(crate) fn probability_interval((low, high): (f64, f64), n: usize) -> String {
     let scale = 10f64.powi(n as i32);
     interval(((low * scale).floor() / scale, (high * scale).ceil() / scale), n)
 }
 
 /// Number of digits that distinguish a probability that is nearly one from one.
-fn probability_digits(trials: u64) -> usize {
+pub(crate) fn probability_digits(trials: u64) -> usize {
     (trials.max(1).ilog10() as usize + 1).clamp(3, 7)
 }
 
@@ -122,19 +123,19 @@ pub fn reproduction(all: &[Finding]) -> Grid {
     grid
 }
 
-/// Explanation of the tracking RMS.
-pub fn tracking_note(a: &Assessment<'_>) -> String {
-    let beside = if a.mission.site.environment.wind_ned_m_s.y == 0.0 { "" } else { tracking::OUT_OF_PLANE };
+/// Explanation of the tracking RMS of flights with this control period [s].
+pub fn tracking_note(mission: &Mission, period_s: f64) -> String {
+    let beside = if mission.site.environment.wind_ned_m_s.y == 0.0 { "" } else { tracking::OUT_OF_PLANE };
     format!(
         "Tracking RMS: flights commanded every {:.3} ms, so that the plan's nodes fall on steps.{beside}",
-        1e3 * a.tracking_period_s
+        1e3 * period_s
     )
 }
 
 /// Explanation of intervals and probability.
 pub const INTERVALS: &str = "Intervals: Student's t for the mean, Clopper and Pearson's exact one for the probability. Standard deviations with n - 1.";
 
-/// The whole study as text for the terminal.
+/// The whole study as text; the verdict is the caller's last line.
 pub fn assess_text(a: &Assessment<'_>) -> String {
     let mut text = format!(
         "optimal trajectory: objective {:.6}, J_TPF {:.4}{}\n\n",
@@ -146,7 +147,7 @@ pub fn assess_text(a: &Assessment<'_>) -> String {
         text += &grid.text();
         text.push('\n');
     }
-    text += &format!("{}\n{INTERVALS}\n\n", tracking_note(a));
+    text += &format!("{}\n{INTERVALS}\n\n", tracking_note(a.mission, a.tracking_period_s));
     let found = findings(a);
     if !found.is_empty() {
         text += "The paper's findings\n";
@@ -164,7 +165,7 @@ pub fn assess_text(a: &Assessment<'_>) -> String {
         }
         text.push('\n');
     }
-    text + &verdict(a) + "\n"
+    text
 }
 
 /// The study's answer in one sentence.

@@ -1,0 +1,165 @@
+//! `samara assess`: campaigns of the mission's own gains, along the plan and, beside it, with the target
+//! velocity as a step; tables, figures, footprint, one page.
+
+use anyhow::Context as _;
+
+use super::args::AssessArgs;
+use super::campaign::{self, Campaign, TrialRunner};
+use super::figures;
+use super::study::{Command, finish, stopped};
+use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::narrator::Narrator;
+use crate::cli::results::OutputFolder;
+use crate::cli::system::Stopwatch;
+use crate::cli::terminal::print;
+use samara::assess::{StudyEntry, StudyReference, plan_j_tpf, tracking};
+use samara::config::Mission;
+use samara::control::{Airframe, Cascade};
+use samara::plan::Plan;
+use samara::report::campaign::{
+    CampaignReport, CaseRecord, MEASURES, NamedCampaign, TrialRecord, footprint, json, page, tables,
+};
+use samara::report::figure::{Distribution, FigureError, distribution_figure};
+use samara::report::study::campaign_csv::file_name;
+use samara::report::study::page::Figure;
+use samara::tune::ReleaseCase;
+
+/// The campaign that is judged: along the plan.
+pub const OPTIMAL: &str = "optimal";
+/// The campaign beside it: the target velocity as a step.
+const STEP: &str = "step";
+
+/// The mission's own gains, along the plan and with a step.
+pub fn entries_of(mission: &Mission) -> Result<[StudyEntry; 2], Failure> {
+    let airframe = Airframe::new(&mission.vehicle, &mission.site.environment).bad_input()?;
+    let of = |name, reference| StudyEntry {
+        name,
+        gains_name: mission.control.gains_name.clone(),
+        controller: Box::new(Cascade::new(airframe.clone(), mission.control.gains, mission.control.limits)),
+        reference,
+    };
+    Ok([of(OPTIMAL, StudyReference::Optimal), of(STEP, StudyReference::Step)])
+}
+
+/// Flies the campaigns, writes and reports them.
+pub fn run(
+    args: &AssessArgs,
+    plan: &Plan,
+    runner: &TrialRunner<'_>,
+    narrator: &Narrator,
+) -> Result<Answer, Failure> {
+    let mission = runner.mission;
+    let entries = entries_of(mission)?;
+    let watch = Stopwatch::start();
+    let Some(campaigns) = campaign::run_all(runner, &entries, args.resume, narrator)? else {
+        return stopped(args, mission);
+    };
+    let flown: u64 = campaigns.iter().map(|c| c.flown_now).sum();
+    let flights_per_s = 1e3 * flown as f64 / watch.ms();
+    let report = CampaignReport {
+        mission,
+        flown_by: "the cascade at 100 Hz from t = 0, on the plant with speed controllers, motors and rotors"
+            .to_owned(),
+        command: Command::of(args, mission).with_trials(runner.trials),
+        alone: Command::of(args, mission).alone(),
+        judge: runner.judge,
+        plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
+        cases: cases(runner, &entries[0]),
+        campaigns: campaigns.iter().map(named).collect(),
+        tracking_period_s: tracking::control_period_s(&plan.trajectory),
+    };
+    let drawn = figures::of_own(runner, &campaigns[0])?;
+    let files: Vec<String> = campaigns.iter().map(|c| file_name(&c.entry)).collect();
+    runner
+        .folder
+        .write_text("assess.txt", &format!("{}\n{}\n", tables::text(&report), tables::verdict(&report)))?;
+    runner.folder.write_text("assess.json", &json::json(&report, None))?;
+    let beside = ["assess.txt", "assess.json", "trajectory.csv", "plan.json", "plan.svg"].map(str::to_owned);
+    write_page(runner.folder, &report, ["assess", ""], drawn, &[&files[..], &beside].concat())?;
+    finish(args, runner)?;
+    if args.mission.json {
+        print(&json::json(&report, (flown > 0).then_some(flights_per_s)))?;
+    } else {
+        let folder = runner.folder.path().display();
+        print(&format!(
+            "{}\n{flown} campaign flights, {flights_per_s:.0} a second; results in {folder}, start with {folder}/assess.html\n{}\n",
+            tables::text(&report),
+            tables::verdict(&report),
+        ))?;
+    }
+    Ok(Answer::from(report.safe()))
+}
+
+fn named(campaign: &Campaign) -> NamedCampaign {
+    let StudyEntry { name, gains_name, .. } = &campaign.entry;
+    let follows = if *name == OPTIMAL { "along the plan" } else { "target velocity as a step" };
+    NamedCampaign {
+        name: (*name).to_owned(),
+        label: format!("{gains_name}, {follows}"),
+        summary: campaign.summary.clone(),
+        file: file_name(&campaign.entry),
+    }
+}
+
+fn cases(runner: &TrialRunner<'_>, entry: &StudyEntry) -> Vec<CaseRecord> {
+    let (study, judge) = (&runner.study, &runner.judge);
+    let cases: Vec<(u64, &ReleaseCase)> = (0..).zip(&runner.mission.study.cases).collect();
+    runner.in_order(&cases, |(number, case)| {
+        let start = case.state();
+        CaseRecord {
+            case: case.name.clone(),
+            flight: TrialRecord::of_flight(*number, &study.outcome(entry, &start), judge),
+            tracking_rms: study.tracking_rms(entry, &start),
+        }
+    })
+}
+
+/// Writes the page with the footprint and the figures: `names` are the page's and what the other files' names
+/// begin with.
+pub fn write_page(
+    folder: &OutputFolder,
+    report: &CampaignReport<'_>,
+    [page, prefix]: [&str; 2],
+    drawn: impl IntoIterator<Item = Figure>,
+    files: &[String],
+) -> Result<(), Failure> {
+    let distributions = distributions(report, &format!("{prefix}distributions.svg"))?;
+    let figures: Vec<Figure> = distributions.into_iter().chain(drawn).collect();
+    for figure in &figures {
+        folder.write_text(&figure.file, &figure.svg)?;
+    }
+    let footprint = ["geojson", "kml"].map(|ending| format!("{prefix}footprint.{ending}"));
+    folder.write_text(&footprint[0], &footprint::geojson(report))?;
+    folder.write_text(&footprint[1], &footprint::kml(report))?;
+    folder.write_text(&format!("{page}.html"), &page::page(report, &figures, &footprint, files)).map(|_| ())
+}
+
+/// The figure of what the campaigns are about; none where no trial has a number.
+fn distributions(report: &CampaignReport<'_>, file: &str) -> Result<Option<Figure>, Failure> {
+    let shown = report.judged().map_or(0, |campaign| campaign.summary.shown.len());
+    let of = |place: usize| {
+        let measure = &MEASURES[place];
+        let values = |campaign: &NamedCampaign| {
+            let shown = &campaign.summary.shown;
+            let values: Vec<f64> = shown.iter().filter_map(|trial| (measure.of)(trial)).collect();
+            (campaign.label.clone(), values, shown.len())
+        };
+        let unit = if measure.unit.is_empty() { String::new() } else { format!(" [{}]", measure.unit) };
+        Distribution {
+            name: format!("{}{unit}", measure.name),
+            limit: (measure.limit)(&report.judge, report.mission),
+            controllers: report.campaigns.iter().map(values).collect(),
+        }
+    };
+    let measures: Vec<Distribution> = report.telling().into_iter().take(4).map(of).collect();
+    let title = format!("Distributions: {}", report.mission.name);
+    let remark = format!(
+        "Share of the first {shown} trials at or below a value; what tells the trials apart best comes first. A line that ends \
+         below 100 % has trials without a value."
+    );
+    match distribution_figure(&report.mission.stamp().csv_comment(), &title, &remark, &measures) {
+        Ok(svg) => Ok(Some(Figure { file: file.to_owned(), caption: format!("{title}. {remark}"), svg })),
+        Err(FigureError::Empty) => Ok(None),
+        Err(e) => Err(e).context("the figure of the distributions")?,
+    }
+}

@@ -1,0 +1,124 @@
+//! `samara assess --paper`: the study of the paper's section V - release cases, campaigns of four controllers,
+//! tables, figures, one page - beside what the paper prints.
+
+use super::args::AssessArgs;
+use super::campaign::{self, Campaign, TrialRunner};
+use super::figures;
+use super::study::{Command, finish, stopped};
+use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::narrator::Narrator;
+use crate::cli::system::Stopwatch;
+use crate::cli::terminal::print;
+use samara::assess::{StudyEntry, StudyReference, plan_j_tpf, tracking};
+use samara::config::Mission;
+use samara::control::{Airframe, Cascade, Gains};
+use samara::plan::Plan;
+use samara::report::study::{Assessed, Assessment, CaseResult, OURS, page, records, tables};
+
+/// Flies the study.
+pub fn run(
+    args: &AssessArgs,
+    plan: &Plan,
+    runner: &TrialRunner<'_>,
+    narrator: &Narrator,
+) -> Result<Answer, Failure> {
+    let mission = runner.mission;
+    let entries = entries_of(mission)?;
+    let watch = Stopwatch::start();
+    let Some(campaigns) = campaign::run_all(runner, &entries, args.resume, narrator)? else {
+        return stopped(args, mission);
+    };
+    let flown: u64 = campaigns.iter().map(|c| c.flown_now).sum();
+    let flights_per_s = 1e3 * flown as f64 / watch.ms();
+    let assessment = assessment(args, plan, runner, &campaigns)?;
+    write(&assessment, runner, &campaigns)?;
+    finish(args, runner)?;
+    if args.mission.json {
+        print(&records::assess_json(&assessment, (flown > 0).then_some(flights_per_s)))?;
+    } else {
+        let folder = runner.folder.path().display();
+        print(&format!(
+            "{}\n{flown} campaign flights, {flights_per_s:.0} a second; results in {folder}, start with {folder}/assess.html\n{}\n",
+            tables::assess_text(&assessment),
+            tables::verdict(&assessment),
+        ))?;
+    }
+    Ok(Answer::from(assessment.safe()))
+}
+
+/// The paper's controllers, and the mission's own.
+pub fn entries_of(mission: &Mission) -> Result<[StudyEntry; 4], Failure> {
+    let airframe = Airframe::new(&mission.vehicle, &mission.site.environment).bad_input()?;
+    let of = |name, gains_name: &str, gains, reference| StudyEntry {
+        name,
+        gains_name: gains_name.to_owned(),
+        controller: Box::new(Cascade::new(airframe.clone(), gains, mission.control.limits)),
+        reference,
+    };
+    Ok([
+        of("near_hover_step", "near_hover", Gains::near_hover(), StudyReference::Step),
+        of("near_hover_optimal", "near_hover", Gains::near_hover(), StudyReference::Optimal),
+        of("paper_pso_optimal", "paper_pso", Gains::paper_pso(), StudyReference::Optimal),
+        of(OURS, &mission.control.gains_name, mission.control.gains, StudyReference::Optimal),
+    ])
+}
+
+/// Flies the release cases and puts the study together.
+fn assessment<'a>(
+    args: &AssessArgs,
+    plan: &Plan,
+    runner: &TrialRunner<'a>,
+    campaigns: &[Campaign; 4],
+) -> Result<Assessment<'a>, Failure> {
+    let (mission, study) = (runner.mission, &runner.study);
+    let cases = |entry: &StudyEntry| {
+        runner.in_order(&mission.study.cases, |case| {
+            let start = case.state();
+            CaseResult {
+                case: case.name.clone(),
+                j_tpf: study.outcome(entry, &start).j_tpf,
+                tracking_rms: study.tracking_rms(entry, &start),
+            }
+        })
+    };
+    Ok(Assessment {
+        mission,
+        command: Command::of(args, mission).with_trials(runner.trials),
+        alone: Command::of(args, mission).alone(),
+        plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
+        plan_objective: plan.objective,
+        bound: runner.judge.bound,
+        trials: runner.trials,
+        is_the_papers: mission.is_the_papers_study(),
+        pso_less_near_hover: campaign::paired_difference(runner, [&campaigns[1], &campaigns[2]])?,
+        tracking_period_s: tracking::control_period_s(&plan.trajectory),
+        assessed: campaigns.each_ref().map(|c| Assessed {
+            entry: c.entry.clone(),
+            cases: cases(&c.entry),
+            tally: c.tally,
+        }),
+    })
+}
+
+fn write(
+    assessment: &Assessment<'_>,
+    runner: &TrialRunner<'_>,
+    campaigns: &[Campaign; 4],
+) -> Result<(), Failure> {
+    let drawn = figures::draw(assessment, runner, campaigns)?;
+    let files = [
+        ("assess.txt", tables::assess_text(assessment) + &tables::verdict(assessment) + "\n"),
+        ("assess.json", records::assess_json(assessment, None)),
+        ("table4.csv", records::table_4_csv(assessment)),
+        ("table5.csv", records::table_5_csv(assessment)),
+        ("campaigns.csv", records::campaigns_csv(assessment)),
+        ("assess.html", page::page(assessment, &drawn)),
+    ];
+    for (name, text) in &files {
+        runner.folder.write_text(name, text)?;
+    }
+    for figure in &drawn {
+        runner.folder.write_text(&figure.file, &figure.svg)?;
+    }
+    Ok(())
+}

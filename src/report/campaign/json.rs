@@ -1,0 +1,93 @@
+//! The object of `samara assess --json` and of `assess.json`. Keys are stable; what is not finite is `null`.
+
+use serde::Serialize;
+
+use super::{CampaignReport, CaseRecord, MEASURES, NamedCampaign, TrialRecord};
+use crate::assess::CONFIDENCE;
+use crate::report::json::{VERSION, object, text};
+use crate::units::DEG_PER_RAD;
+
+fn finite(x: f64) -> Option<f64> {
+    Some(x).filter(|x| x.is_finite())
+}
+
+fn trial(t: &TrialRecord) -> impl Serialize {
+    object! {
+        trial: t.trial,
+        j_tpf: finite(t.j_tpf),
+        peak_speed_m_s: finite(t.peak_speed_m_s),
+        peak_tilt_deg: finite(t.peak_tilt_rad * DEG_PER_RAD),
+        steady_after_s: t.steady_after_s,
+        altitude_lost_m: finite(t.way_ned_m.z),
+        way_north_m: finite(t.way_ned_m.x),
+        way_east_m: finite(t.way_ned_m.y),
+        failure: t.failure.clone(),
+    }
+}
+
+fn campaign(report: &CampaignReport<'_>, campaign: &NamedCampaign) -> impl Serialize {
+    let s = &campaign.summary;
+    let j = &s.measures[0];
+    let measures = MEASURES.iter().zip(&s.measures).map(|(measure, s)| {
+        object! {
+            name: measure.key,
+            count: s.count(),
+            mean: finite(s.mean()),
+            std: finite(s.std()),
+            min: finite(s.min()),
+            max: finite(s.max()),
+            limit: (measure.limit)(&report.judge, report.mission),
+        }
+    });
+    object! {
+        name: campaign.name.clone(),
+        label: campaign.label.clone(),
+        file: campaign.file.clone(),
+        trials: s.flown(),
+        mean: finite(j.mean()),
+        mean_low: finite(j.mean_interval().0),
+        mean_high: finite(j.mean_interval().1),
+        std: finite(j.std()),
+        min: finite(j.min()),
+        max: finite(j.max()),
+        p_safe: finite(s.passed.probability()),
+        p_safe_low: s.passed.interval().0,
+        p_safe_high: s.passed.interval().1,
+        unsafe_trials: s.failed(),
+        measures: measures.collect::<Vec<_>>(),
+        worst: s.worst.iter().map(trial).collect::<Vec<_>>(),
+    }
+}
+
+/// The object; `flights_per_s` for the terminal alone.
+pub fn json(report: &CampaignReport<'_>, flights_per_s: Option<f64>) -> String {
+    let m = report.mission;
+    let limits = &report.judge.limits;
+    let cases = report.cases.iter().map(|CaseRecord { case, flight, tracking_rms }| {
+        object! { case: case, tracking_rms: finite(*tracking_rms), #[serde(flatten)] flight: trial(flight) }
+    });
+    text(&object! {
+        mission: &m.name,
+        vehicle: &m.vehicle_name,
+        version: VERSION,
+        seed: m.seed,
+        input_hash: &m.inputs.hash,
+        command: &report.command,
+        gains: &m.control.gains_name,
+        flown_by: &report.flown_by,
+        trials: report.judged().map(|campaign| campaign.summary.flown()),
+        bound: report.judge.bound,
+        limits: object! {
+            altitude_lost_m: limits.altitude_lost_m,
+            tilt_deg: limits.tilt_rad.map(|limit| limit * DEG_PER_RAD),
+            steady_after_s: limits.steady_after_s,
+            steady_within_m_s: report.judge.steady_within_m_s,
+        },
+        safe: report.safe(),
+        confidence: CONFIDENCE,
+        plan_j_tpf: report.plan_j_tpf,
+        campaigns: report.campaigns.iter().map(|c| campaign(report, c)).collect::<Vec<_>>(),
+        cases: cases.collect::<Vec<_>>(),
+        #[serde(flatten)] pace: flights_per_s.map(|rate| object! { flights_per_s: rate }),
+    })
+}

@@ -1,0 +1,360 @@
+//! Results of a campaign with the mission's own gains: what a person who must decide needs to see of many
+//! flights, whoever flew them.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`tables`] | the tables, the verdict in a sentence, the text for the terminal |
+//! | [`json`] | the object of `--json` and of `assess.json` |
+//! | [`page`] | `assess.html` |
+//! | [`footprint`] | where the vehicles were when the plan ended, as GeoJSON and as KML |
+
+pub mod footprint;
+pub mod json;
+pub mod page;
+pub mod tables;
+
+use nalgebra::Vector3;
+
+use super::drops::DropTrial;
+use crate::assess::{FlightLimits, Share, Summary, TrialOutcome};
+use crate::config::Mission;
+use crate::units::DEG_PER_RAD;
+
+/// Trials that a campaign keeps for its figures: the first ones.
+pub const SHOWN: usize = 1000;
+/// The worst trials that a campaign keeps.
+const WORST: usize = 10;
+
+/// A trial as a campaign's page shows it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrialRecord {
+    /// Number of the trial.
+    pub trial: u64,
+    /// J_TPF, (51); infinite when the trial was lost.
+    pub j_tpf: f64,
+    /// Largest speed [m/s].
+    pub peak_speed_m_s: f64,
+    /// Largest angle between the body's up axis and the vertical [rad].
+    pub peak_tilt_rad: f64,
+    /// Time after t = 0 from which the flight is steady, to the end [s].
+    pub steady_after_s: Option<f64>,
+    /// Way from the release to the plan's end, NED [m]; the way down is the altitude lost.
+    pub way_ned_m: Vector3<f64>,
+    /// Why the trial counts as failed, if it does.
+    pub failure: Option<String>,
+}
+
+/// What makes a trial fail.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrialJudge {
+    /// J_TPF that a safe trial stays below.
+    pub bound: f64,
+    /// Limits of altitude lost, tilt and time to steady flight, where they are given.
+    pub limits: FlightLimits,
+    /// How close to the target velocity is steady [m/s]; `None` where steady flight is not judged.
+    pub steady_within_m_s: Option<f64>,
+}
+
+impl TrialJudge {
+    /// What a mission asks of its trials.
+    pub fn of(mission: &Mission, bound: f64) -> Self {
+        let limits = &mission.limits;
+        Self { bound, limits: limits.flight, steady_within_m_s: Some(limits.steady_within_m_s) }
+    }
+
+    /// Why a flight counts as failed, if it does.
+    pub fn failure(&self, o: &TrialOutcome) -> Option<String> {
+        if !(o.j_tpf < self.bound) {
+            return Some(format!("J_TPF {:.3}, not below {}", o.j_tpf, self.bound));
+        }
+        let mut passed = self.limits.passed(o.way_ned_m.z, o.peak_tilt_rad, o.steady_after_s);
+        if let Some(name) = passed.next() {
+            let (value, limit, unit) = match name {
+                "altitude_lost" => (o.way_ned_m.z, self.limits.altitude_lost_m, "m"),
+                "tilt" => (
+                    o.peak_tilt_rad * DEG_PER_RAD,
+                    self.limits.tilt_rad.map(|limit| limit * DEG_PER_RAD),
+                    "deg",
+                ),
+                _ => (o.steady_after_s.unwrap_or(f64::NAN), self.limits.steady_after_s, "s"),
+            };
+            let limit = limit.unwrap_or(f64::NAN);
+            return Some(format!("{} {value:.2} {unit}, limit {limit:.2}", name.replace('_', " ")));
+        }
+        let tolerance = self.steady_within_m_s.filter(|_| o.steady_after_s.is_none())?;
+        Some(format!("never steady within {tolerance} m/s of the target"))
+    }
+}
+
+impl TrialRecord {
+    /// The record of a study's flight.
+    pub fn of_flight(trial: u64, o: &TrialOutcome, judge: &TrialJudge) -> Self {
+        Self {
+            trial,
+            j_tpf: o.j_tpf,
+            peak_speed_m_s: o.peak_speed_m_s,
+            peak_tilt_rad: o.peak_tilt_rad,
+            steady_after_s: o.steady_after_s,
+            way_ned_m: o.way_ned_m,
+            failure: judge.failure(o),
+        }
+    }
+
+    /// The record of a whole drop; what was never released has no numbers.
+    pub fn of_drop(drop: &DropTrial) -> Self {
+        let verdict = drop.outcome.as_ref().map(|outcome| &outcome.verdict);
+        let number = |of: fn(&crate::assess::Verdict) -> f64| verdict.map_or(f64::NAN, of);
+        Self {
+            trial: drop.drawn.trial,
+            j_tpf: verdict.map_or(f64::INFINITY, |v| v.j_tpf),
+            peak_speed_m_s: number(|v| v.peak_speed_m_s),
+            peak_tilt_rad: number(|v| v.peak_tilt_rad),
+            steady_after_s: verdict.and_then(|v| v.steady_after_s),
+            way_ned_m: verdict.map_or(Vector3::repeat(f64::NAN), |v| v.way_ned_m),
+            failure: drop.failure.clone(),
+        }
+    }
+}
+
+/// A quantity of a trial.
+#[derive(Clone, Copy, Debug)]
+pub struct Measure {
+    /// Key in files, with its unit.
+    pub key: &'static str,
+    /// Name for people.
+    pub name: &'static str,
+    /// Unit for people; empty where there is none.
+    pub unit: &'static str,
+    /// Value of a trial; `None` where it has none.
+    pub of: fn(&TrialRecord) -> Option<f64>,
+    /// The limit that a mission gives, in the measure's unit.
+    pub limit: fn(&TrialJudge, &Mission) -> Option<f64>,
+}
+
+/// The quantities of a campaign.
+pub const MEASURES: [Measure; 5] = [
+    Measure {
+        key: "j_tpf",
+        name: "J_TPF",
+        unit: "",
+        of: |t| Some(t.j_tpf).filter(|x| x.is_finite()),
+        limit: |judge, _| Some(judge.bound),
+    },
+    Measure {
+        key: "steady_after_s",
+        name: "steady after",
+        unit: "s",
+        of: |t| t.steady_after_s,
+        limit: |judge, _| judge.limits.steady_after_s,
+    },
+    Measure {
+        key: "altitude_lost_m",
+        name: "altitude lost",
+        unit: "m",
+        of: |t| Some(t.way_ned_m.z).filter(|x| x.is_finite()),
+        limit: |judge, _| judge.limits.altitude_lost_m,
+    },
+    Measure {
+        key: "peak_tilt_deg",
+        name: "peak tilt",
+        unit: "deg",
+        of: |t| Some(t.peak_tilt_rad * DEG_PER_RAD).filter(|x| x.is_finite()),
+        limit: |judge, _| judge.limits.tilt_rad.map(|limit| limit * DEG_PER_RAD),
+    },
+    Measure {
+        key: "peak_speed_m_s",
+        name: "peak speed",
+        unit: "m/s",
+        of: |t| Some(t.peak_speed_m_s).filter(|x| x.is_finite()),
+        limit: |_, mission| Some(mission.limits.safety.speed_m_s),
+    },
+];
+
+/// What a campaign came to: statistics of all trials, the first of them and the worst.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CampaignSummary {
+    /// Trials that did not fail, of all.
+    pub passed: Share,
+    /// Statistics of [`MEASURES`], in their order.
+    pub measures: [Summary; MEASURES.len()],
+    /// The first [`SHOWN`] trials, in their order.
+    pub shown: Vec<TrialRecord>,
+    /// The worst ten: those that failed first, then by J_TPF; of equals the first flown.
+    pub worst: Vec<TrialRecord>,
+}
+
+impl CampaignSummary {
+    /// Takes the next trial.
+    pub fn push(&mut self, trial: &TrialRecord) {
+        self.passed.push(trial.failure.is_none());
+        for (measure, summary) in MEASURES.iter().zip(&mut self.measures) {
+            (measure.of)(trial).into_iter().for_each(|x| summary.push(x));
+        }
+        if self.shown.len() < SHOWN {
+            self.shown.push(trial.clone());
+        }
+        let badness = |t: &TrialRecord| (t.failure.is_some(), t.j_tpf);
+        let worse = |a: &TrialRecord, b: &TrialRecord| {
+            let ((a_failed, a_cost), (b_failed, b_cost)) = (badness(a), badness(b));
+            b_failed.cmp(&a_failed).then(b_cost.total_cmp(&a_cost)).is_lt()
+        };
+        let place = self.worst.iter().position(|kept| worse(trial, kept)).unwrap_or(self.worst.len());
+        if place < WORST {
+            self.worst.insert(place, trial.clone());
+            self.worst.truncate(WORST);
+        }
+    }
+
+    /// Trials.
+    pub fn flown(&self) -> u64 {
+        self.passed.trials()
+    }
+
+    /// Trials that failed.
+    pub fn failed(&self) -> u64 {
+        self.passed.misses()
+    }
+}
+
+/// A campaign with its name.
+#[derive(Clone, Debug)]
+pub struct NamedCampaign {
+    /// Name in files: `optimal`, `step`, an autopilot's.
+    pub name: String,
+    /// Name for people.
+    pub label: String,
+    /// The trials.
+    pub summary: CampaignSummary,
+    /// The file with every trial.
+    pub file: String,
+}
+
+/// A release case, flown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CaseRecord {
+    /// Name of the case.
+    pub case: String,
+    /// The flight.
+    pub flight: TrialRecord,
+    /// Distance of the flight from the plan, (45).
+    pub tracking_rms: f64,
+}
+
+/// Everything that a page shows of a mission's campaigns.
+#[derive(Clone, Debug)]
+pub struct CampaignReport<'a> {
+    /// The mission, with the chosen gains and seed.
+    pub mission: &'a Mission,
+    /// Who flew, in words for the page.
+    pub flown_by: String,
+    /// The command that makes the campaigns again.
+    pub command: String,
+    /// The command that, with `--only K`, flies trial K alone.
+    pub alone: String,
+    /// What makes a trial fail.
+    pub judge: TrialJudge,
+    /// J_TPF of the plan.
+    pub plan_j_tpf: f64,
+    /// The campaigns; the first is judged, the others stand beside it.
+    pub campaigns: Vec<NamedCampaign>,
+    /// The release cases of the judged campaign; none where they were not flown.
+    pub cases: Vec<CaseRecord>,
+    /// Control period of the flights whose tracking RMS is reported [s].
+    pub tracking_period_s: f64,
+}
+
+impl CampaignReport<'_> {
+    /// The campaign that is judged.
+    pub fn judged(&self) -> Option<&NamedCampaign> {
+        self.campaigns.first()
+    }
+
+    /// Whether no trial of it failed.
+    pub fn safe(&self) -> bool {
+        self.judged().is_some_and(|campaign| campaign.summary.flown() > 0 && campaign.summary.failed() == 0)
+    }
+
+    /// Places of the measures in [`MEASURES`], the one that tells the trials apart best first: by standard
+    /// deviation as a share of the mean.
+    pub fn telling(&self) -> Vec<usize> {
+        let spread = |place: usize| {
+            let of = |campaign: &NamedCampaign| {
+                let s = &campaign.summary.measures[place];
+                let spread = if s.count() < 2 { 0.0 } else { s.std() / s.mean().abs() };
+                if spread.is_finite() { spread } else { 0.0 }
+            };
+            self.judged().map_or(0.0, of)
+        };
+        let mut places: Vec<usize> = (0..MEASURES.len()).collect();
+        places.sort_by(|a, b| spread(*b).total_cmp(&spread(*a)));
+        places
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(trial: u64, j_tpf: f64, failure: Option<&str>) -> TrialRecord {
+        TrialRecord {
+            trial,
+            j_tpf,
+            peak_speed_m_s: 1.0,
+            peak_tilt_rad: 0.1,
+            steady_after_s: failure.is_none().then_some(2.0),
+            way_ned_m: Vector3::new(1.0, 2.0, 3.0),
+            failure: failure.map(str::to_owned),
+        }
+    }
+
+    /// By hand: failures come first whatever they cost, then the dearest; of equals the first flown.
+    #[test]
+    fn the_worst_trials_are_kept_in_order() {
+        let mut summary = CampaignSummary::default();
+        for trial in 0..30u32 {
+            let failure = (trial == 7).then_some("never steady");
+            summary.push(&record(trial.into(), f64::from(trial % 15) / 15.0, failure));
+        }
+        let worst: Vec<u64> = summary.worst.iter().map(|t| t.trial).collect();
+        assert_eq!(worst, [7, 14, 29, 13, 28, 12, 27, 11, 26, 10]);
+        assert_eq!((summary.flown(), summary.failed()), (30, 1));
+        // A trial that was never steady has no time.
+        assert_eq!(summary.measures.map(|m| m.count()), [30, 29, 30, 30, 30]);
+    }
+
+    /// Each limit alone, at it and a hair beyond; what is never steady fails only where that is judged.
+    #[test]
+    fn a_failure_names_what_it_failed() {
+        let o = TrialOutcome {
+            j_tpf: 0.5,
+            peak_tilt_rad: 30.0 / DEG_PER_RAD,
+            way_ned_m: Vector3::new(0.0, 0.0, 20.0),
+            steady_after_s: Some(4.0),
+            ..TrialOutcome::default()
+        };
+        let given = |altitude: f64, tilt_deg: f64, steady: f64| TrialJudge {
+            bound: 1.0,
+            limits: FlightLimits {
+                altitude_lost_m: Some(altitude),
+                tilt_rad: Some(tilt_deg / DEG_PER_RAD),
+                steady_after_s: Some(steady),
+            },
+            steady_within_m_s: Some(0.1),
+        };
+        assert_eq!(given(20.0, 30.0, 4.0).failure(&o), None);
+        for (judge, expected) in [
+            (given(19.99, 30.0, 4.0), "altitude lost 20.00 m, limit 19.99"),
+            (given(20.0, 29.99, 4.0), "tilt 30.00 deg, limit 29.99"),
+            (given(20.0, 30.0, 3.99), "steady after 4.00 s, limit 3.99"),
+            (TrialJudge { bound: 0.5, ..given(20.0, 30.0, 4.0) }, "J_TPF 0.500, not below 0.5"),
+        ] {
+            assert_eq!(judge.failure(&o).as_deref(), Some(expected));
+        }
+        let restless = TrialOutcome { steady_after_s: None, ..o };
+        let judge = given(20.0, 30.0, 4.0);
+        assert_eq!(judge.failure(&restless).as_deref(), Some("never steady within 0.1 m/s of the target"));
+        assert_eq!(TrialJudge { steady_within_m_s: None, ..judge }.failure(&restless), None);
+        let lost = TrialOutcome { j_tpf: f64::NAN, ..o };
+        assert!(judge.failure(&lost).is_some(), "what is no number is not safe");
+    }
+}
