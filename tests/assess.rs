@@ -315,7 +315,11 @@ fn limits_are_judged_as_a_drop_judges_them() {
     let mission = mission.replace("../params", root.join("params").to_str().unwrap());
     let with = |limit: &str| {
         let path = folder.path().join("mission.json");
-        let text = mission.replacen("\"pitch_deg\":", &format!("{limit}, \"pitch_deg\":"), 1);
+        let text = if limit.contains("steady_within") {
+            mission.replacen("\"steady_within_m_s\": 0.15", limit, 1)
+        } else {
+            mission.replacen("\"pitch_deg\":", &format!("{limit}, \"pitch_deg\":"), 1)
+        };
         assert_ne!(text, mission);
         fs::write(&path, text).unwrap();
         let path = path.to_str().unwrap().to_owned();

@@ -19,7 +19,9 @@ pub const DEFAULT_MISSION: &str = "titan_drop";
 /// Options that every verb with a mission has.
 #[derive(Args, Debug)]
 pub struct MissionArgs {
-    /// The mission: a file, or a name - of a file in ./mission, or of a mission that samara brings along.
+    /// The mission: a file, or a name.
+    ///
+    /// A name is of a file in ./mission, or of a mission that samara brings along.
     #[arg(value_name = "NAME|FILE", default_value = DEFAULT_MISSION)]
     pub mission: PathBuf,
     /// Folder for the results [default: out/<mission name>].
@@ -48,12 +50,17 @@ pub struct PlanningArgs {
 
 /// Which of several vehicles side by side.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Links")]
 pub struct NetArgs {
-    /// Number of the vehicle: shifts its ports as PX4 does, and its MAVLink system id.
+    /// Number of the vehicle.
+    ///
+    /// Shifts its ports as PX4 does, and its MAVLink system id.
     #[arg(long, value_name = "0..9", default_value_t = 0, value_parser = instance)]
     pub instance: u16,
-    /// Sign what is sent to ground stations, companions and parachute, and let in only what is signed: a file
-    /// with 64 hexadecimal digits or a passphrase, as QGroundControl and MAVProxy take it.
+    /// Sign what is sent, and let in only what is signed by this key.
+    ///
+    /// That is to ground stations, companions and parachute. The file holds 64 hexadecimal digits or a
+    /// passphrase, as QGroundControl and MAVProxy take it.
     #[arg(long, value_name = "FILE")]
     pub sign_key: Option<PathBuf>,
 }
@@ -86,18 +93,24 @@ impl NetArgs {
 
 /// Endpoints besides an instance's own.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Links")]
 pub struct LinkArgs {
-    /// A further endpoint for ground stations: udpin, udpout, tcpin or tcpout, then :HOST:PORT (`in` binds
-    /// and serves whoever comes, `out` goes there). May be repeated.
+    /// A further endpoint for ground stations, such as udpout:HOST:PORT.
+    ///
+    /// udpin, udpout, tcpin or tcpout, then :HOST:PORT (`in` binds and serves whoever comes, `out` goes
+    /// there). May be repeated.
     #[arg(long = "link", value_name = "URL")]
     pub links: Vec<LinkUrl>,
 }
 
 /// How long PX4 is waited for.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Autopilot")]
 pub struct PatienceArgs {
-    /// Wall time that PX4 may take to connect to the simulator [s]; where many drops are flown, also for an
-    /// answer. A single drop waits for an answer for ever: PX4 may stand still in a debugger.
+    /// Wall time that PX4 may take to connect [s].
+    ///
+    /// Where many drops are flown, also for an answer. A single drop waits for an answer for ever: PX4 may
+    /// stand still in a debugger.
     #[arg(long = "patience", value_name = "S", default_value_t = PATIENCE_S, value_parser = positive)]
     seconds: f64,
 }
@@ -138,24 +151,33 @@ impl fmt::Display for AutopilotArg {
     }
 }
 
+/// The heading of what stands in place of the mission's own.
+pub const CHOICES: &str = "In place of the mission's own";
+
 /// What can be chosen in place of the mission's own.
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = CHOICES)]
 pub struct ChoiceArgs {
-    /// Gains instead of the mission's, where PX4 flies instead of the file that the mission names for it
-    /// (`px4_params`): a file, or a name - beside the mission's own gains, or of gains that samara brings
-    /// along (ours, safety, near_hover, paper_pso); `px4_default`: PX4's own, where `drop` or `assess` has it
-    /// fly.
+    /// Gains: a name (ours, safety, near_hover, ..) or a file.
+    ///
+    /// A name is of a file beside the mission's own gains, or of gains that samara brings along. Where PX4
+    /// flies, a parameter file in place of the one that the mission names for it (`px4_params`), or
+    /// `px4_default`: PX4's own.
     #[arg(long, value_name = "NAME|FILE")]
     pub gains: Option<String>,
-    /// Gains and limits of samara's autopilot from a PX4 parameter file that is for it, or for any autopilot
-    /// under standard gravity. Where PX4 flies: a file for it, instead of the mission's `px4_params`.
+    /// Gains and limits from a PX4 parameter file.
+    ///
+    /// One that is for samara's autopilot, or for any autopilot under standard gravity. Where PX4 flies: a
+    /// file for it, instead of the mission's `px4_params`.
     #[arg(long, value_name = "FILE", conflicts_with = "gains")]
     pub params: Option<PathBuf>,
-    /// Seed of everything random, instead of the mission's.
+    /// Seed of everything random.
     #[arg(long, value_name = "N", value_parser = whole::<u64>(0..=u64::MAX))]
     pub seed: Option<u64>,
-    /// Let the vehicle swing under its canopy so that it comes to t = 0 with the pitch and pitch rate of this
-    /// release case of the mission (Table 3: case_0 to case_6).
+    /// Swing so that the release is this case of the mission (case_0 ..).
+    ///
+    /// The vehicle swings under its canopy so that it comes to t = 0 with the pitch and pitch rate of the
+    /// release case (Table 3: case_0 to case_6).
     #[arg(long, value_name = "NAME")]
     pub case: Option<String>,
 }
@@ -172,6 +194,7 @@ impl ChoiceArgs {
 
 /// What the reference autopilot flies by.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Autopilot")]
 pub struct StateArgs {
     /// What the autopilot takes its state from.
     #[arg(long, value_enum, default_value_t = EstimatorChoice::Truth)]

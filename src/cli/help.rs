@@ -63,4 +63,21 @@ mod tests {
             );
         }
     }
+
+    /// What `-h` prints fits a terminal: 40 lines of 100 columns, for each verb and verb of a verb.
+    #[test]
+    fn the_short_help_fits_a_terminal() {
+        use clap::CommandFactory;
+        fn look(mut command: Command, name: &str) {
+            let text = command.render_help().to_string();
+            let widest = text.lines().map(|line| line.chars().count()).max().unwrap_or(0);
+            let lines = text.lines().count();
+            assert!(lines <= 40 && widest <= 100, "{name}: {lines} lines, {widest} columns\n{text}");
+            for verb in command.get_subcommands().cloned() {
+                let name = format!("{name} {}", verb.get_name());
+                look(verb, &name);
+            }
+        }
+        look(flowed(crate::cli::verbs::Cli::command()), "samara");
+    }
 }

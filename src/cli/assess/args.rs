@@ -17,34 +17,45 @@ pub struct AssessArgs {
     /// What the mission leaves to choose.
     #[command(flatten)]
     pub choice: ChoiceArgs,
-    /// Fly the paper's own study, mission `titan_paper`, and print the paper's results beside ours.
+    /// Fly the paper's own study, with its results beside ours.
+    ///
+    /// The mission is titan_paper.
     #[arg(long, conflicts_with_all = ["mission", "autopilot"])]
     pub paper: bool,
-    /// Trials of each campaign, instead of the mission's.
+    /// Trials of each campaign.
+    ///
+    /// Instead of the mission's `monte_carlo.trials`.
     #[arg(long, value_name = "N", value_parser = whole::<u64>(2..=1_000_000_000))]
     pub trials: Option<u64>,
     /// J_TPF that a safe trial stays below.
     #[arg(long, value_name = "B", default_value_t = 1.0, value_parser = positive)]
     pub bound: f64,
-    /// Continue the campaigns whose files are in the folder; they must be of the same inputs and seed.
+    /// Continue the campaigns whose files are in the folder.
+    ///
+    /// They must be of the same inputs and seed.
     #[arg(long)]
     pub resume: bool,
-    /// Fly trial K of each campaign alone: prints what was drawn and what came of it, writes flight logs and
-    /// figures.
+    /// Fly trial K alone, with flight log and figures.
+    ///
+    /// Of each campaign: prints what was drawn and what came of it.
     #[arg(long, value_name = "K", value_parser = whole::<u64>(0..=u64::MAX), conflicts_with_all = ["trials", "resume"])]
     pub only: Option<u64>,
-    /// Fly whole drops, from the canopy to the end, instead of the study: by samara's own autopilot, by PX4
-    /// from its build folder, or by the model of PX4's control law.
-    #[arg(long, value_name = "reference|px4=DIR|px4-model", value_parser = autopilot, conflicts_with_all = ["bound", "resume"])]
+    /// Fly whole drops: by reference, px4=DIR or px4-model.
+    ///
+    /// From the canopy to the end: by samara's own autopilot, by PX4 from its build folder, or by the model of
+    /// PX4's control law.
+    #[arg(long, help_heading = "Autopilot", value_name = "AUTOPILOT", value_parser = autopilot, conflicts_with_all = ["bound", "resume"])]
     pub autopilot: Option<AutopilotArg>,
     /// What the autopilot flies by, with --autopilot.
     #[command(flatten)]
     pub state: StateArgs,
     /// Send the plan's acceleration with its velocity, to PX4.
-    #[arg(long, requires = "autopilot")]
+    #[arg(long, requires = "autopilot", help_heading = "Autopilot")]
     pub feed_forward: bool,
-    /// With --autopilot: number of the first vehicle; those flown side by side have the next ones.
-    #[arg(long, value_name = "0..9", default_value_t = 0, value_parser = instance, requires = "autopilot")]
+    /// Number of the first vehicle; those side by side have the next.
+    ///
+    /// With --autopilot.
+    #[arg(long, help_heading = "Autopilot", value_name = "0..9", default_value_t = 0, value_parser = instance, requires = "autopilot")]
     pub instance: u16,
     /// How long PX4 may keep a flight waiting.
     #[command(flatten)]
@@ -52,8 +63,9 @@ pub struct AssessArgs {
     /// Pages of flights whose files are kept.
     #[command(flatten)]
     pub page: PageArgs,
-    /// Threads to fly on [default: one for each core; 2 for drops by PX4, and there no more than instances
-    /// are left]; the results are the same.
+    /// Threads to fly on; the results do not depend on it.
+    ///
+    /// [default: one for each core; 2 for drops by PX4, and there no more than instances are left]
     #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=1024))]
     pub threads: Option<u16>,
 }

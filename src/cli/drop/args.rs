@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::cli::args::{
-    AutopilotArg, ChoiceArgs, LinkArgs, MissionArgs, NetArgs, PageArgs, PatienceArgs, PlanningArgs,
+    AutopilotArg, CHOICES, ChoiceArgs, LinkArgs, MissionArgs, NetArgs, PageArgs, PatienceArgs, PlanningArgs,
     StateArgs, autopilot, speed,
 };
 use crate::cli::pilot::px4::{Cpu, Patience};
@@ -18,43 +18,49 @@ pub struct DropArgs {
     /// Mission, folder, output form.
     #[command(flatten)]
     pub mission: MissionArgs,
+    /// How much to show of the planning.
+    #[command(flatten)]
+    pub planning: PlanningArgs,
+    /// The page.
+    #[command(flatten)]
+    pub page: PageArgs,
     /// What the mission leaves to choose.
     #[command(flatten)]
     pub choice: ChoiceArgs,
-    /// The autopilot that flies: samara's own; PX4 from the build folder of its simulation; or the model of
-    /// PX4's control law, which predicts what PX4 will do.
-    #[arg(long, value_name = "reference|px4=DIR|px4-model", default_value = "reference", value_parser = autopilot)]
+    /// Who flies: reference, px4=DIR or px4-model.
+    ///
+    /// samara's own autopilot; PX4 from the build folder of its simulation; or the model of PX4's control law,
+    /// which predicts what PX4 will do.
+    #[arg(long, value_name = "AUTOPILOT", default_value = "reference", value_parser = autopilot, help_heading = "Autopilot")]
     pub autopilot: AutopilotArg,
     /// What the autopilot flies by.
     #[command(flatten)]
     pub state: StateArgs,
     /// Fly this trajectory instead of planning one.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = CHOICES)]
     pub trajectory: Option<PathBuf>,
-    /// Fly each release case of the mission (Table 3), into a folder of its own; beside PX4 the reference
-    /// autopilot flies them too.
-    #[arg(long, conflicts_with = "case")]
+    /// Fly each release case of the mission, into a folder of its own.
+    ///
+    /// Table 3 of the paper. Beside PX4 the reference autopilot flies them too.
+    #[arg(long, conflicts_with = "case", help_heading = CHOICES)]
     pub cases: bool,
     /// Send the plan's acceleration with its velocity, to PX4.
-    #[arg(long)]
+    #[arg(long, help_heading = "Autopilot")]
     pub feed_forward: bool,
-    /// Where PX4 runs: all of it is fastest on one processor. `auto`: on one, another for each instance, and
-    /// the simulator beside it on the others; a number: both on that one; `any`: wherever the system puts
-    /// them.
-    #[arg(long, value_name = "auto|any|N", default_value = "auto", value_parser = cpu)]
+    /// The processor that PX4 runs on.
+    ///
+    /// All of PX4 is fastest on one. `auto`: on one, another for each instance, and the simulator beside it on
+    /// the others; a number: both on that one; `any`: wherever the system puts them.
+    #[arg(long, value_name = "auto|any|N", default_value = "auto", value_parser = cpu, help_heading = "Autopilot")]
     pub cpu: Cpu,
     /// How long PX4 may keep the flight waiting.
     #[command(flatten)]
     pub patience: PatienceArgs,
-    /// The page.
-    #[command(flatten)]
-    pub page: PageArgs,
-    /// How much to show of the planning.
-    #[command(flatten)]
-    pub planning: PlanningArgs,
-    /// Simulated seconds per second, or `max`. With a factor the drop can be watched: the links for ground
-    /// stations (UDP 14550), companions (14540 + instance) and the parachute are open.
-    #[arg(long, value_name = "FACTOR|max", default_value = "max", value_parser = speed)]
+    /// Simulated seconds per second: a factor opens the links.
+    ///
+    /// With a factor the drop can be watched: the links for ground stations (UDP 14550), companions (14540 +
+    /// instance) and the parachute are open.
+    #[arg(long, value_name = "FACTOR|max", default_value = "max", value_parser = speed, help_heading = "Links")]
     pub speed: Speed,
     /// Ports.
     #[command(flatten)]

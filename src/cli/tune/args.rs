@@ -15,7 +15,9 @@ pub struct TuneArgs {
     /// Mission, folder, output form.
     #[command(flatten)]
     pub mission: MissionArgs,
-    /// Whose gains: those of samara's cascade, or PX4's own parameters, on the model of PX4's control law.
+    /// Whose gains: samara's cascade's, or PX4's own parameters.
+    ///
+    /// PX4's are searched on the model of PX4's control law.
     #[arg(long = "for", value_enum, default_value_t = ForArg::Samara)]
     pub target: ForArg,
     /// How to search.
@@ -24,40 +26,52 @@ pub struct TuneArgs {
     /// What to make small.
     #[arg(long, value_enum, default_value_t = ObjectiveArg::Safety)]
     pub objective: ObjectiveArg,
-    /// The actuators of the flights: thrusts that follow at once, as in the paper's tuning, or speed
-    /// controllers, motors and rotors.
+    /// The actuators of the flights.
+    ///
+    /// ideal: thrusts that follow at once, as in the paper's tuning; actuator: speed controllers, motors and
+    /// rotors.
     #[arg(long, value_enum, default_value_t = ModelArg::Actuator)]
     pub model: ModelArg,
-    /// Largest worst tracking RMS for `safety` and `pareto` [default: what the mission's own gains reach].
+    /// Largest worst tracking RMS [default: the mission's own gains'].
+    ///
+    /// For `safety` and `pareto`: on the tuning's flights.
     #[arg(long, value_name = "X", value_parser = positive)]
     pub rms_bound: Option<f64>,
-    /// J_TPF that a bound costs which is broken by as much again, for `safety` and `pareto`.
+    /// J_TPF that it costs to break a bound by as much again.
+    ///
+    /// For `safety` and `pareto`.
     #[arg(long, value_name = "X", default_value_t = PENALTY, value_parser = positive)]
     pub penalty: f64,
-    /// Amplitudes of the swing for `safety` and `pareto`, in standard deviations; twelve phases each.
+    /// Amplitudes of the swing, in standard deviations.
+    ///
+    /// For `safety` and `pareto`; twelve phases each.
     #[arg(long, value_name = "A,B,..", value_delimiter = ',', default_values_t = AMPLITUDES, value_parser = positive)]
     pub swing: Vec<f64>,
-    /// Judge J_TPF also with mass, inertia, drag, density, wind, delay and measurements that the controller
-    /// does not know of.
+    /// Judge J_TPF also with a vehicle and air that are not known.
+    ///
+    /// Mass, inertia, drag, density, wind, delay and measurements that the controller does not know of.
     #[arg(long)]
     pub robust: bool,
-    /// Gains to begin at: a name beside the mission's own gains, or a file [default: the mission's own for
-    /// cma-es, none for swarms].
+    /// Gains to begin at: a name or a file.
+    ///
+    /// [default: the mission's own for cma-es, none for swarms]
     #[arg(long, value_name = "NAME|FILE")]
     pub start: Option<String>,
-    /// Candidates of an iteration [default: 70 in a swarm, 16 for cma-es].
+    /// Candidates of an iteration [default: swarm 70, cma-es 16].
     #[arg(long, value_name = "N", value_parser = whole::<u32>(4..=10_000))]
     pub particles: Option<u32>,
     /// Most iterations (for each of pareto's bounds).
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = whole::<u32>(1..=100_000))]
     pub iterations: u32,
-    /// Stop a swarm whose best cost has not fallen for so many iterations.
+    /// Stop a swarm after so many iterations without a better cost.
     #[arg(long, value_name = "N", default_value_t = STALL, value_parser = whole::<u32>(1..=100_000))]
     pub stall: u32,
-    /// Seed of the search and of the unseen flights, instead of the mission's.
+    /// Seed of the search and of the unseen flights.
+    ///
+    /// Instead of the mission's.
     #[arg(long, value_name = "N", value_parser = whole::<u64>(0..=u64::MAX))]
     pub seed: Option<u64>,
-    /// Random releases that the result and others are tried on afterwards.
+    /// Random releases that the result is tried on afterwards.
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = whole::<u32>(1..=1_000_000))]
     pub unseen: u32,
     /// Name of the gains found.

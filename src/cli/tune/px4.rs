@@ -142,7 +142,8 @@ fn identity(args: &TuneArgs, mission: &Mission) -> Vec<(&'static str, String)> {
 /// How far the search is, for the progress bar.
 fn progress(search: &Px4Search, measured_by: &str) -> (usize, usize, String) {
     let (made, most) = search.iterations();
-    let best = search.best().map_or_else(String::new, |(cost, _)| format!("best cost {cost:.4} (1: {measured_by})"));
+    let best =
+        search.best().map_or_else(String::new, |(cost, _)| format!("best cost {cost:.4} (1: {measured_by})"));
     (made, most, best)
 }
 
