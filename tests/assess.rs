@@ -348,6 +348,8 @@ fn limits_are_judged_as_a_drop_judges_them() {
     }
     let (code, study, drop) = with("\"altitude_lost_m\": 500, \"tilt_deg\": 80, \"steady_after_s\": 30");
     assert_eq!((code, &study["safe"], &drop["limits_passed"]), (0, &true.into(), &serde_json::json!([])));
+    let junit = || fs::read_to_string(folder.path().join("study/junit.xml")).unwrap();
+    assert!(junit().contains("tests=\"8\" failures=\"0\""), "{}", junit());
     let measured = &study["campaigns"][0]["measures"][2];
     assert_eq!((&measured["name"], &measured["limit"]), (&"altitude_lost_m".into(), &500.0.into()));
     // Never steady: half a micrometre per second is no flight's.
@@ -355,6 +357,8 @@ fn limits_are_judged_as_a_drop_judges_them() {
     assert_eq!((code, drop["reason"].as_str()), (1, Some("not steady")));
     let why = study["campaigns"][0]["worst"][0]["failure"].as_str().unwrap();
     assert!(why.starts_with("never steady within"), "{why}");
+    // Seven cases, the campaign, its two trials.
+    assert!(junit().contains("tests=\"10\" failures=\"10\""), "{}", junit());
 }
 
 /// The footprint: a point of release, and a point per trial where the plan ended; both files parse.

@@ -27,6 +27,7 @@ mod reporter;
 mod results;
 mod schema;
 mod sessions;
+mod shell_files;
 mod sim;
 mod stream;
 mod system;
@@ -44,7 +45,8 @@ use verbs::{Cli, Verb};
 
 /// Parses the command line and runs the verb.
 pub fn run() -> ExitCode {
-    let typed = help::with_negative_values(help::flowed(Cli::command())).get_matches();
+    let command = || help::with_negative_values(help::flowed(Cli::command()));
+    let typed = command().get_matches();
     let cli = match Cli::from_arg_matches(&typed) {
         Ok(cli) => cli,
         Err(e) => e.exit(),
@@ -60,6 +62,8 @@ pub fn run() -> ExitCode {
         Verb::Params(args) => params::run(&args),
         Verb::Verify(args) => verify::run(&args),
         Verb::Schema(args) => schema::run(&args),
+        Verb::Completions(args) => shell_files::completions(&args, command()),
+        Verb::Man(args) => shell_files::man(&args, command()),
         Verb::Init(args) => init::run(&args),
     })
 }

@@ -9,6 +9,7 @@ use super::init::InitArgs;
 use super::params::ParamsArgs;
 use super::plan::PlanArgs;
 use super::schema::SchemaArgs;
+use super::shell_files::{CompletionsArgs, ManArgs};
 use super::sim::SimArgs;
 use super::stream::StreamArgs;
 use super::tune::TuneArgs;
@@ -59,6 +60,12 @@ pub enum Verb {
     /// Write the JSON schemas of mission, vehicle and gains files.
     #[command(after_long_help = include_str!("help/schema.txt"))]
     Schema(SchemaArgs),
+    /// Print what completes the command line in a shell.
+    #[command(after_long_help = include_str!("help/completions.txt"))]
+    Completions(CompletionsArgs),
+    /// Write the man pages.
+    #[command(after_long_help = include_str!("help/man.txt"))]
+    Man(ManArgs),
     /// Write missions, vehicles, gains and schemas to a folder, to edit.
     #[command(after_long_help = include_str!("help/init.txt"))]
     Init(InitArgs),

@@ -17,7 +17,7 @@ use samara::config::Mission;
 use samara::control::{Airframe, Cascade};
 use samara::plan::Plan;
 use samara::report::campaign::{
-    CampaignReport, CaseRecord, MEASURES, NamedCampaign, TrialRecord, footprint, json, page, tables,
+    CampaignReport, CaseRecord, MEASURES, NamedCampaign, TrialRecord, footprint, json, junit, page, tables,
 };
 use samara::report::figure::{Distribution, FigureError, distribution_figure};
 use samara::report::study::campaign_csv::file_name;
@@ -131,6 +131,7 @@ pub fn write_page(
     let footprint = ["geojson", "kml"].map(|ending| format!("{prefix}footprint.{ending}"));
     folder.write_text(&footprint[0], &footprint::geojson(report))?;
     folder.write_text(&footprint[1], &footprint::kml(report))?;
+    folder.write_text(&format!("{prefix}junit.xml"), &junit::junit(report))?;
     folder.write_text(&format!("{page}.html"), &page::page(report, &figures, &footprint, files)).map(|_| ())
 }
 

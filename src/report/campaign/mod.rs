@@ -5,11 +5,13 @@
 //! |---|---|
 //! | [`tables`] | the tables, the verdict in a sentence, the text for the terminal |
 //! | [`json`] | the object of `--json` and of `assess.json` |
+//! | [`junit`] | release cases, campaigns and failed trials as test cases |
 //! | [`page`] | `assess.html` |
 //! | [`footprint`] | where the vehicles were when the plan ended, as GeoJSON and as KML |
 
 pub mod footprint;
 pub mod json;
+pub mod junit;
 pub mod page;
 pub mod tables;
 
