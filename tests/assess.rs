@@ -305,8 +305,8 @@ fn a_stopped_study_has_an_object_too() {
     assert!(object["campaigns"].is_null() && object["reason"].as_str().unwrap().starts_with("stopped"));
 }
 
-/// The same verdict as a drop's: limits of altitude, tilt and time, and steady flight, judged where they are
-/// given; each is named with its number.
+/// A verdict as a drop's: limits of altitude, tilt and time, and steady flight, judged where they are given;
+/// each is named with its number.
 #[test]
 fn limits_are_judged_as_a_drop_judges_them() {
     let folder = tempfile::tempdir().unwrap();

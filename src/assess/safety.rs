@@ -67,8 +67,8 @@ pub struct FlightLimits {
 }
 
 impl FlightLimits {
-    /// Names of the limits that a flight has passed: "altitude_lost", "tilt", "steady_after". A flight that is
-    /// never steady has passed none by that.
+    /// Names of the limits that a flight has passed: "altitude_lost", "tilt", "steady_after". A flight that
+    /// is never steady has passed none by that.
     pub fn passed(
         &self,
         altitude_lost_m: f64,

@@ -1,9 +1,9 @@
 //! The paper's safety study, section V: controllers flown from many releases on the plant with actuators.
 //!
-//! A flight begins at t = 0 of the study (rotors at rest and free), is commanded at 100 Hz, and lasts as long
-//! as the plan, in a study that is not the paper's a while longer; its cost is J_TPF, (51). Any [`Controller`] flies. The cascade's trials fly side by side on
-//! the planar engine ([`crate::sim::planar`]) where it can hold them; all others one at a time in six degrees
-//! of freedom. The two agree to 1e-9.
+//! A flight begins at t = 0 of the study (rotors at rest and free), is commanded at 100 Hz, and lasts as
+//! long as the plan, in a study that is not the paper's a while longer; its cost is J_TPF, (51). Any
+//! [`Controller`] flies. The cascade's trials fly side by side on the planar engine ([`crate::sim::planar`])
+//! where it can hold them; all others one at a time in six degrees of freedom. The two agree to 1e-9.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;

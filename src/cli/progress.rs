@@ -1,5 +1,5 @@
-//! How far long work is, on stderr: a bar with the time left on a terminal, elsewhere a line every ten seconds,
-//! so that a log of a long run shows that it goes on.
+//! How far long work is, on stderr: a bar with the time left on a terminal, elsewhere a line every ten
+//! seconds, so that a log of a long run shows that it goes on.
 
 use std::io::IsTerminal as _;
 use std::sync::Mutex;

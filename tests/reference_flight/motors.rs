@@ -127,8 +127,8 @@ fn prop_j_tpf_converges_as_rotors_get_lighter() {
     assert!(limit.iter().all(|o| (o.final_v_ned - Vector3::new(4.0, 0.0, 4.0)).norm() < 1.0), "{limit:?}");
 }
 
-/// To the mission's end, beyond the plan: each of the shipped designs is steady then, and the way is that to the
-/// plan's end. [`Cases::fly`] holds both paths against each other.
+/// To the mission's end, beyond the plan: each of the shipped designs is steady then, and the way is that to
+/// the plan's end. [`Cases::fly`] holds both paths against each other.
 #[test]
 fn prop_the_way_and_the_time_to_steady_flight_are_the_same_in_the_plane() {
     for mission in ["mission/titan_drop.json", "mission/x500_drop.json"] {

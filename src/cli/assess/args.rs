@@ -42,9 +42,15 @@ pub struct AssessArgs {
     pub only: Option<u64>,
     /// Fly whole drops: by reference, px4=DIR or px4-model.
     ///
-    /// From the canopy to the end: by samara's own autopilot, by PX4 from its build folder, or by the model of
-    /// PX4's control law.
-    #[arg(long, help_heading = "Autopilot", value_name = "AUTOPILOT", value_parser = autopilot, conflicts_with_all = ["bound", "resume"])]
+    /// From the canopy to the end: by samara's own autopilot, by PX4 from its build folder, or by the model
+    /// of PX4's control law.
+    #[arg(
+        long,
+        help_heading = "Autopilot",
+        value_name = "AUTOPILOT",
+        value_parser = autopilot,
+        conflicts_with_all = ["bound", "resume"]
+    )]
     pub autopilot: Option<AutopilotArg>,
     /// What the autopilot flies by, with --autopilot.
     #[command(flatten)]

@@ -10,8 +10,8 @@ use std::sync::mpsc;
 use anyhow::Context as _;
 
 use super::args::AssessArgs;
+use super::command::Command;
 use super::own::write_page;
-use super::study::Command;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::args::AutopilotArg;
 use crate::cli::conclusion::Conclusion;

@@ -1,10 +1,11 @@
-//! `samara assess`: campaigns of flights with the mission's own gains, the paper's safety study, or a campaign
-//! of whole drops.
+//! `samara assess`: campaigns of flights with the mission's own gains, the paper's safety study, or a
+//! campaign of whole drops.
 //!
 //! | file | holds |
 //! |---|---|
 //! | `args` | what can be typed |
-//! | `study` | the plan, what flies the trials, the command that makes it again |
+//! | `study` | the plan, and what flies the trials |
+//! | `command` | the command that makes campaigns again |
 //! | `own` | campaigns of the mission's own gains: tables, figures, footprint, one page |
 //! | `paper` | `--paper`: release cases, campaigns of four controllers, the paper's results beside them |
 //! | `campaign` | a campaign's trials, flown, written and continued |
@@ -14,6 +15,7 @@
 
 mod args;
 mod campaign;
+mod command;
 mod drops;
 mod figures;
 mod only;

@@ -5,8 +5,8 @@ use anyhow::Context as _;
 
 use super::args::AssessArgs;
 use super::campaign::{self, Campaign, TrialRunner};
+use super::command::{Command, finish, stopped};
 use super::figures;
-use super::study::{Command, finish, stopped};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::narrator::Narrator;
 use crate::cli::results::OutputFolder;

@@ -1,10 +1,10 @@
-//! `samara assess --paper`: the study of the paper's section V - release cases, campaigns of four controllers,
-//! tables, figures, one page - beside what the paper prints.
+//! `samara assess --paper`: the study of the paper's section V - release cases, campaigns of four
+//! controllers, tables, figures, one page - beside what the paper prints.
 
 use super::args::AssessArgs;
 use super::campaign::{self, Campaign, TrialRunner};
+use super::command::{Command, finish, stopped};
 use super::figures;
-use super::study::{Command, finish, stopped};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::narrator::Narrator;
 use crate::cli::system::Stopwatch;

@@ -1,5 +1,4 @@
-//! What the paper's study and a mission's own campaigns share: the plan, what flies the trials, the command
-//! that makes it again.
+//! What the paper's study and a mission's own campaigns begin with: the plan, and what flies the trials.
 
 use std::sync::atomic::AtomicBool;
 
@@ -7,7 +6,6 @@ use super::args::AssessArgs;
 use super::campaign::TrialRunner;
 use super::{only, own, paper};
 use crate::cli::answer::{Answer, Failure};
-use crate::cli::args::AutopilotArg;
 use crate::cli::mission::{chosen_mission, origin};
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::{plan_mission, write_plan};
@@ -16,7 +14,6 @@ use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
 use samara::assess::{FlightLimits, SafetyStudy};
 use samara::config::Mission;
-use samara::config::shipped::is_built_in;
 use samara::plan::{Plan, Status};
 use samara::report::campaign::TrialJudge;
 use samara::report::{plan_json, plan_text};
@@ -71,68 +68,4 @@ fn planned(
         print(&plan_json(mission, &timed.plan, Some(timed.solve_ms)))?;
     }
     Ok(None)
-}
-
-/// Writes the manifest.
-pub fn finish(args: &AssessArgs, runner: &TrialRunner<'_>) -> Result<(), Failure> {
-    let circumstances = [("trials", runner.trials.to_string()), ("bound", args.bound.to_string())];
-    runner.folder.write_manifest("assess", runner.mission, &circumstances)
-}
-
-/// The answer of campaigns that were stopped.
-pub fn stopped(args: &AssessArgs, mission: &Mission) -> Result<Answer, Failure> {
-    if args.mission.json {
-        let reason = "stopped before the campaigns were complete";
-        let object = serde_json::json!({ "mission": mission.name, "campaigns": null, "reason": reason });
-        print(&format!("{object:#}\n"))?;
-    }
-    Ok(Answer::No)
-}
-
-/// The command that makes the campaigns again, its choices spelt out; folder and number of threads do not
-/// belong to it.
-pub struct Command {
-    text: String,
-    bound: String,
-}
-
-impl Command {
-    /// The command up to the number of trials.
-    pub fn of(args: &AssessArgs, mission: &Mission) -> Self {
-        let mut text = if args.paper {
-            "samara assess --paper".to_owned()
-        } else {
-            // A built-in mission by its name, which means it anywhere else, too.
-            let file = if is_built_in(&mission.file) { &args.mission.mission } else { &mission.file };
-            format!("samara assess {}", file.display())
-        };
-        if let Some(gains) = &args.choice.gains {
-            text += &format!(" --gains {gains}");
-        }
-        if let Some(params) = &args.choice.params {
-            text += &format!(" --params {}", params.display());
-        }
-        if let Some(case) = &args.choice.case {
-            text += &format!(" --case {case}");
-        }
-        text += &format!(" --seed {}", mission.seed);
-        let bound = if args.bound == 1.0 { String::new() } else { format!(" --bound {}", args.bound) };
-        Self { text, bound }
-    }
-
-    /// The command with the autopilot that flies whole drops.
-    pub fn by(mut self, autopilot: &AutopilotArg) -> Self {
-        self.text += &format!(" --autopilot {autopilot}");
-        self
-    }
-
-    /// The whole command.
-    pub fn with_trials(&self, trials: u64) -> String {
-        format!("{} --trials {trials}{}", self.text, self.bound)
-    }
-
-    /// The command that takes `--only`.
-    pub fn alone(&self) -> String {
-        format!("{}{}", self.text, self.bound)
-    }
 }

@@ -27,11 +27,17 @@ pub struct DropArgs {
     /// What the mission leaves to choose.
     #[command(flatten)]
     pub choice: ChoiceArgs,
-    /// Who flies: reference, px4=DIR or px4-model.
+    /// The pilot: reference, px4=DIR or px4-model.
     ///
-    /// samara's own autopilot; PX4 from the build folder of its simulation; or the model of PX4's control law,
-    /// which predicts what PX4 will do.
-    #[arg(long, value_name = "AUTOPILOT", default_value = "reference", value_parser = autopilot, help_heading = "Autopilot")]
+    /// samara's own autopilot; PX4 from the build folder of its simulation; or the model of PX4's control
+    /// law, which predicts what PX4 will do.
+    #[arg(
+        long,
+        value_name = "AUTOPILOT",
+        default_value = "reference",
+        value_parser = autopilot,
+        help_heading = "Autopilot"
+    )]
     pub autopilot: AutopilotArg,
     /// What the autopilot flies by.
     #[command(flatten)]
@@ -49,8 +55,8 @@ pub struct DropArgs {
     pub feed_forward: bool,
     /// The processor that PX4 runs on.
     ///
-    /// All of PX4 is fastest on one. `auto`: on one, another for each instance, and the simulator beside it on
-    /// the others; a number: both on that one; `any`: wherever the system puts them.
+    /// All of PX4 is fastest on one. `auto`: on one, another for each instance, and the simulator beside it
+    /// on the others; a number: both on that one; `any`: wherever the system puts them.
     #[arg(long, value_name = "auto|any|N", default_value = "auto", value_parser = cpu, help_heading = "Autopilot")]
     pub cpu: Cpu,
     /// How long PX4 may keep the flight waiting.

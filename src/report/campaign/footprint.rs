@@ -1,5 +1,5 @@
-//! The footprint of a campaign: where each vehicle was when its plan ended, seen from the point of release, as
-//! GeoJSON (RFC 7946, <https://www.rfc-editor.org/rfc/rfc7946>) and as KML 2.2
+//! The footprint of a campaign: where each vehicle was when its plan ended, seen from the point of release,
+//! as GeoJSON (RFC 7946, <https://www.rfc-editor.org/rfc/rfc7946>) and as KML 2.2
 //! (<https://www.ogc.org/standard/kml/>), for maps.
 //!
 //! Latitudes and longitudes are on the sphere that the mission's local frame is laid on

@@ -247,7 +247,7 @@ pub struct CaseRecord {
 pub struct CampaignReport<'a> {
     /// The mission, with the chosen gains and seed.
     pub mission: &'a Mission,
-    /// Who flew, in words for the page.
+    /// The pilot, in words for the page.
     pub flown_by: String,
     /// The command that makes the campaigns again.
     pub command: String,
