@@ -92,24 +92,28 @@ fn stamp(mission: &Mission) -> Stamp {
 
 impl Drop {
     fn figure(&self) -> String {
-        drop_figure(&self.mission, &self.samples, Some(&self.plan.trajectory), Some(&self.verdict), None)
-            .unwrap()
+        drop_figure(&self.shown(&self.samples, &DropRun::default())).unwrap()
     }
 
     fn plan_figure(&self) -> String {
         plan_figure(&self.mission, &self.plan.trajectory).unwrap()
     }
 
-    fn page(&self, mission: &Mission, run: &DropRun) -> String {
-        drop_page(&ShownDrop {
-            mission,
-            title: &mission.name,
-            gains: &mission.control.gains_name,
-            samples: &self.samples,
+    fn shown<'a>(&'a self, samples: &'a [Sample], run: &'a DropRun) -> ShownDrop<'a> {
+        ShownDrop {
+            mission: &self.mission,
+            title: &self.mission.name,
+            gains: &self.mission.control.gains_name,
+            samples,
             plan: Some(&self.plan.trajectory),
             verdict: Some(&self.verdict),
             run,
-        })
+        }
+    }
+
+    fn page(&self, mission: &Mission, run: &DropRun) -> String {
+        let gains = &mission.control.gains_name;
+        drop_page(&ShownDrop { mission, title: &mission.name, gains, ..self.shown(&self.samples, run) })
     }
 
     fn csv(&self) -> Vec<u8> {
@@ -180,14 +184,15 @@ fn the_figures_are_small_well_formed_and_the_same_each_time() {
 
 #[test]
 fn a_figure_of_an_awkward_flight_is_drawn_or_refused() {
-    let draw = |samples: &[Sample]| {
-        drop_figure(&DROP.mission, samples, Some(&DROP.plan.trajectory), Some(&DROP.verdict), None)
-    };
+    let run = DropRun::default();
+    let draw = |samples: &[Sample]| drop_figure(&DROP.shown(samples, &run));
     assert_eq!(draw(&[]), Err(FigureError::Empty));
     let mut samples: Vec<Sample> = DROP.samples.iter().step_by(50).copied().collect();
     let powered = samples.iter().position(|s| s.phase == Phase::Powered).unwrap();
     // Not released; an instant only.
-    assert_well_formed(&drop_figure(&DROP.mission, &samples[..20], None, None, None).unwrap());
+    assert_well_formed(
+        &drop_figure(&ShownDrop { plan: None, verdict: None, ..DROP.shown(&samples[..20], &run) }).unwrap(),
+    );
     assert_well_formed(&draw(&samples[powered..powered + 1]).unwrap());
     // Broken off: the plan goes on, within the sheet.
     assert_on_the_sheet(&draw(&samples[..powered + 20]).unwrap());
@@ -280,6 +285,90 @@ fn a_page_of_an_awkward_flight_is_rendered() {
     let data = render(&samples, Some(&DROP.verdict));
     let down = data["flight"]["channels"].as_array().unwrap().iter().find(|c| c["name"] == "down_m").unwrap();
     assert_eq!(down["gaps"][0], serde_json::json!([21, 24]), "1e200, infinity, no number");
+}
+
+/// The samples of the drop with their positions moved.
+fn moved(position: impl Fn(Vector3<f64>) -> Vector3<f64>) -> Vec<Sample> {
+    let mut samples = DROP.samples.clone();
+    for sample in &mut samples {
+        sample.state.body.p_ned = position(sample.state.body.p_ned);
+    }
+    samples
+}
+
+/// Texts of a figure with an estimate of where they are [px]: left, top, right, bottom.
+fn texts(svg: &str) -> Vec<(String, [f64; 4])> {
+    let attribute = |tag: &str, name: &str| -> String {
+        let value = tag.split(&format!(" {name}=\"")).nth(1).unwrap_or_default();
+        value.split('"').next().unwrap().to_owned()
+    };
+    let mut found = Vec::new();
+    for element in svg.split("<text").skip(1) {
+        let (tag, rest) = element.split_once('>').unwrap();
+        let mut text = String::new();
+        let mut inside = false;
+        for c in rest.split("</text>").next().unwrap().trim().chars() {
+            match c {
+                '<' => inside = true,
+                '>' => inside = false,
+                c if !inside => text.push(c),
+                _ => {}
+            }
+        }
+        let number = |name: &str| attribute(tag, name).parse::<f64>().unwrap() / 10.0;
+        let (x, y, size) = (number("x"), number("y"), number("font-size"));
+        let width = 0.5 * size * text.chars().count() as f64;
+        let left = match attribute(tag, "text-anchor").as_str() {
+            "middle" => x - 0.5 * width,
+            "end" => x - width,
+            _ => x,
+        };
+        found.push((text, [left, y - 0.4 * size, left + width, y + 0.4 * size]));
+    }
+    found
+}
+
+/// A drop that falls straight down and hovers: all that happens, happens on one upright line.
+#[test]
+fn labels_of_a_hover_drop_do_not_overlap() {
+    let run = DropRun::default();
+    let hover_m = DROP.samples[0].state.body.p_ned.z + 20.0;
+    let samples = moved(|p| Vector3::new(0.0, 0.0, p.z.min(hover_m)));
+    let verdict = Verdict { steady_after_s: Some(6.0), ..DROP.verdict.clone() };
+    let svg = drop_figure(&ShownDrop { verdict: Some(&verdict), ..DROP.shown(&samples, &run) }).unwrap();
+    let path: Vec<_> = texts(&svg).into_iter().filter(|(_, p)| p[2] < 450.0 && p[1] > 112.0).collect();
+    assert!(path.iter().any(|(text, _)| text == "released"), "{path:?}");
+    for (i, (a, p)) in path.iter().enumerate() {
+        for (b, q) in &path[i + 1..] {
+            let apart = p[2] <= q[0] || q[2] <= p[0] || p[3] <= q[1] || q[3] <= p[1];
+            assert!(apart, "`{a}` and `{b}`: {p:?}, {q:?}");
+        }
+    }
+    // A fifth on after steady: the last number below the panels.
+    let numbers = texts(&svg).into_iter().filter(|(_, p)| p[0] > 500.0 && p[1] > 715.0);
+    let last = numbers.filter_map(|(text, _)| text.parse::<f64>().ok()).fold(0.0, f64::max);
+    assert!((6.0..15.0).contains(&last), "{last}");
+}
+
+#[test]
+fn the_path_is_seen_in_its_plane_and_from_above_where_it_leaves_it() {
+    let run = DropRun::default();
+    let draw = |samples: &[Sample]| drop_figure(&DROP.shown(samples, &run)).unwrap();
+    let has = |svg: &str, wanted: &str| texts(svg).iter().any(|(text, _)| text == wanted);
+    let east = draw(&moved(|p| Vector3::new(p.y, p.x, p.z)));
+    assert!(has(&east, "east [m]") && !has(&east, "from above: north [m]"));
+    let aside = draw(&moved(|p| Vector3::new(p.x, p.x, p.z)));
+    assert!(has(&aside, "distance towards 45 deg [m]") && !has(&aside, "from above: north [m]"));
+    let bent = draw(&moved(|p| Vector3::new(p.x, p.x * p.x / 100.0, p.z)));
+    assert!(has(&bent, "from above: north [m]") && has(&bent, "east [m]"));
+    assert_on_the_sheet(&bent);
+}
+
+#[test]
+fn the_figure_names_gains_and_wind() {
+    let figure = DROP.figure();
+    assert!(figure.contains("Vehicle titan, gains ours, no wind."));
+    assert!(figure.contains("1, the limit"));
 }
 
 #[test]

@@ -13,7 +13,7 @@ use samara::assess::{Verdict, VerdictBuilder, plan_j_tpf};
 use samara::config::Mission;
 use samara::link::{Timed, seconds};
 use samara::report::{
-    DropEvent, DropRun, FlightCsv, FlownBy, FlownTrajectory, ShownDrop, drop_figure, drop_json, drop_page,
+    DropEvent, DropRun, FlightCsv, FlownTrajectory, ShownDrop, drop_figure, drop_json, drop_page,
     verdict_text,
 };
 
@@ -111,28 +111,26 @@ impl<'a> Conclusion<'a> {
 
     /// Writes `flight.csv`, `drop.svg` and `drop.html`.
     fn write_flight(&self, folder: &OutputFolder) -> Result<(), Failure> {
-        let Self { mission, flown: Flown { log, by, .. }, .. } = self;
+        let Self { mission, flown: Flown { log, .. }, .. } = self;
         folder.write("flight.csv", |out| {
             let mut csv = FlightCsv::new(out, mission, mission.site.ground.is_some())?;
             log.iter().try_for_each(|sample| csv.write(sample))?;
             csv.finish().map(|_| ())
         })?;
         let plan = self.planned.map(|planned| &planned.trajectory);
-        let by = by.as_ref().and_then(FlownBy::words);
-        let figure = drop_figure(mission, log, plan, self.verdict.as_ref(), by.as_deref())
-            .context("the figure of the drop")?;
+        let shown = ShownDrop {
+            mission,
+            title: &mission.name,
+            gains: &mission.control.gains_name,
+            samples: log,
+            plan,
+            verdict: self.verdict.as_ref(),
+            run: &self.run,
+        };
+        let figure = drop_figure(&shown).context("the figure of the drop")?;
         folder.write_text("drop.svg", &figure)?;
         if self.page {
-            let page = drop_page(&ShownDrop {
-                mission,
-                title: &mission.name,
-                gains: &mission.control.gains_name,
-                samples: log,
-                plan,
-                verdict: self.verdict.as_ref(),
-                run: &self.run,
-            });
-            folder.write_text("drop.html", &page)?;
+            folder.write_text("drop.html", &drop_page(&shown))?;
         }
         Ok(())
     }

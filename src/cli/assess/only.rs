@@ -74,20 +74,19 @@ fn write(
         .to_plans_end(runner.study.plan.end_s());
     samples.iter().for_each(|sample| verdict.observe(sample));
     let verdict = verdict.finish();
-    let figure = drop_figure(mission, &samples, Some(&runner.study.plan), verdict.as_ref(), None)
-        .context("the figure of the trial")?;
+    let shown = ShownDrop {
+        mission,
+        title: &format!("{}, trial {}, {}", mission.name, release.trial, entry.name),
+        gains: &entry.gains_name,
+        samples: &samples,
+        plan: Some(&runner.study.plan),
+        verdict: verdict.as_ref(),
+        run: &DropRun { completed: true, must_be_steady: true, ..DropRun::default() },
+    };
+    let figure = drop_figure(&shown).context("the figure of the trial")?;
     folder.write_text(&format!("{name}.svg"), &figure)?;
     if !args.page.no_html {
-        let page = drop_page(&ShownDrop {
-            mission,
-            title: &format!("{}, trial {}, {}", mission.name, release.trial, entry.name),
-            gains: &entry.gains_name,
-            samples: &samples,
-            plan: Some(&runner.study.plan),
-            verdict: verdict.as_ref(),
-            run: &DropRun { completed: true, must_be_steady: true, ..DropRun::default() },
-        });
-        folder.write_text(&format!("{name}.html"), &page)?;
+        folder.write_text(&format!("{name}.html"), &drop_page(&shown))?;
     }
     Ok(())
 }

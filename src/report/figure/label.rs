@@ -113,6 +113,16 @@ impl Room {
         Some(place)
     }
 
+    /// The best of the candidates that lie within bounds and on no other label; `None` where there is none.
+    pub(crate) fn free(&mut self, candidates: impl IntoIterator<Item = Place>) -> Option<Place> {
+        let bounds = self.bounds;
+        let within =
+            |p: &Place| p.x0 >= bounds.x0 && p.y0 >= bounds.y0 && p.x1 <= bounds.x1 && p.y1 <= bounds.y1;
+        let free = |p: &Place| within(p) && !self.taken.iter().any(|t| t.common_area(p) > 0.0);
+        let candidates: Vec<Place> = candidates.into_iter().filter(free).collect();
+        self.best(candidates)
+    }
+
     fn price(&self, place: &Place) -> f64 {
         let outside = place.area() - place.common_area(&self.bounds);
         let covered: f64 = self.taken.iter().map(|t| t.common_area(place)).sum();
@@ -135,5 +145,8 @@ mod tests {
         // The same place is taken now.
         assert_eq!(room.best([at(50.0, 20.0), at(50.0, 80.0)]), Some(at(50.0, 80.0)));
         assert_eq!(room.best([]), None);
+        // What may be left out is, where there is no room.
+        assert_eq!(room.free([at(50.0, 84.0), at(95.0, 20.0)]), None);
+        assert_eq!(room.free([at(50.0, 84.0), at(20.0, 20.0)]), Some(at(20.0, 20.0)));
     }
 }

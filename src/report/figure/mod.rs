@@ -8,7 +8,8 @@
 //! | `axis` | scales, ticks, grids |
 //! | `label` | room for labels |
 //! | `track`, `sheet` | the motion of a flight or a plan; what a figure of it shows |
-//! | `flight_path`, `glyph` | the path as in the paper's figure 7, with small vehicles |
+//! | `flight_path`, `heading`, `glyph` | the path as in the paper's figure 7, with small vehicles |
+//! | `rotors` | which rotors share a line |
 //! | `convergence` | the cost of a search over its evaluations |
 //! | `distribution` | the share of a campaign's trials below each value, beside the limit |
 //! | `time_panels` | velocities, pitch, thrusts, J_state over time |
@@ -21,8 +22,10 @@ mod convergence;
 mod distribution;
 mod flight_path;
 mod glyph;
+mod heading;
 mod label;
 mod polyline;
+mod rotors;
 mod sheet;
 mod study;
 mod study_campaigns;
@@ -34,8 +37,10 @@ pub use canvas::FigureError;
 pub use convergence::convergence_figure;
 pub use distribution::{Distribution, distribution_figure};
 
-use axis::{SMALL, number};
-use canvas::{Anchor, Font, Pen, Point, sub};
+use nalgebra::Vector3;
+
+use axis::{SMALL, number, short};
+use canvas::{Anchor, Font, Pen, Point, sub, text_width};
 use color::INK;
 use flight_path::color_bar;
 use sheet::Sheet;
@@ -47,7 +52,7 @@ pub use study_paths::{PathGroup, paths_figure};
 
 use crate::assess::{Verdict, plan_j_tpf};
 use crate::config::Mission;
-use crate::sim::Sample;
+use crate::report::shown_drop::{ShownDrop, wind_words};
 use crate::trajectory::Trajectory;
 
 const WIDTH_PX: u32 = 960;
@@ -57,24 +62,27 @@ const PATH_CORNERS: (Point, Point) = ((56.0, 112.0), (446.0, 712.0));
 /// Corners of the column of panels over time.
 const COLUMN_CORNERS: (Point, Point) = ((514.0, 112.0), (940.0, 712.0));
 
-/// Draws a drop: the flight path, and the motion over time against the plan that was flown. `verdict` is
-/// `None` for a flight that was not released; `by` names the autopilot in the subtitle, `None` for the
-/// reference autopilot.
+/// Part of the time from t = 0 to steady flight by which figures go on.
+const AFTER_STEADY: f64 = 0.2;
+
+/// Draws a drop: the flight path, and the motion over time against the plan that was flown, to shortly after
+/// it becomes steady.
 ///
 /// # Errors
 /// [`FigureError`] when no sample is finite or the backend fails.
-pub fn drop_figure(
-    mission: &Mission,
-    samples: &[Sample],
-    plan: Option<&Trajectory>,
-    verdict: Option<&Verdict>,
-    by: Option<&str>,
-) -> Result<String, FigureError> {
-    let track = Track::of_flight(mission, samples);
-    let start = track.at(0.0).map_or((0.0, 0.0), |i| (i.north_m, i.down_m));
+pub fn drop_figure(drop: &ShownDrop<'_>) -> Result<String, FigureError> {
+    let ShownDrop { mission, verdict, .. } = *drop;
+    let whole = Track::of_flight(mission, drop.samples);
+    let end_s = shown_until_s(&whole, verdict);
+    let start = whole.at(0.0).map_or(Vector3::zeros(), |i| Vector3::new(i.north_m, i.east_m, i.down_m));
+    let track = whole.until(end_s);
     // Without a release the plan has no place in time.
-    let plan = plan.filter(|_| track.since_free).map(|plan| Track::of_plan(mission, plan, start));
+    let plan = drop.plan.filter(|_| track.since_free);
+    let plan = plan.map(|plan| Track::of_plan(mission, plan, start).until(end_s));
     let mut sheet = Sheet::new(mission, &track, plan.as_ref());
+    sheet.plan_end_s = plan.as_ref().and(drop.plan).map(Trajectory::end_s);
+    sheet.headline = drop.title.to_owned();
+    sheet.circumstances = drop.circumstances();
     match track.release_s {
         Some(t_s) if t_s < 0.0 => {
             sheet.event(t_s, "released", false);
@@ -97,7 +105,14 @@ pub fn drop_figure(
         }
         sheet.headline += &format!(", {} m of altitude lost", number(verdict.altitude_lost_m, 0));
     }
-    draw(&sheet, by)
+    draw(&sheet)
+}
+
+/// The time up to which a flight is shown [s]: to steady flight, a fifth on, and past what decides J_TPF.
+fn shown_until_s(track: &Track, verdict: Option<&Verdict>) -> f64 {
+    let Some(steady_s) = verdict.and_then(|v| v.steady_after_s) else { return f64::INFINITY };
+    let riskiest_s = track.riskiest().map_or(0.0, |i| i.t_s);
+    (steady_s.max(riskiest_s) * (1.0 + AFTER_STEADY)).max(1.0)
 }
 
 /// Draws a plan: its path, from where it begins, and its motion over time.
@@ -105,12 +120,14 @@ pub fn drop_figure(
 /// # Errors
 /// [`FigureError`] when the backend fails.
 pub fn plan_figure(mission: &Mission, plan: &Trajectory) -> Result<String, FigureError> {
-    let track = Track::of_plan(mission, plan, (0.0, 0.0));
+    let track = Track::of_plan(mission, plan, Vector3::zeros());
     let mut sheet = Sheet::new(mission, &track, None);
-    sheet.headline += ", the plan";
+    sheet.headline = format!("{}, the plan", mission.name);
+    let wind = wind_words(mission.site.environment.wind_ned_m_s.into());
+    sheet.circumstances = format!("Vehicle {}, {wind}.", mission.vehicle_name);
     sheet.event(0.0, "rotors free, t = 0", false);
     sheet.peak(plan_j_tpf(plan, &mission.limits.safety));
-    draw(&sheet, None)
+    draw(&sheet)
 }
 
 /// "J_TPF" as titles of figures have it, the subscript set low.
@@ -118,30 +135,37 @@ pub fn j_tpf() -> String {
     sub("J", "TPF")
 }
 
-fn draw(sheet: &Sheet<'_>, by: Option<&str>) -> Result<String, FigureError> {
+fn draw(sheet: &Sheet<'_>) -> Result<String, FigureError> {
     if !sheet.track.instants.iter().any(|i| i.north_m.is_finite() && i.down_m.is_finite()) {
         return Err(FigureError::Empty);
     }
     let origin = sheet.mission.stamp().csv_comment();
     canvas::sheet((WIDTH_PX, HEIGHT_PX), (&sheet.headline, &origin), |pen| {
-        heading(pen, &sheet.headline, by, sheet.track.rolls());
+        heading(pen, sheet);
         flight_path::draw(pen, sheet, PATH_CORNERS);
-        color_bar(pen, &sheet.scale, "state", (PATH_CORNERS.1.0, 78.0));
+        color_bar(pen, "state", (PATH_CORNERS.1.0, 78.0));
         time_panels::draw(pen, sheet, COLUMN_CORNERS);
     })
 }
 
-fn heading(pen: &mut Pen<'_>, headline: &str, by: Option<&str>, rolls: bool) {
-    pen.text(headline, (16.0, 28.0), Anchor::Left, Font { size: 19.0, color: INK, bold: true });
+/// Headline, circumstances and what is seen; a long line is set smaller.
+fn heading(pen: &mut Pen<'_>, sheet: &Sheet<'_>) {
+    let mut line = |text: &str, y: f64, font: Font| {
+        let share = (f64::from(WIDTH_PX) - 24.0) / text_width(text, font.size);
+        pen.text(text, (16.0, y), Anchor::Left, Font { size: font.size * share.min(1.0), ..font });
+    };
+    line(&sheet.headline, 24.0, Font { size: 19.0, color: INK, bold: true });
+    line(&sheet.circumstances, 47.0, SMALL);
     let j_state = sub("J", "state");
-    // The colour bar says the same of the path, where there is no room.
-    let opening =
-        by.map_or(format!("Flight path coloured by {j_state}, m"), |by| format!("Flown by {by}. M"));
-    let quantities =
-        if rolls { "speed, pitch, roll, pitch rate or roll rate" } else { "speed, pitch or pitch rate" };
+    let quantities = if sheet.track.rolls() {
+        "speed, pitch, roll, pitch rate or roll rate"
+    } else {
+        "speed, pitch or pitch rate"
+    };
+    let end_s = sheet.track.span_s().map_or(0.0, |span| span.1);
     let remark = format!(
-        "{opening}arks every {} s. {j_state} is the largest share of a safety limit: {quantities}.",
-        flight_path::MARK_INTERVAL_S,
+        "Flight path coloured by {j_state}, marks every {} s. {j_state} is the largest share of a safety limit: {quantities}.",
+        short(flight_path::mark_interval_s(end_s)),
     );
-    pen.text(&remark, (16.0, 54.0), Anchor::Left, SMALL);
+    line(&remark, 64.0, SMALL);
 }

@@ -1,7 +1,7 @@
 //! What a figure of a drop or of a plan shows.
 
 use super::canvas::sub;
-use super::color::ColorScale;
+use super::heading::Heading;
 use super::track::Track;
 use crate::config::Mission;
 
@@ -17,8 +17,13 @@ pub(crate) struct Sheet<'a> {
     pub(crate) mission: &'a Mission,
     pub(crate) track: &'a Track,
     pub(crate) plan: Option<&'a Track>,
-    pub(crate) scale: ColorScale,
+    /// Time at which the plan ends [s], where one is shown.
+    pub(crate) plan_end_s: Option<f64>,
+    /// The vertical plane that the path is seen in.
+    pub(crate) heading: Heading,
     pub(crate) headline: String,
+    /// What flew, under which circumstances: the line below the headline.
+    pub(crate) circumstances: String,
     pub(crate) events: Vec<Event>,
     /// Highest J_state; `None` for a flight that is not judged.
     pub(crate) j_tpf: Option<f64>,
@@ -26,10 +31,17 @@ pub(crate) struct Sheet<'a> {
 
 impl<'a> Sheet<'a> {
     pub(crate) fn new(mission: &'a Mission, track: &'a Track, plan: Option<&'a Track>) -> Self {
-        let from_s = track.release_s.unwrap_or(f64::NEG_INFINITY);
-        let colored = track.instants.iter().filter(|i| i.t_s >= from_s);
-        let scale = ColorScale::around(colored.map(|i| i.j_state));
-        Self { mission, track, plan, scale, headline: mission.name.clone(), events: Vec::new(), j_tpf: None }
+        Self {
+            mission,
+            track,
+            plan,
+            plan_end_s: None,
+            heading: Heading::of(track),
+            headline: String::new(),
+            circumstances: String::new(),
+            events: Vec::new(),
+            j_tpf: None,
+        }
     }
 
     pub(crate) fn event(&mut self, t_s: f64, text: &str, strong: bool) {

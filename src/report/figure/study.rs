@@ -4,7 +4,7 @@
 use super::axis::{Axis, Panel, SMALL, range};
 use super::canvas::FigureError;
 use super::canvas::{self, Anchor, Font, Pen};
-use super::color::{ColorScale, INK};
+use super::color::INK;
 use crate::assess::TraceInstant;
 use crate::config::Mission;
 
@@ -34,8 +34,6 @@ pub struct StudyStyle {
     pub(super) target_v_ned: [f64; 3],
     /// End of the flights [s].
     pub(super) end_s: f64,
-    pub(super) j_state: ColorScale,
-    pub(super) j_tpf: ColorScale,
     /// Lowest and highest J_TPF of the trials.
     pub(super) j_tpf_range: (f64, f64),
     /// Ranges of north, down, body x and body z velocity [m/s].
@@ -61,8 +59,6 @@ impl StudyStyle {
             origin: mission.stamp().csv_comment(),
             target_v_ned: mission.target_v_ned.into(),
             end_s: mission.plan.horizon_s,
-            j_state: ColorScale::around(instants().map(|i| i.j_state)),
-            j_tpf: ColorScale::around(trials.clone().map(|t| t.j_tpf)),
             j_tpf_range: among(|t| t.j_tpf)?,
             velocities: [
                 over(|i| i.v_ned.x)?,

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::axis::{Axis, Panel, SMALL};
 use super::canvas::FigureError;
 use super::canvas::{Anchor, Pen, Point, Stroke, sub, text_width};
-use super::color::{INK, LIMIT, SOFT_INK, WHITE};
+use super::color::{INK, LIMIT, SOFT_INK, WHITE, cost_color, cost_step};
 use super::flight_path::{color_bar, colored};
 use super::label::{Place, Room};
 use super::study::{LEFT_PX, PANEL_PX, StudyStyle, TrialPoint, column, grid, with_margin};
@@ -41,7 +41,7 @@ pub fn velocities_figure(
     let followed = if plan.is_some() { "dashed: the optimal trajectory; " } else { "" };
     let remark = format!("{} trials; {followed}dots: where they begin; cross: the target.", flights.len());
     style.sheet(HEIGHT_PX, title, &remark, |pen| {
-        color_bar(pen, &style.j_state, "state", (LEFT_PX[1] + PANEL_PX, 40.0));
+        color_bar(pen, "state", (LEFT_PX[1] + PANEL_PX, 40.0));
         for side in 0..SIDES.len() {
             draw_side(pen, style, side, flights, plan);
         }
@@ -74,7 +74,7 @@ fn draw_side(
         panel.px(v.x, v.z)
     };
     for flight in flights {
-        let points = flight.iter().map(|i| (px(i), even(style.j_state.step(i.j_state))));
+        let points = flight.iter().map(|i| (px(i), even(cost_step(i.j_state))));
         let points = sparse(&points.collect::<Vec<_>>());
         room.take_points(&points);
         colored(pen, &points, 0.9);
@@ -148,15 +148,15 @@ pub fn costs_figure(
     let remark = format!("{shown}, each a point; the origin is the nominal release.");
     let [pitch, rate] = style.release.map(|r| with_margin((r.0 * DEG_PER_RAD, r.1 * DEG_PER_RAD), 0.05));
     style.sheet(HEIGHT_PX, title, &remark, |pen| {
-        color_bar(pen, &style.j_tpf, "TPF", (LEFT_PX[1] + PANEL_PX, 40.0));
-        map(pen, style, trials, pitch, rate);
+        color_bar(pen, "TPF", (LEFT_PX[1] + PANEL_PX, 40.0));
+        map(pen, trials, pitch, rate);
         against(pen, style, trials, 0, (PITCH, pitch, |t| t.pitch_rad));
         against(pen, style, trials, 1, (RATE, rate, |t| t.pitch_rate_rad_s));
     })
 }
 
 /// Draws pitch rate over pitch, the cost as colour.
-fn map(pen: &mut Pen<'_>, style: &StudyStyle, trials: &[TrialPoint], pitch: (f64, f64), rate: (f64, f64)) {
+fn map(pen: &mut Pen<'_>, trials: &[TrialPoint], pitch: (f64, f64), rate: (f64, f64)) {
     let map = Panel { x: column(pitch, 0), y: Axis::new(rate, (BOTTOM_PX, TOP_PX)) };
     grid(pen, &map, [PITCH, RATE], 6, 12.0);
     for (from, to) in
@@ -166,7 +166,7 @@ fn map(pen: &mut Pen<'_>, style: &StudyStyle, trials: &[TrialPoint], pitch: (f64
     }
     for t in trials {
         let at = map.px(t.pitch_rad * DEG_PER_RAD, t.pitch_rate_rad_s * DEG_PER_RAD);
-        pen.dot(at, (RADIUS_PX + 1.3, RADIUS_PX + 0.6), style.j_tpf.color(t.j_tpf));
+        pen.dot(at, (RADIUS_PX + 1.3, RADIUS_PX + 0.6), cost_color(t.j_tpf));
     }
 }
 
@@ -185,6 +185,6 @@ fn against(pen: &mut Pen<'_>, style: &StudyStyle, trials: &[TrialPoint], row: u8
     }
     for t in trials.iter().filter(|t| t.j_tpf.is_finite()) {
         let at = panel.px(of(t) * DEG_PER_RAD, t.j_tpf);
-        pen.dot(at, (RADIUS_PX + 0.6, RADIUS_PX), style.j_tpf.color(t.j_tpf));
+        pen.dot(at, (RADIUS_PX + 0.6, RADIUS_PX), cost_color(t.j_tpf));
     }
 }

@@ -1,11 +1,11 @@
 //! Figures 7 and 8: flight paths from the releases under study, two controllers beside each other in a panel,
-//! coloured by J_state, marks every 1.56 s. The point of release is at (0, 0).
+//! coloured by J_state, marks at round times. The point of release is at (0, 0).
 
 use super::axis::{Axis, Panel, SMALL, range};
 use super::canvas::FigureError;
 use super::canvas::{Anchor, Font, Pen, Point, Stroke, sub, text_width};
-use super::color::{ColorScale, SOFT_INK};
-use super::flight_path::{MARK_INTERVAL_S, color_bar, marks};
+use super::color::{SOFT_INK, color_of_step, cost_step};
+use super::flight_path::{color_bar, mark_interval_s, marks};
 use super::label::{Place, Room};
 use super::polyline::runs;
 use super::study::{AXIS, LEFT_PX, PANEL_PX, StudyStyle, column, grid, with_margin};
@@ -47,22 +47,23 @@ pub fn paths_figure(
     panels: [[PathGroup<'_>; 2]; 2],
     until_s: f64,
 ) -> Result<String, FigureError> {
+    let mark_s = mark_interval_s(until_s.min(style.end_s));
     let remark = format!(
-        "One path per release case, marks every {MARK_INTERVAL_S} s.{}",
+        "One path per release case, marks every {mark_s} s.{}",
         if until_s < style.end_s - 1e-9 { " The axis to the north is stretched." } else { "" }
     );
     let all = || panels.iter().flatten().flat_map(|group| group.shown(until_s)).flatten();
     let over = |of: fn(&TraceInstant) -> f64| range(all().map(of)).ok_or(FigureError::Empty);
     let (north, down) = (over(|i| i.north_down_m.0)?, over(|i| i.north_down_m.1)?);
     style.sheet(HEIGHT_PX, title, &remark, |pen| {
-        color_bar(pen, &style.j_state, "state", (LEFT_PX[1] + PANEL_PX, 40.0));
+        color_bar(pen, "state", (LEFT_PX[1] + PANEL_PX, 40.0));
         for (side, groups) in panels.iter().enumerate() {
             let panel = panel(side, north, down);
             grid(pen, &panel, ["north [m]", "altitude lost [m]"], 8, 14.0);
             let mut room = Room::new(panel.corners());
             for (group, pattern) in groups.iter().zip(PATTERNS) {
                 for flight in group.shown(until_s) {
-                    path(pen, &panel, flight, &style.j_state, pattern, &mut room);
+                    path(pen, &panel, flight, mark_s, pattern, &mut room);
                 }
             }
             for (group, pattern) in groups.iter().zip(PATTERNS) {
@@ -95,16 +96,16 @@ fn path(
     pen: &mut Pen<'_>,
     panel: &Panel,
     flight: &[TraceInstant],
-    scale: &ColorScale,
+    mark_s: f64,
     pattern: [f64; 4],
     room: &mut Room,
 ) {
     let at = |i: &TraceInstant| point(panel, i);
-    let points: Vec<(Point, usize)> = flight.iter().map(|i| (at(i), scale.step(i.j_state))).collect();
+    let points: Vec<(Point, usize)> = flight.iter().map(|i| (at(i), cost_step(i.j_state))).collect();
     room.take_points(&points);
     broken(pen, &points, pattern, 2.0);
     let end_s = flight.last().map_or(0.0, |i| i.t_s);
-    marks(pen, (2.4, 1.5), |t_s| {
+    marks(pen, mark_s, (2.4, 1.5), |t_s| {
         flight.iter().find(|i| i.t_s >= t_s - 1e-9).filter(|_| t_s <= end_s + 1e-9).map(at)
     });
 }
@@ -123,7 +124,7 @@ fn broken(pen: &mut Pen<'_>, points: &[(Point, usize)], pattern: [f64; 4], width
     });
     for (step, line) in runs(&drawn.collect::<Vec<_>>()) {
         if let Some(step) = step {
-            pen.line(&line, Stroke::solid(ColorScale::color_of_step(step), width));
+            pen.line(&line, Stroke::solid(color_of_step(step), width));
         }
     }
 }

@@ -3,9 +3,10 @@
 
 use super::axis::{Axis, Panel, SMALL, TITLE, range, short};
 use super::canvas::{Anchor, Font, Pen, Point, Stroke, sub, text_width};
-use super::color::{BAND, FIRST, INK, LIMIT, Rgb, SECOND, SOFT_INK, THIRD};
+use super::color::{BAND, FIRST, INK, LIMIT, LINES, Rgb, SECOND, SOFT_INK, THIRD, cost_color, cost_step};
 use super::flight_path::rimmed;
 use super::label::{Place, Room};
+use super::rotors::rotor_groups;
 use super::sheet::Sheet;
 use super::track::{Track, TrackPoint};
 use crate::units::DEG_PER_RAD;
@@ -24,15 +25,15 @@ const TARGET: Stroke = Stroke { color: SOFT_INK, width: 1.0, dash: Some((1.0, 3.
 
 /// A line of a panel: a quantity over time.
 struct Line {
-    name: &'static str,
+    name: String,
     color: Rgb,
-    of: fn(&TrackPoint) -> f64,
+    of: Box<dyn Fn(&TrackPoint) -> f64>,
     target: Option<f64>,
 }
 
 impl Line {
-    fn new(name: &'static str, color: Rgb, of: fn(&TrackPoint) -> f64) -> Self {
-        Self { name, color, of, target: None }
+    fn new(name: &str, color: Rgb, of: impl Fn(&TrackPoint) -> f64 + 'static) -> Self {
+        Self { name: name.to_owned(), color, of: Box::new(of), target: None }
     }
 
     fn stroke(&self) -> Stroke {
@@ -63,7 +64,8 @@ fn quantities(sheet: &Sheet<'_>) -> [Quantity; 4] {
     if target_v_ned.y != 0.0 || sheet.track.reaches(EAST_SHOWN_M_S, |i| i.v_ned.y) {
         velocities.push(target(Line::new("east", THIRD, |i| i.v_ned.y), target_v_ned.y));
     }
-    let turn = |[title, with_roll]: [&'static str; 2], pitch, roll, limit_rad: f64| Quantity {
+    type Angle = fn(&TrackPoint) -> f64;
+    let turn = |[title, with_roll]: [&'static str; 2], pitch: Angle, roll: Angle, limit_rad: f64| Quantity {
         title: if rolls { with_roll } else { title },
         lines: if rolls {
             vec![Line::new("pitch", FIRST, pitch), Line::new("roll", SECOND, roll)]
@@ -96,12 +98,24 @@ fn quantities(sheet: &Sheet<'_>) -> [Quantity; 4] {
         ),
         Quantity {
             title: "thrust per rotor [N]",
-            lines: vec![Line::new("front", FIRST, |i| i.front_n), Line::new("rear", SECOND, |i| i.rear_n)],
+            lines: thrusts(sheet),
             limit: Some(mission.plan.thrust_max_n),
             limit_name: "plan's limit",
             both_ways: false,
         },
     ]
+}
+
+/// A line for each group of rotors whose thrusts run together: their mean.
+fn thrusts(sheet: &Sheet<'_>) -> Vec<Line> {
+    let groups = rotor_groups(sheet.mission, sheet.track);
+    let line = |(color, group): (&Rgb, super::rotors::RotorGroup)| {
+        let rotors = group.rotors;
+        Line::new(&group.name, *color, move |i| {
+            rotors.iter().map(|k| i.thrust_n[*k]).sum::<f64>() / rotors.len() as f64
+        })
+    };
+    LINES.iter().cycle().zip(groups).map(line).collect()
 }
 
 /// Draws the panels between two corners.
@@ -137,7 +151,7 @@ fn draw_key(pen: &mut Pen<'_>, sheet: &Sheet<'_>, (right, y): (f64, f64)) {
 
 /// The upright line at the plan's end.
 fn plan_end(sheet: &Sheet<'_>, panel: &Panel) -> Option<[Point; 2]> {
-    let (_, end_s) = sheet.plan.and_then(Track::span_s)?;
+    let end_s = sheet.plan_end_s.filter(|end_s| *end_s <= panel.x.high)?;
     let ((_, y0), (_, y1)) = panel.corners();
     Some([(panel.x.px(end_s), y0), (panel.x.px(end_s), y1)])
 }
@@ -160,7 +174,7 @@ fn frame(pen: &mut Pen<'_>, sheet: &Sheet<'_>, panel: &Panel, title: &str, last:
 
 fn draw_quantity(pen: &mut Pen<'_>, sheet: &Sheet<'_>, time: Axis, (y0, y1): (f64, f64), q: &Quantity) {
     let curves =
-        |track: &Track| -> Vec<Vec<(f64, f64)>> { q.lines.iter().map(|l| track.curve(l.of)).collect() };
+        |track: &Track| -> Vec<Vec<(f64, f64)>> { q.lines.iter().map(|l| track.curve(&l.of)).collect() };
     let (flown, planned) = (curves(sheet.track), sheet.plan.map(curves).unwrap_or_default());
     let values = flown.iter().chain(&planned).flatten().map(|p| p.1);
     let (low, high) = range(values.chain(q.lines.iter().filter_map(|l| l.target))).unwrap_or((0.0, 1.0));
@@ -195,7 +209,7 @@ fn draw_quantity(pen: &mut Pen<'_>, sheet: &Sheet<'_>, time: Axis, (y0, y1): (f6
         limit_line(pen, &panel, *limit, q.limit_name, &mut room);
     }
     for (line, curve) in q.lines.iter().zip(&flown) {
-        name_line(pen, &px(curve), (line.name, line.color), &mut room);
+        name_line(pen, &px(curve), (&line.name, line.color), &mut room);
     }
     // The plan's end is named once, in the panel without a limit.
     if q.limit.is_none()
@@ -215,7 +229,7 @@ fn draw_cost(pen: &mut Pen<'_>, sheet: &Sheet<'_>, time: Axis, (y0, y1): (f64, f
     let highest = range(costs.iter().map(|p| p.1)).map_or(1.0, |r| r.1.max(1.0));
     let panel = Panel { x: time, y: Axis::new((0.0, 1.08 * highest), (y1, y0)) };
     let mut room = frame(pen, sheet, &panel, &sub("J", "state"), true);
-    let points: Vec<_> = costs.iter().map(|p| (panel.px(p.0, p.1), sheet.scale.step(p.1))).collect();
+    let points: Vec<_> = costs.iter().map(|p| (panel.px(p.0, p.1), cost_step(p.1))).collect();
     rimmed(pen, &points, (3.4, 2.4));
     room.take_points(&points);
     limit_line(pen, &panel, 1.0, "limit", &mut room);
@@ -225,7 +239,7 @@ fn draw_cost(pen: &mut Pen<'_>, sheet: &Sheet<'_>, time: Axis, (y0, y1): (f64, f
     }
     if let (Some(worst), Some(j_tpf)) = (sheet.track.riskiest(), sheet.j_tpf) {
         let at = panel.px(worst.t_s, worst.j_state);
-        pen.dot(at, (4.4, 2.8), sheet.scale.color(worst.j_state));
+        pen.dot(at, (4.4, 2.8), cost_color(worst.j_state));
         let text = format!("{} {:.3}", sub("J", "TPF"), j_tpf);
         let w = text_width(&text, TITLE.size);
         let aside = 0.5 * w + 9.0;

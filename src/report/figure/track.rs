@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::assess::StateCost;
 use crate::config::Mission;
-use crate::frames::{bank, pitch};
+use crate::frames::{bank, pitch, rotate_ned_from_body};
 use crate::model::PerRotor;
 use crate::model::rigid_body::BodyState;
 use crate::report::plan_motion::plan_motion;
@@ -12,7 +12,7 @@ use crate::sim::{Phase, Sample};
 use crate::trajectory::Trajectory;
 use crate::units::RAD_PER_DEG;
 
-/// Part of the flight before the release that is shown, as a fraction of the flight after it.
+/// Part of the flight before the release that is shown, as a fraction of what is shown after it.
 const BEFORE_RELEASE: f64 = 0.06;
 
 /// The motion at an instant.
@@ -20,17 +20,19 @@ const BEFORE_RELEASE: f64 = 0.06;
 pub(crate) struct TrackPoint {
     /// Time since the rotors were freed [s]; negative before.
     pub(crate) t_s: f64,
-    /// Position north of the release [m]; of a plan, of its beginning.
+    /// Position from the release [m]; of a plan, from its beginning.
     pub(crate) north_m: f64,
+    pub(crate) east_m: f64,
     pub(crate) down_m: f64,
     pub(crate) v_ned: Vector3<f64>,
     pub(crate) pitch_rad: f64,
     pub(crate) pitch_rate_rad_s: f64,
     pub(crate) roll_rad: f64,
     pub(crate) roll_rate_rad_s: f64,
-    /// Mean thrust of the rotors ahead of and behind the centre of mass [N]; NaN where there are none.
-    pub(crate) front_n: f64,
-    pub(crate) rear_n: f64,
+    /// The body's axis that points down, NED.
+    pub(crate) z_ned: Vector3<f64>,
+    /// Thrust of each rotor [N].
+    pub(crate) thrust_n: PerRotor,
     pub(crate) j_state: f64,
     /// The quantity whose share of its limit is J_state.
     pub(crate) decided_by: &'static str,
@@ -49,23 +51,19 @@ pub(crate) struct Track {
 impl TrackPoint {
     /// The point of a body whose position is that on the figure.
     fn of(mission: &Mission, t_s: f64, body: &BodyState, thrust_n: &PerRotor) -> Self {
-        let mean = |wanted: fn(f64) -> bool| {
-            let rotors = || mission.vehicle.rotors.iter().zip(thrust_n);
-            let chosen = || rotors().filter(|(rotor, _)| wanted(rotor.position_body_m.x));
-            chosen().map(|(_, t)| *t).sum::<f64>() / chosen().count() as f64
-        };
         let cost = StateCost::of(body, &mission.limits.safety);
         Self {
             t_s,
             north_m: body.p_ned.x,
+            east_m: body.p_ned.y,
             down_m: body.p_ned.z,
             v_ned: body.v_ned,
             pitch_rad: pitch(body.q_ned_from_body),
             pitch_rate_rad_s: body.omega_body.y,
             roll_rad: bank(body.q_ned_from_body),
             roll_rate_rad_s: body.omega_body.x,
-            front_n: mean(|ahead_m| ahead_m > 0.0),
-            rear_n: mean(|ahead_m| ahead_m < 0.0),
+            z_ned: rotate_ned_from_body(body.q_ned_from_body, Vector3::z()),
+            thrust_n: *thrust_n,
             j_state: cost.max(),
             decided_by: cost.decided_by(),
         }
@@ -91,13 +89,23 @@ impl Track {
         Self { instants, release_s, since_free: free_s.is_some() }
     }
 
-    /// The track of a plan that begins at (north, down) [m].
-    pub(crate) fn of_plan(mission: &Mission, plan: &Trajectory, (north_m, down_m): (f64, f64)) -> Self {
-        let states = plan_motion(plan, Vector3::new(north_m, 0.0, down_m));
+    /// The track of a plan that begins at that place [m].
+    pub(crate) fn of_plan(mission: &Mission, plan: &Trajectory, start_ned: Vector3<f64>) -> Self {
+        let states = plan_motion(plan, start_ned);
         let point =
             |(t_s, body): &(f64, BodyState)| TrackPoint::of(mission, *t_s, body, &plan.thrust_n(*t_s));
         let instants = states.iter().map(point).collect();
         Self { instants, release_s: None, since_free: true }
+    }
+
+    /// This track up to a time, and with less before the release.
+    pub(crate) fn until(mut self, t_s: f64) -> Self {
+        if let Some(release_s) = self.release_s.filter(|_| t_s.is_finite()) {
+            let from_s = release_s - BEFORE_RELEASE * (t_s - release_s);
+            self.instants.retain(|i| i.t_s >= from_s);
+        }
+        self.instants.truncate(self.instants.partition_point(|i| i.t_s <= t_s + 1e-9));
+        self
     }
 
     /// Whether the magnitude of a quantity ever reaches `least`.
