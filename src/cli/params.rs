@@ -58,8 +58,8 @@ struct ExportArgs {
     /// are chosen, and what a drop needs besides, with the mission's plan.
     #[arg(long)]
     drop: bool,
-    /// With --drop, of a quadrotor in X: for a PX4 that allocates by CA_* (v1.14 and later) instead of mixing
-    /// by `quad_x`.
+    /// With --drop: for a PX4 that allocates by CA_* (v1.14 and later) instead of mixing by `quad_x`; any
+    /// other vehicle than a quadrotor in X needs it.
     #[arg(long, requires = "drop")]
     allocated: bool,
     /// The file; `-` for stdout [default: out/<mission name>/<vehicle>_<for>.params, with --drop
@@ -184,14 +184,21 @@ fn of_a_drop(args: &ExportArgs, mission: &Mission, given: Option<&ParameterFile>
             wanted.name()
         )));
     }
+    if !args.allocated
+        && let Err(reason) = is_quad_x(&mission.vehicle)
+    {
+        return Err(Failure::input(format!(
+            "--drop is for a PX4 that mixes by the file `quad_x` (v1.12), and {reason}; with --drop --allocated it is for PX4 v1.14 and \
+             later, which takes the rotors from CA_*"
+        )));
+    }
     suits(mission).bad_input()?;
     let timed = plan_mission(mission, false)?;
     if timed.plan.status != Status::Converged {
         let text = plan_text(&timed.plan, &mission.limits.safety, None);
         return Err(Failure::input(format!("no plan to fly: {text}")));
     }
-    let mixer = !args.allocated && is_quad_x(&mission.vehicle).is_ok();
-    whole(mission, &timed.plan.trajectory, given, mixer)
+    whole(mission, &timed.plan.trajectory, given, !args.allocated)
 }
 
 fn run_check(args: &CheckArgs) -> Result<Answer, Failure> {

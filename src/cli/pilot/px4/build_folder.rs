@@ -16,6 +16,8 @@ const IN_SOURCES: &str = "build/px4_sitl_default";
 /// Models of a plain quadrotor that start no simulator of their own and set no gains, by release: up to 1.13,
 /// from 1.14 on.
 const MODELS: [&str; 2] = ["iris", "none_iris"];
+/// Motors that their airframes have outputs for.
+const MODELS_MOTORS: usize = 4;
 /// The mixer of an X-quad, in releases whose mixers are files.
 const QUAD_X: &str = "quad_x";
 
@@ -73,6 +75,15 @@ impl BuildFolder {
     /// angle. `None`: PX4 allocates by its parameters CA_*.
     pub fn mixer(&self, name: &str, vehicle: &Vehicle) -> Result<Option<&'static str>> {
         if !self.etc().join(format!("mixers/{QUAD_X}.main.mix")).is_file() {
+            let rotors = vehicle.rotors.len();
+            if rotors != MODELS_MOTORS {
+                bail!(
+                    "vehicle {name} has {rotors} rotors: the model that this PX4 is started with, {}, has outputs for {MODELS_MOTORS} motors; \
+                     write its parameters (samara params export --for px4 --drop --allocated), start PX4 with an airframe of {rotors} \
+                     motors yourself, and let it connect to `samara sim`",
+                    self.model()?
+                );
+            }
             return Ok(None);
         }
         is_quad_x(vehicle).with_context(|| format!("vehicle {name}: this PX4 mixes by `quad_x`"))?;
@@ -143,6 +154,13 @@ mod tests {
         let new = build(&[&common[..], &["etc/init.d-posix/airframes/10016_none_iris"]].concat());
         let folder = BuildFolder::open(new.path()).unwrap();
         assert_eq!((folder.model().unwrap(), folder.mixer("x", &vehicle).unwrap()), ("none_iris", None));
+        let mut six = vehicle.clone();
+        six.rotors.extend_from_within(..2);
+        let error = folder.mixer("x", &six).unwrap_err().to_string();
+        assert!(
+            error.contains("6 rotors") && error.contains("none_iris") && error.contains("--allocated"),
+            "{error}"
+        );
         let other = build(&common);
         let error = BuildFolder::open(other.path()).unwrap().model().unwrap_err().to_string();
         assert!(error.contains("iris, none_iris") && error.contains("3010_quadrotor_x"), "{error}");
