@@ -16,7 +16,7 @@ use samara::link::{
     StreamerConfig, StreamerSession, Transmit,
 };
 use samara::model::rigid_body::{BodyState, MassProperties};
-use samara::model::{MAX_ROTORS, RotationSense, RotorMount, Vehicle, trim};
+use samara::model::{Interference, MAX_ROTORS, RotationSense, RotorMount, Vehicle, trim};
 use samara::plan::dynamics::{Curvature, Dynamics, Linearisation};
 use samara::plan::problem::{Bounds, Nodes, Problem, QuadraticCost};
 use samara::plan::solver::{SolverOptions, StartFrom, Status, solve};
@@ -119,6 +119,7 @@ fn another_vehicle_is_planned_and_flown() {
                 position_body_m: Vector3::new(1.4 * angle.cos(), 1.4 * angle.sin(), 0.0),
                 axis_body: -Vector3::z(),
                 spin: spins[i as usize],
+                interference: Interference::NONE,
             }
         })
         .collect();

@@ -9,7 +9,7 @@ use samara::assess::{BatchMeasure, Outcome, SafetyLimits, judge_flights};
 use samara::config::{load_mission, load_vehicle};
 use samara::control::{ControlLimits, Gains};
 use samara::model::environment::GeoPoint;
-use samara::model::{Environment, RotationSense, RotorMount, Vehicle};
+use samara::model::{Environment, Interference, RotationSense, RotorMount, Vehicle};
 use samara::sim::planar::{Flight, LANES, Model, Release, Variation};
 use samara::sim::{FlightPlan, PlantKind, Reference};
 use samara::trajectory::{Node, Trajectory};
@@ -70,6 +70,7 @@ fn lay_out(vehicle: &mut Vehicle, rotors: usize) {
         position_body_m: Vector3::new(x, y, 0.0),
         axis_body: -Vector3::z(),
         spin,
+        interference: Interference::NONE,
     };
     vehicle.rotors = right
         .iter()

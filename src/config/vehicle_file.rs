@@ -16,7 +16,8 @@ use super::rotor_table;
 use super::source::{InputHash, Source};
 use crate::model::rigid_body::MassProperties;
 use crate::model::{
-    BodyAero, EscDc, MAX_ROTORS, Motor, RotationSense, Rotor, RotorMount, Vehicle, VehicleOptions,
+    BodyAero, EscDc, Interference, MAX_ROTORS, Motor, RotationSense, Rotor, RotorMount, Vehicle,
+    VehicleOptions,
 };
 use crate::units::RAD_PER_DEG;
 
@@ -44,6 +45,9 @@ pub(super) struct VehicleJson {
     /// The rotors, 1 to 8, in PX4's order (quad-X: front right, rear left, front left, rear right).
     #[schemars(length(min = 1, max = 8))]
     rotors: Vec<RotorJson>,
+    /// What the upper rotor of a coaxial pair leaves to the lower one; without it each rotor works as if
+    /// alone.
+    coaxial: Option<CoaxialJson>,
     /// Which reactions of the rotors on the body are modelled.
     effects: EffectsJson,
     /// Body aerodynamics, (13)-(18).
@@ -90,7 +94,10 @@ pub(super) fn load_named_vehicle(
         rotor_momentum: json.effects.rotor_momentum,
     };
     let mass = build_mass(&source, &json)?;
-    let mounts = build_mounts(&source, &json.rotors)?;
+    let mut mounts = build_mounts(&source, &json.rotors)?;
+    if let Some(coaxial) = &json.coaxial {
+        set_interference(&source, coaxial, &mut mounts)?;
+    }
     let aero = build_aero(&source, &json.body_aero)?;
     let vehicle = Vehicle::new(mass, mounts, aero, rotor, motor, options)
         .map_err(|e| source.refuse("rotors", e.to_string()))?;
@@ -157,9 +164,52 @@ fn build_mounts(source: &Source, rotors: &[RotorJson]) -> Result<Vec<RotorMount>
             SpinJson::Cw => RotationSense::Cw,
             SpinJson::Ccw => RotationSense::Ccw,
         };
-        Ok(RotorMount { position_body_m: r.position_body_m.get().into(), axis_body: axis, spin })
+        let position_body_m = r.position_body_m.get().into();
+        Ok(RotorMount { position_body_m, axis_body: axis, spin, interference: Interference::NONE })
     };
     rotors.iter().enumerate().map(mount).collect()
+}
+
+/// Interference of coaxial rotors, steady. A rotor is a lower one when another sits on its axis, ahead of it
+/// in the direction of its thrust; it works in that one's wake, whatever the speed of that one. The upper
+/// rotor works as if alone.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct CoaxialJson {
+    /// Where the factors come from.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// Thrust of a lower rotor over that of the same rotor alone, at the same speed.
+    lower_thrust_factor: Positive<2>,
+    /// Torque of the air on a lower rotor over that on the same rotor alone, at the same speed.
+    lower_torque_factor: Positive<2>,
+}
+
+/// How far apart the axes of a coaxial pair may be [m], and how far from parallel [rad].
+const SAME_AXIS: f64 = 1e-3;
+
+fn set_interference(
+    source: &Source,
+    json: &CoaxialJson,
+    mounts: &mut [RotorMount],
+) -> Result<(), ConfigError> {
+    let lower = |below: &RotorMount, above: &RotorMount| {
+        let apart = above.position_body_m - below.position_body_m;
+        let along = apart.dot(&below.axis_body);
+        let parallel = (above.axis_body - below.axis_body).norm() <= SAME_AXIS;
+        parallel && along > SAME_AXIS && (apart - below.axis_body * along).norm() <= SAME_AXIS
+    };
+    let is_lower: Vec<bool> =
+        mounts.iter().map(|below| mounts.iter().any(|above| lower(below, above))).collect();
+    if !is_lower.contains(&true) {
+        let message = "expected a rotor on another one's axis, below it, found none among the rotors";
+        return Err(source.refuse("coaxial", message.to_owned()));
+    }
+    for (mount, _) in mounts.iter_mut().zip(is_lower).filter(|(_, is_lower)| *is_lower) {
+        let (thrust, torque) = (json.lower_thrust_factor.get(), json.lower_torque_factor.get());
+        mount.interference = Interference { thrust, torque };
+    }
+    Ok(())
 }
 
 /// Coefficients over the angle of attack; a periodic cubic spline runs through them.

@@ -2,7 +2,9 @@
 //! allocation.
 //!
 //! It knows no aerodynamics and no actuator dynamics; thrust is taken as what a rotor gives in still air,
-//! `T = T_static throttle^2`.
+//! `T = T_static throttle^2`. Of a rotor in another's wake that is the thrust that it would give alone, and
+//! its interference is in the allocation: as PX4's allocator does with CA_ROTORn_CT, the better rotor gets
+//! more.
 
 use nalgebra::{Matrix3, Matrix4, SMatrix};
 
@@ -33,11 +35,12 @@ impl Airframe {
     pub fn new(vehicle: &Vehicle, environment: &Environment) -> Result<Self, ControlError> {
         let n = vehicle.rotors.len().min(MAX_ROTORS);
         let limit = vehicle.static_thrust_n(environment.density_kg_m3);
-        // Rows: lift, roll, pitch and yaw moment per newton of each rotor.
+        // Rows: lift, roll, pitch and yaw moment per newton that each rotor would give alone.
         let mut effectiveness = SMatrix::<f64, 4, MAX_ROTORS>::zeros();
         for i in 0..n {
-            let moment = vehicle.moment_per_thrust(i, environment.density_kg_m3);
-            effectiveness[(0, i)] = -vehicle.rotors[i].axis_body.z;
+            let share = vehicle.rotors[i].interference.thrust;
+            let moment = vehicle.moment_per_thrust(i, environment.density_kg_m3) * share;
+            effectiveness[(0, i)] = -vehicle.rotors[i].axis_body.z * share;
             effectiveness.fixed_view_mut::<3, 1>(1, i).copy_from(&moment);
         }
         let lift_max_n = limit * effectiveness.row(0).sum();

@@ -63,8 +63,8 @@ impl Mixer {
         self.thrust_limit_n
     }
 
-    /// Thrust of each rotor [N] for a lift [N] and a moment [N m], body axes. A demand that is not a number
-    /// counts as zero.
+    /// Thrust of each rotor [N], as it would be alone at that throttle, for a lift [N] and a moment [N m],
+    /// body axes. A demand that is not a number counts as zero.
     pub fn thrusts(&self, lift_n: f64, moment_body: &Vector3<f64>) -> PerRotor {
         let n = self.n_rotors;
         let limit = self.thrust_limit_n;
@@ -130,7 +130,7 @@ mod tests {
     use super::*;
     use crate::control::test_vehicles::{THRUST_LIMIT_N, airframe, lander, ring as ring_of};
     use crate::control::{Airframe, ControlError};
-    use crate::model::{Vehicle, VehicleOptions};
+    use crate::model::{Interference, Vehicle, VehicleOptions};
     use proptest::prelude::*;
 
     /// Longer than wide.
@@ -138,10 +138,19 @@ mod tests {
         ring_of(n, [1.0, 1.2], lean)
     }
 
-    fn vehicles() -> [Vehicle; 5] {
+    fn vehicles() -> [Vehicle; 6] {
         let mut five = ring(5, 0.0);
         five.options = VehicleOptions::default();
-        [lander(true), lander(false), ring(6, 0.0), ring(8, 0.1), five]
+        [lander(true), lander(false), ring(6, 0.0), ring(8, 0.1), five, coaxial()]
+    }
+
+    /// Eight rotors, every other one in another's wake.
+    fn coaxial() -> Vehicle {
+        let mut vehicle = ring(8, 0.0);
+        for rotor in vehicle.rotors.iter_mut().step_by(2) {
+            rotor.interference = Interference { thrust: 0.6, torque: 0.8 };
+        }
+        vehicle
     }
 
     /// Whether the rotors can make a yaw moment.
@@ -152,8 +161,9 @@ mod tests {
     fn lift_and_moment(vehicle: &Vehicle, thrust: &PerRotor) -> (f64, Vector3<f64>) {
         let mut sum = (0.0, Vector3::zeros());
         for (i, r) in vehicle.rotors.iter().enumerate() {
-            sum.0 -= r.axis_body.z * thrust[i];
-            sum.1 += vehicle.moment_per_thrust(i, 5.4) * thrust[i];
+            let made = r.interference.thrust * thrust[i];
+            sum.0 -= r.axis_body.z * made;
+            sum.1 += vehicle.moment_per_thrust(i, 5.4) * made;
         }
         sum
     }
@@ -195,6 +205,20 @@ mod tests {
         let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(800.0, &Vector3::new(0.0, 0.0, 1e4)));
         assert!((lift - 800.0).abs() < 1e-9 && moment.xy().norm() < 1e-9);
         assert!((moment.z - 0.05 * 800.0).abs() < 1e-9, "two rotors stop: {moment}");
+    }
+
+    /// The least sum of squares: what a rotor would give alone is in proportion to what is left of it. Yaw
+    /// would ask for another share; without reaction torques there is none.
+    #[test]
+    fn closed_form_the_lower_rotors_get_less() {
+        let mut vehicle = coaxial();
+        vehicle.options = VehicleOptions::default();
+        let thrust = airframe(&vehicle).mixer.thrusts(800.0, &Vector3::zeros());
+        let upper = 800.0 / (4.0 * (1.0 + 0.6 * 0.6));
+        for (i, t) in thrust.iter().enumerate() {
+            let wanted = if i % 2 == 0 { 0.6 * upper } else { upper };
+            assert!((t - wanted).abs() < 1e-9, "rotor {}: {t} against {wanted}", i + 1);
+        }
     }
 
     #[test]

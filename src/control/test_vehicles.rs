@@ -7,7 +7,9 @@ use crate::frames::quaternion_from_euler;
 use crate::math;
 use crate::model::environment::GeoPoint;
 use crate::model::rigid_body::MassProperties;
-use crate::model::{BodyAero, Environment, Motor, RotationSense, Rotor, RotorMount, Vehicle, VehicleOptions};
+use crate::model::{
+    BodyAero, Environment, Interference, Motor, RotationSense, Rotor, RotorMount, Vehicle, VehicleOptions,
+};
 
 pub(crate) const MASS_KG: f64 = 790.0;
 pub(crate) const GRAVITY_M_S2: f64 = 1.35;
@@ -43,6 +45,7 @@ pub(crate) fn quadrotor(
         position_body_m: Vector3::new(x * arm_m[0], y * arm_m[1], 0.0),
         axis_body: -Vector3::z(),
         spin,
+        interference: Interference::NONE,
     };
     let rotors = vec![
         mount(1.0, 1.0, RotationSense::Ccw),
@@ -85,6 +88,7 @@ pub(crate) fn ring(n: u32, [forward_m, right_m]: [f64; 2], lean: f64) -> Vehicle
                 position_body_m: Vector3::new(forward_m * cos, right_m * sin, 0.1 * cos),
                 axis_body: Vector3::new(-lean * sin, lean * cos, -1.0).normalize(),
                 spin,
+                interference: Interference::NONE,
             }
         })
         .collect();

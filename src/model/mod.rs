@@ -36,7 +36,7 @@ pub use parachute::Parachute;
 pub use rotor::{Rotor, RotorTable};
 pub use rotor_limits::RotorLimits;
 pub use trim::{Trim, TrimError, trim};
-pub use vehicle::{ForceBalance, RotationSense, RotorMount, Vehicle, VehicleOptions};
+pub use vehicle::{ForceBalance, Interference, RotationSense, RotorMount, Vehicle, VehicleOptions};
 
 /// Most rotors that a vehicle may have; per-rotor arrays have this length, so that nothing allocates in
 /// flight.

@@ -1,7 +1,8 @@
 //! What a rotor and its motor can do in still air: the greatest thrust that they hold, and how fast thrust
 //! comes and goes.
 
-use super::vehicle::Vehicle;
+use super::rotor::RotorLoad;
+use super::vehicle::{Interference, Vehicle};
 
 /// Share of the greatest thrust that comes, or goes, in the time that the slew is taken over.
 const STROKE: f64 = 0.9;
@@ -10,7 +11,7 @@ const STEP: f64 = 0.02;
 /// Most steps of the integration: 2000 of the motor's shortest time constants.
 const STEPS: usize = 100_000;
 
-/// What each of a vehicle's rotors can do in still air of a density.
+/// What each of a vehicle's rotors can do in still air of a density; of a coaxial pair, what both can.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotorLimits {
     /// Thrust [N] at the speed that the motor holds at full throttle against the torque of the air.
@@ -23,7 +24,29 @@ pub struct RotorLimits {
 impl RotorLimits {
     /// The limits of the vehicle's rotors at a density of the air [kg/m^3].
     pub fn of(vehicle: &Vehicle, density_kg_m3: f64) -> Self {
-        let load = |omega: f64| vehicle.rotor.static_load(omega, density_kg_m3);
+        let mut kinds: Vec<Interference> = Vec::new();
+        for rotor in &vehicle.rotors {
+            if !kinds.contains(&rotor.interference) {
+                kinds.push(rotor.interference);
+            }
+        }
+        let all = kinds.iter().map(|kind| Self::under(vehicle, *kind, density_kg_m3));
+        let weaker = |a: Self, b: Self| Self {
+            thrust_n: a.thrust_n.min(b.thrust_n),
+            thrust_slew_n_s: a.thrust_slew_n_s.min(b.thrust_slew_n_s),
+        };
+        all.reduce(weaker).unwrap_or(Self { thrust_n: 0.0, thrust_slew_n_s: 0.0 })
+    }
+
+    /// The limits of a rotor with this interference.
+    fn under(vehicle: &Vehicle, interference: Interference, density_kg_m3: f64) -> Self {
+        let load = |omega: f64| {
+            let alone = vehicle.rotor.static_load(omega, density_kg_m3);
+            RotorLoad {
+                thrust_n: interference.thrust * alone.thrust_n,
+                torque_nm: interference.torque * alone.torque_nm,
+            }
+        };
         let acceleration =
             |throttle: f64, omega: f64| vehicle.motor.acceleration(throttle, omega, load(omega).torque_nm);
         let omega_held = {

@@ -35,7 +35,23 @@ impl RotationSense {
     }
 }
 
-/// Position, thrust axis and sense of rotation of a rotor.
+/// Thrust and torque of a rotor over those of the same rotor alone, at the same speed and in the same flow of
+/// the air past the vehicle: below one for the lower rotor of a coaxial pair, which works in the wake of the
+/// upper one. Steady: the factors hold at any speed of the upper rotor, and the wake takes no time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interference {
+    /// Factor on the thrust.
+    pub thrust: f64,
+    /// Factor on the torque of the air.
+    pub torque: f64,
+}
+
+impl Interference {
+    /// A rotor in clean air.
+    pub const NONE: Self = Self { thrust: 1.0, torque: 1.0 };
+}
+
+/// Position, thrust axis, sense of rotation and interference of a rotor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotorMount {
     /// Position of the hub from the centre of mass, body axes [m].
@@ -44,6 +60,8 @@ pub struct RotorMount {
     pub axis_body: Vector3<f64>,
     /// Sense of rotation.
     pub spin: RotationSense,
+    /// What another rotor's wake leaves of thrust and torque.
+    pub interference: Interference,
 }
 
 /// A multirotor: body, rotors and motors.
@@ -158,12 +176,20 @@ impl Vehicle {
                     i + 1
                 )));
             }
+            let Interference { thrust, torque } = r.interference;
+            if !(thrust.is_finite() && thrust > 0.0 && torque.is_finite() && torque > 0.0) {
+                return Err(ModelError::Rotors(format!(
+                    "rotor {}: the factors of interference must be positive",
+                    i + 1
+                )));
+            }
         }
         super::check_positive("omega_max", motor.omega_max_rad_s())?;
         Ok(Self { mass, rotors, aero, rotor, motor, options })
     }
 
-    /// Thrust of one rotor at full throttle in still air [N]: `T_static`, the scale of the control channel.
+    /// Thrust of a rotor at full throttle in still air, alone [N]: `T_static`, the scale of the control
+    /// channel. A rotor in another's wake makes [`Interference::thrust`] times as much.
     pub fn static_thrust_n(&self, density_kg_m3: f64) -> f64 {
         self.rotor.static_load(self.motor.omega_max_rad_s(), density_kg_m3).thrust_n
     }
@@ -173,17 +199,26 @@ impl Vehicle {
     pub fn longest_step_s(&self) -> f64 {
         let motor = self.motor.fastest_rate_per_s();
         let air = match self.motor {
-            Motor::EscDc(m) => self.rotor.steepest_torque_nm_s(m.omega_max_rad_s) / m.rotor_inertia_kg_m2,
+            Motor::EscDc(m) => {
+                let most = self.rotors.iter().map(|r| r.interference.torque).fold(1.0, f64::max);
+                most * self.rotor.steepest_torque_nm_s(m.omega_max_rad_s) / m.rotor_inertia_kg_m2
+            }
             Motor::FirstOrder { .. } => 0.0,
         };
         (ACCURATE_STEP / motor).min(STABLE_STEP / (motor + air))
     }
 
-    /// Torque per thrust [m] in still air at full throttle: what the reaction torque of a commanded thrust is
-    /// taken to be where only thrusts are known (planner, ideal plant, mixer).
+    /// Torque per thrust [m] of a rotor alone in still air at full throttle: what the reaction torque of a
+    /// commanded thrust is taken to be where only thrusts are known (planner, ideal plant, mixer).
     pub fn torque_per_thrust_m(&self, density_kg_m3: f64) -> f64 {
         let load = self.rotor.static_load(self.motor.omega_max_rad_s(), density_kg_m3);
         load.torque_nm / load.thrust_n
+    }
+
+    /// Torque per thrust of rotor `i` [m]: [`Self::torque_per_thrust_m`] with its interference.
+    pub fn torque_per_thrust_of_m(&self, i: usize, density_kg_m3: f64) -> f64 {
+        let Interference { thrust, torque } = self.rotors[i].interference;
+        self.torque_per_thrust_m(density_kg_m3) * (torque / thrust)
     }
 
     /// Body moment per newton of thrust of rotor `i` [N m/N]: `g_i x axis`, and the reaction torque if it is
@@ -192,7 +227,7 @@ impl Vehicle {
         let r = &self.rotors[i];
         let mut moment = r.position_body_m.cross(&r.axis_body);
         if self.options.reaction_torque {
-            moment -= r.axis_body * (r.spin.sign() * self.torque_per_thrust_m(density_kg_m3));
+            moment -= r.axis_body * (r.spin.sign() * self.torque_per_thrust_of_m(i, density_kg_m3));
         }
         moment
     }
@@ -236,7 +271,8 @@ impl Vehicle {
         for (i, rotor) in self.rotors.iter().enumerate() {
             balance.add_thrust(rotor, thrust_n[i]);
             if self.options.reaction_torque {
-                balance.torque_nm[i] = thrust_n[i] * self.torque_per_thrust_m(environment.density_kg_m3);
+                let per_thrust_m = self.torque_per_thrust_of_m(i, environment.density_kg_m3);
+                balance.torque_nm[i] = thrust_n[i] * per_thrust_m;
                 balance.reaction_moment_body -= rotor.axis_body * (rotor.spin.sign() * balance.torque_nm[i]);
             }
         }
@@ -299,7 +335,11 @@ impl Vehicle {
         omega: f64,
         density_kg_m3: f64,
     ) -> RotorLoad {
-        self.rotor.load(omega, Inflow::at_hub(hub_body, &rotor.axis_body), density_kg_m3)
+        let alone = self.rotor.load(omega, Inflow::at_hub(hub_body, &rotor.axis_body), density_kg_m3);
+        RotorLoad {
+            thrust_n: rotor.interference.thrust * alone.thrust_n,
+            torque_nm: rotor.interference.torque * alone.torque_nm,
+        }
     }
 }
 

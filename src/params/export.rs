@@ -96,8 +96,10 @@ pub fn export_for_mixing(subject: &Subject, purpose: Purpose, mixing: Mixing) ->
 /// Remarks on gains that a PX4 which mixes by a file needs otherwise, axis by axis: its mixer ignores
 /// distances.
 fn for_quad_x(subject: &Subject, allocated: &NormalisedUnits) -> Result<Vec<String>, ParamsError> {
-    if is_quad_x(subject.vehicle).is_err() {
-        return Ok(Vec::new());
+    if let Err(reason) = is_quad_x(subject.vehicle) {
+        return Ok(vec![format!(
+            "for PX4 v1.14 and newer, which takes the rotors from CA_*; v1.12 mixes by files, and of those samara knows quad_x: {reason}"
+        )]);
     }
     let by_file = NormalisedUnits::mixed(subject.vehicle, subject.environment.density_kg_m3, Mixing::QuadX)?;
     let axes = [
@@ -253,13 +255,13 @@ impl Rows {
         self.real("THR_MDL_FAC", 1.0);
         self.int("CA_AIRFRAME", 0);
         self.int("CA_ROTOR_COUNT", vehicle.rotors.len() as i32);
-        let torque_per_thrust = vehicle.torque_per_thrust_m(environment.density_kg_m3);
         for (i, rotor) in vehicle.rotors.iter().enumerate() {
             for (axis, position, direction) in rotor_columns(rotor) {
                 self.real(&format!("CA_ROTOR{i}_P{axis}"), position);
                 self.real(&format!("CA_ROTOR{i}_A{axis}"), direction);
             }
-            self.real(&format!("CA_ROTOR{i}_CT"), THRUST_COEFFICIENT);
+            let torque_per_thrust = vehicle.torque_per_thrust_of_m(i, environment.density_kg_m3);
+            self.real(&format!("CA_ROTOR{i}_CT"), THRUST_COEFFICIENT * rotor.interference.thrust);
             self.real(&format!("CA_ROTOR{i}_KM"), rotor.spin.sign() * torque_per_thrust);
         }
     }

@@ -21,8 +21,8 @@ use nalgebra::{Matrix6, SVector, Vector6};
 use super::ParamsError;
 use crate::model::{MAX_ROTORS, Vehicle};
 
-/// CA_ROTORn_CT of every rotor: only ratios matter, but the allocator takes entries of M below `NEGLIGIBLE`
-/// for zero, so that a thrust in newton would make it drop rotors. This is PX4's default.
+/// CA_ROTORn_CT of a rotor in clean air: only ratios matter, but the allocator takes entries of M below
+/// `NEGLIGIBLE` for zero, so that a thrust in newton would make it drop rotors. This is PX4's default.
 pub const THRUST_COEFFICIENT: f64 = 6.5;
 
 /// Below this PX4 takes an entry of M for zero when it counts rotors.
@@ -102,13 +102,13 @@ impl NormalisedUnits {
 /// Rows Mx, My, Mz, Fx, Fy, Fz per rotor, in PX4's units.
 fn effectiveness(vehicle: &Vehicle, density_kg_m3: f64) -> [PerRotorVector; 6] {
     let mut rows = [PerRotorVector::zeros(); 6];
-    let torque_per_thrust = vehicle.torque_per_thrust_m(density_kg_m3);
     for (i, rotor) in vehicle.rotors.iter().enumerate().take(MAX_ROTORS) {
         let moment = rotor.position_body_m.cross(&rotor.axis_body)
-            - rotor.axis_body * (rotor.spin.sign() * torque_per_thrust);
+            - rotor.axis_body * (rotor.spin.sign() * vehicle.torque_per_thrust_of_m(i, density_kg_m3));
+        let coefficient = THRUST_COEFFICIENT * rotor.interference.thrust;
         for axis in 0..3 {
-            rows[axis][i] = THRUST_COEFFICIENT * moment[axis];
-            rows[3 + axis][i] = THRUST_COEFFICIENT * rotor.axis_body[axis];
+            rows[axis][i] = coefficient * moment[axis];
+            rows[3 + axis][i] = coefficient * rotor.axis_body[axis];
         }
     }
     rows

@@ -9,7 +9,7 @@ use crate::math;
 use crate::model::environment::GeoPoint;
 use crate::model::rigid_body::{BodyState, MassProperties};
 use crate::model::{BodyAero, Environment, Vehicle};
-use crate::model::{Motor, RotationSense, Rotor, RotorMount, VehicleOptions};
+use crate::model::{Interference, Motor, RotationSense, Rotor, RotorMount, VehicleOptions};
 use nalgebra::{Matrix3, SVector, Vector3};
 
 fn vehicle() -> Vehicle {
@@ -28,6 +28,7 @@ fn vehicle() -> Vehicle {
         position_body_m: Vector3::new(x, y, -0.1),
         axis_body: Vector3::new(0.05, -0.02, -1.0).normalize(),
         spin,
+        interference: Interference::NONE,
     };
     Vehicle::new(
         MassProperties::new(20.0, inertia).unwrap(),

@@ -166,7 +166,10 @@ impl Plant {
         let loads = self.loads(state, throttle, false);
         let n = self.vehicle.rotors.len();
         let from = self.thrust_n;
-        let to: PerRotor = throttle.map(|d| self.static_thrust_n * d * d);
+        let mut to: PerRotor = throttle.map(|d| self.static_thrust_n * d * d);
+        for (thrust, rotor) in to.iter_mut().zip(&self.vehicle.rotors) {
+            *thrust *= rotor.interference.thrust;
+        }
         let mut next = runge_kutta_4(state, dt_s, |fraction, x| {
             let thrust: PerRotor = std::array::from_fn(|i| from[i] + fraction * (to[i] - from[i]));
             let body = self.vehicle.thrust_derivative(&self.environment, &x.body, &thrust[..n]);

@@ -8,7 +8,8 @@ use crate::model::environment::GeoPoint;
 use crate::model::parachute::Pendulum;
 use crate::model::rigid_body::MassProperties;
 use crate::model::{
-    BodyAero, Environment, Motor, Parachute, RotationSense, Rotor, RotorMount, Vehicle, VehicleOptions,
+    BodyAero, Environment, Interference, Motor, Parachute, RotationSense, Rotor, RotorMount, Vehicle,
+    VehicleOptions,
 };
 use crate::sim::{DropSimulation, Start};
 
@@ -20,6 +21,7 @@ pub fn vehicle() -> Arc<Vehicle> {
         position_body_m: Vector3::new(x, y, 0.0),
         axis_body: Vector3::new(0.0, 0.0, -1.0),
         spin,
+        interference: Interference::NONE,
     };
     let rotors = vec![
         mount(0.17, 0.17, RotationSense::Ccw),

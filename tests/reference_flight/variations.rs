@@ -14,7 +14,7 @@ use samara::control::{
 use samara::frames::quaternion_from_euler;
 use samara::model::rigid_body::{BodyState, MassProperties};
 use samara::model::wind::{Gust, GustShape};
-use samara::model::{Environment, RotationSense, RotorMount, Vehicle};
+use samara::model::{Environment, Interference, RotationSense, RotorMount, Vehicle};
 use samara::sim::planar::{Flight, LANES, Model, Observer, Release, SetpointTable, State, Variation, fly};
 use samara::sim::{DropSimulation, FlightPlan, PlantKind, Reference};
 
@@ -51,6 +51,7 @@ fn with_rotors(vehicle: &Vehicle, right: &[([f64; 3], RotationSense)]) -> Vehicl
         position_body_m: Vector3::new(x * span.x.abs(), y * span.y.abs(), z * span.x.abs()),
         axis_body: -Vector3::z(),
         spin,
+        interference: Interference::NONE,
     };
     let other = |spin| if spin == RotationSense::Cw { RotationSense::Ccw } else { RotationSense::Cw };
     vehicle.rotors = right
@@ -77,15 +78,21 @@ fn laid_out(vehicle: &Vehicle, layout: usize) -> Vehicle {
                 ([-1.2, 0.5, 0.1], Ccw),
             ],
         ),
-        4 => with_rotors(
-            vehicle,
-            &[
-                ([1.0, 1.0, -0.2], Ccw),
-                ([1.0, 1.0, 0.2], Cw),
-                ([-1.0, 1.0, -0.2], Cw),
-                ([-1.0, 1.0, 0.2], Ccw),
-            ],
-        ),
+        4 => {
+            let mut coaxial = with_rotors(
+                vehicle,
+                &[
+                    ([1.0, 1.0, -0.2], Ccw),
+                    ([1.0, 1.0, 0.2], Cw),
+                    ([-1.0, 1.0, -0.2], Cw),
+                    ([-1.0, 1.0, 0.2], Ccw),
+                ],
+            );
+            for lower in coaxial.rotors.iter_mut().filter(|r| r.position_body_m.z > 0.0) {
+                lower.interference = Interference { thrust: 0.6, torque: 0.8 };
+            }
+            coaxial
+        }
         _ => {
             let mut three = with_rotors(vehicle, &[([0.6, 1.0, 0.0], Ccw), ([-1.2, 0.0, 0.0], Cw)]);
             three.rotors.pop();

@@ -187,22 +187,23 @@ struct Shares {
 }
 
 impl Shares {
-    /// With `n` rotors, `S1` the sum of their arms and `S2` of the squares, a rotor at `x` has the share
-    /// `(S2 - S1 x)/(n S2 - S1^2)` of the lift and `(n x - S1)/(n S2 - S1^2)` of the moment.
+    /// With `S0`, `S1`, `S2` the sums of `k^2`, `k^2 x`, `k^2 x^2` over the rotors, one at `x` has the share
+    /// `k (S2 - S1 x)/(S0 S2 - S1^2)` of the lift and `k (S0 x - S1)/(S0 S2 - S1^2)` of the moment.
     fn of(groups: &[Group]) -> Self {
-        let sum = |f: &dyn Fn(f64) -> f64| groups.iter().map(|g| g.count * f(g.hub_m[0])).sum::<f64>();
-        let first = groups.first().map_or(0.0, |g| g.hub_m[0]);
+        let weight = |g: &Group| g.count * (g.interference.thrust * g.interference.thrust);
+        let sum = |f: &dyn Fn(f64) -> f64| groups.iter().map(|g| weight(g) * f(g.hub_m[0])).sum::<f64>();
+        let (first, wake) = groups.first().map_or((0.0, 1.0), |g| (g.hub_m[0], g.interference.thrust));
         // Arms as parts of the first, so that equal ones cancel to nothing.
         let part = |x: f64| share(x, first);
         let (n, s1, s2) = (sum(&|_| 1.0), sum(&|x| part(x)), sum(&|x| part(x) * part(x)));
         let determinant = n * s2 - s1 * s1;
         let (lift, turn) = (|x: f64| s2 - s1 * part(x), |x: f64| n * part(x) - s1);
         Self {
-            per_lift: determinant / lift(first),
-            per_pitch_m: determinant / turn(first) * first,
+            per_lift: determinant / (wake * lift(first)),
+            per_pitch_m: determinant / (wake * turn(first)) * first,
             groups: groups.len(),
-            lift: of_groups(groups, |g| lift(g.hub_m[0]) / lift(first)),
-            turn: of_groups(groups, |g| turn(g.hub_m[0]) / turn(first)),
+            lift: of_groups(groups, |g| g.interference.thrust / wake * (lift(g.hub_m[0]) / lift(first))),
+            turn: of_groups(groups, |g| g.interference.thrust / wake * (turn(g.hub_m[0]) / turn(first))),
         }
     }
 

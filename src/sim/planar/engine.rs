@@ -8,6 +8,7 @@ use super::flight::Flight;
 use super::groups::MOST_GROUPS;
 use super::lanes::{LANES, Lanes};
 use super::model::Model;
+use super::rotors::LaneLoad;
 use super::setpoint_table::SetpointTable;
 use crate::math;
 use crate::sim::PlantKind;
@@ -89,7 +90,7 @@ impl<O: Observer, const G: usize> Kernel for Grouped<'_, O, G> {
     #[inline(always)]
     fn run(self) {
         let Batch { model, setpoints, flights, observer } = self.0;
-        let mut air = Air::new(model, flights);
+        let mut air = Air::<G>::new(model, flights);
         let body = Body::<G>::new(model, flights, &air);
         let gains = LaneGains::new(flights);
         let dt_s = setpoints.period_s();
@@ -122,10 +123,10 @@ impl<O: Observer, const G: usize> Kernel for Grouped<'_, O, G> {
 }
 
 /// Density and wind of each lane.
-struct Air {
+struct Air<const G: usize> {
     density_kg_m3: Lanes,
-    /// Factor of the air's density on thrust and torque of the rotors.
-    rotor_scale: Lanes,
+    /// Factors of the air's density and of other rotors' wakes on thrust and torque of each group.
+    rotor_scale: [LaneLoad; G],
     steady_n: Lanes,
     steady_d: Lanes,
     /// Velocity of the air to the north, gust included [m/s].
@@ -134,7 +135,7 @@ struct Air {
     gusty: bool,
 }
 
-impl Air {
+impl<const G: usize> Air<G> {
     fn new(model: &Model, flights: &[Flight; LANES]) -> Self {
         let wind = |k: usize| flights.map(|f| model.wind_m_s[k] + f.variation.wind_m_s[k]);
         let density_kg_m3 = flights.map(|f| f.variation.density * model.density_kg_m3);
@@ -172,14 +173,15 @@ struct Body<const G: usize> {
     arm_m: f64,
     arm_share: [f64; G],
     scale: AirScale,
-    /// Thrust that a rotor of the ideal plant gives per thrust commanded: that of the air's density.
-    thrust_ratio: Lanes,
+    /// Thrust that a rotor of each group of the ideal plant gives per thrust commanded: that of the air's
+    /// density and of other rotors' wakes.
+    thrust_ratio: [Lanes; G],
     delayed: [bool; LANES],
     any_delayed: bool,
 }
 
 impl<const G: usize> Body<G> {
-    fn new(model: &Model, flights: &[Flight; LANES], air: &Air) -> Self {
+    fn new(model: &Model, flights: &[Flight; LANES], air: &Air<G>) -> Self {
         let scale = |i: usize| model.aero.scale_of(air.density_kg_m3[i], flights[i].variation.aero);
         Self {
             inverse_mass: flights.map(|f| 1.0 / (f.variation.mass * model.mass_kg)),
@@ -189,7 +191,9 @@ impl<const G: usize> Body<G> {
             arm_m: model.arm_m,
             arm_share: std::array::from_fn(|group| model.arm_share[group]),
             scale: AirScale::new(std::array::from_fn(scale)),
-            thrust_ratio: flights.map(|f| f.variation.density),
+            thrust_ratio: std::array::from_fn(|group| {
+                flights.map(|f| model.rotors.thrust_share(group) * f.variation.density)
+            }),
             delayed: flights.map(|f| f.variation.delayed),
             any_delayed: flights.iter().any(|f| f.variation.delayed),
         }
@@ -263,7 +267,7 @@ impl Turn {
 }
 
 #[inline(always)]
-fn flow_about(air: &Air, turn: &Turn, v_n: &Lanes, v_d: &Lanes) -> Flow {
+fn flow_about<const G: usize>(air: &Air<G>, turn: &Turn, v_n: &Lanes, v_d: &Lanes) -> Flow {
     let (mut n, mut d) = ([0.0; LANES], [0.0; LANES]);
     for i in 0..LANES {
         n[i] = v_n[i] - air.wind_n[i];
@@ -321,7 +325,7 @@ fn runge_kutta_4<const G: usize>(x: &mut Whole<G>, dt_s: f64, f: impl Fn(f64, &W
 fn step_ideal<const G: usize>(
     model: &Model,
     body: &Body<G>,
-    air: &Air,
+    air: &Air<G>,
     state: &mut State,
     thrust: &mut [Lanes; G],
     command: &[Lanes; G],
@@ -330,7 +334,7 @@ fn step_ideal<const G: usize>(
     let from = *thrust;
     for group in 0..G {
         for i in 0..LANES {
-            thrust[group][i] = command[group][i] * body.thrust_ratio[i];
+            thrust[group][i] = command[group][i] * body.thrust_ratio[group][i];
         }
     }
     let to = thrust;
@@ -379,7 +383,7 @@ fn unrolled<const G: usize>(mut f: impl FnMut(usize)) {
 fn step_actuator<const G: usize>(
     model: &Model,
     body: &Body<G>,
-    air: &Air,
+    air: &Air<G>,
     state: &mut State,
     omega_c: &[Lanes; G],
     dt_s: f64,
@@ -401,7 +405,8 @@ fn step_actuator<const G: usize>(
             unrolled::<G>(
                 #[inline(always)]
                 |group| {
-                    let load = model.rotors.load(group, &speed[group], through, rate, &air.rotor_scale);
+                    let load =
+                        model.rotors.load(group, &speed[group], through, rate, &air.rotor_scale[group]);
                     (thrust[group], torque[group]) = (load.thrust, load.torque);
                 },
             );

@@ -5,13 +5,16 @@
 //! and yaw are odd about the plane and lift and pitch even, so in the plane it is that of two rows:
 //!
 //! ```text
-//! e = (1, x) per rotor ;  w = a + b x ;  sum w = L, sum x w = M
+//! e = k (1, x) per rotor ;  w = k (a + b x) ;  sum k w = L, sum k x w = M
 //! ```
+//!
+//! with `w` the thrust that a rotor would give alone and `k` what another's wake leaves of it
+//! ([`crate::model::Interference`]).
 
 use nalgebra::Vector3;
 
 use super::NotPlanar;
-use crate::model::{Rotor, Vehicle};
+use crate::model::{Interference, Rotor, Vehicle};
 
 /// Most groups of rotors that are flown: those of eight rotors in pairs.
 pub(super) const MOST_GROUPS: usize = 4;
@@ -26,6 +29,8 @@ pub(super) struct Group {
     pub(super) hub_m: [f64; 2],
     /// How many rotors there are.
     pub(super) count: f64,
+    /// What another rotor's wake leaves of thrust and torque.
+    pub(super) interference: Interference,
 }
 
 /// The groups of a vehicle: first the one farthest ahead or behind, then the others from front to rear.
@@ -57,14 +62,22 @@ pub(super) fn groups(vehicle: &Vehicle) -> Result<Vec<Group>, NotPlanar> {
             let Some(mirror) = mirrors.clone().next() else {
                 return Err(NotPlanar::RotorPlacement { rotor: i + 1 });
             };
+            if !mirrors.clone().any(|j| rotors[j].interference == rotor.interference) {
+                return Err(NotPlanar::RotorPlacement { rotor: i + 1 });
+            }
             if coupled && !mirrors.clone().any(|j| rotors[j].spin != rotor.spin) {
                 return Err(NotPlanar::PairRotation { first: i + 1, second: mirror + 1 });
             }
         }
-        let same = |g: &&mut Group| near(g.hub_m[0], hub.x) && (!flow_counts || near(g.hub_m[1], hub.z));
+        let interference = rotor.interference;
+        let same = |g: &&mut Group| {
+            near(g.hub_m[0], hub.x)
+                && (!flow_counts || near(g.hub_m[1], hub.z))
+                && g.interference == interference
+        };
         match groups.iter_mut().find(same) {
             Some(group) => group.count += 1.0,
-            None => groups.push(Group { hub_m: [hub.x, hub.z], count: 1.0 }),
+            None => groups.push(Group { hub_m: [hub.x, hub.z], count: 1.0, interference }),
         }
     }
     if groups.len() > MOST_GROUPS {

@@ -73,7 +73,7 @@ impl Model {
             arm_share: of_groups(&groups, |g| share(g.hub_m[0], arm_m)),
             longest_step_s: vehicle.longest_step_s(),
             aero: AeroTable::new(&vehicle.aero),
-            rotors: Rotors::new(&vehicle.rotor, &vehicle.motor, of_groups(&groups, |g| g.hub_m)),
+            rotors: Rotors::new(&vehicle.rotor, &vehicle.motor, &groups),
             cascade: PlanarCascade::new(&airframe, limits, &groups),
         })
     }

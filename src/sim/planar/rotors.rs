@@ -4,7 +4,7 @@
 //! A hub at `(x, z)` sees `U + Q z` and `W - Q x`; the angle of the flow against the disk is `atan2(W_i,
 //! |U_i|)`.
 
-use super::groups::MOST_GROUPS;
+use super::groups::{Group, MOST_GROUPS, of_groups};
 use super::lanes::{LANES, Lanes, atan2, clip, index, interval};
 use crate::model::axis::Axis;
 use crate::model::{Motor, Rotor, RotorTable};
@@ -17,6 +17,8 @@ pub(super) struct Rotors {
     rotor: LaneRotor,
     /// Density that the rotor's numbers hold for [kg/m^3].
     density_kg_m3: f64,
+    /// What other rotors' wakes leave of each group's thrust and torque.
+    interference: [[f64; 2]; MOST_GROUPS],
     motor: LaneMotor,
     omega_max_rad_s: f64,
 }
@@ -59,14 +61,14 @@ struct Table {
     strides: [usize; 2],
 }
 
-/// Thrust [N], and torque of the air [N m], of one rotor.
+/// Thrust [N], and torque of the air [N m], of one rotor; or factors on them.
 pub(super) struct LaneLoad {
     pub(super) thrust: Lanes,
     pub(super) torque: Lanes,
 }
 
 impl Rotors {
-    pub(super) fn new(rotor: &Rotor, motor: &Motor, hubs_m: [[f64; 2]; MOST_GROUPS]) -> Self {
+    pub(super) fn new(rotor: &Rotor, motor: &Motor, groups: &[Group]) -> Self {
         let (rotor, density_kg_m3) = match rotor {
             Rotor::Table(table) => (LaneRotor::Table(Table::new(table)), table.density_kg_m3()),
             Rotor::Quadratic { thrust_n_per_rad2_s2: k, torque_per_thrust_m: c, density_kg_m3 } => {
@@ -74,12 +76,28 @@ impl Rotors {
             }
         };
         let omega_max_rad_s = motor.omega_max_rad_s();
-        Self { hubs_m, rotor, density_kg_m3, motor: LaneMotor::new(motor), omega_max_rad_s }
+        Self {
+            hubs_m: of_groups(groups, |g| g.hub_m),
+            rotor,
+            density_kg_m3,
+            interference: of_groups(groups, |g| [g.interference.thrust, g.interference.torque]),
+            motor: LaneMotor::new(motor),
+            omega_max_rad_s,
+        }
     }
 
-    /// Factor of the air's density [kg/m^3] on thrust and torque.
-    pub(super) fn scale(&self, density_kg_m3: &Lanes) -> Lanes {
-        density_kg_m3.map(|density| density / self.density_kg_m3)
+    /// Factors of the air's density [kg/m^3] and of other rotors' wakes on thrust and torque of each group.
+    pub(super) fn scale<const G: usize>(&self, density_kg_m3: &Lanes) -> [LaneLoad; G] {
+        let scaled = |factor: f64| density_kg_m3.map(|density| factor * (density / self.density_kg_m3));
+        std::array::from_fn(|group| {
+            let [thrust, torque] = self.interference[group].map(scaled);
+            LaneLoad { thrust, torque }
+        })
+    }
+
+    /// What another rotor's wake leaves of a group's thrust.
+    pub(super) fn thrust_share(&self, group: usize) -> f64 {
+        self.interference[group][0]
     }
 
     /// Commanded speeds of the groups [rad/s] for commanded thrusts [N] of at most `thrust_max_n`.
@@ -103,7 +121,7 @@ impl Rotors {
         omega: &Lanes,
         flow: [&Lanes; 2],
         rate: &Lanes,
-        scale: &Lanes,
+        scale: &LaneLoad,
     ) -> LaneLoad {
         let mut load = LaneLoad { thrust: [0.0; LANES], torque: [0.0; LANES] };
         match &self.rotor {
@@ -125,8 +143,8 @@ impl Rotors {
             }
         }
         for i in 0..LANES {
-            load.thrust[i] *= scale[i];
-            load.torque[i] *= scale[i];
+            load.thrust[i] *= scale.thrust[i];
+            load.torque[i] *= scale.torque[i];
         }
         load
     }

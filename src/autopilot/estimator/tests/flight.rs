@@ -10,8 +10,8 @@ use crate::model::environment::GeoPoint;
 use crate::model::parachute::Pendulum;
 use crate::model::rigid_body::{BodyState, MassProperties};
 use crate::model::{
-    BodyAero, Environment, MAX_ROTORS, Motor, Parachute, RotationSense, Rotor, RotorMount, Vehicle,
-    VehicleOptions,
+    BodyAero, Environment, Interference, MAX_ROTORS, Motor, Parachute, RotationSense, Rotor, RotorMount,
+    Vehicle, VehicleOptions,
 };
 use crate::sim::{DropSimulation, Start};
 
@@ -63,6 +63,7 @@ fn vehicle(site: &Site) -> Arc<Vehicle> {
         position_body_m: Vector3::new(0.2 * x, 0.2 * y, 0.0),
         axis_body: -Vector3::z(),
         spin,
+        interference: Interference::NONE,
     });
     let turn = [-1.0, -0.5, 0.0, 0.5, 1.0].map(|x| x * std::f64::consts::PI);
     let aero = BodyAero::new(0.05, 0.5, &turn, &[1.0; 5], &[0.0; 5], &[0.0; 5]).unwrap();
