@@ -26,11 +26,15 @@ macro_rules! shipped {
 /// Every file, in the order of the paths; the JSON schemas, which are made from the code, are
 /// [`schemas`](super::schema::schemas).
 pub const SHIPPED: &[ShippedFile] = shipped! {
+    "mission/balloon_drop.json"
+    "mission/dragonfly_drop.json"
     "mission/titan_drop.json"
     "mission/titan_paper.json"
     "mission/titan_px4.json"
     "mission/x500_drop.json"
     "mission/x500_ground.json"
+    "params/gains/dragonfly.json"
+    "params/gains/hexa.json"
     "params/gains/ideal_rms.json"
     "params/gains/near_hover.json"
     "params/gains/ours.json"
@@ -40,6 +44,8 @@ pub const SHIPPED: &[ShippedFile] = shipped! {
     "params/gains/x500_hover.json"
     "params/px4/titan_px4_froude_tuned.params"
     "params/px4/x500_px4_tuned.params"
+    "params/vehicles/dragonfly_notional.json"
+    "params/vehicles/hexa_4kg5.json"
     "params/vehicles/titan.json"
     "params/vehicles/titan_rotor.csv"
     "params/vehicles/x500.json"

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::spoil::{TITAN, copy, shipped, shipped_files, titan};
 use super::*;
+use crate::config::shipped::{MISSIONS, names_in};
 use crate::control::{ControlLimits, Gains};
 use crate::model::parachute::Hook;
 use crate::model::{Motor, Rotor, RotorLimits};
@@ -179,8 +180,8 @@ fn limits_that_are_left_out_are_those_of_the_rotors() {
 /// the vehicle's own number.
 #[test]
 fn numbers_that_the_vehicle_contradicts_are_reported() {
-    for path in ["titan_drop", "titan_paper", "titan_px4", "x500_drop", "x500_ground"] {
-        let m = load_mission(&shipped(&format!("mission/{path}.json"))).unwrap();
+    for path in names_in(MISSIONS) {
+        let m = load_mission(&shipped(&format!("{MISSIONS}/{path}.json"))).unwrap();
         assert_eq!(m.contradictions(), Vec::<String>::new(), "{path}");
     }
     let odd = |change: &dyn Fn(&mut Mission)| {

@@ -8,7 +8,7 @@ use super::spoil::{Spoilt, copy, shipped, spoil};
 use super::{ConfigError, VehicleFile, load_mission, load_vehicle};
 use crate::frames::quaternion_from_euler;
 use crate::model::rigid_body::BodyState;
-use crate::model::trim;
+use crate::model::{RotorLimits, trim};
 use crate::units::RAD_PER_DEG;
 
 fn titan(from: &str, to: &str) -> Spoilt<VehicleFile> {
@@ -288,4 +288,24 @@ fn rotors_that_are_too_fast_to_integrate_are_refused() {
         "motor.first_order.tau_up_s",
         "expected a time from 0.0005 to 100 s",
     );
+}
+
+/// The pairs are found by their places; what is no pair is refused.
+#[test]
+fn coaxial_pairs_are_found_and_their_lower_rotors_weakened() {
+    let dragonfly = load_vehicle(&shipped("params/vehicles/dragonfly_notional.json")).unwrap().vehicle;
+    let factors: Vec<f64> = dragonfly.rotors.iter().map(|r| r.interference.thrust).collect();
+    assert_eq!(factors, [1.0, 1.0, 1.0, 1.0, 0.5534, 0.5534, 0.5534, 0.5534]);
+    // The reaction torque of a lower rotor per newton: the factors' ratio.
+    let [upper, lower] = [0, 4].map(|i| dragonfly.torque_per_thrust_of_m(i, 5.1));
+    assert!((lower / upper - 0.7601 / 0.5534).abs() < 1e-12);
+    // The lower rotors' speed under load is a little below that without.
+    let share = RotorLimits::of(&dragonfly, 5.4).thrust_n / (0.5534 * dragonfly.static_thrust_n(5.4));
+    assert!((0.95..1.0).contains(&share), "{share}");
+    let flat = x500(
+        "\"effects\"",
+        "\"coaxial\": { \"lower_thrust_factor\": 0.8, \"lower_torque_factor\": 0.9 }, \"effects\"",
+    );
+    let message = flat.loaded.unwrap_err().to_string();
+    assert!(message.contains("coaxial: expected a rotor on another one's axis, below it"), "{message}");
 }
