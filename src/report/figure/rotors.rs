@@ -79,13 +79,14 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::model::RotationSense;
+    use crate::model::{Interference, RotationSense};
 
     fn names(places: &[(f64, f64)], groups: &[&[usize]]) -> Vec<String> {
         let mount = |&(x, y): &(f64, f64)| RotorMount {
             position_body_m: Vector3::new(x, y, 0.0),
             axis_body: -Vector3::z(),
             spin: RotationSense::Ccw,
+            interference: Interference::NONE,
         };
         let rotors: Vec<RotorMount> = places.iter().map(mount).collect();
         let groups = groups.iter().map(|group| group.to_vec()).collect();
