@@ -240,8 +240,9 @@ def test_it_opens_and_plays(opened, capsys):
     with capsys.disabled():
         print(f"\ndrop.html: open after {open_s:.2f} s, {rate:.1f} frames/s at 1280 x 720")
     assert rate > 2
+    page.keyboard.press("Space")
+    wait(page, "replay.parts.scene.renderer.getPixelRatio() === 1")
     if picture := os.environ.get("SAMARA_SCREENSHOT"):
-        page.keyboard.press("Space")
         slide(page, 15.5)
         page.wait_for_timeout(500)
         page.screenshot(path=picture)

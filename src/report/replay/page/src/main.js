@@ -41,6 +41,7 @@ function seek(t) {
 function play(on = !state.playing) {
   if (on && state.t >= motion.end - 1e-6) seek(opening);
   state.playing = on;
+  scene?.rest(!on);
   state.frames = 0;
   state.last = null;
   find("#play").setAttribute("aria-label", on ? "pause" : "play");

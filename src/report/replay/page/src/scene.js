@@ -106,7 +106,8 @@ export class Scene {
     this.labelLayer = stage.querySelector(".labels");
     const antialias = !isSoft();
     this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias, powerPreference: "low-power" });
-    this.ratio = Math.min(window.devicePixelRatio || 1, 2);
+    // Points for each pixel of the page: while it moves, at rest, and now.
+    this.ratio = this.fullRatio = this.shownRatio = Math.min(window.devicePixelRatio || 1, 2);
     this.camera = new THREE.PerspectiveCamera(38, 1, 0.05, 1e5);
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.enableDamping = false;
@@ -364,7 +365,7 @@ export class Scene {
   resize() {
     const { clientWidth: width, clientHeight: height } = this.stage;
     if (!width || !height) return;
-    this.renderer.setPixelRatio(this.ratio);
+    this.renderer.setPixelRatio(this.shownRatio);
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
@@ -379,6 +380,14 @@ export class Scene {
   coarser() {
     if (this.ratio <= 0.5) return;
     this.ratio = Math.max(0.5, 0.75 * this.ratio);
+    this.rest(false);
+  }
+
+  /** Draws sharply at rest, and as sharply as the machine can while it moves. */
+  rest(resting) {
+    const ratio = resting ? this.fullRatio : this.ratio;
+    if (ratio === this.shownRatio) return;
+    this.shownRatio = ratio;
     this.resize();
   }
 
