@@ -8,10 +8,11 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use anyhow::Context;
+use serde::Deserialize;
 use sha2::{Digest, Sha256};
 
 use super::answer::{BadInput as _, Failure};
-use super::terminal::print;
+use super::terminal::{print, print_err};
 use samara::config::Mission;
 use samara::report::manifest_json;
 
@@ -21,6 +22,38 @@ pub struct OutputFolder {
     path: PathBuf,
     /// Names of the files that the run has written, shared by those who write them.
     written: Rc<RefCell<BTreeSet<String>>>,
+    /// Whether it is a part of another folder's results, which says what it replaces.
+    part: bool,
+}
+
+/// What is read of an earlier run's manifest.
+#[derive(Deserialize)]
+struct Earlier {
+    verb: String,
+    mission: String,
+    gains: String,
+    input_hash: String,
+    choices: BTreeMap<String, String>,
+    files: BTreeMap<String, String>,
+}
+
+impl Earlier {
+    /// The run, in words.
+    fn name(&self) -> String {
+        let choices = self.choices.iter().map(|(name, value)| format!(", {name} {value}"));
+        let choices: String = choices.collect();
+        format!(
+            "`samara {}` of {} with gains {}{choices}",
+            self.verb.replace('_', " "),
+            self.mission,
+            self.gains
+        )
+    }
+
+    /// Whether it took minutes or hours: it is not removed for another verb's plan.
+    fn is_long(&self) -> bool {
+        self.verb.starts_with("assess") || self.verb == "tune"
+    }
 }
 
 /// What came of removing something; what was not there is gone, too.
@@ -38,7 +71,12 @@ impl OutputFolder {
         fs::create_dir_all(&path)
             .with_context(|| format!("cannot make the output folder {}", path.display()))
             .bad_input()?;
-        Ok(Self { path, written: Rc::default() })
+        Ok(Self { path, written: Rc::default(), part: false })
+    }
+
+    /// A folder below this one, for a part of its results.
+    pub fn part(&self, place: impl AsRef<Path>, mission_name: &str) -> Result<Self, Failure> {
+        Ok(Self { part: true, ..Self::create(Some(&self.path.join(place)), mission_name)? })
     }
 
     /// Where the folder is.
@@ -109,10 +147,7 @@ impl OutputFolder {
     pub fn remove_leftovers(&self, names: &[&str]) -> Result<(), Failure> {
         let written = self.written.borrow();
         for name in names.iter().filter(|name| !written.contains(**name)) {
-            let path = self.path.join(name);
-            gone(fs::remove_file(&path))
-                .with_context(|| format!("cannot remove {}, which is of an earlier run", path.display()))
-                .bad_input()?;
+            self.remove(name)?;
         }
         Ok(())
     }
@@ -149,13 +184,14 @@ impl OutputFolder {
 
     /// Writes `<verb>_manifest.json`: version, seed and hash of the inputs of this run, its circumstances
     /// (which are no inputs), and the SHA-256 of each file that it has written. What else lies in the folder
-    /// is of another run.
+    /// is of another run; of one with other inputs whose files this one has overwritten nothing remains.
     pub fn write_manifest(
         &self,
         verb: &str,
         mission: &Mission,
         circumstances: &[(&str, String)],
     ) -> Result<(), Failure> {
+        self.replace_earlier(verb, &mission.inputs.hash)?;
         let names = self.written.borrow().clone();
         let files = names
             .into_iter()
@@ -163,6 +199,69 @@ impl OutputFolder {
             .collect::<Result<BTreeMap<_, _>, Failure>>()?;
         let text = manifest_json(mission, verb, circumstances, &files);
         self.write_text(&format!("{verb}_manifest.json"), &text).map(|_| ())
+    }
+}
+
+impl OutputFolder {
+    /// Removes what is left of runs with other inputs of whose files some were overwritten, and says so. A
+    /// file that is no longer as its manifest has it is somebody's own and stays; so does another verb's long
+    /// work, of which only the plan was overwritten.
+    fn replace_earlier(&self, verb: &str, input_hash: &str) -> Result<(), Failure> {
+        let own = format!("{verb}_manifest.json");
+        for name in self.manifests() {
+            let Some(earlier) = self.earlier(&name)? else { continue };
+            let written = self.written.borrow();
+            let overwritten: Vec<&str> =
+                earlier.files.keys().map(String::as_str).filter(|file| written.contains(*file)).collect();
+            if earlier.input_hash == input_hash || overwritten.is_empty() {
+                continue;
+            }
+            let place = self.path.display();
+            if earlier.is_long() && name != own {
+                self.say(&format!(
+                    "{} in {place} replaced what {} had written, whose other results stay; --out keeps both",
+                    overwritten.join(", "),
+                    earlier.name()
+                ));
+                continue;
+            }
+            for (file, sha256) in earlier.files.iter().filter(|(file, _)| !written.contains(*file)) {
+                let is_a_name = Path::new(file).file_name().is_some_and(|name| name == file.as_str());
+                if is_a_name && self.path.join(file).is_file() && self.sha256(file)? == *sha256 {
+                    self.remove(file)?;
+                }
+            }
+            if name != own {
+                self.remove(&name)?;
+            }
+            self.say(&format!("replaces the results of {} in {place}; --out keeps both", earlier.name()));
+        }
+        Ok(())
+    }
+
+    /// Names of the manifests in the folder, in order.
+    fn manifests(&self) -> BTreeSet<String> {
+        let entries = fs::read_dir(&self.path).into_iter().flatten();
+        let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+        names.filter(|name| name.ends_with("_manifest.json")).collect()
+    }
+
+    /// The run of a manifest; `None` for what is none.
+    fn earlier(&self, name: &str) -> Result<Option<Earlier>, Failure> {
+        Ok(self.open(name)?.and_then(|file| serde_json::from_reader(file).ok()))
+    }
+
+    fn remove(&self, name: &str) -> Result<(), Failure> {
+        let path = self.path.join(name);
+        gone(fs::remove_file(&path))
+            .with_context(|| format!("cannot remove {}, which is of an earlier run", path.display()))
+            .bad_input()
+    }
+
+    fn say(&self, text: &str) {
+        if !self.part {
+            print_err(&format!("samara: {text}\n"));
+        }
     }
 }
 

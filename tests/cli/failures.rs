@@ -92,7 +92,9 @@ fn stdout_holds_one_object_or_nothing() {
         (&["drop", "--gains", "nobody"], 2, false),
         (&["drop", "--trajectory", "nowhere.csv"], 2, false),
     ];
-    for (arguments, expected, has_object) in cases {
+    for (i, (arguments, expected, has_object)) in cases.into_iter().enumerate() {
+        // A folder each: what replaces another run's results says so.
+        let folder = folder.join(i.to_string());
         let output = samara(&[arguments, &["--json", "--out", folder.to_str().unwrap()]].concat());
         assert_eq!(code(&output), expected, "{arguments:?}: {}", stderr(&output));
         if has_object {

@@ -121,14 +121,14 @@ fn the_hash_covers_the_options() {
         hash("plan", &["--terminal-tolerance", "0.03"]),
         hash("plan", &["--tolerance", "1e-6"]),
         hash("plan", &["--max-iterations", "4"]),
-        hash("drop", &["--seed", "2"]),
-        hash("drop", &["--gains", "near_hover"]),
         plain.clone(),
     ];
+    // The drops below leave nothing of another plan.
+    let manifest = object(&out.path().join("plan_manifest.json"));
+    hashes.extend([hash("drop", &["--seed", "2"]), hash("drop", &["--gains", "near_hover"])]);
     hashes.sort();
     hashes.dedup();
     assert_eq!(hashes.len(), 8);
-    let manifest = object(&out.path().join("plan_manifest.json"));
     assert_eq!(manifest["choices"], serde_json::json!({ "max iterations": "4" }));
     // Another vehicle number makes other .tlog files of the same flight.
     assert_eq!(hash("drop", &["--instance", "3"]), plain);
@@ -136,6 +136,43 @@ fn the_hash_covers_the_options() {
     assert_eq!(drop["circumstances"], serde_json::json!({ "instance": "3" }));
     let names: Vec<String> = listed(&manifest).into_keys().collect();
     assert_eq!(names, ["plan.json", "plan.svg", "trajectory.csv"]);
+}
+
+/// A run with other inputs says whose results it replaces and leaves none of them; what was edited, and hours
+/// of work of another verb, stay.
+#[test]
+fn what_replaces_another_run_says_so_and_leaves_nothing_of_it() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().to_str().unwrap();
+    let run = |args: &[&str]| {
+        let output = samara(&[args, &["--out", folder]].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        stderr(&output)
+    };
+    let drop = ["drop", "mission/x500_drop.json"];
+    assert_eq!(run(&drop), "");
+    assert_eq!(run(&["plan", "mission/x500_drop.json"]), "", "of the same inputs: the same files");
+    assert!(out.path().join("drop_manifest.json").exists());
+    let said = run(&[&drop[..], &["--gains", "x500_hover", "--seed", "2"]].concat());
+    let expected = format!(
+        "samara: replaces the results of `samara drop` of x500_drop with gains x500 in {folder}; --out keeps both\n\
+         samara: replaces the results of `samara plan` of x500_drop with gains x500 in {folder}; --out keeps both\n"
+    );
+    assert_eq!(said, expected);
+    fs::write(out.path().join("flight.csv"), "mine").unwrap();
+    let long = serde_json::json!({
+        "verb": "assess", "mission": "x500_drop", "gains": "x500", "input_hash": "other", "choices": {},
+        "files": { "assess.html": "", "plan.json": "" },
+    });
+    fs::write(out.path().join("assess_manifest.json"), long.to_string()).unwrap();
+    let said = run(&["plan", "mission/x500_drop.json", "--nodes", "41"]);
+    assert!(said.contains("`samara drop` of x500_drop with gains x500_hover, seed 2 in"), "{said}");
+    assert!(said.contains("plan.json in") && said.contains("whose other results stay"), "{said}");
+    let left: Vec<String> = files(out.path()).into_keys().collect();
+    assert_eq!(left, ["flight.csv", "plan.json", "plan.svg", "trajectory.csv"]);
+    assert!(
+        !out.path().join("drop_manifest.json").exists() && out.path().join("assess_manifest.json").exists()
+    );
 }
 
 /// On the estimator the errors of the sensors are flown, the same on every run; the manifest says so, and the

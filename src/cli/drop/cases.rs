@@ -2,6 +2,7 @@
 //! reference autopilot beside it.
 
 use std::fmt::Write as _;
+use std::path::Path;
 use std::sync::atomic::Ordering;
 
 use super::args::DropArgs;
@@ -11,7 +12,6 @@ use crate::cli::conclusion::Conclusion;
 use crate::cli::narrator::Narrator;
 use crate::cli::pilot::{Flight, Pilot, Reference};
 use crate::cli::planning::Planned;
-use crate::cli::results::OutputFolder;
 use crate::cli::system::interrupt_flag;
 use crate::cli::terminal::print;
 use samara::assess::Verdict;
@@ -53,7 +53,7 @@ pub fn run(
                 narrator.warn("stopped: the cases that follow were not flown\n");
                 break 'cases;
             }
-            let place = OutputFolder::create(Some(&folder.path().join(case).join(name)), &mission.name)?;
+            let place = folder.part(Path::new(case).join(name), &mission.name)?;
             planned.write_to(&place, &swinging)?;
             let flown =
                 pilot.fly(&Flight { mission: &swinging, folder: &place, narrator: &quiet, ..*nominal })?;
