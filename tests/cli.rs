@@ -7,6 +7,7 @@ use std::process::{Command, Output};
 
 mod anywhere;
 mod asked;
+mod drafts;
 mod failures;
 mod results;
 mod titan_px4;

@@ -266,3 +266,13 @@ pub fn positive(text: &str) -> Result<f64, String> {
 pub fn number(text: &str, fits: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
     text.parse().ok().filter(|x| fits(*x)).ok_or_else(|| expected.to_owned())
 }
+
+/// A name that is also the name of a file.
+pub fn plain_name(text: &str) -> Result<String, String> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if !text.is_empty() && text.chars().all(plain) {
+        Ok(text.to_owned())
+    } else {
+        Err("letters, digits, _ and - are expected".to_owned())
+    }
+}

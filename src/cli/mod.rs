@@ -8,6 +8,7 @@ mod answer;
 mod args;
 mod assess;
 mod autopilot;
+mod check;
 mod conclusion;
 #[cfg(test)]
 mod docs_tests;
@@ -17,6 +18,7 @@ mod help;
 mod init;
 mod mission;
 mod narrator;
+mod new;
 mod params;
 mod pilot;
 mod plan;
@@ -65,5 +67,7 @@ pub fn run() -> ExitCode {
         Verb::Completions(args) => shell_files::completions(&args, command()),
         Verb::Man(args) => shell_files::man(&args, command()),
         Verb::Init(args) => init::run(&args),
+        Verb::Check(args) => check::run(&args),
+        Verb::New(args) => new::run(&args),
     })
 }

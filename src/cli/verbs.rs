@@ -4,8 +4,10 @@ use clap::{Parser, Subcommand};
 
 use super::assess::AssessArgs;
 use super::autopilot::AutopilotArgs;
+use super::check::CheckArgs;
 use super::drop::DropArgs;
 use super::init::InitArgs;
+use super::new::NewArgs;
 use super::params::ParamsArgs;
 use super::plan::PlanArgs;
 use super::schema::SchemaArgs;
@@ -69,4 +71,10 @@ pub enum Verb {
     /// Write missions, vehicles, gains and schemas to a folder, to edit.
     #[command(after_long_help = include_str!("help/init.txt"))]
     Init(InitArgs),
+    /// Print what the numbers of a mission amount to, and what is odd about them.
+    #[command(after_long_help = include_str!("help/check.txt"))]
+    Check(CheckArgs),
+    /// Draft a vehicle from its data sheet, or a mission for it with gains that fly.
+    #[command(after_long_help = include_str!("help/new.txt"))]
+    New(NewArgs),
 }

@@ -3,6 +3,8 @@
 //! | file | holds |
 //! |---|---|
 //! | `mission` | `mission/*.json`: a mission in sections, a file for each |
+//! | `derived` | what the numbers of a mission amount to |
+//! | [`draft`] | first drafts of vehicles, missions and gains |
 //! | `gains_file` | `params/gains/*.json` |
 //! | `params_file` | PX4 parameter files |
 //! | `checkpoint` | evaluations of an interrupted search of gains |
@@ -21,6 +23,8 @@
 //! refused.
 
 mod checkpoint;
+mod derived;
+pub mod draft;
 mod error;
 mod gains_file;
 mod mission;
@@ -36,13 +40,14 @@ mod trajectory_csv;
 mod vehicle_file;
 
 pub use checkpoint::{Evaluated, SearchIdentity, checkpoint_json, load_checkpoint};
+pub use derived::{Derived, Group, Row, derived};
 pub use error::ConfigError;
 pub use gains_file::{GainsFile, gains_json, load_gains};
 pub use mission::{
     CaseError, Control, Inputs, Limits, Mission, MonteCarlo, PlanInitial, PlanSettings, Px4, Px4Clock,
     Release, Site, Study, load_mission,
 };
-pub use names::{gains_path, mission_path, plain_name};
+pub use names::{gains_path, mission_path, plain_name, vehicle_path};
 pub use params_file::load_parameters;
 pub use trajectory_csv::{Stamp, TrajectoryFile, read_trajectory_csv, write_trajectory_csv};
 pub use vehicle_file::{VehicleFile, load_vehicle};

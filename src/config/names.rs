@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::error::ConfigError;
-use super::shipped::{GAINS, MISSIONS, built_in, inside, is_built_in, names_in};
+use super::shipped::{GAINS, MISSIONS, VEHICLES, built_in, inside, is_built_in, names_in};
 
 /// The file of a mission: `name_or_path` itself when it is a path (it has a `/` or ends in `.json`);
 /// otherwise `mission/NAME.json` of the current directory where there is one, else the built-in mission of
@@ -14,6 +14,15 @@ use super::shipped::{GAINS, MISSIONS, built_in, inside, is_built_in, names_in};
 pub fn mission_path(name_or_path: &Path) -> Result<PathBuf, ConfigError> {
     let Some(name) = plain_name(name_or_path) else { return Ok(name_or_path.to_owned()) };
     find(name, "mission file", Path::new(MISSIONS), MISSIONS)
+}
+
+/// The file of a vehicle, as [`mission_path`] finds a mission, in `params/vehicles`.
+///
+/// # Errors
+/// [`ConfigError::Unknown`] when no vehicle has the name.
+pub fn vehicle_path(name_or_path: &Path) -> Result<PathBuf, ConfigError> {
+    let Some(name) = plain_name(name_or_path) else { return Ok(name_or_path.to_owned()) };
+    find(name, "vehicle file", Path::new(VEHICLES), VEHICLES)
 }
 
 /// The file of gains: `name_or_path` itself when it is a path; otherwise `NAME.json` of `directory`, where

@@ -56,6 +56,9 @@ pub const MISSIONS: &str = "mission";
 /// Folder of the gains.
 pub const GAINS: &str = "params/gains";
 
+/// Folder of the vehicles.
+pub const VEHICLES: &str = "params/vehicles";
+
 /// Names of the JSON files of a folder, in order.
 pub fn names_in(folder: &str) -> impl Iterator<Item = &'static str> + '_ {
     SHIPPED.iter().filter_map(move |file| {

@@ -10,11 +10,13 @@
 //! | [`vehicle`] | the vehicle: all of the above with its geometry; force balance | (5)-(9), (19)-(22) |
 //! | [`rotor_limits`] | the greatest thrust of a rotor, and how fast it comes | |
 //! | [`environment`] | gravity, density, wind, the site's place on the globe | |
+//! | [`atmosphere`] | gravity and density over altitude: Earth, Titan, Mars | |
 //! | [`magnetic_field`] | Earth's field from the World Magnetic Model; a dipole's | |
 //! | [`wind`] | gusts | |
 //! | [`parachute`] | descent and swing before the release | (40)-(44) |
 //! | [`trim`](mod@trim) | the steady state at a commanded velocity | (31) |
 
+pub mod atmosphere;
 pub(crate) mod axis;
 pub mod body_aero;
 pub mod environment;
@@ -75,11 +77,16 @@ pub enum ModelError {
 }
 
 /// Refuses a `value` for which what is `expected` does not hold.
-fn check(holds: bool, what: &'static str, expected: &'static str, value: f64) -> Result<(), ModelError> {
+pub(crate) fn check(
+    holds: bool,
+    what: &'static str,
+    expected: &'static str,
+    value: f64,
+) -> Result<(), ModelError> {
     if holds { Ok(()) } else { Err(ModelError::OutOfRange { what, expected, value }) }
 }
 
-fn check_positive(what: &'static str, value: f64) -> Result<(), ModelError> {
+pub(crate) fn check_positive(what: &'static str, value: f64) -> Result<(), ModelError> {
     check(value.is_finite() && value > 0.0, what, "positive", value)
 }
 

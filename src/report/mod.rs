@@ -23,6 +23,7 @@
 
 pub mod campaign;
 mod columns;
+mod derived;
 pub mod drops;
 pub mod figure;
 pub mod flight_csv;
@@ -37,6 +38,7 @@ pub mod tune;
 pub mod verdict;
 pub mod verify;
 
+pub use derived::{derived_json, derived_text};
 pub use figure::{FigureError, convergence_figure, drop_figure, plan_figure};
 pub use flight_csv::FlightCsv;
 pub use json::{DropEvent, DropRun, FlownBy, FlownTrajectory, drop_json, manifest_json, plan_json};

@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 
-use crate::cli::args::{MissionArgs, positive, whole};
+use crate::cli::args::{MissionArgs, plain_name, positive, whole};
 use samara::tune::objective::PENALTY;
 use samara::tune::release_cases::AMPLITUDES;
 
@@ -127,15 +127,6 @@ pub enum ModelArg {
     Ideal,
     /// The vehicle's.
     Actuator,
-}
-
-fn plain_name(text: &str) -> Result<String, String> {
-    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    if !text.is_empty() && text.chars().all(plain) {
-        Ok(text.to_owned())
-    } else {
-        Err("letters, digits, _ and - are expected".to_owned())
-    }
 }
 
 /// A choice as it is typed.

@@ -81,7 +81,7 @@ pub(super) fn of(
 }
 
 /// Speed of the vehicle's level fall with its rotors at rest [m/s]; `None` when it is above 1000 m/s.
-fn terminal_speed_m_s(vehicle: &Vehicle, environment: &Environment) -> Option<f64> {
+pub(super) fn terminal_speed_m_s(vehicle: &Vehicle, environment: &Environment) -> Option<f64> {
     const FASTEST_M_S: f64 = 1000.0;
     let calm = Environment { wind_ned_m_s: Vector3::zeros(), ..environment.clone() };
     let weight_n = vehicle.mass.mass_kg * environment.gravity_m_s2;

@@ -122,6 +122,8 @@ pub struct Mission {
     pub vehicle_file: PathBuf,
     /// The vehicle.
     pub vehicle: Arc<Vehicle>,
+    /// Radius of its rotors [m], where the vehicle file gives one.
+    pub rotor_radius_m: Option<f64>,
     /// Steady velocity to reach, v_cmd, NED [m/s].
     pub target_v_ned: Vector3<f64>,
     /// Length of the simulation, from the start of the hang [s].
@@ -181,6 +183,7 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
         vehicle_name: vehicle.name,
         vehicle_file,
         vehicle: Arc::new(vehicle.vehicle),
+        rotor_radius_m: vehicle.rotor_radius_m,
         target_v_ned,
         duration_s: json.duration_s.get(),
         epoch_unix_us,
@@ -244,6 +247,12 @@ impl Mission {
         let (environment, descent_m_s) = (&self.site.environment, self.release.parachute.descent_m_s);
         let start = self.plan_initial_state();
         contradictions::of(&self.vehicle, environment, &self.plan, &self.limits, descent_m_s, &start)
+    }
+
+    /// Speed of the vehicle's level fall with its rotors at rest, in still air at the site [m/s]; `None` when
+    /// it is above 1000 m/s.
+    pub fn terminal_speed_m_s(&self) -> Option<f64> {
+        contradictions::terminal_speed_m_s(&self.vehicle, &self.site.environment)
     }
 
     /// The simulation at its beginning: under the canopy, or standing.

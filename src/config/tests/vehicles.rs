@@ -309,3 +309,39 @@ fn coaxial_pairs_are_found_and_their_lower_rotors_weakened() {
     let message = flat.loaded.unwrap_err().to_string();
     assert!(message.contains("coaxial: expected a rotor on another one's axis, below it"), "{message}");
 }
+
+/// Drag alone, tables, or nothing: each on its own, and what a table has to be is told.
+#[test]
+fn body_aerodynamics_are_a_drag_area_or_tables() {
+    let area = "\"reference_area_m2\": 0.1,";
+    x500(area, &format!("\"drag_area_m2\": 0.2, {area}")).refused_at(
+        ("\"drag_area_m2\": 0.2", 16),
+        "body_aero.drag_area_m2",
+        "alone, or none of it: `reference_area_m2` stands beside it",
+    );
+    x500(area, "").refused_at(("\"body_aero\": {", 13), "body_aero", "missing field `reference_area_m2`");
+    titan("\"c_lift\": [", "\"c_lift\": [1], \"c_lyft\": [").loaded.unwrap_err();
+    let dir = copy();
+    let path = dir.path().join("params/vehicles/x500.json");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let (before, rest) = text.split_once("  \"body_aero\": {").unwrap();
+    let (_, after) = rest.split_once("\n  },\n").unwrap();
+    let with = |aero: &str| {
+        std::fs::write(&path, format!("{before}{aero}{after}")).unwrap();
+        load_vehicle(&path)
+    };
+    let none = with("").unwrap().vehicle.aero;
+    assert!(none.coefficients().iter().all(|c| c.pieces().iter().all(|[value, ..]| *value == 0.0)));
+    let drag = with("\"body_aero\": { \"drag_area_m2\": 0.07 },").unwrap().vehicle.aero;
+    let [c_drag, c_lift, _] = drag.coefficients();
+    assert_eq!(drag.area_m2(), 0.07);
+    assert!(c_drag.pieces().iter().all(|piece| piece[..] == [1.0, 0.0, 0.0, 0.0]), "{:?}", c_drag.pieces());
+    assert!(c_lift.pieces().iter().all(|[value, ..]| *value == 0.0));
+    let three = "{ \"reference_area_m2\": 0.1, \"reference_span_m\": 1, \"alpha_deg\": [0, 90, 180], \"c_drag\": [1, 1, 1], \
+                 \"c_lift\": [0, 0, 0], \"c_pitch\": [0, 0, 0] }";
+    let shown = with(&format!("\"body_aero\": {three},")).unwrap_err().to_string();
+    assert!(
+        shown.contains("body_aero.alpha_deg: expected at least 4 angles from -180 to 180 deg; five"),
+        "{shown}"
+    );
+}

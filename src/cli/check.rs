@@ -1,0 +1,38 @@
+//! `samara check`: what the numbers of a mission amount to, and what is odd about them.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::answer::{Answer, Failure};
+use super::args::{ChoiceArgs, DEFAULT_MISSION};
+use super::mission::{chosen_mission, origin};
+use super::terminal::print;
+use samara::config::derived;
+use samara::report::{derived_json, derived_text};
+
+/// `samara check`.
+#[derive(Args, Debug)]
+pub struct CheckArgs {
+    /// The mission: a file, or a name - of a file in ./mission, or of a mission that samara brings along.
+    #[arg(value_name = "NAME|FILE", default_value = DEFAULT_MISSION)]
+    pub mission: PathBuf,
+    /// What the mission leaves to choose.
+    #[command(flatten)]
+    pub choice: ChoiceArgs,
+    /// Print one JSON object on stdout instead of text.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Prints the derived numbers. No is a mission with something odd.
+pub fn run(args: &CheckArgs) -> Result<Answer, Failure> {
+    let mission = chosen_mission(&args.mission, &args.choice)?;
+    let derived = derived(&mission);
+    print(&if args.json {
+        derived_json(&mission, &derived)
+    } else {
+        origin(&args.mission, &mission) + &derived_text(&mission, &derived)
+    })?;
+    Ok(Answer::from(derived.odd.is_empty()))
+}

@@ -1,0 +1,133 @@
+//! `samara new vehicle`: a vehicle file from what a data sheet says.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::json;
+
+use super::ask::Questions;
+use super::{new_file, place, schema};
+use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::args::{plain_name, positive};
+use crate::cli::results::OutputFolder;
+use crate::cli::terminal::print;
+use samara::config::draft::{DraftThrust, Frame, VehicleDraft, vehicle_draft_json};
+use samara::config::load_vehicle;
+
+/// `samara new vehicle`.
+#[derive(Args, Debug)]
+pub struct VehicleArgs {
+    /// Name of the vehicle: letters, digits, _ and -.
+    #[arg(value_parser = plain_name)]
+    name: Option<String>,
+    /// Mass, all included [kg].
+    #[arg(long, value_name = "KG", value_parser = positive)]
+    mass: Option<f64>,
+    /// Arrangement of the rotors: quad-x, quad-plus, hexa-x, hexa-plus, octo-x or octo-plus.
+    #[arg(long, value_name = "FRAME", value_parser = frame)]
+    frame: Option<Frame>,
+    /// From the centre of mass to a rotor's hub [m].
+    #[arg(long, value_name = "M", value_parser = positive)]
+    arm: Option<f64>,
+    /// Diameter of a propeller: in metres, or `13in`.
+    #[arg(long, value_name = "M|INCHESin", value_parser = diameter)]
+    propeller: Option<f64>,
+    /// Thrust of a rotor at full throttle [N]; the rotor speed is estimated.
+    #[arg(long, value_name = "N", value_parser = positive)]
+    thrust: Option<f64>,
+    /// Instead of --thrust: thrust over the square of the rotor speed [N/(rad/s)^2].
+    #[arg(long, value_name = "K", value_parser = positive, conflicts_with = "thrust", requires = "omega_max")]
+    thrust_coefficient: Option<f64>,
+    /// With --thrust-coefficient: rotor speed at full throttle [rad/s].
+    #[arg(long, value_name = "RAD/S", value_parser = positive, requires = "thrust_coefficient")]
+    omega_max: Option<f64>,
+    /// Density of the air that the thrust holds for [kg/m^3].
+    #[arg(long, value_name = "KG/M3", value_parser = positive, default_value_t = 1.225)]
+    density: f64,
+    /// Moments of inertia about x, y and z [kg m^2]; estimated when left out.
+    #[arg(long, value_name = "XX,YY,ZZ", value_parser = positive, value_delimiter = ',', num_args = 3)]
+    inertia: Option<Vec<f64>>,
+    /// Time constant of a motor speeding up [s]; estimated when left out.
+    #[arg(long, value_name = "S", value_parser = positive)]
+    motor_tau: Option<f64>,
+    /// File to write [default: params/vehicles/NAME.json where there is that folder, else NAME.json].
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Print one JSON object on stdout instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+/// The value of `--frame`.
+fn frame(text: &str) -> Result<Frame, String> {
+    let known = Frame::ALL.map(Frame::name).join(", ");
+    Frame::ALL.into_iter().find(|f| f.name() == text).ok_or_else(|| format!("one of {known} is expected"))
+}
+
+/// The value of `--propeller`.
+fn diameter(text: &str) -> Result<f64, String> {
+    let number = |text: &str| positive(text.trim());
+    match text.strip_suffix("in") {
+        Some(inches) => number(inches).map(|inches| 0.0254 * inches),
+        None => number(text),
+    }
+    .map_err(|_| "a diameter in metres (0.33) or inches (13in) is expected".to_owned())
+}
+
+/// Writes the file, and reads it back as any other.
+pub fn run(args: &VehicleArgs) -> Result<Answer, Failure> {
+    let mut ask = Questions::new();
+    let name = ask.ask(args.name.as_ref(), "NAME", "name of the vehicle", plain_name)?;
+    let mass = ask.ask(args.mass.as_ref(), "--mass", "mass [kg]", positive)?;
+    let names = Frame::ALL.map(Frame::name).join(", ");
+    let frame = ask.ask(args.frame.as_ref(), "--frame", &format!("frame ({names})"), frame)?;
+    let arm = ask.ask(args.arm.as_ref(), "--arm", "from the centre to a rotor's hub [m]", positive)?;
+    let propeller = ask.ask(args.propeller.as_ref(), "--propeller", "propeller (0.33 or 13in)", diameter)?;
+    let thrust = match (args.thrust_coefficient, args.omega_max) {
+        (Some(thrust_n_per_rad2_s2), Some(omega_max_rad_s)) => {
+            Some(DraftThrust::Coefficient { thrust_n_per_rad2_s2, omega_max_rad_s })
+        }
+        _ => ask
+            .ask(args.thrust.as_ref(), "--thrust", "thrust of a rotor at full throttle [N]", positive)?
+            .map(|thrust_n| DraftThrust::AtFullThrottle { thrust_n }),
+    };
+    ask.finish()?;
+    let (Some(name), Some(mass_kg), Some(frame), Some(arm_m), Some(propeller_m), Some(thrust)) =
+        (name, mass, frame, arm, propeller, thrust)
+    else {
+        return Err(Failure::input("a name and the options without a default are expected".to_owned()));
+    };
+    let file = new_file(args.out.as_deref(), "params/vehicles", &name)?;
+    let (folder, file_name) = place(&file)?;
+    let output = OutputFolder::create(Some(&folder), "vehicle")?;
+    let draft = VehicleDraft {
+        name,
+        mass_kg,
+        frame,
+        arm_m,
+        propeller_m,
+        thrust,
+        density_kg_m3: args.density,
+        inertia_kg_m2: args.inertia.as_deref().and_then(|xyz| xyz.try_into().ok()),
+        motor_tau_s: args.motor_tau,
+        schema: schema(&folder, "vehicle.schema.json"),
+    };
+    output.write_text(&file_name, &vehicle_draft_json(&draft).bad_input()?)?;
+    // What was typed may still contradict itself (an inertia that no body has).
+    if let Err(e) = load_vehicle(&file) {
+        let _ = std::fs::remove_file(&file);
+        return Err(e).bad_input();
+    }
+    let shown = file.display().to_string();
+    print(&if args.json {
+        format!("{:#}\n", json!({ "vehicle": draft.name, "file": shown }))
+    } else {
+        let path = if shown.contains('/') { shown.clone() } else { format!("./{shown}") };
+        format!(
+            "{shown}: its `about` says what is estimated\nnext:\n  samara new mission {}_drop --vehicle {path} --planet earth --altitude 500 \
+             --from parachute\n",
+            draft.name
+        )
+    })?;
+    Ok(Answer::Yes)
+}

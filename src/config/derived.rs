@@ -1,0 +1,283 @@
+//! What the numbers of a mission amount to: derived quantities in groups, and what is odd about them.
+
+use crate::control::Airframe;
+use crate::frames::pitch;
+use crate::model::rigid_body::BodyState;
+use crate::model::{RotorLimits, trim};
+use crate::sim::StateCost;
+use crate::tune::ReleaseCase;
+use crate::units::DEG_PER_RAD;
+use nalgebra::Vector3;
+
+use super::mission::Mission;
+
+/// Derived quantities of a mission.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Derived {
+    /// Groups of quantities, in the order in which they are read.
+    pub groups: Vec<Group>,
+    /// Sentences about what is odd, each with its key: [`Mission::contradictions`] and what is found here. A
+    /// mission without any is fine.
+    pub odd: Vec<String>,
+}
+
+/// Quantities that belong together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Group {
+    /// Name: "rotors", "release", ..
+    pub name: &'static str,
+    /// The quantities.
+    pub rows: Vec<Row>,
+}
+
+/// A quantity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Key in JSON, which ends in the unit.
+    pub key: &'static str,
+    /// Name for the reader.
+    pub label: &'static str,
+    /// Unit; empty where there is none.
+    pub unit: &'static str,
+    /// The value, or its components; empty where it is not known.
+    pub values: Vec<f64>,
+    /// Remark; empty where there is none.
+    pub note: String,
+}
+
+fn row(key: &'static str, label: &'static str, unit: &'static str, values: &[f64], note: String) -> Row {
+    Row { key, label, unit, values: values.to_vec(), note }
+}
+
+/// The derived quantities of a mission.
+pub fn derived(mission: &Mission) -> Derived {
+    let rotors = RotorLimits::of(&mission.vehicle, mission.site.environment.density_kg_m3);
+    let mut odd = mission.contradictions();
+    if let Err(e) = Airframe::new(&mission.vehicle, &mission.site.environment) {
+        odd.push(format!("vehicle: the cascade cannot control it: {e}"));
+    }
+    let mut groups = vec![of_the_vehicle(mission), of_the_rotors(mission, &rotors)];
+    if !mission.release.standing {
+        groups.push(of_the_release(mission));
+    }
+    groups.push(of_the_target(mission, &rotors, &mut odd));
+    if !mission.release.standing {
+        groups.push(of_the_plan(mission, &rotors, &mut odd));
+        groups.push(of_the_studies(mission));
+    }
+    Derived { groups, odd }
+}
+
+fn of_the_vehicle(mission: &Mission) -> Group {
+    let (vehicle, site) = (&mission.vehicle, &mission.site.environment);
+    let weight_n = vehicle.mass.mass_kg * site.gravity_m_s2;
+    let arms = vehicle.rotors.iter().map(|r| r.position_body_m.xy().norm());
+    let disc_loading = mission
+        .rotor_radius_m
+        .map(|radius| weight_n / (vehicle.rotors.len() as f64 * std::f64::consts::PI * radius * radius));
+    let unknown = || "not known: the vehicle file gives no rotor radius_m".to_owned();
+    let inertia = vehicle.mass.inertia_kg_m2.diagonal();
+    let rows = vec![
+        row("mass_kg", "mass", "kg", &[vehicle.mass.mass_kg], String::new()),
+        row("inertia_kg_m2", "inertia about x, y, z", "kg m^2", inertia.as_slice(), String::new()),
+        row("rotors", "rotors", "", &[vehicle.rotors.len() as f64], String::new()),
+        row("arm_m", "farthest rotor from the centre", "m", &[arms.fold(0.0, f64::max)], String::new()),
+        row("gravity_m_s2", "gravity", "m/s^2", &[site.gravity_m_s2], String::new()),
+        row("density_kg_m3", "density of the air", "kg/m^3", &[site.density_kg_m3], String::new()),
+        row("weight_n", "weight at the site", "N", &[weight_n], String::new()),
+        row(
+            "disc_loading_n_m2",
+            "disc loading at the site",
+            "N/m^2",
+            disc_loading.as_slice(),
+            disc_loading.map_or_else(unknown, |_| String::new()),
+        ),
+    ];
+    Group { name: "vehicle", rows }
+}
+
+fn of_the_rotors(mission: &Mission, rotors: &RotorLimits) -> Group {
+    let (vehicle, site) = (&mission.vehicle, &mission.site.environment);
+    let up: f64 = vehicle.rotors.iter().map(|r| -r.axis_body.z).sum();
+    let weight_n = vehicle.mass.mass_kg * site.gravity_m_s2;
+    let hover_n = weight_n / up;
+    let throttle = (hover_n / vehicle.static_thrust_n(site.density_kg_m3)).sqrt();
+    let rows = vec![
+        row("thrust_max_n", "greatest thrust of a rotor", "N", &[rotors.thrust_n], String::new()),
+        row("thrust_to_weight", "thrust to weight", "", &[rotors.thrust_n * up / weight_n], String::new()),
+        row("hover_thrust_n", "thrust of a rotor in hover", "N", &[hover_n], String::new()),
+        row("hover_throttle", "throttle in hover", "", &[throttle], "1 is full".to_owned()),
+        row("thrust_slew_n_s", "rate of change of thrust", "N/s", &[rotors.thrust_slew_n_s], String::new()),
+        row(
+            "thrust_time_s",
+            "time for 90 % of the thrust",
+            "s",
+            &[0.9 * rotors.thrust_n / rotors.thrust_slew_n_s],
+            "from rest or to none, the slower".to_owned(),
+        ),
+    ];
+    Group { name: "rotors", rows }
+}
+
+/// The state that a plan starts from.
+fn start(mission: &Mission) -> BodyState {
+    let x = mission.plan_initial_state();
+    BodyState {
+        p_ned: Vector3::zeros(),
+        q_ned_from_body: [x[0], x[1], x[2], x[3]],
+        v_ned: Vector3::new(x[4], x[5], x[6]),
+        omega_body: Vector3::new(x[7], x[8], x[9]),
+    }
+}
+
+fn of_the_release(mission: &Mission) -> Group {
+    let (release, random) = (&mission.release, &mission.study.monte_carlo);
+    let begin = start(mission);
+    let cost = StateCost::of(&begin, &mission.limits.safety);
+    let deg = |rad: f64| rad * DEG_PER_RAD;
+    let widest = 3.0 * random.amplitude_sigma_rad;
+    let rate = random.omega_rad_s * widest;
+    let fastest = mission.terminal_speed_m_s();
+    let three_sigma = || "three standard deviations".to_owned();
+    let rows = vec![
+        row(
+            "descent_m_s",
+            "descent under the canopy",
+            "m/s",
+            &[release.parachute.descent_m_s],
+            String::new(),
+        ),
+        row("delay_s", "fall before the rotors start", "s", &[release.parachute.delay_s], String::new()),
+        row(
+            "terminal_speed_m_s",
+            "terminal speed of the fall",
+            "m/s",
+            fastest.as_slice(),
+            fastest.map_or_else(|| "none below 1000 m/s".to_owned(), |_| "level, rotors stopped".to_owned()),
+        ),
+        row("start_v_ned_m_s", "velocity at t = 0, NED", "m/s", begin.v_ned.as_slice(), String::new()),
+        row("start_pitch_deg", "pitch at t = 0", "deg", &[deg(pitch(begin.q_ned_from_body))], String::new()),
+        row(
+            "start_pitch_rate_deg_s",
+            "pitch rate at t = 0",
+            "deg/s",
+            &[deg(begin.omega_body.y)],
+            String::new(),
+        ),
+        row(
+            "start_j_state",
+            "share of the limits used at t = 0",
+            "",
+            &[cost.max()],
+            format!("decided by {}", cost.decided_by()),
+        ),
+        row("swing_deg", "widest random swing", "deg", &[deg(widest)], three_sigma()),
+        row("swing_rate_deg_s", "its pitch rate", "deg/s", &[deg(rate)], three_sigma()),
+        row("swing_speed_m_s", "its speed sideways", "m/s", &[rate * random.length_m], three_sigma()),
+    ];
+    Group { name: "release", rows }
+}
+
+fn of_the_target(mission: &Mission, rotors: &RotorLimits, odd: &mut Vec<String>) -> Group {
+    let mut rows = vec![row(
+        "target_v_ned_m_s",
+        "target velocity, NED",
+        "m/s",
+        mission.target_v_ned.as_slice(),
+        String::new(),
+    )];
+    match trim(&mission.vehicle, &mission.site.environment, mission.target_v_ned, 0.0) {
+        Err(e) => odd.push(format!("target_v_ned_m_s: {e}")),
+        Ok(trim) => {
+            let thrust_n = &trim.thrust_n[..mission.vehicle.rotors.len()];
+            let most = thrust_n.iter().copied().fold(f64::MIN, f64::max);
+            if most > mission.plan.thrust_max_n {
+                odd.push(format!(
+                    "plan.thrust_max_n {} N: steady flight at the target needs {most:.2} N of a rotor",
+                    mission.plan.thrust_max_n
+                ));
+            }
+            if thrust_n.iter().any(|thrust| *thrust < 0.0) {
+                odd.push("target_v_ned_m_s: steady flight there needs a thrust below zero".to_owned());
+            }
+            let off = |angle_rad: f64| [angle_rad * DEG_PER_RAD];
+            rows.extend([
+                row("trim_pitch_deg", "pitch", "deg", &off(trim.pitch_rad), String::new()),
+                row("trim_roll_deg", "roll", "deg", &off(trim.roll_rad), String::new()),
+                row("trim_thrust_n", "thrust of each rotor", "N", thrust_n, String::new()),
+                row(
+                    "trim_thrust_share",
+                    "largest share of a rotor's thrust",
+                    "",
+                    &[most / rotors.thrust_n],
+                    String::new(),
+                ),
+            ]);
+        }
+    }
+    Group { name: "steady flight at the target", rows }
+}
+
+fn of_the_plan(mission: &Mission, rotors: &RotorLimits, odd: &mut Vec<String>) -> Group {
+    let plan = &mission.plan;
+    let begins_s = mission.release.hang_s + mission.release.parachute.delay_s;
+    let left_s = mission.duration_s - begins_s - plan.horizon_s;
+    if left_s < 0.0 {
+        odd.push(format!(
+            "duration_s {} s: the plan goes on to {:.1} s (release.hang_s, parachute.delay_s and plan.horizon_s)",
+            mission.duration_s,
+            begins_s + plan.horizon_s
+        ));
+    }
+    let of_the_rotors = |share: f64| format!("{:.0} % of what a rotor makes", 100.0 * share);
+    let rows = vec![
+        row(
+            "plan_thrust_max_n",
+            "greatest thrust of a rotor",
+            "N",
+            &[plan.thrust_max_n],
+            of_the_rotors(plan.thrust_max_n / rotors.thrust_n),
+        ),
+        row(
+            "plan_thrust_slew_n_s",
+            "greatest rate of change",
+            "N/s",
+            &[plan.thrust_slew_n_s],
+            of_the_rotors(plan.thrust_slew_n_s / rotors.thrust_slew_n_s),
+        ),
+        row("plan_begins_s", "begins", "s", &[begins_s], "from the start of the mission".to_owned()),
+        row("plan_ends_s", "ends", "s", &[begins_s + plan.horizon_s], String::new()),
+        row(
+            "interval_s",
+            "interval of its nodes",
+            "s",
+            &[plan.horizon_s / (plan.nodes - 1) as f64],
+            String::new(),
+        ),
+        row("left_s", "time left after it", "s", &[left_s], String::new()),
+    ];
+    Group { name: "plan", rows }
+}
+
+fn of_the_studies(mission: &Mission) -> Group {
+    let study = &mission.study;
+    let cost = |case: &ReleaseCase| StateCost::of(&case.state(), &mission.limits.safety).max();
+    let worst = study.cases.iter().map(|case| (cost(case), case.name.as_str()));
+    let worst = worst.reduce(|worst, case| if case.0 > worst.0 { case } else { worst });
+    let cases = study.cases.len() as f64;
+    let needed =
+        if study.cases.is_empty() { "`tune` and `assess` want some".to_owned() } else { String::new() };
+    let mut rows = vec![row("cases", "tuning cases", "", &[cases], needed)];
+    if let Some((j_state, name)) = worst {
+        let key = "worst_case_j_state";
+        rows.push(row(
+            key,
+            "share of the limits used at t = 0",
+            "",
+            &[j_state],
+            format!("the worst: {name}"),
+        ));
+    }
+    rows.push(row("trials", "trials of a campaign", "", &[study.monte_carlo.trials as f64], String::new()));
+    Group { name: "studies", rows }
+}

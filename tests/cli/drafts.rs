@@ -1,0 +1,183 @@
+//! `samara new` and `samara check`: what is drafted loads, plans, flies and is safe.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use super::{code, stderr};
+
+fn samara_in(folder: &Path, line: &str) -> Output {
+    let words = line.split_whitespace();
+    Command::new(env!("CARGO_BIN_EXE_samara")).current_dir(folder).args(words).output().unwrap()
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+/// Place and vehicle of each draft: from a quadrotor of 0.25 kg to an octocopter of 25 kg, on Earth to 4 km,
+/// on Titan, on Mars.
+const DRAFTS: [(&str, &str, &str); 12] = [
+    ("wren", "earth --altitude 0", "--mass 0.25 --frame quad-x --arm 0.075 --propeller 3in --thrust 1.6"),
+    (
+        "robin",
+        "earth --altitude 500 --from balloon",
+        "--mass 0.6 --frame quad-plus --arm 0.12 --propeller 5in --thrust 4",
+    ),
+    ("kestrel", "earth --altitude 1500", "--mass 1.4 --frame quad-x --arm 0.226 --propeller 10in --thrust 9"),
+    (
+        "f550",
+        "earth --altitude 0",
+        "--mass 2 --frame hexa-x --arm 0.27 --propeller 9.4in --thrust-coefficient 1.114e-5 --omega-max 949 --motor-tau 0.03",
+    ),
+    (
+        "falcon",
+        "earth --altitude 3000 --from balloon",
+        "--mass 4.5 --frame hexa-x --arm 0.35 --propeller 13in --thrust 16 --inertia 0.097,0.097,0.18",
+    ),
+    ("s900", "earth --altitude 4000", "--mass 7 --frame hexa-plus --arm 0.45 --propeller 15in --thrust 28"),
+    ("stork", "earth --altitude 1000", "--mass 12 --frame octo-plus --arm 0.55 --propeller 18in --thrust 32"),
+    (
+        "condor",
+        "earth --altitude 4000 --from balloon",
+        "--mass 25 --frame octo-x --arm 0.8 --propeller 28in --thrust 75",
+    ),
+    (
+        "titan20",
+        "titan --altitude 1000",
+        "--mass 20 --frame quad-x --arm 0.5 --propeller 20in --thrust 14 --density 5.144",
+    ),
+    (
+        "titan450",
+        "titan --altitude 0",
+        "--mass 450 --frame octo-x --arm 1.4 --propeller 1.0 --thrust 150 --density 5.345",
+    ),
+    (
+        "visitor",
+        "titan --altitude 4000 --from balloon",
+        "--mass 2 --frame quad-x --arm 0.226 --propeller 10in --thrust 9",
+    ),
+    (
+        "martian",
+        "mars --altitude 0",
+        "--mass 1.8 --frame quad-x --arm 0.6 --propeller 1.2 --thrust 3.5 --density 0.015",
+    ),
+];
+
+#[test]
+fn every_draft_is_planned_and_flown_safely_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, place, vehicle) in DRAFTS {
+        let run = |line: String| {
+            let output = samara_in(folder.path(), &line);
+            assert_eq!(code(&output), 0, "{line}: {}{}", stdout(&output), stderr(&output));
+            stdout(&output)
+        };
+        let said = run(format!("new vehicle {name} {vehicle}"));
+        assert!(said.contains(&format!("samara new mission {name}_drop --vehicle ./{name}.json")), "{said}");
+        run(format!("new mission {name}_drop --vehicle ./{name}.json --planet {place}"));
+        assert!(run(format!("check ./{name}_drop.json")).ends_with("nothing odd\n"));
+        run(format!("plan ./{name}_drop.json"));
+        let verdict: serde_json::Value =
+            serde_json::from_str(&run(format!("drop ./{name}_drop.json --json"))).unwrap();
+        assert!(verdict["steady_after_s"].is_number() && verdict["reason"].is_null(), "{name}: {verdict}");
+        assert!(verdict["j_tpf"].as_f64().unwrap() < 0.9, "{name}: {verdict}");
+    }
+}
+
+/// The numbers of the falcon at 3 km, by hand: a rotor of 16 N at sea level in the standard's air.
+#[test]
+fn closed_form_what_check_says_of_a_draft() {
+    let folder = tempfile::tempdir().unwrap();
+    for line in [
+        "new vehicle falcon --mass 4.5 --frame hexa-x --arm 0.35 --propeller 13in --thrust 16",
+        "new mission falcon_drop --vehicle ./falcon.json --planet earth --altitude 3000 --from balloon",
+    ] {
+        assert_eq!(code(&samara_in(folder.path(), line)), 0, "{line}");
+    }
+    let output = samara_in(folder.path(), "check ./falcon_drop.json --json");
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let close = |group: &str, key: &str, by_hand: f64| {
+        let value = found[group][key].as_f64().unwrap();
+        assert!((value / by_hand - 1.0).abs() < 1e-3, "{key}: {value}, by hand {by_hand}");
+    };
+    let (weight, thrust) = (4.5 * 9.7974, 16.0 * 0.90925 / 1.225);
+    close("vehicle", "weight_n", weight);
+    close("vehicle", "disc_loading_n_m2", weight / (6.0 * std::f64::consts::PI * 0.1651f64.powi(2)));
+    close("rotors", "thrust_max_n", thrust);
+    close("rotors", "thrust_to_weight", 6.0 * thrust / weight);
+    close("rotors", "hover_throttle", (weight / 6.0 / thrust).sqrt());
+    // Drag area 0.3 pi l^2: the fall ends where it carries the weight.
+    let drag_area = 0.3 * std::f64::consts::PI * 0.35f64.powi(2);
+    close("release", "terminal_speed_m_s", (2.0 * weight / (0.90925 * drag_area)).sqrt());
+    close("release", "swing_deg", 9.0);
+    assert_eq!(found["odd"], serde_json::json!([]));
+    assert_eq!(found["studies"]["cases"], 7.0);
+}
+
+/// A mission that contradicts itself is said to, with the key; one that cannot be read is refused.
+#[test]
+fn check_says_what_is_odd_in_its_exit_code() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = fs::read_to_string("mission/x500_drop.json").unwrap();
+    let odd = text
+        .replace("../params", "built-in:params")
+        .replace("\"thrust_max_n\": 8.54858", "\"thrust_max_n\": 16")
+        .replace("\"duration_s\": 30", "\"duration_s\": 18");
+    fs::write(folder.path().join("odd.json"), odd).unwrap();
+    let output = samara_in(folder.path(), "check odd.json");
+    let said = stdout(&output);
+    assert_eq!(code(&output), 1, "{said}");
+    for word in [
+        "\nodd\n  plan.thrust_max_n 16 N: a rotor makes 8.55 N",
+        "duration_s 18 s: the plan goes on to 20.5 s",
+    ] {
+        assert!(said.contains(word), "{said}");
+    }
+    assert_eq!(code(&samara_in(folder.path(), "check nosuch")), 2);
+    let standing = samara_in(folder.path(), "check x500_ground");
+    assert_eq!(
+        (code(&standing), stdout(&standing).contains("release\n")),
+        (0, false),
+        "{}",
+        stdout(&standing)
+    );
+}
+
+/// Nothing is overwritten, nobody is asked without a terminal, and what no body can be leaves no file.
+#[test]
+fn drafts_are_refused_before_anything_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |line: &str, words: &[&str]| {
+        let output = samara_in(folder.path(), line);
+        assert_eq!(code(&output), 2, "{line}: {}", stdout(&output));
+        for word in words {
+            assert!(stderr(&output).contains(word), "{line}: {}", stderr(&output));
+        }
+    };
+    refused("new vehicle a --mass 1", &["--frame, --arm, --propeller, --thrust"]);
+    refused("new mission", &["NAME, --vehicle, --planet, --altitude"]);
+    let kite = "new vehicle kite --mass 1 --frame quad-x --arm 0.2 --propeller 8in --thrust 6";
+    refused(&format!("{kite} --inertia 1,1,9"), &["triangle inequality"]);
+    refused("new vehicle a --frame tri-x", &["one of quad-x, quad-plus, hexa-x"]);
+    refused("new vehicle a --propeller 8inch", &["a diameter in metres (0.33) or inches (13in) is expected"]);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    assert_eq!(code(&samara_in(folder.path(), kite)), 0);
+    refused(kite, &["kite.json is there already"]);
+    let mission = "new mission kite_drop --planet earth --vehicle";
+    refused(
+        &format!("{mission} ./kite.json --altitude 30000"),
+        &["altitude must be from -500 to 20000 m on Earth"],
+    );
+    refused(&format!("{mission} kyte --altitude 0"), &["vehicle file", "titan, x500"]);
+    assert!(!folder.path().join("kite_drop.json").exists());
+    // A built-in vehicle, and the folders that `init` makes.
+    fs::create_dir_all(folder.path().join("mission")).unwrap();
+    fs::create_dir_all(folder.path().join("params/gains")).unwrap();
+    let output = samara_in(folder.path(), &format!("{mission} x500 --altitude 0"));
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let text = fs::read_to_string(folder.path().join("mission/kite_drop.json")).unwrap();
+    assert!(text.contains("\"gains\": \"../params/gains/kite_drop_gains.json\""), "{text}");
+    assert!(text.contains("\"vehicle\": \"built-in:params/vehicles/x500.json\""), "{text}");
+    assert_eq!(code(&samara_in(folder.path(), "check kite_drop")), 0);
+}
