@@ -7,6 +7,7 @@ use std::process::{Command, Output};
 
 mod anywhere;
 mod asked;
+mod bad_inputs;
 mod drafts;
 mod failures;
 mod results;

@@ -276,3 +276,10 @@ pub fn plain_name(text: &str) -> Result<String, String> {
         Err("letters, digits, _ and - are expected".to_owned())
     }
 }
+
+/// Three numbers that fit, separated by commas; otherwise what is expected.
+pub fn three(text: &str, fits: impl Fn(f64) -> bool, expected: &str) -> Result<[f64; 3], String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    let numbers = numbers.filter(|numbers| numbers.iter().all(|x| fits(*x)));
+    numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| expected.to_owned())
+}

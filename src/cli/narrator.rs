@@ -29,11 +29,20 @@ pub struct Narrator {
     /// Texts of what the simulator has reported of the drop; of some of it the parachute sends a STATUSTEXT.
     reported: RefCell<Vec<String>>,
     failed: RefCell<Option<Failure>>,
+    /// What is said before the next words, and not at all when there are none: an error needs no title.
+    title: RefCell<String>,
 }
 
 impl Narrator {
     fn new(voice: Voice, together: bool, trial: Option<u64>) -> Self {
-        Self { voice, together, trial, reported: RefCell::default(), failed: RefCell::new(None) }
+        Self {
+            voice,
+            together,
+            trial,
+            reported: RefCell::default(),
+            failed: RefCell::new(None),
+            title: RefCell::default(),
+        }
     }
 
     /// For all parties in one process: on stdout; when that belongs to a JSON object, waits and troubles
@@ -52,8 +61,14 @@ impl Narrator {
         Self::new(if json { Voice::Stderr } else { Voice::Stdout }, false, None)
     }
 
+    /// Says it before whatever is said next.
+    pub fn entitle(&self, text: &str) {
+        *self.title.borrow_mut() += text;
+    }
+
     /// Says it.
     pub fn say(&self, text: &str) {
+        let text = &(self.title.take() + text);
         let mut failed = self.failed.borrow_mut();
         match self.voice {
             Voice::Stdout if failed.is_none() => *failed = print(text).err(),

@@ -50,6 +50,12 @@ pub fn solve(
 ) -> Result<TimedPlan, Failure> {
     warn_of_x_ss(mission);
     print_remarks(&mission.name, &mission.contradictions());
+    if problem.nodes > MANY_NODES {
+        print_err(&format!(
+            "samara: planning {} nodes, which takes seconds (plan.nodes, --nodes); --verbose shows the iterations\n",
+            problem.nodes
+        ));
+    }
     let watch = Stopwatch::start();
     let plan = plan(problem, &Guess::StraightLine, options, &mut |progress| {
         if verbose {
@@ -64,6 +70,9 @@ pub fn solve(
     .bad_input()?;
     Ok(TimedPlan { plan, solve_ms: watch.ms() })
 }
+
+/// A plan of more nodes than this takes long enough to wonder.
+const MANY_NODES: usize = 2000;
 
 /// What a problem is made of, for the message that it has no solution.
 fn posed_by(mission: &Mission) -> String {

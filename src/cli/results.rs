@@ -273,18 +273,25 @@ pub struct LateFile {
     file: Option<BufWriter<File>>,
 }
 
+impl LateFile {
+    /// An error with the file's path: a full disk is found, a file that is not named is searched for.
+    fn named(&self, error: &io::Error) -> io::Error {
+        io::Error::new(error.kind(), format!("{}: {error}", self.folder.path.join(&self.name).display()))
+    }
+}
+
 impl Write for LateFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         if self.file.is_none() {
             #[expect(clippy::disallowed_methods, reason = "one of two places that make result files")]
-            let file = File::create(self.folder.path.join(&self.name))?;
+            let file = File::create(self.folder.path.join(&self.name)).map_err(|e| self.named(&e))?;
             self.file = Some(BufWriter::new(file));
             self.folder.written.borrow_mut().insert(self.name.clone());
         }
-        self.file.as_mut().map_or(Ok(0), |file| file.write(bytes))
+        self.file.as_mut().map_or(Ok(0), |file| file.write(bytes)).map_err(|e| self.named(&e))
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.file.as_mut().map_or(Ok(()), Write::flush)
+        self.file.as_mut().map_or(Ok(()), Write::flush).map_err(|e| self.named(&e))
     }
 }

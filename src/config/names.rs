@@ -82,13 +82,19 @@ pub(super) fn names_of(directory: &Path) -> Vec<String> {
 }
 
 /// The known word that was probably meant: the nearest by letters put in, left out, changed or swapped, where
-/// that is at most a third of them. Case, `-` and `_` do not count.
+/// that is at most a third of them, or the one that goes on where the word ends (`mass`, `mass_kg`). Case,
+/// `-` and `_` do not count.
 pub(super) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let plain = |word: &str| -> Vec<char> { word.to_lowercase().replace('-', "_").chars().collect() };
     let word = plain(word);
     let most = (word.len() / 3).max(1);
     known
-        .map(|candidate| (distance(&word, &plain(candidate)), candidate))
+        .map(|candidate| {
+            let letters = plain(candidate);
+            // A key without its unit.
+            let begins = letters.starts_with(&word) && letters.get(word.len()) == Some(&'_');
+            (if begins && word.len() > 2 { 1 } else { distance(&word, &letters) }, candidate)
+        })
         .filter(|(distance, _)| *distance <= most)
         .min()
         .map(|(_, candidate)| candidate)
@@ -128,6 +134,7 @@ mod tests {
         assert_eq!(nearest("OURS", known()), Some("ours"));
         assert_eq!(nearest("papr_pso", known()), Some("paper_pso"));
         assert_eq!(nearest("zzz", known()), None);
+        assert_eq!(nearest("gravity", ["density_kg_m3", "gravity_m_s2"].into_iter()), Some("gravity_m_s2"));
         assert_eq!(nearest("", known()), None);
     }
 

@@ -11,6 +11,7 @@ use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
 use super::error::ConfigError;
+use super::names::nearest;
 use super::shipped;
 
 /// Larger files are refused: no mission, table or trajectory comes near, and a device file would never end.
@@ -77,7 +78,8 @@ impl Source {
 
     /// A parser's error with its place and the path of the value that it was in.
     fn explain(&self, error: &serde_json::Error, path: String) -> ConfigError {
-        let path = if path == "." { String::new() } else { path };
+        // What was not read yet is a `?` of the path.
+        let path = path.trim_end_matches('?').trim_end_matches('.').to_owned();
         let stop = self.offset(error.line(), error.column());
         let full = error.to_string();
         let suffix = format!(" at line {} column {}", error.line(), error.column());
@@ -87,6 +89,9 @@ impl Source {
         if let Some((found, _)) = message.split_once(", expected struct ") {
             let found = if found.starts_with("invalid length") { "invalid type: a list" } else { found };
             message = format!("{found}, expected an object");
+        }
+        if let Some(near) = misspelt(&message) {
+            message = format!("did you mean `{near}`? {message}");
         }
         // serde's derive reports a repeated key for the object that holds it; the key comes second where it
         // stands now.
@@ -106,6 +111,8 @@ impl Source {
                     message += " (NaN and infinity are not numbers here; expected a finite number)";
                 } else if message == "number out of range" {
                     message += "; expected a finite number";
+                } else if let Some(hint) = hint_at(&message, &self.text[stop..]) {
+                    message += hint;
                 }
                 stop
             }
@@ -132,6 +139,31 @@ impl Source {
             at -= 1;
         }
         at
+    }
+}
+
+/// The known key or choice that was probably meant, of an error about one that is unknown.
+fn misspelt(message: &str) -> Option<String> {
+    let unknown = ["unknown field `", "unknown variant `"];
+    let rest = unknown.iter().find_map(|start| message.strip_prefix(start))?;
+    let (word, expected) = rest.split_once("`, expected ")?;
+    nearest(word, expected.split('`').skip(1).step_by(2)).map(str::to_owned)
+}
+
+/// What else to say of a text that is no JSON: habits of other notations. `rest` is the text from where the
+/// parser stopped.
+fn hint_at(message: &str, rest: &str) -> Option<&'static str> {
+    let next = rest.trim_start_matches(|c: char| c == '}' || c.is_whitespace());
+    if rest.starts_with(['/', '#']) || next.starts_with("//") {
+        return Some("; JSON has no comments: `about` is for remarks");
+    }
+    match message {
+        "key must be a string" => Some("; keys stand in double quotes"),
+        "expected value" if rest.starts_with('\'') => Some("; texts stand in double quotes"),
+        "expected value" if next.starts_with(',') && !rest.starts_with(',') => {
+            Some("; expected a single one of the alternatives here, and another key follows")
+        }
+        _ => None,
     }
 }
 

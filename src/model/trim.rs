@@ -30,6 +30,12 @@ pub struct Trim {
 /// Why there is no trim.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TrimError {
+    /// Every rotor's torque turns the vehicle the same way.
+    #[error(
+        "no steady flight about yaw: the rotors' torques do not cancel, for each of them turns the vehicle the same way; some \
+         that turn clockwise and some counter-clockwise (spin_from_above) are expected"
+    )]
+    Yaw,
     /// The equations have no solution near level flight.
     #[error(
         "no steady flight at v_ned = [{:.3} {:.3} {:.3}] m/s: the best balance leaves {residual:.3e} m/s^2 \
@@ -54,7 +60,8 @@ pub enum TrimError {
 /// caller's question (the planner asks it).
 ///
 /// # Errors
-/// [`TrimError::NoSolution`] when Newton's method does not reach a residual of 1e-9.
+/// [`TrimError::NoSolution`] when Newton's method does not reach a residual of 1e-9, [`TrimError::Yaw`] when
+/// that is because all rotors turn the vehicle the same way.
 pub fn trim(
     vehicle: &Vehicle,
     environment: &Environment,
@@ -64,6 +71,11 @@ pub fn trim(
     let equations = Equations { vehicle, environment, v_ned, heading_rad };
     let (unknowns, r) = equations.solve();
     if !(r.amax() < 1e-9) || unknowns[0].abs() > 1.5 || unknowns[1].abs() > 1.5 {
+        let yaw = |i: usize| vehicle.moment_per_thrust(i, environment.density_kg_m3).z;
+        let mut rotors = 0..vehicle.rotors.len();
+        if rotors.clone().all(|i| yaw(i) > 0.0) || rotors.all(|i| yaw(i) < 0.0) {
+            return Err(TrimError::Yaw);
+        }
         return Err(TrimError::NoSolution {
             v_ned_m_s: v_ned.into(),
             residual: r.amax(),

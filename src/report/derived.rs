@@ -53,7 +53,7 @@ fn digits(x: f64) -> String {
     }
 }
 
-/// The quantities as a JSON object: `mission`, `version`, `vehicle`, `gains`, an object for each group, `odd`.
+/// The quantities as a JSON object: `mission`, `version`, .., an object for each group, `odd`.
 pub fn derived_json(mission: &Mission, derived: &Derived) -> String {
     let mut object = Map::from_iter([
         ("mission".to_owned(), json!(mission.name)),

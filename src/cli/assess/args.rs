@@ -72,7 +72,7 @@ pub struct AssessArgs {
     /// Threads to fly on; the results do not depend on it.
     ///
     /// [default: one for each core; 2 for drops by PX4, and there no more than instances are left]
-    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=256))]
     pub threads: Option<u16>,
 }
 

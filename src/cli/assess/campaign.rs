@@ -190,6 +190,16 @@ pub fn run_all<const N: usize>(
         shown: Vec::new(),
         flown_now: 0,
     });
+    if resume {
+        let files = entries.iter().map(|entry| folder.open(&file_name(entry)));
+        if files.collect::<Result<Vec<_>, _>>()?.iter().all(Option::is_none) {
+            return Err(Failure::input(format!(
+                "{}: no campaign to go on with; the folder of one that was stopped is expected (--out), or the same command without \
+                 --resume",
+                folder.path().display()
+            )));
+        }
+    }
     // All files first: what cannot be continued is refused before anything is flown, and none is left of
     // another run.
     let mut kept = [0; N];

@@ -31,8 +31,8 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
         return Err(Failure::input(text.to_owned()));
     }
     let narrator = Narrator::together(args.mission.json);
-    narrator.say(&origin(&args.mission.mission, &mission));
-    narrator.say(&format!(
+    narrator.entitle(&origin(&args.mission.mission, &mission));
+    narrator.entitle(&format!(
         "samara drop: {}, vehicle {}, gains {}{}\n",
         mission.name,
         mission.vehicle_name,

@@ -6,9 +6,9 @@ use clap::Args;
 use serde_json::json;
 
 use super::ask::Questions;
-use super::{new_file, place, relative, schema};
+use super::files::{new_file, place, relative, schema};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
-use crate::cli::args::{number, plain_name, positive};
+use crate::cli::args::{number, plain_name, positive, three};
 use crate::cli::planning::plan_mission;
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::{print, print_err};
@@ -45,8 +45,8 @@ pub struct MissionArgs {
     #[arg(long, value_name = "S", value_parser = delay, default_value_t = 0.5)]
     delay: f64,
     /// Velocity to reach: north, east, down [m/s].
-    #[arg(long, value_name = "N,E,D", value_parser = velocity, value_delimiter = ',', num_args = 3, default_values_t = [2.0, 0.0, 1.0])]
-    target: Vec<f64>,
+    #[arg(long, value_name = "N,E,D", value_parser = velocity, allow_hyphen_values = true, default_value = "2,0,1")]
+    target: [f64; 3],
     /// Speed that the vehicle bears [m/s]; guessed when left out.
     #[arg(long, value_name = "M/S", value_parser = positive)]
     speed_limit: Option<f64>,
@@ -76,8 +76,12 @@ fn delay(text: &str) -> Result<f64, String> {
     number(text, |x| (0.0..=60.0).contains(&x), "a time from 0 to 60 s is expected")
 }
 
-fn velocity(text: &str) -> Result<f64, String> {
-    number(text, |x| x.abs() <= 100.0, "three components of a velocity, each up to 100 m/s, are expected")
+fn velocity(text: &str) -> Result<[f64; 3], String> {
+    three(
+        text,
+        |x| x.abs() <= 100.0,
+        "three components of a velocity, N,E,D, each up to 100 m/s, are expected",
+    )
 }
 
 /// Writes the mission and its gains; No when no gains were found that fly it.
@@ -122,7 +126,7 @@ pub fn run(args: &MissionArgs) -> Result<Answer, Failure> {
         from: args.from,
         descent_m_s: args.descent,
         delay_s: args.delay,
-        target_v_ned: args.target.as_slice().try_into().unwrap_or([2.0, 0.0, 1.0]),
+        target_v_ned: args.target,
         speed_limit_m_s: args.speed_limit,
         schema: schema(&folder, "mission.schema.json"),
     };

@@ -6,9 +6,9 @@ use clap::Args;
 use serde_json::json;
 
 use super::ask::Questions;
-use super::{new_file, place, schema};
+use super::files::{new_file, place, schema};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
-use crate::cli::args::{plain_name, positive};
+use crate::cli::args::{plain_name, positive, three};
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::print;
 use samara::config::draft::{DraftThrust, Frame, VehicleDraft, vehicle_draft_json};
@@ -45,8 +45,8 @@ pub struct VehicleArgs {
     #[arg(long, value_name = "KG/M3", value_parser = positive, default_value_t = 1.225)]
     density: f64,
     /// Moments of inertia about x, y and z [kg m^2]; estimated when left out.
-    #[arg(long, value_name = "XX,YY,ZZ", value_parser = positive, value_delimiter = ',', num_args = 3)]
-    inertia: Option<Vec<f64>>,
+    #[arg(long, value_name = "XX,YY,ZZ", value_parser = inertia)]
+    inertia: Option<[f64; 3]>,
     /// Time constant of a motor speeding up [s]; estimated when left out.
     #[arg(long, value_name = "S", value_parser = positive)]
     motor_tau: Option<f64>,
@@ -62,6 +62,11 @@ pub struct VehicleArgs {
 fn frame(text: &str) -> Result<Frame, String> {
     let known = Frame::ALL.map(Frame::name).join(", ");
     Frame::ALL.into_iter().find(|f| f.name() == text).ok_or_else(|| format!("one of {known} is expected"))
+}
+
+/// The value of `--inertia`.
+fn inertia(text: &str) -> Result<[f64; 3], String> {
+    three(text, |x| x.is_finite() && x > 0.0, "three positive numbers, XX,YY,ZZ, are expected")
 }
 
 /// The value of `--propeller`.
@@ -108,7 +113,7 @@ pub fn run(args: &VehicleArgs) -> Result<Answer, Failure> {
         propeller_m,
         thrust,
         density_kg_m3: args.density,
-        inertia_kg_m2: args.inertia.as_deref().and_then(|xyz| xyz.try_into().ok()),
+        inertia_kg_m2: args.inertia,
         motor_tau_s: args.motor_tau,
         schema: schema(&folder, "vehicle.schema.json"),
     };

@@ -78,7 +78,7 @@ pub struct TuneArgs {
     #[arg(long, value_name = "NAME", default_value = "tuned", value_parser = plain_name)]
     pub name: String,
     /// Threads [default: one for each core]. The result does not depend on it.
-    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=256))]
     pub threads: Option<u16>,
     /// Go on from the checkpoint in the folder of --out.
     #[arg(long)]

@@ -122,8 +122,9 @@ pub struct VehicleDraft {
 /// of 1.4 to 2.1 kg.
 const ROTORS_SHARE: f64 = 0.3;
 const BODY_RADIUS: f64 = 0.35;
-/// Static thrust and power coefficients of a small propeller, of rho n^2 D^4 and rho n^3 D^5 (APC 10x4.7 Slow
-/// Flyer at 4900 rpm, UIUC Propeller Data Site, volume 1: <https://m-selig.ae.illinois.edu/props/propDB.html>).
+/// Static thrust and power coefficients of a small propeller, of rho n^2 D^4 and rho n^3 D^5: APC 10x4.7 Slow
+/// Flyer at 4900 rpm, UIUC Propeller Data Site, volume 1,
+/// <https://m-selig.ae.illinois.edu/props/propDB.html>.
 const C_THRUST: f64 = 0.122;
 const C_POWER: f64 = 0.0494;
 /// That propeller's diameter [m] and its moment of inertia with a motor's rotor [kg m^2].

@@ -30,6 +30,12 @@ pub struct BuildFolder {
 impl BuildFolder {
     /// Opens the folder, or the one that a source tree has; refuses a folder that is no build.
     pub fn open(path: &Path) -> Result<Self> {
+        if !path.is_dir() {
+            bail!(
+                "{}: there is no such folder; a build folder of PX4's simulation is expected",
+                path.display()
+            );
+        }
         let inner = path.join(IN_SOURCES);
         let folder = if !path.join(PROGRAM).exists() && inner.join(PROGRAM).exists() { &inner } else { path };
         for missing in [PROGRAM, STARTUP] {
