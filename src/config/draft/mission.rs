@@ -74,7 +74,7 @@ const PLANNED_SLEW_PER_S: f64 = 5.0;
 pub fn mission_draft_json(draft: &MissionDraft, vehicle: &Vehicle) -> Result<String, ModelError> {
     let MissionDraft { planet, altitude_m, delay_s, target_v_ned, .. } = *draft;
     let (g, density) = (rounded(planet.gravity_m_s2(altitude_m)), rounded(planet.density_kg_m3(altitude_m)?));
-    crate::model::check(delay_s >= 0.0 && delay_s <= 60.0, "delay", "from 0 to 60 s", delay_s)?;
+    crate::model::check((0.0..=60.0).contains(&delay_s), "delay", "from 0 to 60 s", delay_s)?;
     // Times and speeds of the same manoeuvre under another gravity (Froude).
     let slower = (STANDARD_GRAVITY_M_S2 / g).sqrt();
     let (descent, descent_about) = match (draft.from, draft.descent_m_s) {
