@@ -269,7 +269,10 @@ fn files_that_do_not_suit_are_refused_with_what_is_expected() {
         &["plan", &spoilt("\"seed\": 1,", "\"seed\": -1,")],
         &["seed: ", "`-1`", "a whole number from 0 to"],
     );
-    refused(&["drop", "--gains", "nosuch"], &["nosuch.json", "expected one of dragonfly, hexa, ideal_rms, near_hover, ours,"]);
+    refused(
+        &["drop", "--gains", "nosuch"],
+        &["nosuch.json", "expected one of dragonfly, hexa, ideal_rms, near_hover, ours,"],
+    );
     // A byte order mark is no fault.
     let mission = spoilt("\"seed\": 1,", "\"seed\": 1,");
     fs::write(&mission, format!("\u{feff}{}", fs::read_to_string(&mission).unwrap())).unwrap();
