@@ -19,6 +19,7 @@ mod examples;
 mod fuzz;
 mod kept_files;
 mod lockstep;
+mod own_vehicle;
 mod params;
 mod planner;
 mod px4;
