@@ -85,10 +85,20 @@ fn missions(command: &Command, matches: &ArgMatches) -> Vec<PathBuf> {
     path.into_iter().filter(|path| plain_name(path).is_some()).cloned().collect()
 }
 
+/// Names of the vehicles and missions that the commands of a page make: `samara new mission NAME`.
+fn made_by(page: &str) -> Vec<String> {
+    let words = lines(page).filter_map(|(_, line)| samara_words(line));
+    let new = words.filter(|words| words.get(1) == Some(&"new"));
+    new.filter_map(|words| words.get(3).map(|name| (*name).to_owned())).collect()
+}
+
 /// Why a command does not parse, or which mission or file of the repository that it names is not there.
-fn wrong_with(words: &[&str]) -> Option<String> {
+fn wrong_with(words: &[&str], made: &[String]) -> Option<String> {
     let command = with_negative_values(super::Cli::command());
-    let known = |name: &PathBuf| names_in(MISSIONS).any(|known| Path::new(known) == name);
+    let known = |name: &PathBuf| {
+        names_in(MISSIONS).any(|known| Path::new(known) == name)
+            || made.iter().any(|made| Path::new(made) == name)
+    };
     match command.clone().try_get_matches_from(words) {
         Ok(matches) => {
             if let Some(name) = missions(&command, &matches).iter().find(|name| !known(name)) {
@@ -109,10 +119,11 @@ fn wrong_with(words: &[&str]) -> Option<String> {
 fn commands_of_the_pages_parse() {
     let mut count = 0;
     for (path, page) in pages() {
+        let made = made_by(&page);
         for (fence, line) in lines(&page) {
             let Some(words) = fence.filter(|f| *f == "sh").and_then(|_| samara_words(line)) else { continue };
             count += 1;
-            if let Some(why) = wrong_with(&words) {
+            if let Some(why) = wrong_with(&words, &made) {
                 panic!("{}: {line}\n{why}", path.display());
             }
         }
@@ -165,7 +176,7 @@ fn examples_of_the_help_parse() {
         found.iter().map(|line| line.split(" (").next().unwrap()).filter_map(samara_words).collect();
     assert!(commands.len() > 40, "{}", commands.len());
     for words in commands {
-        if let Some(why) = wrong_with(&words) {
+        if let Some(why) = wrong_with(&words, &[]) {
             panic!("{words:?}\n{why}");
         }
     }
@@ -200,16 +211,20 @@ fn links_lead_somewhere() {
     assert!(count > 80, "{count} links found");
 }
 
-/// Files and folders named in backticks; a Rust file also as it is below `src`.
+/// Files and folders named in backticks, but for those that the page's commands make; a Rust file also as it
+/// is below `src`.
 #[test]
 fn files_named_in_the_pages_exist() {
     const FOLDERS: [&str; 9] =
         ["src/", "tests/", "scripts/", "benches/", "examples/", "params/", "mission/", "docs/", "fuzz/"];
     let mut count = 0;
     for (path, page) in pages() {
+        let made = made_by(&page);
         for code in page.split('`').skip(1).step_by(2) {
             let named = code.ends_with(".rs") || FOLDERS.iter().any(|folder| code.starts_with(folder));
-            let pattern = code.contains([' ', '*', '<', '{', '\n', ':', '$']) || code.contains("NAME");
+            let pattern = code.contains([' ', '*', '<', '{', '\n', ':', '$'])
+                || code.contains("NAME")
+                || made.iter().any(|name| code.contains(name.as_str()));
             if named && !pattern {
                 count += 1;
                 let found = root().join(code).exists() || root().join("src").join(code).exists();
