@@ -249,7 +249,7 @@ fn prop_one_trial_alone_is_the_campaigns() {
     let manifest: serde_json::Value = serde_json::from_str(&manifest).unwrap();
     assert_eq!(
         manifest["files"].as_object().unwrap().keys().filter(|f| f.starts_with("trial_4_")).count(),
-        4
+        6
     );
 }
 

@@ -97,7 +97,13 @@ fn prop_a_campaign_is_the_same_however_many_fly_side_by_side() {
         assert_eq!(only.status.code(), Some(0), "{}", stderr(&only));
         let row = one.1.lines().find(|line| line.starts_with("3,")).unwrap();
         let printed = String::from_utf8(only.stdout).unwrap();
-        assert_eq!(printed.lines().last(), Some(row));
+        assert_eq!(printed.lines().last(), Some("trial 3 of the campaign: ok"));
+        let drop = fs::read_to_string(folder.join("trial_3/drop.json")).unwrap();
+        let drop: serde_json::Value = serde_json::from_str(&drop).unwrap();
+        let heads = one.1.lines().find(|line| line.starts_with("trial,")).unwrap();
+        let place = heads.split(',').position(|head| head == "j_tpf").unwrap();
+        let j_tpf: f64 = row.split(',').nth(place).unwrap().parse().unwrap();
+        assert_eq!(drop["j_tpf"].as_f64(), Some(j_tpf));
         assert!(folder.join("trial_3/flight.csv").exists() && folder.join("trial_3/drop.svg").exists());
     }
 }

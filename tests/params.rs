@@ -98,16 +98,17 @@ fn closed_form_header_and_rows() {
 #[test]
 fn exported_gains_fly_the_same() {
     let folder = tempfile::tempdir().unwrap();
-    let results = folder.path().join("results");
-    let results = results.to_str().unwrap();
-    for (mission, gains) in [(TITAN, "near_hover"), (TITAN, "paper_pso"), (TITAN, "safety"), (X500, "safety")]
-    {
+    let flown = [(TITAN, "near_hover"), (TITAN, "paper_pso"), (TITAN, "safety"), (X500, "safety")];
+    for (i, (mission, gains)) in flown.into_iter().enumerate() {
+        let [direct, loaded] = ["direct", "loaded"].map(|name| folder.path().join(format!("{name}_{i}")));
         let path = folder.path().join(format!("{gains}.params"));
         let path = path.to_str().unwrap();
         let export = samara(&["params", "export", mission, "--gains", gains, "--out", path]);
         assert_eq!(code(&export), 0, "{}", err(&export));
-        let direct = json(&samara(&["drop", mission, "--gains", gains, "--json", "--out", results]));
-        let loaded = samara(&["drop", mission, "--params", path, "--json", "--out", results]);
+        let direct =
+            json(&samara(&["drop", mission, "--gains", gains, "--json", "--out", direct.to_str().unwrap()]));
+        let loaded =
+            samara(&["drop", mission, "--params", path, "--json", "--out", loaded.to_str().unwrap()]);
         assert_eq!(err(&loaded), "");
         let loaded = json(&loaded);
         let number = |v: &serde_json::Value, key: &str| v[key].as_f64().unwrap();

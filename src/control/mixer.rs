@@ -32,7 +32,7 @@ const DEMAND_LIMIT: f64 = 1e12;
 
 /// A thrust below this share of the largest is the rounding of a zero. Its square root would be a throttle,
 /// and turn the rotor.
-const ROUNDING: f64 = 1e-12;
+pub(crate) const ROUNDING: f64 = 1e-12;
 
 impl Mixer {
     /// From columns lift, roll, pitch, yaw of thrust per unit of demand.

@@ -16,6 +16,7 @@
 use super::flight::Flight;
 use super::groups::{Group, MOST_GROUPS, of_groups, share};
 use super::lanes::{LANES, Lanes, atan2, clip};
+use crate::control::mixer::ROUNDING;
 use crate::control::{Airframe, ControlLimits};
 use crate::math;
 
@@ -143,6 +144,7 @@ impl PlanarCascade {
     ) -> [Lanes; G] {
         let mut thrust = [[0.0; LANES]; G];
         let limit = self.thrust_max_n;
+        let rounding = ROUNDING * limit;
         let [turn_min, turn_max] = self.turn_n;
         for i in 0..LANES {
             let (cos, sin) = (m.q0[i] * m.q0[i] - m.q2[i] * m.q2[i], 2.0 * m.q0[i] * m.q2[i]);
@@ -163,10 +165,14 @@ impl PlanarCascade {
                 highest = if high < highest { high } else { highest };
             }
             let b = clip(self.thrust_per_up * up_s[i], lowest, highest);
-            thrust[0][i] = clip(b + d, 0.0, limit);
+            let rounded = |thrust_n: f64| {
+                let thrust_n = clip(thrust_n, 0.0, limit);
+                if thrust_n < rounding { 0.0 } else { thrust_n }
+            };
+            thrust[0][i] = rounded(b + d);
             for group in 1..G {
                 let turn = self.turn_share[group] * d;
-                thrust[group][i] = clip(self.lift_share[group] * b + turn, 0.0, limit);
+                thrust[group][i] = rounded(self.lift_share[group] * b + turn);
             }
         }
         thrust
