@@ -12,7 +12,7 @@ use samara::control::{Airframe, Cascade, ControlLimits, Controller as _, Gains, 
 use samara::frames::quaternion_from_euler;
 use samara::model::environment::GeoPoint;
 use samara::model::rigid_body::BodyState;
-use samara::model::{Environment, Vehicle};
+use samara::model::{Atmosphere, Environment, Vehicle};
 use samara::sim::{DropSimulation, FlightPlan, PlantKind, Reference, fly};
 use samara::trajectory::{Node, Trajectory};
 
@@ -31,6 +31,7 @@ fn site() -> Environment {
         density_kg_m3: 5.4,
         wind_ned_m_s: Vector3::zeros(),
         anchor: GeoPoint { latitude_deg: 0.0, longitude_deg: 0.0, altitude_m: 0.0 },
+        atmosphere: Atmosphere::Constant,
     }
 }
 

@@ -7,6 +7,8 @@ pub const RAD_PER_DEG: f64 = std::f64::consts::PI / 180.0;
 pub const DEG_PER_RAD: f64 = 180.0 / std::f64::consts::PI;
 /// Standard gravity [m/s^2]; compiled into PX4 as its `CONSTANTS_ONE_G`.
 pub const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
+/// Temperature of 0 deg C [K].
+pub const ZERO_DEG_C_K: f64 = 273.15;
 /// Density of the standard atmosphere at sea level [kg/m^3], the reference of indicated airspeed.
 pub const SEA_LEVEL_DENSITY_KG_M3: f64 = 1.225;
 /// Metres of arc per degree of latitude on a sphere of 6371 km, for the local-to-global anchor.

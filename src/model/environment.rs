@@ -1,19 +1,22 @@
-//! The site of a flight: gravity, air and the anchor of the local frame. Uniform and constant over the flight
-//! (a drop of half a minute): flat, non-rotating Earth or Titan.
+//! The site of a flight: gravity, air and the anchor of the local frame on a flat, non-rotating Earth or
+//! Titan. Gravity and air are constant over the flight, or follow the altitude ([`Atmosphere`]); the wind is
+//! uniform.
 
 use nalgebra::Vector3;
 
-use super::ModelError;
+use super::{Atmosphere, ModelError};
 use crate::math;
 use crate::units::{DEG_PER_RAD, EARTH_RADIUS_M, RAD_PER_DEG, STANDARD_GRAVITY_M_S2};
 
 /// The site: gravity, density, wind, and the place of the local NED frame's origin on the globe.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Environment {
-    /// Gravity, along +down [m/s^2].
+    /// Gravity at the anchor's altitude, along +down [m/s^2].
     pub gravity_m_s2: f64,
-    /// Density of the air [kg/m^3].
+    /// Density of the air at the anchor's altitude [kg/m^3].
     pub density_kg_m3: f64,
+    /// How gravity and density change with altitude.
+    pub atmosphere: Atmosphere,
     /// Velocity of the air over the ground, NED [m/s].
     pub wind_ned_m_s: Vector3<f64>,
     /// Latitude [deg], longitude [deg] and altitude above mean sea level [m] of the local origin: the point
@@ -74,7 +77,48 @@ impl Environment {
         let latitude_deg = anchor.latitude_deg;
         let expected = "between -90 and 90 deg, poles excluded";
         super::check(latitude_deg.abs() < 90.0, "latitude", expected, latitude_deg)?;
-        Ok(Self { gravity_m_s2, density_kg_m3, wind_ned_m_s, anchor })
+        Ok(Self { gravity_m_s2, density_kg_m3, atmosphere: Atmosphere::Constant, wind_ned_m_s, anchor })
+    }
+
+    /// The site with the air and gravity of an atmosphere, those of its anchor's altitude from now on.
+    ///
+    /// # Errors
+    /// [`ModelError`] when the atmosphere is not known at that altitude.
+    pub fn within(self, atmosphere: Atmosphere) -> Result<Self, ModelError> {
+        let (Some(air), Some([low, high])) =
+            (atmosphere.at(self.anchor.altitude_m), atmosphere.altitudes_m())
+        else {
+            return Ok(Self { atmosphere, ..self });
+        };
+        let altitude_m = self.anchor.altitude_m;
+        let expected = "where the atmosphere is known: us1976 from -5 to 86 km, titan from 0 to 10 km";
+        super::check((low..=high).contains(&altitude_m), "altitude", expected, altitude_m)?;
+        let (gravity_m_s2, density_kg_m3) = (air.gravity_m_s2, air.density_kg_m3);
+        Ok(Self { gravity_m_s2, density_kg_m3, atmosphere, ..self })
+    }
+
+    /// The site with gravity and density as they are at its anchor's altitude, at every altitude.
+    pub fn uniform(self) -> Self {
+        Self { atmosphere: Atmosphere::Constant, ..self }
+    }
+
+    /// The site as it is at the altitude of `p_ned` [m], if that makes a difference: gravity and density in
+    /// proportion to the atmosphere's at that altitude and at the anchor's.
+    #[inline(always)]
+    pub fn at(&self, p_ned: &Vector3<f64>) -> Option<Self> {
+        if self.atmosphere == Atmosphere::Constant {
+            return None;
+        }
+        self.in_atmosphere(self.anchor.altitude_m - p_ned.z)
+    }
+
+    fn in_atmosphere(&self, altitude_m: f64) -> Option<Self> {
+        let (here, there) = (self.atmosphere.at(self.anchor.altitude_m)?, self.atmosphere.at(altitude_m)?);
+        Some(Self {
+            gravity_m_s2: self.gravity_m_s2 * (there.gravity_m_s2 / here.gravity_m_s2),
+            density_kg_m3: self.density_kg_m3 * (there.density_kg_m3 / here.density_kg_m3),
+            ..self.clone()
+        })
     }
 
     /// Whether the gravity is one that occurs on Earth.

@@ -9,8 +9,9 @@
 //! | [`motor`] | speed controller and motor: rotor speed from throttle | III.B, (23)-(24) |
 //! | [`vehicle`] | the vehicle: all of the above with its geometry; force balance | (5)-(9), (19)-(22) |
 //! | [`rotor_limits`] | the greatest thrust of a rotor, and how fast it comes | |
+//! | [`atmosphere`] | air and gravity by altitude | |
 //! | [`environment`] | gravity, density, wind, the site's place on the globe | |
-//! | [`atmosphere`] | gravity and density over altitude: Earth, Titan, Mars | |
+//! | [`planet`] | gravity and density at a release on Earth, Titan, Mars, for drafts of missions | |
 //! | [`magnetic_field`] | Earth's field from the World Magnetic Model; a dipole's | |
 //! | [`wind`] | gusts | |
 //! | [`parachute`] | descent and swing before the release | (40)-(44) |
@@ -23,6 +24,7 @@ pub mod environment;
 pub mod magnetic_field;
 pub mod motor;
 pub mod parachute;
+pub mod planet;
 pub mod rigid_body;
 pub mod rotor;
 pub mod rotor_limits;
@@ -31,10 +33,12 @@ pub mod trim;
 pub mod vehicle;
 pub mod wind;
 
+pub use atmosphere::Atmosphere;
 pub use body_aero::BodyAero;
 pub use environment::Environment;
 pub use motor::{EscDc, Motor};
 pub use parachute::Parachute;
+pub use planet::Planet;
 pub use rotor::{Rotor, RotorTable};
 pub use rotor_limits::RotorLimits;
 pub use trim::{Trim, TrimError, trim};

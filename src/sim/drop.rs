@@ -122,6 +122,15 @@ impl DropSimulation {
 
     /// A vehicle at t = 0 of the study: in the given state, rotors at rest and free.
     pub fn at_t0(vehicle: Arc<Vehicle>, environment: Environment, state: BodyState, kind: PlantKind) -> Self {
+        Self::powered_from(vehicle, environment.uniform(), state, kind)
+    }
+
+    fn powered_from(
+        vehicle: Arc<Vehicle>,
+        environment: Environment,
+        state: BodyState,
+        kind: PlantKind,
+    ) -> Self {
         let still = Pendulum { amplitude_rad: 0.0, phase_rad: 0.0, omega_rad_s: 0.0, length_m: 0.0 };
         Self {
             plant: Plant::new(vehicle, environment, kind),

@@ -5,13 +5,15 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
+use super::plant::Plant;
 use super::{DropSimulation, Phase, PlantKind, PlantState, Start};
 use crate::control::test_vehicles::{GRAVITY_M_S2, MASS_KG, lander, quadrotor, site};
 use crate::frames::{quaternion_from_euler, rotate_ned_from_body};
 use crate::math;
+use crate::model::environment::GeoPoint;
 use crate::model::parachute::Pendulum;
 use crate::model::rigid_body::BodyState;
-use crate::model::{Environment, Parachute, Vehicle, VehicleOptions};
+use crate::model::{Atmosphere, Environment, MAX_ROTORS, Parachute, Vehicle, VehicleOptions};
 
 const OFF: [f64; 8] = [0.0; 8];
 
@@ -295,4 +297,37 @@ proptest! {
             prop_assert!((slope - a_ned).norm() < 1e-6, "{phase:?}: {slope} against {a_ned}");
         }
     }
+}
+
+/// In an atmosphere a vehicle high above the anchor has the loads of a site whose gravity and density are
+/// those of that altitude; in flights of the study those of the anchor.
+#[test]
+fn closed_form_the_air_is_that_of_the_altitude() {
+    let vehicle = Arc::new(lander(true));
+    let anchor = GeoPoint { altitude_m: 1_000.0, ..GeoPoint::default() };
+    let at = |altitude_m: f64| Atmosphere::Us1976.at(altitude_m).unwrap();
+    let flat = |altitude_m: f64| {
+        let air = at(altitude_m);
+        Environment::new(air.gravity_m_s2, air.density_kg_m3, Vector3::zeros(), anchor).unwrap()
+    };
+    let site = flat(1_000.0).within(Atmosphere::Us1976).unwrap();
+    let mut state = PlantState::rotors_at_rest(BodyState {
+        p_ned: Vector3::new(10.0, 20.0, -3_000.0),
+        q_ned_from_body: [1.0, 0.0, 0.0, 0.0],
+        v_ned: Vector3::new(5.0, 1.0, 30.0),
+        omega_body: Vector3::new(0.1, 0.2, 0.3),
+    });
+    state.rotor_speed = [50.0; MAX_ROTORS];
+    let loads = |environment: Environment| {
+        Plant::new(vehicle.clone(), environment, PlantKind::Actuator).loads(&state, &[0.5; MAX_ROTORS], false)
+    };
+    let (found, wanted) = (loads(site.clone()), loads(flat(4_000.0)));
+    assert!((found.a_ned - wanted.a_ned).norm() < 1e-12, "{found:?} {wanted:?}");
+    assert!((found.balance.thrust_n[0] / wanted.balance.thrust_n[0] - 1.0).abs() < 1e-12);
+    assert!((found.a_ned - loads(flat(1_000.0)).a_ned).norm() > 0.1);
+    let study = DropSimulation::at_t0(vehicle.clone(), site.clone(), state.body, PlantKind::Actuator);
+    assert_eq!(*study.environment(), site.clone().uniform());
+    assert!(flat(1_000.0).within(Atmosphere::Titan).is_ok());
+    let above = Environment { anchor: GeoPoint { altitude_m: 11_000.0, ..anchor }, ..flat(1_000.0) };
+    assert!(above.within(Atmosphere::Titan).is_err());
 }

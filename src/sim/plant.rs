@@ -93,9 +93,11 @@ impl Plant {
     /// Forces, moments and acceleration of the vehicle under the throttle commands, rotors free or locked.
     pub fn loads(&self, state: &PlantState, throttle: &PerRotor, locked: bool) -> Loads {
         if self.kind == PlantKind::Ideal && !locked {
-            let balance = self.vehicle.thrust_balance(&self.environment, &state.body, &self.thrust_n);
+            let higher = self.environment.at(&state.body.p_ned);
+            let environment = higher.as_ref().unwrap_or(&self.environment);
+            let balance = self.vehicle.thrust_balance(environment, &state.body, &self.thrust_n);
             let n = self.vehicle.rotors.len();
-            let rate = self.vehicle.thrust_derivative(&self.environment, &state.body, &self.thrust_n[..n]);
+            let rate = self.vehicle.thrust_derivative(environment, &state.body, &self.thrust_n[..n]);
             return Loads { a_ned: rate.v_dot_ned, balance };
         }
         let rate = self.derivative(state, throttle, locked);
@@ -109,13 +111,10 @@ impl Plant {
         throttle: &PerRotor,
         locked: bool,
     ) -> crate::model::vehicle::VehicleRate {
-        let mut rate = self.vehicle.powered_derivative(
-            &self.environment,
-            &state.body,
-            &state.rotor_speed,
-            throttle,
-            locked,
-        );
+        let higher = self.environment.at(&state.body.p_ned);
+        let environment = higher.as_ref().unwrap_or(&self.environment);
+        let mut rate =
+            self.vehicle.powered_derivative(environment, &state.body, &state.rotor_speed, throttle, locked);
         if let Some(ground) = &self.ground {
             let reaction = ground.reaction(&self.vehicle, &state.body);
             rate.body.v_dot_ned += reaction.force_ned / self.vehicle.mass.mass_kg;
@@ -172,7 +171,9 @@ impl Plant {
         }
         let mut next = runge_kutta_4(state, dt_s, |fraction, x| {
             let thrust: PerRotor = std::array::from_fn(|i| from[i] + fraction * (to[i] - from[i]));
-            let body = self.vehicle.thrust_derivative(&self.environment, &x.body, &thrust[..n]);
+            let higher = self.environment.at(&x.body.p_ned);
+            let environment = higher.as_ref().unwrap_or(&self.environment);
+            let body = self.vehicle.thrust_derivative(environment, &x.body, &thrust[..n]);
             PlantRate { body, rotor_acceleration: [0.0; MAX_ROTORS] }
         });
         next.body.q_ned_from_body = normalized(next.body.q_ned_from_body);

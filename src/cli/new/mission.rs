@@ -15,7 +15,7 @@ use crate::cli::terminal::{print, print_err};
 use samara::config::draft::{MissionDraft, ReleasedFrom, gains_that_fly, guessed_gains, mission_draft_json};
 use samara::config::shipped::is_built_in;
 use samara::config::{derived, gains_json, load_mission, load_vehicle, vehicle_path};
-use samara::model::atmosphere::Planet;
+use samara::model::Planet;
 use samara::plan::Status;
 use samara::report::plan_text;
 

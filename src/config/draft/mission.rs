@@ -2,7 +2,7 @@
 
 use super::rounded;
 use crate::math;
-use crate::model::atmosphere::Planet;
+use crate::model::Planet;
 use crate::model::{ModelError, RotorLimits, Vehicle};
 use crate::units::{RAD_PER_DEG, STANDARD_GRAVITY_M_S2};
 

@@ -6,21 +6,24 @@ use serde::Deserialize;
 use crate::config::error::ConfigError;
 use crate::config::number::{AngleDeg, Exactly, LatitudeDeg, Positive, Within};
 use crate::config::source::Source;
-use crate::model::Environment;
 use crate::model::environment::GeoPoint;
+use crate::model::{Atmosphere, Environment};
 use crate::sim::Ground;
 
-/// Gravity, air and place, uniform over the flight.
+/// Gravity, air and place.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SiteJson {
     /// Remarks on the place, for the reader.
     #[serde(rename = "about")]
     _about: Option<String>,
-    /// Gravity [m/s^2].
-    gravity_m_s2: Positive<100>,
-    /// Density of the air [kg/m^3].
-    density_kg_m3: Positive<1000>,
+    /// Gravity and density by altitude; "constant" when left out: gravity_m_s2 and density_kg_m3 hold
+    /// everywhere.
+    atmosphere: Option<AtmosphereJson>,
+    /// Gravity; left out where an atmosphere has it [m/s^2].
+    gravity_m_s2: Option<Positive<100>>,
+    /// Density of the air; left out where an atmosphere has it [kg/m^3].
+    density_kg_m3: Option<Positive<1000>>,
     /// Velocity of the air over ground, NED [m/s].
     wind_ned_m_s: Exactly<Within<200>, 3>,
     /// Latitude of the local frame's origin, the point of release at the end of the hang [deg].
@@ -31,6 +34,29 @@ pub(super) struct SiteJson {
     altitude_m: Within<100_000>,
     /// Altitude of level ground above mean sea level [m]; without it there is none.
     ground_altitude_m: Option<Within<100_000>>,
+}
+
+/// Gravity and density by altitude. A drop follows them; plans, tuning and campaigns of flights from t = 0
+/// take those of site.altitude_m, as controllers do.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum AtmosphereJson {
+    /// No change: gravity_m_s2 and density_kg_m3 hold at every altitude.
+    Constant,
+    /// The US Standard Atmosphere 1976, from -5 to 86 km.
+    Us1976,
+    /// Titan's, as Huygens measured it, from 0 to 10 km.
+    Titan,
+}
+
+impl AtmosphereJson {
+    fn atmosphere(self) -> Atmosphere {
+        match self {
+            Self::Constant => Atmosphere::Constant,
+            Self::Us1976 => Atmosphere::Us1976,
+            Self::Titan => Atmosphere::Titan,
+        }
+    }
 }
 
 /// Gravity, air and place of a mission, and what is below.
@@ -50,9 +76,27 @@ impl Site {
             longitude_deg: json.longitude_deg.get(),
             altitude_m: json.altitude_m.get(),
         };
-        let (gravity_m_s2, density_kg_m3) = (json.gravity_m_s2.get(), json.density_kg_m3.get());
+        let atmosphere = json.atmosphere.map_or(Atmosphere::Constant, AtmosphereJson::atmosphere);
+        let air = atmosphere.at(anchor.altitude_m);
+        let number = |key: &str, given: Option<f64>, of_air: Option<f64>| match (given, of_air) {
+            (Some(given), None) => Ok(given),
+            (None, Some(of_air)) => Ok(of_air),
+            (None, None) => {
+                let message = "expected a number, or an atmosphere other than \"constant\", found neither";
+                Err(source.refuse(&format!("site.{key}"), message.to_owned()))
+            }
+            (Some(given), Some(of_air)) => Err(source.refuse(
+                &format!("site.{key}"),
+                format!("expected to be left out, for the atmosphere has it ({of_air} here), found {given}"),
+            )),
+        };
+        let gravity_m_s2 =
+            number("gravity_m_s2", json.gravity_m_s2.map(Positive::get), air.map(|a| a.gravity_m_s2))?;
+        let density_kg_m3 =
+            number("density_kg_m3", json.density_kg_m3.map(Positive::get), air.map(|a| a.density_kg_m3))?;
         let environment =
             Environment::new(gravity_m_s2, density_kg_m3, json.wind_ned_m_s.get().into(), anchor)
+                .and_then(|environment| environment.within(atmosphere))
                 .map_err(|e| source.refuse("site", e.to_string()))?;
         Ok(Self { environment, ground: ground(source, json, standing)? })
     }

@@ -11,7 +11,7 @@ use super::{Mission, PlanInitial, PlanSettings};
 use crate::assess::paper::STUDY_SHA256;
 use crate::config::source::sha256;
 
-use crate::model::{EscDc, Motor, RotationSense, Rotor, Vehicle};
+use crate::model::{EscDc, Interference, Motor, RotationSense, Rotor, Vehicle};
 use crate::plan::InputReference;
 
 impl Mission {
@@ -103,6 +103,11 @@ impl Numbers {
                 RotationSense::Ccw => "ccw",
             };
             self.word(&format!("vehicle.rotors[{i}].spin_from_above"), sense);
+            if mount.interference != Interference::NONE {
+                let Interference { thrust, torque } = mount.interference;
+                self.put(&format!("vehicle.rotors[{i}].interference.thrust"), thrust);
+                self.put(&format!("vehicle.rotors[{i}].interference.torque"), torque);
+            }
         }
         self.put("vehicle.effects.reaction_torque", vehicle.options.reaction_torque);
         self.put("vehicle.effects.rotor_momentum", vehicle.options.rotor_momentum);

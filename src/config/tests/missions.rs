@@ -203,3 +203,18 @@ fn numbers_that_the_vehicle_contradicts_are_reported() {
         assert!(found.contains(words), "{words}: {found}");
     }
 }
+
+/// An atmosphere has gravity and density: they are either in the file or in it.
+#[test]
+fn an_atmosphere_takes_the_place_of_gravity_and_density() {
+    let both = titan("\"gravity_m_s2\": 1.35,", "\"gravity_m_s2\": 1.35, \"atmosphere\": \"titan\",");
+    let message = both.loaded.unwrap_err().to_string();
+    assert!(message.contains("site.gravity_m_s2: expected to be left out"), "{message}");
+    let neither = titan("\"gravity_m_s2\": 1.35,", "");
+    let message = neither.loaded.unwrap_err().to_string();
+    assert!(message.contains("site.gravity_m_s2: expected a number, or an atmosphere"), "{message}");
+    let mission = titan("\"gravity_m_s2\": 1.35,\n    \"density_kg_m3\": 5.4,", "\"atmosphere\": \"titan\",");
+    let environment = mission.loaded.unwrap().site.environment;
+    assert_eq!(environment.density_kg_m3, 5.144, "at 1000 m");
+    assert_eq!(environment.atmosphere, crate::model::Atmosphere::Titan);
+}

@@ -16,7 +16,7 @@ use crate::sim::sensors::Sensors;
 use crate::sim::sensors::barometer::pressure_altitude_m;
 use crate::sim::{Battery, DropRun, DropSimulation, SensorSettings};
 use crate::time::TimeUs;
-use crate::units::{DEG_PER_RAD, SEA_LEVEL_DENSITY_KG_M3, STANDARD_GRAVITY_M_S2};
+use crate::units::{DEG_PER_RAD, SEA_LEVEL_DENSITY_KG_M3, STANDARD_GRAVITY_M_S2, ZERO_DEG_C_K};
 
 /// Fields of HIL_SENSOR that the barometer makes: pressure, pressure altitude and temperature. A multirotor
 /// has no airspeed sensor: the differential pressure (0x400) is never there.
@@ -106,7 +106,9 @@ impl HilSensors {
             let pressure_hpa = self.sensors.barometer(altitude_m, truth.at);
             m.abs_pressure = pressure_hpa as f32;
             m.pressure_alt = pressure_altitude_m(pressure_hpa) as f32;
-            m.temperature = (15.0 - 0.0065 * altitude_m.clamp(-1_000.0, 11_000.0)) as f32;
+            let air = truth.sim.environment().atmosphere.at(altitude_m);
+            let standard_deg_c = || 15.0 - 0.0065 * altitude_m.clamp(-1_000.0, 11_000.0);
+            m.temperature = air.map_or_else(standard_deg_c, |air| air.temperature_k - ZERO_DEG_C_K) as f32;
         }
         m.clone()
     }
@@ -142,7 +144,9 @@ impl HilSensors {
     /// viewers.
     pub fn state_quaternion(&self, truth: &Truth<'_>) -> HIL_STATE_QUATERNION_DATA {
         let body = &truth.sim.state().body;
-        let environment = truth.sim.environment();
+        let site = truth.sim.environment();
+        let higher = site.at(&body.p_ned);
+        let environment = higher.as_ref().unwrap_or(site);
         let true_airspeed_m_s = (body.v_ned - environment.wind_ned_m_s).norm();
         // What a pitot tube shows: the speed that makes the same dynamic pressure in the standard air of sea
         // level.

@@ -18,7 +18,7 @@ impl DropSimulation {
     }
 
     fn loads_under(&self, throttle: &PerRotor) -> Loads {
-        let gravity = self.environment().gravity_ned();
+        let gravity = self.gravity_ned();
         let mass = self.vehicle().mass.mass_kg;
         match self.phase {
             Phase::Falling if !self.dynamic_fall() => {
@@ -43,6 +43,16 @@ impl DropSimulation {
         self.loads_under(throttle).balance
     }
 
+    /// Gravity at the vehicle's altitude, NED [m/s^2]; in the study's fall, that of the release.
+    fn gravity_ned(&self) -> Vector3<f64> {
+        let site = self.environment();
+        let higher = match self.phase {
+            Phase::Falling if !self.dynamic_fall() => None,
+            _ => site.at(&self.state.body.p_ned),
+        };
+        higher.as_ref().unwrap_or(site).gravity_ned()
+    }
+
     /// Acceleration now, NED [m/s^2].
     pub fn acceleration_ned(&self) -> Vector3<f64> {
         self.loads().a_ned
@@ -50,7 +60,7 @@ impl DropSimulation {
 
     /// What an accelerometer at the centre of mass reads, body [m/s^2]: acceleration without gravity.
     pub fn specific_force_body(&self) -> Vector3<f64> {
-        let a = self.acceleration_ned() - self.environment().gravity_ned();
+        let a = self.acceleration_ned() - self.gravity_ned();
         rotate_body_from_ned(self.state.body.q_ned_from_body, a)
     }
 

@@ -22,7 +22,7 @@ impl DropSimulation {
             v_ned: Vector3::zeros(),
             omega_body: Vector3::zeros(),
         };
-        Self::at_t0(vehicle, environment, state, PlantKind::Actuator).above(ground)
+        Self::powered_from(vehicle, environment, state, PlantKind::Actuator).above(ground)
     }
 
     /// Puts a ground below. A vehicle that comes down to it under its canopy is cut loose there.

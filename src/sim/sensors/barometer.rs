@@ -1,8 +1,9 @@
 //! A barometer: PX4's atmosphere, with noise and a drift.
 //!
 //! `p = 1013.25 (1 - 2.25577e-5 h)^5.25588` hPa is what PX4 inverts for an altitude, whatever air a mission
-//! has. A sensor that repeats a pressure bit by bit is taken for dead there: by default the noise is
-//! small but not zero.
+//! has: the US Standard Atmosphere 1976 with the altitude for the geopotential one, 0.2 hPa off at 4 km. A
+//! sensor that repeats a pressure bit by bit is taken for dead there: by default the noise is small but not
+//! zero.
 
 use super::noise::Walk;
 use crate::math;
@@ -67,6 +68,16 @@ pub fn pressure_altitude_m(pressure_hpa: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::Atmosphere;
+
+    /// Below 4 km.
+    #[test]
+    fn reference_the_sensors_air_is_nearly_the_standard_atmosphere() {
+        for altitude_m in (0..=8).map(|k| 500.0 * f64::from(k)) {
+            let standard_hpa = 0.01 * Atmosphere::Us1976.at(altitude_m).unwrap().pressure_pa;
+            assert!((pressure_hpa(altitude_m) - standard_hpa).abs() < 0.25, "{altitude_m} m: {standard_hpa}");
+        }
+    }
 
     /// US standard atmosphere, as the formula is meant: 954.61 hPa at 500 m, 898.76 at 1000 m.
     #[test]

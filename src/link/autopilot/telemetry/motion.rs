@@ -75,7 +75,9 @@ impl Telemetry<'_> {
         let Vehicle { autopilot, environment, .. } = self.vehicle;
         let v = state.measurement.v_ned;
         // Calibrated airspeed, as PX4 sends: what a faultless pitot tube would show.
-        let density_ratio = environment.density_kg_m3 / SEA_LEVEL_DENSITY_KG_M3;
+        let higher = environment.at(&state.p_ned);
+        let density_kg_m3 = higher.as_ref().unwrap_or(environment).density_kg_m3;
+        let density_ratio = density_kg_m3 / SEA_LEVEL_DENSITY_KG_M3;
         let true_airspeed_m_s = (v - environment.wind_ned_m_s).norm();
         let lift_max_n = autopilot.control_settings().airframe.lift_max_n;
         MavMessage::VFR_HUD(VFR_HUD_DATA {
