@@ -22,6 +22,8 @@ SAMARA = os.environ.get("SAMARA", str(ROOT / "target/release/samara"))
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 SOFT = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
+# Rust's tests make the page and read its data back without a browser; what stands here needs one, and where there is none
+# scripts/test says that it was left out.
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium is installed")
 
 
