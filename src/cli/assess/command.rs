@@ -4,6 +4,7 @@ use super::args::AssessArgs;
 use super::campaign::TrialRunner;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::args::AutopilotArg;
+use crate::cli::system::Stopwatch;
 use crate::cli::terminal::print;
 use samara::config::Mission;
 use samara::config::shipped::is_built_in;
@@ -60,6 +61,25 @@ impl Command {
 pub fn finish(args: &AssessArgs, runner: &TrialRunner<'_>) -> Result<(), Failure> {
     let circumstances = [("trials", runner.trials.to_string()), ("bound", args.bound.to_string())];
     runner.folder.write_manifest("assess", runner.mission, &circumstances)
+}
+
+/// Reports campaigns that are complete: how many flights they took, where the results are, and last the
+/// verdict. `text` and `json` are of the results; the pace is for the terminal and `--json` alone.
+pub fn report(
+    args: &AssessArgs,
+    runner: &TrialRunner<'_>,
+    (flown, watch): (u64, &Stopwatch),
+    json: impl FnOnce(Option<f64>) -> String,
+    [text, verdict]: [String; 2],
+) -> Result<(), Failure> {
+    let flights_per_s = 1e3 * flown as f64 / watch.ms();
+    if args.mission.json {
+        return print(&json((flown > 0).then_some(flights_per_s)));
+    }
+    let folder = runner.folder.path().display();
+    print(&format!(
+        "{text}\n{flown} campaign flights, {flights_per_s:.0} a second; results in {folder}, start with {folder}/assess.html\n{verdict}\n"
+    ))
 }
 
 /// The answer of campaigns that were stopped.

@@ -5,13 +5,12 @@ use anyhow::Context as _;
 
 use super::args::AssessArgs;
 use super::campaign::{self, Campaign, TrialRunner};
-use super::command::{Command, finish, stopped};
+use super::command::{self, Command, finish, stopped};
 use super::figures;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::narrator::Narrator;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::Stopwatch;
-use crate::cli::terminal::print;
 use samara::assess::{StudyEntry, StudyReference, plan_j_tpf, tracking};
 use samara::config::Mission;
 use samara::control::{Airframe, Cascade};
@@ -55,7 +54,6 @@ pub fn run(
         return stopped(args, mission);
     };
     let flown: u64 = campaigns.iter().map(|c| c.flown_now).sum();
-    let flights_per_s = 1e3 * flown as f64 / watch.ms();
     let report = CampaignReport {
         mission,
         flown_by: "the cascade at 100 Hz from t = 0, on the plant with speed controllers, motors and rotors"
@@ -77,16 +75,8 @@ pub fn run(
     let beside = ["assess.txt", "assess.json", "trajectory.csv", "plan.json", "plan.svg"].map(str::to_owned);
     write_page(runner.folder, &report, ["assess", ""], drawn, &[&files[..], &beside].concat())?;
     finish(args, runner)?;
-    if args.mission.json {
-        print(&json::json(&report, (flown > 0).then_some(flights_per_s)))?;
-    } else {
-        let folder = runner.folder.path().display();
-        print(&format!(
-            "{}\n{flown} campaign flights, {flights_per_s:.0} a second; results in {folder}, start with {folder}/assess.html\n{}\n",
-            tables::text(&report),
-            tables::verdict(&report),
-        ))?;
-    }
+    let texts = [tables::text(&report), tables::verdict(&report)];
+    command::report(args, runner, (flown, &watch), |pace| json::json(&report, pace), texts)?;
     Ok(Answer::from(report.safe()))
 }
 

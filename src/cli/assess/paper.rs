@@ -3,12 +3,11 @@
 
 use super::args::AssessArgs;
 use super::campaign::{self, Campaign, TrialRunner};
-use super::command::{Command, finish, stopped};
+use super::command::{self, Command, finish, stopped};
 use super::figures;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::narrator::Narrator;
 use crate::cli::system::Stopwatch;
-use crate::cli::terminal::print;
 use samara::assess::{StudyEntry, StudyReference, plan_j_tpf, tracking};
 use samara::config::Mission;
 use samara::control::{Airframe, Cascade, Gains};
@@ -29,20 +28,11 @@ pub fn run(
         return stopped(args, mission);
     };
     let flown: u64 = campaigns.iter().map(|c| c.flown_now).sum();
-    let flights_per_s = 1e3 * flown as f64 / watch.ms();
     let assessment = assessment(args, plan, runner, &campaigns)?;
     write(&assessment, runner, &campaigns)?;
     finish(args, runner)?;
-    if args.mission.json {
-        print(&records::assess_json(&assessment, (flown > 0).then_some(flights_per_s)))?;
-    } else {
-        let folder = runner.folder.path().display();
-        print(&format!(
-            "{}\n{flown} campaign flights, {flights_per_s:.0} a second; results in {folder}, start with {folder}/assess.html\n{}\n",
-            tables::assess_text(&assessment),
-            tables::verdict(&assessment),
-        ))?;
-    }
+    let texts = [tables::assess_text(&assessment), tables::verdict(&assessment)];
+    command::report(args, runner, (flown, &watch), |pace| records::assess_json(&assessment, pace), texts)?;
     Ok(Answer::from(assessment.safe()))
 }
 
