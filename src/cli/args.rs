@@ -234,6 +234,18 @@ pub fn speed(text: &str) -> Result<Speed, String> {
     number(text, |x| (0.001..=10_000.0).contains(&x), expected).map(Speed::Factor)
 }
 
+/// The value of `--wait-for`: how long a companion that falls silent is waited for.
+pub fn companion(text: &str) -> Result<Duration, String> {
+    let expected = "`companion`, or `companion=` and seconds from 0.1 to 86400, is expected";
+    match text.split_once('=') {
+        None if text == "companion" => Ok(Duration::from_secs(5)),
+        Some(("companion", seconds)) => {
+            number(seconds, |x| (0.1..=86_400.0).contains(&x), expected).map(Duration::from_secs_f64)
+        }
+        _ => Err(expected.to_owned()),
+    }
+}
+
 /// The value of `--autopilot`.
 pub fn autopilot(text: &str) -> Result<AutopilotArg, String> {
     match text.split_once('=') {

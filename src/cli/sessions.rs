@@ -1,6 +1,7 @@
 //! The parties of a drop, built from a mission.
 
 use std::path::Path;
+use std::time::Duration;
 
 use anyhow::Context as _;
 
@@ -26,8 +27,13 @@ pub fn froude(mission: &Mission) -> Option<Froude> {
     }
 }
 
-/// The simulator with its parachute.
-pub fn simulator(mission: &Mission, system_id: u8, froude: Option<Froude>) -> HilSession {
+/// The simulator with its parachute, which waits for a companion if `companion` says how long.
+pub fn simulator(
+    mission: &Mission,
+    system_id: u8,
+    froude: Option<Froude>,
+    companion: Option<Duration>,
+) -> HilSession {
     let default = DropRunConfig::default();
     let run = DropRunConfig {
         step_us: froude.map_or(default.step_us, Froude::step_us),
@@ -36,7 +42,8 @@ pub fn simulator(mission: &Mission, system_id: u8, froude: Option<Froude>) -> Hi
         battery: mission.battery,
         limits: Some(mission.limits.safety),
     };
-    let config = HilConfig { system_id, froude, run, sensors: mission.sensors, seed: mission.seed };
+    let config =
+        HilConfig { system_id, froude, run, sensors: mission.sensors, seed: mission.seed, companion };
     HilSession::new(mission.simulation(), config)
 }
 

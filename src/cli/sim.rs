@@ -1,9 +1,11 @@
 //! `samara sim`: the simulator behind its sockets.
 
+use std::time::Duration;
+
 use clap::Args;
 
 use super::answer::{Answer, BadInput as _, Failure};
-use super::args::{ChoiceArgs, MissionArgs, NetArgs, PageArgs, speed};
+use super::args::{ChoiceArgs, MissionArgs, NetArgs, PageArgs, companion, speed};
 use super::conclusion::Conclusion;
 use super::mission::{chosen_mission, origin};
 use super::narrator::Narrator;
@@ -34,6 +36,10 @@ pub struct SimArgs {
     /// Simulated seconds per second, or `max` (as fast as the answers come).
     #[arg(long, value_name = "FACTOR|max", default_value = "1", value_parser = speed)]
     pub speed: Speed,
+    /// Stand still until a script is heard, then keep step with its setpoints. A script that falls silent is
+    /// waited for SECONDS of wall time, 5 unless told otherwise.
+    #[arg(long, value_name = "companion[=SECONDS]", value_parser = companion)]
+    pub wait_for: Option<Duration>,
 }
 
 /// Runs the simulator to the mission's end and judges the flight.
@@ -53,7 +59,7 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
         ));
     }
     narrator.check()?;
-    let session = sessions::simulator(&mission, args.net.system()?, froude);
+    let session = sessions::simulator(&mission, args.net.system()?, froude, args.wait_for);
     let session =
         block_on(|stop| run_simulator(session, &ports, args.speed, key, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;

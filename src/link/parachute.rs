@@ -107,6 +107,11 @@ impl ParachuteComponent {
         self.send_instant(now, Recipient::All, T_END, now);
     }
 
+    /// Shows everybody that it is there, out of turn: while simulated time stands still.
+    pub fn call(&mut self) {
+        self.send_heartbeat(Recipient::All);
+    }
+
     /// Says something to everybody.
     pub fn say(&mut self, severity: MavSeverity, text: &str) {
         for message in self.texts.messages(severity, text) {

@@ -454,6 +454,8 @@ const LINES: &[(&str, &[&str])] = &[
     ("drop --seed -1", &["a whole number from 0"]),
     ("drop --seed x", &["a whole number from 0"]),
     ("drop --speed 0", &["a factor from 0.001 to 10000, or `max`"]),
+    ("sim --wait-for godot", &["`companion`, or `companion=` and seconds from 0.1 to 86400"]),
+    ("sim --wait-for companion=0", &["`companion`, or `companion=` and seconds from 0.1 to 86400"]),
     ("drop --speed fast", &["a factor from 0.001 to 10000, or `max`"]),
     ("drop --instance 10", &["0", "9"]),
     ("drop --autopilot px5", &["`reference`, `px4-model`, or `px4=`"]),

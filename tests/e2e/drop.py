@@ -1,7 +1,7 @@
 """The verbs of a drop test in simulated time: `hang`, `arm`, `stream`, `release`, `wait_until_steady`, `assert_limits`.
 
-Copy this file beside your own script; it needs pymavlink and nothing else. With `samara plan` done once, and `samara sim` and
-`samara autopilot` running, at any speed:
+Copy this file beside your own script; it needs pymavlink and nothing else. With `samara plan` done once, and `samara sim
+--wait-for companion` and `samara autopilot` running, at any `--speed`:
 
 ```python
 import json
@@ -17,6 +17,7 @@ vehicle.stream(vehicle.flies(plan, free_s))
 vehicle.until(free_s + plan.end_s)
 print("steady at", vehicle.wait_until_steady(plan.target_v_ned), "s")
 print("J_TPF", vehicle.assert_limits(mission["limits"], since_s=free_s))
+vehicle.until_the_end()
 ```
 
 Time is simulated time, `time_boot_ms` of ATTITUDE. Nothing here sleeps: a wait is a wait for a message, and the setpoints go on
@@ -105,6 +106,7 @@ class Vehicle:
         self.link = mavutil.mavlink_connection(address, source_system=245, source_component=190)
         self.system = system
         self.now_s = 0.0
+        self._greeted = False
         self.telemetry = Telemetry()
         self.texts = []
         self._setpoint = None
@@ -126,6 +128,10 @@ class Vehicle:
                 return m
 
     def _take(self, m):
+        if not self._greeted:
+            # `samara sim --wait-for companion` stands still until it hears somebody.
+            self._greeted = True
+            self._send_heartbeat()
         kind = m.get_type()
         if kind == "ATTITUDE":
             self.now_s = m.time_boot_ms * 1e-3
@@ -166,10 +172,13 @@ class Vehicle:
     def _send_what_is_due(self):
         if self.now_s - self._heartbeat_s >= HEARTBEAT_PERIOD_S:
             self._heartbeat_s = self.now_s
-            self.link.mav.heartbeat_send(mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 0)
+            self._send_heartbeat()
         if self._setpoint and self.now_s - self._sent_s >= SETPOINT_PERIOD_S - 1e-6:
             self._sent_s = self.now_s
             self._setpoint(self.now_s)
+
+    def _send_heartbeat(self):
+        self.link.mav.heartbeat_send(mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 0)
 
     def stream(self, setpoint):
         """From now on `setpoint(simulated time)` at 50 Hz; `None`: nothing."""
@@ -236,6 +245,13 @@ class Vehicle:
         """Simulated time of the cut [s], as the parachute tells it."""
         told = self.wait(
             "NAMED_VALUE_INT", lambda m: m.name == "t_release" and m.get_srcComponent() == PARACHUTE
+        )
+        return told.value * 1e-3
+
+    def until_the_end(self):
+        """Streams on until the simulation is over, as the parachute tells it; simulated time of that [s]."""
+        told = self.wait(
+            "NAMED_VALUE_INT", lambda m: m.name == "t_end" and m.get_srcComponent() == PARACHUTE, math.inf
         )
         return told.value * 1e-3
 

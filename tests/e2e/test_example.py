@@ -4,6 +4,7 @@ import re
 import subprocess
 
 import drop
+import pytest
 from programs import MISSION, REPOSITORY, SAMARA
 
 
@@ -12,7 +13,8 @@ def example(text):
     return next(block for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "from drop import" in block)
 
 
-def test_the_example_flies(samara, capsys, monkeypatch, tmp_path):
+@pytest.mark.parametrize("speed", ["10", "max"])
+def test_the_example_flies(samara, capsys, monkeypatch, tmp_path, speed):
     code = example(drop.__doc__)
     assert code == example((REPOSITORY / "docs" / "scripting.md").read_text(encoding="utf-8"))
     # As a user has it, but for the folder, and for the instance that is free.
@@ -22,11 +24,13 @@ def test_the_example_flies(samara, capsys, monkeypatch, tmp_path):
     here = f'Vehicle("udpin:127.0.0.1:{samara.ports.api}", system={samara.ports.system})'
     code, found = re.subn(r'Vehicle\("udpin:127.0.0.1:14540", system=1\)', here, code)
     assert found == 1
-    samara.sim("--speed", 10)
+    sim = samara.sim("--speed", speed, "--wait-for", "companion")
     samara.autopilot()
+    sim.says("waiting since", "for a companion")
     names = {}
     exec(compile(code, "scripting.md", "exec"), names)  # noqa: S102
     names["vehicle"].close()
+    assert sim.ends() == 0, "the script has streamed to the end"
     said = capsys.readouterr().out
     steady_s, j_tpf = (float(x) for x in re.fullmatch(r"steady at (\S+) s\nJ_TPF (\S+)\n", said).groups())
     assert 40.4 < steady_s < 41.0 and 0.5 < j_tpf < 0.6

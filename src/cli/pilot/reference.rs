@@ -70,7 +70,7 @@ impl Pilot for Reference {
         let (autopilot, _) =
             sessions::autopilot(mission, self.parameters.as_deref(), self.estimator, system)?;
         let mut wire = Lockstep::new(
-            sessions::simulator(mission, system, None),
+            sessions::simulator(mission, system, None, None),
             autopilot,
             sessions::streamer(mission, flight.trajectory.clone(), system, StreamerChoice::default()),
         );

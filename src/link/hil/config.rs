@@ -1,5 +1,7 @@
 //! How a HIL session runs, what its host may do next, and what it counts.
 
+use core::time::Duration;
+
 use super::super::froude::Froude;
 use crate::sim::{DropRunConfig, SensorSettings};
 
@@ -17,6 +19,10 @@ pub struct HilConfig {
     pub sensors: SensorSettings,
     /// Seed of the sensors' errors.
     pub seed: u64,
+    /// How long a companion that streams setpoints is waited for when it falls silent, in wall time; `None`:
+    /// simulated time waits for no companion. With it, nothing moves before a companion is heard on the
+    /// parachute's socket, and nothing goes ahead of its setpoints.
+    pub companion: Option<Duration>,
 }
 
 impl Default for HilConfig {
@@ -27,6 +33,7 @@ impl Default for HilConfig {
             run: DropRunConfig::default(),
             sensors: SensorSettings::default(),
             seed: 1,
+            companion: None,
         }
     }
 }

@@ -13,6 +13,10 @@ pub enum Missing {
     AnyFrame,
     /// The autopilot owes the answer to a HIL_SENSOR.
     ActuatorControls,
+    /// No companion has been heard yet.
+    Companion,
+    /// The companion owes its next setpoint.
+    Setpoint,
 }
 
 impl fmt::Display for Missing {
@@ -20,6 +24,10 @@ impl fmt::Display for Missing {
         f.write_str(match self {
             Self::AnyFrame => "any message from the autopilot, which has connected but sent nothing",
             Self::ActuatorControls => "HIL_ACTUATOR_CONTROLS from the autopilot, the answer to HIL_SENSOR",
+            Self::Companion => {
+                "a companion: any message from a script to the parachute, which sends to UDP 14540 + instance"
+            }
+            Self::Setpoint => "the companion's next setpoint",
         })
     }
 }
@@ -43,6 +51,12 @@ pub enum HilEvent {
         /// For how long, as the host measures.
         waited: Duration,
     },
+    /// A companion is heard; simulated time goes no faster than the clock until its setpoints come.
+    CompanionHeard,
+    /// Setpoints are heard; simulated time waits for them from here on.
+    CompanionStreams,
+    /// No setpoint has come for so long; simulated time goes on without until one is heard.
+    CompanionSilent(Duration),
     /// HIL_ACTUATOR_CONTROLS with this time, which no HIL_SENSOR had; not used.
     Mistimed(TimeUs),
     /// The autopilot has gone; simulated time stands still.
@@ -67,6 +81,15 @@ impl fmt::Display for HilEvent {
             Self::Waiting { missing, waited } => {
                 write!(f, "waiting since {:.1} s for {missing}", waited.as_secs_f64())
             }
+            Self::CompanionHeard => {
+                f.write_str("a companion is heard; in real time until it streams setpoints")
+            }
+            Self::CompanionStreams => f.write_str("setpoints are heard, in step with them from here"),
+            Self::CompanionSilent(waited) => write!(
+                f,
+                "no setpoint for {:.1} s: going on without the companion until one is heard",
+                waited.as_secs_f64()
+            ),
             Self::Mistimed(stamp) => {
                 write!(f, "ignored HIL_ACTUATOR_CONTROLS stamped {stamp} us: no HIL_SENSOR had that time")
             }

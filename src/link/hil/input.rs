@@ -30,8 +30,11 @@ impl HilSession {
     }
 
     /// Everybody may send to the parachute's socket; of the autopilot, while it is connected, its HEARTBEAT
-    /// counts.
+    /// counts; of a companion that is waited for, that it is there, and its setpoints.
     pub(super) fn take_from_outside(&mut self, frame: &Frame) {
+        if frame.system_id != self.config.system_id {
+            self.take_from_companion(frame);
+        }
         let from_autopilot =
             (frame.system_id, frame.component_id) == (self.config.system_id, AUTOPILOT_COMPONENT);
         if from_autopilot
@@ -40,6 +43,16 @@ impl HilSession {
             && let Some(MavMessage::HEARTBEAT(m)) = frame.known()
         {
             self.take_heartbeat(m);
+        }
+    }
+
+    fn take_from_companion(&mut self, frame: &Frame) {
+        let (now, froude) = (self.now(), self.config.froude);
+        if let Some(companion) = &mut self.companion
+            && companion.take(frame, now, froude)
+        {
+            let starts = companion.starts();
+            self.report(if starts { HilEvent::CompanionHeard } else { HilEvent::CompanionStreams });
         }
     }
 

@@ -14,6 +14,7 @@
 //! |---|---|
 //! | `config`, `event` | how a session runs; what it reports |
 //! | `input` | messages of the autopilot |
+//! | `companion` | a script that simulated time keeps step with |
 //! | `rates`, [`messages`] | which messages are due at a step, and what is in them |
 //!
 //! The next step is the session's [`next_wake`](Session::next_wake); how fast steps follow each other is the
@@ -27,6 +28,7 @@ use std::collections::VecDeque;
 use mavlink::dialects::common::MavSeverity;
 use nalgebra::Vector3;
 
+use self::companion::Companion;
 use self::messages::HilSensors;
 use self::rates::HilRates;
 use super::encoder::Encoder;
@@ -36,12 +38,15 @@ use super::session::{Link, Session, Transmit};
 use crate::sim::{DropEvent, DropRun, DropSimulation, Phase, ReleaseCause};
 use crate::time::{TimeUs, Timed};
 
+mod companion;
 mod config;
 mod event;
 mod input;
 pub mod messages;
 mod rates;
 
+#[cfg(test)]
+mod companion_tests;
 #[cfg(test)]
 mod release_tests;
 #[cfg(test)]
@@ -56,6 +61,9 @@ pub const SIMULATOR_COMPONENT: u8 = 200;
 const FREE_RUN_LIMIT_US: TimeUs = 5_000_000;
 /// After such a silence the first report is made, the next after twice as long, and so on.
 const FIRST_REPORT: Duration = Duration::from_secs(1);
+/// While no companion has been heard the parachute calls for one so often, in wall time: with its HEARTBEAT,
+/// which simulated time would not let it send.
+const CALL_PERIOD: Duration = Duration::from_secs(1);
 
 /// A simulator's session on the HIL link, with the parachute that it hosts; the head of this module has its
 /// protocol.
@@ -72,7 +80,9 @@ pub struct HilSession {
     counts: HilCounts,
     pace: Pace,
     peer: Peer,
+    companion: Option<Companion>,
     next_report: Duration,
+    next_call: Duration,
 }
 
 /// What is known of the autopilot on the link.
@@ -105,7 +115,9 @@ impl HilSession {
             counts: HilCounts::default(),
             pace: Pace::NoPeer,
             peer: Peer::default(),
+            companion: config.companion.map(Companion::new),
             next_report: FIRST_REPORT,
+            next_call: Duration::ZERO,
             run,
             config,
         }
@@ -119,7 +131,11 @@ impl HilSession {
         std::mem::swap(&mut fresh.encoder, &mut self.encoder);
         std::mem::swap(&mut fresh.parachute, &mut self.parachute);
         std::mem::swap(&mut fresh.events, &mut self.events);
+        std::mem::swap(&mut fresh.companion, &mut self.companion);
         *self = fresh;
+        if let Some(companion) = &mut self.companion {
+            companion.restart();
+        }
         self.parachute.restart();
         if self.run.simulation().phase() == Phase::Hanging {
             self.parachute.allow_release();
@@ -201,16 +217,34 @@ impl HilSession {
 
     /// What the session waits for.
     pub fn missing(&self) -> Option<Missing> {
-        (self.pace == Pace::AwaitingControls).then_some(if self.peer.heard {
-            Missing::ActuatorControls
-        } else {
-            Missing::AnyFrame
-        })
+        let companion = self.companion.as_ref();
+        match self.pace {
+            Pace::NoPeer | Pace::Done => None,
+            Pace::AwaitingControls if self.peer.heard => Some(Missing::ActuatorControls),
+            Pace::AwaitingControls => Some(Missing::AnyFrame),
+            Pace::Free | Pace::Ready if companion.is_some_and(|c| !c.is_heard()) => Some(Missing::Companion),
+            Pace::Free | Pace::Ready => self.next_wake().is_none().then_some(Missing::Setpoint),
+        }
     }
 
-    /// An answer has been missing for `waited`, by the host's clock; may be called as often as one likes.
+    /// Whether a companion that is waited for has been heard and streams no setpoints yet: the host then goes
+    /// no faster than the clock.
+    pub fn companion_starts(&self) -> bool {
+        self.companion.as_ref().is_some_and(Companion::starts)
+    }
+
+    /// What is [missing](Self::missing) has been for `waited`, by the host's clock; may be called as often as
+    /// one likes.
     pub fn handle_silence(&mut self, waited: Duration) {
         let Some(missing) = self.missing() else { return };
+        if missing == Missing::Companion && waited >= self.next_call {
+            self.next_call = waited + CALL_PERIOD;
+            self.parachute.call();
+        }
+        if missing == Missing::Setpoint && self.companion.as_mut().is_some_and(|c| c.gives_up(waited)) {
+            self.report(HilEvent::CompanionSilent(waited));
+            return;
+        }
         if waited >= self.next_report {
             self.next_report = waited * 2;
             self.report(HilEvent::Waiting { missing, waited });
@@ -285,9 +319,12 @@ impl Session for HilSession {
         }
     }
 
-    /// The time of the next step, if the [pace](Self::pace) allows one.
+    /// The time of the next step, if the [pace](Self::pace) allows one, and the companion where one is waited
+    /// for.
     fn next_wake(&self) -> Option<TimeUs> {
-        matches!(self.pace, Pace::Free | Pace::Ready).then(|| self.now() + self.config.run.step_us)
+        let next = self.now() + self.config.run.step_us;
+        let held = self.companion.as_ref().is_some_and(|c| !c.allows(next));
+        (matches!(self.pace, Pace::Free | Pace::Ready) && !held).then_some(next)
     }
 
     fn poll_output(&mut self) -> Option<Transmit> {

@@ -230,7 +230,7 @@ impl<'a, O: Observer> Shell<'a, O> {
     }
 
     fn starts(&self) -> bool {
-        self.companion.as_ref().is_some_and(|c| c.vehicle_starts())
+        self.session.companion_starts() || self.companion.as_ref().is_some_and(|c| c.vehicle_starts())
     }
 
     fn streamer_failed(&self) -> bool {
@@ -308,10 +308,10 @@ impl<'a, O: Observer> Shell<'a, O> {
     }
 
     fn look_at_silence(&mut self) {
-        if self.session.pace() != Pace::AwaitingControls || self.waiting.elapsed() < WATCH_PERIOD {
+        let waited = self.waiting.elapsed();
+        if self.session.missing().is_none() || waited < WATCH_PERIOD {
             return;
         }
-        let waited = self.waiting.elapsed();
         let Self { session, connection, observer, .. } = self;
         if let Some(connection) = connection
             && waited >= HALF_FRAME_PATIENCE

@@ -307,6 +307,10 @@ impl StreamerSession {
         self.config.site_span_us(wire_ms * 1_000)
     }
 
+    fn waits_for_a_clock(&self) -> bool {
+        self.config.clock == Clock::Vehicle && self.flight.state == StreamerState::WaitingForVehicle
+    }
+
     fn take_clock(&mut self, now: TimeUs) {
         if now + CLOCK_JITTER_US < self.flight.now {
             self.events.push_back(Timed { at: now, event: StreamerEvent::VehicleRestarted });
@@ -336,6 +340,10 @@ impl Session for StreamerSession {
                 }
             }
             (AUTOPILOT_COMPONENT, _) => self.take_of_autopilot(frame),
+            // A simulator that waits for a companion stands still until it hears one.
+            (PARACHUTE_COMPONENT, Some(MavMessage::HEARTBEAT(_))) if self.waits_for_a_clock() => {
+                self.send(&heartbeat_of(MavType::MAV_TYPE_GCS));
+            }
             (PARACHUTE_COMPONENT, Some(MavMessage::NAMED_VALUE_INT(m))) => {
                 match (m.name.to_str(), TimeUs::try_from(m.value)) {
                     (Ok(T_RELEASE), Ok(ms)) => self.note_release(self.site_us(ms), true),

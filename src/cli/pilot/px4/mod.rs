@@ -149,7 +149,7 @@ impl Pilot for Px4 {
         let froude = sessions::froude(mission);
         let streamer = sessions::StreamerChoice { clock: Clock::Caller, procedure, feed_forward, froude };
         let sessions = (
-            sessions::simulator(mission, system, froude),
+            sessions::simulator(mission, system, froude, None),
             sessions::streamer(mission, trajectory.clone(), system, streamer),
         );
         // What PX4 says to ground stations goes by its own sockets.
