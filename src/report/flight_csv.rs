@@ -12,55 +12,15 @@
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-use nalgebra::Vector3;
-
-use crate::assess::{SafetyLimits, StateCost};
+use super::flight_columns::{Field, FlightColumns};
 use crate::config::Mission;
-use crate::model::{ForceBalance, MAX_ROTORS, PerRotor};
-use crate::sim::{Phase, Sample};
-
-const STATE: &str = "t_s,t_powered_s,phase,north_m,east_m,down_m,q0,q1,q2,q3,vn_m_s,ve_m_s,vd_m_s,p_rad_s,q_rad_s,r_rad_s,\
-                     an_m_s2,ae_m_s2,ad_m_s2,vn_sp_m_s,ve_sp_m_s,vd_sp_m_s,j_state";
-/// A quantity of each rotor: the columns' name and unit, and the values.
-type PerRotorColumns = (&'static str, &'static str, fn(&Sample) -> &PerRotor);
-const PER_ROTOR: [PerRotorColumns; 4] = [
-    ("throttle", "", |s| &s.throttle),
-    ("rotor_speed", "_rad_s", |s| &s.state.rotor_speed),
-    ("thrust", "_n", |s| &s.balance.thrust_n),
-    ("torque", "_nm", |s| &s.balance.torque_nm),
-];
-
-/// A vector of the balance of forces and moments: the columns' name, letters of the axes and unit, and the
-/// vector.
-type VectorColumns = (&'static str, [char; 3], &'static str, fn(&ForceBalance) -> &Vector3<f64>);
-const BODY: [char; 3] = ['x', 'y', 'z'];
-const NED: [char; 3] = ['n', 'e', 'd'];
-const BALANCE: [VectorColumns; 8] = [
-    ("rotor_f", BODY, "_n", |b| &b.rotor_force_body),
-    ("aero_f", BODY, "_n", |b| &b.aero_force_body),
-    ("gravity_f", NED, "_n", |b| &b.gravity_force_ned),
-    ("canopy_f", NED, "_n", |b| &b.canopy_force_ned),
-    ("rotor_m", BODY, "_nm", |b| &b.rotor_moment_body),
-    ("aero_m", BODY, "_nm", |b| &b.aero_moment_body),
-    ("reaction_m", BODY, "_nm", |b| &b.reaction_moment_body),
-    ("gyro_m", BODY, "_nm", |b| &b.gyro_moment_body),
-];
-/// Further vectors of a mission with ground.
-const GROUND: [VectorColumns; 2] =
-    [("ground_f", NED, "_n", |b| &b.ground_force_ned), ("ground_m", BODY, "_nm", |b| &b.ground_moment_body)];
-
-fn vectors(ground: bool) -> impl Iterator<Item = &'static VectorColumns> {
-    BALANCE.iter().chain(GROUND.iter().filter(move |_| ground))
-}
+use crate::sim::Sample;
 
 /// Writes a flight log, row by row.
 #[derive(Debug)]
 pub struct FlightCsv<W: Write> {
     out: W,
-    n_rotors: usize,
-    /// Give J_state its scale.
-    limits: SafetyLimits,
-    ground: bool,
+    columns: FlightColumns,
     row: String,
 }
 
@@ -71,21 +31,9 @@ impl<W: Write> FlightCsv<W> {
     /// # Errors
     /// Errors of `out`.
     pub fn new(mut out: W, mission: &Mission, ground: bool) -> io::Result<Self> {
-        let n_rotors = mission.vehicle.rotors.len().min(MAX_ROTORS);
-        let mut header = format!("{}{STATE}", mission.stamp().csv_comment());
-        for (name, unit, _) in PER_ROTOR {
-            for i in 1..=n_rotors {
-                header += &format!(",{name}_{i}{unit}");
-            }
-        }
-        for (name, axes, unit, _) in vectors(ground) {
-            for axis in axes {
-                header += &format!(",{name}{axis}{unit}");
-            }
-        }
-        writeln!(out, "{header}")?;
-        let limits = mission.limits.safety;
-        Ok(Self { out, n_rotors, limits, ground, row: String::with_capacity(2048) })
+        let columns = FlightColumns::of(mission, ground);
+        writeln!(out, "{}{}", mission.stamp().csv_comment(), columns.names().join(","))?;
+        Ok(Self { out, columns, row: String::with_capacity(2048) })
     }
 
     /// Writes a sample.
@@ -94,13 +42,15 @@ impl<W: Write> FlightCsv<W> {
     /// Errors of the output.
     pub fn write(&mut self, sample: &Sample) -> io::Result<()> {
         self.row.clear();
-        self.write_state(sample);
-        for (.., values) in PER_ROTOR {
-            self.numbers(&values(sample)[..self.n_rotors]);
-        }
-        for (.., vector) in vectors(self.ground) {
-            self.numbers(vector(&sample.balance).as_slice());
-        }
+        let row = &mut self.row;
+        self.columns.row(sample, &mut |field| {
+            match field {
+                Field::Number(x) => push_number(row, x),
+                Field::Word(word) => row.push_str(word),
+                Field::Empty => {}
+            }
+            row.push(',');
+        });
         self.row.pop();
         self.row.push('\n');
         self.out.write_all(self.row.as_bytes())
@@ -114,39 +64,6 @@ impl<W: Write> FlightCsv<W> {
         self.out.flush()?;
         Ok(self.out)
     }
-
-    fn write_state(&mut self, sample: &Sample) {
-        let body = &sample.state.body;
-        self.number(sample.t_s);
-        match sample.t_powered_s {
-            Some(t) => self.number(t),
-            None => self.row.push(','),
-        }
-        self.row.push_str(phase_name(sample.phase));
-        self.row.push(',');
-        self.numbers(body.p_ned.as_slice());
-        self.numbers(&body.q_ned_from_body);
-        self.numbers(body.v_ned.as_slice());
-        self.numbers(body.omega_body.as_slice());
-        self.numbers(sample.a_ned.as_slice());
-        match sample.v_sp_ned {
-            Some(v) => self.numbers(v.as_slice()),
-            None => self.row.push_str(",,,"),
-        }
-        self.number(StateCost::of(body, &self.limits).max());
-    }
-
-    fn numbers(&mut self, values: &[f64]) {
-        for &x in values {
-            self.number(x);
-        }
-    }
-
-    /// Appends a number and a comma.
-    fn number(&mut self, x: f64) {
-        push_number(&mut self.row, x);
-        self.row.push(',');
-    }
 }
 
 /// Appends the shortest text that reads back to the same number, as `{:?}` does; -0 as 0.
@@ -159,14 +76,6 @@ fn push_number(row: &mut String, x: f64) {
         let _ = write!(row, "{x:?}");
     } else {
         row.push_str(ryu::Buffer::new().format(x));
-    }
-}
-
-fn phase_name(phase: Phase) -> &'static str {
-    match phase {
-        Phase::Hanging => "hanging",
-        Phase::Falling => "falling",
-        Phase::Powered => "powered",
     }
 }
 

@@ -2,6 +2,7 @@
 //!
 //! | file | holds |
 //! |---|---|
+//! | `flight_columns` | names and values of the flight log, for all that hold it |
 //! | [`flight_csv`] | the flight log: every sample, every term of the balance of forces |
 //! | [`verdict`] | the verdict and the plan for the terminal |
 //! | [`verify`] | the checks of `samara verify` |
@@ -26,6 +27,7 @@ mod columns;
 mod derived;
 pub mod drops;
 pub mod figure;
+mod flight_columns;
 pub mod flight_csv;
 pub mod json;
 pub mod params;
