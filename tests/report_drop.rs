@@ -12,8 +12,8 @@ use samara::control::{Airframe, Cascade};
 use samara::frames::rotate_ned_from_body;
 use samara::model::MAX_ROTORS;
 use samara::plan::{Guess, InputReference, Plan, PlanProblem, SolverOptions, plan};
-use samara::report::{DropEvent, DropRun, FigureError, FlightCsv, FlownBy, ShownDrop, drop_page};
-use samara::report::{drop_figure, drop_json, plan_figure, plan_json, plan_text, verdict_text};
+use samara::report::{Attachment, DropEvent, DropRun, FigureError, FlightCsv, FlownBy, ShownDrop, drop_page};
+use samara::report::{drop_figure, drop_json, drop_mcap, plan_figure, plan_json, plan_text, verdict_text};
 use samara::sim::{DropSimulation, FlightPlan, Phase, Reference, Sample, fly};
 
 struct Drop {
@@ -252,7 +252,7 @@ fn what_comes_from_files_cannot_become_markup() {
     for name in [&mut mission.name, &mut mission.vehicle_name, &mut mission.control.gains_name] {
         *name = evil.to_owned();
     }
-    let events = vec![DropEvent { t_s: 1.0, text: evil.to_owned() }];
+    let events = vec![DropEvent { t_s: 1.0, text: evil.to_owned(), warning: false }];
     let trouble = Some(evil.to_owned());
     let page = DROP.page(&mission, &DropRun { completed: true, trouble, events, ..DropRun::default() });
     let harmless = DROP.page(&DROP.mission, &DropRun { completed: true, ..DropRun::default() });
@@ -285,6 +285,43 @@ fn a_page_of_an_awkward_flight_is_rendered() {
     let data = render(&samples, Some(&DROP.verdict));
     let down = data["flight"]["channels"].as_array().unwrap().iter().find(|c| c["name"] == "down_m").unwrap();
     assert_eq!(down["gaps"][0], serde_json::json!([21, 24]), "1e200, infinity, no number");
+}
+
+fn mcap(drop: &ShownDrop<'_>) -> Vec<u8> {
+    let attached = [Attachment { name: "a.json".to_owned(), text: "{}".to_owned() }];
+    drop_mcap(Vec::new(), drop, false, &attached).unwrap()
+}
+
+/// What readers make of it is in tests/e2e/test_mcap.py.
+#[test]
+fn the_log_for_other_tools_is_the_same_each_time() {
+    let run = DropRun::default();
+    let file = mcap(&DROP.shown(&DROP.samples, &run));
+    assert_eq!(file, mcap(&DROP.shown(&DROP.samples, &run)));
+    let has = |text: &str| file.windows(text.len()).any(|bytes| bytes == text.as_bytes());
+    assert!(
+        ["/tf", "/plan/state", "samara.State", "ground_fn_n", "a.json"].map(has)
+            == [true, true, true, false, true]
+    );
+}
+
+/// Flights that broke off, diverged or were never released have such a log, too, whole to its end.
+#[test]
+fn an_awkward_flight_has_a_log_for_other_tools() {
+    let run = DropRun::default();
+    let whole = |samples: &[Sample], plan| {
+        let file = mcap(&ShownDrop { plan, verdict: None, ..DROP.shown(samples, &run) });
+        assert!(file.ends_with(b"\x89MCAP0\r\n"));
+    };
+    whole(&[], None);
+    let mut samples: Vec<Sample> = DROP.samples.iter().step_by(50).copied().collect();
+    whole(&samples[..2], Some(&DROP.plan.trajectory));
+    for (k, sample) in samples.iter_mut().enumerate().skip(20) {
+        sample.t_s = [1.0, -1e30, f64::INFINITY, f64::NAN][k % 4];
+        sample.state.body.p_ned.z = [40.0, 1e200, f64::INFINITY, f64::NAN][k % 4];
+        sample.balance.thrust_n[0] = f64::NAN;
+    }
+    whole(&samples, Some(&DROP.plan.trajectory));
 }
 
 /// The samples of the drop with their positions moved.
@@ -485,7 +522,7 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
         must_be_steady: true,
         trajectory: None,
         failsafe: true,
-        events: vec![DropEvent { t_s: 10.5, text: "rotors free".to_owned() }],
+        events: vec![DropEvent { t_s: 10.5, text: "rotors free".to_owned(), warning: false }],
         trouble: None,
         autopilot: Some(FlownBy { name: "px4", version: Some("v1.12.0".to_owned()) }),
     };

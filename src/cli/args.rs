@@ -32,12 +32,15 @@ pub struct MissionArgs {
     pub json: bool,
 }
 
-/// Whether the page of a flight is written.
+/// Whether the page of a flight is written, and its log for other tools.
 #[derive(Args, Debug)]
 pub struct PageArgs {
     /// Leave out drop.html, the page that replays the flight (about a megabyte).
     #[arg(long)]
     pub no_html: bool,
+    /// Write drop.mcap, too: the flight for Foxglove, Rerun and PlotJuggler.
+    #[arg(long)]
+    pub mcap: bool,
 }
 
 /// What every verb that plans has.

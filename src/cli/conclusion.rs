@@ -3,7 +3,7 @@
 
 use anyhow::Context as _;
 
-use super::answer::{Answer, Failure};
+use super::answer::{Answer, BadInput as _, Failure};
 use super::args::PageArgs;
 use super::narrator::Narrator;
 use super::pilot::Flown;
@@ -13,16 +13,17 @@ use samara::assess::{Verdict, VerdictBuilder, plan_j_tpf};
 use samara::config::Mission;
 use samara::link::{Timed, seconds};
 use samara::report::{
-    DropEvent, DropRun, FlightCsv, FlownTrajectory, ShownDrop, drop_figure, drop_json, drop_page,
-    verdict_text,
+    Attachment, DropEvent, DropRun, FlightCsv, FlownTrajectory, ShownDrop, drop_figure, drop_json, drop_mcap,
+    drop_page, verdict_text,
 };
 
 /// The files that the flight of a drop may leave; a drop removes those that it has not written.
-pub const FLIGHT_FILES: [&str; 8] = [
+pub const FLIGHT_FILES: [&str; 9] = [
     "flight.csv",
     "drop.json",
     "drop.svg",
     "drop.html",
+    "drop.mcap",
     "hil.tlog",
     "vehicle.tlog",
     "companion.tlog",
@@ -43,6 +44,8 @@ pub struct Conclusion<'a> {
     pub run: DropRun,
     /// Whether `drop.html` is written.
     page: bool,
+    /// Whether `drop.mcap` is written.
+    mcap: bool,
 }
 
 impl<'a> Conclusion<'a> {
@@ -59,8 +62,11 @@ impl<'a> Conclusion<'a> {
         let powered_s = last.and_then(|sample| sample.t_powered_s).unwrap_or(f64::NEG_INFINITY);
         // Without a plan, where the flight goes is the script's affair once it has come to the ground.
         let landed = verdict.as_ref().is_some_and(|v| v.impact_speed_m_s.is_some());
-        let event =
-            |e: &Timed<samara::sim::DropEvent>| DropEvent { t_s: seconds(e.at), text: e.event.to_string() };
+        let event = |e: &Timed<samara::sim::DropEvent>| DropEvent {
+            t_s: seconds(e.at),
+            text: e.event.to_string(),
+            warning: e.event.is_warning(),
+        };
         let run = DropRun {
             ended_at_s,
             completed: mission.duration_s <= ended_at_s + STEP_AT_MOST_S,
@@ -73,12 +79,12 @@ impl<'a> Conclusion<'a> {
             plan_j_tpf: planned.map(|planned| plan_j_tpf(&planned.trajectory, &mission.limits.safety)),
             ..DropRun::default()
         };
-        Self { mission, planned, flown, verdict, run, page: true }
+        Self { mission, planned, flown, verdict, run, page: true, mcap: false }
     }
 
-    /// This conclusion with `drop.html` or without it.
+    /// This conclusion with `drop.html` and `drop.mcap` or without them.
     pub fn with_page(self, args: &PageArgs) -> Self {
-        Self { page: !args.no_html, ..self }
+        Self { page: !args.no_html, mcap: args.mcap, ..self }
     }
 
     /// Writes the files of the flight, `drop.json` and the manifest of `verb`, whose circumstances are no
@@ -99,7 +105,12 @@ impl<'a> Conclusion<'a> {
             let sha256 = folder.sha256("trajectory.csv")?;
             self.run.trajectory = Some(FlownTrajectory { source: planned.source, sha256 });
         }
-        folder.write_text("drop.json", &self.file_json())?;
+        let object = self.file_json();
+        folder.write_text("drop.json", &object)?;
+        if flew && self.mcap {
+            let ground = self.mission.site.ground.is_some();
+            write_mcap(folder, "drop.mcap", &self.shown(), ground, Some(object))?;
+        }
         if self.planned.is_some() {
             folder.remove_leftovers(&FLIGHT_FILES)?;
         }
@@ -117,22 +128,25 @@ impl<'a> Conclusion<'a> {
             log.iter().try_for_each(|sample| csv.write(sample))?;
             csv.finish().map(|_| ())
         })?;
-        let plan = self.planned.map(|planned| &planned.trajectory);
-        let shown = ShownDrop {
-            mission,
-            title: &mission.name,
-            gains: &mission.control.gains_name,
-            samples: log,
-            plan,
-            verdict: self.verdict.as_ref(),
-            run: &self.run,
-        };
+        let shown = self.shown();
         let figure = drop_figure(&shown).context("the figure of the drop")?;
         folder.write_text("drop.svg", &figure)?;
         if self.page {
             folder.write_text("drop.html", &drop_page(&shown))?;
         }
         Ok(())
+    }
+
+    fn shown(&self) -> ShownDrop<'_> {
+        ShownDrop {
+            mission: self.mission,
+            title: &self.mission.name,
+            gains: &self.mission.control.gains_name,
+            samples: &self.flown.log,
+            plan: self.planned.map(|planned| &planned.trajectory),
+            verdict: self.verdict.as_ref(),
+            run: &self.run,
+        }
     }
 
     /// Reports how the flight ended, the verdict and where the files are.
@@ -213,6 +227,22 @@ impl<'a> Conclusion<'a> {
         let run = DropRun { plan_solve_ms, real_time_factor, ..self.run.clone() };
         drop_json(self.mission, self.verdict.as_ref(), &run)
     }
+}
+
+/// Writes a flight for Foxglove, Rerun and PlotJuggler, with the files that it was made of and the object of
+/// `drop.json`, where there is one; `ground`: whether it has the forces of the ground.
+pub fn write_mcap(
+    folder: &OutputFolder,
+    name: &str,
+    shown: &ShownDrop<'_>,
+    ground: bool,
+    drop_json: Option<String>,
+) -> Result<(), Failure> {
+    let results = drop_json.map(|text| ("drop.json".to_owned(), text));
+    let attached = results.into_iter().chain(shown.mission.input_texts(shown.gains).bad_input()?);
+    let attached: Vec<Attachment> = attached.map(|(name, text)| Attachment { name, text }).collect();
+    folder.write(name, |out| drop_mcap(out, shown, ground, &attached).map(|_| ()))?;
+    Ok(())
 }
 
 /// The verdict on a flight along a plan that ends at `plan_end_s` [s]; `None` when the vehicle was never

@@ -76,6 +76,9 @@ pub struct DropEvent {
     pub t_s: f64,
     /// What happened, in words.
     pub text: String,
+    /// Whether something was not as it should be: in `drop.mcap` only.
+    #[serde(skip)]
+    pub warning: bool,
 }
 
 /// What a drop's object holds besides the verdict.

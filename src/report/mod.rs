@@ -12,8 +12,10 @@
 //! | [`tune`] | searches of gains |
 //! | [`px4_gains`] | gains for PX4 beside its defaults |
 //! | [`figure`] | SVG figures |
+//! | [`mcap`] | the drop for Foxglove, Rerun and PlotJuggler |
 //! | [`replay`] | the page on which a drop is seen again |
 //! | `shown_drop` | what figure and page show of a drop |
+//! | `marks` | the instants of a drop that have names |
 //! | `plan_motion` | the motion along a plan, for both |
 //! | [`campaign`] | campaigns of a mission's own gains: tables, page, footprint |
 //! | [`drops`] | campaigns of whole drops: lines and tables |
@@ -30,6 +32,8 @@ pub mod figure;
 mod flight_columns;
 pub mod flight_csv;
 pub mod json;
+mod marks;
+pub mod mcap;
 pub mod params;
 mod plan_motion;
 pub mod px4_gains;
@@ -44,6 +48,7 @@ pub use derived::{derived_json, derived_text};
 pub use figure::{FigureError, convergence_figure, drop_figure, plan_figure};
 pub use flight_csv::FlightCsv;
 pub use json::{DropEvent, DropRun, FlownBy, FlownTrajectory, drop_json, manifest_json, plan_json};
+pub use mcap::{Attachment, drop_mcap};
 pub use replay::drop_page;
 pub use shown_drop::ShownDrop;
 pub use verdict::{plan_text, verdict_text};

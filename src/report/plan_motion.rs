@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::model::rigid_body::BodyState;
+use crate::sim::Sample;
 use crate::trajectory::Trajectory;
 
 /// Longest step between two instants [s].
@@ -30,4 +31,10 @@ pub(super) fn plan_motion(plan: &Trajectory, start_ned: Vector3<f64>) -> Vec<(f6
     }
     states.push(state(plan.end_s(), p_ned));
     states
+}
+
+/// Where a flight was at `t_s` [s], NED [m]: the plan begins there.
+pub(super) fn place_at(samples: &[Sample], t_s: f64) -> Vector3<f64> {
+    let sample = samples.iter().find(|s| s.t_s >= t_s - 1e-9);
+    sample.map_or(Vector3::zeros(), |s| s.state.body.p_ned)
 }

@@ -118,6 +118,19 @@ pub enum DropEvent {
     },
 }
 
+impl DropEvent {
+    /// Whether something is not as it should be.
+    pub fn is_warning(&self) -> bool {
+        match self {
+            Self::ModeUnknown | Self::ReleasedUnarmed | Self::LimitPassed { .. } => true,
+            Self::Failsafe { active } => *active,
+            Self::Armed { .. } | Self::Released { .. } | Self::RotorsFree | Self::TouchedGround { .. } => {
+                false
+            }
+        }
+    }
+}
+
 impl fmt::Display for DropEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {

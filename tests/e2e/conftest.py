@@ -41,7 +41,7 @@ def reference(tmp_path_factory):
     assert SAMARA.exists(), f"{SAMARA} is missing: cargo build --release"
     out = tmp_path_factory.mktemp("reference")
     run = subprocess.run(
-        [SAMARA, "drop", MISSION, "--json", "--out", out], cwd=REPOSITORY, capture_output=True, text=True, check=True
+        [SAMARA, "drop", MISSION, "--json", "--mcap", "--out", out], cwd=REPOSITORY, capture_output=True, text=True, check=True
     )
     mission = json.loads(MISSION.read_text(encoding="utf-8"))
     plan = Plan(out / "trajectory.csv", mission["target_v_ned_m_s"])

@@ -6,6 +6,7 @@ use super::args::AssessArgs;
 use super::campaign::TrialRunner;
 use super::own::OPTIMAL;
 use crate::cli::answer::{Answer, Failure};
+use crate::cli::conclusion::write_mcap;
 use crate::cli::terminal::print;
 use samara::assess::{RandomRelease, StudyEntry, TrialOutcome, VerdictBuilder};
 use samara::report::study::campaign_csv::write_row;
@@ -13,7 +14,7 @@ use samara::report::study::{OURS, only};
 use samara::report::{DropRun, FlightCsv, ShownDrop, drop_figure, drop_page};
 
 /// Flies the trial with each controller: prints what was drawn and what came of it, writes
-/// `trial_<K>_<name>.csv` (the flight), `.svg` and `.html`, and `assess_only_manifest.json`.
+/// `trial_<K>_<name>.csv` (the flight), `.svg`, `.html` and `.mcap`, and `assess_only_manifest.json`.
 pub fn run(
     runner: &TrialRunner<'_>,
     entries: &[StudyEntry],
@@ -87,6 +88,9 @@ fn write(
     folder.write_text(&format!("{name}.svg"), &figure)?;
     if !args.page.no_html {
         folder.write_text(&format!("{name}.html"), &drop_page(&shown))?;
+    }
+    if args.page.mcap {
+        write_mcap(folder, &format!("{name}.mcap"), &shown, false, None)?;
     }
     Ok(())
 }

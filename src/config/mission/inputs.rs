@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::config::error::ConfigError;
-use crate::config::gains_file::{GainsFile, load_named_gains};
+use crate::config::gains_file::{GainsFile, load_gains, load_named_gains};
 use crate::config::names::{gains_path, names_of};
 use crate::config::source::{InputHash, Source};
 
@@ -88,5 +88,23 @@ impl Inputs {
         hash.follow(&self.hash);
         hash.absorb(role, &source.text);
         self.hash = hash.hex();
+    }
+
+    /// The texts of mission, vehicle and, if they are named `gains_name`, gains, as their files are now, each
+    /// with its name among results.
+    pub(super) fn texts(
+        &self,
+        mission: &Path,
+        vehicle: &Path,
+        gains_name: &str,
+    ) -> Result<Vec<(String, String)>, ConfigError> {
+        let mut files = vec![("mission.json", mission), ("vehicle.json", vehicle)];
+        // Others may have flown: of a parameter file, of a study.
+        if load_gains(&self.gains_file)?.name == gains_name {
+            files.push(("gains.json", &self.gains_file));
+        }
+        let read =
+            |(name, path): (&str, &Path)| Ok((name.to_owned(), Source::read(path, "file", None)?.text));
+        files.into_iter().map(read).collect()
     }
 }

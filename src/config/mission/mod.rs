@@ -242,6 +242,15 @@ impl Mission {
         self.inputs.gains_beside()
     }
 
+    /// The texts of the mission's files as they are now - mission, vehicle and, if they are named
+    /// `gains_name`, gains - each with its name among results.
+    ///
+    /// # Errors
+    /// [`ConfigError`] of a file that is no longer there.
+    pub fn input_texts(&self, gains_name: &str) -> Result<Vec<(String, String)>, ConfigError> {
+        self.inputs.texts(&self.file, &self.vehicle_file, gains_name)
+    }
+
     /// Numbers that the vehicle contradicts: each with its key and what the vehicle makes of it.
     pub fn contradictions(&self) -> Vec<String> {
         let (environment, descent_m_s) = (&self.site.environment, self.release.parachute.descent_m_s);

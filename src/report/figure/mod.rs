@@ -17,7 +17,7 @@
 
 mod axis;
 mod canvas;
-mod color;
+pub(super) mod color;
 mod convergence;
 mod distribution;
 mod flight_path;

@@ -1,6 +1,5 @@
 //! The flight, the plan and what is known about them, as the page's script takes them.
 
-use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::channel::Channel;
@@ -8,7 +7,8 @@ use crate::assess::StateCost;
 use crate::model::RotationSense;
 use crate::model::rigid_body::BodyState;
 use crate::report::json::{VERSION, object};
-use crate::report::plan_motion::plan_motion;
+use crate::report::marks::{Times, marks};
+use crate::report::plan_motion::{place_at, plan_motion};
 use crate::report::shown_drop::ShownDrop;
 use crate::sim::{Phase, Sample};
 use crate::units::DEG_PER_RAD;
@@ -32,33 +32,6 @@ pub(super) const PRECISION: &str = "time to 1 us, position to 0.1 mm, velocity t
 struct Motion {
     count: usize,
     channels: Vec<Channel>,
-}
-
-/// An instant with a name, on the time line and on the path.
-#[derive(Serialize)]
-struct Mark {
-    t_s: f64,
-    text: String,
-    short: String,
-}
-
-/// Times of the simulation [s].
-struct Times {
-    released_s: Option<f64>,
-    free_s: Option<f64>,
-    steady_s: Option<f64>,
-}
-
-impl Times {
-    fn of(drop: &ShownDrop<'_>) -> Self {
-        let samples = drop.samples;
-        let free_s = samples.iter().rev().find_map(|s| s.t_powered_s.map(|t| s.t_s - t));
-        Self {
-            released_s: samples.iter().find(|s| s.phase != Phase::Hanging).map(|s| s.t_s),
-            free_s,
-            steady_s: drop.verdict.and_then(|v| Some(v.steady_after_s? + free_s?)),
-        }
-    }
 }
 
 /// The rows of a log that the page has: all, or every second, third, .., with those that begin a phase, and
@@ -111,35 +84,6 @@ pub(super) fn object(drop: &ShownDrop<'_>) -> String {
     };
     // Structs of strings, numbers and lists of them always serialise.
     serde_json::to_string(&object).unwrap_or_default().replace('<', "\\u003c")
-}
-
-fn marks(drop: &ShownDrop<'_>, times: &Times) -> Vec<Mark> {
-    let mark =
-        |t_s: f64, text: &str, short: &str| Mark { t_s, text: text.to_owned(), short: short.to_owned() };
-    let mut marks: Vec<Mark> = drop.run.events.iter().map(|e| mark(e.t_s, &e.text, &e.text)).collect();
-    let named = |marks: &[Mark], t_s: f64| marks.iter().any(|m| (m.t_s - t_s).abs() < 0.01);
-    // A trial begins with its release and reports no events.
-    for (t_s, text) in [(times.released_s, "released"), (times.free_s, "rotors free")] {
-        if let Some(t_s) = t_s.filter(|t| !named(&marks, *t)) {
-            marks.push(mark(t_s, text, text));
-        }
-    }
-    let released_s = times.released_s.unwrap_or(f64::INFINITY);
-    let cost = |s: &Sample| StateCost::of(&s.state.body, &drop.mission.limits.safety);
-    let judged = drop.samples.iter().filter(|s| s.t_s >= released_s).map(|s| (s.t_s, cost(s)));
-    let worst = judged.reduce(|worst, next| if next.1.max() > worst.1.max() { next } else { worst });
-    if let Some((t_s, cost)) = worst.filter(|_| drop.verdict.is_some()) {
-        let what = format!("highest J {:.3}: {}", cost.max(), cost.decided_by().replace('_', " "));
-        marks.push(mark(t_s, &format!("{what}, the share of its limit that is used"), &what));
-    }
-    if let Some(t_s) = times.steady_s {
-        marks.push(mark(t_s, "steady at the target velocity from here to the end", "steady"));
-    }
-    if let (Some(plan), Some(free_s)) = (drop.plan, times.free_s) {
-        marks.push(mark(free_s + plan.end_s(), "the plan ends, its last velocity is held", "plan ends"));
-    }
-    marks.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
-    marks
 }
 
 const POSITIONS: [&str; 3] = ["north_m", "east_m", "down_m"];
@@ -196,8 +140,7 @@ fn flight(drop: &ShownDrop<'_>) -> Motion {
 /// The plan, from where the flight was when the rotors were freed; none without a release.
 fn planned(drop: &ShownDrop<'_>, times: &Times) -> Option<Motion> {
     let (plan, free_s) = (drop.plan?, times.free_s?);
-    let start = drop.samples.iter().find(|s| s.t_s >= free_s - 1e-9);
-    let rows = plan_motion(plan, start.map_or(Vector3::zeros(), |s| s.state.body.p_ned));
+    let rows = plan_motion(plan, place_at(drop.samples, free_s));
     let mut channels = motion(drop, &rows, |row| row.0, |row| &row.1);
     let thrusts: Vec<_> = rows.iter().map(|row| plan.thrust_n(row.0)).collect();
     for i in 0..plan.n_rotors() {
