@@ -10,12 +10,11 @@ use super::mission::{chosen_mission, note_estimator, origin};
 use super::narrator::Narrator;
 use super::reporter::Reporter;
 use super::results::OutputFolder;
-use super::sessions;
 use super::system::block_on;
 use super::terminal::print_remarks;
 use samara::config::Px4Clock;
-use samara::link::Link;
 use samara::link::shell::{AfterSimulator, run_autopilot};
+use samara::link::{Link, parties};
 
 /// `samara autopilot`.
 #[derive(Args, Debug)]
@@ -62,9 +61,9 @@ pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
     let mut reporter = Reporter::new(&narrator, &mission)
         .recording(&folder, &[Link::GroundStation, Link::Api])
         .with_autopilot(&folder);
-    let estimator = args.state.estimator;
     let (session, remarks) =
-        sessions::autopilot(&mission, choice.params.as_deref(), estimator, net.system()?)?;
+        parties::autopilot(&mission, choice.params.as_deref(), args.state.asked(), net.system()?)
+            .bad_input()?;
     if let Some(path) = &choice.params {
         print_remarks(path.display(), &remarks);
     }

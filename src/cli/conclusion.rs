@@ -9,12 +9,11 @@ use super::narrator::Narrator;
 use super::pilot::Flown;
 use super::planning::Planned;
 use super::results::OutputFolder;
-use samara::assess::{Verdict, VerdictBuilder, plan_j_tpf};
+use samara::assess::Verdict;
 use samara::config::Mission;
-use samara::link::{Timed, seconds};
 use samara::report::{
-    Attachment, DropEvent, DropRun, FlightCsv, FlownTrajectory, ShownDrop, drop_figure, drop_json, drop_mcap,
-    drop_page, verdict_text,
+    Attachment, DropRun, FlightCsv, FlownDrop, FlownTrajectory, ShownDrop, drop_figure, drop_json, drop_mcap,
+    drop_page, judge_drop, verdict_text,
 };
 
 /// The files that the flight of a drop may leave; a drop removes those that it has not written.
@@ -29,9 +28,6 @@ pub const FLIGHT_FILES: [&str; 9] = [
     "companion.tlog",
     "flight.ulg",
 ];
-
-/// A log whose last row is closer to the mission's end than this [s] is complete.
-const STEP_AT_MOST_S: f64 = 0.02;
 
 /// A flight that is over, judged.
 pub struct Conclusion<'a> {
@@ -51,34 +47,16 @@ pub struct Conclusion<'a> {
 impl<'a> Conclusion<'a> {
     /// Judges a flight; `planned`: what was to be flown, where that is known.
     pub fn new(mission: &'a Mission, planned: Option<&'a Planned>, flown: &'a Flown) -> Self {
-        let plan_end_s = match planned {
-            Some(planned) => planned.trajectory.end_s(),
-            None if mission.release.standing => f64::INFINITY,
-            None => mission.plan.horizon_s,
-        };
-        let verdict = judge(mission, flown, plan_end_s);
-        let last = flown.log.last();
-        let ended_at_s = last.map_or(0.0, |sample| sample.t_s);
-        let powered_s = last.and_then(|sample| sample.t_powered_s).unwrap_or(f64::NEG_INFINITY);
-        // Without a plan, where the flight goes is the script's affair once it has come to the ground.
-        let landed = verdict.as_ref().is_some_and(|v| v.impact_speed_m_s.is_some());
-        let event = |e: &Timed<samara::sim::DropEvent>| DropEvent {
-            t_s: seconds(e.at),
-            text: e.event.to_string(),
-            warning: e.event.is_warning(),
-        };
-        let run = DropRun {
-            ended_at_s,
-            completed: mission.duration_s <= ended_at_s + STEP_AT_MOST_S,
-            plan_cut: planned.is_some() && verdict.is_some() && powered_s + STEP_AT_MOST_S < plan_end_s,
-            must_be_steady: planned.is_some() || !(mission.release.standing || landed),
-            trouble: flown.trouble.clone(),
-            autopilot: flown.by.clone(),
-            failsafe: flown.record.failsafe,
-            events: flown.record.events.iter().map(event).collect(),
-            plan_j_tpf: planned.map(|planned| plan_j_tpf(&planned.trajectory, &mission.limits.safety)),
-            ..DropRun::default()
-        };
+        let (verdict, run) = judge_drop(
+            mission,
+            &FlownDrop {
+                log: &flown.log,
+                record: &flown.record,
+                plan: planned.map(|planned| &planned.trajectory),
+                by: flown.by.as_ref(),
+                trouble: flown.trouble.as_deref(),
+            },
+        );
         Self { mission, planned, flown, verdict, run, page: true, mcap: false }
     }
 
@@ -184,35 +162,15 @@ impl<'a> Conclusion<'a> {
             narrator
                 .say("a failsafe of the autopilot flew part of the manoeuvre: this is no drop by the plan\n");
         }
-        if let Some(sentence) = self.sentence() {
+        if let Some(sentence) = run.sentence(self.verdict.as_ref()) {
             narrator.say(&format!("{sentence}\n"));
         }
         narrator.check()
     }
 
-    /// What was decided, in a sentence; `None` where nothing was released.
-    fn sentence(&self) -> Option<String> {
-        let verdict = self.verdict.as_ref()?;
-        let j_tpf = format!("J_TPF {:.3}", verdict.j_tpf);
-        if !verdict.limits_passed.is_empty() {
-            let passed = verdict.limits_passed.join(", ").replace('_', " ");
-            return Some(format!("NOT safe: {j_tpf}, limits passed: {passed}"));
-        }
-        if self.run.failsafe {
-            return Some(format!("NOT safe: {j_tpf}, a failsafe flew"));
-        }
-        Some(match (self.run.reason(Some(verdict)), verdict.steady_after_s) {
-            (Some(reason), _) => format!("NOT safe: {j_tpf}, {reason}"),
-            (None, Some(t_s)) => format!("safe: {j_tpf}, steady after {t_s:.2} s"),
-            (None, None) => format!("safe: {j_tpf}"),
-        })
-    }
-
     /// Yes: judged, within the limits, to the end and steady there, by the plan alone.
     pub fn answer(&self) -> Answer {
-        let verdict = self.verdict.as_ref();
-        let safe = verdict.is_some_and(|v| v.limits_passed.is_empty());
-        Answer::from(safe && self.run.reason(verdict).is_none() && !self.run.failsafe)
+        Answer::from(self.run.is_safe(self.verdict.as_ref()))
     }
 
     /// The object of `drop.json`, which holds no durations.
@@ -243,18 +201,4 @@ pub fn write_mcap(
     let attached: Vec<Attachment> = attached.map(|(name, text)| Attachment { name, text }).collect();
     folder.write(name, |out| drop_mcap(out, shown, ground, &attached).map(|_| ()))?;
     Ok(())
-}
-
-/// The verdict on a flight along a plan that ends at `plan_end_s` [s]; `None` when the vehicle was never
-/// released.
-fn judge(mission: &Mission, flown: &Flown, plan_end_s: f64) -> Option<Verdict> {
-    let mut verdict = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned)
-        .steady_within(mission.limits.steady_within_m_s)
-        .within(mission.limits.flight)
-        .to_plans_end(plan_end_s);
-    if mission.site.ground.is_some() {
-        verdict = verdict.judging_impacts(mission.limits.impact_m_s);
-    }
-    flown.log.iter().for_each(|sample| verdict.observe(sample));
-    verdict.finish()
 }

@@ -28,7 +28,6 @@ mod recording;
 mod reporter;
 mod results;
 mod schema;
-mod sessions;
 mod shell_files;
 mod sim;
 mod stream;

@@ -71,8 +71,7 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
         ..SolverOptions::default()
     };
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
-    let TimedPlan { plan, solve_ms } =
-        solve(&mission, &mission.plan_problem(), &options, args.planning.verbose, args.time_limit)?;
+    let TimedPlan { plan, solve_ms } = solve(&mission, &options, args.planning.verbose, args.time_limit)?;
     write_plan(&folder, &mission, &plan)?;
     folder.write_manifest("plan", &mission, &[])?;
     folder.print_result(

@@ -14,7 +14,7 @@ use samara::config::{Mission, write_trajectory_csv};
 use samara::frames::normalized;
 use samara::math;
 use samara::model::trim;
-use samara::plan::{Guess, Plan, PlanProblem, Progress, SolverOptions, Status, plan};
+use samara::plan::{Plan, Progress, SolverOptions, Status};
 use samara::report::{plan_figure, plan_json, plan_text};
 use samara::trajectory::Trajectory;
 use samara::units::{DEG_PER_RAD, RAD_PER_DEG};
@@ -28,7 +28,7 @@ pub struct TimedPlan {
 
 /// Plans a mission with the solver's defaults; shows the iterations on stderr if that is wanted.
 pub fn plan_mission(mission: &Mission, verbose: bool) -> Result<TimedPlan, Failure> {
-    solve(mission, &mission.plan_problem(), &SolverOptions::default(), verbose, None)
+    solve(mission, &SolverOptions::default(), verbose, None)
 }
 
 /// Plans a mission as [`plan_mission`] does, and says what came of it.
@@ -43,21 +43,20 @@ pub fn plan_and_say(mission: &Mission, verbose: bool, narrator: &Narrator) -> Re
 /// Solves the problem of a mission, for `time_limit_s` of wall time at most.
 pub fn solve(
     mission: &Mission,
-    problem: &PlanProblem<'_>,
     options: &SolverOptions,
     verbose: bool,
     time_limit_s: Option<f64>,
 ) -> Result<TimedPlan, Failure> {
     warn_of_x_ss(mission);
     print_remarks(&mission.name, &mission.contradictions());
-    if problem.nodes > MANY_NODES {
+    if mission.plan.nodes > MANY_NODES {
         print_err(&format!(
             "samara: planning {} nodes, which takes seconds (plan.nodes, --nodes); --verbose shows the iterations\n",
-            problem.nodes
+            mission.plan.nodes
         ));
     }
     let watch = Stopwatch::start();
-    let plan = plan(problem, &Guess::StraightLine, options, &mut |progress| {
+    let mut observer = |progress: &Progress| {
         if verbose {
             show(progress);
         }
@@ -65,20 +64,13 @@ pub fn solve(
             Some(limit_s) if watch.ms() > 1e3 * limit_s => ControlFlow::Break(()),
             _ => ControlFlow::Continue(()),
         }
-    })
-    .with_context(|| posed_by(mission))
-    .bad_input()?;
+    };
+    let plan = mission.solve(options, &mut observer).bad_input()?;
     Ok(TimedPlan { plan, solve_ms: watch.ms() })
 }
 
 /// A plan of more nodes than this takes long enough to wonder.
 const MANY_NODES: usize = 2000;
-
-/// What a problem is made of, for the message that it has no solution.
-fn posed_by(mission: &Mission) -> String {
-    let v = mission.target_v_ned;
-    format!("{} to target_v_ned_m_s [{} {} {}]", mission.vehicle_file.display(), v.x, v.y, v.z)
-}
 
 /// The distance [rad] from the solved trim beyond which x_ss is that of another vehicle: 1 deg.
 const X_SS_OFF_RAD: f64 = RAD_PER_DEG;

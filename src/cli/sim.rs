@@ -12,11 +12,10 @@ use super::narrator::Narrator;
 use super::pilot::Flown;
 use super::reporter::Reporter;
 use super::results::OutputFolder;
-use super::sessions;
 use super::system::block_on;
 use super::terminal::print;
-use samara::link::Link;
 use samara::link::shell::{Speed, run_simulator};
+use samara::link::{Link, parties};
 
 /// `samara sim`.
 #[derive(Args, Debug)]
@@ -51,7 +50,7 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
     let mut reporter = Reporter::new(&narrator, &mission).recording(&folder, &[Link::Simulator]);
-    let froude = sessions::froude(&mission);
+    let froude = parties::froude(&mission);
     if let Some(froude) = froude {
         narrator.say(&format!(
             "the wire is scaled to 9.80665 m/s^2: a PX4 lives k = {:.5} times faster\n",
@@ -59,7 +58,7 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
         ));
     }
     narrator.check()?;
-    let session = sessions::simulator(&mission, args.net.system()?, froude, args.wait_for);
+    let session = parties::simulator(&mission, args.net.system()?, froude, args.wait_for);
     let session =
         block_on(|stop| run_simulator(session, &ports, args.speed, key, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;

@@ -11,8 +11,8 @@ use super::narrator::Narrator;
 use super::pilot::px4::upload::envelope;
 use super::planning::plan_and_say;
 use super::reporter::Reporter;
-use super::sessions::{self, StreamerChoice};
 use super::system::block_on;
+use samara::link::parties::{self, StreamerChoice};
 use samara::link::shell::run_streamer;
 use samara::link::streamer::{Procedure, StreamerState};
 use samara::plan::Status;
@@ -59,10 +59,10 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
     let choice = StreamerChoice {
         procedure: Some(Procedure { envelope: envelope(&mission, &trajectory), ..Procedure::default() }),
         feed_forward: args.feed_forward,
-        froude: sessions::froude(&mission),
+        froude: parties::froude(&mission),
         ..StreamerChoice::default()
     };
-    let session = sessions::streamer(&mission, trajectory, args.net.system()?, choice);
+    let session = parties::streamer(&mission, trajectory, args.net.system()?, choice);
     let mut reporter = Reporter::new(&narrator, &mission);
     let session = block_on(|stop| run_streamer(session, &ports, key, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;

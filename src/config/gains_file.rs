@@ -56,16 +56,11 @@ table_of_gains!(gains_json);
 /// # Errors
 /// [`ConfigError`] with the place in the file, when it cannot be read or does not hold gains.
 pub fn load_gains(path: &Path) -> Result<GainsFile, ConfigError> {
-    load_named_gains(path, None, &mut InputHash::default())
+    gains_of(&Source::read(path, "gains file", None)?, &mut InputHash::default())
 }
 
-/// As [`load_gains`], for gains that another file names; the bytes read go into `hash`.
-pub(super) fn load_named_gains(
-    path: &Path,
-    named_in: Option<&Path>,
-    hash: &mut InputHash,
-) -> Result<GainsFile, ConfigError> {
-    let source = Source::read(path, "gains file", named_in)?;
+/// The gains of a text; it goes into `hash`.
+pub(super) fn gains_of(source: &Source, hash: &mut InputHash) -> Result<GainsFile, ConfigError> {
     let json: GainsJson = source.parse()?;
     hash.absorb("gains", &source.text);
     Ok(GainsFile { gains: json.gains(), name: json.name.0 })

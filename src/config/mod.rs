@@ -5,6 +5,7 @@
 //! | `mission` | `mission/*.json`: a mission in sections, a file for each |
 //! | `derived` | what the numbers of a mission amount to |
 //! | [`draft`] | first drafts of vehicles, missions and gains |
+//! | `tuning` | how a mission's gains are tuned |
 //! | `gains_file` | `params/gains/*.json` |
 //! | `params_file` | PX4 parameter files |
 //! | `checkpoint` | evaluations of an interrupted search of gains |
@@ -37,6 +38,7 @@ pub mod shipped;
 mod source;
 mod table;
 mod trajectory_csv;
+mod tuning;
 mod vehicle_file;
 
 pub use checkpoint::{Evaluated, SearchIdentity, checkpoint_json, load_checkpoint};
@@ -44,12 +46,15 @@ pub use derived::{Derived, Group, Row, derived};
 pub use error::ConfigError;
 pub use gains_file::{GainsFile, gains_json, load_gains};
 pub use mission::{
-    CaseError, Control, Inputs, Limits, Mission, MonteCarlo, PlanInitial, PlanSettings, Px4, Px4Clock,
-    Release, Site, Study, load_mission,
+    CaseError, Control, Inputs, Limits, Mission, MissionText, MonteCarlo, PlanInitial, PlanSettings, Px4,
+    Px4Clock, Release, Site, Study, UnplannedError, load_mission, mission_text, parse_mission,
 };
 pub use names::{gains_path, mission_path, plain_name, vehicle_path};
 pub use params_file::load_parameters;
-pub use trajectory_csv::{Stamp, TrajectoryFile, read_trajectory_csv, write_trajectory_csv};
+pub use trajectory_csv::{
+    Stamp, TrajectoryFile, read_trajectory_csv, trajectory_columns, write_trajectory_csv,
+};
+pub use tuning::{NoBoundError, Tuning, TuningMethod, TuningObjective};
 pub use vehicle_file::{VehicleFile, load_vehicle};
 
 #[cfg(test)]

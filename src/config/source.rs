@@ -24,6 +24,11 @@ pub(super) struct Source {
 }
 
 impl Source {
+    /// A text that is on no disk, as if `file` held it.
+    pub(super) fn of_text(text: &str, file: &Path) -> Self {
+        Self { file: file.to_owned(), text: text.to_owned() }
+    }
+
     /// Reads `path`, named in `named_in` or on the command line. `role` is for the message: "vehicle file".
     pub(super) fn read(
         path: &Path,

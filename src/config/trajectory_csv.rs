@@ -56,16 +56,31 @@ pub fn write_trajectory_csv(out: &mut impl Write, trajectory: &Trajectory, stamp
     let n = trajectory.n_rotors().min(MAX_ROTORS);
     writeln!(out, "{}{}", stamp.csv_comment(), columns(n).join(","))?;
     for node in trajectory.nodes() {
-        let mut values = vec![node.t_s];
-        values.extend(node.q_ned_from_body);
-        values.extend(node.v_ned.iter().chain(node.omega_body.iter()).chain(&node.thrust_n[..n]));
-        values.extend(node.a_ned.iter());
         // `{:?}` is the shortest text that reads back to the same number, with an exponent where that is
         // shorter.
-        let fields: Vec<String> = values.iter().map(|x| format!("{x:?}")).collect();
+        let fields: Vec<String> = values(node, n).iter().map(|x| format!("{x:?}")).collect();
         writeln!(out, "{}", fields.join(","))?;
     }
     Ok(())
+}
+
+/// The columns of a trajectory's file: the name, which ends in the unit, and the values at the nodes.
+pub fn trajectory_columns(trajectory: &Trajectory) -> Vec<(&'static str, Vec<f64>)> {
+    let n = trajectory.n_rotors().min(MAX_ROTORS);
+    let mut columns: Vec<_> = columns(n).into_iter().map(|name| (name, Vec::new())).collect();
+    for node in trajectory.nodes() {
+        columns.iter_mut().zip(values(node, n)).for_each(|((_, column), x)| column.push(x));
+    }
+    columns
+}
+
+/// The numbers of a line.
+fn values(node: &Node, n_rotors: usize) -> Vec<f64> {
+    let mut values = vec![node.t_s];
+    values.extend(node.q_ned_from_body);
+    values.extend(node.v_ned.iter().chain(node.omega_body.iter()).chain(&node.thrust_n[..n_rotors]));
+    values.extend(node.a_ned.iter());
+    values
 }
 
 /// Reads a trajectory.
@@ -87,6 +102,17 @@ pub struct TrajectoryFile {
     pub text: String,
     /// SHA-256 of the text, hexadecimal.
     pub sha256: String,
+}
+
+impl TrajectoryFile {
+    /// The file that [`write_trajectory_csv`] writes of a trajectory.
+    pub fn written(trajectory: Trajectory, stamp: &Stamp) -> Self {
+        let mut bytes = Vec::new();
+        // Writing to a vector cannot fail.
+        let _ = write_trajectory_csv(&mut bytes, &trajectory, stamp);
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        Self { trajectory, sha256: sha256(&text), text }
+    }
 }
 
 /// As [`read_trajectory_csv`], for a vehicle with that many rotors.

@@ -16,6 +16,7 @@
 //! | [`hil`] | the simulator's side of PX4's HIL link: lockstep, sensors as messages |
 //! | [`streamer`] | the offboard streamer: arms, releases, streams the plan |
 //! | [`autopilot`] | the reference autopilot: HIL client, vehicle for ground stations and companions |
+//! | `parties` | the parties of a drop, built from a mission (feature `files`) |
 //! | [`lockstep`] | all of them on a wire in memory |
 //! | `statustext` | long texts in pieces |
 //! | `wire` | the wire's units; messages of more than one sender |
@@ -33,6 +34,8 @@ pub mod hil;
 pub mod hub;
 pub mod lockstep;
 pub mod parachute;
+#[cfg(feature = "files")]
+pub mod parties;
 pub mod peer;
 pub mod session;
 #[cfg(feature = "cli")]

@@ -4,9 +4,11 @@
 //! |---|---|
 //! | `flight_columns` | names and values of the flight log, for all that hold it |
 //! | [`flight_csv`] | the flight log: every sample, every term of the balance of forces |
+//! | `flight_arrays` | the flight log as arrays of numbers |
 //! | [`verdict`] | the verdict and the plan for the terminal |
 //! | [`verify`] | the checks of `samara verify` |
 //! | `columns` | numbers and tables for the terminal |
+//! | `judged_drop` | a drop that is over, judged |
 //! | [`json`] | the objects of `--json` and of `plan.json` |
 //! | [`params`] | exports, checks and differences of parameter files |
 //! | [`tune`] | searches of gains |
@@ -29,9 +31,11 @@ mod columns;
 mod derived;
 pub mod drops;
 pub mod figure;
+mod flight_arrays;
 mod flight_columns;
 pub mod flight_csv;
 pub mod json;
+mod judged_drop;
 mod marks;
 pub mod mcap;
 pub mod params;
@@ -46,8 +50,10 @@ pub mod verify;
 
 pub use derived::{derived_json, derived_text};
 pub use figure::{FigureError, convergence_figure, drop_figure, plan_figure};
+pub use flight_arrays::flight_arrays;
 pub use flight_csv::FlightCsv;
 pub use json::{DropEvent, DropRun, FlownBy, FlownTrajectory, drop_json, manifest_json, plan_json};
+pub use judged_drop::{FlownDrop, judge_drop};
 pub use mcap::{Attachment, drop_mcap};
 pub use replay::drop_page;
 pub use shown_drop::ShownDrop;

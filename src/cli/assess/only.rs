@@ -4,11 +4,11 @@ use anyhow::Context;
 
 use super::args::AssessArgs;
 use super::campaign::TrialRunner;
-use super::own::OPTIMAL;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::conclusion::write_mcap;
 use crate::cli::terminal::print;
 use samara::assess::{RandomRelease, StudyEntry, TrialOutcome, VerdictBuilder};
+use samara::report::campaign::own::OPTIMAL;
 use samara::report::study::campaign_csv::write_row;
 use samara::report::study::{OURS, only};
 use samara::report::{DropRun, FlightCsv, ShownDrop, drop_figure, drop_page};

@@ -4,41 +4,23 @@
 use anyhow::Context as _;
 
 use super::args::AssessArgs;
-use super::campaign::{self, Campaign, TrialRunner};
+use super::campaign::{self, TrialRunner};
 use super::command::{self, Command, finish, stopped};
 use super::figures;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::narrator::Narrator;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::Stopwatch;
-use samara::assess::{StudyEntry, StudyReference, plan_j_tpf, tracking};
-use samara::config::Mission;
-use samara::control::{Airframe, Cascade};
+use samara::assess::{StudyEntry, plan_j_tpf, tracking};
 use samara::plan::Plan;
+use samara::report::campaign::own::{FLOWN_BY, fly_case, named, own_entries};
 use samara::report::campaign::{
-    CampaignReport, CaseRecord, MEASURES, NamedCampaign, TrialRecord, footprint, json, junit, page, tables,
+    CampaignReport, CaseRecord, MEASURES, NamedCampaign, footprint, json, junit, page, tables,
 };
 use samara::report::figure::{Distribution, FigureError, distribution_figure};
 use samara::report::study::campaign_csv::file_name;
 use samara::report::study::page::Figure;
 use samara::tune::ReleaseCase;
-
-/// The campaign that is judged: along the plan.
-pub const OPTIMAL: &str = "optimal";
-/// The campaign beside it: the target velocity as a step.
-const STEP: &str = "step";
-
-/// The mission's own gains, along the plan and with a step.
-pub fn entries_of(mission: &Mission) -> Result<[StudyEntry; 2], Failure> {
-    let airframe = Airframe::new(&mission.vehicle, &mission.site.environment).bad_input()?;
-    let of = |name, reference| StudyEntry {
-        name,
-        gains_name: mission.control.gains_name.clone(),
-        controller: Box::new(Cascade::new(airframe.clone(), mission.control.gains, mission.control.limits)),
-        reference,
-    };
-    Ok([of(OPTIMAL, StudyReference::Optimal), of(STEP, StudyReference::Step)])
-}
 
 /// Flies the campaigns, writes and reports them.
 pub fn run(
@@ -48,7 +30,7 @@ pub fn run(
     narrator: &Narrator,
 ) -> Result<Answer, Failure> {
     let mission = runner.mission;
-    let entries = entries_of(mission)?;
+    let entries = own_entries(mission).bad_input()?;
     let watch = Stopwatch::start();
     let Some(campaigns) = campaign::run_all(runner, &entries, args.resume, narrator)? else {
         return stopped(args, mission);
@@ -56,14 +38,13 @@ pub fn run(
     let flown: u64 = campaigns.iter().map(|c| c.flown_now).sum();
     let report = CampaignReport {
         mission,
-        flown_by: "the cascade at 100 Hz from t = 0, on the plant with speed controllers, motors and rotors"
-            .to_owned(),
+        flown_by: FLOWN_BY.to_owned(),
         command: Command::of(args, mission).with_trials(runner.trials),
         alone: Command::of(args, mission).alone(),
         judge: runner.judge,
         plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
         cases: cases(runner, &entries[0]),
-        campaigns: campaigns.iter().map(named).collect(),
+        campaigns: campaigns.iter().map(|c| named(&c.entry, c.summary.clone())).collect(),
         tracking_period_s: tracking::control_period_s(&plan.trajectory),
     };
     let drawn = figures::of_own(runner, &campaigns[0])?;
@@ -80,28 +61,10 @@ pub fn run(
     Ok(Answer::from(report.safe()))
 }
 
-fn named(campaign: &Campaign) -> NamedCampaign {
-    let StudyEntry { name, gains_name, .. } = &campaign.entry;
-    let follows = if *name == OPTIMAL { "along the plan" } else { "target velocity as a step" };
-    NamedCampaign {
-        name: (*name).to_owned(),
-        label: format!("{gains_name}, {follows}"),
-        summary: campaign.summary.clone(),
-        file: file_name(&campaign.entry),
-    }
-}
-
 fn cases(runner: &TrialRunner<'_>, entry: &StudyEntry) -> Vec<CaseRecord> {
     let (study, judge) = (&runner.study, &runner.judge);
     let cases: Vec<(u64, &ReleaseCase)> = (0..).zip(&runner.mission.study.cases).collect();
-    runner.in_order(&cases, |(number, case)| {
-        let start = case.state();
-        CaseRecord {
-            case: case.name.clone(),
-            flight: TrialRecord::of_flight(*number, &study.outcome(entry, &start), judge),
-            tracking_rms: study.tracking_rms(entry, &start),
-        }
-    })
+    runner.in_order(&cases, |&numbered| fly_case(study, entry, judge, numbered))
 }
 
 /// Writes the page with the footprint and the figures: `names` are the page's and what the other files' names

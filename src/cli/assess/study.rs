@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use super::args::AssessArgs;
 use super::campaign::TrialRunner;
 use super::{only, own, paper};
-use crate::cli::answer::{Answer, Failure};
+use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::mission::{chosen_mission, origin};
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::{plan_mission, write_plan};
@@ -16,6 +16,7 @@ use samara::assess::{FlightLimits, SafetyStudy};
 use samara::config::Mission;
 use samara::plan::{Plan, Status};
 use samara::report::campaign::TrialJudge;
+use samara::report::campaign::own::own_entries;
 use samara::report::{plan_json, plan_text};
 
 /// Flies the campaigns, or one trial of each.
@@ -43,7 +44,7 @@ pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     };
     match (args.only, args.paper) {
         (Some(trial), true) => only::run(&runner, &paper::entries_of(&mission)?, trial, args),
-        (Some(trial), false) => only::run(&runner, &own::entries_of(&mission)?, trial, args),
+        (Some(trial), false) => only::run(&runner, &own_entries(&mission).bad_input()?, trial, args),
         (None, true) => paper::run(args, &plan, &runner, &narrator),
         (None, false) => own::run(args, &plan, &runner, &narrator),
     }

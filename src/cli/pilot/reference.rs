@@ -9,10 +9,10 @@ use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::args::{ChoiceArgs, EstimatorChoice, StateArgs};
 use crate::cli::mission::{mission_with_a_drop, note_estimator};
 use crate::cli::reporter::Reporter;
-use crate::cli::sessions::{self, StreamerChoice};
 use crate::cli::system::{Stopwatch, block_on, interrupt_flag};
 use crate::cli::terminal::print_remarks;
 use samara::config::Mission;
+use samara::link::parties::{self, StreamerChoice};
 use samara::link::shell::{Notice, Observer, Ports, Speed, run_watched_drop, system_of_instance};
 use samara::link::{AutopilotSession, Link, Lockstep};
 use samara::report::FlownBy;
@@ -37,6 +37,10 @@ impl Reference {
         note_estimator(&mut mission, state);
         Ok((Self { parameters: choice.params.clone(), estimator: state.estimator }, mission))
     }
+
+    fn on_estimator(&self) -> bool {
+        self.estimator == EstimatorChoice::Ekf
+    }
 }
 
 impl Pilot for Reference {
@@ -57,7 +61,8 @@ impl Pilot for Reference {
     fn check(&self, mission: &Mission, _: &Trajectory, instance: u16) -> Result<(), Failure> {
         let Some(path) = &self.parameters else { return Ok(()) };
         let system = system_of_instance(instance).bad_input()?;
-        let (_, remarks) = sessions::autopilot(mission, Some(path), self.estimator, system)?;
+        let (_, remarks) =
+            parties::autopilot(mission, Some(path), self.on_estimator(), system).bad_input()?;
         print_remarks(path.display(), &remarks);
         Ok(())
     }
@@ -68,11 +73,12 @@ impl Pilot for Reference {
         let system = system_of_instance(flight.instance).bad_input()?;
         let ports = Ports::of_instance(flight.instance).bad_input()?;
         let (autopilot, _) =
-            sessions::autopilot(mission, self.parameters.as_deref(), self.estimator, system)?;
+            parties::autopilot(mission, self.parameters.as_deref(), self.on_estimator(), system)
+                .bad_input()?;
         let mut wire = Lockstep::new(
-            sessions::simulator(mission, system, None, None),
+            parties::simulator(mission, system, None, None),
             autopilot,
-            sessions::streamer(mission, flight.trajectory.clone(), system, StreamerChoice::default()),
+            parties::streamer(mission, flight.trajectory.clone(), system, StreamerChoice::default()),
         );
         let mut reporter = Reporter::new(narrator, mission)
             .recording(folder, &[Link::Simulator, Link::GroundStation, Link::Api])

@@ -4,8 +4,8 @@ use super::args::{TuneArgs, name_of};
 use super::contest;
 use super::results::{no_gains, report_nothing, write_gains, write_search, write_tune_manifest};
 use super::search_run::run_search;
-use super::settings::{identity, judge_of, objectives, settings, start_name};
-use crate::cli::answer::{Answer, Failure};
+use super::settings::{identity, tuning, without_bound};
+use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::estimate::warn_one_at_a_time;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::{Stopwatch, interrupt_flag};
@@ -19,8 +19,10 @@ use samara::tune::{CandidateSearch as _, GainJudge, Longitudinal, Search};
 /// Searches the gains, tries them beside others, writes and reports them.
 pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answer, Failure> {
     let watch = Stopwatch::start();
-    let judge = judge_of(args, mission, plan)?;
-    let settings = settings(args, mission, objectives(args, mission, &judge)?)?;
+    let tuning = tuning(args);
+    let judge = tuning.judge(mission, plan).bad_input()?;
+    let objectives = tuning.objectives(mission, &judge).map_err(|error| without_bound(&error))?;
+    let settings = tuning.search(mission, objectives).bad_input()?;
     let objective = settings.objectives[settings.objectives.len() - 1];
     if let (None, Some(bound)) = (args.rms_bound, objective.rms_bound()) {
         let own = &mission.control.gains_name;
@@ -55,7 +57,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
         objective: name_of(args.objective),
         model: name_of(args.model),
         robust: args.robust,
-        start: start_name(args, mission),
+        start: tuning.start_name(mission),
         swing: args.swing.clone(),
         bounds: objective,
         gains: best,

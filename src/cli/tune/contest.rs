@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::args::{ObjectiveArg, TuneArgs};
-use super::settings::{rms_bound, setting};
+use super::settings::tuning;
 use crate::cli::answer::{BadInput as _, Failure};
 use samara::config::Mission;
 use samara::control::Gains;
@@ -34,13 +34,14 @@ pub fn contest(
     stop: &AtomicBool,
 ) -> Result<Option<Contest>, Failure> {
     // Real actuators, whatever the tuning had.
-    let real = Setting { plant: PlantKind::Actuator, ..setting(args, mission, plan) };
+    let asked = self::tuning(args);
+    let real = Setting { plant: PlantKind::Actuator, ..asked.setting(mission, plan) };
     let cases = GainJudge::new(real).bad_input()?.with_cases(&mission.study.cases);
     let objective = match args.objective {
         ObjectiveArg::Rms => Objective::Rms,
         ObjectiveArg::JTpf => Objective::JTpf,
         ObjectiveArg::Safety | ObjectiveArg::Pareto => {
-            Objective::Safety { rms_bound: rms_bound(args, mission, &cases), penalty: args.penalty }
+            Objective::Safety { rms_bound: asked.rms_bound(mission, &cases), penalty: args.penalty }
         }
     };
     let (distribution, seed) = (mission.releases(), mission.seed);

@@ -3,7 +3,7 @@
 use super::args::TuneArgs;
 use super::contest::contest;
 use super::results::{report_nothing, write_gains, write_tune_manifest};
-use super::settings::{judge_of, setting};
+use super::settings::tuning;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::results::OutputFolder;
 use crate::cli::system::{Stopwatch, interrupt_flag};
@@ -16,13 +16,13 @@ use samara::tune::near_hover::near_hover;
 /// Tunes, tries, writes `gains.json`, `gains.params` and `near_hover.txt`.
 pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answer, Failure> {
     let watch = Stopwatch::start();
-    let found = near_hover(&setting(args, mission, plan)).bad_input()?;
+    let found = near_hover(&tuning(args).setting(mission, plan)).bad_input()?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     folder.remove_leftovers(&["convergence.csv", "convergence.svg", "front.csv", "checkpoint.json"])?;
     write_gains(args, &folder, mission, &found.adjusted, &report::about(mission))?;
-    let tuning = judge_of(args, mission, plan)?;
+    let judge = tuning(args).judge(mission, plan).bad_input()?;
     let stop = interrupt_flag()?;
-    let Some(contest) = contest(args, mission, plan, &tuning, &found.adjusted, &stop)? else {
+    let Some(contest) = contest(args, mission, plan, &judge, &found.adjusted, &stop)? else {
         return report_nothing(args, &mission.name, "stopped; the gains are written, but were not tried");
     };
     let text = report::text(mission, &found, &contest);

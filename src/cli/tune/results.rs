@@ -4,7 +4,7 @@
 use anyhow::Context as _;
 
 use super::args::{TuneArgs, name_of};
-use super::settings::{particles, start_name};
+use super::settings::{particles, tuning};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::{print, print_err};
@@ -44,7 +44,7 @@ pub fn write_tune_manifest(args: &TuneArgs, folder: &OutputFolder, mission: &Mis
         ("rms_bound", args.rms_bound.map_or_else(|| "default".to_owned(), |x| x.to_string())),
         ("penalty", args.penalty.to_string()),
         ("swing", format!("{:?}", args.swing)),
-        ("start", start_name(args, mission)),
+        ("start", tuning(args).start_name(mission)),
         ("particles", particles(args)),
         ("iterations", args.iterations.to_string()),
         ("stall", args.stall.to_string()),

@@ -6,6 +6,7 @@ use std::path::Path;
 use super::{CaseError, Mission};
 use crate::config::error::ConfigError;
 use crate::config::params_file::{self, refuse};
+use crate::config::source::Source;
 use crate::config::trajectory_csv::{TrajectoryFile, load_trajectory};
 use crate::params::compatibility::written_for;
 use crate::params::{ParameterFile, import};
@@ -19,6 +20,16 @@ impl Mission {
     /// mission is unchanged then.
     pub fn use_gains(&mut self, name_or_path: &str) -> Result<(), ConfigError> {
         let file = self.inputs.other_gains(name_or_path)?;
+        (self.control.gains, self.control.gains_name) = (file.gains, file.name);
+        Ok(())
+    }
+
+    /// Puts other gains in: those of the text of a gains file, as if `file` held it. The input hash follows.
+    ///
+    /// # Errors
+    /// [`ConfigError::Content`] when the text does not hold gains; the mission is unchanged then.
+    pub fn use_gains_text(&mut self, text: &str, file: &Path) -> Result<(), ConfigError> {
+        let file = self.inputs.given_gains(&Source::of_text(text, file))?;
         (self.control.gains, self.control.gains_name) = (file.gains, file.name);
         Ok(())
     }

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::config::error::ConfigError;
-use crate::config::gains_file::{GainsFile, load_gains, load_named_gains};
+use crate::config::gains_file::{GainsFile, gains_of, load_gains};
 use crate::config::names::{gains_path, names_of};
 use crate::config::source::{InputHash, Source};
 
@@ -25,11 +25,10 @@ pub struct Inputs {
 impl Inputs {
     /// The inputs of a mission as its files give them, and its gains.
     pub(super) fn of_files(
-        gains_file: &Path,
-        named_in: &Path,
+        source: &Source,
         hash_without_gains: InputHash,
     ) -> Result<(Self, GainsFile), ConfigError> {
-        let gains_directory = gains_file.parent().map(Path::to_owned).unwrap_or_default();
+        let gains_directory = source.file.parent().map(Path::to_owned).unwrap_or_default();
         let mut inputs = Self {
             hash: String::new(),
             choices: Vec::new(),
@@ -37,7 +36,7 @@ impl Inputs {
             gains_directory,
             hash_without_gains,
         };
-        let gains = inputs.read_gains(gains_file, Some(named_in))?;
+        let gains = inputs.take_gains(source)?;
         Ok((inputs, gains))
     }
 
@@ -45,17 +44,22 @@ impl Inputs {
     /// the built-in ones of that name. The hash follows.
     pub(super) fn other_gains(&mut self, name_or_path: &str) -> Result<GainsFile, ConfigError> {
         let path = gains_path(name_or_path, &self.gains_directory)?;
-        let gains = self.read_gains(&path, None)?;
+        self.given_gains(&Source::read(&path, "gains file", None)?)
+    }
+
+    /// Takes gains in place of those that there are. The hash follows.
+    pub(super) fn given_gains(&mut self, source: &Source) -> Result<GainsFile, ConfigError> {
+        let gains = self.take_gains(source)?;
         for (name, value) in self.choices.clone() {
             self.absorb(&name, &value);
         }
         Ok(gains)
     }
 
-    fn read_gains(&mut self, path: &Path, named_in: Option<&Path>) -> Result<GainsFile, ConfigError> {
+    fn take_gains(&mut self, source: &Source) -> Result<GainsFile, ConfigError> {
         let mut hash = self.hash_without_gains.clone();
-        let gains = load_named_gains(path, named_in, &mut hash)?;
-        (self.hash, self.gains_file) = (hash.hex(), path.to_owned());
+        let gains = gains_of(source, &mut hash)?;
+        (self.hash, self.gains_file) = (hash.hex(), source.file.clone());
         Ok(gains)
     }
 

@@ -11,6 +11,7 @@
 //! | `contradictions` | numbers that the vehicle contradicts |
 //! | `study_identity` | whether the mission is the paper's study |
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -24,10 +25,10 @@ use crate::config::number::{Count, Exactly, Name, SpanS, Within};
 use crate::config::shipped::{MISSIONS, built_in, is_built_in, names_in};
 use crate::config::source::{InputHash, Source};
 use crate::config::trajectory_csv::Stamp;
-use crate::config::vehicle_file::load_named_vehicle;
+use crate::config::vehicle_file::vehicle_of;
 use crate::model::{MAX_ROTORS, Parachute, RotorLimits, Vehicle};
 use crate::params::{Purpose, Subject};
-use crate::plan::{PlanProblem, PlanState};
+use crate::plan::{Guess, Plan, PlanError, PlanProblem, PlanState, Progress, SolverOptions, plan};
 use crate::sim::{Battery, DropSimulation, SensorSettings};
 use crate::trajectory::Trajectory;
 
@@ -161,27 +162,70 @@ pub struct Mission {
 /// [`ConfigError`] with the place in the file that is refused.
 pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
     let source = Source::read(path, "mission file", None).map_err(|e| naming_the_built_in(e, path))?;
+    mission_of(&source, None, None)
+}
+
+/// The text of a mission file, of the disk or built in.
+///
+/// # Errors
+/// [`ConfigError::Read`] when it cannot be read.
+pub fn mission_text(path: &Path) -> Result<String, ConfigError> {
+    let source = Source::read(path, "mission file", None).map_err(|e| naming_the_built_in(e, path))?;
+    Ok(source.text)
+}
+
+/// A mission that is on no disk: the text of its file, and those of its vehicle and its gains where they are
+/// on no disk either.
+#[derive(Clone, Copy, Debug)]
+pub struct MissionText<'a> {
+    /// The text of the mission file.
+    pub mission: &'a str,
+    /// The path that the mission is read under: messages name it, and other files are relative to it.
+    pub file: &'a Path,
+    /// The text of the vehicle file, in place of the file that the mission names.
+    pub vehicle: Option<&'a str>,
+    /// The text of the gains file, in place of the file that the mission names.
+    pub gains: Option<&'a str>,
+}
+
+/// Reads a mission of a text, as [`load_mission`] reads that of a file.
+///
+/// # Errors
+/// [`ConfigError`] with the place in the text or in the file that is refused.
+pub fn parse_mission(text: &MissionText<'_>) -> Result<Mission, ConfigError> {
+    mission_of(&Source::of_text(text.mission, text.file), text.vehicle, text.gains)
+}
+
+/// The mission of a text, whose vehicle and gains are in files unless their texts are given.
+fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Result<Mission, ConfigError> {
     let json: MissionJson = source.parse()?;
     let mut hash = InputHash::default();
     hash.absorb("mission", &source.text);
-    let vehicle_file = source.resolve(&json.vehicle);
-    let vehicle = load_named_vehicle(&vehicle_file, Some(path), &mut hash)?;
-    let (inputs, gains) = Inputs::of_files(&source.resolve(&json.gains), path, hash)?;
+    let named = |path: &str, role: &'static str, given: Option<&str>| {
+        let path = source.resolve(path);
+        given.map_or_else(
+            || Source::read(&path, role, Some(&source.file)),
+            |text| Ok(Source::of_text(text, &path)),
+        )
+    };
+    let vehicle_source = named(&json.vehicle, "vehicle file", vehicle)?;
+    let vehicle = vehicle_of(&vehicle_source, &mut hash)?;
+    let (inputs, gains) = Inputs::of_files(&named(&json.gains, "gains file", gains)?, hash)?;
 
     let (target_v_ned, epoch_unix_us) =
         (Vector3::from(json.target_v_ned_m_s.get()), json.epoch_unix_us.get() as u64);
-    let site = Site::from_json(&source, &json.site, json.release.standing())?;
-    let release = Release::from_json(&source, &json.release, &json.parachute, &site.environment)?;
-    release.check_duration(&source, json.duration_s.get())?;
+    let site = Site::from_json(source, &json.site, json.release.standing())?;
+    let release = Release::from_json(source, &json.release, &json.parachute, &site.environment)?;
+    release.check_duration(source, json.duration_s.get())?;
     let gravity_m_s2 = site.environment.gravity_m_s2;
     let rotor_limits = || RotorLimits::of(&vehicle.vehicle, site.environment.density_kg_m3);
-    let plan = PlanSettings::from_json(&source, &json.plan, &target_v_ned, rotor_limits)?;
-    let px4 = Px4::from_json(&source, json.px4_clock, json.px4_params.as_deref(), gravity_m_s2)?;
+    let plan = PlanSettings::from_json(source, &json.plan, &target_v_ned, rotor_limits)?;
+    let px4 = Px4::from_json(source, json.px4_clock, json.px4_params.as_deref(), gravity_m_s2)?;
     Ok(Mission {
         name: json.name.0,
-        file: path.to_owned(),
+        file: source.file.clone(),
         vehicle_name: vehicle.name,
-        vehicle_file,
+        vehicle_file: vehicle_source.file,
         vehicle: Arc::new(vehicle.vehicle),
         rotor_radius_m: vehicle.rotor_radius_m,
         target_v_ned,
@@ -192,14 +236,14 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
         limits: Limits::from_json(&json.limits, &target_v_ned),
         control: Control::from_json(&json.control, gains),
         study: Study::from_json(
-            &source,
+            source,
             &json.tuning,
             &json.monte_carlo,
             release.parachute,
             &site.environment,
         )?,
         sensors: equipment::sensors(
-            &source,
+            source,
             json.sensors.as_ref(),
             &site.environment,
             epoch_unix_us,
@@ -211,6 +255,18 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
         px4,
         inputs,
     })
+}
+
+/// A mission whose plan cannot be attempted: the vehicle, the target, and the reason.
+#[derive(Debug, thiserror::Error)]
+#[error("{} to target_v_ned_m_s [{} {} {}]", vehicle_file.display(), target_v_ned.x, target_v_ned.y, target_v_ned.z)]
+pub struct UnplannedError {
+    /// File of the vehicle.
+    pub vehicle_file: PathBuf,
+    /// Target velocity, NED [m/s].
+    pub target_v_ned: Vector3<f64>,
+    /// Reason.
+    pub source: PlanError,
 }
 
 /// An error about a file that cannot be read, with the built-in mission of that name, if there is one: a path
@@ -315,6 +371,22 @@ impl Mission {
             input_reference: self.plan.cost_input_reference,
             terminal_velocity_tolerance_m_s: self.plan.terminal_tolerance_m_s,
         }
+    }
+
+    /// Plans the mission, from a straight line as the first guess. `observer` is called after each iteration,
+    /// and may stop the solve.
+    ///
+    /// # Errors
+    /// [`UnplannedError`] for a problem that cannot be posed; a solve that does not converge is a [`Plan`].
+    pub fn solve(
+        &self,
+        options: &SolverOptions,
+        observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<Plan, UnplannedError> {
+        plan(&self.plan_problem(), &Guess::StraightLine, options, observer).map_err(|source| {
+            let (vehicle_file, target_v_ned) = (self.vehicle_file.clone(), self.target_v_ned);
+            UnplannedError { vehicle_file, target_v_ned, source }
+        })
     }
 
     /// The random releases, (40)-(44).

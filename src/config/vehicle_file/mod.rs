@@ -81,34 +81,29 @@ pub struct VehicleFile {
 /// # Errors
 /// [`ConfigError`] with the place in the file, when it cannot be read or is not a vehicle.
 pub fn load_vehicle(path: &Path) -> Result<VehicleFile, ConfigError> {
-    load_named_vehicle(path, None, &mut InputHash::default())
+    vehicle_of(&Source::read(path, "vehicle file", None)?, &mut InputHash::default())
 }
 
-/// As [`load_vehicle`], for a vehicle that another file names; the bytes read go into `hash`.
-pub(super) fn load_named_vehicle(
-    path: &Path,
-    named_in: Option<&Path>,
-    hash: &mut InputHash,
-) -> Result<VehicleFile, ConfigError> {
-    let source = Source::read(path, "vehicle file", named_in)?;
+/// The vehicle of a text, with its tables; all that is read goes into `hash`.
+pub(super) fn vehicle_of(source: &Source, hash: &mut InputHash) -> Result<VehicleFile, ConfigError> {
     let json: VehicleJson = source.parse()?;
     hash.absorb("vehicle", &source.text);
-    let rotor = build_rotor(&source, &json.rotor, hash)?;
-    let motor = build_motor(&source, &json.motor)?;
+    let rotor = build_rotor(source, &json.rotor, hash)?;
+    let motor = build_motor(source, &json.motor)?;
     let options = VehicleOptions {
         reaction_torque: json.effects.reaction_torque,
         rotor_momentum: json.effects.rotor_momentum,
     };
-    let mass = build_mass(&source, &json)?;
-    let mut mounts = build_mounts(&source, &json.rotors)?;
+    let mass = build_mass(source, &json)?;
+    let mut mounts = build_mounts(source, &json.rotors)?;
     if let Some(coaxial) = &json.coaxial {
-        set_interference(&source, coaxial, &mut mounts)?;
+        set_interference(source, coaxial, &mut mounts)?;
     }
-    let aero = build_aero(&source, json.body_aero.as_ref())?;
+    let aero = build_aero(source, json.body_aero.as_ref())?;
     let vehicle = Vehicle::new(mass, mounts, aero, rotor, motor, options)
         .map_err(|e| source.refuse("rotors", e.to_string()))?;
-    check_static_thrust(&source, &vehicle)?;
-    check_longest_step(&source, &vehicle)?;
+    check_static_thrust(source, &vehicle)?;
+    check_longest_step(source, &vehicle)?;
     Ok(VehicleFile { name: json.name.0, vehicle, rotor_radius_m: json.rotor.radius_m() })
 }
 

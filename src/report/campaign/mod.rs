@@ -3,6 +3,7 @@
 //!
 //! | file | holds |
 //! |---|---|
+//! | [`own`] | the controllers, the release cases and the names of campaigns of a mission's own gains |
 //! | [`tables`] | the tables, the verdict in a sentence, the text for the terminal |
 //! | [`json`] | the object of `--json` and of `assess.json` |
 //! | [`junit`] | release cases, campaigns and failed trials as test cases |
@@ -12,6 +13,7 @@
 pub mod footprint;
 pub mod json;
 pub mod junit;
+pub mod own;
 pub mod page;
 pub mod tables;
 

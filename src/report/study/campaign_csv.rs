@@ -37,11 +37,38 @@ pub fn header(mission: &Mission, entry: &StudyEntry) -> String {
 
 /// Appends a trial's line.
 pub fn write_row(text: &mut String, release: &RandomRelease, outcome: &TrialOutcome) {
-    let state = &release.state;
-    let end = &outcome.final_v_ned;
     // Writing to a String cannot fail. `{:?}` is the shortest text that reads back to the same number.
     let _ = write!(text, "{}", release.trial);
-    for x in [
+    for x in numbers(release, outcome) {
+        let _ = write!(text, ",{x:?}");
+    }
+    // Empty where the flight was never steady.
+    text.push(',');
+    if let Some(t_s) = outcome.steady_after_s {
+        let _ = write!(text, "{t_s:?}");
+    }
+    text.push('\n');
+}
+
+/// The columns of a campaign's file behind the trial's number: the name, which ends in the unit, and a value
+/// for each trial. Not a number: the flight was never steady.
+pub fn trial_columns<'a>(
+    trials: impl IntoIterator<Item = (&'a RandomRelease, &'a TrialOutcome)>,
+) -> Vec<(&'static str, Vec<f64>)> {
+    let mut columns: Vec<_> = COLUMNS.split(',').skip(1).map(|name| (name, Vec::new())).collect();
+    for (release, outcome) in trials {
+        let steady_after_s = outcome.steady_after_s.unwrap_or(f64::NAN);
+        let values = numbers(release, outcome).into_iter().chain([steady_after_s]);
+        columns.iter_mut().zip(values).for_each(|((_, column), x)| column.push(x));
+    }
+    columns
+}
+
+/// The numbers of a trial's line between the first and the last.
+fn numbers(release: &RandomRelease, outcome: &TrialOutcome) -> [f64; COLUMN_COUNT - 2] {
+    let state = &release.state;
+    let end = &outcome.final_v_ned;
+    [
         release.amplitude_rad,
         release.phase_rad,
         state.v_ned.x,
@@ -61,15 +88,7 @@ pub fn write_row(text: &mut String, release: &RandomRelease, outcome: &TrialOutc
         outcome.way_ned_m.x,
         outcome.way_ned_m.y,
         outcome.way_ned_m.z,
-    ] {
-        let _ = write!(text, ",{x:?}");
-    }
-    // Empty where the flight was never steady.
-    text.push(',');
-    if let Some(t_s) = outcome.steady_after_s {
-        let _ = write!(text, "{t_s:?}");
-    }
-    text.push('\n');
+    ]
 }
 
 /// Why a line is not the expected trial.

@@ -35,7 +35,6 @@ use crate::cli::args::ChoiceArgs;
 use crate::cli::mission::mission_for_px4;
 use crate::cli::reporter::Reporter;
 use crate::cli::results::OutputFolder;
-use crate::cli::sessions;
 use crate::cli::system::{Stopwatch, block_on};
 use crate::cli::terminal::print_remarks;
 use build_folder::BuildFolder;
@@ -43,9 +42,9 @@ pub use cpu::Cpu;
 use cpu::Pinned;
 use process::Px4Process;
 use samara::config::Mission;
-use samara::link::Link;
 use samara::link::shell::{Ports, run_hosted_drop, system_of_instance};
 use samara::link::streamer::{Clock, Procedure};
+use samara::link::{Link, parties};
 use samara::params::ParameterFile;
 use samara::report::FlownBy;
 use samara::trajectory::Trajectory;
@@ -146,11 +145,11 @@ impl Pilot for Px4 {
         let procedure = Some(Procedure { envelope, upload: upload.parameters });
         let ports = Ports::of_instance(instance).bad_input()?;
         let system = system_of_instance(instance).bad_input()?;
-        let froude = sessions::froude(mission);
-        let streamer = sessions::StreamerChoice { clock: Clock::Caller, procedure, feed_forward, froude };
+        let froude = parties::froude(mission);
+        let streamer = parties::StreamerChoice { clock: Clock::Caller, procedure, feed_forward, froude };
         let sessions = (
-            sessions::simulator(mission, system, froude, None),
-            sessions::streamer(mission, trajectory.clone(), system, streamer),
+            parties::simulator(mission, system, froude, None),
+            parties::streamer(mission, trajectory.clone(), system, streamer),
         );
         // What PX4 says to ground stations goes by its own sockets.
         let mut reporter = Reporter::new(narrator, mission).recording(folder, &[Link::Simulator, Link::Api]);

@@ -1,23 +1,39 @@
 //! The parties of a drop, built from a mission.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::Context as _;
-
-use super::answer::{BadInput as _, Failure};
-use super::args::EstimatorChoice;
-use samara::autopilot::estimator::EstimatorSettings;
-use samara::autopilot::parameters::Parameters;
-use samara::config::{Mission, Px4Clock, load_parameters};
-use samara::control::{Airframe, ControlSettings};
-use samara::link::streamer::{Clock, Procedure};
-use samara::link::{
+use super::streamer::{Clock, Procedure};
+use super::{
     AutopilotSession, AutopilotSetup, Froude, HilConfig, HilSession, StreamerConfig, StreamerSession,
     microseconds,
 };
-use samara::sim::{DropRunConfig, ReleaseTrigger};
-use samara::trajectory::Trajectory;
+use crate::autopilot::estimator::EstimatorSettings;
+use crate::autopilot::parameters::Parameters;
+use crate::config::{ConfigError, Mission, Px4Clock, load_parameters};
+use crate::control::{Airframe, ControlError, ControlSettings};
+use crate::params::ParamsError;
+use crate::sim::{DropRunConfig, ReleaseTrigger};
+use crate::trajectory::Trajectory;
+
+/// A mission that the reference autopilot cannot fly.
+#[derive(Debug, thiserror::Error)]
+pub enum PartyError {
+    /// The vehicle cannot be controlled.
+    #[error("{}", vehicle_file.display())]
+    Airframe {
+        /// File of the vehicle.
+        vehicle_file: PathBuf,
+        /// Reason.
+        source: ControlError,
+    },
+    /// The gains or limits have no place among the parameters.
+    #[error(transparent)]
+    Parameters(#[from] ParamsError),
+    /// The parameter file cannot be used.
+    #[error(transparent)]
+    File(#[from] ConfigError),
+}
 
 /// The scale of the wire to PX4, where the mission has one.
 pub fn froude(mission: &Mission) -> Option<Froude> {
@@ -48,29 +64,31 @@ pub fn simulator(
 }
 
 /// The reference autopilot with the mission's gains, and with what else a parameter file holds; and remarks
-/// on what of the file is not taken. Refuses a vehicle that cannot be controlled and gains out of range.
+/// on what of the file is not taken. It flies on the simulator's truth, or on its own Kalman filter.
+///
+/// # Errors
+/// [`PartyError`] for a vehicle that cannot be controlled, gains out of range, or a file that is refused.
 pub fn autopilot(
     mission: &Mission,
     parameters: Option<&Path>,
-    estimator: EstimatorChoice,
+    on_estimator: bool,
     system_id: u8,
-) -> Result<(AutopilotSession, Vec<String>), Failure> {
+) -> Result<(AutopilotSession, Vec<String>), PartyError> {
     let airframe = Airframe::new(&mission.vehicle, &mission.site.environment)
-        .with_context(|| mission.vehicle_file.display().to_string())
-        .bad_input()?;
+        .map_err(|source| PartyError::Airframe { vehicle_file: mission.vehicle_file.clone(), source })?;
     let mut session = AutopilotSession::new(AutopilotSetup {
         system_id,
         control: ControlSettings { airframe, gains: mission.control.gains, limits: mission.control.limits },
         controller: None,
         environment: mission.site.environment.clone(),
-        estimator: (estimator == EstimatorChoice::Ekf).then(|| estimator_settings(mission)),
+        estimator: on_estimator.then(|| estimator_settings(mission)),
         rotors: mission.vehicle.rotors.len(),
         epoch_unix_us: mission.epoch_unix_us,
-        parameters: Parameters::of(&mission.parameter_subject(), system_id).bad_input()?,
+        parameters: Parameters::of(&mission.parameter_subject(), system_id)?,
         keeps_parameters: true,
     });
     let remarks = match parameters {
-        Some(path) => session.load_parameters(&load_parameters(path).bad_input()?),
+        Some(path) => session.load_parameters(&load_parameters(path)?),
         None => Vec::new(),
     };
     Ok((session, remarks))

@@ -1,0 +1,59 @@
+//! Campaigns of a mission's own gains, along the plan and, beside it, with the target velocity as a step.
+
+use super::{CampaignSummary, CaseRecord, NamedCampaign, TrialJudge, TrialRecord};
+use crate::assess::{SafetyStudy, StudyEntry, StudyReference};
+use crate::config::Mission;
+use crate::control::{Airframe, Cascade, ControlError};
+use crate::report::study::campaign_csv::file_name;
+use crate::tune::ReleaseCase;
+
+/// Name of the campaign that is judged: along the plan.
+pub const OPTIMAL: &str = "optimal";
+/// Name of the campaign beside it: the target velocity as a step.
+const STEP: &str = "step";
+
+/// What flies the trials of these campaigns, in words.
+pub const FLOWN_BY: &str =
+    "the cascade at 100 Hz from t = 0, on the plant with speed controllers, motors and rotors";
+
+/// The mission's own gains, along the plan and with a step.
+///
+/// # Errors
+/// [`ControlError`] for a vehicle that cannot be controlled.
+pub fn own_entries(mission: &Mission) -> Result<[StudyEntry; 2], ControlError> {
+    let airframe = Airframe::new(&mission.vehicle, &mission.site.environment)?;
+    let of = |name, reference| StudyEntry {
+        name,
+        gains_name: mission.control.gains_name.clone(),
+        controller: Box::new(Cascade::new(airframe.clone(), mission.control.gains, mission.control.limits)),
+        reference,
+    };
+    Ok([of(OPTIMAL, StudyReference::Optimal), of(STEP, StudyReference::Step)])
+}
+
+/// The campaign of one of [`own_entries`], for a report.
+pub fn named(entry: &StudyEntry, summary: CampaignSummary) -> NamedCampaign {
+    let StudyEntry { name, gains_name, .. } = entry;
+    let follows = if *name == OPTIMAL { "along the plan" } else { "target velocity as a step" };
+    NamedCampaign {
+        name: (*name).to_owned(),
+        label: format!("{gains_name}, {follows}"),
+        summary,
+        file: file_name(entry),
+    }
+}
+
+/// Flies the release case of this number.
+pub fn fly_case(
+    study: &SafetyStudy,
+    entry: &StudyEntry,
+    judge: &TrialJudge,
+    (number, case): (u64, &ReleaseCase),
+) -> CaseRecord {
+    let start = case.state();
+    CaseRecord {
+        case: case.name.clone(),
+        flight: TrialRecord::of_flight(number, &study.outcome(entry, &start), judge),
+        tracking_rms: study.tracking_rms(entry, &start),
+    }
+}

@@ -1,0 +1,106 @@
+//! A drop that is over, judged: the verdict, what else there is to say of the run, and whether it was safe.
+
+use super::json::{DropEvent, DropRun, FlownBy, FlownTrajectory};
+use crate::assess::{Verdict, VerdictBuilder, plan_j_tpf};
+use crate::config::{Mission, TrajectoryFile};
+use crate::sim::{FlightRecord, Sample};
+use crate::time::{Timed, seconds};
+use crate::trajectory::Trajectory;
+
+/// A log whose last row is closer to the mission's end than this [s] is complete.
+const STEP_AT_MOST_S: f64 = 0.02;
+
+/// A drop that is over.
+#[derive(Clone, Copy, Debug)]
+pub struct FlownDrop<'a> {
+    /// The flight log.
+    pub log: &'a [Sample],
+    /// Events of the flight, and whether a failsafe flew part of it.
+    pub record: &'a FlightRecord,
+    /// The plan that was to be flown, where it is known.
+    pub plan: Option<&'a Trajectory>,
+    /// The autopilot, where it is known.
+    pub by: Option<&'a FlownBy>,
+    /// Why the autopilot did not fly to the end, if it left or refused.
+    pub trouble: Option<&'a str>,
+}
+
+/// Judges a drop: the verdict, if the vehicle was released, and what `drop.json` holds besides.
+pub fn judge_drop(mission: &Mission, flown: &FlownDrop<'_>) -> (Option<Verdict>, DropRun) {
+    let plan_end_s = match flown.plan {
+        Some(plan) => plan.end_s(),
+        None if mission.release.standing => f64::INFINITY,
+        None => mission.plan.horizon_s,
+    };
+    let verdict = verdict(mission, flown.log, plan_end_s);
+    let last = flown.log.last();
+    let ended_at_s = last.map_or(0.0, |sample| sample.t_s);
+    let powered_s = last.and_then(|sample| sample.t_powered_s).unwrap_or(f64::NEG_INFINITY);
+    // Without a plan, where the flight goes is the script's affair once it has come to the ground.
+    let landed = verdict.as_ref().is_some_and(|v| v.impact_speed_m_s.is_some());
+    let event = |e: &Timed<crate::sim::DropEvent>| DropEvent {
+        t_s: seconds(e.at),
+        text: e.event.to_string(),
+        warning: e.event.is_warning(),
+    };
+    let run = DropRun {
+        ended_at_s,
+        completed: mission.duration_s <= ended_at_s + STEP_AT_MOST_S,
+        plan_cut: flown.plan.is_some() && verdict.is_some() && powered_s + STEP_AT_MOST_S < plan_end_s,
+        must_be_steady: flown.plan.is_some() || !(mission.release.standing || landed),
+        trouble: flown.trouble.map(str::to_owned),
+        autopilot: flown.by.cloned(),
+        failsafe: flown.record.failsafe,
+        events: flown.record.events.iter().map(event).collect(),
+        plan_j_tpf: flown.plan.map(|plan| plan_j_tpf(plan, &mission.limits.safety)),
+        ..DropRun::default()
+    };
+    (verdict, run)
+}
+
+/// The verdict on a flight along a plan that ends at `plan_end_s` [s]; `None` when the vehicle was never
+/// released.
+fn verdict(mission: &Mission, log: &[Sample], plan_end_s: f64) -> Option<Verdict> {
+    let mut verdict = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned)
+        .steady_within(mission.limits.steady_within_m_s)
+        .within(mission.limits.flight)
+        .to_plans_end(plan_end_s);
+    if mission.site.ground.is_some() {
+        verdict = verdict.judging_impacts(mission.limits.impact_m_s);
+    }
+    log.iter().for_each(|sample| verdict.observe(sample));
+    verdict.finish()
+}
+
+impl DropRun {
+    /// Whether the drop was safe: judged, within the limits, to the end and steady there, by the plan alone.
+    pub fn is_safe(&self, verdict: Option<&Verdict>) -> bool {
+        let within = verdict.is_some_and(|v| v.limits_passed.is_empty());
+        within && self.reason(verdict).is_none() && !self.failsafe
+    }
+
+    /// What was decided, in a sentence; `None` where nothing was released.
+    pub fn sentence(&self, verdict: Option<&Verdict>) -> Option<String> {
+        let verdict = verdict?;
+        let j_tpf = format!("J_TPF {:.3}", verdict.j_tpf);
+        if !verdict.limits_passed.is_empty() {
+            let passed = verdict.limits_passed.join(", ").replace('_', " ");
+            return Some(format!("NOT safe: {j_tpf}, limits passed: {passed}"));
+        }
+        if self.failsafe {
+            return Some(format!("NOT safe: {j_tpf}, a failsafe flew"));
+        }
+        Some(match (self.reason(Some(verdict)), verdict.steady_after_s) {
+            (Some(reason), _) => format!("NOT safe: {j_tpf}, {reason}"),
+            (None, Some(t_s)) => format!("safe: {j_tpf}, steady after {t_s:.2} s"),
+            (None, None) => format!("safe: {j_tpf}"),
+        })
+    }
+}
+
+impl FlownTrajectory {
+    /// A plan of the mission, as its `trajectory.csv` holds it.
+    pub fn planned(plan: &Trajectory, mission: &Mission) -> Self {
+        Self { source: "planned", sha256: TrajectoryFile::written(plan.clone(), &mission.stamp()).sha256 }
+    }
+}
