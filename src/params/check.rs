@@ -149,12 +149,17 @@ fn judge(metadata: &Metadata, known: &Parameter, name: &str, value: Value) -> Op
     if let Some((_, _, reason)) = NEEDED.iter().find(|(n, allowed, _)| *n == name && allowed(known, number)) {
         return Some((Class::Needed, (*reason).to_owned()));
     }
-    Some((Class::Outside, split_advice(metadata, name, number)))
+    Some((Class::Outside, advice(metadata, known, name, number)))
 }
 
-/// Advice to move a part of a P outside its range to K.
-fn split_advice(metadata: &Metadata, name: &str, value: f64) -> String {
-    let Some(rate_loop) = name.strip_suffix("RATE_P") else { return String::new() };
+/// Advice on a value outside its range: to move a part of a rate loop's P to K, else the end of the range.
+fn advice(metadata: &Metadata, known: &Parameter, name: &str, value: f64) -> String {
+    let Some(rate_loop) = name.strip_suffix("RATE_P") else {
+        let end = if above(known, value) { known.max } else { known.min };
+        return end.map_or(String::new(), |end| {
+            format!("a ground station warns of it; the nearest within is {end}")
+        });
+    };
     let k_name = format!("{rate_loop}RATE_K");
     match overall_gain(metadata, &k_name, name, value) {
         Some(k) => {
@@ -218,6 +223,13 @@ mod tests {
         let text = result.findings[0].text();
         assert!(text.contains("0.01 to 0.6") && text.contains("MC_PITCHRATE_K times 2"), "{text}");
         assert!(text.contains("MC_PITCHRATE_P = 0.3535"), "{text}");
+        assert!(
+            result.findings[5].text().ends_with("the nearest within is 8"),
+            "{}",
+            result.findings[5].text()
+        );
+        let low = findings(None, &[("MPC_Z_VEL_I_ACC", Real(0.005))]).findings[0].text();
+        assert!(low.ends_with("the nearest within is 0.2"), "{low}");
         let hopeless = findings(None, &[("MC_YAWRATE_P", Real(11.0))]).findings[0].text();
         assert!(hopeless.contains("no MC_YAWRATE_K"), "{hopeless}");
     }
