@@ -31,6 +31,9 @@ pub struct Rule {
     pub otherwise: &'static str,
     /// Whether the vehicle would then fall without thrust, so that it must not be released.
     pub grave: bool,
+    /// Whether it is so with PX4 only: samara's own autopilot looks for a landing once its rotors have
+    /// turned.
+    pub of_px4_only: bool,
 }
 
 /// A hover thrust that is off by more than this part breaks the rule.
@@ -59,7 +62,7 @@ const fn rule(
     holds: fn(f64, &DropEnvelope) -> bool,
     otherwise: &'static str,
 ) -> Rule {
-    Rule { name, wanted, holds, otherwise, grave: false }
+    Rule { name, wanted, holds, otherwise, grave: false, of_px4_only: false }
 }
 
 /// All required parameters: name, value to upload, which values will do, consequence of others.
@@ -67,8 +70,8 @@ const fn rule(
 pub const RULES: [Rule; 13] = [
     rule("COM_DISARM_PRFLT", |_| real(-1.0), |x, _| x <= 0.0,
         "PX4 disarms itself so many seconds after arming when it has not seen a takeoff, and a hook or a slow canopy is none"),
-    rule("COM_DISARM_LAND", |_| real(-1.0), |x, _| x <= 0.0,
-        "PX4 disarms itself when it takes a slow descent under the canopy for a landing"),
+    Rule { of_px4_only: true, ..rule("COM_DISARM_LAND", |_| real(-1.0), |x, _| x <= 0.0,
+        "PX4 disarms itself when it takes a slow descent under the canopy for a landing") },
     rule("COM_LKDOWN_TKO", |_| real(-1.0), |x, _| x < 0.0,
         "an attitude beyond FD_FAIL_R or FD_FAIL_P within so many seconds of the takeoff, which is the start of the descent, stops the rotors for good"),
     rule("FD_FAIL_R", |_| int(180), |x, _| x == 0.0 || x >= 180.0,

@@ -144,7 +144,7 @@ fn another_autopilot_finds_time_0_and_the_companion_known() {
     hand.script_says(&setpoint(0));
     hand.flies_to();
     hand.session.peer_left();
-    assert_eq!(hand.session.missing(), None);
+    assert_eq!(hand.session.missing(), Some(Missing::Autopilot));
     hand.session.peer_connected();
     assert_eq!(hand.session.now(), 0);
     assert!(hand.session.companion_starts(), "heard; its setpoints are of another flight");

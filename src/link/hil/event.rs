@@ -9,6 +9,8 @@ use crate::time::TimeUs;
 /// What a wait is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Missing {
+    /// No autopilot has connected.
+    Autopilot,
     /// The autopilot has connected and not sent a single frame.
     AnyFrame,
     /// The autopilot owes the answer to a HIL_SENSOR.
@@ -22,6 +24,7 @@ pub enum Missing {
 impl fmt::Display for Missing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
+            Self::Autopilot => "an autopilot, which connects to TCP 4560 + instance",
             Self::AnyFrame => "any message from the autopilot, which has connected but sent nothing",
             Self::ActuatorControls => "HIL_ACTUATOR_CONTROLS from the autopilot, the answer to HIL_SENSOR",
             Self::Companion => {

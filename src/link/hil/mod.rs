@@ -61,6 +61,8 @@ pub const SIMULATOR_COMPONENT: u8 = 200;
 const FREE_RUN_LIMIT_US: TimeUs = 5_000_000;
 /// After such a silence the first report is made, the next after twice as long, and so on.
 const FIRST_REPORT: Duration = Duration::from_secs(1);
+/// An autopilot that starts beside the simulator takes its time: it is not asked after before this.
+const FIRST_REPORT_OF_NOBODY: Duration = Duration::from_secs(5);
 /// While no companion has been heard the parachute calls for one so often, in wall time: with its HEARTBEAT,
 /// which simulated time would not let it send.
 const CALL_PERIOD: Duration = Duration::from_secs(1);
@@ -219,7 +221,8 @@ impl HilSession {
     pub fn missing(&self) -> Option<Missing> {
         let companion = self.companion.as_ref();
         match self.pace {
-            Pace::NoPeer | Pace::Done => None,
+            Pace::NoPeer => Some(Missing::Autopilot),
+            Pace::Done => None,
             Pace::AwaitingControls if self.peer.heard => Some(Missing::ActuatorControls),
             Pace::AwaitingControls => Some(Missing::AnyFrame),
             Pace::Free | Pace::Ready if companion.is_some_and(|c| !c.is_heard()) => Some(Missing::Companion),
@@ -245,7 +248,8 @@ impl HilSession {
             self.report(HilEvent::CompanionSilent(waited));
             return;
         }
-        if waited >= self.next_report {
+        let nobody_yet = missing == Missing::Autopilot && waited < FIRST_REPORT_OF_NOBODY;
+        if waited >= self.next_report && !nobody_yet {
             self.next_report = waited * 2;
             self.report(HilEvent::Waiting { missing, waited });
         }

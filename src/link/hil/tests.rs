@@ -151,6 +151,22 @@ fn free_run_until_the_first_answer_then_one_step_per_answer() {
     assert!(hand.events().contains(&Timed { at: 160_000, event: HilEvent::Lockstep }));
 }
 
+/// Whoever starts the simulator first is told what it waits for.
+#[test]
+fn an_autopilot_that_has_not_connected_is_asked_after() {
+    let mut hand = Hand::connected(config());
+    hand.session.peer_left();
+    hand.events();
+    let mut asked = Vec::new();
+    for waited in (0..=40).map(Duration::from_secs) {
+        hand.session.handle_silence(waited);
+        let of_nobody = HilEvent::Waiting { missing: Missing::Autopilot, waited };
+        asked.extend(hand.events().iter().filter(|e| e.event == of_nobody).map(|_| waited.as_secs()));
+    }
+    assert_eq!(asked, [5, 10, 20, 40]);
+    assert!(Missing::Autopilot.to_string().contains("TCP 4560 + instance"));
+}
+
 #[test]
 fn a_peer_that_never_answers_stops_the_free_run_and_is_named() {
     let mut hand = Hand::connected(config());

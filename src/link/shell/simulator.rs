@@ -304,6 +304,7 @@ impl<'a, O: Observer> Shell<'a, O> {
         if let Some(connection) = self.connection.take() {
             self.observer.notice(Notice::Disconnected(connection.peer, reason));
             self.session.peer_left();
+            self.waiting = Since::now();
         }
     }
 

@@ -19,7 +19,7 @@ use super::{StreamerSession, StreamerState};
 use crate::autopilot::FlightMode;
 use crate::control::px4::timing::TILT_LIMIT_SLEW_RAD_S;
 use crate::params::Value;
-use crate::params::px4_required::{RULES, TILT_AIR, TILT_LND, TILT_SHUT, broken};
+use crate::params::px4_required::{RULES, Rule, TILT_AIR, TILT_LND, TILT_SHUT, broken};
 use crate::time::{TimeUs, microseconds};
 use crate::units::RAD_PER_DEG;
 
@@ -78,7 +78,8 @@ impl StreamerSession {
         }
         let mut grave = None;
         for (name, value) in &outcome.values {
-            if let Some(rule) = broken(name, value.as_f64(), &envelope) {
+            let binds = |rule: &&Rule| !(rule.of_px4_only && self.flight.vehicle.is_samara);
+            if let Some(rule) = broken(name, value.as_f64(), &envelope).filter(binds) {
                 let (name, value, otherwise) = (rule.name, value.as_f64(), rule.otherwise);
                 self.report(StreamerEvent::Trap { name, value, otherwise });
                 grave = grave.or(rule.grave.then_some(name));

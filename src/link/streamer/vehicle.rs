@@ -33,6 +33,8 @@ pub(super) struct VehicleView {
     /// Whether the checks before arming pass, by SYS_STATUS.
     pub checks_pass: Option<bool>,
     pub version: Option<AutopilotVersion>,
+    /// Whether it is samara's own autopilot.
+    pub is_samara: bool,
     texts: VecDeque<(TimeUs, String)>,
 }
 
@@ -50,6 +52,8 @@ impl VehicleView {
             }
             AUTOPILOT_VERSION_DATA::ID => {
                 self.version = Some(AutopilotVersion { software: p.u32(16), git: p.u32(40) });
+                let build = [p.u32(36).to_le_bytes(), p.u32(40).to_le_bytes()].concat();
+                self.is_samara = build == AutopilotVersion::SAMARAS_BUILD;
             }
             ESTIMATOR_STATUS_DATA::ID => self.estimator = Some(p.u16(40)),
             EXTENDED_SYS_STATE_DATA::ID => self.landed_state = Some(p.u8(1)),
@@ -98,6 +102,11 @@ pub struct AutopilotVersion {
     pub software: u32,
     /// The last four bytes of `flight_custom_version`: the first eight digits of PX4's git hash.
     pub git: u32,
+}
+
+impl AutopilotVersion {
+    /// `flight_custom_version` of samara's own autopilot, where PX4 has its git hash.
+    pub const SAMARAS_BUILD: [u8; 8] = *b"samara\0\0";
 }
 
 /// As `git describe` would say it: `v1.12.0 2c8a3b1f`.

@@ -8,6 +8,7 @@ use crate::autopilot::missions::Kind;
 use crate::autopilot::parameters::component_metadata::GENERAL;
 use crate::link::autopilot::files::FileServer;
 use crate::link::autopilot::missions::Missions;
+use crate::link::streamer::AutopilotVersion;
 
 /// AVAILABLE_MODES of all modes that are flown with `index` 0, else of the one with that index from 1, if
 /// there is one.
@@ -71,7 +72,7 @@ pub(super) fn autopilot_version() -> MavMessage {
             | Capability::MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
             | Capability::MAV_PROTOCOL_CAPABILITY_MISSION_RALLY,
         flight_sw_version: 0x010E_00FF,
-        flight_custom_version: *b"samara\0\0",
+        flight_custom_version: AutopilotVersion::SAMARAS_BUILD,
         ..AUTOPILOT_VERSION_DATA::DEFAULT
     })
 }

@@ -185,6 +185,21 @@ fn an_estimator_that_reports_nothing_is_believed() {
     );
 }
 
+/// samara's own autopilot looks for a landing once its rotors have turned.
+#[test]
+fn what_only_px4_does_is_not_said_of_samaras_autopilot() {
+    for (build, said) in [(*b"samara\0\0", false), ([0x5A; 8], true)] {
+        let mut careful = ScriptedPx4::new(Some(ALIGNED), PASS, WILLING);
+        careful.disarm_after_landing_s = 2.0;
+        careful.until(StreamerState::Parameters);
+        let version = AUTOPILOT_VERSION_DATA { flight_custom_version: build, ..Default::default() };
+        careful.script.vehicle_says(&MavMessage::AUTOPILOT_VERSION(version));
+        careful.until(StreamerState::Aligning);
+        let reports = careful.reports();
+        assert_eq!(reports.iter().any(|r| r.starts_with("COM_DISARM_LAND = 2: PX4")), said, "{reports:#?}");
+    }
+}
+
 /// A vehicle that says nothing of its parameters cannot be judged, and is not released.
 #[test]
 fn a_vehicle_without_parameters_is_given_up() {

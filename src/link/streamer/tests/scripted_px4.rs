@@ -26,6 +26,8 @@ pub(super) struct ScriptedPx4 {
     pub(super) sensors: Option<[u32; 3]>,
     /// MPC_TILTMAX_LND and MPC_TILTMAX_AIR [deg], if it has them.
     pub(super) tilt_deg: Option<[f32; 2]>,
+    /// COM_DISARM_LAND [s].
+    pub(super) disarm_after_landing_s: f32,
 }
 
 impl ScriptedPx4 {
@@ -34,7 +36,14 @@ impl ScriptedPx4 {
             c.procedure = Some(Procedure::default());
             c.hang_s = 60.0;
         });
-        Self { script, answered: 0, estimator, sensors, tilt_deg: Some([45.0; 2]) }
+        Self {
+            script,
+            answered: 0,
+            estimator,
+            sensors,
+            tilt_deg: Some([45.0; 2]),
+            disarm_after_landing_s: -1.0,
+        }
     }
 
     /// Until `state` is reached; the time of that.
@@ -65,6 +74,9 @@ impl ScriptedPx4 {
                 let rule = RULES.iter().find(|rule| rule.name == name);
                 let wanted = rule.map(|rule| (rule.wanted)(&Default::default()));
                 let (param_value, param_type) = match wanted {
+                    _ if name == "COM_DISARM_LAND" => {
+                        (self.disarm_after_landing_s, MavParamType::MAV_PARAM_TYPE_REAL32)
+                    }
                     None => {
                         let of = usize::from(name == TILT_AIR);
                         let Some(tilt_deg) = self.tilt_deg else { continue };
