@@ -55,6 +55,21 @@ fn regress_the_page_of_parameters_is_current() {
     assert!(out(&written) == kept, "docs/parameters.md is stale: run scripts/regenerate");
 }
 
+/// The object has the rows of the page.
+#[test]
+fn the_list_is_an_object_too() {
+    let listed = json(&samara(&["params", "list", "--json"]));
+    let rows = listed["parameters"].as_array().unwrap();
+    let page = fs::read_to_string("docs/parameters.md").unwrap();
+    assert_eq!(rows.len(), page.lines().filter(|line| line.starts_with("| `")).count());
+    for row in rows {
+        let cell = |key: &str| row[key].as_str().unwrap();
+        let start =
+            format!("| `{}` | {} | {} | {} |", cell("name"), cell("type"), cell("unit"), cell("default"));
+        assert!(page.lines().any(|line| line.starts_with(&start)), "{start}");
+    }
+}
+
 #[test]
 fn regress_the_parameter_files_are_current() {
     for (mission, purpose, name) in WRITTEN {

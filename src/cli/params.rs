@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand, ValueEnum};
+use serde_json::{Value, json};
 
 use super::answer::{Answer, BadInput as _, Failure};
 use super::args::{ChoiceArgs, DEFAULT_MISSION};
@@ -11,7 +12,7 @@ use super::pilot::px4::upload::{suits, whole};
 use super::planning::plan_mission;
 use super::results::OutputFolder;
 use super::terminal::print;
-use samara::autopilot::parameters::document::markdown;
+use samara::autopilot::parameters::document::{Listed, listed, markdown};
 use samara::config::{Mission, load_parameters};
 use samara::control::px4::is_quad_x;
 use samara::params::compatibility::written_for;
@@ -39,7 +40,14 @@ enum ParamsVerb {
     #[command(after_long_help = include_str!("help/params_diff.txt"))]
     Diff(DiffArgs),
     /// Print what samara's own autopilot has for parameters, and what each does, as Markdown.
-    List,
+    List(ListArgs),
+}
+
+#[derive(Args, Debug)]
+struct ListArgs {
+    /// Print one JSON object instead: `parameters`, a list of name, type, unit, default, range, about, here.
+    #[arg(long)]
+    json: bool,
 }
 
 #[derive(Args, Debug)]
@@ -123,11 +131,22 @@ pub fn run(args: &ParamsArgs) -> Result<Answer, Failure> {
         ParamsVerb::Export(args) => run_export(args),
         ParamsVerb::Check(args) => run_check(args),
         ParamsVerb::Diff(args) => run_diff(args),
-        ParamsVerb::List => {
-            print(&markdown())?;
+        ParamsVerb::List(args) => {
+            print(&if args.json { list_json() } else { markdown() })?;
             Ok(Answer::Yes)
         }
     }
+}
+
+/// The parameters of samara's own autopilot as an object.
+fn list_json() -> String {
+    let each = |Listed { name, kind, unit, default, range, about, here }: Listed| {
+        json!({
+            "name": name, "type": kind, "unit": unit, "default": default, "range": range, "about": about, "here": here
+        })
+    };
+    let parameters: Vec<Value> = listed().into_iter().map(each).collect();
+    format!("{:#}\n", json!({ "version": env!("CARGO_PKG_VERSION"), "parameters": parameters }))
 }
 
 fn run_export(args: &ExportArgs) -> Result<Answer, Failure> {

@@ -21,16 +21,43 @@ stands for a rotor's number.
 |---|---|---|---|---|---|---|
 ";
 
+/// A parameter of the reference autopilot, as it is listed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Listed {
+    /// Name, PX4's; `#` stands for a rotor's number.
+    pub name: &'static str,
+    /// INT32 or FLOAT.
+    pub kind: &'static str,
+    /// Unit stated by PX4; empty for none.
+    pub unit: &'static str,
+    /// Value before anybody sets it; `mission` for what follows gains, vehicle or limits.
+    pub default: String,
+    /// Range that a change is held against, in words; empty for what cannot be changed.
+    pub range: String,
+    /// Meaning, PX4's.
+    pub about: &'static str,
+    /// Part that it plays here, in words.
+    pub here: String,
+}
+
+/// All parameters of the reference autopilot, in the table's order.
+pub fn listed() -> Vec<Listed> {
+    let metadata = Metadata::px4();
+    table().filter_map(|declared| Some(entry(&declared, &described(&declared, &metadata)?))).collect()
+}
+
 /// The page, in Markdown.
 pub fn markdown() -> String {
-    let metadata = Metadata::px4();
-    let rows = table().filter_map(|declared| Some(row(&declared, &described(&declared, &metadata)?)));
-    std::iter::once(HEAD.to_owned()).chain(rows).collect()
+    let row = |listed: Listed| {
+        let Listed { name, kind, unit, default, range, about, here } = listed;
+        format!("| `{name}` | {kind} | {unit} | {default} | {range} | {about} | {here} |\n")
+    };
+    std::iter::once(HEAD.to_owned()).chain(listed().into_iter().map(row)).collect()
 }
 
 const FOLLOWS: [&str; 4] = ["MPC_XY_P", "MPC_XY_VEL_MAX", "MPC_Z_P", "MPC_Z_VEL_MAX_DN"];
 
-fn row(declared: &Declaration, known: &Parameter) -> String {
+fn entry(declared: &Declaration, known: &Parameter) -> Listed {
     let settings = Settings::beside(&Gains::near_hover());
     let kind = if known.kind == Kind::Int { "INT32" } else { "FLOAT" };
     let default = match declared.role {
@@ -50,5 +77,5 @@ fn row(declared: &Declaration, known: &Parameter) -> String {
     };
     let range = if declared.role.is_settable() { range_in_words(known) } else { String::new() };
     let (name, unit, about) = (declared.name, known.unit, known.description);
-    format!("| `{name}` | {kind} | {unit} | {default} | {range} | {about} | {} |\n", declared.role.words())
+    Listed { name, kind, unit, default, range, about, here: declared.role.words() }
 }
