@@ -13,7 +13,7 @@ const WIDTH: usize = 110;
 const POINTS_ELSEWHERE: &[&str] = &["Its", "The same", "Who", "What it"];
 
 fn files() -> Vec<PathBuf> {
-    ["src", "tests"].iter().flat_map(|folder| sources(Path::new(folder))).collect()
+    ["src", "tests", "python/src"].iter().flat_map(|folder| sources(Path::new(folder))).collect()
 }
 
 /// For each line whether a string literal stands on it, in part or whole.

@@ -1,0 +1,210 @@
+"""Plan and fly the drop of a multirotor from a parachute.
+
+The verbs of the program ``samara`` for Python, with results as NumPy arrays::
+
+    import samara_tpf as samara
+
+    drop = samara.drop("titan_drop")
+    print(drop.sentence)                     # safe: J_TPF 0.587, steady after 1.74 s
+    drop.time_s, drop.velocity_ned_m_s       # arrays
+
+A mission is a name, a path or a ``dict`` as ``json.load`` gives it; ``mission(name)`` gives one to change. SI and
+radians; vectors are NED (north, east, down) or in body axes (forward, right, down), as the names say. The numbers
+are those of the program's files, to the last bit.
+
+Each verb leaves the interpreter to other threads while it works, and may be called from several at once. Ctrl-C
+raises ``KeyboardInterrupt``. What is refused raises ``MissionError``, with file, line and path.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from typing import Literal
+
+from . import _samara
+from ._columns import Columns
+from ._errors import MissionError, PlanError, TuneError
+from ._given import Asked, GainsLike, MissionLike, given, mission
+from ._results import Assessment, Campaign, Check, Drop, Plan, Tuning
+
+__version__ = _samara.VERSION
+
+__all__ = [
+    "Assessment",
+    "Campaign",
+    "Check",
+    "Columns",
+    "Drop",
+    "GainsLike",
+    "MissionError",
+    "MissionLike",
+    "Plan",
+    "PlanError",
+    "TuneError",
+    "Tuning",
+    "assess",
+    "check",
+    "drop",
+    "mission",
+    "missions",
+    "plan",
+    "tune",
+]
+
+
+def missions() -> list[str]:
+    """Names of the missions that samara brings along."""
+    return _samara.missions()
+
+
+def plan(
+    mission: MissionLike = "titan_drop",
+    *,
+    nodes: int | None = None,
+    tolerance: float | None = None,
+    max_iterations: int | None = None,
+    base: str | os.PathLike[str] | None = None,
+) -> Plan:
+    """Plans the transition from the release to the target velocity by direct collocation, (25)-(39).
+
+    ``nodes``, ``tolerance`` and ``max_iterations`` stand in place of the mission's and the solver's own. ``base``
+    is the folder that relative paths in a ``dict`` start from, the current one where it is left out.
+
+    A solve that finds nothing is a ``Plan`` too; its ``status`` and ``diagnosis`` say why. ``MissionError``: the
+    mission is refused, or the problem cannot be posed.
+    """
+    _in_range("nodes", nodes, 2, 10_000)
+    _in_range("max_iterations", max_iterations, 0, 2**32 - 1)
+    if tolerance is not None and not 1e-12 <= tolerance <= 1e-2:
+        raise MissionError(f"tolerance: a number from 1e-12 to 0.01 is expected, found {tolerance!r}")
+    return Plan(
+        _samara.plan(given(mission, base=base), nodes=nodes, tolerance=tolerance, max_iterations=max_iterations)
+    )
+
+
+def drop(
+    mission: MissionLike = "titan_drop",
+    *,
+    gains: GainsLike | None = None,
+    params: str | os.PathLike[str] | None = None,
+    seed: int | None = None,
+    case: str | None = None,
+    trajectory: str | os.PathLike[str] | None = None,
+    estimator: Literal["truth", "ekf"] = "truth",
+    base: str | os.PathLike[str] | None = None,
+) -> Drop:
+    """Plans, drops, flies by samara's own autopilot, and judges, as ``samara drop`` does.
+
+    ``gains``: a name, a file or the document of one; ``params``: gains and limits from a PX4 parameter file;
+    ``seed``: of everything random; ``case``: the release case to swing to; ``trajectory``: a ``trajectory.csv`` to
+    fly instead of a plan; ``estimator``: the simulator's truth, or the autopilot's own Kalman filter.
+
+    ``MissionError``: something that was given is refused. ``PlanError``: there is no plan to fly. A drop that is
+    not safe is no error: ``Drop.safe`` says so.
+    """
+    if estimator not in ("truth", "ekf"):
+        raise MissionError(f"estimator: `truth` or `ekf` is expected, found {estimator!r}")
+    chosen = given(mission, base=base, gains=gains, params=params, seed=seed, case=case)
+    return Drop(_samara.drop(chosen, trajectory=trajectory, on_estimator=estimator == "ekf"))
+
+
+def assess(
+    mission: MissionLike = "titan_drop",
+    *,
+    trials: int | None = None,
+    seed: int | None = None,
+    gains: GainsLike | None = None,
+    params: str | os.PathLike[str] | None = None,
+    bound: float = 1.0,
+    threads: int | None = None,
+    base: str | os.PathLike[str] | None = None,
+) -> Assessment:
+    """Flies random releases with the mission's own gains, along the plan and with a step, as ``samara assess``.
+
+    ``trials``: of each campaign, at least 2, in place of the mission's; ``bound``: the J_TPF that a safe trial stays
+    below; ``threads``: one for each core unless given, the results do not depend on it.
+
+    ``MissionError`` and ``PlanError`` as for ``drop``.
+    """
+    _in_range("trials", trials, 2, 1_000_000_000)
+    _in_range("threads", threads, 1, 256)
+    _positive("bound", bound)
+    chosen = given(mission, base=base, gains=gains, params=params, seed=seed)
+    return Assessment(_samara.assess(chosen, trials=trials, bound=bound, threads=threads))
+
+
+def tune(
+    mission: MissionLike = "titan_drop",
+    *,
+    objective: Literal["safety", "rms", "j-tpf", "pareto"] = "safety",
+    method: Literal["pso-cma", "pso", "cma-es"] = "pso-cma",
+    model: Literal["actuator", "ideal"] = "actuator",
+    rms_bound: float | None = None,
+    penalty: float | None = None,
+    robust: bool = False,
+    start: str | None = None,
+    particles: int | None = None,
+    iterations: int | None = None,
+    stall: int | None = None,
+    seed: int | None = None,
+    name: str = "tuned",
+    threads: int | None = None,
+    base: str | os.PathLike[str] | None = None,
+) -> Tuning:
+    """Searches gains for samara's cascade, as ``samara tune``; the options are the program's.
+
+    Takes minutes with the usual 200 ``iterations``; the results do not depend on ``threads``. The program also tries
+    the gains beside others on flights that no search saw; here ``assess(.., gains=tuning.gains)`` does.
+
+    ``MissionError``: something that was given is refused. ``PlanError``: there is no plan to tune on. ``TuneError``:
+    no gains fly every release.
+    """
+    for key, value, least, most in (
+        ("particles", particles, 4, 10_000),
+        ("iterations", iterations, 1, 100_000),
+        ("stall", stall, 1, 100_000),
+        ("threads", threads, 1, 256),
+    ):
+        _in_range(key, value, least, most)
+    _positive("rms_bound", rms_bound)
+    _positive("penalty", penalty)
+    if not re.fullmatch(r"[A-Za-z0-9_-]+", name):
+        raise MissionError(f"name: letters, digits, `_` and `-` are expected, found {name!r}")
+    asked: Asked = {
+        "method": method,
+        "objective": objective,
+        "model": model,
+        "rms_bound": rms_bound,
+        "penalty": penalty,
+        "robust": robust,
+        "start": start,
+        "particles": particles,
+        "iterations": iterations,
+        "stall": stall,
+        "name": name,
+        "threads": threads,
+    }
+    return Tuning(_samara.tune(given(mission, base=base, seed=seed), asked))
+
+
+def _in_range(key: str, value: int | None, least: int, most: int) -> None:
+    if value is not None and not least <= value <= most:
+        raise MissionError(f"{key}: a whole number from {least} to {most} is expected, found {value!r}")
+
+
+def _positive(key: str, value: float | None) -> None:
+    if value is not None and not 0.0 < value < float("inf"):
+        raise MissionError(f"{key}: a number above 0 is expected, found {value!r}")
+
+
+def check(
+    mission: MissionLike = "titan_drop",
+    *,
+    gains: GainsLike | None = None,
+    params: str | os.PathLike[str] | None = None,
+    case: str | None = None,
+    base: str | os.PathLike[str] | None = None,
+) -> Check:
+    """What the numbers of a mission amount to, and what is odd about them, as ``samara check``."""
+    return Check(_samara.check(given(mission, base=base, gains=gains, params=params, case=case)))

@@ -1,0 +1,119 @@
+"""The mission as it is given: a name, a path or a dictionary."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeAlias, TypedDict
+
+from . import _samara
+from ._errors import MissionError
+
+MissionLike: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
+"""A mission: the name of a built-in one or of a file in ``./mission``, a path, or the document itself."""
+
+GainsLike: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
+"""Gains: a name, a path, or the document of a gains file."""
+
+_BUILT_IN = "built-in:"
+
+
+class Given(TypedDict):
+    """A mission and its choices, for the extension module."""
+
+    name: str | os.PathLike[str] | None
+    text: str | None
+    file: str | os.PathLike[str]
+    vehicle: str | None
+    own_gains: str | None
+    gains: str | None
+    gains_text: str | None
+    params: str | os.PathLike[str] | None
+    seed: int | None
+    case: str | None
+
+
+class Asked(TypedDict):
+    """What is asked of a search, for the extension module."""
+
+    method: str
+    objective: str
+    model: str
+    rms_bound: float | None
+    penalty: float | None
+    robust: bool
+    start: str | None
+    particles: int | None
+    iterations: int | None
+    stall: int | None
+    name: str
+    threads: int | None
+
+
+def _text(document: Mapping[str, Any]) -> str:
+    return json.dumps(document, indent=2)
+
+
+def given(
+    mission: MissionLike,
+    *,
+    base: str | os.PathLike[str] | None = None,
+    gains: GainsLike | None = None,
+    params: str | os.PathLike[str] | None = None,
+    seed: int | None = None,
+    case: str | None = None,
+) -> Given:
+    """What the extension module takes for a mission and its choices."""
+    if seed is not None and not 0 <= seed < 2**64:
+        raise MissionError(f"seed: a whole number from 0 to {2**64 - 1} is expected, found {seed!r}")
+    chosen: Given = {
+        "name": None,
+        "text": None,
+        "file": "",
+        "vehicle": None,
+        "own_gains": None,
+        "gains": None,
+        "gains_text": None,
+        "params": params,
+        "seed": seed,
+        "case": case,
+    }
+    if isinstance(mission, Mapping):
+        document = dict(mission)
+        for key, place, name in (("vehicle", "vehicle", "<vehicle dict>"), ("gains", "own_gains", "<gains dict>")):
+            if isinstance(document.get(key), Mapping):
+                chosen[place] = _text(document[key])  # type: ignore[literal-required]
+                document[key] = name
+        chosen["text"] = _text(document)
+        chosen["file"] = Path(base or "") / "<mission dict>"
+    else:
+        chosen["name"] = os.fspath(mission)
+    if isinstance(gains, Mapping):
+        chosen["gains_text"] = _text(gains)
+    elif gains is not None:
+        chosen["gains"] = os.fspath(gains)
+    return chosen
+
+
+def mission(name: str | os.PathLike[str] = "titan_drop") -> dict[str, Any]:
+    """A mission's document, to be changed and flown.
+
+    The paths of vehicle and gains are written so that they lead there from anywhere: built-in files keep their
+    ``built-in:`` paths, files of the disk become absolute.
+    """
+    file, text = _samara.mission_text(name)
+    document: dict[str, Any] = json.loads(text)
+    for key in ("vehicle", "gains", "px4_params"):
+        if isinstance(path := document.get(key), str) and not path.startswith(_BUILT_IN):
+            document[key] = _beside(os.fspath(file), path)
+    return document
+
+
+def _beside(file: str, path: str) -> str:
+    """The path that the document ``file`` names by ``path``."""
+    if file.startswith(_BUILT_IN):
+        inside = os.path.dirname(file[len(_BUILT_IN) :])
+        return _BUILT_IN + os.path.normpath(os.path.join(inside, path)).replace(os.sep, "/")
+    return os.path.abspath(os.path.join(os.path.dirname(file), path))

@@ -1,0 +1,39 @@
+//! The extension module `samara_tpf._samara`: the library's verbs for Python. Not for users: its other half,
+//! `samara_tpf`, has the types, the documentation and the arrays.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `fault` | why there is no answer, as an exception of Python |
+//! | `given` | the mission as Python gives it, with its choices |
+//! | `work` | work beside the interpreter, which Ctrl-C ends |
+//! | `pool` | threads for many flights |
+//! | `arrays` | columns of numbers as buffers |
+//! | `verbs` | plan, check, drop, assess, tune |
+
+use pyo3::prelude::*;
+
+mod arrays;
+mod fault;
+mod given;
+mod pool;
+mod verbs;
+mod work;
+
+/// The verbs, and what they come to.
+#[pymodule]
+mod _samara {
+    #[pymodule_export]
+    use crate::verbs::assess::{Assessed, assess};
+    #[pymodule_export]
+    use crate::verbs::drop::{Dropped, drop};
+    #[pymodule_export]
+    use crate::verbs::names::{check, mission_text, missions};
+    #[pymodule_export]
+    use crate::verbs::plan::{Planned, plan};
+    #[pymodule_export]
+    use crate::verbs::tune::{Tuned, tune};
+
+    /// The version of the library.
+    #[pymodule_export]
+    const VERSION: &str = env!("CARGO_PKG_VERSION");
+}

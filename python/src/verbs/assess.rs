@@ -1,0 +1,156 @@
+//! Campaigns of random releases with the mission's own gains.
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::prelude::*;
+use samara::assess::{RandomRelease, SafetyStudy, StudyEntry, TrialOutcome, plan_j_tpf, tracking};
+use samara::config::Mission;
+use samara::report::campaign::own::{FLOWN_BY, fly_case, named, own_entries};
+use samara::report::campaign::{CampaignReport, CampaignSummary, TrialJudge, TrialRecord, json, tables};
+use samara::report::study::campaign_csv::trial_columns;
+
+use super::plan::converged;
+use crate::arrays::columns;
+use crate::fault::{Fault, OrGiven as _};
+use crate::given::Given;
+use crate::pool::pool;
+use crate::work::{Stop, work};
+
+/// Trials that a thread takes at a time.
+const PORTION: usize = 8;
+
+/// Trials with their releases.
+type Trials = Vec<(RandomRelease, TrialOutcome)>;
+
+/// Campaigns that were flown.
+#[pyclass(frozen, module = "samara_tpf._samara")]
+#[derive(Debug)]
+pub struct Assessed {
+    json: String,
+    text: String,
+    sentence: String,
+    safe: bool,
+    campaigns: Vec<(&'static str, Trials)>,
+}
+
+#[pymethods]
+impl Assessed {
+    /// The object of `assess.json`.
+    fn json(&self) -> &str {
+        &self.json
+    }
+
+    /// The tables that `samara assess` prints.
+    fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The verdict, in a sentence.
+    fn sentence(&self) -> &str {
+        &self.sentence
+    }
+
+    /// Whether no trial along the plan failed.
+    fn safe(&self) -> bool {
+        self.safe
+    }
+
+    /// The columns of each campaign's file by its name, behind the trial's number.
+    fn campaigns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for (name, trials) in &self.campaigns {
+            let trials = trials.iter().map(|(release, outcome)| (release, outcome));
+            dict.set_item(name, columns(py, &trial_columns(trials))?)?;
+        }
+        Ok(dict)
+    }
+}
+
+/// Plans, and flies random releases along the plan and with the target velocity as a step.
+#[pyfunction]
+#[pyo3(signature = (given, *, trials=None, bound=1.0, threads=None))]
+pub fn assess(
+    py: Python<'_>,
+    given: Given,
+    trials: Option<u64>,
+    bound: f64,
+    threads: Option<usize>,
+) -> PyResult<Assessed> {
+    work(py, move |stop| {
+        let mission = given.mission()?;
+        let trials = trials.unwrap_or(mission.study.monte_carlo.trials as u64);
+        let bounded = if bound == 1.0 { String::new() } else { format!(" --bound {bound}") };
+        let begin = given.command(&mission);
+        let commands = [format!("{begin} --trials {trials}{bounded}"), format!("{begin}{bounded}")];
+        fly_all(&mission, trials, TrialJudge::of(&mission, bound), &pool(threads)?, commands, stop)
+    })
+}
+
+fn fly_all(
+    mission: &Mission,
+    trials: u64,
+    judge: TrialJudge,
+    pool: &rayon::ThreadPool,
+    [command, alone]: [String; 2],
+    stop: &Stop,
+) -> Result<Assessed, Fault> {
+    let plan = converged(mission, stop)?;
+    let study = mission.safety_study(&plan.trajectory);
+    let entries = own_entries(mission).or_given()?;
+    let distribution = mission.releases();
+    let releases: Vec<RandomRelease> =
+        (0..trials).map(|trial| distribution.draw(mission.seed, trial)).collect();
+    let (mut campaigns, mut flown) = (Vec::new(), Vec::new());
+    for entry in &entries {
+        let outcomes = fly(&study, entry, &releases, pool, stop)?;
+        let mut summary = CampaignSummary::default();
+        for (release, outcome) in &outcomes {
+            summary.push(&TrialRecord::of_flight(release.trial, outcome, &judge));
+        }
+        campaigns.push(named(entry, summary));
+        flown.push((entry.name, outcomes));
+    }
+    let cases: Vec<_> = (0..).zip(&mission.study.cases).collect();
+    let along = &entries[0];
+    let cases = pool.install(|| {
+        let case = |&numbered: &_| (!stop.raised()).then(|| fly_case(&study, along, &judge, numbered));
+        cases.par_iter().map(case).collect::<Option<Vec<_>>>()
+    });
+    let report = CampaignReport {
+        mission,
+        flown_by: FLOWN_BY.to_owned(),
+        command,
+        alone,
+        judge,
+        plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
+        cases: cases.ok_or_else(stopped)?,
+        campaigns,
+        tracking_period_s: tracking::control_period_s(&plan.trajectory),
+    };
+    Ok(Assessed {
+        json: json::json(&report, None),
+        text: tables::text(&report),
+        sentence: tables::verdict(&report),
+        safe: report.safe(),
+        campaigns: flown,
+    })
+}
+
+fn fly(
+    study: &SafetyStudy,
+    entry: &StudyEntry,
+    releases: &[RandomRelease],
+    pool: &rayon::ThreadPool,
+    stop: &Stop,
+) -> Result<Trials, Fault> {
+    let fly = |some: &[RandomRelease]| (!stop.raised()).then(|| study.fly_releases(entry, some));
+    let portions: Option<Vec<Vec<TrialOutcome>>> =
+        pool.install(|| releases.par_chunks(PORTION).map(fly).collect());
+    let outcomes = portions.ok_or_else(stopped)?.into_iter().flatten();
+    Ok(releases.iter().copied().zip(outcomes).collect())
+}
+
+/// Nobody waits for the answer any more.
+fn stopped() -> Fault {
+    Fault::Internal("stopped".to_owned())
+}
