@@ -3,7 +3,7 @@
 //! (<https://www.ogc.org/standard/kml/>), for maps.
 //!
 //! Latitudes and longitudes are on the sphere that the mission's local frame is laid on
-//! ([`GeoPoint`](crate::model::environment::GeoPoint)).
+//! ([`GeoPoint`]).
 
 use std::fmt::Write as _;
 
