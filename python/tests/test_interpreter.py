@@ -22,6 +22,7 @@ LONG = {
 INTERRUPTED = """
 import os, signal, threading, time
 import samara_tpf as samara
+signal.signal(signal.SIGINT, signal.default_int_handler)  # what runs in the background inherits that it is ignored
 long = samara.mission("titan_drop") | {"duration_s": 900.0}
 sent = []
 def send():
