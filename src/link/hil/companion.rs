@@ -29,9 +29,9 @@ const GREATEST_INTERVAL_US: TimeUs = 250_000;
 /// [us]: MAVSDK stamps with the time since its own start, and many scripts with 0.
 const STAMP_TOLERANCE_US: TimeUs = 1_000_000;
 
-/// A companion as the simulator knows it, and the time up to which the simulation may go.
+/// What is known of the companion that is waited for, and the time up to which the simulation may go.
 #[derive(Clone, Debug)]
-pub(super) struct Companion {
+pub(super) struct CompanionPace {
     patience: Duration,
     state: State,
 }
@@ -44,7 +44,7 @@ enum State {
     Silent,
 }
 
-impl Companion {
+impl CompanionPace {
     /// A companion that has not been heard, and is waited for that long, in wall time, while it streams.
     pub(super) fn new(patience: Duration) -> Self {
         Self { patience, state: State::Unheard }

@@ -28,7 +28,7 @@ use std::collections::VecDeque;
 use mavlink::dialects::common::MavSeverity;
 use nalgebra::Vector3;
 
-use self::companion::Companion;
+use self::companion::CompanionPace;
 use self::messages::HilSensors;
 use self::rates::HilRates;
 use super::encoder::Encoder;
@@ -82,7 +82,7 @@ pub struct HilSession {
     counts: HilCounts,
     pace: Pace,
     peer: Peer,
-    companion: Option<Companion>,
+    companion: Option<CompanionPace>,
     next_report: Duration,
     next_call: Duration,
 }
@@ -117,7 +117,7 @@ impl HilSession {
             counts: HilCounts::default(),
             pace: Pace::NoPeer,
             peer: Peer::default(),
-            companion: config.companion.map(Companion::new),
+            companion: config.companion.map(CompanionPace::new),
             next_report: FIRST_REPORT,
             next_call: Duration::ZERO,
             run,
@@ -233,7 +233,7 @@ impl HilSession {
     /// Whether a companion that is waited for has been heard and streams no setpoints yet: the host then goes
     /// no faster than the clock.
     pub fn companion_starts(&self) -> bool {
-        self.companion.as_ref().is_some_and(Companion::starts)
+        self.companion.as_ref().is_some_and(CompanionPace::starts)
     }
 
     /// What is [missing](Self::missing) has been for `waited`, by the host's clock; may be called as often as

@@ -1,0 +1,217 @@
+//! What is made of a mission: the simulation, the planner's problem and its solution, the study, the drops of
+//! a campaign, and what its results are stamped with.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+use nalgebra::Vector3;
+
+use super::{Mission, PlanInitial, Px4Clock, Release, contradictions, load_mission};
+use crate::assess::{RandomDrop, ReleaseDistribution, SafetyStudy};
+use crate::config::error::ConfigError;
+use crate::config::shipped::{MISSIONS, built_in};
+use crate::config::trajectory_csv::Stamp;
+use crate::model::{MAX_ROTORS, Parachute};
+use crate::params::{Purpose, Subject};
+use crate::plan::{Guess, Plan, PlanError, PlanProblem, PlanState, Progress, SolverOptions, plan};
+use crate::sim::DropSimulation;
+use crate::trajectory::Trajectory;
+
+/// A mission whose plan cannot be attempted: the vehicle, the target, and the reason.
+#[derive(Debug, thiserror::Error)]
+#[error("{} to target_v_ned_m_s [{} {} {}]", vehicle_file.display(), target_v_ned.x, target_v_ned.y, target_v_ned.z)]
+pub struct UnplannedError {
+    /// File of the vehicle.
+    pub vehicle_file: PathBuf,
+    /// Target velocity, NED [m/s].
+    pub target_v_ned: Vector3<f64>,
+    /// Reason.
+    pub source: PlanError,
+}
+
+impl Mission {
+    /// The mission of this name that the program brings along: `titan_drop`, `x500_drop`, .., with its
+    /// vehicle and its gains. No file is read.
+    ///
+    /// # Errors
+    /// [`ConfigError::Read`] when no built-in mission has the name.
+    pub fn shipped(name: &str) -> Result<Self, ConfigError> {
+        load_mission(&built_in(MISSIONS, name))
+    }
+
+    /// Names of the gains that lie beside the mission's own, in order.
+    pub fn gains_beside(&self) -> Vec<String> {
+        self.inputs.gains_beside()
+    }
+
+    /// The texts of the mission's files as they are now - mission, vehicle and, if they are named
+    /// `gains_name`, gains - each with its name among results.
+    ///
+    /// # Errors
+    /// [`ConfigError`] of a file that is no longer there.
+    pub fn input_texts(&self, gains_name: &str) -> Result<Vec<(String, String)>, ConfigError> {
+        self.inputs.texts(&self.file, &self.vehicle_file, gains_name)
+    }
+
+    /// Numbers that the vehicle contradicts: each with its key and what the vehicle makes of it.
+    pub fn contradictions(&self) -> Vec<String> {
+        let (environment, descent_m_s) = (&self.site.environment, self.release.parachute.descent_m_s);
+        let start = self.plan_initial_state();
+        contradictions::of(&self.vehicle, environment, &self.plan, &self.limits, descent_m_s, &start)
+    }
+
+    /// Speed of the vehicle's level fall with its rotors at rest, in still air at the site [m/s]; `None` when
+    /// it is above 1000 m/s.
+    pub fn terminal_speed_m_s(&self) -> Option<f64> {
+        contradictions::terminal_speed_m_s(&self.vehicle, &self.site.environment)
+    }
+
+    /// The simulation at its beginning: under the canopy, or standing.
+    pub fn simulation(&self) -> DropSimulation {
+        let (vehicle, environment) = (self.vehicle.clone(), self.site.environment.clone());
+        let Release { parachute, hang_s, start, standing, .. } = self.release;
+        match self.site.ground {
+            Some(ground) if standing => DropSimulation::standing(vehicle, environment, ground),
+            Some(ground) => DropSimulation::new(vehicle, environment, parachute, hang_s, start).above(ground),
+            None => DropSimulation::new(vehicle, environment, parachute, hang_s, start),
+        }
+    }
+
+    /// The state that a plan starts from, [`PlanInitial`]; adrift with the wind.
+    pub fn plan_initial_state(&self) -> PlanState {
+        let (environment, release) = (&self.site.environment, &self.release);
+        match self.plan.initial {
+            PlanInitial::Paper => {
+                let drift = environment.drift_ned_m_s();
+                let v0 = release.parachute.v0_m_s(environment.gravity_m_s2);
+                [1.0, 0.0, 0.0, 0.0, drift.x, drift.y, v0, 0.0, 0.0, 0.0]
+            }
+            PlanInitial::Release => {
+                let body = DropSimulation::nominal_state_at_t0(
+                    self.vehicle.clone(),
+                    environment.clone(),
+                    release.parachute,
+                    release.start,
+                );
+                let (q, v, w) = (body.q_ned_from_body, body.v_ned, body.omega_body);
+                [q[0], q[1], q[2], q[3], v.x, v.y, v.z, w.x, w.y, w.z]
+            }
+        }
+    }
+
+    /// The planner's problem: from the nominal state at t = 0, rotors at rest, to the target.
+    pub fn plan_problem(&self) -> PlanProblem<'_> {
+        PlanProblem {
+            vehicle: &self.vehicle,
+            environment: &self.site.environment,
+            initial: self.plan_initial_state(),
+            initial_thrust_n: [0.0; MAX_ROTORS],
+            target_v_ned: self.target_v_ned,
+            x_ss: self.plan.x_ss,
+            horizon_s: self.plan.horizon_s,
+            nodes: self.plan.nodes,
+            thrust_max_n: self.plan.thrust_max_n,
+            thrust_rate_n_s: self.plan.thrust_slew_n_s,
+            cost_state: self.plan.cost_state,
+            cost_input: self.plan.cost_input,
+            input_reference: self.plan.cost_input_reference,
+            terminal_velocity_tolerance_m_s: self.plan.terminal_tolerance_m_s,
+        }
+    }
+
+    /// Plans the mission, from a straight line as the first guess. `observer` is called after each iteration,
+    /// and may stop the solve.
+    ///
+    /// # Errors
+    /// [`UnplannedError`] for a problem that cannot be posed; a solve that does not converge is a [`Plan`].
+    pub fn solve(
+        &self,
+        options: &SolverOptions,
+        observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<Plan, UnplannedError> {
+        plan(&self.plan_problem(), &Guess::StraightLine, options, observer).map_err(|source| {
+            let (vehicle_file, target_v_ned) = (self.vehicle_file.clone(), self.target_v_ned);
+            UnplannedError { vehicle_file, target_v_ned, source }
+        })
+    }
+
+    /// The random releases, (40)-(44).
+    pub fn releases(&self) -> ReleaseDistribution {
+        self.study.monte_carlo.releases(self.release.parachute, &self.site.environment)
+    }
+
+    /// How long the mission goes on after the end of a plan [s].
+    pub fn settle_s(&self, plan: &Trajectory) -> f64 {
+        let plan_begins_s = self.release.hang_s + self.release.parachute.delay_s;
+        (self.duration_s - plan_begins_s - plan.end_s()).max(0.0)
+    }
+
+    /// The study of controllers along a plan: flights from t = 0 to the mission's end.
+    pub fn safety_study(&self, plan: &Trajectory) -> SafetyStudy {
+        SafetyStudy {
+            vehicle: self.vehicle.clone(),
+            environment: self.site.environment.clone(),
+            limits: self.limits.safety,
+            target_v_ned: self.target_v_ned,
+            steady_within_m_s: self.limits.steady_within_m_s,
+            plan: plan.clone(),
+            settle_s: self.settle_s(plan),
+            delay_s: self.release.parachute.delay_s,
+        }
+    }
+
+    /// The drop of a trial of a campaign.
+    pub fn draw_drop(&self, trial: u64) -> RandomDrop {
+        self.releases().draw_drop(self.seed, trial, self.study.monte_carlo.wind_sigma_m_s)
+    }
+
+    /// The mission with what was drawn for a drop: swing, wind and noise. Name and hash of the inputs stay;
+    /// the plan's start is not what was drawn, since nobody knows that beforehand.
+    pub fn with_drop(&self, drop: &RandomDrop) -> Self {
+        let mut mission = self.clone();
+        mission.release.parachute.pendulum =
+            self.study.monte_carlo.pendulum(drop.amplitude_rad, drop.phase_rad);
+        mission.site.environment.wind_ned_m_s += drop.wind_ned_m_s;
+        mission.seed = drop.seed;
+        mission
+    }
+
+    /// The parachutes whose swings come to t = 0 with the pitch and pitch rate of a release case, where there
+    /// is such a swing; in the order of the cases.
+    pub fn case_parachutes(&self) -> Vec<Parachute> {
+        let cases = self.study.cases.iter();
+        cases
+            .filter_map(|case| self.release.swinging_to(case, &self.vehicle, &self.site.environment))
+            .collect()
+    }
+
+    /// Vehicle, site, gains and limits that a parameter file of this mission is about.
+    pub fn parameter_subject(&self) -> Subject<'_> {
+        Subject {
+            vehicle: &self.vehicle,
+            environment: &self.site.environment,
+            gains: &self.control.gains,
+            limits: &self.control.limits,
+            speed_m_s: self.limits.safety.speed_m_s,
+        }
+    }
+
+    /// The purpose that a parameter file must have for a PX4 to fly this mission with it.
+    pub fn px4_purpose(&self) -> Purpose {
+        match self.px4.clock {
+            Px4Clock::Real => Purpose::Px4,
+            Px4Clock::Froude => Purpose::Px4Froude,
+        }
+    }
+
+    /// Notes what was chosen beside the files and decides what results hold (an option of the command line,
+    /// the hash of a trajectory). The input hash follows.
+    pub fn note_choice(&mut self, name: &str, value: &str) {
+        self.inputs.note(name, value);
+    }
+
+    /// The origin that the mission's result files name.
+    pub fn stamp(&self) -> Stamp {
+        Stamp { seed: self.seed, input_hash: self.inputs.hash.clone() }
+    }
+}
