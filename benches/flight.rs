@@ -81,6 +81,7 @@ fn campaign_trial(bencher: Bencher<'_, '_>) {
     let study = SafetyStudy {
         vehicle,
         environment: site(),
+        wind: samara::model::wind::Wind::default(),
         limits: SafetyLimits {
             speed_m_s: 12.0,
             pitch_rad: 0.785,

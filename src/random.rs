@@ -55,6 +55,14 @@ impl Stream {
         (-2.0 * math::ln(u)).sqrt() * math::cos(std::f64::consts::TAU * v)
     }
 
+    /// Two independent normal numbers with mean 0 and standard deviation 1 (Box and Muller 1958, the pair).
+    pub fn normal_pair(&mut self) -> [f64; 2] {
+        let (u, v) = (1.0 - self.uniform(), self.uniform());
+        let (sin, cos) = math::sin_cos(std::f64::consts::TAU * v);
+        let radius = (-2.0 * math::ln(u)).sqrt();
+        [radius * cos, radius * sin]
+    }
+
     /// `N` independent normal numbers with mean 0 and standard deviation 1.
     pub fn normals<const N: usize>(&mut self) -> SVector<f64, N> {
         SVector::from_fn(|_, _| self.normal())
@@ -88,14 +96,19 @@ mod tests {
             let mut stream = Stream::new(7, number);
             (0..n).map(|_| stream.normal()).collect::<Vec<f64>>()
         };
-        let (x, other) = (draw(3), draw(4));
-        let mean = |terms: &mut dyn Iterator<Item = f64>| terms.sum::<f64>() / n as f64;
-        let bound = 5.0 / (n as f64).sqrt();
-        assert!(mean(&mut x.iter().copied()).abs() < bound);
-        assert!((mean(&mut x.iter().map(|x| x * x)) - 1.0).abs() < bound * 2f64.sqrt());
-        assert!((mean(&mut x.iter().map(|x| x.powi(4))) - 3.0).abs() < bound * 96f64.sqrt());
-        assert!(mean(&mut x.windows(2).map(|w| w[0] * w[1])).abs() < bound);
-        assert!(mean(&mut x.iter().zip(&other).map(|(a, b)| a * b)).abs() < bound);
+        let pairs = |i: usize| {
+            let mut stream = Stream::new(7, 5);
+            (0..n).map(|_| stream.normal_pair()[i]).collect::<Vec<f64>>()
+        };
+        for (x, other) in [(draw(3), draw(4)), (pairs(0), pairs(1))] {
+            let mean = |terms: &mut dyn Iterator<Item = f64>| terms.sum::<f64>() / n as f64;
+            let bound = 5.0 / (n as f64).sqrt();
+            assert!(mean(&mut x.iter().copied()).abs() < bound);
+            assert!((mean(&mut x.iter().map(|x| x * x)) - 1.0).abs() < bound * 2f64.sqrt());
+            assert!((mean(&mut x.iter().map(|x| x.powi(4))) - 3.0).abs() < bound * 96f64.sqrt());
+            assert!(mean(&mut x.windows(2).map(|w| w[0] * w[1])).abs() < bound);
+            assert!(mean(&mut x.iter().zip(&other).map(|(a, b)| a * b)).abs() < bound);
+        }
     }
 
     #[test]

@@ -55,6 +55,7 @@ fn another_controller_is_judged_by_the_flights_of_the_study() {
     let setting = Setting {
         vehicle: mission.vehicle.clone(),
         environment: mission.site.environment.clone(),
+        wind: mission.site.wind.clone(),
         control_limits: mission.control.limits,
         plant: PlantKind::Actuator,
         yaw: mission.control.gains,

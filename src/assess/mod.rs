@@ -26,7 +26,7 @@ pub use drops::{DropMeasure, DropOutcome, RandomDrop};
 pub use releases::{RandomRelease, ReleaseDistribution};
 pub use safety::{FlightLimits, TrialOutcome, Verdict, VerdictBuilder, plan_j_tpf, steady_within_m_s};
 pub use statistics::{CONFIDENCE, Share, Summary, Tally};
-pub use study::{OneAtATime, SafetyStudy, StudyEntry, StudyReference, TraceInstant};
+pub use study::{OneAtATime, SafetyStudy, StudyEntry, StudyReference, StudyStart, TraceInstant};
 pub use tracking::TrackingError;
 
 pub use crate::sim::{SafetyLimits, StateCost};

@@ -17,6 +17,7 @@ use super::tracking::{self, TrackingError};
 use crate::control::{Airframe, Controller, Gains};
 use crate::frames::rotate_body_from_ned;
 use crate::model::rigid_body::BodyState;
+use crate::model::wind::Wind;
 use crate::model::{Environment, Vehicle};
 use crate::sim::limits::{SafetyLimits, StateCost};
 use crate::sim::planar::{Flight, Model, NotPlanar, Release, Variation};
@@ -78,6 +79,9 @@ pub struct SafetyStudy {
     pub vehicle: Arc<Vehicle>,
     /// The site.
     pub environment: Environment,
+    /// Gusts and turbulence; the mean wind and their scale are those of the site's altitude. Each trial has
+    /// turbulence of its own.
+    pub wind: Wind,
     /// Safety limits, Table 1.
     pub limits: SafetyLimits,
     /// Steady velocity to reach, NED [m/s].
@@ -107,11 +111,32 @@ pub struct TraceInstant {
     pub j_state: f64,
 }
 
+/// The beginning of a study's flight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StudyStart {
+    /// State at t = 0, rotors at rest.
+    pub state: BodyState,
+    /// Number of the flight whose turbulence it meets: 0 of a release case, trial k's is k + 1.
+    pub air: u64,
+}
+
+impl From<&RandomRelease> for StudyStart {
+    fn from(release: &RandomRelease) -> Self {
+        Self { state: release.state, air: release.trial + 1 }
+    }
+}
+
+impl From<&BodyState> for StudyStart {
+    fn from(state: &BodyState) -> Self {
+        Self { state: *state, air: 0 }
+    }
+}
+
 impl SafetyStudy {
     /// Flies a trial from each release: side by side where [`Self::one_at_a_time`] has nothing against it.
     /// The outcome of a release does not depend on the others in the slice.
     pub fn fly_releases(&self, entry: &StudyEntry, releases: &[RandomRelease]) -> Vec<TrialOutcome> {
-        let alone = |release: &RandomRelease| self.outcome(entry, &release.state);
+        let alone = |release: &RandomRelease| self.outcome(entry, release);
         match self.side_by_side(entry, releases) {
             Ok((model, measure, flights)) => {
                 let mut outcomes = vec![Outcome::default(); flights.len()];
@@ -145,13 +170,15 @@ impl SafetyStudy {
         if Airframe::new(&self.vehicle, &self.environment).as_ref() != Ok(&settings.airframe) {
             return Err(OneAtATime::Airframe);
         }
-        let model = Model::new(&self.vehicle, &self.environment, &settings.limits, PlantKind::Actuator)?;
+        let model = Model::new(&self.vehicle, &self.environment, &settings.limits, PlantKind::Actuator)?
+            .in_wind(&self.wind);
         let target_m_s = [self.target_v_ned.x, self.target_v_ned.z];
         let plan = self.flight_plan(entry, CONTROL_PERIOD_S);
         let measure = BatchMeasure::new(&plan, None, self.limits, target_m_s, self.steady_within_m_s)?
             .to_plans_end(self.plan.end_s());
         let flight = |release: &RandomRelease| {
-            let (gains, variation) = (settings.gains, Variation::NONE);
+            let air = Some(StudyStart::from(release).air);
+            let (gains, variation) = (settings.gains, Variation { air, ..Variation::NONE });
             Ok(Flight { gains, release: Release::of(&release.state)?, variation })
         };
         Ok((model, measure, releases.iter().map(flight).collect::<Result<_, NotPlanar>>()?))
@@ -174,15 +201,16 @@ impl SafetyStudy {
         start.v_ned * t - Vector3::z() * (0.5 * self.environment.gravity_m_s2 * t * t)
     }
 
-    /// Flies from a state at t = 0.
-    pub fn outcome(&self, entry: &StudyEntry, start: &BodyState) -> TrialOutcome {
-        let (to_t0, plan_end_s) = (self.way_to_t0(start), self.plan.end_s());
+    /// Flies from t = 0.
+    pub fn outcome(&self, entry: &StudyEntry, start: impl Into<StudyStart>) -> TrialOutcome {
+        let start = start.into();
+        let (to_t0, plan_end_s) = (self.way_to_t0(&start.state), self.plan.end_s());
         let mut outcome = TrialOutcome::default();
         self.fly(entry, start, CONTROL_PERIOD_S, &mut |sample| {
             let body = &sample.state.body;
             outcome.observe(body, &self.limits);
             if sample.t_s <= plan_end_s + 0.5 * CONTROL_PERIOD_S {
-                outcome.way_ned_m = to_t0 + (body.p_ned - start.p_ned);
+                outcome.way_ned_m = to_t0 + (body.p_ned - start.state.p_ned);
             }
             let near = (body.v_ned - self.target_v_ned).norm() <= self.steady_within_m_s;
             outcome.steady_after_s = near.then(|| outcome.steady_after_s.unwrap_or(sample.t_s));
@@ -192,7 +220,7 @@ impl SafetyStudy {
     }
 
     /// Distance from the plan, (45), of a flight whose steps fall on the plan's nodes.
-    pub fn tracking_rms(&self, entry: &StudyEntry, start: &BodyState) -> f64 {
+    pub fn tracking_rms(&self, entry: &StudyEntry, start: impl Into<StudyStart>) -> f64 {
         let mut error = TrackingError::new(&self.plan);
         let period_s = tracking::control_period_s(&self.plan);
         self.fly(entry, start, period_s, &mut |sample| error.observe(sample));
@@ -200,7 +228,7 @@ impl SafetyStudy {
     }
 
     /// A flight for figures, in about 1500 instants.
-    pub fn trace(&self, entry: &StudyEntry, start: &BodyState) -> Vec<TraceInstant> {
+    pub fn trace(&self, entry: &StudyEntry, start: impl Into<StudyStart>) -> Vec<TraceInstant> {
         let steps = self.plan.end_s() / CONTROL_PERIOD_S;
         let every = ((steps / TRACE_INSTANTS).round() as usize).max(1);
         let (mut trace, mut count) = (Vec::new(), 0);
@@ -215,7 +243,7 @@ impl SafetyStudy {
     }
 
     /// Every sample of a flight.
-    pub fn samples(&self, entry: &StudyEntry, start: &BodyState) -> Vec<Sample> {
+    pub fn samples(&self, entry: &StudyEntry, start: impl Into<StudyStart>) -> Vec<Sample> {
         let mut samples = Vec::new();
         self.fly(entry, start, CONTROL_PERIOD_S, &mut |sample| {
             samples.push(*sample);
@@ -238,12 +266,15 @@ impl SafetyStudy {
     fn fly(
         &self,
         entry: &StudyEntry,
-        start: &BodyState,
+        start: impl Into<StudyStart>,
         period_s: f64,
         observe: &mut impl FnMut(&Sample) -> ControlFlow<()>,
     ) {
         let (vehicle, environment) = (self.vehicle.clone(), self.environment.clone());
-        let mut sim = DropSimulation::at_t0(vehicle, environment, *start, PlantKind::Actuator);
+        let start = start.into();
+        let course = self.wind.uniform(&environment).course(&environment, start.air);
+        let mut sim =
+            DropSimulation::at_t0(vehicle, environment, start.state, PlantKind::Actuator).in_wind(course);
         let flight = self.flight_plan(entry, period_s);
         // Whether it was broken off is the observer's to know.
         let _ = fly(&mut sim, &mut *entry.controller.clone(), &flight, observe);

@@ -132,6 +132,7 @@ mod tests {
             throttle: [0.0; 8],
             balance: ForceBalance::default(),
             a_ned: Vector3::zeros(),
+            wind_ned: Vector3::zeros(),
         }
     }
 

@@ -106,6 +106,7 @@ impl Tuning {
         Setting {
             vehicle: mission.vehicle.clone(),
             environment: mission.site.environment.clone(),
+            wind: mission.site.wind.clone(),
             control_limits: mission.control.limits,
             plant: self.plant,
             yaw: mission.control.gains,

@@ -13,7 +13,7 @@
 //! | [`environment`] | gravity, density, wind, the site's place on the globe | |
 //! | [`planet`] | gravity and density at a release on Earth, Titan, Mars, for drafts of missions | |
 //! | [`magnetic_field`] | Earth's field from the World Magnetic Model; a dipole's | |
-//! | [`wind`] | gusts | |
+//! | [`wind`] | mean wind by altitude, gusts, turbulence | |
 //! | [`parachute`] | descent and swing before the release | (40)-(44) |
 //! | [`trim`](mod@trim) | the steady state at a commanded velocity | (31) |
 

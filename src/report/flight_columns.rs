@@ -61,13 +61,16 @@ pub(super) struct FlightColumns {
     /// Give J_state its scale.
     limits: SafetyLimits,
     ground: bool,
+    /// Whether there are those of a wind that changes.
+    wind: bool,
 }
 
 impl FlightColumns {
     /// The columns of a mission's flight; `ground`: whether there are those of the forces of the ground.
     pub(super) fn of(mission: &Mission, ground: bool) -> Self {
         let n_rotors = mission.vehicle.rotors.len().min(MAX_ROTORS);
-        Self { n_rotors, limits: mission.limits.safety, ground }
+        let wind = !mission.site.wind.is_steady();
+        Self { n_rotors, limits: mission.limits.safety, ground, wind }
     }
 
     /// Names of the columns, with units.
@@ -78,6 +81,9 @@ impl FlightColumns {
         }
         for (name, axes, unit, _) in vectors(self.ground) {
             names.extend(axes.iter().map(|axis| format!("{name}{axis}{unit}")));
+        }
+        if self.wind {
+            names.extend(NED.iter().map(|axis| format!("wind_{axis}_m_s")));
         }
         names
     }
@@ -105,6 +111,9 @@ impl FlightColumns {
         }
         for (.., vector) in vectors(self.ground) {
             numbers(vector(&sample.balance).as_slice());
+        }
+        if self.wind {
+            numbers(sample.wind_ned.as_slice());
         }
     }
 }

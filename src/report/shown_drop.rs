@@ -2,7 +2,7 @@
 
 use super::json::{DropRun, FlownBy};
 use crate::assess::Verdict;
-use crate::config::Mission;
+use crate::config::{Mission, Site};
 use crate::math;
 use crate::report::columns::{fixed, short};
 use crate::sim::Sample;
@@ -33,13 +33,32 @@ impl ShownDrop<'_> {
     pub(super) fn circumstances(&self) -> String {
         let by = self.run.autopilot.as_ref().and_then(FlownBy::words);
         let by = by.map_or(String::new(), |by| format!(", flown by {by}"));
-        let wind = wind_words(self.mission.site.environment.wind_ned_m_s.into());
+        let wind = air_words(&self.mission.site);
         format!("Vehicle {}, gains {}{by}, {wind}.", self.mission.vehicle_name, self.gains)
     }
 }
 
+/// The air of a site in words: the mean wind at its altitude, and what else blows.
+pub(super) fn air_words(site: &Site) -> String {
+    let wind = &site.wind;
+    let mut words = wind_words(site.environment.wind_ned_m_s.into());
+    if wind.profile.is_some() {
+        words += " at the release, by altitude";
+    }
+    match wind.gusts.len() {
+        0 => {}
+        1 => words += ", a gust",
+        n => words += &format!(", {n} gusts"),
+    }
+    if let Some(turbulence) = &wind.turbulence {
+        let sigma_m_s = turbulence.sigma_m_s.into_iter().fold(0.0, f64::max);
+        words += &format!(", turbulence {} m/s", short(sigma_m_s, 2));
+    }
+    words
+}
+
 /// Wind in words: from where it comes, as is usual.
-pub(super) fn wind_words([north, east, down]: [f64; 3]) -> String {
+fn wind_words([north, east, down]: [f64; 3]) -> String {
     let along = math::hypot(north, east);
     let points = ["north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west"];
     let from_deg = (math::atan2(-east, -north) * DEG_PER_RAD).rem_euclid(360.0);

@@ -12,6 +12,7 @@ use super::integrator::PlantState;
 use super::plant::{Loads, Plant, PlantKind};
 use crate::model::parachute::Pendulum;
 use crate::model::rigid_body::BodyState;
+use crate::model::wind::WindCourse;
 use crate::model::{Environment, MAX_ROTORS, Parachute, PerRotor, Vehicle};
 
 mod forces;
@@ -71,6 +72,8 @@ pub struct DropSimulation {
     throttle: PerRotor,
     release_at_s: Option<f64>,
     released: Option<Released>,
+    /// The wind where it changes, and when its t = 0 is [s].
+    wind: Option<(WindCourse, f64)>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -117,7 +120,19 @@ impl DropSimulation {
             throttle: [0.0; MAX_ROTORS],
             release_at_s: None,
             released: None,
+            wind: None,
         }
+    }
+
+    /// The simulation in a wind that changes, from its beginning on; gusts count from the nominal t = 0. The
+    /// canopy drifts with the mean wind at the site's altitude.
+    pub fn in_wind(mut self, course: Option<WindCourse>) -> Self {
+        let nominal_t0_s = match self.released {
+            Some(_) => 0.0,
+            None => self.nominal_release_s + self.parachute.delay_s,
+        };
+        self.wind = course.map(|course| (course, nominal_t0_s));
+        self
     }
 
     /// A vehicle at t = 0 of the study: in the given state, rotors at rest and free.
@@ -143,6 +158,7 @@ impl DropSimulation {
             throttle: [0.0; MAX_ROTORS],
             release_at_s: None,
             released: Some(Released { time_s: 0.0, state }),
+            wind: None,
         }
     }
 
@@ -195,11 +211,6 @@ impl DropSimulation {
         self.plant.environment()
     }
 
-    /// Changes the wind from now on, NED [m/s]: a gust.
-    pub fn set_wind_ned(&mut self, wind_ned_m_s: Vector3<f64>) {
-        self.plant.set_wind_ned(wind_ned_m_s);
-    }
-
     /// The parachute.
     pub fn parachute(&self) -> &Parachute {
         &self.parachute
@@ -242,6 +253,13 @@ impl DropSimulation {
     pub fn step(&mut self, throttle: &PerRotor, dt_s: f64) -> Loads {
         self.throttle = throttle.map(|d| if d.is_nan() { 0.0 } else { d.clamp(0.0, 1.0) });
         let mut remaining = if dt_s.is_finite() { dt_s } else { 0.0 };
+        if let Some((course, t0_s)) = &mut self.wind
+            && remaining > 0.0
+        {
+            let body = &self.state.body;
+            let t_s = self.clock.time_s - *t0_s;
+            self.plant.set_wind_ned(course.step(t_s, remaining, body.p_ned.z, body.v_ned));
+        }
         let mut first = None;
         while remaining > 0.0 {
             let h = match self.boundary_s() {
@@ -299,7 +317,14 @@ impl DropSimulation {
 
     /// The motion under the canopy now, and its acceleration.
     fn hanging(&self) -> (BodyState, Vector3<f64>) {
-        self.parachute.hanging(self.clock.time_s - self.nominal_release_s, self.environment())
+        let t_s = self.clock.time_s - self.nominal_release_s;
+        match &self.wind {
+            None => self.parachute.hanging(t_s, self.environment()),
+            Some((course, _)) => {
+                let wind_ned_m_s = course.site_wind_ned();
+                self.parachute.hanging(t_s, &Environment { wind_ned_m_s, ..self.environment().clone() })
+            }
+        }
     }
 
     /// The fall of [`Start::T0`].

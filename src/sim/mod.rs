@@ -36,6 +36,8 @@ mod flight_tests;
 mod ground_tests;
 #[cfg(test)]
 pub(crate) mod test_site;
+#[cfg(test)]
+mod wind_tests;
 
 pub use battery::Battery;
 pub use drop::{DropSimulation, Phase, ReleaseTrigger, Start};

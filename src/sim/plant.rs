@@ -33,6 +33,8 @@ pub enum PlantKind {
 pub struct Loads {
     /// Acceleration, NED [m/s^2].
     pub a_ned: Vector3<f64>,
+    /// Velocity of the air over ground, NED [m/s].
+    pub wind_ned: Vector3<f64>,
     /// Forces and moments.
     pub balance: ForceBalance,
 }
@@ -98,10 +100,14 @@ impl Plant {
             let balance = self.vehicle.thrust_balance(environment, &state.body, &self.thrust_n);
             let n = self.vehicle.rotors.len();
             let rate = self.vehicle.thrust_derivative(environment, &state.body, &self.thrust_n[..n]);
-            return Loads { a_ned: rate.v_dot_ned, balance };
+            return self.acting(rate.v_dot_ned, balance);
         }
         let rate = self.derivative(state, throttle, locked);
-        Loads { a_ned: rate.body.v_dot_ned, balance: rate.balance }
+        self.acting(rate.body.v_dot_ned, rate.balance)
+    }
+
+    fn acting(&self, a_ned: Vector3<f64>, balance: ForceBalance) -> Loads {
+        Loads { a_ned, wind_ned: self.environment.wind_ned_m_s, balance }
     }
 
     #[inline]
@@ -148,7 +154,7 @@ impl Plant {
         let mut next = runge_kutta_4(state, dt_s, |_, x| {
             let rate = self.derivative(x, throttle, locked);
             if first.is_none() {
-                first = Some(Loads { a_ned: rate.body.v_dot_ned, balance: rate.balance });
+                first = Some(self.acting(rate.body.v_dot_ned, rate.balance));
             }
             PlantRate { body: rate.body, rotor_acceleration: rate.rotor_acceleration }
         });

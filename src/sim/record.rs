@@ -27,6 +27,8 @@ pub struct Sample {
     pub balance: ForceBalance,
     /// Acceleration, NED [m/s^2]: the sum of the balance's forces over the mass.
     pub a_ned: Vector3<f64>,
+    /// Velocity of the air over ground in the step that begins here, NED [m/s].
+    pub wind_ned: Vector3<f64>,
 }
 
 /// The part of a [`Sample`] that is known before the forces are.
@@ -49,6 +51,7 @@ impl RowStart {
             throttle: *throttle,
             balance: loads.balance,
             a_ned: loads.a_ned,
+            wind_ned: loads.wind_ned,
         }
     }
 }

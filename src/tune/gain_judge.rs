@@ -18,6 +18,7 @@ use crate::assess::{BatchMeasure, Outcome, SafetyLimits, StateCost, TrackingErro
 use crate::control::{Airframe, Cascade, ControlError, ControlLimits, Controller, Gains, WithDelay};
 use crate::frames::pitch;
 use crate::model::rigid_body::{BodyState, MassProperties};
+use crate::model::wind::Wind;
 use crate::model::{Environment, Vehicle};
 use crate::sim::planar::{Flight, LANES, Model, NotPlanar, Release, Variation};
 use crate::sim::{DropSimulation, FlightPlan, PlantKind, Reference, fly};
@@ -36,6 +37,8 @@ pub struct Setting<'a> {
     pub vehicle: Arc<Vehicle>,
     /// The site as the controller knows it.
     pub environment: Environment,
+    /// Gusts and turbulence, which the controller does not know.
+    pub wind: Wind,
     /// Limits of the cascade.
     pub control_limits: ControlLimits,
     /// The actuators.
@@ -110,12 +113,13 @@ impl fmt::Display for LostFlight {
             self.start.omega_body.y * DEG_PER_RAD,
         )?;
         if self.variation != Variation::NONE {
-            let Variation { mass, inertia, aero, density, wind_m_s, delayed, .. } = &self.variation;
+            let Variation { mass, inertia, aero, density, wind_m_s, delayed, air } = &self.variation;
             write!(
                 f,
                 "unknown to the controller mass x {mass:.2}, inertia x {inertia:.2}, air loads x {aero:.2?}, \
-                 density x {density:.2}, wind {wind_m_s:.1?} m/s{}, ",
+                 density x {density:.2}, wind {wind_m_s:.1?} m/s{}{}, ",
                 if *delayed { ", a period of delay" } else { "" },
+                if air.is_some() { ", gusts and turbulence" } else { "" },
             )?;
         }
         match self.loss {
@@ -171,7 +175,7 @@ impl<'a> GainJudge<'a> {
         let setting = &self.setting;
         let (g, target_m_s) = (setting.environment.gravity_m_s2, setting.target_v_ned.norm());
         let states: Vec<BodyState> = cases.iter().map(ReleaseCase::state).collect();
-        let trials = one_at_a_time(&states, g, target_m_s);
+        let trials = one_at_a_time(&states, g, target_m_s, !setting.wind.is_steady());
         self.trials.extend(trials.iter().map(untracked));
         self
     }
@@ -301,7 +305,9 @@ impl<'a> GainJudge<'a> {
         let Some((vehicle, environment)) = varied(setting, &trial.variation) else {
             return Err(Loss::NoVehicle);
         };
-        let mut sim = DropSimulation::at_t0(vehicle, environment, trial.start, setting.plant);
+        let air = trial.variation.air;
+        let course = air.and_then(|number| setting.wind.uniform(&environment).course(&environment, number));
+        let mut sim = DropSimulation::at_t0(vehicle, environment, trial.start, setting.plant).in_wind(course);
         let mut controller = controller.clone_controller();
         if trial.variation.delayed {
             controller = Box::new(WithDelay::new(controller));
@@ -349,11 +355,11 @@ fn flight_plan<'a>(setting: &Setting<'a>) -> FlightPlan<'a> {
 }
 
 fn planar(setting: &Setting<'_>) -> Result<(Model, BatchMeasure), NotPlanar> {
-    let Setting { vehicle, environment, control_limits, plant, target_v_ned: v, .. } = setting;
+    let Setting { vehicle, environment, wind, control_limits, plant, target_v_ned: v, .. } = setting;
     if v.y != 0.0 {
         return Err(NotPlanar::Sideways { what: "the target velocity" });
     }
-    let model = Model::new(vehicle, environment, control_limits, *plant)?;
+    let model = Model::new(vehicle, environment, control_limits, *plant)?.in_wind(wind);
     let measure = BatchMeasure::new(
         &flight_plan(setting),
         Some(setting.plan),

@@ -4,7 +4,9 @@
 use crate::model::rigid_body::BodyState;
 use crate::sim::planar::Variation;
 
+use crate::frames::{product, quaternion_from_euler};
 use crate::random::Stream;
+use crate::units::RAD_PER_DEG;
 
 /// Mass, either way, as a fraction.
 pub const MASS: f64 = 0.05;
@@ -18,12 +20,18 @@ pub const DENSITY: f64 = 0.1;
 pub const WIND: f64 = 0.25;
 /// Release delay, longer or shorter [s].
 pub const DELAY_S: f64 = 0.1;
+/// Pitch at t = 0, either way [rad]: gains may fly a release well and lose that beside it.
+pub const PITCH_RAD: f64 = RAD_PER_DEG;
+/// Draws of the air that each release is flown in, where the air changes.
+pub const AIR_DRAWS: u64 = 4;
 
-/// Each release with one thing off at a time, to either end; measurements a control period late.
+/// Each release with one thing off at a time, to either end; measurements a control period late; in gusts and
+/// turbulence, where there are any (`windy`), each release and draw in air of its own.
 pub fn one_at_a_time(
     releases: &[BodyState],
     gravity_m_s2: f64,
     target_m_s: f64,
+    windy: bool,
 ) -> Vec<(BodyState, Variation)> {
     let none = Variation::NONE;
     let wind = WIND * target_m_s;
@@ -39,24 +47,38 @@ pub fn one_at_a_time(
     variations.extend(two(|x| Variation { aero: [1.0, 1.0, x], ..Variation::NONE }, AERO));
     variations.extend(two(|x| Variation { density: x, ..Variation::NONE }, DENSITY));
     let fall_m_s = DELAY_S * gravity_m_s2;
-    releases
-        .iter()
-        .flat_map(|release| {
+    let draws = if windy { AIR_DRAWS } else { 0 };
+    (0u64..)
+        .zip(releases)
+        .flat_map(|(k, release)| {
+            let tipped = [-PITCH_RAD, PITCH_RAD].map(|by| (pitched(release, by), none));
+            let blown = (0..draws)
+                .map(|draw| (*release, Variation { air: Some(AIR_APART + k * AIR_DRAWS + draw), ..none }));
             let later = [-fall_m_s, fall_m_s].map(|more| {
                 let mut release = *release;
                 release.v_ned.z += more;
                 (release, none)
             });
-            variations.iter().map(|v| (*release, *v)).chain(later).collect::<Vec<_>>()
+            let each = variations.iter().map(|v| (*release, *v));
+            each.chain(later).chain(tipped).chain(blown).collect::<Vec<_>>()
         })
         .collect()
+}
+
+/// The air of a search is apart from that of the trials of campaigns, which count from 1.
+const AIR_APART: u64 = 1 << 48;
+
+/// The release with another pitch.
+fn pitched(release: &BodyState, by_rad: f64) -> BodyState {
+    let turn = quaternion_from_euler(0.0, by_rad, 0.0);
+    BodyState { q_ned_from_body: product(turn, release.q_ned_from_body), ..*release }
 }
 
 /// Random numbers of the unknowns are apart from those of the releases of the same seed.
 const APART: u64 = 0x7661_7269_6564;
 
-/// A release with unknowns of its own, every one uniform between its ends; measurements are a control period
-/// late in about every other flight. Trial `k` draws from stream `k` of the seed: it is the same whichever
+/// A release with unknowns of its own, every one uniform between its ends, in air of its own; measurements are
+/// a control period late in about every other flight. Trial `k` draws from stream `k` of the seed: it is the same whichever
 /// are flown beside it.
 pub fn varied(
     release: &BodyState,
@@ -74,7 +96,7 @@ pub fn varied(
         density: 1.0 + off(DENSITY),
         wind_m_s: [target_m_s * off(WIND), 0.0],
         delayed: off(1.0) > 0.0,
-        ..Variation::NONE
+        air: Some(k + 1),
     };
     let mut release = *release;
     release.v_ned.z += gravity_m_s2 * off(DELAY_S);

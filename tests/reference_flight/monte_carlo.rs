@@ -20,6 +20,7 @@ fn study() -> SafetyStudy {
     SafetyStudy {
         vehicle: TITAN.clone(),
         environment: site(),
+        wind: samara::model::wind::Wind::default(),
         limits: limits(),
         target_v_ned: target_ned(),
         steady_within_m_s: samara::assess::steady_within_m_s(&target_ned()),

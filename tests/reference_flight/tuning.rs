@@ -22,6 +22,7 @@ fn setting(plan: &Trajectory, plant: PlantKind, settle_s: f64) -> Setting<'_> {
     Setting {
         vehicle: TITAN.clone(),
         environment: site(),
+        wind: samara::model::wind::Wind::default(),
         control_limits: ControlLimits::default(),
         plant,
         yaw: Gains::near_hover(),

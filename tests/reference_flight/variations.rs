@@ -13,7 +13,7 @@ use samara::control::{
 };
 use samara::frames::quaternion_from_euler;
 use samara::model::rigid_body::{BodyState, MassProperties};
-use samara::model::wind::{Gust, GustShape};
+use samara::model::wind::{Gust, GustLength, GustShape, Turbulence, TurbulenceScale, Wind};
 use samara::model::{Environment, Interference, RotationSense, RotorMount, Vehicle};
 use samara::sim::planar::{Flight, LANES, Model, Observer, Release, SetpointTable, State, Variation, fly};
 use samara::sim::{DropSimulation, FlightPlan, PlantKind, Reference};
@@ -123,6 +123,7 @@ fn varied(vehicle: &Vehicle, site: &Environment, v: &Variation) -> (Vehicle, Env
 /// The flight in space: nominal control law, varied vehicle and site.
 fn in_space(
     nominal: (&Vehicle, &Environment),
+    wind: &Wind,
     flight: &Flight,
     plan: &FlightPlan<'_>,
     kind: PlantKind,
@@ -141,8 +142,8 @@ fn in_space(
         v_ned: Vector3::new(r.v_north_m_s, 0.0, r.v_down_m_s),
         omega_body: Vector3::new(0.0, r.pitch_rate_rad_s, 0.0),
     };
-    let steady = site.wind_ned_m_s;
-    let mut sim = DropSimulation::at_t0(Arc::new(vehicle), site, body, kind);
+    let course = flight.variation.air.and_then(|number| wind.uniform(&site).course(&site, number));
+    let mut sim = DropSimulation::at_t0(Arc::new(vehicle), site, body, kind).in_wind(course);
     let mut rows = Vec::new();
     for step in 0..=plan.steps() {
         let s = *sim.state();
@@ -160,10 +161,6 @@ fn in_space(
         let (v_sp, a_ff) = plan.setpoint_at(t_s);
         let setpoint = Setpoint::Velocity { v_ned: v_sp, a_ff_ned: a_ff, yaw_rad: Some(0.0) };
         let throttle = controller.step(&Measurement::from(b), &setpoint, PERIOD_S).throttle;
-        if let Some(gust) = flight.variation.gust {
-            let [n, d] = gust.at(t_s + 0.5 * PERIOD_S);
-            sim.set_wind_ned(steady + Vector3::new(n, 0.0, d));
-        }
         sim.step(&throttle, PERIOD_S);
     }
     rows
@@ -175,56 +172,64 @@ fn in_space(
 /// a second.
 fn difference(
     vehicle: &Vehicle,
-    site: &Environment,
+    (site, wind): (&Environment, &Wind),
     lane: usize,
     flight: &Flight,
     target: [f64; 2],
     kind: PlantKind,
 ) -> (f64, f64) {
     let plan = FlightPlan::new(Reference::Step(Vector3::new(target[0], 0.0, target[1])), PERIOD_S, 4.0);
-    let model = Model::new(vehicle, site, &ControlLimits::default(), kind).unwrap();
+    let model = Model::new(vehicle, site, &ControlLimits::default(), kind).unwrap().in_wind(wind);
     let mut stranger = *flight;
     stranger.release.v_north_m_s = 50.0;
     let mut lanes = [stranger; LANES];
     lanes[lane] = *flight;
     let mut record = Record { lane, rows: Vec::new() };
     fly(&model, &SetpointTable::new(&plan).unwrap(), &lanes, &mut record);
-    let wanted = in_space((vehicle, site), flight, &plan, kind);
+    let wanted = in_space((vehicle, site), wind, flight, &plan, kind);
     assert_eq!(record.rows.len(), wanted.len());
     let apart = |a: &[f64; 7], b: &[f64; 7]| (0..5).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max);
     let furthest = |rows: &[[f64; 7]]| rows.iter().zip(&wanted).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
     let mut other = *flight;
     other.release.v_down_m_s += 1e-14;
     other.release.pitch_rate_rad_s += 1e-14;
-    (furthest(&record.rows), furthest(&in_space((vehicle, site), &other, &plan, kind)))
+    (furthest(&record.rows), furthest(&in_space((vehicle, site), wind, &other, &plan, kind)))
 }
 
-fn gust() -> impl Strategy<Value = Option<Gust>> {
-    let one = (prop::bool::ANY, 0.0f64..3.0, 0.3f64..3.0, -4.0f64..4.0, -2.0f64..2.0).prop_map(
-        |(step, start_s, length_s, n, d)| Gust {
-            shape: if step { GustShape::Step } else { GustShape::OneMinusCosine },
+/// Gusts of any shape, by time or by distance, and turbulence in the plane.
+fn wind() -> impl Strategy<Value = Wind> {
+    let gust = (0..3usize, prop::bool::ANY, -1.0f64..3.0, 0.3f64..3.0, -4.0f64..4.0, -2.0f64..2.0).prop_map(
+        |(shape, far, start_s, length, n, d)| Gust {
+            shape: [GustShape::Step, GustShape::OneMinusCosine, GustShape::Rise][shape],
             start_s,
-            length_s,
-            peak_m_s: [n, d],
+            length: if far { GustLength::Distance(4.0 * length) } else { GustLength::Time(length) },
+            peak_ned_m_s: [n, 0.0, d],
         },
     );
-    prop::option::of(one)
+    let turbulence = (0.0f64..1.0, 0.0f64..1.0, 1.0f64..100.0, 0u64..1000).prop_map(|(u, w, l, seed)| {
+        let scale = TurbulenceScale::Fixed([l, l, 0.5 * l]);
+        Turbulence { sigma_m_s: [u, 0.0, w], scale, seed, follows_mission: true, noise: None }
+    });
+    (prop::collection::vec(gust, 0..3), prop::option::of(turbulence)).prop_map(|(gusts, turbulence)| Wind {
+        gusts,
+        turbulence,
+        ..Wind::default()
+    })
 }
 
 fn variation() -> impl Strategy<Value = Variation> {
     let aero = prop::array::uniform3(0.5f64..1.5);
     let wind = prop::array::uniform2(-2.0f64..2.0);
-    (0.8f64..1.2, 0.8f64..1.2, aero, 0.8f64..1.2, wind, gust(), prop::bool::ANY).prop_map(
-        |(mass, inertia, aero, density, wind_m_s, gust, delayed)| Variation {
+    (0.8f64..1.2, 0.8f64..1.2, aero, 0.8f64..1.2, wind, prop::option::of(0u64..1000), prop::bool::ANY)
+        .prop_map(|(mass, inertia, aero, density, wind_m_s, air, delayed)| Variation {
             mass,
             inertia,
             aero,
             density,
             wind_m_s,
-            gust,
+            air,
             delayed,
-        },
-    )
+        })
 }
 
 fn flight() -> impl Strategy<Value = Flight> {
@@ -248,11 +253,11 @@ proptest! {
     #[test]
     fn prop_varied_flights_are_the_flights_in_space(
         flight in flight(), lane in 0..LANES, earthly in prop::bool::ANY, ideal in prop::bool::ANY,
-        layout in 0usize..6, target in prop::array::uniform2(-1.0f64..4.0),
+        layout in 0usize..6, target in prop::array::uniform2(-1.0f64..4.0), wind in wind(),
     ) {
         let (vehicle, site) = if earthly { (&*X500, earth()) } else { (&*TITAN, site()) };
         let kind = if ideal { PlantKind::Ideal } else { PlantKind::Actuator };
-        let (apart, amplified) = difference(&laid_out(vehicle, layout), &site, lane, &flight, target, kind);
+        let (apart, amplified) = difference(&laid_out(vehicle, layout), (&site, &wind), lane, &flight, target, kind);
         prop_assert!(apart < f64::max(1e-6, 10.0 * amplified), "{apart:e}, {amplified:e} of the last digit");
     }
 }

@@ -62,7 +62,7 @@ impl TrialRunner<'_> {
         let reason = self.study.one_at_a_time(entry, std::slice::from_ref(&release));
         if let Some(reason) = reason.filter(|_| count > 0) {
             let threads = self.pool.current_num_threads();
-            warn_one_at_a_time(&reason, count, threads, || self.study.outcome(entry, &release.state));
+            warn_one_at_a_time(&reason, count, threads, || self.study.outcome(entry, &release));
         }
     }
 

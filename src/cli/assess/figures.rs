@@ -43,7 +43,7 @@ pub fn of_own(runner: &TrialRunner<'_>, campaign: &Campaign) -> Result<[Figure; 
 fn shown(runner: &TrialRunner<'_>, campaign: &Campaign) -> Shown {
     let trials = &campaign.shown[..campaign.shown.len().min(VELOCITY_TRIALS)];
     let study = &runner.study;
-    let flights = runner.in_order(trials, |(release, _)| study.trace(&campaign.entry, &release.state));
+    let flights = runner.in_order(trials, |(release, _)| study.trace(&campaign.entry, release));
     let points = campaign.shown.iter().map(|(release, outcome)| TrialPoint {
         pitch_rad: pitch(release.state.q_ned_from_body),
         pitch_rate_rad_s: release.state.omega_body.y,

@@ -62,7 +62,7 @@ fn write(
     args: &AssessArgs,
 ) -> Result<(), Failure> {
     let TrialRunner { mission, folder, .. } = *runner;
-    let samples = runner.study.samples(entry, &release.state);
+    let samples = runner.study.samples(entry, release);
     let name = format!("trial_{}_{}", release.trial, entry.name);
     folder.write(&format!("{name}.csv"), |out| {
         let mut csv = FlightCsv::new(out, mission, false)?;

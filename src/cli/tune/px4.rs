@@ -45,6 +45,8 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     let setting = Px4Setting {
         vehicle: mission.vehicle.clone(),
         environment: mission.site.environment.clone(),
+        wind: mission.site.wind.clone(),
+        air: mission.site.wind_number,
         similarity: purpose.factors(mission.site.environment.gravity_m_s2).k,
         safety: mission.limits.safety,
         plan,

@@ -48,6 +48,7 @@ pub fn gains_that_fly(mission: &Mission, plan: &Trajectory) -> Option<FlownGains
     let setting = Setting {
         vehicle: vehicle.clone(),
         environment: environment.clone(),
+        wind: mission.site.wind.clone(),
         control_limits: mission.control.limits,
         plant: PlantKind::Actuator,
         yaw: mission.control.gains,

@@ -85,6 +85,9 @@ impl Mission {
     pub fn use_seed(&mut self, seed: u64) {
         if seed != self.seed {
             self.seed = seed;
+            if let Some(turbulence) = self.site.wind.turbulence.as_mut().filter(|t| t.follows_mission) {
+                turbulence.seed = seed;
+            }
             self.note_choice("seed", &seed.to_string());
         }
     }

@@ -70,11 +70,13 @@ impl Mission {
     pub fn simulation(&self) -> DropSimulation {
         let (vehicle, environment) = (self.vehicle.clone(), self.site.environment.clone());
         let Release { parachute, hang_s, start, standing, .. } = self.release;
-        match self.site.ground {
+        let course = self.site.wind.course(&environment, self.site.wind_number);
+        let simulation = match self.site.ground {
             Some(ground) if standing => DropSimulation::standing(vehicle, environment, ground),
             Some(ground) => DropSimulation::new(vehicle, environment, parachute, hang_s, start).above(ground),
             None => DropSimulation::new(vehicle, environment, parachute, hang_s, start),
-        }
+        };
+        simulation.in_wind(course)
     }
 
     /// The state that a plan starts from, [`PlanInitial`]; adrift with the wind.
@@ -151,6 +153,7 @@ impl Mission {
         SafetyStudy {
             vehicle: self.vehicle.clone(),
             environment: self.site.environment.clone(),
+            wind: self.site.wind.clone(),
             limits: self.limits.safety,
             target_v_ned: self.target_v_ned,
             steady_within_m_s: self.limits.steady_within_m_s,
@@ -172,6 +175,7 @@ impl Mission {
         mission.release.parachute.pendulum =
             self.study.monte_carlo.pendulum(drop.amplitude_rad, drop.phase_rad);
         mission.site.environment.wind_ned_m_s += drop.wind_ned_m_s;
+        mission.site.wind_number = drop.trial + 1;
         mission.seed = drop.seed;
         mission
     }

@@ -2,7 +2,7 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `site`, `release`, `plan`, `limits` | sections, each with its JSON, its checks and its meaning |
+//! | `site`, `wind`, `release`, `plan`, `limits` | sections, each with its JSON, its checks and its meaning |
 //! | `control`, `study`, `equipment`, `px4` | sections, likewise |
 //! | `made` | what is made of a mission: simulation, plan, study, drops |
 //! | `inputs` | the hash of the files and of what was chosen beside them |
@@ -40,6 +40,7 @@ mod release_case;
 mod site;
 mod study;
 mod study_identity;
+mod wind;
 
 pub use control::Control;
 pub use inputs::Inputs;
@@ -80,6 +81,9 @@ pub(super) struct MissionJson {
     target_v_ned_m_s: Exactly<Within<1000>, 3>,
     /// Gravity, air and place.
     site: site::SiteJson,
+    /// Wind by altitude, gusts and turbulence, in addition to site.wind_ned_m_s.
+    #[serde(default)]
+    wind: wind::WindJson,
     /// Descent and swing before the release, and the delay after it.
     parachute: release::ParachuteJson,
     /// When and how the vehicle is cut loose.
@@ -206,11 +210,12 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
     };
     let vehicle_source = named(&json.vehicle, "vehicle file", vehicle)?;
     let vehicle = vehicle_of(&vehicle_source, &mut hash)?;
-    let (inputs, gains) = Inputs::of_files(&named(&json.gains, "gains file", gains)?, hash)?;
-
     let (target_v_ned, epoch_unix_us) =
         (Vector3::from(json.target_v_ned_m_s.get()), json.epoch_unix_us.get() as u64);
-    let site = Site::from_json(source, &json.site, json.release.standing())?;
+    let seed = json.seed.get() as u64;
+    let air = (&json.site, &json.wind);
+    let site = Site::from_json(source, air, json.release.standing(), seed, &mut hash)?;
+    let (inputs, gains) = Inputs::of_files(&named(&json.gains, "gains file", gains)?, hash)?;
     let release = Release::from_json(source, &json.release, &json.parachute, &site.environment)?;
     release.check_duration(source, json.duration_s.get())?;
     let gravity_m_s2 = site.environment.gravity_m_s2;
@@ -227,7 +232,7 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
         target_v_ned,
         duration_s: json.duration_s.get(),
         epoch_unix_us,
-        seed: json.seed.get() as u64,
+        seed,
         plan,
         limits: Limits::from_json(&json.limits, &target_v_ned),
         control: Control::from_json(&json.control, gains),

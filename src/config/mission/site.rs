@@ -1,12 +1,15 @@
 //! The site: gravity, air, place and ground.
 
+use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::wind::{self, WindJson};
 use crate::config::error::ConfigError;
 use crate::config::number::{AngleDeg, Exactly, LatitudeDeg, Positive, Within};
-use crate::config::source::Source;
+use crate::config::source::{InputHash, Source};
 use crate::model::environment::GeoPoint;
+use crate::model::wind::Wind;
 use crate::model::{Atmosphere, Environment};
 use crate::sim::Ground;
 
@@ -66,11 +69,23 @@ pub struct Site {
     pub environment: Environment,
     /// Level ground below the local origin; `None`: there is none.
     pub ground: Option<Ground>,
+    /// Wind by altitude, gusts and turbulence; the environment has the mean wind at the local origin's
+    /// altitude.
+    pub wind: Wind,
+    /// Number of the flight whose turbulence is met: 0 in the mission's own drop, from 1 on in a campaign's.
+    pub wind_number: u64,
 }
 
 impl Site {
-    /// The site of a vehicle that stands on the ground at the start, or is released above it.
-    pub(super) fn from_json(source: &Source, json: &SiteJson, standing: bool) -> Result<Self, ConfigError> {
+    /// The site of a vehicle that stands on the ground at the start, or is released above it; `seed` is the
+    /// mission's.
+    pub(super) fn from_json(
+        source: &Source,
+        (json, wind): (&SiteJson, &WindJson),
+        standing: bool,
+        seed: u64,
+        hash: &mut InputHash,
+    ) -> Result<Self, ConfigError> {
         let anchor = GeoPoint {
             latitude_deg: json.latitude_deg.get(),
             longitude_deg: json.longitude_deg.get(),
@@ -94,11 +109,15 @@ impl Site {
             number("gravity_m_s2", json.gravity_m_s2.map(Positive::get), air.map(|a| a.gravity_m_s2))?;
         let density_kg_m3 =
             number("density_kg_m3", json.density_kg_m3.map(Positive::get), air.map(|a| a.density_kg_m3))?;
-        let environment =
-            Environment::new(gravity_m_s2, density_kg_m3, json.wind_ned_m_s.get().into(), anchor)
-                .and_then(|environment| environment.within(atmosphere))
-                .map_err(|e| source.refuse("site", e.to_string()))?;
-        Ok(Self { environment, ground: ground(source, json, standing)? })
+        let wind = wind::wind(source, wind, json.ground_altitude_m.map(Within::get), seed, hash)?;
+        let mut wind_ned_m_s = Vector3::from(json.wind_ned_m_s.get());
+        if let Some(profile) = &wind.profile {
+            wind_ned_m_s += profile.at(anchor.altitude_m);
+        }
+        let environment = Environment::new(gravity_m_s2, density_kg_m3, wind_ned_m_s, anchor)
+            .and_then(|environment| environment.within(atmosphere))
+            .map_err(|e| source.refuse("site", e.to_string()))?;
+        Ok(Self { environment, ground: ground(source, json, standing)?, wind, wind_number: 0 })
     }
 }
 

@@ -52,7 +52,7 @@ pub use study_paths::{PathGroup, paths_figure};
 
 use crate::assess::{Verdict, plan_j_tpf};
 use crate::config::Mission;
-use crate::report::shown_drop::{ShownDrop, wind_words};
+use crate::report::shown_drop::{ShownDrop, air_words};
 use crate::trajectory::Trajectory;
 
 const WIDTH_PX: u32 = 960;
@@ -123,7 +123,7 @@ pub fn plan_figure(mission: &Mission, plan: &Trajectory) -> Result<String, Figur
     let track = Track::of_plan(mission, plan, Vector3::zeros());
     let mut sheet = Sheet::new(mission, &track, None);
     sheet.headline = format!("{}, the plan", mission.name);
-    let wind = wind_words(mission.site.environment.wind_ned_m_s.into());
+    let wind = air_words(&mission.site);
     sheet.circumstances = format!("Vehicle {}, {wind}.", mission.vehicle_name);
     sheet.event(0.0, "rotors free, t = 0", false);
     sheet.peak(plan_j_tpf(plan, &mission.limits.safety));

@@ -20,10 +20,11 @@ impl DropSimulation {
     fn loads_under(&self, throttle: &PerRotor) -> Loads {
         let gravity = self.gravity_ned();
         let mass = self.vehicle().mass.mass_kg;
+        let wind_ned = self.environment().wind_ned_m_s;
         match self.phase {
             Phase::Falling if !self.dynamic_fall() => {
                 let balance = ForceBalance { gravity_force_ned: gravity * mass, ..ForceBalance::default() };
-                Loads { a_ned: gravity, balance }
+                Loads { a_ned: gravity, wind_ned, balance }
             }
             Phase::Hanging => {
                 let (body, a_ned) = self.hanging();
@@ -31,7 +32,7 @@ impl DropSimulation {
                 let others =
                     rotate_ned_from_body(body.q_ned_from_body, balance.force_body()) + gravity * mass;
                 balance.canopy_force_ned = a_ned * mass - others;
-                Loads { a_ned, balance }
+                Loads { a_ned, wind_ned, balance }
             }
             Phase::Falling => self.plant.loads(&self.state, throttle, true),
             Phase::Powered => self.plant.loads(&self.state, throttle, false),

@@ -2,6 +2,8 @@
 
 use std::ops::ControlFlow;
 
+use nalgebra::Vector3;
+
 use super::air::{AirScale, Flow};
 use super::cascade::{Integrals, LaneGains, Measured};
 use super::flight::Flight;
@@ -11,6 +13,7 @@ use super::model::Model;
 use super::rotors::LaneLoad;
 use super::setpoint_table::SetpointTable;
 use crate::math;
+use crate::model::wind::WindCourse;
 use crate::sim::PlantKind;
 use crate::sim::integrator::steps_in;
 use crate::simd::{Kernel, vectorised};
@@ -43,7 +46,7 @@ pub trait Observer {
 }
 
 /// Flies eight flights side by side. Inputs that are not finite give states that are not; nothing panics.
-/// Nothing is allocated.
+/// Nothing is allocated in still or steady air.
 pub fn fly<O: Observer>(
     model: &Model,
     setpoints: &SetpointTable,
@@ -107,7 +110,7 @@ impl<O: Observer, const G: usize> Kernel for Grouped<'_, O, G> {
             let measurement = body.measurement(&measured, &seen);
             seen = measured;
             let command = model.cascade.step(&gains, &measurement, setpoint, dt_s, &mut integrals);
-            air.blow(flights, (step as f64 + 0.5) * dt_s);
+            air.blow(step as f64 * dt_s, dt_s, &state);
             match model.kind {
                 PlantKind::Ideal => step_ideal(model, &body, &air, &mut state, &mut thrust, &command, dt_s),
                 PlantKind::Actuator => {
@@ -127,12 +130,11 @@ struct Air<const G: usize> {
     density_kg_m3: Lanes,
     /// Factors of the air's density and of other rotors' wakes on thrust and torque of each group.
     rotor_scale: [LaneLoad; G],
-    steady_n: Lanes,
-    steady_d: Lanes,
-    /// Velocity of the air to the north, gust included [m/s].
+    /// Velocity of the air north and down [m/s].
     wind_n: Lanes,
     wind_d: Lanes,
-    gusty: bool,
+    /// The wind of each lane, where one of them changes.
+    courses: Option<[Option<WindCourse>; LANES]>,
 }
 
 impl<const G: usize> Air<G> {
@@ -142,26 +144,36 @@ impl<const G: usize> Air<G> {
         Self {
             density_kg_m3,
             rotor_scale: model.rotors.scale(&density_kg_m3),
-            steady_n: wind(0),
-            steady_d: wind(1),
             wind_n: wind(0),
             wind_d: wind(1),
-            gusty: flights.iter().any(|f| f.variation.gust.is_some()),
+            courses: courses(model, flights),
         }
     }
 
-    /// Sets the wind to its velocity at `t_s`, gusts included.
+    /// Sets the wind to that of the control period which begins at `t_s`.
     #[inline(always)]
-    fn blow(&mut self, flights: &[Flight; LANES], t_s: f64) {
-        if !self.gusty {
-            return;
-        }
+    fn blow(&mut self, t_s: f64, dt_s: f64, state: &State) {
+        let Some(courses) = &mut self.courses else { return };
         for i in 0..LANES {
-            let [n, d] = flights[i].variation.gust.as_ref().map_or([0.0; 2], |gust| gust.at(t_s));
-            self.wind_n[i] = self.steady_n[i] + n;
-            self.wind_d[i] = self.steady_d[i] + d;
+            if let Some(course) = &mut courses[i] {
+                let wind = course.step(t_s, dt_s, 0.0, Vector3::new(state.v_n[i], 0.0, state.v_d[i]));
+                (self.wind_n[i], self.wind_d[i]) = (wind.x, wind.z);
+            }
         }
     }
+}
+
+/// The wind of each lane, where one of them changes.
+fn courses(model: &Model, flights: &[Flight; LANES]) -> Option<[Option<WindCourse>; LANES]> {
+    let changes = !model.wind.is_steady() && flights.iter().any(|f| f.variation.air.is_some());
+    changes.then(|| {
+        flights.map(|f| {
+            let [n, d] = f.variation.wind_m_s;
+            let mut site = model.site.clone();
+            site.wind_ned_m_s += Vector3::new(n, 0.0, d);
+            model.wind.course(&site, f.variation.air?)
+        })
+    })
 }
 
 /// Mass properties and actuators of each lane.

@@ -4,7 +4,6 @@ use super::NotPlanar;
 use crate::control::Gains;
 use crate::frames::pitch;
 use crate::model::rigid_body::BodyState;
-use crate::model::wind::Gust;
 
 /// One flight of a batch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,7 +49,7 @@ impl Release {
     }
 }
 
-/// Factors on vehicle and air, wind, gust and delay of one flight; the controller keeps the nominal numbers.
+/// Factors on vehicle and air, wind and delay of one flight; the controller keeps the nominal numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Variation {
     /// Factor on the mass.
@@ -63,9 +62,9 @@ pub struct Variation {
     pub density: f64,
     /// Wind in addition to the site's, north and down [m/s].
     pub wind_m_s: [f64; 2],
-    /// Gust in addition to all steady wind; its velocity is held within a control period, at the value in the
-    /// middle.
-    pub gust: Option<Gust>,
+    /// Number of the flight whose gusts and turbulence it meets ([`Model::in_wind`](super::Model::in_wind));
+    /// `None`: the mean wind alone.
+    pub air: Option<u64>,
     /// Whether the controller gets the state of one control period ago (at t = 0 the state itself).
     pub delayed: bool,
 }
@@ -78,7 +77,7 @@ impl Variation {
         aero: [1.0; 3],
         density: 1.0,
         wind_m_s: [0.0; 2],
-        gust: None,
+        air: None,
         delayed: false,
     };
 }

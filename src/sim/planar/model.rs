@@ -6,6 +6,7 @@ use super::cascade::PlanarCascade;
 use super::groups::{MOST_GROUPS, TOLERANCE, groups, of_groups, share};
 use super::rotors::Rotors;
 use crate::control::{Airframe, ControlLimits};
+use crate::model::wind::Wind;
 use crate::model::{Environment, Vehicle};
 use crate::sim::PlantKind;
 
@@ -32,6 +33,8 @@ pub struct Model {
     pub(super) aero: AeroTable,
     pub(super) rotors: Rotors,
     pub(super) cascade: PlanarCascade,
+    pub(super) site: Environment,
+    pub(super) wind: Wind,
 }
 
 impl Model {
@@ -75,7 +78,16 @@ impl Model {
             aero: AeroTable::new(&vehicle.aero),
             rotors: Rotors::new(&vehicle.rotor, &vehicle.motor, &groups),
             cascade: PlanarCascade::new(&airframe, limits, &groups),
+            site: environment.clone(),
+            wind: Wind::default(),
         })
+    }
+
+    /// The model in gusts and turbulence, for flights that [meet them](super::Variation::air): of the mean
+    /// wind at the site's altitude, held within a control period. The part of them across the plane is left
+    /// out.
+    pub fn in_wind(self, wind: &Wind) -> Self {
+        Self { wind: wind.uniform(&self.site).in_plane(), ..self }
     }
 
     /// The kind of actuators.

@@ -11,6 +11,7 @@ use super::measures::Tracking;
 use crate::assess::{ReleaseDistribution, SafetyLimits, VerdictBuilder};
 use crate::control::WithVelocityError;
 use crate::control::px4::{Parameters, Px4Controller, output};
+use crate::model::wind::Wind;
 use crate::model::{Environment, Parachute, Vehicle};
 use crate::sim::{DropSimulation, FlightPlan, Reference, Start, fly};
 use crate::trajectory::Trajectory;
@@ -31,6 +32,10 @@ pub struct Px4Setting<'a> {
     pub vehicle: Arc<Vehicle>,
     /// The site.
     pub environment: Environment,
+    /// Wind by altitude, gusts and turbulence.
+    pub wind: Wind,
+    /// Number of the flight whose turbulence is met.
+    pub air: u64,
     /// Froude's k: how much slower PX4's clock runs than the site's.
     pub similarity: f64,
     /// Limits that J_state is measured by.
@@ -64,7 +69,9 @@ impl Px4Setting<'_> {
     pub fn fly(&self, parameters: &Parameters, parachute: Parachute) -> Measures {
         let (similarity, hang_s) = (self.similarity, self.hang_s());
         let (vehicle, environment) = (self.vehicle.clone(), self.environment.clone());
-        let mut sim = DropSimulation::new(vehicle, environment, parachute, hang_s, self.start);
+        let course = self.wind.course(&environment, self.air);
+        let mut sim =
+            DropSimulation::new(vehicle, environment, parachute, hang_s, self.start).in_wind(course);
         sim.schedule_release(hang_s);
         let reference = Reference::Plan {
             trajectory: self.plan,
@@ -106,7 +113,7 @@ impl Px4Drop<'_> {
     }
 }
 
-/// Random drops of a seed, by their numbers, as campaigns draw them: swing, and wind on top of the site's, of
+/// Random drops of a seed, by their numbers, as campaigns draw them: swing, turbulence, and wind on top of the site's, of
 /// deviation `wind_sigma_m_s` north and east. Every other drop is flown as it is known; the others with a
 /// mass or an inertia that is a tenth more, or with an estimated descent that is off by `ESTIMATE_OFF`
 /// either way.
@@ -124,6 +131,7 @@ pub fn drops<'a>(
         parachute.pendulum.phase_rad = drawn.phase_rad;
         let mut setting = varied(setting, trial);
         setting.environment.wind_ned_m_s += drawn.wind_ned_m_s;
+        setting.air = trial + 1;
         Px4Drop { setting, parachute }
     };
     trials.map(drop).collect()
@@ -220,6 +228,8 @@ mod tests {
         let setting = Px4Setting {
             vehicle: Arc::new(quadrotor([ARM_M; 2], [J_YY; 3], [0.0; 3], VehicleOptions::default())),
             environment: site(),
+            wind: Wind::default(),
+            air: 0,
             similarity: (crate::units::STANDARD_GRAVITY_M_S2 / GRAVITY_M_S2).sqrt(),
             safety: SafetyLimits {
                 speed_m_s: 12.0,

@@ -1,0 +1,131 @@
+//! How strong turbulence is and how large its eddies are.
+
+use std::sync::Arc;
+
+use super::dryden::{Draw, Longitudinal, Noise, Transverse};
+use crate::math;
+use crate::random::Stream;
+
+/// Turbulence in Dryden's form.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Turbulence {
+    /// Standard deviations of the air's velocity along the mean wind, across it and vertically [m/s].
+    pub sigma_m_s: [f64; 3],
+    /// Scale lengths of the eddies.
+    pub scale: TurbulenceScale,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Whether that is the mission's, and another one's where a mission is given another.
+    pub follows_mission: bool,
+    /// Random numbers given instead of drawn, [`Draw`] by step of the simulation.
+    pub noise: Option<Arc<[Draw]>>,
+}
+
+/// Scale lengths of turbulence, longitudinal, lateral, vertical.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TurbulenceScale {
+    /// Given [m].
+    Fixed([f64; 3]),
+    /// By height above ground h [ft]: `L_w = h`, `L_u = L_v = h/(0.177 + 0.000823 h)^1.2` from 10 to 1000 ft
+    /// (MIL-F-8785C, 3.7.3.1), linear from there to the free atmosphere at 2000 ft.
+    LowAltitude,
+    /// 1750 ft, all three (MIL-F-8785C, 3.7.2.3).
+    FreeAtmosphere,
+}
+
+const M_PER_FT: f64 = 0.3048;
+const FREE_FT: f64 = 1750.0;
+
+impl TurbulenceScale {
+    /// Scale lengths [m] at a height above ground [m].
+    pub fn at_height_m(self, height_m: f64) -> [f64; 3] {
+        match self {
+            Self::Fixed(scale_m) => scale_m,
+            Self::FreeAtmosphere => [FREE_FT * M_PER_FT; 3],
+            Self::LowAltitude => {
+                let h = (height_m / M_PER_FT).clamp(10.0, 2000.0);
+                let low = h.min(1000.0);
+                let along = low / math::powf(0.177 + 0.000_823 * low, 1.2);
+                let share = ((h - 1000.0) / 1000.0).max(0.0);
+                [along, along, low].map(|l| (l + share * (FREE_FT - l)) * M_PER_FT)
+            }
+        }
+    }
+}
+
+/// The turbulence of one flight; none where its standard deviation is zero.
+#[derive(Clone, Debug)]
+pub struct Eddies {
+    along: Option<Longitudinal>,
+    across: Option<Transverse>,
+    vertical: Option<Transverse>,
+}
+
+impl Turbulence {
+    /// The turbulence of flight `number` at its beginning: each flight has its own draw of a seed, while
+    /// given noise is the same for all.
+    pub fn eddies(&self, number: u64) -> Eddies {
+        let noise = |k: u64| match &self.noise {
+            Some(rows) => Noise::Given { rows: rows.clone(), next: 0 },
+            None => Noise::Drawn(Stream::new(self.seed, number.wrapping_mul(3).wrapping_add(k))),
+        };
+        let [along, across, vertical] = self.sigma_m_s.map(|sigma| sigma != 0.0);
+        Eddies {
+            along: along.then(|| Longitudinal::new(noise(0))),
+            across: across.then(|| Transverse::new(noise(1), 1)),
+            vertical: vertical.then(|| Transverse::new(noise(2), 3)),
+        }
+    }
+}
+
+impl Eddies {
+    /// Velocities now, along the mean wind, across it and vertical, over their standard deviations.
+    pub fn velocity(&self) -> [f64; 3] {
+        let across = |filter: &Option<Transverse>| filter.as_ref().map_or(0.0, Transverse::velocity);
+        let along = self.along.as_ref().map_or(0.0, Longitudinal::velocity);
+        [along, across(&self.across), across(&self.vertical)]
+    }
+
+    /// Goes on by distances through the air, each in units of that scale.
+    pub fn advance(&mut self, [along, across, vertical]: [f64; 3]) {
+        if let Some(filter) = &mut self.along {
+            filter.advance(along);
+        }
+        if let Some(filter) = &mut self.across {
+            filter.advance(across);
+        }
+        if let Some(filter) = &mut self.vertical {
+            filter.advance(vertical);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// MIL-F-8785C by hand: at 1000 ft both lengths are 1000 ft; at 500 ft 500/0.5885^1.2 = 944.66 ft; half
+    /// way to 2000 ft, 1375 ft; below 10 ft as at 10 ft.
+    #[test]
+    fn closed_form_scales_by_height() {
+        let at = |height_ft: f64| {
+            TurbulenceScale::LowAltitude.at_height_m(height_ft * M_PER_FT).map(|l| l / M_PER_FT)
+        };
+        for (height_ft, along, vertical) in [
+            (1000.0, 1000.0, 1000.0),
+            (500.0, 944.66, 500.0),
+            (1500.0, 1375.0, 1375.0),
+            (2000.0, 1750.0, 1750.0),
+            (9000.0, 1750.0, 1750.0),
+            (3.0, at(10.0)[0], 10.0),
+            (-50.0, at(10.0)[0], 10.0),
+        ] {
+            let [u, v, w] = at(height_ft);
+            assert!(
+                (u - along).abs() < 0.005 && u == v && (w - vertical).abs() < 1e-9,
+                "{height_ft}: {u} {w}"
+            );
+        }
+        assert_eq!(TurbulenceScale::FreeAtmosphere.at_height_m(50.0), [533.4; 3]);
+    }
+}
