@@ -7,8 +7,19 @@
 //! ```
 //!
 //! Differs from the paper: element (3,3) of (16) is printed 1; it is cos alpha. Airspeed is relative to the
-//! air (the paper has no wind). Assumptions: side force, rolling and yawing moments are zero and the
-//! coefficients do not depend on sideslip, as in the paper; no rate damping.
+//! air (the paper has no wind). Assumptions: rolling and yawing moments are zero and the coefficients do not
+//! depend on sideslip, as in the paper; no rate damping.
+//!
+//! The paper has no side force either. A body with a **side area** S_y has one; along each axis the air then
+//! acts by the component of the flow, as on a body whose drag is the same from all sides. With the airspeed
+//! `V_a` and its part `r = sqrt(U^2+W^2)` in the plane of symmetry
+//!
+//! ```text
+//! F_y = -rho S_y V_a V/2      qbar = rho V_a r/2 in F_x, F_z and M_y
+//! ```
+//!
+//! which in flow without a part from the side is what the paper has. Without a side area, flow from the side
+//! adds to the dynamic pressure of the flow in the plane of symmetry and has no force of its own.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -25,6 +36,7 @@ pub struct BodyAero {
     c_drag: PeriodicSpline,
     c_lift: PeriodicSpline,
     c_pitch: PeriodicSpline,
+    side_area_m2: Option<f64>,
 }
 
 /// Force and moment of the air on the body, body axes.
@@ -36,8 +48,8 @@ pub struct AeroLoad<S = f64> {
     pub moment_body: Vector3<S>,
 }
 
-/// [`BodyAero`]'s three non-zero components (force x, force z, moment y) with derivatives with respect to the
-/// air-relative body velocity.
+/// [`BodyAero`]'s components (force x, force z, moment y, and force y where there is one) with derivatives
+/// with respect to the air-relative body velocity.
 #[derive(Clone, Copy, Debug)]
 pub struct AeroJet {
     /// Values of `F_x` [N], `F_z` [N] and `M_y` [N m].
@@ -46,6 +58,8 @@ pub struct AeroJet {
     pub gradient: [Vector3<f64>; 3],
     /// Hessians of `F_x`, `F_z` and `M_y` with respect to `[U V W]`.
     pub hessian: [Matrix3<f64>; 3],
+    /// Value [N], gradient and Hessian of `F_y`, of a body with a side area.
+    pub side: Option<(f64, Vector3<f64>, Matrix3<f64>)>,
 }
 
 impl BodyAero {
@@ -73,6 +87,7 @@ impl BodyAero {
             c_drag: spline("drag coefficient", c_drag)?,
             c_lift: spline("lift coefficient", c_lift)?,
             c_pitch: spline("pitching moment coefficient", c_pitch)?,
+            side_area_m2: None,
         };
         let ends = (alpha_rad[0], alpha_rad[alpha_rad.len() - 1]);
         let pi = std::f64::consts::PI;
@@ -80,6 +95,20 @@ impl BodyAero {
             return Err(ModelError::Table("the angle of attack must run from -180 to 180 deg".into()));
         }
         Ok(aero)
+    }
+
+    /// This body with a side force: the drag area of flow across the plane of symmetry [m^2].
+    ///
+    /// # Errors
+    /// [`ModelError`] when the area is not positive.
+    pub fn with_side_area(self, side_area_m2: f64) -> Result<Self, ModelError> {
+        super::check_positive("side area", side_area_m2)?;
+        Ok(Self { side_area_m2: Some(side_area_m2), ..self })
+    }
+
+    /// Drag area of flow across the plane of symmetry [m^2]; `None` without a side force.
+    pub fn side_area_m2(&self) -> Option<f64> {
+        self.side_area_m2
     }
 
     /// Reference area S [m^2].
@@ -97,9 +126,10 @@ impl BodyAero {
         [&self.c_drag, &self.c_lift, &self.c_pitch]
     }
 
-    /// This body with C_D, C_L and C_M multiplied by the factors `[drag, lift, pitch]`.
+    /// This body with C_D (and the side area), C_L and C_M multiplied by the factors `[drag, lift, pitch]`.
     pub fn scaled(&self, [drag, lift, pitch]: [f64; 3]) -> Self {
         Self {
+            side_area_m2: self.side_area_m2.map(|area| drag * area),
             c_drag: self.c_drag.scaled(drag),
             c_lift: self.c_lift.scaled(lift),
             c_pitch: self.c_pitch.scaled(pitch),
@@ -113,36 +143,49 @@ impl BodyAero {
         let (u, v, w) = (v_air_body.x, v_air_body.y, v_air_body.z);
         let in_plane = u * u + w * w;
         let zero = S::zero();
+        let squared = in_plane + v * v;
+        let side = match self.side_area_m2 {
+            Some(area_m2) if squared.value() > 0.0 => {
+                -(S::from_f64(0.5 * density * area_m2) * squared.sqrt() * v)
+            }
+            _ => zero,
+        };
         if in_plane.value() <= 0.0 {
-            // No flow in the plane of symmetry: alpha is undefined. At rest all loads vanish; in a purely
-            // lateral flow the model has nothing to say (it has no side force).
-            return AeroLoad { force_body: Vector3::zeros(), moment_body: Vector3::zeros() };
+            // No flow in the plane of symmetry: alpha is undefined. At rest all loads vanish; so do, in a
+            // purely lateral flow, all but the side force.
+            return AeroLoad { force_body: Vector3::new(zero, side, zero), moment_body: Vector3::zeros() };
         }
         let alpha = w.atan2(u);
         let inverse = S::one() / in_plane.sqrt();
         let (cos, sin) = (u * inverse, w * inverse);
-        let qs = S::from_f64(0.5 * density * self.area_m2) * (in_plane + v * v);
+        let pressure = match self.side_area_m2 {
+            Some(_) => (squared * in_plane).sqrt(),
+            None => squared,
+        };
+        let qs = S::from_f64(0.5 * density * self.area_m2) * pressure;
         let (cd, cl, cm) = (self.c_drag.eval(alpha), self.c_lift.eval(alpha), self.c_pitch.eval(alpha));
         AeroLoad {
-            force_body: Vector3::new(qs * (cl * sin - cd * cos), zero, -(qs * (cd * sin + cl * cos))),
+            force_body: Vector3::new(qs * (cl * sin - cd * cos), side, -(qs * (cd * sin + cl * cos))),
             moment_body: Vector3::new(zero, qs * S::from_f64(self.span_m) * cm, zero),
         }
     }
 
     /// The load with exact first and second derivatives with respect to the air-relative body velocity.
     ///
-    /// Each component is `qbar(U, V, W) G(alpha)`: products of a quadratic and a function of one angle, so
-    /// the Hessian is `G qbar'' + G' (qbar' alpha'^T + alpha' qbar'^T) + qbar (G'' alpha' alpha'^T + G'
-    /// alpha'')`.
+    /// Each component in the plane is `qbar(U, V, W) G(alpha)`: products of a pressure and a function of one
+    /// angle, so the Hessian is `G qbar'' + G' (qbar' alpha'^T + alpha' qbar'^T) + qbar (G'' alpha' alpha'^T
+    /// + G' alpha'')`.
     #[inline(always)]
     pub fn jet(&self, v_air_body: &Vector3<f64>, density: f64) -> AeroJet {
         let (u, w) = (v_air_body.x, v_air_body.z);
         let r2 = u * u + w * w;
+        let side = self.side_area_m2.map(|area_m2| side_jet(v_air_body, 0.5 * density * area_m2));
         if r2 <= 0.0 {
             return AeroJet {
                 value: [0.0; 3],
                 gradient: [Vector3::zeros(); 3],
                 hessian: [Matrix3::zeros(); 3],
+                side,
             };
         }
         let alpha = math::atan2(w, u);
@@ -164,8 +207,11 @@ impl BodyAero {
             [self.span_m * m.value, self.span_m * m.first, self.span_m * m.second],
         ];
         let rs = density * self.area_m2;
-        let q = 0.5 * rs * v_air_body.norm_squared();
-        let dq = v_air_body * rs;
+        let squared = v_air_body.norm_squared();
+        let (q, dq, ddq) = match self.side_area_m2 {
+            None => (0.5 * rs * squared, v_air_body * rs, Matrix3::from_diagonal_element(rs)),
+            Some(_) => product_of_speeds(v_air_body, squared.sqrt(), r, 0.5 * rs),
+        };
         let (r4, r2i) = (1.0 / (r2 * r2), 1.0 / r2);
         let da = Vector3::new(-w * r2i, 0.0, u * r2i);
         let (auu, auw) = (2.0 * u * w * r4, (w * w - u * u) * r4);
@@ -174,10 +220,7 @@ impl BodyAero {
         let cross = dq_da + dq_da.transpose();
         let da_da = da * da.transpose();
         let term = |g: &[f64; 3]| {
-            let hessian = Matrix3::from_diagonal_element(rs * g[0])
-                + cross * g[1]
-                + da_da * (q * g[2])
-                + dda * (q * g[1]);
+            let hessian = ddq * g[0] + cross * g[1] + da_da * (q * g[2]) + dda * (q * g[1]);
             (q * g[0], dq * g[0] + da * (q * g[1]), hessian)
         };
         let parts = [term(&g[0]), term(&g[1]), term(&g[2])];
@@ -185,6 +228,31 @@ impl BodyAero {
             value: [parts[0].0, parts[1].0, parts[2].0],
             gradient: [parts[0].1, parts[1].1, parts[2].1],
             hessian: [parts[0].2, parts[1].2, parts[2].2],
+            side,
         }
     }
+}
+
+/// `k V_a r` with gradient and Hessian with respect to the velocity, whose length is `speed` and whose part
+/// in the plane of symmetry is `r` long; neither is zero.
+fn product_of_speeds(v: &Vector3<f64>, speed: f64, r: f64, k: f64) -> (f64, Vector3<f64>, Matrix3<f64>) {
+    let (along, in_plane) = (v / speed, Vector3::new(v.x / r, 0.0, v.z / r));
+    let mixed = along * in_plane.transpose();
+    let of_speed = (Matrix3::identity() - along * along.transpose()) * (r / speed);
+    let of_r = (Matrix3::from_diagonal(&Vector3::new(1.0, 0.0, 1.0)) - in_plane * in_plane.transpose())
+        * (speed / r);
+    (k * speed * r, (along * r + in_plane * speed) * k, (of_speed + of_r + mixed + mixed.transpose()) * k)
+}
+
+/// `F_y = -k V_a V` with gradient and Hessian.
+fn side_jet(v: &Vector3<f64>, k: f64) -> (f64, Vector3<f64>, Matrix3<f64>) {
+    let speed = v.norm();
+    if speed <= 0.0 {
+        return (0.0, Vector3::zeros(), Matrix3::zeros());
+    }
+    let along = v / speed;
+    let mixed = along * Vector3::y().transpose();
+    let of_speed = (Matrix3::identity() - along * along.transpose()) * (v.y / speed);
+    let gradient = along * v.y + Vector3::y() * speed;
+    (-k * speed * v.y, gradient * -k, (of_speed + mixed + mixed.transpose()) * -k)
 }

@@ -191,6 +191,10 @@ impl<const NU: usize> Dynamics<BODY_STATES, NU> for VehicleDynamics<NU> {
         let mut force = mul(&self.force_map, u);
         force.x += jet.value[0];
         force.z += jet.value[1];
+        let side_gradient = jet.side.map_or(Vector3::zeros(), |(side, gradient, _)| {
+            force.y += side;
+            gradient
+        });
         let momentum = self.inertia * omega;
         let mut moment = mul(&self.moment_map, u) - omega.cross(&momentum);
         moment.y += jet.value[2];
@@ -204,7 +208,7 @@ impl<const NU: usize> Dynamics<BODY_STATES, NU> for VehicleDynamics<NU> {
         let d = rotation_gradient(&q, &v_air, -1.0);
         let force_by_air = Matrix3::from_rows(&[
             (jet.gradient[0] * inverse_mass).transpose(),
-            Vector3::zeros().transpose(),
+            (side_gradient * inverse_mass).transpose(),
             (jet.gradient[1] * inverse_mass).transpose(),
         ]);
         let c_force = c.tr_mul(&force_by_air);
@@ -263,8 +267,8 @@ impl<const NU: usize> Dynamics<BODY_STATES, NU> for VehicleDynamics<NU> {
         force.x += jet.value[0];
         force.z += jet.value[1];
         // Gradient and Hessian of the weighted air loads by the air velocity in body axes.
-        let gradient = jet.gradient[0] * a.x + jet.gradient[1] * a.z + jet.gradient[2] * b.y;
-        let phi = jet.hessian[0] * a.x + jet.hessian[1] * a.z + jet.hessian[2] * b.y;
+        let mut gradient = jet.gradient[0] * a.x + jet.gradient[1] * a.z + jet.gradient[2] * b.y;
+        let mut phi = jet.hessian[0] * a.x + jet.hessian[1] * a.z + jet.hessian[2] * b.y;
         let d = rotation_gradient(&q, &v_air, -1.0);
         let l = rotation_gradient(&q, &l_v, -1.0);
         // d(F_air)/d(air velocity), times d(a)/dq from the left: 4x3.
@@ -273,6 +277,12 @@ impl<const NU: usize> Dynamics<BODY_STATES, NU> for VehicleDynamics<NU> {
             for i in 0..4 {
                 l_force[(i, j)] = l[(0, i)] * jet.gradient[0][j] + l[(2, i)] * jet.gradient[1][j];
             }
+        }
+        if let Some((side, side_gradient, hessian)) = jet.side {
+            force.y += side;
+            gradient += side_gradient * a.y;
+            phi += hessian * a.y;
+            l_force += l.row(1).transpose() * side_gradient.transpose();
         }
         let half = mul(&l_force, &d);
         let phi_d = mul(&phi, &d);

@@ -12,7 +12,8 @@ use crate::model::{BodyAero, Environment, Vehicle};
 use crate::model::{Interference, Motor, RotationSense, Rotor, RotorMount, VehicleOptions};
 use nalgebra::{Matrix3, SVector, Vector3};
 
-fn vehicle() -> Vehicle {
+/// A vehicle that is symmetric about nothing, with a side force or without.
+fn vehicle(side_area_m2: Option<f64>) -> Vehicle {
     let alpha: Vec<f64> = (0..=36).map(|i| PI * (f64::from(i) / 18.0 - 1.0)).collect();
     let table = |f: &dyn Fn(f64) -> f64| alpha.iter().map(|&a| f(a)).collect::<Vec<f64>>();
     let aero = BodyAero::new(
@@ -23,6 +24,11 @@ fn vehicle() -> Vehicle {
         &table(&|a| 0.2 * math::sin(2.0 * a)),
         &table(&|a| 0.1 * math::sin(2.0 * a + 0.3)),
     );
+    let aero = aero.unwrap();
+    let aero = match side_area_m2 {
+        Some(area_m2) => aero.with_side_area(area_m2).unwrap(),
+        None => aero,
+    };
     let inertia = Matrix3::new(6.0, 0.1, -0.3, 0.1, 8.0, 0.2, -0.3, 0.2, 11.0);
     let at = |x: f64, y: f64, spin| RotorMount {
         position_body_m: Vector3::new(x, y, -0.1),
@@ -38,7 +44,7 @@ fn vehicle() -> Vehicle {
             at(1.0, -1.1, RotationSense::Cw),
             at(-0.8, 1.0, RotationSense::Cw),
         ],
-        aero.unwrap(),
+        aero,
         Rotor::Quadratic { thrust_n_per_rad2_s2: 1e-4, torque_per_thrust_m: 0.02, density_kg_m3: 1.2 },
         Motor::FirstOrder {
             omega_max_rad_s: 900.0,
@@ -91,9 +97,9 @@ proptest! {
     fn prop_derivatives_equal_those_of_dual_numbers_through_the_flying_code(
         q in prop::array::uniform4(-1.0f64..1.0), v in prop::array::uniform3(-9.0f64..9.0),
         w in prop::array::uniform3(-1.0f64..1.0), u in prop::array::uniform4(0.0f64..80.0),
-        weights in prop::array::uniform10(-1.0f64..1.0),
+        weights in prop::array::uniform10(-1.0f64..1.0), side_area_m2 in prop::option::of(0.5f64..4.0),
     ) {
-        let (vehicle, site) = (vehicle(), site());
+        let (vehicle, site) = (vehicle(side_area_m2), site());
         let x = [q[0] + 1.5, q[1], q[2], q[3], v[0], v[1], v[2], w[0], w[1], w[2]];
         let dynamics = VehicleDynamics::<4>::new(&vehicle, &site).unwrap();
         let (xs, us) = (SVector::from(x), SVector::from(u));

@@ -21,7 +21,8 @@ const DRAG_AREA_M2: f64 = 2.0;
 fn drag_body() -> Vehicle {
     let mut vehicle = quadrotor([0.95, 1.1], [620.0, 890.0, 1160.0], [0.0; 3], VehicleOptions::default());
     let turn = [-180.0f64, -90.0, 0.0, 90.0, 180.0].map(f64::to_radians);
-    vehicle.aero = BodyAero::new(DRAG_AREA_M2, 1.0, &turn, &[1.0; 5], &[0.0; 5], &[0.0; 5]).unwrap();
+    let aero = BodyAero::new(DRAG_AREA_M2, 1.0, &turn, &[1.0; 5], &[0.0; 5], &[0.0; 5]).unwrap();
+    vehicle.aero = aero.with_side_area(DRAG_AREA_M2).unwrap();
     vehicle
 }
 
@@ -46,10 +47,17 @@ fn gust(shape: GustShape, length: GustLength, peak_ned_m_s: [f64; 3]) -> Wind {
 
 /// A body at rest in a wind W that sets in: its speed through the air falls as `u = W/(1 + k W t)`,
 /// k = rho A/(2 m), so that its velocity over ground is W - u. In each direction the wind blows to: not
-/// where it comes from. (Not from the side: the body has no side force, as in the paper.)
+/// where it comes from.
 #[test]
 fn closed_form_a_drag_body_drifts_with_the_wind() {
-    for peak in [[6.0, 0.0, 0.0], [-6.0, 0.0, 0.0], [0.0, 0.0, 6.0], [3.0, 0.0, -2.0]] {
+    for peak in [
+        [6.0, 0.0, 0.0],
+        [-6.0, 0.0, 0.0],
+        [0.0, 0.0, 6.0],
+        [3.0, 0.0, -2.0],
+        [0.0, -6.0, 0.0],
+        [1.0, 5.0, -2.0],
+    ] {
         let mut sim = in_wind(weightless(), &gust(GustShape::Step, GustLength::Time(f64::INFINITY), peak));
         let k = 0.5 * 5.4 * DRAG_AREA_M2 / sim.vehicle().mass.mass_kg;
         let wind = Vector3::from(peak);

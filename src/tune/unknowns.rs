@@ -77,9 +77,9 @@ fn pitched(release: &BodyState, by_rad: f64) -> BodyState {
 /// Random numbers of the unknowns are apart from those of the releases of the same seed.
 const APART: u64 = 0x7661_7269_6564;
 
-/// A release with unknowns of its own, every one uniform between its ends, in air of its own; measurements are
-/// a control period late in about every other flight. Trial `k` draws from stream `k` of the seed: it is the same whichever
-/// are flown beside it.
+/// A release with unknowns of its own, every one uniform between its ends, in air of its own; measurements
+/// are a control period late in about every other flight. Trial `k` draws from stream `k` of the seed,
+/// whichever are flown beside it.
 pub fn varied(
     release: &BodyState,
     seed: u64,

@@ -257,7 +257,8 @@ proptest! {
     ) {
         let (vehicle, site) = if earthly { (&*X500, earth()) } else { (&*TITAN, site()) };
         let kind = if ideal { PlantKind::Ideal } else { PlantKind::Actuator };
-        let (apart, amplified) = difference(&laid_out(vehicle, layout), (&site, &wind), lane, &flight, target, kind);
+        let vehicle = laid_out(vehicle, layout);
+        let (apart, amplified) = difference(&vehicle, (&site, &wind), lane, &flight, target, kind);
         prop_assert!(apart < f64::max(1e-6, 10.0 * amplified), "{apart:e}, {amplified:e} of the last digit");
     }
 }

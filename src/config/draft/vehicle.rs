@@ -217,7 +217,7 @@ pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
     let drag_area_m2 = rounded(0.3 * std::f64::consts::PI * arm_m * arm_m);
     let about = format!(
         "A draft by samara new vehicle: {} of {mass_kg} kg, arms of {arm_m} m, propellers of {:.0} mm. Replace what is estimated by \
-         what is measured. {}. Rotor inertia: 5.2e-5 kg m2 at 10 inch, with the fourth power of the diameter. Drag area: 0.3 of the \
+         what is measured. {}. Rotor inertia: 5.2e-5 kg m2 at 10 inch, with the fourth power of the diameter. Drag areas: 0.3 of the \
          circle through the hubs.",
         draft.frame.name(),
         1e3 * propeller_m,
@@ -239,7 +239,7 @@ pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
     Ok(format!(
         "{{\n{schema}  \"about\": {},\n  \"name\": {},\n  \"mass_kg\": {mass_kg:?},\n  \"inertia_kg_m2\": [{xx:?}, {yy:?}, {zz:?}],\n  \
          \"rotors\": [\n{}\n  ],\n  \"effects\": {{ \"reaction_torque\": true, \"rotor_momentum\": true }},\n  \"body_aero\": {{ \
-         \"drag_area_m2\": {drag_area_m2:?} }},\n  \"rotor\": {{\n    \"quadratic\": {{\n      \"thrust_n_per_rad2_s2\": {k:?},\n      \
+         \"drag_area_m2\": {drag_area_m2:?}, \"side_drag_area_m2\": {drag_area_m2:?} }},\n  \"rotor\": {{\n    \"quadratic\": {{\n      \"thrust_n_per_rad2_s2\": {k:?},\n      \
          \"torque_per_thrust_m\": {torque_per_thrust_m:?},\n      \"density_kg_m3\": {density_kg_m3:?},\n      \"radius_m\": {:?}\n    \
          }}\n  }},\n  \"motor\": {{\n    \"first_order\": {{\n      \"omega_max_rad_s\": {omega_max:?},\n      \"tau_up_s\": \
          {tau_up_s:?},\n      \"tau_down_s\": {:?},\n      \"rotor_inertia_kg_m2\": {rotor_inertia:?}\n    }}\n  }}\n}}\n",

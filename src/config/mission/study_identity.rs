@@ -114,6 +114,9 @@ impl Numbers {
         let aero = &vehicle.aero;
         self.put("vehicle.body_aero.reference_area_m2", aero.area_m2());
         self.put("vehicle.body_aero.reference_span_m", aero.span_m());
+        if let Some(area_m2) = aero.side_area_m2() {
+            self.put("vehicle.body_aero.side_drag_area_m2", area_m2);
+        }
         let [c_drag, c_lift, c_pitch] = aero.coefficients();
         self.list("vehicle.body_aero.alpha_rad", c_drag.knots());
         // The value at each knot but the last, which is the first a turn later.

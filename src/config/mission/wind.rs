@@ -88,7 +88,7 @@ struct TurbulenceJson {
     /// Standard deviations of the air's velocity along the mean wind (north, where there is none), across it
     /// and vertically [m/s].
     sigma_m_s: Exactly<NonNegative<100>, 3>,
-    /// Scale lengths of the eddies along the mean wind, across it and vertically [m]; or their rule by height.
+    /// Scale lengths of the eddies along the mean wind, across it and vertically [m], or a rule by height.
     scale_m: ScaleJson,
     /// Seed of the random numbers; the mission's when left out. Each trial of a campaign has its own draw.
     #[schemars(with = "Option<u64>")]

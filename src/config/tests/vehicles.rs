@@ -337,6 +337,9 @@ fn body_aerodynamics_are_a_drag_area_or_tables() {
     assert_eq!(drag.area_m2(), 0.07);
     assert!(c_drag.pieces().iter().all(|piece| piece[..] == [1.0, 0.0, 0.0, 0.0]), "{:?}", c_drag.pieces());
     assert!(c_lift.pieces().iter().all(|[value, ..]| *value == 0.0));
+    assert_eq!(drag.side_area_m2(), None);
+    let both = with("\"body_aero\": { \"drag_area_m2\": 0.07, \"side_drag_area_m2\": 0.05 },").unwrap();
+    assert_eq!(both.vehicle.aero.side_area_m2(), Some(0.05));
     let three = "{ \"reference_area_m2\": 0.1, \"reference_span_m\": 1, \"alpha_deg\": [0, 90, 180], \"c_drag\": [1, 1, 1], \
                  \"c_lift\": [0, 0, 0], \"c_pitch\": [0, 0, 0] }";
     let shown = with(&format!("\"body_aero\": {three},")).unwrap_err().to_string();

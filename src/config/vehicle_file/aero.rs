@@ -9,16 +9,20 @@ use crate::config::source::Source;
 use crate::model::BodyAero;
 use crate::units::RAD_PER_DEG;
 
-/// Either `drag_area_m2` alone, or coefficients over the angle of attack with their reference area and span;
-/// a periodic cubic spline runs through the coefficients.
+/// Either `drag_area_m2`, or coefficients over the angle of attack with their reference area and span; a
+/// periodic cubic spline runs through the coefficients. Both may have `side_drag_area_m2` beside them.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct BodyAeroJson {
     /// Where the coefficients come from.
     #[serde(rename = "about")]
     _about: Option<String>,
-    /// Drag area, the same from all sides; without lift and moment. Stands instead of all other keys [m^2].
+    /// Drag area at every angle of attack; without lift and moment. Stands instead of all other keys but
+    /// side_drag_area_m2 [m^2].
     drag_area_m2: Option<Positive<10_000>>,
+    /// Drag area of flow across the plane of symmetry, which gives a side force; where left out there is none,
+    /// as in the paper [m^2].
+    side_drag_area_m2: Option<Positive<10_000>>,
     /// Reference area S [m^2].
     reference_area_m2: Option<Positive<10_000>>,
     /// Reference span b [m].
@@ -48,6 +52,12 @@ pub(super) fn build_aero(source: &Source, json: Option<&BodyAeroJson>) -> Result
             .map_err(|e| refuse("body_aero", e.to_string()))
     };
     let Some(json) = json else { return of_area(1.0, 0.0) };
+    let with_side = |aero: BodyAero| match json.side_drag_area_m2 {
+        None => Ok(aero),
+        Some(area) => {
+            aero.with_side_area(area.get()).map_err(|e| refuse("body_aero.side_drag_area_m2", e.to_string()))
+        }
+    };
     let others = [
         ("reference_area_m2", json.reference_area_m2.is_some()),
         ("reference_span_m", json.reference_span_m.is_some()),
@@ -58,7 +68,7 @@ pub(super) fn build_aero(source: &Source, json: Option<&BodyAeroJson>) -> Result
     ];
     if let Some(area) = json.drag_area_m2 {
         return match others.iter().find(|(_, given)| *given) {
-            None => of_area(area.get(), 1.0),
+            None => with_side(of_area(area.get(), 1.0)?),
             Some((key, _)) => {
                 let message =
                     format!("expected `drag_area_m2` alone, or none of it: `{key}` stands beside it");
@@ -106,6 +116,6 @@ pub(super) fn build_aero(source: &Source, json: Option<&BodyAeroJson>) -> Result
     }
     let alpha: Vec<f64> = alpha_deg.iter().map(|a| a * RAD_PER_DEG).collect();
     let [drag, lift, pitch] = columns.map(|(_, c)| c.iter().map(|x| x.get()).collect::<Vec<_>>());
-    BodyAero::new(area.get(), span.get(), &alpha, &drag, &lift, &pitch)
-        .map_err(|e| refuse("body_aero", e.to_string()))
+    let aero = BodyAero::new(area.get(), span.get(), &alpha, &drag, &lift, &pitch);
+    with_side(aero.map_err(|e| refuse("body_aero", e.to_string()))?)
 }

@@ -14,7 +14,7 @@ impl WindProfile {
     /// A profile of altitudes above mean sea level [m] and winds there, NED [m/s].
     ///
     /// # Errors
-    /// [`ModelError::Table`] when there is no entry, the altitudes do not increase, or a number is not finite.
+    /// [`ModelError::Table`] for no entry, altitudes that do not increase, or a number that is not finite.
     pub fn new(entries: Vec<(f64, Vector3<f64>)>) -> Result<Self, ModelError> {
         let finite = entries.iter().all(|(h, w)| h.is_finite() && w.iter().all(|x| x.is_finite()));
         if entries.is_empty() || !finite || entries.windows(2).any(|e| e[1].0 <= e[0].0) {
