@@ -14,16 +14,20 @@ fn main() {
 
 #[divan::bench(args = [PlantKind::Ideal, PlantKind::Actuator])]
 fn eight_flights(bencher: Bencher<'_, '_>, kind: PlantKind) {
-    bench(bencher, kind, 8);
+    bench(bencher, &swarm::Swarm::new(kind, 4), 8);
+}
+
+#[divan::bench(args = [PlantKind::Ideal, PlantKind::Actuator])]
+fn eight_flights_in_turbulence(bencher: Bencher<'_, '_>, kind: PlantKind) {
+    bench(bencher, &swarm::Swarm::in_air(kind, 4, &swarm::turbulent()), 8);
 }
 
 #[divan::bench(args = [PlantKind::Ideal, PlantKind::Actuator], sample_count = 20)]
 fn generation_of_490_flights(bencher: Bencher<'_, '_>, kind: PlantKind) {
-    bench(bencher, kind, 490);
+    bench(bencher, &swarm::Swarm::new(kind, 4), 490);
 }
 
-fn bench(bencher: Bencher<'_, '_>, kind: PlantKind, n: usize) {
-    let swarm = swarm::Swarm::new(kind, 4);
+fn bench(bencher: Bencher<'_, '_>, swarm: &swarm::Swarm, n: usize) {
     let flights = swarm::flights(n);
     let mut outcomes = vec![Outcome::default(); n];
     bencher.bench_local(|| {

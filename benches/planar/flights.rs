@@ -1,6 +1,6 @@
 //! The swarm's problem, flown and timed: for counting instructions, and for comparison with the same in numba.
 //!
-//!   flights ideal|actuator FLIGHTS THREADS [ROUNDS [ROTORS]]
+//!   flights ideal|actuator FLIGHTS THREADS [ROUNDS [ROTORS [turbulent]]]
 //!
 //! Prints per round the seconds of the wall, at the end the costs of the first 490 flights.
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a program for measuring")]
@@ -17,7 +17,10 @@ fn main() {
         _ => samara::sim::PlantKind::Actuator,
     };
     let rotors = arguments.get(4).map_or(4, |a| a.parse().unwrap());
-    let swarm = swarm::Swarm::new(kind, rotors);
+    let swarm = match arguments.get(5) {
+        None => swarm::Swarm::new(kind, rotors),
+        Some(_) => swarm::Swarm::in_air(kind, rotors, &swarm::turbulent()),
+    };
     let flights = swarm::flights(number(1));
     let mut outcomes = vec![samara::assess::Outcome::default(); flights.len()];
     for _ in 0..number(3) {

@@ -9,6 +9,7 @@ use samara::assess::{BatchMeasure, Outcome, SafetyLimits, judge_flights};
 use samara::config::{load_mission, load_vehicle};
 use samara::control::{ControlLimits, Gains};
 use samara::model::environment::GeoPoint;
+use samara::model::wind::{Turbulence, TurbulenceScale, Wind};
 use samara::model::{Environment, Interference, RotationSense, RotorMount, Vehicle};
 use samara::sim::planar::{Flight, LANES, Model, Release, Variation};
 use samara::sim::{FlightPlan, PlantKind, Reference};
@@ -27,12 +28,18 @@ pub struct Swarm {
 impl Swarm {
     /// The paper's vehicle with 4, 6 or 8 rotors of its own in pairs, as many places fore and aft as pairs but for 4.
     pub fn new(kind: PlantKind, rotors: usize) -> Self {
+        Self::in_air(kind, rotors, &Wind::default())
+    }
+
+    /// The same in a wind: flights that name an air of their own feel it.
+    pub fn in_air(kind: PlantKind, rotors: usize, wind: &Wind) -> Self {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
         let mut vehicle = load_vehicle(&root.join("params/vehicles/titan.json")).unwrap().vehicle;
         lay_out(&mut vehicle, rotors);
         let anchor = GeoPoint { latitude_deg: 0.0, longitude_deg: 0.0, altitude_m: 0.0 };
         let site = Environment::new(1.35, 5.4, Vector3::zeros(), anchor).unwrap();
         let model = Model::new(&vehicle, &site, &ControlLimits::default(), kind).unwrap();
+        let model = model.in_wind(wind);
         let plan = plan();
         let flight = FlightPlan::new(
             Reference::Plan { trajectory: &plan, then_v_ned: None, feed_forward: false },
@@ -57,6 +64,18 @@ impl Swarm {
             }
         });
     }
+}
+
+/// Dryden turbulence of 0.5 m/s, eddies of 50 m.
+pub fn turbulent() -> Wind {
+    let turbulence = Turbulence {
+        sigma_m_s: [0.5; 3],
+        scale: TurbulenceScale::Fixed([50.0; 3]),
+        seed: 1,
+        follows_mission: false,
+        noise: None,
+    };
+    Wind { turbulence: Some(turbulence), ..Wind::default() }
 }
 
 /// Puts rotors in pairs in place of the quadrotor's: a hexa X for 6, an octo X for 8.
@@ -85,7 +104,7 @@ pub fn flights(n: usize) -> Vec<Flight> {
     let flight = |k: usize| Flight {
         gains: gains(k / cases.len() % PARTICLES),
         release: Release::of(&cases[k % cases.len()].state()).unwrap(),
-        variation: Variation::NONE,
+        variation: Variation { air: Some(k as u64 + 1), ..Variation::NONE },
     };
     (0..n).map(flight).collect()
 }

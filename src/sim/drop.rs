@@ -258,7 +258,9 @@ impl DropSimulation {
         {
             let body = &self.state.body;
             let t_s = self.clock.time_s - *t0_s;
-            self.plant.set_wind_ned(course.step(t_s, remaining, body.p_ned.z, body.v_ned));
+            let (p, v) = (body.p_ned, body.v_ned);
+            let [[n], [e], [d]] = course.step(t_s, remaining, &[p.z], &[[v.x], [v.y], [v.z]]);
+            self.plant.set_wind_ned(Vector3::new(n, e, d));
         }
         let mut first = None;
         while remaining > 0.0 {

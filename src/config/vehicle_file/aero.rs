@@ -20,8 +20,8 @@ pub(super) struct BodyAeroJson {
     /// Drag area at every angle of attack; without lift and moment. Stands instead of all other keys but
     /// side_drag_area_m2 [m^2].
     drag_area_m2: Option<Positive<10_000>>,
-    /// Drag area of flow across the plane of symmetry, which gives a side force; where left out there is none,
-    /// as in the paper [m^2].
+    /// Drag area of flow across the plane of symmetry, which gives a side force; where left out there is
+    /// none, as in the paper [m^2].
     side_drag_area_m2: Option<Positive<10_000>>,
     /// Reference area S [m^2].
     reference_area_m2: Option<Positive<10_000>>,

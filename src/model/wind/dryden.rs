@@ -1,5 +1,5 @@
 //! Dryden's turbulence (MIL-F-8785C, 3.7.2.2; the same filters as MIL-HDBK-1797's, whose lengths are
-//! defined as twice these for v and w).
+//! defined as twice these for v and w), for `N` flights side by side.
 //!
 //! With T = L/V and white noise of unit intensity, the longitudinal velocity is
 //! `sigma sqrt(2 T)/(1 + T s)`, the lateral and vertical ones `sigma sqrt(T) (1 + sqrt(3) T s)/(1 + T s)^2`;
@@ -10,18 +10,17 @@
 
 use std::sync::Arc;
 
-use crate::math;
-use crate::random::Stream;
+use crate::math::straight;
+use crate::random::{Stream, normal_pair};
 
 /// Random numbers of a step: one longitudinal, two lateral, two vertical; normal, mean 0, variance 1.
 pub type Draw = [f64; 5];
 
 /// Where the random numbers of a filter come from.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "the larger variant is the usual one, and few are made")]
-pub enum Noise {
-    /// Drawn from a stream of the filter's own, two at a time.
-    Drawn(Stream),
+pub enum Noise<const N: usize> {
+    /// Drawn, two at a time, from a stream of each flight's own.
+    Drawn(Box<[Stream; N]>),
     /// Given: the first row begins the filter, each further one drives a step; zero when they have run out.
     Given {
         /// The rows.
@@ -31,37 +30,82 @@ pub enum Noise {
     },
 }
 
-impl Noise {
-    fn pair(&mut self, column: usize) -> [f64; 2] {
+impl<const N: usize> Noise<N> {
+    #[inline(always)]
+    fn pair(&mut self, column: usize) -> [[f64; N]; 2] {
+        let mut pair = [[0.0; N]; 2];
         match self {
-            Self::Drawn(stream) => stream.normal_pair(),
+            Self::Drawn(streams) => {
+                let mut bits = [0; N];
+                for i in 0..N {
+                    bits[i] = streams[i].bits();
+                }
+                for i in 0..N {
+                    [pair[0][i], pair[1][i]] = normal_pair(bits[i]);
+                }
+            }
             Self::Given { rows, next } => {
                 let row = rows.get(*next).copied().unwrap_or_default();
                 *next += 1;
-                [row[column], row.get(column + 1).copied().unwrap_or_default()]
+                pair = [column, column + 1].map(|k| [row.get(k).copied().unwrap_or_default(); N]);
             }
         }
+        pair
+    }
+}
+
+/// What a step over the distances D, in units of the scale, does to the filters.
+#[derive(Clone, Copy)]
+pub struct Step<const N: usize> {
+    distance: [f64; N],
+    /// `exp(-D)`.
+    decay: [f64; N],
+    /// Standard deviation of what noise adds to the longitudinal velocity.
+    along: [f64; N],
+    /// Cholesky factor l11, l21, l22 of the covariance of what it adds to a transverse filter.
+    across: [[f64; N]; 3],
+}
+
+impl<const N: usize> Step<N> {
+    /// Whether it is over these distances.
+    #[inline(always)]
+    pub fn is_over(&self, distance: &[f64; N]) -> bool {
+        self.distance == *distance
+    }
+
+    /// The step over the distances.
+    #[inline(always)]
+    pub fn over(distance: [f64; N]) -> Self {
+        let mut step = Self { distance, decay: [0.0; N], along: [0.0; N], across: [[0.0; N]; 3] };
+        for i in 0..N {
+            step.decay[i] = straight::exp_of_minus(distance[i]);
+            let q = increments(distance[i], step.decay[i] * step.decay[i]);
+            step.along[i] = (2.0 * q[0]).sqrt();
+            [step.across[0][i], step.across[1][i], step.across[2][i]] = cholesky(q);
+        }
+        step
     }
 }
 
 /// The longitudinal filter, in units of its standard deviation.
 #[derive(Clone, Debug)]
-pub struct Longitudinal {
-    noise: Noise,
+pub struct Longitudinal<const N: usize> {
+    noise: Noise<N>,
     /// The second number of a pair that was drawn.
-    spare: Option<f64>,
-    velocity: f64,
+    spare: Option<[f64; N]>,
+    velocity: [f64; N],
 }
 
-impl Longitudinal {
+impl<const N: usize> Longitudinal<N> {
     /// The filter in its stationary distribution.
-    pub fn new(noise: Noise) -> Self {
-        let mut filter = Self { noise, spare: None, velocity: 0.0 };
+    pub fn new(noise: Noise<N>) -> Self {
+        let mut filter = Self { noise, spare: None, velocity: [0.0; N] };
         filter.velocity = filter.number();
         filter
     }
 
-    fn number(&mut self) -> f64 {
+    #[inline(always)]
+    fn number(&mut self) -> [f64; N] {
         match (&self.noise, self.spare.take()) {
             (Noise::Drawn(_), Some(spare)) => spare,
             _ => {
@@ -72,94 +116,116 @@ impl Longitudinal {
         }
     }
 
-    /// Velocity now, over its standard deviation.
-    pub fn velocity(&self) -> f64 {
+    /// Velocities now, over their standard deviation.
+    #[inline(always)]
+    pub fn velocity(&self) -> [f64; N] {
         self.velocity
     }
 
-    /// Goes on by a distance through the air in units of the scale.
-    pub fn advance(&mut self, distance: f64) {
-        let a = math::exp(-distance);
-        self.velocity = a * self.velocity + (1.0 - a * a).max(0.0).sqrt() * self.number();
+    /// Goes on by a step.
+    #[inline(always)]
+    pub fn advance(&mut self, step: &Step<N>) {
+        let number = self.number();
+        for i in 0..N {
+            self.velocity[i] = step.decay[i] * self.velocity[i] + step.along[i] * number[i];
+        }
     }
 }
 
 /// The lateral or the vertical filter, in units of its standard deviation: the velocity is
 /// `sqrt(3) z_1 + (1 - sqrt(3)) z_2`.
 #[derive(Clone, Debug)]
-pub struct Transverse {
-    noise: Noise,
+pub struct Transverse<const N: usize> {
+    noise: Noise<N>,
     /// First of the two columns of given noise.
     column: usize,
-    z: [f64; 2],
+    z: [[f64; N]; 2],
 }
 
 /// Cholesky factor of the stationary covariance, [[1/2, 1/4], [1/4, 1/4]].
 const STATIONARY: [f64; 3] =
     [std::f64::consts::FRAC_1_SQRT_2, 0.5 * std::f64::consts::FRAC_1_SQRT_2, 0.353_553_390_593_273_8];
 
-impl Transverse {
+impl<const N: usize> Transverse<N> {
     /// The filter in its stationary distribution; given noise is in the columns from `column` on.
-    pub fn new(mut noise: Noise, column: usize) -> Self {
-        let z = correlated(STATIONARY, noise.pair(column));
+    pub fn new(mut noise: Noise<N>, column: usize) -> Self {
+        let [a, b] = noise.pair(column);
+        let [l11, l21, l22] = STATIONARY;
+        let z = [a.map(|a| l11 * a), std::array::from_fn(|i| l21 * a[i] + l22 * b[i])];
         Self { noise, column, z }
     }
 
-    /// Velocity now, over its standard deviation.
-    pub fn velocity(&self) -> f64 {
+    /// Velocities now, over their standard deviation.
+    #[inline(always)]
+    pub fn velocity(&self) -> [f64; N] {
         const ROOT: f64 = 1.732_050_807_568_877_2;
-        ROOT * self.z[0] + (1.0 - ROOT) * self.z[1]
+        let mut velocity = [0.0; N];
+        for i in 0..N {
+            velocity[i] = ROOT * self.z[0][i] + (1.0 - ROOT) * self.z[1][i];
+        }
+        velocity
     }
 
-    /// Goes on by a distance through the air in units of the scale.
-    pub fn advance(&mut self, distance: f64) {
-        let decay = math::exp(-distance);
-        let factor = cholesky(increments(distance, decay * decay));
-        let fresh = correlated(factor, self.noise.pair(self.column));
-        let [z1, z2] = self.z;
-        self.z = [decay * z1 + fresh[0], decay * (distance * z1 + z2) + fresh[1]];
+    /// Goes on by a step.
+    #[inline(always)]
+    pub fn advance(&mut self, step: &Step<N>) {
+        let [a, b] = self.noise.pair(self.column);
+        let [l11, l21, l22] = &step.across;
+        for i in 0..N {
+            let (z1, z2) = (self.z[0][i], self.z[1][i]);
+            self.z[0][i] = step.decay[i] * z1 + l11[i] * a[i];
+            self.z[1][i] = step.decay[i] * (step.distance[i] * z1 + z2) + (l21[i] * a[i] + l22[i] * b[i]);
+        }
     }
-}
-
-fn correlated(l: [f64; 3], [a, b]: [f64; 2]) -> [f64; 2] {
-    [l[0] * a, l[1] * a + l[2] * b]
 }
 
 /// Covariance q11, q12, q22 of what noise adds over a distance d, whose `exp(-2 d)` is `a2`: the integrals
 /// I_k of (1, s, s^2) exp(-2 s) from 0 to d. The highest is computed, and from it, by parts and without
 /// cancellation, `I_1 = I_2 + d^2 a2/2` and `I_0 = 2 I_1 + d a2`.
+#[inline(always)]
 fn increments(d: f64, a2: f64) -> [f64; 3] {
-    let q22 = if d < 0.1 {
-        // The closed form cancels.
-        let (mut term, mut sum) = (d * d * d, 0.0);
-        for j in 0..12 {
-            let part = term / f64::from(3 + j);
-            sum += part;
-            if part.abs() <= 1e-17 * sum {
-                break;
-            }
-            term *= -2.0 * d / f64::from(j + 1);
-        }
-        sum
-    } else {
-        (1.0 - a2 * (1.0 + 2.0 * d + 2.0 * d * d)) / 4.0
-    };
+    // The closed form cancels where d is small: there the series of the integrand, integrated.
+    let x = if d < 0.1 { -2.0 * d } else { -0.2 };
+    let mut series = 0.0;
+    for coefficient in SERIES {
+        series = coefficient + x * series;
+    }
+    let closed = (1.0 - a2 * (1.0 + 2.0 * d + 2.0 * d * d)) / 4.0;
+    let q22 = if d < 0.1 { d * d * d * series } else { closed };
     let q12 = q22 + 0.5 * d * d * a2;
     [2.0 * q12 + d * a2, q12, q22]
 }
 
+/// `1/(j! (3 + j))` from the tenth down to the first, j = 0.
+const SERIES: [f64; 11] = [
+    1.0 / (3_628_800.0 * 13.0),
+    1.0 / (362_880.0 * 12.0),
+    1.0 / (40_320.0 * 11.0),
+    1.0 / (5_040.0 * 10.0),
+    1.0 / (720.0 * 9.0),
+    1.0 / (120.0 * 8.0),
+    1.0 / (24.0 * 7.0),
+    1.0 / (6.0 * 6.0),
+    1.0 / (2.0 * 5.0),
+    1.0 / 4.0,
+    1.0 / 3.0,
+];
+
+/// Cholesky factor; zero where there is nothing.
+#[inline(always)]
 fn cholesky([q11, q12, q22]: [f64; 3]) -> [f64; 3] {
-    if !(q11 > 0.0) {
-        return [0.0; 3];
-    }
-    let l11 = q11.sqrt();
+    let there = q11 > 0.0;
+    let l11 = if there { q11.sqrt() } else { 1.0 };
     let l21 = q12 / l11;
-    [l11, l21, (q22 - l21 * l21).max(0.0).sqrt()]
+    let rest = q22 - l21 * l21;
+    let l22 = if rest > 0.0 { rest.sqrt() } else { 0.0 };
+    [if there { l11 } else { 0.0 }, l21, l22]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math;
 
     /// `F P F' + Q = P` with P = [[1/2, 1/4], [1/4, 1/4]], and two steps add what one of both does,
     /// `Q(2d) = F Q F' + Q`, on both sides of the change of formula.
@@ -198,14 +264,15 @@ mod tests {
         let mut sums = [[0.0; 3]; 6];
         let mut squares = [[0.0; 3]; 6];
         for seed in 0..seeds {
-            let noise = |k| Noise::Drawn(Stream::new(seed, k));
+            let noise = |k| Noise::Drawn(Box::new([Stream::new(seed, k)]));
             let mut along = Longitudinal::new(noise(0));
             let mut across = [1, 2].map(|k| Transverse::new(noise(k), 1));
-            let mut past = Vec::new();
+            let (mut past, step) = (Vec::new(), Step::over([step]));
             for _ in 0..=200 {
-                past.push([along.velocity(), across[0].velocity(), across[1].velocity()]);
-                along.advance(step);
-                across.iter_mut().for_each(|filter| filter.advance(step));
+                let [[v], [w]] = [&across[0], &across[1]].map(Transverse::velocity);
+                past.push([along.velocity()[0], v, w]);
+                along.advance(&step);
+                across.iter_mut().for_each(|filter| filter.advance(&step));
             }
             for (k, lag) in lags.into_iter().enumerate() {
                 for i in 0..3 {
@@ -229,20 +296,21 @@ mod tests {
     #[test]
     fn given_noise_drives_the_filters_and_then_they_decay() {
         let rows: Arc<[Draw]> = [[1.0, 0.0, 0.0, 2.0, 0.0], [0.0; 5]].into();
-        let noise = || Noise::Given { rows: rows.clone(), next: 0 };
+        let noise = || Noise::<1>::Given { rows: rows.clone(), next: 0 };
         let (mut u, mut v, mut w) =
             (Longitudinal::new(noise()), Transverse::new(noise(), 1), Transverse::new(noise(), 3));
         // Without noise z_1 and z_2 follow z_1' = -z_1, z_2' = z_1 - z_2, from sqrt(2) and sqrt(2)/2.
         let root = 2f64.sqrt();
+        let step = Step::over([0.5]);
         for k in 0..10 {
             let x = 0.5 * f64::from(k);
             let z = [root * math::exp(-x), (0.5 + x) * root * math::exp(-x)];
             let expected = 3f64.sqrt() * z[0] + (1.0 - 3f64.sqrt()) * z[1];
-            assert!((u.velocity() - math::exp(-x)).abs() < 1e-15 && v.velocity() == 0.0, "{k}");
-            assert!((w.velocity() - expected).abs() < 1e-14, "{k}");
-            u.advance(0.5);
-            v.advance(0.5);
-            w.advance(0.5);
+            assert!((u.velocity()[0] - math::exp(-x)).abs() < 1e-15 && v.velocity() == [0.0], "{k}");
+            assert!((w.velocity()[0] - expected).abs() < 1e-14, "{k}");
+            u.advance(&step);
+            v.advance(&step);
+            w.advance(&step);
         }
     }
 }

@@ -46,15 +46,18 @@ pub struct Wind {
     pub ground_altitude_m: f64,
 }
 
-/// The wind over one flight.
+/// The wind over `N` flights side by side, of one as a rule.
 #[derive(Clone, Debug)]
-pub struct WindCourse {
+pub struct WindCourse<const N: usize = 1> {
     wind: Wind,
-    site_wind_ned: Vector3<f64>,
+    /// The mean wind at the site's altitude, NED [m/s].
+    site_wind_ned: [[f64; N]; 3],
     site_altitude_m: f64,
-    eddies: Option<Eddies>,
+    /// The share of gusts and turbulence that each flight feels: all or nothing.
+    share: [f64; N],
+    eddies: Option<Eddies<N>>,
     /// Distance flown through the air since each gust began [m].
-    distances_m: Vec<f64>,
+    distances_m: Vec<[f64; N]>,
 }
 
 impl Wind {
@@ -86,11 +89,23 @@ impl Wind {
     /// The wind of flight `number` at a site, whose wind is the mean one at its altitude; `None` where it
     /// [is steady](Self::is_steady). Each flight has turbulence of its own.
     pub fn course(&self, site: &Environment, number: u64) -> Option<WindCourse> {
+        self.courses(site, [site.wind_ned_m_s], [Some(number)])
+    }
+
+    /// The wind of flights side by side with these mean winds at a site's altitude, NED [m/s]; a flight
+    /// without a number feels neither gusts nor turbulence.
+    pub fn courses<const N: usize>(
+        &self,
+        site: &Environment,
+        mean_ned: [Vector3<f64>; N],
+        numbers: [Option<u64>; N],
+    ) -> Option<WindCourse<N>> {
         (!self.is_steady()).then(|| WindCourse {
-            site_wind_ned: site.wind_ned_m_s,
+            site_wind_ned: [0, 1, 2].map(|k| mean_ned.map(|mean| mean[k])),
             site_altitude_m: site.anchor.altitude_m,
-            eddies: self.turbulence.as_ref().map(|t| t.eddies(number)),
-            distances_m: vec![0.0; self.gusts.len()],
+            share: numbers.map(|number| if number.is_some() { 1.0 } else { 0.0 }),
+            eddies: self.turbulence.as_ref().map(|t| t.eddies(numbers.map(Option::unwrap_or_default))),
+            distances_m: vec![[0.0; N]; self.gusts.len()],
             wind: self.clone(),
         })
     }
@@ -99,44 +114,87 @@ impl Wind {
 impl WindCourse {
     /// The mean wind at the site's altitude, NED [m/s].
     pub fn site_wind_ned(&self) -> Vector3<f64> {
-        self.site_wind_ned
+        Vector3::from(self.site_wind_ned.map(|[component]| component))
     }
+}
 
-    /// The mean wind at an altitude above mean sea level, NED [m/s].
-    fn mean_ned(&self, altitude_m: f64) -> Vector3<f64> {
-        match &self.wind.profile {
-            Some(profile) => self.site_wind_ned + (profile.at(altitude_m) - profile.at(self.site_altitude_m)),
-            None => self.site_wind_ned,
+impl<const N: usize> WindCourse<N> {
+    /// The mean wind at altitudes above mean sea level, NED [m/s].
+    #[inline(always)]
+    fn mean_ned(&self, altitude_m: &[f64; N]) -> [[f64; N]; 3] {
+        let mut mean = self.site_wind_ned;
+        if let Some(profile) = &self.wind.profile {
+            for i in 0..N {
+                let more = profile.at(altitude_m[i]) - profile.at(self.site_altitude_m);
+                for k in 0..3 {
+                    mean[k][i] += more[k];
+                }
+            }
         }
+        mean
     }
 
-    /// The wind of the step of `dt_s` [s] that begins now, `t_s` from t = 0, for a vehicle `down_m` below the
-    /// local origin that moves at `v_ned` over ground: NED [m/s]. Each call is a step.
-    pub fn step(&mut self, t_s: f64, dt_s: f64, down_m: f64, v_ned: Vector3<f64>) -> Vector3<f64> {
-        let altitude_m = self.site_altitude_m - down_m;
-        let mean = self.mean_ned(altitude_m);
-        let airspeed_m_s = (v_ned - mean).norm();
+    /// The wind of the step of `dt_s` [s] that begins now, `t_s` from t = 0, for vehicles `down_m` below the
+    /// local origin that move at `v_ned` over ground: NED [m/s]. Each call is a step.
+    #[inline(always)]
+    pub fn step(&mut self, t_s: f64, dt_s: f64, down_m: &[f64; N], v_ned: &[[f64; N]; 3]) -> [[f64; N]; 3] {
+        let altitude_m = down_m.map(|down| self.site_altitude_m - down);
+        let mean = self.mean_ned(&altitude_m);
+        let mut airspeed_m_s = [0.0; N];
+        for i in 0..N {
+            let [n, e, d] = [0, 1, 2].map(|k| v_ned[k][i] - mean[k][i]);
+            airspeed_m_s[i] = (n * n + e * e + d * d).sqrt();
+        }
         let mut wind = mean;
         let middle_s = t_s + 0.5 * dt_s;
         for (gust, flown_m) in self.wind.gusts.iter().zip(&mut self.distances_m) {
             let inside_s = (t_s + dt_s - gust.start_s).clamp(0.0, dt_s);
-            wind += Vector3::from(gust.at(middle_s, *flown_m + 0.5 * airspeed_m_s * inside_s));
-            *flown_m += airspeed_m_s * inside_s;
+            for i in 0..N {
+                let blown = gust.at(middle_s, flown_m[i] + 0.5 * airspeed_m_s[i] * inside_s);
+                for k in 0..3 {
+                    wind[k][i] += self.share[i] * blown[k];
+                }
+                flown_m[i] += airspeed_m_s[i] * inside_s;
+            }
         }
         if let (Some(turbulence), Some(eddies)) = (&self.wind.turbulence, &mut self.eddies) {
-            wind += along(mean, eddies.velocity(), turbulence.sigma_m_s);
-            let flown_m = airspeed_m_s.max(LEAST_CONVECTION_M_S) * dt_s;
-            let scale_m = turbulence.scale.at_height_m(altitude_m - self.wind.ground_altitude_m);
-            eddies.advance(scale_m.map(|l| flown_m / l));
+            let velocity = along(&mean, &eddies.velocity(), turbulence.sigma_m_s);
+            let mut distances = [[0.0; N]; 3];
+            for i in 0..N {
+                for k in 0..3 {
+                    wind[k][i] += self.share[i] * velocity[k][i];
+                }
+                let speed = airspeed_m_s[i];
+                let convection = if speed > LEAST_CONVECTION_M_S { speed } else { LEAST_CONVECTION_M_S };
+                let scale_m = turbulence.scale.at_height_m(altitude_m[i] - self.wind.ground_altitude_m);
+                for k in 0..3 {
+                    distances[k][i] = convection * dt_s / scale_m[k];
+                }
+            }
+            eddies.advance(distances);
         }
         wind
     }
 }
 
 /// Velocities along the mean wind (north, where there is none), across it to the right, and down, as NED.
-fn along(mean_ned: Vector3<f64>, velocity: [f64; 3], sigma: [f64; 3]) -> Vector3<f64> {
-    let speed = mean_ned.xy().norm();
-    let (n, e) = if speed > 0.0 { (mean_ned.x / speed, mean_ned.y / speed) } else { (1.0, 0.0) };
-    let [u, v, w] = [0, 1, 2].map(|i| sigma[i] * velocity[i]);
-    Vector3::new(u * n - v * e, u * e + v * n, w)
+#[inline(always)]
+fn along<const N: usize>(
+    mean_ned: &[[f64; N]; 3],
+    velocity: &[[f64; N]; 3],
+    sigma: [f64; 3],
+) -> [[f64; N]; 3] {
+    let mut ned = [[0.0; N]; 3];
+    for i in 0..N {
+        let (n, e) = (mean_ned[0][i], mean_ned[1][i]);
+        let speed = (n * n + e * e).sqrt();
+        let blows = speed > 0.0;
+        let divisor = if blows { speed } else { 1.0 };
+        let (n, e) = (if blows { n / divisor } else { 1.0 }, if blows { e / divisor } else { 0.0 });
+        let [u, v, w] = [0, 1, 2].map(|k| sigma[k] * velocity[k][i]);
+        ned[0][i] = u * n - v * e;
+        ned[1][i] = u * e + v * n;
+        ned[2][i] = w;
+    }
+    ned
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::dryden::{Draw, Longitudinal, Noise, Transverse};
+use super::dryden::{Draw, Longitudinal, Noise, Step, Transverse};
 use crate::math;
 use crate::random::Stream;
 
@@ -53,21 +53,23 @@ impl TurbulenceScale {
     }
 }
 
-/// The turbulence of one flight; none where its standard deviation is zero.
+/// The turbulence of `N` flights side by side; none where its standard deviation is zero.
 #[derive(Clone, Debug)]
-pub struct Eddies {
-    along: Option<Longitudinal>,
-    across: Option<Transverse>,
-    vertical: Option<Transverse>,
+pub struct Eddies<const N: usize> {
+    along: Option<Longitudinal<N>>,
+    across: Option<Transverse<N>>,
+    vertical: Option<Transverse<N>>,
 }
 
 impl Turbulence {
-    /// The turbulence of flight `number` at its beginning: each flight has its own draw of a seed, while
+    /// The turbulence of flights of these numbers at its beginning: each has its own draw of a seed, while
     /// given noise is the same for all.
-    pub fn eddies(&self, number: u64) -> Eddies {
+    pub fn eddies<const N: usize>(&self, numbers: [u64; N]) -> Eddies<N> {
         let noise = |k: u64| match &self.noise {
             Some(rows) => Noise::Given { rows: rows.clone(), next: 0 },
-            None => Noise::Drawn(Stream::new(self.seed, number.wrapping_mul(3).wrapping_add(k))),
+            None => Noise::Drawn(Box::new(
+                numbers.map(|number| Stream::new(self.seed, number.wrapping_mul(3).wrapping_add(k))),
+            )),
         };
         let [along, across, vertical] = self.sigma_m_s.map(|sigma| sigma != 0.0);
         Eddies {
@@ -78,24 +80,32 @@ impl Turbulence {
     }
 }
 
-impl Eddies {
+impl<const N: usize> Eddies<N> {
     /// Velocities now, along the mean wind, across it and vertical, over their standard deviations.
-    pub fn velocity(&self) -> [f64; 3] {
-        let across = |filter: &Option<Transverse>| filter.as_ref().map_or(0.0, Transverse::velocity);
-        let along = self.along.as_ref().map_or(0.0, Longitudinal::velocity);
+    #[inline(always)]
+    pub fn velocity(&self) -> [[f64; N]; 3] {
+        let across = |filter: &Option<Transverse<N>>| filter.as_ref().map_or([0.0; N], Transverse::velocity);
+        let along = self.along.as_ref().map_or([0.0; N], Longitudinal::velocity);
         [along, across(&self.across), across(&self.vertical)]
     }
 
-    /// Goes on by distances through the air, each in units of that scale.
-    pub fn advance(&mut self, [along, across, vertical]: [f64; 3]) {
+    /// Goes on by distances through the air, along, across and vertical, each in units of that scale.
+    #[inline(always)]
+    pub fn advance(&mut self, distances: [[f64; N]; 3]) {
+        // Scales are often the same.
+        let mut last: Option<Step<N>> = None;
+        let mut over = |distance: [f64; N]| match last {
+            Some(step) if step.is_over(&distance) => step,
+            _ => *last.insert(Step::over(distance)),
+        };
         if let Some(filter) = &mut self.along {
-            filter.advance(along);
+            filter.advance(&over(distances[0]));
         }
         if let Some(filter) = &mut self.across {
-            filter.advance(across);
+            filter.advance(&over(distances[1]));
         }
         if let Some(filter) = &mut self.vertical {
-            filter.advance(vertical);
+            filter.advance(&over(distances[2]));
         }
     }
 }

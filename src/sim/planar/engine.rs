@@ -133,8 +133,8 @@ struct Air<const G: usize> {
     /// Velocity of the air north and down [m/s].
     wind_n: Lanes,
     wind_d: Lanes,
-    /// The wind of each lane, where one of them changes.
-    courses: Option<[Option<WindCourse>; LANES]>,
+    /// The wind of each lane, where that of one of them changes.
+    course: Option<WindCourse<LANES>>,
 }
 
 impl<const G: usize> Air<G> {
@@ -146,34 +146,28 @@ impl<const G: usize> Air<G> {
             rotor_scale: model.rotors.scale(&density_kg_m3),
             wind_n: wind(0),
             wind_d: wind(1),
-            courses: courses(model, flights),
+            course: course(model, flights),
         }
     }
 
     /// Sets the wind to that of the control period which begins at `t_s`.
     #[inline(always)]
     fn blow(&mut self, t_s: f64, dt_s: f64, state: &State) {
-        let Some(courses) = &mut self.courses else { return };
-        for i in 0..LANES {
-            if let Some(course) = &mut courses[i] {
-                let wind = course.step(t_s, dt_s, 0.0, Vector3::new(state.v_n[i], 0.0, state.v_d[i]));
-                (self.wind_n[i], self.wind_d[i]) = (wind.x, wind.z);
-            }
-        }
+        let Some(course) = &mut self.course else { return };
+        let v_ned = [state.v_n, [0.0; LANES], state.v_d];
+        [self.wind_n, _, self.wind_d] = course.step(t_s, dt_s, &[0.0; LANES], &v_ned);
     }
 }
 
 /// The wind of each lane, where one of them changes.
-fn courses(model: &Model, flights: &[Flight; LANES]) -> Option<[Option<WindCourse>; LANES]> {
-    let changes = !model.wind.is_steady() && flights.iter().any(|f| f.variation.air.is_some());
-    changes.then(|| {
-        flights.map(|f| {
-            let [n, d] = f.variation.wind_m_s;
-            let mut site = model.site.clone();
-            site.wind_ned_m_s += Vector3::new(n, 0.0, d);
-            model.wind.course(&site, f.variation.air?)
-        })
-    })
+fn course(model: &Model, flights: &[Flight; LANES]) -> Option<WindCourse<LANES>> {
+    let numbers = flights.map(|f| f.variation.air);
+    let mean_ned = flights.map(|f| {
+        let [n, d] = f.variation.wind_m_s;
+        model.site.wind_ned_m_s + Vector3::new(n, 0.0, d)
+    });
+    let changes = numbers.iter().any(Option::is_some);
+    changes.then(|| model.wind.courses(&model.site, mean_ned, numbers)).flatten()
 }
 
 /// Mass properties and actuators of each lane.
