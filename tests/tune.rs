@@ -91,7 +91,7 @@ fn prop_killed_and_resumed_is_as_if_nothing_had_happened() {
     assert!(
         error.contains("checkpoint.json:2:")
             && error.contains("the checkpoint is of another search: ")
-            && error.ends_with("seed was 1, is 9; robust was false, is true\n"),
+            && error.ends_with("seed was 1, is 9; robust was false, is true; draws was 0, is 200\n"),
         "{error}"
     );
     let none = run(&folder.path().join("nothing"), &["--resume"]);

@@ -143,6 +143,7 @@ def tune(
     rms_bound: float | None = None,
     penalty: float | None = None,
     robust: bool = False,
+    draws: int | None = None,
     start: str | None = None,
     particles: int | None = None,
     iterations: int | None = None,
@@ -161,6 +162,7 @@ def tune(
     no gains fly every release.
     """
     for key, value, least, most in (
+        ("draws", draws, 0, 100_000),
         ("particles", particles, 4, 10_000),
         ("iterations", iterations, 1, 100_000),
         ("stall", stall, 1, 100_000),
@@ -178,6 +180,7 @@ def tune(
         "rms_bound": rms_bound,
         "penalty": penalty,
         "robust": robust,
+        "draws": draws,
         "start": start,
         "particles": particles,
         "iterations": iterations,

@@ -44,6 +44,7 @@ class Asked(TypedDict):
     rms_bound: float | None
     penalty: float | None
     robust: bool
+    draws: int | None
     start: str | None
     particles: int | None
     iterations: int | None

@@ -54,7 +54,7 @@ pub use params_file::load_parameters;
 pub use trajectory_csv::{
     Stamp, TrajectoryFile, read_trajectory_csv, trajectory_columns, write_trajectory_csv,
 };
-pub use tuning::{NoBoundError, Tuning, TuningMethod, TuningObjective};
+pub use tuning::{DRAWS, NoBoundError, Tuning, TuningMethod, TuningObjective};
 pub use vehicle_file::{VehicleFile, load_vehicle};
 
 #[cfg(test)]

@@ -10,7 +10,10 @@ use crate::tune::gain_judge::Setting;
 use crate::tune::objective::PENALTY;
 use crate::tune::release_cases::{AMPLITUDES, swing_releases};
 use crate::tune::swarm::SwarmSettings;
-use crate::tune::{GainJudge, Method, Objective, SearchSettings};
+use crate::tune::{GainJudge, Method, Objective, ReleaseCase, SearchSettings};
+
+/// Random flights with everything off at once, where it is not said how many.
+pub const DRAWS: usize = 200;
 
 /// Bounds on the RMS along the front, as multiples of the bound; the last one is the bound itself.
 const FRONT: [f64; 5] = [1.5, 1.25, 0.85, 0.92, 1.0];
@@ -59,8 +62,9 @@ pub struct Tuning {
     pub penalty: f64,
     /// Amplitudes of the swing, in standard deviations.
     pub swing: Vec<f64>,
-    /// Whether J_TPF is judged also with a vehicle and air that are not known.
-    pub robust: bool,
+    /// Whether J_TPF is judged also with a vehicle and air that are not known, and then by how many random
+    /// flights with everything off at once, beside those with one thing off at a time.
+    pub robust: Option<usize>,
     /// Gains to begin at, a name or a file; `None`: the mission's own for the evolution strategy, none for
     /// swarms.
     pub start: Option<String>,
@@ -81,7 +85,7 @@ impl Default for Tuning {
             rms_bound: None,
             penalty: PENALTY,
             swing: AMPLITUDES.to_vec(),
-            robust: false,
+            robust: None,
             start: None,
             candidates: None,
             iterations: 200,
@@ -124,14 +128,18 @@ impl Tuning {
     /// [`ControlError`] for a vehicle that cannot be controlled.
     pub fn judge<'a>(&self, mission: &Mission, plan: &'a Trajectory) -> Result<GainJudge<'a>, ControlError> {
         let cases = &mission.study.cases;
-        let mut judge = GainJudge::new(self.setting(mission, plan))?.with_cases(cases);
-        if matches!(self.objective, TuningObjective::Safety | TuningObjective::Pareto) {
-            judge = judge.with_states(&swing_releases(&mission.releases(), &self.swing));
-        }
-        if self.robust {
-            judge = judge.with_variations(cases);
-        }
-        Ok(judge)
+        let judge = GainJudge::new(self.setting(mission, plan))?.with_cases(cases);
+        let swings = match self.objective {
+            TuningObjective::Safety | TuningObjective::Pareto => {
+                swing_releases(&mission.releases(), &self.swing)
+            }
+            TuningObjective::Rms | TuningObjective::JTpf => Vec::new(),
+        };
+        let judge = judge.with_states(&swings);
+        let Some(draws) = self.robust else { return Ok(judge) };
+        let states: Vec<_> = cases.iter().map(ReleaseCase::state).collect();
+        let judge = judge.with_variations(cases).with_tipped(&states).with_tipped(&swings);
+        Ok(judge.with_draws(&mission.releases(), mission.seed, draws))
     }
 
     /// The objectives of the search; the gains found are the best under the last.

@@ -11,10 +11,12 @@ use std::fmt;
 use std::sync::Arc;
 
 use super::objective::{Evaluation, Objective};
-use super::unknowns::one_at_a_time;
+use super::unknowns::{self, APART, one_at_a_time, tipped};
 use super::{Longitudinal, ReleaseCase};
 use crate::assess::tracking::{PITCH_MAX_RAD, SPEED_MAX_M_S, control_period_s};
-use crate::assess::{BatchMeasure, Outcome, SafetyLimits, StateCost, TrackingError, judge_flights};
+use crate::assess::{
+    BatchMeasure, Outcome, ReleaseDistribution, SafetyLimits, StateCost, TrackingError, judge_flights,
+};
 use crate::control::{Airframe, Cascade, ControlError, ControlLimits, Controller, Gains, WithDelay};
 use crate::frames::pitch;
 use crate::model::rigid_body::{BodyState, MassProperties};
@@ -177,6 +179,24 @@ impl<'a> GainJudge<'a> {
         let states: Vec<BodyState> = cases.iter().map(ReleaseCase::state).collect();
         let trials = one_at_a_time(&states, g, target_m_s, !setting.wind.is_steady());
         self.trials.extend(trials.iter().map(untracked));
+        self
+    }
+
+    /// Adds these states with a pitch that is off ([`super::unknowns`]), judged by J_TPF.
+    pub fn with_tipped(mut self, states: &[BodyState]) -> Self {
+        self.trials.extend(tipped(states).iter().map(untracked));
+        self
+    }
+
+    /// Adds random releases with everything that the controller does not know of at once, a pitch that is off
+    /// and the mission's air, judged by J_TPF: draws that no campaign of the seed has among its trials.
+    pub fn with_draws(mut self, releases: &ReleaseDistribution, seed: u64, draws: usize) -> Self {
+        let (g, target_m_s) = (self.setting.environment.gravity_m_s2, self.setting.target_v_ned.norm());
+        let drawn = (APART..).take(draws).map(|number| {
+            let release = releases.draw(seed, number).state;
+            untracked(&unknowns::varied(&release, seed, number, g, target_m_s))
+        });
+        self.trials.extend(drawn);
         self
     }
 

@@ -20,10 +20,17 @@ pub const DENSITY: f64 = 0.1;
 pub const WIND: f64 = 0.25;
 /// Release delay, longer or shorter [s].
 pub const DELAY_S: f64 = 0.1;
-/// Pitch at t = 0, either way [rad]: gains may fly a release well and lose that beside it.
+/// Pitch at t = 0, either way [rad].
 pub const PITCH_RAD: f64 = RAD_PER_DEG;
 /// Draws of the air that each release is flown in, where the air changes.
 pub const AIR_DRAWS: u64 = 4;
+
+/// Each release with its pitch off, to either end: what finds gains that fly a release well and lose that
+/// beside it.
+pub fn tipped(releases: &[BodyState]) -> Vec<(BodyState, Variation)> {
+    let tipped = |release| [-PITCH_RAD, PITCH_RAD].map(|by| (pitched(release, by), Variation::NONE));
+    releases.iter().flat_map(tipped).collect()
+}
 
 /// Each release with one thing off at a time, to either end; measurements a control period late; in gusts and
 /// turbulence, where there are any (`windy`), each release and draw in air of its own.
@@ -51,22 +58,22 @@ pub fn one_at_a_time(
     (0u64..)
         .zip(releases)
         .flat_map(|(k, release)| {
-            let tipped = [-PITCH_RAD, PITCH_RAD].map(|by| (pitched(release, by), none));
             let blown = (0..draws)
-                .map(|draw| (*release, Variation { air: Some(AIR_APART + k * AIR_DRAWS + draw), ..none }));
+                .map(|draw| (*release, Variation { air: Some(APART + k * AIR_DRAWS + draw), ..none }));
             let later = [-fall_m_s, fall_m_s].map(|more| {
                 let mut release = *release;
                 release.v_ned.z += more;
                 (release, none)
             });
             let each = variations.iter().map(|v| (*release, *v));
-            each.chain(later).chain(tipped).chain(blown).collect::<Vec<_>>()
+            each.chain(later).chain(blown).collect::<Vec<_>>()
         })
         .collect()
 }
 
-/// The air of a search is apart from that of the trials of campaigns, which count from 1.
-const AIR_APART: u64 = 1 << 48;
+/// The releases and the air of a search are apart from those of the trials of campaigns, whose numbers count
+/// from 0.
+pub const APART: u64 = 1 << 48;
 
 /// The release with another pitch.
 fn pitched(release: &BodyState, by_rad: f64) -> BodyState {
@@ -75,7 +82,7 @@ fn pitched(release: &BodyState, by_rad: f64) -> BodyState {
 }
 
 /// Random numbers of the unknowns are apart from those of the releases of the same seed.
-const APART: u64 = 0x7661_7269_6564;
+const OTHER_NUMBERS: u64 = 0x7661_7269_6564;
 
 /// A release with unknowns of its own, every one uniform between its ends, in air of its own; measurements
 /// are a control period late in about every other flight. Trial `k` draws from stream `k` of the seed,
@@ -87,7 +94,7 @@ pub fn varied(
     gravity_m_s2: f64,
     target_m_s: f64,
 ) -> (BodyState, Variation) {
-    let mut stream = Stream::new(seed ^ APART, k);
+    let mut stream = Stream::new(seed ^ OTHER_NUMBERS, k);
     let mut off = |by: f64| stream.between(-by, by);
     let variation = Variation {
         mass: 1.0 + off(MASS),

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use samara::assess::ReleaseDistribution;
 use samara::assess::tracking::{PITCH_MAX_RAD, SPEED_MAX_M_S};
 use samara::control::{ControlLimits, Gains};
+use samara::frames::{product, quaternion_from_euler};
 use samara::model::Parachute;
 use samara::model::parachute::Pendulum;
 use samara::model::rigid_body::BodyState;
@@ -54,6 +55,30 @@ fn reference_worst_rms() {
     assert!(judge.evaluate(&gains("paper_pso").as_longitudinal()).unrest >= 0.01);
 }
 
+/// An independent study's map of J_TPF over the release found steps of 0.09 between neighbouring releases
+/// under these gains, as at a swing of 2.5 deg with a phase of -172.5 deg: 0.642 between 0.555 and 0.555. The
+/// release whose pitch is a degree from there shows nothing; tipped, it does.
+#[test]
+fn reference_a_step_a_degree_beside_a_release_is_seen() {
+    let plan = plan();
+    let k = gains("ours").as_longitudinal();
+    let worst = |judge: GainJudge<'_>| judge.evaluate(&k).j_tpf;
+    let judge = || GainJudge::new(setting(&plan, PlantKind::Actuator, 0.0)).unwrap();
+    let release = |phase_deg: f64| {
+        let (amplitude_rad, phase_rad) = (2.5 * RAD_PER_DEG, phase_deg * RAD_PER_DEG);
+        let pendulum = Pendulum { amplitude_rad, phase_rad, omega_rad_s: 2.0, length_m: 0.34 };
+        Parachute::new(3.0, 0.5, pendulum).unwrap().state_at_t0(1.35)
+    };
+    assert!(worst(judge().with_states(&[release(-172.0)])) > 0.63);
+    for by_rad in [-RAD_PER_DEG, RAD_PER_DEG] {
+        let mut beside = release(-172.0);
+        beside.q_ned_from_body = product(quaternion_from_euler(0.0, by_rad, 0.0), beside.q_ned_from_body);
+        let plain = worst(judge().with_states(&[beside]));
+        let tipped = worst(judge().with_states(&[beside]).with_tipped(&[beside]));
+        assert!(plain < 0.58 && tipped > 0.63, "{by_rad}: {plain} {tipped}");
+    }
+}
+
 /// A breath of wind from the side, which the planar engine refuses, puts the flights in space.
 #[test]
 fn prop_the_bench_in_space_is_the_planar_one() {
@@ -65,7 +90,7 @@ fn prop_the_bench_in_space_is_the_planar_one() {
     let [planar, in_space] =
         [planar, in_space].map(|s| GainJudge::new(s).unwrap().with_cases(&case).with_variations(&case));
     let k = gains("safety").as_longitudinal();
-    assert_eq!(planar.flights(), 18);
+    assert_eq!(planar.flights(), 16);
     for (i, (p, s)) in planar.fly(&k).iter().zip(in_space.fly(&k)).enumerate() {
         let apart = (p.rms - s.rms).abs().max((p.j_tpf - s.j_tpf).abs()).max((p.unrest - s.unrest).abs());
         assert!(apart < 1e-6, "flight {i}: {p:?} {s:?}");

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 use samara::assess::tracking::control_period_s;
-use samara::config::{Mission, Tuning, TuningMethod, TuningObjective, gains_json};
+use samara::config::{DRAWS, Mission, Tuning, TuningMethod, TuningObjective, gains_json};
 use samara::control::Gains;
 use samara::report::tune::{TuneRun, about};
 use samara::sim::PlantKind;
@@ -100,6 +100,7 @@ pub struct Asked {
     rms_bound: Option<f64>,
     penalty: Option<f64>,
     robust: bool,
+    draws: Option<usize>,
     start: Option<String>,
     particles: Option<usize>,
     iterations: Option<usize>,
@@ -117,7 +118,7 @@ impl Asked {
             plant: chosen("model", &self.model, &MODELS)?,
             rms_bound: self.rms_bound,
             penalty: self.penalty.unwrap_or(usual.penalty),
-            robust: self.robust,
+            robust: self.robust.then(|| self.draws.unwrap_or(DRAWS)),
             start: self.start.clone(),
             candidates: self.particles,
             iterations: self.iterations.unwrap_or(usual.iterations),
@@ -166,7 +167,7 @@ fn search(
         method: asked.method.clone(),
         objective: asked.objective.clone(),
         model: asked.model.clone(),
-        robust: tuning.robust,
+        robust: asked.robust,
         start: tuning.start_name(mission),
         swing: tuning.swing.clone(),
         bounds: objective,

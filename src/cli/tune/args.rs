@@ -49,9 +49,13 @@ pub struct TuneArgs {
     pub swing: Vec<f64>,
     /// Judge J_TPF also with a vehicle and air that are not known.
     ///
-    /// Mass, inertia, drag, density, wind, delay and measurements that the controller does not know of.
+    /// Mass, inertia, drag, density, wind, delay and measurements that the controller does not know of, the
+    /// air that the mission names, and releases a degree beside.
     #[arg(long)]
     pub robust: bool,
+    /// Random flights with everything off at once that judge each candidate of --robust [default: 200].
+    #[arg(long, value_name = "N", requires = "robust", value_parser = whole::<u32>(0..=100_000))]
+    pub draws: Option<u32>,
     /// Gains to begin at: a name or a file.
     ///
     /// [default: the mission's own for cma-es, none for swarms]

@@ -48,7 +48,9 @@ pub fn contest(
     let (g, target_m_s) = (mission.site.environment.gravity_m_s2, mission.target_v_ned.norm());
     let trial = |vary: bool, number: u64| {
         let release = distribution.draw(seed, number).state;
-        if vary { varied(&release, seed, number, g, target_m_s) } else { (release, Variation::NONE) }
+        // In the air that the mission names, as campaigns fly the trial of this number.
+        let known = Variation { air: Some(number + 1), ..Variation::NONE };
+        if vary { varied(&release, seed, number, g, target_m_s) } else { (release, known) }
     };
     let unseen = u64::from(args.unseen);
     let portions: Vec<u64> = (0..unseen).step_by(PORTION).collect();

@@ -41,6 +41,7 @@ pub fn write_tune_manifest(args: &TuneArgs, folder: &OutputFolder, mission: &Mis
         ("objective", name_of(args.objective)),
         ("model", name_of(args.model)),
         ("robust", args.robust.to_string()),
+        ("draws", tuning(args).robust.unwrap_or(0).to_string()),
         ("rms_bound", args.rms_bound.map_or_else(|| "default".to_owned(), |x| x.to_string())),
         ("penalty", args.penalty.to_string()),
         ("swing", format!("{:?}", args.swing)),

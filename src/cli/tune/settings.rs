@@ -3,7 +3,7 @@
 use super::args::{MethodArg, ModelArg, ObjectiveArg, TuneArgs, name_of};
 use super::search_run::identity_of;
 use crate::cli::answer::Failure;
-use samara::config::{Mission, NoBoundError, Tuning, TuningMethod, TuningObjective};
+use samara::config::{DRAWS, Mission, NoBoundError, Tuning, TuningMethod, TuningObjective};
 use samara::sim::PlantKind;
 use samara::tune::{Objective, SearchSettings};
 
@@ -28,7 +28,7 @@ pub fn tuning(args: &TuneArgs) -> Tuning {
         rms_bound: args.rms_bound,
         penalty: args.penalty,
         swing: args.swing.clone(),
-        robust: args.robust,
+        robust: args.robust.then(|| args.draws.map_or(DRAWS, |n| n as usize)),
         start: args.start.clone(),
         candidates: args.particles.map(|n| n as usize),
         iterations: args.iterations as usize,
@@ -75,6 +75,7 @@ pub fn identity(
         ("penalty", args.penalty.to_string()),
         ("swing", format!("{:?}", args.swing)),
         ("robust", args.robust.to_string()),
+        ("draws", tuning(args).robust.unwrap_or(0).to_string()),
         ("start", start),
         ("particles", particles(args)),
         ("stall", args.stall.to_string()),

@@ -5,7 +5,8 @@
 //! release cases with real actuators - track no worse than the bound and come to rest at the target in every
 //! case; of those that do, the best have the lowest worst J_TPF on the unseen flights, or on the varied ones
 //! when the tuning was for them; of equals, those that track better. For tracking or for J_TPF alone that
-//! number's worst on these flights decides.
+//! number's worst on these flights decides. Gains that lose one of the flights that decide, which are in the
+//! air that the mission names, are never the best.
 
 use super::gains_table;
 use crate::assess::Tally;
@@ -91,9 +92,15 @@ impl Standing {
 }
 
 impl Contest {
-    /// Whether a set of gains holds the bounds.
+    /// Whether a set of gains holds the bounds, and loses none of the flights that decide.
     pub fn allows(&self, c: &Contender) -> bool {
-        c.cases.is_finite() && self.objective.allows(&c.cases)
+        c.cases.is_finite() && self.objective.allows(&c.cases) && !self.loses(c)
+    }
+
+    /// Whether a set of gains loses one of the flights that decide.
+    fn loses(&self, c: &Contender) -> bool {
+        let flown = self.deciding(c);
+        flown.tally.j_tpf.count() > 0 && !flown.tally.j_tpf.max().is_finite()
     }
 
     /// The best gains by the rule; `None` when none hold the bounds.
@@ -194,9 +201,10 @@ impl Contest {
             format!("{what} {found} against {own} on {count} {} flights", self.kind())
         };
         let outside = |c: &Contender| match (c.cases.is_finite(), c.cases.unrest == 0.0) {
-            (false, _) => "loses a release case",
-            (true, false) => "does not come to rest in every release case",
-            (true, true) => "breaks the bound on tracking in a release case",
+            (false, _) => "loses a release case".to_owned(),
+            (true, false) => "does not come to rest in every release case".to_owned(),
+            (true, true) if self.loses(c) => format!("loses one of the {} flights", self.kind()),
+            (true, true) => "breaks the bound on tracking in a release case".to_owned(),
         };
         match (self.standing(), self.allows(own), self.allows(found)) {
             (Standing::Same, ..) => format!("{name} is {own_name} found again: nothing changes"),
@@ -281,6 +289,31 @@ mod tests {
             contest.text().contains("unseen flights: none")
                 || contest.text().contains("varied flights: none")
         );
+    }
+
+    /// Gains that lose one of the flights that decide win nothing, also where no bound is asked for and where
+    /// nothing else is left.
+    #[test]
+    fn gains_that_tumble_are_never_the_best() {
+        for objective in [SAFETY, Objective::JTpf] {
+            let mut contest = Contest {
+                contenders: vec![
+                    contender("ours", GOOD, f64::INFINITY, 0.9),
+                    contender("tuned", GOOD, 0.5, f64::INFINITY),
+                ],
+                own: 0,
+                objective,
+                robust: false,
+            };
+            assert_eq!(contest.best().map(|c| c.name.as_str()), Some("tuned"));
+            assert_eq!(contest.verdict(), "tuned is better than ours, which loses one of the unseen flights");
+            contest.robust = true;
+            assert_eq!(contest.best().map(|c| c.name.as_str()), Some("ours"));
+            let verdict = contest.verdict();
+            assert!(verdict.ends_with("(it loses one of the varied flights): keep ours"), "{verdict}");
+            contest.contenders.remove(0);
+            assert_eq!(contest.best(), None);
+        }
     }
 
     /// The mission's own gains and those found, each within the bounds or not, and the same gains again.
