@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use module_tree::{Tree, circles};
 
 mod module_tree;
+#[path = "architecture/physics.rs"]
+mod physics;
 #[path = "architecture/prose.rs"]
 mod prose;
 

@@ -9,6 +9,7 @@ use std::process::{Command, Output};
 use samara::config::{Mission, load_mission};
 use samara::report::verify_text;
 use samara::verify::momentum::{self, Blades};
+use samara::verify::nasa::wind::{WINDS_FT_S, cases_6_to_8};
 use samara::verify::nasa::{Brick, Earth, case_2, case_3, case_4};
 use samara::verify::{Group, verify};
 
@@ -26,7 +27,7 @@ fn paper_every_error_is_within_its_bar() {
     let groups = verify(&lander.plan_problem(), &quadrotor.plan_problem()).unwrap();
     let table = verify_text(&groups);
     assert!(groups.iter().all(Group::holds), "{table}");
-    assert_eq!(groups.iter().map(|group| group.checks.len()).sum::<usize>(), 60);
+    assert_eq!(groups.iter().map(|group| group.checks.len()).sum::<usize>(), 81);
     assert!(table.lines().all(|line| line.len() <= 100), "wider than 100 columns:\n{table}");
 }
 
@@ -56,6 +57,24 @@ fn paper_a_wrong_constant_fails_nasas_cases() {
     assert!(failures(&case_4(&higher, &Brick::SPHERE).unwrap()).starts_with(&["altitude", "vertical speed"]));
 }
 
+/// A wind that blows the other way, a knot more of it, a drag that is a part in ten thousand off.
+#[test]
+fn paper_a_wrong_wind_fails_nasas_cases() {
+    let failing = |earth: &Earth, sphere: &Brick, winds: &[(u8, [f64; 2]); 3]| {
+        let group = cases_6_to_8(earth, sphere, winds).unwrap();
+        failures(&group).iter().map(|what| (*what).to_owned()).collect::<Vec<_>>()
+    };
+    let earth = Earth::WGS_84;
+    assert!(failing(&earth, &Brick::SPHERE, &WINDS_FT_S).is_empty());
+    let [still, steady, (_, sheared)] = WINDS_FT_S;
+    let against = [still, steady, (8, sheared.map(|w| -w))];
+    assert!(failing(&earth, &Brick::SPHERE, &against).contains(&"case 8: speed east".to_owned()));
+    let more = [still, (7, [20.001; 2]), (8, sheared)];
+    assert_eq!(failing(&earth, &Brick::SPHERE, &more), ["case 7: speed east"]);
+    let slick = Brick { c_drag: 0.099_99, ..Brick::SPHERE };
+    assert_eq!(failing(&earth, &slick, &WINDS_FT_S).len(), 9);
+}
+
 #[test]
 fn closed_form_other_blades_fail() {
     let [lander, _] = missions();
@@ -74,7 +93,7 @@ fn the_verb_prints_one_object_and_a_spoilt_lander_fails_a_check() {
     let output = samara_in(&root, &["--json"]);
     assert_eq!(output.status.code(), Some(0));
     let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!((object["count"].as_u64(), object["failed"].as_u64()), (Some(60), Some(0)));
+    assert_eq!((object["count"].as_u64(), object["failed"].as_u64()), (Some(81), Some(0)));
     assert_eq!(object["checks"][0]["what"], "roll rate");
     assert_eq!(object["checks"][0]["unit"], "deg/s");
     assert_eq!(object["checks"][0]["holds"], true);

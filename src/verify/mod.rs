@@ -4,9 +4,11 @@
 //! |---|---|
 //! | [`check`] | a check and its verdict; groups of them |
 //! | [`motion`] | a rigid body under a given force and moment, by the simulator's own integrator |
-//! | [`nasa`] | the 6-DOF check cases 2, 3 and 4 of NASA/TM-2015-218675 |
+//! | [`nasa`] | the 6-DOF check cases 2, 3, 4, 6, 7 and 8 of NASA/TM-2015-218675 |
 //! | [`body`] | free fall, precession, what a tumble conserves |
 //! | [`fall`] | terminal velocity under drag |
+//! | [`batch`] | such falls on the batch engine |
+//! | [`wind`] | drift with the wind, turbulence, gusts |
 //! | [`swing`] | the pendulum under the canopy |
 //! | [`angular_momentum`] | the rotors' angular momentum |
 //! | [`momentum`] | a rotor's thrust and torque by momentum theory |
@@ -18,6 +20,7 @@
 //! the standard atmosphere) lives here.
 
 pub mod angular_momentum;
+pub mod batch;
 pub mod body;
 pub mod check;
 pub mod fall;
@@ -27,6 +30,7 @@ pub mod nasa;
 pub mod order;
 pub mod steady;
 pub mod swing;
+pub mod wind;
 
 pub use check::{Check, Group, VerifyError};
 
@@ -39,15 +43,21 @@ use crate::plan::PlanProblem;
 /// # Errors
 /// [`VerifyError`] when a vehicle cannot be checked at all.
 pub fn verify(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Result<Vec<Group>, VerifyError> {
+    use nasa::wind::{WINDS_FT_S, cases_6_to_8};
     use nasa::{Brick, Earth, case_2, case_3, case_4};
     Ok(vec![
         case_2(&Earth::WGS_84, &Brick::CASE_2)?,
         case_3(&Earth::WGS_84, &Brick::CASE_3)?,
         case_4(&Earth::SPHERE, &Brick::SPHERE)?,
+        cases_6_to_8(&Earth::WGS_84, &Brick::SPHERE, &WINDS_FT_S)?,
         body::free_fall(lander.environment.gravity_m_s2)?,
         body::precession()?,
         body::tumble(&lander.vehicle.mass),
         fall::under_drag(lander.vehicle, lander.environment),
+        batch::falls(lander.vehicle, lander.environment),
+        wind::drift(lander.vehicle, lander.environment)?,
+        wind::turbulence(lander.environment),
+        wind::gusts(),
         swing::under_the_canopy(lander.vehicle, lander.environment)?,
         momentum::rotor(&lander.vehicle.rotor, lander.environment.density_kg_m3, &momentum::LANDER),
         angular_momentum::without_air(quadrotor.vehicle, quadrotor.environment),

@@ -14,6 +14,7 @@
 
 use nalgebra::Vector3;
 
+#[expect(clippy::needless_range_loop, reason = "lanes are indexed alike, side by side")]
 mod dryden;
 mod gust;
 mod profile;

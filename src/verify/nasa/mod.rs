@@ -1,5 +1,6 @@
-//! NASA's 6-DOF check cases, as far as they concern a core without runways and winds: 2, a tumbling brick; 3,
-//! the same with rotational damping; 4, a falling sphere.
+//! NASA's 6-DOF check cases, as far as they concern a core without runways: 2, a tumbling brick; 3, the same
+//! with rotational damping; 4, a falling sphere; 6, 7 and 8, such a sphere over the turning Earth, in still
+//! air, in a steady wind and in one that grows with altitude ([`wind`]).
 //!
 //! NASA states no tolerance: the spread between its own simulations is the yardstick (case 2: 4.7e-3 deg/s),
 //! and each bar lies well below it. Source: D. G. Murri, E. B. Jackson, R. O. Shelton, *Check-Cases for
@@ -10,6 +11,7 @@
 
 pub mod data;
 mod earth;
+pub mod wind;
 
 pub use earth::Earth;
 
