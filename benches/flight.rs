@@ -93,6 +93,7 @@ fn campaign_trial(bencher: Bencher<'_, '_>) {
         plan: Trajectory::new(vec![node(0.0), node(30.0)], 4).unwrap(),
         settle_s: 0.0,
         delay_s: 0.5,
+        faults: Vec::new(),
     };
     let entry = StudyEntry {
         name: "bench",

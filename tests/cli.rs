@@ -10,6 +10,7 @@ mod asked;
 mod bad_inputs;
 mod drafts;
 mod failures;
+mod faults;
 mod results;
 mod titan_px4;
 

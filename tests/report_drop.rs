@@ -525,6 +525,7 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
         events: vec![DropEvent { t_s: 10.5, text: "rotors free".to_owned(), warning: false }],
         trouble: None,
         autopilot: Some(FlownBy { name: "px4", version: Some("v1.12.0".to_owned()) }),
+        faults: Vec::new(),
     };
     let drop = parse(drop_json(mission, Some(&bad_verdict()), &run));
     assert_eq!((&drop["completed"], &drop["ended_at_s"]), (&true.into(), &45.0.into()));

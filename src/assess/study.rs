@@ -19,6 +19,7 @@ use crate::frames::rotate_body_from_ned;
 use crate::model::rigid_body::BodyState;
 use crate::model::wind::Wind;
 use crate::model::{Environment, Vehicle};
+use crate::sim::faults::Fault;
 use crate::sim::limits::{SafetyLimits, StateCost};
 use crate::sim::planar::{Flight, Model, NotPlanar, Release, Variation};
 use crate::sim::{DropSimulation, FlightPlan, PlantKind, Reference, Sample, fly};
@@ -67,6 +68,9 @@ pub enum OneAtATime {
     /// The controller is built for another vehicle than the one that is flown.
     #[error("the controller's model of the vehicle is not that of the vehicle that is flown")]
     Airframe,
+    /// A motor that fails leaves the rotors without their mirror images.
+    #[error("the mission has faults (faults.list), and the batch engine flies sound vehicles alone")]
+    Faults,
     /// The vehicle, the site, a release or the reference leaves the vertical plane.
     #[error(transparent)]
     NotPlanar(#[from] NotPlanar),
@@ -94,6 +98,8 @@ pub struct SafetyStudy {
     pub settle_s: f64,
     /// Time from the release to t = 0 [s], whose fall is part of the altitude lost.
     pub delay_s: f64,
+    /// Faults of every flight; those of motors act. With any of them flights are flown one at a time.
+    pub faults: Vec<Fault>,
 }
 
 /// A flight at an instant, for figures.
@@ -167,6 +173,9 @@ impl SafetyStudy {
         releases: &[RandomRelease],
     ) -> Result<(Model, BatchMeasure, Vec<Flight>), OneAtATime> {
         let settings = entry.controller.cascade_settings().ok_or(OneAtATime::Controller)?;
+        if !self.faults.is_empty() {
+            return Err(OneAtATime::Faults);
+        }
         if Airframe::new(&self.vehicle, &self.environment).as_ref() != Ok(&settings.airframe) {
             return Err(OneAtATime::Airframe);
         }
@@ -273,8 +282,9 @@ impl SafetyStudy {
         let (vehicle, environment) = (self.vehicle.clone(), self.environment.clone());
         let start = start.into();
         let course = self.wind.uniform(&environment).course(&environment, start.air);
-        let mut sim =
-            DropSimulation::at_t0(vehicle, environment, start.state, PlantKind::Actuator).in_wind(course);
+        let mut sim = DropSimulation::at_t0(vehicle, environment, start.state, PlantKind::Actuator)
+            .in_wind(course)
+            .with_faults(&self.faults);
         let flight = self.flight_plan(entry, period_s);
         // Whether it was broken off is the observer's to know.
         let _ = fly(&mut sim, &mut *entry.controller.clone(), &flight, observe);

@@ -67,6 +67,9 @@ pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
     if let Some(path) = &choice.params {
         print_remarks(path.display(), &remarks);
     }
+    if !args.state.asked() {
+        print_remarks(&mission.name, &mission.faults.remarks_on_truth());
+    }
     let after = if args.once { AfterSimulator::Return } else { AfterSimulator::Wait };
     block_on(|stop| run_autopilot(session, &ports, &wiring, after, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;

@@ -164,6 +164,8 @@ impl<'a> Conclusion<'a> {
         }
         if let Some(sentence) = run.sentence(self.verdict.as_ref()) {
             narrator.say(&format!("{sentence}\n"));
+        } else if let Some(faults) = run.fault_words() {
+            narrator.say(&format!("faults: {faults}\n"));
         }
         narrator.check()
     }

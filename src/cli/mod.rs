@@ -14,6 +14,7 @@ mod conclusion;
 mod docs_tests;
 mod drop;
 mod estimate;
+mod faults;
 mod help;
 mod init;
 mod mission;
@@ -62,6 +63,7 @@ pub fn run() -> ExitCode {
         Verb::Stream(args) => stream::run(&args),
         Verb::Params(args) => params::run(&args),
         Verb::Verify(args) => verify::run(&args),
+        Verb::Faults(args) => faults::run(&args),
         Verb::Schema(args) => schema::run(&args),
         Verb::Completions(args) => shell_files::completions(&args, command()),
         Verb::Man(args) => shell_files::man(&args, command()),

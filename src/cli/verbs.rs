@@ -6,6 +6,7 @@ use super::assess::AssessArgs;
 use super::autopilot::AutopilotArgs;
 use super::check::CheckArgs;
 use super::drop::DropArgs;
+use super::faults::FaultsArgs;
 use super::init::InitArgs;
 use super::new::NewArgs;
 use super::params::ParamsArgs;
@@ -59,6 +60,9 @@ pub enum Verb {
     /// Hold the code against NASA's check cases and closed forms, each error against its bar.
     #[command(after_long_help = include_str!("help/verify.txt"))]
     Verify(VerifyArgs),
+    /// List what can fail in a flight: by a mission, by a command.
+    #[command(after_long_help = include_str!("help/faults.txt"))]
+    Faults(FaultsArgs),
     /// Write the JSON schemas of mission, vehicle and gains files.
     #[command(after_long_help = include_str!("help/schema.txt"))]
     Schema(SchemaArgs),

@@ -18,6 +18,7 @@
 //! | [`autopilot`] | the reference autopilot: HIL client, vehicle for ground stations and companions |
 //! | `parties` | the parties of a drop, built from a mission (feature `files`) |
 //! | [`lockstep`] | all of them on a wire in memory |
+//! | `injection` | MAV_CMD_INJECT_FAILURE as orders about faults |
 //! | `statustext` | long texts in pieces |
 //! | `wire` | the wire's units; messages of more than one sender |
 //!
@@ -32,6 +33,7 @@ pub mod frame;
 pub mod froude;
 pub mod hil;
 pub mod hub;
+mod injection;
 pub mod lockstep;
 pub mod parachute;
 #[cfg(feature = "files")]

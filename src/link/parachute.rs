@@ -3,7 +3,8 @@
 //! MAV_COMP_ID_PARACHUTE, with a heartbeat at 1 Hz. It cuts the vehicle loose on MAV_CMD_DO_GRIPPER (param2 =
 //! 0, release), answers every command addressed to it exactly once, reports by STATUSTEXT to everyone, and
 //! puts the instant of the release on the wire as NAMED_VALUE_INT `t_release` (ms of simulated time), at once
-//! and then at 1 Hz for whoever joins later; and, as `t_end`, that the simulation is over.
+//! and then at 1 Hz for whoever joins later; as `t_end`, that the simulation is over; and, as `mute`, whether
+//! the streamer is to send nothing (1) or goes on (0), where a fault has its setpoints lost.
 //! MAV_CMD_DO_PARACHUTE, on a real vehicle "canopy out, motors dead", is refused with the reason.
 
 use std::collections::VecDeque;
@@ -24,6 +25,8 @@ use crate::time::{TimeUs, seconds};
 /// MAV_COMP_ID_PARACHUTE.
 pub const PARACHUTE_COMPONENT: u8 = 161;
 
+/// Name of the NAMED_VALUE_INT by which the streamer learns that it is to send nothing.
+pub const MUTE: &str = "mute";
 /// `GRIPPER_ACTION_RELEASE` and `GRIPPER_ACTION_GRAB`.
 const GRIPPER_RELEASE: f32 = 0.0;
 const GRIPPER_GRAB: f32 = 1.0;
@@ -39,6 +42,8 @@ pub struct ParachuteComponent {
     next_heartbeat: TimeUs,
     released_at: Option<TimeUs>,
     release_asked: bool,
+    /// Whether the streamer is to send nothing.
+    mute: bool,
     /// Why a command to cut is not obeyed at present; `None`: it is.
     refusal: Option<&'static str>,
     texts: TextWriter,
@@ -58,6 +63,7 @@ impl ParachuteComponent {
             next_heartbeat: 0,
             released_at: None,
             release_asked: false,
+            mute: false,
             refusal: Some("no autopilot is connected"),
             texts: TextWriter::default(),
             outbox: VecDeque::new(),
@@ -116,6 +122,36 @@ impl ParachuteComponent {
     pub fn say(&mut self, severity: MavSeverity, text: &str) {
         for message in self.texts.messages(severity, text) {
             self.send(Recipient::All, &MavMessage::STATUSTEXT(message));
+        }
+    }
+
+    /// From now on the streamer is to send nothing, or goes on.
+    pub fn note_mute(&mut self, now: TimeUs, mute: bool) {
+        if std::mem::replace(&mut self.mute, mute) != mute {
+            self.send_value(now, Recipient::All, MUTE, i32::from(mute));
+        }
+    }
+
+    /// Whether a command is addressed to the parachute, and to it alone.
+    pub(super) fn is_addressed(&self, command: &Command) -> bool {
+        command.target_component == PARACHUTE_COMPONENT
+            && [0, self.encoder.system_id()].contains(&command.target_system)
+    }
+
+    /// Acknowledges a command of `from` (system, component) that the simulator has obeyed or refused; what
+    /// there is to say of it goes to everybody.
+    pub(super) fn acknowledge(
+        &mut self,
+        command: &Command,
+        peer: PeerId,
+        from: (u8, u8),
+        (result, text): (MavResult, Option<String>),
+    ) {
+        let ack = CommandAck::new(command, result as u8, from);
+        let bytes = self.encoder.encode_command_ack(&ack);
+        self.outbox.push_back((Recipient::Peer(peer), bytes));
+        if let Some(text) = text {
+            self.say(MavSeverity::MAV_SEVERITY_WARNING, &text);
         }
     }
 
@@ -192,12 +228,13 @@ impl ParachuteComponent {
     }
 
     fn send_instant(&mut self, now: TimeUs, to: Recipient, name: &str, at: TimeUs) {
-        let instant = NAMED_VALUE_INT_DATA {
-            time_boot_ms: (now / 1_000) as u32,
-            value: ((at + 500) / 1_000) as i32,
-            name: name.into(),
-        };
-        self.send(to, &MavMessage::NAMED_VALUE_INT(instant));
+        self.send_value(now, to, name, ((at + 500) / 1_000) as i32);
+    }
+
+    fn send_value(&mut self, now: TimeUs, to: Recipient, name: &str, value: i32) {
+        let time_boot_ms = (now / 1_000) as u32;
+        let named = NAMED_VALUE_INT_DATA { time_boot_ms, value, name: name.into() };
+        self.send(to, &MavMessage::NAMED_VALUE_INT(named));
     }
 }
 
@@ -216,6 +253,9 @@ impl Session for ParachuteComponent {
             self.next_heartbeat = heartbeat_after(now);
             self.send_heartbeat(Recipient::All);
             self.send_t_release(now, Recipient::All);
+            if self.mute {
+                self.send_value(now, Recipient::All, MUTE, 1);
+            }
         }
     }
 

@@ -58,8 +58,16 @@ pub fn simulator(
         battery: mission.battery,
         limits: Some(mission.limits.safety),
     };
-    let config =
-        HilConfig { system_id, froude, run, sensors: mission.sensors, seed: mission.seed, companion };
+    let allow_faults = mission.faults.allow_command;
+    let config = HilConfig {
+        system_id,
+        froude,
+        run,
+        sensors: mission.sensors,
+        seed: mission.seed,
+        companion,
+        allow_faults,
+    };
     HilSession::new(mission.simulation(), config)
 }
 

@@ -11,7 +11,11 @@ use crate::params::Value;
 use crate::time::TimeUs;
 
 /// Fields of HIL_SENSOR that accelerometer and gyroscope make.
-pub(super) const INERTIAL: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x007 | 0x038);
+pub(super) const INERTIAL: HilSensorUpdatedFlags = ACCELEROMETER.union(GYROSCOPE);
+/// Fields of HIL_SENSOR: accelerometer.
+pub(super) const ACCELEROMETER: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x007);
+/// Fields of HIL_SENSOR: gyroscope.
+pub(super) const GYROSCOPE: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x038);
 /// Fields of HIL_SENSOR that the magnetometer makes.
 pub(super) const MAGNETOMETER: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x1C0);
 

@@ -36,7 +36,7 @@ pub mod wind;
 pub use atmosphere::Atmosphere;
 pub use body_aero::BodyAero;
 pub use environment::Environment;
-pub use motor::{EscDc, Motor};
+pub use motor::{EscDc, Motor, MotorCondition};
 pub use parachute::Parachute;
 pub use planet::Planet;
 pub use rotor::{Rotor, RotorTable};

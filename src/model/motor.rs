@@ -55,6 +55,18 @@ pub struct EscDc {
     pub rotor_inertia_kg_m2: f64,
 }
 
+/// What a fault has made of a motor and its speed controller.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MotorCondition {
+    /// As the model of the motor has it.
+    #[default]
+    Sound,
+    /// No current flows, whatever is commanded.
+    Unpowered,
+    /// Held at the speed that it has.
+    Held,
+}
+
 impl Motor {
     /// Speed at full throttle [rad/s].
     pub fn omega_max_rad_s(&self) -> f64 {
@@ -105,5 +117,28 @@ impl Motor {
             }
         };
         if omega <= 0.0 && rate < 0.0 { 0.0 } else { rate }
+    }
+
+    /// Angular acceleration of the rotor [rad/s^2] as [`Self::acceleration`] has it, of a motor in a
+    /// condition. Without current the air alone brakes a DC motor, `omega_dot = -Q_aero/J_r`; a motor of
+    /// first order slows down as at zero throttle, since its model has no torque.
+    pub fn acceleration_in(
+        &self,
+        condition: MotorCondition,
+        throttle: f64,
+        omega: f64,
+        torque_aero: f64,
+    ) -> f64 {
+        match (condition, self) {
+            (MotorCondition::Sound, _) => self.acceleration(throttle, omega, torque_aero),
+            (MotorCondition::Held, _) => 0.0,
+            (MotorCondition::Unpowered, Self::FirstOrder { .. }) => {
+                self.acceleration(0.0, omega, torque_aero)
+            }
+            (MotorCondition::Unpowered, Self::EscDc(m)) => {
+                let rate = -torque_aero / m.rotor_inertia_kg_m2;
+                if omega <= 0.0 && rate < 0.0 { 0.0 } else { rate }
+            }
+        }
     }
 }

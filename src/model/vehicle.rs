@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 use super::body_aero::AeroLoad;
 use super::rigid_body::{BodyRate, BodyState, MassProperties, derivative};
 use super::rotor::{Inflow, Rotor, RotorLoad};
-use super::{BodyAero, Environment, MAX_ROTORS, ModelError, Motor, PerRotor};
+use super::{BodyAero, Environment, MAX_ROTORS, ModelError, Motor, MotorCondition, PerRotor};
 use crate::frames::rotate_body_from_ned;
 use crate::real::Real;
 
@@ -298,6 +298,35 @@ impl Vehicle {
         throttle: &PerRotor,
         locked: bool,
     ) -> VehicleRate {
+        self.driven_derivative(environment, state, rotor_speed, |i, torque_nm| {
+            if locked { 0.0 } else { self.motor.acceleration(throttle[i], rotor_speed[i], torque_nm) }
+        })
+    }
+
+    /// Derivative as [`Self::powered_derivative`] has it, rotors free, with motors in these conditions.
+    pub fn faulty_derivative(
+        &self,
+        environment: &Environment,
+        state: &BodyState,
+        rotor_speed: &PerRotor,
+        throttle: &PerRotor,
+        motors: &[MotorCondition; MAX_ROTORS],
+    ) -> VehicleRate {
+        self.driven_derivative(environment, state, rotor_speed, |i, torque_nm| {
+            self.motor.acceleration_in(motors[i], throttle[i], rotor_speed[i], torque_nm)
+        })
+    }
+
+    /// Derivative of body and rotors; `acceleration` gives that of a rotor [rad/s^2] at the torque of the air
+    /// [N m].
+    #[inline(always)]
+    fn driven_derivative(
+        &self,
+        environment: &Environment,
+        state: &BodyState,
+        rotor_speed: &PerRotor,
+        acceleration: impl Fn(usize, f64) -> f64,
+    ) -> VehicleRate {
         let v_air_ned = state.v_ned - environment.wind_ned_m_s;
         let v_air_body = rotate_body_from_ned(state.q_ned_from_body, v_air_ned);
         let aero = self.aero.load(v_air_body, environment.density_kg_m3);
@@ -307,9 +336,7 @@ impl Vehicle {
         for (i, rotor) in self.rotors.iter().enumerate() {
             let hub = v_air_body + state.omega_body.cross(&rotor.position_body_m);
             let load = self.rotor_load(rotor, &hub, rotor_speed[i], environment.density_kg_m3);
-            if !locked {
-                rotor_acceleration[i] = self.motor.acceleration(throttle[i], rotor_speed[i], load.torque_nm);
-            }
+            rotor_acceleration[i] = acceleration(i, load.torque_nm);
             balance.thrust_n[i] = load.thrust_n;
             balance.torque_nm[i] = load.torque_nm;
             balance.add_thrust(rotor, load.thrust_n);

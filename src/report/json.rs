@@ -81,6 +81,21 @@ pub struct DropEvent {
     pub warning: bool,
 }
 
+/// A fault that a drop had.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FlownFault {
+    /// Name, as missions have it.
+    pub name: &'static str,
+    /// What failed, in words.
+    pub text: String,
+    /// Beginning, since the simulation began [s].
+    pub from_s: f64,
+    /// End, likewise [s]; `None`: it stayed.
+    pub until_s: Option<f64>,
+    /// "mission" or "command".
+    pub by: &'static str,
+}
+
 /// What a drop's object holds besides the verdict.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DropRun {
@@ -108,6 +123,8 @@ pub struct DropRun {
     pub plan_solve_ms: Option<f64>,
     /// Simulated time over wall-clock time.
     pub real_time_factor: Option<f64>,
+    /// Faults that it had, in order of their beginnings.
+    pub faults: Vec<FlownFault>,
 }
 
 impl DropRun {
@@ -166,6 +183,7 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         plan_j_tpf: run.plan_j_tpf,
         #[serde(flatten)] solve: run.plan_solve_ms.map(|ms| object! { plan_solve_ms: ms }),
         #[serde(flatten)] pace: run.real_time_factor.map(|factor| object! { real_time_factor: factor }),
+        #[serde(flatten)] faults: (!run.faults.is_empty()).then(|| object! { faults: &run.faults }),
     })
 }
 

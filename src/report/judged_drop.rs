@@ -1,8 +1,9 @@
 //! A drop that is over, judged: the verdict, what else there is to say of the run, and whether it was safe.
 
-use super::json::{DropEvent, DropRun, FlownBy, FlownTrajectory};
+use super::json::{DropEvent, DropRun, FlownBy, FlownFault, FlownTrajectory};
 use crate::assess::{Verdict, VerdictBuilder, plan_j_tpf};
 use crate::config::{Mission, TrajectoryFile};
+use crate::sim::faults::FaultSpan;
 use crate::sim::{FlightRecord, Sample};
 use crate::time::{Timed, seconds};
 use crate::trajectory::Trajectory;
@@ -52,6 +53,7 @@ pub fn judge_drop(mission: &Mission, flown: &FlownDrop<'_>) -> (Option<Verdict>,
         autopilot: flown.by.cloned(),
         failsafe: flown.record.failsafe,
         events: flown.record.events.iter().map(event).collect(),
+        faults: flown.record.faults.iter().map(FlownFault::from).collect(),
         plan_j_tpf: flown.plan.map(|plan| plan_j_tpf(plan, &mission.limits.safety)),
         ..DropRun::default()
     };
@@ -79,22 +81,52 @@ impl DropRun {
         within && self.reason(verdict).is_none() && !self.failsafe
     }
 
-    /// What was decided, in a sentence; `None` where nothing was released.
+    /// The faults that the drop had, in words: `rotor 2 off from 13.500 s, gyro stuck from 3.000 s to
+    /// 4.000 s`; times are since the simulation began. `None`: it had none.
+    pub fn fault_words(&self) -> Option<String> {
+        let words = |fault: &FlownFault| {
+            let until = fault.until_s.map_or(String::new(), |until_s| format!(" to {until_s:.3} s"));
+            format!("{} from {:.3} s{until}", fault.text, fault.from_s)
+        };
+        let all: Vec<String> = self.faults.iter().map(words).collect();
+        (!all.is_empty()).then(|| all.join(", "))
+    }
+
+    /// What was decided, in a sentence, with the faults that the drop had; `None` where nothing was released.
     pub fn sentence(&self, verdict: Option<&Verdict>) -> Option<String> {
-        let verdict = verdict?;
+        let decided = self.decided(verdict?);
+        Some(match self.fault_words() {
+            Some(faults) => format!("{decided}; faults: {faults}"),
+            None => decided,
+        })
+    }
+
+    fn decided(&self, verdict: &Verdict) -> String {
         let j_tpf = format!("J_TPF {:.3}", verdict.j_tpf);
         if !verdict.limits_passed.is_empty() {
             let passed = verdict.limits_passed.join(", ").replace('_', " ");
-            return Some(format!("NOT safe: {j_tpf}, limits passed: {passed}"));
+            return format!("NOT safe: {j_tpf}, limits passed: {passed}");
         }
         if self.failsafe {
-            return Some(format!("NOT safe: {j_tpf}, a failsafe flew"));
+            return format!("NOT safe: {j_tpf}, a failsafe flew");
         }
-        Some(match (self.reason(Some(verdict)), verdict.steady_after_s) {
+        match (self.reason(Some(verdict)), verdict.steady_after_s) {
             (Some(reason), _) => format!("NOT safe: {j_tpf}, {reason}"),
             (None, Some(t_s)) => format!("safe: {j_tpf}, steady after {t_s:.2} s"),
             (None, None) => format!("safe: {j_tpf}"),
-        })
+        }
+    }
+}
+
+impl From<&FaultSpan> for FlownFault {
+    fn from(span: &FaultSpan) -> Self {
+        Self {
+            name: span.kind.name(),
+            text: span.kind.to_string(),
+            from_s: span.from_s,
+            until_s: span.until_s,
+            by: if span.ordered { "command" } else { "mission" },
+        }
     }
 }
 

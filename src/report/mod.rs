@@ -7,6 +7,7 @@
 //! | `flight_arrays` | the flight log as arrays of numbers |
 //! | [`verdict`] | the verdict and the plan for the terminal |
 //! | [`verify`] | the checks of `samara verify` |
+//! | [`faults`] | the list of `samara faults` |
 //! | `columns` | numbers and tables for the terminal |
 //! | `judged_drop` | a drop that is over, judged |
 //! | [`json`] | the objects of `--json` and of `plan.json` |
@@ -30,6 +31,7 @@ pub mod campaign;
 mod columns;
 mod derived;
 pub mod drops;
+pub mod faults;
 pub mod figure;
 mod flight_arrays;
 mod flight_columns;
@@ -49,10 +51,13 @@ pub mod verdict;
 pub mod verify;
 
 pub use derived::{derived_json, derived_text};
+pub use faults::{faults_json, faults_text};
 pub use figure::{FigureError, convergence_figure, drop_figure, plan_figure};
 pub use flight_arrays::flight_arrays;
 pub use flight_csv::FlightCsv;
-pub use json::{DropEvent, DropRun, FlownBy, FlownTrajectory, drop_json, manifest_json, plan_json};
+pub use json::{
+    DropEvent, DropRun, FlownBy, FlownFault, FlownTrajectory, drop_json, manifest_json, plan_json,
+};
 pub use judged_drop::{FlownDrop, judge_drop};
 pub use mcap::{Attachment, drop_mcap};
 pub use replay::drop_page;

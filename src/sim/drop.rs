@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use super::faults::{Fault, FaultCourse, FaultOrder};
 use super::integrator::PlantState;
 use super::plant::{Loads, Plant, PlantKind};
 use crate::model::parachute::Pendulum;
@@ -74,6 +75,8 @@ pub struct DropSimulation {
     released: Option<Released>,
     /// The wind where it changes, and when its t = 0 is [s].
     wind: Option<(WindCourse, f64)>,
+    /// Faults of the flight; `None`: there are none.
+    faults: Option<Box<FaultCourse>>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -121,18 +124,56 @@ impl DropSimulation {
             release_at_s: None,
             released: None,
             wind: None,
+            faults: None,
         }
     }
 
     /// The simulation in a wind that changes, from its beginning on; gusts count from the nominal t = 0. The
     /// canopy drifts with the mean wind at the site's altitude.
     pub fn in_wind(mut self, course: Option<WindCourse>) -> Self {
-        let nominal_t0_s = match self.released {
-            Some(_) => 0.0,
-            None => self.nominal_release_s + self.parachute.delay_s,
-        };
+        let nominal_t0_s = self.nominal_t0_s();
         self.wind = course.map(|course| (course, nominal_t0_s));
         self
+    }
+
+    /// The simulation with these faults, from its beginning on; their times count from the nominal t = 0.
+    /// Those of motors act in it; those of sensors, setpoints and the parachute are its host's, by
+    /// [`Self::faults`].
+    pub fn with_faults(mut self, faults: &[Fault]) -> Self {
+        if !faults.is_empty() {
+            self.faults = Some(Box::new(FaultCourse::new(faults, self.nominal_t0_s())));
+            self.meet_faults();
+        }
+        self
+    }
+
+    /// The faults of the flight, where there are or have been any.
+    pub fn faults(&self) -> Option<&FaultCourse> {
+        self.faults.as_deref()
+    }
+
+    /// Takes an order about a fault; whether it is obeyed, [`FaultCourse::order`].
+    pub fn order_fault(&mut self, order: FaultOrder) -> bool {
+        let (now_s, speed) = (self.clock.time_s, &self.state.rotor_speed);
+        let faults = self.faults.get_or_insert_default();
+        let obeyed = faults.order(order, now_s, speed);
+        self.plant.set_motors(faults.motors());
+        obeyed
+    }
+
+    fn nominal_t0_s(&self) -> f64 {
+        match self.released {
+            Some(_) => 0.0,
+            None => self.nominal_release_s + self.parachute.delay_s,
+        }
+    }
+
+    /// Begins and ends the faults whose times have come.
+    fn meet_faults(&mut self) {
+        if let Some(faults) = &mut self.faults {
+            faults.advance(self.clock.time_s, &self.state.rotor_speed);
+            self.plant.set_motors(faults.motors());
+        }
     }
 
     /// A vehicle at t = 0 of the study: in the given state, rotors at rest and free.
@@ -159,6 +200,7 @@ impl DropSimulation {
             release_at_s: None,
             released: Some(Released { time_s: 0.0, state }),
             wind: None,
+            faults: None,
         }
     }
 
@@ -262,6 +304,11 @@ impl DropSimulation {
             let [[n], [e], [d]] = course.step(t_s, remaining, &[p.z], &[[v.x], [v.y], [v.z]]);
             self.plant.set_wind_ned(Vector3::new(n, e, d));
         }
+        if let Some(faults) = &mut self.faults
+            && remaining > 0.0
+        {
+            self.throttle = faults.step_commands(&self.throttle, remaining);
+        }
         let mut first = None;
         while remaining > 0.0 {
             let h = match self.boundary_s() {
@@ -275,6 +322,7 @@ impl DropSimulation {
             remaining = if h < remaining { remaining - h } else { 0.0 };
             self.cross_boundary();
         }
+        self.meet_faults();
         first.unwrap_or_else(|| self.loads())
     }
 

@@ -20,6 +20,8 @@ use nalgebra::Vector3;
 
 use super::battery::Battery;
 use super::drop::{DropSimulation, Phase, ReleaseTrigger};
+use super::faults::course::FaultChange;
+use super::faults::{FaultKind, FaultOrder, FaultSpan};
 use super::limits::{SafetyLimits, StateCost};
 use super::record::Sample;
 use crate::control::px4::timing::IMU_PERIOD_US;
@@ -111,6 +113,16 @@ pub enum DropEvent {
         /// Part of the state's cost, as [`StateCost::parts`] names it.
         name: &'static str,
     },
+    /// A fault has begun.
+    FaultBegan {
+        /// What fails.
+        fault: FaultKind,
+    },
+    /// A fault is over.
+    FaultEnded {
+        /// What failed.
+        fault: FaultKind,
+    },
     /// The vehicle has come to the ground.
     TouchedGround {
         /// Speed of descent at the step before [m/s].
@@ -122,11 +134,16 @@ impl DropEvent {
     /// Whether something is not as it should be.
     pub fn is_warning(&self) -> bool {
         match self {
-            Self::ModeUnknown | Self::ReleasedUnarmed | Self::LimitPassed { .. } => true,
+            Self::ModeUnknown
+            | Self::ReleasedUnarmed
+            | Self::LimitPassed { .. }
+            | Self::FaultBegan { .. } => true,
             Self::Failsafe { active } => *active,
-            Self::Armed { .. } | Self::Released { .. } | Self::RotorsFree | Self::TouchedGround { .. } => {
-                false
-            }
+            Self::Armed { .. }
+            | Self::Released { .. }
+            | Self::RotorsFree
+            | Self::FaultEnded { .. }
+            | Self::TouchedGround { .. } => false,
         }
     }
 }
@@ -145,6 +162,8 @@ impl fmt::Display for DropEvent {
             Self::ReleasedUnarmed => "released while the autopilot is not armed",
             Self::RotorsFree => "rotors free",
             Self::LimitPassed { name } => return write!(f, "limit passed: {}", name.replace('_', " ")),
+            Self::FaultBegan { fault } => return write!(f, "fault: {fault}"),
+            Self::FaultEnded { fault } => return write!(f, "fault over: {fault}"),
             Self::TouchedGround { speed_m_s } => return write!(f, "on the ground at {speed_m_s:.2} m/s"),
         })
     }
@@ -158,6 +177,28 @@ pub struct FlightRecord {
     /// Whether the autopilot was in a failsafe, armed, at any time after the release: then it was not the
     /// plan that was flown.
     pub failsafe: bool,
+    /// Faults that began, in the order in which they did.
+    pub faults: Vec<FaultSpan>,
+}
+
+impl FlightRecord {
+    /// The record of a flight that has no host to report it: its faults, with their events.
+    pub fn of_faults(simulation: &DropSimulation) -> Self {
+        let Some(faults) = simulation.faults() else { return Self::default() };
+        let event = |change: &FaultChange| Timed { at: microseconds(change.at_s), event: change.into() };
+        Self {
+            events: faults.changes().iter().map(event).collect(),
+            failsafe: false,
+            faults: faults.spans().to_vec(),
+        }
+    }
+}
+
+impl From<&FaultChange> for DropEvent {
+    fn from(change: &FaultChange) -> Self {
+        let fault = change.kind;
+        if change.begins { Self::FaultBegan { fault } } else { Self::FaultEnded { fault } }
+    }
 }
 
 /// What the autopilot has reported of itself.
@@ -189,6 +230,10 @@ pub struct DropRun {
     /// Whether the vehicle was on the ground at the last step.
     on_ground: bool,
     limits_passed: [bool; 5],
+    /// What has asked the parachute to let go, and when [s], where it has not done so at once.
+    asked: Option<(ReleaseCause, f64)>,
+    /// How many changes of the simulation's faults have been reported.
+    faults_reported: usize,
 }
 
 impl DropRun {
@@ -197,10 +242,13 @@ impl DropRun {
         let initial = simulation;
         let mut simulation = initial.clone();
         // Without a hang this releases at once; the first step reports it.
-        if config.trigger == ReleaseTrigger::Time {
-            simulation.schedule_release(initial.nominal_release_s());
+        let at_s = initial.nominal_release_s();
+        let by_time = config.trigger == ReleaseTrigger::Time;
+        if by_time && simulation.faults().is_none() {
+            simulation.schedule_release(at_s);
         }
-        Self {
+        let asked = (by_time && simulation.faults().is_some()).then_some((ReleaseCause::Time, at_s));
+        let mut run = Self {
             now: 0,
             throttle: [0.0; MAX_ROTORS],
             v_sp_ned: None,
@@ -212,10 +260,15 @@ impl DropRun {
             reported_phase: initial.phase(),
             on_ground: simulation.on_ground(),
             limits_passed: [false; 5],
+            asked,
+            faults_reported: 0,
             simulation,
             initial,
             config,
-        }
+        };
+        run.report_faults();
+        run.let_go();
+        run
     }
 
     /// Starts over: the vehicle under its canopy at time 0, an empty log, nothing known of the autopilot.
@@ -321,11 +374,60 @@ impl DropRun {
 
     /// Cuts the vehicle loose now; once it is loose, nothing more happens.
     pub fn release(&mut self, cause: ReleaseCause) {
-        if self.simulation.phase() == Phase::Hanging {
-            self.simulation.release();
-            self.report_release(cause);
-            self.report_free_rotors();
+        if self.simulation.phase() != Phase::Hanging {
+            return;
         }
+        if self.simulation.faults().is_none() {
+            self.simulation.release();
+        } else {
+            // Who has asked first is obeyed, unless the time that was asked for is still to come.
+            let now_s = self.simulation.time_s();
+            if self.asked.is_none_or(|(_, at_s)| at_s > now_s) {
+                self.asked = Some((cause, now_s));
+            }
+            self.let_go();
+        }
+        self.report_release(cause);
+        self.report_free_rotors();
+    }
+
+    /// Takes an order about a fault, in force at once; whether it is obeyed, which it is not after a thousand
+    /// others.
+    pub fn order_fault(&mut self, order: FaultOrder) -> bool {
+        if self.simulation.faults().is_none()
+            && self.config.trigger == ReleaseTrigger::Time
+            && self.simulation.phase() == Phase::Hanging
+        {
+            // From now on the parachute may have a fault.
+            self.asked = Some((ReleaseCause::Time, self.simulation.nominal_release_s()));
+        }
+        let obeyed = self.simulation.order_fault(order);
+        self.report_faults();
+        self.let_go();
+        obeyed
+    }
+
+    /// The parachute that has been asked to let go does so when its faults let it.
+    fn let_go(&mut self) {
+        if let (Some((_, asked_s)), Some(faults)) = (self.asked, self.simulation.faults())
+            && self.simulation.phase() == Phase::Hanging
+        {
+            let at_s = faults.lets_go_at(asked_s).unwrap_or(f64::INFINITY);
+            self.simulation.schedule_release(at_s);
+        }
+    }
+
+    /// Reports the faults that have begun and ended.
+    fn report_faults(&mut self) {
+        let Some(faults) = self.simulation.faults() else { return };
+        if faults.changes().len() == self.faults_reported {
+            return;
+        }
+        for change in &faults.changes()[self.faults_reported..] {
+            self.record.events.push(Timed { at: microseconds(change.at_s), event: change.into() });
+        }
+        self.faults_reported = faults.changes().len();
+        self.record.faults = faults.spans().to_vec();
     }
 
     /// Makes one step under the commands that have been set.
@@ -338,6 +440,7 @@ impl DropRun {
         let before = self.simulation.advance_sampled(&self.throttle, self.v_sp_ned, dt_s);
         self.log.push(before);
         self.now += self.config.step_us;
+        self.report_faults();
         self.check_trigger();
         self.report_free_rotors();
         self.report_touch(before.state.body.v_ned.z);
@@ -355,6 +458,10 @@ impl DropRun {
         let hangs = self.simulation.phase() == Phase::Hanging;
         if !hangs && self.simulation.on_ground() {
             self.report_release(ReleaseCause::Ground);
+        }
+        if let Some((cause, _)) = self.asked {
+            self.let_go();
+            self.report_release(cause);
         }
         match self.config.trigger {
             // The simulation itself has cut at the time set; it remains to be reported.

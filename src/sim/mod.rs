@@ -7,6 +7,7 @@
 //! | [`drop`](mod@drop), `drop/forces` | hang, release, fall, powered flight; what acts in each phase |
 //! | [`drop_run`] | a drop under its mission's trigger, with log, record and events |
 //! | [`limits`] | safety limits, and a state's share of them |
+//! | [`faults`] | faults by name: what fails, when, and what that makes of motors and release |
 //! | [`flight`] | a whole flight, controller and vehicle, without MAVLink frames |
 //! | [`ground`] | what a vehicle stands on |
 //! | [`battery`] | what the rotors take |
@@ -17,6 +18,7 @@
 pub mod battery;
 pub mod drop;
 pub mod drop_run;
+pub mod faults;
 pub mod flight;
 pub mod ground;
 pub mod integrator;
@@ -42,6 +44,7 @@ mod wind_tests;
 pub use battery::Battery;
 pub use drop::{DropSimulation, Phase, ReleaseTrigger, Start};
 pub use drop_run::{DropEvent, DropRun, DropRunConfig, FlightRecord, ReleaseCause};
+pub use faults::{Fault, FaultKind, FaultOrder};
 pub use flight::{FlightPlan, Reference, fly};
 pub use ground::Ground;
 pub use integrator::PlantState;

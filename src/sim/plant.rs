@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 use super::ground::Ground;
 use super::integrator::{PlantRate, PlantState, runge_kutta_4, steps_in};
 use crate::frames::normalized;
-use crate::model::{Environment, ForceBalance, MAX_ROTORS, PerRotor, Vehicle};
+use crate::model::{Environment, ForceBalance, MAX_ROTORS, MotorCondition, PerRotor, Vehicle};
 
 /// Kind of a plant's actuators.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -51,6 +51,8 @@ pub struct Plant {
     ground: Option<Ground>,
     /// The ideal plant's thrusts, as last commanded [N].
     thrust_n: PerRotor,
+    /// Conditions of the motors, where not all are sound; the ideal plant has none.
+    motors: Option<[MotorCondition; MAX_ROTORS]>,
 }
 
 impl Plant {
@@ -59,7 +61,16 @@ impl Plant {
         let static_thrust_n = vehicle.static_thrust_n(environment.density_kg_m3);
         let longest_step_s = vehicle.longest_step_s();
         let thrust_n = [0.0; MAX_ROTORS];
-        Self { vehicle, environment, kind, static_thrust_n, longest_step_s, ground: None, thrust_n }
+        Self {
+            vehicle,
+            environment,
+            kind,
+            static_thrust_n,
+            longest_step_s,
+            ground: None,
+            thrust_n,
+            motors: None,
+        }
     }
 
     /// The vehicle.
@@ -85,6 +96,11 @@ impl Plant {
     /// Changes the wind from now on, NED [m/s].
     pub fn set_wind_ned(&mut self, wind_ned_m_s: Vector3<f64>) {
         self.environment.wind_ned_m_s = wind_ned_m_s;
+    }
+
+    /// Puts the motors into these conditions from now on; `None`: all are sound.
+    pub fn set_motors(&mut self, motors: Option<[MotorCondition; MAX_ROTORS]>) {
+        self.motors = motors;
     }
 
     /// Kind of the actuators.
@@ -119,8 +135,11 @@ impl Plant {
     ) -> crate::model::vehicle::VehicleRate {
         let higher = self.environment.at(&state.body.p_ned);
         let environment = higher.as_ref().unwrap_or(&self.environment);
-        let mut rate =
-            self.vehicle.powered_derivative(environment, &state.body, &state.rotor_speed, throttle, locked);
+        let (vehicle, body, speed) = (&self.vehicle, &state.body, &state.rotor_speed);
+        let mut rate = match &self.motors {
+            Some(motors) if !locked => vehicle.faulty_derivative(environment, body, speed, throttle, motors),
+            _ => vehicle.powered_derivative(environment, body, speed, throttle, locked),
+        };
         if let Some(ground) = &self.ground {
             let reaction = ground.reaction(&self.vehicle, &state.body);
             rate.body.v_dot_ned += reaction.force_ned / self.vehicle.mass.mass_kg;

@@ -4,6 +4,7 @@
 mod bench;
 mod estimator;
 mod failsafes;
+mod faults;
 mod flood;
 mod flood_with_key;
 mod froude;

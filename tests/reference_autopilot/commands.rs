@@ -4,10 +4,10 @@
 use mavlink::dialects::common::*;
 use mavlink::{Message as _, MessageData as _};
 use samara::autopilot::FlightMode;
-use samara::link::{CommandAck, Link};
+use samara::link::{CommandAck, Decoder, Link, Session as _};
 
 use super::bench::{
-    Bench, COMPANION, GROUND, VEHICLE, acks, command, last, level_no_thrust, texts, velocity,
+    Bench, COMPANION, GROUND, Sent, VEHICLE, acks, command, last, level_no_thrust, texts, velocity,
 };
 
 const ACCEPTED: u8 = 0;
@@ -38,7 +38,12 @@ fn regress_every_command_number_gets_one_ack_to_its_sender() {
                 payload[32] = 99;
                 let len = if message_id == 76 { 33 } else { 35 };
                 let bytes = bench.encoder(link).encode_payload(message_id, crc_extra, &payload[..len]);
-                let sent = bench.send_bytes(link, &bytes);
+                let mut sent = bench.send_bytes(link, &bytes);
+                if number == MavCmd::MAV_CMD_INJECT_FAILURE as u16 {
+                    // The simulator's to answer: passed on to it, and its answer back.
+                    assert!(acks(&sent).is_empty());
+                    sent = answered_by_the_simulator(&mut bench, &sent);
+                }
                 let on_link: Vec<CommandAck> = acks(&sent);
                 assert_eq!(on_link.len(), 1, "command {number}");
                 assert!(sent.iter().all(|(l, f)| f.command_ack().is_none() || *l == link));
@@ -48,6 +53,48 @@ fn regress_every_command_number_gets_one_ack_to_its_sender() {
             }
         }
     }
+}
+
+/// Answers the command that was passed on to the simulator with UNSUPPORTED; what the autopilot sends then.
+fn answered_by_the_simulator(bench: &mut Bench, sent: &[Sent]) -> Vec<Sent> {
+    let passed = |(link, frame): &Sent| (*link == Link::Simulator).then(|| frame.command()).flatten();
+    let commands: Vec<_> = sent.iter().filter_map(passed).collect();
+    assert_eq!(commands.len(), 1);
+    let command = commands[0];
+    assert_eq!((command.command, command.target_system, command.target_component), (420, VEHICLE, 200));
+    let ack = CommandAck::new(&command, UNSUPPORTED, (VEHICLE, 1));
+    let bytes = bench.encoder(Link::Simulator).encode_command_ack(&ack);
+    bench.send_bytes(Link::Simulator, &bytes)
+}
+
+/// A simulator that says nothing is not waited for longer than a second, and no more than sixteen commands
+/// wait for it.
+#[test]
+fn failure_injection_without_an_answer_has_failed() {
+    let mut bench = Bench::running();
+    let message = MavMessage::COMMAND_LONG(COMMAND_LONG_DATA {
+        command: MavCmd::MAV_CMD_INJECT_FAILURE,
+        param1: 101.0,
+        param2: 1.0,
+        target_system: VEHICLE,
+        target_component: 1,
+        ..Default::default()
+    });
+    for _ in 0..16 {
+        assert!(acks(&bench.send(Link::Api, &message)).is_empty());
+    }
+    assert_eq!(result(&mut bench, &message), TEMPORARILY_REJECTED);
+    let now = bench.now;
+    bench.session.handle_time(now);
+    bench.session.handle_time(now + 2_000_000);
+    let mut failed = 0;
+    let mut decoder = Decoder::new();
+    while let Some(sent) = bench.session.poll_output() {
+        decoder.datagram(&sent.bytes, |frame| {
+            failed += usize::from(frame.command_ack().is_some_and(|ack| ack.result == 4));
+        });
+    }
+    assert_eq!(failed, 16);
 }
 
 #[test]

@@ -27,6 +27,7 @@ fn study() -> SafetyStudy {
         plan: flight_reference(),
         settle_s: 0.0,
         delay_s: 0.5,
+        faults: Vec::new(),
     }
 }
 

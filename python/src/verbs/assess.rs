@@ -94,6 +94,7 @@ fn fly_all(
     [command, alone]: [String; 2],
     stop: &Stop,
 ) -> Result<Assessed, Fault> {
+    mission.faults.check_from_t0().or_given()?;
     let plan = converged(mission, stop)?;
     let study = mission.safety_study(&plan.trajectory);
     let entries = own_entries(mission).or_given()?;

@@ -22,6 +22,7 @@ use samara::report::{plan_json, plan_text};
 /// Flies the campaigns, or one trial of each.
 pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
+    mission.faults.check_from_t0().bad_input()?;
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;

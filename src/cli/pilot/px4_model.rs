@@ -47,6 +47,7 @@ impl Pilot for Px4Model {
     }
 
     fn check(&self, mission: &Mission, trajectory: &Trajectory, _: u16) -> Result<(), Failure> {
+        mission.faults.check_without_wire().bad_input()?;
         let (_, remarks) = parameters_for(mission, trajectory, self.parameters.as_ref())?;
         print_remarks(&mission.control.gains_name, &remarks);
         Ok(())
@@ -59,7 +60,9 @@ impl Pilot for Px4Model {
         // k of Froude's scaling: PX4's clock is slower than the site's by it.
         let similarity = mission.px4_purpose().factors(mission.site.environment.gravity_m_s2).k;
         let mut flight = mission.simulation();
-        flight.schedule_release(mission.release.hang_s);
+        let asked_s = mission.release.hang_s;
+        let release_s = flight.faults().map_or(Some(asked_s), |faults| faults.lets_go_at(asked_s));
+        flight.schedule_release(release_s.unwrap_or(f64::INFINITY));
         let then_v_ned = Some(mission.target_v_ned);
         let reference = Reference::Plan { trajectory, then_v_ned, feed_forward: self.feed_forward };
         let plan = FlightPlan::under_px4(reference, similarity, mission.duration_s);
@@ -73,7 +76,7 @@ impl Pilot for Px4Model {
         });
         Ok(Flown {
             log,
-            record: FlightRecord::default(),
+            record: FlightRecord::of_faults(&flight),
             real_time_factor: Some(1e3 * mission.duration_s / watch.ms()),
             by: Some(FlownBy { name: self.name(), version: None }),
             trouble: None,

@@ -59,6 +59,9 @@ impl Pilot for Reference {
     }
 
     fn check(&self, mission: &Mission, _: &Trajectory, instance: u16) -> Result<(), Failure> {
+        if !self.on_estimator() {
+            print_remarks(&mission.name, &mission.faults.remarks_on_truth());
+        }
         let Some(path) = &self.parameters else { return Ok(()) };
         let system = system_of_instance(instance).bad_input()?;
         let (_, remarks) =

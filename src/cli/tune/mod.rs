@@ -24,6 +24,7 @@ use super::answer::{Answer, Failure};
 use super::mission::{open_mission, print_origin};
 use super::planning::plan_mission;
 use super::system::thread_pool;
+use super::terminal::print_remarks;
 pub use args::TuneArgs;
 use args::{ForArg, MethodArg};
 use results::report_nothing;
@@ -33,6 +34,10 @@ use samara::plan::Status;
 pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
     let mut mission = open_mission(&args.mission.mission)?;
     print_origin(&args.mission, &mission)?;
+    if !mission.faults.list.is_empty() {
+        let remark = "faults: gains are searched and judged without them; `samara assess` flies motor faults";
+        print_remarks(&mission.name, &[remark.to_owned()]);
+    }
     if let Some(seed) = args.seed {
         mission.use_seed(seed);
     }

@@ -76,7 +76,7 @@ impl Mission {
             Some(ground) => DropSimulation::new(vehicle, environment, parachute, hang_s, start).above(ground),
             None => DropSimulation::new(vehicle, environment, parachute, hang_s, start),
         };
-        simulation.in_wind(course)
+        simulation.in_wind(course).with_faults(&self.faults.list)
     }
 
     /// The state that a plan starts from, [`PlanInitial`]; adrift with the wind.
@@ -160,6 +160,7 @@ impl Mission {
             plan: plan.clone(),
             settle_s: self.settle_s(plan),
             delay_s: self.release.parachute.delay_s,
+            faults: self.faults.list.clone(),
         }
     }
 

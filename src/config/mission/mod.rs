@@ -3,7 +3,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `site`, `wind`, `release`, `plan`, `limits` | sections, each with its JSON, its checks and its meaning |
-//! | `control`, `study`, `equipment`, `px4` | sections, likewise |
+//! | `control`, `study`, `equipment`, `faults`, `px4` | sections, likewise |
 //! | `made` | what is made of a mission: simulation, plan, study, drops |
 //! | `inputs` | the hash of the files and of what was chosen beside them |
 //! | `choices` | gains, parameters, cases, seeds and trajectories in place of the mission's own |
@@ -30,6 +30,7 @@ mod choices;
 mod contradictions;
 mod control;
 mod equipment;
+mod faults;
 mod inputs;
 mod limits;
 mod made;
@@ -43,6 +44,7 @@ mod study_identity;
 mod wind;
 
 pub use control::Control;
+pub use faults::{Faults, UnfitFault};
 pub use inputs::Inputs;
 pub use limits::Limits;
 pub use made::UnplannedError;
@@ -103,6 +105,9 @@ pub(super) struct MissionJson {
     battery: Option<equipment::BatteryJson>,
     /// Errors of the sensors; without it they are ideal.
     sensors: Option<equipment::SensorsJson>,
+    /// What fails, and when; without it nothing does.
+    #[serde(default)]
+    faults: faults::FaultsJson,
     /// How a PX4 that flies this mission is connected; "real" when left out.
     px4_clock: Option<Px4Clock>,
     /// Parameter file that PX4 flies this mission with; without it, or where gains are chosen, the gains in
@@ -149,6 +154,8 @@ pub struct Mission {
     pub sensors: SensorSettings,
     /// The battery, if it matters.
     pub battery: Option<Battery>,
+    /// What fails.
+    pub faults: Faults,
     /// How a PX4 flies the mission.
     pub px4: Px4,
     /// Hash of the files, and choices beside them.
@@ -218,6 +225,13 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
     let (inputs, gains) = Inputs::of_files(&named(&json.gains, "gains file", gains)?, hash)?;
     let release = Release::from_json(source, &json.release, &json.parachute, &site.environment)?;
     release.check_duration(source, json.duration_s.get())?;
+    let faults = Faults::from_json(
+        source,
+        &json.faults,
+        &release,
+        json.duration_s.get(),
+        vehicle.vehicle.rotors.len(),
+    )?;
     let gravity_m_s2 = site.environment.gravity_m_s2;
     let rotor_limits = || RotorLimits::of(&vehicle.vehicle, site.environment.density_kg_m3);
     let plan = PlanSettings::from_json(source, &json.plan, &target_v_ned, rotor_limits)?;
@@ -251,6 +265,7 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
             px4.clock,
         )?,
         battery: json.battery.as_ref().map(equipment::battery),
+        faults,
         site,
         release,
         px4,

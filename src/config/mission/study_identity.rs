@@ -50,6 +50,9 @@ impl Mission {
             text.put(&format!("cases[{i}].pitch_rad"), case.pitch_rad);
             text.put(&format!("cases[{i}].pitch_rate_rad_s"), case.pitch_rate_rad_s);
         }
+        for (i, fault) in self.faults.list.iter().enumerate() {
+            text.put(&format!("faults[{i}]"), fault);
+        }
         text.0
     }
 

@@ -30,7 +30,7 @@ fn regress_schemas_are_current_and_show_the_ranges() {
 /// Every number's key ends in its unit, or the number has none.
 #[test]
 fn every_number_in_a_schema_names_its_unit() {
-    const UNITS: [&str; 40] = [
+    const UNITS: [&str; 46] = [
         "_kg",
         "_m",
         "_m2",
@@ -55,7 +55,13 @@ fn every_number_in_a_schema_names_its_unit() {
         "_a",
         "_us",
         "_rad_s2",
+        "_m_s3",
+        "_gauss_s",
+        "_hpa_s",
         // Without a unit.
+        "rotor",
+        "factor",
+        "scale",
         "_factor",
         "nodes",
         "trials",

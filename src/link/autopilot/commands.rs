@@ -27,9 +27,31 @@ impl AutopilotSession {
         if of_parachute && command.target_component == 0 {
             return;
         }
-        let outcome = known.map_or(Outcome::Unsupported, |known| self.obey(peer, known, command));
+        let outcome = match known {
+            Some(MavCmd::MAV_CMD_INJECT_FAILURE) => match self.pass_on(peer, command) {
+                Some(outcome) => outcome,
+                // The simulator's answer is passed on when it comes.
+                None => return,
+            },
+            Some(known) => self.obey(peer, known, command),
+            None => Outcome::Unsupported,
+        };
         let ack = CommandAck::new(command, outcome as u8, (peer.system, peer.component));
         self.outbox.reply_command_ack(peer, &ack);
+    }
+
+    /// Passes MAV_CMD_INJECT_FAILURE on to the simulator, whose answer goes back when it comes; `Some`: it is
+    /// answered at once.
+    fn pass_on(&mut self, peer: Peer, command: &Command) -> Option<Outcome> {
+        let system_id = self.system_id();
+        let reason = if !self.clock.is_running() {
+            "failure injection refused: no simulator"
+        } else if !self.relay.pass_on(peer, command, system_id, &mut self.outbox) {
+            "failure injection refused: too many at once"
+        } else {
+            return None;
+        };
+        Some(Outcome::TemporarilyRejected.because(&mut self.vehicle.autopilot, reason))
     }
 
     #[expect(deprecated, reason = "some are deprecated in MAVLink, still sent by ground stations")]

@@ -9,6 +9,7 @@
 //! | `hil`, `sensing`, `home` | the simulator's messages as a state and as the estimator's samples; home |
 //! | `clock` | simulated time, TIMESYNC and PING |
 //! | `commands`, `outcome` | COMMAND_LONG and COMMAND_INT, and who obeys each; what becomes of them |
+//! | `relay` | the command that is the simulator's |
 //! | `flight_commands` | modes, arming, the commands about where to fly |
 //! | `setpoints` | SET_ATTITUDE_TARGET, SET_POSITION_TARGET_LOCAL_NED |
 //! | `telemetry`, `streams` | the messages that it sends; how often, on which link |
@@ -34,6 +35,7 @@ mod missions;
 mod outbox;
 mod outcome;
 mod parameters;
+mod relay;
 mod sensing;
 mod setpoints;
 mod streams;
@@ -49,6 +51,7 @@ use self::logging::record;
 use self::missions::Missions;
 use self::outbox::{LINKS, Outbox, Peer};
 use self::parameters::ParameterServer;
+use self::relay::Relay;
 use self::setpoints::SetpointInput;
 use self::streams::Streams;
 use self::telemetry::Telemetry;
@@ -98,6 +101,7 @@ pub struct AutopilotSession {
     missions: Missions,
     files: FileServer,
     streams: Streams,
+    relay: Relay,
     outbox: Outbox,
 }
 
@@ -120,6 +124,7 @@ impl AutopilotSession {
             parameters: ParameterServer::new(parameters, setup.keeps_parameters),
             missions: Missions::default(),
             streams: Streams::default(),
+            relay: Relay::default(),
             outbox: Outbox::new(system_id),
         };
         session.greet_simulator();
@@ -180,6 +185,7 @@ impl AutopilotSession {
     /// there, and greets anew. A vehicle that was armed and flying is not what hangs under the new canopy.
     pub fn simulator_connected(&mut self) {
         self.outbox.forget_simulator();
+        self.relay.forget(&mut self.outbox);
         if self.clock.is_running() {
             self.clock.stop();
             self.outbox.log.end();
@@ -234,6 +240,8 @@ impl AutopilotSession {
         // First the messages that are owed an answer whatever their fields hold.
         if let Some(command) = frame.command() {
             self.handle_command(peer, &command);
+        } else if let Some(ack) = frame.command_ack().filter(|_| peer.link == Link::Simulator) {
+            self.relay.take(&ack, &mut self.vehicle.autopilot, &mut self.outbox);
         } else if let Some(m) = frame.set_mode() {
             if self.is_for_us((m.target_system, 0)) {
                 self.vehicle.set_custom_mode(now, m.custom_mode);
@@ -375,6 +383,7 @@ impl Session for AutopilotSession {
         if self.clock.take_host_time(now) {
             self.send_heartbeat(&[Link::GroundStation, Link::Api]);
         }
+        self.relay.handle_time(now, &mut self.outbox);
         self.parameters.list_on(&mut self.outbox);
         self.missions.handle_time(self.clock.now());
         self.files.handle_time();

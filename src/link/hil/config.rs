@@ -23,6 +23,8 @@ pub struct HilConfig {
     /// simulated time waits for no companion. With it, nothing moves before a companion is heard on the
     /// parachute's socket, and nothing goes ahead of its setpoints.
     pub companion: Option<Duration>,
+    /// Whether faults may be ordered in flight, by MAV_CMD_INJECT_FAILURE.
+    pub allow_faults: bool,
 }
 
 impl Default for HilConfig {
@@ -34,6 +36,7 @@ impl Default for HilConfig {
             sensors: SensorSettings::default(),
             seed: 1,
             companion: None,
+            allow_faults: false,
         }
     }
 }

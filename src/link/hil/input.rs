@@ -7,6 +7,8 @@
 use mavlink::dialects::common::*;
 
 use super::super::frame::{Command, CommandAck, Frame};
+use super::super::injection::{INJECT_FAILURE, orders};
+use super::super::parachute::PARACHUTE_COMPONENT;
 use super::{HilCounts, HilEvent, HilSession, Pace, SIMULATOR_COMPONENT};
 use crate::autopilot::FlightMode;
 use crate::model::{MAX_ROTORS, PerRotor};
@@ -98,14 +100,60 @@ impl HilSession {
     }
 
     fn take_command(&mut self, command: &Command, from: (u8, u8)) {
+        let injects = command.command == INJECT_FAILURE;
         let ours = [0, self.config.system_id].contains(&command.target_system)
-            && [0, SIMULATOR_COMPONENT].contains(&command.target_component);
+            && ([0, SIMULATOR_COMPONENT].contains(&command.target_component)
+                || injects && command.target_component == PARACHUTE_COMPONENT);
         if !ours {
             return;
         }
-        let result = self.rates.command(command, self.now());
+        let result = if injects { self.inject(command).0 } else { self.rates.command(command, self.now()) };
         let ack = CommandAck::new(command, result as u8, from);
         self.outbox.push_back(self.encoder.encode_command_ack(&ack));
+        self.report_drop();
+    }
+}
+
+impl HilSession {
+    /// Takes MAV_CMD_INJECT_FAILURE where it is addressed to the parachute; whether it was that.
+    pub(super) fn take_injection(&mut self, frame: &Frame) -> bool {
+        let Some(command) = frame.command().filter(|c| c.command == INJECT_FAILURE) else { return false };
+        if !self.parachute.is_addressed(&command) {
+            return false;
+        }
+        let answer = self.inject(&command);
+        self.parachute.acknowledge(&command, frame.peer, (frame.system_id, frame.component_id), answer);
+        self.report_drop();
+        true
+    }
+
+    /// Begins or ends the faults that a command names, which is still to be reported; its result, and why it
+    /// is refused.
+    fn inject(&mut self, command: &Command) -> (MavResult, Option<String>) {
+        let refused = |result, why: &str| (result, Some(format!("Fault refused: {why}")));
+        if !self.config.allow_faults {
+            return refused(MavResult::MAV_RESULT_DENIED, "the mission does not allow it");
+        }
+        match self.pace {
+            Pace::NoPeer => {
+                return refused(MavResult::MAV_RESULT_TEMPORARILY_REJECTED, "no autopilot is connected");
+            }
+            Pace::Done => {
+                return refused(MavResult::MAV_RESULT_TEMPORARILY_REJECTED, "the mission is over");
+            }
+            Pace::Free | Pace::AwaitingControls | Pace::Ready => {}
+        }
+        let rotors = self.run.simulation().vehicle().rotors.len();
+        let orders = match orders(command, rotors) {
+            Ok(orders) => orders,
+            Err(result) => return (result, None),
+        };
+        for order in orders {
+            if !self.run.order_fault(order) {
+                return refused(MavResult::MAV_RESULT_TEMPORARILY_REJECTED, "too many in this flight");
+            }
+        }
+        (MavResult::MAV_RESULT_ACCEPTED, None)
     }
 }
 

@@ -7,15 +7,18 @@ use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
 use super::super::wire;
-use super::super::wire::{INERTIAL, MAGNETOMETER, UNKNOWN_BATTERY, degrees_e7_and_mm, single};
+use super::super::wire::{
+    ACCELEROMETER, GYROSCOPE, MAGNETOMETER, UNKNOWN_BATTERY, degrees_e7_and_mm, single,
+};
 use super::rates::HilRates;
 use crate::control::Measurement;
 use crate::math;
 use crate::model::Environment;
-use crate::sim::sensors::Sensors;
+use crate::sim::faults::{Sensor, SensorFault};
 use crate::sim::sensors::barometer::pressure_altitude_m;
+use crate::sim::sensors::{FaultySensors, Fix, Sensors};
 use crate::sim::{Battery, DropRun, DropSimulation, SensorSettings};
-use crate::time::TimeUs;
+use crate::time::{TimeUs, seconds};
 use crate::units::{DEG_PER_RAD, SEA_LEVEL_DENSITY_KG_M3, STANDARD_GRAVITY_M_S2, ZERO_DEG_C_K};
 
 /// Fields of HIL_SENSOR that the barometer makes: pressure, pressure altitude and temperature. A multirotor
@@ -45,13 +48,15 @@ pub struct HilSensors {
     sensors: Sensors,
     /// The last HIL_SENSOR: what has not been read again stands in the next as it was.
     last: HIL_SENSOR_DATA,
+    faulty: FaultySensors,
 }
 
 impl HilSensors {
     /// Sensors at the site, read every `step_us`; `seed` draws their errors.
     pub fn new(environment: &Environment, settings: SensorSettings, seed: u64, step_us: TimeUs) -> Self {
         let last = HIL_SENSOR_DATA { id: 0, ..HIL_SENSOR_DATA::default() };
-        Self { sensors: Sensors::new(environment, settings, seed, step_us), last }
+        let faulty = FaultySensors::new(seed);
+        Self { sensors: Sensors::new(environment, settings, seed, step_us), last, faulty }
     }
 
     /// Makes the messages of a step, HIL_SENSOR last, and hands each to `send`.
@@ -76,7 +81,10 @@ impl HilSensors {
             send(&MavMessage::BATTERY_STATUS(battery_status(battery)));
         }
         if rates.gps.due(at) {
-            send(&MavMessage::HIL_GPS(self.gps(&truth)));
+            let fix = self.gps(&truth);
+            if !is_off(sim, Sensor::Gps) {
+                send(&MavMessage::HIL_GPS(fix));
+            }
         }
         let (magnetometer, barometer) = (rates.magnetometer.due(at), rates.barometer.due(at));
         send(&MavMessage::HIL_SENSOR(self.sensor(&truth, magnetometer, barometer)));
@@ -93,17 +101,33 @@ impl HilSensors {
         let body = &truth.sim.state().body;
         let m = &mut self.last;
         m.time_usec = truth.at;
-        m.fields_updated = INERTIAL;
-        [m.xacc, m.yacc, m.zacc] = single(self.sensors.accelerometer(truth.specific_force_body, truth.at));
-        [m.xgyro, m.ygyro, m.zgyro] = single(self.sensors.gyroscope(body.omega_body, truth.at));
-        if magnetometer {
-            m.fields_updated |= MAGNETOMETER;
-            [m.xmag, m.ymag, m.zmag] = single(self.sensors.magnetometer(body.q_ned_from_body));
+        m.fields_updated = HilSensorUpdatedFlags::empty();
+        let (faults, faulty) = (truth.sim.faults(), &mut self.faulty);
+        let mut given = |sensor, reading| match faults {
+            None => Some(reading),
+            Some(faults) => faulty.reading(faults, sensor, reading, seconds(truth.at)),
+        };
+        let force_body = self.sensors.accelerometer(truth.specific_force_body, truth.at);
+        if let Some(force_body) = given(Sensor::Accelerometer, force_body) {
+            m.fields_updated |= ACCELEROMETER;
+            [m.xacc, m.yacc, m.zacc] = single(force_body);
         }
-        if barometer {
+        if let Some(omega_body) = given(Sensor::Gyro, self.sensors.gyroscope(body.omega_body, truth.at)) {
+            m.fields_updated |= GYROSCOPE;
+            [m.xgyro, m.ygyro, m.zgyro] = single(omega_body);
+        }
+        if magnetometer
+            && let Some(field_body) =
+                given(Sensor::Magnetometer, self.sensors.magnetometer(body.q_ned_from_body))
+        {
+            m.fields_updated |= MAGNETOMETER;
+            [m.xmag, m.ymag, m.zmag] = single(field_body);
+        }
+        let altitude_m = truth.sim.environment().geo_point(&body.p_ned).altitude_m;
+        let mut pressure_hpa = || Vector3::new(self.sensors.barometer(altitude_m, truth.at), 0.0, 0.0);
+        if barometer && let Some(pressure_hpa) = given(Sensor::Barometer, pressure_hpa()) {
             m.fields_updated |= BAROMETER;
-            let altitude_m = truth.sim.environment().geo_point(&body.p_ned).altitude_m;
-            let pressure_hpa = self.sensors.barometer(altitude_m, truth.at);
+            let pressure_hpa = pressure_hpa.x;
             m.abs_pressure = pressure_hpa as f32;
             m.pressure_alt = pressure_altitude_m(pressure_hpa) as f32;
             let air = truth.sim.environment().atmosphere.at(altitude_m);
@@ -113,9 +137,16 @@ impl HilSensors {
         m.clone()
     }
 
-    /// HIL_GPS: a 3D fix, as old as the receiver's delay, stamped with the time of its sending.
+    /// HIL_GPS: a 3D fix, as old as the receiver's delay, stamped with the time of its sending; or, of a
+    /// receiver that has none, that.
     pub fn gps(&mut self, truth: &Truth<'_>) -> HIL_GPS_DATA {
-        let fix = self.sensors.satellite(&truth.sim.state().body, truth.at);
+        let mut fix = self.sensors.satellite(&truth.sim.state().body, truth.at);
+        if let Some(faults) = truth.sim.faults() {
+            match self.faulty.fix(faults, [fix.p_ned, fix.v_ned], seconds(truth.at)) {
+                Some([p_ned, v_ned]) => fix = Fix { p_ned, v_ned },
+                None => return no_fix(truth.at),
+            }
+        }
         let ground_speed = fix.v_ned.xy().norm();
         let course_deg = math::atan2(fix.v_ned.y, fix.v_ned.x) * DEG_PER_RAD;
         let receiver = &self.sensors.settings().satellite;
@@ -175,6 +206,24 @@ impl HilSensors {
     }
 }
 
+fn is_off(sim: &DropSimulation, sensor: Sensor) -> bool {
+    let fault = sim.faults().and_then(|faults| faults.of_sensor(sensor));
+    fault.is_some_and(|(fault, _)| fault == SensorFault::Off)
+}
+
+/// HIL_GPS of a receiver without a fix; what is not known is told as unknown.
+fn no_fix(at: TimeUs) -> HIL_GPS_DATA {
+    HIL_GPS_DATA {
+        time_usec: at,
+        fix_type: GpsFixType::GPS_FIX_TYPE_NO_FIX as u8,
+        eph: u16::MAX,
+        epv: u16::MAX,
+        vel: u16::MAX,
+        cog: u16::MAX,
+        ..HIL_GPS_DATA::DEFAULT
+    }
+}
+
 /// BATTERY_STATUS: what is left and what has been taken; no volts, no amperes. PX4 does not listen to it here
 /// (it has a battery of its own, SIM_BAT_DRAIN); samara's autopilot does.
 fn battery_status(battery: &Battery) -> BATTERY_STATUS_DATA {
@@ -191,7 +240,6 @@ mod tests {
     use super::*;
     use crate::model::MAX_ROTORS;
     use crate::sim::test_site;
-    use crate::time::seconds;
 
     fn ideal(sim: &DropSimulation, seed: u64) -> HilSensors {
         HilSensors::new(sim.environment(), SensorSettings::default(), seed, 4_000)

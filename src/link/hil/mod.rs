@@ -35,6 +35,7 @@ use super::encoder::Encoder;
 use super::frame::Frame;
 use super::parachute::ParachuteComponent;
 use super::session::{Link, Session, Transmit};
+use crate::sim::faults::FaultCourse;
 use crate::sim::{DropEvent, DropRun, DropSimulation, Phase, ReleaseCause};
 use crate::time::{TimeUs, Timed};
 
@@ -47,6 +48,8 @@ mod rates;
 
 #[cfg(test)]
 mod companion_tests;
+#[cfg(test)]
+mod fault_tests;
 #[cfg(test)]
 mod release_tests;
 #[cfg(test)]
@@ -279,6 +282,11 @@ impl HilSession {
         self.events.push_back(Timed { at: self.run.now(), event });
     }
 
+    /// Whether a fault has the companion's setpoints lost: then it is not waited for.
+    fn is_mute(&self) -> bool {
+        self.run.simulation().faults().is_some_and(FaultCourse::mutes_setpoints)
+    }
+
     /// Reports what has happened in the drop, to the host and by the parachute to everybody on the wire.
     fn report_drop(&mut self) {
         while let Some(Timed { at, event }) = self.run.poll_event() {
@@ -289,6 +297,11 @@ impl HilSession {
                 }
                 DropEvent::ReleasedUnarmed | DropEvent::ModeUnknown => {
                     Some(HilEvent::Drop(event).to_string())
+                }
+                DropEvent::FaultBegan { .. } | DropEvent::FaultEnded { .. } => {
+                    let mutes = self.is_mute();
+                    self.parachute.note_mute(self.run.now(), mutes);
+                    Some(event.to_string().replacen("fault", "Fault", 1))
                 }
                 DropEvent::LimitPassed { name } => Some(format!("Limit passed: {}", name.replace('_', " "))),
                 _ => None,
@@ -307,6 +320,9 @@ impl Session for HilSession {
             Link::Simulator => self.take_from_autopilot(frame),
             Link::Parachute => {
                 self.take_from_outside(frame);
+                if self.take_injection(frame) {
+                    return;
+                }
                 self.parachute.handle_input(link, frame);
                 if self.parachute.take_release() {
                     self.release(ReleaseCause::Command);
@@ -327,7 +343,7 @@ impl Session for HilSession {
     /// for.
     fn next_wake(&self) -> Option<TimeUs> {
         let next = self.now() + self.config.run.step_us;
-        let held = self.companion.as_ref().is_some_and(|c| !c.allows(next));
+        let held = self.companion.as_ref().is_some_and(|c| !c.allows(next)) && !self.is_mute();
         (matches!(self.pace, Pace::Free | Pace::Ready) && !held).then_some(next)
     }
 

@@ -31,6 +31,9 @@
 //! sent `lead` ahead of its time, one period of the control loop, so that it is in force when that time
 //! comes.
 //!
+//! While the parachute reports that its setpoints are lost (NAMED_VALUE_INT `mute`, 1 until 0 comes) it sends
+//! nothing at all: a fault of the simulator's, [`crate::sim::faults`].
+//!
 //! The stream is at its end when the parachute reports that the simulation is (NAMED_VALUE_INT `t_end`).
 //! Where nobody reports anything any more, a long silence says so: how long it is, the caller measures. An
 //! end before the plan's is a failure.
@@ -48,7 +51,7 @@ use self::silence::Silence;
 use self::vehicle::VehicleView;
 use crate::link::encoder::Encoder;
 use crate::link::frame::Frame;
-use crate::link::parachute::{PARACHUTE_COMPONENT, T_END, T_RELEASE};
+use crate::link::parachute::{MUTE, PARACHUTE_COMPONENT, T_END, T_RELEASE};
 use crate::link::session::{Link, Session, Transmit};
 use crate::link::statustext::TextReader;
 use crate::link::wire::{heartbeat_after, heartbeat_of};
@@ -143,6 +146,8 @@ struct Flight {
     next_heartbeat: TimeUs,
     request: Option<Request>,
     armed_at: TimeUs,
+    /// Whether it sends nothing, by a fault of the simulator's.
+    mute: bool,
     released_at: Option<TimeUs>,
     vehicle: VehicleView,
     readiness: Readiness,
@@ -221,6 +226,9 @@ impl StreamerSession {
     }
 
     fn send(&mut self, message: &MavMessage) {
+        if self.flight.mute {
+            return;
+        }
         let bytes = self.encoder.encode(message);
         self.outbox.push_back(bytes);
     }
@@ -249,7 +257,8 @@ impl StreamerSession {
         self.silence.ends(self.config.clock == Clock::Vehicle || self.flight.vehicle.heartbeat_heard);
         // A state may be left in the tick in which it was entered; there are few of them.
         while self.step_state() {}
-        if self.is_over() || self.flight.state == StreamerState::WaitingForVehicle {
+        let waits = self.flight.state == StreamerState::WaitingForVehicle;
+        if self.is_over() || waits || self.flight.mute {
             return;
         }
         if now >= self.flight.next_heartbeat {
@@ -346,6 +355,7 @@ impl Session for StreamerSession {
             }
             (PARACHUTE_COMPONENT, Some(MavMessage::NAMED_VALUE_INT(m))) => {
                 match (m.name.to_str(), TimeUs::try_from(m.value)) {
+                    (Ok(MUTE), Ok(mute)) => self.flight.mute = mute != 0,
                     (Ok(T_RELEASE), Ok(ms)) => self.note_release(self.site_us(ms), true),
                     (Ok(T_END), Ok(ms)) => self.note_end(self.site_us(ms)),
                     _ => {}

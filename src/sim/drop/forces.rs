@@ -41,7 +41,7 @@ impl DropSimulation {
 
     /// Every force and moment on the vehicle now, under the given commands.
     pub fn balance(&self, throttle: &PerRotor) -> ForceBalance {
-        self.loads_under(throttle).balance
+        self.loads_under(&self.commands(throttle)).balance
     }
 
     /// Gravity at the vehicle's altitude, NED [m/s^2]; in the study's fall, that of the release.
@@ -67,7 +67,12 @@ impl DropSimulation {
 
     /// A row of the record: the state now under the given commands and setpoint.
     pub fn sample(&self, throttle: &PerRotor, v_sp_ned: Option<Vector3<f64>>) -> Sample {
-        self.row_start().sample(self.loads_under(throttle), throttle, v_sp_ned)
+        self.row_start().sample(self.loads_under(&self.commands(throttle)), throttle, v_sp_ned)
+    }
+
+    /// The commands that come to the motors of those that are given.
+    fn commands(&self, throttle: &PerRotor) -> PerRotor {
+        self.faults.as_ref().map_or(*throttle, |faults| faults.commands(throttle))
     }
 
     /// Advances by `dt_s` [s] as [`Self::step`] does; the row of the record for the step's beginning.

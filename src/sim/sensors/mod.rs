@@ -6,6 +6,7 @@
 //! | [`inertial`] | accelerometer and gyroscope |
 //! | [`barometer`] | pressure by PX4's atmosphere |
 //! | [`satellite`] | delayed position and velocity |
+//! | [`faulty`] | what a fault makes of the readings |
 //!
 //! The magnetometer is a few lines: the site's field in body axes, and white noise. Each error has a stream
 //! of random numbers of its own: a sensor's readings depend on the seed, on the truth and on when it was
@@ -14,6 +15,7 @@
 use nalgebra::Vector3;
 
 pub mod barometer;
+pub mod faulty;
 pub mod inertial;
 pub mod noise;
 pub mod satellite;
@@ -22,6 +24,7 @@ pub mod satellite;
 mod tests;
 
 pub use barometer::Barometer;
+pub use faulty::FaultySensors;
 pub use inertial::Triad;
 pub use satellite::{Fix, Satellite};
 
