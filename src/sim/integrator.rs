@@ -1,8 +1,10 @@
-//! Classical fourth-order Runge-Kutta step of the vehicle's state: body and rotor speeds together; and into
-//! how many such steps a time is divided.
+//! Classical fourth-order Runge-Kutta step of a state: of the vehicle, body and rotor speeds together, and of
+//! what moves with it; and into how many such steps a time is divided.
 //!
 //! Assumes commands that are held, or that the right-hand side varies smoothly, over the step. Allocates
 //! nothing.
+
+use nalgebra::Vector3;
 
 use crate::model::rigid_body::{BodyRate, BodyState};
 use crate::model::{MAX_ROTORS, PerRotor};
@@ -41,60 +43,97 @@ pub struct PlantRate {
     pub rotor_acceleration: PerRotor,
 }
 
+/// A state that [`runge_kutta_4`] integrates.
+pub trait Integrated: Sized {
+    /// Time derivative of the state.
+    type Rate;
+
+    /// This state and a rate times `h` [s].
+    fn advanced(&self, rate: &Self::Rate, h: f64) -> Self;
+
+    /// `(k1 + 2 k2 + 2 k3 + k4)/6`.
+    fn average(k1: &Self::Rate, k2: &Self::Rate, k3: &Self::Rate, k4: &Self::Rate) -> Self::Rate;
+}
+
 /// One step of `dt_s` from `x` under `x_dot = f(fraction of the step, x)`; the stages sit at 0, 1/2, 1/2 and
 /// 1.
 #[inline]
-pub fn runge_kutta_4(
-    x: &PlantState,
-    dt_s: f64,
-    mut f: impl FnMut(f64, &PlantState) -> PlantRate,
-) -> PlantState {
+pub fn runge_kutta_4<X: Integrated>(x: &X, dt_s: f64, mut f: impl FnMut(f64, &X) -> X::Rate) -> X {
     let k1 = f(0.0, x);
-    let k2 = f(0.5, &advanced(x, &k1, 0.5 * dt_s));
-    let k3 = f(0.5, &advanced(x, &k2, 0.5 * dt_s));
-    let k4 = f(1.0, &advanced(x, &k3, dt_s));
-    advanced(x, &average(&k1, &k2, &k3, &k4), dt_s)
+    let k2 = f(0.5, &x.advanced(&k1, 0.5 * dt_s));
+    let k3 = f(0.5, &x.advanced(&k2, 0.5 * dt_s));
+    let k4 = f(1.0, &x.advanced(&k3, dt_s));
+    x.advanced(&X::average(&k1, &k2, &k3, &k4), dt_s)
 }
 
-#[inline(always)]
-fn advanced(x: &PlantState, rate: &PlantRate, h: f64) -> PlantState {
-    let (b, r) = (&x.body, &rate.body);
-    PlantState {
-        body: BodyState {
-            p_ned: b.p_ned + r.p_dot_ned * h,
-            q_ned_from_body: std::array::from_fn(|i| b.q_ned_from_body[i] + h * r.q_dot[i]),
-            v_ned: b.v_ned + r.v_dot_ned * h,
-            omega_body: b.omega_body + r.omega_dot_body * h,
-        },
-        rotor_speed: std::array::from_fn(|i| x.rotor_speed[i] + h * rate.rotor_acceleration[i]),
-    }
-}
+impl Integrated for PlantState {
+    type Rate = PlantRate;
 
-/// `(k1 + 2 k2 + 2 k3 + k4)/6`.
-#[inline(always)]
-fn average(k1: &PlantRate, k2: &PlantRate, k3: &PlantRate, k4: &PlantRate) -> PlantRate {
-    let scalar = |a: f64, b: f64, c: f64, d: f64| (a + 2.0 * (b + c) + d) / 6.0;
-    macro_rules! vector {
-        ($field:ident) => {
-            (k1.body.$field + (k2.body.$field + k3.body.$field) * 2.0 + k4.body.$field) / 6.0
-        };
+    #[inline(always)]
+    fn advanced(&self, rate: &PlantRate, h: f64) -> Self {
+        let (b, r) = (&self.body, &rate.body);
+        Self {
+            body: BodyState {
+                p_ned: b.p_ned + r.p_dot_ned * h,
+                q_ned_from_body: std::array::from_fn(|i| b.q_ned_from_body[i] + h * r.q_dot[i]),
+                v_ned: b.v_ned + r.v_dot_ned * h,
+                omega_body: b.omega_body + r.omega_dot_body * h,
+            },
+            rotor_speed: std::array::from_fn(|i| self.rotor_speed[i] + h * rate.rotor_acceleration[i]),
+        }
     }
-    PlantRate {
-        body: BodyRate {
-            p_dot_ned: vector!(p_dot_ned),
-            q_dot: std::array::from_fn(|i| {
-                scalar(k1.body.q_dot[i], k2.body.q_dot[i], k3.body.q_dot[i], k4.body.q_dot[i])
+
+    #[inline(always)]
+    fn average(k1: &PlantRate, k2: &PlantRate, k3: &PlantRate, k4: &PlantRate) -> PlantRate {
+        let scalar = |a: f64, b: f64, c: f64, d: f64| (a + 2.0 * (b + c) + d) / 6.0;
+        macro_rules! vector {
+            ($field:ident) => {
+                (k1.body.$field + (k2.body.$field + k3.body.$field) * 2.0 + k4.body.$field) / 6.0
+            };
+        }
+        PlantRate {
+            body: BodyRate {
+                p_dot_ned: vector!(p_dot_ned),
+                q_dot: std::array::from_fn(|i| {
+                    scalar(k1.body.q_dot[i], k2.body.q_dot[i], k3.body.q_dot[i], k4.body.q_dot[i])
+                }),
+                v_dot_ned: vector!(v_dot_ned),
+                omega_dot_body: vector!(omega_dot_body),
+            },
+            rotor_acceleration: std::array::from_fn(|i| {
+                scalar(
+                    k1.rotor_acceleration[i],
+                    k2.rotor_acceleration[i],
+                    k3.rotor_acceleration[i],
+                    k4.rotor_acceleration[i],
+                )
             }),
-            v_dot_ned: vector!(v_dot_ned),
-            omega_dot_body: vector!(omega_dot_body),
-        },
-        rotor_acceleration: std::array::from_fn(|i| {
-            scalar(
-                k1.rotor_acceleration[i],
-                k2.rotor_acceleration[i],
-                k3.rotor_acceleration[i],
-                k4.rotor_acceleration[i],
-            )
-        }),
+        }
+    }
+}
+
+/// Vectors that are integrated together.
+impl<const N: usize> Integrated for [Vector3<f64>; N] {
+    type Rate = Self;
+
+    fn advanced(&self, rate: &Self, h: f64) -> Self {
+        std::array::from_fn(|i| self[i] + rate[i] * h)
+    }
+
+    fn average(k1: &Self, k2: &Self, k3: &Self, k4: &Self) -> Self {
+        std::array::from_fn(|i| (k1[i] + (k2[i] + k3[i]) * 2.0 + k4[i]) / 6.0)
+    }
+}
+
+/// Two states that are integrated together.
+impl<A: Integrated, B: Integrated> Integrated for (A, B) {
+    type Rate = (A::Rate, B::Rate);
+
+    fn advanced(&self, rate: &Self::Rate, h: f64) -> Self {
+        (self.0.advanced(&rate.0, h), self.1.advanced(&rate.1, h))
+    }
+
+    fn average(k1: &Self::Rate, k2: &Self::Rate, k3: &Self::Rate, k4: &Self::Rate) -> Self::Rate {
+        (A::average(&k1.0, &k2.0, &k3.0, &k4.0), B::average(&k1.1, &k2.1, &k3.1, &k4.1))
     }
 }
