@@ -477,6 +477,7 @@ fn bad_verdict() -> Verdict {
         limits_passed: vec!["speed"],
         final_v_ned: Vector3::new(4.001, -0.0001, 12.0),
         impact_speed_m_s: None,
+        canopy_distance_m: None,
     }
 }
 

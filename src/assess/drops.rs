@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 
 use super::{FlightLimits, SafetyLimits, Verdict, VerdictBuilder};
 use crate::frames::pitch;
+use crate::model::parachute::TipOff;
 use crate::sim::{Phase, Sample};
 use crate::trajectory::Trajectory;
 
@@ -22,6 +23,8 @@ pub struct RandomDrop {
     pub phase_rad: f64,
     /// Wind, on top of the site's, NED [m/s].
     pub wind_ned_m_s: Vector3<f64>,
+    /// What the cut gives the vehicle, on top of the mission's.
+    pub tip_off: TipOff,
     /// Seed of the sensors' noise.
     pub seed: u64,
 }
@@ -37,6 +40,8 @@ pub struct DropMeasure<'a> {
     pub steady_within_m_s: f64,
     /// Limits beside the safety limits.
     pub flight_limits: FlightLimits,
+    /// Least distance from the canopy after the release [m], where it is judged.
+    pub separation_m: Option<f64>,
     /// Plan that was to be flown.
     pub plan: &'a Trajectory,
 }
@@ -61,6 +66,7 @@ impl DropMeasure<'_> {
         let mut verdict = VerdictBuilder::new(self.limits, self.target_v_ned)
             .steady_within(self.steady_within_m_s)
             .within(self.flight_limits)
+            .apart_from_canopy(self.separation_m)
             .to_plans_end(end_s);
         log.iter().for_each(|sample| verdict.observe(sample));
         let verdict = verdict.finish()?;

@@ -129,7 +129,7 @@ pub struct Verdict {
     /// what the mission says instead, to the end.
     pub steady_after_s: Option<f64>,
     /// Names of the limits that were passed: "speed", "pitch", "pitch_rate", "roll", "roll_rate"; "state is
-    /// not finite" when a state was no number, "impact"; those of [`FlightLimits`].
+    /// not finite" when a state was no number, "impact", "separation"; those of [`FlightLimits`].
     pub limits_passed: Vec<&'static str>,
     /// Velocity at the end, NED [m/s].
     pub final_v_ned: Vector3<f64>,
@@ -140,7 +140,20 @@ pub struct Verdict {
     /// Way from the release to the end of the plan, or of the flight where there is none or that came first,
     /// NED [m].
     pub way_ned_m: Vector3<f64>,
+    /// Least distance from the canopy to the vehicle's centre of mass after the release [m], where the canopy
+    /// is a body of its own.
+    pub canopy_distance_m: Option<f64>,
 }
+
+impl Verdict {
+    /// Whether the canopy has come closer to the vehicle than the mission allows.
+    pub fn recontact(&self) -> bool {
+        self.limits_passed.contains(&SEPARATION)
+    }
+}
+
+/// Name of the limit that a canopy passes which comes too close.
+const SEPARATION: &str = "separation";
 
 /// Steady within this fraction of the commanded velocity.
 const STEADY_FRACTION: f64 = 0.01;
@@ -178,6 +191,7 @@ pub struct VerdictBuilder {
     last: Option<BodyState>,
     impact_limit_m_s: Option<f64>,
     flight_limits: FlightLimits,
+    separation_limit_m: Option<f64>,
     touching: bool,
 }
 
@@ -197,6 +211,7 @@ impl VerdictBuilder {
             last: None,
             impact_limit_m_s: None,
             flight_limits: FlightLimits::default(),
+            separation_limit_m: None,
             touching: false,
         }
     }
@@ -221,6 +236,13 @@ impl VerdictBuilder {
     /// Judges also altitude lost, tilt and time to steady flight, where there are limits: no part of J_TPF.
     pub fn within(mut self, limits: FlightLimits) -> Self {
         self.flight_limits = limits;
+        self
+    }
+
+    /// Judges also how close the canopy comes after the release [m], where there is a limit: no part of
+    /// J_TPF.
+    pub fn apart_from_canopy(mut self, least_m: Option<f64>) -> Self {
+        self.separation_limit_m = least_m;
         self
     }
 
@@ -259,6 +281,11 @@ impl VerdictBuilder {
         ]);
         so_far.peak_tilt_rad = so_far.peak_tilt_rad.max(tilt(body.q_ned_from_body));
         let near = (body.v_ned - self.v_cmd_ned).norm() <= self.steady_within_m_s;
+        if let Some(canopy) = &sample.canopy {
+            let distance_m = (canopy.state.p_ned - body.p_ned).norm();
+            let least = &mut self.verdict.canopy_distance_m;
+            *least = Some(least.map_or(distance_m, |least| least.min(distance_m)));
+        }
         self.observe_ground(sample);
         match sample.t_powered_s {
             // What was steady when it came to the ground stays so.
@@ -289,7 +316,10 @@ impl VerdictBuilder {
         let impact =
             self.verdict.impact_speed_m_s.zip(self.impact_limit_m_s).is_some_and(|(v, limit)| v > limit);
         let passed = self.peak.parts().map(|(name, cost)| (name, cost > 1.0));
-        let passed = passed.into_iter().chain([(NOT_FINITE, self.infinite), ("impact", impact)]);
+        let apart = self.verdict.canopy_distance_m.zip(self.separation_limit_m);
+        let contact = apart.is_some_and(|(distance_m, least_m)| distance_m < least_m);
+        let beyond = [(NOT_FINITE, self.infinite), ("impact", impact), (SEPARATION, contact)];
+        let passed = passed.into_iter().chain(beyond);
         Some(Verdict {
             j_tpf: self.j_tpf(),
             decided_by: if self.infinite { NOT_FINITE } else { self.peak.decided_by() },

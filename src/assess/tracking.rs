@@ -133,6 +133,7 @@ mod tests {
             balance: ForceBalance::default(),
             a_ned: Vector3::zeros(),
             wind_ned: Vector3::zeros(),
+            canopy: None,
         }
     }
 

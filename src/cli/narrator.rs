@@ -103,7 +103,15 @@ impl Narrator {
 
     /// Says how the hang begins.
     pub fn hanging(&self, mission: &Mission) {
-        let descent = format!("under the parachute, {} m/s down", mission.release.parachute.descent_m_s);
+        let parachute = &mission.release.parachute;
+        let descent = match parachute.suspension {
+            None => format!("under the parachute, {} m/s down", parachute.descent_m_s),
+            Some(suspension) => {
+                let sinks_m_s = mission.linearised_parachute().descent_m_s;
+                let riser_m = suspension.riser.length_m;
+                format!("under the parachute, a riser of {riser_m} m, {sinks_m_s:.3} m/s down once steady")
+            }
+        };
         match mission.release.parachute.hook {
             None => self.at(0, &format!("hanging {descent}")),
             Some(hook) => {

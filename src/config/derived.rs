@@ -139,7 +139,7 @@ fn of_the_release(mission: &Mission) -> Group {
     let rate = random.omega_rad_s * widest;
     let fastest = mission.terminal_speed_m_s();
     let three_sigma = || "three standard deviations".to_owned();
-    let rows = vec![
+    let mut rows = vec![
         row(
             "descent_m_s",
             "descent under the canopy",
@@ -175,6 +175,27 @@ fn of_the_release(mission: &Mission) -> Group {
         row("swing_rate_deg_s", "its pitch rate", "deg/s", &[deg(rate)], three_sigma()),
         row("swing_speed_m_s", "its speed sideways", "m/s", &[rate * random.length_m], three_sigma()),
     ];
+    if let Some(suspension) = &release.parachute.suspension {
+        let two = mission.linearised_parachute();
+        let in_drops = || "in whole drops".to_owned();
+        rows.extend([
+            row("canopy_descent_m_s", "descent of vehicle and canopy", "m/s", &[two.descent_m_s], in_drops()),
+            row(
+                "canopy_swing_rad_s",
+                "swing below the riser",
+                "rad/s",
+                &[two.pendulum.omega_rad_s],
+                in_drops(),
+            ),
+            row(
+                "apparent_mass_kg",
+                "apparent mass of the canopy",
+                "kg",
+                &[suspension.canopy.apparent_mass_kg],
+                in_drops(),
+            ),
+        ]);
+    }
     Group { name: "release", rows }
 }
 

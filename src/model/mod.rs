@@ -15,11 +15,13 @@
 //! | [`magnetic_field`] | Earth's field from the World Magnetic Model; a dipole's | |
 //! | [`wind`] | mean wind by altitude, gusts, turbulence | |
 //! | [`parachute`] | descent and swing before the release | (40)-(44) |
+//! | [`canopy`] | the canopy as a body of its own, and its riser | |
 //! | [`trim`](mod@trim) | the steady state at a commanded velocity | (31) |
 
 pub mod atmosphere;
 pub(crate) mod axis;
 pub mod body_aero;
+pub mod canopy;
 pub mod environment;
 pub mod magnetic_field;
 pub mod motor;

@@ -9,12 +9,17 @@
 //! the square of the speed the descent then builds up as `v tanh(g t/v)`; drift and swing, which the model
 //! prescribes, build up with the square of that share, so that their velocities and rates start from zero
 //! without a jump in acceleration.
+//!
+//! With a [`Suspension`] canopy and vehicle are two bodies instead, whose motion
+//! [`DropSimulation`](crate::sim::DropSimulation) integrates; what is here is then their swing linearised,
+//! [`Parachute::linearised`].
 
 use nalgebra::Vector3;
 
+use super::canopy::Suspension;
 use super::rigid_body::BodyState;
-use super::{Environment, ModelError, check};
-use crate::frames::quaternion_from_euler;
+use super::{Environment, ModelError, Vehicle, check};
+use crate::frames::{quaternion_from_euler, rotate_ned_from_body};
 use crate::math;
 
 /// Swing under the canopy: `theta(t) = theta_0 sin(omega t + phi)`, (40).
@@ -45,6 +50,39 @@ impl Pendulum {
 pub struct Hook {
     /// Time from the letting go to the nominal release [s].
     pub lets_go_before_s: f64,
+}
+
+/// What the cut gives the vehicle: a rate and a velocity that it did not have before.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TipOff {
+    /// Rates [P Q R] in addition [rad/s].
+    pub omega_body: Vector3<f64>,
+    /// Velocity in addition, body axes [m/s].
+    pub v_body: Vector3<f64>,
+}
+
+impl TipOff {
+    /// Whether the cut changes nothing.
+    pub fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// This one and another together.
+    pub fn with(&self, other: &Self) -> Self {
+        Self { omega_body: self.omega_body + other.omega_body, v_body: self.v_body + other.v_body }
+    }
+
+    /// The state right after the cut.
+    pub fn after(&self, body: BodyState) -> BodyState {
+        if self.is_none() {
+            return body;
+        }
+        BodyState {
+            v_ned: body.v_ned + rotate_ned_from_body(body.q_ned_from_body, self.v_body),
+            omega_body: body.omega_body + self.omega_body,
+            ..body
+        }
+    }
 }
 
 /// How far the motion under the canopy has built up: the share of the steady motion that there is, its
@@ -101,6 +139,10 @@ pub struct Parachute {
     pub pendulum: Pendulum,
     /// Hook that holds the vehicle still first; `None`: it hangs in steady descent from the start.
     pub hook: Option<Hook>,
+    /// Canopy and riser, where they move as forces make them; a hook does not count then.
+    pub suspension: Option<Suspension>,
+    /// What the cut gives the vehicle.
+    pub tip_off: TipOff,
 }
 
 impl Parachute {
@@ -119,7 +161,7 @@ impl Parachute {
         }
         let finite = pendulum.amplitude_rad.is_finite() && pendulum.phase_rad.is_finite();
         check(finite, "pendulum amplitude and phase", "finite", pendulum.amplitude_rad)?;
-        Ok(Self { descent_m_s, delay_s, pendulum, hook: None })
+        Ok(Self { descent_m_s, delay_s, pendulum, hook: None, suspension: None, tip_off: TipOff::default() })
     }
 
     /// Speed of descent at the end of the delay with the air left out: `v_0 = descent + g t_d`, (44).
@@ -130,6 +172,27 @@ impl Parachute {
     /// This parachute with a hook that holds the vehicle still first.
     pub fn on_hook(self, hook: Hook) -> Self {
         Self { hook: Some(hook), ..self }
+    }
+
+    /// Distance from the centre of mass to where the canopy is drawn [m]: along riser and bridle, or the
+    /// pendulum's length.
+    pub fn line_m(&self) -> f64 {
+        let riser = self.suspension.map(|suspension| suspension.riser);
+        riser.map_or(self.pendulum.length_m, |riser| riser.length_m + riser.attachment_body_m.norm())
+    }
+
+    /// The prescribed motion closest to that of this vehicle under its [`Suspension`]: the rate of the steady
+    /// descent, and frequency and length of the linearised swing ([`SwingMode`](super::canopy::SwingMode),
+    /// its decay left out; the length is negative where the centre of mass swings against the pitch). Without
+    /// a suspension, or where there is no steady descent under it, this parachute as it is.
+    pub fn linearised(&self, vehicle: &Vehicle, site: &Environment) -> Self {
+        let Some(suspension) = &self.suspension else { return *self };
+        let Ok(descent) = suspension.steady_descent(vehicle, site) else {
+            return Self { suspension: None, ..*self };
+        };
+        let mode = suspension.small_swings(&vehicle.mass, site, &descent).swing();
+        let pendulum = Pendulum { omega_rad_s: mode.rate.im, length_m: mode.vehicle_m.re, ..self.pendulum };
+        Self { descent_m_s: descent.speed_m_s, pendulum, hook: None, suspension: None, ..*self }
     }
 
     /// The vehicle under the canopy, adrift at the site, at `t` [s] from the nominal release (negative
@@ -192,12 +255,13 @@ impl Parachute {
     }
 
     /// The paper's state at t = 0 in still air, (40)-(44): the swing at the release with `v_0` in place of
-    /// the descent rate; pitch and rate are not propagated through the delay.
+    /// the descent rate; pitch and rate are not propagated through the delay. What the cut gives comes on
+    /// top.
     pub fn state_at_t0(&self, gravity_m_s2: f64) -> BodyState {
         let (mut state, _) = self.in_still_air(0.0, gravity_m_s2);
         state.v_ned.z += gravity_m_s2 * self.delay_s;
         state.p_ned = Vector3::zeros();
-        state
+        self.tip_off.after(state)
     }
 }
 

@@ -114,6 +114,8 @@ pub struct ForceBalance {
     pub gyro_moment_body: Vector3<f64>,
     /// Moment of the ground, while touching it [N m], body.
     pub ground_moment_body: Vector3<f64>,
+    /// Moment of the riser, while hanging from a canopy that is a body of its own [N m], body.
+    pub canopy_moment_body: Vector3<f64>,
     /// Thrust of each rotor [N].
     pub thrust_n: PerRotor,
     /// Aerodynamic torque of each rotor [N m].

@@ -45,22 +45,28 @@ fn measured((.., of): &Measure, trial: &DropTrial) -> Option<f64> {
 const DRAWN: &str =
     "trial,theta_0_deg,phi_deg,wind_n_m_s,wind_e_m_s,noise_seed,release_pitch_deg,release_pitch_rate_deg_s";
 
+/// Columns of what the cut gave the vehicle, where that is random.
+const TIP_OFF: &str =
+    ",tip_off_p_deg_s,tip_off_q_deg_s,tip_off_r_deg_s,tip_off_vx_m_s,tip_off_vy_m_s,tip_off_vz_m_s";
+
 /// The lines before the first trial.
 pub fn header(mission: &Mission, autopilot: &str) -> String {
     let stamp = mission.stamp();
     let columns: Vec<&str> = MEASURES.iter().map(|(column, ..)| *column).collect();
     format!(
-        "{}# drops of {} by {autopilot}, gains {}\n{DRAWN},{},limits_passed,failure\n",
+        "{}# drops of {} by {autopilot}, gains {}\n{DRAWN},{},limits_passed,failure{}\n",
         stamp.csv_comment(),
         mission.name,
         mission.control.gains_name,
-        columns.join(",")
+        columns.join(","),
+        if mission.study.monte_carlo.tip_off_sigma.is_none() { "" } else { TIP_OFF }
     )
 }
 
 /// A trial's line; what it has not got is left empty.
 pub fn row(trial: &DropTrial) -> String {
-    let RandomDrop { trial: number, amplitude_rad, phase_rad, wind_ned_m_s: wind, seed } = &trial.drawn;
+    let RandomDrop { trial: number, amplitude_rad, phase_rad, wind_ned_m_s: wind, tip_off, seed } =
+        &trial.drawn;
     let (amplitude_deg, phase_deg) = (amplitude_rad * DEG_PER_RAD, phase_rad * DEG_PER_RAD);
     let mut line = format!("{number},{amplitude_deg:?},{phase_deg:?},{:?},{:?},{seed}", wind.x, wind.y);
     let o = trial.outcome.as_ref();
@@ -72,7 +78,14 @@ pub fn row(trial: &DropTrial) -> String {
     }
     let limits = o.map_or(String::new(), |o| o.verdict.limits_passed.join(" "));
     let failure = trial.failure.as_deref().unwrap_or_default().replace('"', "'").replace('\n', "; ");
-    let _ = writeln!(line, ",{limits},\"{failure}\"");
+    let _ = write!(line, ",{limits},\"{failure}\"");
+    if !tip_off.is_none() {
+        let rates = tip_off.omega_body.iter().map(|rate| rate * DEG_PER_RAD);
+        rates.chain(tip_off.v_body.iter().copied()).for_each(|x| {
+            let _ = write!(line, ",{x:?}");
+        });
+    }
+    line.push('\n');
     line
 }
 

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::*;
 use crate::assess::Verdict;
 use crate::config::load_mission;
+use crate::model::parachute::TipOff;
 
 fn mission() -> Mission {
     load_mission(std::path::Path::new("mission/x500_drop.json")).unwrap()
@@ -12,7 +13,8 @@ fn mission() -> Mission {
 
 fn drawn(trial: u64) -> RandomDrop {
     let wind_ned_m_s = Vector3::new(0.5, -0.25, 0.0);
-    RandomDrop { trial, amplitude_rad: 0.5, phase_rad: -0.25, wind_ned_m_s, seed: u64::MAX }
+    let tip_off = TipOff::default();
+    RandomDrop { trial, amplitude_rad: 0.5, phase_rad: -0.25, wind_ned_m_s, tip_off, seed: u64::MAX }
 }
 
 /// A drop that reached steady flight, with a J_TPF and a time to it.
@@ -33,6 +35,7 @@ fn good(trial: u64, j_tpf: f64, steady_after_s: f64) -> DropTrial {
         limits_passed: Vec::new(),
         final_v_ned: Vector3::zeros(),
         impact_speed_m_s: None,
+        canopy_distance_m: None,
     };
     let outcome = DropOutcome {
         verdict,
@@ -213,4 +216,22 @@ fn a_failed_trial_has_its_line() {
     let words = DropTrial { failure: Some("no \"link\",\nat all".to_owned()), ..never_released(5) };
     assert_eq!(line(&words)["failure"], "\"no 'link',; at all\"");
     assert_eq!(row(&words).matches('\n').count(), 1);
+}
+
+/// What the cut gave stands in the last columns, where it is random: as many as the header names.
+#[test]
+fn a_random_tip_off_has_columns() {
+    let mut mission = mission();
+    let plain = header(&mission, "reference");
+    mission.study.monte_carlo.tip_off_sigma.v_body.x = 0.1;
+    let tipped = header(&mission, "reference");
+    assert!(plain.ends_with(",limits_passed,failure\n"));
+    assert!(tipped.ends_with(",limits_passed,failure,tip_off_p_deg_s,tip_off_q_deg_s,tip_off_r_deg_s,tip_off_vx_m_s,tip_off_vy_m_s,tip_off_vz_m_s\n"));
+    let mut trial = good(3, 0.5, 6.0);
+    let columns = |line: &str| line.trim_end().split(',').count();
+    assert_eq!(columns(&row(&trial)), columns(plain.lines().last().unwrap()));
+    trial.drawn.tip_off = TipOff { v_body: Vector3::new(0.25, 0.0, -0.5), ..TipOff::default() };
+    let line = row(&trial);
+    assert!(line.ends_with(",\"\",0.0,0.0,0.0,0.25,0.0,-0.5\n"), "{line}");
+    assert_eq!(columns(&line), columns(tipped.lines().last().unwrap()));
 }

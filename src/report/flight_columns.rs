@@ -39,6 +39,20 @@ const BALANCE: [VectorColumns; 8] = [
 const GROUND: [VectorColumns; 2] =
     [("ground_f", NED, "_n", |b| &b.ground_force_ned), ("ground_m", BODY, "_nm", |b| &b.ground_moment_body)];
 
+/// Columns of a canopy that is a body of its own.
+const CANOPY: [&str; 10] = [
+    "canopy_north_m",
+    "canopy_east_m",
+    "canopy_down_m",
+    "canopy_vn_m_s",
+    "canopy_ve_m_s",
+    "canopy_vd_m_s",
+    "riser_tension_n",
+    "canopy_mx_nm",
+    "canopy_my_nm",
+    "canopy_mz_nm",
+];
+
 fn vectors(ground: bool) -> impl Iterator<Item = &'static VectorColumns> {
     BALANCE.iter().chain(GROUND.iter().filter(move |_| ground))
 }
@@ -63,6 +77,8 @@ pub(super) struct FlightColumns {
     ground: bool,
     /// Whether there are those of a wind that changes.
     wind: bool,
+    /// Whether there are those of a canopy that is a body of its own.
+    canopy: bool,
 }
 
 impl FlightColumns {
@@ -70,7 +86,8 @@ impl FlightColumns {
     pub(super) fn of(mission: &Mission, ground: bool) -> Self {
         let n_rotors = mission.vehicle.rotors.len().min(MAX_ROTORS);
         let wind = !mission.site.wind.is_steady();
-        Self { n_rotors, limits: mission.limits.safety, ground, wind }
+        let canopy = mission.release.parachute.suspension.is_some() && !mission.release.standing;
+        Self { n_rotors, limits: mission.limits.safety, ground, wind, canopy }
     }
 
     /// Names of the columns, with units.
@@ -84,6 +101,9 @@ impl FlightColumns {
         }
         if self.wind {
             names.extend(NED.iter().map(|axis| format!("wind_{axis}_m_s")));
+        }
+        if self.canopy {
+            names.extend(CANOPY.map(str::to_owned));
         }
         names
     }
@@ -114,6 +134,17 @@ impl FlightColumns {
         }
         if self.wind {
             numbers(sample.wind_ned.as_slice());
+        }
+        if self.canopy {
+            match &sample.canopy {
+                Some(canopy) => {
+                    numbers(canopy.state.p_ned.as_slice());
+                    numbers(canopy.state.v_ned.as_slice());
+                    numbers(&[canopy.tension_n]);
+                    numbers(sample.balance.canopy_moment_body.as_slice());
+                }
+                None => CANOPY.iter().for_each(|_| put(Field::Empty)),
+            }
         }
     }
 }

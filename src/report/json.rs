@@ -180,6 +180,9 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         failsafe: run.failsafe,
         events: &run.events,
         #[serde(flatten)] impact: impact_speed_m_s.map(|speed| object! { impact_speed_m_s: speed }),
+        #[serde(flatten)] canopy: verdict.and_then(|v| v.canopy_distance_m.map(|distance_m| object! {
+            canopy_distance_m: distance_m, recontact: v.recontact(),
+        })),
         plan_j_tpf: run.plan_j_tpf,
         #[serde(flatten)] solve: run.plan_solve_ms.map(|ms| object! { plan_solve_ms: ms }),
         #[serde(flatten)] pace: run.real_time_factor.map(|factor| object! { real_time_factor: factor }),

@@ -20,7 +20,7 @@ pub(super) fn verdict_lines(
     limits: &Limits,
     misses_steady_flight: bool,
 ) -> Vec<[String; 5]> {
-    let (limits, beside) = (&limits.safety, &limits.flight);
+    let (limits, beside, separation_m) = (&limits.safety, &limits.flight, limits.separation_m);
     let line = |quantity: &str, value: String, unit: &str, limit: &str, mark: &str| {
         [quantity.to_owned(), value, unit.to_owned(), limit.to_owned(), mark.to_owned()]
     };
@@ -32,7 +32,7 @@ pub(super) fn verdict_lines(
     let rate = either_way(limits.pitch_rate_rad_s * DEG_PER_RAD);
     let acceleration = either_way(limits.vertical_acceleration_m_s2);
     // No part of J_TPF.
-    const BESIDE: [&str; 4] = ["impact", "altitude_lost", "tilt", "steady_after"];
+    const BESIDE: [&str; 5] = ["impact", "separation", "altitude_lost", "tilt", "steady_after"];
     let exceeded = verdict.limits_passed.iter().any(|name| !BESIDE.contains(name)) || !(verdict.j_tpf <= 1.0);
     let decided = format!("{}, decided by {}", mark(exceeded), verdict.decided_by.replace('_', " "));
     let theta = fixed(verdict.peak_pitch_rad * DEG_PER_RAD, 2);
@@ -70,6 +70,10 @@ pub(super) fn verdict_lines(
     lines.push(line("final velocity, NED", velocity.join(" "), "m/s", "", ""));
     if let Some(speed) = verdict.impact_speed_m_s {
         lines.push(line("speed of impact", fixed(speed, 2), "m/s", "", passed("impact")));
+    }
+    if let Some(distance_m) = verdict.canopy_distance_m {
+        let (limit, mark) = judged(separation_m, "separation");
+        lines.push(line("least distance from canopy", fixed(distance_m, 2), "m", &limit, mark));
     }
     lines
 }

@@ -1,8 +1,10 @@
 //! The drop: hang under the canopy, release, fall with the rotors locked at rest, powered flight.
 //!
-//! The hang is kinematic (steady descent and prescribed swing, (40)-(43)); the canopy's force is what the
-//! motion takes. How the vehicle comes from the release to t = 0, the end of the delay t_d, is one of two
-//! [`Start`]s. A change of phase inside a step is met exactly by splitting the step.
+//! The hang is kinematic (steady descent and prescribed swing, (40)-(43)), and the canopy's force is what
+//! the motion takes; or, where the parachute has a [`Suspension`](crate::model::canopy::Suspension), vehicle
+//! and canopy are two bodies ([`super::two_bodies`]) and the canopy flies on after the release. How the
+//! vehicle comes from the release to t = 0, the end of the delay t_d, is one of two [`Start`]s. A change of
+//! phase inside a step is met exactly by splitting the step.
 
 use std::sync::Arc;
 
@@ -11,11 +13,14 @@ use nalgebra::Vector3;
 use super::faults::{Fault, FaultCourse, FaultOrder};
 use super::integrator::PlantState;
 use super::plant::{Loads, Plant, PlantKind};
-use crate::model::parachute::Pendulum;
+use super::two_bodies::CanopyFlight;
+use crate::model::parachute::{Pendulum, TipOff};
 use crate::model::rigid_body::BodyState;
 use crate::model::wind::WindCourse;
 use crate::model::{Environment, MAX_ROTORS, Parachute, PerRotor, Vehicle};
 
+#[cfg(test)]
+mod canopy_tests;
 mod forces;
 mod landing;
 
@@ -77,6 +82,8 @@ pub struct DropSimulation {
     wind: Option<(WindCourse, f64)>,
     /// Faults of the flight; `None`: there are none.
     faults: Option<Box<FaultCourse>>,
+    /// The canopy, where it is a body of its own.
+    canopy: Option<CanopyFlight>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -111,7 +118,13 @@ impl DropSimulation {
         hang_s: f64,
         start: Start,
     ) -> Self {
-        let (body, _) = parachute.hanging(-hang_s, &environment);
+        let two = parachute
+            .suspension
+            .and_then(|s| CanopyFlight::begin(s, &parachute, &vehicle, &environment, hang_s));
+        let (body, canopy) = match two {
+            Some((body, canopy)) => (body, Some(canopy)),
+            None => (parachute.hanging(-hang_s, &environment).0, None),
+        };
         Self {
             plant: Plant::new(vehicle, environment, PlantKind::Actuator),
             parachute,
@@ -125,13 +138,21 @@ impl DropSimulation {
             released: None,
             wind: None,
             faults: None,
+            canopy,
         }
     }
 
-    /// The simulation in a wind that changes, from its beginning on; gusts count from the nominal t = 0. The
-    /// canopy drifts with the mean wind at the site's altitude.
+    /// The simulation in a wind that changes, from its beginning on; gusts count from the nominal t = 0. A
+    /// canopy whose motion is prescribed drifts with the mean wind at the site's altitude; one that is a body
+    /// of its own begins adrift with the mean wind of its own altitude.
     pub fn in_wind(mut self, course: Option<WindCourse>) -> Self {
         let nominal_t0_s = self.nominal_t0_s();
+        if let (Some(course), Some(canopy)) = (&course, &mut self.canopy) {
+            let more = course.difference_ned(0.0, canopy.state.p_ned.z);
+            canopy.wind_ned += more;
+            canopy.state.v_ned += more;
+            self.state.body.v_ned += more;
+        }
         self.wind = course.map(|course| (course, nominal_t0_s));
         self
     }
@@ -190,7 +211,14 @@ impl DropSimulation {
         let still = Pendulum { amplitude_rad: 0.0, phase_rad: 0.0, omega_rad_s: 0.0, length_m: 0.0 };
         Self {
             plant: Plant::new(vehicle, environment, kind),
-            parachute: Parachute { descent_m_s: 0.0, delay_s: 0.0, pendulum: still, hook: None },
+            parachute: Parachute {
+                descent_m_s: 0.0,
+                delay_s: 0.0,
+                pendulum: still,
+                hook: None,
+                suspension: None,
+                tip_off: TipOff::default(),
+            },
             nominal_release_s: 0.0,
             start: Start::T0,
             clock: Clock::default(),
@@ -201,17 +229,21 @@ impl DropSimulation {
             released: Some(Released { time_s: 0.0, state }),
             wind: None,
             faults: None,
+            canopy: None,
         }
     }
 
     /// The state at the moment when the rotors are freed after a release at the nominal time: what a plan
-    /// starts from that is made before the drop.
+    /// starts from that is made before the drop. Of a canopy that is a body of its own the swing counts that
+    /// is linearised; what the cut gives does not.
     pub fn nominal_state_at_t0(
         vehicle: Arc<Vehicle>,
         environment: Environment,
         parachute: Parachute,
         start: Start,
     ) -> BodyState {
+        let parachute =
+            Parachute { tip_off: TipOff::default(), ..parachute.linearised(&vehicle, &environment) };
         let mut sim = Self::new(vehicle, environment, parachute, 0.0, start);
         sim.release();
         // Whole steps to the end of the delay; the last one ends there, since it is a boundary between
@@ -258,9 +290,15 @@ impl DropSimulation {
         &self.parachute
     }
 
+    /// The canopy, where it is a body of its own.
+    pub fn canopy(&self) -> Option<&CanopyFlight> {
+        self.canopy.as_ref()
+    }
+
     /// Cuts the vehicle loose now. Once it is loose, nothing more happens.
     pub fn release(&mut self) {
         if self.released.is_none() {
+            self.state.body = self.parachute.tip_off.after(self.state.body);
             self.released = Some(Released { time_s: self.clock.time_s, state: self.state.body });
             self.phase = Phase::Falling;
             self.cross_boundary();
@@ -302,7 +340,11 @@ impl DropSimulation {
             let t_s = self.clock.time_s - *t0_s;
             let (p, v) = (body.p_ned, body.v_ned);
             let [[n], [e], [d]] = course.step(t_s, remaining, &[p.z], &[[v.x], [v.y], [v.z]]);
-            self.plant.set_wind_ned(Vector3::new(n, e, d));
+            let wind_ned = Vector3::new(n, e, d);
+            if let Some(canopy) = &mut self.canopy {
+                canopy.wind_ned = wind_ned + course.difference_ned(p.z, canopy.state.p_ned.z);
+            }
+            self.plant.set_wind_ned(wind_ned);
         }
         if let Some(faults) = &mut self.faults
             && remaining > 0.0
@@ -347,6 +389,19 @@ impl DropSimulation {
     }
 
     fn advance_phase(&mut self, h: f64) -> Loads {
+        let span = (self.clock.time_s, h);
+        let attached = self.phase == Phase::Hanging;
+        if attached || self.dynamic_fall() {
+            let loads = self.canopy.is_some().then(|| self.loads());
+            if let (Some(canopy), Some(loads)) = (&mut self.canopy, loads) {
+                self.clock.advance(h);
+                canopy.step_with(&self.plant, &mut self.state, attached, span);
+                return loads;
+            }
+        }
+        if let Some(canopy) = &mut self.canopy {
+            canopy.step(&self.plant, span);
+        }
         if self.phase == Phase::Powered || self.dynamic_fall() {
             let locked = self.phase != Phase::Powered;
             self.clock.advance(h);

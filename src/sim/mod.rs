@@ -9,6 +9,7 @@
 //! | [`limits`] | safety limits, and a state's share of them |
 //! | [`faults`] | faults by name: what fails, when, and what that makes of motors and release |
 //! | [`flight`] | a whole flight, controller and vehicle, without MAVLink frames |
+//! | [`two_bodies`] | vehicle and canopy under one riser, and the canopy after the release |
 //! | [`ground`] | what a vehicle stands on |
 //! | [`battery`] | what the rotors take |
 //! | [`record`] | one row of a flight's record |
@@ -27,6 +28,7 @@ pub mod planar;
 pub mod plant;
 pub mod record;
 pub mod sensors;
+pub mod two_bodies;
 
 #[cfg(test)]
 mod drop_run_tests;
@@ -52,3 +54,4 @@ pub use limits::{SafetyLimits, StateCost};
 pub use plant::PlantKind;
 pub use record::Sample;
 pub use sensors::SensorSettings;
+pub use two_bodies::{CanopyFlight, CanopySample};

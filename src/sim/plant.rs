@@ -122,12 +122,12 @@ impl Plant {
         self.acting(rate.body.v_dot_ned, rate.balance)
     }
 
-    fn acting(&self, a_ned: Vector3<f64>, balance: ForceBalance) -> Loads {
+    pub(super) fn acting(&self, a_ned: Vector3<f64>, balance: ForceBalance) -> Loads {
         Loads { a_ned, wind_ned: self.environment.wind_ned_m_s, balance }
     }
 
     #[inline]
-    fn derivative(
+    pub(super) fn derivative(
         &self,
         state: &PlantState,
         throttle: &PerRotor,

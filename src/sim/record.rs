@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::drop::Phase;
 use super::integrator::PlantState;
 use super::plant::Loads;
+use super::two_bodies::CanopySample;
 use crate::model::{ForceBalance, PerRotor};
 
 /// One row of a flight's record: the vehicle at one instant.
@@ -29,6 +30,8 @@ pub struct Sample {
     pub a_ned: Vector3<f64>,
     /// Velocity of the air over ground in the step that begins here, NED [m/s].
     pub wind_ned: Vector3<f64>,
+    /// The canopy, where it is a body of its own.
+    pub canopy: Option<CanopySample>,
 }
 
 /// The part of a [`Sample`] that is known before the forces are.
@@ -38,6 +41,7 @@ pub(super) struct RowStart {
     pub(super) t_powered_s: Option<f64>,
     pub(super) phase: Phase,
     pub(super) state: PlantState,
+    pub(super) canopy: Option<CanopySample>,
 }
 
 impl RowStart {
@@ -52,6 +56,7 @@ impl RowStart {
             balance: loads.balance,
             a_ned: loads.a_ned,
             wind_ned: loads.wind_ned,
+            canopy: self.canopy,
         }
     }
 }

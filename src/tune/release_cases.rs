@@ -80,16 +80,17 @@ mod tests {
     use super::*;
     use crate::math;
     use crate::model::Parachute;
-    use crate::model::parachute::Pendulum;
+    use crate::model::parachute::{Pendulum, TipOff};
     use crate::units::RAD_PER_DEG;
 
     fn paper() -> ReleaseDistribution {
         let pendulum = Pendulum { amplitude_rad: 0.0, phase_rad: 0.0, omega_rad_s: 2.0, length_m: 0.34 };
         ReleaseDistribution {
-            parachute: Parachute { descent_m_s: 3.0, delay_s: 0.5, pendulum, hook: None },
+            parachute: Parachute::new(3.0, 0.5, pendulum).unwrap(),
             gravity_m_s2: 1.35,
             drift_ned_m_s: Vector3::zeros(),
             amplitude_sigma_rad: 3.0 * RAD_PER_DEG,
+            tip_off_sigma: TipOff::default(),
         }
     }
 

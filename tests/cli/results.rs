@@ -249,3 +249,50 @@ fn closed_form_a_drop_in_wind_starts_adrift() {
     assert_eq!(node[5..8], [2.5, -1.5, 3.675]);
     assert!(json(&output)["peak_roll_deg"].as_f64().unwrap() > 0.1, "it rolls to stop the drift");
 }
+
+/// A canopy and a riser in place of the prescribed hang: the vehicle sinks as fast as the two bodies do, at
+/// `sqrt(2 (M + m) g/(rho (CdS + S C_d)))` (44.62 m^2: the lander's own drag is 0.36 of 2 m^2, rotors
+/// locked), the riser carries it less its own drag; cut loose it falls away from the canopy, which the
+/// verdict judges.
+#[test]
+fn closed_form_a_drop_from_a_canopy() {
+    let out = tempfile::tempdir().unwrap();
+    let canopy = r#""delay_s": 0.5,
+    "canopy": { "mass_kg": 20, "drag_area_m2": 43.9, "apparent_mass_factor": 1 },
+    "riser": {
+      "length_m": 10, "stiffness_n_m": 10000, "damping_n_s_m": 300, "attachment_body_m": [0, 0, -2.6]
+    },"#;
+    let mission = spoilt_mission(out.path(), "\"delay_s\": 0.5,", canopy);
+    let text = fs::read_to_string(&mission).unwrap();
+    fs::write(&mission, text.replacen("\"speed_m_s\"", "\"separation_m\": 12.7, \"speed_m_s\"", 1)).unwrap();
+    let output = samara(&["drop", &mission, "--json", "--out", out.path().to_str().unwrap()]);
+    assert_eq!(code(&output), 1, "too close: {}", stderr(&output));
+    let verdict = json(&output);
+    assert_eq!((&verdict["recontact"], &verdict["limits_passed"][0]), (&true.into(), &"separation".into()));
+    let rows = flight(out.path());
+    let of = |row: usize, name: &str| rows[row][name].parse::<f64>().unwrap();
+    let sinks_m_s = (2.0 * 810.0 * 1.35 / (5.4 * 44.62f64)).sqrt();
+    let pull_n = 790.0 * 1.35 - 0.5 * 5.4 * 0.72 * sinks_m_s * sinks_m_s;
+    for row in [0, 1_000] {
+        assert!((of(row, "vd_m_s") - sinks_m_s).abs() < 1e-3, "{}", of(row, "vd_m_s"));
+        assert!((of(row, "canopy_vd_m_s") - sinks_m_s).abs() < 1e-3);
+        assert!((of(row, "riser_tension_n") - pull_n).abs() < 0.5, "{}", of(row, "riser_tension_n"));
+        assert!((of(row, "canopy_fd_n") + pull_n).abs() < 0.5);
+    }
+    let distance_m = |row: usize| {
+        let axes = ["north_m", "east_m", "down_m"];
+        axes.map(|axis| of(row, &format!("canopy_{axis}")) - of(row, axis))
+            .map(|x| x * x)
+            .iter()
+            .sum::<f64>()
+            .sqrt()
+    };
+    let falling = rows.iter().position(|row| row["phase"] == "falling").unwrap();
+    let least_m = verdict["canopy_distance_m"].as_f64().unwrap();
+    // Riser, its stretch and the bridle.
+    assert!((least_m - (12.6 + pull_n / 1e4)).abs() < 0.02, "{least_m}");
+    assert!((distance_m(falling) - least_m).abs() < 1e-3);
+    assert_eq!(of(falling, "riser_tension_n"), 0.0);
+    assert!((distance_m(falling + 125) - least_m - 0.51).abs() < 0.03, "{}", distance_m(falling + 125));
+    assert!(stderr(&output).contains("a riser of 10 m, 3.013 m/s down"), "{}", stderr(&output));
+}

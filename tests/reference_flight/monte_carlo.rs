@@ -7,7 +7,7 @@ use samara::assess::{ReleaseDistribution, SafetyStudy, StudyEntry, StudyReferenc
 use samara::control::Gains;
 use samara::frames::pitch;
 use samara::model::Parachute;
-use samara::model::parachute::Pendulum;
+use samara::model::parachute::{Pendulum, TipOff};
 use samara::units::RAD_PER_DEG;
 use serde_json::Value;
 
@@ -38,6 +38,7 @@ fn distribution(length_m: f64) -> ReleaseDistribution {
         gravity_m_s2: 1.35,
         drift_ned_m_s: nalgebra::Vector3::zeros(),
         amplitude_sigma_rad: 3.0 * RAD_PER_DEG,
+        tip_off_sigma: TipOff::default(),
     }
 }
 

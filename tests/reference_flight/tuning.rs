@@ -7,7 +7,7 @@ use samara::assess::tracking::{PITCH_MAX_RAD, SPEED_MAX_M_S};
 use samara::control::{ControlLimits, Gains};
 use samara::frames::{product, quaternion_from_euler};
 use samara::model::Parachute;
-use samara::model::parachute::Pendulum;
+use samara::model::parachute::{Pendulum, TipOff};
 use samara::model::rigid_body::BodyState;
 use samara::sim::PlantKind;
 use samara::trajectory::Trajectory;
@@ -225,5 +225,6 @@ fn swing() -> ReleaseDistribution {
         gravity_m_s2: 1.35,
         drift_ned_m_s: Vector3::zeros(),
         amplitude_sigma_rad: 3.0 * RAD_PER_DEG,
+        tip_off_sigma: TipOff::default(),
     }
 }

@@ -334,6 +334,7 @@ impl Campaign<'_> {
             target_v_ned: mission.target_v_ned,
             steady_within_m_s: mission.limits.steady_within_m_s,
             flight_limits: mission.limits.flight,
+            separation_m: mission.limits.separation_m,
             plan: &self.planned.trajectory,
         };
         let outcome = measure.of(&flown.log);

@@ -25,6 +25,7 @@ pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     mission.faults.check_from_t0().bad_input()?;
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
+    mission.two_bodies_remark().into_iter().for_each(|remark| narrator.say(&remark));
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let Some(plan) = planned(args, &mission, &folder, &narrator)? else { return Ok(Answer::No) };
     let whole = mission.safety_study(&plan.trajectory);

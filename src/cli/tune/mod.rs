@@ -24,7 +24,7 @@ use super::answer::{Answer, Failure};
 use super::mission::{open_mission, print_origin};
 use super::planning::plan_mission;
 use super::system::thread_pool;
-use super::terminal::print_remarks;
+use super::terminal::{print_err, print_remarks};
 pub use args::TuneArgs;
 use args::{ForArg, MethodArg};
 use results::report_nothing;
@@ -44,6 +44,9 @@ pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
     let for_px4 = args.target == ForArg::Px4;
     if for_px4 {
         px4::refuse_unsuitable(args, &mission)?;
+    }
+    if let Some(remark) = mission.two_bodies_remark().filter(|_| !for_px4) {
+        print_err(&format!("samara: {remark}"));
     }
     let timed = plan_mission(&mission, false)?;
     if timed.plan.status != Status::Converged {

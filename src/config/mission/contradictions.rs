@@ -3,15 +3,20 @@
 
 use super::limits::Limits;
 use super::plan::PlanSettings;
+use super::release::Release;
 use crate::frames::{LEVEL, Quaternion};
+use crate::math;
 use crate::model::rigid_body::BodyState;
 use crate::model::{Environment, RotorLimits, Vehicle};
 use crate::plan::PlanState;
 use crate::sim::StateCost;
+use crate::sim::two_bodies::SWING_GROWTH_MAX;
 use nalgebra::Vector3;
 
 /// A number may pass what the rotors can do by this part: data sheets are rounded.
 const ROUNDING: f64 = 0.01;
+/// Motions that differ by no more than this part are the same.
+const SAME_MOTION: f64 = 0.02;
 /// Least ratio of the rotors' thrust to the weight at which a vehicle can be steered with room to spare.
 const THRUST_TO_WEIGHT: f64 = 1.2;
 
@@ -75,6 +80,39 @@ pub(super) fn of(
         odd.push(format!(
             "limits.steady_within_m_s {} m/s: more than half of limits.speed_m_s",
             limits.steady_within_m_s
+        ));
+    }
+    odd
+}
+
+/// What the two bodies of a parachute do otherwise than its kinematic keys say, which flights from t = 0 go
+/// by: each with the key, the number and the motion.
+pub(super) fn of_two_bodies(
+    vehicle: &Vehicle,
+    environment: &Environment,
+    release: &Release,
+    amplitude_rad: f64,
+) -> Vec<String> {
+    let parachute = &release.parachute;
+    let Some(suspension) = &parachute.suspension else { return Vec::new() };
+    let Ok(descent) = suspension.steady_descent(vehicle, environment) else { return Vec::new() };
+    let mode = suspension.small_swings(&vehicle.mass, environment, &descent).swing();
+    let apart = |a: f64, b: f64| (a - b).abs() > SAME_MOTION * b.abs();
+    let mut odd = Vec::new();
+    if apart(parachute.descent_m_s, descent.speed_m_s) {
+        odd.push(format!(
+            "parachute.descent_m_s {} m/s: vehicle and canopy sink at {:.3} m/s",
+            parachute.descent_m_s, descent.speed_m_s
+        ));
+    }
+    let swings = amplitude_rad != 0.0 || parachute.pendulum.amplitude_rad != 0.0;
+    let left = math::exp(mode.rate.re * release.hang_s) * SWING_GROWTH_MAX;
+    if swings && left < 1.0 - SAME_MOTION {
+        odd.push(format!(
+            "release.hang_s {} s: the canopy's drag leaves {:.0} % of the swing at the release, which begins {SWING_GROWTH_MAX} \
+             times as large",
+            release.hang_s,
+            100.0 * left
         ));
     }
     odd

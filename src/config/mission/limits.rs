@@ -35,6 +35,9 @@ pub(super) struct LimitsJson {
     tilt_deg: Option<Positive<180>>,
     /// Time after t = 0 by which the flight is steady [s]; left out, it must be steady at the mission's end.
     steady_after_s: Option<Positive<900>>,
+    /// Least distance from the canopy (parachute.canopy) to the centre of mass after the release: less is a
+    /// contact [m]; left out, the distance is reported and not judged. Flights from t = 0 have no canopy.
+    separation_m: Option<Positive<1000>>,
 }
 
 /// Fastest touch that is no hard landing where the mission gives none [m/s]: three times PX4's landing speed.
@@ -51,6 +54,8 @@ pub struct Limits {
     pub flight: FlightLimits,
     /// Fastest touch of the ground that is within the limits [m/s].
     pub impact_m_s: f64,
+    /// Least distance from the canopy to the centre of mass after the release that is within the limits [m].
+    pub separation_m: Option<f64>,
 }
 
 impl Limits {
@@ -71,6 +76,7 @@ impl Limits {
                 steady_after_s: json.steady_after_s.map(Positive::get),
             },
             impact_m_s: json.impact_speed_m_s.map_or(IMPACT_M_S, Positive::get),
+            separation_m: json.separation_m.map(Positive::get),
         }
     }
 }

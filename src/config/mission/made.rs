@@ -57,7 +57,29 @@ impl Mission {
     pub fn contradictions(&self) -> Vec<String> {
         let (environment, descent_m_s) = (&self.site.environment, self.release.parachute.descent_m_s);
         let start = self.plan_initial_state();
-        contradictions::of(&self.vehicle, environment, &self.plan, &self.limits, descent_m_s, &start)
+        let mut odd =
+            contradictions::of(&self.vehicle, environment, &self.plan, &self.limits, descent_m_s, &start);
+        let sigma_rad = self.study.monte_carlo.amplitude_sigma_rad;
+        odd.extend(contradictions::of_two_bodies(&self.vehicle, environment, &self.release, sigma_rad));
+        odd
+    }
+
+    /// The prescribed motion under the canopy closest to that of a drop: the parachute's own, or where its
+    /// canopy is a body of its own, the steady descent and the linearised swing of both bodies.
+    pub fn linearised_parachute(&self) -> Parachute {
+        self.release.parachute.linearised(&self.vehicle, &self.site.environment)
+    }
+
+    /// Where flights from t = 0 begin otherwise than drops, in a sentence; `None` where they do not.
+    pub fn two_bodies_remark(&self) -> Option<String> {
+        let two = self.linearised_parachute();
+        self.release.parachute.suspension.map(|_| {
+            format!(
+                "flights from t = 0 begin as (40)-(44) prescribe, without the canopy, which drops have (descent {:.2} m/s, swing \
+                 {:.2} rad/s): assess --autopilot flies those\n",
+                two.descent_m_s, two.pendulum.omega_rad_s
+            )
+        })
     }
 
     /// Speed of the vehicle's level fall with its rotors at rest, in still air at the site [m/s]; `None` when
@@ -175,6 +197,8 @@ impl Mission {
         let mut mission = self.clone();
         mission.release.parachute.pendulum =
             self.study.monte_carlo.pendulum(drop.amplitude_rad, drop.phase_rad);
+        let tip_off = &mut mission.release.parachute.tip_off;
+        *tip_off = tip_off.with(&drop.tip_off);
         mission.site.environment.wind_ned_m_s += drop.wind_ned_m_s;
         mission.site.wind_number = drop.trial + 1;
         mission.seed = drop.seed;

@@ -223,7 +223,8 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
     let air = (&json.site, &json.wind);
     let site = Site::from_json(source, air, json.release.standing(), seed, &mut hash)?;
     let (inputs, gains) = Inputs::of_files(&named(&json.gains, "gains file", gains)?, hash)?;
-    let release = Release::from_json(source, &json.release, &json.parachute, &site.environment)?;
+    let release =
+        Release::from_json(source, &json.release, &json.parachute, &vehicle.vehicle, &site.environment)?;
     release.check_duration(source, json.duration_s.get())?;
     let faults = Faults::from_json(
         source,

@@ -1,13 +1,15 @@
 //! The release: the canopy that the vehicle hangs under, and when and how it is cut loose.
 
+use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::config::error::ConfigError;
-use crate::config::number::{AngleDeg, DelayS, NonNegative, Within};
+use crate::config::number::{AngleDeg, DelayS, Exactly, NonNegative, Positive, Within};
 use crate::config::source::Source;
-use crate::model::parachute::{Hook, Pendulum};
-use crate::model::{Environment, Parachute};
+use crate::model::canopy::{Canopy, Opening, Riser, Suspension, apparent_mass_kg, inflated_radius_m};
+use crate::model::parachute::{Hook, Pendulum, TipOff};
+use crate::model::{Environment, ModelError, Parachute, Vehicle};
 use crate::sim::{ReleaseTrigger, Start};
 use crate::units::RAD_PER_DEG;
 
@@ -24,9 +26,72 @@ pub(super) struct ParachuteJson {
     delay_s: DelayS,
     /// The swing in the north-down plane, (40).
     pendulum: PendulumJson,
+    /// The canopy as a body of its own, in whole drops; without it the motion until the release is prescribed
+    /// by descent_m_s and pendulum. Needs a riser.
+    canopy: Option<CanopyJson>,
+    /// The riser between canopy and vehicle; needs a canopy.
+    riser: Option<RiserJson>,
 }
 
-/// The swing theta_0 sin(omega t + phi), t from the end of the hang.
+/// A canopy: a point mass with drag from all sides alike, and with the air that it takes along.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct CanopyJson {
+    /// Where the numbers come from.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// Mass, with that of riser and bridle [kg].
+    mass_kg: Positive<100_000>,
+    /// Drag area C_d S of the full canopy [m^2].
+    drag_area_m2: Positive<100_000>,
+    /// Apparent mass in units of the air of a hemisphere of the inflated radius, at the density of
+    /// site.altitude_m: about 1.
+    apparent_mass_factor: NonNegative<100>,
+    /// Radius of the full canopy [m]; when left out, that of a round one with the drag coefficient 0.8 of its
+    /// nominal area, inflated to 0.67 of the nominal diameter: 0.423 sqrt(drag_area_m2).
+    inflated_radius_m: Option<Positive<1000>>,
+    /// Time in which it fills, from the beginning of the hang: the drag area as the square of the time [s]; 0
+    /// when left out: it is full, and both bodies sink steadily.
+    opening_s: Option<DelayS>,
+    /// Rate of descent through the air at the beginning of the opening [m/s]; parachute.descent_m_s when left
+    /// out.
+    opening_descent_m_s: Option<NonNegative<200>>,
+}
+
+/// A riser: a spring with a damper that pulls and never pushes.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct RiserJson {
+    /// Where the numbers come from.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// Length without load, from the canopy's centre to the confluence point [m].
+    length_m: Positive<1000>,
+    /// Stiffness [N/m].
+    stiffness_n_m: Positive<1_000_000_000>,
+    /// Damping along the riser [N s/m].
+    damping_n_s_m: NonNegative<1_000_000_000>,
+    /// Confluence point: where the riser pulls at the vehicle and is cut, body axes from the centre of mass,
+    /// above it (z below 0) [m].
+    attachment_body_m: Exactly<Within<1000>, 3>,
+}
+
+/// What the cut gives the vehicle: rates and velocity in addition to those that it has.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct TipOffJson {
+    /// Remarks for the reader.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// Rates, body axes: roll, pitch, yaw [deg/s]; none when left out.
+    rate_body_deg_s: Option<Exactly<Within<10_000>, 3>>,
+    /// Velocity, body axes [m/s]; none when left out.
+    velocity_body_m_s: Option<Exactly<Within<100>, 3>>,
+}
+
+/// The swing theta_0 sin(omega t + phi), t from the end of the hang. With a canopy, amplitude and phase are
+/// those of the vehicle's swing about the confluence point, whose frequency follows from riser and inertia;
+/// omega_rad_s and length_m do not count then.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct PendulumJson {
@@ -53,6 +118,8 @@ pub(super) struct ReleaseJson {
     hook_s: Option<DelayS>,
     /// Trigger of the release.
     trigger: TriggerJson,
+    /// What the cut gives the vehicle, in drops and in flights from t = 0; plans do not know of it.
+    tip_off: Option<TipOffJson>,
 }
 
 /// How the vehicle comes from the release to t = 0.
@@ -112,9 +179,21 @@ impl Release {
         source: &Source,
         json: &ReleaseJson,
         parachute: &ParachuteJson,
+        vehicle: &Vehicle,
         environment: &Environment,
     ) -> Result<Self, ConfigError> {
-        let (parachute, hang_s) = (canopy(source, json, parachute)?, json.hang_s.get());
+        let suspension = suspension(source, parachute, vehicle, environment)?;
+        if suspension.is_some() && json.hook_s.is_some_and(|hook_s| hook_s.get() > 0.0) {
+            let message =
+                "expected none with a canopy (parachute.canopy), which a hook does not hold".to_owned();
+            return Err(source.refuse("release.hook_s", message));
+        }
+        let parachute = Parachute {
+            suspension,
+            tip_off: json.tip_off.as_ref().map_or_else(TipOff::default, tip_off),
+            ..under_a_canopy(source, json, parachute)?
+        };
+        let hang_s = json.hang_s.get();
         Ok(Self {
             parachute,
             hang_s,
@@ -128,7 +207,7 @@ impl Release {
                 TriggerJson::Time => ReleaseTrigger::Time,
                 TriggerJson::ArmedOffboard => ReleaseTrigger::ArmedOffboard,
                 TriggerJson::Altitude { altitude_m } => {
-                    let (begin, _) = parachute.hanging(-hang_s, environment);
+                    let (begin, _) = parachute.linearised(vehicle, environment).hanging(-hang_s, environment);
                     let begins_m = environment.geo_point(&begin.p_ned).altitude_m;
                     check_altitude(source, altitude_m.get(), begins_m)?
                 }
@@ -149,8 +228,91 @@ impl Release {
     }
 }
 
-/// The parachute, with the hook that holds the vehicle still first.
-fn canopy(source: &Source, release: &ReleaseJson, json: &ParachuteJson) -> Result<Parachute, ConfigError> {
+/// Rates of riser and drag beyond this [1/s] take steps too short to be flown.
+const RATE_MAX_PER_S: f64 = 5e3;
+
+/// Canopy and riser, where they are given, under which the vehicle sinks steadily.
+fn suspension(
+    source: &Source,
+    json: &ParachuteJson,
+    vehicle: &Vehicle,
+    environment: &Environment,
+) -> Result<Option<Suspension>, ConfigError> {
+    let (canopy, riser) = match (&json.canopy, &json.riser) {
+        (None, None) => return Ok(None),
+        (Some(canopy), Some(riser)) => (canopy, riser),
+        (Some(_), None) => {
+            let message =
+                "expected a riser (parachute.riser) between it and the vehicle, found none".to_owned();
+            return Err(source.refuse("parachute.canopy", message));
+        }
+        (None, Some(_)) => {
+            let message = "expected a canopy (parachute.canopy) above it, found none".to_owned();
+            return Err(source.refuse("parachute.riser", message));
+        }
+    };
+    let area_m2 = canopy.drag_area_m2.get();
+    let radius_m = canopy.inflated_radius_m.map_or_else(|| inflated_radius_m(area_m2), Positive::get);
+    let apparent_kg =
+        apparent_mass_kg(canopy.apparent_mass_factor.get(), environment.density_kg_m3, radius_m);
+    let opening = canopy.opening_s.map(DelayS::get).filter(|opening_s| *opening_s > 0.0);
+    if let (None, Some(_)) = (opening, canopy.opening_descent_m_s) {
+        let message =
+            "expected an opening_s above 0 with it: without one the descent begins steadily".to_owned();
+        return Err(source.refuse("parachute.canopy.opening_descent_m_s", message));
+    }
+    let opening = opening.map(|duration_s| Opening {
+        duration_s,
+        descent_m_s: canopy.opening_descent_m_s.unwrap_or(json.descent_m_s).get(),
+    });
+    let refused = |key: &'static str| move |e: ModelError| source.refuse(key, e.to_string());
+    let canopy = Canopy::new(canopy.mass_kg.get(), area_m2, apparent_kg, opening)
+        .map_err(refused("parachute.canopy"))?;
+    let riser = Riser::new(
+        riser.length_m.get(),
+        riser.stiffness_n_m.get(),
+        riser.damping_n_s_m.get(),
+        riser.attachment_body_m.get().into(),
+    )
+    .map_err(refused("parachute.riser.attachment_body_m"))?;
+    let suspension = Suspension { canopy, riser };
+    let descent = suspension.steady_descent(vehicle, environment);
+    let descent_m_s = descent.map_err(refused("parachute.canopy.drag_area_m2"))?.speed_m_s;
+    let fastest_m_s = opening.map_or(descent_m_s, |opening| descent_m_s.max(opening.descent_m_s));
+    let least_kg = environment.density_kg_m3 * area_m2 * fastest_m_s / RATE_MAX_PER_S;
+    if suspension.canopy.mass_kg < least_kg {
+        let message = format!(
+            "expected at least {least_kg:.3e} kg, on which the drag acts at {RATE_MAX_PER_S} 1/s, found {} kg",
+            suspension.canopy.mass_kg
+        );
+        return Err(source.refuse("parachute.canopy.mass_kg", message));
+    }
+    let (stretching, damping) = suspension.riser_rates_per_s(&vehicle.mass, 0.0);
+    for (key, rate) in [("stiffness_n_m", stretching), ("damping_n_s_m", damping)] {
+        if rate > RATE_MAX_PER_S {
+            let message = format!(
+                "expected a riser that acts at no more than {RATE_MAX_PER_S} 1/s between vehicle and canopy, found {rate:.0} 1/s"
+            );
+            return Err(source.refuse(&format!("parachute.riser.{key}"), message));
+        }
+    }
+    Ok(Some(suspension))
+}
+
+fn tip_off(json: &TipOffJson) -> TipOff {
+    let rate_deg_s = json.rate_body_deg_s.map_or([0.0; 3], Exactly::get);
+    TipOff {
+        omega_body: Vector3::from(rate_deg_s) * RAD_PER_DEG,
+        v_body: json.velocity_body_m_s.map_or([0.0; 3], Exactly::get).into(),
+    }
+}
+
+/// Descent, swing and delay, with the hook that holds the vehicle still first.
+fn under_a_canopy(
+    source: &Source,
+    release: &ReleaseJson,
+    json: &ParachuteJson,
+) -> Result<Parachute, ConfigError> {
     let pendulum = Pendulum {
         amplitude_rad: json.pendulum.amplitude_deg.get() * RAD_PER_DEG,
         phase_rad: json.pendulum.phase_deg.get() * RAD_PER_DEG,

@@ -1,5 +1,6 @@
 //! The study: releases that gains are tuned on, and random releases.
 
+use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -7,7 +8,7 @@ use crate::assess::ReleaseDistribution;
 use crate::config::error::ConfigError;
 use crate::config::number::{AngleDeg, Count, Exactly, Name, NonNegative, Within};
 use crate::config::source::Source;
-use crate::model::parachute::Pendulum;
+use crate::model::parachute::{Pendulum, TipOff};
 use crate::model::{Environment, Parachute};
 use crate::tune::ReleaseCase;
 use crate::tune::release_cases::cases_of_swing;
@@ -58,6 +59,22 @@ pub(super) struct MonteCarloJson {
     /// Standard deviation of the wind in north and in east, about the site's, in campaigns of whole drops
     /// [m/s]; 0 when left out.
     wind_sigma_m_s: Option<NonNegative<100>>,
+    /// What the cut gives the vehicle, in addition to release.tip_off; nothing when left out.
+    tip_off: Option<TipOffSigmaJson>,
+}
+
+/// Random rates and velocities that the cut gives the vehicle, normal about 0. In flights from t = 0 they are
+/// added to the state at t = 0.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct TipOffSigmaJson {
+    /// Where the numbers come from.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// Standard deviations of the rates, body axes: roll, pitch, yaw [deg/s]; 0 when left out.
+    rate_sigma_deg_s: Option<Exactly<NonNegative<10_000>, 3>>,
+    /// Standard deviations of the velocity, body axes [m/s]; 0 when left out.
+    velocity_sigma_m_s: Option<Exactly<NonNegative<100>, 3>>,
 }
 
 /// The releases that gains are tuned on and that a safety study draws.
@@ -82,6 +99,8 @@ pub struct MonteCarlo {
     pub length_m: f64,
     /// Standard deviation of the wind in north and in east, in campaigns of whole drops [m/s].
     pub wind_sigma_m_s: f64,
+    /// Standard deviations of what the cut gives the vehicle.
+    pub tip_off_sigma: TipOff,
 }
 
 impl Study {
@@ -105,6 +124,7 @@ impl Study {
             omega_rad_s: monte_carlo.omega_rad_s.get(),
             length_m: monte_carlo.length_m.get(),
             wind_sigma_m_s: monte_carlo.wind_sigma_m_s.map_or(0.0, NonNegative::get),
+            tip_off_sigma: monte_carlo.tip_off.as_ref().map_or_else(TipOff::default, tip_off_sigma),
         };
         let mut cases: Vec<ReleaseCase> = tuning.cases.iter().map(case).collect();
         if cases.is_empty() {
@@ -112,6 +132,14 @@ impl Study {
         }
         Ok(Self { cases, monte_carlo })
     }
+}
+
+fn tip_off_sigma(json: &TipOffSigmaJson) -> TipOff {
+    let three = |x: &Exactly<_, 3>| Vector3::from(x.0.map(NonNegative::get));
+    let rate_deg_s = json.rate_sigma_deg_s.as_ref().map_or_else(Vector3::zeros, three);
+    let three = |x: &Exactly<_, 3>| Vector3::from(x.0.map(NonNegative::get));
+    let v_body = json.velocity_sigma_m_s.as_ref().map_or_else(Vector3::zeros, three);
+    TipOff { omega_body: rate_deg_s * RAD_PER_DEG, v_body }
 }
 
 /// A case is chosen by its name, and names the folder of its drop.
@@ -139,6 +167,7 @@ impl MonteCarlo {
             gravity_m_s2: site.gravity_m_s2,
             drift_ned_m_s: site.drift_ned_m_s(),
             amplitude_sigma_rad: self.amplitude_sigma_rad,
+            tip_off_sigma: self.tip_off_sigma,
         }
     }
 }

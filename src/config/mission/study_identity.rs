@@ -42,6 +42,14 @@ impl Mission {
         if let Some(hook) = parachute.hook {
             text.put("parachute.hook.lets_go_before_s", hook.lets_go_before_s);
         }
+        for (name, given) in
+            [("release.tip_off", &parachute.tip_off), ("monte_carlo.tip_off", &random.tip_off_sigma)]
+        {
+            if !given.is_none() {
+                text.list(&format!("{name}.omega_body"), &given.omega_body);
+                text.list(&format!("{name}.v_body"), &given.v_body);
+            }
+        }
         text.put("monte_carlo.amplitude_sigma_rad", random.amplitude_sigma_rad);
         text.put("monte_carlo.omega_rad_s", random.omega_rad_s);
         text.put("monte_carlo.length_m", random.length_m);

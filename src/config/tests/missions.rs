@@ -218,3 +218,42 @@ fn an_atmosphere_takes_the_place_of_gravity_and_density() {
     assert_eq!(environment.density_kg_m3, 5.144, "at 1000 m");
     assert_eq!(environment.atmosphere, crate::model::Atmosphere::Titan);
 }
+
+/// A canopy and its riser: the apparent mass is that of a hemisphere of Titan's air, the plan starts from the
+/// swing of the two bodies, the drop has a canopy, a trial its tip-off; what differs from the keys of the
+/// prescribed hang is reported.
+#[test]
+fn a_canopy_is_a_body_of_its_own() {
+    let canopy = |mass_kg: &str| {
+        format!(
+            "\"delay_s\": 0.5, \"canopy\": {{ \"mass_kg\": {mass_kg}, \"drag_area_m2\": 43.9, \"apparent_mass_factor\": 1.0 }}, \
+             \"riser\": {{ \"length_m\": 10, \"stiffness_n_m\": 10000, \"damping_n_s_m\": 300, \
+             \"attachment_body_m\": [0, 0, -1] }},"
+        )
+    };
+    let load = |mass_kg: &str| titan("\"delay_s\": 0.5,", &canopy(mass_kg)).loaded.unwrap();
+    let m = load("20");
+    let suspension = m.release.parachute.suspension.unwrap();
+    assert!((suspension.canopy.apparent_mass_kg - 248.3).abs() < 0.1, "{suspension:?}");
+    let simulation = m.simulation();
+    assert_eq!(simulation.canopy().map(|two| two.suspension), Some(suspension));
+    assert!((simulation.state().body.v_ned.z - 3.0127).abs() < 1e-3);
+    let two = m.linearised_parachute();
+    assert!((two.pendulum.omega_rad_s - 1.151).abs() < 1e-3 && two.suspension.is_none(), "{two:?}");
+    assert_eq!(two.pendulum.amplitude_rad, m.release.parachute.pendulum.amplitude_rad);
+    assert!(m.two_bodies_remark().unwrap().contains("descent 3.01 m/s, swing 1.15 rad/s"));
+    assert_eq!(m.contradictions(), Vec::<String>::new());
+    let mut long = load("200");
+    long.release.hang_s = 300.0;
+    let odd = long.contradictions().join("\n");
+    assert!(odd.contains("parachute.descent_m_s 3 m/s: vehicle and canopy sink at 3.33"), "{odd}");
+    assert!(odd.contains("release.hang_s 300 s: the canopy's drag leaves "), "{odd}");
+    assert_eq!(titan("\"delay_s\": 0.5,", "\"delay_s\": 0.5,").loaded.unwrap().two_bodies_remark(), None);
+
+    let tip_off = "\"monte_carlo\": { \"tip_off\": { \"rate_sigma_deg_s\": [0, 10, 0] },";
+    let m = titan("\"monte_carlo\": {", tip_off).loaded.unwrap();
+    assert!(!m.is_the_papers_study());
+    let drawn = m.draw_drop(4);
+    assert!(drawn.tip_off.omega_body.y != 0.0 && drawn.tip_off.v_body == Vector3::zeros());
+    assert_eq!(m.with_drop(&drawn).release.parachute.tip_off, drawn.tip_off);
+}

@@ -117,6 +117,18 @@ impl WindCourse {
     pub fn site_wind_ned(&self) -> Vector3<f64> {
         Vector3::from(self.site_wind_ned.map(|[component]| component))
     }
+
+    /// How much more the mean wind is `to_down_m` below the local origin than `from_down_m` below it, NED
+    /// [m/s]: gusts and turbulence are the same at both.
+    pub fn difference_ned(&self, from_down_m: f64, to_down_m: f64) -> Vector3<f64> {
+        match &self.wind.profile {
+            Some(profile) => {
+                let at = |down_m: f64| profile.at(self.site_altitude_m - down_m);
+                at(to_down_m) - at(from_down_m)
+            }
+            None => Vector3::zeros(),
+        }
+    }
 }
 
 impl<const N: usize> WindCourse<N> {

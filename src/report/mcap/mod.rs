@@ -315,7 +315,7 @@ impl<W: Write> DropWriter<'_, W> {
         };
         let path: Vec<PathPoint> = thinned(samples, |s| s.t_s).map(point).collect();
         self.path((Topic::Path, Topic::PathPoints), now_ns, "path", path)?;
-        let canopy = mission.release.parachute.pendulum.length_m;
+        let canopy = mission.release.parachute.line_m();
         if samples.first().is_some_and(|s| s.phase == Phase::Hanging) && !mission.release.standing {
             let canopy = self.picture.canopy(now_ns, BODY, canopy);
             self.show(Topic::Canopy, now_ns, &canopy)?;

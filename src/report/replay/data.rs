@@ -67,7 +67,7 @@ pub(super) fn object(drop: &ShownDrop<'_>) -> String {
         wind_ned_m_s: <[f64; 3]>::from(environment.wind_ned_m_s),
         standing: mission.release.standing,
         ground_down_m: mission.site.ground.map(|ground| ground.down_m),
-        canopy_length_m: mission.release.parachute.pendulum.length_m,
+        canopy_length_m: mission.release.parachute.line_m(),
         limits: object! {
             speed_m_s: limits.speed_m_s,
             pitch_deg: limits.pitch_rad * DEG_PER_RAD,

@@ -1,7 +1,8 @@
 //! What acts on a vehicle in each phase of its drop, and the rows of the record that hold it.
 //!
-//! Under the canopy the motion is prescribed and the canopy's force is what is missing from `m a`; in the
-//! study's fall, [`Start::T0`](super::super::Start), there is gravity alone.
+//! Under the canopy the motion is prescribed and the canopy's force is what is missing from `m a`, or the
+//! canopy is a body of its own and its riser pulls; in the study's fall, [`Start::T0`](super::super::Start),
+//! there is gravity alone.
 
 use nalgebra::Vector3;
 
@@ -25,6 +26,9 @@ impl DropSimulation {
             Phase::Falling if !self.dynamic_fall() => {
                 let balance = ForceBalance { gravity_force_ned: gravity * mass, ..ForceBalance::default() };
                 Loads { a_ned: gravity, wind_ned, balance }
+            }
+            Phase::Hanging if let Some(canopy) = &self.canopy => {
+                canopy.loads(&self.plant, &self.state, throttle)
             }
             Phase::Hanging => {
                 let (body, a_ned) = self.hanging();
@@ -94,6 +98,7 @@ impl DropSimulation {
             t_powered_s: self.time_powered_s(),
             phase: self.phase,
             state: self.state,
+            canopy: self.canopy.map(|c| c.sample(&self.state.body, self.phase == Phase::Hanging)),
         }
     }
 }

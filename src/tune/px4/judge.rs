@@ -129,6 +129,7 @@ pub fn drops<'a>(
         let mut parachute = releases.parachute;
         parachute.pendulum.amplitude_rad = drawn.amplitude_rad;
         parachute.pendulum.phase_rad = drawn.phase_rad;
+        parachute.tip_off = parachute.tip_off.with(&drawn.tip_off);
         let mut setting = varied(setting, trial);
         setting.environment.wind_ned_m_s += drawn.wind_ned_m_s;
         setting.air = trial + 1;
@@ -214,7 +215,7 @@ mod tests {
         ARM_M, GRAVITY_M_S2, J_YY, MASS_KG, THRUST_LIMIT_N, quadrotor, site,
     };
     use crate::model::VehicleOptions;
-    use crate::model::parachute::Pendulum;
+    use crate::model::parachute::{Pendulum, TipOff};
     use crate::trajectory::Node;
 
     /// From 4 m/s down to the target in 2 s.
@@ -251,6 +252,7 @@ mod tests {
             gravity_m_s2: GRAVITY_M_S2,
             drift_ned_m_s: Vector3::zeros(),
             amplitude_sigma_rad: 0.05,
+            tip_off_sigma: TipOff::default(),
         };
         (setting, releases)
     }
