@@ -10,6 +10,7 @@
 //! | [`batch`] | such falls on the batch engine |
 //! | [`wind`] | drift with the wind, turbulence, gusts |
 //! | [`swing`] | the pendulum under the canopy |
+//! | [`two_bodies`] | vehicle and canopy under one riser |
 //! | [`angular_momentum`] | the rotors' angular momentum |
 //! | [`momentum`] | a rotor's thrust and torque by momentum theory |
 //! | [`steady`] | trim and the motors' steady states |
@@ -30,6 +31,7 @@ pub mod nasa;
 pub mod order;
 pub mod steady;
 pub mod swing;
+pub mod two_bodies;
 pub mod wind;
 
 pub use check::{Check, Group, VerifyError};
@@ -59,6 +61,7 @@ pub fn verify(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Result<V
         wind::turbulence(lander.environment),
         wind::gusts(),
         swing::under_the_canopy(lander.vehicle, lander.environment)?,
+        two_bodies::canopy_and_vehicle(lander.vehicle, lander.environment)?,
         momentum::rotor(&lander.vehicle.rotor, lander.environment.density_kg_m3, &momentum::LANDER),
         angular_momentum::without_air(quadrotor.vehicle, quadrotor.environment),
         steady::trim_at_target(lander, quadrotor)?,

@@ -22,7 +22,7 @@ const DT_S: f64 = 0.004;
 const SWINGS: usize = 10;
 
 /// Mean period [s] of what swings about zero, from its rising passages; NaN when it does not swing.
-fn period_s(mut angle_at: impl FnMut() -> f64) -> f64 {
+pub(super) fn period_s(mut angle_at: impl FnMut() -> f64) -> f64 {
     let mut passages = Vec::with_capacity(SWINGS + 1);
     let mut before = angle_at();
     for step in 1..100_000u32 {

@@ -297,7 +297,7 @@ const EDITS: &[Edit] = &[
         "\"tip_off\": { \"rate_deg_s\": [0, 9, 0] },",
         0,
         "release.tip_off.rate_deg_s: ",
-        &["did you mean `rate_body_deg_s`?"],
+        &["unknown field `rate_deg_s`", "`rate_body_deg_s`"],
     ),
     (
         MISSION,

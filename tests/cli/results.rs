@@ -264,7 +264,7 @@ fn closed_form_a_drop_from_a_canopy() {
     },"#;
     let mission = spoilt_mission(out.path(), "\"delay_s\": 0.5,", canopy);
     let text = fs::read_to_string(&mission).unwrap();
-    fs::write(&mission, text.replacen("\"speed_m_s\"", "\"separation_m\": 12.7, \"speed_m_s\"", 1)).unwrap();
+    fs::write(&mission, text.replacen("\"speed_m_s\"", "\"separation_m\": 13, \"speed_m_s\"", 1)).unwrap();
     let output = samara(&["drop", &mission, "--json", "--out", out.path().to_str().unwrap()]);
     assert_eq!(code(&output), 1, "too close: {}", stderr(&output));
     let verdict = json(&output);
@@ -294,5 +294,4 @@ fn closed_form_a_drop_from_a_canopy() {
     assert!((distance_m(falling) - least_m).abs() < 1e-3);
     assert_eq!(of(falling, "riser_tension_n"), 0.0);
     assert!((distance_m(falling + 125) - least_m - 0.51).abs() < 0.03, "{}", distance_m(falling + 125));
-    assert!(stderr(&output).contains("a riser of 10 m, 3.013 m/s down"), "{}", stderr(&output));
 }
