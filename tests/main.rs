@@ -28,6 +28,7 @@ mod px4_stand_in;
 mod reference_autopilot;
 mod reference_flight;
 mod report_drop;
+mod rotors;
 mod swap;
 mod toolchain;
 mod tune;

@@ -6,10 +6,13 @@
 //!
 //! J_state, (47)-(50), is [`StateCost`]'s.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use crate::frames::{bank, pitch, tilt};
 use crate::model::rigid_body::BodyState;
+use crate::model::{DiskState, Environment, MAX_ROTORS, Rotor, Vehicle};
 use crate::sim::limits::{NOT_FINITE, SafetyLimits, StateCost};
 use crate::sim::{Phase, Sample};
 use crate::trajectory::{Node, Trajectory};
@@ -143,6 +146,9 @@ pub struct Verdict {
     /// Least distance from the canopy to the vehicle's centre of mass after the release [m], where the canopy
     /// is a body of its own.
     pub canopy_distance_m: Option<f64>,
+    /// Time of powered flight that each rotor is in the vortex ring, inside Johnson's stability boundary [s];
+    /// empty where the blades are not known.
+    pub vortex_ring_s: Vec<f64>,
 }
 
 impl Verdict {
@@ -193,6 +199,10 @@ pub struct VerdictBuilder {
     flight_limits: FlightLimits,
     separation_limit_m: Option<f64>,
     touching: bool,
+    /// Vehicle and site whose rotors are watched.
+    disks: Option<(Arc<Vehicle>, Environment)>,
+    /// Time of the sample before [s], and which rotors were in the vortex ring then.
+    in_ring: Option<(f64, [bool; MAX_ROTORS])>,
 }
 
 impl VerdictBuilder {
@@ -213,6 +223,8 @@ impl VerdictBuilder {
             flight_limits: FlightLimits::default(),
             separation_limit_m: None,
             touching: false,
+            disks: None,
+            in_ring: None,
         }
     }
 
@@ -244,6 +256,31 @@ impl VerdictBuilder {
     pub fn apart_from_canopy(mut self, least_m: Option<f64>) -> Self {
         self.separation_limit_m = least_m;
         self
+    }
+
+    /// Tells also how long each rotor of the vehicle at a site is in the vortex ring, where its blades are
+    /// known.
+    pub fn watching_rotors(mut self, vehicle: &Arc<Vehicle>, site: &Environment) -> Self {
+        if matches!(vehicle.rotor, Rotor::BladeElement(_)) {
+            self.verdict.vortex_ring_s = vec![0.0; vehicle.rotors.len()];
+            self.disks = Some((vehicle.clone(), site.clone()));
+        }
+        self
+    }
+
+    fn observe_rotors(&mut self, sample: &Sample) {
+        let Some((vehicle, site)) = &self.disks else { return };
+        if let Some((before_s, in_ring)) = self.in_ring {
+            let times = self.verdict.vortex_ring_s.iter_mut().zip(in_ring);
+            times.filter(|(_, inside)| *inside).for_each(|(time, _)| *time += sample.t_s - before_s);
+        }
+        let inside = |i: usize| {
+            let (body, thrust_n) = (&sample.state.body, sample.balance.thrust_n[i]);
+            DiskState::of(vehicle, i, site, body, &sample.wind_ned, thrust_n)
+                .is_some_and(|disk| disk.is_in_vortex_ring())
+        };
+        let powered = sample.phase == Phase::Powered;
+        self.in_ring = powered.then(|| (sample.t_s, std::array::from_fn(inside)));
     }
 
     /// A touch counts with the speed of the sample before it; what stood there from the start has not come
@@ -287,6 +324,7 @@ impl VerdictBuilder {
             *least = Some(least.map_or(distance_m, |least| least.min(distance_m)));
         }
         self.observe_ground(sample);
+        self.observe_rotors(sample);
         match sample.t_powered_s {
             // What was steady when it came to the ground stays so.
             _ if self.verdict.impact_speed_m_s.is_some() => {}

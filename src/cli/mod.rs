@@ -28,6 +28,7 @@ mod progress;
 mod recording;
 mod reporter;
 mod results;
+mod rotor;
 mod schema;
 mod shell_files;
 mod sim;
@@ -64,6 +65,7 @@ pub fn run() -> ExitCode {
         Verb::Params(args) => params::run(&args),
         Verb::Verify(args) => verify::run(&args),
         Verb::Faults(args) => faults::run(&args),
+        Verb::Rotor(args) => rotor::run(&args),
         Verb::Schema(args) => schema::run(&args),
         Verb::Completions(args) => shell_files::completions(&args, command()),
         Verb::Man(args) => shell_files::man(&args, command()),

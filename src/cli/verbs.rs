@@ -11,6 +11,7 @@ use super::init::InitArgs;
 use super::new::NewArgs;
 use super::params::ParamsArgs;
 use super::plan::PlanArgs;
+use super::rotor::RotorArgs;
 use super::schema::SchemaArgs;
 use super::shell_files::{CompletionsArgs, ManArgs};
 use super::sim::SimArgs;
@@ -63,6 +64,9 @@ pub enum Verb {
     /// List what can fail in a flight: by a mission, by a command.
     #[command(after_long_help = include_str!("help/faults.txt"))]
     Faults(FaultsArgs),
+    /// Solve a vehicle's rotor blades in any flow and write the table that flies.
+    #[command(after_long_help = include_str!("help/rotor.txt"))]
+    Rotor(RotorArgs),
     /// Write the JSON schemas of mission, vehicle and gains files.
     #[command(after_long_help = include_str!("help/schema.txt"))]
     Schema(SchemaArgs),

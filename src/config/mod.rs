@@ -11,6 +11,7 @@
 //! | `checkpoint` | evaluations of an interrupted search of gains |
 //! | `vehicle_file` | `params/vehicles/*.json` |
 //! | `rotor_table` | the rotor table beside a vehicle |
+//! | `coefficient_csv` | the coefficients of a rotor's blades beside a vehicle |
 //! | [`schema`] | JSON schemas of these files |
 //! | `trajectory_csv` | `trajectory.csv`, read and written |
 //! | [`shipped`] | the files that the program brings along |
@@ -24,6 +25,7 @@
 //! refused.
 
 mod checkpoint;
+mod coefficient_csv;
 mod derived;
 pub mod draft;
 mod error;
@@ -56,7 +58,7 @@ pub use trajectory_csv::{
     Stamp, TrajectoryFile, read_trajectory_csv, trajectory_columns, write_trajectory_csv,
 };
 pub use tuning::{DRAWS, NoBoundError, Tuning, TuningMethod, TuningObjective};
-pub use vehicle_file::{VehicleFile, load_vehicle};
+pub use vehicle_file::{BladeFile, VehicleFile, blade_file, load_vehicle};
 
 #[cfg(test)]
 #[expect(clippy::disallowed_methods, reason = "tests read and spoil files")]

@@ -47,6 +47,8 @@ pub const SHIPPED: &[ShippedFile] = shipped! {
     "params/vehicles/dragonfly_notional.json"
     "params/vehicles/hexa_4kg5.json"
     "params/vehicles/titan.json"
+    "params/vehicles/titan_bemt.json"
+    "params/vehicles/titan_bemt_rotor.csv"
     "params/vehicles/titan_rotor.csv"
     "params/vehicles/x500.json"
 };

@@ -6,6 +6,10 @@
 //! | [`body_aero`] | body forces and moment from coefficient tables | (13)-(18) |
 //! | `axis` | the axis of a table | |
 //! | [`rotor`] | thrust and torque of one rotor, inflow at the hub | (10)-(12), III.A |
+//! | [`inflow`] | induced velocity from climb to windmill brake, with the vortex ring | |
+//! | [`blade_element`] | thrust, in-plane force and torque of known blades | |
+//! | [`coefficient_table`] | those as a table that flies | |
+//! | [`disk_state`] | climb and edgewise motion of a rotor over its induced velocity | |
 //! | [`motor`] | speed controller and motor: rotor speed from throttle | III.B, (23)-(24) |
 //! | [`vehicle`] | the vehicle: all of the above with its geometry; force balance | (5)-(9), (19)-(22) |
 //! | [`rotor_limits`] | the greatest thrust of a rotor, and how fast it comes | |
@@ -20,9 +24,13 @@
 
 pub mod atmosphere;
 pub(crate) mod axis;
+pub mod blade_element;
 pub mod body_aero;
 pub mod canopy;
+pub mod coefficient_table;
+pub mod disk_state;
 pub mod environment;
+pub mod inflow;
 pub mod magnetic_field;
 pub mod motor;
 pub mod parachute;
@@ -36,7 +44,10 @@ pub mod vehicle;
 pub mod wind;
 
 pub use atmosphere::Atmosphere;
+pub use blade_element::{Airfoil, BladeStation, Blades};
 pub use body_aero::BodyAero;
+pub use coefficient_table::CoefficientTable;
+pub use disk_state::DiskState;
 pub use environment::Environment;
 pub use motor::{EscDc, Motor, MotorCondition};
 pub use parachute::Parachute;

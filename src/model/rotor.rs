@@ -1,14 +1,16 @@
 //! One rotor: thrust and aerodynamic torque from its speed and the flow through it.
 //!
-//! Two models. The **table** rotor carries computed thrust and torque over (speed, airspeed, angle of the
-//! flow), so windmill, vortex-ring and turbulent-wake states are in the data. The **quadratic** rotor is `T =
-//! k omega^2`, `Q = c T`, which knows no inflow. Assumptions: quasi-static (III.B.1 of the paper), no forces
-//! in the rotor's plane.
+//! Three models. The **blade element** rotor carries the coefficients of a rotor whose blades are known, by
+//! how its disk moves ([`super::coefficient_table`]), with the force in the rotor's plane. The **table** rotor
+//! carries computed thrust and torque over (speed, airspeed, angle of the flow), so windmill, vortex-ring and
+//! turbulent-wake states are in the data. The **quadratic** rotor is `T = k omega^2`, `Q = c T`, which knows no
+//! inflow. Assumptions: quasi-static (III.B.1 of the paper); no forces in the rotor's plane but the first's.
 
 use nalgebra::Vector3;
 
 use super::ModelError;
 use super::axis::Axis;
+use super::coefficient_table::CoefficientTable;
 use crate::math;
 
 /// Flow of the air at a rotor hub.
@@ -40,11 +42,15 @@ pub struct RotorLoad {
     pub thrust_n: f64,
     /// Aerodynamic torque that brakes the rotor [N m].
     pub torque_nm: f64,
+    /// Force in the rotor's plane against the hub's motion in it [N]; zero for a rotor that has none.
+    pub in_plane_n: f64,
 }
 
 /// A rotor model: thrust and torque by speed, flow and density.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rotor {
+    /// Coefficients of known blades by how the disk moves.
+    BladeElement(CoefficientTable),
     /// Thrust and torque by table.
     Table(RotorTable),
     /// `T = k omega^2`, `Q = c T`, both scaled with density over `density_kg_m3`.
@@ -63,18 +69,59 @@ impl Rotor {
     #[inline(always)]
     pub fn load(&self, omega_rad_s: f64, inflow: Inflow, density_kg_m3: f64) -> RotorLoad {
         match self {
+            Self::BladeElement(table) => {
+                let (sin, cos) = math::sin_cos(inflow.angle_rad);
+                let v = inflow.airspeed_m_s;
+                table.load(omega_rad_s, -v * sin, (v * cos).max(0.0), density_kg_m3)
+            }
             Self::Table(table) => table.load(omega_rad_s, inflow, density_kg_m3),
             Self::Quadratic { thrust_n_per_rad2_s2, torque_per_thrust_m, density_kg_m3: reference } => {
                 let thrust_n = thrust_n_per_rad2_s2 * (density_kg_m3 / reference) * omega_rad_s * omega_rad_s;
-                RotorLoad { thrust_n, torque_nm: torque_per_thrust_m * thrust_n }
+                RotorLoad { thrust_n, torque_nm: torque_per_thrust_m * thrust_n, in_plane_n: 0.0 }
             }
         }
     }
 
+    /// Load of a rotor whose hub moves with `v_body` [m/s] through the air, thrust along the unit vector
+    /// `axis_body`.
+    #[inline(always)]
+    pub(crate) fn load_at_hub(
+        &self,
+        omega_rad_s: f64,
+        v_body: &Vector3<f64>,
+        axis_body: &Vector3<f64>,
+        density_kg_m3: f64,
+    ) -> RotorLoad {
+        match self {
+            Self::BladeElement(table) => {
+                let climb = v_body.dot(axis_body);
+                let in_plane = (v_body - axis_body * climb).norm();
+                table.load(omega_rad_s, climb, in_plane, density_kg_m3)
+            }
+            _ => self.load(omega_rad_s, Inflow::at_hub(v_body, axis_body), density_kg_m3),
+        }
+    }
+
+    /// Density that the rotor's numbers hold for [kg/m^3]; 1 for coefficients, which hold for any.
+    pub fn reference_density_kg_m3(&self) -> f64 {
+        match self {
+            Self::BladeElement(_) => 1.0,
+            Self::Table(table) => table.density_kg_m3,
+            Self::Quadratic { density_kg_m3, .. } => *density_kg_m3,
+        }
+    }
+
+    /// Whether the flow past the hub counts.
+    pub fn knows_inflow(&self) -> bool {
+        !matches!(self, Self::Quadratic { .. })
+    }
+
     /// Steepest rise of the torque with the speed, either way, up to `omega_max_rad_s` and at the rotor's own
-    /// density [N m s].
+    /// density [N m s]; of coefficients at most
+    /// [that in the densest air](CoefficientTable::steepest_torque_nm_s).
     pub fn steepest_torque_nm_s(&self, omega_max_rad_s: f64) -> f64 {
         match self {
+            Self::BladeElement(table) => table.steepest_torque_nm_s(omega_max_rad_s),
             Self::Table(table) => table.steepest_torque_nm_s(),
             Self::Quadratic { thrust_n_per_rad2_s2: k, torque_per_thrust_m: c, .. } => {
                 2.0 * c * k * omega_max_rad_s
@@ -198,7 +245,7 @@ impl RotorTable {
         let along_airspeed = |i: usize| mix(along_angle(i, j), along_angle(i, j + 1), b);
         let [thrust, torque] = mix(along_airspeed(i), along_airspeed(i + 1), a);
         let scale = density_kg_m3 / self.density_kg_m3;
-        RotorLoad { thrust_n: scale * thrust, torque_nm: scale * torque }
+        RotorLoad { thrust_n: scale * thrust, torque_nm: scale * torque, in_plane_n: 0.0 }
     }
 }
 

@@ -45,6 +45,7 @@ impl RotorLimits {
             RotorLoad {
                 thrust_n: interference.thrust * alone.thrust_n,
                 torque_nm: interference.torque * alone.torque_nm,
+                in_plane_n: 0.0,
             }
         };
         let acceleration =

@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 
 use super::body_aero::AeroLoad;
 use super::rigid_body::{BodyRate, BodyState, MassProperties, derivative};
-use super::rotor::{Inflow, Rotor, RotorLoad};
+use super::rotor::{Rotor, RotorLoad};
 use super::{BodyAero, Environment, MAX_ROTORS, ModelError, Motor, MotorCondition, PerRotor};
 use crate::frames::rotate_body_from_ned;
 use crate::real::Real;
@@ -93,7 +93,7 @@ pub struct Vehicle {
 /// Every term of the balance of forces and moments at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ForceBalance {
-    /// Force of the rotors (9) [N], body.
+    /// Force of the rotors (9) [N], body: thrusts, and the forces in the rotors' planes where they have them.
     pub rotor_force_body: Vector3<f64>,
     /// Force of the air on the body (17) [N], body.
     pub aero_force_body: Vector3<f64>,
@@ -103,7 +103,7 @@ pub struct ForceBalance {
     pub canopy_force_ned: Vector3<f64>,
     /// Force of the ground, while touching it [N], NED.
     pub ground_force_ned: Vector3<f64>,
-    /// Moment of the rotor thrusts (6) [N m], body.
+    /// Moment of the rotors' forces (6) [N m], body.
     pub rotor_moment_body: Vector3<f64>,
     /// Moment of the air on the body (18) [N m], body.
     pub aero_moment_body: Vector3<f64>,
@@ -342,6 +342,9 @@ impl Vehicle {
             balance.thrust_n[i] = load.thrust_n;
             balance.torque_nm[i] = load.torque_nm;
             balance.add_thrust(rotor, load.thrust_n);
+            if load.in_plane_n != 0.0 {
+                balance.add_drag(rotor, &hub, load.in_plane_n);
+            }
             let spin_axis = rotor.axis_body * rotor.spin.sign();
             if self.options.reaction_torque {
                 balance.reaction_moment_body -= spin_axis * load.torque_nm;
@@ -364,10 +367,11 @@ impl Vehicle {
         omega: f64,
         density_kg_m3: f64,
     ) -> RotorLoad {
-        let alone = self.rotor.load(omega, Inflow::at_hub(hub_body, &rotor.axis_body), density_kg_m3);
+        let alone = self.rotor.load_at_hub(omega, hub_body, &rotor.axis_body, density_kg_m3);
         RotorLoad {
             thrust_n: rotor.interference.thrust * alone.thrust_n,
             torque_nm: rotor.interference.torque * alone.torque_nm,
+            in_plane_n: rotor.interference.thrust * alone.in_plane_n,
         }
     }
 }
@@ -377,5 +381,16 @@ impl ForceBalance {
         let force = rotor.axis_body * thrust_n;
         self.rotor_force_body += force;
         self.rotor_moment_body += rotor.position_body_m.cross(&force);
+    }
+
+    /// Adds a force in a rotor's plane against the motion of its hub in that plane [m/s].
+    fn add_drag(&mut self, rotor: &RotorMount, hub_body: &Vector3<f64>, in_plane_n: f64) {
+        let in_disk = hub_body - rotor.axis_body * hub_body.dot(&rotor.axis_body);
+        let speed = in_disk.norm();
+        if speed > 0.0 {
+            let force = in_disk * (-in_plane_n / speed);
+            self.rotor_force_body += force;
+            self.rotor_moment_body += rotor.position_body_m.cross(&force);
+        }
     }
 }

@@ -2,11 +2,13 @@
 //!
 //! One list for `flight.csv` and for the messages of `drop.mcap`.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use crate::assess::{SafetyLimits, StateCost};
 use crate::config::Mission;
-use crate::model::{ForceBalance, MAX_ROTORS, PerRotor};
+use crate::model::{DiskState, Environment, ForceBalance, MAX_ROTORS, PerRotor, Rotor, Vehicle};
 use crate::sim::{Phase, Sample};
 
 const STATE: &str = "t_s,t_powered_s,phase,north_m,east_m,down_m,q0,q1,q2,q3,vn_m_s,ve_m_s,vd_m_s,p_rad_s,q_rad_s,r_rad_s,\
@@ -69,7 +71,7 @@ pub(super) enum Field {
 }
 
 /// The columns of a mission's flight.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct FlightColumns {
     n_rotors: usize,
     /// Give J_state its scale.
@@ -79,6 +81,8 @@ pub(super) struct FlightColumns {
     wind: bool,
     /// Whether there are those of a canopy that is a body of its own.
     canopy: bool,
+    /// Vehicle and site where the rotors' blades are known.
+    disks: Option<(Arc<Vehicle>, Environment)>,
 }
 
 impl FlightColumns {
@@ -87,7 +91,9 @@ impl FlightColumns {
         let n_rotors = mission.vehicle.rotors.len().min(MAX_ROTORS);
         let wind = !mission.site.wind.is_steady();
         let canopy = mission.release.parachute.suspension.is_some() && !mission.release.standing;
-        Self { n_rotors, limits: mission.limits.safety, ground, wind, canopy }
+        let known = matches!(mission.vehicle.rotor, Rotor::BladeElement(_));
+        let disks = known.then(|| (mission.vehicle.clone(), mission.site.environment.clone()));
+        Self { n_rotors, limits: mission.limits.safety, ground, wind, canopy, disks }
     }
 
     /// Names of the columns, with units.
@@ -104,6 +110,10 @@ impl FlightColumns {
         }
         if self.canopy {
             names.extend(CANOPY.map(str::to_owned));
+        }
+        if self.disks.is_some() {
+            let of_rotor = |i| [format!("rotor{i}_vc_over_vh"), format!("rotor{i}_mu_over_vh")];
+            names.extend((1..=self.n_rotors).flat_map(of_rotor));
         }
         names
     }
@@ -144,6 +154,14 @@ impl FlightColumns {
                     numbers(sample.balance.canopy_moment_body.as_slice());
                 }
                 None => CANOPY.iter().for_each(|_| put(Field::Empty)),
+            }
+        }
+        if let Some((vehicle, site)) = &self.disks {
+            for i in 0..self.n_rotors {
+                let thrust_n = sample.balance.thrust_n[i];
+                let disk = DiskState::of(vehicle, i, site, body, &sample.wind_ned, thrust_n);
+                put(disk.map_or(Field::Empty, |disk| Field::Number(disk.climb)));
+                put(disk.map_or(Field::Empty, |disk| Field::Number(disk.in_plane)));
             }
         }
     }

@@ -179,6 +179,8 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         limits_passed: verdict.map(|v| v.limits_passed.as_slice()),
         failsafe: run.failsafe,
         events: &run.events,
+        #[serde(flatten)] ring: verdict.filter(|v| !v.vortex_ring_s.is_empty())
+            .map(|v| object! { vortex_ring_s: &v.vortex_ring_s }),
         #[serde(flatten)] impact: impact_speed_m_s.map(|speed| object! { impact_speed_m_s: speed }),
         #[serde(flatten)] canopy: verdict.and_then(|v| v.canopy_distance_m.map(|distance_m| object! {
             canopy_distance_m: distance_m, recontact: v.recontact(),

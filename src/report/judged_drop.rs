@@ -67,7 +67,8 @@ fn verdict(mission: &Mission, log: &[Sample], plan_end_s: f64) -> Option<Verdict
         .steady_within(mission.limits.steady_within_m_s)
         .within(mission.limits.flight)
         .apart_from_canopy(mission.limits.separation_m)
-        .to_plans_end(plan_end_s);
+        .to_plans_end(plan_end_s)
+        .watching_rotors(&mission.vehicle, &mission.site.environment);
     if mission.site.ground.is_some() {
         verdict = verdict.judging_impacts(mission.limits.impact_m_s);
     }

@@ -68,6 +68,9 @@ pub(super) fn verdict_lines(
     lines.push(line("steady after", steady, unit, &limit, mark));
     let velocity = verdict.final_v_ned.as_slice().iter().map(|v| fixed(*v, 2)).collect::<Vec<_>>();
     lines.push(line("final velocity, NED", velocity.join(" "), "m/s", "", ""));
+    if let Some(longest) = verdict.vortex_ring_s.iter().copied().reduce(f64::max) {
+        lines.push(line("longest in the vortex ring", fixed(longest, 2), "s", "", "not judged"));
+    }
     if let Some(speed) = verdict.impact_speed_m_s {
         lines.push(line("speed of impact", fixed(speed, 2), "m/s", "", passed("impact")));
     }

@@ -103,7 +103,11 @@ impl Blades {
         let c_torque =
             c_thrust * (self.induced_power * induced + climb) + self.solidity * self.profile_drag / 8.0;
         let scale_n = density_kg_m3 * PI * self.radius_m * self.radius_m * tip_m_s * tip_m_s;
-        RotorLoad { thrust_n: scale_n * c_thrust, torque_nm: scale_n * self.radius_m * c_torque }
+        RotorLoad {
+            thrust_n: scale_n * c_thrust,
+            torque_nm: scale_n * self.radius_m * c_torque,
+            in_plane_n: 0.0,
+        }
     }
 }
 

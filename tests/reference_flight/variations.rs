@@ -25,6 +25,12 @@ static X500: LazyLock<Arc<Vehicle>> = LazyLock::new(|| {
     Arc::new(load_vehicle(&path).unwrap().vehicle)
 });
 
+/// The lander with blades.
+static BLADES: LazyLock<Arc<Vehicle>> = LazyLock::new(|| {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("params/vehicles/titan_bemt.json");
+    Arc::new(load_vehicle(&path).unwrap().vehicle)
+});
+
 const PERIOD_S: f64 = 0.01;
 
 /// `[v_N, v_D, q0, q2, Q, front, rear]` of one lane at each control step.
@@ -252,10 +258,11 @@ proptest! {
     /// Any gains, release, variation and layout of the rotors, in any lane.
     #[test]
     fn prop_varied_flights_are_the_flights_in_space(
-        flight in flight(), lane in 0..LANES, earthly in prop::bool::ANY, ideal in prop::bool::ANY,
+        flight in flight(), lane in 0..LANES, airframe in 0..3, ideal in prop::bool::ANY,
         layout in 0usize..6, target in prop::array::uniform2(-1.0f64..4.0), wind in wind(),
     ) {
-        let (vehicle, site) = if earthly { (&*X500, earth()) } else { (&*TITAN, site()) };
+        let vehicle = [&*X500, &*TITAN, &*BLADES][airframe];
+        let site = if airframe == 0 { earth() } else { site() };
         let kind = if ideal { PlantKind::Ideal } else { PlantKind::Actuator };
         let vehicle = laid_out(vehicle, layout);
         let (apart, amplified) = difference(&vehicle, (&site, &wind), lane, &flight, target, kind);

@@ -140,6 +140,13 @@ impl Numbers {
 
     fn rotor(&mut self, rotor: &Rotor) {
         match rotor {
+            Rotor::BladeElement(table) => {
+                self.put("vehicle.rotor.blade_element.radius_m", table.radius_m());
+                for (k, name) in ["c_thrust", "c_in_plane", "c_torque"].into_iter().enumerate() {
+                    let name = format!("vehicle.rotor.blade_element.{name}");
+                    self.list(&name, table.cells().iter().map(|cell| &cell[k]));
+                }
+            }
             Rotor::Table(table) => {
                 let [omega, airspeed, angle] = table.knots();
                 self.put("vehicle.rotor.table.density_kg_m3", table.density_kg_m3());

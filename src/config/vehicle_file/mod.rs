@@ -11,6 +11,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use self::aero::{BodyAeroJson, build_aero};
+pub use self::blade_element::BladeFile;
 use self::motor::{MotorJson, build_motor, check_longest_step};
 use self::rotors::{
     CoaxialJson, RotorJson, RotorModelJson, build_mounts, build_rotor, check_static_thrust, set_interference,
@@ -22,6 +23,7 @@ use crate::model::rigid_body::MassProperties;
 use crate::model::{Vehicle, VehicleOptions};
 
 mod aero;
+mod blade_element;
 mod motor;
 mod rotors;
 
@@ -82,6 +84,22 @@ pub struct VehicleFile {
 /// [`ConfigError`] with the place in the file, when it cannot be read or is not a vehicle.
 pub fn load_vehicle(path: &Path) -> Result<VehicleFile, ConfigError> {
     vehicle_of(&Source::read(path, "vehicle file", None)?, &mut InputHash::default())
+}
+
+/// The blades of a vehicle file, whether or not there is a table of their coefficients.
+///
+/// # Errors
+/// [`ConfigError`] with the place in the file, when it cannot be read, is not a vehicle or has no blades.
+pub fn blade_file(path: &Path) -> Result<BladeFile, ConfigError> {
+    let source = Source::read(path, "vehicle file", None)?;
+    let json: VehicleJson = source.parse()?;
+    match &json.rotor {
+        RotorModelJson::BladeElement(rotor) => rotor.file(&source),
+        _ => {
+            let message = "expected `blade_element`, a rotor whose blades are known, found another model";
+            Err(source.refuse("rotor", message.to_owned()))
+        }
+    }
 }
 
 /// The vehicle of a text, with its tables; all that is read goes into `hash`.

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::blade_element::{BladeElementJson, build_coefficients};
 use crate::config::error::ConfigError;
 use crate::config::number::{Exactly, NonNegative, Positive, UnitComponent, Within};
 use crate::config::rotor_table;
@@ -99,6 +100,8 @@ pub(super) fn set_interference(
 #[derive(Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum RotorModelJson {
+    /// Thrust, in-plane force and torque of known blades in any flow, from rest on.
+    BladeElement(BladeElementJson),
     /// Thrust and torque by table over rotor speed, airspeed and flow angle.
     Table(RotorTableJson),
     /// Thrust = k omega^2, torque = c thrust.
@@ -142,6 +145,7 @@ impl RotorModelJson {
     /// Radius of a rotor [m], where the file gives one.
     pub(super) fn radius_m(&self) -> Option<f64> {
         let radius_m = match self {
+            Self::BladeElement(rotor) => return Some(rotor.radius_m()),
             Self::Table(rotor) => rotor.radius_m,
             Self::Quadratic(rotor) => rotor.radius_m,
         };
@@ -156,6 +160,7 @@ pub(super) fn build_rotor(
     hash: &mut InputHash,
 ) -> Result<Rotor, ConfigError> {
     match json {
+        RotorModelJson::BladeElement(b) => Ok(Rotor::BladeElement(build_coefficients(source, b, hash)?)),
         RotorModelJson::Table(t) => {
             let file = Source::read(&source.resolve(&t.file), "rotor table", Some(&source.file))?;
             let table = rotor_table::parse(&file, t.density_kg_m3.get())?;
@@ -173,11 +178,7 @@ pub(super) fn build_rotor(
 /// The thrust at full throttle in still air scales the control channel: a rotor that gives none cannot be
 /// commanded.
 pub(super) fn check_static_thrust(source: &Source, vehicle: &Vehicle) -> Result<(), ConfigError> {
-    let density = match &vehicle.rotor {
-        Rotor::Table(table) => table.density_kg_m3(),
-        Rotor::Quadratic { density_kg_m3, .. } => *density_kg_m3,
-    };
-    let thrust_n = vehicle.static_thrust_n(density);
+    let thrust_n = vehicle.static_thrust_n(vehicle.rotor.reference_density_kg_m3());
     if thrust_n.is_finite() && thrust_n > 0.0 {
         return Ok(());
     }

@@ -408,15 +408,26 @@ fn step_actuator<const G: usize>(
             let flow = flow_about(air, &turn, v_n, v_d);
             let through = [&flow.u, &flow.w];
             let (mut thrust, mut torque) = ([[0.0; LANES]; G], [[0.0; LANES]; G]);
+            let mut forward = [[0.0; LANES]; G];
             unrolled::<G>(
                 #[inline(always)]
                 |group| {
                     let load =
                         model.rotors.load(group, &speed[group], through, rate, &air.rotor_scale[group]);
                     (thrust[group], torque[group]) = (load.thrust, load.torque);
+                    forward[group] = load.forward;
                 },
             );
-            let load = model.aero.load(&body.scale, &flow);
+            let mut load = model.aero.load(&body.scale, &flow);
+            if model.rotors.push_in_plane() {
+                for group in 0..G {
+                    for i in 0..LANES {
+                        let force = body.count[group] * forward[group][i];
+                        load.f_x[i] += force;
+                        load.m_y[i] += model.rotors.hub_down_m(group) * force;
+                    }
+                }
+            }
             let body = body.derivative(x, &load, &turn, &thrust);
             let mut speed_rate = [[0.0; LANES]; G];
             unrolled::<G>(

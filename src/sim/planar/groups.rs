@@ -14,7 +14,7 @@
 use nalgebra::Vector3;
 
 use super::NotPlanar;
-use crate::model::{Interference, Rotor, Vehicle};
+use crate::model::{Interference, Vehicle};
 
 /// Most groups of rotors that are flown: those of eight rotors in pairs.
 pub(super) const MOST_GROUPS: usize = 4;
@@ -44,7 +44,7 @@ pub(super) fn groups(vehicle: &Vehicle) -> Result<Vec<Group>, NotPlanar> {
     let near = |a: f64, b: f64| (a - b).abs() <= TOLERANCE * size;
     let coupled = vehicle.options.reaction_torque || vehicle.options.rotor_momentum;
     // The height of a hub counts where the flow does.
-    let flow_counts = matches!(vehicle.rotor, Rotor::Table(_));
+    let flow_counts = vehicle.rotor.knows_inflow();
     let mut groups: Vec<Group> = Vec::new();
     for (i, rotor) in rotors.iter().enumerate() {
         if rotor.axis_body.xy().amax() > TOLERANCE || rotor.axis_body.z > 0.0 {

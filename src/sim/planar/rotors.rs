@@ -1,13 +1,16 @@
-//! Thrust, torque and speed of one rotor of each group: [`crate::model::rotor`] and [`crate::model::motor`]
-//! in the plane.
+//! Thrust, torque, in-plane force and speed of one rotor of each group: [`crate::model::rotor`] and
+//! [`crate::model::motor`] in the plane.
 //!
 //! A hub at `(x, z)` sees `U + Q z` and `W - Q x`; the angle of the flow against the disk is `atan2(W_i,
 //! |U_i|)`.
 
+use std::f64::consts::PI;
+
 use super::groups::{Group, MOST_GROUPS, of_groups};
 use super::lanes::{LANES, Lanes, atan2, clip, index, interval};
 use crate::model::axis::Axis;
-use crate::model::{Motor, Rotor, RotorTable};
+use crate::model::coefficient_table::{FLOW_STEPS, HALF_AT, SPEED_STEPS};
+use crate::model::{CoefficientTable, Motor, Rotor, RotorTable};
 
 /// Rotors and motors of the groups.
 #[derive(Clone, Debug)]
@@ -26,6 +29,7 @@ pub(super) struct Rotors {
 #[derive(Clone, Debug)]
 enum LaneRotor {
     Table(Table),
+    Coefficients(Coefficients),
     /// `T = k omega^2`, `Q = c T`.
     Quadratic {
         k: f64,
@@ -61,18 +65,30 @@ struct Table {
     strides: [usize; 2],
 }
 
-/// Thrust [N], and torque of the air [N m], of one rotor; or factors on them.
+/// Coefficients by speed share and flow share ([`CoefficientTable`]).
+#[derive(Clone, Debug)]
+struct Coefficients {
+    radius_m: f64,
+    /// Thrust, in-plane force and torque at a point, and a number without meaning; the flow share runs fastest.
+    cells: Vec<[f64; 4]>,
+}
+
+/// Thrust [N], torque of the air [N m] and force forward in the rotor's plane [N] of one rotor; or factors on
+/// them.
 pub(super) struct LaneLoad {
     pub(super) thrust: Lanes,
     pub(super) torque: Lanes,
+    pub(super) forward: Lanes,
 }
 
 impl Rotors {
     pub(super) fn new(rotor: &Rotor, motor: &Motor, groups: &[Group]) -> Self {
-        let (rotor, density_kg_m3) = match rotor {
-            Rotor::Table(table) => (LaneRotor::Table(Table::new(table)), table.density_kg_m3()),
-            Rotor::Quadratic { thrust_n_per_rad2_s2: k, torque_per_thrust_m: c, density_kg_m3 } => {
-                (LaneRotor::Quadratic { k: *k, c: *c }, *density_kg_m3)
+        let density_kg_m3 = rotor.reference_density_kg_m3();
+        let rotor = match rotor {
+            Rotor::BladeElement(table) => LaneRotor::Coefficients(Coefficients::new(table)),
+            Rotor::Table(table) => LaneRotor::Table(Table::new(table)),
+            Rotor::Quadratic { thrust_n_per_rad2_s2: k, torque_per_thrust_m: c, .. } => {
+                LaneRotor::Quadratic { k: *k, c: *c }
             }
         };
         let omega_max_rad_s = motor.omega_max_rad_s();
@@ -91,8 +107,20 @@ impl Rotors {
         let scaled = |factor: f64| density_kg_m3.map(|density| factor * (density / self.density_kg_m3));
         std::array::from_fn(|group| {
             let [thrust, torque] = self.interference[group].map(scaled);
-            LaneLoad { thrust, torque }
+            LaneLoad { thrust, torque, forward: thrust }
         })
+    }
+
+    /// Whether the rotors have forces in their planes.
+    #[inline(always)]
+    pub(super) fn push_in_plane(&self) -> bool {
+        matches!(self.rotor, LaneRotor::Coefficients(_))
+    }
+
+    /// How far the hubs of a group are below the centre of mass [m].
+    #[inline(always)]
+    pub(super) fn hub_down_m(&self, group: usize) -> f64 {
+        self.hubs_m[group][1]
     }
 
     /// What another rotor's wake leaves of a group's thrust.
@@ -123,8 +151,21 @@ impl Rotors {
         rate: &Lanes,
         scale: &LaneLoad,
     ) -> LaneLoad {
-        let mut load = LaneLoad { thrust: [0.0; LANES], torque: [0.0; LANES] };
+        let nothing = [0.0; LANES];
+        let mut load = LaneLoad { thrust: nothing, torque: nothing, forward: nothing };
         match &self.rotor {
+            LaneRotor::Coefficients(coefficients) => {
+                let [x, z] = self.hubs_m[group];
+                let (mut u, mut w) = (nothing, nothing);
+                for i in 0..LANES {
+                    u[i] = flow[0][i] + rate[i] * z;
+                    w[i] = flow[1][i] - rate[i] * x;
+                }
+                load = coefficients.load(omega, &u, &w);
+                for i in 0..LANES {
+                    load.forward[i] *= scale.forward[i];
+                }
+            }
             LaneRotor::Quadratic { k, c } => {
                 for i in 0..LANES {
                     load.thrust[i] = k * omega[i] * omega[i];
@@ -268,7 +309,8 @@ impl Table {
             let high = mix(&self.edges[high], &self.edges[high + per_airspeed], b[i]);
             mixed[i] = mix(&low, &high, a[i]);
         }
-        let mut load = LaneLoad { thrust: [0.0; LANES], torque: [0.0; LANES] };
+        let nothing = [0.0; LANES];
+        let mut load = LaneLoad { thrust: nothing, torque: nothing, forward: nothing };
         for i in 0..LANES {
             let [t0, q0, t1, q1] = mixed[i];
             load.thrust[i] = t0 + c[i] * (t1 - t0);
@@ -276,6 +318,53 @@ impl Table {
         }
         load
     }
+}
+
+impl Coefficients {
+    fn new(table: &CoefficientTable) -> Self {
+        let cells = table.cells().iter().map(|[t, h, q]| [*t, *h, *q, 0.0]).collect();
+        Self { radius_m: table.radius_m(), cells }
+    }
+
+    /// Load at a density of 1 kg/m^3 of a rotor that pushes up and whose hub moves with `u` forward and `w`
+    /// down through the air.
+    #[inline(always)]
+    fn load(&self, omega: &Lanes, u: &Lanes, w: &Lanes) -> LaneLoad {
+        const ROW: usize = FLOW_STEPS + 1;
+        let area = PI * self.radius_m * self.radius_m;
+        let (mut a, mut b, mut scale) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        let mut at = [0; LANES];
+        for i in 0..LANES {
+            let tip = omega[i] * self.radius_m;
+            let square = u[i] * u[i] + w[i] * w[i];
+            let airspeed = square.sqrt();
+            scale[i] = area * (tip * tip + square);
+            let speed = airspeed / above_zero(airspeed + HALF_AT * tip) * SPEED_STEPS as f64;
+            let flow = (w[i] / above_zero(w[i].abs() + u[i].abs()) + 1.0) * (FLOW_STEPS / 2) as f64;
+            let left = interval(speed, (SPEED_STEPS - 1) as f64);
+            let low = interval(flow, (FLOW_STEPS - 1) as f64);
+            a[i] = clip(speed - left, 0.0, 1.0);
+            b[i] = clip(flow - low, 0.0, 1.0);
+            at[i] = index(left * ROW as f64 + low);
+        }
+        let mut load = LaneLoad { thrust: [0.0; LANES], torque: [0.0; LANES], forward: [0.0; LANES] };
+        for i in 0..LANES {
+            let (near, far) = (at[i], at[i] + ROW);
+            let near = mix(&self.cells[near], &self.cells[near + 1], b[i]);
+            let far = mix(&self.cells[far], &self.cells[far + 1], b[i]);
+            let [thrust, in_plane, torque, _] = mix(&near, &far, a[i]);
+            load.thrust[i] = scale[i] * thrust;
+            load.forward[i] = scale[i] * in_plane * 1.0f64.copysign(-u[i]);
+            load.torque[i] = scale[i] * self.radius_m * torque;
+        }
+        load
+    }
+}
+
+/// The number, or the least positive one of full precision.
+#[inline(always)]
+fn above_zero(x: f64) -> f64 {
+    if x > f64::MIN_POSITIVE { x } else { f64::MIN_POSITIVE }
 }
 
 #[inline(always)]

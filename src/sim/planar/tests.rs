@@ -1,6 +1,7 @@
 //! Lanes do not see each other, both compilations give the same bits, and what is not planar is refused.
 
 use std::ops::ControlFlow;
+use std::sync::LazyLock;
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -14,7 +15,10 @@ use crate::frames::quaternion_from_euler;
 use crate::math;
 use crate::model::rigid_body::BodyState;
 use crate::model::wind::{Gust, GustLength, GustShape, Turbulence, TurbulenceScale, Wind};
-use crate::model::{EscDc, Motor, RotationSense, Rotor, RotorTable, Vehicle, VehicleOptions};
+use crate::model::{
+    Airfoil, BladeStation, Blades, CoefficientTable, EscDc, Motor, RotationSense, Rotor, RotorTable, Vehicle,
+    VehicleOptions,
+};
 use crate::sim::{FlightPlan, PlantKind, Reference};
 
 /// The bits of every number of every lane at every step.
@@ -59,6 +63,31 @@ fn with_tables() -> Vehicle {
         rotor.position_body_m.z = if rotor.position_body_m.x > 0.0 { -0.3 } else { -0.1 };
     }
     vehicle
+}
+
+/// Coefficients of four blades.
+static COEFFICIENTS: LazyLock<CoefficientTable> = LazyLock::new(|| {
+    let station = |radius_share| BladeStation { radius_share, chord_share: 0.087, pitch_rad: 0.18 };
+    let profile = Airfoil {
+        lift_slope: 5.7,
+        zero_lift_rad: -0.02,
+        stall_lift: [-1.0, 1.2],
+        drag_min: 0.013,
+        lift_at_drag_min: 0.1,
+        drag_rise: 0.01,
+        drag_across: 1.8,
+    };
+    let blades = Blades::new(0.65, 4, &[station(0.1), station(1.0)], profile, 0.97).unwrap();
+    let cells = CoefficientTable::grid().map(|place| {
+        let cell = CoefficientTable::cell(&blades, place);
+        [cell.thrust, cell.in_plane, cell.torque]
+    });
+    CoefficientTable::new(0.65, cells.collect()).unwrap()
+});
+
+/// The lander of [`with_tables`] with blades.
+fn with_blades() -> Vehicle {
+    Vehicle { rotor: Rotor::BladeElement(COEFFICIENTS.clone()), ..with_tables() }
 }
 
 /// A gust and turbulence, for flights that meet them.
@@ -109,11 +138,16 @@ proptest! {
 
     #[test]
     fn prop_a_flight_has_the_same_bits_in_every_lane_beside_any_neighbours_on_any_processor(
-        flights in prop::array::uniform8(flight()), turn in 1..LANES, tables in prop::bool::ANY,
+        flights in prop::array::uniform8(flight()), turn in 1..LANES, rotors in 0..3,
         ideal in prop::bool::ANY, broken in 0..LANES,
     ) {
         let kind = if ideal { PlantKind::Ideal } else { PlantKind::Actuator };
-        let model = model(&if tables { with_tables() } else { lander(true) }, kind);
+        let vehicle = match rotors {
+            0 => lander(true),
+            1 => with_tables(),
+            _ => with_blades(),
+        };
+        let model = model(&vehicle, kind);
         let setpoints = SetpointTable::new(&plan(1.5)).unwrap();
         let (mut wide, mut narrow, mut turned) = (Bits::default(), Bits::default(), Bits::default());
         fly(&model, &setpoints, &flights, &mut wide);

@@ -1,0 +1,147 @@
+//! A rotor's coefficients by how its disk moves: the loads of [`super::blade_element`] as a table that flies.
+//!
+//! The profile of the blades knows neither Reynolds nor Mach number, so thrust, in-plane force and torque over
+//! `rho A ((Omega R)^2 + V^2)` depend on two numbers, each between bounds whatever the rotor does, down to
+//! rest:
+//!
+//! ```text
+//! speed share  s = V/(V + 0.1 Omega R)         0 hover, 1/2 about the induced velocity of hover, 1 at rest
+//! flow share   p = W/(|W| + V_x)               -1 climb, 0 edgewise, 1 descent; W = -V_z, the flow from below
+//! ```
+//!
+//! An even grid of both, bilinear. Both are ratios of speeds: a look-up takes two divisions and one root.
+
+use std::f64::consts::PI;
+
+use super::blade_element::{Blades, DiskMotion, RotorCoefficients};
+use super::rotor::RotorLoad;
+use super::{ModelError, check_positive};
+
+/// Intervals of the grid along the speed share.
+pub const SPEED_STEPS: usize = 100;
+/// Intervals of the grid along the flow share.
+pub const FLOW_STEPS: usize = 80;
+/// Airspeed over tip speed at which the speed share is a half.
+pub(crate) const HALF_AT: f64 = 0.1;
+
+/// Air up to which [`CoefficientTable::steepest_torque_nm_s`] holds [kg/m^3]: a little above that of Titan's
+/// ground.
+const DENSEST_KG_M3: f64 = 6.0;
+
+/// Coefficients of thrust, in-plane force and torque over speed share and flow share; bilinear.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoefficientTable {
+    radius_m: f64,
+    /// Thrust, in-plane force and torque, the flow share running fastest.
+    cells: Vec<[f64; 3]>,
+}
+
+impl CoefficientTable {
+    /// A table of coefficients `[thrust, in-plane force, torque]` of a rotor of `radius_m` [m] at the even grid
+    /// of [`SPEED_STEPS`] and [`FLOW_STEPS`] intervals, the flow share running fastest.
+    ///
+    /// # Errors
+    /// [`ModelError::Table`] for another number of cells or one that is not finite, [`ModelError::OutOfRange`]
+    /// for a radius that is not positive.
+    pub fn new(radius_m: f64, cells: Vec<[f64; 3]>) -> Result<Self, ModelError> {
+        check_positive("the rotor's radius", radius_m)?;
+        let expected = (SPEED_STEPS + 1) * (FLOW_STEPS + 1);
+        if cells.len() != expected {
+            let found = cells.len();
+            return Err(ModelError::Table(format!("expected {expected} cells, found {found}")));
+        }
+        if cells.iter().flatten().any(|x| !x.is_finite()) {
+            return Err(ModelError::Table("the coefficients must be finite".into()));
+        }
+        Ok(Self { radius_m, cells })
+    }
+
+    /// Speed share and flow share of each cell, in order.
+    pub fn grid() -> impl Iterator<Item = [f64; 2]> {
+        (0..=SPEED_STEPS).flat_map(|i| {
+            let speed = i as f64 / SPEED_STEPS as f64;
+            (0..=FLOW_STEPS).map(move |j| [speed, j as f64 / (FLOW_STEPS / 2) as f64 - 1.0])
+        })
+    }
+
+    /// Coefficients of blades at a speed share and a flow share.
+    pub fn cell(blades: &Blades, [speed, flow]: [f64; 2]) -> RotorCoefficients {
+        let (airspeed, tip) = (HALF_AT * speed, 1.0 - speed);
+        let whole = (airspeed * airspeed + tip * tip).sqrt();
+        let in_plane = 1.0 - flow.abs();
+        let share = airspeed / (whole * (flow * flow + in_plane * in_plane).sqrt());
+        blades.coefficients(&DiskMotion {
+            tip: tip / whole,
+            climb: -flow * share,
+            in_plane: in_plane * share,
+        })
+    }
+
+    /// Radius of the rotor [m].
+    pub fn radius_m(&self) -> f64 {
+        self.radius_m
+    }
+
+    /// Coefficients of thrust, in-plane force and torque, the flow share running fastest.
+    pub fn cells(&self) -> &[[f64; 3]] {
+        &self.cells
+    }
+
+    /// Load of a rotor at a speed [rad/s] whose hub moves along its thrust at `climb_m_s` and in its plane at
+    /// `in_plane_m_s`, zero or more [m/s].
+    #[inline(always)]
+    pub fn load(&self, omega_rad_s: f64, climb_m_s: f64, in_plane_m_s: f64, density_kg_m3: f64) -> RotorLoad {
+        let tip = omega_rad_s * self.radius_m;
+        let square = climb_m_s * climb_m_s + in_plane_m_s * in_plane_m_s;
+        let airspeed = square.sqrt();
+        let speed = share(airspeed, airspeed + HALF_AT * tip);
+        let flow = share(-climb_m_s, climb_m_s.abs() + in_plane_m_s);
+        let (i, a) = place(speed * SPEED_STEPS as f64, SPEED_STEPS);
+        let (j, b) = place((flow + 1.0) * (FLOW_STEPS / 2) as f64, FLOW_STEPS);
+        let at = i * (FLOW_STEPS + 1) + j;
+        let mix = |x: [f64; 3], y: [f64; 3], s: f64| [0, 1, 2].map(|k| x[k] + s * (y[k] - x[k]));
+        let along = |at: usize| mix(self.cells[at], self.cells[at + 1], b);
+        let [thrust, in_plane, torque] = mix(along(at), along(at + FLOW_STEPS + 1), a);
+        let scale = PI * self.radius_m * self.radius_m * (tip * tip + square) * density_kg_m3;
+        RotorLoad {
+            thrust_n: scale * thrust,
+            in_plane_n: scale * in_plane,
+            torque_nm: scale * self.radius_m * torque,
+        }
+    }
+
+    /// Steepest rise of the torque with the rotor's speed, either way [N m s], up to `omega_max_rad_s`, an
+    /// airspeed of half the tip speed there, and 6 kg/m^3.
+    pub fn steepest_torque_nm_s(&self, omega_max_rad_s: f64) -> f64 {
+        const STEPS: u32 = 40;
+        let step = omega_max_rad_s / f64::from(STEPS);
+        let mut steepest = 0.0f64;
+        for v in 0..=10 {
+            let airspeed = 0.05 * f64::from(v) * omega_max_rad_s * self.radius_m;
+            for flow in -4..=4 {
+                let climb = -airspeed * f64::from(flow) / 4.0;
+                let in_plane = (airspeed * airspeed - climb * climb).max(0.0).sqrt();
+                let torque =
+                    |k: u32| self.load(step * f64::from(k), climb, in_plane, DENSEST_KG_M3).torque_nm;
+                for k in 0..STEPS {
+                    steepest = steepest.max((torque(k + 1) - torque(k)).abs() / step);
+                }
+            }
+        }
+        steepest
+    }
+}
+
+/// `a/b`; 0 of 0.
+#[inline(always)]
+fn share(a: f64, b: f64) -> f64 {
+    if b > 0.0 { a / b } else { 0.0 }
+}
+
+/// Left end and fraction of an interval of width 1.
+#[inline(always)]
+fn place(x: f64, steps: usize) -> (usize, f64) {
+    // `as usize` saturates: NaN and negatives give 0.
+    let left = (x as usize).min(steps - 1);
+    (left, x - left as f64)
+}
