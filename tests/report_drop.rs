@@ -478,6 +478,7 @@ fn bad_verdict() -> Verdict {
         final_v_ned: Vector3::new(4.001, -0.0001, 12.0),
         impact_speed_m_s: None,
         canopy_distance_m: None,
+        vortex_ring_s: Vec::new(),
     }
 }
 

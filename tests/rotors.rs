@@ -4,7 +4,10 @@
 
 use std::path::PathBuf;
 
-use samara::config::{BladeFile, blade_file};
+use nalgebra::Vector3;
+use samara::config::{BladeFile, Mission, blade_file, load_vehicle};
+use samara::model::Rotor;
+use samara::model::rigid_body::BodyState;
 
 fn shipped(name: &str) -> BladeFile {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(format!("params/vehicles/{name}.json"));
@@ -21,4 +24,111 @@ fn regress_the_shipped_tables_are_fresh() {
         let found = std::fs::read_to_string(&file.path).unwrap();
         assert!(found == file.table_text(), "{name}: stale; run `samara rotor params/vehicles/{name}.json`");
     }
+}
+
+/// Forces in the rotors' planes are against the motion of each hub and turn the body about its centre of
+/// mass.
+#[test]
+fn closed_form_forces_in_the_rotors_planes() {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("params/vehicles/titan_bemt.json");
+    let mut vehicle = load_vehicle(&path).unwrap().vehicle;
+    vehicle.rotors.iter_mut().for_each(|r| r.position_body_m.z = -0.5);
+    let site = Mission::shipped("titan_paper").unwrap().site.environment;
+    let body = BodyState {
+        p_ned: Vector3::zeros(),
+        q_ned_from_body: [1.0, 0.0, 0.0, 0.0],
+        v_ned: Vector3::new(3.0, -4.0, 2.0),
+        omega_body: Vector3::zeros(),
+    };
+    let balance = vehicle.powered_derivative(&site, &body, &[105.0; 8], &[0.7; 8], false).balance;
+    let Rotor::BladeElement(table) = &vehicle.rotor else { panic!() };
+    let one = table.load(105.0, -2.0, 5.0, site.density_kg_m3);
+    assert!(one.in_plane_n > 1.0 && one.thrust_n > 200.0, "{one:?}");
+    let force = Vector3::new(-0.6 * one.in_plane_n, 0.8 * one.in_plane_n, -one.thrust_n) * 4.0;
+    assert!((balance.rotor_force_body - force).norm() < 1e-9, "{:?}", balance.rotor_force_body);
+    // Symmetric rotors: only the forces in the plane, half a metre above, turn the body.
+    let moment = Vector3::new(0.0, 0.0, -0.5).cross(&force);
+    assert!((balance.rotor_moment_body - moment).norm() < 1e-9, "{:?}", balance.rotor_moment_body);
+}
+
+/// A rotor that another's wake works on gives that share of thrust and in-plane force.
+#[test]
+fn closed_form_interference_acts_on_known_blades_too() {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("params/vehicles/titan_bemt.json");
+    let alone = load_vehicle(&path).unwrap().vehicle;
+    let mut paired = alone.clone();
+    for mount in &mut paired.rotors {
+        (mount.interference.thrust, mount.interference.torque) = (0.5, 0.7);
+    }
+    let site = Mission::shipped("titan_paper").unwrap().site.environment;
+    let body = BodyState {
+        p_ned: Vector3::zeros(),
+        q_ned_from_body: [1.0, 0.0, 0.0, 0.0],
+        v_ned: Vector3::new(4.0, 0.0, 4.0),
+        omega_body: Vector3::zeros(),
+    };
+    let [a, p] = [&alone, &paired]
+        .map(|vehicle| vehicle.powered_derivative(&site, &body, &[90.0; 8], &[0.7; 8], false).balance);
+    assert!((p.rotor_force_body - a.rotor_force_body * 0.5).norm() < 1e-9);
+    assert!((p.torque_nm[0] - 0.7 * a.torque_nm[0]).abs() < 1e-12);
+}
+
+/// A spoilt copy of the lander is refused with file, line and path.
+#[test]
+fn faults_in_blades_and_tables_are_told_with_their_place() {
+    const VEHICLE: &str = "titan_bemt.json";
+    const TABLE: &str = "titan_bemt_rotor.csv";
+    let cases: [(&str, &str, &str, &str); 13] = [
+        (VEHICLE, "\"blades\": 4", "\"blades\": 0", "rotor.blade_element.blades: "),
+        (VEHICLE, "\"blades\": 4", "\"blade\": 4", "did you mean `blades`?"),
+        (VEHICLE, "\"radius_share\": [0.1, 1.0]", "\"radius_share\": [0.1, 1.1]", "radius_share[1]: "),
+        (VEHICLE, "\"radius_share\": [0.1, 1.0]", "\"radius_share\": [0.5, 0.5]", "the shares must increase"),
+        (
+            VEHICLE,
+            "\"radius_share\": [0.1, 1.0]",
+            "\"radius_share\": [0.5]",
+            "expected 2 to 100 stations, found 1",
+        ),
+        (
+            VEHICLE,
+            "\"pitch_deg\": [10.3537, 10.3537]",
+            "\"pitch_deg\": [10]",
+            "expected 2 entries, one per radius_share",
+        ),
+        (
+            VEHICLE,
+            "\"stall_lift\": [-1.2, 1.2]",
+            "\"stall_lift\": [0.2, 1.2]",
+            "expected a negative and a positive number",
+        ),
+        (VEHICLE, "\"drag_min\": 0.01287", "\"drag_min\": 0", "profile.drag_min: "),
+        (
+            VEHICLE,
+            "\"pitch_deg\": [10.3537, 10.3537]",
+            "\"pitch_deg\": [10.3537, 10.3538]",
+            "expected a table of the blades in",
+        ),
+        (TABLE, "# blades: ", "# of: ", "one that does not say its blades"),
+        (TABLE, "speed_share,", "speed,", "3:1: expected the header `speed_share,"),
+        (TABLE, "\n0,-0.95,", "\n0,-0.96,", "6:1: expected the point 0,-0.95 of the grid"),
+        (TABLE, "\n1,1,", "\n#", "expected 5 numbers separated by commas"),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    let shipped = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("params/vehicles");
+    for (file, from, to, wanted) in cases {
+        for name in [VEHICLE, TABLE] {
+            let text = std::fs::read_to_string(shipped.join(name)).unwrap();
+            let text = if name == file {
+                assert!(text.contains(from), "{file} has no {from}");
+                text.replacen(from, to, 1)
+            } else {
+                text
+            };
+            std::fs::write(folder.path().join(name), text).unwrap();
+        }
+        let error = load_vehicle(&folder.path().join(VEHICLE)).unwrap_err().to_string();
+        assert!(error.contains(wanted) && error.contains(file), "{to}: {error}");
+    }
+    let other = blade_file(&shipped.join("titan.json")).unwrap_err().to_string();
+    assert!(other.contains("expected `blade_element`"), "{other}");
 }

@@ -15,8 +15,8 @@ use samara::config::{blade_file, vehicle_path};
 /// `samara rotor`.
 #[derive(Args, Debug)]
 pub struct RotorArgs {
-    /// The vehicle, whose rotor is a `blade_element`: a file, or a name - of a file in ./params/vehicles, or of a
-    /// vehicle that samara brings along.
+    /// The vehicle, whose rotor is a `blade_element`: a file, or a name - of a file in ./params/vehicles, or
+    /// of a vehicle that samara brings along.
     #[arg(value_name = "NAME|FILE")]
     pub vehicle: PathBuf,
     /// File to write the table to [default: the one that the vehicle names].

@@ -1,6 +1,6 @@
-//! A rotor's coefficients as CSV: `speed_share,flow_share,c_thrust,c_in_plane,c_torque`, one line per point of
-//! the even grid of [`CoefficientTable`], the flow share running fastest. A comment line at the top holds the
-//! SHA-256 of the blades that it was made of.
+//! A rotor's coefficients as CSV: `speed_share,flow_share,c_thrust,c_in_plane,c_torque`, one line per point
+//! of the even grid of [`CoefficientTable`], the flow share running fastest. A comment line at the top holds
+//! the SHA-256 of the blades that it was made of.
 
 use std::fmt::Write as _;
 

@@ -1,12 +1,13 @@
 //! A rotor's coefficients by how its disk moves: the loads of [`super::blade_element`] as a table that flies.
 //!
-//! The profile of the blades knows neither Reynolds nor Mach number, so thrust, in-plane force and torque over
-//! `rho A ((Omega R)^2 + V^2)` depend on two numbers, each between bounds whatever the rotor does, down to
-//! rest:
+//! The profile of the blades knows neither Reynolds nor Mach number, so thrust, in-plane force and torque
+//! over `rho A ((Omega R)^2 + V^2)` depend on two numbers, each between bounds whatever the rotor does, down
+//! to rest:
 //!
 //! ```text
 //! speed share  s = V/(V + 0.1 Omega R)         0 hover, 1/2 about the induced velocity of hover, 1 at rest
-//! flow share   p = W/(|W| + V_x)               -1 climb, 0 edgewise, 1 descent; W = -V_z, the flow from below
+//! flow share   p = W/(|W| + V_x)               -1 climb, 0 edgewise, 1 descent; W = -V_z, the flow from
+//! below
 //! ```
 //!
 //! An even grid of both, bilinear. Both are ratios of speeds: a look-up takes two divisions and one root.
@@ -37,12 +38,12 @@ pub struct CoefficientTable {
 }
 
 impl CoefficientTable {
-    /// A table of coefficients `[thrust, in-plane force, torque]` of a rotor of `radius_m` [m] at the even grid
-    /// of [`SPEED_STEPS`] and [`FLOW_STEPS`] intervals, the flow share running fastest.
+    /// A table of coefficients `[thrust, in-plane force, torque]` of a rotor of `radius_m` [m] at the even
+    /// grid of [`SPEED_STEPS`] and [`FLOW_STEPS`] intervals, the flow share running fastest.
     ///
     /// # Errors
-    /// [`ModelError::Table`] for another number of cells or one that is not finite, [`ModelError::OutOfRange`]
-    /// for a radius that is not positive.
+    /// [`ModelError::Table`] for another number of cells or one that is not finite,
+    /// [`ModelError::OutOfRange`] for a radius that is not positive.
     pub fn new(radius_m: f64, cells: Vec<[f64; 3]>) -> Result<Self, ModelError> {
         check_positive("the rotor's radius", radius_m)?;
         let expected = (SPEED_STEPS + 1) * (FLOW_STEPS + 1);

@@ -10,11 +10,11 @@
 //! windmill brake. In between, inside `1.5 V_x^2 + (2 V_z + 3)^2 < 1`, stands Johnson's cubic
 //! `v = V_z (0.373 V_z^2 + 0.598 V_x^2 - 1.991)`, which meets momentum theory on the axis.
 //!
-//! On this baseline comes the **vortex ring**: W. Johnson, *Model for Vortex Ring State Influence on Rotorcraft
-//! Flight Dynamics*, NASA/TP-2005-213477, pp. 23-24. `V_z + v`, the flow through the disk, falls on descending
-//! to 0.85 at N, then rises to 1.25 at X: thrust at a constant rotor speed goes the other way, so between N
-//! and X heave is not damped. Cubics of `V_z` lead from the baseline at D through N and X to the baseline at
-//! E:
+//! On this baseline comes the **vortex ring**: W. Johnson, *Model for Vortex Ring State Influence on
+//! Rotorcraft Flight Dynamics*, NASA/TP-2005-213477, pp. 23-24. `V_z + v`, the flow through the disk, falls
+//! on descending to 0.85 at N, then rises to 1.25 at X: thrust at a constant rotor speed goes the other way,
+//! so between N and X heave is not damped. Cubics of `V_z` lead from the baseline at D through N and X to
+//! the baseline at E:
 //!
 //! ```text
 //! on the axis      D -0.2   N -0.45, V_z + v = 0.85   X -1.5, V_z + v = 1.25   E -2
@@ -181,7 +181,7 @@ mod tests {
     }
 
     /// Where the ring and Johnson's cubic end, the induced velocity goes on: exactly at D and E, within 0.02
-    /// at the cubic's rim on the axis, within 0.06 all around it.
+    /// at the cubic's rim on the axis, within 0.07 all around it.
     #[test]
     fn closed_form_the_pieces_meet() {
         for in_plane in [0.0, 0.3, 0.6, 0.9] {
@@ -197,7 +197,7 @@ mod tests {
             let (sin, cos) = math::sin_cos(angle);
             let rim = |r: f64| baseline(-1.5 + 0.5 * r * cos, r * sin / 1.5f64.sqrt()).0;
             let jump = rim(1.0 + 1e-9) - rim(1.0 - 1e-9);
-            assert!(jump.abs() < if sin < 1e-6 { 0.02 } else { 0.06 }, "{angle}: {jump}");
+            assert!(jump.abs() < if sin < 1e-6 { 0.02 } else { 0.07 }, "{angle}: {jump}");
         }
     }
 

@@ -1,10 +1,11 @@
 //! One rotor: thrust and aerodynamic torque from its speed and the flow through it.
 //!
 //! Three models. The **blade element** rotor carries the coefficients of a rotor whose blades are known, by
-//! how its disk moves ([`super::coefficient_table`]), with the force in the rotor's plane. The **table** rotor
-//! carries computed thrust and torque over (speed, airspeed, angle of the flow), so windmill, vortex-ring and
-//! turbulent-wake states are in the data. The **quadratic** rotor is `T = k omega^2`, `Q = c T`, which knows no
-//! inflow. Assumptions: quasi-static (III.B.1 of the paper); no forces in the rotor's plane but the first's.
+//! how its disk moves ([`super::coefficient_table`]), with the force in the rotor's plane. The **table**
+//! rotor carries computed thrust and torque over (speed, airspeed, angle of the flow), so windmill,
+//! vortex-ring and turbulent-wake states are in the data. The **quadratic** rotor is `T = k omega^2`, `Q = c
+//! T`, which knows no inflow. Assumptions: quasi-static (III.B.1 of the paper); no forces in the rotor's
+//! plane but the first's.
 
 use nalgebra::Vector3;
 

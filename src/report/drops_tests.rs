@@ -36,6 +36,7 @@ fn good(trial: u64, j_tpf: f64, steady_after_s: f64) -> DropTrial {
         final_v_ned: Vector3::zeros(),
         impact_speed_m_s: None,
         canopy_distance_m: None,
+        vortex_ring_s: Vec::new(),
     };
     let outcome = DropOutcome {
         verdict,

@@ -76,6 +76,13 @@ fn every_number_in_a_schema_names_its_unit() {
         "c_pitch",
         "thrust_m",
         "_hz",
+        "_share",
+        "blades",
+        "tip_loss",
+        "stall_lift",
+        "drag_min",
+        "drag_rise",
+        "drag_across",
         "_gauss",
         "_hpa",
     ];

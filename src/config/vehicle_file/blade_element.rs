@@ -27,8 +27,8 @@ pub(super) struct BladeElementJson {
     radius_m: Positive<100>,
     /// Number of blades.
     blades: Count<1, 16>,
-    /// Stations along a blade, increasing from the root cut-out to the tip, as shares of the radius; pitch and
-    /// chord are linear between them.
+    /// Stations along a blade, increasing from the root cut-out to the tip, as shares of the radius; pitch
+    /// and chord are linear between them.
     #[schemars(length(min = 2, max = 100))]
     radius_share: Vec<NonNegative<1>>,
     /// Chord over the radius at each station.

@@ -69,7 +69,8 @@ struct Table {
 #[derive(Clone, Debug)]
 struct Coefficients {
     radius_m: f64,
-    /// Thrust, in-plane force and torque at a point, and a number without meaning; the flow share runs fastest.
+    /// Thrust, in-plane force and torque at a point, and a number without meaning; the flow share runs
+    /// fastest.
     cells: Vec<[f64; 4]>,
 }
 
