@@ -19,7 +19,7 @@ fn eight_flights(bencher: Bencher<'_, '_>, kind: PlantKind) {
 
 #[divan::bench(args = [PlantKind::Ideal, PlantKind::Actuator])]
 fn eight_flights_in_turbulence(bencher: Bencher<'_, '_>, kind: PlantKind) {
-    bench(bencher, &swarm::Swarm::in_air(kind, 4, &swarm::turbulent()), 8);
+    bench(bencher, &swarm::Swarm::in_air(kind, 4, &swarm::turbulent(), "titan"), 8);
 }
 
 #[divan::bench(args = [PlantKind::Ideal, PlantKind::Actuator], sample_count = 20)]

@@ -14,7 +14,7 @@ fn shipped(name: &str) -> BladeFile {
     blade_file(&path).unwrap()
 }
 
-const SHIPPED: [&str; 1] = ["titan_bemt"];
+const SHIPPED: [&str; 2] = ["titan_bemt", "x500_bemt"];
 
 /// Each shipped table is what `samara rotor` writes.
 #[test]
@@ -131,4 +131,45 @@ fn faults_in_blades_and_tables_are_told_with_their_place() {
     }
     let other = blade_file(&shipped.join("titan.json")).unwrap_err().to_string();
     assert!(other.contains("expected `blade_element`"), "{other}");
+}
+
+/// The x500's propeller in the wind tunnel of the University of Illinois (UIUC Propeller Database, volume 1,
+/// APC SlowFlyer 10x4.7: static at 6528 rpm, 6512 rpm up to J 0.42, then 6020 rpm). The profile is fitted to
+/// these points, so this holds the fit: within 2 % of the static values from static thrust to windmilling in
+/// a climb.
+#[test]
+fn reference_the_x500s_propeller_in_the_wind_tunnel() {
+    const MEASURED: [(f64, f64, f64); 10] = [
+        (0.0, 0.1299, 0.0531),
+        (0.089, 0.1201, 0.0523),
+        (0.199, 0.1019, 0.0493),
+        (0.308, 0.0833, 0.0454),
+        (0.420, 0.0616, 0.0398),
+        (0.507, 0.0405, 0.0331),
+        (0.601, 0.0160, 0.0254),
+        (0.652, 0.0017, 0.0207),
+        (0.700, -0.0123, 0.0160),
+        (0.774, -0.0347, 0.0085),
+    ];
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("params/vehicles/x500_bemt.json");
+    let rotor = load_vehicle(&path).unwrap().vehicle.rotor;
+    let Rotor::BladeElement(table) = &rotor else { panic!() };
+    let (n, d, density) = (108.0f64, 0.254f64, 1.225);
+    for (advance, c_t, c_p) in MEASURED {
+        let load = table.load(std::f64::consts::TAU * n, advance * n * d, 0.0, density);
+        let thrust = load.thrust_n / (density * n.powi(2) * d.powi(4));
+        let power = std::f64::consts::TAU * load.torque_nm / (density * n.powi(2) * d.powi(5));
+        assert!((thrust - c_t).abs() < 0.02 * 0.1299, "J {advance}: {thrust} {c_t}");
+        assert!((power - c_p).abs() < 0.02 * 0.0531, "J {advance}: {power} {c_p}");
+    }
+}
+
+/// What the x500 keeps with a real propeller: the thrust at full throttle, and with it the throttle in hover.
+#[test]
+fn reference_the_x500_hovers_at_the_same_throttle() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("params/vehicles");
+    let [old, new] =
+        ["x500.json", "x500_bemt.json"].map(|name| load_vehicle(&folder.join(name)).unwrap().vehicle);
+    let share = new.static_thrust_n(1.225) / old.static_thrust_n(1.225);
+    assert!((share - 1.0).abs() < 1e-5, "{share}");
 }

@@ -1,6 +1,6 @@
 //! The swarm's problem, flown and timed: for counting instructions, and for comparison with the same in numba.
 //!
-//!   flights ideal|actuator FLIGHTS THREADS [ROUNDS [ROTORS [turbulent]]]
+//!   flights ideal|actuator FLIGHTS THREADS [ROUNDS [ROTORS [turbulent|VEHICLE]]]
 //!
 //! Prints per round the seconds of the wall, at the end the costs of the first 490 flights.
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a program for measuring")]
@@ -17,9 +17,10 @@ fn main() {
         _ => samara::sim::PlantKind::Actuator,
     };
     let rotors = arguments.get(4).map_or(4, |a| a.parse().unwrap());
-    let swarm = match arguments.get(5) {
+    let swarm = match arguments.get(5).map(String::as_str) {
         None => swarm::Swarm::new(kind, rotors),
-        Some(_) => swarm::Swarm::in_air(kind, rotors, &swarm::turbulent()),
+        Some("turbulent") => swarm::Swarm::in_air(kind, rotors, &swarm::turbulent(), "titan"),
+        Some(vehicle) => swarm::Swarm::in_air(kind, rotors, &Default::default(), vehicle),
     };
     let flights = swarm::flights(number(1));
     let mut outcomes = vec![samara::assess::Outcome::default(); flights.len()];

@@ -28,13 +28,14 @@ pub struct Swarm {
 impl Swarm {
     /// The paper's vehicle with 4, 6 or 8 rotors of its own in pairs, as many places fore and aft as pairs but for 4.
     pub fn new(kind: PlantKind, rotors: usize) -> Self {
-        Self::in_air(kind, rotors, &Wind::default())
+        Self::in_air(kind, rotors, &Wind::default(), "titan")
     }
 
-    /// The same in a wind: flights that name an air of their own feel it.
-    pub fn in_air(kind: PlantKind, rotors: usize, wind: &Wind) -> Self {
+    /// The same in a wind, with another vehicle of params/vehicles: flights that name an air of their own feel it.
+    pub fn in_air(kind: PlantKind, rotors: usize, wind: &Wind, vehicle: &str) -> Self {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-        let mut vehicle = load_vehicle(&root.join("params/vehicles/titan.json")).unwrap().vehicle;
+        let file = root.join(format!("params/vehicles/{vehicle}.json"));
+        let mut vehicle = load_vehicle(&file).unwrap().vehicle;
         lay_out(&mut vehicle, rotors);
         let anchor = GeoPoint { latitude_deg: 0.0, longitude_deg: 0.0, altitude_m: 0.0 };
         let site = Environment::new(1.35, 5.4, Vector3::zeros(), anchor).unwrap();
