@@ -1,13 +1,12 @@
 //! `samara rotor`: a vehicle's blades, and the table of their coefficients.
 
 use std::fmt::Write as _;
-use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context as _;
 use clap::Args;
 
 use super::answer::{Answer, BadInput as _, Failure};
+use super::results::OutputFolder;
 use super::terminal::print;
 use samara::config::shipped::is_built_in;
 use samara::config::{blade_file, vehicle_path};
@@ -59,9 +58,12 @@ pub fn run(args: &RotorArgs) -> Result<Answer, Failure> {
             file.blades.thrust_in_descent(descent)
         );
     }
-    fs::write(out, file.table_text())
-        .with_context(|| format!("cannot write {}", out.display()))
-        .bad_input()?;
-    print(&format!("{text}{}\n", out.display()))?;
+    let Some(name) = out.file_name().and_then(|name| name.to_str()) else {
+        return Err(Failure::input(format!("expected a file to write to, found {}", out.display())));
+    };
+    let beside = out.parent().unwrap_or(Path::new(""));
+    let folder = OutputFolder::create(Some(beside), "rotor")?;
+    let path = folder.write_text(name, &file.table_text())?;
+    print(&format!("{text}{}\n", path.display()))?;
     Ok(Answer::Yes)
 }

@@ -26,7 +26,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::rotor::RotorLoad;
+use super::rotor_load::RotorLoad;
 use super::{ModelError, check, check_positive, inflow};
 use crate::math;
 

@@ -15,7 +15,7 @@
 use std::f64::consts::PI;
 
 use super::blade_element::{Blades, DiskMotion, RotorCoefficients};
-use super::rotor::RotorLoad;
+use super::rotor_load::RotorLoad;
 use super::{ModelError, check_positive};
 
 /// Intervals of the grid along the speed share.

@@ -208,7 +208,7 @@ mod tests {
             let v = induced(climb, in_plane);
             prop_assert!(v > 0.0 && v < 2.8, "{v}");
             let descent = 2.0 * climb + 3.0;
-            if in_plane >= RING_ENDS_AT || climb > D || climb < -2.2 {
+            if in_plane >= RING_ENDS_AT || !(-2.2..=D).contains(&climb) {
                 prop_assert!(1.5 * in_plane * in_plane + descent * descent >= 1.0);
                 let flow = (in_plane * in_plane + (climb + v) * (climb + v)).sqrt();
                 prop_assert!((v * flow - 1.0).abs() < 1e-12, "{}", v * flow);

@@ -12,6 +12,7 @@
 //! | [`disk_state`] | climb and edgewise motion of a rotor over its induced velocity | |
 //! | [`motor`] | speed controller and motor: rotor speed from throttle | III.B, (23)-(24) |
 //! | [`vehicle`] | the vehicle: all of the above with its geometry; force balance | (5)-(9), (19)-(22) |
+//! | `rotor_load` | thrust, torque and in-plane force of a rotor | |
 //! | [`rotor_limits`] | the greatest thrust of a rotor, and how fast it comes | |
 //! | [`atmosphere`] | air and gravity by altitude | |
 //! | [`environment`] | gravity, density, wind, the site's place on the globe | |
@@ -38,6 +39,7 @@ pub mod planet;
 pub mod rigid_body;
 pub mod rotor;
 pub mod rotor_limits;
+mod rotor_load;
 pub mod spline;
 pub mod trim;
 pub mod vehicle;

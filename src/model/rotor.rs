@@ -12,6 +12,7 @@ use nalgebra::Vector3;
 use super::ModelError;
 use super::axis::Axis;
 use super::coefficient_table::CoefficientTable;
+pub use super::rotor_load::RotorLoad;
 use crate::math;
 
 /// Flow of the air at a rotor hub.
@@ -34,17 +35,6 @@ impl Inflow {
         let in_disk = v_body - axis_body * along;
         Self { airspeed_m_s: v_body.norm(), angle_rad: math::atan2(-along, in_disk.norm()) }
     }
-}
-
-/// Thrust and torque of a rotor.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RotorLoad {
-    /// Thrust along the rotor's axis [N].
-    pub thrust_n: f64,
-    /// Aerodynamic torque that brakes the rotor [N m].
-    pub torque_nm: f64,
-    /// Force in the rotor's plane against the hub's motion in it [N]; zero for a rotor that has none.
-    pub in_plane_n: f64,
 }
 
 /// A rotor model: thrust and torque by speed, flow and density.

@@ -258,7 +258,7 @@ proptest! {
     /// Any gains, release, variation and layout of the rotors, in any lane.
     #[test]
     fn prop_varied_flights_are_the_flights_in_space(
-        flight in flight(), lane in 0..LANES, airframe in 0..3, ideal in prop::bool::ANY,
+        flight in flight(), lane in 0..LANES, airframe in 0usize..3, ideal in prop::bool::ANY,
         layout in 0usize..6, target in prop::array::uniform2(-1.0f64..4.0), wind in wind(),
     ) {
         let vehicle = [&*X500, &*TITAN, &*BLADES][airframe];
