@@ -3,6 +3,7 @@
 use crate::control::Airframe;
 use crate::frames::pitch;
 use crate::model::rigid_body::BodyState;
+use crate::model::wind::LEAST_CONVECTION_M_S;
 use crate::model::{RotorLimits, trim};
 use crate::sim::StateCost;
 use crate::tune::ReleaseCase;
@@ -57,6 +58,9 @@ pub fn derived(mission: &Mission) -> Derived {
         odd.push(format!("vehicle: the cascade cannot control it: {e}"));
     }
     let mut groups = vec![of_the_vehicle(mission), of_the_rotors(mission, &rotors)];
+    if mission.site.environment.wind_ned_m_s != Vector3::zeros() || !mission.site.wind.is_steady() {
+        groups.push(of_the_wind(mission));
+    }
     if !mission.release.standing {
         groups.push(of_the_release(mission));
     }
@@ -117,6 +121,29 @@ fn of_the_rotors(mission: &Mission, rotors: &RotorLimits) -> Group {
         ),
     ];
     Group { name: "rotors", rows }
+}
+
+/// The wind where the vehicle is released.
+fn of_the_wind(mission: &Mission) -> Group {
+    let (site, wind) = (&mission.site.environment, &mission.site.wind);
+    let mean = site.wind_ned_m_s;
+    let mut rows = vec![row("wind_ned_m_s", "mean wind, NED", "m/s", mean.as_slice(), String::new())];
+    if !wind.gusts.is_empty() {
+        rows.push(row("gusts", "gusts", "", &[wind.gusts.len() as f64], String::new()));
+    }
+    if let Some(turbulence) = &wind.turbulence {
+        let scale_m = turbulence.scale.at_height_m(site.anchor.altitude_m - wind.ground_altitude_m);
+        let through_m_s = (mission.target_v_ned - mean).norm().max(LEAST_CONVECTION_M_S);
+        let passing_s = scale_m.map(|length_m| length_m / through_m_s);
+        let axes = || "along the mean wind, across it, down".to_owned();
+        let (sigma, at_target) = (&turbulence.sigma_m_s, "at the target's speed through the air".to_owned());
+        rows.extend([
+            row("turbulence_m_s", "standard deviation of turbulence", "m/s", sigma, axes()),
+            row("eddies_m", "scale of its eddies", "m", &scale_m, axes()),
+            row("eddies_s", "time in which they pass", "s", &passing_s, at_target),
+        ]);
+    }
+    Group { name: "wind at the release", rows }
 }
 
 /// The state that a plan starts from.

@@ -113,6 +113,22 @@ fn closed_form_what_check_says_of_a_draft() {
     close("release", "swing_deg", 9.0);
     assert_eq!(found["odd"], serde_json::json!([]));
     assert_eq!(found["studies"]["cases"], 7.0);
+    assert!(found["wind_at_the_release"].is_null());
+
+    // 4 m/s at 3000 m; the target is met at [-2 0 1] m/s through the air.
+    let windy = fs::read_to_string(folder.path().join("falcon_drop.json")).unwrap().replace(
+        "\"site\": {",
+        "\"wind\": { \"by_altitude\": [{ \"altitude_m\": 2000, \"wind_ned_m_s\": [2, 0, 0] }, { \"altitude_m\": 4000, \
+         \"wind_ned_m_s\": [6, 0, 0] }], \"turbulence\": { \"form\": \"dryden\", \"sigma_m_s\": [1, 1, 0.5], \"scale_m\": \
+         [50, 50, 25] } },\n  \"site\": {",
+    );
+    fs::write(folder.path().join("windy.json"), windy).unwrap();
+    let output = samara_in(folder.path(), "check ./windy.json --json");
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let wind = &found["wind_at_the_release"];
+    assert_eq!(wind["wind_ned_m_s"], serde_json::json!([4.0, 0.0, 0.0]));
+    assert_eq!(wind["turbulence_m_s"], serde_json::json!([1.0, 1.0, 0.5]));
+    assert!((wind["eddies_s"][2].as_f64().unwrap() - 25.0 / 5f64.sqrt()).abs() < 1e-9, "{wind}");
 }
 
 /// A mission that contradicts itself is said to, with the key; one that cannot be read is refused.
