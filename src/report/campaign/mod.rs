@@ -22,6 +22,7 @@ use nalgebra::Vector3;
 use super::drops::DropTrial;
 use crate::assess::{FlightLimits, Share, Summary, TrialOutcome};
 use crate::config::Mission;
+use crate::report::columns::short;
 use crate::units::DEG_PER_RAD;
 
 /// Trials that a campaign keeps for its figures: the first ones.
@@ -86,7 +87,7 @@ impl TrialJudge {
             return Some(format!("{} {value:.2} {unit}, limit {limit:.2}", name.replace('_', " ")));
         }
         let tolerance = self.steady_within_m_s.filter(|_| o.steady_after_s.is_none())?;
-        Some(format!("never steady within {tolerance} m/s of the target"))
+        Some(format!("never steady within {} m/s of the target", short(tolerance, 4)))
     }
 }
 
