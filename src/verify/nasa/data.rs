@@ -24,21 +24,28 @@ pub struct Row {
 /// Case and [`Row`], a line each.
 const PUBLISHED: &str = include_str!("check_cases.csv");
 
-/// The published states of a case. What is no number in the file is NaN, with which no check holds.
+/// The published states of a case.
 pub fn published(case: u8) -> Vec<Row> {
-    let row = |line: &str| {
+    let row = |[t_s, altitude_ft, speed_down_ft_s, roll, pitch, yaw, p, q, r, density_slug_ft3]: [f64;
+                   10]| Row {
+        t_s,
+        altitude_ft,
+        speed_down_ft_s,
+        euler_deg: [roll, pitch, yaw],
+        omega_deg_s: [p, q, r],
+        density_slug_ft3,
+    };
+    rows_of(PUBLISHED, case).map(row).collect()
+}
+
+/// The numbers behind the case's own in the lines of a case. What is no number in the text, or missing, is
+/// NaN, with which no check holds.
+pub(super) fn rows_of<const N: usize>(text: &str, case: u8) -> impl Iterator<Item = [f64; N]> {
+    text.lines().filter_map(move |line| {
         let mut numbers = line.split(',').map(|x| x.parse().unwrap_or(f64::NAN));
         let mut next = || numbers.next().unwrap_or(f64::NAN);
-        (next() == f64::from(case)).then(|| Row {
-            t_s: next(),
-            altitude_ft: next(),
-            speed_down_ft_s: next(),
-            euler_deg: std::array::from_fn(|_| next()),
-            omega_deg_s: std::array::from_fn(|_| next()),
-            density_slug_ft3: next(),
-        })
-    };
-    PUBLISHED.lines().filter_map(row).collect()
+        (next() == f64::from(case)).then(|| std::array::from_fn(|_| next()))
+    })
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 
 use super::super::motion::{Load, advance, level};
 use super::super::{Check, Group};
+use super::data::rows_of;
 use super::{ALTITUDE_FT, Brick, DT_S, Earth};
 use crate::frames::rotate_body_from_ned;
 use crate::model::rigid_body::{BodyState, MassProperties};
@@ -28,19 +29,15 @@ struct Row {
     speed_down_ft_s: f64,
 }
 
-/// The published states of a case. What is no number in the file is NaN, with which no check holds.
+/// The published states of a case.
 fn published(case: u8) -> Vec<Row> {
-    let row = |line: &str| {
-        let mut numbers = line.split(',').map(|x| x.parse().unwrap_or(f64::NAN));
-        let mut next = || numbers.next().unwrap_or(f64::NAN);
-        (next() == f64::from(case)).then(|| Row {
-            t_s: next(),
-            altitude_ft: next(),
-            speed_east_ft_s: next(),
-            speed_down_ft_s: next(),
-        })
+    let row = |[t_s, altitude_ft, speed_east_ft_s, speed_down_ft_s]: [f64; 4]| Row {
+        t_s,
+        altitude_ft,
+        speed_east_ft_s,
+        speed_down_ft_s,
     };
-    PUBLISHED.lines().filter_map(row).collect()
+    rows_of(PUBLISHED, case).map(row).collect()
 }
 
 /// Wind towards the east at 0 and at 30 000 ft [ft/s]: cases 6, 7 and 8.
