@@ -39,7 +39,7 @@ pub use check::{Check, Group, VerifyError};
 use crate::plan::PlanProblem;
 
 /// All checks, group by group. `lander` is the vehicle with speed controllers and a rotor table
-/// (`mission/titan_paper.json`), `quadrotor` the one with a rotor formula and first-order motors
+/// (`mission/titan_paper.json`), `quadrotor` the one with known blades and first-order motors
 /// (`mission/x500_drop.json`).
 ///
 /// # Errors

@@ -11,7 +11,7 @@ use super::{Check, Group, VerifyError};
 use crate::frames::quaternion_from_euler;
 use crate::math;
 use crate::model::rigid_body::BodyState;
-use crate::model::{MAX_ROTORS, PerRotor};
+use crate::model::{MAX_ROTORS, PerRotor, Rotor, Vehicle};
 use crate::plan::PlanProblem;
 use crate::plan::dynamics::Dynamics;
 use crate::plan::problem::Nodes;
@@ -46,6 +46,20 @@ pub fn of_convergence(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> 
     })
 }
 
+/// The quadrotor with a formula for its rotors, of the same static thrust and torque: a table's knots are
+/// kinks, over which no method keeps its order.
+fn with_smooth_rotors(problem: &PlanProblem<'_>) -> Arc<Vehicle> {
+    let (vehicle, density_kg_m3) = (problem.vehicle, problem.environment.density_kg_m3);
+    let omega_max = vehicle.motor.omega_max_rad_s();
+    let load = vehicle.rotor.static_load(omega_max, density_kg_m3);
+    let rotor = Rotor::Quadratic {
+        thrust_n_per_rad2_s2: load.thrust_n / (omega_max * omega_max),
+        torque_per_thrust_m: load.torque_nm / load.thrust_n,
+        density_kg_m3,
+    };
+    Arc::new(Vehicle { rotor, ..vehicle.clone() })
+}
+
 /// Velocity of the quadrotor under power after 0.1 s, everything switched on, motors speeding up, NED [m/s].
 fn powered(problem: &PlanProblem<'_>, steps: u32) -> Vector3<f64> {
     const THROTTLE: PerRotor = [0.8, 0.75, 0.79, 0.77, 0.78, 0.76, 0.77, 0.8];
@@ -53,7 +67,7 @@ fn powered(problem: &PlanProblem<'_>, steps: u32) -> Vector3<f64> {
         q_ned_from_body: quaternion_from_euler(0.1, -0.2, 0.3),
         ..level(Vector3::new(1.0, -0.5, 3.7), Vector3::new(0.2, -0.3, 0.4))
     };
-    let vehicle = Arc::new(problem.vehicle.clone());
+    let vehicle = with_smooth_rotors(problem);
     let mut sim = DropSimulation::at_t0(vehicle, problem.environment.clone(), start, PlantKind::Actuator);
     for _ in 0..steps {
         sim.step(&THROTTLE, 0.1 / f64::from(steps));
