@@ -25,10 +25,11 @@ type Failure = Box<dyn std::error::Error>;
 /// Throttles that bring the vehicle to a velocity: an acceleration for the error of the velocity, an
 /// attitude whose thrust makes it, a moment for the error of the attitude. The heading is held at north.
 pub fn throttles(airframe: &Airframe, now: &Measurement, v_sp_ned: Vector3<f64>) -> PerRotor {
-    const PER_S: f64 = 2.0;
+    // More firmly up and down: rotors give more than they are asked for in a descent, less in a climb.
+    const PER_S: [f64; 3] = [2.0, 2.0, 5.0];
     const PER_S2: f64 = 80.0;
     const RATE_PER_S: f64 = 16.0;
-    let acceleration = PER_S * (v_sp_ned - now.v_ned);
+    let acceleration = Vector3::from(PER_S).component_mul(&(v_sp_ned - now.v_ned));
     let gravity = Vector3::z() * airframe.gravity_m_s2;
     // Specific force of the rotors; never downward, and no further from the vertical than 45 deg.
     let mut force = acceleration - gravity;
