@@ -333,7 +333,7 @@ fn limits_are_judged_as_a_drop_judges_them() {
         (code(&study), json(&study), json(&drop))
     };
     for (limit, name, failure) in [
-        ("\"altitude_lost_m\": 5", "altitude_lost", "altitude lost 16"),
+        ("\"altitude_lost_m\": 5", "altitude_lost", "altitude lost 14"),
         ("\"tilt_deg\": 2", "tilt", "tilt "),
         ("\"steady_after_s\": 0.5", "steady_after", "steady after "),
     ] {

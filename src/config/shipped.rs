@@ -51,8 +51,7 @@ pub const SHIPPED: &[ShippedFile] = shipped! {
     "params/vehicles/titan_bemt_rotor.csv"
     "params/vehicles/titan_rotor.csv"
     "params/vehicles/x500.json"
-    "params/vehicles/x500_bemt.json"
-    "params/vehicles/x500_bemt_rotor.csv"
+    "params/vehicles/x500_rotor.csv"
 };
 
 /// Folder of the missions, in a project and among what is shipped.

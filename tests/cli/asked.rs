@@ -208,7 +208,7 @@ fn the_timeline_runs_forward() {
     let stamps: Vec<f64> =
         said.lines().filter_map(|line| line.split_once(" s  ")?.0.trim().parse().ok()).collect();
     assert!(stamps.len() >= 6 && stamps.is_sorted(), "{said}");
-    assert!(said.contains("\nsteady after 2.02 s, from 17.520 s to the end: within 0.15 m/s"), "{said}");
+    assert!(said.contains("\nsteady after 3.27 s, from 18.768 s to the end: within 0.15 m/s"), "{said}");
 }
 
 #[test]

@@ -19,6 +19,7 @@ type Edit = (&'static str, &'static str, &'static str, isize, &'static str, &'st
 
 const MISSION: &str = "mission/x500_drop.json";
 const VEHICLE: &str = "params/vehicles/x500.json";
+const HEXA: &str = "params/vehicles/hexa_4kg5.json";
 const LANDER: &str = "params/vehicles/titan.json";
 const TABLE: &str = "params/vehicles/titan_rotor.csv";
 const GAINS: &str = "params/gains/x500.json";
@@ -68,7 +69,7 @@ const EDITS: &[Edit] = &[
     ),
     (VEHICLE, "\"spin_from_above\"", "\"spin\"", 0, "rotors[0].spin: ", &["did you mean `spin_from_above`?"]),
     (VEHICLE, "\"tau_up_s\"", "\"tau_up\"", 0, "motor.first_order.tau_up: ", &["did you mean `tau_up_s`?"]),
-    (VEHICLE, "\"quadratic\"", "\"quadratc\"", -1, "rotor: ", &["did you mean `quadratic`?"]),
+    (HEXA, "\"quadratic\"", "\"quadratc\"", -1, "rotor: ", &["did you mean `quadratic`?"]),
     (VEHICLE, "\"c_drag\"", "\"cdrag\"", 0, "body_aero.cdrag: ", &["did you mean `c_drag`?"]),
     (GAINS, "\"k_pr_per_s\"", "\"k_pr\"", 0, "k_pr: ", &["did you mean `k_pr_per_s`?"]),
     (GAINS, "\"k_iq_per_s2\"", "\"k_iq_per_s\"", 0, "k_iq_per_s: ", &["did you mean `k_iq_per_s2`?"]),
@@ -468,7 +469,7 @@ const EDITS: &[Edit] = &[
     ),
     (
         VEHICLE,
-        "\"omega_max_rad_s\": 1000.0",
+        "\"omega_max_rad_s\": 714.3286",
         "\"omega_max_rad_s\": 0",
         0,
         "motor.first_order.omega_max_rad_s: ",
@@ -561,7 +562,7 @@ const EDITS: &[Edit] = &[
     ),
     // Two models where one belongs; JSON that is none.
     (
-        VEHICLE,
+        HEXA,
         "\"rotor\": {\n    \"quadratic\": {",
         "\"rotor\": {\n    \"table\": { \"file\": \"a\", \"density_kg_m3\": 1 },\n    \"quadratic\": {",
         0,
@@ -610,7 +611,11 @@ const EDITS: &[Edit] = &[
 
 /// The mission that is checked for a fault in a file.
 fn mission_of(file: &str) -> &'static str {
-    if file == LANDER || file == TABLE { "titan_drop" } else { "x500_drop" }
+    match file {
+        LANDER | TABLE => "titan_drop",
+        HEXA => "balloon_drop",
+        _ => "x500_drop",
+    }
 }
 
 #[test]

@@ -19,8 +19,10 @@ pub fn titan() -> (Vehicle, Environment) {
     (load_vehicle(Path::new("params/vehicles/titan.json")).unwrap().vehicle, environment(1.35, 5.4))
 }
 
+/// The quadrotor as the reference has it, with 16 mm of torque per thrust: that of version 0.1.
 pub fn x500() -> (Vehicle, Environment) {
-    (load_vehicle(Path::new("params/vehicles/x500.json")).unwrap().vehicle, environment(9.80665, 1.225))
+    let path = Path::new("tests/data/v0.1/params/vehicles/x500.json");
+    (load_vehicle(path).unwrap().vehicle, environment(9.80665, 1.225))
 }
 
 /// Weights as printed, (27).

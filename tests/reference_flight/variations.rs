@@ -1,6 +1,6 @@
 //! The batch engine's states, step by step, against the code for flight in space with a vehicle and a site
-//! that are varied in the same way: Titan and the X500, also with other rotors, random gains and releases,
-//! gusts and a delayed measurement.
+//! that are varied in the same way: Titan and the X500, with blades and without, also with other rotors,
+//! random gains and releases, gusts and a delayed measurement.
 
 use std::ops::ControlFlow;
 use std::sync::{Arc, LazyLock};
@@ -20,16 +20,19 @@ use samara::sim::{DropSimulation, FlightPlan, PlantKind, Reference};
 
 use super::data::{TITAN, site};
 
-static X500: LazyLock<Arc<Vehicle>> = LazyLock::new(|| {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("params/vehicles/x500.json");
-    Arc::new(load_vehicle(&path).unwrap().vehicle)
-});
+/// The quadrotor of version 0.1, whose rotors know no flow.
+static X500: LazyLock<Arc<Vehicle>> = LazyLock::new(|| vehicle("tests/data/v0.1/params/vehicles/x500.json"));
+
+/// The quadrotor with blades.
+static X500_BLADES: LazyLock<Arc<Vehicle>> = LazyLock::new(|| vehicle("params/vehicles/x500.json"));
 
 /// The lander with blades.
-static BLADES: LazyLock<Arc<Vehicle>> = LazyLock::new(|| {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("params/vehicles/titan_bemt.json");
+static BLADES: LazyLock<Arc<Vehicle>> = LazyLock::new(|| vehicle("params/vehicles/titan_bemt.json"));
+
+fn vehicle(path: &str) -> Arc<Vehicle> {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
     Arc::new(load_vehicle(&path).unwrap().vehicle)
-});
+}
 
 const PERIOD_S: f64 = 0.01;
 
@@ -258,11 +261,11 @@ proptest! {
     /// Any gains, release, variation and layout of the rotors, in any lane.
     #[test]
     fn prop_varied_flights_are_the_flights_in_space(
-        flight in flight(), lane in 0..LANES, airframe in 0usize..3, ideal in prop::bool::ANY,
+        flight in flight(), lane in 0..LANES, airframe in 0usize..4, ideal in prop::bool::ANY,
         layout in 0usize..6, target in prop::array::uniform2(-1.0f64..4.0), wind in wind(),
     ) {
-        let vehicle = [&*X500, &*TITAN, &*BLADES][airframe];
-        let site = if airframe == 0 { earth() } else { site() };
+        let vehicle = [&*X500, &*X500_BLADES, &*TITAN, &*BLADES][airframe];
+        let site = if airframe < 2 { earth() } else { site() };
         let kind = if ideal { PlantKind::Ideal } else { PlantKind::Actuator };
         let vehicle = laid_out(vehicle, layout);
         let (apart, amplified) = difference(&vehicle, (&site, &wind), lane, &flight, target, kind);
