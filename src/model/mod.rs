@@ -11,6 +11,7 @@
 //! | [`coefficient_table`] | those as a table that flies | |
 //! | [`disk_state`] | climb and edgewise motion of a rotor over its induced velocity | |
 //! | [`motor`] | speed controller and motor: rotor speed from throttle | III.B, (23)-(24) |
+//! | [`supply`] | battery and bus: what is left to each motor | |
 //! | [`vehicle`] | the vehicle: all of the above with its geometry; force balance | (5)-(9), (19)-(22) |
 //! | `rotor_load` | thrust, torque and in-plane force of a rotor | |
 //! | [`rotor_limits`] | the greatest thrust of a rotor, and how fast it comes | |
@@ -41,6 +42,7 @@ pub mod rotor;
 pub mod rotor_limits;
 mod rotor_load;
 pub mod spline;
+pub mod supply;
 pub mod trim;
 pub mod vehicle;
 pub mod wind;

@@ -1,0 +1,374 @@
+//! The electric supply of the motors: a battery whose voltage falls with its charge and with the current, and
+//! what it and the speed controllers leave to each motor.
+//!
+//! Quasi-static: at each instant the bus voltage is the one at which battery and motors agree,
+//!
+//! ```text
+//! V_bus = E(charge) - R_b I_bus        I_bus = sum_i P_i/(eta V_bus)
+//! ```
+//!
+//! with P_i the electric power of motor i and eta the efficiency of the speed controllers. A DC motor takes
+//! `(K_e omega + R I) I` at the current I that its speed controller gives it, its voltage at most the bus'. A
+//! motor of first order has no current of its own: what its rotor takes at the shaft, `(Q + J omega_dot)
+//! omega`, over its efficiency, is its power, and its speed at full throttle goes with the bus voltage over
+//! the nominal one.
+//!
+//! Currents are limited at each speed controller, and in sum at the pack; what is above the pack's limit is
+//! taken by one ceiling on the current of all speed controllers. Beyond `E/(2 R_b)` a battery gives less
+//! power the more current it gives: that is the pack's limit at the latest. Left out: inductance, recovery (a
+//! braking motor gives nothing back), and what time and temperature do to the resistance.
+
+use super::motor::{EscDc, Motor};
+use super::{MAX_ROTORS, ModelError, PerRotor, check, check_positive};
+
+/// A battery as the bus sees it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pack {
+    open_circuit: Vec<(f64, f64)>,
+    limits: PackLimits,
+}
+
+/// Resistance, limits and efficiencies of a [`Pack`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PackLimits {
+    /// Internal resistance R_b with that of the wires [ohm].
+    pub resistance_ohm: f64,
+    /// Most current of the pack [A]; infinite: no limit.
+    pub current_max_a: f64,
+    /// Most current that a speed controller takes from the bus [A]; infinite: no limit.
+    pub esc_current_max_a: f64,
+    /// Share of a speed controller's electric power that reaches the motor.
+    pub esc_efficiency: f64,
+    /// Shaft over electric power of a motor of first order.
+    pub motor_efficiency: f64,
+    /// Bus voltage at which a motor of first order has its speed at full throttle [V].
+    pub nominal_v: f64,
+}
+
+/// What the supply leaves to each motor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Supply {
+    /// Bus voltage [V].
+    pub bus_v: f64,
+    /// Most electric power of a motor [W].
+    pub motor_power_max_w: f64,
+    /// Bus voltage over the nominal one.
+    pub voltage_share: f64,
+    /// Shaft over electric power of a motor of first order.
+    pub motor_efficiency: f64,
+}
+
+/// Currents of the bus [A].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BusCurrents {
+    /// Of each speed controller.
+    pub esc_a: PerRotor,
+    /// Of the pack.
+    pub pack_a: f64,
+}
+
+/// Speed, command and load of one motor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotorState {
+    /// Throttle command, 0..1.
+    pub throttle: f64,
+    /// Speed [rad/s].
+    pub omega_rad_s: f64,
+    /// Torque of the air that brakes it [N m].
+    pub torque_nm: f64,
+}
+
+impl Pack {
+    /// A battery of these voltages without load [V] by the share of its charge that is left, 0..1.
+    ///
+    /// # Errors
+    /// [`ModelError`] when there is no voltage, one is not positive, the charges do not increase or the
+    /// voltages fall with them, the resistance is negative, a limit is not positive or an efficiency is not
+    /// above 0 and at most 1.
+    pub fn new(open_circuit: Vec<(f64, f64)>, limits: PackLimits) -> Result<Self, ModelError> {
+        let rises = |w: &[(f64, f64)]| w[0].0 < w[1].0 && w[0].1 <= w[1].1;
+        if open_circuit.is_empty() || !open_circuit.windows(2).all(rises) {
+            let message = "a battery needs at least one voltage, charges that increase and voltages that do \
+                           not fall with them";
+            return Err(ModelError::Table(message.to_owned()));
+        }
+        for (charge, volt) in &open_circuit {
+            check((0.0..=1.0).contains(charge), "charge", "in 0 to 1", *charge)?;
+            check_positive("voltage without load", *volt)?;
+        }
+        let PackLimits { resistance_ohm, current_max_a, esc_current_max_a, nominal_v, .. } = limits;
+        let possible = resistance_ohm.is_finite() && resistance_ohm >= 0.0;
+        check(possible, "internal resistance", "at least zero", resistance_ohm)?;
+        check(current_max_a > 0.0, "current of the pack", "positive", current_max_a)?;
+        check(esc_current_max_a > 0.0, "current of a speed controller", "positive", esc_current_max_a)?;
+        check_positive("nominal voltage", nominal_v)?;
+        for efficiency in [limits.esc_efficiency, limits.motor_efficiency] {
+            check(efficiency > 0.0 && efficiency <= 1.0, "efficiency", "above 0, at most 1", efficiency)?;
+        }
+        Ok(Self { open_circuit, limits })
+    }
+
+    /// Resistance, limits and efficiencies.
+    pub fn limits(&self) -> &PackLimits {
+        &self.limits
+    }
+
+    /// Voltage without load at a share of the charge [V]: linear, held beyond the ends.
+    pub fn open_circuit_v(&self, charge: f64) -> f64 {
+        let table = &self.open_circuit;
+        let above = table.partition_point(|(c, _)| *c <= charge);
+        match (above.checked_sub(1).and_then(|i| table.get(i)), table.get(above)) {
+            (Some((c0, v0)), Some((c1, v1))) => v0 + (v1 - v0) * ((charge - c0) / (c1 - c0)),
+            (Some((_, v)), None) | (None, Some((_, v))) => *v,
+            (None, None) => 0.0,
+        }
+    }
+
+    /// What motors in these states get at a share of the charge, and what they take.
+    pub fn supply(&self, charge: f64, motor: &Motor, motors: &[MotorState]) -> (Supply, BusCurrents) {
+        let open_v = self.open_circuit_v(charge);
+        let resistance = self.limits.resistance_ohm;
+        let most_a = self.limits.current_max_a.min(0.5 * open_v / resistance);
+        // The current at the bus never exceeds what the battery gives at half its voltage, so that the drop
+        // at the lower end is at most what is left.
+        let (mut low, mut high) = (0.5 * open_v, open_v);
+        if resistance > 0.0 {
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                let (_, currents) = self.at(middle, most_a, motor, motors);
+                if middle + resistance * currents.pack_a > open_v { high = middle } else { low = middle }
+            }
+        } else {
+            low = open_v;
+        }
+        self.at(low, most_a, motor, motors)
+    }
+
+    /// Supply and currents at a bus voltage, the pack's current at most `most_a`.
+    fn at(&self, bus_v: f64, most_a: f64, motor: &Motor, motors: &[MotorState]) -> (Supply, BusCurrents) {
+        let limits = &self.limits;
+        let of_ceiling = |ceiling_a: f64| Supply {
+            bus_v,
+            motor_power_max_w: ceiling_a * bus_v * limits.esc_efficiency,
+            voltage_share: bus_v / limits.nominal_v,
+            motor_efficiency: limits.motor_efficiency,
+        };
+        let supply = of_ceiling(limits.esc_current_max_a);
+        let per_watt = 1.0 / (bus_v * limits.esc_efficiency);
+        let mut currents = BusCurrents::default();
+        for (current, state) in currents.esc_a.iter_mut().zip(motors) {
+            *current = supply.electric_power_w(motor, state) * per_watt;
+        }
+        currents.pack_a = currents.esc_a.iter().sum();
+        if currents.pack_a <= most_a {
+            return (supply, currents);
+        }
+        let ceiling_a = ceiling(&currents.esc_a, motors.len(), most_a);
+        currents.esc_a = currents.esc_a.map(|current| current.min(ceiling_a));
+        currents.pack_a = most_a;
+        (of_ceiling(ceiling_a), currents)
+    }
+}
+
+/// The ceiling under which the first `n` currents add up to `most_a`, which they exceed.
+fn ceiling(currents: &PerRotor, n: usize, most_a: f64) -> f64 {
+    let mut rising = *currents;
+    let rising = &mut rising[..n.min(MAX_ROTORS)];
+    rising.sort_by(f64::total_cmp);
+    let mut left_a = most_a;
+    for (i, current) in rising.iter().enumerate() {
+        let share_a = left_a / (rising.len() - i) as f64;
+        if *current >= share_a {
+            return share_a;
+        }
+        left_a -= current;
+    }
+    left_a
+}
+
+impl Supply {
+    /// Current of a DC motor [A]: what its speed controller gives it at the bus voltage, at most that of the
+    /// power left to it.
+    fn dc_current_a(&self, m: &EscDc, state: &MotorState) -> f64 {
+        let (k_e, omega) = (m.back_emf_constant_v_s_rad, state.omega_rad_s);
+        let omega_c = state.throttle * m.omega_max_rad_s;
+        let most_v = m.voltage_max_v.min(self.bus_v);
+        let voltage = (k_e * omega_c + m.esc_gain_v_s_rad * (omega_c - omega)).clamp(0.0, most_v);
+        let current = ((voltage - k_e * omega) / m.resistance_ohm).clamp(m.current_min_a, m.current_max_a);
+        // The current of a power P: R I^2 + K_e omega I = P.
+        let emf_v = k_e * omega;
+        let root = (emf_v * emf_v + 4.0 * m.resistance_ohm * self.motor_power_max_w).sqrt();
+        current.min((root - emf_v) / (2.0 * m.resistance_ohm))
+    }
+
+    /// Electric power that a motor takes [W]; none when it brakes.
+    pub fn electric_power_w(&self, motor: &Motor, state: &MotorState) -> f64 {
+        let power_w = match motor {
+            Motor::EscDc(m) => {
+                let current = self.dc_current_a(m, state);
+                (m.back_emf_constant_v_s_rad * state.omega_rad_s + m.resistance_ohm * current) * current
+            }
+            Motor::FirstOrder { rotor_inertia_kg_m2, .. } => {
+                let torque_nm = state.torque_nm + rotor_inertia_kg_m2 * self.acceleration(motor, state);
+                torque_nm * state.omega_rad_s / self.motor_efficiency
+            }
+        };
+        power_w.max(0.0)
+    }
+
+    /// Angular acceleration of a rotor [rad/s^2] as [`Motor::acceleration`] has it, with what the supply
+    /// leaves to the motor. A motor of first order needs a rotor with inertia for a limit of its power to
+    /// act.
+    pub fn acceleration(&self, motor: &Motor, state: &MotorState) -> f64 {
+        let (omega, torque_nm) = (state.omega_rad_s, state.torque_nm);
+        let rate = match *motor {
+            Motor::EscDc(ref m) => {
+                (m.torque_constant_nm_a * self.dc_current_a(m, state) - torque_nm) / m.rotor_inertia_kg_m2
+            }
+            Motor::FirstOrder { omega_max_rad_s, tau_up_s, tau_down_s, rotor_inertia_kg_m2 } => {
+                let difference = state.throttle * omega_max_rad_s * self.voltage_share.min(1.0) - omega;
+                let rate = difference / if difference > 0.0 { tau_up_s } else { tau_down_s };
+                if omega > 0.0 && rotor_inertia_kg_m2 > 0.0 {
+                    let torque_max_nm = self.motor_power_max_w * self.motor_efficiency / omega;
+                    rate.min((torque_max_nm - torque_nm) / rotor_inertia_kg_m2)
+                } else {
+                    rate
+                }
+            }
+        };
+        if omega <= 0.0 && rate < 0.0 { 0.0 } else { rate }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn limits() -> PackLimits {
+        PackLimits {
+            resistance_ohm: 0.05,
+            current_max_a: f64::INFINITY,
+            esc_current_max_a: f64::INFINITY,
+            esc_efficiency: 0.95,
+            motor_efficiency: 0.8,
+            nominal_v: 14.8,
+        }
+    }
+
+    fn pack(limits: PackLimits) -> Pack {
+        Pack::new(vec![(0.0, 13.2), (0.5, 15.0), (1.0, 16.8)], limits).unwrap()
+    }
+
+    fn first_order() -> Motor {
+        Motor::FirstOrder {
+            omega_max_rad_s: 900.0,
+            tau_up_s: 0.05,
+            tau_down_s: 0.08,
+            rotor_inertia_kg_m2: 5e-5,
+        }
+    }
+
+    fn dc() -> Motor {
+        Motor::EscDc(EscDc {
+            omega_max_rad_s: 900.0,
+            torque_constant_nm_a: 0.012,
+            back_emf_constant_v_s_rad: 0.012,
+            resistance_ohm: 0.1,
+            voltage_max_v: 16.0,
+            current_max_a: 40.0,
+            current_min_a: 0.0,
+            esc_gain_v_s_rad: 0.1,
+            rotor_inertia_kg_m2: 5e-5,
+        })
+    }
+
+    fn steady(omega_rad_s: f64) -> MotorState {
+        MotorState {
+            throttle: omega_rad_s / 900.0,
+            omega_rad_s,
+            torque_nm: 1.4e-7 * omega_rad_s * omega_rad_s,
+        }
+    }
+
+    #[test]
+    fn closed_form_voltage_without_load() {
+        let pack = pack(limits());
+        for (charge, volt) in [(0.0, 13.2), (0.25, 14.1), (0.5, 15.0), (0.75, 15.9), (1.0, 16.8), (2.0, 16.8)]
+        {
+            assert!((pack.open_circuit_v(charge) - volt).abs() < 1e-12, "{charge}");
+        }
+    }
+
+    /// Four steady motors of first order take `P = 4 Q omega/(eta_m eta)`: the bus is at the greater root of
+    /// `V^2 - E V + R P = 0`.
+    #[test]
+    fn closed_form_constant_power_on_an_internal_resistance() {
+        let state = steady(600.0);
+        let (supply, currents) = pack(limits()).supply(1.0, &first_order(), &[state; 4]);
+        let power_w = 4.0 * state.torque_nm * 600.0 / (0.8 * 0.95);
+        let wanted = 0.5 * (16.8 + (16.8f64 * 16.8 - 4.0 * 0.05 * power_w).sqrt());
+        assert!((supply.bus_v - wanted).abs() < 1e-9, "{} {wanted}", supply.bus_v);
+        assert!((currents.pack_a - power_w / wanted).abs() < 1e-9);
+        assert!((currents.esc_a[2] - 0.25 * currents.pack_a).abs() < 1e-9 && currents.esc_a[4] == 0.0);
+    }
+
+    /// Without limits and resistance a motor accelerates as it does without a battery, to the bit.
+    #[test]
+    fn a_stiff_battery_changes_nothing() {
+        let stiff = PackLimits { resistance_ohm: 0.0, ..limits() };
+        for motor in [first_order(), dc()] {
+            for (throttle, omega_rad_s) in [(0.0, 0.0), (1.0, 0.0), (0.7, 300.0), (0.2, 600.0), (1.0, 890.0)]
+            {
+                let state = MotorState { throttle, omega_rad_s, torque_nm: 1e-7 * omega_rad_s * omega_rad_s };
+                let (supply, _) = pack(stiff).supply(1.0, &motor, &[state; 4]);
+                let alone = motor.acceleration(throttle, omega_rad_s, state.torque_nm);
+                assert_eq!(supply.acceleration(&motor, &state), alone, "{motor:?} {state:?}");
+            }
+        }
+    }
+
+    /// A ceiling shared by all: 5, 10, 20 and 25 A under 40 A are 5, 10, 12.5 and 12.5 A.
+    #[test]
+    fn closed_form_the_pack_s_limit_is_one_ceiling() {
+        let currents = [20.0, 5.0, 25.0, 10.0, 0.0, 0.0, 0.0, 0.0];
+        assert_eq!(ceiling(&currents, 4, 40.0), 12.5);
+        assert_eq!(ceiling(&currents, 4, 8.0), 2.0);
+    }
+
+    proptest! {
+        /// Whatever is asked, no limit is passed, battery and motors agree on the voltage, and what the
+        /// motors take is what they are left.
+        #[test]
+        fn prop_no_limit_is_passed(
+            charge in 0.0f64..1.0, throttle in prop::array::uniform4(0.0f64..1.0),
+            omega in prop::array::uniform4(0.0f64..950.0), is_dc: bool,
+            pack_max in prop_oneof![Just(f64::INFINITY), 5.0f64..150.0],
+            esc_max in prop_oneof![Just(f64::INFINITY), 1.0f64..40.0], resistance_ohm in 0.0f64..0.4,
+        ) {
+            let limits = PackLimits {
+                resistance_ohm,
+                current_max_a: pack_max,
+                esc_current_max_a: esc_max,
+                ..limits()
+            };
+            let (pack, motor) = (pack(limits), if is_dc { dc() } else { first_order() });
+            let states: [MotorState; 4] = std::array::from_fn(|i| MotorState {
+                throttle: throttle[i],
+                omega_rad_s: omega[i],
+                torque_nm: 1.4e-7 * omega[i] * omega[i],
+            });
+            let (supply, currents) = pack.supply(charge, &motor, &states);
+            let open_v = pack.open_circuit_v(charge);
+            prop_assert!(supply.bus_v >= 0.499 * open_v && supply.bus_v <= open_v);
+            prop_assert!(currents.pack_a <= pack_max * (1.0 + 1e-9));
+            let drop_v = open_v - supply.bus_v;
+            prop_assert!((drop_v - resistance_ohm * currents.pack_a).abs() < 1e-6, "{drop_v} {currents:?}");
+            for (state, current) in states.iter().zip(currents.esc_a) {
+                prop_assert!(current <= esc_max * (1.0 + 1e-9));
+                let bus_w = supply.electric_power_w(&motor, state) / 0.95;
+                prop_assert!((bus_w - current * supply.bus_v).abs() < 1e-6 * (1.0 + bus_w), "{bus_w} {current}");
+            }
+        }
+    }
+}
