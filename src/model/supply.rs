@@ -7,19 +7,28 @@
 //! V_bus = E(charge) - R_b I_bus        I_bus = sum_i P_i/(eta V_bus)
 //! ```
 //!
-//! with P_i the electric power of motor i and eta the efficiency of the speed controllers. A DC motor takes
-//! `(K_e omega + R I) I` at the current I that its speed controller gives it, its voltage at most the bus'. A
-//! motor of first order has no current of its own: what its rotor takes at the shaft, `(Q + J omega_dot)
-//! omega`, over its efficiency, is its power, and its speed at full throttle goes with the bus voltage over
-//! the nominal one.
+//! with P_i the electric power of motor i and eta the efficiency of the speed controllers; of the two voltages
+//! at which a constant power is met, it is the higher one. A DC motor takes `(K_e omega + R I) I` at the
+//! current I that its speed controller gives it, its voltage at most the bus'. A motor of first order has no
+//! current of its own: what its rotor takes at the shaft, `(Q + J omega_dot) omega`, over its efficiency, is
+//! its power, and its speed at full throttle goes with the bus voltage over the nominal one, up to what it is
+//! on a stiff supply ([`Throttle`]).
 //!
 //! Currents are limited at each speed controller, and in sum at the pack; what is above the pack's limit is
 //! taken by one ceiling on the current of all speed controllers. Beyond `E/(2 R_b)` a battery gives less
-//! power the more current it gives: that is the pack's limit at the latest. Left out: inductance, recovery (a
-//! braking motor gives nothing back), and what time and temperature do to the resistance.
+//! power the more current it gives: that is the pack's limit at the latest. A battery without charge gives
+//! nothing: its motors are without current. Left out: inductance, recovery (a braking motor gives nothing
+//! back), and what time and temperature do to the resistance.
 
-use super::motor::{EscDc, Motor};
+use super::motor::{EscDc, Motor, MotorCondition};
 use super::{MAX_ROTORS, ModelError, PerRotor, check, check_positive};
+
+/// Part of the voltage without load to which battery and motors agree.
+const AGREEMENT: f64 = 1e-13;
+/// The search for it takes some 8 steps.
+const STEPS_AT_MOST: u32 = 100;
+/// A current that comes this close to a limit, as a part of it, is held by it.
+const AT_LIMIT: f64 = 1e-9;
 
 /// A battery as the bus sees it.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +52,19 @@ pub struct PackLimits {
     pub motor_efficiency: f64,
     /// Bus voltage at which a motor of first order has its speed at full throttle [V].
     pub nominal_v: f64,
+    /// Meaning of the throttle of a motor of first order.
+    pub throttle: Throttle,
+}
+
+/// Meaning of the throttle of a motor of first order whose bus voltage is not the nominal one. The speed is
+/// never above the one at full throttle on a stiff supply.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Throttle {
+    /// A speed, which the speed controller holds as long as the voltage allows it.
+    #[default]
+    Speed,
+    /// A part of the bus voltage (a duty cycle): the speed goes with the voltage at any throttle.
+    Duty,
 }
 
 /// What the supply leaves to each motor.
@@ -56,20 +78,41 @@ pub struct Supply {
     pub voltage_share: f64,
     /// Shaft over electric power of a motor of first order.
     pub motor_efficiency: f64,
+    /// Meaning of the throttle of a motor of first order.
+    pub throttle: Throttle,
 }
 
-/// Currents of the bus [A].
+/// The bus at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct BusCurrents {
-    /// Of each speed controller.
-    pub esc_a: PerRotor,
-    /// Of the pack.
+pub struct BusState {
+    /// Voltage [V].
+    pub bus_v: f64,
+    /// Current of the pack [A].
     pub pack_a: f64,
+    /// Current of each speed controller [A].
+    pub esc_a: PerRotor,
+    /// Charge that is left, as a share of the full one.
+    pub charge: f64,
+    /// Limits that hold a motor back.
+    pub held_by: HeldBy,
 }
 
-/// Speed, command and load of one motor.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Limits of a supply that hold a motor back.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HeldBy {
+    /// The bus voltage: a motor is commanded beyond it.
+    pub voltage: bool,
+    /// The current of a speed controller.
+    pub esc_current: bool,
+    /// The current of the pack.
+    pub pack_current: bool,
+}
+
+/// Condition, command, speed and load of one motor.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MotorState {
+    /// What a fault has made of it.
+    pub condition: MotorCondition,
     /// Throttle command, 0..1.
     pub throttle: f64,
     /// Speed [rad/s].
@@ -124,49 +167,95 @@ impl Pack {
         }
     }
 
-    /// What motors in these states get at a share of the charge, and what they take.
-    pub fn supply(&self, charge: f64, motor: &Motor, motors: &[MotorState]) -> (Supply, BusCurrents) {
-        let open_v = self.open_circuit_v(charge);
-        let resistance = self.limits.resistance_ohm;
-        let most_a = self.limits.current_max_a.min(0.5 * open_v / resistance);
-        // The current at the bus never exceeds what the battery gives at half its voltage, so that the drop
-        // at the lower end is at most what is left.
-        let (mut low, mut high) = (0.5 * open_v, open_v);
-        if resistance > 0.0 {
-            for _ in 0..60 {
-                let middle = 0.5 * (low + high);
-                let (_, currents) = self.at(middle, most_a, motor, motors);
-                if middle + resistance * currents.pack_a > open_v { high = middle } else { low = middle }
-            }
-        } else {
-            low = open_v;
-        }
-        self.at(low, most_a, motor, motors)
+    /// The battery's charge when full [C] if it gives this energy [J] from full to empty without load: the
+    /// energy over the mean of the voltage.
+    pub fn capacity_c(&self, energy_j: f64) -> f64 {
+        let table = &self.open_circuit;
+        let between = table.windows(2).map(|w| 0.5 * (w[0].1 + w[1].1) * (w[1].0 - w[0].0));
+        let (first, last) = (table.first().copied().unwrap_or_default(), table.last().copied());
+        let (last_charge, last_v) = last.unwrap_or_default();
+        let mean_v = first.0 * first.1 + between.sum::<f64>() + (1.0 - last_charge) * last_v;
+        energy_j / mean_v
     }
 
-    /// Supply and currents at a bus voltage, the pack's current at most `most_a`.
-    fn at(&self, bus_v: f64, most_a: f64, motor: &Motor, motors: &[MotorState]) -> (Supply, BusCurrents) {
-        let limits = &self.limits;
-        let of_ceiling = |ceiling_a: f64| Supply {
+    /// What motors in these states get at a share of the charge, and what they take.
+    pub fn supply(&self, charge: f64, motor: &Motor, motors: &[MotorState]) -> (Supply, BusState) {
+        if charge <= 0.0 {
+            let nothing = Supply { bus_v: 0.0, motor_power_max_w: 0.0, ..self.left_of(0.0, 0.0) };
+            return (nothing, BusState::default());
+        }
+        let open_v = self.open_circuit_v(charge);
+        let resistance_ohm = self.limits.resistance_ohm;
+        let most_a = self.limits.current_max_a.min(0.5 * open_v / resistance_ohm);
+        let at = |bus_v: f64| self.at(bus_v, most_a, motor, motors);
+        let excess_v = |bus: &BusState| bus.bus_v + resistance_ohm * bus.pack_a - open_v;
+        // Regula falsi, Illinois form. The current never exceeds what the battery gives at half its voltage,
+        // so that the excess at the lower end is at most zero; without load it is zero at the upper one.
+        let (mut low, mut high) = (0.5 * open_v, open_v);
+        let (_, at_high) = at(high);
+        let (_, at_low) = at(low);
+        let (mut above, mut below) = (excess_v(&at_high), excess_v(&at_low));
+        let mut bus_v = if above > AGREEMENT * open_v { low } else { high };
+        let mut raised = None;
+        for _ in 0..STEPS_AT_MOST {
+            if bus_v >= open_v || high - low <= AGREEMENT * open_v {
+                break;
+            }
+            bus_v = high - above * (high - low) / (above - below);
+            let excess = excess_v(&at(bus_v).1);
+            if excess.abs() <= AGREEMENT * open_v {
+                break;
+            }
+            let rises = excess < 0.0;
+            if rises {
+                (low, below) = (bus_v, excess);
+            } else {
+                (high, above) = (bus_v, excess);
+            }
+            if raised.replace(rises) == Some(rises) {
+                // The same end again: the other one's excess counts half.
+                if rises { above *= 0.5 } else { below *= 0.5 }
+            }
+        }
+        let (supply, mut bus) = at(bus_v);
+        bus.charge = charge;
+        for (state, current_a) in motors.iter().zip(bus.esc_a) {
+            bus.held_by.voltage |= supply.is_held_by_voltage(motor, state);
+            bus.held_by.esc_current |= current_a >= self.limits.esc_current_max_a * (1.0 - AT_LIMIT);
+        }
+        (supply, bus)
+    }
+
+    /// What is left to a motor at a bus voltage and a ceiling of its speed controller's current.
+    fn left_of(&self, bus_v: f64, ceiling_a: f64) -> Supply {
+        let PackLimits { esc_efficiency, motor_efficiency, nominal_v, throttle, .. } = self.limits;
+        Supply {
             bus_v,
-            motor_power_max_w: ceiling_a * bus_v * limits.esc_efficiency,
-            voltage_share: bus_v / limits.nominal_v,
-            motor_efficiency: limits.motor_efficiency,
-        };
-        let supply = of_ceiling(limits.esc_current_max_a);
+            motor_power_max_w: ceiling_a * bus_v * esc_efficiency,
+            voltage_share: bus_v / nominal_v,
+            motor_efficiency,
+            throttle,
+        }
+    }
+
+    /// Supply and bus at a voltage, the pack's current at most `most_a`.
+    fn at(&self, bus_v: f64, most_a: f64, motor: &Motor, motors: &[MotorState]) -> (Supply, BusState) {
+        let limits = &self.limits;
+        let supply = self.left_of(bus_v, limits.esc_current_max_a);
         let per_watt = 1.0 / (bus_v * limits.esc_efficiency);
-        let mut currents = BusCurrents::default();
-        for (current, state) in currents.esc_a.iter_mut().zip(motors) {
+        let mut bus = BusState { bus_v, ..BusState::default() };
+        for (current, state) in bus.esc_a.iter_mut().zip(motors) {
             *current = supply.electric_power_w(motor, state) * per_watt;
         }
-        currents.pack_a = currents.esc_a.iter().sum();
-        if currents.pack_a <= most_a {
-            return (supply, currents);
+        bus.pack_a = bus.esc_a.iter().sum();
+        if bus.pack_a <= most_a {
+            return (supply, bus);
         }
-        let ceiling_a = ceiling(&currents.esc_a, motors.len(), most_a);
-        currents.esc_a = currents.esc_a.map(|current| current.min(ceiling_a));
-        currents.pack_a = most_a;
-        (of_ceiling(ceiling_a), currents)
+        let ceiling_a = ceiling(&bus.esc_a, motors.len(), most_a);
+        bus.esc_a = bus.esc_a.map(|current| current.min(ceiling_a));
+        bus.pack_a = most_a;
+        bus.held_by.pack_current = true;
+        (self.left_of(bus_v, ceiling_a), bus)
     }
 }
 
@@ -191,9 +280,7 @@ impl Supply {
     /// power left to it.
     fn dc_current_a(&self, m: &EscDc, state: &MotorState) -> f64 {
         let (k_e, omega) = (m.back_emf_constant_v_s_rad, state.omega_rad_s);
-        let omega_c = state.throttle * m.omega_max_rad_s;
-        let most_v = m.voltage_max_v.min(self.bus_v);
-        let voltage = (k_e * omega_c + m.esc_gain_v_s_rad * (omega_c - omega)).clamp(0.0, most_v);
+        let voltage = asked_v(m, state).clamp(0.0, m.voltage_max_v.min(self.bus_v));
         let current = ((voltage - k_e * omega) / m.resistance_ohm).clamp(m.current_min_a, m.current_max_a);
         // The current of a power P: R I^2 + K_e omega I = P.
         let emf_v = k_e * omega;
@@ -201,8 +288,28 @@ impl Supply {
         current.min((root - emf_v) / (2.0 * m.resistance_ohm))
     }
 
-    /// Electric power that a motor takes [W]; none when it brakes.
+    /// Part of the speed at full throttle that a motor of first order goes for.
+    fn speed_share(&self, throttle: f64) -> f64 {
+        match self.throttle {
+            Throttle::Speed => throttle.min(self.voltage_share),
+            Throttle::Duty => (throttle * self.voltage_share).min(1.0),
+        }
+    }
+
+    /// Whether a motor is commanded beyond the bus voltage, and not beyond its own.
+    fn is_held_by_voltage(&self, motor: &Motor, state: &MotorState) -> bool {
+        state.condition == MotorCondition::Sound
+            && match motor {
+                Motor::EscDc(m) => self.bus_v < m.voltage_max_v && asked_v(m, state) > self.bus_v,
+                Motor::FirstOrder { .. } => self.speed_share(state.throttle) < state.throttle,
+            }
+    }
+
+    /// Electric power that a motor takes [W]; none when it brakes, and none without current.
     pub fn electric_power_w(&self, motor: &Motor, state: &MotorState) -> f64 {
+        if state.condition != MotorCondition::Sound {
+            return 0.0;
+        }
         let power_w = match motor {
             Motor::EscDc(m) => {
                 let current = self.dc_current_a(m, state);
@@ -216,17 +323,23 @@ impl Supply {
         power_w.max(0.0)
     }
 
-    /// Angular acceleration of a rotor [rad/s^2] as [`Motor::acceleration`] has it, with what the supply
+    /// Angular acceleration of a rotor [rad/s^2] as [`Motor::acceleration_in`] has it, with what the supply
     /// leaves to the motor. A motor of first order needs a rotor with inertia for a limit of its power to
     /// act.
     pub fn acceleration(&self, motor: &Motor, state: &MotorState) -> f64 {
         let (omega, torque_nm) = (state.omega_rad_s, state.torque_nm);
+        if state.condition != MotorCondition::Sound {
+            return motor.acceleration_in(state.condition, state.throttle, omega, torque_nm);
+        }
+        if self.bus_v <= 0.0 {
+            return motor.acceleration_in(MotorCondition::Unpowered, state.throttle, omega, torque_nm);
+        }
         let rate = match *motor {
             Motor::EscDc(ref m) => {
                 (m.torque_constant_nm_a * self.dc_current_a(m, state) - torque_nm) / m.rotor_inertia_kg_m2
             }
             Motor::FirstOrder { omega_max_rad_s, tau_up_s, tau_down_s, rotor_inertia_kg_m2 } => {
-                let difference = state.throttle * omega_max_rad_s * self.voltage_share.min(1.0) - omega;
+                let difference = self.speed_share(state.throttle) * omega_max_rad_s - omega;
                 let rate = difference / if difference > 0.0 { tau_up_s } else { tau_down_s };
                 if omega > 0.0 && rotor_inertia_kg_m2 > 0.0 {
                     let torque_max_nm = self.motor_power_max_w * self.motor_efficiency / omega;
@@ -238,6 +351,12 @@ impl Supply {
         };
         if omega <= 0.0 && rate < 0.0 { 0.0 } else { rate }
     }
+}
+
+/// Voltage that a speed controller asks for its motor [V].
+fn asked_v(m: &EscDc, state: &MotorState) -> f64 {
+    let omega_c = state.throttle * m.omega_max_rad_s;
+    m.back_emf_constant_v_s_rad * omega_c + m.esc_gain_v_s_rad * (omega_c - state.omega_rad_s)
 }
 
 #[cfg(test)]
@@ -253,6 +372,7 @@ mod tests {
             esc_efficiency: 0.95,
             motor_efficiency: 0.8,
             nominal_v: 14.8,
+            throttle: Throttle::Speed,
         }
     }
 
@@ -288,6 +408,7 @@ mod tests {
             throttle: omega_rad_s / 900.0,
             omega_rad_s,
             torque_nm: 1.4e-7 * omega_rad_s * omega_rad_s,
+            ..MotorState::default()
         }
     }
 
@@ -320,11 +441,53 @@ mod tests {
         for motor in [first_order(), dc()] {
             for (throttle, omega_rad_s) in [(0.0, 0.0), (1.0, 0.0), (0.7, 300.0), (0.2, 600.0), (1.0, 890.0)]
             {
-                let state = MotorState { throttle, omega_rad_s, torque_nm: 1e-7 * omega_rad_s * omega_rad_s };
+                let torque_nm = 1e-7 * omega_rad_s * omega_rad_s;
+                let state = MotorState { throttle, omega_rad_s, torque_nm, ..MotorState::default() };
                 let (supply, _) = pack(stiff).supply(1.0, &motor, &[state; 4]);
                 let alone = motor.acceleration(throttle, omega_rad_s, state.torque_nm);
                 assert_eq!(supply.acceleration(&motor, &state), alone, "{motor:?} {state:?}");
             }
+        }
+    }
+
+    /// Volts at 100 % held up to there, 15 V in the mean of 13.2, 15 and 16.8 V: 15 W h are 1 A h.
+    #[test]
+    fn closed_form_charge_of_an_energy() {
+        assert!((pack(limits()).capacity_c(15.0 * 3600.0) - 3600.0).abs() < 1e-9);
+        let one = Pack::new(vec![(0.3, 12.0)], limits()).unwrap();
+        assert!((one.capacity_c(12.0) - 1.0).abs() < 1e-12);
+    }
+
+    /// Full throttle at 11.1 of the nominal 14.8 V: three quarters of the speed, and at half throttle as well
+    /// if the throttle is a duty cycle.
+    #[test]
+    fn closed_form_the_speed_goes_with_the_voltage() {
+        for (throttle, wanted) in [(Throttle::Speed, [675.0, 450.0]), (Throttle::Duty, [675.0, 337.5])] {
+            let limits = PackLimits { resistance_ohm: 0.0, throttle, ..limits() };
+            let pack = Pack::new(vec![(0.0, 11.1)], limits).unwrap();
+            for (throttle, wanted) in [1.0, 0.5].into_iter().zip(wanted) {
+                let state = MotorState { throttle, ..MotorState::default() };
+                let (supply, bus) = pack.supply(1.0, &first_order(), &[state]);
+                let omega_c = 0.05 * supply.acceleration(&first_order(), &state);
+                assert!((omega_c - wanted).abs() < 1e-9, "{omega_c}");
+                assert_eq!(bus.held_by.voltage, wanted != 900.0 * throttle);
+            }
+        }
+    }
+
+    /// Without charge there is no current: a DC motor is braked by the air alone, and one of first order goes
+    /// to rest by its time constant. A motor that a fault has taken from the bus takes nothing either.
+    #[test]
+    fn closed_form_without_charge_or_with_a_fault_a_motor_takes_nothing() {
+        let state = MotorState { throttle: 1.0, ..steady(600.0) };
+        for (motor, wanted) in [(first_order(), -600.0 / 0.08), (dc(), -state.torque_nm / 5e-5)] {
+            let (supply, bus) = pack(limits()).supply(0.0, &motor, &[state; 4]);
+            assert_eq!(bus, BusState::default());
+            assert!((supply.acceleration(&motor, &state) / wanted - 1.0).abs() < 1e-12);
+            let off = MotorState { condition: MotorCondition::Unpowered, ..state };
+            let (supply, bus) = pack(limits()).supply(1.0, &motor, &[state, off, state]);
+            assert!(bus.esc_a[1] == 0.0 && bus.esc_a[0] == bus.esc_a[2] && bus.esc_a[0] > 0.0);
+            assert!((supply.acceleration(&motor, &off) / wanted - 1.0).abs() < 1e-12);
         }
     }
 
@@ -341,10 +504,11 @@ mod tests {
         /// motors take is what they are left.
         #[test]
         fn prop_no_limit_is_passed(
-            charge in 0.0f64..1.0, throttle in prop::array::uniform4(0.0f64..1.0),
+            charge in 0.001f64..1.0, throttle in prop::array::uniform4(0.0f64..1.0),
             omega in prop::array::uniform4(0.0f64..950.0), is_dc: bool,
             pack_max in prop_oneof![Just(f64::INFINITY), 5.0f64..150.0],
             esc_max in prop_oneof![Just(f64::INFINITY), 1.0f64..40.0], resistance_ohm in 0.0f64..0.4,
+            off in prop::option::of(0usize..4), duty: bool,
         ) {
             let limits = PackLimits {
                 resistance_ohm,
@@ -357,6 +521,7 @@ mod tests {
                 throttle: throttle[i],
                 omega_rad_s: omega[i],
                 torque_nm: 1.4e-7 * omega[i] * omega[i],
+                condition: if off == Some(i) { MotorCondition::Unpowered } else { MotorCondition::Sound },
             });
             let (supply, currents) = pack.supply(charge, &motor, &states);
             let open_v = pack.open_circuit_v(charge);

@@ -12,6 +12,7 @@ use nalgebra::Vector3;
 use super::body_aero::AeroLoad;
 use super::rigid_body::{BodyRate, BodyState, MassProperties, derivative};
 use super::rotor::{Rotor, RotorLoad};
+use super::supply::{BusState, MotorState, Pack};
 use super::{BodyAero, Environment, MAX_ROTORS, ModelError, Motor, MotorCondition, PerRotor};
 use crate::frames::rotate_body_from_ned;
 use crate::real::Real;
@@ -300,8 +301,11 @@ impl Vehicle {
         throttle: &PerRotor,
         locked: bool,
     ) -> VehicleRate {
-        self.driven_derivative(environment, state, rotor_speed, |i, torque_nm| {
-            if locked { 0.0 } else { self.motor.acceleration(throttle[i], rotor_speed[i], torque_nm) }
+        self.driven_derivative(environment, state, rotor_speed, |torque_nm| {
+            if locked {
+                return [0.0; MAX_ROTORS];
+            }
+            self.of_each(|i| self.motor.acceleration(throttle[i], rotor_speed[i], torque_nm[i]))
         })
     }
 
@@ -314,40 +318,82 @@ impl Vehicle {
         throttle: &PerRotor,
         motors: &[MotorCondition; MAX_ROTORS],
     ) -> VehicleRate {
-        self.driven_derivative(environment, state, rotor_speed, |i, torque_nm| {
-            self.motor.acceleration_in(motors[i], throttle[i], rotor_speed[i], torque_nm)
+        self.driven_derivative(environment, state, rotor_speed, |torque_nm| {
+            self.of_each(|i| {
+                self.motor.acceleration_in(motors[i], throttle[i], rotor_speed[i], torque_nm[i])
+            })
         })
     }
 
-    /// Derivative of body and rotors; `acceleration` gives that of a rotor [rad/s^2] at the torque of the air
-    /// [N m].
+    /// Derivative as [`Self::faulty_derivative`] has it, with motors that a battery at a share of its charge
+    /// supplies, and its bus.
+    pub fn supplied_derivative(
+        &self,
+        environment: &Environment,
+        state: &BodyState,
+        rotor_speed: &PerRotor,
+        throttle: &PerRotor,
+        motors: &[MotorCondition; MAX_ROTORS],
+        (pack, charge): (&Pack, f64),
+    ) -> (VehicleRate, BusState) {
+        let mut bus = BusState::default();
+        let rate = self.driven_derivative(environment, state, rotor_speed, |torque_nm| {
+            let states: [MotorState; MAX_ROTORS] = std::array::from_fn(|i| MotorState {
+                condition: motors[i],
+                throttle: throttle[i],
+                omega_rad_s: rotor_speed[i],
+                torque_nm: torque_nm[i],
+            });
+            let (supply, of_bus) = pack.supply(charge, &self.motor, &states[..self.rotors.len()]);
+            bus = of_bus;
+            self.of_each(|i| supply.acceleration(&self.motor, &states[i]))
+        });
+        (rate, bus)
+    }
+
+    /// One number for each rotor.
+    #[inline(always)]
+    fn of_each(&self, of: impl Fn(usize) -> f64) -> PerRotor {
+        let mut all = [0.0; MAX_ROTORS];
+        for (i, one) in all.iter_mut().enumerate().take(self.rotors.len()) {
+            *one = of(i);
+        }
+        all
+    }
+
+    /// Derivative of body and rotors; `accelerations` gives those of the rotors [rad/s^2] at the torques of
+    /// the air [N m].
     #[inline(always)]
     fn driven_derivative(
         &self,
         environment: &Environment,
         state: &BodyState,
         rotor_speed: &PerRotor,
-        acceleration: impl Fn(usize, f64) -> f64,
+        accelerations: impl FnOnce(&PerRotor) -> PerRotor,
     ) -> VehicleRate {
         let v_air_ned = state.v_ned - environment.wind_ned_m_s;
         let v_air_body = rotate_body_from_ned(state.q_ned_from_body, v_air_ned);
         let aero = self.aero.load(v_air_body, environment.density_kg_m3);
         let mut balance = self.unpowered_balance(environment, &aero);
-        let mut rotor_acceleration = [0.0; MAX_ROTORS];
         let inertia = self.motor.rotor_inertia_kg_m2();
+        let hub_of = |rotor: &RotorMount| v_air_body + state.omega_body.cross(&rotor.position_body_m);
+        let mut in_plane_n = [0.0; MAX_ROTORS];
         for (i, rotor) in self.rotors.iter().enumerate() {
-            let hub = v_air_body + state.omega_body.cross(&rotor.position_body_m);
-            let load = self.rotor_load(rotor, &hub, rotor_speed[i], environment.density_kg_m3);
-            rotor_acceleration[i] = acceleration(i, load.torque_nm);
+            let load = self.rotor_load(rotor, &hub_of(rotor), rotor_speed[i], environment.density_kg_m3);
             balance.thrust_n[i] = load.thrust_n;
             balance.torque_nm[i] = load.torque_nm;
-            balance.add_thrust(rotor, load.thrust_n);
-            if load.in_plane_n != 0.0 {
-                balance.add_drag(rotor, &hub, load.in_plane_n);
+            in_plane_n[i] = load.in_plane_n;
+        }
+        let rotor_acceleration = accelerations(&balance.torque_nm);
+        for (i, rotor) in self.rotors.iter().enumerate() {
+            let (thrust_n, torque_nm) = (balance.thrust_n[i], balance.torque_nm[i]);
+            balance.add_thrust(rotor, thrust_n);
+            if in_plane_n[i] != 0.0 {
+                balance.add_drag(rotor, &hub_of(rotor), in_plane_n[i]);
             }
             let spin_axis = rotor.axis_body * rotor.spin.sign();
             if self.options.reaction_torque {
-                balance.reaction_moment_body -= spin_axis * load.torque_nm;
+                balance.reaction_moment_body -= spin_axis * torque_nm;
             }
             if self.options.rotor_momentum {
                 let h_dot = spin_axis * (inertia * rotor_acceleration[i]);
