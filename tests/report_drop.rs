@@ -479,6 +479,7 @@ fn bad_verdict() -> Verdict {
         impact_speed_m_s: None,
         canopy_distance_m: None,
         vortex_ring_s: Vec::new(),
+        power: None,
     }
 }
 

@@ -3,6 +3,7 @@
 //! | file | holds | paper |
 //! |---|---|---|
 //! | [`safety`] | J_TPF, the verdict on a drop | (51) |
+//! | [`power`] | what a drop asks of its battery | |
 //! | [`tracking`] | RMS distance of a flight from its plan | (45)-(46) |
 //! | [`batch`] | both for many planar flights at once | |
 //! | [`releases`] | random releases | (40)-(44), IV.B |
@@ -15,6 +16,7 @@ pub mod batch;
 pub mod beta;
 pub mod drops;
 pub mod paper;
+pub mod power;
 pub mod releases;
 pub mod safety;
 pub mod statistics;
@@ -23,6 +25,7 @@ pub mod tracking;
 
 pub use batch::{BatchMeasure, Outcome, judge_flights};
 pub use drops::{DropMeasure, DropOutcome, RandomDrop};
+pub use power::PowerUse;
 pub use releases::{RandomRelease, ReleaseDistribution};
 pub use safety::{FlightLimits, TrialOutcome, Verdict, VerdictBuilder, plan_j_tpf, steady_within_m_s};
 pub use statistics::{CONFIDENCE, Share, Summary, Tally};

@@ -10,8 +10,10 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use super::power::PowerUse;
 use crate::frames::{bank, pitch, tilt};
 use crate::model::rigid_body::BodyState;
+use crate::model::supply::PackLimits;
 use crate::model::{DiskState, Environment, MAX_ROTORS, Rotor, Vehicle};
 use crate::sim::limits::{NOT_FINITE, SafetyLimits, StateCost};
 use crate::sim::{Phase, Sample};
@@ -149,6 +151,8 @@ pub struct Verdict {
     /// Time of powered flight that each rotor is in the vortex ring, inside Johnson's stability boundary [s];
     /// empty where the blades are not known.
     pub vortex_ring_s: Vec<f64>,
+    /// What the drop asked of its battery, where that has a voltage.
+    pub power: Option<PowerUse>,
 }
 
 impl Verdict {
@@ -268,6 +272,12 @@ impl VerdictBuilder {
         self
     }
 
+    /// Tells also what the drop asks of a battery with these limits.
+    pub fn watching_battery(mut self, limits: Option<&PackLimits>) -> Self {
+        self.verdict.power = limits.map(PowerUse::of);
+        self
+    }
+
     fn observe_rotors(&mut self, sample: &Sample) {
         let Some((vehicle, site)) = &self.disks else { return };
         if let Some((before_s, in_ring)) = self.in_ring {
@@ -325,6 +335,9 @@ impl VerdictBuilder {
         }
         self.observe_ground(sample);
         self.observe_rotors(sample);
+        if let Some(power) = &mut self.verdict.power {
+            power.observe(sample);
+        }
         match sample.t_powered_s {
             // What was steady when it came to the ground stays so.
             _ if self.verdict.impact_speed_m_s.is_some() => {}

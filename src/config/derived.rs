@@ -5,12 +5,14 @@ use crate::frames::pitch;
 use crate::model::rigid_body::BodyState;
 use crate::model::wind::LEAST_CONVECTION_M_S;
 use crate::model::{RotorLimits, trim};
-use crate::sim::StateCost;
+use crate::sim::{ElectricBattery, StateCost};
 use crate::tune::ReleaseCase;
 use crate::units::DEG_PER_RAD;
 use nalgebra::Vector3;
 
 use super::mission::Mission;
+
+const C_PER_AH: f64 = 3600.0;
 
 /// Derived quantities of a mission.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,6 +60,9 @@ pub fn derived(mission: &Mission) -> Derived {
         odd.push(format!("vehicle: the cascade cannot control it: {e}"));
     }
     let mut groups = vec![of_the_vehicle(mission), of_the_rotors(mission, &rotors)];
+    if let Some(battery) = &mission.electric {
+        groups.push(of_the_battery(mission, battery, &mut odd));
+    }
     if mission.site.environment.wind_ned_m_s != Vector3::zeros() || !mission.site.wind.is_steady() {
         groups.push(of_the_wind(mission));
     }
@@ -121,6 +126,56 @@ fn of_the_rotors(mission: &Mission, rotors: &RotorLimits) -> Group {
         ),
     ];
     Group { name: "rotors", rows }
+}
+
+/// The battery at the start: in rest, in hover, and with all rotors at full throttle in still air.
+fn of_the_battery(mission: &Mission, battery: &ElectricBattery, odd: &mut Vec<String>) -> Group {
+    let (vehicle, site) = (&mission.vehicle, &mission.site.environment);
+    let (pack, charge, n) = (battery.pack(), battery.charge(), vehicle.rotors.len() as f64);
+    let limits = pack.limits();
+    let up: f64 = vehicle.rotors.iter().map(|r| -r.axis_body.z).sum();
+    let hover_n = vehicle.mass.mass_kg * site.gravity_m_s2 / up;
+    let throttle = (hover_n / vehicle.static_thrust_n(site.density_kg_m3)).sqrt();
+    // Power, voltage and current of the bus with all rotors at a part of their speed at full throttle.
+    let at = |share: f64| {
+        let omega_rad_s = share * vehicle.motor.omega_max_rad_s();
+        let torque_nm = vehicle.rotor.static_load(omega_rad_s, site.density_kg_m3).torque_nm;
+        let power_w = n * pack.steady_power_w(&vehicle.motor, omega_rad_s, torque_nm);
+        (power_w, pack.bus_v_under(power_w, charge).map(|bus_v| (bus_v, power_w / bus_v)))
+    };
+    let capacity_ah = battery.capacity_c() / C_PER_AH;
+    let mut rows = vec![
+        row("capacity_ah", "charge of the full pack", "A h", &[capacity_ah], String::new()),
+        row("open_circuit_v", "voltage without load", "V", &[battery.at_rest().bus_v], String::new()),
+    ];
+    let named = [
+        (["hover_power_w", "hover_bus_v", "hover_current_a"], ["hover", "power in hover"], throttle),
+        (["full_power_w", "full_bus_v", "full_current_a"], ["full throttle", "power at full throttle"], 1.0),
+    ];
+    for ([power_key, voltage_key, current_key], [name, label], share) in named {
+        let (power_w, bus) = at(share);
+        let Some((bus_v, current_a)) = bus else {
+            odd.push(format!(
+                "battery.electric: {name} takes {power_w:.0} W, more than the battery can give"
+            ));
+            continue;
+        };
+        let margin = (limits.current_max_a / current_a).min(limits.esc_current_max_a * n / current_a);
+        if margin < 1.0 {
+            odd.push(format!(
+                "battery.electric: {name} in still air takes {current_a:.1} A, and the limits of pack and speed controllers \
+                 leave {:.1} A",
+                margin * current_a
+            ));
+        }
+        let lasts = format!("lasts {:.1} min", 60.0 * charge * capacity_ah / current_a);
+        rows.extend([
+            row(power_key, label, "W", &[power_w], "rotors alone, in still air".to_owned()),
+            row(voltage_key, "its bus voltage", "V", &[bus_v], String::new()),
+            row(current_key, "its current of the pack", "A", &[current_a], lasts),
+        ]);
+    }
+    Group { name: "battery", rows }
 }
 
 /// The wind where the vehicle is released.

@@ -7,12 +7,12 @@
 //! V_bus = E(charge) - R_b I_bus        I_bus = sum_i P_i/(eta V_bus)
 //! ```
 //!
-//! with P_i the electric power of motor i and eta the efficiency of the speed controllers; of the two voltages
-//! at which a constant power is met, it is the higher one. A DC motor takes `(K_e omega + R I) I` at the
-//! current I that its speed controller gives it, its voltage at most the bus'. A motor of first order has no
-//! current of its own: what its rotor takes at the shaft, `(Q + J omega_dot) omega`, over its efficiency, is
-//! its power, and its speed at full throttle goes with the bus voltage over the nominal one, up to what it is
-//! on a stiff supply ([`Throttle`]).
+//! with P_i the electric power of motor i and eta the efficiency of the speed controllers; of the two
+//! voltages at which a constant power is met, it is the higher one. A DC motor takes `(K_e omega + R I) I` at
+//! the current I that its speed controller gives it, its voltage at most the bus'. A motor of first order has
+//! no current of its own: what its rotor takes at the shaft, `(Q + J omega_dot) omega`, over its efficiency,
+//! is its power, and its speed at full throttle goes with the bus voltage over the nominal one, up to what it
+//! is on a stiff supply ([`Throttle`]).
 //!
 //! Currents are limited at each speed controller, and in sum at the pack; what is above the pack's limit is
 //! taken by one ceiling on the current of all speed controllers. Beyond `E/(2 R_b)` a battery gives less
@@ -178,6 +178,27 @@ impl Pack {
         energy_j / mean_v
     }
 
+    /// Power that a motor takes from the bus in steady rotation at a speed [rad/s] against a torque [N m],
+    /// with what its speed controller loses [W].
+    pub fn steady_power_w(&self, motor: &Motor, omega_rad_s: f64, torque_nm: f64) -> f64 {
+        let motor_w = match motor {
+            Motor::EscDc(m) => {
+                let current_a = torque_nm / m.torque_constant_nm_a;
+                (m.back_emf_constant_v_s_rad * omega_rad_s + m.resistance_ohm * current_a) * current_a
+            }
+            Motor::FirstOrder { .. } => torque_nm * omega_rad_s / self.limits.motor_efficiency,
+        };
+        motor_w / self.limits.esc_efficiency
+    }
+
+    /// Bus voltage under a constant power [W] at a share of the charge [V], limits of currents aside: the
+    /// greater root of `V^2 - E V + R P = 0`; `None` when the battery cannot give the power.
+    pub fn bus_v_under(&self, power_w: f64, charge: f64) -> Option<f64> {
+        let open_v = self.open_circuit_v(charge);
+        let square = open_v * open_v - 4.0 * self.limits.resistance_ohm * power_w;
+        (square >= 0.0).then(|| 0.5 * (open_v + square.sqrt()))
+    }
+
     /// What motors in these states get at a share of the charge, and what they take.
     pub fn supply(&self, charge: f64, motor: &Motor, motors: &[MotorState]) -> (Supply, BusState) {
         if charge <= 0.0 {
@@ -296,12 +317,16 @@ impl Supply {
         }
     }
 
-    /// Whether a motor is commanded beyond the bus voltage, and not beyond its own.
+    /// Whether a motor is commanded beyond the bus voltage, and not beyond its own; of one whose throttle is
+    /// a duty cycle, whether that is full and gives less than the speed of full throttle.
     fn is_held_by_voltage(&self, motor: &Motor, state: &MotorState) -> bool {
         state.condition == MotorCondition::Sound
             && match motor {
                 Motor::EscDc(m) => self.bus_v < m.voltage_max_v && asked_v(m, state) > self.bus_v,
-                Motor::FirstOrder { .. } => self.speed_share(state.throttle) < state.throttle,
+                Motor::FirstOrder { .. } => match self.throttle {
+                    Throttle::Speed => self.voltage_share < state.throttle,
+                    Throttle::Duty => state.throttle >= 1.0 && self.voltage_share < 1.0,
+                },
             }
     }
 
@@ -429,6 +454,10 @@ mod tests {
         let (supply, currents) = pack(limits()).supply(1.0, &first_order(), &[state; 4]);
         let power_w = 4.0 * state.torque_nm * 600.0 / (0.8 * 0.95);
         let wanted = 0.5 * (16.8 + (16.8f64 * 16.8 - 4.0 * 0.05 * power_w).sqrt());
+        let pack_alone = pack(limits());
+        let each_w = pack_alone.steady_power_w(&first_order(), 600.0, state.torque_nm);
+        assert!((pack_alone.bus_v_under(4.0 * each_w, 1.0).unwrap() - wanted).abs() < 1e-12);
+        assert_eq!(pack_alone.bus_v_under(16.8 * 16.8 / 0.2 + 1e-6, 1.0), None);
         assert!((supply.bus_v - wanted).abs() < 1e-9, "{} {wanted}", supply.bus_v);
         assert!((currents.pack_a - power_w / wanted).abs() < 1e-9);
         assert!((currents.esc_a[2] - 0.25 * currents.pack_a).abs() < 1e-9 && currents.esc_a[4] == 0.0);
@@ -470,7 +499,7 @@ mod tests {
                 let (supply, bus) = pack.supply(1.0, &first_order(), &[state]);
                 let omega_c = 0.05 * supply.acceleration(&first_order(), &state);
                 assert!((omega_c - wanted).abs() < 1e-9, "{omega_c}");
-                assert_eq!(bus.held_by.voltage, wanted != 900.0 * throttle);
+                assert_eq!(bus.held_by.voltage, wanted == 675.0);
             }
         }
     }

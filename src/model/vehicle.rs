@@ -319,9 +319,7 @@ impl Vehicle {
         motors: &[MotorCondition; MAX_ROTORS],
     ) -> VehicleRate {
         self.driven_derivative(environment, state, rotor_speed, |torque_nm| {
-            self.of_each(|i| {
-                self.motor.acceleration_in(motors[i], throttle[i], rotor_speed[i], torque_nm[i])
-            })
+            self.of_each(|i| self.motor.acceleration_in(motors[i], throttle[i], rotor_speed[i], torque_nm[i]))
         })
     }
 

@@ -37,6 +37,7 @@ fn good(trial: u64, j_tpf: f64, steady_after_s: f64) -> DropTrial {
         impact_speed_m_s: None,
         canopy_distance_m: None,
         vortex_ring_s: Vec::new(),
+        power: None,
     };
     let outcome = DropOutcome {
         verdict,

@@ -55,6 +55,9 @@ const CANOPY: [&str; 10] = [
     "canopy_mz_nm",
 ];
 
+/// Columns of the bus, before the current of each rotor's speed controller.
+const BUS: [&str; 3] = ["bus_v", "pack_current_a", "charge_percent"];
+
 fn vectors(ground: bool) -> impl Iterator<Item = &'static VectorColumns> {
     BALANCE.iter().chain(GROUND.iter().filter(move |_| ground))
 }
@@ -83,6 +86,8 @@ pub(super) struct FlightColumns {
     canopy: bool,
     /// Vehicle and site where the rotors' blades are known.
     disks: Option<(Arc<Vehicle>, Environment)>,
+    /// Whether there are those of the bus of a battery with a voltage.
+    bus: bool,
 }
 
 impl FlightColumns {
@@ -93,7 +98,8 @@ impl FlightColumns {
         let canopy = mission.release.parachute.suspension.is_some() && !mission.release.standing;
         let known = matches!(mission.vehicle.rotor, Rotor::BladeElement(_));
         let disks = known.then(|| (mission.vehicle.clone(), mission.site.environment.clone()));
-        Self { n_rotors, limits: mission.limits.safety, ground, wind, canopy, disks }
+        let bus = mission.electric.is_some();
+        Self { n_rotors, limits: mission.limits.safety, ground, wind, canopy, disks, bus }
     }
 
     /// Names of the columns, with units.
@@ -114,6 +120,10 @@ impl FlightColumns {
         if self.disks.is_some() {
             let of_rotor = |i| [format!("rotor{i}_vc_over_vh"), format!("rotor{i}_mu_over_vh")];
             names.extend((1..=self.n_rotors).flat_map(of_rotor));
+        }
+        if self.bus {
+            names.extend(BUS.map(str::to_owned));
+            names.extend((1..=self.n_rotors).map(|i| format!("rotor{i}_current_a")));
         }
         names
     }
@@ -162,6 +172,16 @@ impl FlightColumns {
                 let disk = DiskState::of(vehicle, i, site, body, &sample.wind_ned, thrust_n);
                 put(disk.map_or(Field::Empty, |disk| Field::Number(disk.climb)));
                 put(disk.map_or(Field::Empty, |disk| Field::Number(disk.in_plane)));
+            }
+        }
+        if self.bus {
+            match &sample.bus {
+                Some(bus) => {
+                    let mut numbers = |values: &[f64]| values.iter().for_each(|x| put(Field::Number(*x)));
+                    numbers(&[bus.bus_v, bus.pack_a, 100.0 * bus.charge]);
+                    numbers(&bus.esc_a[..self.n_rotors]);
+                }
+                None => (0..BUS.len() + self.n_rotors).for_each(|_| put(Field::Empty)),
             }
         }
     }

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::assess::{Verdict, plan_j_tpf};
+use crate::assess::{PowerUse, Verdict, plan_j_tpf};
 use crate::config::Mission;
 use crate::plan::{Plan, Status};
 use crate::units::DEG_PER_RAD;
@@ -181,6 +181,9 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         events: &run.events,
         #[serde(flatten)] ring: verdict.filter(|v| !v.vortex_ring_s.is_empty())
             .map(|v| object! { vortex_ring_s: &v.vortex_ring_s }),
+        #[serde(flatten)] power: verdict.and_then(|v| v.power.as_ref()).map(|power| object! {
+            power: power_json(power),
+        }),
         #[serde(flatten)] impact: impact_speed_m_s.map(|speed| object! { impact_speed_m_s: speed }),
         #[serde(flatten)] canopy: verdict.and_then(|v| v.canopy_distance_m.map(|distance_m| object! {
             canopy_distance_m: distance_m, recontact: v.recontact(),
@@ -190,6 +193,28 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         #[serde(flatten)] pace: run.real_time_factor.map(|factor| object! { real_time_factor: factor }),
         #[serde(flatten)] faults: (!run.faults.is_empty()).then(|| object! { faults: &run.faults }),
     })
+}
+
+/// What a drop asked of its battery; times are since the rotors were freed.
+fn power_json(power: &PowerUse) -> impl Serialize {
+    let finite = |x: f64| Some(x).filter(|x| x.is_finite());
+    object! {
+        bus_least_v: finite(power.bus_least_v.value),
+        bus_least_at_s: power.bus_least_v.at_s,
+        pack_current_most_a: finite(power.pack_most_a.value),
+        pack_current_most_at_s: power.pack_most_a.at_s,
+        pack_current_limit_a: finite(power.pack_limit_a),
+        esc_current_most_a: finite(power.esc_most_a.value),
+        esc_current_most_at_s: power.esc_most_a.at_s,
+        esc_current_most_rotor: power.esc_most_rotor,
+        esc_current_limit_a: finite(power.esc_limit_a),
+        current_margin: finite(power.current_margin()),
+        held_by_voltage_s: power.voltage_held_s,
+        held_by_esc_current_s: power.esc_held_s,
+        held_by_pack_current_s: power.pack_held_s,
+        charge_left_percent: finite(100.0 * power.charge_left),
+        empty_at_s: power.empty_at_s,
+    }
 }
 
 /// The object of `samara plan --json`; without `solve_ms`, of `plan.json`.

@@ -68,7 +68,8 @@ fn verdict(mission: &Mission, log: &[Sample], plan_end_s: f64) -> Option<Verdict
         .within(mission.limits.flight)
         .apart_from_canopy(mission.limits.separation_m)
         .to_plans_end(plan_end_s)
-        .watching_rotors(&mission.vehicle, &mission.site.environment);
+        .watching_rotors(&mission.vehicle, &mission.site.environment)
+        .watching_battery(mission.electric.as_ref().map(|battery| battery.pack().limits()));
     if mission.site.ground.is_some() {
         verdict = verdict.judging_impacts(mission.limits.impact_m_s);
     }

@@ -2,6 +2,7 @@
 
 use super::columns::{fixed, short};
 use super::json::status_name;
+use crate::assess::power::{Extreme, PowerUse};
 use crate::assess::{SafetyLimits, Verdict, plan_j_tpf};
 use crate::config::Limits;
 use crate::plan::Plan;
@@ -71,6 +72,9 @@ pub(super) fn verdict_lines(
     if let Some(longest) = verdict.vortex_ring_s.iter().copied().reduce(f64::max) {
         lines.push(line("longest in the vortex ring", fixed(longest, 2), "s", "", "not judged"));
     }
+    if let Some(power) = &verdict.power {
+        lines.extend(power_lines(power));
+    }
     if let Some(speed) = verdict.impact_speed_m_s {
         lines.push(line("speed of impact", fixed(speed, 2), "m/s", "", passed("impact")));
     }
@@ -79,6 +83,34 @@ pub(super) fn verdict_lines(
         lines.push(line("least distance from canopy", fixed(distance_m, 2), "m", &limit, mark));
     }
     lines
+}
+
+/// What a drop asked of its battery: extremes with their times, what held the motors back, what is left.
+fn power_lines(power: &PowerUse) -> [[String; 5]; 4] {
+    let limit = |a: f64| if a.is_finite() { short(a, 6) } else { String::new() };
+    let held = |held_s: f64| match held_s {
+        t if t > 0.0 => format!(", held the motors back for {} s", fixed(t, 2)),
+        _ => String::new(),
+    };
+    let at = |extreme: &Extreme| format!("at {} s", fixed(extreme.at_s, 2));
+    let (bus, pack, esc) = (&power.bus_least_v, &power.pack_most_a, &power.esc_most_a);
+    let line = |quantity: &str, value: f64, unit: &str, limit: String, mark: String| {
+        [quantity.to_owned(), fixed(value, 2), unit.to_owned(), limit, mark]
+    };
+    let of_esc = format!("{}, rotor {}{}", at(esc), power.esc_most_rotor, held(power.esc_held_s));
+    let empty = power.empty_at_s.map_or(String::new(), |t_s| format!("EMPTY at {} s", fixed(t_s, 2)));
+    [
+        line("least bus voltage", bus.value, "V", String::new(), at(bus) + &held(power.voltage_held_s)),
+        line(
+            "most pack current",
+            pack.value,
+            "A",
+            limit(power.pack_limit_a),
+            at(pack) + &held(power.pack_held_s),
+        ),
+        line("most current of a motor", esc.value, "A", limit(power.esc_limit_a), of_esc),
+        line("charge left", 100.0 * power.charge_left, "%", String::new(), empty),
+    ]
 }
 
 /// Quantity, value, unit, limit and mark, a line each, below a head.

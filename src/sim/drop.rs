@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use super::electric_battery::ElectricBattery;
 use super::faults::{Fault, FaultCourse, FaultOrder};
 use super::integrator::PlantState;
 use super::plant::{Loads, Plant, PlantKind};
@@ -166,6 +167,17 @@ impl DropSimulation {
             self.meet_faults();
         }
         self
+    }
+
+    /// The simulation with its motors on a battery; `None`: on a stiff supply.
+    pub fn on_battery(mut self, battery: Option<ElectricBattery>) -> Self {
+        self.plant.set_battery(battery);
+        self
+    }
+
+    /// The battery that the motors are on, where there is one.
+    pub fn battery(&self) -> Option<&ElectricBattery> {
+        self.plant.battery()
     }
 
     /// The faults of the flight, where there are or have been any.

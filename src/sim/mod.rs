@@ -11,7 +11,7 @@
 //! | [`flight`] | a whole flight, controller and vehicle, without MAVLink frames |
 //! | [`two_bodies`] | vehicle and canopy under one riser, and the canopy after the release |
 //! | [`ground`] | what a vehicle stands on |
-//! | [`battery`] | what the rotors take |
+//! | [`battery`], [`electric_battery`] | what the rotors take, of a store of energy; of a pack on a bus |
 //! | [`record`] | one row of a flight's record |
 //! | [`sensors`] | what the sensors read |
 //! | [`planar`] | many flights at once, side by side in the vertical plane |
@@ -19,6 +19,7 @@
 pub mod battery;
 pub mod drop;
 pub mod drop_run;
+pub mod electric_battery;
 pub mod faults;
 pub mod flight;
 pub mod ground;
@@ -35,6 +36,8 @@ mod drop_run_tests;
 #[cfg(test)]
 mod drop_tests;
 #[cfg(test)]
+mod electric_battery_tests;
+#[cfg(test)]
 mod flight_tests;
 #[cfg(test)]
 mod ground_tests;
@@ -46,6 +49,7 @@ mod wind_tests;
 pub use battery::Battery;
 pub use drop::{DropSimulation, Phase, ReleaseTrigger, Start};
 pub use drop_run::{DropEvent, DropRun, DropRunConfig, FlightRecord, ReleaseCause};
+pub use electric_battery::ElectricBattery;
 pub use faults::{Fault, FaultKind, FaultOrder};
 pub use flight::{FlightPlan, Reference, fly};
 pub use ground::Ground;

@@ -13,9 +13,12 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use super::electric_battery::ElectricBattery;
 use super::ground::Ground;
 use super::integrator::{PlantRate, PlantState, runge_kutta_4, steps_in};
 use crate::frames::normalized;
+use crate::model::supply::BusState;
+use crate::model::vehicle::VehicleRate;
 use crate::model::{Environment, ForceBalance, MAX_ROTORS, MotorCondition, PerRotor, Vehicle};
 
 /// Kind of a plant's actuators.
@@ -37,6 +40,8 @@ pub struct Loads {
     pub wind_ned: Vector3<f64>,
     /// Forces and moments.
     pub balance: ForceBalance,
+    /// The bus of a battery with a voltage.
+    pub bus: Option<BusState>,
 }
 
 /// A vehicle at a site with one kind of actuators.
@@ -53,6 +58,8 @@ pub struct Plant {
     thrust_n: PerRotor,
     /// Conditions of the motors, where not all are sound; the ideal plant has none.
     motors: Option<[MotorCondition; MAX_ROTORS]>,
+    /// The battery that the motors are on; `None`: a stiff supply, as the ideal plant's always is.
+    battery: Option<Box<ElectricBattery>>,
 }
 
 impl Plant {
@@ -70,6 +77,7 @@ impl Plant {
             ground: None,
             thrust_n,
             motors: None,
+            battery: None,
         }
     }
 
@@ -103,6 +111,16 @@ impl Plant {
         self.motors = motors;
     }
 
+    /// Puts the motors on a battery; `None`: on a stiff supply. The ideal plant has no motors.
+    pub fn set_battery(&mut self, battery: Option<ElectricBattery>) {
+        self.battery = battery.filter(|_| self.kind == PlantKind::Actuator).map(Box::new);
+    }
+
+    /// The battery that the motors are on, where there is one.
+    pub fn battery(&self) -> Option<&ElectricBattery> {
+        self.battery.as_deref()
+    }
+
     /// Kind of the actuators.
     pub fn kind(&self) -> PlantKind {
         self.kind
@@ -118,27 +136,43 @@ impl Plant {
             let rate = self.vehicle.thrust_derivative(environment, &state.body, &self.thrust_n[..n]);
             return self.acting(rate.v_dot_ned, balance);
         }
-        let rate = self.derivative(state, throttle, locked);
-        self.acting(rate.body.v_dot_ned, rate.balance)
+        let (rate, bus) = self.rate(state, throttle, locked);
+        Loads { bus, ..self.acting(rate.body.v_dot_ned, rate.balance) }
     }
 
+    /// Acceleration and balance with wind and bus as they are without running motors.
     pub(super) fn acting(&self, a_ned: Vector3<f64>, balance: ForceBalance) -> Loads {
-        Loads { a_ned, wind_ned: self.environment.wind_ned_m_s, balance }
+        let bus = self.battery.as_ref().map(|battery| battery.at_rest());
+        Loads { a_ned, wind_ned: self.environment.wind_ned_m_s, balance, bus }
     }
 
+    /// Derivative of body and rotors, and the balance that made it.
+    pub(super) fn derivative(&self, state: &PlantState, throttle: &PerRotor, locked: bool) -> VehicleRate {
+        self.rate(state, throttle, locked).0
+    }
+
+    /// Derivative of body and rotors, the balance that made it, and the bus.
     #[inline]
-    pub(super) fn derivative(
-        &self,
-        state: &PlantState,
-        throttle: &PerRotor,
-        locked: bool,
-    ) -> crate::model::vehicle::VehicleRate {
+    fn rate(&self, state: &PlantState, throttle: &PerRotor, locked: bool) -> (VehicleRate, Option<BusState>) {
         let higher = self.environment.at(&state.body.p_ned);
         let environment = higher.as_ref().unwrap_or(&self.environment);
         let (vehicle, body, speed) = (&self.vehicle, &state.body, &state.rotor_speed);
-        let mut rate = match &self.motors {
-            Some(motors) if !locked => vehicle.faulty_derivative(environment, body, speed, throttle, motors),
-            _ => vehicle.powered_derivative(environment, body, speed, throttle, locked),
+        let (mut rate, bus) = match (&self.motors, &self.battery) {
+            (motors, Some(battery)) if !locked => {
+                const SOUND: [MotorCondition; MAX_ROTORS] = [MotorCondition::Sound; MAX_ROTORS];
+                let supply = (battery.pack(), battery.charge());
+                let motors = motors.as_ref().unwrap_or(&SOUND);
+                let (rate, bus) =
+                    vehicle.supplied_derivative(environment, body, speed, throttle, motors, supply);
+                (rate, Some(bus))
+            }
+            (Some(motors), None) if !locked => {
+                (vehicle.faulty_derivative(environment, body, speed, throttle, motors), None)
+            }
+            (_, battery) => {
+                let rate = vehicle.powered_derivative(environment, body, speed, throttle, locked);
+                (rate, battery.as_ref().map(|battery| battery.at_rest()))
+            }
         };
         if let Some(ground) = &self.ground {
             let reaction = ground.reaction(&self.vehicle, &state.body);
@@ -147,7 +181,7 @@ impl Plant {
             rate.balance.ground_force_ned = reaction.force_ned;
             rate.balance.ground_moment_body = reaction.moment_body;
         }
-        rate
+        (rate, bus)
     }
 
     /// Advances the state by `dt_s` under held throttle commands in 0..1 and returns what acted at its
@@ -168,12 +202,24 @@ impl Plant {
         }
     }
 
-    fn step_actuator(&self, state: &mut PlantState, throttle: &PerRotor, locked: bool, dt_s: f64) -> Loads {
+    fn step_actuator(
+        &mut self,
+        state: &mut PlantState,
+        throttle: &PerRotor,
+        locked: bool,
+        dt_s: f64,
+    ) -> Loads {
         let mut first = None;
+        // Current and power of the bus, in the weights of the four stages.
+        let (mut weights, mut sums) = ([1.0, 2.0, 2.0, 1.0].into_iter(), [0.0; 2]);
         let mut next = runge_kutta_4(state, dt_s, |_, x| {
-            let rate = self.derivative(x, throttle, locked);
+            let (rate, bus) = self.rate(x, throttle, locked);
             if first.is_none() {
-                first = Some(self.acting(rate.body.v_dot_ned, rate.balance));
+                first = Some(Loads { bus, ..self.acting(rate.body.v_dot_ned, rate.balance) });
+            }
+            if let (Some(bus), Some(weight)) = (bus, weights.next()) {
+                sums[0] += weight * bus.pack_a;
+                sums[1] += weight * bus.pack_a * bus.bus_v;
             }
             PlantRate { body: rate.body, rotor_acceleration: rate.rotor_acceleration }
         });
@@ -182,6 +228,9 @@ impl Plant {
             *speed = speed.max(0.0);
         }
         let loads = first.unwrap_or_else(|| self.loads(state, throttle, locked));
+        if let Some(battery) = &mut self.battery {
+            battery.take(sums[0] * dt_s / 6.0, sums[1] * dt_s / 6.0);
+        }
         *state = next;
         loads
     }

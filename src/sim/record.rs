@@ -6,6 +6,7 @@ use super::drop::Phase;
 use super::integrator::PlantState;
 use super::plant::Loads;
 use super::two_bodies::CanopySample;
+use crate::model::supply::BusState;
 use crate::model::{ForceBalance, PerRotor};
 
 /// One row of a flight's record: the vehicle at one instant.
@@ -32,6 +33,8 @@ pub struct Sample {
     pub wind_ned: Vector3<f64>,
     /// The canopy, where it is a body of its own.
     pub canopy: Option<CanopySample>,
+    /// The bus, where the battery has a voltage.
+    pub bus: Option<BusState>,
 }
 
 /// The part of a [`Sample`] that is known before the forces are.
@@ -57,6 +60,7 @@ impl RowStart {
             a_ned: loads.a_ned,
             wind_ned: loads.wind_ned,
             canopy: self.canopy,
+            bus: loads.bus,
         }
     }
 }

@@ -14,6 +14,7 @@
 //! | [`angular_momentum`] | the rotors' angular momentum |
 //! | [`momentum`] | a rotor's thrust and torque by momentum theory |
 //! | [`steady`] | trim and the motors' steady states |
+//! | [`power`] | battery and bus |
 //! | [`order`] | orders of convergence of integrator and collocation |
 //!
 //! The code under test is the code that flies: `model::rigid_body`, `frames`, `sim`'s integrator and plant,
@@ -29,6 +30,7 @@ pub mod momentum;
 pub mod motion;
 pub mod nasa;
 pub mod order;
+pub mod power;
 pub mod steady;
 pub mod swing;
 pub mod two_bodies;
@@ -66,6 +68,7 @@ pub fn verify(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Result<V
         angular_momentum::without_air(quadrotor.vehicle, quadrotor.environment),
         steady::trim_at_target(lander, quadrotor)?,
         steady::motors(lander, quadrotor),
+        power::supply(lander, quadrotor)?,
         order::of_convergence(lander, quadrotor)?,
     ])
 }

@@ -18,6 +18,7 @@ fn samara_in(folder: &Path, args: &[&str]) -> Output {
 type Edit = (&'static str, &'static str, &'static str, isize, &'static str, &'static [&'static str]);
 
 const MISSION: &str = "mission/x500_drop.json";
+const LANDERS: &str = "mission/titan_drop.json";
 const VEHICLE: &str = "params/vehicles/x500.json";
 const HEXA: &str = "params/vehicles/hexa_4kg5.json";
 const LANDER: &str = "params/vehicles/titan.json";
@@ -145,6 +146,79 @@ const EDITS: &[Edit] = &[
         0,
         "wind.turbulence.scale_m: ",
         &["without a site.ground_altitude_m"],
+    ),
+    // Battery.
+    (
+        MISSION,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"battery\": { \"capacity_wh\": 74, \"charge_percent\": 100, \"electric\": { \"open_circuit\": [{ \"charge_percent\": 0, \"voltage_v\": 14 }], \"internal_resistance_om\": 0.02 } },",
+        0,
+        "battery.electric.internal_resistance_om: ",
+        &["did you mean `internal_resistance_ohm`?"],
+    ),
+    (
+        MISSION,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"battery\": { \"capacity_wh\": 74, \"charge_percent\": 100, \"electric\": { \"open_circuit\": [], \"internal_resistance_ohm\": 0.02, \"esc_efficiency\": 0.95, \"motor\": { \"efficiency\": 0.8, \"nominal_v\": 14.8, \"throttle\": \"speed\" } } },",
+        0,
+        "battery.electric.open_circuit: ",
+        &["expected at least one entry, found none"],
+    ),
+    (
+        MISSION,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"battery\": { \"capacity_wh\": 74, \"charge_percent\": 100, \"electric\": { \"open_circuit\": [{ \"charge_percent\": 0, \"voltage_v\": 14 }, { \"charge_percent\": 0, \"voltage_v\": 14 }], \"internal_resistance_ohm\": 0.02, \"esc_efficiency\": 0.95, \"motor\": { \"efficiency\": 0.8, \"nominal_v\": 14.8, \"throttle\": \"speed\" } } },",
+        0,
+        "battery.electric.open_circuit[1].charge_percent: ",
+        &["the charges must increase, but 0 follows 0"],
+    ),
+    (
+        MISSION,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"battery\": { \"capacity_wh\": 74, \"charge_percent\": 100, \"electric\": { \"open_circuit\": [{ \"charge_percent\": 0, \"voltage_v\": 14 }, { \"charge_percent\": 50, \"voltage_v\": 13 }], \"internal_resistance_ohm\": 0.02, \"esc_efficiency\": 0.95, \"motor\": { \"efficiency\": 0.8, \"nominal_v\": 14.8, \"throttle\": \"speed\" } } },",
+        0,
+        "battery.electric.open_circuit[1].voltage_v: ",
+        &["must not fall", "13 V follows 14 V"],
+    ),
+    (
+        MISSION,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"battery\": { \"capacity_wh\": 74, \"charge_percent\": 100, \"electric\": { \"open_circuit\": [{ \"charge_percent\": 0, \"voltage_v\": 14 }], \"internal_resistance_ohm\": 0.02, \"esc_efficiency\": 0.95 } },",
+        0,
+        "battery.electric: ",
+        &["missing field `motor`", "first_order"],
+    ),
+    (
+        MISSION,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"battery\": { \"capacity_wh\": 74, \"charge_percent\": 100, \"electric\": { \"open_circuit\": [{ \"charge_percent\": 0, \"voltage_v\": 14 }], \"internal_resistance_ohm\": 0.02, \"esc_efficiency\": 1.5, \"motor\": { \"efficiency\": 0.8, \"nominal_v\": 14.8, \"throttle\": \"speed\" } } },",
+        0,
+        "battery.electric.esc_efficiency: ",
+        &["greater than 0 and at most 1"],
+    ),
+    (
+        MISSION,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"battery\": { \"capacity_wh\": 74, \"charge_percent\": 100, \"electric\": { \"open_circuit\": [{ \"charge_percent\": 0, \"voltage_v\": 14 }], \"internal_resistance_ohm\": -1, \"esc_efficiency\": 0.9, \"motor\": { \"efficiency\": 0.8, \"nominal_v\": 14.8, \"throttle\": \"speed\" } } },",
+        0,
+        "battery.electric.internal_resistance_ohm: ",
+        &["from 0 to 1000"],
+    ),
+    (
+        MISSION,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"battery\": { \"capacity_wh\": 74, \"charge_percent\": 100, \"electric\": { \"open_circuit\": [{ \"charge_percent\": 0, \"voltage_v\": 14 }], \"internal_resistance_ohm\": 0, \"esc_efficiency\": 0.9, \"motor\": { \"efficiency\": 0.8, \"nominal_v\": 14.8, \"throttle\": \"duty\" } } },",
+        0,
+        "battery.electric.motor.throttle: ",
+        &["did you mean `duty_cycle`?"],
+    ),
+    (
+        LANDERS,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"battery\": { \"capacity_wh\": 74, \"charge_percent\": 100, \"electric\": { \"open_circuit\": [{ \"charge_percent\": 0, \"voltage_v\": 14 }], \"internal_resistance_ohm\": 0.02, \"esc_efficiency\": 0.95, \"motor\": { \"efficiency\": 0.8, \"nominal_v\": 14.8, \"throttle\": \"speed\" } } },",
+        0,
+        "battery.electric.motor: ",
+        &["expected nothing", "esc_dc"],
     ),
     // Faults.
     (
@@ -612,7 +686,7 @@ const EDITS: &[Edit] = &[
 /// The mission that is checked for a fault in a file.
 fn mission_of(file: &str) -> &'static str {
     match file {
-        LANDER | TABLE => "titan_drop",
+        LANDER | LANDERS | TABLE => "titan_drop",
         HEXA => "balloon_drop",
         _ => "x500_drop",
     }

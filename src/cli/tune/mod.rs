@@ -38,6 +38,9 @@ pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
         let remark = "faults: gains are searched and judged without them; `samara assess` flies motor faults";
         print_remarks(&mission.name, &[remark.to_owned()]);
     }
+    if let Some(remark) = mission.battery_remark() {
+        print_remarks(&mission.name, &[remark.to_owned()]);
+    }
     if let Some(seed) = args.seed {
         mission.use_seed(seed);
     }

@@ -1,5 +1,5 @@
-//! What is aboard: the battery and the errors of the sensors. A sensor that is not named has no errors (a
-//! barometer has its little noise).
+//! What is aboard: the errors of the sensors. A sensor that is not named has no errors (a barometer has its
+//! little noise).
 
 use nalgebra::Vector3;
 use schemars::JsonSchema;
@@ -11,27 +11,9 @@ use crate::config::number::{Count, NonNegative, Positive};
 use crate::config::source::Source;
 use crate::model::Environment;
 use crate::model::magnetic_field::earth_ned_gauss;
-use crate::sim::battery::J_PER_WH;
+use crate::sim::SensorSettings;
 use crate::sim::sensors::{Barometer, Magnetometer, Satellite, Triad};
-use crate::sim::{Battery, SensorSettings};
 use crate::units::US_PER_S;
-
-/// A store of energy that the rotors' shafts take from.
-#[derive(Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct BatteryJson {
-    /// Remarks for the reader.
-    #[serde(rename = "about")]
-    _about: Option<String>,
-    /// Energy at the shafts when full [Wh].
-    capacity_wh: Positive<1_000_000>,
-    /// Charge at the start [%].
-    charge_percent: Count<1, 100>,
-}
-
-pub(super) fn battery(json: &BatteryJson) -> Battery {
-    Battery::new(json.capacity_wh.get() * J_PER_WH, json.charge_percent.get() as f64 / 100.0)
-}
 
 /// Errors of the sensors that the simulator reports. A sensor that is left out is ideal.
 #[derive(Deserialize, JsonSchema)]

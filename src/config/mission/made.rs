@@ -82,6 +82,13 @@ impl Mission {
         })
     }
 
+    /// Where a battery with a voltage does not act, in a sentence; `None` where there is none.
+    pub fn battery_remark(&self) -> Option<&'static str> {
+        let remark = "battery.electric: plans, gains and flights from t = 0 have motors on a stiff supply; drops \
+                      fly on the battery: assess --autopilot flies those";
+        self.electric.as_ref().map(|_| remark)
+    }
+
     /// Speed of the vehicle's level fall with its rotors at rest, in still air at the site [m/s]; `None` when
     /// it is above 1000 m/s.
     pub fn terminal_speed_m_s(&self) -> Option<f64> {
@@ -98,7 +105,7 @@ impl Mission {
             Some(ground) => DropSimulation::new(vehicle, environment, parachute, hang_s, start).above(ground),
             None => DropSimulation::new(vehicle, environment, parachute, hang_s, start),
         };
-        simulation.in_wind(course).with_faults(&self.faults.list)
+        simulation.in_wind(course).on_battery(self.electric.clone()).with_faults(&self.faults.list)
     }
 
     /// The state that a plan starts from, [`PlanInitial`]; adrift with the wind.

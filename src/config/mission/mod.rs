@@ -3,7 +3,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `site`, `wind`, `release`, `plan`, `limits` | sections, each with its JSON, its checks and its meaning |
-//! | `control`, `study`, `equipment`, `faults`, `px4` | sections, likewise |
+//! | `control`, `study`, `battery`, `equipment`, `faults`, `px4` | sections, likewise |
 //! | `made` | what is made of a mission: simulation, plan, study, drops |
 //! | `inputs` | the hash of the files and of what was chosen beside them |
 //! | `choices` | gains, parameters, cases, seeds and trajectories in place of the mission's own |
@@ -24,8 +24,9 @@ use crate::config::shipped::{MISSIONS, is_built_in, names_in};
 use crate::config::source::{InputHash, Source};
 use crate::config::vehicle_file::vehicle_of;
 use crate::model::{RotorLimits, Vehicle};
-use crate::sim::{Battery, SensorSettings};
+use crate::sim::{Battery, ElectricBattery, SensorSettings};
 
+mod battery;
 mod choices;
 mod contradictions;
 mod control;
@@ -102,7 +103,7 @@ pub(super) struct MissionJson {
     /// Random releases, (40)-(44).
     monte_carlo: study::MonteCarloJson,
     /// The battery; without it the vehicle flies for ever.
-    battery: Option<equipment::BatteryJson>,
+    battery: Option<battery::BatteryJson>,
     /// Errors of the sensors; without it they are ideal.
     sensors: Option<equipment::SensorsJson>,
     /// What fails, and when; without it nothing does.
@@ -152,8 +153,10 @@ pub struct Mission {
     pub study: Study,
     /// Errors of the sensors.
     pub sensors: SensorSettings,
-    /// The battery, if it matters.
+    /// The battery as a store of energy, if it matters and has no voltage.
     pub battery: Option<Battery>,
+    /// The battery that the motors run on in drops, if it has a voltage.
+    pub electric: Option<ElectricBattery>,
     /// What fails.
     pub faults: Faults,
     /// How a PX4 flies the mission.
@@ -233,6 +236,7 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
         json.duration_s.get(),
         vehicle.vehicle.rotors.len(),
     )?;
+    let (battery, electric) = battery::battery(source, json.battery.as_ref(), &vehicle.vehicle)?;
     let gravity_m_s2 = site.environment.gravity_m_s2;
     let rotor_limits = || RotorLimits::of(&vehicle.vehicle, site.environment.density_kg_m3);
     let plan = PlanSettings::from_json(source, &json.plan, &target_v_ned, rotor_limits)?;
@@ -265,7 +269,8 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
             epoch_unix_us,
             px4.clock,
         )?,
-        battery: json.battery.as_ref().map(equipment::battery),
+        battery,
+        electric,
         faults,
         site,
         release,

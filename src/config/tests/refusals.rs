@@ -178,6 +178,28 @@ fn ground_and_battery_are_read_and_refused() {
     assert!(standing.release.standing && standing.simulation().on_ground());
 }
 
+/// A battery with a voltage is no store of energy beside it, its charge is its energy over the mean voltage,
+/// and rotors without inertia, which would take no current to speed up, are refused.
+#[test]
+fn an_electric_battery_is_read_and_refused() {
+    let m = load_mission(&shipped("mission/balloon_drop.json")).unwrap();
+    let battery = m.electric.as_ref().unwrap();
+    assert!(m.battery.is_none() && m.simulation().battery() == Some(battery));
+    // 185 W h over 23.1255 V, by trapezoids over the mission's table.
+    assert!((battery.capacity_c() / (185.0 * 3600.0 / 23.1255) - 1.0).abs() < 1e-12);
+    assert_eq!((battery.charge(), battery.at_rest().bus_v), (1.0, 25.2));
+    assert_eq!(battery.pack().limits().current_max_a, 120.0);
+    let massless = spoil(
+        load_mission,
+        "mission/balloon_drop.json",
+        "params/vehicles/hexa_4kg5.json",
+        "\"rotor_inertia_kg_m2\": 0.00019",
+        "\"rotor_inertia_kg_m2\": 0",
+    );
+    let said = massless.loaded.unwrap_err().to_string();
+    assert!(said.contains("battery.electric: expected rotors with inertia"), "{said}");
+}
+
 /// Without the object the sensors are ideal; each of them stands for itself; what it says is bounded and
 /// strict.
 #[test]

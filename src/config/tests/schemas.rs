@@ -63,6 +63,7 @@ fn every_number_in_a_schema_names_its_unit() {
         "factor",
         "scale",
         "_factor",
+        "efficiency",
         "nodes",
         "trials",
         "seed",

@@ -14,10 +14,11 @@ use super::rates::HilRates;
 use crate::control::Measurement;
 use crate::math;
 use crate::model::Environment;
+use crate::model::supply::BusState;
 use crate::sim::faults::{Sensor, SensorFault};
 use crate::sim::sensors::barometer::pressure_altitude_m;
 use crate::sim::sensors::{FaultySensors, Fix, Sensors};
-use crate::sim::{Battery, DropRun, DropSimulation, SensorSettings};
+use crate::sim::{Battery, DropRun, DropSimulation, ElectricBattery, SensorSettings};
 use crate::time::{TimeUs, seconds};
 use crate::units::{DEG_PER_RAD, SEA_LEVEL_DENSITY_KG_M3, STANDARD_GRAVITY_M_S2, ZERO_DEG_C_K};
 
@@ -79,6 +80,12 @@ impl HilSensors {
             && rates.battery.due(at)
         {
             send(&MavMessage::BATTERY_STATUS(battery_status(battery)));
+        }
+        if let Some(battery) = sim.battery()
+            && rates.battery.due(at)
+        {
+            let bus = sim.bus().unwrap_or_default();
+            send(&MavMessage::BATTERY_STATUS(electric_battery_status(battery, &bus)));
         }
         if rates.gps.due(at) {
             let fix = self.gps(&truth);
@@ -224,10 +231,37 @@ fn no_fix(at: TimeUs) -> HIL_GPS_DATA {
     }
 }
 
-/// BATTERY_STATUS: what is left and what has been taken; no volts, no amperes. PX4 does not listen to it here
-/// (it has a battery of its own, SIM_BAT_DRAIN); samara's autopilot does.
+/// BATTERY_STATUS of a store of energy: what is left and what has been taken; no volts, no amperes. PX4 does
+/// not listen to it here (it has a battery of its own, SIM_BAT_DRAIN); samara's autopilot does.
 fn battery_status(battery: &Battery) -> BATTERY_STATUS_DATA {
     BATTERY_STATUS_DATA {
+        // hJ
+        energy_consumed: (battery.consumed_j() / 100.0).round() as i32,
+        battery_remaining: (battery.charge() * 100.0).ceil() as i8,
+        ..UNKNOWN_BATTERY
+    }
+}
+
+/// BATTERY_STATUS of a pack on its bus. The cells are not known: its voltage stands in the first of them, and
+/// what is more than the field has in those that follow, as MAVLink wants it.
+fn electric_battery_status(battery: &ElectricBattery, bus: &BusState) -> BATTERY_STATUS_DATA {
+    const MOST_MV: u16 = u16::MAX - 1;
+    let mut voltages = [u16::MAX; 10];
+    let mut left_mv = (bus.bus_v * 1e3).round();
+    for voltage in &mut voltages {
+        // `as u16` saturates.
+        *voltage = (left_mv as u16).min(MOST_MV);
+        left_mv -= f64::from(*voltage);
+        if left_mv <= 0.0 {
+            break;
+        }
+    }
+    BATTERY_STATUS_DATA {
+        voltages,
+        // cA
+        current_battery: (bus.pack_a * 100.0).round() as i16,
+        // mAh
+        current_consumed: (battery.consumed_c() / 3.6).round() as i32,
         // hJ
         energy_consumed: (battery.consumed_j() / 100.0).round() as i32,
         battery_remaining: (battery.charge() * 100.0).ceil() as i8,
@@ -239,6 +273,7 @@ fn battery_status(battery: &Battery) -> BATTERY_STATUS_DATA {
 mod tests {
     use super::*;
     use crate::model::MAX_ROTORS;
+    use crate::model::supply::{Pack, PackLimits, Throttle};
     use crate::sim::test_site;
 
     fn ideal(sim: &DropSimulation, seed: u64) -> HilSensors {
@@ -260,6 +295,27 @@ mod tests {
         assert_eq!((m.time_usec, m.id, m.fields_updated.bits()), (8_000, 0, 0x1BFF));
         // 47.4 deg north: the field points down and north.
         assert!((f64::from(m.xmag) - 0.312 * math::cos(47.4f64.to_radians())).abs() < 1e-7 && m.zmag > 0.4);
+    }
+
+    /// By hand: 140.25 V are 65 534, 65 534 and 9 182 mV; 3.6 kC are 1 A h.
+    #[test]
+    fn closed_form_a_pack_in_mavlinks_units() {
+        let limits = PackLimits {
+            resistance_ohm: 0.0,
+            current_max_a: f64::INFINITY,
+            esc_current_max_a: f64::INFINITY,
+            esc_efficiency: 1.0,
+            motor_efficiency: 1.0,
+            nominal_v: 1.0,
+            throttle: Throttle::Speed,
+        };
+        let pack = Pack::new(vec![(0.0, 140.25)], limits).unwrap();
+        let battery = ElectricBattery::new(pack, 3600.0 * 140.25, 0.254);
+        let m = electric_battery_status(&battery, &BusState { pack_a: 12.345, ..battery.at_rest() });
+        assert_eq!(m.voltages[..4], [65_534, 65_534, 9_182, u16::MAX]);
+        assert_eq!((m.current_battery, m.current_consumed, m.battery_remaining), (1_235, 0, 26));
+        let small = electric_battery_status(&battery, &BusState { bus_v: 15.2, ..BusState::default() });
+        assert_eq!(small.voltages[..2], [15_200, u16::MAX]);
     }
 
     #[test]

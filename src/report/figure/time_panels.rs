@@ -1,5 +1,6 @@
 //! A column of panels over time: velocities, pitch, pitch rate, thrusts and J_state, each with its limit;
-//! with what is out of the plane (east, roll, roll rate) where there is any.
+//! with what is out of the plane (east, roll, roll rate) where there is any, and the bus where the battery
+//! has a voltage.
 
 use super::axis::{Axis, Panel, SMALL, TITLE, range, short};
 use super::canvas::{Anchor, Font, Pen, Point, Stroke, sub, text_width};
@@ -51,7 +52,7 @@ struct Quantity {
     both_ways: bool,
 }
 
-fn quantities(sheet: &Sheet<'_>) -> [Quantity; 4] {
+fn quantities(sheet: &Sheet<'_>) -> Vec<Quantity> {
     let (mission, limits) = (sheet.mission, &sheet.mission.limits.safety);
     // What is out of the plane is shown where there is any.
     let rolls = sheet.track.rolls();
@@ -76,7 +77,7 @@ fn quantities(sheet: &Sheet<'_>) -> [Quantity; 4] {
         limit_name: "limit",
         both_ways: true,
     };
-    [
+    let mut all = vec![
         Quantity {
             title: "velocity [m/s]",
             lines: velocities,
@@ -103,7 +104,21 @@ fn quantities(sheet: &Sheet<'_>) -> [Quantity; 4] {
             limit_name: "plan's limit",
             both_ways: false,
         },
-    ]
+    ];
+    let pack = mission.electric.as_ref().map(|battery| battery.pack().limits());
+    if let Some(pack) = pack.filter(|_| sheet.track.instants.iter().any(|i| i.bus.is_some())) {
+        all.push(Quantity {
+            title: "pack current [A], bus voltage [V]",
+            lines: vec![
+                Line::new("current", FIRST, |i| i.bus.map_or(f64::NAN, |bus| bus.1)),
+                Line::new("voltage", SECOND, |i| i.bus.map_or(f64::NAN, |bus| bus.0)),
+            ],
+            limit: Some(pack.current_max_a).filter(|limit_a| limit_a.is_finite()),
+            limit_name: "limit of the current",
+            both_ways: false,
+        });
+    }
+    all
 }
 
 /// A line for each group of rotors whose thrusts run together: their mean.
@@ -124,12 +139,14 @@ pub(crate) fn draw(pen: &mut Pen<'_>, sheet: &Sheet<'_>, ((x0, y0), (x1, y1)): (
     let spans = [Some(sheet.track), sheet.plan].into_iter().flatten().filter_map(Track::span_s);
     let Some((from_s, to_s)) = spans.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else { return };
     let time = Axis::new((from_s, to_s.max(from_s + 1e-3)), (x0, x1));
-    let height = (y1 - y0 - 4.0 * PANEL_GAP_PX) / 5.0;
+    let quantities = quantities(sheet);
+    let n = quantities.len();
+    let height = (y1 - y0 - n as f64 * PANEL_GAP_PX) / (n + 1) as f64;
     let top = |row: usize| y0 + row as f64 * (height + PANEL_GAP_PX);
-    for (row, quantity) in quantities(sheet).iter().enumerate() {
+    for (row, quantity) in quantities.iter().enumerate() {
         draw_quantity(pen, sheet, time, (top(row), top(row) + height), quantity);
     }
-    draw_cost(pen, sheet, time, (top(4), top(4) + height));
+    draw_cost(pen, sheet, time, (top(n), top(n) + height));
     let label = if sheet.track.since_free { "time since the rotors were freed [s]" } else { "time [s]" };
     pen.text(label, (0.5 * (x0 + x1), y1 + 32.0), Anchor::Center, TITLE);
     draw_key(pen, sheet, (x1, y0 - 14.0));
@@ -175,7 +192,11 @@ fn frame(pen: &mut Pen<'_>, sheet: &Sheet<'_>, panel: &Panel, title: &str, last:
 fn draw_quantity(pen: &mut Pen<'_>, sheet: &Sheet<'_>, time: Axis, (y0, y1): (f64, f64), q: &Quantity) {
     let curves =
         |track: &Track| -> Vec<Vec<(f64, f64)>> { q.lines.iter().map(|l| track.curve(&l.of)).collect() };
-    let (flown, planned) = (curves(sheet.track), sheet.plan.map(curves).unwrap_or_default());
+    // A plan knows no bus.
+    let planned = |track: &Track| -> Vec<Vec<(f64, f64)>> {
+        curves(track).into_iter().filter(|curve| curve.iter().any(|p| !p.1.is_nan())).collect()
+    };
+    let (flown, planned) = (curves(sheet.track), sheet.plan.map(planned).unwrap_or_default());
     let values = flown.iter().chain(&planned).flatten().map(|p| p.1);
     let (low, high) = range(values.chain(q.lines.iter().filter_map(|l| l.target))).unwrap_or((0.0, 1.0));
     let above = q.limit.filter(|limit| high >= NEAR_LIMIT * limit);

@@ -33,6 +33,8 @@ pub(crate) struct TrackPoint {
     pub(crate) z_ned: Vector3<f64>,
     /// Thrust of each rotor [N].
     pub(crate) thrust_n: PerRotor,
+    /// Bus voltage [V] and current of the pack [A], where they are known.
+    pub(crate) bus: Option<(f64, f64)>,
     pub(crate) j_state: f64,
     /// The quantity whose share of its limit is J_state.
     pub(crate) decided_by: &'static str,
@@ -64,6 +66,7 @@ impl TrackPoint {
             roll_rate_rad_s: body.omega_body.x,
             z_ned: rotate_ned_from_body(body.q_ned_from_body, Vector3::z()),
             thrust_n: *thrust_n,
+            bus: None,
             j_state: cost.max(),
             decided_by: cost.decided_by(),
         }
@@ -83,7 +86,8 @@ impl Track {
         let from_s = release_s.map_or(f64::NEG_INFINITY, |t| t - BEFORE_RELEASE * (end_s - t));
         let instant = |s: &Sample| {
             let body = BodyState { p_ned: s.state.body.p_ned - origin, ..s.state.body };
-            TrackPoint::of(mission, s.t_s - zero_s, &body, &s.balance.thrust_n)
+            let bus = s.bus.map(|bus| (bus.bus_v, bus.pack_a));
+            TrackPoint { bus, ..TrackPoint::of(mission, s.t_s - zero_s, &body, &s.balance.thrust_n) }
         };
         let instants = samples.iter().map(instant).filter(|i| i.t_s >= from_s).collect();
         Self { instants, release_s, since_free: free_s.is_some() }

@@ -10,6 +10,7 @@ use super::super::plant::Loads;
 use super::super::record::{RowStart, Sample};
 use super::{DropSimulation, Phase};
 use crate::frames::{rotate_body_from_ned, rotate_ned_from_body};
+use crate::model::supply::BusState;
 use crate::model::{ForceBalance, PerRotor};
 
 impl DropSimulation {
@@ -21,11 +22,10 @@ impl DropSimulation {
     fn loads_under(&self, throttle: &PerRotor) -> Loads {
         let gravity = self.gravity_ned();
         let mass = self.vehicle().mass.mass_kg;
-        let wind_ned = self.environment().wind_ned_m_s;
         match self.phase {
             Phase::Falling if !self.dynamic_fall() => {
                 let balance = ForceBalance { gravity_force_ned: gravity * mass, ..ForceBalance::default() };
-                Loads { a_ned: gravity, wind_ned, balance }
+                self.plant.acting(gravity, balance)
             }
             Phase::Hanging if let Some(canopy) = &self.canopy => {
                 canopy.loads(&self.plant, &self.state, throttle)
@@ -36,7 +36,7 @@ impl DropSimulation {
                 let others =
                     rotate_ned_from_body(body.q_ned_from_body, balance.force_body()) + gravity * mass;
                 balance.canopy_force_ned = a_ned * mass - others;
-                Loads { a_ned, wind_ned, balance }
+                self.plant.acting(a_ned, balance)
             }
             Phase::Falling => self.plant.loads(&self.state, throttle, true),
             Phase::Powered => self.plant.loads(&self.state, throttle, false),
@@ -46,6 +46,11 @@ impl DropSimulation {
     /// Every force and moment on the vehicle now, under the given commands.
     pub fn balance(&self, throttle: &PerRotor) -> ForceBalance {
         self.loads_under(&self.commands(throttle)).balance
+    }
+
+    /// The bus now, under the last commands, where the battery has a voltage.
+    pub fn bus(&self) -> Option<BusState> {
+        self.loads().bus
     }
 
     /// Gravity at the vehicle's altitude, NED [m/s^2]; in the study's fall, that of the release.

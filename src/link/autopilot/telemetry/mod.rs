@@ -143,15 +143,17 @@ impl Telemetry<'_> {
         // Ground stations take a fence that is not healthy for one that is breached, even where there is
         // none.
         health.set(fence, !self.vehicle.autopilot.fence_is_breached());
-        let battery_remaining = self.vehicle.hil.battery.as_ref().map_or(-1, |b| b.battery_remaining);
+        let battery = self.vehicle.hil.battery.as_ref().unwrap_or(&UNKNOWN_BATTERY);
+        // "Not known" in each field's own way where no volts and amperes are modelled; the voltage of several
+        // cells, or more than the field has, too.
+        let voltage_battery = if battery.voltages[1] == u16::MAX { battery.voltages[0] } else { u16::MAX };
         MavMessage::SYS_STATUS(SYS_STATUS_DATA {
             onboard_control_sensors_present: present,
             onboard_control_sensors_enabled: present,
             onboard_control_sensors_health: health,
-            // No volts and amperes are modelled: "not known" in each field's own way.
-            voltage_battery: u16::MAX,
-            current_battery: -1,
-            battery_remaining,
+            voltage_battery,
+            current_battery: battery.current_battery,
+            battery_remaining: battery.battery_remaining,
             onboard_control_sensors_present_extended: MavSysStatusSensorExtended::empty(),
             onboard_control_sensors_enabled_extended: MavSysStatusSensorExtended::empty(),
             onboard_control_sensors_health_extended: MavSysStatusSensorExtended::empty(),
