@@ -1,7 +1,9 @@
 //! A check and its verdict; groups of checks with one source.
 
+use crate::control::ControlError;
 use crate::model::{ModelError, TrimError};
 use crate::plan::PlanError;
+use crate::plan::solver::ProblemError;
 
 /// Why the checks cannot be made. (A check that fails is a result: [`Check::holds`].)
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -15,6 +17,12 @@ pub enum VerifyError {
     /// The transcription has no code for the lander.
     #[error("the lander's plan")]
     Plan(#[from] PlanError),
+    /// A vehicle cannot be controlled.
+    #[error("the control of a vehicle that is verified")]
+    Control(#[from] ControlError),
+    /// The planner's solver does not take a check's problem.
+    #[error("an optimal transfer")]
+    Problem(#[from] ProblemError),
 }
 
 /// A computed quantity and the value that it should have.

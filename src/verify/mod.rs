@@ -15,6 +15,8 @@
 //! | [`momentum`] | a rotor's thrust and torque by momentum theory |
 //! | [`steady`] | trim and the motors' steady states |
 //! | [`power`] | battery and bus |
+//! | [`cascade`] | small steps under the paper's controller |
+//! | [`optimum`] | optimal transfers by the planner's solver |
 //! | [`order`] | orders of convergence of integrator and collocation |
 //!
 //! The code under test is the code that flies: `model::rigid_body`, `frames`, `sim`'s integrator and plant,
@@ -24,11 +26,13 @@
 pub mod angular_momentum;
 pub mod batch;
 pub mod body;
+pub mod cascade;
 pub mod check;
 pub mod fall;
 pub mod momentum;
 pub mod motion;
 pub mod nasa;
+pub mod optimum;
 pub mod order;
 pub mod power;
 pub mod steady;
@@ -69,6 +73,8 @@ pub fn verify(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Result<V
         steady::trim_at_target(lander, quadrotor)?,
         steady::motors(lander, quadrotor),
         power::supply(lander, quadrotor)?,
+        cascade::small_steps(quadrotor.vehicle, quadrotor.environment)?,
+        optimum::of_a_double_integrator()?,
         order::of_convergence(lander, quadrotor)?,
     ])
 }
