@@ -27,8 +27,8 @@ SOFT = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium is installed")
 
 
-def dropped(folder, *options):
-    command = [SAMARA, "drop", "mission/titan_drop.json", "--out", folder, *options]
+def dropped(folder, *options, mission="titan_drop"):
+    command = [SAMARA, "drop", f"mission/{mission}.json", "--out", folder, *options]
     subprocess.run(command, cwd=ROOT, stdout=subprocess.DEVNULL, check=False)
     return folder
 
@@ -197,6 +197,31 @@ def test_another_run_is_laid_beside(opened, other):
     page.set_input_files("#file", {"name": "a.csv", "mimeType": "text/csv", "buffer": b"a,b\n1,2\n"})
     wait(page, "document.querySelector('#comparison.failed')")
     assert "cannot be compared" in page.locator("#comparison-text").inner_text()
+
+
+def test_a_canopy_and_the_wind_are_where_they_were(opened, tmp_path):
+    """A canopy that is a body of its own hangs a length of its lines above where they end; its riser is there while it pulls."""
+    lines = (dropped(tmp_path, mission="titan_real_air") / "flight.csv").read_text().splitlines()
+    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    page = opened(tmp_path / "drop.html")
+    pulled = set()
+    for share in (0, 0.1, 0.2, 0.23, 0.25, 0.3, 0.5, 0.9):
+        row = rows[round(share * (len(rows) - 1))]
+        slide(page, float(row["t_s"]))
+        shown = page.evaluate(
+            """() => { const { canopy, riser } = replay.parts.scene;
+                       const up = canopy.up.clone().set(0, 0, -1).applyQuaternion(canopy.quaternion);
+                       const cloth = canopy.position.clone().addScaledVector(up, canopy.scale.x * canopy.length);
+                       return { cloth: cloth.toArray(), riser: riser.visible, wind: document.body.innerText }; }"""
+        )
+        pulls = float(row["riser_tension_n"]) > 0
+        pulled.add(pulls)
+        assert shown["riser"] == pulls, row["t_s"]
+        truth = [float(row[f"canopy_{name}_m"]) for name in ("north", "east", "down")]
+        assert max(abs(a - b) for a, b in zip(shown["cloth"], truth)) < 0.01 or pulls, (row["t_s"], shown, truth)
+        wind = sum(float(row[f"wind_{axis}_m_s"]) ** 2 for axis in "ned") ** 0.5
+        assert f"wind {wind:.1f} m/s" in shown["wind"], row["t_s"]
+    assert pulled == {True, False}
 
 
 def test_it_fits_a_telephone(opened):

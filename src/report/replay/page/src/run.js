@@ -67,6 +67,9 @@ export class Motion {
     this.phase = columns.phase;
     const each = Array.from({ length: rotors }, (_, i) => i + 1);
     this.thrust = of(each.map((i) => `thrust_${i}_n`));
+    this.wind = of(["wind_n_m_s", "wind_e_m_s", "wind_d_m_s"]);
+    this.canopy = of(["canopy_north_m", "canopy_east_m", "canopy_down_m"]);
+    this.tension = columns.riser_tension_n;
     this.rotorSpeed = of(each.map((i) => `rotor_speed_${i}_rad_s`));
     const attitude = (i) => this.q.map((c) => c[i]);
     this.pitch = Float64Array.from(this.t, (_, i) => pitchDeg(attitude(i)));

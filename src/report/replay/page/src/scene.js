@@ -185,13 +185,16 @@ export class Scene {
     this.ned.add(this.craft);
     this.canopy = new Canopy(this.size.reach, 2.2 * this.size.reach);
     this.ned.add(this.canopy);
+    const line = new THREE.LineBasicMaterial({ color: 0x888888 });
+    this.riser = new THREE.Line(new THREE.BufferGeometry(), line);
+    this.riser.frustumCulled = false;
+    this.riser.visible = false;
+    this.ned.add(this.riser);
     this.ghost = run.plan ? this.ghostOf(css("ghost")) : null;
     this.otherGhost = this.other ? this.ghostOf(css("other")) : null;
     const thickness = 0.028 * this.size.reach;
     this.velocity = new Arrow(css("velocity"), thickness);
     this.craft.add(this.velocity);
-    const wind = run.about.wind_ned_m_s;
-    this.windSpeed = Math.hypot(...wind);
     this.wind = new Arrow(css("wind"), thickness);
     this.craft.add(this.wind);
     this.label("velocity", () => this.tip(this.velocity), "velocity", 3);
@@ -497,7 +500,8 @@ export class Scene {
     const thrust = motion.thrust.map((c) => motion.value(c, t) / about.limits.thrust_n);
     this.vehicle.thrusts(thrust);
     if (!this.still) this.vehicle.spin(motion.rotorSpeed.map((c) => motion.value(c, t) / about.limits.rotor_rad_s), watchedS);
-    this.showArrows(motion.velocity(t));
+    const wind = motion.wind.length === 3 ? motion.wind.map((column) => motion.value(column, t)) : this.run.about.wind_ned_m_s;
+    this.showArrows(motion.velocity(t), wind);
     this.showCanopy(t, scale);
     this.showGhost(this.ghost, plan, t, [0, 0, 0]);
     if (this.other) {
@@ -514,25 +518,26 @@ export class Scene {
     return turns;
   }
 
-  showArrows(v) {
+  showArrows(v, windNed) {
     const perSpeed = (ARROW_REACH * this.size.reach) / this.run.about.limits.speed_m_s;
     const speed = Math.hypot(...v);
     const unit = (vector, norm) => new THREE.Vector3(...vector).divideScalar(norm || 1);
     this.velocity.point(unit(v, speed), Math.min(speed * perSpeed, 2 * ARROW_REACH * this.size.reach));
     this.text("velocity", `velocity ${fixed(speed, 1)} m/s`);
-    const wind = this.run.about.wind_ned_m_s;
-    const along = unit(wind, this.windSpeed);
-    const length = this.windSpeed > 0 ? Math.max(this.windSpeed * perSpeed, 0.7 * this.size.reach) : 0;
+    const windSpeed = Math.hypot(...windNed);
+    const along = unit(windNed, windSpeed);
+    const length = windSpeed > 0 ? Math.max(windSpeed * perSpeed, 0.7 * this.size.reach) : 0;
     this.wind.point(along, length);
     this.wind.position.copy(along).multiplyScalar(-length - 1.5 * this.size.reach);
-    this.text("wind", `wind ${fixed(this.windSpeed, 1)} m/s`);
+    this.text("wind", `wind ${fixed(windSpeed, 1)} m/s`);
   }
 
-  /** The canopy holds the vehicle until the release; then it sinks on where it is, and fades: how it flies
-   * on is not simulated. */
+  /** The canopy where the flight has it, its riser taut or away; of a flight without one of its own it holds
+   * the vehicle until the release, then sinks on where it is, and fades: how it flies on is not simulated. */
   showCanopy(t, scale) {
     const { motion, about } = this.run;
     if (about.standing) return this.canopy.fade(0);
+    if (motion.canopy.length === 3) return this.showOwnCanopy(t, scale);
     const released = about.times.released_s ?? Infinity;
     const since = Math.max(0, t - released);
     const then = Math.min(t, released);
@@ -543,6 +548,24 @@ export class Scene {
     this.canopy.quaternion.set(q1, q2, q3, q0);
     this.canopy.scale.setScalar(scale);
     this.canopy.fade(Math.max(0, 1 - since / CANOPY_FADES_S));
+  }
+
+  showOwnCanopy(t, scale) {
+    const { motion } = this.run;
+    const vehicle = new THREE.Vector3(...motion.position(t));
+    const cloth = new THREE.Vector3(...motion.canopy.map((column) => motion.value(column, t)));
+    const held = motion.value(motion.tension, t) > 0;
+    // Its lines end above the vehicle while they hold it, and hang down when they do not.
+    const down = held ? vehicle.clone().sub(cloth) : new THREE.Vector3(0, 0, 1);
+    const distance = down.length();
+    const lines = scale * this.canopy.length;
+    const knot = cloth.clone().addScaledVector(down.normalize(), held ? Math.min(lines, distance) : lines);
+    this.canopy.position.copy(knot);
+    this.canopy.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), down);
+    this.canopy.scale.setScalar(scale);
+    this.canopy.fade(1);
+    this.riser.visible = held;
+    if (held) this.riser.geometry.setFromPoints([knot, vehicle]);
   }
 
   showGhost(ghost, motion, t, shift) {

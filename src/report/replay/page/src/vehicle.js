@@ -159,6 +159,7 @@ export class Canopy extends THREE.Group {
     const lines = new THREE.LineBasicMaterial({ color: 0x888888 });
     cloths.forEach((cloth) => (cloth.position.z = -length));
     this.cloths = cloths;
+    this.length = length;
     this.lines = new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(ends), lines);
     this.add(...cloths, this.lines);
   }
