@@ -206,6 +206,12 @@ impl DropSimulation {
         if let Some(faults) = &mut self.faults {
             faults.advance(self.clock.time_s, &self.state.rotor_speed);
             self.plant.set_motors(faults.motors());
+            if let Some(canopy) = &mut self.canopy
+                && self.released.is_some()
+                && faults.hung_up_at().is_none()
+            {
+                canopy.let_go(None);
+            }
         }
     }
 
@@ -311,6 +317,11 @@ impl DropSimulation {
     pub fn release(&mut self) {
         if self.released.is_none() {
             self.state.body = self.parachute.tip_off.after(self.state.body);
+            if let Some(canopy) = &mut self.canopy {
+                // In the study's fall there is gravity alone.
+                let faults = self.faults.as_ref().filter(|_| self.start == Start::Release);
+                canopy.let_go(faults.and_then(|faults| faults.hung_up_at()));
+            }
             self.released = Some(Released { time_s: self.clock.time_s, state: self.state.body });
             self.phase = Phase::Falling;
             self.cross_boundary();
@@ -402,12 +413,13 @@ impl DropSimulation {
 
     fn advance_phase(&mut self, h: f64) -> Loads {
         let span = (self.clock.time_s, h);
-        let attached = self.phase == Phase::Hanging;
-        if attached || self.dynamic_fall() {
+        let locked = self.phase != Phase::Powered;
+        let held = self.canopy.as_ref().is_some_and(|canopy| canopy.line.is_some());
+        if held || self.dynamic_fall() {
             let loads = self.canopy.is_some().then(|| self.loads());
             if let (Some(canopy), Some(loads)) = (&mut self.canopy, loads) {
                 self.clock.advance(h);
-                canopy.step_with(&self.plant, &mut self.state, attached, span);
+                canopy.step_with(&mut self.plant, &mut self.state, (&self.throttle, locked), span);
                 return loads;
             }
         }
@@ -415,7 +427,6 @@ impl DropSimulation {
             canopy.step(&self.plant, span);
         }
         if self.phase == Phase::Powered || self.dynamic_fall() {
-            let locked = self.phase != Phase::Powered;
             self.clock.advance(h);
             return self.plant.step(&mut self.state, &self.throttle, locked, h);
         }

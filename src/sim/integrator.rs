@@ -6,6 +6,7 @@
 
 use nalgebra::Vector3;
 
+use crate::frames::normalized;
 use crate::model::rigid_body::{BodyRate, BodyState};
 use crate::model::{MAX_ROTORS, PerRotor};
 
@@ -31,6 +32,16 @@ impl PlantState {
     /// The body with its rotors at rest.
     pub fn rotors_at_rest(body: BodyState) -> Self {
         Self { body, rotor_speed: [0.0; MAX_ROTORS] }
+    }
+
+    /// The state after a step: the quaternion of unit length, no rotor driven backwards.
+    #[inline]
+    pub(super) fn settled(mut self) -> Self {
+        self.body.q_ned_from_body = normalized(self.body.q_ned_from_body);
+        for speed in &mut self.rotor_speed {
+            *speed = speed.max(0.0);
+        }
+        self
     }
 }
 

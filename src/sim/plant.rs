@@ -44,6 +44,25 @@ pub struct Loads {
     pub bus: Option<BusState>,
 }
 
+/// Current and power of the bus over the stages of a Runge-Kutta step, in their weights.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct BusDraw {
+    stages: u32,
+    sums: [f64; 2],
+}
+
+impl BusDraw {
+    /// Takes the next stage.
+    pub(super) fn add(&mut self, bus: Option<BusState>) {
+        let weight = if matches!(self.stages, 1 | 2) { 2.0 } else { 1.0 };
+        self.stages += 1;
+        if let Some(bus) = bus {
+            self.sums[0] += weight * bus.pack_a;
+            self.sums[1] += weight * bus.pack_a * bus.bus_v;
+        }
+    }
+}
+
 /// A vehicle at a site with one kind of actuators.
 #[derive(Clone, Debug)]
 pub struct Plant {
@@ -146,14 +165,14 @@ impl Plant {
         Loads { a_ned, wind_ned: self.environment.wind_ned_m_s, balance, bus }
     }
 
-    /// Derivative of body and rotors, and the balance that made it.
-    pub(super) fn derivative(&self, state: &PlantState, throttle: &PerRotor, locked: bool) -> VehicleRate {
-        self.rate(state, throttle, locked).0
-    }
-
     /// Derivative of body and rotors, the balance that made it, and the bus.
     #[inline]
-    fn rate(&self, state: &PlantState, throttle: &PerRotor, locked: bool) -> (VehicleRate, Option<BusState>) {
+    pub(super) fn rate(
+        &self,
+        state: &PlantState,
+        throttle: &PerRotor,
+        locked: bool,
+    ) -> (VehicleRate, Option<BusState>) {
         let higher = self.environment.at(&state.body.p_ned);
         let environment = higher.as_ref().unwrap_or(&self.environment);
         let (vehicle, body, speed) = (&self.vehicle, &state.body, &state.rotor_speed);
@@ -191,7 +210,7 @@ impl Plant {
             PlantKind::Ideal if !locked => self.step_ideal(state, throttle, dt_s),
             _ if locked => self.step_actuator(state, throttle, locked, dt_s),
             _ => {
-                let steps = steps_in(dt_s, self.longest_step_s);
+                let steps = self.rotor_steps(dt_s);
                 let h = dt_s / f64::from(steps);
                 let first = self.step_actuator(state, throttle, locked, h);
                 for _ in 1..steps {
@@ -202,6 +221,19 @@ impl Plant {
         }
     }
 
+    /// Takes what the bus has given over a step of `dt_s` [s] from the battery.
+    pub(super) fn drain(&mut self, draw: &BusDraw, dt_s: f64) {
+        if let Some(battery) = &mut self.battery {
+            let [charge, energy] = draw.sums.map(|sum| sum * dt_s / 6.0);
+            battery.take(charge, energy);
+        }
+    }
+
+    /// In how many steps a time is integrated with free rotors [s].
+    pub(super) fn rotor_steps(&self, dt_s: f64) -> u32 {
+        steps_in(dt_s, self.longest_step_s)
+    }
+
     fn step_actuator(
         &mut self,
         state: &mut PlantState,
@@ -210,28 +242,18 @@ impl Plant {
         dt_s: f64,
     ) -> Loads {
         let mut first = None;
-        // Current and power of the bus, in the weights of the four stages.
-        let (mut weights, mut sums) = ([1.0, 2.0, 2.0, 1.0].into_iter(), [0.0; 2]);
-        let mut next = runge_kutta_4(state, dt_s, |_, x| {
+        let mut draw = BusDraw::default();
+        let next = runge_kutta_4(state, dt_s, |_, x| {
             let (rate, bus) = self.rate(x, throttle, locked);
             if first.is_none() {
                 first = Some(Loads { bus, ..self.acting(rate.body.v_dot_ned, rate.balance) });
             }
-            if let (Some(bus), Some(weight)) = (bus, weights.next()) {
-                sums[0] += weight * bus.pack_a;
-                sums[1] += weight * bus.pack_a * bus.bus_v;
-            }
+            draw.add(bus);
             PlantRate { body: rate.body, rotor_acceleration: rate.rotor_acceleration }
         });
-        next.body.q_ned_from_body = normalized(next.body.q_ned_from_body);
-        for speed in &mut next.rotor_speed {
-            *speed = speed.max(0.0);
-        }
         let loads = first.unwrap_or_else(|| self.loads(state, throttle, locked));
-        if let Some(battery) = &mut self.battery {
-            battery.take(sums[0] * dt_s / 6.0, sums[1] * dt_s / 6.0);
-        }
-        *state = next;
+        self.drain(&draw, dt_s);
+        *state = next.settled();
         loads
     }
 

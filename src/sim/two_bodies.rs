@@ -1,22 +1,24 @@
 //! Vehicle and canopy as two bodies: under one riser until the vehicle is cut loose at the confluence point,
-//! each on its own from there on. The riser stays with the canopy.
+//! each on its own from there on. The riser stays with the canopy; or one leg of the bridle hangs up and
+//! holds both together until it comes free.
 //!
-//! While the rotors are locked both bodies are integrated in the same Runge-Kutta stages. What is integrated
-//! of the canopy is position and momentum, apparent mass included, so that momentum holds to rounding while
-//! a canopy fills, too. A step is divided into equal ones, short enough for the riser and for the canopy's
-//! drag. The wind is held within a step of the simulation, as the vehicle's is.
+//! While the rotors are locked or a riser holds, both bodies are integrated in the same Runge-Kutta stages.
+//! What is integrated of the canopy is position and momentum, apparent mass included, so that momentum holds
+//! to rounding while a canopy fills, too. A step is divided into equal ones, short enough for the riser and
+//! for the canopy's drag. The wind is held within a step of the simulation, as the vehicle's is.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{Complex, Vector3};
 
 use super::integrator::{PlantRate, PlantState, runge_kutta_4, steps_in};
-use super::plant::{Loads, Plant};
-use crate::frames::{normalized, quaternion_from_euler, rotate_body_from_ned, rotate_ned_from_body};
+use super::plant::{BusDraw, Loads, Plant};
+use crate::frames::{quaternion_from_euler, rotate_body_from_ned, rotate_ned_from_body};
 use crate::math;
-use crate::model::canopy::{CanopyState, Pull, Suspension};
+use crate::model::canopy::{CanopyState, Pull, Riser, Suspension};
 use crate::model::rigid_body::BodyState;
-use crate::model::{Environment, ForceBalance, MAX_ROTORS, Parachute, PerRotor, Vehicle};
+use crate::model::supply::BusState;
+use crate::model::{Environment, ForceBalance, Parachute, PerRotor, Vehicle};
 
 /// Angle of the riser's oscillation in a step [rad]: Runge-Kutta's error of phase is then 1e-5 of it, of
 /// amplitude 1e-6.
@@ -31,11 +33,14 @@ pub const SWING_GROWTH_MAX: f64 = 3.0;
 pub struct CanopyFlight {
     /// Canopy and riser.
     pub suspension: Suspension,
+    /// What holds the vehicle; `None`: nothing does.
+    pub line: Option<Riser>,
     /// Position and velocity of the canopy.
     pub state: CanopyState,
     /// Wind at the canopy, NED [m/s].
     pub wind_ned: Vector3<f64>,
-    /// Impulse of weight and air on both bodies since the beginning, while the rotors are locked, NED [N s].
+    /// Impulse of weight, air and rotors on both bodies since the beginning, while the rotors are locked or a
+    /// riser holds, NED [N s].
     pub impulse_ned: Vector3<f64>,
 }
 
@@ -109,25 +114,38 @@ impl CanopyFlight {
         };
         let confluence = canopy.v_ned + Vector3::new(cos, 0.0, -sin) * (length_m * riser_rate);
         let v_ned = confluence - rotate_ned_from_body(q_ned_from_body, omega_body.cross(&attachment));
-        let flight = Self { suspension, state: canopy, wind_ned: drift, impulse_ned: Vector3::zeros() };
+        let (line, impulse_ned) = (Some(suspension.riser), Vector3::zeros());
+        let flight = Self { suspension, line, state: canopy, wind_ned: drift, impulse_ned };
         Some((BodyState { p_ned, q_ned_from_body, v_ned, omega_body }, flight))
     }
 
-    /// The riser's pull on a vehicle that hangs from it.
-    pub(super) fn pull(&self, body: &BodyState) -> Pull {
-        self.suspension.riser.pull(body, &self.state)
+    /// The vehicle is cut loose, or hangs by a leg of the bridle that is fixed at a point of it, body axes
+    /// [m].
+    pub(super) fn let_go(&mut self, hung_up_body_m: Option<Vector3<f64>>) {
+        self.line = hung_up_body_m.map(|fixed_body_m| self.suspension.riser.by_one_leg(fixed_body_m));
     }
 
-    /// The canopy now, above a vehicle that hangs from it or has been cut loose.
-    pub(super) fn sample(&self, body: &BodyState, attached: bool) -> CanopySample {
-        let tension_n = if attached { self.pull(body).tension_n } else { 0.0 };
-        CanopySample { state: self.state, tension_n }
+    /// Pull of what holds the vehicle.
+    pub(super) fn pull(&self, body: &BodyState, canopy: &CanopyState) -> Pull {
+        self.line.map_or_else(Pull::default, |line| line.pull(body, canopy))
     }
 
-    /// What acts on a vehicle that hangs from the riser, rotors locked.
-    pub(super) fn loads(&self, plant: &Plant, state: &PlantState, throttle: &PerRotor) -> Loads {
-        let (rate, balance) = hanging(plant, state, throttle, &self.pull(&state.body));
-        plant.acting(rate.body.v_dot_ned, balance)
+    /// The canopy now, above a vehicle in this state.
+    pub(super) fn sample(&self, body: &BodyState) -> CanopySample {
+        CanopySample { state: self.state, tension_n: self.pull(body, &self.state).tension_n }
+    }
+
+    /// What acts on the vehicle, rotors locked or free.
+    pub(super) fn loads(
+        &self,
+        plant: &Plant,
+        state: &PlantState,
+        throttle: &PerRotor,
+        locked: bool,
+    ) -> Loads {
+        let pull = self.pull(&state.body, &self.state);
+        let (rate, balance, bus) = pulled(plant, state, (throttle, locked), &pull);
+        Loads { bus, ..plant.acting(rate.body.v_dot_ned, balance) }
     }
 
     /// Time derivative of position, momentum and impulse, the riser's force on the canopy given, at `t_s`
@@ -158,50 +176,52 @@ impl CanopyFlight {
     }
 
     /// In how many steps a time is integrated from `t_s` on [s].
-    fn steps(&self, plant: &Plant, attached: bool, t_s: f64, dt_s: f64) -> u32 {
+    fn steps(&self, plant: &Plant, t_s: f64, dt_s: f64) -> u32 {
         let airspeed_m_s = (self.state.v_ned - self.wind_ned).norm();
         let density = plant.environment().density_kg_m3;
         // A canopy that fills slows down faster at the end of the step than at its beginning, or later.
         let drag =
             [t_s, t_s + dt_s].map(|t| self.suspension.canopy.drag_rate_per_s(density, airspeed_m_s, t));
         let mut longest_s = DAMPING_STEP / drag[0].max(drag[1]);
-        if attached {
+        if self.line.is_some() {
             let (riser, damper) = self.suspension.riser_rates_per_s(&plant.vehicle().mass, t_s);
             longest_s = longest_s.min(RISER_STEP_RAD / riser).min(DAMPING_STEP / damper);
         }
         steps_in(dt_s, longest_s)
     }
 
-    /// Advances vehicle and canopy by `dt_s` [s] from `t_s` on, rotors locked; `attached`: under the riser.
+    /// Advances vehicle and canopy by `dt_s` [s] from `t_s` on under throttle commands, rotors locked or
+    /// free.
     pub(super) fn step_with(
         &mut self,
-        plant: &Plant,
+        plant: &mut Plant,
         state: &mut PlantState,
-        attached: bool,
+        (throttle, locked): (&PerRotor, bool),
         (t_s, dt_s): (f64, f64),
     ) {
-        let steps = self.steps(plant, attached, t_s, dt_s);
+        let mut steps = self.steps(plant, t_s, dt_s);
+        if !locked {
+            steps = steps.max(plant.rotor_steps(dt_s));
+        }
         let h = dt_s / f64::from(steps);
-        let rest = [0.0; MAX_ROTORS];
         let mass_kg = plant.vehicle().mass.mass_kg;
         for k in 0..steps {
             let from_s = t_s + f64::from(k) * h;
+            let mut draw = BusDraw::default();
             let (vehicle, canopy) =
                 runge_kutta_4(&(*state, self.as_integrated(from_s)), h, |fraction, (vehicle, canopy)| {
                     let now_s = from_s + fraction * h;
                     let v_ned = canopy[1] / self.suspension.canopy.inertia_kg(now_s);
                     let there = CanopyState { p_ned: canopy[0], v_ned };
-                    let pull = match attached {
-                        true => self.suspension.riser.pull(&vehicle.body, &there),
-                        false => Pull::default(),
-                    };
-                    let (rate, _) = hanging(plant, vehicle, &rest, &pull);
+                    let pull = self.pull(&vehicle.body, &there);
+                    let (rate, _, bus) = pulled(plant, vehicle, (throttle, locked), &pull);
+                    draw.add(bus);
                     let mut canopy_rate = self.rate(plant.environment(), canopy, -pull.force_ned, now_s);
                     canopy_rate[2] += rate.body.v_dot_ned * mass_kg - pull.force_ned;
                     (rate, canopy_rate)
                 });
-            *state = vehicle;
-            state.body.q_ned_from_body = normalized(state.body.q_ned_from_body);
+            *state = vehicle.settled();
+            plant.drain(&draw, h);
             self.set_integrated(canopy, from_s + h);
         }
         self.meet_ground(plant);
@@ -209,7 +229,7 @@ impl CanopyFlight {
 
     /// Advances the canopy alone by `dt_s` [s] from `t_s` on.
     pub(super) fn step(&mut self, plant: &Plant, (t_s, dt_s): (f64, f64)) {
-        let steps = self.steps(plant, false, t_s, dt_s);
+        let steps = self.steps(plant, t_s, dt_s);
         let h = dt_s / f64::from(steps);
         for k in 0..steps {
             let from_s = t_s + f64::from(k) * h;
@@ -232,13 +252,19 @@ impl CanopyFlight {
     }
 }
 
-/// Derivative of a vehicle under the riser's pull, rotors locked, and the balance that makes it.
-fn hanging(plant: &Plant, state: &PlantState, throttle: &PerRotor, pull: &Pull) -> (PlantRate, ForceBalance) {
-    let mut rate = plant.derivative(state, throttle, true);
+/// Derivative of a vehicle under a riser's pull, rotors locked or free, the balance that makes it, and the
+/// bus.
+fn pulled(
+    plant: &Plant,
+    state: &PlantState,
+    (throttle, locked): (&PerRotor, bool),
+    pull: &Pull,
+) -> (PlantRate, ForceBalance, Option<BusState>) {
+    let (mut rate, bus) = plant.rate(state, throttle, locked);
     let mass = &plant.vehicle().mass;
     rate.body.v_dot_ned += pull.force_ned / mass.mass_kg;
     rate.body.omega_dot_body += mass.inertia_inverse * pull.moment_body;
     rate.balance.canopy_force_ned = pull.force_ned;
     rate.balance.canopy_moment_body = pull.moment_body;
-    (PlantRate { body: rate.body, rotor_acceleration: rate.rotor_acceleration }, rate.balance)
+    (PlantRate { body: rate.body, rotor_acceleration: rate.rotor_acceleration }, rate.balance, bus)
 }

@@ -301,6 +301,14 @@ const EDITS: &[Edit] = &[
         "faults.list[0]: ",
         &["missing field `at_s`"],
     ),
+    (
+        MISSION,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"faults\": { \"list\": [{ \"fault\": { \"riser_hung_up\": { \"attachment_body_m\": [0.2, 0, 0] } }, \"at_s\": -1 }] },",
+        0,
+        "faults.list[0].fault: ",
+        &["expected a parachute.canopy that pulls with riser_hung_up"],
+    ),
     // Canopy and riser.
     (
         MISSION,

@@ -8,6 +8,7 @@ use super::release::Release;
 use crate::config::error::ConfigError;
 use crate::config::number::{Count, Exactly, NonNegative, Positive, Within};
 use crate::config::source::Source;
+use crate::sim::Start;
 use crate::sim::faults::{Fault, FaultKind, FaultUnit, MotorFault, Sensor, SensorFault};
 
 /// What fails, and when. Faults act in drops and in campaigns of whole drops; those of motors also in flights
@@ -18,8 +19,8 @@ pub(super) struct FaultsJson {
     /// Remarks for the reader.
     #[serde(rename = "about")]
     _about: Option<String>,
-    /// The faults, in any order. A motor, a sensor, the setpoints and the parachute each have one at a time:
-    /// a fault that begins ends the one before it.
+    /// The faults, in any order. A motor, a sensor, the setpoints, the parachute and its riser each have one
+    /// at a time: a fault that begins ends the one before it.
     #[serde(default)]
     #[schemars(length(max = 100))]
     list: Vec<FaultJson>,
@@ -166,6 +167,12 @@ enum KindJson {
         /// By how much [s].
         delay_s: Positive<900>,
     },
+    /// One leg of the bridle stays fixed at the release, and the canopy (parachute.canopy) pulls by it until
+    /// the fault's end.
+    RiserHungUp {
+        /// Where the leg is fixed, from the centre of mass, body axes [m].
+        attachment_body_m: Exactly<Within<1000>, 3>,
+    },
 }
 
 /// A rotor.
@@ -232,6 +239,9 @@ impl KindJson {
             Self::SetpointLoss => Ok(FaultKind::SetpointLoss),
             Self::ParachuteHolds => Ok(FaultKind::ParachuteHolds),
             Self::LateRelease { delay_s } => Ok(FaultKind::LateRelease { delay_s: delay_s.get() }),
+            Self::RiserHungUp { attachment_body_m } => {
+                Ok(FaultKind::RiserHungUp { attachment_body_m: vector(attachment_body_m) })
+            }
         }
     }
 }
@@ -271,6 +281,16 @@ impl Faults {
                         kind.name()
                     );
                     return Err(refuse(".fault", why));
+                }
+                FaultUnit::Riser => {
+                    let needed = [
+                        (release.parachute.suspension.is_some(), "a parachute.canopy that pulls"),
+                        (release.start == Start::Release, "release.start \"release\""),
+                    ];
+                    if let Some((_, needed)) = needed.iter().find(|(there, _)| !there) {
+                        let why = format!("expected {needed} with {}, found none", kind.name());
+                        return Err(refuse(".fault", why));
+                    }
                 }
                 _ => {}
             }
@@ -312,7 +332,10 @@ impl Faults {
         self.check(why, |kind| {
             matches!(
                 kind,
-                FaultKind::Motor { .. } | FaultKind::ParachuteHolds | FaultKind::LateRelease { .. }
+                FaultKind::Motor { .. }
+                    | FaultKind::ParachuteHolds
+                    | FaultKind::LateRelease { .. }
+                    | FaultKind::RiserHungUp { .. }
             )
         })
     }

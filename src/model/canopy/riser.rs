@@ -62,6 +62,13 @@ impl Riser {
         Ok(Self { length_m, stiffness_n_m, damping_n_s_m, attachment_body_m })
     }
 
+    /// What is left of the riser when it hangs by one leg of the bridle alone, fixed at a point of the
+    /// vehicle, body axes [m]: it is longer by the leg, which is taut and stiff as all are.
+    pub fn by_one_leg(&self, fixed_body_m: Vector3<f64>) -> Self {
+        let leg_m = (fixed_body_m - self.attachment_body_m).norm();
+        Self { length_m: self.length_m + leg_m, attachment_body_m: fixed_body_m, ..*self }
+    }
+
     /// Position and velocity of the confluence point, NED [m, m/s].
     pub fn confluence(&self, body: &BodyState) -> (Vector3<f64>, Vector3<f64>) {
         let turned = |x: Vector3<f64>| rotate_ned_from_body(body.q_ned_from_body, x);

@@ -7,12 +7,13 @@ use nalgebra::Vector3;
 
 use super::{DropSimulation, Phase, Start};
 use crate::control::test_vehicles::{GRAVITY_M_S2, J_YY, MASS_KG, lander, quadrotor, site};
-use crate::frames::{pitch, rotate_ned_from_body};
+use crate::frames::{pitch, rotate_body_from_ned, rotate_ned_from_body};
 use crate::math;
 use crate::model::canopy::{Canopy, Opening, Riser, SmallSwings, Suspension};
 use crate::model::parachute::{Pendulum, TipOff};
 use crate::model::wind::{Gust, GustLength, GustShape, Wind, WindProfile};
 use crate::model::{Environment, Parachute, Vehicle, VehicleOptions};
+use crate::sim::faults::{Fault, FaultKind};
 
 const OFF: [f64; 8] = [0.0; 8];
 const DT_S: f64 = 0.004;
@@ -207,6 +208,72 @@ fn closed_form_momentum_of_both_bodies() {
         assert_eq!(sim.phase(), Phase::Falling);
         assert!((sim.canopy().unwrap().impulse_ned).norm() > 1e3, "something acts");
     }
+}
+
+/// A drop whose bridle hangs up by a leg in front and to the right, from the release at 5 s until 3 s after
+/// t = 0, under half throttle.
+fn hung_up(attachment_body_m: Vector3<f64>) -> DropSimulation {
+    let hang = Parachute { delay_s: 0.5, ..parachute(titan(), 0.05, 1.0) };
+    let kind = FaultKind::RiserHungUp { attachment_body_m };
+    let fault = Fault { kind, at_s: -2.0, until_s: Some(3.0) };
+    drop_of(lander(false), hang, 5.0).with_faults(&[fault])
+}
+
+/// A riser that hangs up by one leg goes on pulling at the leg's end, as long as it and the leg together:
+/// momentum of both bodies less the impulse of weight, air and rotors holds to 1e-9 of M v with the rotors
+/// locked and free, the moment is that of the leg's end, and once it has come free nothing pulls.
+#[test]
+fn closed_form_a_riser_that_hangs_up() {
+    let fixed = Vector3::new(0.6, 0.4, -0.5);
+    let mut sim = hung_up(fixed);
+    let half = [0.5; 8];
+    let leg_m = (fixed - titan().riser.attachment_body_m).norm();
+    let unbalanced = |sim: &DropSimulation| {
+        let two = sim.canopy().unwrap();
+        let inertia_kg = two.suspension.canopy.inertia_kg(sim.time_s());
+        sim.state().body.v_ned * MASS_KG + two.state.v_ned * inertia_kg - two.impulse_ned
+    };
+    let (at_first, momentum) = (unbalanced(&sim), MASS_KG * sim.state().body.v_ned.norm());
+    let (mut pulled, mut turned) = (0, 0.0f64);
+    while sim.time_s() < 8.5 - 1e-9 {
+        let s = sim.advance_sampled(&half, None, DT_S);
+        let miss = (unbalanced(&sim) - at_first).norm();
+        assert!(miss < 1e-9 * momentum, "{} s: {miss} of {momentum} kg m/s", s.t_s);
+        if s.phase != Phase::Hanging && s.canopy.unwrap().tension_n > 0.0 {
+            pulled += 1;
+            let force_body = rotate_body_from_ned(s.state.body.q_ned_from_body, s.balance.canopy_force_ned);
+            assert!((s.balance.canopy_moment_body - fixed.cross(&force_body)).norm() < 1e-9);
+            let end = s.state.body.p_ned + rotate_ned_from_body(s.state.body.q_ned_from_body, fixed);
+            let stretch_m = (end - s.canopy.unwrap().state.p_ned).norm() - (10.0 + leg_m);
+            let missed_n = s.balance.canopy_force_ned.norm() - s.canopy.unwrap().tension_n;
+            assert!(stretch_m > 0.0 && missed_n.abs() < 1e-9, "{stretch_m} {missed_n}");
+            turned = turned.max(s.state.body.omega_body.norm());
+        }
+    }
+    assert_eq!(sim.phase(), Phase::Powered);
+    assert!(pulled > 100 && turned > 0.1, "it pulls in {pulled} steps and turns the vehicle at {turned}");
+    while sim.time_s() < 9.5 {
+        let s = sim.advance_sampled(&half, None, DT_S);
+        assert_eq!((s.canopy.unwrap().tension_n, s.balance.canopy_force_ned), (0.0, Vector3::zeros()));
+    }
+}
+
+/// A leg that has come free before the release, or hangs up after it, changes nothing.
+#[test]
+fn prop_a_riser_that_comes_free_in_time_is_none() {
+    let kind = FaultKind::RiserHungUp { attachment_body_m: Vector3::new(0.6, 0.4, -0.5) };
+    let flown = |faults: &[Fault]| {
+        let mut sim = drop_of(lander(false), parachute(titan(), 0.05, 1.0), 2.0).with_faults(faults);
+        while sim.time_s() < 6.0 {
+            sim.step(&[0.5; 8], DT_S);
+        }
+        (*sim.state(), sim.canopy().unwrap().state)
+    };
+    let clean = flown(&[]);
+    // The nominal t = 0 is 2.5 s after the release.
+    assert_eq!(flown(&[Fault { kind, at_s: -4.0, until_s: Some(-2.6) }]), clean);
+    assert_eq!(flown(&[Fault { kind, at_s: -2.0, until_s: None }]), clean);
+    assert_ne!(flown(&[Fault { kind, at_s: -2.6, until_s: None }]), clean);
 }
 
 /// Steps of the caller do not show: a step of 20 ms is divided for a stiff riser.

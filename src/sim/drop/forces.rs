@@ -27,8 +27,8 @@ impl DropSimulation {
                 let balance = ForceBalance { gravity_force_ned: gravity * mass, ..ForceBalance::default() };
                 self.plant.acting(gravity, balance)
             }
-            Phase::Hanging if let Some(canopy) = &self.canopy => {
-                canopy.loads(&self.plant, &self.state, throttle)
+            phase if let Some(canopy) = self.canopy.as_ref().filter(|canopy| canopy.line.is_some()) => {
+                canopy.loads(&self.plant, &self.state, throttle, phase != Phase::Powered)
             }
             Phase::Hanging => {
                 let (body, a_ned) = self.hanging();
@@ -103,7 +103,7 @@ impl DropSimulation {
             t_powered_s: self.time_powered_s(),
             phase: self.phase,
             state: self.state,
-            canopy: self.canopy.map(|c| c.sample(&self.state.body, self.phase == Phase::Hanging)),
+            canopy: self.canopy.map(|c| c.sample(&self.state.body)),
         }
     }
 }

@@ -140,7 +140,7 @@ impl Entry {
                 });
             }
             FaultUnit::Setpoints => return Some(FaultKind::SetpointLoss),
-            FaultUnit::Parachute => return None,
+            FaultUnit::Parachute | FaultUnit::Riser => return None,
             FaultUnit::Sensor(sensor) => sensor,
         };
         let fault = match kind {
@@ -270,4 +270,10 @@ pub const CATALOGUE: &[Entry] = &[
         "the parachute does not let go; what was asked meanwhile it does at the fault's end",
     ),
     entry("late_release", &["delay_s"], None, "the parachute lets go that much later than it is asked to"),
+    entry(
+        "riser_hung_up",
+        &["attachment_body_m"],
+        None,
+        "one leg of the bridle stays fixed at the release: the canopy pulls by it until the fault's end",
+    ),
 ];

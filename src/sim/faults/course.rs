@@ -3,6 +3,8 @@
 //! A fault is in force from the first end of a simulation step at or after its beginning, and likewise over
 //! at its end: steps are not split. A unit has one fault at a time; one that begins ends the one before it.
 
+use nalgebra::Vector3;
+
 use super::{Fault, FaultKind, FaultOrder, FaultUnit, MotorFault, Sensor, SensorFault};
 use crate::math;
 use crate::model::{MAX_ROTORS, MotorCondition, PerRotor};
@@ -95,6 +97,14 @@ impl FaultCourse {
     /// Whether nothing is heard of the companion that streams setpoints.
     pub fn mutes_setpoints(&self) -> bool {
         self.of(FaultUnit::Setpoints).is_some()
+    }
+
+    /// Where a leg of the bridle is fixed that does not come free, from the centre of mass, body axes [m].
+    pub fn hung_up_at(&self) -> Option<Vector3<f64>> {
+        match self.of(FaultUnit::Riser)?.kind {
+            FaultKind::RiserHungUp { attachment_body_m } => Some(attachment_body_m),
+            _ => None,
+        }
     }
 
     /// The fault of a sensor that is in force, and since when [s].

@@ -47,6 +47,11 @@ pub enum FaultKind {
         /// By how much [s].
         delay_s: f64,
     },
+    /// One leg of the bridle does not come free at the release: the canopy goes on pulling by it.
+    RiserHungUp {
+        /// Where the leg is fixed, from the vehicle's centre of mass, body axes [m].
+        attachment_body_m: Vector3<f64>,
+    },
 }
 
 /// How a motor with its speed controller fails.
@@ -138,6 +143,8 @@ pub enum FaultUnit {
     Setpoints,
     /// The parachute.
     Parachute,
+    /// The riser, below the parachute.
+    Riser,
 }
 
 impl FaultKind {
@@ -148,6 +155,7 @@ impl FaultKind {
             Self::Sensor { sensor, .. } => FaultUnit::Sensor(sensor),
             Self::SetpointLoss => FaultUnit::Setpoints,
             Self::ParachuteHolds | Self::LateRelease { .. } => FaultUnit::Parachute,
+            Self::RiserHungUp { .. } => FaultUnit::Riser,
         }
     }
 
@@ -194,6 +202,7 @@ impl FaultKind {
             Self::SetpointLoss => "setpoint_loss",
             Self::ParachuteHolds => "parachute_holds",
             Self::LateRelease { .. } => "late_release",
+            Self::RiserHungUp { .. } => "riser_hung_up",
         }
     }
 }
@@ -223,6 +232,9 @@ impl fmt::Display for FaultKind {
             Self::SetpointLoss => f.write_str("setpoints lost"),
             Self::ParachuteHolds => f.write_str("parachute does not let go"),
             Self::LateRelease { delay_s } => write!(f, "release {delay_s} s late"),
+            Self::RiserHungUp { attachment_body_m: at } => {
+                write!(f, "riser hung up at [{} {} {}] m", at.x, at.y, at.z)
+            }
         }
     }
 }
