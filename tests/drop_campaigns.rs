@@ -58,6 +58,71 @@ fn entries(folder: &Path) -> Vec<String> {
     names
 }
 
+/// With and without the effects that a mission names: a row with all of them is the campaign of whole drops
+/// over the wire, trial by trial (float32 on the wire is all that differs), one without any of them is calm;
+/// the same bytes on any number of threads.
+#[test]
+fn reference_effects_of_a_mission() {
+    let mission = "mission/x500_real_air.json";
+    let out = tempfile::tempdir().unwrap();
+    let effects = |threads: &str| {
+        let folder = out.path().join(threads);
+        let args = ["assess", mission, "--effects", "--trials", "3", "--json", "--threads", threads, "--out"];
+        let output = Command::new(env!("CARGO_BIN_EXE_samara")).args(args).arg(&folder).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        (json(&output), fs::read(folder.join("effects.csv")).unwrap())
+    };
+    let (report, csv) = effects("1");
+    assert_eq!(effects("2"), (report.clone(), csv));
+    let named = report["effects"].as_array().unwrap().len();
+    let campaigns = report["campaigns"].as_array().unwrap();
+    assert_eq!(campaigns.len(), 2 * named + 2);
+    assert_eq!(campaigns[0]["changed_from"], serde_json::Value::Null);
+    assert_eq!(campaigns[1]["changed_from"], "none");
+    assert_eq!(campaigns.last().unwrap()["changed_from"], "all");
+
+    let text = fs::read_to_string(out.path().join("1/effects.txt")).unwrap();
+    assert!(text.contains("wind.turbulence") && text.contains("without turbulence"), "{text}");
+    let rows = lines(&out.path().join("1/effects.csv"));
+    let of = |row: &str| -> Vec<f64> {
+        rows.iter().filter(|r| r["effects"] == row).map(|r| r["j_tpf"].parse().unwrap()).collect()
+    };
+    let wire = out.path().join("wire");
+    let output = assess(mission, &[&REFERENCE, &["--trials", "3"]], &wire);
+    let drops = lines(&wire.join("drops_reference_x500.csv"));
+    assert_eq!(drops.len(), 3, "{}", stderr(&output));
+    for (alone, drop) in of("all").iter().zip(&drops) {
+        let on_the_wire: f64 = drop["j_tpf"].parse().unwrap();
+        assert!((alone / on_the_wire - 1.0).abs() < 1e-5, "{alone} {on_the_wire}");
+    }
+    assert!(of("none").iter().zip(of("all")).all(|(none, all)| (none - all).abs() > 1e-4));
+}
+
+/// What has nothing to leave out, is no drop, or asks for too much, is refused with the reason.
+#[test]
+fn missions_without_effects_are_refused() {
+    let out = tempfile::tempdir().unwrap();
+    let calm = changed(out.path(), "\"wind_sigma_m_s\": 1.5", "\"wind_sigma_m_s\": 0");
+    let calm = fs::read_to_string(calm).unwrap().replace("vehicles/x500.json", "vehicles/hexa_4kg5.json");
+    let calm_file = out.path().join("calm.json");
+    fs::write(&calm_file, calm.replace("gains/x500.json", "gains/hexa.json")).unwrap();
+    for (args, words) in [
+        (vec![calm_file.to_str().unwrap()], "--effects has nothing to leave out: at least one of these keys"),
+        (vec!["mission/x500_ground.json"], "--effects flies drops, and this mission begins on the ground"),
+        (vec![X500, "--trials", "100001"], "--trials: at most 100000 are expected with --effects"),
+        (vec![X500, "--only", "1"], "--effects"),
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_samara"))
+            .args([&["assess", "--effects"], &args[..]].concat())
+            .arg("--out")
+            .arg(out.path())
+            .output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        assert!(stderr(&output).contains(words), "{}: {words}", stderr(&output));
+    }
+}
+
 /// Several side by side end in any order; what is written and printed is in order and the same to the byte. A
 /// longer campaign begins with the shorter one's lines, and a trial alone has its line.
 #[test]

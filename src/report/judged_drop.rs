@@ -60,19 +60,25 @@ pub fn judge_drop(mission: &Mission, flown: &FlownDrop<'_>) -> (Option<Verdict>,
     (verdict, run)
 }
 
-/// The verdict on a flight along a plan that ends at `plan_end_s` [s]; `None` when the vehicle was never
-/// released.
-fn verdict(mission: &Mission, log: &[Sample], plan_end_s: f64) -> Option<Verdict> {
-    let mut verdict = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned)
+/// What judges a flight of a mission along a plan that ends at `plan_end_s` [s].
+pub(super) fn verdict_builder(mission: &Mission, plan_end_s: f64) -> VerdictBuilder {
+    let verdict = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned)
         .steady_within(mission.limits.steady_within_m_s)
         .within(mission.limits.flight)
         .apart_from_canopy(mission.limits.separation_m)
-        .to_plans_end(plan_end_s)
+        .to_plans_end(plan_end_s);
+    match mission.site.ground {
+        Some(_) => verdict.judging_impacts(mission.limits.impact_m_s),
+        None => verdict,
+    }
+}
+
+/// The verdict on a flight along a plan that ends at `plan_end_s` [s]; `None` when the vehicle was never
+/// released.
+fn verdict(mission: &Mission, log: &[Sample], plan_end_s: f64) -> Option<Verdict> {
+    let mut verdict = verdict_builder(mission, plan_end_s)
         .watching_rotors(&mission.vehicle, &mission.site.environment)
         .watching_battery(mission.electric.as_ref().map(|battery| battery.pack().limits()));
-    if mission.site.ground.is_some() {
-        verdict = verdict.judging_impacts(mission.limits.impact_m_s);
-    }
     log.iter().for_each(|sample| verdict.observe(sample));
     verdict.finish()
 }

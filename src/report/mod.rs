@@ -31,6 +31,7 @@ pub mod campaign;
 mod columns;
 mod derived;
 pub mod drops;
+pub mod effects;
 pub mod faults;
 pub mod figure;
 mod flight_arrays;

@@ -22,9 +22,15 @@ pub struct AssessArgs {
     /// The mission is titan_paper.
     #[arg(long, conflicts_with_all = ["mission", "autopilot"])]
     pub paper: bool,
+    /// Show what each effect that the mission names does.
+    ///
+    /// Whole drops by its own gains, without a wire: with none of its effects, with each alone, with all,
+    /// and with each left out of all.
+    #[arg(long, conflicts_with_all = ["paper", "autopilot", "only", "resume", "bound"])]
+    pub effects: bool,
     /// Trials of each campaign.
     ///
-    /// Instead of the mission's `monte_carlo.trials`.
+    /// Instead of the mission's `monte_carlo.trials`; with --effects, 1000 unless it is given.
     #[arg(long, value_name = "N", value_parser = whole::<u64>(2..=1_000_000_000))]
     pub trials: Option<u64>,
     /// J_TPF that a safe trial stays below.

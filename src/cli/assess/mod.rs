@@ -11,12 +11,14 @@
 //! | `campaign` | a campaign's trials, flown, written and continued |
 //! | `figures` | the figures of flights |
 //! | `only` | one trial again |
+//! | `effects` | `--effects`: campaigns of drops with and without each effect |
 //! | `drops` | `--autopilot`: a campaign of whole drops |
 
 mod args;
 mod campaign;
 mod command;
 mod drops;
+mod effects;
 mod figures;
 mod only;
 mod own;
@@ -46,6 +48,7 @@ pub fn run(mut args: AssessArgs) -> Result<Answer, Failure> {
             let (option, _) = option.text();
             Err(Failure::input(format!("{option}: --autopilot is expected with it")))
         }
+        None if args.effects => effects::run(args, &stop),
         None => study::run(args, &stop),
     }
 }

@@ -59,10 +59,7 @@ impl Pilot for Px4Model {
         let (parameters, _) = parameters_for(mission, trajectory, self.parameters.as_ref())?;
         // k of Froude's scaling: PX4's clock is slower than the site's by it.
         let similarity = mission.px4_purpose().factors(mission.site.environment.gravity_m_s2).k;
-        let mut flight = mission.simulation();
-        let asked_s = mission.release.hang_s;
-        let release_s = flight.faults().map_or(Some(asked_s), |faults| faults.lets_go_at(asked_s));
-        flight.schedule_release(release_s.unwrap_or(f64::INFINITY));
+        let mut flight = mission.released_simulation();
         let then_v_ned = Some(mission.target_v_ned);
         let reference = Reference::Plan { trajectory, then_v_ned, feed_forward: self.feed_forward };
         let plan = FlightPlan::under_px4(reference, similarity, mission.duration_s);

@@ -108,6 +108,16 @@ impl Mission {
         simulation.in_wind(course).on_battery(self.electric.clone()).with_faults(&self.faults.list)
     }
 
+    /// The simulation whose release comes without a command: at the end of the hang, or when its faults let
+    /// it.
+    pub fn released_simulation(&self) -> DropSimulation {
+        let mut simulation = self.simulation();
+        let asked_s = self.release.hang_s;
+        let release_s = simulation.faults().map_or(Some(asked_s), |faults| faults.lets_go_at(asked_s));
+        simulation.schedule_release(release_s.unwrap_or(f64::INFINITY));
+        simulation
+    }
+
     /// The state that a plan starts from, [`PlanInitial`]; adrift with the wind.
     pub fn plan_initial_state(&self) -> PlanState {
         let (environment, release) = (&self.site.environment, &self.release);

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `site`, `wind`, `release`, `plan`, `limits` | sections, each with its JSON, its checks and its meaning |
 //! | `control`, `study`, `battery`, `equipment`, `faults`, `px4` | sections, likewise |
+//! | `effects` | the effects that it names beside the plain drop, and the mission without them |
 //! | `made` | what is made of a mission: simulation, plan, study, drops |
 //! | `inputs` | the hash of the files and of what was chosen beside them |
 //! | `choices` | gains, parameters, cases, seeds and trajectories in place of the mission's own |
@@ -30,6 +31,7 @@ mod battery;
 mod choices;
 mod contradictions;
 mod control;
+mod effects;
 mod equipment;
 mod faults;
 mod inputs;
@@ -45,6 +47,7 @@ mod study_identity;
 mod wind;
 
 pub use control::Control;
+pub use effects::Effect;
 pub use faults::{Faults, UnfitFault};
 pub use inputs::Inputs;
 pub use limits::Limits;

@@ -1,0 +1,24 @@
+//! Whole drops of a mission with none or all of its effects, flown and timed: for counting instructions.
+//!
+//!   drops MISSION none|all DROPS
+//!
+//! Prints the seconds of the wall and the last J_TPF.
+#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a program for measuring")]
+#![expect(clippy::disallowed_methods, clippy::disallowed_types, reason = "a clock is what it is for")]
+
+use std::ops::ControlFlow;
+
+use samara::config::Mission;
+use samara::plan::SolverOptions;
+use samara::report::effects::{EffectFlights, EffectsOn};
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let mission = Mission::shipped(&arguments[0]).unwrap();
+    let on = if arguments[1] == "all" { EffectsOn::All } else { EffectsOn::Plain };
+    let plan = mission.solve(&SolverOptions::default(), &mut |_| ControlFlow::Continue(())).unwrap();
+    let flights = EffectFlights::new(&mission, &on.kept(&mission.effects()), &plan.trajectory).unwrap();
+    let start = std::time::Instant::now();
+    let drops: Vec<f64> = (0..arguments[2].parse().unwrap()).map(|trial| flights.fly(trial).j_tpf).collect();
+    println!("seconds {:.6}, J_TPF {:?}", start.elapsed().as_secs_f64(), drops.last());
+}

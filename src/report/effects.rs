@@ -1,0 +1,385 @@
+//! What each effect of a mission does to its drops: drops with and without it, from the same random numbers.
+//!
+//! Each drop is flown from the hang to the mission's end by the mission's own gains, without a wire: 250 Hz,
+//! setpoints held at 50 Hz, on the true state. Four kinds of campaign stand beside each other: none of the
+//! effects, each alone, all but each, and all. The trials of each have the same swings, winds and eddies, so
+//! differences are taken trial by trial.
+
+use std::ops::ControlFlow;
+
+use serde::Serialize;
+
+use super::json::{head, object, text};
+use super::judged_drop::verdict_builder;
+use super::study::grid::Grid;
+use crate::assess::{Summary, Verdict};
+use crate::config::{Effect, Mission};
+use crate::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
+use crate::control::{Airframe, Cascade, ControlError, ControlOutput, Controller, Measurement, Setpoint};
+use crate::frames::yaw;
+use crate::sim::{self, FlightPlan, Reference};
+use crate::trajectory::Trajectory;
+use crate::units::DEG_PER_RAD;
+
+/// Which effects are at work in a campaign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EffectsOn {
+    /// None: the plain drop.
+    Plain,
+    /// One alone.
+    Alone(Effect),
+    /// All but one.
+    Without(Effect),
+    /// All that the mission names.
+    All,
+}
+
+impl EffectsOn {
+    /// The campaigns of a mission with these effects, in the order of the report. With a single effect it is
+    /// alone where all are.
+    pub fn campaigns(effects: &[Effect]) -> Vec<Self> {
+        let each = if effects.len() > 1 { effects } else { &[] };
+        let alone = each.iter().map(|effect| Self::Alone(*effect));
+        let without = each.iter().map(|effect| Self::Without(*effect));
+        [Self::Plain].into_iter().chain(alone).chain([Self::All]).chain(without).collect()
+    }
+
+    /// Those of `effects` that are at work.
+    pub fn kept(self, effects: &[Effect]) -> Vec<Effect> {
+        let kept = |effect: &Effect| match self {
+            Self::Plain => false,
+            Self::Alone(one) => *effect == one,
+            Self::Without(one) => *effect != one,
+            Self::All => true,
+        };
+        effects.iter().copied().filter(kept).collect()
+    }
+
+    /// Name in files.
+    pub fn name(self) -> String {
+        let underscored = |effect: Effect| effect.name().replace([' ', '-'], "_");
+        match self {
+            Self::Plain => "none".to_owned(),
+            Self::Alone(effect) => underscored(effect),
+            Self::Without(effect) => format!("without_{}", underscored(effect)),
+            Self::All => "all".to_owned(),
+        }
+    }
+}
+
+/// What came of a drop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EffectDrop {
+    /// J_TPF, (51); infinite when a state was no number.
+    pub j_tpf: f64,
+    /// Time after t = 0 from which it was steady to the end [s].
+    pub steady_after_s: Option<f64>,
+    /// Way down from the release to the plan's end [m].
+    pub altitude_lost_m: f64,
+    /// Largest angle between the body's up axis and the vertical [rad].
+    pub peak_tilt_rad: f64,
+    /// Whether it was steady at the end and within every limit.
+    pub safe: bool,
+}
+
+impl EffectDrop {
+    fn of(verdict: Option<Verdict>) -> Self {
+        let Some(verdict) = verdict else {
+            // Never released: a fault of the parachute.
+            let (j_tpf, nan) = (f64::INFINITY, f64::NAN);
+            return Self {
+                j_tpf,
+                steady_after_s: None,
+                altitude_lost_m: nan,
+                peak_tilt_rad: nan,
+                safe: false,
+            };
+        };
+        Self {
+            j_tpf: verdict.j_tpf,
+            steady_after_s: verdict.steady_after_s,
+            altitude_lost_m: verdict.altitude_lost_m,
+            peak_tilt_rad: verdict.peak_tilt_rad,
+            safe: verdict.limits_passed.is_empty() && verdict.steady_after_s.is_some(),
+        }
+    }
+
+    fn tilt_deg(&self) -> f64 {
+        self.peak_tilt_rad * DEG_PER_RAD
+    }
+}
+
+/// The cascade as the autopilot has it for setpoints without a heading: it keeps the one at which velocity
+/// control began.
+#[derive(Clone, Debug)]
+struct KeepsHeading {
+    cascade: Cascade,
+    heading_rad: Option<f64>,
+}
+
+impl Controller for KeepsHeading {
+    fn reset(&mut self) {
+        self.cascade.reset();
+        self.heading_rad = None;
+    }
+
+    fn step(&mut self, measurement: &Measurement, setpoint: &Setpoint, dt_s: f64) -> ControlOutput {
+        let mut setpoint = *setpoint;
+        if let Setpoint::Velocity { yaw_rad: yaw_rad @ None, .. } = &mut setpoint {
+            *yaw_rad = Some(*self.heading_rad.get_or_insert_with(|| yaw(measurement.q_ned_from_body)));
+        }
+        self.cascade.step(measurement, &setpoint, dt_s)
+    }
+}
+
+/// Flies drops of a mission with some of its effects by its own gains along a plan.
+#[derive(Clone, Debug)]
+pub struct EffectFlights<'a> {
+    mission: Mission,
+    plan: &'a Trajectory,
+    controller: KeepsHeading,
+}
+
+impl<'a> EffectFlights<'a> {
+    /// Drops of the mission with these of its effects alone.
+    ///
+    /// # Errors
+    /// [`ControlError`] for a vehicle that cannot be controlled.
+    pub fn new(mission: &Mission, kept: &[Effect], plan: &'a Trajectory) -> Result<Self, ControlError> {
+        let airframe = Airframe::new(&mission.vehicle, &mission.site.environment)?;
+        let cascade = Cascade::new(airframe, mission.control.gains, mission.control.limits);
+        let controller = KeepsHeading { cascade, heading_rad: None };
+        Ok(Self { mission: mission.with_effects(kept), plan, controller })
+    }
+
+    /// Flies a trial, a drop by the numbers that a campaign of whole drops draws.
+    pub fn fly(&self, trial: u64) -> EffectDrop {
+        let mission = self.mission.with_drop(&self.mission.draw_drop(trial));
+        let (trajectory, then_v_ned) = (self.plan, Some(mission.target_v_ned));
+        let reference = Reference::Plan { trajectory, then_v_ned, feed_forward: false };
+        let flight = FlightPlan {
+            setpoint_period_s: Some(SETPOINT_PERIOD_S),
+            yaw_sp_rad: None,
+            ..FlightPlan::new(reference, IMU_PERIOD_S, mission.duration_s)
+        };
+        let mut verdict = verdict_builder(&mission, trajectory.end_s());
+        let mut controller = self.controller.clone();
+        let _ = sim::fly(&mut mission.released_simulation(), &mut controller, &flight, &mut |sample| {
+            verdict.observe(sample);
+            ControlFlow::Continue(())
+        });
+        EffectDrop::of(verdict.finish())
+    }
+}
+
+/// A campaign with some of the effects.
+#[derive(Clone, Debug)]
+pub struct EffectCampaign {
+    /// Which effects are at work.
+    pub on: EffectsOn,
+    /// The trials, in their order.
+    pub drops: Vec<EffectDrop>,
+}
+
+/// Campaigns with and without the effects of a mission.
+#[derive(Clone, Debug)]
+pub struct EffectReport<'a> {
+    /// The mission with all its effects.
+    pub mission: &'a Mission,
+    /// Effects that it names.
+    pub effects: Vec<Effect>,
+    /// The campaigns, in the order of [`EffectsOn::campaigns`].
+    pub campaigns: Vec<EffectCampaign>,
+}
+
+/// A measure of a drop: key in files, words for people, decimals, value where it has one.
+type Measure = (&'static str, &'static str, usize, fn(&EffectDrop) -> Option<f64>);
+
+const MEASURES: [Measure; 4] = [
+    ("j_tpf", "J_TPF", 4, |d| Some(d.j_tpf).filter(|x| x.is_finite())),
+    ("steady_after_s", "steady [s]", 2, |d| d.steady_after_s),
+    ("altitude_lost_m", "altitude [m]", 2, |d| Some(d.altitude_lost_m).filter(|x| x.is_finite())),
+    ("peak_tilt_deg", "tilt [deg]", 2, |d| Some(d.tilt_deg()).filter(|x| x.is_finite())),
+];
+
+impl EffectCampaign {
+    fn failed(&self) -> usize {
+        self.drops.iter().filter(|drop| !drop.safe).count()
+    }
+
+    fn summary(&self, (.., of): &Measure) -> Summary {
+        let mut summary = Summary::default();
+        self.drops.iter().filter_map(of).for_each(|x| summary.push(x));
+        summary
+    }
+
+    /// The least value that 99 % of the trials which have one do not exceed; NaN where none has.
+    fn p99(&self, (.., of): &Measure) -> f64 {
+        let mut values: Vec<f64> = self.drops.iter().filter_map(of).collect();
+        values.sort_by(f64::total_cmp);
+        let place = (values.len() * 99).div_ceil(100);
+        place.checked_sub(1).and_then(|i| values.get(i)).copied().unwrap_or(f64::NAN)
+    }
+
+    /// Differences from another campaign, of the trials that have the measure in both.
+    fn change_from(&self, other: &Self, (.., of): &Measure) -> Summary {
+        let mut summary = Summary::default();
+        let pairs = self.drops.iter().zip(&other.drops);
+        pairs.filter_map(|(a, b)| Some(of(a)? - of(b)?)).for_each(|x| summary.push(x));
+        summary
+    }
+}
+
+fn number(x: f64, decimals: usize) -> String {
+    if x.is_finite() { format!("{x:.decimals$}") } else { "-".to_owned() }
+}
+
+impl EffectReport<'_> {
+    fn campaign(&self, on: EffectsOn) -> Option<&EffectCampaign> {
+        self.campaigns.iter().find(|campaign| campaign.on == on)
+    }
+
+    /// The campaign that another one's changes are counted from.
+    fn base_of(&self, on: EffectsOn) -> Option<&EffectCampaign> {
+        match on {
+            EffectsOn::Plain => None,
+            EffectsOn::Alone(_) | EffectsOn::All => self.campaign(EffectsOn::Plain),
+            EffectsOn::Without(_) => self.campaign(EffectsOn::All),
+        }
+    }
+
+    /// The tables: what each effect does alone, and what its absence does where all others are.
+    pub fn text(&self) -> String {
+        let trials = self.campaigns.first().map_or(0, |campaign| campaign.drops.len());
+        let mission = self.mission;
+        let mut out = format!(
+            "{}: {trials} drops for each row, gains {}, seed {}\n\nEffects\n",
+            mission.name, mission.control.gains_name, mission.seed
+        );
+        let width = self.effects.iter().map(|effect| effect.name().len()).max().unwrap_or(0);
+        for effect in &self.effects {
+            out += &format!("  {:width$}  {}; left out: {}\n", effect.name(), effect.key(), effect.instead());
+        }
+        let alone =
+            self.table("Each alone: change of the mean from none of them", &[EffectsOn::Plain], |on| {
+                matches!(on, EffectsOn::Alone(_) | EffectsOn::All)
+            });
+        out += &format!("\n{}", alone.text());
+        if self.effects.len() > 1 {
+            let without =
+                self.table("Each left out: change of the mean from all of them", &[EffectsOn::All], |on| {
+                    matches!(on, EffectsOn::Without(_))
+                });
+            out += &format!("\n{}", without.text());
+        }
+        out + "\n+- is the 95 % interval of a mean change, trial by trial; p99 and worst are of J_TPF.\n"
+    }
+
+    fn table(&self, title: &str, base: &[EffectsOn], shown: impl Fn(EffectsOn) -> bool) -> Grid {
+        let names = MEASURES.map(|(_, words, ..)| words);
+        let head = ["", names[0], "+-", "p99", "worst", names[1], names[2], names[3], "failed"];
+        let mut grid = Grid::new(title, head);
+        let bases = self.campaigns.iter().filter(|campaign| base.contains(&campaign.on));
+        let rows = self.campaigns.iter().filter(|campaign| shown(campaign.on));
+        for campaign in bases.chain(rows) {
+            let from = self.base_of(campaign.on).filter(|_| !base.contains(&campaign.on));
+            let mean = |measure: &Measure| match from {
+                None => number(campaign.summary(measure).mean(), measure.2),
+                Some(base) => {
+                    let mean = campaign.change_from(base, measure).mean();
+                    if mean.is_finite() { format!("{mean:+.*}", measure.2) } else { "-".to_owned() }
+                }
+            };
+            let half = from.map_or(f64::NAN, |base| {
+                let (low, high) = campaign.change_from(base, &MEASURES[0]).mean_interval();
+                0.5 * (high - low)
+            });
+            let cost = &MEASURES[0];
+            grid.row(
+                &campaign.on.name().replace('_', " "),
+                [
+                    mean(cost),
+                    number(half, cost.2),
+                    number(campaign.p99(cost), cost.2),
+                    number(campaign.summary(cost).max(), cost.2),
+                    mean(&MEASURES[1]),
+                    mean(&MEASURES[2]),
+                    mean(&MEASURES[3]),
+                    campaign.failed().to_string(),
+                ],
+            );
+        }
+        grid
+    }
+
+    /// The object of `--json` and of `effects.json`.
+    pub fn json(&self) -> String {
+        let effects = self.effects.iter();
+        let effects = effects
+            .map(|e| object! { name: e.name(), key: e.key(), left_out: e.instead() })
+            .collect::<Vec<_>>();
+        let campaigns = self.campaigns.iter().map(|campaign| self.campaign_json(campaign));
+        text(&object! {
+            #[serde(flatten)] head: head(self.mission),
+            gains: &self.mission.control.gains_name,
+            effects: effects,
+            campaigns: campaigns.collect::<Vec<_>>(),
+        })
+    }
+
+    fn campaign_json(&self, campaign: &EffectCampaign) -> impl Serialize {
+        let base = self.base_of(campaign.on);
+        let measures = MEASURES.iter().map(|measure| {
+            let s = campaign.summary(measure);
+            let change = base.map(|base| {
+                let change = campaign.change_from(base, measure);
+                let (mean_low, mean_high) = change.mean_interval();
+                object! {
+                    count: change.count(),
+                    mean: change.mean(),
+                    mean_low: mean_low,
+                    mean_high: mean_high,
+                }
+            });
+            object! {
+                name: measure.0,
+                count: s.count(),
+                mean: s.mean(),
+                p99: campaign.p99(measure),
+                min: s.min(),
+                max: s.max(),
+                change: change,
+            }
+        });
+        object! {
+            name: campaign.on.name(),
+            effects: campaign.on.kept(&self.effects).into_iter().map(Effect::name).collect::<Vec<_>>(),
+            changed_from: base.map(|base| base.on.name()),
+            trials: campaign.drops.len(),
+            failed: campaign.failed(),
+            measures: measures.collect::<Vec<_>>(),
+        }
+    }
+
+    /// Every drop, a row each: `effects.csv`.
+    pub fn csv(&self) -> String {
+        let columns: Vec<&str> = MEASURES.iter().map(|(key, ..)| *key).collect();
+        let mut out = format!(
+            "{}# drops of {} with and without its effects, gains {}\ntrial,effects,{},safe\n",
+            self.mission.stamp().csv_comment(),
+            self.mission.name,
+            self.mission.control.gains_name,
+            columns.join(",")
+        );
+        for campaign in &self.campaigns {
+            let name = campaign.on.name();
+            for (trial, drop) in campaign.drops.iter().enumerate() {
+                let cells =
+                    MEASURES.iter().map(|(.., of)| of(drop).map_or(String::new(), |x| format!("{x:?}")));
+                let cells: Vec<String> = cells.collect();
+                out += &format!("{trial},{name},{},{}\n", cells.join(","), u8::from(drop.safe));
+            }
+        }
+        out
+    }
+}
