@@ -126,11 +126,10 @@ impl Exact {
         // it what the start makes of it.
         let n = INTERVALS;
         let mut of_inputs = [DMatrix::<f64>::zeros(n + 1, n), DMatrix::<f64>::zeros(n + 1, n)];
-        let mut of_start = [DVector::<f64>::zeros(n + 1), DVector::<f64>::zeros(n + 1)];
-        for k in 0..=n {
-            of_start[0][k] = START[0] + START[1] * DT_S * k as f64;
-            of_start[1][k] = START[1];
-        }
+        let of_start = |i: usize, k: usize| match i {
+            0 => START[0] + START[1] * DT_S * k as f64,
+            _ => START[1],
+        };
         for k in 0..n {
             // An input that is linear over an interval, from input k - 1 (zero for the first) to input k.
             for i in 0..n {
@@ -148,14 +147,14 @@ impl Exact {
         for k in 0..n {
             hessian[(k, k)] += 2.0 * weight(k + 1) * c.r[0];
         }
-        for i in 0..2 {
+        for (i, of_inputs) in of_inputs.iter().enumerate() {
             for k in 0..=n {
                 let at_end = if k == n { c.s[i] } else { 0.0 };
                 let w = weight(k) * c.q[i] + at_end;
-                let row = of_inputs[i].row(k).transpose();
+                let row = of_inputs.row(k).transpose();
                 hessian += &row * row.transpose() * (2.0 * w);
-                gradient += &row * (2.0 * w * of_start[i][k]);
-                constant += w * of_start[i][k] * of_start[i][k];
+                gradient += &row * (2.0 * w * of_start(i, k));
+                constant += w * of_start(i, k) * of_start(i, k);
             }
         }
         let m = end.len();
@@ -167,7 +166,7 @@ impl Exact {
             let row = of_inputs[i].row(n);
             kkt.view_mut((n + i, 0), (1, n)).copy_from(&row);
             kkt.view_mut((0, n + i), (n, 1)).copy_from(&row.transpose());
-            right[n + i] = held - of_start[i][n];
+            right[n + i] = held - of_start(i, n);
         }
         let solved = kkt.lu().solve(&right).unwrap_or_else(|| DVector::from_element(n + m, f64::NAN));
         let inputs = solved.rows(0, n).into_owned();

@@ -10,7 +10,7 @@ use crate::report::json::{VERSION, object};
 use crate::report::marks::{Times, marks};
 use crate::report::plan_motion::{place_at, plan_motion};
 use crate::report::shown_drop::ShownDrop;
-use crate::sim::{CanopySample, Phase, Sample};
+use crate::sim::{Phase, Sample};
 use crate::units::DEG_PER_RAD;
 
 /// More rows than this of a log are thinned, evenly: pages have bounds.
@@ -89,6 +89,7 @@ pub(super) fn object(drop: &ShownDrop<'_>) -> String {
 const POSITIONS: [&str; 3] = ["north_m", "east_m", "down_m"];
 const ATTITUDES: [&str; 4] = ["q0", "q1", "q2", "q3"];
 const VELOCITIES: [&str; 3] = ["vn_m_s", "ve_m_s", "vd_m_s"];
+const CANOPY: [&str; 3] = ["canopy_north_m", "canopy_east_m", "canopy_down_m"];
 const WINDS: [&str; 3] = ["wind_n_m_s", "wind_e_m_s", "wind_d_m_s"];
 const RATES: [&str; 3] = ["p_rad_s", "q_rad_s", "r_rad_s"];
 
@@ -141,16 +142,12 @@ fn flight(drop: &ShownDrop<'_>) -> Motion {
         }
     }
     if rows.iter().any(|s| s.canopy.is_some()) {
-        let canopy = |s: &Sample, of: fn(&CanopySample) -> f64| s.canopy.as_ref().map_or(f64::NAN, of);
-        let of: [(&str, fn(&CanopySample) -> f64); 3] = [
-            ("canopy_north_m", |c| c.state.p_ned.x),
-            ("canopy_east_m", |c| c.state.p_ned.y),
-            ("canopy_down_m", |c| c.state.p_ned.z),
-        ];
-        for (name, of) in of {
-            channels.push(Channel::new(name, POSITION_M, rows.iter().map(|s| canopy(s, of))));
+        let place = |s: &Sample, i: usize| s.canopy.map_or(f64::NAN, |canopy| canopy.state.p_ned[i]);
+        for (i, name) in CANOPY.iter().enumerate() {
+            channels.push(Channel::new(name, POSITION_M, rows.iter().map(|s| place(s, i))));
         }
-        channels.push(Channel::scaled("riser_tension_n", rows.iter().map(|s| canopy(s, |c| c.tension_n))));
+        let tension = rows.iter().map(|s| s.canopy.map_or(f64::NAN, |canopy| canopy.tension_n));
+        channels.push(Channel::scaled("riser_tension_n", tension));
     }
     Motion { count: rows.len(), channels }
 }
