@@ -1,7 +1,8 @@
 //! Each failsafe, provoked.
 
 use mavlink::dialects::common::*;
-use samara::sim::Battery;
+use samara::model::supply::{Pack, PackLimits, Throttle};
+use samara::sim::{Battery, ElectricBattery};
 
 use super::ground_bench::Wire;
 
@@ -146,7 +147,10 @@ fn regress_fence_terminates() {
 fn regress_battery() {
     let full = 40_000.0;
     let mut wire = Wire::hovering(8.0, Some(Battery::new(full, 0.25)));
-    assert!((1..=25).contains(&wire.battery_percent), "{}", wire.battery_percent);
+    let percent = wire.sys_status.battery_remaining;
+    assert!((1..=25).contains(&percent), "{percent}");
+    // No volts and amperes are modelled.
+    assert_eq!((wire.sys_status.voltage_battery, wire.sys_status.current_battery), (u16::MAX, -1));
     wire.set_int("COM_LOW_BAT_ACT", 3);
     wire.fly_until(120.0, |wire| wire.said("Low battery level"));
     assert_eq!(wire.mode(), [4, 3]);
@@ -158,4 +162,36 @@ fn regress_battery() {
     wire.fly(1.1);
     assert_eq!(wire.mode(), [4, 6]);
     wire.fly_until(60.0, |wire| !wire.is_armed());
+}
+
+/// A pack of 14 to 16.8 V on 20 milliohm: a ground station sees the bus of the simulator, hovering, to the
+/// unit of the message and the half second between two of them; empty, the vehicle comes down.
+#[test]
+fn closed_form_volts_and_amperes_of_a_hover() {
+    let limits = PackLimits {
+        resistance_ohm: 0.02,
+        current_max_a: 60.0,
+        esc_current_max_a: f64::INFINITY,
+        esc_efficiency: 0.95,
+        motor_efficiency: 0.8,
+        nominal_v: 14.0,
+        throttle: Throttle::Speed,
+    };
+    let pack = || Pack::new(vec![(0.0, 14.0), (1.0, 16.8)], limits).unwrap();
+    let mut wire = Wire::on_ground_on(ElectricBattery::new(pack(), 36_000.0, 1.0));
+    assert_eq!((wire.sys_status.voltage_battery, wire.sys_status.current_battery), (16_800, 0));
+    wire = wire.taken_off(8.0);
+    wire.fly(6.0);
+    let sim = wire.simulator.run().simulation();
+    let (bus, charge) = (sim.bus().unwrap(), sim.battery().unwrap().charge());
+    assert!((bus.bus_v - (14.0 + 2.8 * charge - 0.02 * bus.pack_a)).abs() < 1e-9 && bus.pack_a > 5.0);
+    let shown = &wire.sys_status;
+    assert!((f64::from(shown.voltage_battery) - 1e3 * bus.bus_v).abs() < 30.0, "{shown:?} {bus:?}");
+    assert!((f64::from(shown.current_battery) / (100.0 * bus.pack_a) - 1.0).abs() < 0.05, "{shown:?}");
+    assert!((f64::from(shown.battery_remaining) - 100.0 * charge).abs() < 2.0);
+    let mut wire = Wire::on_ground_on(ElectricBattery::new(pack(), 36_000.0, 0.15)).taken_off(8.0);
+    wire.fly_until(60.0, |wire| wire.simulator.run().simulation().battery().unwrap().charge() <= 0.0);
+    wire.fly(5.0);
+    // From the hover at 8 m, without motors: sqrt(2 g h), less what air and rotors that run down take.
+    assert!((6.0..12.6).contains(&wire.touch_speed_m_s()), "{}", wire.touch_speed_m_s());
 }

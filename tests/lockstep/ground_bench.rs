@@ -14,7 +14,7 @@ use samara::link::{
 };
 use samara::model::rigid_body::BodyState;
 use samara::params::{Subject, Value};
-use samara::sim::{Battery, DropEvent, DropRunConfig, DropSimulation, Ground};
+use samara::sim::{Battery, DropEvent, DropRunConfig, DropSimulation, ElectricBattery, Ground};
 
 use crate::command_long::command_long;
 
@@ -44,10 +44,10 @@ pub struct Wire {
     station: Encoder,
     /// Everything said on the ground station's link.
     pub texts: Vec<String>,
-    /// HEARTBEAT, EXTENDED_SYS_STATE and BATTERY_STATUS of the vehicle, the latest.
+    /// HEARTBEAT, EXTENDED_SYS_STATE and SYS_STATUS of the vehicle, the latest.
     pub heartbeat: HEARTBEAT_DATA,
     pub landed: MavLandedState,
-    pub battery_percent: i8,
+    pub sys_status: SYS_STATUS_DATA,
     /// Landed states in the order of their coming.
     pub landed_states: Vec<MavLandedState>,
     acks: Vec<u8>,
@@ -95,7 +95,7 @@ fn wire_on(sim: DropSimulation, battery: Option<Battery>, estimator: Option<Esti
         texts: Vec::new(),
         heartbeat: HEARTBEAT_DATA::default(),
         landed: MavLandedState::MAV_LANDED_STATE_UNDEFINED,
-        battery_percent: -1,
+        sys_status: SYS_STATUS_DATA::default(),
         landed_states: Vec::new(),
         acks: Vec::new(),
         station_beats: true,
@@ -110,6 +110,13 @@ impl Wire {
     pub fn on_ground(battery: Option<Battery>) -> Self {
         let m = &*MISSION;
         wire(DropSimulation::standing(m.vehicle.clone(), m.site.environment.clone(), GROUND), battery)
+    }
+
+    /// Standing, its motors on a battery with a voltage.
+    pub fn on_ground_on(battery: ElectricBattery) -> Self {
+        let m = &*MISSION;
+        let sim = DropSimulation::standing(m.vehicle.clone(), m.site.environment.clone(), GROUND);
+        wire(sim.on_battery(Some(battery)), None)
     }
 
     /// Standing, on the estimator.
@@ -142,13 +149,17 @@ impl Wire {
 
     /// Standing, armed, taken off to `height_m` and holding there.
     pub fn hovering(height_m: f32, battery: Option<Battery>) -> Self {
-        let mut wire = Self::on_ground(battery);
-        wire.set_real("MIS_TAKEOFF_ALT", height_m);
-        assert_eq!(wire.command(MavCmd::MAV_CMD_COMPONENT_ARM_DISARM, &[1.0]), 0);
-        assert_eq!(wire.command(MavCmd::MAV_CMD_NAV_TAKEOFF, &[]), 0);
-        wire.fly_until(60.0, |wire| wire.mode() == [4, 3]);
-        wire.fly(3.0);
-        wire
+        Self::on_ground(battery).taken_off(height_m)
+    }
+
+    /// Armed, taken off to `height_m` and holding there.
+    pub fn taken_off(mut self, height_m: f32) -> Self {
+        self.set_real("MIS_TAKEOFF_ALT", height_m);
+        assert_eq!(self.command(MavCmd::MAV_CMD_COMPONENT_ARM_DISARM, &[1.0]), 0);
+        assert_eq!(self.command(MavCmd::MAV_CMD_NAV_TAKEOFF, &[]), 0);
+        self.fly_until(60.0, |wire| wire.mode() == [4, 3]);
+        self.fly(3.0);
+        self
     }
 
     pub fn body(&self) -> &BodyState {
@@ -232,7 +243,7 @@ impl Wire {
                                 &mut self.texts,
                                 &mut self.heartbeat,
                                 &mut self.landed_states,
-                                &mut self.battery_percent,
+                                &mut self.sys_status,
                             );
                         }
                     }),
@@ -248,12 +259,12 @@ impl Wire {
         texts: &mut Vec<String>,
         heartbeat: &mut HEARTBEAT_DATA,
         landed_states: &mut Vec<MavLandedState>,
-        battery_percent: &mut i8,
+        sys_status: &mut SYS_STATUS_DATA,
     ) {
         match message {
             MavMessage::STATUSTEXT(m) => texts.push(m.text.to_str().unwrap().to_owned()),
             MavMessage::HEARTBEAT(m) => *heartbeat = m.clone(),
-            MavMessage::SYS_STATUS(m) => *battery_percent = m.battery_remaining,
+            MavMessage::SYS_STATUS(m) => *sys_status = m.clone(),
             MavMessage::EXTENDED_SYS_STATE(m) if landed_states.last() != Some(&m.landed_state) => {
                 landed_states.push(m.landed_state);
             }
