@@ -224,6 +224,19 @@ def test_a_canopy_and_the_wind_are_where_they_were(opened, tmp_path):
     assert pulled == {True, False}
 
 
+def test_a_battery_has_a_panel_with_what_the_log_says(opened, tmp_path):
+    lines = (dropped(tmp_path, mission="balloon_drop") / "flight.csv").read_text().splitlines()
+    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    page = opened(tmp_path / "drop.html")
+    panel = page.locator("figure.panel", has_text="pack current, bus voltage")
+    row = rows[round(0.5 * (len(rows) - 1))]
+    slide(page, float(row["t_s"]))
+    page.wait_for_timeout(300)
+    shown = [float(text) for text in panel.locator("b").all_inner_texts()]
+    truth = [float(row[name]) for name in ("pack_current_a", "bus_v")]
+    assert max(abs(a - b) for a, b in zip(shown, truth)) < 0.06, (shown, truth)
+
+
 def test_it_fits_a_telephone(opened):
     page = opened(viewport={"width": 390, "height": 844}, has_touch=True, device_scale_factor=2)
     assert page.evaluate("document.documentElement.scrollWidth") <= 390

@@ -6,6 +6,7 @@ use super::channel::Channel;
 use crate::assess::StateCost;
 use crate::model::RotationSense;
 use crate::model::rigid_body::BodyState;
+use crate::model::supply::BusState;
 use crate::report::json::{VERSION, object};
 use crate::report::marks::{Times, marks};
 use crate::report::plan_motion::{place_at, plan_motion};
@@ -48,6 +49,8 @@ pub(super) fn object(drop: &ShownDrop<'_>) -> String {
     let ShownDrop { mission, verdict, .. } = *drop;
     let (times, limits) = (Times::of(drop), &mission.limits.safety);
     let environment = &mission.site.environment;
+    let pack_limit_a = mission.electric.as_ref().map(|battery| battery.pack().limits().current_max_a);
+    let pack_limit_a = pack_limit_a.filter(|limit_a| limit_a.is_finite());
     let rotors = mission.vehicle.rotors.iter().map(|rotor| {
         object! {
             position_body_m: <[f64; 3]>::from(rotor.position_body_m),
@@ -74,6 +77,7 @@ pub(super) fn object(drop: &ShownDrop<'_>) -> String {
             pitch_rate_deg_s: limits.pitch_rate_rad_s * DEG_PER_RAD,
             thrust_n: mission.plan.thrust_max_n,
             rotor_rad_s: mission.vehicle.motor.omega_max_rad_s(),
+            #[serde(flatten)] pack: pack_limit_a.map(|limit_a| object! { pack_current_a: limit_a }),
         },
         rotors: rotors.collect::<Vec<_>>(),
         verdict: verdict.map(|v| object! { j_tpf: v.j_tpf, decided_by: v.decided_by }),
@@ -148,6 +152,11 @@ fn flight(drop: &ShownDrop<'_>) -> Motion {
         }
         let tension = rows.iter().map(|s| s.canopy.map_or(f64::NAN, |canopy| canopy.tension_n));
         channels.push(Channel::scaled("riser_tension_n", tension));
+    }
+    if rows.iter().any(|s| s.bus.is_some()) {
+        let of_bus = |of: fn(&BusState) -> f64| rows.iter().map(move |s| s.bus.as_ref().map_or(f64::NAN, of));
+        channels.push(Channel::scaled("bus_v", of_bus(|bus| bus.bus_v)));
+        channels.push(Channel::scaled("pack_current_a", of_bus(|bus| bus.pack_a)));
     }
     Motion { count: rows.len(), channels }
 }

@@ -1,4 +1,4 @@
-// Panels over time, tied to the playhead: velocity, attitude, rates, thrusts, J_state; limits and plan beside.
+// Panels over time, tied to the playhead: velocity, attitude, rates, thrusts, bus, J_state; limits and plan beside.
 // Dragging zooms all of them, a double click shows all again, a click goes there.
 
 import uPlot from "uplot";
@@ -54,11 +54,13 @@ export class Plots {
     const names = rotorNames(about.rotors);
     const thrust = names.map((name, i) => ({ name, color: i, of: (m) => m.thrust[i] }));
     const { limits } = about;
+    const supply = [line("current", "first", (m) => m.pack), line("voltage", "second", (m) => m.bus)];
     return [
       { title: "velocity", unit: "m/s", lines: velocity, digits: 2 },
       { title: rolls ? "pitch and roll" : "pitch", unit: "deg", lines: attitude, limit: limits.pitch_deg, both: true, digits: 1 },
       { title: rolls || turns ? "body rates" : "pitch rate", unit: "deg/s", lines: rates, limit: limits.pitch_rate_deg_s, both: true, digits: 1 },
       { title: "thrust", unit: "N", lines: thrust, limit: limits.thrust_n, digits: limits.thrust_n < 100 ? 1 : 0, limitName: "plan's limit" },
+      ...(motion.bus ? [{ title: "pack current, bus voltage", unit: "A, V", lines: supply, limit: limits.pack_current_a, digits: 1, limitName: "limit of the current" }] : []),
       { title: "share of the safety limit, J", sub: "state", unit: "", lines: [{ name: "", color: "cost", of: (m) => m.j }], limit: 1, always: true, digits: 3 },
     ];
   }

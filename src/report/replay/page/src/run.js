@@ -70,6 +70,8 @@ export class Motion {
     this.wind = of(["wind_n_m_s", "wind_e_m_s", "wind_d_m_s"]);
     this.canopy = of(["canopy_north_m", "canopy_east_m", "canopy_down_m"]);
     this.tension = columns.riser_tension_n;
+    this.bus = columns.bus_v;
+    this.pack = columns.pack_current_a;
     this.rotorSpeed = of(each.map((i) => `rotor_speed_${i}_rad_s`));
     const attitude = (i) => this.q.map((c) => c[i]);
     this.pitch = Float64Array.from(this.t, (_, i) => pitchDeg(attitude(i)));
