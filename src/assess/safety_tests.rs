@@ -31,6 +31,7 @@ fn sample(t_s: f64, phase: Phase, v_ned: [f64; 3], pitch_rad: f64, rate: f64, a_
         a_ned: Vector3::new(0.0, 0.0, a_down),
         wind_ned: Vector3::zeros(),
         canopy: None,
+        esc: None,
         bus: None,
     }
 }

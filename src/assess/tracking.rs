@@ -134,6 +134,7 @@ mod tests {
             a_ned: Vector3::zeros(),
             wind_ned: Vector3::zeros(),
             canopy: None,
+            esc: None,
             bus: None,
         }
     }

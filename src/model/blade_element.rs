@@ -140,7 +140,7 @@ pub struct RotorCoefficients {
 /// How the disk moves through the air, in units of `sqrt((Omega R)^2 + V^2)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiskMotion {
-    /// Tip speed.
+    /// Tip speed; negative: the rotor turns backwards, the blades' trailing edges first.
     pub tip: f64,
     /// Velocity along the thrust.
     pub climb: f64,

@@ -11,6 +11,9 @@
 //! ```
 //!
 //! An even grid of both, bilinear. Both are ratios of speeds: a look-up takes two divisions and one root.
+//!
+//! A rotor that turns backwards, its blades' trailing edges first, has a second, coarser grid with `|Omega|`
+//! in the speed share, where it is wanted ([`CoefficientTable::with_backwards`]); both agree at rest.
 
 use std::f64::consts::PI;
 
@@ -22,6 +25,8 @@ use super::{ModelError, check_positive};
 pub const SPEED_STEPS: usize = 100;
 /// Intervals of the grid along the flow share.
 pub const FLOW_STEPS: usize = 80;
+/// Intervals of the grid along the speed share and the flow share of a rotor that turns backwards.
+const BACKWARDS_STEPS: [usize; 2] = [50, 40];
 /// Airspeed over tip speed at which the speed share is a half.
 pub(crate) const HALF_AT: f64 = 0.1;
 
@@ -35,6 +40,8 @@ pub struct CoefficientTable {
     radius_m: f64,
     /// Thrust, in-plane force and torque, the flow share running fastest.
     cells: Vec<[f64; 3]>,
+    /// Likewise of a rotor that turns backwards, on its own grid.
+    backwards: Option<Vec<[f64; 3]>>,
 }
 
 impl CoefficientTable {
@@ -54,7 +61,29 @@ impl CoefficientTable {
         if cells.iter().flatten().any(|x| !x.is_finite()) {
             return Err(ModelError::Table("the coefficients must be finite".into()));
         }
-        Ok(Self { radius_m, cells })
+        Ok(Self { radius_m, cells, backwards: None })
+    }
+
+    /// The table with the coefficients of a rotor that turns backwards, at negative speeds: a solution of
+    /// blade elements and momentum theory at each point of a grid of 51 shares of speed and 41 of the flow.
+    /// Without them a rotor never turns backwards.
+    #[must_use]
+    pub fn with_backwards(self, blades: &Blades) -> Self {
+        let [speeds, flows] = BACKWARDS_STEPS;
+        let cells = (0..=speeds).flat_map(|i| {
+            let speed = i as f64 / speeds as f64;
+            (0..=flows).map(move |j| Self::motion([speed, j as f64 / (flows / 2) as f64 - 1.0]))
+        });
+        let solved = cells.map(|motion| {
+            let found = blades.coefficients(&DiskMotion { tip: -motion.tip, ..motion });
+            [found.thrust, found.in_plane, found.torque]
+        });
+        Self { backwards: Some(solved.collect()), ..self }
+    }
+
+    /// Whether the rotor may turn backwards.
+    pub fn knows_backwards(&self) -> bool {
+        self.backwards.is_some()
     }
 
     /// Speed share and flow share of each cell, in order.
@@ -66,16 +95,17 @@ impl CoefficientTable {
     }
 
     /// Coefficients of blades at a speed share and a flow share.
-    pub fn cell(blades: &Blades, [speed, flow]: [f64; 2]) -> RotorCoefficients {
+    pub fn cell(blades: &Blades, place: [f64; 2]) -> RotorCoefficients {
+        blades.coefficients(&Self::motion(place))
+    }
+
+    /// Motion of the disk at a speed share and a flow share, turning forwards.
+    fn motion([speed, flow]: [f64; 2]) -> DiskMotion {
         let (airspeed, tip) = (HALF_AT * speed, 1.0 - speed);
         let whole = (airspeed * airspeed + tip * tip).sqrt();
         let in_plane = 1.0 - flow.abs();
         let share = airspeed / (whole * (flow * flow + in_plane * in_plane).sqrt());
-        blades.coefficients(&DiskMotion {
-            tip: tip / whole,
-            climb: -flow * share,
-            in_plane: in_plane * share,
-        })
+        DiskMotion { tip: tip / whole, climb: -flow * share, in_plane: in_plane * share }
     }
 
     /// Radius of the rotor [m].
@@ -89,20 +119,59 @@ impl CoefficientTable {
     }
 
     /// Load of a rotor at a speed [rad/s] whose hub moves along its thrust at `climb_m_s` and in its plane at
-    /// `in_plane_m_s`, zero or more [m/s].
+    /// `in_plane_m_s`, zero or more [m/s]. A negative speed, backwards, needs a table
+    /// [with those](Self::with_backwards); without them it means nothing.
     #[inline(always)]
     pub fn load(&self, omega_rad_s: f64, climb_m_s: f64, in_plane_m_s: f64, density_kg_m3: f64) -> RotorLoad {
-        let tip = omega_rad_s * self.radius_m;
+        if let Some(cells) = &self.backwards
+            && omega_rad_s < 0.0
+        {
+            return self.load_backwards(
+                cells,
+                -omega_rad_s * self.radius_m,
+                climb_m_s,
+                in_plane_m_s,
+                density_kg_m3,
+            );
+        }
+        let steps = [SPEED_STEPS, FLOW_STEPS];
+        self.bilinear(&self.cells, steps, omega_rad_s * self.radius_m, climb_m_s, in_plane_m_s, density_kg_m3)
+    }
+
+    #[cold]
+    fn load_backwards(
+        &self,
+        cells: &[[f64; 3]],
+        tip_m_s: f64,
+        climb_m_s: f64,
+        in_plane_m_s: f64,
+        density_kg_m3: f64,
+    ) -> RotorLoad {
+        self.bilinear(cells, BACKWARDS_STEPS, tip_m_s, climb_m_s, in_plane_m_s, density_kg_m3)
+    }
+
+    /// Load by cells on a grid of so many steps of speed share and flow share, at a tip speed of zero or
+    /// more.
+    #[inline(always)]
+    fn bilinear(
+        &self,
+        cells: &[[f64; 3]],
+        [speeds, flows]: [usize; 2],
+        tip: f64,
+        climb_m_s: f64,
+        in_plane_m_s: f64,
+        density_kg_m3: f64,
+    ) -> RotorLoad {
         let square = climb_m_s * climb_m_s + in_plane_m_s * in_plane_m_s;
         let airspeed = square.sqrt();
         let speed = share(airspeed, airspeed + HALF_AT * tip);
         let flow = share(-climb_m_s, climb_m_s.abs() + in_plane_m_s);
-        let (i, a) = place(speed * SPEED_STEPS as f64, SPEED_STEPS);
-        let (j, b) = place((flow + 1.0) * (FLOW_STEPS / 2) as f64, FLOW_STEPS);
-        let at = i * (FLOW_STEPS + 1) + j;
+        let (i, a) = place(speed * speeds as f64, speeds);
+        let (j, b) = place((flow + 1.0) * (flows / 2) as f64, flows);
+        let at = i * (flows + 1) + j;
         let mix = |x: [f64; 3], y: [f64; 3], s: f64| [0, 1, 2].map(|k| x[k] + s * (y[k] - x[k]));
-        let along = |at: usize| mix(self.cells[at], self.cells[at + 1], b);
-        let [thrust, in_plane, torque] = mix(along(at), along(at + FLOW_STEPS + 1), a);
+        let along = |at: usize| mix(cells[at], cells[at + 1], b);
+        let [thrust, in_plane, torque] = mix(along(at), along(at + flows + 1), a);
         let scale = PI * self.radius_m * self.radius_m * (tip * tip + square) * density_kg_m3;
         RotorLoad {
             thrust_n: scale * thrust,

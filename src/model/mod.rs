@@ -11,6 +11,7 @@
 //! | [`coefficient_table`] | those as a table that flies | |
 //! | [`disk_state`] | climb and edgewise motion of a rotor over its induced velocity | |
 //! | [`motor`] | speed controller and motor: rotor speed from throttle | III.B, (23)-(24) |
+//! | [`rotor_start`] | rotors that nobody drives, and how a speed controller starts a motor | |
 //! | [`supply`] | battery and bus: what is left to each motor | |
 //! | [`vehicle`] | the vehicle: all of the above with its geometry; force balance | (5)-(9), (19)-(22) |
 //! | `rotor_load` | thrust, torque and in-plane force of a rotor | |
@@ -41,6 +42,7 @@ pub mod rigid_body;
 pub mod rotor;
 pub mod rotor_limits;
 mod rotor_load;
+pub mod rotor_start;
 pub mod spline;
 pub mod supply;
 pub mod trim;
@@ -58,6 +60,7 @@ pub use parachute::Parachute;
 pub use planet::Planet;
 pub use rotor::{Rotor, RotorTable};
 pub use rotor_limits::RotorLimits;
+pub use rotor_start::RotorStart;
 pub use trim::{Trim, TrimError, trim};
 pub use vehicle::{ForceBalance, Interference, RotationSense, RotorMount, Vehicle, VehicleOptions};
 

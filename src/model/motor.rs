@@ -101,7 +101,15 @@ impl Motor {
     /// aerodynamic torque that brakes it [N m]. A rotor at rest is never driven backwards.
     #[inline(always)]
     pub fn acceleration(&self, throttle: f64, omega: f64, torque_aero: f64) -> f64 {
-        let rate = match *self {
+        let rate = self.unlocked_acceleration(throttle, omega, torque_aero);
+        if omega <= 0.0 && rate < 0.0 { 0.0 } else { rate }
+    }
+
+    /// Angular acceleration [rad/s^2] as [`Self::acceleration`] has it of a rotor that the air may drive
+    /// backwards.
+    #[inline(always)]
+    pub fn unlocked_acceleration(&self, throttle: f64, omega: f64, torque_aero: f64) -> f64 {
+        match *self {
             Self::EscDc(ref m) => {
                 let k_e = m.back_emf_constant_v_s_rad;
                 let omega_c = throttle * m.omega_max_rad_s;
@@ -115,8 +123,7 @@ impl Motor {
                 let difference = throttle * omega_max_rad_s - omega;
                 difference / if difference > 0.0 { tau_up_s } else { tau_down_s }
             }
-        };
-        if omega <= 0.0 && rate < 0.0 { 0.0 } else { rate }
+        }
     }
 
     /// Angular acceleration of the rotor [rad/s^2] as [`Self::acceleration`] has it, of a motor in a

@@ -13,7 +13,7 @@ use super::body_aero::AeroLoad;
 use super::rigid_body::{BodyRate, BodyState, MassProperties, derivative};
 use super::rotor::{Rotor, RotorLoad};
 use super::supply::{BusState, MotorState, Pack};
-use super::{BodyAero, Environment, MAX_ROTORS, ModelError, Motor, MotorCondition, PerRotor};
+use super::{BodyAero, Environment, MAX_ROTORS, ModelError, Motor, MotorCondition, PerRotor, RotorStart};
 use crate::frames::rotate_body_from_ned;
 use crate::real::Real;
 
@@ -89,6 +89,9 @@ pub struct Vehicle {
     pub motor: Motor,
     /// Switches of reaction torque and rotor momentum.
     pub options: VehicleOptions,
+    /// Rotors before their motors drive them, and their start; `None`: held at rest until t = 0, and driven
+    /// from there on.
+    pub start: Option<RotorStart>,
 }
 
 /// Every term of the balance of forces and moments at an instant.
@@ -188,7 +191,7 @@ impl Vehicle {
             }
         }
         super::check_positive("omega_max", motor.omega_max_rad_s())?;
-        Ok(Self { mass, rotors, aero, rotor, motor, options })
+        Ok(Self { mass, rotors, aero, rotor, motor, options, start: None })
     }
 
     /// Thrust of a rotor at full throttle in still air, alone [N]: `T_static`, the scale of the control
@@ -205,6 +208,11 @@ impl Vehicle {
             Motor::EscDc(m) => {
                 let most = self.rotors.iter().map(|r| r.interference.torque).fold(1.0, f64::max);
                 most * self.rotor.steepest_torque_nm_s(m.omega_max_rad_s) / m.rotor_inertia_kg_m2
+            }
+            // A motor of first order follows whatever the air does; one that is not driven does not.
+            Motor::FirstOrder { omega_max_rad_s, rotor_inertia_kg_m2, .. } if self.start.is_some() => {
+                let most = self.rotors.iter().map(|r| r.interference.torque).fold(1.0, f64::max);
+                most * self.rotor.steepest_torque_nm_s(omega_max_rad_s) / rotor_inertia_kg_m2
             }
             Motor::FirstOrder { .. } => 0.0,
         };
@@ -362,7 +370,7 @@ impl Vehicle {
     /// Derivative of body and rotors; `accelerations` gives those of the rotors [rad/s^2] at the torques of
     /// the air [N m].
     #[inline(always)]
-    fn driven_derivative(
+    pub fn driven_derivative(
         &self,
         environment: &Environment,
         state: &BodyState,
@@ -402,6 +410,39 @@ impl Vehicle {
         let (force, moment) = (balance.force_body(), balance.moment_body());
         let body = derivative(&self.mass, environment.gravity_m_s2, state, force, moment);
         VehicleRate { body, rotor_acceleration, balance }
+    }
+
+    /// Torque of the air that brakes rotor `i` (from 0) at a speed [rad/s], negative: backwards [N m].
+    pub fn air_torque_nm(
+        &self,
+        environment: &Environment,
+        body: &BodyState,
+        i: usize,
+        omega_rad_s: f64,
+    ) -> f64 {
+        let hub = self.hub_body_m_s(environment, body, i);
+        self.rotor_load(&self.rotors[i], &hub, omega_rad_s, environment.density_kg_m3).torque_nm
+    }
+
+    /// Velocity of the hub of rotor `i` (from 0) through the air, body axes [m/s].
+    fn hub_body_m_s(&self, environment: &Environment, body: &BodyState, i: usize) -> Vector3<f64> {
+        let v_air_ned = body.v_ned - environment.wind_ned_m_s;
+        let v_air_body = rotate_body_from_ned(body.q_ned_from_body, v_air_ned);
+        v_air_body + body.omega_body.cross(&self.rotors[i].position_body_m)
+    }
+
+    /// The speed [rad/s] that rotor `i` (from 0) comes to from another one [rad/s] where nobody drives it and
+    /// the body keeps its state; that other one where the vehicle's rotors are not free.
+    pub fn settled_speed_rad_s(
+        &self,
+        environment: &Environment,
+        body: &BodyState,
+        i: usize,
+        from_rad_s: f64,
+    ) -> f64 {
+        let (Some(start), Rotor::BladeElement(table)) = (&self.start, &self.rotor) else { return from_rad_s };
+        let scale_rad_s = self.hub_body_m_s(environment, body, i).norm() / table.radius_m();
+        start.settled_rad_s(from_rad_s, scale_rad_s, |omega| self.air_torque_nm(environment, body, i, omega))
     }
 
     fn rotor_load(

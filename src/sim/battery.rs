@@ -1,7 +1,8 @@
 //! A battery as a store of energy: what the rotors' shafts take is gone, `E_dot = -sum Q_i omega_i`.
 //!
 //! No voltage, no losses, no recovery: the capacity is the energy that reaches the shafts. A battery that is
-//! empty does not stop the motors; what to do about it is the autopilot's business.
+//! empty does not stop the motors; what to do about it is the autopilot's business. A rotor that the air
+//! turns takes nothing; what a try to start one takes is left out.
 
 use super::Sample;
 
@@ -24,7 +25,7 @@ impl Battery {
     /// Takes what the rotors take in `dt_s` [s] at the powers of a sample.
     pub fn discharge(&mut self, sample: &Sample, dt_s: f64) {
         let power_w: f64 =
-            sample.balance.torque_nm.iter().zip(sample.state.rotor_speed).map(|(q, w)| q.abs() * w).sum();
+            sample.balance.torque_nm.iter().zip(sample.driven_speed()).map(|(q, w)| q.abs() * w).sum();
         if power_w.is_finite() {
             self.left_j = (self.left_j - power_w * dt_s).max(0.0);
         }

@@ -14,9 +14,11 @@ use super::electric_battery::ElectricBattery;
 use super::faults::{Fault, FaultCourse, FaultOrder};
 use super::integrator::PlantState;
 use super::plant::{Loads, Plant, PlantKind};
+use super::rotor_start::StartCourse;
 use super::two_bodies::CanopyFlight;
 use crate::model::parachute::{Pendulum, TipOff};
 use crate::model::rigid_body::BodyState;
+use crate::model::rotor_start::BeforeStart;
 use crate::model::wind::WindCourse;
 use crate::model::{Environment, MAX_ROTORS, Parachute, PerRotor, Vehicle};
 
@@ -126,14 +128,20 @@ impl DropSimulation {
             Some((body, canopy)) => (body, Some(canopy)),
             None => (parachute.hanging(-hang_s, &environment).0, None),
         };
+        let mut state = PlantState::rotors_at_rest(body);
+        if vehicle.start.is_some_and(|start| start.before == BeforeStart::Free) {
+            for i in 0..vehicle.rotors.len() {
+                state.rotor_speed[i] = vehicle.settled_speed_rad_s(&environment, &body, i, 0.0);
+            }
+        }
         Self {
-            plant: Plant::new(vehicle, environment, PlantKind::Actuator),
+            plant: Plant::new(vehicle, environment, PlantKind::Actuator).with_start(),
             parachute,
             nominal_release_s: hang_s,
             start,
             clock: Clock::default(),
             phase: Phase::Hanging,
-            state: PlantState::rotors_at_rest(body),
+            state,
             throttle: [0.0; MAX_ROTORS],
             release_at_s: None,
             released: None,
@@ -185,11 +193,16 @@ impl DropSimulation {
         self.faults.as_deref()
     }
 
+    /// The starts of the rotors, where they are modelled.
+    pub fn rotor_starts(&self) -> Option<&StartCourse> {
+        self.plant.start()
+    }
+
     /// Takes an order about a fault; whether it is obeyed, [`FaultCourse::order`].
     pub fn order_fault(&mut self, order: FaultOrder) -> bool {
-        let (now_s, speed) = (self.clock.time_s, &self.state.rotor_speed);
+        let (now_s, speed) = (self.clock.time_s, self.plant.driven_speeds(&self.state.rotor_speed));
         let faults = self.faults.get_or_insert_default();
-        let obeyed = faults.order(order, now_s, speed);
+        let obeyed = faults.order(order, now_s, &speed);
         self.plant.set_motors(faults.motors());
         obeyed
     }
@@ -204,7 +217,7 @@ impl DropSimulation {
     /// Begins and ends the faults whose times have come.
     fn meet_faults(&mut self) {
         if let Some(faults) = &mut self.faults {
-            faults.advance(self.clock.time_s, &self.state.rotor_speed);
+            faults.advance(self.clock.time_s, &self.plant.driven_speeds(&self.state.rotor_speed));
             self.plant.set_motors(faults.motors());
             if let Some(canopy) = &mut self.canopy
                 && self.released.is_some()
@@ -413,6 +426,7 @@ impl DropSimulation {
 
     fn advance_phase(&mut self, h: f64) -> Loads {
         let span = (self.clock.time_s, h);
+        self.plant.set_time_s(span.0);
         let locked = self.phase != Phase::Powered;
         let held = self.canopy.as_ref().is_some_and(|canopy| canopy.line.is_some());
         if held || self.dynamic_fall() {
@@ -431,8 +445,16 @@ impl DropSimulation {
             return self.plant.step(&mut self.state, &self.throttle, locked, h);
         }
         let loads = self.loads();
+        let begin_s = self.clock.time_s;
         self.clock.advance(h);
         self.state.body = match self.released {
+            None if self.plant.start().is_some() => {
+                let (parachute, site) = (self.parachute, self.hanging_in());
+                let from_s = begin_s - self.nominal_release_s;
+                let body_at = |share: f64| parachute.hanging(from_s + share * h, &site).0;
+                self.plant.turn_rotors(&mut self.state, body_at, h);
+                self.hanging().0
+            }
             None => self.hanging().0,
             Some(r) => self.vacuum_fall(&r),
         };
@@ -448,11 +470,15 @@ impl DropSimulation {
         let t_s = self.clock.time_s - self.nominal_release_s;
         match &self.wind {
             None => self.parachute.hanging(t_s, self.environment()),
-            Some((course, _)) => {
-                let wind_ned_m_s = course.site_wind_ned();
-                self.parachute.hanging(t_s, &Environment { wind_ned_m_s, ..self.environment().clone() })
-            }
+            Some(_) => self.parachute.hanging(t_s, &self.hanging_in()),
         }
+    }
+
+    /// The site with the wind that a canopy drifts with whose motion is prescribed.
+    fn hanging_in(&self) -> Environment {
+        let site = self.environment();
+        let wind = self.wind.as_ref().map(|(course, _)| course.site_wind_ned());
+        Environment { wind_ned_m_s: wind.unwrap_or(site.wind_ned_m_s), ..site.clone() }
     }
 
     /// The fall of [`Start::T0`].

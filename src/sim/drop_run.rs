@@ -24,6 +24,7 @@ use super::faults::course::FaultChange;
 use super::faults::{FaultKind, FaultOrder, FaultSpan};
 use super::limits::{SafetyLimits, StateCost};
 use super::record::Sample;
+use super::rotor_start::{RotorStarted, StartChange, StartEvent};
 use crate::control::px4::timing::IMU_PERIOD_US;
 use crate::model::{MAX_ROTORS, PerRotor};
 use crate::time::{TimeUs, Timed, microseconds, seconds};
@@ -123,6 +124,11 @@ pub enum DropEvent {
         /// What failed.
         fault: FaultKind,
     },
+    /// A rotor has been started, has been lost, or was not started.
+    RotorStart {
+        /// What happened to it.
+        change: StartChange,
+    },
     /// The vehicle has come to the ground.
     TouchedGround {
         /// Speed of descent at the step before [m/s].
@@ -139,6 +145,7 @@ impl DropEvent {
             | Self::LimitPassed { .. }
             | Self::FaultBegan { .. } => true,
             Self::Failsafe { active } => *active,
+            Self::RotorStart { change } => !matches!(change.event, StartEvent::Caught { .. }),
             Self::Armed { .. }
             | Self::Released { .. }
             | Self::RotorsFree
@@ -164,6 +171,7 @@ impl fmt::Display for DropEvent {
             Self::LimitPassed { name } => return write!(f, "limit passed: {}", name.replace('_', " ")),
             Self::FaultBegan { fault } => return write!(f, "fault: {fault}"),
             Self::FaultEnded { fault } => return write!(f, "fault over: {fault}"),
+            Self::RotorStart { change } => return write!(f, "{change}"),
             Self::TouchedGround { speed_m_s } => return write!(f, "on the ground at {speed_m_s:.2} m/s"),
         })
     }
@@ -179,18 +187,29 @@ pub struct FlightRecord {
     pub failsafe: bool,
     /// Faults that began, in the order in which they did.
     pub faults: Vec<FaultSpan>,
+    /// How the rotors were started, where that is modelled.
+    pub starts: Vec<RotorStarted>,
 }
 
 impl FlightRecord {
-    /// The record of a flight that has no host to report it: its faults, with their events.
-    pub fn of_faults(simulation: &DropSimulation) -> Self {
-        let Some(faults) = simulation.faults() else { return Self::default() };
-        let event = |change: &FaultChange| Timed { at: microseconds(change.at_s), event: change.into() };
-        Self {
-            events: faults.changes().iter().map(event).collect(),
-            failsafe: false,
-            faults: faults.spans().to_vec(),
+    /// The record of a flight that has no host to report it: its faults and the starts of its rotors, with
+    /// their events.
+    pub fn of_motors(simulation: &DropSimulation) -> Self {
+        let mut record = Self::default();
+        if let Some(faults) = simulation.faults() {
+            let event = |change: &FaultChange| Timed { at: microseconds(change.at_s), event: change.into() };
+            record.events = faults.changes().iter().map(event).collect();
+            record.faults = faults.spans().to_vec();
         }
+        if let Some(starts) = simulation.rotor_starts() {
+            record.events.extend(starts.changes().iter().map(|change| Timed {
+                at: microseconds(change.at_s),
+                event: DropEvent::RotorStart { change: *change },
+            }));
+            record.events.sort_by_key(|event| event.at);
+            record.starts = starts.started().collect();
+        }
+        record
     }
 }
 
@@ -234,6 +253,8 @@ pub struct DropRun {
     asked: Option<(ReleaseCause, f64)>,
     /// How many changes of the simulation's faults have been reported.
     faults_reported: usize,
+    /// How many changes of the rotors' starts have been reported.
+    starts_reported: usize,
 }
 
 impl DropRun {
@@ -262,6 +283,7 @@ impl DropRun {
             limits_passed: [false; 5],
             asked,
             faults_reported: 0,
+            starts_reported: 0,
             simulation,
             initial,
             config,
@@ -430,6 +452,18 @@ impl DropRun {
         self.record.faults = faults.spans().to_vec();
     }
 
+    /// Reports what has become of the rotors' starts.
+    fn report_starts(&mut self) {
+        let Some(starts) = self.simulation.rotor_starts() else { return };
+        for change in &starts.changes()[self.starts_reported..] {
+            let event = DropEvent::RotorStart { change: *change };
+            self.record.events.push(Timed { at: microseconds(change.at_s), event });
+        }
+        self.starts_reported = starts.changes().len();
+        self.record.starts.clear();
+        self.record.starts.extend(starts.started());
+    }
+
     /// Makes one step under the commands that have been set.
     pub fn step(&mut self) {
         if self.is_over() {
@@ -443,6 +477,7 @@ impl DropRun {
         self.report_faults();
         self.check_trigger();
         self.report_free_rotors();
+        self.report_starts();
         self.report_touch(before.state.body.v_ned.z);
         self.check_limits();
         if let Some(battery) = &mut self.battery {

@@ -77,6 +77,18 @@ pub fn runge_kutta_4<X: Integrated>(x: &X, dt_s: f64, mut f: impl FnMut(f64, &X)
     x.advanced(&X::average(&k1, &k2, &k3, &k4), dt_s)
 }
 
+impl Integrated for f64 {
+    type Rate = Self;
+
+    fn advanced(&self, rate: &Self, h: f64) -> Self {
+        self + rate * h
+    }
+
+    fn average(k1: &Self, k2: &Self, k3: &Self, k4: &Self) -> Self {
+        (k1 + 2.0 * (k2 + k3) + k4) / 6.0
+    }
+}
+
 impl Integrated for PlantState {
     type Rate = PlantRate;
 

@@ -14,6 +14,7 @@
 //! | [`battery`], [`electric_battery`] | what the rotors take, of a store of energy; of a pack on a bus |
 //! | [`record`] | one row of a flight's record |
 //! | [`sensors`] | what the sensors read |
+//! | [`rotor_start`] | the start of each rotor of a flight |
 //! | [`planar`] | many flights at once, side by side in the vertical plane |
 
 pub mod battery;
@@ -28,6 +29,7 @@ pub mod limits;
 pub mod planar;
 pub mod plant;
 pub mod record;
+pub mod rotor_start;
 pub mod sensors;
 pub mod two_bodies;
 
@@ -41,6 +43,8 @@ mod electric_battery_tests;
 mod flight_tests;
 #[cfg(test)]
 mod ground_tests;
+#[cfg(test)]
+mod rotor_start_tests;
 #[cfg(test)]
 pub(crate) mod test_site;
 #[cfg(test)]
@@ -57,5 +61,6 @@ pub use integrator::PlantState;
 pub use limits::{SafetyLimits, StateCost};
 pub use plant::PlantKind;
 pub use record::Sample;
+pub use rotor_start::{EscState, RotorStarted};
 pub use sensors::SensorSettings;
 pub use two_bodies::{CanopyFlight, CanopySample};

@@ -5,9 +5,10 @@
 //! paper's tuning: within each control period the thrust runs linearly from the last command to the new one,
 //! from zero at the start.
 //!
-//! Rotor speeds stay at zero or above; the quaternion is normalised after each step (not inside the
-//! dynamics). A step of the caller is integrated in as many equal ones as the motors need
-//! ([`Vehicle::longest_step_s`]): one, at 10 ms, for the vehicles that come with samara.
+//! Rotor speeds stay at zero or above, but of a vehicle whose rotors are started
+//! ([`super::rotor_start`]): those turn backwards where the air drives them. The quaternion is normalised
+//! after each step (not inside the dynamics). A step of the caller is integrated in as many equal ones as the
+//! motors need ([`Vehicle::longest_step_s`]): one, at 10 ms, for the vehicles that come with samara.
 
 use std::sync::Arc;
 
@@ -16,8 +17,11 @@ use nalgebra::Vector3;
 use super::electric_battery::ElectricBattery;
 use super::ground::Ground;
 use super::integrator::{PlantRate, PlantState, runge_kutta_4, steps_in};
+use super::rotor_start::{EscState, StartCourse};
 use crate::frames::normalized;
-use crate::model::supply::BusState;
+use crate::model::rigid_body::BodyState;
+use crate::model::rotor_start::Drive;
+use crate::model::supply::{BusState, MotorState};
 use crate::model::vehicle::VehicleRate;
 use crate::model::{Environment, ForceBalance, MAX_ROTORS, MotorCondition, PerRotor, Vehicle};
 
@@ -77,6 +81,8 @@ pub struct Plant {
     thrust_n: PerRotor,
     /// Conditions of the motors, where not all are sound; the ideal plant has none.
     motors: Option<[MotorCondition; MAX_ROTORS]>,
+    /// The rotors' starts, where they are modelled.
+    start: Option<Box<StartCourse>>,
     /// The battery that the motors are on; `None`: a stiff supply, as the ideal plant's always is.
     battery: Option<Box<ElectricBattery>>,
 }
@@ -96,8 +102,37 @@ impl Plant {
             ground: None,
             thrust_n,
             motors: None,
+            start: None,
             battery: None,
         }
+    }
+
+    /// The plant with the start of its rotors, where the vehicle has one.
+    pub fn with_start(self) -> Self {
+        let course = |start| {
+            let vehicle = &self.vehicle;
+            Box::new(StartCourse::new(start, vehicle.motor.omega_max_rad_s(), vehicle.rotors.len()))
+        };
+        Self { start: self.vehicle.start.map(course), ..self }
+    }
+
+    /// The rotors' starts, where they are modelled.
+    pub fn start(&self) -> Option<&StartCourse> {
+        self.start.as_deref()
+    }
+
+    /// Sets the time since the simulation began [s], for what is reported of the rotors' starts.
+    pub fn set_time_s(&mut self, now_s: f64) {
+        if let Some(start) = &mut self.start {
+            start.set_time_s(now_s);
+        }
+    }
+
+    /// Speeds of the rotors that are driven by their motors [rad/s], zero of the others.
+    pub fn driven_speeds(&self, rotor_speed: &PerRotor) -> PerRotor {
+        let Some(start) = &self.start else { return *rotor_speed };
+        let states = start.states();
+        std::array::from_fn(|i| if states[i] == EscState::Running { rotor_speed[i] } else { 0.0 })
     }
 
     /// The vehicle.
@@ -177,6 +212,9 @@ impl Plant {
         let environment = higher.as_ref().unwrap_or(&self.environment);
         let (vehicle, body, speed) = (&self.vehicle, &state.body, &state.rotor_speed);
         let (mut rate, bus) = match (&self.motors, &self.battery) {
+            _ if let Some(start) = &self.start => {
+                self.starting_derivative(start, environment, state, throttle, locked)
+            }
             (motors, Some(battery)) if !locked => {
                 const SOUND: [MotorCondition; MAX_ROTORS] = [MotorCondition::Sound; MAX_ROTORS];
                 let supply = (battery.pack(), battery.charge());
@@ -203,11 +241,55 @@ impl Plant {
         (rate, bus)
     }
 
+    /// Derivative with rotors that are free or being started; the battery supplies those that are driven.
+    fn starting_derivative(
+        &self,
+        start: &StartCourse,
+        environment: &Environment,
+        state: &PlantState,
+        throttle: &PerRotor,
+        locked: bool,
+    ) -> (VehicleRate, Option<BusState>) {
+        let (vehicle, speed) = (&self.vehicle, &state.rotor_speed);
+        let n = vehicle.rotors.len();
+        let mut bus = self.battery.as_ref().map(|battery| battery.at_rest());
+        let rate = vehicle.driven_derivative(environment, &state.body, speed, |torque_nm| {
+            let drives: [Drive; MAX_ROTORS] =
+                std::array::from_fn(|i| start.drive(i, self.condition(i), locked));
+            let supplied = self.battery.as_ref().filter(|_| !locked).map(|battery| {
+                let states: [MotorState; MAX_ROTORS] = std::array::from_fn(|i| MotorState {
+                    condition: match drives[i] {
+                        Drive::Motor => MotorCondition::Sound,
+                        _ => MotorCondition::Unpowered,
+                    },
+                    throttle: throttle[i],
+                    omega_rad_s: speed[i],
+                    torque_nm: torque_nm[i],
+                });
+                let (supply, of_bus) = battery.pack().supply(battery.charge(), &vehicle.motor, &states[..n]);
+                bus = Some(of_bus);
+                (supply, states)
+            });
+            std::array::from_fn(|i| match (&supplied, drives[i]) {
+                _ if i >= n => 0.0,
+                (Some((supply, states)), Drive::Motor) if supply.bus_v > 0.0 => {
+                    supply.acceleration(&vehicle.motor, &states[i])
+                }
+                (Some(_), Drive::Motor) => {
+                    start.acceleration(Drive::Free, &vehicle.motor, 0.0, speed[i], torque_nm[i])
+                }
+                (_, drive) => start.acceleration(drive, &vehicle.motor, throttle[i], speed[i], torque_nm[i]),
+            })
+        });
+        (rate, bus)
+    }
+
     /// Advances the state by `dt_s` under held throttle commands in 0..1 and returns what acted at its
     /// beginning.
     pub fn step(&mut self, state: &mut PlantState, throttle: &PerRotor, locked: bool, dt_s: f64) -> Loads {
         match self.kind {
             PlantKind::Ideal if !locked => self.step_ideal(state, throttle, dt_s),
+            _ if self.start.is_some() => self.step_starting(state, throttle, locked, dt_s),
             _ if locked => self.step_actuator(state, throttle, locked, dt_s),
             _ => {
                 let steps = self.rotor_steps(dt_s);
@@ -231,7 +313,111 @@ impl Plant {
 
     /// In how many steps a time is integrated with free rotors [s].
     pub(super) fn rotor_steps(&self, dt_s: f64) -> u32 {
-        steps_in(dt_s, self.longest_step_s)
+        let starting_s = self.start.as_ref().map_or(f64::INFINITY, |start| start.longest_step_s());
+        steps_in(dt_s, self.longest_step_s.min(starting_s))
+    }
+
+    /// Advances by `dt_s` with rotors that are free or being started; a controller may change what it does
+    /// between two steps.
+    fn step_starting(
+        &mut self,
+        state: &mut PlantState,
+        throttle: &PerRotor,
+        locked: bool,
+        dt_s: f64,
+    ) -> Loads {
+        let mut first = None;
+        let mut left_s = dt_s;
+        while left_s > 0.0 {
+            self.begin_step(throttle, &state.rotor_speed, locked);
+            let h = left_s / f64::from(self.rotor_steps(left_s));
+            let loads = self.step_actuator(state, throttle, locked, h);
+            first.get_or_insert(loads);
+            self.pass(h);
+            left_s = if h < left_s { left_s - h } else { 0.0 };
+        }
+        first.unwrap_or_else(|| self.loads(state, throttle, locked))
+    }
+
+    /// Speed controllers look at their commands.
+    pub(super) fn begin_step(&mut self, throttle: &PerRotor, rotor_speed: &PerRotor, locked: bool) {
+        if let Some(start) = &mut self.start {
+            start.begin(throttle, rotor_speed, self.motors.as_ref(), locked);
+        }
+    }
+
+    /// A step of `dt_s` [s] has been made.
+    pub(super) fn pass(&mut self, dt_s: f64) {
+        if let Some(start) = &mut self.start {
+            start.pass(dt_s);
+        }
+    }
+
+    /// The state after a step from these speeds: the quaternion of unit length, rotors that came through rest
+    /// held there where friction does that; without a start no rotor driven backwards.
+    pub(super) fn settled(&self, before: &PerRotor, mut next: PlantState, locked: bool) -> PlantState {
+        if self.start.is_none() {
+            return next.settled();
+        }
+        next.body.q_ned_from_body = normalized(next.body.q_ned_from_body);
+        self.settle(before, &mut next, locked);
+        next
+    }
+
+    /// Rotors that came through rest in a step from these speeds are at rest where friction holds them.
+    fn settle(&self, before: &PerRotor, state: &mut PlantState, locked: bool) {
+        let Some(start) = &self.start else { return };
+        let crossed = |i: usize| before[i] * state.rotor_speed[i] < 0.0;
+        if !(0..MAX_ROTORS).any(crossed) {
+            return;
+        }
+        let higher = self.environment.at(&state.body.p_ned);
+        let environment = higher.as_ref().unwrap_or(&self.environment);
+        let body = &state.body;
+        for (i, speed) in state.rotor_speed.iter_mut().enumerate().take(self.vehicle.rotors.len()) {
+            let drive = start.drive(i, self.condition(i), locked);
+            let air_nm = || self.vehicle.air_torque_nm(environment, body, i, 0.0);
+            if before[i] * *speed < 0.0 && start.holds_at_rest(drive, air_nm()) {
+                *speed = 0.0;
+            }
+        }
+    }
+
+    fn condition(&self, i: usize) -> MotorCondition {
+        self.motors.map_or(MotorCondition::Sound, |motors| motors[i])
+    }
+
+    /// Longest step of integration in which free rotors are stable [s]; infinite where rotors are held.
+    pub(super) fn longest_free_step_s(&self) -> f64 {
+        if self.start.is_some() { self.longest_step_s } else { f64::INFINITY }
+    }
+
+    /// Turns the rotors of a body whose motion is prescribed, `body_at` a share of the step, rotors not yet
+    /// commanded, for `dt_s` [s].
+    pub(super) fn turn_rotors(
+        &mut self,
+        state: &mut PlantState,
+        body_at: impl Fn(f64) -> BodyState,
+        dt_s: f64,
+    ) {
+        if self.start.is_none() {
+            return;
+        }
+        let rest = [0.0; MAX_ROTORS];
+        let steps = steps_in(dt_s, self.longest_step_s);
+        let h = dt_s / f64::from(steps);
+        for k in 0..steps {
+            let before = state.rotor_speed;
+            let now = |fraction: f64| body_at((f64::from(k) + fraction) / f64::from(steps));
+            let from = PlantState { body: now(0.0), rotor_speed: before };
+            let next = runge_kutta_4(&from, h, |fraction, x| {
+                let (rate, _) = self.rate(&PlantState { body: now(fraction), ..*x }, &rest, true);
+                PlantRate { body: rate.body, rotor_acceleration: rate.rotor_acceleration }
+            });
+            let end = PlantState { body: now(1.0), rotor_speed: next.rotor_speed };
+            *state = self.settled(&before, end, true);
+            self.pass(h);
+        }
     }
 
     fn step_actuator(
@@ -253,7 +439,7 @@ impl Plant {
         });
         let loads = first.unwrap_or_else(|| self.loads(state, throttle, locked));
         self.drain(&draw, dt_s);
-        *state = next.settled();
+        *state = self.settled(&state.rotor_speed, next, locked);
         loads
     }
 

@@ -5,9 +5,10 @@ use nalgebra::Vector3;
 use super::drop::Phase;
 use super::integrator::PlantState;
 use super::plant::Loads;
+use super::rotor_start::EscState;
 use super::two_bodies::CanopySample;
 use crate::model::supply::BusState;
-use crate::model::{ForceBalance, PerRotor};
+use crate::model::{ForceBalance, MAX_ROTORS, PerRotor};
 
 /// One row of a flight's record: the vehicle at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,8 +34,19 @@ pub struct Sample {
     pub wind_ned: Vector3<f64>,
     /// The canopy, where it is a body of its own.
     pub canopy: Option<CanopySample>,
+    /// What the speed controllers do, where the rotors' start is modelled.
+    pub esc: Option<[EscState; MAX_ROTORS]>,
     /// The bus, where the battery has a voltage.
     pub bus: Option<BusState>,
+}
+
+impl Sample {
+    /// Speeds of the rotors that are driven by their motors [rad/s], zero of the others.
+    pub fn driven_speed(&self) -> PerRotor {
+        let speed = self.state.rotor_speed;
+        let Some(states) = &self.esc else { return speed };
+        std::array::from_fn(|i| if states[i] == EscState::Running { speed[i] } else { 0.0 })
+    }
 }
 
 /// The part of a [`Sample`] that is known before the forces are.
@@ -45,6 +57,7 @@ pub(super) struct RowStart {
     pub(super) phase: Phase,
     pub(super) state: PlantState,
     pub(super) canopy: Option<CanopySample>,
+    pub(super) esc: Option<[EscState; MAX_ROTORS]>,
 }
 
 impl RowStart {
@@ -60,6 +73,7 @@ impl RowStart {
             a_ned: loads.a_ned,
             wind_ned: loads.wind_ned,
             canopy: self.canopy,
+            esc: self.esc,
             bus: loads.bus,
         }
     }

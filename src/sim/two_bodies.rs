@@ -187,7 +187,7 @@ impl CanopyFlight {
             let (riser, damper) = self.suspension.riser_rates_per_s(&plant.vehicle().mass, t_s);
             longest_s = longest_s.min(RISER_STEP_RAD / riser).min(DAMPING_STEP / damper);
         }
-        steps_in(dt_s, longest_s)
+        steps_in(dt_s, longest_s.min(plant.longest_free_step_s()))
     }
 
     /// Advances vehicle and canopy by `dt_s` [s] from `t_s` on under throttle commands, rotors locked or
@@ -199,6 +199,7 @@ impl CanopyFlight {
         (throttle, locked): (&PerRotor, bool),
         (t_s, dt_s): (f64, f64),
     ) {
+        plant.begin_step(throttle, &state.rotor_speed, locked);
         let mut steps = self.steps(plant, t_s, dt_s);
         if !locked {
             steps = steps.max(plant.rotor_steps(dt_s));
@@ -207,6 +208,8 @@ impl CanopyFlight {
         let mass_kg = plant.vehicle().mass.mass_kg;
         for k in 0..steps {
             let from_s = t_s + f64::from(k) * h;
+            plant.begin_step(throttle, &state.rotor_speed, locked);
+            let before = state.rotor_speed;
             let mut draw = BusDraw::default();
             let (vehicle, canopy) =
                 runge_kutta_4(&(*state, self.as_integrated(from_s)), h, |fraction, (vehicle, canopy)| {
@@ -220,8 +223,9 @@ impl CanopyFlight {
                     canopy_rate[2] += rate.body.v_dot_ned * mass_kg - pull.force_ned;
                     (rate, canopy_rate)
                 });
-            *state = vehicle.settled();
+            *state = plant.settled(&before, vehicle, locked);
             plant.drain(&draw, h);
+            plant.pass(h);
             self.set_integrated(canopy, from_s + h);
         }
         self.meet_ground(plant);

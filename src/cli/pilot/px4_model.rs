@@ -73,7 +73,7 @@ impl Pilot for Px4Model {
         });
         Ok(Flown {
             log,
-            record: FlightRecord::of_faults(&flight),
+            record: FlightRecord::of_motors(&flight),
             real_time_factor: Some(1e3 * mission.duration_s / watch.ms()),
             by: Some(FlownBy { name: self.name(), version: None }),
             trouble: None,

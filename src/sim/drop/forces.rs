@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 
 use super::super::plant::Loads;
 use super::super::record::{RowStart, Sample};
+use super::super::rotor_start::StartCourse;
 use super::{DropSimulation, Phase};
 use crate::frames::{rotate_body_from_ned, rotate_ned_from_body};
 use crate::model::supply::BusState;
@@ -104,6 +105,7 @@ impl DropSimulation {
             phase: self.phase,
             state: self.state,
             canopy: self.canopy.map(|c| c.sample(&self.state.body)),
+            esc: self.plant.start().map(StartCourse::states),
         }
     }
 }

@@ -22,7 +22,8 @@ impl DropSimulation {
             v_ned: Vector3::zeros(),
             omega_body: Vector3::zeros(),
         };
-        Self::powered_from(vehicle, environment, state, PlantKind::Actuator).above(ground)
+        let standing = Self::powered_from(vehicle, environment, state, PlantKind::Actuator);
+        Self { plant: standing.plant.with_start(), ..standing }.above(ground)
     }
 
     /// Puts a ground below. A vehicle that comes down to it under its canopy is cut loose there.
