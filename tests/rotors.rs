@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 
 use nalgebra::Vector3;
-use samara::config::{BladeFile, Mission, blade_file, load_vehicle};
+use samara::config::{BladeFile, ConfigError, Mission, VehicleFile, blade_file, load_vehicle};
 use samara::model::Rotor;
 use samara::model::rigid_body::BodyState;
 
@@ -131,6 +131,103 @@ fn faults_in_blades_and_tables_are_told_with_their_place() {
     }
     let other = blade_file(&shipped.join("titan.json")).unwrap_err().to_string();
     assert!(other.contains("expected `blade_element`"), "{other}");
+}
+
+/// A copy of a shipped vehicle with known blades, with one text replaced by another after it was given a
+/// start of its rotors.
+fn with_start(
+    folder: &std::path::Path,
+    name: &str,
+    start: &str,
+    [from, to]: [&str; 2],
+) -> Result<VehicleFile, ConfigError> {
+    let shipped = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("params/vehicles");
+    let text = std::fs::read_to_string(shipped.join(format!("{name}.json"))).unwrap();
+    let text = text.replacen("  \"motor\": {", &format!("  \"rotor_start\": {start},\n  \"motor\": {{"), 1);
+    assert!(text.contains(from), "{name} has no {from}");
+    let path = folder.join(format!("{name}.json"));
+    std::fs::write(&path, text.replacen(from, to, 1)).unwrap();
+    let table = format!("{name}_rotor.csv");
+    std::fs::copy(shipped.join(&table), folder.join(table)).unwrap();
+    load_vehicle(&path)
+}
+
+const START: &str = r#"{
+    "before": "free", "friction_nm": 0.0001,
+    "esc": {
+      "start_torque_nm": 0.02, "brake_torque_nm": 0.03, "catch_speed_rad_s": 30,
+      "try_s": 0.0225, "tries": 100, "wait_s": 0
+    }
+  }"#;
+const UNCHANGED: [&str; 2] = ["", ""];
+
+/// Free rotors of the shipped vehicles: both windmill backwards from rest; the lander's would go on forwards
+/// from speed, the x500's would not: its blades, cambered and early to stall, have no autorotation.
+#[test]
+fn closed_form_the_speed_of_free_rotors() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, descent_m_s, density, backwards, forwards) in
+        [("titan_bemt", 3.675, 5.4, -5.8, Some(5.25)), ("x500", 5.0, 1.225, -4.0, None)]
+    {
+        let vehicle = with_start(folder.path(), name, START, UNCHANGED).unwrap().vehicle;
+        let mut site = Mission::shipped("titan_paper").unwrap().site.environment;
+        site.density_kg_m3 = density;
+        let body = BodyState {
+            p_ned: Vector3::zeros(),
+            q_ned_from_body: [1.0, 0.0, 0.0, 0.0],
+            v_ned: Vector3::new(0.0, 0.0, descent_m_s),
+            omega_body: Vector3::zeros(),
+        };
+        let Rotor::BladeElement(table) = &vehicle.rotor else { panic!() };
+        let tip_share = |omega: f64| omega * table.radius_m() / descent_m_s;
+        let settled = |from: f64| vehicle.settled_speed_rad_s(&site, &body, 0, from);
+        let fast = 7.0 * descent_m_s / table.radius_m();
+        let (from_rest, from_speed) = (settled(0.0), settled(fast));
+        println!("{name}: {from_rest} rad/s from rest, {from_speed} rad/s from {fast}");
+        assert!((tip_share(from_rest) - backwards).abs() < 0.25, "{name}: {}", tip_share(from_rest));
+        match forwards {
+            Some(share) => assert!((tip_share(from_speed) - share).abs() < 0.25, "{}", tip_share(from_speed)),
+            None => assert!((from_speed - from_rest).abs() < 1.0, "{from_speed} {from_rest}"),
+        }
+        // No torque but that of the friction, which is against the turning.
+        let left_nm = vehicle.air_torque_nm(&site, &body, 0, from_rest) - 0.0001;
+        assert!(left_nm.abs() < 1e-9, "{name}: {left_nm}");
+    }
+}
+
+/// A start that the vehicle contradicts is refused with its place.
+#[test]
+fn faults_in_the_rotors_start_are_told_with_their_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let cases: [(&str, [&str; 2], &str); 7] = [
+        (
+            "titan_bemt",
+            ["\"start_torque_nm\": 0.02", "\"start_torque_nm\": 27.1"],
+            "rotor_start.esc.start_torque_nm: expected at most",
+        ),
+        (
+            "titan_bemt",
+            ["\"brake_torque_nm\": 0.03", "\"brake_torque_nm\": 28"],
+            "rotor_start.esc.brake_torque_nm: expected at most",
+        ),
+        (
+            "titan_bemt",
+            ["\"catch_speed_rad_s\": 30", "\"catch_speed_rad_s\": 133"],
+            "rotor_start.esc.catch_speed_rad_s: expected less",
+        ),
+        ("titan_bemt", ["\"wait_s\": 0", "\"waits_s\": 0"], "did you mean `wait_s`?"),
+        ("titan_bemt", [", \"wait_s\": 0", ""], "missing field `wait_s`"),
+        (
+            "x500",
+            ["2.649858234714004e-05", "0"],
+            "motor.first_order.rotor_inertia_kg_m2: expected a number greater than 0",
+        ),
+        ("x500", ["2.649858234714004e-05", "1e-9"], "motor.first_order.rotor_inertia_kg_m2: expected more"),
+    ];
+    for (name, change, wanted) in cases {
+        let error = with_start(folder.path(), name, START, change).unwrap_err().to_string();
+        assert!(error.contains(wanted) && error.contains(name), "{change:?}: {error}");
+    }
 }
 
 /// The x500's propeller in the wind tunnel of the University of Illinois (UIUC Propeller Database, volume 1,

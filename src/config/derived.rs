@@ -1,10 +1,12 @@
 //! What the numbers of a mission amount to: derived quantities in groups, and what is odd about them.
 
 use crate::control::Airframe;
-use crate::frames::pitch;
+use crate::frames::{LEVEL, pitch};
 use crate::model::rigid_body::BodyState;
+use crate::model::rotor_start::BeforeStart;
 use crate::model::wind::LEAST_CONVECTION_M_S;
-use crate::model::{RotorLimits, trim};
+use crate::model::{RotorLimits, RotorStart, trim};
+use crate::sim::rotor_start::start_in_steady_flow;
 use crate::sim::{ElectricBattery, StateCost};
 use crate::tune::ReleaseCase;
 use crate::units::DEG_PER_RAD;
@@ -68,6 +70,9 @@ pub fn derived(mission: &Mission) -> Derived {
     }
     if !mission.release.standing {
         groups.push(of_the_release(mission));
+        if let Some(start) = &mission.vehicle.start {
+            groups.push(of_the_start(mission, start, &mut odd));
+        }
     }
     groups.push(of_the_target(mission, &rotors, &mut odd));
     if !mission.release.standing {
@@ -279,6 +284,77 @@ fn of_the_release(mission: &Mission) -> Group {
         ]);
     }
     Group { name: "release", rows }
+}
+
+/// A number in three digits.
+fn short(x: f64) -> f64 {
+    format!("{x:.2e}").parse().unwrap_or(x)
+}
+
+/// Longest start that is tried [s].
+const LONGEST_START_S: f64 = 60.0;
+
+/// The start of the rotors in the flow at t = 0.
+fn of_the_start(mission: &Mission, rotor_start: &RotorStart, odd: &mut Vec<String>) -> Group {
+    let (vehicle, site) = (&mission.vehicle, &mission.site.environment);
+    let begin = start(mission);
+    let descent_m_s = mission.linearised_parachute().descent_m_s;
+    let v_ned = site.drift_ned_m_s() + Vector3::new(0.0, 0.0, descent_m_s);
+    let hanging =
+        BodyState { v_ned, q_ned_from_body: LEVEL, omega_body: Vector3::zeros(), p_ned: Vector3::zeros() };
+    let settled = |body: &BodyState, i: usize, from: f64| match rotor_start.before {
+        BeforeStart::Free => vehicle.settled_speed_rad_s(site, body, i, from),
+        BeforeStart::Braked => 0.0,
+    };
+    let count = vehicle.rotors.len();
+    let in_descent: Vec<f64> = (0..count).map(|i| settled(&hanging, i, 0.0)).collect();
+    let at_t0: Vec<f64> = (0..count).map(|i| settled(&begin, i, in_descent[i])).collect();
+    let sign = || "backwards is negative".to_owned();
+    let mut rows = Vec::new();
+    if rotor_start.before == BeforeStart::Free {
+        rows.push(row("free_descent_rad_s", "free rotors, in the descent", "rad/s", &in_descent, sign()));
+        let there = || "where they would settle".to_owned();
+        rows.push(row("free_t0_rad_s", "in the flow at t = 0", "rad/s", &at_t0, there()));
+    }
+    if let Some(esc) = &rotor_start.esc {
+        let air = |i: usize| move |omega: f64| vehicle.air_torque_nm(site, &begin, i, omega);
+        let needed = |i: usize| rotor_start.torques_needed_nm([at_t0[i], esc.catch_speed_rad_s], air(i));
+        let most = (0..count).map(needed).fold([0.0f64; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
+        let longest_s = (f64::from(esc.tries) * (esc.try_s + esc.wait_s)).min(LONGEST_START_S);
+        let tried =
+            |i: usize| start_in_steady_flow(*rotor_start, &vehicle.motor, at_t0[i], longest_s, air(i)).0;
+        let starts: Vec<_> = (0..count).map(tried).collect();
+        let caught_s = starts.iter().map(|s| s.and_then(|s| s.caught_at_s)).collect::<Option<Vec<_>>>();
+        let slowest_s = caught_s.map(|all| all.into_iter().fold(0.0, f64::max));
+        let tries = starts.iter().flatten().map(|s| s.tries).max().unwrap_or(0);
+        let of = |torque_nm: f64| format!("{torque_nm} are given");
+        let [brake_nm, start_nm] = most;
+        rows.extend([
+            row("brake_torque_nm", "torque to brake a rotor", "N m", &[brake_nm], of(esc.brake_torque_nm)),
+            row("start_torque_nm", "torque to start a rotor", "N m", &[start_nm], of(esc.start_torque_nm)),
+            row(
+                "caught_after_s",
+                "caught after",
+                "s",
+                slowest_s.as_slice(),
+                "in a flow that stays".to_owned(),
+            ),
+            row("tries", "tries", "", &[f64::from(tries)], format!("{} are given", esc.tries)),
+        ]);
+        if slowest_s.is_none() {
+            odd.push(format!(
+                "rotor_start.esc: a rotor does not catch in the flow at t = 0 in {} tries, {} s; braking takes {} N m of {}, starting {} \
+                 N m of {}",
+                tries,
+                short(longest_s),
+                short(brake_nm),
+                esc.brake_torque_nm,
+                short(start_nm),
+                esc.start_torque_nm
+            ));
+        }
+    }
+    Group { name: "start of the rotors", rows }
 }
 
 fn of_the_target(mission: &Mission, rotors: &RotorLimits, odd: &mut Vec<String>) -> Group {

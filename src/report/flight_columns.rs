@@ -86,6 +86,8 @@ pub(super) struct FlightColumns {
     canopy: bool,
     /// Vehicle and site where the rotors' blades are known.
     disks: Option<(Arc<Vehicle>, Environment)>,
+    /// Whether there are those of the rotors' start.
+    start: bool,
     /// Whether there are those of the bus of a battery with a voltage.
     bus: bool,
 }
@@ -98,8 +100,9 @@ impl FlightColumns {
         let canopy = mission.release.parachute.suspension.is_some() && !mission.release.standing;
         let known = matches!(mission.vehicle.rotor, Rotor::BladeElement(_));
         let disks = known.then(|| (mission.vehicle.clone(), mission.site.environment.clone()));
+        let start = mission.vehicle.start.is_some();
         let bus = mission.electric.is_some();
-        Self { n_rotors, limits: mission.limits.safety, ground, wind, canopy, disks, bus }
+        Self { n_rotors, limits: mission.limits.safety, ground, wind, canopy, disks, start, bus }
     }
 
     /// Names of the columns, with units.
@@ -120,6 +123,9 @@ impl FlightColumns {
         if self.disks.is_some() {
             let of_rotor = |i| [format!("rotor{i}_vc_over_vh"), format!("rotor{i}_mu_over_vh")];
             names.extend((1..=self.n_rotors).flat_map(of_rotor));
+        }
+        if self.start {
+            names.extend((1..=self.n_rotors).map(|i| format!("esc_{i}")));
         }
         if self.bus {
             names.extend(BUS.map(str::to_owned));
@@ -172,6 +178,11 @@ impl FlightColumns {
                 let disk = DiskState::of(vehicle, i, site, body, &sample.wind_ned, thrust_n);
                 put(disk.map_or(Field::Empty, |disk| Field::Number(disk.climb)));
                 put(disk.map_or(Field::Empty, |disk| Field::Number(disk.in_plane)));
+            }
+        }
+        if self.start {
+            for i in 0..self.n_rotors {
+                put(sample.esc.map_or(Field::Empty, |esc| Field::Number(esc[i].number())));
             }
         }
         if self.bus {

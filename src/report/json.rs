@@ -96,6 +96,21 @@ pub struct FlownFault {
     pub by: &'static str,
 }
 
+/// How a rotor of a drop was started.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FlownStart {
+    /// Number of the rotor, from 1.
+    pub rotor: usize,
+    /// Speed when its controller was first commanded to drive it [rad/s]; negative: backwards.
+    pub from_rad_s: f64,
+    /// Tries until it was caught, or until the end.
+    pub tries: u32,
+    /// When it was first caught, since the simulation began [s]; `None`: never.
+    pub caught_at_s: Option<f64>,
+    /// Whether its controller drove it at the end.
+    pub running: bool,
+}
+
 /// What a drop's object holds besides the verdict.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DropRun {
@@ -125,6 +140,8 @@ pub struct DropRun {
     pub real_time_factor: Option<f64>,
     /// Faults that it had, in order of their beginnings.
     pub faults: Vec<FlownFault>,
+    /// How its rotors were started, where that is modelled.
+    pub rotor_starts: Vec<FlownStart>,
 }
 
 impl DropRun {
@@ -192,6 +209,8 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         #[serde(flatten)] solve: run.plan_solve_ms.map(|ms| object! { plan_solve_ms: ms }),
         #[serde(flatten)] pace: run.real_time_factor.map(|factor| object! { real_time_factor: factor }),
         #[serde(flatten)] faults: (!run.faults.is_empty()).then(|| object! { faults: &run.faults }),
+        #[serde(flatten)] starts: (!run.rotor_starts.is_empty())
+            .then(|| object! { rotor_starts: &run.rotor_starts }),
     })
 }
 

@@ -1,10 +1,11 @@
 //! A drop that is over, judged: the verdict, what else there is to say of the run, and whether it was safe.
 
-use super::json::{DropEvent, DropRun, FlownBy, FlownFault, FlownTrajectory};
+use super::columns::fixed;
+use super::json::{DropEvent, DropRun, FlownBy, FlownFault, FlownStart, FlownTrajectory};
 use crate::assess::{Verdict, VerdictBuilder, plan_j_tpf};
 use crate::config::{Mission, TrajectoryFile};
 use crate::sim::faults::FaultSpan;
-use crate::sim::{FlightRecord, Sample};
+use crate::sim::{EscState, FlightRecord, RotorStarted, Sample};
 use crate::time::{Timed, seconds};
 use crate::trajectory::Trajectory;
 
@@ -54,6 +55,7 @@ pub fn judge_drop(mission: &Mission, flown: &FlownDrop<'_>) -> (Option<Verdict>,
         failsafe: flown.record.failsafe,
         events: flown.record.events.iter().map(event).collect(),
         faults: flown.record.faults.iter().map(FlownFault::from).collect(),
+        rotor_starts: flown.record.starts.iter().map(FlownStart::from).collect(),
         plan_j_tpf: flown.plan.map(|plan| plan_j_tpf(plan, &mission.limits.safety)),
         ..DropRun::default()
     };
@@ -101,13 +103,34 @@ impl DropRun {
         (!all.is_empty()).then(|| all.join(", "))
     }
 
-    /// What was decided, in a sentence, with the faults that the drop had; `None` where nothing was released.
+    /// The rotors that were commanded to turn and never were caught, in words: `rotor 3 did not catch (10
+    /// tries, from -31.2 rad/s)`, `rotors 1, 2 did not catch`. `None`: there are none.
+    pub fn start_words(&self) -> Option<String> {
+        let missed: Vec<_> = self.rotor_starts.iter().filter(|start| start.caught_at_s.is_none()).collect();
+        match missed[..] {
+            [] => None,
+            [FlownStart { rotor, tries, from_rad_s, .. }] => {
+                let of = if *tries == 1 { "1 try".to_owned() } else { format!("{tries} tries") };
+                Some(format!("rotor {rotor} did not catch ({of}, from {} rad/s)", fixed(*from_rad_s, 1)))
+            }
+            _ => {
+                let numbers: Vec<String> = missed.iter().map(|start| start.rotor.to_string()).collect();
+                Some(format!("rotors {} did not catch", numbers.join(", ")))
+            }
+        }
+    }
+
+    /// What was decided, in a sentence, with the faults that the drop had and the rotors that were not
+    /// started; `None` where nothing was released.
     pub fn sentence(&self, verdict: Option<&Verdict>) -> Option<String> {
-        let decided = self.decided(verdict?);
-        Some(match self.fault_words() {
-            Some(faults) => format!("{decided}; faults: {faults}"),
-            None => decided,
-        })
+        let mut sentence = self.decided(verdict?);
+        if let Some(faults) = self.fault_words() {
+            sentence += &format!("; faults: {faults}");
+        }
+        if let Some(missed) = self.start_words() {
+            sentence += &format!("; {missed}");
+        }
+        Some(sentence)
     }
 
     fn decided(&self, verdict: &Verdict) -> String {
@@ -136,6 +159,13 @@ impl From<&FaultSpan> for FlownFault {
             until_s: span.until_s,
             by: if span.ordered { "command" } else { "mission" },
         }
+    }
+}
+
+impl From<&RotorStarted> for FlownStart {
+    fn from(start: &RotorStarted) -> Self {
+        let RotorStarted { rotor, from_rad_s, tries, caught_at_s, state } = *start;
+        Self { rotor, from_rad_s, tries, caught_at_s, running: state == EscState::Running }
     }
 }
 

@@ -11,6 +11,7 @@
 //! | [`wind`] | drift with the wind, turbulence, gusts |
 //! | [`swing`] | the pendulum under the canopy |
 //! | [`two_bodies`] | vehicle and canopy under one riser |
+//! | [`rotor_start`] | rotors that nobody drives, and their start |
 //! | [`angular_momentum`] | the rotors' angular momentum |
 //! | [`momentum`] | a rotor's thrust and torque by momentum theory |
 //! | [`steady`] | trim and the motors' steady states |
@@ -35,6 +36,7 @@ pub mod nasa;
 pub mod optimum;
 pub mod order;
 pub mod power;
+pub mod rotor_start;
 pub mod steady;
 pub mod swing;
 pub mod two_bodies;
@@ -69,6 +71,7 @@ pub fn verify(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Result<V
         swing::under_the_canopy(lander.vehicle, lander.environment)?,
         two_bodies::canopy_and_vehicle(lander.vehicle, lander.environment)?,
         momentum::rotor(&lander.vehicle.rotor, lander.environment.density_kg_m3, &momentum::LANDER),
+        rotor_start::of_rotors()?,
         angular_momentum::without_air(quadrotor.vehicle, quadrotor.environment),
         steady::trim_at_target(lander, quadrotor)?,
         steady::motors(lander, quadrotor),

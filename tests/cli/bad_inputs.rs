@@ -677,6 +677,47 @@ const EDITS: &[Edit] = &[
     (MISSION, "\"name\": \"x500_drop\"", "\"name\": \"x500_drop", 1, "name: ", &["control character"]),
     (MISSION, "\"seed\": 1,", "\"seed\" = 1,", 0, "", &["expected `:`"]),
     (GAINS, "\"k_pr_per_s\": 1.0", "\"k_pr_per_s\": 1,0", 0, "", &["double quotes"]),
+    // The rotors' start.
+    (
+        HEXA,
+        "  \"motor\": {",
+        "  \"rotor_start\": { \"before\": \"free\", \"friction_nm\": 0 },\n  \"motor\": {",
+        0,
+        "rotor_start: ",
+        &["expected a rotor of `blade_element`"],
+    ),
+    (
+        VEHICLE,
+        "  \"motor\": {",
+        "  \"rotor_start\": { \"before\": \"fre\", \"friction_nm\": 0 },\n  \"motor\": {",
+        0,
+        "rotor_start.before: ",
+        &["did you mean `free`?"],
+    ),
+    (
+        VEHICLE,
+        "  \"motor\": {",
+        "  \"rotor_start\": { \"before\": \"free\", \"friction_nm\": -1 },\n  \"motor\": {",
+        0,
+        "rotor_start.friction_nm: ",
+        &["expected a number from 0"],
+    ),
+    (
+        VEHICLE,
+        "  \"motor\": {",
+        "  \"rotor_start\": { \"before\": \"free\", \"friction_nm\": 0, \"esc\": { \"tries\": 0 } },\n  \"motor\": {",
+        0,
+        "rotor_start.esc.tries: ",
+        &["a whole number from 1 to 10000"],
+    ),
+    (
+        VEHICLE,
+        "  \"motor\": {",
+        "  \"rotor_start\": { \"before\": \"free\", \"friction_nm\": 0, \"esc\": { \"try_s\": 0 } },\n  \"motor\": {",
+        0,
+        "rotor_start.esc.try_s: ",
+        &["a time greater than 0"],
+    ),
     // The rotor table.
     (TABLE, "omega_rad_s,", "omega_rpm,", 0, "", &["expected the header `omega_rad_s,"]),
     (

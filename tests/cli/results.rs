@@ -296,6 +296,65 @@ fn closed_form_a_drop_from_a_canopy() {
     assert!((distance_m(falling + 125) - least_m - 0.51).abs() < 0.03, "{}", distance_m(falling + 125));
 }
 
+/// A drop whose rotors windmill until their speed controllers catch them: what is logged, said and judged;
+/// with too little torque they are not caught, and `check` has said so.
+#[test]
+fn a_drop_with_rotors_that_are_started() {
+    let out = tempfile::tempdir().unwrap();
+    let fly = |torque_nm: f64| {
+        let folder = out.path().join(format!("{torque_nm}"));
+        fs::create_dir_all(&folder).unwrap();
+        let vehicle = fs::read_to_string("params/vehicles/titan_bemt.json").unwrap();
+        let start = format!(
+            r#"  "rotor_start": {{
+    "before": "free", "friction_nm": 0.1,
+    "esc": {{
+      "start_torque_nm": {torque_nm}, "brake_torque_nm": {torque_nm}, "catch_speed_rad_s": 8,
+      "try_s": 0.5, "tries": 5, "wait_s": 0.1
+    }}
+  }},
+  "motor": {{"#
+        );
+        let path = folder.join("titan_bemt.json");
+        fs::write(&path, vehicle.replacen("  \"motor\": {", &start, 1)).unwrap();
+        fs::copy("params/vehicles/titan_bemt_rotor.csv", folder.join("titan_bemt_rotor.csv")).unwrap();
+        let root = fs::canonicalize(".").unwrap();
+        let named = format!("\"{}/params/vehicles/titan.json", root.display());
+        let mission = spoilt_mission(&folder, "\"seed\": 1,", "\"seed\": 1,");
+        let text = fs::read_to_string(&mission).unwrap();
+        assert!(text.contains(&named));
+        fs::write(&mission, text.replace(&named, &format!("\"{}", path.display()))).unwrap();
+        let check = samara(&["check", &mission]);
+        let output = samara(&["drop", &mission, "--json", "--out", folder.to_str().unwrap()]);
+        (check, output, flight(&folder))
+    };
+
+    let (check, output, rows) = fly(9.0);
+    let said = String::from_utf8_lossy(&check.stdout).into_owned();
+    assert!(said.contains("start of the rotors") && said.contains("free rotors, in the descent"), "{said}");
+    let verdict = json(&output);
+    let starts = verdict["rotor_starts"].as_array().unwrap();
+    assert_eq!(starts.len(), 4, "{}", stderr(&output));
+    assert!(starts.iter().all(|s| s["running"] == true && s["from_rad_s"].as_f64().unwrap() < -20.0));
+    let caught_s = starts[0]["caught_at_s"].as_f64().unwrap();
+    assert!((10.6..11.5).contains(&caught_s), "{caught_s}");
+    let events = verdict["events"].as_array().unwrap();
+    assert!(events.iter().any(|e| e["text"].as_str().unwrap().starts_with("rotor 4 caught")), "{events:?}");
+    let of = |row: usize, name: &str| rows[row][name].parse::<f64>().unwrap();
+    assert_eq!((of(0, "esc_1"), of(rows.len() - 1, "esc_1")), (1.0, 4.0));
+    assert!(of(0, "rotor_speed_1_rad_s") < -20.0 && (of(0, "torque_1_nm") - 0.1).abs() < 1e-6, "friction");
+
+    let (check, output, rows) = fly(0.2);
+    assert_eq!((code(&check), code(&output)), (1, 1));
+    assert!(String::from_utf8_lossy(&check.stdout).contains("a rotor does not catch in the flow at t = 0"));
+    let last = rows.last().unwrap();
+    assert_eq!(last["esc_3"], "5.0");
+    let verdict = json(&output);
+    assert!(verdict["rotor_starts"][2]["caught_at_s"].is_null());
+    let said = verdict["events"].to_string();
+    assert!(said.contains("rotor 3 did not catch: 5 tries"), "{said}");
+}
+
 /// A battery with a voltage: row by row `V = E(charge) - R I`, the pack's current is that of its speed
 /// controllers, none of which passes its limit, and the charge falls by the current over 37.04 A h (5000 W h
 /// by 135 V). What the verdict says is what the rows say; flights from t = 0 say that they have none of it.

@@ -26,6 +26,7 @@ pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
     mission.two_bodies_remark().into_iter().for_each(|remark| narrator.say(&remark));
+    mission.rotor_start_remark().into_iter().for_each(|remark| narrator.say(remark));
     mission.battery_remark().into_iter().for_each(|remark| narrator.say(&format!("{remark}\n")));
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let Some(plan) = planned(args, &mission, &folder, &narrator)? else { return Ok(Answer::No) };

@@ -51,6 +51,9 @@ pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
     if let Some(remark) = mission.two_bodies_remark().filter(|_| !for_px4) {
         print_err(&format!("samara: {remark}"));
     }
+    if let Some(remark) = mission.rotor_start_remark().filter(|_| !for_px4) {
+        print_err(&format!("samara: {remark}"));
+    }
     let timed = plan_mission(&mission, false)?;
     if timed.plan.status != Status::Converged {
         let diagnosis = timed.plan.diagnosis.as_deref().unwrap_or("not converged");

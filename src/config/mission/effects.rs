@@ -27,6 +27,8 @@ pub enum Effect {
     TipOff,
     /// Rotors whose thrust and torque depend on the flow through them.
     RotorInflow,
+    /// Rotors that are free before t = 0 or have to be started; wants their inflow.
+    RotorStart,
     /// A battery with a voltage.
     Battery,
     /// What fails.
@@ -35,7 +37,7 @@ pub enum Effect {
 
 impl Effect {
     /// Every effect, in the order in which they are reported.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::RandomWind,
         Self::WindByAltitude,
         Self::Gusts,
@@ -43,6 +45,7 @@ impl Effect {
         Self::Canopy,
         Self::TipOff,
         Self::RotorInflow,
+        Self::RotorStart,
         Self::Battery,
         Self::Faults,
     ];
@@ -57,6 +60,7 @@ impl Effect {
             Self::Canopy => "parachute.canopy",
             Self::TipOff => "release.tip_off, monte_carlo.tip_off",
             Self::RotorInflow => "rotor (vehicle)",
+            Self::RotorStart => "rotor_start (vehicle)",
             Self::Battery => "battery.electric",
             Self::Faults => "faults",
         }
@@ -72,6 +76,7 @@ impl Effect {
             Self::Canopy => "canopy as a body",
             Self::TipOff => "tip-off",
             Self::RotorInflow => "rotor inflow",
+            Self::RotorStart => "rotor start",
             Self::Battery => "battery",
             Self::Faults => "faults",
         }
@@ -86,6 +91,7 @@ impl Effect {
             Self::Canopy => "the prescribed canopy, (40)-(43), whose force ends at the release",
             Self::TipOff => "a clean cut",
             Self::RotorInflow => "thrust k omega^2 and its torque, k from full throttle in still air",
+            Self::RotorStart => "rotors at rest until t = 0 that are driven at once",
             Self::Battery => "a stiff supply of the motors' own voltage and limits",
             Self::Faults => "none",
         }
@@ -101,6 +107,7 @@ impl Effect {
             Self::Canopy => release.parachute.suspension.is_some(),
             Self::TipOff => !release.parachute.tip_off.is_none() || !random.tip_off_sigma.is_none(),
             Self::RotorInflow => mission.vehicle.rotor.knows_inflow(),
+            Self::RotorStart => mission.vehicle.start.is_some(),
             Self::Battery => mission.electric.is_some(),
             Self::Faults => !mission.faults.list.is_empty(),
         }
@@ -121,13 +128,15 @@ impl Effect {
                 let density_kg_m3 = mission.site.environment.density_kg_m3;
                 mission.vehicle = Arc::new(without_inflow(&mission.vehicle, density_kg_m3));
             }
+            Self::RotorStart => Arc::make_mut(&mut mission.vehicle).start = None,
             Self::Battery => mission.electric = None,
             Self::Faults => mission.faults.list.clear(),
         }
     }
 }
 
-/// The vehicle with rotors of the same thrust and torque at full throttle in still air, at any flow.
+/// The vehicle with rotors of the same thrust and torque at full throttle in still air, at any flow; without
+/// a start, since the air does not turn such rotors.
 fn without_inflow(vehicle: &Vehicle, density_kg_m3: f64) -> Vehicle {
     let omega_max = vehicle.motor.omega_max_rad_s();
     let rotor = Rotor::Quadratic {
@@ -135,7 +144,7 @@ fn without_inflow(vehicle: &Vehicle, density_kg_m3: f64) -> Vehicle {
         torque_per_thrust_m: vehicle.torque_per_thrust_m(density_kg_m3),
         density_kg_m3,
     };
-    Vehicle { rotor, ..vehicle.clone() }
+    Vehicle { rotor, start: None, ..vehicle.clone() }
 }
 
 impl Mission {

@@ -82,6 +82,14 @@ impl Mission {
         })
     }
 
+    /// A sentence on what flights from t = 0 leave out of the rotors' start; `None` where it is not modelled.
+    pub fn rotor_start_remark(&self) -> Option<&'static str> {
+        self.vehicle.start.map(|_| {
+            "rotor_start: flights from t = 0 begin with rotors at rest that are driven at once; drops have the start: assess \
+             --autopilot flies those\n"
+        })
+    }
+
     /// Where a battery with a voltage does not act, in a sentence; `None` where there is none.
     pub fn battery_remark(&self) -> Option<&'static str> {
         let remark = "battery.electric: plans, gains and flights from t = 0 have motors on a stiff supply; drops \

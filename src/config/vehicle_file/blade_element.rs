@@ -75,7 +75,7 @@ impl BladeElementJson {
         self.radius_m.get()
     }
 
-    fn blades(&self, source: &Source) -> Result<Blades, ConfigError> {
+    pub(super) fn blades(&self, source: &Source) -> Result<Blades, ConfigError> {
         let refuse =
             |key: &str, message: String| Err(source.refuse(&format!("rotor.blade_element.{key}"), message));
         let n = self.radius_share.len();

@@ -15,7 +15,9 @@ pub use self::blade_element::BladeFile;
 use self::motor::{MotorJson, build_motor, check_longest_step};
 use self::rotors::{
     CoaxialJson, RotorJson, RotorModelJson, build_mounts, build_rotor, check_static_thrust, set_interference,
+    turning_backwards,
 };
+use self::start::{RotorStartJson, build_start};
 use super::error::ConfigError;
 use super::number::{Exactly, Name, Positive, Within};
 use super::source::{InputHash, Source};
@@ -26,6 +28,7 @@ mod aero;
 mod blade_element;
 mod motor;
 mod rotors;
+mod start;
 
 /// A multirotor: mass, rotors, body aerodynamics, rotor and motor models. Body axes: x forward, y right, z
 /// down.
@@ -62,6 +65,9 @@ pub(super) struct VehicleJson {
     rotor: RotorModelJson,
     /// The motor model, the same for all rotors.
     motor: MotorJson,
+    /// Rotors before their motors drive them, and their start; without it rotors are held at rest until t =
+    /// 0, and driven from there on.
+    rotor_start: Option<RotorStartJson>,
     /// Where the numbers come from.
     #[serde(rename = "provenance")]
     _provenance: Option<Vec<String>>,
@@ -106,8 +112,13 @@ pub fn blade_file(path: &Path) -> Result<BladeFile, ConfigError> {
 pub(super) fn vehicle_of(source: &Source, hash: &mut InputHash) -> Result<VehicleFile, ConfigError> {
     let json: VehicleJson = source.parse()?;
     hash.absorb("vehicle", &source.text);
-    let rotor = build_rotor(source, &json.rotor, hash)?;
+    let mut rotor = build_rotor(source, &json.rotor, hash)?;
     let motor = build_motor(source, &json.motor)?;
+    let mut start = None;
+    if let Some(start_json) = &json.rotor_start {
+        start = Some(build_start(source, start_json, &rotor, &motor)?);
+        rotor = turning_backwards(source, &json.rotor, rotor)?;
+    }
     let options = VehicleOptions {
         reaction_torque: json.effects.reaction_torque,
         rotor_momentum: json.effects.rotor_momentum,
@@ -120,6 +131,7 @@ pub(super) fn vehicle_of(source: &Source, hash: &mut InputHash) -> Result<Vehicl
     let aero = build_aero(source, json.body_aero.as_ref())?;
     let vehicle = Vehicle::new(mass, mounts, aero, rotor, motor, options)
         .map_err(|e| source.refuse("rotors", e.to_string()))?;
+    let vehicle = Vehicle { start, ..vehicle };
     check_static_thrust(source, &vehicle)?;
     check_longest_step(source, &vehicle)?;
     Ok(VehicleFile { name: json.name.0, vehicle, rotor_radius_m: json.rotor.radius_m() })

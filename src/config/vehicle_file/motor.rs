@@ -87,10 +87,20 @@ const SHORTEST_STEP_S: f64 = 0.0008;
 /// Rotors that follow too fast take too many steps of integration; the time constants of the first-order
 /// motor have bounds of their own.
 pub(super) fn check_longest_step(source: &Source, vehicle: &Vehicle) -> Result<(), ConfigError> {
-    let Motor::EscDc(EscDc { rotor_inertia_kg_m2, .. }) = vehicle.motor else { return Ok(()) };
     let longest_s = vehicle.longest_step_s();
+    let rotor_inertia_kg_m2 = vehicle.motor.rotor_inertia_kg_m2();
     if longest_s >= SHORTEST_STEP_S {
         return Ok(());
+    }
+    if let Motor::FirstOrder { .. } = vehicle.motor {
+        if vehicle.start.is_none() {
+            return Ok(());
+        }
+        let message = format!(
+            "expected more, found {rotor_inertia_kg_m2:?}: with `rotor_start` the air turns a rotor, here in less than \
+             0.5 ms, which takes too many steps of integration"
+        );
+        return Err(source.refuse("motor.first_order.rotor_inertia_kg_m2", message));
     }
     let message = format!(
         "expected at least {:.2e} kg m^2, found {rotor_inertia_kg_m2:?}: with these constants, R J/(K_t (K_e + K_esc)) = {:.2e} s, the speed \

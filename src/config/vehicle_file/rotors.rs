@@ -175,6 +175,20 @@ pub(super) fn build_rotor(
     }
 }
 
+/// A rotor of known blades with its coefficients when it turns backwards; another one as it is.
+pub(super) fn turning_backwards(
+    source: &Source,
+    json: &RotorModelJson,
+    rotor: Rotor,
+) -> Result<Rotor, ConfigError> {
+    match (json, rotor) {
+        (RotorModelJson::BladeElement(b), Rotor::BladeElement(table)) => {
+            Ok(Rotor::BladeElement(table.with_backwards(&b.blades(source)?)))
+        }
+        (_, rotor) => Ok(rotor),
+    }
+}
+
 /// The thrust at full throttle in still air scales the control channel: a rotor that gives none cannot be
 /// commanded.
 pub(super) fn check_static_thrust(source: &Source, vehicle: &Vehicle) -> Result<(), ConfigError> {

@@ -303,6 +303,9 @@ impl HilSession {
                     self.parachute.note_mute(self.run.now(), mutes);
                     Some(event.to_string().replacen("fault", "Fault", 1))
                 }
+                DropEvent::RotorStart { .. } if event.is_warning() => {
+                    Some(event.to_string().replacen("rotor", "Rotor", 1))
+                }
                 DropEvent::LimitPassed { name } => Some(format!("Limit passed: {}", name.replace('_', " "))),
                 _ => None,
             };
