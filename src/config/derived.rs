@@ -5,7 +5,7 @@ use crate::frames::{LEVEL, pitch};
 use crate::model::rigid_body::BodyState;
 use crate::model::rotor_start::BeforeStart;
 use crate::model::wind::LEAST_CONVECTION_M_S;
-use crate::model::{RotorLimits, RotorStart, trim};
+use crate::model::{Rotor, RotorLimits, RotorStart, trim};
 use crate::sim::rotor_start::start_in_steady_flow;
 use crate::sim::{ElectricBattery, StateCost};
 use crate::tune::ReleaseCase;
@@ -68,6 +68,7 @@ pub fn derived(mission: &Mission) -> Derived {
     if mission.site.environment.wind_ned_m_s != Vector3::zeros() || !mission.site.wind.is_steady() {
         groups.push(of_the_wind(mission));
     }
+    groups.extend(of_the_vortex_ring(mission));
     if !mission.release.standing {
         groups.push(of_the_release(mission));
         if let Some(start) = &mission.vehicle.start {
@@ -204,6 +205,31 @@ fn of_the_wind(mission: &Mission) -> Group {
         ]);
     }
     Group { name: "wind at the release", rows }
+}
+
+/// How thrusts fluctuate in the vortex ring, where they do.
+fn of_the_vortex_ring(mission: &Mission) -> Option<Group> {
+    let ring = mission.site.wind.ring?;
+    let (vehicle, site) = (&mission.vehicle, &mission.site.environment);
+    let mut rows = vec![
+        row(
+            "thrust_rms_share",
+            "standard deviation of a thrust, over its mean",
+            "",
+            &[ring.rms_share],
+            String::new(),
+        ),
+        row("frequency_hz", "corner frequency", "Hz", &[ring.frequency_hz], String::new()),
+    ];
+    if let Rotor::BladeElement(table) = &vehicle.rotor {
+        let radius_m = table.radius_m();
+        let area_m2 = std::f64::consts::PI * radius_m * radius_m * vehicle.rotors.len() as f64;
+        let v_h_m_s =
+            (0.5 * vehicle.mass.mass_kg * site.gravity_m_s2 / (site.density_kg_m3 * area_m2)).sqrt();
+        let relative = ring.frequency_hz * 2.0 * radius_m / v_h_m_s;
+        rows.push(row("frequency_2r_per_v_h", "the same, over v_h/(2 R)", "", &[relative], String::new()));
+    }
+    Some(Group { name: "fluctuation in the vortex ring", rows })
 }
 
 /// The state that a plan starts from.

@@ -41,6 +41,11 @@ impl DiskState {
         Some(Self { climb: climb / v_h, in_plane: in_plane / v_h })
     }
 
+    /// Share of the full fluctuation in the vortex ring that the rotor's thrust has, [`inflow::ring_share`].
+    pub fn ring_share(&self) -> f64 {
+        inflow::ring_share(self.climb, self.in_plane)
+    }
+
     /// Whether the rotor is in the vortex ring, inside Johnson's stability boundary.
     pub fn is_in_vortex_ring(&self) -> bool {
         inflow::is_in_vortex_ring(self.climb, self.in_plane)

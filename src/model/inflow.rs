@@ -54,6 +54,17 @@ pub fn is_in_vortex_ring(climb: f64, in_plane: f64) -> bool {
     vortex_ring(in_plane).is_some_and(|[n, x]| x < climb && climb < n)
 }
 
+/// Distance inside the stability boundary over which the fluctuation of a rotor's thrust comes up, in units
+/// of `v_h`: a choice, so that nothing jumps at the boundary.
+pub const RING_RISE: f64 = 0.1;
+
+/// Share of the full fluctuation in the vortex ring that the thrust of a disk has which moves along its
+/// thrust at `climb` and in its plane at `in_plane`, both in units of `v_h`: 0 outside N to X, rising
+/// linearly over [`RING_RISE`] inside, 1 beyond.
+pub fn ring_share(climb: f64, in_plane: f64) -> f64 {
+    vortex_ring(in_plane).map_or(0.0, |[n, x]| ((n - climb).min(climb - x) / RING_RISE).clamp(0.0, 1.0))
+}
+
 /// Induced velocity of a disk that moves along its thrust at `climb` and in its plane at `in_plane`, all in
 /// units of `v_h`.
 pub fn induced(climb: f64, in_plane: f64) -> f64 {
@@ -178,6 +189,32 @@ mod tests {
         assert!(
             is_in_vortex_ring(-1.0, 0.5) && !is_in_vortex_ring(-0.4, 0.0) && !is_in_vortex_ring(-1.0, 0.95)
         );
+    }
+
+    /// Thrust fluctuates inside Johnson's boundary only: nothing at N, X and beyond the greatest edgewise
+    /// velocity, half of it half way up the rise, all of it in the middle.
+    #[test]
+    fn closed_form_thrust_fluctuates_inside_the_ring_only() {
+        for (climb, in_plane, share) in [
+            (0.5, 0.0, 0.0),
+            (-0.449, 0.0, 0.0),
+            (-0.5, 0.0, 0.5),
+            (-0.55, 0.0, 1.0),
+            (-1.0, 0.3, 1.0),
+            (-1.45, 0.0, 0.5),
+            (-1.501, 0.0, 0.0),
+            (-2.5, 0.0, 0.0),
+            (-0.975, 0.95, 0.0),
+            (-0.975, 2.0, 0.0),
+        ] {
+            let found = ring_share(climb, in_plane);
+            assert!((found - share).abs() < 1e-12, "{climb} {in_plane}: {found}");
+            assert_eq!(
+                found > 1e-12,
+                is_in_vortex_ring(climb, in_plane) && share > 0.0,
+                "{climb} {in_plane}"
+            );
+        }
     }
 
     /// Where the ring and Johnson's cubic end, the induced velocity goes on: exactly at D and E, within 0.02

@@ -20,7 +20,7 @@
 //! | [`environment`] | gravity, density, wind, the site's place on the globe | |
 //! | [`planet`] | gravity and density at a release on Earth, Titan, Mars, for drafts of missions | |
 //! | [`magnetic_field`] | Earth's field from the World Magnetic Model; a dipole's | |
-//! | [`wind`] | mean wind by altitude, gusts, turbulence | |
+//! | [`wind`] | mean wind by altitude, gusts, turbulence; fluctuation of thrusts in the vortex ring | |
 //! | [`parachute`] | descent and swing before the release | (40)-(44) |
 //! | [`canopy`] | the canopy as a body of its own, and its riser | |
 //! | [`trim`](mod@trim) | the steady state at a commanded velocity | (31) |

@@ -54,6 +54,9 @@ pub(super) fn air_words(site: &Site) -> String {
         let sigma_m_s = turbulence.sigma_m_s.into_iter().fold(0.0, f64::max);
         words += &format!(", turbulence {} m/s", short(sigma_m_s, 2));
     }
+    if let Some(ring) = &wind.ring {
+        words += &format!(", thrust in the vortex ring +-{} %", short(100.0 * ring.rms_share, 2));
+    }
     words
 }
 

@@ -14,6 +14,7 @@ use super::electric_battery::ElectricBattery;
 use super::faults::{Fault, FaultCourse, FaultOrder};
 use super::integrator::PlantState;
 use super::plant::{Loads, Plant, PlantKind};
+use super::ring;
 use super::rotor_start::StartCourse;
 use super::two_bodies::CanopyFlight;
 use crate::model::parachute::{Pendulum, TipOff};
@@ -381,6 +382,16 @@ impl DropSimulation {
                 canopy.wind_ned = wind_ned + course.difference_ned(p.z, canopy.state.p_ned.z);
             }
             self.plant.set_wind_ned(wind_ned);
+            if let Some(drawn) = course.ring_deviations(remaining) {
+                let (plant, mirrored) = (&mut self.plant, course.ring_is_mirrored());
+                plant.set_thrust_deviations(None);
+                let deviations = (self.phase == Phase::Powered).then(|| {
+                    let mean_n = plant.rate(&self.state, &self.throttle, false).0.balance.thrust_n;
+                    let over = (&**plant.vehicle(), plant.environment());
+                    ring::deviations(&drawn, mirrored, over, &self.state.body, &mean_n)
+                });
+                plant.set_thrust_deviations(deviations);
+            }
         }
         if let Some(faults) = &mut self.faults
             && remaining > 0.0

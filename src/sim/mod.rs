@@ -6,6 +6,7 @@
 //! | [`plant`] | the vehicle as the controller meets it: ideal thrusts or real actuators |
 //! | [`drop`](mod@drop), `drop/forces` | hang, release, fall, powered flight; what acts in each phase |
 //! | [`drop_run`] | a drop under its mission's trigger, with log, record and events |
+//! | `ring` | what fluctuation in the vortex ring makes of thrusts, and they of the motion |
 //! | [`limits`] | safety limits, and a state's share of them |
 //! | [`faults`] | faults by name: what fails, when, and what that makes of motors and release |
 //! | [`flight`] | a whole flight, controller and vehicle, without MAVLink frames |
@@ -29,6 +30,7 @@ pub mod limits;
 pub mod planar;
 pub mod plant;
 pub mod record;
+mod ring;
 pub mod rotor_start;
 pub mod sensors;
 pub mod two_bodies;

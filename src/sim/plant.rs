@@ -17,6 +17,7 @@ use nalgebra::Vector3;
 use super::electric_battery::ElectricBattery;
 use super::ground::Ground;
 use super::integrator::{PlantRate, PlantState, runge_kutta_4, steps_in};
+use super::ring;
 use super::rotor_start::{EscState, StartCourse};
 use crate::frames::normalized;
 use crate::model::rigid_body::BodyState;
@@ -85,6 +86,9 @@ pub struct Plant {
     start: Option<Box<StartCourse>>,
     /// The battery that the motors are on; `None`: a stiff supply, as the ideal plant's always is.
     battery: Option<Box<ElectricBattery>>,
+    /// Deviations of the thrusts from their means in the vortex ring, in shares of them, where they
+    /// fluctuate.
+    thrust_deviations: Option<PerRotor>,
 }
 
 impl Plant {
@@ -104,6 +108,7 @@ impl Plant {
             motors: None,
             start: None,
             battery: None,
+            thrust_deviations: None,
         }
     }
 
@@ -175,6 +180,12 @@ impl Plant {
         self.battery.as_deref()
     }
 
+    /// Sets how far free rotors' thrusts are off their means from now on, in shares of them; `None`: they are
+    /// not. The ideal plant's are as commanded.
+    pub fn set_thrust_deviations(&mut self, deviations: Option<PerRotor>) {
+        self.thrust_deviations = deviations;
+    }
+
     /// Kind of the actuators.
     pub fn kind(&self) -> PlantKind {
         self.kind
@@ -231,6 +242,11 @@ impl Plant {
                 (rate, battery.as_ref().map(|battery| battery.at_rest()))
             }
         };
+        if let Some(deviations) = &self.thrust_deviations
+            && !locked
+        {
+            ring::add(deviations, vehicle, body.q_ned_from_body, &mut rate);
+        }
         if let Some(ground) = &self.ground {
             let reaction = ground.reaction(&self.vehicle, &state.body);
             rate.body.v_dot_ned += reaction.force_ned / self.vehicle.mass.mass_kg;

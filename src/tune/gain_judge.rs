@@ -177,7 +177,7 @@ impl<'a> GainJudge<'a> {
         let setting = &self.setting;
         let (g, target_m_s) = (setting.environment.gravity_m_s2, setting.target_v_ned.norm());
         let states: Vec<BodyState> = cases.iter().map(ReleaseCase::state).collect();
-        let trials = one_at_a_time(&states, g, target_m_s, !setting.wind.is_steady());
+        let trials = one_at_a_time(&states, g, target_m_s, setting.wind.changes());
         self.trials.extend(trials.iter().map(untracked));
         self
     }

@@ -20,6 +20,7 @@ type Edit = (&'static str, &'static str, &'static str, isize, &'static str, &'st
 const MISSION: &str = "mission/x500_drop.json";
 const LANDERS: &str = "mission/titan_drop.json";
 const VEHICLE: &str = "params/vehicles/x500.json";
+const BALLOON: &str = "mission/balloon_drop.json";
 const HEXA: &str = "params/vehicles/hexa_4kg5.json";
 const LANDER: &str = "params/vehicles/titan.json";
 const TABLE: &str = "params/vehicles/titan_rotor.csv";
@@ -642,6 +643,47 @@ const EDITS: &[Edit] = &[
         "motor.esc_dc.current_min_a: ",
         &["expected at most current_max_a"],
     ),
+    // The vortex ring.
+    (
+        MISSION,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"vortex_ring\": { \"thrust_rms_share\": 20, \"frequency_hz\": 5 },",
+        0,
+        "vortex_ring.thrust_rms_share: ",
+        &["greater than 0 and at most 1"],
+    ),
+    (
+        MISSION,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"vortex_ring\": { \"thrust_rms_share\": 0.2, \"frequency_hz\": 0 },",
+        0,
+        "vortex_ring.frequency_hz: ",
+        &["greater than 0 and at most 1000"],
+    ),
+    (
+        MISSION,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"vortex_ring\": { \"thrust_rms_share\": 0.2 },",
+        0,
+        "vortex_ring: ",
+        &["missing field `frequency_hz`"],
+    ),
+    (
+        MISSION,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"vortex_ring\": { \"thrust_rms\": 0.2, \"frequency_hz\": 5 },",
+        0,
+        "vortex_ring.thrust_rms: ",
+        &["did you mean `thrust_rms_share`?"],
+    ),
+    (
+        BALLOON,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"vortex_ring\": { \"thrust_rms_share\": 0.2, \"frequency_hz\": 5 },",
+        0,
+        "vortex_ring: ",
+        &["expected a vehicle whose blades are known (rotor.blade_element)"],
+    ),
     // Two models where one belongs; JSON that is none.
     (
         HEXA,
@@ -736,7 +778,7 @@ const EDITS: &[Edit] = &[
 fn mission_of(file: &str) -> &'static str {
     match file {
         LANDER | LANDERS | TABLE => "titan_drop",
-        HEXA => "balloon_drop",
+        BALLOON | HEXA => "balloon_drop",
         _ => "x500_drop",
     }
 }

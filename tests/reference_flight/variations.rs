@@ -13,7 +13,7 @@ use samara::control::{
 };
 use samara::frames::quaternion_from_euler;
 use samara::model::rigid_body::{BodyState, MassProperties};
-use samara::model::wind::{Gust, GustLength, GustShape, Turbulence, TurbulenceScale, Wind};
+use samara::model::wind::{Gust, GustLength, GustShape, RingFluctuation, Turbulence, TurbulenceScale, Wind};
 use samara::model::{Environment, Interference, RotationSense, RotorMount, Vehicle};
 use samara::sim::planar::{Flight, LANES, Model, Observer, Release, SetpointTable, State, Variation, fly};
 use samara::sim::{DropSimulation, FlightPlan, PlantKind, Reference};
@@ -151,7 +151,8 @@ fn in_space(
         v_ned: Vector3::new(r.v_north_m_s, 0.0, r.v_down_m_s),
         omega_body: Vector3::new(0.0, r.pitch_rate_rad_s, 0.0),
     };
-    let course = flight.variation.air.and_then(|number| wind.uniform(&site).course(&site, number));
+    let wind = wind.uniform(&site).in_plane();
+    let course = flight.variation.air.and_then(|number| wind.course(&site, number));
     let mut sim = DropSimulation::at_t0(Arc::new(vehicle), site, body, kind).in_wind(course);
     let mut rows = Vec::new();
     for step in 0..=plan.steps() {
@@ -205,7 +206,7 @@ fn difference(
     (furthest(&record.rows), furthest(&in_space((vehicle, site), wind, &other, &plan, kind)))
 }
 
-/// Gusts of any shape, by time or by distance, and turbulence in the plane.
+/// Gusts of any shape, by time or by distance, turbulence in the plane, and a vortex ring that fluctuates.
 fn wind() -> impl Strategy<Value = Wind> {
     let gust = (0..3usize, prop::bool::ANY, -1.0f64..3.0, 0.3f64..3.0, -4.0f64..4.0, -2.0f64..2.0).prop_map(
         |(shape, far, start_s, length, n, d)| Gust {
@@ -219,11 +220,11 @@ fn wind() -> impl Strategy<Value = Wind> {
         let scale = TurbulenceScale::Fixed([l, l, 0.5 * l]);
         Turbulence { sigma_m_s: [u, 0.0, w], scale, seed, follows_mission: true, noise: None }
     });
-    (prop::collection::vec(gust, 0..3), prop::option::of(turbulence)).prop_map(|(gusts, turbulence)| Wind {
-        gusts,
-        turbulence,
-        ..Wind::default()
-    })
+    let ring = (0.0f64..0.3, 0.1f64..10.0, 0u64..1000).prop_map(|(rms_share, frequency_hz, seed)| {
+        RingFluctuation { rms_share, frequency_hz, seed, follows_mission: true, mirrored: false }
+    });
+    (prop::collection::vec(gust, 0..3), prop::option::of(turbulence), prop::option::of(ring))
+        .prop_map(|(gusts, turbulence, ring)| Wind { gusts, turbulence, ring, ..Wind::default() })
 }
 
 fn variation() -> impl Strategy<Value = Variation> {

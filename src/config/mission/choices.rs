@@ -88,6 +88,9 @@ impl Mission {
             if let Some(turbulence) = self.site.wind.turbulence.as_mut().filter(|t| t.follows_mission) {
                 turbulence.seed = seed;
             }
+            if let Some(ring) = self.site.wind.ring.as_mut().filter(|r| r.follows_mission) {
+                ring.seed = seed;
+            }
             self.note_choice("seed", &seed.to_string());
         }
     }

@@ -21,6 +21,8 @@ pub enum Effect {
     Gusts,
     /// Continuous turbulence.
     Turbulence,
+    /// Thrusts that fluctuate in the vortex ring.
+    RingFluctuation,
     /// A canopy that is a body of its own.
     Canopy,
     /// What the cut gives the vehicle.
@@ -37,11 +39,12 @@ pub enum Effect {
 
 impl Effect {
     /// Every effect, in the order in which they are reported.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::RandomWind,
         Self::WindByAltitude,
         Self::Gusts,
         Self::Turbulence,
+        Self::RingFluctuation,
         Self::Canopy,
         Self::TipOff,
         Self::RotorInflow,
@@ -57,6 +60,7 @@ impl Effect {
             Self::WindByAltitude => "wind.by_altitude",
             Self::Gusts => "wind.gusts",
             Self::Turbulence => "wind.turbulence",
+            Self::RingFluctuation => "vortex_ring",
             Self::Canopy => "parachute.canopy",
             Self::TipOff => "release.tip_off, monte_carlo.tip_off",
             Self::RotorInflow => "rotor (vehicle)",
@@ -73,6 +77,7 @@ impl Effect {
             Self::WindByAltitude => "wind by altitude",
             Self::Gusts => "gusts",
             Self::Turbulence => "turbulence",
+            Self::RingFluctuation => "ring fluctuation",
             Self::Canopy => "canopy as a body",
             Self::TipOff => "tip-off",
             Self::RotorInflow => "rotor inflow",
@@ -88,6 +93,7 @@ impl Effect {
             Self::RandomWind => "the site's mean wind in each trial",
             Self::WindByAltitude => "the mean wind of the release's altitude everywhere",
             Self::Gusts | Self::Turbulence => "none",
+            Self::RingFluctuation => "mean thrusts in the vortex ring",
             Self::Canopy => "the prescribed canopy, (40)-(43), whose force ends at the release",
             Self::TipOff => "a clean cut",
             Self::RotorInflow => "thrust k omega^2 and its torque, k from full throttle in still air",
@@ -104,6 +110,7 @@ impl Effect {
             Self::WindByAltitude => mission.site.wind.profile.is_some(),
             Self::Gusts => !mission.site.wind.gusts.is_empty(),
             Self::Turbulence => mission.site.wind.turbulence.is_some(),
+            Self::RingFluctuation => mission.site.wind.ring.is_some(),
             Self::Canopy => release.parachute.suspension.is_some(),
             Self::TipOff => !release.parachute.tip_off.is_none() || !random.tip_off_sigma.is_none(),
             Self::RotorInflow => mission.vehicle.rotor.knows_inflow(),
@@ -119,6 +126,7 @@ impl Effect {
             Self::WindByAltitude => mission.site.wind.profile = None,
             Self::Gusts => mission.site.wind.gusts.clear(),
             Self::Turbulence => mission.site.wind.turbulence = None,
+            Self::RingFluctuation => mission.site.wind.ring = None,
             Self::Canopy => mission.release.parachute.suspension = None,
             Self::TipOff => {
                 mission.release.parachute.tip_off = TipOff::default();

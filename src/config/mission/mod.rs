@@ -3,7 +3,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `site`, `wind`, `release`, `plan`, `limits` | sections, each with its JSON, its checks and its meaning |
-//! | `control`, `study`, `battery`, `equipment`, `faults`, `px4` | sections, likewise |
+//! | `vortex_ring`, `control`, `study`, `battery`, `equipment`, `faults`, `px4` | sections, likewise |
 //! | `effects` | the effects that it names beside the plain drop, and the mission without them |
 //! | `made` | what is made of a mission: simulation, plan, study, drops |
 //! | `inputs` | the hash of the files and of what was chosen beside them |
@@ -44,6 +44,7 @@ mod release_case;
 mod site;
 mod study;
 mod study_identity;
+mod vortex_ring;
 mod wind;
 
 pub use control::Control;
@@ -90,6 +91,8 @@ pub(super) struct MissionJson {
     /// Wind by altitude, gusts and turbulence, in addition to site.wind_ned_m_s.
     #[serde(default)]
     wind: wind::WindJson,
+    /// Fluctuation of rotors' thrusts in the vortex ring; without it they have their means.
+    vortex_ring: Option<vortex_ring::VortexRingJson>,
     /// Descent and swing before the release, and the delay after it.
     parachute: release::ParachuteJson,
     /// When and how the vehicle is cut loose.
@@ -227,7 +230,8 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
         (Vector3::from(json.target_v_ned_m_s.get()), json.epoch_unix_us.get() as u64);
     let seed = json.seed.get() as u64;
     let air = (&json.site, &json.wind);
-    let site = Site::from_json(source, air, json.release.standing(), seed, &mut hash)?;
+    let mut site = Site::from_json(source, air, json.release.standing(), seed, &mut hash)?;
+    site.wind.ring = vortex_ring::fluctuation(source, json.vortex_ring.as_ref(), &vehicle.vehicle, seed)?;
     let (inputs, gains) = Inputs::of_files(&named(&json.gains, "gains file", gains)?, hash)?;
     let release =
         Release::from_json(source, &json.release, &json.parachute, &vehicle.vehicle, &site.environment)?;

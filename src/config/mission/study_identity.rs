@@ -58,6 +58,10 @@ impl Mission {
             text.put(&format!("cases[{i}].pitch_rad"), case.pitch_rad);
             text.put(&format!("cases[{i}].pitch_rate_rad_s"), case.pitch_rate_rad_s);
         }
+        if let Some(ring) = &self.site.wind.ring {
+            text.put("vortex_ring.rms_share", ring.rms_share);
+            text.put("vortex_ring.frequency_hz", ring.frequency_hz);
+        }
         for (i, fault) in self.faults.list.iter().enumerate() {
             text.put(&format!("faults[{i}]"), fault);
         }

@@ -154,6 +154,7 @@ pub(super) fn wind(
             .map(|json| of_turbulence(source, json, ground_altitude_m.is_some(), mission_seed, hash))
             .transpose()?,
         ground_altitude_m: ground_altitude_m.unwrap_or(0.0),
+        ring: None,
     })
 }
 

@@ -6,6 +6,7 @@
 //! | `gust` | discrete gusts, of MIL-F-8785C and of CS-25 |
 //! | `turbulence` | strength and scale of turbulence |
 //! | `dryden` | Dryden's filters, exact at the step |
+//! | `ring` | fluctuation of rotors' thrusts in the vortex ring, which is no wind but goes with it |
 //!
 //! The wind is held within a step of the simulation: gusts at their value in its middle, turbulence at the
 //! value of the filters. One velocity acts on the whole vehicle; what is left out by that is how much the air
@@ -18,15 +19,18 @@ use nalgebra::Vector3;
 mod dryden;
 mod gust;
 mod profile;
+mod ring;
 mod turbulence;
 
 pub use dryden::Draw;
 pub use gust::{Gust, GustLength, GustShape};
 pub use profile::WindProfile;
+use ring::RingCourse;
+pub use ring::RingFluctuation;
 use turbulence::Eddies;
 pub use turbulence::{Turbulence, TurbulenceScale};
 
-use crate::model::Environment;
+use crate::model::{Environment, MAX_ROTORS};
 
 /// Turbulence passes the vehicle at its airspeed, but at least at this speed [m/s]: eddies change, and pass,
 /// when the vehicle stands in the air.
@@ -45,6 +49,8 @@ pub struct Wind {
     /// Altitude of the ground above mean sea level [m], where turbulence takes its scale from the height
     /// above it.
     pub ground_altitude_m: f64,
+    /// Fluctuation of rotors' thrusts in the vortex ring.
+    pub ring: Option<RingFluctuation>,
 }
 
 /// The wind over `N` flights side by side, of one as a rule.
@@ -59,12 +65,18 @@ pub struct WindCourse<const N: usize = 1> {
     eddies: Option<Eddies<N>>,
     /// Distance flown through the air since each gust began [m].
     distances_m: Vec<[f64; N]>,
+    ring: Option<RingCourse<N>>,
 }
 
 impl Wind {
     /// Whether the wind is the site's own at all times and altitudes.
     pub fn is_steady(&self) -> bool {
         self.profile.is_none() && self.gusts.is_empty() && self.turbulence.is_none()
+    }
+
+    /// Whether anything of it changes over a flight: the wind, or rotors' thrusts in the vortex ring.
+    pub fn changes(&self) -> bool {
+        !self.is_steady() || self.ring.is_some()
     }
 
     /// The wind with the mean wind and the scale of turbulence of the site's altitude everywhere: that of
@@ -78,17 +90,20 @@ impl Wind {
         Self { profile: None, turbulence, ..self.clone() }
     }
 
-    /// The wind without its turbulence across the mean wind: all that a flight in the plane of the mean wind
-    /// feels.
+    /// The wind without its turbulence across the mean wind, and with a vortex ring that treats mirror images
+    /// alike: all that a flight in the plane of the mean wind feels.
     pub fn in_plane(mut self) -> Self {
         if let Some(turbulence) = &mut self.turbulence {
             turbulence.sigma_m_s[1] = 0.0;
         }
+        if let Some(ring) = &mut self.ring {
+            ring.mirrored = true;
+        }
         self
     }
 
-    /// The wind of flight `number` at a site, whose wind is the mean one at its altitude; `None` where it
-    /// [is steady](Self::is_steady). Each flight has turbulence of its own.
+    /// The wind of flight `number` at a site, whose wind is the mean one at its altitude; `None` where
+    /// nothing of it [changes](Self::changes). Each flight has turbulence of its own.
     pub fn course(&self, site: &Environment, number: u64) -> Option<WindCourse> {
         self.courses(site, [site.wind_ned_m_s], [Some(number)])
     }
@@ -101,12 +116,13 @@ impl Wind {
         mean_ned: [Vector3<f64>; N],
         numbers: [Option<u64>; N],
     ) -> Option<WindCourse<N>> {
-        (!self.is_steady()).then(|| WindCourse {
+        self.changes().then(|| WindCourse {
             site_wind_ned: [0, 1, 2].map(|k| mean_ned.map(|mean| mean[k])),
             site_altitude_m: site.anchor.altitude_m,
             share: numbers.map(|number| if number.is_some() { 1.0 } else { 0.0 }),
             eddies: self.turbulence.as_ref().map(|t| t.eddies(numbers.map(Option::unwrap_or_default))),
             distances_m: vec![[0.0; N]; self.gusts.len()],
+            ring: self.ring.map(|ring| ring.course(numbers.map(Option::unwrap_or_default))),
             wind: self.clone(),
         })
     }
@@ -187,6 +203,30 @@ impl<const N: usize> WindCourse<N> {
             eddies.advance(distances);
         }
         wind
+    }
+}
+
+impl<const N: usize> WindCourse<N> {
+    /// Shares of their means by which thrusts well inside the vortex ring deviate in the step of `dt_s` [s]
+    /// that begins now: of each draw by number, from 0, and each flight. `None` where they do not fluctuate,
+    /// else each call is a step.
+    #[inline(always)]
+    pub fn ring_deviations(&mut self, dt_s: f64) -> Option<[[f64; N]; MAX_ROTORS]> {
+        let ring = self.ring.as_mut()?;
+        let mut deviations = [[0.0; N]; MAX_ROTORS];
+        for (rotor, deviation) in deviations.iter_mut().enumerate() {
+            *deviation = ring.deviation(rotor);
+            for (deviation, share) in deviation.iter_mut().zip(&self.share) {
+                *deviation *= share;
+            }
+        }
+        ring.advance(dt_s);
+        Some(deviations)
+    }
+
+    /// Whether mirror images fluctuate alike in the vortex ring.
+    pub fn ring_is_mirrored(&self) -> bool {
+        self.ring.as_ref().is_some_and(RingCourse::is_mirrored)
     }
 }
 

@@ -111,6 +111,7 @@ impl<O: Observer, const G: usize> Kernel for Grouped<'_, O, G> {
             seen = measured;
             let command = model.cascade.step(&gains, &measurement, setpoint, dt_s, &mut integrals);
             air.blow(step as f64 * dt_s, dt_s, &state);
+            air.fluctuate(model, dt_s, &state);
             match model.kind {
                 PlantKind::Ideal => step_ideal(model, &body, &air, &mut state, &mut thrust, &command, dt_s),
                 PlantKind::Actuator => {
@@ -135,6 +136,9 @@ struct Air<const G: usize> {
     wind_d: Lanes,
     /// The wind of each lane, where that of one of them changes.
     course: Option<WindCourse<LANES>>,
+    /// Shares of their means by which the thrusts of each group's rotors deviate together, where they
+    /// fluctuate in the vortex ring.
+    deviations: Option<[Lanes; G]>,
 }
 
 impl<const G: usize> Air<G> {
@@ -147,6 +151,7 @@ impl<const G: usize> Air<G> {
             wind_n: wind(0),
             wind_d: wind(1),
             course: course(model, flights),
+            deviations: None,
         }
     }
 
@@ -156,6 +161,28 @@ impl<const G: usize> Air<G> {
         let Some(course) = &mut self.course else { return };
         let v_ned = [state.v_n, [0.0; LANES], state.v_d];
         [self.wind_n, _, self.wind_d] = course.step(t_s, dt_s, &[0.0; LANES], &v_ned);
+    }
+
+    /// Sets the deviations of thrusts in the vortex ring to those of the control period that begins.
+    #[inline(always)]
+    fn fluctuate(&mut self, model: &Model, dt_s: f64, state: &State) {
+        let drawn = self.course.as_mut().and_then(|course| course.ring_deviations(dt_s));
+        let Some(drawn) = drawn else { return };
+        let turn = Turn::of(&state.q0, &state.q2);
+        let flow = flow_about(self, &turn, &state.v_n, &state.v_d);
+        let mut deviations = [[0.0; LANES]; G];
+        for group in 0..G.min(model.groups) {
+            let over = (&self.rotor_scale[group], &self.density_kg_m3);
+            let omega = &state.rotor_speed[group];
+            let share = model.rotors.ring_share(group, omega, [&flow.u, &flow.w], &state.rate, over);
+            // The mean of as many draws as the group has rotors.
+            let of_mean = 1.0 / model.count[group].sqrt();
+            let drawn = drawn[model.first[group]];
+            for i in 0..LANES {
+                deviations[group][i] = share[i] * of_mean * drawn[i];
+            }
+        }
+        self.deviations = Some(deviations);
     }
 }
 
@@ -415,6 +442,11 @@ fn step_actuator<const G: usize>(
                     let load =
                         model.rotors.load(group, &speed[group], through, rate, &air.rotor_scale[group]);
                     (thrust[group], torque[group]) = (load.thrust, load.torque);
+                    if let Some(deviations) = &air.deviations {
+                        for i in 0..LANES {
+                            thrust[group][i] += deviations[group][i] * load.thrust[i];
+                        }
+                    }
                     forward[group] = load.forward;
                 },
             );

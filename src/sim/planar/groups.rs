@@ -31,6 +31,8 @@ pub(super) struct Group {
     pub(super) count: f64,
     /// What another rotor's wake leaves of thrust and torque.
     pub(super) interference: Interference,
+    /// Number of its first rotor in the vehicle, from 0.
+    pub(super) first: usize,
 }
 
 /// The groups of a vehicle: first the one farthest ahead or behind, then the others from front to rear.
@@ -77,7 +79,7 @@ pub(super) fn groups(vehicle: &Vehicle) -> Result<Vec<Group>, NotPlanar> {
         };
         match groups.iter_mut().find(same) {
             Some(group) => group.count += 1.0,
-            None => groups.push(Group { hub_m: [hub.x, hub.z], count: 1.0, interference }),
+            None => groups.push(Group { hub_m: [hub.x, hub.z], count: 1.0, interference, first: i }),
         }
     }
     if groups.len() > MOST_GROUPS {

@@ -24,6 +24,8 @@ pub struct Model {
     pub(super) groups: usize,
     /// Rotors in each group.
     pub(super) count: [f64; MOST_GROUPS],
+    /// Number of the first rotor of each group, from 0.
+    pub(super) first: [usize; MOST_GROUPS],
     /// Distance of the first group ahead of the centre of mass [m].
     pub(super) arm_m: f64,
     /// Distance of each group ahead of the centre of mass, as a share of the first's.
@@ -72,6 +74,7 @@ impl Model {
             wind_m_s: [wind.x, wind.z],
             groups: groups.len(),
             count: of_groups(&groups, |g| g.count),
+            first: of_groups(&groups, |g| g.first),
             arm_m,
             arm_share: of_groups(&groups, |g| share(g.hub_m[0], arm_m)),
             longest_step_s: vehicle.longest_step_s(),

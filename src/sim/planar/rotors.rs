@@ -10,7 +10,7 @@ use super::groups::{Group, MOST_GROUPS, of_groups};
 use super::lanes::{LANES, Lanes, atan2, clip, index, interval};
 use crate::model::axis::Axis;
 use crate::model::coefficient_table::{FLOW_STEPS, HALF_AT, SPEED_STEPS};
-use crate::model::{CoefficientTable, Motor, Rotor, RotorTable};
+use crate::model::{CoefficientTable, Motor, Rotor, RotorTable, inflow};
 
 /// Rotors and motors of the groups.
 #[derive(Clone, Debug)]
@@ -189,6 +189,31 @@ impl Rotors {
             load.torque[i] *= scale.torque[i];
         }
         load
+    }
+
+    /// Share of the full fluctuation in the vortex ring that the thrust of a rotor of a group has
+    /// ([`inflow::ring_share`]), on a body as [`Self::load`] has it, at a density of the air [kg/m^3];
+    /// nothing where the blades are not known.
+    pub(super) fn ring_share(
+        &self,
+        group: usize,
+        omega: &Lanes,
+        flow: [&Lanes; 2],
+        rate: &Lanes,
+        (scale, density_kg_m3): (&LaneLoad, &Lanes),
+    ) -> Lanes {
+        let mut share = [0.0; LANES];
+        let LaneRotor::Coefficients(Coefficients { radius_m, .. }) = &self.rotor else { return share };
+        let load = self.load(group, omega, flow, rate, scale);
+        let [x, z] = self.hubs_m[group];
+        for i in 0..LANES {
+            let v_h = (0.5 * load.thrust[i].abs() / (density_kg_m3[i] * (PI * radius_m * radius_m))).sqrt();
+            if v_h > 0.0 {
+                let (u, w) = (flow[0][i] + rate[i] * z, flow[1][i] - rate[i] * x);
+                share[i] = inflow::ring_share(-w / v_h, u.abs() / v_h);
+            }
+        }
+        share
     }
 
     /// Angular acceleration [rad/s^2] at a commanded speed, speed [rad/s] and torque of the air [N m].

@@ -14,7 +14,7 @@ use crate::control::{ControlError, ControlLimits, Gains};
 use crate::frames::quaternion_from_euler;
 use crate::math;
 use crate::model::rigid_body::BodyState;
-use crate::model::wind::{Gust, GustLength, GustShape, Turbulence, TurbulenceScale, Wind};
+use crate::model::wind::{Gust, GustLength, GustShape, RingFluctuation, Turbulence, TurbulenceScale, Wind};
 use crate::model::{
     Airfoil, BladeStation, Blades, CoefficientTable, EscDc, Motor, RotationSense, Rotor, RotorTable, Vehicle,
     VehicleOptions,
@@ -105,7 +105,14 @@ fn model(vehicle: &Vehicle, kind: PlantKind) -> Model {
         follows_mission: true,
         noise: None,
     };
-    let wind = Wind { gusts: vec![gust], turbulence: Some(turbulence), ..Wind::default() };
+    let ring = RingFluctuation {
+        rms_share: 0.3,
+        frequency_hz: 1.0,
+        seed: 5,
+        follows_mission: true,
+        mirrored: false,
+    };
+    let wind = Wind { gusts: vec![gust], turbulence: Some(turbulence), ring: Some(ring), ..Wind::default() };
     Model::new(vehicle, &site(), &ControlLimits::default(), kind).unwrap().in_wind(&wind)
 }
 
