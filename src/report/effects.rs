@@ -26,9 +26,9 @@ use crate::units::DEG_PER_RAD;
 pub enum EffectsOn {
     /// None: the plain drop.
     Plain,
-    /// One alone.
+    /// One alone, with the one that it needs.
     Alone(Effect),
-    /// All but one.
+    /// All but one, and those that need it.
     Without(Effect),
     /// All that the mission names.
     All,
@@ -44,12 +44,12 @@ impl EffectsOn {
         [Self::Plain].into_iter().chain(alone).chain([Self::All]).chain(without).collect()
     }
 
-    /// Those of `effects` that are at work.
+    /// Those of `effects` that are at work: of one that needs another, both.
     pub fn kept(self, effects: &[Effect]) -> Vec<Effect> {
         let kept = |effect: &Effect| match self {
             Self::Plain => false,
-            Self::Alone(one) => *effect == one,
-            Self::Without(one) => *effect != one,
+            Self::Alone(one) => *effect == one || Some(*effect) == one.needs(),
+            Self::Without(one) => *effect != one && effect.needs() != Some(one),
             Self::All => true,
         };
         effects.iter().copied().filter(kept).collect()
@@ -243,6 +243,9 @@ impl EffectReport<'_> {
     fn base_of(&self, on: EffectsOn) -> Option<&EffectCampaign> {
         match on {
             EffectsOn::Plain => None,
+            EffectsOn::Alone(effect) if let Some(needed) = effect.needs() => {
+                self.campaign(EffectsOn::Alone(needed))
+            }
             EffectsOn::Alone(_) | EffectsOn::All => self.campaign(EffectsOn::Plain),
             EffectsOn::Without(_) => self.campaign(EffectsOn::All),
         }
@@ -295,8 +298,14 @@ impl EffectReport<'_> {
                 0.5 * (high - low)
             });
             let cost = &MEASURES[0];
+            let beside = match campaign.on {
+                EffectsOn::Alone(effect) => {
+                    effect.needs().map_or(String::new(), |n| format!(", with {}", n.name()))
+                }
+                _ => String::new(),
+            };
             grid.row(
-                &campaign.on.name().replace('_', " "),
+                &format!("{}{beside}", campaign.on.name().replace('_', " ")),
                 [
                     mean(cost),
                     number(half, cost.2),
@@ -381,5 +390,49 @@ impl EffectReport<'_> {
             }
         }
         out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By hand: what needs another effect stands with it, is counted from it, and goes with it.
+    #[test]
+    fn an_effect_stands_with_the_one_that_it_needs() {
+        let effects = [Effect::Gusts, Effect::RotorInflow, Effect::RotorStart];
+        let kept = |on: EffectsOn| on.kept(&effects);
+        assert_eq!(kept(EffectsOn::Alone(Effect::RotorStart)), [Effect::RotorInflow, Effect::RotorStart]);
+        assert_eq!(kept(EffectsOn::Alone(Effect::Gusts)), [Effect::Gusts]);
+        assert_eq!(kept(EffectsOn::Without(Effect::RotorInflow)), [Effect::Gusts]);
+        assert_eq!(kept(EffectsOn::Without(Effect::RotorStart)), [Effect::Gusts, Effect::RotorInflow]);
+        assert_eq!(EffectsOn::campaigns(&effects).len(), 8);
+        assert_eq!(EffectsOn::campaigns(&effects[..1]), [EffectsOn::Plain, EffectsOn::All]);
+        let mission = Mission::shipped("titan_real_air").unwrap();
+        let campaigns = EffectsOn::campaigns(&effects)
+            .into_iter()
+            .map(|on| EffectCampaign { on, drops: Vec::new() })
+            .collect();
+        let report = EffectReport { mission: &mission, effects: effects.to_vec(), campaigns };
+        let base = |on| report.base_of(on).map(|campaign| campaign.on);
+        assert_eq!(base(EffectsOn::Alone(Effect::RotorStart)), Some(EffectsOn::Alone(Effect::RotorInflow)));
+        assert_eq!(base(EffectsOn::Alone(Effect::Gusts)), Some(EffectsOn::Plain));
+        assert_eq!(base(EffectsOn::Without(Effect::Gusts)), Some(EffectsOn::All));
+    }
+
+    /// A mission with all of its effects is itself, and without any of them it has none.
+    #[test]
+    fn prop_effects_can_be_left_out_and_kept() {
+        for name in ["titan_real_air", "x500_real_air"] {
+            let mission = Mission::shipped(name).unwrap();
+            let effects = mission.effects();
+            assert!(effects.len() >= 8, "{effects:?}");
+            assert_eq!(mission.with_effects(&effects).effects(), effects);
+            assert_eq!(mission.with_effects(&[]).effects(), []);
+            for effect in &effects {
+                let alone = mission.with_effects(&EffectsOn::Alone(*effect).kept(&effects)).effects();
+                assert!(alone.contains(effect), "{effect:?}: {alone:?}");
+            }
+        }
     }
 }

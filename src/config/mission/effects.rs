@@ -103,6 +103,14 @@ impl Effect {
         }
     }
 
+    /// The effect without which this one does nothing.
+    pub fn needs(self) -> Option<Self> {
+        match self {
+            Self::RingFluctuation | Self::RotorStart => Some(Self::RotorInflow),
+            _ => None,
+        }
+    }
+
     fn is_in(self, mission: &Mission) -> bool {
         let (release, random) = (&mission.release, &mission.study.monte_carlo);
         match self {
