@@ -9,6 +9,7 @@ and how many frames a second it drew: on a machine that does something else, too
 
 import csv
 import os
+import re
 import shutil
 import subprocess
 import time
@@ -204,7 +205,7 @@ def test_a_canopy_and_the_wind_are_where_they_were(opened, tmp_path):
     lines = (dropped(tmp_path, mission="titan_real_air") / "flight.csv").read_text().splitlines()
     rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
     page = opened(tmp_path / "drop.html")
-    pulled = set()
+    pulled, labels = set(), 0
     for share in (0, 0.1, 0.2, 0.23, 0.25, 0.3, 0.5, 0.9):
         row = rows[round(share * (len(rows) - 1))]
         slide(page, float(row["t_s"]))
@@ -220,8 +221,11 @@ def test_a_canopy_and_the_wind_are_where_they_were(opened, tmp_path):
         truth = [float(row[f"canopy_{name}_m"]) for name in ("north", "east", "down")]
         assert max(abs(a - b) for a, b in zip(shown["cloth"], truth)) < 0.01 or pulls, (row["t_s"], shown, truth)
         wind = sum(float(row[f"wind_{axis}_m_s"]) ** 2 for axis in "ned") ** 0.5
-        assert f"wind {wind:.1f} m/s" in shown["wind"], row["t_s"]
-    assert pulled == {True, False}
+        told = [float(speed) for speed in re.findall(r"wind ([\d.]+) m/s", shown["wind"])]
+        # A label that has no room is hidden.
+        assert all(abs(speed - wind) < 0.051 for speed in told), (row["t_s"], wind, told)
+        labels += len(told)
+    assert pulled == {True, False} and labels > 0
 
 
 def test_a_battery_has_a_panel_with_what_the_log_says(opened, tmp_path):
