@@ -16,7 +16,7 @@
 //! `v = w f(V_z/w, V_x/|w|)`. A disk that pushes down is the mirror image of one that pushes up.
 //!
 //! The profile knows neither Reynolds nor Mach number, so that thrust over `rho A ((Omega R)^2 + V^2)`
-//! depends on two bounded numbers alone ([`super::rotor_coefficients`]).
+//! depends on two bounded numbers alone ([`super::coefficient_table`]).
 //!
 //! Left out: flapping and the moments of a rigid rotor about axes in the disk (in a pair that turns opposite
 //! ways the rolling moments cancel), flow along the blades, the inflow's differences over the disk (their
