@@ -10,6 +10,7 @@ use samara::config::{BladeFile, ConfigError, Mission, VehicleFile, blade_file, l
 use samara::model::rigid_body::BodyState;
 use samara::model::wind::{RingFluctuation, Wind};
 use samara::model::{DiskState, Rotor};
+use samara::random::Stream;
 use samara::sim::{DropSimulation, PlantKind};
 
 fn shipped(name: &str) -> BladeFile {
@@ -26,6 +27,45 @@ fn regress_the_shipped_tables_are_fresh() {
         let file = shipped(name);
         let found = std::fs::read_to_string(&file.path).unwrap();
         assert!(found == file.table_text(), "{name}: stale; run `samara rotor params/vehicles/{name}.json`");
+    }
+}
+
+/// The shipped tables between their knots against the blades solved there: random speeds up to the top one,
+/// flows from anywhere up to 8 and 12 m/s. Errors are of the thrust or torque, at least of a tenth of hover's
+/// at that `(Omega R)^2 + V^2`; 95 % of them are below what `docs/rotors.md` says.
+#[test]
+fn reference_the_shipped_tables_between_their_knots() {
+    for (name, fastest_rad_s, fastest_m_s, density, bars) in [
+        ("titan_bemt", 133.0, 8.0, 5.4, [0.00205, 0.00835, 0.00045]),
+        ("x500", 714.0, 12.0, 1.225, [0.00215, 0.00235, 0.00035]),
+    ] {
+        let file = shipped(name);
+        let vehicle = load_vehicle(&file.path.with_file_name(format!("{name}.json"))).unwrap().vehicle;
+        let Rotor::BladeElement(table) = &vehicle.rotor else { panic!() };
+        let mut stream = Stream::new(7, 0);
+        let mut errors = [Vec::new(), Vec::new(), Vec::new()];
+        for _ in 0..1500 {
+            let omega = fastest_rad_s * stream.uniform();
+            let v = fastest_m_s * stream.uniform();
+            let climb = v * (2.0 * stream.uniform() - 1.0);
+            let across = (v * v - climb * climb).max(0.0).sqrt();
+            let (solved, flown) =
+                (file.blades.load(omega, climb, across, density), table.load(omega, climb, across, density));
+            let tip = table.radius_m() * omega;
+            let hover = file.blades.load((tip * tip + v * v).sqrt() / table.radius_m(), 0.0, 0.0, density);
+            let thrust = solved.thrust_n.abs().max(0.1 * hover.thrust_n);
+            let torque = solved.torque_nm.abs().max(0.1 * hover.torque_nm);
+            errors[0].push((flown.thrust_n - solved.thrust_n).abs() / thrust);
+            errors[1].push((flown.torque_nm - solved.torque_nm).abs() / torque);
+            errors[2].push((flown.in_plane_n - solved.in_plane_n).abs() / thrust);
+        }
+        let p95 = errors.map(|mut e| {
+            e.sort_by(f64::total_cmp);
+            e[e.len() * 95 / 100]
+        });
+        println!("{name}: {p95:?}");
+        // To the digits of the page.
+        assert!((0..3).all(|k| p95[k] < bars[k]), "{name}: {p95:?}");
     }
 }
 

@@ -14,6 +14,7 @@
 //! | [`rotor_start`] | rotors that nobody drives, and their start |
 //! | [`angular_momentum`] | the rotors' angular momentum |
 //! | [`momentum`] | a rotor's thrust and torque by momentum theory |
+//! | [`blades`] | a rotor with known blades between the knots of its table |
 //! | [`steady`] | trim and the motors' steady states |
 //! | [`power`] | battery and bus |
 //! | [`cascade`] | small steps under the paper's controller |
@@ -26,6 +27,7 @@
 
 pub mod angular_momentum;
 pub mod batch;
+pub mod blades;
 pub mod body;
 pub mod cascade;
 pub mod check;
@@ -71,6 +73,11 @@ pub fn verify(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Result<V
         swing::under_the_canopy(lander.vehicle, lander.environment)?,
         two_bodies::canopy_and_vehicle(lander.vehicle, lander.environment)?,
         momentum::rotor(&lander.vehicle.rotor, lander.environment.density_kg_m3, &momentum::LANDER),
+        blades::between_knots(
+            &quadrotor.vehicle.rotor,
+            quadrotor.environment.density_kg_m3,
+            &blades::QUADROTOR,
+        )?,
         rotor_start::of_rotors()?,
         angular_momentum::without_air(quadrotor.vehicle, quadrotor.environment),
         steady::trim_at_target(lander, quadrotor)?,
