@@ -120,7 +120,8 @@ impl CoefficientTable {
 
     /// Load of a rotor at a speed [rad/s] whose hub moves along its thrust at `climb_m_s` and in its plane at
     /// `in_plane_m_s`, zero or more [m/s]. A negative speed, backwards, needs a table
-    /// [with those](Self::with_backwards); without them it means nothing.
+    /// [with those](Self::with_backwards); without them the rotor is at rest, as within a step that ends
+    /// there.
     #[inline(always)]
     pub fn load(&self, omega_rad_s: f64, climb_m_s: f64, in_plane_m_s: f64, density_kg_m3: f64) -> RotorLoad {
         if let Some(cells) = &self.backwards
@@ -134,8 +135,9 @@ impl CoefficientTable {
                 density_kg_m3,
             );
         }
-        let steps = [SPEED_STEPS, FLOW_STEPS];
-        self.bilinear(&self.cells, steps, omega_rad_s * self.radius_m, climb_m_s, in_plane_m_s, density_kg_m3)
+        let turning = if omega_rad_s < 0.0 { 0.0 } else { omega_rad_s };
+        let (steps, tip_m_s) = ([SPEED_STEPS, FLOW_STEPS], turning * self.radius_m);
+        self.bilinear(&self.cells, steps, tip_m_s, climb_m_s, in_plane_m_s, density_kg_m3)
     }
 
     #[cold]

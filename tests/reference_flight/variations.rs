@@ -273,3 +273,42 @@ proptest! {
         prop_assert!(apart < f64::max(1e-6, 10.0 * amplified), "{apart:e}, {amplified:e} of the last digit");
     }
 }
+
+/// A strong controller stops the lander's rotors in flight, first those in front, within a step: its stages
+/// have speeds below zero, at which the load is that at rest in the plane and in space. They once had loads
+/// of their own there, 1e-6 m/s apart after 4 s.
+#[test]
+fn regress_rotors_that_come_to_rest_within_a_step() {
+    let gains = Gains::longitudinal([
+        2.800389890579977,
+        0.40185948353542106,
+        1.4000132560650975,
+        2.180590592118759,
+        0.0,
+        2.3392363390404594,
+        0.0,
+    ]);
+    let release = Release {
+        v_north_m_s: -1.3399379129599054,
+        v_down_m_s: 3.8571156915430964,
+        pitch_rad: 0.3711972792271881,
+        pitch_rate_rad_s: 0.8856675680127848,
+    };
+    let variation = Variation {
+        mass: 0.878704222756241,
+        inertia: 0.9880550728754508,
+        aero: [1.3152812884454543, 1.2699402937433864, 0.6238398474368645],
+        density: 0.9602420773048317,
+        wind_m_s: [0.5573892706612037, -0.25048722336724155],
+        air: None,
+        delayed: true,
+    };
+    let flight = Flight { gains, release, variation };
+    let vehicle = laid_out(&BLADES, 4);
+    let (site, wind) = (site(), Wind::default());
+    let plan = FlightPlan::new(Reference::Step(Vector3::zeros()), PERIOD_S, 4.0);
+    let rows = in_space((&vehicle, &site), &wind, &flight, &plan, PlantKind::Actuator);
+    assert!(rows.windows(2).any(|w| w[0][5] > 0.0 && w[1][5] == 0.0), "no rotor stops");
+    let (apart, _) = difference(&vehicle, (&site, &wind), 0, &flight, [0.0; 2], PlantKind::Actuator);
+    assert!(apart < 1e-10, "{apart:e}");
+}

@@ -361,7 +361,9 @@ impl Coefficients {
         let (mut a, mut b, mut scale) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         let mut at = [0; LANES];
         for i in 0..LANES {
-            let tip = omega[i] * self.radius_m;
+            // A stage of a step within which the rotor comes to rest.
+            let turning = if omega[i] < 0.0 { 0.0 } else { omega[i] };
+            let tip = turning * self.radius_m;
             let square = u[i] * u[i] + w[i] * w[i];
             let airspeed = square.sqrt();
             scale[i] = area * (tip * tip + square);
