@@ -1,6 +1,8 @@
 //! Costs of many flights at once: what [`super::safety`] and [`super::tracking`] say of a flight, for the
 //! flights of [`crate::sim::planar`].
 //!
+//! Pitch counts as half a turn at the most: in the plane a flight that has turned over has passed that.
+//!
 //! A flight is given up at the first control step at which it is faster than 60 m/s, turned by more than 6
 //! rad, or no number; its peaks are those up to then. So a flight's outcome does not depend on the flights
 //! beside it.
@@ -19,6 +21,7 @@ use super::safety::TrialOutcome;
 use super::tracking::{DIVERGED, PITCH_MAX_RAD, SPEED_MAX_M_S};
 use crate::math;
 use crate::sim::FlightPlan;
+use crate::sim::limits::pitch_share;
 use crate::sim::planar::{Flight, LANES, Lanes, Model, NotPlanar, Observer, SetpointTable, State, fly};
 use crate::trajectory::Trajectory;
 
@@ -204,7 +207,7 @@ impl<'a> Judge<'a> {
         let pitch = 2.0 * math::atan2(self.q2[i], self.q0[i]);
         let shares = [
             speed / limits.speed_m_s,
-            pitch.abs() / limits.pitch_rad,
+            pitch_share(pitch, limits),
             self.rate[i].abs() / limits.pitch_rate_rad_s,
         ];
         let n = self.measure.nodes.len();

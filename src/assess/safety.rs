@@ -16,7 +16,7 @@ use crate::model::rigid_body::BodyState;
 use crate::model::supply::PackLimits;
 use crate::model::{DiskState, Environment, MAX_ROTORS, Rotor, Vehicle};
 use crate::sim::limits::{NOT_FINITE, SafetyLimits, StateCost};
-use crate::sim::{Phase, Sample};
+use crate::sim::{Phase, Sample, TurningOver};
 use crate::trajectory::{Node, Trajectory};
 
 /// J_TPF of a plan, (51): the largest J_state of its nodes, as the paper evaluates its optimum. The velocity
@@ -29,9 +29,16 @@ pub fn plan_j_tpf(plan: &Trajectory, limits: &SafetyLimits) -> f64 {
             v_ned: node.v_ned,
             omega_body: node.omega_body,
         };
-        StateCost::of(&body, limits).max()
+        StateCost::of(&body, limits)
     };
-    plan.nodes().iter().map(cost).fold(0.0, f64::max)
+    let mut turning = TurningOver::default();
+    plan.nodes()
+        .iter()
+        .map(|node| {
+            let (cost, over) = (cost(node), turning.observe(node.q_ned_from_body));
+            if over { cost.turned_over(limits) } else { cost }.max()
+        })
+        .fold(0.0, f64::max)
 }
 
 /// The peaks and the end of a flight.
@@ -92,9 +99,10 @@ impl FlightLimits {
 }
 
 impl TrialOutcome {
-    /// Takes the next state of the flight.
-    pub(super) fn observe(&mut self, body: &BodyState, limits: &SafetyLimits) {
-        self.j_tpf = self.j_tpf.max(StateCost::of(body, limits).max());
+    /// Takes the next sample of the flight.
+    pub(super) fn observe(&mut self, sample: &Sample, limits: &SafetyLimits) {
+        let body = &sample.state.body;
+        self.j_tpf = self.j_tpf.max(StateCost::of_sample(sample, limits).max());
         self.peak_speed_m_s = self.peak_speed_m_s.max(body.v_ned.norm());
         keep_larger([
             (&mut self.peak_pitch_rad, pitch(body.q_ned_from_body)),
@@ -315,7 +323,7 @@ impl VerdictBuilder {
             return;
         }
         let body = &sample.state.body;
-        let cost = StateCost::of(body, &self.limits);
+        let cost = StateCost::of_sample(sample, &self.limits);
         self.infinite |= cost.max() == f64::INFINITY;
         self.peak = self.peak.worse(&cost);
         let so_far = &mut self.verdict;

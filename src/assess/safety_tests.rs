@@ -33,6 +33,7 @@ fn sample(t_s: f64, phase: Phase, v_ned: [f64; 3], pitch_rad: f64, rate: f64, a_
         canopy: None,
         esc: None,
         bus: None,
+        turned_over: false,
     }
 }
 
@@ -107,6 +108,37 @@ fn closed_form_roll_is_judged_as_pitch_is() {
     assert!((rolled.peak_roll_rad + 0.9).abs() < 1e-12 && rolled.peak_roll_rate_rad_s == 1.7);
     let over = verdict([0.0, 2.0], [0.0; 3]);
     assert_eq!((over.peak_roll_rad, over.limits_passed.as_slice()), (0.0, ["pitch"].as_slice()));
+}
+
+/// Half a turn is the most that a pitch counts, and a flight that has turned over counts it however it
+/// stands; its peak is the angle that it turned by.
+#[test]
+fn closed_form_a_flight_that_has_turned_over_counts_half_a_turn() {
+    let most = std::f64::consts::PI / LIMITS.pitch_rad;
+    let at = |pitch_rad: f64, turned_over: bool| Sample {
+        turned_over,
+        ..sample(1.0, Phase::Powered, [4.0, 0.0, 4.0], pitch_rad, 0.0, 0.0)
+    };
+    for (pitch_rad, turned_over, share) in [
+        (3.0, false, 3.0 / LIMITS.pitch_rad),
+        (-3.2, true, most),
+        (6.2, true, most),
+        (0.0, true, most),
+        (0.4, false, 0.5),
+    ] {
+        let cost = StateCost::of_sample(&at(pitch_rad, turned_over), &LIMITS);
+        assert!((cost.pitch - share).abs() < 1e-12, "{pitch_rad}: {}", cost.pitch);
+    }
+    let mut b = VerdictBuilder::new(LIMITS, Vector3::new(4.0, 0.0, 4.0));
+    [at(0.0, false), at(3.0, false), at(4.0, true), at(6.2, true), at(0.1, true)]
+        .iter()
+        .for_each(|s| b.observe(s));
+    let v = b.finish().unwrap();
+    assert_eq!((v.j_tpf, v.decided_by, v.limits_passed.as_slice()), (most, "pitch", ["pitch"].as_slice()));
+    assert!((v.peak_pitch_rad - 6.2).abs() < 1e-12);
+    let mut broken = at(0.1, true);
+    broken.state.body.q_ned_from_body = [f64::NAN; 4];
+    assert_eq!(StateCost::of_sample(&broken, &LIMITS).max(), f64::INFINITY);
 }
 
 /// 1 % of the target, but of a hover a fixed 0.02 m/s.

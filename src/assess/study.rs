@@ -217,7 +217,7 @@ impl SafetyStudy {
         let mut outcome = TrialOutcome::default();
         self.fly(entry, start, CONTROL_PERIOD_S, &mut |sample| {
             let body = &sample.state.body;
-            outcome.observe(body, &self.limits);
+            outcome.observe(sample, &self.limits);
             if sample.t_s <= plan_end_s + 0.5 * CONTROL_PERIOD_S {
                 outcome.way_ned_m = to_t0 + (body.p_ned - start.state.p_ned);
             }
@@ -268,7 +268,7 @@ impl SafetyStudy {
             north_down_m: (body.p_ned.x, body.p_ned.z),
             v_ned: body.v_ned,
             v_body: rotate_body_from_ned(body.q_ned_from_body, body.v_ned),
-            j_state: StateCost::of(body, &self.limits).max(),
+            j_state: StateCost::of_sample(sample, &self.limits).max(),
         }
     }
 

@@ -136,6 +136,7 @@ mod tests {
             canopy: None,
             esc: None,
             bus: None,
+            turned_over: false,
         }
     }
 

@@ -150,7 +150,7 @@ impl FlightColumns {
             Some(v) => v.iter().for_each(|x| put(Field::Number(*x))),
             None => (0..3).for_each(|_| put(Field::Empty)),
         }
-        put(Field::Number(StateCost::of(body, &self.limits).max()));
+        put(Field::Number(StateCost::of_sample(sample, &self.limits).max()));
         let mut numbers = |values: &[f64]| values.iter().for_each(|x| put(Field::Number(*x)));
         for (.., values) in PER_ROTOR {
             numbers(&values(sample)[..self.n_rotors]);

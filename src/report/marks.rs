@@ -63,7 +63,7 @@ pub(super) fn marks(drop: &ShownDrop<'_>, times: &Times) -> Vec<Mark> {
         }
     }
     let released_s = times.released_s.unwrap_or(f64::INFINITY);
-    let cost = |s: &Sample| StateCost::of(&s.state.body, &drop.mission.limits.safety);
+    let cost = |s: &Sample| StateCost::of_sample(s, &drop.mission.limits.safety);
     let judged = drop.samples.iter().filter(|s| s.t_s >= released_s).map(|s| (s.t_s, cost(s)));
     let worst = judged.reduce(|worst, next| if next.1.max() > worst.1.max() { next } else { worst });
     if let Some((t_s, cost)) = worst.filter(|_| drop.verdict.is_some()) {

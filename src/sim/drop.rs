@@ -16,6 +16,7 @@ use super::integrator::PlantState;
 use super::plant::{Loads, Plant, PlantKind};
 use super::ring;
 use super::rotor_start::StartCourse;
+use super::turning_over::TurningOver;
 use super::two_bodies::CanopyFlight;
 use crate::model::parachute::{Pendulum, TipOff};
 use crate::model::rigid_body::BodyState;
@@ -88,6 +89,8 @@ pub struct DropSimulation {
     faults: Option<Box<FaultCourse>>,
     /// The canopy, where it is a body of its own.
     canopy: Option<CanopyFlight>,
+    /// Whether it has turned over since the release.
+    turning: TurningOver,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -149,6 +152,7 @@ impl DropSimulation {
             wind: None,
             faults: None,
             canopy,
+            turning: TurningOver::default(),
         }
     }
 
@@ -240,6 +244,8 @@ impl DropSimulation {
         state: BodyState,
         kind: PlantKind,
     ) -> Self {
+        let mut turning = TurningOver::default();
+        turning.observe(state.q_ned_from_body);
         let still = Pendulum { amplitude_rad: 0.0, phase_rad: 0.0, omega_rad_s: 0.0, length_m: 0.0 };
         Self {
             plant: Plant::new(vehicle, environment, kind),
@@ -262,6 +268,7 @@ impl DropSimulation {
             wind: None,
             faults: None,
             canopy: None,
+            turning,
         }
     }
 
@@ -302,6 +309,11 @@ impl DropSimulation {
         self.phase
     }
 
+    /// Whether the flight has turned over since its release.
+    pub fn has_turned_over(&self) -> bool {
+        self.turning.is_over()
+    }
+
     /// State of body and rotors.
     pub fn state(&self) -> &PlantState {
         &self.state
@@ -338,6 +350,7 @@ impl DropSimulation {
             }
             self.released = Some(Released { time_s: self.clock.time_s, state: self.state.body });
             self.phase = Phase::Falling;
+            self.turning.observe(self.state.body.q_ned_from_body);
             self.cross_boundary();
         }
     }
@@ -412,6 +425,9 @@ impl DropSimulation {
             self.cross_boundary();
         }
         self.meet_faults();
+        if self.released.is_some() {
+            self.turning.observe(self.state.body.q_ned_from_body);
+        }
         first.unwrap_or_else(|| self.loads())
     }
 

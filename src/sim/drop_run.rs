@@ -557,7 +557,9 @@ impl DropRun {
         let Some(limits) = self.config.limits.filter(|_| self.simulation.phase() != Phase::Hanging) else {
             return;
         };
-        let parts = StateCost::of(&self.simulation.state().body, &limits).parts();
+        let cost = StateCost::of(&self.simulation.state().body, &limits);
+        let over = self.simulation.has_turned_over();
+        let parts = if over { cost.turned_over(&limits) } else { cost }.parts();
         for (i, (name, share)) in parts.into_iter().enumerate() {
             if share > 1.0 && !std::mem::replace(&mut self.limits_passed[i], true) {
                 self.report(DropEvent::LimitPassed { name });

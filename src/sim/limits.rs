@@ -9,7 +9,14 @@
 //! changes). (49) and (50) are signed there, so that a nose-down dive would cost nothing; here they are
 //! absolute. (48) uses the speed over ground, as the paper does. Table 1's vertical acceleration is reported,
 //! not judged: free fall alone passes it on Earth.
+//!
+//! An angle counts as half a turn at the most, and a flight that has turned over
+//! ([`super::turning_over`]) counts at least 180 deg of pitch from then on, however it stands: otherwise a
+//! turn and a half would cost nothing again, and one that is a little short of a turn nearly two half turns.
 
+use std::f64::consts::PI;
+
+use super::record::Sample;
 use crate::frames::{bank, pitch};
 use crate::model::rigid_body::BodyState;
 
@@ -29,6 +36,13 @@ pub struct SafetyLimits {
     pub vertical_acceleration_m_s2: f64,
 }
 
+/// J_theta, (49): the share of its limit that a pitch [rad] takes, counted through the vertical and on; as
+/// half a turn where it is more.
+pub(crate) fn pitch_share(pitch_rad: f64, limits: &SafetyLimits) -> f64 {
+    let angle_rad = pitch_rad.abs();
+    (if angle_rad > PI { PI } else { angle_rad }) / limits.pitch_rad
+}
+
 /// The parts of J_state, each 1 at its limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StateCost {
@@ -45,15 +59,26 @@ pub struct StateCost {
 }
 
 impl StateCost {
-    /// The cost of a state.
+    /// The cost of a state by itself: of a sample of a flight it is [`Self::of_sample`].
     pub fn of(body: &BodyState, limits: &SafetyLimits) -> Self {
         Self {
             speed: body.v_ned.norm() / limits.speed_m_s,
-            pitch: pitch(body.q_ned_from_body).abs() / limits.pitch_rad,
+            pitch: pitch_share(pitch(body.q_ned_from_body), limits),
             pitch_rate: body.omega_body.y.abs() / limits.pitch_rate_rad_s,
             roll: bank(body.q_ned_from_body).abs() / limits.pitch_rad,
             roll_rate: body.omega_body.x.abs() / limits.pitch_rate_rad_s,
         }
+    }
+
+    /// The cost of a flight's state, which knows whether the flight has turned over.
+    pub fn of_sample(sample: &Sample, limits: &SafetyLimits) -> Self {
+        let cost = Self::of(&sample.state.body, limits);
+        if sample.turned_over { cost.turned_over(limits) } else { cost }
+    }
+
+    /// The cost of this state in a flight that has turned over.
+    pub(crate) fn turned_over(self, limits: &SafetyLimits) -> Self {
+        Self { pitch: if self.pitch.is_nan() { self.pitch } else { PI / limits.pitch_rad }, ..self }
     }
 
     /// J_state, (47). A cost that is not a number is infinite.

@@ -7,7 +7,7 @@
 //! | [`drop`](mod@drop), `drop/forces` | hang, release, fall, powered flight; what acts in each phase |
 //! | [`drop_run`] | a drop under its mission's trigger, with log, record and events |
 //! | `ring` | what fluctuation in the vortex ring makes of thrusts, and they of the motion |
-//! | [`limits`] | safety limits, and a state's share of them |
+//! | [`limits`], [`turning_over`] | safety limits, a state's share of them; turning over |
 //! | [`faults`] | faults by name: what fails, when, and what that makes of motors and release |
 //! | [`flight`] | a whole flight, controller and vehicle, without MAVLink frames |
 //! | [`two_bodies`] | vehicle and canopy under one riser, and the canopy after the release |
@@ -33,6 +33,7 @@ pub mod record;
 mod ring;
 pub mod rotor_start;
 pub mod sensors;
+pub mod turning_over;
 pub mod two_bodies;
 
 #[cfg(test)]
@@ -65,4 +66,5 @@ pub use plant::PlantKind;
 pub use record::Sample;
 pub use rotor_start::{EscState, RotorStarted};
 pub use sensors::SensorSettings;
+pub use turning_over::TurningOver;
 pub use two_bodies::{CanopyFlight, CanopySample};

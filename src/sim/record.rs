@@ -38,6 +38,9 @@ pub struct Sample {
     pub esc: Option<[EscState; MAX_ROTORS]>,
     /// The bus, where the battery has a voltage.
     pub bus: Option<BusState>,
+    /// Whether the flight has turned over since its release, as
+    /// [`TurningOver`](super::turning_over::TurningOver) has it.
+    pub turned_over: bool,
 }
 
 impl Sample {
@@ -58,6 +61,7 @@ pub(super) struct RowStart {
     pub(super) state: PlantState,
     pub(super) canopy: Option<CanopySample>,
     pub(super) esc: Option<[EscState; MAX_ROTORS]>,
+    pub(super) turned_over: bool,
 }
 
 impl RowStart {
@@ -75,6 +79,7 @@ impl RowStart {
             canopy: self.canopy,
             esc: self.esc,
             bus: loads.bus,
+            turned_over: self.turned_over,
         }
     }
 }

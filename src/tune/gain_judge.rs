@@ -336,7 +336,7 @@ impl<'a> GainJudge<'a> {
         let (mut j_tpf, mut steady_after_s) = (0.0f64, None);
         let flown = fly(&mut sim, &mut *controller, &flight_plan(setting), &mut |sample| {
             let body = &sample.state.body;
-            j_tpf = j_tpf.max(StateCost::of(body, &setting.safety).max());
+            j_tpf = j_tpf.max(StateCost::of_sample(sample, &setting.safety).max());
             let away = (body.v_ned - setting.target_v_ned).norm();
             steady_after_s =
                 (away <= setting.steady_within_m_s).then(|| steady_after_s.unwrap_or(sample.t_s));

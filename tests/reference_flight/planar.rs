@@ -98,6 +98,26 @@ fn prop_batch_costs_are_those_of_flights_in_space() {
     }
 }
 
+/// A pitch loop of the wrong sign turns the vehicle over: both engines give it up within a turn, and count
+/// half a turn for it.
+#[test]
+fn prop_a_flight_that_turns_over_costs_the_same_in_space() {
+    let (velocity, nodes) = (flight_reference(), plan());
+    let flight = along(hermite(&velocity, None), control_period_s(&nodes), nodes.end_s());
+    let mut gains = gains("safety");
+    gains.k_ptheta = -3.0;
+    let most = std::f64::consts::PI / limits().pitch_rad;
+    for (found, case) in judged(PlantKind::Ideal, gains, &flight, Some(&nodes)).iter().zip(TABLE_3.iter()) {
+        let (rms, verdict) = in_space(PlantKind::Ideal, gains, &flight, &nodes, case);
+        assert!(found.given_up && found.rms == 1000.0 && rms == 1000.0, "{case:?}");
+        assert!((found.trial.j_tpf - verdict.j_tpf).abs() < 1e-9 * verdict.j_tpf, "{case:?}");
+        let rate = found.trial.peak_pitch_rate_rad_s.abs() / limits().pitch_rate_rad_s;
+        let speed = found.trial.peak_speed_m_s / limits().speed_m_s;
+        assert!(found.trial.peak_pitch_rad.abs() > std::f64::consts::PI, "{case:?}");
+        assert_eq!(found.trial.j_tpf, most.max(rate).max(speed), "{case:?}");
+    }
+}
+
 #[test]
 fn reference_batch_rms_on_both_plants() {
     let (velocity, nodes) = (flight_reference(), plan());

@@ -87,7 +87,10 @@ impl Track {
         let instant = |s: &Sample| {
             let body = BodyState { p_ned: s.state.body.p_ned - origin, ..s.state.body };
             let bus = s.bus.map(|bus| (bus.bus_v, bus.pack_a));
-            TrackPoint { bus, ..TrackPoint::of(mission, s.t_s - zero_s, &body, &s.balance.thrust_n) }
+            let cost = StateCost::of_sample(s, &mission.limits.safety);
+            let (j_state, decided_by) = (cost.max(), cost.decided_by());
+            let point = TrackPoint::of(mission, s.t_s - zero_s, &body, &s.balance.thrust_n);
+            TrackPoint { bus, j_state, decided_by, ..point }
         };
         let instants = samples.iter().map(instant).filter(|i| i.t_s >= from_s).collect();
         Self { instants, release_s, since_free: free_s.is_some() }

@@ -289,10 +289,6 @@ impl<W: Write> DropWriter<'_, W> {
         self.put(topic, time_ns, &foxglove::scene(entity))
     }
 
-    fn j_state(&self, body: &BodyState) -> f64 {
-        StateCost::of(body, &self.drop.mission.limits.safety).max()
-    }
-
     /// What does not change: frames, vehicle, path, ground.
     fn at_begin(&mut self, now_ns: u64) -> io::Result<()> {
         let ShownDrop { mission, samples, .. } = *self.drop;
@@ -309,7 +305,7 @@ impl<W: Write> DropWriter<'_, W> {
         self.put(Topic::VehiclePoints, now_ns, &outline)?;
 
         let point = |s: &Sample| {
-            let j_state = self.j_state(&s.state.body);
+            let j_state = StateCost::of_sample(s, &mission.limits.safety).max();
             let numbers = [s.t_s, s.state.body.v_ned.norm(), j_state];
             (s.state.body.p_ned, scene::cost_paint(j_state), numbers)
         };
@@ -390,7 +386,8 @@ impl<W: Write> DropWriter<'_, W> {
         let rows: Vec<PlanRow> = motion.into_iter().map(row).collect();
         let now_ns = self.clock.ns(samples.first().map_or(0.0, |s| s.t_s));
         let point = |row: &PlanRow| {
-            (row.body.p_ned, scene::PLAN, [row.t_s, row.body.v_ned.norm(), self.j_state(&row.body)])
+            let j_state = StateCost::of(&row.body, &self.drop.mission.limits.safety).max();
+            (row.body.p_ned, scene::PLAN, [row.t_s, row.body.v_ned.norm(), j_state])
         };
         let path: Vec<PathPoint> = thinned(&rows, |row| row.t_s).map(point).collect();
         self.path((Topic::PlanPath, Topic::PlanPathPoints), now_ns, "plan", path)?;

@@ -99,12 +99,11 @@ const RATES: [&str; 3] = ["p_rad_s", "q_rad_s", "r_rad_s"];
 
 /// Columns of a motion, named as in `flight.csv`.
 fn motion<T>(
-    drop: &ShownDrop<'_>,
     rows: &[T],
     time_s: impl Fn(&T) -> f64,
     body: impl Fn(&T) -> &BodyState,
+    cost: impl Fn(&T) -> StateCost,
 ) -> Vec<Channel> {
-    let limits = &drop.mission.limits.safety;
     let mut channels = vec![Channel::new("t_s", TIME_S, rows.iter().map(time_s))];
     let mut add = |name: &str, step: f64, of: &dyn Fn(&BodyState) -> f64| {
         channels.push(Channel::new(name, step, rows.iter().map(|row| of(body(row)))));
@@ -121,13 +120,15 @@ fn motion<T>(
     for (i, name) in RATES.iter().enumerate() {
         add(name, RATE_RAD_S, &|body| body.omega_body[i]);
     }
-    add("j_state", COST, &|body| StateCost::of(body, limits).max());
+    channels.push(Channel::new("j_state", COST, rows.iter().map(|row| cost(row).max())));
     channels
 }
 
 fn flight(drop: &ShownDrop<'_>) -> Motion {
     let rows = rows(drop.samples);
-    let mut channels = motion(drop, &rows, |s| s.t_s, |s| &s.state.body);
+    let limits = &drop.mission.limits.safety;
+    let cost = |s: &&Sample| StateCost::of_sample(s, limits);
+    let mut channels = motion(&rows, |s| s.t_s, |s| &s.state.body, cost);
     let phase = |s: &&Sample| match s.phase {
         Phase::Hanging => 0.0,
         Phase::Falling => 1.0,
@@ -165,7 +166,8 @@ fn flight(drop: &ShownDrop<'_>) -> Motion {
 fn planned(drop: &ShownDrop<'_>, times: &Times) -> Option<Motion> {
     let (plan, free_s) = (drop.plan?, times.free_s?);
     let rows = plan_motion(plan, place_at(drop.samples, free_s));
-    let mut channels = motion(drop, &rows, |row| row.0, |row| &row.1);
+    let limits = &drop.mission.limits.safety;
+    let mut channels = motion(&rows, |row| row.0, |row| &row.1, |row| StateCost::of(&row.1, limits));
     let thrusts: Vec<_> = rows.iter().map(|row| plan.thrust_n(row.0)).collect();
     for i in 0..plan.n_rotors() {
         let thrust = thrusts.iter().map(|t| t[i]);

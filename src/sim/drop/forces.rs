@@ -106,6 +106,7 @@ impl DropSimulation {
             state: self.state,
             canopy: self.canopy.map(|c| c.sample(&self.state.body)),
             esc: self.plant.start().map(StartCourse::states),
+            turned_over: self.has_turned_over(),
         }
     }
 }
