@@ -45,6 +45,7 @@ fn planned(mission: &Mission) -> Plan {
         cost_input: mission.plan.cost_input,
         input_reference: InputReference::Zero,
         terminal_velocity_tolerance_m_s: None,
+        demands: mission.plan.demands,
     };
     let go_on = &mut |_: &_| ControlFlow::Continue(());
     plan(&problem, &Guess::StraightLine, &SolverOptions::default(), go_on).unwrap()

@@ -216,21 +216,15 @@ fn other_dynamics_are_solved() {
         }
     }
     let intervals = 100;
-    let problem = Problem {
-        dynamics: DoubleIntegrator,
-        x_initial: SVector::from([1.0, 0.0]),
-        u_initial: SVector::from([-6.0]),
-        intervals,
-        dt_s: 1.0 / intervals as f64,
-        cost: QuadraticCost {
-            x_ref: SVector::zeros(),
-            u_ref: SVector::zeros(),
-            q: SVector::zeros(),
-            r: SVector::from([1.0]),
-            s: SVector::from([1e7, 1e7]),
-        },
-        bounds: Bounds::on_input(SVector::from([-50.0]), SVector::from([50.0]), SVector::from([1e4])),
-    };
+    let cost = QuadraticCost::new(
+        (SVector::zeros(), SVector::zeros()),
+        SVector::zeros(),
+        SVector::from([1.0]),
+        SVector::from([1e7, 1e7]),
+    );
+    let bounds = Bounds::on_input(SVector::from([-50.0]), SVector::from([50.0]), SVector::from([1e4]));
+    let start = (SVector::from([1.0, 0.0]), SVector::from([-6.0]));
+    let problem = Problem::new(DoubleIntegrator, start, (intervals, 1.0 / intervals as f64), cost, bounds);
     let guess =
         Nodes { x: vec![problem.x_initial; intervals + 1], u: vec![problem.u_initial; intervals + 1] };
     let options = SolverOptions { tolerance: 1e-7, ..SolverOptions::default() };

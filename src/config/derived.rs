@@ -435,7 +435,7 @@ fn of_the_plan(mission: &Mission, rotors: &RotorLimits, odd: &mut Vec<String>) -
         ));
     }
     let of_the_rotors = |share: f64| format!("{:.0} % of what a rotor makes", 100.0 * share);
-    let rows = vec![
+    let mut rows = vec![
         row(
             "plan_thrust_max_n",
             "greatest thrust of a rotor",
@@ -461,6 +461,10 @@ fn of_the_plan(mission: &Mission, rotors: &RotorLimits, odd: &mut Vec<String>) -
         ),
         row("left_s", "time left after it", "s", &[left_s], String::new()),
     ];
+    if plan.thrust_slew_n_s.is_infinite() {
+        // The rotors' acceleration bounds it instead (plan.rotor_acceleration_rad_s2).
+        rows.retain(|row| row.key != "plan_thrust_slew_n_s");
+    }
     Group { name: "plan", rows }
 }
 

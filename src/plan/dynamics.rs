@@ -6,6 +6,8 @@
 //! has derivatives worth the name, and [`BodyAero::jet`] has those. [`Vehicle::thrust_derivative`], the code
 //! that flies, is what they are checked against.
 
+use std::ops::AddAssign;
+
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::block::{add_mul, add_tr_mul, mul, tr_mul};
@@ -44,6 +46,15 @@ impl<const NX: usize, const NU: usize> Curvature<NX, NU> {
     }
 }
 
+impl<const NX: usize, const NU: usize> AddAssign for Curvature<NX, NU> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        self.xx += other.xx;
+        self.ux += other.ux;
+        self.uu += other.uu;
+    }
+}
+
 /// A system that the planner can steer: `x_dot = f(x, u)`, twice continuously differentiable, not depending
 /// on time. Another vehicle model (with actuator states, say) is another implementation.
 pub trait Dynamics<const NX: usize, const NU: usize> {
@@ -58,6 +69,28 @@ pub trait Dynamics<const NX: usize, const NU: usize> {
         u: &SVector<f64, NU>,
         weights: &SVector<f64, NX>,
     ) -> Curvature<NX, NU>;
+}
+
+impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Dynamics<NX, NU> for &D {
+    #[inline(always)]
+    fn value(&self, x: &SVector<f64, NX>, u: &SVector<f64, NU>) -> SVector<f64, NX> {
+        (**self).value(x, u)
+    }
+
+    #[inline(always)]
+    fn linearise(&self, x: &SVector<f64, NX>, u: &SVector<f64, NU>) -> Linearisation<NX, NU> {
+        (**self).linearise(x, u)
+    }
+
+    #[inline(always)]
+    fn curvature(
+        &self,
+        x: &SVector<f64, NX>,
+        u: &SVector<f64, NU>,
+        weights: &SVector<f64, NX>,
+    ) -> Curvature<NX, NU> {
+        (**self).curvature(x, u, weights)
+    }
 }
 
 /// A vehicle with `NU` rotors as the planner sees it.
@@ -81,13 +114,22 @@ pub struct VehicleDynamics<const NU: usize> {
 impl<const NU: usize> VehicleDynamics<NU> {
     /// The planner's dynamics of a vehicle at its site; `None` unless it has `NU` rotors.
     pub fn new(vehicle: &Vehicle, environment: &Environment) -> Option<Self> {
-        if vehicle.rotors.len() != NU {
+        if vehicle.rotors.len() == NU { Self::padded(vehicle, environment) } else { None }
+    }
+
+    /// The planner's dynamics of a vehicle with at most `NU` rotors: inputs beyond these do nothing. `None`
+    /// where it has more.
+    pub fn padded(vehicle: &Vehicle, environment: &Environment) -> Option<Self> {
+        let rotors = vehicle.rotors.len();
+        if rotors > NU {
             return None;
         }
-        let force_map = SMatrix::from_fn(|i, j| vehicle.rotors[j].axis_body[i]);
+        let there = |x: f64, j: usize| if j < rotors { x } else { 0.0 };
+        let force_map =
+            SMatrix::from_fn(|i, j| vehicle.rotors.get(j).map_or(0.0, |rotor| rotor.axis_body[i]));
         let moments: [Vector3<f64>; NU] =
-            std::array::from_fn(|j| vehicle.moment_per_thrust(j, environment.density_kg_m3));
-        let moment_map = SMatrix::from_fn(|i, j| moments[j][i]);
+            std::array::from_fn(|j| vehicle.moment_per_thrust(j.min(rotors - 1), environment.density_kg_m3));
+        let moment_map = SMatrix::from_fn(|i, j| there(moments[j][i], j));
         Some(Self {
             aero: vehicle.aero.clone(),
             density: environment.density_kg_m3,
@@ -112,7 +154,7 @@ fn skew(a: &Vector3<f64>) -> Matrix3<f64> {
 /// Derivative of `C(q) v` (`sign` = -1) or of `C(q)^T v` (`sign` = +1) with respect to q:
 /// `C(q)^T v = (q0^2 - e.e) v + 2 e (e.v) + 2 q0 e x v`, and with -q0 for the inverse.
 #[inline(always)]
-fn rotation_gradient(q: &[f64; 4], v: &Vector3<f64>, sign: f64) -> SMatrix<f64, 3, 4> {
+pub(super) fn rotation_gradient(q: &[f64; 4], v: &Vector3<f64>, sign: f64) -> SMatrix<f64, 3, 4> {
     let e = Vector3::new(q[1], q[2], q[3]);
     let by_scalar = (v * q[0] + e.cross(v) * sign) * 2.0;
     let by_vector = (e * v.transpose() - v * e.transpose() - skew(v) * (sign * q[0])) * 2.0;
@@ -130,7 +172,7 @@ fn rotation_gradient(q: &[f64; 4], v: &Vector3<f64>, sign: f64) -> SMatrix<f64, 
 
 /// Second derivative of `w . C(q) v` with respect to q, a constant.
 #[inline(always)]
-fn rotation_hessian(w: &Vector3<f64>, v: &Vector3<f64>) -> SMatrix<f64, 4, 4> {
+pub(super) fn rotation_hessian(w: &Vector3<f64>, v: &Vector3<f64>) -> SMatrix<f64, 4, 4> {
     let wv = w.dot(v);
     let corner = w.cross(v);
     let outer = w * v.transpose();

@@ -4,8 +4,10 @@ use std::any::Any;
 
 use nalgebra::SVector;
 
-use super::dynamics::{BODY_STATES, VehicleDynamics};
+use super::dynamics::BODY_STATES;
+use super::extended::PlannedVehicle;
 use super::problem::{Nodes, Problem};
+use super::slacks::PathDuals;
 use super::solver::{Iterate, StartFrom};
 use crate::trajectory::Trajectory;
 
@@ -32,45 +34,67 @@ pub type AnyIterate = dyn Any + Send + Sync;
 
 /// The starting point, in the transcribed problem's terms, that a guess stands for. `hover_n` is the thrust
 /// of a rotor in hover [N].
-pub(super) fn start_from<const NU: usize>(
-    nlp: &Problem<VehicleDynamics<NU>, BODY_STATES, NU>,
+pub(super) fn start_from<D: PlannedVehicle<NX, NU>, const NX: usize, const NU: usize>(
+    nlp: &Problem<D, NX, NU>,
     guess: &Guess<'_>,
     hover_n: f64,
-) -> StartFrom<BODY_STATES, NU> {
+) -> StartFrom<NX, NU> {
+    let with_body = |body: Vec<SVector<f64, BODY_STATES>>, u: Vec<SVector<f64, NU>>| {
+        StartFrom::Guess(Nodes { x: D::states(body, &nlp.x_initial, nlp.dt_s), u })
+    };
+    let straight = || {
+        let (body, u) = straight_line(nlp, hover_n);
+        with_body(body, u)
+    };
     match guess {
-        Guess::StraightLine => StartFrom::Guess(straight_line(nlp, hover_n)),
-        Guess::Flown(flight) => StartFrom::Guess(Nodes {
-            x: (0..=nlp.intervals).map(|k| flown_state(flight, k as f64 * nlp.dt_s)).collect(),
-            u: (0..=nlp.intervals)
+        Guess::StraightLine => straight(),
+        Guess::Flown(flight) => with_body(
+            (0..=nlp.intervals).map(|k| flown_state(flight, k as f64 * nlp.dt_s)).collect(),
+            (0..=nlp.intervals)
                 .map(|k| {
                     let thrust = flight.thrust_n(k as f64 * nlp.dt_s);
                     SVector::from_fn(|i, _| thrust[i].clamp(0.0, nlp.bounds.u_max[i]))
                 })
                 .collect(),
-        }),
-        Guess::Warm { iterate, shift } => match iterate.downcast_ref::<Iterate<BODY_STATES, NU>>() {
-            Some(iterate) if iterate.nodes.fits(nlp.intervals) => StartFrom::Warm(shifted(iterate, *shift)),
-            _ => StartFrom::Guess(straight_line(nlp, hover_n)),
+        ),
+        Guess::Warm { iterate, shift } => match iterate.downcast_ref::<Iterate<NX, NU>>() {
+            Some(iterate) if iterate.nodes.fits(nlp.intervals) => {
+                let mut moved = shifted(iterate, *shift);
+                if *shift > 0 {
+                    let body = moved.nodes.x.iter().map(D::body_state).collect();
+                    let kept = first_of(&nlp.x_initial, &moved.nodes.x[0], &nlp.x_initial_free);
+                    moved.nodes.x = D::states(body, &kept, nlp.dt_s);
+                }
+                StartFrom::Warm(moved)
+            }
+            _ => straight(),
         },
     }
 }
 
+/// The given state, with the components that are free as they were.
+fn first_of<const NX: usize>(
+    given: &SVector<f64, NX>,
+    was: &SVector<f64, NX>,
+    free: &SVector<bool, NX>,
+) -> SVector<f64, NX> {
+    SVector::from_fn(|i, _| if free[i] { was[i] } else { given[i] })
+}
+
 /// Straight line to x_ss over 8 s (or a quarter of a shorter horizon), thrust `min(0.8 hover, 0.6 of the
 /// greatest rate)`.
-fn straight_line<D, const NU: usize>(
-    nlp: &Problem<D, BODY_STATES, NU>,
+#[expect(clippy::type_complexity, reason = "states of the body and inputs, node by node")]
+fn straight_line<D: PlannedVehicle<NX, NU>, const NX: usize, const NU: usize>(
+    nlp: &Problem<D, NX, NU>,
     hover_n: f64,
-) -> Nodes<BODY_STATES, NU> {
+) -> (Vec<SVector<f64, BODY_STATES>>, Vec<SVector<f64, NU>>) {
     let over = 8.0f64.min(0.27 * nlp.dt_s * nlp.intervals as f64);
     let at = |k: usize| k as f64 * nlp.dt_s;
-    Nodes {
-        x: (0..=nlp.intervals)
-            .map(|k| nlp.x_initial + (nlp.cost.x_ref - nlp.x_initial) * (at(k) / over).min(1.0))
-            .collect(),
-        u: (0..=nlp.intervals)
-            .map(|k| nlp.bounds.u_rate.map(|rate| (0.8 * hover_n).min(0.6 * rate * at(k))))
-            .collect(),
-    }
+    let (from, to) = (D::body_state(&nlp.x_initial), D::body_state(&nlp.cost.x_ref));
+    let x = (0..=nlp.intervals).map(|k| from + (to - from) * (at(k) / over).min(1.0));
+    let u = (0..=nlp.intervals)
+        .map(|k| nlp.bounds.u_rate.map(|rate| (0.8 * hover_n).min(0.6 * rate * at(k).max(1e-300))));
+    (x.collect(), u.collect())
 }
 
 fn flown_state(flight: &Trajectory, t_s: f64) -> SVector<f64, BODY_STATES> {
@@ -83,7 +107,7 @@ fn flown_state(flight: &Trajectory, t_s: f64) -> SVector<f64, BODY_STATES> {
 /// The iterate `shift` nodes later. The horizon moves along, and what is special about its end (the thrust
 /// falls off before t_f) stays with the end: not the last node is repeated but, each time, the one at which
 /// least happens.
-fn shifted<const NU: usize>(iterate: &Iterate<BODY_STATES, NU>, shift: usize) -> Iterate<BODY_STATES, NU> {
+fn shifted<const NX: usize, const NU: usize>(iterate: &Iterate<NX, NU>, shift: usize) -> Iterate<NX, NU> {
     let mut moved = iterate.clone();
     for _ in 0..shift.min(iterate.lambda.len()) {
         let nodes = &moved.nodes;
@@ -103,5 +127,7 @@ fn shifted<const NU: usize>(iterate: &Iterate<BODY_STATES, NU>, shift: usize) ->
         repeat(&mut moved.z_u, calm);
         repeat(&mut moved.z_w, calm);
     }
+    // Those of the constraints on the path are found anew.
+    moved.path = PathDuals::default();
     moved
 }

@@ -5,6 +5,8 @@
 //! | [`vehicle`](mod@vehicle) | the planner's interface: a drop in the vehicle's terms, a trajectory back |
 //! | `guess` | what the solver starts from |
 //! | [`problem`] | the problem: cost, bounds, nodes |
+//! | [`demands`](Demands) | what a plan is asked for beyond cost and bounds on thrusts, as constraints |
+//! | [`extended`] | the dynamics with altitude lost, peak and stretch of time |
 //! | [`dynamics`] | `f(x, u)` with exact first and second derivatives |
 //! | [`transcription`] | Hermite-Simpson defects (33)-(37) and cost (38)-(39) |
 //! | [`solver`] | the interior point method |
@@ -12,6 +14,8 @@
 //! | [`barrier`], `box_bounds` | bounds of a vector and their logarithmic barrier; those of a problem |
 //! | [`filter`] | which of two points is better |
 //! | [`restoration`] | the way back to feasibility |
+//! | [`path`] | inequality constraints on the path: the seam |
+//! | `slacks` | their slacks and multipliers in the Newton system |
 //! | [`block`] | products of small matrices |
 //!
 //! Another vehicle model is another [`dynamics::Dynamics`]; another solver takes a [`problem::Problem`] and
@@ -20,12 +24,16 @@
 pub mod barrier;
 pub mod block;
 mod box_bounds;
+mod demands;
 pub mod dynamics;
+pub mod extended;
 pub mod filter;
 mod guess;
+pub mod path;
 pub mod problem;
 pub mod restoration;
 pub mod riccati;
+mod slacks;
 pub mod solver;
 pub mod transcription;
 pub mod vehicle;
@@ -33,6 +41,7 @@ pub mod vehicle;
 #[cfg(test)]
 mod dynamics_tests;
 
+pub use demands::{Demands, FreeHorizon, MotionBounds, PeakCost, RingBounds};
 pub use guess::Guess;
 pub use solver::{Counts, Progress, SolverOptions, Status};
 pub use vehicle::{

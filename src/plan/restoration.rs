@@ -10,9 +10,12 @@ use nalgebra::{SMatrix, SVector};
 use super::box_bounds::{BoxBounds, move_out};
 use super::dynamics::{Curvature, Dynamics};
 use super::filter::{Filter, Merit};
+use super::path::MoveTerms;
 use super::problem::{Nodes, Problem};
-use super::riccati::{Defects, NodeGradient, NodeTerms, Step, Sweep};
+use super::riccati::{Defects, Hessian, NodeGradient, NodeTerms, Step, Sweep};
+use super::slacks::PathHessian;
 use super::transcription::{Evaluation, Linearised};
+use crate::math;
 
 /// How a restoration ended.
 pub enum Restored<const NX: usize, const NU: usize> {
@@ -20,107 +23,192 @@ pub enum Restored<const NX: usize, const NU: usize> {
     Found {
         /// The point.
         nodes: Nodes<NX, NU>,
+        /// Slacks of the constraints on the path.
+        slack: Vec<f64>,
         /// Iterations spent.
         iterations: usize,
     },
     /// The violation has a minimum here that is not zero.
     Infeasible,
-    /// The iterates became non-finite or the budget ran out.
-    Failed,
+    /// The iterates became non-finite.
+    NotFinite,
+    /// The budget ran out.
+    Exhausted,
 }
 
 /// Most iterations of one restoration.
 const ITERATIONS: usize = 100;
 /// The violation has a minimum when this many iterations together gain less than a hundredth.
 const PATIENCE: usize = 10;
+/// Sum of violations below which there is none to speak of.
+const VIOLATION_LEAST: f64 = 1e-9;
 
-/// Restores feasibility from `from`; the barrier keeps the parameter `mu`.
+/// A trajectory that satisfies the dynamics under the inputs of `nodes`, one interval after another; `None`
+/// where the inputs lead out of the model's range, and for problems with constraints on states or path, which
+/// it would know nothing of.
+pub(super) fn rolled_out<D: Dynamics<NX, NU> + Copy, const NX: usize, const NU: usize>(
+    problem: &Problem<D, NX, NU>,
+    boxes: &BoxBounds<NX, NU>,
+    nodes: &Nodes<NX, NU>,
+) -> Option<Nodes<NX, NU>> {
+    if boxes.on_state || !problem.constraints.is_empty() {
+        return None;
+    }
+    let mut rolled = nodes.clone();
+    for k in 0..problem.intervals {
+        rolled.x[k + 1] = problem.next_state(&rolled.x[k], [&nodes.u[k], &nodes.u[k + 1]])?;
+    }
+    Some(rolled)
+}
+
+/// Restores feasibility from these nodes and slacks; the barrier keeps the parameter `mu`.
 pub(super) fn restore<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
     problem: &Problem<D, NX, NU>,
     boxes: &BoxBounds<NX, NU>,
-    from: &Nodes<NX, NU>,
+    (from, slack): (&Nodes<NX, NU>, &[f64]),
     mu: f64,
     filter: &Filter,
 ) -> Restored<NX, NU> {
-    let mut nodes = from.clone();
-    let (mut linearised, mut now) = problem.linearise(&nodes);
-    let goal = 0.9 * now.defect_sum;
-    let barrier = mu.clamp(1e-9, 1e-4);
+    let phase = Phase { problem, boxes, barrier: mu.clamp(1e-9, 1e-4) };
+    let mut at = Slacked { nodes: from.clone(), slack: slack.to_vec() };
+    let (mut linearised, mut now) = problem.linearise(&at.nodes);
+    let goal = 0.9 * at.violation(&now);
     let mut zeta = 1e-4;
     let mut history = Vec::with_capacity(ITERATIONS);
     for iteration in 0..ITERATIONS {
-        if now.defect_sum <= goal {
-            let objective = now.objective - mu * boxes.log_distance(&nodes).unwrap_or(f64::NEG_INFINITY);
-            if filter.accepts(Merit { violation: now.defect_sum, objective }) {
-                return Restored::Found { nodes, iterations: iteration };
+        let violation = at.violation(&now);
+        if violation <= goal {
+            let log = boxes.log_distance(&at.nodes).unwrap_or(f64::NEG_INFINITY) + at.log_slack();
+            let objective = now.objective - mu * log;
+            if filter.accepts(Merit { violation, objective }) {
+                return Restored::Found { nodes: at.nodes, slack: at.slack, iterations: iteration };
             }
         }
-        let value = merit(&now, boxes, &nodes, barrier);
-        if iteration >= PATIENCE && value > 0.99 * history[iteration - PATIENCE] && value > 1e-10 {
+        if iteration >= PATIENCE
+            && violation > 0.99 * history[iteration - PATIENCE]
+            && violation > VIOLATION_LEAST
+        {
             return Restored::Infeasible;
         }
-        history.push(value);
+        history.push(violation);
+        let value = phase.merit(&now, &at);
         // Raise zeta until the step decreases the merit.
         let mut moved = false;
         for _ in 0..12 {
-            let Some(step) = step(problem, boxes, &linearised, &now, &nodes, barrier, zeta) else {
+            let Some((step, slack_step)) = phase.step(&linearised, &now, &at, zeta) else {
                 zeta *= 10.0;
                 continue;
             };
-            let alpha = boxes.longest_step(&nodes, &step, 0.99);
-            let trial = step.applied_to(&nodes, alpha);
-            let evaluation = problem.evaluate(&trial);
-            let trial_value = merit(&evaluation, boxes, &trial, barrier);
+            let alpha = slack_step
+                .iter()
+                .zip(&at.slack)
+                .filter(|(dt, _)| **dt < 0.0)
+                .fold(boxes.longest_step(&at.nodes, &step, 0.99), |alpha, (dt, t)| alpha.min(0.99 * t / -dt));
+            let nodes = step.applied_to(&at.nodes, alpha);
+            let evaluation = problem.evaluate(&nodes);
+            let slack = at.slack.iter().zip(&slack_step).map(|(t, dt)| t + alpha * dt).collect();
+            let trial = Slacked { nodes, slack };
+            let trial_value = phase.merit(&evaluation, &trial);
             if trial_value.is_finite() && trial_value < value * (1.0 - 1e-9) - 1e-300 {
                 zeta = (zeta * 0.2).max(1e-10);
-                nodes = trial;
+                at = trial;
                 moved = true;
                 break;
             }
             zeta *= 10.0;
         }
         if !moved {
-            return if now.is_finite() { Restored::Infeasible } else { Restored::Failed };
+            return if now.is_finite() { Restored::Infeasible } else { Restored::NotFinite };
         }
-        (linearised, now) = problem.linearise(&nodes);
+        (linearised, now) = problem.linearise(&at.nodes);
         if !now.is_finite() {
-            return Restored::Failed;
+            return Restored::NotFinite;
         }
     }
-    Restored::Failed
+    Restored::Exhausted
 }
 
-fn merit<const NX: usize, const NU: usize>(
-    now: &Evaluation<NX>,
-    boxes: &BoxBounds<NX, NU>,
-    nodes: &Nodes<NX, NU>,
-    barrier: f64,
-) -> f64 {
-    match boxes.log_distance(nodes) {
-        Some(log) => 0.5 * now.defects.iter().map(SVector::norm_squared).sum::<f64>() - barrier * log,
-        None => f64::INFINITY,
+/// Node values and slacks of the constraints on the path.
+#[derive(Clone, Debug)]
+struct Slacked<const NX: usize, const NU: usize> {
+    nodes: Nodes<NX, NU>,
+    slack: Vec<f64>,
+}
+
+impl<const NX: usize, const NU: usize> Slacked<NX, NU> {
+    /// What is left of the constraints on the path, `g + t`.
+    fn left<'a>(&'a self, now: &'a Evaluation<NX>) -> impl Iterator<Item = f64> + 'a {
+        now.path.iter().zip(&self.slack).map(|(g, t)| g + t)
+    }
+
+    fn violation(&self, now: &Evaluation<NX>) -> f64 {
+        self.left(now).fold(now.defect_sum, |sum, r| sum + r.abs())
+    }
+
+    fn log_slack(&self) -> f64 {
+        self.slack.iter().map(|t| math::ln(*t)).sum()
     }
 }
 
-/// One Gauss-Newton step from `nodes`; `None` when it cannot be solved for.
-fn step<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
-    problem: &Problem<D, NX, NU>,
-    boxes: &BoxBounds<NX, NU>,
-    linearised: &Linearised<NX, NU>,
-    now: &Evaluation<NX>,
-    nodes: &Nodes<NX, NU>,
+/// The problem of a restoration.
+struct Phase<'a, D, const NX: usize, const NU: usize> {
+    problem: &'a Problem<D, NX, NU>,
+    boxes: &'a BoxBounds<NX, NU>,
     barrier: f64,
-    zeta: f64,
-) -> Option<Step<NX, NU>> {
-    let n = problem.intervals;
-    let (terms, gradients): (Vec<_>, Vec<_>) =
-        (0..=n).map(|k| quadratic_terms(boxes, nodes, k, barrier, zeta)).unzip();
-    let mut sweep = Sweep::new(n);
-    let no_curvature = vec![Curvature::zero(); n];
-    sweep.factor(linearised, problem.dt_s, Defects::Penalised, &terms, &no_curvature).ok()?;
-    let step = sweep.solve(&gradients, &now.defects);
-    let finite = |v: &[f64]| v.iter().all(|x| x.is_finite());
-    (finite(step.x[n].as_slice()) && finite(step.u[n].as_slice())).then_some(step)
+}
+
+impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Phase<'_, D, NX, NU> {
+    fn merit(&self, now: &Evaluation<NX>, at: &Slacked<NX, NU>) -> f64 {
+        let Some(log) = self.boxes.log_distance(&at.nodes) else { return f64::INFINITY };
+        let defects = 0.5 * now.defects.iter().map(SVector::norm_squared).sum::<f64>();
+        if now.path.is_empty() {
+            return defects - self.barrier * log;
+        }
+        let path = 0.5 * at.left(now).map(|r| r * r).sum::<f64>();
+        defects + path - self.barrier * (log + at.log_slack())
+    }
+
+    /// One Gauss-Newton step and that of the slacks; `None` when it cannot be solved for.
+    ///
+    /// With `b` the barrier's parameter, a slack that is minimised over, `dt = -(r + J d - b/t)/(1 + b/t^2)`,
+    /// leaves a square of weight `s/(1 + s)`, `s = b/t^2`, in the others.
+    #[expect(clippy::type_complexity, reason = "a step and that of the slacks")]
+    fn step(
+        &self,
+        linearised: &Linearised<NX, NU>,
+        now: &Evaluation<NX>,
+        at: &Slacked<NX, NU>,
+        zeta: f64,
+    ) -> Option<(Step<NX, NU>, Vec<f64>)> {
+        let Self { problem, boxes, barrier } = *self;
+        let n = problem.intervals;
+        let free = &problem.x_initial_free;
+        let (nodes, mut gradients): (Vec<_>, Vec<_>) =
+            (0..=n).map(|k| quadratic_terms(boxes, &at.nodes, k, barrier, zeta)).unzip();
+        let mut hessian = Hessian { nodes, middles: vec![Curvature::zero(); n], moves: Vec::new() };
+        let stiffness: Vec<f64> = at.slack.iter().map(|t| barrier / (t * t)).collect();
+        let freed = |r: f64, t: f64, s: f64| (r - barrier / t) / (1.0 + s);
+        if !linearised.path.is_empty() {
+            hessian.moves = vec![MoveTerms::zero(); n];
+            let Hessian { nodes, middles, moves } = &mut hessian;
+            let weights: Vec<f64> = stiffness.iter().map(|s| s / (1.0 + s)).collect();
+            problem.add_path_hessian(linearised, &weights, &mut PathHessian { nodes, middles, moves });
+            let left = at.left(now).zip(&at.slack).zip(&stiffness);
+            let multipliers: Vec<f64> = left.map(|((r, t), s)| r - freed(r, *t, *s)).collect();
+            problem.add_path_gradient(linearised, &multipliers, &mut gradients);
+        }
+        let mut sweep = Sweep::new(n, free);
+        sweep.factor(linearised, problem.dt_s, Defects::Penalised, &hessian).ok()?;
+        let step = sweep.solve(&gradients, &now.defects);
+        let finite = |v: &[f64]| v.iter().all(|x| x.is_finite());
+        if !(finite(step.x[n].as_slice()) && finite(step.u[n].as_slice())) {
+            return None;
+        }
+        let change = problem.path_change(linearised, &step);
+        let slack = at.left(now).zip(&change).zip(at.slack.iter().zip(&stiffness));
+        let slack = slack.map(|((r, jd), (t, s))| -freed(r + jd, *t, *s)).collect();
+        Some((step, slack))
+    }
 }
 
 /// Hessian and gradient of `zeta/2 |s - s_R|^2` and the barrier at node `k`; the first node is fixed, only
@@ -132,7 +220,7 @@ fn quadratic_terms<const NX: usize, const NU: usize>(
     barrier: f64,
     zeta: f64,
 ) -> (NodeTerms<NX, NU>, NodeGradient<NX, NU>) {
-    let mut gradient = NodeGradient { x: SVector::zeros(), u: SVector::zeros(), w: SVector::zeros() };
+    let mut gradient = NodeGradient::zero();
     let (mut h_x, mut h_u, mut h_w) = (SVector::zeros(), SVector::zeros(), SVector::zeros());
     if k > 0 {
         (gradient.x, h_x) = boxes.at(k).primal_terms(&nodes.x[k], barrier);
@@ -154,7 +242,6 @@ mod tests {
     use super::super::dynamics::Linearisation;
     use super::super::problem::{Bounds, QuadraticCost};
     use super::*;
-    use crate::math;
 
     /// A driven pendulum: `x_1' = x_2`, `x_2' = u - sin x_1`.
     struct Pendulum;
@@ -180,21 +267,14 @@ mod tests {
     }
 
     fn problem() -> Problem<Pendulum, 2, 1> {
-        Problem {
-            dynamics: Pendulum,
-            x_initial: SVector::zeros(),
-            u_initial: SVector::zeros(),
-            intervals: 20,
-            dt_s: 0.2,
-            cost: QuadraticCost {
-                x_ref: SVector::zeros(),
-                u_ref: SVector::zeros(),
-                q: SVector::from([1.0, 1.0]),
-                r: SVector::from([1.0]),
-                s: SVector::from([1.0, 1.0]),
-            },
-            bounds: Bounds::on_input(SVector::from([-1.0]), SVector::from([1.0]), SVector::from([2.0])),
-        }
+        let cost = QuadraticCost::new(
+            (SVector::zeros(), SVector::zeros()),
+            SVector::from([1.0, 1.0]),
+            SVector::from([1.0]),
+            SVector::from([1.0, 1.0]),
+        );
+        let bounds = Bounds::on_input(SVector::from([-1.0]), SVector::from([1.0]), SVector::from([2.0]));
+        Problem::new(Pendulum, (SVector::zeros(), SVector::zeros()), (20, 0.2), cost, bounds)
     }
 
     /// Node values that have nothing to do with the dynamics, inputs inside their bounds.
@@ -228,7 +308,9 @@ mod tests {
         let (boxes, nodes, n) = (BoxBounds::new(problem), far_off(), problem.intervals);
         let (linearised, now) = problem.linearise(&nodes);
         let (barrier, zeta) = (1e-4, 1e-3);
-        let d = step(problem, &boxes, &linearised, &now, &nodes, barrier, zeta).unwrap();
+        let phase = Phase { problem, boxes: &boxes, barrier };
+        let at = Slacked { nodes: nodes.clone(), slack: Vec::new() };
+        let (d, _) = phase.step(&linearised, &now, &at, zeta).unwrap();
         let jacobian = |k: usize| linearised.defect_jacobian(k, problem.dt_s);
         let rest = |k: usize| {
             let j = jacobian(k);
@@ -264,7 +346,8 @@ mod tests {
         let boxes = BoxBounds::new(&problem);
         let before = problem.evaluate(&far_off());
         let filter = Filter::new(before.defect_sum);
-        let Restored::Found { nodes, .. } = restore(&problem, &boxes, &far_off(), 1e-3, &filter) else {
+        let Restored::Found { nodes, .. } = restore(&problem, &boxes, (&far_off(), &[]), 1e-3, &filter)
+        else {
             unreachable!("every input has a flow")
         };
         let after = problem.evaluate(&nodes);
@@ -282,10 +365,10 @@ mod tests {
         from.x[20][0] = 60.5;
         // Each restoration may gain its tenth; the last one finds that no more is to be had.
         let filter = Filter::new(problem.evaluate(&from).defect_sum);
-        let mut last = restore(&problem, &boxes, &from, 1e-3, &filter);
+        let mut last = restore(&problem, &boxes, (&from, &[]), 1e-3, &filter);
         for _ in 0..50 {
             let Restored::Found { nodes, .. } = &last else { break };
-            last = restore(&problem, &boxes, nodes, 1e-3, &filter);
+            last = restore(&problem, &boxes, (nodes, &[]), 1e-3, &filter);
         }
         assert!(matches!(last, Restored::Infeasible));
     }

@@ -17,11 +17,12 @@
 //! a defect moves the next state off the point that would close it, at a cost of half its square. Each stage
 //! then sees the value function minimised over that remainder, and goes on as before.
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 use self::stage::{Relaxation, Stage};
-use super::block::{add_mul, mul, tr_mul};
+use super::block::{Cholesky, add_mul, mul, tr_mul};
 use super::dynamics::Curvature;
+use super::path::MoveTerms;
 use super::problem::Nodes;
 use super::transcription::Linearised;
 use crate::simd::{Kernel, vectorised};
@@ -48,6 +49,26 @@ pub struct NodeGradient<const NX: usize, const NU: usize> {
     pub w: SVector<f64, NU>,
 }
 
+impl<const NX: usize, const NU: usize> NodeGradient<NX, NU> {
+    /// No gradient.
+    pub fn zero() -> Self {
+        Self { x: SVector::zeros(), u: SVector::zeros(), w: SVector::zeros() }
+    }
+}
+
+/// The Hessian of a Newton system.
+#[derive(Clone, Debug)]
+pub struct Hessian<const NX: usize, const NU: usize> {
+    /// Terms of the nodes. (Of the first node, which is given, only its move counts, and the components of
+    /// its state that are free.)
+    pub nodes: Vec<NodeTerms<NX, NU>>,
+    /// Second derivatives by state and input at the midpoint of each interval.
+    pub middles: Vec<Curvature<NX, NU>>,
+    /// Terms that couple the move over each interval to itself and to its midpoint; empty where there are
+    /// none.
+    pub moves: Vec<MoveTerms<NX, NU>>,
+}
+
 /// How the linearised defects enter the quadratic problem that a sweep solves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Defects {
@@ -63,6 +84,35 @@ pub struct Sweep<const NX: usize, const NU: usize> {
     stages: Vec<Stage<NX, NU>>,
     /// One per interval where the defects are penalised, none where they are closed.
     relaxations: Vec<Relaxation<NX, NU>>,
+    /// The moves' terms of the factored system.
+    moves: Vec<MoveTerms<NX, NU>>,
+    /// The first state's, where components of it are free.
+    initial: Option<FreeInitial<NX>>,
+}
+
+/// Components of the first state that are free, and the factored Hessian of the value function by them.
+#[derive(Clone, Debug)]
+struct FreeInitial<const NX: usize> {
+    free: SVector<bool, NX>,
+    factor: Cholesky<NX>,
+}
+
+impl<const NX: usize> FreeInitial<NX> {
+    /// Factors the value function's Hessian by the free components; `None` where it is not positive definite.
+    fn factor(&mut self, value_xx: &SMatrix<f64, NX, NX>) -> Option<()> {
+        let both = |i, j| self.free[i] && self.free[j];
+        let unit = |i, j| if i == j { 1.0 } else { 0.0 };
+        let masked = SMatrix::from_fn(|i, j| if both(i, j) { value_xx[(i, j)] } else { unit(i, j) });
+        self.factor = Cholesky::new(masked)?;
+        Some(())
+    }
+
+    /// The step of the first state for the value function's gradient by it.
+    fn step(&self, gradient: &SVector<f64, NX>) -> SVector<f64, NX> {
+        let mut step = SVector::from_fn(|i, _| if self.free[i] { -gradient[i] } else { 0.0 });
+        self.factor.solve(&mut step);
+        step
+    }
 }
 
 /// Why a Newton system could not be factored.
@@ -98,13 +148,19 @@ impl<const NX: usize, const NU: usize> Step<NX, NU> {
 }
 
 impl<const NX: usize, const NU: usize> Sweep<NX, NU> {
-    /// An empty system with room for `intervals` stages.
-    pub fn new(intervals: usize) -> Self {
-        Self { stages: vec![Stage::empty(); intervals], relaxations: Vec::new() }
+    /// An empty system with room for `intervals` stages, whose first state is given but for the components
+    /// that are `free`.
+    pub fn new(intervals: usize, free: &SVector<bool, NX>) -> Self {
+        let any = free.iter().any(|free| *free);
+        Self {
+            stages: vec![Stage::empty(); intervals],
+            relaxations: Vec::new(),
+            moves: Vec::new(),
+            initial: any.then(|| FreeInitial { free: *free, factor: Cholesky::identity() }),
+        }
     }
 
-    /// Factors the system: `terms` per node (the first node is fixed: only its move counts), `middles` per
-    /// interval.
+    /// Factors the system.
     ///
     /// # Errors
     /// [`FactorError`] names the interval at which it failed; nothing can be solved then.
@@ -113,10 +169,10 @@ impl<const NX: usize, const NU: usize> Sweep<NX, NU> {
         linearised: &Linearised<NX, NU>,
         dt_s: f64,
         defects: Defects,
-        terms: &[NodeTerms<NX, NU>],
-        middles: &[Curvature<NX, NU>],
+        hessian: &Hessian<NX, NU>,
     ) -> Result<(), FactorError> {
-        vectorised(Factoring { sweep: self, linearised, dt_s, defects, terms, middles })
+        self.moves.clone_from(&hessian.moves);
+        vectorised(Factoring { sweep: self, linearised, dt_s, defects, hessian })
     }
 
     /// The Newton step for the given gradients (one per node) and defects (one per interval).
@@ -131,8 +187,7 @@ struct Factoring<'a, const NX: usize, const NU: usize> {
     linearised: &'a Linearised<NX, NU>,
     dt_s: f64,
     defects: Defects,
-    terms: &'a [NodeTerms<NX, NU>],
-    middles: &'a [Curvature<NX, NU>],
+    hessian: &'a Hessian<NX, NU>,
 }
 
 impl<const NX: usize, const NU: usize> Kernel for Factoring<'_, NX, NU> {
@@ -140,9 +195,10 @@ impl<const NX: usize, const NU: usize> Kernel for Factoring<'_, NX, NU> {
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        let Sweep { stages, relaxations } = self.sweep;
+        let Sweep { stages, relaxations, moves, initial } = self.sweep;
+        let Hessian { nodes, middles, .. } = self.hessian;
         relaxations.clear();
-        let mut value = self.terms[self.middles.len()].hessian;
+        let mut value = nodes[middles.len()].hessian;
         for (k, stage) in stages.iter_mut().enumerate().rev() {
             stage.condense(self.linearised, k, self.dt_s).ok_or(FactorError::SingularDefect(k))?;
             if self.defects == Defects::Penalised {
@@ -150,13 +206,14 @@ impl<const NX: usize, const NU: usize> Kernel for Factoring<'_, NX, NU> {
                 value = relaxed;
                 relaxations.push(relaxation);
             }
-            let own = &self.terms[k];
+            let own = &nodes[k];
             value = stage
-                .reduce(&value, &self.middles[k], &own.move_barrier)
+                .reduce(&value, &middles[k], moves.get(k), &own.move_barrier)
                 .ok_or(FactorError::Indefinite(k))?;
-            value.xx += own.hessian.xx;
-            value.ux += own.hessian.ux;
-            value.uu += own.hessian.uu;
+            value += own.hessian;
+        }
+        if let Some(initial) = initial {
+            initial.factor(&value.xx).ok_or(FactorError::Indefinite(0))?;
         }
         relaxations.reverse();
         Ok(())
@@ -198,7 +255,10 @@ impl<const NX: usize, const NU: usize> Kernel for Substitution<'_, NX, NU> {
             let (h_x, h_u) = (mul(&s.middle.xx, &x_c), mul(&s.middle.ux, &x_c));
             let g_x = tr_mul(&s.a, &v_x) + tr_mul(&s.mid_x, &h_x);
             let g_u = tr_mul(&s.b, &v_x) + v_u + tr_mul(&s.mid_u, &h_x) + h_u;
-            let g_w = tr_mul(&s.c, &v_x) + v_u + tr_mul(&s.mid_w, &h_x) + h_u * 0.5 + gradients[k].w;
+            let mut g_w = tr_mul(&s.c, &v_x) + v_u + tr_mul(&s.mid_w, &h_x) + h_u * 0.5 + gradients[k].w;
+            if let Some(moves) = sweep.moves.get(k) {
+                add_mul(&mut g_w, &moves.wx, &x_c);
+            }
             let mut w = -g_w;
             s.q_ww.solve(&mut w);
             moves[k] = w;
@@ -211,6 +271,9 @@ impl<const NX: usize, const NU: usize> Kernel for Substitution<'_, NX, NU> {
             w: moves,
             lambda: vec![SVector::zeros(); intervals],
         };
+        if let Some(initial) = &sweep.initial {
+            step.x[0] = initial.step(&p_x);
+        }
         for k in 0..intervals {
             let s = &sweep.stages[k];
             let (dx, du) = (step.x[k], step.u[k]);
@@ -220,7 +283,10 @@ impl<const NX: usize, const NU: usize> Kernel for Substitution<'_, NX, NU> {
             let x_next = mul(&s.a, &dx) + mul(&s.b, &du) + mul(&s.c, &dw) + offsets[k];
             let x_c =
                 mul(&s.mid_x, &dx) + mul(&s.mid_u, &du) + mul(&s.mid_w, &dw) + mul(&s.mid_next, &offsets[k]);
-            let curvature = mul(&s.middle.xx, &x_c) + tr_mul(&s.middle.ux, &u_c);
+            let mut curvature = mul(&s.middle.xx, &x_c) + tr_mul(&s.middle.ux, &u_c);
+            if let Some(moves) = sweep.moves.get(k) {
+                curvature += tr_mul(&moves.wx, &dw);
+            }
             let slope = p_next[k]
                 + mul(&s.p_xx, &x_next)
                 + tr_mul(&s.p_ux, &u_next)

@@ -9,7 +9,9 @@ use std::sync::Arc;
 
 use nalgebra::{SVector, Vector3};
 
+use super::demands::Demands;
 use super::dynamics::{BODY_STATES, Dynamics, VehicleDynamics};
+use super::extended::{EXTENDED_STATES, ExtendedDynamics, PEAK, PlannedVehicle, STRETCH};
 use super::guess::{AnyIterate, Guess, start_from};
 use super::problem::{Bounds, Nodes, Problem, QuadraticCost};
 use super::solver::{Counts, ProblemError, Progress, Solution, SolverOptions, Status, solve};
@@ -64,6 +66,8 @@ pub struct PlanProblem<'a> {
     /// Terminal set: the velocity at t_f lies within this of the target, axis by axis [m/s]; `None`: no
     /// terminal set.
     pub terminal_velocity_tolerance_m_s: Option<f64>,
+    /// What the plan is asked for beyond all this.
+    pub demands: Demands,
 }
 
 /// Why a plan cannot be attempted. (A solve that found none is no error but a [`Status`].)
@@ -126,6 +130,11 @@ pub fn plan(
     observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Plan, PlanError> {
     match problem.vehicle.rotors.len() {
+        4 if problem.demands.extend_the_states() => plan_with_demands::<4>(problem, guess, options, observer),
+        // One program for both: what is compiled for each number of rotors takes long to build.
+        6 | 8 if problem.demands.extend_the_states() => {
+            plan_with_demands::<8>(problem, guess, options, observer)
+        }
         4 => plan_for::<4>(problem, guess, options, observer),
         6 => plan_for::<6>(problem, guess, options, observer),
         8 => plan_for::<8>(problem, guess, options, observer),
@@ -141,16 +150,39 @@ fn plan_for<const NU: usize>(
 ) -> Result<Plan, PlanError> {
     let trimmed = trim(problem.vehicle, problem.environment, problem.target_v_ned, 0.0)?;
     let nlp = transcribe::<NU>(problem, &trimmed.q_ned_from_body, &trimmed.thrust_n)?;
-    let hover_n = problem.vehicle.mass.mass_kg * problem.environment.gravity_m_s2 / NU as f64;
-    let start = start_from::<NU>(&nlp, guess, hover_n);
-    let too_weak = weakness(problem, &trimmed.thrust_n);
+    solved(problem, &nlp, guess, weakness(problem, &trimmed.thrust_n), options, observer)
+}
+
+/// A plan with demands, for at most `NU` rotors.
+fn plan_with_demands<const NU: usize>(
+    problem: &PlanProblem<'_>,
+    guess: &Guess<'_>,
+    options: &SolverOptions,
+    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Plan, PlanError> {
+    let trimmed = trim(problem.vehicle, problem.environment, problem.target_v_ned, 0.0)?;
+    let nlp = extended::<NU>(problem, &trimmed.q_ned_from_body, &trimmed.thrust_n)?;
+    solved(problem, &nlp, guess, weakness(problem, &trimmed.thrust_n), options, observer)
+}
+
+fn solved<D: PlannedVehicle<NX, NU>, const NX: usize, const NU: usize>(
+    problem: &PlanProblem<'_>,
+    nlp: &Problem<D, NX, NU>,
+    guess: &Guess<'_>,
+    too_weak: Option<String>,
+    options: &SolverOptions,
+    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Plan, PlanError> {
+    let rotors = problem.vehicle.rotors.len();
+    let hover_n = problem.vehicle.mass.mass_kg * problem.environment.gravity_m_s2 / rotors as f64;
+    let start = start_from(nlp, guess, hover_n);
     let options = if too_weak.is_some() { SolverOptions { max_iterations: 0, ..*options } } else { *options };
-    let solution = solve(&nlp, start, &options, observer)?;
+    let solution = solve(nlp, start, &options, observer)?;
     let (status, diagnosis) = match too_weak {
         Some(reason) => (Status::Infeasible, Some(reason)),
         None => (solution.status, diagnose(&solution)),
     };
-    let trajectory = trajectory_of(&nlp, &solution.iterate.nodes)?;
+    let trajectory = trajectory_of(nlp, &solution.iterate.nodes, rotors)?;
     Ok(Plan {
         status,
         diagnosis,
@@ -197,7 +229,9 @@ fn diagnose<const NX: usize, const NU: usize>(solution: &Solution<NX, NU>) -> Op
         Status::Converged => None,
         Status::IterationLimit => Some(format!("the iteration budget is used up; {at}")),
         Status::Stopped => Some(format!("stopped; {at}")),
-        Status::Infeasible => Some(format!("no trajectory satisfies dynamics and bounds; {at}")),
+        Status::Infeasible => Some(format!(
+            "no trajectory was found that satisfies dynamics and bounds: near the last point their violation has a minimum that is not zero; {at}"
+        )),
         Status::Stalled => Some(format!(
             "the constraints hold, but no step gets nearer to the optimum: the tolerance asks for more than rounding leaves; {at}"
         )),
@@ -214,15 +248,27 @@ pub fn transcribe<const NU: usize>(
     q_trim: &Quaternion,
     trim_thrust_n: &PerRotor,
 ) -> Result<Problem<VehicleDynamics<NU>, BODY_STATES, NU>, PlanError> {
-    let dynamics = VehicleDynamics::<NU>::new(problem.vehicle, problem.environment)
-        .ok_or(PlanError::Rotors(problem.vehicle.rotors.len()))?;
+    let rotors = problem.vehicle.rotors.len();
+    let dynamics =
+        VehicleDynamics::<NU>::new(problem.vehicle, problem.environment).ok_or(PlanError::Rotors(rotors))?;
+    Ok(transcribed(problem, dynamics, q_trim, trim_thrust_n))
+}
+
+/// The nonlinear program of a planning problem; inputs beyond the vehicle's rotors stay next to zero.
+fn transcribed<const NU: usize>(
+    problem: &PlanProblem<'_>,
+    dynamics: VehicleDynamics<NU>,
+    q_trim: &Quaternion,
+    trim_thrust_n: &PerRotor,
+) -> Problem<VehicleDynamics<NU>, BODY_STATES, NU> {
+    let rotors = problem.vehicle.rotors.len();
     let v = &problem.target_v_ned;
     let x_ss =
         problem.x_ss.unwrap_or([q_trim[0], q_trim[1], q_trim[2], q_trim[3], v.x, v.y, v.z, 0.0, 0.0, 0.0]);
     let q = SVector::from(problem.cost_state);
     let mut bounds = Bounds::on_input(
         SVector::zeros(),
-        SVector::from_element(problem.thrust_max_n),
+        SVector::from_fn(|i, _| if i < rotors { problem.thrust_max_n } else { PAD_N }),
         SVector::from_element(problem.thrust_rate_n_s),
     );
     if let Some(tolerance) = problem.terminal_velocity_tolerance_m_s {
@@ -236,35 +282,114 @@ pub fn transcribe<const NU: usize>(
         InputReference::Trim => SVector::from_fn(|i, _| trim_thrust_n[i]),
     };
     let intervals = problem.nodes.saturating_sub(1);
-    Ok(Problem {
+    Problem {
         dynamics,
         x_initial: SVector::from(problem.initial),
+        x_initial_free: SVector::from_element(false),
         u_initial: SVector::from_fn(|i, _| problem.initial_thrust_n[i]),
         intervals,
         dt_s: problem.horizon_s / intervals.max(1) as f64,
-        cost: QuadraticCost {
-            x_ref: SVector::from(x_ss),
-            u_ref,
+        cost: QuadraticCost::new(
+            (SVector::from(x_ss), u_ref),
             q,
-            r: SVector::from_element(problem.cost_input),
-            s: q,
-        },
+            SVector::from_element(problem.cost_input),
+            problem.demands.cost_final.map_or(q, SVector::from),
+        ),
         bounds,
+        constraints: Vec::new(),
+    }
+}
+
+/// Greatest thrust of an input that is no rotor [N].
+const PAD_N: f64 = 1e-3;
+
+/// The program with the states that a plan's demands need ([`super::extended`]), and with its demands.
+///
+/// # Errors
+/// [`PlanError::Rotors`] when the vehicle has more than `NU` rotors.
+fn extended<const NU: usize>(
+    problem: &PlanProblem<'_>,
+    q_trim: &Quaternion,
+    trim_thrust_n: &PerRotor,
+) -> Result<Problem<ExtendedDynamics<NU>, EXTENDED_STATES, NU>, PlanError> {
+    let dynamics = VehicleDynamics::<NU>::padded(problem.vehicle, problem.environment)
+        .ok_or(PlanError::Rotors(problem.vehicle.rotors.len()))?;
+    let nlp = transcribed(problem, dynamics, q_trim, trim_thrust_n);
+    let (demands, c, b) = (&problem.demands, &nlp.cost, &nlp.bounds);
+    let with = |body: &SVector<f64, BODY_STATES>, rest: [f64; 3]| {
+        SVector::<f64, EXTENDED_STATES>::from_fn(|i, _| {
+            if i < BODY_STATES { body[i] } else { rest[i - BODY_STATES] }
+        })
+    };
+    let (inf, none) = (f64::INFINITY, [0.0; 3]);
+    let (mut q, mut r, mut s) = (with(&c.q, none), c.r, with(&c.s, none));
+    let (mut s_linear, mut free) = (SVector::zeros(), SVector::from_element(false));
+    // Strictly below what is free, for an interior point method needs room.
+    let (mut least, mut greatest) = ([-inf; 3], [inf; 3]);
+    let peak = demands.peak_of(&problem.initial);
+    if let Some(cost) = &demands.peak {
+        if cost.alone {
+            q.fill(0.0);
+            r.fill(0.0);
+            s.fill(0.0);
+        }
+        s_linear[PEAK] = cost.weight;
+        free[PEAK] = true;
+        least[PEAK - BODY_STATES] = peak;
+    }
+    if let Some(horizon) = &demands.horizon {
+        s_linear[STRETCH] = horizon.cost_per_s * problem.horizon_s;
+        free[STRETCH] = true;
+        let i = STRETCH - BODY_STATES;
+        (least[i], greatest[i]) =
+            (horizon.least_s / problem.horizon_s, horizon.greatest_s / problem.horizon_s);
+    }
+    let mut u_rate = b.u_rate;
+    if demands.horizon.is_some() {
+        u_rate.fill(inf);
+    }
+    Ok(Problem {
+        x_initial: with(&nlp.x_initial, [0.0, peak + 0.5, 1.0]),
+        x_initial_free: free,
+        u_initial: nlp.u_initial,
+        intervals: nlp.intervals,
+        dt_s: nlp.dt_s,
+        cost: QuadraticCost {
+            x_ref: with(&c.x_ref, none),
+            u_ref: c.u_ref,
+            q,
+            r,
+            s,
+            s_linear,
+            stretch: demands.horizon.map(|_| STRETCH),
+        },
+        bounds: Bounds {
+            u_min: b.u_min,
+            u_max: b.u_max,
+            u_rate,
+            x_min: with(&b.x_min, least),
+            x_max: with(&b.x_max, greatest),
+            x_end_min: with(&b.x_end_min, [-inf; 3]),
+            x_end_max: with(&b.x_end_max, [inf; 3]),
+        },
+        constraints: demands.constraints(problem.vehicle, problem.environment, problem.thrust_rate_n_s),
+        dynamics: ExtendedDynamics(nlp.dynamics),
     })
 }
 
-fn trajectory_of<const NU: usize>(
-    nlp: &Problem<VehicleDynamics<NU>, BODY_STATES, NU>,
-    nodes: &Nodes<BODY_STATES, NU>,
+fn trajectory_of<D: PlannedVehicle<NX, NU>, const NX: usize, const NU: usize>(
+    nlp: &Problem<D, NX, NU>,
+    nodes: &Nodes<NX, NU>,
+    rotors: usize,
 ) -> Result<Trajectory, TrajectoryError> {
     let nodes = (0..=nlp.intervals)
         .map(|k| {
-            let (x, u) = (&nodes.x[k], &nodes.u[k]);
-            let f = nlp.dynamics.value(x, u);
+            let (x, u) = (D::body_state(&nodes.x[k]), &nodes.u[k]);
+            let f = nlp.dynamics.body().value(&x, u);
             let mut thrust_n = [0.0; MAX_ROTORS];
-            thrust_n[..NU].copy_from_slice(u.as_slice());
+            thrust_n[..rotors].copy_from_slice(&u.as_slice()[..rotors]);
             Node {
-                t_s: k as f64 * nlp.dt_s,
+                t_s: k as f64 * nlp.dt_s * D::stretch(&nodes.x[k]),
                 q_ned_from_body: [x[0], x[1], x[2], x[3]],
                 v_ned: Vector3::new(x[4], x[5], x[6]),
                 omega_body: Vector3::new(x[7], x[8], x[9]),
@@ -273,5 +398,5 @@ fn trajectory_of<const NU: usize>(
             }
         })
         .collect();
-    Trajectory::new(nodes, NU)
+    Trajectory::new(nodes, rotors)
 }

@@ -78,21 +78,10 @@ fn problem(q: [f64; 2], s: [f64; 2], terminal: [f64; 2]) -> Problem<DoubleIntegr
     let free = Vector1::new(f64::INFINITY);
     let mut bounds = Bounds::on_input(-free, free, free);
     (bounds.x_end_min, bounds.x_end_max) = (-Vector2::from(terminal), Vector2::from(terminal));
-    Problem {
-        dynamics: DoubleIntegrator,
-        x_initial: START.into(),
-        u_initial: Vector1::zeros(),
-        intervals: INTERVALS,
-        dt_s: DT_S,
-        cost: QuadraticCost {
-            x_ref: Vector2::zeros(),
-            u_ref: Vector1::zeros(),
-            q: q.into(),
-            r: Vector1::new(1.0),
-            s: s.into(),
-        },
-        bounds,
-    }
+    let cost =
+        QuadraticCost::new((Vector2::zeros(), Vector1::zeros()), q.into(), Vector1::new(1.0), s.into());
+    let start = (START.into(), Vector1::zeros());
+    Problem::new(DoubleIntegrator, start, (INTERVALS, DT_S), cost, bounds)
 }
 
 /// What the planner's solver finds.

@@ -13,8 +13,6 @@ use crate::math;
 use crate::model::rigid_body::BodyState;
 use crate::model::{MAX_ROTORS, PerRotor, Rotor, Vehicle};
 use crate::plan::PlanProblem;
-use crate::plan::dynamics::Dynamics;
-use crate::plan::problem::Nodes;
 use crate::plan::vehicle::transcribe;
 use crate::sim::{DropSimulation, PlantKind};
 
@@ -96,18 +94,8 @@ fn collocated_fall(problem: &PlanProblem<'_>) -> Result<impl Fn(u32) -> f64, Ver
         let u = SVector::<f64, 4>::zeros();
         let mut x = nlp.x_initial;
         for _ in 0..intervals {
-            let guess = x + nlp.dynamics.value(&x, &u) * nlp.dt_s;
-            let mut nodes = Nodes { x: vec![x, guess], u: vec![u, u] };
-            for _ in 0..20 {
-                let (linearised, now) = nlp.linearise(&nodes);
-                let by_right = linearised.defect_jacobian(0, nlp.dt_s).x_right;
-                let Some(step) = by_right.lu().solve(&now.defects[0]) else { return f64::NAN };
-                nodes.x[1] -= step;
-                if step.amax() < 1e-14 {
-                    break;
-                }
-            }
-            x = nodes.x[1];
+            let Some(next) = nlp.with_cost_times(1.0).next_state(&x, [&u, &u]) else { return f64::NAN };
+            x = next;
         }
         x[6]
     })

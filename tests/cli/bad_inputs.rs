@@ -684,6 +684,47 @@ const EDITS: &[Edit] = &[
         "vortex_ring: ",
         &["expected a vehicle whose blades are known (rotor.blade_element)"],
     ),
+    // What a plan is asked for.
+    (
+        MISSION,
+        "\"cost_input_reference\"",
+        "\"peak\": { \"weight\": 0 }, \"cost_input_reference\"",
+        0,
+        "plan.peak.weight: ",
+        &["greater than 0"],
+    ),
+    (
+        MISSION,
+        "\"cost_input_reference\"",
+        "\"motion\": { \"pitch\": 20 }, \"cost_input_reference\"",
+        0,
+        "plan.motion.pitch: ",
+        &["did you mean `pitch_deg`?"],
+    ),
+    (
+        MISSION,
+        "\"cost_input_reference\"",
+        "\"motion\": { \"v_down_m_s\": [3, 1] }, \"cost_input_reference\"",
+        0,
+        "plan.motion.v_down_m_s: ",
+        &["expected [least, greatest]", "found [3, 1]"],
+    ),
+    (
+        MISSION,
+        "\"cost_input_reference\"",
+        "\"free_horizon\": { \"least_s\": 20, \"greatest_s\": 30 }, \"cost_input_reference\"",
+        0,
+        "plan.free_horizon: ",
+        &["expected least_s < horizon_s < greatest_s"],
+    ),
+    (
+        LANDERS,
+        "\"cost_input_reference\"",
+        "\"avoid_vortex_ring\": {}, \"cost_input_reference\"",
+        0,
+        "plan.avoid_vortex_ring: ",
+        &["expected only for a vehicle with known blades"],
+    ),
     // Two models where one belongs; JSON that is none.
     (
         HEXA,

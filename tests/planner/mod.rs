@@ -2,6 +2,8 @@
 #![cfg(feature = "files")]
 
 mod convergence;
+mod demand_derivatives;
+mod demands;
 mod derivatives;
 mod limits;
 mod problems;

@@ -8,7 +8,7 @@ use samara::config::load_vehicle;
 use samara::frames::quaternion_from_euler;
 use samara::model::environment::GeoPoint;
 use samara::model::{Environment, Vehicle};
-use samara::plan::{Guess, InputReference, Plan, PlanProblem, PlanState, SolverOptions, plan};
+use samara::plan::{Demands, Guess, InputReference, Plan, PlanProblem, PlanState, SolverOptions, plan};
 
 fn environment(gravity: f64, density: f64) -> Environment {
     let anchor = GeoPoint { latitude_deg: 0.0, longitude_deg: 0.0, altitude_m: 0.0 };
@@ -48,6 +48,7 @@ pub fn titan_problem<'a>(
         cost_input: 1e-5,
         input_reference: InputReference::Zero,
         terminal_velocity_tolerance_m_s: None,
+        demands: Demands::default(),
     }
 }
 

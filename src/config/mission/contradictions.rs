@@ -40,7 +40,7 @@ pub(super) fn of(
             rotors.thrust_n
         ));
     }
-    if slew > (1.0 + ROUNDING) * rotors.thrust_slew_n_s {
+    if slew.is_finite() && slew > (1.0 + ROUNDING) * rotors.thrust_slew_n_s {
         odd.push(format!(
             "plan.thrust_slew_n_s {slew} N/s: a rotor's thrust comes and goes at {:.1} N/s in the mean",
             rotors.thrust_slew_n_s

@@ -165,6 +165,7 @@ impl Mission {
             cost_input: self.plan.cost_input,
             input_reference: self.plan.cost_input_reference,
             terminal_velocity_tolerance_m_s: self.plan.terminal_tolerance_m_s,
+            demands: self.plan.demands,
         }
     }
 

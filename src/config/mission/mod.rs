@@ -246,7 +246,15 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
     let (battery, electric) = battery::battery(source, json.battery.as_ref(), &vehicle.vehicle)?;
     let gravity_m_s2 = site.environment.gravity_m_s2;
     let rotor_limits = || RotorLimits::of(&vehicle.vehicle, site.environment.density_kg_m3);
-    let plan = PlanSettings::from_json(source, &json.plan, &target_v_ned, rotor_limits)?;
+    let limits = Limits::from_json(&json.limits, &target_v_ned);
+    let plan = PlanSettings::from_json(
+        source,
+        &json.plan,
+        &target_v_ned,
+        &limits.safety,
+        &vehicle.vehicle,
+        rotor_limits,
+    )?;
     let px4 = Px4::from_json(source, json.px4_clock, json.px4_params.as_deref(), gravity_m_s2)?;
     Ok(Mission {
         name: json.name.0,
@@ -260,7 +268,7 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
         epoch_unix_us,
         seed,
         plan,
-        limits: Limits::from_json(&json.limits, &target_v_ned),
+        limits,
         control: Control::from_json(&json.control, gains),
         study: Study::from_json(
             source,

@@ -12,7 +12,7 @@ use crate::assess::paper::STUDY_SHA256;
 use crate::config::source::sha256;
 
 use crate::model::{EscDc, Interference, Motor, RotationSense, Rotor, Vehicle};
-use crate::plan::InputReference;
+use crate::plan::{Demands, InputReference};
 
 impl Mission {
     /// The numbers of vehicle, site, plan, limits, cases and distribution of releases as they are in memory:
@@ -205,6 +205,9 @@ impl Numbers {
         match &plan.x_ss {
             Some(x_ss) => self.list("plan.x_ss", x_ss),
             None => self.word("plan.x_ss", "trim"),
+        }
+        if plan.demands != Demands::default() {
+            self.put("plan.demands", plan.demands);
         }
     }
 }

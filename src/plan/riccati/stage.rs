@@ -7,6 +7,7 @@ use super::super::block::{
     Cholesky, add_mul, add_scaled, add_tr_mul, inverse, mul, scaled, symmetric_part, tr_mul,
 };
 use super::super::dynamics::Curvature;
+use super::super::path::MoveTerms;
 use super::super::transcription::Linearised;
 
 /// The factors of one interval that a sweep keeps.
@@ -124,6 +125,7 @@ impl<const NX: usize, const NU: usize> Stage<NX, NU> {
         &mut self,
         value: &Curvature<NX, NU>,
         middle: &Curvature<NX, NU>,
+        moves: Option<&MoveTerms<NX, NU>>,
         move_barrier: &SVector<f64, NU>,
     ) -> Option<Curvature<NX, NU>> {
         self.middle = *middle;
@@ -162,6 +164,13 @@ impl<const NX: usize, const NU: usize> Stage<NX, NU> {
             add_mul(&mut q_wu, &by_w, &hu);
             add_scaled(&mut q_ww, &uw, share);
             add_mul(&mut q_ww, &by_w, &hw);
+        }
+        if let Some(MoveTerms { ww, wx, wu }) = moves {
+            let by_w = mul(wx, &self.mid_w) + scaled(wu, 0.5);
+            q_ww += ww + by_w + by_w.transpose();
+            add_mul(&mut q_wx, wx, &self.mid_x);
+            add_mul(&mut q_wu, wx, &self.mid_u);
+            q_wu += wu;
         }
         let factor = Cholesky::new(q_ww)?;
         let (mut gain_x, mut gain_u) = (scaled(&q_wx, -1.0), scaled(&q_wu, -1.0));

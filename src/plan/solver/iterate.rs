@@ -5,6 +5,7 @@ use nalgebra::SVector;
 use super::super::barrier::BoundDuals;
 use super::super::box_bounds::{BoxBounds, move_out};
 use super::super::problem::Nodes;
+use super::super::slacks::PathDuals;
 
 /// Primal and dual variables of the solver.
 #[derive(Clone, Debug)]
@@ -19,6 +20,8 @@ pub struct Iterate<const NX: usize, const NU: usize> {
     pub z_u: Vec<BoundDuals<NU>>,
     /// Multipliers of the rate bounds, one per interval.
     pub z_w: Vec<BoundDuals<NU>>,
+    /// Slacks and multipliers of the constraints on the path, in the order in which these apply.
+    pub path: PathDuals,
 }
 
 impl<const NX: usize, const NU: usize> Iterate<NX, NU> {
@@ -30,6 +33,7 @@ impl<const NX: usize, const NU: usize> Iterate<NX, NU> {
             z_x: vec![BoundDuals::zero(); last + 1],
             z_u: vec![BoundDuals::zero(); last + 1],
             z_w: vec![BoundDuals::zero(); last],
+            path: PathDuals::default(),
             nodes,
         };
         iterate.centre(boxes, mu);
@@ -42,6 +46,27 @@ impl<const NX: usize, const NU: usize> Iterate<NX, NU> {
             self.z_u[k] = boxes.u.central_duals(&self.nodes.u[k], mu);
             self.z_x[k] = boxes.at(k).central_duals(&self.nodes.x[k], mu);
             self.z_w[k - 1] = boxes.w.central_duals(&move_out(&self.nodes, k - 1), mu);
+        }
+    }
+
+    /// The multipliers of defects, bounds and constraints times a factor, for a cost that is so many times as
+    /// large.
+    pub(super) fn scale_duals(&mut self, factor: f64) {
+        let scale = |z: &mut BoundDuals<NU>| {
+            z.lo *= factor;
+            z.hi *= factor;
+        };
+        self.z_u.iter_mut().for_each(scale);
+        self.z_w.iter_mut().for_each(scale);
+        for z in &mut self.z_x {
+            z.lo *= factor;
+            z.hi *= factor;
+        }
+        for lambda in &mut self.lambda {
+            *lambda *= factor;
+        }
+        for z in &mut self.path.z {
+            *z *= factor;
         }
     }
 

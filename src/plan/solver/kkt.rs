@@ -4,7 +4,9 @@ use nalgebra::{SMatrix, SVector};
 
 use super::super::box_bounds::move_out;
 use super::super::dynamics::{Curvature, Dynamics};
-use super::super::riccati::{Defects, NodeGradient, NodeTerms, Sweep};
+use super::super::path::MoveTerms;
+use super::super::riccati::{Defects, Hessian, NodeGradient, NodeTerms, Sweep};
+use super::super::slacks::PathHessian;
 use super::super::transcription::{Evaluation, Linearised, midpoint};
 use super::state::Run;
 
@@ -22,8 +24,9 @@ impl Residuals {
     }
 }
 
-impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
-    /// Gradient of the Lagrangian by states and inputs, node by node (the first node is fixed).
+impl<D: Dynamics<NX, NU> + Copy, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
+    /// Gradient of the Lagrangian by states and inputs, node by node (the first node is given, but for the
+    /// components of its state that are free).
     pub(super) fn lagrangian_gradient(
         &self,
         linearised: &Linearised<NX, NU>,
@@ -33,7 +36,7 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
         let mut x = vec![SVector::zeros(); n + 1];
         let mut u = vec![SVector::zeros(); n + 1];
         for k in 1..=n {
-            let (gx, gu) = self.cost_gradient(k);
+            let (gx, gu) = p.cost_gradient(&it.nodes, k);
             x[k] = gx + it.z_x[k].net();
             u[k] = gu + it.z_u[k].net() + it.z_w[k - 1].net();
             if k < n {
@@ -55,15 +58,37 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
             x[k + 1] += r.a.tr_mul(&right) + m_x * h3 - lambda;
             u[k + 1] += r.b.tr_mul(&right) + m_u;
         }
+        if !linearised.path.is_empty() {
+            self.add_path_forces(linearised, (&mut x, &mut u));
+        }
+        if p.has_free_initial() {
+            x[0] += p.cost_gradient(&it.nodes, 0).0;
+            for i in 0..NX {
+                if !p.x_initial_free[i] {
+                    x[0][i] = 0.0;
+                }
+            }
+        }
         (x, u)
     }
 
-    #[inline(always)]
-    pub(super) fn cost_gradient(&self, k: usize) -> (SVector<f64, NX>, SVector<f64, NU>) {
-        let (p, nodes) = (self.problem, &self.iterate.nodes);
-        let x = (nodes.x[k] - p.cost.x_ref).component_mul(&p.state_weight(k)) * 2.0;
-        let u = (nodes.u[k] - p.cost.u_ref).component_mul(&p.cost.r) * (2.0 * p.node_weight(k));
-        (x, u)
+    /// Adds the gradient of the constraints on the path, weighted with their multipliers.
+    fn add_path_forces(
+        &self,
+        linearised: &Linearised<NX, NU>,
+        (x, u): (&mut [SVector<f64, NX>], &mut [SVector<f64, NU>]),
+    ) {
+        let n = self.problem.intervals;
+        let mut forces = vec![NodeGradient::zero(); n + 1];
+        self.problem.add_path_gradient(linearised, &self.iterate.path.z, &mut forces);
+        for k in 0..=n {
+            x[k] += forces[k].x;
+            u[k] += forces[k].u;
+            if k < n {
+                u[k] -= forces[k].w;
+                u[k + 1] += forces[k].w;
+            }
+        }
     }
 
     pub(super) fn residuals(
@@ -75,6 +100,9 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
         let it = &self.iterate;
         let (mut dual, mut complementarity) = (0.0f64, 0.0f64);
         let worse = |a: f64, b: f64| if b <= a { a } else { b };
+        if self.problem.has_free_initial() {
+            dual = worse(dual, gradient.0[0].amax());
+        }
         for k in 1..=self.problem.intervals {
             dual = worse(dual, gradient.0[k].amax());
             dual = worse(dual, gradient.1[k].amax());
@@ -87,44 +115,53 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
                 complementarity = worse(complementarity, at);
             }
         }
-        Residuals { dual, defect: now.defect_max, complementarity }
+        let mut defect = now.defect_max;
+        if !now.path.is_empty() {
+            complementarity = worse(complementarity, it.path.complementarity(mu));
+            defect = worse(defect, it.path.violation_max(&now.path));
+        }
+        Residuals { dual, defect, complementarity }
     }
 
     /// Factors the Newton system, with the exact Hessian if that is convex enough, else with Gauss-Newton's.
+    /// Returns the gradients of cost and bounds.
     pub(super) fn factor(
         &mut self,
         sweep: &mut Sweep<NX, NU>,
         linearised: &Linearised<NX, NU>,
     ) -> Option<Vec<NodeGradient<NX, NU>>> {
-        let (terms, gradients) = self.first_order_terms();
+        let (first_order, gradients) = self.first_order_hessian(linearised);
         self.counts.factorisations += 1;
-        let (exact, middles) = self.with_curvature(linearised, &terms);
+        let exact = self.with_curvature(linearised, &first_order);
         let dt_s = self.problem.dt_s;
-        if sweep.factor(linearised, dt_s, Defects::Closed, &exact, &middles).is_ok() {
+        if sweep.factor(linearised, dt_s, Defects::Closed, &exact).is_ok() {
             return Some(gradients);
         }
         self.counts.gauss_newton += 1;
         self.counts.factorisations += 1;
-        let none = vec![Curvature::zero(); middles.len()];
-        sweep.factor(linearised, dt_s, Defects::Closed, &terms, &none).ok()?;
+        sweep.factor(linearised, dt_s, Defects::Closed, &first_order).ok()?;
         Some(gradients)
     }
 
-    /// Hessian and gradient of cost and barrier.
-    pub(super) fn first_order_terms(&self) -> (Vec<NodeTerms<NX, NU>>, Vec<NodeGradient<NX, NU>>) {
+    /// Hessian and gradient of cost and bounds; the Hessian with the first derivatives of the constraints on
+    /// the path, the gradient without.
+    pub(super) fn first_order_hessian(
+        &self,
+        linearised: &Linearised<NX, NU>,
+    ) -> (Hessian<NX, NU>, Vec<NodeGradient<NX, NU>>) {
         let (p, it, n) = (self.problem, &self.iterate, self.problem.intervals);
-        let mut terms = Vec::with_capacity(n + 1);
+        let mut nodes = Vec::with_capacity(n + 1);
         let mut gradients = Vec::with_capacity(n + 1);
         for k in 0..=n {
             let mut hessian = Curvature::<NX, NU>::zero();
-            let mut gradient =
-                NodeGradient::<NX, NU> { x: SVector::zeros(), u: SVector::zeros(), w: SVector::zeros() };
+            let mut gradient = NodeGradient::<NX, NU>::zero();
             if k > 0 {
-                (gradient.x, gradient.u) = self.cost_gradient(k);
-                hessian.xx = diagonal(&(p.state_weight(k) * 2.0));
+                let (by_x, by_u) = p.cost_hessian(&it.nodes, k);
+                (gradient.x, gradient.u) = p.cost_gradient(&it.nodes, k);
+                hessian.xx = diagonal(&by_x);
                 let (g, h) = self.boxes.u.terms(&it.nodes.u[k], &it.z_u[k], self.mu);
                 gradient.u += g;
-                hessian.uu = diagonal(&(p.cost.r * (2.0 * p.node_weight(k)) + h));
+                hessian.uu = diagonal(&(by_u + h));
                 if self.boxes.on_state {
                     let (g, h) = self.boxes.at(k).terms(&it.nodes.x[k], &it.z_x[k], self.mu);
                     gradient.x += g;
@@ -132,27 +169,37 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
                         hessian.xx[(i, i)] += h[i];
                     }
                 }
+            } else if p.has_free_initial() {
+                gradient.x = p.cost_gradient(&it.nodes, 0).0;
+                hessian.xx = diagonal(&p.cost_hessian(&it.nodes, 0).0);
             }
             let mut move_barrier = SVector::zeros();
             if k < n {
                 (gradient.w, move_barrier) = self.boxes.w.terms(&move_out(&it.nodes, k), &it.z_w[k], self.mu);
             }
-            terms.push(NodeTerms { hessian, move_barrier });
+            nodes.push(NodeTerms { hessian, move_barrier });
             gradients.push(gradient);
         }
-        (terms, gradients)
+        let mut hessian = Hessian { nodes, middles: vec![Curvature::zero(); n], moves: Vec::new() };
+        if !linearised.path.is_empty() {
+            hessian.moves = vec![MoveTerms::zero(); n];
+            let Hessian { nodes, middles, moves } = &mut hessian;
+            let weights = self.iterate.path.weights();
+            p.add_path_hessian(linearised, &weights, &mut PathHessian { nodes, middles, moves });
+        }
+        (hessian, gradients)
     }
 
-    /// Adds the curvature of the defects, weighted with their multipliers, at nodes and midpoints.
+    /// Adds the curvature of the defects, weighted with their multipliers, at nodes and midpoints, and that
+    /// of the constraints on the path.
     pub(super) fn with_curvature(
         &self,
         linearised: &Linearised<NX, NU>,
-        terms: &[NodeTerms<NX, NU>],
-    ) -> (Vec<NodeTerms<NX, NU>>, Vec<Curvature<NX, NU>>) {
+        first_order: &Hessian<NX, NU>,
+    ) -> Hessian<NX, NU> {
         let (p, nodes, n) = (self.problem, &self.iterate.nodes, self.problem.intervals);
-        let mut terms = terms.to_vec();
+        let mut exact = first_order.clone();
         let mut weights = vec![SVector::<f64, NX>::zeros(); n + 1];
-        let mut middles = Vec::with_capacity(n);
         let (w, h12) = (p.dt_s / 6.0, p.dt_s * p.dt_s / 12.0);
         for k in 0..n {
             let lambda = &self.iterate.lambda[k];
@@ -161,16 +208,21 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
             weights[k + 1] += lambda * w - m;
             let (l, r) = (&linearised.nodes[k], &linearised.nodes[k + 1]);
             let (x_c, u_c) = midpoint(nodes, k, p.dt_s, &l.f, &r.f);
-            middles.push(p.dynamics.curvature(&x_c, &u_c, &(lambda * (4.0 * w))));
+            exact.middles[k] += p.dynamics.curvature(&x_c, &u_c, &(lambda * (4.0 * w)));
         }
-        for k in 1..=n {
+        if !linearised.path.is_empty() {
+            let Hessian { nodes: terms, middles, moves } = &mut exact;
+            let mut terms = PathHessian { nodes: terms, middles, moves };
+            p.add_path_curvature(nodes, linearised, &self.iterate.path.z, &mut terms, &mut weights);
+        }
+        let first = usize::from(!p.has_free_initial());
+        for k in first..=n {
             let c = p.dynamics.curvature(&nodes.x[k], &nodes.u[k], &weights[k]);
-            let own = &mut terms[k].hessian;
-            own.xx += c.xx;
-            own.ux += c.ux;
-            own.uu += c.uu;
+            let own = &mut exact.nodes[k].hessian;
+            *own += c;
+            p.add_stretch_coupling(nodes, k, own);
         }
-        (terms, middles)
+        exact
     }
 }
 

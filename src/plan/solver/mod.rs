@@ -19,7 +19,7 @@ use std::ops::ControlFlow;
 use nalgebra::SVector;
 
 use self::kkt::Residuals;
-use self::line_search::Search;
+use self::line_search::{Search, System};
 use self::state::{Best, Run};
 use super::box_bounds::BoxBounds;
 use super::dynamics::Dynamics;
@@ -27,6 +27,7 @@ use super::filter::Filter;
 use super::problem::Problem;
 use super::restoration::{self, Restored};
 use super::riccati::Sweep;
+use super::slacks::PathDuals;
 use super::transcription::Evaluation;
 use crate::math;
 
@@ -83,32 +84,94 @@ pub fn solve<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
     observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Solution<NX, NU>, ProblemError> {
     check(problem)?;
+    let scale = cost_scale(problem);
+    let scaled = problem.with_cost_times(scale);
+    let problem = &scaled;
     let boxes = BoxBounds::new(problem);
-    let (mut iterate, mu) = match start {
-        StartFrom::Guess(nodes) => {
-            if !nodes.fits(problem.intervals) {
-                return Err(ProblemError::GuessLength);
+    let (mut iterate, mu) =
+        match start {
+            StartFrom::Guess(nodes) => {
+                if !nodes.fits(problem.intervals) {
+                    return Err(ProblemError::GuessLength);
+                }
+                let mut nodes = nodes;
+                (nodes.x[0], nodes.u[0]) = (problem.x_initial, problem.u_initial);
+                (Iterate::cold(nodes, &boxes, options.mu_initial), options.mu_initial)
             }
-            let mut nodes = nodes;
-            (nodes.x[0], nodes.u[0]) = (problem.x_initial, problem.u_initial);
-            (Iterate::cold(nodes, &boxes, options.mu_initial), options.mu_initial)
-        }
-        StartFrom::Warm(mut iterate) => {
-            if !iterate.fits(problem.intervals) {
-                return Err(ProblemError::GuessLength);
+            StartFrom::Warm(mut iterate) => {
+                if !iterate.fits(problem.intervals) {
+                    return Err(ProblemError::GuessLength);
+                }
+                let free = &problem.x_initial_free;
+                let first = iterate.nodes.x[0];
+                iterate.nodes.x[0] = problem
+                    .x_initial
+                    .zip_zip_map(&first, free, |given, was, free| if free { was } else { given });
+                iterate.nodes.u[0] = problem.u_initial;
+                iterate.scale_duals(scale);
+                (iterate.warm(&boxes, options.mu_warm), options.mu_warm)
             }
-            (iterate.nodes.x[0], iterate.nodes.u[0]) = (problem.x_initial, problem.u_initial);
-            (iterate.warm(&boxes, options.mu_warm), options.mu_warm)
-        }
-    };
+        };
     // States of the guess that are not finite are replaced by the initial state.
     for x in &mut iterate.nodes.x {
         if !x.iter().all(|c| c.is_finite()) {
             *x = problem.x_initial;
         }
     }
-    Ok(Run { problem, boxes, options, iterate, mu, counts: Counts::default(), best: None, step_length: 0.0 }
-        .run(observer))
+    let run = Run {
+        problem,
+        boxes,
+        options,
+        iterate,
+        mu,
+        counts: Counts::default(),
+        best: None,
+        rolled_out: false,
+        step_length: 0.0,
+    };
+    let unscale = 1.0 / scale;
+    let mut unscaled = |p: &Progress| {
+        observer(&Progress {
+            objective: p.objective * unscale,
+            kkt_residual: p.kkt_residual * unscale,
+            mu: p.mu * unscale,
+            ..*p
+        })
+    };
+    let mut solution = run.run(&mut unscaled);
+    solution.objective *= unscale;
+    solution.kkt_residual *= unscale;
+    solution.complementarity *= unscale;
+    solution.iterate.scale_duals(unscale);
+    Ok(solution)
+}
+
+/// Largest weight of the running cost that the options' barrier parameters and tolerance are made for, (27).
+const USUAL_WEIGHT: f64 = 10.0;
+/// Largest weights of the running cost from the least to the greatest that are taken as they are.
+const PLAIN_WEIGHTS: [f64; 2] = [0.1, 1e3];
+
+/// A power of two that the cost is multiplied with inside the solver, so that costs in any unit converge
+/// alike: 1 for weights of the usual size.
+fn cost_scale<D, const NX: usize, const NU: usize>(problem: &Problem<D, NX, NU>) -> f64 {
+    let (c, b) = (&problem.cost, &problem.bounds);
+    let inputs = (0..NU).map(|i| {
+        let reach = b.u_max[i] - b.u_min[i];
+        c.r[i] * if reach.is_finite() { reach * reach } else { 1.0 }
+    });
+    let running = inputs.fold(c.q.max(), f64::max);
+    let largest = if running > 0.0 { running } else { c.s.max().max(c.s_linear.amax()) };
+    let mut scale = 1.0;
+    if !(largest > 0.0 && largest.is_finite()) || (PLAIN_WEIGHTS[0]..=PLAIN_WEIGHTS[1]).contains(&largest) {
+        return scale;
+    }
+    while largest * scale > USUAL_WEIGHT {
+        scale *= 0.5;
+    }
+    while largest * scale < 0.5 * USUAL_WEIGHT {
+        scale *= 2.0;
+    }
+    scale
 }
 
 // Constants of Waechter and Biegler (2006), by their names and equations there.
@@ -123,15 +186,18 @@ const THETA_MU: f64 = 1.5;
 /// Least barrier parameter as a part of the tolerance, (7). (The paper's is 0.1.)
 const MU_LEAST: f64 = 0.05;
 
-impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
+impl<D: Dynamics<NX, NU> + Copy, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
     /// Algorithm A of Waechter and Biegler (2006), step by step.
     fn run(mut self, observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Solution<NX, NU> {
         // initialise.
         let tolerance = self.options.tolerance;
         let mu_least = MU_LEAST * tolerance;
         let (mut linearised, mut now) = self.problem.linearise(&self.iterate.nodes);
-        let mut filter = Filter::new(now.defect_sum);
-        let mut sweep = Sweep::new(self.problem.intervals);
+        let mut sweep = Sweep::new(self.problem.intervals, &self.problem.x_initial_free);
+        if self.iterate.path.slack.len() != now.path.len() {
+            self.iterate.path = PathDuals::centred(&now.path, self.mu);
+        }
+        let mut filter = Filter::new(self.merit(&now).violation);
         loop {
             // check convergence of the whole problem.
             let gradient = self.lagrangian_gradient(&linearised);
@@ -161,9 +227,9 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
             let Some(gradients) = self.factor(&mut sweep, &linearised) else {
                 return self.finish_with_best(Status::Diverged);
             };
-            let step = sweep.solve(&gradients, &now.defects);
+            let system = System { sweep: &sweep, linearised: &linearised, gradients: &gradients, now: &now };
             // backtracking line search; accept the trial point and augment the filter.
-            if let Search::Failed = self.line_search(&sweep, &gradients, step, &now, &mut filter)
+            if let Search::Failed = self.line_search(&system, &mut filter)
                 // feasibility restoration.
                 && let Err(status) = self.restore(&now, &mut filter)
             {
@@ -189,19 +255,36 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
     fn restore(&mut self, now: &Evaluation<NX>, filter: &mut Filter) -> Result<(), Status> {
         self.counts.restorations += 1;
         filter.add(self.merit(now));
-        match restoration::restore(self.problem, &self.boxes, &self.iterate.nodes, self.mu, filter) {
-            Restored::Found { nodes, iterations } => {
+        let slack = &self.iterate.path.slack;
+        match restoration::restore(self.problem, &self.boxes, (&self.iterate.nodes, slack), self.mu, filter) {
+            Restored::Found { nodes, slack, iterations } => {
                 self.counts.iterations += iterations;
                 self.iterate.nodes = nodes;
+                self.iterate.path = PathDuals::with_slacks(slack, self.mu);
                 self.iterate.centre(&self.boxes, self.mu);
                 self.iterate.lambda.fill(SVector::zeros());
                 Ok(())
             }
             // There was nothing to restore: it is the search for a lower cost that has come to its end.
-            _ if now.defect_max <= self.feasible() => Err(Status::Stalled),
-            Restored::Infeasible => Err(Status::Infeasible),
-            Restored::Failed => Err(Status::Diverged),
+            _ if now.violation_max() <= self.feasible() => Err(Status::Stalled),
+            lost => self.roll_out(filter).ok_or(match lost {
+                Restored::Exhausted => Status::IterationLimit,
+                Restored::Found { .. } | Restored::Infeasible => Status::Infeasible,
+                Restored::NotFinite => Status::Diverged,
+            }),
         }
+    }
+
+    /// Goes on from the trajectory that the inputs lead to, once in a solve; `None` where there is none.
+    fn roll_out(&mut self, filter: &mut Filter) -> Option<()> {
+        if std::mem::replace(&mut self.rolled_out, true) {
+            return None;
+        }
+        self.iterate.nodes = restoration::rolled_out(self.problem, &self.boxes, &self.iterate.nodes)?;
+        self.iterate.centre(&self.boxes, self.mu);
+        self.iterate.lambda.fill(SVector::zeros());
+        filter.clear();
+        Some(())
     }
 
     /// Largest defect of a point that counts as feasible.
@@ -216,17 +299,18 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
         }
         let feasible = self.feasible();
         let better = self.best.as_ref().is_none_or(|best| {
-            if now.defect_max <= feasible && best.defect_max <= feasible {
+            let violation = now.violation_max();
+            if violation <= feasible && best.violation_max <= feasible {
                 now.objective < best.objective
             } else {
-                now.defect_max < best.defect_max
+                violation < best.violation_max
             }
         });
         if better {
             self.best = Some(Best {
                 iterate: self.iterate.clone(),
                 objective: now.objective,
-                defect_max: now.defect_max,
+                violation_max: now.violation_max(),
             });
         }
     }
@@ -235,7 +319,7 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
         Solution {
             status,
             objective: now.objective,
-            defect_max: now.defect_max,
+            defect_max: now.violation_max(),
             kkt_residual: residuals.dual,
             complementarity: residuals.complementarity,
             iterate: self.iterate,

@@ -6,7 +6,8 @@ use crate::plan::problem::Nodes;
 /// Options of the interior point method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverOptions {
-    /// Bound on the KKT residual, the complementarity and the largest defect, all unscaled.
+    /// Bound on the KKT residual, the complementarity and the largest defect, the first two in units in which
+    /// the largest weight of the running cost is from 0.1 to 1000: costs beyond are scaled.
     pub tolerance: f64,
     /// Most iterations, those of the restoration phase included.
     pub max_iterations: usize,
@@ -97,7 +98,7 @@ pub struct Solution<const NX: usize, const NU: usize> {
     pub iterate: Iterate<NX, NU>,
     /// Cost J_d at [`Self::iterate`].
     pub objective: f64,
-    /// Largest absolute defect at [`Self::iterate`].
+    /// Largest absolute defect at [`Self::iterate`], or largest violation of a constraint on the path.
     pub defect_max: f64,
     /// Largest entry of the Lagrangian's gradient at [`Self::iterate`].
     pub kkt_residual: f64,

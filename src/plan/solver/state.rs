@@ -8,7 +8,7 @@ use super::{Counts, Iterate, SolverOptions};
 pub(super) struct Best<const NX: usize, const NU: usize> {
     pub(super) iterate: Iterate<NX, NU>,
     pub(super) objective: f64,
-    pub(super) defect_max: f64,
+    pub(super) violation_max: f64,
 }
 
 /// A running solve.
@@ -20,5 +20,7 @@ pub(super) struct Run<'a, D, const NX: usize, const NU: usize> {
     pub(super) mu: f64,
     pub(super) counts: Counts,
     pub(super) best: Option<Best<NX, NU>>,
+    /// Whether the solve has gone on from where its inputs lead to.
+    pub(super) rolled_out: bool,
     pub(super) step_length: f64,
 }
