@@ -132,14 +132,20 @@ fn links_without_sockets_are_refused_before_anything_is_flown() {
 }
 
 #[test]
-fn a_plan_that_is_not_found_says_no_and_leaves_the_best_point() {
+fn a_plan_that_is_not_found_says_no_and_leaves_nothing_to_fly() {
     let out = tempfile::tempdir().unwrap();
     let folder = out.path().to_str().unwrap();
+    // What an earlier plan left would be flown for this one's.
+    assert_eq!(code(&samara(&["plan", "--out", folder])), 0);
+    assert!(out.path().join("trajectory.csv").exists() && out.path().join("plan.svg").exists());
     let output = samara(&["plan", "--max-iterations", "4", "--json", "--out", folder]);
     assert_eq!(code(&output), 1, "{}", stderr(&output));
     assert_eq!(json(&output)["status"], "iteration_limit");
     assert!(json(&output)["diagnosis"].as_str().unwrap().contains("best point"));
-    assert!(out.path().join("trajectory.csv").exists());
+    assert_eq!(json(&output)["j_tpf"], serde_json::Value::Null);
+    let names: Vec<_> = fs::read_dir(out.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert!(names.len() == 2 && names.iter().all(|name| name == "plan.json" || name == "plan_manifest.json"));
+    assert!(!stderr(&output).contains("J_TPF"), "{}", stderr(&output));
 }
 
 #[test]

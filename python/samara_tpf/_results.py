@@ -12,6 +12,7 @@ import numpy as np
 
 from . import _samara
 from ._columns import Array, Columns
+from ._errors import PlanError
 
 PHASES = np.array(["hanging", "falling", "powered"])
 
@@ -23,7 +24,8 @@ def _write(path: str | os.PathLike[str], text: str) -> None:
 class Plan:
     """A planned trajectory, from t = 0, when the rotors are freed, to the target velocity.
 
-    A solve that found none is a plan too, of the best point that it came to: ``status`` says so.
+    A solve that found none has ``status``, ``diagnosis`` and ``report``; whatever is of the trajectory raises
+    ``PlanError``.
     """
 
     def __init__(self, planned: _samara.Planned) -> None:
@@ -59,6 +61,8 @@ class Plan:
     @property
     def j_tpf(self) -> float:
         """J_TPF, (51): the largest share of a safety limit that the plan uses."""
+        if not self.converged:
+            raise PlanError(self.status, self.diagnosis or "not converged")
         return float(self.report["j_tpf"])
 
     @property
@@ -101,8 +105,8 @@ class Plan:
         """Writes the program's ``trajectory.csv``, which ``drop(trajectory=..)`` flies."""
         _write(path, self._planned.csv())
 
-    def _repr_svg_(self) -> str:
-        return self.svg
+    def _repr_svg_(self) -> str | None:
+        return self.svg if self.converged else None
 
     def __repr__(self) -> str:
         return f"<Plan: {self._planned.text().strip()}>"

@@ -31,10 +31,10 @@ pub struct PlanArgs {
     /// the last digits: then the solve ends as `stalled`.
     #[arg(long, default_value_t = 1e-8, value_parser = tolerance)]
     pub tolerance: f64,
-    /// Budget of iterations; the best point found is returned when it is used up.
+    /// Budget of iterations; when it is used up there is no plan, and plan.json says how far it came.
     #[arg(long, value_name = "N", default_value_t = 300, value_parser = whole::<u32>(0..=u64::from(u32::MAX)))]
     pub max_iterations: u32,
-    /// Budget of time [s]; the best point found is returned when it is used up.
+    /// Budget of time [s]; when it is used up there is no plan, and plan.json says how far it came.
     #[arg(long, value_name = "S", value_parser = positive)]
     pub time_limit: Option<f64>,
     /// How much to show of the planning.

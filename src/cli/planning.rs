@@ -35,7 +35,8 @@ pub fn plan_mission(mission: &Mission, verbose: bool) -> Result<TimedPlan, Failu
 pub fn plan_and_say(mission: &Mission, verbose: bool, narrator: &Narrator) -> Result<TimedPlan, Failure> {
     let timed = plan_mission(mission, verbose)?;
     let text = plan_text(&timed.plan, &mission.limits.safety, None);
-    narrator.say(&format!("planned in {:.1} ms: {text}", timed.solve_ms));
+    let done = if timed.plan.status == Status::Converged { "planned in" } else { "no plan to fly after" };
+    narrator.say(&format!("{done} {:.1} ms: {text}", timed.solve_ms));
     narrator.check()?;
     Ok(timed)
 }
@@ -94,10 +95,14 @@ fn warn_of_x_ss(mission: &Mission) {
     }
 }
 
-/// Writes `trajectory.csv`, `plan.json` and `plan.svg`.
+/// Writes `plan.json` and, of a solve that converged, `trajectory.csv` and `plan.svg`: a point that is no
+/// plan is nothing to fly or to look at, and those of an earlier run go.
 pub fn write_plan(folder: &OutputFolder, mission: &Mission, plan: &Plan) -> Result<(), Failure> {
-    folder.write("trajectory.csv", |out| write_trajectory_csv(out, &plan.trajectory, &mission.stamp()))?;
     folder.write_text("plan.json", &plan_json(mission, plan, None))?;
+    if plan.status != Status::Converged {
+        return folder.remove_leftovers(&["trajectory.csv", "plan.svg"]);
+    }
+    folder.write("trajectory.csv", |out| write_trajectory_csv(out, &plan.trajectory, &mission.stamp()))?;
     let figure = plan_figure(mission, &plan.trajectory).context("the figure of the plan")?;
     folder.write_text("plan.svg", &figure).map(|_| ())
 }

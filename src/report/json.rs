@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::assess::{PowerUse, Verdict, plan_j_tpf};
+use crate::assess::{PowerUse, SafetyLimits, Verdict, plan_j_tpf};
 use crate::config::Mission;
 use crate::plan::{Plan, Status};
 use crate::units::DEG_PER_RAD;
@@ -236,7 +236,13 @@ fn power_json(power: &PowerUse) -> impl Serialize {
     }
 }
 
-/// The object of `samara plan --json`; without `solve_ms`, of `plan.json`.
+/// J_TPF of a plan; none of a solve that did not converge: its point is no flight.
+pub(super) fn solved_j_tpf(plan: &Plan, limits: &SafetyLimits) -> Option<f64> {
+    (plan.status == Status::Converged).then(|| plan_j_tpf(&plan.trajectory, limits))
+}
+
+/// The object of `samara plan --json`; without `solve_ms`, of `plan.json`. `j_tpf` is `null` of a solve that
+/// did not converge.
 pub fn plan_json(mission: &Mission, plan: &Plan, solve_ms: Option<f64>) -> String {
     let counts = &plan.counts;
     text(&object! {
@@ -244,7 +250,7 @@ pub fn plan_json(mission: &Mission, plan: &Plan, solve_ms: Option<f64>) -> Strin
         status: status_name(plan.status),
         diagnosis: &plan.diagnosis,
         objective: plan.objective,
-        j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
+        j_tpf: solved_j_tpf(plan, &mission.limits.safety),
         nodes: plan.trajectory.nodes().len(),
         horizon_s: plan.trajectory.end_s(),
         iterations: counts.iterations,

@@ -13,7 +13,7 @@ use crate::fault::{Fault, OrGiven as _};
 use crate::given::Given;
 use crate::work::{Stop, work};
 
-/// A plan, or the best point that a solve came to.
+/// A plan, or how far a solve came that found none.
 #[pyclass(frozen, module = "samara_tpf._samara")]
 #[derive(Debug)]
 pub struct Planned {
@@ -28,24 +28,34 @@ impl Planned {
         plan_json(&self.mission, &self.plan, None)
     }
 
-    /// The columns of `trajectory.csv`.
+    /// The columns of `trajectory.csv`; an error of a solve that did not converge.
     fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.converged().map_err(|fault| fault.raised(py))?;
         columns(py, &trajectory_columns(&self.plan.trajectory))
     }
 
-    /// The text of `trajectory.csv`.
-    fn csv(&self) -> String {
-        TrajectoryFile::written(self.plan.trajectory.clone(), &self.mission.stamp()).text
+    /// The text of `trajectory.csv`; an error of a solve that did not converge.
+    fn csv(&self, py: Python<'_>) -> PyResult<String> {
+        self.converged().map_err(|fault| fault.raised(py))?;
+        Ok(TrajectoryFile::written(self.plan.trajectory.clone(), &self.mission.stamp()).text)
     }
 
-    /// The figure, `plan.svg`.
+    /// The figure, `plan.svg`; an error of a solve that did not converge.
     fn svg(&self, py: Python<'_>) -> PyResult<String> {
+        self.converged().map_err(|fault| fault.raised(py))?;
         plan_figure(&self.mission, &self.plan.trajectory).or_given().map_err(|fault| fault.raised(py))
     }
 
     /// The sentence that `samara plan` prints.
     fn text(&self) -> String {
         plan_text(&self.plan, &self.mission.limits.safety, None)
+    }
+}
+
+impl Planned {
+    /// Refuses a solve that did not converge.
+    fn converged(&self) -> Result<(), Fault> {
+        if self.plan.status == Status::Converged { Ok(()) } else { Err(Fault::no_plan(&self.plan)) }
     }
 }
 
