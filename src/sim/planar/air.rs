@@ -6,7 +6,8 @@
 //! F_x = rho S r (C_L W - C_D U)/2      F_z = -rho S r (C_D W + C_L U)/2      M_y = rho S b r^2 C_M/2
 //! ```
 
-use super::lanes::{LANES, Lanes, atan2, index, interval};
+use super::lanes::{LANES, Lanes, index, interval};
+use crate::math::straight::atan2;
 use crate::model::BodyAero;
 use crate::model::axis::Axis;
 

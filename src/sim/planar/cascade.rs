@@ -15,10 +15,11 @@
 
 use super::flight::Flight;
 use super::groups::{Group, MOST_GROUPS, of_groups, share};
-use super::lanes::{LANES, Lanes, atan2, clip};
+use super::lanes::{LANES, Lanes, clip};
 use crate::control::mixer::ROUNDING;
 use crate::control::{Airframe, ControlLimits};
 use crate::math;
+use crate::math::straight::atan2;
 
 use super::setpoint_table::Setpoint;
 

@@ -7,7 +7,8 @@
 use std::f64::consts::PI;
 
 use super::groups::{Group, MOST_GROUPS, of_groups};
-use super::lanes::{LANES, Lanes, atan2, clip, index, interval};
+use super::lanes::{LANES, Lanes, clip, index, interval};
+use crate::math::straight::atan2;
 use crate::model::axis::Axis;
 use crate::model::coefficient_table::{FLOW_STEPS, HALF_AT, SPEED_STEPS};
 use crate::model::{CoefficientTable, Motor, Rotor, RotorTable, inflow};
