@@ -350,24 +350,8 @@ impl Blades {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::coefficient_table::CoefficientTable;
+    use crate::model::blade_tests::{PROFILE, blades, table_of};
     use crate::random::Stream;
-
-    const PROFILE: Airfoil = Airfoil {
-        lift_slope: 5.7,
-        zero_lift_rad: 0.0,
-        stall_lift: [-1.2, 1.2],
-        drag_min: 0.0129,
-        lift_at_drag_min: 0.0,
-        drag_rise: 0.01,
-        drag_across: 1.8,
-    };
-
-    /// Four blades without twist from a tenth of the radius on, solidity 0.1.
-    fn blades(pitch_rad: f64, tip_loss: f64) -> Blades {
-        let station = |radius_share| BladeStation { radius_share, chord_share: 0.0872665, pitch_rad };
-        Blades::new(0.65, 4, &[station(0.1), station(1.0)], PROFILE, tip_loss).unwrap()
-    }
 
     /// Without tip loss and root cut-out, and for small angles, `2 l^2 = sigma a/2 (theta/3 - l/2)`
     /// (Leishman, 3.2.2): the sines of the angles, the finite elements and the root cost 0.4 %.
@@ -435,9 +419,9 @@ mod tests {
     #[test]
     fn closed_form_at_rest_and_beyond_its_pitch() {
         let flat = blades(0.0, 0.97).load(0.0, -3.0, 0.0, 5.4);
-        let through = 3.0 / (1.0 + 0.1 * (1.8 + 0.0129) / 4.0);
+        let through = 3.0 / (1.0 + 0.1 * (1.8 + PROFILE.drag_min) / 4.0);
         let area = 0.1 * PI * 0.65 * 0.65;
-        let wanted = 0.5 * 5.4 * through * through * area * (1.8 + 0.0129);
+        let wanted = 0.5 * 5.4 * through * through * area * (1.8 + PROFILE.drag_min);
         assert!((flat.thrust_n / wanted - 1.0).abs() < 1e-5, "{flat:?} {wanted}");
         assert!(flat.torque_nm.abs() < 1e-9);
         assert!(blades(0.18, 0.97).load(100.0, 20.0, 0.0, 5.4).thrust_n < 0.0);
@@ -452,7 +436,7 @@ mod tests {
         let mu = 0.02;
         let found = rotor.coefficients(&DiskMotion { tip: 1.0, climb: 0.0, in_plane: mu });
         let root = 0.1f64 * 0.1;
-        let wanted = 0.1 / 0.9 * 0.0129 * mu / 4.0 * (1.0 - root);
+        let wanted = 0.1 / 0.9 * PROFILE.drag_min * mu / 4.0 * (1.0 - root);
         assert!((found.in_plane / wanted - 1.0).abs() < 0.01, "{} {wanted}", found.in_plane);
     }
 
@@ -461,11 +445,7 @@ mod tests {
     #[test]
     fn reference_the_table_is_within_a_percent_of_the_theory() {
         let rotor = blades(0.1807, 0.97);
-        let cells = CoefficientTable::grid().map(|place| {
-            let cell = CoefficientTable::cell(&rotor, place);
-            [cell.thrust, cell.in_plane, cell.torque]
-        });
-        let table = CoefficientTable::new(0.65, cells.collect()).unwrap();
+        let table = table_of(&rotor);
         let hover = rotor.hover();
         for (most_rad_s, bars) in [(133.0, [0.005, 0.02]), (60.0, [0.005, 0.04])] {
             let mut stream = Stream::new(7, 0);

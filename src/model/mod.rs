@@ -28,6 +28,8 @@
 pub mod atmosphere;
 pub(crate) mod axis;
 pub mod blade_element;
+#[cfg(test)]
+pub(crate) mod blade_tests;
 pub mod body_aero;
 pub mod canopy;
 pub mod coefficient_table;

@@ -170,25 +170,9 @@ impl RotorStart {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::blade_element::{Airfoil, BladeStation, Blades};
+    use crate::model::blade_tests::lander;
     use crate::model::coefficient_table::CoefficientTable;
     use crate::random::Stream;
-
-    /// The blades of `titan_bemt.json`.
-    fn lander() -> Blades {
-        let airfoil = Airfoil {
-            lift_slope: 5.7,
-            zero_lift_rad: 0.0,
-            stall_lift: [-1.2, 1.2],
-            drag_min: 0.01287,
-            lift_at_drag_min: 0.0,
-            drag_rise: 0.01,
-            drag_across: 1.8,
-        };
-        let station =
-            |radius_share| BladeStation { radius_share, chord_share: 0.0872665, pitch_rad: 0.180706 };
-        Blades::new(0.65, 4, &[station(0.1), station(1.0)], airfoil, 0.97).unwrap()
-    }
 
     fn free(friction_nm: f64) -> RotorStart {
         RotorStart::new(BeforeStart::Free, friction_nm, None).unwrap()

@@ -10,13 +10,11 @@ use super::rotor_start::{EscState, StartChange, StartCourse, StartEvent, start_i
 use super::{DropSimulation, Phase, Start, test_site};
 use crate::control::test_vehicles::{lander, site};
 use crate::frames::LEVEL;
+use crate::model::blade_tests;
 use crate::model::parachute::Pendulum;
 use crate::model::rigid_body::BodyState;
 use crate::model::rotor_start::{BeforeStart, EscStart, RotorStart};
-use crate::model::{
-    Airfoil, BladeStation, Blades, CoefficientTable, EscDc, MAX_ROTORS, Motor, Parachute, PerRotor, Rotor,
-    Vehicle,
-};
+use crate::model::{CoefficientTable, EscDc, MAX_ROTORS, Motor, Parachute, PerRotor, Rotor, Vehicle};
 
 const INERTIA_KG_M2: f64 = 0.09;
 const ESC: EscStart = EscStart {
@@ -46,25 +44,9 @@ fn motor() -> Motor {
     })
 }
 
-/// Four blades without twist that turn either way.
-static BLADES: LazyLock<CoefficientTable> = LazyLock::new(|| {
-    let station = |radius_share| BladeStation { radius_share, chord_share: 0.0872665, pitch_rad: 0.180706 };
-    let airfoil = Airfoil {
-        lift_slope: 5.7,
-        zero_lift_rad: 0.0,
-        stall_lift: [-1.2, 1.2],
-        drag_min: 0.01287,
-        lift_at_drag_min: 0.0,
-        drag_rise: 0.01,
-        drag_across: 1.8,
-    };
-    let blades = Blades::new(0.65, 4, &[station(0.1), station(1.0)], airfoil, 0.97).unwrap();
-    let cells = CoefficientTable::grid().map(|place| {
-        let cell = CoefficientTable::cell(&blades, place);
-        [cell.thrust, cell.in_plane, cell.torque]
-    });
-    CoefficientTable::new(0.65, cells.collect()).unwrap().with_backwards(&blades)
-});
+/// The lander's blades, which turn either way.
+static BLADES: LazyLock<CoefficientTable> =
+    LazyLock::new(|| blade_tests::LANDER.clone().with_backwards(&blade_tests::lander()));
 
 fn vehicle(start: Option<RotorStart>) -> Arc<Vehicle> {
     Arc::new(Vehicle { rotor: Rotor::BladeElement(BLADES.clone()), motor: motor(), start, ..lander(false) })

@@ -1,7 +1,6 @@
 //! Lanes do not see each other, both compilations give the same bits, and what is not planar is refused.
 
 use std::ops::ControlFlow;
-use std::sync::LazyLock;
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -13,12 +12,10 @@ use crate::control::test_vehicles::{lander, quadrotor, ring, site};
 use crate::control::{ControlError, ControlLimits, Gains};
 use crate::frames::quaternion_from_euler;
 use crate::math;
+use crate::model::blade_tests;
 use crate::model::rigid_body::BodyState;
 use crate::model::wind::{Gust, GustLength, GustShape, RingFluctuation, Turbulence, TurbulenceScale, Wind};
-use crate::model::{
-    Airfoil, BladeStation, Blades, CoefficientTable, EscDc, Motor, RotationSense, Rotor, RotorTable, Vehicle,
-    VehicleOptions,
-};
+use crate::model::{EscDc, Motor, RotationSense, Rotor, RotorTable, Vehicle, VehicleOptions};
 use crate::sim::{FlightPlan, PlantKind, Reference};
 
 /// The bits of every number of every lane at every step.
@@ -65,29 +62,9 @@ fn with_tables() -> Vehicle {
     vehicle
 }
 
-/// Coefficients of four blades.
-static COEFFICIENTS: LazyLock<CoefficientTable> = LazyLock::new(|| {
-    let station = |radius_share| BladeStation { radius_share, chord_share: 0.087, pitch_rad: 0.18 };
-    let profile = Airfoil {
-        lift_slope: 5.7,
-        zero_lift_rad: -0.02,
-        stall_lift: [-1.0, 1.2],
-        drag_min: 0.013,
-        lift_at_drag_min: 0.1,
-        drag_rise: 0.01,
-        drag_across: 1.8,
-    };
-    let blades = Blades::new(0.65, 4, &[station(0.1), station(1.0)], profile, 0.97).unwrap();
-    let cells = CoefficientTable::grid().map(|place| {
-        let cell = CoefficientTable::cell(&blades, place);
-        [cell.thrust, cell.in_plane, cell.torque]
-    });
-    CoefficientTable::new(0.65, cells.collect()).unwrap()
-});
-
 /// The lander of [`with_tables`] with blades.
 fn with_blades() -> Vehicle {
-    Vehicle { rotor: Rotor::BladeElement(COEFFICIENTS.clone()), ..with_tables() }
+    Vehicle { rotor: Rotor::BladeElement(blade_tests::LANDER.clone()), ..with_tables() }
 }
 
 /// A gust and turbulence, for flights that meet them.
