@@ -54,6 +54,11 @@ pub enum StartEvent {
         /// Speed [rad/s].
         speed_rad_s: f64,
     },
+    /// The controller drives the motor from its first command on: it needs no start.
+    DrivenAtOnce {
+        /// Speed [rad/s]; negative: backwards.
+        speed_rad_s: f64,
+    },
     /// The motor that was driven has become too slow, and is started again.
     Lost,
     /// The last try has failed.
@@ -85,6 +90,9 @@ impl fmt::Display for StartChange {
                 write!(f, "rotor {rotor} caught as it turned, at {speed_rad_s:.1} rad/s")
             }
             StartEvent::Caught { tries, .. } => write!(f, "rotor {rotor} caught at try {tries}"),
+            StartEvent::DrivenAtOnce { speed_rad_s } => {
+                write!(f, "rotor {rotor} driven at once, from {speed_rad_s:.1} rad/s")
+            }
             StartEvent::Lost => write!(f, "rotor {rotor} lost by its ESC, which starts it again"),
             StartEvent::GivenUp { tries, speed_rad_s } => {
                 let of = if tries == 1 { "1 try".to_owned() } else { format!("{tries} tries") };
@@ -320,7 +328,10 @@ impl Course {
     /// A controller that needs no start.
     fn drive_at_once(&mut self, speed_rad_s: f64, now_s: f64) -> Option<StartEvent> {
         self.from_rad_s.get_or_insert(speed_rad_s);
-        if self.state == EscState::Running { None } else { self.caught(speed_rad_s, now_s) }
+        if self.state == EscState::Running {
+            return None;
+        }
+        self.caught(speed_rad_s, now_s).map(|_| StartEvent::DrivenAtOnce { speed_rad_s })
     }
 
     /// A controller that is commanded to drive its motor looks at its speed.

@@ -158,6 +158,19 @@ fn a_turning_motor_is_joined_and_a_slow_one_is_lost() {
     assert_eq!(text, "rotor 2 caught as it turned, at 20.0 rad/s");
 }
 
+/// A controller that needs no start drives the motor at its first command, which is told once.
+#[test]
+fn a_motor_that_needs_no_start_is_driven_at_once() {
+    let start = RotorStart::new(BeforeStart::Free, 0.0, None).unwrap();
+    let mut course = StartCourse::new(start, 133.0, 1);
+    for speed in [-180.0, -20.0, 40.0] {
+        course.begin(&[0.5; MAX_ROTORS], &[speed; MAX_ROTORS], None, false);
+        course.pass(0.004);
+    }
+    let told: Vec<String> = course.changes().iter().map(ToString::to_string).collect();
+    assert_eq!(told, ["rotor 1 driven at once, from -180.0 rad/s"]);
+}
+
 /// Rotors held at rest, without friction and driven at once, fly as they do without the key, to the bit.
 #[test]
 fn prop_braked_rotors_that_are_driven_at_once_change_nothing() {
