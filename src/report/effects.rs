@@ -396,6 +396,7 @@ impl EffectReport<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sim::{Fault, FaultKind};
 
     /// By hand: what needs another effect stands with it, is counted from it, and goes with it.
     #[test]
@@ -418,6 +419,19 @@ mod tests {
         assert_eq!(base(EffectsOn::Alone(Effect::RotorStart)), Some(EffectsOn::Alone(Effect::RotorInflow)));
         assert_eq!(base(EffectsOn::Alone(Effect::Gusts)), Some(EffectsOn::Plain));
         assert_eq!(base(EffectsOn::Without(Effect::Gusts)), Some(EffectsOn::All));
+    }
+
+    /// A leg of the bridle hangs up under the canopy that it is of, and not where that is left out.
+    #[test]
+    fn a_riser_hangs_up_under_its_canopy_alone() {
+        let mut mission = Mission::shipped("titan_real_air").unwrap();
+        let kind = FaultKind::RiserHungUp { attachment_body_m: nalgebra::Vector3::new(0.6, 0.0, -0.5) };
+        mission.faults.list = vec![Fault { kind, at_s: -1.0, until_s: None }];
+        assert_eq!(mission.with_effects(&mission.effects()).faults.list.len(), 1);
+        let alone = mission.with_effects(&[Effect::Faults]);
+        assert!(alone.faults.list.is_empty() && alone.release.parachute.suspension.is_none());
+        mission.faults.list.push(Fault { kind: FaultKind::SetpointLoss, at_s: 1.0, until_s: None });
+        assert_eq!(mission.with_effects(&[Effect::Faults]).faults.list.len(), 1);
     }
 
     /// A mission with all of its effects is itself, and without any of them it has none.

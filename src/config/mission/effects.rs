@@ -9,6 +9,7 @@ use std::sync::Arc;
 use super::Mission;
 use crate::model::parachute::TipOff;
 use crate::model::{Rotor, Vehicle};
+use crate::sim::FaultKind;
 
 /// Something beside the plain drop that a mission or its vehicle names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,7 +95,9 @@ impl Effect {
             Self::WindByAltitude => "the mean wind of the release's altitude everywhere",
             Self::Gusts | Self::Turbulence => "none",
             Self::RingFluctuation => "mean thrusts in the vortex ring",
-            Self::Canopy => "the prescribed canopy, (40)-(43), whose force ends at the release",
+            Self::Canopy => {
+                "the prescribed canopy, (40)-(43), whose force ends at the release, no riser hung up"
+            }
             Self::TipOff => "a clean cut",
             Self::RotorInflow => "thrust k omega^2 and its torque, k from full throttle in still air",
             Self::RotorStart => "rotors at rest until t = 0 that are driven at once",
@@ -135,7 +138,11 @@ impl Effect {
             Self::Gusts => mission.site.wind.gusts.clear(),
             Self::Turbulence => mission.site.wind.turbulence = None,
             Self::RingFluctuation => mission.site.wind.ring = None,
-            Self::Canopy => mission.release.parachute.suspension = None,
+            Self::Canopy => {
+                mission.release.parachute.suspension = None;
+                // What hangs up is one leg of that canopy's bridle.
+                mission.faults.list.retain(|fault| !matches!(fault.kind, FaultKind::RiserHungUp { .. }));
+            }
             Self::TipOff => {
                 mission.release.parachute.tip_off = TipOff::default();
                 mission.study.monte_carlo.tip_off_sigma = TipOff::default();
