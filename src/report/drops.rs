@@ -49,22 +49,30 @@ const DRAWN: &str =
 const TIP_OFF: &str =
     ",tip_off_p_deg_s,tip_off_q_deg_s,tip_off_r_deg_s,tip_off_vx_m_s,tip_off_vy_m_s,tip_off_vz_m_s";
 
+/// Column of how close the canopy came after the release, where it is a body of its own.
+const CANOPY: &str = ",canopy_distance_m";
+
+fn has_canopy(mission: &Mission) -> bool {
+    mission.release.parachute.suspension.is_some()
+}
+
 /// The lines before the first trial.
 pub fn header(mission: &Mission, autopilot: &str) -> String {
     let stamp = mission.stamp();
     let columns: Vec<&str> = MEASURES.iter().map(|(column, ..)| *column).collect();
     format!(
-        "{}# drops of {} by {autopilot}, gains {}\n{DRAWN},{},limits_passed,failure{}\n",
+        "{}# drops of {} by {autopilot}, gains {}\n{DRAWN},{},limits_passed,failure{}{}\n",
         stamp.csv_comment(),
         mission.name,
         mission.control.gains_name,
         columns.join(","),
-        if mission.study.monte_carlo.tip_off_sigma.is_none() { "" } else { TIP_OFF }
+        if mission.study.monte_carlo.tip_off_sigma.is_none() { "" } else { TIP_OFF },
+        if has_canopy(mission) { CANOPY } else { "" }
     )
 }
 
-/// A trial's line; what it has not got is left empty.
-pub fn row(trial: &DropTrial) -> String {
+/// The line of a mission's trial; what it has not got is left empty.
+pub fn row(mission: &Mission, trial: &DropTrial) -> String {
     let RandomDrop { trial: number, amplitude_rad, phase_rad, wind_ned_m_s: wind, tip_off, seed } =
         &trial.drawn;
     let (amplitude_deg, phase_deg) = (amplitude_rad * DEG_PER_RAD, phase_rad * DEG_PER_RAD);
@@ -84,6 +92,10 @@ pub fn row(trial: &DropTrial) -> String {
         rates.chain(tip_off.v_body.iter().copied()).for_each(|x| {
             let _ = write!(line, ",{x:?}");
         });
+    }
+    if has_canopy(mission) {
+        let distance_m = o.and_then(|o| o.verdict.canopy_distance_m);
+        let _ = write!(line, ",{}", distance_m.map_or(String::new(), |x| format!("{x:?}")));
     }
     line.push('\n');
     line

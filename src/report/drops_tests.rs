@@ -75,7 +75,7 @@ fn json(tally: &DropTally) -> serde_json::Value {
 /// The columns of the header and a line's values, by name.
 fn line(trial: &DropTrial) -> std::collections::BTreeMap<String, String> {
     let header = header(&mission(), "reference");
-    let (names, values) = (header.lines().last().unwrap(), row(trial));
+    let (names, values) = (header.lines().last().unwrap(), row(&mission(), trial));
     let values = values.strip_suffix('\n').unwrap();
     // Only the last column may hold commas, between quotes.
     let split =
@@ -217,7 +217,19 @@ fn a_failed_trial_has_its_line() {
     assert_eq!(lost["limits_passed"], "speed state is not finite");
     let words = DropTrial { failure: Some("no \"link\",\nat all".to_owned()), ..never_released(5) };
     assert_eq!(line(&words)["failure"], "\"no 'link',; at all\"");
-    assert_eq!(row(&words).matches('\n').count(), 1);
+    assert_eq!(row(&mission(), &words).matches('\n').count(), 1);
+}
+
+/// How close the canopy came stands in the last column where it is a body of its own, empty for a trial that
+/// never let go of it.
+#[test]
+fn a_canopy_of_its_own_has_a_column() {
+    let mission = Mission::shipped("titan_real_air").unwrap();
+    assert!(header(&mission, "reference").ends_with(",canopy_distance_m\n"));
+    let mut trial = good(3, 0.5, 6.0);
+    trial.outcome.as_mut().unwrap().verdict.canopy_distance_m = Some(7.25);
+    assert!(row(&mission, &trial).ends_with(",7.25\n"), "{}", row(&mission, &trial));
+    assert!(row(&mission, &never_released(4)).ends_with(",\n"));
 }
 
 /// What the cut gave stands in the last columns, where it is random: as many as the header names.
@@ -231,9 +243,9 @@ fn a_random_tip_off_has_columns() {
     assert!(tipped.ends_with(",limits_passed,failure,tip_off_p_deg_s,tip_off_q_deg_s,tip_off_r_deg_s,tip_off_vx_m_s,tip_off_vy_m_s,tip_off_vz_m_s\n"));
     let mut trial = good(3, 0.5, 6.0);
     let columns = |line: &str| line.trim_end().split(',').count();
-    assert_eq!(columns(&row(&trial)), columns(plain.lines().last().unwrap()));
+    assert_eq!(columns(&row(&mission, &trial)), columns(plain.lines().last().unwrap()));
     trial.drawn.tip_off = TipOff { v_body: Vector3::new(0.25, 0.0, -0.5), ..TipOff::default() };
-    let line = row(&trial);
+    let line = row(&mission, &trial);
     assert!(line.ends_with(",\"\",0.0,0.0,0.0,0.25,0.0,-0.5\n"), "{line}");
     assert_eq!(columns(&line), columns(tipped.lines().last().unwrap()));
 }

@@ -157,7 +157,7 @@ impl Campaign<'_> {
                 }
                 early.insert(trial.drawn.trial, trial);
                 while let Some(trial) = early.remove(&wanted) {
-                    write(&row(&trial))?;
+                    write(&row(&self.mission, &trial))?;
                     tally.push(&trial);
                     summary.push(&TrialRecord::of_drop(&trial));
                     wanted += 1;
