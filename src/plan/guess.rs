@@ -83,7 +83,6 @@ fn first_of<const NX: usize>(
 
 /// Straight line to x_ss over 8 s (or a quarter of a shorter horizon), thrust `min(0.8 hover, 0.6 of the
 /// greatest rate)`.
-#[expect(clippy::type_complexity, reason = "states of the body and inputs, node by node")]
 fn straight_line<D: PlannedVehicle<NX, NU>, const NX: usize, const NU: usize>(
     nlp: &Problem<D, NX, NU>,
     hover_n: f64,

@@ -172,7 +172,6 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Phase<'_, D, NX, NU>
     ///
     /// With `b` the barrier's parameter, a slack that is minimised over, `dt = -(r + J d - b/t)/(1 + b/t^2)`,
     /// leaves a square of weight `s/(1 + s)`, `s = b/t^2`, in the others.
-    #[expect(clippy::type_complexity, reason = "a step and that of the slacks")]
     fn step(
         &self,
         linearised: &Linearised<NX, NU>,

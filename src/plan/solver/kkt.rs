@@ -62,12 +62,8 @@ impl<D: Dynamics<NX, NU> + Copy, const NX: usize, const NU: usize> Run<'_, D, NX
             self.add_path_forces(linearised, (&mut x, &mut u));
         }
         if p.has_free_initial() {
-            x[0] += p.cost_gradient(&it.nodes, 0).0;
-            for i in 0..NX {
-                if !p.x_initial_free[i] {
-                    x[0][i] = 0.0;
-                }
-            }
+            let by_first = x[0] + p.cost_gradient(&it.nodes, 0).0;
+            x[0] = by_first.zip_map(&p.x_initial_free, |g, free| if free { g } else { 0.0 });
         }
         (x, u)
     }
@@ -216,8 +212,8 @@ impl<D: Dynamics<NX, NU> + Copy, const NX: usize, const NU: usize> Run<'_, D, NX
             p.add_path_curvature(nodes, linearised, &self.iterate.path.z, &mut terms, &mut weights);
         }
         let first = usize::from(!p.has_free_initial());
-        for k in first..=n {
-            let c = p.dynamics.curvature(&nodes.x[k], &nodes.u[k], &weights[k]);
+        for (k, weights) in weights.iter().enumerate().skip(first) {
+            let c = p.dynamics.curvature(&nodes.x[k], &nodes.u[k], weights);
             let own = &mut exact.nodes[k].hessian;
             *own += c;
             p.add_stretch_coupling(nodes, k, own);
