@@ -18,6 +18,7 @@
 //! | [`assess`] | how safe it was |
 //! | [`verify`] | whether all this is right: NASA's check cases, closed forms |
 //! | [`tune`] | gains by search |
+//! | [`design`] | plan and gains by one search |
 //! | [`params`] | PX4 parameter files, and gains in PX4's terms |
 #![cfg_attr(feature = "files", doc = "| [`config`] | files in: missions, vehicles, gains, trajectories |")]
 #![cfg_attr(feature = "files", doc = "| [`report`] | results out: flight log, figures, tables, pages |")]
@@ -31,6 +32,7 @@ pub mod autopilot;
 #[cfg(feature = "files")]
 pub mod config;
 pub mod control;
+pub mod design;
 pub mod frames;
 #[cfg(feature = "link")]
 pub mod link;

@@ -23,7 +23,7 @@ const FLOORS: &[&[&str]] = &[
     &["sim"],
     &["assess", "verify"],
     &["tune"],
-    &["params"],
+    &["design", "params"],
     &["config"],
     &["report"],
     &["autopilot"],

@@ -10,10 +10,12 @@
 //! | [`drops`] | random drops from the canopy to the end, and what is measured of them | |
 //! | [`study`] | controllers flown from many releases | V |
 //! | [`statistics`], [`beta`] | mean, deviation, extremes, confidence intervals | V.A |
+//! | [`chosen`] | bounds on what was chosen among several | |
 //! | [`paper`] | what the paper prints of its study | Table 5, V.A |
 
 pub mod batch;
 pub mod beta;
+pub mod chosen;
 pub mod drops;
 pub mod paper;
 pub mod power;
@@ -24,6 +26,7 @@ pub mod study;
 pub mod tracking;
 
 pub use batch::{BatchMeasure, Outcome, judge_flights};
+pub use chosen::{ChosenAmong, quantile_rank};
 pub use drops::{DropMeasure, DropOutcome, RandomDrop};
 pub use power::PowerUse;
 pub use releases::{RandomRelease, ReleaseDistribution};

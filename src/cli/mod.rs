@@ -10,6 +10,7 @@ mod assess;
 mod autopilot;
 mod check;
 mod conclusion;
+mod design;
 #[cfg(test)]
 mod docs_tests;
 mod drop;
@@ -30,6 +31,7 @@ mod reporter;
 mod results;
 mod rotor;
 mod schema;
+mod search_run;
 mod shell_files;
 mod sim;
 mod stream;
@@ -58,6 +60,7 @@ pub fn run() -> ExitCode {
         Verb::Drop(args) => drop::run(&args),
         Verb::Plan(args) => plan::run(&args),
         Verb::Tune(args) => tune::run(&args),
+        Verb::Design(args) => design::run(&args),
         Verb::Assess(args) => assess::run(args),
         Verb::Sim(args) => sim::run(&args),
         Verb::Autopilot(args) => autopilot::run(&args),

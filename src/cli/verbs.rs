@@ -5,6 +5,7 @@ use clap::{Parser, Subcommand};
 use super::assess::AssessArgs;
 use super::autopilot::AutopilotArgs;
 use super::check::CheckArgs;
+use super::design::DesignArgs;
 use super::drop::DropArgs;
 use super::faults::FaultsArgs;
 use super::init::InitArgs;
@@ -43,6 +44,9 @@ pub enum Verb {
     /// Search the gains of the cascade.
     #[command(after_long_help = include_str!("help/tune.txt"))]
     Tune(TuneArgs),
+    /// Search plan and gains together, robust in the air that there is.
+    #[command(after_long_help = include_str!("help/design.txt"))]
+    Design(DesignArgs),
     /// Fly the paper's safety study: release cases, Monte Carlo campaigns, figures, one page.
     #[command(after_long_help = include_str!("help/assess.txt"))]
     Assess(AssessArgs),

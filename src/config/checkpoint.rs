@@ -9,6 +9,7 @@ use serde::de::{DeserializeOwned, IgnoredAny};
 
 use super::error::ConfigError;
 use super::source::Source;
+use crate::design::Judgement;
 use crate::tune::Evaluation;
 
 /// Everything that a search depends on: names and values, in an order.
@@ -36,6 +37,45 @@ impl Evaluated for Evaluation {
 
     fn of(numbers: Option<[f64; 3]>) -> Self {
         numbers.map_or(Self::DIVERGED, |[rms, j_tpf, unrest]| Self { rms, j_tpf, unrest })
+    }
+}
+
+/// The judgement on a design: `[j_tpf, mean, worst, unsafe, unrest, steady_after_s, altitude_lost_m, tilt_rad,
+/// energy_j, flights]`.
+impl Evaluated for Judgement {
+    type Numbers = [f64; 10];
+
+    fn numbers(&self) -> Option<[f64; 10]> {
+        self.is_planned().then_some([
+            self.j_tpf,
+            self.mean,
+            self.worst,
+            self.unsafe_flights,
+            self.unrest,
+            self.steady_after_s,
+            self.altitude_lost_m,
+            self.tilt_rad,
+            self.energy_j,
+            self.flights,
+        ])
+    }
+
+    fn of(numbers: Option<[f64; 10]>) -> Self {
+        let Some(numbers) = numbers else { return Self::UNPLANNED };
+        let [j_tpf, mean, worst, unsafe_flights, unrest, steady_after_s, rest @ ..] = numbers;
+        let [altitude_lost_m, tilt_rad, energy_j, flights] = rest;
+        Self {
+            j_tpf,
+            mean,
+            worst,
+            unsafe_flights,
+            unrest,
+            steady_after_s,
+            altitude_lost_m,
+            tilt_rad,
+            energy_j,
+            flights,
+        }
     }
 }
 

@@ -5,6 +5,7 @@
 //! | `mission` | `mission/*.json`: a mission in sections, a file for each |
 //! | `derived` | what the numbers of a mission amount to |
 //! | [`draft`] | first drafts of vehicles, missions and gains |
+//! | `designing` | how plan and gains of a mission are designed, and the mission with a design
 //! | `tuning` | how a mission's gains are tuned |
 //! | `gains_file` | `params/gains/*.json` |
 //! | `params_file` | PX4 parameter files |
@@ -27,6 +28,7 @@
 mod checkpoint;
 mod coefficient_csv;
 mod derived;
+mod designing;
 pub mod draft;
 mod error;
 mod gains_file;
@@ -45,6 +47,7 @@ mod vehicle_file;
 
 pub use checkpoint::{Evaluated, SearchIdentity, checkpoint_json, load_checkpoint};
 pub use derived::{Derived, Group, Row, derived};
+pub use designing::{DesignError, designed_mission_json};
 pub use error::ConfigError;
 pub use gains_file::{GainsFile, gains_json, load_gains};
 pub use mission::{

@@ -13,6 +13,7 @@
 //! | [`json`] | the objects of `--json` and of `plan.json` |
 //! | [`params`] | exports, checks and differences of parameter files |
 //! | [`tune`] | searches of gains |
+//! | [`design`] | searches of plan and gains together |
 //! | [`px4_gains`] | gains for PX4 beside its defaults |
 //! | [`figure`] | SVG figures |
 //! | [`mcap`] | the drop for Foxglove, Rerun and PlotJuggler |
@@ -30,6 +31,7 @@
 pub mod campaign;
 mod columns;
 mod derived;
+pub mod design;
 pub mod drops;
 pub mod effects;
 pub mod faults;

@@ -18,7 +18,7 @@ use crate::assess::{
     BatchMeasure, Outcome, ReleaseDistribution, SafetyLimits, StateCost, TrackingError, judge_flights,
 };
 use crate::control::{Airframe, Cascade, ControlError, ControlLimits, Controller, Gains, WithDelay};
-use crate::frames::pitch;
+use crate::frames::{pitch, tilt};
 use crate::model::rigid_body::{BodyState, MassProperties};
 use crate::model::wind::Wind;
 use crate::model::{Environment, Vehicle};
@@ -137,6 +137,32 @@ impl fmt::Display for LostFlight {
     }
 }
 
+/// One flight and what bounds may be set on beside its costs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredFlight {
+    /// Costs of the flight.
+    pub evaluation: Evaluation,
+    /// Time after t = 0 from which the velocity stays within what is steady, to the end [s].
+    pub steady_after_s: Option<f64>,
+    /// Way down from t = 0 to the plan's end [m].
+    pub way_down_m: f64,
+    /// Largest angle between the body's up axis and the vertical [rad].
+    pub peak_tilt_rad: f64,
+    /// Distance of the velocity from the target at the end [m/s].
+    pub end_error_m_s: f64,
+}
+
+impl MeasuredFlight {
+    /// A flight that was lost.
+    pub const LOST: Self = Self {
+        evaluation: Evaluation::DIVERGED,
+        steady_after_s: None,
+        way_down_m: f64::INFINITY,
+        peak_tilt_rad: f64::INFINITY,
+        end_error_m_s: f64::INFINITY,
+    };
+}
+
 /// Flights to judge gains by.
 #[derive(Clone, Debug)]
 pub struct GainJudge<'a> {
@@ -198,6 +224,11 @@ impl<'a> GainJudge<'a> {
         });
         self.trials.extend(drawn);
         self
+    }
+
+    /// Length of the flights, from t = 0 [s].
+    pub fn duration_s(&self) -> f64 {
+        duration_s(&self.setting)
     }
 
     /// How many flights a candidate is judged by.
@@ -265,7 +296,17 @@ impl<'a> GainJudge<'a> {
         self.fly_trials(k, &others.iter().map(trial).collect::<Vec<_>>())
     }
 
+    /// Other flights than the judge's own, judged in everything, with what bounds may be set on.
+    pub fn measure_others(&self, k: &Longitudinal, others: &[(BodyState, Variation)]) -> Vec<MeasuredFlight> {
+        let trial = |&(start, variation): &(BodyState, Variation)| Trial { start, variation, tracked: true };
+        self.measure_trials(k, &others.iter().map(trial).collect::<Vec<_>>())
+    }
+
     fn fly_trials(&self, k: &Longitudinal, trials: &[Trial]) -> Vec<Evaluation> {
+        self.measure_trials(k, trials).into_iter().map(|flight| flight.evaluation).collect()
+    }
+
+    fn measure_trials(&self, k: &Longitudinal, trials: &[Trial]) -> Vec<MeasuredFlight> {
         let gains = self.gains(k);
         let flight =
             |t: &Trial| Some(Flight { gains, release: Release::of(&t.start).ok()?, variation: t.variation });
@@ -276,7 +317,7 @@ impl<'a> GainJudge<'a> {
                 judge_flights(model, measure, &flights, &mut outcomes);
                 trials.iter().zip(&outcomes).map(|(t, o)| self.judged(t, o)).collect()
             }
-            _ => self.fly_one_at_a_time(&self.cascade(k), trials),
+            _ => self.measure_one_at_a_time(&self.cascade(k), trials),
         }
     }
 
@@ -290,16 +331,27 @@ impl<'a> GainJudge<'a> {
     }
 
     fn fly_one_at_a_time(&self, controller: &dyn Controller, trials: &[Trial]) -> Vec<Evaluation> {
-        let flown = trials.iter().map(|trial| self.fly_alone(controller, trial));
-        flown.map(|e| e.unwrap_or(Evaluation::DIVERGED)).collect()
+        let flown = self.measure_one_at_a_time(controller, trials);
+        flown.into_iter().map(|flight| flight.evaluation).collect()
     }
 
-    fn judged(&self, trial: &Trial, outcome: &Outcome) -> Evaluation {
+    fn measure_one_at_a_time(&self, controller: &dyn Controller, trials: &[Trial]) -> Vec<MeasuredFlight> {
+        let flown = trials.iter().map(|trial| self.fly_alone(controller, trial));
+        flown.map(|e| e.unwrap_or(MeasuredFlight::LOST)).collect()
+    }
+
+    fn judged(&self, trial: &Trial, outcome: &Outcome) -> MeasuredFlight {
         let Outcome { trial: flown, rms, steady_after_s, given_up } = outcome;
         if *given_up || !flown.j_tpf.is_finite() {
-            return Evaluation::DIVERGED;
+            return MeasuredFlight::LOST;
         }
-        self.evaluation(trial, *rms, flown.j_tpf, *steady_after_s, &flown.final_v_ned)
+        MeasuredFlight {
+            evaluation: self.evaluation(trial, *rms, flown.j_tpf, *steady_after_s, &flown.final_v_ned),
+            steady_after_s: *steady_after_s,
+            way_down_m: flown.way_ned_m.z,
+            peak_tilt_rad: flown.peak_tilt_rad,
+            end_error_m_s: (flown.final_v_ned - self.setting.target_v_ned).norm(),
+        }
     }
 
     fn evaluation(
@@ -320,7 +372,7 @@ impl<'a> GainJudge<'a> {
     }
 
     /// One flight in six degrees of freedom.
-    fn fly_alone(&self, controller: &dyn Controller, trial: &Trial) -> Result<Evaluation, Loss> {
+    fn fly_alone(&self, controller: &dyn Controller, trial: &Trial) -> Result<MeasuredFlight, Loss> {
         let setting = &self.setting;
         let Some((vehicle, environment)) = varied(setting, &trial.variation) else {
             return Err(Loss::NoVehicle);
@@ -334,8 +386,14 @@ impl<'a> GainJudge<'a> {
         }
         let mut tracking = TrackingError::new(setting.plan);
         let (mut j_tpf, mut steady_after_s) = (0.0f64, None);
+        let (mut way_down_m, mut peak_tilt_rad) = (0.0, 0.0f64);
+        let plan_end_s = setting.plan.end_s() + 0.5 * control_period_s(setting.plan);
         let flown = fly(&mut sim, &mut *controller, &flight_plan(setting), &mut |sample| {
             let body = &sample.state.body;
+            if sample.t_s <= plan_end_s {
+                way_down_m = body.p_ned.z - trial.start.p_ned.z;
+            }
+            peak_tilt_rad = peak_tilt_rad.max(tilt(body.q_ned_from_body));
             j_tpf = j_tpf.max(StateCost::of_sample(sample, &setting.safety).max());
             let away = (body.v_ned - setting.target_v_ned).norm();
             steady_after_s =
@@ -350,7 +408,13 @@ impl<'a> GainJudge<'a> {
                 pitch_rad: pitch(end.q_ned_from_body),
             });
         }
-        Ok(self.evaluation(trial, tracking.rms(), j_tpf, steady_after_s, &end.v_ned))
+        Ok(MeasuredFlight {
+            evaluation: self.evaluation(trial, tracking.rms(), j_tpf, steady_after_s, &end.v_ned),
+            steady_after_s,
+            way_down_m,
+            peak_tilt_rad,
+            end_error_m_s: (end.v_ned - setting.target_v_ned).norm(),
+        })
     }
 }
 

@@ -15,6 +15,7 @@ mod vehicle;
 use clap::{Args, Subcommand};
 
 use super::answer::{Answer, Failure};
+pub use files::relative;
 
 /// `samara new`.
 #[derive(Args, Debug)]

@@ -1,13 +1,15 @@
 //! The search of the cascade's gains.
 
+use std::sync::atomic::Ordering;
+
 use super::args::{TuneArgs, name_of};
 use super::contest;
 use super::results::{no_gains, report_nothing, write_gains, write_search, write_tune_manifest};
-use super::search_run::run_search;
 use super::settings::{identity, tuning, without_bound};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::estimate::warn_one_at_a_time;
 use crate::cli::results::OutputFolder;
+use crate::cli::search_run::{SearchSession, run_search};
 use crate::cli::system::{Stopwatch, interrupt_flag};
 use crate::cli::terminal::{print, print_err};
 use samara::assess::tracking::control_period_s;
@@ -43,7 +45,15 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
         let (objective, to_beat) = search.to_beat(place)?;
         Some(judge.evaluate_below(k, &objective, to_beat))
     };
-    let done = run_search(args, &folder, &identity, &mut search, &stop, cost, progress)?;
+    let session = SearchSession {
+        verb: "tune",
+        folder: &folder,
+        checkpoint: "checkpoint.json",
+        identity: &identity,
+        resume: args.resume,
+        stop: &|| stop.load(Ordering::Relaxed),
+    };
+    let done = run_search(&session, &mut search, cost, progress)?;
     let Some(best) = search.best(&objective).filter(|b| b.evaluation.is_finite()) else {
         let why = search.is_lost().then(|| lost(&judge, &search)).flatten();
         return report_nothing(

@@ -7,7 +7,6 @@
 //! | `near_hover` | Ziegler and Nichols on the vehicle's own loops, instead of a search |
 //! | `px4` | `--for px4`: the search of PX4's parameters |
 //! | `settings` | the flights that judge gains, and how they are searched |
-//! | `search_run` | a search, run to its end or continued from a checkpoint |
 //! | `contest` | the gains found beside others, on unseen flights |
 //! | `results` | the files of a tuning, or why there are none |
 
@@ -17,7 +16,6 @@ mod contest;
 mod near_hover;
 mod px4;
 mod results;
-mod search_run;
 mod settings;
 
 use super::answer::{Answer, Failure};

@@ -1,16 +1,18 @@
 //! `samara tune --for px4`: PX4's own parameters, by the evolution strategy on the model of PX4's
 //! controller.
 
+use std::sync::atomic::Ordering;
+
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::args::{MethodArg, ModelArg, ObjectiveArg, STALL, TuneArgs, name_of};
 use super::results::{no_gains, report_nothing};
-use super::search_run::{identity_of, run_search};
 use super::settings::particles;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::pilot::px4::upload::suits;
 use crate::cli::results::OutputFolder;
+use crate::cli::search_run::{SearchSession, identity_of, run_search};
 use crate::cli::system::interrupt_flag;
 use samara::config::Mission;
 use samara::control::px4::is_quad_x;
@@ -67,15 +69,16 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     let (seen, stop) = (Px4Judge::new(seen, &references), interrupt_flag()?);
     let judge =
         |search: &Px4Search, _: usize, candidate: &Candidate| Some(seen.cost(&search.parameters(candidate)));
-    let done = run_search(
-        args,
-        &folder,
-        &identity(args, mission),
-        &mut search,
-        &stop,
-        judge,
-        |search: &Px4Search| progress(search, seen.measured_by),
-    )?;
+    let session = SearchSession {
+        verb: "tune",
+        folder: &folder,
+        checkpoint: "checkpoint.json",
+        identity: &identity(args, mission),
+        resume: args.resume,
+        stop: &|| stop.load(Ordering::Relaxed),
+    };
+    let done =
+        run_search(&session, &mut search, judge, |search: &Px4Search| progress(search, seen.measured_by))?;
     let Some((_, best)) = search.best().filter(|(cost, _)| cost.is_finite()) else {
         return report_nothing(args, &mission.name, no_gains(done.stopped));
     };

@@ -1,8 +1,8 @@
 //! The tuning as it was typed, and what a search depends on.
 
 use super::args::{MethodArg, ModelArg, ObjectiveArg, TuneArgs, name_of};
-use super::search_run::identity_of;
 use crate::cli::answer::Failure;
+use crate::cli::search_run::identity_of;
 use samara::config::{DRAWS, Mission, NoBoundError, Tuning, TuningMethod, TuningObjective};
 use samara::sim::PlantKind;
 use samara::tune::{Objective, SearchSettings};

@@ -3,7 +3,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `site`, `wind`, `release`, `plan`, `limits` | sections, each with its JSON, its checks and its meaning |
-//! | `vortex_ring`, `control`, `study`, `battery`, `equipment`, `faults`, `px4` | sections, likewise |
+//! | `vortex_ring`, `control`, `design`, `study`, `battery`, `equipment`, `faults`, `px4` | sections, likewise |
 //! | `effects` | the effects that it names beside the plain drop, and the mission without them |
 //! | `made` | what is made of a mission: simulation, plan, study, drops |
 //! | `inputs` | the hash of the files and of what was chosen beside them |
@@ -24,6 +24,7 @@ use crate::config::number::{Count, Exactly, Name, SpanS, Within};
 use crate::config::shipped::{MISSIONS, is_built_in, names_in};
 use crate::config::source::{InputHash, Source};
 use crate::config::vehicle_file::vehicle_of;
+use crate::design::DesignSettings;
 use crate::model::{RotorLimits, Vehicle};
 use crate::sim::{Battery, ElectricBattery, SensorSettings};
 
@@ -31,6 +32,7 @@ mod battery;
 mod choices;
 mod contradictions;
 mod control;
+mod design;
 mod effects;
 mod equipment;
 mod faults;
@@ -108,6 +110,8 @@ pub(super) struct MissionJson {
     tuning: study::TuningJson,
     /// Random releases, (40)-(44).
     monte_carlo: study::MonteCarloJson,
+    /// How plan and gains are designed together.
+    design: Option<design::DesignJson>,
     /// The battery; without it the vehicle flies for ever.
     battery: Option<battery::BatteryJson>,
     /// Errors of the sensors; without it they are ideal.
@@ -157,6 +161,8 @@ pub struct Mission {
     pub control: Control,
     /// Cases that gains are tuned on, and random releases.
     pub study: Study,
+    /// How plan and gains are designed together.
+    pub design: DesignSettings,
     /// Errors of the sensors.
     pub sensors: SensorSettings,
     /// The battery as a store of energy, if it matters and has no voltage.
@@ -277,6 +283,7 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
             release.parachute,
             &site.environment,
         )?,
+        design: design::design(source, json.design.as_ref())?,
         sensors: equipment::sensors(
             source,
             json.sensors.as_ref(),

@@ -117,11 +117,20 @@ struct FreeHorizonJson {
 /// Thrust that costs nothing.
 #[derive(Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-enum InputReferenceJson {
+pub(super) enum InputReferenceJson {
     /// Zero, as in the paper.
     Zero,
     /// The thrusts of the trim.
     Trim,
+}
+
+impl From<InputReferenceJson> for InputReference {
+    fn from(json: InputReferenceJson) -> Self {
+        match json {
+            InputReferenceJson::Zero => Self::Zero,
+            InputReferenceJson::Trim => Self::Trim,
+        }
+    }
 }
 
 /// A state of the vehicle.

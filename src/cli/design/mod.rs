@@ -1,0 +1,174 @@
+//! `samara design`: plan and gains by one search.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `args` | what can be typed |
+//! | `fresh` | designs on flights that the search did not have |
+//! | `results` | the files of a design |
+
+mod args;
+mod fresh;
+mod results;
+
+use std::sync::atomic::Ordering;
+
+use super::answer::{Answer, BadInput as _, Failure};
+use super::estimate::warn_one_at_a_time;
+use super::mission::{open_mission, print_origin};
+use super::results::OutputFolder;
+use super::search_run::{SearchSession, identity_of, run_search};
+use super::system::{Stopwatch, interrupt_flag, thread_pool};
+use super::terminal::{print, print_err, print_remarks};
+pub use args::DesignArgs;
+use fresh::{judge_finalists, judge_fresh};
+use samara::config::Mission;
+use samara::design::{DesignJudge, DesignSearch};
+use samara::report::design::{self, DesignRun, JudgedDesign};
+
+/// Searches a design, judges it on fresh flights, writes and reports it.
+pub fn run(args: &DesignArgs) -> Result<Answer, Failure> {
+    let mut mission = open_mission(&args.mission.mission)?;
+    print_origin(&args.mission, &mission)?;
+    remark(&mission);
+    if let Some(seed) = args.seed {
+        mission.use_seed(seed);
+    }
+    if let Some(gains) = &args.start {
+        mission.use_gains(gains).bad_input()?;
+    }
+    thread_pool(args.threads)?.install(|| search(args, &mission))
+}
+
+/// Says what of the mission the flights of a design do not have.
+fn remark(mission: &Mission) {
+    let mut remarks = mission.contradictions();
+    if !mission.faults.list.is_empty() {
+        remarks.push(
+            "faults: designs are searched and judged without them; `samara assess` flies motor faults"
+                .to_owned(),
+        );
+    }
+    remarks.extend(mission.battery_remark().map(str::to_owned));
+    remarks.extend(mission.two_bodies_remark().map(|remark| remark.trim_end().to_owned()));
+    remarks.extend(mission.rotor_start_remark().map(|remark| remark.trim_end().to_owned()));
+    if mission.px4.params.is_some() {
+        remarks.push("px4_params: a design is samara's cascade's; a PX4 keeps the file's gains".to_owned());
+    }
+    print_remarks(&mission.name, &remarks);
+}
+
+/// Everything that a search depends on; the budget only ends it.
+fn identity(mission: &Mission) -> Vec<(&'static str, String)> {
+    let start = format!("{} {:?}", mission.control.gains_name, mission.control.gains.as_longitudinal());
+    let mut identity = identity_of(mission);
+    identity.extend([("for", "design".to_owned()), ("start", start)]);
+    identity
+}
+
+fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
+    let watch = Stopwatch::start();
+    let judge = mission.design_judge();
+    let mut search = DesignSearch::new(mission.design_search(args.budget as usize));
+    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let interrupted = interrupt_flag()?;
+    let in_time = || args.time_limit.is_none_or(|limit_s| watch.ms() < 1e3 * limit_s);
+    let own = search.settings().own;
+    if let Some(reason) = judge.one_at_a_time(&own.plan) {
+        let threads = rayon::current_num_threads();
+        warn_one_at_a_time(&reason, u64::from(args.budget), threads, || judge.judge(&own, f64::INFINITY));
+    }
+    let identity = identity(mission);
+    let session = SearchSession {
+        verb: "design",
+        folder: &folder,
+        checkpoint: "design_checkpoint.json",
+        identity: &identity,
+        resume: args.resume,
+        stop: &|| interrupted.load(Ordering::Relaxed) || !in_time(),
+    };
+    let cost = |search: &DesignSearch, _: usize, design: &_| Some(judge.judge(design, search.ceiling()));
+    let done = run_search(&session, &mut search, cost, progress)?;
+    let Some(best) = search.best() else { return nothing(args, mission, done.stopped) };
+    let (objective, bounds) = judge.objective();
+    let mut run = DesignRun {
+        name: args.name.clone(),
+        objective,
+        flights: judge.count(),
+        chosen: best,
+        allowed: best.judgement.is_allowed(&bounds),
+        finalists: Vec::new(),
+        judged: Vec::new(),
+        fresh_evaluations: done.fresh,
+        stopped: done.stopped,
+        wall_s: 0.0,
+    };
+    // What was found is kept before it is tried on anything else.
+    results::write_design(&folder, mission, &judge, &search, &run)?;
+    let go_on = || !interrupted.load(Ordering::Relaxed);
+    run.finalists = judge_finalists(&judge, &search.finalists(args.finalists as usize), &go_on);
+    if let Some(chosen) = fresh::choose(&run) {
+        run.chosen = chosen;
+        run.allowed = chosen.judgement.is_allowed(&bounds);
+        results::write_design(&folder, mission, &judge, &search, &run)?;
+    }
+    run.judged = both(args, mission, &judge, &run, &go_on);
+    run.wall_s = 1e-3 * watch.ms();
+    folder.write_text("design.json", &design::json(mission, &search, &run, None))?;
+    results::write_manifest(args, &folder, mission)?;
+    folder.print_result(
+        args.mission.json,
+        || design::json(mission, &search, &run, Some(run.wall_s)),
+        || design::text(mission, &search, &run),
+    )?;
+    if !args.mission.json {
+        print(&(run.verdict() + "\n"))?;
+    }
+    Ok(Answer::from(run.is_better() && !interrupted.load(Ordering::Relaxed)))
+}
+
+/// The mission's own design and the chosen one on fresh flights; nothing when Ctrl-C put an end to it.
+fn both(
+    args: &DesignArgs,
+    mission: &Mission,
+    judge: &DesignJudge<'_>,
+    run: &DesignRun,
+    go_on: &(dyn Fn() -> bool + Sync),
+) -> Vec<JudgedDesign> {
+    let own = mission.own_design();
+    let mut judged = Vec::new();
+    for (name, design) in [("own", &own), (run.name.as_str(), &run.chosen.design)] {
+        match judge_fresh(judge, design, u64::from(args.unseen), go_on) {
+            Some(fresh) => judged.push(JudgedDesign { name: name.to_owned(), design: *design, fresh }),
+            // The mission's own plan may be none.
+            None if go_on() => {}
+            None => return Vec::new(),
+        }
+    }
+    judged
+}
+
+/// Reports why there is no design.
+fn nothing(args: &DesignArgs, mission: &Mission, stopped: bool) -> Result<Answer, Failure> {
+    let reason = if stopped {
+        "stopped before any design was judged"
+    } else {
+        "not one of the designs to begin at has a plan that converges: `samara plan` says why the mission's own has none"
+    };
+    print_err(&format!("samara: {reason}\n"));
+    if args.mission.json {
+        let object = serde_json::json!({ "mission": mission.name, "design": null, "reason": reason });
+        print(&format!("{object:#}\n"))?;
+    }
+    Ok(Answer::No)
+}
+
+/// How far the search is, for the progress bar.
+fn progress(search: &DesignSearch) -> (usize, usize, String) {
+    let (made, settings) = (search.history().len(), search.settings());
+    let left = settings.budget.saturating_sub(search.tried().len()) / settings.samples.max(1);
+    let best = search.best().map_or_else(String::new, |best| {
+        let judgement = &best.judgement;
+        format!("best cost {:.4} (J_TPF {:.4}, worst {:.4})", best.cost, judgement.j_tpf, judgement.worst)
+    });
+    (made, made + left, best)
+}

@@ -1,0 +1,52 @@
+//! The files of a design: mission, gains, plan, the search step by step, the manifest.
+
+use anyhow::Context as _;
+
+use super::args::DesignArgs;
+use crate::cli::answer::{BadInput as _, Failure};
+use crate::cli::new::relative;
+use crate::cli::planning::write_plan;
+use crate::cli::results::OutputFolder;
+use samara::config::{Mission, designed_mission_json, gains_json, load_mission};
+use samara::control::Gains;
+use samara::design::{DesignJudge, DesignSearch};
+use samara::report::design::{self, DesignRun};
+
+const MISSION: &str = "design_mission.json";
+const GAINS: &str = "design_gains.json";
+
+/// Writes the chosen design: `design_mission.json`, `design_gains.json`, its plan, `design.csv` and
+/// `design_front.csv`.
+pub fn write_design(
+    folder: &OutputFolder,
+    mission: &Mission,
+    judge: &DesignJudge<'_>,
+    search: &DesignSearch,
+    run: &DesignRun,
+) -> Result<(), Failure> {
+    let chosen = &run.chosen.design;
+    let yaw = &mission.control.gains;
+    let gains = Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(chosen.gains) };
+    folder.write_text(GAINS, &gains_json(&run.name, &design::about(mission, search, run), &gains))?;
+    let beside = |path: &std::path::Path| relative(folder.path(), path);
+    let text = designed_mission_json(mission, &chosen.plan, GAINS, beside).bad_input()?;
+    let path = folder.write_text(MISSION, &text)?;
+    let designed = load_mission(&path).context("the mission that was written")?;
+    if let Some(plan) = judge.plan(&chosen.plan) {
+        write_plan(folder, &designed, &plan)?;
+    }
+    folder.write_text("design.csv", &design::convergence_csv(mission, search))?;
+    folder.write_text("design_front.csv", &design::front_csv(mission, search)).map(|_| ())
+}
+
+/// Writes the manifest of a design, with the options that made it.
+pub fn write_manifest(args: &DesignArgs, folder: &OutputFolder, mission: &Mission) -> Result<(), Failure> {
+    let options = [
+        ("budget", args.budget.to_string()),
+        ("time_limit", args.time_limit.map_or_else(|| "none".to_owned(), |s| s.to_string())),
+        ("start", args.start.clone().unwrap_or_else(|| mission.control.gains_name.clone())),
+        ("finalists", args.finalists.to_string()),
+        ("unseen", args.unseen.to_string()),
+    ];
+    folder.write_manifest("design", mission, &options)
+}

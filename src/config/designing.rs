@@ -1,0 +1,117 @@
+//! How plan and gains of a mission are designed together: judge and search of its settings, and the mission
+//! file that a design makes.
+
+use serde_json::Value;
+
+use super::error::ConfigError;
+use super::mission::{Mission, mission_text};
+use super::shipped;
+use crate::design::{Design, DesignFlights, DesignJudge, DesignSearchSettings, PlanDesign, Unknown};
+use crate::plan::InputReference;
+
+/// Designs of a generation.
+const SAMPLES: usize = 16;
+/// Spread of the first generation, as a share of the ranges.
+const SPREAD: f64 = 0.08;
+
+/// Why a mission with a design cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum DesignError {
+    /// A file of the mission cannot be read, or what was made of it is refused.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The mission file is no JSON object with a plan.
+    #[error("{0} is no JSON object with `plan`")]
+    NoPlan(String),
+}
+
+impl Mission {
+    /// The flights of a design of this mission.
+    pub fn design_flights(&self) -> DesignFlights {
+        DesignFlights {
+            vehicle: self.vehicle.clone(),
+            environment: self.site.environment.clone(),
+            wind: self.design.wind(&self.site.wind, self.seed),
+            control_limits: self.control.limits,
+            yaw: self.control.gains,
+            target_v_ned: self.target_v_ned,
+            steady_within_m_s: self.limits.steady_within_m_s,
+            settle_s: self.design.settle_s.unwrap_or(self.plan.horizon_s),
+            delay_s: self.release.parachute.delay_s,
+            safety: self.limits.safety,
+            cases: self.study.cases.clone(),
+            releases: self.releases(),
+            seed: self.seed,
+        }
+    }
+
+    /// The judge of designs of this mission.
+    pub fn design_judge(&self) -> DesignJudge<'_> {
+        let unknown = Unknown { vehicle: self.design.unknowns, air: true };
+        let made_small = (self.design.objective, self.design.bounds);
+        DesignJudge::new(self.plan_problem(), self.design_flights(), made_small, self.design.draws, unknown)
+    }
+
+    /// The mission's own plan and gains.
+    pub fn own_design(&self) -> Design {
+        Design { plan: PlanDesign::of(&self.plan_problem()), gains: self.control.gains.as_longitudinal() }
+    }
+
+    /// The search of a design, of at most `budget` designs.
+    pub fn design_search(&self, budget: usize) -> DesignSearchSettings {
+        let own = self.own_design();
+        DesignSearchSettings {
+            space: self.design.space(&own.plan),
+            bounds: self.design.bounds,
+            own,
+            samples: SAMPLES,
+            spread: SPREAD,
+            budget,
+            seed: self.seed,
+        }
+    }
+}
+
+/// The mission's file with a design in place of its plan's settings and its gains: everything else stays as
+/// it is written. `gains` is the path of the gains' file; `relative` makes paths of the mission's other files
+/// hold for the folder that the text is written to.
+///
+/// # Errors
+/// [`DesignError`] when the mission's file is not there any more, or no longer what it was.
+pub fn designed_mission_json(
+    mission: &Mission,
+    plan: &PlanDesign,
+    gains: &str,
+    relative: impl Fn(&std::path::Path) -> String,
+) -> Result<String, DesignError> {
+    let text = mission_text(&mission.file)?;
+    let no_plan = || DesignError::NoPlan(mission.file.display().to_string());
+    let mut json: Value = serde_json::from_str(&text).map_err(|_| no_plan())?;
+    let moved = |value: &mut Value| {
+        if let Value::String(path) = value {
+            let resolved = shipped::resolve(&mission.file, path);
+            *path = if shipped::is_built_in(&resolved) {
+                resolved.display().to_string()
+            } else {
+                relative(&resolved)
+            };
+        }
+    };
+    let paths = ["/vehicle", "/px4_params", "/wind/turbulence/noise"];
+    paths.into_iter().for_each(|path| json.pointer_mut(path).into_iter().for_each(moved));
+    let whole = json.as_object_mut().ok_or_else(no_plan)?;
+    // The schema stands elsewhere, and the design is done.
+    whole.shift_remove("$schema");
+    whole.insert("gains".to_owned(), gains.into());
+    let planned = whole.get_mut("plan").and_then(Value::as_object_mut).ok_or_else(no_plan)?;
+    let reference = match plan.input_reference {
+        InputReference::Zero => "zero",
+        InputReference::Trim => "trim",
+    };
+    planned.insert("nodes".to_owned(), plan.nodes.into());
+    planned.insert("cost_state".to_owned(), plan.cost_state(&mission.plan.cost_state).to_vec().into());
+    planned.insert("cost_input_per_n2".to_owned(), (mission.plan.cost_input * plan.input_weight).into());
+    planned.insert("cost_input_reference".to_owned(), reference.into());
+    let text = serde_json::to_string_pretty(&json).map_err(|_| no_plan())? + "\n";
+    Ok(text)
+}

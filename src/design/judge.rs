@@ -1,0 +1,235 @@
+//! Judge of a design: planned, then flown from the release cases in still air and from random releases in
+//! everything that the controller does not know of.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use super::objective::{DesignBounds, DesignObjective, Judgement, LIMIT, LOST};
+use super::operating_point::shaft_energy_j;
+use super::{Design, PlanDesign};
+use crate::assess::{ReleaseDistribution, SafetyLimits};
+use crate::control::{ControlError, ControlLimits, Gains};
+use crate::model::rigid_body::BodyState;
+use crate::model::wind::Wind;
+use crate::model::{Environment, Vehicle};
+use crate::plan::{Guess, Plan, PlanProblem, SolverOptions, Status, plan};
+use crate::sim::PlantKind;
+use crate::sim::planar::{NotPlanar, Variation};
+use crate::trajectory::Trajectory;
+use crate::tune::gain_judge::{MeasuredFlight, Setting};
+use crate::tune::unknowns::{APART, tipped, varied};
+use crate::tune::{GainJudge, Longitudinal, ReleaseCase};
+
+/// Vehicle, site and limits of a design's flights.
+#[derive(Clone, Debug)]
+pub struct DesignFlights {
+    /// The vehicle as planner and controller know it.
+    pub vehicle: Arc<Vehicle>,
+    /// The site as planner and controller know it.
+    pub environment: Environment,
+    /// Gusts and turbulence, which neither knows.
+    pub wind: Wind,
+    /// Limits of the cascade.
+    pub control_limits: ControlLimits,
+    /// Gains whose yaw part is used.
+    pub yaw: Gains,
+    /// Velocity to reach, NED [m/s].
+    pub target_v_ned: Vector3<f64>,
+    /// How close to that velocity is steady [m/s].
+    pub steady_within_m_s: f64,
+    /// How long a flight goes on after the plan's end [s].
+    pub settle_s: f64,
+    /// Time from the release to t = 0 [s], whose fall is part of the altitude lost.
+    pub delay_s: f64,
+    /// Limits that J_state is measured by.
+    pub safety: SafetyLimits,
+    /// Releases that every design flies in still air.
+    pub cases: Vec<ReleaseCase>,
+    /// Random releases.
+    pub releases: ReleaseDistribution,
+    /// Seed of all that is drawn.
+    pub seed: u64,
+}
+
+/// What the controller of a random flight does not know of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unknown {
+    /// Mass, inertia, air loads, density, steady wind and delays ([`crate::tune::unknowns`]).
+    pub vehicle: bool,
+    /// Gusts and turbulence.
+    pub air: bool,
+}
+
+impl DesignFlights {
+    /// The random flight of this number.
+    pub fn draw(&self, number: u64, unknown: Unknown) -> (BodyState, Variation) {
+        let release = self.releases.draw(self.seed, number).state;
+        let air = unknown.air.then_some(number + 1);
+        if !unknown.vehicle {
+            return (release, Variation { air, ..Variation::NONE });
+        }
+        let (g, target_m_s) = (self.environment.gravity_m_s2, self.target_v_ned.norm());
+        let (release, variation) = varied(&release, self.seed, number, g, target_m_s);
+        (release, Variation { air, ..variation })
+    }
+
+    /// Pilot of the flights along a plan.
+    ///
+    /// # Errors
+    /// [`ControlError`] for a vehicle that cannot be controlled.
+    pub fn pilot<'p>(&self, plan: &'p Trajectory) -> Result<GainJudge<'p>, ControlError> {
+        GainJudge::new(Setting {
+            vehicle: self.vehicle.clone(),
+            environment: self.environment.clone(),
+            wind: self.wind.clone(),
+            control_limits: self.control_limits,
+            plant: PlantKind::Actuator,
+            yaw: self.yaw,
+            plan,
+            target_v_ned: self.target_v_ned,
+            steady_within_m_s: self.steady_within_m_s,
+            settle_s: self.settle_s,
+            safety: self.safety,
+        })
+    }
+
+    /// Altitude that a flight from this state has lost at the plan's end, since the release [m].
+    fn altitude_lost_m(&self, start: &BodyState, flight: &MeasuredFlight) -> f64 {
+        let t = self.delay_s;
+        let fall_m = start.v_ned.z * t - 0.5 * self.environment.gravity_m_s2 * t * t;
+        fall_m + flight.way_down_m
+    }
+}
+
+/// Random flights of a search are apart from those of finalists and of the last judgement.
+pub const FINALISTS_FROM: u64 = APART + (1 << 40);
+
+/// Flights between two looks at whether a design is beaten.
+const PORTION: usize = 32;
+
+/// Judge of designs, the same flights for each.
+#[derive(Clone, Debug)]
+pub struct DesignJudge<'a> {
+    problem: PlanProblem<'a>,
+    flights: DesignFlights,
+    objective: DesignObjective,
+    bounds: DesignBounds,
+    /// Release cases, first as they are, then with their pitch off.
+    cases: Vec<(BodyState, Variation)>,
+    draws: Vec<(BodyState, Variation)>,
+}
+
+impl<'a> DesignJudge<'a> {
+    /// A judge by the release cases and this many random flights with these unknowns. `problem` is the
+    /// mission's own.
+    pub fn new(
+        problem: PlanProblem<'a>,
+        flights: DesignFlights,
+        (objective, bounds): (DesignObjective, DesignBounds),
+        draws: usize,
+        unknown: Unknown,
+    ) -> Self {
+        let states: Vec<BodyState> = flights.cases.iter().map(ReleaseCase::state).collect();
+        let mut cases: Vec<_> = states.iter().map(|state| (*state, Variation::NONE)).collect();
+        cases.extend(tipped(&states));
+        let draws = (APART..).take(draws).map(|number| flights.draw(number, unknown)).collect();
+        Self { problem, flights, objective, bounds, cases, draws }
+    }
+
+    /// The flights.
+    pub fn flights(&self) -> &DesignFlights {
+        &self.flights
+    }
+
+    /// What is made small, and within which bounds.
+    pub fn objective(&self) -> (DesignObjective, DesignBounds) {
+        (self.objective, self.bounds)
+    }
+
+    /// How many flights judge a design.
+    pub fn count(&self) -> usize {
+        self.cases.len() + self.draws.len()
+    }
+
+    /// The mission's own settings of the planner.
+    pub fn own_plan(&self) -> PlanDesign {
+        PlanDesign::of(&self.problem)
+    }
+
+    /// Plans a design; `None` when it cannot be planned or the solve does not converge.
+    pub fn plan(&self, design: &PlanDesign) -> Option<Plan> {
+        let mut problem = self.problem.clone();
+        design.apply(&mut problem);
+        let options = SolverOptions::default();
+        let planned = plan(&problem, &Guess::StraightLine, &options, &mut |_| ControlFlow::Continue(()));
+        planned.ok().filter(|plan| plan.status == Status::Converged)
+    }
+
+    /// Why flights are flown one at a time in six degrees of freedom; `None` where they are flown side by
+    /// side or there is no plan.
+    pub fn one_at_a_time(&self, design: &PlanDesign) -> Option<NotPlanar> {
+        let plan = self.plan(design)?;
+        let pilot = self.flights.pilot(&plan.trajectory).ok()?;
+        pilot.one_at_a_time().cloned()
+    }
+
+    /// Plans and flies a design, until it is known to cost more than `ceiling`.
+    pub fn judge(&self, design: &Design, ceiling: f64) -> Judgement {
+        let Some(plan) = self.plan(&design.plan) else { return Judgement::UNPLANNED };
+        let Ok(pilot) = self.flights.pilot(&plan.trajectory) else { return Judgement::UNPLANNED };
+        let energy_j = shaft_energy_j(&self.problem, &plan.trajectory);
+        let in_cases = self.judge_cases(&pilot, &design.gains, energy_j);
+        let mut judged = in_cases.with_draws(self.objective, &[], self.draws.len());
+        let mut drawn = Vec::with_capacity(self.draws.len());
+        for portion in self.draws.chunks(PORTION) {
+            if judged.cost(&self.bounds) > ceiling {
+                break;
+            }
+            drawn.extend(pilot.measure_others(&design.gains, portion).iter().map(finite_j_tpf));
+            judged = in_cases.with_draws(self.objective, &drawn, self.draws.len());
+        }
+        judged
+    }
+
+    fn judge_cases(&self, pilot: &GainJudge<'_>, k: &Longitudinal, energy_j: f64) -> Judgement {
+        let flown = pilot.measure_others(k, &self.cases);
+        let end_s = pilot.duration_s();
+        let mut judged = Judgement {
+            j_tpf: 0.0,
+            mean: 0.0,
+            worst: 0.0,
+            unsafe_flights: 0.0,
+            unrest: 0.0,
+            steady_after_s: 0.0,
+            altitude_lost_m: 0.0,
+            tilt_rad: 0.0,
+            energy_j,
+            flights: flown.len() as f64,
+        };
+        for (i, ((start, _), flight)) in self.cases.iter().zip(&flown).enumerate() {
+            let j_tpf = finite_j_tpf(flight);
+            judged.worst = judged.worst.max(j_tpf);
+            judged.unsafe_flights += f64::from(u8::from(j_tpf > LIMIT));
+            if i >= self.flights.cases.len() {
+                continue;
+            }
+            // What is lost is far off in everything, by finite numbers.
+            let lost = !flight.evaluation.is_finite();
+            let or_far = |x: f64, far: f64| if lost { far } else { x };
+            judged.unrest = judged.unrest.max(or_far(flight.evaluation.unrest, 1.0));
+            judged.steady_after_s = judged.steady_after_s.max(flight.steady_after_s.unwrap_or(end_s));
+            let altitude_lost_m = or_far(self.flights.altitude_lost_m(start, flight), 1e6);
+            judged.altitude_lost_m = judged.altitude_lost_m.max(altitude_lost_m);
+            judged.tilt_rad = judged.tilt_rad.max(or_far(flight.peak_tilt_rad, std::f64::consts::PI));
+        }
+        judged
+    }
+}
+
+/// J_TPF of a flight; [`LOST`] for one that was lost or is beyond it.
+fn finite_j_tpf(flight: &MeasuredFlight) -> f64 {
+    // What is no number is lost, too.
+    if flight.evaluation.j_tpf < LOST { flight.evaluation.j_tpf } else { LOST }
+}

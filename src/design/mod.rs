@@ -1,0 +1,32 @@
+//! Design: a plan and the gains that fly it, searched as one.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`plan_design`] | what a design changes of the planner's problem |
+//! | [`space`] | which numbers are searched, and the cube that an optimiser searches |
+//! | [`settings`] | what a mission says of it |
+//! | [`objective`] | what a design costs, and its bounds |
+//! | [`judge`] | a design planned and flown |
+//! | [`operating_point`] | rotor speeds of thrusts, energy of a plan |
+//! | [`search`] | the search, resumable to the bit |
+//! | [`fresh`] | what was chosen, on flights that chose nothing |
+//!
+//! Each design is planned by the planner as it is, and flown by [`crate::tune::GainJudge`]. Where the planner
+//! learns to do more, that is another number of [`PlanDesign`] and another coordinate of [`space`].
+
+pub mod fresh;
+pub mod judge;
+pub mod objective;
+pub mod operating_point;
+pub mod plan_design;
+pub mod search;
+pub mod settings;
+pub mod space;
+
+pub use fresh::{CONDITIONS, FreshFlight, FreshResults, fly_fresh};
+pub use judge::{DesignFlights, DesignJudge, FINALISTS_FROM, Unknown};
+pub use objective::{DesignBounds, DesignObjective, Judgement};
+pub use plan_design::{PlanDesign, WEIGHT_GROUPS};
+pub use search::{DesignSearch, DesignSearchSettings, Generation, TriedDesign};
+pub use settings::{DesignSettings, LightTurbulence};
+pub use space::{Design, DesignSpace, Range};

@@ -1,0 +1,199 @@
+//! What a design costs: the number that a search makes small, and the bounds that it keeps.
+
+use crate::assess::quantile_rank;
+
+/// J_TPF of a flight that was lost: beyond any that turns over, and finite, so that of two designs which lose
+/// flights that with fewer is the better one.
+pub const LOST: f64 = 10.0;
+/// J_TPF at which a limit is reached.
+pub const LIMIT: f64 = 1.0;
+/// J_TPF that it costs to break a bound by as much again, or to end off the target by the target's size.
+pub const PENALTY: f64 = 2.0;
+/// What each flight that passes a limit costs beside its own J_TPF.
+pub const UNSAFE: f64 = 0.05;
+/// Weight of the mean J_TPF beside the number that decides: of designs alike in their worst flights the one
+/// that is better in all is taken.
+pub const MEAN: f64 = 0.05;
+
+/// The number of the drawn flights that is to be small.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DesignObjective {
+    /// The J_TPF that this share of the flights does not exceed.
+    Quantile(f64),
+    /// The greatest J_TPF.
+    Worst,
+}
+
+impl DesignObjective {
+    /// How many of `flights` may exceed the number.
+    fn exceeding(self, flights: usize) -> usize {
+        match self {
+            Self::Quantile(p) => flights - quantile_rank(flights, p),
+            Self::Worst => 0,
+        }
+    }
+
+    /// The number, of all `flights` or of the first ones: then it is at least that. Values descend.
+    fn of(self, descending: &[f64], flights: usize) -> f64 {
+        descending.get(self.exceeding(flights)).copied().unwrap_or(0.0)
+    }
+
+    /// Name of the number: "p99", "worst".
+    pub fn name(self) -> String {
+        match self {
+            Self::Quantile(p) => format!("p{}", (1000.0 * p).round() / 10.0),
+            Self::Worst => "worst".to_owned(),
+        }
+    }
+}
+
+/// Bounds on the flights from the release cases, in still air; each is kept where it is given.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DesignBounds {
+    /// Time after t = 0 by which a flight is steady [s].
+    pub steady_after_s: Option<f64>,
+    /// Way down from the release to the plan's end [m].
+    pub altitude_lost_m: Option<f64>,
+    /// Angle between the body's up axis and the vertical [rad].
+    pub tilt_rad: Option<f64>,
+    /// Energy that the plan takes of the rotors' shafts from t = 0 to its end [J].
+    pub energy_j: Option<f64>,
+}
+
+/// What is known of a design after some of its flights or all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Judgement {
+    /// The number that decides, of the drawn flights.
+    pub j_tpf: f64,
+    /// Mean J_TPF of the drawn flights; of a part of them their sum over the whole number.
+    pub mean: f64,
+    /// Greatest J_TPF of all flights.
+    pub worst: f64,
+    /// Flights that passed a limit or were lost.
+    pub unsafe_flights: f64,
+    /// Worst distance from rest at the target of a release case ([`crate::tune::Evaluation::unrest`]).
+    pub unrest: f64,
+    /// Latest time from which a release case is steady [s].
+    pub steady_after_s: f64,
+    /// Most altitude lost of a release case [m].
+    pub altitude_lost_m: f64,
+    /// Greatest tilt of a release case [rad].
+    pub tilt_rad: f64,
+    /// Energy that the plan takes of the rotors' shafts [J].
+    pub energy_j: f64,
+    /// Flights that were flown.
+    pub flights: f64,
+}
+
+impl Judgement {
+    /// A design that has no plan.
+    pub const UNPLANNED: Self = Self {
+        j_tpf: f64::INFINITY,
+        mean: f64::INFINITY,
+        worst: f64::INFINITY,
+        unsafe_flights: f64::INFINITY,
+        unrest: f64::INFINITY,
+        steady_after_s: f64::INFINITY,
+        altitude_lost_m: f64::INFINITY,
+        tilt_rad: f64::INFINITY,
+        energy_j: f64::INFINITY,
+        flights: 0.0,
+    };
+
+    /// Whether there was a plan to fly.
+    pub fn is_planned(&self) -> bool {
+        self.j_tpf.is_finite()
+    }
+
+    /// Takes the drawn flights' J_TPF so far, of `flights` in the end; lost ones count as [`LOST`].
+    pub(super) fn with_draws(self, objective: DesignObjective, drawn: &[f64], flights: usize) -> Self {
+        let mut descending: Vec<f64> = drawn.to_vec();
+        descending.sort_by(|a, b| b.total_cmp(a));
+        Self {
+            j_tpf: objective.of(&descending, flights),
+            mean: drawn.iter().sum::<f64>() / flights.max(1) as f64,
+            worst: self.worst.max(descending.first().copied().unwrap_or(0.0)),
+            unsafe_flights: self.unsafe_flights + drawn.iter().filter(|j| **j > LIMIT).count() as f64,
+            flights: self.flights + drawn.len() as f64,
+            ..self
+        }
+    }
+
+    /// The cost; infinite for a design that has no plan. Of a part of the flights it is at most that of all.
+    pub fn cost(&self, bounds: &DesignBounds) -> f64 {
+        if !self.is_planned() {
+            return f64::INFINITY;
+        }
+        let over: f64 = self.shares(bounds).map(|share| (share - 1.0).max(0.0)).sum();
+        self.j_tpf + MEAN * self.mean + UNSAFE * self.unsafe_flights + PENALTY * (self.unrest + over)
+    }
+
+    /// Whether every release case comes to rest, all bounds hold and no flight passes a limit.
+    pub fn is_allowed(&self, bounds: &DesignBounds) -> bool {
+        self.is_planned()
+            && self.unrest == 0.0
+            && self.unsafe_flights == 0.0
+            && self.shares(bounds).all(|share| share <= 1.0)
+    }
+
+    /// Shares of the bounds that are used.
+    fn shares(&self, bounds: &DesignBounds) -> impl Iterator<Item = f64> + use<> {
+        let used = [
+            (self.steady_after_s, bounds.steady_after_s),
+            (self.altitude_lost_m, bounds.altitude_lost_m),
+            (self.tilt_rad, bounds.tilt_rad),
+            (self.energy_j, bounds.energy_j),
+        ];
+        used.into_iter().filter_map(|(x, bound)| bound.map(|most| x / most))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NOTHING: Judgement = Judgement {
+        j_tpf: 0.0,
+        mean: 0.0,
+        worst: 0.0,
+        unsafe_flights: 0.0,
+        unrest: 0.0,
+        steady_after_s: 10.0,
+        altitude_lost_m: 50.0,
+        tilt_rad: 0.2,
+        energy_j: 100.0,
+        flights: 0.0,
+    };
+
+    /// 1 to 100 hundredths: two may exceed the quantile 0.98; a bound broken by a fifth costs 0.4.
+    #[test]
+    fn closed_form_quantiles_and_penalties() {
+        let drawn: Vec<f64> = (1..=100).map(|i| f64::from(i) / 100.0).collect();
+        let judged = NOTHING.with_draws(DesignObjective::Quantile(0.98), &drawn, 100);
+        assert_eq!((judged.j_tpf, judged.worst, judged.unsafe_flights), (0.98, 1.0, 0.0));
+        assert!((judged.mean - 0.505).abs() < 1e-12);
+        let free = judged.cost(&DesignBounds::default());
+        assert!((free - 0.98 - MEAN * 0.505).abs() < 1e-12);
+        let bounds = DesignBounds { altitude_lost_m: Some(50.0 / 1.2), ..DesignBounds::default() };
+        assert!((judged.cost(&bounds) - free - 0.4).abs() < 1e-12 && !judged.is_allowed(&bounds));
+        assert!(judged.is_allowed(&DesignBounds { energy_j: Some(100.0), ..DesignBounds::default() }));
+        assert_eq!(Judgement::UNPLANNED.cost(&bounds), f64::INFINITY);
+    }
+
+    /// A part of the flights never costs more than all of them: that is what lets a search give up early.
+    #[test]
+    fn prop_a_part_costs_at_most_as_much_as_all() {
+        for objective in [DesignObjective::Quantile(0.9), DesignObjective::Worst] {
+            let drawn: Vec<f64> = (0..64u32).map(|i| f64::from((i * 29) % 64) / 50.0).collect();
+            let cost =
+                |n: usize| NOTHING.with_draws(objective, &drawn[..n], 64).cost(&DesignBounds::default());
+            assert!((1..=64).all(|n| cost(n - 1) <= cost(n)), "{objective:?}");
+        }
+    }
+
+    #[test]
+    fn closed_form_names() {
+        assert_eq!(DesignObjective::Quantile(0.99).name(), "p99");
+        assert_eq!(DesignObjective::Quantile(0.995).name(), "p99.5");
+    }
+}

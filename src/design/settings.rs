@@ -1,0 +1,94 @@
+//! What a mission says of its design, with what is taken where it says nothing.
+
+use super::objective::{DesignBounds, DesignObjective};
+use super::plan_design::{PlanDesign, WEIGHT_GROUPS};
+use super::space::{DesignSpace, Range};
+use crate::model::wind::{Turbulence, TurbulenceScale, Wind};
+use crate::plan::InputReference;
+use crate::tune;
+
+/// A mission's design.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DesignSettings {
+    /// What is made small.
+    pub objective: DesignObjective,
+    /// Random flights that judge each design.
+    pub draws: usize,
+    /// Whether mass, inertia, air loads, density, steady wind and delays are unknown in them.
+    pub unknowns: bool,
+    /// Turbulence of them where the mission has none of its own.
+    pub turbulence: LightTurbulence,
+    /// How long a flight goes on after the plan's end [s]; `None`: as long as the plan.
+    pub settle_s: Option<f64>,
+    /// Bounds to keep.
+    pub bounds: DesignBounds,
+    /// Factors on the weights of the state, by group of [`WEIGHT_GROUPS`].
+    pub weights: [Range; WEIGHT_GROUPS.len()],
+    /// Factor on the weight of the input.
+    pub input_weight: Range,
+    /// Input references to choose among.
+    pub input_references: Vec<InputReference>,
+    /// Numbers of nodes to choose among; empty: the mission's own, and with every interval halved.
+    pub nodes: Vec<usize>,
+    /// Range of the gains.
+    pub gains: Range,
+}
+
+/// Turbulence in Dryden's form, alike in all directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightTurbulence {
+    /// Standard deviation of each component [m/s]; 0: none.
+    pub sigma_m_s: f64,
+    /// Scale length of each component [m].
+    pub scale_m: f64,
+}
+
+/// Factors from a hundredth to a hundredfold.
+const FACTORS: Range = Range { least: 0.01, most: 100.0 };
+
+impl Default for DesignSettings {
+    fn default() -> Self {
+        Self {
+            objective: DesignObjective::Quantile(0.99),
+            draws: 200,
+            unknowns: true,
+            turbulence: LightTurbulence { sigma_m_s: 0.5, scale_m: 100.0 },
+            settle_s: None,
+            bounds: DesignBounds::default(),
+            // One weight is what the others are measured by: scaling all changes no plan.
+            weights: [FACTORS, Range::fixed(1.0), FACTORS, FACTORS],
+            input_weight: FACTORS,
+            input_references: vec![InputReference::Zero, InputReference::Trim],
+            nodes: Vec::new(),
+            gains: Range { least: tune::BOUNDS.0, most: tune::BOUNDS.1 },
+        }
+    }
+}
+
+impl DesignSettings {
+    /// The space that is searched for a mission with this plan of its own.
+    pub fn space(&self, own: &PlanDesign) -> DesignSpace {
+        let halved = || vec![own.nodes, (2 * own.nodes).saturating_sub(1).max(own.nodes)];
+        DesignSpace {
+            weights: self.weights,
+            input_weight: self.input_weight,
+            input_references: self.input_references.clone(),
+            nodes: if self.nodes.is_empty() { halved() } else { self.nodes.clone() },
+            gains: [self.gains; 7],
+        }
+    }
+
+    /// The wind of a design's flights: the mission's, with this turbulence where it has none.
+    pub fn wind(&self, own: &Wind, seed: u64) -> Wind {
+        let LightTurbulence { sigma_m_s, scale_m } = self.turbulence;
+        let light = || Turbulence {
+            sigma_m_s: [sigma_m_s; 3],
+            scale: TurbulenceScale::Fixed([scale_m; 3]),
+            seed,
+            follows_mission: true,
+            noise: None,
+        };
+        let turbulence = own.turbulence.clone().or_else(|| (sigma_m_s > 0.0).then(light));
+        Wind { turbulence, ..own.clone() }
+    }
+}

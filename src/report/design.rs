@@ -1,0 +1,415 @@
+//! The result of a search of designs, as text, JSON and CSV.
+
+use serde::Serialize;
+
+use super::columns::{columns, short};
+use super::json::{VERSION, object, text as json_text};
+use super::tune::{gains_table, named};
+use crate::assess::ChosenAmong;
+use crate::config::{Mission, Stamp};
+use crate::control::Gains;
+use crate::design::{
+    CONDITIONS, Design, DesignObjective, DesignSearch, FreshResults, Judgement, TriedDesign, WEIGHT_GROUPS,
+};
+use crate::plan::InputReference;
+use crate::units::DEG_PER_RAD;
+
+/// A finalist: a design of the search, judged once more on flights of their own.
+#[derive(Clone, Debug)]
+pub struct Finalist {
+    /// The design as the search knows it.
+    pub tried: TriedDesign,
+    /// Results of flights that the search did not have.
+    pub results: FreshResults,
+}
+
+/// A design on flights that chose nothing, by condition of [`CONDITIONS`].
+#[derive(Clone, Debug)]
+pub struct JudgedDesign {
+    /// Name of the design.
+    pub name: String,
+    /// The design.
+    pub design: Design,
+    /// Results by condition.
+    pub fresh: Vec<FreshResults>,
+}
+
+/// A search of designs and its result.
+#[derive(Clone, Debug)]
+pub struct DesignRun {
+    /// Name of the gains found.
+    pub name: String,
+    /// What was made small.
+    pub objective: DesignObjective,
+    /// Flights that judged each design.
+    pub flights: usize,
+    /// The design that was chosen.
+    pub chosen: TriedDesign,
+    /// Whether it keeps every bound on the search's flights.
+    pub allowed: bool,
+    /// The finalists, best of the search first; none when the search was interrupted.
+    pub finalists: Vec<Finalist>,
+    /// The mission's own design, where it has a plan, and the chosen one; none when interrupted.
+    pub judged: Vec<JudgedDesign>,
+    /// Designs that were judged now, not read from a checkpoint.
+    pub fresh_evaluations: usize,
+    /// Whether the search was stopped before its budget was used up.
+    pub stopped: bool,
+    /// Wall time [s].
+    pub wall_s: f64,
+}
+
+/// Quantile that is shown.
+const SHOWN: f64 = 0.99;
+
+impl DesignRun {
+    /// The number that decides, on the fresh flights with everything unknown and turbulence.
+    fn number(&self, judged: &JudgedDesign) -> f64 {
+        let Some(results) = judged.fresh.last() else { return f64::NAN };
+        match self.objective {
+            DesignObjective::Quantile(p) => results.quantile(p),
+            DesignObjective::Worst => results.j_tpf.max(),
+        }
+    }
+
+    fn own_and_chosen(&self) -> Option<(Option<&JudgedDesign>, &JudgedDesign)> {
+        match &self.judged[..] {
+            [own, chosen] => Some((Some(own), chosen)),
+            [chosen] => Some((None, chosen)),
+            _ => None,
+        }
+    }
+
+    /// Whether the design keeps all bounds and is better than the mission's own on fresh flights.
+    pub fn is_better(&self) -> bool {
+        let Some((own, chosen)) = self.own_and_chosen() else { return false };
+        let number = self.number(chosen);
+        self.allowed && own.is_none_or(|own| number < self.number(own))
+    }
+
+    /// The answer in a sentence.
+    pub fn verdict(&self) -> String {
+        let Some((own, chosen)) = self.own_and_chosen() else {
+            return "stopped: not judged on fresh flights; --resume goes on".to_owned();
+        };
+        let (number, what) = (self.number(chosen), self.objective.name());
+        let Some(own) = own else {
+            return format!(
+                "{} has a {what} of {number:.4} in turbulence; the mission's own plan is none",
+                chosen.name
+            );
+        };
+        let against = format!("{what} of J_TPF in turbulence {number:.4} against {:.4}", self.number(own));
+        match (self.allowed, self.is_better()) {
+            (false, _) => {
+                format!("{} breaks a bound or is unsafe in the search's flights ({against})", chosen.name)
+            }
+            (true, true) => format!("{} is better than {} ({against})", chosen.name, own.name),
+            (true, false) => {
+                format!("{} is not better than {} ({against}): keep it", chosen.name, own.name)
+            }
+        }
+    }
+}
+
+fn reference(reference: InputReference) -> &'static str {
+    match reference {
+        InputReference::Zero => "zero",
+        InputReference::Trim => "trim",
+    }
+}
+
+/// The design as a line of a table: factors on the mission's weights, reference, nodes.
+fn plan_cells(design: &Design) -> Vec<String> {
+    let plan = &design.plan;
+    let mut cells: Vec<String> = plan.weights.iter().map(|x| short(*x, 4)).collect();
+    cells.push(short(plan.input_weight, 4));
+    cells.push(reference(plan.input_reference).to_owned());
+    cells.push(plan.nodes.to_string());
+    cells
+}
+
+fn number(x: f64) -> String {
+    if x.is_finite() { format!("{x:.4}") } else { "-".to_owned() }
+}
+
+/// The search, the design and its fresh flights for the terminal.
+pub fn text(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> String {
+    let last = search.history().last();
+    let (unplanned, flights) = last.map_or((0, 0.0), |g| (g.unplanned, g.flights));
+    let judgement = &run.chosen.judgement;
+    let mut out = format!(
+        "{}: {} of J_TPF made small over {} numbers and choices: {} designs, {flights:.0} of {} flights each, in {:.1} s ({unplanned} \
+         without a plan){}\n\
+         on the search's flights: {} {}, mean {}, worst {}, {:.0} unsafe; release cases steady after {:.1} s, {:.1} m lost, tilt {:.1} \
+         deg, {:.0} J of the plan{}\n\n",
+        mission.name,
+        run.objective.name(),
+        search.settings().space.searched(),
+        search.tried().len(),
+        run.flights,
+        run.wall_s,
+        if run.stopped { ", stopped" } else { "" },
+        run.objective.name(),
+        number(judgement.j_tpf),
+        number(judgement.mean),
+        number(judgement.worst),
+        judgement.unsafe_flights,
+        judgement.steady_after_s,
+        judgement.altitude_lost_m,
+        judgement.tilt_rad * DEG_PER_RAD,
+        judgement.energy_j,
+        if run.allowed { "" } else { ": A BOUND DOES NOT HOLD" },
+    );
+    const PLAN: [usize; 8] = [14, 9, 12, 8, 9, 9, 9, 6];
+    let heads = ["plan", "attitude", "v_horizontal", "v_down", "rates", "input", "reference", "nodes"];
+    out += &columns(&PLAN, heads);
+    let own = ("own".to_owned(), search.settings().own);
+    let shown = [own, (run.name.clone(), run.chosen.design)];
+    for (name, design) in &shown {
+        out += &columns(&PLAN, std::iter::once(name.clone()).chain(plan_cells(design)));
+    }
+    out += "(factors on the mission's own weights)\n\n";
+    let sets: Vec<_> = shown.iter().map(|(name, design)| (name.as_str(), design.gains)).collect();
+    out += &gains_table(&sets);
+    out + "\n" + &finalists_text(run) + &fresh_text(run)
+}
+
+fn finalists_text(run: &DesignRun) -> String {
+    if run.finalists.is_empty() {
+        return String::new();
+    }
+    const WIDTHS: [usize; 7] = [14, 9, 9, 9, 9, 9, 10];
+    let among = ChosenAmong::new(run.finalists.len() as u64);
+    let trials = run.finalists[0].results.j_tpf.count();
+    let mut out = format!(
+        "finalists on {trials} flights that the search did not have; bounds at 95 % with the correction for choosing among {}\n",
+        among.count()
+    );
+    out += &columns(&WIDTHS, ["finalist", "searched", "mean", "p99", "at most", "worst", "unsafe <"]);
+    for (i, finalist) in run.finalists.iter().enumerate() {
+        let results = &finalist.results;
+        let chosen = finalist.tried == run.chosen;
+        let name = format!("{}{}", i + 1, if chosen { " (chosen)" } else { "" });
+        let cells = [
+            number(finalist.tried.judgement.j_tpf),
+            number(results.j_tpf.mean()),
+            number(results.quantile(SHOWN)),
+            number(results.quantile_at_most(SHOWN, among).unwrap_or(f64::NAN)),
+            number(results.j_tpf.max()),
+            format!("{:.1e}", results.unsafe_at_most(among)),
+        ];
+        out += &columns(&WIDTHS, std::iter::once(name).chain(cells));
+    }
+    out + "\n"
+}
+
+fn fresh_text(run: &DesignRun) -> String {
+    let Some(first) = run.judged.first() else { return String::new() };
+    const WIDTHS: [usize; 10] = [14, 11, 8, 8, 8, 8, 7, 9, 9, 9];
+    let trials = first.fresh.first().map_or(0, |results| results.j_tpf.count());
+    let mut out = format!("on {trials} fresh flights each, which chose nothing; bounds at 95 %\n");
+    let heads =
+        ["design", "air", "mean", "p99", "at most", "worst", "unsafe", "at most", "end m/s", "steady s"];
+    out += &columns(&WIDTHS, heads);
+    for judged in &run.judged {
+        for ((air, _), results) in CONDITIONS.iter().zip(&judged.fresh) {
+            let cells = [
+                (*air).to_owned(),
+                number(results.j_tpf.mean()),
+                number(results.quantile(SHOWN)),
+                number(results.quantile_at_most(SHOWN, ChosenAmong::ONE).unwrap_or(f64::NAN)),
+                number(results.j_tpf.max()),
+                results.safe.misses().to_string(),
+                format!("{:.1e}", results.unsafe_at_most(ChosenAmong::ONE)),
+                number(results.end_error_m_s.max()),
+                format!("{:.1}", results.steady_after_s.max()),
+            ];
+            out += &columns(&WIDTHS, std::iter::once(judged.name.clone()).chain(cells));
+        }
+    }
+    out + "(turbulence comes on top of the unknowns; steady: the latest of those that are steady at the end)\n\n"
+}
+
+fn design_json(mission: &Mission, design: &Design) -> impl Serialize {
+    let plan = &design.plan;
+    let factors: serde_json::Map<_, _> = WEIGHT_GROUPS
+        .iter()
+        .zip(plan.weights)
+        .map(|((name, _), x)| ((*name).to_owned(), serde_json::Value::from(x)))
+        .collect();
+    object! {
+        weight_factors: factors,
+        input_weight_factor: plan.input_weight,
+        cost_state: plan.cost_state(&mission.plan.cost_state),
+        cost_input_per_n2: mission.plan.cost_input * plan.input_weight,
+        cost_input_reference: reference(plan.input_reference),
+        nodes: plan.nodes,
+        gains: named(&design.gains),
+    }
+}
+
+fn judgement_json(judgement: &Judgement) -> impl Serialize {
+    object! {
+        j_tpf: judgement.j_tpf,
+        j_tpf_mean: judgement.mean,
+        j_tpf_worst: judgement.worst,
+        unsafe_flights: judgement.unsafe_flights,
+        unrest: judgement.unrest,
+        steady_after_s: judgement.steady_after_s,
+        altitude_lost_m: judgement.altitude_lost_m,
+        tilt_deg: judgement.tilt_rad * DEG_PER_RAD,
+        energy_j: judgement.energy_j,
+        flights: judgement.flights,
+    }
+}
+
+fn results_json(results: &FreshResults, among: ChosenAmong) -> impl Serialize {
+    object! {
+        flights: results.j_tpf.count(),
+        j_tpf_mean: results.j_tpf.mean(),
+        j_tpf_p99: results.quantile(SHOWN),
+        j_tpf_p99_at_most: results.quantile_at_most(SHOWN, among),
+        j_tpf_worst: results.j_tpf.max(),
+        unsafe_flights: results.safe.misses(),
+        lost_flights: results.lost,
+        p_unsafe_at_most: results.unsafe_at_most(among),
+        confidence: crate::assess::CONFIDENCE,
+        chosen_among: among.count(),
+        end_error_m_s_max: results.end_error_m_s.max(),
+        steady_flights: results.steady_after_s.count(),
+        steady_after_s_max: results.steady_after_s.max(),
+    }
+}
+
+/// The object of `design.json`: what was searched, what was chosen, and how it was judged. With the wall time
+/// it is that of `samara design --json`.
+pub fn json(mission: &Mission, search: &DesignSearch, run: &DesignRun, wall_s: Option<f64>) -> String {
+    let settings = search.settings();
+    let among = ChosenAmong::new(run.finalists.len() as u64);
+    let finalists: Vec<_> = run
+        .finalists
+        .iter()
+        .map(|finalist| {
+            object! {
+                design: design_json(mission, &finalist.tried.design),
+                searched: judgement_json(&finalist.tried.judgement),
+                results: results_json(&finalist.results, among),
+            }
+        })
+        .collect();
+    let judged: Vec<_> = run
+        .judged
+        .iter()
+        .flat_map(|judged| {
+            CONDITIONS.iter().zip(&judged.fresh).map(move |(air, results)| (judged, air.0, results))
+        })
+        .map(|(judged, air, results)| {
+            object! { design: &judged.name, air: air, results: results_json(results, ChosenAmong::ONE) }
+        })
+        .collect();
+    let last = search.history().last();
+    json_text(&object! {
+        mission: &mission.name,
+        version: VERSION,
+        seed: mission.seed,
+        input_hash: mission.hash_without_gains(),
+        objective: run.objective.name(),
+        searched: settings.space.searched(),
+        flights_per_design: run.flights,
+        designs: search.tried().len(),
+        unplanned: last.map_or(0, |g| g.unplanned),
+        flights: last.map_or(0.0, |g| g.flights),
+        stopped: run.stopped,
+        name: &run.name,
+        own: design_json(mission, &settings.own),
+        design: design_json(mission, &run.chosen.design),
+        judgement: judgement_json(&run.chosen.judgement),
+        allowed: run.allowed,
+        finalists: finalists,
+        fresh: judged,
+        better: run.is_better(),
+        #[serde(flatten)]
+        time: wall_s.map(|wall_s| object! { wall_s: wall_s }),
+    })
+}
+
+fn stamp(mission: &Mission) -> String {
+    Stamp { seed: mission.seed, input_hash: mission.hash_without_gains() }.csv_comment()
+}
+
+/// Origin of the gains, for their file.
+pub fn about(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> String {
+    format!(
+        "samara {VERSION} design: mission {}, {} of J_TPF over {} flights, seed {}, {} designs; the plan that they belong to is that of \
+         design_mission.json. Inputs sha256 {}. The yaw gains are the mission's.",
+        mission.name,
+        run.objective.name(),
+        run.flights,
+        mission.seed,
+        search.tried().len(),
+        mission.hash_without_gains(),
+    )
+}
+
+/// A number as text; empty when it is not finite.
+fn cell(x: f64) -> String {
+    if x.is_finite() { format!("{x:?}") } else { String::new() }
+}
+
+const DESIGN_COLUMNS: &str = "j_tpf,j_tpf_mean,j_tpf_worst,unsafe_flights,unrest,steady_after_s,altitude_lost_m,tilt_deg,energy_j,\
+                              attitude_weight,horizontal_weight,vertical_weight,rate_weight,input_weight,\
+                              input_reference,nodes";
+
+fn design_row(tried: &TriedDesign) -> String {
+    let (judgement, plan) = (&tried.judgement, &tried.design.plan);
+    let numbers = [
+        judgement.j_tpf,
+        judgement.mean,
+        judgement.worst,
+        judgement.unsafe_flights,
+        judgement.unrest,
+        judgement.steady_after_s,
+        judgement.altitude_lost_m,
+        judgement.tilt_rad * DEG_PER_RAD,
+        judgement.energy_j,
+    ];
+    let mut cells: Vec<String> = numbers.into_iter().map(cell).collect();
+    cells.extend(plan.weights.into_iter().chain([plan.input_weight]).map(cell));
+    cells.push(reference(plan.input_reference).to_owned());
+    cells.push(plan.nodes.to_string());
+    cells.extend(tried.design.gains.map(cell));
+    cells.join(",")
+}
+
+/// The search as CSV, generation by generation.
+pub fn convergence_csv(mission: &Mission, search: &DesignSearch) -> String {
+    let keys = Gains::LONGITUDINAL_KEYS.join(",");
+    let mut out = stamp(mission)
+        + &format!("generation,designs,unplanned,flights,median_cost,cost,{DESIGN_COLUMNS},{keys}\n");
+    for (i, generation) in search.history().iter().enumerate() {
+        let costs = [generation.flights, generation.median_cost, generation.best.cost].map(cell).join(",");
+        let (tried, unplanned) = (generation.tried, generation.unplanned);
+        out += &format!("{i},{tried},{unplanned},{costs},{}\n", design_row(&generation.best));
+    }
+    out
+}
+
+/// Fronts of the search as CSV: designs that no other beats in both cost and another measure.
+pub fn front_csv(mission: &Mission, search: &DesignSearch) -> String {
+    type Measure = fn(&Judgement) -> f64;
+    const MEASURES: [(&str, Measure); 4] = [
+        ("steady_after", |judgement| judgement.steady_after_s),
+        ("altitude_lost", |judgement| judgement.altitude_lost_m),
+        ("tilt", |judgement| judgement.tilt_rad),
+        ("energy", |judgement| judgement.energy_j),
+    ];
+    let keys = Gains::LONGITUDINAL_KEYS.join(",");
+    let mut out = stamp(mission) + &format!("front,cost,{DESIGN_COLUMNS},{keys}\n");
+    for (name, measure) in MEASURES {
+        for tried in search.front(measure) {
+            out += &format!("{name},{},{}\n", cell(tried.cost), design_row(&tried));
+        }
+    }
+    out
+}
