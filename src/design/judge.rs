@@ -7,13 +7,15 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::objective::{DesignBounds, DesignObjective, Judgement, LIMIT, LOST};
-use super::operating_point::shaft_energy_j;
+use super::margins::{LoopSetting, LoopsAt, OperatingPoint, loops_at};
+use super::operating_point::{body_of, shaft_energy_j};
 use super::{Design, PlanDesign};
-use crate::assess::{ReleaseDistribution, SafetyLimits};
+use crate::assess::tracking::control_period_s;
+use crate::assess::{ReleaseDistribution, SafetyLimits, StateCost};
 use crate::control::{ControlError, ControlLimits, Gains};
 use crate::model::rigid_body::BodyState;
 use crate::model::wind::Wind;
-use crate::model::{Environment, Vehicle};
+use crate::model::{Environment, MAX_ROTORS, Vehicle, trim};
 use crate::plan::{Guess, Plan, PlanProblem, SolverOptions, Status, plan};
 use crate::sim::PlantKind;
 use crate::sim::planar::{NotPlanar, Variation};
@@ -173,6 +175,48 @@ impl<'a> DesignJudge<'a> {
         let plan = self.plan(design)?;
         let pilot = self.flights.pilot(&plan.trajectory).ok()?;
         pilot.one_at_a_time().cloned()
+    }
+
+    /// The loops of a design, linearised at the release, at the plan's greatest J_state and at the target.
+    /// `None` when it has no plan.
+    pub fn loops(&self, design: &Design) -> Option<Vec<LoopsAt>> {
+        let plan = self.plan(&design.plan)?.trajectory;
+        let problem = &self.problem;
+        let peak = plan.nodes().iter().max_by(|a, b| {
+            let j_state = |node| StateCost::of(&body_of(node), &self.flights.safety).max();
+            j_state(a).total_cmp(&j_state(b))
+        })?;
+        let trimmed = trim(problem.vehicle, problem.environment, problem.target_v_ned, 0.0).ok()?;
+        let of_weight_n = problem.vehicle.mass.mass_kg * problem.environment.gravity_m_s2
+            / problem.vehicle.rotors.len().max(1) as f64;
+        let at_target = BodyState {
+            q_ned_from_body: trimmed.q_ned_from_body,
+            v_ned: problem.target_v_ned,
+            omega_body: Vector3::zeros(),
+            ..body_of(peak)
+        };
+        let points = [
+            // Rotors at rest answer to nothing: they carry the weight here.
+            OperatingPoint {
+                name: "release",
+                body: body_of(plan.nodes().first()?),
+                thrust_n: [of_weight_n; MAX_ROTORS],
+            },
+            OperatingPoint { name: "plan's peak", body: body_of(peak), thrust_n: peak.thrust_n },
+            OperatingPoint { name: "target", body: at_target, thrust_n: trimmed.thrust_n },
+        ];
+        let gains = Gains {
+            k_ppsi: self.flights.yaw.k_ppsi,
+            k_pr: self.flights.yaw.k_pr,
+            ..Gains::longitudinal(design.gains)
+        };
+        let setting = LoopSetting {
+            vehicle: problem.vehicle,
+            environment: problem.environment,
+            gains: &gains,
+            period_s: control_period_s(&plan),
+        };
+        points.iter().map(|point| loops_at(&setting, point).ok()).collect()
     }
 
     /// Plans and flies a design, until it is known to cost more than `ceiling`.

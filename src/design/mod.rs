@@ -8,6 +8,7 @@
 //! | [`objective`] | what a design costs, and its bounds |
 //! | [`judge`] | a design planned and flown |
 //! | [`operating_point`] | rotor speeds of thrusts, energy of a plan |
+//! | [`linear_loop`], [`margins`] | a sampled loop with its margins; those of a vehicle in flight |
 //! | [`search`] | the search, resumable to the bit |
 //! | [`fresh`] | what was chosen, on flights that chose nothing |
 //!
@@ -16,6 +17,8 @@
 
 pub mod fresh;
 pub mod judge;
+pub mod linear_loop;
+pub mod margins;
 pub mod objective;
 pub mod operating_point;
 pub mod plan_design;
@@ -25,6 +28,8 @@ pub mod space;
 
 pub use fresh::{CONDITIONS, FreshFlight, FreshResults, fly_fresh};
 pub use judge::{DesignFlights, DesignJudge, FINALISTS_FROM, Unknown};
+pub use linear_loop::{LinearLoop, Margins};
+pub use margins::{LOOPS, LoopSetting, LoopsAt, OperatingPoint, loops_at};
 pub use objective::{DesignBounds, DesignObjective, Judgement};
 pub use plan_design::{PlanDesign, WEIGHT_GROUPS};
 pub use search::{DesignSearch, DesignSearchSettings, Generation, TriedDesign};

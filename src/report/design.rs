@@ -9,7 +9,8 @@ use crate::assess::ChosenAmong;
 use crate::config::{Mission, Stamp};
 use crate::control::Gains;
 use crate::design::{
-    CONDITIONS, Design, DesignObjective, DesignSearch, FreshResults, Judgement, TriedDesign, WEIGHT_GROUPS,
+    CONDITIONS, Design, DesignObjective, DesignSearch, FreshResults, Judgement, LOOPS, LoopsAt, Margins,
+    TriedDesign, WEIGHT_GROUPS,
 };
 use crate::plan::InputReference;
 use crate::units::DEG_PER_RAD;
@@ -51,6 +52,8 @@ pub struct DesignRun {
     pub finalists: Vec<Finalist>,
     /// The mission's own design, where it has a plan, and the chosen one; none when interrupted.
     pub judged: Vec<JudgedDesign>,
+    /// The loops of the chosen design at the release, the plan's peak and the target.
+    pub loops: Vec<LoopsAt>,
     /// Designs that were judged now, not read from a checkpoint.
     pub fresh_evaluations: usize,
     /// Whether the search was stopped before its budget was used up.
@@ -172,7 +175,50 @@ pub fn text(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> String
     out += "(factors on the mission's own weights)\n\n";
     let sets: Vec<_> = shown.iter().map(|(name, design)| (name.as_str(), design.gains)).collect();
     out += &gains_table(&sets);
-    out + "\n" + &finalists_text(run) + &fresh_text(run)
+    out + "\n" + &loops_text(run) + &finalists_text(run) + &fresh_text(run)
+}
+
+fn loops_text(run: &DesignRun) -> String {
+    const WIDTHS: [usize; 9] = [15, 12, 8, 9, 9, 9, 9, 9, 8];
+    let heads = [
+        "loop", "at", "stable", "gain up", "gain down", "phase deg", "delay ms", "rad/s", "modulus",
+    ];
+    let mut out = columns(&WIDTHS, heads);
+    for (i, (name, _)) in LOOPS.iter().enumerate() {
+        for at in &run.loops {
+            let Some((_, margins)) = at.loops.get(i) else { continue };
+            let or_any = |x: Option<f64>, digits: usize| {
+                x.map_or_else(|| "any".to_owned(), |x| format!("{x:.digits$}"))
+            };
+            let cells = [
+                at.name.to_owned(),
+                if margins.stable { "yes" } else { "NO" }.to_owned(),
+                or_any(margins.gain_up, 2),
+                or_any(margins.gain_down, 3),
+                or_any(margins.phase_deg, 1),
+                or_any(margins.delay_s.map(|s| 1e3 * s), 0),
+                or_any(margins.crossover_rad_s, 2),
+                format!("{:.3}", margins.modulus),
+            ];
+            out += &columns(&WIDTHS, std::iter::once((*name).to_owned()).chain(cells));
+        }
+    }
+    out + "(gain: factors to the limit of stability; delay beyond the control period's own; each loop broken while the others are closed)\n\n"
+}
+
+fn margins_json((name, cut): (&str, &str), at: &str, margins: &Margins) -> impl Serialize {
+    object! {
+        r#loop: name,
+        broken_at: cut,
+        state: at,
+        stable: margins.stable,
+        gain_up: margins.gain_up,
+        gain_down: margins.gain_down,
+        phase_deg: margins.phase_deg,
+        delay_s: margins.delay_s,
+        crossover_rad_s: margins.crossover_rad_s,
+        modulus: margins.modulus,
+    }
 }
 
 fn finalists_text(run: &DesignRun) -> String {
@@ -308,6 +354,12 @@ pub fn json(mission: &Mission, search: &DesignSearch, run: &DesignRun, wall_s: O
             object! { design: &judged.name, air: air, results: results_json(results, ChosenAmong::ONE) }
         })
         .collect();
+    let margins: Vec<_> = run
+        .loops
+        .iter()
+        .flat_map(|at| LOOPS.iter().zip(&at.loops).map(move |(of, (_, margins))| (*of, at.name, margins)))
+        .map(|(of, at, margins)| margins_json(of, at, margins))
+        .collect();
     let last = search.history().last();
     json_text(&object! {
         mission: &mission.name,
@@ -326,6 +378,7 @@ pub fn json(mission: &Mission, search: &DesignSearch, run: &DesignRun, wall_s: O
         design: design_json(mission, &run.chosen.design),
         judgement: judgement_json(&run.chosen.judgement),
         allowed: run.allowed,
+        margins: margins,
         finalists: finalists,
         fresh: judged,
         better: run.is_better(),

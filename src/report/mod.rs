@@ -55,7 +55,7 @@ pub mod verify;
 
 pub use derived::{derived_json, derived_text};
 pub use faults::{faults_json, faults_text};
-pub use figure::{FigureError, convergence_figure, drop_figure, plan_figure};
+pub use figure::{FigureError, bode_figure, convergence_figure, drop_figure, plan_figure};
 pub use flight_arrays::flight_arrays;
 pub use flight_csv::FlightCsv;
 pub use json::{

@@ -98,6 +98,7 @@ fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
         allowed: best.judgement.is_allowed(&bounds),
         finalists: Vec::new(),
         judged: Vec::new(),
+        loops: Vec::new(),
         fresh_evaluations: done.fresh,
         stopped: done.stopped,
         wall_s: 0.0,
@@ -111,6 +112,8 @@ fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
         run.allowed = chosen.judgement.is_allowed(&bounds);
         results::write_design(&folder, mission, &judge, &search, &run)?;
     }
+    run.loops = judge.loops(&run.chosen.design).unwrap_or_default();
+    results::write_bode(&folder, mission, &run)?;
     run.judged = both(args, mission, &judge, &run, &go_on);
     run.wall_s = 1e-3 * watch.ms();
     folder.write_text("design.json", &design::json(mission, &search, &run, None))?;

@@ -10,6 +10,7 @@ use crate::cli::results::OutputFolder;
 use samara::config::{Mission, designed_mission_json, gains_json, load_mission};
 use samara::control::Gains;
 use samara::design::{DesignJudge, DesignSearch};
+use samara::report::bode_figure;
 use samara::report::design::{self, DesignRun};
 
 const MISSION: &str = "design_mission.json";
@@ -37,6 +38,15 @@ pub fn write_design(
     }
     folder.write_text("design.csv", &design::convergence_csv(mission, search))?;
     folder.write_text("design_front.csv", &design::front_csv(mission, search)).map(|_| ())
+}
+
+/// Writes `design_bode.svg`, the responses of the chosen design's loops.
+pub fn write_bode(folder: &OutputFolder, mission: &Mission, run: &DesignRun) -> Result<(), Failure> {
+    if run.loops.is_empty() {
+        return Ok(());
+    }
+    let figure = bode_figure(mission, &run.name, &run.loops).context("the figure of the loops")?;
+    folder.write_text("design_bode.svg", &figure).map(|_| ())
 }
 
 /// Writes the manifest of a design, with the options that made it.

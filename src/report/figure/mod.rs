@@ -10,12 +10,14 @@
 //! | `track`, `sheet` | the motion of a flight or a plan; what a figure of it shows |
 //! | `flight_path`, `heading`, `glyph` | the path as in the paper's figure 7, with small vehicles |
 //! | `rotors` | which rotors share a line |
+//! | `bode` | gain and phase of loops over the frequency |
 //! | `convergence` | the cost of a search over its evaluations |
 //! | `distribution` | the share of a campaign's trials below each value, beside the limit |
 //! | `time_panels` | velocities, pitch, thrusts, J_state over time |
 //! | `study`, `study_paths`, `study_campaigns` | the paper's figures 7 to 14 |
 
 mod axis;
+mod bode;
 mod canvas;
 pub(super) mod color;
 mod convergence;
@@ -33,6 +35,7 @@ mod study_paths;
 mod time_panels;
 mod track;
 
+pub use bode::bode_figure;
 pub use canvas::FigureError;
 pub use convergence::convergence_figure;
 pub use distribution::{Distribution, distribution_figure};

@@ -1,0 +1,242 @@
+//! Margins of the cascade's loops on a vehicle in flight: linearised in the vertical plane at a state, with
+//! rotors and motors as they are and the control period's sampling.
+//!
+//! The states are `v_N, v_D, theta, Q`, the speed of each rotor, and the integrals of the cascade. Each loop
+//! is broken at one signal while all others stay closed. Away from the target the state is none of rest: the
+//! flight is then taken as if it stood still there, as is usual for margins along a path.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use super::linear_loop::{LinearLoop, Margins, sampled};
+use super::operating_point::rotor_speeds;
+use crate::control::{Airframe, ControlError, Gains};
+use crate::frames::{pitch, quaternion_from_euler};
+use crate::math;
+use crate::model::rigid_body::BodyState;
+use crate::model::{Environment, MAX_ROTORS, PerRotor, Vehicle};
+
+/// Where each loop is broken: name of the loop, and of the signal.
+pub const LOOPS: [(&str, &str); 4] = [
+    ("pitch rate", "angular acceleration command"),
+    ("pitch", "pitch rate command"),
+    ("velocity north", "acceleration command north"),
+    ("velocity down", "acceleration command down"),
+];
+
+/// A state in which loops are linearised.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OperatingPoint {
+    /// Name of the state: "release", "plan's peak", "target".
+    pub name: &'static str,
+    /// State of the body, in the vertical plane to the north.
+    pub body: BodyState,
+    /// Thrust of each rotor [N].
+    pub thrust_n: PerRotor,
+}
+
+/// The loops at a state.
+#[derive(Clone, Debug)]
+pub struct LoopsAt {
+    /// Name of the state.
+    pub name: &'static str,
+    /// The loops in the order of [`LOOPS`], with their margins.
+    pub loops: Vec<(LinearLoop, Margins)>,
+}
+
+/// Vehicle, site and controller whose loops are linearised.
+#[derive(Clone, Copy, Debug)]
+pub struct LoopSetting<'a> {
+    /// The vehicle.
+    pub vehicle: &'a Vehicle,
+    /// The site.
+    pub environment: &'a Environment,
+    /// Gains of the cascade.
+    pub gains: &'a Gains,
+    /// Control period [s].
+    pub period_s: f64,
+}
+
+/// Least thrust of a rotor at which its response is taken, as a share of its part of the weight: that of a
+/// throttle, a square root, is without bound at zero.
+const LEAST_SHARE: f64 = 0.1;
+
+/// The loops at a state.
+///
+/// # Errors
+/// [`ControlError`] when the rotors cannot be controlled.
+pub fn loops_at(setting: &LoopSetting<'_>, point: &OperatingPoint) -> Result<LoopsAt, ControlError> {
+    let airframe = Airframe::new(setting.vehicle, setting.environment)?;
+    let cut = |signal: usize| {
+        let broken = linearised(setting, &airframe, point, signal);
+        let margins = broken.margins();
+        (broken, margins)
+    };
+    Ok(LoopsAt { name: point.name, loops: (0..LOOPS.len()).map(cut).collect() })
+}
+
+/// Number of states of the body in the plane.
+const BODY: usize = 4;
+/// Number of integrals of the cascade: velocity north and down, pitch rate.
+const INTEGRALS: usize = 3;
+
+fn linearised(
+    setting: &LoopSetting<'_>,
+    airframe: &Airframe,
+    point: &OperatingPoint,
+    signal: usize,
+) -> LinearLoop {
+    let LoopSetting { vehicle, environment, gains: k, period_s, .. } = *setting;
+    let rotors = vehicle.rotors.len();
+    let weight_n = vehicle.mass.mass_kg * environment.gravity_m_s2 / rotors.max(1) as f64;
+    let thrust_n = point.thrust_n.map(|thrust| thrust.max(LEAST_SHARE * weight_n));
+    let speeds = rotor_speeds(vehicle, environment, &point.body, &thrust_n);
+    let throttles = holding_throttles(setting, &point.body, &speeds);
+    let (f, g) = {
+        let (a, b) = derivatives(setting, &point.body, &speeds, &throttles);
+        sampled(&a, &b, period_s)
+    };
+
+    let (plant, all) = (BODY + rotors, BODY + rotors + INTEGRALS);
+    let (integral_n, integral_d, integral_q) = (plant, plant + 1, plant + 2);
+    // Rows over the states and, last, the signal at the cut.
+    let row = |entries: &[(usize, f64)]| {
+        let mut row = DVector::<f64>::zeros(all + 1);
+        entries.iter().for_each(|&(i, x)| row[i] += x);
+        row
+    };
+    let at_cut = row(&[(all, 1.0)]);
+    let mut out = DVector::zeros(all + 1);
+    let mut broken = |which: usize, command: DVector<f64>| {
+        if which == signal {
+            out = command;
+            at_cut.clone()
+        } else {
+            command
+        }
+    };
+    let limit_n = airframe.mixer.thrust_limit_n();
+    let commanded_n: Vec<f64> = throttles[..rotors].iter().map(|u| u * u * limit_n).collect();
+    let up = commanded_n.iter().sum::<f64>() / vehicle.mass.mass_kg;
+    let level = -up * math::tan(pitch(point.body.q_ned_from_body));
+
+    let a_n = broken(2, row(&[(0, -k.k_pvx), (integral_n, 1.0)]));
+    let a_d = broken(3, row(&[(1, -k.k_pvz), (integral_d, 1.0)]));
+    // theta_c = atan2(-a_N, up), up = g - a_D
+    let squares = up * up + level * level;
+    let theta_c = &a_n * (-up / squares) - &a_d * (level / squares);
+    let rate_c = broken(1, (theta_c - row(&[(2, 1.0)])) * k.k_ptheta);
+    let error_q = &rate_c - row(&[(3, 1.0)]);
+    let turn = broken(0, &error_q * k.k_pq + row(&[(integral_q, 1.0)]));
+
+    let lift = a_d * -airframe.mass_kg;
+    let moment = turn * airframe.inertia_kg_m2[(1, 1)];
+    let (per_lift, per_moment) = allocation(airframe);
+    let mut a = DMatrix::zeros(all, all + 1);
+    a.view_mut((0, 0), (plant, plant)).copy_from(&f);
+    for i in 0..rotors {
+        let thrust = &lift * per_lift[i] + &moment * per_moment[i];
+        // u = sqrt(T/T_lim)
+        let throttle = thrust / (2.0 * (commanded_n[i] * limit_n).max(f64::MIN_POSITIVE).sqrt());
+        for r in 0..plant {
+            for c in 0..=all {
+                a[(r, c)] += g[(r, i)] * throttle[c];
+            }
+        }
+    }
+    for (integral, rate) in [
+        (integral_n, row(&[(0, -k.k_ivx)])),
+        (integral_d, row(&[(1, -k.k_ivz)])),
+        (integral_q, error_q * k.k_iq),
+    ] {
+        for c in 0..=all {
+            a[(integral, c)] += period_s * rate[c];
+        }
+        a[(integral, integral)] += 1.0;
+    }
+    LinearLoop {
+        b: a.column(all).into_owned(),
+        a: a.columns(0, all).into_owned(),
+        c: out.rows(0, all).into_owned(),
+        period_s,
+    }
+}
+
+/// Thrust of each rotor per newton of lift, and per newton metre of pitch moment, well within its limits.
+fn allocation(airframe: &Airframe) -> (PerRotor, PerRotor) {
+    let half_n = 0.5 * airframe.lift_max_n;
+    let small = 1e-3;
+    let slope = |more: PerRotor, less: PerRotor, step: f64| -> PerRotor {
+        std::array::from_fn(|i| (more[i] - less[i]) / (2.0 * step))
+    };
+    let lift = |by: f64| airframe.mixer.thrusts(half_n * (1.0 + by), &Vector3::zeros());
+    let moment_nm = small * half_n;
+    let moment = |by: f64| airframe.mixer.thrusts(half_n, &Vector3::new(0.0, by * moment_nm, 0.0));
+    (slope(lift(small), lift(-small), small * half_n), slope(moment(1.0), moment(-1.0), moment_nm))
+}
+
+/// The throttle at which each rotor keeps its speed, from 0.02 to 1.
+fn holding_throttles(setting: &LoopSetting<'_>, body: &BodyState, speeds: &PerRotor) -> PerRotor {
+    let LoopSetting { vehicle, environment, .. } = *setting;
+    let (mut low, mut high) = ([0.02; MAX_ROTORS], [1.0; MAX_ROTORS]);
+    for _ in 0..40 {
+        let middle: PerRotor = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
+        let rate = vehicle.powered_derivative(environment, body, speeds, &middle, false);
+        for i in 0..vehicle.rotors.len() {
+            let end = if rate.rotor_acceleration[i] < 0.0 { &mut low[i] } else { &mut high[i] };
+            *end = middle[i];
+        }
+    }
+    std::array::from_fn(|i| 0.5 * (low[i] + high[i]))
+}
+
+/// Derivatives of the states' rates by the states and by the throttles, by central differences.
+fn derivatives(
+    setting: &LoopSetting<'_>,
+    body: &BodyState,
+    speeds: &PerRotor,
+    throttles: &PerRotor,
+) -> (DMatrix<f64>, DMatrix<f64>) {
+    let LoopSetting { vehicle, environment, .. } = *setting;
+    let rotors = vehicle.rotors.len();
+    let n = BODY + rotors;
+    let theta = pitch(body.q_ned_from_body);
+    let rates = |x: &DVector<f64>, u: &PerRotor| -> DVector<f64> {
+        let body = BodyState {
+            q_ned_from_body: quaternion_from_euler(0.0, theta + x[2], 0.0),
+            v_ned: body.v_ned + Vector3::new(x[0], 0.0, x[1]),
+            omega_body: body.omega_body + Vector3::new(0.0, x[3], 0.0),
+            ..*body
+        };
+        let mut turning = *speeds;
+        (0..rotors).for_each(|i| turning[i] += x[BODY + i]);
+        let rate = vehicle.powered_derivative(environment, &body, &turning, u, false);
+        let of_body = [rate.body.v_dot_ned.x, rate.body.v_dot_ned.z, body.omega_body.y, rate.body.omega_dot_body.y];
+        let all = of_body.into_iter().chain(rate.rotor_acceleration[..rotors].iter().copied());
+        DVector::from_iterator(n, all)
+    };
+    // Across a cell of the tables on the mean, for a table's slope jumps from cell to cell.
+    let steps = |i: usize| match i {
+        0 | 1 => 0.05,
+        2 => 0.01,
+        3 => 0.02,
+        rotor => 0.01 * speeds[rotor - BODY].max(1.0),
+    };
+    let (mut a, mut b) = (DMatrix::zeros(n, n), DMatrix::zeros(n, rotors));
+    for i in 0..n {
+        let mut x = DVector::zeros(n);
+        x[i] = steps(i);
+        let slope = (rates(&x, throttles) - rates(&-&x, throttles)) / (2.0 * steps(i));
+        a.set_column(i, &slope);
+    }
+    for i in 0..rotors {
+        let with = |by: f64| {
+            let mut u = *throttles;
+            u[i] += by;
+            rates(&DVector::zeros(n), &u)
+        };
+        // Within the throttle's range.
+        let step = 0.005f64.min(0.5 * (1.0 - throttles[i])).max(1e-6);
+        b.set_column(i, &((with(step) - with(-step)) / (2.0 * step)));
+    }
+    (a, b)
+}
