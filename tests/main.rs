@@ -14,6 +14,7 @@ mod assess;
 mod cli;
 #[cfg(all(feature = "files", feature = "link"))]
 mod command_long;
+mod design;
 mod drop_campaigns;
 mod examples;
 mod fuzz;

@@ -52,7 +52,7 @@ impl Earlier {
 
     /// Whether it took minutes or hours: it is not removed for another verb's plan.
     fn is_long(&self) -> bool {
-        self.verb.starts_with("assess") || self.verb == "tune"
+        self.verb.starts_with("assess") || self.verb == "tune" || self.verb == "design"
     }
 }
 

@@ -40,8 +40,8 @@ impl Evaluated for Evaluation {
     }
 }
 
-/// The judgement on a design: `[j_tpf, mean, worst, unsafe, unrest, steady_after_s, altitude_lost_m, tilt_rad,
-/// energy_j, flights]`.
+/// The judgement on a design: `[j_tpf, mean, worst, unsafe, unrest, steady_after_s, altitude_lost_m,
+/// tilt_rad, energy_j, flights]`.
 impl Evaluated for Judgement {
     type Numbers = [f64; 10];
 

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::objective::{DesignBounds, DesignObjective, Judgement, LIMIT, LOST};
 use super::margins::{LoopSetting, LoopsAt, OperatingPoint, loops_at};
+use super::objective::{DesignBounds, DesignObjective, Judgement, LIMIT, LOST};
 use super::operating_point::{body_of, shaft_energy_j};
 use super::{Design, PlanDesign};
 use crate::assess::tracking::control_period_s;

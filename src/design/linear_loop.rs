@@ -286,7 +286,8 @@ mod tests {
         assert!(margins.stable && sampled.is_stable() && !beyond.is_stable());
     }
 
-    /// The gain margin is the factor at which the closed loop loses its stability, the delay margin the delay.
+    /// The gain margin is the factor at which the closed loop loses its stability, the delay margin the
+    /// delay.
     #[test]
     fn prop_margins_are_the_limits_of_stability() {
         let (kp, kd, period_s) = (4.0, 3.0, 0.01);

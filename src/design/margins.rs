@@ -210,7 +210,8 @@ fn derivatives(
         let mut turning = *speeds;
         (0..rotors).for_each(|i| turning[i] += x[BODY + i]);
         let rate = vehicle.powered_derivative(environment, &body, &turning, u, false);
-        let of_body = [rate.body.v_dot_ned.x, rate.body.v_dot_ned.z, body.omega_body.y, rate.body.omega_dot_body.y];
+        let of_body =
+            [rate.body.v_dot_ned.x, rate.body.v_dot_ned.z, body.omega_body.y, rate.body.omega_dot_body.y];
         let all = of_body.into_iter().chain(rate.rotor_acceleration[..rotors].iter().copied());
         DVector::from_iterator(n, all)
     };
@@ -239,4 +240,48 @@ fn derivatives(
         b.set_column(i, &((with(step) - with(-step)) / (2.0 * step)));
     }
     (a, b)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Complex;
+
+    use super::*;
+    use crate::control::test_vehicles::{ARM_M, GRAVITY_M_S2, J_YY, MASS_KG, quadrotor, site};
+    use crate::frames::LEVEL;
+    use crate::model::VehicleOptions;
+
+    /// Hover without air: `J Q' = M` and `m v_D' = -T` behind rotors that follow with a lag of 0.15 s, the
+    /// mean of speeding up and slowing down. So `L = K_pq (s + K_ptheta)/s^2 /(1 + 0.15 s)` of the pitch rate,
+    /// the attitude held, and `L = K_pvz/s /(1 + 0.15 s)` downwards; sampling delays by half a period.
+    #[test]
+    fn closed_form_loops_of_a_hover_without_air() {
+        let options = VehicleOptions { reaction_torque: false, rotor_momentum: false };
+        let vehicle = quadrotor([ARM_M, 1.1], [620.0, J_YY, 1160.0], [0.0; 3], options);
+        let gains = Gains::longitudinal([4.0, 0.0, 1.5, 2.0, 0.0, 0.0, 0.0]);
+        let (environment, period_s) = (site(), 0.002);
+        let setting = LoopSetting { vehicle: &vehicle, environment: &environment, gains: &gains, period_s };
+        let body = BodyState {
+            p_ned: Vector3::zeros(),
+            q_ned_from_body: LEVEL,
+            v_ned: Vector3::zeros(),
+            omega_body: Vector3::zeros(),
+        };
+        let thrust_n = [MASS_KG * GRAVITY_M_S2 / 4.0; MAX_ROTORS];
+        let at = loops_at(&setting, &OperatingPoint { name: "hover", body, thrust_n }).unwrap();
+        for omega in [0.5, 3.0, 20.0] {
+            let s = Complex::new(0.0, omega);
+            let one = Complex::new(1.0, 0.0);
+            let (sin, cos) = math::sin_cos(-0.5 * omega * period_s);
+            let lag = Complex::new(cos, sin) / (one + s * 0.15);
+            let wanted = [(0usize, (s + 1.5) * 4.0 / (s * s) * lag), (3, one * 2.0 / s * lag)];
+            for (i, wanted) in wanted {
+                let found = at.loops[i].0.response(omega);
+                let off = found - wanted;
+                let share = math::hypot(off.re, off.im) / math::hypot(wanted.re, wanted.im);
+                assert!(share < 2e-3, "loop {i} at {omega}: {found} for {wanted}");
+            }
+        }
+        assert!(at.loops[0].1.stable && at.loops[3].1.stable);
+    }
 }

@@ -180,9 +180,7 @@ pub fn text(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> String
 
 fn loops_text(run: &DesignRun) -> String {
     const WIDTHS: [usize; 9] = [15, 12, 8, 9, 9, 9, 9, 9, 8];
-    let heads = [
-        "loop", "at", "stable", "gain up", "gain down", "phase deg", "delay ms", "rad/s", "modulus",
-    ];
+    let heads = ["loop", "at", "stable", "gain up", "gain down", "phase deg", "delay ms", "rad/s", "modulus"];
     let mut out = columns(&WIDTHS, heads);
     for (i, (name, _)) in LOOPS.iter().enumerate() {
         for at in &run.loops {

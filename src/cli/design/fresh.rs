@@ -12,17 +12,18 @@ use samara::report::design::{DesignRun, Finalist};
 
 /// Flights between two looks at Ctrl-C.
 const PORTION: u64 = 64;
-/// Flights that each finalist is judged by.
+/// Most flights that each finalist is judged by.
 const FINALIST_FLIGHTS: u64 = 2000;
 
-/// The finalists, each on the same flights with everything unknown and turbulence; none when Ctrl-C put an
-/// end to it.
+/// The finalists, each on the same flights with everything unknown and turbulence, no more than the last
+/// judgement has in a condition; none when Ctrl-C put an end to it.
 pub fn judge_finalists(
     judge: &DesignJudge<'_>,
     finalists: &[TriedDesign],
+    unseen: u64,
     go_on: &(dyn Fn() -> bool + Sync),
 ) -> Vec<Finalist> {
-    let numbers = FINALISTS_FROM..FINALISTS_FROM + FINALIST_FLIGHTS;
+    let numbers = FINALISTS_FROM..FINALISTS_FROM + FINALIST_FLIGHTS.min(unseen);
     let (_, unknown) = CONDITIONS[CONDITIONS.len() - 1];
     let judged = finalists.iter().map(|tried| {
         let flown = fly(judge, &tried.design, numbers.clone(), unknown, go_on)?;

@@ -106,7 +106,8 @@ fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
     // What was found is kept before it is tried on anything else.
     results::write_design(&folder, mission, &judge, &search, &run)?;
     let go_on = || !interrupted.load(Ordering::Relaxed);
-    run.finalists = judge_finalists(&judge, &search.finalists(args.finalists as usize), &go_on);
+    let finalists = search.finalists(args.finalists as usize);
+    run.finalists = judge_finalists(&judge, &finalists, u64::from(args.unseen), &go_on);
     if let Some(chosen) = fresh::choose(&run) {
         run.chosen = chosen;
         run.allowed = chosen.judgement.is_allowed(&bounds);

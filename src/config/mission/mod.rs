@@ -3,7 +3,8 @@
 //! | file | holds |
 //! |---|---|
 //! | `site`, `wind`, `release`, `plan`, `limits` | sections, each with its JSON, its checks and its meaning |
-//! | `vortex_ring`, `control`, `design`, `study`, `battery`, `equipment`, `faults`, `px4` | sections, likewise |
+//! | `vortex_ring`, `control`, `study`, `battery`, `equipment`, `faults`, `px4` | sections, likewise |
+//! | `design` | how plan and gains are designed together, likewise |
 //! | `effects` | the effects that it names beside the plain drop, and the mission without them |
 //! | `made` | what is made of a mission: simulation, plan, study, drops |
 //! | `inputs` | the hash of the files and of what was chosen beside them |

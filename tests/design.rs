@@ -1,0 +1,117 @@
+//! `samara design` as a user meets it: the same design whatever happens on the way, in a mission that flies.
+#![cfg(feature = "cli")]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn samara(folder: &Path, words: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_samara")).current_dir(folder).args(words).output().unwrap()
+}
+
+/// A quick mission: 5 s of plan, 10 s of flight, few flights for each design.
+fn quick(folder: &Path) -> String {
+    let text = fs::read_to_string("mission/x500_drop.json").unwrap();
+    let more =
+        "\"seed\": 1,\n  \"design\": { \"draws\": 24, \"settle_s\": 5, \"search\": { \"nodes\": [38] } },";
+    let text = text.replacen("\"seed\": 1,", more, 1);
+    let root = env!("CARGO_MANIFEST_DIR");
+    let file = folder.join("quick.json");
+    fs::write(&file, text.replace("\"../", &format!("\"{root}/"))).unwrap();
+    file.display().to_string()
+}
+
+fn design(folder: &Path, mission: &str, more: &[&str]) -> Output {
+    let words = ["design", mission, "--unseen", "24", "--finalists", "2"];
+    samara(folder, &[&words[..], more].concat())
+}
+
+const FILES: [&str; 9] = [
+    "design.json",
+    "design_mission.json",
+    "design_gains.json",
+    "design.csv",
+    "design_front.csv",
+    "design_checkpoint.json",
+    "design_bode.svg",
+    "trajectory.csv",
+    "plan.json",
+];
+
+/// A search on one thread, and one on two that ends early and is resumed, write the same bytes; the mission
+/// that is written is read, and its plan is the design's.
+#[test]
+fn prop_a_design_is_the_same_on_any_threads_and_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mission = quick(folder.path());
+    let whole =
+        design(folder.path(), &mission, &["--budget", "36", "--out", "whole", "--threads", "1", "--json"]);
+    let error = String::from_utf8_lossy(&whole.stderr).into_owned();
+    assert!(matches!(whole.status.code(), Some(0 | 1)), "{error}");
+    let told: serde_json::Value = serde_json::from_slice(&whole.stdout).unwrap();
+    // The mission's own, and with trim or more weight on the descent; then two generations.
+    assert_eq!((&told["designs"], &told["stopped"]), (&36.into(), &false.into()), "{told}");
+    assert_eq!(told["finalists"].as_array().map(Vec::len), Some(2));
+    assert_eq!(told["fresh"].as_array().map(Vec::len), Some(6), "own and design in three conditions");
+    assert_eq!(told["margins"].as_array().map(Vec::len), Some(12), "four loops in three states");
+    let in_parts = |more: &[&str]| {
+        let words = [&["--out", "parts"][..], more].concat();
+        let output = design(folder.path(), &mission, &words);
+        assert!(matches!(output.status.code(), Some(0 | 1)), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    in_parts(&["--budget", "20", "--threads", "2"]);
+    in_parts(&["--budget", "36", "--threads", "2", "--resume"]);
+    for file in FILES {
+        let read = |part: &str| fs::read(folder.path().join(part).join(file)).unwrap();
+        assert!(read("whole") == read("parts"), "{file}");
+    }
+    let check = samara(folder.path(), &["check", "whole/design_mission.json"]);
+    assert_eq!(check.status.code(), Some(0), "{}", String::from_utf8_lossy(&check.stderr));
+    let plan = samara(folder.path(), &["plan", "whole/design_mission.json", "--out", "plan"]);
+    assert_eq!(plan.status.code(), Some(0), "{}", String::from_utf8_lossy(&plan.stderr));
+    let nodes = |part: &str| {
+        let text = fs::read_to_string(folder.path().join(part).join("trajectory.csv")).unwrap();
+        text.lines().filter(|line| !line.starts_with('#')).map(str::to_owned).collect::<Vec<_>>()
+    };
+    assert_eq!(nodes("plan"), nodes("whole"));
+}
+
+/// A checkpoint of another search is refused, with what differs; so is a time limit that is none.
+#[test]
+fn what_is_not_of_the_search_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let mission = quick(folder.path());
+    let first = design(folder.path(), &mission, &["--budget", "4", "--out", "out"]);
+    assert!(matches!(first.status.code(), Some(0 | 1)), "{}", String::from_utf8_lossy(&first.stderr));
+    for (more, words) in [
+        (&["--resume", "--seed", "2", "--out", "out"][..], "seed was 1, is 2"),
+        (&["--resume", "--start", "x500_hover", "--out", "out"], "start was x500"),
+        (&["--resume", "--out", "nowhere"], "design_checkpoint.json"),
+        (&["--time-limit", "0"], "a positive number is expected"),
+        (&["--budget", "0"], "a whole number from 1"),
+    ] {
+        let output = design(folder.path(), &mission, more);
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && error.contains(words), "{more:?}: {error}");
+    }
+}
+
+/// A vehicle that is drafted from its data sheet, with six rotors, is designed like any other.
+#[test]
+fn a_hexacopter_of_one_s_own_is_designed() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |line: &str| {
+        let words: Vec<&str> = line.split(' ').collect();
+        let output = samara(folder.path(), &words);
+        let code = output.status.code();
+        assert!(matches!(code, Some(0 | 1)), "{line}: {code:?} {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    run("new vehicle heron --mass 4.5 --frame hexa-x --arm 0.35 --propeller 15in --thrust 18");
+    run(
+        "new mission heron_drop --vehicle heron.json --planet earth --altitude 3000 --from balloon --target 0,0,0",
+    );
+    let said = run("design heron_drop.json --budget 8 --unseen 16 --finalists 1 --out out");
+    assert!(said.lines().last().unwrap().contains("J_TPF in turbulence"), "{said}");
+    assert!(folder.path().join("out/design_mission.json").exists());
+}
