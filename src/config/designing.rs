@@ -112,6 +112,66 @@ pub fn designed_mission_json(
     planned.insert("cost_state".to_owned(), plan.cost_state(&mission.plan.cost_state).to_vec().into());
     planned.insert("cost_input_per_n2".to_owned(), (mission.plan.cost_input * plan.input_weight).into());
     planned.insert("cost_input_reference".to_owned(), reference.into());
-    let text = serde_json::to_string_pretty(&json).map_err(|_| no_plan())? + "\n";
-    Ok(text)
+    Ok(as_missions_are_written(&json, 0) + "\n")
+}
+
+/// Widest object that stands on one line.
+const LINE: usize = 100;
+
+/// JSON as missions are written: objects line by line, unless they are short and hold no others.
+fn as_missions_are_written(value: &Value, depth: usize) -> String {
+    let nested = |value: &Value| value.is_object() || value.is_array();
+    let (inner, outer) = ("  ".repeat(depth + 1), "  ".repeat(depth));
+    let lines = |entries: Vec<String>, [open, close]: [char; 2]| {
+        let entries: Vec<String> = entries.iter().map(|entry| format!("{inner}{entry}")).collect();
+        format!("{open}\n{}\n{outer}{close}", entries.join(",\n"))
+    };
+    match value {
+        Value::Array(items) => {
+            let written: Vec<String> =
+                items.iter().map(|item| as_missions_are_written(item, depth + 1)).collect();
+            if items.iter().any(nested) {
+                lines(written, ['[', ']'])
+            } else {
+                format!("[{}]", written.join(", "))
+            }
+        }
+        Value::Object(members) => {
+            let written: Vec<String> = members
+                .iter()
+                .map(|(key, member)| {
+                    format!("{}: {}", Value::from(key.as_str()), as_missions_are_written(member, depth + 1))
+                })
+                .collect();
+            let line = format!("{{ {} }}", written.join(", "));
+            let is_short = depth > 0 && line.len() <= LINE && !members.values().any(Value::is_object);
+            if is_short && !line.contains('\n') { line } else { lines(written, ['{', '}']) }
+        }
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{MissionText, parse_mission};
+
+    /// Everything but plan and gains stays as it was; the text is a mission, whose plan is the design's.
+    #[test]
+    fn a_designed_mission_is_read_and_keeps_the_rest() {
+        let mission = Mission::shipped("titan_drop").unwrap();
+        let mut plan = mission.own_design().plan;
+        plan.weights[2] = 10.0;
+        plan.input_reference = InputReference::Trim;
+        plan.nodes = 75;
+        let gains = "built-in:params/gains/safety.json";
+        let text = designed_mission_json(&mission, &plan, gains, |path| path.display().to_string()).unwrap();
+        let file = std::path::Path::new("elsewhere/design_mission.json");
+        let read = parse_mission(&MissionText { mission: &text, file, vehicle: None, gains: None }).unwrap();
+        assert_eq!(read.plan.cost_state, [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 10.0, 10.0, 10.0, 10.0]);
+        assert_eq!((read.plan.nodes, read.plan.cost_input_reference), (75, InputReference::Trim));
+        assert_eq!((read.control.gains_name.as_str(), read.vehicle_name), ("safety", mission.vehicle_name));
+        assert_eq!((read.study.cases, read.duration_s), (mission.study.cases, mission.duration_s));
+        assert!(text.contains("    \"cost_state\": [1.0, 1.0,"), "{text}");
+    }
 }
