@@ -252,7 +252,7 @@ mod tests {
     use crate::model::VehicleOptions;
 
     /// Hover without air: `J Q' = M` and `m v_D' = -T` behind rotors that follow with a lag of 0.15 s, the
-    /// inverse of the mean rate of speeding up and slowing down. So `L = K_pq (s + K_ptheta)/s^2/(1 + 0.15 s)`
+    /// inverse of the mean rate of speeding up and slowing down. `L = K_pq (s + K_ptheta)/s^2/(1 + 0.15 s)`
     /// of the pitch rate and `L = K_pvz/s/(1 + 0.15 s)` downwards; sampling delays by half a period.
     #[test]
     fn closed_form_loops_of_a_hover_without_air() {
