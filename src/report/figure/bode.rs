@@ -93,19 +93,22 @@ fn column(pen: &mut Pen<'_>, states: &[LoopsAt], shown: [usize; 2], edges: (f64,
     }
 }
 
-/// Gain and phase in pieces that lie within their panels; the phase is followed from frequency to frequency.
+/// Gain and phase in pieces that lie within their panels; the phase lies between -360 deg and 0, and a line
+/// that leaves on one side goes on at the other.
 fn curves(open: &LinearLoop, gain: &Panel, phase: &Panel) -> Vec<Vec<Point>> {
     let (mut gains, mut phases) = (vec![Vec::new()], vec![Vec::new()]);
-    let mut before: Option<f64> = None;
+    let mut before = f64::NAN;
     for omega in open.frequencies() {
         let l = open.response(omega);
         if !(l.re.is_finite() && l.im.is_finite()) {
             continue;
         }
-        let mut angle_deg = math::atan2(l.im, l.re) * DEG_PER_RAD;
-        let near = before.unwrap_or(-90.0);
-        angle_deg += 360.0 * ((near - angle_deg) / 360.0).round();
-        before = Some(angle_deg);
+        let turned = (math::atan2(l.im, l.re) * DEG_PER_RAD).rem_euclid(360.0);
+        let angle_deg = if turned > 0.0 { turned - 360.0 } else { turned };
+        if (angle_deg - before).abs() > 180.0 {
+            phases.push(Vec::new());
+        }
+        before = angle_deg;
         let decade = math::log10(omega);
         place(gain, decade, 20.0 * math::log10(size(l).max(f64::MIN_POSITIVE)), &mut gains);
         place(phase, decade, angle_deg, &mut phases);
