@@ -796,7 +796,7 @@ const EDITS: &[Edit] = &[
         "\"seed\": 1, \"design\": { \"search\": { \"input_references\": [\"trimmed\"] } },",
         0,
         "design.search.input_references[0]: ",
-        &["did you mean `trim`?"],
+        &["unknown variant `trimmed`", "expected `zero` or `trim`"],
     ),
     // Two models where one belongs; JSON that is none.
     (
