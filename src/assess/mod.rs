@@ -8,6 +8,7 @@
 //! | [`batch`] | both for many planar flights at once | |
 //! | [`releases`] | random releases | (40)-(44), IV.B |
 //! | [`drops`] | random drops from the canopy to the end, and what is measured of them | |
+//! | [`envelope`] | how far from the nominal release a drop may begin and be safe | |
 //! | [`study`] | controllers flown from many releases | V |
 //! | [`statistics`], [`beta`] | mean, deviation, extremes, confidence intervals | V.A |
 //! | [`chosen`] | bounds on what was chosen among several | |
@@ -17,6 +18,7 @@ pub mod batch;
 pub mod beta;
 pub mod chosen;
 pub mod drops;
+pub mod envelope;
 pub mod paper;
 pub mod power;
 pub mod releases;

@@ -172,6 +172,21 @@ impl SafetyStudy {
         entry: &StudyEntry,
         releases: &[RandomRelease],
     ) -> Result<(Model, BatchMeasure, Vec<Flight>), OneAtATime> {
+        let (model, gains) = self.in_the_plane(entry)?;
+        let target_m_s = [self.target_v_ned.x, self.target_v_ned.z];
+        let plan = self.flight_plan(entry, CONTROL_PERIOD_S);
+        let measure = BatchMeasure::new(&plan, None, self.limits, target_m_s, self.steady_within_m_s)?
+            .to_plans_end(self.plan.end_s());
+        let flight = |release: &RandomRelease| {
+            let air = Some(StudyStart::from(release).air);
+            let variation = Variation { air, ..Variation::NONE };
+            Ok(Flight { gains, release: Release::of(&release.state)?, variation })
+        };
+        Ok((model, measure, releases.iter().map(flight).collect::<Result<_, NotPlanar>>()?))
+    }
+
+    /// The batch engine's model of the vehicle under the cascade, and the gains.
+    pub(super) fn in_the_plane(&self, entry: &StudyEntry) -> Result<(Model, Gains), OneAtATime> {
         let settings = entry.controller.cascade_settings().ok_or(OneAtATime::Controller)?;
         if !self.faults.is_empty() {
             return Err(OneAtATime::Faults);
@@ -179,21 +194,11 @@ impl SafetyStudy {
         if Airframe::new(&self.vehicle, &self.environment).as_ref() != Ok(&settings.airframe) {
             return Err(OneAtATime::Airframe);
         }
-        let model = Model::new(&self.vehicle, &self.environment, &settings.limits, PlantKind::Actuator)?
-            .in_wind(&self.wind);
-        let target_m_s = [self.target_v_ned.x, self.target_v_ned.z];
-        let plan = self.flight_plan(entry, CONTROL_PERIOD_S);
-        let measure = BatchMeasure::new(&plan, None, self.limits, target_m_s, self.steady_within_m_s)?
-            .to_plans_end(self.plan.end_s());
-        let flight = |release: &RandomRelease| {
-            let air = Some(StudyStart::from(release).air);
-            let (gains, variation) = (settings.gains, Variation { air, ..Variation::NONE });
-            Ok(Flight { gains, release: Release::of(&release.state)?, variation })
-        };
-        Ok((model, measure, releases.iter().map(flight).collect::<Result<_, NotPlanar>>()?))
+        let model = Model::new(&self.vehicle, &self.environment, &settings.limits, PlantKind::Actuator)?;
+        Ok((model.in_wind(&self.wind), settings.gains))
     }
 
-    fn flight_plan(&self, entry: &StudyEntry, period_s: f64) -> FlightPlan<'_> {
+    pub(super) fn flight_plan(&self, entry: &StudyEntry, period_s: f64) -> FlightPlan<'_> {
         let reference = match entry.reference {
             StudyReference::Step => Reference::Step(self.target_v_ned),
             StudyReference::Optimal => {
@@ -272,7 +277,7 @@ impl SafetyStudy {
         }
     }
 
-    fn fly(
+    pub(super) fn fly(
         &self,
         entry: &StudyEntry,
         start: impl Into<StudyStart>,

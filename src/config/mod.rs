@@ -7,6 +7,7 @@
 //! | [`draft`] | first drafts of vehicles, missions and gains |
 //! | `designing` | how plan and gains of a mission are designed, and the mission with a design
 //! | `tuning` | how a mission's gains are tuned |
+//! | `envelope` | releases about the points of its safe-release envelope, and their flights |
 //! | `gains_file` | `params/gains/*.json` |
 //! | `params_file` | PX4 parameter files |
 //! | `checkpoint` | evaluations of an interrupted search of gains |
@@ -30,6 +31,7 @@ mod coefficient_csv;
 mod derived;
 mod designing;
 pub mod draft;
+mod envelope;
 mod error;
 mod gains_file;
 mod mission;
@@ -48,6 +50,7 @@ mod vehicle_file;
 pub use checkpoint::{Evaluated, SearchIdentity, checkpoint_json, load_checkpoint};
 pub use derived::{Derived, Group, Row, derived};
 pub use designing::{DesignError, designed_mission_json};
+pub use envelope::{ENVELOPE_LIMITS, MissionEnvelope};
 pub use error::ConfigError;
 pub use gains_file::{GainsFile, gains_json, load_gains};
 pub use mission::{

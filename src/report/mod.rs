@@ -23,6 +23,7 @@
 //! | `plan_motion` | the motion along a plan, for both |
 //! | [`campaign`] | campaigns of a mission's own gains: tables, page, footprint |
 //! | [`drops`] | campaigns of whole drops: lines and tables |
+//! | [`envelope`] | the safe-release envelope: tables, edges |
 //! | [`study`] | the safety study: tables, trials, page |
 //!
 //! Everything here is text made from its arguments: the same arguments give the same bytes. Wall-clock times
@@ -34,6 +35,7 @@ mod derived;
 pub mod design;
 pub mod drops;
 pub mod effects;
+pub mod envelope;
 pub mod faults;
 pub mod figure;
 mod flight_arrays;

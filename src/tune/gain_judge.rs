@@ -19,7 +19,7 @@ use crate::assess::{
 };
 use crate::control::{Airframe, Cascade, ControlError, ControlLimits, Controller, Gains, WithDelay};
 use crate::frames::{pitch, tilt};
-use crate::model::rigid_body::{BodyState, MassProperties};
+use crate::model::rigid_body::BodyState;
 use crate::model::wind::Wind;
 use crate::model::{Environment, Vehicle};
 use crate::sim::planar::{Flight, LANES, Model, NotPlanar, Release, Variation};
@@ -374,9 +374,8 @@ impl<'a> GainJudge<'a> {
     /// One flight in six degrees of freedom.
     fn fly_alone(&self, controller: &dyn Controller, trial: &Trial) -> Result<MeasuredFlight, Loss> {
         let setting = &self.setting;
-        let Some((vehicle, environment)) = varied(setting, &trial.variation) else {
-            return Err(Loss::NoVehicle);
-        };
+        let varied = trial.variation.applied(&setting.vehicle, &setting.environment);
+        let Some((vehicle, environment)) = varied else { return Err(Loss::NoVehicle) };
         let air = trial.variation.air;
         let course = air.and_then(|number| setting.wind.uniform(&environment).course(&environment, number));
         let mut sim = DropSimulation::at_t0(vehicle, environment, trial.start, setting.plant).in_wind(course);
@@ -452,17 +451,4 @@ fn planar(setting: &Setting<'_>) -> Result<(Model, BatchMeasure), NotPlanar> {
         setting.steady_within_m_s,
     )?;
     Ok((model, measure))
-}
-
-/// The vehicle and the site as they are flown; `None` when there is no such vehicle.
-fn varied(setting: &Setting<'_>, by: &Variation) -> Option<(Arc<Vehicle>, Environment)> {
-    let mut environment = setting.environment.clone();
-    environment.density_kg_m3 *= by.density;
-    environment.wind_ned_m_s.x += by.wind_m_s[0];
-    environment.wind_ned_m_s.z += by.wind_m_s[1];
-    let mut vehicle = (*setting.vehicle).clone();
-    vehicle.aero = vehicle.aero.scaled(by.aero);
-    let of = &vehicle.mass;
-    vehicle.mass = MassProperties::new(by.mass * of.mass_kg, by.inertia * of.inertia_kg_m2).ok()?;
-    Some((Arc::new(vehicle), environment))
 }

@@ -7,6 +7,40 @@ use crate::cli::args::{
     whole,
 };
 use crate::cli::pilot::PilotOption;
+use samara::assess::envelope::EnvelopeAxis;
+
+/// The pairs of `--envelope`, in order, none twice.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Pairs(pub Vec<[EnvelopeAxis; 2]>);
+
+fn pairs(text: &str) -> Result<Pairs, String> {
+    if text == "all" {
+        return Ok(Pairs(EnvelopeAxis::pairs()));
+    }
+    let names = EnvelopeAxis::ALL.map(EnvelopeAxis::name).join(", ");
+    let mut pairs: Vec<[EnvelopeAxis; 2]> = Vec::new();
+    for pair in text.split(',') {
+        let axes = pair.split_once(':').map(|(x, y)| [x, y].map(|name| EnvelopeAxis::named(name.trim())));
+        let Some([Some(x), Some(y)]) = axes.filter(|[x, y]| x != y) else {
+            return Err(format!(
+                "`all`, or pairs of different quantities such as pitch:wind are expected, found `{pair}`; \
+                 quantities: {names}"
+            ));
+        };
+        if !pairs.iter().any(|known| known.contains(&x) && known.contains(&y)) {
+            pairs.push([x, y]);
+        }
+    }
+    Ok(Pairs(pairs))
+}
+
+fn rays(text: &str) -> Result<usize, String> {
+    let expected = "a multiple of 4 from 4 to 64 is expected";
+    text.parse()
+        .ok()
+        .filter(|n: &usize| (4..=64).contains(n) && n % 4 == 0)
+        .ok_or_else(|| expected.to_owned())
+}
 
 /// `samara assess`.
 #[derive(Args, Debug)]
@@ -28,6 +62,23 @@ pub struct AssessArgs {
     /// and with each left out of all.
     #[arg(long, conflicts_with_all = ["paper", "autopilot", "only", "resume", "bound"])]
     pub effects: bool,
+    /// Search how far from the nominal release a drop may begin and be safe.
+    ///
+    /// Two quantities at a time: `all` pairs, or some with commas between, such as `pitch:wind`. The quantities
+    /// are pitch, pitch_rate, descent, delay, wind and turbulence.
+    #[arg(
+        long,
+        value_name = "PAIRS",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "all",
+        value_parser = pairs,
+        conflicts_with_all = ["paper", "autopilot", "effects", "only", "resume", "bound", "trials"]
+    )]
+    pub envelope: Option<Pairs>,
+    /// Directions of each pair of --envelope, a multiple of 4.
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = rays, requires = "envelope")]
+    pub rays: usize,
     /// Trials of each campaign.
     ///
     /// Instead of the mission's `monte_carlo.trials`; with --effects, 1000 unless it is given.

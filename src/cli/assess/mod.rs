@@ -12,6 +12,7 @@
 //! | `figures` | the figures of flights |
 //! | `only` | one trial again |
 //! | `effects` | `--effects`: campaigns of drops with and without each effect |
+//! | `envelope` | `--envelope`: how far from the nominal release a drop may begin and be safe |
 //! | `drops` | `--autopilot`: a campaign of whole drops |
 
 mod args;
@@ -19,6 +20,7 @@ mod campaign;
 mod command;
 mod drops;
 mod effects;
+mod envelope;
 mod figures;
 mod only;
 mod own;
@@ -28,6 +30,7 @@ mod study;
 use super::answer::{Answer, Failure};
 use super::system::interrupt_flag;
 pub use args::AssessArgs;
+use args::Pairs;
 
 /// The paper's study.
 const PAPER: &str = "titan_paper";
@@ -49,6 +52,7 @@ pub fn run(mut args: AssessArgs) -> Result<Answer, Failure> {
             Err(Failure::input(format!("{option}: --autopilot is expected with it")))
         }
         None if args.effects => effects::run(args, &stop),
+        None if let Some(Pairs(pairs)) = &args.envelope => envelope::run(args, pairs, &stop),
         None => study::run(args, &stop),
     }
 }

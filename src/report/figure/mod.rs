@@ -13,6 +13,7 @@
 //! | `bode` | gain and phase of loops over the frequency |
 //! | `convergence` | the cost of a search over its evaluations |
 //! | `distribution` | the share of a campaign's trials below each value, beside the limit |
+//! | `envelope` | the safe-release envelope, a panel for each two quantities |
 //! | `time_panels` | velocities, pitch, thrusts, J_state over time |
 //! | `study`, `study_paths`, `study_campaigns` | the paper's figures 7 to 14 |
 
@@ -22,6 +23,7 @@ mod canvas;
 pub(super) mod color;
 mod convergence;
 mod distribution;
+mod envelope;
 mod flight_path;
 mod glyph;
 mod heading;
@@ -39,6 +41,7 @@ pub use bode::bode_figure;
 pub use canvas::FigureError;
 pub use convergence::convergence_figure;
 pub use distribution::{Distribution, distribution_figure};
+pub use envelope::envelope_figure;
 
 use nalgebra::Vector3;
 

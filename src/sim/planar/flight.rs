@@ -1,9 +1,12 @@
 //! The inputs of one flight of a batch: gains, release state and variation.
 
+use std::sync::Arc;
+
 use super::NotPlanar;
 use crate::control::Gains;
 use crate::frames::pitch;
-use crate::model::rigid_body::BodyState;
+use crate::model::rigid_body::{BodyState, MassProperties};
+use crate::model::{Environment, Vehicle};
 
 /// One flight of a batch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,6 +83,23 @@ impl Variation {
         air: None,
         delayed: false,
     };
+
+    /// The vehicle and the site as they are flown; `None` when there is no such vehicle.
+    pub fn applied(
+        &self,
+        vehicle: &Vehicle,
+        environment: &Environment,
+    ) -> Option<(Arc<Vehicle>, Environment)> {
+        let mut environment = environment.clone();
+        environment.density_kg_m3 *= self.density;
+        environment.wind_ned_m_s.x += self.wind_m_s[0];
+        environment.wind_ned_m_s.z += self.wind_m_s[1];
+        let mut vehicle = vehicle.clone();
+        vehicle.aero = vehicle.aero.scaled(self.aero);
+        let of = &vehicle.mass;
+        vehicle.mass = MassProperties::new(self.mass * of.mass_kg, self.inertia * of.inertia_kg_m2).ok()?;
+        Some((Arc::new(vehicle), environment))
+    }
 }
 
 impl Default for Variation {

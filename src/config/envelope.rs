@@ -1,0 +1,246 @@
+//! A mission's releases about a point of its safe-release envelope, and their flights.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use super::mission::Mission;
+use crate::assess::envelope::flights::{EnvelopeStart, GROUP};
+use crate::assess::envelope::{
+    AxisRange, Edge, EdgeSearch, EnvelopeAxis, EnvelopeFlights, EnvelopePoint, Fan, Ray, RayFlights, Stopped,
+};
+use crate::assess::{OneAtATime, ReleaseDistribution, StudyEntry, StudyReference};
+use crate::control::{Airframe, Cascade, ControlError};
+use crate::frames::{pitch, quaternion_from_euler};
+use crate::model::rigid_body::BodyState;
+use crate::model::wind::{Turbulence, TurbulenceScale, Wind};
+use crate::model::{Environment, MAX_ROTORS, Parachute, Vehicle};
+use crate::sim::plant::Plant;
+use crate::sim::{PlantKind, PlantState, Start};
+use crate::trajectory::Trajectory;
+use crate::tune::unknowns;
+use crate::units::{DEG_PER_RAD, RAD_PER_DEG};
+
+/// Limits of J_state whose edges are searched, the lowest first.
+pub const ENVELOPE_LIMITS: [f64; 2] = [0.7, 1.0];
+/// Scale of the turbulence of a point, in each axis [m].
+const TURBULENCE_SCALE_M: f64 = 100.0;
+/// The strongest turbulence that is looked at, as a share of the limit of speed.
+const TURBULENCE_SHARE: f64 = 0.25;
+/// The longest delay that is looked at [s].
+const DELAY_MOST_S: f64 = 60.0;
+/// Steps of the fall between release and t = 0 [s]: no rotor turns, and what moves it is smooth.
+const FALL_STEP_S: f64 = 0.02;
+/// The draws of envelopes are apart from those of campaigns and of searches of gains.
+const APART: u64 = 1 << 52;
+
+/// The mission's releases, flights and what is looked at.
+#[derive(Clone, Debug)]
+pub struct MissionEnvelope {
+    ranges: [AxisRange; 6],
+    /// The distribution at the release: without a delay, which is the point's.
+    releases: ReleaseDistribution,
+    start: Start,
+    vehicle: Arc<Vehicle>,
+    environment: Environment,
+    wind: Wind,
+    seed: u64,
+    target_m_s: f64,
+    flights: EnvelopeFlights,
+}
+
+impl MissionEnvelope {
+    /// The envelope of the mission's gains along a plan.
+    ///
+    /// # Errors
+    /// [`ControlError`] for a vehicle that cannot be controlled.
+    pub fn new(mission: &Mission, plan: &Trajectory) -> Result<Self, ControlError> {
+        let environment = &mission.site.environment;
+        let control = &mission.control;
+        let airframe = Airframe::new(&mission.vehicle, environment)?;
+        let entry = StudyEntry {
+            name: "envelope",
+            gains_name: control.gains_name.clone(),
+            controller: Box::new(Cascade::new(airframe, control.gains, control.limits)),
+            reference: StudyReference::Optimal,
+        };
+        let of_t0 = mission.releases();
+        let delay_s = of_t0.parachute.delay_s;
+        let releases =
+            ReleaseDistribution { parachute: Parachute { delay_s: 0.0, ..of_t0.parachute }, ..of_t0 };
+        Ok(Self {
+            ranges: ranges(mission, &releases.state(0.0, 0.0), delay_s),
+            releases,
+            start: mission.release.start,
+            vehicle: mission.vehicle.clone(),
+            environment: environment.clone(),
+            wind: mission.site.wind.clone(),
+            seed: mission.seed,
+            target_m_s: mission.target_v_ned.norm(),
+            flights: EnvelopeFlights::new(mission.safety_study(plan), entry),
+        })
+    }
+
+    /// What is looked at of each quantity: pitch and pitch rate to their limits, the descent to the limit of
+    /// speed, the delay until a fall without air reaches that limit (at most a minute), wind to it either
+    /// way, turbulence to a quarter of it.
+    pub fn ranges(&self) -> &[AxisRange; 6] {
+        &self.ranges
+    }
+
+    /// The fan of two quantities with `turns` directions.
+    pub fn fan(&self, axes: [EnvelopeAxis; 2], turns: usize) -> Fan {
+        Fan::new(axes, &self.ranges, turns)
+    }
+
+    /// Why the flights are flown one at a time; `None` where they are flown side by side.
+    pub fn one_at_a_time(&self) -> Option<&OneAtATime> {
+        self.flights.one_at_a_time()
+    }
+
+    /// Which of [`ENVELOPE_LIMITS`] the flights from the nominal release stay below; `stop` is asked between
+    /// flights.
+    ///
+    /// # Errors
+    /// [`Stopped`] when `stop` says so.
+    pub fn nominal(
+        &self,
+        search: &EdgeSearch,
+        ray: &Ray,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<[bool; 2], Stopped> {
+        let mut flights = self.along(ray, stop);
+        let mut safe = [false; 2];
+        for (safe, limit) in safe.iter_mut().zip(ENVELOPE_LIMITS) {
+            *safe = search.begins_safe(limit, &mut flights)?;
+        }
+        Ok(safe)
+    }
+
+    /// The edges of limits, the lowest first, along the ray of this number.
+    ///
+    /// # Errors
+    /// [`Stopped`] when `stop` says so.
+    pub fn edges(
+        &self,
+        search: &EdgeSearch,
+        (number, ray): (u64, &Ray),
+        limits: &[f64],
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Vec<Edge>, Stopped> {
+        search.edges(number, limits, &mut self.along(ray, stop))
+    }
+
+    fn along<'a>(&'a self, ray: &'a Ray, stop: &'a (dyn Fn() -> bool + Sync)) -> Along<'a> {
+        Along { envelope: self, ray, stop, in_turbulence: None }
+    }
+
+    /// The start of a draw's flight about a point: the release is off by as much as that of the campaigns'
+    /// draw is from the nominal one, falls for the delay, and everything else is off that the controller does
+    /// not know of.
+    fn start(&self, point: &EnvelopePoint, draw: u64) -> EnvelopeStart {
+        let number = APART + draw;
+        let value = |axis| point.value(axis);
+        let (nominal, drawn) = (self.releases.state(0.0, 0.0), self.releases.draw(self.seed, number).state);
+        let wind_m_s = value(EnvelopeAxis::Wind);
+        let drift = Vector3::new(wind_m_s, 0.0, value(EnvelopeAxis::Descent) - nominal.v_ned.z);
+        let rate_rad_s = value(EnvelopeAxis::PitchRate) * RAD_PER_DEG - nominal.omega_body.y;
+        let pitch_rad = value(EnvelopeAxis::Pitch) * RAD_PER_DEG - pitch(nominal.q_ned_from_body);
+        let release = BodyState {
+            q_ned_from_body: quaternion_from_euler(0.0, pitch(drawn.q_ned_from_body) + pitch_rad, 0.0),
+            v_ned: drawn.v_ned + drift,
+            omega_body: drawn.omega_body + Vector3::new(0.0, rate_rad_s, 0.0),
+            ..drawn
+        };
+        let state = self.fallen(release, value(EnvelopeAxis::Delay), wind_m_s);
+        let g = self.environment.gravity_m_s2;
+        let (state, mut variation) = unknowns::varied(&state, self.seed, number, g, self.target_m_s);
+        variation.wind_m_s[0] += wind_m_s;
+        (state, variation)
+    }
+
+    /// The state at t = 0 after a release, as the mission's drops come there (`release.start`).
+    fn fallen(&self, mut release: BodyState, delay_s: f64, wind_m_s: f64) -> BodyState {
+        if self.start == Start::T0 {
+            release.v_ned.z += self.environment.gravity_m_s2 * delay_s;
+            return release;
+        }
+        let mut environment = self.environment.clone();
+        environment.wind_ned_m_s.x += wind_m_s;
+        let mut plant = Plant::new(self.vehicle.clone(), environment, PlantKind::Actuator);
+        let mut state = PlantState::rotors_at_rest(release);
+        let steps = (delay_s / FALL_STEP_S).ceil();
+        for _ in 0..steps as u64 {
+            plant.step(&mut state, &[0.0; MAX_ROTORS], true, delay_s / steps);
+        }
+        BodyState { p_ned: Vector3::zeros(), ..state.body }
+    }
+
+    /// The flights in turbulence of a strength in each axis, in place of the mission's own.
+    fn in_turbulence(&self, sigma_m_s: f64) -> EnvelopeFlights {
+        let turbulence = Turbulence {
+            sigma_m_s: [sigma_m_s; 3],
+            scale: TurbulenceScale::Fixed([TURBULENCE_SCALE_M; 3]),
+            seed: self.seed,
+            follows_mission: true,
+            noise: None,
+        };
+        let turbulence = Some(turbulence).filter(|_| sigma_m_s > 0.0);
+        self.flights.clone().in_wind(Wind { turbulence, ..self.wind.clone() })
+    }
+}
+
+/// What is looked at, about the nominal release.
+fn ranges(mission: &Mission, nominal: &BodyState, delay_s: f64) -> [AxisRange; 6] {
+    let limits = &mission.limits.safety;
+    let speed_m_s = limits.speed_m_s;
+    let about = |low: f64, nominal: f64, high: f64| AxisRange {
+        low: low.min(nominal),
+        nominal,
+        high: high.max(nominal),
+    };
+    let (pitch_deg, rate_deg_s) = (limits.pitch_rad * DEG_PER_RAD, limits.pitch_rate_rad_s * DEG_PER_RAD);
+    let descent_m_s = nominal.v_ned.z;
+    let fall_s = (speed_m_s - descent_m_s) / mission.site.environment.gravity_m_s2;
+    [
+        about(-pitch_deg, pitch(nominal.q_ned_from_body) * DEG_PER_RAD, pitch_deg),
+        about(-rate_deg_s, nominal.omega_body.y * DEG_PER_RAD, rate_deg_s),
+        about(0.0, descent_m_s, speed_m_s),
+        about(0.0, delay_s, fall_s.min(DELAY_MOST_S)),
+        about(-speed_m_s, 0.0, speed_m_s),
+        about(0.0, 0.0, TURBULENCE_SHARE * speed_m_s),
+    ]
+}
+
+/// Flights along a ray.
+struct Along<'a> {
+    envelope: &'a MissionEnvelope,
+    ray: &'a Ray,
+    stop: &'a (dyn Fn() -> bool + Sync),
+    /// The flights in the last turbulence, with its strength [m/s].
+    in_turbulence: Option<(f64, EnvelopeFlights)>,
+}
+
+impl RayFlights for Along<'_> {
+    fn one_unsafe(&mut self, share: f64, limit: f64, draws: &[u64]) -> Result<Option<u64>, Stopped> {
+        let (envelope, point) = (self.envelope, self.ray.at(share));
+        let flights = if point.sets_turbulence {
+            let sigma_m_s = point.value(EnvelopeAxis::Turbulence);
+            let known = self.in_turbulence.take().filter(|(of, _)| *of == sigma_m_s);
+            let of_point = known.unwrap_or_else(|| (sigma_m_s, envelope.in_turbulence(sigma_m_s)));
+            &self.in_turbulence.insert(of_point).1
+        } else {
+            &envelope.flights
+        };
+        for group in draws.chunks(GROUP) {
+            if (self.stop)() {
+                return Err(Stopped);
+            }
+            let starts: Vec<EnvelopeStart> = group.iter().map(|draw| envelope.start(&point, *draw)).collect();
+            if let Some(place) = flights.one_unsafe(&starts, limit) {
+                return Ok(group.get(place).copied());
+            }
+        }
+        Ok(None)
+    }
+}

@@ -1,0 +1,285 @@
+//! Results of a safe-release envelope: a table for the terminal, CSV, JSON.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::columns::short;
+use super::json::{head, object, text};
+use super::study::grid::Grid;
+use crate::assess::envelope::{AxisRange, Edge, EdgeSearch, EnvelopeAxis, Fan, Ray};
+use crate::config::{ENVELOPE_LIMITS, Mission};
+
+/// Columns of `envelope.csv`.
+const COLUMNS: &str = "pair,limit,ray,angle_deg,safe_x,safe_y,unsafe_x,unsafe_y,flights,confirmed,confirmed_x,\
+                       confirmed_y,tries,fresh_flights";
+
+/// A fan with the edges along its rays.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FanEdges {
+    /// The fan.
+    pub fan: Fan,
+    /// By which of [`ENVELOPE_LIMITS`] the nominal release is safe.
+    pub nominal: [bool; 2],
+    /// For each ray the edges of those limits.
+    pub edges: Vec<Vec<Edge>>,
+}
+
+impl FanEdges {
+    /// The rays with the edge of a limit, in order; none where the nominal release is not safe.
+    pub fn of_limit(&self, limit: f64) -> impl Iterator<Item = (usize, &Ray, &Edge)> {
+        self.fan.rays.iter().zip(&self.edges).filter_map(move |((turn, ray), edges)| {
+            Some((*turn, ray, edges.iter().find(|edge| edge.limit == limit)?))
+        })
+    }
+
+    /// The values of the two quantities at a share of a ray.
+    pub fn place(&self, ray: &Ray, share: f64) -> [f64; 2] {
+        let point = ray.at(share);
+        self.fan.axes.map(|axis| point.value(axis))
+    }
+
+    /// Name in files: both quantities, a colon between.
+    fn name(&self) -> String {
+        self.fan.axes.map(EnvelopeAxis::name).join(":")
+    }
+
+    /// The share of the rectangle that is looked at which lies within the confirmed edges, straight lines
+    /// between them; where nothing of a ray is confirmed, the nominal release.
+    fn area_share(&self, limit: f64, ranges: &[AxisRange; 6]) -> f64 {
+        let points: Vec<[f64; 2]> = self
+            .of_limit(limit)
+            .map(|(_, ray, edge)| self.place(ray, edge.confirmed().unwrap_or(0.0)))
+            .collect();
+        let doubled: f64 =
+            points.iter().zip(points.iter().cycle().skip(1)).map(|(a, b)| a[0] * b[1] - b[0] * a[1]).sum();
+        let sides = self.fan.axes.map(|axis| ranges[axis as usize].high - ranges[axis as usize].low);
+        0.5 * doubled.abs() / (sides[0] * sides[1])
+    }
+}
+
+/// An envelope of a mission's gains.
+#[derive(Clone, Debug)]
+pub struct EnvelopeReport<'a> {
+    /// The mission.
+    pub mission: &'a Mission,
+    /// How the edges were searched.
+    pub search: EdgeSearch,
+    /// What was looked at of each quantity.
+    pub ranges: [AxisRange; 6],
+    /// J_TPF of the plan that all flights follow.
+    pub plan_j_tpf: f64,
+    /// The fans, in the order in which they were asked for.
+    pub fans: Vec<FanEdges>,
+}
+
+impl EnvelopeReport<'_> {
+    /// Whether every flight of the search from the nominal release stays below J_state 1.
+    pub fn nominal_is_safe(&self) -> bool {
+        self.fans.iter().all(|fan| fan.nominal[1])
+    }
+
+    /// The tables.
+    pub fn text(&self) -> String {
+        let Mission { name, control, seed, .. } = self.mission;
+        let mut out = format!(
+            "{name}: safe-release envelope, gains {}, seed {seed}; one plan, the mission's, J_TPF {:.4}\n\n",
+            control.gains_name, self.plan_j_tpf
+        );
+        out += &self.one_at_a_time().text();
+        out += &format!("\n{}", self.pairs().text());
+        for limit in
+            ENVELOPE_LIMITS.iter().zip(0..).filter(|(_, i)| !self.safe_by(*i)).map(|(limit, _)| limit)
+        {
+            let _ = writeln!(
+                out,
+                "\nJ_state < {limit}: not for 99 % of the flights even from the nominal release, so there is no edge."
+            );
+        }
+        let fresh = self.search.fresh_flights();
+        let _ = writeln!(
+            out,
+            "\nConfirmed on {fresh} fresh flights, all of them safe: 99 % are, with 95 % confidence for each edge; + the end of what \
+             is looked at; - nothing confirmed."
+        );
+        out
+    }
+
+    fn safe_by(&self, limit: usize) -> bool {
+        self.fans.iter().all(|fan| fan.nominal[limit])
+    }
+
+    /// How far each quantity goes by itself.
+    fn one_at_a_time(&self) -> Grid {
+        let head = ["", "nominal", "J_state < 0.7", "J_state < 1"];
+        let mut grid = Grid::new("One at a time, confirmed", head);
+        for axis in EnvelopeAxis::ALL {
+            let Some(fan) = self.fans.iter().find(|fan| fan.fan.axes.contains(&axis)) else { continue };
+            let quarter = fan.fan.turns / 4;
+            let first = if fan.fan.axes[0] == axis { 0 } else { quarter };
+            let end = |limit: f64, turn: usize| {
+                fan.of_limit(limit).find(|(of, ..)| *of == turn).map(|(_, ray, edge)| {
+                    match edge.confirmed() {
+                        Some(share) => {
+                            let mark = if share == 1.0 { "+" } else { "" };
+                            short(ray.at(share).value(axis), 2) + mark
+                        }
+                        None => "-".to_owned(),
+                    }
+                })
+            };
+            let from_to = |limit: f64| match (end(limit, first + 2 * quarter), end(limit, first)) {
+                (Some(low), Some(high)) => format!("{low} .. {high}"),
+                (None, Some(high)) => format!("up to {high}"),
+                (Some(low), None) => format!("down to {low}"),
+                (None, None) => "none".to_owned(),
+            };
+            let nominal = short(self.ranges[axis as usize].nominal, 2);
+            grid.row(axis.words(), [nominal, from_to(ENVELOPE_LIMITS[0]), from_to(ENVELOPE_LIMITS[1])]);
+        }
+        grid
+    }
+
+    /// How much of each pair is safe.
+    fn pairs(&self) -> Grid {
+        let head = ["", "rays", "confirmed 0.7", "area 0.7", "confirmed 1", "area 1"];
+        let mut grid = Grid::new("Two at a time: confirmed edges, share of the rectangle looked at", head);
+        for fan in &self.fans {
+            let mut cells = vec![fan.fan.rays.len().to_string()];
+            for limit in ENVELOPE_LIMITS {
+                let confirmed = fan.of_limit(limit).filter(|(.., edge)| edge.confirmed().is_some()).count();
+                cells.push(confirmed.to_string());
+                cells.push(format!("{:.1} %", 100.0 * fan.area_share(limit, &self.ranges)));
+            }
+            grid.row(&fan.name(), cells);
+        }
+        grid
+    }
+
+    /// Every edge, a row each: `envelope.csv`. A cell is empty where there is nothing: a ray that is safe to
+    /// its end, an edge of which nothing was confirmed.
+    pub fn csv(&self) -> String {
+        let Mission { name, control, .. } = self.mission;
+        let mut out = format!(
+            "{}# safe-release envelope of {name}, gains {}; x and y are the quantities of the pair\n",
+            self.mission.stamp().csv_comment(),
+            control.gains_name
+        );
+        for (number, limit) in ENVELOPE_LIMITS.iter().enumerate().filter(|(i, _)| !self.safe_by(*i)) {
+            let pairs = self.fans.iter().filter(|fan| !fan.nominal[number]).map(FanEdges::name);
+            let pairs = pairs.collect::<Vec<_>>().join(" ");
+            let _ = writeln!(out, "# J_state < {limit}: the nominal release is not safe: {pairs}");
+        }
+        out += COLUMNS;
+        out.push('\n');
+        for fan in &self.fans {
+            for limit in ENVELOPE_LIMITS {
+                for (turn, ray, edge) in fan.of_limit(limit) {
+                    let place = |share: Option<f64>| match share.map(|share| fan.place(ray, share)) {
+                        Some([x, y]) => format!("{x:?},{y:?}"),
+                        None => ",".to_owned(),
+                    };
+                    let _ = writeln!(
+                        out,
+                        "{},{limit:?},{turn},{:?},{},{},{},{},{},{},{}",
+                        fan.name(),
+                        fan.fan.angle_deg(turn),
+                        place(Some(edge.safe)),
+                        place(edge.beyond),
+                        self.search.flights,
+                        u8::from(edge.confirmed() == Some(edge.safe)),
+                        place(edge.confirmed()),
+                        edge.tried.len(),
+                        self.search.fresh_flights(),
+                    );
+                }
+            }
+        }
+        out
+    }
+
+    /// The object of `--json` and of `envelope.json`.
+    pub fn json(&self) -> String {
+        let ranges = EnvelopeAxis::ALL.into_iter().zip(&self.ranges).map(|(axis, range)| {
+            object! { axis: axis.name(), low: range.low, nominal: range.nominal, high: range.high }
+        });
+        text(&object! {
+            #[serde(flatten)] head: head(self.mission),
+            gains: &self.mission.control.gains_name,
+            plan_j_tpf: self.plan_j_tpf,
+            probability: crate::assess::envelope::search::PROBABILITY,
+            confidence: crate::assess::envelope::search::CONFIDENCE,
+            flights: self.search.flights,
+            fresh_flights: self.search.fresh_flights(),
+            axes: ranges.collect::<Vec<_>>(),
+            pairs: self.fans.iter().map(|fan| self.fan_json(fan)).collect::<Vec<_>>(),
+        })
+    }
+
+    fn fan_json(&self, fan: &FanEdges) -> impl Serialize {
+        let limits = ENVELOPE_LIMITS.iter().zip(fan.nominal).map(|(&limit, nominal)| {
+            let edges = fan.of_limit(limit).map(|(turn, ray, edge)| {
+                object! {
+                    ray: turn,
+                    safe: fan.place(ray, edge.safe),
+                    first_unsafe: edge.beyond.map(|share| fan.place(ray, share)),
+                    confirmed: edge.confirmed().map(|share| fan.place(ray, share)),
+                    tried: edge.tried.iter().map(|share| fan.place(ray, *share)).collect::<Vec<_>>(),
+                }
+            });
+            object! {
+                limit: limit,
+                nominal_is_safe: nominal,
+                area_share: fan.area_share(limit, &self.ranges),
+                edges: edges.collect::<Vec<_>>(),
+            }
+        });
+        object! {
+            axes: fan.fan.axes.map(EnvelopeAxis::name),
+            limits: limits.collect::<Vec<_>>(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fan(confirmed: bool) -> (FanEdges, [AxisRange; 6]) {
+        let range = AxisRange { low: -2.0, nominal: 0.0, high: 2.0 };
+        let fan = Fan::new([EnvelopeAxis::Pitch, EnvelopeAxis::Wind], &[range; 6], 8);
+        let edge = Edge { limit: 1.0, safe: 0.5, beyond: Some(0.6), tried: vec![0.5], holds: confirmed };
+        let edges = vec![vec![edge]; fan.rays.len()];
+        (FanEdges { fan, nominal: [false, true], edges }, [range; 6])
+    }
+
+    /// Half of every ray of a square is a quarter of its area; nothing confirmed is nothing.
+    #[test]
+    fn closed_form_share_of_the_area() {
+        let (half, ranges) = fan(true);
+        assert!((half.area_share(1.0, &ranges) - 0.25).abs() < 1e-12);
+        let (none, ranges) = fan(false);
+        assert_eq!((none.area_share(1.0, &ranges), none.area_share(0.7, &ranges)), (0.0, 0.0));
+    }
+
+    /// A row for each edge, as many cells as columns, what is not there empty, and what has no edge said.
+    #[test]
+    fn rows_have_the_columns_of_the_head() {
+        let mission = Mission::shipped("titan_drop").unwrap();
+        let (fan, ranges) = fan(false);
+        let search = EdgeSearch::default();
+        let report = EnvelopeReport { mission: &mission, search, ranges, plan_j_tpf: 0.5, fans: vec![fan] };
+        let csv = report.csv();
+        let rows: Vec<&str> = csv.lines().filter(|line| !line.starts_with('#')).collect();
+        assert!(rows.len() == 9 && rows[0] == COLUMNS, "{csv}");
+        assert!(rows.iter().all(|row| row.split(',').count() == COLUMNS.split(',').count()), "{csv}");
+        assert!(rows[1].starts_with("pitch_deg:wind_m_s,1.0,0,0.0,1.0,0.0,1.2,0.0,299,0,,,1,459"), "{csv}");
+        assert!(
+            csv.contains("# J_state < 0.7: the nominal release is not safe: pitch_deg:wind_m_s"),
+            "{csv}"
+        );
+        let text = report.text();
+        assert!(text.contains("J_state < 0.7: not for 99 %") && text.contains("- .. -"), "{text}");
+        assert!(report.nominal_is_safe());
+    }
+}
