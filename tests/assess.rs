@@ -385,3 +385,40 @@ fn the_footprint_is_where_the_trials_were() {
     assert_eq!(kml.matches("<Placemark>").count(), 1 + 2 * 3);
     assert_eq!(kml.matches("<Placemark>").count(), kml.matches("</Placemark>").count());
 }
+
+/// Ends of ranges by hand: beyond the limit of pitch J_state is over 1 at the release; the lower limit's edge
+/// lies within the higher one's; what is confirmed within what was found.
+#[test]
+fn closed_form_edges_lie_within_each_other() {
+    let out = tempfile::tempdir().unwrap();
+    let output = samara(&[QUICK, "--envelope=pitch:turbulence", "--rays", "4", "--json"], out.path());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let report = json(&output);
+    assert_eq!((&report["flights"], &report["fresh_flights"]), (&299.into(), &459.into()));
+    let limits = &report["pairs"][0]["limits"];
+    let number = |x: &serde_json::Value| x.as_f64().unwrap();
+    for (low, high) in
+        limits[0]["edges"].as_array().unwrap().iter().zip(limits[1]["edges"].as_array().unwrap())
+    {
+        for axis in 0..2 {
+            let at = |edge: &serde_json::Value, key: &str| number(&edge[key][axis]).abs();
+            assert!(
+                at(low, "safe") <= at(high, "safe") && at(high, "safe") <= [45.0, 10.0][axis],
+                "{low} {high}"
+            );
+            assert!(at(low, "confirmed") <= at(low, "safe") && at(high, "confirmed") <= at(high, "safe"));
+        }
+    }
+    let forward = &limits[1]["edges"][0];
+    let (safe, beyond) = (number(&forward["safe"][0]), number(&forward["first_unsafe"][0]));
+    assert!(safe > 10.0 && beyond > safe && beyond - safe < safe / 64.0, "{forward}");
+    let csv = fs::read_to_string(out.path().join("envelope.csv")).unwrap();
+    assert_eq!(csv.lines().filter(|line| line.starts_with("pitch_deg:turbulence_m_s,")).count(), 2 * 3);
+    let svg = fs::read_to_string(out.path().join("envelope.svg")).unwrap();
+    assert!(svg.contains("turbulence, sigma [m/s]") && svg.contains("Safe-release envelope: x500_drop"));
+    // The bytes do not depend on the threads.
+    let one = tempfile::tempdir().unwrap();
+    let args = [QUICK, "--envelope=pitch:turbulence", "--rays", "4", "--json", "--threads", "1"];
+    assert_eq!(samara(&args, one.path()).stdout, output.stdout);
+    assert_same(out.path(), one.path());
+}

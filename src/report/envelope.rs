@@ -244,10 +244,12 @@ impl EnvelopeReport<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assess::envelope::reaches_of;
 
     fn fan(confirmed: bool) -> (FanEdges, [AxisRange; 6]) {
         let range = AxisRange { low: -2.0, nominal: 0.0, high: 2.0 };
-        let fan = Fan::new([EnvelopeAxis::Pitch, EnvelopeAxis::Wind], &[range; 6], 8);
+        let fan =
+            Fan::new([EnvelopeAxis::Pitch, EnvelopeAxis::Wind], &[range; 6], &reaches_of(&[range; 6]), 8);
         let edge = Edge { limit: 1.0, safe: 0.5, beyond: Some(0.6), tried: vec![0.5], holds: confirmed };
         let edges = vec![vec![edge]; fan.rays.len()];
         (FanEdges { fan, nominal: [false, true], edges }, [range; 6])

@@ -122,32 +122,52 @@ pub struct Fan {
     pub turns: usize,
 }
 
+/// How far each quantity goes to its low and to its high side before it is unsafe by itself, or as far as that
+/// is known: what the directions of a fan are spread over.
+pub type Reaches = [[f64; 2]; AXES];
+
+/// The reaches of which nothing is known: to the ends of the ranges.
+pub fn reaches_of(ranges: &[AxisRange; AXES]) -> Reaches {
+    ranges.map(|range| [range.nominal - range.low, range.high - range.nominal])
+}
+
 impl Fan {
     /// The fan of two quantities with `turns` directions, a multiple of four, evenly over the turn where each
-    /// side of each range has length one. A direction in which a quantity is at the end of its range already
-    /// (less turbulence than none) is left out.
-    pub fn new(axes: [EnvelopeAxis; 2], ranges: &[AxisRange; AXES], turns: usize) -> Self {
+    /// reach has length one. A direction in which a quantity is at the end of its range already (less
+    /// turbulence than none) is left out.
+    pub fn new(axes: [EnvelopeAxis; 2], ranges: &[AxisRange; AXES], reaches: &Reaches, turns: usize) -> Self {
         let sets_turbulence = axes.contains(&EnvelopeAxis::Turbulence);
         let from = EnvelopePoint { values: ranges.map(|range| range.nominal), sets_turbulence };
         let ray = |turn: usize| {
             let (sin, cos) = turned(turn, turns);
-            let widest = sin.abs().max(cos.abs());
-            let mut to = from;
-            for (axis, part) in axes.into_iter().zip([cos / widest, sin / widest]) {
-                let range = &ranges[axis as usize];
-                let side = if part < 0.0 { range.nominal - range.low } else { range.high - range.nominal };
-                if part != 0.0 && !(side > 0.0) {
-                    return None;
+            // The way to the unit reach, and how many of it there are to the nearer end of a range.
+            let (mut way, mut count) = ([0.0; 2], f64::INFINITY);
+            for ((axis, part), way) in axes.into_iter().zip([cos, sin]).zip(&mut way) {
+                let (range, [low, high]) = (&ranges[axis as usize], reaches[axis as usize]);
+                let (side, reach) = if part < 0.0 {
+                    (range.nominal - range.low, low)
+                } else {
+                    (range.high - range.nominal, high)
+                };
+                if part != 0.0 {
+                    if !(side > 0.0 && reach > 0.0) {
+                        return None;
+                    }
+                    *way = part * reach;
+                    count = count.min(side / way.abs());
                 }
-                to.values[axis as usize] += part * side;
+            }
+            let mut to = from;
+            for (axis, way) in axes.into_iter().zip(way) {
+                to.values[axis as usize] += count * way;
             }
             Some((turn, Ray { from, to }))
         };
         Self { axes, rays: (0..turns).filter_map(ray).collect(), turns }
     }
 
-    /// Angle of a direction, anticlockwise from the first quantity's positive side, where each side of each
-    /// range has length one [deg].
+    /// Angle of a direction, anticlockwise from the first quantity's positive side, where each reach has
+    /// length one [deg].
     pub fn angle_deg(&self, turn: usize) -> f64 {
         360.0 * turn as f64 / self.turns as f64
     }
@@ -184,7 +204,8 @@ mod tests {
     /// Rays end where a range does, those along a quantity leave the other as it is, halfway is halfway.
     #[test]
     fn closed_form_rays_of_a_fan() {
-        let fan = Fan::new([EnvelopeAxis::Descent, EnvelopeAxis::PitchRate], &ranges(), 8);
+        let fan =
+            Fan::new([EnvelopeAxis::Descent, EnvelopeAxis::PitchRate], &ranges(), &reaches_of(&ranges()), 8);
         let ends: Vec<[f64; 2]> =
             fan.rays.iter().map(|(_, ray)| [ray.to.values[2], ray.to.values[1]]).collect();
         let expected = [
@@ -208,13 +229,25 @@ mod tests {
     /// There is no less turbulence than none: half of a fan is left, and only there it is the point's.
     #[test]
     fn a_fan_leaves_out_what_begins_at_an_end() {
-        let fan = Fan::new([EnvelopeAxis::Wind, EnvelopeAxis::Turbulence], &ranges(), 16);
+        let fan =
+            Fan::new([EnvelopeAxis::Wind, EnvelopeAxis::Turbulence], &ranges(), &reaches_of(&ranges()), 16);
         let turns: Vec<usize> = fan.rays.iter().map(|(turn, _)| *turn).collect();
         assert_eq!(turns, [0, 1, 2, 3, 4, 5, 6, 7, 8]);
         assert!(fan.rays.iter().all(|(_, ray)| ray.at(0.3).sets_turbulence));
-        assert!(
-            !Fan::new([EnvelopeAxis::Wind, EnvelopeAxis::Pitch], &ranges(), 4).rays[0].1.to.sets_turbulence
-        );
+        let reaches = reaches_of(&ranges());
+        let calm = Fan::new([EnvelopeAxis::Wind, EnvelopeAxis::Pitch], &ranges(), &reaches, 4);
+        assert!(!calm.rays[0].1.to.sets_turbulence);
+    }
+
+    /// A reach of 1 m/s beside one of 9 deg: at 45 deg of the fan there are 9 deg for each m/s, to 45 deg.
+    #[test]
+    fn closed_form_directions_follow_the_reaches() {
+        let mut reaches = reaches_of(&ranges());
+        (reaches[0][1], reaches[4][1]) = (9.0, 1.0);
+        let fan = Fan::new([EnvelopeAxis::Pitch, EnvelopeAxis::Wind], &ranges(), &reaches, 8);
+        let to = fan.rays[1].1.to.values;
+        assert!((to[0] - 45.0).abs() < 1e-12 && (to[4] - 5.0).abs() < 1e-12, "{to:?}");
+        assert_eq!((fan.rays[0].1.to.values[0], fan.rays[2].1.to.values[4]), (45.0, 12.0));
     }
 
     #[test]

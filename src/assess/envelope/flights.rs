@@ -51,7 +51,7 @@ impl EnvelopeFlights {
         Self { study, entry, planar }
     }
 
-    /// The same flights with other gusts and turbulence.
+    /// These flights with other gusts and turbulence.
     pub fn in_wind(mut self, wind: Wind) -> Self {
         if let Ok(plane) = &mut self.planar {
             plane.model = plane.model.clone().in_wind(&wind);

@@ -18,6 +18,6 @@ pub mod axes;
 pub mod flights;
 pub mod search;
 
-pub use axes::{AxisRange, EnvelopeAxis, EnvelopePoint, Fan, Ray};
+pub use axes::{AxisRange, EnvelopeAxis, EnvelopePoint, Fan, Ray, Reaches, reaches_of};
 pub use flights::EnvelopeFlights;
 pub use search::{Edge, EdgeSearch, RayFlights, Stopped, flights_for};

@@ -64,8 +64,8 @@ pub struct AssessArgs {
     pub effects: bool,
     /// Search how far from the nominal release a drop may begin and be safe.
     ///
-    /// Two quantities at a time: `all` pairs, or some with commas between, such as `pitch:wind`. The quantities
-    /// are pitch, pitch_rate, descent, delay, wind and turbulence.
+    /// Two quantities at a time: `all` pairs, or some with commas between, such as `pitch:wind`. The
+    /// quantities are pitch, pitch_rate, descent, delay, wind and turbulence.
     #[arg(
         long,
         value_name = "PAIRS",

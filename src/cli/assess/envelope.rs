@@ -16,7 +16,7 @@ use crate::cli::progress::Progress;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
-use samara::assess::envelope::{Edge, EdgeSearch, EnvelopeAxis, Fan, Ray, Stopped};
+use samara::assess::envelope::{Edge, EdgeSearch, EnvelopeAxis, Fan, Ray, Reaches, Stopped, reaches_of};
 use samara::assess::plan_j_tpf;
 use samara::config::{ENVELOPE_LIMITS, Mission, MissionEnvelope};
 use samara::plan::{Plan, Status};
@@ -24,6 +24,8 @@ use samara::report::envelope::{EnvelopeReport, FanEdges};
 use samara::report::figure::envelope_figure;
 use samara::report::{plan_json, plan_text};
 
+/// Directions along one quantity alone.
+const QUARTERS: usize = 4;
 /// About how many flights a ray takes, of both limits.
 const FLIGHTS_OF_A_RAY: u64 = 3000;
 
@@ -76,7 +78,76 @@ pub fn run(args: &AssessArgs, pairs: &[[EnvelopeAxis; 2]], stop: &AtomicBool) ->
     Ok(Answer::from(report.nominal_is_safe()))
 }
 
-/// The edges of every fan, on all threads.
+/// Rays that were searched, with their edges.
+struct Searched<'a> {
+    envelope: &'a MissionEnvelope,
+    search: EdgeSearch,
+    pool: rayon::ThreadPool,
+    stop: &'a AtomicBool,
+    progress: Progress,
+    /// By which limits the nominal release is safe: in the mission's own turbulence, or in the point's.
+    nominal: Vec<(bool, [bool; 2])>,
+    rays: Vec<Ray>,
+    edges: Vec<Vec<Edge>>,
+}
+
+impl Searched<'_> {
+    fn nominal_of(&self, ray: &Ray) -> [bool; 2] {
+        let found = self.nominal.iter().find(|(of, _)| *of == ray.from.sets_turbulence);
+        found.map_or([false; 2], |(_, safe)| *safe)
+    }
+
+    fn edges_of(&self, ray: &Ray) -> Vec<Edge> {
+        let place = self.rays.iter().position(|known| known == ray);
+        place.and_then(|place| self.edges.get(place)).cloned().unwrap_or_default()
+    }
+
+    /// Searches the rays of fans that were not searched yet, on all threads. A ray along one quantity is that
+    /// of several fans.
+    fn search(&mut self, fans: &[Fan]) -> Result<(), Stopped> {
+        let stopped = || self.stop.load(Ordering::Relaxed);
+        let first = self.rays.len();
+        for (_, ray) in fans.iter().flat_map(|fan| &fan.rays) {
+            let of = ray.from.sets_turbulence;
+            if self.nominal.iter().all(|(known, _)| *known != of) {
+                self.nominal.push((of, self.envelope.nominal(&self.search, ray, &stopped)?));
+            }
+            if !self.rays.contains(ray) {
+                self.rays.push(*ray);
+            }
+        }
+        let numbered: Vec<(u64, Ray)> = (0..).zip(self.rays.iter().copied()).skip(first).collect();
+        let along = |(number, ray): &(u64, Ray)| {
+            let limits = ENVELOPE_LIMITS.into_iter().zip(self.nominal_of(ray)).filter(|(_, safe)| *safe);
+            let limits: Vec<f64> = limits.map(|(limit, _)| limit).collect();
+            let edges = self.envelope.edges(&self.search, (*number, ray), &limits, &stopped);
+            self.progress.inc(1);
+            edges
+        };
+        let edges: Result<Vec<Vec<Edge>>, Stopped> =
+            self.pool.install(|| numbered.par_iter().map(along).collect());
+        self.edges.extend(edges?);
+        Ok(())
+    }
+
+    /// How far each quantity goes by itself, as far as the rays that were searched show it.
+    fn reaches(&self) -> Reaches {
+        let mut reaches = reaches_of(self.envelope.ranges());
+        for (ray, edges) in self.rays.iter().zip(&self.edges) {
+            let Some(edge) = edges.last().filter(|edge| edge.safe > 0.0) else { continue };
+            let moved =
+                EnvelopeAxis::ALL.into_iter().filter(|axis| ray.to.value(*axis) != ray.from.value(*axis));
+            let moved: Vec<EnvelopeAxis> = moved.collect();
+            if let [axis] = moved[..] {
+                let way = ray.at(edge.safe).value(axis) - ray.from.value(axis);
+                reaches[axis as usize][usize::from(way > 0.0)] = way.abs();
+            }
+        }
+        reaches
+    }
+}
+
+/// The edges of every fan: along single quantities first, then along directions that their edges spread.
 fn searched<'a>(
     args: &AssessArgs,
     pairs: &[[EnvelopeAxis; 2]],
@@ -85,66 +156,54 @@ fn searched<'a>(
     stop: &AtomicBool,
 ) -> Result<Result<EnvelopeReport<'a>, Stopped>, Failure> {
     let envelope = MissionEnvelope::new(mission, &plan.trajectory).bad_input()?;
-    let (search, pool) = (EdgeSearch::default(), thread_pool(args.threads)?);
-    let fans: Vec<Fan> = pairs.iter().map(|axes| envelope.fan(*axes, args.rays)).collect();
-    // A ray along one quantity is that of several fans.
+    let ranges = envelope.ranges();
+    let fans = |reaches: &Reaches, turns: usize| -> Vec<Fan> {
+        pairs.iter().map(|axes| Fan::new(*axes, ranges, reaches, turns)).collect()
+    };
     let mut rays: Vec<Ray> = Vec::new();
-    for (_, ray) in fans.iter().flat_map(|fan| &fan.rays) {
+    for (_, ray) in fans(&reaches_of(ranges), args.rays).iter().flat_map(|fan| &fan.rays) {
         if !rays.contains(ray) {
             rays.push(*ray);
         }
     }
-    let stopped = || stop.load(Ordering::Relaxed);
-    // The two beginnings that there may be: in the mission's own turbulence, and in the point's.
-    let mut nominal: Vec<(bool, [bool; 2])> = Vec::new();
-    for ray in &rays {
-        let of = ray.from.sets_turbulence;
-        if nominal.iter().all(|(known, _)| *known != of) {
-            match envelope.nominal(&search, ray, &stopped) {
-                Ok(safe) => nominal.push((of, safe)),
-                Err(stopped) => return Ok(Err(stopped)),
-            }
-        }
-    }
-    let nominal_of = |ray: &Ray| {
-        let found = nominal.iter().find(|(of, _)| *of == ray.from.sets_turbulence);
-        found.map_or([false; 2], |(_, safe)| *safe)
+    let mut searched = Searched {
+        envelope: &envelope,
+        search: EdgeSearch::default(),
+        pool: thread_pool(args.threads)?,
+        stop,
+        progress: Progress::new("assess", "rays", rays.len() as u64),
+        nominal: Vec::new(),
+        rays: Vec::new(),
+        edges: Vec::new(),
     };
     if let (Some(reason), Some(ray)) = (envelope.one_at_a_time(), rays.first()) {
-        let one = EdgeSearch { flights: 1, ..search.clone() };
-        let fly_one = || envelope.nominal(&one, ray, &stopped);
+        let one = EdgeSearch { flights: 1, ..EdgeSearch::default() };
+        let fly_one = || envelope.nominal(&one, ray, &|| stop.load(Ordering::Relaxed));
         let count = rays.len() as u64 * FLIGHTS_OF_A_RAY / ENVELOPE_LIMITS.len() as u64;
-        warn_one_at_a_time(reason, count, pool.current_num_threads(), fly_one);
+        warn_one_at_a_time(reason, count, searched.pool.current_num_threads(), fly_one);
     }
-    let progress = Progress::new("assess", "rays", rays.len() as u64);
-    let numbered: Vec<(u64, Ray)> = (0..).zip(rays.iter().copied()).collect();
-    let along = |(number, ray): &(u64, Ray)| {
-        let limits = ENVELOPE_LIMITS.into_iter().zip(nominal_of(ray)).filter(|(_, safe)| *safe);
-        let limits: Vec<f64> = limits.map(|(limit, _)| limit).collect();
-        let edges = envelope.edges(&search, (*number, ray), &limits, &stopped);
-        progress.inc(1);
-        edges
+    let mut run = || {
+        searched.search(&fans(&reaches_of(ranges), QUARTERS))?;
+        let fans = fans(&searched.reaches(), args.rays);
+        searched.search(&fans)?;
+        Ok(fans)
     };
-    let edges: Result<Vec<Vec<Edge>>, Stopped> = pool.install(|| numbered.par_iter().map(along).collect());
-    progress.finish();
-    let edges = match edges {
-        Ok(edges) => edges,
+    let found = run();
+    searched.progress.finish();
+    let fans = match found {
+        Ok(fans) => fans,
         Err(stopped) => return Ok(Err(stopped)),
     };
-    let of_ray = |(_, ray): &(usize, Ray)| {
-        let place = rays.iter().position(|known| known == ray);
-        place.and_then(|place| edges.get(place)).cloned().unwrap_or_default()
-    };
     let fans = fans.into_iter().map(|fan| FanEdges {
-        nominal: fan.rays.first().map_or([false; 2], |(_, ray)| nominal_of(ray)),
-        edges: fan.rays.iter().map(of_ray).collect(),
+        nominal: fan.rays.first().map_or([false; 2], |(_, ray)| searched.nominal_of(ray)),
+        edges: fan.rays.iter().map(|(_, ray)| searched.edges_of(ray)).collect(),
         fan,
     });
     Ok(Ok(EnvelopeReport {
         mission,
         fans: fans.collect(),
-        ranges: *envelope.ranges(),
+        ranges: *ranges,
         plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
-        search,
+        search: searched.search.clone(),
     }))
 }

@@ -1,10 +1,10 @@
 //! The safe-release envelope: a panel for each two quantities, with the confirmed edges of both limits and
 //! the nominal release.
 
-use super::axis::{Axis, Panel, SMALL, TITLE};
+use super::axis::{Axis, Panel, SMALL, TITLE, range};
 use super::canvas::{self, Anchor, FigureError, Font, Pen, Point, Stroke, sub};
 use super::color::{FIRST, GRID, INK, Rgb, THIRD};
-use crate::assess::envelope::{AxisRange, EnvelopeAxis};
+use crate::assess::envelope::AxisRange;
 use crate::config::ENVELOPE_LIMITS;
 use crate::report::envelope::{EnvelopeReport, FanEdges};
 
@@ -20,8 +20,8 @@ const HEADLINE: Font = Font { size: 18.0, color: INK, bold: true };
 /// Lines and insides of the limits, in the order of [`ENVELOPE_LIMITS`].
 const LINES: [Rgb; 2] = [THIRD, FIRST];
 const INSIDES: [Rgb; 2] = [(0xC4, 0xE3, 0xD8), (0xE2, 0xEE, 0xF7)];
-/// Air between the range of a quantity and its panel, as a share of the range.
-const MARGIN: f64 = 0.04;
+/// Air about the edges in a panel, as a share of their range.
+const MARGIN: f64 = 0.08;
 
 /// Draws the fans of an envelope.
 ///
@@ -62,14 +62,9 @@ fn panel(pen: &mut Pen<'_>, fan: &FanEdges, ranges: &[AxisRange; 6], place: usiz
     let left = LEFT_PX + COLUMN_PX * (place % COLUMNS) as f64;
     let top = TOP_PX + ROW_PX * (place / COLUMNS) as f64;
     let [x, y] = fan.fan.axes;
-    let span = |axis: EnvelopeAxis| {
-        let AxisRange { low, high, .. } = ranges[axis as usize];
-        let air = MARGIN * (high - low).max(1e-9);
-        (low - air, high + air)
-    };
     let panel = Panel {
-        x: Axis::new(span(x), (left, left + PANEL_PX.0)),
-        y: Axis::new(span(y), (top + PANEL_PX.1, top)),
+        x: Axis::new(span(fan, 0, ranges), (left, left + PANEL_PX.0)),
+        y: Axis::new(span(fan, 1, ranges), (top + PANEL_PX.1, top)),
     };
     pen.text(y.words(), (left - 44.0, top - 14.0), Anchor::Left, TITLE);
     pen.text(x.words(), (left + 0.5 * PANEL_PX.0, top + PANEL_PX.1 + 34.0), Anchor::Center, TITLE);
@@ -97,6 +92,17 @@ fn panel(pen: &mut Pen<'_>, fan: &FanEdges, ranges: &[AxisRange; 6], place: usiz
     }
 }
 
+/// The range of a panel along the first or the second quantity: about the edges, or what was looked at.
+fn span(fan: &FanEdges, along: usize, ranges: &[AxisRange; 6]) -> (f64, f64) {
+    let edges = ENVELOPE_LIMITS.into_iter().flat_map(|limit| fan.of_limit(limit));
+    let found = range(edges.map(|(_, ray, edge)| fan.place(ray, edge.safe)[along]));
+    let AxisRange { low, nominal, high } = ranges[fan.fan.axes[along] as usize];
+    let (low, high) = found.filter(|(low, high)| high > low).unwrap_or((low, high));
+    let (low, high) = (low.min(nominal), high.max(nominal));
+    let air = MARGIN * (high - low).max(1e-9);
+    (low - air, high + air)
+}
+
 fn frame(pen: &mut Pen<'_>, panel: &Panel) {
     let ((x0, y0), (x1, y1)) = panel.corners();
     pen.line(&[(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)], Stroke::solid(GRID, 1.0));
@@ -110,7 +116,7 @@ fn closed(points: &[Point]) -> Vec<Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::assess::envelope::{Edge, EdgeSearch, Fan};
+    use crate::assess::envelope::{Edge, EdgeSearch, Fan, reaches_of};
     use crate::config::Mission;
 
     /// Every panel has its axes' names, every limit its outline; without fans there is no figure.
@@ -119,7 +125,7 @@ mod tests {
         let mission = Mission::shipped("titan_drop").unwrap();
         let range = AxisRange { low: -2.0, nominal: 0.0, high: 2.0 };
         let fan = |axes| {
-            let fan = Fan::new(axes, &[range; 6], 8);
+            let fan = Fan::new(axes, &[range; 6], &reaches_of(&[range; 6]), 8);
             let edge =
                 |limit: f64| Edge { limit, safe: limit, beyond: None, tried: vec![limit], holds: true };
             let edges = vec![ENVELOPE_LIMITS.map(edge).to_vec(); fan.rays.len()];
