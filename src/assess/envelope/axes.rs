@@ -176,7 +176,7 @@ impl Fan {
 /// Sine and cosine of `turn` of `turns` parts of a turn, those of quarters exact.
 fn turned(turn: usize, turns: usize) -> (f64, f64) {
     let (sin, cos) = math::sin_cos(std::f64::consts::TAU * turn as f64 / turns as f64);
-    match (4 * turn % turns == 0).then_some(4 * turn / turns) {
+    match (4 * turn).is_multiple_of(turns).then_some(4 * turn / turns) {
         Some(0) => (0.0, 1.0),
         Some(1) => (1.0, 0.0),
         Some(2) => (0.0, -1.0),

@@ -87,7 +87,7 @@ impl Edge {
 
 impl EdgeSearch {
     /// Fresh flights of each try: so many that, the tries taken together (Bonferroni), a point where a flight
-    /// is safe with less than [`PROBABILITY`] is confirmed in a share of `1 - CONFIDENCE` of the edges at most.
+    /// is safe with less than [`PROBABILITY`] is confirmed in at most `1 - CONFIDENCE` of the edges.
     pub fn fresh_flights(&self) -> usize {
         flights_for(PROBABILITY, 1.0 - (1.0 - CONFIDENCE) / self.tries.len().max(1) as f64)
     }
@@ -133,7 +133,7 @@ impl EdgeSearch {
         &self,
         from: f64,
         limit: f64,
-        draws: &mut Vec<u64>,
+        draws: &mut [u64],
         flights: &mut impl RayFlights,
     ) -> Result<(f64, Option<f64>), Stopped> {
         let looks = self.looks.max(1);

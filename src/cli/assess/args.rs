@@ -38,7 +38,7 @@ fn rays(text: &str) -> Result<usize, String> {
     let expected = "a multiple of 4 from 4 to 64 is expected";
     text.parse()
         .ok()
-        .filter(|n: &usize| (4..=64).contains(n) && n % 4 == 0)
+        .filter(|n: &usize| (4..=64).contains(n) && n.is_multiple_of(4))
         .ok_or_else(|| expected.to_owned())
 }
 

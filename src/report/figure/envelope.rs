@@ -116,7 +116,7 @@ fn closed(points: &[Point]) -> Vec<Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::assess::envelope::{Edge, EdgeSearch, Fan, reaches_of};
+    use crate::assess::envelope::{Edge, EdgeSearch, EnvelopeAxis, Fan, reaches_of};
     use crate::config::Mission;
 
     /// Every panel has its axes' names, every limit its outline; without fans there is no figure.
