@@ -122,8 +122,8 @@ pub struct Fan {
     pub turns: usize,
 }
 
-/// How far each quantity goes to its low and to its high side before it is unsafe by itself, or as far as that
-/// is known: what the directions of a fan are spread over.
+/// How far each quantity goes to its low and to its high side before it is unsafe by itself, or as far as
+/// that is known: what the directions of a fan are spread over.
 pub type Reaches = [[f64; 2]; AXES];
 
 /// The reaches of which nothing is known: to the ends of the ranges.

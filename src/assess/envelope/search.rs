@@ -308,7 +308,7 @@ mod tests {
         assert!(
             edges.iter().all(|edge| (edge.safe, edge.beyond, edge.confirmed()) == (1.0, None, Some(1.0)))
         );
-        let mut plant = toy(0.0, 0.0);
+        let mut plant = toy(1e-6, 0.0);
         assert!(
             search.begins_safe(1.0, &mut plant).unwrap() && !search.begins_safe(-1.0, &mut plant).unwrap()
         );
