@@ -100,7 +100,8 @@ impl Demands {
     }
 
     /// The demands as constraints on the path of a vehicle with at most `NU` rotors, whose thrusts change by
-    /// no more than `thrust_rate_n_s` [N/s]; the vortex ring is left out where the rotors' blades are not known.
+    /// no more than `thrust_rate_n_s` [N/s]; the vortex ring is left out where the rotors' blades are not
+    /// known.
     pub fn constraints<const NU: usize>(
         &self,
         vehicle: &Vehicle,

@@ -65,8 +65,8 @@ fn peak(weight: f64, alone: bool) -> Demands {
 }
 
 /// The least peak of J_state from rest is that of a level descent with the thrusts rising as fast as they
-/// may: `m v' = m g - 240 t - D v^2`, integrated here; 0.5291 of 12 m/s. Between nodes a plan's thrust is linear,
-/// so it meets the closed form to the collocation's error.
+/// may: `m v' = m g - 240 t - D v^2`, integrated here; 0.5291 of 12 m/s. Between nodes a plan's thrust is
+/// linear, so it meets the closed form to the collocation's error.
 #[test]
 fn closed_form_the_least_peak_is_that_of_the_level_descent() {
     let (vehicle, environment) = titan();

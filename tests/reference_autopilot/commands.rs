@@ -56,7 +56,7 @@ fn regress_every_command_number_gets_one_ack_to_its_sender() {
 }
 
 /// Answers the command that was passed on to the simulator with UNSUPPORTED; what the autopilot sends then.
-fn answered_by_the_simulator(bench: &mut Bench, sent: &[Sent]) -> Vec<Sent> {
+pub fn answered_by_the_simulator(bench: &mut Bench, sent: &[Sent]) -> Vec<Sent> {
     let passed = |(link, frame): &Sent| (*link == Link::Simulator).then(|| frame.command()).flatten();
     let commands: Vec<_> = sent.iter().filter_map(passed).collect();
     assert_eq!(commands.len(), 1);

@@ -101,7 +101,7 @@ impl EnvelopeFlights {
         let start = StudyStart { state: *state, air: variation.air.unwrap_or_default() };
         let mut safe = true;
         varied.fly(&entry, start, CONTROL_PERIOD_S, &mut |sample| {
-            safe = StateCost::of(&sample.state.body, &study.limits).max() < limit;
+            safe = StateCost::of_sample(sample, &study.limits).max() < limit;
             if safe { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         });
         safe
