@@ -47,7 +47,7 @@ fn reference_costs_of_plans_with_demands() {
     let reference: serde_json::Value =
         serde_json::from_str(include_str!("../data/casadi_demands.json")).unwrap();
     let problems = reference.as_object().unwrap();
-    assert!(problems.len() >= 11, "all of them");
+    assert!(problems.len() >= 13, "all of them");
     for (name, problem) in problems {
         let mission = mission(problem["vehicle"].as_str().unwrap(), &problem["plan"]);
         let go_on = &mut |_: &_| ControlFlow::Continue(());
@@ -91,7 +91,7 @@ fn closed_form_the_least_peak_is_that_of_the_level_descent() {
     }
 }
 
-/// The peak is that of the plan's nodes and midpoints, and a heavier weight makes it no larger.
+/// A heavier weight makes the peak no larger, down to the least there is, 0.52906 (the closed form above).
 #[test]
 fn prop_a_heavier_weight_makes_a_smaller_peak() {
     let (vehicle, environment) = titan();
@@ -105,7 +105,7 @@ fn prop_a_heavier_weight_makes_a_smaller_peak() {
         assert!(speed <= last + 1e-9, "{weight}: {speed} after {last}");
         last = speed;
     }
-    assert!(last < 0.53, "{last}");
+    assert!((0.529..0.5341).contains(&last), "{last}");
 }
 
 /// A bound on the motion holds at every node, and costs something.

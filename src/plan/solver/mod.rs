@@ -149,7 +149,7 @@ pub fn solve<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
 /// Largest weight of the running cost that the options' barrier parameters and tolerance are made for, (27).
 const USUAL_WEIGHT: f64 = 10.0;
 /// Largest weights of the running cost from the least to the greatest that are taken as they are.
-const PLAIN_WEIGHTS: [f64; 2] = [0.1, 1e3];
+const PLAIN_WEIGHTS: [f64; 2] = [1.0, 1e3];
 
 /// A power of two that the cost is multiplied with inside the solver, so that costs in any unit converge
 /// alike: 1 for weights of the usual size.

@@ -7,7 +7,7 @@ use crate::plan::problem::Nodes;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverOptions {
     /// Bound on the KKT residual, the complementarity and the largest defect, the first two in units in which
-    /// the largest weight of the running cost is from 0.1 to 1000: costs beyond are scaled.
+    /// the largest weight of the running cost is from 1 to 1000: costs beyond are scaled.
     pub tolerance: f64,
     /// Most iterations, those of the restoration phase included.
     pub max_iterations: usize,
