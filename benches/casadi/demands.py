@@ -23,7 +23,7 @@ from compare import MISSION, REPOSITORY, dynamics, read
 WEIGHTS = [1, 1, 1, 1, 1, 1, 1, 10, 10, 10]
 PROBLEMS = {
     "as the paper": {},
-    "weights of the final state": {"cost_final_state": [0, 0, 0, 0, 100, 1, 100, 10, 10, 10]},
+    "weights of the final state": {"final_cost_state": [0, 0, 0, 0, 100, 1, 100, 10, 10, 10]},
     "peak beside the cost": {"peak": {"weight": 200.0}},
     "peak beside the cost about the trim": {"peak": {"weight": 500.0}, "cost_input_reference": "trim"},
     "speed": {"motion": {"speed_m_s": 6.45}},
@@ -38,7 +38,7 @@ PROBLEMS = {
     "several": {
         "peak": {"weight": 200.0},
         "motion": {"pitch_deg": 22.0, "altitude_lost_m": 134.0},
-        "cost_final_state": [1, 1, 1, 1, 10, 10, 10, 10, 10, 10],
+        "final_cost_state": [1, 1, 1, 1, 10, 10, 10, 10, 10, 10],
         "cost_input_reference": "trim",
     },
 }
@@ -78,7 +78,7 @@ def solve(mission, vehicle, rotor):
 
     # Cost.
     q, r = ca.DM(plan["cost_state"]), plan["cost_input_per_n2"]
-    s = ca.DM(plan.get("cost_final_state", plan["cost_state"]))
+    s = ca.DM(plan.get("final_cost_state", plan["cost_state"]))
     stage = [ca.dot(q, (a - x_ss) ** 2) + r * ca.sumsqr(b - u_ref) for a, b in zip(x, u)]
     cost = ca.dot(s, (x[-1] - x_ss) ** 2)
     cost += sum(dt / 2 * (stage[k] + stage[k + 1]) for k in range(nodes - 1))

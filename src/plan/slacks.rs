@@ -208,8 +208,8 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Problem<D, NX, NU> {
     }
 
     /// Adds the second derivatives of the constraints, weighted with their multipliers `z`, to those at
-    /// nodes, midpoints and of the moves; and to `weights` what the state of a midpoint, which the dynamics at
-    /// the nodes beside it decide, hands on to them.
+    /// nodes, midpoints and of the moves; and to `weights` what the state of a midpoint, which the dynamics
+    /// at the nodes beside it decide, hands on to them.
     pub(super) fn add_path_curvature(
         &self,
         nodes: &Nodes<NX, NU>,

@@ -44,7 +44,7 @@ pub(super) struct PlanJson {
     /// Reference state x_ss of the cost, (31); the solved trim at the target velocity when left out.
     x_ss: Option<StateJson>,
     /// Diagonal of S alone, in the order of `cost_state`; that of Q when left out, as in the paper.
-    cost_final_state: Option<Exactly<NonNegative<1_000_000_000>, 10>>,
+    final_cost_state: Option<Exactly<NonNegative<1_000_000_000>, 10>>,
     /// A cost for the peak of J_state (47), measured by `limits` of the mission, at nodes and midpoints.
     peak: Option<PeakJson>,
     /// Bounds on the motion, held at nodes and midpoints from the second node on.
@@ -273,7 +273,7 @@ fn demands(
         }),
     };
     Ok(Demands {
-        cost_final: json.cost_final_state.as_ref().map(|s| s.0.map(NonNegative::get)),
+        cost_final: json.final_cost_state.as_ref().map(|s| s.0.map(NonNegative::get)),
         peak,
         motion,
         rotor_acceleration_rad_s2: json.rotor_acceleration_rad_s2.map(Positive::get),

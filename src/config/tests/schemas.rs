@@ -89,6 +89,12 @@ fn every_number_in_a_schema_names_its_unit() {
         "drag_across",
         "_gauss",
         "_hpa",
+        "_j",
+        "weight",
+        "share",
+        "quantile",
+        "draws",
+        "gains",
     ];
     fn is_number(schema: &serde_json::Value) -> bool {
         let is = |kind: &serde_json::Value| kind == "number" || kind == "integer";
