@@ -91,6 +91,7 @@ fn campaign_trial(bencher: Bencher<'_, '_>) {
         target_v_ned: Vector3::new(4.0, 0.0, 4.0),
         steady_within_m_s: 0.057,
         plan: Trajectory::new(vec![node(0.0), node(30.0)], 4).unwrap(),
+        feed_forward: false,
         settle_s: 0.0,
         delay_s: 0.5,
         faults: Vec::new(),

@@ -60,6 +60,7 @@ fn another_controller_is_judged_by_the_flights_of_the_study() {
         plant: PlantKind::Actuator,
         yaw: mission.control.gains,
         plan: &plan,
+        feed_forward: false,
         target_v_ned: mission.target_v_ned,
         steady_within_m_s: mission.limits.steady_within_m_s,
         settle_s: 0.0,

@@ -94,6 +94,8 @@ pub struct SafetyStudy {
     pub steady_within_m_s: f64,
     /// The plan from the nominal release.
     pub plan: Trajectory,
+    /// Whether its acceleration is fed forward.
+    pub feed_forward: bool,
     /// How long a flight goes on after the plan's end, the target velocity commanded [s]; 0 in the paper's.
     pub settle_s: f64,
     /// Time from the release to t = 0 [s], whose fall is part of the altitude lost.
@@ -203,7 +205,8 @@ impl SafetyStudy {
             StudyReference::Step => Reference::Step(self.target_v_ned),
             StudyReference::Optimal => {
                 let then_v_ned = (self.settle_s > 0.0).then_some(self.target_v_ned);
-                Reference::Plan { trajectory: &self.plan, then_v_ned, feed_forward: false }
+                let feed_forward = self.feed_forward;
+                Reference::Plan { trajectory: &self.plan, then_v_ned, feed_forward }
             }
         };
         FlightPlan::new(reference, period_s, self.plan.end_s() + self.settle_s)

@@ -43,6 +43,7 @@ pub struct StreamArgs {
 /// Streams a plan from the release to its end, and then the target velocity.
 pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
     let mut mission = mission_with_a_drop(&args.mission, &args.choice)?;
+    mission.control.feed_forward |= args.feed_forward;
     let (ports, key) = (args.net.ports()?, args.net.key()?);
     let narrator = Narrator::alone(false);
     narrator.say(&origin(&args.mission, &mission));
@@ -58,7 +59,6 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
     };
     let choice = StreamerChoice {
         procedure: Some(Procedure { envelope: envelope(&mission, &trajectory), ..Procedure::default() }),
-        feed_forward: args.feed_forward,
         froude: parties::froude(&mission),
         ..StreamerChoice::default()
     };

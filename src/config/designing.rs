@@ -1,13 +1,16 @@
 //! How plan and gains of a mission are designed together: judge and search of its settings, and the mission
 //! file that a design makes.
 
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use super::error::ConfigError;
 use super::mission::{Mission, mission_text};
 use super::shipped;
-use crate::design::{Design, DesignFlights, DesignJudge, DesignSearchSettings, PlanDesign, Unknown};
+use crate::design::{
+    Design, DesignBounds, DesignFlights, DesignJudge, DesignSearchSettings, PlanDesign, Unknown,
+};
 use crate::plan::InputReference;
+use crate::units::DEG_PER_RAD;
 
 /// Designs of a generation.
 const SAMPLES: usize = 16;
@@ -48,13 +51,23 @@ impl Mission {
     /// The judge of designs of this mission.
     pub fn design_judge(&self) -> DesignJudge<'_> {
         let unknown = Unknown { vehicle: self.design.unknowns, air: true };
-        let made_small = (self.design.objective, self.design.bounds);
+        let made_small = (self.design.objective, self.design_bounds());
         DesignJudge::new(self.plan_problem(), self.design_flights(), made_small, self.design.draws, unknown)
+    }
+
+    /// The bounds of its designs: unless the mission says otherwise, flights are steady by the plan's end.
+    fn design_bounds(&self) -> DesignBounds {
+        let bounds = self.design.bounds;
+        DesignBounds { steady_after_s: bounds.steady_after_s.or(Some(self.plan.horizon_s)), ..bounds }
     }
 
     /// The mission's own plan and gains.
     pub fn own_design(&self) -> Design {
-        Design { plan: PlanDesign::of(&self.plan_problem()), gains: self.control.gains.as_longitudinal() }
+        Design {
+            plan: PlanDesign::of(&self.plan_problem()),
+            gains: self.control.gains.as_longitudinal(),
+            feed_forward: self.control.feed_forward,
+        }
     }
 
     /// The search of a design, of at most `budget` designs.
@@ -62,7 +75,7 @@ impl Mission {
         let own = self.own_design();
         DesignSearchSettings {
             space: self.design.space(&own.plan),
-            bounds: self.design.bounds,
+            bounds: self.design_bounds(),
             own,
             samples: SAMPLES,
             spread: SPREAD,
@@ -80,7 +93,7 @@ impl Mission {
 /// [`DesignError`] when the mission's file is not there any more, or no longer what it was.
 pub fn designed_mission_json(
     mission: &Mission,
-    plan: &PlanDesign,
+    design: &Design,
     gains: &str,
     relative: impl Fn(&std::path::Path) -> String,
 ) -> Result<String, DesignError> {
@@ -103,16 +116,50 @@ pub fn designed_mission_json(
     // The schema stands elsewhere, and the design is done.
     whole.shift_remove("$schema");
     whole.insert("gains".to_owned(), gains.into());
+    let mut problem = mission.plan_problem();
+    design.plan.apply(&mut problem, &mission.limits.safety);
+    let control = whole.get_mut("control").and_then(Value::as_object_mut).ok_or_else(no_plan)?;
+    if design.feed_forward != mission.control.feed_forward {
+        control.insert("feed_forward".to_owned(), design.feed_forward.into());
+    }
     let planned = whole.get_mut("plan").and_then(Value::as_object_mut).ok_or_else(no_plan)?;
-    let reference = match plan.input_reference {
+    let reference = match problem.input_reference {
         InputReference::Zero => "zero",
         InputReference::Trim => "trim",
     };
-    planned.insert("nodes".to_owned(), plan.nodes.into());
-    planned.insert("cost_state".to_owned(), plan.cost_state(&mission.plan.cost_state).to_vec().into());
-    planned.insert("cost_input_per_n2".to_owned(), (mission.plan.cost_input * plan.input_weight).into());
+    planned.insert("nodes".to_owned(), problem.nodes.into());
+    planned.insert("cost_state".to_owned(), problem.cost_state.to_vec().into());
+    planned.insert("cost_input_per_n2".to_owned(), problem.cost_input.into());
     planned.insert("cost_input_reference".to_owned(), reference.into());
+    let demands = &problem.demands;
+    if let Some(last) = demands.cost_final {
+        planned.insert("final_cost_state".to_owned(), last.to_vec().into());
+    }
+    let peak = demands.peak.map(|peak| Value::from(peak.weight));
+    insert_or_remove(planned, ["peak", "weight"], peak);
+    let motion =
+        [("pitch_deg", demands.motion.pitch_rad), ("pitch_rate_deg_s", demands.motion.pitch_rate_rad_s)];
+    for (key, bound) in motion {
+        insert_or_remove(planned, ["motion", key], bound.map(|bound| Value::from(bound * DEG_PER_RAD)));
+    }
     Ok(as_missions_are_written(&json, 0) + "\n")
+}
+
+/// Puts a value into an object of the plan, or takes it away; an object that holds nothing goes with it.
+fn insert_or_remove(planned: &mut Map<String, Value>, [section, key]: [&str; 2], value: Option<Value>) {
+    let Some(value) = value else {
+        if let Some(object) = planned.get_mut(section).and_then(Value::as_object_mut) {
+            object.shift_remove(key);
+            if section == "peak" || object.is_empty() {
+                planned.shift_remove(section);
+            }
+        }
+        return;
+    };
+    let object = planned.entry(section).or_insert_with(|| Value::Object(Map::new()));
+    if let Some(object) = object.as_object_mut() {
+        object.insert(key.to_owned(), value);
+    }
 }
 
 /// Widest object that stands on one line.
@@ -160,16 +207,25 @@ mod tests {
     #[test]
     fn a_designed_mission_is_read_and_keeps_the_rest() {
         let mission = Mission::shipped("titan_drop").unwrap();
-        let mut plan = mission.own_design().plan;
+        let mut design = mission.own_design();
+        let plan = &mut design.plan;
         plan.weights[2] = 10.0;
         plan.input_reference = InputReference::Trim;
         plan.nodes = 75;
+        plan.peak_weight = 20.0;
+        plan.pitch_rad = Some(0.3);
+        design.feed_forward = true;
         let gains = "built-in:params/gains/safety.json";
-        let text = designed_mission_json(&mission, &plan, gains, |path| path.display().to_string()).unwrap();
+        let text =
+            designed_mission_json(&mission, &design, gains, |path| path.display().to_string()).unwrap();
         let file = std::path::Path::new("elsewhere/design_mission.json");
         let read = parse_mission(&MissionText { mission: &text, file, vehicle: None, gains: None }).unwrap();
         assert_eq!(read.plan.cost_state, [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 10.0, 10.0, 10.0, 10.0]);
         assert_eq!((read.plan.nodes, read.plan.cost_input_reference), (75, InputReference::Trim));
+        assert!(
+            (read.plan.demands.motion.pitch_rad.unwrap() - 0.3).abs() < 1e-15 && read.control.feed_forward
+        );
+        assert_eq!(read.own_design().plan.peak_weight, 20.0);
         assert_eq!((read.control.gains_name.as_str(), read.vehicle_name), ("safety", mission.vehicle_name));
         assert_eq!((read.study.cases, read.duration_s), (mission.study.cases, mission.duration_s));
         assert!(text.contains("    \"cost_state\": [1.0, 1.0,"), "{text}");

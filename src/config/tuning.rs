@@ -115,6 +115,7 @@ impl Tuning {
             plant: self.plant,
             yaw: mission.control.gains,
             plan,
+            feed_forward: mission.control.feed_forward,
             target_v_ned: mission.target_v_ned,
             steady_within_m_s: mission.limits.steady_within_m_s,
             settle_s: mission.settle_s(plan),

@@ -77,11 +77,11 @@ impl DesignFlights {
         (release, Variation { air, ..variation })
     }
 
-    /// Pilot of the flights along a plan.
+    /// Pilot of the flights along a plan, whose acceleration may be fed forward.
     ///
     /// # Errors
     /// [`ControlError`] for a vehicle that cannot be controlled.
-    pub fn pilot<'p>(&self, plan: &'p Trajectory) -> Result<GainJudge<'p>, ControlError> {
+    pub fn pilot<'p>(&self, plan: &'p Trajectory, feed_forward: bool) -> Result<GainJudge<'p>, ControlError> {
         GainJudge::new(Setting {
             vehicle: self.vehicle.clone(),
             environment: self.environment.clone(),
@@ -90,6 +90,7 @@ impl DesignFlights {
             plant: PlantKind::Actuator,
             yaw: self.yaw,
             plan,
+            feed_forward,
             target_v_ned: self.target_v_ned,
             steady_within_m_s: self.steady_within_m_s,
             settle_s: self.settle_s,
@@ -163,7 +164,7 @@ impl<'a> DesignJudge<'a> {
     /// Plans a design; `None` when it cannot be planned or the solve does not converge.
     pub fn plan(&self, design: &PlanDesign) -> Option<Plan> {
         let mut problem = self.problem.clone();
-        design.apply(&mut problem);
+        design.apply(&mut problem, &self.flights.safety);
         let options = SolverOptions::default();
         let planned = plan(&problem, &Guess::StraightLine, &options, &mut |_| ControlFlow::Continue(()));
         planned.ok().filter(|plan| plan.status == Status::Converged)
@@ -171,9 +172,9 @@ impl<'a> DesignJudge<'a> {
 
     /// Why flights are flown one at a time in six degrees of freedom; `None` where they are flown side by
     /// side or there is no plan.
-    pub fn one_at_a_time(&self, design: &PlanDesign) -> Option<NotPlanar> {
-        let plan = self.plan(design)?;
-        let pilot = self.flights.pilot(&plan.trajectory).ok()?;
+    pub fn one_at_a_time(&self, design: &Design) -> Option<NotPlanar> {
+        let plan = self.plan(&design.plan)?;
+        let pilot = self.flights.pilot(&plan.trajectory, design.feed_forward).ok()?;
         pilot.one_at_a_time().cloned()
     }
 
@@ -222,7 +223,9 @@ impl<'a> DesignJudge<'a> {
     /// Plans and flies a design, until it is known to cost more than `ceiling`.
     pub fn judge(&self, design: &Design, ceiling: f64) -> Judgement {
         let Some(plan) = self.plan(&design.plan) else { return Judgement::UNPLANNED };
-        let Ok(pilot) = self.flights.pilot(&plan.trajectory) else { return Judgement::UNPLANNED };
+        let Ok(pilot) = self.flights.pilot(&plan.trajectory, design.feed_forward) else {
+            return Judgement::UNPLANNED;
+        };
         let energy_j = shaft_energy_j(&self.problem, &plan.trajectory);
         let in_cases = self.judge_cases(&pilot, &design.gains, energy_j);
         let mut judged = in_cases.with_draws(self.objective, &[], self.draws.len());

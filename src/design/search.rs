@@ -1,4 +1,5 @@
-//! A search of designs: starts that are all tried, then an evolution strategy from the best of them.
+//! A search of designs: starts that are all tried, the best of them with each other choice, then an evolution
+//! strategy from the best of all.
 //!
 //! Designs that cost more than three quarters of those of the generation before are given up in the middle
 //! of their flights: what they cost up to then is known not to be more than the whole, and only the better
@@ -66,6 +67,8 @@ pub struct DesignSearch {
     /// Designs to be judged next.
     pending: Vec<Design>,
     optimiser: Option<CmaEs<DIMENSIONS>>,
+    /// Whether the best start has been tried with its alternatives.
+    has_alternatives: bool,
     /// How often the strategy has begun.
     begun: u64,
     ceiling: f64,
@@ -78,7 +81,16 @@ impl DesignSearch {
     pub fn new(settings: DesignSearchSettings) -> Self {
         let pending = settings.space.starts(&settings.own);
         let (tried, history) = (Vec::new(), Vec::new());
-        Self { settings, pending, optimiser: None, begun: 0, ceiling: f64::INFINITY, tried, history }
+        Self {
+            settings,
+            pending,
+            optimiser: None,
+            has_alternatives: false,
+            begun: 0,
+            ceiling: f64::INFINITY,
+            tried,
+            history,
+        }
     }
 
     /// What a design of this generation may cost before the rest of its flights makes no difference.
@@ -157,6 +169,16 @@ impl DesignSearch {
     }
 
     fn next_generation(&mut self) {
+        let space = &self.settings.space;
+        if !self.has_alternatives {
+            self.has_alternatives = true;
+            self.pending = self.best().map_or_else(Vec::new, |best| space.alternatives(&best.design));
+            if !self.pending.is_empty() {
+                // They are compared with the best start, so they fly all their flights.
+                self.ceiling = f64::INFINITY;
+                return;
+            }
+        }
         let converged = self.optimiser.as_ref().is_none_or(CmaEs::has_converged);
         if converged {
             self.begin();
@@ -236,20 +258,29 @@ mod tests {
         let weight = Range { least: 0.01, most: 100.0 };
         let plan = PlanDesign {
             weights: [1.0; 4],
+            final_weight: 1.0,
             input_weight: 1.0,
             input_reference: InputReference::Zero,
             nodes: 38,
+            peak_weight: 0.0,
+            pitch_rad: None,
+            pitch_rate_rad_s: None,
         };
         DesignSearchSettings {
             space: DesignSpace {
                 weights: [weight, Range::fixed(1.0), weight, weight],
+                final_weight: Range::fixed(1.0),
                 input_weight: weight,
                 input_references: vec![InputReference::Zero, InputReference::Trim],
                 nodes: vec![38, 75],
+                peak_weights: vec![0.0, 10.0],
+                pitch_rad: vec![None],
+                pitch_rate_rad_s: vec![None],
+                feed_forward: vec![false, true],
                 gains: [Range { least: 1e-4, most: 5.0 }; 7],
             },
             bounds: DesignBounds::default(),
-            own: Design { plan, gains: [1.0; 7] },
+            own: Design { plan, gains: [1.0; 7], feed_forward: false },
             samples: 12,
             spread: 0.2,
             budget,
@@ -257,13 +288,15 @@ mod tests {
         }
     }
 
-    /// A bowl about a design of known numbers, with trim and 75 nodes.
+    /// A bowl about a design of known numbers, with trim, 75 nodes and feed-forward, the peak without a cost.
     fn bowl(design: &Design) -> Judgement {
         let off = |x: f64, at: f64| (crate::math::ln(x / at)).powi(2);
         let weights = off(design.plan.weights[0], 0.2) + off(design.plan.weights[2], 20.0);
         let gains: f64 = design.gains.iter().map(|k| (k - 2.0).powi(2)).sum();
         let choices = f64::from(u8::from(design.plan.input_reference == InputReference::Zero))
-            + f64::from(u8::from(design.plan.nodes == 38));
+            + f64::from(u8::from(design.plan.nodes == 38))
+            + f64::from(u8::from(!design.feed_forward))
+            + design.plan.peak_weight;
         let nothing = Judgement {
             j_tpf: 0.0,
             mean: 0.0,
@@ -297,6 +330,7 @@ mod tests {
         assert!((best.design.plan.weights[2] / 20.0 - 1.0).abs() < 0.1, "{best:?}");
         assert_eq!((best.design.plan.nodes, best.design.plan.input_reference), (75, InputReference::Trim));
         assert_eq!(best.design.plan.weights[1], 1.0);
+        assert!(best.design.feed_forward && best.design.plan.peak_weight == 0.0);
         let tried = search.tried().len();
         assert!(tried <= 4000 && tried + 12 > 4000, "{tried}");
         let front = search.front(|judgement| judgement.altitude_lost_m);

@@ -24,12 +24,22 @@ pub struct DesignSettings {
     pub bounds: DesignBounds,
     /// Factors on the weights of the state, by group of [`WEIGHT_GROUPS`].
     pub weights: [Range; WEIGHT_GROUPS.len()],
+    /// Factor on the weights of the final state.
+    pub final_weight: Range,
     /// Factor on the weight of the input.
     pub input_weight: Range,
     /// Input references to choose among.
     pub input_references: Vec<InputReference>,
     /// Numbers of nodes to choose among; empty: the mission's own, and with every interval halved.
     pub nodes: Vec<usize>,
+    /// Costs of the peak of J_state to choose among, 0 for none; empty: the mission's own.
+    pub peak_weights: Vec<f64>,
+    /// Bounds on the plan's pitch to choose among [rad]; empty: the mission's own.
+    pub pitch_rad: Vec<Option<f64>>,
+    /// Bounds on the plan's pitch rate to choose among [rad/s]; empty: the mission's own.
+    pub pitch_rate_rad_s: Vec<Option<f64>>,
+    /// Whether the plan's acceleration is fed forward, to choose among.
+    pub feed_forward: Vec<bool>,
     /// Range of the gains.
     pub gains: Range,
 }
@@ -57,9 +67,14 @@ impl Default for DesignSettings {
             bounds: DesignBounds::default(),
             // One weight is what the others are measured by: scaling all changes no plan.
             weights: [FACTORS, Range::fixed(1.0), FACTORS, FACTORS],
+            final_weight: Range::fixed(1.0),
             input_weight: FACTORS,
             input_references: vec![InputReference::Zero, InputReference::Trim],
             nodes: Vec::new(),
+            peak_weights: Vec::new(),
+            pitch_rad: Vec::new(),
+            pitch_rate_rad_s: Vec::new(),
+            feed_forward: vec![false, true],
             gains: Range { least: tune::BOUNDS.0, most: tune::BOUNDS.1 },
         }
     }
@@ -68,12 +83,17 @@ impl Default for DesignSettings {
 impl DesignSettings {
     /// The space that is searched for a mission with this plan of its own.
     pub fn space(&self, own: &PlanDesign) -> DesignSpace {
-        let halved = || vec![own.nodes, (2 * own.nodes).saturating_sub(1).max(own.nodes)];
+        let halved = vec![own.nodes, (2 * own.nodes).saturating_sub(1).max(own.nodes)];
         DesignSpace {
             weights: self.weights,
+            final_weight: self.final_weight,
             input_weight: self.input_weight,
             input_references: self.input_references.clone(),
-            nodes: if self.nodes.is_empty() { halved() } else { self.nodes.clone() },
+            nodes: or_own(&self.nodes, &halved),
+            peak_weights: or_own(&self.peak_weights, &[own.peak_weight]),
+            pitch_rad: or_own(&self.pitch_rad, &[own.pitch_rad]),
+            pitch_rate_rad_s: or_own(&self.pitch_rate_rad_s, &[own.pitch_rate_rad_s]),
+            feed_forward: self.feed_forward.clone(),
             gains: [self.gains; 7],
         }
     }
@@ -91,4 +111,9 @@ impl DesignSettings {
         let turbulence = own.turbulence.clone().or_else(|| (sigma_m_s > 0.0).then(light));
         Wind { turbulence, ..own.clone() }
     }
+}
+
+/// What was given, or else the mission's own.
+fn or_own<T: Clone>(given: &[T], own: &[T]) -> Vec<T> {
+    if given.is_empty() { own.to_vec() } else { given.to_vec() }
 }

@@ -7,8 +7,9 @@ use crate::math;
 use crate::plan::InputReference;
 use crate::tune::Longitudinal;
 
-/// Coordinates of the cube: weights by group, weight of the input, input reference, nodes, gains.
-pub const DIMENSIONS: usize = WEIGHT_GROUPS.len() + 3 + 7;
+/// Coordinates of the cube: weights by group, of the final state and of the input; the choices of reference,
+/// nodes, peak, pitch, pitch rate and feed-forward; gains.
+pub const DIMENSIONS: usize = WEIGHT_GROUPS.len() + 2 + 6 + 7;
 
 /// A point of the cube: every coordinate from 0 to 1.
 pub type Place = [f64; DIMENSIONS];
@@ -20,6 +21,8 @@ pub struct Design {
     pub plan: PlanDesign,
     /// The seven longitudinal gains.
     pub gains: Longitudinal,
+    /// Whether the plan's acceleration is fed forward.
+    pub feed_forward: bool,
 }
 
 /// Range of a number; of no width where it is not searched.
@@ -78,12 +81,22 @@ impl Range {
 pub struct DesignSpace {
     /// Factors on the mission's weights of the state, by group of [`WEIGHT_GROUPS`]; positive.
     pub weights: [Range; WEIGHT_GROUPS.len()],
+    /// Factor on the weights of the final state; positive.
+    pub final_weight: Range,
     /// Factor on the mission's weight of the input; positive.
     pub input_weight: Range,
-    /// Input references to choose among; at least one.
+    /// Input references to choose among; at least one, as of all that follow.
     pub input_references: Vec<InputReference>,
-    /// Numbers of nodes to choose among; at least one.
+    /// Numbers of nodes to choose among.
     pub nodes: Vec<usize>,
+    /// Costs of the peak of J_state to choose among; 0: none.
+    pub peak_weights: Vec<f64>,
+    /// Bounds on pitch and roll to choose among [rad].
+    pub pitch_rad: Vec<Option<f64>>,
+    /// Bounds on pitch and roll rate to choose among [rad/s].
+    pub pitch_rate_rad_s: Vec<Option<f64>>,
+    /// Whether the plan's acceleration is fed forward, to choose among.
+    pub feed_forward: Vec<bool>,
     /// The gains.
     pub gains: [Range; 7],
 }
@@ -91,29 +104,43 @@ pub struct DesignSpace {
 impl DesignSpace {
     /// The design at a point of the cube.
     pub fn design(&self, place: &Place) -> Design {
-        let [w0, w1, w2, w3, input, reference, nodes, gains @ ..] = *place;
+        let [w0, w1, w2, w3, last, input, reference, nodes, peak, pitch, rate, ahead, gains @ ..] = *place;
         let weights = [w0, w1, w2, w3];
-        let own = PlanDesign {
+        let plan = PlanDesign {
             weights: std::array::from_fn(|i| self.weights[i].by_logarithm(weights[i])),
+            final_weight: self.final_weight.by_logarithm(last),
             input_weight: self.input_weight.by_logarithm(input),
             input_reference: choice(&self.input_references, reference).unwrap_or(InputReference::Trim),
             nodes: choice(&self.nodes, nodes).unwrap_or(38),
+            peak_weight: choice(&self.peak_weights, peak).unwrap_or(0.0),
+            pitch_rad: choice(&self.pitch_rad, pitch).flatten(),
+            pitch_rate_rad_s: choice(&self.pitch_rate_rad_s, rate).flatten(),
         };
-        Design { plan: own, gains: std::array::from_fn(|i| self.gains[i].by_root(gains[i])) }
+        Design {
+            plan,
+            gains: std::array::from_fn(|i| self.gains[i].by_root(gains[i])),
+            feed_forward: choice(&self.feed_forward, ahead).unwrap_or(false),
+        }
     }
 
     /// The point of the cube where a design is, or the nearest one within the ranges.
     pub fn place(&self, design: &Design) -> Place {
-        let Design { plan, gains } = design;
+        let Design { plan, gains, feed_forward } = design;
         let mut place = [0.5; DIMENSIONS];
-        let (weights, rest) = place.split_at_mut(WEIGHT_GROUPS.len());
-        for (s, (range, x)) in weights.iter_mut().zip(self.weights.iter().zip(plan.weights)) {
-            *s = range.place_by_logarithm(x);
-        }
-        rest[0] = self.input_weight.place_by_logarithm(plan.input_weight);
-        rest[1] = place_of(&self.input_references, &plan.input_reference);
-        rest[2] = place_of(&self.nodes, &plan.nodes);
-        for (s, (range, x)) in rest[3..].iter_mut().zip(self.gains.iter().zip(gains)) {
+        let (numbers, gain_places) = place.split_at_mut(DIMENSIONS - gains.len());
+        let weights = self.weights.iter().zip(plan.weights).map(|(range, x)| range.place_by_logarithm(x));
+        let others = [
+            self.final_weight.place_by_logarithm(plan.final_weight),
+            self.input_weight.place_by_logarithm(plan.input_weight),
+            place_of(&self.input_references, &plan.input_reference),
+            place_of(&self.nodes, &plan.nodes),
+            place_of(&self.peak_weights, &plan.peak_weight),
+            place_of(&self.pitch_rad, &plan.pitch_rad),
+            place_of(&self.pitch_rate_rad_s, &plan.pitch_rate_rad_s),
+            place_of(&self.feed_forward, feed_forward),
+        ];
+        numbers.iter_mut().zip(weights.chain(others)).for_each(|(s, x)| *s = x);
+        for (s, (range, x)) in gain_places.iter_mut().zip(self.gains.iter().zip(gains)) {
             *s = range.place_by_root(*x);
         }
         place
@@ -140,12 +167,33 @@ impl DesignSpace {
         starts
     }
 
+    /// The design with each other choice in turn that the starts leave as it is: a peak that costs, bounds on
+    /// pitch and pitch rate, feed-forward. A spread of numbers seldom leads from one choice to another.
+    pub fn alternatives(&self, to: &Design) -> Vec<Design> {
+        let with = |put: &dyn Fn(&mut Design)| {
+            let mut design = *to;
+            put(&mut design);
+            design
+        };
+        let peaks = self.peak_weights.iter().map(|&x| with(&|d| d.plan.peak_weight = x));
+        let pitches = self.pitch_rad.iter().map(|&x| with(&|d| d.plan.pitch_rad = x));
+        let rates = self.pitch_rate_rad_s.iter().map(|&x| with(&|d| d.plan.pitch_rate_rad_s = x));
+        let ahead = self.feed_forward.iter().map(|&x| with(&|d| d.feed_forward = x));
+        peaks.chain(pitches).chain(rates).chain(ahead).filter(|design| design != to).collect()
+    }
+
     /// How many numbers and choices are searched.
     pub fn searched(&self) -> usize {
-        let ranges = self.weights.iter().chain([&self.input_weight]).chain(&self.gains);
-        ranges.filter(|range| !range.is_fixed()).count()
-            + usize::from(self.input_references.len() > 1)
-            + usize::from(self.nodes.len() > 1)
+        let ranges = self.weights.iter().chain([&self.final_weight, &self.input_weight]).chain(&self.gains);
+        let choices = [
+            self.input_references.len(),
+            self.nodes.len(),
+            self.peak_weights.len(),
+            self.pitch_rad.len(),
+            self.pitch_rate_rad_s.len(),
+            self.feed_forward.len(),
+        ];
+        ranges.filter(|range| !range.is_fixed()).count() + choices.iter().filter(|n| **n > 1).count()
     }
 }
 
@@ -176,9 +224,14 @@ mod tests {
                 Range { least: 0.1, most: 1000.0 },
                 Range { least: 0.01, most: 100.0 },
             ],
+            final_weight: Range { least: 0.1, most: 10.0 },
             input_weight: Range { least: 0.01, most: 100.0 },
             input_references: vec![InputReference::Zero, InputReference::Trim],
             nodes: vec![38, 75],
+            peak_weights: vec![0.0, 10.0],
+            pitch_rad: vec![None, Some(0.3)],
+            pitch_rate_rad_s: vec![None],
+            feed_forward: vec![false, true],
             gains: [Range { least: 0.0, most: 4.0 }; 7],
         }
     }
@@ -196,7 +249,7 @@ mod tests {
         let low = space().design(&[0.0; DIMENSIONS]);
         assert_eq!((low.plan.nodes, low.plan.input_reference), (38, InputReference::Zero));
         assert_eq!(low.plan.weights[1], 1.0, "what is fixed stays");
-        assert_eq!(space().searched(), DIMENSIONS - 1);
+        assert_eq!(space().searched(), DIMENSIONS - 2);
     }
 
     #[test]
@@ -209,23 +262,22 @@ mod tests {
             let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * (1.0 + b.abs());
             assert!((0..7).all(|k| near(back.gains[k], design.gains[k])));
             assert!((0..4).all(|k| near(back.plan.weights[k], design.plan.weights[k])));
-            assert_eq!(
-                (back.plan.nodes, back.plan.input_reference),
-                (design.plan.nodes, design.plan.input_reference)
-            );
+            let chosen = |Design { plan, feed_forward, .. }: &Design| {
+                let PlanDesign { nodes, input_reference, peak_weight, pitch_rad, .. } = *plan;
+                (nodes, input_reference, peak_weight, pitch_rad, *feed_forward)
+            };
+            assert_eq!(chosen(&back), chosen(&design));
         }
     }
 
     #[test]
     fn starts_are_the_mission_s_own_and_each_choice_once() {
-        let plan = PlanDesign {
-            weights: [1.0; 4],
-            input_weight: 1.0,
-            input_reference: InputReference::Zero,
-            nodes: 38,
-        };
-        let starts = space().starts(&Design { plan, gains: [1.0; 7] });
+        let own = Design { feed_forward: false, ..space().design(&[0.0; DIMENSIONS]) };
+        let plan = PlanDesign { weights: [1.0; 4], ..own.plan };
+        let starts = space().starts(&Design { plan, ..own });
         assert_eq!(starts.len(), 8);
+        // A peak that costs, a bound on the pitch, feed-forward.
+        assert_eq!(space().alternatives(&starts[0]).len(), 3);
         assert_eq!((starts[0].plan.nodes, starts[0].plan.input_reference), (38, InputReference::Zero));
     }
 }

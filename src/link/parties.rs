@@ -119,8 +119,6 @@ pub struct StreamerChoice {
     pub clock: Clock,
     /// What the vehicle must be given and must show before it is released.
     pub procedure: Option<Procedure>,
-    /// Whether the plan's acceleration is sent with its velocity.
-    pub feed_forward: bool,
     /// The scale of the wire.
     pub froude: Option<Froude>,
 }
@@ -132,14 +130,14 @@ pub fn streamer(
     vehicle_system: u8,
     choice: StreamerChoice,
 ) -> StreamerSession {
-    let StreamerChoice { clock, procedure, feed_forward, froude } = choice;
+    let StreamerChoice { clock, procedure, froude } = choice;
     let mut config = StreamerConfig {
         vehicle_system,
         hang_s: mission.release.hang_s,
         commands_release: mission.release.trigger == ReleaseTrigger::Command,
         delay_s: mission.release.parachute.delay_s,
         target_v_ned: mission.target_v_ned,
-        feed_forward,
+        feed_forward: mission.control.feed_forward,
         froude,
         clock,
         procedure,

@@ -122,13 +122,19 @@ fn reference(reference: InputReference) -> &'static str {
     }
 }
 
-/// The design as a line of a table: factors on the mission's weights, reference, nodes.
+/// The design as a line of a table: factors on the mission's weights, reference, nodes, what else is asked
+/// for.
 fn plan_cells(design: &Design) -> Vec<String> {
     let plan = &design.plan;
     let mut cells: Vec<String> = plan.weights.iter().map(|x| short(*x, 4)).collect();
+    cells.push(short(plan.final_weight, 4));
     cells.push(short(plan.input_weight, 4));
     cells.push(reference(plan.input_reference).to_owned());
     cells.push(plan.nodes.to_string());
+    cells.push(if plan.peak_weight > 0.0 { short(plan.peak_weight, 4) } else { "-".to_owned() });
+    let in_deg = |x: Option<f64>| x.map_or_else(|| "-".to_owned(), |x| short(x * DEG_PER_RAD, 4));
+    cells.extend([plan.pitch_rad, plan.pitch_rate_rad_s].map(in_deg));
+    cells.push(if design.feed_forward { "yes" } else { "no" }.to_owned());
     cells
 }
 
@@ -164,15 +170,18 @@ pub fn text(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> String
         judgement.energy_j,
         if run.allowed { "" } else { ": A BOUND DOES NOT HOLD" },
     );
-    const PLAN: [usize; 8] = [14, 9, 12, 8, 9, 9, 9, 6];
-    let heads = ["plan", "attitude", "v_horizontal", "v_down", "rates", "input", "reference", "nodes"];
+    const PLAN: [usize; 13] = [14, 9, 8, 8, 8, 8, 8, 6, 6, 6, 6, 7, 6];
+    let heads = [
+        "plan", "attitude", "v_horiz", "v_down", "rates", "final", "input", "ref", "nodes", "peak", "pitch",
+        "deg/s", "ahead",
+    ];
     out += &columns(&PLAN, heads);
     let own = ("own".to_owned(), search.settings().own);
     let shown = [own, (run.name.clone(), run.chosen.design)];
     for (name, design) in &shown {
         out += &columns(&PLAN, std::iter::once(name.clone()).chain(plan_cells(design)));
     }
-    out += "(factors on the mission's own weights)\n\n";
+    out += "(factors on the mission's own weights; reference of the input; weight of the peak and bounds, - for none; feed-forward)\n\n";
     let sets: Vec<_> = shown.iter().map(|(name, design)| (name.as_str(), design.gains)).collect();
     out += &gains_table(&sets);
     out + "\n" + &loops_text(run) + &finalists_text(run) + &fresh_text(run)
@@ -277,6 +286,8 @@ fn fresh_text(run: &DesignRun) -> String {
 
 fn design_json(mission: &Mission, design: &Design) -> impl Serialize {
     let plan = &design.plan;
+    let mut problem = mission.plan_problem();
+    plan.apply(&mut problem, &mission.limits.safety);
     let factors: serde_json::Map<_, _> = WEIGHT_GROUPS
         .iter()
         .zip(plan.weights)
@@ -284,11 +295,16 @@ fn design_json(mission: &Mission, design: &Design) -> impl Serialize {
         .collect();
     object! {
         weight_factors: factors,
+        final_weight_factor: plan.final_weight,
         input_weight_factor: plan.input_weight,
-        cost_state: plan.cost_state(&mission.plan.cost_state),
-        cost_input_per_n2: mission.plan.cost_input * plan.input_weight,
+        cost_state: problem.cost_state,
+        cost_input_per_n2: problem.cost_input,
         cost_input_reference: reference(plan.input_reference),
         nodes: plan.nodes,
+        peak_weight: plan.peak_weight,
+        pitch_deg: plan.pitch_rad.map(|x| x * DEG_PER_RAD),
+        pitch_rate_deg_s: plan.pitch_rate_rad_s.map(|x| x * DEG_PER_RAD),
+        feed_forward: design.feed_forward,
         gains: named(&design.gains),
     }
 }
@@ -409,8 +425,9 @@ fn cell(x: f64) -> String {
 }
 
 const DESIGN_COLUMNS: &str = "j_tpf,j_tpf_mean,j_tpf_worst,unsafe_flights,unrest,steady_after_s,altitude_lost_m,tilt_deg,energy_j,\
-                              attitude_weight,horizontal_weight,vertical_weight,rate_weight,input_weight,\
-                              input_reference,nodes";
+                              attitude_weight,horizontal_weight,vertical_weight,rate_weight,final_weight,\
+                              input_weight,input_reference,nodes,peak_weight,pitch_deg,pitch_rate_deg_s,\
+                              feed_forward";
 
 fn design_row(tried: &TriedDesign) -> String {
     let (judgement, plan) = (&tried.judgement, &tried.design.plan);
@@ -426,9 +443,13 @@ fn design_row(tried: &TriedDesign) -> String {
         judgement.energy_j,
     ];
     let mut cells: Vec<String> = numbers.into_iter().map(cell).collect();
-    cells.extend(plan.weights.into_iter().chain([plan.input_weight]).map(cell));
+    cells.extend(plan.weights.into_iter().chain([plan.final_weight, plan.input_weight]).map(cell));
     cells.push(reference(plan.input_reference).to_owned());
     cells.push(plan.nodes.to_string());
+    cells.push(cell(plan.peak_weight));
+    let bounds = [plan.pitch_rad, plan.pitch_rate_rad_s];
+    cells.extend(bounds.map(|bound| bound.map_or_else(String::new, |x| cell(x * DEG_PER_RAD))));
+    cells.push(u8::from(tried.design.feed_forward).to_string());
     cells.extend(tried.design.gains.map(cell));
     cells.join(",")
 }

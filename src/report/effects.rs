@@ -156,7 +156,8 @@ impl<'a> EffectFlights<'a> {
     pub fn fly(&self, trial: u64) -> EffectDrop {
         let mission = self.mission.with_drop(&self.mission.draw_drop(trial));
         let (trajectory, then_v_ned) = (self.plan, Some(mission.target_v_ned));
-        let reference = Reference::Plan { trajectory, then_v_ned, feed_forward: false };
+        let feed_forward = mission.control.feed_forward;
+        let reference = Reference::Plan { trajectory, then_v_ned, feed_forward };
         let flight = FlightPlan {
             setpoint_period_s: Some(SETPOINT_PERIOD_S),
             yaw_sp_rad: None,

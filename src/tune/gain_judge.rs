@@ -49,6 +49,8 @@ pub struct Setting<'a> {
     pub yaw: Gains,
     /// The plan to follow.
     pub plan: &'a Trajectory,
+    /// Whether its acceleration is fed forward.
+    pub feed_forward: bool,
     /// Velocity after the plan's end, NED [m/s].
     pub target_v_ned: nalgebra::Vector3<f64>,
     /// How close to that velocity is steady [m/s]: [`crate::assess::steady_within_m_s`], or what the mission
@@ -430,7 +432,7 @@ fn flight_plan<'a>(setting: &Setting<'a>) -> FlightPlan<'a> {
         Reference::Plan {
             trajectory: setting.plan,
             then_v_ned: Some(setting.target_v_ned),
-            feed_forward: false,
+            feed_forward: setting.feed_forward,
         },
         control_period_s(setting.plan),
         duration_s(setting),

@@ -793,6 +793,22 @@ const EDITS: &[Edit] = &[
     (
         MISSION,
         "\"seed\": 1,",
+        "\"seed\": 1, \"design\": { \"search\": { \"feed_forward\": [] } },",
+        0,
+        "design.search.feed_forward: ",
+        &["expected at least one, found none"],
+    ),
+    (
+        MISSION,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"design\": { \"search\": { \"pitch_deg\": [null, 0] } },",
+        0,
+        "design.search.pitch_deg[1]: ",
+        &["expected a number greater than 0"],
+    ),
+    (
+        MISSION,
+        "\"seed\": 1,",
         "\"seed\": 1, \"design\": { \"search\": { \"input_references\": [\"trimmed\"] } },",
         0,
         "design.search.input_references[0]: ",

@@ -25,6 +25,7 @@ fn study() -> SafetyStudy {
         target_v_ned: target_ned(),
         steady_within_m_s: samara::assess::steady_within_m_s(&target_ned()),
         plan: flight_reference(),
+        feed_forward: false,
         settle_s: 0.0,
         delay_s: 0.5,
         faults: Vec::new(),

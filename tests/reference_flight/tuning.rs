@@ -28,6 +28,7 @@ fn setting(plan: &Trajectory, plant: PlantKind, settle_s: f64) -> Setting<'_> {
         plant,
         yaw: Gains::near_hover(),
         plan,
+        feed_forward: false,
         target_v_ned: target_ned(),
         steady_within_m_s: samara::assess::steady_within_m_s(&target_ned()),
         settle_s,

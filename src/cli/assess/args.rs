@@ -112,7 +112,7 @@ pub struct AssessArgs {
     /// What the autopilot flies by, with --autopilot.
     #[command(flatten)]
     pub state: StateArgs,
-    /// Send the plan's acceleration with its velocity, to PX4.
+    /// Send the plan's acceleration with its velocity.
     #[arg(long, requires = "autopilot", help_heading = "Autopilot")]
     pub feed_forward: bool,
     /// Number of the first vehicle; those side by side have the next.
@@ -139,7 +139,6 @@ impl AssessArgs {
         PilotOption::asked([
             (PilotOption::Estimator, self.state.asked()),
             (PilotOption::Patience, self.patience.asked()),
-            (PilotOption::FeedForward, self.feed_forward),
             (PilotOption::Px4sOwnGains, self.choice.px4s_own_gains()),
         ])
     }

@@ -51,8 +51,8 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
         mission: &args.mission.mission,
         choice: &args.choice,
         state: &args.state,
+        feed_forward: args.feed_forward,
         settings: Px4Settings {
-            feed_forward: args.feed_forward,
             cpu: Cpu::Together,
             patience: Patience { limit: args.patience.limit(), answers: args.only.is_none() },
         },

@@ -67,7 +67,7 @@ fn fly(
     go_on: &(dyn Fn() -> bool + Sync),
 ) -> Option<Vec<FreshFlight>> {
     let plan = judge.plan(&design.plan)?;
-    let pilot = judge.flights().pilot(&plan.trajectory).ok()?;
+    let pilot = judge.flights().pilot(&plan.trajectory, design.feed_forward).ok()?;
     let portions: Vec<u64> = numbers.clone().step_by(PORTION as usize).collect();
     let flown: Option<Vec<Vec<FreshFlight>>> = portions
         .par_iter()

@@ -73,7 +73,7 @@ fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
     let interrupted = interrupt_flag()?;
     let in_time = || args.time_limit.is_none_or(|limit_s| watch.ms() < 1e3 * limit_s);
     let own = search.settings().own;
-    if let Some(reason) = judge.one_at_a_time(&own.plan) {
+    if let Some(reason) = judge.one_at_a_time(&own) {
         let threads = rayon::current_num_threads();
         warn_one_at_a_time(&reason, u64::from(args.budget), threads, || judge.judge(&own, f64::INFINITY));
     }

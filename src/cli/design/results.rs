@@ -30,7 +30,7 @@ pub fn write_design(
     let gains = Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(chosen.gains) };
     folder.write_text(GAINS, &gains_json(&run.name, &design::about(mission, search, run), &gains))?;
     let beside = |path: &std::path::Path| relative(folder.path(), path);
-    let text = designed_mission_json(mission, &chosen.plan, GAINS, beside).bad_input()?;
+    let text = designed_mission_json(mission, chosen, GAINS, beside).bad_input()?;
     let path = folder.write_text(MISSION, &text)?;
     let designed = load_mission(&path).context("the mission that was written")?;
     if let Some(plan) = judge.plan(&chosen.plan) {

@@ -50,7 +50,9 @@ pub struct DropArgs {
     /// Table 3 of the paper. Beside PX4 the reference autopilot flies them too.
     #[arg(long, conflicts_with = "case", help_heading = CHOICES)]
     pub cases: bool,
-    /// Send the plan's acceleration with its velocity, to PX4.
+    /// Send the plan's acceleration with its velocity.
+    ///
+    /// As `control.feed_forward` of the mission does.
     #[arg(long, help_heading = "Autopilot")]
     pub feed_forward: bool,
     /// The processor that PX4 runs on.
@@ -84,8 +86,8 @@ impl DropArgs {
             mission: &self.mission.mission,
             choice: &self.choice,
             state: &self.state,
+            feed_forward: self.feed_forward,
             settings: Px4Settings {
-                feed_forward: self.feed_forward,
                 cpu: self.cpu,
                 patience: Patience { limit: self.patience.limit(), answers: self.cases },
             },
@@ -96,7 +98,6 @@ impl DropArgs {
                 (PilotOption::Speed, self.speed != Speed::Max),
                 (PilotOption::Cpu, self.cpu != Cpu::Apart),
                 (PilotOption::Patience, self.patience.asked()),
-                (PilotOption::FeedForward, self.feed_forward),
                 (PilotOption::Px4sOwnGains, self.choice.px4s_own_gains()),
             ]),
         }

@@ -81,7 +81,6 @@ pub enum PilotOption {
     Cpu,
     /// `--patience`, where it is not the default.
     Patience,
-    FeedForward,
     Px4sOwnGains,
 }
 
@@ -95,7 +94,6 @@ impl PilotOption {
             Self::Speed => ("--speed", "the model flies without a wire, as fast as it goes"),
             Self::Cpu => ("--cpu", "no other runs in a process beside the simulator"),
             Self::Patience => ("--patience", "no other is waited for"),
-            Self::FeedForward => ("--feed-forward", "the reference autopilot is sent velocities alone"),
             Self::Px4sOwnGains => ("--gains px4_default", "they are PX4's own"),
         }
     }

@@ -34,6 +34,8 @@ pub struct PilotRequest<'a> {
     pub choice: &'a ChoiceArgs,
     pub state: &'a StateArgs,
     pub settings: Px4Settings,
+    /// Whether the plan's acceleration is sent with its velocity, whatever the mission says.
+    pub feed_forward: bool,
     /// The options asked for that not every pilot has.
     pub options: Vec<PilotOption>,
 }
@@ -42,7 +44,7 @@ pub struct PilotRequest<'a> {
 /// An option that the pilot does not have is refused, never passed over: who asks for signed frames and gets
 /// unsigned ones should know.
 pub fn pilot_and_mission(request: &PilotRequest<'_>) -> Result<(Box<dyn Pilot>, Mission), Failure> {
-    let PilotRequest { autopilot, mission, choice, state, settings, ref options } = *request;
+    let PilotRequest { autopilot, mission, choice, state, settings, feed_forward, ref options } = *request;
     let [of_reference, of_px4, of_px4_model] = PILOTS;
     let (_, own) = match autopilot {
         AutopilotArg::Reference => of_reference,
@@ -55,7 +57,6 @@ pub fn pilot_and_mission(request: &PilotRequest<'_>) -> Result<(Box<dyn Pilot>, 
         let owners = owners.collect::<Vec<_>>().join(" or ");
         return Err(Failure::input(format!("{option}: --autopilot {owners} is expected with it; {why}")));
     }
-    let feed_forward = settings.feed_forward;
     let (pilot, mut mission): (Box<dyn Pilot>, Mission) = match autopilot {
         AutopilotArg::Reference => {
             let (pilot, mission) = Reference::new(mission, choice, state)?;
@@ -66,11 +67,12 @@ pub fn pilot_and_mission(request: &PilotRequest<'_>) -> Result<(Box<dyn Pilot>, 
             (Box::new(pilot), mission)
         }
         AutopilotArg::Px4Model => {
-            let (pilot, mission) = px4_model::Px4Model::new(mission, choice, feed_forward)?;
+            let (pilot, mission) = px4_model::Px4Model::new(mission, choice)?;
             (Box::new(pilot), mission)
         }
     };
     if feed_forward {
+        mission.control.feed_forward = true;
         mission.note_choice("feed forward", "yes");
     }
     Ok((pilot, mission))

@@ -18,22 +18,20 @@ use samara::sim::{self, FlightPlan, FlightRecord, Reference};
 use samara::trajectory::Trajectory;
 
 /// The options of a drop that the model has.
-pub const OPTIONS: &[PilotOption] = &[PilotOption::FeedForward, PilotOption::Px4sOwnGains];
+pub const OPTIONS: &[PilotOption] = &[PilotOption::Px4sOwnGains];
 
 /// The model of PX4's control law.
 pub struct Px4Model {
     /// Parameters in place of the mission's gains.
     parameters: Option<ParameterFile>,
-    /// Whether the plan's acceleration is sent with its velocity.
-    feed_forward: bool,
 }
 
 impl Px4Model {
     /// The model with its parameters, and the mission for it.
-    pub fn new(path: &Path, choice: &ChoiceArgs, feed_forward: bool) -> Result<(Self, Mission), Failure> {
+    pub fn new(path: &Path, choice: &ChoiceArgs) -> Result<(Self, Mission), Failure> {
         let (mut mission, parameters) = mission_for_px4(path, choice)?;
         mission.note_choice("autopilot", "px4-model");
-        Ok((Self { parameters, feed_forward }, mission))
+        Ok((Self { parameters }, mission))
     }
 }
 
@@ -61,7 +59,8 @@ impl Pilot for Px4Model {
         let similarity = mission.px4_purpose().factors(mission.site.environment.gravity_m_s2).k;
         let mut flight = mission.released_simulation();
         let then_v_ned = Some(mission.target_v_ned);
-        let reference = Reference::Plan { trajectory, then_v_ned, feed_forward: self.feed_forward };
+        let feed_forward = mission.control.feed_forward;
+        let reference = Reference::Plan { trajectory, then_v_ned, feed_forward };
         let plan = FlightPlan::under_px4(reference, similarity, mission.duration_s);
         let watch = Stopwatch::start();
         let thrust_limit_n = mission.vehicle.static_thrust_n(mission.site.environment.density_kg_m3);

@@ -52,6 +52,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
         similarity: purpose.factors(mission.site.environment.gravity_m_s2).k,
         safety: mission.limits.safety,
         plan,
+        feed_forward: mission.control.feed_forward,
         target_v_ned: mission.target_v_ned,
         steady_within_m_s: mission.limits.steady_within_m_s,
         settle_s: mission.settle_s(plan),

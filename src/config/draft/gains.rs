@@ -53,6 +53,7 @@ pub fn gains_that_fly(mission: &Mission, plan: &Trajectory) -> Option<FlownGains
         plant: PlantKind::Actuator,
         yaw: mission.control.gains,
         plan,
+        feed_forward: mission.control.feed_forward,
         target_v_ned: mission.target_v_ned,
         steady_within_m_s: mission.limits.steady_within_m_s,
         settle_s: 0.0,
@@ -87,7 +88,8 @@ fn flown(mission: &Mission, plan: &Trajectory, gains: Gains) -> Option<Verdict> 
     let airframe = Airframe::new(&mission.vehicle, &mission.site.environment).ok()?;
     let mut cascade = Cascade::new(airframe, gains, mission.control.limits);
     let then_v_ned = Some(mission.target_v_ned);
-    let reference = Reference::Plan { trajectory: plan, then_v_ned, feed_forward: false };
+    let feed_forward = mission.control.feed_forward;
+    let reference = Reference::Plan { trajectory: plan, then_v_ned, feed_forward };
     let mut sim = mission.simulation();
     sim.schedule_release(mission.release.hang_s);
     let mut verdict = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned)

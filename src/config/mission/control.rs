@@ -23,6 +23,9 @@ pub(super) struct ControlJson {
     yaw_rate_command_limit_deg_s: Positive<100_000>,
     /// Bound of the rate loops' integrals [rad/s^2].
     rate_integral_limit_rad_s2: Positive<100_000>,
+    /// Whether the plan's acceleration is sent with its velocity, and fed forward; no when left out, as in
+    /// the paper.
+    feed_forward: Option<bool>,
 }
 
 /// Gains and limits of the cascade that flies the mission.
@@ -34,6 +37,8 @@ pub struct Control {
     pub gains: Gains,
     /// Name of the set of gains.
     pub gains_name: String,
+    /// Whether the plan's acceleration is fed forward.
+    pub feed_forward: bool,
 }
 
 impl Control {
@@ -47,6 +52,7 @@ impl Control {
             },
             gains: gains.gains,
             gains_name: gains.name,
+            feed_forward: json.feed_forward.unwrap_or(false),
         }
     }
 }

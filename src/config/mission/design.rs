@@ -7,7 +7,6 @@ use crate::config::error::ConfigError;
 use crate::config::number::{Count, Exactly, NonNegative, Positive, SpanS, Within};
 use crate::config::source::Source;
 use crate::design::{DesignBounds, DesignObjective, DesignSettings, LightTurbulence, Range};
-use crate::plan::InputReference;
 use crate::units::RAD_PER_DEG;
 
 use super::plan::InputReferenceJson;
@@ -66,7 +65,7 @@ struct LightTurbulenceJson {
 #[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct BoundsJson {
-    /// Time after t = 0 by which each is steady [s].
+    /// Time after t = 0 by which each is steady [s]; the plan's end when left out.
     steady_after_s: Option<Positive<900>>,
     /// Way down from the release to the plan's end [m].
     altitude_lost_m: Option<Positive<100_000>>,
@@ -88,6 +87,8 @@ struct SearchJson {
     vertical_weight: Option<Exactly<Positive<1_000_000>, 2>>,
     /// Factor on plan.cost_state of p, q and r; 0.01 to 100 when left out.
     rate_weight: Option<Exactly<Positive<1_000_000>, 2>>,
+    /// Factor on the weights of the final state, on top of the others; not searched when left out.
+    final_weight: Option<Exactly<Positive<1_000_000>, 2>>,
     /// Factor on plan.cost_input_per_n2; 0.01 to 100 when left out.
     input_weight: Option<Exactly<Positive<1_000_000>, 2>>,
     /// Values of plan.cost_input_reference to choose among; both when left out.
@@ -96,6 +97,19 @@ struct SearchJson {
     /// Values of plan.nodes to choose among; the mission's own, and with each interval halved, when left out.
     #[schemars(length(min = 1, max = 16))]
     nodes: Option<Vec<Count<3, 10_000>>>,
+    /// Values of plan.peak.weight to choose among, 0 for none; the mission's own when left out.
+    #[schemars(length(min = 1, max = 16))]
+    peak_weights: Option<Vec<NonNegative<1_000_000_000>>>,
+    /// Values of plan.motion.pitch_deg to choose among, null for no bound; the mission's own when left out.
+    #[schemars(length(min = 1, max = 16))]
+    pitch_deg: Option<Vec<Option<Positive<180>>>>,
+    /// Values of plan.motion.pitch_rate_deg_s to choose among, null for no bound; the mission's own when left
+    /// out.
+    #[schemars(length(min = 1, max = 16))]
+    pitch_rate_deg_s: Option<Vec<Option<Positive<10_000>>>>,
+    /// Values of control.feed_forward to choose among; both when left out.
+    #[schemars(length(min = 1, max = 2))]
+    feed_forward: Option<Vec<bool>>,
     /// The seven longitudinal gains; 0.0001 to 5 when left out.
     gains: Option<Exactly<NonNegative<1_000_000>, 2>>,
 }
@@ -128,7 +142,6 @@ pub(super) fn design(source: &Source, json: Option<&DesignJson>) -> Result<Desig
     };
     let search = &json.search;
     let [attitude, horizontal, vertical, rates] = usual.weights;
-    let empty = |key: &str| refuse(&format!("search.{key}"), "expected at least one, found none".to_owned());
     Ok(DesignSettings {
         objective,
         draws: json.draws.map_or(usual.draws, Count::get),
@@ -150,20 +163,44 @@ pub(super) fn design(source: &Source, json: Option<&DesignJson>) -> Result<Desig
             factor("vertical_weight", &search.vertical_weight, vertical)?,
             factor("rate_weight", &search.rate_weight, rates)?,
         ],
+        final_weight: factor("final_weight", &search.final_weight, usual.final_weight)?,
         input_weight: factor("input_weight", &search.input_weight, usual.input_weight)?,
-        input_references: match &search.input_references {
-            None => usual.input_references,
-            Some(given) if given.is_empty() => return Err(empty("input_references")),
-            Some(given) => given.iter().map(|json| InputReference::from(*json)).collect(),
-        },
-        nodes: match &search.nodes {
-            None => Vec::new(),
-            Some(given) if given.is_empty() => return Err(empty("nodes")),
-            Some(given) => given.iter().map(|count| count.get()).collect(),
-        },
+        input_references: choices(source, "input_references", &search.input_references, |json| {
+            (*json).into()
+        })?
+        .unwrap_or(usual.input_references),
+        nodes: choices(source, "nodes", &search.nodes, |n| n.get())?.unwrap_or_default(),
+        peak_weights: choices(source, "peak_weights", &search.peak_weights, |x| x.get())?.unwrap_or_default(),
+        pitch_rad: choices(source, "pitch_deg", &search.pitch_deg, |x| {
+            x.as_ref().map(|x| x.get() * RAD_PER_DEG)
+        })?
+        .unwrap_or_default(),
+        pitch_rate_rad_s: choices(source, "pitch_rate_deg_s", &search.pitch_rate_deg_s, |x| {
+            x.as_ref().map(|x| x.get() * RAD_PER_DEG)
+        })?
+        .unwrap_or_default(),
+        feed_forward: choices(source, "feed_forward", &search.feed_forward, |ahead| *ahead)?
+            .unwrap_or(usual.feed_forward),
         gains: match &search.gains {
             None => usual.gains,
             Some(two) => ordered("gains", two.0.map(NonNegative::get))?,
         },
     })
+}
+
+/// What is given to choose among, at least one; `None` when it is left out.
+fn choices<J, T>(
+    source: &Source,
+    key: &str,
+    given: &Option<Vec<J>>,
+    of: impl Fn(&J) -> T,
+) -> Result<Option<Vec<T>>, ConfigError> {
+    match given {
+        None => Ok(None),
+        Some(given) if given.is_empty() => {
+            let message = "expected at least one, found none".to_owned();
+            Err(source.refuse(&format!("design.search.{key}"), message))
+        }
+        Some(given) => Ok(Some(given.iter().map(of).collect())),
+    }
 }

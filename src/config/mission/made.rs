@@ -206,6 +206,7 @@ impl Mission {
             target_v_ned: self.target_v_ned,
             steady_within_m_s: self.limits.steady_within_m_s,
             plan: plan.clone(),
+            feed_forward: self.control.feed_forward,
             settle_s: self.settle_s(plan),
             delay_s: self.release.parachute.delay_s,
             faults: self.faults.list.clone(),

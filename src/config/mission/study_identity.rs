@@ -36,6 +36,9 @@ impl Mission {
         text.put("control.rate_command_limit_rad_s", cascade.rate_command_rad_s);
         text.put("control.yaw_rate_command_limit_rad_s", cascade.yaw_rate_command_rad_s);
         text.put("control.rate_integral_limit_rad_s2", cascade.rate_integral_rad_s2);
+        if self.control.feed_forward {
+            text.put("control.feed_forward", true);
+        }
         let (parachute, random) = (&self.release.parachute, &self.study.monte_carlo);
         text.put("parachute.descent_m_s", parachute.descent_m_s);
         text.put("parachute.delay_s", parachute.delay_s);

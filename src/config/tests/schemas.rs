@@ -91,6 +91,7 @@ fn every_number_in_a_schema_names_its_unit() {
         "_hpa",
         "_j",
         "weight",
+        "peak_weights",
         "share",
         "quantile",
         "draws",

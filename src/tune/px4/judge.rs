@@ -42,6 +42,8 @@ pub struct Px4Setting<'a> {
     pub safety: SafetyLimits,
     /// The plan to follow.
     pub plan: &'a Trajectory,
+    /// Whether its acceleration is sent with its velocity.
+    pub feed_forward: bool,
     /// Velocity after the plan's end, NED [m/s].
     pub target_v_ned: Vector3<f64>,
     /// Steady so near to it [m/s].
@@ -76,7 +78,7 @@ impl Px4Setting<'_> {
         let reference = Reference::Plan {
             trajectory: self.plan,
             then_v_ned: Some(self.target_v_ned),
-            feed_forward: false,
+            feed_forward: self.feed_forward,
         };
         let duration_s = hang_s + parachute.delay_s + self.flight_s();
         let plan = FlightPlan::under_px4(reference, similarity, duration_s);
@@ -239,6 +241,7 @@ mod tests {
                 vertical_acceleration_m_s2: 3.0,
             },
             plan,
+            feed_forward: false,
             target_v_ned: Vector3::new(1.0, 0.0, 1.0),
             steady_within_m_s: 0.1,
             settle_s: 60.0,

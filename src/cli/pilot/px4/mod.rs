@@ -53,13 +53,8 @@ pub use watched::Patience;
 use watched::WatchedPx4;
 
 /// The options of a drop that PX4 has.
-pub const OPTIONS: &[PilotOption] = &[
-    PilotOption::Speed,
-    PilotOption::Cpu,
-    PilotOption::Patience,
-    PilotOption::FeedForward,
-    PilotOption::Px4sOwnGains,
-];
+pub const OPTIONS: &[PilotOption] =
+    &[PilotOption::Speed, PilotOption::Cpu, PilotOption::Patience, PilotOption::Px4sOwnGains];
 
 /// PX4's working directory in the folder of the results.
 const WORK: &str = "px4";
@@ -69,8 +64,6 @@ const LOG: &str = "flight.ulg";
 /// What can be set of PX4's flights besides its parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Px4Settings {
-    /// Whether the plan's acceleration is sent with its velocity.
-    pub feed_forward: bool,
     /// The processors that PX4 and the simulator run on.
     pub cpu: Cpu,
     /// How long PX4 may keep the simulator waiting.
@@ -139,14 +132,14 @@ impl Pilot for Px4 {
     /// Flies the drop to the end, or until PX4 is gone or refuses; both are reported.
     fn fly(&self, flight: &Flight<'_>) -> Result<Flown, Failure> {
         let Flight { mission, trajectory, folder, narrator, instance, speed, .. } = *flight;
-        let Px4Settings { feed_forward, cpu, patience } = self.settings;
+        let Px4Settings { cpu, patience } = self.settings;
         let (mixer, preparation) = self.prepare(mission, trajectory)?;
         let Preparation { envelope, upload, .. } = preparation;
         let procedure = Some(Procedure { envelope, upload: upload.parameters });
         let ports = Ports::of_instance(instance).bad_input()?;
         let system = system_of_instance(instance).bad_input()?;
         let froude = parties::froude(mission);
-        let streamer = parties::StreamerChoice { clock: Clock::Caller, procedure, feed_forward, froude };
+        let streamer = parties::StreamerChoice { clock: Clock::Caller, procedure, froude };
         let sessions = (
             parties::simulator(mission, system, froude, None),
             parties::streamer(mission, trajectory.clone(), system, streamer),
