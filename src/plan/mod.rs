@@ -5,7 +5,8 @@
 //! | [`vehicle`](mod@vehicle) | the planner's interface: a drop in the vehicle's terms, a trajectory back |
 //! | `guess` | what the solver starts from |
 //! | [`problem`] | the problem: cost, bounds, nodes |
-//! | [`demands`](Demands) | what a plan is asked for beyond cost and bounds on thrusts, as constraints |
+//! | [`demands`](Demands) | what a plan is asked for beyond cost and bounds on thrusts |
+//! | `demanded` | the constraints that it comes to |
 //! | [`extended`] | the dynamics with altitude lost, peak and stretch of time |
 //! | [`dynamics`] | `f(x, u)` with exact first and second derivatives |
 //! | [`transcription`] | Hermite-Simpson defects (33)-(37) and cost (38)-(39) |
@@ -24,6 +25,7 @@
 pub mod barrier;
 pub mod block;
 mod box_bounds;
+mod demanded;
 mod demands;
 pub mod dynamics;
 pub mod extended;

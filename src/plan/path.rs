@@ -96,8 +96,8 @@ pub trait PathConstraint<const NX: usize, const NU: usize>: Debug + Send + Sync 
     fn value(&self, at: &Point<'_, NX, NU>) -> f64;
     /// Gradient of `g`.
     fn gradient(&self, at: &Point<'_, NX, NU>) -> PointGradient<NX, NU>;
-    /// Adds the second derivatives of `weight g` to `sum`.
-    fn add_curvature(&self, at: &Point<'_, NX, NU>, weight: f64, sum: &mut PointCurvature<NX, NU>);
+    /// Adds the second derivatives of `weight g` to `sum`; a linear constraint has none.
+    fn add_curvature(&self, _at: &Point<'_, NX, NU>, _weight: f64, _sum: &mut PointCurvature<NX, NU>) {}
 }
 
 /// A constraint at a place, linearised there.

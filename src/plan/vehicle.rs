@@ -165,6 +165,8 @@ fn plan_with_demands<const NU: usize>(
     solved(problem, &nlp, guess, weakness(problem, &trimmed.thrust_n), options, observer)
 }
 
+/// The program solved from the guess, and its result in the vehicle's terms; `too_weak` says in words why no
+/// solve is tried.
 fn solved<D: PlannedVehicle<NX, NU>, const NX: usize, const NU: usize>(
     problem: &PlanProblem<'_>,
     nlp: &Problem<D, NX, NU>,
