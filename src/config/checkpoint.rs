@@ -41,11 +41,11 @@ impl Evaluated for Evaluation {
 }
 
 /// The judgement on a design: `[j_tpf, mean, worst, unsafe, unrest, steady_after_s, altitude_lost_m,
-/// tilt_rad, energy_j, flights]`.
+/// tilt_rad, energy_j, modulus, flights]`.
 impl Evaluated for Judgement {
-    type Numbers = [f64; 10];
+    type Numbers = [f64; 11];
 
-    fn numbers(&self) -> Option<[f64; 10]> {
+    fn numbers(&self) -> Option<[f64; 11]> {
         self.is_planned().then_some([
             self.j_tpf,
             self.mean,
@@ -56,14 +56,15 @@ impl Evaluated for Judgement {
             self.altitude_lost_m,
             self.tilt_rad,
             self.energy_j,
+            self.modulus,
             self.flights,
         ])
     }
 
-    fn of(numbers: Option<[f64; 10]>) -> Self {
+    fn of(numbers: Option<[f64; 11]>) -> Self {
         let Some(numbers) = numbers else { return Self::UNPLANNED };
         let [j_tpf, mean, worst, unsafe_flights, unrest, steady_after_s, rest @ ..] = numbers;
-        let [altitude_lost_m, tilt_rad, energy_j, flights] = rest;
+        let [altitude_lost_m, tilt_rad, energy_j, modulus, flights] = rest;
         Self {
             j_tpf,
             mean,
@@ -74,6 +75,7 @@ impl Evaluated for Judgement {
             altitude_lost_m,
             tilt_rad,
             energy_j,
+            modulus,
             flights,
         }
     }

@@ -17,6 +17,9 @@ const SAMPLES: usize = 16;
 /// Spread of the first generation, as a share of the ranges.
 const SPREAD: f64 = 0.08;
 
+/// Least distance of a loop's response from -1: a phase of 17 deg, a factor of 1.4 on the gain.
+const LEAST_MODULUS: f64 = 0.3;
+
 /// Why a mission with a design cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum DesignError {
@@ -55,10 +58,15 @@ impl Mission {
         DesignJudge::new(self.plan_problem(), self.design_flights(), made_small, self.design.draws, unknown)
     }
 
-    /// The bounds of its designs: unless the mission says otherwise, flights are steady by the plan's end.
+    /// The bounds of its designs: unless the mission says otherwise, flights are steady by the plan's end, and
+    /// the loops at the target are some way from instability.
     fn design_bounds(&self) -> DesignBounds {
         let bounds = self.design.bounds;
-        DesignBounds { steady_after_s: bounds.steady_after_s.or(Some(self.plan.horizon_s)), ..bounds }
+        DesignBounds {
+            steady_after_s: bounds.steady_after_s.or(Some(self.plan.horizon_s)),
+            modulus: bounds.modulus.or(Some(LEAST_MODULUS)),
+            ..bounds
+        }
     }
 
     /// The mission's own plan and gains.

@@ -187,15 +187,8 @@ impl<'a> DesignJudge<'a> {
             let j_state = |node| StateCost::of(&body_of(node), &self.flights.safety).max();
             j_state(a).total_cmp(&j_state(b))
         })?;
-        let trimmed = trim(problem.vehicle, problem.environment, problem.target_v_ned, 0.0).ok()?;
         let of_weight_n = problem.vehicle.mass.mass_kg * problem.environment.gravity_m_s2
             / problem.vehicle.rotors.len().max(1) as f64;
-        let at_target = BodyState {
-            q_ned_from_body: trimmed.q_ned_from_body,
-            v_ned: problem.target_v_ned,
-            omega_body: Vector3::zeros(),
-            ..body_of(peak)
-        };
         let points = [
             // Rotors at rest answer to nothing: they carry the weight here.
             OperatingPoint {
@@ -204,20 +197,41 @@ impl<'a> DesignJudge<'a> {
                 thrust_n: [of_weight_n; MAX_ROTORS],
             },
             OperatingPoint { name: "plan's peak", body: body_of(peak), thrust_n: peak.thrust_n },
-            OperatingPoint { name: "target", body: at_target, thrust_n: trimmed.thrust_n },
+            self.target()?,
         ];
-        let gains = Gains {
-            k_ppsi: self.flights.yaw.k_ppsi,
-            k_pr: self.flights.yaw.k_pr,
-            ..Gains::longitudinal(design.gains)
+        points.iter().map(|point| self.loops_at(point, &plan, &design.gains)).collect()
+    }
+
+    /// Steady flight at the target; `None` where there is none.
+    fn target(&self) -> Option<OperatingPoint> {
+        let Self { problem, flights, .. } = self;
+        let trimmed = trim(problem.vehicle, problem.environment, problem.target_v_ned, 0.0).ok()?;
+        let body = BodyState {
+            q_ned_from_body: trimmed.q_ned_from_body,
+            v_ned: problem.target_v_ned,
+            omega_body: Vector3::zeros(),
+            ..flights.cases.first().map(ReleaseCase::state)?
         };
+        Some(OperatingPoint { name: "target", body, thrust_n: trimmed.thrust_n })
+    }
+
+    fn loops_at(&self, point: &OperatingPoint, plan: &Trajectory, k: &Longitudinal) -> Option<LoopsAt> {
+        let yaw = &self.flights.yaw;
         let setting = LoopSetting {
-            vehicle: problem.vehicle,
-            environment: problem.environment,
-            gains: &gains,
-            period_s: control_period_s(&plan),
+            vehicle: self.problem.vehicle,
+            environment: self.problem.environment,
+            gains: &Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(*k) },
+            period_s: control_period_s(plan),
         };
-        points.iter().map(|point| loops_at(&setting, point).ok()).collect()
+        loops_at(&setting, point).ok()
+    }
+
+    /// Least distance of the loops at the target from instability, [`Judgement::modulus`].
+    fn modulus(&self, plan: &Trajectory, k: &Longitudinal) -> f64 {
+        let at_target = self.target().and_then(|target| self.loops_at(&target, plan, k));
+        let loops = at_target.map(|at| at.loops).unwrap_or_default();
+        let signed = loops.iter().map(|(_, m)| if m.stable { m.modulus } else { -m.modulus });
+        signed.fold(1.0, f64::min)
     }
 
     /// Plans and flies a design, until it is known to cost more than `ceiling`.
@@ -227,7 +241,8 @@ impl<'a> DesignJudge<'a> {
             return Judgement::UNPLANNED;
         };
         let energy_j = shaft_energy_j(&self.problem, &plan.trajectory);
-        let in_cases = self.judge_cases(&pilot, &design.gains, energy_j);
+        let modulus = self.modulus(&plan.trajectory, &design.gains);
+        let in_cases = self.judge_cases(&pilot, &design.gains, (energy_j, modulus));
         let mut judged = in_cases.with_draws(self.objective, &[], self.draws.len());
         let mut drawn = Vec::with_capacity(self.draws.len());
         for portion in self.draws.chunks(PORTION) {
@@ -240,7 +255,12 @@ impl<'a> DesignJudge<'a> {
         judged
     }
 
-    fn judge_cases(&self, pilot: &GainJudge<'_>, k: &Longitudinal, energy_j: f64) -> Judgement {
+    fn judge_cases(
+        &self,
+        pilot: &GainJudge<'_>,
+        k: &Longitudinal,
+        (energy_j, modulus): (f64, f64),
+    ) -> Judgement {
         let flown = pilot.measure_others(k, &self.cases);
         let end_s = pilot.duration_s();
         let mut judged = Judgement {
@@ -253,6 +273,7 @@ impl<'a> DesignJudge<'a> {
             altitude_lost_m: 0.0,
             tilt_rad: 0.0,
             energy_j,
+            modulus,
             flights: flown.len() as f64,
         };
         for (i, ((start, _), flight)) in self.cases.iter().zip(&flown).enumerate() {

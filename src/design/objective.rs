@@ -58,6 +58,8 @@ pub struct DesignBounds {
     pub tilt_rad: Option<f64>,
     /// Energy that the plan takes of the rotors' shafts from t = 0 to its end [J].
     pub energy_j: Option<f64>,
+    /// Least distance of each loop's response from -1 at the target.
+    pub modulus: Option<f64>,
 }
 
 /// What is known of a design after some of its flights or all.
@@ -81,6 +83,9 @@ pub struct Judgement {
     pub tilt_rad: f64,
     /// Energy that the plan takes of the rotors' shafts [J].
     pub energy_j: f64,
+    /// Least distance of a loop's response from -1 at the target, at most 1; negative where the loop is
+    /// unstable.
+    pub modulus: f64,
     /// Flights that were flown.
     pub flights: f64,
 }
@@ -97,6 +102,7 @@ impl Judgement {
         altitude_lost_m: f64::INFINITY,
         tilt_rad: f64::INFINITY,
         energy_j: f64::INFINITY,
+        modulus: f64::NEG_INFINITY,
         flights: 0.0,
     };
 
@@ -136,15 +142,16 @@ impl Judgement {
             && self.shares(bounds).all(|share| share <= 1.0)
     }
 
-    /// Shares of the bounds that are used.
+    /// Shares of the bounds that are used; of the modulus 1 at its bound, 2 at zero and more below.
     fn shares(&self, bounds: &DesignBounds) -> impl Iterator<Item = f64> + use<> {
+        let margin = bounds.modulus.map(|least| 2.0 - self.modulus / least);
         let used = [
             (self.steady_after_s, bounds.steady_after_s),
             (self.altitude_lost_m, bounds.altitude_lost_m),
             (self.tilt_rad, bounds.tilt_rad),
             (self.energy_j, bounds.energy_j),
         ];
-        used.into_iter().filter_map(|(x, bound)| bound.map(|most| x / most))
+        used.into_iter().filter_map(|(x, bound)| bound.map(|most| x / most)).chain(margin)
     }
 }
 
@@ -162,6 +169,7 @@ mod tests {
         altitude_lost_m: 50.0,
         tilt_rad: 0.2,
         energy_j: 100.0,
+        modulus: 0.2,
         flights: 0.0,
     };
 
@@ -177,6 +185,11 @@ mod tests {
         let bounds = DesignBounds { altitude_lost_m: Some(50.0 / 1.2), ..DesignBounds::default() };
         assert!((judged.cost(&bounds) - free - 0.4).abs() < 1e-12 && !judged.is_allowed(&bounds));
         assert!(judged.is_allowed(&DesignBounds { energy_j: Some(100.0), ..DesignBounds::default() }));
+        // A modulus of two thirds of its bound; unstable by as much again it costs as much more.
+        let margin = DesignBounds { modulus: Some(0.3), ..DesignBounds::default() };
+        assert!((judged.cost(&margin) - free - PENALTY / 3.0).abs() < 1e-12 && !judged.is_allowed(&margin));
+        let unstable = Judgement { modulus: -0.2, ..judged };
+        assert!((unstable.cost(&margin) - free - PENALTY * 5.0 / 3.0).abs() < 1e-12);
         assert_eq!(Judgement::UNPLANNED.cost(&bounds), f64::INFINITY);
     }
 

@@ -307,6 +307,7 @@ mod tests {
             altitude_lost_m: design.gains[0],
             tilt_rad: 0.0,
             energy_j: 0.0,
+            modulus: 1.0,
             flights: 0.0,
         };
         let j = 1e-3 * (weights + gains + choices);

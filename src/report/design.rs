@@ -151,7 +151,7 @@ pub fn text(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> String
         "{}: {} of J_TPF made small over {} numbers and choices: {} designs, {flights:.0} of {} flights each, in {:.1} s ({unplanned} \
          without a plan){}\n\
          on the search's flights: {} {}, mean {}, worst {}, {:.0} unsafe; release cases steady after {:.1} s, {:.1} m lost, tilt {:.1} \
-         deg, {:.0} J of the plan{}\n\n",
+         deg, {:.0} J of the plan; loops at the target {:.2} from instability{}\n\n",
         mission.name,
         run.objective.name(),
         search.settings().space.searched(),
@@ -168,6 +168,7 @@ pub fn text(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> String
         judgement.altitude_lost_m,
         judgement.tilt_rad * DEG_PER_RAD,
         judgement.energy_j,
+        judgement.modulus,
         if run.allowed { "" } else { ": A BOUND DOES NOT HOLD" },
     );
     const PLAN: [usize; 13] = [14, 9, 8, 8, 8, 8, 8, 6, 6, 6, 6, 7, 6];
@@ -320,6 +321,7 @@ fn judgement_json(judgement: &Judgement) -> impl Serialize {
         altitude_lost_m: judgement.altitude_lost_m,
         tilt_deg: judgement.tilt_rad * DEG_PER_RAD,
         energy_j: judgement.energy_j,
+        modulus: judgement.modulus,
         flights: judgement.flights,
     }
 }
@@ -424,7 +426,7 @@ fn cell(x: f64) -> String {
     if x.is_finite() { format!("{x:?}") } else { String::new() }
 }
 
-const DESIGN_COLUMNS: &str = "j_tpf,j_tpf_mean,j_tpf_worst,unsafe_flights,unrest,steady_after_s,altitude_lost_m,tilt_deg,energy_j,\
+const DESIGN_COLUMNS: &str = "j_tpf,j_tpf_mean,j_tpf_worst,unsafe_flights,unrest,steady_after_s,altitude_lost_m,tilt_deg,energy_j,modulus,\
                               attitude_weight,horizontal_weight,vertical_weight,rate_weight,final_weight,\
                               input_weight,input_reference,nodes,peak_weight,pitch_deg,pitch_rate_deg_s,\
                               feed_forward";
@@ -441,6 +443,7 @@ fn design_row(tried: &TriedDesign) -> String {
         judgement.altitude_lost_m,
         judgement.tilt_rad * DEG_PER_RAD,
         judgement.energy_j,
+        judgement.modulus,
     ];
     let mut cells: Vec<String> = numbers.into_iter().map(cell).collect();
     cells.extend(plan.weights.into_iter().chain([plan.final_weight, plan.input_weight]).map(cell));

@@ -73,6 +73,8 @@ struct BoundsJson {
     tilt_deg: Option<Positive<180>>,
     /// Energy that the plan takes of the rotors' shafts [J].
     energy_j: Option<Positive<1_000_000_000>>,
+    /// Distance of each loop's response from -1 at the target, at least; 0.3 when left out.
+    modulus: Option<Positive<1>>,
 }
 
 /// Ranges of a search: least and greatest. Equal numbers are not searched.
@@ -156,6 +158,7 @@ pub(super) fn design(source: &Source, json: Option<&DesignJson>) -> Result<Desig
             altitude_lost_m: json.bounds.altitude_lost_m.map(Positive::get),
             tilt_rad: json.bounds.tilt_deg.map(|tilt| tilt.get() * RAD_PER_DEG),
             energy_j: json.bounds.energy_j.map(Positive::get),
+            modulus: json.bounds.modulus.map(Positive::get),
         },
         weights: [
             factor("attitude_weight", &search.attitude_weight, attitude)?,

@@ -94,6 +94,7 @@ fn every_number_in_a_schema_names_its_unit() {
         "peak_weights",
         "share",
         "quantile",
+        "modulus",
         "draws",
         "gains",
     ];
