@@ -80,6 +80,11 @@ impl FreshResults {
         results
     }
 
+    /// J_TPF of each flight, in ascending order; of a flight that was lost [`LOST`].
+    pub fn ascending(&self) -> &[f64] {
+        &self.ascending
+    }
+
     /// The J_TPF that a share `p` of the flights does not exceed; NaN without flights.
     pub fn quantile(&self, p: f64) -> f64 {
         let rank = quantile_rank(self.ascending.len(), p);

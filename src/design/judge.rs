@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::margins::{LoopSetting, LoopsAt, OperatingPoint, loops_at};
+use super::margins::{LoopSetting, LoopsAt, OperatingPoint, loops_at, steady_near};
 use super::objective::{DesignBounds, DesignObjective, Judgement, LIMIT, LOST};
 use super::operating_point::{body_of, shaft_energy_j};
 use super::{Design, PlanDesign};
@@ -202,7 +202,7 @@ impl<'a> DesignJudge<'a> {
         points.iter().map(|point| self.loops_at(point, &plan, &design.gains)).collect()
     }
 
-    /// Steady flight at the target; `None` where there is none.
+    /// Steady flight at the target, of the vehicle as it flies; `None` where there is none.
     fn target(&self) -> Option<OperatingPoint> {
         let Self { problem, flights, .. } = self;
         let trimmed = trim(problem.vehicle, problem.environment, problem.target_v_ned, 0.0).ok()?;
@@ -212,7 +212,8 @@ impl<'a> DesignJudge<'a> {
             omega_body: Vector3::zeros(),
             ..flights.cases.first().map(ReleaseCase::state)?
         };
-        Some(OperatingPoint { name: "target", body, thrust_n: trimmed.thrust_n })
+        let trimmed = OperatingPoint { name: "target", body, thrust_n: trimmed.thrust_n };
+        steady_near(problem.vehicle, problem.environment, &trimmed).ok()?.or(Some(trimmed))
     }
 
     fn loops_at(&self, point: &OperatingPoint, plan: &Trajectory, k: &Longitudinal) -> Option<LoopsAt> {
@@ -230,8 +231,8 @@ impl<'a> DesignJudge<'a> {
     fn modulus(&self, plan: &Trajectory, k: &Longitudinal) -> f64 {
         let at_target = self.target().and_then(|target| self.loops_at(&target, plan, k));
         let loops = at_target.map(|at| at.loops).unwrap_or_default();
-        let signed = loops.iter().map(|(_, m)| if m.stable { m.modulus } else { -m.modulus });
-        signed.fold(1.0, f64::min)
+        let least = loops.iter().fold(1.0f64, |least, (_, margins)| least.min(margins.modulus));
+        if loops.iter().all(|(_, margins)| margins.stable) { least } else { -least }
     }
 
     /// Plans and flies a design, until it is known to cost more than `ceiling`.

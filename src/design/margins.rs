@@ -5,7 +5,7 @@
 //! is broken at one signal while all others stay closed. Away from the target the state is none of rest: the
 //! flight is then taken as if it stood still there, as is usual for margins along a path.
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::linear_loop::{LinearLoop, Margins, sampled};
 use super::operating_point::rotor_speeds;
@@ -72,6 +72,59 @@ pub fn loops_at(setting: &LoopSetting<'_>, point: &OperatingPoint) -> Result<Loo
         (broken, margins)
     };
     Ok(LoopsAt { name: point.name, loops: (0..LOOPS.len()).map(cut).collect() })
+}
+
+/// Most steps of Newton's method for a steady state.
+const STEPS: usize = 30;
+/// Rates below which a state is steady [m/s^2, rad/s^2].
+const STEADY: f64 = 1e-9;
+
+/// The vehicle as it flies steadily with the velocity of `near`: pitch, lift and moment at which its velocity
+/// and its pitch rate stay. Forces of the rotors across their axes, which a planner's trim leaves out, shift
+/// it. `None` where no such state is found near by.
+///
+/// # Errors
+/// [`ControlError`] when the rotors cannot be controlled.
+pub fn steady_near(
+    vehicle: &Vehicle,
+    environment: &Environment,
+    near: &OperatingPoint,
+) -> Result<Option<OperatingPoint>, ControlError> {
+    let (per_lift, per_moment) = allocation(&Airframe::new(vehicle, environment)?);
+    let at = |x: &Vector3<f64>| OperatingPoint {
+        body: BodyState {
+            q_ned_from_body: quaternion_from_euler(0.0, pitch(near.body.q_ned_from_body) + x.x, 0.0),
+            omega_body: Vector3::zeros(),
+            ..near.body
+        },
+        thrust_n: std::array::from_fn(|i| near.thrust_n[i] + per_lift[i] * x.y + per_moment[i] * x.z),
+        ..*near
+    };
+    let rates = |x: &Vector3<f64>| {
+        let OperatingPoint { body, thrust_n, .. } = at(x);
+        let speeds = rotor_speeds(vehicle, environment, &body, &thrust_n);
+        let rate = vehicle.powered_derivative(environment, &body, &speeds, &[0.0; MAX_ROTORS], true);
+        Vector3::new(rate.body.v_dot_ned.x, rate.body.v_dot_ned.z, rate.body.omega_dot_body.y)
+    };
+    let weight_n = vehicle.mass.mass_kg * environment.gravity_m_s2;
+    let steps = [1e-4, 1e-4 * weight_n, 1e-4 * weight_n];
+    let mut x = Vector3::zeros();
+    for _ in 0..STEPS {
+        let off = rates(&x);
+        if off.norm() < STEADY {
+            return Ok(Some(at(&x)));
+        }
+        let slope = Matrix3::from_columns(&std::array::from_fn::<_, 3, _>(|i| {
+            let mut aside = Vector3::zeros();
+            aside[i] = steps[i];
+            (rates(&(x + aside)) - rates(&(x - aside))) / (2.0 * steps[i])
+        }));
+        match slope.lu().solve(&off) {
+            Some(step) if step.iter().all(|s| s.is_finite()) => x -= step,
+            _ => return Ok(None),
+        }
+    }
+    Ok(None)
 }
 
 /// Number of states of the body in the plane.
@@ -256,6 +309,26 @@ mod tests {
     /// inverse of the mean rate of speeding up and slowing down. `L = K_pq (s + K_ptheta)/s^2/(1 + 0.15 s)`
     /// of the pitch rate and `L = K_pvz/s/(1 + 0.15 s)` downwards; sampling delays by half a period. The gain
     /// of the velocity north is so small that it changes no loop, and lets that velocity die away.
+    #[test]
+    fn closed_form_steady_hover_carries_the_weight() {
+        let vehicle = quadrotor([ARM_M, 1.1], [620.0, J_YY, 1160.0], [0.0; 3], VehicleOptions::default());
+        let body = BodyState {
+            p_ned: Vector3::zeros(),
+            q_ned_from_body: quaternion_from_euler(0.0, 0.1, 0.0),
+            v_ned: Vector3::zeros(),
+            omega_body: Vector3::zeros(),
+        };
+        let near = OperatingPoint {
+            name: "hover",
+            body,
+            thrust_n: [0.8 * MASS_KG * GRAVITY_M_S2 / 4.0; MAX_ROTORS],
+        };
+        let found = steady_near(&vehicle, &site(), &near).unwrap().unwrap();
+        assert!(pitch(found.body.q_ned_from_body).abs() < 1e-9);
+        let wanted = MASS_KG * GRAVITY_M_S2 / 4.0;
+        assert!(found.thrust_n[..4].iter().all(|thrust| (thrust / wanted - 1.0).abs() < 1e-8), "{found:?}");
+    }
+
     #[test]
     fn closed_form_loops_of_a_hover_without_air() {
         let options = VehicleOptions { reaction_torque: false, rotor_momentum: false };

@@ -142,9 +142,9 @@ impl Judgement {
             && self.shares(bounds).all(|share| share <= 1.0)
     }
 
-    /// Shares of the bounds that are used; of the modulus 1 at its bound, 2 at zero and more below.
+    /// Shares of the bounds that are used; of the modulus 1 at its bound, and more by what is missing.
     fn shares(&self, bounds: &DesignBounds) -> impl Iterator<Item = f64> + use<> {
-        let margin = bounds.modulus.map(|least| 2.0 - self.modulus / least);
+        let margin = bounds.modulus.map(|least| 1.0 + least - self.modulus);
         let used = [
             (self.steady_after_s, bounds.steady_after_s),
             (self.altitude_lost_m, bounds.altitude_lost_m),
@@ -185,11 +185,11 @@ mod tests {
         let bounds = DesignBounds { altitude_lost_m: Some(50.0 / 1.2), ..DesignBounds::default() };
         assert!((judged.cost(&bounds) - free - 0.4).abs() < 1e-12 && !judged.is_allowed(&bounds));
         assert!(judged.is_allowed(&DesignBounds { energy_j: Some(100.0), ..DesignBounds::default() }));
-        // A modulus of two thirds of its bound; unstable by as much again it costs as much more.
+        // A modulus a tenth below its bound; unstable by two tenths it costs five times as much.
         let margin = DesignBounds { modulus: Some(0.3), ..DesignBounds::default() };
-        assert!((judged.cost(&margin) - free - PENALTY / 3.0).abs() < 1e-12 && !judged.is_allowed(&margin));
+        assert!((judged.cost(&margin) - free - 0.1 * PENALTY).abs() < 1e-12 && !judged.is_allowed(&margin));
         let unstable = Judgement { modulus: -0.2, ..judged };
-        assert!((unstable.cost(&margin) - free - PENALTY * 5.0 / 3.0).abs() < 1e-12);
+        assert!((unstable.cost(&margin) - free - 0.5 * PENALTY).abs() < 1e-12);
         assert_eq!(Judgement::UNPLANNED.cost(&bounds), f64::INFINITY);
     }
 

@@ -26,7 +26,8 @@ pub struct DesignSearchSettings {
     pub samples: usize,
     /// Spread of the first generation, as a share of the ranges.
     pub spread: f64,
-    /// Most designs that are judged, the starts among them; the last generation is the last that fits.
+    /// Most designs that are judged; the starts all are, the last generation is the last that fits. 0: the
+    /// mission's own design alone.
     pub budget: usize,
     /// Seed.
     pub seed: u64,
@@ -77,9 +78,10 @@ pub struct DesignSearch {
 }
 
 impl DesignSearch {
-    /// Begins with [`DesignSpace::starts`].
+    /// Begins with [`DesignSpace::starts`], where there is a budget.
     pub fn new(settings: DesignSearchSettings) -> Self {
-        let pending = settings.space.starts(&settings.own);
+        let pending =
+            if settings.budget == 0 { vec![settings.own] } else { settings.space.starts(&settings.own) };
         let (tried, history) = (Vec::new(), Vec::new());
         Self {
             settings,

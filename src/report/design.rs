@@ -3,14 +3,15 @@
 use serde::Serialize;
 
 use super::columns::{columns, short};
+use super::figure::{Distribution, j_tpf};
 use super::json::{VERSION, object, text as json_text};
 use super::tune::{gains_table, named};
 use crate::assess::ChosenAmong;
 use crate::config::{Mission, Stamp};
 use crate::control::Gains;
 use crate::design::{
-    CONDITIONS, Design, DesignObjective, DesignSearch, FreshResults, Judgement, LOOPS, LoopsAt, Margins,
-    TriedDesign, WEIGHT_GROUPS,
+    CONDITIONS, Design, DesignObjective, DesignSearch, FreshResults, Judgement, LIMIT, LOOPS, LoopsAt,
+    Margins, TriedDesign, Unknown, WEIGHT_GROUPS,
 };
 use crate::plan::InputReference;
 use crate::units::DEG_PER_RAD;
@@ -29,8 +30,6 @@ pub struct Finalist {
 pub struct JudgedDesign {
     /// Name of the design.
     pub name: String,
-    /// The design.
-    pub design: Design,
     /// Results by condition.
     pub fresh: Vec<FreshResults>,
 }
@@ -50,8 +49,11 @@ pub struct DesignRun {
     pub allowed: bool,
     /// The finalists, best of the search first; none when the search was interrupted.
     pub finalists: Vec<Finalist>,
-    /// The mission's own design, where it has a plan, and the chosen one; none when interrupted.
+    /// The mission's own design, where it has a plan, and the chosen one, where it is another; none when
+    /// interrupted.
     pub judged: Vec<JudgedDesign>,
+    /// Other missions' designs.
+    pub others: Vec<JudgedDesign>,
     /// The loops of the chosen design at the release, the plan's peak and the target.
     pub loops: Vec<LoopsAt>,
     /// Designs that were judged now, not read from a checkpoint.
@@ -75,10 +77,13 @@ impl DesignRun {
         }
     }
 
+    /// The mission's own design on fresh flights, where it has a plan, and the chosen one.
     fn own_and_chosen(&self) -> Option<(Option<&JudgedDesign>, &JudgedDesign)> {
-        match &self.judged[..] {
-            [own, chosen] => Some((Some(own), chosen)),
-            [chosen] => Some((None, chosen)),
+        let chosen = self.judged.iter().find(|judged| judged.name == self.name);
+        match (chosen, self.judged.first()) {
+            (Some(chosen), Some(first)) => Some(((first.name != self.name).then_some(first), chosen)),
+            // The mission's own is the one that was chosen.
+            (None, Some(own)) => Some((Some(own), own)),
             _ => None,
         }
     }
@@ -102,6 +107,13 @@ impl DesignRun {
                 chosen.name
             );
         };
+        if std::ptr::eq(own, chosen) {
+            let bounds = if self.allowed { "keeps every bound" } else { "breaks a bound or is unsafe" };
+            return format!(
+                "nothing better than the mission's own design was found: {what} of J_TPF in turbulence {number:.4}; it {bounds} in the \
+                 search's flights"
+            );
+        }
         let against = format!("{what} of J_TPF in turbulence {number:.4} against {:.4}", self.number(own));
         match (self.allowed, self.is_better()) {
             (false, _) => {
@@ -266,7 +278,7 @@ fn fresh_text(run: &DesignRun) -> String {
     let heads =
         ["design", "air", "mean", "p99", "at most", "worst", "unsafe", "at most", "end m/s", "steady s"];
     out += &columns(&WIDTHS, heads);
-    for judged in &run.judged {
+    for judged in run.judged.iter().chain(&run.others) {
         for ((air, _), results) in CONDITIONS.iter().zip(&judged.fresh) {
             let cells = [
                 (*air).to_owned(),
@@ -283,6 +295,36 @@ fn fresh_text(run: &DesignRun) -> String {
         }
     }
     out + "(turbulence comes on top of the unknowns; steady: the latest of those that are steady at the end)\n\n"
+}
+
+/// The distributions of J_TPF of the fresh flights, a panel for each condition.
+pub fn distributions(run: &DesignRun) -> Vec<Distribution> {
+    let panel = |(i, (air, _)): (usize, &(&str, Unknown))| Distribution {
+        name: format!("{}, {}", j_tpf(), air.replace('_', " ")),
+        limit: Some(LIMIT),
+        controllers: run
+            .judged
+            .iter()
+            .chain(&run.others)
+            .filter_map(|judged| {
+                let ascending = judged.fresh.get(i)?.ascending();
+                Some((judged.name.clone(), thinned(ascending), SHOWN_FLIGHTS.min(ascending.len())))
+            })
+            .collect(),
+    };
+    CONDITIONS.iter().enumerate().map(panel).collect()
+}
+
+/// Flights of a distribution that a figure draws.
+const SHOWN_FLIGHTS: usize = 400;
+
+/// Some of the values, evenly spread over their ranks, the least and the greatest among them.
+fn thinned(ascending: &[f64]) -> Vec<f64> {
+    let n = ascending.len();
+    if n <= SHOWN_FLIGHTS {
+        return ascending.to_vec();
+    }
+    (0..SHOWN_FLIGHTS).map(|i| ascending[i * (n - 1) / (SHOWN_FLIGHTS - 1)]).collect()
 }
 
 fn design_json(mission: &Mission, design: &Design) -> impl Serialize {
@@ -363,6 +405,7 @@ pub fn json(mission: &Mission, search: &DesignSearch, run: &DesignRun, wall_s: O
     let judged: Vec<_> = run
         .judged
         .iter()
+        .chain(&run.others)
         .flat_map(|judged| {
             CONDITIONS.iter().zip(&judged.fresh).map(move |(air, results)| (judged, air.0, results))
         })

@@ -10,8 +10,8 @@ pub struct DesignArgs {
     /// Mission, folder, output form.
     #[command(flatten)]
     pub mission: MissionArgs,
-    /// Most designs that are planned and flown.
-    #[arg(long, value_name = "N", default_value_t = 800, value_parser = whole::<u32>(1..=10_000_000))]
+    /// Most designs that are planned and flown; 0 only judges the mission's own.
+    #[arg(long, value_name = "N", default_value_t = 800, value_parser = whole::<u32>(0..=10_000_000))]
     pub budget: u32,
     /// End the search after so many seconds of wall time.
     ///
@@ -21,6 +21,11 @@ pub struct DesignArgs {
     /// Gains to begin at: a name or a file [default: the mission's own].
     #[arg(long, value_name = "NAME|FILE")]
     pub start: Option<String>,
+    /// Another mission to judge beside it, with its own gains or others: `titan_paper`, `titan_paper,ours`.
+    ///
+    /// On as many fresh flights, its own vehicle and releases in this mission's turbulence; may be repeated.
+    #[arg(long, value_name = "MISSION[,GAINS]")]
+    pub against: Vec<String>,
     /// Designs that are judged once more, on flights that the search did not have.
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = whole::<u32>(1..=1000))]
     pub finalists: u32,

@@ -10,6 +10,7 @@ mod args;
 mod fresh;
 mod results;
 
+use std::path::Path;
 use std::sync::atomic::Ordering;
 
 use super::answer::{Answer, BadInput as _, Failure};
@@ -67,6 +68,7 @@ fn identity(mission: &Mission) -> Vec<(&'static str, String)> {
 
 fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
     let watch = Stopwatch::start();
+    let others = others(args, mission)?;
     let judge = mission.design_judge();
     let mut search = DesignSearch::new(mission.design_search(args.budget as usize));
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
@@ -98,6 +100,7 @@ fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
         allowed: best.judgement.is_allowed(&bounds),
         finalists: Vec::new(),
         judged: Vec::new(),
+        others: Vec::new(),
         loops: Vec::new(),
         fresh_evaluations: done.fresh,
         stopped: done.stopped,
@@ -116,6 +119,8 @@ fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
     run.loops = judge.loops(&run.chosen.design).unwrap_or_default();
     results::write_bode(&folder, mission, &run)?;
     run.judged = both(args, mission, &judge, &run, &go_on);
+    run.others = judge_others(args, &others, &go_on);
+    results::write_distributions(&folder, mission, &run)?;
     run.wall_s = 1e-3 * watch.ms();
     folder.write_text("design.json", &design::json(mission, &search, &run, None))?;
     results::write_manifest(args, &folder, mission)?;
@@ -127,7 +132,8 @@ fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
     if !args.mission.json {
         print(&(run.verdict() + "\n"))?;
     }
-    Ok(Answer::from(run.is_better() && !interrupted.load(Ordering::Relaxed)))
+    let good = run.is_better() || (args.budget == 0 && run.allowed);
+    Ok(Answer::from(good && !interrupted.load(Ordering::Relaxed)))
 }
 
 /// The mission's own design and the chosen one on fresh flights; nothing when Ctrl-C put an end to it.
@@ -139,16 +145,52 @@ fn both(
     go_on: &(dyn Fn() -> bool + Sync),
 ) -> Vec<JudgedDesign> {
     let own = mission.own_design();
+    let chosen = (run.chosen.design != own).then_some((run.name.as_str(), &run.chosen.design));
     let mut judged = Vec::new();
-    for (name, design) in [("own", &own), (run.name.as_str(), &run.chosen.design)] {
+    for (name, design) in std::iter::once(("own", &own)).chain(chosen) {
         match judge_fresh(judge, design, u64::from(args.unseen), go_on) {
-            Some(fresh) => judged.push(JudgedDesign { name: name.to_owned(), design: *design, fresh }),
+            Some(fresh) => judged.push(JudgedDesign { name: name.to_owned(), fresh }),
             // The mission's own plan may be none.
             None if go_on() => {}
             None => return Vec::new(),
         }
     }
     judged
+}
+
+/// The missions of `--against`, each with its name, ready to be judged in this mission's turbulence.
+fn others(args: &DesignArgs, mission: &Mission) -> Result<Vec<(String, Mission)>, Failure> {
+    let opened = args.against.iter().map(|named| {
+        let (path, gains) = match named.split_once(',') {
+            Some((path, gains)) => (path, Some(gains)),
+            None => (named.as_str(), None),
+        };
+        let mut other = open_mission(Path::new(path))?;
+        if let Some(gains) = gains {
+            other.use_gains(gains).bad_input()?;
+        }
+        other.design.turbulence = mission.design.turbulence;
+        let name =
+            gains.map_or(other.name.clone(), |_| format!("{}, {}", other.name, other.control.gains_name));
+        Ok((name, other))
+    });
+    opened.collect()
+}
+
+/// Their designs on fresh flights; one that has no plan is said and left out.
+fn judge_others(
+    args: &DesignArgs,
+    others: &[(String, Mission)],
+    go_on: &(dyn Fn() -> bool + Sync),
+) -> Vec<JudgedDesign> {
+    let judged = others.iter().filter_map(|(name, other)| {
+        let fresh = judge_fresh(&other.design_judge(), &other.own_design(), u64::from(args.unseen), go_on);
+        if fresh.is_none() && go_on() {
+            print_err(&format!("samara: --against {name}: its plan does not converge; it is left out\n"));
+        }
+        Some(JudgedDesign { name: name.clone(), fresh: fresh? })
+    });
+    judged.collect()
 }
 
 /// Reports why there is no design.

@@ -7,11 +7,12 @@ use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::new::relative;
 use crate::cli::planning::write_plan;
 use crate::cli::results::OutputFolder;
-use samara::config::{Mission, designed_mission_json, gains_json, load_mission};
+use samara::config::{Mission, Stamp, designed_mission_json, gains_json, load_mission};
 use samara::control::Gains;
 use samara::design::{DesignJudge, DesignSearch};
 use samara::report::bode_figure;
 use samara::report::design::{self, DesignRun};
+use samara::report::figure::distribution_figure;
 
 const MISSION: &str = "design_mission.json";
 const GAINS: &str = "design_gains.json";
@@ -49,6 +50,21 @@ pub fn write_bode(folder: &OutputFolder, mission: &Mission, run: &DesignRun) -> 
     folder.write_text("design_bode.svg", &figure).map(|_| ())
 }
 
+/// Writes `design.svg`, the distributions of J_TPF of the fresh flights.
+pub fn write_distributions(folder: &OutputFolder, mission: &Mission, run: &DesignRun) -> Result<(), Failure> {
+    if run.judged.is_empty() {
+        return Ok(());
+    }
+    let stamp = Stamp { seed: mission.seed, input_hash: mission.hash_without_gains() };
+    let title = format!("{}: J_TPF of fresh flights", mission.name);
+    let remark = "Share of the flights that stay at or below a value. Unknowns: mass, inertia, air loads, density, wind, delays; turbulence on \
+                  top of them.";
+    let distributions = design::distributions(run);
+    let figure = distribution_figure(&stamp.csv_comment(), &title, remark, &distributions)
+        .context("the figure of the fresh flights")?;
+    folder.write_text("design.svg", &figure).map(|_| ())
+}
+
 /// Writes the manifest of a design, with the options that made it.
 pub fn write_manifest(args: &DesignArgs, folder: &OutputFolder, mission: &Mission) -> Result<(), Failure> {
     let options = [
@@ -57,6 +73,7 @@ pub fn write_manifest(args: &DesignArgs, folder: &OutputFolder, mission: &Missio
         ("start", args.start.clone().unwrap_or_else(|| mission.control.gains_name.clone())),
         ("finalists", args.finalists.to_string()),
         ("unseen", args.unseen.to_string()),
+        ("against", args.against.join(" ")),
     ];
     folder.write_manifest("design", mission, &options)
 }
