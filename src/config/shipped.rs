@@ -42,6 +42,7 @@ pub const SHIPPED: &[ShippedFile] = shipped! {
     "params/gains/ours.json"
     "params/gains/paper_pso.json"
     "params/gains/safety.json"
+    "params/gains/titan.json"
     "params/gains/x500.json"
     "params/gains/x500_hover.json"
     "params/px4/titan_px4_froude_tuned.params"

@@ -110,7 +110,7 @@ impl DesignRun {
         if std::ptr::eq(own, chosen) {
             let bounds = if self.allowed { "keeps every bound" } else { "breaks a bound or is unsafe" };
             return format!(
-                "nothing better than the mission's own design was found: {what} of J_TPF in turbulence {number:.4}; it {bounds} in the \
+                "the mission's own design stands: {what} of J_TPF in turbulence {number:.4}; it {bounds} in the \
                  search's flights"
             );
         }
@@ -272,12 +272,13 @@ fn finalists_text(run: &DesignRun) -> String {
 
 fn fresh_text(run: &DesignRun) -> String {
     let Some(first) = run.judged.first() else { return String::new() };
-    const WIDTHS: [usize; 10] = [14, 11, 8, 8, 8, 8, 7, 9, 9, 9];
+    let name = run.judged.iter().chain(&run.others).map(|judged| judged.name.len()).max().unwrap_or(0);
+    let widths = [name.max(13) + 1, 11, 8, 8, 8, 8, 7, 9, 9, 9];
     let trials = first.fresh.first().map_or(0, |results| results.j_tpf.count());
     let mut out = format!("on {trials} fresh flights each, which chose nothing; bounds at 95 %\n");
     let heads =
         ["design", "air", "mean", "p99", "at most", "worst", "unsafe", "at most", "end m/s", "steady s"];
-    out += &columns(&WIDTHS, heads);
+    out += &columns(&widths, heads);
     for judged in run.judged.iter().chain(&run.others) {
         for ((air, _), results) in CONDITIONS.iter().zip(&judged.fresh) {
             let cells = [
@@ -291,7 +292,7 @@ fn fresh_text(run: &DesignRun) -> String {
                 number(results.end_error_m_s.max()),
                 format!("{:.1}", results.steady_after_s.max()),
             ];
-            out += &columns(&WIDTHS, std::iter::once(judged.name.clone()).chain(cells));
+            out += &columns(&widths, std::iter::once(judged.name.clone()).chain(cells));
         }
     }
     out + "(turbulence comes on top of the unknowns; steady: the latest of those that are steady at the end)\n\n"

@@ -5,8 +5,8 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use samara::design::{
-    CONDITIONS, Design, DesignJudge, DesignObjective, FINALISTS_FROM, FreshFlight, FreshResults, TriedDesign,
-    Unknown, fly_fresh,
+    CONDITIONS, Design, DesignBounds, DesignJudge, DesignObjective, FINALISTS_FROM, FreshFlight,
+    FreshResults, TriedDesign, Unknown, fly_fresh,
 };
 use samara::report::design::{DesignRun, Finalist};
 
@@ -32,15 +32,18 @@ pub fn judge_finalists(
     judged.collect::<Option<Vec<_>>>().unwrap_or_default()
 }
 
-/// The best finalist by the objective, of those with the fewest unsafe flights; the first of equals.
-pub fn choose(run: &DesignRun) -> Option<TriedDesign> {
+/// The best finalist by the objective, of those that keep the bounds before others, and of the fewest unsafe
+/// flights; the first of equals.
+pub fn choose(run: &DesignRun, bounds: &DesignBounds) -> Option<TriedDesign> {
     let number = |finalist: &Finalist| match run.objective {
         DesignObjective::Quantile(p) => finalist.results.quantile(p),
         DesignObjective::Worst => finalist.results.j_tpf.max(),
     };
     let order = |a: &&Finalist, b: &&Finalist| {
-        let unsafe_flights = |finalist: &Finalist| finalist.results.safe.misses();
-        unsafe_flights(a).cmp(&unsafe_flights(b)).then(number(a).total_cmp(&number(b)))
+        let rank = |finalist: &Finalist| {
+            (!finalist.tried.judgement.is_allowed(bounds), finalist.results.safe.misses())
+        };
+        rank(a).cmp(&rank(b)).then(number(a).total_cmp(&number(b)))
     };
     run.finalists.iter().min_by(order).map(|finalist| finalist.tried)
 }

@@ -111,7 +111,7 @@ fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
     let go_on = || !interrupted.load(Ordering::Relaxed);
     let finalists = search.finalists(args.finalists as usize);
     run.finalists = judge_finalists(&judge, &finalists, u64::from(args.unseen), &go_on);
-    if let Some(chosen) = fresh::choose(&run) {
+    if let Some(chosen) = fresh::choose(&run, &bounds) {
         run.chosen = chosen;
         run.allowed = chosen.judgement.is_allowed(&bounds);
         results::write_design(&folder, mission, &judge, &search, &run)?;
