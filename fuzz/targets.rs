@@ -9,7 +9,10 @@ use std::sync::LazyLock;
 use mavlink::Message as _;
 use mavlink::dialects::common::{HIL_SENSOR_DATA, MavMessage};
 use samara::autopilot::parameters::Parameters;
-use samara::config::{Mission, load_gains, load_mission, load_parameters, load_vehicle, read_trajectory_csv};
+use samara::checksum::crc32_iso;
+use samara::config::{
+    Mission, decode_plan_grid, load_gains, load_mission, load_parameters, load_vehicle, read_trajectory_csv,
+};
 use samara::control::{Airframe, ControlSettings};
 use samara::link::{AutopilotSession, AutopilotSetup, Decoder, Encoder, Hub, HubConfig, Link, Session as _};
 
@@ -17,7 +20,7 @@ use samara::link::{AutopilotSession, AutopilotSetup, Decoder, Encoder, Hub, HubC
 pub type Target = fn(&[u8]);
 
 /// The targets by name.
-pub const TARGETS: [(&str, Target); 7] = [
+pub const TARGETS: [(&str, Target); 8] = [
     ("decoder", decoder),
     ("services", services),
     ("mission", mission),
@@ -25,6 +28,7 @@ pub const TARGETS: [(&str, Target); 7] = [
     ("gains", gains),
     ("trajectory", trajectory),
     ("params", params),
+    ("plan_grid", plan_grid),
 ];
 
 /// Bytes off a wire. However a stream is cut, the frames are the same; and what is counted adds up.
@@ -117,6 +121,25 @@ pub fn trajectory(data: &[u8]) {
 /// A PX4 parameter file: what is taken and written again is taken again.
 pub fn params(data: &[u8]) {
     let _ = load_parameters(&put("fuzzed.params", data));
+}
+
+/// A grid of plans, with the checksum that it has and with the right one: what is taken has finite values wherever
+/// it is looked at.
+pub fn plan_grid(data: &[u8]) {
+    let mut sealed = data.to_vec();
+    if let Some(end) = data.len().checked_sub(4) {
+        let checksum = crc32_iso(&data[..end]);
+        sealed[end..].copy_from_slice(&checksum.to_le_bytes());
+    }
+    for bytes in [data, &sealed] {
+        if let Ok(file) = decode_plan_grid(bytes) {
+            for state in [[0.0; 4], [0.1, 9.0, -0.2, 0.3], [f64::MAX; 4], [f64::NAN; 4]] {
+                let plan = file.grid.at(&state).trajectory;
+                let v_ned = plan.velocity_ned(0.5 * plan.end_s());
+                assert!(v_ned.iter().all(|x| x.is_finite()), "{v_ned}");
+            }
+        }
+    }
 }
 
 /// Writes what is fuzzed to where a file of its kind would be, in a copy of the project's folders.

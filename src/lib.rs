@@ -9,7 +9,7 @@
 //! |---|---|
 //! | [`math`] | elementary functions, the same on every machine |
 //! | [`real`], [`simd`] | the scalar of the dynamics, wider registers |
-//! | [`random`], [`units`] | random numbers, conversion factors |
+//! | [`checksum`], [`random`], [`units`] | CRC-32, random numbers, conversion factors |
 //! | [`frames`], [`time`] | rotations; simulated time |
 //! | [`model`] | what flies: vehicle, air, parachute |
 //! | [`trajectory`] | a planned trajectory |
@@ -29,6 +29,7 @@
 
 pub mod assess;
 pub mod autopilot;
+pub mod checksum;
 #[cfg(feature = "files")]
 pub mod config;
 pub mod control;

@@ -119,6 +119,31 @@ impl Trajectory {
         self.n_rotors
     }
 
+    /// The weighted sum of this trajectory and others with weights of their own, node by node, on this one's
+    /// times. The others have nodes at those times, and all weights together are 1.
+    pub(crate) fn weighted(&self, weight: f64, others: &[(&Self, f64)]) -> Self {
+        let mut sum = self.clone();
+        for (k, node) in sum.nodes.iter_mut().enumerate() {
+            node.q_ned_from_body = node.q_ned_from_body.map(|x| weight * x);
+            node.v_ned *= weight;
+            node.omega_body *= weight;
+            node.thrust_n = node.thrust_n.map(|x| weight * x);
+            node.a_ned *= weight;
+            for (other, weight) in others.iter().filter_map(|(other, w)| Some((other.nodes.get(k)?, *w))) {
+                for (x, y) in node.q_ned_from_body.iter_mut().zip(other.q_ned_from_body) {
+                    *x += weight * y;
+                }
+                for (x, y) in node.thrust_n.iter_mut().zip(other.thrust_n) {
+                    *x += weight * y;
+                }
+                node.v_ned += other.v_ned * weight;
+                node.omega_body += other.omega_body * weight;
+                node.a_ned += other.a_ned * weight;
+            }
+        }
+        sum
+    }
+
     /// Time of the last node, t_f [s].
     pub fn end_s(&self) -> f64 {
         self.nodes[self.nodes.len() - 1].t_s

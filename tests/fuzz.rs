@@ -98,3 +98,8 @@ fn prop_trajectory() {
 fn prop_params() {
     replay("params");
 }
+
+#[test]
+fn prop_plan_grid() {
+    replay("plan_grid");
+}

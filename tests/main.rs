@@ -22,6 +22,7 @@ mod kept_files;
 mod lockstep;
 mod own_vehicle;
 mod params;
+mod plan_grid;
 mod planner;
 mod px4;
 mod px4_model;

@@ -9,6 +9,7 @@
 //! | [`releases`] | random releases | (40)-(44), IV.B |
 //! | [`drops`] | random drops from the canopy to the end, and what is measured of them | |
 //! | [`envelope`] | how far from the nominal release a drop may begin and be safe | |
+//! | [`grid_loss`] | what interpolating plans costs against solving for each release | |
 //! | [`study`] | controllers flown from many releases | V |
 //! | [`statistics`], [`beta`] | mean, deviation, extremes, confidence intervals | V.A |
 //! | [`chosen`] | bounds on what was chosen among several | |
@@ -19,6 +20,7 @@ pub mod beta;
 pub mod chosen;
 pub mod drops;
 pub mod envelope;
+pub mod grid_loss;
 pub mod paper;
 pub mod power;
 pub mod releases;
@@ -30,6 +32,7 @@ pub mod tracking;
 pub use batch::{BatchMeasure, Outcome, judge_flights};
 pub use chosen::{ChosenAmong, quantile_rank};
 pub use drops::{DropMeasure, DropOutcome, RandomDrop};
+pub use grid_loss::{GRID_LOSS_MOST, GridFlight, GridLoss, MISREAD_RATE_RAD_S, Spread};
 pub use power::PowerUse;
 pub use releases::{RandomRelease, ReleaseDistribution};
 pub use safety::{FlightLimits, TrialOutcome, Verdict, VerdictBuilder, plan_j_tpf, steady_within_m_s};

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::Vector2;
 
 use super::fence::{Area, Fence, Outline, Rule};
-use super::parameters::hash::crc32;
+use crate::checksum::crc32;
 use crate::model::Environment;
 use crate::model::environment::GeoPoint;
 

@@ -24,6 +24,7 @@ mod new;
 mod params;
 mod pilot;
 mod plan;
+mod plan_grid;
 mod planning;
 mod progress;
 mod recording;

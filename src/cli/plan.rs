@@ -5,8 +5,10 @@ use clap::Args;
 use super::answer::{Answer, Failure};
 use super::args::{MissionArgs, PlanningArgs, number, positive, whole};
 use super::mission::{open_mission, print_origin};
+use super::plan_grid::{self, GridArgs};
 use super::planning::{TimedPlan, solve, write_plan};
 use super::results::OutputFolder;
+use super::terminal::print;
 use samara::config::Mission;
 use samara::plan::{InputReference, SolverOptions, Status, TERMINAL_TOLERANCE_LEAST_M_S};
 use samara::report::{plan_json, plan_text};
@@ -40,6 +42,9 @@ pub struct PlanArgs {
     /// How much to show of the planning.
     #[command(flatten)]
     pub planning: PlanningArgs,
+    /// Plans for many releases.
+    #[command(flatten)]
+    pub grid: GridArgs,
 }
 
 /// What an input costs nothing at.
@@ -70,9 +75,19 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
         max_iterations: args.max_iterations as usize,
         ..SolverOptions::default()
     };
+    let axes = plan_grid::axes_of(&args.grid, &mission)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let TimedPlan { plan, solve_ms } = solve(&mission, &options, args.planning.verbose, args.time_limit)?;
     write_plan(&folder, &mission, &plan)?;
+    if let Some(axes) = axes {
+        if plan.status == Status::Converged {
+            if !args.mission.json {
+                print(&plan_text(&plan, &mission.limits.safety, Some(solve_ms)))?;
+            }
+            return plan_grid::run(&args.grid, args.mission.json, axes, (&mission, &plan), &options, &folder);
+        }
+        folder.remove_leftovers(&plan_grid::FILES)?;
+    }
     folder.write_manifest("plan", &mission, &[])?;
     folder.print_result(
         args.mission.json,

@@ -8,6 +8,7 @@
 //! | `designing` | how plan and gains of a mission are designed, and the mission with a design
 //! | `tuning` | how a mission's gains are tuned |
 //! | `envelope` | releases about the points of its safe-release envelope, and their flights |
+//! | `plan_grid` | its grid of plans: what it spans, how it is judged, its files |
 //! | `gains_file` | `params/gains/*.json` |
 //! | `params_file` | PX4 parameter files |
 //! | `checkpoint` | evaluations of an interrupted search of gains |
@@ -38,6 +39,7 @@ mod mission;
 mod names;
 mod number;
 mod params_file;
+mod plan_grid;
 mod rotor_table;
 pub mod schema;
 pub mod shipped;
@@ -60,6 +62,10 @@ pub use mission::{
 };
 pub use names::{gains_path, mission_path, plain_name, vehicle_path};
 pub use params_file::load_parameters;
+pub use plan_grid::{
+    GridFileError, GridJudge, JudgedRelease, PlanGridFile, decode_plan_grid, encode_plan_grid,
+    write_plan_grid_csv,
+};
 pub use trajectory_csv::{
     Stamp, TrajectoryFile, read_trajectory_csv, trajectory_columns, write_trajectory_csv,
 };

@@ -27,7 +27,8 @@ const BEFORE_THRUSTS: [&str; 11] =
 const THRUSTS: [&str; MAX_ROTORS] = ["t1_n", "t2_n", "t3_n", "t4_n", "t5_n", "t6_n", "t7_n", "t8_n"];
 const AFTER_THRUSTS: [&str; 3] = ["an_m_s2", "ae_m_s2", "ad_m_s2"];
 
-fn columns(n_rotors: usize) -> Vec<&'static str> {
+/// The columns of a trajectory for so many rotors.
+pub(super) fn columns(n_rotors: usize) -> Vec<&'static str> {
     [&BEFORE_THRUSTS[..], &THRUSTS[..n_rotors], &AFTER_THRUSTS[..]].concat()
 }
 
@@ -75,7 +76,7 @@ pub fn trajectory_columns(trajectory: &Trajectory) -> Vec<(&'static str, Vec<f64
 }
 
 /// The numbers of a line.
-fn values(node: &Node, n_rotors: usize) -> Vec<f64> {
+pub(super) fn values(node: &Node, n_rotors: usize) -> Vec<f64> {
     let mut values = vec![node.t_s];
     values.extend(node.q_ned_from_body);
     values.extend(node.v_ned.iter().chain(node.omega_body.iter()).chain(&node.thrust_n[..n_rotors]));

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`vehicle`](mod@vehicle) | the planner's interface: a drop in the vehicle's terms, a trajectory back |
 //! | `guess` | what the solver starts from |
+//! | [`grid`] | plans on a grid of release states, interpolated at the release |
 //! | [`problem`] | the problem: cost, bounds, nodes |
 //! | [`demands`](Demands) | what a plan is asked for beyond cost and bounds on thrusts |
 //! | `demanded` | the constraints that it comes to |
@@ -30,6 +31,7 @@ mod demands;
 pub mod dynamics;
 pub mod extended;
 pub mod filter;
+pub mod grid;
 mod guess;
 pub mod path;
 pub mod problem;

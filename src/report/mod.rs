@@ -20,6 +20,7 @@
 //! | [`replay`] | the page on which a drop is seen again |
 //! | `shown_drop` | what figure and page show of a drop |
 //! | `marks` | the instants of a drop that have names |
+//! | [`plan_grid`] | grids of plans: tables, JSON |
 //! | `plan_motion` | the motion along a plan, for both |
 //! | [`campaign`] | campaigns of a mission's own gains: tables, page, footprint |
 //! | [`drops`] | campaigns of whole drops: lines and tables |
@@ -46,6 +47,7 @@ mod judged_drop;
 mod marks;
 pub mod mcap;
 pub mod params;
+pub mod plan_grid;
 mod plan_motion;
 pub mod px4_gains;
 pub mod replay;

@@ -1,7 +1,7 @@
 //! Clocks, missions, modes and files: every question gets its answer.
 
 use mavlink::dialects::common::*;
-use samara::autopilot::parameters::hash::crc32;
+use samara::checksum::crc32;
 use samara::link::Link;
 
 use super::bench::{Bench, GROUND, Sent, VEHICLE, acks, command, last, texts};

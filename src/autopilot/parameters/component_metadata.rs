@@ -1,9 +1,9 @@
 //! The files that a ground station finds: what this component is made of, and what its parameters mean
 //! (MAVLink's component metadata, version 1), so that it need not guess from a PX4 release.
 
-use super::hash::crc32;
 use super::table::Role;
 use super::{Entry, Parameters};
+use crate::checksum::crc32;
 use crate::params::metadata::Kind;
 
 /// The file that COMPONENT_METADATA names.

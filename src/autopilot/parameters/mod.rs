@@ -6,7 +6,6 @@
 //! | `change` | a new value: checked, put into effect |
 //! | [`document`] | the declaration as a page |
 //! | [`component_metadata`] | the parameters' meaning as MAVLink's component metadata |
-//! | [`hash`] | the checksum over names and values |
 //!
 //! Values are those that ground stations see, in single precision. The gains themselves are the mission's, in
 //! double precision, until one is set; the others stay to the bit then. Conversions are those of
@@ -15,7 +14,6 @@
 mod change;
 pub mod component_metadata;
 pub mod document;
-pub mod hash;
 pub mod table;
 
 #[cfg(test)]
@@ -28,6 +26,7 @@ use table::{Declaration, ESTIMATOR, GPS_DELAY, Role, table};
 
 use super::estimator::EstimatorSettings;
 use super::settings::{SETPOINT_TIMEOUT_US, Settings};
+use crate::checksum::crc32;
 use crate::params::metadata::Kind;
 use crate::params::{
     Metadata, NormalisedUnits, Parameter, ParamsError, Purpose, Scale, Subject, Value, export,
@@ -144,7 +143,7 @@ impl Parameters {
                 Value::Int(i) => i.to_le_bytes(),
                 Value::Real(x) => x.to_le_bytes(),
             };
-            hash::crc32(hash::crc32(crc, entry.name.as_bytes()), &value)
+            crc32(crc32(crc, entry.name.as_bytes()), &value)
         })
     }
 

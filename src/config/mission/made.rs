@@ -179,10 +179,14 @@ impl Mission {
         options: &SolverOptions,
         observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> Result<Plan, UnplannedError> {
-        plan(&self.plan_problem(), &Guess::StraightLine, options, observer).map_err(|source| {
-            let (vehicle_file, target_v_ned) = (self.vehicle_file.clone(), self.target_v_ned);
-            UnplannedError { vehicle_file, target_v_ned, source }
-        })
+        plan(&self.plan_problem(), &Guess::StraightLine, options, observer)
+            .map_err(|source| self.unplanned(source))
+    }
+
+    /// Why a plan of the mission cannot be attempted, with vehicle and target.
+    pub fn unplanned(&self, source: PlanError) -> UnplannedError {
+        let (vehicle_file, target_v_ned) = (self.vehicle_file.clone(), self.target_v_ned);
+        UnplannedError { vehicle_file, target_v_ned, source }
     }
 
     /// The random releases, (40)-(44).

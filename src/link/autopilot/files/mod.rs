@@ -18,7 +18,7 @@ use num_traits::FromPrimitive as _;
 use super::outbox::Peer;
 use crate::autopilot::parameters::Parameters;
 use crate::autopilot::parameters::component_metadata::{Content, contents};
-use crate::autopilot::parameters::hash::crc32;
+use crate::checksum::crc32;
 use crate::time::TimeUs;
 
 /// Payload of FILE_TRANSFER_PROTOCOL.

@@ -1,11 +1,16 @@
-//! CRC-32 as PX4 counts it over parameters and files: reflected 0xEDB88320, from 0, nothing inverted at the
-//! end. (zlib's inverts before and after.)
+//! CRC-32, reflected polynomial 0xEDB88320: over parameters and files as PX4 counts it, from 0 with nothing
+//! inverted, and as zlib, PNG and Ethernet do, inverted before and after.
 
-/// Continues a checksum over some bytes; a new one starts from 0.
+/// Continues PX4's checksum over some bytes; a new one starts from 0.
 pub fn crc32(start: u32, bytes: &[u8]) -> u32 {
     bytes.iter().fold(start, |crc, byte| {
         (0..8).fold(crc ^ u32::from(*byte), |c, _| if c & 1 == 1 { c >> 1 ^ 0xEDB8_8320 } else { c >> 1 })
     })
+}
+
+/// CRC-32/ISO-HDLC of some bytes, as zlib's `crc32` and Python's `zlib.crc32` count it.
+pub fn crc32_iso(bytes: &[u8]) -> u32 {
+    !crc32(u32::MAX, bytes)
 }
 
 #[cfg(test)]
@@ -16,7 +21,7 @@ mod tests {
     /// CRC-32/JAMCRC, which does not invert at the end.
     #[test]
     fn reference_check_values_of_the_catalogue() {
-        assert_eq!(!crc32(u32::MAX, b"123456789"), 0xCBF4_3926);
+        assert_eq!(crc32_iso(b"123456789"), 0xCBF4_3926);
         assert_eq!(crc32(u32::MAX, b"123456789"), 0x340B_C6D9);
         assert_eq!(crc32(crc32(0, b"1234"), b"56789"), crc32(0, b"123456789"));
         assert_eq!(crc32(0, b""), 0);
