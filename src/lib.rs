@@ -16,6 +16,7 @@
 //! | [`control`], [`plan`] | how it is flown; how it should fly (neither knows the other) |
 //! | [`sim`] | the drop in simulated time |
 //! | [`assess`] | how safe it was |
+//! | [`replan`] | plans that are renewed during a drop |
 //! | [`verify`] | whether all this is right: NASA's check cases, closed forms |
 //! | [`tune`] | gains by search |
 //! | [`design`] | plan and gains by one search |
@@ -43,6 +44,7 @@ pub mod params;
 pub mod plan;
 pub mod random;
 pub mod real;
+pub mod replan;
 #[cfg(feature = "files")]
 pub mod report;
 pub mod sim;

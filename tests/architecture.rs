@@ -21,7 +21,7 @@ const FLOORS: &[&[&str]] = &[
     &["trajectory"],
     &["control", "plan"],
     &["sim"],
-    &["assess", "verify"],
+    &["assess", "replan", "verify"],
     &["tune"],
     &["design", "params"],
     &["config"],

@@ -29,6 +29,7 @@ mod px4_model;
 mod px4_stand_in;
 mod reference_autopilot;
 mod reference_flight;
+mod replan;
 mod report_drop;
 mod rotors;
 mod swap;

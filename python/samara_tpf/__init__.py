@@ -92,21 +92,26 @@ def drop(
     case: str | None = None,
     trajectory: str | os.PathLike[str] | None = None,
     estimator: Literal["truth", "ekf"] = "truth",
+    replan: Literal["release"] | float | None = None,
     base: str | os.PathLike[str] | None = None,
 ) -> Drop:
     """Plans, drops, flies by samara's own autopilot, and judges, as ``samara drop`` does.
 
     ``gains``: a name, a file or the document of one; ``params``: gains and limits from a PX4 parameter file;
     ``seed``: of everything random; ``case``: the release case to swing to; ``trajectory``: a ``trajectory.csv`` to
-    fly instead of a plan; ``estimator``: the simulator's truth, or the autopilot's own Kalman filter.
+    fly instead of a plan; ``estimator``: the simulator's truth, or the autopilot's own Kalman filter; ``replan``: renew
+    the plan during the drop, at the ``release`` or from it on at a rate in Hz.
 
     ``MissionError``: something that was given is refused. ``PlanError``: there is no plan to fly. A drop that is
     not safe is no error: ``Drop.safe`` says so.
     """
     if estimator not in ("truth", "ekf"):
         raise MissionError(f"estimator: `truth` or `ekf` is expected, found {estimator!r}")
+    if replan is not None and trajectory is not None:
+        raise MissionError("replan: a plan of samara's own is expected with it, not a trajectory")
     chosen = given(mission, base=base, gains=gains, params=params, seed=seed, case=case)
-    return Drop(_samara.drop(chosen, trajectory=trajectory, on_estimator=estimator == "ekf"))
+    cadence = None if replan is None else str(replan)
+    return Drop(_samara.drop(chosen, trajectory=trajectory, on_estimator=estimator == "ekf", replan=cadence))
 
 
 def assess(

@@ -59,6 +59,11 @@ impl Given {
         Ok(mission)
     }
 
+    /// Whether gains were chosen in place of the mission's own.
+    pub fn has_gains(&self) -> bool {
+        self.gains.is_some() || self.gains_text.is_some() || self.params.is_some()
+    }
+
     fn open(&self) -> Result<Mission, Fault> {
         match (&self.name, &self.text) {
             (Some(name), _) => load_mission(&mission_path(name).or_given()?).or_given(),

@@ -39,6 +39,7 @@ def test_reference_a_plan_is_the_programs(name: str, tmp_path: Path) -> None:
         *((name, [], {}) for name in DROPS),
         ("titan_drop", ["--seed", "7", "--estimator", "ekf"], {"seed": 7, "estimator": "ekf"}),
         ("titan_drop", ["--gains", "near_hover", "--case", "case_2"], {"gains": "near_hover", "case": "case_2"}),
+        ("x500_drop", ["--replan", "2"], {"replan": 2}),
     ],
 )
 def test_reference_a_drop_is_the_programs(

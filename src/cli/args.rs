@@ -158,7 +158,7 @@ impl fmt::Display for AutopilotArg {
 pub const CHOICES: &str = "In place of the mission's own";
 
 /// What can be chosen in place of the mission's own.
-#[derive(Args, Clone, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = CHOICES)]
 pub struct ChoiceArgs {
     /// Gains: a name (ours, safety, near_hover, ..) or a file.

@@ -12,8 +12,8 @@ use super::results::OutputFolder;
 use samara::assess::Verdict;
 use samara::config::Mission;
 use samara::report::{
-    Attachment, DropRun, FlightCsv, FlownDrop, FlownTrajectory, ShownDrop, drop_figure, drop_json, drop_mcap,
-    drop_page, judge_drop, verdict_text,
+    Attachment, DropRun, FlightCsv, FlownDrop, FlownReplan, FlownTrajectory, ShownDrop, drop_figure,
+    drop_json, drop_mcap, drop_page, judge_drop, verdict_text,
 };
 
 /// The files that the flight of a drop may leave; a drop removes those that it has not written.
@@ -47,7 +47,7 @@ pub struct Conclusion<'a> {
 impl<'a> Conclusion<'a> {
     /// Judges a flight; `planned`: what was to be flown, where that is known.
     pub fn new(mission: &'a Mission, planned: Option<&'a Planned>, flown: &'a Flown) -> Self {
-        let (verdict, run) = judge_drop(
+        let (verdict, mut run) = judge_drop(
             mission,
             &FlownDrop {
                 log: &flown.log,
@@ -57,6 +57,7 @@ impl<'a> Conclusion<'a> {
                 trouble: flown.trouble.as_deref(),
             },
         );
+        run.replans = flown.replans.iter().map(FlownReplan::from).collect();
         Self { mission, planned, flown, verdict, run, page: true, mcap: false }
     }
 
@@ -157,6 +158,11 @@ impl<'a> Conclusion<'a> {
                  vehicle said above\n"
             )),
             None => narrator.say("the vehicle had not been released\n"),
+        }
+        if !run.replans.is_empty() {
+            let renewed = run.replans.iter().filter(|replan| replan.renewed).count();
+            let kept = run.replans.len() - renewed;
+            narrator.say(&format!("plan renewed {renewed} times, kept {kept} times\n"));
         }
         if run.failsafe {
             narrator

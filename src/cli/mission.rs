@@ -10,6 +10,7 @@ use super::terminal::{print, print_err, print_remarks};
 use samara::config::shipped::is_built_in;
 use samara::config::{Mission, load_mission, mission_path, plain_name};
 use samara::params::{Check, Class, Metadata, ParameterFile, check};
+use samara::replan::Cadence;
 use samara::report::params::check_text;
 
 /// The mission of a file or of a name.
@@ -54,6 +55,23 @@ pub fn chosen_mission(name_or_path: &Path, choice: &ChoiceArgs) -> Result<Missio
         mission.use_release_case(case).bad_input()?;
     }
     Ok(mission)
+}
+
+/// Refuses a mission whose plan cannot be renewed at this cadence.
+pub fn check_replan(mission: &Mission, cadence: Cadence) -> Result<(), Failure> {
+    let refused = |why| Failure::input(format!("{}: {why}", mission.file.display()));
+    mission.check_replan(cadence).map_err(refused)
+}
+
+/// Has a mission's plan renewed at this cadence: notes it, and puts in the gains that the mission has for it
+/// where no others were chosen. Refuses a plan that cannot be renewed.
+pub fn use_replan(mission: &mut Mission, cadence: Cadence, choice: &ChoiceArgs) -> Result<(), Failure> {
+    check_replan(mission, cadence)?;
+    mission.note_choice("replan", &cadence.to_string());
+    if choice.gains.is_none() && choice.params.is_none() {
+        mission.use_replan_gains();
+    }
+    Ok(())
 }
 
 /// The mission with the chosen gains and seed, for a drop: refuses one that starts on the ground.

@@ -7,6 +7,7 @@ use super::terminal::{print, print_err};
 use samara::assess::Verdict;
 use samara::config::Mission;
 use samara::link::{HilEvent, StreamerEvent, TimeUs, Timed};
+use samara::replan::ReplanRecord;
 use samara::sim::DropEvent;
 
 /// Where a narrator's words go.
@@ -158,6 +159,7 @@ impl Narrator {
             | StreamerEvent::Tracking
             | StreamerEvent::Released { reported: true, .. }
             | StreamerEvent::Text { severity: 5.., .. }
+            | StreamerEvent::Replanned(ReplanRecord { kept: None, .. })
             | StreamerEvent::Done
                 if self.together => {}
             StreamerEvent::Text { text, .. } if self.together && self.has_reported(text) => {}

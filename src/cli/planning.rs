@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::Context as _;
 
@@ -15,6 +16,7 @@ use samara::frames::normalized;
 use samara::math;
 use samara::model::trim;
 use samara::plan::{Plan, Progress, SolverOptions, Status};
+use samara::replan::{Cadence, ReplanSetup};
 use samara::report::{plan_figure, plan_json, plan_text};
 use samara::trajectory::Trajectory;
 use samara::units::{DEG_PER_RAD, RAD_PER_DEG};
@@ -114,6 +116,8 @@ pub struct Planned {
     pub source: &'static str,
     /// Wall time of the solve [ms], if one was made.
     pub solve_ms: Option<f64>,
+    /// The plan, if one was made.
+    pub plan: Option<Plan>,
 }
 
 impl Planned {
@@ -122,7 +126,7 @@ impl Planned {
         let file = mission.use_trajectory(path).bad_input()?;
         folder.remove_leftovers(&["plan.json", "plan.svg"])?;
         folder.write_text("trajectory.csv", &file.text)?;
-        Ok(Self { trajectory: file.trajectory, source: "file", solve_ms: None })
+        Ok(Self { trajectory: file.trajectory, source: "file", solve_ms: None, plan: None })
     }
 
     /// A plan, written and reported; `None` when none was found (with `json` the plan's object says why).
@@ -136,13 +140,19 @@ impl Planned {
         let TimedPlan { plan, solve_ms } = plan_and_say(mission, verbose, narrator)?;
         write_plan(folder, mission, &plan)?;
         if plan.status == Status::Converged {
-            let (trajectory, solve_ms) = (plan.trajectory, Some(solve_ms));
-            return Ok(Some(Self { trajectory, source: "planned", solve_ms }));
+            let (trajectory, solve_ms) = (plan.trajectory.clone(), Some(solve_ms));
+            return Ok(Some(Self { trajectory, source: "planned", solve_ms, plan: Some(plan) }));
         }
         if json {
             print(&plan_json(mission, &plan, Some(solve_ms)))?;
         }
         Ok(None)
+    }
+
+    /// What renews the plan of a mission at this cadence; `None` where none was made.
+    pub fn renewed(&self, mission: &Mission, cadence: Cadence) -> Option<ReplanSetup> {
+        let (source, settings) = (Arc::new(mission.clone()), mission.replan.settings);
+        self.plan.clone().map(|plan| ReplanSetup { source, plan, cadence, settings })
     }
 
     /// Writes `trajectory.csv`, for a flight with a folder of its own.

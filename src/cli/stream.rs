@@ -1,12 +1,13 @@
 //! `samara stream`: the offboard streamer behind its socket. Yes is a plan that was streamed to its end.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
 
 use super::answer::{Answer, BadInput as _, Failure};
 use super::args::{ChoiceArgs, DEFAULT_MISSION, NetArgs, PlanningArgs};
-use super::mission::{mission_with_a_drop, origin};
+use super::mission::{mission_with_a_drop, origin, use_replan};
 use super::narrator::Narrator;
 use super::pilot::px4::upload::envelope;
 use super::planning::plan_and_say;
@@ -14,8 +15,9 @@ use super::reporter::Reporter;
 use super::system::block_on;
 use samara::link::parties::{self, StreamerChoice};
 use samara::link::shell::run_streamer;
-use samara::link::streamer::{Procedure, StreamerState};
+use samara::link::streamer::{Procedure, SolvedBy, StreamerState};
 use samara::plan::Status;
+use samara::replan::{Cadence, ReplanSetup};
 
 /// `samara stream`.
 #[derive(Args, Debug)]
@@ -35,6 +37,12 @@ pub struct StreamArgs {
     /// How much to show of the planning.
     #[command(flatten)]
     pub planning: PlanningArgs,
+    /// Renew the plan during the drop: at the `release`, or from it on at a rate [Hz].
+    ///
+    /// From the vehicle's telemetry, with the plan's acceleration fed forward. A solve that is not over when
+    /// its plan is to take effect, by the vehicle's clock, is late, and the plan is kept.
+    #[arg(long, value_name = "release|HZ", conflicts_with = "trajectory")]
+    pub replan: Option<Cadence>,
     /// Send the plan's acceleration with its velocity.
     #[arg(long)]
     pub feed_forward: bool,
@@ -44,9 +52,17 @@ pub struct StreamArgs {
 pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
     let mut mission = mission_with_a_drop(&args.mission, &args.choice)?;
     mission.control.feed_forward |= args.feed_forward;
+    if let Some(cadence) = args.replan {
+        use_replan(&mut mission, cadence, &args.choice)?;
+        if parties::froude(&mission).is_some() {
+            let why = "--replan: a vehicle on the site's own clock is expected with it (px4_clock: real)";
+            return Err(Failure::input(why.to_owned()));
+        }
+    }
     let (ports, key) = (args.net.ports()?, args.net.key()?);
     let narrator = Narrator::alone(false);
     narrator.say(&origin(&args.mission, &mission));
+    let mut plan = None;
     let trajectory = match &args.trajectory {
         Some(path) => mission.use_trajectory(path).bad_input()?.trajectory,
         None => {
@@ -54,11 +70,18 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
             if timed.plan.status != Status::Converged {
                 return Ok(Answer::No);
             }
-            timed.plan.trajectory
+            let trajectory = timed.plan.trajectory.clone();
+            plan = Some(timed.plan);
+            trajectory
         }
     };
+    let replan = args.replan.zip(plan).map(|(cadence, plan)| {
+        let (source, settings) = (Arc::new(mission.clone()), mission.replan.settings);
+        (ReplanSetup { source, plan, cadence, settings }, SolvedBy::Host)
+    });
     let choice = StreamerChoice {
         procedure: Some(Procedure { envelope: envelope(&mission, &trajectory), ..Procedure::default() }),
+        replan,
         froude: parties::froude(&mission),
         ..StreamerChoice::default()
     };

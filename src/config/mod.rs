@@ -57,8 +57,8 @@ pub use error::ConfigError;
 pub use gains_file::{GainsFile, gains_json, load_gains};
 pub use mission::{
     CaseError, Control, Effect, Faults, Inputs, Limits, Mission, MissionText, MonteCarlo, PlanInitial,
-    PlanSettings, Px4, Px4Clock, Release, Site, Study, UnfitFault, UnplannedError, load_mission,
-    mission_text, parse_mission,
+    PlanSettings, Px4, Px4Clock, Release, Replan, Site, Study, UnfitFault, UnfitReplan, UnplannedError,
+    load_mission, mission_text, parse_mission,
 };
 pub use names::{gains_path, mission_path, plain_name, vehicle_path};
 pub use params_file::load_parameters;

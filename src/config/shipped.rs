@@ -43,6 +43,7 @@ pub const SHIPPED: &[ShippedFile] = shipped! {
     "params/gains/paper_pso.json"
     "params/gains/safety.json"
     "params/gains/titan.json"
+    "params/gains/titan_replan.json"
     "params/gains/x500.json"
     "params/gains/x500_hover.json"
     "params/px4/titan_px4_froude_tuned.params"

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::streamer::{Clock, Procedure};
+use super::streamer::{Clock, Procedure, SolvedBy};
 use super::{
     AutopilotSession, AutopilotSetup, Froude, HilConfig, HilSession, StreamerConfig, StreamerSession,
     microseconds,
@@ -13,6 +13,7 @@ use crate::autopilot::parameters::Parameters;
 use crate::config::{ConfigError, Mission, Px4Clock, load_parameters};
 use crate::control::{Airframe, ControlError, ControlSettings};
 use crate::params::ParamsError;
+use crate::replan::ReplanSetup;
 use crate::sim::{DropRunConfig, ReleaseTrigger};
 use crate::trajectory::Trajectory;
 
@@ -121,6 +122,8 @@ pub struct StreamerChoice {
     pub procedure: Option<Procedure>,
     /// The scale of the wire.
     pub froude: Option<Froude>,
+    /// Renewals of the plan, and who solves for them; they feed the plan's acceleration forward.
+    pub replan: Option<(ReplanSetup, SolvedBy)>,
 }
 
 /// The offboard streamer of a plan.
@@ -130,14 +133,14 @@ pub fn streamer(
     vehicle_system: u8,
     choice: StreamerChoice,
 ) -> StreamerSession {
-    let StreamerChoice { clock, procedure, froude } = choice;
+    let StreamerChoice { clock, procedure, froude, replan } = choice;
     let mut config = StreamerConfig {
         vehicle_system,
         hang_s: mission.release.hang_s,
         commands_release: mission.release.trigger == ReleaseTrigger::Command,
         delay_s: mission.release.parachute.delay_s,
         target_v_ned: mission.target_v_ned,
-        feed_forward: mission.control.feed_forward,
+        feed_forward: mission.control.feed_forward || replan.is_some(),
         froude,
         clock,
         procedure,
@@ -150,5 +153,9 @@ pub fn streamer(
         }
         config.attempts = (f64::from(config.attempts) * froude.k()).ceil() as u32;
     }
-    StreamerSession::new(config, trajectory)
+    let session = StreamerSession::new(config, trajectory);
+    match replan {
+        Some((setup, by)) => session.renewing(setup, by),
+        None => session,
+    }
 }

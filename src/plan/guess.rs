@@ -4,7 +4,7 @@ use std::any::Any;
 
 use nalgebra::SVector;
 
-use super::dynamics::BODY_STATES;
+use super::dynamics::{BODY_STATES, Dynamics as _};
 use super::extended::PlannedVehicle;
 use super::problem::{Nodes, Problem};
 use super::slacks::PathDuals;
@@ -25,6 +25,14 @@ pub enum Guess<'a> {
         iterate: &'a AnyIterate,
         /// Number of nodes by which time has moved on since.
         shift: usize,
+    },
+    /// The rest of an earlier plan, on nodes that lie closer, up to the same end: primal and dual variables
+    /// are taken between the old nodes ([`Plan::rest`](super::vehicle::Plan::rest)).
+    Rest {
+        /// The solver's variables of the earlier plan.
+        iterate: &'a AnyIterate,
+        /// Share of the earlier plan's horizon that has passed, from 0 to below 1.
+        passed: f64,
     },
 }
 
@@ -69,7 +77,73 @@ pub(super) fn start_from<D: PlannedVehicle<NX, NU>, const NX: usize, const NU: u
             }
             _ => straight(),
         },
+        Guess::Rest { iterate, passed } => match iterate.downcast_ref::<Iterate<NX, NU>>() {
+            Some(iterate) if iterate.nodes.fits(nlp.intervals) && (0.0..1.0).contains(passed) => {
+                let mut rest = rest_of(iterate, *passed);
+                let body = rest_of_states(nlp, iterate, *passed);
+                let kept = first_of(&nlp.x_initial, &rest.nodes.x[0], &nlp.x_initial_free);
+                rest.nodes.x = D::states(body, &kept, nlp.dt_s);
+                StartFrom::Warm(rest)
+            }
+            _ => straight(),
+        },
     }
+}
+
+/// A place between items of a list: the index of the item before it, and the share of the way to the next.
+fn between(at: f64, last: usize) -> (usize, f64) {
+    let at = at.clamp(0.0, last as f64);
+    let i = (at as usize).min(last.saturating_sub(1));
+    (i, at - i as f64)
+}
+
+/// States of the body on the nodes of the rest of a plan, on the cubics (36) through its own nodes.
+fn rest_of_states<D: PlannedVehicle<NX, NU>, const NX: usize, const NU: usize>(
+    nlp: &Problem<D, NX, NU>,
+    iterate: &Iterate<NX, NU>,
+    passed: f64,
+) -> Vec<SVector<f64, BODY_STATES>> {
+    let (n, nodes) = (nlp.intervals, &iterate.nodes);
+    let h = nlp.dt_s / (1.0 - passed);
+    let body: Vec<_> = nodes.x.iter().map(D::body_state).collect();
+    let slope: Vec<_> = body.iter().zip(&nodes.u).map(|(x, u)| nlp.dynamics.body().value(x, u) * h).collect();
+    (0..=n)
+        .map(|k| {
+            let (i, s) = between(passed * n as f64 + (1.0 - passed) * k as f64, n);
+            let (far, near) = (s * s * (3.0 - 2.0 * s), s * (1.0 - s));
+            body[i] + (body[i + 1] - body[i]) * far + (slope[i] * (1.0 - s) - slope[i + 1] * s) * near
+        })
+        .collect()
+}
+
+/// The inputs and the multipliers of an iterate on the nodes of its rest; the states are left as they are.
+/// Multipliers of what holds at a node go with the time between nodes, which the cost at a node does; those
+/// of the defects, the costate, and of the moves do not.
+fn rest_of<const NX: usize, const NU: usize>(iterate: &Iterate<NX, NU>, passed: f64) -> Iterate<NX, NU> {
+    let (n, left) = (iterate.lambda.len(), 1.0 - passed);
+    let (old, mut rest) = (iterate, iterate.clone());
+    let mix = |a: f64, b: f64, s: f64| a + s * (b - a);
+    for k in 0..=n {
+        let (i, s) = between(passed * n as f64 + left * k as f64, n);
+        rest.nodes.u[k] = old.nodes.u[i].zip_map(&old.nodes.u[i + 1], |a, b| mix(a, b, s));
+        let (from, to) = (&old.z_u[i], &old.z_u[i + 1]);
+        rest.z_u[k].lo = from.lo.zip_map(&to.lo, |a, b| left * mix(a, b, s));
+        rest.z_u[k].hi = from.hi.zip_map(&to.hi, |a, b| left * mix(a, b, s));
+        if k < n {
+            // What holds at the end alone is not mixed in.
+            let near = if i + 1 == n || s < 0.5 { i } else { i + 1 };
+            rest.z_x[k].lo = old.z_x[near].lo * left;
+            rest.z_x[k].hi = old.z_x[near].hi * left;
+            let (i, s) = between(passed * n as f64 + left * (k as f64 + 0.5) - 0.5, n - 1);
+            rest.lambda[k] = old.lambda[i].zip_map(&old.lambda[i + 1], |a, b| mix(a, b, s));
+            let (from, to) = (&old.z_w[i], &old.z_w[i + 1]);
+            rest.z_w[k].lo = from.lo.zip_map(&to.lo, |a, b| mix(a, b, s));
+            rest.z_w[k].hi = from.hi.zip_map(&to.hi, |a, b| mix(a, b, s));
+        }
+    }
+    // Those of the constraints on the path are found anew.
+    rest.path = PathDuals::default();
+    rest
 }
 
 /// The given state, with the components that are free as they were.

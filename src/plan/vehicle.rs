@@ -116,6 +116,12 @@ impl Plan {
     pub fn moved_on(&self, shift: usize) -> Guess<'_> {
         Guess::Warm { iterate: &*self.iterate, shift }
     }
+
+    /// A warm start from this plan for the rest of it, up to the same end, once the share `passed` of its
+    /// horizon (from 0 to below 1) has gone by.
+    pub fn rest(&self, passed: f64) -> Guess<'_> {
+        Guess::Rest { iterate: &*self.iterate, passed }
+    }
 }
 
 /// Plans the manoeuvre. `observer` is called after each iteration with its progress, and may stop the solve.

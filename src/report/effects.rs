@@ -15,7 +15,9 @@ use super::study::grid::Grid;
 use crate::assess::{Summary, Verdict};
 use crate::config::{Effect, Mission};
 use crate::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
-use crate::control::{Airframe, Cascade, ControlError, ControlOutput, Controller, Measurement, Setpoint};
+use crate::control::{
+    Airframe, Cascade, ControlError, ControlOutput, Controller, Gains, Measurement, Setpoint,
+};
 use crate::frames::yaw;
 use crate::sim::{self, FlightPlan, Reference};
 use crate::trajectory::Trajectory;
@@ -83,7 +85,7 @@ pub struct EffectDrop {
 }
 
 impl EffectDrop {
-    fn of(verdict: Option<Verdict>) -> Self {
+    pub(super) fn of(verdict: Option<Verdict>) -> Self {
         let Some(verdict) = verdict else {
             // Never released: a fault of the parachute.
             let (j_tpf, nan) = (f64::INFINITY, f64::NAN);
@@ -112,9 +114,18 @@ impl EffectDrop {
 /// The cascade as the autopilot has it for setpoints without a heading: it keeps the one at which velocity
 /// control began.
 #[derive(Clone, Debug)]
-struct KeepsHeading {
+pub(super) struct KeepsHeading {
     cascade: Cascade,
     heading_rad: Option<f64>,
+}
+
+impl KeepsHeading {
+    /// The cascade of a mission with these gains.
+    pub(super) fn of(mission: &Mission, gains: &Gains) -> Result<Self, ControlError> {
+        let airframe = Airframe::new(&mission.vehicle, &mission.site.environment)?;
+        let cascade = Cascade::new(airframe, *gains, mission.control.limits);
+        Ok(Self { cascade, heading_rad: None })
+    }
 }
 
 impl Controller for KeepsHeading {
@@ -146,9 +157,7 @@ impl<'a> EffectFlights<'a> {
     /// # Errors
     /// [`ControlError`] for a vehicle that cannot be controlled.
     pub fn new(mission: &Mission, kept: &[Effect], plan: &'a Trajectory) -> Result<Self, ControlError> {
-        let airframe = Airframe::new(&mission.vehicle, &mission.site.environment)?;
-        let cascade = Cascade::new(airframe, mission.control.gains, mission.control.limits);
-        let controller = KeepsHeading { cascade, heading_rad: None };
+        let controller = KeepsHeading::of(mission, &mission.control.gains)?;
         Ok(Self { mission: mission.with_effects(kept), plan, controller })
     }
 
@@ -194,9 +203,9 @@ pub struct EffectReport<'a> {
 }
 
 /// A measure of a drop: key in files, words for people, decimals, value where it has one.
-type Measure = (&'static str, &'static str, usize, fn(&EffectDrop) -> Option<f64>);
+pub(super) type Measure = (&'static str, &'static str, usize, fn(&EffectDrop) -> Option<f64>);
 
-const MEASURES: [Measure; 4] = [
+pub(super) const MEASURES: [Measure; 4] = [
     ("j_tpf", "J_TPF", 4, |d| Some(d.j_tpf).filter(|x| x.is_finite())),
     ("steady_after_s", "steady [s]", 2, |d| d.steady_after_s),
     ("altitude_lost_m", "altitude [m]", 2, |d| Some(d.altitude_lost_m).filter(|x| x.is_finite())),
@@ -205,33 +214,51 @@ const MEASURES: [Measure; 4] = [
 
 impl EffectCampaign {
     fn failed(&self) -> usize {
-        self.drops.iter().filter(|drop| !drop.safe).count()
+        failed(&self.drops)
     }
 
-    fn summary(&self, (.., of): &Measure) -> Summary {
-        let mut summary = Summary::default();
-        self.drops.iter().filter_map(of).for_each(|x| summary.push(x));
-        summary
+    fn summary(&self, measure: &Measure) -> Summary {
+        summary(&self.drops, measure)
     }
 
-    /// The least value that 99 % of the trials which have one do not exceed; NaN where none has.
-    fn p99(&self, (.., of): &Measure) -> f64 {
-        let mut values: Vec<f64> = self.drops.iter().filter_map(of).collect();
-        values.sort_by(f64::total_cmp);
-        let place = (values.len() * 99).div_ceil(100);
-        place.checked_sub(1).and_then(|i| values.get(i)).copied().unwrap_or(f64::NAN)
+    fn p99(&self, measure: &Measure) -> f64 {
+        p99(&self.drops, measure)
     }
 
-    /// Differences from another campaign, of the trials that have the measure in both.
-    fn change_from(&self, other: &Self, (.., of): &Measure) -> Summary {
-        let mut summary = Summary::default();
-        let pairs = self.drops.iter().zip(&other.drops);
-        pairs.filter_map(|(a, b)| Some(of(a)? - of(b)?)).for_each(|x| summary.push(x));
-        summary
+    fn change_from(&self, other: &Self, measure: &Measure) -> Summary {
+        change(&self.drops, &other.drops, measure)
     }
 }
 
-fn number(x: f64, decimals: usize) -> String {
+/// How many were not safe.
+pub(super) fn failed(drops: &[EffectDrop]) -> usize {
+    drops.iter().filter(|drop| !drop.safe).count()
+}
+
+/// A measure of those that have it.
+pub(super) fn summary(drops: &[EffectDrop], (.., of): &Measure) -> Summary {
+    let mut summary = Summary::default();
+    drops.iter().filter_map(of).for_each(|x| summary.push(x));
+    summary
+}
+
+/// The least value that 99 % of the trials which have one do not exceed; NaN where none has.
+pub(super) fn p99(drops: &[EffectDrop], (.., of): &Measure) -> f64 {
+    let mut values: Vec<f64> = drops.iter().filter_map(of).collect();
+    values.sort_by(f64::total_cmp);
+    let place = (values.len() * 99).div_ceil(100);
+    place.checked_sub(1).and_then(|i| values.get(i)).copied().unwrap_or(f64::NAN)
+}
+
+/// Differences of a campaign from another one, of the trials that have the measure in both.
+pub(super) fn change(drops: &[EffectDrop], from: &[EffectDrop], (.., of): &Measure) -> Summary {
+    let mut summary = Summary::default();
+    let pairs = drops.iter().zip(from);
+    pairs.filter_map(|(a, b)| Some(of(a)? - of(b)?)).for_each(|x| summary.push(x));
+    summary
+}
+
+pub(super) fn number(x: f64, decimals: usize) -> String {
     if x.is_finite() { format!("{x:.decimals$}") } else { "-".to_owned() }
 }
 

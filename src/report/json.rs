@@ -11,6 +11,7 @@ use serde::Serialize;
 use crate::assess::{PowerUse, SafetyLimits, Verdict, plan_j_tpf};
 use crate::config::Mission;
 use crate::plan::{Plan, Status};
+use crate::replan::ReplanRecord;
 use crate::units::DEG_PER_RAD;
 
 pub(super) const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -111,6 +112,33 @@ pub struct FlownStart {
     pub running: bool,
 }
 
+/// An attempt to renew the plan of a drop. Times are since the rotors were freed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FlownReplan {
+    /// When the state was measured that the plan was to be made of [s].
+    pub seen_s: f64,
+    /// When the plan took effect, or was to [s].
+    pub takes_effect_s: f64,
+    /// Whether it did.
+    pub renewed: bool,
+    /// Why the plan was kept, where it was.
+    pub reason: Option<String>,
+    /// Iterations of the solve.
+    pub iterations: usize,
+}
+
+impl From<&ReplanRecord> for FlownReplan {
+    fn from(record: &ReplanRecord) -> Self {
+        Self {
+            seen_s: record.seen_s,
+            takes_effect_s: record.takes_effect_s,
+            renewed: record.kept.is_none(),
+            reason: record.kept.as_ref().map(ToString::to_string),
+            iterations: record.iterations,
+        }
+    }
+}
+
 /// What a drop's object holds besides the verdict.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DropRun {
@@ -142,6 +170,8 @@ pub struct DropRun {
     pub faults: Vec<FlownFault>,
     /// How its rotors were started, where that is modelled.
     pub rotor_starts: Vec<FlownStart>,
+    /// Attempts to renew the plan, in order of time.
+    pub replans: Vec<FlownReplan>,
 }
 
 impl DropRun {
@@ -211,6 +241,7 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         #[serde(flatten)] faults: (!run.faults.is_empty()).then(|| object! { faults: &run.faults }),
         #[serde(flatten)] starts: (!run.rotor_starts.is_empty())
             .then(|| object! { rotor_starts: &run.rotor_starts }),
+        #[serde(flatten)] replans: (!run.replans.is_empty()).then(|| object! { replans: &run.replans }),
     })
 }
 

@@ -25,6 +25,7 @@
 //! | [`campaign`] | campaigns of a mission's own gains: tables, page, footprint |
 //! | [`drops`] | campaigns of whole drops: lines and tables |
 //! | [`envelope`] | the safe-release envelope: tables, edges |
+//! | [`replan`] | drops along one plan and along plans that are renewed: the flights, their table |
 //! | [`study`] | the safety study: tables, trials, page |
 //!
 //! Everything here is text made from its arguments: the same arguments give the same bytes. Wall-clock times
@@ -50,6 +51,7 @@ pub mod params;
 pub mod plan_grid;
 mod plan_motion;
 pub mod px4_gains;
+pub mod replan;
 pub mod replay;
 mod shown_drop;
 pub mod study;
@@ -63,7 +65,8 @@ pub use figure::{FigureError, bode_figure, convergence_figure, drop_figure, plan
 pub use flight_arrays::flight_arrays;
 pub use flight_csv::FlightCsv;
 pub use json::{
-    DropEvent, DropRun, FlownBy, FlownFault, FlownTrajectory, drop_json, manifest_json, plan_json,
+    DropEvent, DropRun, FlownBy, FlownFault, FlownReplan, FlownTrajectory, drop_json, manifest_json,
+    plan_json,
 };
 pub use judged_drop::{FlownDrop, judge_drop};
 pub use mcap::{Attachment, drop_mcap};

@@ -116,26 +116,40 @@ pub fn fly(
     plan: &FlightPlan<'_>,
     observe: &mut impl FnMut(&Sample) -> ControlFlow<()>,
 ) -> ControlFlow<()> {
+    fly_by(sim, controller, plan, &mut |sim| plan.velocity_now(sim), observe)
+}
+
+/// Flies as [`fly`] does, by the velocity [m/s] and fed-forward acceleration [m/s^2], NED, that `setpoint`
+/// gives at each control step and at the end, in place of the plan's reference; `None`: level, without
+/// thrust.
+pub fn fly_by(
+    sim: &mut DropSimulation,
+    controller: &mut dyn Controller,
+    plan: &FlightPlan<'_>,
+    setpoint: &mut impl FnMut(&DropSimulation) -> Option<(Vector3<f64>, Vector3<f64>)>,
+    observe: &mut impl FnMut(&Sample) -> ControlFlow<()>,
+) -> ControlFlow<()> {
     let dt_s = plan.control_period_s;
     let mut throttle = [0.0; MAX_ROTORS];
     controller.reset();
     for _ in 0..plan.steps() {
-        let velocity = plan.velocity_now(sim);
-        let setpoint = velocity.map_or(Setpoint::MOTORS_OFF, |(v_ned, a_ff_ned)| Setpoint::Velocity {
+        let velocity = setpoint(sim);
+        let asked = velocity.map_or(Setpoint::MOTORS_OFF, |(v_ned, a_ff_ned)| Setpoint::Velocity {
             v_ned,
             a_ff_ned,
             yaw_rad: plan.yaw_sp_rad,
         });
-        throttle = controller.step(&Measurement::from(&sim.state().body), &setpoint, dt_s).throttle;
+        throttle = controller.step(&Measurement::from(&sim.state().body), &asked, dt_s).throttle;
         let row = sim.row_start();
         let loads = sim.step(&throttle, dt_s);
         observe(&row.sample(loads, &throttle, velocity.map(|(v_ned, _)| v_ned)))?;
     }
-    observe(&sim.sample(&throttle, plan.velocity_now(sim).map(|(v_ned, _)| v_ned)))
+    observe(&sim.sample(&throttle, setpoint(sim).map(|(v_ned, _)| v_ned)))
 }
 
-/// Time of the setpoint in force at `t_s`.
-fn setpoint_time(t_s: f64, period_s: Option<f64>) -> f64 {
+/// Time of the setpoint in force at `t_s` [s], where setpoints come with this period [s]; `None`: all the
+/// time.
+pub fn setpoint_time(t_s: f64, period_s: Option<f64>) -> f64 {
     match period_s {
         Some(period) if period > 0.0 => (t_s / period + 1e-6).floor() * period,
         _ => t_s,

@@ -58,7 +58,7 @@ pub use drop::{DropSimulation, Phase, ReleaseTrigger, Start};
 pub use drop_run::{DropEvent, DropRun, DropRunConfig, FlightRecord, ReleaseCause};
 pub use electric_battery::ElectricBattery;
 pub use faults::{Fault, FaultKind, FaultOrder};
-pub use flight::{FlightPlan, Reference, fly};
+pub use flight::{FlightPlan, Reference, fly, fly_by};
 pub use ground::Ground;
 pub use integrator::PlantState;
 pub use limits::{SafetyLimits, StateCost};

@@ -725,6 +725,39 @@ const EDITS: &[Edit] = &[
         "plan.avoid_vortex_ring: ",
         &["expected only for a vehicle with known blades"],
     ),
+    // Renewed plans.
+    (
+        MISSION,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"replan\": { \"latency\": 0.02 },",
+        0,
+        "replan.latency: ",
+        &["did you mean `latency_s`?"],
+    ),
+    (
+        MISSION,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"replan\": { \"latency_s\": 0 },",
+        0,
+        "replan.latency_s: ",
+        &["a time greater than 0"],
+    ),
+    (
+        MISSION,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"replan\": { \"iterations\": 0 },",
+        0,
+        "replan.iterations: ",
+        &["a whole number from 1 to 1000"],
+    ),
+    (
+        MISSION,
+        "\"seed\": 1,",
+        "\"seed\": 1, \"replan\": { \"until_s\": -1 },",
+        0,
+        "replan.until_s: ",
+        &["a time greater than 0"],
+    ),
     // The design.
     (
         MISSION,

@@ -1,15 +1,18 @@
 //! A whole drop by the reference autopilot, over MAVLink in memory, judged.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use samara::assess::Verdict;
 use samara::config::{Mission, TrajectoryFile};
 use samara::link::parties::{StreamerChoice, autopilot, simulator, streamer};
+use samara::link::streamer::SolvedBy;
 use samara::link::{AutopilotSession, Lockstep};
+use samara::replan::{Cadence, ReplanSetup};
 use samara::report::{
-    DropRun, FlownBy, FlownDrop, FlownTrajectory, ShownDrop, drop_figure, drop_json, drop_page,
+    DropRun, FlownBy, FlownDrop, FlownReplan, FlownTrajectory, ShownDrop, drop_figure, drop_json, drop_page,
     flight_arrays, judge_drop,
 };
 use samara::sim::Sample;
@@ -94,20 +97,22 @@ impl Dropped {
 
 /// Plans, drops, flies and judges.
 #[pyfunction]
-#[pyo3(signature = (given, *, trajectory=None, on_estimator=false))]
+#[pyo3(signature = (given, *, trajectory=None, on_estimator=false, replan=None))]
 pub fn drop(
     py: Python<'_>,
     given: Given,
     trajectory: Option<PathBuf>,
     on_estimator: bool,
+    replan: Option<String>,
 ) -> PyResult<Dropped> {
-    work(py, move |stop| fly(&given, trajectory, on_estimator, stop))
+    work(py, move |stop| fly(&given, trajectory, on_estimator, replan, stop))
 }
 
 fn fly(
     given: &Given,
     trajectory: Option<PathBuf>,
     on_estimator: bool,
+    replan: Option<String>,
     stop: &Stop,
 ) -> Result<Dropped, Fault> {
     let mut mission = given.mission()?;
@@ -118,6 +123,16 @@ fn fly(
     if on_estimator {
         mission.note_choice("estimator", "ekf");
     }
+    let cadence = replan.map(|text| text.parse::<Cadence>()).transpose();
+    let cadence = cadence.map_err(|why| Fault::in_words(format!("replan: {why}")))?;
+    if let Some(cadence) = cadence {
+        mission.check_replan(cadence).or_given()?;
+        mission.note_choice("replan", &cadence.to_string());
+        if !given.has_gains() {
+            mission.use_replan_gains();
+        }
+    }
+    let mut replan = None;
     let (trajectory, flown) = match trajectory {
         Some(path) => {
             let file = mission.use_trajectory(&path).or_given()?;
@@ -125,14 +140,21 @@ fn fly(
             (file, flown)
         }
         None => {
-            let plan = converged(&mission, stop)?.trajectory;
+            let plan = converged(&mission, stop)?;
+            replan = cadence.map(|cadence| {
+                let (source, settings) = (Arc::new(mission.clone()), mission.replan.settings);
+                (ReplanSetup { source, plan: plan.clone(), cadence, settings }, SolvedBy::Session)
+            });
+            let plan = plan.trajectory;
             let flown = FlownTrajectory::planned(&plan, &mission);
             (TrajectoryFile::written(plan, &mission.stamp()), flown)
         }
     };
     let (autopilot, _) =
         autopilot(&mission, given.params().map(PathBuf::as_path), on_estimator, SYSTEM_ID).or_given()?;
-    let wire = in_memory(&mission, autopilot, &trajectory.trajectory, stop)?;
+    let choice = StreamerChoice { replan, ..StreamerChoice::default() };
+    let wire = in_memory(&mission, autopilot, (&trajectory.trajectory, choice), stop)?;
+    let replans = wire.streamer.replans().iter().map(FlownReplan::from).collect();
     let by = FlownBy { name: if on_estimator { "reference_ekf" } else { "reference" }, version: None };
     let record = wire.simulator.run().record().clone();
     let log = wire.simulator.into_run().into_log();
@@ -144,7 +166,7 @@ fn fly(
         trouble: None,
     };
     let (verdict, run) = judge_drop(&mission, &over);
-    let run = DropRun { trajectory: Some(flown), ..run };
+    let run = DropRun { trajectory: Some(flown), replans, ..run };
     Ok(Dropped { mission, trajectory, log, verdict, run })
 }
 
@@ -152,10 +174,10 @@ fn fly(
 fn in_memory(
     mission: &Mission,
     autopilot: AutopilotSession,
-    trajectory: &Trajectory,
+    (trajectory, choice): (&Trajectory, StreamerChoice),
     stop: &Stop,
 ) -> Result<Lockstep<AutopilotSession>, Fault> {
-    let streamer = streamer(mission, trajectory.clone(), SYSTEM_ID, StreamerChoice::default());
+    let streamer = streamer(mission, trajectory.clone(), SYSTEM_ID, choice);
     let mut wire = Lockstep::new(simulator(mission, SYSTEM_ID, None, None), autopilot, streamer);
     let step = |wire: &mut Lockstep<AutopilotSession>| wire.step(&mut |_, _, _| {});
     while step(&mut wire).map_err(|error| Fault::Internal(error.to_string()))? && !stop.raised() {

@@ -8,6 +8,7 @@ use crate::cli::args::{
 };
 use crate::cli::pilot::PilotOption;
 use samara::assess::envelope::EnvelopeAxis;
+use samara::replan::Cadence;
 
 /// The pairs of `--envelope`, in order, none twice.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,6 +33,21 @@ fn pairs(text: &str) -> Result<Pairs, String> {
         }
     }
     Ok(Pairs(pairs))
+}
+
+/// The cadences of `--replan`, in order, none twice.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cadences(pub Vec<Cadence>);
+
+fn cadences(text: &str) -> Result<Cadences, String> {
+    let mut cadences = Vec::new();
+    for cadence in text.split(',') {
+        let cadence = cadence.trim().parse()?;
+        if !cadences.contains(&cadence) {
+            cadences.push(cadence);
+        }
+    }
+    Ok(Cadences(cadences))
 }
 
 fn rays(text: &str) -> Result<usize, String> {
@@ -79,9 +95,24 @@ pub struct AssessArgs {
     /// Directions of each pair of --envelope, a multiple of 4.
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = rays, requires = "envelope")]
     pub rays: usize,
+    /// Show what it does to renew the plan during the drop.
+    ///
+    /// When: `release`, once; or a rate [Hz], from the release on; several with commas between. Whole drops
+    /// without a wire, beside those along one plan.
+    #[arg(
+        long,
+        value_name = "WHEN",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "release,1",
+        value_parser = cadences,
+        conflicts_with_all = ["paper", "autopilot", "effects", "envelope", "only", "resume", "bound"]
+    )]
+    pub replan: Option<Cadences>,
     /// Trials of each campaign.
     ///
-    /// Instead of the mission's `monte_carlo.trials`; with --effects, 1000 unless it is given.
+    /// Instead of the mission's `monte_carlo.trials`; with --effects 1000, with --replan 300 unless it is
+    /// given.
     #[arg(long, value_name = "N", value_parser = whole::<u64>(2..=1_000_000_000))]
     pub trials: Option<u64>,
     /// J_TPF that a safe trial stays below.

@@ -69,7 +69,8 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
         }
         return Ok(Answer::No);
     }
-    let planned = Planned { trajectory: timed.plan.trajectory, source: "planned", solve_ms: None };
+    let trajectory = timed.plan.trajectory.clone();
+    let planned = Planned { trajectory, source: "planned", solve_ms: None, plan: Some(timed.plan) };
     pilot.check(&mission, &planned.trajectory, args.instance)?;
     let campaign = Campaign { args, pilot, mission, planned, folder: folder.path() };
     match args.only {
@@ -317,6 +318,7 @@ impl Campaign<'_> {
         self.pilot.fly(&Flight {
             mission,
             trajectory: &self.planned.trajectory,
+            replan: None,
             folder,
             narrator,
             instance,

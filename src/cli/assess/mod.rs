@@ -13,6 +13,7 @@
 //! | `only` | one trial again |
 //! | `effects` | `--effects`: campaigns of drops with and without each effect |
 //! | `envelope` | `--envelope`: how far from the nominal release a drop may begin and be safe |
+//! | `replan` | `--replan`: drops along one plan and along renewed ones |
 //! | `drops` | `--autopilot`: a campaign of whole drops |
 
 mod args;
@@ -25,12 +26,13 @@ mod figures;
 mod only;
 mod own;
 mod paper;
+mod replan;
 mod study;
 
 use super::answer::{Answer, Failure};
 use super::system::interrupt_flag;
 pub use args::AssessArgs;
-use args::Pairs;
+use args::{Cadences, Pairs};
 
 /// The paper's study.
 const PAPER: &str = "titan_paper";
@@ -53,6 +55,7 @@ pub fn run(mut args: AssessArgs) -> Result<Answer, Failure> {
         }
         None if args.effects => effects::run(args, &stop),
         None if let Some(Pairs(pairs)) = &args.envelope => envelope::run(args, pairs, &stop),
+        None if let Some(Cadences(cadences)) = &args.replan => replan::run(args, cadences, &stop),
         None => study::run(args, &stop),
     }
 }

@@ -11,6 +11,7 @@ use crate::cli::args::{
 use crate::cli::pilot::px4::{Cpu, Patience};
 use crate::cli::pilot::{PilotOption, PilotRequest, Px4Settings};
 use samara::link::shell::Speed;
+use samara::replan::Cadence;
 
 /// `samara drop`.
 #[derive(Args, Debug)]
@@ -45,6 +46,12 @@ pub struct DropArgs {
     /// Fly this trajectory instead of planning one.
     #[arg(long, value_name = "FILE", help_heading = CHOICES)]
     pub trajectory: Option<PathBuf>,
+    /// Renew the plan during the drop: at the `release`, or from it on at a rate [Hz].
+    ///
+    /// From the vehicle's telemetry, with the plan's acceleration fed forward; by the gains that the mission
+    /// has for it (`replan.gains`), unless others are chosen.
+    #[arg(long, value_name = "release|HZ", conflicts_with = "trajectory", help_heading = CHOICES)]
+    pub replan: Option<Cadence>,
     /// Fly each release case of the mission, into a folder of its own.
     ///
     /// Table 3 of the paper. Beside PX4 the reference autopilot flies them too.
@@ -99,6 +106,7 @@ impl DropArgs {
                 (PilotOption::Cpu, self.cpu != Cpu::Apart),
                 (PilotOption::Patience, self.patience.asked()),
                 (PilotOption::Px4sOwnGains, self.choice.px4s_own_gains()),
+                (PilotOption::Replan, self.replan.is_some()),
             ]),
         }
     }

@@ -13,7 +13,7 @@ mod cases;
 
 use super::answer::{Answer, Failure};
 use super::conclusion::{Conclusion, FLIGHT_FILES};
-use super::mission::origin;
+use super::mission::{origin, use_replan};
 use super::narrator::Narrator;
 use super::pilot::{Flight, pilot_and_mission};
 use super::planning::Planned;
@@ -25,6 +25,9 @@ use samara::link::shell::Speed;
 /// Plans, flies and judges a drop, or each release case.
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     let (pilot, mut mission) = pilot_and_mission(&args.pilot())?;
+    if let Some(cadence) = args.replan {
+        use_replan(&mut mission, cadence, &args.choice)?;
+    }
     if args.speed == Speed::Max && (!args.link.links.is_empty() || args.net.sign_key.is_some()) {
         let text =
             "--link and --sign-key: --speed FACTOR is expected with them; at `max` no socket is opened";
@@ -53,9 +56,11 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
         return Ok(Answer::No);
     };
     pilot.check(&mission, &planned.trajectory, args.net.instance)?;
+    let replan = args.replan.and_then(|cadence| planned.renewed(&mission, cadence));
     let flight = Flight {
         mission: &mission,
         trajectory: &planned.trajectory,
+        replan: replan.as_ref(),
         folder: &folder,
         narrator: &narrator,
         instance: args.net.instance,

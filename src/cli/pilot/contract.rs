@@ -7,6 +7,7 @@ use crate::cli::narrator::Narrator;
 use crate::cli::results::OutputFolder;
 use samara::config::Mission;
 use samara::link::shell::{Speed, Wiring};
+use samara::replan::{ReplanRecord, ReplanSetup};
 use samara::report::FlownBy;
 use samara::sim::{FlightRecord, Sample};
 use samara::trajectory::Trajectory;
@@ -42,6 +43,8 @@ pub trait Pilot: Sync {
 pub struct Flight<'a> {
     pub mission: &'a Mission,
     pub trajectory: &'a Trajectory,
+    /// Renewals of the plan, where they are asked for.
+    pub replan: Option<&'a ReplanSetup>,
     /// Where the files that grow during the flight go.
     pub folder: &'a OutputFolder,
     pub narrator: &'a Narrator,
@@ -67,6 +70,8 @@ pub struct Flown {
     pub by: Option<FlownBy>,
     /// Why the autopilot did not fly to the end, if it left or refused.
     pub trouble: Option<String>,
+    /// Attempts to renew the plan.
+    pub replans: Vec<ReplanRecord>,
 }
 
 /// An option that not every pilot has.
@@ -82,6 +87,7 @@ pub enum PilotOption {
     /// `--patience`, where it is not the default.
     Patience,
     Px4sOwnGains,
+    Replan,
 }
 
 impl PilotOption {
@@ -94,6 +100,9 @@ impl PilotOption {
             Self::Speed => ("--speed", "the model flies without a wire, as fast as it goes"),
             Self::Cpu => ("--cpu", "no other runs in a process beside the simulator"),
             Self::Patience => ("--patience", "no other is waited for"),
+            Self::Replan => {
+                ("--replan", "plans are renewed by the telemetry of samara's own autopilot so far")
+            }
             Self::Px4sOwnGains => ("--gains px4_default", "they are PX4's own"),
         }
     }

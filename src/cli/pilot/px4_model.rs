@@ -71,6 +71,7 @@ impl Pilot for Px4Model {
             ControlFlow::Continue(())
         });
         Ok(Flown {
+            replans: Vec::new(),
             log,
             record: FlightRecord::of_motors(&flight),
             real_time_factor: Some(1e3 * mission.duration_s / watch.ms()),

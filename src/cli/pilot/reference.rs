@@ -14,13 +14,19 @@ use crate::cli::terminal::print_remarks;
 use samara::config::Mission;
 use samara::link::parties::{self, StreamerChoice};
 use samara::link::shell::{Notice, Observer, Ports, Speed, run_watched_drop, system_of_instance};
+use samara::link::streamer::SolvedBy;
 use samara::link::{AutopilotSession, Link, Lockstep};
 use samara::report::FlownBy;
 use samara::trajectory::Trajectory;
 
 /// The options of a drop that the reference autopilot has.
-pub const OPTIONS: &[PilotOption] =
-    &[PilotOption::Estimator, PilotOption::Link, PilotOption::SignKey, PilotOption::Speed];
+pub const OPTIONS: &[PilotOption] = &[
+    PilotOption::Estimator,
+    PilotOption::Link,
+    PilotOption::SignKey,
+    PilotOption::Speed,
+    PilotOption::Replan,
+];
 
 /// samara's own autopilot.
 #[derive(Default)]
@@ -78,10 +84,13 @@ impl Pilot for Reference {
         let (autopilot, _) =
             parties::autopilot(mission, self.parameters.as_deref(), self.on_estimator(), system)
                 .bad_input()?;
+        // Simulated time stands still while the session solves.
+        let replan = flight.replan.map(|setup| (setup.clone(), SolvedBy::Session));
+        let choice = StreamerChoice { replan, ..StreamerChoice::default() };
         let mut wire = Lockstep::new(
             parties::simulator(mission, system, None, None),
             autopilot,
-            parties::streamer(mission, flight.trajectory.clone(), system, StreamerChoice::default()),
+            parties::streamer(mission, flight.trajectory.clone(), system, choice),
         );
         let mut reporter = Reporter::new(narrator, mission)
             .recording(folder, &[Link::Simulator, Link::GroundStation, Link::Api])
@@ -124,6 +133,7 @@ impl Pilot for Reference {
             by: Some(FlownBy { name: self.name(), version: None }),
             // Of a single flight, verdict and events report all that there is.
             trouble: flight.stop.and(wire.streamer.failure()).map(str::to_owned),
+            replans: wire.streamer.replans().to_vec(),
             log: wire.simulator.into_run().into_log(),
         })
     }

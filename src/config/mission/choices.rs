@@ -95,6 +95,13 @@ impl Mission {
         }
     }
 
+    /// Puts the gains for renewed plans in (`replan.gains`), where the mission has some.
+    pub fn use_replan_gains(&mut self) {
+        if let Some(file) = self.replan.gains.clone() {
+            (self.control.gains, self.control.gains_name) = (file.gains, file.name);
+        }
+    }
+
     /// Reads a trajectory for the mission's vehicle, to be flown instead of a plan. The input hash follows.
     ///
     /// # Errors

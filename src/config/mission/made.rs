@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use nalgebra::Vector3;
 
-use super::{Mission, PlanInitial, Px4Clock, Release, contradictions, load_mission};
+use super::{Mission, PlanInitial, Px4Clock, Release, UnfitReplan, contradictions, load_mission};
 use crate::assess::{RandomDrop, ReleaseDistribution, SafetyStudy};
 use crate::config::error::ConfigError;
 use crate::config::shipped::{MISSIONS, built_in};
@@ -14,7 +14,8 @@ use crate::config::trajectory_csv::Stamp;
 use crate::model::{MAX_ROTORS, Parachute};
 use crate::params::{Purpose, Subject};
 use crate::plan::{Guess, Plan, PlanError, PlanProblem, PlanState, Progress, SolverOptions, plan};
-use crate::sim::DropSimulation;
+use crate::replan::{Cadence, PlanSource};
+use crate::sim::{DropSimulation, Start};
 use crate::trajectory::Trajectory;
 
 /// A mission whose plan cannot be attempted: the vehicle, the target, and the reason.
@@ -27,6 +28,32 @@ pub struct UnplannedError {
     pub target_v_ned: Vector3<f64>,
     /// Reason.
     pub source: PlanError,
+}
+
+impl PlanSource for Mission {
+    fn problem_from(&self, initial: PlanState) -> PlanProblem<'_> {
+        PlanProblem {
+            vehicle: &self.vehicle,
+            environment: &self.site.environment,
+            initial,
+            initial_thrust_n: [0.0; MAX_ROTORS],
+            target_v_ned: self.target_v_ned,
+            x_ss: self.plan.x_ss,
+            horizon_s: self.plan.horizon_s,
+            nodes: self.plan.nodes,
+            thrust_max_n: self.plan.thrust_max_n,
+            thrust_rate_n_s: self.plan.thrust_slew_n_s,
+            cost_state: self.plan.cost_state,
+            cost_input: self.plan.cost_input,
+            input_reference: self.plan.cost_input_reference,
+            terminal_velocity_tolerance_m_s: self.plan.terminal_tolerance_m_s,
+            demands: self.plan.demands,
+        }
+    }
+
+    fn start(&self) -> Start {
+        self.release.start
+    }
 }
 
 impl Mission {
@@ -150,23 +177,18 @@ impl Mission {
 
     /// The planner's problem: from the nominal state at t = 0, rotors at rest, to the target.
     pub fn plan_problem(&self) -> PlanProblem<'_> {
-        PlanProblem {
-            vehicle: &self.vehicle,
-            environment: &self.site.environment,
-            initial: self.plan_initial_state(),
-            initial_thrust_n: [0.0; MAX_ROTORS],
-            target_v_ned: self.target_v_ned,
-            x_ss: self.plan.x_ss,
-            horizon_s: self.plan.horizon_s,
-            nodes: self.plan.nodes,
-            thrust_max_n: self.plan.thrust_max_n,
-            thrust_rate_n_s: self.plan.thrust_slew_n_s,
-            cost_state: self.plan.cost_state,
-            cost_input: self.plan.cost_input,
-            input_reference: self.plan.cost_input_reference,
-            terminal_velocity_tolerance_m_s: self.plan.terminal_tolerance_m_s,
-            demands: self.plan.demands,
+        self.problem_from(self.plan_initial_state())
+    }
+
+    /// Whether the mission's plan can be renewed during a drop at this cadence.
+    ///
+    /// # Errors
+    /// [`UnfitReplan`] says why it cannot.
+    pub fn check_replan(&self, cadence: Cadence) -> Result<(), UnfitReplan> {
+        if self.release.standing {
+            return Err(UnfitReplan::Standing);
         }
+        self.replan.check(cadence, &self.plan.demands)
     }
 
     /// Plans the mission, from a straight line as the first guess. `observer` is called after each iteration,

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `site`, `wind`, `release`, `plan`, `limits` | sections, each with its JSON, its checks and its meaning |
 //! | `vortex_ring`, `control`, `study`, `battery`, `equipment`, `faults`, `px4` | sections, likewise |
-//! | `design` | how plan and gains are designed together, likewise |
+//! | `design`, `replan` | how plan and gains are designed together, how plans are renewed, likewise |
 //! | `effects` | the effects that it names beside the plain drop, and the mission without them |
 //! | `made` | what is made of a mission: simulation, plan, study, drops |
 //! | `inputs` | the hash of the files and of what was chosen beside them |
@@ -44,6 +44,7 @@ mod plan;
 mod px4;
 mod release;
 mod release_case;
+mod replan;
 mod site;
 mod study;
 mod study_identity;
@@ -60,6 +61,7 @@ pub use plan::{PlanInitial, PlanSettings};
 pub use px4::{Px4, Px4Clock};
 pub use release::Release;
 pub use release_case::CaseError;
+pub use replan::{Replan, UnfitReplan};
 pub use site::Site;
 pub use study::{MonteCarlo, Study};
 
@@ -113,6 +115,8 @@ pub(super) struct MissionJson {
     monte_carlo: study::MonteCarloJson,
     /// How plan and gains are designed together.
     design: Option<design::DesignJson>,
+    /// How plans are renewed during a drop, where that is asked for (`--replan`).
+    replan: Option<replan::ReplanJson>,
     /// The battery; without it the vehicle flies for ever.
     battery: Option<battery::BatteryJson>,
     /// Errors of the sensors; without it they are ideal.
@@ -164,6 +168,8 @@ pub struct Mission {
     pub study: Study,
     /// How plan and gains are designed together.
     pub design: DesignSettings,
+    /// How plans are renewed, where that is asked for.
+    pub replan: Replan,
     /// Errors of the sensors.
     pub sensors: SensorSettings,
     /// The battery as a store of energy, if it matters and has no voltage.
@@ -239,6 +245,8 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
     let air = (&json.site, &json.wind);
     let mut site = Site::from_json(source, air, json.release.standing(), seed, &mut hash)?;
     site.wind.ring = vortex_ring::fluctuation(source, json.vortex_ring.as_ref(), &vehicle.vehicle, seed)?;
+    let replan = json.replan.as_ref().map(|replan| Replan::from_json(source, replan, &mut hash));
+    let replan = replan.transpose()?.unwrap_or_default();
     let (inputs, gains) = Inputs::of_files(&named(&json.gains, "gains file", gains)?, hash)?;
     let release =
         Release::from_json(source, &json.release, &json.parachute, &vehicle.vehicle, &site.environment)?;
@@ -285,6 +293,7 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
             &site.environment,
         )?,
         design: design::design(source, json.design.as_ref())?,
+        replan,
         sensors: equipment::sensors(
             source,
             json.sensors.as_ref(),

@@ -96,6 +96,7 @@ fn every_number_in_a_schema_names_its_unit() {
         "quantile",
         "modulus",
         "draws",
+        "iterations",
         "gains",
     ];
     fn is_number(schema: &serde_json::Value) -> bool {

@@ -14,6 +14,7 @@
 //! | `companion` | a streamer beside the simulator, and the fence that holds simulated time back |
 //! | [`autopilot`] | [`run_autopilot`]: TCP client of the simulator, UDP for ground stations and companions |
 //! | [`streamer`] | [`run_streamer`]: UDP |
+//! | `solver` | a thread that renews the streamer's plans |
 //! | [`watched`] | [`run_watched_drop`]: the drop in memory at a speed to watch, ground stations on UDP |
 //! | `viewer` | the flight to be watched: HIL_STATE_QUATERNION on UDP |
 //!
@@ -31,6 +32,7 @@ mod links;
 pub mod notice;
 pub mod ports;
 pub mod simulator;
+mod solver;
 pub mod streamer;
 pub mod url;
 mod viewer;

@@ -10,6 +10,7 @@ use super::clock::{Since, WATCH_PERIOD};
 use super::links::Links;
 use super::notice::{Notice, Observer, ShellError};
 use super::ports::Ports;
+use super::solver::Solver;
 
 /// The parachute speaks once per simulated second only, and time may run slowly.
 const PEER_MEMORY: Duration = Duration::from_secs(600);
@@ -30,12 +31,14 @@ pub async fn run_streamer<O: Observer>(
     let mut socket = Links::new(own, PEER_MEMORY, false, key);
     socket.bind_udp(Link::Api, ports.api, what, &[], observer).await?;
     let mut heard = Since::now();
+    let mut solver = session.host_renewal().map(Solver::start);
     let mut stop = std::pin::pin!(stop);
     while !session.is_over() {
         tokio::select! {
             () = &mut stop => break,
             () = socket.readable() => {}
             () = tokio::time::sleep(WATCH_PERIOD) => {}
+            (answer, took) = Solver::answer(&mut solver) => session.handle_replanned(answer, took),
         }
         let before = session.now();
         socket.receive(observer, |observer, link, frame| {
@@ -46,6 +49,9 @@ pub async fn run_streamer<O: Observer>(
             session.handle_silence(heard.elapsed());
         } else {
             heard = Since::now();
+        }
+        if let (Some(request), Some(solver)) = (session.poll_replan(), &solver) {
+            solver.ask(request);
         }
         while let Some(event) = session.poll_event() {
             observer.notice(Notice::Streamer(event));

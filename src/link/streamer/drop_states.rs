@@ -110,6 +110,11 @@ impl StreamerSession {
             // As fine as the control loop.
             self.wish_for(ATTITUDE_DATA::ID, self.config.lead_us.max(1_000));
         }
+        if self.replanning.is_some() {
+            for message_id in [ATTITUDE_QUATERNION_DATA::ID, LOCAL_POSITION_NED_DATA::ID] {
+                self.wish_for(message_id, self.config.lead_us.max(1_000));
+            }
+        }
         if self.config.procedure.is_none() {
             return self.enter(StreamerState::Streaming);
         }

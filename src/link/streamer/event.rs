@@ -3,6 +3,7 @@
 use core::time::Duration;
 use std::fmt;
 
+use crate::replan::ReplanRecord;
 use crate::time::{TimeUs, seconds};
 
 /// A report of the streamer.
@@ -76,6 +77,8 @@ pub enum StreamerEvent {
     Tracking,
     /// The plan is over, the target velocity follows.
     Target,
+    /// An attempt to renew the plan; its times are since t = 0.
+    Replanned(ReplanRecord),
     /// A command has been refused.
     Refused {
         /// What was asked.
@@ -165,6 +168,7 @@ impl fmt::Display for StreamerEvent {
                 write!(f, "{what}: no COMMAND_ACK from the {by}, asking again")
             }
             Self::Lost { what, said } => write!(f, "the vehicle is no longer {what}{}", join(said)),
+            Self::Replanned(record) => write!(f, "{record}"),
             Self::Text { text, .. } => write!(f, "> {text}"),
             Self::Waiting { missing, system_id, waited } => {
                 let waited_s = waited.as_secs_f64();

@@ -8,6 +8,7 @@
 //! | `config` | what is streamed, and when |
 //! | `vehicle` | the vehicle as it shows itself |
 //! | `setpoint` | the plan as setpoints |
+//! | `replanning` | plans that are renewed, from the vehicle's telemetry |
 //! | `request`, `parameters` | a command until it is answered; parameters given and asked for |
 //! | `silence` | how long nothing has come |
 //! | `event` | what is reported |
@@ -45,6 +46,7 @@ use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
 use self::parameters::Exchange;
+use self::replanning::Replanning;
 use self::request::Request;
 use self::setpoint::SetpointSource;
 use self::silence::Silence;
@@ -56,7 +58,8 @@ use crate::link::session::{Link, Session, Transmit};
 use crate::link::statustext::TextReader;
 use crate::link::wire::{heartbeat_after, heartbeat_of};
 use crate::params::file::AUTOPILOT_COMPONENT;
-use crate::time::{TimeUs, Timed, microseconds};
+use crate::replan::{Renewal, ReplanAnswer, ReplanRecord, ReplanRequest, ReplanSetup};
+use crate::time::{TimeUs, Timed, microseconds, seconds};
 use crate::trajectory::Trajectory;
 
 mod config;
@@ -64,6 +67,7 @@ mod drop_states;
 mod event;
 mod parameters;
 mod px4_states;
+mod replanning;
 mod request;
 mod setpoint;
 mod silence;
@@ -74,6 +78,7 @@ mod tests;
 
 pub use config::{Clock, Procedure, STREAMER_COMPONENT, STREAMER_SYSTEM, StreamerConfig};
 pub use event::StreamerEvent;
+pub use replanning::SolvedBy;
 pub use vehicle::AutopilotVersion;
 
 /// The clock may go back by less than this [us] without meaning a new start (messages that overtake each
@@ -128,6 +133,7 @@ impl StreamerState {
 pub struct StreamerSession {
     config: StreamerConfig,
     setpoints: SetpointSource,
+    replanning: Option<Replanning>,
     flight: Flight,
     texts: TextReader,
     silence: Silence,
@@ -173,11 +179,60 @@ impl StreamerSession {
             encoder: Encoder::new(STREAMER_SYSTEM, STREAMER_COMPONENT).scaled(config.froude),
             config,
             setpoints: SetpointSource::new(trajectory),
+            replanning: None,
             flight: Flight::default(),
             texts: TextReader::default(),
             silence: Silence::default(),
             outbox: VecDeque::new(),
             events: VecDeque::new(),
+        }
+    }
+
+    /// The streamer with its plan renewed during the drop. A vehicle on another scale of time
+    /// ([`StreamerConfig::froude`]) flies on as it was planned.
+    pub fn renewing(self, setup: ReplanSetup, by: SolvedBy) -> Self {
+        let replanning = self.config.froude.is_none().then(|| Replanning::new(setup, by));
+        Self { replanning, ..self }
+    }
+
+    /// What a host needs to solve for this session, where it is the host that does.
+    pub fn host_renewal(&self) -> Option<Renewal> {
+        self.replanning.as_ref().and_then(Replanning::host_renewal)
+    }
+
+    /// A solve that the host is asked for; its answer goes to [`Self::handle_replanned`].
+    pub fn poll_replan(&mut self) -> Option<ReplanRequest> {
+        self.replanning.as_mut().and_then(Replanning::poll)
+    }
+
+    /// Takes the answer to what [`Self::poll_replan`] asked for, after a solve that took so long.
+    pub fn handle_replanned(&mut self, answer: ReplanAnswer, took: Duration) {
+        let (now, start) = (self.flight.now, self.plan_start());
+        let (Some(replanning), Some(start)) = (&mut self.replanning, start) else { return };
+        let t_s = seconds(now) - seconds(start);
+        if let Some(record) = replanning.answered(t_s, answer, took.as_secs_f64()) {
+            let event = StreamerEvent::Replanned(record.clone());
+            self.report(event);
+        }
+    }
+
+    /// What came of the attempts to renew the plan.
+    pub fn replans(&self) -> &[ReplanRecord] {
+        self.replanning.as_ref().map_or(&[], Replanning::records)
+    }
+
+    /// Renews the plan where that is due, and puts the one in force in place of the last.
+    fn renew_plan(&mut self) {
+        let (now, start) = (self.flight.now, self.plan_start());
+        let (Some(replanning), Some(start)) = (&mut self.replanning, start) else { return };
+        let (now_s, start_s) = (seconds(now), seconds(start));
+        let event = replanning.tick(now_s, start_s).cloned().map(StreamerEvent::Replanned);
+        let in_force = replanning.in_force(seconds(now + self.config.lead_us) - start_s);
+        if *in_force != self.setpoints.trajectory {
+            self.setpoints.trajectory = in_force.clone();
+        }
+        if let Some(event) = event {
+            self.report(event);
         }
     }
 
@@ -257,6 +312,9 @@ impl StreamerSession {
         self.silence.ends(self.config.clock == Clock::Vehicle || self.flight.vehicle.heartbeat_heard);
         // A state may be left in the tick in which it was entered; there are few of them.
         while self.step_state() {}
+        if self.flight.state.is_flight() {
+            self.renew_plan();
+        }
         let waits = self.flight.state == StreamerState::WaitingForVehicle;
         if self.is_over() || waits || self.flight.mute {
             return;
@@ -274,6 +332,9 @@ impl StreamerSession {
 
     fn take_of_autopilot(&mut self, frame: &Frame) {
         self.flight.vehicle.take_status(frame);
+        if let Some(replanning) = &mut self.replanning {
+            replanning.take(frame);
+        }
         match frame.known() {
             Some(MavMessage::PARAM_VALUE(m)) => {
                 if let Some(exchange) = &mut self.flight.readiness.exchange {
@@ -326,6 +387,10 @@ impl StreamerSession {
             self.flight = Flight::default();
             self.flight.vehicle.heartbeat_heard = true;
             self.setpoints.restart();
+            if let Some(replanning) = &mut self.replanning {
+                *replanning = replanning.restarted();
+                self.setpoints.trajectory = replanning.in_force(f64::NEG_INFINITY).clone();
+            }
         }
         if now > self.flight.now || self.flight.state == StreamerState::WaitingForVehicle {
             self.tick(now);

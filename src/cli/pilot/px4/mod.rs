@@ -139,7 +139,7 @@ impl Pilot for Px4 {
         let ports = Ports::of_instance(instance).bad_input()?;
         let system = system_of_instance(instance).bad_input()?;
         let froude = parties::froude(mission);
-        let streamer = parties::StreamerChoice { clock: Clock::Caller, procedure, froude };
+        let streamer = parties::StreamerChoice { clock: Clock::Caller, procedure, froude, replan: None };
         let sessions = (
             parties::simulator(mission, system, froude, None),
             parties::streamer(mission, trajectory.clone(), system, streamer),
@@ -177,6 +177,7 @@ impl Pilot for Px4 {
         let simulated_s = flown.simulator.run().simulation().time_s();
         let version = flown.streamer.vehicle_version().map(|v| v.to_string());
         Ok(Flown {
+            replans: Vec::new(),
             by: Some(FlownBy { name: self.name(), version }),
             trouble: flown.gone.or_else(|| flown.streamer.failure().map(str::to_owned)),
             record: flown.simulator.run().record().clone(),

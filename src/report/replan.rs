@@ -1,0 +1,359 @@
+//! Drops along one plan and along plans that are renewed, from the same random numbers.
+//!
+//! Each drop is flown from the hang to the mission's end without a wire: 250 Hz, setpoints held at 50 Hz, on
+//! the true state. A renewed plan takes effect `replan.latency_s` after the state that it is made of, however
+//! long the solve took here. The planner knows the mission's air; the wind that is drawn for a drop it does
+//! not know.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use super::effects::{EffectDrop, KeepsHeading, MEASURES, Measure, change, failed, number, p99, summary};
+use super::json::{head, object, text};
+use super::judged_drop::verdict_builder;
+use super::study::grid::Grid;
+use crate::config::Mission;
+use crate::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
+use crate::control::{ControlError, Gains};
+use crate::plan::Plan;
+use crate::replan::{Cadence, Renewal, ReplanRecord, Replanner};
+use crate::sim::flight::setpoint_time;
+use crate::sim::{DropSimulation, FlightPlan, Phase, Reference, fly_by};
+
+/// How the drops of a campaign are flown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReplanRow {
+    /// When plans are renewed; `None`: never.
+    pub cadence: Option<Cadence>,
+    /// Whether the plan's acceleration is fed forward.
+    pub feed_forward: bool,
+    /// Name of the gains.
+    pub gains_name: String,
+    /// The gains.
+    pub gains: Gains,
+}
+
+impl ReplanRow {
+    /// The campaigns of a mission and of the gains for renewed plans, in the order of the report: one plan by
+    /// the mission's gains, as drops are flown without `--replan`; one plan with its acceleration fed forward
+    /// by the gains for renewed plans, which tells what these do; and each cadence.
+    pub fn campaigns(mission: &Mission, cadences: &[Cadence], of_renewed: (&str, &Gains)) -> Vec<Self> {
+        let row = |cadence, feed_forward, (name, gains): (&str, &Gains)| Self {
+            cadence,
+            feed_forward,
+            gains_name: name.to_owned(),
+            gains: *gains,
+        };
+        let own = (mission.control.gains_name.as_str(), &mission.control.gains);
+        let mut rows = vec![row(None, false, own), row(None, true, of_renewed)];
+        rows.extend(cadences.iter().map(|cadence| row(Some(*cadence), true, of_renewed)));
+        rows
+    }
+
+    /// Name in files: `once`, `once_fed_forward`, `release`, `2_hz`.
+    pub fn name(&self) -> String {
+        match (self.cadence, self.feed_forward) {
+            (None, false) => "once".to_owned(),
+            (None, true) => "once_fed_forward".to_owned(),
+            (Some(Cadence::Release), _) => "release".to_owned(),
+            (Some(Cadence::Hz(hz)), _) => format!("{hz}_hz"),
+        }
+    }
+
+    fn words(&self) -> String {
+        match (self.cadence, self.feed_forward) {
+            (None, false) => "plan once".to_owned(),
+            (None, true) => "plan once, fed forward".to_owned(),
+            (Some(Cadence::Release), _) => "plan at the release".to_owned(),
+            (Some(Cadence::Hz(hz)), _) => format!("plan at {hz} Hz"),
+        }
+    }
+}
+
+/// What came of a drop and of its plans.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReplanDrop {
+    /// What came of the drop.
+    pub drop: EffectDrop,
+    /// Plans that were renewed.
+    pub renewed: usize,
+    /// Attempts after which the plan was kept.
+    pub kept: usize,
+    /// Iterations of all solves.
+    pub iterations: usize,
+}
+
+/// Flies drops of a mission along its plan, renewed or not.
+#[derive(Clone, Debug)]
+pub struct ReplanFlights {
+    mission: Arc<Mission>,
+    row: ReplanRow,
+    renewal: Renewal,
+    controller: KeepsHeading,
+}
+
+impl ReplanFlights {
+    /// Drops flown as `row` says, from a plan that has converged.
+    ///
+    /// # Errors
+    /// [`ControlError`] for a vehicle that cannot be controlled.
+    pub fn new(mission: &Arc<Mission>, plan: &Plan, row: &ReplanRow) -> Result<Self, ControlError> {
+        Ok(Self {
+            mission: mission.clone(),
+            row: row.clone(),
+            renewal: Renewal::new(mission.clone(), plan.clone(), mission.replan.settings),
+            controller: KeepsHeading::of(mission, &row.gains)?,
+        })
+    }
+
+    /// Flies a trial, a drop by the numbers that a campaign of whole drops draws.
+    pub fn fly(&self, trial: u64) -> ReplanDrop {
+        self.fly_recorded(trial).0
+    }
+
+    /// Flies a trial as [`Self::fly`] does; and what came of each attempt to renew its plan.
+    pub fn fly_recorded(&self, trial: u64) -> (ReplanDrop, Vec<ReplanRecord>) {
+        let mission = self.mission.with_drop(&self.mission.draw_drop(trial));
+        let mut renewal = self.renewal.clone();
+        let first = &renewal.newest().trajectory;
+        let plan_end_s = first.end_s();
+        let cadence = self.row.cadence;
+        let mut replanner =
+            Replanner::new(first.clone(), cadence.unwrap_or(Cadence::Release), renewal.settings());
+        let flight = FlightPlan {
+            yaw_sp_rad: None,
+            ..FlightPlan::new(Reference::Step(mission.target_v_ned), IMU_PERIOD_S, mission.duration_s)
+        };
+        let mut verdict = verdict_builder(&mission, plan_end_s);
+        let mut controller = self.controller.clone();
+        let mut setpoint = |sim: &DropSimulation| {
+            let t_s = sim.time_powered_s()?;
+            if cadence.is_some()
+                && let Some(request) = replanner.poll(t_s, Some((t_s, sim.state().body)))
+            {
+                replanner.take(t_s, renewal.answer(&request), None);
+            }
+            // Powered flight may begin a rounding early.
+            let powered = sim.phase() == Phase::Powered && t_s > -1e-9;
+            powered.then(|| self.setpoint(&mut replanner, t_s))
+        };
+        let _ = fly_by(
+            &mut mission.released_simulation(),
+            &mut controller,
+            &flight,
+            &mut setpoint,
+            &mut |sample| {
+                verdict.observe(sample);
+                ControlFlow::Continue(())
+            },
+        );
+        let records = replanner.records();
+        let kept = records.iter().filter(|record| record.kept.is_some()).count();
+        let drop = ReplanDrop {
+            drop: EffectDrop::of(verdict.finish()),
+            renewed: records.len() - kept,
+            kept,
+            iterations: records.iter().map(|record| record.iterations).sum(),
+        };
+        (drop, records.to_vec())
+    }
+
+    /// The setpoint in force at the time since the rotors were freed [s].
+    fn setpoint(&self, replanner: &mut Replanner, t_s: f64) -> (Vector3<f64>, Vector3<f64>) {
+        let sent_s = setpoint_time(t_s, Some(SETPOINT_PERIOD_S));
+        let reference = Reference::Plan {
+            trajectory: replanner.in_force(sent_s),
+            then_v_ned: Some(self.mission.target_v_ned),
+            feed_forward: self.row.feed_forward,
+        };
+        reference.at(sent_s)
+    }
+}
+
+/// A campaign of drops flown alike.
+#[derive(Clone, Debug)]
+pub struct ReplanCampaign {
+    /// How they were flown.
+    pub row: ReplanRow,
+    /// The trials, in their order.
+    pub drops: Vec<ReplanDrop>,
+}
+
+/// Campaigns along one plan and along renewed ones.
+#[derive(Clone, Debug)]
+pub struct ReplanReport<'a> {
+    /// The mission.
+    pub mission: &'a Mission,
+    /// The campaigns, in the order of [`ReplanRow::campaigns`]: differences are from the first.
+    pub campaigns: Vec<ReplanCampaign>,
+}
+
+impl ReplanCampaign {
+    fn flown(&self) -> Vec<EffectDrop> {
+        self.drops.iter().map(|drop| drop.drop).collect()
+    }
+
+    fn sum(&self, of: fn(&ReplanDrop) -> usize) -> usize {
+        self.drops.iter().map(of).sum()
+    }
+
+    /// Share of the trials whose J_TPF is below that of the same trial of another campaign [%].
+    fn better_percent(&self, other: &Self) -> f64 {
+        let pairs = self.drops.iter().zip(&other.drops);
+        let better = pairs.filter(|(a, b)| a.drop.j_tpf < b.drop.j_tpf).count();
+        100.0 * better as f64 / self.drops.len().max(1) as f64
+    }
+}
+
+impl ReplanReport<'_> {
+    /// The table.
+    pub fn text(&self) -> String {
+        let mission = self.mission;
+        let trials = self.campaigns.first().map_or(0, |campaign| campaign.drops.len());
+        let settings = &mission.replan.settings;
+        let mut grid = Grid::new(
+            "Plans renewed during the drop, the same drops in each row",
+            [
+                "",
+                "gains",
+                "J_TPF",
+                "change",
+                "+-",
+                "better in",
+                "p99",
+                "worst",
+                "steady [s]",
+                "altitude [m]",
+                "failed",
+                "renewed",
+                "kept",
+            ],
+        );
+        let base = self.campaigns.first();
+        for (i, campaign) in self.campaigns.iter().enumerate() {
+            let (flown, cost) = (campaign.flown(), &MEASURES[0]);
+            let from = base.filter(|_| i > 0);
+            let changed = from.map(|base| change(&flown, &base.flown(), cost));
+            let (mean, half) = changed.map_or((f64::NAN, f64::NAN), |change| {
+                let (low, high) = change.mean_interval();
+                (change.mean(), 0.5 * (high - low))
+            });
+            let signed = if mean.is_finite() { format!("{mean:+.4}") } else { "-".to_owned() };
+            let better =
+                from.map_or("-".to_owned(), |base| format!("{:.0} %", campaign.better_percent(base)));
+            grid.row(
+                &campaign.row.words(),
+                [
+                    campaign.row.gains_name.clone(),
+                    number(summary(&flown, cost).mean(), 4),
+                    signed,
+                    number(half, 4),
+                    better,
+                    number(p99(&flown, cost), 4),
+                    number(summary(&flown, cost).max(), 4),
+                    number(summary(&flown, &MEASURES[1]).mean(), 2),
+                    number(summary(&flown, &MEASURES[2]).mean(), 2),
+                    failed(&flown).to_string(),
+                    campaign.sum(|drop| drop.renewed).to_string(),
+                    campaign.sum(|drop| drop.kept).to_string(),
+                ],
+            );
+        }
+        format!(
+            "{}: {trials} drops for each row, seed {}; a renewed plan takes effect {} s after its measurement, at most {} \
+             iterations\n\n{}\nchange is of the mean from the first row, trial by trial; +- the half width of its 95 % interval; \
+             better in: the share of the drops whose J_TPF is below the first row's.\n",
+            mission.name,
+            mission.seed,
+            settings.latency_s,
+            settings.iterations,
+            grid.text()
+        )
+    }
+
+    /// The object of `--json` and of `replan.json`.
+    pub fn json(&self) -> String {
+        let settings = &self.mission.replan.settings;
+        let campaigns = self.campaigns.iter().enumerate();
+        let campaigns = campaigns
+            .map(|(i, campaign)| self.campaign_json(campaign, self.campaigns.first().filter(|_| i > 0)));
+        text(&object! {
+            #[serde(flatten)] head: head(self.mission),
+            latency_s: settings.latency_s,
+            iterations: settings.iterations,
+            campaigns: campaigns.collect::<Vec<_>>(),
+        })
+    }
+
+    fn campaign_json(&self, campaign: &ReplanCampaign, base: Option<&ReplanCampaign>) -> impl Serialize {
+        let flown = campaign.flown();
+        let from = base.map(ReplanCampaign::flown);
+        let measures = MEASURES.iter().map(|measure: &Measure| {
+            let s = summary(&flown, measure);
+            let change = from.as_ref().map(|from| {
+                let change = change(&flown, from, measure);
+                let (mean_low, mean_high) = change.mean_interval();
+                object! {
+                    count: change.count(),
+                    mean: change.mean(),
+                    mean_low: mean_low,
+                    mean_high: mean_high,
+                }
+            });
+            object! {
+                name: measure.0,
+                count: s.count(),
+                mean: s.mean(),
+                p99: p99(&flown, measure),
+                min: s.min(),
+                max: s.max(),
+                change: change,
+            }
+        });
+        object! {
+            name: campaign.row.name(),
+            replan: campaign.row.cadence.map(|cadence| cadence.to_string()),
+            feed_forward: campaign.row.feed_forward,
+            gains: &campaign.row.gains_name,
+            trials: campaign.drops.len(),
+            failed: failed(&flown),
+            better_percent: base.map(|base| campaign.better_percent(base)),
+            renewed: campaign.sum(|drop| drop.renewed),
+            kept: campaign.sum(|drop| drop.kept),
+            solver_iterations: campaign.sum(|drop| drop.iterations),
+            measures: measures.collect::<Vec<_>>(),
+        }
+    }
+
+    /// Every drop, a row each: `replan.csv`.
+    pub fn csv(&self) -> String {
+        let columns: Vec<&str> = MEASURES.iter().map(|(key, ..)| *key).collect();
+        let mut out = format!(
+            "{}# drops of {} along one plan and along renewed ones\ntrial,replan,gains,{},safe,renewed,kept,iterations\n",
+            self.mission.stamp().csv_comment(),
+            self.mission.name,
+            columns.join(",")
+        );
+        for ReplanCampaign { row, drops } in &self.campaigns {
+            for (trial, flown) in drops.iter().enumerate() {
+                let cells = MEASURES.iter();
+                let cells = cells.map(|(.., of)| of(&flown.drop).map_or(String::new(), |x| format!("{x:?}")));
+                let cells: Vec<String> = cells.collect();
+                out += &format!(
+                    "{trial},{},{},{},{},{},{},{}\n",
+                    row.name(),
+                    row.gains_name,
+                    cells.join(","),
+                    u8::from(flown.drop.safe),
+                    flown.renewed,
+                    flown.kept,
+                    flown.iterations
+                );
+            }
+        }
+        out
+    }
+}
