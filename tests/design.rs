@@ -12,9 +12,9 @@ fn samara(folder: &Path, words: &[&str]) -> Output {
 /// A quick mission: 5 s of plan, 10 s of flight, few flights for each design.
 fn quick(folder: &Path) -> String {
     let text = fs::read_to_string("mission/x500_drop.json").unwrap();
-    let more =
-        "\"seed\": 1,\n  \"design\": { \"draws\": 24, \"settle_s\": 5, \"search\": { \"nodes\": [38] } },";
-    let text = text.replacen("\"seed\": 1,", more, 1);
+    let mut mission: serde_json::Value = serde_json::from_str(&text).unwrap();
+    mission["design"] = serde_json::json!({ "draws": 24, "settle_s": 5, "search": { "nodes": [38], "feed_forward": [true, false] } });
+    let text = mission.to_string();
     let root = env!("CARGO_MANIFEST_DIR");
     let file = folder.join("quick.json");
     fs::write(&file, text.replace("\"../", &format!("\"{root}/"))).unwrap();
@@ -89,7 +89,7 @@ fn what_is_not_of_the_search_is_refused() {
         (&["--resume", "--start", "x500_hover", "--out", "out"], "start was x500"),
         (&["--resume", "--out", "nowhere"], "design_checkpoint.json"),
         (&["--time-limit", "0"], "a positive number is expected"),
-        (&["--budget", "0"], "a whole number from 1"),
+        (&["--against", "nobody"], "nobody"),
     ] {
         let output = design(folder.path(), &mission, more);
         let error = String::from_utf8_lossy(&output.stderr).into_owned();

@@ -144,8 +144,8 @@ fn prop_threads_do_not_matter() {
     assert!(one == three && one.len() == 7, "{}", one.len());
 }
 
-/// Of the lander, whose flights along plans of their own are sensitive, the table says how much a small error
-/// of the pitch rate makes; a small grid stays below the bar for most.
+/// Of the lander the table says how much a small error of the pitch rate makes, beside what a small grid
+/// makes, which stays below the bar for most.
 #[test]
 fn the_landers_loss_is_measured() {
     let folder = tempfile::tempdir().unwrap();
@@ -156,7 +156,7 @@ fn the_landers_loss_is_measured() {
     let number_of = |of: &Value, key: &str| of[key].as_f64().unwrap();
     let number = |of: &str, key: &str| number_of(&loss[of], key);
     assert_eq!((loss["releases"].as_u64(), loss["unsolved"].as_u64()), (Some(20), Some(0)), "{found:#}");
-    assert!(number("by_release", "p50").abs() < 0.01 && number("misread", "max") > 0.01, "{found:#}");
+    assert!(number("by_release", "p50").abs() < 0.01 && number("misread", "max") > 1e-4, "{found:#}");
     assert!((number("j_tpf_interpolated", "p50") - number("j_tpf_solved", "p50")).abs() < 0.01, "{found:#}");
     let is_good = number("by_release", "p99") <= number("misread", "p99").max(number_of(loss, "p99_most"));
     assert_eq!(output.status.code(), Some(i32::from(!is_good)), "{found:#}");
@@ -189,12 +189,12 @@ fn refusals_say_what_is_expected() {
     let file = folder.path().join("free.json");
     fs::write(&file, text).unwrap();
     refused(&["plan", &file.display().to_string(), "--grid"], "nodes at times of their own");
-    // Nothing stops a lander of that speed within its horizon.
+    // Nothing brings down one that goes up so fast within its horizon.
     small(&["--grid-check", "0"], folder.path());
     let words = ["plan", "x500_drop", "--nodes", "12", "--terminal-tolerance", "0.001", "--grid=1x1x1x2"];
-    let output = samara(&[&words[..], &["--grid-range", "v_down=300:300"]].concat(), folder.path());
+    let output = samara(&[&words[..], &["--grid-range", "v_down=-900:-900"]].concat(), folder.path());
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
     assert!(said(&output).contains("no grid: 2 of 2 grid points have no plan"), "{}", said(&output));
-    assert!(said(&output).contains("300.00 m/s down"), "{}", said(&output));
+    assert!(said(&output).contains("-900.00 m/s down"), "{}", said(&output));
     assert!(!folder.path().join("plan_grid.bin").exists() && folder.path().join("plan.json").exists());
 }

@@ -70,11 +70,11 @@ fn px4_flies_the_drop_as_predicted() {
     let tuned = format!("{KEPT}/params/px4/x500_px4_tuned.params");
     let tuned = ["--params", &tuned];
     let x500 = format!("{KEPT}/{X500}");
-    let titan = "mission/titan_px4.json";
+    let titan = format!("{KEPT}/mission/titan_px4.json");
     for (mission, options, plan_end_s, px4, px4_rms_m_s) in [
         (&*x500, defaults, 5.0, [0.4680, 9.36, 8.39, 14.97, 5.70], 0.692),
         (&*x500, tuned, 5.0, [0.4680, 9.36, 6.78, 15.3, 1.82], 0.420),
-        (titan, ["--case", "case_4"], 30.0, [0.5822, 6.686, 26.2, 147.1, 31.47], 0.282),
+        (&*titan, ["--case", "case_4"], 30.0, [0.5822, 6.686, 26.2, 147.1, 31.47], 0.282),
     ] {
         let out = folder.path().join("out");
         let common = ["drop", mission, "--autopilot", "px4-model", "--json"];

@@ -58,8 +58,8 @@ impl Mission {
         DesignJudge::new(self.plan_problem(), self.design_flights(), made_small, self.design.draws, unknown)
     }
 
-    /// The bounds of its designs: unless the mission says otherwise, flights are steady by the plan's end, and
-    /// the loops at the target are some way from instability.
+    /// The bounds of its designs: unless the mission says otherwise, flights are steady by the plan's end,
+    /// and the loops at the target are some way from instability.
     fn design_bounds(&self) -> DesignBounds {
         let bounds = self.design.bounds;
         DesignBounds {
@@ -214,7 +214,7 @@ mod tests {
     /// Everything but plan and gains stays as it was; the text is a mission, whose plan is the design's.
     #[test]
     fn a_designed_mission_is_read_and_keeps_the_rest() {
-        let mission = Mission::shipped("titan_drop").unwrap();
+        let mission = Mission::shipped("titan_paper").unwrap();
         let mut design = mission.own_design();
         let plan = &mut design.plan;
         plan.weights[2] = 10.0;

@@ -1,6 +1,7 @@
-//! The constraints that a plan's [`Demands`] come to, each on the path ([`super::path`]) of the
-//! [`extended`](super::extended) states, held at nodes and midpoints from the second node on: the first is
-//! given.
+//! The constraints that a plan's [`Demands`] come to: of the peak of J_state (47)-(50), of the motion, of the
+//! rotors' acceleration, and of the vortex ring (NASA/TP-2005-213477). Each is one on the path
+//! ([`super::path`]) of the [`extended`](super::extended) states, held at nodes and midpoints from the second
+//! node on: the first is given.
 
 use std::sync::Arc;
 

@@ -64,6 +64,9 @@ pub struct DesignRun {
     pub wall_s: f64,
 }
 
+/// Name of the mission's own design.
+pub const OWN: &str = "own";
+
 /// Quantile that is shown.
 const SHOWN: f64 = 0.99;
 
@@ -189,7 +192,7 @@ pub fn text(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> String
         "deg/s", "ahead",
     ];
     out += &columns(&PLAN, heads);
-    let own = ("own".to_owned(), search.settings().own);
+    let own = (OWN.to_owned(), search.settings().own);
     let shown = [own, (run.name.clone(), run.chosen.design)];
     for (name, design) in &shown {
         out += &columns(&PLAN, std::iter::once(name.clone()).chain(plan_cells(design)));
@@ -298,8 +301,9 @@ fn fresh_text(run: &DesignRun) -> String {
     out + "(turbulence comes on top of the unknowns; steady: the latest of those that are steady at the end)\n\n"
 }
 
-/// The distributions of J_TPF of the fresh flights, a panel for each condition.
-pub fn distributions(run: &DesignRun) -> Vec<Distribution> {
+/// The distributions of J_TPF of the fresh flights, a panel for each condition; the mission's own design goes
+/// by the mission's name.
+pub fn distributions(mission: &Mission, run: &DesignRun) -> Vec<Distribution> {
     let panel = |(i, (air, _)): (usize, &(&str, Unknown))| Distribution {
         name: format!("{}, {}", j_tpf(), air.replace('_', " ")),
         limit: Some(LIMIT),
@@ -309,7 +313,8 @@ pub fn distributions(run: &DesignRun) -> Vec<Distribution> {
             .chain(&run.others)
             .filter_map(|judged| {
                 let ascending = judged.fresh.get(i)?.ascending();
-                Some((judged.name.clone(), thinned(ascending), SHOWN_FLIGHTS.min(ascending.len())))
+                let name = if judged.name == OWN { &mission.name } else { &judged.name };
+                Some((name.clone(), thinned(ascending), SHOWN_FLIGHTS.min(ascending.len())))
             })
             .collect(),
     };

@@ -38,8 +38,8 @@ pub struct ReplanRow {
 
 impl ReplanRow {
     /// The campaigns of a mission and of the gains for renewed plans, in the order of the report: one plan by
-    /// the mission's gains, as drops are flown without `--replan`; one plan with its acceleration fed forward
-    /// by the gains for renewed plans, which tells what these do; and each cadence.
+    /// the mission's gains, as drops are flown without `--replan`; unless that is the same, one plan with its
+    /// acceleration fed forward by the gains for renewed plans, which tells what these do; and each cadence.
     pub fn campaigns(mission: &Mission, cadences: &[Cadence], of_renewed: (&str, &Gains)) -> Vec<Self> {
         let row = |cadence, feed_forward, (name, gains): (&str, &Gains)| Self {
             cadence,
@@ -48,7 +48,10 @@ impl ReplanRow {
             gains: *gains,
         };
         let own = (mission.control.gains_name.as_str(), &mission.control.gains);
-        let mut rows = vec![row(None, false, own), row(None, true, of_renewed)];
+        let mut rows = vec![row(None, mission.control.feed_forward, own)];
+        if row(None, true, of_renewed) != rows[0] {
+            rows.push(row(None, true, of_renewed));
+        }
         rows.extend(cadences.iter().map(|cadence| row(Some(*cadence), true, of_renewed)));
         rows
     }

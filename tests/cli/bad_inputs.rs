@@ -572,8 +572,8 @@ const EDITS: &[Edit] = &[
     ),
     (
         MISSION,
-        "\"cost_input_reference\": \"zero\"",
-        "\"cost_input_reference\": \"zero\", \"terminal_tolerance_m_s\": 1e-9",
+        "\"cost_input_reference\": \"trim\"",
+        "\"cost_input_reference\": \"trim\", \"terminal_tolerance_m_s\": 1e-9",
         0,
         "plan.terminal_tolerance_m_s: ",
         &["at least 1e-7 m/s"],
@@ -760,7 +760,7 @@ const EDITS: &[Edit] = &[
     ),
     // The design.
     (
-        MISSION,
+        BALLOON,
         "\"seed\": 1,",
         "\"seed\": 1, \"design\": { \"drawn\": 20 },",
         0,
@@ -768,7 +768,7 @@ const EDITS: &[Edit] = &[
         &["did you mean `draws`?"],
     ),
     (
-        MISSION,
+        BALLOON,
         "\"seed\": 1,",
         "\"seed\": 1, \"design\": { \"draws\": 0 },",
         0,
@@ -776,7 +776,7 @@ const EDITS: &[Edit] = &[
         &["a whole number from 1 to 100000"],
     ),
     (
-        MISSION,
+        BALLOON,
         "\"seed\": 1,",
         "\"seed\": 1, \"design\": { \"quantile\": 0.2 },",
         0,
@@ -784,7 +784,7 @@ const EDITS: &[Edit] = &[
         &["expected 0.5 to 1, found 0.2"],
     ),
     (
-        MISSION,
+        BALLOON,
         "\"seed\": 1,",
         "\"seed\": 1, \"design\": { \"objective\": \"worst\", \"quantile\": 0.9 },",
         0,
@@ -792,7 +792,7 @@ const EDITS: &[Edit] = &[
         &["expected no quantile with the objective"],
     ),
     (
-        MISSION,
+        BALLOON,
         "\"seed\": 1,",
         "\"seed\": 1, \"design\": { \"turbulence\": { \"sigma_m_s\": -1, \"scale_m\": 100 } },",
         0,
@@ -800,7 +800,7 @@ const EDITS: &[Edit] = &[
         &["a number from 0 to 100"],
     ),
     (
-        MISSION,
+        BALLOON,
         "\"seed\": 1,",
         "\"seed\": 1, \"design\": { \"bounds\": { \"tilt_deg\": 0 } },",
         0,
@@ -808,7 +808,7 @@ const EDITS: &[Edit] = &[
         &["greater than 0 and at most 180"],
     ),
     (
-        MISSION,
+        BALLOON,
         "\"seed\": 1,",
         "\"seed\": 1, \"design\": { \"search\": { \"vertical_weight\": [10, 1] } },",
         0,
@@ -816,7 +816,7 @@ const EDITS: &[Edit] = &[
         &["expected the least number first, found 10 before 1"],
     ),
     (
-        MISSION,
+        BALLOON,
         "\"seed\": 1,",
         "\"seed\": 1, \"design\": { \"search\": { \"nodes\": [] } },",
         0,
@@ -824,7 +824,7 @@ const EDITS: &[Edit] = &[
         &["expected at least one, found none"],
     ),
     (
-        MISSION,
+        BALLOON,
         "\"seed\": 1,",
         "\"seed\": 1, \"design\": { \"search\": { \"feed_forward\": [] } },",
         0,
@@ -832,7 +832,7 @@ const EDITS: &[Edit] = &[
         &["expected at least one, found none"],
     ),
     (
-        MISSION,
+        BALLOON,
         "\"seed\": 1,",
         "\"seed\": 1, \"design\": { \"search\": { \"pitch_deg\": [null, 0] } },",
         0,
@@ -840,7 +840,7 @@ const EDITS: &[Edit] = &[
         &["expected a number greater than 0"],
     ),
     (
-        MISSION,
+        BALLOON,
         "\"seed\": 1,",
         "\"seed\": 1, \"design\": { \"search\": { \"input_references\": [\"trimmed\"] } },",
         0,

@@ -114,7 +114,7 @@ fn the_hash_covers_the_options() {
         json(&output)["input_hash"].as_str().unwrap().to_owned()
     };
     let plain = hash("plan", &[]);
-    assert_eq!(hash("plan", &["--nodes", "38", "--input-cost", "zero", "--tolerance", "1e-8"]), plain);
+    assert_eq!(hash("plan", &["--nodes", "75", "--input-cost", "zero", "--tolerance", "1e-8"]), plain);
     let mut hashes = vec![
         hash("plan", &["--nodes", "51"]),
         hash("plan", &["--input-cost", "trim"]),

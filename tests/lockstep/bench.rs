@@ -18,7 +18,7 @@ use samara::trajectory::{Node, Trajectory};
 use serde_json::Value;
 
 static MISSION: LazyLock<Mission> = LazyLock::new(|| {
-    load_mission(&Path::new(env!("CARGO_MANIFEST_DIR")).join("mission/titan_drop.json")).unwrap()
+    load_mission(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/reference_drop.json")).unwrap()
 });
 
 pub fn mission() -> &'static Mission {

@@ -147,7 +147,7 @@ fn both(
     let own = mission.own_design();
     let chosen = (run.chosen.design != own).then_some((run.name.as_str(), &run.chosen.design));
     let mut judged = Vec::new();
-    for (name, design) in std::iter::once(("own", &own)).chain(chosen) {
+    for (name, design) in std::iter::once((design::OWN, &own)).chain(chosen) {
         match judge_fresh(judge, design, u64::from(args.unseen), go_on) {
             Some(fresh) => judged.push(JudgedDesign { name: name.to_owned(), fresh }),
             // The mission's own plan may be none.

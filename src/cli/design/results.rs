@@ -59,7 +59,7 @@ pub fn write_distributions(folder: &OutputFolder, mission: &Mission, run: &Desig
     let title = format!("{}: J_TPF of fresh flights", mission.name);
     let remark = "Share of the flights that stay at or below a value. Unknowns: mass, inertia, air loads, density, wind, delays; turbulence on \
                   top of them.";
-    let distributions = design::distributions(run);
+    let distributions = design::distributions(mission, run);
     let figure = distribution_figure(&stamp.csv_comment(), &title, remark, &distributions)
         .context("the figure of the fresh flights")?;
     folder.write_text("design.svg", &figure).map(|_| ())

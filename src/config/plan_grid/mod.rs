@@ -200,7 +200,7 @@ mod tests {
         let judged: Vec<JudgedRelease> = (0..12).map(|k| judge.judge(&read, k).unwrap()).collect();
         let flights: Vec<GridFlight> = judged.iter().filter_map(|release| release.flight).collect();
         let loss = GridLoss::of(&flights);
-        assert!(loss.releases == 12 && loss.is_small() && loss.by_release.max < 1e-4, "{loss:?}");
+        assert!(loss.releases == 12 && loss.is_small() && loss.by_release.max < 1e-3, "{loss:?}");
         assert!(loss.by_release.min > -1e-4 && loss.solved.max < loss.nominal.max + 0.01, "{loss:?}");
     }
 }
