@@ -43,6 +43,26 @@ pub fn plan_and_say(mission: &Mission, verbose: bool, narrator: &Narrator) -> Re
     Ok(timed)
 }
 
+/// The mission's plan, written to the folder; `None`, and said, when the solve did not converge.
+pub fn plan_to_fly(
+    mission: &Mission,
+    folder: &OutputFolder,
+    narrator: &Narrator,
+    json: bool,
+) -> Result<Option<TimedPlan>, Failure> {
+    let timed = plan_mission(mission, false)?;
+    write_plan(folder, mission, &timed.plan)?;
+    if timed.plan.status == Status::Converged {
+        return Ok(Some(timed));
+    }
+    narrator.say(&format!("no plan to fly: {}", plan_text(&timed.plan, &mission.limits.safety, None)));
+    narrator.check()?;
+    if json {
+        print(&plan_json(mission, &timed.plan, Some(timed.solve_ms)))?;
+    }
+    Ok(None)
+}
+
 /// Solves the problem of a mission, for `time_limit_s` of wall time at most.
 pub fn solve(
     mission: &Mission,

@@ -26,6 +26,8 @@ use crate::sim::{DropSimulation, FlightPlan, Phase, Reference, fly_by};
 /// How the drops of a campaign are flown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReplanRow {
+    /// Whether drops are flown so without `--replan`.
+    pub as_without: bool,
     /// When plans are renewed; `None`: never.
     pub cadence: Option<Cadence>,
     /// Whether the plan's acceleration is fed forward.
@@ -42,36 +44,38 @@ impl ReplanRow {
     /// acceleration fed forward by the gains for renewed plans, which tells what these do; and each cadence.
     pub fn campaigns(mission: &Mission, cadences: &[Cadence], of_renewed: (&str, &Gains)) -> Vec<Self> {
         let row = |cadence, feed_forward, (name, gains): (&str, &Gains)| Self {
+            as_without: false,
             cadence,
             feed_forward,
             gains_name: name.to_owned(),
             gains: *gains,
         };
         let own = (mission.control.gains_name.as_str(), &mission.control.gains);
-        let mut rows = vec![row(None, mission.control.feed_forward, own)];
-        if row(None, true, of_renewed) != rows[0] {
-            rows.push(row(None, true, of_renewed));
-        }
+        let once = row(None, mission.control.feed_forward, own);
+        let fed_forward = row(None, true, of_renewed);
+        let differs = fed_forward != once;
+        let mut rows = vec![Self { as_without: true, ..once }];
+        rows.extend(differs.then_some(fed_forward));
         rows.extend(cadences.iter().map(|cadence| row(Some(*cadence), true, of_renewed)));
         rows
     }
 
     /// Name in files: `once`, `once_fed_forward`, `release`, `2_hz`.
     pub fn name(&self) -> String {
-        match (self.cadence, self.feed_forward) {
-            (None, false) => "once".to_owned(),
-            (None, true) => "once_fed_forward".to_owned(),
-            (Some(Cadence::Release), _) => "release".to_owned(),
-            (Some(Cadence::Hz(hz)), _) => format!("{hz}_hz"),
+        match self.cadence {
+            None if self.as_without => "once".to_owned(),
+            None => "once_fed_forward".to_owned(),
+            Some(Cadence::Release) => "release".to_owned(),
+            Some(Cadence::Hz(hz)) => format!("{hz}_hz"),
         }
     }
 
     fn words(&self) -> String {
-        match (self.cadence, self.feed_forward) {
-            (None, false) => "plan once".to_owned(),
-            (None, true) => "plan once, fed forward".to_owned(),
-            (Some(Cadence::Release), _) => "plan at the release".to_owned(),
-            (Some(Cadence::Hz(hz)), _) => format!("plan at {hz} Hz"),
+        match self.cadence {
+            None if self.feed_forward => "plan once, fed forward".to_owned(),
+            None => "plan once".to_owned(),
+            Some(Cadence::Release) => "plan at the release".to_owned(),
+            Some(Cadence::Hz(hz)) => format!("plan at {hz} Hz"),
         }
     }
 }

@@ -1,28 +1,23 @@
 //! `samara assess --effects`: what each effect that a mission names does to its drops.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
-use rayon::prelude::*;
+use std::sync::atomic::AtomicBool;
 
 use super::args::AssessArgs;
+use super::rows::{fly_row, trials_of};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::mission::{chosen_mission, origin};
 use crate::cli::narrator::Narrator;
-use crate::cli::planning::{plan_mission, write_plan};
+use crate::cli::planning::plan_to_fly;
 use crate::cli::progress::Progress;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
 use samara::config::{Effect, Mission};
-use samara::plan::Status;
-use samara::report::effects::{EffectCampaign, EffectDrop, EffectFlights, EffectReport, EffectsOn};
-use samara::report::{plan_json, plan_text};
+use samara::report::effects::{EffectCampaign, EffectFlights, EffectReport, EffectsOn};
 use samara::trajectory::Trajectory;
 
 /// Trials of a campaign unless it is said otherwise.
 const TRIALS: u64 = 1000;
-/// Most trials of a campaign: all are kept, for what they differ by.
-const MOST_TRIALS: u64 = 100_000;
 /// Trials between two looks at Ctrl-C.
 const BLOCK: u64 = 64;
 
@@ -30,24 +25,13 @@ const BLOCK: u64 = 64;
 pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
     let effects = effects_of(&mission)?;
-    let trials = args.trials.unwrap_or(TRIALS);
-    if trials > MOST_TRIALS {
-        let message = format!("--trials: at most {MOST_TRIALS} are expected with --effects, found {trials}");
-        return Err(Failure::input(message));
-    }
+    let trials = trials_of(args.trials, TRIALS, "--effects")?;
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
-    let timed = plan_mission(&mission, false)?;
-    write_plan(&folder, &mission, &timed.plan)?;
-    if timed.plan.status != Status::Converged {
-        narrator.say(&format!("no plan to fly: {}", plan_text(&timed.plan, &mission.limits.safety, None)));
-        narrator.check()?;
-        if args.mission.json {
-            print(&plan_json(&mission, &timed.plan, Some(timed.solve_ms)))?;
-        }
+    let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
-    }
+    };
     let plan = &timed.plan.trajectory;
     let Some(campaigns) = fly_all(args, &mission, &effects, plan, trials, stop)? else {
         narrator.say("stopped: nothing is kept of campaigns that are not complete\n");
@@ -101,17 +85,8 @@ fn fly_all(
     for on in all {
         let flights = EffectFlights::new(mission, &on.kept(effects), plan).bad_input()?;
         progress.set_message(&on.name());
-        let mut drops: Vec<EffectDrop> = Vec::new();
-        for from in (0..trials).step_by(BLOCK as usize) {
-            if stop.load(Ordering::Relaxed) {
-                progress.finish();
-                return Ok(None);
-            }
-            let block = from..trials.min(from + BLOCK);
-            let flown = block.end - block.start;
-            drops.extend(pool.install(|| block.into_par_iter().map(|k| flights.fly(k)).collect::<Vec<_>>()));
-            progress.inc(flown);
-        }
+        let flown = fly_row(&pool, &progress, (trials, BLOCK), stop, |trial| flights.fly(trial));
+        let Some(drops) = flown else { return Ok(None) };
         campaigns.push(EffectCampaign { on, drops });
     }
     progress.finish();

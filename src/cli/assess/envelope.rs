@@ -11,7 +11,7 @@ use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::estimate::warn_one_at_a_time;
 use crate::cli::mission::{chosen_mission, origin};
 use crate::cli::narrator::Narrator;
-use crate::cli::planning::{plan_mission, write_plan};
+use crate::cli::planning::plan_to_fly;
 use crate::cli::progress::Progress;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::thread_pool;
@@ -19,10 +19,9 @@ use crate::cli::terminal::print;
 use samara::assess::envelope::{Edge, EdgeSearch, EnvelopeAxis, Fan, Ray, Reaches, Stopped, reaches_of};
 use samara::assess::plan_j_tpf;
 use samara::config::{ENVELOPE_LIMITS, Mission, MissionEnvelope};
-use samara::plan::{Plan, Status};
+use samara::plan::Plan;
 use samara::report::envelope::{EnvelopeReport, FanEdges};
 use samara::report::figure::envelope_figure;
-use samara::report::{plan_json, plan_text};
 
 /// Directions along one quantity alone.
 const QUARTERS: usize = 4;
@@ -43,16 +42,9 @@ pub fn run(args: &AssessArgs, pairs: &[[EnvelopeAxis; 2]], stop: &AtomicBool) ->
     mission.rotor_start_remark().into_iter().for_each(|remark| narrator.say(remark));
     mission.battery_remark().into_iter().for_each(|remark| narrator.say(&format!("{remark}\n")));
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
-    let timed = plan_mission(&mission, false)?;
-    write_plan(&folder, &mission, &timed.plan)?;
-    if timed.plan.status != Status::Converged {
-        narrator.say(&format!("no plan to fly: {}", plan_text(&timed.plan, &mission.limits.safety, None)));
-        narrator.check()?;
-        if args.mission.json {
-            print(&plan_json(&mission, &timed.plan, Some(timed.solve_ms)))?;
-        }
+    let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
-    }
+    };
     let Ok(report) = searched(args, pairs, &mission, &timed.plan, stop)? else {
         narrator.say("stopped: nothing is kept of an envelope that is not complete\n");
         narrator.check()?;

@@ -11,6 +11,7 @@
 //! | `campaign` | a campaign's trials, flown, written and continued |
 //! | `figures` | the figures of flights |
 //! | `only` | one trial again |
+//! | `rows` | campaigns of the same drops, row by row, for the next and `replan` |
 //! | `effects` | `--effects`: campaigns of drops with and without each effect |
 //! | `envelope` | `--envelope`: how far from the nominal release a drop may begin and be safe |
 //! | `replan` | `--replan`: drops along one plan and along renewed ones |
@@ -27,6 +28,7 @@ mod only;
 mod own;
 mod paper;
 mod replan;
+mod rows;
 mod study;
 
 use super::answer::{Answer, Failure};

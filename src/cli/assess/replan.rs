@@ -1,30 +1,26 @@
 //! `samara assess --replan`: drops along one plan and along plans that are renewed.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-
-use rayon::prelude::*;
+use std::sync::atomic::AtomicBool;
 
 use super::args::AssessArgs;
+use super::rows::{fly_row, trials_of};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::args::ChoiceArgs;
 use crate::cli::mission::{check_replan, chosen_mission, origin};
 use crate::cli::narrator::Narrator;
-use crate::cli::planning::{plan_mission, write_plan};
+use crate::cli::planning::plan_to_fly;
 use crate::cli::progress::Progress;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
 use samara::config::Mission;
-use samara::plan::{Plan, Status};
+use samara::plan::Plan;
 use samara::replan::Cadence;
-use samara::report::replan::{ReplanCampaign, ReplanDrop, ReplanFlights, ReplanReport, ReplanRow};
-use samara::report::{plan_json, plan_text};
+use samara::report::replan::{ReplanCampaign, ReplanFlights, ReplanReport, ReplanRow};
 
 /// Trials of a campaign unless it is said otherwise.
 const TRIALS: u64 = 300;
-/// Most trials of a campaign: all are kept, for what they differ by.
-const MOST_TRIALS: u64 = 100_000;
 /// Trials between two looks at Ctrl-C.
 const BLOCK: u64 = 16;
 
@@ -33,24 +29,13 @@ pub fn run(args: &AssessArgs, cadences: &[Cadence], stop: &AtomicBool) -> Result
     let rows = rows(args, cadences)?;
     let mission = Arc::new(chosen_mission(&args.mission.mission, &args.choice)?);
     check(&mission, cadences)?;
-    let trials = args.trials.unwrap_or(TRIALS);
-    if trials > MOST_TRIALS {
-        let message = format!("--trials: at most {MOST_TRIALS} are expected with --replan, found {trials}");
-        return Err(Failure::input(message));
-    }
+    let trials = trials_of(args.trials, TRIALS, "--replan")?;
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
-    let timed = plan_mission(&mission, false)?;
-    write_plan(&folder, &mission, &timed.plan)?;
-    if timed.plan.status != Status::Converged {
-        narrator.say(&format!("no plan to fly: {}", plan_text(&timed.plan, &mission.limits.safety, None)));
-        narrator.check()?;
-        if args.mission.json {
-            print(&plan_json(&mission, &timed.plan, Some(timed.solve_ms)))?;
-        }
+    let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
-    }
+    };
     let Some(campaigns) = fly_all(args, &mission, &rows, &timed.plan, trials, stop)? else {
         narrator.say("stopped: nothing is kept of campaigns that are not complete\n");
         narrator.check()?;
@@ -104,17 +89,8 @@ fn fly_all(
     for row in rows {
         let flights = ReplanFlights::new(mission, plan, row).bad_input()?;
         progress.set_message(&row.name());
-        let mut drops: Vec<ReplanDrop> = Vec::new();
-        for from in (0..trials).step_by(BLOCK as usize) {
-            if stop.load(Ordering::Relaxed) {
-                progress.finish();
-                return Ok(None);
-            }
-            let block = from..trials.min(from + BLOCK);
-            let flown = block.end - block.start;
-            drops.extend(pool.install(|| block.into_par_iter().map(|k| flights.fly(k)).collect::<Vec<_>>()));
-            progress.inc(flown);
-        }
+        let flown = fly_row(&pool, &progress, (trials, BLOCK), stop, |trial| flights.fly(trial));
+        let Some(drops) = flown else { return Ok(None) };
         campaigns.push(ReplanCampaign { row: row.clone(), drops });
     }
     progress.finish();
