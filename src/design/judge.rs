@@ -122,6 +122,8 @@ pub struct DesignJudge<'a> {
     /// Release cases, first as they are, then with their pitch off.
     cases: Vec<(BodyState, Variation)>,
     draws: Vec<(BodyState, Variation)>,
+    /// Steady flight at the target, of the vehicle as it flies; `None` where there is none.
+    target: Option<OperatingPoint>,
 }
 
 impl<'a> DesignJudge<'a> {
@@ -138,7 +140,8 @@ impl<'a> DesignJudge<'a> {
         let mut cases: Vec<_> = states.iter().map(|state| (*state, Variation::NONE)).collect();
         cases.extend(tipped(&states));
         let draws = (APART..).take(draws).map(|number| flights.draw(number, unknown)).collect();
-        Self { problem, flights, objective, bounds, cases, draws }
+        let target = steady_at_target(&problem, &flights);
+        Self { problem, flights, objective, bounds, cases, draws, target }
     }
 
     /// The flights.
@@ -197,23 +200,9 @@ impl<'a> DesignJudge<'a> {
                 thrust_n: [of_weight_n; MAX_ROTORS],
             },
             OperatingPoint { name: "plan's peak", body: body_of(peak), thrust_n: peak.thrust_n },
-            self.target()?,
+            self.target?,
         ];
         points.iter().map(|point| self.loops_at(point, &plan, &design.gains)).collect()
-    }
-
-    /// Steady flight at the target, of the vehicle as it flies; `None` where there is none.
-    fn target(&self) -> Option<OperatingPoint> {
-        let Self { problem, flights, .. } = self;
-        let trimmed = trim(problem.vehicle, problem.environment, problem.target_v_ned, 0.0).ok()?;
-        let body = BodyState {
-            q_ned_from_body: trimmed.q_ned_from_body,
-            v_ned: problem.target_v_ned,
-            omega_body: Vector3::zeros(),
-            ..flights.cases.first().map(ReleaseCase::state)?
-        };
-        let trimmed = OperatingPoint { name: "target", body, thrust_n: trimmed.thrust_n };
-        steady_near(problem.vehicle, problem.environment, &trimmed).ok()?.or(Some(trimmed))
     }
 
     fn loops_at(&self, point: &OperatingPoint, plan: &Trajectory, k: &Longitudinal) -> Option<LoopsAt> {
@@ -229,7 +218,7 @@ impl<'a> DesignJudge<'a> {
 
     /// Least distance of the loops at the target from instability, [`Judgement::modulus`].
     fn modulus(&self, plan: &Trajectory, k: &Longitudinal) -> f64 {
-        let at_target = self.target().and_then(|target| self.loops_at(&target, plan, k));
+        let at_target = self.target.and_then(|target| self.loops_at(&target, plan, k));
         let loops = at_target.map(|at| at.loops).unwrap_or_default();
         let least = loops.iter().fold(1.0f64, |least, (_, margins)| least.min(margins.modulus));
         if loops.iter().all(|(_, margins)| margins.stable) { least } else { -least }
@@ -295,6 +284,19 @@ impl<'a> DesignJudge<'a> {
         }
         judged
     }
+}
+
+/// Steady flight at the target, of the vehicle as it flies; `None` where there is none.
+fn steady_at_target(problem: &PlanProblem<'_>, flights: &DesignFlights) -> Option<OperatingPoint> {
+    let trimmed = trim(problem.vehicle, problem.environment, problem.target_v_ned, 0.0).ok()?;
+    let body = BodyState {
+        q_ned_from_body: trimmed.q_ned_from_body,
+        v_ned: problem.target_v_ned,
+        omega_body: Vector3::zeros(),
+        ..flights.cases.first().map(ReleaseCase::state)?
+    };
+    let trimmed = OperatingPoint { name: "target", body, thrust_n: trimmed.thrust_n };
+    steady_near(problem.vehicle, problem.environment, &trimmed).ok()?.or(Some(trimmed))
 }
 
 /// J_TPF of a flight; [`LOST`] for one that was lost or is beyond it.
