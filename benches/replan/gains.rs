@@ -72,7 +72,13 @@ const RANGES: [(f64, f64); 7] =
 fn cost(mission: &Arc<Mission>, plan: &Plan, cadence: Cadence, gains: &Gains) -> Result<f64, Box<dyn Error>> {
     let flown =
         |cadence: Option<Cadence>, count: u64, every: u64| -> Result<Vec<ReplanDrop>, Box<dyn Error>> {
-            let row = ReplanRow { cadence, feed_forward: true, gains_name: String::new(), gains: *gains };
+            let row = ReplanRow {
+                as_without: false,
+                cadence,
+                feed_forward: true,
+                gains_name: String::new(),
+                gains: *gains,
+            };
             let flights = ReplanFlights::new(mission, plan, &row)?;
             let fly = |first: u64| {
                 let flights = &flights;
