@@ -249,6 +249,7 @@ fn the_page_on_flying_px4_says_what_is_set_and_why() {
         fastest_descent_m_s: descent,
         fastest_horizontal_m_s: horizontal,
         hover_thrust: Some(hover),
+        satellite_delay_s: Some(hover),
     };
     let (one, other) = (of(20.0, 30.0, 0.5), of(40.0, 60.0, 0.25));
     let mut table = "| parameter | set to | otherwise |\n|---|---|---|\n".to_owned();
@@ -259,6 +260,38 @@ fn the_page_on_flying_px4_says_what_is_set_and_why() {
             [None, _] => "looked at only".to_owned(),
         };
         table.push_str(&format!("| {} | {value} | {} |\n", rule.name, rule.otherwise));
+    }
+    let page = fs::read_to_string("docs/fly_px4.md").unwrap();
+    assert!(page.contains(&table), "docs/fly_px4.md does not hold:\n{table}");
+}
+
+/// The page's table of PX4's versions is the program's: to be pasted from this test's message when stale.
+#[test]
+fn the_page_on_flying_px4_has_the_table_of_versions() {
+    use samara::control::px4::versions::{Allocation, ChecksReport, Refusals, VERSIONS};
+    let mut table = "| PX4 from | read in | rotors by | checks before arming (SYS_STATUS) | refusals by | velocity control within | \
+                     EKF2_GPS_DELAY in simulation | throw launch | known by |\n|---|---|---|---|---|---|---|---|---|\n"
+        .to_owned();
+    for v in &VERSIONS {
+        let rotors = match v.allocation {
+            Allocation::MixerFiles => "mixer files",
+            Allocation::Parameters => "CA_*",
+        };
+        let checks = match v.checks {
+            ChecksReport::AllFields => "present, enabled, healthy",
+            ChecksReport::HealthOnly => "healthy alone, for the present mode",
+        };
+        let refusals = match v.refusals {
+            Refusals::Texts => "STATUSTEXT",
+            Refusals::Events => "EVENT",
+        };
+        let (within, delay_ms) = (v.velocity_control_after_s, 1e3 * v.satellite_delay_s);
+        let throw = if v.throw_launch { "COM_THROW_EN" } else { "no" };
+        let known_by = v.known_by.unwrap_or("AUTOPILOT_VERSION");
+        table.push_str(&format!(
+            "| {} | {} | {rotors} | {checks} | {refusals} | {within} s | {delay_ms} ms | {throw} | {known_by} |\n",
+            v.number, v.read
+        ));
     }
     let page = fs::read_to_string("docs/fly_px4.md").unwrap();
     assert!(page.contains(&table), "docs/fly_px4.md does not hold:\n{table}");

@@ -523,6 +523,7 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
         ended_at_s: 45.0,
         completed: true,
         plan_cut: false,
+        released_unarmed: false,
         must_be_steady: true,
         trajectory: None,
         failsafe: true,

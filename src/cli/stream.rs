@@ -7,17 +7,22 @@ use clap::Args;
 
 use super::answer::{Answer, BadInput as _, Failure};
 use super::args::{ChoiceArgs, DEFAULT_MISSION, NetArgs, PlanningArgs};
-use super::mission::{mission_with_a_drop, origin, use_replan};
+use super::mission::{mission_for_px4, mission_with_a_drop, origin, use_replan};
 use super::narrator::Narrator;
-use super::pilot::px4::upload::envelope;
+use super::pilot::px4::upload::{envelope, preparation, suits};
 use super::planning::plan_and_say;
 use super::reporter::Reporter;
 use super::system::block_on;
+use super::terminal::print_remarks;
+use samara::config::Mission;
+use samara::control::px4::is_quad_x;
 use samara::link::parties::{self, StreamerChoice};
 use samara::link::shell::run_streamer;
-use samara::link::streamer::{Procedure, SolvedBy, StreamerState};
+use samara::link::streamer::{Procedure, SolvedBy, StreamerState, Uploads};
+use samara::params::ParameterFile;
 use samara::plan::Status;
 use samara::replan::{Cadence, ReplanSetup};
+use samara::trajectory::Trajectory;
 
 /// `samara stream`.
 #[derive(Args, Debug)]
@@ -46,11 +51,22 @@ pub struct StreamArgs {
     /// Send the plan's acceleration with its velocity.
     #[arg(long)]
     pub feed_forward: bool,
+    /// Give a PX4 that is up already what a drop needs, before anything else.
+    ///
+    /// What `samara drop` would give it: what every drop requires, the vehicle's hover thrust, thrust curve
+    /// and (v1.14 and later) rotors, and the gains - those of the mission's `px4_params`, of --params or
+    /// --gains.
+    /// Each must be echoed. PX4 keeps them.
+    #[arg(long)]
+    pub upload: bool,
 }
 
 /// Streams a plan from the release to its end, and then the target velocity.
 pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
-    let mut mission = mission_with_a_drop(&args.mission, &args.choice)?;
+    let (mut mission, parameters) = match args.upload {
+        true => mission_for_px4(&args.mission, &args.choice)?,
+        false => (mission_with_a_drop(&args.mission, &args.choice)?, None),
+    };
     mission.control.feed_forward |= args.feed_forward;
     if let Some(cadence) = args.replan {
         use_replan(&mut mission, cadence, &args.choice)?;
@@ -79,8 +95,12 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
         let (source, settings) = (Arc::new(mission.clone()), mission.replan.settings);
         (ReplanSetup { source, plan, cadence, settings }, SolvedBy::Host)
     });
+    let procedure = match args.upload {
+        true => upload(&mission, &trajectory, parameters.as_ref())?,
+        false => Procedure { envelope: envelope(&mission, &trajectory), ..Procedure::default() },
+    };
     let choice = StreamerChoice {
-        procedure: Some(Procedure { envelope: envelope(&mission, &trajectory), ..Procedure::default() }),
+        procedure: Some(procedure),
         replan,
         froude: parties::froude(&mission),
         ..StreamerChoice::default()
@@ -100,4 +120,21 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
     };
     narrator.check()?;
     Ok(answer)
+}
+
+/// What a PX4 is given for the drop, whichever it is: that comes out on the wire.
+fn upload(
+    mission: &Mission,
+    trajectory: &Trajectory,
+    given: Option<&ParameterFile>,
+) -> Result<Procedure, Failure> {
+    suits(mission).bad_input()?;
+    let allocated = preparation(mission, trajectory, given, false)?;
+    print_remarks(&mission.control.gains_name, &allocated.upload.remarks);
+    let by_mixer = match is_quad_x(&mission.vehicle) {
+        Ok(()) => Some(preparation(mission, trajectory, given, true)?.upload.parameters),
+        Err(_) => None,
+    };
+    let uploads = Uploads { by_mixer, allocated: allocated.upload.parameters };
+    Ok(Procedure { envelope: allocated.envelope, uploads })
 }

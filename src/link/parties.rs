@@ -139,6 +139,7 @@ pub fn streamer(
         hang_s: mission.release.hang_s,
         commands_release: mission.release.trigger == ReleaseTrigger::Command,
         delay_s: mission.release.parachute.delay_s,
+        gravity_m_s2: mission.site.environment.gravity_m_s2,
         target_v_ned: mission.target_v_ned,
         feed_forward: mission.control.feed_forward || replan.is_some(),
         froude,

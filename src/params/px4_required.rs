@@ -16,6 +16,8 @@ pub struct DropEnvelope {
     pub fastest_horizontal_m_s: f64,
     /// Thrust in hover as a part of the greatest thrust; `None`: unknown.
     pub hover_thrust: Option<f64>,
+    /// Age of the vehicle's satellite fixes, on PX4's clock [s]; `None`: unknown.
+    pub satellite_delay_s: Option<f64>,
 }
 
 /// A parameter of the table, and the values that it may have.
@@ -31,13 +33,19 @@ pub struct Rule {
     pub otherwise: &'static str,
     /// Whether the vehicle would then fall without thrust, so that it must not be released.
     pub grave: bool,
+    /// A parameter that has this name in other versions of PX4: one of the two is always absent.
+    pub succeeds: Option<&'static str>,
     /// Whether it is so with PX4 only: samara's own autopilot looks for a landing once its rotors have
     /// turned.
     pub of_px4_only: bool,
 }
 
-/// A hover thrust that is off by more than this part breaks the rule.
-const HOVER_TOLERANCE: f64 = 0.2;
+/// A hover thrust that is off by more than this part breaks the rule: 17 % made a drop steady after 5.3 s
+/// instead of 2.4 s.
+const HOVER_TOLERANCE: f64 = 0.03;
+/// An age of satellite fixes that is off by more than this [s] breaks the rule: 0.1 s made a drop steady
+/// after 5.5 s instead of 1.9 s. PX4 takes its fixes in steps of 10 ms.
+const SATELLITE_TOLERANCE_S: f64 = 0.02;
 
 fn int(i: i32) -> Option<Value> {
     Some(Value::Int(i))
@@ -45,6 +53,20 @@ fn int(i: i32) -> Option<Value> {
 
 fn real(x: f64) -> Option<Value> {
     Some(Value::Real(x as f32))
+}
+
+fn satellite_delay_ms(of: &DropEnvelope) -> Option<f64> {
+    of.satellite_delay_s.map(|s| 1e3 * s)
+}
+
+const fn satellite_delay(name: &'static str) -> Rule {
+    rule(
+        name,
+        |c| satellite_delay_ms(c).and_then(real),
+        |x, c| satellite_delay_ms(c).is_none_or(|ms| (x - ms).abs() <= 1e3 * SATELLITE_TOLERANCE_S),
+        "the estimator takes satellite fixes for so many milliseconds old, and they are not: its velocity is off \
+         by what the vehicle accelerates meanwhile",
+    )
 }
 
 /// PX4's tilt limit at the beginning of a drop, which then slews to [`TILT_AIR`]. Part of the gains, not of
@@ -62,12 +84,12 @@ const fn rule(
     holds: fn(f64, &DropEnvelope) -> bool,
     otherwise: &'static str,
 ) -> Rule {
-    Rule { name, wanted, holds, otherwise, grave: false, of_px4_only: false }
+    Rule { name, wanted, holds, otherwise, grave: false, succeeds: None, of_px4_only: false }
 }
 
 /// All required parameters: name, value to upload, which values will do, consequence of others.
 #[rustfmt::skip]
-pub const RULES: [Rule; 13] = [
+pub const RULES: [Rule; 15] = [
     rule("COM_DISARM_PRFLT", |_| real(-1.0), |x, _| x <= 0.0,
         "PX4 disarms itself so many seconds after arming when it has not seen a takeoff, and a hook or a slow canopy is none"),
     Rule { of_px4_only: true, ..rule("COM_DISARM_LAND", |_| real(-1.0), |x, _| x <= 0.0,
@@ -81,6 +103,8 @@ pub const RULES: [Rule; 13] = [
     // Bits 5 to 7: drift and speed, which are judged as at rest.
     rule("EKF2_GPS_CHECK", |_| int(21), |x, _| (x as i64) & 0xE0 == 0,
         "the checks of drift and speed (32, 64, 128) never pass while it descends: the estimator stays without a velocity, and velocity setpoints are then refused"),
+    satellite_delay("EKF2_GPS_DELAY"),
+    Rule { succeeds: Some("EKF2_GPS_DELAY"), ..satellite_delay("SENS_GPS0_DELAY") },
     rule("MPC_USE_HTE", |_| int(0), |x, _| x == 0.0,
         "the estimator of the hover thrust learns from the fall, and the flight depends on what it has learnt"),
     rule("COM_RCL_EXCEPT", |_| int(4), |x, _| (x as i64) & 4 != 0,
@@ -103,6 +127,15 @@ pub fn wanted(envelope: &DropEnvelope) -> impl Iterator<Item = (&'static str, Va
     RULES.iter().filter_map(|rule| Some((rule.name, (rule.wanted)(envelope)?)))
 }
 
+/// The name that a parameter has in other versions of PX4, where it has one: only one of the two is there.
+pub fn other_name(name: &str) -> Option<&'static str> {
+    RULES.iter().find_map(|rule| match rule.succeeds? {
+        before if rule.name == name => Some(before),
+        before if before == name => Some(rule.name),
+        _ => None,
+    })
+}
+
 /// The rule that a value of a parameter breaks; `None` when it breaks none.
 pub fn broken(name: &str, value: f64, envelope: &DropEnvelope) -> Option<&'static Rule> {
     RULES.iter().find(|rule| rule.name == name && !(rule.holds)(value, envelope))
@@ -115,8 +148,12 @@ mod tests {
 
     #[test]
     fn prop_what_the_table_asks_for_is_what_it_accepts_and_px4_takes() {
-        let of =
-            DropEnvelope { fastest_descent_m_s: 9.1, fastest_horizontal_m_s: 2.0, hover_thrust: Some(0.59) };
+        let of = DropEnvelope {
+            fastest_descent_m_s: 9.1,
+            fastest_horizontal_m_s: 2.0,
+            hover_thrust: Some(0.59),
+            satellite_delay_s: Some(0.11),
+        };
         let metadata = Metadata::px4();
         for (name, value) in wanted(&of) {
             assert!(broken(name, value.as_f64(), &of).is_none(), "{name}");
@@ -127,18 +164,32 @@ mod tests {
         }
     }
 
+    /// Names that PX4 has given up by v1.17, and those that it has taken for them.
+    #[test]
+    fn a_parameter_that_was_renamed_has_the_other_name() {
+        assert_eq!(other_name("EKF2_GPS_DELAY"), Some("SENS_GPS0_DELAY"));
+        assert_eq!(other_name("SENS_GPS0_DELAY"), Some("EKF2_GPS_DELAY"));
+        assert_eq!(other_name("MPC_THR_HOVER"), None);
+    }
+
     /// PX4 v1.12's defaults: the traps that are known from drops.
     #[test]
     fn px4s_defaults_break_the_rules_that_a_drop_needs() {
-        let of =
-            DropEnvelope { fastest_descent_m_s: 9.1, fastest_horizontal_m_s: 2.0, hover_thrust: Some(0.59) };
+        let of = DropEnvelope {
+            fastest_descent_m_s: 9.1,
+            fastest_horizontal_m_s: 2.0,
+            hover_thrust: Some(0.59),
+            satellite_delay_s: Some(0.11),
+        };
         for (name, default, breaks) in [
             ("COM_DISARM_PRFLT", 10.0, true),
             ("EKF2_GPS_CHECK", 245.0, true),
             ("MPC_Z_VEL_MAX_DN", 1.0, true),
             ("MPC_XY_VEL_MAX", 12.0, false),
             ("MPC_THR_MAX", 1.0, false),
-            ("MPC_THR_HOVER", 0.5, false),
+            ("MPC_THR_HOVER", 0.5, true),
+            ("EKF2_GPS_DELAY", 110.0, false),
+            ("EKF2_GPS_DELAY", 10.0, true),
         ] {
             assert_eq!(broken(name, default, &of).is_some(), breaks, "{name}");
         }

@@ -128,8 +128,12 @@ mod tests {
 
     #[test]
     fn the_drops_own_parameters_stand_and_another_vehicles_are_not_sent() {
-        let of =
-            DropEnvelope { fastest_descent_m_s: 9.1, fastest_horizontal_m_s: 2.0, hover_thrust: Some(0.59) };
+        let of = DropEnvelope {
+            fastest_descent_m_s: 9.1,
+            fastest_horizontal_m_s: 2.0,
+            hover_thrust: Some(0.59),
+            satellite_delay_s: Some(0.11),
+        };
         let file = ParameterFile::parse(DUMP).unwrap();
         let gains = [("MC_PITCH_P".to_owned(), Value::Real(4.0)), ("MC_ROLL_P".to_owned(), Value::Real(4.0))];
         let upload = Upload::new(&of, gains, Some(&file));

@@ -49,6 +49,11 @@ pub fn judge_drop(mission: &Mission, flown: &FlownDrop<'_>) -> (Option<Verdict>,
         ended_at_s,
         completed: mission.duration_s <= ended_at_s + STEP_AT_MOST_S,
         plan_cut: flown.plan.is_some() && verdict.is_some() && powered_s + STEP_AT_MOST_S < plan_end_s,
+        released_unarmed: flown
+            .record
+            .events
+            .iter()
+            .any(|e| e.event == crate::sim::DropEvent::ReleasedUnarmed),
         must_be_steady: flown.plan.is_some() || !(mission.release.standing || landed),
         trouble: flown.trouble.map(str::to_owned),
         autopilot: flown.by.cloned(),

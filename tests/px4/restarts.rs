@@ -7,8 +7,12 @@ use super::traces::nothing_is_left;
 
 /// What a drop needs of PX4, for its start-up script.
 pub fn script() -> String {
-    let of =
-        DropEnvelope { fastest_descent_m_s: 10.0, fastest_horizontal_m_s: 2.0, hover_thrust: Some(0.59) };
+    let of = DropEnvelope {
+        fastest_descent_m_s: 10.0,
+        fastest_horizontal_m_s: 2.0,
+        hover_thrust: Some(0.59),
+        satellite_delay_s: None,
+    };
     wanted(&of).map(|(name, value)| format!("param set {name} {}\n", value.as_f64())).collect()
 }
 

@@ -357,6 +357,7 @@ fn failure_of(outcome: &DropOutcome, run: &DropRun) -> Option<String> {
         return Some(format!("limits passed: {}", verdict.limits_passed.join(", ")));
     }
     let reasons = [
+        (run.released_unarmed, "released while the autopilot was not armed"),
         (run.failsafe, "a failsafe flew"),
         (!run.completed, "stopped before the mission's end"),
         (run.plan_cut, "the mission's duration_s ended before the plan"),

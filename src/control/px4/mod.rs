@@ -11,6 +11,7 @@
 //! | [`mixer`] | torque and thrust to motors, saturation | `MultirotorMixer::mix_airmode_disabled` |
 //! | [`output`] | thrust curve, arming ramp, command steps | `MultirotorMixer::mix`, `output_limit_calc` |
 //! | [`filter`](mod@filter) | filters of gyroscope and derivative | `LowPassFilter2p`, `BlockDerivative` |
+//! | [`versions`] | what differs between versions of PX4 for a drop | |
 //! | [`timing`] | periods and limits that others count on | |
 //! | [`controller`] | the loops in order and at their rates | queues `rate_ctrl`, `nav_and_controllers` |
 //!
@@ -25,6 +26,7 @@ pub mod parameters;
 pub mod rate;
 pub mod timing;
 pub mod velocity;
+pub mod versions;
 
 #[cfg(test)]
 mod controller_replay_tests;
@@ -33,6 +35,7 @@ mod replay_tests;
 
 pub use controller::{Px4Controller, Trace};
 pub use parameters::Parameters;
+pub use versions::Version;
 
 use crate::model::{RotationSense, Vehicle};
 

@@ -24,6 +24,8 @@ use crate::time::TimeUs;
 
 /// An autopilot that has not answered a TIMESYNC for so long will not; time goes on without.
 const FENCE_PATIENCE: Duration = Duration::from_secs(1);
+/// An autopilot that has not answered its first TIMESYNC for so long never will.
+const START_PATIENCE: Duration = Duration::from_secs(10);
 /// The autopilot may be silent while simulated time stands still.
 const PEER_MEMORY: Duration = Duration::from_secs(600);
 
@@ -87,7 +89,7 @@ impl Companion {
     /// Whether the vehicle's software is still starting, in wall time: it has not been heard, or has not
     /// listened yet.
     pub(super) fn vehicle_starts(&self) -> bool {
-        let deaf = !self.answers && self.asked.as_ref().is_some_and(|since| since.elapsed() < FENCE_PATIENCE);
+        let deaf = !self.answers && self.asked.as_ref().is_some_and(|since| since.elapsed() < START_PATIENCE);
         deaf || self.is_unheard()
     }
 
@@ -118,6 +120,8 @@ impl Companion {
             self.fence = None;
             self.unfenced += 1;
         }
+        let taken = self.answers && self.fence.is_none();
+        self.session.handle_empty(self.since.elapsed(), taken);
         if self.is_unheard() {
             self.session.handle_silence(self.since.elapsed());
         }

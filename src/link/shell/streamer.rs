@@ -30,7 +30,8 @@ pub async fn run_streamer<O: Observer>(
     let own = (STREAMER_SYSTEM, STREAMER_COMPONENT);
     let mut socket = Links::new(own, PEER_MEMORY, false, key);
     socket.bind_udp(Link::Api, ports.api, what, &[], observer).await?;
-    let mut heard = Since::now();
+    let began = Since::now();
+    let mut heard = began;
     let mut solver = session.host_renewal().map(Solver::start);
     let mut stop = std::pin::pin!(stop);
     while !session.is_over() {
@@ -45,6 +46,7 @@ pub async fn run_streamer<O: Observer>(
             observer.frame(session.now(), link, frame.bytes());
             session.handle_input(link, frame);
         });
+        session.handle_empty(began.elapsed(), false);
         if session.now() == before {
             session.handle_silence(heard.elapsed());
         } else {

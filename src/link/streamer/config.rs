@@ -5,10 +5,12 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 use crate::control::px4::timing::{IMU_PERIOD_US, SETPOINT_PERIOD_US};
+use crate::control::px4::versions::Allocation;
 use crate::link::froude::Froude;
 use crate::params::Value;
 use crate::params::px4_required::DropEnvelope;
 use crate::time::TimeUs;
+use crate::units::STANDARD_GRAVITY_M_S2;
 
 /// MAVLink system of the streamer: MAVSDK's of an offboard script.
 pub const STREAMER_SYSTEM: u8 = 245;
@@ -38,6 +40,8 @@ pub struct StreamerConfig {
     pub commands_release: bool,
     /// Delay t_d from the release to t = 0 [s].
     pub delay_s: f64,
+    /// Gravity of the site [m/s^2].
+    pub gravity_m_s2: f64,
     /// Velocity after the plan, NED [m/s].
     pub target_v_ned: Vector3<f64>,
     /// Heading of the level attitude before t = 0 [rad].
@@ -75,6 +79,7 @@ impl Default for StreamerConfig {
             hang_s: 10.0,
             commands_release: true,
             delay_s: 0.5,
+            gravity_m_s2: STANDARD_GRAVITY_M_S2,
             target_v_ned: Vector3::zeros(),
             yaw_rad: 0.0,
             feed_forward: false,
@@ -95,5 +100,40 @@ pub struct Procedure {
     /// What the rules depend on.
     pub envelope: DropEnvelope,
     /// Parameters that the vehicle is given before anything else.
-    pub upload: BTreeMap<String, Value>,
+    pub uploads: Uploads,
+}
+
+/// What a PX4 is given, by how it allocates its rotors; nothing at all where parameters are only looked at.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Uploads {
+    /// For a PX4 that mixes by a file; `None`: its mixer is not this vehicle's.
+    pub by_mixer: Option<BTreeMap<String, Value>>,
+    /// For a PX4 that allocates by parameters.
+    pub allocated: BTreeMap<String, Value>,
+}
+
+impl Uploads {
+    /// The parameters for a PX4 whose way to allocate is known beforehand.
+    pub fn of_one(parameters: BTreeMap<String, Value>) -> Self {
+        Self { by_mixer: Some(parameters.clone()), allocated: parameters }
+    }
+
+    /// The parameters for a PX4 that allocates so; `None`: it cannot fly the vehicle.
+    pub(super) fn of(&self, allocation: Allocation) -> Option<&BTreeMap<String, Value>> {
+        match allocation {
+            Allocation::MixerFiles => self.by_mixer.as_ref(),
+            Allocation::Parameters => Some(&self.allocated),
+        }
+    }
+
+    /// Whether nothing is given to any.
+    pub(super) fn are_empty(&self) -> bool {
+        self.allocated.is_empty() && self.by_mixer.as_ref().is_none_or(BTreeMap::is_empty)
+    }
+}
+
+impl Default for Uploads {
+    fn default() -> Self {
+        Self::of_one(BTreeMap::new())
+    }
 }

@@ -73,7 +73,7 @@ impl StreamerSession {
                 }) {
                     self.report(StreamerEvent::Offboard);
                     // They were for another mode.
-                    self.flight.vehicle.checks_pass = None;
+                    self.flight.vehicle.sensors = None;
                     self.enter(StreamerState::Arming);
                 }
             }
@@ -134,8 +134,8 @@ impl StreamerSession {
     /// Sends the autopilot a command whose answer does not matter.
     fn wish(&mut self, command: MavCmd, params: [f32; 3]) {
         let system_id = self.config.vehicle_system;
-        if let Progress::Send(m) =
-            Request::to_autopilot(system_id, command, params, "a message", 1).poll(self.flight.now)
+        if let Progress::Send(m) = Request::to_autopilot(system_id, command, params, "a message", 1)
+            .poll(self.flight.now, &self.wire)
         {
             self.send(&MavMessage::COMMAND_LONG(m));
         }
@@ -146,7 +146,7 @@ impl StreamerSession {
         let now = self.flight.now;
         let mut request = self.flight.request.take().unwrap_or_else(|| make(&self.config));
         let (what, by, sent_at) = (request.what, request.by, request.sent_at());
-        let progress = request.poll(now);
+        let progress = request.poll(now, &self.wire);
         self.flight.request = Some(request);
         let (result, gave_up) = match progress {
             Progress::Pending => return false,
@@ -177,12 +177,14 @@ impl StreamerSession {
             return self.enter(StreamerState::Falling);
         }
         let settled = now >= self.flight.armed_at + self.config.settle_us;
-        if self.config.commands_release
-            && settled
-            && self.shows_itself_ready()
-            && now >= microseconds(self.config.hang_s)
-        {
-            let late = now - microseconds(self.config.hang_s);
+        let hang = microseconds(self.config.hang_s);
+        let ahead = self.velocity_before_release();
+        if settled && ahead > 0 && now + ahead >= hang && self.shows_itself_ready() && !self.is_on_ground() {
+            self.flight.braced_at.get_or_insert(now);
+        }
+        let braced = ahead == 0 || self.flight.braced_at.is_some_and(|at| now >= at + ahead);
+        if self.config.commands_release && settled && braced && self.shows_itself_ready() && now >= hang {
+            let late = now - hang;
             if late >= LATE_US {
                 self.report(StreamerEvent::Late(late));
             }

@@ -3,6 +3,8 @@
 use core::time::Duration;
 use std::fmt;
 
+use super::vehicle::AutopilotVersion;
+use crate::control::px4::Version;
 use crate::replan::ReplanRecord;
 use crate::time::{TimeUs, seconds};
 
@@ -18,6 +20,13 @@ pub enum StreamerEvent {
         set: usize,
         /// Those that it does not have.
         absent: Vec<String>,
+    },
+    /// The software that the vehicle flies.
+    FlownBy {
+        /// Version, if the vehicle has told one.
+        version: Option<AutopilotVersion>,
+        /// The version of PX4 that it is taken for.
+        taken_for: &'static Version,
     },
     /// A parameter of the vehicle is not fit for a drop.
     Trap {
@@ -143,6 +152,16 @@ impl fmt::Display for StreamerEvent {
             Self::Uploaded { set, absent } => {
                 let absent = absent.join(" ");
                 write!(f, "{set} parameters set, each echoed; unknown to this autopilot: {absent}")
+            }
+            Self::FlownBy { version: Some(version), taken_for } => {
+                write!(f, "the vehicle flies PX4 {version}")?;
+                match version.known() == Some(taken_for) && version.number() == taken_for.number {
+                    true => Ok(()),
+                    false => write!(f, ", taken for {}", taken_for.number),
+                }
+            }
+            Self::FlownBy { version: None, taken_for } => {
+                write!(f, "the vehicle does not tell its version: by its parameters PX4 {}", taken_for.number)
             }
             Self::Trap { name, value, otherwise } => write!(f, "{name} = {value}: {otherwise}"),
             Self::NotAligned { lacking, said } => {

@@ -10,6 +10,7 @@
 //! | `setpoint` | the plan as setpoints |
 //! | `replanning` | plans that are renewed, from the vehicle's telemetry |
 //! | `request`, `parameters` | a command until it is answered; parameters given and asked for |
+//! | `patience` | when what was sent counts as unanswered |
 //! | `silence` | how long nothing has come |
 //! | `event` | what is reported |
 //!
@@ -46,11 +47,13 @@ use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
 use self::parameters::Exchange;
+use self::patience::Wire;
 use self::replanning::Replanning;
 use self::request::Request;
-use self::setpoint::SetpointSource;
+use self::setpoint::{Asked, SetpointSource};
 use self::silence::Silence;
 use self::vehicle::VehicleView;
+use crate::control::px4::Version;
 use crate::link::encoder::Encoder;
 use crate::link::frame::Frame;
 use crate::link::parachute::{MUTE, PARACHUTE_COMPONENT, T_END, T_RELEASE};
@@ -66,6 +69,7 @@ mod config;
 mod drop_states;
 mod event;
 mod parameters;
+mod patience;
 mod px4_states;
 mod replanning;
 mod request;
@@ -76,7 +80,7 @@ mod vehicle;
 #[cfg(test)]
 mod tests;
 
-pub use config::{Clock, Procedure, STREAMER_COMPONENT, STREAMER_SYSTEM, StreamerConfig};
+pub use config::{Clock, Procedure, STREAMER_COMPONENT, STREAMER_SYSTEM, StreamerConfig, Uploads};
 pub use event::StreamerEvent;
 pub use replanning::SolvedBy;
 pub use vehicle::AutopilotVersion;
@@ -137,6 +141,7 @@ pub struct StreamerSession {
     flight: Flight,
     texts: TextReader,
     silence: Silence,
+    wire: Wire,
     encoder: Encoder,
     outbox: VecDeque<Vec<u8>>,
     events: VecDeque<Timed<StreamerEvent>>,
@@ -152,6 +157,8 @@ struct Flight {
     next_heartbeat: TimeUs,
     request: Option<Request>,
     armed_at: TimeUs,
+    /// Since when velocity setpoints have asked for the least thrust before the release.
+    braced_at: Option<TimeUs>,
     /// Whether it sends nothing, by a fault of the simulator's.
     mute: bool,
     released_at: Option<TimeUs>,
@@ -164,6 +171,8 @@ struct Flight {
 #[derive(Clone, Debug, Default)]
 struct Readiness {
     exchange: Option<Exchange>,
+    /// The version of PX4 that the vehicle flies, or is taken for.
+    px4: Option<&'static Version>,
     aligned_since: Option<TimeUs>,
     /// How long it must be in HOLD, on its clock [us]; 0 where it has no tilt limit that must come up.
     hold_us: TimeUs,
@@ -183,6 +192,7 @@ impl StreamerSession {
             flight: Flight::default(),
             texts: TextReader::default(),
             silence: Silence::default(),
+            wire: Wire::default(),
             outbox: VecDeque::new(),
             events: VecDeque::new(),
         }
@@ -288,6 +298,13 @@ impl StreamerSession {
         self.outbox.push_back(bytes);
     }
 
+    /// All that has come by `wall`, in wall time since the host began, has been handed over, and nothing more
+    /// was there; `taken`: the vehicle is known to have taken all that was sent before. A host with sockets
+    /// says so whenever it finds them empty; one without says nothing.
+    pub fn handle_empty(&mut self, wall: Duration, taken: bool) {
+        self.wire.note_empty(wall, self.flight.now, taken);
+    }
+
     /// Nothing has come for `waited`, by the caller's measure; may be called as often as one likes.
     /// A vehicle that has been heard and then stays silent is gone, and the stream is at its end.
     pub fn handle_silence(&mut self, waited: Duration) {
@@ -323,10 +340,22 @@ impl StreamerSession {
             self.flight.next_heartbeat = heartbeat_after(now);
             self.send(&heartbeat_of(MavType::MAV_TYPE_GCS));
         }
-        let follows_plan = matches!(self.flight.state, StreamerState::Tracking | StreamerState::Target);
-        let start = self.plan_start();
-        if let Some(setpoint) = self.setpoints.poll(now, start, follows_plan, &self.config) {
+        let (asked, start) = (self.asked(), self.plan_start());
+        if let Some(setpoint) = self.setpoints.poll(now, start, asked, &self.config) {
             self.send(&setpoint);
+        }
+    }
+
+    /// What the setpoints ask for in the present state.
+    fn asked(&self) -> Asked {
+        let early = self.config.procedure.is_some() && self.px4_version().takes_velocity_late();
+        match self.flight.state {
+            StreamerState::Tracking | StreamerState::Target => Asked::Plan,
+            StreamerState::Falling if early && !self.is_on_ground() => Asked::Fall,
+            StreamerState::Hanging | StreamerState::Releasing if self.flight.braced_at.is_some() => {
+                Asked::LeastThrust
+            }
+            _ => Asked::Level,
         }
     }
 

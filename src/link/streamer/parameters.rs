@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 
 use mavlink::dialects::common::*;
 
+use super::patience::{Sent, Wire};
 use crate::link::wire::param_value;
 use crate::params::Value;
 use crate::params::file::AUTOPILOT_COMPONENT;
 use crate::time::TimeUs;
 
-/// What is not answered is sent again after this.
-const RETRY_US: TimeUs = 300_000;
+/// What is not answered is sent again after this, on the autopilot's clock.
+pub(super) const RETRY_US: TimeUs = 300_000;
 /// What has been sent so often is not there: PX4 answers in a hundredth of that time.
 pub(super) const TRIES: u32 = 4;
 /// How many go out at a time: a burst must fit into the receiver's socket.
@@ -33,7 +34,7 @@ enum Known {
 struct Item {
     name: String,
     set: Option<Value>,
-    sent_at: Option<TimeUs>,
+    sent: Option<Sent>,
     tries: u32,
     known: Known,
 }
@@ -71,25 +72,31 @@ impl Exchange {
     pub(super) fn new<'a>(set: &BTreeMap<String, Value>, read: impl Iterator<Item = &'a str>) -> Self {
         let item = |name: &str, set| {
             let name = name.to_owned();
-            Item { name, set, sent_at: None, tries: 0, known: Known::Nothing }
+            Item { name, set, sent: None, tries: 0, known: Known::Nothing }
         };
         let reads = read.filter(|name| !set.contains_key(*name)).map(|name| item(name, None));
         Self(set.iter().map(|(name, value)| item(name, Some(*value))).chain(reads).collect())
     }
 
-    /// What is to be sent now to the autopilot of a system.
-    pub(super) fn poll(&mut self, now: TimeUs, system_id: u8) -> Vec<MavMessage> {
+    /// What is to be sent now to the autopilot of a system; what is not answered is sent again after
+    /// `retry_us`.
+    pub(super) fn poll(
+        &mut self,
+        now: TimeUs,
+        retry_us: TimeUs,
+        wire: &Wire,
+        system_id: u8,
+    ) -> Vec<MavMessage> {
+        let waited = |sent: Sent| wire.has_waited(sent, now, retry_us);
         for item in &mut self.0 {
-            let unanswered = item.sent_at.is_some_and(|at| now >= at + RETRY_US) && item.tries >= TRIES;
+            let unanswered = item.sent.is_some_and(waited) && item.tries >= TRIES;
             if unanswered && item.known == Known::Nothing {
                 item.known = Known::Absent;
             }
         }
-        let due = |item: &&mut Item| {
-            !item.is_over() && item.tries < TRIES && item.sent_at.is_none_or(|at| now >= at + RETRY_US)
-        };
+        let due = |item: &&mut Item| !item.is_over() && item.tries < TRIES && item.sent.is_none_or(waited);
         let send = |item: &mut Item| {
-            item.sent_at = Some(now);
+            item.sent = Some(wire.send(now));
             item.tries += 1;
             message(&item.name, item.set, system_id)
         };

@@ -13,13 +13,14 @@ use std::collections::BTreeMap;
 use mavlink::dialects::common::{MavCmd, MavLandedState, MavMessage};
 
 use super::event::StreamerEvent;
-use super::parameters::{Exchange, Outcome, TRIES};
+use super::parameters::{Exchange, Outcome, RETRY_US, TRIES};
 use super::request::{Progress, Request};
-use super::{StreamerSession, StreamerState};
+use super::{AutopilotVersion, StreamerSession, StreamerState};
 use crate::autopilot::FlightMode;
+use crate::control::px4::Version;
 use crate::control::px4::timing::TILT_LIMIT_SLEW_RAD_S;
 use crate::params::Value;
-use crate::params::px4_required::{RULES, Rule, TILT_AIR, TILT_LND, TILT_SHUT, broken};
+use crate::params::px4_required::{RULES, Rule, TILT_AIR, TILT_LND, TILT_SHUT, broken, other_name};
 use crate::time::{TimeUs, microseconds};
 use crate::units::RAD_PER_DEG;
 
@@ -33,6 +34,8 @@ const REPORT_US: TimeUs = 5_000_000;
 const SHOWN_AFTER_US: TimeUs = 1_200_000;
 /// Checks that have not passed after this are asked about: only a refusal explains them.
 const CHECKS_US: TimeUs = 10_000_000;
+/// The version is waited for so long [us].
+const VERSION_US: TimeUs = 500_000;
 /// How much longer than the tilt limit takes PX4 is left in HOLD [s]: it may have got there later than it
 /// seemed.
 const HOLD_MARGIN_S: f64 = 0.25;
@@ -45,27 +48,86 @@ const STEEPEST_DEG: f64 = 90.0;
 const ON_GROUND: u8 = MavLandedState::MAV_LANDED_STATE_ON_GROUND as u8;
 
 impl StreamerSession {
-    /// Uploads and reads; on to the stream when all is answered.
+    /// Finds out which PX4 it is, then uploads and reads; on to the stream when all is answered.
     pub(super) fn exchange_parameters(&mut self) {
         let Some(procedure) = &self.config.procedure else { return self.enter(StreamerState::Streaming) };
-        let (now, system) = (self.flight.now, self.config.vehicle_system);
-        let exchange = self.flight.readiness.exchange.get_or_insert_with(|| {
-            Exchange::new(&procedure.upload, RULES.iter().map(|rule| rule.name).chain([TILT_LND, TILT_AIR]))
-        });
-        // Its patience is measured on the autopilot's clock, which is slow to answer while it starts.
-        let messages = exchange.poll(self.config.froude.map_or(now, |f| f.wire_us(now)), system);
-        let outcome = exchange.is_over().then(|| exchange.outcome());
-        messages.iter().for_each(|message| self.send(message));
-        if let Some(outcome) = outcome {
+        let Some(px4) = self.flight.readiness.px4 else { return self.find_px4_version() };
+        let Some(upload) = procedure.uploads.of(px4.allocation) else {
+            let number = px4.number;
+            return self.fail(format!(
+                "PX4 {number} mixes by a file, for rotors that are not this vehicle's: v1.14 and later take them by parameters"
+            ));
+        };
+        if self.flight.readiness.exchange.is_none() {
+            let looked_at = RULES.iter().map(|rule| rule.name).chain([TILT_LND, TILT_AIR]);
+            self.flight.readiness.exchange = Some(Exchange::new(upload, looked_at));
+        }
+        if let Some(outcome) = self.exchange() {
             self.judge_parameters(outcome);
         }
     }
 
+    /// One step of the exchange of parameters; its outcome, once it is over.
+    fn exchange(&mut self) -> Option<Outcome> {
+        let (now, system) = (self.flight.now, self.config.vehicle_system);
+        let retry_us = self.config.site_span_us(RETRY_US);
+        let exchange = self.flight.readiness.exchange.as_mut()?;
+        let messages = exchange.poll(now, retry_us, &self.wire, system);
+        let outcome = exchange.is_over().then(|| exchange.outcome());
+        messages.iter().for_each(|message| self.send(message));
+        outcome
+    }
+
+    /// By AUTOPILOT_VERSION; where none comes, or one of a PX4 that is on its way to a version, by the
+    /// parameters that the vehicle has.
+    fn find_px4_version(&mut self) {
+        let vehicle = &self.flight.vehicle;
+        let by_version = match vehicle.version {
+            _ if vehicle.is_samara => Some(Version::OLDEST),
+            version => version.and_then(AutopilotVersion::known),
+        };
+        let patience_us = self.config.site_span_us(VERSION_US);
+        let probing = self.flight.readiness.exchange.is_some();
+        if by_version.is_none() && !probing {
+            if vehicle.version.is_none() && self.flight.now < self.flight.since + patience_us {
+                return;
+            }
+            self.flight.readiness.exchange = Some(Exchange::new(&BTreeMap::new(), Version::probes()));
+        }
+        let by_parameters =
+            |outcome: Outcome| Version::by_parameters(|name| outcome.values.contains_key(name));
+        let Some(px4) = by_version.or_else(|| self.exchange().map(by_parameters)) else { return };
+        self.flight.readiness.exchange = None;
+        self.flight.readiness.px4 = Some(px4);
+        if !self.flight.vehicle.is_samara {
+            let version = self.flight.vehicle.version;
+            self.report(StreamerEvent::FlownBy { version, taken_for: px4 });
+        }
+    }
+
+    /// The version of PX4 that is flown, or taken for what is flown.
+    pub(super) fn px4_version(&self) -> &'static Version {
+        self.flight.readiness.px4.unwrap_or(Version::OLDEST)
+    }
+
+    /// How long before the release velocity setpoints must begin [us], for a version of PX4 that takes
+    /// velocity late and a delay that is shorter than that; 0: not before the release.
+    pub(super) fn velocity_before_release(&self) -> TimeUs {
+        let px4 = self.px4_version();
+        if self.config.procedure.is_none() || !px4.takes_velocity_late() {
+            return 0;
+        }
+        let takes = self.config.site_span_us(microseconds(px4.velocity_control_after_s));
+        takes.saturating_sub(microseconds(self.config.delay_s))
+    }
+
     fn judge_parameters(&mut self, outcome: Outcome) {
         let envelope = self.config.procedure.as_ref().map(|p| p.envelope).unwrap_or_default();
-        if outcome.set > 0 || !outcome.absent.is_empty() {
-            let Outcome { set, absent, .. } = &outcome;
-            self.report(StreamerEvent::Uploaded { set: *set, absent: absent.clone() });
+        let has = |name: &str| outcome.values.contains_key(name);
+        let missed = |name: &&String| !other_name(name).is_some_and(has);
+        let (set, absent) = (outcome.set, outcome.absent.iter().filter(missed).cloned().collect::<Vec<_>>());
+        if set > 0 || !absent.is_empty() {
+            self.report(StreamerEvent::Uploaded { set, absent });
         }
         if let Some((name, wanted, has)) = outcome.refused.first() {
             let count = outcome.refused.len();
@@ -102,7 +164,7 @@ impl StreamerSession {
         let comes_up_s = before.min(in_flight) * RAD_PER_DEG / TILT_LIMIT_SLEW_RAD_S;
         self.flight.readiness.hold_us = microseconds(comes_up_s + HOLD_MARGIN_S);
         // Of what was uploaded it has been said before.
-        let uploaded = self.config.procedure.as_ref().is_some_and(|p| !p.upload.is_empty());
+        let uploaded = self.config.procedure.as_ref().is_some_and(|p| !p.uploads.are_empty());
         if before < in_flight && !uploaded {
             let (name, otherwise) = (TILT_LND, TILT_SHUT);
             self.report(StreamerEvent::Trap { name, value: before, otherwise });
@@ -158,7 +220,7 @@ impl StreamerSession {
         let lacking = self.flight.vehicle.lacking();
         if self.flight.released_at.is_some() {
             // An answer that is still to come would be taken for that to OFFBOARD.
-            if !self.flight.request.as_ref().is_some_and(|request| request.is_under_way(at)) {
+            if !self.flight.request.as_ref().is_some_and(|request| request.is_under_way(at, &self.wire)) {
                 self.report(StreamerEvent::NotHeld);
                 self.enter(StreamerState::RequestingOffboard);
             }
@@ -194,7 +256,7 @@ impl StreamerSession {
             .request
             .take()
             .unwrap_or_else(|| Request::to_autopilot(system_id, command, params, "HOLD", HOLD_TRIES));
-        let gives_up = match request.poll(at) {
+        let gives_up = match request.poll(at, &self.wire) {
             Progress::Send(message) => {
                 self.send(&MavMessage::COMMAND_LONG(message));
                 false
@@ -215,14 +277,15 @@ impl StreamerSession {
     /// word.
     pub(super) fn awaits_checks(&mut self) -> bool {
         let (at, since) = (self.flight.now, self.flight.since);
-        let passed = self.flight.vehicle.checks_pass == Some(true);
+        let report = self.px4_version().checks;
+        let passed = self.flight.vehicle.checks_pass(report) == Some(true);
         let hurry = self.flight.released_at.is_some();
         if self.config.procedure.is_none() || self.flight.request.is_some() || passed || hurry {
             return false;
         }
         let waits = at < since + self.config.site_span_us(CHECKS_US);
         if !waits {
-            let reported = self.flight.vehicle.checks_pass.is_some();
+            let reported = self.flight.vehicle.checks_pass(report).is_some();
             self.report(StreamerEvent::ChecksNotPassed { reported });
         }
         waits
@@ -244,9 +307,14 @@ impl StreamerSession {
         self.flight.state == StreamerState::Hanging
     }
 
+    /// Whether a vehicle with a procedure believes to be on the ground.
+    pub(super) fn is_on_ground(&self) -> bool {
+        self.config.procedure.is_some() && self.flight.vehicle.landed_state == Some(ON_GROUND)
+    }
+
     /// Whether velocity setpoints must wait, because the vehicle believes to be on the ground.
     pub(super) fn holds_back(&mut self) -> bool {
-        let holds = self.config.procedure.is_some() && self.flight.vehicle.landed_state == Some(ON_GROUND);
+        let holds = self.is_on_ground();
         if holds && !std::mem::replace(&mut self.flight.readiness.held_back, true) {
             self.report(StreamerEvent::HeldBack);
         }

@@ -3,6 +3,7 @@
 use mavlink::dialects::common::{COMMAND_LONG_DATA, MavCmd, MavResult};
 use num_traits::FromPrimitive as _;
 
+use super::patience::{Sent, Wire};
 use crate::link::frame::CommandAck;
 use crate::params::file::AUTOPILOT_COMPONENT;
 use crate::time::TimeUs;
@@ -25,7 +26,7 @@ pub(super) struct Request {
     pub(super) by: &'static str,
     attempts_left: u32,
     retry_us: TimeUs,
-    sent_at: Option<TimeUs>,
+    sent: Option<Sent>,
     result: Option<u8>,
 }
 
@@ -51,7 +52,7 @@ impl Request {
         by: &'static str,
         attempts: u32,
     ) -> Self {
-        Self { message, what, by, attempts_left: attempts, retry_us: RETRY_US, sent_at: None, result: None }
+        Self { message, what, by, attempts_left: attempts, retry_us: RETRY_US, sent: None, result: None }
     }
 
     /// This request repeated five times as often: there is no time to wait for what explains a refusal.
@@ -60,8 +61,8 @@ impl Request {
     }
 
     /// Whether it was sent and may still be answered.
-    pub(super) fn is_under_way(&self, now: TimeUs) -> bool {
-        self.result.is_none() && self.sent_at.is_some_and(|at| now < at + self.retry_us)
+    pub(super) fn is_under_way(&self, now: TimeUs, wire: &Wire) -> bool {
+        self.result.is_none() && self.sent.is_some_and(|sent| !wire.has_waited(sent, now, self.retry_us))
     }
 
     /// A command to the autopilot of a system.
@@ -96,27 +97,32 @@ impl Request {
 
     /// When it was last sent.
     pub(super) fn sent_at(&self) -> Option<TimeUs> {
-        self.sent_at
+        self.sent.map(|sent| sent.at)
     }
 
     /// What is to be done about it at `now`.
-    pub(super) fn poll(&mut self, now: TimeUs) -> Progress {
+    pub(super) fn poll(&mut self, now: TimeUs, wire: &Wire) -> Progress {
         if self.result == Some(ACCEPTED) {
             return Progress::Accepted;
         }
-        let Some(sent_at) = self.sent_at else {
-            self.sent_at = Some(now);
+        let Some(sent) = self.sent else {
+            self.sent = Some(wire.send(now));
             self.attempts_left = self.attempts_left.saturating_sub(1);
             return Progress::Send(self.message.clone());
         };
-        if now < sent_at + self.retry_us {
+        // A refusal waits for what explains it, in simulated time alone.
+        let waited = match self.result {
+            Some(_) => now >= sent.at + self.retry_us,
+            None => wire.has_waited(sent, now, self.retry_us),
+        };
+        if !waited {
             return Progress::Pending;
         }
         let result = self.result.take();
         if self.attempts_left == 0 || result == Some(UNSUPPORTED) {
             return Progress::GaveUp(result);
         }
-        self.sent_at = None;
+        self.sent = None;
         self.message.confirmation = self.message.confirmation.wrapping_add(1);
         Progress::Again(result)
     }

@@ -1,5 +1,8 @@
 //! What the streamer sends at its rate: the level attitude before t = 0 of the plan, then the plan's
 //! velocity, then the target velocity. Setpoints lie on a grid of time through t = 0.
+//!
+//! A vehicle that takes velocity setpoints late gets them before t = 0: in the fall the fall's own velocity
+//! and acceleration, which ask for no thrust; before the release a faster descent than it can have.
 
 use mavlink::dialects::common::*;
 use nalgebra::Vector3;
@@ -18,6 +21,23 @@ const ATTITUDE_ONLY: u8 = 0x07;
 const VELOCITY_ONLY: u16 = 0x0DC7;
 /// Velocity and acceleration, no yaw.
 const VELOCITY_AND_ACCELERATION: u16 = 0x0C07;
+
+/// How much further in the fall the velocity is that asks for the least thrust before the release, on the
+/// autopilot's clock.
+const FURTHER_US: TimeUs = 1_000_000;
+
+/// What a setpoint asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Asked {
+    /// The level attitude without thrust.
+    Level,
+    /// The least thrust, by a velocity that the vehicle could have only later in the fall.
+    LeastThrust,
+    /// The velocity of the fall before the plan.
+    Fall,
+    /// The plan, and after it the target velocity.
+    Plan,
+}
 
 /// The plan, and what of it has been sent.
 #[derive(Clone, Debug)]
@@ -44,7 +64,7 @@ impl SetpointSource {
         &mut self,
         now: TimeUs,
         start: Option<TimeUs>,
-        follows_plan: bool,
+        asked: Asked,
         config: &StreamerConfig,
     ) -> Option<MavMessage> {
         let period = config.setpoint_period_us.max(1);
@@ -56,20 +76,42 @@ impl SetpointSource {
             return None;
         }
         self.next_us = grid + 1;
-        Some(if follows_plan {
-            self.velocity(now, seconds(grid.saturating_sub(start)), config)
-        } else {
-            level(now, config)
+        let until_start_s = seconds(start.saturating_sub(grid));
+        Some(match asked {
+            Asked::Level => level(now, config),
+            Asked::LeastThrust => {
+                let further_s = seconds(config.site_span_us(FURTHER_US)) - config.delay_s;
+                self.fall(now, further_s, config)
+            }
+            Asked::Fall => self.fall(now, -until_start_s, config),
+            Asked::Plan => self.plan(now, seconds(grid.saturating_sub(start)), config),
         })
     }
 
     /// The plan's setpoint at `t_s` from its start.
-    fn velocity(&mut self, now: TimeUs, t_s: f64, config: &StreamerConfig) -> MavMessage {
+    fn plan(&mut self, now: TimeUs, t_s: f64, config: &StreamerConfig) -> MavMessage {
         let feed_forward = config.feed_forward;
         let (trajectory, then_v_ned) = (&self.trajectory, Some(config.target_v_ned));
         let (v_ned, a_ned) = Reference::Plan { trajectory, then_v_ned, feed_forward }.at(t_s);
+        self.velocity(now, v_ned, feed_forward.then_some(a_ned), config)
+    }
+
+    /// The setpoint of a fall that leads through the plan's first velocity, at `t_s` from its start.
+    fn fall(&mut self, now: TimeUs, t_s: f64, config: &StreamerConfig) -> MavMessage {
+        let g_ned = Vector3::new(0.0, 0.0, config.gravity_m_s2);
+        let v_ned = self.trajectory.velocity_ned(0.0);
+        self.velocity(now, v_ned + g_ned * t_s, Some(g_ned), config)
+    }
+
+    fn velocity(
+        &mut self,
+        now: TimeUs,
+        v_ned: Vector3<f64>,
+        a_ned: Option<Vector3<f64>>,
+        config: &StreamerConfig,
+    ) -> MavMessage {
         self.velocity_ned = Some(v_ned);
-        let mask = if feed_forward { VELOCITY_AND_ACCELERATION } else { VELOCITY_ONLY };
+        let mask = if a_ned.is_some() { VELOCITY_AND_ACCELERATION } else { VELOCITY_ONLY };
         let mut m = SET_POSITION_TARGET_LOCAL_NED_DATA {
             time_boot_ms: (now / 1_000) as u32,
             type_mask: PositionTargetTypemask::from_bits_retain(mask),
@@ -79,7 +121,7 @@ impl SetpointSource {
             ..SET_POSITION_TARGET_LOCAL_NED_DATA::DEFAULT
         };
         [m.vx, m.vy, m.vz] = single(v_ned);
-        [m.afx, m.afy, m.afz] = single(a_ned);
+        [m.afx, m.afy, m.afz] = single(a_ned.unwrap_or_default());
         MavMessage::SET_POSITION_TARGET_LOCAL_NED(m)
     }
 }

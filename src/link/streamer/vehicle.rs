@@ -7,6 +7,8 @@ use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 
 use crate::autopilot::FlightMode;
+use crate::control::px4::Version;
+use crate::control::px4::versions::{ChecksReport, Number};
 use crate::link::frame::Frame;
 use crate::time::TimeUs;
 
@@ -15,6 +17,8 @@ const TEXTS: usize = 8;
 /// Bits of ESTIMATOR_STATUS.flags that velocity setpoints need.
 const NEEDED: [(u16, &str); 3] = [(1, "attitude"), (2, "horizontal velocity"), (4, "vertical velocity")];
 const PREARM_CHECK: u32 = MavSysStatusSensor::MAV_SYS_STATUS_PREARM_CHECK.bits();
+/// `FIRMWARE_VERSION_TYPE_OFFICIAL`: a version, and nothing on the way to one.
+const OFFICIAL: u8 = 255;
 
 /// The vehicle by its latest messages.
 #[derive(Clone, Debug, Default)]
@@ -30,8 +34,8 @@ pub(super) struct VehicleView {
     pub estimator: Option<u16>,
     /// `MAV_LANDED_STATE` of EXTENDED_SYS_STATE.
     pub landed_state: Option<u8>,
-    /// Whether the checks before arming pass, by SYS_STATUS.
-    pub checks_pass: Option<bool>,
+    /// Sensors that are present, enabled and healthy, by SYS_STATUS.
+    pub sensors: Option<[u32; 3]>,
     pub version: Option<AutopilotVersion>,
     /// Whether it is samara's own autopilot.
     pub is_samara: bool,
@@ -44,12 +48,7 @@ impl VehicleView {
     pub(super) fn take_status(&mut self, frame: &Frame) {
         let p = frame.payload();
         match frame.message_id {
-            SYS_STATUS_DATA::ID => {
-                let (present, enabled, healthy) = (p.u32(0), p.u32(4), p.u32(8));
-                if present & enabled & PREARM_CHECK != 0 {
-                    self.checks_pass = Some(healthy & PREARM_CHECK != 0);
-                }
-            }
+            SYS_STATUS_DATA::ID => self.sensors = Some([p.u32(0), p.u32(4), p.u32(8)]),
             AUTOPILOT_VERSION_DATA::ID => {
                 self.version = Some(AutopilotVersion { software: p.u32(16), git: p.u32(40) });
                 let build = [p.u32(36).to_le_bytes(), p.u32(40).to_le_bytes()].concat();
@@ -88,6 +87,13 @@ impl VehicleView {
         self.texts.iter().filter(|(t, _)| *t >= at).map(|(_, text)| text.clone()).collect()
     }
 
+    /// Whether the checks before arming pass, as a version of PX4 tells of them; `None` while it does not.
+    pub(super) fn checks_pass(&self, report: ChecksReport) -> Option<bool> {
+        let [present, enabled, healthy] = self.sensors?;
+        let told = report == ChecksReport::HealthOnly || present & enabled & PREARM_CHECK != 0;
+        told.then_some(healthy & PREARM_CHECK != 0)
+    }
+
     /// What the estimator says that it has not got; empty while it says nothing.
     pub(super) fn lacking(&self) -> Vec<&'static str> {
         let flags = self.estimator.unwrap_or(u16::MAX);
@@ -105,6 +111,18 @@ pub struct AutopilotVersion {
 }
 
 impl AutopilotVersion {
+    /// The version of PX4 that it is, if it is one and not on the way to one.
+    pub fn known(self) -> Option<&'static Version> {
+        let [.., kind] = self.software.to_be_bytes();
+        (kind == OFFICIAL).then(|| Version::of(self.number()))
+    }
+
+    /// First two numbers of the version.
+    pub fn number(self) -> Number {
+        let [major, minor, ..] = self.software.to_be_bytes();
+        Number { major, minor }
+    }
+
     /// `flight_custom_version` of samara's own autopilot, where PX4 has its git hash.
     pub const SAMARAS_BUILD: [u8; 8] = *b"samara\0\0";
 }
@@ -115,8 +133,8 @@ impl fmt::Display for AutopilotVersion {
         let [major, minor, patch, kind] = self.software.to_be_bytes();
         // FIRMWARE_VERSION_TYPE.
         let kind = match kind {
-            255 => "",
-            192..255 => "-rc",
+            OFFICIAL => "",
+            192..OFFICIAL => "-rc",
             128..192 => "-beta",
             64..128 => "-alpha",
             _ => "-dev",

@@ -43,7 +43,7 @@ use cpu::Pinned;
 use process::Px4Process;
 use samara::config::Mission;
 use samara::link::shell::{Ports, run_hosted_drop, system_of_instance};
-use samara::link::streamer::{Clock, Procedure};
+use samara::link::streamer::{Clock, Procedure, Uploads};
 use samara::link::{Link, parties};
 use samara::params::ParameterFile;
 use samara::report::FlownBy;
@@ -135,7 +135,7 @@ impl Pilot for Px4 {
         let Px4Settings { cpu, patience } = self.settings;
         let (mixer, preparation) = self.prepare(mission, trajectory)?;
         let Preparation { envelope, upload, .. } = preparation;
-        let procedure = Some(Procedure { envelope, upload: upload.parameters });
+        let procedure = Some(Procedure { envelope, uploads: Uploads::of_one(upload.parameters) });
         let ports = Ports::of_instance(instance).bad_input()?;
         let system = system_of_instance(instance).bad_input()?;
         let froude = parties::froude(mission);

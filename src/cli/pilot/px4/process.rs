@@ -4,6 +4,7 @@
 //! a process group of its own, since its start-up script has children. All of the group ends with the value
 //! that stands for it, and with this process, however these end.
 
+use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::os::unix::process::ExitStatusExt as _;
 use std::path::{Path, PathBuf};
@@ -19,24 +20,20 @@ use crate::cli::system::{Stopwatch, pause};
 
 /// The file that PX4's console is kept in, in its working directory.
 const CONSOLE: &str = "console.log";
-/// Variables of the environment that would change a run; what is wanted is set.
-const FOREIGN: [&str; 9] = [
-    "PX4_ESTIMATOR",
-    "PX4_HOME_ALT",
-    "PX4_HOME_LAT",
-    "PX4_HOME_LON",
-    "PX4_SIMULATOR",
-    "PX4_SIM_HOSTNAME",
-    "PX4_SIM_HOST_ADDR",
-    "PX4_SIM_SPEED_FACTOR",
-    "PX4_SYS_AUTOSTART",
-];
+/// Beginnings of the names of variables that PX4's start script and modules read, parameters (PX4_PARAM_*)
+/// among them: what is wanted of them is set.
+const FOREIGN: [&str; 2] = ["PX4_", "ROS_"];
 /// How long PX4 is given to close its log.
 const FAREWELL: Duration = Duration::from_secs(3);
 /// How often PX4's end is looked for.
 const LOOK: Duration = Duration::from_millis(10);
 /// Lines of the console that are shown when PX4 has ended by itself or does not answer.
 const LAST_WORDS: usize = 5;
+
+/// Whether a variable of the environment would change a run.
+fn is_foreign(name: &OsStr) -> bool {
+    FOREIGN.iter().any(|beginning| name.as_encoded_bytes().starts_with(beginning.as_bytes()))
+}
 
 /// A running PX4.
 #[derive(Debug)]
@@ -57,7 +54,11 @@ impl Px4Process {
         let console = File::create(work.join(CONSOLE)).and_then(|file| Ok((file.try_clone()?, file)));
         let (out, err) = console.with_context(|| format!("cannot write {CONSOLE}"))?;
         let mut command = Command::new(build.program());
-        FOREIGN.iter().for_each(|name| _ = command.env_remove(name));
+        for (name, _) in std::env::vars_os() {
+            if is_foreign(&name) {
+                command.env_remove(name);
+            }
+        }
         let group = ProcessGroup::start()?;
         group.adopt(&mut command);
         command

@@ -6,8 +6,10 @@ use anyhow::bail;
 use crate::cli::answer::{BadInput as _, Failure};
 use samara::config::{Mission, Px4Clock};
 use samara::control::px4::timing::ALIGNS_G0;
+use samara::link::parties;
 use samara::params::px4_required::DropEnvelope;
 use samara::params::{Export, Mixing, ParameterFile, Upload, export_for_mixing};
+use samara::time::seconds;
 use samara::trajectory::Trajectory;
 use samara::units::STANDARD_GRAVITY_M_S2;
 
@@ -92,10 +94,12 @@ pub fn whole(
 /// What the setpoints will demand, in PX4's units.
 pub fn envelope(mission: &Mission, trajectory: &Trajectory) -> DropEnvelope {
     let setpoints = || trajectory.nodes().iter().map(|n| n.v_ned).chain([mission.target_v_ned]);
+    let on_px4s_clock = |site_us| parties::froude(mission).map_or(site_us, |froude| froude.wire_us(site_us));
     let scale = mission.px4_purpose().factors(mission.site.environment.gravity_m_s2).k;
     DropEnvelope {
         fastest_descent_m_s: scale * setpoints().map(|v| v.z).fold(0.0, f64::max),
         fastest_horizontal_m_s: scale * setpoints().map(|v| v.xy().norm()).fold(0.0, f64::max),
         hover_thrust: None,
+        satellite_delay_s: Some(seconds(on_px4s_clock(mission.sensors.satellite.delay_us))),
     }
 }

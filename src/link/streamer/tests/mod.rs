@@ -8,6 +8,7 @@ mod readiness;
 mod scripted_px4;
 mod scripted_vehicle;
 mod trouble;
+mod versions;
 
 use self::scripted_vehicle::{ScriptedVehicle, WILLING, plan, texts};
 use super::*;

@@ -4,6 +4,8 @@ use mavlink::dialects::common::*;
 
 use super::scripted_vehicle::{Answers, ScriptedVehicle, texts};
 use super::*;
+use crate::control::px4::Version;
+use crate::control::px4::versions::VERSIONS;
 use crate::params::Value;
 use crate::params::px4_required::{RULES, TILT_AIR};
 use crate::time::TimeUs;
@@ -28,13 +30,25 @@ pub(super) struct ScriptedPx4 {
     pub(super) tilt_deg: Option<[f32; 2]>,
     /// COM_DISARM_LAND [s].
     pub(super) disarm_after_landing_s: f32,
+    /// The version of PX4 whose parameters it has.
+    pub(super) px4: &'static Version,
 }
 
 impl ScriptedPx4 {
     pub(super) fn new(estimator: Option<u16>, sensors: Option<[u32; 3]>, answers: Answers) -> Self {
+        Self::with(estimator, sensors, answers, |_| ())
+    }
+
+    pub(super) fn with(
+        estimator: Option<u16>,
+        sensors: Option<[u32; 3]>,
+        answers: Answers,
+        change: impl FnOnce(&mut StreamerConfig),
+    ) -> Self {
         let script = ScriptedVehicle::new(answers, |c| {
             c.procedure = Some(Procedure::default());
             c.hang_s = 60.0;
+            change(c);
         });
         Self {
             script,
@@ -43,6 +57,7 @@ impl ScriptedPx4 {
             sensors,
             tilt_deg: Some([45.0; 2]),
             disarm_after_landing_s: -1.0,
+            px4: Version::OLDEST,
         }
     }
 
@@ -71,6 +86,13 @@ impl ScriptedPx4 {
             self.answered += 1;
             if let Some(MavMessage::PARAM_REQUEST_READ(m)) = frame.known() {
                 let (param_id, name) = (m.param_id, m.param_id.to_str().unwrap());
+                let probed = VERSIONS.iter().find(|version| version.known_by == Some(name));
+                if probed.is_some_and(|version| version.number > self.px4.number) {
+                    let text = format!("[pm] unknown param: {name}");
+                    let text = STATUSTEXT_DATA { text: text.as_str().into(), ..Default::default() };
+                    self.script.vehicle_says(&MavMessage::STATUSTEXT(text));
+                    continue;
+                }
                 let rule = RULES.iter().find(|rule| rule.name == name);
                 let wanted = rule.map(|rule| (rule.wanted)(&Default::default()));
                 let (param_value, param_type) = match wanted {

@@ -1,0 +1,201 @@
+//! PX4's versions: what a drop meets that differs between them, as one table.
+//!
+//! A row was read in the sources of the tag that it names and holds until the next row's version. The version
+//! that flies is known by AUTOPILOT_VERSION; what is between two versions, or says nothing, is known by the
+//! parameters that it has ([`Version::known_by`]).
+
+use std::fmt;
+
+/// The first two numbers of a version: `v1.14`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Number {
+    /// The first.
+    pub major: u8,
+    /// The second.
+    pub minor: u8,
+}
+
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "v{}.{}", self.major, self.minor)
+    }
+}
+
+/// Where the rotors' geometry is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Allocation {
+    /// In files of mixers, chosen by the start script.
+    MixerFiles,
+    /// In the parameters CA_*.
+    Parameters,
+}
+
+/// How SYS_STATUS tells that the checks before arming pass (bit PREARM_CHECK).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChecksReport {
+    /// In all three fields: present, enabled, healthy.
+    AllFields,
+    /// In the field of what is healthy alone, and for the mode that it is in.
+    HealthOnly,
+}
+
+/// How a refusal to arm is explained.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusals {
+    /// By STATUSTEXT.
+    Texts,
+    /// By EVENT, whose texts are in metadata that PX4 serves.
+    Events,
+}
+
+/// A version of PX4, as far as a drop depends on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Version {
+    /// The first version that is so.
+    pub number: Number,
+    /// The tag whose sources were read.
+    pub read: &'static str,
+    /// A parameter that this version has and the one before has not.
+    pub known_by: Option<&'static str>,
+    /// Where the rotors' geometry is.
+    pub allocation: Allocation,
+    /// How the checks before arming are told.
+    pub checks: ChecksReport,
+    /// How a refusal to arm is explained.
+    pub refusals: Refusals,
+    /// Longest time on PX4's clock from the first velocity setpoint in OFFBOARD to velocity control [s]:
+    /// the commander takes the kind of setpoint over when it publishes its state.
+    pub velocity_control_after_s: f64,
+    /// Age of a satellite fix that its simulation takes for granted (EKF2_GPS_DELAY) [s].
+    pub satellite_delay_s: f64,
+    /// Whether a throw launch (COM_THROW_EN) may be asked of it.
+    pub throw_launch: bool,
+}
+
+const fn number(minor: u8) -> Number {
+    Number { major: 1, minor }
+}
+
+/// The commander publishes its state at 2 Hz, or when it changes, to which another kind of setpoint does not
+/// count (`Commander.cpp`, "publish states .. at 2 Hz or immediately when changed").
+const TWO_HZ_S: f64 = 0.5;
+
+/// All versions that are known, oldest first.
+pub const VERSIONS: [Version; 6] = [
+    Version {
+        number: number(12),
+        read: "v1.12.0",
+        known_by: None,
+        allocation: Allocation::MixerFiles,
+        checks: ChecksReport::AllFields,
+        refusals: Refusals::Texts,
+        velocity_control_after_s: super::timing::SWITCH_S,
+        satellite_delay_s: 0.11,
+        throw_launch: false,
+    },
+    Version {
+        number: number(13),
+        read: "v1.13.3",
+        known_by: Some("COM_PARACHUTE"),
+        allocation: Allocation::MixerFiles,
+        checks: ChecksReport::AllFields,
+        refusals: Refusals::Texts,
+        velocity_control_after_s: super::timing::SWITCH_S,
+        satellite_delay_s: 0.11,
+        throw_launch: false,
+    },
+    Version {
+        number: number(14),
+        read: "v1.14.3",
+        known_by: Some("COM_SPOOLUP_TIME"),
+        allocation: Allocation::Parameters,
+        checks: ChecksReport::HealthOnly,
+        refusals: Refusals::Events,
+        velocity_control_after_s: TWO_HZ_S,
+        satellite_delay_s: 0.11,
+        throw_launch: false,
+    },
+    Version {
+        number: number(15),
+        read: "v1.15.4",
+        known_by: Some("COM_THROW_EN"),
+        allocation: Allocation::Parameters,
+        checks: ChecksReport::HealthOnly,
+        refusals: Refusals::Events,
+        velocity_control_after_s: TWO_HZ_S,
+        satellite_delay_s: 0.01,
+        throw_launch: true,
+    },
+    Version {
+        number: number(16),
+        read: "v1.16.0",
+        known_by: Some("COM_MODE_ARM_CHK"),
+        allocation: Allocation::Parameters,
+        checks: ChecksReport::HealthOnly,
+        refusals: Refusals::Events,
+        velocity_control_after_s: TWO_HZ_S,
+        satellite_delay_s: 0.01,
+        throw_launch: true,
+    },
+    Version {
+        number: number(17),
+        read: "v1.17.0-beta1",
+        known_by: Some("EKF2_GPS_MODE"),
+        allocation: Allocation::Parameters,
+        checks: ChecksReport::HealthOnly,
+        refusals: Refusals::Events,
+        velocity_control_after_s: TWO_HZ_S,
+        satellite_delay_s: 0.01,
+        throw_launch: true,
+    },
+];
+
+impl Version {
+    /// The oldest version that is known: what is older is taken for it.
+    pub const OLDEST: &'static Self = &VERSIONS[0];
+
+    /// The version that a vehicle with that number flies: the newest of the table that is not newer, or the
+    /// oldest of the table.
+    pub fn of(number: Number) -> &'static Self {
+        VERSIONS.iter().rev().find(|version| version.number <= number).unwrap_or(Self::OLDEST)
+    }
+
+    /// The newest version of the table one of whose parameters `has`; the oldest, where none is there.
+    pub fn by_parameters(has: impl Fn(&str) -> bool) -> &'static Self {
+        VERSIONS.iter().rev().find(|version| version.known_by.is_some_and(&has)).unwrap_or(Self::OLDEST)
+    }
+
+    /// Names of the parameters by which versions are known.
+    pub fn probes() -> impl Iterator<Item = &'static str> {
+        VERSIONS.iter().filter_map(|version| version.known_by)
+    }
+
+    /// Whether velocity setpoints that begin with the plan would be late.
+    pub fn takes_velocity_late(&self) -> bool {
+        self.velocity_control_after_s > super::timing::SWITCH_S
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_means_the_newest_row_that_is_not_newer() {
+        let of = |major, minor| Version::of(Number { major, minor }).read;
+        assert_eq!(
+            [of(1, 16), of(1, 13), of(1, 11), of(1, 30), of(2, 0)],
+            ["v1.16.0", "v1.13.3", "v1.12.0", "v1.17.0-beta1", "v1.17.0-beta1"]
+        );
+        assert!(VERSIONS.windows(2).all(|pair| pair[0].number < pair[1].number));
+    }
+
+    #[test]
+    fn parameters_tell_the_newest_version_that_has_one() {
+        let by = |names: &[&str]| Version::by_parameters(|name| names.contains(&name)).read;
+        assert_eq!(by(&[]), "v1.12.0");
+        assert_eq!(by(&["COM_PARACHUTE"]), "v1.13.3");
+        assert_eq!(by(&["COM_PARACHUTE", "COM_SPOOLUP_TIME", "COM_THROW_EN"]), "v1.15.4");
+        assert!(VERSIONS[1..].iter().all(|version| version.known_by.is_some()), "each can be told");
+    }
+}

@@ -1,0 +1,130 @@
+//! What the streamer does differently for the versions of PX4: how it knows them, how it knows that their
+//! checks before arming pass, and when their velocity setpoints begin. What is true is what PX4's sources say
+//! (`control/px4/versions.rs` names the lines).
+
+use mavlink::dialects::common::*;
+
+use super::scripted_px4::{ALIGNED, PASS, PREARM_CHECK, S, ScriptedPx4};
+use super::scripted_vehicle::{WILLING, plan};
+use super::*;
+use crate::control::px4::versions::{Number, VERSIONS};
+
+/// What v1.14 and later say when their checks pass, and before that.
+const HEALTHY: Option<[u32; 3]> = Some([0, 0, PREARM_CHECK]);
+const NOT_YET: Option<[u32; 3]> = Some([0; 3]);
+
+fn of(minor: u8) -> &'static Version {
+    Version::of(Number { major: 1, minor })
+}
+
+/// The versions that take velocity setpoints late.
+fn late() -> impl Iterator<Item = &'static Version> {
+    VERSIONS.iter().filter(|version| version.takes_velocity_late())
+}
+
+#[test]
+fn a_vehicle_that_tells_no_version_is_known_by_its_parameters() {
+    for px4 in &VERSIONS {
+        let mut careful = ScriptedPx4::new(Some(ALIGNED), PASS, WILLING);
+        careful.px4 = px4;
+        careful.until(StreamerState::Streaming);
+        let told = format!("the vehicle does not tell its version: by its parameters PX4 {}", px4.number);
+        assert_eq!(careful.reports().iter().filter(|text| **text == told).count(), 1, "{told}");
+    }
+}
+
+/// PX4's `flight_sw_version` of v1.16.0, and of a build on the way from v1.16 to v1.17.
+#[test]
+fn a_version_is_believed_and_one_in_the_making_is_looked_at() {
+    for (software, has, told) in [
+        (0x0110_00FF, 12, "the vehicle flies PX4 v1.16.0 00000000"),
+        (0x0110_0000, 17, "the vehicle flies PX4 v1.16.0-dev 00000000, taken for v1.17"),
+        (0x0116_00FF, 12, "the vehicle flies PX4 v1.22.0 00000000, taken for v1.17"),
+    ] {
+        let mut careful = ScriptedPx4::new(Some(ALIGNED), PASS, WILLING);
+        careful.px4 = of(has);
+        let version = AUTOPILOT_VERSION_DATA { flight_sw_version: software, ..Default::default() };
+        careful.script.vehicle_says(&MavMessage::AUTOPILOT_VERSION(version));
+        careful.until(StreamerState::Streaming);
+        assert!(careful.reports().contains(&told.to_owned()), "{told}");
+    }
+}
+
+/// `SYS_STATUS.hpp` of v1.14 and later sets the bit in the healthy sensors alone.
+#[test]
+fn checks_that_are_told_in_one_field_are_waited_for_and_no_longer() {
+    for px4 in &VERSIONS[2..] {
+        let mut careful = ScriptedPx4::new(Some(ALIGNED), NOT_YET, WILLING);
+        careful.px4 = px4;
+        careful.until(StreamerState::Arming);
+        careful.run(7 * S);
+        assert_eq!((careful.script.streamer.state(), careful.armings()), (StreamerState::Arming, 0));
+        careful.sensors = HEALTHY;
+        let at = careful.script.now;
+        assert!(careful.until(StreamerState::Hanging) <= at + 108_000, "{}", px4.number);
+    }
+}
+
+/// The first velocity setpoint with what it asks for, and the time of t = 0, of a drop with so long a delay.
+fn first_velocity(
+    px4: &'static Version,
+    delay_s: f64,
+) -> (TimeUs, SET_POSITION_TARGET_LOCAL_NED_DATA, TimeUs) {
+    let mut careful = ScriptedPx4::with(Some(ALIGNED), HEALTHY, WILLING, |c| c.delay_s = delay_s);
+    (careful.px4, careful.sensors) = (px4, if px4.number < of(14).number { PASS } else { HEALTHY });
+    careful.until(StreamerState::Tracking);
+    let start = careful.script.streamer.plan_start().unwrap();
+    let velocities = careful.script.setpoints(84);
+    let Some(MavMessage::SET_POSITION_TARGET_LOCAL_NED(m)) = velocities[0].1.known() else { panic!() };
+    assert!(velocities.windows(2).all(|w| w[1].0 - w[0].0 <= 24_000), "they go on");
+    (velocities[0].0, m.clone(), start)
+}
+
+/// In the fall the setpoint is the fall's own, which comes to the plan's first velocity at t = 0: no thrust
+/// is asked for. Closed form: v(0) + g t.
+#[test]
+fn a_version_that_takes_velocity_late_gets_the_falls_own_from_the_release_on() {
+    for px4 in late() {
+        let (at, m, start) = first_velocity(px4, 0.5);
+        let before_s = seconds(start - at);
+        assert!((0.48..=0.508).contains(&before_s), "{}: {before_s} s before t = 0", px4.number);
+        let expected = plan().velocity_ned(0.0).z - 9.80665 * (before_s - 0.004);
+        assert!((f64::from(m.vz) - expected).abs() < 9.8 * 0.02, "{} for {expected}", m.vz);
+        assert_eq!((m.type_mask.bits(), m.afz), (0x0C07, 9.80665));
+    }
+    for px4 in &VERSIONS[..2] {
+        let (at, _, start) = first_velocity(px4, 0.5);
+        assert!(start.abs_diff(at) <= 4_000, "{}: with the plan", px4.number);
+    }
+}
+
+/// A delay shorter than PX4 takes: before the release the setpoint asks for a descent that the vehicle cannot
+/// have yet, and the release waits until it has done so for long enough.
+#[test]
+fn a_short_delay_begins_velocity_setpoints_before_the_release() {
+    for px4 in late() {
+        let (at, m, start) = first_velocity(px4, 0.19);
+        let before_s = seconds(start - at);
+        assert!((0.48..=0.52).contains(&before_s), "{}: {before_s} s before t = 0", px4.number);
+        let falls_m_s = plan().velocity_ned(0.0).z;
+        assert!(f64::from(m.vz) > falls_m_s + 5.0, "{} for {falls_m_s}", m.vz);
+        assert_eq!((m.type_mask.bits(), m.afz), (0x0C07, 9.80665));
+        assert!((59_990_000..=60_200_000).contains(&(start - 190_000)), "released at {start}");
+    }
+}
+
+/// A vehicle that believes to be on the ground gets no velocity: it would hold its rotors at zero thrust.
+#[test]
+fn on_the_ground_no_velocity_is_sent_before_the_plan() {
+    let mut careful = ScriptedPx4::new(Some(ALIGNED), HEALTHY, WILLING);
+    careful.px4 = of(16);
+    careful.until(StreamerState::Hanging);
+    let on_ground = EXTENDED_SYS_STATE_DATA {
+        landed_state: MavLandedState::MAV_LANDED_STATE_ON_GROUND,
+        ..Default::default()
+    };
+    careful.script.vehicle_says(&MavMessage::EXTENDED_SYS_STATE(on_ground));
+    careful.until(StreamerState::Falling);
+    careful.run(S / 4);
+    assert!(careful.script.setpoints(84).is_empty());
+}
