@@ -136,5 +136,5 @@ fn upload(
         Err(_) => None,
     };
     let uploads = Uploads { by_mixer, allocated: allocated.upload.parameters };
-    Ok(Procedure { envelope: allocated.envelope, uploads })
+    Ok(Procedure { envelope: allocated.envelope, uploads, event_texts: None })
 }

@@ -39,6 +39,7 @@ pub mod parachute;
 #[cfg(feature = "files")]
 pub mod parties;
 pub mod peer;
+pub mod px4_events;
 pub mod session;
 #[cfg(feature = "cli")]
 pub mod shell;

@@ -17,6 +17,7 @@ use super::super::hil::HilSession;
 use super::super::session::{Link, Session as _, Transmit};
 use super::super::streamer::{STREAMER_COMPONENT, STREAMER_SYSTEM, StreamerSession, StreamerState};
 use super::clock::Since;
+use super::event_texts::read_fetched;
 use super::links::Links;
 use super::notice::{Notice, Observer, ShellError};
 use super::ports::Ports;
@@ -102,7 +103,7 @@ impl Companion {
     pub(super) fn receive<O: Observer>(&mut self, simulator: &mut HilSession, observer: &mut O) {
         let now = simulator.now();
         let Self { session, links, fence, stamp, answers, .. } = self;
-        links.receive(observer, |observer, link, frame: &Frame| {
+        let is_empty = links.receive(observer, |observer, link, frame: &Frame| {
             if let Some(MavMessage::TIMESYNC(m)) = frame.known() {
                 *answers |= m.tc1 != 0 && (1..=*stamp).contains(&m.ts1);
                 if m.ts1 == *stamp && m.tc1 != 0 {
@@ -121,7 +122,9 @@ impl Companion {
             self.unfenced += 1;
         }
         let taken = self.answers && self.fence.is_none();
-        self.session.handle_empty(self.since.elapsed(), taken);
+        if is_empty {
+            self.session.handle_empty(self.since.elapsed(), taken);
+        }
         if self.is_unheard() {
             self.session.handle_silence(self.since.elapsed());
         }
@@ -141,6 +144,7 @@ impl Companion {
             self.ticked = Some(now);
             self.session.handle_time(now);
         }
+        read_fetched(&mut self.session);
         self.report(observer);
         let mut any = false;
         while let Some(sent) = self.session.poll_output() {

@@ -122,8 +122,9 @@ impl Endpoint {
         }
     }
 
-    /// Takes what has come, without waiting; `each` answers whether it has room for a connection.
-    pub(super) fn receive(&mut self, each: &mut impl FnMut(Arrival<'_>) -> bool) {
+    /// Takes what has come, without waiting; `each` answers whether it has room for a connection. Whether
+    /// nothing more is there.
+    pub(super) fn receive(&mut self, each: &mut impl FnMut(Arrival<'_>) -> bool) -> bool {
         match self {
             Self::Udp { socket, remote, buffer } => {
                 for _ in 0..DATAGRAMS_AT_A_TIME {
@@ -132,12 +133,13 @@ impl Endpoint {
                             each(Arrival::Datagram(from, &buffer[..len]));
                         }
                         Ok(_) => {}
-                        Err(e) if e.kind() == io::ErrorKind::WouldBlock => break,
+                        Err(e) if e.kind() == io::ErrorKind::WouldBlock => return true,
                         // The answer to a datagram that nobody wanted (ECONNREFUSED); the socket is as good
                         // as before.
                         Err(_) => {}
                     }
                 }
+                false
             }
             Self::Tcp(source, streams) => {
                 for (stream, peer) in source.take_new(streams.is_empty(), each) {
@@ -146,6 +148,7 @@ impl Endpoint {
                     }
                 }
                 streams.retain_mut(|stream| stream.receive(each));
+                true
             }
         }
     }

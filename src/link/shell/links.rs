@@ -150,18 +150,19 @@ impl Links {
         .await;
     }
 
-    /// Takes what has come, without waiting, and passes on what is for others.
+    /// Takes what has come, without waiting, and passes on what is for others. Whether nothing more is there.
     pub(super) fn receive<O: Observer>(
         &mut self,
         observer: &mut O,
         mut each: impl FnMut(&mut O, Link, &Frame),
-    ) {
+    ) -> bool {
         let Self { hub, endpoints, clock, .. } = self;
         let now = clock.now_us();
+        let mut is_empty = true;
         for (i, named) in endpoints.iter_mut().enumerate() {
             let id = EndpointId(i as u8);
             let (link, what) = (named.link, &named.what);
-            named.endpoint.receive(&mut |arrival| match arrival {
+            is_empty &= named.endpoint.receive(&mut |arrival| match arrival {
                 Arrival::Datagram(from, bytes) => {
                     hub.datagram(now, id, from, bytes, |frame| each(observer, link, frame));
                     true
@@ -189,6 +190,7 @@ impl Links {
             named.garbage.look(what, &hub.faults(id), observer);
         }
         self.report_and_pass_on(observer);
+        is_empty
     }
 
     fn report_and_pass_on(&mut self, observer: &mut impl Observer) {

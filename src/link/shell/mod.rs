@@ -16,6 +16,7 @@
 //! | [`streamer`] | [`run_streamer`]: UDP |
 //! | `solver` | a thread that renews the streamer's plans |
 //! | [`watched`] | [`run_watched_drop`]: the drop in memory at a speed to watch, ground stations on UDP |
+//! | `event_texts` | the texts of PX4's events, from its metadata |
 //! | `viewer` | the flight to be watched: HIL_STATE_QUATERNION on UDP |
 //!
 //! Loopback only, unless an endpoint is asked for by its URL; only a key keeps strangers out. Each `run_*`
@@ -28,6 +29,7 @@ pub mod clock;
 mod companion;
 mod connection;
 mod endpoint;
+mod event_texts;
 mod links;
 pub mod notice;
 pub mod ports;
@@ -45,6 +47,7 @@ mod tests;
 
 pub use autopilot::{AfterSimulator, run_autopilot};
 pub use clock::Speed;
+pub use event_texts::event_texts;
 pub use links::Wiring;
 pub use notice::{Notice, Observer, ShellError};
 pub use ports::{Ports, system_of_instance};

@@ -7,6 +7,7 @@ use super::super::session::{Link, Session as _};
 use super::super::signing::Key;
 use super::super::streamer::{STREAMER_COMPONENT, STREAMER_SYSTEM, StreamerSession};
 use super::clock::{Since, WATCH_PERIOD};
+use super::event_texts::read_fetched;
 use super::links::Links;
 use super::notice::{Notice, Observer, ShellError};
 use super::ports::Ports;
@@ -42,11 +43,14 @@ pub async fn run_streamer<O: Observer>(
             (answer, took) = Solver::answer(&mut solver) => session.handle_replanned(answer, took),
         }
         let before = session.now();
-        socket.receive(observer, |observer, link, frame| {
+        let is_empty = socket.receive(observer, |observer, link, frame| {
             observer.frame(session.now(), link, frame.bytes());
             session.handle_input(link, frame);
         });
-        session.handle_empty(began.elapsed(), false);
+        if is_empty {
+            session.handle_empty(began.elapsed(), false);
+        }
+        read_fetched(&mut session);
         if session.now() == before {
             session.handle_silence(heard.elapsed());
         } else {

@@ -1,12 +1,14 @@
 //! What is to be streamed, and when.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 
 use crate::control::px4::timing::{IMU_PERIOD_US, SETPOINT_PERIOD_US};
 use crate::control::px4::versions::Allocation;
 use crate::link::froude::Froude;
+use crate::link::px4_events::EventTexts;
 use crate::params::Value;
 use crate::params::px4_required::DropEnvelope;
 use crate::time::TimeUs;
@@ -101,6 +103,8 @@ pub struct Procedure {
     pub envelope: DropEnvelope,
     /// Parameters that the vehicle is given before anything else.
     pub uploads: Uploads,
+    /// Texts of the vehicle's events; `None`: the vehicle is asked for them.
+    pub event_texts: Option<Arc<EventTexts>>,
 }
 
 /// What a PX4 is given, by how it allocates its rotors; nothing at all where parameters are only looked at.

@@ -16,6 +16,8 @@ use crate::time::{TimeUs, microseconds, seconds};
 const STREAM_FIRST_US: TimeUs = 500_000;
 /// A release that comes so much later than it was to is reported.
 const LATE_US: TimeUs = 100_000;
+/// Arming, in words.
+const ARMING: &str = "arming";
 /// How long after the acknowledgement the instant of the release is waited for.
 const T_RELEASE_PATIENCE_US: TimeUs = 1_000_000;
 
@@ -84,7 +86,7 @@ impl StreamerSession {
                     let command = MavCmd::MAV_CMD_COMPONENT_ARM_DISARM;
                     let params = [1.0, 0.0, 0.0];
                     let request =
-                        Request::to_autopilot(c.vehicle_system, command, params, "arming", c.attempts);
+                        Request::to_autopilot(c.vehicle_system, command, params, ARMING, c.attempts);
                     if hurry { request.hurried() } else { request }
                 }) {
                     self.report(StreamerEvent::Armed);
@@ -126,7 +128,7 @@ impl StreamerSession {
     }
 
     /// Asks for a message at an interval.
-    fn wish_for(&mut self, message_id: u32, interval_us: TimeUs) {
+    pub(super) fn wish_for(&mut self, message_id: u32, interval_us: TimeUs) {
         let interval = [message_id as f32, interval_us as f32, 0.0];
         self.wish(MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL, interval);
     }
@@ -159,7 +161,10 @@ impl StreamerSession {
             Progress::Again(result) => (result.map(result_name), false),
             Progress::GaveUp(result) => (result.map(result_name), true),
         };
-        let said = self.flight.vehicle.said_since(sent_at.unwrap_or(0));
+        let mut said = self.flight.vehicle.said_since(sent_at.unwrap_or(0));
+        if what == ARMING {
+            said.extend(self.checks_against_arming());
+        }
         self.report(match result.clone() {
             Some(result) => StreamerEvent::Refused { what, result, said },
             None => StreamerEvent::Unanswered { what, by },

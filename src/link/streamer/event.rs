@@ -28,6 +28,11 @@ pub enum StreamerEvent {
         /// The version of PX4 that it is taken for.
         taken_for: &'static Version,
     },
+    /// The texts of the vehicle's events are not known.
+    NoEventTexts {
+        /// Reason.
+        why: String,
+    },
     /// A parameter of the vehicle is not fit for a drop.
     Trap {
         /// The parameter.
@@ -162,6 +167,9 @@ impl fmt::Display for StreamerEvent {
             }
             Self::FlownBy { version: None, taken_for } => {
                 write!(f, "the vehicle does not tell its version: by its parameters PX4 {}", taken_for.number)
+            }
+            Self::NoEventTexts { why } => {
+                write!(f, "what the vehicle says by EVENT is not understood: its metadata, {why}")
             }
             Self::Trap { name, value, otherwise } => write!(f, "{name} = {value}: {otherwise}"),
             Self::NotAligned { lacking, said } => {

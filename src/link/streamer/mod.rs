@@ -10,6 +10,7 @@
 //! | `setpoint` | the plan as setpoints |
 //! | `replanning` | plans that are renewed, from the vehicle's telemetry |
 //! | `request`, `parameters` | a command until it is answered; parameters given and asked for |
+//! | `download` | a file of the vehicle's, by MAVLink FTP |
 //! | `patience` | when what was sent counts as unanswered |
 //! | `silence` | how long nothing has come |
 //! | `event` | what is reported |
@@ -42,10 +43,12 @@
 
 use core::time::Duration;
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
+use self::download::Download;
 use self::parameters::Exchange;
 use self::patience::Wire;
 use self::replanning::Replanning;
@@ -57,6 +60,7 @@ use crate::control::px4::Version;
 use crate::link::encoder::Encoder;
 use crate::link::frame::Frame;
 use crate::link::parachute::{MUTE, PARACHUTE_COMPONENT, T_END, T_RELEASE};
+use crate::link::px4_events::EventTexts;
 use crate::link::session::{Link, Session, Transmit};
 use crate::link::statustext::TextReader;
 use crate::link::wire::{heartbeat_after, heartbeat_of};
@@ -66,6 +70,7 @@ use crate::time::{TimeUs, Timed, microseconds, seconds};
 use crate::trajectory::Trajectory;
 
 mod config;
+mod download;
 mod drop_states;
 mod event;
 mod parameters;
@@ -142,6 +147,8 @@ pub struct StreamerSession {
     texts: TextReader,
     silence: Silence,
     wire: Wire,
+    /// Texts of the vehicle's events, once they are known.
+    event_texts: Option<Arc<EventTexts>>,
     encoder: Encoder,
     outbox: VecDeque<Vec<u8>>,
     events: VecDeque<Timed<StreamerEvent>>,
@@ -165,6 +172,10 @@ struct Flight {
     vehicle: VehicleView,
     readiness: Readiness,
     failure: Option<String>,
+    /// Metadata of the vehicle's events, on their way.
+    download: Option<Download>,
+    /// Metadata of the vehicle's events, compressed, for the host.
+    metadata: Option<Vec<u8>>,
 }
 
 /// How far the vehicle is on its way to be released.
@@ -184,6 +195,7 @@ struct Readiness {
 impl StreamerSession {
     /// A streamer that has heard nothing yet.
     pub fn new(config: StreamerConfig, trajectory: Trajectory) -> Self {
+        let event_texts = config.procedure.as_ref().and_then(|p| p.event_texts.clone());
         Self {
             encoder: Encoder::new(STREAMER_SYSTEM, STREAMER_COMPONENT).scaled(config.froude),
             config,
@@ -193,6 +205,7 @@ impl StreamerSession {
             texts: TextReader::default(),
             silence: Silence::default(),
             wire: Wire::default(),
+            event_texts,
             outbox: VecDeque::new(),
             events: VecDeque::new(),
         }
@@ -224,6 +237,22 @@ impl StreamerSession {
             let event = StreamerEvent::Replanned(record.clone());
             self.report(event);
         }
+    }
+
+    /// Metadata of the vehicle's events as it serves them, xz: for a host that can read them, which gives them
+    /// back by [`Self::know_events`].
+    pub fn poll_event_metadata(&mut self) -> Option<Vec<u8>> {
+        self.flight.metadata.take()
+    }
+
+    /// Takes the texts of the vehicle's events.
+    pub fn know_events(&mut self, texts: Arc<EventTexts>) {
+        self.event_texts = Some(texts);
+    }
+
+    /// The metadata of the vehicle's events cannot be read, for this reason.
+    pub fn miss_events(&mut self, why: String) {
+        self.report(StreamerEvent::NoEventTexts { why });
     }
 
     /// What came of the attempts to renew the plan.
@@ -336,6 +365,7 @@ impl StreamerSession {
         if self.is_over() || waits || self.flight.mute {
             return;
         }
+        self.pursue_download();
         if now >= self.flight.next_heartbeat {
             self.flight.next_heartbeat = heartbeat_after(now);
             self.send(&heartbeat_of(MavType::MAV_TYPE_GCS));
@@ -351,12 +381,23 @@ impl StreamerSession {
         let early = self.config.procedure.is_some() && self.px4_version().takes_velocity_late();
         match self.flight.state {
             StreamerState::Tracking | StreamerState::Target => Asked::Plan,
-            StreamerState::Falling if early && !self.is_on_ground() => Asked::Fall,
+            StreamerState::Falling if early && !self.is_on_ground() => Asked::LeastThrust(self.moves_with()),
             StreamerState::Hanging | StreamerState::Releasing if self.flight.braced_at.is_some() => {
-                Asked::LeastThrust
+                Asked::LeastThrust(self.moves_with())
             }
             _ => Asked::Level,
         }
+    }
+
+    /// The vehicle's velocity now, NED [m/s]: as it has told it last, and fallen on since; where it tells
+    /// none, that of the plan's beginning.
+    fn moves_with(&self) -> Vector3<f64> {
+        let Some((at, v_ned)) = self.flight.vehicle.velocity_ned else {
+            return self.setpoints.trajectory.velocity_ned(0.0);
+        };
+        let falls_since = self.flight.released_at.map_or(self.flight.now, |released| at.max(released));
+        let falls_s = seconds(self.flight.now.saturating_sub(falls_since));
+        v_ned + Vector3::new(0.0, 0.0, self.config.gravity_m_s2 * falls_s)
     }
 
     fn take_of_autopilot(&mut self, frame: &Frame) {
@@ -371,8 +412,24 @@ impl StreamerSession {
                 }
             }
             Some(MavMessage::PARAM_ERROR(m)) => self.take_absence(m.param_id.to_str().unwrap_or_default()),
+            Some(MavMessage::FILE_TRANSFER_PROTOCOL(m)) => {
+                let system = self.config.vehicle_system;
+                let download = self.flight.download.as_mut();
+                let last = download.and_then(|download| download.take(&m.payload, system));
+                if let Some(message) = last {
+                    self.send(&message);
+                }
+            }
             Some(MavMessage::ATTITUDE(m)) if self.config.clock == Clock::Vehicle => {
                 self.take_clock(self.site_us(u64::from(m.time_boot_ms)));
+            }
+            Some(MavMessage::LOCAL_POSITION_NED(m)) => {
+                let faster = self.config.froude.map_or(1.0, |froude| froude.k());
+                let v_ned = Vector3::new(m.vx, m.vy, m.vz).map(|v| f64::from(v) / faster);
+                let at = self.site_us(u64::from(m.time_boot_ms));
+                if v_ned.iter().all(|v| v.is_finite()) {
+                    self.flight.vehicle.velocity_ned = Some((at, v_ned));
+                }
             }
             Some(MavMessage::HEARTBEAT(m)) => {
                 let (now, flies) = (self.flight.now, self.flight.state.is_flight());
@@ -383,6 +440,21 @@ impl StreamerSession {
                 }
             }
             _ => {}
+        }
+    }
+
+    /// Goes on with the download of the events' metadata.
+    fn pursue_download(&mut self) {
+        let (now, system) = (self.flight.now, self.config.vehicle_system);
+        let Some(download) = &mut self.flight.download else { return };
+        if let Some(outcome) = download.outcome() {
+            self.flight.download = None;
+            match outcome {
+                Ok(bytes) => self.flight.metadata = Some(bytes),
+                Err(why) => self.report(StreamerEvent::NoEventTexts { why: why.to_owned() }),
+            }
+        } else if let Some(message) = download.poll(now, &self.wire, system) {
+            self.send(&message);
         }
     }
 

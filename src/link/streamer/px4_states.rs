@@ -9,9 +9,12 @@
 //! ground may have landed.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use mavlink::dialects::common::{MavCmd, MavLandedState, MavMessage};
+use mavlink::MessageData as _;
+use mavlink::dialects::common::{LOCAL_POSITION_NED_DATA, MavCmd, MavLandedState, MavMessage};
 
+use super::download::Download;
 use super::event::StreamerEvent;
 use super::parameters::{Exchange, Outcome, RETRY_US, TRIES};
 use super::request::{Progress, Request};
@@ -19,6 +22,8 @@ use super::{AutopilotVersion, StreamerSession, StreamerState};
 use crate::autopilot::FlightMode;
 use crate::control::px4::Version;
 use crate::control::px4::timing::TILT_LIMIT_SLEW_RAD_S;
+use crate::control::px4::versions::Refusals;
+use crate::link::px4_events::EventTexts;
 use crate::params::Value;
 use crate::params::px4_required::{RULES, Rule, TILT_AIR, TILT_LND, TILT_SHUT, broken, other_name};
 use crate::time::{TimeUs, microseconds};
@@ -45,6 +50,10 @@ const HOLD_SHOWN_US: TimeUs = 2_500_000;
 const HOLD_TRIES: u32 = 3;
 /// A tilt limit beyond it [deg] is none.
 const STEEPEST_DEG: f64 = 90.0;
+/// Where PX4 serves the metadata of its events.
+const EVENTS_PATH: &str = "/etc/extras/all_events.json.xz";
+/// PX4's `NAVIGATION_STATE_OFFBOARD`.
+const NAV_STATE_OFFBOARD: u8 = 14;
 const ON_GROUND: u8 = MavLandedState::MAV_LANDED_STATE_ON_GROUND as u8;
 
 impl StreamerSession {
@@ -99,6 +108,12 @@ impl StreamerSession {
         let Some(px4) = by_version.or_else(|| self.exchange().map(by_parameters)) else { return };
         self.flight.readiness.exchange = None;
         self.flight.readiness.px4 = Some(px4);
+        if px4.takes_velocity_late() {
+            self.wish_for(LOCAL_POSITION_NED_DATA::ID, self.config.setpoint_period_us);
+        }
+        if px4.refusals == Refusals::Events && self.event_texts.is_none() {
+            self.flight.download = Some(Download::of(EVENTS_PATH));
+        }
         if !self.flight.vehicle.is_samara {
             let version = self.flight.vehicle.version;
             self.report(StreamerEvent::FlownBy { version, taken_for: px4 });
@@ -271,6 +286,12 @@ impl StreamerSession {
             self.report(StreamerEvent::NotHeld);
             self.enter(StreamerState::RequestingOffboard);
         }
+    }
+
+    /// What keeps the vehicle from being armed in OFFBOARD, by its events.
+    pub(super) fn checks_against_arming(&self) -> Vec<String> {
+        let against = |texts: &Arc<EventTexts>| self.flight.vehicle.health.against(NAV_STATE_OFFBOARD, texts);
+        self.event_texts.as_ref().map(against).unwrap_or_default()
     }
 
     /// Whether arming must wait: PX4 refuses it until its checks pass, and in its first seconds without a

@@ -1,8 +1,9 @@
 //! What the streamer sends at its rate: the level attitude before t = 0 of the plan, then the plan's
 //! velocity, then the target velocity. Setpoints lie on a grid of time through t = 0.
 //!
-//! A vehicle that takes velocity setpoints late gets them before t = 0: in the fall the fall's own velocity
-//! and acceleration, which ask for no thrust; before the release a faster descent than it can have.
+//! A vehicle that takes velocity setpoints late gets them before t = 0: its own velocity, as it tells it, so
+//! that no tilt is asked for, and downwards what it could have only later in its fall, with gravity for an
+//! acceleration, which asks for the least thrust.
 
 use mavlink::dialects::common::*;
 use nalgebra::Vector3;
@@ -22,19 +23,16 @@ const VELOCITY_ONLY: u16 = 0x0DC7;
 /// Velocity and acceleration, no yaw.
 const VELOCITY_AND_ACCELERATION: u16 = 0x0C07;
 
-/// How much further in the fall the velocity is that asks for the least thrust before the release, on the
-/// autopilot's clock.
+/// How much further in the fall the velocity is that asks for the least thrust, on the autopilot's clock.
 const FURTHER_US: TimeUs = 1_000_000;
 
 /// What a setpoint asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Asked {
     /// The level attitude without thrust.
     Level,
-    /// The least thrust, by a velocity that the vehicle could have only later in the fall.
-    LeastThrust,
-    /// The velocity of the fall before the plan.
-    Fall,
+    /// The least thrust and no tilt, of a vehicle that moves with this velocity, NED [m/s].
+    LeastThrust(Vector3<f64>),
     /// The plan, and after it the target velocity.
     Plan,
 }
@@ -76,14 +74,9 @@ impl SetpointSource {
             return None;
         }
         self.next_us = grid + 1;
-        let until_start_s = seconds(start.saturating_sub(grid));
         Some(match asked {
             Asked::Level => level(now, config),
-            Asked::LeastThrust => {
-                let further_s = seconds(config.site_span_us(FURTHER_US)) - config.delay_s;
-                self.fall(now, further_s, config)
-            }
-            Asked::Fall => self.fall(now, -until_start_s, config),
+            Asked::LeastThrust(v_ned) => self.least_thrust(now, v_ned, config),
             Asked::Plan => self.plan(now, seconds(grid.saturating_sub(start)), config),
         })
     }
@@ -96,11 +89,11 @@ impl SetpointSource {
         self.velocity(now, v_ned, feed_forward.then_some(a_ned), config)
     }
 
-    /// The setpoint of a fall that leads through the plan's first velocity, at `t_s` from its start.
-    fn fall(&mut self, now: TimeUs, t_s: f64, config: &StreamerConfig) -> MavMessage {
+    /// The setpoint that asks a vehicle with this velocity for the least thrust and no tilt.
+    fn least_thrust(&mut self, now: TimeUs, v_ned: Vector3<f64>, config: &StreamerConfig) -> MavMessage {
         let g_ned = Vector3::new(0.0, 0.0, config.gravity_m_s2);
-        let v_ned = self.trajectory.velocity_ned(0.0);
-        self.velocity(now, v_ned + g_ned * t_s, Some(g_ned), config)
+        let further_s = seconds(config.site_span_us(FURTHER_US));
+        self.velocity(now, v_ned + g_ned * further_s, Some(g_ned), config)
     }
 
     fn velocity(

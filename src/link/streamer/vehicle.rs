@@ -5,11 +5,13 @@ use std::fmt;
 
 use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
+use nalgebra::Vector3;
 
 use crate::autopilot::FlightMode;
 use crate::control::px4::Version;
 use crate::control::px4::versions::{ChecksReport, Number};
 use crate::link::frame::Frame;
+use crate::link::px4_events::{EVENT, Event, HealthReport};
 use crate::time::TimeUs;
 
 /// How many of the vehicle's texts are remembered.
@@ -36,6 +38,10 @@ pub(super) struct VehicleView {
     pub landed_state: Option<u8>,
     /// Sensors that are present, enabled and healthy, by SYS_STATUS.
     pub sensors: Option<[u32; 3]>,
+    /// Velocity, NED [m/s], by LOCAL_POSITION_NED, and when it had it.
+    pub velocity_ned: Option<(TimeUs, Vector3<f64>)>,
+    /// Latest events, by EVENT.
+    pub health: HealthReport,
     pub version: Option<AutopilotVersion>,
     /// Whether it is samara's own autopilot.
     pub is_samara: bool,
@@ -54,6 +60,7 @@ impl VehicleView {
                 let build = [p.u32(36).to_le_bytes(), p.u32(40).to_le_bytes()].concat();
                 self.is_samara = build == AutopilotVersion::SAMARAS_BUILD;
             }
+            EVENT => self.health.take(Event::of(&p)),
             ESTIMATOR_STATUS_DATA::ID => self.estimator = Some(p.u16(40)),
             EXTENDED_SYS_STATE_DATA::ID => self.landed_state = Some(p.u8(1)),
             _ => {}

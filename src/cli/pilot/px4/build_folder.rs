@@ -2,10 +2,13 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context as _, Result, anyhow, bail};
 
 use samara::control::px4::is_quad_x;
+use samara::link::px4_events::EventTexts;
+use samara::link::shell::event_texts;
 use samara::model::Vehicle;
 
 /// Files that must be in a build folder.
@@ -94,6 +97,13 @@ impl BuildFolder {
         }
         is_quad_x(vehicle).with_context(|| format!("vehicle {name}: this PX4 mixes by `quad_x`"))?;
         Ok(Some(QUAD_X))
+    }
+
+    /// The texts of its events, of a version that has them.
+    pub fn event_texts(&self) -> Option<Arc<EventTexts>> {
+        #[expect(clippy::disallowed_methods, reason = "metadata of the PX4 that is to be started")]
+        let metadata = fs::read(self.etc().join("extras/all_events.json.xz")).ok()?;
+        event_texts(&metadata).ok().map(Arc::new)
     }
 
     /// Where the folder is.

@@ -135,7 +135,11 @@ impl Pilot for Px4 {
         let Px4Settings { cpu, patience } = self.settings;
         let (mixer, preparation) = self.prepare(mission, trajectory)?;
         let Preparation { envelope, upload, .. } = preparation;
-        let procedure = Some(Procedure { envelope, uploads: Uploads::of_one(upload.parameters) });
+        let procedure = Some(Procedure {
+            envelope,
+            uploads: Uploads::of_one(upload.parameters),
+            event_texts: self.build.event_texts(),
+        });
         let ports = Ports::of_instance(instance).bad_input()?;
         let system = system_of_instance(instance).bad_input()?;
         let froude = parties::froude(mission);

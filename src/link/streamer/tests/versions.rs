@@ -5,7 +5,7 @@
 use mavlink::dialects::common::*;
 
 use super::scripted_px4::{ALIGNED, PASS, PREARM_CHECK, S, ScriptedPx4};
-use super::scripted_vehicle::{WILLING, plan};
+use super::scripted_vehicle::WILLING;
 use super::*;
 use crate::control::px4::versions::{Number, VERSIONS};
 
@@ -65,35 +65,47 @@ fn checks_that_are_told_in_one_field_are_waited_for_and_no_longer() {
     }
 }
 
-/// The first velocity setpoint with what it asks for, and the time of t = 0, of a drop with so long a delay.
-fn first_velocity(
-    px4: &'static Version,
-    delay_s: f64,
-) -> (TimeUs, SET_POSITION_TARGET_LOCAL_NED_DATA, TimeUs) {
+/// What the vehicle tells of its velocity under the canopy, NED [m/s].
+const UNDER_CANOPY: [f32; 3] = [-1.0, 0.5, 4.0];
+/// PX4's gravity [m/s^2].
+const G0: f64 = 9.80665;
+
+/// The first two velocity setpoints with what they ask for, and the time of t = 0, of a drop with so long a
+/// delay.
+fn first_velocities(px4: &'static Version, delay_s: f64) -> ([(TimeUs, [f32; 3], u16, f32); 2], TimeUs) {
     let mut careful = ScriptedPx4::with(Some(ALIGNED), HEALTHY, WILLING, |c| c.delay_s = delay_s);
     (careful.px4, careful.sensors) = (px4, if px4.number < of(14).number { PASS } else { HEALTHY });
+    careful.until(StreamerState::Hanging);
+    let [vx, vy, vz] = UNDER_CANOPY;
+    let told = LOCAL_POSITION_NED_DATA { vx, vy, vz, ..Default::default() };
+    careful.script.vehicle_says(&MavMessage::LOCAL_POSITION_NED(told));
     careful.until(StreamerState::Tracking);
+    careful.run(S / 10);
     let start = careful.script.streamer.plan_start().unwrap();
     let velocities = careful.script.setpoints(84);
-    let Some(MavMessage::SET_POSITION_TARGET_LOCAL_NED(m)) = velocities[0].1.known() else { panic!() };
     assert!(velocities.windows(2).all(|w| w[1].0 - w[0].0 <= 24_000), "they go on");
-    (velocities[0].0, m.clone(), start)
+    let first = [velocities[0], velocities[1]].map(|(at, frame)| {
+        let Some(MavMessage::SET_POSITION_TARGET_LOCAL_NED(m)) = frame.known() else { panic!() };
+        (*at, [m.vx, m.vy, m.vz], m.type_mask.bits(), m.afz)
+    });
+    (first, start)
 }
 
-/// In the fall the setpoint is the fall's own, which comes to the plan's first velocity at t = 0: no thrust
-/// is asked for. Closed form: v(0) + g t.
+/// From the release on: the vehicle's own velocity as it falls, a second further in the fall downwards, with
+/// gravity for an acceleration. Closed form: v + g (t + 1 s).
 #[test]
-fn a_version_that_takes_velocity_late_gets_the_falls_own_from_the_release_on() {
+fn a_version_that_takes_velocity_late_is_asked_for_no_thrust_from_the_release_on() {
     for px4 in late() {
-        let (at, m, start) = first_velocity(px4, 0.5);
-        let before_s = seconds(start - at);
-        assert!((0.48..=0.508).contains(&before_s), "{}: {before_s} s before t = 0", px4.number);
-        let expected = plan().velocity_ned(0.0).z - 9.80665 * (before_s - 0.004);
-        assert!((f64::from(m.vz) - expected).abs() < 9.8 * 0.02, "{} for {expected}", m.vz);
-        assert_eq!((m.type_mask.bits(), m.afz), (0x0C07, 9.80665));
+        let ([(at, v, mask, afz), (next, w, ..)], start) = first_velocities(px4, 0.5);
+        let since_release_s = 0.5 - seconds(start - at);
+        assert!((-0.008..=0.02).contains(&since_release_s), "{}: {since_release_s} s", px4.number);
+        let expected = f64::from(UNDER_CANOPY[2]) + G0 * (1.0 + since_release_s);
+        assert!((f64::from(v[2]) - expected).abs() < 1e-3, "{} for {expected}", v[2]);
+        assert!((f64::from(w[2] - v[2]) - G0 * seconds(next - at)).abs() < 1e-3, "it falls");
+        assert_eq!(([v[0], v[1]], mask, afz), ([UNDER_CANOPY[0], UNDER_CANOPY[1]], 0x0C07, G0 as f32));
     }
     for px4 in &VERSIONS[..2] {
-        let (at, _, start) = first_velocity(px4, 0.5);
+        let ([(at, ..), _], start) = first_velocities(px4, 0.5);
         assert!(start.abs_diff(at) <= 4_000, "{}: with the plan", px4.number);
     }
 }
@@ -103,12 +115,12 @@ fn a_version_that_takes_velocity_late_gets_the_falls_own_from_the_release_on() {
 #[test]
 fn a_short_delay_begins_velocity_setpoints_before_the_release() {
     for px4 in late() {
-        let (at, m, start) = first_velocity(px4, 0.19);
+        let ([(at, v, mask, afz), (_, w, ..)], start) = first_velocities(px4, 0.19);
         let before_s = seconds(start - at);
         assert!((0.48..=0.52).contains(&before_s), "{}: {before_s} s before t = 0", px4.number);
-        let falls_m_s = plan().velocity_ned(0.0).z;
-        assert!(f64::from(m.vz) > falls_m_s + 5.0, "{} for {falls_m_s}", m.vz);
-        assert_eq!((m.type_mask.bits(), m.afz), (0x0C07, 9.80665));
+        let expected = f64::from(UNDER_CANOPY[2]) + G0;
+        assert!((f64::from(v[2]) - expected).abs() < 1e-5 && w == v, "{} for {expected}", v[2]);
+        assert_eq!((mask, afz), (0x0C07, G0 as f32));
         assert!((59_990_000..=60_200_000).contains(&(start - 190_000)), "released at {start}");
     }
 }
