@@ -10,7 +10,7 @@ use samara::link::parties::{self, StreamerChoice};
 use samara::link::streamer::SolvedBy;
 use samara::link::{Lockstep, StreamerEvent};
 use samara::model::rigid_body::BodyState;
-use samara::plan::{Plan, SolverOptions, Status};
+use samara::plan::{Guess, Plan, SolverOptions, Status, plan};
 use samara::replan::{Cadence, Kept, ReplanRequest, ReplanSettings, ReplanSetup};
 use samara::report::effects::EffectFlights;
 use samara::report::replan::{ReplanFlights, ReplanRow};
@@ -62,6 +62,37 @@ fn prop_a_plan_renewed_where_it_was_is_the_rest_of_it() {
         let off = off.map(|t| (renewed.velocity_ned(t) - plan.velocity_ned(t)).norm()).fold(0.0, f64::max);
         assert!(off <= within_m_s, "{passed_s}: off {off}");
         assert!(answer.iterations <= 8, "{passed_s}: {} iterations", answer.iterations);
+    }
+}
+
+/// A release far from the plan's is another problem's beginning, with other bounds active: the renewal is
+/// solved within its iterations all the same, and is the plan of a solve that knew none.
+#[test]
+fn reference_a_plan_from_far_off_is_that_of_a_cold_solve() {
+    let setup = setup("titan_drop", Cadence::Release);
+    for (pitch_rad, rate_rad_s) in [(0.15, 0.33), (0.1, -0.25), (-0.1, 0.1), (0.0, -0.15)] {
+        let seen = BodyState {
+            p_ned: nalgebra::Vector3::zeros(),
+            q_ned_from_body: samara::frames::quaternion_from_euler(0.0, pitch_rad, 0.0),
+            v_ned: nalgebra::Vector3::new(0.06, 0.0, 3.66),
+            omega_body: nalgebra::Vector3::new(0.0, rate_rad_s, 0.0),
+        };
+        let in_force = setup.plan.trajectory.clone();
+        let request = ReplanRequest { number: 0, seen_s: 0.0, seen, takes_effect_s: 0.0, in_force };
+        let answer = setup.renewal().answer(&request);
+        let renewed = answer.found.unwrap();
+        let (q, v) = (seen.q_ned_from_body, seen.v_ned);
+        let problem =
+            setup.source.problem_from([q[0], q[1], q[2], q[3], v.x, v.y, v.z, 0.0, rate_rad_s, 0.0]);
+        let cold = plan(&problem, &Guess::StraightLine, &SolverOptions::default(), &mut |_| {
+            ControlFlow::Continue(())
+        });
+        let cold = cold.unwrap();
+        assert_eq!(cold.status, Status::Converged);
+        let off = (0..=300).map(|i| 0.1 * f64::from(i));
+        let off = off.map(|t| (renewed.velocity_ned(t) - cold.trajectory.velocity_ned(t)).norm());
+        let off = off.fold(0.0, f64::max);
+        assert!(off < 1e-4, "{pitch_rad}: off {off}");
     }
 }
 

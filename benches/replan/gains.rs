@@ -1,11 +1,11 @@
-//! Searches gains for plans that are renewed: `cargo run --release --example replan_gains -- titan_drop 1 400`.
+//! Searches gains for plans that are renewed: `cargo run --release --example replan_gains -- titan_drop 1 400
+//! titan_replan`, with the mission, the cadence, the number of candidates and the gains to begin at.
 //!
 //! A candidate flies 12 drops of the mission with the plan renewed at the rate, and four along one plan, by
 //! which it flies on where nothing is renewed. Its cost is half of the mean of J_TPF and half of that of the
 //! two worst of the first, 0.3 times the mean of the second, 0.3 times the share of each that is never steady,
 //! and 0.002 for each second until steady flight. The drops are of numbers from a million on: campaigns from 0
-//! on are of fresh ones. Where a candidate is better than all before, its cost and its gains are printed. The
-//! search begins at gains that were chosen by hand, for the Titan lander.
+//! on are of fresh ones. Where a candidate is better than all before, its cost and its gains are printed.
 #![expect(clippy::print_stdout, reason = "a program of its own")]
 
 use std::error::Error;
@@ -17,8 +17,8 @@ use samara::control::Gains;
 use samara::plan::{Plan, SolverOptions};
 use samara::replan::Cadence;
 use samara::report::replan::{ReplanDrop, ReplanFlights, ReplanRow};
+use samara::tune::Optimiser;
 use samara::tune::cma_es::{CmaEs, CmaSettings, Scale};
-use samara::tune::{Longitudinal, Optimiser};
 
 /// Drops of a candidate with renewed plans, and along one plan.
 const DROPS: [u64; 2] = [12, 4];
@@ -31,7 +31,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let mut next = |usual: &str| arguments.next().unwrap_or_else(|| usual.to_owned());
     let (name, cadence, candidates) = (next("titan_drop"), next("1").parse()?, next("400").parse::<usize>()?);
-    let mission = Arc::new(Mission::shipped(&name)?);
+    let mut mission = Mission::shipped(&name)?;
+    mission.use_gains(&next("titan_replan"))?;
+    let mission = Arc::new(mission);
     let plan = mission.solve(&SolverOptions::default(), &mut |_| ControlFlow::Continue(()))?;
     search(&mission, &plan, cadence, candidates)
 }
@@ -43,8 +45,8 @@ fn search(
     candidates: usize,
 ) -> Result<(), Box<dyn Error>> {
     let own = mission.control.gains;
-    let settings = CmaSettings { samples: 8, sigma: 0.07, scale: Scale::Logarithmic, tolerance: 1e-4 };
-    let mut strategy = CmaEs::new(RANGES, START, settings, 1);
+    let settings = CmaSettings { samples: 8, sigma: 0.1, scale: Scale::Logarithmic, tolerance: 1e-4 };
+    let mut strategy = CmaEs::new(RANGES, own.as_longitudinal(), settings, 1);
     let (mut best, mut count) = (f64::INFINITY, 0);
     while count < candidates && !strategy.has_converged() {
         let mut costs = Vec::new();
@@ -63,9 +65,7 @@ fn search(
     Ok(())
 }
 
-/// Where the search begins: k_pq, k_iq, k_ptheta, k_pvz, k_ivz, k_pvx, k_ivx.
-const START: Longitudinal = [5.0, 0.01, 1.0, 0.7, 0.3, 1.0, 0.02];
-/// Ranges that are searched, in that order.
+/// Ranges that are searched: k_pq, k_iq, k_ptheta, k_pvz, k_ivz, k_pvx, k_ivx.
 const RANGES: [(f64, f64); 7] =
     [(0.3, 12.0), (1e-4, 3.0), (0.2, 8.0), (0.2, 8.0), (1e-4, 2.0), (0.2, 5.0), (1e-4, 1.0)];
 

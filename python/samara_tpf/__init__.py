@@ -20,13 +20,14 @@ from __future__ import annotations
 
 import os
 import re
-from typing import Literal
+from collections.abc import Sequence
+from typing import Literal, TypeAlias, overload
 
 from . import _samara
 from ._columns import Columns
 from ._errors import MissionError, PlanError, TuneError
-from ._given import Asked, GainsLike, MissionLike, given, mission
-from ._results import Assessment, Campaign, Check, Drop, Plan, Tuning
+from ._given import Asked, DesignAsked, GainsLike, MissionLike, given, mission
+from ._results import Assessment, Campaign, Check, Design, Drop, Plan, Renewals, Tuning
 
 __version__ = _samara.VERSION
 
@@ -35,22 +36,29 @@ __all__ = [
     "Campaign",
     "Check",
     "Columns",
+    "Design",
     "Drop",
     "GainsLike",
     "MissionError",
     "MissionLike",
     "Plan",
     "PlanError",
+    "Renewals",
     "TuneError",
     "Tuning",
     "assess",
     "check",
+    "design",
     "drop",
     "mission",
     "missions",
     "plan",
     "tune",
 ]
+
+
+Cadence: TypeAlias = Literal["release"] | float
+"""When a plan is renewed: at the release, or from it on at a rate in Hz."""
 
 
 def missions() -> list[str]:
@@ -92,7 +100,7 @@ def drop(
     case: str | None = None,
     trajectory: str | os.PathLike[str] | None = None,
     estimator: Literal["truth", "ekf"] = "truth",
-    replan: Literal["release"] | float | None = None,
+    replan: Cadence | None = None,
     base: str | os.PathLike[str] | None = None,
 ) -> Drop:
     """Plans, drops, flies by samara's own autopilot, and judges, as ``samara drop`` does.
@@ -114,6 +122,7 @@ def drop(
     return Drop(_samara.drop(chosen, trajectory=trajectory, on_estimator=estimator == "ekf", replan=cadence))
 
 
+@overload
 def assess(
     mission: MissionLike = "titan_drop",
     *,
@@ -122,10 +131,38 @@ def assess(
     gains: GainsLike | None = None,
     params: str | os.PathLike[str] | None = None,
     bound: float = 1.0,
+    replan: None = None,
     threads: int | None = None,
     base: str | os.PathLike[str] | None = None,
-) -> Assessment:
+) -> Assessment: ...
+@overload
+def assess(
+    mission: MissionLike = "titan_drop",
+    *,
+    trials: int | None = None,
+    seed: int | None = None,
+    gains: GainsLike | None = None,
+    params: str | os.PathLike[str] | None = None,
+    replan: Sequence[Cadence],
+    threads: int | None = None,
+    base: str | os.PathLike[str] | None = None,
+) -> Renewals: ...
+def assess(
+    mission: MissionLike = "titan_drop",
+    *,
+    trials: int | None = None,
+    seed: int | None = None,
+    gains: GainsLike | None = None,
+    params: str | os.PathLike[str] | None = None,
+    bound: float = 1.0,
+    replan: Sequence[Cadence] | None = None,
+    threads: int | None = None,
+    base: str | os.PathLike[str] | None = None,
+) -> Assessment | Renewals:
     """Flies random releases with the mission's own gains, along the plan and with a step, as ``samara assess``.
+
+    With ``replan``, such as ``["release", 1]``, it flies whole drops without a wire instead, along one plan and with
+    the plan renewed at each of these, 300 of each unless ``trials`` says otherwise, as ``samara assess --replan``.
 
     ``trials``: of each campaign, at least 2, in place of the mission's; ``bound``: the J_TPF that a safe trial stays
     below; ``threads``: one for each core unless given, the results do not depend on it.
@@ -136,6 +173,14 @@ def assess(
     _in_range("threads", threads, 1, 256)
     _positive("bound", bound)
     chosen = given(mission, base=base, gains=gains, params=params, seed=seed)
+    if replan is not None:
+        if bound != 1.0:
+            raise MissionError("bound: campaigns without replan are expected with it")
+        if not replan or isinstance(replan, str):
+            raise MissionError(f"replan: a list of `release` and rates is expected, found {replan!r}")
+        _in_range("trials", trials, 2, 100_000)
+        cadences = list(dict.fromkeys(str(cadence) for cadence in replan))
+        return Renewals(_samara.assess_replan(chosen, cadences, trials=trials or 300, threads=threads))
     return Assessment(_samara.assess(chosen, trials=trials, bound=bound, threads=threads))
 
 
@@ -176,8 +221,7 @@ def tune(
         _in_range(key, value, least, most)
     _positive("rms_bound", rms_bound)
     _positive("penalty", penalty)
-    if not re.fullmatch(r"[A-Za-z0-9_-]+", name):
-        raise MissionError(f"name: letters, digits, `_` and `-` are expected, found {name!r}")
+    _plain("name", name)
     asked: Asked = {
         "method": method,
         "objective": objective,
@@ -204,6 +248,53 @@ def _in_range(key: str, value: int | None, least: int, most: int) -> None:
 def _positive(key: str, value: float | None) -> None:
     if value is not None and not 0.0 < value < float("inf"):
         raise MissionError(f"{key}: a number above 0 is expected, found {value!r}")
+
+
+def _plain(key: str, value: str) -> None:
+    if not re.fullmatch(r"[A-Za-z0-9_-]+", value):
+        raise MissionError(f"{key}: letters, digits, `_` and `-` are expected, found {value!r}")
+
+
+def design(
+    mission: MissionLike = "titan_drop",
+    *,
+    budget: int = 800,
+    start: str | None = None,
+    finalists: int = 8,
+    unseen: int = 10_000,
+    seed: int | None = None,
+    name: str = "design",
+    threads: int | None = None,
+    base: str | os.PathLike[str] | None = None,
+) -> Design:
+    """Searches plan and gains together, and judges both on fresh flights, as ``samara design``.
+
+    ``budget``: most designs that are planned and flown, 0 to judge the mission's own; ``start``: gains to begin at, a
+    name or a file, in place of the mission's; ``finalists``: designs that are judged once more, on flights that the
+    search did not have; ``unseen``: fresh flights in each condition; ``seed``: of the search and of the flights;
+    ``name``: of the gains found; ``threads``: one for each core unless given, the results do not depend on it.
+
+    Takes minutes with the usual ``budget``. ``MissionError``: something that was given is refused. ``PlanError``: no
+    design has a plan, nor has the mission. A design that is not better than the mission's own is no error:
+    ``Design.better`` says so.
+    """
+    for key, value, least, most in (
+        ("budget", budget, 0, 10_000_000),
+        ("finalists", finalists, 1, 1000),
+        ("unseen", unseen, 1, 10_000_000),
+        ("threads", threads, 1, 256),
+    ):
+        _in_range(key, value, least, most)
+    _plain("name", name)
+    asked: DesignAsked = {
+        "budget": budget,
+        "start": start,
+        "finalists": finalists,
+        "unseen": unseen,
+        "name": name,
+        "threads": threads,
+    }
+    return Design(_samara.design(given(mission, base=base, seed=seed), asked), mission)
 
 
 def check(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,19 @@ class Columns(Mapping[str, npt.NDArray[Any]]):
     @classmethod
     def _of_buffers(cls, buffers: Mapping[str, bytearray]) -> Columns:
         return cls({name: np.frombuffer(buffer, dtype=np.float64) for name, buffer in buffers.items()})
+
+    @classmethod
+    def _of_csv(cls, text: str) -> Columns:
+        """The columns of the program's CSV: of numbers, but for those with a word in them."""
+        names, *rows = csv.reader(line for line in text.splitlines() if not line.startswith("#"))
+
+        def column(cells: list[str]) -> npt.NDArray[Any]:
+            try:
+                return np.array([float(cell or "nan") for cell in cells])
+            except ValueError:
+                return np.array(cells)
+
+        return cls({name: column([row[i] for row in rows]) for i, name in enumerate(names)})
 
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
         return self._arrays[name]

@@ -53,6 +53,17 @@ class Asked(TypedDict):
     threads: int | None
 
 
+class DesignAsked(TypedDict):
+    """What is asked of a search of designs, for the extension module."""
+
+    budget: int
+    start: str | None
+    finalists: int
+    unseen: int
+    name: str
+    threads: int | None
+
+
 def _text(document: Mapping[str, Any]) -> str:
     return json.dumps(document, indent=2)
 

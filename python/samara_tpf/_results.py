@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import numpy as np
 from . import _samara
 from ._columns import Array, Columns
 from ._errors import PlanError
+from ._given import MissionLike
 
 PHASES = np.array(["hanging", "falling", "powered"])
 
@@ -290,6 +292,33 @@ class Assessment:
         return f"<Assessment: {self.sentence}>"
 
 
+class Renewals:
+    """The same drops along one plan and along plans that are renewed."""
+
+    def __init__(self, renewed: _samara.Renewed) -> None:
+        self._renewed = renewed
+
+    @cached_property
+    def report(self) -> dict[str, Any]:
+        """The object of the program's ``replan.json``: each campaign with its changes from the first."""
+        report: dict[str, Any] = json.loads(self._renewed.json)
+        return report
+
+    @cached_property
+    def drops(self) -> Columns:
+        """The columns of the program's ``replan.csv``, a row for each drop of each campaign."""
+        return Columns._of_csv(self._renewed.csv)
+
+    @property
+    def text(self) -> str:
+        """The table that the program prints."""
+        return self._renewed.text
+
+    def __repr__(self) -> str:
+        means = (f"{row['name']} {row['measures'][0]['mean']:.4f}" for row in self.report["campaigns"])
+        return f"<Renewals: J_TPF {', '.join(means)}>"
+
+
 class Tuning:
     """Gains that were found, and the search that found them."""
 
@@ -351,6 +380,71 @@ class Tuning:
 
     def __repr__(self) -> str:
         return f"<Tuning: {self.gains['name']}, J_TPF {self.j_tpf:.4f}, tracking RMS {self.rms:.4f}>"
+
+
+class Design:
+    """A plan and the gains that fly it, found together, and the search that found them."""
+
+    def __init__(self, designed: _samara.Designed, mission: MissionLike) -> None:
+        self._designed = designed
+        self._vehicle = mission.get("vehicle") if isinstance(mission, Mapping) else None
+
+    @cached_property
+    def mission(self) -> dict[str, Any]:
+        """The document of the mission with this plan and these gains, which every verb takes.
+
+        That of the program's ``design_mission.json``, with ``gains`` as a document and whole paths.
+        """
+        mission: dict[str, Any] = json.loads(self._designed.mission_json)
+        mission["gains"] = self.gains
+        if isinstance(self._vehicle, Mapping):
+            mission["vehicle"] = dict(self._vehicle)
+        return mission
+
+    @cached_property
+    def gains(self) -> dict[str, Any]:
+        """The document of the program's ``design_gains.json``, which every verb takes as ``gains``."""
+        gains: dict[str, Any] = json.loads(self._designed.gains_json)
+        return gains
+
+    @cached_property
+    def report(self) -> dict[str, Any]:
+        """The object of the program's ``design.json``: the design, margins, finalists, fresh flights."""
+        report: dict[str, Any] = json.loads(self._designed.json)
+        return report
+
+    @property
+    def better(self) -> bool:
+        """Whether it keeps all bounds and is better than the mission's own on fresh flights."""
+        return self._designed.better
+
+    @property
+    def allowed(self) -> bool:
+        """Whether it keeps all bounds on the flights of the search."""
+        return self._designed.allowed
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in a sentence, as the program prints it last."""
+        return self._designed.sentence
+
+    @property
+    def text(self) -> str:
+        """The tables that the program prints."""
+        return self._designed.text
+
+    @cached_property
+    def history(self) -> Columns:
+        """The columns of the program's ``design.csv``, a row for each generation."""
+        return Columns._of_csv(self._designed.history_csv)
+
+    @cached_property
+    def front(self) -> Columns:
+        """The columns of the program's ``design_front.csv``: designs that no other beats in cost and a measure."""
+        return Columns._of_csv(self._designed.front_csv)
+
+    def __repr__(self) -> str:
+        return f"<Design: {self.sentence}>"
 
 
 class Check:

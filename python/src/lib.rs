@@ -8,7 +8,7 @@
 //! | `work` | work beside the interpreter, which Ctrl-C ends |
 //! | `pool` | threads for many flights |
 //! | `arrays` | columns of numbers as buffers |
-//! | `verbs` | plan, check, drop, assess, tune |
+//! | `verbs` | plan, check, drop, assess, tune, design |
 
 use pyo3::prelude::*;
 
@@ -25,11 +25,15 @@ mod _samara {
     #[pymodule_export]
     use crate::verbs::assess::{Assessed, assess};
     #[pymodule_export]
+    use crate::verbs::design::{Designed, design};
+    #[pymodule_export]
     use crate::verbs::drop::{Dropped, drop};
     #[pymodule_export]
     use crate::verbs::names::{check, mission_text, missions};
     #[pymodule_export]
     use crate::verbs::plan::{Planned, plan};
+    #[pymodule_export]
+    use crate::verbs::replan::{Renewed, assess_replan};
     #[pymodule_export]
     use crate::verbs::tune::{Tuned, tune};
 

@@ -16,7 +16,7 @@ def changed(**changes: Any) -> dict[str, Any]:
     return samara.mission("titan_drop") | changes
 
 
-@pytest.mark.parametrize("verb", [samara.plan, samara.drop, samara.assess, samara.tune, samara.check])
+@pytest.mark.parametrize("verb", [samara.plan, samara.drop, samara.assess, samara.tune, samara.design, samara.check])
 def test_reference_a_file_is_refused_as_by_the_program(verb: Any, tmp_path: Path) -> None:
     document = changed()
     document["site"]["gravity_m_s2"] = -1.0
@@ -67,6 +67,13 @@ def test_a_dict_is_refused_with_the_path() -> None:
         (samara.tune, {"method": "guess"}, "one of pso-cma, pso, cma-es"),
         (samara.tune, {"particles": 3}, "from 4"),
         (samara.tune, {"name": "a/b"}, "letters, digits"),
+        (samara.design, {"budget": -1}, "from 0"),
+        (samara.design, {"name": "a/b"}, "letters, digits"),
+        (samara.design, {"start": "near-hover"}, "did you mean `near_hover`"),
+        (samara.assess, {"replan": ["often"]}, "replan: `release`, or a rate"),
+        (samara.assess, {"replan": "release"}, "a list of `release` and rates"),
+        (samara.assess, {"replan": []}, "a list of `release` and rates"),
+        (samara.assess, {"replan": [1], "bound": 0.9}, "bound: "),
         (samara.mission, {"name": "none"}, "no mission file of the name"),
     ],
 )
@@ -86,7 +93,7 @@ def test_a_solve_that_finds_nothing_is_an_answer_of_plan_and_an_error_elsewhere(
     weak["plan"]["thrust_slew_n_s"] = 0.5
     status = samara.plan(weak).status
     assert status != "converged"
-    for verb in (samara.drop, samara.assess, samara.tune):
+    for verb in (samara.drop, samara.assess, samara.tune, samara.design):
         with pytest.raises(samara.PlanError) as failed:
             verb(weak)
         assert failed.value.status == status and failed.value.diagnosis in str(failed.value)

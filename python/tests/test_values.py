@@ -88,6 +88,31 @@ def test_reference_a_search_is_the_programs(method: Any, code: int, tmp_path: Pa
     assert found.cost == found.rms and found.allowed and found.rms_bound is None and found.evaluations >= 12
 
 
+def test_reference_a_design_is_the_programs(tmp_path: Path) -> None:
+    words = ["--budget", "8", "--finalists", "2", "--unseen", "32", "--seed", "3", "--out", f"{tmp_path}"]
+    found = samara.design("titan_drop", budget=8, finalists=2, unseen=32, seed=3, threads=2)
+    run("design", "titan_drop", *words, expected=0 if found.better else 1)
+    assert found.report == read(tmp_path / "design.json")
+    assert found.allowed == found.report["allowed"] and found.better == found.report["better"]
+    assert found.gains == read(tmp_path / "design_gains.json")
+    assert_same(found.history, tmp_path / "design.csv")
+    assert_same(found.front, tmp_path / "design_front.csv")
+    designed = read(tmp_path / "design_mission.json")
+    assert found.mission == designed | {"gains": found.gains}
+    # The mission that was made is one: the plan of the program's file, and the numbers of its flight.
+    by_file, by_dict = samara.drop(tmp_path / "design_mission.json"), samara.drop(found.mission)
+    assert by_dict.j_tpf == by_file.j_tpf and found.sentence in repr(found)
+
+
+def test_reference_renewed_plans_are_the_programs(tmp_path: Path) -> None:
+    run("assess", "x500_drop", "--replan=release,2", "--trials", "3", "--out", f"{tmp_path}")
+    done = samara.assess("x500_drop", trials=3, replan=["release", 2])
+    assert done.report == read(tmp_path / "replan.json")
+    assert done.text == (tmp_path / "replan.txt").read_text(encoding="utf-8")
+    assert_same(done.drops, tmp_path / "replan.csv")
+    assert [row["name"] for row in done.report["campaigns"]] == ["once", "release", "2_hz"]
+
+
 def test_reference_a_check_is_the_programs() -> None:
     for name in samara.missions():
         checked = samara.check(name)

@@ -3,8 +3,7 @@
 
 use serde_json::{Map, Value};
 
-use super::error::ConfigError;
-use super::mission::{Mission, mission_text};
+use super::mission::Mission;
 use super::shipped;
 use crate::design::{
     Design, DesignBounds, DesignFlights, DesignJudge, DesignSearchSettings, PlanDesign, Unknown,
@@ -23,9 +22,6 @@ const LEAST_MODULUS: f64 = 0.3;
 /// Why a mission with a design cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum DesignError {
-    /// A file of the mission cannot be read, or what was made of it is refused.
-    #[error(transparent)]
-    Config(#[from] ConfigError),
     /// The mission file is no JSON object with a plan.
     #[error("{0} is no JSON object with `plan`")]
     NoPlan(String),
@@ -94,20 +90,20 @@ impl Mission {
 }
 
 /// The mission's file with a design in place of its plan's settings and its gains: everything else stays as
-/// it is written. `gains` is the path of the gains' file; `relative` makes paths of the mission's other files
-/// hold for the folder that the text is written to.
+/// it is written in `text`, the text of that file. `gains` is the path of the gains' file; `relative` makes
+/// paths of the mission's other files hold for the folder that the text is written to.
 ///
 /// # Errors
-/// [`DesignError`] when the mission's file is not there any more, or no longer what it was.
+/// [`DesignError`] when the text is not that of a mission.
 pub fn designed_mission_json(
     mission: &Mission,
+    text: &str,
     design: &Design,
     gains: &str,
     relative: impl Fn(&std::path::Path) -> String,
 ) -> Result<String, DesignError> {
-    let text = mission_text(&mission.file)?;
     let no_plan = || DesignError::NoPlan(mission.file.display().to_string());
-    let mut json: Value = serde_json::from_str(&text).map_err(|_| no_plan())?;
+    let mut json: Value = serde_json::from_str(text).map_err(|_| no_plan())?;
     let moved = |value: &mut Value| {
         if let Value::String(path) = value {
             let resolved = shipped::resolve(&mission.file, path);
@@ -209,7 +205,7 @@ fn as_missions_are_written(value: &Value, depth: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{MissionText, parse_mission};
+    use crate::config::{MissionText, mission_text, parse_mission};
 
     /// Everything but plan and gains stays as it was; the text is a mission, whose plan is the design's.
     #[test]
@@ -224,8 +220,9 @@ mod tests {
         plan.pitch_rad = Some(0.3);
         design.feed_forward = true;
         let gains = "built-in:params/gains/safety.json";
-        let text =
-            designed_mission_json(&mission, &design, gains, |path| path.display().to_string()).unwrap();
+        let before = mission_text(&mission.file).unwrap();
+        let whole = |path: &std::path::Path| path.display().to_string();
+        let text = designed_mission_json(&mission, &before, &design, gains, whole).unwrap();
         let file = std::path::Path::new("elsewhere/design_mission.json");
         let read = parse_mission(&MissionText { mission: &text, file, vehicle: None, gains: None }).unwrap();
         assert_eq!(read.plan.cost_state, [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 10.0, 10.0, 10.0, 10.0]);

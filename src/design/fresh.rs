@@ -1,8 +1,12 @@
 //! What was chosen, judged on flights that chose nothing: in still air, with everything unknown, and with
 //! turbulence on top.
 
-use super::judge::{DesignFlights, Unknown};
-use super::objective::{LIMIT, LOST};
+use std::ops::Range;
+
+use super::judge::{DesignFlights, DesignJudge, FINALISTS_FROM, Unknown};
+use super::objective::{DesignBounds, DesignObjective, LIMIT, LOST};
+use super::search::TriedDesign;
+use super::space::Design;
 use crate::assess::{ChosenAmong, Share, Summary, quantile_rank};
 use crate::tune::{GainJudge, Longitudinal};
 
@@ -25,11 +29,11 @@ pub struct FreshFlight {
 }
 
 /// Flies the random flights of these numbers.
-pub fn fly_fresh(
+fn fly_fresh(
     flights: &DesignFlights,
     pilot: &GainJudge<'_>,
     k: &Longitudinal,
-    numbers: std::ops::Range<u64>,
+    numbers: Range<u64>,
     unknown: Unknown,
 ) -> Vec<FreshFlight> {
     let drawn: Vec<_> = numbers.map(|number| flights.draw(number, unknown)).collect();
@@ -100,6 +104,103 @@ impl FreshResults {
     pub fn unsafe_at_most(&self, among: ChosenAmong) -> f64 {
         among.misses_at_most(&self.safe)
     }
+}
+
+/// Flights that are flown without a look at whether to stop.
+const PORTION: u64 = 64;
+/// Most flights that each finalist is judged by.
+const FINALIST_FLIGHTS: u64 = 2000;
+
+/// Flies the random flights of these numbers.
+pub type FlyPortion<'a> = dyn Fn(Range<u64>) -> Vec<FreshFlight> + Sync + 'a;
+
+/// How portions of flights are flown: on which threads, and until when. It is given their numbers and what
+/// flies one of them, and gives the flights of each, in that order; `None` where it was stopped.
+pub type FlyPortions<'a> = dyn Fn(&[Range<u64>], &FlyPortion<'_>) -> Option<Vec<Vec<FreshFlight>>> + 'a;
+
+/// Why a design has no results on fresh flights.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotJudged {
+    /// It has no plan that converges, or none that can be flown.
+    NoPlan,
+    /// The flights were stopped.
+    Stopped,
+}
+
+/// A finalist: a design of the search, judged once more on flights of their own.
+#[derive(Clone, Debug)]
+pub struct Finalist {
+    /// The design as the search knows it.
+    pub tried: TriedDesign,
+    /// Results of flights that the search did not have.
+    pub results: FreshResults,
+}
+
+/// The finalists, each on the same flights with everything unknown and turbulence, no more than the last
+/// judgement has in a condition; none when the flights were stopped.
+pub fn judge_finalists(
+    judge: &DesignJudge<'_>,
+    finalists: &[TriedDesign],
+    unseen: u64,
+    fly: &FlyPortions<'_>,
+) -> Vec<Finalist> {
+    let numbers = FINALISTS_FROM..FINALISTS_FROM + FINALIST_FLIGHTS.min(unseen);
+    let (_, unknown) = CONDITIONS[CONDITIONS.len() - 1];
+    let judged = finalists.iter().map(|tried| {
+        let results = results(judge, &tried.design, numbers.clone(), unknown, fly)?;
+        Ok(Finalist { tried: *tried, results })
+    });
+    judged.collect::<Result<_, NotJudged>>().unwrap_or_default()
+}
+
+/// The best finalist by the objective, of those that keep the bounds before others, and of the fewest unsafe
+/// flights; the first of equals.
+pub fn best_finalist(
+    finalists: &[Finalist],
+    objective: DesignObjective,
+    bounds: &DesignBounds,
+) -> Option<TriedDesign> {
+    let number = |finalist: &Finalist| match objective {
+        DesignObjective::Quantile(p) => finalist.results.quantile(p),
+        DesignObjective::Worst => finalist.results.j_tpf.max(),
+    };
+    let order = |a: &&Finalist, b: &&Finalist| {
+        let rank = |finalist: &Finalist| {
+            (!finalist.tried.judgement.is_allowed(bounds), finalist.results.safe.misses())
+        };
+        rank(a).cmp(&rank(b)).then(number(a).total_cmp(&number(b)))
+    };
+    finalists.iter().min_by(order).map(|finalist| finalist.tried)
+}
+
+/// A design in each of [`CONDITIONS`], on as many flights as campaigns have that are numbered from 0.
+///
+/// # Errors
+/// [`NotJudged`] when it has no plan or the flights were stopped.
+pub fn judge_fresh(
+    judge: &DesignJudge<'_>,
+    design: &Design,
+    flights: u64,
+    fly: &FlyPortions<'_>,
+) -> Result<Vec<FreshResults>, NotJudged> {
+    CONDITIONS.iter().map(|(_, unknown)| results(judge, design, 0..flights, *unknown, fly)).collect()
+}
+
+fn results(
+    judge: &DesignJudge<'_>,
+    design: &Design,
+    numbers: Range<u64>,
+    unknown: Unknown,
+    fly: &FlyPortions<'_>,
+) -> Result<FreshResults, NotJudged> {
+    let plan = judge.plan(&design.plan).ok_or(NotJudged::NoPlan)?;
+    let pilot = judge.flights().pilot(&plan.trajectory, design.feed_forward);
+    let pilot = pilot.map_err(|_| NotJudged::NoPlan)?;
+    let begin = numbers.clone().step_by(PORTION as usize);
+    let portions: Vec<_> = begin.map(|first| first..(first + PORTION).min(numbers.end)).collect();
+    let fly_portion = |portion| fly_fresh(judge.flights(), &pilot, &design.gains, portion, unknown);
+    let flown = fly(&portions, &fly_portion).ok_or(NotJudged::Stopped)?;
+    Ok(FreshResults::of(&flown.concat()))
 }
 
 #[cfg(test)]

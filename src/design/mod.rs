@@ -26,7 +26,10 @@ pub mod search;
 pub mod settings;
 pub mod space;
 
-pub use fresh::{CONDITIONS, FreshFlight, FreshResults, fly_fresh};
+pub use fresh::{
+    CONDITIONS, Finalist, FlyPortion, FlyPortions, FreshFlight, FreshResults, NotJudged, best_finalist,
+    judge_finalists, judge_fresh,
+};
 pub use judge::{DesignFlights, DesignJudge, FINALISTS_FROM, Unknown};
 pub use linear_loop::{LinearLoop, Margins};
 pub use margins::{LOOPS, LoopSetting, LoopsAt, OperatingPoint, loops_at};

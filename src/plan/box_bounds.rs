@@ -54,6 +54,16 @@ impl<const NX: usize, const NU: usize> BoxBounds<NX, NU> {
         }
     }
 
+    /// The number of bounds, all nodes and moves together.
+    pub(super) fn count(&self) -> usize {
+        let of = |lo: &[f64], hi: &[f64]| lo.iter().chain(hi).filter(|bound| bound.is_finite()).count();
+        let every = of(self.u.lo.as_slice(), self.u.hi.as_slice())
+            + of(self.w.lo.as_slice(), self.w.hi.as_slice())
+            + of(self.x.lo.as_slice(), self.x.hi.as_slice());
+        let end = of(self.x_end.lo.as_slice(), self.x_end.hi.as_slice());
+        self.last * every + end
+    }
+
     #[inline(always)]
     pub(super) fn at(&self, k: usize) -> &Limits<NX> {
         if k == self.last { &self.x_end } else { &self.x }

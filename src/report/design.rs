@@ -3,27 +3,19 @@
 use serde::Serialize;
 
 use super::columns::{columns, short};
-use super::figure::{Distribution, j_tpf};
+use super::figure::{Distribution, FigureError, distribution_figure, j_tpf};
 use super::json::{VERSION, object, text as json_text};
 use super::tune::{gains_table, named};
 use crate::assess::ChosenAmong;
 use crate::config::{Mission, Stamp};
 use crate::control::Gains;
 use crate::design::{
-    CONDITIONS, Design, DesignObjective, DesignSearch, FreshResults, Judgement, LIMIT, LOOPS, LoopsAt,
-    Margins, TriedDesign, Unknown, WEIGHT_GROUPS,
+    CONDITIONS, Design, DesignJudge, DesignObjective, DesignSearch, Finalist, FlyPortions, FreshResults,
+    Judgement, LIMIT, LOOPS, LoopsAt, Margins, NotJudged, TriedDesign, Unknown, WEIGHT_GROUPS, best_finalist,
+    judge_fresh,
 };
 use crate::plan::InputReference;
 use crate::units::DEG_PER_RAD;
-
-/// A finalist: a design of the search, judged once more on flights of their own.
-#[derive(Clone, Debug)]
-pub struct Finalist {
-    /// The design as the search knows it.
-    pub tried: TriedDesign,
-    /// Results of flights that the search did not have.
-    pub results: FreshResults,
-}
 
 /// A design on flights that chose nothing, by condition of [`CONDITIONS`].
 #[derive(Clone, Debug)]
@@ -56,8 +48,6 @@ pub struct DesignRun {
     pub others: Vec<JudgedDesign>,
     /// The loops of the chosen design at the release, the plan's peak and the target.
     pub loops: Vec<LoopsAt>,
-    /// Designs that were judged now, not read from a checkpoint.
-    pub fresh_evaluations: usize,
     /// Whether the search was stopped before its budget was used up.
     pub stopped: bool,
     /// Wall time [s].
@@ -71,6 +61,70 @@ pub const OWN: &str = "own";
 const SHOWN: f64 = 0.99;
 
 impl DesignRun {
+    /// The best design of a search so far, not judged on any other flights; `None` when not one has a plan.
+    pub fn of(name: &str, judge: &DesignJudge<'_>, search: &DesignSearch) -> Option<Self> {
+        let (objective, bounds) = judge.objective();
+        let best = search.best()?;
+        Some(Self {
+            name: name.to_owned(),
+            objective,
+            flights: judge.count(),
+            chosen: best,
+            allowed: best.judgement.is_allowed(&bounds),
+            finalists: Vec::new(),
+            judged: Vec::new(),
+            others: Vec::new(),
+            loops: Vec::new(),
+            stopped: false,
+            wall_s: 0.0,
+        })
+    }
+
+    /// Chooses the best of the finalists, and whether there are any.
+    pub fn choose(&mut self, finalists: Vec<Finalist>, judge: &DesignJudge<'_>) -> bool {
+        self.finalists = finalists;
+        let (objective, bounds) = judge.objective();
+        let best = best_finalist(&self.finalists, objective, &bounds);
+        if let Some(chosen) = best {
+            self.chosen = chosen;
+            self.allowed = chosen.judgement.is_allowed(&bounds);
+        }
+        best.is_some()
+    }
+
+    /// Judges the mission's own design, where it has a plan, and the chosen one, where it is another, on so
+    /// many fresh flights in each condition.
+    ///
+    /// # Errors
+    /// [`NotJudged::Stopped`]: then nothing is judged.
+    pub fn judge_fresh(
+        &mut self,
+        mission: &Mission,
+        judge: &DesignJudge<'_>,
+        flights: u64,
+        fly: &FlyPortions<'_>,
+    ) -> Result<(), NotJudged> {
+        let own = mission.own_design();
+        let chosen = (self.chosen.design != own).then_some((self.name.as_str(), self.chosen.design));
+        let mut judged = Vec::new();
+        for (name, design) in std::iter::once((OWN, own)).chain(chosen) {
+            match judge_fresh(judge, &design, flights, fly) {
+                Ok(fresh) => judged.push(JudgedDesign { name: name.to_owned(), fresh }),
+                // The mission's own plan may be none.
+                Err(NotJudged::NoPlan) => {}
+                Err(stopped) => return Err(stopped),
+            }
+        }
+        self.judged = judged;
+        Ok(())
+    }
+
+    /// The gains that were chosen, with the mission's own yaw gains.
+    pub fn gains(&self, mission: &Mission) -> Gains {
+        let yaw = &mission.control.gains;
+        Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(self.chosen.design.gains) }
+    }
+
     /// The number that decides, on the fresh flights with everything unknown and turbulence.
     fn number(&self, judged: &JudgedDesign) -> f64 {
         let Some(results) = judged.fresh.last() else { return f64::NAN };
@@ -301,9 +355,20 @@ fn fresh_text(run: &DesignRun) -> String {
     out + "(turbulence comes on top of the unknowns; steady: the latest of those that are steady at the end)\n\n"
 }
 
+/// The figure of the fresh flights, `design.svg`: the distributions of their J_TPF.
+///
+/// # Errors
+/// [`FigureError`] when nothing was judged on fresh flights, or the backend fails.
+pub fn figure(mission: &Mission, run: &DesignRun) -> Result<String, FigureError> {
+    let title = format!("{}: J_TPF of fresh flights", mission.name);
+    let remark = "Share of the flights that stay at or below a value. Unknowns: mass, inertia, air loads, density, wind, delays; turbulence on \
+                  top of them.";
+    distribution_figure(&stamp(mission), &title, remark, &distributions(mission, run))
+}
+
 /// The distributions of J_TPF of the fresh flights, a panel for each condition; the mission's own design goes
 /// by the mission's name.
-pub fn distributions(mission: &Mission, run: &DesignRun) -> Vec<Distribution> {
+fn distributions(mission: &Mission, run: &DesignRun) -> Vec<Distribution> {
     let panel = |(i, (air, _)): (usize, &(&str, Unknown))| Distribution {
         name: format!("{}, {}", j_tpf(), air.replace('_', " ")),
         limit: Some(LIMIT),

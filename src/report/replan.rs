@@ -1,9 +1,9 @@
 //! Drops along one plan and along plans that are renewed, from the same random numbers.
 //!
-//! Each drop is flown from the hang to the mission's end without a wire: 250 Hz, setpoints held at 50 Hz, on
-//! the true state. A renewed plan takes effect `replan.latency_s` after the state that it is made of, however
-//! long the solve took here. The planner knows the mission's air; the wind that is drawn for a drop it does
-//! not know.
+//! [`ReplanFlights`] flies each drop from the hang to the mission's end without a wire: 250 Hz, setpoints
+//! held at 50 Hz, on the true state. A renewed plan takes effect `replan.latency_s` after the state that it
+//! is made of, however long the solve took here. The planner knows the mission's air; the wind that is drawn
+//! for a drop it does not know.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -15,6 +15,7 @@ use super::effects::{EffectDrop, KeepsHeading, MEASURES, Measure, change, failed
 use super::json::{head, object, text};
 use super::judged_drop::verdict_builder;
 use super::study::grid::Grid;
+use crate::assess::Verdict;
 use crate::config::Mission;
 use crate::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
 use crate::control::{ControlError, Gains};
@@ -93,6 +94,20 @@ pub struct ReplanDrop {
     pub iterations: usize,
 }
 
+impl ReplanDrop {
+    /// A drop by its verdict, `None` where nothing was released, and what came of each attempt to renew its
+    /// plan.
+    pub fn of(verdict: Option<Verdict>, records: &[ReplanRecord]) -> Self {
+        let kept = records.iter().filter(|record| record.kept.is_some()).count();
+        Self {
+            drop: EffectDrop::of(verdict),
+            renewed: records.len() - kept,
+            kept,
+            iterations: records.iter().map(|record| record.iterations).sum(),
+        }
+    }
+}
+
 /// Flies drops of a mission along its plan, renewed or not.
 #[derive(Clone, Debug)]
 pub struct ReplanFlights {
@@ -158,14 +173,7 @@ impl ReplanFlights {
             },
         );
         let records = replanner.records();
-        let kept = records.iter().filter(|record| record.kept.is_some()).count();
-        let drop = ReplanDrop {
-            drop: EffectDrop::of(verdict.finish()),
-            renewed: records.len() - kept,
-            kept,
-            iterations: records.iter().map(|record| record.iterations).sum(),
-        };
-        (drop, records.to_vec())
+        (ReplanDrop::of(verdict.finish(), records), records.to_vec())
     }
 
     /// The setpoint in force at the time since the rotors were freed [s].
@@ -194,6 +202,8 @@ pub struct ReplanCampaign {
 pub struct ReplanReport<'a> {
     /// The mission.
     pub mission: &'a Mission,
+    /// The autopilot that flew them over the wire; `None`: the cascade without one.
+    pub autopilot: Option<&'static str>,
     /// The campaigns, in the order of [`ReplanRow::campaigns`]: differences are from the first.
     pub campaigns: Vec<ReplanCampaign>,
 }
@@ -270,10 +280,11 @@ impl ReplanReport<'_> {
             );
         }
         format!(
-            "{}: {trials} drops for each row, seed {}; a renewed plan takes effect {} s after its measurement, at most {} \
+            "{}: {trials} drops for each row{}, seed {}; a renewed plan takes effect {} s after its measurement, at most {} \
              iterations\n\n{}\nchange is of the mean from the first row, trial by trial; +- the half width of its 95 % interval; \
              better in: the share of the drops whose J_TPF is below the first row's.\n",
             mission.name,
+            self.autopilot.map_or(String::new(), |name| format!(" by {name}")),
             mission.seed,
             settings.latency_s,
             settings.iterations,
@@ -289,6 +300,7 @@ impl ReplanReport<'_> {
             .map(|(i, campaign)| self.campaign_json(campaign, self.campaigns.first().filter(|_| i > 0)));
         text(&object! {
             #[serde(flatten)] head: head(self.mission),
+            #[serde(flatten)] autopilot: self.autopilot.map(|name| object! { autopilot: name }),
             latency_s: settings.latency_s,
             iterations: settings.iterations,
             campaigns: campaigns.collect::<Vec<_>>(),

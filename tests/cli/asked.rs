@@ -59,6 +59,11 @@ fn options_that_an_autopilot_has_not_got_are_refused() {
     }
     let words = ["--gains px4_default", "--autopilot px4=DIR or px4-model is expected with it;"];
     refused(&["assess", X500, "--autopilot", "reference", "--gains", "px4_default"], &words);
+    let words = ["--replan: --autopilot reference is expected with it;"];
+    refused(&["assess", X500, "--autopilot", "px4-model", "--replan"], &words);
+    let words = ["--params: --gains is expected with --autopilot and --replan"];
+    let params = ["--params", "params/px4/titan_px4.params"];
+    refused(&[&["assess", X500, "--autopilot", "reference", "--replan"], &params[..]].concat(), &words);
     refused(&["assess", X500, "--estimator", "ekf"], &["--estimator: --autopilot is expected with it"]);
     refused(&["assess", X500, "--instance", "3"], &["--autopilot"]);
 }
@@ -112,6 +117,31 @@ fn a_drop_that_does_not_become_steady_is_no_success() {
         assert_eq!((&told["completed"], &told["reason"]), (&completed.into(), &reason.into()));
         assert_eq!(told["limits_passed"], serde_json::json!([]));
     }
+}
+
+/// Over the wire the first row of `--replan` is the campaign of whole drops, trial by trial, and nothing but
+/// results is left.
+#[test]
+fn reference_drops_over_the_wire_are_those_of_the_campaign() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().to_str().unwrap();
+    let wire = ["assess", X500, "--autopilot", "reference", "--trials", "2", "--out", folder];
+    samara(&wire);
+    let renewed = samara(&[&wire[..], &["--replan=release", "--json"]].concat());
+    assert_eq!(code(&renewed), 0, "{}", stderr(&renewed));
+    let told: serde_json::Value = serde_json::from_slice(&renewed.stdout).unwrap();
+    assert_eq!(told["autopilot"], "reference");
+    assert_eq!((&told["campaigns"][1]["renewed"], &told["campaigns"][1]["kept"]), (&2.into(), &0.into()));
+    let j_tpf = |file: &str, row: &str| -> Vec<String> {
+        let text = fs::read_to_string(out.path().join(file)).unwrap();
+        let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+        let place = lines.next().unwrap().split(',').position(|name| name == "j_tpf").unwrap();
+        let cells = lines.map(|line| line.split(',').collect::<Vec<_>>());
+        cells.filter(|cells| row.is_empty() || cells[1] == row).map(|cells| cells[place].to_owned()).collect()
+    };
+    assert_eq!(j_tpf("replan.csv", "once"), j_tpf("drops_reference_x500.csv", ""));
+    assert_ne!(j_tpf("replan.csv", "release"), j_tpf("replan.csv", "once"));
+    assert!(fs::read_dir(out.path()).unwrap().all(|file| file.unwrap().file_type().unwrap().is_file()));
 }
 
 /// A swing and a side wind: it is the roll that comes nearest to a limit, and all that is told of the drop

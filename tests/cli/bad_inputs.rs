@@ -1041,6 +1041,7 @@ const LINES: &[(&str, &[&str])] = &[
     ("assess --threads 0", &["a whole number from 1 to 256"]),
     ("assess --threads 1000", &["a whole number from 1 to 256"]),
     ("tune --threads 1000", &["a whole number from 1 to 256"]),
+    ("assess --autopilot reference --replan --feed-forward", &["cannot be used with"]),
     ("assess --envelope=pitch:roll", &["pairs of different quantities such as pitch:wind", "turbulence_m_s"]),
     ("assess --envelope=wind", &["pairs of different quantities", "found `wind`"]),
     ("assess --envelope=wind:wind_m_s", &["pairs of different quantities"]),

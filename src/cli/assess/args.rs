@@ -6,7 +6,8 @@ use crate::cli::args::{
     AutopilotArg, ChoiceArgs, MissionArgs, PageArgs, PatienceArgs, StateArgs, autopilot, instance, positive,
     whole,
 };
-use crate::cli::pilot::PilotOption;
+use crate::cli::pilot::px4::{Cpu, Patience};
+use crate::cli::pilot::{PilotOption, PilotRequest, Px4Settings};
 use samara::assess::envelope::EnvelopeAxis;
 use samara::replan::Cadence;
 
@@ -98,7 +99,7 @@ pub struct AssessArgs {
     /// Show what it does to renew the plan during the drop.
     ///
     /// When: `release`, once; or a rate [Hz], from the release on; several with commas between. Whole drops
-    /// without a wire, beside those along one plan.
+    /// without a wire, or by --autopilot reference, beside those along one plan.
     #[arg(
         long,
         value_name = "WHEN",
@@ -106,7 +107,7 @@ pub struct AssessArgs {
         require_equals = true,
         default_missing_value = "release,1",
         value_parser = cadences,
-        conflicts_with_all = ["paper", "autopilot", "effects", "envelope", "only", "resume", "bound"]
+        conflicts_with_all = ["paper", "effects", "envelope", "only", "resume", "bound", "feed_forward"]
     )]
     pub replan: Option<Cadences>,
     /// Trials of each campaign.
@@ -165,9 +166,26 @@ pub struct AssessArgs {
 }
 
 impl AssessArgs {
+    /// What is asked of the autopilot of a campaign of whole drops.
+    pub fn pilot<'a>(&'a self, autopilot: &'a AutopilotArg) -> PilotRequest<'a> {
+        PilotRequest {
+            autopilot,
+            mission: &self.mission.mission,
+            choice: &self.choice,
+            state: &self.state,
+            feed_forward: self.feed_forward,
+            settings: Px4Settings {
+                cpu: Cpu::Together,
+                patience: Patience { limit: self.patience.limit(), answers: self.only.is_none() },
+            },
+            options: self.asked(),
+        }
+    }
+
     /// The options asked for that not every autopilot has.
     pub fn asked(&self) -> Vec<PilotOption> {
         PilotOption::asked([
+            (PilotOption::Replan, self.replan.is_some() && self.autopilot.is_some()),
             (PilotOption::Estimator, self.state.asked()),
             (PilotOption::Patience, self.patience.asked()),
             (PilotOption::Px4sOwnGains, self.choice.px4s_own_gains()),

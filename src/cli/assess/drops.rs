@@ -17,8 +17,7 @@ use crate::cli::args::AutopilotArg;
 use crate::cli::conclusion::Conclusion;
 use crate::cli::mission::print_origin;
 use crate::cli::narrator::Narrator;
-use crate::cli::pilot::px4::{Cpu, Patience};
-use crate::cli::pilot::{Flight, Flown, Pilot, PilotRequest, Px4Settings, pilot_and_mission};
+use crate::cli::pilot::{Flight, Flown, Pilot, pilot_and_mission};
 use crate::cli::planning::{Planned, plan_mission, write_plan};
 use crate::cli::results::{OutputFolder, gone};
 use crate::cli::terminal::{print, print_err};
@@ -46,18 +45,7 @@ struct Campaign<'a> {
 
 /// Flies the campaign, or one trial of it.
 pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Result<Answer, Failure> {
-    let (pilot, mission) = pilot_and_mission(&PilotRequest {
-        autopilot,
-        mission: &args.mission.mission,
-        choice: &args.choice,
-        state: &args.state,
-        feed_forward: args.feed_forward,
-        settings: Px4Settings {
-            cpu: Cpu::Together,
-            patience: Patience { limit: args.patience.limit(), answers: args.only.is_none() },
-        },
-        options: args.asked(),
-    })?;
+    let (pilot, mission) = pilot_and_mission(&args.pilot(autopilot))?;
     print_origin(&args.mission, &mission)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let timed = plan_mission(&mission, false)?;
@@ -372,6 +360,6 @@ fn cores() -> u16 {
 }
 
 /// Removes a folder with all that it holds, if it is there.
-fn remove_folder(path: &Path) -> Result<(), Failure> {
+pub fn remove_folder(path: &Path) -> Result<(), Failure> {
     gone(fs::remove_dir_all(path)).with_context(|| format!("cannot remove {}", path.display())).bad_input()
 }

@@ -46,6 +46,9 @@ pub fn run(mut args: AssessArgs) -> Result<Answer, Failure> {
     }
     let args = &args;
     let stop = interrupt_flag()?;
+    if let Some(Cadences(cadences)) = &args.replan {
+        return replan::run(args, cadences, &stop);
+    }
     if let Some(autopilot) = &args.autopilot {
         return drops::run(args, autopilot, &stop);
     }
@@ -57,7 +60,6 @@ pub fn run(mut args: AssessArgs) -> Result<Answer, Failure> {
         }
         None if args.effects => effects::run(args, &stop),
         None if let Some(Pairs(pairs)) = &args.envelope => envelope::run(args, pairs, &stop),
-        None if let Some(Cadences(cadences)) = &args.replan => replan::run(args, cadences, &stop),
         None => study::run(args, &stop),
     }
 }

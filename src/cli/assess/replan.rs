@@ -1,23 +1,28 @@
-//! `samara assess --replan`: drops along one plan and along plans that are renewed.
+//! `samara assess --replan`: drops along one plan and along plans that are renewed, without a wire or by
+//! samara's own autopilot.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::args::AssessArgs;
+use super::drops::remove_folder;
 use super::rows::{fly_row, trials_of};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::args::ChoiceArgs;
+use crate::cli::conclusion::Conclusion;
 use crate::cli::mission::{check_replan, chosen_mission, origin};
 use crate::cli::narrator::Narrator;
-use crate::cli::planning::plan_to_fly;
+use crate::cli::pilot::{Flight, Pilot, pilot_and_mission};
+use crate::cli::planning::{Planned, plan_to_fly};
 use crate::cli::progress::Progress;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
 use samara::config::Mission;
-use samara::plan::Plan;
+use samara::link::shell::{Speed, Wiring};
 use samara::replan::Cadence;
-use samara::report::replan::{ReplanCampaign, ReplanFlights, ReplanReport, ReplanRow};
+use samara::report::replan::{ReplanCampaign, ReplanDrop, ReplanFlights, ReplanReport, ReplanRow};
 
 /// Trials of a campaign unless it is said otherwise.
 const TRIALS: u64 = 300;
@@ -26,9 +31,21 @@ const BLOCK: u64 = 16;
 
 /// Flies the campaigns, writes and reports them.
 pub fn run(args: &AssessArgs, cadences: &[Cadence], stop: &AtomicBool) -> Result<Answer, Failure> {
+    if args.autopilot.is_some() && args.choice.params.is_some() {
+        // The autopilot would load them in each row, the first of which flies the mission's own gains.
+        let text = "--params: --gains is expected with --autopilot and --replan";
+        return Err(Failure::input(text.to_owned()));
+    }
     let rows = rows(args, cadences)?;
-    let mission = Arc::new(chosen_mission(&args.mission.mission, &args.choice)?);
-    check(&mission, cadences)?;
+    let (pilot, mission) = match &args.autopilot {
+        Some(autopilot) => {
+            let (pilot, mission) = pilot_and_mission(&args.pilot(autopilot))?;
+            (Some(pilot), mission)
+        }
+        None => (None, chosen_mission(&args.mission.mission, &args.choice)?),
+    };
+    let mission = Arc::new(mission);
+    check(&mission, cadences, pilot.is_some())?;
     let trials = trials_of(args.trials, TRIALS, "--replan")?;
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
@@ -36,12 +53,23 @@ pub fn run(args: &AssessArgs, cadences: &[Cadence], stop: &AtomicBool) -> Result
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
     };
-    let Some(campaigns) = fly_all(args, &mission, &rows, &timed.plan, trials, stop)? else {
+    let trajectory = timed.plan.trajectory.clone();
+    let planned = Planned { trajectory, source: "planned", solve_ms: None, plan: Some(timed.plan) };
+    let wire = match &pilot {
+        Some(pilot) => {
+            pilot.check(&mission, &planned.trajectory, args.instance)?;
+            Some(Wire { pilot: pilot.as_ref(), instance: args.instance, folder: folder.path() })
+        }
+        None => None,
+    };
+    let flown = fly_all(args, &mission, &rows, (&planned, wire.as_ref()), trials, stop)?;
+    let Some(campaigns) = flown else {
         narrator.say("stopped: nothing is kept of campaigns that are not complete\n");
         narrator.check()?;
         return Ok(Answer::No);
     };
-    let report = ReplanReport { mission: &mission, campaigns };
+    let report =
+        ReplanReport { mission: &mission, autopilot: pilot.as_ref().map(|pilot| pilot.name()), campaigns };
     folder.write_text("replan.txt", &report.text())?;
     folder.write_text("replan.json", &report.json())?;
     folder.write_text("replan.csv", &report.csv())?;
@@ -68,18 +96,20 @@ fn rows(args: &AssessArgs, cadences: &[Cadence]) -> Result<Vec<ReplanRow>, Failu
     Ok(ReplanRow::campaigns(&own, cadences, of_renewed))
 }
 
-/// Refuses a mission whose plan cannot be renewed.
-fn check(mission: &Mission, cadences: &[Cadence]) -> Result<(), Failure> {
-    mission.faults.check_without_wire().bad_input()?;
+/// Refuses a mission whose plan cannot be renewed, and faults of what is not flown.
+fn check(mission: &Mission, cadences: &[Cadence], over_the_wire: bool) -> Result<(), Failure> {
+    if !over_the_wire {
+        mission.faults.check_without_wire().bad_input()?;
+    }
     cadences.iter().try_for_each(|cadence| check_replan(mission, *cadence))
 }
 
-/// Flies every trial of every campaign; `None` when Ctrl-C stopped them.
+/// Flies every trial of every campaign, over the wire where there is one; `None` when Ctrl-C stopped them.
 fn fly_all(
     args: &AssessArgs,
     mission: &Arc<Mission>,
     rows: &[ReplanRow],
-    plan: &Plan,
+    (planned, wire): (&Planned, Option<&Wire<'_>>),
     trials: u64,
     stop: &AtomicBool,
 ) -> Result<Option<Vec<ReplanCampaign>>, Failure> {
@@ -87,12 +117,81 @@ fn fly_all(
     let progress = Progress::new("assess", "drops", rows.len() as u64 * trials);
     let mut campaigns = Vec::new();
     for row in rows {
-        let flights = ReplanFlights::new(mission, plan, row).bad_input()?;
         progress.set_message(&row.name());
-        let flown = fly_row(&pool, &progress, (trials, BLOCK), stop, |trial| flights.fly(trial));
-        let Some(drops) = flown else { return Ok(None) };
+        let size = (trials, BLOCK);
+        let flown = match (wire, &planned.plan) {
+            (Some(wire), _) => {
+                let mission = flown_so(mission, row);
+                fly_row(&pool, &progress, size, stop, |trial| wire.fly(&mission, planned, row, trial, stop))
+            }
+            (None, Some(plan)) => {
+                let flights = ReplanFlights::new(mission, plan, row).bad_input()?;
+                fly_row(&pool, &progress, size, stop, |trial| Ok(Some(flights.fly(trial))))
+            }
+            (None, None) => None,
+        };
+        let drops = flown.map(|drops| drops.into_iter().collect::<Result<Option<Vec<_>>, _>>());
+        let Some(drops) = drops.transpose()?.flatten() else { return Ok(None) };
         campaigns.push(ReplanCampaign { row: row.clone(), drops });
     }
     progress.finish();
+    if let Some(wire) = wire {
+        (0..pool.current_num_threads()).try_for_each(|place| remove_folder(&wire.place(place)))?;
+    }
     Ok(Some(campaigns))
+}
+
+/// The mission as the drops of a row are flown.
+fn flown_so(mission: &Mission, row: &ReplanRow) -> Mission {
+    let mut mission = mission.clone();
+    let control = &mut mission.control;
+    (control.gains, control.gains_name) = (row.gains, row.gains_name.clone());
+    control.feed_forward = row.feed_forward;
+    mission
+}
+
+/// What flies drops over the wire in memory.
+struct Wire<'a> {
+    pilot: &'a dyn Pilot,
+    instance: u16,
+    folder: &'a Path,
+}
+
+impl Wire<'_> {
+    /// Where a thread keeps the files of the drop that it flies.
+    fn place(&self, thread: usize) -> PathBuf {
+        self.folder.join(format!("place_{thread}"))
+    }
+
+    /// Flies a trial; `None` when Ctrl-C stopped it.
+    fn fly(
+        &self,
+        mission: &Mission,
+        planned: &Planned,
+        row: &ReplanRow,
+        trial: u64,
+        stop: &AtomicBool,
+    ) -> Result<Option<ReplanDrop>, Failure> {
+        let place = self.place(rayon::current_thread_index().unwrap_or(0));
+        remove_folder(&place)?;
+        // The planner does not know what is drawn.
+        let replan = row.cadence.and_then(|cadence| planned.renewed(mission, cadence));
+        let mission = mission.with_drop(&mission.draw_drop(trial));
+        let flown = self.pilot.fly(&Flight {
+            mission: &mission,
+            trajectory: &planned.trajectory,
+            replan: replan.as_ref(),
+            folder: &OutputFolder::create(Some(&place), &mission.name)?,
+            narrator: &Narrator::of_trial(trial),
+            instance: self.instance,
+            speed: Speed::Max,
+            wiring: &Wiring::default(),
+            stop: Some(stop),
+        })?;
+        let Conclusion { verdict, run, .. } = Conclusion::new(&mission, Some(planned), &flown);
+        let safe = run.is_safe(verdict.as_ref());
+        let mut drop = ReplanDrop::of(verdict, &flown.replans);
+        drop.drop.safe = safe;
+        Ok((!stop.load(Ordering::Relaxed)).then_some(drop))
+    }
 }

@@ -3,15 +3,16 @@
 //! | file | holds |
 //! |---|---|
 //! | `args` | what can be typed |
-//! | `fresh` | designs on flights that the search did not have |
 //! | `results` | the files of a design |
 
 mod args;
-mod fresh;
 mod results;
 
+use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::Ordering;
+
+use rayon::prelude::*;
 
 use super::answer::{Answer, BadInput as _, Failure};
 use super::estimate::warn_one_at_a_time;
@@ -21,9 +22,8 @@ use super::search_run::{SearchSession, identity_of, run_search};
 use super::system::{Stopwatch, interrupt_flag, thread_pool};
 use super::terminal::{print, print_err, print_remarks};
 pub use args::DesignArgs;
-use fresh::{judge_finalists, judge_fresh};
 use samara::config::Mission;
-use samara::design::{DesignJudge, DesignSearch};
+use samara::design::{DesignSearch, FlyPortion, FlyPortions, NotJudged, judge_finalists, judge_fresh};
 use samara::report::design::{self, DesignRun, JudgedDesign};
 
 /// Searches a design, judges it on fresh flights, writes and reports it.
@@ -90,36 +90,26 @@ fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
     };
     let cost = |search: &DesignSearch, _: usize, design: &_| Some(judge.judge(design, search.ceiling()));
     let done = run_search(&session, &mut search, cost, progress)?;
-    let Some(best) = search.best() else { return nothing(args, mission, done.stopped) };
-    let (objective, bounds) = judge.objective();
-    let mut run = DesignRun {
-        name: args.name.clone(),
-        objective,
-        flights: judge.count(),
-        chosen: best,
-        allowed: best.judgement.is_allowed(&bounds),
-        finalists: Vec::new(),
-        judged: Vec::new(),
-        others: Vec::new(),
-        loops: Vec::new(),
-        fresh_evaluations: done.fresh,
-        stopped: done.stopped,
-        wall_s: 0.0,
+    let Some(mut run) = DesignRun::of(&args.name, &judge, &search) else {
+        return nothing(args, mission, done.stopped);
     };
+    run.stopped = done.stopped;
     // What was found is kept before it is tried on anything else.
     results::write_design(&folder, mission, &judge, &search, &run)?;
-    let go_on = || !interrupted.load(Ordering::Relaxed);
-    let finalists = search.finalists(args.finalists as usize);
-    run.finalists = judge_finalists(&judge, &finalists, u64::from(args.unseen), &go_on);
-    if let Some(chosen) = fresh::choose(&run, &bounds) {
-        run.chosen = chosen;
-        run.allowed = chosen.judgement.is_allowed(&bounds);
+    let unseen = u64::from(args.unseen);
+    let fly = |portions: &[Range<u64>], fly: &FlyPortion<'_>| {
+        let one = |portion: &Range<u64>| (!interrupted.load(Ordering::Relaxed)).then(|| fly(portion.clone()));
+        portions.par_iter().with_max_len(1).map(one).collect()
+    };
+    let finalists = judge_finalists(&judge, &search.finalists(args.finalists as usize), unseen, &fly);
+    if run.choose(finalists, &judge) {
         results::write_design(&folder, mission, &judge, &search, &run)?;
     }
     run.loops = judge.loops(&run.chosen.design).unwrap_or_default();
     results::write_bode(&folder, mission, &run)?;
-    run.judged = both(args, mission, &judge, &run, &go_on);
-    run.others = judge_others(args, &others, &go_on);
+    // Interrupted, it has nothing to show of them; `stopped` is of the search.
+    let _ = run.judge_fresh(mission, &judge, unseen, &fly);
+    run.others = judge_others(unseen, &others, &fly);
     results::write_distributions(&folder, mission, &run)?;
     run.wall_s = 1e-3 * watch.ms();
     folder.write_text("design.json", &design::json(mission, &search, &run, None))?;
@@ -134,28 +124,6 @@ fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
     }
     let good = run.is_better() || (args.budget == 0 && run.allowed);
     Ok(Answer::from(good && !interrupted.load(Ordering::Relaxed)))
-}
-
-/// The mission's own design and the chosen one on fresh flights; nothing when Ctrl-C put an end to it.
-fn both(
-    args: &DesignArgs,
-    mission: &Mission,
-    judge: &DesignJudge<'_>,
-    run: &DesignRun,
-    go_on: &(dyn Fn() -> bool + Sync),
-) -> Vec<JudgedDesign> {
-    let own = mission.own_design();
-    let chosen = (run.chosen.design != own).then_some((run.name.as_str(), &run.chosen.design));
-    let mut judged = Vec::new();
-    for (name, design) in std::iter::once((design::OWN, &own)).chain(chosen) {
-        match judge_fresh(judge, design, u64::from(args.unseen), go_on) {
-            Some(fresh) => judged.push(JudgedDesign { name: name.to_owned(), fresh }),
-            // The mission's own plan may be none.
-            None if go_on() => {}
-            None => return Vec::new(),
-        }
-    }
-    judged
 }
 
 /// The missions of `--against`, each with its name, ready to be judged in this mission's turbulence.
@@ -178,17 +146,13 @@ fn others(args: &DesignArgs, mission: &Mission) -> Result<Vec<(String, Mission)>
 }
 
 /// Their designs on fresh flights; one that has no plan is said and left out.
-fn judge_others(
-    args: &DesignArgs,
-    others: &[(String, Mission)],
-    go_on: &(dyn Fn() -> bool + Sync),
-) -> Vec<JudgedDesign> {
+fn judge_others(unseen: u64, others: &[(String, Mission)], fly: &FlyPortions<'_>) -> Vec<JudgedDesign> {
     let judged = others.iter().filter_map(|(name, other)| {
-        let fresh = judge_fresh(&other.design_judge(), &other.own_design(), u64::from(args.unseen), go_on);
-        if fresh.is_none() && go_on() {
+        let fresh = judge_fresh(&other.design_judge(), &other.own_design(), unseen, fly);
+        if let Err(NotJudged::NoPlan) = fresh {
             print_err(&format!("samara: --against {name}: its plan does not converge; it is left out\n"));
         }
-        Some(JudgedDesign { name: name.clone(), fresh: fresh? })
+        Some(JudgedDesign { name: name.clone(), fresh: fresh.ok()? })
     });
     judged.collect()
 }

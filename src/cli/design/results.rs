@@ -7,12 +7,10 @@ use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::new::relative;
 use crate::cli::planning::write_plan;
 use crate::cli::results::OutputFolder;
-use samara::config::{Mission, Stamp, designed_mission_json, gains_json, load_mission};
-use samara::control::Gains;
+use samara::config::{Mission, designed_mission_json, gains_json, load_mission, mission_text};
 use samara::design::{DesignJudge, DesignSearch};
 use samara::report::bode_figure;
 use samara::report::design::{self, DesignRun};
-use samara::report::figure::distribution_figure;
 
 const MISSION: &str = "design_mission.json";
 const GAINS: &str = "design_gains.json";
@@ -27,11 +25,11 @@ pub fn write_design(
     run: &DesignRun,
 ) -> Result<(), Failure> {
     let chosen = &run.chosen.design;
-    let yaw = &mission.control.gains;
-    let gains = Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(chosen.gains) };
-    folder.write_text(GAINS, &gains_json(&run.name, &design::about(mission, search, run), &gains))?;
+    let about = design::about(mission, search, run);
+    folder.write_text(GAINS, &gains_json(&run.name, &about, &run.gains(mission)))?;
     let beside = |path: &std::path::Path| relative(folder.path(), path);
-    let text = designed_mission_json(mission, chosen, GAINS, beside).bad_input()?;
+    let before = mission_text(&mission.file).bad_input()?;
+    let text = designed_mission_json(mission, &before, chosen, GAINS, beside).bad_input()?;
     let path = folder.write_text(MISSION, &text)?;
     let designed = load_mission(&path).context("the mission that was written")?;
     if let Some(plan) = judge.plan(&chosen.plan) {
@@ -55,13 +53,7 @@ pub fn write_distributions(folder: &OutputFolder, mission: &Mission, run: &Desig
     if run.judged.is_empty() {
         return Ok(());
     }
-    let stamp = Stamp { seed: mission.seed, input_hash: mission.hash_without_gains() };
-    let title = format!("{}: J_TPF of fresh flights", mission.name);
-    let remark = "Share of the flights that stay at or below a value. Unknowns: mass, inertia, air loads, density, wind, delays; turbulence on \
-                  top of them.";
-    let distributions = design::distributions(mission, run);
-    let figure = distribution_figure(&stamp.csv_comment(), &title, remark, &distributions)
-        .context("the figure of the fresh flights")?;
+    let figure = design::figure(mission, run).context("the figure of the fresh flights")?;
     folder.write_text("design.svg", &figure).map(|_| ())
 }
 

@@ -109,7 +109,9 @@ pub fn solve<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
                     .zip_zip_map(&first, free, |given, was, free| if free { was } else { given });
                 iterate.nodes.u[0] = problem.u_initial;
                 iterate.scale_duals(scale);
-                (iterate.warm(&boxes, options.mu_warm), options.mu_warm)
+                let change = expected_change(&iterate, &problem.evaluate(&iterate.nodes)).abs();
+                let mu = (change / boxes.count() as f64).min(options.mu_warm_most).max(options.mu_warm);
+                (iterate.warm(&boxes, mu), mu)
             }
         };
     // States of the guess that are not finite are replaced by the initial state.
@@ -144,6 +146,15 @@ pub fn solve<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
     solution.complementarity *= unscale;
     solution.iterate.scale_duals(unscale);
     Ok(solution)
+}
+
+/// How much the cost is to change where the defects go, by the multipliers of a neighbouring problem. Shared
+/// out among the bounds it is the barrier parameter of a point that is so far from optimal: in a problem that
+/// begins elsewhere other bounds are active, and under a smaller parameter those of the neighbour let go
+/// slowly. Zero where that is no number.
+fn expected_change<const NX: usize, const NU: usize>(iterate: &Iterate<NX, NU>, at: &Evaluation<NX>) -> f64 {
+    let change: f64 = iterate.lambda.iter().zip(&at.defects).map(|(lambda, e)| lambda.dot(e)).sum();
+    if change.is_finite() { change } else { 0.0 }
 }
 
 /// Largest weight of the running cost that the options' barrier parameters and tolerance are made for, (27).

@@ -15,16 +15,20 @@ pub struct SolverOptions {
     /// off the bounds: with IPOPT's 0.1 the median over 300 random releases is 24 iterations, with 30 it is
     /// 17.
     pub mu_initial: f64,
-    /// First barrier parameter of a warm start, in units of the cost. Over 720 plans renewed in flight, each
-    /// off a little, the mean is 5.8 iterations with 1e-4 and 6.9 with 1e-2 (and a wider margin to the
+    /// Least first barrier parameter of a warm start, in units of the cost. Over 720 plans renewed in flight,
+    /// each off a little, the mean is 5.8 iterations with 1e-4 and 6.9 with 1e-2 (and a wider margin to the
     /// bounds). Off in yaw too, which the Titan lander cannot steer and which adds up, it is 11.7 against
     /// 11.0.
     pub mu_warm: f64,
+    /// Greatest first barrier parameter of a warm start, in units of the cost. Between the two it is the
+    /// change of cost that the multipliers expect of the defects, over the number of bounds. As small as
+    /// `mu_warm`, unless it is said otherwise: for a problem that is near.
+    pub mu_warm_most: f64,
 }
 
 impl Default for SolverOptions {
     fn default() -> Self {
-        Self { tolerance: 1e-8, max_iterations: 300, mu_initial: 30.0, mu_warm: 1e-4 }
+        Self { tolerance: 1e-8, max_iterations: 300, mu_initial: 30.0, mu_warm: 1e-4, mu_warm_most: 1e-4 }
     }
 }
 
