@@ -225,6 +225,8 @@ impl Frame {
     pub fn target(&self) -> (u8, u8) {
         let p = self.payload();
         match (self.known(), self.message_id) {
+            // PX4 leaves these fields of its answers unset, and they hold whatever was there.
+            (Some(MavMessage::TIMESYNC(m)), _) if m.tc1 != 0 => (0, 0),
             (Some(message), _) => {
                 (message.target_system_id().unwrap_or(0), message.target_component_id().unwrap_or(0))
             }

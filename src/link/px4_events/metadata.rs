@@ -4,16 +4,16 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::{Argument, Description, EventTexts, Role};
+use super::argument::Argument;
+use super::{Description, EventTexts, Role};
 
 /// Why metadata of events cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[error("metadata of PX4's events: {0}")]
-pub struct EventsError(#[from] serde_json::Error);
+pub struct EventsError(String);
 
 #[derive(Deserialize)]
 struct File {
-    #[serde(default)]
     components: BTreeMap<u32, Component>,
 }
 
@@ -77,7 +77,7 @@ impl EventTexts {
     /// # Errors
     /// [`EventsError`] where the JSON is none, or not of events.
     pub fn parse(json: &[u8]) -> Result<Self, EventsError> {
-        let file: File = serde_json::from_slice(json)?;
+        let file: File = serde_json::from_slice(json).map_err(|e| EventsError(e.to_string()))?;
         let mut kinds = BTreeMap::new();
         for component in file.components.values() {
             for (name, of) in &component.enums {

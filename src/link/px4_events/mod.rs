@@ -8,8 +8,10 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use self::argument::Argument;
 use crate::link::frame::Payload;
 
+mod argument;
 #[cfg(feature = "files")]
 mod metadata;
 mod text;
@@ -33,7 +35,7 @@ pub struct Event {
     pub sequence: u16,
     /// Level for users, as syslog's: 0 the worst, 7 debug, 8 for programs alone.
     pub level: u8,
-    /// Its arguments, packed, little-endian.
+    /// Arguments, packed, little-endian.
     pub arguments: [u8; ARGUMENTS],
 }
 
@@ -43,29 +45,6 @@ impl Event {
         let mut arguments = [0; ARGUMENTS];
         (0..ARGUMENTS).for_each(|i| arguments[i] = payload.u8(13 + i));
         Self { id: payload.u32(0), sequence: payload.u16(8), level: payload.u8(12) & 0x0F, arguments }
-    }
-}
-
-/// A kind of argument.
-#[derive(Clone, Debug, PartialEq, Eq)]
-enum Argument {
-    Unsigned(u8),
-    Signed(u8),
-    Float,
-    /// One of the names, or where `bits` all whose bits are set; so many bytes.
-    Named {
-        bytes: u8,
-        bits: bool,
-        names: BTreeMap<u64, String>,
-    },
-}
-
-impl Argument {
-    fn bytes(&self) -> usize {
-        match self {
-            Self::Unsigned(bytes) | Self::Signed(bytes) | Self::Named { bytes, .. } => usize::from(*bytes),
-            Self::Float => 4,
-        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! An event's message with its arguments in their places: `{1}`, `{2:.1}`, `{3:.1m}`.
 
-use super::Argument;
+use super::argument::Argument;
 
 /// The message with the arguments put in. Tags go, what they enclose stays; a backslash takes the meaning
 /// from what follows it. A place that is none is left as it is.

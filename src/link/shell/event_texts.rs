@@ -57,7 +57,7 @@ mod tests {
         let json = br#"{"version":2,"components":{"1":{"namespace":"px4"}}}"#;
         lzma_rs::xz_compress(&mut &json[..], &mut packed).unwrap();
         assert!(event_texts(&packed).unwrap().is_empty());
-        let flipped: Vec<u8> = packed.iter().enumerate().map(|(i, b)| b ^ u8::from(i == 30)).collect();
+        let flipped: Vec<u8> = packed.iter().enumerate().map(|(i, b)| b ^ u8::from(i == 0)).collect();
         for bytes in [&b""[..], b"{}", &packed[..packed.len() / 2], &flipped] {
             let why = event_texts(bytes).unwrap_err();
             assert!(why.starts_with("metadata of PX4's events: "), "{why}");

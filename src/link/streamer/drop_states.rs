@@ -127,8 +127,9 @@ impl StreamerSession {
         self.enter(StreamerState::Parameters);
     }
 
-    /// Asks for a message at an interval.
-    pub(super) fn wish_for(&mut self, message_id: u32, interval_us: TimeUs) {
+    /// Asks for a message at an interval. Only before anything waits for the vehicle's answer: PX4's receiver
+    /// sleeps in simulated time until its sender has taken the wish.
+    fn wish_for(&mut self, message_id: u32, interval_us: TimeUs) {
         let interval = [message_id as f32, interval_us as f32, 0.0];
         self.wish(MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL, interval);
     }

@@ -239,8 +239,8 @@ impl StreamerSession {
         }
     }
 
-    /// Metadata of the vehicle's events as it serves them, xz: for a host that can read them, which gives them
-    /// back by [`Self::know_events`].
+    /// Metadata of the vehicle's events as it serves them, xz: for a host that can read them, which gives
+    /// them back by [`Self::know_events`].
     pub fn poll_event_metadata(&mut self) -> Option<Vec<u8>> {
         self.flight.metadata.take()
     }

@@ -11,8 +11,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use mavlink::MessageData as _;
-use mavlink::dialects::common::{LOCAL_POSITION_NED_DATA, MavCmd, MavLandedState, MavMessage};
+use mavlink::dialects::common::{MavCmd, MavLandedState, MavMessage};
 
 use super::download::Download;
 use super::event::StreamerEvent;
@@ -108,9 +107,6 @@ impl StreamerSession {
         let Some(px4) = by_version.or_else(|| self.exchange().map(by_parameters)) else { return };
         self.flight.readiness.exchange = None;
         self.flight.readiness.px4 = Some(px4);
-        if px4.takes_velocity_late() {
-            self.wish_for(LOCAL_POSITION_NED_DATA::ID, self.config.setpoint_period_us);
-        }
         if px4.refusals == Refusals::Events && self.event_texts.is_none() {
             self.flight.download = Some(Download::of(EVENTS_PATH));
         }

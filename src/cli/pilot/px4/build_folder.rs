@@ -76,7 +76,8 @@ impl BuildFolder {
             |model: &&str| found.iter().any(|name| name.split_once('_').is_some_and(|(_, m)| m == *model));
         MODELS.into_iter().find(is_there).ok_or_else(|| {
             let (folder, known) = (folder.display(), MODELS.join(", "));
-            anyhow!("{folder}: none of the models {known} in it, found {}", found.join(" "))
+            let found = if found.is_empty() { "none at all".to_owned() } else { found.join(" ") };
+            anyhow!("{folder}: none of the models {known} in it, found {found}")
         })
     }
 

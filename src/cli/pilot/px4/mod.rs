@@ -4,6 +4,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `build_folder` | a build folder of PX4: what is in it, which model and mixer suit a vehicle |
+//! | `beginning` | what its start-up script is told of the vehicle |
 //! | `work_dir` | PX4's working directory: made anew, of our own making only |
 //! | `process` | the process: started in its working directory, watched, stopped with all its children |
 //! | `process_group` | the group of processes that ends with this program, whatever ends it |
@@ -12,6 +13,7 @@
 //! | `watched` | PX4 as the simulator watches it: gone, or silent for too long |
 //! | [`upload`] | the parameters that PX4 is given |
 
+mod beginning;
 mod build_folder;
 mod cpu;
 #[cfg(unix)]
@@ -37,6 +39,7 @@ use crate::cli::reporter::Reporter;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::{Stopwatch, block_on};
 use crate::cli::terminal::print_remarks;
+use beginning::Beginning;
 use build_folder::BuildFolder;
 pub use cpu::Cpu;
 use cpu::Pinned;
@@ -48,7 +51,7 @@ use samara::link::{Link, parties};
 use samara::params::ParameterFile;
 use samara::report::FlownBy;
 use samara::trajectory::Trajectory;
-use upload::{Preparation, preparation, suits};
+use upload::{Preparation, estimators_window, preparation, suits};
 pub use watched::Patience;
 use watched::WatchedPx4;
 
@@ -135,11 +138,13 @@ impl Pilot for Px4 {
         let Px4Settings { cpu, patience } = self.settings;
         let (mixer, preparation) = self.prepare(mission, trajectory)?;
         let Preparation { envelope, upload, .. } = preparation;
+        let at_start = estimators_window(&envelope);
         let procedure = Some(Procedure {
             envelope,
             uploads: Uploads::of_one(upload.parameters),
             event_texts: self.build.event_texts(),
         });
+        let beginning = Beginning { mixer, parameters: if mixer.is_some() { Vec::new() } else { at_start } };
         let ports = Ports::of_instance(instance).bad_input()?;
         let system = system_of_instance(instance).bad_input()?;
         let froude = parties::froude(mission);
@@ -154,7 +159,7 @@ impl Pilot for Px4 {
         // What the thread starts runs where the thread does.
         let pinned = Pinned::pin(cpu, instance).bad_input()?;
         let start = || -> Result<WatchedPx4, anyhow::Error> {
-            let px4 = Px4Process::start(&self.build, instance, mixer, &folder.path().join(WORK))?;
+            let px4 = Px4Process::start(&self.build, instance, &beginning, &folder.path().join(WORK))?;
             pinned.step_aside()?;
             narrator.say(&format!("PX4 started in {}\n", px4.work().display()));
             Ok(WatchedPx4::new(px4, patience, ports.simulator))

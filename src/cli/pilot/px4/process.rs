@@ -13,6 +13,7 @@ use std::time::Duration;
 
 use anyhow::{Context as _, Result};
 
+use super::beginning::Beginning;
 use super::build_folder::BuildFolder;
 use super::process_group::ProcessGroup;
 use super::{lock, work_dir};
@@ -46,10 +47,10 @@ pub struct Px4Process {
 
 impl Px4Process {
     /// Starts instance `instance` in the folder `work`, which is made anew.
-    pub fn start(build: &BuildFolder, instance: u16, mixer: Option<&str>, work: &Path) -> Result<Self> {
+    pub fn start(build: &BuildFolder, instance: u16, beginning: &Beginning, work: &Path) -> Result<Self> {
         let model = build.model()?;
         lock::look(instance)?;
-        let work = work_dir::make(work, build.path(), mixer)?;
+        let work = work_dir::make(work, build.path(), beginning)?;
         #[expect(clippy::disallowed_methods, reason = "the child's console")]
         let console = File::create(work.join(CONSOLE)).and_then(|file| Ok((file.try_clone()?, file)));
         let (out, err) = console.with_context(|| format!("cannot write {CONSOLE}"))?;

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use anyhow::{Result, bail};
 
+use super::beginning::Beginning;
 use super::build_folder::BuildFolder;
 
 /// A process that is never there.
@@ -13,7 +14,7 @@ pub struct Px4Process(Infallible);
 
 impl Px4Process {
     /// Refuses to start PX4.
-    pub fn start(_: &BuildFolder, _: u16, _: Option<&str>, _: &Path) -> Result<Self> {
+    pub fn start(_: &BuildFolder, _: u16, _: &Beginning, _: &Path) -> Result<Self> {
         bail!("PX4's simulation runs under Linux and macOS; here only --autopilot reference flies")
     }
 

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
 
+use super::beginning::Beginning;
 use crate::cli::results::gone;
 
 /// A folder in the working directory that stands first in PX4's PATH: its start-up script takes
@@ -18,7 +19,8 @@ const MARKER: &str = ".samara";
 
 /// Makes the directory, empty but for the hooks; gives its path with nothing relative in it. Refuses to make
 /// it where another's folder or the build stands.
-pub(super) fn make(work: &Path, build: &Path, mixer: Option<&str>) -> Result<PathBuf> {
+pub(super) fn make(work: &Path, build: &Path, beginning: &Beginning) -> Result<PathBuf> {
+    let script = beginning.script();
     let context = || format!("cannot make PX4's working directory {}", work.display());
     let work = resolved(work).with_context(context)?;
     let place = work.display();
@@ -29,9 +31,9 @@ pub(super) fn make(work: &Path, build: &Path, mixer: Option<&str>) -> Result<Pat
             build.display()
         );
     }
-    if mixer.is_some() && path_with_hooks(&work).is_none() {
+    if script.is_some() && path_with_hooks(&work).is_none() {
         bail!(
-            "{place}: PX4's start-up script is told the vehicle's mixer by way of its PATH, and a folder with a colon in its name cannot \
+            "{place}: PX4's start-up script is told of the vehicle by way of its PATH, and a folder with a colon in its name cannot \
              stand there: choose another --out"
         );
     }
@@ -46,7 +48,7 @@ pub(super) fn make(work: &Path, build: &Path, mixer: Option<&str>) -> Result<Pat
              {MARKER} in it): move it away, or choose another --out"
         );
     }
-    renew(&work, mixer).with_context(context)?;
+    renew(&work, script.as_deref()).with_context(context)?;
     Ok(work)
 }
 
@@ -58,7 +60,7 @@ fn resolved(work: &Path) -> std::io::Result<PathBuf> {
     }
 }
 
-fn renew(work: &Path, mixer: Option<&str>) -> std::io::Result<()> {
+fn renew(work: &Path, script: Option<&str>) -> std::io::Result<()> {
     gone(fs::remove_dir_all(work))?;
     fs::create_dir_all(work.join(HOOKS))?;
     let write = |name: &str, text: &str| {
@@ -69,10 +71,7 @@ fn renew(work: &Path, mixer: Option<&str>) -> std::io::Result<()> {
         MARKER,
         "PX4's working directory: samara removes it with all that is in it before the next flight.\n",
     )?;
-    let Some(mixer) = mixer else { return Ok(()) };
-    let text =
-        format!("#!/bin/sh\n# Read by PX4's start-up script: the mixer of the vehicle.\nset MIXER {mixer}\n");
-    write(&format!("{HOOKS}/px4-rc.params"), &text)
+    script.map_or(Ok(()), |script| write(&format!("{HOOKS}/px4-rc.params"), script))
 }
 
 /// The PATH with the hooks first; `None` for a folder with a colon in its name, which cannot be in a PATH.
@@ -86,6 +85,8 @@ pub(super) fn path_with_hooks(work: &Path) -> Option<OsString> {
 #[expect(clippy::disallowed_methods, reason = "a test that makes files")]
 mod tests {
     use super::*;
+
+    const QUAD: Beginning = Beginning { mixer: Some("quad_x"), parameters: Vec::new() };
 
     /// A place with a build folder in it.
     fn place() -> (tempfile::TempDir, PathBuf) {
@@ -105,13 +106,13 @@ mod tests {
             (root.join("px4/build/px4"), root.join("px4/build")),
             (root.join("px4"), elsewhere.clone()),
         ] {
-            let error = make(&work, &build, Some("quad_x")).unwrap_err().to_string();
+            let error = make(&work, &build, &QUAD).unwrap_err().to_string();
             assert!(error.contains("--out") && error.contains(work.to_str().unwrap()), "{error}");
             assert!(root.join("px4/build/bin/px4").is_file(), "{error}");
         }
         let link = root.join("link");
         std::os::unix::fs::symlink(root.join("px4"), &link).unwrap();
-        let error = make(&link, &elsewhere, None).unwrap_err().to_string();
+        let error = make(&link, &elsewhere, &Beginning::default()).unwrap_err().to_string();
         assert!(error.contains("not one that samara made"), "{error}");
     }
 
@@ -119,11 +120,12 @@ mod tests {
     fn our_own_is_made_anew() {
         let (_place, root) = place();
         let (work, build) = (root.join("out/px4"), root.join("px4/build"));
+        let beginning = Beginning { parameters: vec![("EKF2_GPS_DELAY", 110.0)], ..QUAD };
         fs::create_dir(root.join("out")).unwrap();
         for _ in 0..2 {
-            assert_eq!(make(&work, &build, Some("quad_x")).unwrap(), work);
+            assert_eq!(make(&work, &build, &beginning).unwrap(), work);
             let hook = fs::read_to_string(work.join("hooks/px4-rc.params")).unwrap();
-            assert!(hook.ends_with("set MIXER quad_x\n"), "{hook}");
+            assert!(hook.ends_with("set MIXER quad_x\nparam set EKF2_GPS_DELAY 110\n"), "{hook}");
             assert!(!work.join("left.log").exists());
             fs::write(work.join("left.log"), "").unwrap();
         }
@@ -135,8 +137,8 @@ mod tests {
         let (_place, root) = place();
         let (work, build) = (root.join("a:b/px4"), root.join("px4/build"));
         fs::create_dir(root.join("a:b")).unwrap();
-        let error = make(&work, &build, Some("quad_x")).unwrap_err().to_string();
+        let error = make(&work, &build, &QUAD).unwrap_err().to_string();
         assert!(error.contains("colon") && error.contains("--out"), "{error}");
-        make(&work, &build, None).unwrap();
+        make(&work, &build, &Beginning::default()).unwrap();
     }
 }

@@ -1,0 +1,26 @@
+//! The kinds of an event's arguments.
+
+use std::collections::BTreeMap;
+
+/// A kind of argument.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Argument {
+    Unsigned(u8),
+    Signed(u8),
+    Float,
+    /// One of the names, or where `bits` all whose bits are set; so many bytes.
+    Named {
+        bytes: u8,
+        bits: bool,
+        names: BTreeMap<u64, String>,
+    },
+}
+
+impl Argument {
+    pub(super) fn bytes(&self) -> usize {
+        match self {
+            Self::Unsigned(bytes) | Self::Signed(bytes) | Self::Named { bytes, .. } => usize::from(*bytes),
+            Self::Float => 4,
+        }
+    }
+}
