@@ -78,10 +78,10 @@ pub fn preparation(
 /// Shortest and longest window of PX4's estimator [ms].
 const WINDOW_MS: [f64; 2] = [200.0, 300.0];
 
-/// Parameters that PX4's estimator reads once, at its start: the age of satellite fixes, and a window of the past
-/// that holds them. v1.14 sizes it by the oldest sensor, in steps of 10 ms; with samples of 4 ms its steps are
-/// shorter, and fixes of 110 ms would lie beyond its end. EKF2_AVEL_DELAY is of a sensor that is not there.
-/// Later versions have a window of their own.
+/// Parameters that PX4's estimator reads once, at its start: the age of satellite fixes, and a window of the
+/// past that holds them. v1.14 sizes it by the oldest sensor, in steps of 10 ms; with samples of 4 ms its
+/// steps are shorter, and fixes of 110 ms would lie beyond its end. EKF2_AVEL_DELAY is of a sensor that is
+/// not there. Later versions have a window of their own.
 pub fn estimators_window(envelope: &DropEnvelope) -> Vec<(&'static str, f64)> {
     let Some(delay_s) = envelope.satellite_delay_s else { return Vec::new() };
     let [least, most] = WINDOW_MS;
