@@ -151,7 +151,7 @@ mod tests {
         for tick in 0..100 {
             let Some(message) = download.poll(tick * 200_000, &wire, 1) else { continue };
             let answer = server.answer(&message);
-            if server.asked.len() % 3 != 0 {
+            if !server.asked.len().is_multiple_of(3) {
                 last = download.take(&answer, 1).or(last);
             }
         }

@@ -70,9 +70,12 @@ const UNDER_CANOPY: [f32; 3] = [-1.0, 0.5, 4.0];
 /// PX4's gravity [m/s^2].
 const G0: f64 = 9.80665;
 
+/// A velocity setpoint: when it was sent, velocity, mask, downward acceleration.
+type Velocity = (TimeUs, [f32; 3], u16, f32);
+
 /// The first two velocity setpoints with what they ask for, and the time of t = 0, of a drop with so long a
 /// delay.
-fn first_velocities(px4: &'static Version, delay_s: f64) -> ([(TimeUs, [f32; 3], u16, f32); 2], TimeUs) {
+fn first_velocities(px4: &'static Version, delay_s: f64) -> ([Velocity; 2], TimeUs) {
     let mut careful = ScriptedPx4::with(Some(ALIGNED), HEALTHY, WILLING, |c| c.delay_s = delay_s);
     (careful.px4, careful.sensors) = (px4, if px4.number < of(14).number { PASS } else { HEALTHY });
     careful.until(StreamerState::Hanging);
