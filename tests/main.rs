@@ -17,6 +17,7 @@ mod command_long;
 mod design;
 mod drop_campaigns;
 mod examples;
+mod free_fall;
 mod fuzz;
 mod kept_files;
 mod lockstep;

@@ -533,6 +533,7 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
         faults: Vec::new(),
         rotor_starts: Vec::new(),
         replans: Vec::new(),
+        free_fall: None,
     };
     let drop = parse(drop_json(mission, Some(&bad_verdict()), &run));
     assert_eq!((&drop["completed"], &drop["ended_at_s"]), (&true.into(), &45.0.into()));

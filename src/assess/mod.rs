@@ -9,6 +9,7 @@
 //! | [`releases`] | random releases | (40)-(44), IV.B |
 //! | [`drops`] | random drops from the canopy to the end, and what is measured of them | |
 //! | [`envelope`] | how far from the nominal release a drop may begin and be safe | |
+//! | [`free_fall`] | how well a fall is found from the accelerometer alone |
 //! | [`grid_loss`] | what interpolating plans costs against solving for each release | |
 //! | [`study`] | controllers flown from many releases | V |
 //! | [`statistics`], [`beta`] | mean, deviation, extremes, confidence intervals | V.A |
@@ -20,6 +21,7 @@ pub mod beta;
 pub mod chosen;
 pub mod drops;
 pub mod envelope;
+pub mod free_fall;
 pub mod grid_loss;
 pub mod paper;
 pub mod power;
@@ -36,7 +38,7 @@ pub use grid_loss::{GRID_LOSS_MOST, GridFlight, GridLoss, MISREAD_RATE_RAD_S, Sp
 pub use power::PowerUse;
 pub use releases::{RandomRelease, ReleaseDistribution};
 pub use safety::{FlightLimits, TrialOutcome, Verdict, VerdictBuilder, plan_j_tpf, steady_within_m_s};
-pub use statistics::{CONFIDENCE, Share, Summary, Tally};
+pub use statistics::{CONFIDENCE, Share, Summary, Tally, rate_bound};
 pub use study::{OneAtATime, SafetyStudy, StudyEntry, StudyReference, StudyStart, TraceInstant};
 pub use tracking::TrackingError;
 

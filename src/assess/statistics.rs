@@ -6,6 +6,7 @@
 //! [`CONFIDENCE`]: Student's t for a mean, Clopper and Pearson's exact one for a probability.
 
 use super::beta::beta_quantile;
+use crate::math;
 
 /// Confidence of every interval.
 pub const CONFIDENCE: f64 = 0.95;
@@ -128,6 +129,38 @@ impl Share {
     }
 }
 
+/// Upper bound of the rate of events that come by themselves, of which `events` were seen in `time`, in
+/// events per unit of that time: the rate under which so few are as rare as what [`CONFIDENCE`] leaves
+/// (Garwood 1936, one-sided). Without any it is `-ln(0.05)/time`.
+pub fn rate_bound(events: u64, time: f64) -> f64 {
+    let left = 1.0 - CONFIDENCE;
+    // P(N <= events) of Poisson's distribution.
+    let so_few = |mean: f64| {
+        let (mut term, mut sum) = (math::exp(-mean), 0.0);
+        for k in 0..=events {
+            sum += term;
+            term *= mean / (k + 1) as f64;
+        }
+        sum
+    };
+    let (mut low, mut high) = (events as f64, events as f64 + 10.0 * (events as f64 + 1.0).sqrt());
+    // From some 700 on the terms are below the least number; Wilson and Hilferty's cube is close there.
+    if events > 500 {
+        let n = events as f64 + 1.0;
+        let z = 1.644_853_626_951_472_2;
+        let root = 1.0 - 1.0 / (9.0 * n) + z / (3.0 * n.sqrt());
+        return n * root * root * root / time;
+    }
+    while high - low > 1e-12 * high {
+        let middle = 0.5 * (low + high);
+        if !(low < middle && middle < high) {
+            break;
+        }
+        if so_few(middle) > left { low = middle } else { high = middle }
+    }
+    high / time
+}
+
 /// Statistics of a campaign's trials.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tally {
@@ -148,7 +181,6 @@ impl Tally {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math;
 
     fn summary(values: impl IntoIterator<Item = f64>) -> Summary {
         let mut s = Summary::default();
@@ -194,6 +226,19 @@ mod tests {
         // 8 of 10, as printed in tables of the interval.
         let (low, high) = Share { hits: 8, trials: 10 }.interval();
         assert!((low - 0.443_904_5).abs() < 1e-6 && (high - 0.974_789_3).abs() < 1e-6, "{low} {high}");
+    }
+
+    /// None in 3000 h: -ln(0.05)/3000; one and ten: half the quantiles of chi^2 with 4 and 22 degrees of
+    /// freedom, 9.487729 and 33.924438, as printed in tables. Where the sum gives way to the cube one event
+    /// more is `1 + z/(2 sqrt(n)) = 1.037` more.
+    #[test]
+    fn closed_form_rates_of_rare_events() {
+        assert!((rate_bound(0, 3000.0) + math::ln(0.05) / 3000.0).abs() < 1e-15);
+        assert!((rate_bound(1, 1.0) - 0.5 * 9.487_729).abs() < 1e-6);
+        assert!((rate_bound(10, 2.0) - 0.25 * 33.924_438).abs() < 1e-6);
+        let by_sum = rate_bound(500, 1.0);
+        let beyond = rate_bound(501, 1.0);
+        assert!((beyond - by_sum - 1.037).abs() < 0.003, "{by_sum} {beyond}");
     }
 
     #[test]

@@ -63,7 +63,8 @@ use std::borrow::Cow;
 use nalgebra::Vector3;
 
 use crate::control::{
-    Cascade, ControlLimits, ControlOutput, ControlSettings, Controller, Gains, Measurement,
+    Cascade, ControlLimits, ControlOutput, ControlSettings, Controller, Fall, FreeFallDetector,
+    FreeFallSettings, Gains, Measurement,
 };
 use crate::model::{MAX_ROTORS, PerRotor};
 use crate::units::US_PER_S;
@@ -98,6 +99,8 @@ pub struct Autopilot {
     setpoints: SetpointStore,
     navigator: Navigator,
     land_detector: LandDetector,
+    /// Finds the release by the fall, where nothing else reports it.
+    fall: Option<FreeFallDetector>,
     watch: Watch,
     alignment: Alignment,
     fence: Fence,
@@ -133,6 +136,7 @@ impl Autopilot {
             setpoints: SetpointStore::default(),
             navigator: Navigator::default(),
             land_detector: LandDetector::default(),
+            fall: None,
             watch: Watch::default(),
             alignment: Alignment::default(),
             fence: Fence::default(),
@@ -153,8 +157,9 @@ impl Autopilot {
         self.loops.controller.reset();
         let ControlLoops { controller, settings, .. } = self.loops.clone();
         let (events, fence) = (std::mem::take(&mut self.events), self.fence.clone());
-        *self =
-            Self { events, fence, settings: self.settings, ..Self::with_controller(controller, settings) };
+        let fall = self.fall.map(|detector| FreeFallDetector::new(*detector.settings()));
+        let fresh = Self::with_controller(controller, settings);
+        *self = Self { events, fence, fall, settings: self.settings, ..fresh };
     }
 
     /// One control step at `now_us` with the position [m, NED] and state of that time: the throttle of each
@@ -182,6 +187,19 @@ impl Autopilot {
         self.flying |= self.loops.output.collective_n > 0.0;
         self.watch_ground(now_us, measurement);
         self.loops.output.throttle
+    }
+
+    /// From now on the release is looked for by the fall that the accelerometer shows.
+    pub fn look_for_a_fall(&mut self, settings: FreeFallSettings) {
+        self.fall = Some(FreeFallDetector::new(settings));
+    }
+
+    /// Takes the accelerometer's reading of a time, body [m/s^2]; the fall, when this reading shows it.
+    pub fn feel(&mut self, now_us: u64, specific_force_body: &Vector3<f64>) -> Option<Fall> {
+        let fall = self.fall.as_mut()?.take(now_us, specific_force_body)?;
+        let [began_s, found_s] = [fall.began_at, fall.found_at].map(|us| us as f64 / US_PER_S);
+        self.say(Severity::Notice, format!("Falls since {began_s:.3} s, found at {found_s:.3} s"));
+        Some(fall)
     }
 
     /// A step without a state: the motors keep their last commands.

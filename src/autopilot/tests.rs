@@ -3,6 +3,7 @@
 mod arming;
 mod automatic;
 mod failsafes;
+mod falling;
 mod offboard;
 mod random;
 

@@ -57,6 +57,9 @@ impl<'a> Conclusion<'a> {
                 trouble: flown.trouble.as_deref(),
             },
         );
+        if let Some(fall) = flown.fall {
+            run.note_fall(fall);
+        }
         run.replans = flown.replans.iter().map(FlownReplan::from).collect();
         Self { mission, planned, flown, verdict, run, page: true, mcap: false }
     }

@@ -56,9 +56,9 @@ pub use envelope::{ENVELOPE_LIMITS, MissionEnvelope};
 pub use error::ConfigError;
 pub use gains_file::{GainsFile, gains_json, load_gains};
 pub use mission::{
-    CaseError, Control, Effect, Faults, Inputs, Limits, Mission, MissionText, MonteCarlo, PlanInitial,
-    PlanSettings, Px4, Px4Clock, Release, Replan, Site, Study, UnfitFault, UnfitReplan, UnplannedError,
-    load_mission, mission_text, parse_mission,
+    CaseError, Control, Effect, Faults, Inputs, Limits, Mission, MissionText, MonteCarlo, NoFreeFall,
+    PlanInitial, PlanSettings, Px4, Px4Clock, Release, Replan, Site, Study, UnfitFault, UnfitReplan,
+    UnplannedError, load_mission, mission_text, parse_mission,
 };
 pub use names::{gains_path, mission_path, plain_name, vehicle_path};
 pub use params_file::load_parameters;

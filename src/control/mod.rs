@@ -11,6 +11,7 @@
 //! | [`rate`] | body rate error to wanted angular acceleration |
 //! | [`mixer`] | moments and collective to rotor thrusts |
 //! | [`cascade`] | the four in a row, and what survives a broken input |
+//! | [`free_fall`] | whether the vehicle falls, from its accelerometer |
 //! | [`px4`] | a model of PX4's own controller, to tune and predict PX4 |
 //!
 //! The cascade is acceleration-normalised: gains are in SI and carry neither mass nor inertia. The same code
@@ -24,6 +25,7 @@ pub mod airframe;
 pub mod attitude;
 pub mod cascade;
 pub mod controller;
+pub mod free_fall;
 pub mod gains;
 pub mod mixer;
 pub mod position;
@@ -44,6 +46,7 @@ pub use controller::{
     CloneController, ControlOutput, ControlSettings, Controller, Measurement, Setpoint, WithDelay,
     WithVelocityError,
 };
+pub use free_fall::{Fall, FreeFallDetector, FreeFallSettings};
 pub use gains::{ControlLimits, Gains};
 pub use position::{PositionGains, VelocityLimits};
 

@@ -96,6 +96,9 @@ pub fn autopilot(
         parameters: Parameters::of(&mission.parameter_subject(), system_id)?,
         keeps_parameters: true,
     });
+    if let Some(settings) = mission.release.free_fall {
+        session = session.looking_for_a_fall(settings);
+    }
     let remarks = match parameters {
         Some(path) => session.load_parameters(&load_parameters(path)?),
         None => Vec::new(),
@@ -137,6 +140,7 @@ pub fn streamer(
     let mut config = StreamerConfig {
         vehicle_system,
         hang_s: mission.release.hang_s,
+        free_fall: mission.release.free_fall,
         commands_release: mission.release.trigger == ReleaseTrigger::Command,
         delay_s: mission.release.parachute.delay_s,
         gravity_m_s2: mission.site.environment.gravity_m_s2,

@@ -10,8 +10,10 @@ use serde::Serialize;
 
 use crate::assess::{PowerUse, SafetyLimits, Verdict, plan_j_tpf};
 use crate::config::Mission;
+use crate::control::Fall;
 use crate::plan::{Plan, Status};
 use crate::replan::ReplanRecord;
+use crate::time::seconds;
 use crate::units::DEG_PER_RAD;
 
 pub(super) const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -174,9 +176,29 @@ pub struct DropRun {
     pub rotor_starts: Vec<FlownStart>,
     /// Attempts to renew the plan, in order of time.
     pub replans: Vec<FlownReplan>,
+    /// The fall by which the release was found, where nothing else reported it.
+    pub free_fall: Option<FlownFall>,
+}
+
+/// The fall by which a release was found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FlownFall {
+    /// When it began, since the simulation began [s].
+    pub began_s: f64,
+    /// When it was found [s].
+    pub found_s: f64,
 }
 
 impl DropRun {
+    /// Notes that the release was found by a fall.
+    pub fn note_fall(&mut self, fall: Fall) {
+        let (began_s, found_s) = (seconds(fall.began_at), seconds(fall.found_at));
+        let text = format!("falls since {began_s:.3} s, found by the accelerometer");
+        let at = self.events.partition_point(|event| event.t_s <= found_s);
+        self.events.insert(at, DropEvent { t_s: found_s, text, warning: false });
+        self.free_fall = Some(FlownFall { began_s, found_s });
+    }
+
     /// Why there is no verdict, or none of the whole manoeuvre, or why that was no transition to steady
     /// flight.
     pub fn reason(&self, verdict: Option<&Verdict>) -> Option<String> {
@@ -244,6 +266,7 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         #[serde(flatten)] faults: (!run.faults.is_empty()).then(|| object! { faults: &run.faults }),
         #[serde(flatten)] starts: (!run.rotor_starts.is_empty())
             .then(|| object! { rotor_starts: &run.rotor_starts }),
+        #[serde(flatten)] free_fall: run.free_fall.map(|fall| object! { free_fall: fall }),
         #[serde(flatten)] replans: (!run.replans.is_empty()).then(|| object! { replans: &run.replans }),
     })
 }

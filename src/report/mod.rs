@@ -24,6 +24,7 @@
 //! | `plan_motion` | the motion along a plan, for both |
 //! | [`campaign`] | campaigns of a mission's own gains: tables, page, footprint |
 //! | [`drops`] | campaigns of whole drops: lines and tables |
+//! | [`free_fall`] | finding the fall from the accelerometer alone: tables |
 //! | [`envelope`] | the safe-release envelope: tables, edges |
 //! | [`replan`] | drops along one plan and along plans that are renewed: the flights, their table |
 //! | [`study`] | the safety study: tables, trials, page |
@@ -43,6 +44,7 @@ pub mod figure;
 mod flight_arrays;
 mod flight_columns;
 pub mod flight_csv;
+pub mod free_fall;
 pub mod json;
 mod judged_drop;
 mod marks;

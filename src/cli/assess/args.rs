@@ -94,7 +94,7 @@ pub struct AssessArgs {
     )]
     pub envelope: Option<Pairs>,
     /// Directions of each pair of --envelope, a multiple of 4.
-    #[arg(long, value_name = "N", default_value_t = 16, value_parser = rays, requires = "envelope")]
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = rays, requires = "envelope", hide_short_help = true)]
     pub rays: usize,
     /// Show what it does to renew the plan during the drop.
     ///
@@ -110,10 +110,25 @@ pub struct AssessArgs {
         conflicts_with_all = ["paper", "effects", "envelope", "only", "resume", "bound", "feed_forward"]
     )]
     pub replan: Option<Cadences>,
+    /// Show how well the release is found without a wire.
+    ///
+    /// By the fall that the accelerometer shows: releases that must be found, and HOURS of descent in turbulence in which nothing may be, 20 unless
+    /// they are given.
+    #[arg(
+        long,
+        value_name = "HOURS",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "20",
+        value_parser = whole::<u64>(1..=100_000),
+        conflicts_with_all =
+            ["paper", "autopilot", "effects", "envelope", "replan", "only", "resume", "bound", "params", "case"]
+    )]
+    pub free_fall: Option<u64>,
     /// Trials of each campaign.
     ///
-    /// Instead of the mission's `monte_carlo.trials`; with --effects 1000, with --replan 300 unless it is
-    /// given.
+    /// Instead of the mission's `monte_carlo.trials`; with --effects 1000, with --replan 300, with
+    /// --free-fall 10000 unless it is given.
     #[arg(long, value_name = "N", value_parser = whole::<u64>(2..=1_000_000_000))]
     pub trials: Option<u64>,
     /// J_TPF that a safe trial stays below.

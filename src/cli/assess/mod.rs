@@ -15,6 +15,7 @@
 //! | `effects` | `--effects`: campaigns of drops with and without each effect |
 //! | `envelope` | `--envelope`: how far from the nominal release a drop may begin and be safe |
 //! | `replan` | `--replan`: drops along one plan and along renewed ones |
+//! | `free_fall` | `--free-fall`: how well the release is found by the fall that the accelerometer shows |
 //! | `drops` | `--autopilot`: a campaign of whole drops |
 
 mod args;
@@ -24,6 +25,7 @@ mod drops;
 mod effects;
 mod envelope;
 mod figures;
+mod free_fall;
 mod only;
 mod own;
 mod paper;
@@ -60,6 +62,7 @@ pub fn run(mut args: AssessArgs) -> Result<Answer, Failure> {
         }
         None if args.effects => effects::run(args, &stop),
         None if let Some(Pairs(pairs)) = &args.envelope => envelope::run(args, pairs, &stop),
+        None if let Some(hours) = args.free_fall => free_fall::run(args, hours, &stop),
         None => study::run(args, &stop),
     }
 }

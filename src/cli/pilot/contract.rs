@@ -6,6 +6,7 @@ use crate::cli::answer::Failure;
 use crate::cli::narrator::Narrator;
 use crate::cli::results::OutputFolder;
 use samara::config::Mission;
+use samara::control::Fall;
 use samara::link::shell::{Speed, Wiring};
 use samara::replan::{ReplanRecord, ReplanSetup};
 use samara::report::FlownBy;
@@ -72,6 +73,8 @@ pub struct Flown {
     pub trouble: Option<String>,
     /// Attempts to renew the plan.
     pub replans: Vec<ReplanRecord>,
+    /// The fall by which the release was found, where nothing else reported it.
+    pub fall: Option<Fall>,
 }
 
 /// An option that not every pilot has.

@@ -72,6 +72,7 @@ impl Pilot for Px4Model {
         });
         Ok(Flown {
             replans: Vec::new(),
+            fall: None,
             log,
             record: FlightRecord::of_motors(&flight),
             real_time_factor: Some(1e3 * mission.duration_s / watch.ms()),

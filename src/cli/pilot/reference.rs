@@ -134,6 +134,7 @@ impl Pilot for Reference {
             // Of a single flight, verdict and events report all that there is.
             trouble: flight.stop.and(wire.streamer.failure()).map(str::to_owned),
             replans: wire.streamer.replans().to_vec(),
+            fall: wire.streamer.fall(),
             log: wire.simulator.into_run().into_log(),
         })
     }

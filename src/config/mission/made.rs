@@ -6,11 +6,13 @@ use std::path::PathBuf;
 
 use nalgebra::Vector3;
 
-use super::{Mission, PlanInitial, Px4Clock, Release, UnfitReplan, contradictions, load_mission};
+use super::{Mission, PlanInitial, Px4Clock, Release, UnfitReplan, contradictions, load_mission, release};
+use crate::assess::free_fall::{FallCircumstances, FreeFallStudy};
 use crate::assess::{RandomDrop, ReleaseDistribution, SafetyStudy};
 use crate::config::error::ConfigError;
 use crate::config::shipped::{MISSIONS, built_in};
 use crate::config::trajectory_csv::Stamp;
+use crate::control::FreeFallSettings;
 use crate::model::{MAX_ROTORS, Parachute};
 use crate::params::{Purpose, Subject};
 use crate::plan::{Guess, Plan, PlanError, PlanProblem, PlanState, Progress, SolverOptions, plan};
@@ -28,6 +30,25 @@ pub struct UnplannedError {
     pub target_v_ned: Vector3<f64>,
     /// Reason.
     pub source: PlanError,
+}
+
+/// Why a mission has no study of its free fall.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum NoFreeFall {
+    /// There is no fall.
+    #[error("this mission begins on the ground: a release is expected")]
+    Standing,
+    /// The descent is prescribed.
+    #[error("parachute.canopy and parachute.riser are expected: without them nothing disturbs the descent")]
+    NoCanopy,
+    /// The fall cannot be told from a descent.
+    #[error(
+        "the air carries {share:.3} of the weight right after the release: release.free_fall.level_share is expected above that"
+    )]
+    Carried {
+        /// Share of the weight.
+        share: f64,
+    },
 }
 
 impl PlanSource for Mission {
@@ -214,6 +235,39 @@ impl Mission {
     /// The random releases, (40)-(44).
     pub fn releases(&self) -> ReleaseDistribution {
         self.study.monte_carlo.releases(self.release.parachute, &self.site.environment)
+    }
+
+    /// Releases and descents that show how well a fall is found from the accelerometer: by the mission's
+    /// detector, or by that of a mission that says nothing of it.
+    ///
+    /// # Errors
+    /// [`NoFreeFall`] for a mission that begins on the ground, without a canopy that is a body of its own,
+    /// or whose vehicle the air carries too well.
+    pub fn free_fall_study(&self) -> Result<FreeFallStudy, NoFreeFall> {
+        let Release { parachute, standing, free_fall, .. } = &self.release;
+        if *standing {
+            return Err(NoFreeFall::Standing);
+        }
+        if parachute.suspension.is_none() {
+            return Err(NoFreeFall::NoCanopy);
+        }
+        let environment = &self.site.environment;
+        let (g, fall_m_s2) =
+            (environment.gravity_m_s2, release::fall_m_s2(parachute, &self.vehicle, environment));
+        let usual = || {
+            FreeFallSettings::of(g, FreeFallSettings::LEVEL, fall_m_s2, FreeFallSettings::TIME_S)
+                .ok_or(NoFreeFall::Carried { share: fall_m_s2 / g })
+        };
+        Ok(FreeFallStudy {
+            vehicle: self.vehicle.clone(),
+            environment: environment.clone(),
+            parachute: *parachute,
+            sensors: self.sensors,
+            settings: free_fall.map_or_else(usual, Ok)?,
+            fall_m_s2,
+            circumstances: FallCircumstances::default(),
+            seed: self.seed,
+        })
     }
 
     /// How long the mission goes on after the end of a plan [s].

@@ -56,7 +56,7 @@ pub use effects::Effect;
 pub use faults::{Faults, UnfitFault};
 pub use inputs::Inputs;
 pub use limits::Limits;
-pub use made::UnplannedError;
+pub use made::{NoFreeFall, UnplannedError};
 pub use plan::{PlanInitial, PlanSettings};
 pub use px4::{Px4, Px4Clock};
 pub use release::Release;

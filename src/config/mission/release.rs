@@ -7,9 +7,12 @@ use serde::Deserialize;
 use crate::config::error::ConfigError;
 use crate::config::number::{AngleDeg, DelayS, Exactly, NonNegative, Positive, Within};
 use crate::config::source::Source;
+use crate::control::FreeFallSettings;
+use crate::frames::LEVEL;
 use crate::model::canopy::{Canopy, Opening, Riser, Suspension, apparent_mass_kg, inflated_radius_m};
 use crate::model::parachute::{Hook, Pendulum, TipOff};
-use crate::model::{Environment, ModelError, Parachute, Vehicle};
+use crate::model::rigid_body::BodyState;
+use crate::model::{Environment, MAX_ROTORS, ModelError, Parachute, Vehicle};
 use crate::sim::{ReleaseTrigger, Start};
 use crate::units::RAD_PER_DEG;
 
@@ -120,6 +123,24 @@ pub(super) struct ReleaseJson {
     trigger: TriggerJson,
     /// What the cut gives the vehicle, in drops and in flights from t = 0; plans do not know of it.
     tip_off: Option<TipOffJson>,
+    /// No wire leads from the canopy to the vehicle: the release is found by the fall that the accelerometer
+    /// shows. Without it the parachute reports the release.
+    free_fall: Option<FreeFallJson>,
+}
+
+/// How a fall is found from the accelerometer: the specific force that lacks to a level is summed until it
+/// makes a fall, s := max(0, s + (level - |f|) dt).
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct FreeFallJson {
+    /// Where the numbers come from.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// The level, as a share of gravity; 0.3 when left out.
+    level_share: Option<Positive<1>>,
+    /// Time in which a fall is found that begins at once and without noise, less than parachute.delay_s [s];
+    /// 0.1 when left out.
+    time_s: Option<Positive<10>>,
 }
 
 /// How the vehicle comes from the release to t = 0.
@@ -172,6 +193,8 @@ pub struct Release {
     pub standing: bool,
     /// Trigger of the release.
     pub trigger: ReleaseTrigger,
+    /// How the release is found by the fall, where the parachute does not report it.
+    pub free_fall: Option<FreeFallSettings>,
 }
 
 impl Release {
@@ -194,7 +217,10 @@ impl Release {
             ..under_a_canopy(source, json, parachute)?
         };
         let hang_s = json.hang_s.get();
+        let free_fall = json.free_fall.as_ref();
+        let free_fall = free_fall.map(|given| found_by(source, given, &parachute, vehicle, environment));
         Ok(Self {
+            free_fall: free_fall.transpose()?,
             parachute,
             hang_s,
             start: match json.start {
@@ -330,6 +356,50 @@ fn under_a_canopy(
         return Err(source.refuse("release.hook_s", message));
     }
     Ok(parachute.on_hook(Hook { lets_go_before_s: hang_s - hook_s }))
+}
+
+/// What the air carries of a vehicle that has just been released, level and its rotors at rest: its specific
+/// force at the rate of descent, the steady one of a canopy that is a body of its own [m/s^2].
+pub(super) fn fall_m_s2(parachute: &Parachute, vehicle: &Vehicle, environment: &Environment) -> f64 {
+    let steady = parachute.suspension.and_then(|s| s.steady_descent(vehicle, environment).ok());
+    let descent_m_s = steady.map_or(parachute.descent_m_s, |steady| steady.speed_m_s);
+    let calm = Environment { wind_ned_m_s: Vector3::zeros(), ..environment.clone() };
+    let state = BodyState {
+        p_ned: Vector3::zeros(),
+        q_ned_from_body: LEVEL,
+        v_ned: Vector3::new(0.0, 0.0, descent_m_s),
+        omega_body: Vector3::zeros(),
+    };
+    let rest = [0.0; MAX_ROTORS];
+    let rate = vehicle.powered_derivative(&calm, &state, &rest, &rest, true);
+    (rate.body.v_dot_ned - environment.gravity_ned()).norm()
+}
+
+/// The detector of the free fall that a mission asks for.
+fn found_by(
+    source: &Source,
+    json: &FreeFallJson,
+    parachute: &Parachute,
+    vehicle: &Vehicle,
+    environment: &Environment,
+) -> Result<FreeFallSettings, ConfigError> {
+    let level = json.level_share.map_or(FreeFallSettings::LEVEL, Positive::get);
+    let time_s = json.time_s.map_or(FreeFallSettings::TIME_S, Positive::get);
+    if time_s >= parachute.delay_s {
+        let message = format!(
+            "expected less than {} s, the fall (parachute.delay_s) in which it must be found, found {time_s} s",
+            parachute.delay_s
+        );
+        return Err(source.refuse("release.free_fall.time_s", message));
+    }
+    let (g, fall_m_s2) = (environment.gravity_m_s2, fall_m_s2(parachute, vehicle, environment));
+    FreeFallSettings::of(g, level, fall_m_s2, time_s).ok_or_else(|| {
+        let message = format!(
+            "expected more than {:.3}, the share of gravity that the air carries right after the release, found {level}",
+            fall_m_s2 / g
+        );
+        source.refuse("release.free_fall.level_share", message)
+    })
 }
 
 /// The altitude of a release must lie below the one where the hang begins.

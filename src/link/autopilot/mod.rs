@@ -44,6 +44,7 @@ mod vehicle;
 
 use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
+use nalgebra::Vector3;
 
 use self::clock::Clock;
 use self::files::FileServer;
@@ -60,7 +61,8 @@ use crate::autopilot::Autopilot;
 use crate::autopilot::estimator::{Estimator, EstimatorSettings};
 use crate::autopilot::flight_log::LogEntry;
 use crate::autopilot::parameters::Parameters;
-use crate::control::{ControlSettings, Controller};
+use crate::control::{ControlSettings, Controller, FreeFallSettings};
+use crate::link::froude::T_RELEASE;
 use crate::link::{Frame, Link, Session, Transmit};
 use crate::model::{Environment, PerRotor};
 use crate::params::ParameterFile;
@@ -129,6 +131,13 @@ impl AutopilotSession {
         };
         session.greet_simulator();
         session
+    }
+
+    /// The autopilot with the release to be found by the fall that the accelerometer shows; it tells its
+    /// companions by NAMED_VALUE_INT `t_release`, as a parachute does that is on a wire.
+    pub fn looking_for_a_fall(mut self, settings: FreeFallSettings) -> Self {
+        self.vehicle.autopilot.look_for_a_fall(settings);
+        self
     }
 
     /// The state machine and controller behind the wire.
@@ -296,6 +305,7 @@ impl AutopilotSession {
             self.outbox.log.begin(LogEntry::Begin(now, self.parameters.parameters.values()));
         }
         self.vehicle.take(sensor);
+        self.feel(now, sensor);
         let (throttle, state) = self.vehicle.step(now);
         if let Some(entry) = state.and_then(|state| record(now, &self.vehicle, &state)) {
             self.outbox.log.push(LogEntry::Step(Box::new(entry)));
@@ -303,6 +313,20 @@ impl AutopilotSession {
         self.send_actuators(now, &throttle);
         self.report_events();
         self.send_due(now);
+    }
+
+    /// Looks whether the vehicle falls.
+    fn feel(&mut self, now: TimeUs, sensor: &MavMessage) {
+        let MavMessage::HIL_SENSOR(m) = sensor else { return };
+        let force = Vector3::new(m.xacc, m.yacc, m.zacc).map(f64::from);
+        if let Some(fall) = self.vehicle.autopilot.feel(now, &force) {
+            let told = NAMED_VALUE_INT_DATA {
+                time_boot_ms: (now / 1_000) as u32,
+                value: ((fall.began_at + 500) / 1_000) as i32,
+                name: T_RELEASE.into(),
+            };
+            self.outbox.send(Link::Api, &MavMessage::NAMED_VALUE_INT(told));
+        }
     }
 
     fn send_actuators(&mut self, now: TimeUs, throttle: &PerRotor) {

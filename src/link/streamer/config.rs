@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use crate::control::FreeFallSettings;
 use crate::control::px4::timing::{IMU_PERIOD_US, SETPOINT_PERIOD_US};
 use crate::control::px4::versions::Allocation;
 use crate::link::froude::Froude;
@@ -44,6 +45,8 @@ pub struct StreamerConfig {
     pub delay_s: f64,
     /// Gravity of the site [m/s^2].
     pub gravity_m_s2: f64,
+    /// How the release is found by the fall, in the site's units; `None`: the parachute reports it.
+    pub free_fall: Option<FreeFallSettings>,
     /// Velocity after the plan, NED [m/s].
     pub target_v_ned: Vector3<f64>,
     /// Heading of the level attitude before t = 0 [rad].
@@ -82,6 +85,7 @@ impl Default for StreamerConfig {
             commands_release: true,
             delay_s: 0.5,
             gravity_m_s2: STANDARD_GRAVITY_M_S2,
+            free_fall: None,
             target_v_ned: Vector3::zeros(),
             yaw_rad: 0.0,
             feed_forward: false,

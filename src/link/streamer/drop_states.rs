@@ -6,6 +6,7 @@ use mavlink::dialects::common::*;
 
 use super::config::{Clock, StreamerConfig};
 use super::event::StreamerEvent;
+use super::falling::READING_US;
 use super::request::{Progress, Request, result_name};
 use super::{StreamerSession, StreamerState};
 use crate::autopilot::FlightMode;
@@ -112,6 +113,9 @@ impl StreamerSession {
             // As fine as the control loop.
             self.wish_for(ATTITUDE_DATA::ID, self.config.lead_us.max(1_000));
         }
+        if self.config.free_fall.is_some() {
+            self.wish_for(HIGHRES_IMU_DATA::ID, self.config.site_span_us(READING_US));
+        }
         if self.replanning.is_some() {
             for message_id in [ATTITUDE_QUATERNION_DATA::ID, LOCAL_POSITION_NED_DATA::ID] {
                 self.wish_for(message_id, self.config.lead_us.max(1_000));
@@ -215,7 +219,7 @@ impl StreamerSession {
             Request::new(message, "release", "parachute", c.attempts)
         });
         let sent_at = self.flight.request.as_ref().and_then(Request::sent_at).unwrap_or(now);
-        if accepted && now >= sent_at + T_RELEASE_PATIENCE_US {
+        if accepted && self.config.free_fall.is_none() && now >= sent_at + T_RELEASE_PATIENCE_US {
             self.note_release(sent_at, false);
         }
     }

@@ -4,6 +4,7 @@ use core::time::Duration;
 use std::fmt;
 
 use super::vehicle::AutopilotVersion;
+use crate::control::Fall;
 use crate::control::px4::Version;
 use crate::replan::ReplanRecord;
 use crate::time::{TimeUs, seconds};
@@ -87,6 +88,8 @@ pub enum StreamerEvent {
         /// Whether the parachute said so; otherwise it is the time of its acknowledgement.
         reported: bool,
     },
+    /// The vehicle falls, by its accelerometer: the release and its instant are known.
+    Falls(Fall),
     /// The first setpoint of the plan has been sent.
     Tracking,
     /// The plan is over, the target velocity follows.
@@ -189,6 +192,12 @@ impl fmt::Display for StreamerEvent {
                 f,
                 "release acknowledged but its time not told (NAMED_VALUE_INT t_release); taking {:.3} s",
                 seconds(*released_at)
+            ),
+            Self::Falls(Fall { began_at, found_at }) => write!(
+                f,
+                "falls since {:.3} s by its accelerometer, found at {:.3} s",
+                seconds(*began_at),
+                seconds(*found_at)
             ),
             Self::Refused { what, result, said } => write!(f, "{what} refused ({result}){}", join(said)),
             Self::Unanswered { what, by } => {

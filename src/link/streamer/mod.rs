@@ -12,6 +12,7 @@
 //! | `request`, `parameters` | a command until it is answered; parameters given and asked for |
 //! | `download` | a file of the vehicle's, by MAVLink FTP |
 //! | `patience` | when what was sent counts as unanswered |
+//! | `falling` | the release, found by the fall that the vehicle's accelerometer shows |
 //! | `silence` | how long nothing has come |
 //! | `event` | what is reported |
 //!
@@ -30,9 +31,10 @@
 //! the estimator and one in HOLD, for PX4's tilt limit (Streaming -> Aligning -> Holding ->
 //! RequestingOffboard).
 //!
-//! t = 0 is the release, as the parachute reports it (NAMED_VALUE_INT `t_release`), plus t_d. A setpoint is
-//! sent `lead` ahead of its time, one period of the control loop, so that it is in force when that time
-//! comes.
+//! t = 0 is the release, as the parachute reports it (NAMED_VALUE_INT `t_release`), or as the vehicle's
+//! accelerometer shows it where no wire leads to the parachute ([`StreamerConfig::free_fall`]), plus t_d. A
+//! setpoint is sent `lead` ahead of its time, one period of the control loop, so that it is in force when
+//! that time comes.
 //!
 //! While the parachute reports that its setpoints are lost (NAMED_VALUE_INT `mute`, 1 until 0 comes) it sends
 //! nothing at all: a fault of the simulator's, [`crate::sim::faults`].
@@ -57,6 +59,7 @@ use self::setpoint::{Asked, SetpointSource};
 use self::silence::Silence;
 use self::vehicle::VehicleView;
 use crate::control::px4::Version;
+use crate::control::{Fall, FreeFallDetector};
 use crate::link::encoder::Encoder;
 use crate::link::frame::Frame;
 use crate::link::parachute::{MUTE, PARACHUTE_COMPONENT, T_END, T_RELEASE};
@@ -73,6 +76,7 @@ mod config;
 mod download;
 mod drop_states;
 mod event;
+mod falling;
 mod parameters;
 mod patience;
 mod px4_states;
@@ -169,6 +173,8 @@ struct Flight {
     /// Whether it sends nothing, by a fault of the simulator's.
     mute: bool,
     released_at: Option<TimeUs>,
+    falling: Option<FreeFallDetector>,
+    fall: Option<Fall>,
     vehicle: VehicleView,
     readiness: Readiness,
     failure: Option<String>,
@@ -310,6 +316,11 @@ impl StreamerSession {
         self.flight.released_at.map(|at| at + microseconds(self.config.delay_s))
     }
 
+    /// The fall by which the release was found, where nothing else reported it.
+    pub fn fall(&self) -> Option<Fall> {
+        self.flight.fall
+    }
+
     /// The next event.
     pub fn poll_event(&mut self) -> Option<Timed<StreamerEvent>> {
         self.events.pop_front()
@@ -420,6 +431,10 @@ impl StreamerSession {
                     self.send(&message);
                 }
             }
+            Some(MavMessage::HIGHRES_IMU(m)) => self.feel(m),
+            Some(MavMessage::NAMED_VALUE_INT(m)) if m.name.to_str() == Ok(T_RELEASE) => {
+                self.take_told_fall(m)
+            }
             Some(MavMessage::ATTITUDE(m)) if self.config.clock == Clock::Vehicle => {
                 self.take_clock(self.site_us(u64::from(m.time_boot_ms)));
             }
@@ -522,7 +537,9 @@ impl Session for StreamerSession {
             (PARACHUTE_COMPONENT, Some(MavMessage::NAMED_VALUE_INT(m))) => {
                 match (m.name.to_str(), TimeUs::try_from(m.value)) {
                     (Ok(MUTE), Ok(mute)) => self.flight.mute = mute != 0,
-                    (Ok(T_RELEASE), Ok(ms)) => self.note_release(self.site_us(ms), true),
+                    (Ok(T_RELEASE), Ok(ms)) if self.config.free_fall.is_none() => {
+                        self.note_release(self.site_us(ms), true);
+                    }
                     (Ok(T_END), Ok(ms)) => self.note_end(self.site_us(ms)),
                     _ => {}
                 }

@@ -14,6 +14,7 @@
 //! | `convergence` | the cost of a search over its evaluations |
 //! | `distribution` | the share of a campaign's trials below each value, beside the limit |
 //! | `envelope` | the safe-release envelope, a panel for each two quantities |
+//! | `free_fall` | operating curves of rules that find a fall |
 //! | `time_panels` | velocities, pitch, thrusts, J_state over time |
 //! | `study`, `study_paths`, `study_campaigns` | the paper's figures 7 to 14 |
 
@@ -25,6 +26,7 @@ mod convergence;
 mod distribution;
 mod envelope;
 mod flight_path;
+mod free_fall;
 mod glyph;
 mod heading;
 mod label;
@@ -42,6 +44,7 @@ pub use canvas::FigureError;
 pub use convergence::convergence_figure;
 pub use distribution::{Distribution, distribution_figure};
 pub use envelope::envelope_figure;
+pub use free_fall::free_fall_figure;
 
 use nalgebra::Vector3;
 

@@ -187,6 +187,7 @@ impl Pilot for Px4 {
         let version = flown.streamer.vehicle_version().map(|v| v.to_string());
         Ok(Flown {
             replans: Vec::new(),
+            fall: flown.streamer.fall(),
             by: Some(FlownBy { name: self.name(), version }),
             trouble: flown.gone.or_else(|| flown.streamer.failure().map(str::to_owned)),
             record: flown.simulator.run().record().clone(),

@@ -3,6 +3,7 @@
 use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
+mod falling;
 mod hold;
 mod readiness;
 mod scripted_px4;
