@@ -315,3 +315,24 @@ fn what_does_not_go_together_is_refused() {
         assert!(stderr(&output).contains(said), "{args:?}: {}", stderr(&output));
     }
 }
+
+/// The reference autopilot and the model of PX4's law fly the same drop to the same bits: no spread at all.
+#[test]
+fn what_is_deterministic_repeats_without_spread() {
+    for autopilot in [REFERENCE, MODEL] {
+        let out = tempfile::tempdir().unwrap();
+        let output = assess(X500, &[&autopilot, &["--only", "3", "--repeat", "2", "--json"]], out.path());
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let object = json(&output);
+        assert_eq!((&object["trial"], &object["failed"]), (&3.into(), &0.into()));
+        assert_eq!(object["farthest_apart_m"], 0.0);
+        for measure in object["measures"].as_array().unwrap() {
+            assert_eq!((&measure["count"], &measure["std"]), (&2.into(), &0.0.into()), "{measure}");
+        }
+        let name = format!("repeats_{}_trial_3.csv", autopilot[1]);
+        let csv = fs::read_to_string(out.path().join(name)).unwrap();
+        let lines: Vec<&str> = csv.lines().filter(|line| !line.starts_with('#')).collect();
+        assert_eq!(lines.len(), 3, "{csv}");
+        assert_eq!(lines[1].split_once(',').unwrap().1, lines[2].split_once(',').unwrap().1);
+    }
+}

@@ -26,6 +26,7 @@ pub mod grid_loss;
 pub mod paper;
 pub mod power;
 pub mod releases;
+pub mod repeats;
 pub mod safety;
 pub mod statistics;
 pub mod study;

@@ -26,6 +26,7 @@
 //! | [`drops`] | campaigns of whole drops: lines and tables |
 //! | [`free_fall`] | finding the fall from the accelerometer alone: tables |
 //! | [`envelope`] | the safe-release envelope: tables, edges |
+//! | [`repeats`] | one drop flown again and again: lines, the table of the spread |
 //! | [`replan`] | drops along one plan and along plans that are renewed: the flights, their table |
 //! | [`study`] | the safety study: tables, trials, page |
 //!
@@ -53,6 +54,7 @@ pub mod params;
 pub mod plan_grid;
 mod plan_motion;
 pub mod px4_gains;
+pub mod repeats;
 pub mod replan;
 pub mod replay;
 mod shown_drop;

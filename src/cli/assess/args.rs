@@ -144,6 +144,12 @@ pub struct AssessArgs {
     /// Of each campaign: prints what was drawn and what came of it.
     #[arg(long, value_name = "K", value_parser = whole::<u64>(0..=u64::MAX), conflicts_with_all = ["trials", "resume"])]
     pub only: Option<u64>,
+    /// Fly the trial of --only so many times and say how far the flights lie apart.
+    ///
+    /// With --autopilot: standard deviation and range of J_TPF, of the time to steady flight and of the
+    /// position 10 s after t = 0.
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(2..=10_000), requires_all = ["only", "autopilot"])]
+    pub repeat: Option<u64>,
     /// Fly whole drops: by reference, px4=DIR or px4-model.
     ///
     /// From the canopy to the end: by samara's own autopilot, by PX4 from its build folder, or by the model

@@ -21,6 +21,7 @@ use crate::cli::pilot::{Flight, Flown, Pilot, pilot_and_mission};
 use crate::cli::planning::{Planned, plan_mission, write_plan};
 use crate::cli::results::{OutputFolder, gone};
 use crate::cli::terminal::{print, print_err};
+use samara::assess::repeats::{RepeatSpread, RepeatedFlight, repeat_position};
 use samara::assess::{DropMeasure, DropOutcome, RandomDrop, plan_j_tpf, tracking};
 use samara::config::Mission;
 use samara::link::shell::ports::MAX_INSTANCE;
@@ -28,6 +29,7 @@ use samara::link::shell::{Speed, Wiring};
 use samara::plan::Status;
 use samara::report::campaign::{CampaignReport, CampaignSummary, NamedCampaign, TrialJudge, TrialRecord};
 use samara::report::drops::{DropTally, DropTrial, drops_json, drops_text, header, row};
+use samara::report::repeats::{repeats_header, repeats_json, repeats_row, repeats_text};
 use samara::report::{DropRun, FlownBy, plan_json, plan_text};
 
 /// Drops by PX4 flown side by side unless it is said otherwise: each is a PX4 and a simulator that wait for
@@ -61,9 +63,10 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
     let planned = Planned { trajectory, source: "planned", solve_ms: None, plan: Some(timed.plan) };
     pilot.check(&mission, &planned.trajectory, args.instance)?;
     let campaign = Campaign { args, pilot, mission, planned, folder: folder.path() };
-    match args.only {
-        Some(trial) => campaign.only(trial, stop),
-        None => {
+    match (args.only, args.repeat) {
+        (Some(trial), Some(times)) => campaign.repeat(trial, times, &folder, stop),
+        (Some(trial), None) => campaign.only(trial, stop),
+        (None, _) => {
             let mut places = 0..campaign.workers();
             places.try_for_each(|place| campaign.pilot.check_instance(campaign.instance(place)))?;
             campaign.fly_all(&folder, stop)
@@ -98,6 +101,71 @@ impl Campaign<'_> {
             format!("trial {} of the campaign: {outcome}\n", drawn.trial)
         })?;
         Ok(Answer::from(!tally.any_failed()))
+    }
+
+    /// Flies one trial so many times, one after the other, and reports how far the flights lie apart.
+    fn repeat(
+        &self,
+        trial: u64,
+        times: u64,
+        folder: &OutputFolder,
+        stop: &AtomicBool,
+    ) -> Result<Answer, Failure> {
+        self.pilot.check_instance(self.args.instance)?;
+        let name = format!("repeats_{}_trial_{trial}", self.pilot.name());
+        let csv = format!("{name}.csv");
+        let mut file = folder.continued(&csv, 0)?;
+        let mut write = |text: &str| file.write_all(text.as_bytes()).context(csv.clone()).bad_input();
+        write(&repeats_header(&self.mission, self.pilot.name(), trial))?;
+        let (drawn, scratch) = (self.mission.draw_drop(trial), self.folder.join("place_0"));
+        let mission = self.mission.with_drop(&drawn);
+        let (mut flights, mut failed, mut flown_times) = (Vec::new(), 0, 0);
+        for number in 1..=times {
+            remove_folder(&scratch)?;
+            let place = OutputFolder::create(Some(&scratch), &self.mission.name)?;
+            let flown = self.fly(&mission, self.args.instance, &place, &Narrator::of_trial(trial), stop);
+            if stop.load(Ordering::Relaxed) {
+                break;
+            }
+            flown_times = number;
+            let (flight, failure) = match &flown {
+                Ok(flown) => {
+                    let conclusion = Conclusion::new(&mission, Some(&self.planned), flown);
+                    let judged = self.judge(&drawn, &conclusion, flown);
+                    let flight = judged.outcome.map(|o| RepeatedFlight {
+                        j_tpf: o.verdict.j_tpf,
+                        steady_after_s: o.verdict.steady_after_s,
+                        position_ned_m: repeat_position(&flown.log),
+                    });
+                    (flight, judged.failure)
+                }
+                Err(why) => (None, Some(why.text())),
+            };
+            failed += u64::from(failure.is_some());
+            write(&repeats_row(number, flight.as_ref(), failure.as_deref()))?;
+            let words = match (&failure, &flight) {
+                (Some(failure), _) => format!("FAILED: {failure}"),
+                (None, Some(flight)) => format!("J_TPF {:.4}", flight.j_tpf),
+                (None, None) => "nothing".to_owned(),
+            };
+            print_err(&format!("flight {number} of {times}: {words}\n"));
+            flights.extend(flight);
+        }
+        let spread = RepeatSpread::of(&flights);
+        let circumstances = [("trial", trial.to_string()), ("flights", flown_times.to_string())];
+        folder.write_manifest(&name, &self.mission, &circumstances)?;
+        print(&if self.args.mission.json {
+            repeats_json(&self.mission, self.pilot.name(), trial, failed, &spread)
+        } else {
+            let table = repeats_text(&self.mission, self.pilot.name(), trial, &spread);
+            let place = folder.path().join(&csv);
+            format!("{table}{failed} of {flown_times} flights failed; lines in {}\n", place.display())
+        })?;
+        if flown_times < times {
+            print_err(&format!("stopped after {flown_times} of {times} flights\n"));
+        }
+        remove_folder(&scratch)?;
+        Ok(Answer::from(flown_times == times && failed == 0))
     }
 
     /// Writes all files of a flight, as `samara drop` leaves them, and reports what there is to report.

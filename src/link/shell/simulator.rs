@@ -26,6 +26,9 @@ use crate::time::TimeUs;
 /// Half a frame and then nothing for this long: the rest is not coming.
 const HALF_FRAME_PATIENCE: Duration = Duration::from_secs(1);
 
+/// How soon an autopilot that is still at work is looked at again.
+const REST_PERIOD: Duration = Duration::from_micros(100);
+
 /// Purpose of the TCP port.
 const PURPOSE: What = What::Borrowed("simulator, for the autopilot");
 
@@ -50,6 +53,22 @@ pub trait Guest {
     /// The reason why the process is gone, if it is or is taken to be. `now` is simulated time [us], and
     /// `pace` says what the simulator waits for.
     fn gone(&mut self, now: TimeUs, pace: Pace) -> Option<String>;
+
+    /// Whether it has done all that there was to do at the simulated time that it has been given.
+    fn is_idle(&mut self) -> bool;
+}
+
+/// An autopilot of which nothing is known but its connection.
+struct Stranger;
+
+impl Guest for Stranger {
+    fn gone(&mut self, _: TimeUs, _: Pace) -> Option<String> {
+        None
+    }
+
+    fn is_idle(&mut self) -> bool {
+        true
+    }
 }
 
 /// A drop whose autopilot is a process of its own.
@@ -83,8 +102,7 @@ pub async fn run_simulator<O: Observer>(
     let remotes = [ports.ground_station, ports.api];
     let mut shell = Shell::open(session, ports, speed, key, &remotes, observer).await?;
     shell.parachute.expect_doubles();
-    // Nothing is known of the autopilot but its connection.
-    shell.run(server, speed, |_, _| None, stop).await;
+    shell.run(server, speed, &mut Stranger, stop).await;
     Ok(shell.session)
 }
 
@@ -109,7 +127,7 @@ pub async fn run_hosted_drop<O: Observer, G: Guest, E: From<ShellError>>(
     let mut shell = Shell::open(session, ports, speed, None, &[ports.ground_station], observer).await?;
     shell.companion = Some(&mut companion);
     let mut guest = start()?;
-    let gone = shell.run(server, speed, |now, pace| guest.gone(now, pace), stop).await;
+    let gone = shell.run(server, speed, &mut guest, stop).await;
     let simulator = shell.session;
     Ok((HostedDrop { simulator, unfenced: companion.unfenced, streamer: companion.session, gone }, guest))
 }
@@ -157,12 +175,12 @@ impl<'a, O: Observer> Shell<'a, O> {
         })
     }
 
-    /// Runs to the end; returns the reason why the guest is gone, if that ended it: what `is_gone` says.
+    /// Runs to the end; returns the reason why the guest is gone, if that ended it: what the guest says.
     async fn run(
         &mut self,
         server: TcpListener,
         speed: Speed,
-        mut is_gone: impl FnMut(TimeUs, Pace) -> Option<String>,
+        guest: &mut impl Guest,
         stop: impl Future<Output = ()>,
     ) -> Option<String> {
         let mut gone = None;
@@ -172,6 +190,7 @@ impl<'a, O: Observer> Shell<'a, O> {
             let hurries = speed == Speed::Max && pace == Pace::Ready && !self.starts();
             let pause = match self.session.next_wake() {
                 Some(_) if self.companion.as_ref().is_some_and(|c| c.fence.is_some()) => WATCH_PERIOD,
+                Some(_) if self.settles() && !guest.is_idle() => REST_PERIOD,
                 Some(_) if hurries => Duration::ZERO,
                 Some(at) => self.until(at).min(WATCH_PERIOD),
                 None => WATCH_PERIOD,
@@ -192,7 +211,7 @@ impl<'a, O: Observer> Shell<'a, O> {
                     () = Self::heard(&mut self.companion) => {}
                     () = tokio::task::yield_now(), if answered => {}
                     () = tokio::time::sleep(pause) => {
-                        gone = is_gone(self.session.now(), self.session.pace());
+                        gone = guest.gone(self.session.now(), self.session.pace());
                     }
                 }
             }
@@ -231,6 +250,12 @@ impl<'a, O: Observer> Shell<'a, O> {
 
     fn starts(&self) -> bool {
         self.session.companion_starts() || self.companion.as_ref().is_some_and(|c| c.vehicle_starts())
+    }
+
+    /// Whether the autopilot is given the time to come to rest before each step: as long as what it is
+    /// sent next depends on what it says.
+    fn settles(&self) -> bool {
+        self.companion.as_ref().is_some_and(|c| c.session.listens())
     }
 
     fn streamer_failed(&self) -> bool {

@@ -291,6 +291,13 @@ impl StreamerSession {
         matches!(self.flight.state, StreamerState::Done | StreamerState::Failed)
     }
 
+    /// Whether what it does next depends on what the vehicle answers and reports: until the vehicle is ready to
+    /// be released, and in the fall, whose velocity may be the vehicle's.
+    pub fn listens(&self) -> bool {
+        matches!(self.flight.state, StreamerState::Releasing | StreamerState::Falling)
+            || !(self.flight.state.is_flight() || self.is_over())
+    }
+
     /// Why it has given up, if it has.
     pub fn failure(&self) -> Option<&str> {
         self.flight.failure.as_deref()

@@ -9,6 +9,7 @@
 //! | `process` | the process: started in its working directory, watched, stopped with all its children |
 //! | `process_group` | the group of processes that ends with this program, whatever ends it |
 //! | `lock` | whether an instance is running already, and what holds it |
+//! | `idle` | whether PX4 has done what there was to do |
 //! | `cpu` | PX4 on one processor, the simulator on others |
 //! | `watched` | PX4 as the simulator watches it: gone, or silent for too long |
 //! | [`upload`] | the parameters that PX4 is given |
@@ -16,6 +17,7 @@
 mod beginning;
 mod build_folder;
 mod cpu;
+mod idle;
 #[cfg(unix)]
 mod lock;
 #[cfg_attr(not(unix), path = "process_elsewhere.rs")]

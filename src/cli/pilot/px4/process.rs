@@ -15,6 +15,7 @@ use anyhow::{Context as _, Result};
 
 use super::beginning::Beginning;
 use super::build_folder::BuildFolder;
+use super::idle::is_idle;
 use super::process_group::ProcessGroup;
 use super::{lock, work_dir};
 use crate::cli::system::{Stopwatch, pause};
@@ -82,6 +83,11 @@ impl Px4Process {
     /// PX4's working directory.
     pub fn work(&self) -> &Path {
         &self.work
+    }
+
+    /// Whether PX4 has done all that there was to do.
+    pub fn is_idle(&self) -> bool {
+        is_idle(self.child.id())
     }
 
     /// Ends PX4: asked first, so that it closes its log, then without asking. Returns once nothing of its

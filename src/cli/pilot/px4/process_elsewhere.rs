@@ -23,6 +23,11 @@ impl Px4Process {
         match self.0 {}
     }
 
+    /// Whether PX4 has done all that there was to do.
+    pub fn is_idle(&self) -> bool {
+        match self.0 {}
+    }
+
     /// Ends PX4.
     pub fn stop(&mut self) {
         match self.0 {}

@@ -58,4 +58,8 @@ impl Guest for WatchedPx4 {
             format!("PX4 runs, but {missing} has not come within {limit_s} s; {words}")
         })
     }
+
+    fn is_idle(&mut self) -> bool {
+        self.px4.is_idle()
+    }
 }
