@@ -147,6 +147,34 @@ fn elsewhere(folder: &Path, change: impl FnOnce(&mut serde_json::Value)) -> Stri
     path.to_str().unwrap().to_owned()
 }
 
+/// Properties of a version that is asked for: it is named in the results, its flight is its own, the number
+/// may be written in full, and v1.12 is what flies where nothing is asked for.
+#[test]
+fn the_law_of_a_version_flies_where_it_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let fly = |autopilot: &str| {
+        let mut found =
+            json(&samara(&["drop", X500, "--autopilot", autopilot, "--json"], &folder.path().join("out")));
+        for timed in ["plan_solve_ms", "real_time_factor"] {
+            found.as_object_mut().unwrap().remove(timed);
+        }
+        found
+    };
+    let [unasked, v1_12, v1_14, v1_16, in_full] =
+        ["px4-model", "px4-model=1.12", "px4-model=v1.14", "px4-model=v1.16", "px4-model=1.16.0"].map(fly);
+    assert_eq!(unasked, v1_12);
+    assert_eq!(v1_16, in_full);
+    assert_eq!(
+        (&unasked["autopilot_version"], &v1_14["autopilot_version"]),
+        (&serde_json::Value::Null, &"v1.14".into())
+    );
+    assert_eq!((&v1_16["autopilot"], &v1_16["autopilot_version"]), (&"px4-model".into(), &"v1.16".into()));
+    for (older, newer) in [(&v1_12, &v1_14), (&v1_14, &v1_16)] {
+        assert_ne!(older["peak_pitch_rate_deg_s"], newer["peak_pitch_rate_deg_s"]);
+        assert!(newer["limits_passed"].as_array().unwrap().is_empty() && newer["steady_after_s"].is_number());
+    }
+}
+
 /// A mission that names a file for PX4 flies it where nothing is chosen, as if it had been; chosen gains come
 /// before it. All that
 /// `params export --drop` writes is of that file then.

@@ -9,6 +9,7 @@ use anyhow::Context as _;
 use clap::Args;
 
 use super::answer::{BadInput as _, Failure};
+use samara::control::px4::{Law, Version};
 use samara::link::shell::ports::MAX_INSTANCE;
 use samara::link::shell::{LinkUrl, Ports, Speed, Wiring, system_of_instance};
 use samara::link::signing::Key;
@@ -140,8 +141,8 @@ pub enum AutopilotArg {
     Reference,
     /// PX4, from a build folder.
     Px4(PathBuf),
-    /// The model of PX4's control law.
-    Px4Model,
+    /// The model of the control law of a version of PX4.
+    Px4Model(Law),
 }
 
 impl fmt::Display for AutopilotArg {
@@ -149,7 +150,8 @@ impl fmt::Display for AutopilotArg {
         match self {
             Self::Reference => f.write_str("reference"),
             Self::Px4(folder) => write!(f, "px4={}", folder.display()),
-            Self::Px4Model => f.write_str("px4-model"),
+            Self::Px4Model(law) if *law == Law::V1_12 => f.write_str("px4-model"),
+            Self::Px4Model(law) => write!(f, "px4-model={}", law.since),
         }
     }
 }
@@ -249,11 +251,17 @@ pub fn companion(text: &str) -> Result<Duration, String> {
     }
 }
 
+/// A version of PX4 whose law the model has.
+pub fn px4_law(text: &str) -> Result<Law, String> {
+    Version::law_of(text).map_err(|e| e.to_string())
+}
+
 /// The value of `--autopilot`.
 pub fn autopilot(text: &str) -> Result<AutopilotArg, String> {
     match text.split_once('=') {
         None if text == "reference" => Ok(AutopilotArg::Reference),
-        None if text == "px4-model" => Ok(AutopilotArg::Px4Model),
+        None if text == "px4-model" => Ok(AutopilotArg::Px4Model(Law::V1_12)),
+        Some(("px4-model", version)) => px4_law(version).map(AutopilotArg::Px4Model),
         Some(("px4", folder)) if !folder.is_empty() => Ok(AutopilotArg::Px4(folder.into())),
         _ => Err("`reference`, `px4-model`, or `px4=` and a build folder of PX4's simulation is expected"
             .to_owned()),

@@ -16,20 +16,10 @@
 //! pitch wherever it is: `u_i = (+-roll +-pitch)/sqrt(2) +-yaw + thrust`. Then `G_roll = 2 sqrt(2) T_max ly`
 //! and `G_pitch = 2 sqrt(2) T_max lx` ([`Mixing::QuadX`]); the two are the same for a square.
 
-use nalgebra::{Matrix6, SVector, Vector6};
-
 use super::ParamsError;
-use crate::model::{MAX_ROTORS, Vehicle};
-
-/// CA_ROTORn_CT of a rotor in clean air: only ratios matter, but the allocator takes entries of M below
-/// `NEGLIGIBLE` for zero, so that a thrust in newton would make it drop rotors. This is PX4's default.
-pub const THRUST_COEFFICIENT: f64 = 6.5;
-
-/// Below this PX4 takes an entry of M for zero when it counts rotors.
-const NEGLIGIBLE: f64 = 1e-3;
-
-/// A rotor's column or row.
-type PerRotorVector = SVector<f64, MAX_ROTORS>;
+pub use crate::control::px4::effectiveness::THRUST_COEFFICIENT;
+use crate::control::px4::effectiveness::{PseudoInverse, effectiveness, mean_share, spread};
+use crate::model::Vehicle;
 
 /// Physical size of one unit of PX4's normalised torques and thrust.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,13 +69,8 @@ impl NormalisedUnits {
         let inverse = PseudoInverse::of(&effectiveness(vehicle, density_kg_m3));
         let newton = vehicle.static_thrust_n(density_kg_m3) / THRUST_COEFFICIENT;
         let [roll, pitch, yaw, thrust] = [0, 1, 2, 5].map(|axis| inverse.column(axis));
-        let spread = |m: &PerRotorVector| {
-            let counted = m.iter().filter(|x| x.abs() > NEGLIGIBLE).count();
-            if counted == 0 { 0.0 } else { (m.norm_squared() / (counted as f64 / 2.0)).sqrt() }
-        };
         let tilt_scale = spread(&roll.m).max(spread(&pitch.m));
-        let counted = thrust.m.iter().filter(|x| x.abs() > f64::from(f32::EPSILON)).count();
-        let thrust_scale = thrust.m.iter().map(|x| x.abs()).sum::<f64>() / counted as f64;
+        let thrust_scale = mean_share(&thrust.m);
         let unit = |axis, made: f64, scale: f64| {
             let g = newton * made / scale;
             if g.is_finite() && g > 0.0 { Ok(g) } else { Err(ParamsError::NoUnit { axis }) }
@@ -99,83 +84,11 @@ impl NormalisedUnits {
     }
 }
 
-/// Rows Mx, My, Mz, Fx, Fy, Fz per rotor, in PX4's units.
-fn effectiveness(vehicle: &Vehicle, density_kg_m3: f64) -> [PerRotorVector; 6] {
-    let mut rows = [PerRotorVector::zeros(); 6];
-    for (i, rotor) in vehicle.rotors.iter().enumerate().take(MAX_ROTORS) {
-        let moment = rotor.position_body_m.cross(&rotor.axis_body)
-            - rotor.axis_body * (rotor.spin.sign() * vehicle.torque_per_thrust_of_m(i, density_kg_m3));
-        let coefficient = THRUST_COEFFICIENT * rotor.interference.thrust;
-        for axis in 0..3 {
-            rows[axis][i] = coefficient * moment[axis];
-            rows[3 + axis][i] = coefficient * rotor.axis_body[axis];
-        }
-    }
-    rows
-}
-
-/// `pinv(E) = B^T (F^T F)^-1 F^T` with `E = F B`, rows of B orthonormal.
-struct PseudoInverse {
-    basis: Vec<PerRotorVector>,
-    /// Rows of F, padded with zeros.
-    factor: [Vector6<f64>; 6],
-    gram: Matrix6<f64>,
-}
-
-/// A column of the pseudo-inverse and how much of its own axis it makes.
-struct Column {
-    m: PerRotorVector,
-    made: f64,
-}
-
-impl PseudoInverse {
-    fn of(rows: &[PerRotorVector; 6]) -> Self {
-        let largest = rows.iter().map(|r| r.norm()).fold(0.0, f64::max);
-        let mut basis: Vec<PerRotorVector> = Vec::with_capacity(6);
-        for row in rows {
-            let mut rest = *row;
-            // Twice is enough.
-            for _ in 0..2 {
-                for b in &basis {
-                    rest -= b * b.dot(&rest);
-                }
-            }
-            if rest.norm() > 1e-6 * row.norm() && row.norm() > 1e-9 * largest {
-                basis.push(rest.normalize());
-            }
-        }
-        let mut factor = [Vector6::zeros(); 6];
-        for (f, row) in factor.iter_mut().zip(rows) {
-            for (k, b) in basis.iter().enumerate() {
-                f[k] = b.dot(row);
-            }
-        }
-        let mut gram = Matrix6::identity();
-        for i in 0..basis.len() {
-            for j in 0..basis.len() {
-                gram[(i, j)] = factor.iter().map(|f| f[i] * f[j]).sum();
-            }
-        }
-        Self { basis, factor, gram }
-    }
-
-    fn column(&self, axis: usize) -> Column {
-        let f = &self.factor[axis];
-        let weights = self.gram.cholesky().map_or_else(Vector6::zeros, |c| c.solve(f));
-        let mut m = PerRotorVector::zeros();
-        for (b, w) in self.basis.iter().zip(weights.iter()) {
-            m += b * *w;
-        }
-        Column { m, made: f.dot(&weights) }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::control::test_vehicles::{THRUST_LIMIT_N, lander, quadrotor, ring};
     use crate::model::VehicleOptions;
-    use nalgebra::DMatrix;
 
     const DENSITY: f64 = 5.4;
 
@@ -220,31 +133,6 @@ mod tests {
         let g = THRUST_LIMIT_N / THRUST_COEFFICIENT / s;
         assert!(close(units.roll_nm, g) && close(units.pitch_nm, g), "{units:?}, {g}");
         assert!(close(units.yaw_nm.unwrap(), 6.0 * THRUST_LIMIT_N * 0.05), "{units:?}");
-    }
-
-    /// The pseudo-inverse by rank factorisation is the one by singular values, also for leaning and for few
-    /// rotors.
-    #[test]
-    fn reference_pseudo_inverse_by_singular_values() {
-        for vehicle in [
-            lander(true),
-            ring(6, [1.0, 1.0], 0.0),
-            ring(6, [1.3, 1.3], 0.3),
-            ring(8, [1.0, 1.0], 0.2),
-            ring(3, [0.7, 0.7], 0.1),
-        ] {
-            let rows = effectiveness(&vehicle, DENSITY);
-            let e = DMatrix::from_fn(6, vehicle.rotors.len(), |i, j| rows[i][j]);
-            let reference = e.clone().pseudo_inverse(1e-9).unwrap();
-            let inverse = PseudoInverse::of(&rows);
-            for axis in 0..6 {
-                let column = inverse.column(axis);
-                for rotor in 0..vehicle.rotors.len() {
-                    assert!((column.m[rotor] - reference[(rotor, axis)]).abs() < 1e-9, "axis {axis}");
-                }
-                assert!((column.made - (&e * &reference)[(axis, axis)]).abs() < 1e-9);
-            }
-        }
     }
 
     #[test]

@@ -1,13 +1,16 @@
 //! Parameters of the model of PX4's controller ([`crate::control::px4`]), from gains or a file and back.
 
 use super::export::{export_for_mixing, hover_thrust};
+use super::metadata::Kind;
 use super::{Export, Metadata, Mixing, NormalisedUnits, ParameterFile, ParamsError, Purpose, Subject, Value};
-use crate::control::px4::Parameters;
+use crate::control::px4::{Law, Parameters};
 
-/// Mixing of the modelled PX4, v1.12.
-const MIXING: Mixing = Mixing::QuadX;
+/// Mixing of a PX4 with that law.
+fn mixing(law: &Law) -> Mixing {
+    if law.allocates { Mixing::Allocated } else { Mixing::QuadX }
+}
 
-/// The parameters with which PX4 flies a subject: PX4's defaults, the vehicle's hover thrust and thrust
+/// The parameters with which a PX4 of a law flies a subject: PX4's defaults, the vehicle's hover thrust and thrust
 /// curve, velocities up to the subject's speed, and the file's parameters, or without a file the subject's
 /// gains and limits in PX4's terms.
 ///
@@ -16,9 +19,10 @@ const MIXING: Mixing = Mixing::QuadX;
 pub fn px4_model_parameters(
     subject: &Subject,
     purpose: Purpose,
+    law: &Law,
     given: Option<&ParameterFile>,
 ) -> Result<Parameters, ParamsError> {
-    let units = NormalisedUnits::mixed(subject.vehicle, subject.environment.density_kg_m3, MIXING)?;
+    let units = NormalisedUnits::mixed(subject.vehicle, subject.environment.density_kg_m3, mixing(law))?;
     let fastest = subject.speed_m_s * purpose.factors(subject.environment.gravity_m_s2).k;
     let mut made = Parameters {
         thr_hover: f64::from(hover_thrust(subject.vehicle, subject.environment, &units) as f32),
@@ -31,7 +35,7 @@ pub fn px4_model_parameters(
     let mut take = |name: &str, value: Value| drop(made.set(name, value.as_f64()));
     match given {
         Some(file) => file.own().for_each(|(name, entry)| take(name, entry.value)),
-        None => export_for_mixing(subject, purpose, MIXING)?
+        None => export_for_mixing(subject, purpose, mixing(law))?
             .parameters
             .iter()
             .for_each(|(name, value)| take(name, *value)),
@@ -39,17 +43,24 @@ pub fn px4_model_parameters(
     Ok(made)
 }
 
-/// Content of a parameter file with every parameter of the model, so that a flight does not depend on an
+/// Content of a parameter file with every parameter that a law reads, so that a flight does not depend on an
 /// airframe's own defaults.
 pub fn px4_model_export(
     parameters: &Parameters,
+    law: &Law,
     purpose: Purpose,
     gravity_m_s2: f64,
     remarks: Vec<String>,
 ) -> Export {
-    let row = |name: &&str| Some(((*name).to_owned(), Value::Real(parameters.get(name)? as f32)));
-    let parameters = Parameters::NAMES.iter().filter_map(row).collect();
-    Export::checked(&Metadata::px4(), purpose, gravity_m_s2, parameters, remarks)
+    let metadata = Metadata::px4();
+    let row = |name: &&str| {
+        let value = parameters.get(name)?;
+        let whole = metadata.get(name).is_some_and(|known| known.kind == Kind::Int);
+        let value = if whole { Value::Int(value as i32) } else { Value::Real(value as f32) };
+        Some(((*name).to_owned(), value))
+    };
+    let parameters = Parameters::NAMES.iter().filter(|name| law.reads(name)).filter_map(row).collect();
+    Export::checked(&metadata, purpose, gravity_m_s2, parameters, remarks)
 }
 
 #[cfg(test)]
@@ -72,25 +83,26 @@ mod tests {
             limits: &limits,
             speed_m_s: 12.0,
         };
-        let purpose = Purpose::Px4Froude;
-        let ours = px4_model_parameters(&subject, purpose, None).unwrap();
-        let exported = export_for_mixing(&subject, purpose, MIXING).unwrap().parameters;
+        let (purpose, law) = (Purpose::Px4Froude, &Law::V1_12);
+        let ours = px4_model_parameters(&subject, purpose, law, None).unwrap();
+        let exported = export_for_mixing(&subject, purpose, Mixing::QuadX).unwrap().parameters;
         assert_eq!(ours.pitch_p, exported["MC_PITCH_P"].as_f64());
         // The model's mixer is `quad_x`, which knows no distances: with arms of 0.5 m ahead and 1 m aside a
         // unit of roll is twice one of pitch.
         let wide = quadrotor([0.5, 1.0], [890.0; 3], [0.0; 3], VehicleOptions::default());
-        let of_wide = px4_model_parameters(&Subject { vehicle: &wide, ..subject }, purpose, None).unwrap();
+        let of_wide =
+            px4_model_parameters(&Subject { vehicle: &wide, ..subject }, purpose, law, None).unwrap();
         let torque_per_rate = |k: f64, p: f64| k * p;
         let roll = torque_per_rate(of_wide.rollrate_k, of_wide.rollrate_p);
         let pitch = torque_per_rate(of_wide.pitchrate_k, of_wide.pitchrate_p);
         assert!((pitch / roll - 2.0).abs() < 1e-6, "{pitch} {roll}");
         assert_eq!(ours.thr_hover, exported["MPC_THR_HOVER"].as_f64());
         assert_eq!(ours.gyro_cutoff_hz, 40.0);
-        let written = px4_model_export(&ours, purpose, site.gravity_m_s2, Vec::new());
+        let written = px4_model_export(&ours, &Law::V1_16, purpose, site.gravity_m_s2, Vec::new());
         let text = super::super::file::write("test", &written.notes(&[]), &written.parameters);
         let file = ParameterFile::parse(&text).unwrap();
         assert_eq!(file.purpose(), Some(purpose));
-        let read = px4_model_parameters(&subject, purpose, Some(&file)).unwrap();
+        let read = px4_model_parameters(&subject, purpose, law, Some(&file)).unwrap();
         for name in Parameters::NAMES {
             assert_eq!(read.get(name).unwrap() as f32, ours.get(name).unwrap() as f32, "{name}");
         }

@@ -56,7 +56,7 @@ pub struct FlownTrajectory {
 pub struct FlownBy {
     /// "reference", "reference_ekf" (on its own estimator), "px4" or "px4-model".
     pub name: &'static str,
-    /// Release and git hash, as PX4 reports them.
+    /// Release and git hash, as PX4 reports them; the version whose law the model has, where that is not v1.12.
     pub version: Option<String>,
 }
 
@@ -66,7 +66,8 @@ impl FlownBy {
         match (self.name, &self.version) {
             ("px4", Some(version)) => Some(format!("PX4 {version}")),
             ("px4", None) => Some("PX4".to_owned()),
-            ("px4-model", _) => Some("the model of PX4's control law".to_owned()),
+            ("px4-model", Some(version)) => Some(format!("the model of PX4 {version}'s control law")),
+            ("px4-model", None) => Some("the model of PX4's control law".to_owned()),
             _ => None,
         }
     }

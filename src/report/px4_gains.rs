@@ -4,7 +4,7 @@
 use super::columns::columns;
 use super::json::{head, object, text};
 use crate::config::Mission;
-use crate::control::px4::Parameters;
+use crate::control::px4::{Law, Parameters};
 use crate::params::Purpose;
 use crate::tune::px4::Measures;
 use crate::tune::px4::space::names;
@@ -18,6 +18,8 @@ pub const PX4S_DEFAULTS: &str = "PX4's defaults";
 pub struct Px4Gains {
     /// Name of the gains.
     pub name: String,
+    /// The law that they were found on.
+    pub law: Law,
     /// What the parameters are for.
     pub purpose: Purpose,
     /// PX4's defaults on the unseen drops.
@@ -85,7 +87,8 @@ impl Px4Gains {
         let measured_by = self.other_measure();
         let found = vec![
             format!(
-                "found on the model of PX4 v1.12's control law, {} drops; means of {} others: {}",
+                "found on the model of PX4 {}'s control law, {} drops; means of {} others: {}",
+                self.law.since,
                 self.drops,
                 self.unseen,
                 listed(&self.found)

@@ -11,7 +11,8 @@ use nalgebra::Vector3;
 
 use super::drop::{DropSimulation, Phase};
 use super::record::Sample;
-use crate::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S, SWITCH_S};
+use crate::control::px4::Law;
+use crate::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
 use crate::control::{Controller, Measurement, Setpoint};
 use crate::model::MAX_ROTORS;
 use crate::trajectory::Trajectory;
@@ -75,14 +76,14 @@ impl<'a> FlightPlan<'a> {
         Self { reference, yaw_sp_rad, control_period_s, setpoint_period_s, velocity_from_s, duration_s }
     }
 
-    /// A flight under PX4, whose clock runs slower than the site's by `similarity`, Froude's k = sqrt(g0/g):
+    /// A flight under PX4 with a version's law, whose clock runs slower than the site's by `similarity`, Froude's k = sqrt(g0/g):
     /// a control period is one of its IMU samples, setpoints come as a streamer sends them, and the heading
     /// is not asked for.
-    pub fn under_px4(reference: Reference<'a>, similarity: f64, duration_s: f64) -> Self {
+    pub fn under_px4(reference: Reference<'a>, law: &Law, similarity: f64, duration_s: f64) -> Self {
         Self {
             yaw_sp_rad: None,
             setpoint_period_s: Some(SETPOINT_PERIOD_S * similarity),
-            velocity_from_s: SWITCH_S * similarity,
+            velocity_from_s: law.velocity_control_after_s * similarity,
             ..Self::new(reference, IMU_PERIOD_S * similarity, duration_s)
         }
     }

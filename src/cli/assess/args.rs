@@ -112,8 +112,8 @@ pub struct AssessArgs {
     pub replan: Option<Cadences>,
     /// Show how well the release is found without a wire.
     ///
-    /// By the fall that the accelerometer shows: releases that must be found, and HOURS of descent in turbulence in which nothing may be, 20 unless
-    /// they are given.
+    /// By the fall that the accelerometer shows: releases that must be found, and HOURS of descent in
+    /// turbulence in which nothing may be, 20 unless they are given.
     #[arg(
         long,
         value_name = "HOURS",
@@ -150,7 +150,7 @@ pub struct AssessArgs {
     /// position 10 s after t = 0.
     #[arg(long, value_name = "N", value_parser = whole::<u64>(2..=10_000), requires_all = ["only", "autopilot"])]
     pub repeat: Option<u64>,
-    /// Fly whole drops: by reference, px4=DIR or px4-model.
+    /// Fly whole drops: by reference, px4=DIR or px4-model[=VERSION].
     ///
     /// From the canopy to the end: by samara's own autopilot, by PX4 from its build folder, or by the model
     /// of PX4's control law.

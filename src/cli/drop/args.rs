@@ -28,7 +28,7 @@ pub struct DropArgs {
     /// What the mission leaves to choose.
     #[command(flatten)]
     pub choice: ChoiceArgs,
-    /// The pilot: reference, px4=DIR or px4-model.
+    /// The pilot: reference, px4=DIR or px4-model[=VERSION].
     ///
     /// samara's own autopilot; PX4 from the build folder of its simulation; or the model of PX4's control
     /// law, which predicts what PX4 will do.

@@ -49,7 +49,7 @@ pub fn pilot_and_mission(request: &PilotRequest<'_>) -> Result<(Box<dyn Pilot>, 
     let (_, own) = match autopilot {
         AutopilotArg::Reference => of_reference,
         AutopilotArg::Px4(_) => of_px4,
-        AutopilotArg::Px4Model => of_px4_model,
+        AutopilotArg::Px4Model(_) => of_px4_model,
     };
     if let Some(foreign) = options.iter().find(|option| !own.contains(option)) {
         let (option, why) = foreign.text();
@@ -66,8 +66,8 @@ pub fn pilot_and_mission(request: &PilotRequest<'_>) -> Result<(Box<dyn Pilot>, 
             let (pilot, mission) = px4::Px4::new(build, mission, choice, settings)?;
             (Box::new(pilot), mission)
         }
-        AutopilotArg::Px4Model => {
-            let (pilot, mission) = px4_model::Px4Model::new(mission, choice)?;
+        AutopilotArg::Px4Model(law) => {
+            let (pilot, mission) = px4_model::Px4Model::new(*law, mission, choice)?;
             (Box::new(pilot), mission)
         }
     };

@@ -6,12 +6,12 @@ use std::path::Path;
 use super::contract::{Flight, Flown, Pilot, PilotOption};
 use super::px4::upload::{preparation, suits};
 use crate::cli::answer::{BadInput as _, Failure};
-use crate::cli::args::ChoiceArgs;
+use crate::cli::args::{AutopilotArg, ChoiceArgs};
 use crate::cli::mission::mission_for_px4;
 use crate::cli::system::Stopwatch;
 use crate::cli::terminal::print_remarks;
 use samara::config::Mission;
-use samara::control::px4::{Parameters, Px4Controller, is_quad_x};
+use samara::control::px4::{Law, Parameters, Px4Controller, is_quad_x};
 use samara::params::{ParameterFile, px4_model_parameters};
 use samara::report::FlownBy;
 use samara::sim::{self, FlightPlan, FlightRecord, Reference};
@@ -22,16 +22,18 @@ pub const OPTIONS: &[PilotOption] = &[PilotOption::Px4sOwnGains];
 
 /// The model of PX4's control law.
 pub struct Px4Model {
+    /// The law of PX4's version.
+    law: Law,
     /// Parameters in place of the mission's gains.
     parameters: Option<ParameterFile>,
 }
 
 impl Px4Model {
     /// The model with its parameters, and the mission for it.
-    pub fn new(path: &Path, choice: &ChoiceArgs) -> Result<(Self, Mission), Failure> {
+    pub fn new(law: Law, path: &Path, choice: &ChoiceArgs) -> Result<(Self, Mission), Failure> {
         let (mut mission, parameters) = mission_for_px4(path, choice)?;
-        mission.note_choice("autopilot", "px4-model");
-        Ok((Self { parameters }, mission))
+        mission.note_choice("autopilot", &AutopilotArg::Px4Model(law).to_string());
+        Ok((Self { law, parameters }, mission))
     }
 }
 
@@ -46,7 +48,7 @@ impl Pilot for Px4Model {
 
     fn check(&self, mission: &Mission, trajectory: &Trajectory, _: u16) -> Result<(), Failure> {
         mission.faults.check_without_wire().bad_input()?;
-        let (_, remarks) = parameters_for(mission, trajectory, self.parameters.as_ref())?;
+        let (_, remarks) = parameters_for(mission, trajectory, &self.law, self.parameters.as_ref())?;
         print_remarks(&mission.control.gains_name, &remarks);
         Ok(())
     }
@@ -54,29 +56,35 @@ impl Pilot for Px4Model {
     /// Flies the mission, the release at the end of the hang.
     fn fly(&self, flight: &Flight<'_>) -> Result<Flown, Failure> {
         let Flight { mission, trajectory, .. } = *flight;
-        let (parameters, _) = parameters_for(mission, trajectory, self.parameters.as_ref())?;
+        let (parameters, _) = parameters_for(mission, trajectory, &self.law, self.parameters.as_ref())?;
         // k of Froude's scaling: PX4's clock is slower than the site's by it.
         let similarity = mission.px4_purpose().factors(mission.site.environment.gravity_m_s2).k;
         let mut flight = mission.released_simulation();
         let then_v_ned = Some(mission.target_v_ned);
         let feed_forward = mission.control.feed_forward;
         let reference = Reference::Plan { trajectory, then_v_ned, feed_forward };
-        let plan = FlightPlan::under_px4(reference, similarity, mission.duration_s);
+        let plan = FlightPlan::under_px4(reference, &self.law, similarity, mission.duration_s);
         let watch = Stopwatch::start();
-        let thrust_limit_n = mission.vehicle.static_thrust_n(mission.site.environment.density_kg_m3);
-        let mut controller = Px4Controller::new(parameters, similarity, thrust_limit_n);
+        let density_kg_m3 = mission.site.environment.density_kg_m3;
+        let thrust_limit_n = mission.vehicle.static_thrust_n(density_kg_m3);
+        let mut controller = Px4Controller::new(parameters, similarity, thrust_limit_n).with_law(
+            self.law,
+            &mission.vehicle,
+            density_kg_m3,
+        );
         let mut log = Vec::new();
         let _ = sim::fly(&mut flight, &mut controller, &plan, &mut |sample| {
             log.push(*sample);
             ControlFlow::Continue(())
         });
+        let version = (self.law != Law::V1_12).then(|| self.law.since.to_string());
         Ok(Flown {
             replans: Vec::new(),
             fall: None,
             log,
             record: FlightRecord::of_motors(&flight),
             real_time_factor: Some(1e3 * mission.duration_s / watch.ms()),
-            by: Some(FlownBy { name: self.name(), version: None }),
+            by: Some(FlownBy { name: self.name(), version }),
             trouble: None,
         })
     }
@@ -87,13 +95,16 @@ impl Pilot for Px4Model {
 fn parameters_for(
     mission: &Mission,
     trajectory: &Trajectory,
+    law: &Law,
     given: Option<&ParameterFile>,
 ) -> Result<(Parameters, Vec<String>), Failure> {
     suits(mission).bad_input()?;
-    is_quad_x(&mission.vehicle).bad_input()?;
+    if !law.allocates {
+        is_quad_x(&mission.vehicle).bad_input()?;
+    }
     let mut parameters =
-        px4_model_parameters(&mission.parameter_subject(), mission.px4_purpose(), given).bad_input()?;
-    let upload = preparation(mission, trajectory, given, true)?.upload;
+        px4_model_parameters(&mission.parameter_subject(), mission.px4_purpose(), law, given).bad_input()?;
+    let upload = preparation(mission, trajectory, given, !law.allocates)?.upload;
     // Where PX4 would not get the file's value the model has not got it either.
     let own = given.into_iter().flat_map(ParameterFile::entries);
     for (name, value) in own.filter_map(|(_, name, _)| Some((name, upload.parameters.get(name)?))) {

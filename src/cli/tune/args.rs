@@ -2,7 +2,8 @@
 
 use clap::{Args, ValueEnum};
 
-use crate::cli::args::{MissionArgs, plain_name, positive, whole};
+use crate::cli::args::{MissionArgs, plain_name, positive, px4_law, whole};
+use samara::control::px4::Law;
 use samara::tune::objective::PENALTY;
 use samara::tune::release_cases::AMPLITUDES;
 
@@ -20,6 +21,9 @@ pub struct TuneArgs {
     /// PX4's are searched on the model of PX4's control law.
     #[arg(long = "for", value_enum, default_value_t = ForArg::Samara)]
     pub target: ForArg,
+    /// With --for px4: the version of PX4 whose law is flown [default: v1.12].
+    #[arg(long, value_name = "VERSION", value_parser = px4_law, hide_short_help = true)]
+    pub px4_version: Option<Law>,
     /// How to search.
     #[arg(long, value_enum, default_value_t = MethodArg::PsoCma)]
     pub method: MethodArg,

@@ -15,7 +15,7 @@ use crate::cli::results::OutputFolder;
 use crate::cli::search_run::{SearchSession, identity_of, run_search};
 use crate::cli::system::interrupt_flag;
 use samara::config::Mission;
-use samara::control::px4::is_quad_x;
+use samara::control::px4::{Law, is_quad_x};
 use samara::params::{ParameterFile, px4_model_export, px4_model_parameters};
 use samara::report::params::params_file;
 use samara::report::px4_gains::{PX4S_DEFAULTS, Px4Gains, gains_json, gains_text};
@@ -34,17 +34,23 @@ const UNSEEN_FROM: u64 = 1_000_000;
 pub fn refuse_unsuitable(args: &TuneArgs, mission: &Mission) -> Result<(), Failure> {
     refuse_meaningless(args)?;
     suits(mission).bad_input()?;
-    is_quad_x(&mission.vehicle).bad_input()
+    if law(args).allocates { Ok(()) } else { is_quad_x(&mission.vehicle).bad_input() }
+}
+
+/// The law of the version that is tuned for.
+fn law(args: &TuneArgs) -> Law {
+    args.px4_version.unwrap_or(Law::V1_12)
 }
 
 /// Tunes, tries on unseen drops, writes `gains.params` and `px4_gains.txt`.
 pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answer, Failure> {
-    let purpose = mission.px4_purpose();
+    let (purpose, law) = (mission.px4_purpose(), law(args));
     // PX4 as it comes, given only the vehicle; and with the mission's gains.
     let untouched = ParameterFile::default();
-    let of = |given| px4_model_parameters(&mission.parameter_subject(), purpose, given).bad_input();
+    let of = |given| px4_model_parameters(&mission.parameter_subject(), purpose, &law, given).bad_input();
     let (defaults, missions) = (of(Some(&untouched))?, of(None)?);
     let setting = Px4Setting {
+        law,
         vehicle: mission.vehicle.clone(),
         environment: mission.site.environment.clone(),
         wind: mission.site.wind.clone(),
@@ -90,6 +96,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
         Measures::mean(&flown)
     };
     let result = Px4Gains {
+        law,
         name: args.name.clone(),
         purpose,
         defaults: on_unseen(&defaults),
@@ -142,6 +149,9 @@ fn identity(args: &TuneArgs, mission: &Mission) -> Vec<(&'static str, String)> {
     let searched = names().collect::<Vec<_>>().join(" ");
     identity.extend([("for", name_of(args.target)), ("start", start), ("particles", particles(args))]);
     identity.extend([("drops", drops), ("searched", searched)]);
+    if let Some(law) = args.px4_version {
+        identity.push(("px4 version", law.since.to_string()));
+    }
     identity
 }
 
@@ -163,6 +173,7 @@ fn write(
     named.control.gains_name.clone_from(&result.name);
     let export = px4_model_export(
         &result.parameters,
+        &result.law,
         result.purpose,
         mission.site.environment.gravity_m_s2,
         result.remarks(),
@@ -170,12 +181,13 @@ fn write(
     folder.write_text("gains.params", &params_file(&named, &export))?;
     let text = gains_text(mission, result);
     folder.write_text("px4_gains.txt", &text)?;
-    let options = [
+    let mut options = vec![
         ("for", "px4".to_owned()),
         ("particles", particles(args)),
         ("iterations", args.iterations.to_string()),
         ("unseen", args.unseen.to_string()),
     ];
+    options.extend(args.px4_version.map(|law| ("px4-version", law.since.to_string())));
     folder.write_manifest("tune", mission, &options)?;
     folder.print_result(args.mission.json, || gains_json(mission, result), || text)
 }

@@ -47,6 +47,25 @@ impl LowPass2 {
     }
 }
 
+/// First-order low pass (`AlphaFilter`). A cutoff of nothing filters nothing.
+#[derive(Clone, Copy, Debug)]
+pub struct LowPass1 {
+    alpha: f64,
+}
+
+impl LowPass1 {
+    /// For a sampling rate and a cutoff [Hz].
+    pub fn new(sampling_hz: f64, cutoff_hz: f64) -> Self {
+        let b = 2.0 * PI * cutoff_hz / sampling_hz;
+        Self { alpha: if cutoff_hz > 0.0 { b / (1.0 + b) } else { 1.0 } }
+    }
+
+    /// What becomes of a filtered value with the next sample.
+    pub fn apply(&self, filtered: f64, sample: f64) -> f64 {
+        filtered + self.alpha * (sample - filtered)
+    }
+}
+
 /// Differences of a vector through a first-order low pass (`control::BlockDerivative`).
 #[derive(Clone, Debug, Default)]
 pub struct Derivative {

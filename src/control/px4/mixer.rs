@@ -21,6 +21,9 @@ const THRUST: Motors = [1.0; MOTORS];
 /// Yaw may ask for so much of a motor, at the cost of thrust.
 const MOST_WITH_YAW: f64 = 1.15;
 
+/// A motor with a lesser share is not made room for.
+const WEAK: f64 = 0.2;
+
 /// Below this command, -1 to 1, a motor counts as stopped.
 const STOPPED: f64 = -0.99;
 
@@ -36,16 +39,22 @@ pub struct Saturation {
 /// Thrust of each motor, 0..1 or a little beyond, for normalised torque (-1..1 each) and thrust (0..1).
 pub fn mix(torque: &Vector3<f64>, thrust: f64) -> Motors {
     let torque = torque.map(|t| t.clamp(-1.0, 1.0));
-    let thrust = thrust.clamp(0.0, 1.0);
-    let mut motors = std::array::from_fn(|i| torque.x * ROLL[i] + torque.y * PITCH[i] + thrust);
-    unsaturate(&mut motors, &THRUST, 1.0, true);
-    unsaturate(&mut motors, &ROLL, 1.0, false);
-    unsaturate(&mut motors, &PITCH, 1.0, false);
-    for (motor, yaw) in motors.iter_mut().zip(YAW) {
+    desaturated(&[ROLL, PITCH, YAW, THRUST], &torque, thrust.clamp(0.0, 1.0))
+}
+
+/// Thrust of each of N motors, by their shares in a unit of roll, pitch, yaw and thrust: 0..1 or a little
+/// beyond.
+pub fn desaturated<const N: usize>(shares: &[[f64; N]; 4], torque: &Vector3<f64>, thrust: f64) -> [f64; N] {
+    let [roll, pitch, yaw, up] = shares;
+    let mut motors = std::array::from_fn(|i| torque.x * roll[i] + torque.y * pitch[i] + thrust * up[i]);
+    unsaturate(&mut motors, up, 1.0, true);
+    unsaturate(&mut motors, roll, 1.0, false);
+    unsaturate(&mut motors, pitch, 1.0, false);
+    for (motor, yaw) in motors.iter_mut().zip(yaw) {
         *motor += torque.z * yaw;
     }
-    unsaturate(&mut motors, &YAW, MOST_WITH_YAW, false);
-    unsaturate(&mut motors, &THRUST, 1.0, true);
+    unsaturate(&mut motors, yaw, MOST_WITH_YAW, false);
+    unsaturate(&mut motors, up, 1.0, true);
     motors
 }
 
@@ -63,7 +72,7 @@ pub fn saturation(commands: &Motors) -> Saturation {
 
 /// Moves the motors along a vector until as few as possible are beyond 0 and `most`, twice, the second time
 /// half way.
-fn unsaturate(motors: &mut Motors, along: &Motors, most: f64, only_down: bool) {
+fn unsaturate<const N: usize>(motors: &mut [f64; N], along: &[f64; N], most: f64, only_down: bool) {
     let first = gain(motors, along, most);
     if only_down && first > 0.0 {
         return;
@@ -73,15 +82,15 @@ fn unsaturate(motors: &mut Motors, along: &Motors, most: f64, only_down: bool) {
     add(motors, along, second);
 }
 
-fn add(motors: &mut Motors, along: &Motors, gain: f64) {
+fn add<const N: usize>(motors: &mut [f64; N], along: &[f64; N], gain: f64) {
     for (motor, share) in motors.iter_mut().zip(along) {
         *motor += gain * share;
     }
 }
 
-fn gain(motors: &Motors, along: &Motors, most: f64) -> f64 {
+fn gain<const N: usize>(motors: &[f64; N], along: &[f64; N], most: f64) -> f64 {
     let (mut least, mut greatest) = (0.0f64, 0.0f64);
-    for (motor, share) in motors.iter().zip(along) {
+    for (motor, share) in motors.iter().zip(along).filter(|(_, share)| share.abs() >= WEAK) {
         let beyond = if *motor < 0.0 {
             -motor
         } else if *motor > most {

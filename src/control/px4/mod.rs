@@ -1,6 +1,6 @@
-//! PX4 v1.12's controller of a quadrotor in OFFBOARD, written anew from what its sources do: for tuning PX4's
-//! gains and for predicting its flights. [`Px4Controller`] is the whole; `docs/px4_model.md` lists what it
-//! has and has not.
+//! PX4's multicopter controller in OFFBOARD, v1.12's and those of later versions ([`Law`]), written anew from
+//! what its sources do: for tuning PX4's gains and for predicting its flights.
+//! [`Px4Controller`] is the whole; `docs/px4_model.md` lists what it has and has not.
 //!
 //! | file | holds | in PX4 v1.12 |
 //! |---|---|---|
@@ -8,6 +8,9 @@
 //! | [`velocity`] | velocity error to thrust vector, tilt | `PositionControl`, `MulticopterPositionControl` |
 //! | [`attitude`] | thrust vector to attitude to body rates | `bodyzToAttitude`, `AttitudeControl::update` |
 //! | [`rate`] | body rates to torque | `RateControl::update`, `updateIntegral` |
+//! | [`law`] | what differs in the law between versions | |
+//! | [`allocator`] | torque and thrust to any rotors, from v1.14 on | `ControlAllocationSequentialDesaturation` |
+//! | [`effectiveness`] | what the rotors make, its pseudo-inverse | `ActuatorEffectivenessRotors`, `geninv` |
 //! | [`mixer`] | torque and thrust to motors, saturation | `MultirotorMixer::mix_airmode_disabled` |
 //! | [`output`] | thrust curve, arming ramp, command steps | `MultirotorMixer::mix`, `output_limit_calc` |
 //! | [`filter`](mod@filter) | filters of gyroscope and derivative | `LowPassFilter2p`, `BlockDerivative` |
@@ -17,9 +20,12 @@
 //!
 //! Numbers are PX4's: normalised torque and thrust, gravity of 9.80665 m/s^2 wherever it flies.
 
+pub mod allocator;
 pub mod attitude;
 pub mod controller;
+pub mod effectiveness;
 pub mod filter;
+pub mod law;
 pub mod mixer;
 pub mod output;
 pub mod parameters;
@@ -34,8 +40,9 @@ mod controller_replay_tests;
 mod replay_tests;
 
 pub use controller::{Px4Controller, Trace};
+pub use law::Law;
 pub use parameters::Parameters;
-pub use versions::Version;
+pub use versions::{NotModelled, Version};
 
 use crate::model::{RotationSense, Vehicle};
 

@@ -1,5 +1,5 @@
 //! The parameters that the controller reads, under PX4's names and with the defaults of v1.12 (which later
-//! releases changed in places: MC_PITCH_P is 4 there). Angles are in degrees here, as in PX4.
+//! versions changed in places: see `docs/px4_model.md`). Angles are in degrees here, as in PX4.
 
 /// A parameter's name is not one that the model of PX4's controller reads.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -132,6 +132,12 @@ parameters! {
     gyro_cutoff_hz "IMU_GYRO_CUTOFF" 40.0
     /// Cutoff of the angular acceleration's filter [Hz].
     dgyro_cutoff_hz "IMU_DGYRO_CUTOFF" 30.0
+    /// Thrust that the vertical leaves to the horizontal, from v1.14 on.
+    thr_xy_marg "MPC_THR_XY_MARG" 0.3
+    /// Whether the tilt is taken without the vertical acceleration (1), from v1.15 on.
+    acc_decouple "MPC_ACC_DECOUPLE" 1.0
+    /// Cutoff of the yaw torque's filter [Hz], from v1.16 on.
+    yaw_tq_cutoff_hz "MC_YAW_TQ_CUTOFF" 2.0
     /// How quadratic a motor's thrust is in its command, 0..1.
     thr_mdl_fac "THR_MDL_FAC" 0.0
 }

@@ -17,6 +17,12 @@ pub struct RateLoop {
 }
 
 impl RateLoop {
+    /// The loop with an integral, normalised torque.
+    #[cfg(test)]
+    pub(super) fn holding(integral: Vector3<f64>) -> Self {
+        Self { integral }
+    }
+
     /// A step: filtered rates [rad/s] and angular acceleration [rad/s^2], the setpoint [rad/s], what the
     /// mixer could not do at the step before. Normalised torque.
     pub fn step(

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 
 use super::Parameters;
 use super::attitude::{attitude_for, rates_for};
+use super::law::Law;
 use super::velocity::VelocityLoop;
 use crate::frames::{conjugate, product, rotation_vector};
 
@@ -46,7 +47,7 @@ fn px4s_own_velocity_loop_gives_the_same_attitude_and_thrust() {
     let mut count = 0;
     for row in rows(RECORDED, "velocity") {
         let v_sp = Vector3::new(2.0, 0.0, 1.0);
-        let thrust = velocity.step(&p, vector(&row[1..]), v_sp, Vector3::zeros(), row[0]);
+        let thrust = velocity.step(&p, &Law::V1_12, vector(&row[1..]), v_sp, Vector3::zeros(), row[0]);
         let q_sp = attitude_for(thrust, row[4]);
         turned = turned.max(rotation_vector(product(conjugate(q_sp), quaternion(&row[5..]))).norm());
         pushed = pushed.max((thrust.norm() - row[9]).abs());

@@ -5,7 +5,8 @@
 //! a = a_ff + P (v_sp - v) + I - D dv/dt
 //! z_b = (-a_N, -a_E, g0), no farther from the vertical than the tilt limit
 //! thrust = (h a_D/g0 - h)/cos(tilt), at least MPC_THR_MIN                       h = MPC_THR_HOVER
-//! thrust vector: vertical part at most MPC_THR_MAX, horizontal part what that leaves
+//! thrust vector: vertical part at most MPC_THR_MAX, horizontal part what that leaves; from v1.14 on the
+//!                vertical part leaves MPC_THR_XY_MARG
 //! I_N, I_E += I ((v_sp - v) - 2/P (a - a met)) dt;  I_D stops where the thrust is at its limit; |I_D| <= g0
 //! ```
 
@@ -13,6 +14,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::Parameters;
 use super::filter::Derivative;
+use super::law::Law;
 use super::timing::TILT_LIMIT_SLEW_RAD_S;
 use crate::math;
 use crate::units::{RAD_PER_DEG, STANDARD_GRAVITY_M_S2 as G0};
@@ -48,10 +50,12 @@ impl VelocityLoop {
         self.derivative.update(v_ned, p.veld_lp_hz, dt_s);
     }
 
-    /// A step: velocity, its setpoint [m/s] and acceleration fed forward [m/s^2]. Normalised thrust, NED.
+    /// A step of a version's law: velocity, its setpoint [m/s] and acceleration fed forward [m/s^2].
+    /// Normalised thrust, NED.
     pub fn step(
         &mut self,
         p: &Parameters,
+        law: &Law,
         v_ned: Vector3<f64>,
         v_sp_ned: Vector3<f64>,
         a_ff_ned: Vector3<f64>,
@@ -67,20 +71,24 @@ impl VelocityLoop {
             - gain(p.xy_vel_d, p.z_vel_d).component_mul(&v_dot);
 
         let least = p.thr_min.max(THRUST_WITH_DIRECTION);
-        let mut thrust = self.thrust_vector(p, least, wanted);
+        let mut thrust = self.thrust_vector(p, law, least, wanted);
         if (thrust.z >= -least && error.z >= 0.0) || (thrust.z <= -p.thr_max && error.z <= 0.0) {
             error.z = 0.0;
         }
-        thrust.z = thrust.z.max(-p.thr_max);
-        let room = (p.thr_max * p.thr_max - thrust.z * thrust.z).max(0.0).sqrt();
         let horizontal = thrust.xy();
+        let kept = if law.leaves_horizontal_room { horizontal.norm().min(p.thr_xy_marg) } else { 0.0 };
+        thrust.z = thrust.z.max(-(p.thr_max * p.thr_max - kept * kept).max(0.0).sqrt());
+        let room = (p.thr_max * p.thr_max - thrust.z * thrust.z).max(0.0).sqrt();
         if horizontal.norm() > room {
             thrust.fixed_rows_mut::<2>(0).copy_from(&(horizontal * (room / horizontal.norm())));
         }
         let met: Vector2<f64> = thrust.xy() * (G0 / p.thr_hover);
-        let windup = (wanted.xy() - met) * (2.0 / p.xy_vel_p);
-        error.x -= windup.x;
-        error.y -= windup.y;
+        let short = wanted.xy().norm_squared() > met.norm_squared();
+        if short || !law.tracks_only_what_is_short {
+            let windup = (wanted.xy() - met) * (2.0 / p.xy_vel_p);
+            error.x -= windup.x;
+            error.y -= windup.y;
+        }
         // `setZeroIfNanVector3f`: with a P of zero the tracking above is no number.
         let error = error.map(|e| if e.is_finite() { e } else { 0.0 });
         self.integral_ned += gain(p.xy_vel_i, p.z_vel_i).component_mul(&error) * dt_s;
@@ -88,8 +96,10 @@ impl VelocityLoop {
         thrust
     }
 
-    fn thrust_vector(&self, p: &Parameters, least: f64, wanted: Vector3<f64>) -> Vector3<f64> {
-        let up = Vector3::new(-wanted.x, -wanted.y, G0).normalize();
+    fn thrust_vector(&self, p: &Parameters, law: &Law, least: f64, wanted: Vector3<f64>) -> Vector3<f64> {
+        let couples = law.may_couple_accelerations && p.acc_decouple == 0.0;
+        let upwards = if couples { G0 - wanted.z } else { G0 };
+        let up = Vector3::new(-wanted.x, -wanted.y, upwards).normalize();
         let tilt = math::acos(up.z).min(self.tilt_limit_rad);
         let across = up.xy();
         let across = if across.norm_squared() < NO_DIRECTION { Vector2::x() } else { across.normalize() };
@@ -123,10 +133,10 @@ mod tests {
     fn closed_form_hover_and_tilt() {
         let p = Parameters { xy_vel_i: 0.0, ..Parameters::default() };
         let zero = Vector3::zeros();
-        let hover = settled(&p).step(&p, zero, zero, zero, DT_S);
+        let hover = settled(&p).step(&p, &Law::V1_12, zero, zero, zero, DT_S);
         assert!((hover + Vector3::z() * 0.5).norm() < 1e-12, "{hover}");
         let v_sp = Vector3::x() * (0.5 * G0 / p.xy_vel_p);
-        let thrust = settled(&p).step(&p, zero, v_sp, zero, DT_S);
+        let thrust = settled(&p).step(&p, &Law::V1_12, zero, v_sp, zero, DT_S);
         assert!((thrust - Vector3::new(0.25, 0.0, -0.5)).norm() < 1e-12, "{thrust}");
     }
 
@@ -139,7 +149,7 @@ mod tests {
         let fast = Vector3::x() * 20.0;
         let mut steps = 0;
         while velocity.tilt_limit_rad < 45.0 * RAD_PER_DEG - 1e-9 {
-            let thrust = velocity.step(&p, Vector3::zeros(), fast, Vector3::zeros(), DT_S);
+            let thrust = velocity.step(&p, &Law::V1_12, Vector3::zeros(), fast, Vector3::zeros(), DT_S);
             assert!((math::atan2(thrust.x, -thrust.z) - velocity.tilt_limit_rad).abs() < 1e-9);
             steps += 1;
         }
@@ -154,7 +164,7 @@ mod tests {
         let mut velocity = settled(&p);
         let v_sp = Vector3::new(1.0, 0.0, 0.5);
         for _ in 0..2 {
-            let thrust = velocity.step(&p, Vector3::zeros(), v_sp, Vector3::zeros(), DT_S);
+            let thrust = velocity.step(&p, &Law::V1_12, Vector3::zeros(), v_sp, Vector3::zeros(), DT_S);
             assert!(thrust.iter().all(|x| x.is_finite()), "{thrust}");
         }
         assert_eq!(velocity.integral_ned.xy(), Vector2::zeros());
@@ -171,7 +181,7 @@ mod tests {
         let v_sp = Vector3::new(8.0, 6.0, -5.0);
         let mut last = Vector3::zeros();
         for _ in 0..500 {
-            last = velocity.step(&p, v, v_sp, Vector3::zeros(), DT_S);
+            last = velocity.step(&p, &Law::V1_12, v, v_sp, Vector3::zeros(), DT_S);
         }
         assert!((last + Vector3::z()).norm() < 1e-9, "all thrust goes up: {last}");
         assert_eq!(velocity.integral_ned.z, 0.0);

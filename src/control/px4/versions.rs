@@ -6,6 +6,8 @@
 
 use std::fmt;
 
+use super::law::Law;
+
 /// The first two numbers of a version: `v1.14`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Number {
@@ -70,6 +72,8 @@ pub struct Version {
     pub satellite_delay_s: f64,
     /// Whether a throw launch (COM_THROW_EN) may be asked of it.
     pub throw_launch: bool,
+    /// The control law, where it has been read in the sources.
+    pub law: Option<Law>,
 }
 
 const fn number(minor: u8) -> Number {
@@ -92,6 +96,7 @@ pub const VERSIONS: [Version; 6] = [
         velocity_control_after_s: super::timing::SWITCH_S,
         satellite_delay_s: 0.11,
         throw_launch: false,
+        law: Some(Law::V1_12),
     },
     Version {
         number: number(13),
@@ -103,6 +108,7 @@ pub const VERSIONS: [Version; 6] = [
         velocity_control_after_s: super::timing::SWITCH_S,
         satellite_delay_s: 0.11,
         throw_launch: false,
+        law: None,
     },
     Version {
         number: number(14),
@@ -114,6 +120,7 @@ pub const VERSIONS: [Version; 6] = [
         velocity_control_after_s: TWO_HZ_S,
         satellite_delay_s: 0.11,
         throw_launch: false,
+        law: Some(Law::V1_14),
     },
     Version {
         number: number(15),
@@ -125,6 +132,7 @@ pub const VERSIONS: [Version; 6] = [
         velocity_control_after_s: TWO_HZ_S,
         satellite_delay_s: 0.01,
         throw_launch: true,
+        law: None,
     },
     Version {
         number: number(16),
@@ -136,6 +144,7 @@ pub const VERSIONS: [Version; 6] = [
         velocity_control_after_s: TWO_HZ_S,
         satellite_delay_s: 0.01,
         throw_launch: true,
+        law: Some(Law::V1_16),
     },
     Version {
         number: number(17),
@@ -147,8 +156,23 @@ pub const VERSIONS: [Version; 6] = [
         velocity_control_after_s: TWO_HZ_S,
         satellite_delay_s: 0.01,
         throw_launch: true,
+        law: Some(Law::V1_16),
     },
 ];
+
+/// A text is not the number of a version whose law the model has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a version of PX4 is expected whose law the model has: {}", known().join(", "))]
+pub struct NotModelled;
+
+/// Versions that the model has.
+fn known() -> Vec<String> {
+    VERSIONS
+        .iter()
+        .filter(|version| version.law.is_some())
+        .map(|version| version.number.to_string())
+        .collect()
+}
 
 impl Version {
     /// The oldest version that is known: what is older is taken for it.
@@ -163,6 +187,25 @@ impl Version {
     /// The newest version of the table one of whose parameters `has`; the oldest, where none is there.
     pub fn by_parameters(has: impl Fn(&str) -> bool) -> &'static Self {
         VERSIONS.iter().rev().find(|version| version.known_by.is_some_and(&has)).unwrap_or(Self::OLDEST)
+    }
+
+    /// The law of a version: `1.16`, `v1.16` or `v1.16.0`.
+    ///
+    /// # Errors
+    /// [`NotModelled`] for a version whose law the model has not, and for what is no number of a version.
+    pub fn law_of(text: &str) -> Result<Law, NotModelled> {
+        let mut numbers = text.strip_prefix('v').unwrap_or(text).split('.').map(str::parse);
+        let (Some(Ok(major)), Some(Ok(minor))) = (numbers.next(), numbers.next()) else {
+            return Err(NotModelled);
+        };
+        if numbers.count() > 1 {
+            return Err(NotModelled);
+        }
+        let number = Number { major, minor };
+        Some(Self::of(number))
+            .filter(|version| version.number == number)
+            .and_then(|version| version.law)
+            .ok_or(NotModelled)
     }
 
     /// Names of the parameters by which versions are known.
@@ -197,5 +240,18 @@ mod tests {
         assert_eq!(by(&["COM_PARACHUTE"]), "v1.13.3");
         assert_eq!(by(&["COM_PARACHUTE", "COM_SPOOLUP_TIME", "COM_THROW_EN"]), "v1.15.4");
         assert!(VERSIONS[1..].iter().all(|version| version.known_by.is_some()), "each can be told");
+    }
+
+    #[test]
+    fn a_law_is_known_by_its_versions_number() {
+        assert_eq!(Version::law_of("1.12"), Ok(Law::V1_12));
+        assert_eq!(Version::law_of("v1.14"), Ok(Law::V1_14));
+        assert_eq!(Version::law_of("v1.16.0"), Ok(Law::V1_16));
+        assert_eq!(Version::law_of("1.17"), Ok(Law::V1_16), "nothing differs in what the model has");
+        for text in ["", "1", "1.13", "1.11", "1.30", "one", "1.16.0.0", "1.16x"] {
+            assert_eq!(Version::law_of(text), Err(NotModelled), "{text}");
+        }
+        let words = "a version of PX4 is expected whose law the model has: v1.12, v1.14, v1.16, v1.17";
+        assert_eq!(NotModelled.to_string(), words);
     }
 }

@@ -10,7 +10,7 @@ use super::Measures;
 use super::measures::Tracking;
 use crate::assess::{ReleaseDistribution, SafetyLimits, VerdictBuilder};
 use crate::control::WithVelocityError;
-use crate::control::px4::{Parameters, Px4Controller, output};
+use crate::control::px4::{Law, Parameters, Px4Controller, output};
 use crate::model::wind::Wind;
 use crate::model::{Environment, Parachute, Vehicle};
 use crate::sim::{DropSimulation, FlightPlan, Reference, Start, fly};
@@ -28,6 +28,8 @@ const ESTIMATE_OFF: f64 = 1.0 / 3.0;
 /// Vehicle, site, plan and limits of the drops that PX4's gains are judged by.
 #[derive(Clone, Debug)]
 pub struct Px4Setting<'a> {
+    /// The law of PX4's version.
+    pub law: Law,
     /// The vehicle.
     pub vehicle: Arc<Vehicle>,
     /// The site.
@@ -81,9 +83,13 @@ impl Px4Setting<'_> {
             feed_forward: self.feed_forward,
         };
         let duration_s = hang_s + parachute.delay_s + self.flight_s();
-        let plan = FlightPlan::under_px4(reference, similarity, duration_s);
+        let plan = FlightPlan::under_px4(reference, &self.law, similarity, duration_s);
         let thrust_limit_n = self.vehicle.static_thrust_n(self.environment.density_kg_m3);
-        let controller = Px4Controller::new(parameters.clone(), similarity, thrust_limit_n);
+        let controller = Px4Controller::new(parameters.clone(), similarity, thrust_limit_n).with_law(
+            self.law,
+            &self.vehicle,
+            self.environment.density_kg_m3,
+        );
         let mut controller =
             WithVelocityError { controller: Box::new(controller), v_error_ned: self.v_error_ned };
         let mut verdict = VerdictBuilder::new(self.safety, self.target_v_ned);
@@ -229,6 +235,7 @@ mod tests {
     /// A heavy quadrotor on a moon without air, and a swing.
     fn setting(plan: &Trajectory) -> (Px4Setting<'_>, ReleaseDistribution) {
         let setting = Px4Setting {
+            law: Law::V1_12,
             vehicle: Arc::new(quadrotor([ARM_M; 2], [J_YY; 3], [0.0; 3], VehicleOptions::default())),
             environment: site(),
             wind: Wind::default(),

@@ -10,6 +10,7 @@ use samara::control::px4::is_quad_x;
 use samara::link::px4_events::EventTexts;
 use samara::link::shell::event_texts;
 use samara::model::Vehicle;
+use samara::params::Value;
 
 /// Files that must be in a build folder.
 const PROGRAM: &str = "bin/px4";
@@ -21,6 +22,8 @@ const IN_SOURCES: &str = "build/px4_sitl_default";
 const MODELS: [&str; 2] = ["iris", "none_iris"];
 /// Motors that their airframes have outputs for.
 const MODELS_MOTORS: usize = 4;
+/// Output function of the first motor.
+const FIRST_MOTORS_FUNCTION: i32 = 101;
 /// The mixer of an X-quad, in releases whose mixers are files.
 const QUAD_X: &str = "quad_x";
 
@@ -85,19 +88,16 @@ impl BuildFolder {
     /// angle. `None`: PX4 allocates by its parameters CA_*.
     pub fn mixer(&self, name: &str, vehicle: &Vehicle) -> Result<Option<&'static str>> {
         if !self.etc().join(format!("mixers/{QUAD_X}.main.mix")).is_file() {
-            let rotors = vehicle.rotors.len();
-            if rotors != MODELS_MOTORS {
-                bail!(
-                    "vehicle {name} has {rotors} rotors: the model that this PX4 is started with, {}, has outputs for {MODELS_MOTORS} motors; \
-                     write its parameters (samara params export --for px4 --drop --allocated), start PX4 with an airframe of {rotors} \
-                     motors yourself, and let it connect to `samara sim`",
-                    self.model()?
-                );
-            }
             return Ok(None);
         }
         is_quad_x(vehicle).with_context(|| format!("vehicle {name}: this PX4 mixes by `quad_x`"))?;
         Ok(Some(QUAD_X))
+    }
+
+    /// Parameters of a PX4 that allocates by CA_*, by which further motors than the model's get their outputs.
+    pub fn outputs(motors: usize) -> impl Iterator<Item = (String, Value)> {
+        let function = |motor: usize| Value::Int(FIRST_MOTORS_FUNCTION + motor as i32);
+        (MODELS_MOTORS..motors).map(move |motor| (format!("PWM_MAIN_FUNC{}", motor + 1), function(motor)))
     }
 
     /// The texts of its events, of a version that has them.
@@ -173,11 +173,11 @@ mod tests {
         assert_eq!((folder.model().unwrap(), folder.mixer("x", &vehicle).unwrap()), ("none_iris", None));
         let mut six = vehicle.clone();
         six.rotors.extend_from_within(..2);
-        let error = folder.mixer("x", &six).unwrap_err().to_string();
-        assert!(
-            error.contains("6 rotors") && error.contains("none_iris") && error.contains("--allocated"),
-            "{error}"
-        );
+        assert_eq!(folder.mixer("x", &six).unwrap(), None);
+        let outputs: Vec<_> = BuildFolder::outputs(6).collect();
+        let fifth = ("PWM_MAIN_FUNC5".to_owned(), Value::Int(105));
+        assert_eq!(outputs, [fifth, ("PWM_MAIN_FUNC6".to_owned(), Value::Int(106))]);
+        assert_eq!(BuildFolder::outputs(4).count(), 0);
         let other = build(&common);
         let error = BuildFolder::open(other.path()).unwrap().model().unwrap_err().to_string();
         assert!(error.contains("iris, none_iris") && error.contains("3010_quadrotor_x"), "{error}");

@@ -105,7 +105,11 @@ impl Px4 {
     ) -> Result<(Option<&'static str>, Preparation), Failure> {
         suits(mission).bad_input()?;
         let mixer = self.build.mixer(&mission.vehicle_name, &mission.vehicle).bad_input()?;
-        Ok((mixer, preparation(mission, trajectory, self.parameters.as_ref(), mixer.is_some())?))
+        let mut prepared = preparation(mission, trajectory, self.parameters.as_ref(), mixer.is_some())?;
+        if mixer.is_none() {
+            prepared.upload.parameters.extend(BuildFolder::outputs(mission.vehicle.rotors.len()));
+        }
+        Ok((mixer, prepared))
     }
 }
 

@@ -1,0 +1,90 @@
+//! What differs in the control law between versions of PX4. Everything else of the law is in all of them.
+
+use super::timing::SWITCH_S;
+
+/// How a thrust becomes a pulse of whole microseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rounding {
+    /// What is beyond a microsecond is cut off.
+    Down,
+    /// The nearest one.
+    Nearest,
+}
+
+/// The control law of a version, in what differs from the others'.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Law {
+    /// The first version that has it.
+    pub since: &'static str,
+    /// Time from t = 0 to velocity control [s]. Where that takes long, velocities are asked for before.
+    pub velocity_control_after_s: f64,
+    /// Period of the estimator's output and of the velocity loop in lockstep [s].
+    pub velocity_period_s: f64,
+    /// Attitude and velocity are estimated for the IMU sample before.
+    pub estimates_the_sample_before: bool,
+    /// Vertical thrust leaves room for horizontal thrust (MPC_THR_XY_MARG).
+    pub leaves_horizontal_room: bool,
+    /// The horizontal integral tracks what was met only where that is less than what was wanted.
+    pub tracks_only_what_is_short: bool,
+    /// MPC_ACC_DECOUPLE is there: at 0 the vertical acceleration counts in the tilt.
+    pub may_couple_accelerations: bool,
+    /// The angular acceleration's filter is of the first order, not the second.
+    pub smooths_acceleration_once: bool,
+    /// Yaw torque passes a filter (MC_YAW_TQ_CUTOFF).
+    pub filters_yaw_torque: bool,
+    /// Rotors are given their thrusts by allocation from their geometry (CA_*), not by a mixer file.
+    pub allocates: bool,
+    /// The simulated outputs rest and come up slowly after arming.
+    pub ramps_up: bool,
+    /// How pulses are rounded.
+    pub rounding: Rounding,
+}
+
+impl Law {
+    /// The law of v1.12.0.
+    pub const V1_12: Self = Self {
+        since: "v1.12",
+        velocity_control_after_s: SWITCH_S,
+        velocity_period_s: 0.01,
+        estimates_the_sample_before: false,
+        leaves_horizontal_room: false,
+        tracks_only_what_is_short: false,
+        may_couple_accelerations: false,
+        smooths_acceleration_once: false,
+        filters_yaw_torque: false,
+        allocates: false,
+        ramps_up: true,
+        rounding: Rounding::Down,
+    };
+    /// The law of v1.14.3.
+    pub const V1_14: Self = Self {
+        since: "v1.14",
+        velocity_control_after_s: 0.0,
+        velocity_period_s: 0.008,
+        leaves_horizontal_room: true,
+        tracks_only_what_is_short: true,
+        smooths_acceleration_once: true,
+        allocates: true,
+        ramps_up: false,
+        ..Self::V1_12
+    };
+    /// The law of v1.16.0 and v1.17.0-beta1.
+    pub const V1_16: Self = Self {
+        since: "v1.16",
+        estimates_the_sample_before: true,
+        may_couple_accelerations: true,
+        filters_yaw_torque: true,
+        rounding: Rounding::Nearest,
+        ..Self::V1_14
+    };
+
+    /// Whether the law reads a parameter of the model's.
+    pub fn reads(&self, name: &str) -> bool {
+        match name {
+            "MPC_THR_XY_MARG" => self.leaves_horizontal_room,
+            "MPC_ACC_DECOUPLE" => self.may_couple_accelerations,
+            "MC_YAW_TQ_CUTOFF" => self.filters_yaw_torque,
+            _ => true,
+        }
+    }
+}
