@@ -148,7 +148,12 @@ pub struct AssessArgs {
     ///
     /// With --autopilot: standard deviation and range of J_TPF, of the time to steady flight and of the
     /// position 10 s after t = 0.
-    #[arg(long, value_name = "N", value_parser = whole::<u64>(2..=10_000), requires_all = ["only", "autopilot"])]
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = whole::<u64>(2..=10_000),
+        requires_all = ["only", "autopilot"]
+    )]
     pub repeat: Option<u64>,
     /// Fly whole drops: by reference, px4=DIR or px4-model[=VERSION].
     ///

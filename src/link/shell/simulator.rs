@@ -26,6 +26,9 @@ use crate::time::TimeUs;
 /// Half a frame and then nothing for this long: the rest is not coming.
 const HALF_FRAME_PATIENCE: Duration = Duration::from_secs(1);
 
+/// An autopilot that has not come to rest in a step for so long never does, since some of it runs by the
+/// clock: it is not waited for any more.
+const REST_PATIENCE: Duration = Duration::from_secs(10);
 /// How soon an autopilot that is still at work is looked at again.
 const REST_PERIOD: Duration = Duration::from_micros(100);
 
@@ -42,6 +45,9 @@ struct Shell<'a, O> {
     /// While the autopilot's software is starting.
     starting: Pacer,
     waiting: Since,
+    /// Whether the autopilot was at rest at the last look in this step.
+    rested: bool,
+    never_rests: bool,
     /// Frames of one turn; kept for their room.
     sent: Vec<Transmit>,
     busy_wait: BusyWait,
@@ -169,6 +175,8 @@ impl<'a, O: Observer> Shell<'a, O> {
             pacer: Pacer::new(speed),
             starting: Pacer::new(starting),
             waiting: Since::now(),
+            rested: false,
+            never_rests: false,
             sent: Vec::new(),
             busy_wait: BusyWait::new(speed),
             observer,
@@ -190,7 +198,7 @@ impl<'a, O: Observer> Shell<'a, O> {
             let hurries = speed == Speed::Max && pace == Pace::Ready && !self.starts();
             let pause = match self.session.next_wake() {
                 Some(_) if self.companion.as_ref().is_some_and(|c| c.fence.is_some()) => WATCH_PERIOD,
-                Some(_) if self.settles() && !guest.is_idle() => REST_PERIOD,
+                Some(_) if self.settles() && !self.rests(guest) => REST_PERIOD,
                 Some(_) if hurries => Duration::ZERO,
                 Some(at) => self.until(at).min(WATCH_PERIOD),
                 None => WATCH_PERIOD,
@@ -255,7 +263,15 @@ impl<'a, O: Observer> Shell<'a, O> {
     /// Whether the autopilot is given the time to come to rest before each step: as long as what it is
     /// sent next depends on what it says.
     fn settles(&self) -> bool {
-        self.companion.as_ref().is_some_and(|c| c.session.listens())
+        let listens = self.companion.as_ref().is_some_and(|c| c.session.listens());
+        listens && !self.never_rests
+    }
+
+    /// Whether the autopilot is at rest and was at the last look: what it sent before has been received since.
+    fn rests(&mut self, guest: &mut impl Guest) -> bool {
+        self.never_rests = self.waiting.elapsed() >= REST_PATIENCE;
+        let idle = guest.is_idle();
+        std::mem::replace(&mut self.rested, idle) && idle
     }
 
     fn streamer_failed(&self) -> bool {
@@ -280,6 +296,7 @@ impl<'a, O: Observer> Shell<'a, O> {
             self.session.handle_time(at);
         }
         self.waiting = Since::now();
+        self.rested = false;
         self.send().await;
         // Where nothing is waited for, the sockets must be looked at all the same.
         if self.session.pace() != Pace::AwaitingControls {

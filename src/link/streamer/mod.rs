@@ -291,8 +291,8 @@ impl StreamerSession {
         matches!(self.flight.state, StreamerState::Done | StreamerState::Failed)
     }
 
-    /// Whether what it does next depends on what the vehicle answers and reports: until the vehicle is ready to
-    /// be released, and in the fall, whose velocity may be the vehicle's.
+    /// Whether what it does next depends on what the vehicle answers and reports: until the vehicle is ready
+    /// to be released, and in the fall, whose velocity may be the vehicle's.
     pub fn listens(&self) -> bool {
         matches!(self.flight.state, StreamerState::Releasing | StreamerState::Falling)
             || !(self.flight.state.is_flight() || self.is_over())
