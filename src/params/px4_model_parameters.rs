@@ -10,9 +10,9 @@ fn mixing(law: &Law) -> Mixing {
     if law.allocates { Mixing::Allocated } else { Mixing::QuadX }
 }
 
-/// The parameters with which a PX4 of a law flies a subject: PX4's defaults, the vehicle's hover thrust and thrust
-/// curve, velocities up to the subject's speed, and the file's parameters, or without a file the subject's
-/// gains and limits in PX4's terms.
+/// The parameters with which a PX4 of a law flies a subject: PX4's defaults, the vehicle's hover thrust and
+/// thrust curve, velocities up to the subject's speed, and the file's parameters, or without a file the
+/// subject's gains and limits in PX4's terms.
 ///
 /// # Errors
 /// [`ParamsError`] when the gains cannot be put in PX4's terms or PX4's mixer finds no unit for the rotors.

@@ -9,7 +9,7 @@
 //! | [`attitude`] | thrust vector to attitude to body rates | `bodyzToAttitude`, `AttitudeControl::update` |
 //! | [`rate`] | body rates to torque | `RateControl::update`, `updateIntegral` |
 //! | [`law`] | what differs in the law between versions | |
-//! | [`allocator`] | torque and thrust to any rotors, from v1.14 on | `ControlAllocationSequentialDesaturation` |
+//! | [`allocator`] | torque and thrust to any rotors, v1.14 on | `ControlAllocationSequentialDesaturation` |
 //! | [`effectiveness`] | what the rotors make, its pseudo-inverse | `ActuatorEffectivenessRotors`, `geninv` |
 //! | [`mixer`] | torque and thrust to motors, saturation | `MultirotorMixer::mix_airmode_disabled` |
 //! | [`output`] | thrust curve, arming ramp, command steps | `MultirotorMixer::mix`, `output_limit_calc` |

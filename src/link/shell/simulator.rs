@@ -267,7 +267,7 @@ impl<'a, O: Observer> Shell<'a, O> {
         listens && !self.never_rests
     }
 
-    /// Whether the autopilot is at rest and was at the last look: what it sent before has been received since.
+    /// Whether the autopilot is at rest and was at the last look: what it had sent is received by now.
     fn rests(&mut self, guest: &mut impl Guest) -> bool {
         self.never_rests = self.waiting.elapsed() >= REST_PATIENCE;
         let idle = guest.is_idle();

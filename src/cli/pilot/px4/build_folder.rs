@@ -94,7 +94,7 @@ impl BuildFolder {
         Ok(Some(QUAD_X))
     }
 
-    /// Parameters of a PX4 that allocates by CA_*, by which further motors than the model's get their outputs.
+    /// Parameters of a PX4 that allocates by CA_*, by which more motors than the model's get their outputs.
     pub fn outputs(motors: usize) -> impl Iterator<Item = (String, Value)> {
         let function = |motor: usize| Value::Int(FIRST_MOTORS_FUNCTION + motor as i32);
         (MODELS_MOTORS..motors).map(move |motor| (format!("PWM_MAIN_FUNC{}", motor + 1), function(motor)))
