@@ -56,7 +56,8 @@ pub struct FlownTrajectory {
 pub struct FlownBy {
     /// "reference", "reference_ekf" (on its own estimator), "px4" or "px4-model".
     pub name: &'static str,
-    /// Release and git hash, as PX4 reports them; the version whose law the model has, where that is not v1.12.
+    /// Version and git hash, as PX4 reports them; the version whose law the model has, where that is not
+    /// v1.12.
     pub version: Option<String>,
 }
 

@@ -76,9 +76,9 @@ impl<'a> FlightPlan<'a> {
         Self { reference, yaw_sp_rad, control_period_s, setpoint_period_s, velocity_from_s, duration_s }
     }
 
-    /// A flight under PX4 with a version's law, whose clock runs slower than the site's by `similarity`, Froude's k = sqrt(g0/g):
-    /// a control period is one of its IMU samples, setpoints come as a streamer sends them, and the heading
-    /// is not asked for.
+    /// A flight under PX4 with a version's law, whose clock runs slower than the site's by `similarity`,
+    /// Froude's k = sqrt(g0/g): a control period is one of its IMU samples, setpoints come as a streamer sends
+    /// them, and the heading is not asked for.
     pub fn under_px4(reference: Reference<'a>, law: &Law, similarity: f64, duration_s: f64) -> Self {
         Self {
             yaw_sp_rad: None,
