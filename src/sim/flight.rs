@@ -77,8 +77,8 @@ impl<'a> FlightPlan<'a> {
     }
 
     /// A flight under PX4 with a version's law, whose clock runs slower than the site's by `similarity`,
-    /// Froude's k = sqrt(g0/g): a control period is one of its IMU samples, setpoints come as a streamer sends
-    /// them, and the heading is not asked for.
+    /// Froude's k = sqrt(g0/g): a control period is one of its IMU samples, setpoints come as a streamer
+    /// sends them, and the heading is not asked for.
     pub fn under_px4(reference: Reference<'a>, law: &Law, similarity: f64, duration_s: f64) -> Self {
         Self {
             yaw_sp_rad: None,
