@@ -64,7 +64,7 @@ fn json(text: &[u8]) -> serde_json::Value {
 /// The mission with other values, its files found where they are.
 fn changed(folder: &Path, change: impl FnOnce(&mut serde_json::Value)) -> String {
     let mut mission = json(&fs::read(MISSION).unwrap());
-    for key in ["vehicle", "gains"] {
+    for key in ["vehicle", "gains", "px4_params"] {
         let path = fs::canonicalize(format!("mission/{}", mission[key].as_str().unwrap())).unwrap();
         mission[key] = path.to_str().unwrap().into();
     }
@@ -121,8 +121,14 @@ fn a_trial_of_a_campaign_whose_px4_is_mute_fails_and_says_so() {
 fn a_campaign_that_cannot_be_flown_is_bad_input() {
     let px4 = StandIn::new(MUTE);
     let silent = changed(px4.place.path(), |mission| mission["sensors"]["barometer"] = serde_json::json!({}));
+    let elsewhere = tempfile::tempdir().unwrap();
+    let constant = changed(elsewhere.path(), |mission| {
+        _ = mission["sensors"].as_object_mut().unwrap().remove("magnetometer")
+    });
     let held = std::net::UdpSocket::bind(("127.0.0.1", 14543)).unwrap();
-    for (mission, words) in [(silent.as_str(), "barometer"), (MISSION, "port 14543")] {
+    let refused =
+        [(silent.as_str(), "barometer"), (constant.as_str(), "magnetometer"), (MISSION, "port 14543")];
+    for (mission, words) in refused {
         let out = px4.path("out");
         let output = px4.samara("assess", mission, &out, &["--trials", "3", "--threads", "1"]);
         let said = stderr(&output);
@@ -131,6 +137,41 @@ fn a_campaign_that_cannot_be_flown_is_bad_input() {
         assert!(!out.join("place_0").exists() && !out.join("trial_0").exists(), "{said}");
     }
     drop(held);
+}
+
+/// A draft of a mission on Earth is for PX4 too: it is started, and only its silence ends the drop. Its
+/// estimator starts at rest, and takes readings that never change for a broken sensor's.
+#[test]
+fn a_drafted_mission_is_one_that_px4_can_fly() {
+    let px4 = StandIn::new(MUTE);
+    let place = px4.place.path();
+    let new = |args: &[&str]| {
+        let drafted =
+            Command::new(env!("CARGO_BIN_EXE_samara")).arg("new").args(args).current_dir(place).output();
+        assert!(drafted.unwrap().status.success());
+    };
+    new(&[
+        "vehicle",
+        "kite",
+        "--mass",
+        "2",
+        "--frame",
+        "quad-x",
+        "--arm",
+        "0.25",
+        "--propeller",
+        "10in",
+        "--thrust",
+        "10",
+    ]);
+    new(&["mission", "kite_drop", "--vehicle", "./kite.json", "--planet", "earth", "--altitude", "500"]);
+    let mission = px4.path("kite_drop.json");
+    let hook_s = &json(&fs::read(&mission).unwrap())["release"]["hook_s"];
+    assert!(hook_s.as_f64().unwrap() >= 6.3, "its estimator takes so long");
+    let output =
+        px4.samara("drop", mission.to_str().unwrap(), &px4.path("out"), &["--patience", "1", "--json"]);
+    let said = stderr(&output);
+    assert!(output.status.code() == Some(1) && said.contains("within 1 s"), "{said}");
 }
 
 /// The folder of the results is somebody's, the build is PX4's: neither is removed.

@@ -62,6 +62,11 @@ const SWING_DEG: f64 = 3.0;
 const PENDULUM_M: f64 = 1.0;
 /// Time under the canopy [s]: a PX4 wants 12.
 const HANG_S: f64 = 15.0;
+/// Part of it that a hook holds the vehicle still, where PX4 may fly: its estimator starts at rest [s].
+const HOOK_S: f64 = 8.0;
+/// Noise of the magnetometer where PX4 may fly, which takes readings that do not change for a broken sensor's
+/// [gauss].
+const MAGNETOMETER_NOISE_GAUSS: f64 = 0.002;
 /// Share of the rotors' thrust that the plan may use: the rest is the controller's.
 const PLANNED_SHARE: f64 = 0.9;
 /// Rate at which the plan's thrusts may change, in full thrusts a second under Earth's gravity.
@@ -131,14 +136,28 @@ pub fn mission_draft_json(draft: &MissionDraft, vehicle: &Vehicle) -> Result<Str
         "Guesses: speed twice that of the fall without air, Table 1's pitch, PX4's pitch rate. Set them to what your vehicle bears.",
     );
     let [v_n, v_e, v_d] = target_v_ned;
+    let sensors = match planet {
+        Planet::Earth => format!(
+            "  \"sensors\": {{\n    \"about\": {},\n    \"magnetometer\": {{ \"field\": \"world_magnetic_model\", \"rate_hz\": 50, \
+             \"noise_gauss\": {MAGNETOMETER_NOISE_GAUSS} }}\n  }},\n",
+            text(
+                "Perfect but for the magnetometer: PX4 takes readings that do not change for a broken sensor's."
+            ),
+        ),
+        Planet::Titan | Planet::Mars => String::new(),
+    };
+    let hook = match (planet, draft.from) {
+        (Planet::Earth, ReleasedFrom::Parachute) => format!("\"hook_s\": {HOOK_S}, "),
+        _ => String::new(),
+    };
     Ok(format!(
         "{{\n{schema}  \"about\": {about},\n  \"name\": {name},\n  \"vehicle\": {vehicle_path},\n  \"gains\": {gains_path},\n  \"seed\": 1,\n  \
          \"epoch_unix_us\": 1767225600000000,\n  \"duration_s\": {duration_s},\n  \"target_v_ned_m_s\": [{v_n}, {v_e}, {v_d}],\n  \"site\": \
          {{\n    \"about\": {site_about},\n    \"gravity_m_s2\": {g},\n    \"density_kg_m3\": {density},\n    \"wind_ned_m_s\": [0, 0, 0],\n    \
-         \"latitude_deg\": {latitude},\n    \"longitude_deg\": {longitude},\n    \"altitude_m\": {altitude_m}\n  }},\n  \"parachute\": {{\n    \
+         \"latitude_deg\": {latitude},\n    \"longitude_deg\": {longitude},\n    \"altitude_m\": {altitude_m}\n  }},\n{sensors}  \"parachute\": {{\n    \
          \"about\": {parachute_about},\n    \"descent_m_s\": {descent},\n    \"delay_s\": {delay_s},\n    \"pendulum\": {{ \"amplitude_deg\": 0, \
          \"phase_deg\": 0, \"omega_rad_s\": {omega}, \"length_m\": {PENDULUM_M:?} }}\n  }},\n  \"release\": {{ \"start\": \"release\", \
-         \"hang_s\": {HANG_S}, \"trigger\": \"command\" }},\n  \"plan\": {{\n    \"about\": {plan_about},\n    \"horizon_s\": {horizon_s},\n    \
+         \"hang_s\": {HANG_S}, {hook}\"trigger\": \"command\" }},\n  \"plan\": {{\n    \"about\": {plan_about},\n    \"horizon_s\": {horizon_s},\n    \
          \"initial\": \"release\",\n    \"nodes\": 38,\n    \"thrust_max_n\": {thrust_max_n},\n    \"thrust_slew_n_s\": {slew_n_s},\n    \
          \"cost_state\": [1, 1, 1, 1, 1, 1, 1, 10, 10, 10],\n    \"cost_input_per_n2\": {cost_input:?},\n    \"cost_input_reference\": \
          \"zero\",\n    \"terminal_tolerance_m_s\": 0.05\n  }},\n  \"limits\": {{\n    \"about\": {limits_about},\n    \"speed_m_s\": \

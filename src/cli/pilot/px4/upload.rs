@@ -35,6 +35,13 @@ pub fn suits(mission: &Mission) -> anyhow::Result<()> {
              sensors.barometer.noise_hpa (0.01)"
         );
     }
+    let magnetometer = mission.sensors.magnetometer;
+    if magnetometer.noise_gauss == 0.0 && magnetometer.period_us == 0 {
+        bail!(
+            "the mission's magnetometer gives the same reading at each step: PX4 takes that for stale and its estimator does not start; \
+             set sensors.magnetometer.rate_hz (50) and noise_gauss (0.002)"
+        );
+    }
     Ok(())
 }
 
