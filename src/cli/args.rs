@@ -36,7 +36,7 @@ pub struct MissionArgs {
 /// Whether the page of a flight is written, and its log for other tools.
 #[derive(Args, Debug)]
 pub struct PageArgs {
-    /// Leave out drop.html, the page that replays the flight (about a megabyte).
+    /// Leave out drop.html, the page that replays the flight (a megabyte).
     #[arg(long)]
     pub no_html: bool,
     /// Write drop.mcap, too: the flight for Foxglove, Rerun and PlotJuggler.

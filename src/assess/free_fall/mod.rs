@@ -19,7 +19,7 @@ pub mod rules;
 
 use rules::{RULES, Rules};
 
-use crate::control::px4::timing::{IMU_PERIOD_S, IMU_PERIOD_US};
+use crate::control::px4::timing::{IMU_PERIOD_S, IMU_PERIOD_US, TELEMETRY_PERIOD_US};
 use crate::control::{FreeFallDetector, FreeFallSettings};
 use crate::frames::rotate_body_from_ned;
 use crate::model::parachute::{Pendulum, TipOff};
@@ -31,9 +31,6 @@ use crate::sim::{DropSimulation, SensorSettings, Start};
 use crate::time::{TimeUs, microseconds, seconds};
 use crate::units::RAD_PER_DEG;
 
-/// Period of the readings of a companion, which hears them as telemetry, and of those in the descents: a
-/// quarter of the autopilot's readings.
-pub const TELEMETRY_PERIOD_US: TimeUs = 4 * IMU_PERIOD_US;
 /// Time under the canopy before the release [s]: bodies that begin in a steady descent have come to move with
 /// the eddies by then.
 const HANG_S: f64 = 10.0;

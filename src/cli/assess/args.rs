@@ -144,10 +144,10 @@ pub struct AssessArgs {
     /// Of each campaign: prints what was drawn and what came of it.
     #[arg(long, value_name = "K", value_parser = whole::<u64>(0..=u64::MAX), conflicts_with_all = ["trials", "resume"])]
     pub only: Option<u64>,
-    /// Fly the trial of --only so many times and say how far the flights lie apart.
+    /// Fly the trial of --only so many times: how alike are they?
     ///
-    /// With --autopilot: standard deviation and range of J_TPF, of the time to steady flight and of the
-    /// position 10 s after t = 0.
+    /// With --autopilot: how far the flights lie apart, by standard deviation and range of J_TPF, of the time
+    /// to steady flight and of the position 10 s after t = 0.
     #[arg(
         long,
         value_name = "N",

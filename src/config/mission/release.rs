@@ -8,11 +8,11 @@ use crate::config::error::ConfigError;
 use crate::config::number::{AngleDeg, DelayS, Exactly, NonNegative, Positive, Within};
 use crate::config::source::Source;
 use crate::control::FreeFallSettings;
-use crate::frames::LEVEL;
-use crate::model::canopy::{Canopy, Opening, Riser, Suspension, apparent_mass_kg, inflated_radius_m};
+use crate::model::canopy::{
+    Canopy, Opening, Riser, Suspension, apparent_mass_kg, inflated_radius_m, sinking_v_dot_ned,
+};
 use crate::model::parachute::{Hook, Pendulum, TipOff};
-use crate::model::rigid_body::BodyState;
-use crate::model::{Environment, MAX_ROTORS, ModelError, Parachute, Vehicle};
+use crate::model::{Environment, ModelError, Parachute, Vehicle};
 use crate::sim::{ReleaseTrigger, Start};
 use crate::units::RAD_PER_DEG;
 
@@ -363,16 +363,7 @@ fn under_a_canopy(
 pub(super) fn fall_m_s2(parachute: &Parachute, vehicle: &Vehicle, environment: &Environment) -> f64 {
     let steady = parachute.suspension.and_then(|s| s.steady_descent(vehicle, environment).ok());
     let descent_m_s = steady.map_or(parachute.descent_m_s, |steady| steady.speed_m_s);
-    let calm = Environment { wind_ned_m_s: Vector3::zeros(), ..environment.clone() };
-    let state = BodyState {
-        p_ned: Vector3::zeros(),
-        q_ned_from_body: LEVEL,
-        v_ned: Vector3::new(0.0, 0.0, descent_m_s),
-        omega_body: Vector3::zeros(),
-    };
-    let rest = [0.0; MAX_ROTORS];
-    let rate = vehicle.powered_derivative(&calm, &state, &rest, &rest, true);
-    (rate.body.v_dot_ned - environment.gravity_ned()).norm()
+    (sinking_v_dot_ned(vehicle, environment, descent_m_s) - environment.gravity_ned()).norm()
 }
 
 /// The detector of the free fall that a mission asks for.

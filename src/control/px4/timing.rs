@@ -6,6 +6,9 @@ use std::ops::RangeInclusive;
 pub const IMU_PERIOD_US: u64 = 4_000;
 /// Period of the IMU's samples [s].
 pub const IMU_PERIOD_S: f64 = IMU_PERIOD_US as f64 * 1e-6;
+/// Period of the accelerometer's readings that a companion is sent (HIGHRES_IMU) [us]: every fourth. Slower
+/// ones find a fall later by half of what is added.
+pub const TELEMETRY_PERIOD_US: u64 = 4 * IMU_PERIOD_US;
 /// Period of a streamer's setpoints [us].
 pub const SETPOINT_PERIOD_US: u64 = 20_000;
 /// Period of a streamer's setpoints [s].

@@ -84,81 +84,52 @@ const fn number(minor: u8) -> Number {
 /// count (`Commander.cpp`, "publish states .. at 2 Hz or immediately when changed").
 const TWO_HZ_S: f64 = 0.5;
 
-/// All versions that are known, oldest first.
-pub const VERSIONS: [Version; 6] = [
-    Version {
-        number: number(12),
-        read: "v1.12.0",
-        known_by: None,
-        allocation: Allocation::MixerFiles,
-        checks: ChecksReport::AllFields,
-        refusals: Refusals::Texts,
-        velocity_control_after_s: super::timing::SWITCH_S,
-        satellite_delay_s: 0.11,
-        throw_launch: false,
-        law: Some(Law::V1_12),
-    },
-    Version {
-        number: number(13),
-        read: "v1.13.3",
-        known_by: Some("COM_PARACHUTE"),
-        allocation: Allocation::MixerFiles,
-        checks: ChecksReport::AllFields,
-        refusals: Refusals::Texts,
-        velocity_control_after_s: super::timing::SWITCH_S,
-        satellite_delay_s: 0.11,
-        throw_launch: false,
-        law: None,
-    },
-    Version {
-        number: number(14),
-        read: "v1.14.3",
-        known_by: Some("COM_SPOOLUP_TIME"),
-        allocation: Allocation::Parameters,
-        checks: ChecksReport::HealthOnly,
-        refusals: Refusals::Events,
-        velocity_control_after_s: TWO_HZ_S,
-        satellite_delay_s: 0.11,
-        throw_launch: false,
-        law: Some(Law::V1_14),
-    },
-    Version {
-        number: number(15),
-        read: "v1.15.4",
-        known_by: Some("COM_THROW_EN"),
-        allocation: Allocation::Parameters,
-        checks: ChecksReport::HealthOnly,
-        refusals: Refusals::Events,
-        velocity_control_after_s: TWO_HZ_S,
-        satellite_delay_s: 0.01,
-        throw_launch: true,
-        law: None,
-    },
-    Version {
-        number: number(16),
-        read: "v1.16.0",
-        known_by: Some("COM_MODE_ARM_CHK"),
-        allocation: Allocation::Parameters,
-        checks: ChecksReport::HealthOnly,
-        refusals: Refusals::Events,
-        velocity_control_after_s: TWO_HZ_S,
-        satellite_delay_s: 0.01,
-        throw_launch: true,
-        law: Some(Law::V1_16),
-    },
-    Version {
-        number: number(17),
-        read: "v1.17.0-beta1",
-        known_by: Some("EKF2_GPS_MODE"),
-        allocation: Allocation::Parameters,
-        checks: ChecksReport::HealthOnly,
-        refusals: Refusals::Events,
-        velocity_control_after_s: TWO_HZ_S,
-        satellite_delay_s: 0.01,
-        throw_launch: true,
-        law: Some(Law::V1_16),
-    },
-];
+const V1_12: Version = Version {
+    number: number(12),
+    read: "v1.12.0",
+    known_by: None,
+    allocation: Allocation::MixerFiles,
+    checks: ChecksReport::AllFields,
+    refusals: Refusals::Texts,
+    velocity_control_after_s: super::timing::SWITCH_S,
+    satellite_delay_s: 0.11,
+    throw_launch: false,
+    law: Some(Law::V1_12),
+};
+const V1_13: Version =
+    Version { number: number(13), read: "v1.13.3", known_by: Some("COM_PARACHUTE"), law: None, ..V1_12 };
+const V1_14: Version = Version {
+    number: number(14),
+    read: "v1.14.3",
+    known_by: Some("COM_SPOOLUP_TIME"),
+    allocation: Allocation::Parameters,
+    checks: ChecksReport::HealthOnly,
+    refusals: Refusals::Events,
+    velocity_control_after_s: TWO_HZ_S,
+    law: Some(Law::V1_14),
+    ..V1_13
+};
+const V1_15: Version = Version {
+    number: number(15),
+    read: "v1.15.4",
+    known_by: Some("COM_THROW_EN"),
+    satellite_delay_s: 0.01,
+    throw_launch: true,
+    law: None,
+    ..V1_14
+};
+const V1_16: Version = Version {
+    number: number(16),
+    read: "v1.16.0",
+    known_by: Some("COM_MODE_ARM_CHK"),
+    law: Some(Law::V1_16),
+    ..V1_15
+};
+const V1_17: Version =
+    Version { number: number(17), read: "v1.17.0-beta1", known_by: Some("EKF2_GPS_MODE"), ..V1_16 };
+
+/// All versions that are known, oldest first: each is the one before but for what it names.
+pub const VERSIONS: [Version; 6] = [V1_12, V1_13, V1_14, V1_15, V1_16, V1_17];
 
 /// A text is not the number of a version whose law the model has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -47,6 +47,7 @@ struct Shell<'a, O> {
     waiting: Since,
     /// Whether the autopilot was at rest at the last look in this step.
     rested: bool,
+    /// Whether it has been at work for longer than [`REST_PATIENCE`] on one step.
     never_rests: bool,
     /// Frames of one turn; kept for their room.
     sent: Vec<Transmit>,

@@ -6,10 +6,10 @@ use mavlink::dialects::common::*;
 
 use super::config::{Clock, StreamerConfig};
 use super::event::StreamerEvent;
-use super::falling::READING_US;
 use super::request::{Progress, Request, result_name};
 use super::{StreamerSession, StreamerState};
 use crate::autopilot::FlightMode;
+use crate::control::px4::timing::TELEMETRY_PERIOD_US;
 use crate::link::parachute::PARACHUTE_COMPONENT;
 use crate::time::{TimeUs, microseconds, seconds};
 
@@ -91,7 +91,7 @@ impl StreamerSession {
                     if hurry { request.hurried() } else { request }
                 }) {
                     self.report(StreamerEvent::Armed);
-                    self.flight.armed_at = now;
+                    (self.flight.armed_at, self.flight.braced_at) = (now, None);
                     self.enter(StreamerState::Hanging);
                 }
             }
@@ -114,7 +114,7 @@ impl StreamerSession {
             self.wish_for(ATTITUDE_DATA::ID, self.config.lead_us.max(1_000));
         }
         if self.config.free_fall.is_some() {
-            self.wish_for(HIGHRES_IMU_DATA::ID, self.config.site_span_us(READING_US));
+            self.wish_for(HIGHRES_IMU_DATA::ID, self.config.site_span_us(TELEMETRY_PERIOD_US));
         }
         if self.replanning.is_some() {
             for message_id in [ATTITUDE_QUATERNION_DATA::ID, LOCAL_POSITION_NED_DATA::ID] {

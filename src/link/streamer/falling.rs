@@ -6,13 +6,8 @@ use mavlink::dialects::common::{HIGHRES_IMU_DATA, NAMED_VALUE_INT_DATA};
 use nalgebra::Vector3;
 
 use super::{StreamerEvent, StreamerSession};
-use crate::control::px4::timing::IMU_PERIOD_US;
 use crate::control::{Fall, FreeFallDetector};
 use crate::time::TimeUs;
-
-/// Period at which HIGHRES_IMU is asked for, on the autopilot's clock: every fourth reading. Slower streams
-/// find the fall later by half of what is added.
-pub(super) const READING_US: TimeUs = 4 * IMU_PERIOD_US;
 
 impl StreamerSession {
     /// Looks whether the vehicle falls.

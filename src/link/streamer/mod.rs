@@ -20,7 +20,8 @@
 //! at the simulator's rate and acts when one comes. Beside a simulator in the same process its clock is the
 //! caller's ([`Clock`]). What it sends before t = 0 of the plan is a level attitude without thrust (a vehicle
 //! that is armed with velocity setpoints under the canopy may hold its motors down to the ground), from t = 0
-//! the plan's velocity, after t_f the target velocity.
+//! the plan's velocity, after t_f the target velocity. A PX4 that takes velocity setpoints late gets them
+//! from the release on, or earlier, such that they ask for the least thrust (`setpoint`).
 //!
 //! ```text
 //! WaitingForVehicle -> Streaming -> RequestingOffboard -> Arming -> Hanging -> Releasing -> Falling

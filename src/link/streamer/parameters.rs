@@ -8,6 +8,7 @@ use super::patience::{Sent, Wire};
 use crate::link::wire::param_value;
 use crate::params::Value;
 use crate::params::file::AUTOPILOT_COMPONENT;
+use crate::params::px4_required::other_name;
 use crate::time::TimeUs;
 
 /// What is not answered is sent again after this, on the autopilot's clock.
@@ -113,6 +114,11 @@ impl Exchange {
         let of_that_name = |item: &&mut Item| m.param_id.to_str() == Ok(item.name.as_str());
         if let Some(item) = self.0.iter_mut().find(of_that_name) {
             item.known = Known::Has(value);
+            // Which it has by one of two names it does not have by the other: nothing to be waited for.
+            let other = other_name(&item.name);
+            if let Some(other) = self.0.iter_mut().find(|item| other == Some(item.name.as_str())) {
+                other.known = Known::Absent;
+            }
         }
     }
 
@@ -162,4 +168,23 @@ fn message(name: &str, set: Option<Value>, system_id: u8) -> MavMessage {
     let ((param_value, param_type), param_id) = (param_value(value), name.into());
     let data = PARAM_SET_DATA { param_value, target_system, target_component, param_id, param_type };
     MavMessage::PARAM_SET(data)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// PX4 v1.16 has EKF2_GPS_DELAY, says so, and says nothing of SENS_GPS0_DELAY, by its source: that is not
+    /// waited for.
+    #[test]
+    fn what_goes_by_another_name_is_not_waited_for() {
+        let names = ["EKF2_GPS_DELAY", "SENS_GPS0_DELAY"];
+        let set = names.map(|name| (name.to_owned(), Value::Real(110.0))).into();
+        let (mut exchange, wire) = (Exchange::new(&set, std::iter::empty()), Wire::default());
+        assert_eq!(exchange.poll(0, RETRY_US, &wire, 1).len(), 2);
+        let (param_id, param_type) = ("EKF2_GPS_DELAY".into(), MavParamType::MAV_PARAM_TYPE_REAL32);
+        exchange.take(&PARAM_VALUE_DATA { param_id, param_value: 110.0, param_type, ..Default::default() });
+        assert!(exchange.is_over());
+        assert_eq!((exchange.outcome().set, exchange.outcome().absent), (1, vec![names[1].to_owned()]));
+    }
 }

@@ -26,7 +26,7 @@ mod riser;
 mod swing;
 
 pub use riser::{Pull, Riser};
-pub use swing::{SmallSwings, SteadyDescent, SwingMode};
+pub use swing::{SmallSwings, SteadyDescent, SwingMode, sinking_v_dot_ned};
 
 /// Drag coefficient on the nominal area of the canopy that an inflated radius is guessed from: a choice, of
 /// the range 0.75 to 0.9 that handbooks give round canopies.

@@ -75,24 +75,32 @@ pub struct SwingMode {
     pub vehicle_m: Complex<f64>,
 }
 
+/// A site without its wind.
+fn still(site: &Environment) -> Environment {
+    Environment { wind_ned_m_s: Vector3::zeros(), ..site.clone() }
+}
+
+/// Acceleration of a vehicle that sinks level with its rotors at rest, in still air and pulled by nothing,
+/// NED [m/s^2].
+pub fn sinking_v_dot_ned(vehicle: &Vehicle, site: &Environment, speed_m_s: f64) -> Vector3<f64> {
+    let state = BodyState {
+        p_ned: Vector3::zeros(),
+        q_ned_from_body: LEVEL,
+        v_ned: Vector3::new(0.0, 0.0, speed_m_s),
+        omega_body: Vector3::zeros(),
+    };
+    let rest = [0.0; MAX_ROTORS];
+    vehicle.powered_derivative(&still(site), &state, &rest, &rest, true).body.v_dot_ned
+}
+
 impl Suspension {
     /// The steady descent of a vehicle at a site.
     ///
     /// # Errors
     /// [`ModelError`] when the vehicle would sink more slowly than its canopy: then the riser is slack.
     pub fn steady_descent(&self, vehicle: &Vehicle, site: &Environment) -> Result<SteadyDescent, ModelError> {
-        let calm = Environment { wind_ned_m_s: Vector3::zeros(), ..site.clone() };
-        let pull_n = |speed_m_s: f64| {
-            let state = BodyState {
-                p_ned: Vector3::zeros(),
-                q_ned_from_body: LEVEL,
-                v_ned: Vector3::new(0.0, 0.0, speed_m_s),
-                omega_body: Vector3::zeros(),
-            };
-            let rest = [0.0; MAX_ROTORS];
-            let rate = vehicle.powered_derivative(&calm, &state, &rest, &rest, true);
-            rate.body.v_dot_ned.z * vehicle.mass.mass_kg
-        };
+        let calm = still(site);
+        let pull_n = |speed_m_s| sinking_v_dot_ned(vehicle, site, speed_m_s).z * vehicle.mass.mass_kg;
         let falls_on = |speed_m_s: f64| {
             let v_ned = Vector3::new(0.0, 0.0, speed_m_s);
             let canopy_n = self.canopy.outer_force_ned(&calm, &v_ned, &Vector3::zeros(), f64::INFINITY);
