@@ -11,6 +11,7 @@ use std::collections::{BTreeMap, VecDeque};
 use self::argument::Argument;
 use crate::link::frame::Payload;
 
+#[cfg_attr(not(feature = "files"), expect(dead_code, reason = "made of metadata, which are files"))]
 mod argument;
 #[cfg(feature = "files")]
 mod metadata;
