@@ -217,6 +217,73 @@ fn prop_a_failed_drop_is_reported_wherever_there_is_a_place_for_it() {
     }
 }
 
+/// A property: a campaign that was stopped, of which drops were lost, and that goes on, writes and prints
+/// what one does that was flown in one go; only the missing ones are flown. What is of other inputs, by
+/// another version of an autopilot or no drop at all is refused by name, and nothing is lost.
+#[test]
+fn prop_a_campaign_goes_on_from_the_drops_that_are_there() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = |name: &str| out.path().join(name);
+    let fly =
+        |folder: &Path, more: &[&str]| assess(X500, &[&MODEL, &["--json", "--threads", "2"], more], folder);
+    let whole = fly(&folder("whole"), &["--trials", "6"]);
+    assert_eq!(whole.status.code(), Some(0), "{}", stderr(&whole));
+    let csv = "drops_px4-model_x500_px4_tuned.csv";
+    let page = "drops_px4-model_x500_px4_tuned.html";
+    let same = |name: &str| {
+        fs::read(folder("whole").join(name)).unwrap() == fs::read(folder("part").join(name)).unwrap()
+    };
+    let part = fly(&folder("part"), &["--trials", "4"]);
+    assert_eq!(part.status.code(), Some(0), "{}", stderr(&part));
+
+    let trials = folder("part").join("drops_px4-model_x500_px4_tuned");
+    assert_eq!(entries(&trials), ["trial_0.json", "trial_1.json", "trial_2.json", "trial_3.json"]);
+    fs::remove_file(trials.join("trial_1.json")).unwrap();
+    fs::write(trials.join("trial_5.json.partial"), "{ half").unwrap();
+    let resumed = fly(&folder("part"), &["--trials", "6", "--resume"]);
+    assert_eq!(resumed.status.code(), Some(0), "{}", stderr(&resumed));
+    assert_eq!(resumed.stdout, whole.stdout);
+    assert!(same(csv) && same(page));
+    let told = stderr(&resumed);
+    let flown: Vec<&str> = told.lines().filter_map(|line| Some(line.split_once(" of 6:")?.0)).collect();
+    assert_eq!(flown, ["trial 1", "trial 4", "trial 5"]);
+
+    let one = trials.join("trial_2.json");
+    let good = fs::read_to_string(&one).unwrap();
+    let other_version = good.replace("\"autopilot_version\": null", "\"autopilot_version\": \"v9\"");
+    for (text, args, words) in [
+        (
+            good.replace("\"seed\": 1,", "\"seed\": 2,"),
+            &["--trials", "6"][..],
+            "another campaign: seed 2, expected 1",
+        ),
+        (good[..100].to_owned(), &["--trials", "6"], "trial_2.json: cannot be resumed"),
+        (good.clone(), &["--trials", "5"], "trial_5.json: there are more than 5 trials"),
+        (good.clone(), &["--trials", "6", "--seed", "9"], "another campaign: seed 1, expected 9"),
+    ] {
+        fs::write(&one, text).unwrap();
+        let refused = fly(&folder("part"), &[&["--resume"], args].concat());
+        assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
+        assert!(stderr(&refused).contains(words), "{words}: {}", stderr(&refused));
+        assert_eq!(entries(&trials).iter().filter(|name| name.ends_with(".json")).count(), 6);
+    }
+    assert_ne!(other_version, good);
+    fs::write(&one, other_version).unwrap();
+    let mixed = fs::read_to_string(trials.join("trial_4.json")).unwrap();
+    fs::write(
+        trials.join("trial_4.json"),
+        mixed.replace("\"autopilot_version\": null", "\"autopilot_version\": \"v8\""),
+    )
+    .unwrap();
+    let refused = fly(&folder("part"), &["--trials", "6", "--resume"]);
+    assert!(stderr(&refused).contains("trial 4 was flown by v8, trial 2 by v9"), "{}", stderr(&refused));
+
+    // Without --resume it begins anew.
+    let anew = fly(&folder("part"), &["--trials", "3"]);
+    assert_eq!(anew.status.code(), Some(0), "{}", stderr(&anew));
+    assert_eq!(entries(&trials), ["trial_0.json", "trial_1.json", "trial_2.json"]);
+}
+
 /// A release that never comes: no trial has a measure, each says why, and the campaign says no.
 #[test]
 fn drops_without_a_release_are_failures_without_measures() {
@@ -305,7 +372,7 @@ fn what_does_not_go_together_is_refused() {
         (&["--autopilot", "reference", "--trials", "1"][..], "--trials"),
         (&["--autopilot", "px4-model", "--threads", "0"], "--threads"),
         (&["--autopilot", "px4-model", "--only", "1", "--trials", "3"], "--only"),
-        (&["--autopilot", "px4-model", "--resume"], "--resume"),
+        (&["--autopilot", "px4-model", "--resume"], "no campaign to go on with"),
         (&["--autopilot", "nobody"], "nobody"),
         (&["--autopilot", "px4=/nowhere", "--trials", "2"], "/nowhere"),
         (&["--feed-forward"], "--autopilot"),

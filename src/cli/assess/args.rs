@@ -164,7 +164,7 @@ pub struct AssessArgs {
         help_heading = "Autopilot",
         value_name = "AUTOPILOT",
         value_parser = autopilot,
-        conflicts_with_all = ["bound", "resume"]
+        conflicts_with_all = ["bound"]
     )]
     pub autopilot: Option<AutopilotArg>,
     /// What the autopilot flies by, with --autopilot.

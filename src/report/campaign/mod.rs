@@ -19,7 +19,7 @@ pub mod tables;
 
 use nalgebra::Vector3;
 
-use super::drops::DropTrial;
+use super::drops::{DropNumbers, DropTrial};
 use crate::assess::{FlightLimits, Share, Summary, TrialOutcome};
 use crate::config::Mission;
 use crate::report::columns::short;
@@ -107,15 +107,16 @@ impl TrialRecord {
 
     /// The record of a whole drop; what was never released has no numbers.
     pub fn of_drop(drop: &DropTrial) -> Self {
-        let verdict = drop.outcome.as_ref().map(|outcome| &outcome.verdict);
-        let number = |of: fn(&crate::assess::Verdict) -> f64| verdict.map_or(f64::NAN, of);
+        let numbers = drop.outcome.as_ref();
+        let number = |of: fn(&DropNumbers) -> Option<f64>| numbers.and_then(of).unwrap_or(f64::NAN);
+        let way = numbers.map_or([None; 3], |n| n.way_ned_m);
         Self {
             trial: drop.drawn.trial,
-            j_tpf: verdict.map_or(f64::INFINITY, |v| v.j_tpf),
-            peak_speed_m_s: number(|v| v.peak_speed_m_s),
-            peak_tilt_rad: number(|v| v.peak_tilt_rad),
-            steady_after_s: verdict.and_then(|v| v.steady_after_s),
-            way_ned_m: verdict.map_or(Vector3::repeat(f64::NAN), |v| v.way_ned_m),
+            j_tpf: numbers.and_then(|n| n.j_tpf).unwrap_or(f64::INFINITY),
+            peak_speed_m_s: number(|n| n.peak_speed_m_s),
+            peak_tilt_rad: number(|n| n.peak_tilt_deg) / DEG_PER_RAD,
+            steady_after_s: numbers.and_then(|n| n.steady_after_s),
+            way_ned_m: Vector3::from(way.map(|x| x.unwrap_or(f64::NAN))),
             failure: drop.failure.clone(),
         }
     }

@@ -1,45 +1,39 @@
 //! Campaigns of whole drops: a line for each in a CSV file, and the table of all.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`trial`] | what is kept of a drop, and its file |
+//! | this one | lines, table and JSON of all |
+
+pub mod trial;
 
 use std::fmt::Write as _;
 
-use super::columns::columns;
-use super::json::{head, object, text};
-use crate::assess::{DropOutcome, RandomDrop, Summary};
+use crate::assess::{RandomDrop, Summary};
 use crate::config::Mission;
+use crate::report::columns::columns;
+use crate::report::json::{head, object, text};
 use crate::units::DEG_PER_RAD;
+pub use trial::{DropNumbers, DropTrial, TrialFile, TrialFileError};
 
-/// A trial that is over.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DropTrial {
-    /// What was drawn.
-    pub drawn: RandomDrop,
-    /// What came of it, if it was released.
-    pub outcome: Option<DropOutcome>,
-    /// Why it counts as failed, if it does.
-    pub failure: Option<String>,
-}
-
-/// A measure: column, words, value of an outcome.
-type Measure = (&'static str, &'static str, fn(&DropOutcome) -> Option<f64>);
+/// A measure: column, words, value of a drop.
+type Measure = (&'static str, &'static str, fn(&DropNumbers) -> Option<f64>);
 
 const MEASURES: [Measure; 9] = [
-    ("j_tpf", "J_TPF", |o| Some(o.verdict.j_tpf)),
-    ("peak_speed_m_s", "peak speed [m/s]", |o| Some(o.verdict.peak_speed_m_s)),
-    ("peak_pitch_deg", "peak pitch [deg]", |o| Some(o.verdict.peak_pitch_rad.abs() * DEG_PER_RAD)),
-    ("peak_pitch_rate_deg_s", "peak pitch rate [deg/s]", |o| {
-        Some(o.verdict.peak_pitch_rate_rad_s.abs() * DEG_PER_RAD)
-    }),
-    ("peak_roll_deg", "peak roll [deg]", |o| Some(o.verdict.peak_roll_rad.abs() * DEG_PER_RAD)),
-    ("peak_tilt_deg", "peak tilt [deg]", |o| Some(o.verdict.peak_tilt_rad * DEG_PER_RAD)),
-    ("altitude_lost_m", "altitude lost to the plan's end [m]", |o| Some(o.verdict.altitude_lost_m)),
-    ("steady_after_s", "steady after [s]", |o| o.verdict.steady_after_s),
-    ("tracking_rms_m_s", "velocity from the plan, RMS [m/s]", |o| Some(o.tracking_rms_m_s)),
+    ("j_tpf", "J_TPF", |n| n.j_tpf),
+    ("peak_speed_m_s", "peak speed [m/s]", |n| n.peak_speed_m_s),
+    ("peak_pitch_deg", "peak pitch [deg]", |n| n.peak_pitch_deg),
+    ("peak_pitch_rate_deg_s", "peak pitch rate [deg/s]", |n| n.peak_pitch_rate_deg_s),
+    ("peak_roll_deg", "peak roll [deg]", |n| n.peak_roll_deg),
+    ("peak_tilt_deg", "peak tilt [deg]", |n| n.peak_tilt_deg),
+    ("altitude_lost_m", "altitude lost to the plan's end [m]", |n| n.altitude_lost_m),
+    ("steady_after_s", "steady after [s]", |n| n.steady_after_s),
+    ("tracking_rms_m_s", "velocity from the plan, RMS [m/s]", |n| n.tracking_rms_m_s),
 ];
 
-/// A measure of a trial. What is not finite, as after a state that was none, would hide the other trials'
-/// means: it is none.
+/// A measure of a trial, if it has it.
 fn measured((.., of): &Measure, trial: &DropTrial) -> Option<f64> {
-    trial.outcome.as_ref().and_then(of).filter(|x| x.is_finite())
+    trial.outcome.as_ref().and_then(of)
 }
 
 const DRAWN: &str =
@@ -78,13 +72,13 @@ pub fn row(mission: &Mission, trial: &DropTrial) -> String {
     let (amplitude_deg, phase_deg) = (amplitude_rad * DEG_PER_RAD, phase_rad * DEG_PER_RAD);
     let mut line = format!("{number},{amplitude_deg:?},{phase_deg:?},{:?},{:?},{seed}", wind.x, wind.y);
     let o = trial.outcome.as_ref();
-    let release = [o.map(|o| o.release_pitch_rad), o.map(|o| o.release_pitch_rate_rad_s)];
+    let release = [o.and_then(|o| o.release_pitch_deg), o.and_then(|o| o.release_pitch_rate_deg_s)];
     let measures = MEASURES.iter().map(|measure| measured(measure, trial));
-    for x in release.into_iter().map(|x| x.map(|x| x * DEG_PER_RAD)).chain(measures) {
+    for x in release.into_iter().chain(measures) {
         // Writing to a String cannot fail.
         let _ = write!(line, ",{}", x.map_or(String::new(), |x| format!("{x:?}")));
     }
-    let limits = o.map_or(String::new(), |o| o.verdict.limits_passed.join(" "));
+    let limits = o.map_or(String::new(), |o| o.limits_passed.join(" "));
     let failure = trial.failure.as_deref().unwrap_or_default().replace('"', "'").replace('\n', "; ");
     let _ = write!(line, ",{limits},\"{failure}\"");
     if !tip_off.is_none() {
@@ -94,7 +88,7 @@ pub fn row(mission: &Mission, trial: &DropTrial) -> String {
         });
     }
     if has_canopy(mission) {
-        let distance_m = o.and_then(|o| o.verdict.canopy_distance_m);
+        let distance_m = o.and_then(|o| o.canopy_distance_m);
         let _ = write!(line, ",{}", distance_m.map_or(String::new(), |x| format!("{x:?}")));
     }
     line.push('\n');
@@ -178,5 +172,4 @@ pub fn drops_json(mission: &Mission, autopilot: &str, tally: &DropTally) -> Stri
 }
 
 #[cfg(test)]
-#[path = "drops_tests.rs"]
 mod tests;

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::*;
-use crate::assess::Verdict;
+use crate::assess::{DropOutcome, Verdict};
 use crate::config::load_mission;
 use crate::model::parachute::TipOff;
 
@@ -19,6 +19,11 @@ fn drawn(trial: u64) -> RandomDrop {
 
 /// A drop that reached steady flight, with a J_TPF and a time to it.
 fn good(trial: u64, j_tpf: f64, steady_after_s: f64) -> DropTrial {
+    let outcome = outcome(j_tpf, steady_after_s);
+    DropTrial { drawn: drawn(trial), outcome: Some((&outcome).into()), failure: None }
+}
+
+fn outcome(j_tpf: f64, steady_after_s: f64) -> DropOutcome {
     let verdict = Verdict {
         peak_tilt_rad: 0.75,
         way_ned_m: Vector3::new(3.0, -1.0, 20.0),
@@ -39,13 +44,7 @@ fn good(trial: u64, j_tpf: f64, steady_after_s: f64) -> DropTrial {
         vortex_ring_s: Vec::new(),
         power: None,
     };
-    let outcome = DropOutcome {
-        verdict,
-        release_pitch_rad: 0.125,
-        release_pitch_rate_rad_s: -0.25,
-        tracking_rms_m_s: 0.5,
-    };
-    DropTrial { drawn: drawn(trial), outcome: Some(outcome), failure: None }
+    DropOutcome { verdict, release_pitch_rad: 0.125, release_pitch_rate_rad_s: -0.25, tracking_rms_m_s: 0.5 }
 }
 
 fn never_released(trial: u64) -> DropTrial {
@@ -54,12 +53,11 @@ fn never_released(trial: u64) -> DropTrial {
 
 /// A vehicle whose state was no number at last.
 fn lost(trial: u64) -> DropTrial {
-    let mut lost = good(trial, f64::INFINITY, 0.0);
-    let o = lost.outcome.as_mut().unwrap();
+    let mut o = outcome(f64::INFINITY, 0.0);
     (o.verdict.peak_pitch_rad, o.tracking_rms_m_s, o.verdict.steady_after_s) = (f64::NAN, f64::NAN, None);
     o.verdict.limits_passed = vec!["speed", "state is not finite"];
-    lost.failure = Some("limits passed: speed, state is not finite".to_owned());
-    lost
+    let failure = Some("limits passed: speed, state is not finite".to_owned());
+    DropTrial { drawn: drawn(trial), outcome: Some((&o).into()), failure }
 }
 
 fn tally(trials: &[DropTrial]) -> DropTally {
@@ -227,7 +225,7 @@ fn a_canopy_of_its_own_has_a_column() {
     let mission = Mission::shipped("titan_real_air").unwrap();
     assert!(header(&mission, "reference").ends_with(",canopy_distance_m\n"));
     let mut trial = good(3, 0.5, 6.0);
-    trial.outcome.as_mut().unwrap().verdict.canopy_distance_m = Some(7.25);
+    trial.outcome.as_mut().unwrap().canopy_distance_m = Some(7.25);
     assert!(row(&mission, &trial).ends_with(",7.25\n"), "{}", row(&mission, &trial));
     assert!(row(&mission, &never_released(4)).ends_with(",\n"));
 }
@@ -248,4 +246,42 @@ fn a_random_tip_off_has_columns() {
     let line = row(&mission, &trial);
     assert!(line.ends_with(",\"\",0.0,0.0,0.0,0.25,0.0,-0.5\n"), "{line}");
     assert_eq!(columns(&line), columns(tipped.lines().last().unwrap()));
+}
+
+/// A property: what is read of a drop's file is the drop that was written, to the last bit, whatever it has
+/// not got.
+#[test]
+fn prop_a_drops_file_is_read_as_it_was_written() {
+    let mission = mission();
+    for trial in [good(7, 0.1 + 0.2, 3.0), never_released(1), lost(3)] {
+        let trial = DropTrial { drawn: mission.draw_drop(trial.drawn.trial), ..trial };
+        let number = trial.drawn.trial;
+        let json = TrialFile::new(&mission, "px4", Some("v1.16.0"), &trial).to_json();
+        let read = TrialFile::parse(&json, &mission, "px4", number).unwrap();
+        assert_eq!(read.autopilot_version.as_deref(), Some("v1.16.0"));
+        assert_eq!(read.into_trial(&mission), trial);
+    }
+}
+
+/// A file of another campaign says what differs; one that is cut short says that it is none.
+#[test]
+fn a_drop_of_another_campaign_is_refused_by_what_differs() {
+    let mission = mission();
+    let json = TrialFile::new(&mission, "px4", None, &good(7, 0.5, 3.0)).to_json();
+    let refused = |json: &str, mission: &Mission, autopilot: &str, trial: u64| {
+        TrialFile::parse(json, mission, autopilot, trial).unwrap_err().to_string()
+    };
+    let mut other = mission.clone();
+    other.inputs.hash = "0".repeat(64);
+    assert!(refused(&json, &other, "px4", 7).contains("another campaign: hash of the inputs"));
+    let error = refused(&json, &mission, "reference", 7);
+    assert_eq!(error, "this drop is of another campaign: autopilot px4, expected reference");
+    let error = refused(&json, &mission, "px4", 8);
+    assert_eq!(error, "this drop is of another campaign: trial 7, expected 8");
+    let older =
+        json.replace(&format!("\"version\": \"{}\"", env!("CARGO_PKG_VERSION")), "\"version\": \"0.0.1\"");
+    assert!(refused(&older, &mission, "px4", 7).contains("version of samara 0.0.1"));
+    for cut in [0, json.len() / 2, json.len() - 3] {
+        assert!(refused(&json[..cut], &mission, "px4", 7).starts_with("a drop of a campaign"), "{cut}");
+    }
 }

@@ -1,0 +1,180 @@
+//! `samara assess --autopilot`: a campaign of whole drops, by any of the autopilots, several side by side.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `all` | the campaign: drops side by side, their lines, table and page |
+//! | `kept` | a file for each drop that is over, from which a campaign goes on |
+//! | `one` | one trial, once or many times |
+//! | this one | what every trial shares: how it is flown and judged |
+
+mod all;
+mod kept;
+mod one;
+
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use anyhow::Context as _;
+
+use super::args::AssessArgs;
+use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::args::AutopilotArg;
+use crate::cli::conclusion::Conclusion;
+use crate::cli::mission::print_origin;
+use crate::cli::narrator::Narrator;
+use crate::cli::pilot::{Flight, Flown, Pilot, pilot_and_mission};
+use crate::cli::planning::{Planned, plan_mission, write_plan};
+use crate::cli::results::{OutputFolder, gone};
+use crate::cli::terminal::{print, print_err};
+use samara::assess::{DropMeasure, DropOutcome, RandomDrop};
+use samara::config::Mission;
+use samara::link::shell::ports::MAX_INSTANCE;
+use samara::link::shell::{Speed, Wiring};
+use samara::plan::Status;
+use samara::report::drops::DropTrial;
+use samara::report::{DropRun, plan_json, plan_text};
+
+/// Drops by PX4 flown side by side unless it is said otherwise: each is a PX4 and a simulator that wait for
+/// each other.
+const SIDE_BY_SIDE: u16 = 2;
+
+/// What every trial shares.
+struct Campaign<'a> {
+    args: &'a AssessArgs,
+    pilot: Box<dyn Pilot>,
+    mission: Mission,
+    planned: Planned,
+    folder: &'a Path,
+}
+
+/// Flies the campaign, or one trial of it.
+pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Result<Answer, Failure> {
+    let (pilot, mission) = pilot_and_mission(&args.pilot(autopilot))?;
+    print_origin(&args.mission, &mission)?;
+    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let timed = plan_mission(&mission, false)?;
+    write_plan(&folder, &mission, &timed.plan)?;
+    if timed.plan.status != Status::Converged {
+        print_err(&format!("no plan to fly: {}", plan_text(&timed.plan, &mission.limits.safety, None)));
+        if args.mission.json {
+            print(&plan_json(&mission, &timed.plan, Some(timed.solve_ms)))?;
+        }
+        return Ok(Answer::No);
+    }
+    let trajectory = timed.plan.trajectory.clone();
+    let planned = Planned { trajectory, source: "planned", solve_ms: None, plan: Some(timed.plan) };
+    pilot.check(&mission, &planned.trajectory, args.instance)?;
+    let campaign = Campaign { args, pilot, mission, planned, folder: folder.path() };
+    match (args.only, args.repeat) {
+        (Some(trial), Some(times)) => campaign.repeat(trial, times, &folder, stop),
+        (Some(trial), None) => campaign.only(trial, stop),
+        (None, _) => {
+            let mut places = 0..campaign.workers();
+            places.try_for_each(|place| campaign.pilot.check_instance(campaign.instance(place)))?;
+            campaign.fly_all(&folder, stop)
+        }
+    }
+}
+
+impl Campaign<'_> {
+    fn name(&self) -> String {
+        let gains = self.mission.control.gains_name.trim_end_matches(".params");
+        format!("drops_{}_{gains}", self.pilot.name())
+    }
+
+    /// Writes all files of a flight, as `samara drop` leaves them, and reports what there is to report.
+    fn write(
+        &self,
+        drawn: &RandomDrop,
+        mut conclusion: Conclusion<'_>,
+        folder: &OutputFolder,
+        narrator: &Narrator,
+    ) -> Result<(), Failure> {
+        self.planned.write_to(folder, conclusion.mission)?;
+        conclusion.write("drop", &[("trial", drawn.trial.to_string())], folder)?;
+        conclusion.report(narrator, folder)
+    }
+
+    /// The number of drops that are flown side by side; each PX4 needs the ports of an instance.
+    fn workers(&self) -> u16 {
+        if self.pilot.takes_ports() {
+            self.args.threads.unwrap_or(SIDE_BY_SIDE).min(MAX_INSTANCE + 1 - self.args.instance)
+        } else {
+            self.args.threads.unwrap_or_else(cores)
+        }
+    }
+
+    /// The number of the vehicle that is flown at one of the places.
+    fn instance(&self, place: u16) -> u16 {
+        self.args.instance + if self.pilot.takes_ports() { place } else { 0 }
+    }
+
+    fn fly(
+        &self,
+        mission: &Mission,
+        instance: u16,
+        folder: &OutputFolder,
+        narrator: &Narrator,
+        stop: &AtomicBool,
+    ) -> Result<Flown, Failure> {
+        self.pilot.fly(&Flight {
+            mission,
+            trajectory: &self.planned.trajectory,
+            replan: None,
+            folder,
+            narrator,
+            instance,
+            speed: Speed::Max,
+            wiring: &Wiring::default(),
+            stop: Some(stop),
+        })
+    }
+
+    /// Measures a flight and says why it counts as failed, if it does.
+    fn judge(&self, drawn: &RandomDrop, conclusion: &Conclusion<'_>, flown: &Flown) -> DropTrial {
+        let mission = conclusion.mission;
+        let measure = DropMeasure {
+            limits: mission.limits.safety,
+            target_v_ned: mission.target_v_ned,
+            steady_within_m_s: mission.limits.steady_within_m_s,
+            flight_limits: mission.limits.flight,
+            separation_m: mission.limits.separation_m,
+            plan: &self.planned.trajectory,
+        };
+        let outcome = measure.of(&flown.log);
+        let failure = match (&outcome, &flown.trouble) {
+            (None, None) => Some("never released".to_owned()),
+            (None, Some(trouble)) => Some(format!("never released: {trouble}")),
+            (Some(_), Some(trouble)) => Some(trouble.clone()),
+            (Some(o), None) => failure_of(o, &conclusion.run),
+        };
+        DropTrial { drawn: *drawn, outcome: outcome.as_ref().map(Into::into), failure }
+    }
+}
+
+/// Why a drop that came to its end counts as failed, if it does.
+fn failure_of(outcome: &DropOutcome, run: &DropRun) -> Option<String> {
+    let DropOutcome { verdict, .. } = outcome;
+    if !verdict.limits_passed.is_empty() {
+        return Some(format!("limits passed: {}", verdict.limits_passed.join(", ")));
+    }
+    let reasons = [
+        (run.released_unarmed, "released while the autopilot was not armed"),
+        (run.failsafe, "a failsafe flew"),
+        (!run.completed, "stopped before the mission's end"),
+        (run.plan_cut, "the mission's duration_s ended before the plan"),
+        (verdict.steady_after_s.is_none(), "never steady"),
+    ];
+    reasons.into_iter().find(|(holds, _)| *holds).map(|(_, reason)| reason.to_owned())
+}
+
+/// The number of processors.
+fn cores() -> u16 {
+    std::thread::available_parallelism().map_or(1, |n| u16::try_from(n.get()).unwrap_or(u16::MAX))
+}
+
+/// Removes a folder with all that it holds, if it is there.
+pub fn remove_folder(path: &Path) -> Result<(), Failure> {
+    gone(fs::remove_dir_all(path)).with_context(|| format!("cannot remove {}", path.display())).bad_input()
+}

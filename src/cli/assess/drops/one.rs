@@ -1,0 +1,106 @@
+//! One trial of a campaign of whole drops: with all its files, or again and again.
+
+use std::io::Write as _;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::Context as _;
+
+use super::{Campaign, remove_folder};
+use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::conclusion::Conclusion;
+use crate::cli::narrator::Narrator;
+use crate::cli::results::OutputFolder;
+use crate::cli::terminal::{print, print_err};
+use samara::assess::repeats::{RepeatSpread, RepeatedFlight, repeat_position};
+use samara::report::drops::{DropTally, drops_json};
+use samara::report::repeats::{repeats_header, repeats_json, repeats_row, repeats_text};
+
+impl Campaign<'_> {
+    /// Flies one trial, reported as `samara drop` reports it, all files kept.
+    pub(super) fn only(&self, trial: u64, stop: &AtomicBool) -> Result<Answer, Failure> {
+        let drawn = self.mission.draw_drop(trial);
+        let path = self.folder.join(format!("trial_{trial}"));
+        remove_folder(&path)?;
+        let folder = OutputFolder::create(Some(&path), &self.mission.name)?;
+        let narrator = Narrator::together(self.args.mission.json);
+        let mission = self.mission.with_drop(&drawn);
+        let flown = self.fly(&mission, self.args.instance, &folder, &narrator, stop)?;
+        let conclusion = Conclusion::new(&mission, Some(&self.planned), &flown).with_page(&self.args.page);
+        let trial = self.judge(&drawn, &conclusion, &flown);
+        self.write(&drawn, conclusion, &folder, &narrator)?;
+        let mut tally = DropTally::default();
+        tally.push(&trial);
+        print(&if self.args.mission.json {
+            drops_json(&self.mission, self.pilot.name(), &tally)
+        } else {
+            let outcome = trial.failure.as_ref().map_or("ok".to_owned(), |why| format!("FAILED: {why}"));
+            format!("trial {} of the campaign: {outcome}\n", drawn.trial)
+        })?;
+        Ok(Answer::from(!tally.any_failed()))
+    }
+
+    /// Flies one trial so many times, one after the other, and reports how far the flights lie apart.
+    pub(super) fn repeat(
+        &self,
+        trial: u64,
+        times: u64,
+        folder: &OutputFolder,
+        stop: &AtomicBool,
+    ) -> Result<Answer, Failure> {
+        self.pilot.check_instance(self.args.instance)?;
+        let name = format!("repeats_{}_trial_{trial}", self.pilot.name());
+        let csv = format!("{name}.csv");
+        let mut file = folder.continued(&csv, 0)?;
+        let mut write = |text: &str| file.write_all(text.as_bytes()).context(csv.clone()).bad_input();
+        write(&repeats_header(&self.mission, self.pilot.name(), trial))?;
+        let (drawn, scratch) = (self.mission.draw_drop(trial), self.folder.join("place_0"));
+        let mission = self.mission.with_drop(&drawn);
+        let (mut flights, mut failed, mut flown_times) = (Vec::new(), 0, 0);
+        for number in 1..=times {
+            remove_folder(&scratch)?;
+            let place = OutputFolder::create(Some(&scratch), &self.mission.name)?;
+            let flown = self.fly(&mission, self.args.instance, &place, &Narrator::of_trial(trial), stop);
+            if stop.load(Ordering::Relaxed) {
+                break;
+            }
+            flown_times = number;
+            let (flight, failure) = match &flown {
+                Ok(flown) => {
+                    let conclusion = Conclusion::new(&mission, Some(&self.planned), flown);
+                    let judged = self.judge(&drawn, &conclusion, flown);
+                    let flight = judged.outcome.map(|o| RepeatedFlight {
+                        j_tpf: o.j_tpf.unwrap_or(f64::NAN),
+                        steady_after_s: o.steady_after_s,
+                        position_ned_m: repeat_position(&flown.log),
+                    });
+                    (flight, judged.failure)
+                }
+                Err(why) => (None, Some(why.text())),
+            };
+            failed += u64::from(failure.is_some());
+            write(&repeats_row(number, flight.as_ref(), failure.as_deref()))?;
+            let words = match (&failure, &flight) {
+                (Some(failure), _) => format!("FAILED: {failure}"),
+                (None, Some(flight)) => format!("J_TPF {:.4}", flight.j_tpf),
+                (None, None) => "nothing".to_owned(),
+            };
+            print_err(&format!("flight {number} of {times}: {words}\n"));
+            flights.extend(flight);
+        }
+        let spread = RepeatSpread::of(&flights);
+        let circumstances = [("trial", trial.to_string()), ("flights", flown_times.to_string())];
+        folder.write_manifest(&name, &self.mission, &circumstances)?;
+        print(&if self.args.mission.json {
+            repeats_json(&self.mission, self.pilot.name(), trial, failed, &spread)
+        } else {
+            let table = repeats_text(&self.mission, self.pilot.name(), trial, &spread);
+            let place = folder.path().join(&csv);
+            format!("{table}{failed} of {flown_times} flights failed; lines in {}\n", place.display())
+        })?;
+        if flown_times < times {
+            print_err(&format!("stopped after {flown_times} of {times} flights\n"));
+        }
+        remove_folder(&scratch)?;
+        Ok(Answer::from(flown_times == times && failed == 0))
+    }
+}
