@@ -64,11 +64,17 @@ pub fn check_replan(mission: &Mission, cadence: Cadence) -> Result<(), Failure> 
 }
 
 /// Has a mission's plan renewed at this cadence: notes it, and puts in the gains that the mission has for it
-/// where no others were chosen. Refuses a plan that cannot be renewed.
-pub fn use_replan(mission: &mut Mission, cadence: Cadence, choice: &ChoiceArgs) -> Result<(), Failure> {
+/// where no others were chosen and the autopilot flies by the mission's gains. Refuses a plan that cannot be
+/// renewed.
+pub fn use_replan(
+    mission: &mut Mission,
+    cadence: Cadence,
+    choice: &ChoiceArgs,
+    by_gains: bool,
+) -> Result<(), Failure> {
     check_replan(mission, cadence)?;
     mission.note_choice("replan", &cadence.to_string());
-    if choice.gains.is_none() && choice.params.is_none() {
+    if by_gains && choice.gains.is_none() && choice.params.is_none() {
         mission.use_replan_gains();
     }
     Ok(())

@@ -69,7 +69,7 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
     };
     mission.control.feed_forward |= args.feed_forward;
     if let Some(cadence) = args.replan {
-        use_replan(&mut mission, cadence, &args.choice)?;
+        use_replan(&mut mission, cadence, &args.choice, true)?;
         if parties::froude(&mission).is_some() {
             let why = "--replan: a vehicle on the site's own clock is expected with it (px4_clock: real)";
             return Err(Failure::input(why.to_owned()));

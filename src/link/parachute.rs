@@ -44,6 +44,8 @@ pub struct ParachuteComponent {
     release_asked: bool,
     /// Whether the streamer is to send nothing.
     mute: bool,
+    /// Whether no HEARTBEAT is sent.
+    silent: bool,
     /// Why a command to cut is not obeyed at present; `None`: it is.
     refusal: Option<&'static str>,
     texts: TextWriter,
@@ -64,6 +66,7 @@ impl ParachuteComponent {
             released_at: None,
             release_asked: false,
             mute: false,
+            silent: false,
             refusal: Some("no autopilot is connected"),
             texts: TextWriter::default(),
             outbox: VecDeque::new(),
@@ -130,6 +133,11 @@ impl ParachuteComponent {
         if std::mem::replace(&mut self.mute, mute) != mute {
             self.send_value(now, Recipient::All, MUTE, i32::from(mute));
         }
+    }
+
+    /// From now on no HEARTBEAT is sent, or they go on; all else is sent as before, for it is the simulator's.
+    pub fn note_silent(&mut self, silent: bool) {
+        self.silent = silent;
     }
 
     /// Whether a command is addressed to the parachute, and to it alone.
@@ -251,7 +259,9 @@ impl Session for ParachuteComponent {
         self.now = now;
         if now >= self.next_heartbeat {
             self.next_heartbeat = heartbeat_after(now);
-            self.send_heartbeat(Recipient::All);
+            if !self.silent {
+                self.send_heartbeat(Recipient::All);
+            }
             self.send_t_release(now, Recipient::All);
             if self.mute {
                 self.send_value(now, Recipient::All, MUTE, 1);

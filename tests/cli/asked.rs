@@ -59,7 +59,7 @@ fn options_that_an_autopilot_has_not_got_are_refused() {
     }
     let words = ["--gains px4_default", "--autopilot px4=DIR or px4-model is expected with it;"];
     refused(&["assess", X500, "--autopilot", "reference", "--gains", "px4_default"], &words);
-    let words = ["--replan: --autopilot reference is expected with it;"];
+    let words = ["--replan: --autopilot reference or px4=DIR is expected with it;"];
     refused(&["assess", X500, "--autopilot", "px4-model", "--replan"], &words);
     let words = ["--params: --gains is expected with --autopilot and --replan"];
     let params = ["--params", "params/px4/titan_px4.params"];
@@ -141,7 +141,10 @@ fn reference_drops_over_the_wire_are_those_of_the_campaign() {
     };
     assert_eq!(j_tpf("replan.csv", "once"), j_tpf("drops_reference_x500.csv", ""));
     assert_ne!(j_tpf("replan.csv", "release"), j_tpf("replan.csv", "once"));
-    assert!(fs::read_dir(out.path()).unwrap().all(|file| file.unwrap().file_type().unwrap().is_file()));
+    let entries = fs::read_dir(out.path()).unwrap().map(Result::unwrap);
+    let folders: Vec<_> =
+        entries.filter(|e| e.file_type().unwrap().is_dir()).map(|e| e.file_name()).collect();
+    assert_eq!(folders, ["drops_reference_x500"], "the drops of the first campaign");
 }
 
 /// A swing and a side wind: it is the roll that comes nearest to a limit, and all that is told of the drop

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::args::AssessArgs;
-use super::drops::remove_folder;
+use super::drops::{instance_at, remove_folder, side_by_side};
 use super::rows::{fly_row, trials_of};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::args::ChoiceArgs;
@@ -36,7 +36,7 @@ pub fn run(args: &AssessArgs, cadences: &[Cadence], stop: &AtomicBool) -> Result
         let text = "--params: --gains is expected with --autopilot and --replan";
         return Err(Failure::input(text.to_owned()));
     }
-    let rows = rows(args, cadences)?;
+    let mut rows = rows(args, cadences)?;
     let (pilot, mission) = match &args.autopilot {
         Some(autopilot) => {
             let (pilot, mission) = pilot_and_mission(&args.pilot(autopilot))?;
@@ -58,7 +58,20 @@ pub fn run(args: &AssessArgs, cadences: &[Cadence], stop: &AtomicBool) -> Result
     let wire = match &pilot {
         Some(pilot) => {
             pilot.check(&mission, &planned.trajectory, args.instance)?;
-            Some(Wire { pilot: pilot.as_ref(), instance: args.instance, folder: folder.path() })
+            if let Some(gains) = mission.replan.gains.as_ref().filter(|_| pilot.takes_ports()) {
+                let text = format!(
+                    "--replan: PX4 flies one parameter file in each row; a mission without `replan.gains` is expected, \
+                     found {}",
+                    gains.name
+                );
+                return Err(Failure::input(text));
+            }
+            if pilot.takes_ports() {
+                rows.iter_mut().for_each(|row| row.gains_name.clone_from(&mission.control.gains_name));
+            }
+            let mut places = 0..side_by_side(args, pilot.as_ref());
+            places.try_for_each(|place| pilot.check_instance(instance_at(args, pilot.as_ref(), place)))?;
+            Some(Wire { pilot: pilot.as_ref(), args, folder: folder.path() })
         }
         None => None,
     };
@@ -113,7 +126,7 @@ fn fly_all(
     trials: u64,
     stop: &AtomicBool,
 ) -> Result<Option<Vec<ReplanCampaign>>, Failure> {
-    let pool = thread_pool(args.threads)?;
+    let pool = thread_pool(wire.map_or(args.threads, |wire| Some(side_by_side(args, wire.pilot))))?;
     let progress = Progress::new("assess", "drops", rows.len() as u64 * trials);
     let mut campaigns = Vec::new();
     for row in rows {
@@ -153,7 +166,7 @@ fn flown_so(mission: &Mission, row: &ReplanRow) -> Mission {
 /// What flies drops over the wire in memory.
 struct Wire<'a> {
     pilot: &'a dyn Pilot,
-    instance: u16,
+    args: &'a AssessArgs,
     folder: &'a Path,
 }
 
@@ -172,7 +185,8 @@ impl Wire<'_> {
         trial: u64,
         stop: &AtomicBool,
     ) -> Result<Option<ReplanDrop>, Failure> {
-        let place = self.place(rayon::current_thread_index().unwrap_or(0));
+        let thread = rayon::current_thread_index().unwrap_or(0);
+        let place = self.place(thread);
         remove_folder(&place)?;
         // The planner does not know what is drawn.
         let replan = row.cadence.and_then(|cadence| planned.renewed(mission, cadence));
@@ -183,7 +197,7 @@ impl Wire<'_> {
             replan: replan.as_ref(),
             folder: &OutputFolder::create(Some(&place), &mission.name)?,
             narrator: &Narrator::of_trial(trial),
-            instance: self.instance,
+            instance: instance_at(self.args, self.pilot, u16::try_from(thread).unwrap_or(u16::MAX)),
             speed: Speed::Max,
             wiring: &Wiring::default(),
             stop: Some(stop),

@@ -26,7 +26,8 @@ use samara::link::shell::Speed;
 pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     let (pilot, mut mission) = pilot_and_mission(&args.pilot())?;
     if let Some(cadence) = args.replan {
-        use_replan(&mut mission, cadence, &args.choice)?;
+        // Real PX4 flies a parameter file.
+        use_replan(&mut mission, cadence, &args.choice, !pilot.takes_ports())?;
     }
     if args.speed == Speed::Max && (!args.link.links.is_empty() || args.net.sign_key.is_some()) {
         let text =

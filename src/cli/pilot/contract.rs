@@ -103,9 +103,7 @@ impl PilotOption {
             Self::Speed => ("--speed", "the model flies without a wire, as fast as it goes"),
             Self::Cpu => ("--cpu", "no other runs in a process beside the simulator"),
             Self::Patience => ("--patience", "no other is waited for"),
-            Self::Replan => {
-                ("--replan", "plans are renewed by the telemetry of samara's own autopilot so far")
-            }
+            Self::Replan => ("--replan", "plans are renewed from telemetry, and the model sends none"),
             Self::Px4sOwnGains => ("--gains px4_default", "they are PX4's own"),
         }
     }

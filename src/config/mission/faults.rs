@@ -160,6 +160,8 @@ enum KindJson {
     GpsGarbage,
     /// The streamer sends nothing.
     SetpointLoss,
+    /// The parachute's component sends no HEARTBEAT, as one that leaves with its canopy.
+    ParachuteSilent,
     /// The parachute does not let go, whatever asks it to; at the fault's end it does what it was asked to.
     ParachuteHolds,
     /// The parachute lets go later than it is asked to.
@@ -237,6 +239,7 @@ impl KindJson {
             Self::GpsWrong { offset_ned_m } => wrong(Gps, Some(Vector3::from(offset_ned_m.get())), None),
             Self::GpsGarbage => sensor(Gps, SensorFault::Garbage),
             Self::SetpointLoss => Ok(FaultKind::SetpointLoss),
+            Self::ParachuteSilent => Ok(FaultKind::ParachuteSilent),
             Self::ParachuteHolds => Ok(FaultKind::ParachuteHolds),
             Self::LateRelease { delay_s } => Ok(FaultKind::LateRelease { delay_s: delay_s.get() }),
             Self::RiserHungUp { attachment_body_m } => {
@@ -275,7 +278,7 @@ impl Faults {
                         format!("expected a rotor from 1 to {rotors}, which the vehicle has, found {rotor}");
                     return Err(refuse(".fault", why));
                 }
-                FaultUnit::Parachute if release.standing => {
+                FaultUnit::Parachute | FaultUnit::ParachuteHeartbeat if release.standing => {
                     let why = format!(
                         "expected no {} where release.start is \"ground\": nothing hangs",
                         kind.name()

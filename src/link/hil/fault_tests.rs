@@ -227,6 +227,23 @@ fn a_receiver_that_is_off_sends_nothing_and_one_without_a_fix_says_so() {
     assert!(within(0, 500_000).chain(within(2_000_000, 2_500_000)).all(|(_, fix, _)| *fix == 3));
 }
 
+/// By hand: a HEARTBEAT each second, but for that within the fault, from 0.5 to 1.5 s.
+#[test]
+fn a_silent_parachute_sends_no_heartbeat() {
+    let silent = Fault { kind: FaultKind::ParachuteSilent, at_s: -2.0, until_s: Some(-1.0) };
+    let mut hand = Hand::with_faults(&[silent]);
+    let mut beats = Vec::new();
+    while hand.session.now() < 3_500_000 {
+        hand.step();
+        let (now, said) = (hand.session.now(), hand.drain(Link::Parachute));
+        let is_beat = |frame: &Frame| matches!(frame.known(), Some(MavMessage::HEARTBEAT(_)));
+        beats.extend(said.iter().filter(|frame| is_beat(frame)).map(|_| now));
+        hand.answer(hand.session.now(), 0.0, false);
+    }
+    let seconds: Vec<u64> = beats.iter().map(|at| at / 1_000_000).collect();
+    assert_eq!(seconds, [0, 2, 3], "{beats:?}");
+}
+
 #[test]
 fn the_streamer_is_told_that_it_is_mute_and_is_not_waited_for() {
     let lost = Fault { kind: FaultKind::SetpointLoss, at_s: -2.0, until_s: Some(-1.0) };

@@ -282,6 +282,10 @@ impl HilSession {
         self.events.push_back(Timed { at: self.run.now(), event });
     }
 
+    fn is_parachute_silent(&self) -> bool {
+        self.run.simulation().faults().is_some_and(FaultCourse::silences_parachute)
+    }
+
     /// Whether a fault has the companion's setpoints lost: then it is not waited for.
     fn is_mute(&self) -> bool {
         self.run.simulation().faults().is_some_and(FaultCourse::mutes_setpoints)
@@ -301,6 +305,7 @@ impl HilSession {
                 DropEvent::FaultBegan { .. } | DropEvent::FaultEnded { .. } => {
                     let mutes = self.is_mute();
                     self.parachute.note_mute(self.run.now(), mutes);
+                    self.parachute.note_silent(self.is_parachute_silent());
                     Some(event.to_string().replacen("fault", "Fault", 1))
                 }
                 DropEvent::RotorStart { .. } if event.is_warning() => {

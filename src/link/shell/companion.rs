@@ -130,10 +130,19 @@ impl Companion {
         }
     }
 
-    /// Takes a frame of the parachute, without a socket.
+    /// Takes a frame of the parachute, without a socket. Its HEARTBEAT goes on to the autopilot, as by the
+    /// router of a vehicle: PX4 may ask for one before it arms (COM_PARACHUTE).
     pub(super) fn take_from_parachute(&mut self, sent: &Transmit) {
         let Self { session, decoder, .. } = self;
-        decoder.datagram(&sent.bytes, |frame| session.handle_input(Link::Parachute, &frame));
+        let mut is_heartbeat = false;
+        decoder.datagram(&sent.bytes, |frame| {
+            is_heartbeat |= matches!(frame.known(), Some(MavMessage::HEARTBEAT(_)));
+            session.handle_input(Link::Parachute, &frame);
+        });
+        if is_heartbeat && !self.is_unheard() {
+            self.links.send(&Transmit::to_all(Link::Api, sent.bytes.clone()));
+            self.put_fence();
+        }
     }
 
     /// Lets the session act at the simulator's time, once for each, and sends what it wants sent: to the

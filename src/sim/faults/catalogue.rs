@@ -140,7 +140,7 @@ impl Entry {
                 });
             }
             FaultUnit::Setpoints => return Some(FaultKind::SetpointLoss),
-            FaultUnit::Parachute | FaultUnit::Riser => return None,
+            FaultUnit::Parachute | FaultUnit::ParachuteHeartbeat | FaultUnit::Riser => return None,
             FaultUnit::Sensor(sensor) => sensor,
         };
         let fault = match kind {
@@ -263,6 +263,7 @@ pub const CATALOGUE: &[Entry] = &[
         "position and velocity are random within +-10 km and +-100 m/s",
     ),
     entry("setpoint_loss", &[], Some((MavlinkSignal, Off)), "the streamer sends nothing"),
+    entry("parachute_silent", &[], None, "the parachute's component sends no HEARTBEAT"),
     entry(
         "parachute_holds",
         &[],

@@ -99,6 +99,11 @@ impl FaultCourse {
         self.of(FaultUnit::Setpoints).is_some()
     }
 
+    /// Whether the parachute's component sends no HEARTBEAT.
+    pub fn silences_parachute(&self) -> bool {
+        self.of(FaultUnit::ParachuteHeartbeat).is_some()
+    }
+
     /// Where a leg of the bridle is fixed that does not come free, from the centre of mass, body axes [m].
     pub fn hung_up_at(&self) -> Option<Vector3<f64>> {
         match self.of(FaultUnit::Riser)?.kind {

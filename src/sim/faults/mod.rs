@@ -40,6 +40,8 @@ pub enum FaultKind {
     },
     /// Nothing is heard of the companion that streams setpoints.
     SetpointLoss,
+    /// The parachute's component sends no HEARTBEAT, as one that has left with its canopy.
+    ParachuteSilent,
     /// The parachute does not let go, whatever asks it to.
     ParachuteHolds,
     /// The parachute lets go later than it is asked to.
@@ -143,6 +145,8 @@ pub enum FaultUnit {
     Setpoints,
     /// The parachute.
     Parachute,
+    /// The HEARTBEAT of the parachute's component.
+    ParachuteHeartbeat,
     /// The riser, below the parachute.
     Riser,
 }
@@ -154,6 +158,7 @@ impl FaultKind {
             Self::Motor { rotor, .. } => FaultUnit::Motor(rotor),
             Self::Sensor { sensor, .. } => FaultUnit::Sensor(sensor),
             Self::SetpointLoss => FaultUnit::Setpoints,
+            Self::ParachuteSilent => FaultUnit::ParachuteHeartbeat,
             Self::ParachuteHolds | Self::LateRelease { .. } => FaultUnit::Parachute,
             Self::RiserHungUp { .. } => FaultUnit::Riser,
         }
@@ -200,6 +205,7 @@ impl FaultKind {
                 SENSORS[sensor as usize][how]
             }
             Self::SetpointLoss => "setpoint_loss",
+            Self::ParachuteSilent => "parachute_silent",
             Self::ParachuteHolds => "parachute_holds",
             Self::LateRelease { .. } => "late_release",
             Self::RiserHungUp { .. } => "riser_hung_up",
@@ -230,6 +236,7 @@ impl fmt::Display for FaultKind {
                 write!(f, "{} {how}", sensor.name())
             }
             Self::SetpointLoss => f.write_str("setpoints lost"),
+            Self::ParachuteSilent => f.write_str("parachute silent"),
             Self::ParachuteHolds => f.write_str("parachute does not let go"),
             Self::LateRelease { delay_s } => write!(f, "release {delay_s} s late"),
             Self::RiserHungUp { attachment_body_m: at } => {

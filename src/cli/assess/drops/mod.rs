@@ -96,18 +96,14 @@ impl Campaign<'_> {
         conclusion.report(narrator, folder)
     }
 
-    /// The number of drops that are flown side by side; each PX4 needs the ports of an instance.
+    /// The number of drops that are flown side by side.
     fn workers(&self) -> u16 {
-        if self.pilot.takes_ports() {
-            self.args.threads.unwrap_or(SIDE_BY_SIDE).min(MAX_INSTANCE + 1 - self.args.instance)
-        } else {
-            self.args.threads.unwrap_or_else(cores)
-        }
+        side_by_side(self.args, self.pilot.as_ref())
     }
 
     /// The number of the vehicle that is flown at one of the places.
     fn instance(&self, place: u16) -> u16 {
-        self.args.instance + if self.pilot.takes_ports() { place } else { 0 }
+        instance_at(self.args, self.pilot.as_ref(), place)
     }
 
     fn fly(
@@ -167,6 +163,20 @@ fn failure_of(outcome: &DropOutcome, run: &DropRun) -> Option<String> {
         (verdict.steady_after_s.is_none(), "never steady"),
     ];
     reasons.into_iter().find(|(holds, _)| *holds).map(|(_, reason)| reason.to_owned())
+}
+
+/// The number of drops of a pilot that are flown side by side; each PX4 needs the ports of an instance.
+pub fn side_by_side(args: &AssessArgs, pilot: &dyn Pilot) -> u16 {
+    if pilot.takes_ports() {
+        args.threads.unwrap_or(SIDE_BY_SIDE).min(MAX_INSTANCE + 1 - args.instance)
+    } else {
+        args.threads.unwrap_or_else(cores)
+    }
+}
+
+/// The number of the vehicle that a pilot flies at one of the places.
+pub fn instance_at(args: &AssessArgs, pilot: &dyn Pilot, place: u16) -> u16 {
+    args.instance + if pilot.takes_ports() { place } else { 0 }
 }
 
 /// The number of processors.

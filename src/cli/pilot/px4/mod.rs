@@ -48,7 +48,7 @@ use cpu::Pinned;
 use process::Px4Process;
 use samara::config::Mission;
 use samara::link::shell::{Ports, run_hosted_drop, system_of_instance};
-use samara::link::streamer::{Clock, Procedure, Uploads};
+use samara::link::streamer::{Clock, Procedure, SolvedBy, Uploads};
 use samara::link::{Link, parties};
 use samara::params::ParameterFile;
 use samara::report::FlownBy;
@@ -58,8 +58,13 @@ pub use watched::Patience;
 use watched::WatchedPx4;
 
 /// The options of a drop that PX4 has.
-pub const OPTIONS: &[PilotOption] =
-    &[PilotOption::Speed, PilotOption::Cpu, PilotOption::Patience, PilotOption::Px4sOwnGains];
+pub const OPTIONS: &[PilotOption] = &[
+    PilotOption::Speed,
+    PilotOption::Cpu,
+    PilotOption::Patience,
+    PilotOption::Px4sOwnGains,
+    PilotOption::Replan,
+];
 
 /// PX4's working directory in the folder of the results.
 const WORK: &str = "px4";
@@ -154,7 +159,8 @@ impl Pilot for Px4 {
         let ports = Ports::of_instance(instance).bad_input()?;
         let system = system_of_instance(instance).bad_input()?;
         let froude = parties::froude(mission);
-        let streamer = parties::StreamerChoice { clock: Clock::Caller, procedure, froude, replan: None };
+        let replan = flight.replan.map(|setup| (setup.clone(), SolvedBy::Session));
+        let streamer = parties::StreamerChoice { clock: Clock::Caller, procedure, froude, replan };
         let sessions = (
             parties::simulator(mission, system, froude, None),
             parties::streamer(mission, trajectory.clone(), system, streamer),
@@ -192,7 +198,7 @@ impl Pilot for Px4 {
         let simulated_s = flown.simulator.run().simulation().time_s();
         let version = flown.streamer.vehicle_version().map(|v| v.to_string());
         Ok(Flown {
-            replans: Vec::new(),
+            replans: flown.streamer.replans().to_vec(),
             fall: flown.streamer.fall(),
             by: Some(FlownBy { name: self.name(), version }),
             trouble: flown.gone.or_else(|| flown.streamer.failure().map(str::to_owned)),
