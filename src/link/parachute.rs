@@ -135,7 +135,7 @@ impl ParachuteComponent {
         }
     }
 
-    /// From now on no HEARTBEAT is sent, or they go on; all else is sent as before, for it is the simulator's.
+    /// From now on no HEARTBEAT is sent, or they go on; all else is sent as before: it is the simulator's.
     pub fn note_silent(&mut self, silent: bool) {
         self.silent = silent;
     }
