@@ -120,6 +120,8 @@ impl ControlLoops {
         match heading {
             YawSetpoint::Keep => {}
             YawSetpoint::Angle(angle) => self.heading_sp_rad = angle,
+            // The store of setpoints has made angles of these.
+            YawSetpoint::Turning { angle, .. } => self.heading_sp_rad = angle,
             YawSetpoint::Rate(rate) => self.heading_sp_rad = wrap_pi(self.heading_sp_rad + rate * state.dt_s),
         }
         let yaw_rad = self.heading_sp_rad;

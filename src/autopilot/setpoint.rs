@@ -7,7 +7,8 @@
 
 use nalgebra::Vector3;
 
-use crate::frames::{Quaternion, normalized, quaternion_from_euler, rotate_ned_from_body, yaw};
+use crate::frames::{Quaternion, normalized, quaternion_from_euler, rotate_ned_from_body, wrap_pi, yaw};
+use crate::time::seconds;
 
 /// The frame that a velocity setpoint is given in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +29,13 @@ pub enum YawSetpoint {
     Angle(f64),
     /// Turn at this rate [rad/s].
     Rate(f64),
+    /// Turn to a heading that goes on turning from the setpoint's arrival.
+    Turning {
+        /// Heading at the arrival [rad].
+        angle: f64,
+        /// Rate [rad/s].
+        rate: f64,
+    },
 }
 
 /// A setpoint as a companion sends it; [`crate::control::Setpoint`] is what the controller is given.
@@ -99,12 +107,12 @@ impl OffboardSetpoint {
     pub(super) fn checked(self, q_now: Option<Quaternion>) -> Result<Self, SetpointRefusal> {
         match self {
             Self::Velocity { frame, v, a_ff, yaw: heading } => {
-                check_finite(v.iter().chain(a_ff.iter()).chain([&heading.number()]))?;
+                check_finite(v.iter().chain(a_ff.iter()).chain(&heading.numbers()))?;
                 let ned = turn_into_ned(frame, q_now)?;
                 Ok(Self::Velocity { frame: VelocityFrame::Ned, v: ned(v), a_ff: ned(a_ff), yaw: heading })
             }
             Self::Place { frame, p, v, a, yaw: heading } => {
-                check_finite(p.iter().chain(&v).chain(&a).flatten().chain([&heading.number()]))?;
+                check_finite(p.iter().chain(&v).chain(&a).flatten().chain(&heading.numbers()))?;
                 let turn = turn_into_ned(frame, q_now)?;
                 let ned = |x: [Option<f64>; 3]| {
                     let turned = turn(x.map(|x| x.unwrap_or(0.0)).into());
@@ -131,10 +139,19 @@ impl OffboardSetpoint {
 }
 
 impl YawSetpoint {
-    fn number(self) -> f64 {
+    fn numbers(self) -> [f64; 2] {
         match self {
-            Self::Keep => 0.0,
-            Self::Angle(x) | Self::Rate(x) => x,
+            Self::Keep => [0.0; 2],
+            Self::Angle(x) | Self::Rate(x) => [x, 0.0],
+            Self::Turning { angle, rate } => [angle, rate],
+        }
+    }
+
+    /// The heading that is to be flown so long [s] after the setpoint's arrival.
+    fn aged(self, age_s: f64) -> Self {
+        match self {
+            Self::Turning { angle, rate } => Self::Angle(wrap_pi(angle + rate * age_s)),
+            other => other,
         }
     }
 }
@@ -172,11 +189,15 @@ impl SetpointStore {
         self.0 = Some((now_us, setpoint));
     }
 
-    /// The latest setpoint, if it is no older than `timeout_us` at `now_us`.
+    /// The latest setpoint, as it is to be flown at `now_us`, if it is no older than `timeout_us`.
     pub fn fresh(&self, now_us: u64, timeout_us: u64) -> Option<OffboardSetpoint> {
         // One from the future is from before simulated time began.
-        let age = |at| now_us.checked_sub(at);
-        self.0.filter(|&(at, _)| age(at).is_some_and(|us| us <= timeout_us)).map(|(_, s)| s)
+        let (at, mut setpoint) = self.0?;
+        let age_us = now_us.checked_sub(at).filter(|us| *us <= timeout_us)?;
+        if let OffboardSetpoint::Velocity { yaw, .. } | OffboardSetpoint::Place { yaw, .. } = &mut setpoint {
+            *yaw = yaw.aged(seconds(age_us));
+        }
+        Some(setpoint)
     }
 }
 
@@ -199,6 +220,27 @@ mod tests {
         assert_eq!(store.fresh(1_000_501, 1_000_000), None);
         assert_eq!(store.fresh(499, 1_000_000), None, "a clock that has started over");
         assert_eq!((store.fresh(520, 20), store.fresh(521, 20)), (Some(setpoint), None));
+    }
+
+    /// 0.5 rad at the arrival, 0.25 rad/s: 0.6 rad after 0.4 s; over the turn to the other side.
+    #[test]
+    fn closed_form_a_heading_goes_on_turning() {
+        let mut store = SetpointStore::default();
+        let heading = |store: &SetpointStore, now_us| match store.fresh(now_us, 1_000_000) {
+            Some(OffboardSetpoint::Velocity { yaw: YawSetpoint::Angle(angle), .. }) => angle,
+            other => panic!("{other:?}"),
+        };
+        let turning = |angle, rate| OffboardSetpoint::Velocity {
+            frame: VelocityFrame::Ned,
+            v: Vector3::zeros(),
+            a_ff: Vector3::zeros(),
+            yaw: YawSetpoint::Turning { angle, rate },
+        };
+        store.put(1_000_000, turning(0.5, 0.25));
+        assert_relative_eq!(heading(&store, 1_400_000), 0.6, epsilon = 1e-15);
+        store.put(2_000_000, turning(3.0, 1.0));
+        assert_relative_eq!(heading(&store, 2_500_000), 3.5 - std::f64::consts::TAU, epsilon = 1e-15);
+        assert_eq!(turning(0.0, f64::NAN).checked(None), Err(SetpointRefusal::NotFinite));
     }
 
     #[test]

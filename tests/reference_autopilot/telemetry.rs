@@ -30,6 +30,7 @@ fn regress_heartbeats_run_before_the_simulator_does() {
     assert!(sent.iter().all(|(link, _)| *link != Link::Simulator));
 }
 
+/// By PX4 v1.14's tables and its simulation's start script, in which ground stations have 50 Hz of these.
 #[test]
 fn regress_rates_are_px4s() {
     let mut bench = Bench::running();
@@ -43,10 +44,18 @@ fn regress_rates_are_px4s() {
     for (message_id, ground, api) in [
         (0, 10, 10),
         (1, 10, 50),
-        (30, 150, 1000),
-        (32, 50, 300),
-        (33, 50, 50),
-        (74, 40, 40),
+        (4, 1, 10),
+        (29, 10, 10),
+        (30, 500, 1000),
+        (31, 500, 500),
+        (32, 500, 300),
+        (33, 500, 500),
+        (36, 500, 100),
+        (74, 40, 100),
+        (141, 10, 100),
+        (241, 1, 5),
+        (245, 10, 50),
+        (340, 5, 10),
         (105, 0, 500),
         (331, 0, 300),
     ] {

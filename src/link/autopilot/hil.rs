@@ -34,9 +34,34 @@ pub(super) struct HilInput {
     odometry: Option<VehicleState>,
     coarse: Option<VehicleState>,
     pub sensor: Option<HIL_SENSOR_DATA>,
+    pub vibration: Vibration,
     pub gps: Option<HIL_GPS_DATA>,
     /// Whose charge is known.
     pub battery: Option<BATTERY_STATUS_DATA>,
+}
+
+/// How much the IMU's readings change from one to the next, as PX4 has it (VehicleIMU.cpp of v1.14): lengths
+/// of the changes, each filtered with a hundredth of the new one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Vibration {
+    /// Of the rates [rad/s].
+    pub gyroscope: f32,
+    /// Of the specific force [m/s^2].
+    pub accelerometer: f32,
+}
+
+impl Vibration {
+    fn take(&mut self, before: &HIL_SENSOR_DATA, now: &HIL_SENSOR_DATA) {
+        let filtered = |old: f32, a: [f32; 3], b: [f32; 3]| {
+            let change = vector(b) - vector(a);
+            let new = 0.99 * old + 0.01 * change.norm() as f32;
+            if new.is_finite() { new } else { old }
+        };
+        let rates = |m: &HIL_SENSOR_DATA| [m.xgyro, m.ygyro, m.zgyro];
+        let forces = |m: &HIL_SENSOR_DATA| [m.xacc, m.yacc, m.zacc];
+        self.gyroscope = filtered(self.gyroscope, rates(before), rates(now));
+        self.accelerometer = filtered(self.accelerometer, forces(before), forces(now));
+    }
 }
 
 impl HilInput {
@@ -44,7 +69,12 @@ impl HilInput {
     /// left alone.
     pub(super) fn take(&mut self, message: &MavMessage, environment: &Environment) {
         match message {
-            MavMessage::HIL_SENSOR(m) => self.sensor = Some(m.clone()),
+            MavMessage::HIL_SENSOR(m) => {
+                if let Some(before) = &self.sensor {
+                    self.vibration.take(before, m);
+                }
+                self.sensor = Some(m.clone());
+            }
             MavMessage::ODOMETRY(m) => self.take_odometry(m),
             MavMessage::HIL_STATE_QUATERNION(m) => self.take_coarse(m, environment),
             MavMessage::HIL_GPS(m) => self.gps = Some(m.clone()),

@@ -264,7 +264,7 @@ impl AutopilotSession {
             if self.is_for_us(target) {
                 self.parameters.handle(peer, request, &mut self.vehicle.autopilot, &mut self.outbox);
             }
-        } else if let Some((target, setpoint)) = setpoints::read(frame) {
+        } else if let Some((target, setpoint)) = setpoints::read(frame, &self.vehicle) {
             if self.is_for_us(target) {
                 self.setpoints.handle(now, setpoint, &mut self.vehicle.autopilot);
             }

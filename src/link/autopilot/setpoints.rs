@@ -9,23 +9,28 @@
 //! | | 0x0DE3 | height, horizontal velocity |
 //! | | 0x0C3F | acceleration |
 //! | | 0x0DC7 | velocity |
-//! | | 0x09C7, 0x05C7 | velocity and yaw, or yaw rate |
+//! | | 0x09C7, 0x05C7, 0x01C7 | velocity and yaw, yaw rate, or both |
 //! | | 0x0C07, 0x0807, 0x0407 | the same with acceleration feed-forward |
+//! | SET_POSITION_TARGET_GLOBAL_INT | the same | position by latitude, longitude and altitude |
 //! | SET_ATTITUDE_TARGET | 0x07 | attitude and thrust |
 //! | | 0x80 | body rates and thrust |
 //!
 //! in frame LOCAL_NED (1) or BODY_NED (8: turned by the heading; the yaw stays absolute, as in PX4; a
 //! position is not taken there). North and east of a kind come together or not at all; every axis needs one
-//! of the three kinds. Acceleration beside a position or velocity is fed forward. What is not flown is
-//! refused with its reason, never flown in part.
+//! of the three kinds. Acceleration beside a position or velocity is fed forward. A yaw rate beside a yaw has
+//! the yaw go on turning until the next setpoint. What is not flown is refused with its reason, never flown
+//! in part; as in PX4 the bit that makes forces of accelerations (0x200) counts only where there are any, and
+//! a global position only whole. GLOBAL_INT's altitude is above mean sea level (frame 5) or above home (6).
 
 use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
+use super::vehicle::Vehicle;
 use crate::autopilot::{Autopilot, OffboardSetpoint, SetpointRefusal, Severity, VelocityFrame, YawSetpoint};
 use crate::link::frame::Frame;
-use crate::link::wire::vector;
+use crate::link::wire::{geo_point, vector};
+use crate::model::Environment;
 use crate::time::TimeUs;
 
 /// Why a setpoint message is not flown; the text for the crew.
@@ -34,9 +39,15 @@ pub(super) enum SetpointFault {
     /// A position in a frame that turns with the vehicle.
     #[error("setpoint refused: no position in BODY_NED")]
     BodyPosition,
-    /// Global positions are not flown.
-    #[error("setpoint refused: GLOBAL_INT is not flown")]
-    Global,
+    /// A global frame other than the two that are flown.
+    #[error("setpoint refused: GLOBAL_INT frame must be 5 or 6")]
+    GlobalFrame,
+    /// A latitude or longitude that is none.
+    #[error("setpoint refused: no such place")]
+    NoPlace,
+    /// An altitude above a home that is not known.
+    #[error("setpoint refused: no home yet")]
+    NoHome,
     /// Force instead of acceleration.
     #[error("setpoint refused: force is not flown")]
     Force,
@@ -46,9 +57,6 @@ pub(super) enum SetpointFault {
     /// An axis with neither position nor velocity nor acceleration.
     #[error("setpoint refused: an axis has no setpoint")]
     EmptyAxis,
-    /// A heading and a rate of turn together.
-    #[error("setpoint refused: yaw or yaw rate, not both")]
-    YawAndRate,
     /// A frame other than LOCAL_NED and BODY_NED.
     #[error("setpoint refused: frame must be 1 or 8")]
     Frame,
@@ -71,18 +79,28 @@ pub(super) enum SetpointFault {
 
 /// The setpoint in a frame, or why it is not flown, with the system and component that it is addressed to;
 /// `None` for any other message.
-pub(super) fn read(frame: &Frame) -> Option<((u8, u8), Result<OffboardSetpoint, SetpointFault>)> {
+pub(super) fn read(
+    frame: &Frame,
+    vehicle: &Vehicle,
+) -> Option<((u8, u8), Result<OffboardSetpoint, SetpointFault>)> {
+    /// Where both messages have the target system in their payload.
     const TARGET_AT: usize = 50;
     match frame.known() {
         Some(MavMessage::SET_POSITION_TARGET_LOCAL_NED(m)) => Some((frame.target(), local_setpoint(m))),
         Some(MavMessage::SET_ATTITUDE_TARGET(m)) => Some((frame.target(), attitude_setpoint(m))),
-        Some(MavMessage::SET_POSITION_TARGET_GLOBAL_INT(_)) => {
-            Some((frame.target(), Err(SetpointFault::Global)))
+        Some(MavMessage::SET_POSITION_TARGET_GLOBAL_INT(m)) => {
+            let home = vehicle.home.place_ned();
+            Some((frame.target(), global_setpoint(m, &vehicle.environment, home.as_ref())))
         }
         // A frame that no enum knows is owed the same refusal as one that is not flown.
-        None if frame.message_id == SET_POSITION_TARGET_LOCAL_NED_DATA::ID => {
+        None => {
+            let fault = match frame.message_id {
+                SET_POSITION_TARGET_LOCAL_NED_DATA::ID => SetpointFault::Frame,
+                SET_POSITION_TARGET_GLOBAL_INT_DATA::ID => SetpointFault::GlobalFrame,
+                _ => return None,
+            };
             let p = frame.payload();
-            Some(((p.u8(TARGET_AT), p.u8(TARGET_AT + 1)), Err(SetpointFault::Frame)))
+            Some(((p.u8(TARGET_AT), p.u8(TARGET_AT + 1)), Err(fault)))
         }
         _ => None,
     }
@@ -90,43 +108,107 @@ pub(super) fn read(frame: &Frame) -> Option<((u8, u8), Result<OffboardSetpoint, 
 
 /// Reads SET_POSITION_TARGET_LOCAL_NED; its numbers are checked by the autopilot.
 fn local_setpoint(message: &SET_POSITION_TARGET_LOCAL_NED_DATA) -> Result<OffboardSetpoint, SetpointFault> {
-    use PositionTargetTypemask as Mask;
     #[expect(deprecated, reason = "PX4 takes it")]
     let frame = match message.coordinate_frame {
         MavFrame::MAV_FRAME_LOCAL_NED => VelocityFrame::Ned,
         MavFrame::MAV_FRAME_BODY_NED => VelocityFrame::Heading,
         _ => return Err(SetpointFault::Frame),
     };
-    let (flags, mask) = (message.type_mask, message.type_mask.bits());
-    if flags.contains(Mask::POSITION_TARGET_TYPEMASK_FORCE_SET) {
-        return Err(SetpointFault::Force);
-    }
-    let p = axes(mask, 0, [message.x, message.y, message.z])?;
-    let v = axes(mask, 3, [message.vx, message.vy, message.vz])?;
-    let a = axes(mask, 6, [message.afx, message.afy, message.afz])?;
+    let p = axes(message.type_mask.bits(), 0, [message.x, message.y, message.z])?;
     if frame == VelocityFrame::Heading && p.iter().any(Option::is_some) {
         return Err(SetpointFault::BodyPosition);
     }
-    if (0..3).any(|i| p[i].is_none() && v[i].is_none() && a[i].is_none()) {
-        return Err(SetpointFault::EmptyAxis);
-    }
-    let gives = |ignore| !flags.contains(ignore);
-    let (yaw, yaw_rate) =
-        (Mask::POSITION_TARGET_TYPEMASK_YAW_IGNORE, Mask::POSITION_TARGET_TYPEMASK_YAW_RATE_IGNORE);
-    let yaw = match (gives(yaw), gives(yaw_rate)) {
-        (false, false) => YawSetpoint::Keep,
-        (true, false) => YawSetpoint::Angle(f64::from(message.yaw)),
-        (false, true) => YawSetpoint::Rate(f64::from(message.yaw_rate)),
-        (true, true) => return Err(SetpointFault::YawAndRate),
+    let motion = Motion {
+        type_mask: message.type_mask,
+        v: [message.vx, message.vy, message.vz],
+        a: [message.afx, message.afy, message.afz],
+        yaw: message.yaw,
+        yaw_rate: message.yaw_rate,
     };
-    // Velocity along three axes, with three accelerations or none.
-    if let ([None, None, None], [Some(north), Some(east), Some(down)]) = (p, v)
-        && (a.iter().all(Option::is_some) || a.iter().all(Option::is_none))
-    {
-        let a_ff = a.map(|a| a.unwrap_or(0.0)).into();
-        return Ok(OffboardSetpoint::Velocity { frame, v: Vector3::new(north, east, down), a_ff, yaw });
+    motion.setpoint(frame, p)
+}
+
+/// Reads SET_POSITION_TARGET_GLOBAL_INT in the place of an environment, with home in NED [m] where it is
+/// known.
+fn global_setpoint(
+    message: &SET_POSITION_TARGET_GLOBAL_INT_DATA,
+    environment: &Environment,
+    home_ned: Option<&Vector3<f64>>,
+) -> Result<OffboardSetpoint, SetpointFault> {
+    let is_whole = message.type_mask.bits() & 0b111 == 0;
+    let p = if is_whole { global_place(message, environment, home_ned)?.map(Some) } else { [None; 3] };
+    let motion = Motion {
+        type_mask: message.type_mask,
+        v: [message.vx, message.vy, message.vz],
+        a: [message.afx, message.afy, message.afz],
+        yaw: message.yaw,
+        yaw_rate: message.yaw_rate,
+    };
+    motion.setpoint(VelocityFrame::Ned, p)
+}
+
+/// The position of a SET_POSITION_TARGET_GLOBAL_INT, NED [m].
+fn global_place(
+    message: &SET_POSITION_TARGET_GLOBAL_INT_DATA,
+    environment: &Environment,
+    home_ned: Option<&Vector3<f64>>,
+) -> Result<[f64; 3], SetpointFault> {
+    let altitude_m = f64::from(message.alt);
+    #[expect(deprecated, reason = "PX4 takes these")]
+    let down_m = match message.coordinate_frame {
+        MavFrame::MAV_FRAME_GLOBAL_INT => environment.anchor.altitude_m - altitude_m,
+        MavFrame::MAV_FRAME_GLOBAL_RELATIVE_ALT_INT => home_ned.ok_or(SetpointFault::NoHome)?.z - altitude_m,
+        _ => return Err(SetpointFault::GlobalFrame),
+    };
+    let place = geo_point(message.lat_int, message.lon_int, 0);
+    if !(place.latitude_deg.abs() < 90.0 && place.longitude_deg.abs() <= 180.0) {
+        return Err(SetpointFault::NoPlace);
     }
-    Ok(OffboardSetpoint::Place { frame, p, v, a, yaw })
+    let level = environment.local_ned(&place);
+    Ok([level.x, level.y, down_m])
+}
+
+/// What both messages say beside a position.
+struct Motion {
+    type_mask: PositionTargetTypemask,
+    v: [f32; 3],
+    a: [f32; 3],
+    yaw: f32,
+    yaw_rate: f32,
+}
+
+impl Motion {
+    fn setpoint(&self, frame: VelocityFrame, p: [Option<f64>; 3]) -> Result<OffboardSetpoint, SetpointFault> {
+        use PositionTargetTypemask as Mask;
+        let (flags, mask) = (self.type_mask, self.type_mask.bits());
+        let v = axes(mask, 3, self.v)?;
+        let a = axes(mask, 6, self.a)?;
+        if a.iter().any(Option::is_some) && flags.contains(Mask::POSITION_TARGET_TYPEMASK_FORCE_SET) {
+            return Err(SetpointFault::Force);
+        }
+        if (0..3).any(|i| p[i].is_none() && v[i].is_none() && a[i].is_none()) {
+            return Err(SetpointFault::EmptyAxis);
+        }
+        let gives = |ignore| !flags.contains(ignore);
+        let (yaw, yaw_rate) =
+            (Mask::POSITION_TARGET_TYPEMASK_YAW_IGNORE, Mask::POSITION_TARGET_TYPEMASK_YAW_RATE_IGNORE);
+        let yaw = match (gives(yaw), gives(yaw_rate)) {
+            (false, false) => YawSetpoint::Keep,
+            (true, false) => YawSetpoint::Angle(f64::from(self.yaw)),
+            (false, true) => YawSetpoint::Rate(f64::from(self.yaw_rate)),
+            (true, true) => {
+                YawSetpoint::Turning { angle: f64::from(self.yaw), rate: f64::from(self.yaw_rate) }
+            }
+        };
+        // Velocity along three axes, with three accelerations or none.
+        if let ([None, None, None], [Some(north), Some(east), Some(down)]) = (p, v)
+            && (a.iter().all(Option::is_some) || a.iter().all(Option::is_none))
+        {
+            let a_ff = a.map(|a| a.unwrap_or(0.0)).into();
+            return Ok(OffboardSetpoint::Velocity { frame, v: Vector3::new(north, east, down), a_ff, yaw });
+        }
+        Ok(OffboardSetpoint::Place { frame, p, v, a, yaw })
+    }
 }
 
 /// The axes of one kind that a mask does not ignore.
@@ -205,6 +287,8 @@ impl SetpointInput {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::environment::GeoPoint;
+    use crate::units::EARTH_RADIUS_M;
 
     fn velocity(mask: u16) -> SET_POSITION_TARGET_LOCAL_NED_DATA {
         SET_POSITION_TARGET_LOCAL_NED_DATA {
@@ -230,6 +314,9 @@ mod tests {
             (0x0DC7, none, YawSetpoint::Keep),
             (0x09C7, none, YawSetpoint::Angle(0.5)),
             (0x05C7, none, YawSetpoint::Rate(0.25)),
+            (0x01C7, none, YawSetpoint::Turning { angle: 0.5, rate: 0.25 }),
+            // Force, without an acceleration that could be one.
+            (0x0FC7, none, YawSetpoint::Keep),
             (0x0C07, a, YawSetpoint::Keep),
             (0x0807, a, YawSetpoint::Angle(0.5)),
             (0x0407, a, YawSetpoint::Rate(0.25)),
@@ -244,13 +331,12 @@ mod tests {
         }
         for (mask, fault) in [
             (0x0DC6, SetpointFault::PartialAxes),
-            (0x0FC7, SetpointFault::Force),
+            (0x0E07, SetpointFault::Force),
             (0x0DCF, SetpointFault::PartialAxes),
             (0x0D47, SetpointFault::PartialAxes),
             (0x0DFF, SetpointFault::EmptyAxis),
             (0x0DE7, SetpointFault::EmptyAxis),
             (0x0DFC, SetpointFault::EmptyAxis),
-            (0x01C7, SetpointFault::YawAndRate),
         ] {
             assert_eq!(local_setpoint(&velocity(mask)), Err(fault), "{mask:#06x}");
         }
@@ -288,6 +374,60 @@ mod tests {
         };
         assert_eq!(body(0x0DF8), Err(SetpointFault::BodyPosition));
         assert!(matches!(body(0x0C3F), Ok(OffboardSetpoint::Place { frame: VelocityFrame::Heading, .. })));
+    }
+
+    /// Closed form: a ten-thousandth of a degree north and east of the anchor at 47 deg, 30 m above it or 30
+    /// m above a home that is 10 m above it; as PX4 has it, a position that is not whole is none.
+    #[test]
+    fn closed_form_global_setpoints() {
+        let anchor = GeoPoint { latitude_deg: 47.0, longitude_deg: 8.0, altitude_m: 600.0 };
+        let environment = Environment::new(9.80665, 1.2, Vector3::zeros(), anchor).unwrap();
+        #[expect(deprecated, reason = "PX4 takes them")]
+        let (msl, above_home) = (MavFrame::MAV_FRAME_GLOBAL_INT, MavFrame::MAV_FRAME_GLOBAL_RELATIVE_ALT_INT);
+        let message = |frame, mask: u16, alt: f32| SET_POSITION_TARGET_GLOBAL_INT_DATA {
+            coordinate_frame: frame,
+            type_mask: PositionTargetTypemask::from_bits_retain(mask),
+            lat_int: 470_001_000,
+            lon_int: 80_001_000,
+            alt,
+            vx: 1.0,
+            vy: 2.0,
+            vz: 3.0,
+            yaw: 0.5,
+            ..Default::default()
+        };
+        let home = Vector3::new(5.0, 5.0, -10.0);
+        let read = |message: &_, home| global_setpoint(message, &environment, home);
+        let degree_m = EARTH_RADIUS_M.to_radians();
+        for (frame, alt, down_m) in [(msl, 630.0, -30.0), (above_home, 30.0, -40.0)] {
+            let Ok(OffboardSetpoint::Place { p: [Some(north), Some(east), Some(down)], v, yaw, .. }) =
+                read(&message(frame, 0x09F8, alt), Some(&home))
+            else {
+                panic!("no position")
+            };
+            let expected = [1e-4 * degree_m, 1e-4 * degree_m * 47f64.to_radians().cos(), down_m];
+            for (found, expected) in [north, east, down].into_iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+            }
+            assert_eq!((v, yaw), ([None; 3], YawSetpoint::Angle(0.5)));
+        }
+        let velocity = Vector3::new(1.0, 2.0, 3.0);
+        for mask in [0x0DC7, 0x0DC4, 0x0DC1] {
+            let read = read(&message(msl, mask, 630.0), None);
+            let is_velocity = |s| matches!(s, OffboardSetpoint::Velocity { v, .. } if v == velocity);
+            assert!(read.is_ok_and(is_velocity), "{mask:#06x}: {read:?}");
+        }
+        for (message, fault) in [
+            (message(above_home, 0x0DF8, 30.0), SetpointFault::NoHome),
+            (message(MavFrame::MAV_FRAME_LOCAL_NED, 0x0DF8, 30.0), SetpointFault::GlobalFrame),
+            (message(msl, 0x0DFC, 30.0), SetpointFault::EmptyAxis),
+            (
+                SET_POSITION_TARGET_GLOBAL_INT_DATA { lat_int: i32::MAX, ..message(msl, 0x0DF8, 630.0) },
+                SetpointFault::NoPlace,
+            ),
+        ] {
+            assert_eq!(read(&message, None), Err(fault));
+        }
     }
 
     #[test]

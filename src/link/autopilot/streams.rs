@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn regress_px4_rates_hold_on_average() {
         for (link, message_id, per_10_s) in [
-            (Link::GroundStation, ATTITUDE_DATA::ID, 150),
+            (Link::GroundStation, ATTITUDE_DATA::ID, 500),
             (Link::GroundStation, HIGHRES_IMU_DATA::ID, 0),
             (Link::Api, ATTITUDE_DATA::ID, 1000),
             (Link::Api, LOCAL_POSITION_NED_DATA::ID, 300),

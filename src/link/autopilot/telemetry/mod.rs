@@ -16,6 +16,7 @@ mod motion;
 
 use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
+use nalgebra::Vector3;
 use num_traits::FromPrimitive as _;
 
 use self::health::{SENSORS, ailing, estimator_status};
@@ -26,36 +27,50 @@ use super::missions::Missions;
 use super::sensing::FIX_3D;
 use super::vehicle::Vehicle;
 use crate::autopilot::FlightMode;
-use crate::link::wire::{UNKNOWN_BATTERY, single};
+use crate::link::wire::{UNKNOWN_BATTERY, degrees_e7_and_mm, single};
 use crate::time::TimeUs;
 
 pub(super) use self::identity::available_modes;
 
+/// Microseconds in a second.
+const US_PER_SECOND: TimeUs = 1_000_000;
+
+/// PING, which MAVLink has given up and PX4 has not.
+const PING_ID: u32 = 4;
+
 type Build = fn(&Telemetry<'_>) -> Option<MavMessage>;
 
-/// Every telemetry message: its number, PX4's rates on ground stations' and companions' links [Hz] (none:
-/// only on request), and how it is built.
-pub(super) const TABLE: [(u32, f64, f64, Build); 25] = [
+/// Every telemetry message: its number, its rates on ground stations' and companions' links [Hz] (none: only
+/// on request), and how it is built. Rates are those of PX4 v1.14, the version that AUTOPILOT_VERSION
+/// reports: `normal` with what its simulation's start script asks for beside (init.d-posix/px4-rc.mavlink), and
+/// `onboard` (mavlink_main.cpp). What PX4 sends there as often as it is measured comes at 10 Hz. Of PX4 v1.15
+/// are CURRENT_MODE and AVAILABLE_MODES_MONITOR.
+pub(super) const TABLE: [(u32, f64, f64, Build); 30] = [
     (HEARTBEAT_DATA::ID, 1.0, 1.0, |t| Some(t.heartbeat())),
     (SYS_STATUS_DATA::ID, 1.0, 5.0, |t| Some(t.sys_status())),
     (SYSTEM_TIME_DATA::ID, 1.0, 1.0, |t| Some(t.system_time())),
-    (GPS_RAW_INT_DATA::ID, 1.0, 1.0, |t| t.gps_raw_int()),
-    (ATTITUDE_DATA::ID, 15.0, 100.0, |t| Some(t.attitude(&t.state()?))),
-    (ATTITUDE_QUATERNION_DATA::ID, 5.0, 5.0, |t| Some(t.attitude_quaternion(&t.state()?))),
-    (LOCAL_POSITION_NED_DATA::ID, 5.0, 30.0, |t| Some(t.local_position_ned(&t.state()?))),
-    (GLOBAL_POSITION_INT_DATA::ID, 5.0, 5.0, |t| Some(t.global_position_int(&t.state()?))),
-    (SERVO_OUTPUT_RAW_DATA::ID, 1.0, 1.0, |t| Some(t.servo_output_raw())),
+    (GPS_RAW_INT_DATA::ID, 1.0, 10.0, |t| t.gps_raw_int()),
+    (ATTITUDE_DATA::ID, 50.0, 100.0, |t| Some(t.attitude(&t.state()?))),
+    (ATTITUDE_QUATERNION_DATA::ID, 50.0, 50.0, |t| Some(t.attitude_quaternion(&t.state()?))),
+    (LOCAL_POSITION_NED_DATA::ID, 50.0, 30.0, |t| Some(t.local_position_ned(&t.state()?))),
+    (GLOBAL_POSITION_INT_DATA::ID, 50.0, 50.0, |t| Some(t.global_position_int(&t.state()?))),
+    (SERVO_OUTPUT_RAW_DATA::ID, 50.0, 10.0, |t| Some(t.servo_output_raw())),
     (MISSION_CURRENT_DATA::ID, 1.0, 1.0, |t| Some(mission_current(t.missions))),
-    (VFR_HUD_DATA::ID, 4.0, 4.0, |t| Some(t.vfr_hud(&t.state()?))),
-    (ATTITUDE_TARGET_DATA::ID, 2.0, 2.0, |t| t.attitude_target()),
-    (POSITION_TARGET_LOCAL_NED_DATA::ID, 1.5, 1.5, |t| t.position_target()),
+    (VFR_HUD_DATA::ID, 4.0, 10.0, |t| Some(t.vfr_hud(&t.state()?))),
+    (ATTITUDE_TARGET_DATA::ID, 50.0, 10.0, |t| t.attitude_target()),
+    (POSITION_TARGET_LOCAL_NED_DATA::ID, 50.0, 10.0, |t| t.position_target()),
+    (POSITION_TARGET_GLOBAL_INT_DATA::ID, 1.0, 10.0, |t| t.global_position_target()),
     (HIGHRES_IMU_DATA::ID, 0.0, 50.0, |t| t.highres_imu()),
     (TIMESYNC_DATA::ID, 0.0, 10.0, |t| Some(t.timesync())),
-    (ALTITUDE_DATA::ID, 1.0, 1.0, |t| Some(t.altitude(&t.state()?))),
+    (ALTITUDE_DATA::ID, 1.0, 10.0, |t| Some(t.altitude(&t.state()?))),
     (BATTERY_STATUS_DATA::ID, 0.5, 0.5, |t| Some(t.battery_status())),
-    (ESTIMATOR_STATUS_DATA::ID, 0.5, 0.5, |t| estimator_status(t.now, t.vehicle)),
+    (ESTIMATOR_STATUS_DATA::ID, 0.5, 1.0, |t| estimator_status(t.now, t.vehicle)),
     (HOME_POSITION_DATA::ID, 0.5, 0.5, |t| t.vehicle.home.message(&t.vehicle.environment)),
-    (EXTENDED_SYS_STATE_DATA::ID, 1.0, 1.0, |t| t.extended_sys_state()),
+    (EXTENDED_SYS_STATE_DATA::ID, 1.0, 5.0, |t| t.extended_sys_state()),
+    (SCALED_PRESSURE_DATA::ID, 1.0, 1.0, |t| t.scaled_pressure()),
+    (VIBRATION_DATA::ID, 0.1, 0.5, |t| t.vibration()),
+    (UTM_GLOBAL_POSITION_DATA::ID, 0.5, 1.0, |t| Some(t.utm_global_position(&t.state()?))),
+    (PING_ID, 0.1, 1.0, |t| Some(t.ping())),
     (ODOMETRY_DATA::ID, 0.0, 30.0, |t| Some(t.odometry(&t.state()?))),
     (CURRENT_MODE_DATA::ID, 0.5, 0.5, |t| Some(current_mode(t.vehicle.autopilot.mode()))),
     (AVAILABLE_MODES_MONITOR_DATA::ID, 0.3, 0.3, |_| Some(identity::available_modes_monitor())),
@@ -97,6 +112,43 @@ impl Telemetry<'_> {
     fn timesync(&self) -> MavMessage {
         let ts1 = i64::try_from(self.now).unwrap_or(i64::MAX).saturating_mul(1000);
         MavMessage::TIMESYNC(TIMESYNC_DATA { tc1: 0, ts1, target_system: 0, target_component: 0 })
+    }
+
+    /// The request by which a peer may be known to answer; numbered by seconds.
+    fn ping(&self) -> MavMessage {
+        #[expect(deprecated, reason = "PX4 sends it")]
+        let m = PING_DATA {
+            time_usec: self.now,
+            seq: (self.now / US_PER_SECOND) as u32,
+            target_system: 0,
+            target_component: 0,
+        };
+        #[expect(deprecated, reason = "PX4 sends it")]
+        MavMessage::PING(m)
+    }
+
+    /// As PX4 uses the message, which is not as it is specified: y of the gyroscope, z of the accelerometer;
+    /// no coning, no clipping.
+    fn vibration(&self) -> Option<MavMessage> {
+        let hil = &self.vehicle.hil;
+        hil.sensor.as_ref()?;
+        Some(MavMessage::VIBRATION(VIBRATION_DATA {
+            time_usec: self.now,
+            vibration_y: hil.vibration.gyroscope,
+            vibration_z: hil.vibration.accelerometer,
+            ..VIBRATION_DATA::DEFAULT
+        }))
+    }
+
+    /// The barometer's pressure, without a pitot tube's.
+    fn scaled_pressure(&self) -> Option<MavMessage> {
+        let sensor = self.vehicle.hil.sensor.as_ref()?;
+        Some(MavMessage::SCALED_PRESSURE(SCALED_PRESSURE_DATA {
+            time_boot_ms: self.boot_ms(),
+            press_abs: sensor.abs_pressure,
+            temperature: (100.0 * sensor.temperature).round() as i16,
+            ..SCALED_PRESSURE_DATA::DEFAULT
+        }))
     }
 
     fn battery_status(&self) -> MavMessage {
@@ -260,5 +312,70 @@ impl Telemetry<'_> {
         [m.vx, m.vy, m.vz] = single(target.v_ned);
         [m.afx, m.afy, m.afz] = single(target.a_ff_ned);
         Some(MavMessage::POSITION_TARGET_LOCAL_NED(m))
+    }
+
+    /// The place that an automatic mode flies to, if it has one: as PX4, not that of OFFBOARD.
+    fn global_position_target(&self) -> Option<MavMessage> {
+        let autopilot = &self.vehicle.autopilot;
+        let target = autopilot.velocity_target().filter(|_| autopilot.mode() != FlightMode::Offboard)?;
+        let [Some(north), Some(east), Some(down)] = target.p_ned else { return None };
+        let point = self.vehicle.environment.geo_point(&Vector3::new(north, east, down));
+        let [lat_int, lon_int, _] = degrees_e7_and_mm(&point);
+        #[expect(deprecated, reason = "PX4 sends it")]
+        let coordinate_frame = MavFrame::MAV_FRAME_GLOBAL_INT;
+        let mut m = POSITION_TARGET_GLOBAL_INT_DATA {
+            time_boot_ms: self.boot_ms(),
+            lat_int,
+            lon_int,
+            alt: point.altitude_m as f32,
+            yaw: target.yaw_rad as f32,
+            coordinate_frame,
+            ..POSITION_TARGET_GLOBAL_INT_DATA::DEFAULT
+        };
+        [m.vx, m.vy, m.vz] = single(target.v_ned);
+        [m.afx, m.afy, m.afz] = single(target.a_ff_ned);
+        Some(MavMessage::POSITION_TARGET_GLOBAL_INT(m))
+    }
+}
+
+#[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "a test that reads the documentation")]
+mod tests {
+    use mavlink::Message as _;
+
+    use super::*;
+
+    /// The page has the rates that are here: what it lacks is printed.
+    #[test]
+    fn the_documentation_has_these_rates() {
+        let mut table = "| message | 14550 | 14540 |\n|---|---|---|\n".to_owned();
+        for (id, ground_hz, api_hz, _) in TABLE {
+            let name = MavMessage::default_message_from_id(id).unwrap().message_name().to_owned();
+            let hz = |hz: f64| if hz > 0.0 { hz.to_string() } else { "on request".to_owned() };
+            table += &format!("| {name} | {} | {} |\n", hz(ground_hz), hz(api_hz));
+        }
+        let page = std::fs::read_to_string("docs/px4_differences.md").unwrap();
+        assert!(page.contains(&table), "docs/px4_differences.md is to have\n{table}");
+    }
+
+    /// Closed form: readings that change by the same again and again have that for their vibration at last;
+    /// after one of them it is a hundredth.
+    #[test]
+    fn closed_form_vibration_is_the_filtered_change() {
+        let mut hil = crate::link::autopilot::hil::HilInput::default();
+        let anchor =
+            crate::model::environment::GeoPoint { latitude_deg: 47.0, longitude_deg: 8.0, altitude_m: 0.0 };
+        let environment = crate::model::Environment::new(9.8, 1.2, Vector3::zeros(), anchor).unwrap();
+        let mut take = |i: u8| {
+            let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
+            let m = HIL_SENSOR_DATA { xacc: 1.5 * sign, ygyro: 0.25 * sign, ..Default::default() };
+            hil.take(&MavMessage::HIL_SENSOR(m), &environment);
+            hil.vibration
+        };
+        take(0);
+        let once = take(1);
+        assert!((once.accelerometer - 0.03).abs() < 1e-7 && (once.gyroscope - 0.005).abs() < 1e-8);
+        let settled = (0..10).flat_map(|_| 0..200).map(take).last().unwrap();
+        assert!((settled.accelerometer - 3.0).abs() < 1e-4 && (settled.gyroscope - 0.5).abs() < 1e-4);
     }
 }

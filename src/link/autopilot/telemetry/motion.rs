@@ -71,6 +71,27 @@ impl Telemetry<'_> {
         MavMessage::GLOBAL_POSITION_INT(m)
     }
 
+    /// Without an identity and with accuracies unknown.
+    pub(super) fn utm_global_position(&self, state: &VehicleState) -> MavMessage {
+        let point = self.vehicle.environment.geo_point(&state.p_ned);
+        let mut m = UTM_GLOBAL_POSITION_DATA {
+            time: self.vehicle.facts.epoch_unix_us.saturating_add(self.now),
+            flags: UtmDataAvailFlags::UTM_DATA_AVAIL_FLAGS_TIME_VALID
+                | UtmDataAvailFlags::UTM_DATA_AVAIL_FLAGS_POSITION_AVAILABLE
+                | UtmDataAvailFlags::UTM_DATA_AVAIL_FLAGS_ALTITUDE_AVAILABLE
+                | UtmDataAvailFlags::UTM_DATA_AVAIL_FLAGS_HORIZONTAL_VELO_AVAILABLE
+                | UtmDataAvailFlags::UTM_DATA_AVAIL_FLAGS_VERTICAL_VELO_AVAILABLE,
+            flight_state: match self.vehicle.is_standing(state) {
+                true => UtmFlightState::UTM_FLIGHT_STATE_GROUND,
+                false => UtmFlightState::UTM_FLIGHT_STATE_AIRBORNE,
+            },
+            ..UTM_GLOBAL_POSITION_DATA::DEFAULT
+        };
+        [m.lat, m.lon, m.alt] = degrees_e7_and_mm(&point);
+        [m.vx, m.vy, m.vz] = (state.measurement.v_ned * 100.0).map(|v| v.round() as i16).into();
+        MavMessage::UTM_GLOBAL_POSITION(m)
+    }
+
     pub(super) fn vfr_hud(&self, state: &VehicleState) -> MavMessage {
         let Vehicle { autopilot, environment, .. } = self.vehicle;
         let v = state.measurement.v_ned;
