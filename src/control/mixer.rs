@@ -63,6 +63,17 @@ impl Mixer {
         self.thrust_limit_n
     }
 
+    /// Roll, pitch and yaw moment of rotor thrusts [N], each over the greatest that there is about its axis,
+    /// -1..1; 0 about an axis without moments.
+    pub fn moment_shares(&self, thrust_n: &PerRotor) -> Vector3<f64> {
+        let share = |axis: &PerRotor| {
+            let made: f64 = axis.iter().zip(thrust_n).map(|(a, thrust)| a * thrust).sum();
+            let greatest: f64 = axis.iter().map(|a| a.max(0.0) * self.thrust_limit_n).sum();
+            if greatest > 0.0 { (made / greatest).clamp(-1.0, 1.0) } else { 0.0 }
+        };
+        Vector3::from([0, 1, 2].map(|k| share(&self.moment[k])))
+    }
+
     /// Thrust of each rotor [N], as it would be alone at that throttle, for a lift [N] and a moment [N m],
     /// body axes. A demand that is not a number counts as zero.
     pub fn thrusts(&self, lift_n: f64, moment_body: &Vector3<f64>) -> PerRotor {
@@ -181,6 +192,26 @@ mod tests {
             !yaws(&airframe(&lander(false)).mixer),
             "without reaction torque nothing yaws a flat quadrotor"
         );
+    }
+
+    /// Closed form: rotors that work as one about an axis, and no other, make the greatest moment about it; all
+    /// alike make none; what was asked for small is there in proportion.
+    #[test]
+    fn closed_form_shares_of_the_greatest_moment() {
+        for vehicle in [lander(true), ring(6, 0.0), coaxial()] {
+            let mixer = airframe(&vehicle).mixer;
+            let limit = mixer.thrust_limit_n();
+            for axis in 0..2 {
+                let one_side = mixer.moment[axis].map(|a| if a > 0.0 { limit } else { 0.0 });
+                assert!((mixer.moment_shares(&one_side)[axis] - 1.0).abs() < 1e-12);
+            }
+            let level = mixer.thrusts(0.5 * limit, &Vector3::zeros());
+            assert!(mixer.moment_shares(&level).norm() < 1e-12);
+            let moment = Vector3::new(0.01 * limit, -0.02 * limit, 0.0);
+            let one = mixer.moment_shares(&mixer.thrusts(limit, &moment));
+            let half = mixer.moment_shares(&mixer.thrusts(limit, &(0.5 * moment)));
+            assert!((one - 2.0 * half).norm() < 1e-12 && one.x > 0.0 && one.y < 0.0, "{one} {half}");
+        }
     }
 
     #[test]

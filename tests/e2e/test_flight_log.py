@@ -2,13 +2,45 @@
 
 import csv
 import json
+import os
 import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from pyulog import ULog
 
 from programs import MISSION, SAMARA
+
+
+REVIEW = os.environ.get("SAMARA_FLIGHT_REVIEW")
+# Topics and fields that Flight Review reads of a multirotor's log (PX4/flight_review 26c87079, app/plot_app: configured_plots.py,
+# pid_analysis_plots.py, plotted_tables.py, helper.py) and that a vehicle without sticks, rangefinder or ESC telemetry has; and those
+# that the report of PyPI's ulogr 0.1.0 reads beside (cli.py).
+READ = {
+    "actuator_motors": ["control[0]", "control[3]"],
+    "estimator_status": ["health_flags", "timeout_flags", "innovation_check_flags", "time_slip", "mag_test_ratio", "hgt_test_ratio",
+                         "gps_check_fail_flags", "filter_fault_flags"],
+    "sensor_combined": ["accelerometer_m_s2[0]", "gyro_rad[2]"],
+    "vehicle_air_data": ["baro_alt_meter"],
+    "vehicle_angular_velocity": ["xyz[0]", "xyz[1]", "xyz[2]"],
+    "vehicle_attitude": ["q[0]", "q[3]"],
+    "vehicle_attitude_groundtruth": ["q[0]"],
+    "vehicle_attitude_setpoint": ["q_d[0]", "q_d[3]"],
+    "vehicle_global_position": ["lat", "lon", "alt"],
+    "vehicle_gps_position": ["altitude_msl_m", "latitude_deg", "longitude_deg", "eph", "epv", "fix_type", "satellites_used",
+                             "vel_m_s", "time_utc_usec"],
+    "vehicle_imu_status": ["accel_vibration_metric"],
+    "vehicle_local_position": ["x", "y", "z", "vx", "vy", "vz"],
+    "vehicle_local_position_groundtruth": ["x", "y"],
+    "vehicle_local_position_setpoint": ["x", "y", "z", "vx", "vy", "vz"],
+    "vehicle_magnetometer": ["magnetometer_ga[0]", "magnetometer_ga[2]"],
+    "vehicle_rates_setpoint": ["roll", "pitch", "yaw"],
+    "vehicle_status": ["arming_state", "nav_state", "vehicle_type", "failsafe", "failsafe_and_user_took_over"],
+    "vehicle_thrust_setpoint": ["xyz[0]", "xyz[1]", "xyz[2]"],
+    "vehicle_torque_setpoint": ["xyz[0]", "xyz[1]", "xyz[2]"],
+}
 
 
 @pytest.fixture(scope="module")
@@ -73,3 +105,41 @@ def test_on_the_estimator_the_truth_is_logged_beside_it(tmp_path):
         error = (estimate[field] - truth[field])[aligned]
         assert 0 < np.abs(error).max() < within, field
     assert (estimate["eph"][aligned] > 0).all() and not truth["eph"].any()
+
+
+def test_the_log_has_what_flight_review_reads(log):
+    topics = {topic.name: topic.data for topic in log.data_list}
+    missing = [(topic, field) for topic, fields in READ.items() for field in fields if field not in topics.get(topic, {})]
+    assert not missing
+    # By which it knows the names of today's fields, and how long the vehicle has flown before.
+    assert log.msg_info_dict["ver_data_format"] == 2
+    assert [log.initial_parameters[f"LND_FLIGHT_T_{half}"] for half in ("HI", "LO")] == [0, 0]
+
+
+def test_thrust_and_moments_are_those_of_the_rotors(log):
+    thrust, torque = (log.get_dataset(f"vehicle_{name}_setpoint").data for name in ("thrust", "torque"))
+    motors = log.get_dataset("actuator_motors").data
+    throttles = np.array([motors[f"control[{i}]"] for i in range(4)])
+    flying = throttles.min(axis=0) > 0.01
+    # Thrust goes with the square of the throttle; four equal rotors, none of them hindered.
+    parts = throttles**2
+    assert -thrust["xyz[2]"][flying] == pytest.approx(parts.mean(axis=0)[flying], abs=0.02)
+    # Rotors 1 and 3 are ahead: they pitch the nose up.
+    up = (parts[0] + parts[2] - parts[1] - parts[3]) / 2
+    assert torque["xyz[1]"] == pytest.approx(up, abs=1e-5)
+    assert np.abs(torque["xyz[1]"]).max() > 0.01
+
+
+@pytest.mark.skipif(not REVIEW, reason="SAMARA_FLIGHT_REVIEW does not name a checkout of PX4/flight_review")
+@pytest.mark.parametrize("estimator", [[], ["--estimator", "ekf"]])
+def test_flight_review_draws_the_log(tmp_path, estimator):
+    mission = MISSION.parent / "x500_drop.json"
+    subprocess.run([SAMARA, "drop", mission, *estimator, "--out", tmp_path], check=True, capture_output=True)
+    python = os.environ.get("SAMARA_FLIGHT_REVIEW_PYTHON", sys.executable)
+    script = Path(__file__).parent / "flight_review.py"
+    review = subprocess.run([python, script, REVIEW, tmp_path / "flight.ulg"], check=True, capture_output=True, text=True)
+    assert "Error" not in review.stderr, review.stderr
+    found = json.loads(review.stdout)
+    assert {"Altitude Estimate", "Thrust and Magnetic Field", "Estimator Flags", "Vibration Metrics"} <= set(found["plots"])
+    assert len(found["plots"]) >= 24 and len(found["pid_analysis"]) == 8
+    assert "Vehicle Life Flight Time: 0 seconds" in found["table"]

@@ -23,6 +23,11 @@ use ulog::{Scalar, Ulog};
 use crate::params::Value;
 use crate::time::TimeUs;
 
+/// `ver_data_format` of PX4's logger since v1.14.
+const DATA_FORMAT: u32 = 2;
+/// PX4's parameters of the time flown before this flight [us], in two halves.
+const FLIGHT_TIME: [&str; 2] = ["LND_FLIGHT_T_HI", "LND_FLIGHT_T_LO"];
+
 /// Writes the flight log of one flight.
 #[derive(Debug)]
 pub struct FlightLog<W: Write> {
@@ -45,9 +50,15 @@ impl<W: Write> FlightLog<W> {
             ("ver_hw", Scalar::Text(vehicle_name)),
             ("ver_sw", Scalar::Text(env!("CARGO_PKG_VERSION"))),
             ("time_ref_utc", Scalar::Int(0)),
+            // As logged by PX4 v1.16: what Flight Review goes by for the names of fields.
+            ("ver_data_format", Scalar::Count(DATA_FORMAT)),
         ];
-        let parameters: Vec<_> =
-            parameters.iter().map(|(name, value)| (name.clone(), scalar(*value))).collect();
+        let parameters: Vec<_> = parameters
+            .iter()
+            .map(|(name, value)| (name.clone(), scalar(*value)))
+            // A vehicle that has never flown before, for those who read its flight time.
+            .chain(FLIGHT_TIME.map(|name| (name.to_owned(), Scalar::Int(0))))
+            .collect();
         let any = StepRecord::default();
         let ulog = Ulog::new(out, start, &information, &parameters, &TOPICS, &any)?;
         Ok(Self { ulog })

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-use crate::autopilot::estimator::Accuracy;
+use crate::autopilot::estimator::{Accuracy, TestRatios};
 use crate::autopilot::{Event, FlightMode};
 use crate::control::ControlOutput;
 use crate::frames::Quaternion;
@@ -73,6 +73,10 @@ pub struct SatelliteFix {
     pub v_ned: Vector3<f64>,
     /// Satellites used.
     pub satellites: u8,
+    /// Accuracy of the position that the receiver reports, horizontal [m].
+    pub horizontal_m: f64,
+    /// And vertical [m].
+    pub vertical_m: f64,
 }
 
 /// One control step.
@@ -94,6 +98,10 @@ pub struct StepRecord {
     pub truth: Pose,
     /// Quality of the estimate; `None` when the truth was flown by.
     pub accuracy: Option<Accuracy>,
+    /// Innovations over their gates, squared; `None` when the truth was flown by.
+    pub ratios: Option<TestRatios>,
+    /// How much gyroscope [rad/s] and accelerometer [m/s^2] change from one reading to the next, filtered.
+    pub vibration: [f64; 2],
     /// Inertial sensors, magnetometer, barometer.
     pub sensors: Sensors,
     /// Satellites; `None` before the first fix.
@@ -102,6 +110,8 @@ pub struct StepRecord {
     pub output: ControlOutput,
     /// Collective over the greatest thrust of all rotors, 0..1.
     pub collective: f64,
+    /// Roll, pitch and yaw moment of the rotors, over the greatest about each axis, -1..1.
+    pub moments: Vector3<f64>,
     /// Velocity [m/s], acceleration fed forward [m/s^2], both NED, and heading [rad] being flown to.
     pub target: Option<(Vector3<f64>, Vector3<f64>, f64)>,
     /// Number of rotors.

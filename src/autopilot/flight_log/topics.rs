@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use super::record::{Pose, StepRecord};
 use super::ulog::{Row, Topic};
 use crate::autopilot::FlightMode;
-use crate::autopilot::estimator::Accuracy;
+use crate::autopilot::estimator::{Accuracy, TestRatios};
 use crate::frames::yaw;
 use crate::model::MAX_ROTORS;
 
@@ -39,17 +39,21 @@ const fn topic(name: &'static str, period_us: u64, fields: Fields) -> Topic<Step
 }
 
 /// Everything that is logged.
-pub(super) const TOPICS: [Topic<StepRecord>; 18] = [
+pub(super) const TOPICS: [Topic<StepRecord>; 22] = [
     topic("vehicle_attitude", EACH, |r, row| attitude(r, &r.estimate, row)),
     topic("vehicle_attitude_setpoint", EACH, attitude_setpoint),
     topic("vehicle_angular_velocity", EACH, |r, row| rates(r, &r.estimate, row)),
     topic("vehicle_rates_setpoint", EACH, rates_setpoint),
+    topic("vehicle_thrust_setpoint", EACH, thrust_setpoint),
+    topic("vehicle_torque_setpoint", EACH, torque_setpoint),
     topic("actuator_motors", EACH, motors),
     topic("sensor_combined", EACH, sensors),
     topic("vehicle_local_position", OFTEN, |r, row| position(r, &r.estimate, r.accuracy.as_ref(), row)),
     topic("vehicle_local_position_setpoint", OFTEN, position_setpoint),
     topic("vehicle_global_position", SELDOM, |r, row| globe(r, &r.estimate, row)),
     topic("vehicle_gps_position", SELDOM, satellites),
+    topic("vehicle_imu_status", SELDOM, imu_status),
+    topic("estimator_status", SELDOM, estimator_status),
     topic("vehicle_air_data", OFTEN, air),
     topic("vehicle_magnetometer", OFTEN, magnetometer),
     topic("vehicle_status", SELDOM, status),
@@ -82,6 +86,45 @@ fn rates_setpoint(r: &StepRecord, row: &mut Row) {
     row.f32("pitch", rate.y);
     row.f32("yaw", rate.z);
     row.f32s("thrust_body", &[0.0, 0.0, -r.collective]);
+}
+
+fn thrust_setpoint(r: &StepRecord, row: &mut Row) {
+    row.u64("timestamp_sample", r.at);
+    row.f32s("xyz", &[0.0, 0.0, -r.collective]);
+}
+
+fn torque_setpoint(r: &StepRecord, row: &mut Row) {
+    row.u64("timestamp_sample", r.at);
+    row.f32s("xyz", r.moments.as_slice());
+}
+
+fn imu_status(r: &StepRecord, row: &mut Row) {
+    let [gyroscope, accelerometer] = r.vibration;
+    row.f32("gyro_vibration_metric", gyroscope);
+    row.f32("accel_vibration_metric", accelerometer);
+}
+
+/// As PX4's, with roots of the ratios; a measurement that failed its test has its bit. No sensor times out
+/// and no time slips here. On the truth nothing is tested and nothing fails.
+fn estimator_status(r: &StepRecord, row: &mut Row) {
+    let ratios = r.ratios.unwrap_or_default();
+    let TestRatios { velocity, position, height, heading } = ratios;
+    row.u64("timestamp_sample", r.at);
+    row.f32("pos_horiz_accuracy", r.accuracy.as_ref().map_or(0.0, |a| a.horizontal_m));
+    row.f32("pos_vert_accuracy", r.accuracy.as_ref().map_or(0.0, |a| a.vertical_m));
+    row.f32("mag_test_ratio", heading.sqrt());
+    row.f32("vel_test_ratio", velocity.sqrt());
+    row.f32("pos_test_ratio", position.sqrt());
+    row.f32("hgt_test_ratio", height.sqrt());
+    row.f32("time_slip", 0.0);
+    row.u32("filter_fault_flags", 0);
+    // Bits 0 to 2: velocity, horizontal position, height; 6: heading.
+    let failed = [(0, velocity), (1, position), (2, height), (6, heading)];
+    let bits = failed.iter().filter(|(_, ratio)| *ratio > 1.0).fold(0, |bits, (bit, _)| bits | 1 << bit);
+    row.u16("innovation_check_flags", bits);
+    row.u16("gps_check_fail_flags", 0);
+    row.u8("health_flags", 0);
+    row.u8("timeout_flags", 0);
 }
 
 fn motors(r: &StepRecord, row: &mut Row) {
@@ -146,6 +189,8 @@ fn satellites(r: &StepRecord, row: &mut Row) {
     row.f64("latitude_deg", point.latitude_deg);
     row.f64("longitude_deg", point.longitude_deg);
     row.f64("altitude_msl_m", point.altitude_m);
+    row.f32("eph", r.fix.as_ref().map_or(0.0, |fix| fix.horizontal_m));
+    row.f32("epv", r.fix.as_ref().map_or(0.0, |fix| fix.vertical_m));
     row.f32("vel_m_s", v_ned.norm());
     axes(row, ["vel_n_m_s", "vel_e_m_s", "vel_d_m_s"], &v_ned);
     row.u8("fix_type", fix);
@@ -169,6 +214,7 @@ fn status(r: &StepRecord, row: &mut Row) {
     row.u8("arming_state", if r.armed { 2 } else { 1 });
     row.u8("nav_state", nav_state(r.mode));
     row.bool("failsafe", r.failsafe);
+    row.bool("failsafe_and_user_took_over", false);
     // HIL on; a rotary wing, MAV_TYPE_QUADROTOR or its kin by number of rotors.
     row.u8("hil_state", 1);
     row.u8("vehicle_type", 1);

@@ -25,6 +25,8 @@ pub enum Scalar<'a> {
     Text(&'a str),
     /// A 32-bit integer.
     Int(i32),
+    /// A 32-bit integer without a sign.
+    Count(u32),
     /// A single-precision number.
     Float(f32),
 }
@@ -48,6 +50,8 @@ macro_rules! scalar_field {
 
 impl Row {
     scalar_field!(u8, u8, "uint8_t");
+    scalar_field!(u16, u16, "uint16_t");
+    scalar_field!(u32, u32, "uint32_t");
     scalar_field!(u64, u64, "uint64_t");
     scalar_field!(f64, f64, "double");
 
@@ -191,6 +195,7 @@ impl<W: Write> Ulog<W> {
         let (kind, bytes) = match value {
             Scalar::Text(text) => (format!("char[{}]", text.len()), text.as_bytes().to_vec()),
             Scalar::Int(value) => ("int32_t".to_owned(), value.to_le_bytes().to_vec()),
+            Scalar::Count(value) => ("uint32_t".to_owned(), value.to_le_bytes().to_vec()),
             Scalar::Float(value) => ("float".to_owned(), value.to_le_bytes().to_vec()),
         };
         let key = format!("{kind} {key}");

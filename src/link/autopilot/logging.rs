@@ -90,10 +90,13 @@ pub(super) fn record(now: TimeUs, vehicle: &Vehicle, state: &VehicleState) -> Op
         estimate: pose(state),
         truth: hil.state(now).as_ref().map_or(Pose::UNKNOWN, pose),
         accuracy: vehicle.estimator.as_ref().and_then(|estimator| estimator.accuracy()),
+        ratios: vehicle.estimator.as_ref().and_then(|estimator| Some(estimator.filter()?.ratios)),
+        vibration: [hil.vibration.gyroscope, hil.vibration.accelerometer].map(f64::from),
         sensors,
         fix: hil.gps.as_ref().map(satellite_fix),
         output,
         collective: output.collective_n / autopilot.control_settings().airframe.lift_max_n,
+        moments: autopilot.control_settings().airframe.mixer.moment_shares(&output.thrust_n),
         target: autopilot.velocity_target().map(|t| (t.v_ned, t.a_ff_ned, t.yaw_rad)),
         rotors: facts.rotors,
         mode: autopilot.mode(),
@@ -124,6 +127,9 @@ fn satellite_fix(m: &HIL_GPS_DATA) -> SatelliteFix {
         },
         v_ned: Vector3::new(f64::from(m.vn), f64::from(m.ve), f64::from(m.vd)) * 0.01,
         satellites: m.satellites_visible,
+        // Centimetres, as PX4 takes them.
+        horizontal_m: f64::from(m.eph) * 0.01,
+        vertical_m: f64::from(m.epv) * 0.01,
     }
 }
 

@@ -42,9 +42,9 @@ type Build = fn(&Telemetry<'_>) -> Option<MavMessage>;
 
 /// Every telemetry message: its number, its rates on ground stations' and companions' links [Hz] (none: only
 /// on request), and how it is built. Rates are those of PX4 v1.14, the version that AUTOPILOT_VERSION
-/// reports: `normal` with what its simulation's start script asks for beside (init.d-posix/px4-rc.mavlink), and
-/// `onboard` (mavlink_main.cpp). What PX4 sends there as often as it is measured comes at 10 Hz. Of PX4 v1.15
-/// are CURRENT_MODE and AVAILABLE_MODES_MONITOR.
+/// reports: `normal` with what its simulation's start script asks for beside (init.d-posix/px4-rc.mavlink),
+/// and `onboard` (mavlink_main.cpp). What PX4 sends there as often as it is measured comes at 10 Hz. Of PX4
+/// v1.15 are CURRENT_MODE and AVAILABLE_MODES_MONITOR.
 pub(super) const TABLE: [(u32, f64, f64, Build); 30] = [
     (HEARTBEAT_DATA::ID, 1.0, 1.0, |t| Some(t.heartbeat())),
     (SYS_STATUS_DATA::ID, 1.0, 5.0, |t| Some(t.sys_status())),
