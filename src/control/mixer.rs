@@ -25,6 +25,8 @@ pub struct Mixer {
     lift: PerRotor,
     /// Thrust of each rotor per newton metre of roll, pitch, yaw moment.
     moment: [PerRotor; 3],
+    /// Roll, pitch, yaw moment per newton of each rotor, the inverse of all that.
+    effect: [PerRotor; 3],
 }
 
 /// A demand larger than this [N or N m] says nothing more than its sign; keeps every product finite.
@@ -50,7 +52,11 @@ impl Mixer {
         if let Some(i) = (0..n_rotors).find(|&i| !(lift[i] > 0.0)) {
             return Err(ControlError::RotorWithoutLift { rotor: i + 1 });
         }
-        Ok(Self { n_rotors, thrust_limit_n, lift, moment: [column(1), column(2), column(3)] })
+        // Columns of what cannot be made are zero; so is their effect.
+        let inverse = allocation.pseudo_inverse(1e-12).unwrap_or_default();
+        let effect =
+            [1, 2, 3].map(|j| std::array::from_fn(|i| if i < n_rotors { inverse[(j, i)] } else { 0.0 }));
+        Ok(Self { n_rotors, thrust_limit_n, lift, moment: [column(1), column(2), column(3)], effect })
     }
 
     /// Number of rotors.
@@ -71,7 +77,7 @@ impl Mixer {
             let greatest: f64 = axis.iter().map(|a| a.max(0.0) * self.thrust_limit_n).sum();
             if greatest > 0.0 { (made / greatest).clamp(-1.0, 1.0) } else { 0.0 }
         };
-        Vector3::from([0, 1, 2].map(|k| share(&self.moment[k])))
+        Vector3::from([0, 1, 2].map(|k| share(&self.effect[k])))
     }
 
     /// Thrust of each rotor [N], as it would be alone at that throttle, for a lift [N] and a moment [N m],
@@ -194,15 +200,15 @@ mod tests {
         );
     }
 
-    /// Closed form: rotors that work as one about an axis, and no other, make the greatest moment about it; all
-    /// alike make none; what was asked for small is there in proportion.
+    /// Closed form: rotors that work as one about an axis, and no other, make the greatest moment about it;
+    /// all alike make none; what was asked for small is there in proportion.
     #[test]
     fn closed_form_shares_of_the_greatest_moment() {
         for vehicle in [lander(true), ring(6, 0.0), coaxial()] {
             let mixer = airframe(&vehicle).mixer;
             let limit = mixer.thrust_limit_n();
             for axis in 0..2 {
-                let one_side = mixer.moment[axis].map(|a| if a > 0.0 { limit } else { 0.0 });
+                let one_side = mixer.effect[axis].map(|a| if a > 0.0 { limit } else { 0.0 });
                 assert!((mixer.moment_shares(&one_side)[axis] - 1.0).abs() < 1e-12);
             }
             let level = mixer.thrusts(0.5 * limit, &Vector3::zeros());
