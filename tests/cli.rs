@@ -11,6 +11,7 @@ mod bad_inputs;
 mod drafts;
 mod failures;
 mod faults;
+mod replay;
 mod results;
 mod titan_px4;
 

@@ -31,6 +31,7 @@ mod px4_stand_in;
 mod reference_autopilot;
 mod reference_flight;
 mod replan;
+mod replay;
 mod report_drop;
 mod rotors;
 mod swap;

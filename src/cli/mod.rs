@@ -28,6 +28,7 @@ mod plan_grid;
 mod planning;
 mod progress;
 mod recording;
+mod replay;
 mod reporter;
 mod results;
 mod rotor;
@@ -66,6 +67,7 @@ pub fn run() -> ExitCode {
         Verb::Sim(args) => sim::run(&args),
         Verb::Autopilot(args) => autopilot::run(&args),
         Verb::Stream(args) => stream::run(&args),
+        Verb::Replay(args) => replay::run(&args),
         Verb::Params(args) => params::run(&args),
         Verb::Verify(args) => verify::run(&args),
         Verb::Faults(args) => faults::run(&args),

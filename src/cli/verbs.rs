@@ -12,6 +12,7 @@ use super::init::InitArgs;
 use super::new::NewArgs;
 use super::params::ParamsArgs;
 use super::plan::PlanArgs;
+use super::replay::ReplayArgs;
 use super::rotor::RotorArgs;
 use super::schema::SchemaArgs;
 use super::shell_files::{CompletionsArgs, ManArgs};
@@ -59,6 +60,9 @@ pub enum Verb {
     /// Run the offboard streamer alone: plans, arms, commands the release, streams the velocity.
     #[command(after_long_help = include_str!("help/stream.txt"))]
     Stream(StreamArgs),
+    /// Fly a recorded drop again from its actuators, and say whether it is the same.
+    #[command(after_long_help = include_str!("help/replay.txt"))]
+    Replay(ReplayArgs),
     /// Write, check and compare PX4 parameter files.
     #[command(after_long_help = include_str!("help/params.txt"))]
     Params(ParamsArgs),

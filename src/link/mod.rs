@@ -11,7 +11,8 @@
 //! | [`hub`] | many peers: who gets what, numbering, signing, forwarding, counts |
 //! | [`peer`] | who is at the other end of a link |
 //! | [`froude`] | PX4 under another gravity: the wire's scale |
-//! | [`tlog`] | the record of what went over the wire |
+//! | [`tlog`] | the record of what went over the wire, written and read |
+//! | [`replay`] | a drop flown again from its recorded actuators |
 //! | [`parachute`] | the parachute component: release by command |
 //! | [`hil`] | the simulator's side of PX4's HIL link: lockstep, sensors as messages |
 //! | [`streamer`] | the offboard streamer: arms, releases, streams the plan |
@@ -40,6 +41,7 @@ pub mod parachute;
 pub mod parties;
 pub mod peer;
 pub mod px4_events;
+pub mod replay;
 pub mod session;
 #[cfg(feature = "cli")]
 pub mod shell;
@@ -67,9 +69,10 @@ pub use hub::{EndpointId, Hub, HubConfig, HubEvent};
 pub use lockstep::{Lockstep, LockstepError, Party};
 pub use parachute::ParachuteComponent;
 pub use peer::{PeerId, Recipient};
+pub use replay::{Difference, ReplayError, Replayed, replay};
 pub use session::{Link, Session, Transmit};
 pub use streamer::{StreamerConfig, StreamerEvent, StreamerSession};
-pub use tlog::Tlog;
+pub use tlog::{Tlog, TlogError, TlogFault, TlogReader, TlogRecord};
 
 pub use crate::autopilot::flight_log::{FlightLog, LogEntry};
 pub use crate::time::{TimeUs, Timed, microseconds, seconds};

@@ -59,6 +59,7 @@ pub mod replan;
 pub mod replay;
 mod shown_drop;
 pub mod study;
+pub mod truth;
 pub mod tune;
 pub mod verdict;
 pub mod verify;
