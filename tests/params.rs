@@ -45,7 +45,12 @@ const WRITTEN: [(&str, &str, &str); 5] = [
 ];
 
 /// What `samara tune --for px4` found stands there, too; a search is too long to be repeated here.
-const TUNED: [&str; 2] = ["x500_px4_tuned.params", "titan_px4_froude_tuned.params"];
+const TUNED: [&str; 4] = [
+    "x500_px4_tuned.params",
+    "titan_px4_froude_tuned.params",
+    "hexa_px4_tuned.params",
+    "octo_px4_tuned.params",
+];
 
 #[test]
 fn regress_the_page_of_parameters_is_current() {
