@@ -2,7 +2,9 @@
 //!
 //! Simulated time starts over when an autopilot is replaced or a simulator is. Then a new file begins,
 //! `hil.2.tlog` after `hil.tlog`, so that in each the stamps are those of the messages. Later flights of an
-//! earlier run in the same folder go when its first file is overwritten: the folder holds one run.
+//! earlier run in the same folder go when its first file is overwritten: the folder holds one run. After a
+//! hundred flights the last file is written anew for each: a simulator that starts over for ever fills no
+//! disk.
 
 use std::fs;
 use std::io;
@@ -22,6 +24,9 @@ fn stem_of(link: Link) -> &'static str {
     }
 }
 
+/// Most flights of a run that have a file each; those that follow share the last, which holds the latest.
+const MOST_FLIGHTS: u32 = 100;
+
 /// Files of one flight each: `<stem>.<extension>`, `<stem>.2.<extension>`, ..
 struct FlightFiles {
     folder: OutputFolder,
@@ -37,7 +42,7 @@ impl FlightFiles {
 
     /// The next flight's file; the first one removes the later ones of an earlier run.
     fn next(&mut self) -> io::Result<LateFile> {
-        self.flights += 1;
+        self.flights = self.following();
         for later in (2..).take_while(|_| self.flights == 1) {
             match fs::remove_file(self.folder.path().join(self.name(later))) {
                 Err(e) if e.kind() == io::ErrorKind::NotFound => break,
@@ -45,6 +50,11 @@ impl FlightFiles {
             }
         }
         Ok(self.folder.late(&self.name(self.flights)))
+    }
+
+    /// The number of the next flight's file.
+    fn following(&self) -> u32 {
+        (self.flights + 1).min(MOST_FLIGHTS)
     }
 
     fn name(&self, flight: u32) -> String {
@@ -76,7 +86,7 @@ impl Recording {
     /// Writes a frame; the name of the new file, if time has started over and one has been begun.
     pub fn write(&mut self, now: TimeUs, frame: &[u8]) -> io::Result<Option<String>> {
         let before = self.tlog.take_if(|_| now < self.last);
-        let begun = before.map(Tlog::finish).transpose()?.map(|_| self.files.name(self.files.flights + 1));
+        let begun = before.map(Tlog::finish).transpose()?.map(|_| self.files.name(self.files.following()));
         self.last = now;
         let tlog = match &mut self.tlog {
             Some(tlog) => tlog,

@@ -18,7 +18,7 @@ use samara::config::Mission;
 use samara::control::px4::is_quad_x;
 use samara::link::parties::{self, StreamerChoice};
 use samara::link::shell::run_streamer;
-use samara::link::streamer::{Procedure, SolvedBy, StreamerState, Uploads};
+use samara::link::streamer::{Procedure, SolvedBy, Uploads};
 use samara::params::ParameterFile;
 use samara::plan::Status;
 use samara::replan::{Cadence, ReplanSetup};
@@ -109,17 +109,16 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
     let mut reporter = Reporter::new(&narrator, &mission);
     let session = block_on(|stop| run_streamer(session, &ports, key, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
-    let answer = match session.state() {
-        StreamerState::Target | StreamerState::Done => Answer::Yes,
-        // The streamer has reported why.
-        StreamerState::Failed => Answer::No,
-        _ => {
+    // Why it has failed, the streamer has reported.
+    match session.shortcoming() {
+        _ if !session.is_plan_over() && !session.is_over() => {
             narrator.say("stopped before the plan was at its end\n");
-            Answer::No
         }
-    };
+        Some(why) if session.is_plan_over() => narrator.say(&format!("no drop by the plan: {why}\n")),
+        _ => {}
+    }
     narrator.check()?;
-    Ok(answer)
+    Ok(Answer::from(session.has_succeeded()))
 }
 
 /// What a PX4 is given for the drop, whichever it is: that comes out on the wire.

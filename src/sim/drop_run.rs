@@ -44,6 +44,10 @@ pub struct DropRunConfig {
     pub limits: Option<SafetyLimits>,
 }
 
+/// Most reports of the autopilot about itself, armed or not, failsafe or not, that are recorded of a flight;
+/// what it says beyond is not.
+const MOST_REPORTS: usize = 100;
+
 impl Default for DropRunConfig {
     /// PX4's IMU period for 45 s, release by command.
     fn default() -> Self {
@@ -227,6 +231,8 @@ struct AutopilotReport {
     /// Whether its mode is OFFBOARD; `None` while no mode has been reported.
     offboard: Option<bool>,
     failsafe: bool,
+    /// How many of these reports are recorded.
+    reports: usize,
 }
 
 /// A drop with its release trigger, log and record; the head of this module says how it is hosted.
@@ -371,12 +377,12 @@ impl DropRun {
         if std::mem::replace(&mut self.autopilot.armed, armed) == armed {
             return;
         }
-        self.report(DropEvent::Armed { armed });
+        self.report_of_autopilot(DropEvent::Armed { armed });
         let waits = self.config.trigger == ReleaseTrigger::ArmedOffboard
             && self.simulation.phase() == Phase::Hanging
             && self.autopilot.offboard.is_none();
         if armed && waits {
-            self.report(DropEvent::ModeUnknown);
+            self.report_of_autopilot(DropEvent::ModeUnknown);
         }
     }
 
@@ -389,7 +395,7 @@ impl DropRun {
     /// The autopilot reports a failsafe, or the end of one.
     pub fn set_failsafe(&mut self, active: bool) {
         if std::mem::replace(&mut self.autopilot.failsafe, active) != active {
-            self.report(DropEvent::Failsafe { active });
+            self.report_of_autopilot(DropEvent::Failsafe { active });
         }
         self.record_failsafe();
     }
@@ -513,6 +519,14 @@ impl DropRun {
                 self.release(ReleaseCause::ArmedOffboard);
             }
             ReleaseTrigger::Command | ReleaseTrigger::Time | ReleaseTrigger::ArmedOffboard => {}
+        }
+    }
+
+    /// Time stands still while the autopilot speaks: without a bound it could speak for ever.
+    fn report_of_autopilot(&mut self, event: DropEvent) {
+        if self.autopilot.reports < MOST_REPORTS {
+            self.autopilot.reports += 1;
+            self.report(event);
         }
     }
 

@@ -6,6 +6,9 @@
 //!
 //! - a peer counts once it has sent a sound frame, and is served until it has been silent for the hub's
 //!   memory; what is kept ([`Hub::keep`]: default remotes, connections) is served anyhow;
+//! - there are [`MAX_PEERS`] places. Who speaks keeps its place; who has been silent and comes back has it
+//!   again before those who came later, one of whom gives way; a component may have a place of its own
+//!   ([`Hub::reserve_for`]);
 //! - an answer goes to the peer that asked, everything else to all peers of the link;
 //! - **every peer gets sequence numbers of its own**, without gaps. PX4 and mavlink-router number frames per
 //!   link; with several peers on a link and answers to one of them, all others would count losses;
@@ -39,6 +42,8 @@ use super::signing::{Key, Refusal, Signing};
 
 /// Most peers of a hub; more is a mistake somewhere, or malice.
 pub const MAX_PEERS: usize = 32;
+/// How long who has been silent has its place back before those who came later [us].
+const AWAY_US: u64 = 600_000_000;
 /// Most frames that wait to be passed on.
 const MAX_FORWARDS: usize = 1024;
 
@@ -64,6 +69,15 @@ pub enum HubEvent<A> {
     Crowded(EndpointId, A),
 }
 
+/// A peer that is silent.
+#[derive(Clone, Copy, Debug)]
+struct Away<A> {
+    endpoint: EndpointId,
+    address: A,
+    since: u64,
+    heard_at: u64,
+}
+
 /// See the head of this file. `A` is an address.
 #[derive(Clone, Debug)]
 pub struct Hub<A> {
@@ -71,6 +85,10 @@ pub struct Hub<A> {
     signing: Option<Signing>,
     endpoints: Vec<(Link, Faults)>,
     peers: Vec<Peer<A>>,
+    /// Peers that have been silent for too long, the earliest first.
+    away: Vec<Away<A>>,
+    /// A component that has a place of its own, by whichever peer it is heard first.
+    reserved: Option<(u8, u8)>,
     last_id: PeerId,
     crowded_reported: bool,
     doubles: Option<Doubles<(EndpointId, A)>>,
@@ -89,6 +107,8 @@ impl<A: Copy + PartialEq> Hub<A> {
             config,
             endpoints: Vec::new(),
             peers: Vec::new(),
+            away: Vec::new(),
+            reserved: None,
             last_id: PeerId::ONLY,
             crowded_reported: false,
             doubles: None,
@@ -106,7 +126,7 @@ impl<A: Copy + PartialEq> Hub<A> {
 
     /// Serves an address until it is forgotten, also while it is silent. False if there is no room.
     pub fn keep(&mut self, now: u64, endpoint: EndpointId, address: A) -> bool {
-        let admitted = self.admit(now, endpoint, address);
+        let admitted = self.admit(now, endpoint, address, None);
         if let Some(i) = admitted {
             self.peers[i].kept = true;
         }
@@ -117,6 +137,12 @@ impl<A: Copy + PartialEq> Hub<A> {
     /// router passes on what its sender says here as well.
     pub fn expect_doubles(&mut self) {
         self.doubles = Some(Doubles::new());
+    }
+
+    /// A component (system and component) has a place of its own beside the others: the first peer that
+    /// speaks in that name and finds no other.
+    pub fn reserve_for(&mut self, component: (u8, u8)) {
+        self.reserved = Some(component);
     }
 
     /// What the peers of an endpoint say to everybody is not passed on to these addresses: they speak to them
@@ -225,7 +251,7 @@ impl<A: Copy + PartialEq> Hub<A> {
             self.count(endpoint, |faults| faults.own_name += 1);
             return false;
         }
-        let Some(i) = self.admit(now, endpoint, from) else {
+        let Some(i) = self.admit(now, endpoint, from, Some(sender)) else {
             self.count(endpoint, |faults| faults.crowded += 1);
             if !std::mem::replace(&mut self.crowded_reported, true) {
                 self.events.push_back(HubEvent::Crowded(endpoint, from));
@@ -281,25 +307,67 @@ impl<A: Copy + PartialEq> Hub<A> {
         self.peers.iter().position(|p| (p.endpoint, p.address) == (endpoint, address))
     }
 
-    /// The peer of an address, a new one if need be and if there is room.
-    fn admit(&mut self, now: u64, endpoint: EndpointId, address: A) -> Option<usize> {
+    /// The peer of an address, a new one if need be and if there is room; `sender`: who speaks.
+    fn admit(
+        &mut self,
+        now: u64,
+        endpoint: EndpointId,
+        address: A,
+        sender: Option<(u8, u8)>,
+    ) -> Option<usize> {
         self.expire(now);
         if let Some(i) = self.find(endpoint, address) {
             return Some(i);
         }
-        if self.peers.len() == MAX_PEERS {
-            return None;
+        let was = self.away.iter().position(|a| (a.endpoint, a.address) == (endpoint, address));
+        let since = was.map_or(now, |i| self.away[i].since);
+        let by_name = sender.is_some() && sender == self.reserved;
+        if self.peers.len() >= MAX_PEERS && !self.makes_room(since) {
+            let has_own = |p: &Peer<A>| p.components().any(|c| Some(c) == self.reserved);
+            if !by_name || self.peers.len() > MAX_PEERS || self.peers.iter().any(has_own) {
+                return None;
+            }
+        }
+        if let Some(i) = was {
+            self.away.remove(i);
         }
         self.crowded_reported = false;
         self.last_id = PeerId(self.last_id.0.wrapping_add(1).max(1));
-        self.peers.push(Peer::new(self.last_id, endpoint, address));
+        self.peers.push(Peer::new(self.last_id, endpoint, address, since));
         Some(self.peers.len() - 1)
     }
 
+    /// Whether the peer that came last gives way to who was there since before.
+    fn makes_room(&mut self, since: u64) -> bool {
+        let own = self.reserved;
+        let last = (0..self.peers.len())
+            .filter(|i| !self.peers[*i].kept && !self.peers[*i].components().any(|c| Some(c) == own))
+            .max_by_key(|i| self.peers[*i].since);
+        match last.filter(|i| self.peers[*i].since > since) {
+            Some(i) => {
+                self.peers.remove(i);
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// Lets those go who have been silent for too long, and remembers the earliest of them.
     fn expire(&mut self, now: u64) {
         let memory_us = self.config.memory_us;
         // A new one is not served before its first frame is noted, within the same call.
-        self.peers.retain(|p| p.is_served(now, memory_us));
+        let Self { peers, away, .. } = self;
+        peers.retain(|p| {
+            let served = p.is_served(now, memory_us);
+            if let (false, Some(heard_at)) = (served, p.heard_at) {
+                let (endpoint, address, since) = (p.endpoint, p.address, p.since);
+                let at = away.partition_point(|a| a.since <= since);
+                away.insert(at, Away { endpoint, address, since, heard_at });
+            }
+            served
+        });
+        away.retain(|a| now.saturating_sub(a.heard_at) <= AWAY_US);
+        away.truncate(MAX_PEERS);
     }
 
     fn count(&mut self, endpoint: EndpointId, add: impl FnOnce(&mut Faults)) {

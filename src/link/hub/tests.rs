@@ -143,6 +143,40 @@ fn the_thirty_third_peer_is_turned_away_until_there_is_room() {
     assert_eq!(hear(&mut hub, NOW + 11 * S, ground, 999, &bytes).len(), 1);
 }
 
+/// A peer that was there first and pauses has its place again before those who came meanwhile: the latest of
+/// them gives way.
+#[test]
+fn regress_who_pauses_comes_back_before_a_stranger() {
+    let (mut hub, ground, _) = hub(config());
+    let bytes = Encoder::new(255, 190).encode(&heartbeat());
+    hear(&mut hub, NOW, ground, 5001, &bytes);
+    for second in 1..=13 {
+        for address in 0..MAX_PEERS as u16 {
+            hear(&mut hub, NOW + second * S, ground, address, &bytes);
+        }
+    }
+    assert_eq!(hub.served(NOW + 13 * S), MAX_PEERS);
+    assert!(hear(&mut hub, NOW + 13 * S, ground, 5002, &bytes).is_empty(), "who was never there");
+    assert_eq!(hear(&mut hub, NOW + 13 * S, ground, 5001, &bytes).len(), 1);
+    assert_eq!(hub.served(NOW + 13 * S), MAX_PEERS);
+    assert!(hear(&mut hub, NOW + 13 * S, ground, MAX_PEERS as u16 - 1, &bytes).is_empty(), "the latest");
+    assert_eq!(hear(&mut hub, NOW + 13 * S, ground, 0, &bytes).len(), 1);
+}
+
+/// A component has a place beside the others, and it alone.
+#[test]
+fn regress_a_place_is_reserved_for_a_component() {
+    let (mut hub, ground, _) = hub(HubConfig { own: (1, 161), ..config() });
+    hub.reserve_for(VEHICLE);
+    for address in 0..MAX_PEERS as u16 {
+        hear(&mut hub, NOW, ground, address, &Encoder::new(255, 190).encode(&heartbeat()));
+    }
+    let router = Encoder::new(1, 1).encode(&heartbeat());
+    assert_eq!(hear(&mut hub, NOW, ground, 5001, &router).len(), 1);
+    assert!(hear(&mut hub, NOW, ground, 5002, &router).is_empty(), "it is taken");
+    assert_eq!(hub.served(NOW), MAX_PEERS + 1);
+}
+
 #[test]
 fn regress_px4s_forwarding_rules() {
     let (mut hub, ground, api) = hub(config());

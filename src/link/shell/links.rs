@@ -124,9 +124,11 @@ impl Links {
         Ok(())
     }
 
-    /// A router may bring what comes straight as well.
-    pub(super) fn expect_doubles(&mut self) {
+    /// The autopilot of a system may bring, as a router, what comes straight as well; it has a place of its
+    /// own.
+    pub(super) fn expect_router(&mut self, system_id: u8) {
         self.hub.expect_doubles();
+        self.hub.reserve_for((system_id, AUTOPILOT_COMPONENT));
     }
 
     fn add(&mut self, endpoint: Endpoint, link: Link, what: What) -> EndpointId {

@@ -108,7 +108,7 @@ pub async fn run_simulator<O: Observer>(
     let server = listen(loopback(ports.simulator), &PURPOSE, observer).await?;
     let remotes = [ports.ground_station, ports.api];
     let mut shell = Shell::open(session, ports, speed, key, &remotes, observer).await?;
-    shell.parachute.expect_doubles();
+    shell.parachute.expect_router(shell.session.config().system_id);
     shell.run(server, speed, &mut Stranger, stop).await;
     Ok(shell.session)
 }

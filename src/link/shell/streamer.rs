@@ -30,7 +30,9 @@ pub async fn run_streamer<O: Observer>(
     let what = "streamer, for autopilot and parachute";
     let own = (STREAMER_SYSTEM, STREAMER_COMPONENT);
     let mut socket = Links::new(own, PEER_MEMORY, false, key);
-    socket.bind_udp(Link::Api, ports.api, what, &[], observer).await?;
+    // Their places are theirs, however many others speak first.
+    let vehicle = [ports.autopilot_api, ports.parachute];
+    socket.bind_udp(Link::Api, ports.api, what, &vehicle, observer).await?;
     let began = Since::now();
     let mut heard = began;
     let mut solver = session.host_renewal().map(Solver::start);

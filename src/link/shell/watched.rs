@@ -114,7 +114,7 @@ impl Sockets {
         let vehicle = Links::of_autopilot(system, ports, wiring, "", observer).await?;
         let mut parachute = Links::new((system, PARACHUTE_COMPONENT), PEER_MEMORY, false, wiring.key);
         let both = [ports.ground_station, ports.api];
-        parachute.expect_doubles();
+        parachute.expect_router(system);
         parachute.bind_udp(Link::Parachute, ports.parachute, "parachute", &both, observer).await?;
         let viewer = Viewer::open(system, ports, speed);
         Ok(Self { vehicle, parachute, autopilot: (system, AUTOPILOT_COMPONENT), router: None, viewer })

@@ -75,6 +75,7 @@ impl StreamerSession {
                     Request::to_autopilot(c.vehicle_system, command, px4_offboard, "OFFBOARD", c.attempts)
                 }) {
                     self.report(StreamerEvent::Offboard);
+                    self.flight.vehicle.offboard = true;
                     // They were for another mode.
                     self.flight.vehicle.sensors = None;
                     self.enter(StreamerState::Arming);
@@ -91,6 +92,8 @@ impl StreamerSession {
                     if hurry { request.hurried() } else { request }
                 }) {
                     self.report(StreamerEvent::Armed);
+                    // As a heartbeat will show; one that shows otherwise counts.
+                    self.flight.vehicle.armed = true;
                     (self.flight.armed_at, self.flight.braced_at) = (now, None);
                     self.enter(StreamerState::Hanging);
                 }
@@ -208,6 +211,10 @@ impl StreamerSession {
         if self.flight.released_at.is_some() {
             return self.enter(StreamerState::Falling);
         }
+        if !self.flight.conduct.obeyed && !self.flight.vehicle.armed {
+            // Disarmed meanwhile: what is not released is not released.
+            return self.enter(StreamerState::Hanging);
+        }
         let accepted = self.pursue(|c| {
             // param2 = 0: release.
             let message = COMMAND_LONG_DATA {
@@ -218,6 +225,7 @@ impl StreamerSession {
             };
             Request::new(message, "release", "parachute", c.attempts)
         });
+        self.flight.conduct.obeyed |= accepted;
         let sent_at = self.flight.request.as_ref().and_then(Request::sent_at).unwrap_or(now);
         if accepted && self.config.free_fall.is_none() && now >= sent_at + T_RELEASE_PATIENCE_US {
             self.note_release(sent_at, false);
@@ -228,6 +236,9 @@ impl StreamerSession {
     pub(super) fn note_release(&mut self, released_at: TimeUs, reported: bool) {
         if self.flight.released_at.is_none() {
             self.flight.released_at = Some(released_at);
+            self.flight.conduct.obeyed |= self.flight.state == StreamerState::Releasing;
+            self.flight.conduct.told |= reported;
+            self.flight.conduct.note_release(self.flight.now, self.flight.vehicle.armed);
             self.report(StreamerEvent::Released { released_at, reported });
         }
     }

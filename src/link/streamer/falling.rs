@@ -36,6 +36,8 @@ impl StreamerSession {
     fn note_fall(&mut self, fall: Fall) {
         if self.flight.released_at.is_none() {
             (self.flight.released_at, self.flight.fall) = (Some(fall.began_at), Some(fall));
+            self.flight.conduct.told = true;
+            self.flight.conduct.note_release(self.flight.now, self.flight.vehicle.armed);
             self.report(StreamerEvent::Falls(fall));
         }
     }

@@ -14,6 +14,7 @@
 //! | `patience` | when what was sent counts as unanswered |
 //! | `falling` | the release, found by the fall that the vehicle's accelerometer shows |
 //! | `silence` | how long nothing has come |
+//! | `trust` | whom it believes; what makes a drop a success |
 //! | `event` | what is reported |
 //!
 //! Its clock is `time_boot_ms` of the vehicle's ATTITUDE, that is, simulated time: it asks for that message
@@ -58,6 +59,7 @@ use self::replanning::Replanning;
 use self::request::Request;
 use self::setpoint::{Asked, SetpointSource};
 use self::silence::Silence;
+use self::trust::{CLOCK_JUMP_US, Conduct, Met};
 use self::vehicle::VehicleView;
 use crate::control::px4::Version;
 use crate::control::{Fall, FreeFallDetector};
@@ -85,6 +87,7 @@ mod replanning;
 mod request;
 mod setpoint;
 mod silence;
+mod trust;
 mod vehicle;
 
 #[cfg(test)]
@@ -95,9 +98,6 @@ pub use event::StreamerEvent;
 pub use replanning::SolvedBy;
 pub use vehicle::AutopilotVersion;
 
-/// The clock may go back by less than this [us] without meaning a new start (messages that overtake each
-/// other).
-const CLOCK_JITTER_US: TimeUs = 1_000_000;
 /// How PX4 says that it does not have a parameter.
 const PX4_UNKNOWN_PARAMETER: &str = "unknown param: ";
 
@@ -152,6 +152,7 @@ pub struct StreamerSession {
     texts: TextReader,
     silence: Silence,
     wire: Wire,
+    met: Met,
     /// Texts of the vehicle's events, once they are known.
     event_texts: Option<Arc<EventTexts>>,
     encoder: Encoder,
@@ -176,6 +177,7 @@ struct Flight {
     released_at: Option<TimeUs>,
     falling: Option<FreeFallDetector>,
     fall: Option<Fall>,
+    conduct: Conduct,
     vehicle: VehicleView,
     readiness: Readiness,
     failure: Option<String>,
@@ -212,6 +214,7 @@ impl StreamerSession {
             texts: TextReader::default(),
             silence: Silence::default(),
             wire: Wire::default(),
+            met: Met::default(),
             event_texts,
             outbox: VecDeque::new(),
             events: VecDeque::new(),
@@ -290,6 +293,23 @@ impl StreamerSession {
     /// Whether nothing more will be sent.
     pub fn is_over(&self) -> bool {
         matches!(self.flight.state, StreamerState::Done | StreamerState::Failed)
+    }
+
+    /// Whether the drop was streamed as it was meant to be: what `samara stream` answers by its exit code.
+    pub fn has_succeeded(&self) -> bool {
+        self.is_plan_over() && self.shortcoming().is_none()
+    }
+
+    /// Whether the plan was streamed to its end.
+    pub fn is_plan_over(&self) -> bool {
+        matches!(self.flight.state, StreamerState::Target | StreamerState::Done)
+    }
+
+    /// What keeps a drop whose plan was streamed to its end from being a success.
+    pub fn shortcoming(&self) -> Option<&'static str> {
+        let end_s = self.setpoints.trajectory.end_s();
+        let plan_end = self.plan_start().map_or(TimeUs::MAX, |start| start + microseconds(end_s));
+        self.flight.conduct.shortcoming(self.config.commands_release, plan_end)
     }
 
     /// Whether what it does next depends on what the vehicle answers and reports: until the vehicle is ready
@@ -457,6 +477,14 @@ impl StreamerSession {
             Some(MavMessage::HEARTBEAT(m)) => {
                 let (now, flies) = (self.flight.now, self.flight.state.is_flight());
                 let lost = self.flight.vehicle.take_heartbeat(now, m);
+                let flies_offboard = self.flight.vehicle.flies_offboard();
+                match self.flight.state {
+                    StreamerState::Falling | StreamerState::Tracking => {
+                        self.flight.conduct.take(now, flies_offboard, false);
+                    }
+                    StreamerState::Target => self.flight.conduct.take(now, flies_offboard, true),
+                    _ => {}
+                }
                 for what in lost.into_iter().filter(|_| flies) {
                     let said = self.flight.vehicle.said_since(now.saturating_sub(2_000_000));
                     self.report(StreamerEvent::Lost { what, said });
@@ -506,7 +534,11 @@ impl StreamerSession {
     }
 
     fn take_clock(&mut self, now: TimeUs) {
-        if now + CLOCK_JITTER_US < self.flight.now {
+        let is_met = self.flight.state != StreamerState::WaitingForVehicle;
+        if is_met && !self.met.believes_clock(self.flight.now, now) {
+            return;
+        }
+        if now + CLOCK_JUMP_US < self.flight.now {
             self.events.push_back(Timed { at: now, event: StreamerEvent::VehicleRestarted });
             self.flight = Flight::default();
             self.flight.vehicle.heartbeat_heard = true;
@@ -528,6 +560,11 @@ impl Session for StreamerSession {
         if !matches!(link, Link::Api | Link::Parachute) || from.0 != self.config.vehicle_system {
             return;
         }
+        let waits = self.flight.state == StreamerState::WaitingForVehicle;
+        let is_heartbeat = matches!(frame.known(), Some(MavMessage::HEARTBEAT(_)));
+        if !self.met.believes(waits, from.1, frame.peer, is_heartbeat) {
+            return;
+        }
         if let (Some(ack), Some(request)) = (frame.command_ack(), &mut self.flight.request) {
             return request.take_ack(&ack, from, (STREAMER_SYSTEM, STREAMER_COMPONENT));
         }
@@ -542,7 +579,8 @@ impl Session for StreamerSession {
             (PARACHUTE_COMPONENT, Some(MavMessage::HEARTBEAT(_))) if self.waits_for_a_clock() => {
                 self.send(&heartbeat_of(MavType::MAV_TYPE_GCS));
             }
-            (PARACHUTE_COMPONENT, Some(MavMessage::NAMED_VALUE_INT(m))) => {
+            // Said again every second, for whoever joins later.
+            (PARACHUTE_COMPONENT, Some(MavMessage::NAMED_VALUE_INT(m))) if !waits => {
                 match (m.name.to_str(), TimeUs::try_from(m.value)) {
                     (Ok(MUTE), Ok(mute)) => self.flight.mute = mute != 0,
                     (Ok(T_RELEASE), Ok(ms)) if self.config.free_fall.is_none() => {

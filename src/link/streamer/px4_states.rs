@@ -311,7 +311,7 @@ impl StreamerSession {
     /// Whether the vehicle shows what the acknowledgements have promised; back to asking otherwise.
     pub(super) fn shows_itself_ready(&mut self) -> bool {
         if self.config.procedure.is_none() {
-            return true;
+            return self.flight.vehicle.armed;
         }
         if self.flight.vehicle.shown_at < self.flight.armed_at + self.config.site_span_us(SHOWN_AFTER_US) {
             return false;

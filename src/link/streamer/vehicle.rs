@@ -81,6 +81,11 @@ impl VehicleView {
         changes.into_iter().filter(|(_, was, is)| *was && !is).map(|(what, ..)| what).collect()
     }
 
+    /// Whether it was last heard, or has acknowledged, to be armed in OFFBOARD.
+    pub(super) fn flies_offboard(&self) -> bool {
+        self.armed && self.offboard
+    }
+
     /// Remembers a text; the oldest makes room.
     pub(super) fn remember(&mut self, at: TimeUs, text: String) {
         self.texts.push_back((at, text));

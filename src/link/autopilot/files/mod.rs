@@ -3,6 +3,9 @@
 //! A request with the sequence of the last one is that one again, whose answer was lost: the same answer goes
 //! out. Bursts go out a few at a time, so that telemetry is not held up.
 //!
+//! There are eight sessions, two for a component, four for all that speak from one address. Who has none yet
+//! always gets one: that which was unused for longest gives way.
+//!
 //! Packets of MAVLink FTP, 251 bytes: sequence (2), session, opcode, size, opcode asked for, burst complete,
 //! padding, offset (4), data (239). An answer carries the session, the request's sequence + 1 and ACK or NAK.
 
@@ -29,8 +32,10 @@ const DATA_LEN: usize = 251 - HEADER_LEN;
 
 /// What an answer holds: its session and its data.
 type Answer = Result<(u8, Vec<u8>), Nak>;
-/// Most sessions of one peer.
+/// Most sessions of one component.
 const MOST_OF_PEER: usize = 2;
+/// Most sessions of all that speak from one address.
+const MOST_OF_ADDRESS: usize = 4;
 /// Most sessions.
 const MOST_SESSIONS: usize = 8;
 /// Most peers whose last answer is remembered.
@@ -167,13 +172,17 @@ impl FileServer {
 
     fn open(&mut self, now: TimeUs, peer: Peer, path: &[u8]) -> Answer {
         let file = self.find(path)?;
+        let is_there = |s: &&Session| (s.peer.link, s.peer.id) == (peer.link, peer.id);
         let own = self.sessions.iter().filter(|s| s.peer == peer).count();
-        if own >= MOST_OF_PEER {
+        let there = self.sessions.iter().filter(is_there).count();
+        if own >= MOST_OF_PEER || there >= MOST_OF_ADDRESS {
             return Err(Nak::MAV_FTP_ERR_NOSESSIONSAVAILABLE);
         }
         if self.sessions.len() >= MOST_SESSIONS {
-            let idle = self.sessions.iter().position(|s| now.saturating_sub(s.used_us) > IDLE_US);
-            let id = self.sessions.remove(idle.ok_or(Nak::MAV_FTP_ERR_NOSESSIONSAVAILABLE)?).id;
+            let unused = (0..self.sessions.len()).min_by_key(|i| self.sessions[*i].used_us);
+            let gives_way = |i: &usize| there == 0 || now.saturating_sub(self.sessions[*i].used_us) > IDLE_US;
+            let i = unused.filter(gives_way).ok_or(Nak::MAV_FTP_ERR_NOSESSIONSAVAILABLE)?;
+            let id = self.sessions.remove(i).id;
             self.bursts.retain(|b| b.session != id);
         }
         let free = (0..=u8::MAX).find(|id| self.sessions.iter().all(|s| s.id != *id));

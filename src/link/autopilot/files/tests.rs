@@ -183,17 +183,27 @@ fn regress_sessions_are_few_and_the_peers_own() {
     assert!(client.ask(session, 5, 0, &[]).1.is_ok(), "another's reset does not end it");
     client.ask(0, 2, 0, &[]).1.unwrap();
     assert_eq!(client.ask(session, 5, 0, &[]).1, Err(4));
-    for system in 1..=4 {
+    // From one address no more than four, in however many names.
+    for system in 1..=2 {
         client.peer = Peer { system, ..GROUND };
         client.open(GENERAL);
         client.open(GENERAL);
     }
-    client.peer = SCRIPT;
+    client.peer = Peer { system: 3, ..GROUND };
+    assert_eq!(client.ask(0, 4, 0, GENERAL.as_bytes()).1, Err(5));
+    let elsewhere = |id: u32, system: u8| Peer { id: PeerId(id), system, ..GROUND };
+    for (id, system) in [(7, 1), (7, 2), (8, 1), (8, 2)] {
+        client.peer = elsewhere(id, system);
+        client.open(GENERAL);
+    }
+    // All eight are taken: who has one gets none beside it, who has none gets the longest unused.
     assert_eq!(client.ask(0, 4, 0, GENERAL.as_bytes()).1, Err(5));
     let request = client.request(0, 4, 0, 34, GENERAL.as_bytes());
+    client.server.handle(0, SCRIPT, &request);
+    assert_eq!(client.server.poll_answer().unwrap().1[3], 128, "a stranger holds nothing");
     let mut later = request;
     later[0] = later[0].wrapping_add(1);
-    client.server.handle(IDLE_US + 1, SCRIPT, &later);
+    client.server.handle(IDLE_US + 1, elsewhere(8, 3), &later);
     assert_eq!(client.server.poll_answer().unwrap().1[3], 128, "an idle one makes room");
 }
 

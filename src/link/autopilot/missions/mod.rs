@@ -4,8 +4,9 @@
 //! As PX4 does it: the vehicle asks for item after item and asks again after 250 ms; a peer that has been
 //! silent for 5 s has given up; a second peer that wants to upload meanwhile gets an error; a plan takes the
 //! place of the old one only once it is whole. Better than PX4: several peers may download at once, each what
-//! stood there when it began; a peer that starts its upload again is not refused for being busy with itself.
-//! Times are the vehicle's.
+//! stood there when it began; a peer that starts its upload again is not refused for being busy with itself;
+//! an upload whose next item has not come for a second, or that has lasted for ten, gives way to another
+//! peer. Times are the vehicle's.
 
 #[cfg(test)]
 mod tests;
@@ -28,6 +29,10 @@ use super::outbox::Peer;
 const RETRY_US: TimeUs = 250_000;
 /// A peer that has said nothing for this long has given up [us].
 const TIMEOUT_US: TimeUs = 5_000_000;
+/// An upload without the item that is due for so long, or that has lasted so long, gives way to another peer
+/// [us].
+const STANDSTILL_US: TimeUs = 1_000_000;
+const LONGEST_US: TimeUs = 10_000_000;
 /// Most peers that download at once; the one that was silent longest makes room.
 const MOST_DOWNLOADS: usize = 8;
 const ALL: u8 = MavMissionType::MAV_MISSION_TYPE_ALL as u8;
@@ -43,6 +48,9 @@ struct Upload {
     int: bool,
     asked_us: TimeUs,
     heard_us: TimeUs,
+    /// When its peer began to upload, though it may have begun anew since; when an item came last.
+    since_us: TimeUs,
+    advanced_us: TimeUs,
 }
 
 /// A plan on its way out, as it was when that began.
@@ -120,7 +128,7 @@ impl Missions {
             Request::Count { kind, count } => self.begin(now, peer, kind, usize::from(count)),
             Request::Upload { kind, seq, int, item } => self.take(now, peer, kind, seq, int, item),
             Request::Ack { kind, result } => self.acknowledged(now, peer, kind, result),
-            Request::Clear { kind } => self.clear(peer, kind),
+            Request::Clear { kind } => self.clear(now, peer, kind),
             Request::SetCurrent { seq } => {
                 self.set_current(seq);
             }
@@ -179,11 +187,12 @@ impl Missions {
         let Some(kind) = Kind::from_number(number) else {
             return self.ack(peer, number, MissionResult::MAV_MISSION_UNSUPPORTED, 0);
         };
-        if self.is_busy_with_another_than(peer) {
+        if self.is_busy_with_another_than(peer, now) {
             self.say(Severity::Error, "upload refused: another one is under way");
             return self.ack(peer, number, MissionResult::MAV_MISSION_ERROR, 0);
         }
-        (self.upload, self.completed) = (None, None);
+        let before = self.upload.take().filter(|upload| upload.peer == peer);
+        self.completed = None;
         if count > kind.capacity() {
             let (name, most) = (kind.name(), kind.capacity());
             self.say(Severity::Error, format!("{name} refused: at most {most} items"));
@@ -194,12 +203,20 @@ impl Missions {
             return self.ack(peer, number, MissionResult::MAV_MISSION_ACCEPTED, 0);
         }
         let items = Vec::with_capacity(count);
-        self.upload = Some(Upload { peer, kind, count, items, int: true, asked_us: now, heard_us: now });
+        // Who begins again and again does not get more time by it.
+        let since_us = before.as_ref().map_or(now, |upload| upload.since_us);
+        let advanced_us = before.map_or(now, |upload| upload.advanced_us);
+        let (int, asked_us, heard_us) = (true, now, now);
+        self.upload =
+            Some(Upload { peer, kind, count, items, int, asked_us, heard_us, since_us, advanced_us });
         self.ask(now);
     }
 
-    fn is_busy_with_another_than(&self, peer: Peer) -> bool {
-        self.upload.as_ref().is_some_and(|upload| upload.peer != peer)
+    fn is_busy_with_another_than(&self, peer: Peer, now: TimeUs) -> bool {
+        self.upload.as_ref().is_some_and(|upload| {
+            let advances = now.saturating_sub(upload.advanced_us) <= STANDSTILL_US;
+            upload.peer != peer && advances && now.saturating_sub(upload.since_us) <= LONGEST_US
+        })
     }
 
     /// Asks for the item that is due.
@@ -222,7 +239,7 @@ impl Missions {
             // The right one is asked for again in time.
             return;
         }
-        upload.int = int;
+        (upload.int, upload.advanced_us) = (int, now);
         if let Err(result) = item.check(upload.kind) {
             let text = format!("{} refused: item {seq} (command {})", upload.kind.name(), item.command);
             self.upload = None;
@@ -275,13 +292,13 @@ impl Missions {
         }
     }
 
-    fn clear(&mut self, peer: Peer, number: u8) {
+    fn clear(&mut self, now: TimeUs, peer: Peer, number: u8) {
         let kinds = match Kind::from_number(number) {
             Some(kind) => vec![kind],
             None if number == ALL => Kind::ALL.to_vec(),
             None => return self.ack(peer, number, MissionResult::MAV_MISSION_UNSUPPORTED, 0),
         };
-        if self.is_busy_with_another_than(peer) {
+        if self.is_busy_with_another_than(peer, now) {
             self.say(Severity::Error, "clearing refused: an upload is under way");
             return self.ack(peer, number, MissionResult::MAV_MISSION_ERROR, 0);
         }

@@ -44,6 +44,7 @@ fn a_version_is_believed_and_one_in_the_making_is_looked_at() {
         let mut careful = ScriptedPx4::new(Some(ALIGNED), PASS, WILLING);
         careful.px4 = of(has);
         let version = AUTOPILOT_VERSION_DATA { flight_sw_version: software, ..Default::default() };
+        careful.script.heartbeat();
         careful.script.vehicle_says(&MavMessage::AUTOPILOT_VERSION(version));
         careful.until(StreamerState::Streaming);
         assert!(careful.reports().contains(&told.to_owned()), "{told}");

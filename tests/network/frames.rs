@@ -1,0 +1,144 @@
+//! What strangers and a second vehicle send: sound frames without a signature, in whoever's name.
+
+use mavlink::dialects::common::*;
+use samara::link::Encoder;
+use samara::random::Stream;
+
+const VEHICLE: (u8, u8) = (1, 1);
+const PARACHUTE: (u8, u8) = (1, 161);
+
+/// A frame in the name of a system and component.
+pub fn frame(from: (u8, u8), message: &MavMessage) -> Vec<u8> {
+    Encoder::new(from.0, from.1).encode(message)
+}
+
+/// A HEARTBEAT of the autopilot, armed in OFFBOARD or at rest.
+pub fn vehicle_heartbeat(armed: bool) -> Vec<u8> {
+    let mut base_mode = MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;
+    base_mode.set(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED, armed);
+    // PX4's main modes: 6 OFFBOARD, 4 with submode 3 HOLD.
+    let custom_mode = if armed { 6 << 16 } else { 3 << 24 | 4 << 16 };
+    let mavtype = MavType::MAV_TYPE_QUADROTOR;
+    let beat = HEARTBEAT_DATA { custom_mode, mavtype, base_mode, mavlink_version: 3, ..Default::default() };
+    frame(VEHICLE, &MavMessage::HEARTBEAT(beat))
+}
+
+/// The vehicle's clock.
+pub fn attitude(time_boot_ms: u32) -> Vec<u8> {
+    frame(VEHICLE, &MavMessage::ATTITUDE(ATTITUDE_DATA { time_boot_ms, ..Default::default() }))
+}
+
+/// A HEARTBEAT of the parachute.
+pub fn parachute_heartbeat() -> Vec<u8> {
+    let mavtype = MavType::MAV_TYPE_PARACHUTE;
+    frame(PARACHUTE, &MavMessage::HEARTBEAT(HEARTBEAT_DATA { mavtype, ..Default::default() }))
+}
+
+/// A number of the parachute's: `t_release`, `t_end` or `mute`.
+pub fn parachute_value(name: &str, value: i32) -> Vec<u8> {
+    let named = NAMED_VALUE_INT_DATA { time_boot_ms: 1, value, name: name.into() };
+    frame(PARACHUTE, &MavMessage::NAMED_VALUE_INT(named))
+}
+
+/// A COMMAND_ACK "accepted" to the streamer.
+pub fn ack(from: (u8, u8), command: MavCmd) -> Vec<u8> {
+    let (target_system, target_component) = (245, 190);
+    let ack = COMMAND_ACK_DATA { command, target_system, target_component, ..Default::default() };
+    frame(from, &MavMessage::COMMAND_ACK(ack))
+}
+
+/// A command of a ground station of this system.
+pub fn command(system: u8, command: MavCmd, to: (u8, u8), params: [f32; 3]) -> Vec<u8> {
+    let [param1, param2, param3] = params;
+    let (target_system, target_component) = to;
+    frame(
+        (system, 190),
+        &MavMessage::COMMAND_LONG(COMMAND_LONG_DATA {
+            command,
+            target_system,
+            target_component,
+            param1,
+            param2,
+            param3,
+            ..Default::default()
+        }),
+    )
+}
+
+/// A HEARTBEAT of a ground station.
+pub fn station_heartbeat(system: u8) -> Vec<u8> {
+    let mavtype = MavType::MAV_TYPE_GCS;
+    frame((system, 190), &MavMessage::HEARTBEAT(HEARTBEAT_DATA { mavtype, ..Default::default() }))
+}
+
+/// Something to the streamer that would mislead it, in the vehicle's name.
+pub fn misleading(dice: &mut Stream) -> Vec<u8> {
+    let ms = dice.below(12_000) as i32;
+    match dice.below(12) {
+        0 => attitude(4_000_000_000),
+        1 => attitude(0),
+        2 => attitude(ms as u32),
+        3 => parachute_value("t_end", ms),
+        4 => parachute_value("t_release", ms),
+        5 => parachute_value("mute", 1),
+        6 => vehicle_heartbeat(false),
+        7 => vehicle_heartbeat(true),
+        8 => ack(PARACHUTE, MavCmd::MAV_CMD_DO_GRIPPER),
+        9 => ack(VEHICLE, MavCmd::MAV_CMD_COMPONENT_ARM_DISARM),
+        10 => ack(VEHICLE, MavCmd::MAV_CMD_DO_SET_MODE),
+        _ => parachute_heartbeat(),
+    }
+}
+
+/// A command to the vehicle that no drop wants, and where it is sent: the port of the autopilot or that of
+/// the parachute.
+pub fn meddling(dice: &mut Stream) -> (bool, Vec<u8>) {
+    const ARM: MavCmd = MavCmd::MAV_CMD_COMPONENT_ARM_DISARM;
+    match dice.below(5) {
+        0 | 1 => (true, command(66, MavCmd::MAV_CMD_DO_GRIPPER, PARACHUTE, [0.0; 3])),
+        2 => (false, command(66, ARM, VEHICLE, [0.0, 21_196.0, 0.0])),
+        3 => (false, command(66, ARM, VEHICLE, [1.0, 21_196.0, 0.0])),
+        _ => (false, command(66, MavCmd::MAV_CMD_DO_SET_MODE, VEHICLE, [1.0, 4.0, 3.0])),
+    }
+}
+
+/// Opens an upload of three mission items and then holds it, with items that were not asked for.
+pub fn mission_holding(system: u8, opens: bool) -> Vec<u8> {
+    let (target_system, target_component) = VEHICLE;
+    let message = if opens {
+        MavMessage::MISSION_COUNT(MISSION_COUNT_DATA {
+            count: 3,
+            target_system,
+            target_component,
+            ..Default::default()
+        })
+    } else {
+        let seq = 7;
+        MavMessage::MISSION_ITEM_INT(MISSION_ITEM_INT_DATA {
+            seq,
+            target_system,
+            target_component,
+            ..Default::default()
+        })
+    };
+    frame((system, 190), &message)
+}
+
+/// MISSION_CLEAR_ALL.
+pub fn mission_clear(system: u8) -> Vec<u8> {
+    let (target_system, target_component) = VEHICLE;
+    let clear = MISSION_CLEAR_ALL_DATA { target_system, target_component, ..Default::default() };
+    frame((system, 190), &MavMessage::MISSION_CLEAR_ALL(clear))
+}
+
+/// MAVLink FTP: opens the parameters' metadata.
+pub fn file_open(system: u8, sequence: u16) -> Vec<u8> {
+    let path = b"/etc/extras/parameters.json";
+    let mut payload = [0; 251];
+    payload[..2].copy_from_slice(&sequence.to_le_bytes());
+    (payload[3], payload[4]) = (MavFtpOpcode::MAV_FTP_OPCODE_OPENFILERO as u8, path.len() as u8);
+    payload[12..12 + path.len()].copy_from_slice(path);
+    let (target_system, target_component) = VEHICLE;
+    let open = FILE_TRANSFER_PROTOCOL_DATA { target_network: 0, target_system, target_component, payload };
+    frame((system, 190), &MavMessage::FILE_TRANSFER_PROTOCOL(open))
+}
