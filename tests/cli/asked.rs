@@ -299,7 +299,10 @@ fn files_that_do_not_suit_are_refused_with_what_is_expected() {
     );
     refused(
         &["drop", "--gains", "nosuch"],
-        &["nosuch.json", "expected one of dragonfly, hexa, hexa_drop, ideal_rms, near_hover, octo_drop, ours,"],
+        &[
+            "nosuch.json",
+            "expected one of dragonfly, hexa, hexa_drop, ideal_rms, near_hover, octo_drop, ours,",
+        ],
     );
     // A byte order mark is no fault.
     let mission = spoilt("\"seed\": 1,", "\"seed\": 1,");

@@ -405,7 +405,7 @@ mod tests {
             else {
                 panic!("no position")
             };
-            let expected = [1e-4 * degree_m, 1e-4 * degree_m * 47f64.to_radians().cos(), down_m];
+            let expected = [1e-4 * degree_m, 1e-4 * degree_m * crate::math::cos(47f64.to_radians()), down_m];
             for (found, expected) in [north, east, down].into_iter().zip(expected) {
                 assert!((found - expected).abs() < 1e-6, "{found} {expected}");
             }

@@ -367,7 +367,7 @@ mod tests {
             crate::model::environment::GeoPoint { latitude_deg: 47.0, longitude_deg: 8.0, altitude_m: 0.0 };
         let environment = crate::model::Environment::new(9.8, 1.2, Vector3::zeros(), anchor).unwrap();
         let mut take = |i: u8| {
-            let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
+            let sign = if i.is_multiple_of(2) { 1.0 } else { -1.0 };
             let m = HIL_SENSOR_DATA { xacc: 1.5 * sign, ygyro: 0.25 * sign, ..Default::default() };
             hil.take(&MavMessage::HIL_SENSOR(m), &environment);
             hil.vibration
