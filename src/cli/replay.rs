@@ -81,15 +81,8 @@ pub fn run(args: &ReplayArgs) -> Result<Answer, Failure> {
     let equal = replayed.difference.is_none() && truth.as_ref().is_none_or(Truth::is_equal);
     let (messages, difference) =
         (replayed.equal_messages, replayed.difference.as_ref().map(ToString::to_string));
-    let flown = Flown {
-        record: replayed.run.record().clone(),
-        log: replayed.run.into_log(),
-        real_time_factor: None,
-        by: None,
-        trouble: None,
-        replans: Vec::new(),
-        fall: None,
-    };
+    let record = replayed.run.record().clone();
+    let flown = Flown::of_simulator(replayed.run.into_log(), record);
     let mut conclusion = Conclusion::new(&mission, None, &flown).with_page(&args.page);
     conclusion.write("replay", &[], &folder)?;
     let narrator = Narrator::together(args.json);

@@ -64,15 +64,7 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     reporter.finish()?;
     let record = session.run().record().clone();
     let log = session.into_run().into_log();
-    let flown = Flown {
-        log,
-        record,
-        real_time_factor: None,
-        by: None,
-        trouble: None,
-        replans: Vec::new(),
-        fall: None,
-    };
+    let flown = Flown::of_simulator(log, record);
     let mut conclusion = Conclusion::new(&mission, None, &flown).with_page(&args.page);
     conclusion.write("sim", &[("instance", args.net.instance.to_string())], &folder)?;
     conclusion.report(&narrator, &folder)?;

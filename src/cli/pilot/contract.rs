@@ -77,6 +77,14 @@ pub struct Flown {
     pub fall: Option<Fall>,
 }
 
+impl Flown {
+    /// A flight of the simulator alone, by nobody known: its log and what happened in it.
+    pub fn of_simulator(log: Vec<Sample>, record: FlightRecord) -> Self {
+        let (real_time_factor, by, trouble, fall) = (None, None, None, None);
+        Self { log, record, real_time_factor, by, trouble, replans: Vec::new(), fall }
+    }
+}
+
 /// An option that not every pilot has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PilotOption {
