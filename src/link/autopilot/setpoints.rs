@@ -106,6 +106,19 @@ pub(super) fn read(
     }
 }
 
+/// The [`Motion`] of either message, whose fields for it have the same names.
+macro_rules! motion_of {
+    ($message:ident) => {
+        Motion {
+            type_mask: $message.type_mask,
+            v: [$message.vx, $message.vy, $message.vz],
+            a: [$message.afx, $message.afy, $message.afz],
+            yaw: $message.yaw,
+            yaw_rate: $message.yaw_rate,
+        }
+    };
+}
+
 /// Reads SET_POSITION_TARGET_LOCAL_NED; its numbers are checked by the autopilot.
 fn local_setpoint(message: &SET_POSITION_TARGET_LOCAL_NED_DATA) -> Result<OffboardSetpoint, SetpointFault> {
     #[expect(deprecated, reason = "PX4 takes it")]
@@ -118,14 +131,7 @@ fn local_setpoint(message: &SET_POSITION_TARGET_LOCAL_NED_DATA) -> Result<Offboa
     if frame == VelocityFrame::Heading && p.iter().any(Option::is_some) {
         return Err(SetpointFault::BodyPosition);
     }
-    let motion = Motion {
-        type_mask: message.type_mask,
-        v: [message.vx, message.vy, message.vz],
-        a: [message.afx, message.afy, message.afz],
-        yaw: message.yaw,
-        yaw_rate: message.yaw_rate,
-    };
-    motion.setpoint(frame, p)
+    motion_of!(message).setpoint(frame, p)
 }
 
 /// Reads SET_POSITION_TARGET_GLOBAL_INT in the place of an environment, with home in NED [m] where it is
@@ -137,14 +143,7 @@ fn global_setpoint(
 ) -> Result<OffboardSetpoint, SetpointFault> {
     let is_whole = message.type_mask.bits() & 0b111 == 0;
     let p = if is_whole { global_place(message, environment, home_ned)?.map(Some) } else { [None; 3] };
-    let motion = Motion {
-        type_mask: message.type_mask,
-        v: [message.vx, message.vy, message.vz],
-        a: [message.afx, message.afy, message.afz],
-        yaw: message.yaw,
-        yaw_rate: message.yaw_rate,
-    };
-    motion.setpoint(VelocityFrame::Ned, p)
+    motion_of!(message).setpoint(VelocityFrame::Ned, p)
 }
 
 /// The position of a SET_POSITION_TARGET_GLOBAL_INT, NED [m].
