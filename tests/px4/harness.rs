@@ -77,13 +77,15 @@ impl Running {
     pub fn px4(build: &Path, instance: u16, work: &Path, script: &str) -> Self {
         let hooks = work.join("hooks");
         std::fs::create_dir_all(&hooks).unwrap();
-        std::fs::write(hooks.join("px4-rc.params"), format!("#!/bin/sh\nset MIXER quad_x\n{script}"))
-            .unwrap();
+        // Versions before v1.14 have a mixer; later ones their rotors by CA_*, which the model itself sets.
+        let newer = build.join("etc/init.d-posix/airframes/10016_none_iris").exists();
+        let (model, mixer) = if newer { ("none_iris", "") } else { ("iris", "set MIXER quad_x\n") };
+        std::fs::write(hooks.join("px4-rc.params"), format!("#!/bin/sh\n{mixer}{script}")).unwrap();
         let path = format!("{}:{}", hooks.display(), std::env::var("PATH").unwrap());
         let mut command = Command::new(build.join("bin/px4"));
         command.args(["-i", &instance.to_string(), "-d"]).arg(build.join("etc")).arg("-w").arg(work);
         command.args(["-s", "etc/init.d-posix/rcS"]).current_dir(work).process_group(0);
-        command.env("PX4_SIM_MODEL", "iris").env("PATH", path);
+        command.env("PX4_SIM_MODEL", model).env("PATH", path);
         Self::start(command, true)
     }
 
