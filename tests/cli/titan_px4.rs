@@ -18,7 +18,7 @@ fn real_px4_flies_the_lander_on_titan() {
         assert_eq!(code(&output), 0, "{}", stderr(&output));
         json(&output)
     };
-    let px4 = drop("px4", &["--instance", "11", "--autopilot", &format!("px4={build}")]);
+    let px4 = drop("px4", &["--instance", "8", "--autopilot", &format!("px4={build}")]);
     let reference = drop("reference", &[]);
     assert!(px4["steady_after_s"].is_f64() && px4["failsafe"] == false, "{px4}");
     // PX4's law is another one (it tilts by g0, not by what is left of it in a descent): near, not the same.
