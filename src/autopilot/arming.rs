@@ -29,6 +29,9 @@ pub enum ArmingRefusal {
     /// The vehicle lies on its side.
     #[error("Arming denied: tilted by more than 60 deg")]
     Tilted,
+    /// A failsafe has stopped the motors for good; not even a forced arming starts them.
+    #[error("Arming denied: flight terminated, start the autopilot again")]
+    Terminated,
 }
 
 /// Why the motors stay on.

@@ -114,6 +114,12 @@ impl Watch {
         (0..now.len()).filter(move |&i| now[i] && !before[i]).map(|i| Condition::ALL[i].0)
     }
 
+    /// Whether anything held at the last look of which the settings want at least a warning.
+    pub fn has_concern(&self, settings: &Settings) -> bool {
+        let wanted = |condition: Condition| condition.action(settings) != Action::Nothing;
+        Condition::ALL.into_iter().zip(self.holds).any(|((condition, _), holds)| holds && wanted(condition))
+    }
+
     /// Whether the vehicle was outside the fence at the last look.
     pub fn fence_is_breached(&self) -> bool {
         let fence = |condition| {

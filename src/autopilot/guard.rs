@@ -113,10 +113,11 @@ impl Autopilot {
 
     /// Does what a failsafe wants, unless the mode is already as severe.
     fn act(&mut self, action: Action) {
+        if self.terminated {
+            return;
+        }
         if action == Action::Terminate {
-            self.say(Severity::Emergency, "Failsafe: TERMINATE");
-            // Forced, it is not refused.
-            let _ = self.disarm(true);
+            self.terminate();
         } else if let Some(mode) = action.mode()
             && action > Action::of_mode(self.mode)
         {
@@ -124,6 +125,15 @@ impl Autopilot {
             self.say(Severity::Critical, format!("Failsafe: {}", action.name()));
             self.enter(mode, Navigator::begin(mode));
         }
+    }
+
+    /// Stops the motors until the autopilot is started again. As in PX4 the vehicle stays armed, without a
+    /// mode that flies.
+    fn terminate(&mut self) {
+        (self.terminated, self.failsafe) = (true, true);
+        self.say(Severity::Emergency, "Failsafe: TERMINATE");
+        self.enter(FlightMode::Manual, Navigator::default());
+        self.loops.switch_off();
     }
 
     /// Looks whether the vehicle has landed; disarms some time after.

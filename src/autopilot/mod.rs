@@ -95,6 +95,8 @@ pub struct Autopilot {
     flying: bool,
     /// A failsafe has chosen the mode and nobody has chosen one since.
     failsafe: bool,
+    /// A failsafe has stopped the motors, until the autopilot is started again.
+    terminated: bool,
     settings: Settings,
     setpoints: SetpointStore,
     navigator: Navigator,
@@ -133,6 +135,7 @@ impl Autopilot {
             engaged: false,
             flying: false,
             failsafe: false,
+            terminated: false,
             setpoints: SetpointStore::default(),
             navigator: Navigator::default(),
             land_detector: LandDetector::default(),
@@ -174,6 +177,7 @@ impl Autopilot {
             return [0.0; MAX_ROTORS];
         }
         match self.mode {
+            _ if self.terminated => self.loops.switch_off(),
             FlightMode::Offboard => {
                 if let Some(setpoint) = self.fresh_setpoint(now_us) {
                     self.loops.fly(&state, &setpoint, &self.settings);
@@ -261,9 +265,15 @@ impl Autopilot {
         matches!(self.mode, FlightMode::AutoLand | FlightMode::AutoRtl) && self.navigator.is_landing()
     }
 
-    /// Whether a failsafe has chosen the mode.
+    /// Whether a failsafe has chosen the mode, or something holds that wants at least a warning: being in
+    /// failsafe as PX4 has it (FailsafeBase::inFailsafe).
     pub fn in_failsafe(&self) -> bool {
-        self.failsafe
+        self.failsafe || (self.armed && self.watch.has_concern(&self.settings))
+    }
+
+    /// Whether a failsafe has stopped the motors. It stays so until the autopilot is started again.
+    pub fn is_terminated(&self) -> bool {
+        self.terminated
     }
 
     /// The controller.

@@ -118,6 +118,9 @@ pub enum ModeRefusal {
         /// How young it has to be [us].
         timeout_us: u64,
     },
+    /// A failsafe has stopped the motors for good.
+    #[error("{} refused: flight terminated, start the autopilot again", .0.name())]
+    Terminated(FlightMode),
 }
 
 #[cfg(test)]

@@ -16,6 +16,7 @@ impl Autopilot {
     /// # Errors
     /// [`ModeRefusal`], which is also said as an event; the mode stays.
     pub fn request_mode(&mut self, now_us: u64, mode: FlightMode) -> Result<(), ModeRefusal> {
+        self.check_not_terminated(mode)?;
         let refusal = if !mode.is_flown() {
             Some(ModeRefusal::NotFlown(mode))
         } else if mode == FlightMode::Offboard && self.fresh_setpoint(now_us).is_none() {
@@ -36,17 +37,36 @@ impl Autopilot {
     }
 
     /// HOLD at a place, NED [m], to which the vehicle goes first.
-    pub fn reposition(&mut self, place_ned: Vector3<f64>, yaw: YawSetpoint) {
+    ///
+    /// # Errors
+    /// [`ModeRefusal::Terminated`], which is also said as an event.
+    pub fn reposition(&mut self, place_ned: Vector3<f64>, yaw: YawSetpoint) -> Result<(), ModeRefusal> {
+        self.check_not_terminated(FlightMode::AutoLoiter)?;
         self.failsafe = false;
         self.say(Severity::Info, "mode HOLD: going there");
         self.enter(FlightMode::AutoLoiter, Navigator::hold_at(place_ned, yaw));
+        Ok(())
     }
 
     /// TAKEOFF to a position down [m] instead of MIS_TAKEOFF_ALT above home.
-    pub fn take_off_to(&mut self, down_m: f64) {
+    ///
+    /// # Errors
+    /// [`ModeRefusal::Terminated`], which is also said as an event.
+    pub fn take_off_to(&mut self, down_m: f64) -> Result<(), ModeRefusal> {
+        self.check_not_terminated(FlightMode::AutoTakeoff)?;
         self.failsafe = false;
         self.say(Severity::Info, "mode AUTO.TAKEOFF");
         self.enter(FlightMode::AutoTakeoff, Navigator::take_off_to(down_m));
+        Ok(())
+    }
+
+    fn check_not_terminated(&mut self, mode: FlightMode) -> Result<(), ModeRefusal> {
+        let refusal = ModeRefusal::Terminated(mode);
+        if !self.terminated {
+            return Ok(());
+        }
+        self.say(Severity::Error, refusal.to_string());
+        Err(refusal)
     }
 
     /// Changes the horizontal speed of the automatic mode, until the next one [m/s]; `None` is MPC_XY_CRUISE.
@@ -68,7 +88,12 @@ impl Autopilot {
         if self.armed {
             return Ok(());
         }
-        if !force && let Err(refusal) = arming::check_arming(now_us, self.alignment.now(), self.state) {
+        let checked = match (self.terminated, force) {
+            (true, _) => Err(ArmingRefusal::Terminated),
+            (false, true) => Ok(()),
+            (false, false) => arming::check_arming(now_us, self.alignment.now(), self.state),
+        };
+        if let Err(refusal) = checked {
             self.say(Severity::Critical, refusal.to_string());
             return Err(refusal);
         }

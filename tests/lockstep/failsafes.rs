@@ -1,6 +1,7 @@
 //! Each failsafe, provoked.
 
 use mavlink::dialects::common::*;
+use nalgebra::Vector3;
 use samara::model::supply::{Pack, PackLimits, Throttle};
 use samara::sim::{Battery, ElectricBattery};
 
@@ -60,7 +61,8 @@ fn regress_ground_station_lost() {
     assert!(wire.height_m().abs() < 0.01);
 }
 
-/// GF_MAX_HOR_DIST and GF_ACTION: return; a mode chosen by hand is left alone then.
+/// GF_MAX_HOR_DIST and GF_ACTION: return; a mode chosen by hand is left alone then, and it shows as long as
+/// the vehicle is outside (PX4's FailsafeBase::getSelectedAction: who takes over is warned).
 #[test]
 fn regress_fence() {
     let mut wire = Wire::hovering(10.0, None);
@@ -79,6 +81,10 @@ fn regress_fence() {
     assert_eq!(wire.command(MavCmd::MAV_CMD_DO_SET_MODE, &[1.0, 4.0, 3.0]), 0);
     wire.fly(2.0);
     assert_eq!(wire.mode(), [4, 3]);
+    assert!(critical(&wire));
+    assert_eq!(wire.command(MavCmd::MAV_CMD_NAV_RETURN_TO_LAUNCH, &[]), 0);
+    wire.fly_until(30.0, |wire| wire.level_distance_m(Vector3::zeros()) < 14.0);
+    wire.fly(1.5);
     assert!(!critical(&wire));
 }
 
@@ -87,8 +93,7 @@ fn regress_fence() {
 fn regress_an_uploaded_fence() {
     let mut wire = Wire::hovering(10.0, None);
     let north_m = wire.body().p_ned.x + 30.0;
-    let point =
-        wire.simulator.run().simulation().environment().geo_point(&nalgebra::Vector3::new(north_m, 0.0, 0.0));
+    let point = wire.simulator.run().simulation().environment().geo_point(&Vector3::new(north_m, 0.0, 0.0));
     let count = MISSION_COUNT_DATA {
         count: 1,
         target_system: 1,
@@ -135,7 +140,8 @@ fn regress_fence_terminates() {
     wire.set_real("GF_MAX_VER_DIST", 9.0);
     wire.set_int("GF_ACTION", 4);
     wire.fly(1.5);
-    assert!(!wire.is_armed() && wire.said("Failsafe: TERMINATE"));
+    assert!(wire.said("Failsafe: TERMINATE"));
+    assert_eq!(wire.heartbeat.system_status, MavState::MAV_STATE_FLIGHT_TERMINATION);
     wire.fly(5.0);
     let speed = wire.touch_speed_m_s();
     // sqrt(2 g h) from 10 m, less what the air takes.

@@ -45,6 +45,15 @@ fn regress_takeoff_hover_return_and_land_from_the_ground() {
     let fastest =
         wire.simulator.run().log().iter().map(|s| s.state.body.v_ned.xy().norm()).fold(0.0, f64::max);
     assert!((4.5..5.6).contains(&fastest), "MPC_XY_CRUISE: {fastest}");
+    // QGroundControl's "change heading": no place, a heading of 90 deg.
+    let stays = wire.body().p_ned;
+    let heading = std::f32::consts::FRAC_PI_2;
+    let params = [-1.0, 1.0, 0.0, heading, f32::NAN, f32::NAN, f32::NAN];
+    assert_eq!(wire.command(MavCmd::MAV_CMD_DO_REPOSITION, &params), 0);
+    wire.fly(8.0);
+    let yaw_rad = samara::frames::yaw(wire.body().q_ned_from_body);
+    assert!((yaw_rad - f64::from(heading)).abs() < 0.05, "{yaw_rad}");
+    assert!((wire.body().p_ned - stays).norm() < 0.5);
     // Home: up to 25 m, over, down to 8 m, 3 s there, down.
     for (name, value) in [("RTL_RETURN_ALT", 25.0), ("RTL_DESCEND_ALT", 8.0), ("RTL_LAND_DELAY", 3.0)] {
         wire.set_real(name, value);

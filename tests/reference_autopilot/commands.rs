@@ -195,6 +195,22 @@ fn regress_modes_by_command_and_by_message() {
         let message = command(MavCmd::MAV_CMD_DO_SET_MODE, params);
         assert_eq!(result(&mut bench, &message), expected, "{params:?}");
     }
+    // Standard modes by MAVLink's numbers: 5 safe recovery, 7 land, 8 takeoff; 1 is Position, which needs
+    // sticks.
+    for (number, expected) in [
+        (5.0, ACCEPTED),
+        (7.0, ACCEPTED),
+        (8.0, ACCEPTED),
+        (1.0, TEMPORARILY_REJECTED),
+        (0.0, DENIED),
+        (99.0, DENIED),
+        (f32::NAN, DENIED),
+    ] {
+        let message = command(MavCmd::MAV_CMD_DO_SET_STANDARD_MODE, &[number]);
+        assert_eq!(result(&mut bench, &message), expected, "{number}");
+    }
+    let hold = command(MavCmd::MAV_CMD_DO_SET_MODE, &[1.0, 4.0, 3.0]);
+    assert_eq!(result(&mut bench, &hold), ACCEPTED);
     bench.send(Link::Api, &level_no_thrust());
     // QGroundControl's SET_MODE: base mode 1, which names no MAV_MODE.
     for (target, custom_mode, expected) in [

@@ -13,6 +13,33 @@ pub const PARAMETERS: &str = "/etc/extras/parameters.json";
 /// `COMP_METADATA_TYPE_PARAMETER`.
 const PARAMETER_TYPE: u8 = 1;
 
+/// Parameters whose values are choices, each with the values that are taken here in PX4's words: ground
+/// stations offer them as a list (QGroundControl's safety page), and an empty one without them.
+const CHOICES: [(&str, &[(i32, &str)]); 4] = [
+    (
+        "COM_LOW_BAT_ACT",
+        &[
+            (0, "Warning"),
+            (1, "Return mode"),
+            (2, "Land mode"),
+            (3, "Return at critical level, land at emergency level"),
+        ],
+    ),
+    ("COM_OBL_RC_ACT", &[(3, "Return mode"), (4, "Land mode"), (5, "Hold mode")]),
+    (
+        "GF_ACTION",
+        &[
+            (0, "None"),
+            (1, "Warning"),
+            (2, "Hold mode"),
+            (3, "Return mode"),
+            (4, "Terminate"),
+            (5, "Land mode"),
+        ],
+    ),
+    ("NAV_DLL_ACT", &[(0, "Disabled"), (1, "Hold mode"), (2, "Return mode"), (3, "Land mode")]),
+];
+
 /// A file of the component's description.
 #[derive(Clone, Debug)]
 pub struct Content {
@@ -65,6 +92,11 @@ fn parameter_json(entry: &Entry) -> String {
     let judged = !matches!(entry.role, Role::Vehicle);
     fields.extend(known.min.filter(|_| judged).map(|min| ("min", min.to_string())));
     fields.extend(known.max.filter(|_| judged).map(|max| ("max", max.to_string())));
+    if let Some((_, choices)) = CHOICES.iter().find(|(name, _)| *name == entry.name) {
+        let choice =
+            |(value, words): &(i32, &str)| format!("{{\"value\":{value},\"description\":{}}}", quoted(words));
+        fields.push(("values", format!("[{}]", choices.iter().map(choice).collect::<Vec<_>>().join(","))));
+    }
     let fields: Vec<String> = fields.into_iter().map(|(key, value)| format!("\"{key}\":{value}")).collect();
     format!("{{{}}}", fields.join(","))
 }
@@ -89,5 +121,24 @@ fn group(name: &str) -> &'static str {
         Some("RTL") => "Return Mode",
         Some("SYS") => "System",
         _ => "Miscellaneous",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::autopilot::Settings;
+    use crate::control::Gains;
+
+    /// Property: what is offered is taken, and nothing else is.
+    #[test]
+    fn choices_are_what_the_settings_take() {
+        for (name, choices) in CHOICES {
+            for value in -2..10 {
+                let mut settings = Settings::beside(&Gains::near_hover());
+                let offered = choices.iter().any(|choice| choice.0 == value);
+                assert_eq!(settings.set(name, f64::from(value)), offered, "{name} {value}");
+            }
+        }
     }
 }

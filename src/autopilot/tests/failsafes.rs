@@ -31,7 +31,7 @@ fn regress_setpoints_lost_under_the_canopy_still_brake_the_fall() {
     assert!(throttle[0] > 0.0);
 }
 
-/// A failsafe takes nothing milder than what is flown, and a terminated vehicle is disarmed.
+/// A failsafe takes nothing milder than what is flown.
 #[test]
 fn regress_failsafes_do_not_soften() {
     let mut bench = Bench::engaged(velocity(0.0, YawSetpoint::Keep));
@@ -44,12 +44,60 @@ fn regress_failsafes_do_not_soften() {
     bench.autopilot.set_home(Vector3::zeros());
     bench.step();
     assert_eq!(bench.autopilot.mode(), FlightMode::AutoLand, "HOLD is milder than LAND");
-    assert!(!bench.autopilot.in_failsafe() && bench.autopilot.fence_is_breached());
+    assert!(bench.autopilot.in_failsafe() && bench.autopilot.fence_is_breached());
     bench.p_ned.x = 0.0;
     bench.step();
     assert!(!bench.autopilot.fence_is_breached());
+    assert!(!bench.autopilot.in_failsafe());
+}
+
+/// As PX4 (FailsafeBase: "Terminate never clears"; nav_state TERMINATION prevents arming): it stays armed
+/// with its motors stopped, and nothing but a new start takes it out of that.
+#[test]
+fn regress_termination_lasts() {
+    let mut bench = Bench::engaged(velocity(0.0, YawSetpoint::Keep));
+    assert!(bench.autopilot.settings_mut().set("GF_MAX_HOR_DIST", 10.0));
     assert!(bench.autopilot.settings_mut().set("GF_ACTION", 4.0));
+    bench.autopilot.set_home(Vector3::zeros());
+    bench.step();
     bench.p_ned.x = 11.0;
     bench.step();
-    assert!(!bench.autopilot.is_armed() && bench.said().contains(&"Failsafe: TERMINATE".into()));
+    assert!(bench.said().contains(&"Failsafe: TERMINATE".into()));
+    for back in [11.0, 0.0] {
+        bench.p_ned.x = back;
+        bench.offer(velocity(0.0, YawSetpoint::Keep));
+        assert_eq!(bench.run(0.5), OFF);
+        assert!(bench.autopilot.is_terminated() && bench.autopilot.is_armed());
+        assert_eq!(bench.autopilot.mode(), FlightMode::Manual);
+        for mode in [FlightMode::Offboard, FlightMode::AutoLand] {
+            let refused = bench.autopilot.request_mode(bench.now_us, mode);
+            assert_eq!(refused, Err(ModeRefusal::Terminated(mode)));
+        }
+        assert!(bench.autopilot.take_off_to(-5.0).is_err());
+        assert!(bench.autopilot.reposition(Vector3::zeros(), YawSetpoint::Keep).is_err());
+    }
+    bench.autopilot.disarm(true).unwrap();
+    for force in [false, true] {
+        assert_eq!(bench.autopilot.arm(bench.now_us, force), Err(ArmingRefusal::Terminated));
+    }
+    bench.autopilot.restart();
+    assert!(!bench.autopilot.is_terminated());
+}
+
+/// As PX4's FailsafeBase::inFailsafe, for which a warning is an action: it shows as long as it holds.
+#[test]
+fn regress_a_warning_shows_while_it_holds() {
+    let mut bench = Bench::engaged(velocity(0.0, YawSetpoint::Keep));
+    assert!(bench.autopilot.settings_mut().set("GF_MAX_HOR_DIST", 10.0));
+    assert!(bench.autopilot.settings_mut().set("GF_ACTION", 1.0));
+    bench.autopilot.set_home(Vector3::zeros());
+    bench.step();
+    for (north_m, shows) in [(11.0, true), (9.0, false), (11.0, true)] {
+        bench.p_ned.x = north_m;
+        bench.step();
+        assert_eq!(bench.autopilot.in_failsafe(), shows, "{north_m} m");
+        assert_eq!(bench.autopilot.mode(), FlightMode::Offboard);
+    }
+    assert!(bench.autopilot.settings_mut().set("GF_ACTION", 0.0));
+    assert!(!bench.autopilot.in_failsafe());
 }

@@ -12,8 +12,8 @@ fn happen(bench: &mut Bench, what: u8, x: f64) {
     match what % 16 {
         0 => drop(autopilot.arm(now, x > 0.0)),
         1 => drop(autopilot.disarm(x > 0.0)),
-        2 => autopilot.take_off_to(x),
-        3 => autopilot.reposition(Vector3::new(x, -x, x), YawSetpoint::Angle(x)),
+        2 => drop(autopilot.take_off_to(x)),
+        3 => drop(autopilot.reposition(Vector3::new(x, -x, x), YawSetpoint::Angle(x))),
         4 => autopilot.set_speed((x > 0.0).then_some(x)),
         5 => autopilot.set_home(Vector3::new(x, x, x)),
         6 => autopilot.set_charge(x.abs() / 100.0),

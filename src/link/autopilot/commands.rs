@@ -59,6 +59,7 @@ impl AutopilotSession {
         let (now, vehicle) = (self.clock.now(), &mut self.vehicle);
         match known {
             MavCmd::MAV_CMD_DO_SET_MODE => vehicle.set_mode(now, command),
+            MavCmd::MAV_CMD_DO_SET_STANDARD_MODE => vehicle.set_standard_mode(now, command),
             MavCmd::MAV_CMD_COMPONENT_ARM_DISARM => vehicle.arm_or_disarm(now, command),
             MavCmd::MAV_CMD_NAV_TAKEOFF => vehicle.take_off(now, command),
             MavCmd::MAV_CMD_NAV_LAND => vehicle.enter(now, FlightMode::AutoLand),

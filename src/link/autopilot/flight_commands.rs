@@ -3,6 +3,7 @@
 //! | command | parameters that count |
 //! |---|---|
 //! | DO_SET_MODE | 1: flags, bit 0: 2 and 3 count; 2: main mode; 3: sub mode |
+//! | DO_SET_STANDARD_MODE | 1: the standard mode |
 //! | COMPONENT_ARM_DISARM | 1: 1 arm, 0 disarm; 2: 21196 skips the checks |
 //! | NAV_TAKEOFF | 7: altitude; without it MIS_TAKEOFF_ALT above home |
 //! | NAV_LAND, NAV_RETURN_TO_LAUNCH | none: it lands where it is, it returns home |
@@ -21,6 +22,7 @@ use mavlink::dialects::common::MavFrame;
 use nalgebra::Vector3;
 
 use super::outcome::{Outcome, whole};
+use super::telemetry::mode_of_standard;
 use super::vehicle::Vehicle;
 use crate::autopilot::{FlightMode, Severity, YawSetpoint};
 use crate::link::frame::Command;
@@ -54,6 +56,15 @@ impl Vehicle {
         match (main, sub) {
             (Some(main), Some(sub)) if base_mode & 1 == 1 => self.enter_numbered(now, main, sub),
             _ => self.no_such_mode(),
+        }
+    }
+
+    /// DO_SET_STANDARD_MODE.
+    pub(super) fn set_standard_mode(&mut self, now: TimeUs, command: &Command) -> Outcome {
+        let number = command.param(1).and_then(whole).and_then(|x| u8::try_from(x).ok());
+        match number.and_then(mode_of_standard) {
+            Some(mode) => self.enter(now, mode),
+            None => self.no_such_mode(),
         }
     }
 
@@ -105,8 +116,7 @@ impl Vehicle {
         if !GLOBAL_FRAMES.contains(&command.frame) {
             return self.no_such_place();
         }
-        self.autopilot.take_off_to(down_m);
-        Outcome::Accepted
+        Outcome::TemporarilyRejected.unless(self.autopilot.take_off_to(down_m).is_ok())
     }
 
     /// DO_REPOSITION.
@@ -122,14 +132,19 @@ impl Vehicle {
         let Some(state) = self.latest_state().filter(|_| self.autopilot.is_in_air()) else {
             return self.refuse(Outcome::TemporarilyRejected, "REPOSITION refused: not flying");
         };
-        let place = match self.place_of(command, &state.p_ned) {
-            Ok(Some(place)) => place,
-            // Nothing given: stay here, as ground stations say "pause".
-            Ok(None) => return self.enter(now, FlightMode::AutoLoiter),
-            Err(NoPlace) => return self.no_such_place(),
-        };
         let yaw = command.param(4).filter(|yaw| yaw.is_finite()).map(f64::from);
-        self.autopilot.reposition(place, yaw.map_or(YawSetpoint::Keep, YawSetpoint::Angle));
+        let place = match (self.place_of(command, &state.p_ned), yaw) {
+            (Ok(Some(place)), _) => place,
+            // A heading alone: turn here, as PX4 since v1.14.
+            (Ok(None), Some(_)) => state.p_ned,
+            // Nothing given: stay here, as ground stations say "pause".
+            (Ok(None), None) => return self.enter(now, FlightMode::AutoLoiter),
+            (Err(NoPlace), _) => return self.no_such_place(),
+        };
+        let yaw = yaw.map_or(YawSetpoint::Keep, YawSetpoint::Angle);
+        if self.autopilot.reposition(place, yaw).is_err() {
+            return Outcome::TemporarilyRejected;
+        }
         if let Some(speed) = command.param(1).filter(|&speed| speed > 0.0 && speed.is_finite()) {
             self.autopilot.set_speed(Some(f64::from(speed)));
         }

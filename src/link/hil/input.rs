@@ -95,7 +95,9 @@ impl HilSession {
         if armed {
             self.run.set_armed(true);
         }
-        self.run.set_failsafe(armed && m.system_status == MavState::MAV_STATE_CRITICAL);
+        let shown =
+            matches!(m.system_status, MavState::MAV_STATE_CRITICAL | MavState::MAV_STATE_FLIGHT_TERMINATION);
+        self.run.set_failsafe(armed && shown);
         self.report_drop();
     }
 

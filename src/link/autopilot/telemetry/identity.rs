@@ -2,6 +2,7 @@
 //! modes, and the plans that it keeps.
 
 use mavlink::dialects::common::*;
+use num_traits::FromPrimitive as _;
 
 use crate::autopilot::FlightMode;
 use crate::autopilot::missions::Kind;
@@ -84,6 +85,13 @@ pub(super) fn current_mode(mode: FlightMode) -> MavMessage {
         intended_custom_mode: mode.custom_mode(),
         standard_mode: standard_mode(mode),
     })
+}
+
+/// The mode that a standard mode's number means; `None` where PX4 has none.
+pub(crate) fn mode_of_standard(number: u8) -> Option<FlightMode> {
+    let wanted = MavStandardMode::from_u8(number)?;
+    let named = wanted != MavStandardMode::MAV_STANDARD_MODE_NON_STANDARD;
+    FlightMode::all().find(|&mode| named && standard_mode(mode) == wanted)
 }
 
 fn standard_mode(mode: FlightMode) -> MavStandardMode {

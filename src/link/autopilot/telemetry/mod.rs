@@ -30,7 +30,7 @@ use crate::autopilot::FlightMode;
 use crate::link::wire::{UNKNOWN_BATTERY, degrees_e7_and_mm, single};
 use crate::time::TimeUs;
 
-pub(super) use self::identity::available_modes;
+pub(super) use self::identity::{available_modes, mode_of_standard};
 
 /// Microseconds in a second.
 const US_PER_SECOND: TimeUs = 1_000_000;
@@ -166,6 +166,7 @@ impl Telemetry<'_> {
             base_mode |= MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED;
         }
         let system_status = match (armed, autopilot.in_failsafe(), self.state().is_some()) {
+            _ if autopilot.is_terminated() => MavState::MAV_STATE_FLIGHT_TERMINATION,
             (true, true, _) => MavState::MAV_STATE_CRITICAL,
             (true, false, _) => MavState::MAV_STATE_ACTIVE,
             (false, _, true) => MavState::MAV_STATE_STANDBY,
