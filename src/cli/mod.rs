@@ -58,6 +58,8 @@ pub fn run() -> ExitCode {
         Ok(cli) => cli,
         Err(e) => e.exit(),
     };
+    #[cfg(unix)]
+    system::let_limits_be_errors();
     exit_code(match cli.verb {
         Verb::Drop(args) => drop::run(&args),
         Verb::Plan(args) => plan::run(&args),

@@ -56,6 +56,23 @@ impl Earlier {
     }
 }
 
+fn write_all(file: File, content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> io::Result<()> {
+    let mut writer = BufWriter::new(file);
+    content(&mut writer)?;
+    writer.flush()
+}
+
+fn write_aside(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> io::Result<()> {
+    let mut partial = path.as_os_str().to_owned();
+    partial.push(".partial");
+    #[expect(clippy::disallowed_methods, reason = "one of two places that make result files")]
+    let made = File::create(&partial).and_then(|file| write_all(file, content));
+    made.and_then(|()| fs::rename(&partial, path)).inspect_err(|_| {
+        // Half a file is of no use to anybody; if it cannot be removed either, the error is the same.
+        let _ = fs::remove_file(&partial);
+    })
+}
+
 /// What came of removing something; what was not there is gone, too.
 pub fn gone(removed: io::Result<()>) -> io::Result<()> {
     match removed {
@@ -114,26 +131,29 @@ impl OutputFolder {
         }
     }
 
-    /// Writes a file whole: under a temporary name first, so that a reader never sees half of it.
+    /// Writes a file whole: under a temporary name first, so that a reader never sees half of it. A link
+    /// leads to its file, which is written. A device or a pipe is written through, and counts as none of the
+    /// run's files: it cannot be read again.
     pub fn write(
         &self,
         name: &str,
         content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
     ) -> Result<PathBuf, Failure> {
         let path = self.path.join(name);
-        let partial = self.path.join(format!("{name}.partial"));
-        #[expect(clippy::disallowed_methods, reason = "one of two places that make result files")]
-        let made = File::create(&partial).and_then(|file| {
-            let mut writer = BufWriter::new(file);
-            content(&mut writer)?;
-            writer.flush()
-        });
-        if let Err(e) = made.and_then(|()| fs::rename(&partial, &path)) {
-            // Half a file is of no use to anybody; if it cannot be removed either, the error is the same.
-            let _ = fs::remove_file(&partial);
-            return Err(e).with_context(|| format!("cannot write {}", path.display())).bad_input();
+        match fs::metadata(&path) {
+            Ok(there) if !there.is_file() && !there.is_dir() => {
+                let opened = File::options().write(true).open(&path);
+                opened.and_then(|file| write_all(file, content))
+            }
+            there => {
+                let through_link = there.and_then(|_| fs::canonicalize(&path));
+                let made = write_aside(through_link.as_ref().unwrap_or(&path), content);
+                self.written.borrow_mut().extend(made.is_ok().then(|| name.to_owned()));
+                made
+            }
         }
-        self.written.borrow_mut().insert(name.to_owned());
+        .with_context(|| format!("cannot write {}", path.display()))
+        .bad_input()?;
         Ok(path)
     }
 

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context as _;
 
-use super::answer::Failure;
+use super::answer::{BadInput as _, Failure};
 
 /// The wall time since a moment.
 #[derive(Clone, Copy, Debug)]
@@ -40,18 +40,59 @@ pub fn thread_pool(threads: Option<u16>) -> anyhow::Result<rayon::ThreadPool> {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().context("starting threads")
 }
 
-/// Completes on Ctrl-C (or a termination signal, where there is one). From the call on, not only once it is
-/// awaited, these do not kill the program any more.
+/// Completes on Ctrl-C, on a termination signal or when the terminal is closed. From the call on, not only
+/// once it is awaited, these do not kill the program any more.
 #[cfg(unix)]
 fn interrupted() -> std::io::Result<impl Future<Output = ()>> {
     use tokio::signal::unix::{SignalKind, signal};
     let (mut interrupt, mut terminate) = (signal(SignalKind::interrupt())?, signal(SignalKind::terminate())?);
+    let mut hangup = if hangup_ends() { Some(signal(SignalKind::hangup())?) } else { None };
+    let hung_up = async move {
+        match &mut hangup {
+            Some(hangup) => _ = hangup.recv().await,
+            None => std::future::pending().await,
+        }
+    };
     Ok(async move {
         tokio::select! {
             _ = interrupt.recv() => {}
             _ = terminate.recv() => {}
+            () = hung_up => {}
         }
     })
+}
+
+/// Whether SIGHUP would end the program: not under nohup, which has it ignored, and not where that cannot be
+/// known.
+#[cfg(unix)]
+fn hangup_ends() -> bool {
+    const SIGHUP_BIT: u64 = 1;
+    let ignored = std::fs::read_to_string("/proc/self/status").ok().and_then(|status| {
+        let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"))?;
+        u64::from_str_radix(mask.trim(), 16).ok()
+    });
+    ignored.is_some_and(|mask| mask & SIGHUP_BIT == 0)
+}
+
+/// From now on a file that grows beyond its limit (ulimit -f) is an error of who writes it, which names the
+/// file, and no signal that kills the program; where signals cannot be heard, they stay as they are.
+#[cfg(unix)]
+pub fn let_limits_be_errors() {
+    use tokio::signal::unix::{SignalKind, signal};
+    let runtime = || tokio::runtime::Builder::new_current_thread().enable_io().build().ok();
+    if let Some(runtime) = check_descriptors().ok().and_then(|()| runtime()) {
+        let _inside = runtime.enter();
+        // The handler stays when nobody listens any more.
+        drop(signal(SignalKind::from_raw(rustix::process::Signal::XFSZ.as_raw())));
+    }
+}
+
+/// The runtime for sockets and signals needs some file descriptors, and does not end well without.
+#[cfg(unix)]
+fn check_descriptors() -> Result<(), Failure> {
+    const PAIRS: usize = 4;
+    let pairs: std::io::Result<Vec<_>> = (0..PAIRS).map(|_| std::os::unix::net::UnixStream::pair()).collect();
+    pairs.map(|_| ()).context("too few files may be open (ulimit -n)").bad_input()
 }
 
 /// Completes on Ctrl-C.
@@ -66,6 +107,8 @@ fn interrupted() -> std::io::Result<impl Future<Output = ()>> {
 pub fn block_on<F: Future>(
     run: impl FnOnce(Pin<Box<dyn Future<Output = ()>>>) -> F,
 ) -> Result<F::Output, Failure> {
+    #[cfg(unix)]
+    check_descriptors()?;
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()

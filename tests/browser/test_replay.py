@@ -8,6 +8,7 @@ and how many frames a second it drew: on a machine that does something else, too
 """
 
 import csv
+import json
 import os
 import re
 import shutil
@@ -171,10 +172,12 @@ def test_keys(opened, rows):
     assert after[1] - after[0] == pytest.approx(0.5 * (before[1] - before[0]), rel=0.01)
 
 
-def test_an_event_is_a_click_away(opened):
+def test_an_event_is_a_click_away(opened, drop):
+    told = json.loads((drop / "drop.json").read_text())
+    began_s = next(event["t_s"] for event in told["events"] if event["text"] == "rotors free")
     page = opened()
     page.click("#events button:has-text('steady')")
-    assert page.evaluate("replay.time") == pytest.approx(30.56, abs=0.01)
+    assert page.evaluate("replay.time") == pytest.approx(began_s + told["steady_after_s"], abs=0.01)
     wait(page, "document.querySelector('#phase').textContent.startsWith('steady')")
 
 

@@ -190,10 +190,90 @@ fn a_full_device_is_reported_and_a_closed_pipe_is_not() {
     assert_eq!((code(&output), stderr(&output).as_str()), (0, ""));
 }
 
-/// Ctrl-C on a watched drop: what was flown is kept, and the files say that it is not all.
+/// What is no regular file is written through: it is there as it was afterwards, and a link leads to what has
+/// been written.
+#[cfg(unix)]
+#[test]
+fn what_is_no_regular_file_is_written_through() {
+    use std::os::unix::fs::{FileTypeExt as _, symlink};
+    let place = tempfile::tempdir().unwrap();
+    let at = |name: &str| place.path().join(name);
+    let export =
+        |to: &std::path::Path| samara(&["params", "export", "x500_drop", "--out", to.to_str().unwrap()]);
+    assert_eq!(code(&export(&at("plain"))), 0);
+    let plain = fs::read_to_string(at("plain")).unwrap();
+    // A link to a file, and one to a device: both stay links.
+    fs::write(at("file"), "older").unwrap();
+    symlink("file", at("link")).unwrap();
+    assert_eq!(code(&export(&at("link"))), 0);
+    assert_eq!(fs::read_to_string(at("file")).unwrap(), plain);
+    symlink("/dev/null", at("nowhere")).unwrap();
+    assert_eq!(code(&export(&at("nowhere"))), 0);
+    for link in ["link", "nowhere"] {
+        assert!(fs::symlink_metadata(at(link)).unwrap().is_symlink(), "{link}");
+    }
+    // A pipe, read by somebody.
+    assert!(Command::new("mkfifo").arg(at("pipe")).status().unwrap().success());
+    let pipe = at("pipe");
+    let reader = std::thread::spawn(move || fs::read_to_string(pipe).unwrap());
+    assert_eq!(code(&export(&at("pipe"))), 0);
+    assert_eq!(reader.join().unwrap(), plain);
+    assert!(fs::metadata(at("pipe")).unwrap().file_type().is_fifo());
+    assert!(
+        fs::read_dir(place.path())
+            .unwrap()
+            .flatten()
+            .all(|e| !e.path().to_string_lossy().contains("partial"))
+    );
+}
+
+/// A device without room, a file that may not grow and too few descriptors: exit code 2, and which it was.
+/// The device is reached by a link, so that a program that replaces what it is given replaces the link.
+#[cfg(target_os = "linux")]
+#[test]
+fn limits_of_the_system_are_errors_that_name_what_was_written() {
+    let place = tempfile::tempdir().unwrap();
+    std::os::unix::fs::symlink("/dev/full", place.path().join("full")).unwrap();
+    let full = place.path().join("full");
+    let output = samara(&["params", "export", "x500_drop", "--out", full.to_str().unwrap()]);
+    assert_eq!(code(&output), 2);
+    assert!(stderr(&output).contains("full: No space left"), "{}", stderr(&output));
+    let limited = |limit: &str, arguments: &str| {
+        let out = place.path().join("out");
+        let line = format!(
+            "ulimit {limit}; exec {} {arguments} --out {}",
+            env!("CARGO_BIN_EXE_samara"),
+            out.display()
+        );
+        Command::new("bash").args(["-c", &line]).output().unwrap()
+    };
+    for (limit, arguments, told) in [
+        ("-f 20", "drop x500_drop", "File too large"),
+        ("-n 6", "drop x500_drop --speed 50", "too few files may be open"),
+        ("-n 6", "sim x500_drop", "too few files may be open"),
+    ] {
+        let output = limited(limit, arguments);
+        assert_eq!(code(&output), 2, "{limit} {arguments}: {}", stderr(&output));
+        assert!(stderr(&output).contains(told), "{limit} {arguments}: {}", stderr(&output));
+    }
+}
+
+/// Ctrl-C on a watched drop, or a terminal that is closed: what was flown is kept, and the files say that it
+/// is not all.
 #[cfg(target_os = "linux")]
 #[test]
 fn an_interrupted_drop_says_so_in_its_files() {
+    interrupted_by("-INT");
+    // Under nohup, where these tests may run, a closed terminal ends nothing.
+    let status = fs::read_to_string("/proc/self/status").unwrap();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).unwrap().trim();
+    if u64::from_str_radix(ignored, 16).unwrap() & 1 == 0 {
+        interrupted_by("-HUP");
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn interrupted_by(signal: &str) {
     use std::io::{BufRead as _, BufReader};
     let out = tempfile::tempdir().unwrap();
     // Somebody else on this machine may have an instance's ports.
@@ -215,7 +295,7 @@ fn an_interrupted_drop_says_so_in_its_files() {
     });
     let (mut child, lines) = flying.expect("all instances are taken");
     let pid = child.id().to_string();
-    assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+    assert!(Command::new("kill").args([signal, &pid]).status().unwrap().success());
     lines.for_each(drop);
     assert_eq!(child.wait().unwrap().code(), Some(1));
     let told: serde_json::Value =
