@@ -5,7 +5,7 @@ use std::time::Duration;
 use clap::Args;
 
 use super::answer::{Answer, BadInput as _, Failure};
-use super::args::{ChoiceArgs, MissionArgs, NetArgs, PageArgs, companion, speed};
+use super::args::{ChoiceArgs, MissionArgs, NetArgs, PageArgs, companion, positive, speed};
 use super::conclusion::Conclusion;
 use super::mission::{chosen_mission, origin};
 use super::narrator::Narrator;
@@ -14,7 +14,7 @@ use super::reporter::Reporter;
 use super::results::OutputFolder;
 use super::system::block_on;
 use super::terminal::print;
-use samara::link::shell::{Speed, run_simulator};
+use samara::link::shell::{Attendance, Speed, run_simulator};
 use samara::link::{Link, parties};
 
 /// `samara sim`.
@@ -39,6 +39,12 @@ pub struct SimArgs {
     /// waited for SECONDS of wall time, 5 unless told otherwise.
     #[arg(long, value_name = "companion[=SECONDS]", value_parser = companion)]
     pub wait_for: Option<Duration>,
+    /// End when the autopilot leaves, instead of waiting for the next one.
+    #[arg(long)]
+    pub once: bool,
+    /// End when nobody has answered for so long, in wall time; without it, wait for ever.
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub patience: Option<f64>,
 }
 
 /// Runs the simulator to the mission's end and judges the flight.
@@ -59,8 +65,10 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     }
     narrator.check()?;
     let session = parties::simulator(&mission, args.net.system()?, froude, args.wait_for);
+    let attendance = Attendance { once: args.once, patience: args.patience.map(Duration::from_secs_f64) };
+    let pace = (args.speed, attendance);
     let session =
-        block_on(|stop| run_simulator(session, &ports, args.speed, key, &mut reporter, stop))?.bad_input()?;
+        block_on(|stop| run_simulator(session, &ports, pace, key, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
     let record = session.run().record().clone();
     let log = session.into_run().into_log();

@@ -12,7 +12,7 @@
 //! | [`peer`] | who is at the other end of a link |
 //! | [`froude`] | PX4 under another gravity: the wire's scale |
 //! | [`tlog`] | the record of what went over the wire, written and read |
-//! | [`replay`] | a drop flown again from its recorded actuators |
+//! | [`mod@replay`] | a drop flown again from its recorded actuators |
 //! | [`parachute`] | the parachute component: release by command |
 //! | [`hil`] | the simulator's side of PX4's HIL link: lockstep, sensors as messages |
 //! | [`streamer`] | the offboard streamer: arms, releases, streams the plan |

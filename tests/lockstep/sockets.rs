@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use samara::link::shell::{
-    AfterSimulator, Notice, Ports, Speed, Wiring, run_autopilot, run_simulator, run_streamer,
+    AfterSimulator, Attendance, Notice, Ports, Speed, Wiring, run_autopilot, run_simulator, run_streamer,
 };
 
 use super::bench::{autopilot, drop_on_the_wire, simulator, streamer};
@@ -30,7 +30,14 @@ fn closed_form_three_terminals_fly_the_drop_of_the_wire_in_memory() {
     let flown = runtime.block_on(async {
         let drop = async {
             let (flown, _, _) = tokio::join!(
-                run_simulator(simulator(), &ports, Speed::Factor(10.0), None, &mut a, never()),
+                run_simulator(
+                    simulator(),
+                    &ports,
+                    (Speed::Factor(10.0), Attendance::default()),
+                    None,
+                    &mut a,
+                    never()
+                ),
                 run_autopilot(autopilot(), &ports, &wiring, AfterSimulator::Return, &mut b, never()),
                 async {
                     let patience = tokio::time::sleep(Duration::from_secs(6));

@@ -233,6 +233,11 @@ impl HilSession {
         }
     }
 
+    /// Whether the autopilot that is connected has sent a frame.
+    pub fn peer_is_heard(&self) -> bool {
+        self.peer.heard
+    }
+
     /// Whether a companion that is waited for has been heard and streams no setpoints yet: the host then goes
     /// no faster than the clock.
     pub fn companion_starts(&self) -> bool {

@@ -51,7 +51,7 @@ pub use event_texts::event_texts;
 pub use links::Wiring;
 pub use notice::{Notice, Observer, ShellError};
 pub use ports::{Ports, system_of_instance};
-pub use simulator::{Guest, HostedDrop, run_hosted_drop, run_simulator};
+pub use simulator::{Attendance, Guest, HostedDrop, run_hosted_drop, run_simulator};
 pub use streamer::run_streamer;
 pub use url::LinkUrl;
 pub use watched::run_watched_drop;

@@ -82,6 +82,8 @@ pub enum Notice {
     Disconnected(SocketAddr, String),
     /// A second autopilot has tried to connect, from this address, and has been sent away.
     TurnedAway(SocketAddr),
+    /// The simulator ends, because nobody is there whom it waits for: for this reason.
+    Unattended(String),
     /// Nobody listens at this address yet, where this should be; it is tried again and again.
     NobodyThere(SocketAddr, What),
     /// This peer has sent a frame on a UDP socket of this purpose for the first time, or after a silence.
@@ -115,6 +117,7 @@ impl fmt::Display for Notice {
             Self::Connected(peer, what) => write!(f, "connected to {what} {peer}"),
             Self::Disconnected(peer, reason) => write!(f, "connection to {peer} ended: {reason}"),
             Self::TurnedAway(peer) => write!(f, "turned {peer} away: an autopilot is connected already"),
+            Self::Unattended(reason) => write!(f, "ends without an autopilot: {reason}"),
             Self::NobodyThere(at, what) => write!(f, "no {what} at {at} yet; trying on"),
             Self::Heard(peer, what) => write!(f, "heard {peer} ({what})"),
             Self::Crowded(peer, what) => write!(f, "no room for {peer} ({what}): too many peers"),

@@ -7,7 +7,7 @@ use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
 
 use super::super::frame::Frame;
-use super::super::hil::{HilSession, Pace};
+use super::super::hil::{HilSession, Missing, Pace};
 use super::super::parachute::PARACHUTE_COMPONENT;
 use super::super::session::{Link, Session as _, Transmit};
 use super::super::signing::Key;
@@ -33,6 +33,9 @@ const REST_PATIENCE: Duration = Duration::from_secs(10);
 const REST_PERIOD: Duration = Duration::from_micros(100);
 
 /// Purpose of the TCP port.
+/// A client that has not sent one frame for so long since it connected is no autopilot, and holds the place of
+/// one.
+const SILENT_PATIENCE: Duration = Duration::from_secs(10);
 const PURPOSE: What = What::Borrowed("simulator, for the autopilot");
 
 struct Shell<'a, O> {
@@ -45,6 +48,11 @@ struct Shell<'a, O> {
     /// While the autopilot's software is starting.
     starting: Pacer,
     waiting: Since,
+    attendance: Attendance,
+    /// Since simulated time went on last.
+    stands: Since,
+    /// Whether an autopilot that had been heard has left.
+    left: bool,
     /// Whether the autopilot was at rest at the last look in this step.
     rested: bool,
     /// Whether it has been at work for longer than [`REST_PATIENCE`] on one step.
@@ -53,6 +61,15 @@ struct Shell<'a, O> {
     sent: Vec<Transmit>,
     busy_wait: BusyWait,
     observer: &'a mut O,
+}
+
+/// How long a simulator stays without an autopilot: for ever, unless it is told otherwise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Attendance {
+    /// End when the first autopilot that has been heard leaves, instead of starting over for the next.
+    pub once: bool,
+    /// End when simulated time has stood still for so long, in wall time, since somebody is missing.
+    pub patience: Option<Duration>,
 }
 
 /// An autopilot's process, as known to the program that has started it.
@@ -93,14 +110,14 @@ pub struct HostedDrop {
 
 /// Runs the simulator until the mission is over or `stop` completes. Before the first answer, and at
 /// [`Speed::Factor`], it keeps the pace of the clock; an autopilot that leaves is waited for, and the drop
-/// then starts over. The parachute reports the end to everybody.
+/// then starts over, unless `attendance` says otherwise. The parachute reports the end to everybody.
 ///
 /// # Errors
 /// [`ShellError`] when a port cannot be had.
 pub async fn run_simulator<O: Observer>(
     session: HilSession,
     ports: &Ports,
-    speed: Speed,
+    (speed, attendance): (Speed, Attendance),
     key: Option<Key>,
     observer: &mut O,
     stop: impl Future<Output = ()>,
@@ -108,6 +125,7 @@ pub async fn run_simulator<O: Observer>(
     let server = listen(loopback(ports.simulator), &PURPOSE, observer).await?;
     let remotes = [ports.ground_station, ports.api];
     let mut shell = Shell::open(session, ports, speed, key, &remotes, observer).await?;
+    shell.attendance = attendance;
     shell.parachute.expect_router(shell.session.config().system_id);
     shell.run(server, speed, &mut Stranger, stop).await;
     Ok(shell.session)
@@ -176,6 +194,9 @@ impl<'a, O: Observer> Shell<'a, O> {
             pacer: Pacer::new(speed),
             starting: Pacer::new(starting),
             waiting: Since::now(),
+            attendance: Attendance::default(),
+            stands: Since::now(),
+            left: false,
             rested: false,
             never_rests: false,
             sent: Vec::new(),
@@ -229,6 +250,11 @@ impl<'a, O: Observer> Shell<'a, O> {
                 self.admit(stream, peer);
             }
             self.look_at_silence();
+            if let Some(reason) = self.unattended() {
+                self.observer.notice(Notice::Unattended(reason));
+                self.session.stop();
+                break;
+            }
             self.act();
             self.send().await;
             if gone.is_some() || self.streamer_failed() {
@@ -297,6 +323,7 @@ impl<'a, O: Observer> Shell<'a, O> {
             self.session.handle_time(at);
         }
         self.waiting = Since::now();
+        self.stands = Since::now();
         self.rested = false;
         self.send().await;
         // Where nothing is waited for, the sockets must be looked at all the same.
@@ -346,6 +373,7 @@ impl<'a, O: Observer> Shell<'a, O> {
     fn disconnect(&mut self, reason: String) {
         if let Some(connection) = self.connection.take() {
             self.observer.notice(Notice::Disconnected(connection.peer, reason));
+            self.left |= self.session.peer_is_heard();
             self.session.peer_left();
             self.waiting = Since::now();
         }
@@ -366,6 +394,22 @@ impl<'a, O: Observer> Shell<'a, O> {
             });
         }
         session.handle_silence(waited);
+        // An autopilot that was started for this simulator is watched by who has started it.
+        let silent = self.session.missing() == Some(Missing::AnyFrame) && waited >= SILENT_PATIENCE;
+        if self.companion.is_none() && silent {
+            self.disconnect(format!("not one frame in {} s", SILENT_PATIENCE.as_secs()));
+        }
+    }
+
+    /// The reason why nobody is waited for any longer, if so.
+    fn unattended(&self) -> Option<String> {
+        let Attendance { once, patience } = self.attendance;
+        if once && self.left {
+            return Some("the autopilot has left".to_owned());
+        }
+        let patience = patience
+            .filter(|patience| self.session.missing().is_some() && self.stands.elapsed() >= *patience)?;
+        Some(format!("simulated time has stood still for {} s", patience.as_secs_f64()))
     }
 
     async fn send(&mut self) {

@@ -116,6 +116,11 @@ pub(super) fn streamer() -> StreamerSession {
     StreamerSession::new(config, plan)
 }
 
+/// Without an autopilot it waits for one.
+fn for_ever(speed: Speed) -> (Speed, Attendance) {
+    (speed, Attendance::default())
+}
+
 pub(super) fn heard(notices: &[Notice], wanted: impl Fn(&Notice) -> bool) -> bool {
     notices.iter().any(wanted)
 }
@@ -130,7 +135,7 @@ fn three_parties_on_sockets_fly_the_drop() {
     let wiring = Wiring::default();
     let (flown, _, streamed) = block_on(async {
         tokio::join!(
-            run_simulator(simulator(9_000_000), &ports, Speed::Factor(8.0), None, &mut a, stop_a),
+            run_simulator(simulator(9_000_000), &ports, for_ever(Speed::Factor(8.0)), None, &mut a, stop_a),
             run_autopilot(autopilot(), &ports, &wiring, AfterSimulator::Return, &mut b, stop_b),
             run_streamer(streamer(), &ports, None, &mut c, stop_c),
         )
@@ -156,7 +161,8 @@ fn a_busy_port_is_named() {
     let ports = free_ports();
     let _tcp = std::net::TcpListener::bind(loopback(ports.simulator)).unwrap();
     let (mut a, stop) = ears(|_| false);
-    let error = block_on(run_simulator(simulator(1), &ports, Speed::Max, None, &mut a, stop)).unwrap_err();
+    let error =
+        block_on(run_simulator(simulator(1), &ports, for_ever(Speed::Max), None, &mut a, stop)).unwrap_err();
     assert_eq!(
         error.to_string(),
         format!(
@@ -185,7 +191,8 @@ fn a_peer_that_says_nothing_is_named_and_time_stops() {
     };
     let (mut a, stop) = ears(is_wait);
     let session = block_on(async {
-        let run = run_simulator(simulator(45_000_000), &ports, Speed::Factor(50.0), None, &mut a, stop);
+        let run =
+            run_simulator(simulator(45_000_000), &ports, for_ever(Speed::Factor(50.0)), None, &mut a, stop);
         let (session, _stream) = tokio::join!(run, connect(&ports));
         session.unwrap()
     });
@@ -244,7 +251,10 @@ fn a_peer_that_leaves_is_waited_for_and_the_drop_starts_over() {
     };
     let stop = async { _ = stop.await };
     let (session, ()) = block_on(async {
-        tokio::join!(run_simulator(simulator(45_000_000), &ports, Speed::Max, None, &mut a, stop), script)
+        tokio::join!(
+            run_simulator(simulator(45_000_000), &ports, for_ever(Speed::Max), None, &mut a, stop),
+            script
+        )
     });
     assert!(session.unwrap().now() >= 12_000);
     assert!(heard(&a.notices, |n| matches!(n, Notice::TurnedAway(_))));
@@ -253,6 +263,52 @@ fn a_peer_that_leaves_is_waited_for_and_the_drop_starts_over() {
         n,
         Notice::Simulator(Timed { event: HilEvent::Connected { again: true }, .. })
     )));
+}
+
+#[test]
+fn a_simulator_ends_without_an_autopilot_when_it_is_told_to() {
+    let ports = free_ports();
+    let ends = |notices: &[Notice], why: &str| {
+        heard(notices, |n| matches!(n, Notice::Unattended(reason) if reason.contains(why)))
+    };
+    let (mut a, stop) = ears(|_| false);
+    let patience = Some(Duration::from_millis(300));
+    let attendance = Attendance { once: false, patience };
+    let run = run_simulator(simulator(45_000_000), &ports, (Speed::Max, attendance), None, &mut a, stop);
+    block_on(run).unwrap();
+    assert!(ends(&a.notices, "stood still for 0.3 s"), "{:#?}", a.notices);
+    // Who connects and leaves without a flight is not the one.
+    let (mut b, stop) = ears(|_| false);
+    let script = async {
+        drop(connect(&ports).await);
+        tokio::time::sleep(Duration::from_millis(50)).await;
+        let mut stream = connect(&ports).await;
+        answer(&mut stream, 3).await;
+    };
+    let attendance = Attendance { once: true, patience: None };
+    let run = run_simulator(simulator(45_000_000), &ports, (Speed::Max, attendance), None, &mut b, stop);
+    let (session, ()) = block_on(async { tokio::join!(run, script) });
+    assert!(session.is_ok() && ends(&b.notices, "has left"), "{:#?}", b.notices);
+}
+
+#[test]
+fn a_client_that_says_nothing_makes_room() {
+    let ports = free_ports();
+    let (mut a, _) = ears(|_| false);
+    let (done, stop) = oneshot::channel::<()>();
+    let script = async {
+        let mut silent = connect(&ports).await;
+        let until_closed = async { while silent.read(&mut [0; 256]).await.is_ok_and(|n| n > 0) {} };
+        tokio::time::timeout(Duration::from_secs(60), until_closed).await.unwrap();
+        let mut next = connect(&ports).await;
+        assert_eq!(answer(&mut next, 3).await[0], 4_000);
+        done.send(()).unwrap();
+    };
+    let stop = async { _ = stop.await };
+    let run = run_simulator(simulator(45_000_000), &ports, for_ever(Speed::Max), None, &mut a, stop);
+    let (session, ()) = block_on(async { tokio::join!(run, script) });
+    assert!(session.is_ok());
+    assert!(heard(&a.notices, |n| n.to_string().contains("not one frame in 10 s")), "{:#?}", a.notices);
 }
 
 #[test]
@@ -275,7 +331,7 @@ fn garbage_on_every_socket_is_reported_and_does_no_harm() {
     let stop = async { _ = stop.await };
     let (session, ()) = block_on(async {
         tokio::join!(
-            run_simulator(simulator(45_000_000), &ports, Speed::Factor(50.0), None, &mut a, stop),
+            run_simulator(simulator(45_000_000), &ports, for_ever(Speed::Factor(50.0)), None, &mut a, stop),
             script
         )
     });
