@@ -1,4 +1,5 @@
 //! Plan and gains by one search.
+#![expect(clippy::disallowed_types, clippy::disallowed_methods, reason = "the wall time of a search is told")]
 
 use std::ops::Range;
 use std::path::{Path, absolute};

@@ -94,7 +94,9 @@ pub async fn run_autopilot<O: Observer>(
         if let Some(text) = shell.session.take_saved_parameters() {
             shell.observer.keep_parameters(&text);
         }
-        if had && shell.connection.is_none() && after == AfterSimulator::Return {
+        let has_left = had && shell.connection.is_none();
+        // Who is turned away, because another autopilot flies already, has met no simulator yet.
+        if has_left && after == AfterSimulator::Return && shell.session.time().is_some() {
             break;
         }
     }

@@ -33,8 +33,8 @@ const REST_PATIENCE: Duration = Duration::from_secs(10);
 const REST_PERIOD: Duration = Duration::from_micros(100);
 
 /// Purpose of the TCP port.
-/// A client that has not sent one frame for so long since it connected is no autopilot, and holds the place of
-/// one.
+/// A client that has not sent one frame for so long since it connected is no autopilot, and holds the place
+/// of one.
 const SILENT_PATIENCE: Duration = Duration::from_secs(10);
 const PURPOSE: What = What::Borrowed("simulator, for the autopilot");
 
