@@ -136,6 +136,8 @@ impl FlightLogs {
 #[cfg(test)]
 #[expect(clippy::disallowed_methods, reason = "a test that reads its files")]
 mod tests {
+    use std::io::Write as _;
+
     use std::path::Path;
 
     use super::*;
@@ -171,5 +173,28 @@ mod tests {
         recording.finish().unwrap();
         let left = fs::read_dir(place.path()).unwrap().count();
         assert_eq!((of("hil.tlog"), left), (vec![4], 1));
+    }
+
+    /// Property: however often time starts over, a run has a hundred files of a kind at most, and the last of
+    /// them holds the latest flight.
+    #[test]
+    fn flights_without_end_fill_no_disk() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = OutputFolder::create(Some(place.path()), "any").unwrap();
+        let mut files = FlightFiles::new(&folder, "hil", "tlog");
+        let flights = 3 * MOST_FLIGHTS;
+        for flight in 0..flights {
+            let mut file = files.next().unwrap();
+            file.write_all(flight.to_string().as_bytes()).unwrap();
+            file.flush().unwrap();
+        }
+        assert_eq!(fs::read_dir(place.path()).unwrap().count(), MOST_FLIGHTS as usize);
+        let text = |name: &str| fs::read_to_string(place.path().join(name)).unwrap();
+        assert_eq!([text("hil.tlog"), text("hil.2.tlog")], ["0", "1"]);
+        assert_eq!(text("hil.100.tlog"), (flights - 1).to_string());
+        // The next run in the folder leaves nothing of this one's later flights.
+        let mut again = FlightFiles::new(&folder, "hil", "tlog");
+        again.next().unwrap().write_all(b"new").unwrap();
+        assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1);
     }
 }
