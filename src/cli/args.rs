@@ -5,14 +5,13 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use anyhow::Context as _;
 use clap::Args;
 
 use super::answer::{BadInput as _, Failure};
+use super::sign_key::sign_with;
 use samara::control::px4::{Law, Version};
 use samara::link::shell::ports::MAX_INSTANCE;
-use samara::link::shell::{LinkUrl, Ports, Speed, Wiring, system_of_instance};
-use samara::link::signing::Key;
+use samara::link::shell::{LinkUrl, Ports, SignWith, Speed, Wiring, system_of_instance};
 
 /// The mission where none is named.
 pub const DEFAULT_MISSION: &str = "titan_drop";
@@ -64,7 +63,8 @@ pub struct NetArgs {
     /// Sign what is sent, and let in only what is signed by this key.
     ///
     /// That is to ground stations, companions and parachute. The file holds 64 hexadecimal digits or a
-    /// passphrase, as QGroundControl and MAVProxy take it.
+    /// passphrase, as QGroundControl and MAVProxy take it; nobody but its owner may read it. The last time
+    /// stamps are kept beside it.
     #[arg(long, value_name = "FILE")]
     pub sign_key: Option<PathBuf>,
 }
@@ -80,18 +80,14 @@ impl NetArgs {
         system_of_instance(self.instance).bad_input()
     }
 
-    /// The key that frames are signed with, read from its file, if there is one.
-    pub fn key(&self) -> Result<Option<Key>, Failure> {
-        let Some(path) = &self.sign_key else { return Ok(None) };
-        let context = || format!("{}: no key to sign with", path.display());
-        #[expect(clippy::disallowed_methods, reason = "the command line reads the key")]
-        let text = std::fs::read_to_string(path).with_context(context).bad_input()?;
-        Key::parse(&text).with_context(context).bad_input().map(Some)
+    /// How frames are signed, by the key read from its file, if there is one.
+    pub fn sign(&self) -> Result<Option<SignWith>, Failure> {
+        self.sign_key.as_deref().map(sign_with).transpose()
     }
 
     /// Endpoints and key besides the instance's ports.
     pub fn wiring(&self, link: &LinkArgs) -> Result<Wiring, Failure> {
-        Ok(Wiring { urls: link.links.clone(), key: self.key()? })
+        Ok(Wiring { urls: link.links.clone(), sign: self.sign()? })
     }
 }
 

@@ -35,6 +35,7 @@ mod rotor;
 mod schema;
 mod search_run;
 mod shell_files;
+mod sign_key;
 mod sim;
 mod stream;
 mod system;

@@ -51,7 +51,7 @@ pub struct SimArgs {
 pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
     let ports = args.net.ports()?;
-    let key = args.net.key()?;
+    let sign = args.net.sign()?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
@@ -67,8 +67,8 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let session = parties::simulator(&mission, args.net.system()?, froude, args.wait_for);
     let attendance = Attendance { once: args.once, patience: args.patience.map(Duration::from_secs_f64) };
     let pace = (args.speed, attendance);
-    let session =
-        block_on(|stop| run_simulator(session, &ports, pace, key, &mut reporter, stop))?.bad_input()?;
+    let session = block_on(|stop| run_simulator(session, &ports, pace, sign.as_ref(), &mut reporter, stop))?
+        .bad_input()?;
     reporter.finish()?;
     let record = session.run().record().clone();
     let log = session.into_run().into_log();

@@ -75,7 +75,7 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
             return Err(Failure::input(why.to_owned()));
         }
     }
-    let (ports, key) = (args.net.ports()?, args.net.key()?);
+    let (ports, sign) = (args.net.ports()?, args.net.sign()?);
     let narrator = Narrator::alone(false);
     narrator.say(&origin(&args.mission, &mission));
     let mut plan = None;
@@ -107,7 +107,8 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
     };
     let session = parties::streamer(&mission, trajectory, args.net.system()?, choice);
     let mut reporter = Reporter::new(&narrator, &mission);
-    let session = block_on(|stop| run_streamer(session, &ports, key, &mut reporter, stop))?.bad_input()?;
+    let session =
+        block_on(|stop| run_streamer(session, &ports, sign.as_ref(), &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
     // Why it has failed, the streamer has reported.
     match session.shortcoming() {

@@ -30,9 +30,12 @@ pub struct Faults {
     pub bad_signature: u64,
     /// Frames refused because they are not signed, while we have a key.
     pub unsigned: u64,
-    /// Frames refused because their signature is not newer than the last of that sender, or a new sender's is
-    /// more than a minute old: somebody plays back what he has recorded.
+    /// Frames refused because their signature is not newer than the last of that sender:
+    /// somebody plays back what he has recorded.
     pub replayed: u64,
+    /// Frames rightly signed and refused as their stamp is more than a day ahead of our clock, or that of a
+    /// new sender more than a minute behind: the clocks of the two machines differ, or they were recorded.
+    pub clock: u64,
     /// Frames with the sequence number of the frame before them; taken.
     pub repeated: u64,
     /// Frames that were overtaken by later ones of their sender; taken.
@@ -59,7 +62,7 @@ impl Faults {
 
     /// Sound frames that were not let in.
     pub fn refused(&self) -> u64 {
-        self.bad_signature + self.unsigned + self.replayed + self.own_name + self.crowded
+        self.bad_signature + self.unsigned + self.replayed + self.clock + self.own_name + self.crowded
     }
 
     /// Whether anything was not as it should be.
@@ -75,7 +78,7 @@ impl Faults {
     }
 
     /// Every count with its name.
-    fn all(&mut self) -> [(&'static str, &mut u64); 21] {
+    fn all(&mut self) -> [(&'static str, &mut u64); 22] {
         [
             ("frames", &mut self.frames),
             ("skipped bytes", &mut self.skipped_bytes),
@@ -90,6 +93,7 @@ impl Faults {
             ("bad signature", &mut self.bad_signature),
             ("unsigned", &mut self.unsigned),
             ("replayed", &mut self.replayed),
+            ("other clock", &mut self.clock),
             ("repeated", &mut self.repeated),
             ("late", &mut self.late),
             ("doubled", &mut self.doubled),

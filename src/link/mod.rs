@@ -8,6 +8,7 @@
 //! | [`encoder`] | messages to bytes |
 //! | [`faults`] | what came and was not as it should be, by kind |
 //! | [`signing`] | MAVLink 2 signatures |
+//! | [`stamps`] | their time stamps, as they survive a restart |
 //! | [`hub`] | many peers: who gets what, numbering, signing, forwarding, counts |
 //! | [`peer`] | who is at the other end of a link |
 //! | [`froude`] | PX4 under another gravity: the wire's scale |
@@ -46,6 +47,7 @@ pub mod session;
 #[cfg(feature = "cli")]
 pub mod shell;
 pub mod signing;
+pub mod stamps;
 mod statustext;
 pub mod streamer;
 pub mod tlog;

@@ -5,20 +5,21 @@
 //! time (<https://mavlink.io/en/guide/message_signing.html>).
 //!
 //! Time comes as an argument. The protocol wants the real time there: a receiver that does not know a sender
-//! yet takes nothing from it that is more than a minute behind its own clock.
+//! yet takes nothing from it that is more than a minute behind its own clock, and nobody's that is more than
+//! a day ahead.
 
-use mavlink::MessageData as _;
-use mavlink::dialects::common::RADIO_STATUS_DATA;
 use sha2::{Digest, Sha256};
 
 use super::frame::{Frame, SIGNATURE_LEN};
+use super::stamps::{LAST_STAMP, MAX_STREAMS, Stamps, Stream};
 
 /// 2015-01-01 00:00 UTC in Unix microseconds.
 const EPOCH_UNIX_US: u64 = 1_420_070_400_000_000;
 /// One minute, the age up to which a new sender is believed.
 const NEW_STREAM_WINDOW: u64 = 6_000_000;
-/// Most senders whose last time stamps are remembered; a further one is not believed.
-const MAX_STREAMS: usize = 256;
+/// A stamp that is further ahead of our clock than a day is not believed, and never followed: our own would
+/// run to the end of their 48 bits.
+const MOST_AHEAD: u64 = 8_640_000_000;
 /// Bytes of the digest that are sent.
 const DIGEST_LEN: usize = 6;
 
@@ -28,6 +29,9 @@ pub enum KeyError {
     /// Nothing there.
     #[error("the key is empty: 64 hexadecimal digits or a passphrase are expected")]
     Empty,
+    /// Almost a key.
+    #[error("{0} hexadecimal digits: a key has 64; a passphrase that looks like a cut key is not taken")]
+    Digits(usize),
 }
 
 /// The secret of 32 bytes that both sides have.
@@ -49,11 +53,15 @@ impl Key {
     /// the end is not part of it.
     ///
     /// # Errors
-    /// [`KeyError`] for an empty text.
+    /// [`KeyError`] for an empty text, and for 48 to 80 hexadecimal digits that are not 64.
     pub fn parse(text: &str) -> Result<Self, KeyError> {
         let text = text.trim_end_matches(['\n', '\r']);
         if text.is_empty() {
             return Err(KeyError::Empty);
+        }
+        let is_hexadecimal = text.bytes().all(|b| b.is_ascii_hexdigit());
+        if is_hexadecimal && (48..=80).contains(&text.len()) && text.len() != 64 {
+            return Err(KeyError::Digits(text.len()));
         }
         Ok(hexadecimal(text).map_or_else(|| Self::from_passphrase(text), Self))
     }
@@ -90,81 +98,149 @@ pub enum Refusal {
     Unsigned,
     /// It is signed with another key, or was changed on the way.
     BadSignature,
-    /// It is not newer than what came before, or too old for a sender that is new.
+    /// It is not newer than what came before.
     Replayed,
+    /// It is signed by our key, but this many seconds ahead of our clock (negative: behind, by a sender that
+    /// is new): the clocks of the two machines differ, or it was recorded.
+    Clock(i64),
 }
 
-/// One sender on one of its links.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Stream {
-    link_id: u8,
-    system_id: u8,
-    component_id: u8,
-    newest: u64,
+/// A clock that no frame can be signed by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ClockError {
+    /// It says a time before the stamps begin.
+    #[error("this machine's clock is before 2015, when the stamps of signed frames begin: set it")]
+    BeforeEpoch,
+    /// It is this many seconds behind the last stamp of an earlier run, more than a day.
+    #[error(
+        "this machine's clock is {0} s behind the last stamp there: set it, or remove the file if the clock was \
+         wrong then"
+    )]
+    Behind(u64),
 }
 
 /// Signs what is sent and checks what comes.
 #[derive(Clone, Debug)]
 pub struct Signing {
     key: Key,
-    /// The latest time stamp used or believed.
-    latest: u64,
-    streams: Vec<Stream>,
+    stamps: Stamps,
+    /// As they were given out to be kept last.
+    kept: Stamps,
 }
 
 impl Signing {
     /// With a key; nothing sent or heard yet.
     pub fn new(key: Key) -> Self {
-        Self { key, latest: 0, streams: Vec::new() }
+        Self { key, stamps: Stamps::default(), kept: Stamps::default() }
+    }
+
+    /// Goes on from the stamps of an earlier run.
+    ///
+    /// # Errors
+    /// [`ClockError`] when nobody could follow by a clock like this.
+    pub fn resume(&mut self, stamps: Stamps, now_unix_us: u64) -> Result<(), ClockError> {
+        let ahead = stamps.last().saturating_sub(protocol_time(now_unix_us));
+        if now_unix_us < EPOCH_UNIX_US {
+            return Err(ClockError::BeforeEpoch);
+        }
+        if ahead > MOST_AHEAD {
+            return Err(ClockError::Behind(ahead / 100_000));
+        }
+        self.kept = stamps.clone();
+        self.stamps = stamps;
+        Ok(())
+    }
+
+    /// The last stamps as they are.
+    pub fn stamps(&self) -> &Stamps {
+        &self.stamps
+    }
+
+    /// The stamps to be kept for the next start, when those that were kept last no longer hold: ten seconds
+    /// ahead, so that this is seldom.
+    pub fn poll_stamps(&mut self) -> Option<Stamps> {
+        if self.stamps.is_within(&self.kept) {
+            return None;
+        }
+        self.kept = self.stamps.ahead();
+        Some(self.kept.clone())
     }
 
     /// Appends the signature to a frame that ends in its checksum and carries the "signed" flag.
     pub fn append(&mut self, frame: &mut Vec<u8>, link_id: u8, now_unix_us: u64) {
         // Each stamp is later than the last, however fast frames follow each other.
-        self.latest = protocol_time(now_unix_us).max(self.latest + 1);
+        self.stamps.latest = protocol_time(now_unix_us).max(self.stamps.latest + 1).min(LAST_STAMP);
         frame.push(link_id);
-        frame.extend_from_slice(&self.latest.to_le_bytes()[..6]);
+        frame.extend_from_slice(&self.stamps.latest.to_le_bytes()[..6]);
         let digest = self.key.sign(frame);
         frame.extend_from_slice(&digest);
     }
 
-    /// Whether a frame may be let in.
+    /// Whether a frame is signed by our key. Nothing is remembered of it.
+    ///
+    /// # Errors
+    /// [`Refusal`] with the reason.
+    pub fn verify(&self, frame: &Frame) -> Result<(), Refusal> {
+        if !frame.is_signed() {
+            return Err(Refusal::Unsigned);
+        }
+        let bytes = frame.bytes();
+        let (signed_part, digest) = bytes.split_at(bytes.len() - DIGEST_LEN);
+        if self.key.sign(signed_part) == digest { Ok(()) } else { Err(Refusal::BadSignature) }
+    }
+
+    /// Whether a frame may be let in: signed by our key, and later than what came before.
     ///
     /// # Errors
     /// [`Refusal`] with the reason.
     pub fn check(&mut self, frame: &Frame, now_unix_us: u64) -> Result<(), Refusal> {
-        if !frame.is_signed() {
-            // Made by radios on the way, which have no key.
-            return if frame.message_id == RADIO_STATUS_DATA::ID { Ok(()) } else { Err(Refusal::Unsigned) };
-        }
+        self.verify(frame)?;
+        self.check_stamp(frame, now_unix_us)
+    }
+
+    /// Whether the stamp of a frame that is signed by our key ([`Self::verify`]) is later than what came
+    /// before.
+    ///
+    /// # Errors
+    /// [`Refusal`] with the reason.
+    pub(super) fn check_stamp(&mut self, frame: &Frame, now_unix_us: u64) -> Result<(), Refusal> {
         let bytes = frame.bytes();
-        let (signed_part, digest) = bytes.split_at(bytes.len() - DIGEST_LEN);
-        if self.key.sign(signed_part) != digest {
-            return Err(Refusal::BadSignature);
-        }
         let at = bytes.len() - SIGNATURE_LEN;
         let (link_id, mut stamp) = (bytes[at], [0; 8]);
         stamp[..6].copy_from_slice(&bytes[at + 1..at + 7]);
         let stamp = u64::from_le_bytes(stamp);
-        let sender = |s: &Stream| {
-            (s.link_id, s.system_id, s.component_id) == (link_id, frame.system_id, frame.component_id)
-        };
-        self.latest = self.latest.max(protocol_time(now_unix_us));
-        let full = self.streams.len() == MAX_STREAMS;
-        match self.streams.iter_mut().find(|s| sender(s)) {
+        let clock = protocol_time(now_unix_us);
+        let ahead_s = (stamp.cast_signed() - clock.cast_signed()) / 100_000;
+        if stamp > clock + MOST_AHEAD {
+            return Err(Refusal::Clock(ahead_s));
+        }
+        let (system_id, component_id) = (frame.system_id, frame.component_id);
+        let sender =
+            |s: &Stream| (s.link_id, s.system_id, s.component_id) == (link_id, system_id, component_id);
+        self.stamps.latest = self.stamps.latest.max(clock);
+        match self.stamps.streams.iter_mut().find(|s| sender(s)) {
             Some(stream) if stamp <= stream.newest => return Err(Refusal::Replayed),
             Some(stream) => stream.newest = stamp,
-            None if stamp + NEW_STREAM_WINDOW < self.latest || full => {
-                return Err(Refusal::Replayed);
-            }
+            None if stamp + NEW_STREAM_WINDOW < self.stamps.latest => return Err(Refusal::Clock(ahead_s)),
+            None if stamp <= self.stamps.forgotten => return Err(Refusal::Replayed),
             None => {
-                let (system_id, component_id) = (frame.system_id, frame.component_id);
-                self.streams.push(Stream { link_id, system_id, component_id, newest: stamp });
+                self.make_room();
+                self.stamps.streams.push(Stream { link_id, system_id, component_id, newest: stamp });
             }
         }
         // Who is ahead of us by his clock shall not take us for a replay.
-        self.latest = self.latest.max(stamp);
+        self.stamps.latest = self.stamps.latest.max(stamp);
         Ok(())
+    }
+
+    /// Forgets the sender that was heard longest ago, if there is no room for another.
+    fn make_room(&mut self) {
+        if self.stamps.streams.len() < MAX_STREAMS {
+            return;
+        }
+        if let Some(i) = (0..self.stamps.streams.len()).min_by_key(|i| self.stamps.streams[*i].newest) {
+            self.stamps.forgotten = self.stamps.forgotten.max(self.stamps.streams.swap_remove(i).newest);
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 //! misspelt, what was probably meant.
 
 use std::fs;
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -1046,6 +1047,15 @@ const LINES: &[(&str, &[&str])] = &[
     ("drop --trajectory params/vehicles/titan_rotor.csv", &["titan_rotor.csv:"]),
     ("drop --case case_9", &["no release case `case_9`", "expected one of case_0"]),
     ("sim --sign-key none.key", &["none.key: no key to sign with"]),
+    ("sim --sign-key text.json", &["text.json: no key to sign with", "(mode 0644): `chmod 600` is expected"]),
+    ("sim --sign-key long.key", &["long.key: no key to sign with", "longer than 4096 bytes"]),
+    ("sim --sign-key cut.key", &["cut.key: no key to sign with", "63 hexadecimal digits: a key has 64"]),
+    ("sim --sign-key empty.key", &["empty.key: no key to sign with", "the key is empty"]),
+    ("autopilot --sign-key stamped.key", &["stamped.key.1-1.stamps", "line 2: `hear 1`", "`latest STAMP`"]),
+    (
+        "autopilot --sign-key ahead.key",
+        &["ahead.key.1-1.stamps", "this machine's clock is ", " s behind the last stamp"],
+    ),
     ("tune --start nobody", &["no gains file of the name `nobody`"]),
     ("new mission a --vehicle x50 --planet earth --altitude 0", &["did you mean `x500`?"]),
     // Flags.
@@ -1121,6 +1131,18 @@ fn bad_command_lines_are_refused_with_what_was_expected() {
     fs::write(here.join("latin1.json"), b"{ \"about\": \"\xe9\" }").unwrap();
     fs::write(here.join("text.json"), "mission\n").unwrap();
     fs::write(here.join("file"), "").unwrap();
+    let secret = |name: &str, text: &str| {
+        fs::write(here.join(name), text).unwrap();
+        fs::set_permissions(here.join(name), fs::Permissions::from_mode(0o600)).unwrap();
+    };
+    fs::set_permissions(here.join("text.json"), fs::Permissions::from_mode(0o644)).unwrap();
+    secret("long.key", &"titan".repeat(1000));
+    secret("cut.key", &"7".repeat(63));
+    secret("empty.key", "\n");
+    secret("stamped.key", "titan");
+    fs::write(here.join("stamped.key.1-1.stamps"), "latest 1\nhear 1\n").unwrap();
+    secret("ahead.key", "titan");
+    fs::write(here.join("ahead.key.1-1.stamps"), "latest 281474976710655\n").unwrap();
     let mut faults = Vec::new();
     for (line, words) in LINES {
         let args: Vec<&str> = line.split_whitespace().collect();

@@ -85,6 +85,23 @@ def test_two_ground_stations_each_with_its_own_answers(samara, stations):
     assert gaps(first) == 0 and gaps(second) == 0
 
 
+@pytest.mark.parametrize("waits", [0, 0.3, 1.2])
+def test_regress_the_first_heartbeat_is_the_vehicles(samara, waits):
+    """One sender: who listens first, or answers the last address, meets the vehicle and no parachute before it."""
+    samara.sim("--speed", 1)
+    station = mavutil.mavlink_connection(f"udpin:127.0.0.1:{samara.ports.api}", source_system=255)
+    time.sleep(waits)
+    samara.autopilot().says("connected to simulator")
+    assert station.wait_heartbeat(timeout=PATIENCE_S).get_srcComponent() == AUTOPILOT
+    is_heard, deadline = False, time.monotonic() + PATIENCE_S
+    while not is_heard and time.monotonic() < deadline:
+        station.mav.heartbeat_send(mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 0)
+        m = station.recv_match(type="HEARTBEAT", blocking=True, timeout=1)
+        is_heard = m is not None and m.get_srcComponent() == mavlink.MAV_COMP_ID_PARACHUTE
+    station.close()
+    assert is_heard and station.clients == {("127.0.0.1", samara.ports.autopilot_api)}
+
+
 def test_tcp_clients_come_and_go(samara, stations):
     server, out = free_port(), free_port()
     samara.sim("--speed", 1)
@@ -168,6 +185,7 @@ def test_who_speaks_to_both_is_heard_once(samara):
 def test_a_key_keeps_strangers_out(samara, stations, tmp_path):
     key_file = tmp_path / "key.txt"
     key_file.write_text("titan\n", encoding="utf-8")
+    key_file.chmod(0o600)
     samara.sim("--speed", 1, "--sign-key", key_file)
     autopilot = samara.autopilot("--sign-key", key_file)
     autopilot.says("connected to simulator")

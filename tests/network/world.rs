@@ -219,6 +219,8 @@ fn simulator(trouble: &Trouble, now: u64) -> Process<HilSession> {
     let mut process = Process::new(session, (1, PARACHUTE_COMPONENT), 10_000_000, false, now);
     process.hub.expect_doubles();
     process.hub.reserve_for((1, 1));
+    // As behind an autopilot that passes its frames on.
+    process.hub.speak_unasked(false);
     process.bind(Link::Parachute, ports::PARACHUTE, &[ports::STATION, ports::API], now);
     process
 }
@@ -228,8 +230,7 @@ fn autopilot(now: u64) -> Process<AutopilotSession> {
     let mut process = Process::new(session, (1, 1), 10_000_000, true, now);
     process.bind(Link::GroundStation, ports::GROUND, &[ports::STATION], now);
     process.bind(Link::Api, ports::AUTOPILOT_API, &[ports::API], now);
-    let router = process.bind(Link::Parachute, ports::ROUTER, &[ports::PARACHUTE], now);
-    process.hub.reaches_itself(router, vec![ports::STATION, ports::API]);
+    process.bind(Link::Parachute, ports::ROUTER, &[ports::PARACHUTE], now);
     process
 }
 

@@ -29,6 +29,9 @@ mod tests;
 
 use std::collections::VecDeque;
 
+use mavlink::MessageData as _;
+use mavlink::dialects::common::RADIO_STATUS_DATA;
+
 use self::doubles::Doubles;
 use self::forward::{includes, may_leave, reaches};
 pub use self::peers::EndpointId;
@@ -36,9 +39,10 @@ use self::peers::Peer;
 use super::decoder::Decoder;
 use super::faults::Faults;
 use super::frame::Frame;
-use super::peer::PeerId;
+use super::peer::{PeerId, Recipient};
 use super::session::{Link, Transmit};
-use super::signing::{Key, Refusal, Signing};
+use super::signing::{ClockError, Key, Refusal, Signing};
+use super::stamps::Stamps;
 
 /// Most peers of a hub; more is a mistake somewhere, or malice.
 pub const MAX_PEERS: usize = 32;
@@ -46,6 +50,10 @@ pub const MAX_PEERS: usize = 32;
 const AWAY_US: u64 = 600_000_000;
 /// Most frames that wait to be passed on.
 const MAX_FORWARDS: usize = 1024;
+/// Most connections by others that have not spoken yet; of more, the one that has waited longest is closed.
+const MAX_WAITING: usize = 16;
+/// How long a connection may take to speak [us].
+const SPEAK_WITHIN_US: u64 = 5_000_000;
 
 /// Settings of a hub.
 #[derive(Clone, Debug)]
@@ -67,6 +75,18 @@ pub enum HubEvent<A> {
     Heard(EndpointId, A),
     /// There is no room for a peer; reported once until there is.
     Crowded(EndpointId, A),
+    /// It signs by our key, but is so many seconds ahead of our clock (negative: behind) and not believed;
+    /// reported once.
+    OtherClock(EndpointId, A, i64),
+}
+
+/// A connection whose peer has not spoken yet.
+#[derive(Clone, Debug)]
+struct Waiting<A> {
+    endpoint: EndpointId,
+    address: A,
+    since: u64,
+    decoder: Decoder,
 }
 
 /// A peer that is silent.
@@ -91,9 +111,14 @@ pub struct Hub<A> {
     reserved: Option<(u8, u8)>,
     last_id: PeerId,
     crowded_reported: bool,
+    clock_reported: bool,
+    /// Connections whose peers have not spoken, the earliest first.
+    waiting: Vec<Waiting<A>>,
+    /// Connections that are to be closed.
+    to_close: VecDeque<(EndpointId, A)>,
     doubles: Option<Doubles<(EndpointId, A)>>,
-    /// Whom the peers of an endpoint speak to themselves.
-    reached: Vec<(EndpointId, Vec<A>)>,
+    /// Whether what is for everybody goes to kept peers that have not spoken.
+    speaks_unasked: bool,
     events: VecDeque<HubEvent<A>>,
     /// Frames to be passed on: by which endpoint, to whom.
     to_forward: VecDeque<(EndpointId, A, Vec<u8>)>,
@@ -111,11 +136,32 @@ impl<A: Copy + PartialEq> Hub<A> {
             reserved: None,
             last_id: PeerId::ONLY,
             crowded_reported: false,
+            clock_reported: false,
+            waiting: Vec::new(),
+            to_close: VecDeque::new(),
             doubles: None,
-            reached: Vec::new(),
+            speaks_unasked: true,
             events: VecDeque::new(),
             to_forward: VecDeque::new(),
         }
+    }
+
+    /// With a key: goes on from the time stamps of an earlier run.
+    ///
+    /// # Errors
+    /// As [`Signing::resume`].
+    pub fn resume(&mut self, now: u64, stamps: Stamps) -> Result<(), ClockError> {
+        self.signing.as_mut().map_or(Ok(()), |s| s.resume(stamps, now))
+    }
+
+    /// With a key: the time stamps to be kept now for the next start, when they have changed.
+    pub fn poll_stamps(&mut self) -> Option<Stamps> {
+        self.signing.as_mut()?.poll_stamps()
+    }
+
+    /// With a key: the time stamps as they are, to be kept at the end.
+    pub fn stamps(&self) -> Option<&Stamps> {
+        self.signing.as_ref().map(Signing::stamps)
     }
 
     /// Adds an endpoint of a link; at most 256 have numbers of their own.
@@ -133,6 +179,36 @@ impl<A: Copy + PartialEq> Hub<A> {
         admitted.is_some()
     }
 
+    /// A connection that somebody else has made. Without a key it is served at once, and closed
+    /// ([`Self::poll_close`]) if it has said nothing when others want its place. With a key it is a peer from
+    /// its first frame that is let in; until then it waits in a small table, for at most five seconds.
+    pub fn accept(&mut self, now: u64, endpoint: EndpointId, address: A) {
+        if self.signing.is_none() {
+            if self.peers.iter().filter(|p| p.is_listener).count() >= MAX_WAITING {
+                self.close_listener();
+            }
+            match self.admit(now, endpoint, address, None) {
+                Some(i) => (self.peers[i].kept, self.peers[i].is_listener) = (true, true),
+                None => self.to_close.push_back((endpoint, address)),
+            }
+            return;
+        }
+        if self.waiting.len() == MAX_WAITING {
+            let first = self.waiting.remove(0);
+            self.to_close.push_back((first.endpoint, first.address));
+        }
+        self.waiting.push(Waiting { endpoint, address, since: now, decoder: Decoder::new() });
+    }
+
+    /// The next connection to be closed, because its peer has not spoken or others came.
+    pub fn poll_close(&mut self, now: u64) -> Option<(EndpointId, A)> {
+        if self.waiting.first().is_some_and(|w| now.saturating_sub(w.since) > SPEAK_WITHIN_US) {
+            let first = self.waiting.remove(0);
+            self.to_close.push_back((first.endpoint, first.address));
+        }
+        self.to_close.pop_front()
+    }
+
     /// From now on a frame that has come by one peer is dropped when it comes by another within a second: a
     /// router passes on what its sender says here as well.
     pub fn expect_doubles(&mut self) {
@@ -145,15 +221,16 @@ impl<A: Copy + PartialEq> Hub<A> {
         self.reserved = Some(component);
     }
 
-    /// What the peers of an endpoint say to everybody is not passed on to these addresses: they speak to them
-    /// themselves.
-    pub fn reaches_itself(&mut self, endpoint: EndpointId, addresses: Vec<A>) {
-        self.reached.push((endpoint, addresses));
+    /// Whether what is for everybody goes to peers that are kept and have not spoken, as it does at first:
+    /// not where a router brings it to them.
+    pub fn speak_unasked(&mut self, speaks: bool) {
+        self.speaks_unasked = speaks;
     }
 
     /// A connection has ended.
     pub fn forget(&mut self, endpoint: EndpointId, address: A) {
         self.peers.retain(|p| (p.endpoint, p.address) != (endpoint, address));
+        self.waiting.retain(|w| (w.endpoint, w.address) != (endpoint, address));
     }
 
     /// The next thing that happened to a peer.
@@ -198,8 +275,14 @@ impl<A: Copy + PartialEq> Hub<A> {
         bytes: &[u8],
         mut each: impl FnMut(&Frame),
     ) {
-        let Some(i) = self.find(endpoint, from) else { return };
-        let mut decoder = std::mem::take(&mut self.peers[i].decoder);
+        let waits = |w: &Waiting<A>| (w.endpoint, w.address) == (endpoint, from);
+        let mut decoder = match self.find(endpoint, from) {
+            Some(i) => std::mem::take(&mut self.peers[i].decoder),
+            None => match self.waiting.iter_mut().find(|w| waits(w)) {
+                Some(waiting) => std::mem::take(&mut waiting.decoder),
+                None => return,
+            },
+        };
         decoder.push(bytes);
         while let Some(mut frame) = decoder.next_frame() {
             if self.take(now, endpoint, from, &mut frame) {
@@ -210,6 +293,10 @@ impl<A: Copy + PartialEq> Hub<A> {
         self.count(endpoint, |faults| faults.add(&news));
         if let Some(i) = self.find(endpoint, from) {
             self.peers[i].decoder = decoder;
+            self.peers[i].kept = true;
+            self.waiting.retain(|w| !waits(w));
+        } else if let Some(waiting) = self.waiting.iter_mut().find(|w| waits(w)) {
+            waiting.decoder = decoder;
         }
     }
 
@@ -217,9 +304,11 @@ impl<A: Copy + PartialEq> Hub<A> {
     pub fn send(&mut self, now: u64, transmit: &Transmit, mut out: impl FnMut(EndpointId, A, &[u8])) {
         self.expire(now);
         let Self { peers, endpoints, signing, .. } = self;
+        let (unasked, memory_us) = (self.speaks_unasked, self.config.memory_us);
         let reached = |p: &&mut Peer<A>| {
             let link = endpoints.get(usize::from(p.endpoint.0)).map(|e| e.0);
-            link == Some(transmit.link) && transmit.to.includes(p.id)
+            let is_asked = unasked || transmit.to != Recipient::All || p.is_heard(now, memory_us);
+            link == Some(transmit.link) && transmit.to.includes(p.id) && is_asked
         };
         for peer in peers.iter_mut().filter(reached) {
             let bytes = peer.seal(&transmit.bytes, signing.as_mut(), now);
@@ -234,17 +323,25 @@ impl<A: Copy + PartialEq> Hub<A> {
 
     /// Checks a frame, notes its peer, passes it on; whether the party may see it.
     fn take(&mut self, now: u64, endpoint: EndpointId, from: A, frame: &mut Frame) -> bool {
+        let verified = self.signing.as_ref().map_or(Ok(()), |s| s.verify(frame));
+        // Made by radios on the way, which have no key: taken from who is a peer already.
+        if verified == Err(Refusal::Unsigned) && frame.message_id == RADIO_STATUS_DATA::ID {
+            self.expire(now);
+            if let Some(i) = self.find(endpoint, from) {
+                frame.peer = self.peers[i].id;
+                return true;
+            }
+        }
+        if let Err(refusal) = verified {
+            return self.refuse(endpoint, from, refusal);
+        }
+        // What came by two ways has one stamp.
         if self.doubles.as_mut().is_some_and(|d| d.holds(now, (endpoint, from), frame.bytes())) {
             self.count(endpoint, |faults| faults.doubled += 1);
             return false;
         }
-        if let Some(Err(refusal)) = self.signing.as_mut().map(|s| s.check(frame, now)) {
-            self.count(endpoint, |faults| match refusal {
-                Refusal::Unsigned => faults.unsigned += 1,
-                Refusal::BadSignature => faults.bad_signature += 1,
-                Refusal::Replayed => faults.replayed += 1,
-            });
-            return false;
+        if let Some(Err(refusal)) = self.signing.as_mut().map(|s| s.check_stamp(frame, now)) {
+            return self.refuse(endpoint, from, refusal);
         }
         let sender = (frame.system_id, frame.component_id);
         if sender == self.config.own {
@@ -264,6 +361,7 @@ impl<A: Copy + PartialEq> Hub<A> {
             self.events.push_back(HubEvent::Heard(endpoint, from));
         }
         peer.heard_at = Some(now);
+        peer.is_listener = false;
         if let Some(doubles) = &mut self.doubles {
             doubles.note(now, (endpoint, from), frame.bytes());
         }
@@ -275,19 +373,31 @@ impl<A: Copy + PartialEq> Hub<A> {
         true
     }
 
+    /// Counts a frame that is not let in; false.
+    fn refuse(&mut self, endpoint: EndpointId, from: A, refusal: Refusal) -> bool {
+        if let Refusal::Clock(ahead_s) = refusal
+            && !std::mem::replace(&mut self.clock_reported, true)
+        {
+            self.events.push_back(HubEvent::OtherClock(endpoint, from, ahead_s));
+        }
+        self.count(endpoint, |faults| match refusal {
+            Refusal::Unsigned => faults.unsigned += 1,
+            Refusal::BadSignature => faults.bad_signature += 1,
+            Refusal::Replayed => faults.replayed += 1,
+            Refusal::Clock(_) => faults.clock += 1,
+        });
+        false
+    }
+
     fn route(&mut self, now: u64, endpoint: EndpointId, frame: &Frame) {
         let (target, own) = (frame.target(), self.config.own);
         let (mut known, mut full) = (false, false);
-        let reached = |address: A| {
-            target.0 == 0 && self.reached.iter().any(|(by, to)| *by == endpoint && to.contains(&address))
-        };
         for peer in &self.peers {
             let heard = peer.is_served(now, self.config.memory_us) && reaches(target, own, peer.components());
             known |= heard;
             let sender = (frame.system_id, frame.component_id);
             let is_way_back = peer.id == frame.peer || peer.components().any(|c| c == sender);
-            let is_needless = is_way_back || reached(peer.address);
-            if !heard || is_needless || !self.config.forwards || !may_leave(frame.message_id) {
+            if !heard || is_way_back || !self.config.forwards || !may_leave(frame.message_id) {
                 continue;
             }
             if self.to_forward.len() < MAX_FORWARDS {
@@ -322,7 +432,8 @@ impl<A: Copy + PartialEq> Hub<A> {
         let was = self.away.iter().position(|a| (a.endpoint, a.address) == (endpoint, address));
         let since = was.map_or(now, |i| self.away[i].since);
         let by_name = sender.is_some() && sender == self.reserved;
-        if self.peers.len() >= MAX_PEERS && !self.makes_room(since) {
+        let makes_room = |hub: &mut Self| (sender.is_some() && hub.close_listener()) || hub.makes_room(since);
+        if self.peers.len() >= MAX_PEERS && !makes_room(self) {
             let has_own = |p: &Peer<A>| p.components().any(|c| Some(c) == self.reserved);
             if !by_name || self.peers.len() > MAX_PEERS || self.peers.iter().any(has_own) {
                 return None;
@@ -335,6 +446,14 @@ impl<A: Copy + PartialEq> Hub<A> {
         self.last_id = PeerId(self.last_id.0.wrapping_add(1).max(1));
         self.peers.push(Peer::new(self.last_id, endpoint, address, since));
         Some(self.peers.len() - 1)
+    }
+
+    /// Closes the connection that has been there for longest without a word; whether there was one.
+    fn close_listener(&mut self) -> bool {
+        let Some(i) = self.peers.iter().position(|p| p.is_listener) else { return false };
+        let listener = self.peers.remove(i);
+        self.to_close.push_back((listener.endpoint, listener.address));
+        true
     }
 
     /// Whether the peer that came last gives way to who was there since before.

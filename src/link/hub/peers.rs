@@ -32,6 +32,8 @@ pub(super) struct Peer<A> {
     pub(super) address: A,
     /// Served until forgotten, though it be silent: a default remote, a connection.
     pub(super) kept: bool,
+    /// A connection that somebody else has made, and has not spoken by.
+    pub(super) is_listener: bool,
     /// When it was admitted first, though it may have been silent since: who came earlier goes before.
     pub(super) since: u64,
     pub(super) heard_at: Option<u64>,
@@ -43,8 +45,9 @@ pub(super) struct Peer<A> {
 
 impl<A> Peer<A> {
     pub(super) fn new(id: PeerId, endpoint: EndpointId, address: A, since: u64) -> Self {
+        let (kept, is_listener, heard_at) = (false, false, None);
         let (decoder, heard, sent) = (Decoder::new(), Vec::new(), Vec::new());
-        Self { id, endpoint, address, kept: false, since, heard_at: None, decoder, heard, sent }
+        Self { id, endpoint, address, kept, is_listener, since, heard_at, decoder, heard, sent }
     }
 
     pub(super) fn is_served(&self, now: u64, memory: u64) -> bool {

@@ -226,24 +226,19 @@ fn a_component_behind_the_party_is_reached_through_it() {
     let (mut hub, ground, api) = hub(config());
     let behind = hub.add_endpoint(Link::Parachute);
     hub.keep(NOW, behind, 14600);
-    hub.reaches_itself(behind, vec![14550, 14540]);
     for (endpoint, address, id) in [(ground, 14550, 255), (ground, 5760, 254), (api, 14540, 245)] {
         hear(&mut hub, NOW, endpoint, address, &Encoder::new(id, 190).encode(&heartbeat()));
     }
     let mut parachute = Encoder::new(GRIPPER.0, GRIPPER.1);
     forwarded(&mut hub);
     hear(&mut hub, NOW, behind, 14600, &parachute.encode(&heartbeat()));
-    assert_eq!(addresses(&forwarded(&mut hub)), [5760]);
+    assert_eq!(addresses(&forwarded(&mut hub)), [14550, 5760, 14540]);
     let cut = Encoder::new(255, 190).encode(&command(GRIPPER));
     hear(&mut hub, NOW, ground, 14550, &cut);
     assert_eq!(forwarded(&mut hub), [(14600, cut.clone())]);
     let ack = COMMAND_ACK_DATA { target_system: 255, target_component: 190, ..Default::default() };
     hear(&mut hub, NOW, behind, 14600, &parachute.encode(&MavMessage::COMMAND_ACK(ack)));
-    assert_eq!(
-        addresses(&forwarded(&mut hub)),
-        [14550],
-        "an answer goes to whoever asked, though it be reached"
-    );
+    assert_eq!(addresses(&forwarded(&mut hub)), [14550], "an answer goes to whoever asked");
 
     let mut theirs: Hub<u16> = Hub::new(HubConfig { own: GRIPPER, forwards: false, ..config() });
     theirs.expect_doubles();
@@ -362,4 +357,84 @@ fn a_stream_is_cut_anywhere_and_forgotten_with_its_connection() {
     assert_eq!((frames, hub.faults(ground).frames, hub.served(NOW)), (10, 10, 1));
     hub.forget(ground, 5);
     assert_eq!(hub.served(NOW), 0);
+}
+
+/// A ground station's HEARTBEAT, signed with the key.
+fn signed_heartbeat(key: Key, now: u64) -> Vec<u8> {
+    let mut theirs: Hub<u16> = Hub::new(HubConfig { own: (255, 190), key: Some(key), ..config() });
+    let station = theirs.add_endpoint(Link::GroundStation);
+    theirs.keep(now, station, 1);
+    let beat = Transmit::to_all(Link::GroundStation, Encoder::new(255, 190).encode(&heartbeat()));
+    let mut signed = Vec::new();
+    theirs.send(now, &beat, |_, _, bytes| signed = bytes.to_vec());
+    signed
+}
+
+fn closed(hub: &mut Hub<u16>, now: u64) -> usize {
+    std::iter::from_fn(|| hub.poll_close(now)).count()
+}
+
+/// Where a router brings it, what is for everybody goes to no default remote that has not spoken.
+#[test]
+fn who_is_reached_through_a_router_is_not_spoken_to_unasked() {
+    let (mut hub, ground, _) = hub(HubConfig { own: (1, 161), ..config() });
+    hub.keep(NOW, ground, 14550);
+    let beat = Transmit::to_all(Link::GroundStation, Encoder::new(1, 161).encode(&heartbeat()));
+    assert_eq!(addresses(&send(&mut hub, NOW, &beat)), [14550]);
+    hear(&mut hub, NOW, ground, 40_000, &Encoder::new(VEHICLE.0, VEHICLE.1).encode(&heartbeat()));
+    hub.speak_unasked(false);
+    assert_eq!(addresses(&send(&mut hub, NOW, &beat)), [40_000]);
+    hear(&mut hub, NOW, ground, 14550, &Encoder::new(255, 190).encode(&heartbeat()));
+    assert_eq!(addresses(&send(&mut hub, NOW, &beat)), [14550, 40_000]);
+}
+
+/// A radio's report, which needs no key, makes nobody a peer; from a peer it is passed on.
+#[test]
+fn regress_radio_status_admits_nobody_with_a_key() {
+    let key = Key::from_passphrase("titan");
+    let (mut ours, ground, _) = hub(HubConfig { key: Some(key), ..config() });
+    let radio = MavMessage::RADIO_STATUS(RADIO_STATUS_DATA { rssi: 1, ..Default::default() });
+    let radio = Encoder::new(51, 68).encode(&radio);
+    for address in 0..40 {
+        assert!(hear(&mut ours, NOW, ground, address, &radio).is_empty());
+    }
+    assert_eq!((ours.served(NOW), ours.faults(ground).unsigned), (0, 40));
+    assert_eq!(hear(&mut ours, NOW, ground, 7, &signed_heartbeat(key, NOW)).len(), 1);
+    assert_eq!(hear(&mut ours, NOW + 9 * S, ground, 7, &radio).len(), 1);
+    assert_eq!(ours.served(NOW + 11 * S), 0, "it keeps nobody's place");
+}
+
+/// With a key, connections that sign nothing get nothing, take nobody's place, and are closed after 5 s.
+#[test]
+fn regress_silent_connections_take_no_place() {
+    let key = Key::from_passphrase("titan");
+    let (mut hub, ground, _) = hub(HubConfig { key: Some(key), ..config() });
+    for address in 0..40 {
+        hub.accept(NOW, ground, address);
+    }
+    assert_eq!((closed(&mut hub, NOW), hub.served(NOW)), (24, 0));
+    let beat = signed_heartbeat(key, NOW);
+    hub.stream(NOW, ground, 39, &beat[..9], |_| {});
+    hub.stream(NOW, ground, 39, &beat[9..], |_| {});
+    hub.stream(NOW, ground, 38, &Encoder::new(255, 191).encode(&heartbeat()), |_| {});
+    assert_eq!(hub.served(NOW), 1);
+    assert_eq!(closed(&mut hub, NOW + 6 * S), 15);
+    assert_eq!(hub.served(NOW + 60 * S), 1, "a connection that has spoken is kept");
+}
+
+/// Without a key who listens is served at once, and gives way to those who speak.
+#[test]
+fn regress_listeners_give_way_to_who_speaks() {
+    let (mut hub, ground, _) = hub(config());
+    for address in 0..40 {
+        hub.accept(NOW, ground, address);
+    }
+    assert_eq!((closed(&mut hub, NOW), hub.served(NOW)), (24, 16));
+    let beat = Encoder::new(255, 190).encode(&heartbeat());
+    hub.stream(NOW, ground, 39, &beat, |_| {});
+    for address in 100..150 {
+        hear(&mut hub, NOW, ground, address, &beat);
+    }
+    assert_eq!((closed(&mut hub, NOW + 60 * S), hub.faults(ground).crowded), (15, 19));
+    assert_eq!(hub.served(NOW + 60 * S), 1, "a connection that has spoken is kept");
 }

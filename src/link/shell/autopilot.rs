@@ -100,7 +100,7 @@ pub async fn run_autopilot<O: Observer>(
             break;
         }
     }
-    shell.links.report_counts(shell.observer);
+    shell.links.finish(shell.observer);
     Ok(shell.session)
 }
 

@@ -61,7 +61,7 @@ impl Companion {
         observer: &mut O,
     ) -> Result<Self, ShellError> {
         let own = (STREAMER_SYSTEM, STREAMER_COMPONENT);
-        let mut links = Links::new(own, PEER_MEMORY, false, None);
+        let mut links = Links::new(own, PEER_MEMORY, false, None)?;
         let to = [ports.autopilot_api];
         links.bind_udp(Link::Api, ports.api, "streamer, for the autopilot", &to, observer).await?;
         Ok(Self {

@@ -32,7 +32,9 @@ const RETRY: Duration = Duration::from_secs(1);
 pub(super) enum Arrival<'a> {
     /// A datagram.
     Datagram(SocketAddr, &'a [u8]),
-    /// A connection stands; whether there is room for it.
+    /// Somebody has connected.
+    Accepted(SocketAddr),
+    /// A connection of our own stands; whether there is room for it.
     Connected(SocketAddr),
     /// Bytes of a connection.
     Stream(SocketAddr, &'a [u8]),
@@ -142,14 +144,25 @@ impl Endpoint {
                 false
             }
             Self::Tcp(source, streams) => {
+                let is_server = matches!(source, TcpSource::Server(..));
                 for (stream, peer) in source.take_new(streams.is_empty(), each) {
-                    if each(Arrival::Connected(peer)) {
+                    let new = if is_server { Arrival::Accepted(peer) } else { Arrival::Connected(peer) };
+                    if each(new) {
                         streams.push(Stream::new(stream, peer));
                     }
                 }
                 streams.retain_mut(|stream| stream.receive(each));
                 true
             }
+        }
+    }
+
+    /// Closes a connection, for a reason that the next [`Self::receive`] reports.
+    pub(super) fn close(&mut self, peer: SocketAddr, reason: &str) {
+        if let Self::Tcp(_, streams) = self
+            && let Some(stream) = streams.iter_mut().find(|s| s.peer == peer)
+        {
+            stream.ended.get_or_insert_with(|| reason.to_owned());
         }
     }
 

@@ -1,7 +1,9 @@
 //! Several peers on real sockets: who gets what, TCP by URL, keys.
 
+use std::collections::BTreeMap;
 use std::io::{Read as _, Write as _};
 use std::net::{SocketAddr, TcpListener, TcpStream, UdpSocket};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use mavlink::dialects::common::*;
@@ -10,7 +12,7 @@ use tokio::sync::oneshot;
 use super::super::decoder::Decoder;
 use super::super::encoder::Encoder;
 use super::super::frame::Frame;
-use super::super::hub::{Hub, HubConfig};
+use super::super::hub::{EndpointId, Hub, HubConfig};
 use super::super::session::{Link, Transmit};
 use super::super::signing::Key;
 use super::ports::loopback;
@@ -150,7 +152,7 @@ fn tcp_by_url_serves_several_clients_and_connects_again() {
     let out = listener.local_addr().unwrap();
     let wiring = Wiring {
         urls: vec![url(&format!("tcpin:127.0.0.1:{server}")), url(&format!("tcpout:{out}"))],
-        key: None,
+        sign: None,
     };
     let ((), notices) = with_autopilot(ports, wiring, move || {
         let connect = || loop {
@@ -181,7 +183,7 @@ fn a_client_that_does_not_read_is_dropped_and_nobody_waits() {
     block_on(async {
         let (mut a, _) = ears(|_| false);
         let at = free_ports().simulator;
-        let mut links = links::Links::new((1, 1), Duration::from_secs(10), true, None);
+        let mut links = links::Links::new((1, 1), Duration::from_secs(10), true, None).unwrap();
         links.open(&url(&format!("tcpin:127.0.0.1:{at}")), &mut a).await.unwrap();
         let _deaf = TcpStream::connect(loopback(at)).unwrap();
         let mut vehicle = Encoder::new(1, 1);
@@ -207,33 +209,61 @@ fn an_endpoint_that_cannot_be_had_is_named() {
         ("udpout:no.such.host.invalid:14550".to_owned(), "`udpout:no.such.host.invalid:14550`: a host with"),
     ] {
         let (mut a, stop) = ears(|_| false);
-        let wiring = Wiring { urls: vec![url(&text)], key: None };
+        let wiring = Wiring { urls: vec![url(&text)], sign: None };
         let run = run_autopilot(autopilot(), &ports, &wiring, AfterSimulator::Wait, &mut a, stop);
         let error = block_on(run).unwrap_err().to_string();
         assert!(error.contains(reason), "{error}");
     }
 }
 
+/// Time stamps in memory.
+#[derive(Debug, Default)]
+struct Memory(Mutex<BTreeMap<(u8, u8), String>>);
+
+impl StampStore for Memory {
+    fn load(&self, party: (u8, u8)) -> std::io::Result<Option<String>> {
+        Ok(self.0.lock().unwrap().get(&party).cloned())
+    }
+
+    fn store(&self, party: (u8, u8), text: &str) -> std::io::Result<()> {
+        self.0.lock().unwrap().insert(party, text.to_owned());
+        Ok(())
+    }
+
+    fn place(&self, _: (u8, u8)) -> String {
+        "memory".to_owned()
+    }
+}
+
+/// A station's question, signed; its hub takes the answers.
+fn signed_question(key: Key) -> (Hub<()>, EndpointId, Vec<u8>) {
+    let config = HubConfig { own: (255, 190), memory_us: u64::MAX, forwards: false, key: Some(key) };
+    let (mut hub, now) = (Hub::new(config), clock::UnixClock::start().now_us());
+    let endpoint = hub.add_endpoint(Link::GroundStation);
+    hub.keep(now, endpoint, ());
+    let question = Transmit::to_all(Link::GroundStation, Encoder::new(255, 190).encode(&request_version()));
+    let mut signed = Vec::new();
+    hub.send(now, &question, |_, (), bytes| signed = bytes.to_vec());
+    (hub, endpoint, signed)
+}
+
 #[test]
 fn with_a_key_strangers_get_no_answer_and_friends_do() {
     let ports = free_ports();
-    let key = Some(Key::from_passphrase("titan"));
-    let (signed, notices) = with_autopilot(ports, Wiring { urls: Vec::new(), key }, move || {
+    let key = Key::from_passphrase("titan");
+    let sign = SignWith { key, stamps: Arc::new(Memory::default()) };
+    let (hub, endpoint, question) = signed_question(key);
+    let (said, mut hub) = (question.clone(), hub);
+    let wiring = Wiring { urls: Vec::new(), sign: Some(sign) };
+    let (signed, notices) = with_autopilot(ports, wiring.clone(), move || {
         let (mut stranger, friend) =
             (Station::new(ports.autopilot_ground), Station::new(ports.autopilot_ground));
         stranger.say(&request_version());
-        let config = HubConfig { own: (255, 190), memory_us: u64::MAX, forwards: false, key };
-        let mut hub: Hub<()> = Hub::new(config);
-        let endpoint = hub.add_endpoint(Link::GroundStation);
-        let now = clock::UnixClock::start().now_us();
-        hub.keep(now, endpoint, ());
-        let question =
-            Transmit::to_all(Link::GroundStation, Encoder::new(255, 190).encode(&request_version()));
-        hub.send(now, &question, |_, (), bytes| _ = friend.socket.send_to(bytes, friend.to).unwrap());
+        friend.socket.send_to(&said, friend.to).unwrap();
         let answers = friend.hear_until(is(77));
         stranger.socket.set_nonblocking(true).unwrap();
         assert!(stranger.socket.recv(&mut [0; 300]).is_err());
-        let mut accepted = 0;
+        let (mut accepted, now) = (0, clock::UnixClock::start().now_us());
         for answer in &answers {
             hub.datagram(now, endpoint, (), answer.bytes(), |_| accepted += 1);
         }
@@ -243,4 +273,16 @@ fn with_a_key_strangers_get_no_answer_and_friends_do() {
     assert!(signed);
     assert!(heard(&notices, |n| n.to_string().contains("refused 1 frames")
         && n.to_string().contains("unsigned 1")));
+
+    // What was recorded is not taken by the autopilot that is started anew, the next word of the friend is.
+    let (_, _, next) = signed_question(key);
+    let ((), notices) = with_autopilot(ports, wiring, move || {
+        let (recorded, friend) = (Station::new(ports.autopilot_ground), Station::new(ports.autopilot_ground));
+        recorded.socket.send_to(&question, recorded.to).unwrap();
+        friend.socket.send_to(&next, friend.to).unwrap();
+        friend.hear_until(is(77));
+        recorded.socket.set_nonblocking(true).unwrap();
+        assert!(recorded.socket.recv(&mut [0; 300]).is_err());
+    });
+    assert!(heard(&notices, |n| n.to_string().contains("replayed 1")), "{notices:?}");
 }

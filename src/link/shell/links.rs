@@ -11,11 +11,11 @@ use super::super::autopilot::AUTOPILOT_COMPONENT;
 use super::super::frame::{Frame, message_id};
 use super::super::hub::{EndpointId, Hub, HubConfig, HubEvent};
 use super::super::session::{Link, Transmit};
-use super::super::signing::Key;
 use super::clock::UnixClock;
 use super::endpoint::{Arrival, Endpoint};
 use super::notice::{GarbageWatch, Notice, Observer, ShellError, What};
 use super::ports::{Ports, loopback};
+use super::stamp_store::{Keeper, SignWith};
 use super::url::LinkUrl;
 
 /// A peer that is silent is served for this long.
@@ -26,8 +26,8 @@ pub(super) const PEER_MEMORY: Duration = Duration::from_secs(10);
 pub struct Wiring {
     /// Further endpoints for ground stations.
     pub urls: Vec<LinkUrl>,
-    /// The key that everything but the simulator's link is signed with.
-    pub key: Option<Key>,
+    /// How everything but the simulator's link is signed.
+    pub sign: Option<SignWith>,
 }
 
 /// One endpoint with its name and the faults reported of it.
@@ -45,6 +45,8 @@ pub(super) struct Links {
     hub: Hub<SocketAddr>,
     endpoints: Vec<Named>,
     clock: UnixClock,
+    /// With a key.
+    stamps: Option<Keeper>,
     /// There is a component of the vehicle behind the party.
     routes: bool,
 }
@@ -52,10 +54,25 @@ pub(super) struct Links {
 impl Links {
     /// For a party of system and component `own`, without endpoints yet; silent peers are served for
     /// `memory`.
-    pub(super) fn new(own: (u8, u8), memory: Duration, forwards: bool, key: Option<Key>) -> Self {
+    ///
+    /// # Errors
+    /// [`ShellError`] when the time stamps of signed frames cannot be kept, or the clock is far behind them.
+    pub(super) fn new(
+        own: (u8, u8),
+        memory: Duration,
+        forwards: bool,
+        sign: Option<&SignWith>,
+    ) -> Result<Self, ShellError> {
         let memory_us = u64::try_from(memory.as_micros()).unwrap_or(u64::MAX);
-        let hub = Hub::new(HubConfig { own, memory_us, forwards, key });
-        Self { hub, endpoints: Vec::new(), clock: UnixClock::start(), routes: false }
+        let mut hub = Hub::new(HubConfig { own, memory_us, forwards, key: sign.map(|s| s.key) });
+        let clock = UnixClock::start();
+        let mut stamps = None;
+        if let Some(sign) = sign {
+            let (keeper, earlier) = Keeper::open(sign, own)?;
+            hub.resume(clock.now_us(), earlier).map_err(|error| keeper.refuse(error))?;
+            stamps = Some(keeper);
+        }
+        Ok(Self { hub, endpoints: Vec::new(), clock, stamps, routes: false })
     }
 
     /// The links of an autopilot: to ground stations, to companions, to the parachute, and those that are
@@ -67,7 +84,7 @@ impl Links {
         prefix: &str,
         observer: &mut impl Observer,
     ) -> Result<Self, ShellError> {
-        let mut links = Self::new((system_id, AUTOPILOT_COMPONENT), PEER_MEMORY, true, wiring.key);
+        let mut links = Self::new((system_id, AUTOPILOT_COMPONENT), PEER_MEMORY, true, wiring.sign.as_ref())?;
         let (at, what) = (ports.autopilot_ground, format!("{prefix}for ground stations"));
         links.bind_udp(Link::GroundStation, at, what, &[ports.ground_station], observer).await?;
         let (at, what) = (ports.autopilot_api, format!("{prefix}for companions"));
@@ -109,8 +126,8 @@ impl Links {
         Ok(())
     }
 
-    /// Opens the way to the parachute, so that who meets the autopilot alone meets the parachute too, as
-    /// through a MAVLink router. It speaks to the instance's default remotes itself.
+    /// Opens the way to the parachute, so that who meets the autopilot meets the parachute too, as through a
+    /// MAVLink router.
     pub(super) async fn route_to_parachute(
         &mut self,
         ports: &Ports,
@@ -118,8 +135,7 @@ impl Links {
     ) -> Result<(), ShellError> {
         let what = What::from("autopilot, for the parachute");
         let endpoint = Endpoint::udp_towards(loopback(ports.parachute), &what, observer).await?;
-        let id = self.add(endpoint, Link::Parachute, what);
-        self.hub.reaches_itself(id, [ports.ground_station, ports.api].map(loopback).to_vec());
+        self.add(endpoint, Link::Parachute, what);
         self.routes = true;
         Ok(())
     }
@@ -129,6 +145,11 @@ impl Links {
     pub(super) fn expect_router(&mut self, system_id: u8) {
         self.hub.expect_doubles();
         self.hub.reserve_for((system_id, AUTOPILOT_COMPONENT));
+    }
+
+    /// Whether default remotes that have not spoken hear what is for everybody.
+    pub(super) fn speak_unasked(&mut self, speaks: bool) {
+        self.hub.speak_unasked(speaks);
     }
 
     fn add(&mut self, endpoint: Endpoint, link: Link, what: What) -> EndpointId {
@@ -173,6 +194,11 @@ impl Links {
                     hub.stream(now, id, from, bytes, |frame| each(observer, link, frame));
                     true
                 }
+                Arrival::Accepted(peer) => {
+                    hub.accept(now, id, peer);
+                    observer.notice(Notice::Connected(peer, what.clone()));
+                    true
+                }
                 Arrival::Connected(peer) => {
                     let (room, what) = (hub.keep(now, id, peer), what.clone());
                     let connected = if room { Notice::Connected } else { Notice::Crowded };
@@ -191,16 +217,24 @@ impl Links {
             });
             named.garbage.look(what, &hub.faults(id), observer);
         }
+        while let Some((id, peer)) = self.hub.poll_close(now) {
+            let reason = "it has said nothing that is let in";
+            self.endpoints[usize::from(id.0)].endpoint.close(peer, reason);
+        }
         self.report_and_pass_on(observer);
         is_empty
     }
 
     fn report_and_pass_on(&mut self, observer: &mut impl Observer) {
+        if let (Some(keeper), Some(stamps)) = (&mut self.stamps, self.hub.poll_stamps()) {
+            keeper.store(&stamps, observer);
+        }
         while let Some(event) = self.hub.poll_event() {
             let what = |id: EndpointId| self.endpoints[usize::from(id.0)].what.clone();
             observer.notice(match event {
                 HubEvent::Heard(id, peer) => Notice::Heard(peer, what(id)),
                 HubEvent::Crowded(id, peer) => Notice::Crowded(peer, what(id)),
+                HubEvent::OtherClock(id, peer, ahead_s) => Notice::OtherClock(peer, what(id), ahead_s),
             });
         }
         while let Some((id, to, bytes)) = self.hub.poll_forward() {
@@ -226,8 +260,11 @@ impl Links {
         }
     }
 
-    /// At the end: what came by each endpoint, if anything was wrong with it.
-    pub(super) fn report_counts(&self, observer: &mut impl Observer) {
+    /// At the end: keeps the time stamps, and tells what came by each endpoint, if anything was wrong there.
+    pub(super) fn finish(&mut self, observer: &mut impl Observer) {
+        if let (Some(keeper), Some(stamps)) = (&mut self.stamps, self.hub.stamps()) {
+            keeper.store(stamps, observer);
+        }
         for (i, named) in self.endpoints.iter().enumerate() {
             let faults = self.hub.faults(EndpointId(i as u8));
             observer.notice(Notice::Counts(named.what.clone(), faults));

@@ -8,6 +8,7 @@
 //! | `endpoint` | sockets for ground stations and companions, by kind |
 //! | `connection` | the simulator's link: one TCP connection as frames |
 //! | `links` | a party's endpoints and the hub between them and its session |
+//! | [`stamp_store`] | where the time stamps of signed frames are kept between two starts |
 //! | [`notice`] | notices to the caller; errors |
 //! | [`simulator`] | [`run_simulator`]: TCP server for the autopilot, UDP for the parachute |
 //! | `busy_wait` | waiting for an answer without giving the processor up, while that pays |
@@ -35,6 +36,7 @@ pub mod notice;
 pub mod ports;
 pub mod simulator;
 mod solver;
+pub mod stamp_store;
 pub mod streamer;
 pub mod url;
 mod viewer;
@@ -52,6 +54,7 @@ pub use links::Wiring;
 pub use notice::{Notice, Observer, ShellError};
 pub use ports::{Ports, system_of_instance};
 pub use simulator::{Attendance, Guest, HostedDrop, run_hosted_drop, run_simulator};
+pub use stamp_store::{SignWith, StampStore};
 pub use streamer::run_streamer;
 pub use url::LinkUrl;
 pub use watched::run_watched_drop;

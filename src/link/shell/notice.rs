@@ -8,6 +8,7 @@ use std::net::SocketAddr;
 use super::super::faults::Faults;
 use super::super::hil::HilEvent;
 use super::super::session::Link;
+use super::super::signing::ClockError;
 use super::super::streamer::StreamerEvent;
 use crate::autopilot::flight_log::LogEntry;
 use crate::time::{TimeUs, Timed};
@@ -50,6 +51,22 @@ pub enum ShellError {
         /// The system's reason.
         source: io::Error,
     },
+    /// The time stamps of signed frames cannot be kept.
+    #[error("{place}: the last time stamps of signed frames are kept there")]
+    Stamps {
+        /// Where they are kept.
+        place: String,
+        /// The reason.
+        source: io::Error,
+    },
+    /// No frame can be signed by the clock.
+    #[error("{place}")]
+    Clock {
+        /// Where the time stamps of signed frames are kept.
+        place: String,
+        /// The reason.
+        source: ClockError,
+    },
     /// No such instance.
     #[error("instance {instance}: 0 to {max} expected; beyond that, vehicles would share ports")]
     Instance {
@@ -90,6 +107,11 @@ pub enum Notice {
     Heard(SocketAddr, What),
     /// There is no room for this further peer on the socket of this purpose.
     Crowded(SocketAddr, What),
+    /// This peer on the socket of this purpose signs by our key, but this many seconds ahead of our clock
+    /// (negative: behind), and is not believed.
+    OtherClock(SocketAddr, What, i64),
+    /// The time stamps of signed frames can no longer be kept at this place, for this reason.
+    StampsLost(String, String),
     /// At the end: everything that came by the socket of this purpose, by kind.
     Counts(What, Faults),
     /// Bytes have come by the socket of this purpose that are no frames, or frames that are not let in;
@@ -121,6 +143,15 @@ impl fmt::Display for Notice {
             Self::NobodyThere(at, what) => write!(f, "no {what} at {at} yet; trying on"),
             Self::Heard(peer, what) => write!(f, "heard {peer} ({what})"),
             Self::Crowded(peer, what) => write!(f, "no room for {peer} ({what}): too many peers"),
+            Self::OtherClock(peer, what, ahead_s) => {
+                let way = if *ahead_s < 0 { "behind" } else { "ahead of" };
+                let s = ahead_s.unsigned_abs();
+                write!(f, "refused {peer} ({what}): rightly signed, but {s} s {way} our clock: ")?;
+                f.write_str("the clocks of the two machines differ, or it was recorded")
+            }
+            Self::StampsLost(place, reason) => {
+                write!(f, "{place}: cannot keep the time stamps of signed frames: {reason}")
+            }
             Self::Counts(what, faults) => write!(f, "{what}: {faults}"),
             Self::Garbage(what, faults) => {
                 write!(f, "{what}: dropped {} bytes that are no frames", faults.skipped_bytes)?;

@@ -6,11 +6,11 @@ use std::time::Duration;
 
 use tokio::net::{TcpListener, TcpStream};
 
+use super::super::autopilot::AUTOPILOT_COMPONENT;
 use super::super::frame::Frame;
 use super::super::hil::{HilSession, Missing, Pace};
 use super::super::parachute::PARACHUTE_COMPONENT;
 use super::super::session::{Link, Session as _, Transmit};
-use super::super::signing::Key;
 use super::super::streamer::{StreamerSession, StreamerState};
 use super::busy_wait::BusyWait;
 use super::clock::{Pacer, Since, Speed, WATCH_PERIOD};
@@ -20,6 +20,7 @@ use super::endpoint::listen;
 use super::links::{Links, PEER_MEMORY};
 use super::notice::{Notice, Observer, ShellError, What};
 use super::ports::{Ports, loopback};
+use super::stamp_store::SignWith;
 use super::viewer::Viewer;
 use crate::time::TimeUs;
 
@@ -36,12 +37,17 @@ const REST_PERIOD: Duration = Duration::from_micros(100);
 /// A client that has not sent one frame for so long since it connected is no autopilot, and holds the place
 /// of one.
 const SILENT_PATIENCE: Duration = Duration::from_secs(10);
+/// An autopilot that has been connected for so long without passing the parachute's frames on does not.
+const ROUTER_PATIENCE: Duration = Duration::from_secs(3);
 const PURPOSE: What = What::Borrowed("simulator, for the autopilot");
 
 struct Shell<'a, O> {
     session: HilSession,
     connection: Option<Connection>,
+    connected: Since,
     parachute: Links,
+    /// Whether the autopilot that is connected passes the parachute's frames on.
+    routed: bool,
     viewer: Viewer,
     companion: Option<&'a mut Companion>,
     pacer: Pacer,
@@ -110,7 +116,8 @@ pub struct HostedDrop {
 
 /// Runs the simulator until the mission is over or `stop` completes. Before the first answer, and at
 /// [`Speed::Factor`], it keeps the pace of the clock; an autopilot that leaves is waited for, and the drop
-/// then starts over, unless `attendance` says otherwise. The parachute reports the end to everybody.
+/// then starts over, unless `attendance` says otherwise. The parachute reports the end to everybody: through
+/// an autopilot that passes its frames on, as a MAVLink router does, otherwise to the default remotes itself.
 ///
 /// # Errors
 /// [`ShellError`] when a port cannot be had.
@@ -118,13 +125,13 @@ pub async fn run_simulator<O: Observer>(
     session: HilSession,
     ports: &Ports,
     (speed, attendance): (Speed, Attendance),
-    key: Option<Key>,
+    sign: Option<&SignWith>,
     observer: &mut O,
     stop: impl Future<Output = ()>,
 ) -> Result<HilSession, ShellError> {
     let server = listen(loopback(ports.simulator), &PURPOSE, observer).await?;
     let remotes = [ports.ground_station, ports.api];
-    let mut shell = Shell::open(session, ports, speed, key, &remotes, observer).await?;
+    let mut shell = Shell::open(session, ports, speed, sign, &remotes, observer).await?;
     shell.attendance = attendance;
     shell.parachute.expect_router(shell.session.config().system_id);
     shell.run(server, speed, &mut Stranger, stop).await;
@@ -174,12 +181,12 @@ impl<'a, O: Observer> Shell<'a, O> {
         session: HilSession,
         ports: &Ports,
         speed: Speed,
-        key: Option<Key>,
+        sign: Option<&SignWith>,
         remotes: &[u16],
         observer: &'a mut O,
     ) -> Result<Self, ShellError> {
         let system_id = session.config().system_id;
-        let mut parachute = Links::new((system_id, PARACHUTE_COMPONENT), PEER_MEMORY, false, key);
+        let mut parachute = Links::new((system_id, PARACHUTE_COMPONENT), PEER_MEMORY, false, sign)?;
         parachute.bind_udp(Link::Parachute, ports.parachute, "parachute", remotes, observer).await?;
         let starting = match speed {
             Speed::Factor(factor) => Speed::Factor(factor.min(1.0)),
@@ -188,7 +195,9 @@ impl<'a, O: Observer> Shell<'a, O> {
         Ok(Self {
             session,
             connection: None,
+            connected: Since::now(),
             parachute,
+            routed: false,
             viewer: Viewer::open(system_id, ports, speed),
             companion: None,
             pacer: Pacer::new(speed),
@@ -263,9 +272,9 @@ impl<'a, O: Observer> Shell<'a, O> {
         }
         self.act();
         self.send().await;
-        self.parachute.report_counts(self.observer);
-        if let Some(companion) = &self.companion {
-            companion.links.report_counts(self.observer);
+        self.parachute.finish(self.observer);
+        if let Some(companion) = &mut self.companion {
+            companion.links.finish(self.observer);
         }
         // First, so that an autopilot whose connection ends does not find it open.
         drop(server);
@@ -333,7 +342,8 @@ impl<'a, O: Observer> Shell<'a, O> {
     }
 
     fn receive(&mut self) {
-        let Self { session, connection, parachute, companion, observer, .. } = self;
+        let Self { session, connection, parachute, routed, companion, observer, .. } = self;
+        let router = (session.config().system_id, AUTOPILOT_COMPONENT);
         let mut ended = None;
         if let Some(connection) = connection {
             let result = connection.receive(*observer, |observer, frame| {
@@ -343,6 +353,7 @@ impl<'a, O: Observer> Shell<'a, O> {
             ended = result.err();
         }
         parachute.receive(*observer, |observer, link, frame: &Frame| {
+            *routed |= (frame.system_id, frame.component_id) == router;
             observer.frame(session.now(), link, frame.bytes());
             session.handle_input(link, frame);
         });
@@ -362,6 +373,7 @@ impl<'a, O: Observer> Shell<'a, O> {
         self.observer.notice(Notice::Connected(peer, "autopilot".into()));
         self.connection = Some(Connection::new(stream, peer, "simulator link"));
         self.session.peer_connected();
+        self.connected = Since::now();
         if let Some(companion) = &mut self.companion {
             companion.restart();
         }
@@ -375,6 +387,7 @@ impl<'a, O: Observer> Shell<'a, O> {
             self.observer.notice(Notice::Disconnected(connection.peer, reason));
             self.left |= self.session.peer_is_heard();
             self.session.peer_left();
+            self.routed = false;
             self.waiting = Since::now();
         }
     }
@@ -412,6 +425,16 @@ impl<'a, O: Observer> Shell<'a, O> {
         Some(format!("simulated time has stood still for {} s", patience.as_secs_f64()))
     }
 
+    /// Whether the parachute speaks to default remotes itself: nobody else brings them its frames, and a
+    /// vehicle was to be met there before it.
+    fn speaks_unasked(&self) -> bool {
+        let settled = match self.companion {
+            Some(_) => self.session.peer_is_heard(),
+            None => self.connected.elapsed() >= ROUTER_PATIENCE,
+        };
+        self.connection.is_some() && !self.routed && settled
+    }
+
     async fn send(&mut self) {
         while let Some(event) = self.session.poll_event() {
             self.observer.notice(Notice::Simulator(event));
@@ -427,6 +450,10 @@ impl<'a, O: Observer> Shell<'a, O> {
             Some(connection) => connection.flush().await,
             None => Ok(()),
         };
+        if self.sent.iter().any(|sent| sent.link != Link::Simulator) {
+            let speaks_unasked = self.speaks_unasked();
+            self.parachute.speak_unasked(speaks_unasked);
+        }
         // The autopilot is at work; the rest is done meanwhile.
         for sent in self.sent.drain(..) {
             self.observer.frame(now, sent.link, &sent.bytes);

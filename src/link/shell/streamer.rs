@@ -4,7 +4,6 @@ use std::future::Future;
 use std::time::Duration;
 
 use super::super::session::{Link, Session as _};
-use super::super::signing::Key;
 use super::super::streamer::{STREAMER_COMPONENT, STREAMER_SYSTEM, StreamerSession};
 use super::clock::{Since, WATCH_PERIOD};
 use super::event_texts::read_fetched;
@@ -12,6 +11,7 @@ use super::links::Links;
 use super::notice::{Notice, Observer, ShellError};
 use super::ports::Ports;
 use super::solver::Solver;
+use super::stamp_store::SignWith;
 
 /// The parachute speaks once per simulated second only, and time may run slowly.
 const PEER_MEMORY: Duration = Duration::from_secs(600);
@@ -23,13 +23,13 @@ const PEER_MEMORY: Duration = Duration::from_secs(600);
 pub async fn run_streamer<O: Observer>(
     mut session: StreamerSession,
     ports: &Ports,
-    key: Option<Key>,
+    sign: Option<&SignWith>,
     observer: &mut O,
     stop: impl Future<Output = ()>,
 ) -> Result<StreamerSession, ShellError> {
     let what = "streamer, for autopilot and parachute";
     let own = (STREAMER_SYSTEM, STREAMER_COMPONENT);
-    let mut socket = Links::new(own, PEER_MEMORY, false, key);
+    let mut socket = Links::new(own, PEER_MEMORY, false, sign)?;
     // Their places are theirs, however many others speak first.
     let vehicle = [ports.autopilot_api, ports.parachute];
     socket.bind_udp(Link::Api, ports.api, what, &vehicle, observer).await?;
@@ -69,6 +69,6 @@ pub async fn run_streamer<O: Observer>(
             socket.send(&sent);
         }
     }
-    socket.report_counts(observer);
+    socket.finish(observer);
     Ok(session)
 }

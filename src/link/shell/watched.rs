@@ -98,8 +98,8 @@ pub async fn run_watched_drop<O: Observer>(
             break;
         }
     }
-    sockets.vehicle.report_counts(observer);
-    sockets.parachute.report_counts(observer);
+    sockets.vehicle.finish(observer);
+    sockets.parachute.finish(observer);
     Ok(wire)
 }
 
@@ -112,10 +112,10 @@ impl Sockets {
     ) -> Result<Self, ShellError> {
         let system = wire.autopilot.system_id();
         let vehicle = Links::of_autopilot(system, ports, wiring, "", observer).await?;
-        let mut parachute = Links::new((system, PARACHUTE_COMPONENT), PEER_MEMORY, false, wiring.key);
-        let both = [ports.ground_station, ports.api];
+        let mut parachute =
+            Links::new((system, PARACHUTE_COMPONENT), PEER_MEMORY, false, wiring.sign.as_ref())?;
         parachute.expect_router(system);
-        parachute.bind_udp(Link::Parachute, ports.parachute, "parachute", &both, observer).await?;
+        parachute.bind_udp(Link::Parachute, ports.parachute, "parachute", &[], observer).await?;
         let viewer = Viewer::open(system, ports, speed);
         Ok(Self { vehicle, parachute, autopilot: (system, AUTOPILOT_COMPONENT), router: None, viewer })
     }
