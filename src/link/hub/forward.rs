@@ -26,6 +26,13 @@ const STAYS: [u32; 11] = [
     SETUP_SIGNING_DATA::ID,
 ];
 
+/// What a companion streams for an autopilot to fly.
+const SETPOINTS: [u32; 3] = [
+    SET_POSITION_TARGET_LOCAL_NED_DATA::ID,
+    SET_POSITION_TARGET_GLOBAL_INT_DATA::ID,
+    SET_ATTITUDE_TARGET_DATA::ID,
+];
+
 /// Whether we, system and component `own`, are among those whom a frame is for.
 pub(super) fn includes(target: (u8, u8), own: (u8, u8)) -> bool {
     target.0 == 0 || target == own || target == (own.0, 0)
@@ -45,4 +52,9 @@ pub(super) fn reaches(target: (u8, u8), own: (u8, u8), mut heard: impl Iterator<
 /// Whether a message may leave its link.
 pub(super) fn may_leave(message_id: u32) -> bool {
     !STAYS.contains(&message_id)
+}
+
+/// Whether a message is a setpoint of a companion's stream.
+pub(super) fn is_setpoint(message_id: u32) -> bool {
+    SETPOINTS.contains(&message_id)
 }

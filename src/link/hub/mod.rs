@@ -33,7 +33,7 @@ use mavlink::MessageData as _;
 use mavlink::dialects::common::RADIO_STATUS_DATA;
 
 use self::doubles::Doubles;
-use self::forward::{includes, may_leave, reaches};
+use self::forward::{includes, is_setpoint, may_leave, reaches};
 pub use self::peers::EndpointId;
 use self::peers::Peer;
 use super::decoder::Decoder;
@@ -119,6 +119,8 @@ pub struct Hub<A> {
     doubles: Option<Doubles<(EndpointId, A)>>,
     /// Whether what is for everybody goes to kept peers that have not spoken.
     speaks_unasked: bool,
+    /// The endpoint whose peers get copies of setpoints for us.
+    setpoint_watcher: Option<EndpointId>,
     events: VecDeque<HubEvent<A>>,
     /// Frames to be passed on: by which endpoint, to whom.
     to_forward: VecDeque<(EndpointId, A, Vec<u8>)>,
@@ -141,6 +143,7 @@ impl<A: Copy + PartialEq> Hub<A> {
             to_close: VecDeque::new(),
             doubles: None,
             speaks_unasked: true,
+            setpoint_watcher: None,
             events: VecDeque::new(),
             to_forward: VecDeque::new(),
         }
@@ -225,6 +228,12 @@ impl<A: Copy + PartialEq> Hub<A> {
     /// not where a router brings it to them.
     pub fn speak_unasked(&mut self, speaks: bool) {
         self.speaks_unasked = speaks;
+    }
+
+    /// From now on setpoints that are for us alone are passed on to the peers of this endpoint too, where a
+    /// simulator keeps step with who sends them.
+    pub fn copy_setpoints_to(&mut self, endpoint: EndpointId) {
+        self.setpoint_watcher = Some(endpoint);
     }
 
     /// A connection has ended.
@@ -391,9 +400,12 @@ impl<A: Copy + PartialEq> Hub<A> {
 
     fn route(&mut self, now: u64, endpoint: EndpointId, frame: &Frame) {
         let (target, own) = (frame.target(), self.config.own);
+        let watcher =
+            self.setpoint_watcher.filter(|_| is_setpoint(frame.message_id) && includes(target, own));
         let (mut known, mut full) = (false, false);
         for peer in &self.peers {
-            let heard = peer.is_served(now, self.config.memory_us) && reaches(target, own, peer.components());
+            let reached = watcher == Some(peer.endpoint) || reaches(target, own, peer.components());
+            let heard = reached && peer.is_served(now, self.config.memory_us);
             known |= heard;
             let sender = (frame.system_id, frame.component_id);
             let is_way_back = peer.id == frame.peer || peer.components().any(|c| c == sender);

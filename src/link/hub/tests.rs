@@ -258,6 +258,29 @@ fn a_component_behind_the_party_is_reached_through_it() {
 }
 
 #[test]
+fn regress_a_watching_simulator_hears_setpoints_for_the_autopilot() {
+    let (mut hub, _, api) = hub(config());
+    let parachute = hub.add_endpoint(Link::Parachute);
+    hub.copy_setpoints_to(parachute);
+    hear(&mut hub, NOW, parachute, 14600, &Encoder::new(1, 161).encode(&heartbeat()));
+    let mut script = Encoder::new(245, 190);
+    let mut setpoint = |system: u8| {
+        script.encode(&MavMessage::SET_ATTITUDE_TARGET(SET_ATTITUDE_TARGET_DATA {
+            target_system: system,
+            target_component: 1,
+            ..Default::default()
+        }))
+    };
+    let ours = setpoint(1);
+    assert_eq!(hear(&mut hub, NOW, api, 14540, &ours).len(), 1);
+    assert_eq!(forwarded(&mut hub), [(14600, ours)]);
+    // Nothing else that is for us alone, nor what is for another vehicle.
+    hear(&mut hub, NOW, api, 14540, &setpoint(2));
+    hear(&mut hub, NOW, api, 14540, &script.encode(&command(VEHICLE)));
+    assert!(forwarded(&mut hub).is_empty());
+}
+
+#[test]
 fn forwarding_can_be_off_and_is_bounded() {
     for (forwards, expected) in [(false, (0, 0)), (true, (MAX_FORWARDS, 100))] {
         let (mut hub, ground, _) = hub(HubConfig { forwards, ..config() });
