@@ -30,7 +30,7 @@ mod tests;
 use std::collections::VecDeque;
 
 use mavlink::MessageData as _;
-use mavlink::dialects::common::RADIO_STATUS_DATA;
+use mavlink::dialects::common::{HEARTBEAT_DATA, RADIO_STATUS_DATA};
 
 use self::doubles::Doubles;
 use self::forward::{includes, is_setpoint, may_leave, reaches};
@@ -119,8 +119,8 @@ pub struct Hub<A> {
     doubles: Option<Doubles<(EndpointId, A)>>,
     /// Whether what is for everybody goes to kept peers that have not spoken.
     speaks_unasked: bool,
-    /// The endpoint whose peers get copies of setpoints for us.
-    setpoint_watcher: Option<EndpointId>,
+    /// The endpoint behind which a simulator keeps step with companions.
+    watcher: Option<EndpointId>,
     events: VecDeque<HubEvent<A>>,
     /// Frames to be passed on: by which endpoint, to whom.
     to_forward: VecDeque<(EndpointId, A, Vec<u8>)>,
@@ -143,7 +143,7 @@ impl<A: Copy + PartialEq> Hub<A> {
             to_close: VecDeque::new(),
             doubles: None,
             speaks_unasked: true,
-            setpoint_watcher: None,
+            watcher: None,
             events: VecDeque::new(),
             to_forward: VecDeque::new(),
         }
@@ -230,10 +230,11 @@ impl<A: Copy + PartialEq> Hub<A> {
         self.speaks_unasked = speaks;
     }
 
-    /// From now on setpoints that are for us alone are passed on to the peers of this endpoint too, where a
-    /// simulator keeps step with who sends them.
-    pub fn copy_setpoints_to(&mut self, endpoint: EndpointId) {
-        self.setpoint_watcher = Some(endpoint);
+    /// Behind this endpoint a simulator waits for a companion and keeps step with its setpoints: its peers get
+    /// setpoints that are for us alone, and, when they are first heard, the last HEARTBEAT of who was there
+    /// before them.
+    pub fn show_companions_to(&mut self, endpoint: EndpointId) {
+        self.watcher = Some(endpoint);
     }
 
     /// A connection has ended.
@@ -366,11 +367,12 @@ impl<A: Copy + PartialEq> Hub<A> {
         };
         let (peer, memory_us) = (&mut self.peers[i], self.config.memory_us);
         frame.peer = peer.id;
-        if !peer.is_heard(now, memory_us) {
-            self.events.push_back(HubEvent::Heard(endpoint, from));
-        }
+        let is_new = !peer.is_heard(now, memory_us);
         peer.heard_at = Some(now);
         peer.is_listener = false;
+        if frame.message_id == HEARTBEAT_DATA::ID {
+            peer.heartbeat = Some(frame.bytes().to_vec());
+        }
         if let Some(doubles) = &mut self.doubles {
             doubles.note(now, (endpoint, from), frame.bytes());
         }
@@ -378,8 +380,22 @@ impl<A: Copy + PartialEq> Hub<A> {
             peer.note_sequence(sender, frame.sequence, faults);
             faults.oversize += u64::from(frame.has_excess());
         }
+        if is_new {
+            self.events.push_back(HubEvent::Heard(endpoint, from));
+            if self.watcher == Some(endpoint) {
+                self.introduce_others(now, i);
+            }
+        }
         self.route(now, endpoint, frame);
         true
+    }
+
+    /// Passes the last HEARTBEAT of each other peer that is heard on to peer `i`.
+    fn introduce_others(&mut self, now: u64, i: usize) {
+        let (new, memory_us) = (&self.peers[i], self.config.memory_us);
+        let others = self.peers.iter().filter(|p| p.id != new.id && p.is_heard(now, memory_us));
+        let heartbeats = others.filter_map(|p| p.heartbeat.clone());
+        self.to_forward.extend(heartbeats.map(|bytes| (new.endpoint, new.address, bytes)));
     }
 
     /// Counts a frame that is not let in; false.
@@ -400,8 +416,7 @@ impl<A: Copy + PartialEq> Hub<A> {
 
     fn route(&mut self, now: u64, endpoint: EndpointId, frame: &Frame) {
         let (target, own) = (frame.target(), self.config.own);
-        let watcher =
-            self.setpoint_watcher.filter(|_| is_setpoint(frame.message_id) && includes(target, own));
+        let watcher = self.watcher.filter(|_| is_setpoint(frame.message_id) && includes(target, own));
         let (mut known, mut full) = (false, false);
         for peer in &self.peers {
             let reached = watcher == Some(peer.endpoint) || reaches(target, own, peer.components());

@@ -37,6 +37,8 @@ pub(super) struct Peer<A> {
     /// When it was admitted first, though it may have been silent since: who came earlier goes before.
     pub(super) since: u64,
     pub(super) heard_at: Option<u64>,
+    /// The last that has come by it, as it came.
+    pub(super) heartbeat: Option<Vec<u8>>,
     /// Of a stream.
     pub(super) decoder: Decoder,
     heard: Vec<Numbered>,
@@ -45,9 +47,9 @@ pub(super) struct Peer<A> {
 
 impl<A> Peer<A> {
     pub(super) fn new(id: PeerId, endpoint: EndpointId, address: A, since: u64) -> Self {
-        let (kept, is_listener, heard_at) = (false, false, None);
+        let (kept, is_listener, heard_at, heartbeat) = (false, false, None, None);
         let (decoder, heard, sent) = (Decoder::new(), Vec::new(), Vec::new());
-        Self { id, endpoint, address, kept, is_listener, since, heard_at, decoder, heard, sent }
+        Self { id, endpoint, address, kept, is_listener, since, heard_at, heartbeat, decoder, heard, sent }
     }
 
     pub(super) fn is_served(&self, now: u64, memory: u64) -> bool {

@@ -261,7 +261,7 @@ fn a_component_behind_the_party_is_reached_through_it() {
 fn regress_a_watching_simulator_hears_setpoints_for_the_autopilot() {
     let (mut hub, _, api) = hub(config());
     let parachute = hub.add_endpoint(Link::Parachute);
-    hub.copy_setpoints_to(parachute);
+    hub.show_companions_to(parachute);
     hear(&mut hub, NOW, parachute, 14600, &Encoder::new(1, 161).encode(&heartbeat()));
     let mut script = Encoder::new(245, 190);
     let mut setpoint = |system: u8| {
@@ -278,6 +278,24 @@ fn regress_a_watching_simulator_hears_setpoints_for_the_autopilot() {
     hear(&mut hub, NOW, api, 14540, &setpoint(2));
     hear(&mut hub, NOW, api, 14540, &script.encode(&command(VEHICLE)));
     assert!(forwarded(&mut hub).is_empty());
+}
+
+#[test]
+fn regress_who_greets_once_is_introduced_to_a_simulator_that_comes_later() {
+    let (mut hub, _, api) = hub(config());
+    let parachute = hub.add_endpoint(Link::Parachute);
+    hub.show_companions_to(parachute);
+    let greeting = Encoder::new(245, 190).encode(&heartbeat());
+    hear(&mut hub, NOW, api, 14540, &greeting);
+    assert!(forwarded(&mut hub).is_empty());
+    let mut behind = Encoder::new(1, 161);
+    hear(&mut hub, NOW + S, parachute, 14600, &behind.encode(&heartbeat()));
+    let passed_on = forwarded(&mut hub);
+    assert_eq!(addresses(&passed_on), [14600, 14540]);
+    assert_eq!(passed_on[0].1, greeting);
+    // Once is enough.
+    hear(&mut hub, NOW + 2 * S, parachute, 14600, &behind.encode(&heartbeat()));
+    assert_eq!(addresses(&forwarded(&mut hub)), [14540]);
 }
 
 #[test]

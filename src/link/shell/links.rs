@@ -127,7 +127,7 @@ impl Links {
     }
 
     /// Opens the way to the parachute, so that who meets the autopilot meets the parachute too, as through a
-    /// MAVLink router; the simulator behind it hears setpoints, and can keep step with who sends them.
+    /// MAVLink router. The simulator behind it hears of companions, and can keep step with their setpoints.
     pub(super) async fn route_to_parachute(
         &mut self,
         ports: &Ports,
@@ -136,7 +136,7 @@ impl Links {
         let what = What::from("autopilot, for the parachute");
         let endpoint = Endpoint::udp_towards(loopback(ports.parachute), &what, observer).await?;
         let id = self.add(endpoint, Link::Parachute, what);
-        self.hub.copy_setpoints_to(id);
+        self.hub.show_companions_to(id);
         self.routes = true;
         Ok(())
     }
