@@ -192,6 +192,10 @@ class Programs:
         self._running.append(program)
         return program
 
+    def running(self, verb):
+        """The last program of a verb that was started."""
+        return next(p for p in reversed(self._running) if p.name == f"samara {verb}")
+
     def sim(self, *args):
         return self._start("sim", args)
 

@@ -12,17 +12,23 @@ GROUND = REPOSITORY / "mission" / "x500_ground.json"
 MODULES = "log,wp,rally,fence,ftp,param,arm,mode,misc,cmdlong"
 
 
+def start_mavproxy(samara, folder):
+    """MAVProxy at the ground stations' port; it has the vehicle's parameters."""
+    mavproxy = samara.other(
+        "mavproxy", sys.executable, "-u", MAVPROXY, "--master", f"udpout:127.0.0.1:{samara.ports.autopilot_ground}",
+        "--target-system", samara.ports.system, "--state-basedir", folder, "--default-modules", MODULES, "--aircraft", "proxy",
+        HOME=str(folder),
+    )
+    # They come by FTP or, since there is no such file, by the list.
+    mavproxy.says("Received", "parameters")
+    return mavproxy
+
+
 def test_mavproxy(samara, tmp_path):
     samara.sim("--speed", 2, GROUND)
     autopilot = samara.autopilot("--once", GROUND)
     autopilot.says("connected to simulator")
-    mavproxy = samara.other(
-        "mavproxy", sys.executable, "-u", MAVPROXY, "--master", f"udpout:127.0.0.1:{samara.ports.autopilot_ground}",
-        "--target-system", samara.ports.system, "--state-basedir", tmp_path, "--default-modules", MODULES, "--aircraft", "proxy",
-        HOME=str(tmp_path),
-    )
-    # Its parameters come by FTP or, since there is no such file, by the list.
-    mavproxy.says("Received", "parameters")
+    mavproxy = start_mavproxy(samara, tmp_path)
     mavproxy.type("param show COM_OF_LOSS_T")
     mavproxy.says("COM_OF_LOSS_T", "1.0")
     mavproxy.type("param set COM_OF_LOSS_T 9")
