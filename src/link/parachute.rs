@@ -113,6 +113,11 @@ impl ParachuteComponent {
     pub fn note_end(&mut self, now: TimeUs, why: &str) {
         let text = format!("Simulation over at {:.3} s: {why}", seconds(now));
         self.say(MavSeverity::MAV_SEVERITY_NOTICE, &text);
+        self.repeat_end(now);
+    }
+
+    /// Says again as a number that the simulation was over at `now`, without the text: a datagram may be lost.
+    pub fn repeat_end(&mut self, now: TimeUs) {
         self.send_instant(now, Recipient::All, T_END, now);
     }
 

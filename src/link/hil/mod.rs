@@ -167,6 +167,14 @@ impl HilSession {
         }
     }
 
+    /// Has the parachute report the end once more, if it has come: nothing follows that would show a listener
+    /// that the report was lost.
+    pub fn repeat_end(&mut self) {
+        if self.pace == Pace::Done {
+            self.parachute.repeat_end(self.now());
+        }
+    }
+
     fn end(&mut self, why: &'static str) {
         self.pace = Pace::Done;
         self.parachute.refuse_release("the mission is over");

@@ -25,6 +25,10 @@ use crate::time::TimeUs;
 /// From one try to connect to the next.
 const RETRY: Duration = Duration::from_millis(250);
 
+/// For so long after the simulator has left, what the parachute has said last is passed on: the end of one
+/// socket may be seen before what came earlier by another.
+const LAST_WORDS: Duration = Duration::from_millis(100);
+
 /// What the autopilot does when the simulator has left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AfterSimulator {
@@ -88,15 +92,14 @@ pub async fn run_autopilot<O: Observer>(
             () = tokio::time::sleep(pause) => {}
         }
         let had = shell.connection.is_some();
-        shell.receive();
-        shell.session.handle_time(shell.started.elapsed_us());
-        shell.send().await;
+        shell.take_turn().await;
         if let Some(text) = shell.session.take_saved_parameters() {
             shell.observer.keep_parameters(&text);
         }
         let has_left = had && shell.connection.is_none();
         // Who is turned away, because another autopilot flies already, has met no simulator yet.
         if has_left && after == AfterSimulator::Return && shell.session.time().is_some() {
+            shell.pass_on_last_words().await;
             break;
         }
     }
@@ -160,6 +163,22 @@ impl<O: Observer> Shell<'_, O> {
     fn until_wake(&self) -> Duration {
         let at = self.session.next_wake();
         at.map_or(Duration::MAX, |at| Duration::from_micros(at.saturating_sub(self.started.elapsed_us())))
+    }
+
+    /// Takes what has come and sends what is to be sent.
+    async fn take_turn(&mut self) {
+        self.receive();
+        self.session.handle_time(self.started.elapsed_us());
+        self.send().await;
+    }
+
+    /// The simulator has left, and so shall we: who listens by way of us hears first that it has.
+    async fn pass_on_last_words(&mut self) {
+        let since = Since::now();
+        while let Some(left) = LAST_WORDS.checked_sub(since.elapsed()) {
+            _ = tokio::time::timeout(left, self.links.readable()).await;
+            self.take_turn().await;
+        }
     }
 
     fn receive(&mut self) {

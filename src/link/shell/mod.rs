@@ -43,6 +43,8 @@ mod viewer;
 pub mod watched;
 
 #[cfg(test)]
+mod end_tests;
+#[cfg(test)]
 mod link_tests;
 #[cfg(test)]
 mod tests;

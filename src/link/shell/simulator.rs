@@ -33,12 +33,16 @@ const REST_PATIENCE: Duration = Duration::from_secs(10);
 /// How soon an autopilot that is still at work is looked at again.
 const REST_PERIOD: Duration = Duration::from_micros(100);
 
-/// Purpose of the TCP port.
 /// A client that has not sent one frame for so long since it connected is no autopilot, and holds the place
 /// of one.
 const SILENT_PATIENCE: Duration = Duration::from_secs(10);
 /// An autopilot that has been connected for so long without passing the parachute's frames on does not.
 const ROUTER_PATIENCE: Duration = Duration::from_secs(3);
+/// So often the end is reported once more, and after such a pause each time: while the autopilot, which may
+/// be the way to those who listen, is still connected.
+const REPEATS_OF_END: usize = 2;
+const REPEAT_PERIOD: Duration = Duration::from_millis(10);
+/// Purpose of the TCP port.
 const PURPOSE: What = What::Borrowed("simulator, for the autopilot");
 
 struct Shell<'a, O> {
@@ -272,6 +276,7 @@ impl<'a, O: Observer> Shell<'a, O> {
         }
         self.act();
         self.send().await;
+        self.repeat_end().await;
         self.parachute.finish(self.observer);
         if let Some(companion) = &mut self.companion {
             companion.links.finish(self.observer);
@@ -282,6 +287,17 @@ impl<'a, O: Observer> Shell<'a, O> {
             connection.close().await;
         }
         gone
+    }
+
+    /// The last word is the one that nobody misses who has missed it: it is said more than once.
+    async fn repeat_end(&mut self) {
+        for _ in 0..REPEATS_OF_END {
+            if self.connection.is_some() {
+                tokio::time::sleep(REPEAT_PERIOD).await;
+                self.session.repeat_end();
+                self.send().await;
+            }
+        }
     }
 
     /// Waits for something from the companion's socket; for ever without one.
