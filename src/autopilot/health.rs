@@ -1,12 +1,13 @@
 //! Whether the vehicle is fit to be flown on: the estimates of place and speed, the attitude, the motors, as
 //! PX4's commander judges them (v1.14.3). What follows is [`super::failsafe`]'s.
 //!
-//! | what | PX4 | judged |
-//! |---|---|---|
-//! | place, speed | `EstimatorChecks::checkPosVelValidity` | known to COM_POS_FS_EPH and COM_VEL_FS_EVH; once valid, to 2.5 times as much; lost for a second at the least. With satellites lost for 5 s nothing is known |
-//! | attitude | `EstimatorChecks::setModeRequirementFlags` | lost when none has come for a second |
-//! | roll, pitch | `FailureDetector::updateAttitudeStatus` | beyond FD_FAIL_R, FD_FAIL_P for FD_FAIL_R_TTRI, FD_FAIL_P_TTRI, by Euler's angles |
-//! | motors | `FailureDetector::updateMotorStatus` | reports that do not come, with FD_ACT_EN |
+//! - Place and speed (`EstimatorChecks::checkPosVelValidity`): valid when known to COM_POS_FS_EPH and
+//!   COM_VEL_FS_EVH, and from then on as long as known to 2.5 times that; once lost, for a second at the
+//!   least. Nothing is known when satellites have been lost for 5 s.
+//! - The attitude (`EstimatorChecks::setModeRequirementFlags`) is lost when none has come for a second.
+//! - Roll and pitch (`FailureDetector::updateAttitudeStatus`) fail beyond FD_FAIL_R and FD_FAIL_P for
+//!   FD_FAIL_R_TTRI and FD_FAIL_P_TTRI, by Euler's angles.
+//! - A motor (`FailureDetector::updateMotorStatus`) fails when its reports do not come, with FD_ACT_EN.
 //!
 //! A motor's current is not on the simulator's link, so that a motor that draws too little (FD_ACT_MOT_*) is
 //! not found here: a motor counts as failed when its failure was injected by way of this autopilot, as with

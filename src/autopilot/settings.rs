@@ -60,7 +60,7 @@ pub struct Settings {
     pub health: HealthSettings,
 }
 
-/// When estimates, attitude and motors count as failed, and what follows, under PX4's names and with its defaults (v1.14.3).
+/// When estimates, attitude and motors count as failed, and what follows, with the defaults of PX4 v1.14.3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HealthSettings {
     /// COM_POS_FS_EPH: greatest error of the horizontal position [m].

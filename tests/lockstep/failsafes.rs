@@ -209,8 +209,9 @@ fn terminated(wire: &Wire) -> bool {
     wire.heartbeat.system_status == MavState::MAV_STATE_FLIGHT_TERMINATION
 }
 
-/// Without satellites the position is valid for 5 s (PX4's EKF2, valid_timeout_max), and no mode that needs one
-/// can be flown any more: Descend (FailsafeBase::getSelectedAction, v1.14.3). It sinks level and comes down.
+/// Without satellites the position is valid for 5 s (PX4's EKF2, valid_timeout_max), and no mode that needs
+/// one can be flown any more: Descend (FailsafeBase::getSelectedAction, v1.14.3). It sinks level and comes
+/// down.
 #[test]
 fn reference_a_lost_position_ends_in_a_descent() {
     for offboard in [false, true] {

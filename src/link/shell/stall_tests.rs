@@ -32,7 +32,8 @@ fn with_little_room(listener: TcpListener) -> TcpListener {
     listener
 }
 
-/// Ground stations heard nothing for the five seconds in which the autopilot waited for the simulator to read.
+/// Ground stations heard nothing for the five seconds in which the autopilot waited for the simulator to
+/// read.
 #[test]
 fn regress_a_simulator_that_does_not_read_stalls_no_ground_station() {
     let ports = free_ports();
