@@ -1,5 +1,5 @@
-//! When the autopilot acts on its own: setpoints, ground stations, fence, battery. What it does is one of
-//! PX4's actions, chosen by PX4's parameters ([`Settings`]).
+//! When the autopilot acts on its own: setpoints, ground stations, fence, battery, and its own health. What
+//! it does is one of PX4's actions, chosen by PX4's parameters ([`Settings`]).
 //!
 //! A condition acts when it arises, not while it lasts: whoever chooses another mode then has it. It can
 //! arise again once it has been over. A failsafe never takes a vehicle that lands or returns to something
@@ -29,11 +29,21 @@ pub enum Condition {
     BatteryCritical,
     /// Battery about to be empty.
     BatteryEmergency,
+    /// No position or velocity that is good enough for the mode.
+    NoPosition,
+    /// No attitude.
+    NoAttitude,
+    /// Tilted too far for too long, soon after arming.
+    AttitudeAtTakeoff,
+    /// Tilted too far for too long.
+    Attitude,
+    /// A motor has failed.
+    Motor,
 }
 
 impl Condition {
     /// All conditions in the order of their declaration, with words for the crew.
-    const ALL: [(Self, &'static str); 8] = [
+    const ALL: [(Self, &'static str); 13] = [
         (Self::DataLinkLost, "Connection to ground station lost"),
         (Self::FenceDistance, "Geofence: maximum distance exceeded"),
         (Self::FenceHeight, "Geofence: maximum height exceeded"),
@@ -42,6 +52,11 @@ impl Condition {
         (Self::BatteryLow, "Low battery level"),
         (Self::BatteryCritical, "Critical battery level"),
         (Self::BatteryEmergency, "Dangerous battery level"),
+        (Self::NoPosition, "No valid position estimate"),
+        (Self::NoAttitude, "No valid attitude estimate"),
+        (Self::AttitudeAtTakeoff, "Attitude failure detected soon after arming"),
+        (Self::Attitude, "Attitude failure detected"),
+        (Self::Motor, "Motor failure detected"),
     ];
 
     /// Words for the crew.
@@ -65,6 +80,13 @@ impl Condition {
                 BatteryPolicy::Return => Action::Return,
                 BatteryPolicy::Land | BatteryPolicy::ReturnThenLand => Action::Land,
             },
+            // Modes that need a position cannot take each other's place, and every mode needs an attitude:
+            // PX4's FailsafeBase::getSelectedAction.
+            Self::NoPosition => Action::Descend,
+            Self::NoAttitude => Action::Terminate,
+            Self::AttitudeAtTakeoff => Action::Disarm,
+            Self::Attitude => settings.health.attitude_failure(),
+            Self::Motor => settings.health.motor_failure,
         }
     }
 
@@ -80,6 +102,11 @@ impl Condition {
             Self::BatteryLow => below(settings.battery_low),
             Self::BatteryCritical => below(settings.battery_critical),
             Self::BatteryEmergency => below(settings.battery_emergency),
+            Self::NoPosition => seen.lacks_position,
+            Self::NoAttitude => seen.lacks_attitude,
+            Self::AttitudeAtTakeoff => seen.tilted && seen.armed_for_s < settings.health.lockdown_s,
+            Self::Attitude => seen.tilted && seen.armed_for_s >= settings.health.lockdown_s,
+            Self::Motor => seen.motor_failed,
         }
     }
 }
@@ -97,6 +124,16 @@ pub struct Seen {
     pub entered_fence: bool,
     /// Share of the battery's charge, 0..1; `None` without a battery that reports it.
     pub charge: Option<f64>,
+    /// Whether the mode needs a position or a velocity that is not valid.
+    pub lacks_position: bool,
+    /// Whether no attitude has come for too long.
+    pub lacks_attitude: bool,
+    /// Whether it has been tilted too far for too long.
+    pub tilted: bool,
+    /// Whether a motor has failed.
+    pub motor_failed: bool,
+    /// Time since arming [s].
+    pub armed_for_s: f64,
 }
 
 /// Which conditions hold.
@@ -141,6 +178,11 @@ mod tests {
         left_fence: false,
         entered_fence: false,
         charge: None,
+        lacks_position: false,
+        lacks_attitude: false,
+        tilted: false,
+        motor_failed: false,
+        armed_for_s: 60.0,
     };
 
     fn settings() -> Settings {
@@ -177,6 +219,31 @@ mod tests {
         assert_eq!(arisen(charge(0.15)), []);
         assert_eq!(arisen(charge(0.14)), [Condition::BatteryLow]);
         assert_eq!(arisen(charge(0.01)), [Condition::BatteryCritical, Condition::BatteryEmergency]);
+    }
+
+    /// failsafe.cpp, framework.cpp of PX4 v1.14.3.
+    #[test]
+    fn closed_form_what_follows_from_ill_health_is_px4s() {
+        let mut settings = settings();
+        let arisen = |settings: &Settings, seen: Seen| {
+            let mut watch = Watch::default();
+            watch.look(settings, &seen).map(|c| (c, c.action(settings))).collect::<Vec<_>>()
+        };
+        let tilted = |armed_for_s| Seen { tilted: true, armed_for_s, ..CALM };
+        assert_eq!(arisen(&settings, tilted(2.9)), [(Condition::AttitudeAtTakeoff, Action::Disarm)]);
+        assert_eq!(arisen(&settings, tilted(3.0)), [(Condition::Attitude, Action::Warn)]);
+        assert!(settings.set("CBRK_FLIGHTTERM", 0.0) && settings.set("COM_LKDOWN_TKO", -1.0));
+        assert_eq!(arisen(&settings, tilted(0.0)), [(Condition::Attitude, Action::Terminate)]);
+        let lost = Seen { lacks_position: true, ..CALM };
+        assert_eq!(arisen(&settings, lost), [(Condition::NoPosition, Action::Descend)]);
+        let lost = Seen { lacks_attitude: true, ..CALM };
+        assert_eq!(arisen(&settings, lost), [(Condition::NoAttitude, Action::Terminate)]);
+        let codes = [Action::Warn, Action::Hold, Action::Land, Action::Return, Action::Terminate];
+        for (code, action) in codes.into_iter().enumerate() {
+            assert!(settings.set("COM_ACT_FAIL_ACT", code as f64));
+            let failed = Seen { motor_failed: true, ..CALM };
+            assert_eq!(arisen(&settings, failed), [(Condition::Motor, action)]);
+        }
     }
 
     #[test]

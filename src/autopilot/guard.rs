@@ -1,12 +1,13 @@
 //! Actions that nobody ordered: the autopilot leaves OFFBOARD when setpoints stop, acts on what
 //! [`super::failsafe`] sees, and disarms after a landing.
 
-use super::estimator::NotAligned;
+use super::estimator::{Estimator, NotAligned};
 use super::failsafe::Seen;
 use super::fence::{Fence, Rule};
+use super::health::ATTITUDE_LIFETIME_US;
 use super::land_detector::Look;
 use super::settings::Action;
-use super::{Autopilot, FlightMode, Navigator, Severity};
+use super::{Autopilot, FlightMode, Navigator, OffboardSetpoint, Severity};
 use crate::control::Measurement;
 use crate::units::US_PER_S;
 
@@ -20,6 +21,36 @@ impl Autopilot {
     pub fn watch_alignment(&mut self, now_us: u64, aligned: Result<(), NotAligned>) {
         if let Some((severity, text)) = self.alignment.follow(now_us, aligned) {
             self.say(severity, text);
+        }
+    }
+
+    /// Takes the accuracy of the estimator at a step, with [`Self::watch_alignment`].
+    pub fn watch_accuracy(&mut self, now_us: u64, estimator: &Estimator) {
+        self.health.take_estimator(now_us, estimator, &self.settings.health);
+    }
+
+    /// A motor, counted from 0, or all of them, had its failure injected by way of this autopilot, or that is
+    /// over: its reports stop, or come again (PX4's `FailureInjector`, v1.14.3).
+    pub fn note_motor_off(&mut self, motor: Option<u8>, off: bool) {
+        self.health.withhold_reports(motor, off);
+    }
+
+    /// Whether the mode needs a position or velocity that is not valid (PX4's `getModeRequirements` and
+    /// `OffboardChecks`, v1.14.3).
+    pub(super) fn lacks_position_for(&self, now_us: u64, mode: FlightMode) -> bool {
+        let (position, velocity) = (!self.health.knows_position(), !self.health.knows_velocity());
+        match mode {
+            FlightMode::Offboard => match self.fresh_setpoint(now_us) {
+                Some(OffboardSetpoint::Place { p, .. }) if p.iter().any(Option::is_some) => position,
+                Some(OffboardSetpoint::Place { .. } | OffboardSetpoint::Velocity { .. }) => velocity,
+                _ => false,
+            },
+            FlightMode::AutoLoiter
+            | FlightMode::AutoTakeoff
+            | FlightMode::AutoMission
+            | FlightMode::AutoRtl
+            | FlightMode::AutoLand => position,
+            _ => false,
         }
     }
 
@@ -84,19 +115,25 @@ impl Autopilot {
         }
     }
 
-    /// Ground stations, fence and battery, in flight.
+    /// Ground stations, fence, battery and health, in flight.
     pub(super) fn watch_conditions(&mut self, now_us: u64) {
         if !(self.armed && self.is_in_air()) {
             return;
         }
         let home_ned = self.home_ned.unwrap_or(self.p_ned);
         let heard_us = self.ground_station_heard_us.map_or(self.armed_at_us, |at| at.max(self.armed_at_us));
+        let lacks_attitude = self.watch_attitude(now_us);
         let seen = Seen {
             silence_s: seconds(now_us.saturating_sub(heard_us)),
             from_home_ned_m: self.p_ned - home_ned,
             left_fence: self.fence.is_left_at(self.p_ned.xy()),
             entered_fence: self.fence.is_entered_at(self.p_ned.xy()),
             charge: self.charge,
+            lacks_position: self.lacks_position_for(now_us, self.mode),
+            lacks_attitude,
+            tilted: self.health.tilted,
+            motor_failed: self.health.motor_failed,
+            armed_for_s: seconds(now_us.saturating_sub(self.armed_at_us)),
         };
         for condition in self.watch.look(&self.settings, &seen) {
             let action = condition.action(&self.settings);
@@ -118,13 +155,32 @@ impl Autopilot {
         }
         if action == Action::Terminate {
             self.terminate();
+        } else if action == Action::Disarm {
+            self.say(Severity::Critical, "Failsafe: DISARM");
+            // Forced: not refused.
+            let _ = self.disarm(true);
         } else if let Some(mode) = action.mode()
             && action > Action::of_mode(self.mode)
         {
             self.failsafe = true;
             self.say(Severity::Critical, format!("Failsafe: {}", action.name()));
-            self.enter(mode, Navigator::begin(mode));
+            let navigator = match action {
+                Action::Descend => Navigator::descend(),
+                _ => Navigator::begin(mode),
+            };
+            self.enter(mode, navigator);
         }
+    }
+
+    /// Looks at attitude and motors; whether no attitude has come for too long.
+    fn watch_attitude(&mut self, now_us: u64) -> bool {
+        let Some((at_us, measurement)) = self.state else { return false };
+        if at_us == now_us {
+            let rates_alone = self.mode == FlightMode::Offboard
+                && matches!(self.fresh_setpoint(now_us), Some(OffboardSetpoint::Rates { .. }));
+            self.health.look(now_us, &measurement, !rates_alone, &self.settings.health);
+        }
+        now_us.saturating_sub(at_us) > ATTITUDE_LIFETIME_US
     }
 
     /// Stops the motors until the autopilot is started again. As in PX4 the vehicle stays armed, without a
@@ -147,6 +203,7 @@ impl Autopilot {
             target: self.loops.velocity_target.as_ref(),
             output: &self.loops.output,
             weight_n: airframe.mass_kg * airframe.gravity_m_s2,
+            knows_velocity: self.health.knows_velocity(),
         };
         let landed = self.land_detector.is_landed();
         self.land_detector.look(now_us, &look);

@@ -8,6 +8,8 @@
 //! landed:    still and (commanded or unloaded) for 1 s; in the air again as soon as it is neither
 //! ```
 //!
+//! Where the velocity is not known, how it moves over the ground does not count, as in PX4.
+//!
 //! The thresholds are PX4's LNDMC_Z_VEL_MAX, LNDMC_XY_VEL_MAX, LNDMC_ROT_MAX and its share of the hover
 //! thrust; the second is the sum of its three stages (contact, maybe landed, landed). A fall without thrust
 //! is no standing: it does not stay still.
@@ -40,6 +42,8 @@ pub struct Look<'a> {
     pub output: &'a ControlOutput,
     /// Weight [N].
     pub weight_n: f64,
+    /// Whether the velocity over the ground is known.
+    pub knows_velocity: bool,
 }
 
 /// The detector.
@@ -55,7 +59,7 @@ impl LandDetector {
         let m = look.measurement;
         let v_down = m.v_ned.z.abs();
         let still = v_down < STILL_DOWN_M_S
-            && m.v_ned.xy().norm() < STILL_LEVEL_M_S
+            && (!look.knows_velocity || m.v_ned.xy().norm() < STILL_LEVEL_M_S)
             && m.omega_body.norm() < STILL_RATE_RAD_S;
         let v_sp_down = look.target.map_or(0.0, |target| target.v_ned.z);
         let commanded = v_sp_down > DESCENT_FACTOR * STILL_DOWN_M_S && v_down < 0.5 * v_sp_down;
@@ -98,8 +102,13 @@ mod tests {
         let output = ControlOutput { collective_n: lift, ..ControlOutput::ZERO };
         let mut detector = LandDetector::default();
         (0..30).find_map(|i| {
-            let look =
-                Look { measurement: &measurement, target: Some(&target), output: &output, weight_n: 10.0 };
+            let look = Look {
+                measurement: &measurement,
+                target: Some(&target),
+                output: &output,
+                weight_n: 10.0,
+                knows_velocity: true,
+            };
             detector.look(i * 100_000, &look);
             detector.is_landed().then_some(i as f64 * 0.1)
         })
@@ -127,7 +136,16 @@ mod tests {
         let mut detector = LandDetector::default();
         let mut look = |now_us, lift| {
             let output = ControlOutput { collective_n: lift, ..ControlOutput::ZERO };
-            detector.look(now_us, &Look { measurement: &m, target: None, output: &output, weight_n: 10.0 });
+            detector.look(
+                now_us,
+                &Look {
+                    measurement: &m,
+                    target: None,
+                    output: &output,
+                    weight_n: 10.0,
+                    knows_velocity: true,
+                },
+            );
             detector.landed_for_us(now_us)
         };
         look(0, 0.0);

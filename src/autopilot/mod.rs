@@ -10,6 +10,7 @@
 //! | [`land_detector`] | whether it stands on something |
 //! | `orders` | what a crew may order: modes, places, arming |
 //! | `alignment` | whether the estimate is good enough, and how that is reported |
+//! | [`health`] | whether estimates, attitude and motors are fit to be flown on |
 //! | [`failsafe`], `guard` | when the autopilot acts on its own, and how |
 //! | [`fence`] | areas to stay in and to keep out of |
 //! | [`flight_log`] | what the autopilot knew and commanded, as ULog |
@@ -41,6 +42,7 @@ pub mod fence;
 pub mod flight;
 pub mod flight_log;
 mod guard;
+pub mod health;
 pub mod land_detector;
 pub mod missions;
 pub mod modes;
@@ -73,6 +75,7 @@ use event::EventQueue;
 use failsafe::Watch;
 use fence::Fence;
 use flight::{ControlLoops, StepState};
+use health::Health;
 use land_detector::LandDetector;
 use navigator::Situation;
 use setpoint::SetpointStore;
@@ -105,6 +108,7 @@ pub struct Autopilot {
     fall: Option<FreeFallDetector>,
     watch: Watch,
     alignment: Alignment,
+    health: Health,
     fence: Fence,
     armed_at_us: u64,
     ground_station_heard_us: Option<u64>,
@@ -142,6 +146,7 @@ impl Autopilot {
             fall: None,
             watch: Watch::default(),
             alignment: Alignment::default(),
+            health: Health::default(),
             fence: Fence::default(),
             armed_at_us: 0,
             ground_station_heard_us: None,
@@ -206,10 +211,12 @@ impl Autopilot {
         Some(fall)
     }
 
-    /// A step without a state: the motors keep their last commands.
+    /// A step without a state: the motors keep their last commands, until the attitude has been unknown for
+    /// too long.
     pub fn coast(&mut self, now_us: u64) -> PerRotor {
         self.last_step_us = Some(now_us);
         self.watch_setpoints(now_us);
+        self.watch_conditions(now_us);
         self.loops.output.throttle
     }
 

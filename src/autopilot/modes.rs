@@ -118,6 +118,9 @@ pub enum ModeRefusal {
         /// How young it has to be [us].
         timeout_us: u64,
     },
+    /// It flies and there is no position or velocity that the mode could go by.
+    #[error("{} refused: no valid position estimate", .0.name())]
+    NoPosition(FlightMode),
     /// A failsafe has stopped the motors for good.
     #[error("{} refused: flight terminated, start the autopilot again", .0.name())]
     Terminated(FlightMode),

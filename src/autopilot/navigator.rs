@@ -5,6 +5,7 @@
 //! |---|---|
 //! | HOLD | brakes to a stop, then keeps the place where it stopped; or goes to DO_REPOSITION's place |
 //! | TAKEOFF | straight up to a height above home at MPC_TKO_SPEED; then HOLD there |
+//! | DESCEND | LAND without a position: sinks level at MPC_LAND_SPEED, and drifts with the wind |
 //! | LAND | brakes and keeps its place over the ground, sinks at MPC_LAND_SPEED until something stops it |
 //! | RETURN | up to RTL_RETURN_ALT, over to home, down to RTL_DESCEND_ALT, waits RTL_LAND_DELAY, lands |
 //!
@@ -100,6 +101,7 @@ enum Task {
     Hold { stop: Stop, yaw: YawSetpoint },
     Takeoff { height: Option<f64>, from: Option<Vector3<f64>> },
     Land { stop: Stop },
+    Descend,
     Return { down_m: Option<f64>, leg: Leg },
 }
 
@@ -134,6 +136,11 @@ impl Navigator {
         Self { task: Task::Hold { stop: Stop::at(place_ned), yaw }, speed_m_s: None }
     }
 
+    /// Begins a descent without a position, as PX4's `FlightTaskDescend` (v1.14.3).
+    pub fn descend() -> Self {
+        Self { task: Task::Descend, speed_m_s: None }
+    }
+
     /// Begins a TAKEOFF to a position down [m] instead of the settings' height.
     pub fn take_off_to(down_m: f64) -> Self {
         Self { task: Task::Takeoff { height: Some(down_m), from: None }, speed_m_s: None }
@@ -146,7 +153,7 @@ impl Navigator {
 
     /// Whether it is on its way to the ground.
     pub fn is_landing(&self) -> bool {
-        matches!(self.task, Task::Land { .. } | Task::Return { leg: Leg::Land, .. })
+        matches!(self.task, Task::Land { .. } | Task::Descend | Task::Return { leg: Leg::Land, .. })
     }
 
     /// The next step; true when a takeoff has arrived.
@@ -176,6 +183,7 @@ impl Navigator {
                 (Guidance { p_ned, limits, ..still }, arrived)
             }
             Task::Land { stop } => (landing(still, stop.place(s, true), s), false),
+            Task::Descend => (descending(still, s), false),
             Task::Return { down_m, leg } => {
                 let down = *down_m.get_or_insert_with(|| return_down_m(s));
                 (returning(leg, down, s, still), false)
@@ -191,6 +199,17 @@ fn landing(still: Guidance, place: Option<Vector3<f64>>, s: &Situation<'_>) -> G
         p_ned: [place.map(|p| p.x), place.map(|p| p.y), None],
         v_ned: Vector3::new(0.0, 0.0, speed),
         limits: VelocityLimits { down_m_s: speed, ..still.limits },
+        ..still
+    }
+}
+
+/// Sinks without a place. The velocity over the ground that it seems to have is the one asked for, so that
+/// nothing is: it stays level.
+fn descending(still: Guidance, s: &Situation<'_>) -> Guidance {
+    let speed = s.settings.land_speed_m_s;
+    Guidance {
+        v_ned: Vector3::new(s.v_ned.x, s.v_ned.y, speed),
+        limits: VelocityLimits { level_m_s: f64::MAX, down_m_s: speed, ..still.limits },
         ..still
     }
 }

@@ -21,6 +21,8 @@ impl Autopilot {
             Some(ModeRefusal::NotFlown(mode))
         } else if mode == FlightMode::Offboard && self.fresh_setpoint(now_us).is_none() {
             Some(ModeRefusal::NoSetpoint { timeout_us: self.settings.setpoint_timeout_us })
+        } else if self.is_in_air() && self.lacks_position_for(now_us, mode) {
+            Some(ModeRefusal::NoPosition(mode))
         } else {
             None
         };
@@ -39,9 +41,9 @@ impl Autopilot {
     /// HOLD at a place, NED [m], to which the vehicle goes first.
     ///
     /// # Errors
-    /// [`ModeRefusal::Terminated`], which is also said as an event.
+    /// [`ModeRefusal::Terminated`] or [`ModeRefusal::NoPosition`], which is also said as an event.
     pub fn reposition(&mut self, place_ned: Vector3<f64>, yaw: YawSetpoint) -> Result<(), ModeRefusal> {
-        self.check_not_terminated(FlightMode::AutoLoiter)?;
+        self.check_place(FlightMode::AutoLoiter)?;
         self.failsafe = false;
         self.say(Severity::Info, "mode HOLD: going there");
         self.enter(FlightMode::AutoLoiter, Navigator::hold_at(place_ned, yaw));
@@ -51,13 +53,24 @@ impl Autopilot {
     /// TAKEOFF to a position down [m] instead of MIS_TAKEOFF_ALT above home.
     ///
     /// # Errors
-    /// [`ModeRefusal::Terminated`], which is also said as an event.
+    /// [`ModeRefusal::Terminated`] or [`ModeRefusal::NoPosition`], which is also said as an event.
     pub fn take_off_to(&mut self, down_m: f64) -> Result<(), ModeRefusal> {
-        self.check_not_terminated(FlightMode::AutoTakeoff)?;
+        self.check_place(FlightMode::AutoTakeoff)?;
         self.failsafe = false;
         self.say(Severity::Info, "mode AUTO.TAKEOFF");
         self.enter(FlightMode::AutoTakeoff, Navigator::take_off_to(down_m));
         Ok(())
+    }
+
+    /// Whether an automatic mode with a place of its own can be flown.
+    fn check_place(&mut self, mode: FlightMode) -> Result<(), ModeRefusal> {
+        self.check_not_terminated(mode)?;
+        let refusal = ModeRefusal::NoPosition(mode);
+        if !self.is_in_air() || self.health.knows_position() {
+            return Ok(());
+        }
+        self.say(Severity::Error, refusal.to_string());
+        Err(refusal)
     }
 
     fn check_not_terminated(&mut self, mode: FlightMode) -> Result<(), ModeRefusal> {
@@ -123,6 +136,7 @@ impl Autopilot {
         let text = if self.is_in_air() { "disarmed in flight (forced)" } else { "disarmed" };
         (self.armed, self.engaged, self.flying, self.failsafe) = (false, false, false, false);
         (self.land_detector, self.watch) = (LandDetector::default(), Watch::default());
+        self.health.disarmed();
         self.navigator = Navigator::begin(self.mode);
         self.loops.switch_off();
         self.say(Severity::Info, text);

@@ -8,6 +8,9 @@ use crate::control::{Gains, PositionGains, VelocityLimits};
 /// How long a setpoint lives unless COM_OF_LOSS_T says otherwise: PX4's default, 1 s [us].
 pub const SETPOINT_TIMEOUT_US: u64 = 1_000_000;
 
+/// CBRK_FLIGHTTERM with this value keeps the failure detector from stopping the motors.
+const NO_TERMINATION: f64 = 121_212.0;
+
 /// The settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -53,6 +56,54 @@ pub struct Settings {
     pub battery_critical: f64,
     /// BAT_EMERGEN_THR.
     pub battery_emergency: f64,
+    /// When estimates, attitude and motors count as failed, and what follows.
+    pub health: HealthSettings,
+}
+
+/// When estimates, attitude and motors count as failed, and what follows, with the defaults of PX4 v1.14.3.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HealthSettings {
+    /// COM_POS_FS_EPH: greatest error of the horizontal position [m].
+    pub position_error_m: f64,
+    /// COM_VEL_FS_EVH: greatest error of the velocity [m/s].
+    pub velocity_error_m_s: f64,
+    /// FD_FAIL_R: a greater roll is a failure [deg]; 0 is none.
+    pub roll_deg: f64,
+    /// FD_FAIL_R_TTRI: how long it must last [s].
+    pub roll_s: f64,
+    /// FD_FAIL_P: a greater pitch is a failure [deg]; 0 is none.
+    pub pitch_deg: f64,
+    /// FD_FAIL_P_TTRI: how long it must last [s].
+    pub pitch_s: f64,
+    /// COM_LKDOWN_TKO: so soon after arming a failure of the attitude disarms [s]; 0 and less is never.
+    pub lockdown_s: f64,
+    /// CBRK_FLIGHTTERM: 121212 keeps a failure of the attitude from stopping the motors.
+    pub termination_breaker: f64,
+    /// FD_ACT_EN: not 0 looks after the motors.
+    pub watches_motors: f64,
+    /// COM_ACT_FAIL_ACT: what follows from a motor's failure.
+    pub motor_failure: Action,
+}
+
+impl HealthSettings {
+    /// PX4's defaults.
+    pub const DEFAULT: Self = Self {
+        position_error_m: 5.0,
+        velocity_error_m_s: 1.0,
+        roll_deg: 60.0,
+        roll_s: 0.3,
+        pitch_deg: 60.0,
+        pitch_s: 0.3,
+        lockdown_s: 3.0,
+        termination_breaker: NO_TERMINATION,
+        watches_motors: 1.0,
+        motor_failure: Action::Warn,
+    };
+
+    /// What follows from a failure of the attitude, but soon after arming.
+    pub fn attitude_failure(&self) -> Action {
+        if self.termination_breaker == NO_TERMINATION { Action::Warn } else { Action::Terminate }
+    }
 }
 
 /// What a failsafe does, from mild to severe.
@@ -68,7 +119,11 @@ pub enum Action {
     Return,
     /// LAND.
     Land,
-    /// Stops the motors.
+    /// LAND without a position: it sinks level, wherever the wind takes it.
+    Descend,
+    /// Stops the motors, as a crew does that disarms.
+    Disarm,
+    /// Stops the motors for good.
     Terminate,
 }
 
@@ -78,8 +133,9 @@ impl Action {
         match self {
             Self::Hold => Some(FlightMode::AutoLoiter),
             Self::Return => Some(FlightMode::AutoRtl),
-            Self::Land => Some(FlightMode::AutoLand),
-            Self::Nothing | Self::Warn | Self::Terminate => None,
+            // PX4 shows its Descend as LAND, too (px4_custom_mode.h, v1.14.3).
+            Self::Land | Self::Descend => Some(FlightMode::AutoLand),
+            Self::Nothing | Self::Warn | Self::Disarm | Self::Terminate => None,
         }
     }
 
@@ -91,6 +147,8 @@ impl Action {
             Self::Hold => "HOLD",
             Self::Return => "RETURN",
             Self::Land => "LAND",
+            Self::Descend => "DESCEND",
+            Self::Disarm => "DISARM",
             Self::Terminate => "TERMINATE",
         }
     }
@@ -145,6 +203,7 @@ impl Settings {
             battery_low: 0.15,
             battery_critical: 0.07,
             battery_emergency: 0.05,
+            health: HealthSettings::DEFAULT,
         }
     }
 
@@ -158,6 +217,7 @@ impl Settings {
             "NAV_DLL_ACT" => code(&DATA_LINK_LOSS, self.data_link_loss),
             "GF_ACTION" => code(&FENCE, self.fence),
             "COM_LOW_BAT_ACT" => f64::from(self.battery as i32),
+            "COM_ACT_FAIL_ACT" => code(&MOTOR_FAILURE, self.health.motor_failure),
             "COM_DISARM_LAND" => self.disarm_after_landing_s.unwrap_or(-1.0),
             "RTL_LAND_DELAY" => self.land_delay_s.unwrap_or(-1.0),
             // number() gives a place to write to: read it from a copy.
@@ -176,6 +236,7 @@ impl Settings {
             "NAV_DLL_ACT" => action(&DATA_LINK_LOSS).map(|a| self.data_link_loss = a),
             "GF_ACTION" => action(&FENCE).map(|a| self.fence = a),
             "COM_LOW_BAT_ACT" => battery_policy(value).map(|p| self.battery = p),
+            "COM_ACT_FAIL_ACT" => action(&MOTOR_FAILURE).map(|a| self.health.motor_failure = a),
             "COM_DISARM_LAND" => {
                 self.disarm_after_landing_s = (value > 0.0).then_some(value);
                 Some(())
@@ -210,6 +271,15 @@ impl Settings {
             "BAT_LOW_THR" => &mut self.battery_low,
             "BAT_CRIT_THR" => &mut self.battery_critical,
             "BAT_EMERGEN_THR" => &mut self.battery_emergency,
+            "COM_POS_FS_EPH" => &mut self.health.position_error_m,
+            "COM_VEL_FS_EVH" => &mut self.health.velocity_error_m_s,
+            "FD_FAIL_R" => &mut self.health.roll_deg,
+            "FD_FAIL_R_TTRI" => &mut self.health.roll_s,
+            "FD_FAIL_P" => &mut self.health.pitch_deg,
+            "FD_FAIL_P_TTRI" => &mut self.health.pitch_s,
+            "COM_LKDOWN_TKO" => &mut self.health.lockdown_s,
+            "CBRK_FLIGHTTERM" => &mut self.health.termination_breaker,
+            "FD_ACT_EN" => &mut self.health.watches_motors,
             _ => return None,
         })
     }
@@ -227,6 +297,8 @@ const FENCE: [(i32, Action); 6] = [
     (4, Action::Terminate),
     (5, Action::Land),
 ];
+const MOTOR_FAILURE: [(i32, Action); 5] =
+    [(0, Action::Warn), (1, Action::Hold), (2, Action::Land), (3, Action::Return), (4, Action::Terminate)];
 
 fn battery_policy(value: f64) -> Option<BatteryPolicy> {
     [BatteryPolicy::Warn, BatteryPolicy::Return, BatteryPolicy::Land, BatteryPolicy::ReturnThenLand]
@@ -254,6 +326,9 @@ mod tests {
             ("RTL_LAND_DELAY", -1.0),
             ("RTL_LAND_DELAY", 0.0),
             ("BAT_EMERGEN_THR", 0.04),
+            ("COM_ACT_FAIL_ACT", 2.0),
+            ("CBRK_FLIGHTTERM", 0.0),
+            ("FD_FAIL_P", 45.0),
         ] {
             assert!(settings.set(name, value), "{name}");
             assert_eq!(settings.get(name), Some(value), "{name}");

@@ -222,6 +222,9 @@ fn of_a_drop(args: &ExportArgs, mission: &Mission, given: Option<&ParameterFile>
 
 fn run_check(args: &CheckArgs) -> Result<Answer, Failure> {
     let file = load_parameters(&args.file).bad_input()?;
+    if file.entries().next().is_none() {
+        return Err(Failure::input(format!("{}: there is no parameter in it", args.file.display())));
+    }
     let rows = file.entries().map(|(_, name, entry)| (name, entry.value));
     let check = check(&Metadata::px4(), file.purpose(), rows);
     let refusal = refusal(args, &file, check.known)?;

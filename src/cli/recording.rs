@@ -52,6 +52,14 @@ impl FlightFiles {
         Ok(self.folder.late(&self.name(self.flights)))
     }
 
+    /// The next flight's file, in words, as long as it is a new one.
+    fn announced(&self) -> Option<String> {
+        let next = self.following();
+        let later =
+            if next == MOST_FLIGHTS { ", as each flight from now on, over the one before" } else { "" };
+        (next != self.flights).then(|| format!("{}{later}", self.name(next)))
+    }
+
     /// The number of the next flight's file.
     fn following(&self) -> u32 {
         (self.flights + 1).min(MOST_FLIGHTS)
@@ -83,10 +91,11 @@ impl Recording {
         self.files.stem == stem_of(link)
     }
 
-    /// Writes a frame; the name of the new file, if time has started over and one has been begun.
+    /// Writes a frame; the name of the new file, if time has started over and one has been begun. That later
+    /// flights share one is told once.
     pub fn write(&mut self, now: TimeUs, frame: &[u8]) -> io::Result<Option<String>> {
         let before = self.tlog.take_if(|_| now < self.last);
-        let begun = before.map(Tlog::finish).transpose()?.map(|_| self.files.name(self.files.following()));
+        let begun = before.map(Tlog::finish).transpose()?.and_then(|_| self.files.announced());
         self.last = now;
         let tlog = match &mut self.tlog {
             Some(tlog) => tlog,
@@ -192,6 +201,15 @@ mod tests {
         let text = |name: &str| fs::read_to_string(place.path().join(name)).unwrap();
         assert_eq!([text("hil.tlog"), text("hil.2.tlog")], ["0", "1"]);
         assert_eq!(text("hil.100.tlog"), (flights - 1).to_string());
+        // Told of each new file, and once of the one that is shared.
+        let mission = load_mission(Path::new("mission/titan_drop.json")).unwrap();
+        let mut recording = Recording::new(&folder, Link::Simulator, &mission);
+        let told: Vec<String> = (0..2 * flights)
+            .filter_map(|i| recording.write(TimeUs::from(1 - i % 2), &[0xFD]).unwrap())
+            .collect();
+        recording.finish().unwrap();
+        assert_eq!(told.len(), MOST_FLIGHTS as usize - 1);
+        assert_eq!(told[98], "hil.100.tlog, as each flight from now on, over the one before");
         // The next run in the folder leaves nothing of this one's later flights.
         let mut again = FlightFiles::new(&folder, "hil", "tlog");
         again.next().unwrap().write_all(b"new").unwrap();

@@ -59,6 +59,19 @@ pub(super) fn words(command: &Command) -> String {
     if instance == 0 { format!("{unit} {kind}") } else { format!("{unit} {kind}, instance {instance}") }
 }
 
+/// The motor that a command switches off, or makes sound again, counted from 0; `None` in its place: all.
+pub(super) fn motor_off(command: &Command) -> Option<(Option<u8>, bool)> {
+    let [unit, kind] = [1, 2].map(|place| command.param(place).and_then(whole));
+    let is_off = match kind? {
+        OK => false,
+        kind if kind == FailureType::Off as u16 => true,
+        _ => return None,
+    };
+    let instance = command.param(3).map_or(Some(0), whole)?;
+    let motor = instance.checked_sub(1).map(|motor| u8::try_from(motor).unwrap_or(u8::MAX));
+    (unit? == FailureUnit::Motor as u16).then_some((motor, is_off))
+}
+
 /// A whole number as the wire's floats hold it.
 fn whole(x: f32) -> Option<u16> {
     (x >= 0.0 && x.fract() == 0.0 && x <= f32::from(u16::MAX)).then_some(x as u16)

@@ -116,7 +116,8 @@ impl ParachuteComponent {
         self.repeat_end(now);
     }
 
-    /// Says again as a number that the simulation was over at `now`, without the text: a datagram may be lost.
+    /// Says again as a number, without the text, that the simulation was over at `now`: a datagram may be
+    /// lost.
     pub fn repeat_end(&mut self, now: TimeUs) {
         self.send_instant(now, Recipient::All, T_END, now);
     }

@@ -46,7 +46,7 @@ pub struct DropRunConfig {
 
 /// Most reports of the autopilot about itself, armed or not, failsafe or not, that are recorded of a flight;
 /// what it says beyond is not.
-const MOST_REPORTS: usize = 100;
+pub(super) const MOST_REPORTS: usize = 100;
 
 impl Default for DropRunConfig {
     /// PX4's IMU period for 45 s, release by command.

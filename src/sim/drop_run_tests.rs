@@ -94,6 +94,21 @@ fn a_command_cuts_whatever_the_trigger_is_and_only_once() {
     }
 }
 
+/// A hand on the arming switch, ten thousand times in one step of the simulation: drop.json grew by 42 MB.
+#[test]
+fn regress_an_autopilot_that_arms_without_end_fills_no_record() {
+    let mut run = run(ReleaseTrigger::Time);
+    for i in 0..10_000 {
+        run.set_armed(i % 2 == 0);
+        run.set_failsafe(i % 2 == 0);
+    }
+    let toggles = run.record().events.len();
+    assert_eq!(toggles, MOST_REPORTS);
+    // What happens to the vehicle is recorded all the same.
+    step_until(&mut run, 3_000_000);
+    assert!(texts(&run)[toggles..].iter().any(|text| text == "rotors free"), "{:?}", &texts(&run)[toggles..]);
+}
+
 #[test]
 fn an_autopilot_without_a_mode_is_reported_where_the_release_waits_for_one() {
     for (trigger, mode, reports) in [

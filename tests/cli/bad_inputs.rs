@@ -1108,6 +1108,7 @@ const LINES: &[(&str, &[&str])] = &[
     ("tune --swing 1,x", &["a positive number"]),
     ("params export --for ardupilot", &["samara", "px4", "px4-froude"]),
     ("params check none.params", &["cannot read parameter file none.params"]),
+    ("params check file", &["file: there is no parameter in it"]),
     ("new vehicle a --mass 0 --frame quad-x", &["a positive number"]),
     ("new vehicle a --mass -1 --frame quad-x", &["a positive number"]),
     ("new mission a --vehicle x500 --planet venus", &["one of earth, titan, mars"]),

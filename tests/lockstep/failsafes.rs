@@ -2,9 +2,12 @@
 
 use mavlink::dialects::common::*;
 use nalgebra::Vector3;
+use samara::frames::{pitch, roll};
 use samara::model::supply::{Pack, PackLimits, Throttle};
-use samara::sim::{Battery, ElectricBattery};
+use samara::sim::{Battery, ElectricBattery, ReleaseTrigger, Sample};
+use samara::units::RAD_PER_DEG;
 
+use super::bench::{fly, mission, simulation_of, simulator_of, streamer};
 use super::ground_bench::Wire;
 
 const OFFBOARD: [f32; 2] = [1.0, 6.0];
@@ -200,4 +203,181 @@ fn closed_form_volts_and_amperes_of_a_hover() {
     wire.fly(5.0);
     // From the hover at 8 m, without motors: sqrt(2 g h), less what air and rotors that run down take.
     assert!((6.0..12.6).contains(&wire.touch_speed_m_s()), "{}", wire.touch_speed_m_s());
+}
+
+fn terminated(wire: &Wire) -> bool {
+    wire.heartbeat.system_status == MavState::MAV_STATE_FLIGHT_TERMINATION
+}
+
+/// Without satellites the position is valid for 5 s (PX4's EKF2, valid_timeout_max), and no mode that needs
+/// one can be flown any more: Descend (FailsafeBase::getSelectedAction, v1.14.3). It sinks level and comes
+/// down.
+#[test]
+fn reference_a_lost_position_ends_in_a_descent() {
+    for offboard in [false, true] {
+        let mut wire = Wire::hovering_on_estimator(10.0);
+        if offboard {
+            wire.setpoint([0.0; 3], [0.0; 3], 0x0DC7);
+            assert_eq!(wire.command(MavCmd::MAV_CMD_DO_SET_MODE, &OFFBOARD), 0);
+        }
+        let streams = |wire: &mut Wire, seconds: usize| {
+            for _ in 0..10 * seconds {
+                wire.setpoint([0.0; 3], [0.0; 3], 0x0DC7);
+                wire.fly(0.1);
+            }
+        };
+        let flown = wire.mode();
+        wire.inject(FailureUnit::FAILURE_UNIT_SENSOR_GPS, FailureType::FAILURE_TYPE_OFF);
+        streams(&mut wire, 4);
+        assert_eq!(wire.mode(), flown, "dead reckoning");
+        streams(&mut wire, 3);
+        assert!(
+            wire.said("No valid position estimate") && wire.said("Failsafe: DESCEND"),
+            "{:?}",
+            wire.texts
+        );
+        // PX4 shows its Descend as AUTO.LAND.
+        assert_eq!(wire.mode(), [4, 6]);
+        assert!(critical(&wire) && wire.height_m() > 5.0);
+        let refused = 1;
+        assert_eq!(wire.command(MavCmd::MAV_CMD_DO_SET_MODE, &[1.0, 4.0, 3.0]), refused);
+        assert_eq!(wire.command(MavCmd::MAV_CMD_DO_SET_MODE, &OFFBOARD), refused);
+        assert!(wire.said("HOLD refused: no valid position estimate"));
+        wire.fly_until(60.0, |wire| !wire.is_armed());
+        // MPC_LAND_SPEED is 0.7 m/s.
+        assert!(wire.height_m().abs() < 0.01 && (0.3..1.0).contains(&wire.touch_speed_m_s()));
+    }
+}
+
+/// Attitude setpoints need no position, in PX4's OffboardChecks neither; and what was lost may come again.
+#[test]
+fn reference_a_position_that_comes_again_can_be_flown_by() {
+    let mut wire = Wire::hovering_on_estimator(20.0);
+    wire.inject(FailureUnit::FAILURE_UNIT_SENSOR_GPS, FailureType::FAILURE_TYPE_OFF);
+    wire.fly(7.0);
+    assert_eq!(wire.mode(), [4, 6]);
+    wire.inject(FailureUnit::FAILURE_UNIT_SENSOR_GPS, FailureType::FAILURE_TYPE_OK);
+    wire.fly(3.0);
+    assert_eq!(wire.mode(), [4, 6], "until a mode is chosen");
+    assert_eq!(wire.command(MavCmd::MAV_CMD_DO_SET_MODE, &[1.0, 4.0, 3.0]), 0, "{:?}", wire.texts);
+    wire.fly(2.0);
+    assert!(wire.mode() == [4, 3] && !critical(&wire));
+}
+
+/// No attitude for a second: no mode can be flown (PX4's mode_req_attitude), so the flight is terminated.
+#[test]
+fn reference_a_lost_attitude_terminates_the_flight() {
+    let mut wire = Wire::hovering_on_estimator(10.0);
+    wire.inject(FailureUnit::FAILURE_UNIT_SENSOR_GYRO, FailureType::FAILURE_TYPE_OFF);
+    wire.fly(0.9);
+    assert!(!wire.said("No valid attitude estimate") && wire.said("flying blind"));
+    wire.fly(1.5);
+    assert!(wire.said("No valid attitude estimate") && wire.said("Failsafe: TERMINATE"), "{:?}", wire.texts);
+    assert!(terminated(&wire));
+    wire.fly(5.0);
+    // From about 10 m without thrust: sqrt(2 g h).
+    assert!((9.0..15.0).contains(&wire.touch_speed_m_s()), "{}", wire.touch_speed_m_s());
+}
+
+/// The x500 tumbles without two of its motors. By default PX4 warns (CBRK_FLIGHTTERM, COM_ACT_FAIL_ACT); it
+/// terminates with CBRK_FLIGHTTERM 0, and disarms within COM_LKDOWN_TKO of arming.
+#[test]
+fn reference_failures_of_motors_and_attitude_are_acted_on_as_set() {
+    let motors_off = |wire: &mut Wire| {
+        wire.inject(FailureUnit::FAILURE_UNIT_SYSTEM_MOTOR, FailureType::FAILURE_TYPE_OFF);
+    };
+    let mut wire = Wire::hovering(30.0, None);
+    motors_off(&mut wire);
+    wire.fly(1.1);
+    assert!(wire.said("Motor failure detected") && !wire.said("Failsafe:"), "{:?}", wire.texts);
+    assert!(critical(&wire) && wire.mode() == [4, 3]);
+
+    for (action, name, mode) in [(1, "", 3), (2, "LAND", 6), (3, "RETURN", 5)] {
+        let mut wire = Wire::hovering(30.0, None);
+        wire.set_int("COM_ACT_FAIL_ACT", action);
+        motors_off(&mut wire);
+        wire.fly(0.5);
+        assert!(wire.mode() == [4, mode] && (name.is_empty() || wire.said(&format!("Failsafe: {name}"))));
+    }
+    let mut wire = Wire::hovering(30.0, None);
+    wire.set_int("FD_ACT_EN", 0);
+    motors_off(&mut wire);
+    wire.fly(1.0);
+    assert!(!wire.said("Motor failure detected"));
+}
+
+/// One motor of the x500 off: it turns over.
+fn loses_a_motor(wire: &mut Wire) {
+    let motor = [101.0, 1.0, 2.0];
+    assert_eq!(wire.command(MavCmd::MAV_CMD_INJECT_FAILURE, &motor), 0);
+}
+
+#[test]
+fn reference_a_vehicle_that_turns_over_is_warned_of_or_terminated() {
+    let mut wire = Wire::hovering(60.0, None);
+    loses_a_motor(&mut wire);
+    wire.fly_until(3.0, |wire| wire.said("Attitude failure detected"));
+    assert!(!wire.said("Failsafe:") && !terminated(&wire));
+    let mut wire = Wire::hovering(60.0, None);
+    wire.set_int("CBRK_FLIGHTTERM", 0);
+    loses_a_motor(&mut wire);
+    wire.fly_until(3.0, |wire| wire.said("Failsafe: TERMINATE"));
+    let tilt = samara::frames::tilt(wire.body().q_ned_from_body);
+    assert!(tilt > 60.0 * RAD_PER_DEG, "{tilt}");
+    wire.fly(1.1);
+    assert!(terminated(&wire) && wire.is_armed());
+    // Limits that are off find nothing.
+    let mut wire = Wire::hovering(60.0, None);
+    wire.set_int("FD_FAIL_R", 0);
+    wire.set_int("FD_FAIL_P", 0);
+    wire.set_int("CBRK_FLIGHTTERM", 0);
+    loses_a_motor(&mut wire);
+    wire.fly(3.0);
+    assert!(!wire.said("Attitude failure detected"));
+}
+
+#[test]
+fn reference_a_takeoff_that_turns_over_is_disarmed() {
+    let mut wire = Wire::on_ground(None);
+    wire.set_real("COM_LKDOWN_TKO", 5.0);
+    wire.set_real("MPC_TKO_SPEED", 3.0);
+    wire.set_real("MIS_TAKEOFF_ALT", 20.0);
+    assert_eq!(wire.command(MavCmd::MAV_CMD_COMPONENT_ARM_DISARM, &[1.0]), 0);
+    assert_eq!(wire.command(MavCmd::MAV_CMD_NAV_TAKEOFF, &[]), 0);
+    wire.fly(3.0);
+    loses_a_motor(&mut wire);
+    wire.fly(1.9);
+    assert!(
+        wire.said("Attitude failure detected soon after arming") && wire.said("Failsafe: DISARM"),
+        "{:?}",
+        wire.texts
+    );
+    assert!(!wire.is_armed() && !terminated(&wire));
+}
+
+/// The longest time for which roll or pitch were beyond 60 degrees, after the rotors were freed [s].
+fn turned_over_for_s(log: &[Sample]) -> f64 {
+    let (mut since_s, mut longest_s) = (None, 0.0_f64);
+    for sample in log.iter().filter(|sample| sample.t_powered_s.is_some_and(|t_s| t_s >= 0.0)) {
+        let q = sample.state.body.q_ned_from_body;
+        let beyond = roll(q).abs().max(pitch(q).abs()) > 60.0 * RAD_PER_DEG;
+        since_s = beyond.then(|| since_s.unwrap_or(sample.t_s));
+        longest_s = longest_s.max(since_s.map_or(0.0, |since_s| sample.t_s - since_s));
+    }
+    longest_s
+}
+
+/// FD_FAIL_R, FD_FAIL_P and their times in drops from swings: a drop is failed if it has turned over, and by
+/// nothing less. Nominal drops, whose swings are a few degrees, never are.
+#[test]
+fn closed_form_a_drop_is_failed_only_if_it_turns_over() {
+    for (amplitude_deg, turns_over) in [(-45.0, true), (-10.0, false), (0.0, false), (10.0, false)] {
+        let mut parachute = mission().release.parachute;
+        parachute.pendulum.amplitude_rad = amplitude_deg * RAD_PER_DEG;
+        let sim = simulation_of(parachute, mission().release.start);
+        let flown = fly(simulator_of(sim, ReleaseTrigger::Command), streamer(), |_, _, _| {});
+        let turned_over_for_s = turned_over_for_s(&flown.log);
+        assert_eq!(turned_over_for_s >= 0.3, turns_over, "{amplitude_deg}: {turned_over_for_s}");
+        assert_eq!(flown.record.failsafe, turns_over, "{amplitude_deg}: {:?}", flown.record);
+    }
 }

@@ -65,6 +65,7 @@ fn wire_on(sim: DropSimulation, battery: Option<Battery>, estimator: Option<Esti
     let config = HilConfig {
         run: DropRunConfig { duration_us: 600_000_000, battery, ..DropRunConfig::default() },
         sensors: m.sensors,
+        allow_faults: true,
         ..HilConfig::default()
     };
     let mut simulator = HilSession::new(sim, config);
@@ -150,6 +151,13 @@ impl Wire {
     /// Standing, armed, taken off to `height_m` and holding there.
     pub fn hovering(height_m: f32, battery: Option<Battery>) -> Self {
         Self::on_ground(battery).taken_off(height_m)
+    }
+
+    /// Standing until the estimator is aligned, then as [`Self::hovering`].
+    pub fn hovering_on_estimator(height_m: f32) -> Self {
+        let mut wire = Self::on_ground_on_estimator();
+        wire.fly(10.0);
+        wire.taken_off(height_m)
     }
 
     /// Armed, taken off to `height_m` and holding there.
@@ -308,6 +316,14 @@ impl Wire {
             param_type,
         }));
         assert_eq!(self.autopilot.parameters().get(name), Some(value), "{:?}", self.texts);
+    }
+
+    /// MAV_CMD_INJECT_FAILURE to the autopilot, of all instances of a unit; accepted.
+    pub fn inject(&mut self, unit: FailureUnit, kind: FailureType) {
+        assert_eq!(
+            self.command(MavCmd::MAV_CMD_INJECT_FAILURE, &[unit as u32 as f32, kind as u32 as f32, 0.0]),
+            0
+        );
     }
 
     /// A velocity or position setpoint.

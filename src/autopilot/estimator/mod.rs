@@ -267,22 +267,26 @@ impl Estimator {
         })
     }
 
+    /// Whether there is a place to go by: the filter has begun, and a satellite fix has been believed in the
+    /// last five seconds, for which PX4 too goes on by dead reckoning.
+    pub fn knows_place(&self) -> bool {
+        let (Some(filter), Some(now_us)) = (&self.filter, self.filter_us()) else { return false };
+        now_us.saturating_sub(filter.believed_us) <= GPS_LOST_US
+    }
+
     /// Whether the estimate is good enough to arm on.
     ///
     /// # Errors
     /// [`NotAligned`]: the first thing that is wanting.
     pub fn check_aligned(&self) -> Result<(), NotAligned> {
-        let (Some(filter), Some(accuracy), Some(now_us)) = (&self.filter, self.accuracy(), self.filter_us())
-        else {
-            return Err(self.wanting());
-        };
+        let Some(accuracy) = self.accuracy() else { return Err(self.wanting()) };
         if !accuracy.knows_tilt() {
             Err(NotAligned::Tilt)
         } else if !accuracy.knows_heading() {
             Err(NotAligned::Heading)
         } else if !accuracy.knows_velocity() {
             Err(NotAligned::Velocity)
-        } else if now_us.saturating_sub(filter.believed_us) > GPS_LOST_US {
+        } else if !self.knows_place() {
             Err(NotAligned::NoFix)
         } else {
             Ok(())

@@ -15,7 +15,11 @@ const PARAMETER_TYPE: u8 = 1;
 
 /// Parameters whose values are choices, each with the values that are taken here in PX4's words: ground
 /// stations offer them as a list (QGroundControl's safety page), and an empty one without them.
-const CHOICES: [(&str, &[(i32, &str)]); 4] = [
+const CHOICES: [(&str, &[(i32, &str)]); 5] = [
+    (
+        "COM_ACT_FAIL_ACT",
+        &[(0, "Warning only"), (1, "Hold mode"), (2, "Land mode"), (3, "Return mode"), (4, "Terminate")],
+    ),
     (
         "COM_LOW_BAT_ACT",
         &[

@@ -11,7 +11,7 @@ use super::outbox::{Outbox, Peer};
 use crate::autopilot::{Autopilot, Severity};
 use crate::link::frame::{Command, CommandAck};
 use crate::link::hil::SIMULATOR_COMPONENT;
-use crate::link::injection::{INJECT_FAILURE, words};
+use crate::link::injection::{INJECT_FAILURE, motor_off, words};
 use crate::link::session::Link;
 use crate::time::TimeUs;
 
@@ -70,6 +70,9 @@ impl Relay {
         let Some(waiting) = self.waiting.pop_front() else { return };
         if ack.result == MavResult::MAV_RESULT_ACCEPTED as u8 {
             autopilot.say(Severity::Warning, format!("failure injected: {}", words(&waiting.command)));
+            if let Some((motor, is_off)) = motor_off(&waiting.command) {
+                autopilot.note_motor_off(motor, is_off);
+            }
         }
         waiting.answer(ack.result, outbox);
     }

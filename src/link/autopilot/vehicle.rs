@@ -117,6 +117,7 @@ impl Vehicle {
         if let (Some(estimator), Some(sensor)) = (&mut self.estimator, &self.hil.sensor) {
             sense(estimator, sensor, self.hil.gps.as_ref(), &self.environment);
             self.autopilot.watch_alignment(now, estimator.check_aligned());
+            self.autopilot.watch_accuracy(now, estimator);
         }
         let Some(state) = self.state(now) else { return (self.step_blind(now), None) };
         self.flies_blind = false;

@@ -15,7 +15,7 @@ use super::super::decoder::Decoder;
 use super::super::frame::{Frame, message_id};
 use super::super::session::{Link, Session as _, Transmit};
 use super::super::statustext::TextReader;
-use super::clock::Since;
+use super::clock::{Since, WATCH_PERIOD};
 use super::connection::Connection;
 use super::links::{Links, Wiring};
 use super::notice::{Notice, Observer, ShellError};
@@ -81,18 +81,21 @@ pub async fn run_autopilot<O: Observer>(
         {
             shell.connection = Some(connection);
             shell.session.simulator_connected();
-            shell.send().await;
+            shell.send();
         }
         let retry = shell.connection.is_none().then(|| dialler.until_next_try());
-        let pause = shell.until_wake().min(retry.unwrap_or(Duration::MAX));
+        let mut pause = shell.until_wake().min(retry.unwrap_or(Duration::MAX));
+        if shell.connection.as_ref().is_some_and(Connection::is_held_up) {
+            pause = pause.min(WATCH_PERIOD);
+        }
         tokio::select! {
             () = &mut stop => break,
-            () = Connection::readable(shell.connection.as_ref()) => {}
+            () = Connection::ready(shell.connection.as_ref()) => {}
             () = shell.links.readable() => {}
             () = tokio::time::sleep(pause) => {}
         }
         let had = shell.connection.is_some();
-        shell.take_turn().await;
+        shell.take_turn();
         if let Some(text) = shell.session.take_saved_parameters() {
             shell.observer.keep_parameters(&text);
         }
@@ -166,10 +169,10 @@ impl<O: Observer> Shell<'_, O> {
     }
 
     /// Takes what has come and sends what is to be sent.
-    async fn take_turn(&mut self) {
+    fn take_turn(&mut self) {
         self.receive();
         self.session.handle_time(self.started.elapsed_us());
-        self.send().await;
+        self.send();
     }
 
     /// The simulator has left, and so shall we: who listens by way of us hears first that it has.
@@ -177,7 +180,7 @@ impl<O: Observer> Shell<'_, O> {
         let since = Since::now();
         while let Some(left) = LAST_WORDS.checked_sub(since.elapsed()) {
             _ = tokio::time::timeout(left, self.links.readable()).await;
-            self.take_turn().await;
+            self.take_turn();
         }
     }
 
@@ -209,7 +212,7 @@ impl<O: Observer> Shell<'_, O> {
         }
     }
 
-    async fn send(&mut self) {
+    fn send(&mut self) {
         let now = self.now();
         let Self { session, outbox, observer, .. } = self;
         collect(session, now, outbox, *observer);
@@ -225,7 +228,7 @@ impl<O: Observer> Shell<'_, O> {
             }
         }
         let flushed = match &mut self.connection {
-            Some(connection) => connection.flush().await,
+            Some(connection) => connection.flush(),
             None => Ok(()),
         };
         if let Err(reason) = flushed {

@@ -109,7 +109,7 @@ mod tests {
             let (mut connection, far) = connected().await;
             drop(far);
             assert!(!BusyWait::new(Speed::Max).look(Some(&mut connection)));
-            Connection::readable(Some(&connection)).await;
+            Connection::ready(Some(&connection)).await;
             assert!(connection.receive(&mut |_: Notice| (), |_, _: &Frame| ()).is_err());
         });
     }

@@ -4,7 +4,7 @@ use std::io;
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
+use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _, Interest};
 use tokio::net::TcpStream;
 
 use super::super::decoder::Decoder;
@@ -15,6 +15,8 @@ use super::notice::{GarbageWatch, Observer, What};
 
 /// A peer that does not read for this long is gone.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
+/// Most bytes that wait for a peer; beyond, it is gone.
+const MAX_WAITING: usize = 1 << 20;
 
 /// Pauses of the processor between two looks of [`Connection::spin`]: a sibling on the same core shall not
 /// suffer.
@@ -32,7 +34,10 @@ pub(super) struct Connection {
     what: What,
     decoder: Decoder,
     garbage: GarbageWatch,
+    /// What the peer has not taken yet.
     outgoing: Vec<u8>,
+    /// When it took something last, or had nothing to take.
+    taken: Since,
 }
 
 impl Connection {
@@ -40,14 +45,16 @@ impl Connection {
         // Small frames shall not wait for company.
         let _ = stream.set_nodelay(true);
         let (decoder, garbage, outgoing) = (Decoder::new(), GarbageWatch::default(), Vec::new());
-        Self { stream, peer, what: what.into(), decoder, garbage, outgoing }
+        Self { stream, peer, what: what.into(), decoder, garbage, outgoing, taken: Since::now() }
     }
 
-    /// Waits until there is something to read; for ever without a connection. Safe to cancel.
-    pub(super) async fn readable(connection: Option<&Self>) {
+    /// Waits until there is something to read, or room for what waits to be sent; for ever without a
+    /// connection. Safe to cancel.
+    pub(super) async fn ready(connection: Option<&Self>) {
         match connection {
             // An error shows at the next receive.
-            Some(connection) => _ = connection.stream.readable().await,
+            Some(connection) if connection.outgoing.is_empty() => _ = connection.stream.readable().await,
+            Some(connection) => _ = connection.stream.ready(Interest::READABLE | Interest::WRITABLE).await,
             None => std::future::pending().await,
         }
     }
@@ -120,6 +127,7 @@ impl Connection {
     /// Ends it so that the peer reads all that was sent and then the end. (To close with something unread
     /// would be a reset, which may overtake the last messages.)
     pub(super) async fn close(mut self) {
+        let _ = tokio::time::timeout(FAREWELL, self.stream.write_all(&self.outgoing)).await;
         let _ = self.stream.shutdown().await;
         let mut unread = [0; 4096];
         let drain = async { while self.stream.read(&mut unread).await.is_ok_and(|len| len > 0) {} };
@@ -128,34 +136,37 @@ impl Connection {
 
     /// Collects a frame to be sent.
     pub(super) fn queue(&mut self, bytes: &[u8]) {
+        if self.outgoing.is_empty() {
+            self.taken = Since::now();
+        }
         self.outgoing.extend_from_slice(bytes);
     }
 
-    /// Sends what has been collected, in one piece; the reason when that cannot be done. Not safe to cancel.
-    pub(super) async fn flush(&mut self) -> Result<(), String> {
+    /// Sends what has been collected, as much of it as there is room for; the rest waits for the next call.
+    /// The reason when the peer is gone, or has not read for too long.
+    pub(super) fn flush(&mut self) -> Result<(), String> {
         if self.outgoing.is_empty() {
             return Ok(());
         }
-        // There is room, but for a peer that has not read for long.
-        let gone = match self.stream.try_write(&self.outgoing) {
-            Ok(len) => len,
-            Err(e) if e.kind() == io::ErrorKind::WouldBlock => 0,
-            Err(e) => {
-                self.outgoing.clear();
-                return Err(e.to_string());
+        match self.stream.try_write(&self.outgoing) {
+            Ok(len) => {
+                self.outgoing.drain(..len);
+                self.taken = Since::now();
             }
-        };
-        let rest = &self.outgoing[gone..];
-        let sent = if rest.is_empty() {
-            Ok(Ok(()))
-        } else {
-            tokio::time::timeout(WRITE_TIMEOUT, self.stream.write_all(rest)).await
-        };
-        self.outgoing.clear();
-        match sent {
-            Ok(Ok(())) => Ok(()),
-            Ok(Err(e)) => Err(e.to_string()),
-            Err(_) => Err(format!("the peer has not read for {} s", WRITE_TIMEOUT.as_secs())),
+            Err(e) if e.kind() == io::ErrorKind::WouldBlock => {}
+            Err(e) => return Err(e.to_string()),
         }
+        if self.outgoing.len() > MAX_WAITING {
+            return Err(format!("the peer does not read: {} kB wait for it", MAX_WAITING / 1024));
+        }
+        if self.taken.elapsed() > WRITE_TIMEOUT {
+            return Err(format!("the peer has not read for {} s", WRITE_TIMEOUT.as_secs()));
+        }
+        Ok(())
+    }
+
+    /// Whether something waits for the peer to read.
+    pub(super) fn is_held_up(&self) -> bool {
+        !self.outgoing.is_empty()
     }
 }

@@ -53,8 +53,8 @@ fn ends_heard(socket: &UdpSocket) -> usize {
     ends
 }
 
-/// A simulator that ends at the moment in which the autopilot reads its first HIL_SENSOR: the worst one, since
-/// the end of the connection is then found without a look at the other sockets.
+/// A simulator that ends at the moment in which the autopilot reads its first HIL_SENSOR: the worst one,
+/// since the end of the connection is then found without a look at the other sockets.
 struct Ending {
     link: Arc<TcpStream>,
     parachute: UdpSocket,

@@ -47,6 +47,8 @@ mod end_tests;
 #[cfg(test)]
 mod link_tests;
 #[cfg(test)]
+mod stall_tests;
+#[cfg(test)]
 mod tests;
 
 pub use autopilot::{AfterSimulator, run_autopilot};

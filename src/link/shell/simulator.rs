@@ -249,7 +249,7 @@ impl<'a, O: Observer> Shell<'a, O> {
                         break;
                     }
                     new = accept(&server) => accepted = Some(new),
-                    () = Connection::readable(self.connection.as_ref()) => {}
+                    () = Connection::ready(self.connection.as_ref()) => {}
                     () = self.parachute.readable() => {}
                     () = Self::heard(&mut self.companion) => {}
                     () = tokio::task::yield_now(), if answered => {}
@@ -269,13 +269,13 @@ impl<'a, O: Observer> Shell<'a, O> {
                 break;
             }
             self.act();
-            self.send().await;
+            self.send();
             if gone.is_some() || self.streamer_failed() {
                 self.session.stop();
             }
         }
         self.act();
-        self.send().await;
+        self.send();
         self.repeat_end().await;
         self.parachute.finish(self.observer);
         if let Some(companion) = &mut self.companion {
@@ -295,7 +295,7 @@ impl<'a, O: Observer> Shell<'a, O> {
             if self.connection.is_some() {
                 tokio::time::sleep(REPEAT_PERIOD).await;
                 self.session.repeat_end();
-                self.send().await;
+                self.send();
             }
         }
     }
@@ -350,7 +350,7 @@ impl<'a, O: Observer> Shell<'a, O> {
         self.waiting = Since::now();
         self.stands = Since::now();
         self.rested = false;
-        self.send().await;
+        self.send();
         // Where nothing is waited for, the sockets must be looked at all the same.
         if self.session.pace() != Pace::AwaitingControls {
             tokio::task::yield_now().await;
@@ -451,7 +451,7 @@ impl<'a, O: Observer> Shell<'a, O> {
         self.connection.is_some() && !self.routed && settled
     }
 
-    async fn send(&mut self) {
+    fn send(&mut self) {
         while let Some(event) = self.session.poll_event() {
             self.observer.notice(Notice::Simulator(event));
         }
@@ -463,7 +463,7 @@ impl<'a, O: Observer> Shell<'a, O> {
             self.sent.push(sent);
         }
         let flushed = match &mut self.connection {
-            Some(connection) => connection.flush().await,
+            Some(connection) => connection.flush(),
             None => Ok(()),
         };
         if self.sent.iter().any(|sent| sent.link != Link::Simulator) {
