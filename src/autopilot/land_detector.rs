@@ -25,7 +25,7 @@ const STILL_RATE_RAD_S: f64 = 20.0 * RAD_PER_DEG;
 /// A setpoint this many times the still velocity is a descent.
 const DESCENT_FACTOR: f64 = 1.1;
 /// Below this share of the weight the motors do not carry.
-const UNLOADED: f64 = 0.3;
+pub(super) const UNLOADED: f64 = 0.3;
 /// How long it must look like it [us].
 const LANDED_AFTER_US: u64 = 1_000_000;
 

@@ -14,7 +14,7 @@ Made by `samara params list`; `scripts/regenerate` writes it.
 
 Names, types and units are PX4's. A value that a ground station sets is checked (type, NaN, range), refused
 with the reason if it does not fit, and in effect at the next control step if the parameter acts; integrals of
-the control loops stay. Values from the mission may lie outside the range by which changes are judged. `#`
+the control loops stay. Where the mission brings a value from outside the range, the range reaches to it. `#`
 stands for a rotor's number.
 
 | name | type | unit | default | range | what it does | here |
