@@ -1,11 +1,9 @@
-//! Actions that nobody ordered: the autopilot leaves OFFBOARD when setpoints stop, lets moved sticks take over,
-//! acts on what
-//! [`super::failsafe`] sees, and disarms after a landing.
+//! Actions that nobody ordered: the autopilot leaves OFFBOARD when setpoints stop, lets moved sticks take
+//! over, acts on what [`super::failsafe`] sees, and disarms after a landing.
 
 use super::estimator::NotAligned;
 use super::failsafe::{Condition, Seen};
 use super::fence::{Fence, Rule};
-use super::land_detector::Look;
 use super::settings::Action;
 use super::sticks::{StickInput, StickSource, Sticks, Taken};
 use super::{Autopilot, FlightMode, Navigator, Severity, StickHistory};
@@ -37,9 +35,9 @@ impl Autopilot {
     }
 
     /// Takes the sticks of a source. Moved, they may take over from an automatic mode or OFFBOARD
-    /// (COM_RC_OVERRIDE); before any mode was chosen they bring POSCTL, as PX4's Commander::manualControlCheck
-    /// (v1.14). A failsafe is left by choosing a mode, not by moving a stick: as in PX4 with COM_FAIL_ACT_T 0,
-    /// since failsafes act at once here.
+    /// (COM_RC_OVERRIDE); before any mode was chosen they bring POSCTL, as PX4's
+    /// Commander::manualControlCheck (v1.14). A failsafe is left by choosing a mode, not by moving a stick:
+    /// as in PX4 with COM_FAIL_ACT_T 0, since failsafes act at once here.
     pub fn take_sticks(&mut self, now_us: u64, source: StickSource, sticks: Sticks) {
         let settings = self.settings.sticks;
         match self.stick_receiver.take(now_us, source, sticks, &settings) {
@@ -200,15 +198,10 @@ impl Autopilot {
         if !self.flying {
             return;
         }
-        let airframe = &self.loops.settings.airframe;
-        let look = Look {
-            measurement,
-            target: self.loops.velocity_target.as_ref(),
-            output: &self.loops.output,
-            weight_n: airframe.weight_n(),
-        };
         let landed = self.land_detector.is_landed();
-        self.land_detector.look(now_us, &look);
+        let mut detector = self.land_detector;
+        detector.look(now_us, &self.look(measurement));
+        self.land_detector = detector;
         if self.land_detector.is_landed() && !landed {
             self.say(Severity::Info, "Landing detected");
         }

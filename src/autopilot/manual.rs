@@ -161,8 +161,8 @@ impl Heading {
         lead.clamp(-FRAC_PI_2, FRAC_PI_2)
     }
 
-    /// The attitude that a loop of yaw gain `k_per_s` is asked for, with a tilt about nose and right wing [rad]
-    /// as seen from the heading; the lead turns about the thrust, which stays where it is.
+    /// The attitude that a loop of yaw gain `k_per_s` is asked for, with a tilt about nose and right wing
+    /// [rad] as seen from the heading; the lead turns about the thrust, which stays where it is.
     pub fn attitude(&self, tilt_rad: &Vector2<f64>, k_per_s: f64) -> Quaternion {
         let about_down = |angle| quaternion_from_euler(0.0, 0.0, angle);
         let tilt = quaternion_from_rotation_vector(Vector3::new(tilt_rad.x, tilt_rad.y, 0.0));

@@ -26,11 +26,11 @@
 //! simulator is answered by [`Autopilot::restart`]). The state comes with each step, the simulator's truth or
 //! an estimate; with an estimate comes whether it is good enough ([`Autopilot::watch_alignment`]).
 //!
-//! It wakes up disarmed, in HOLD. Motors turn only while armed, and only once OFFBOARD, TAKEOFF or STABILIZED has
-//! been in effect since arming, or in POSCTL or ALTCTL the throttle stick has asked for a takeoff: before that
-//! an armed vehicle waits with its motors at zero, as one on the ground or under a canopy must. From then on
-//! every mode flies. HOLD is also what a loss of setpoints leads to, unless
-//! COM_OBL_RC_ACT says otherwise.
+//! It wakes up disarmed, in HOLD. Motors turn only while armed, and only once OFFBOARD, TAKEOFF or STABILIZED
+//! has been in effect since arming, or in POSCTL or ALTCTL the throttle stick has asked for a takeoff: before
+//! that an armed vehicle waits with its motors at zero, as one on the ground or under a canopy must. From
+//! then on every mode flies. HOLD is also what a loss of setpoints leads to, unless COM_OBL_RC_ACT says
+//! otherwise.
 //!
 //! The controller is reset whenever the kind of setpoint changes: with the first velocity setpoint, and with
 //! each switch between velocity, attitude and rates.
@@ -80,7 +80,7 @@ use event::EventQueue;
 use failsafe::Watch;
 use fence::Fence;
 use flight::{ControlLoops, StepState};
-use land_detector::{LandDetector, UNLOADED};
+use land_detector::{LandDetector, Look};
 use manual::{Circumstances, ManualFlight, wants_takeoff};
 use navigator::Situation;
 use setpoint::SetpointStore;
@@ -88,6 +88,9 @@ use sticks::StickReceiver;
 
 /// Control period of the first step, before two stamps show it [s]: 250 Hz.
 const NOMINAL_PERIOD_S: f64 = 0.004;
+
+/// A throttle stick so little above its least thrust is idle, of the most thrust.
+const IDLE_MARGIN: f64 = 0.01;
 
 /// Longest period that is integrated over [s]: a gap in the sensor stream does not wind the integrals up.
 const LONGEST_PERIOD_S: f64 = 0.05;
@@ -223,7 +226,7 @@ impl Autopilot {
             _ if self.engaged => self.navigate(now_us, &state),
             _ => self.loops.switch_off(),
         }
-        self.flying |= self.loops.output.collective_n > self.idle_n();
+        self.flying |= self.lifts(measurement);
         self.watch_ground(now_us, measurement);
         self.loops.output.throttle
     }
@@ -255,15 +258,30 @@ impl Autopilot {
         }
     }
 
-    /// Collective thrust that is not flying yet [N]: in a mode in which the throttle stick is the thrust, what
-    /// the landing detector takes for unloaded.
-    fn idle_n(&self) -> f64 {
-        let is_thrust = self.mode.takes_sticks() && !self.mode.holds_height();
-        if is_thrust { UNLOADED * self.loops.settings.airframe.weight_n() } else { 0.0 }
+    /// Whether thrust is commanded that is meant to lift: in a mode in which the throttle stick is the thrust,
+    /// more than the landing detector takes for unloaded.
+    fn lifts(&self, measurement: &Measurement) -> bool {
+        let look = self.look(measurement);
+        look.output.collective_n > 0.0 && !(look.idle_n > 0.0 && look.is_unloaded())
     }
 
-    /// A mode that is flown with sticks. One that holds the height waits on the ground until the throttle stick
-    /// asks for a takeoff. Lost sticks are in the middle, as in PX4, until the failsafe acts.
+    /// What the landing detector looks at. A throttle stick that is the thrust is idle up to 1 % of the most
+    /// above MPC_MANTHR_MIN (PX4 v1.14, MulticopterLandDetector).
+    fn look<'a>(&'a self, measurement: &'a Measurement) -> Look<'a> {
+        let airframe = &self.loops.settings.airframe;
+        let is_thrust = self.mode.takes_sticks() && !self.mode.holds_height();
+        let idle = self.settings.manual.least_thrust + IDLE_MARGIN;
+        Look {
+            measurement,
+            target: self.loops.velocity_target.as_ref(),
+            output: &self.loops.output,
+            weight_n: airframe.weight_n(),
+            idle_n: if is_thrust { idle * airframe.lift_max_n } else { 0.0 },
+        }
+    }
+
+    /// A mode that is flown with sticks. One that holds the height waits on the ground until the throttle
+    /// stick asks for a takeoff. Lost sticks are in the middle, as in PX4, until the failsafe acts.
     fn fly_by_sticks(&mut self, now_us: u64, state: &StepState<'_>) {
         let sticks = self.sticks(now_us).unwrap_or_default();
         if self.mode.holds_height() {

@@ -1,8 +1,9 @@
 //! Flight modes by PX4's numbers: `custom_mode = main << 16 | sub << 24`.
 //!
 //! All of PX4's modes are known by name, so that a refusal can say what was asked. Flown are **OFFBOARD**
-//! (setpoints from a companion), the automatic modes HOLD, TAKEOFF, LAND and RETURN ([`super::navigator`]), and
-//! with sticks POSCTL, ALTCTL, STABILIZED and MANUAL ([`super::manual`]). HOLD is where the vehicle wakes up.
+//! (setpoints from a companion), the automatic modes HOLD, TAKEOFF, LAND and RETURN ([`super::navigator`]),
+//! and with sticks POSCTL, ALTCTL, STABILIZED and MANUAL ([`super::manual`]). HOLD is where the vehicle wakes
+//! up.
 
 use crate::units::US_PER_S;
 

@@ -1,5 +1,5 @@
-//! The x500 flown with a joystick's MANUAL_CONTROL: taken off, flown, held, landed; and released from its canopy
-//! by a ground station's gripper button.
+//! The x500 flown with a joystick's MANUAL_CONTROL: taken off, flown, held, landed; and released from its
+//! canopy by a ground station's gripper button.
 
 use mavlink::dialects::common::*;
 use nalgebra::Vector3;
@@ -57,15 +57,16 @@ fn closed_form_position_mode_flies_by_the_sticks() {
     wire.fly_with(CENTRED, 6.0);
     assert!(wire.v_ned().norm() < 0.05 && wire.height_m() > 15.0, "{} {}", wire.v_ned(), wire.height_m());
 
-    // Forward at 4 m/s; a quarter to the right, which is 0.4 x + 0.6 x^3 of it at x = 1/6 beyond the dead zone.
+    // Forward at 4 m/s; a quarter to the right, which is 0.4 x + 0.6 x^3 of it at x = 1/6 beyond the dead
+    // zone.
     wire.set_real("MPC_VEL_MANUAL", 4.0);
     let forward = wire.body().p_ned;
-    wire.fly_with([1000, 0, 500, 0], 12.0);
+    wire.fly_with([1000, 0, 500, 0], 25.0);
     let yaw = samara::frames::yaw(wire.body().q_ned_from_body);
     let ahead = Vector3::new(yaw.cos(), yaw.sin(), 0.0);
     assert!((wire.v_ned() - 4.0 * ahead).norm() < 0.1, "{} {ahead}", wire.v_ned());
     assert!((wire.body().p_ned - forward).dot(&ahead) > 30.0);
-    wire.fly_with([0, 250, 500, 0], 12.0);
+    wire.fly_with([0, 250, 500, 0], 25.0);
     let right = Vector3::new(-yaw.sin(), yaw.cos(), 0.0);
     let speed = 4.0 * (0.4 / 6.0 + 0.6 / 216.0);
     assert!((wire.v_ned() - speed * right).norm() < 0.05, "{} {speed}", wire.v_ned());
@@ -76,6 +77,7 @@ fn closed_form_position_mode_flies_by_the_sticks() {
     assert!((wire.body().p_ned - place).norm() < 0.2, "{} {place}", wire.body().p_ned);
 
     // Down to the ground: landed, stopped, disarmed.
+    wire.set_real("MPC_Z_VEL_MAX_DN", 1.5);
     wire.fly_with([0, 0, 0, 0], 60.0);
     assert!(!wire.is_armed() && wire.height_m() < 0.1, "{} m", wire.height_m());
     assert!(wire.said("Disarmed by landing"));
@@ -112,7 +114,7 @@ fn closed_form_stabilized_and_altitude_fly_by_the_sticks() {
     let climbing = wire.v_ned().z;
     assert!(climbing < -0.5, "{climbing}");
     wire.fly_with(CENTRED, 1.0);
-    assert!((wire.v_ned().z - climbing).abs() < 0.3, "{} {climbing}", wire.v_ned());
+    assert!(wire.v_ned().z < 0.5 * climbing, "{} {climbing}", wire.v_ned());
     assert_eq!(wire.command(MavCmd::MAV_CMD_DO_SET_MODE, &[1.0, 2.0]), 0);
     wire.fly_with(CENTRED, 6.0);
     let height_m = wire.height_m();

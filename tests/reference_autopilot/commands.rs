@@ -205,7 +205,8 @@ fn regress_modes_by_command_and_by_message() {
         let message = command(MavCmd::MAV_CMD_DO_SET_MODE, params);
         assert_eq!(result(&mut bench, &message), expected, "{params:?}");
     }
-    // Standard modes by MAVLink's numbers: 1 position hold, 4 altitude hold, 5 safe recovery, 7 land, 8 takeoff.
+    // Standard modes by MAVLink's numbers: 1 position hold, 4 altitude hold, 5 safe recovery, 7 land, 8
+    // takeoff.
     for (number, expected) in [
         (5.0, ACCEPTED),
         (7.0, ACCEPTED),

@@ -1,6 +1,6 @@
-//! QGroundControl's connect sequence, replayed: every question answered, nothing to complain about; and what its
-//! buttons and its virtual joystick send, with the lines of its source (mavlink/qgroundcontrol, 2025) that send
-//! it.
+//! QGroundControl's connect sequence, replayed: every question answered, nothing to complain about; and what
+//! its buttons and its virtual joystick send, with the lines of its source (mavlink/qgroundcontrol, 2025)
+//! that send it.
 
 use mavlink::Message as _;
 use mavlink::dialects::common::*;
@@ -109,10 +109,10 @@ fn regress_qgroundcontrol_connects_without_a_complaint() {
 
 const GCS: Link = Link::GroundStation;
 
-/// MANUAL_CONTROL as `Vehicle::sendJoystickDataThreadSafe` packs it (src/Vehicle/Vehicle.cc): "Incoming values
-/// are in the range -1:1", `pitch * axesScaling`, `roll * axesScaling`, `thrust * axesScaling`,
-/// `yaw * axesScaling` with `axesScaling = 1.0 * 1000.0`, and `_systemID` for the target; the thrust of a
-/// multirotor is 0..1.
+/// MANUAL_CONTROL as `Vehicle::sendJoystickDataThreadSafe` packs it (src/Vehicle/Vehicle.cc): "Incoming
+/// values are in the range -1:1", `pitch * axesScaling`, `roll * axesScaling`, `thrust * axesScaling`, `yaw *
+/// axesScaling` with `axesScaling = 1.0 * 1000.0`, and `_systemID` for the target; the thrust of a multirotor
+/// is 0..1.
 fn joystick(roll: f32, pitch: f32, yaw: f32, thrust: f32) -> MANUAL_CONTROL_DATA {
     let [x, y, z, r] = [pitch, roll, thrust, yaw].map(|axis| (axis * 1000.0) as i16);
     MANUAL_CONTROL_DATA { x, y, z, r, target: VEHICLE, ..Default::default() }
@@ -129,8 +129,8 @@ fn hold(bench: &mut Bench, sticks: &MANUAL_CONTROL_DATA, seconds: f64) -> Vec<Se
         .collect()
 }
 
-/// `Vehicle::setFlightMode` (src/Vehicle/Vehicle.cc): SET_MODE with the base mode's bits and the custom mode of
-/// `PX4FirmwarePlugin::setFlightMode`.
+/// `Vehicle::setFlightMode` (src/Vehicle/Vehicle.cc): SET_MODE with the base mode's bits and the custom mode
+/// of `PX4FirmwarePlugin::setFlightMode`.
 fn set_flight_mode(bench: &mut Bench, mode: FlightMode) -> Vec<Sent> {
     let mut payload = [0; 6];
     payload[..4].copy_from_slice(&mode.custom_mode().to_le_bytes());
@@ -183,8 +183,8 @@ fn reference_the_virtual_joystick_flies_the_manual_modes() {
     assert!(climbing[..4].iter().all(|&throttle| throttle > 0.0));
 }
 
-/// The button is there when `PX4FirmwarePlugin::hasGripper` (src/FirmwarePlugin/PX4/PX4FirmwarePlugin.cc) finds
-/// PD_GRIPPER_EN `->rawValue().toInt()) != 0`, in newer ones PD_GRIPPER_TYPE not negative. It sends, by
+/// The button is there when `PX4FirmwarePlugin::hasGripper` (src/FirmwarePlugin/PX4/PX4FirmwarePlugin.cc)
+/// finds PD_GRIPPER_EN `->rawValue().toInt()) != 0`, in newer ones PD_GRIPPER_TYPE not negative. It sends, by
 /// `Vehicle::sendGripperAction` (src/Vehicle/Vehicle.cc), MAV_CMD_DO_GRIPPER to `_defaultComponentId` with
 /// `0, // Param1: Gripper ID (Always set to 0)` and `gripperAction); // Param2: Gripper Action`.
 #[test]
@@ -252,9 +252,9 @@ fn reference_change_speed_and_change_heading() {
 }
 
 /// QGroundControl offers both for every PX4 multirotor (`PX4FirmwarePlugin::isCapable`: ROIModeCapability,
-/// OrbitModeCapability). `Vehicle::guidedModeOrbit` sends a COMMAND_INT with the radius, `qQNaN()), // Use default
-/// velocity`, ORBIT_YAW_BEHAVIOUR_UNCHANGED, `qQNaN()), // Use vehicle default num of orbits behavior`, the
-/// centre and the altitude.
+/// OrbitModeCapability). `Vehicle::guidedModeOrbit` sends a COMMAND_INT with the radius, `qQNaN()), // Use
+/// default velocity`, ORBIT_YAW_BEHAVIOUR_UNCHANGED, `qQNaN()), // Use vehicle default num of orbits
+/// behavior`, the centre and the altitude.
 #[test]
 fn reference_orbit_and_region_of_interest_are_refused_once_in_words() {
     let mut bench = Bench::running();
@@ -291,8 +291,8 @@ fn reference_orbit_and_region_of_interest_are_refused_once_in_words() {
 
 /// The log page sends LOG_REQUEST_LIST 0 to 0xFFFF and takes LOG_ENTRY with `num_logs` 0 for an empty list
 /// (src/AnalyzeView/LogDownloadController.cc, `_logEntry`); the console sends SERIAL_CONTROL for
-/// SERIAL_CONTROL_DEV_SHELL and shows what comes from it (MAVLinkConsoleController.cc); MAVLink's events protocol
-/// answers REQUEST_EVENT with RESPONSE_EVENT_ERROR.
+/// SERIAL_CONTROL_DEV_SHELL and shows what comes from it (MAVLinkConsoleController.cc); MAVLink's events
+/// protocol answers REQUEST_EVENT with RESPONSE_EVENT_ERROR.
 #[test]
 fn reference_logs_console_and_events_are_refused_in_their_own_way() {
     let mut bench = Bench::running();

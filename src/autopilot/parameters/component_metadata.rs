@@ -20,9 +20,9 @@ const YES_OR_NO: Choices = &[(0, "Disabled"), (1, "Enabled")];
 const UNASSIGNED: Choices = &[(-1, "Unassigned")];
 const NO_CHANNEL: Choices = &[(0, "Unassigned")];
 
-/// Parameters whose values are choices, each with the values that it takes here in PX4's words: ground stations
-/// offer them as a list (QGroundControl's safety page), and an empty one without them. A `#` stands for what
-/// follows. A fact has the one value that it has.
+/// Parameters whose values are choices, each with the values that it takes here in PX4's words: ground
+/// stations offer them as a list (QGroundControl's safety page), and an empty one without them. A `#` stands
+/// for what follows. A fact has the one value that it has.
 const CHOICES: [(&str, Choices); 19] = [
     ("BAT1_SOURCE", &[(-1, "Disabled")]),
     ("CA_AIRFRAME", &[(0, "Multirotor")]),

@@ -61,7 +61,7 @@ fn entry(declared: &Declaration, known: &Parameter) -> Listed {
     let settings = Settings::beside(&Gains::near_hover());
     let kind = if known.kind == Kind::Int { "INT32" } else { "FLOAT" };
     let default = match declared.role {
-        Role::Kept(value) | Role::Fact(value) => value.to_string(),
+        Role::Fact(value) => value.to_string(),
         // Those that follow the gains or the mission's limits.
         Role::Setting if FOLLOWS.contains(&declared.name) => "mission".to_owned(),
         Role::Setting => settings.get(declared.name).map_or_else(String::new, |value| value.to_string()),

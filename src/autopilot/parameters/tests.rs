@@ -122,7 +122,8 @@ fn regress_a_value_in_effect_is_taken_even_where_it_cannot_be_changed() {
     }
 }
 
-/// Ground stations take a default outside its range for an error; whatever a vehicle brings, its range has it.
+/// Ground stations take a default outside its range for an error; whatever a vehicle brings, its range has
+/// it.
 #[test]
 fn regress_every_default_lies_in_its_range() {
     for gains in [Gains::near_hover(), Gains { k_pvz: 40.0, k_ppsi: 0.01, ..Gains::near_hover() }] {

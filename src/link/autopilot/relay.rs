@@ -1,6 +1,6 @@
-//! Commands to the autopilot that are passed on to the simulator's end, whose answer goes back to who gave the
-//! command: MAV_CMD_INJECT_FAILURE, since what fails is the simulator's to say, and MAV_CMD_DO_GRIPPER, which
-//! is the parachute's.
+//! Commands to the autopilot that are passed on to the simulator's end, whose answer goes back to who gave
+//! the command: MAV_CMD_INJECT_FAILURE, since what fails is the simulator's to say, and MAV_CMD_DO_GRIPPER,
+//! which is the parachute's.
 //!
 //! (PX4 keeps both: it changes what its own drivers and its own simulator's sensors report, and has a gripper
 //! of its own.)

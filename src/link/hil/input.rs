@@ -102,8 +102,8 @@ impl HilSession {
         self.report_drop();
     }
 
-    /// Takes a command on the simulator's link: the simulator's own, and the release that the autopilot passes on
-    /// to the parachute.
+    /// Takes a command on the simulator's link: the simulator's own, and the release that the autopilot
+    /// passes on to the parachute.
     fn take_command(&mut self, command: &Command, from: (u8, u8)) {
         let injects = command.command == INJECT_FAILURE;
         let from_autopilot = from == (self.config.system_id, AUTOPILOT_COMPONENT);
