@@ -2,7 +2,9 @@
 
 use nalgebra::Vector3;
 
+use super::FlightMode;
 use super::estimator::NotAligned;
+use super::sticks::Sticks;
 use crate::control::Measurement;
 use crate::frames::rotate_ned_from_body;
 use crate::math;
@@ -29,6 +31,15 @@ pub enum ArmingRefusal {
     /// The vehicle lies on its side.
     #[error("Arming denied: tilted by more than 60 deg")]
     Tilted,
+    /// The mode is flown with sticks, and there are none.
+    #[error("Arming denied: no manual control input")]
+    NoSticks,
+    /// The throttle stick is not at the bottom, in a mode in which it is the thrust.
+    #[error("Arming denied: high throttle")]
+    HighThrottle,
+    /// The throttle stick asks for a climb.
+    #[error("Arming denied: throttle above center")]
+    ThrottleAboveCenter,
     /// A failsafe has stopped the motors for good; not even a forced arming starts them.
     #[error("Arming denied: flight terminated, start the autopilot again")]
     Terminated,
@@ -40,6 +51,27 @@ pub enum DisarmingRefusal {
     /// The motors carry the vehicle.
     #[error("Disarming denied: flying (force with 21196)")]
     Flying,
+}
+
+/// A throttle stick above this asks for a climb.
+const CENTRED_THROTTLE: f64 = 0.2;
+/// A throttle stick below this is at the bottom.
+const LOW_THROTTLE: f64 = -0.8;
+
+/// The checks of the sticks before arming in a mode: PX4's Commander::arm and its mode requirements (v1.14).
+///
+/// # Errors
+/// What the sticks do not allow.
+pub fn check_sticks(mode: FlightMode, sticks: Option<Sticks>) -> Result<(), ArmingRefusal> {
+    if !mode.takes_sticks() {
+        return Ok(());
+    }
+    let throttle = sticks.ok_or(ArmingRefusal::NoSticks)?.throttle;
+    match mode.holds_height() {
+        true if throttle > CENTRED_THROTTLE => Err(ArmingRefusal::ThrottleAboveCenter),
+        false if throttle >= LOW_THROTTLE => Err(ArmingRefusal::HighThrottle),
+        _ => Ok(()),
+    }
 }
 
 /// The checks before arming; a forced arming skips them.

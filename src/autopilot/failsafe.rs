@@ -1,5 +1,5 @@
-//! When the autopilot acts on its own: setpoints, ground stations, fence, battery, and its own health. What
-//! it does is one of PX4's actions, chosen by PX4's parameters ([`Settings`]).
+//! When the autopilot acts on its own: setpoints, ground stations, sticks, fence, battery, and its own health.
+//! What it does is one of PX4's actions, chosen by PX4's parameters ([`Settings`]).
 //!
 //! A condition acts when it arises, not while it lasts: whoever chooses another mode then has it. It can
 //! arise again once it has been over. A failsafe never takes a vehicle that lands or returns to something
@@ -15,6 +15,8 @@ use super::settings::{Action, BatteryPolicy, Settings};
 pub enum Condition {
     /// No ground station for too long.
     DataLinkLost,
+    /// No sticks for too long.
+    SticksLost,
     /// Too far from home.
     FenceDistance,
     /// Too high above home.
@@ -43,8 +45,9 @@ pub enum Condition {
 
 impl Condition {
     /// All conditions in the order of their declaration, with words for the crew.
-    const ALL: [(Self, &'static str); 13] = [
+    const ALL: [(Self, &'static str); 14] = [
         (Self::DataLinkLost, "Connection to ground station lost"),
+        (Self::SticksLost, "Manual control lost"),
         (Self::FenceDistance, "Geofence: maximum distance exceeded"),
         (Self::FenceHeight, "Geofence: maximum height exceeded"),
         (Self::FenceLeft, "Geofence: outside the area to stay in"),
@@ -68,6 +71,7 @@ impl Condition {
     pub fn action(self, settings: &Settings) -> Action {
         match self {
             Self::DataLinkLost => settings.data_link_loss,
+            Self::SticksLost => settings.sticks.loss,
             Self::FenceDistance | Self::FenceHeight | Self::FenceLeft | Self::FenceEntered => settings.fence,
             Self::BatteryLow => Action::Warn,
             Self::BatteryCritical => match settings.battery {
@@ -95,6 +99,7 @@ impl Condition {
         let below = |threshold: f64| seen.charge.is_some_and(|charge| charge < threshold);
         match self {
             Self::DataLinkLost => seen.silence_s > settings.data_link_timeout_s,
+            Self::SticksLost => seen.sticks_lost,
             Self::FenceDistance => beyond(seen.from_home_ned_m.xy().norm(), settings.fence_radius_m),
             Self::FenceHeight => beyond(-seen.from_home_ned_m.z, settings.fence_height_m),
             Self::FenceLeft => seen.left_fence,
@@ -116,6 +121,8 @@ impl Condition {
 pub struct Seen {
     /// Time since a ground station was heard, or since arming if that is less [s].
     pub silence_s: f64,
+    /// Whether there were sticks, there are none, and that matters in the mode.
+    pub sticks_lost: bool,
     /// Position from home, NED [m].
     pub from_home_ned_m: Vector3<f64>,
     /// Whether it is outside all areas to stay in.
@@ -174,6 +181,7 @@ mod tests {
 
     const CALM: Seen = Seen {
         silence_s: 0.0,
+        sticks_lost: false,
         from_home_ned_m: Vector3::new(0.0, 0.0, 0.0),
         left_fence: false,
         entered_fence: false,
@@ -215,6 +223,7 @@ mod tests {
         assert_eq!(arisen(Seen { entered_fence: true, ..CALM }), [Condition::FenceEntered]);
         assert_eq!(arisen(Seen { silence_s: 10.0, ..CALM }), []);
         assert_eq!(arisen(Seen { silence_s: 10.1, ..CALM }), [Condition::DataLinkLost]);
+        assert_eq!(arisen(Seen { sticks_lost: true, ..CALM }), [Condition::SticksLost]);
         let charge = |charge| Seen { charge: Some(charge), ..CALM };
         assert_eq!(arisen(charge(0.15)), []);
         assert_eq!(arisen(charge(0.14)), [Condition::BatteryLow]);

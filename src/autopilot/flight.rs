@@ -4,6 +4,7 @@ use std::mem::Discriminant;
 
 use nalgebra::Vector3;
 
+use super::manual::ManualSetpoint;
 use super::navigator::Guidance;
 use super::setpoint::{OffboardSetpoint, YawSetpoint};
 use super::settings::Settings;
@@ -107,6 +108,22 @@ impl ControlLoops {
         let place = [guidance.p_ned, v, [None; 3]];
         let target = target_of_place(state, place, &settings.position, &guidance.limits);
         self.track(state, target, guidance.yaw);
+    }
+
+    /// One step to what sticks ask for.
+    pub fn fly_manual(&mut self, state: &StepState<'_>, setpoint: &ManualSetpoint, settings: &Settings) {
+        let k_per_s = self.settings.gains.k_ppsi;
+        match *setpoint {
+            ManualSetpoint::Place { pva, heading } => {
+                let target = target_of_place(state, pva, &settings.position, &settings.greatest);
+                let yaw_rad = wrap_pi(heading.yaw_rad + heading.lead_rad(k_per_s));
+                self.track(state, target, YawSetpoint::Angle(yaw_rad));
+            }
+            ManualSetpoint::Tilt { tilt_rad, heading, thrust } => {
+                let q_ned_from_body = heading.attitude(&tilt_rad, k_per_s);
+                self.control(state, &Setpoint::Attitude { q_ned_from_body, collective: thrust });
+            }
+        }
     }
 
     /// One step to a velocity target, with the heading that the setpoint says.

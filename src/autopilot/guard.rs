@@ -1,13 +1,13 @@
-//! Actions that nobody ordered: the autopilot leaves OFFBOARD when setpoints stop, acts on what
-//! [`super::failsafe`] sees, and disarms after a landing.
+//! Actions that nobody ordered: the autopilot leaves OFFBOARD when setpoints stop, lets moved sticks take
+//! over, acts on what [`super::failsafe`] sees, and disarms after a landing.
 
 use super::estimator::{Estimator, NotAligned};
-use super::failsafe::Seen;
+use super::failsafe::{Condition, Seen};
 use super::fence::{Fence, Rule};
 use super::health::ATTITUDE_LIFETIME_US;
-use super::land_detector::Look;
 use super::settings::Action;
-use super::{Autopilot, FlightMode, Navigator, OffboardSetpoint, Severity};
+use super::sticks::{StickInput, StickSource, Sticks, Taken};
+use super::{Autopilot, FlightMode, Navigator, OffboardSetpoint, Severity, StickHistory};
 use crate::control::Measurement;
 use crate::units::US_PER_S;
 
@@ -65,6 +65,62 @@ impl Autopilot {
         self.ground_station_heard_us = Some(now_us);
     }
 
+    /// Takes the sticks of a source. Moved, they may take over from an automatic mode or OFFBOARD
+    /// (COM_RC_OVERRIDE); before any mode was chosen they bring POSCTL, as PX4's
+    /// Commander::manualControlCheck (v1.14). A failsafe is left by choosing a mode, not by moving a stick:
+    /// as in PX4 with COM_FAIL_ACT_T 0, since failsafes act at once here.
+    pub fn take_sticks(&mut self, now_us: u64, source: StickSource, sticks: Sticks) {
+        let settings = self.settings.sticks;
+        match self.stick_receiver.take(now_us, source, sticks, &settings) {
+            Taken::Ignored => {}
+            _ if self.terminated => {}
+            Taken::Resting | Taken::Moving if !self.armed && !self.mode_chosen => {
+                self.say(Severity::Info, "mode POSCTL: sticks are there");
+                self.enter(FlightMode::Posctl, Navigator::default());
+            }
+            Taken::Moving if self.armed && !self.failsafe && settings.override_mode(self.mode) => {
+                self.say(Severity::Info, "Pilot took over using sticks");
+                self.enter(FlightMode::Posctl, Navigator::default());
+            }
+            Taken::Resting | Taken::Moving => {}
+        }
+    }
+
+    /// The sticks that count; `None`: there are none, or they are lost.
+    pub fn sticks(&self, now_us: u64) -> Option<Sticks> {
+        self.stick_receiver.at(now_us, &self.settings.sticks)
+    }
+
+    /// Says when sticks are lost and regained. Those that were lost at arming are not missed until they have
+    /// been regained.
+    pub(super) fn watch_sticks(&mut self, now_us: u64) {
+        match (self.sticks(now_us), self.stick_history) {
+            (Some(_), StickHistory::Never) => self.stick_history = StickHistory::There,
+            (Some(_), StickHistory::LostAt(at_us)) => {
+                let after_s = seconds(now_us.saturating_sub(at_us));
+                self.say(Severity::Info, format!("Manual control regained after {after_s:.1} s"));
+                self.stick_history = StickHistory::There;
+            }
+            (None, StickHistory::There) => {
+                self.stick_history = StickHistory::LostAt(now_us);
+                // In flight the failsafe says so.
+                if !self.misses_sticks(now_us) || !(self.armed && self.is_in_air()) {
+                    self.say(Severity::Warning, Condition::SticksLost.text());
+                }
+            }
+            (Some(_), StickHistory::There) | (None, StickHistory::Never | StickHistory::LostAt(_)) => {}
+        }
+        self.sticks_optional &= self.sticks(now_us).is_none();
+    }
+
+    /// Whether there are no sticks and that matters: in a mode that is flown with them always.
+    fn misses_sticks(&self, now_us: u64) -> bool {
+        let settings = &self.settings.sticks;
+        let ignored = settings.input == StickInput::Disabled || self.sticks_optional;
+        let matters = self.mode.takes_sticks() || !(ignored || settings.excepts(self.mode));
+        self.sticks(now_us).is_none() && matters
+    }
+
     /// Takes the battery's charge, as a share 0..1.
     pub fn set_charge(&mut self, charge: f64) {
         self.charge = charge.is_finite().then_some(charge);
@@ -115,7 +171,7 @@ impl Autopilot {
         }
     }
 
-    /// Ground stations, fence, battery and health, in flight.
+    /// Ground stations, sticks, fence, battery and health, in flight.
     pub(super) fn watch_conditions(&mut self, now_us: u64) {
         if !(self.armed && self.is_in_air()) {
             return;
@@ -125,6 +181,7 @@ impl Autopilot {
         let lacks_attitude = self.watch_attitude(now_us);
         let seen = Seen {
             silence_s: seconds(now_us.saturating_sub(heard_us)),
+            sticks_lost: self.misses_sticks(now_us),
             from_home_ned_m: self.p_ned - home_ned,
             left_fence: self.fence.is_left_at(self.p_ned.xy()),
             entered_fence: self.fence.is_entered_at(self.p_ned.xy()),
@@ -197,16 +254,10 @@ impl Autopilot {
         if !self.flying {
             return;
         }
-        let airframe = &self.loops.settings.airframe;
-        let look = Look {
-            measurement,
-            target: self.loops.velocity_target.as_ref(),
-            output: &self.loops.output,
-            weight_n: airframe.mass_kg * airframe.gravity_m_s2,
-            knows_velocity: self.health.knows_velocity(),
-        };
         let landed = self.land_detector.is_landed();
-        self.land_detector.look(now_us, &look);
+        let mut detector = self.land_detector;
+        detector.look(now_us, &self.look(measurement));
+        self.land_detector = detector;
         if self.land_detector.is_landed() && !landed {
             self.say(Severity::Info, "Landing detected");
         }

@@ -4,7 +4,7 @@
 //! ```text
 //! still:     |v_D| < 0.25 m/s, |v_H| < 1.5 m/s, |omega| < 20 deg/s
 //! commanded: v_sp,D > 1.1 * 0.25 m/s and |v_D| < v_sp,D/2       (it does not follow)
-//! unloaded:  collective < 0.3 m g
+//! unloaded:  collective < 0.3 m g, or that of an idle throttle stick where the stick is the thrust
 //! landed:    still and (commanded or unloaded) for 1 s; in the air again as soon as it is neither
 //! ```
 //!
@@ -44,6 +44,15 @@ pub struct Look<'a> {
     pub weight_n: f64,
     /// Whether the velocity over the ground is known.
     pub knows_velocity: bool,
+    /// Thrust up to which a throttle stick that is the thrust is idle [N]; 0 where it is not.
+    pub idle_n: f64,
+}
+
+impl Look<'_> {
+    /// Whether the motors do not carry the vehicle.
+    pub fn is_unloaded(&self) -> bool {
+        self.output.collective_n < (UNLOADED * self.weight_n).max(self.idle_n)
+    }
 }
 
 /// The detector.
@@ -63,8 +72,7 @@ impl LandDetector {
             && m.omega_body.norm() < STILL_RATE_RAD_S;
         let v_sp_down = look.target.map_or(0.0, |target| target.v_ned.z);
         let commanded = v_sp_down > DESCENT_FACTOR * STILL_DOWN_M_S && v_down < 0.5 * v_sp_down;
-        let unloaded = look.output.collective_n < UNLOADED * look.weight_n;
-        if !(still && (commanded || unloaded)) {
+        if !(still && (commanded || look.is_unloaded())) {
             *self = Self::default();
             return;
         }
@@ -108,6 +116,7 @@ mod tests {
                 output: &output,
                 weight_n: 10.0,
                 knows_velocity: true,
+                idle_n: 0.0,
             };
             detector.look(i * 100_000, &look);
             detector.is_landed().then_some(i as f64 * 0.1)
@@ -136,16 +145,17 @@ mod tests {
         let mut detector = LandDetector::default();
         let mut look = |now_us, lift| {
             let output = ControlOutput { collective_n: lift, ..ControlOutput::ZERO };
-            detector.look(
-                now_us,
-                &Look {
-                    measurement: &m,
-                    target: None,
-                    output: &output,
-                    weight_n: 10.0,
-                    knows_velocity: true,
-                },
-            );
+            let look = Look {
+                measurement: &m,
+                target: None,
+                output: &output,
+                weight_n: 10.0,
+                knows_velocity: true,
+                idle_n: 0.0,
+            };
+            assert_eq!(look.is_unloaded(), lift < 3.0);
+            assert_eq!(Look { idle_n: 4.0, ..look }.is_unloaded(), lift < 4.0);
+            detector.look(now_us, &look);
             detector.landed_for_us(now_us)
         };
         look(0, 0.0);

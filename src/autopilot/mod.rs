@@ -7,6 +7,8 @@
 //! | [`arming`] | checks before arming and disarming, with reasons |
 //! | [`setpoint`] | the setpoints that a companion may send, and how long one lives |
 //! | [`navigator`] | where HOLD, TAKEOFF, LAND and RETURN go |
+//! | [`sticks`] | the pilot's sticks: whose count, whether they are lost or moved |
+//! | [`manual`] | what sticks mean in POSCTL, ALTCTL and STABILIZED |
 //! | [`land_detector`] | whether it stands on something |
 //! | `orders` | what a crew may order: modes, places, arming |
 //! | `alignment` | whether the estimate is good enough, and how that is reported |
@@ -25,10 +27,11 @@
 //! simulator is answered by [`Autopilot::restart`]). The state comes with each step, the simulator's truth or
 //! an estimate; with an estimate comes whether it is good enough ([`Autopilot::watch_alignment`]).
 //!
-//! It wakes up disarmed, in HOLD. Motors turn only while armed, and only once OFFBOARD or TAKEOFF has been in
-//! effect since arming: before that an armed vehicle waits with its motors at zero, as one on the ground or
-//! under a canopy must. From then on every mode flies. HOLD is also what a loss of setpoints leads to, unless
-//! COM_OBL_RC_ACT says otherwise.
+//! It wakes up disarmed, in HOLD. Motors turn only while armed, and only once OFFBOARD, TAKEOFF or STABILIZED
+//! has been in effect since arming, or in POSCTL or ALTCTL the throttle stick has asked for a takeoff: before
+//! that an armed vehicle waits with its motors at zero, as one on the ground or under a canopy must. From
+//! then on every mode flies. HOLD is also what a loss of setpoints leads to, unless COM_OBL_RC_ACT says
+//! otherwise.
 //!
 //! The controller is reset whenever the kind of setpoint changes: with the first velocity setpoint, and with
 //! each switch between velocity, attitude and rates.
@@ -44,6 +47,7 @@ pub mod flight_log;
 mod guard;
 pub mod health;
 pub mod land_detector;
+pub mod manual;
 pub mod missions;
 pub mod modes;
 pub mod navigator;
@@ -51,6 +55,7 @@ mod orders;
 pub mod parameters;
 pub mod setpoint;
 pub mod settings;
+pub mod sticks;
 
 pub use arming::{ArmingRefusal, DisarmingRefusal};
 pub use event::{Event, Severity};
@@ -59,6 +64,7 @@ pub use modes::{FlightMode, ModeRefusal};
 pub use navigator::Navigator;
 pub use setpoint::{OffboardSetpoint, SetpointRefusal, VelocityFrame, YawSetpoint};
 pub use settings::Settings;
+pub use sticks::{StickSource, Sticks};
 
 use std::borrow::Cow;
 
@@ -68,6 +74,7 @@ use crate::control::{
     Cascade, ControlLimits, ControlOutput, ControlSettings, Controller, Fall, FreeFallDetector,
     FreeFallSettings, Gains, Measurement,
 };
+use crate::frames::yaw;
 use crate::model::{MAX_ROTORS, PerRotor};
 use crate::units::US_PER_S;
 use alignment::Alignment;
@@ -76,15 +83,32 @@ use failsafe::Watch;
 use fence::Fence;
 use flight::{ControlLoops, StepState};
 use health::Health;
-use land_detector::LandDetector;
+use land_detector::{LandDetector, Look};
+use manual::{Circumstances, ManualFlight, wants_takeoff};
 use navigator::Situation;
 use setpoint::SetpointStore;
+use sticks::StickReceiver;
 
 /// Control period of the first step, before two stamps show it [s]: 250 Hz.
 const NOMINAL_PERIOD_S: f64 = 0.004;
 
+/// A throttle stick so little above its least thrust is idle, of the most thrust.
+const IDLE_MARGIN: f64 = 0.01;
+
 /// Longest period that is integrated over [s]: a gap in the sensor stream does not wind the integrals up.
 const LONGEST_PERIOD_S: f64 = 0.05;
+
+/// Whether there have been sticks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum StickHistory {
+    /// There never were any.
+    #[default]
+    Never,
+    /// There are.
+    There,
+    /// They were lost at this time [us].
+    LostAt(u64),
+}
 
 /// The autopilot's state machine with its controller.
 #[derive(Clone, Debug)]
@@ -103,6 +127,13 @@ pub struct Autopilot {
     settings: Settings,
     setpoints: SetpointStore,
     navigator: Navigator,
+    stick_receiver: StickReceiver,
+    stick_history: StickHistory,
+    /// Sticks were lost at arming and have not been regained.
+    sticks_optional: bool,
+    manual: ManualFlight,
+    /// A mode has been chosen since the start.
+    mode_chosen: bool,
     land_detector: LandDetector,
     /// Finds the release by the fall, where nothing else reports it.
     fall: Option<FreeFallDetector>,
@@ -142,6 +173,11 @@ impl Autopilot {
             terminated: false,
             setpoints: SetpointStore::default(),
             navigator: Navigator::default(),
+            stick_receiver: StickReceiver::default(),
+            stick_history: StickHistory::default(),
+            sticks_optional: true,
+            manual: ManualFlight::default(),
+            mode_chosen: false,
             land_detector: LandDetector::default(),
             fall: None,
             watch: Watch::default(),
@@ -177,6 +213,7 @@ impl Autopilot {
         self.state = Some((now_us, *measurement));
         self.p_ned = *p_ned;
         self.watch_setpoints(now_us);
+        self.watch_sticks(now_us);
         self.watch_conditions(now_us);
         if !self.armed {
             return [0.0; MAX_ROTORS];
@@ -188,12 +225,13 @@ impl Autopilot {
                     self.loops.fly(&state, &setpoint, &self.settings);
                 }
             }
+            mode if mode.takes_sticks() => self.fly_by_sticks(now_us, &state),
             // Down: nothing to carry any more.
             _ if self.land_detector.is_landed() && self.is_landing() => self.loops.switch_off(),
             _ if self.engaged => self.navigate(now_us, &state),
             _ => self.loops.switch_off(),
         }
-        self.flying |= self.loops.output.collective_n > 0.0;
+        self.flying |= self.lifts(measurement);
         self.watch_ground(now_us, measurement);
         self.loops.output.throttle
     }
@@ -225,6 +263,60 @@ impl Autopilot {
             None => NOMINAL_PERIOD_S,
             Some(last_us) => (now_us.saturating_sub(last_us) as f64 / US_PER_S).min(LONGEST_PERIOD_S),
         }
+    }
+
+    /// Whether thrust is commanded that is meant to lift: in a mode in which the throttle stick is the thrust,
+    /// more than the landing detector takes for unloaded.
+    fn lifts(&self, measurement: &Measurement) -> bool {
+        let look = self.look(measurement);
+        look.output.collective_n > 0.0 && !(look.idle_n > 0.0 && look.is_unloaded())
+    }
+
+    /// What the landing detector looks at. A throttle stick that is the thrust is idle up to 1 % of the most
+    /// above MPC_MANTHR_MIN (PX4 v1.14, MulticopterLandDetector).
+    fn look<'a>(&'a self, measurement: &'a Measurement) -> Look<'a> {
+        let airframe = &self.loops.settings.airframe;
+        let is_thrust = self.mode.takes_sticks() && !self.mode.holds_height();
+        let idle = self.settings.manual.least_thrust + IDLE_MARGIN;
+        Look {
+            measurement,
+            target: self.loops.velocity_target.as_ref(),
+            output: &self.loops.output,
+            weight_n: airframe.weight_n(),
+            knows_velocity: self.health.knows_velocity(),
+            idle_n: if is_thrust { idle * airframe.lift_max_n } else { 0.0 },
+        }
+    }
+
+    /// A mode that is flown with sticks. One that holds the height waits on the ground until the throttle
+    /// stick asks for a takeoff. Lost sticks are in the middle, as in PX4, until the failsafe acts.
+    fn fly_by_sticks(&mut self, now_us: u64, state: &StepState<'_>) {
+        let sticks = self.sticks(now_us).unwrap_or_default();
+        if self.mode.holds_height() {
+            let takes_off = wants_takeoff(&sticks);
+            self.engaged |= takes_off;
+            if !takes_off && (!self.engaged || self.land_detector.is_landed()) {
+                self.manual = ManualFlight::default();
+                self.loops.switch_off();
+                return;
+            }
+        }
+        let ControlSettings { airframe, limits, .. } = &self.loops.settings;
+        let circumstances = Circumstances {
+            p_ned: state.p_ned,
+            v_ned: state.measurement.v_ned,
+            yaw_rad: yaw(state.measurement.q_ned_from_body),
+            dt_s: state.dt_s,
+            home_down_m: self.home_ned.get_or_insert(state.p_ned).z,
+            near_ground_m_s: [self.settings.land_speed_m_s, self.settings.takeoff_speed_m_s],
+            limits: self.settings.greatest,
+            yaw_rate_rad_s: limits.yaw_rate_command_rad_s,
+            gravity_m_s2: airframe.gravity_m_s2,
+            hover_thrust: airframe.weight_n() / airframe.lift_max_n,
+            settings: &self.settings.manual,
+        };
+        let setpoint = self.manual.step(self.mode, &sticks, &circumstances);
+        self.loops.fly_manual(state, &setpoint, &self.settings);
     }
 
     fn navigate(&mut self, now_us: u64, state: &StepState<'_>) {

@@ -1,20 +1,20 @@
 //! Flight modes by PX4's numbers: `custom_mode = main << 16 | sub << 24`.
 //!
 //! All of PX4's modes are known by name, so that a refusal can say what was asked. Flown are **OFFBOARD**
-//! (setpoints from a companion) and the automatic modes HOLD, TAKEOFF, LAND and RETURN
-//! ([`super::navigator`]). HOLD is where the vehicle wakes up. The rest need sticks or a mission that is
-//! flown.
+//! (setpoints from a companion), the automatic modes HOLD, TAKEOFF, LAND and RETURN ([`super::navigator`]),
+//! and with sticks POSCTL, ALTCTL, STABILIZED and MANUAL ([`super::manual`]). HOLD is where the vehicle wakes
+//! up.
 
 use crate::units::US_PER_S;
 
 /// One of PX4's flight modes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum FlightMode {
-    /// Sticks straight to attitude.
+    /// Sticks to attitude: to a multirotor the same as STABILIZED. Flown.
     Manual,
-    /// Altitude held, sticks to attitude.
+    /// Altitude held, sticks to attitude: flown.
     Altctl,
-    /// Sticks to velocity.
+    /// Sticks to velocity: flown.
     Posctl,
     /// Waiting on the ground.
     AutoReady,
@@ -33,7 +33,7 @@ pub enum FlightMode {
     Acro,
     /// Setpoints from a companion: flown.
     Offboard,
-    /// Sticks to attitude, stabilised.
+    /// Sticks to attitude, stabilised: flown.
     Stabilized,
 }
 
@@ -97,12 +97,28 @@ impl FlightMode {
 
     /// Whether arming in it, or entering it armed, sets the motors going.
     pub fn lifts_off(self) -> bool {
-        matches!(self, Self::Offboard | Self::AutoTakeoff)
+        matches!(self, Self::Offboard | Self::AutoTakeoff) || (self.takes_sticks() && !self.holds_height())
+    }
+
+    /// Whether it is an automatic mode.
+    pub fn is_auto(self) -> bool {
+        self.main_number() == Self::AutoLoiter.main_number()
+    }
+
+    /// Whether it is flown with sticks.
+    pub fn takes_sticks(self) -> bool {
+        matches!(self, Self::Posctl | Self::Altctl | Self::Stabilized | Self::Manual)
+    }
+
+    /// Whether, of those flown with sticks, it holds the height while the throttle stick is in the middle.
+    pub fn holds_height(self) -> bool {
+        matches!(self, Self::Posctl | Self::Altctl)
     }
 
     /// Whether this autopilot flies it.
     pub fn is_flown(self) -> bool {
         matches!(self, Self::Offboard | Self::AutoLoiter | Self::AutoTakeoff | Self::AutoLand | Self::AutoRtl)
+            || self.takes_sticks()
     }
 }
 
@@ -121,6 +137,9 @@ pub enum ModeRefusal {
     /// It flies and there is no position or velocity that the mode could go by.
     #[error("{} refused: no valid position estimate", .0.name())]
     NoPosition(FlightMode),
+    /// A mode that is flown with sticks, and there are none.
+    #[error("{} refused: no manual control input", .0.name())]
+    NoSticks(FlightMode),
     /// A failsafe has stopped the motors for good.
     #[error("{} refused: flight terminated, start the autopilot again", .0.name())]
     Terminated(FlightMode),

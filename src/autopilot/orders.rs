@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 
 use super::failsafe::Watch;
 use super::land_detector::LandDetector;
+use super::manual::ManualFlight;
 use super::{
     ArmingRefusal, Autopilot, DisarmingRefusal, FlightMode, ModeRefusal, Navigator, Severity, YawSetpoint,
     arming,
@@ -19,6 +20,8 @@ impl Autopilot {
         self.check_not_terminated(mode)?;
         let refusal = if !mode.is_flown() {
             Some(ModeRefusal::NotFlown(mode))
+        } else if self.armed && mode.takes_sticks() && self.sticks(now_us).is_none() {
+            Some(ModeRefusal::NoSticks(mode))
         } else if mode == FlightMode::Offboard && self.fresh_setpoint(now_us).is_none() {
             Some(ModeRefusal::NoSetpoint { timeout_us: self.settings.setpoint_timeout_us })
         } else if self.is_in_air() && self.lacks_position_for(now_us, mode) {
@@ -88,7 +91,10 @@ impl Autopilot {
     }
 
     pub(super) fn enter(&mut self, mode: FlightMode, navigator: Navigator) {
-        self.mode = mode;
+        if mode != self.mode {
+            self.manual = ManualFlight::default();
+        }
+        (self.mode, self.mode_chosen) = (mode, true);
         self.navigator = navigator;
         self.engaged |= self.armed && mode.lifts_off();
     }
@@ -104,7 +110,8 @@ impl Autopilot {
         let checked = match (self.terminated, force) {
             (true, _) => Err(ArmingRefusal::Terminated),
             (false, true) => Ok(()),
-            (false, false) => arming::check_arming(now_us, self.alignment.now(), self.state),
+            (false, false) => arming::check_arming(now_us, self.alignment.now(), self.state)
+                .and_then(|()| arming::check_sticks(self.mode, self.sticks(now_us))),
         };
         if let Err(refusal) = checked {
             self.say(Severity::Critical, refusal.to_string());
@@ -112,6 +119,7 @@ impl Autopilot {
         }
         self.armed = true;
         self.armed_at_us = now_us;
+        self.sticks_optional = self.sticks(now_us).is_none();
         self.engaged = self.mode.lifts_off();
         // What an automatic mode has seen before does not count.
         if !matches!(self.mode, FlightMode::AutoTakeoff) {

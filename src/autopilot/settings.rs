@@ -2,7 +2,9 @@
 //! the loss of setpoints, which leads to HOLD here, and the gains of the position loop, which follow the
 //! loops inside ([`PositionGains::beside`]).
 
+use super::manual::ManualSettings;
 use super::modes::FlightMode;
+use super::sticks::{StickInput, StickSettings};
 use crate::control::{Gains, PositionGains, VelocityLimits};
 
 /// How long a setpoint lives unless COM_OF_LOSS_T says otherwise: PX4's default, 1 s [us].
@@ -58,6 +60,10 @@ pub struct Settings {
     pub battery_emergency: f64,
     /// When estimates, attitude and motors count as failed, and what follows.
     pub health: HealthSettings,
+    /// Whose sticks count, and what their loss and their movement lead to.
+    pub sticks: StickSettings,
+    /// What sticks mean.
+    pub manual: ManualSettings,
 }
 
 /// When estimates, attitude and motors count as failed, and what follows, with the defaults of PX4 v1.14.3.
@@ -204,6 +210,8 @@ impl Settings {
             battery_critical: 0.07,
             battery_emergency: 0.05,
             health: HealthSettings::DEFAULT,
+            sticks: StickSettings::DEFAULT,
+            manual: ManualSettings::DEFAULT,
         }
     }
 
@@ -216,6 +224,11 @@ impl Settings {
             "COM_OBL_RC_ACT" => code(&SETPOINT_LOSS, self.setpoint_loss),
             "NAV_DLL_ACT" => code(&DATA_LINK_LOSS, self.data_link_loss),
             "GF_ACTION" => code(&FENCE, self.fence),
+            "NAV_RCL_ACT" => code(&STICK_LOSS, self.sticks.loss),
+            "COM_RC_IN_MODE" => f64::from(self.sticks.input as u8),
+            "COM_RC_OVERRIDE" => f64::from(self.sticks.overrides),
+            "COM_RCL_EXCEPT" => f64::from(self.sticks.loss_exceptions),
+            "MPC_THR_CURVE" => f64::from(self.manual.linear_thrust),
             "COM_LOW_BAT_ACT" => f64::from(self.battery as i32),
             "COM_ACT_FAIL_ACT" => code(&MOTOR_FAILURE, self.health.motor_failure),
             "COM_DISARM_LAND" => self.disarm_after_landing_s.unwrap_or(-1.0),
@@ -235,6 +248,11 @@ impl Settings {
             "COM_OBL_RC_ACT" => action(&SETPOINT_LOSS).map(|a| self.setpoint_loss = a),
             "NAV_DLL_ACT" => action(&DATA_LINK_LOSS).map(|a| self.data_link_loss = a),
             "GF_ACTION" => action(&FENCE).map(|a| self.fence = a),
+            "NAV_RCL_ACT" => action(&STICK_LOSS).map(|a| self.sticks.loss = a),
+            "COM_RC_IN_MODE" => StickInput::from_number(value).map(|input| self.sticks.input = input),
+            "COM_RC_OVERRIDE" => bits(value, 2).map(|bits| self.sticks.overrides = bits),
+            "COM_RCL_EXCEPT" => bits(value, 3).map(|bits| self.sticks.loss_exceptions = bits),
+            "MPC_THR_CURVE" => bits(value, 1).map(|curve| self.manual.linear_thrust = curve == 1),
             "COM_LOW_BAT_ACT" => battery_policy(value).map(|p| self.battery = p),
             "COM_ACT_FAIL_ACT" => action(&MOTOR_FAILURE).map(|a| self.health.motor_failure = a),
             "COM_DISARM_LAND" => {
@@ -280,6 +298,25 @@ impl Settings {
             "COM_LKDOWN_TKO" => &mut self.health.lockdown_s,
             "CBRK_FLIGHTTERM" => &mut self.health.termination_breaker,
             "FD_ACT_EN" => &mut self.health.watches_motors,
+            "COM_RC_LOSS_T" => &mut self.sticks.timeout_s,
+            "COM_RC_STICK_OV" => &mut self.sticks.moved_percent,
+            "MPC_VEL_MANUAL" => &mut self.manual.speed_m_s,
+            "MPC_VEL_MAN_SIDE" => &mut self.manual.side_speed_m_s,
+            "MPC_VEL_MAN_BACK" => &mut self.manual.back_speed_m_s,
+            "MPC_MAN_TILT_MAX" => &mut self.manual.tilt_deg,
+            "MC_MAN_TILT_TAU" => &mut self.manual.tilt_tau_s,
+            "MPC_MAN_Y_MAX" => &mut self.manual.yaw_rate_deg_s,
+            "MPC_MAN_Y_TAU" => &mut self.manual.yaw_tau_s,
+            "MPC_HOLD_DZ" => &mut self.manual.dead_zone,
+            "MPC_HOLD_MAX_XY" => &mut self.manual.hold_speed_m_s,
+            "MPC_HOLD_MAX_Z" => &mut self.manual.hold_climb_m_s,
+            "MPC_XY_MAN_EXPO" => &mut self.manual.level_expo,
+            "MPC_Z_MAN_EXPO" => &mut self.manual.climb_expo,
+            "MPC_YAW_EXPO" => &mut self.manual.yaw_expo,
+            "MPC_LAND_ALT1" => &mut self.manual.slow_below_m,
+            "MPC_LAND_ALT2" => &mut self.manual.slowest_below_m,
+            "MPC_MANTHR_MIN" => &mut self.manual.least_thrust,
+            "MPC_THR_MAX" => &mut self.manual.most_thrust,
             _ => return None,
         })
     }
@@ -289,6 +326,7 @@ impl Settings {
 const SETPOINT_LOSS: [(i32, Action); 3] = [(3, Action::Return), (4, Action::Land), (5, Action::Hold)];
 const DATA_LINK_LOSS: [(i32, Action); 4] =
     [(0, Action::Nothing), (1, Action::Hold), (2, Action::Return), (3, Action::Land)];
+const STICK_LOSS: [(i32, Action); 3] = [(1, Action::Hold), (2, Action::Return), (3, Action::Land)];
 const FENCE: [(i32, Action); 6] = [
     (0, Action::Nothing),
     (1, Action::Warn),
@@ -299,6 +337,11 @@ const FENCE: [(i32, Action); 6] = [
 ];
 const MOTOR_FAILURE: [(i32, Action); 5] =
     [(0, Action::Warn), (1, Action::Hold), (2, Action::Land), (3, Action::Return), (4, Action::Terminate)];
+
+/// A whole number of so many bits.
+fn bits(value: f64, count: u32) -> Option<u8> {
+    (0..1u8 << count).find(|bits| f64::from(*bits) == value)
+}
 
 fn battery_policy(value: f64) -> Option<BatteryPolicy> {
     [BatteryPolicy::Warn, BatteryPolicy::Return, BatteryPolicy::Land, BatteryPolicy::ReturnThenLand]
@@ -329,14 +372,29 @@ mod tests {
             ("COM_ACT_FAIL_ACT", 2.0),
             ("CBRK_FLIGHTTERM", 0.0),
             ("FD_FAIL_P", 45.0),
+            ("NAV_RCL_ACT", 1.0),
+            ("COM_RC_IN_MODE", 3.0),
+            ("COM_RC_OVERRIDE", 3.0),
+            ("COM_RCL_EXCEPT", 7.0),
+            ("COM_RC_LOSS_T", 1.5),
+            ("MPC_THR_CURVE", 1.0),
+            ("MPC_VEL_MAN_BACK", 2.0),
         ] {
             assert!(settings.set(name, value), "{name}");
             assert_eq!(settings.get(name), Some(value), "{name}");
         }
         let before = settings;
-        for (name, value) in
-            [("COM_OBL_RC_ACT", 0.0), ("NAV_DLL_ACT", 5.0), ("GF_ACTION", 1.5), ("NONE", 1.0)]
-        {
+        for (name, value) in [
+            ("COM_OBL_RC_ACT", 0.0),
+            ("NAV_DLL_ACT", 5.0),
+            ("NAV_RCL_ACT", 0.0),
+            ("COM_RC_IN_MODE", 5.0),
+            ("COM_RC_OVERRIDE", 4.0),
+            ("COM_RCL_EXCEPT", 8.0),
+            ("MPC_THR_CURVE", 2.0),
+            ("GF_ACTION", 1.5),
+            ("NONE", 1.0),
+        ] {
             assert!(!settings.set(name, value));
         }
         assert_eq!((settings, settings.get("NONE")), (before, None));

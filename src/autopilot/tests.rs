@@ -6,6 +6,7 @@ mod failsafes;
 mod falling;
 mod offboard;
 mod random;
+mod sticks;
 
 use nalgebra::Vector3;
 

@@ -57,6 +57,11 @@ impl Airframe {
         })
     }
 
+    /// Weight [N].
+    pub fn weight_n(&self) -> f64 {
+        self.mass_kg * self.gravity_m_s2
+    }
+
     /// Most upward acceleration that the rotors give, `4 T_lim/m` of a quadrotor [m/s^2].
     pub fn up_max_m_s2(&self) -> f64 {
         self.lift_max_n / self.mass_kg

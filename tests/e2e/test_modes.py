@@ -1,4 +1,5 @@
-"""What a ground station's buttons do: take off, go there, return, land; and a drop that ends in HOLD and LAND."""
+"""What a ground station's buttons and joystick do: take off, go there, return, land, release; and a drop that ends
+in HOLD and LAND."""
 
 import math
 
@@ -8,7 +9,7 @@ from drop import AUTOPILOT, mavlink
 from ground_station import set_parameter
 from missions import x500_over_ground
 
-HOLD, LAND = (4, 3), (4, 6)
+POSITION, HOLD, LAND = (3, 0), (4, 3), (4, 6)
 NAN = math.nan
 
 
@@ -47,13 +48,13 @@ def test_take_off_and_land_as_a_ground_station_does(samara, vehicle, mission):
     sees(vehicle, HOLD, 20.0)
     height = vehicle.wait("GLOBAL_POSITION_INT").relative_alt * 1e-3
     assert height == pytest.approx(8.0, abs=0.9)
-    # The buttons for what is not flown say why.
+    # Without a joystick its modes are refused, with the reason.
     vehicle.link.mav.command_long_send(
         vehicle.system, AUTOPILOT, mavlink.MAV_CMD_DO_SET_MODE, 0, 1, 3, 0, 0, 0, 0, 0
     )
     ack = vehicle.wait("COMMAND_ACK", lambda m: m.command == mavlink.MAV_CMD_DO_SET_MODE)
     assert ack.result == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
-    vehicle.wait("STATUSTEXT", lambda m: "POSCTL is not flown" in m.text)
+    vehicle.wait("STATUSTEXT", lambda m: "POSCTL refused: no manual control input" in m.text)
     # SET_MODE AUTO.LAND, the message.
     vehicle.link.mav.set_mode_send(vehicle.system, 1, LAND[0] << 16 | LAND[1] << 24)
     sees(vehicle, LAND)
@@ -91,3 +92,46 @@ def test_a_drop_that_holds_and_lands(samara, vehicle, mission):
     verdict = sim.json()
     assert verdict["failsafe"] and verdict["limits_passed"] == []
     assert verdict["impact_speed_m_s"] == pytest.approx(1.5, abs=0.1)
+
+
+def sticks(vehicle, x=0, y=0, z=500, r=0):
+    """A joystick's positions, to be streamed."""
+    return lambda now_s: vehicle.link.mav.manual_control_send(vehicle.system, x, y, z, r, 0)
+
+
+def test_a_joystick_takes_off_flies_and_lands(samara, vehicle, mission):
+    path = mission("x500_ground", lambda m: m.update(duration_s=90))
+    samara.sim("--speed", 5, path)
+    samara.autopilot("--once", path)
+    vehicle.connect()
+    vehicle.stream(sticks(vehicle))
+    # As PX4 does, while no mode was chosen.
+    sees(vehicle, POSITION)
+    vehicle.arm()
+    vehicle.stream(sticks(vehicle, z=1000))
+    vehicle.until(vehicle.now_s + 6)
+    assert vehicle.wait("LOCAL_POSITION_NED").vz < -1.0
+    vehicle.stream(sticks(vehicle, x=500))
+    vehicle.until(vehicle.now_s + 8)
+    # (0.5 - 0.1) / 0.9 of the stick beyond its dead zone, in a curve that is cubic to 0.6, of 10 m/s.
+    moving = vehicle.wait("LOCAL_POSITION_NED")
+    assert math.hypot(moving.vx, moving.vy) == pytest.approx(2.30, abs=0.25)
+    vehicle.stream(sticks(vehicle))
+    vehicle.until(vehicle.now_s + 6)
+    still = vehicle.wait("LOCAL_POSITION_NED")
+    assert math.hypot(still.vx, still.vy) < 0.2
+    vehicle.stream(sticks(vehicle, z=0))
+    lands(vehicle, 40.0)
+    assert "Disarmed by landing" in vehicle.texts
+
+
+def test_the_gripper_button_releases(samara, vehicle, mission):
+    path = mission("x500_drop", lambda m: None)
+    samara.sim("--speed", 10, path)
+    samara.autopilot("--once", path)
+    vehicle.hang()
+    vehicle.arm()
+    vehicle.until(10.0)
+    # QGroundControl's button: to the autopilot, gripper 0.
+    vehicle.command(AUTOPILOT, mavlink.MAV_CMD_DO_GRIPPER, 0, mavlink.GRIPPER_ACTION_RELEASE)
+    assert vehicle.sees_the_release() == pytest.approx(vehicle.now_s, abs=1.0)

@@ -13,6 +13,7 @@ mod ground_bench;
 mod releases;
 #[cfg(feature = "cli")]
 mod sockets;
+mod sticks;
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;

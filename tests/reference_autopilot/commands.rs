@@ -39,8 +39,8 @@ fn regress_every_command_number_gets_one_ack_to_its_sender() {
                 let len = if message_id == 76 { 33 } else { 35 };
                 let bytes = bench.encoder(link).encode_payload(message_id, crc_extra, &payload[..len]);
                 let mut sent = bench.send_bytes(link, &bytes);
-                if number == MavCmd::MAV_CMD_INJECT_FAILURE as u16 {
-                    // The simulator's to answer: passed on to it, and its answer back.
+                if is_passed_on(number) {
+                    // Others' to answer: passed on, and the answer back.
                     assert!(acks(&sent).is_empty());
                     sent = answered_by_the_simulator(&mut bench, &sent);
                 }
@@ -55,13 +55,21 @@ fn regress_every_command_number_gets_one_ack_to_its_sender() {
     }
 }
 
-/// Answers the command that was passed on to the simulator with UNSUPPORTED; what the autopilot sends then.
+/// Whether a command, its parameters zero, is passed on to the simulator's end.
+pub fn is_passed_on(number: u16) -> bool {
+    number == MavCmd::MAV_CMD_INJECT_FAILURE as u16 || number == MavCmd::MAV_CMD_DO_GRIPPER as u16
+}
+
+/// Answers the command that was passed on to the simulator, or to its parachute, with UNSUPPORTED; what the
+/// autopilot sends then.
 pub fn answered_by_the_simulator(bench: &mut Bench, sent: &[Sent]) -> Vec<Sent> {
     let passed = |(link, frame): &Sent| (*link == Link::Simulator).then(|| frame.command()).flatten();
     let commands: Vec<_> = sent.iter().filter_map(passed).collect();
     assert_eq!(commands.len(), 1);
     let command = commands[0];
-    assert_eq!((command.command, command.target_system, command.target_component), (420, VEHICLE, 200));
+    let component = if command.command == 420 { 200 } else { 161 };
+    assert_eq!((command.target_system, command.target_component), (VEHICLE, component));
+    assert!(is_passed_on(command.command));
     let ack = CommandAck::new(&command, UNSUPPORTED, (VEHICLE, 1));
     let bytes = bench.encoder(Link::Simulator).encode_command_ack(&ack);
     bench.send_bytes(Link::Simulator, &bytes)
@@ -179,8 +187,10 @@ fn regress_modes_by_command_and_by_message() {
         (&[f32::NAN, 4.0, 3.0], ACCEPTED),
         // PX4 rejects for the time being what it knows and does not enter, and any AUTO that it does not
         // know.
-        (&[1.0, 7.0], TEMPORARILY_REJECTED),
-        (&[1.0, 1.0], TEMPORARILY_REJECTED),
+        (&[1.0, 5.0], TEMPORARILY_REJECTED),
+        // Disarmed, PX4 enters modes that need sticks without them.
+        (&[1.0, 7.0], ACCEPTED),
+        (&[1.0, 3.0], ACCEPTED),
         (&[1.0, 4.0, 5.0], ACCEPTED),
         (&[1.0, 4.0, 2.0], ACCEPTED),
         (&[1.0, 4.0, 6.0], ACCEPTED),
@@ -195,13 +205,15 @@ fn regress_modes_by_command_and_by_message() {
         let message = command(MavCmd::MAV_CMD_DO_SET_MODE, params);
         assert_eq!(result(&mut bench, &message), expected, "{params:?}");
     }
-    // Standard modes by MAVLink's numbers: 5 safe recovery, 7 land, 8 takeoff; 1 is Position, which needs
-    // sticks.
+    // Standard modes by MAVLink's numbers: 1 position hold, 4 altitude hold, 5 safe recovery, 7 land, 8
+    // takeoff.
     for (number, expected) in [
         (5.0, ACCEPTED),
         (7.0, ACCEPTED),
         (8.0, ACCEPTED),
-        (1.0, TEMPORARILY_REJECTED),
+        (1.0, ACCEPTED),
+        (4.0, ACCEPTED),
+        (2.0, DENIED),
         (0.0, DENIED),
         (99.0, DENIED),
         (f32::NAN, DENIED),
@@ -351,7 +363,7 @@ fn regress_message_intervals_are_per_link() {
 fn regress_a_mode_that_is_not_entered_is_refused_with_the_reason() {
     let mut bench = Bench::running();
     for (params, reason) in [
-        (&[1.0, 7.0][..], "STABILIZED is not flown here"),
+        (&[1.0, 5.0][..], "ACRO is not flown here"),
         (&[1.0, 4.0, 4.0], "AUTO.MISSION is not flown here"),
         (&[1.0, 4.0, 1.0], "AUTO.READY is not flown here"),
         (&[1.0, 4.0, 9.0], "mode refused: unsupported auto mode"),

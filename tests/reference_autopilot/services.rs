@@ -64,11 +64,22 @@ fn regress_modes_are_sent_by_name() {
             .collect()
     };
     let sent = bench.send(Link::GroundStation, &request(&[435.0, 0.0]));
-    let all = ["AUTO.TAKEOFF", "HOLD", "AUTO.RTL", "AUTO.LAND", "OFFBOARD"].map(str::to_owned);
+    let all = [
+        "MANUAL",
+        "ALTCTL",
+        "POSCTL",
+        "AUTO.TAKEOFF",
+        "HOLD",
+        "AUTO.RTL",
+        "AUTO.LAND",
+        "OFFBOARD",
+        "STABILIZED",
+    ]
+    .map(str::to_owned);
     assert_eq!((names(&sent), acks(&sent)[0].result), (all.to_vec(), 0));
-    let sent = bench.send(Link::GroundStation, &request(&[435.0, 5.0]));
+    let sent = bench.send(Link::GroundStation, &request(&[435.0, 8.0]));
     assert_eq!(names(&sent), ["OFFBOARD"]);
-    let sent = bench.send(Link::GroundStation, &request(&[435.0, 6.0]));
+    let sent = bench.send(Link::GroundStation, &request(&[435.0, 10.0]));
     assert_eq!((names(&sent).len(), acks(&sent)[0].result), (0, 2));
     let sent = bench.run(5.0);
     let Some(MavMessage::CURRENT_MODE(mode)) = last(&sent, Link::GroundStation, 436) else { panic!() };

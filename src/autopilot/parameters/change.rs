@@ -193,8 +193,7 @@ impl Parameters {
                 autopilot.settings_mut().setpoint_timeout_us =
                     (entry.value.as_f64() * US_PER_S).round() as u64;
             }
-            Role::Kept(_)
-            | Role::AtBeginning(_)
+            Role::AtBeginning(_)
             | Role::Vehicle
             | Role::Fact(_)
             | Role::Follows(_)

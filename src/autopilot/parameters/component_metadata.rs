@@ -13,13 +13,24 @@ pub const PARAMETERS: &str = "/etc/extras/parameters.json";
 /// `COMP_METADATA_TYPE_PARAMETER`.
 const PARAMETER_TYPE: u8 = 1;
 
-/// Parameters whose values are choices, each with the values that are taken here in PX4's words: ground
-/// stations offer them as a list (QGroundControl's safety page), and an empty one without them.
-const CHOICES: [(&str, &[(i32, &str)]); 5] = [
+/// Values of a parameter with their words.
+type Choices = &'static [(i32, &'static str)];
+
+const YES_OR_NO: Choices = &[(0, "Disabled"), (1, "Enabled")];
+const UNASSIGNED: Choices = &[(-1, "Unassigned")];
+const NO_CHANNEL: Choices = &[(0, "Unassigned")];
+
+/// Parameters whose values are choices, each with the values that it takes here in PX4's words: ground
+/// stations offer them as a list (QGroundControl's safety page), and an empty one without them. A `#` stands
+/// for what follows. A fact has the one value that it has.
+const CHOICES: [(&str, Choices); 20] = [
+    ("BAT1_SOURCE", &[(-1, "Disabled")]),
+    ("CA_AIRFRAME", &[(0, "Multirotor")]),
     (
         "COM_ACT_FAIL_ACT",
         &[(0, "Warning only"), (1, "Hold mode"), (2, "Land mode"), (3, "Return mode"), (4, "Terminate")],
     ),
+    ("COM_FLTMODE#", UNASSIGNED),
     (
         "COM_LOW_BAT_ACT",
         &[
@@ -31,6 +42,17 @@ const CHOICES: [(&str, &[(i32, &str)]); 5] = [
     ),
     ("COM_OBL_RC_ACT", &[(3, "Return mode"), (4, "Land mode"), (5, "Hold mode")]),
     (
+        "COM_RC_IN_MODE",
+        &[
+            (0, "RC Transmitter only"),
+            (1, "Joystick only"),
+            (2, "RC and Joystick with fallback"),
+            (3, "RC or Joystick keep first"),
+            (4, "Stick input disabled"),
+        ],
+    ),
+    ("EKF2_EN", YES_OR_NO),
+    (
         "GF_ACTION",
         &[
             (0, "None"),
@@ -41,8 +63,32 @@ const CHOICES: [(&str, &[(i32, &str)]); 5] = [
             (5, "Land mode"),
         ],
     ),
+    ("GF_SOURCE", &[(0, "GPOS")]),
+    ("MAV_TYPE", &[(2, "Quadrotor")]),
+    ("MPC_POS_MODE", &[(0, "Simple position control")]),
+    ("MPC_THR_CURVE", &[(0, "Rescale to hover thrust"), (1, "No Rescale")]),
     ("NAV_DLL_ACT", &[(0, "Disabled"), (1, "Hold mode"), (2, "Return mode"), (3, "Land mode")]),
+    ("NAV_RCL_ACT", &[(1, "Hold mode"), (2, "Return mode"), (3, "Land mode")]),
+    ("PD_GRIPPER_EN", &[(1, "Enabled")]),
+    ("PD_GRIPPER_TYPE", &[(0, "Servo")]),
+    ("RC_MAP_#", NO_CHANNEL),
+    ("SYS_AUTOCONFIG", &[(0, "Keep parameters")]),
+    ("SYS_AUTOSTART", &[(4001, "Generic Quadcopter")]),
 ];
+
+/// Parameters that are made of bits, with PX4's words for them from bit 0 on.
+const BITS: [(&str, &[&str]); 2] = [
+    ("COM_RCL_EXCEPT", &["Mission", "Hold", "Offboard"]),
+    ("COM_RC_OVERRIDE", &["Enable override during auto modes", "Enable override during offboard mode"]),
+];
+
+fn choices(name: &str) -> Option<Choices> {
+    let is_meant = |pattern: &str| match pattern.strip_suffix('#') {
+        Some(beginning) => name.starts_with(beginning),
+        None => name == pattern,
+    };
+    CHOICES.iter().find(|(pattern, _)| is_meant(pattern)).map(|(_, choices)| *choices)
+}
 
 /// A file of the component's description.
 #[derive(Clone, Debug)]
@@ -92,17 +138,27 @@ fn parameter_json(entry: &Entry) -> String {
     if let Some(decimals) = known.decimals.filter(|_| known.kind == Kind::Float) {
         fields.push(("decimalPlaces", decimals.to_string()));
     }
-    // A value of the mission's may lie outside the range by which changes are judged.
-    let judged = !matches!(entry.role, Role::Vehicle);
-    fields.extend(known.min.filter(|_| judged).map(|min| ("min", min.to_string())));
-    fields.extend(known.max.filter(|_| judged).map(|max| ("max", max.to_string())));
-    if let Some((_, choices)) = CHOICES.iter().find(|(name, _)| *name == entry.name) {
-        let choice =
-            |(value, words): &(i32, &str)| format!("{{\"value\":{value},\"description\":{}}}", quoted(words));
-        fields.push(("values", format!("[{}]", choices.iter().map(choice).collect::<Vec<_>>().join(","))));
+    fields.extend(known.min.map(|min| ("min", min.to_string())));
+    fields.extend(known.max.map(|max| ("max", max.to_string())));
+    if let Some(choices) = choices(&entry.name) {
+        fields.push(("values", list("value", choices.iter().copied())));
+    }
+    if let Some((_, bits)) = BITS.iter().find(|(name, _)| *name == entry.name) {
+        fields.push(("bitmask", list("index", (0..).zip(bits.iter().copied()))));
+    }
+    // MAVLink's schema has it; PX4 writes none, and QGroundControl does not read it.
+    if !entry.role.is_settable() {
+        fields.push(("readOnly", "true".to_owned()));
     }
     let fields: Vec<String> = fields.into_iter().map(|(key, value)| format!("\"{key}\":{value}")).collect();
     format!("{{{}}}", fields.join(","))
+}
+
+/// Objects with a number under a key, and words.
+fn list(key: &str, items: impl Iterator<Item = (i32, &'static str)>) -> String {
+    let item =
+        |(number, words): (i32, &str)| format!("{{\"{key}\":{number},\"description\":{}}}", quoted(words));
+    format!("[{}]", items.map(item).collect::<Vec<_>>().join(","))
 }
 
 fn quoted(text: &str) -> String {
@@ -121,6 +177,7 @@ fn group(name: &str) -> &'static str {
         Some("MC") => "Multicopter Attitude and Rate Control",
         Some("MIS") => "Mission",
         Some("MPC") => "Multicopter Position Control",
+        Some("PD") => "Payload Deliverer",
         Some("RC") => "Radio Calibration",
         Some("RTL") => "Return Mode",
         Some("SYS") => "System",
@@ -132,17 +189,54 @@ fn group(name: &str) -> &'static str {
 mod tests {
     use super::*;
     use crate::autopilot::Settings;
+    use crate::autopilot::parameters::table::table;
     use crate::control::Gains;
+    use crate::params::Value;
 
-    /// Property: what is offered is taken, and nothing else is.
+    /// Property: what is offered is taken, and nothing else is; a fact offers itself.
     #[test]
-    fn choices_are_what_the_settings_take() {
-        for (name, choices) in CHOICES {
-            for value in -2..10 {
-                let mut settings = Settings::beside(&Gains::near_hover());
-                let offered = choices.iter().any(|choice| choice.0 == value);
-                assert_eq!(settings.set(name, f64::from(value)), offered, "{name} {value}");
+    fn prop_choices_are_what_the_settings_take() {
+        let mut with_choices = 0;
+        for declared in table() {
+            let bits = BITS.iter().find(|(name, _)| *name == declared.name).map(|(_, bits)| bits.len());
+            let Some(choices) = choices(declared.name) else {
+                if let Some(bits) = bits {
+                    for value in -1..=(1 << bits) {
+                        let mut settings = Settings::beside(&Gains::near_hover());
+                        let offered = (0..1 << bits).contains(&value);
+                        assert_eq!(
+                            settings.set(declared.name, f64::from(value)),
+                            offered,
+                            "{}",
+                            declared.name
+                        );
+                    }
+                }
+                continue;
+            };
+            with_choices += 1;
+            assert_eq!(bits, None, "{}: either or", declared.name);
+            match declared.role {
+                Role::Setting => {
+                    for value in -2..10 {
+                        let mut settings = Settings::beside(&Gains::near_hover());
+                        let offered = choices.iter().any(|choice| choice.0 == value);
+                        assert_eq!(
+                            settings.set(declared.name, f64::from(value)),
+                            offered,
+                            "{}",
+                            declared.name
+                        );
+                    }
+                }
+                Role::Fact(Value::Int(value)) => {
+                    assert_eq!(choices.iter().map(|c| c.0).collect::<Vec<_>>(), [value], "{}", declared.name);
+                }
+                Role::Estimator | Role::Vehicle => {}
+                role => panic!("{}: {role:?}", declared.name),
             }
         }
+        // Six of COM_FLTMODE and seven of RC_MAP have a row together.
+        assert_eq!(with_choices, CHOICES.len() - 2 + 6 + 7, "a row without its parameter");
     }
 }

@@ -14,7 +14,7 @@ Made by `samara params list`; `scripts/regenerate` writes it.
 
 Names, types and units are PX4's. A value that a ground station sets is checked (type, NaN, range), refused
 with the reason if it does not fit, and in effect at the next control step if the parameter acts; integrals of
-the control loops stay. Values from the mission may lie outside the range by which changes are judged. `#`
+the control loops stay. Where the mission brings a value from outside the range, the range reaches to it. `#`
 stands for a rotor's number.
 
 | name | type | unit | default | range | what it does | here |
@@ -61,7 +61,7 @@ fn entry(declared: &Declaration, known: &Parameter) -> Listed {
     let settings = Settings::beside(&Gains::near_hover());
     let kind = if known.kind == Kind::Int { "INT32" } else { "FLOAT" };
     let default = match declared.role {
-        Role::Kept(value) | Role::Fact(value) => value.to_string(),
+        Role::Fact(value) => value.to_string(),
         // Those that follow the gains or the mission's limits.
         Role::Setting if FOLLOWS.contains(&declared.name) => "mission".to_owned(),
         Role::Setting => settings.get(declared.name).map_or_else(String::new, |value| value.to_string()),

@@ -173,7 +173,7 @@ fn entry(
     defaults: &Settings,
 ) -> Option<Entry> {
     let value = match declared.role {
-        Role::Kept(value) | Role::Fact(value) | Role::AtBeginning(value) => value,
+        Role::Fact(value) | Role::AtBeginning(value) => value,
         Role::Estimator => Value::Int(0),
         Role::Setting => match exported.get(&name) {
             Some(value) => *value,
@@ -189,8 +189,12 @@ fn entry(
         Role::SystemId => Value::Int(i32::from(system_id)),
         Role::Controller | Role::Follows(_) | Role::Hover | Role::Vehicle => *exported.get(&name)?,
     };
-    let known = described(declared, metadata)?;
-    // What the mission says may lie outside; it can be set again.
+    let mut known = described(declared, metadata)?;
+    // What a mission brings may lie outside: a vehicle's geometry, the gains of one that is no PX4 quadrotor,
+    // a drop's speeds. It can be set again, and the range says so.
+    let begins = value.as_f64() as f32;
+    known.min = known.min.map(|min| min.min(begins));
+    known.max = known.max.map(|max| max.max(begins));
     Some(Entry { name, value, start: value, role: declared.role, known })
 }
 

@@ -17,8 +17,6 @@ pub enum Role {
     SetpointLife,
     /// What the automatic modes and failsafes go by: in effect at the next control step.
     Setting,
-    /// Kept and shown, and nothing flies by it yet.
-    Kept(Value),
     /// What the mission's vehicle says: it cannot be changed here.
     Vehicle,
     /// A fact about this autopilot: it cannot be changed.
@@ -42,7 +40,6 @@ impl Role {
             }
             Self::SetpointLife => "acts at once".to_owned(),
             Self::Setting => "acts at the next control step".to_owned(),
-            Self::Kept(_) => "kept; nothing flies by it".to_owned(),
             Self::Vehicle => "read-only: from the mission's vehicle".to_owned(),
             Self::Fact(_) => "read-only".to_owned(),
             Self::SystemId => "read-only: from --instance".to_owned(),
@@ -57,12 +54,7 @@ impl Role {
     pub fn is_settable(self) -> bool {
         matches!(
             self,
-            Self::Controller
-                | Self::Hover
-                | Self::SetpointLife
-                | Self::Setting
-                | Self::Kept(_)
-                | Self::AtBeginning(_)
+            Self::Controller | Self::Hover | Self::SetpointLife | Self::Setting | Self::AtBeginning(_)
         )
     }
 }
@@ -100,7 +92,6 @@ fn declaration(line: &'static str) -> Option<Declaration> {
         "hover" => Role::Hover,
         "setpoint_life" => Role::SetpointLife,
         "setting" => Role::Setting,
-        "kept" => Role::Kept(value()?),
         "vehicle" => Role::Vehicle,
         "fact" => Role::Fact(value()?),
         "system_id" => Role::SystemId,
@@ -126,7 +117,7 @@ mod tests {
         for declared in &table {
             let known = metadata.get(declared.name).unwrap_or_else(|| panic!("{}", declared.name));
             assert!(declared.name.len() <= 16);
-            if let Role::Kept(value) | Role::Fact(value) | Role::AtBeginning(value) = declared.role {
+            if let Role::Fact(value) | Role::AtBeginning(value) = declared.role {
                 assert_eq!(matches!(value, Value::Int(_)), known.kind == Kind::Int, "{}", declared.name);
             }
             if let Role::Follows(leader) = declared.role {

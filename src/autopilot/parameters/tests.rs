@@ -122,6 +122,29 @@ fn regress_a_value_in_effect_is_taken_even_where_it_cannot_be_changed() {
     }
 }
 
+/// Ground stations take a default outside its range for an error; whatever a vehicle brings, its range has
+/// it.
+#[test]
+fn regress_every_default_lies_in_its_range() {
+    for gains in [Gains::near_hover(), Gains { k_pvz: 40.0, k_ppsi: 0.01, ..Gains::near_hover() }] {
+        let vehicle = quadrotor([0.9, 1.1], [250.0, 300.0, 400.0], [0.0; 3], VehicleOptions::default());
+        let limits = ControlLimits { tilt_rad: 0.01, ..ControlLimits::default() };
+        for speed_m_s in [0.1, 8.0, 60.0] {
+            let subject = Subject {
+                vehicle: &vehicle,
+                environment: &site(),
+                gains: &gains,
+                limits: &limits,
+                speed_m_s,
+            };
+            for entry in Parameters::of(&subject, 3).unwrap().iter() {
+                assert!(entry.known.contains(entry.start.as_f64()), "{entry:?}");
+                assert!(entry.known.min.is_none_or(|min| min <= entry.known.max.unwrap_or(min)), "{entry:?}");
+            }
+        }
+    }
+}
+
 /// The checksum by another way: byte by byte over a table, as zlib has it, started from and ended with zero.
 #[test]
 fn reference_hash_over_names_and_values_in_order() {

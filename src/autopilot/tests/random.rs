@@ -9,7 +9,7 @@ fn happen(bench: &mut Bench, what: u8, x: f64) {
     let now = bench.now_us;
     let mode = FlightMode::all().nth(usize::from(what) % 12).unwrap();
     let autopilot = &mut bench.autopilot;
-    match what % 16 {
+    match what % 18 {
         0 => drop(autopilot.arm(now, x > 0.0)),
         1 => drop(autopilot.disarm(x > 0.0)),
         2 => drop(autopilot.take_off_to(x)),
@@ -18,6 +18,11 @@ fn happen(bench: &mut Bench, what: u8, x: f64) {
         5 => autopilot.set_home(Vector3::new(x, x, x)),
         6 => autopilot.set_charge(x.abs() / 100.0),
         7 => autopilot.hear_ground_station(now),
+        16 | 17 => {
+            let at = |k: f64| crate::math::sin(k * x);
+            let sticks = Sticks { pitch: at(1.0), roll: at(2.0), throttle: at(3.0), yaw: at(4.0) };
+            autopilot.take_sticks(now, StickSource(u64::from(what / 90)), sticks);
+        }
         8 => drop(autopilot.settings_mut().set("GF_ACTION", x.abs().rem_euclid(6.0).floor())),
         9 => drop(autopilot.settings_mut().set("GF_MAX_HOR_DIST", x.abs())),
         10 => bench.p_ned = Vector3::new(x, 0.0, -x),

@@ -10,10 +10,16 @@ use num_traits::FromPrimitive as _;
 use super::AutopilotSession;
 use super::outbox::Peer;
 use super::outcome::{Outcome, whole};
+use super::refusals::Missing;
 use super::telemetry::available_modes;
 use crate::autopilot::FlightMode;
 use crate::autopilot::missions::Kind;
 use crate::link::frame::{Command, CommandAck};
+use crate::link::hil::SIMULATOR_COMPONENT;
+use crate::link::parachute::PARACHUTE_COMPONENT;
+
+/// `GRIPPER_ACTION_RELEASE`.
+const RELEASE: f32 = 0.0;
 
 impl AutopilotSession {
     /// Obeys a command that is addressed to this autopilot, and answers its sender; leaves others alone.
@@ -28,9 +34,16 @@ impl AutopilotSession {
             return;
         }
         let outcome = match known {
-            Some(MavCmd::MAV_CMD_INJECT_FAILURE) => match self.pass_on(peer, command) {
+            Some(MavCmd::MAV_CMD_INJECT_FAILURE) => {
+                match self.pass_on(peer, command, SIMULATOR_COMPONENT, "failure injection") {
+                    Some(outcome) => outcome,
+                    // The simulator's answer is passed on when it comes.
+                    None => return,
+                }
+            }
+            Some(MavCmd::MAV_CMD_DO_GRIPPER) => match self.release(peer, command) {
                 Some(outcome) => outcome,
-                // The simulator's answer is passed on when it comes.
+                // The parachute's answer is passed on when it comes.
                 None => return,
             },
             Some(known) => self.obey(peer, known, command),
@@ -40,18 +53,29 @@ impl AutopilotSession {
         self.outbox.reply_command_ack(peer, &ack);
     }
 
-    /// Passes MAV_CMD_INJECT_FAILURE on to the simulator, whose answer goes back when it comes; `Some`: it is
-    /// answered at once.
-    fn pass_on(&mut self, peer: Peer, command: &Command) -> Option<Outcome> {
-        let system_id = self.system_id();
+    /// Passes a command on to a component at the simulator's end, whose answer goes back when it comes;
+    /// `Some`: it is answered at once.
+    fn pass_on(&mut self, peer: Peer, command: &Command, to: u8, what: &str) -> Option<Outcome> {
+        let target = (self.system_id(), to);
         let reason = if !self.clock.is_running() {
-            "failure injection refused: no simulator"
-        } else if !self.relay.pass_on(peer, command, system_id, &mut self.outbox) {
-            "failure injection refused: too many at once"
+            "no simulator"
+        } else if !self.relay.pass_on(peer, command, target, &mut self.outbox) {
+            "too many at once"
         } else {
             return None;
         };
+        let reason = format!("{what} refused: {reason}");
         Some(Outcome::TemporarilyRejected.because(&mut self.vehicle.autopilot, reason))
+    }
+
+    /// DO_GRIPPER as ground stations give it, to the autopilot: the gripper is the parachute, and can only
+    /// release (parameter 2: 0).
+    fn release(&mut self, peer: Peer, command: &Command) -> Option<Outcome> {
+        if command.param(2) == Some(RELEASE) {
+            return self.pass_on(peer, command, PARACHUTE_COMPONENT, "release");
+        }
+        let reason = "gripper refused: it can only release";
+        Some(Outcome::Denied.because(&mut self.vehicle.autopilot, reason))
     }
 
     #[expect(deprecated, reason = "some are deprecated in MAVLink, still sent by ground stations")]
@@ -89,11 +113,16 @@ impl AutopilotSession {
                 let seq = command.param(1).and_then(whole).and_then(|seq| u16::try_from(seq).ok());
                 Outcome::Denied.unless(seq.is_some_and(|seq| self.missions.set_current(seq)))
             }
-            MavCmd::MAV_CMD_DO_GRIPPER | MavCmd::MAV_CMD_DO_PARACHUTE => {
+            MavCmd::MAV_CMD_DO_PARACHUTE => {
                 let reason = "the parachute is component 161: command that";
                 Outcome::Unsupported.because(&mut vehicle.autopilot, reason)
             }
-            _ => Outcome::Unsupported,
+            _ => {
+                if let Some(missing) = Missing::of_command(known) {
+                    self.refusals.say(missing, &mut vehicle.autopilot);
+                }
+                Outcome::Unsupported
+            }
         }
     }
 

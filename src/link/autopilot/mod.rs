@@ -9,8 +9,10 @@
 //! | `hil`, `sensing`, `home` | the simulator's messages as a state and as the estimator's samples; home |
 //! | `clock` | simulated time, TIMESYNC and PING |
 //! | `commands`, `outcome` | COMMAND_LONG and COMMAND_INT, and who obeys each; what becomes of them |
-//! | `relay` | the command that is the simulator's |
+//! | `relay` | the commands that are the simulator's and the parachute's |
+//! | `refusals` | what is not there, refused in words |
 //! | `flight_commands` | modes, arming, the commands about where to fly |
+//! | `manual_control` | MANUAL_CONTROL: sticks |
 //! | `setpoints` | SET_ATTITUDE_TARGET, SET_POSITION_TARGET_LOCAL_NED |
 //! | `telemetry`, `streams` | the messages that it sends; how often, on which link |
 //! | `parameters` | parameters listed, read, set, saved |
@@ -31,10 +33,12 @@ mod flight_commands;
 mod hil;
 mod home;
 mod logging;
+mod manual_control;
 mod missions;
 mod outbox;
 mod outcome;
 mod parameters;
+mod refusals;
 mod relay;
 mod sensing;
 mod setpoints;
@@ -52,6 +56,7 @@ use self::logging::record;
 use self::missions::Missions;
 use self::outbox::{LINKS, Outbox, Peer};
 use self::parameters::ParameterServer;
+use self::refusals::Refusals;
 use self::relay::Relay;
 use self::setpoints::SetpointInput;
 use self::streams::Streams;
@@ -104,6 +109,7 @@ pub struct AutopilotSession {
     files: FileServer,
     streams: Streams,
     relay: Relay,
+    refusals: Refusals,
     outbox: Outbox,
 }
 
@@ -127,6 +133,7 @@ impl AutopilotSession {
             missions: Missions::default(),
             streams: Streams::default(),
             relay: Relay::default(),
+            refusals: Refusals::default(),
             outbox: Outbox::new(system_id),
         };
         session.greet_simulator();
@@ -225,6 +232,7 @@ impl AutopilotSession {
     fn start_over(&mut self, now: TimeUs) {
         self.vehicle.start_over(now, self.parameters.parameters.gps_delay_us());
         self.restart_services();
+        self.refusals = Refusals::default();
         self.streams.restart();
     }
 
@@ -281,7 +289,17 @@ impl AutopilotSession {
                         self.vehicle.autopilot.hear_ground_station(now);
                     }
                 }
+                (Link::GroundStation | Link::Api, MavMessage::MANUAL_CONTROL(m)) => {
+                    if let Some(sticks) = manual_control::sticks_of(m) {
+                        let source = manual_control::source(peer);
+                        self.vehicle.autopilot.take_sticks(now, source, sticks);
+                    }
+                }
                 (link, message) => {
+                    let Self { refusals, vehicle, outbox, .. } = &mut *self;
+                    if refusals.answer(peer, message, &mut vehicle.autopilot, outbox) {
+                        return;
+                    }
                     if let Some(answer) = self.clock.answer(peer, message) {
                         self.outbox.reply(peer, &answer);
                     } else if link == Link::Simulator {

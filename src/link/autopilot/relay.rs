@@ -1,16 +1,18 @@
-//! MAV_CMD_INJECT_FAILURE to the autopilot, passed on to the simulator, whose answer goes back to who gave
-//! the command: what fails is the simulator's to say.
+//! Commands to the autopilot that are passed on to the simulator's end, whose answer goes back to who gave
+//! the command: MAV_CMD_INJECT_FAILURE, since what fails is the simulator's to say, and MAV_CMD_DO_GRIPPER,
+//! which is the parachute's.
 //!
-//! (PX4 keeps what is sent to it, and changes what its own drivers and its own simulator's sensors report.)
+//! (PX4 keeps both: it changes what its own drivers and its own simulator's sensors report, and has a gripper
+//! of its own.)
 
 use std::collections::VecDeque;
 
 use mavlink::dialects::common::*;
+use num_traits::FromPrimitive as _;
 
 use super::outbox::{Outbox, Peer};
 use crate::autopilot::{Autopilot, Severity};
 use crate::link::frame::{Command, CommandAck};
-use crate::link::hil::SIMULATOR_COMPONENT;
 use crate::link::injection::{INJECT_FAILURE, motor_off, words};
 use crate::link::session::Link;
 use crate::time::TimeUs;
@@ -35,26 +37,28 @@ struct Waiting {
 }
 
 impl Relay {
-    /// Passes a command on to the simulator of the vehicle of `system_id`; `false`: too many wait already.
+    /// Passes a command on to a component (system and component) at the simulator's end; `false`: too many
+    /// wait already.
     pub(super) fn pass_on(
         &mut self,
         peer: Peer,
         command: &Command,
-        system_id: u8,
+        target: (u8, u8),
         outbox: &mut Outbox,
     ) -> bool {
         if self.waiting.len() >= MOST {
             return false;
         }
         let [param1, param2, param3, param4, ..] = command.params;
+        let Some(number) = MavCmd::from_u16(command.command) else { return false };
         let passed = COMMAND_LONG_DATA {
-            command: MavCmd::MAV_CMD_INJECT_FAILURE,
+            command: number,
             param1,
             param2,
             param3,
             param4,
-            target_system: system_id,
-            target_component: SIMULATOR_COMPONENT,
+            target_system: target.0,
+            target_component: target.1,
             ..COMMAND_LONG_DATA::DEFAULT
         };
         outbox.send(Link::Simulator, &MavMessage::COMMAND_LONG(passed));
@@ -62,13 +66,12 @@ impl Relay {
         true
     }
 
-    /// Takes an answer of the simulator: that to the oldest command that was passed on goes back.
+    /// Takes an answer from the simulator's end: that to the oldest command of its number that was passed on
+    /// goes back.
     pub(super) fn take(&mut self, ack: &CommandAck, autopilot: &mut Autopilot, outbox: &mut Outbox) {
-        if ack.command != INJECT_FAILURE {
-            return;
-        }
-        let Some(waiting) = self.waiting.pop_front() else { return };
-        if ack.result == MavResult::MAV_RESULT_ACCEPTED as u8 {
+        let oldest = self.waiting.iter().position(|waiting| waiting.command.command == ack.command);
+        let Some(waiting) = oldest.and_then(|i| self.waiting.remove(i)) else { return };
+        if ack.command == INJECT_FAILURE && ack.result == MavResult::MAV_RESULT_ACCEPTED as u8 {
             autopilot.say(Severity::Warning, format!("failure injected: {}", words(&waiting.command)));
             if let Some((motor, is_off)) = motor_off(&waiting.command) {
                 autopilot.note_motor_off(motor, is_off);

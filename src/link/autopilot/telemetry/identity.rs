@@ -19,13 +19,22 @@ pub(crate) fn available_modes(index: u32) -> impl Iterator<Item = MavMessage> {
     (1u8..).zip(flown()).filter(move |(i, _)| asked(i)).map(move |(mode_index, mode)| {
         MavMessage::AVAILABLE_MODES(AVAILABLE_MODES_DATA {
             custom_mode: mode.custom_mode(),
-            properties: MavModeProperty::MAV_MODE_PROPERTY_AUTO_MODE,
+            properties: properties(mode),
             number_modes: flown().count() as u8,
             mode_index,
             standard_mode: standard_mode(mode),
             mode_name: mode.name().into(),
         })
     })
+}
+
+/// For the advanced are all but POSCTL and ALTCTL, as in PX4 (`mode_util::isAdvanced`, src/lib/modes/ui.hpp,
+/// main branch); without sticks fly the automatic modes and OFFBOARD.
+fn properties(mode: FlightMode) -> MavModeProperty {
+    let mut properties = MavModeProperty::empty();
+    properties.set(MavModeProperty::MAV_MODE_PROPERTY_AUTO_MODE, !mode.takes_sticks());
+    properties.set(MavModeProperty::MAV_MODE_PROPERTY_ADVANCED, !mode.holds_height());
+    properties
 }
 
 /// AVAILABLE_MODES_MONITOR: the modes never change.
