@@ -7,6 +7,7 @@
 //! | [`arming`] | checks before arming and disarming, with reasons |
 //! | [`setpoint`] | the setpoints that a companion may send, and how long one lives |
 //! | [`navigator`] | where HOLD, TAKEOFF, LAND and RETURN go |
+//! | [`mission_flight`], `mission_orders` | a mission as it is flown; the mission on board |
 //! | [`land_detector`] | whether it stands on something |
 //! | `orders` | what a crew may order: modes, places, arming |
 //! | `alignment` | whether the estimate is good enough, and how that is reported |
@@ -24,10 +25,10 @@
 //! simulator is answered by [`Autopilot::restart`]). The state comes with each step, the simulator's truth or
 //! an estimate; with an estimate comes whether it is good enough ([`Autopilot::watch_alignment`]).
 //!
-//! It wakes up disarmed, in HOLD. Motors turn only while armed, and only once OFFBOARD or TAKEOFF has been in
-//! effect since arming: before that an armed vehicle waits with its motors at zero, as one on the ground or
-//! under a canopy must. From then on every mode flies. HOLD is also what a loss of setpoints leads to, unless
-//! COM_OBL_RC_ACT says otherwise.
+//! It wakes up disarmed, in HOLD. Motors turn only while armed, and only once OFFBOARD, TAKEOFF or a mission
+//! has been in effect since arming: before that an armed vehicle waits with its motors at zero, as one on the
+//! ground or under a canopy must. From then on every mode flies. HOLD is also what a loss of setpoints leads
+//! to, unless COM_OBL_RC_ACT says otherwise.
 //!
 //! The controller is reset whenever the kind of setpoint changes: with the first velocity setpoint, and with
 //! each switch between velocity, attitude and rates.
@@ -42,6 +43,8 @@ pub mod flight;
 pub mod flight_log;
 mod guard;
 pub mod land_detector;
+pub mod mission_flight;
+mod mission_orders;
 pub mod missions;
 pub mod modes;
 pub mod navigator;
@@ -66,6 +69,7 @@ use crate::control::{
     Cascade, ControlLimits, ControlOutput, ControlSettings, Controller, Fall, FreeFallDetector,
     FreeFallSettings, Gains, Measurement,
 };
+use crate::frames::yaw;
 use crate::model::{MAX_ROTORS, PerRotor};
 use crate::units::US_PER_S;
 use alignment::Alignment;
@@ -74,6 +78,7 @@ use failsafe::Watch;
 use fence::Fence;
 use flight::{ControlLoops, StepState};
 use land_detector::LandDetector;
+use mission_flight::MissionFlight;
 use navigator::Situation;
 use setpoint::SetpointStore;
 
@@ -100,6 +105,7 @@ pub struct Autopilot {
     settings: Settings,
     setpoints: SetpointStore,
     navigator: Navigator,
+    mission: MissionFlight,
     land_detector: LandDetector,
     /// Finds the release by the fall, where nothing else reports it.
     fall: Option<FreeFallDetector>,
@@ -138,6 +144,7 @@ impl Autopilot {
             terminated: false,
             setpoints: SetpointStore::default(),
             navigator: Navigator::default(),
+            mission: MissionFlight::default(),
             land_detector: LandDetector::default(),
             fall: None,
             watch: Watch::default(),
@@ -160,9 +167,11 @@ impl Autopilot {
         self.loops.controller.reset();
         let ControlLoops { controller, settings, .. } = self.loops.clone();
         let (events, fence) = (std::mem::take(&mut self.events), self.fence.clone());
+        let mut mission = std::mem::take(&mut self.mission);
+        mission.restart();
         let fall = self.fall.map(|detector| FreeFallDetector::new(*detector.settings()));
         let fresh = Self::with_controller(controller, settings);
-        *self = Self { events, fence, fall, settings: self.settings, ..fresh };
+        *self = Self { events, fence, mission, fall, settings: self.settings, ..fresh };
     }
 
     /// One control step at `now_us` with the position [m, NED] and state of that time: the throttle of each
@@ -171,6 +180,7 @@ impl Autopilot {
         let state = StepState { p_ned: *p_ned, measurement, dt_s: self.period_s(now_us) };
         self.state = Some((now_us, *measurement));
         self.p_ned = *p_ned;
+        self.check_mission();
         self.watch_setpoints(now_us);
         self.watch_conditions(now_us);
         if !self.armed {
@@ -183,6 +193,7 @@ impl Autopilot {
                     self.loops.fly(&state, &setpoint, &self.settings);
                 }
             }
+            FlightMode::AutoMission if self.engaged => self.navigate(now_us, &state),
             // Down: nothing to carry any more.
             _ if self.land_detector.is_landed() && self.is_landing() => self.loops.switch_off(),
             _ if self.engaged => self.navigate(now_us, &state),
@@ -221,19 +232,34 @@ impl Autopilot {
     }
 
     fn navigate(&mut self, now_us: u64, state: &StepState<'_>) {
+        let settings = self.settings;
         let situation = Situation {
             now_us,
             p_ned: state.p_ned,
             v_ned: state.measurement.v_ned,
+            heading_rad: yaw(state.measurement.q_ned_from_body),
             home_ned: *self.home_ned.get_or_insert(state.p_ned),
-            settings: &self.settings,
+            settings: &settings,
         };
+        if self.mode == FlightMode::AutoMission {
+            return self.fly_mission(&situation, state);
+        }
         let (guidance, arrived) = self.navigator.step(&situation);
         if arrived && self.mode == FlightMode::AutoTakeoff {
+            self.follow_takeoff();
+        }
+        self.loops.follow(state, &guidance, &self.settings);
+    }
+
+    /// COM_TAKEOFF_ACT: a takeoff is followed by the mission, if there is one that can be flown, or by HOLD.
+    fn follow_takeoff(&mut self) {
+        if self.settings.mission.follows_takeoff && self.mission.is_feasible() {
+            self.say(Severity::Info, "takeoff done: AUTO.MISSION");
+            self.enter(FlightMode::AutoMission, Navigator::default());
+        } else {
             self.mode = FlightMode::AutoLoiter;
             self.say(Severity::Info, "takeoff done: HOLD");
         }
-        self.loops.follow(state, &guidance, &self.settings);
     }
 
     fn fresh_setpoint(&self, now_us: u64) -> Option<OffboardSetpoint> {
@@ -262,7 +288,20 @@ impl Autopilot {
 
     /// Whether the mode takes it to the ground.
     pub fn is_landing(&self) -> bool {
-        matches!(self.mode, FlightMode::AutoLand | FlightMode::AutoRtl) && self.navigator.is_landing()
+        match self.mode {
+            FlightMode::AutoLand | FlightMode::AutoRtl => self.navigator.is_landing(),
+            FlightMode::AutoMission => self.mission.is_landing(),
+            _ => false,
+        }
+    }
+
+    /// Whether the mode takes it straight up.
+    pub fn is_taking_off(&self) -> bool {
+        match self.mode {
+            FlightMode::AutoTakeoff => true,
+            FlightMode::AutoMission => self.mission.is_climbing(),
+            _ => false,
+        }
     }
 
     /// Whether a failsafe has chosen the mode, or something holds that wants at least a warning: being in

@@ -1,9 +1,8 @@
 //! Flight modes by PX4's numbers: `custom_mode = main << 16 | sub << 24`.
 //!
 //! All of PX4's modes are known by name, so that a refusal can say what was asked. Flown are **OFFBOARD**
-//! (setpoints from a companion) and the automatic modes HOLD, TAKEOFF, LAND and RETURN
-//! ([`super::navigator`]). HOLD is where the vehicle wakes up. The rest need sticks or a mission that is
-//! flown.
+//! (setpoints from a companion), the automatic modes HOLD, TAKEOFF, LAND and RETURN ([`super::navigator`]),
+//! and missions ([`super::mission_flight`]). HOLD is where the vehicle wakes up. The rest need sticks.
 
 use crate::units::US_PER_S;
 
@@ -23,7 +22,7 @@ pub enum FlightMode {
     /// Hold: flown.
     #[default]
     AutoLoiter,
-    /// Mission from waypoints.
+    /// A mission, item after item: flown.
     AutoMission,
     /// Return to launch: flown.
     AutoRtl,
@@ -97,12 +96,13 @@ impl FlightMode {
 
     /// Whether arming in it, or entering it armed, sets the motors going.
     pub fn lifts_off(self) -> bool {
-        matches!(self, Self::Offboard | Self::AutoTakeoff)
+        matches!(self, Self::Offboard | Self::AutoTakeoff | Self::AutoMission)
     }
 
     /// Whether this autopilot flies it.
     pub fn is_flown(self) -> bool {
-        matches!(self, Self::Offboard | Self::AutoLoiter | Self::AutoTakeoff | Self::AutoLand | Self::AutoRtl)
+        let automatic = matches!(self, Self::AutoLoiter | Self::AutoTakeoff | Self::AutoLand | Self::AutoRtl);
+        automatic || matches!(self, Self::Offboard | Self::AutoMission)
     }
 }
 
@@ -118,6 +118,9 @@ pub enum ModeRefusal {
         /// How young it has to be [us].
         timeout_us: u64,
     },
+    /// AUTO.MISSION without a mission that can be flown.
+    #[error("AUTO.MISSION refused: no valid mission")]
+    NoMission,
     /// A failsafe has stopped the motors for good.
     #[error("{} refused: flight terminated, start the autopilot again", .0.name())]
     Terminated(FlightMode),

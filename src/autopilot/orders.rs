@@ -21,6 +21,8 @@ impl Autopilot {
             Some(ModeRefusal::NotFlown(mode))
         } else if mode == FlightMode::Offboard && self.fresh_setpoint(now_us).is_none() {
             Some(ModeRefusal::NoSetpoint { timeout_us: self.settings.setpoint_timeout_us })
+        } else if mode == FlightMode::AutoMission {
+            self.check_has_mission().err()
         } else {
             None
         };
@@ -71,10 +73,16 @@ impl Autopilot {
 
     /// Changes the horizontal speed of the automatic mode, until the next one [m/s]; `None` is MPC_XY_CRUISE.
     pub fn set_speed(&mut self, speed_m_s: Option<f64>) {
-        self.navigator.set_speed(speed_m_s);
+        match self.mode {
+            FlightMode::AutoMission => self.mission.set_speed(speed_m_s),
+            _ => self.navigator.set_speed(speed_m_s),
+        }
     }
 
     pub(super) fn enter(&mut self, mode: FlightMode, navigator: Navigator) {
+        if mode == FlightMode::AutoMission {
+            self.mission.begin(self.mode == FlightMode::AutoLoiter);
+        }
         self.mode = mode;
         self.navigator = navigator;
         self.engaged |= self.armed && mode.lifts_off();
@@ -91,7 +99,8 @@ impl Autopilot {
         let checked = match (self.terminated, force) {
             (true, _) => Err(ArmingRefusal::Terminated),
             (false, true) => Ok(()),
-            (false, false) => arming::check_arming(now_us, self.alignment.now(), self.state),
+            (false, false) => arming::check_arming(now_us, self.alignment.now(), self.state)
+                .and_then(|()| arming::check_mission(self.mode, self.mission.is_feasible())),
         };
         if let Err(refusal) = checked {
             self.say(Severity::Critical, refusal.to_string());
@@ -103,6 +112,9 @@ impl Autopilot {
         // What an automatic mode has seen before does not count.
         if !matches!(self.mode, FlightMode::AutoTakeoff) {
             self.navigator = Navigator::begin(self.mode);
+        }
+        if self.mode == FlightMode::AutoMission {
+            self.mission.begin(false);
         }
         self.say(Severity::Info, if force { "armed (forced)" } else { "armed" });
         Ok(())
@@ -124,6 +136,7 @@ impl Autopilot {
         (self.armed, self.engaged, self.flying, self.failsafe) = (false, false, false, false);
         (self.land_detector, self.watch) = (LandDetector::default(), Watch::default());
         self.navigator = Navigator::begin(self.mode);
+        self.mission.disarmed();
         self.loops.switch_off();
         self.say(Severity::Info, text);
         Ok(())

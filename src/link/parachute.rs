@@ -175,6 +175,19 @@ impl ParachuteComponent {
         let (result, text) = self.answer(command, to);
         let bytes = self.encoder.encode_command_ack(&CommandAck::new(command, result as u8, from));
         self.outbox.push_back((to, bytes));
+        self.comment(result, text);
+    }
+
+    /// Obeys a command that the vehicle's autopilot passes on, or refuses it, and says so to everybody; its
+    /// result.
+    pub(super) fn obey(&mut self, command: &Command) -> MavResult {
+        let (result, text) = self.answer(command, Recipient::All);
+        self.comment(result, text);
+        result
+    }
+
+    /// Says to everybody what there is to say of a command with this result.
+    fn comment(&mut self, result: MavResult, text: Option<String>) {
         if let Some(text) = text {
             let refused = result != MavResult::MAV_RESULT_ACCEPTED;
             let severity =

@@ -15,7 +15,7 @@ const PARAMETER_TYPE: u8 = 1;
 
 /// Parameters whose values are choices, each with the values that are taken here in PX4's words: ground
 /// stations offer them as a list (QGroundControl's safety page), and an empty one without them.
-const CHOICES: [(&str, &[(i32, &str)]); 4] = [
+const CHOICES: [(&str, &[(i32, &str)]); 6] = [
     (
         "COM_LOW_BAT_ACT",
         &[
@@ -26,6 +26,7 @@ const CHOICES: [(&str, &[(i32, &str)]); 4] = [
         ],
     ),
     ("COM_OBL_RC_ACT", &[(3, "Return mode"), (4, "Land mode"), (5, "Hold mode")]),
+    ("COM_TAKEOFF_ACT", &[(0, "Hold"), (1, "Mission (if valid)")]),
     (
         "GF_ACTION",
         &[
@@ -35,6 +36,16 @@ const CHOICES: [(&str, &[(i32, &str)]); 4] = [
             (3, "Return mode"),
             (4, "Terminate"),
             (5, "Land mode"),
+        ],
+    ),
+    (
+        "MIS_TKO_LAND_REQ",
+        &[
+            (0, "No requirements"),
+            (1, "Require a takeoff"),
+            (2, "Require a landing"),
+            (3, "Require a takeoff and a landing"),
+            (4, "Require both a takeoff and a landing, or neither"),
         ],
     ),
     ("NAV_DLL_ACT", &[(0, "Disabled"), (1, "Hold mode"), (2, "Return mode"), (3, "Land mode")]),

@@ -1,16 +1,18 @@
-//! MAV_CMD_INJECT_FAILURE to the autopilot, passed on to the simulator, whose answer goes back to who gave
-//! the command: what fails is the simulator's to say.
+//! Commands to the autopilot that others obey, passed on to the simulator, which hosts the parachute too:
+//! INJECT_FAILURE, since what fails is the simulator's to say, and the DO_GRIPPER of a mission's item, which
+//! is the parachute's. The answer goes back to who gave the command, or to the mission.
 //!
-//! (PX4 keeps what is sent to it, and changes what its own drivers and its own simulator's sensors report.)
+//! (PX4 keeps INJECT_FAILURE, and changes what its own drivers and its own simulator's sensors report; its
+//! gripper is its own.)
 
 use std::collections::VecDeque;
 
 use mavlink::dialects::common::*;
+use num_traits::FromPrimitive as _;
 
 use super::outbox::{Outbox, Peer};
 use crate::autopilot::{Autopilot, Severity};
 use crate::link::frame::{Command, CommandAck};
-use crate::link::hil::SIMULATOR_COMPONENT;
 use crate::link::injection::{INJECT_FAILURE, words};
 use crate::link::session::Link;
 use crate::time::TimeUs;
@@ -29,32 +31,35 @@ pub(super) struct Relay {
 
 #[derive(Clone, Debug)]
 struct Waiting {
-    peer: Peer,
+    /// Who gave the command; `None`: an item of the mission.
+    peer: Option<Peer>,
     command: Command,
     since: TimeUs,
 }
 
 impl Relay {
-    /// Passes a command on to the simulator of the vehicle of `system_id`; `false`: too many wait already.
+    /// Passes a command of a peer, or of the mission, on to a component (system and component) at the
+    /// simulator's end; `false`: too many wait already.
     pub(super) fn pass_on(
         &mut self,
-        peer: Peer,
+        peer: Option<Peer>,
         command: &Command,
-        system_id: u8,
+        target: (u8, u8),
         outbox: &mut Outbox,
     ) -> bool {
         if self.waiting.len() >= MOST {
             return false;
         }
         let [param1, param2, param3, param4, ..] = command.params;
+        let Some(number) = MavCmd::from_u16(command.command) else { return false };
         let passed = COMMAND_LONG_DATA {
-            command: MavCmd::MAV_CMD_INJECT_FAILURE,
+            command: number,
             param1,
             param2,
             param3,
             param4,
-            target_system: system_id,
-            target_component: SIMULATOR_COMPONENT,
+            target_system: target.0,
+            target_component: target.1,
             ..COMMAND_LONG_DATA::DEFAULT
         };
         outbox.send(Link::Simulator, &MavMessage::COMMAND_LONG(passed));
@@ -62,14 +67,15 @@ impl Relay {
         true
     }
 
-    /// Takes an answer of the simulator: that to the oldest command that was passed on goes back.
+    /// Takes an answer: that to the oldest command of its number that was passed on goes back.
     pub(super) fn take(&mut self, ack: &CommandAck, autopilot: &mut Autopilot, outbox: &mut Outbox) {
-        if ack.command != INJECT_FAILURE {
-            return;
-        }
-        let Some(waiting) = self.waiting.pop_front() else { return };
-        if ack.result == MavResult::MAV_RESULT_ACCEPTED as u8 {
+        let found = self.waiting.iter().position(|waiting| waiting.command.command == ack.command);
+        let Some(waiting) = found.and_then(|at| self.waiting.remove(at)) else { return };
+        let accepted = ack.result == MavResult::MAV_RESULT_ACCEPTED as u8;
+        if accepted && ack.command == INJECT_FAILURE {
             autopilot.say(Severity::Warning, format!("failure injected: {}", words(&waiting.command)));
+        } else if accepted && waiting.peer.is_none() {
+            autopilot.acknowledge_mission_release();
         }
         waiting.answer(ack.result, outbox);
     }
@@ -95,7 +101,8 @@ impl Relay {
 
 impl Waiting {
     fn answer(&self, result: u8, outbox: &mut Outbox) {
-        let ack = CommandAck::new(&self.command, result, (self.peer.system, self.peer.component));
-        outbox.reply_command_ack(self.peer, &ack);
+        let Some(peer) = self.peer else { return };
+        let ack = CommandAck::new(&self.command, result, (peer.system, peer.component));
+        outbox.reply_command_ack(peer, &ack);
     }
 }

@@ -13,6 +13,7 @@ use super::{HilCounts, HilEvent, HilSession, Pace, SIMULATOR_COMPONENT};
 use crate::autopilot::FlightMode;
 use crate::model::{MAX_ROTORS, PerRotor};
 use crate::params::file::AUTOPILOT_COMPONENT;
+use crate::sim::ReleaseCause;
 
 impl HilSession {
     pub(super) fn take_from_autopilot(&mut self, frame: &Frame) {
@@ -101,8 +102,18 @@ impl HilSession {
         self.report_drop();
     }
 
+    /// Takes a command on the simulator's link: the simulator's own, and the release that the autopilot passes on
+    /// to the parachute.
     fn take_command(&mut self, command: &Command, from: (u8, u8)) {
         let injects = command.command == INJECT_FAILURE;
+        let from_autopilot = from == (self.config.system_id, AUTOPILOT_COMPONENT);
+        let to_gripper = command.command == MavCmd::MAV_CMD_DO_GRIPPER as u16;
+        if to_gripper && from_autopilot && self.parachute.is_addressed(command) {
+            let result = self.parachute.obey(command);
+            self.answer_command(command, result, from);
+            self.release_if_asked();
+            return;
+        }
         let ours = [0, self.config.system_id].contains(&command.target_system)
             && ([0, SIMULATOR_COMPONENT].contains(&command.target_component)
                 || injects && command.target_component == PARACHUTE_COMPONENT);
@@ -110,9 +121,20 @@ impl HilSession {
             return;
         }
         let result = if injects { self.inject(command).0 } else { self.rates.command(command, self.now()) };
+        self.answer_command(command, result, from);
+        self.report_drop();
+    }
+
+    fn answer_command(&mut self, command: &Command, result: MavResult, from: (u8, u8)) {
         let ack = CommandAck::new(command, result as u8, from);
         self.outbox.push_back(self.encoder.encode_command_ack(&ack));
-        self.report_drop();
+    }
+
+    /// Cuts the vehicle loose, if the parachute was told to.
+    pub(super) fn release_if_asked(&mut self) {
+        if self.parachute.take_release() {
+            self.release(ReleaseCause::Command);
+        }
     }
 }
 

@@ -337,9 +337,7 @@ impl Session for HilSession {
                     return;
                 }
                 self.parachute.handle_input(link, frame);
-                if self.parachute.take_release() {
-                    self.release(ReleaseCause::Command);
-                }
+                self.release_if_asked();
             }
             Link::GroundStation | Link::Api => {}
         }
