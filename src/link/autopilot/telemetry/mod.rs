@@ -216,13 +216,14 @@ impl Telemetry<'_> {
 
     fn extended_sys_state(&self) -> Option<MavMessage> {
         let autopilot = &self.vehicle.autopilot;
-        let landed_state = match () {
-            _ if self.vehicle.is_standing(&self.state()?) => MavLandedState::MAV_LANDED_STATE_ON_GROUND,
-            _ if autopilot.is_taking_off() && autopilot.is_flying() => {
-                MavLandedState::MAV_LANDED_STATE_TAKEOFF
-            }
-            _ if autopilot.is_landing() => MavLandedState::MAV_LANDED_STATE_LANDING,
-            _ => MavLandedState::MAV_LANDED_STATE_IN_AIR,
+        let landed_state = if self.vehicle.is_standing(&self.state()?) {
+            MavLandedState::MAV_LANDED_STATE_ON_GROUND
+        } else if autopilot.is_taking_off() && autopilot.is_flying() {
+            MavLandedState::MAV_LANDED_STATE_TAKEOFF
+        } else if autopilot.is_landing() {
+            MavLandedState::MAV_LANDED_STATE_LANDING
+        } else {
+            MavLandedState::MAV_LANDED_STATE_IN_AIR
         };
         Some(MavMessage::EXTENDED_SYS_STATE(EXTENDED_SYS_STATE_DATA {
             vtol_state: MavVtolState::MAV_VTOL_STATE_UNDEFINED,
